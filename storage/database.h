@@ -1,0 +1,184 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+// The database's files: typed access to every record family over RocksDB.
+//
+//   Database     one handle, shared by all threads of the one process that has it open
+//   Snapshot     an unchanging view; readers never wait for writers
+//   Transaction  writes that become visible and durable together, or not at all
+//
+// Every function is thread-safe unless it says otherwise. Errors: kIoError with the operating system's word (a full
+// disk is named as such), kCorruption naming family and key, kNotFound naming what was asked for.
+
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <optional>
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "storage/base/status.h"
+#include "storage/records.h"
+
+namespace rocksdb {
+class FileSystem;
+}
+
+namespace veduta {
+
+inline constexpr uint32_t kFormatVersion = 1;
+
+struct DatabaseOptions {
+  bool create = false;     // make a new database; kAlreadyExists if one is there
+  bool read_only = false;  // no lock is taken; sees the state at the time of opening
+  bool sync_wal = true;    // false: a power cut may lose the last photos (a crash of the process does not)
+  uint64_t block_cache_bytes = 256ull << 20;
+  std::shared_ptr<rocksdb::FileSystem> file_system;  // for tests; null is the operating system's
+};
+
+// Counters and switches that change with almost every transaction.
+struct DatabaseState {
+  uint32_t next_image = 1;
+  uint32_t next_camera = 1;
+  uint32_t next_reconstruction = 1;
+  uint64_t next_journal = 1;
+  uint64_t next_blob = 1;
+  uint32_t vocabulary_generation = 0;         // 0: none yet
+  uint32_t images_at_vocabulary = 0;          // count of retrievable images when it was trained
+  bool vocabulary_imported = false;           // given by a person: not re-trained
+  uint32_t retrievable_image_count = 0;       // images with features, N of eq 5
+  std::vector<ImageId> pending_propagation;   // placed views whose neighbours are still to be tried, oldest first
+  bool operator==(const DatabaseState&) const = default;
+};
+
+// A value read in place: the bytes stay valid as long as this lives.
+class PinnedBytes {
+ public:
+  PinnedBytes();
+  ~PinnedBytes();
+  PinnedBytes(PinnedBytes&&) noexcept;
+  PinnedBytes& operator=(PinnedBytes&&) noexcept;
+  std::span<const uint8_t> bytes() const;
+
+  struct Impl;
+  explicit PinnedBytes(std::unique_ptr<Impl> impl);
+
+ private:
+  std::unique_ptr<Impl> impl_;
+};
+
+class Snapshot {
+ public:
+  virtual ~Snapshot() = default;
+
+  virtual Result<DatabaseState> GetState() const = 0;
+
+  virtual Result<CameraRecord> GetCamera(CameraId id) const = 0;
+  virtual Result<std::vector<CameraRecord>> ListCameras() const = 0;  // ascending ids
+
+  virtual Result<ImageRecord> GetImage(ImageId id) const = 0;
+  virtual Result<std::optional<ImageId>> FindImageByName(std::string_view name) const = 0;
+  virtual Result<std::optional<ImageId>> FindImageByPhoto(const ContentHash& photo) const = 0;
+  // Calls visit in ascending ids until it returns false.
+  virtual Status ScanImages(const std::function<bool(const ImageRecord&)>& visit) const = 0;
+
+  virtual Result<PinnedBytes> GetPhoto(const ContentHash& photo) const = 0;
+  virtual Result<Features> GetFeatures(const ContentHash& photo) const = 0;
+
+  virtual Result<PairRecord> GetPair(ImageId a, ImageId b) const = 0;  // in either order; the record has a < b
+  virtual Result<std::vector<PairNeighbor>> ListNeighbors(ImageId image) const = 0;  // ascending images
+
+  virtual Result<ReconstructionRecord> GetReconstruction(ReconstructionId id) const = 0;
+  virtual Result<std::vector<ReconstructionRecord>> ListReconstructions() const = 0;  // ascending ids, merged ones too
+
+  virtual Result<std::optional<PoseRecord>> FindPose(ImageId image) const = 0;
+  virtual Status ScanPoses(const std::function<bool(const PoseRecord&)>& visit) const = 0;
+  virtual Result<std::vector<Observation>> GetObservations(ImageId image) const = 0;  // ascending features; may be empty
+
+  // Empty block (next_ordinal 1) where the image is home to none.
+  virtual Result<PointBlock> GetPointBlock(ReconstructionId reconstruction, uint32_t generation, ImageId home) const = 0;
+  virtual Status ScanPointBlocks(ReconstructionId reconstruction, uint32_t generation,
+                                 const std::function<bool(const PointBlock&)>& visit) const = 0;
+
+  // The serialised vocabulary tree of a generation.
+  virtual Result<PinnedBytes> GetVocabulary(uint32_t generation) const = 0;
+  // Distinct words of one image, ascending.
+  virtual Result<std::vector<WordId>> GetWords(uint32_t generation, ImageId image) const = 0;
+  // images[i] are those that contain words[i], ascending; words ascend.
+  virtual Result<std::vector<std::vector<ImageId>>> GetPostings(uint32_t generation, std::span<const WordId> words) const = 0;
+  virtual Status ScanPostings(uint32_t generation,
+                              const std::function<bool(WordId, std::span<const ImageId>)>& visit) const = 0;
+
+  // Ascending sequence numbers from `first`.
+  virtual Status ScanJournal(uint64_t first, const std::function<bool(const JournalRecord&)>& visit) const = 0;
+
+  // Keys of blobs that are stored: for `verify` and the sweep.
+  virtual Status ScanPhotoKeys(const std::function<bool(const ContentHash&)>& visit) const = 0;
+  virtual Status ScanFeatureKeys(const std::function<bool(const ContentHash&)>& visit) const = 0;
+};
+
+// Collects writes in memory; nothing is visible before Commit. Not thread-safe. Reads go to a Snapshot.
+class Transaction {
+ public:
+  virtual ~Transaction() = default;
+
+  virtual void PutState(const DatabaseState& state) = 0;
+  virtual void PutCamera(const CameraRecord& camera) = 0;
+  // Also indexes the image by name and, unless it is rejected, by photo hash; clears its write-ahead mark.
+  virtual void PutImage(const ImageRecord& image) = 0;
+  virtual void PutPair(const PairRecord& pair) = 0;
+  virtual void PutReconstruction(const ReconstructionRecord& reconstruction) = 0;
+  virtual void PutPose(const PoseRecord& pose) = 0;
+  virtual void PutObservations(ImageId image, std::span<const Observation> observations) = 0;
+  // Deletes the block when it holds no points and never did (next_ordinal 1).
+  virtual void PutPointBlock(ReconstructionId reconstruction, uint32_t generation, const PointBlock& block) = 0;
+  virtual void DeletePointBlocks(ReconstructionId reconstruction, uint32_t generation) = 0;
+  virtual void PutWords(uint32_t generation, ImageId image, std::span<const WordId> words) = 0;
+  virtual void AddPostings(uint32_t generation, std::span<const WordId> words, ImageId image) = 0;
+  virtual void DeleteVocabulary(uint32_t generation) = 0;  // tree, words and postings
+  virtual void AddJournal(const JournalRecord& record) = 0;
+
+  virtual size_t size_bytes() const = 0;
+  // All or nothing; durable on return when the database syncs its WAL. kIoError leaves nothing applied, but a
+  // database whose write failed must be closed and opened again. Conflicts with another transaction on the state
+  // record give kBusy: nothing was applied. The transaction is spent either way.
+  virtual Status Commit() = 0;
+};
+
+struct DatabaseSizes {
+  uint64_t total_bytes = 0;  // files on disk
+  uint64_t photo_bytes = 0, feature_bytes = 0;
+};
+
+class Database {
+ public:
+  // kNotFound where there is no database, kBusy when another process has it open, kCorruption when it is damaged
+  // or its format is not ours (saying which versions). Sweeps what a crash left half-written.
+  static Result<std::unique_ptr<Database>> Open(const std::string& path, const DatabaseOptions& options);
+  virtual ~Database() = default;
+
+  virtual std::shared_ptr<const Snapshot> GetSnapshot() const = 0;
+  virtual std::unique_ptr<Transaction> BeginTransaction() = 0;
+
+  // Writes ahead of a commit: a photo and its features, marked so that the next Open deletes them unless an image
+  // with this photo has been committed by then. Idempotent.
+  virtual Status WritePhotoAhead(const ContentHash& photo, std::span<const uint8_t> bytes, const Features& features) = 0;
+  // Removes them again when the photo turned out not to be wanted.
+  virtual Status DropPhotoAhead(const ContentHash& photo) = 0;
+  // Point blocks of a generation that no record names yet; Open deletes those that stay unnamed.
+  virtual Status WritePointBlocksAhead(ReconstructionId reconstruction, uint32_t generation,
+                                       std::span<const PointBlock> blocks) = 0;
+  // Vocabulary tree, words and postings of a generation that is not active yet; likewise.
+  virtual Status WriteVocabularyAhead(uint32_t generation, std::span<const uint8_t> tree) = 0;
+  virtual Status WriteWordsAhead(uint32_t generation, ImageId image, std::span<const WordId> words) = 0;
+  virtual Status WritePostingsAhead(uint32_t generation, WordId word, std::span<const ImageId> images) = 0;
+
+  virtual Result<DatabaseSizes> GetSizes() const = 0;
+  // A consistent copy that can be opened on its own; files are hard-linked where possible.
+  virtual Status CreateCheckpoint(const std::string& path) = 0;
+  // Flushes memtables and merges files; for benchmarks and before a backup.
+  virtual Status Compact() = 0;
+};
+
+}  // namespace veduta
