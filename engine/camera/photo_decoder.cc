@@ -1,0 +1,122 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "engine/camera/photo_decoder.h"
+
+#include <algorithm>
+#include <exception>
+#include <utility>
+
+#include "engine/camera/gray_image.h"
+#include "engine/camera/orientation.h"
+#include "engine/camera/pixel_decoders.h"
+
+namespace veduta {
+namespace {
+
+DecodedPhoto Failed(DecodedPhoto photo, DecodeOutcome outcome, std::string detail) {
+  photo.outcome = outcome;
+  photo.detail = std::move(detail);
+  photo.bgr.release();
+  photo.gray.release();
+  return photo;
+}
+
+// Empty if the declared size is within the limits.
+std::string Excess(const ImageSize& size, const DecodeLimits& limits) {
+  const std::string start = "the photo has " + size.Text() + " px; at most ";
+  if (std::max(size.width_px, size.height_px) > limits.side_px_max) {
+    return start + std::to_string(limits.side_px_max) + " px a side are taken";
+  }
+  if (size.pixel_count() > limits.pixels_max) return start + std::to_string(limits.pixels_max) + " px in all are taken";
+  return "";
+}
+
+// Sets the layout by the rule in the header; false if neither way round has the size wanted.
+bool ChooseLayout(ImageSize wanted, DecodedPhoto* photo) {
+  if (wanted.empty() || photo->upright_size == wanted) {
+    photo->layout = PhotoLayout::kUpright;
+    return true;
+  }
+  photo->layout = PhotoLayout::kAsStored;
+  return photo->stored_size == wanted;
+}
+
+std::string WrongSizeText(const DecodedPhoto& photo, ImageSize wanted) {
+  std::string text = "the photo has " + photo.upright_size.Text() + " px";
+  if (photo.stored_size != photo.upright_size) text += " (stored as " + photo.stored_size.Text() + ")";
+  return text + ", the camera " + wanted.Text();
+}
+
+Pixels DecodePixels(std::span<const uint8_t> bytes, const PhotoHeader& header) {
+  switch (header.format) {
+    case PhotoFormat::kJpeg:
+      return DecodeJpegPixels(bytes, header);
+    case PhotoFormat::kPng:
+      return DecodePngPixels(bytes, header);
+    case PhotoFormat::kTiff:
+      return DecodeTiffPixels(bytes, header);
+    case PhotoFormat::kUnknown:
+      break;
+  }
+  return {PixelOutcome::kUnsupportedFormat, "the file is not a JPEG, PNG or TIFF", {}};
+}
+
+DecodedPhoto DecodeWithin(std::span<const uint8_t> bytes, const DecodeLimits& limits, ImageSize wanted) {
+  DecodedPhoto photo;
+  if (const Status status = limits.Check(); !status.ok()) {
+    return Failed(std::move(photo), DecodeOutcome::kTooLarge, status.message());
+  }
+  if (bytes.empty()) return Failed(std::move(photo), DecodeOutcome::kEmpty, "the file is empty");
+  if (bytes.size() > limits.size_bytes_max) {
+    return Failed(std::move(photo), DecodeOutcome::kTooLarge,
+                  "the file has " + std::to_string(bytes.size()) + " bytes; at most " +
+                      std::to_string(limits.size_bytes_max) + " are taken");
+  }
+  PhotoHeader header = ReadPhotoHeader(bytes);
+  photo.format = header.format;
+  if (header.outcome != HeaderOutcome::kRead) {
+    const bool is_unsupported = header.outcome == HeaderOutcome::kUnsupportedFormat;
+    return Failed(std::move(photo), is_unsupported ? DecodeOutcome::kUnsupportedFormat : DecodeOutcome::kUnreadable,
+                  std::move(header.detail));
+  }
+  photo.orientation = header.orientation;
+  photo.stored_size = header.stored_size;
+  photo.upright_size = UprightSize(header.stored_size, header.orientation);
+  if (std::string excess = Excess(header.stored_size, limits); !excess.empty()) {
+    return Failed(std::move(photo), DecodeOutcome::kTooLarge, std::move(excess));
+  }
+  if (!ChooseLayout(wanted, &photo)) {
+    std::string text = WrongSizeText(photo, wanted);
+    return Failed(std::move(photo), DecodeOutcome::kWrongSize, std::move(text));
+  }
+  Pixels pixels = DecodePixels(bytes, header);
+  if (pixels.outcome != PixelOutcome::kDecoded) {
+    const bool is_unsupported = pixels.outcome == PixelOutcome::kUnsupportedFormat;
+    return Failed(std::move(photo), is_unsupported ? DecodeOutcome::kUnsupportedFormat : DecodeOutcome::kUnreadable,
+                  std::move(pixels.detail));
+  }
+  photo.outcome = DecodeOutcome::kDecoded;
+  photo.bgr = photo.layout == PhotoLayout::kUpright ? Upright(pixels.bgr, header.orientation) : pixels.bgr;
+  photo.gray = GrayFromBgr(photo.bgr);
+  return photo;
+}
+
+}  // namespace
+
+Status DecodeLimits::Check() const {
+  if (size_bytes_max < 1) return Status::InvalidArgument("size_bytes_max = 0 is not at least 1");
+  if (pixels_max < 1) return Status::InvalidArgument("pixels_max = 0 is not at least 1");
+  if (side_px_max < 1 || side_px_max > 65535) {
+    return Status::InvalidArgument("side_px_max = " + std::to_string(side_px_max) + " is not in 1..65535");
+  }
+  return Status::Ok();
+}
+
+DecodedPhoto DecodePhoto(std::span<const uint8_t> bytes, const DecodeLimits& limits, ImageSize wanted) {
+  try {
+    return DecodeWithin(bytes, limits, wanted);
+  } catch (const std::exception&) {  // the libraries' other failures are dealt with where they are called
+    return Failed({}, DecodeOutcome::kTooLarge, "the photo does not fit into memory");
+  }
+}
+
+}  // namespace veduta

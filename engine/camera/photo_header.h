@@ -1,0 +1,31 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+// What a photo's file says about itself before anything is decoded. No decoder sees a file that this refuses.
+
+#include <cstdint>
+#include <span>
+#include <string>
+
+#include "engine/camera/image_size.h"
+
+namespace veduta {
+
+enum class PhotoFormat : uint8_t { kUnknown, kJpeg, kPng, kTiff };
+
+enum class HeaderOutcome : uint8_t { kRead, kUnsupportedFormat, kUnreadable };
+
+struct PhotoHeader {
+  HeaderOutcome outcome = HeaderOutcome::kUnreadable;
+  std::string detail;  // why not kRead, for a person
+  PhotoFormat format = PhotoFormat::kUnknown;
+  ImageSize stored_size;      // as the sensor wrote it; both sides > 0 if kRead
+  int orientation = 1;        // 1 to 8 as EXIF numbers them; 1 if absent or senseless
+  bool has_restarts = false;  // JPEG: restart markers between its rows
+};
+
+// Recognises JPEG (baseline, extended and progressive Huffman, 8 bits, grey or three components), PNG and classic TIFF
+// by their signatures, and reads size and orientation: EXIF's in JPEG's APP1 and PNG's eXIf, the tag in TIFF. Looks at
+// JPEG's segments up to the first scan, at PNG's chunk headers, at TIFF's first directory. Thread-safe.
+PhotoHeader ReadPhotoHeader(std::span<const uint8_t> bytes);
+
+}  // namespace veduta

@@ -1,0 +1,20 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+// Extraction with kernels of one's choice, for tests and benchmarks, and the time of its stages.
+
+#include "engine/features/extractor.h"
+#include "engine/features/sift_kernels.h"
+
+namespace veduta {
+
+struct ExtractionTimes {
+  double scale_space_ms = 0;  // the doubled image, blurs and extrema
+  double orientation_ms = 0;
+  double descriptor_ms = 0;
+};
+
+// As ExtractFeatures. `times` may be null.
+Result<Features> ExtractFeaturesWith(const SiftKernels& kernels, const GrayView& image, const FeatureOptions& options,
+                                     FeatureScratch* scratch, ExtractionTimes* times);
+
+}  // namespace veduta

@@ -1,0 +1,198 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "engine/features/extractor.h"
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <new>
+#include <string>
+#include <tuple>
+#include <vector>
+
+#include "engine/features/descriptor.h"
+#include "engine/features/exact_math.h"
+#include "engine/features/extraction.h"
+#include "engine/features/orientation.h"
+#include "engine/features/scale_space.h"
+
+namespace veduta {
+
+struct FeatureScratch::Memory {
+  ScaleSpace scale_space;
+  std::vector<Extremum> extrema;
+};
+
+FeatureScratch::FeatureScratch() : memory_(std::make_unique<Memory>()) {}
+FeatureScratch::~FeatureScratch() = default;
+
+Status FeatureOptions::Check() const {
+  const auto bad = [](const char* name, double value, const char* bound) {
+    return Status::InvalidArgument(std::string(name) + " is " + std::to_string(value) + ", must be in " + bound);
+  };
+  if (feature_count_max < 1 || feature_count_max > 65535) {
+    return bad("feature_count_max", feature_count_max, "[1, 65535]");
+  }
+  // Written so that NaN fails.
+  if (!(contrast_threshold > 0 && contrast_threshold < 1)) {
+    return bad("contrast_threshold", contrast_threshold, "(0, 1)");
+  }
+  if (!(edge_ratio_max > 1 && edge_ratio_max <= 1000)) return bad("edge_ratio_max", edge_ratio_max, "(1, 1000]");
+  if (!(sigma >= 1.4 && sigma <= 4)) return bad("sigma", sigma, "[1.4, 4]");
+  return Status::Ok();
+}
+
+namespace {
+
+constexpr int kImageSizeMin = 16;
+constexpr int64_t kImageAreaMax = int64_t{1} << 26;
+
+Status CheckImage(const GrayView& image) {
+  const std::string size = std::to_string(image.width_px) + "x" + std::to_string(image.height_px);
+  if (image.width_px < kImageSizeMin || image.height_px < kImageSizeMin) {
+    return Status::InvalidArgument("the image is " + size + ", features need 16 px each way");
+  }
+  if (int64_t{image.width_px} * image.height_px > kImageAreaMax) {
+    return Status::InvalidArgument("the image is " + size + ", more than 2^26 px");
+  }
+  if (image.pixels == nullptr || image.stride_bytes < static_cast<size_t>(image.width_px)) {
+    return Status::InvalidArgument("the image has no pixels or a stride below its width");
+  }
+  return Status::Ok();
+}
+
+// A keypoint with one direction, and where its octave has it.
+struct Oriented {
+  Keypoint keypoint;
+  int octave = 0, level = 0;
+  double x = 0, y = 0, sigma = 0;  // px of the octave
+};
+
+bool IsStronger(const Oriented& a, const Oriented& b) {
+  const auto key = [](const Oriented& o) {
+    return std::tuple(-o.keypoint.response, o.keypoint.y_px, o.keypoint.x_px, o.keypoint.scale_px,
+                      o.keypoint.angle_deg);
+  };
+  return key(a) < key(b);
+}
+
+Oriented Place(const Extremum& extremum, const FeatureOptions& options) {
+  Oriented result;
+  result.octave = extremum.octave;
+  result.level = extremum.level;
+  result.x = extremum.x;
+  result.y = extremum.y;
+  result.sigma = options.sigma * ExactExp2((extremum.level + extremum.level_offset) / kScalesPerOctave);
+  const double scale = std::ldexp(options.upsample ? 0.5 : 1.0, extremum.octave);  // photo px a px of the octave
+  const double shift = options.upsample ? -0.25 : 0.0;                             // see BaseRows
+  result.keypoint.x_px = static_cast<float>(result.x * scale + shift);
+  result.keypoint.y_px = static_cast<float>(result.y * scale + shift);
+  result.keypoint.scale_px = static_cast<float>(result.sigma * scale);
+  result.keypoint.response = static_cast<float>(std::fabs(extremum.contrast));
+  result.keypoint.contrast_sign = extremum.contrast > 0 ? 1 : -1;
+  return result;
+}
+
+// The strongest keypoints, each once. Every keypoint gives a feature at least, so the weaker ones cannot give one of the
+// feature_count_max strongest features.
+std::vector<Oriented> SelectKeypoints(const std::vector<Extremum>& extrema, const FeatureOptions& options) {
+  std::vector<Oriented> keypoints;
+  keypoints.reserve(extrema.size());
+  for (const Extremum& extremum : extrema) keypoints.push_back(Place(extremum, options));
+  std::sort(keypoints.begin(), keypoints.end(), IsStronger);
+  // Extrema found at neighbouring samples may refine to the same point.
+  const auto is_same = [](const Oriented& a, const Oriented& b) { return a.keypoint == b.keypoint; };
+  keypoints.erase(std::unique(keypoints.begin(), keypoints.end(), is_same), keypoints.end());
+  if (keypoints.size() > options.feature_count_max) keypoints.resize(options.feature_count_max);
+  return keypoints;
+}
+
+std::vector<Oriented> AssignDirections(const std::vector<Oriented>& keypoints, const ScaleSpace& scale_space,
+                                       const SiftKernels& kernels, const FeatureOptions& options) {
+  std::vector<Oriented> features;
+  features.reserve(keypoints.size() + keypoints.size() / 2);
+  for (const Oriented& keypoint : keypoints) {
+    const GrayPlane plane = scale_space.Plane(keypoint.octave, keypoint.level);
+    const Directions directions = FindDirections(kernels, plane, keypoint.x, keypoint.y, keypoint.sigma);
+    for (int i = 0; i < directions.count; ++i) {
+      features.push_back(keypoint);
+      features.back().keypoint.angle_deg = directions.angle_deg[i];
+    }
+  }
+  std::sort(features.begin(), features.end(), IsStronger);
+  if (features.size() > options.feature_count_max) features.resize(options.feature_count_max);
+  return features;
+}
+
+// The order in which neighbours in memory follow one another.
+std::vector<uint32_t> OrderInMemory(const std::vector<Oriented>& features) {
+  std::vector<uint32_t> order(features.size());
+  for (uint32_t i = 0; i < order.size(); ++i) order[i] = i;
+  std::sort(order.begin(), order.end(), [&features](uint32_t a, uint32_t b) {
+    const auto key = [&features](uint32_t i) {
+      const Oriented& o = features[i];
+      return std::tuple(o.octave, o.level, static_cast<int>(o.y) / 16, o.x, i);
+    };
+    return key(a) < key(b);
+  });
+  return order;
+}
+
+class StageClock {
+ public:
+  // Milliseconds since the last call or construction.
+  double Lap() {
+    const auto now = std::chrono::steady_clock::now();
+    const double ms = std::chrono::duration<double, std::milli>(now - last_).count();
+    last_ = now;
+    return ms;
+  }
+
+ private:
+  std::chrono::steady_clock::time_point last_ = std::chrono::steady_clock::now();
+};
+
+Features Extract(const SiftKernels& kernels, const GrayView& image, const FeatureOptions& options,
+                 FeatureScratch::Memory* memory, ExtractionTimes* times) {
+  StageClock clock;
+  memory->extrema.clear();
+  memory->scale_space.Build(image, options, kernels, &memory->extrema);
+  times->scale_space_ms = clock.Lap();
+  const std::vector<Oriented> features =
+      AssignDirections(SelectKeypoints(memory->extrema, options), memory->scale_space, kernels, options);
+  times->orientation_ms = clock.Lap();
+  Features result;
+  result.keypoints.reserve(features.size());
+  for (const Oriented& feature : features) result.keypoints.push_back(feature.keypoint);
+  result.descriptors.resize(features.size() * kDescriptorSize);
+  const DescriptorMaker maker(kernels);
+  for (uint32_t i : OrderInMemory(features)) {
+    const Oriented& feature = features[i];
+    maker.Make(memory->scale_space.Plane(feature.octave, feature.level), feature.x, feature.y, feature.sigma,
+               feature.keypoint.angle_deg, result.descriptors.data() + static_cast<size_t>(i) * kDescriptorSize);
+  }
+  times->descriptor_ms = clock.Lap();
+  return result;
+}
+
+}  // namespace
+
+Result<Features> ExtractFeaturesWith(const SiftKernels& kernels, const GrayView& image, const FeatureOptions& options,
+                                     FeatureScratch* scratch, ExtractionTimes* times) {
+  VEDUTA_RETURN_IF_ERROR(options.Check());
+  VEDUTA_RETURN_IF_ERROR(CheckImage(image));
+  ExtractionTimes unused;
+  try {
+    if (scratch != nullptr) return Extract(kernels, image, options, &scratch->memory(), times ? times : &unused);
+    FeatureScratch own;
+    return Extract(kernels, image, options, &own.memory(), times ? times : &unused);
+  } catch (const std::bad_alloc&) {
+    return Status::IoError("no memory for the features of a photo of " + std::to_string(image.width_px) + "x" +
+                           std::to_string(image.height_px));
+  }
+}
+
+Result<Features> ExtractFeatures(const GrayView& image, const FeatureOptions& options, FeatureScratch* scratch) {
+  return ExtractFeaturesWith(BestKernels(), image, options, scratch, nullptr);
+}
+
+}  // namespace veduta

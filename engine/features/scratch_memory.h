@@ -1,0 +1,27 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+// Memory that is kept from one photo to the next: the first touch of fresh pages costs more than some blurs.
+
+#include <cstddef>
+#include <cstdint>
+
+namespace veduta {
+
+// 64-byte aligned values, uninitialised. Throws std::bad_alloc.
+class GrayBuffer final {
+ public:
+  GrayBuffer() = default;
+  ~GrayBuffer();
+  GrayBuffer(const GrayBuffer&) = delete;
+  GrayBuffer& operator=(const GrayBuffer&) = delete;
+
+  // At least `count` values; the old content is lost when it has to grow.
+  int16_t* Reserve(size_t count);
+  int16_t* data() const { return data_; }
+
+ private:
+  int16_t* data_ = nullptr;
+  size_t count_ = 0;
+};
+
+}  // namespace veduta

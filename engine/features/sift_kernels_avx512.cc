@@ -1,0 +1,16 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "engine/features/sift_kernels.h"
+
+#if defined(__AVX512BW__)
+#include "engine/features/sift_kernels_vector.h"
+// Kernels in terms of the vectors above.
+#include "engine/features/sift_kernels.inc.h"
+
+namespace veduta {
+const SiftKernels* const kSiftKernelsAvx512 = &kTable;
+}  // namespace veduta
+#else
+namespace veduta {
+const SiftKernels* const kSiftKernelsAvx512 = nullptr;
+}  // namespace veduta
+#endif

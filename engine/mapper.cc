@@ -1,0 +1,243 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "engine/mapper.h"
+
+#include <algorithm>
+#include <map>
+#include <set>
+
+#include "engine/merge_candidates.h"
+#include "engine/stopwatch.h"
+#include "storage/base/content_hash.h"
+
+namespace veduta {
+namespace {
+
+MapImage ToMapImage(const ImageFeatures& photo) {
+  MapImage image;
+  image.id = photo.id;
+  image.camera = photo.camera;
+  image.width_px = photo.width_px;
+  image.height_px = photo.height_px;
+  image.features = photo.features;
+  image.grid = photo.grid;
+  image.points.resize(photo.features->size());
+  return image;
+}
+
+std::string Of(size_t part, size_t whole) { return std::to_string(part) + " of " + std::to_string(whole); }
+
+}  // namespace
+
+std::vector<Mapper::Candidate> Mapper::FindPlacements(const ImageFeatures& photo, std::span<const PairMatches> pairs,
+                                                      uint64_t seed, Placement* placement) {
+  std::set<ReconstructionId> reconstructions;
+  for (const PairMatches& pair : pairs) {
+    if (map_->HasImage(pair.other)) reconstructions.insert(map_->image(pair.other).reconstruction);
+  }
+  std::vector<Candidate> found;
+  for (const ReconstructionId id : reconstructions) {
+    Candidate candidate{id, {}, GatherStructure(*map_, id, *photo.features, photo.camera, pairs)};
+    candidate.resection = Resect(candidate.structure.x, candidate.structure.positions, photo.camera.focal_px(),
+                                 MixSeed(seed, id.value), options_.resection);
+    const size_t inliers = candidate.resection.inliers.size(), points = candidate.structure.x.size();
+    const std::string where = " points of reconstruction " + std::to_string(id.value);
+    if (candidate.resection.outcome == ResectionOutcome::kTooFewMatches) {
+      if (placement->reason == Reason::kNone) {
+        placement->reason = Reason::kTooFewStructurePoints;
+        placement->detail = "sees " + std::to_string(points) + where + "; " +
+                            std::to_string(options_.resection.inlier_count_min) + " are needed";
+      }
+      continue;
+    }
+    if (candidate.resection.outcome == ResectionOutcome::kTooFewInliers) {
+      placement->reason = Reason::kResectionFailed;
+      placement->detail = "no pose explains more than " + Of(inliers, points) + where;
+      continue;
+    }
+    const NeighborAgreement agreement = CheckNeighbors(*map_, id, candidate.resection.cam_from_world, *photo.features,
+                                                       photo.camera, pairs, options_.neighbor_error_px_max);
+    if (static_cast<double>(agreement.contradicting_matches) >
+        options_.contradiction_share_max * static_cast<double>(agreement.agreeing_matches)) {
+      placement->reason = Reason::kContradictsNeighbors;
+      placement->detail = "the pose by " + Of(inliers, points) + where + " contradicts " +
+                          Of(agreement.contradicting_images, agreement.contradicting_images + agreement.agreeing_images) +
+                          " verified neighbours";
+      continue;
+    }
+    found.push_back(std::move(candidate));
+  }
+  std::stable_sort(found.begin(), found.end(), [](const Candidate& a, const Candidate& b) {
+    return a.resection.inliers.size() > b.resection.inliers.size();
+  });
+  return found;
+}
+
+std::vector<ImageId> Mapper::CovisibleImages(ImageId image, size_t count_max) const {
+  std::map<ImageId, uint32_t> shared;
+  for (const PointId id : map_->image(image).points) {
+    const PointRecord* point = id.valid() ? map_->FindPoint(id) : nullptr;
+    if (point == nullptr) continue;
+    for (const TrackElement& element : point->track) {
+      if (element.image != image) ++shared[element.image];
+    }
+  }
+  std::vector<std::pair<ImageId, uint32_t>> ranked(shared.begin(), shared.end());
+  std::stable_sort(ranked.begin(), ranked.end(), [](const auto& a, const auto& b) { return a.second > b.second; });
+  if (ranked.size() > count_max) ranked.resize(count_max);
+  std::vector<ImageId> images;
+  for (const auto& [id, count] : ranked) images.push_back(id);
+  return images;
+}
+
+Status Mapper::PlaceInto(const ImageFeatures& photo, std::span<const PairMatches> pairs, const Candidate& candidate) {
+  MapImage image = ToMapImage(photo);
+  image.reconstruction = candidate.reconstruction;
+  image.cam_from_world = candidate.resection.cam_from_world;
+  map_->PlaceImage(std::move(image));
+  GrowFromMatches(map_, photo.id, pairs, options_.growth);
+  return Status::Ok();
+}
+
+Status Mapper::GrowAround(ImageId image) {
+  const std::vector<ImageId> near = CovisibleImages(image, options_.local_images_max);
+  VEDUTA_RETURN_IF_ERROR(loader_->LoadNeighborhood(near));
+  GrowByProjection(map_, image, map_->PointsSeenBy(near), options_.growth);
+  const ImageId self[] = {image};
+  const std::vector<PointId> own = map_->PointsSeenBy(self);
+  for (const ImageId id : near) GrowByProjection(map_, id, own, options_.growth);
+  return Status::Ok();
+}
+
+Status Mapper::AdjustAround(ImageId image) {
+  std::vector<ImageId> free = CovisibleImages(image, options_.local_images_max - 1);
+  free.push_back(image);
+  std::sort(free.begin(), free.end());
+  VEDUTA_RETURN_IF_ERROR(loader_->LoadNeighborhood(free));
+  const std::vector<PointId> points = map_->PointsSeenBy(free);
+  VEDUTA_ASSIGN_OR_RETURN(const BundleSummary summary, AdjustBundle(map_, free, points, options_.local_bundle));
+  FilterPoints(map_, points, options_.filter);
+  return summary.observations > 0 ? Status::Ok() : Status::InvalidArgument("nothing to adjust");
+}
+
+Result<bool> Mapper::TryMerge(const ImageFeatures& photo, std::span<const PairMatches> pairs, const Candidate& other,
+                              uint64_t seed, Placement* placement) {
+  const ReconstructionId into = map_->image(photo.id).reconstruction;
+  std::vector<ImageId> members;
+  VEDUTA_RETURN_IF_ERROR(loader_->LoadReconstruction(other.reconstruction, &members));
+  VEDUTA_ASSIGN_OR_RETURN(const std::vector<PointPair> common,
+                          FindCommonPoints(loader_, *map_, photo.id, pairs, other.reconstruction));
+  const std::optional<PointAlignment> alignment =
+      AlignPoints(*map_, common, options_.merge_error_px_max, options_.common_points_min, MixSeed(seed, other.reconstruction.value));
+  if (!alignment) return false;
+  for (const ImageId id : members) {
+    map_->MoveImage(id, into, alignment->into_from);
+    map_->MoveBlock(id, into, alignment->into_from);
+  }
+  for (const PointPair& pair : alignment->agreeing) {
+    TryMergePoints(map_, pair.into, pair.from, options_.growth.error_px_max);
+  }
+  placement->merges.push_back({other.reconstruction, alignment->into_from, static_cast<uint32_t>(alignment->agreeing.size())});
+  return true;
+}
+
+Status Mapper::TryFound(const ImageFeatures& photo, std::span<const PairMatches> pairs, ReconstructionId id, uint64_t seed,
+                        Placement* placement) {
+  VEDUTA_ASSIGN_OR_RETURN(const FoundingViews views, GatherFoundingViews(loader_, *map_, photo, pairs, options_.founding_views_max));
+  const bool has_placed_neighbor = placement->reason != Reason::kNone;
+  FoundingOutcome outcome = FoundingOutcome::kNoPair;
+  Map triple;
+  if (views.images.size() >= 3) outcome = Found(views, photo.id, id, seed, options_.founding, &triple);
+  if (outcome != FoundingOutcome::kFounded) {
+    if (has_placed_neighbor) return Status::Ok();
+    placement->reason = Reason::kNoGoodTriple;
+    placement->detail = std::to_string(pairs.size()) + " verified neighbours, none placed, and ";
+    placement->detail += views.images.size() < 3                         ? "three views are needed to start"
+                         : outcome == FoundingOutcome::kNoPair           ? "no two of the views have enough parallax"
+                         : outcome == FoundingOutcome::kNoThirdView      ? "no third view sees the points of the best pair"
+                                                                         : "too few points common to three views";
+    return Status::Ok();
+  }
+  for (const auto& [image_id, image] : triple.images()) {
+    MapImage placed = image;
+    placed.points.assign(placed.features->size(), PointId{});
+    map_->PlaceImage(std::move(placed));
+    placement->placed.push_back(image_id);
+  }
+  const std::vector<PointId> points = triple.PointsSeenBy(placement->placed);
+  for (const PointId point : points) map_->AddPoint(photo.id, triple.point(point).position, triple.point(point).track);
+  for (const ImageId image_id : placement->placed) VEDUTA_RETURN_IF_ERROR(GrowAround(image_id));
+  VEDUTA_RETURN_IF_ERROR(AdjustAround(photo.id));
+  placement->verdict = Verdict::kFounded;
+  placement->reason = Reason::kGoodTriple;
+  placement->reconstruction = id;
+  placement->inlier_count = static_cast<uint32_t>(points.size());
+  placement->detail = "founded with " + std::to_string(points.size()) + " points";
+  return Status::Ok();
+}
+
+Result<Placement> Mapper::Place(const ImageFeatures& photo, std::span<const PairMatches> pairs,
+                                ReconstructionId new_reconstruction, uint64_t seed) {
+  Placement placement;
+  Stopwatch watch;
+  std::vector<ImageId> neighbors;
+  for (const PairMatches& pair : pairs) neighbors.push_back(pair.other);
+  VEDUTA_RETURN_IF_ERROR(loader_->LoadNeighborhood(neighbors));
+  const std::vector<Candidate> candidates = FindPlacements(photo, pairs, seed, &placement);
+  if (candidates.empty()) {
+    if (new_reconstruction.valid()) {
+      VEDUTA_RETURN_IF_ERROR(TryFound(photo, pairs, new_reconstruction, seed, &placement));
+    }
+    placement.map_ms = watch.LapMs();
+    return placement;
+  }
+
+  VEDUTA_RETURN_IF_ERROR(PlaceInto(photo, pairs, candidates.front()));
+  placement.verdict = Verdict::kPlaced;
+  placement.reason = Reason::kRegistered;
+  placement.reconstruction = candidates.front().reconstruction;
+  placement.placed = {photo.id};
+  placement.inlier_count = static_cast<uint32_t>(candidates.front().resection.inliers.size());
+  placement.detail = "agrees with " + Of(placement.inlier_count, candidates.front().structure.x.size()) + " points";
+  for (size_t i = 1; i < candidates.size(); ++i) {
+    VEDUTA_ASSIGN_OR_RETURN(const bool merged, TryMerge(photo, pairs, candidates[i], seed, &placement));
+    if (merged) {
+      placement.verdict = Verdict::kMerged;
+      placement.reason = Reason::kJoinedReconstructions;
+      placement.detail += "; merged reconstruction " + std::to_string(candidates[i].reconstruction.value) + " by " +
+                          std::to_string(placement.merges.back().common_point_count) + " common points";
+    }
+  }
+  if (!placement.merges.empty()) GrowFromMatches(map_, photo.id, pairs, options_.growth);
+  VEDUTA_RETURN_IF_ERROR(GrowAround(photo.id));
+  placement.map_ms = watch.LapMs();
+  VEDUTA_RETURN_IF_ERROR(AdjustAround(photo.id));
+  placement.adjust_ms = watch.LapMs();
+
+  const auto& points = map_->image(photo.id).points;
+  const size_t seen = static_cast<size_t>(std::count_if(points.begin(), points.end(), [](PointId id) { return id.valid(); }));
+  if (seen < options_.observations_min) {
+    map_->Clear();
+    Placement postponed;
+    postponed.reason = Reason::kResectionFailed;
+    postponed.detail = "only " + std::to_string(seen) + " points are left after adjustment; " +
+                       std::to_string(options_.observations_min) + " are needed";
+    return postponed;
+  }
+  return placement;
+}
+
+Status Mapper::AdjustReconstruction(ReconstructionId id) {
+  std::vector<ImageId> images;
+  VEDUTA_RETURN_IF_ERROR(loader_->LoadReconstruction(id, &images));
+  for (int round = 0; round < 2; ++round) {
+    for (const ImageId image : images) {
+      GrowByProjection(map_, image, map_->PointsSeenBy(CovisibleImages(image, options_.local_images_max)), options_.growth);
+    }
+    const std::vector<PointId> points = map_->PointsSeenBy(images);
+    VEDUTA_RETURN_IF_ERROR(AdjustBundle(map_, images, points, options_.global_bundle).status());
+    FilterPoints(map_, points, options_.filter);
+  }
+  return Status::Ok();
+}
+
+}  // namespace veduta

@@ -1,0 +1,88 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+// Decides which of the four cases of the paper's section 3.3 a photo is, and carries it out on the Map.
+
+#include <span>
+#include <string>
+#include <vector>
+
+#include "engine/map_loader.h"
+#include "engine/mapping/bundle_adjustment.h"
+#include "engine/mapping/founding.h"
+#include "engine/mapping/growth.h"
+#include "engine/mapping/placement.h"
+#include "engine/mapping/point_filter.h"
+#include "engine/mapping/resection.h"
+
+namespace veduta {
+
+struct MapperOptions {
+  ResectionOptions resection;
+  double neighbor_error_px_max = 6.0;      // > 0: distance from the epipolar line that still agrees with a pose
+  double contradiction_share_max = 0.5;    // > 0: contradicting over agreeing matches; above, the photo is postponed
+  uint32_t local_images_max = 12;          // >= 2: images whose poses a new photo may move
+  uint32_t observations_min = 20;          // of a placed image, after adjustment
+  uint32_t common_points_min = 20;         // >= 3: of a merge; R13
+  double merge_error_px_max = 6.0;         // > 0
+  uint32_t founding_views_max = 12;        // >= 3
+  GrowthOptions growth;
+  BundleOptions local_bundle, global_bundle;
+  PointFilterOptions filter;
+  FoundingOptions founding;
+};
+
+struct Merge {
+  ReconstructionId from;
+  Sim3 into_from;
+  uint32_t common_point_count = 0;
+};
+
+struct Placement {
+  Verdict verdict = Verdict::kPostponed;
+  Reason reason = Reason::kNone;
+  std::string detail;
+  ReconstructionId reconstruction;      // valid unless postponed
+  std::vector<ImageId> placed;          // images that got a pose: the photo, and with it its triple when founding
+  std::vector<Merge> merges;
+  uint32_t inlier_count = 0;
+  double map_ms = 0, adjust_ms = 0;
+};
+
+class Mapper final {
+ public:
+  Mapper(MapLoader* loader, Map* map, const MapperOptions& options) : loader_(loader), map_(map), options_(options) {}
+
+  // Places a photo by its verified pairs. `new_reconstruction` is the id that a founded one takes; not valid(): the
+  // photo may not found one. When the photo is postponed, the map's contents are as before or cleared.
+  Result<Placement> Place(const ImageFeatures& photo, std::span<const PairMatches> pairs,
+                          ReconstructionId new_reconstruction, uint64_t seed);
+
+  // Completes tracks, adjusts all poses and points of a reconstruction and filters, twice. All of it gets loaded.
+  Status AdjustReconstruction(ReconstructionId id);
+
+ private:
+  struct Candidate {
+    ReconstructionId reconstruction;
+    Resection resection;
+    StructureMatches structure;
+  };
+
+  std::vector<Candidate> FindPlacements(const ImageFeatures& photo, std::span<const PairMatches> pairs, uint64_t seed,
+                                        Placement* placement);
+  Status PlaceInto(const ImageFeatures& photo, std::span<const PairMatches> pairs, const Candidate& candidate);
+  Result<bool> TryMerge(const ImageFeatures& photo, std::span<const PairMatches> pairs, const Candidate& other,
+                        uint64_t seed, Placement* placement);
+  Status TryFound(const ImageFeatures& photo, std::span<const PairMatches> pairs, ReconstructionId id, uint64_t seed,
+                  Placement* placement);
+  // Projects what the neighbours see into the image, and what it sees into them.
+  Status GrowAround(ImageId image);
+  Status AdjustAround(ImageId image);
+  // Images that share points with it, most first.
+  std::vector<ImageId> CovisibleImages(ImageId image, size_t count_max) const;
+
+  MapLoader* loader_;
+  Map* map_;
+  const MapperOptions& options_;
+};
+
+}  // namespace veduta

@@ -1,0 +1,151 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "engine/mapping/founding.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "storage/base/content_hash.h"
+
+namespace veduta {
+namespace {
+
+const MapImage& Find(const FoundingViews& views, ImageId id) {
+  const auto it = std::lower_bound(views.images.begin(), views.images.end(), id,
+                                   [](const MapImage& image, ImageId wanted) { return image.id < wanted; });
+  VEDUTA_CHECK(it != views.images.end() && it->id == id, "view " + std::to_string(id.value) + " is not a candidate");
+  return *it;
+}
+
+MapImage Placed(const MapImage& image, ReconstructionId reconstruction, const Rigid3& cam_from_world) {
+  MapImage placed = image;
+  placed.reconstruction = reconstruction;
+  placed.cam_from_world = cam_from_world;
+  placed.points.assign(image.features->size(), PointId{});
+  return placed;
+}
+
+std::vector<PairMatches> PairsOf(const FoundingViews& views, ImageId image) {
+  std::vector<PairMatches> pairs;
+  for (const PairRecord& pair : views.pairs) {
+    if (pair.a == image || pair.b == image) pairs.push_back(MatchesFrom(pair, image));
+  }
+  return pairs;
+}
+
+struct ThirdView {
+  ImageId id;
+  Rigid3 cam_from_world;
+  double depth_variance = std::numeric_limits<double>::infinity();
+};
+
+// The best third view for a map that holds the first two.
+ThirdView ChooseThird(const FoundingViews& views, const Map& map, const PairRecord& first, ImageId required,
+                      ReconstructionId reconstruction, uint64_t seed, const FoundingOptions& options) {
+  ThirdView best;
+  const bool first_has_required = first.a == required || first.b == required;
+  const Eigen::Vector3d center_a = map.image(first.a).cam_from_world.Center();
+  const Eigen::Vector3d center_b = map.image(first.b).cam_from_world.Center();
+  for (const MapImage& image : views.images) {
+    if (image.id == first.a || image.id == first.b || (!first_has_required && image.id != required)) continue;
+    const std::vector<PairMatches> pairs = PairsOf(views, image.id);
+    const StructureMatches structure = GatherStructure(map, reconstruction, *image.features, image.camera, pairs);
+    const Resection placed = Resect(structure.x, structure.positions, image.camera.focal_px(),
+                                    MixSeed(seed, image.id.value), options.resection);
+    if (placed.outcome != ResectionOutcome::kPlaced ||
+        static_cast<double>(placed.inliers.size()) < options.explained_share_min * static_cast<double>(structure.x.size())) {
+      continue;
+    }
+    const Eigen::Vector3d center = placed.cam_from_world.Center();
+    double sum = 0;
+    for (const uint32_t i : placed.inliers) {
+      const double angle_deg = std::max(RayAngleDeg(center, center_a, structure.positions[i]),
+                                        RayAngleDeg(center, center_b, structure.positions[i]));
+      const double sine = std::sin(std::max(angle_deg, 1e-3) * 0.017453292519943295);
+      sum += 1 / (sine * sine);
+    }
+    const double n = static_cast<double>(placed.inliers.size());
+    if (sum / (n * n) < best.depth_variance) best = {image.id, placed.cam_from_world, sum / (n * n)};
+  }
+  return best;
+}
+
+bool PlacePair(const FoundingViews& views, const PairRecord& pair, ReconstructionId reconstruction,
+               const FoundingOptions& options, Map* map) {
+  map->Clear();
+  map->PlaceImage(Placed(Find(views, pair.a), reconstruction, Rigid3{}));
+  map->PlaceImage(Placed(Find(views, pair.b), reconstruction, pair.b_from_a));
+  const PairMatches matches = MatchesFrom(pair, pair.b);
+  GrowFromMatches(map, pair.b, {&matches, 1}, options.growth);
+  const ImageId both[] = {pair.a, pair.b};
+  return map->PointsSeenBy(both).size() >= options.common_points_min;
+}
+
+uint32_t CountCommonPoints(const Map& map, double angle_deg_min) {
+  std::vector<ImageId> ids;
+  for (const auto& [id, image] : map.images()) ids.push_back(id);
+  uint32_t count = 0;
+  for (const PointId id : map.PointsSeenBy(ids)) {
+    const PointRecord& point = map.point(id);
+    count += point.track.size() == ids.size() && TriangulationAngleDeg(map.ViewsOf(point), point.position) > angle_deg_min;
+  }
+  return count;
+}
+
+// Adjusts and filters twice; false when the views do not fit together.
+bool AdjustTriple(Map* map, const FoundingOptions& options) {
+  std::vector<ImageId> ids;
+  for (const auto& [id, image] : map->images()) ids.push_back(id);
+  for (int round = 0; round < 2; ++round) {
+    const std::vector<PointId> points = map->PointsSeenBy(ids);
+    if (points.size() < options.common_points_min) return false;
+    const auto summary = AdjustBundle(map, ids, points, options.bundle);
+    if (!summary.ok() || (round == 1 && summary->final_rms_px > options.rms_px_max)) return false;
+    FilterPoints(map, points, options.filter);
+  }
+  return true;
+}
+
+}  // namespace
+
+double DepthVariance(const PairRecord& pair, const MapImage& a, const MapImage& b) {
+  if (pair.geometry == PairGeometry::kRotation || pair.matches.empty()) return std::numeric_limits<double>::infinity();
+  double sum = 0;
+  for (const FeatureMatch& match : pair.matches) {
+    const Eigen::Vector3d ray_a =
+        pair.b_from_a.rotation * a.camera.Normalize(a.features->keypoints[match.a]).homogeneous().normalized();
+    const Eigen::Vector3d ray_b = b.camera.Normalize(b.features->keypoints[match.b]).homogeneous().normalized();
+    sum += 1 / std::max(ray_a.cross(ray_b).squaredNorm(), 1e-10);
+  }
+  const double n = static_cast<double>(pair.matches.size());
+  return sum / (n * n);
+}
+
+FoundingOutcome Found(const FoundingViews& views, ImageId required, ReconstructionId reconstruction, uint64_t seed,
+                      const FoundingOptions& options, Map* map) {
+  std::vector<std::pair<double, const PairRecord*>> ranked;
+  for (const PairRecord& pair : views.pairs) {
+    const double variance = DepthVariance(pair, Find(views, pair.a), Find(views, pair.b));
+    if (std::isfinite(variance)) ranked.emplace_back(variance, &pair);
+  }
+  std::stable_sort(ranked.begin(), ranked.end(), [](const auto& x, const auto& y) { return x.first < y.first; });
+  if (ranked.size() > options.pairs_tried_max) ranked.resize(options.pairs_tried_max);
+
+  FoundingOutcome outcome = FoundingOutcome::kNoPair;
+  for (const auto& [variance, pair] : ranked) {
+    if (!PlacePair(views, *pair, reconstruction, options, map)) continue;
+    const ThirdView third = ChooseThird(views, *map, *pair, required, reconstruction, seed, options);
+    outcome = std::max(outcome, FoundingOutcome::kNoThirdView);
+    if (!third.id.valid()) continue;
+    outcome = FoundingOutcome::kTooFewPoints;
+    map->PlaceImage(Placed(Find(views, third.id), reconstruction, third.cam_from_world));
+    GrowFromMatches(map, third.id, PairsOf(views, third.id), options.growth);
+    if (AdjustTriple(map, options) && CountCommonPoints(*map, options.angle_deg_min) >= options.common_points_min) {
+      return FoundingOutcome::kFounded;
+    }
+  }
+  map->Clear();
+  return outcome;
+}
+
+}  // namespace veduta

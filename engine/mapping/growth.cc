@@ -1,0 +1,194 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "engine/mapping/growth.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <optional>
+#include <set>
+
+#include "engine/matching/guided_matcher.h"
+
+namespace veduta {
+namespace {
+
+// Everything that the matches say about one feature of the new image.
+struct FeatureEvidence {
+  std::vector<PointId> points;          // ascending, distinct
+  std::vector<TrackElement> unplaced;   // matched features that have no point yet, in the order of the pairs
+};
+
+std::vector<FeatureEvidence> GatherEvidence(const Map& map, const MapImage& image, std::span<const PairMatches> pairs) {
+  std::vector<FeatureEvidence> evidence(image.features->size());
+  for (const PairMatches& pair : pairs) {
+    if (!map.HasImage(pair.other) || map.image(pair.other).reconstruction != image.reconstruction) continue;
+    const MapImage& other = map.image(pair.other);
+    for (const FeatureMatch& match : pair.matches) {
+      const PointId point = other.points[match.b];
+      if (!point.valid()) {
+        evidence[match.a].unplaced.push_back({pair.other, match.b});
+      } else if (map.FindPoint(point) != nullptr) {
+        evidence[match.a].points.push_back(point);
+      }
+    }
+  }
+  for (FeatureEvidence& e : evidence) {
+    std::sort(e.points.begin(), e.points.end());
+    e.points.erase(std::unique(e.points.begin(), e.points.end()), e.points.end());
+  }
+  return evidence;
+}
+
+bool AllWithin(std::span<const View> views, const Eigen::Vector3d& point, double error_px_max) {
+  return std::all_of(views.begin(), views.end(),
+                     [&](const View& view) { return ReprojectionErrorPx(view, point) <= error_px_max; });
+}
+
+bool SeesImage(const PointRecord& point, ImageId image) {
+  return std::any_of(point.track.begin(), point.track.end(), [&](const TrackElement& e) { return e.image == image; });
+}
+
+// Joins the feature to the candidate that it fits best.
+std::optional<PointId> JoinBest(Map* map, ImageId image, FeatureIndex feature, const std::vector<PointId>& candidates,
+                                double error_px_max) {
+  const View view = map->image(image).ViewOf(feature);
+  std::optional<PointId> best;
+  double best_error = error_px_max;
+  for (const PointId id : candidates) {
+    const PointRecord* point = map->FindPoint(id);
+    if (point == nullptr || SeesImage(*point, image)) continue;
+    const double error = ReprojectionErrorPx(view, point->position);
+    if (error < best_error) best_error = error, best = id;
+  }
+  if (best) map->AddObservation(*best, {image, feature});
+  return best;
+}
+
+// Triangulates the feature with the match that gives the widest angle, and takes in the others that agree.
+bool TryTriangulate(Map* map, ImageId image, FeatureIndex feature, const std::vector<TrackElement>& matched,
+                    const GrowthOptions& options) {
+  const View view = map->image(image).ViewOf(feature);
+  std::vector<TrackElement> best_track;
+  Eigen::Vector3d best_position = Eigen::Vector3d::Zero();
+  double best_angle = 0;
+  for (const TrackElement& seed : matched) {
+    const MapImage& other = map->image(seed.image);
+    if (other.points[seed.feature].valid()) continue;
+    std::vector<View> views = {view, other.ViewOf(seed.feature)};
+    auto position = Triangulate(views);
+    if (!position || !AllWithin(views, *position, options.error_px_max)) continue;
+    std::vector<TrackElement> track = {{image, feature}, seed};
+    for (const TrackElement& element : matched) {
+      const MapImage& third = map->image(element.image);
+      const bool known = std::any_of(track.begin(), track.end(), [&](const auto& e) { return e.image == element.image; });
+      if (known || third.points[element.feature].valid()) continue;
+      const View third_view = third.ViewOf(element.feature);
+      if (ReprojectionErrorPx(third_view, *position) > 2 * options.error_px_max) continue;
+      views.push_back(third_view);
+      const auto moved = Triangulate(views);
+      if (moved && AllWithin(views, *moved, options.error_px_max)) {
+        position = moved;
+        track.push_back(element);
+      } else {
+        views.pop_back();
+      }
+    }
+    const double angle = TriangulationAngleDeg(views, *position);
+    if (angle < options.angle_deg_min) continue;
+    if (track.size() > best_track.size() || (track.size() == best_track.size() && angle > best_angle)) {
+      best_track = std::move(track), best_position = *position, best_angle = angle;
+    }
+  }
+  if (best_track.empty()) return false;
+  map->AddPoint(image, best_position, std::move(best_track));
+  return true;
+}
+
+// The element of the track seen from the direction nearest to `center`: what the point should look like from there.
+const TrackElement& MostAlike(const Map& map, const PointRecord& point, const Eigen::Vector3d& center) {
+  const TrackElement* best = &point.track.front();
+  double smallest = std::numeric_limits<double>::infinity();
+  for (const TrackElement& element : point.track) {
+    const double angle = RayAngleDeg(map.image(element.image).cam_from_world.Center(), center, point.position);
+    if (angle < smallest) smallest = angle, best = &element;
+  }
+  return *best;
+}
+
+}  // namespace
+
+bool TryMergePoints(Map* map, PointId keep, PointId drop, double error_px_max) {
+  const PointRecord *a = map->FindPoint(keep), *b = map->FindPoint(drop);
+  if (a == nullptr || b == nullptr || keep == drop || map->SharesImage(*a, *b)) return false;
+  std::vector<View> views = map->ViewsOf(*a);
+  const std::vector<View> more = map->ViewsOf(*b);
+  views.insert(views.end(), more.begin(), more.end());
+  const auto position = Triangulate(views);
+  if (!position || !AllWithin(views, *position, error_px_max)) return false;
+  map->MergePoints(keep, drop);
+  map->SetPosition(keep, *position);
+  return true;
+}
+
+GrowthCounts GrowFromMatches(Map* map, ImageId image, std::span<const PairMatches> pairs, const GrowthOptions& options) {
+  GrowthCounts counts;
+  const std::vector<FeatureEvidence> evidence = GatherEvidence(*map, map->image(image), pairs);
+  for (FeatureIndex f = 0; f < evidence.size(); ++f) {
+    const FeatureEvidence& e = evidence[f];
+    if (!e.points.empty()) {
+      std::optional<PointId> joined = map->image(image).points[f];
+      if (!joined->valid()) {
+        joined = JoinBest(map, image, f, e.points, options.error_px_max);
+        counts.observations_added += joined.has_value();
+      }
+      if (!joined) continue;
+      for (const PointId other : e.points) counts.points_merged += TryMergePoints(map, *joined, other, options.error_px_max);
+      // Matched features that have no point yet belong to it as well when it lands on them.
+      for (const TrackElement& element : e.unplaced) {
+        const PointRecord& point = map->point(*joined);
+        const MapImage& other = map->image(element.image);
+        if (other.points[element.feature].valid() || SeesImage(point, element.image)) continue;
+        if (ReprojectionErrorPx(other.ViewOf(element.feature), point.position) > options.error_px_max) continue;
+        map->AddObservation(*joined, element);
+        ++counts.observations_added;
+      }
+    } else if (!e.unplaced.empty() && !map->image(image).points[f].valid()) {
+      counts.points_added += TryTriangulate(map, image, f, e.unplaced, options);
+    }
+  }
+  return counts;
+}
+
+GrowthCounts GrowByProjection(Map* map, ImageId image_id, std::span<const PointId> points, const GrowthOptions& options) {
+  GrowthCounts counts;
+  GuidedScratch scratch;
+  const MapImage& image = map->image(image_id);
+  const Eigen::Vector3d center = image.cam_from_world.Center();
+  for (const PointId id : points) {
+    const PointRecord* point = map->FindPoint(id);
+    if (point == nullptr || SeesImage(*point, image_id)) continue;
+    const Eigen::Vector3d x_cam = image.cam_from_world * point->position;
+    if (!(x_cam.z() > 0)) continue;
+    const Eigen::Vector2d x_px = image.camera.Project(x_cam);
+    if (x_px.x() < 0 || x_px.y() < 0 || x_px.x() >= image.width_px || x_px.y() >= image.height_px) continue;
+    const TrackElement& alike = MostAlike(*map, *point, center);
+    const MapImage& known = map->image(alike.image);
+    if (RayAngleDeg(known.cam_from_world.Center(), center, point->position) > 45) continue;
+    const auto found = FindNear(*image.grid, *image.features,
+                                {x_px.x(), x_px.y(), options.search_radius_px, known.features->descriptor(alike.feature),
+                                 known.features->keypoints[alike.feature].contrast_sign,
+                                 options.descriptor_distance_squared_max},
+                                &scratch);
+    if (!found || image.points[found->feature].valid()) continue;
+    const double depth_known = (known.cam_from_world * point->position).z();
+    const double scale_predicted = known.features->keypoints[alike.feature].scale_px * depth_known / x_cam.z() *
+                                   image.camera.focal_px() / known.camera.focal_px();
+    const double ratio = image.features->keypoints[found->feature].scale_px / scale_predicted;
+    if (ratio > options.scale_ratio_max || ratio < 1 / options.scale_ratio_max) continue;
+    map->AddObservation(id, {image_id, found->feature});
+    ++counts.observations_added;
+  }
+  return counts;
+}
+
+}  // namespace veduta

@@ -1,0 +1,236 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "engine/mapping/map.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "storage/base/status.h"
+
+namespace veduta {
+namespace {
+
+std::string Name(PointId id) { return "point " + std::to_string(id.home.value) + "/" + std::to_string(id.ordinal); }
+
+auto FindElement(auto& track, ImageId image) {
+  return std::lower_bound(track.begin(), track.end(), image,
+                          [](const TrackElement& e, ImageId id) { return e.image < id; });
+}
+
+}  // namespace
+
+const MapImage& Map::image(ImageId id) const {
+  const auto it = images_.find(id);
+  VEDUTA_CHECK(it != images_.end(), "image " + std::to_string(id.value) + " is not loaded");
+  return it->second;
+}
+
+MapImage& Map::MutableImage(ImageId id) { return const_cast<MapImage&>(image(id)); }
+
+const PointRecord* Map::FindPoint(PointId id) const {
+  const auto block = blocks_.find(id.home);
+  if (block == blocks_.end() || id.ordinal == 0 || id.ordinal > block->second.points.size()) return nullptr;
+  const PointRecord& point = block->second.points[id.ordinal - 1];
+  return point.track.empty() ? nullptr : &point;
+}
+
+const PointRecord& Map::point(PointId id) const {
+  const PointRecord* found = FindPoint(id);
+  VEDUTA_CHECK(found != nullptr, Name(id) + " is not loaded or gone");
+  return *found;
+}
+
+PointRecord& Map::MutablePoint(PointId id) {
+  changes_.blocks.insert(id.home);
+  return const_cast<PointRecord&>(point(id));
+}
+
+PointBlock Map::StoredBlock(ImageId home) const {
+  const auto it = blocks_.find(home);
+  VEDUTA_CHECK(it != blocks_.end(), "points of image " + std::to_string(home.value) + " are not loaded");
+  PointBlock block;
+  block.home = home;
+  block.next_ordinal = static_cast<uint32_t>(it->second.points.size()) + 1;
+  for (const PointRecord& point : it->second.points) {
+    if (!point.track.empty()) block.points.push_back(point);
+  }
+  return block;
+}
+
+std::vector<PointId> Map::PointsSeenBy(std::span<const ImageId> images) const {
+  std::vector<PointId> seen;
+  for (const ImageId id : images) {
+    for (const PointId point : image(id).points) {
+      if (point.valid() && FindPoint(point) != nullptr) seen.push_back(point);
+    }
+  }
+  std::sort(seen.begin(), seen.end());
+  seen.erase(std::unique(seen.begin(), seen.end()), seen.end());
+  return seen;
+}
+
+std::vector<View> Map::ViewsOf(const PointRecord& point) const {
+  std::vector<View> views;
+  views.reserve(point.track.size());
+  for (const TrackElement& element : point.track) {
+    const auto it = images_.find(element.image);
+    if (it != images_.end()) views.push_back(it->second.ViewOf(element.feature));
+  }
+  return views;
+}
+
+void Map::LoadImage(MapImage image) {
+  VEDUTA_CHECK(image.features != nullptr && image.points.size() == image.features->size(), "features and points differ");
+  const ImageId id = image.id;
+  images_.insert_or_assign(id, std::move(image));
+}
+
+void Map::LoadBlock(const PointBlock& block) {
+  Block loaded;
+  loaded.points.resize(block.next_ordinal - 1);
+  for (const PointRecord& point : block.points) loaded.points[point.id.ordinal - 1] = point;
+  blocks_.insert_or_assign(block.home, std::move(loaded));
+}
+
+void Map::PlaceImage(MapImage image) {
+  VEDUTA_CHECK(!HasImage(image.id), "image " + std::to_string(image.id.value) + " has a pose already");
+  const ImageId id = image.id;
+  LoadImage(std::move(image));
+  blocks_[id];
+  changes_.poses.insert(id);
+  changes_.observations.insert(id);
+}
+
+void Map::SetPose(ImageId id, const Rigid3& cam_from_world) {
+  MutableImage(id).cam_from_world = cam_from_world;
+  changes_.poses.insert(id);
+}
+
+void Map::CountPoint(const PointRecord& point, int sign) {
+  CountChange& change = changes_.counts[image(point.track.front().image).reconstruction];
+  change.points += sign;
+  change.observations += sign * static_cast<int64_t>(point.track.size());
+  change.reprojection_error_px_sum += sign * static_cast<double>(point.error_px) * static_cast<double>(point.track.size());
+}
+
+void Map::Measure(PointRecord* point) const {
+  double sum = 0;
+  const std::vector<View> views = ViewsOf(*point);
+  for (const View& view : views) sum += std::min(ReprojectionErrorPx(view, point->position), 1e6);
+  point->error_px = views.empty() ? 0.0f : static_cast<float>(sum / static_cast<double>(views.size()));
+}
+
+PointId Map::AddPoint(ImageId home, const Eigen::Vector3d& position, std::vector<TrackElement> track) {
+  VEDUTA_CHECK(track.size() >= 2, "a track of " + std::to_string(track.size()));
+  const auto it = blocks_.find(home);
+  VEDUTA_CHECK(it != blocks_.end(), "points of image " + std::to_string(home.value) + " are not loaded");
+  std::sort(track.begin(), track.end(), [](const TrackElement& a, const TrackElement& b) { return a.image < b.image; });
+  PointRecord point;
+  point.id = {home, static_cast<uint32_t>(it->second.points.size()) + 1};
+  point.position = position;
+  std::array<uint32_t, 3> rgb{};
+  for (const TrackElement& element : track) {
+    MapImage& seen_in = MutableImage(element.image);
+    VEDUTA_CHECK(!seen_in.points[element.feature].valid(), "a feature of " + Name(point.id) + " has a point already");
+    seen_in.points[element.feature] = point.id;
+    changes_.observations.insert(element.image);
+    for (int c = 0; c < 3; ++c) rgb[c] += seen_in.features->keypoints[element.feature].rgb[c];
+  }
+  for (int c = 0; c < 3; ++c) point.rgb[c] = static_cast<uint8_t>(rgb[c] / track.size());
+  point.track = std::move(track);
+  Measure(&point);
+  CountPoint(point, 1);
+  it->second.points.push_back(std::move(point));
+  changes_.blocks.insert(home);
+  return it->second.points.back().id;
+}
+
+void Map::AddObservation(PointId id, TrackElement element) {
+  MapImage& seen_in = MutableImage(element.image);
+  VEDUTA_CHECK(!seen_in.points[element.feature].valid(), "the feature has a point already, not " + Name(id));
+  PointRecord& point = MutablePoint(id);
+  CountPoint(point, -1);
+  const auto at = FindElement(point.track, element.image);
+  VEDUTA_CHECK(at == point.track.end() || at->image != element.image, Name(id) + " is seen in the image already");
+  point.track.insert(at, element);
+  seen_in.points[element.feature] = id;
+  changes_.observations.insert(element.image);
+  Measure(&point);
+  CountPoint(point, 1);
+}
+
+void Map::RemoveObservation(PointId id, ImageId image) {
+  if (point(id).track.size() <= 2) return RemovePoint(id);
+  PointRecord& point = MutablePoint(id);
+  CountPoint(point, -1);
+  const auto at = FindElement(point.track, image);
+  VEDUTA_CHECK(at != point.track.end() && at->image == image, Name(id) + " is not seen in the image");
+  MutableImage(image).points[at->feature] = {};
+  changes_.observations.insert(image);
+  point.track.erase(at);
+  Measure(&point);
+  CountPoint(point, 1);
+}
+
+void Map::RemovePoint(PointId id) {
+  PointRecord& point = MutablePoint(id);
+  CountPoint(point, -1);
+  for (const TrackElement& element : point.track) {
+    MutableImage(element.image).points[element.feature] = {};
+    changes_.observations.insert(element.image);
+  }
+  point = {};
+}
+
+bool Map::SharesImage(const PointRecord& a, const PointRecord& b) const {
+  auto i = a.track.begin(), j = b.track.begin();
+  while (i != a.track.end() && j != b.track.end()) {
+    if (i->image == j->image) return true;
+    i->image < j->image ? ++i : ++j;
+  }
+  return false;
+}
+
+void Map::MergePoints(PointId keep_id, PointId drop_id) {
+  const std::vector<TrackElement> moved = point(drop_id).track;
+  RemovePoint(drop_id);
+  PointRecord& keep = MutablePoint(keep_id);
+  CountPoint(keep, -1);
+  for (const TrackElement& element : moved) {
+    const auto at = FindElement(keep.track, element.image);
+    VEDUTA_CHECK(at == keep.track.end() || at->image != element.image, "merged points share an image");
+    keep.track.insert(at, element);
+    MutableImage(element.image).points[element.feature] = keep_id;
+  }
+  Measure(&keep);
+  CountPoint(keep, 1);
+}
+
+void Map::SetPosition(PointId id, const Eigen::Vector3d& position) {
+  PointRecord& point = MutablePoint(id);
+  CountPoint(point, -1);
+  point.position = position;
+  Measure(&point);
+  CountPoint(point, 1);
+}
+
+void Map::MoveImage(ImageId id, ReconstructionId into, const Sim3& into_from_old) {
+  MapImage& image = MutableImage(id);
+  image.reconstruction = into;
+  image.cam_from_world = TransformCameraWorld(into_from_old, image.cam_from_world);
+  changes_.poses.insert(id);
+}
+
+void Map::MoveBlock(ImageId home, ReconstructionId into, const Sim3& into_from_old) {
+  for (PointRecord& point : blocks_.at(home).points) {
+    if (!point.track.empty()) point.position = into_from_old * point.position;
+  }
+  changes_.blocks.insert(home);
+}
+
+void Map::Clear() {
+  images_.clear();
+  blocks_.clear();
+  ClearChanges();
+}
+
+}  // namespace veduta

@@ -1,0 +1,112 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+// The part of the city that is being worked on, in memory: poses, points and tracks, with the record of what changed.
+// It knows nothing of storage: whoever owns it loads images and point blocks into it before an algorithm needs them,
+// and writes the changes out after. Invariants, kept by every function:
+//   1. image.points[f] == p  exactly when p's track holds (image, f), as far as both are loaded.
+//   2. A live point's track has two or more elements, in ascending images, one an image, all in one reconstruction.
+//   3. A point's block is that of its home image, and blocks and images of one reconstruction share its frame.
+// Iteration is always in ascending ids, so that results do not depend on the history of loading. Not thread-safe;
+// const functions may run in parallel.
+
+#include <map>
+#include <memory>
+#include <optional>
+#include <set>
+#include <span>
+#include <vector>
+
+#include "engine/mapping/triangulation.h"
+#include "engine/matching/feature_grid.h"
+#include "engine/matching/pinhole.h"
+#include "storage/records.h"
+
+namespace veduta {
+
+struct MapImage {
+  ImageId id;
+  ReconstructionId reconstruction;
+  Rigid3 cam_from_world;
+  Pinhole camera;
+  uint32_t width_px = 0, height_px = 0;
+  std::shared_ptr<const Features> features;
+  std::shared_ptr<const FeatureGrid> grid;  // of the same features
+  std::vector<PointId> points;  // [features.size()]; not valid() where the feature has no point
+
+  View ViewOf(FeatureIndex feature) const {
+    const Keypoint& k = features->keypoints[feature];
+    return {cam_from_world, camera, {k.x_px, k.y_px}};
+  }
+};
+
+// What a reconstruction's counts grew by since the last ClearChanges.
+struct CountChange {
+  int64_t points = 0, observations = 0;
+  double reprojection_error_px_sum = 0;
+};
+
+struct MapChanges {
+  std::set<ImageId> poses, observations, blocks;
+  std::map<ReconstructionId, CountChange> counts;
+};
+
+class Map {
+ public:
+  bool HasImage(ImageId id) const { return images_.contains(id); }
+  const MapImage& image(ImageId id) const;
+  const std::map<ImageId, MapImage>& images() const { return images_; }
+  bool HasBlock(ImageId home) const { return blocks_.contains(home); }
+  // The block's points as they would be stored; the block must be loaded.
+  PointBlock StoredBlock(ImageId home) const;
+  // Null when the point is gone or its block is not loaded.
+  const PointRecord* FindPoint(PointId id) const;
+  const PointRecord& point(PointId id) const;
+  // Live points that a loaded image observes and whose blocks are loaded, ascending and distinct.
+  std::vector<PointId> PointsSeenBy(std::span<const ImageId> images) const;
+  // Views of a point from its loaded images.
+  std::vector<View> ViewsOf(const PointRecord& point) const;
+
+  // Loading: stored state, no change is recorded.
+  void LoadImage(MapImage image);
+  void LoadBlock(const PointBlock& block);
+
+  // A newly placed image, observing nothing yet, with an empty block of its own.
+  void PlaceImage(MapImage image);
+  void SetPose(ImageId id, const Rigid3& cam_from_world);
+  // `track` in any order, two or more images of one reconstruction, whose features have no point yet. The home must
+  // be one of the reconstruction's images.
+  PointId AddPoint(ImageId home, const Eigen::Vector3d& position, std::vector<TrackElement> track);
+  // The feature must have no point, and the point no feature of that image.
+  void AddObservation(PointId id, TrackElement element);
+  // Deletes the point when fewer than two elements remain.
+  void RemoveObservation(PointId id, ImageId image);
+  void RemovePoint(PointId id);
+  // Moves drop's track to keep. They must not share an image.
+  void MergePoints(PointId keep, PointId drop);
+  bool SharesImage(const PointRecord& a, const PointRecord& b) const;
+  // Also measures the mean reprojection error anew.
+  void SetPosition(PointId id, const Eigen::Vector3d& position);
+  // Carries a loaded image, or a loaded block's points, into another reconstruction's frame.
+  void MoveImage(ImageId id, ReconstructionId into, const Sim3& into_from_old);
+  void MoveBlock(ImageId home, ReconstructionId into, const Sim3& into_from_old);
+
+  const MapChanges& changes() const { return changes_; }
+  void ClearChanges() { changes_ = {}; }
+  void Clear();
+
+ private:
+  struct Block {
+    std::vector<PointRecord> points;  // [ordinal - 1]; an empty track where none lives
+  };
+
+  MapImage& MutableImage(ImageId id);
+  PointRecord& MutablePoint(PointId id);
+  void CountPoint(const PointRecord& point, int sign);
+  void Measure(PointRecord* point) const;
+
+  std::map<ImageId, MapImage> images_;
+  std::map<ImageId, Block> blocks_;
+  MapChanges changes_;
+};
+
+}  // namespace veduta

@@ -1,0 +1,138 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "engine/mapping/resection.h"
+
+#include <Eigen/Dense>
+#include <opengv/absolute_pose/CentralAbsoluteAdapter.hpp>
+#include <opengv/absolute_pose/methods.hpp>
+
+#include "engine/matching/sampling.h"
+
+namespace veduta {
+namespace {
+
+bool IsInlier(const Eigen::Matrix3d& r, const Eigen::Vector3d& t, const Eigen::Vector2d& x, const Eigen::Vector3d& point,
+              double error_squared_max) {
+  const Eigen::Vector3d p = r * point + t;
+  return p.z() > 0 && (p.head<2>() - p.z() * x).squaredNorm() < error_squared_max * p.z() * p.z();
+}
+
+std::vector<uint32_t> FindInliers(const Rigid3& pose, std::span<const Eigen::Vector2d> x,
+                                  std::span<const Eigen::Vector3d> points, double error_max) {
+  const Eigen::Matrix3d r = pose.rotation.toRotationMatrix();
+  std::vector<uint32_t> inliers;
+  for (uint32_t i = 0; i < x.size(); ++i) {
+    if (IsInlier(r, pose.translation, x[i], points[i], error_max * error_max)) inliers.push_back(i);
+  }
+  return inliers;
+}
+
+// The pose that most of the correspondences agree with, and how many do.
+uint32_t SearchPose(std::span<const Eigen::Vector2d> x, std::span<const Eigen::Vector3d> points, double error_max,
+                    uint64_t seed, const ResectionOptions& options, Rigid3* best_pose) {
+  const uint32_t n = static_cast<uint32_t>(x.size());
+  opengv::bearingVectors_t rays(n);
+  opengv::points_t world(n);
+  for (uint32_t i = 0; i < n; ++i) {
+    rays[i] = x[i].homogeneous().normalized();
+    world[i] = points[i];
+  }
+  const opengv::absolute_pose::CentralAbsoluteAdapter adapter(rays, world);
+  SeededRandom random(seed);
+  std::vector<int> sample(3);
+  uint32_t best = 0, samples_needed = options.samples_max;
+  for (uint32_t t = 0; t < samples_needed; ++t) {
+    DrawDistinct(random, FrontCount(n, t, 20), sample);
+    for (const opengv::transformation_t& world_from_cam : opengv::absolute_pose::p3p_kneip(adapter, sample)) {
+      if (!world_from_cam.allFinite()) continue;
+      const Eigen::Matrix3d r = world_from_cam.leftCols<3>().transpose();
+      const Eigen::Vector3d translation = -r * world_from_cam.col(3);
+      uint32_t inliers = 0;
+      for (uint32_t i = 0; i < n && inliers + (n - i) > best; ++i) {
+        inliers += IsInlier(r, translation, x[i], points[i], error_max * error_max);
+      }
+      if (inliers > best) {
+        best = inliers;
+        *best_pose = {Eigen::Quaterniond(r).normalized(), translation};
+        samples_needed = std::min(options.samples_max,
+                                  std::max(20u, SamplesNeeded(options.confidence, inliers / double(n), 3)));
+      }
+    }
+  }
+  return best;
+}
+
+}  // namespace
+
+Status ResectionOptions::Check() const {
+  if (!(error_px_max > 0 && error_px_max < 100)) {
+    return Status::InvalidArgument("resection option error_px_max is " + std::to_string(error_px_max) +
+                                   ", must be in (0, 100)");
+  }
+  if (inlier_count_min < 4) return Status::InvalidArgument("resection option inlier_count_min must be at least 4");
+  if (samples_max < 1) return Status::InvalidArgument("resection option samples_max must be at least 1");
+  return Status::Ok();
+}
+
+Rigid3 RefinePose(const Rigid3& start, std::span<const Eigen::Vector2d> x, std::span<const Eigen::Vector3d> points,
+                  double scale) {
+  using Vector6 = Eigen::Matrix<double, 6, 1>;
+  Rigid3 pose = start;
+  for (int iteration = 0; iteration < 15; ++iteration) {
+    const Eigen::Matrix3d r = pose.rotation.toRotationMatrix();
+    Eigen::Matrix<double, 6, 6> normal = Eigen::Matrix<double, 6, 6>::Zero();
+    Vector6 gradient = Vector6::Zero();
+    for (size_t i = 0; i < x.size(); ++i) {
+      const Eigen::Vector3d rotated = r * points[i], p = rotated + pose.translation;
+      if (!(p.z() > 0)) continue;
+      const Eigen::Vector2d residual = p.hnormalized() - x[i];
+      const double weight = 1.0 / (1.0 + residual.squaredNorm() / (scale * scale));
+      Eigen::Matrix<double, 2, 3> projection;
+      projection << 1 / p.z(), 0, -p.x() / (p.z() * p.z()), 0, 1 / p.z(), -p.y() / (p.z() * p.z());
+      Eigen::Matrix<double, 3, 6> motion;  // rotation about the camera's axes, then translation
+      motion << 0, rotated.z(), -rotated.y(), 1, 0, 0, -rotated.z(), 0, rotated.x(), 0, 1, 0, rotated.y(), -rotated.x(),
+          0, 0, 0, 1;
+      const Eigen::Matrix<double, 2, 6> jacobian = projection * motion;
+      normal += weight * jacobian.transpose() * jacobian;
+      gradient += weight * jacobian.transpose() * residual;
+    }
+    normal.diagonal() *= 1 + 1e-9;
+    const Vector6 step = -normal.ldlt().solve(gradient);
+    if (!step.allFinite()) break;
+    const Eigen::Vector3d omega = step.head<3>();
+    if (omega.norm() > 0) {
+      pose.rotation = (Eigen::Quaterniond(Eigen::AngleAxisd(omega.norm(), omega.normalized())) * pose.rotation).normalized();
+    }
+    pose.translation += step.tail<3>();
+    if (step.norm() < 1e-12 * (1 + pose.translation.norm())) break;
+  }
+  return pose;
+}
+
+Resection Resect(std::span<const Eigen::Vector2d> x, std::span<const Eigen::Vector3d> points, double focal_px,
+                 uint64_t seed, const ResectionOptions& options) {
+  Resection result;
+  if (x.size() < options.inlier_count_min || x.size() != points.size()) return result;
+  result.outcome = ResectionOutcome::kTooFewInliers;
+  const double error_max = options.error_px_max / focal_px;
+  Rigid3 pose;
+  if (SearchPose(x, points, error_max, seed, options, &pose) < std::max(4u, options.inlier_count_min / 2)) return result;
+  for (int round = 0; round < 3; ++round) {
+    std::vector<Eigen::Vector2d> in_x;
+    std::vector<Eigen::Vector3d> in_points;
+    for (const uint32_t i : FindInliers(pose, x, points, (round == 0 ? 2.0 : 1.0) * error_max)) {
+      in_x.push_back(x[i]);
+      in_points.push_back(points[i]);
+    }
+    if (in_x.size() < 4) return result;
+    pose = RefinePose(pose, in_x, in_points, 0.3 * error_max);
+  }
+  result.cam_from_world = pose;
+  result.inliers = FindInliers(pose, x, points, error_max);
+  if (result.inliers.size() >= options.inlier_count_min &&
+      result.inliers.size() >= options.inlier_share_min * static_cast<double>(x.size())) {
+    result.outcome = ResectionOutcome::kPlaced;
+  }
+  return result;
+}
+
+}  // namespace veduta

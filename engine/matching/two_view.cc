@@ -1,0 +1,287 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "engine/matching/two_view.h"
+
+#include <Eigen/Dense>
+#include <Eigen/SVD>
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <numeric>
+#include <opengv/relative_pose/CentralRelativeAdapter.hpp>
+#include <opengv/relative_pose/methods.hpp>
+
+#include "engine/matching/sampling.h"
+
+namespace veduta {
+namespace {
+
+Eigen::Matrix3d Skew(const Eigen::Vector3d& v) {
+  Eigen::Matrix3d m;
+  m << 0, -v.z(), v.y(), v.z(), 0, -v.x(), -v.y(), v.x(), 0;
+  return m;
+}
+
+// Depths are positive when the least-squares crossing of the two rays lies ahead of both cameras.
+bool IsInFront(const Rigid3& b_from_a, const Eigen::Vector2d& x_a, const Eigen::Vector2d& x_b) {
+  const Eigen::Vector3d ra = b_from_a.rotation * x_a.homogeneous();
+  const Eigen::Vector3d rb = x_b.homogeneous();
+  const Eigen::Vector3d& t = b_from_a.translation;
+  const double aa = ra.dot(ra), ab = ra.dot(rb), bb = rb.dot(rb), at = ra.dot(t), bt = rb.dot(t);
+  // Normal equations of depth_a * ra + t = depth_b * rb; their determinant is never negative.
+  return ab * bt - bb * at > 0 && aa * bt - ab * at > 0;
+}
+
+uint32_t CountSampson(const Eigen::Matrix3d& e, const MatchArrays& m, double distance_max, uint32_t give_up_below) {
+  const double limit = distance_max * distance_max;
+  const size_t n = m.size();
+  uint32_t inliers = 0;
+  for (size_t begin = 0; begin < n; begin += 64) {
+    const size_t end = std::min(n, begin + 64);
+    if (inliers + (n - begin) < give_up_below) return 0;  // cannot beat the best any more
+    for (size_t i = begin; i < end; ++i) {
+      const double lx = e(0, 0) * m.ax[i] + e(0, 1) * m.ay[i] + e(0, 2);
+      const double ly = e(1, 0) * m.ax[i] + e(1, 1) * m.ay[i] + e(1, 2);
+      const double lz = e(2, 0) * m.ax[i] + e(2, 1) * m.ay[i] + e(2, 2);
+      const double mx = e(0, 0) * m.bx[i] + e(1, 0) * m.by[i] + e(2, 0);
+      const double my = e(0, 1) * m.bx[i] + e(1, 1) * m.by[i] + e(2, 1);
+      const double r = m.bx[i] * lx + m.by[i] * ly + lz;
+      inliers += r * r < limit * (lx * lx + ly * ly + mx * mx + my * my);
+    }
+  }
+  return inliers;
+}
+
+struct BestEssential {
+  Eigen::Matrix3d essential = Eigen::Matrix3d::Zero();
+  uint32_t inliers = 0;
+};
+
+// Five samples a draw (OpenGV's own RANSAC takes eight, which costs seconds at 70 % outliers).
+BestEssential SearchEssential(const MatchArrays& matches, double distance_max, uint64_t seed,
+                              const TwoViewOptions& options) {
+  const uint32_t n = static_cast<uint32_t>(matches.size());
+  opengv::bearingVectors_t rays_a(n), rays_b(n);
+  for (uint32_t i = 0; i < n; ++i) {
+    rays_a[i] = Eigen::Vector3d(matches.ax[i], matches.ay[i], 1).normalized();
+    rays_b[i] = Eigen::Vector3d(matches.bx[i], matches.by[i], 1).normalized();
+  }
+  // OpenGV's essential matrix satisfies ray_1^T E ray_2 = 0: give it b first.
+  const opengv::relative_pose::CentralRelativeAdapter adapter(rays_b, rays_a);
+  SeededRandom random(seed);
+  BestEssential best;
+  uint32_t samples_needed = options.samples_max;
+  std::vector<int> sample(5);
+  for (uint32_t t = 0; t < samples_needed; ++t) {
+    if (t == options.samples_hopeless && best.inliers < options.inlier_count_min / 2) break;
+    DrawDistinct(random, FrontCount(n, t, 20), sample);
+    const opengv::complexEssentials_t solutions = opengv::relative_pose::fivept_stewenius(adapter, sample);
+    for (const opengv::complexEssential_t& solution : solutions) {
+      if (solution.imag().cwiseAbs().maxCoeff() > 1e-8) continue;
+      const Eigen::Matrix3d e = solution.real();
+      if (!e.allFinite()) continue;
+      const uint32_t inliers = CountSampson(e, matches, distance_max, best.inliers + 1);
+      if (inliers > best.inliers) {
+        best = {e, inliers};
+        samples_needed = std::min(options.samples_max, SamplesNeeded(options.confidence, inliers / double(n), 5));
+        samples_needed = std::max(samples_needed, 20u);
+      }
+    }
+  }
+  return best;
+}
+
+template <typename T>
+std::vector<T> Select(std::span<const T> values, const std::vector<uint32_t>& indices) {
+  std::vector<T> selected;
+  selected.reserve(indices.size());
+  for (const uint32_t i : indices) selected.push_back(values[i]);
+  return selected;
+}
+
+}  // namespace
+
+Status TwoViewOptions::Check() const {
+  const auto fail = [](const char* name, double value, const char* range) {
+    return Status::InvalidArgument(std::string("two-view option ") + name + " is " + std::to_string(value) +
+                                   ", must be in " + range);
+  };
+  if (!(error_px_max > 0 && error_px_max < 100)) return fail("error_px_max", error_px_max, "(0, 100)");
+  if (!(confidence > 0 && confidence < 1)) return fail("confidence", confidence, "(0, 1)");
+  if (inlier_count_min < 5) return fail("inlier_count_min", inlier_count_min, "[5, inf)");
+  if (samples_max < 1) return fail("samples_max", samples_max, "[1, inf)");
+  return Status::Ok();
+}
+
+double SampsonDistance(const Eigen::Matrix3d& e, const Eigen::Vector2d& x_a, const Eigen::Vector2d& x_b) {
+  const Eigen::Vector3d a = x_a.homogeneous(), b = x_b.homogeneous();
+  const Eigen::Vector3d line_b = e * a, line_a = e.transpose() * b;
+  const double scale = line_a.head<2>().squaredNorm() + line_b.head<2>().squaredNorm();
+  return scale > 0 ? std::abs(b.dot(line_b)) / std::sqrt(scale) : std::abs(b.dot(line_b));
+}
+
+Eigen::Matrix3d EssentialFromPose(const Rigid3& b_from_a) {
+  return Skew(b_from_a.translation) * b_from_a.rotation.toRotationMatrix();
+}
+
+Rigid3 PoseFromEssential(const Eigen::Matrix3d& essential, std::span<const Eigen::Vector2d> x_a,
+                         std::span<const Eigen::Vector2d> x_b) {
+  const Eigen::JacobiSVD<Eigen::Matrix3d> svd(essential, Eigen::ComputeFullU | Eigen::ComputeFullV);
+  Eigen::Matrix3d u = svd.matrixU(), v = svd.matrixV();
+  if (u.determinant() < 0) u.col(2) *= -1;
+  if (v.determinant() < 0) v.col(2) *= -1;
+  Eigen::Matrix3d w;
+  w << 0, -1, 0, 1, 0, 0, 0, 0, 1;
+  Rigid3 best;
+  size_t best_count = 0;
+  bool have_best = false;
+  for (int k = 0; k < 4; ++k) {
+    Rigid3 pose;
+    pose.rotation = Eigen::Quaterniond(u * (k < 2 ? w : w.transpose()) * v.transpose()).normalized();
+    pose.translation = (k % 2 == 0 ? 1.0 : -1.0) * u.col(2);
+    size_t count = 0;
+    for (size_t i = 0; i < x_a.size(); ++i) count += IsInFront(pose, x_a[i], x_b[i]);
+    if (!have_best || count > best_count) best = pose, best_count = count, have_best = true;
+  }
+  return best;
+}
+
+Rigid3 RefineTwoView(const Rigid3& start, std::span<const Eigen::Vector2d> x_a, std::span<const Eigen::Vector2d> x_b,
+                     double scale) {
+  using Vector5 = Eigen::Matrix<double, 5, 1>;
+  Rigid3 pose = start;
+  pose.translation.normalize();
+  for (int iteration = 0; iteration < 10; ++iteration) {
+    const Eigen::Matrix3d r = pose.rotation.toRotationMatrix();
+    const Eigen::Vector3d t = pose.translation;
+    const Eigen::Vector3d basis_0 = t.unitOrthogonal(), basis_1 = t.cross(basis_0);
+    const Eigen::Matrix3d e = Skew(t) * r;
+    std::array<Eigen::Matrix3d, 5> de;  // derivative of E by rotation (3, on the right) and direction (2)
+    for (int k = 0; k < 3; ++k) de[k] = e * Skew(Eigen::Vector3d::Unit(k));
+    de[3] = Skew(basis_0) * r;
+    de[4] = Skew(basis_1) * r;
+    Eigen::Matrix<double, 5, 5> normal = Eigen::Matrix<double, 5, 5>::Zero();
+    Vector5 gradient = Vector5::Zero();
+    for (size_t i = 0; i < x_a.size(); ++i) {
+      const Eigen::Vector3d a = x_a[i].homogeneous(), b = x_b[i].homogeneous();
+      const Eigen::Vector3d line_b = e * a, line_a = e.transpose() * b;
+      const double norm = std::sqrt(line_a.head<2>().squaredNorm() + line_b.head<2>().squaredNorm());
+      if (!(norm > 0)) continue;
+      const double residual = b.dot(line_b) / norm;
+      const double weight = 1.0 / (1.0 + residual * residual / (scale * scale));
+      Vector5 jacobian;  // of the numerator; the slowly varying norm is held
+      for (int k = 0; k < 5; ++k) jacobian[k] = b.dot(de[k] * a) / norm;
+      normal += weight * jacobian * jacobian.transpose();
+      gradient += weight * residual * jacobian;
+    }
+    normal.diagonal().array() += 1e-12 * normal.trace() + 1e-300;
+    const Vector5 step = -normal.ldlt().solve(gradient);
+    if (!step.allFinite()) break;
+    const Eigen::Vector3d omega = step.head<3>();
+    if (omega.norm() > 0) {
+      pose.rotation = (pose.rotation * Eigen::Quaterniond(Eigen::AngleAxisd(omega.norm(), omega.normalized()))).normalized();
+    }
+    pose.translation = (t + step[3] * basis_0 + step[4] * basis_1).normalized();
+    if (step.norm() < 1e-10) break;
+  }
+  return pose;
+}
+
+std::vector<uint32_t> FindTwoViewInliers(const Rigid3& b_from_a, std::span<const Eigen::Vector2d> x_a,
+                                         std::span<const Eigen::Vector2d> x_b, double distance_max) {
+  const Eigen::Matrix3d e = EssentialFromPose(b_from_a);
+  std::vector<uint32_t> inliers;
+  for (uint32_t i = 0; i < x_a.size(); ++i) {
+    if (SampsonDistance(e, x_a[i], x_b[i]) < distance_max && IsInFront(b_from_a, x_a[i], x_b[i])) inliers.push_back(i);
+  }
+  return inliers;
+}
+
+uint32_t CountRotationInliers(std::span<const Eigen::Vector2d> x_a, std::span<const Eigen::Vector2d> x_b,
+                              double distance_max, uint64_t seed) {
+  const uint32_t n = static_cast<uint32_t>(x_a.size());
+  if (n < 2) return 0;
+  SeededRandom random(seed);
+  std::vector<int> sample(2);
+  uint32_t best = 0;
+  for (int t = 0; t < 60; ++t) {
+    DrawDistinct(random, n, sample);
+    Eigen::Matrix3d correlation = Eigen::Matrix3d::Zero();
+    for (const int i : sample) {
+      correlation += x_b[i].homogeneous().normalized() * x_a[i].homogeneous().normalized().transpose();
+    }
+    const Eigen::JacobiSVD<Eigen::Matrix3d> svd(correlation, Eigen::ComputeFullU | Eigen::ComputeFullV);
+    Eigen::Vector3d signs(1, 1, (svd.matrixU() * svd.matrixV().transpose()).determinant());
+    const Eigen::Matrix3d r = svd.matrixU() * signs.asDiagonal() * svd.matrixV().transpose();
+    uint32_t count = 0;
+    for (uint32_t i = 0; i < n; ++i) {
+      const Eigen::Vector3d p = r * x_a[i].homogeneous();
+      count += p.z() > 0 && (p.hnormalized() - x_b[i]).norm() < distance_max;
+    }
+    best = std::max(best, count);
+  }
+  return best;
+}
+
+uint32_t CountHomographyInliers(std::span<const Eigen::Vector2d> x_a, std::span<const Eigen::Vector2d> x_b,
+                                double distance_max, uint64_t seed) {
+  const uint32_t n = static_cast<uint32_t>(x_a.size());
+  if (n < 4) return 0;
+  SeededRandom random(seed);
+  std::vector<int> sample(4);
+  uint32_t best = 0;
+  for (int t = 0; t < 60; ++t) {
+    DrawDistinct(random, n, sample);
+    Eigen::Matrix<double, 8, 8> system;
+    Eigen::Matrix<double, 8, 1> right;
+    for (int k = 0; k < 4; ++k) {
+      const Eigen::Vector2d &a = x_a[sample[k]], &b = x_b[sample[k]];
+      system.row(2 * k) << a.x(), a.y(), 1, 0, 0, 0, -b.x() * a.x(), -b.x() * a.y();
+      system.row(2 * k + 1) << 0, 0, 0, a.x(), a.y(), 1, -b.y() * a.x(), -b.y() * a.y();
+      right.segment<2>(2 * k) = b;
+    }
+    const Eigen::Matrix<double, 8, 1> h = system.partialPivLu().solve(right);
+    if (!h.allFinite()) continue;
+    uint32_t count = 0;
+    for (uint32_t i = 0; i < n; ++i) {
+      const double z = h[6] * x_a[i].x() + h[7] * x_a[i].y() + 1;
+      const Eigen::Vector2d p((h[0] * x_a[i].x() + h[1] * x_a[i].y() + h[2]) / z,
+                              (h[3] * x_a[i].x() + h[4] * x_a[i].y() + h[5]) / z);
+      count += z > 0 && (p - x_b[i]).norm() < distance_max;
+    }
+    best = std::max(best, count);
+  }
+  return best;
+}
+
+TwoViewGeometry EstimateTwoView(std::span<const Eigen::Vector2d> x_a, std::span<const Eigen::Vector2d> x_b,
+                                double focal_px, uint64_t seed, const TwoViewOptions& options) {
+  TwoViewGeometry result;
+  if (x_a.size() < options.inlier_count_min || x_a.size() != x_b.size()) return result;
+  result.outcome = TwoViewOutcome::kTooFewInliers;
+  const double distance_max = options.error_px_max / focal_px;
+  const BestEssential best = SearchEssential(MatchArrays(x_a, x_b), distance_max, seed, options);
+  if (best.inliers < std::max(5u, options.inlier_count_min / 2)) return result;
+
+  Rigid3 pose = PoseFromEssential(best.essential, x_a, x_b);
+  for (int round = 0; round < 3; ++round) {
+    // The first round takes in what noise in the minimal sample pushed out.
+    const std::vector<uint32_t> near = FindTwoViewInliers(pose, x_a, x_b, (round == 0 ? 2.0 : 1.0) * distance_max);
+    if (near.size() < 5) return result;
+    pose = RefineTwoView(pose, Select(x_a, near), Select(x_b, near), 0.5 * distance_max);
+  }
+  result.b_from_a = pose;
+  result.inliers = FindTwoViewInliers(pose, x_a, x_b, distance_max);
+  if (result.inliers.size() < options.inlier_count_min) return result;
+  result.outcome = TwoViewOutcome::kVerified;
+
+  const std::vector<Eigen::Vector2d> in_a = Select(x_a, result.inliers), in_b = Select(x_b, result.inliers);
+  const double count = static_cast<double>(result.inliers.size());
+  if (CountRotationInliers(in_a, in_b, distance_max, MixSeed(seed, 1)) >= options.rotation_share_min * count) {
+    result.geometry = PairGeometry::kRotation;
+  } else if (CountHomographyInliers(in_a, in_b, distance_max, MixSeed(seed, 2)) >= options.planar_share_min * count) {
+    result.geometry = PairGeometry::kPlanar;
+  }
+  return result;
+}
+
+}  // namespace veduta

@@ -1,0 +1,50 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+// Which of a node's centres is nearest to a descriptor: the inner loop of quantising and of k-means.
+//
+// For a descriptor d and a centre c, both of 128 bytes, the score is |d - c|^2 - |d|^2 = |c|^2 - 2 c.d, which the same
+// centre minimises as the distance. The kernels compute it as
+//     score = bias(c) - 2 sum c_j (d_j - 128),   bias(c) = |c|^2 - 256 sum c_j,
+// so that one factor is signed, as VNNI's dot product wants it. All of it is integer and exact: |score| < 2^25, and
+// every kernel gives the same bits on every processor. This header stays free of Eigen and of std templates, because
+// it is included where the compiler is told to use wider vectors.
+
+#include <cstddef>
+#include <cstdint>
+
+namespace veduta {
+
+inline constexpr int kCenterSize = 128;     // bytes of a center and of a descriptor
+inline constexpr int kCenterCountMax = 64;  // centers of one node
+
+enum class CenterIsa : uint8_t { kPortable, kAvx2, kAvx512Vnni };
+
+struct CenterKernels {
+  CenterIsa isa;
+  const char* name;
+
+  // The lowest index among the centres of least score; the score itself goes to *score.
+  // centers [count x 128] row-major, biases [count] as CenterBias gives them, count in [1, 64].
+  uint32_t (*nearest)(const uint8_t* descriptor, const uint8_t* centers, const int32_t* biases, uint32_t count,
+                      int32_t* score);
+  // The same for n descriptors [n x 128]: nearest[n], scores[n].
+  void (*nearest_each)(const uint8_t* descriptors, size_t n, const uint8_t* centers, const int32_t* biases,
+                       uint32_t count, uint8_t* nearest, int32_t* scores);
+  // sums[nearest[i]][j] += descriptors[i][j]; sums is [count x 128] row-major. At most 2^24 descriptors a sum.
+  void (*accumulate)(const uint8_t* descriptors, size_t n, const uint8_t* nearest, uint32_t* sums);
+};
+
+// Null where this processor, or this build, lacks the instructions.
+const CenterKernels* FindCenterKernels(CenterIsa isa);
+// The fastest there is. Thread-safe; the choice is made once.
+const CenterKernels& BestCenterKernels();
+
+int32_t CenterBias(const uint8_t* center);
+// |d|^2, in [0, 128 * 255^2].
+int32_t DescriptorNorm(const uint8_t* descriptor);
+
+// Each defined in its own file; null off x86-64.
+extern const CenterKernels* const kCenterKernelsAvx2;
+extern const CenterKernels* const kCenterKernelsVnni;
+
+}  // namespace veduta

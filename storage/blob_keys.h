@@ -1,0 +1,20 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+// Lists the keys of a family of large values without reading the values: an ordinary iterator would fetch every blob.
+
+#include <rocksdb/snapshot.h>
+
+#include <functional>
+#include <string_view>
+
+#include "storage/base/status.h"
+#include "storage/database_files.h"
+
+namespace veduta {
+
+// Calls visit(key) -> whether to go on, ascending, on the keys that `snapshot` sees. Values that are still in memory
+// are copied in small groups. The family must never have had a DeleteRange.
+Status ScanBlobKeys(const DatabaseFiles& files, Family family, const rocksdb::Snapshot* snapshot,
+                    const std::function<Result<bool>(std::string_view key)>& visit);
+
+}  // namespace veduta

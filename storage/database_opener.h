@@ -1,0 +1,47 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+// The steps of opening or creating a database's folder.
+//
+// A folder is ours when it holds the file VEDUTA, which creation writes first; the database is complete once
+// meta/format is there, which creation writes last. A creation that was cut short is finished by creating again.
+
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "storage/base/status.h"
+#include "storage/database_files.h"
+
+namespace veduta {
+
+inline constexpr const char* kMarkerFile = "VEDUTA";
+
+// Writes the marker file into an existing folder and makes it and the folder's entry in its parent durable.
+Status WriteMarker(rocksdb::FileSystem& file_system, const std::string& folder);
+
+class DatabaseOpener final {
+ public:
+  DatabaseOpener(std::string path, const DatabaseOptions& options);
+  Result<std::shared_ptr<DatabaseFiles>> Open();
+
+ private:
+  Status ListFolder();
+  Status CheckFolder() const;
+  Status PrepareFolder();
+  Status ListFamilies();
+  Status ReportUnknownFamily(const std::string& name);
+  Status OpenRocksdb();
+  Status CheckFormat();
+  Status FinishCreation();
+  bool Holds(const std::string& file) const;
+  bool HoldsTables() const;
+  rocksdb::DBOptions RocksdbOptions() const;
+
+  DatabaseOptions options_;
+  std::shared_ptr<DatabaseFiles> files_;
+  std::vector<std::string> children_;  // of the folder, as it was found
+  std::vector<Family> families_;       // that the database has already
+  bool folder_exists_ = false;
+};
+
+}  // namespace veduta

@@ -1,0 +1,37 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "storage/rocksdb_status.h"
+
+#include <string>
+
+namespace veduta {
+
+Status FromRocksdb(const rocksdb::Status& status, std::string_view doing) {
+  if (status.ok()) return Status::Ok();
+  const std::string words = status.ToString();
+  const std::string message = "cannot " + std::string(doing) + ": " + words;
+  // Some paths inside RocksDB lose the subcode and keep the operating system's words only.
+  const bool disk_full = status.IsNoSpace() || words.find("No space left on device") != std::string::npos;
+  if (disk_full) {
+    return Status::IoError("the disk is full: free some space, then open the database again (" + message + ")");
+  }
+  switch (status.code()) {
+    case rocksdb::Status::kNotFound:
+      return Status::NotFound(message);
+    case rocksdb::Status::kCorruption:
+    case rocksdb::Status::kColumnFamilyDropped:
+    case rocksdb::Status::kCompactionTooLarge:
+      return Status::Corruption(message);
+    case rocksdb::Status::kNotSupported:
+    case rocksdb::Status::kInvalidArgument:
+      return Status::InvalidArgument(message);
+    case rocksdb::Status::kBusy:
+    case rocksdb::Status::kTryAgain:
+    case rocksdb::Status::kTimedOut:
+    case rocksdb::Status::kMergeInProgress:
+      return Status::Busy(message);
+    default:
+      return Status::IoError(message);
+  }
+}
+
+}  // namespace veduta

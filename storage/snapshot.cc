@@ -1,0 +1,276 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <string>
+#include <utility>
+
+#include "storage/blob_keys.h"
+#include "storage/keys.h"
+#include "storage/pinned_bytes.h"
+#include "storage/record_check.h"
+#include "storage/record_codec.h"
+#include "storage/snapshot_view.h"
+#include "storage/value_reader.h"
+
+namespace veduta {
+namespace {
+
+std::string Number(uint64_t value) { return std::to_string(value); }
+
+// The u32 that a key ends with, after its prefix.
+Status IdAfter(size_t prefix_bytes, std::string_view key, uint32_t* id) {
+  std::string_view rest = key.substr(prefix_bytes);
+  if (!TakeBigEndian32(&rest, id) || !rest.empty()) return Status::Corruption("a key of wrong length");
+  if (*id == 0) return Status::Corruption("a key with id 0");
+  return Status::Ok();
+}
+
+class SnapshotView final : public Snapshot {
+ public:
+  explicit SnapshotView(std::shared_ptr<const DatabaseFiles> files)
+      : files_(std::move(files)), snapshot_(files_->db().GetSnapshot()), reader_(*files_, snapshot_) {}
+  ~SnapshotView() override { files_->db().ReleaseSnapshot(snapshot_); }
+
+  Result<DatabaseState> GetState() const override {
+    DatabaseState state;
+    VEDUTA_RETURN_IF_ERROR(GetRecord(Family::kMeta, kStateKey, [] { return "the state"; }, &state));
+    return state;
+  }
+
+  Result<CameraRecord> GetCamera(CameraId id) const override {
+    CameraRecord camera;
+    VEDUTA_RETURN_IF_ERROR(GetRecord(Family::kCameras, CameraKey(id), [&] { return "camera " + Number(id.value); }, &camera, id));
+    return camera;
+  }
+
+  Result<std::vector<CameraRecord>> ListCameras() const override { return List<CameraId, CameraRecord>(Family::kCameras); }
+
+  Result<ImageRecord> GetImage(ImageId id) const override {
+    ImageRecord image;
+    VEDUTA_RETURN_IF_ERROR(GetRecord(Family::kImages, ImageKey(id), [&] { return "image " + Number(id.value); }, &image, id));
+    return image;
+  }
+
+  Result<std::optional<ImageId>> FindImageByName(std::string_view name) const override {
+    return FindImage(Family::kNames, name);
+  }
+
+  Result<std::optional<ImageId>> FindImageByPhoto(const ContentHash& photo) const override {
+    return FindImage(Family::kHashes, HashKey(photo));
+  }
+
+  Status ScanImages(const std::function<bool(const ImageRecord&)>& visit) const override {
+    return ScanRecords<ImageId, ImageRecord>(Family::kImages, "", visit);
+  }
+
+  Result<PinnedBytes> GetPhoto(const ContentHash& photo) const override {
+    return GetBytes(Family::kPhotos, HashKey(photo), [&] { return "photo " + photo.Hex(); });
+  }
+
+  Result<Features> GetFeatures(const ContentHash& photo) const override {
+    Features features;
+    VEDUTA_RETURN_IF_ERROR(
+        GetRecord(Family::kFeatures, HashKey(photo), [&] { return "features of photo " + photo.Hex(); }, &features));
+    return features;
+  }
+
+  Result<PairRecord> GetPair(ImageId a, ImageId b) const override {
+    const auto [smaller, larger] = std::minmax(a, b);
+    PairRecord pair;
+    VEDUTA_RETURN_IF_ERROR(GetRecord(
+        Family::kPairs, PairKey(smaller, larger),
+        [&] { return "pair of images " + Number(smaller.value) + " and " + Number(larger.value); }, &pair, smaller, larger));
+    return pair;
+  }
+
+  Result<std::vector<PairNeighbor>> ListNeighbors(ImageId image) const override {
+    std::vector<PairNeighbor> neighbors;
+    const auto collect = [&](const PairNeighbor& neighbor) {
+      neighbors.push_back(neighbor);
+      return true;
+    };
+    VEDUTA_RETURN_IF_ERROR((ScanRecords<ImageId, PairNeighbor>(Family::kPairs, NeighborPrefix(image), collect)));
+    return neighbors;
+  }
+
+  Result<ReconstructionRecord> GetReconstruction(ReconstructionId id) const override {
+    ReconstructionRecord record;
+    VEDUTA_RETURN_IF_ERROR(GetRecord(
+        Family::kReconstructions, ReconstructionKey(id), [&] { return "reconstruction " + Number(id.value); }, &record, id));
+    return record;
+  }
+
+  Result<std::vector<ReconstructionRecord>> ListReconstructions() const override {
+    return List<ReconstructionId, ReconstructionRecord>(Family::kReconstructions);
+  }
+
+  Result<std::optional<PoseRecord>> FindPose(ImageId image) const override {
+    PoseRecord pose;
+    VEDUTA_ASSIGN_OR_RETURN(const bool found, FindRecord(Family::kPoses, ImageKey(image), &pose, image));
+    return found ? std::optional(pose) : std::nullopt;
+  }
+
+  Status ScanPoses(const std::function<bool(const PoseRecord&)>& visit) const override {
+    return ScanRecords<ImageId, PoseRecord>(Family::kPoses, "", visit);
+  }
+
+  Result<std::vector<Observation>> GetObservations(ImageId image) const override {
+    std::vector<Observation> observations;
+    VEDUTA_RETURN_IF_ERROR(FindRecord(Family::kObservations, ImageKey(image), &observations).status());
+    return observations;
+  }
+
+  Result<PointBlock> GetPointBlock(ReconstructionId reconstruction, uint32_t generation, ImageId home) const override {
+    PointBlock block;
+    const std::string key = PointBlockKey(reconstruction, generation, home);
+    VEDUTA_ASSIGN_OR_RETURN(const bool found, FindRecord(Family::kPoints, key, &block, home));
+    if (!found) block.home = home;
+    return block;
+  }
+
+  Status ScanPointBlocks(ReconstructionId reconstruction, uint32_t generation,
+                         const std::function<bool(const PointBlock&)>& visit) const override {
+    return ScanRecords<ImageId, PointBlock>(Family::kPoints, PointBlockPrefix(reconstruction, generation), visit);
+  }
+
+  Result<PinnedBytes> GetVocabulary(uint32_t generation) const override {
+    return GetBytes(Family::kVocabulary, VocabularyKey(generation), [&] { return "vocabulary generation " + Number(generation); });
+  }
+
+  Result<std::vector<WordId>> GetWords(uint32_t generation, ImageId image) const override {
+    const std::string key = WordsKey(generation, image);
+    rocksdb::PinnableSlice value;
+    VEDUTA_ASSIGN_OR_RETURN(const bool found, reader_.Find(Family::kWords, key, &value));
+    if (!found) {
+      return Status::NotFound("there are no words of image " + Number(image.value) + " in vocabulary generation " + Number(generation));
+    }
+    std::vector<WordId> words;
+    VEDUTA_RETURN_IF_ERROR(InValue(Family::kWords, key, DecodeWords(value.ToStringView(), &words)));
+    return words;
+  }
+
+  Result<std::vector<std::vector<ImageId>>> GetPostings(uint32_t generation, std::span<const WordId> words) const override {
+    VEDUTA_RETURN_IF_ERROR(CheckWords(words));
+    std::vector<std::string> keys;
+    keys.reserve(words.size());
+    for (const WordId word : words) keys.push_back(PostingsKey(generation, word));
+    std::vector<rocksdb::PinnableSlice> values;
+    VEDUTA_RETURN_IF_ERROR(reader_.FindMany(Family::kPostings, keys, &values));
+    std::vector<std::vector<ImageId>> images(words.size());
+    for (size_t i = 0; i < keys.size(); ++i) {
+      VEDUTA_RETURN_IF_ERROR(InValue(Family::kPostings, keys[i], DecodeImages(values[i].ToStringView(), &images[i])));
+    }
+    return images;
+  }
+
+  Status ScanPostings(uint32_t generation,
+                      const std::function<bool(WordId, std::span<const ImageId>)>& visit) const override {
+    const std::string prefix = VocabularyKey(generation);
+    std::vector<ImageId> images;
+    return reader_.Scan(Family::kPostings, prefix, "", [&](std::string_view key, std::string_view value, bool* more) {
+      std::string_view rest = key.substr(prefix.size());
+      WordId word = 0;
+      if (!TakeBigEndian32(&rest, &word) || !rest.empty()) return Status::Corruption("a key of wrong length");
+      VEDUTA_RETURN_IF_ERROR(DecodeImages(value, &images));
+      *more = visit(word, images);
+      return Status::Ok();
+    });
+  }
+
+  Status ScanJournal(uint64_t first, const std::function<bool(const JournalRecord&)>& visit) const override {
+    const std::string from = JournalKey(first);
+    JournalRecord record;
+    return reader_.Scan(Family::kJournal, "", from, [&](std::string_view key, std::string_view value, bool* more) {
+      uint64_t sequence = 0;
+      if (!TakeBigEndian64(&key, &sequence) || !key.empty()) return Status::Corruption("a key of wrong length");
+      VEDUTA_RETURN_IF_ERROR(Decode(value, sequence, &record));
+      *more = visit(record);
+      return Status::Ok();
+    });
+  }
+
+  Status ScanPhotoKeys(const std::function<bool(const ContentHash&)>& visit) const override {
+    return ScanHashes(Family::kPhotos, visit);
+  }
+
+  Status ScanFeatureKeys(const std::function<bool(const ContentHash&)>& visit) const override {
+    return ScanHashes(Family::kFeatures, visit);
+  }
+
+ private:
+  // False where there is none. `ids` are those the key holds.
+  template <typename Record, typename... Ids>
+  Result<bool> FindRecord(Family family, std::string_view key, Record* record, Ids... ids) const {
+    rocksdb::PinnableSlice value;
+    VEDUTA_ASSIGN_OR_RETURN(const bool found, reader_.Find(family, key, &value));
+    if (found) VEDUTA_RETURN_IF_ERROR(InValue(family, key, Decode(value.ToStringView(), ids..., record)));
+    return found;
+  }
+
+  template <typename What, typename Record, typename... Ids>
+  Status GetRecord(Family family, std::string_view key, What&& what, Record* record, Ids... ids) const {
+    VEDUTA_ASSIGN_OR_RETURN(const bool found, FindRecord(family, key, record, ids...));
+    return found ? Status::Ok() : Status::NotFound("there is no " + std::string(what()));
+  }
+
+  template <typename What>
+  Result<PinnedBytes> GetBytes(Family family, std::string_view key, What&& what) const {
+    auto impl = std::make_unique<PinnedBytes::Impl>();
+    impl->files = files_;
+    VEDUTA_ASSIGN_OR_RETURN(const bool found, reader_.Find(family, key, &impl->value));
+    if (!found) return Status::NotFound("there is no " + what());
+    return PinnedBytes(std::move(impl));
+  }
+
+  Result<std::optional<ImageId>> FindImage(Family family, std::string_view key) const {
+    rocksdb::PinnableSlice value;
+    VEDUTA_ASSIGN_OR_RETURN(const bool found, reader_.Find(family, key, &value));
+    if (!found) return std::optional<ImageId>();
+    ImageId image;
+    VEDUTA_RETURN_IF_ERROR(InValue(family, key, DecodeU32(value.ToStringView(), &image.value)));
+    if (!image.valid()) return InValue(family, key, Status::Corruption("image id 0"));
+    return std::optional(image);
+  }
+
+  // Records of one run of keys, each the prefix and an id.
+  template <typename Id, typename Record>
+  Status ScanRecords(Family family, const std::string& prefix, const std::function<bool(const Record&)>& visit) const {
+    Record record;
+    return reader_.Scan(family, prefix, "", [&](std::string_view key, std::string_view value, bool* more) {
+      Id id;
+      VEDUTA_RETURN_IF_ERROR(IdAfter(prefix.size(), key, &id.value));
+      VEDUTA_RETURN_IF_ERROR(Decode(value, id, &record));
+      *more = visit(record);
+      return Status::Ok();
+    });
+  }
+
+  template <typename Id, typename Record>
+  Result<std::vector<Record>> List(Family family) const {
+    std::vector<Record> records;
+    const auto collect = [&](const Record& record) {
+      records.push_back(record);
+      return true;
+    };
+    VEDUTA_RETURN_IF_ERROR((ScanRecords<Id, Record>(family, "", collect)));
+    return records;
+  }
+
+  Status ScanHashes(Family family, const std::function<bool(const ContentHash&)>& visit) const {
+    return ScanBlobKeys(*files_, family, snapshot_, [&](std::string_view key) -> Result<bool> {
+      ContentHash hash;
+      if (!ParseHashKey(key, &hash)) return InValue(family, key, Status::Corruption("a key of wrong length"));
+      return visit(hash);
+    });
+  }
+
+  const std::shared_ptr<const DatabaseFiles> files_;
+  const rocksdb::Snapshot* const snapshot_;
+  const ValueReader reader_;
+};
+
+}  // namespace
+
+std::shared_ptr<const Snapshot> MakeSnapshot(std::shared_ptr<const DatabaseFiles> files) {
+  return std::make_shared<SnapshotView>(std::move(files));
+}
+
+}  // namespace veduta

@@ -1,0 +1,47 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+// A batch of writes over several families that keeps the first failure to itself until it is written.
+
+#include <rocksdb/write_batch.h>
+
+#include <cstdint>
+#include <string>
+#include <string_view>
+
+#include "storage/base/status.h"
+#include "storage/database_files.h"
+
+namespace veduta {
+
+// Not thread-safe.
+class WriteBuffer final {
+ public:
+  explicit WriteBuffer(DatabaseFiles& files) : files_(files) {}
+
+  void Put(Family family, std::string_view key, std::string_view value);
+  // The encoder's result as it is: its failure is this buffer's, naming family and key.
+  void Put(Family family, std::string_view key, const Result<std::string>& value);
+  void Merge(Family family, std::string_view key, std::string_view operand);
+  void Delete(Family family, std::string_view key);
+  void DeletePrefix(Family family, std::string_view prefix);
+  void DeleteVocabulary(uint32_t generation);
+  void Fail(Status status);
+
+  const Status& status() const { return status_; }
+  size_t size_bytes() const { return batch_.GetDataSize(); }
+  bool empty() const { return batch_.Count() == 0; }
+  rocksdb::WriteBatch* batch() { return &batch_; }
+
+  // Applies all of it, or nothing; nothing either when a Put failed. Not for commits, which go by
+  // DatabaseFiles::Commit.
+  Status Write(bool sync, std::string_view doing);
+
+ private:
+  void Note(const rocksdb::Status& status);
+
+  DatabaseFiles& files_;
+  rocksdb::WriteBatch batch_;
+  Status status_;
+};
+
+}  // namespace veduta

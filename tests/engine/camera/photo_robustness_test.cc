@@ -1,0 +1,230 @@
+// SPDX-License-Identifier: Apache-2.0
+// Goal: no file, however damaged or hostile, crashes the decoder, is taken for whole when it is not, or makes it
+// allocate what its header claims.
+// Method: files of every format cut at every sixteenth, thousands of seeded mutations, and headers that declare
+// pictures of gigabytes, with the process's memory counted before and after.
+#include <gtest/gtest.h>
+#include <sys/resource.h>
+
+#include <string>
+#include <vector>
+
+#include "engine/camera/photo_decoder.h"
+#include "storage/base/content_hash.h"
+#include "tests/engine/camera/photo_writer.h"
+
+namespace veduta {
+namespace {
+
+using testing::Append;
+using testing::FileBytes;
+using testing::JpegFile;
+using testing::PngFile;
+using testing::TestPicture;
+using testing::TiffFile;
+using testing::TiffKind;
+
+const DecodeLimits kLimits;
+
+struct Specimen {
+  std::string name;
+  FileBytes bytes;
+};
+
+std::vector<Specimen> Specimens(int width_px, int height_px) {
+  const cv::Mat picture = TestPicture(width_px, height_px);
+  std::vector<Specimen> specimens = {
+      {"baseline JPEG", JpegFile(picture)},
+      {"progressive JPEG", JpegFile(picture, TJFLAG_PROGRESSIVE)},
+      {"grey JPEG", JpegFile(picture, 0, TJSAMP_GRAY)},
+      {"JPEG with EXIF", testing::WithExif(JpegFile(picture), testing::ExifBlock(6, true))},
+      {"PNG", PngFile(picture)},
+      {"interlaced PNG with EXIF", PngFile(picture, true, 8)},
+  };
+  for (const int compression : {COMPRESSION_NONE, COMPRESSION_LZW, COMPRESSION_ADOBE_DEFLATE, COMPRESSION_PACKBITS}) {
+    for (const bool is_tiled : {false, true}) {
+      TiffKind kind;
+      kind.compression = compression;
+      kind.is_tiled = is_tiled;
+      kind.orientation = 6;
+      specimens.push_back(
+          {"TIFF, compression " + std::to_string(compression) + (is_tiled ? ", tiled" : ""), TiffFile(picture, kind)});
+    }
+  }
+  return specimens;
+}
+
+// What holds of every answer.
+void ExpectSound(const DecodedPhoto& photo) {
+  const bool is_decoded = photo.outcome == DecodeOutcome::kDecoded;
+  EXPECT_EQ(is_decoded, !photo.bgr.empty());
+  EXPECT_EQ(is_decoded, !photo.gray.empty());
+  EXPECT_EQ(is_decoded, photo.detail.empty());
+  EXPECT_LT(photo.detail.size(), 400u);
+  if (is_decoded) {
+    EXPECT_EQ(photo.bgr.type(), CV_8UC3);
+    EXPECT_EQ(static_cast<uint32_t>(photo.bgr.cols), photo.upright_size.width_px);
+    EXPECT_EQ(static_cast<uint32_t>(photo.bgr.rows), photo.upright_size.height_px);
+  }
+}
+
+TEST(DamagedPhotos, CutShortAreUnreadable) {
+  for (const Specimen& specimen : Specimens(160, 120)) {
+    ASSERT_EQ(DecodePhoto(specimen.bytes, kLimits).outcome, DecodeOutcome::kDecoded) << specimen.name;
+    for (size_t sixteenth = 1; sixteenth < 16; ++sixteenth) {
+      const FileBytes cut(specimen.bytes.begin(), specimen.bytes.begin() + specimen.bytes.size() * sixteenth / 16);
+      const DecodedPhoto photo = DecodePhoto(cut, kLimits);
+      ExpectSound(photo);
+      EXPECT_EQ(photo.outcome, DecodeOutcome::kUnreadable) << specimen.name << " at " << sixteenth << "/16";
+    }
+  }
+}
+
+TEST(DamagedPhotos, CutAnywhereNeverCrash) {
+  for (const Specimen& specimen : Specimens(20, 12)) {
+    for (size_t length = 0; length < specimen.bytes.size(); ++length) {
+      // A buffer of just this size, so that a sanitizer sees a read past the end.
+      const FileBytes cut(specimen.bytes.begin(), specimen.bytes.begin() + length);
+      ExpectSound(DecodePhoto(cut, kLimits));
+    }
+  }
+}
+
+TEST(DamagedPhotos, MutationsNeverCrashAndRepeat) {
+  constexpr int kMutationsPerSpecimen = 1000;
+  int decoded = 0, refused = 0;
+  DecodeLimits limits;
+  limits.pixels_max = 1 << 20;  // a mutated size may pass: keeps the test small, not the decoder safe
+  for (const Specimen& specimen : Specimens(40, 28)) {
+    SeededRandom random(HashContent(specimen.bytes).Seed());
+    for (int i = 0; i < kMutationsPerSpecimen; ++i) {
+      FileBytes bytes = specimen.bytes;
+      // Headers are where the decisions are: half of the changes go there.
+      const uint32_t count = 1 + random.Below(6);
+      for (uint32_t k = 0; k < count; ++k) {
+        const auto size = static_cast<uint32_t>(bytes.size());
+        const uint32_t at = random.Below(random.Below(2) == 0 ? size : std::min(size, 256u));
+        switch (random.Below(5)) {
+          case 0:
+            bytes[at] = static_cast<uint8_t>(random.Below(256));
+            break;
+          case 1:
+            bytes[at] ^= static_cast<uint8_t>(1u << random.Below(8));
+            break;
+          case 2:
+            bytes[at] = random.Below(2) == 0 ? 0xFF : 0x00;
+            break;
+          case 3:
+            bytes.erase(bytes.begin() + at);
+            break;
+          default:
+            bytes.insert(bytes.begin() + at, static_cast<uint8_t>(random.Below(256)));
+            break;
+        }
+      }
+      const DecodedPhoto photo = DecodePhoto(bytes, limits);
+      ExpectSound(photo);
+      if (i % 16 == 0) {
+        const DecodedPhoto again = DecodePhoto(bytes, limits);
+        EXPECT_EQ(again.outcome, photo.outcome);
+        EXPECT_EQ(again.detail, photo.detail);
+        if (!photo.bgr.empty()) {
+          EXPECT_EQ(cv::norm(photo.bgr, again.bgr, cv::NORM_INF), 0) << specimen.name;
+        }
+      }
+      ++(photo.outcome == DecodeOutcome::kDecoded ? decoded : refused);
+    }
+  }
+  EXPECT_GT(decoded, 100) << "mutations that no decoder gets to see prove little";
+  EXPECT_GT(refused, 100);
+}
+
+TEST(DamagedPhotos, TiffTagsOfAnyValueNeverCrash) {
+  // Each 16-bit word of the directory becomes each of a few values: types, counts, offsets, sizes of strips.
+  for (const bool is_tiled : {false, true}) {
+    TiffKind kind;
+    kind.compression = COMPRESSION_LZW;
+    kind.is_tiled = is_tiled;
+    const FileBytes tiff = TiffFile(TestPicture(40, 28), kind);
+    const size_t directory = tiff[4] | tiff[5] << 8 | tiff[6] << 16;
+    const size_t end = std::min(tiff.size(), directory + 2 + 12 * tiff[directory]);
+    for (size_t at = directory; at + 1 < end; at += 2) {
+      for (const uint16_t value : {0, 1, 2, 4, 7, 16, 255, 256, 0x7FFF, 0x8000, 0xFFFF}) {
+        FileBytes bytes = tiff;
+        bytes[at] = static_cast<uint8_t>(value);
+        bytes[at + 1] = static_cast<uint8_t>(value >> 8);
+        ExpectSound(DecodePhoto(bytes, kLimits));
+      }
+    }
+  }
+}
+
+int64_t PeakMemoryKilobytes() {
+  rusage usage{};
+  getrusage(RUSAGE_SELF, &usage);
+  return usage.ru_maxrss;
+}
+
+void Put32(FileBytes* bytes, size_t at, uint32_t value) {
+  for (int i = 0; i < 4; ++i) (*bytes)[at + i] = static_cast<uint8_t>(value >> (24 - 8 * i));
+}
+
+TEST(HostilePhotos, HugeDeclaredSizesAllocateNothing) {
+  const cv::Mat picture = TestPicture(32, 32);
+  std::vector<Specimen> specimens;
+  FileBytes jpeg = JpegFile(picture);
+  for (size_t i = 2; i + 9 < jpeg.size(); ++i) {
+    if (jpeg[i] == 0xFF && jpeg[i + 1] == 0xC0) {
+      for (const size_t at : {i + 5, i + 7}) {
+        jpeg[at] = 60000 >> 8;
+        jpeg[at + 1] = 60000 & 0xFF;
+      }
+      break;
+    }
+  }
+  specimens.push_back({"JPEG", jpeg});
+  FileBytes png = PngFile(picture);
+  Put32(&png, 16, 60000);
+  Put32(&png, 20, 60000);
+  specimens.push_back({"PNG", png});
+  Put32(&png, 16, 0x7FFFFFFF);
+  Put32(&png, 20, 0xFFFFFFFF);
+  specimens.push_back({"PNG of the largest size there is", png});
+  TiffKind kind;
+  kind.is_big_endian = true;
+  FileBytes tiff = TiffFile(picture, kind);
+  const size_t directory = tiff[6] << 8 | tiff[7];
+  for (const size_t entry : {directory + 2, directory + 14}) {  // width and length come first
+    tiff[entry + 3] = 4;                                        // LONG
+    Put32(&tiff, entry + 8, 60000);
+  }
+  specimens.push_back({"TIFF", tiff});
+  const int64_t before = PeakMemoryKilobytes();
+  for (const Specimen& specimen : specimens) {
+    const DecodedPhoto photo = DecodePhoto(specimen.bytes, kLimits);
+    EXPECT_EQ(photo.outcome, DecodeOutcome::kTooLarge) << specimen.name << ": " << photo.detail;
+    ExpectSound(photo);
+    // With limits that let it pass, it is refused for the camera's size before anything is decoded.
+    DecodeLimits generous;
+    generous.side_px_max = 65535;
+    generous.pixels_max = ~0ull;
+    const DecodedPhoto wrong = DecodePhoto(specimen.bytes, generous, {1536, 1024});
+    EXPECT_TRUE(wrong.outcome == DecodeOutcome::kWrongSize || wrong.outcome == DecodeOutcome::kTooLarge)
+        << wrong.detail;
+  }
+  EXPECT_LT(PeakMemoryKilobytes() - before, 16 << 10);
+}
+
+TEST(HostilePhotos, PngThatInflatesWithoutEndIsBounded) {
+  // A text chunk and a colour profile that would inflate a thousandfold are not even looked at.
+  FileBytes png = PngFile(TestPicture(16, 16));
+  FileBytes chunk = {0, 0, 0x40, 0, 'z', 'T', 'X', 't'};
+  chunk.resize(8 + 0x4000 + 4, 0x42);
+  png.insert(png.begin() + 33, chunk.begin(), chunk.end());
+  const DecodedPhoto photo = DecodePhoto(png, kLimits);
+  ExpectSound(photo);
+  EXPECT_EQ(photo.outcome, DecodeOutcome::kDecoded) << photo.detail;
+}
+
+}  // namespace
+}  // namespace veduta
