@@ -9,8 +9,8 @@ namespace veduta {
 // Prepares a window of photos ahead of the one being applied. Whoever waits for a photo helps.
 class Engine::Lookahead {
  public:
-  Lookahead(const PhotoPreparer& preparer, std::span<const PhotoSource> photos, const CameraModel& camera, ThreadPool* pool)
-      : preparer_(preparer), photos_(photos), camera_(camera), pool_(pool), window_(2 * pool->thread_count() + 1),
+  Lookahead(const PhotoPreparer& preparer, std::span<const PhotoSubmission> photos, ThreadPool* pool)
+      : preparer_(preparer), photos_(photos), pool_(pool), window_(2 * pool->thread_count() + 1),
         slots_(photos.size()) {}
   ~Lookahead() {
     std::unique_lock lock(mutex_);
@@ -54,7 +54,7 @@ class Engine::Lookahead {
     if (started_ >= limit_) return false;
     const size_t i = started_++;
     lock.unlock();
-    Result<PreparedPhoto> prepared = preparer_.Prepare(photos_[i], camera_);
+    Result<PreparedPhoto> prepared = preparer_.Prepare(photos_[i].photo, photos_[i].camera.model);
     lock.lock();
     slots_[i] = std::move(prepared);
     changed_.notify_all();
@@ -62,8 +62,7 @@ class Engine::Lookahead {
   }
 
   const PhotoPreparer& preparer_;
-  const std::span<const PhotoSource> photos_;
-  const CameraModel camera_;
+  const std::span<const PhotoSubmission> photos_;
   ThreadPool* const pool_;
   const size_t window_;
   std::mutex mutex_;
@@ -119,18 +118,18 @@ Result<CameraId> Engine::AddCamera(const std::string& name, const CameraModel& m
   return id;
 }
 
-Status Engine::AddPhotos(std::span<const PhotoSource> photos, const CameraRecord& camera, const std::string& contributor,
-                         const std::function<void(const AddOutcome&)>& report, std::stop_token stop) {
+Status Engine::AddPhotos(std::span<const PhotoSubmission> photos, const std::function<void(const AddOutcome&)>& report,
+                         std::stop_token stop) {
   const std::lock_guard lock(writer_);
   VEDUTA_RETURN_IF_ERROR(ingest_->FinishDue().status());  // what an earlier process left undone
-  Lookahead lookahead(*preparer_, photos, camera.model, pool_.get());
+  Lookahead lookahead(*preparer_, photos, pool_.get());
   for (size_t i = 0; i < photos.size(); ++i) {
     if (stop.stop_requested()) {
       return Status::Cancelled("stopped after " + std::to_string(i) + " of " + std::to_string(photos.size()) +
                                " photos; run the same command again to go on");
     }
     VEDUTA_ASSIGN_OR_RETURN(PreparedPhoto photo, lookahead.Take(i));
-    VEDUTA_ASSIGN_OR_RETURN(AddOutcome outcome, ingest_->Apply(std::move(photo), camera.id, camera.model, contributor));
+    VEDUTA_ASSIGN_OR_RETURN(AddOutcome outcome, ingest_->Apply(std::move(photo), photos[i].camera, photos[i].contributor));
     Stopwatch watch;
     VEDUTA_ASSIGN_OR_RETURN(outcome.propagated, ingest_->FinishDue());
     outcome.times.follow_ms = watch.LapMs();

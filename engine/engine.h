@@ -25,6 +25,13 @@ struct EngineOptions {
   size_t undistort_cache_bytes = 256ull << 20;
 };
 
+// A photo with the camera that took it and who sends it.
+struct PhotoSubmission {
+  PhotoSource photo;
+  CameraRecord camera;
+  std::string contributor;
+};
+
 class Engine final {
  public:
   static Result<std::unique_ptr<Engine>> Open(const std::string& path, EngineOptions options);
@@ -37,8 +44,8 @@ class Engine final {
   // Adds the photos in their order; preparation runs ahead on all threads. `report` is called once a photo, in order,
   // after its commit and all that followed from it. A stop request finishes the photo at hand: kCancelled. Any other
   // error means that the photos not reported are not stored.
-  Status AddPhotos(std::span<const PhotoSource> photos, const CameraRecord& camera, const std::string& contributor,
-                   const std::function<void(const AddOutcome&)>& report, std::stop_token stop = {});
+  Status AddPhotos(std::span<const PhotoSubmission> photos, const std::function<void(const AddOutcome&)>& report,
+                   std::stop_token stop = {});
 
   Queries Ask() const { return Queries(database_->GetSnapshot(), retrieval_.get(), features_.get()); }
   // Ranked candidates for a photo that is not added; `camera` undistorts it where given.

@@ -62,8 +62,7 @@ Result<AddOutcome> Ingest::StoreRejection(const PreparedPhoto& photo, const Snap
   return outcome;
 }
 
-Result<AddOutcome> Ingest::Apply(PreparedPhoto photo, CameraId camera, const CameraModel& model,
-                                 const std::string& contributor) {
+Result<AddOutcome> Ingest::Apply(PreparedPhoto photo, const CameraRecord& camera, const std::string& contributor) {
   Stopwatch total, watch;
   AddOutcome outcome;
   outcome.name = photo.name;
@@ -82,7 +81,7 @@ Result<AddOutcome> Ingest::Apply(PreparedPhoto photo, CameraId camera, const Cam
   ImageRecord record;
   record.name = photo.name;
   record.photo = photo.hash;
-  record.camera = camera;
+  record.camera = camera.id;
   record.width_px = photo.width_px;
   record.height_px = photo.height_px;
   record.size_bytes = photo.size_bytes;
@@ -108,7 +107,7 @@ Result<AddOutcome> Ingest::Apply(PreparedPhoto photo, CameraId camera, const Cam
   TrimMap();
   MapLoader loader(snapshot, features_, &map_);
   const auto stored_features = std::make_shared<const Features>(std::move(photo.features));
-  VEDUTA_ASSIGN_OR_RETURN(const auto image, ImageFeatures::Make(record.id, model, stored_features, options_.matched_count_max));
+  VEDUTA_ASSIGN_OR_RETURN(const auto image, ImageFeatures::Make(record.id, camera.model, stored_features, options_.matched_count_max));
 
   VEDUTA_ASSIGN_OR_RETURN(const std::vector<WordId> words, retrieval_->Words(*snapshot, *stored_features));
   VEDUTA_ASSIGN_OR_RETURN(const std::vector<RankedImage> candidates, retrieval_->Candidates(*snapshot, *stored_features));

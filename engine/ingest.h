@@ -57,13 +57,11 @@ class Ingest final {
       : database_(database), retrieval_(retrieval), features_(features), pool_(pool), options_(std::move(options)) {}
 
   // Commits the photo with its verdict. An error means that nothing of it is visible.
-  Result<AddOutcome> Apply(PreparedPhoto photo, CameraId camera, const CameraModel& model, const std::string& contributor);
+  Result<AddOutcome> Apply(PreparedPhoto photo, const CameraRecord& camera, const std::string& contributor);
   // Everything that is due after the last commit, each step a transaction of its own. Ids of images that got a pose.
   Result<std::vector<ImageId>> FinishDue();
 
  private:
-  struct Plan;
-
   Result<AddOutcome> StoreRejection(const PreparedPhoto& photo, const Snapshot& snapshot, ImageRecord record);
   // Writes what the mapper changed, the reconstruction records, and the photos to be tried again.
   Status WritePlacement(const Snapshot& snapshot, const Placement& placement, DatabaseState* state, Transaction* transaction);

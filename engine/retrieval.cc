@@ -78,7 +78,9 @@ Status Retrieval::Train(Database* database, ThreadPool* pool) {
     VEDUTA_ASSIGN_OR_RETURN(const Features features, snapshot->GetFeatures(image.photo));
     sample.Add(image.photo.Seed(), features.descriptors);
   }
-  VEDUTA_ASSIGN_OR_RETURN(const TrainedVocabulary trained, TrainVocabulary(sample.Take(), options_.trainer, *pool));
+  const std::vector<uint8_t> descriptors = sample.Take();
+  VEDUTA_ASSIGN_OR_RETURN(const TrainedVocabulary trained,
+                          TrainVocabulary(descriptors, OptionsForSample(descriptors.size() / kDescriptorSize), *pool));
   return Switch(database, *snapshot, trained.tree, false, pool);
 }
 

@@ -18,10 +18,9 @@ namespace veduta {
 struct RetrievalOptions {
   uint32_t compare_all_max = 60;       // images; a database up to this size has no vocabulary and ranks nothing
   uint32_t retrain_factor = 4;         // >= 2; trained again when the database has grown so many times
-  uint32_t candidate_count_min = 20;   // >= 1
+  uint32_t candidate_count_min = 24;   // >= 1
   double candidate_share = 0.01;       // (0, 1]; of the database; R10
-  uint32_t training_count_max = 200'000;  // descriptors sampled for training
-  VocabularyTrainerOptions trainer;
+  uint32_t training_count_max = 500'000;  // descriptors sampled for training; more rank better, and take longer
 };
 
 class Retrieval final {

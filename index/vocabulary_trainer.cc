@@ -156,6 +156,12 @@ Status VocabularyTrainerOptions::Check() const {
   return Status::Ok();
 }
 
+VocabularyTrainerOptions OptionsForSample(size_t descriptor_count) {
+  VocabularyTrainerOptions options;
+  options.descriptors_per_leaf = descriptor_count < 300'000 ? 1 : 2;
+  return options;
+}
+
 Result<TrainedVocabulary> TrainVocabulary(std::span<const uint8_t> descriptors, const VocabularyTrainerOptions& options,
                                           ThreadPool& pool) {
   VEDUTA_RETURN_IF_ERROR(options.Check());

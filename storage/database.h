@@ -34,7 +34,7 @@ struct DatabaseOptions {
   bool read_only = false;  // no lock is taken; sees the state at the time of opening
   bool sync_wal = true;    // false: a power cut may lose the last photos (a crash of the process does not)
   uint64_t block_cache_bytes = 256ull << 20;
-  std::shared_ptr<rocksdb::FileSystem> file_system;  // for tests; null is the operating system's
+  std::shared_ptr<rocksdb::FileSystem> file_system = nullptr;  // for tests; null is the operating system's
 };
 
 // Counters and switches that change with almost every transaction.

@@ -2,8 +2,10 @@
 // A write batch and one version number do what RocksDB's optimistic transactions would do here, for less: this
 // process alone has the database open, only the state record is fought over, reads go to snapshots, and a batch can
 // delete ranges, which those transactions cannot.
+#include <optional>
 #include <string>
 #include <utility>
+#include <vector>
 
 #include "storage/keys.h"
 #include "storage/record_check.h"
@@ -17,99 +19,115 @@ namespace {
 class WriteTransaction final : public Transaction {
  public:
   WriteTransaction(std::shared_ptr<DatabaseFiles> files, std::shared_ptr<PhotoClaims> claims)
-      : files_(std::move(files)), claims_(std::move(claims)), state_version_(files_->state_version()), buffer_(*files_) {}
+      : files_(std::move(files)), claims_(std::move(claims)), state_version_(files_->state_version()) {
+    buffer_.emplace(*files_);
+  }
 
   void PutState(const DatabaseState& state) override {
-    buffer_.Put(Family::kMeta, kStateKey, Encode(state));
-    if (state.vocabulary_generation != 0) buffer_.Delete(Family::kQueue, VocabularyMarkKey(state.vocabulary_generation));
+    buffer().Put(Family::kMeta, kStateKey, Encode(state));
+    if (state.vocabulary_generation != 0) buffer().Delete(Family::kQueue, VocabularyMarkKey(state.vocabulary_generation));
     changes_state_ = true;
   }
 
   void PutCamera(const CameraRecord& camera) override {
-    buffer_.Put(Family::kCameras, CameraKey(camera.id), Encode(camera));
+    buffer().Put(Family::kCameras, CameraKey(camera.id), Encode(camera));
   }
 
   void PutImage(const ImageRecord& image) override {
-    buffer_.Put(Family::kImages, ImageKey(image.id), Encode(image));
+    buffer().Put(Family::kImages, ImageKey(image.id), Encode(image));
     const std::string id = EncodeU32(image.id.value);
     // The name stays with the image that had it first.
-    if (image.reason != Reason::kNameTaken) buffer_.Put(Family::kNames, image.name, std::string_view(id));
+    if (image.reason != Reason::kNameTaken) buffer().Put(Family::kNames, image.name, std::string_view(id));
     if (image.verdict != Verdict::kRejected) {
-      buffer_.Put(Family::kHashes, HashKey(image.photo), std::string_view(id));
+      buffer().Put(Family::kHashes, HashKey(image.photo), std::string_view(id));
       kept_photos_.push_back(image.photo);
     }
-    buffer_.Delete(Family::kQueue, PhotoMarkKey(image.photo));
+    buffer().Delete(Family::kQueue, PhotoMarkKey(image.photo));
   }
 
   void PutPair(const PairRecord& pair) override {
-    buffer_.Put(Family::kPairs, PairKey(pair.a, pair.b), Encode(pair));
+    buffer().Put(Family::kPairs, PairKey(pair.a, pair.b), Encode(pair));
     const uint32_t count = static_cast<uint32_t>(pair.matches.size());
-    buffer_.Put(Family::kPairs, NeighborKey(pair.a, pair.b), Encode(PairNeighbor{pair.b, count, pair.geometry}));
-    buffer_.Put(Family::kPairs, NeighborKey(pair.b, pair.a), Encode(PairNeighbor{pair.a, count, pair.geometry}));
+    buffer().Put(Family::kPairs, NeighborKey(pair.a, pair.b), Encode(PairNeighbor{pair.b, count, pair.geometry}));
+    buffer().Put(Family::kPairs, NeighborKey(pair.b, pair.a), Encode(PairNeighbor{pair.a, count, pair.geometry}));
   }
 
   void PutReconstruction(const ReconstructionRecord& reconstruction) override {
-    buffer_.Put(Family::kReconstructions, ReconstructionKey(reconstruction.id), Encode(reconstruction));
-    buffer_.Delete(Family::kQueue, PointBlocksMarkKey(reconstruction.id, reconstruction.points_generation));
+    buffer().Put(Family::kReconstructions, ReconstructionKey(reconstruction.id), Encode(reconstruction));
+    buffer().Delete(Family::kQueue, PointBlocksMarkKey(reconstruction.id, reconstruction.points_generation));
   }
 
-  void PutPose(const PoseRecord& pose) override { buffer_.Put(Family::kPoses, ImageKey(pose.image), Encode(pose)); }
+  void PutPose(const PoseRecord& pose) override { buffer().Put(Family::kPoses, ImageKey(pose.image), Encode(pose)); }
 
   void PutObservations(ImageId image, std::span<const Observation> observations) override {
     if (observations.empty()) {
-      buffer_.Delete(Family::kObservations, ImageKey(image));
+      buffer().Delete(Family::kObservations, ImageKey(image));
     } else {
-      buffer_.Put(Family::kObservations, ImageKey(image), Encode(observations));
+      buffer().Put(Family::kObservations, ImageKey(image), Encode(observations));
     }
   }
 
   void PutPointBlock(ReconstructionId reconstruction, uint32_t generation, const PointBlock& block) override {
     const std::string key = PointBlockKey(reconstruction, generation, block.home);
     if (block.points.empty() && block.next_ordinal == 1) {
-      buffer_.Delete(Family::kPoints, key);
+      buffer().Delete(Family::kPoints, key);
     } else {
-      buffer_.Put(Family::kPoints, key, Encode(block));
+      buffer().Put(Family::kPoints, key, Encode(block));
     }
   }
 
   void DeletePointBlocks(ReconstructionId reconstruction, uint32_t generation) override {
-    buffer_.DeletePrefix(Family::kPoints, PointBlockPrefix(reconstruction, generation));
+    buffer().DeletePrefix(Family::kPoints, PointBlockPrefix(reconstruction, generation));
   }
 
   void PutWords(uint32_t generation, ImageId image, std::span<const WordId> words) override {
-    buffer_.Put(Family::kWords, WordsKey(generation, image), EncodeWords(words));
+    buffer().Put(Family::kWords, WordsKey(generation, image), EncodeWords(words));
   }
 
   void AddPostings(uint32_t generation, std::span<const WordId> words, ImageId image) override {
-    if (!image.valid()) return buffer_.Fail(Status::InvalidArgument("postings of image id 0"));
+    if (!image.valid()) return buffer().Fail(Status::InvalidArgument("postings of image id 0"));
     const std::string operand = EncodeU32(image.value);
-    for (const WordId word : words) buffer_.Merge(Family::kPostings, PostingsKey(generation, word), operand);
+    for (const WordId word : words) buffer().Merge(Family::kPostings, PostingsKey(generation, word), operand);
   }
 
-  void DeleteVocabulary(uint32_t generation) override { buffer_.DeleteVocabulary(generation); }
+  void DeleteVocabulary(uint32_t generation) override { buffer().DeleteVocabulary(generation); }
 
   void AddJournal(const JournalRecord& record) override {
-    buffer_.Put(Family::kJournal, JournalKey(record.sequence), Encode(record));
+    buffer().Put(Family::kJournal, JournalKey(record.sequence), Encode(record));
   }
 
-  size_t size_bytes() const override { return buffer_.size_bytes(); }
+  size_t size_bytes() const override { return buffer_ ? buffer_->size_bytes() : spent_size_bytes_; }
 
   Status Commit() override {
-    if (std::exchange(spent_, true)) return Status::InvalidArgument("a transaction commits only once");
-    VEDUTA_RETURN_IF_ERROR(buffer_.status());
-    VEDUTA_RETURN_IF_ERROR(files_->Commit(buffer_.batch(), changes_state_, state_version_));
+    if (!buffer_) return Status::InvalidArgument("a transaction commits only once");
+    const Status status = Apply();
+    // A spent transaction must not keep the database open.
+    spent_size_bytes_ = buffer_->size_bytes();
+    buffer_.reset();
+    files_.reset();
+    return status;
+  }
+
+ private:
+  WriteBuffer& buffer() {
+    VEDUTA_CHECK(buffer_.has_value(), "a transaction was written to after its Commit");
+    return *buffer_;
+  }
+
+  Status Apply() {
+    VEDUTA_RETURN_IF_ERROR(buffer_->status());
+    VEDUTA_RETURN_IF_ERROR(files_->Commit(buffer_->batch(), changes_state_, state_version_));
     for (const ContentHash& photo : kept_photos_) claims_->Forget(photo);
     return Status::Ok();
   }
 
- private:
-  const std::shared_ptr<DatabaseFiles> files_;
+  std::shared_ptr<DatabaseFiles> files_;
   const std::shared_ptr<PhotoClaims> claims_;
   const uint64_t state_version_;
-  WriteBuffer buffer_;
+  std::optional<WriteBuffer> buffer_;  // none once spent
+  size_t spent_size_bytes_ = 0;
   std::vector<ContentHash> kept_photos_;
   bool changes_state_ = false;
-  bool spent_ = false;
 };
 
 }  // namespace

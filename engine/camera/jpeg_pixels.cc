@@ -37,10 +37,10 @@ Pixels DecodeJpegPixels(std::span<const uint8_t> bytes, const PhotoHeader& heade
   if (decode(TJFLAG_STOPONWARNING) == 0) return {PixelOutcome::kDecoded, "", std::move(bgr)};
   std::string reason = tjGetErrorStr2(handle.get());
   if (tjGetErrorCode(handle.get()) == TJERR_WARNING && IsHarmless(reason, header)) {
-    if (decode(0) == 0 || tjGetErrorCode(handle.get()) == TJERR_WARNING) {
-      return {PixelOutcome::kDecoded, "", std::move(bgr)};
-    }
+    // Once more to the end. An error after the warning would be reported as a warning too, but with other words.
+    if (decode(0) == 0) return {PixelOutcome::kDecoded, "", std::move(bgr)};
     reason = tjGetErrorStr2(handle.get());
+    if (IsHarmless(reason, header)) return {PixelOutcome::kDecoded, "", std::move(bgr)};
   }
   return {PixelOutcome::kUnreadable, "the JPEG is cut short or damaged (" + reason + ")", {}};
 }

@@ -5,6 +5,7 @@
 #include <chrono>
 #include <cmath>
 #include <new>
+#include <numeric>
 #include <string>
 #include <tuple>
 #include <vector>
@@ -92,6 +93,15 @@ Oriented Place(const Extremum& extremum, const FeatureOptions& options) {
   return result;
 }
 
+// The order in which neighbours in memory follow one another: patches are then read while their rows are in the cache.
+bool IsBeforeInMemory(const Oriented& a, const Oriented& b) {
+  constexpr int kStripRows = 16;
+  const auto key = [](const Oriented& o) {
+    return std::tuple(o.octave, o.level, static_cast<int>(o.y) / kStripRows, o.x, o.y, o.keypoint.angle_deg);
+  };
+  return key(a) < key(b);
+}
+
 // The strongest keypoints, each once. Every keypoint gives a feature at least, so the weaker ones cannot give one of the
 // feature_count_max strongest features.
 std::vector<Oriented> SelectKeypoints(const std::vector<Extremum>& extrema, const FeatureOptions& options) {
@@ -106,8 +116,9 @@ std::vector<Oriented> SelectKeypoints(const std::vector<Extremum>& extrema, cons
   return keypoints;
 }
 
-std::vector<Oriented> AssignDirections(const std::vector<Oriented>& keypoints, const ScaleSpace& scale_space,
+std::vector<Oriented> AssignDirections(std::vector<Oriented> keypoints, const ScaleSpace& scale_space,
                                        const SiftKernels& kernels, const FeatureOptions& options) {
+  std::sort(keypoints.begin(), keypoints.end(), IsBeforeInMemory);
   std::vector<Oriented> features;
   features.reserve(keypoints.size() + keypoints.size() / 2);
   for (const Oriented& keypoint : keypoints) {
@@ -121,20 +132,6 @@ std::vector<Oriented> AssignDirections(const std::vector<Oriented>& keypoints, c
   std::sort(features.begin(), features.end(), IsStronger);
   if (features.size() > options.feature_count_max) features.resize(options.feature_count_max);
   return features;
-}
-
-// The order in which neighbours in memory follow one another.
-std::vector<uint32_t> OrderInMemory(const std::vector<Oriented>& features) {
-  std::vector<uint32_t> order(features.size());
-  for (uint32_t i = 0; i < order.size(); ++i) order[i] = i;
-  std::sort(order.begin(), order.end(), [&features](uint32_t a, uint32_t b) {
-    const auto key = [&features](uint32_t i) {
-      const Oriented& o = features[i];
-      return std::tuple(o.octave, o.level, static_cast<int>(o.y) / 16, o.x, i);
-    };
-    return key(a) < key(b);
-  });
-  return order;
 }
 
 class StageClock {
@@ -165,7 +162,11 @@ Features Extract(const SiftKernels& kernels, const GrayView& image, const Featur
   for (const Oriented& feature : features) result.keypoints.push_back(feature.keypoint);
   result.descriptors.resize(features.size() * kDescriptorSize);
   const DescriptorMaker maker(kernels);
-  for (uint32_t i : OrderInMemory(features)) {
+  std::vector<uint32_t> order(features.size());
+  std::iota(order.begin(), order.end(), 0u);
+  std::sort(order.begin(), order.end(),
+            [&features](uint32_t a, uint32_t b) { return IsBeforeInMemory(features[a], features[b]); });
+  for (uint32_t i : order) {
     const Oriented& feature = features[i];
     maker.Make(memory->scale_space.Plane(feature.octave, feature.level), feature.x, feature.y, feature.sigma,
                feature.keypoint.angle_deg, result.descriptors.data() + static_cast<size_t>(i) * kDescriptorSize);

@@ -59,7 +59,39 @@ Quadric FitQuadric(const Neighborhood& n) {
   return q;
 }
 
-int StepOf(double offset) { return offset > 0.5 ? 1 : offset < -0.5 ? -1 : 0; }
+// Places the extremum in the image at the scale that the quadric gave. A quadric about the middle takes the curvature
+// of the middle's scale; over half a level it changes by a tenth, and so would the offset. The differences at the scale
+// in between come from a parabola through the three levels, the extremum from a paraboloid through those, whose
+// derivatives along an axis are averaged over the three lines, 1 : 4 : 1.
+void PlaceAtItsScale(const Neighborhood& n, Quadric* q) {
+  double m[3][3];
+  for (int i = 0; i < 3; ++i) {
+    for (int j = 0; j < 3; ++j) {
+      const double below = n.d[0][i][j], middle = n.d[1][i][j], above = n.d[2][i][j];
+      m[i][j] = middle + 0.5 * q->os * ((above - below) + q->os * (above + below - 2 * middle));
+    }
+  }
+  double px[3], py[3];
+  for (int k = 0; k < 3; ++k) {
+    px[k] = (m[0][k] + 4 * m[1][k] + m[2][k]) / 6;
+    py[k] = (m[k][0] + 4 * m[k][1] + m[k][2]) / 6;
+  }
+  const double gx = 0.5 * (px[2] - px[0]), gy = 0.5 * (py[2] - py[0]);
+  const double hxx = px[2] + px[0] - 2 * px[1], hyy = py[2] + py[0] - 2 * py[1];
+  const double hxy = 0.25 * (m[2][2] - m[2][0] - m[0][2] + m[0][0]);
+  const double determinant = hxx * hyy - hxy * hxy;
+  if (determinant <= 0) return;
+  const double ox = (hxy * gy - hyy * gx) / determinant, oy = (hxy * gx - hxx * gy) / determinant;
+  if (std::fabs(ox) > 1 || std::fabs(oy) > 1) return;
+  q->ox = ox;
+  q->oy = oy;
+}
+
+// Above a half, so that an extremum midway between samples does not send the search to and fro until it is lost: this
+// keeps a tenth of all features.
+constexpr double kStepOffset = 0.6;
+
+int StepOf(double offset) { return offset > kStepOffset ? 1 : offset < -kStepOffset ? -1 : 0; }
 
 }  // namespace
 
@@ -67,7 +99,7 @@ std::optional<Extremum> RefineExtremum(const OctaveRows& octave, int level, int 
                                        const ExtremumLimits& limits) {
   for (int step = 0; step < kRefineSteps; ++step) {
     const Neighborhood n = ReadNeighborhood(octave, level, y, x);
-    const Quadric q = FitQuadric(n);
+    Quadric q = FitQuadric(n);
     if (!q.regular) return std::nullopt;
     const int sx = StepOf(q.ox), sy = StepOf(q.oy), ss = StepOf(q.os);
     if (sx == 0 && sy == 0 && ss == 0) {
@@ -77,6 +109,7 @@ std::optional<Extremum> RefineExtremum(const OctaveRows& octave, int level, int 
       const double trace = q.hxx + q.hyy, determinant = q.hxx * q.hyy - q.hxy * q.hxy;
       const double r = limits.edge_ratio_max;
       if (determinant <= 0 || trace * trace * r >= (r + 1) * (r + 1) * determinant) return std::nullopt;
+      PlaceAtItsScale(n, &q);
       Extremum result;
       result.level = level;
       result.column = x;

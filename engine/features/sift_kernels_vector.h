@@ -105,7 +105,11 @@ inline I16 Load(const int16_t* p) {
 }
 inline void Store(int16_t* p, I16 v) { __builtin_memcpy(p, &v, sizeof(v)); }
 inline I16 Fill(int v) { return static_cast<int16_t>(v) - I16{}; }
-inline I16 FillPair(const int16_t* p) { return I16{p[0], p[1], p[0], p[1], p[0], p[1], p[0], p[1]}; }
+inline I16 FillPair(const int16_t* p) {
+  int32_t pair;
+  __builtin_memcpy(&pair, p, 4);
+  return (I16)(pair - I32{});
+}
 inline I16 Zero() { return I16{}; }
 inline I16 Add16(I16 a, I16 b) { return a + b; }
 inline I16 Sub16(I16 a, I16 b) { return a - b; }
@@ -125,19 +129,17 @@ inline I16 MulAdd(I16 a, I16 b) {
 }
 inline I32 Round15(I16 a) { return ((I32)a + (1 << 14)) >> 15; }
 inline I16 PackRound(I16 low, I16 high) {
-  const I16 l = (I16)Round15(low), h = (I16)Round15(high);
-#if __BYTE_ORDER__ == __ORDER_LITTLE_ENDIAN__
-  return __builtin_shufflevector(l, h, 0, 2, 4, 6, 8, 10, 12, 14);
+#if defined(__SSE2__)
+  return (I16)_mm_packs_epi32((__m128i)Round15(low), (__m128i)Round15(high));
 #else
-  return __builtin_shufflevector(l, h, 1, 3, 5, 7, 9, 11, 13, 15);
+  return __builtin_convertvector(__builtin_shufflevector(Round15(low), Round15(high), 0, 1, 2, 3, 4, 5, 6, 7), I16);
 #endif
 }
 inline I16 MergeRound(I16 even, I16 odd) {
-  const I16 e = (I16)Round15(even), o = (I16)Round15(odd);
 #if __BYTE_ORDER__ == __ORDER_LITTLE_ENDIAN__
-  return __builtin_shufflevector(e, o, 0, 8, 2, 10, 4, 12, 6, 14);
+  return (I16)((Round15(even) & 0xFFFF) | (Round15(odd) << 16));
 #else
-  return __builtin_shufflevector(e, o, 1, 9, 3, 11, 5, 13, 7, 15);
+  return (I16)((Round15(even) << 16) | (Round15(odd) & 0xFFFF));
 #endif
 }
 inline Mask Greater(I16 a, I16 b) { return a > b; }

@@ -50,15 +50,11 @@ void Widen(const DescriptorPanel& panel, WidePanel* out) {
   }
 }
 
-// Rows past `count` repeat the last one under its own name: they change nothing.
-void PrepareRows(const DescriptorPanel& panel, uint32_t first_in_block, uint32_t count, RowPanel* out) {
+// Empty rows change nothing: a column's key is |a|^2 - 2 a.b, theirs kPaddingNorm, above any real one.
+void PrepareRows(const DescriptorPanel& panel, uint32_t first_in_block, RowPanel* out) {
   Widen(panel, &out->wide);
   for (uint32_t r = 0; r < kPanelColumns; ++r) {
-    const uint32_t source = r < count ? r : count - 1;
-    out->column_keys[r] = panel.norms_squared[source] * (1 << kKeyBits) + static_cast<int32_t>(first_in_block + source);
-  }
-  for (uint32_t r = count; r < kPanelColumns; ++r) {
-    for (int step = 0; step < kSteps; ++step) out->wide.steps[step][r] = out->wide.steps[step][count - 1];
+    out->column_keys[r] = panel.norms_squared[r] * (1 << kKeyBits) + static_cast<int32_t>(first_in_block + r);
   }
 }
 
@@ -160,7 +156,7 @@ void NearestBothWays(PanelSpan rows, PanelSpan columns, NearestPair* rows_out, N
     const uint32_t block_end = rows.count - block < kRowsPerBlock ? rows.count : block + kRowsPerBlock;
     for (uint32_t row = block; row < block_end; row += kPanelColumns) {
       const DescriptorPanel& panel = rows.panels[row / kPanelColumns];
-      PrepareRows(panel, row - block, block_end - row, &prepared);
+      PrepareRows(panel, row - block, &prepared);
       const uint32_t row_count = block_end - row < kPanelColumns ? block_end - row : kPanelColumns;
       SweepColumns(prepared, panel.norms_squared, row_count, columns, column_keys, rows_out + row);
     }

@@ -29,7 +29,8 @@ struct alignas(64) TileState {
   __m512i second[kTileRows];
 };
 
-// Rows past `count` repeat the last one under its own name: they change nothing.
+// Rows past `count` repeat the last one under its own name: they change nothing. (Rows of zeros would: the key of
+// |a|^2 + |b|^2 may take 25 bits.)
 void PrepareRows(const DescriptorPanel& panel, uint32_t first_in_block, uint32_t count, RowPanel* out) {
   const __m512i last = _mm512_set1_epi32(static_cast<int>(count < kPanelColumns ? count - 1 : kPanelColumns - 1));
   const __m512i lane = _mm512_setr_epi32(0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15);

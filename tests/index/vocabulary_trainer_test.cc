@@ -28,6 +28,7 @@ TEST(VocabularyTrainer, DoesNotDependOnThreads) {
   VocabularyTrainerOptions options;
   options.depth_max = 4;
   options.attempts_per_node = 2;
+  options.descriptors_per_leaf = 10;
   options.iterations_max = 4;
   for (const uint32_t node_sample_max : {2'000u, 1'000'000u}) {
     options.node_sample_max = node_sample_max;
@@ -124,6 +125,12 @@ TEST(VocabularyTrainer, DescriptorsPerLeafBoundsTheLeaves) {
   EXPECT_EQ(Train(descriptors, options).tree.info().leaf_count, 6u);
   options.descriptors_per_leaf = 1'000'000;
   EXPECT_EQ(Train(descriptors, options).tree.info().leaf_count, 2u);
+}
+
+TEST(VocabularyTrainer, SmallSamplesGetMoreWordsADescriptor) {
+  EXPECT_TRUE(OptionsForSample(0).Check().ok());
+  EXPECT_EQ(OptionsForSample(40'000).descriptors_per_leaf, 1u);
+  EXPECT_EQ(OptionsForSample(1'000'000).descriptors_per_leaf, 2u);
 }
 
 TEST(VocabularyTrainer, RefusesWhatCannotBeTrainedOn) {

@@ -116,7 +116,8 @@ std::string Bytes(const std::string& path) {
 std::map<std::string, std::string> AllFiles(const Folder& folder) {
   std::map<std::string, std::string> files;
   for (const auto& entry : fs::recursive_directory_iterator(folder.str())) {
-    if (entry.is_regular_file()) files[fs::relative(entry.path(), folder.str()).string()] = Bytes(entry.path().string());
+    if (entry.is_regular_file())
+      files[fs::relative(entry.path(), folder.str()).string()] = Bytes(entry.path().string());
   }
   return files;
 }
@@ -191,14 +192,16 @@ TEST(Street, EveryInstructionSetGivesTheSameBits) {
 }
 
 TEST(Street, NoiseHasTheSigmaAskedFor) {
-  std::vector<float> linear(30000 * 3, 0.25f);
+  std::vector<float> linear(30000 * 3, 0.25f);  // grey 127.5: where coarse noise would round away from the mean
   std::vector<uint8_t> out(linear.size());
-  BestShader().tone({linear.data(), out.data(), 30000, 0, {1, 1, 1}, 4, 9});
-  double sum = 0, squares = 0;
-  for (const uint8_t x : out) sum += x, squares += double{1} * x * x;
-  const double mean = sum / out.size();
-  EXPECT_NEAR(mean, 127.5, 0.1);
-  EXPECT_NEAR(std::sqrt(squares / out.size() - mean * mean), 4, 0.1);
+  for (const float sigma : {2.0f, 4.0f, 9.0f}) {
+    BestShader().tone({linear.data(), out.data(), 30000, 0, {1, 1, 1}, sigma, 9});
+    double sum = 0, squares = 0;
+    for (const uint8_t x : out) sum += x, squares += double{1} * x * x;
+    const double mean = sum / out.size();
+    EXPECT_NEAR(mean, 127.5, 0.02 * sigma);
+    EXPECT_NEAR(std::sqrt(squares / out.size() - mean * mean), std::sqrt(sigma * sigma + 1.0 / 12), 0.015 * sigma);
+  }
 }
 
 // Points of one photo, carried into another by its depth, meet the same surface in the same colour.
@@ -373,7 +376,10 @@ TEST(Street, APointIsSeenInSeveralPhotos) {
     std::sort(seen.begin(), seen.end());
     ASSERT_GT(seen.size(), 200u);
     EXPECT_GE(seen[seen.size() / 2], 4) << static_cast<int>(trajectory);
-    EXPECT_LE(seen[seen.size() / 2], 16) << static_cast<int>(trajectory);
+    // Around a house everyone looks at the same four walls.
+    EXPECT_LE(seen[seen.size() / 2], trajectory == Trajectory::kOrbit ? 36 : 16) << static_cast<int>(trajectory);
+    std::printf("trajectory %d: a point is seen in %d (%d to %d) photos\n", static_cast<int>(trajectory),
+                seen[seen.size() / 2], seen[seen.size() / 10], seen[seen.size() * 9 / 10]);
     EXPECT_GE(seen[seen.size() / 10], 2) << static_cast<int>(trajectory);
   }
 }

@@ -12,8 +12,8 @@ namespace {
 
 constexpr double kDegree = 0.017453292519943295;
 constexpr double kEyeM = 1.65;
-constexpr double kAsideM = 2.0;        // from the middle of the road, away from the houses in view
-constexpr double kSitesGapM = 34.0;    // nothing 32 degrees off the street's axis is seen from both sides of it
+constexpr double kAsideM = 2.0;      // from the middle of the road, away from the houses in view
+constexpr double kSitesGapM = 34.0;  // views up to 52 degrees off square reach 12 m of facade each way
 constexpr double kStreetLengthMaxM = 400;
 
 struct Station {
@@ -21,7 +21,9 @@ struct Station {
   double yaw_deg, pitch_deg;
 };
 
-double DirectionDeg(const Eigen::Vector2d& d) { return std::atan2(d.y(), d.x()) / kDegree; }
+double DirectionDeg(const Eigen::Vector2d& d) {
+  return std::atan2(d.y(), d.x()) / kDegree;
+}
 
 // A station `along` a lane, looking to one side (+1 left, -1 right) at `yaw_deg` from the lane's direction.
 Station OnLane(const Lane& lane, double along, double side, double yaw_deg) {
@@ -31,7 +33,9 @@ Station OnLane(const Lane& lane, double along, double side, double yaw_deg) {
 
 // Views swing between along the street, where both rows are in sight, and nearly square on the facade: that ties the
 // two rows and both walks together.
-double SwingDeg(uint32_t k) { return 50 + 30 * std::cos(2 * M_PI * k / 8); }
+double SwingDeg(uint32_t k) {
+  return 50 + 30 * std::cos(2 * M_PI * k / 8);
+}
 
 std::vector<Station> WalkStreets(const Plan& plan, uint32_t photos) {
   double total = 0;
@@ -65,10 +69,9 @@ std::vector<Station> WalkLoop(const Plan& plan, uint32_t photos) {
     const double rest = walked - edge * side;
     // On the first edge, heading for +x; the others are turned.
     const double angle = rest < straight ? 0 : (rest - straight) / radius;
-    const Eigen::Vector2d local = rest < straight
-                                      ? Eigen::Vector2d(low + radius + rest, low)
-                                      : Eigen::Vector2d(high - radius + radius * std::sin(angle),
-                                                        low + radius - radius * std::cos(angle));
+    const Eigen::Vector2d local = rest < straight ? Eigen::Vector2d(low + radius + rest, low)
+                                                  : Eigen::Vector2d(high - radius + radius * std::sin(angle),
+                                                                    low + radius - radius * std::cos(angle));
     const Eigen::Vector2d middle = Eigen::Vector2d::Constant((low + high) / 2);
     const Eigen::Vector2d at = middle + Eigen::Rotation2Dd(edge * M_PI / 2) * (local - middle);
     const double heading = edge * 90.0 + angle / kDegree;

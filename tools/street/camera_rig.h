@@ -17,12 +17,12 @@ enum class Trajectory : uint8_t {
 
 struct RigOptions {
   Trajectory trajectory = Trajectory::kStreet;
-  uint32_t photos = 72;            // [1, 1000000]
-  CameraModel model;               // of every photo
+  uint32_t photos = 72;             // [1, 1000000]
+  CameraModel model;                // of every photo
   double position_jitter_m = 0.15;  // [0, 0.5], each way
-  double angle_jitter_deg = 2.5;   // [0, 20], of yaw, pitch and roll
-  bool bridge = true;              // kTwoSites: with the photos that join the sites
-  bool shuffle = false;            // names do not follow the walk
+  double angle_jitter_deg = 2.5;    // [0, 20], of yaw, pitch and roll
+  bool bridge = true;               // kTwoSites: with the photos that join the sites
+  bool shuffle = false;             // names do not follow the walk
   uint64_t seed = 1;
 
   Status Check() const;

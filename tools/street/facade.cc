@@ -13,8 +13,12 @@ constexpr double kHouseDepthM = 9;
 constexpr double kInsetM = 0.02;
 constexpr double kCornerInsetM = 0.6;  // more than any window's recess
 
-double Between(SeededRandom& random, double low, double high) { return low + (high - low) * random.Unit(); }
-uint32_t Seed32(SeededRandom& random) { return static_cast<uint32_t>(random.Next()); }
+double Between(SeededRandom& random, double low, double high) {
+  return low + (high - low) * random.Unit();
+}
+uint32_t Seed32(SeededRandom& random) {
+  return static_cast<uint32_t>(random.Next());
+}
 
 // What distinguishes a house, drawn once.
 struct House {
@@ -34,8 +38,8 @@ struct House {
 Eigen::Vector3d WallTint(Material material, SeededRandom& random) {
   static const Eigen::Vector3d plasters[] = {{0.56, 0.50, 0.38}, {0.60, 0.56, 0.50}, {0.55, 0.38, 0.28},
                                              {0.42, 0.47, 0.42}, {0.50, 0.44, 0.30}, {0.40, 0.44, 0.52}};
-  static const Eigen::Vector3d bricks[] = {{0.42, 0.19, 0.13}, {0.48, 0.28, 0.17}, {0.36, 0.26, 0.21},
-                                           {0.50, 0.42, 0.30}};
+  static const Eigen::Vector3d bricks[] = {
+      {0.42, 0.19, 0.13}, {0.48, 0.28, 0.17}, {0.36, 0.26, 0.21}, {0.50, 0.42, 0.30}};
   const Eigen::Vector3d base = material == Material::kBrick    ? bricks[random.Below(4)]
                                : material == Material::kAshlar ? Eigen::Vector3d(0.50, 0.47, 0.41)
                                                                : plasters[random.Below(6)];
@@ -62,11 +66,11 @@ House DrawHouse(double width, bool repeated, SeededRandom& random) {
   house.wall.material = kind < 9 ? Material::kPlaster : kind < 17 ? Material::kBrick : Material::kAshlar;
   house.wall.tint = WallTint(house.wall.material, random);
   house.ground.material = random.Unit() < 0.5 ? Material::kAshlar : house.wall.material;
-  house.ground.tint = house.ground.material == house.wall.material ? house.wall.tint
-                                                                   : WallTint(Material::kAshlar, random);
+  house.ground.tint =
+      house.ground.material == house.wall.material ? house.wall.tint : WallTint(Material::kAshlar, random);
   house.trim = {Material::kTrim, Eigen::Vector3d(0.60, 0.57, 0.50) * Between(random, 0.7, 1.15)};
-  house.roof = {Material::kRoof, random.Unit() < 0.5 ? Eigen::Vector3d(0.38, 0.17, 0.11)
-                                                     : Eigen::Vector3d(0.20, 0.21, 0.24)};
+  house.roof = {Material::kRoof,
+                random.Unit() < 0.5 ? Eigen::Vector3d(0.38, 0.17, 0.11) : Eigen::Vector3d(0.20, 0.21, 0.24)};
   return house;
 }
 
@@ -79,14 +83,14 @@ void AddOpening(const WallFrame& base, double width, double height, double reces
                         double t) {
     mesh.AddRect(mesh.AddSurface(origin, u, v, reveal, Seed32(random), {s, t}, 0.8), 0, 0, s, t);
   };
-  face(base.At(0, 0, 0), -out, up, recess, height);               // left
-  face(base.At(width, -recess, 0), out, up, recess, height);      // right
-  face(base.At(0, 0, 0), along, -out, width, recess);             // bottom
-  face(base.At(0, -recess, height), along, out, width, recess);   // top
+  face(base.At(0, 0, 0), -out, up, recess, height);              // left
+  face(base.At(width, -recess, 0), out, up, recess, height);     // right
+  face(base.At(0, 0, 0), along, -out, width, recess);            // bottom
+  face(base.At(0, -recess, height), along, out, width, recess);  // top
   Finish fill;
   if (door) {
-    fill = {Material::kDoor, Eigen::Vector3d(Between(random, 0.12, 0.4), Between(random, 0.1, 0.26),
-                                             Between(random, 0.06, 0.24))};
+    fill = {Material::kDoor,
+            Eigen::Vector3d(Between(random, 0.12, 0.4), Between(random, 0.1, 0.26), Between(random, 0.06, 0.24))};
   } else {
     // Behind the glass: dark rooms, blinds and curtains of all colours.
     const double level = random.Unit() < 0.55 ? Between(random, 0.05, 0.14) : Between(random, 0.25, 0.5);
@@ -115,8 +119,8 @@ void AddFloorWall(const House& house, int floor, uint32_t surface, double openin
   const double base = house.FloorBase(floor), top = house.FloorTop(floor), bay = house.bay();
   const double gap = (bay - house.window_width) / 2;
   for (int b = 0; b < house.bays; ++b) {
-    const double x0 = b * bay, x1 = x0 + gap, x2 = x1 + house.window_width, x3 = b + 1 == house.bays ? house.width
-                                                                                                      : (b + 1) * bay;
+    const double x0 = b * bay, x1 = x0 + gap, x2 = x1 + house.window_width,
+                 x3 = b + 1 == house.bays ? house.width : (b + 1) * bay;
     const bool door = floor == 0 && b == house.door_bay;
     const double cuts[4] = {base, opening_low, opening_high, top};
     for (int r = 0; r < 3; ++r) {
@@ -167,9 +171,9 @@ void AddPosters(const WallFrame& frame, const House& house, SeededRandom& random
     const Finish finish = {Material::kPoster, Eigen::Vector3d(Between(random, 0.35, 0.9), Between(random, 0.3, 0.85),
                                                               Between(random, 0.2, 0.8))};
     const WallFrame corner = frame.Moved(b * house.bay() - width / 2, 0.015, Between(random, 0.8, 1.2));
-    mesh.AddRect(mesh.AddSurface(corner.origin, corner.along, Eigen::Vector3d::UnitZ(), finish, Seed32(random),
-                                 {width, height}),
-                 0, 0, width, height);
+    mesh.AddRect(
+        mesh.AddSurface(corner.origin, corner.along, Eigen::Vector3d::UnitZ(), finish, Seed32(random), {width, height}),
+        0, 0, width, height);
   }
 }
 
@@ -189,15 +193,15 @@ void AddShell(const WallFrame& frame, const House& house, double inset_left, dou
   mesh.AddRect(right, 0, 0, kHouseDepthM, h);
   mesh.AddRect(right, run, h, kHouseDepthM, h + rise);
   mesh.AddTriangle(right, {0, h}, {run, h}, {run, h + rise});
-  const uint32_t back = mesh.AddSurface(frame.At(house.width - inset_right, -kHouseDepthM, 0), -along, up, side,
-                                        Seed32(random));
+  const uint32_t back =
+      mesh.AddSurface(frame.At(house.width - inset_right, -kHouseDepthM, 0), -along, up, side, Seed32(random));
   mesh.AddRect(back, 0, 0, house.width - inset_left - inset_right, h + rise);
   const double slope = std::hypot(rise, run);
   const Eigen::Vector3d upslope = (rise * up - run * out) / slope;
   mesh.AddRect(mesh.AddSurface(frame.At(0, 0, h), along, upslope, house.roof, Seed32(random)), 0, 0, house.width,
                slope);
-  mesh.AddRect(mesh.AddSurface(frame.At(0, -run, h + rise), along, -out, house.roof, Seed32(random)), 0, 0,
-               house.width, kHouseDepthM - run);
+  mesh.AddRect(mesh.AddSurface(frame.At(0, -run, h + rise), along, -out, house.roof, Seed32(random)), 0, 0, house.width,
+               kHouseDepthM - run);
 }
 
 void AddHouse(const WallFrame& row, double width, double setback, bool first, bool last, bool repeated,

@@ -11,7 +11,9 @@ namespace {
 constexpr double kCurbM = 0.12;
 constexpr double kTileM = 40;
 
-double Between(SeededRandom& random, double low, double high) { return low + (high - low) * random.Unit(); }
+double Between(SeededRandom& random, double low, double high) {
+  return low + (high - low) * random.Unit();
+}
 
 Eigen::Vector3d UnitVector(SeededRandom& random) {
   for (;;) {
@@ -77,8 +79,8 @@ void AddCar(const WallFrame& corner, SeededRandom& random, QuadMesh& mesh) {
   }
   // AddBox leaves backs open; from the pavement's side the body needs one.
   const WallFrame back = {corner.At(length, 0, 0.26), -corner.along};
-  const uint32_t side = mesh.AddSurface(back.origin, back.along, Eigen::Vector3d::UnitZ(), paint,
-                                        static_cast<uint32_t>(random.Next()));
+  const uint32_t side =
+      mesh.AddSurface(back.origin, back.along, Eigen::Vector3d::UnitZ(), paint, static_cast<uint32_t>(random.Next()));
   mesh.AddRect(side, 0, 0, length, belt - 0.26);
 }
 

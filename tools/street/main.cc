@@ -140,4 +140,6 @@ int Run(int argc, char** argv) {
 }  // namespace
 }  // namespace veduta::street
 
-int main(int argc, char** argv) { return veduta::street::Run(argc, argv); }
+int main(int argc, char** argv) {
+  return veduta::street::Run(argc, argv);
+}

@@ -23,7 +23,9 @@ class DenormalsOff final {
     _MM_SET_FLUSH_ZERO_MODE(_MM_FLUSH_ZERO_ON);
     _MM_SET_DENORMALS_ZERO_MODE(_MM_DENORMALS_ZERO_ON);
   }
-  ~DenormalsOff() { _mm_setcsr(saved_); }
+  ~DenormalsOff() {
+    _mm_setcsr(saved_);
+  }
 #endif
   DenormalsOff(const DenormalsOff&) = delete;
   DenormalsOff& operator=(const DenormalsOff&) = delete;
@@ -40,8 +42,12 @@ struct Offset {
 class Exposure final {
  public:
   Exposure(const Scene& scene, const RayTable& rays, const Rigid3& cam_from_world)
-      : scene_(scene), rays_(rays), width_(rays.camera.width_px), height_(rays.camera.height_px),
-        linear_(size_t{width_} * height_ * 3), surface_(size_t{width_} * height_) {
+      : scene_(scene),
+        rays_(rays),
+        width_(rays.camera.width_px),
+        height_(rays.camera.height_px),
+        linear_(size_t{width_} * height_ * 3),
+        surface_(size_t{width_} * height_) {
     const Eigen::Matrix3d r = cam_from_world.rotation.toRotationMatrix();  // rows: right, down, forward
     for (int k = 0; k < 3; ++k) {
       for (int c = 0; c < 3; ++c) axis_[k][c] = static_cast<float>(r(k, c));

@@ -25,7 +25,7 @@ struct RenderOptions {
   double exposure_stops = 0;  // [0, 4]; exposure drawn from +-this, red and blue from +-a quarter of it
   int supersample = 1;        // [1, 8]; 1: four rays where surfaces meet, one elsewhere; n: n x n everywhere
   bool depth = false;
-  uint64_t seed = 1;          // of noise and exposure
+  uint64_t seed = 1;  // of noise and exposure
 
   Status Check() const;  // the first violated bound, named with its value
 };

@@ -79,13 +79,16 @@ Status SceneOptions::Check() const {
 
 Plan MakePlan(const SceneOptions& options) {
   switch (options.layout) {
-    case Layout::kStreet: return MakeStreet(options.length_m);
+    case Layout::kStreet:
+      return MakeStreet(options.length_m);
     case Layout::kGrid: {
       const int count = std::max(1, static_cast<int>(std::ceil(std::sqrt(options.length_m / (2 * kBlockPitchM)))));
       return MakeGrid(count, kBlockPitchM);
     }
-    case Layout::kRing: return MakeRing(options.length_m);
-    case Layout::kSquare: return MakeSquare(options.length_m);
+    case Layout::kRing:
+      return MakeRing(options.length_m);
+    case Layout::kSquare:
+      return MakeSquare(options.length_m);
   }
   return {};
 }

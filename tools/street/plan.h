@@ -10,10 +10,10 @@
 
 namespace veduta::street {
 
-inline constexpr double kStreetWidthM = 14.0;    // from facade to facade
-inline constexpr double kPavementWidthM = 2.5;   // on each side
-inline constexpr double kRepeatPeriodM = 3.0;    // with SceneOptions::repeated_windows the facade repeats after this
-inline constexpr double kBlockPitchM = 60.0;     // of the grid, street included
+inline constexpr double kStreetWidthM = 14.0;   // from facade to facade
+inline constexpr double kPavementWidthM = 2.5;  // on each side
+inline constexpr double kRepeatPeriodM = 3.0;   // with SceneOptions::repeated_windows the facade repeats after this
+inline constexpr double kBlockPitchM = 60.0;    // of the grid, street included
 
 enum class Layout : uint8_t {
   kStreet,  // one street along +x from the origin, closed at both ends by houses across

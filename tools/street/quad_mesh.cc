@@ -61,11 +61,11 @@ void QuadMesh::AddBox(const WallFrame& corner, const Eigen::Vector3d& size, cons
                         double t) {
     AddRect(AddSurface(origin, u, v, finish, static_cast<uint32_t>(random.Next()), {s, t}), 0, 0, s, t);
   };
-  face(corner.At(0, size.y(), 0), along, up, size.x(), size.z());              // front
-  face(corner.At(size.x(), size.y(), 0), -out, up, size.y(), size.z());        // right
-  face(corner.At(0, 0, 0), out, up, size.y(), size.z());                       // left
-  face(corner.At(0, size.y(), size.z()), along, -out, size.x(), size.y());     // top
-  face(corner.At(0, 0, 0), along, out, size.x(), size.y());                    // underside
+  face(corner.At(0, size.y(), 0), along, up, size.x(), size.z());           // front
+  face(corner.At(size.x(), size.y(), 0), -out, up, size.y(), size.z());     // right
+  face(corner.At(0, 0, 0), out, up, size.y(), size.z());                    // left
+  face(corner.At(0, size.y(), size.z()), along, -out, size.x(), size.y());  // top
+  face(corner.At(0, 0, 0), along, out, size.x(), size.y());                 // underside
 }
 
 }  // namespace veduta::street

@@ -67,9 +67,15 @@ struct Scene::Parts {
 
 Scene::Scene(std::unique_ptr<Parts> parts) : parts_(std::move(parts)) {}
 Scene::~Scene() = default;
-const SceneOptions& Scene::options() const { return parts_->options; }
-const Plan& Scene::plan() const { return parts_->plan; }
-const QuadMesh& Scene::mesh() const { return parts_->mesh; }
+const SceneOptions& Scene::options() const {
+  return parts_->options;
+}
+const Plan& Scene::plan() const {
+  return parts_->plan;
+}
+const QuadMesh& Scene::mesh() const {
+  return parts_->mesh;
+}
 
 void Scene::Trace(const float origin[3], const float direction[3][kLanes], const Surface* surface[kLanes]) const {
   RTCRayHit16 packet;
@@ -127,10 +133,10 @@ Result<std::unique_ptr<Scene>> BuildScene(const SceneOptions& options) {
   parts->scene = rtcNewScene(parts->device);
   RTCGeometry geometry = rtcNewGeometry(parts->device, RTC_GEOMETRY_TYPE_QUAD);
   const size_t quads = parts->mesh.quad_count();
-  void* const vertices = rtcSetNewGeometryBuffer(geometry, RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT3,
-                                                 3 * sizeof(float), quads * 4);
-  void* const indices = rtcSetNewGeometryBuffer(geometry, RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT4,
-                                                4 * sizeof(uint32_t), quads);
+  void* const vertices =
+      rtcSetNewGeometryBuffer(geometry, RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT3, 3 * sizeof(float), quads * 4);
+  void* const indices =
+      rtcSetNewGeometryBuffer(geometry, RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT4, 4 * sizeof(uint32_t), quads);
   if (vertices != nullptr && indices != nullptr) {
     std::memcpy(vertices, parts->mesh.vertices().data(), parts->mesh.vertices().size() * sizeof(float));
     for (uint32_t i = 0; i < quads * 4; ++i) static_cast<uint32_t*>(indices)[i] = i;

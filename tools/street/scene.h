@@ -36,7 +36,7 @@ class Scene final {
   std::unique_ptr<Parts> parts_;
 };
 
-// Builds houses, ground, trees and cars. Deterministic in the options. About 7 ms and 0.3 MB a metre of street.
+// Builds houses, ground, trees and cars. Deterministic in the options. About 1 ms and 0.1 MB a metre of street.
 // kInvalidArgument on bad options, kIoError if Embree cannot start or runs out of memory.
 Result<std::unique_ptr<Scene>> BuildScene(const SceneOptions& options);
 

@@ -50,8 +50,14 @@ int RunnableShaders(const Shader* out[3]);
 // Indexed by Material.
 extern const MaterialLook kMaterialLooks[static_cast<int>(Material::kCount)];
 
-namespace shader_baseline { extern const Shader kShader; }
-namespace shader_avx2 { extern const Shader kShader; }
-namespace shader_avx512 { extern const Shader kShader; }
+namespace shader_baseline {
+extern const Shader kShader;
+}
+namespace shader_avx2 {
+extern const Shader kShader;
+}
+namespace shader_avx512 {
+extern const Shader kShader;
+}
 
 }  // namespace veduta::street

@@ -9,23 +9,23 @@ namespace veduta::street {
 enum class Material : uint32_t {
   kPlaster,
   kBrick,
-  kAshlar,    // large stone blocks
-  kTrim,      // sills, cornices, balconies
-  kWindow,    // frame, bars and what stands behind the glass; fills Surface::size
-  kDoor,      // planks within a frame; fills Surface::size
-  kPoster,    // random print
+  kAshlar,  // large stone blocks
+  kTrim,    // sills, cornices, balconies
+  kWindow,  // frame, bars and what stands behind the glass; fills Surface::size
+  kDoor,    // planks within a frame; fills Surface::size
+  kPoster,  // random print
   kAsphalt,
   kPavement,  // slabs
   kRoof,
   kLeaf,
-  kPaint,     // cars
+  kPaint,  // cars
   kCount
 };
 
 // The texture is a function of (s, t) in metres, of the seed and of the material, so nothing repeats and nothing is
 // stored: a point is origin + s u + t v.
 struct Surface {
-  float origin[3];  // world, m
+  float origin[3];   // world, m
   float u[3], v[3];  // unit vectors, world
   float normal[3];   // u x v, outward
   float tint[3];     // linear reflectance times the light that falls on the plane

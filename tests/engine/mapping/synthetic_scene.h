@@ -1,0 +1,126 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+// A scene of known truth for the mapping tests: points in a box (or on a plane) before cameras on an arc, each point
+// with a descriptor of its own, seen with Gaussian noise.
+
+#include <cmath>
+#include <memory>
+#include <vector>
+
+#include "engine/mapping/map.h"
+#include "engine/mapping/placement.h"
+#include "storage/base/content_hash.h"
+
+namespace veduta {
+
+struct SceneOptions {
+  uint32_t camera_count = 6, point_count = 300;
+  double noise_px = 0.3;
+  double arc_deg = 40;    // over which the cameras are spread
+  bool planar = false;    // all points on one slanted plane
+  bool rotation = false;  // all cameras in one place
+  uint64_t seed = 1;
+};
+
+struct SyntheticScene {
+  static constexpr int kWidth = 1000, kHeight = 800;
+  Pinhole camera;
+  std::vector<Rigid3> poses;               // cam_from_world
+  std::vector<Eigen::Vector3d> points;
+  std::vector<MapImage> images;            // ids from 1, reconstruction 1; feature i of image k is points[seen[k][i]]
+  std::vector<std::vector<uint32_t>> seen;
+  std::vector<std::vector<int>> feature_of;  // [camera][point], -1 where it is not seen
+
+  // Matches of all points that both cameras see.
+  PairRecord Pair(uint32_t i, uint32_t j) const {
+    PairRecord pair;
+    pair.a = images[i].id;
+    pair.b = images[j].id;
+    pair.b_from_a = poses[j] * poses[i].Inverse();
+    pair.b_from_a.translation.normalize();
+    for (uint32_t f = 0; f < seen[i].size(); ++f) {
+      const int g = feature_of[j][seen[i][f]];
+      if (g >= 0) pair.matches.push_back({f, static_cast<FeatureIndex>(g)});
+    }
+    return pair;
+  }
+};
+
+inline double Gaussian(SeededRandom& random) {  // Box and Muller
+  return std::sqrt(-2 * std::log(1 - random.Unit())) * std::cos(6.283185307179586 * random.Unit());
+}
+
+inline SyntheticScene MakeScene(const SceneOptions& options) {
+  SyntheticScene scene;
+  scene.camera.fx = scene.camera.fy = 900;
+  scene.camera.cx = 500;
+  scene.camera.cy = 400;
+  SeededRandom random(options.seed);
+  std::vector<std::vector<uint8_t>> descriptors;
+  for (uint32_t i = 0; i < options.point_count; ++i) {
+    Eigen::Vector3d p(6 * random.Unit() - 3, 4 * random.Unit() - 2, 3 * random.Unit() - 1.5);
+    if (options.planar) p.z() = 0.3 * p.x();
+    scene.points.push_back(p);
+    std::vector<uint8_t> descriptor(kDescriptorSize);
+    for (uint8_t& byte : descriptor) byte = static_cast<uint8_t>(random.Below(90));
+    descriptors.push_back(std::move(descriptor));
+  }
+  for (uint32_t k = 0; k < options.camera_count; ++k) {
+    const double turn = options.camera_count > 1 ? k / (options.camera_count - 1.0) - 0.5 : 0;
+    const double angle = options.arc_deg * turn * 0.017453292519943295;
+    const Eigen::Matrix3d look = Eigen::AngleAxisd(options.rotation ? 0.3 * angle : angle, Eigen::Vector3d::UnitY()).toRotationMatrix();
+    const Eigen::Vector3d center = options.rotation ? Eigen::Vector3d(0, 0, -8)
+                                                    : Eigen::Vector3d(look * Eigen::Vector3d(0, 0, -8) + Eigen::Vector3d(0, 0.2 * turn, 0));
+    Rigid3 pose;
+    pose.rotation = Eigen::Quaterniond(Eigen::Matrix3d(look.transpose()));
+    pose.translation = -(pose.rotation * center);
+    scene.poses.push_back(pose);
+
+    auto features = std::make_shared<Features>();
+    scene.seen.emplace_back();
+    scene.feature_of.emplace_back(options.point_count, -1);
+    for (uint32_t i = 0; i < options.point_count; ++i) {
+      const Eigen::Vector2d x = scene.camera.Project(pose * scene.points[i]);
+      if (x.x() < 0 || x.y() < 0 || x.x() >= scene.kWidth || x.y() >= scene.kHeight) continue;
+      Keypoint keypoint;
+      keypoint.x_px = static_cast<float>(x.x() + options.noise_px * Gaussian(random));
+      keypoint.y_px = static_cast<float>(x.y() + options.noise_px * Gaussian(random));
+      keypoint.scale_px = 2;
+      keypoint.contrast_sign = i % 2 ? 1 : -1;
+      scene.feature_of[k][i] = static_cast<int>(features->keypoints.size());
+      scene.seen[k].push_back(i);
+      features->keypoints.push_back(keypoint);
+      features->descriptors.insert(features->descriptors.end(), descriptors[i].begin(), descriptors[i].end());
+    }
+    MapImage image;
+    image.id = ImageId(k + 1);
+    image.reconstruction = ReconstructionId(1);
+    image.cam_from_world = pose;
+    image.camera = scene.camera;
+    image.width_px = scene.kWidth;
+    image.height_px = scene.kHeight;
+    image.points.resize(features->size());
+    image.grid = std::make_shared<const FeatureGrid>(*features);
+    image.features = std::move(features);
+    scene.images.push_back(std::move(image));
+  }
+  return scene;
+}
+
+// All cameras placed at the truth, all points seen by at least two.
+inline Map MakeMap(const SyntheticScene& scene) {
+  Map map;
+  for (const MapImage& image : scene.images) map.PlaceImage(image);
+  for (uint32_t i = 0; i < scene.points.size(); ++i) {
+    std::vector<TrackElement> track;
+    for (uint32_t k = 0; k < scene.images.size(); ++k) {
+      if (scene.feature_of[k][i] >= 0) track.push_back({scene.images[k].id, static_cast<FeatureIndex>(scene.feature_of[k][i])});
+    }
+    if (track.size() >= 2) map.AddPoint(track.front().image, scene.points[i], track);
+  }
+  return map;
+}
+
+inline double RotationErrorDeg(const Rigid3& a, const Rigid3& b) { return a.rotation.angularDistance(b.rotation) * 57.29577951308232; }
+
+}  // namespace veduta

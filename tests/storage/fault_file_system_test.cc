@@ -1,0 +1,126 @@
+// SPDX-License-Identifier: Apache-2.0
+// Goal: the crash tests' own disk does what it says: it forgets exactly what was not synced and fails exactly the
+// writes it was told to.
+// Method: files and folders by hand, without a database.
+#include "fault_file_system.h"
+
+#include <gtest/gtest.h>
+
+#include "samples.h"
+
+namespace veduta {
+namespace {
+
+const rocksdb::IOOptions kOptions;
+
+std::unique_ptr<rocksdb::FSWritableFile> Create(FaultFileSystem& fs, const std::string& path) {
+  std::unique_ptr<rocksdb::FSWritableFile> file;
+  EXPECT_TRUE(fs.NewWritableFile(path, rocksdb::FileOptions(), &file, nullptr).ok());
+  return file;
+}
+
+void SyncFolder(FaultFileSystem& fs, const std::string& path) {
+  std::unique_ptr<rocksdb::FSDirectory> folder;
+  ASSERT_TRUE(fs.NewDirectory(path, kOptions, &folder, nullptr).ok());
+  ASSERT_TRUE(folder->Fsync(kOptions, nullptr).ok());
+}
+
+std::string Content(const std::string& path) {
+  if (!std::filesystem::exists(path)) return "(none)";
+  std::ifstream stream(path, std::ios::binary);
+  return {std::istreambuf_iterator<char>(stream), {}};
+}
+
+void WriteFile(FaultFileSystem& fs, const std::string& path, const std::string& synced, const std::string& unsynced) {
+  const auto file = Create(fs, path);
+  ASSERT_TRUE(file->Append(synced, kOptions, nullptr).ok());
+  ASSERT_TRUE(file->Sync(kOptions, nullptr).ok());
+  ASSERT_TRUE(file->Append(unsynced, kOptions, nullptr).ok());
+  ASSERT_TRUE(file->Close(kOptions, nullptr).ok());
+}
+
+TEST(FaultFileSystem, KeepsSyncedBytesOnly) {
+  const TemporaryFolder folder;
+  FaultFileSystem fs;
+  WriteFile(fs, folder / "a", "kept", "lost");
+  SyncFolder(fs, folder.path());
+  WriteFile(fs, folder / "b", "synced, but its folder is not", "");
+  EXPECT_EQ(Content(folder / "a"), "keptlost");
+  fs.DropUnsyncedData();
+  EXPECT_EQ(Content(folder / "a"), "kept");
+  EXPECT_EQ(Content(folder / "b"), "(none)");
+}
+
+TEST(FaultFileSystem, UndoesRenamesThatAreNotDurable) {
+  const TemporaryFolder folder;
+  FaultFileSystem fs;
+  WriteFile(fs, folder / "current", "old", "");
+  WriteFile(fs, folder / "next", "new", "");
+  SyncFolder(fs, folder.path());
+  ASSERT_TRUE(fs.RenameFile(folder / "next", folder / "current", kOptions, nullptr).ok());
+  EXPECT_EQ(Content(folder / "current"), "new");
+  fs.DropUnsyncedData();
+  EXPECT_EQ(Content(folder / "current"), "old");
+  EXPECT_EQ(Content(folder / "next"), "new");
+  ASSERT_TRUE(fs.RenameFile(folder / "next", folder / "current", kOptions, nullptr).ok());
+  SyncFolder(fs, folder.path());
+  fs.DropUnsyncedData();
+  EXPECT_EQ(Content(folder / "current"), "new");
+  EXPECT_EQ(Content(folder / "next"), "(none)");
+}
+
+TEST(FaultFileSystem, ForgetsFoldersLinksAndWhatIsInThem) {
+  const TemporaryFolder folder;
+  FaultFileSystem fs;
+  ASSERT_TRUE(fs.CreateDirIfMissing(folder / "sub", kOptions, nullptr).ok());
+  WriteFile(fs, folder / "sub/file", "bytes", "");
+  SyncFolder(fs, folder / "sub");
+  WriteFile(fs, folder / "plain", "bytes", "");
+  SyncFolder(fs, folder.path());  // makes sub durable too
+  ASSERT_TRUE(fs.LinkFile(folder / "plain", folder / "link", kOptions, nullptr).ok());
+  ASSERT_TRUE(fs.CreateDir(folder / "later", kOptions, nullptr).ok());
+  WriteFile(fs, folder / "later/file", "bytes", "");
+  fs.DropUnsyncedData();
+  EXPECT_EQ(Content(folder / "sub/file"), "bytes");
+  EXPECT_EQ(Content(folder / "plain"), "bytes");
+  EXPECT_EQ(Content(folder / "link"), "(none)");
+  EXPECT_FALSE(std::filesystem::exists(folder / "later"));
+}
+
+TEST(FaultFileSystem, FailsTheChosenWrites) {
+  const TemporaryFolder folder;
+  FaultFileSystem fs;
+  const auto file = Create(fs, folder / "a");
+  fs.FailWrites(2, Fault::kNoSpace, 1);
+  EXPECT_TRUE(file->Append("one,", kOptions, nullptr).ok());
+  const rocksdb::IOStatus torn = file->Append("0123456789", kOptions, nullptr);
+  EXPECT_TRUE(torn.IsNoSpace());
+  EXPECT_TRUE(file->Append(",three", kOptions, nullptr).ok());
+  EXPECT_EQ(Content(folder / "a"), "one,01234,three");
+  EXPECT_EQ(fs.fault_count(), 1u);
+  EXPECT_EQ(fs.write_count(), 4u);
+
+  fs.FailWrites(1, Fault::kIoError, FaultFileSystem::kForever);
+  EXPECT_TRUE(file->Sync(kOptions, nullptr).IsIOError());
+  EXPECT_FALSE(fs.RenameFile(folder / "a", folder / "b", kOptions, nullptr).ok());
+  EXPECT_FALSE(fs.CreateDir(folder / "c", kOptions, nullptr).ok());
+  EXPECT_TRUE(std::filesystem::exists(folder / "a"));
+  fs.Heal();
+  EXPECT_TRUE(file->Sync(kOptions, nullptr).ok());
+}
+
+TEST(FaultFileSystem, NothingBecomesDurableWithoutPower) {
+  const TemporaryFolder folder;
+  FaultFileSystem fs;
+  const auto file = Create(fs, folder / "a");
+  SyncFolder(fs, folder.path());
+  ASSERT_TRUE(file->Append("unsynced", kOptions, nullptr).ok());
+  fs.CutPower();
+  EXPECT_FALSE(file->Sync(kOptions, nullptr).ok());
+  EXPECT_FALSE(fs.DeleteFile(folder / "a", kOptions, nullptr).ok());
+  fs.DropUnsyncedData();
+  EXPECT_EQ(Content(folder / "a"), "");
+}
+
+}  // namespace
+}  // namespace veduta

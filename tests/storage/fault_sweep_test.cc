@@ -1,0 +1,207 @@
+// SPDX-License-Identifier: Apache-2.0
+// Goal: whichever write of the operating system fails, every commit that was acknowledged is there afterwards, whole,
+// and of the one that was not there is all or nothing; what was written ahead and not committed is gone.
+// Method: one scenario of several commits, run again and again with the n-th write operation failing, for every n;
+// then the process "crashes" (reopen) or the power is cut (unsynced data dropped, then reopen).
+#include <gtest/gtest.h>
+
+#include <set>
+
+#include "fault_file_system.h"
+#include "samples.h"
+#include "storage/database.h"
+
+namespace veduta {
+namespace {
+
+constexpr uint32_t kImages = 6;
+constexpr uint32_t kFlushAfter = 3;  // a compaction runs between the commits, so that its writes fail too
+const std::vector<WordId> kWords = {1, 5, 9};
+
+Status CommitImage(Database& database, uint32_t id) {
+  VEDUTA_RETURN_IF_ERROR(database.WritePhotoAhead(SampleHash(id), SampleBytes(id, 2000 + id), SampleFeatures(id, 10)));
+  auto transaction = database.BeginTransaction();
+  transaction->PutImage(SampleImage(id));
+  if (id > 1) transaction->PutPair(SamplePair(id - 1, id, 20));
+  transaction->PutPose({ImageId(id), ReconstructionId(1), Rigid3()});
+  transaction->PutPointBlock(ReconstructionId(1), 1, SampleBlock(id, 5));
+  transaction->PutWords(1, ImageId(id), kWords);
+  transaction->AddPostings(1, kWords, ImageId(id));
+  transaction->AddJournal({id, 0, "anna", "add", ImageId(id), {}, ""});
+  DatabaseState state;
+  state.next_image = id + 1;
+  transaction->PutState(state);
+  return transaction->Commit();
+}
+
+// Commits until something fails; the number of commits that were acknowledged.
+uint32_t RunScenario(const std::string& path, const DatabaseOptions& options) {
+  auto opened = Database::Open(path, options);
+  if (!opened.ok()) return 0;
+  Database& database = **opened;
+  uint32_t acknowledged = 0;
+  for (uint32_t id = 1; id <= kImages; ++id) {
+    const Status status = CommitImage(database, id);
+    if (!status.ok()) {
+      EXPECT_EQ(status.code(), StatusCode::kIoError) << status.message();
+      // Once failed, it must stay failed: what the disk holds is not known.
+      EXPECT_FALSE(CommitImage(database, id + 1).ok());
+      EXPECT_FALSE(CommitImage(database, id + 1).ok());
+      return acknowledged;
+    }
+    acknowledged = id;
+    if (id == kFlushAfter) database.Compact().IgnoreBecause("it may be what fails; the commits after it tell");
+  }
+  // One write-ahead that no commit follows.
+  database.WritePhotoAhead(SampleHash(99), SampleBytes(99, 500), SampleFeatures(99, 3)).IgnoreBecause("it may be what fails");
+  return acknowledged;
+}
+
+void ExpectWholeImage(const Snapshot& snapshot, uint32_t id) {
+  const auto image = snapshot.GetImage(ImageId(id));
+  ASSERT_OK(image);
+  EXPECT_EQ(**snapshot.FindImageByName(image->name), ImageId(id));
+  EXPECT_EQ(**snapshot.FindImageByPhoto(image->photo), ImageId(id));
+  const auto photo = snapshot.GetPhoto(image->photo);
+  ASSERT_OK(photo);
+  EXPECT_EQ(std::vector<uint8_t>(photo->bytes().begin(), photo->bytes().end()), SampleBytes(id, 2000 + id));
+  const auto features = snapshot.GetFeatures(image->photo);
+  ASSERT_OK(features);
+  EXPECT_EQ(features->size(), 10u);
+  if (id > 1) {
+    EXPECT_EQ(snapshot.GetPair(ImageId(id - 1), ImageId(id))->matches.size(), 20u);
+  }
+  EXPECT_TRUE(snapshot.FindPose(ImageId(id))->has_value());
+  EXPECT_EQ(snapshot.GetPointBlock(ReconstructionId(1), 1, ImageId(id))->points.size(), 5u);
+  EXPECT_EQ(*snapshot.GetWords(1, ImageId(id)), kWords);
+}
+
+// All families must tell of the same number of commits, at least `acknowledged` and at most one more.
+void ExpectWholeCommits(const Database& database, uint32_t acknowledged) {
+  const auto snapshot = database.GetSnapshot();
+  const auto state = snapshot->GetState();
+  ASSERT_OK(state);
+  const uint32_t count = state->next_image - 1;
+  EXPECT_GE(count, acknowledged);
+  EXPECT_LE(count, acknowledged + 1);
+  std::vector<ImageId> expected;
+  std::set<ContentHash> photos;
+  for (uint32_t id = 1; id <= count; ++id) {
+    ExpectWholeImage(*snapshot, id);
+    expected.emplace_back(id);
+    photos.insert(SampleHash(id));
+  }
+  const auto postings = snapshot->GetPostings(1, kWords);
+  ASSERT_OK(postings);
+  for (const auto& images : *postings) EXPECT_EQ(images, expected);
+  size_t images = 0, poses = 0, blocks = 0, entries = 0, neighbors = 0;
+  EXPECT_OK(snapshot->ScanImages([&](const ImageRecord&) { return ++images, true; }));
+  EXPECT_OK(snapshot->ScanPoses([&](const PoseRecord&) { return ++poses, true; }));
+  EXPECT_OK(snapshot->ScanPointBlocks(ReconstructionId(1), 1, [&](const PointBlock&) { return ++blocks, true; }));
+  EXPECT_OK(snapshot->ScanJournal(0, [&](const JournalRecord&) { return ++entries, true; }));
+  for (uint32_t id = 1; id <= kImages + 1; ++id) neighbors += snapshot->ListNeighbors(ImageId(id))->size();
+  EXPECT_EQ(images, count);
+  EXPECT_EQ(poses, count);
+  EXPECT_EQ(blocks, count);
+  EXPECT_EQ(entries, count);
+  EXPECT_EQ(neighbors, count == 0 ? 0 : 2 * (count - 1));
+  std::set<ContentHash> stored;
+  EXPECT_OK(snapshot->ScanPhotoKeys([&](const ContentHash& key) { return stored.insert(key).second; }));
+  EXPECT_EQ(stored, photos) << "orphans must be swept";
+  stored.clear();
+  EXPECT_OK(snapshot->ScanFeatureKeys([&](const ContentHash& key) { return stored.insert(key).second; }));
+  EXPECT_EQ(stored, photos);
+}
+
+struct Case {
+  Fault fault;
+  uint64_t count;  // how many writes fail from the n-th on
+  bool power_cut;
+  bool create;  // the failing run creates the database; otherwise it was there before
+};
+
+// Runs the scenario with the n-th write failing; whether n was within it.
+bool RunCase(uint64_t n, const Case& c) {
+  const TemporaryFolder folder;
+  const std::string path = folder / "db";
+  const auto fs = std::make_shared<FaultFileSystem>();
+  DatabaseOptions options;
+  options.file_system = fs;
+  options.block_cache_bytes = 1 << 20;
+  options.create = true;
+  if (!c.create) {
+    MustOpen(path, options).reset();
+    options.create = false;
+  }
+  fs->FailWrites(n, c.fault, c.count);
+  const uint32_t acknowledged = RunScenario(path, options);
+  const bool reached = fs->fault_count() > 0;
+  if (c.power_cut) {
+    fs->DropUnsyncedData();
+  } else {
+    fs->Heal();
+  }
+  options.create = false;
+  auto database = Database::Open(path, options);
+  if (c.create && acknowledged == 0 && !database.ok()) {
+    // Creation was cut short: it must be possible to do it again.
+    EXPECT_EQ(database.status().code(), StatusCode::kNotFound) << database.status().message();
+    options.create = true;
+    database = Database::Open(path, options);
+  }
+  EXPECT_OK(database) << "n = " << n;
+  if (!database.ok()) return reached;
+  ExpectWholeCommits(**database, acknowledged);
+  if (!reached) {
+    EXPECT_EQ(acknowledged, kImages);
+  }
+  // It goes on from there.
+  const uint32_t next = (*database)->GetSnapshot()->GetState()->next_image;
+  EXPECT_OK(CommitImage(**database, next)) << "n = " << n;
+  EXPECT_EQ((*database)->GetSnapshot()->GetPostings(1, kWords)->at(0).size(), next);
+  return reached;
+}
+
+void Sweep(const Case& c) {
+  uint64_t n = 1;
+  while (RunCase(n, c)) {
+    if (testing::Test::HasFailure()) FAIL() << "with write operation " << n << " failing";
+    ++n;
+  }
+  EXPECT_GT(n, 50u) << "the scenario has hardly written anything";
+}
+
+TEST(FaultSweep, OneWriteFails) { Sweep({Fault::kIoError, 1, false, false}); }
+TEST(FaultSweep, OneWriteFailsThenThePowerIsCut) { Sweep({Fault::kIoError, 1, true, false}); }
+TEST(FaultSweep, DiskIsFullThenTheProcessDies) { Sweep({Fault::kNoSpace, FaultFileSystem::kForever, false, false}); }
+TEST(FaultSweep, DiskDiesThenThePowerIsCut) { Sweep({Fault::kIoError, FaultFileSystem::kForever, true, false}); }
+
+// Every third n: creating a database writes a few hundred times, most of them alike.
+TEST(FaultSweep, CreationFailsAndThePowerIsCut) {
+  uint64_t n = 1;
+  while (RunCase(n, {Fault::kIoError, FaultFileSystem::kForever, true, true})) {
+    if (HasFailure()) FAIL() << "with write operation " << n << " failing";
+    n += 3;
+  }
+  EXPECT_GT(n, 50u);
+}
+
+TEST(FaultSweep, FullDiskIsNamed) {
+  const TemporaryFolder folder;
+  const auto fs = std::make_shared<FaultFileSystem>();
+  DatabaseOptions options;
+  options.file_system = fs;
+  options.create = true;
+  auto database = MustOpen(folder / "db", options);
+  fs->FailWrites(1, Fault::kNoSpace, FaultFileSystem::kForever);
+  const Status status = CommitImage(*database, 1);
+  EXPECT_EQ(status.code(), StatusCode::kIoError);
+  EXPECT_NE(status.message().find("disk is full"), std::string::npos) << status.message();
+  fs->Heal();
+  const Status later = CommitImage(*database, 1);
+  EXPECT_EQ(later.code(), StatusCode::kIoError);
+  EXPECT_NE(later.message().find("open the database again"), std::string::npos) << later.message();
+}
+
+}  // namespace
+}  // namespace veduta
