@@ -9,8 +9,7 @@ namespace veduta {
 
 struct ExtractionTimes {
   double scale_space_ms = 0;  // the doubled image, blurs and extrema
-  double orientation_ms = 0;
-  double descriptor_ms = 0;
+  double description_ms = 0;  // selection, directions and descriptors
 };
 
 // As ExtractFeatures. `times` may be null.

@@ -7,7 +7,7 @@
 
 namespace veduta {
 
-// 64-byte aligned values, uninitialised. Throws std::bad_alloc.
+// 64-byte aligned values, uninitialised; in huge pages when they fill some. Throws std::bad_alloc.
 class GrayBuffer final {
  public:
   GrayBuffer() = default;

@@ -200,6 +200,28 @@ inline F8 ExpOfMinus(F8 v) {
   return p * (F8)((127 - n) << 23);
 }
 
+// Weighted directions waiting to be counted, and the counts. Four histograms in turn: neighbouring pixels often share a
+// bin, and would wait for one another. Many pixels at a time: a loop over each short row would often be guessed wrongly.
+struct DirectionCounts {
+  static constexpr int kFull = 1024;
+  alignas(32) float weight[kFull + kOrientationRadiusMax * 2 + 16];
+  alignas(32) int32_t bin[kFull + kOrientationRadiusMax * 2 + 16];
+  int waiting = 0;
+  float sums[4][kOrientationBins + 4] = {};
+
+  void Count() {
+    StoreF(weight + waiting, F8{});
+    StoreN(bin + waiting, N8{});
+    for (int i = 0; i < waiting; i += 4) {
+      sums[0][bin[i]] += weight[i];
+      sums[1][bin[i + 1]] += weight[i + 1];
+      sums[2][bin[i + 2]] += weight[i + 2];
+      sums[3][bin[i + 3]] += weight[i + 3];
+    }
+    waiting = 0;
+  }
+};
+
 void OrientationHistogram(const GrayPlane& plane, float x, float y, float sigma, int radius,
                           float histogram[kOrientationBins]) {
   const int cx = static_cast<int>(x + 0.5f), cy = static_cast<int>(y + 0.5f);
@@ -212,10 +234,7 @@ void OrientationHistogram(const GrayPlane& plane, float x, float y, float sigma,
     StoreF(column_weight + i, ExpOfMinus(u * u * scale));
     StoreF(row_weight + i, ExpOfMinus(v * v * scale));
   }
-  // Four histograms in turn: neighbouring pixels often share a bin, and would wait for one another.
-  float sums[4][kOrientationBins + 4] = {};
-  alignas(32) float weight[2 * kOrientationRadiusMax + 16];
-  alignas(32) int32_t bin[2 * kOrientationRadiusMax + 16];
+  DirectionCounts counts;
   const int top = cy - radius > 1 ? cy - radius : 1;
   const int bottom = cy + radius < plane.height - 2 ? cy + radius : plane.height - 2;
   int half = 0;  // half the circle's width in a row; follows the circle from row to row
@@ -226,25 +245,23 @@ void OrientationHistogram(const GrayPlane& plane, float x, float y, float sigma,
     while (half * half > room) --half;
     const int begin = cx - half > 1 ? cx - half : 1;
     const int end = cx + half < plane.width - 2 ? cx + half + 1 : plane.width - 1;
+    if (begin >= end) continue;
     const int16_t* p = plane.pixels + row * plane.stride;
     const float* column = column_weight + (radius - cx);
     const float row_share = row_weight[dv + radius];
-    for (int i = begin; i < end; i += 8) {
-      const F8 dx = ToFloat(LoadN(p + i + 1) - LoadN(p + i - 1));
-      const F8 dy = ToFloat(LoadN(p + i + plane.stride) - LoadN(p + i - plane.stride));
-      StoreF(weight + i - begin, RootF(dx * dx + dy * dy) * (LoadF(column + i) * row_share));
-      StoreN(bin + i - begin, Truncate(EighthsOfTurn(dx, dy) * (kOrientationBins / 8.0f) + 0.5f));
+    float* weight = counts.weight + counts.waiting - begin;
+    int32_t* bin = counts.bin + counts.waiting - begin;
+    for (int i = begin; i < end; i += 8) {  // what it writes past the end, the next row overwrites
+      const F8 dx = ToFloat(WidenDifference(p + i + 1, p + i - 1));
+      const F8 dy = ToFloat(WidenDifference(p + i + plane.stride, p + i - plane.stride));
+      StoreF(weight + i, RootF(dx * dx + dy * dy) * (LoadF(column + i) * row_share));
+      StoreN(bin + i, Truncate(EighthsOfTurn(dx, dy) * (kOrientationBins / 8.0f) + 0.5f));
     }
-    const int count = end - begin;
-    int i = 0;
-    for (; i + 4 <= count; i += 4) {
-      sums[0][bin[i]] += weight[i];
-      sums[1][bin[i + 1]] += weight[i + 1];
-      sums[2][bin[i + 2]] += weight[i + 2];
-      sums[3][bin[i + 3]] += weight[i + 3];
-    }
-    for (; i < count; ++i) sums[0][bin[i]] += weight[i];
+    counts.waiting += end - begin;
+    if (counts.waiting >= DirectionCounts::kFull) counts.Count();
   }
+  counts.Count();
+  float(*sums)[kOrientationBins + 4] = counts.sums;
   for (int k = 0; k < 4; ++k) sums[k][0] += sums[k][kOrientationBins];  // a whole turn is none
   for (int i = 0; i < kOrientationBins; ++i) {
     histogram[i] += (sums[0][i] + sums[1][i]) + (sums[2][i] + sums[3][i]);

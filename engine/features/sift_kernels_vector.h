@@ -189,12 +189,17 @@ inline F8 RootF(F8 a) {
   return a;
 #endif
 }
-// Eight int16, widened.
-inline N8 LoadN(const int16_t* p) {
+// Eight differences a[i] - b[i], which must fit 16 bits, widened.
+inline N8 WidenDifference(const int16_t* a, const int16_t* b) {
   typedef int16_t Short8 __attribute__((vector_size(16)));
-  Short8 v;
-  __builtin_memcpy(&v, p, sizeof(v));
-  return __builtin_convertvector(v, N8);
+  Short8 u, v;
+  __builtin_memcpy(&u, a, sizeof(u));
+  __builtin_memcpy(&v, b, sizeof(v));
+#if defined(__AVX2__)
+  return (N8)_mm256_cvtepi16_epi32((__m128i)(u - v));
+#else
+  return __builtin_convertvector(u - v, N8);
+#endif
 }
 
 }  // namespace
