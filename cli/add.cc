@@ -19,7 +19,9 @@ struct AddArguments {
   bool json = false, no_sync = false;
 };
 
-std::string VerdictWord(const AddOutcome& outcome) { return outcome.duplicate ? "duplicate" : VerdictText(outcome.verdict); }
+std::string VerdictWord(const AddOutcome& outcome) {
+  return outcome.duplicate ? "duplicate" : VerdictText(outcome.verdict);
+}
 
 std::string ReasonSentence(const AddOutcome& outcome) {
   if (outcome.duplicate) return outcome.detail;
@@ -31,20 +33,27 @@ void PrintJson(const AddOutcome& outcome) {
   const StepTimes& t = outcome.times;
   nlohmann::ordered_json propagated = nlohmann::ordered_json::array();
   for (const ImageId id : outcome.propagated) propagated.push_back(id.value);
-  const nlohmann::ordered_json line = {
-      {"image", outcome.name},
-      {"id", ToJson(outcome.id)},
-      {"verdict", VerdictWord(outcome)},
-      {"reason", ReasonSentence(outcome)},
-      {"reconstruction", ToJson(outcome.reconstruction)},
-      {"neighbors", outcome.neighbor_count},
-      {"inliers", outcome.inlier_count},
-      {"pairs_tried", outcome.pairs_tried},
-      {"propagated", propagated},
-      {"ms",
-       {{"decode", t.decode_ms}, {"undistort", t.undistort_ms}, {"features", t.features_ms}, {"retrieve", t.retrieve_ms},
-        {"match", t.match_ms}, {"verify", t.verify_ms}, {"map", t.map_ms}, {"adjust", t.adjust_ms}, {"commit", t.commit_ms},
-        {"follow", t.follow_ms}, {"total", t.total_ms}}}};
+  const nlohmann::ordered_json line = {{"image", outcome.name},
+                                       {"id", ToJson(outcome.id)},
+                                       {"verdict", VerdictWord(outcome)},
+                                       {"reason", ReasonSentence(outcome)},
+                                       {"reconstruction", ToJson(outcome.reconstruction)},
+                                       {"neighbors", outcome.neighbor_count},
+                                       {"inliers", outcome.inlier_count},
+                                       {"pairs_tried", outcome.pairs_tried},
+                                       {"propagated", propagated},
+                                       {"ms",
+                                        {{"decode", t.decode_ms},
+                                         {"undistort", t.undistort_ms},
+                                         {"features", t.features_ms},
+                                         {"retrieve", t.retrieve_ms},
+                                         {"match", t.match_ms},
+                                         {"verify", t.verify_ms},
+                                         {"map", t.map_ms},
+                                         {"adjust", t.adjust_ms},
+                                         {"commit", t.commit_ms},
+                                         {"follow", t.follow_ms},
+                                         {"total", t.total_ms}}}};
   // Names come from file systems, which do not promise UTF-8.
   std::printf("%s\n", line.dump(-1, ' ', false, nlohmann::ordered_json::error_handler_t::replace).c_str());
   std::fflush(stdout);

@@ -32,7 +32,8 @@ int ListCameras(const CameraArguments& arguments) {
   for (const CameraRecord& camera : *cameras) {
     const std::string size = ImageSize{camera.model.width_px, camera.model.height_px}.Text();
     const std::string params = CameraParamsText(camera.model);
-    if (!arguments.json) std::printf("%s  %s  %s  (%s)\n", camera.name.c_str(), size.c_str(), params.c_str(), camera.source.c_str());
+    if (!arguments.json)
+      std::printf("%s  %s  %s  (%s)\n", camera.name.c_str(), size.c_str(), params.c_str(), camera.source.c_str());
     list.push_back({{"name", camera.name}, {"size", size}, {"params", params}, {"source", camera.source}});
   }
   if (arguments.json) std::printf("%s\n", list.dump().c_str());
@@ -49,8 +50,9 @@ void RegisterCamera(CLI::App* app, int* exit_code) {
   add->add_option("DB", arguments->db, "Database")->required();
   add->add_option("NAME", arguments->name, "Name to give it")->required();
   add->add_option("--size", arguments->size, "Size of its photos, WxH in px")->required();
-  add->add_option("--params", arguments->params,
-                  "fx,fy,cx,cy[,k1,k2[,u0,v0]]: px (centre of the top-left pixel is 0,0), distortion in normalised coordinates")
+  add->add_option(
+         "--params", arguments->params,
+         "fx,fy,cx,cy[,k1,k2[,u0,v0]]: px (centre of the top-left pixel is 0,0), distortion in normalised coordinates")
       ->required();
   add->callback([=] { *exit_code = AddCamera(*arguments); });
   CLI::App* list = camera->add_subcommand("list", "List them");

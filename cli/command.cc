@@ -28,7 +28,9 @@ nlohmann::ordered_json PoseJson(const Rigid3& pose) {
   const Eigen::Quaterniond& q = pose.rotation;
   const Eigen::Vector3d& t = pose.translation;
   const Eigen::Vector3d c = pose.Center();
-  return {{"rotation_wxyz", {q.w(), q.x(), q.y(), q.z()}}, {"translation", {t.x(), t.y(), t.z()}}, {"center", {c.x(), c.y(), c.z()}}};
+  return {{"rotation_wxyz", {q.w(), q.x(), q.y(), q.z()}},
+          {"translation", {t.x(), t.y(), t.z()}},
+          {"center", {c.x(), c.y(), c.z()}}};
 }
 
 }  // namespace veduta

@@ -26,7 +26,8 @@ void RegisterExport(CLI::App* app, int* exit_code) {
       return;
     }
     for (const ExportedModel& model : *models) {
-      std::printf("%s: reconstruction %u, %lu images, %lu points\n", model.folder.c_str(), model.reconstruction.value, model.images, model.points);
+      std::printf("%s: reconstruction %u, %lu images, %lu points\n", model.folder.c_str(), model.reconstruction.value,
+                  model.images, model.points);
     }
   });
 }

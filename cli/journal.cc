@@ -17,8 +17,10 @@ void RegisterJournal(CLI::App* app, int* exit_code) {
       return;
     }
     const Status scanned = (*engine)->Ask().snapshot().ScanJournal(*first, [](const JournalRecord& r) {
-      const nlohmann::ordered_json line = {{"sequence", r.sequence}, {"time", r.time_unix_s}, {"actor", r.actor}, {"action", r.action},
-                                           {"image", ToJson(r.image)}, {"reconstruction", ToJson(r.reconstruction)}, {"detail", r.detail}};
+      const nlohmann::ordered_json line = {{"sequence", r.sequence},   {"time", r.time_unix_s},
+                                           {"actor", r.actor},         {"action", r.action},
+                                           {"image", ToJson(r.image)}, {"reconstruction", ToJson(r.reconstruction)},
+                                           {"detail", r.detail}};
       std::printf("%s\n", line.dump(-1, ' ', false, nlohmann::ordered_json::error_handler_t::replace).c_str());
       return true;
     });

@@ -15,7 +15,8 @@ int main(int argc, char** argv) {
   mallopt(M_TRIM_THRESHOLD, 1 << 30);
   cv::setNumThreads(1);  // one photo a thread serves better than many threads a photo
 
-  CLI::App app("Veduta: a database of a city's photographs that knows where each was taken and what the city looks like in 3D.");
+  CLI::App app(
+      "Veduta: a database of a city's photographs that knows where each was taken and what the city looks like in 3D.");
   app.set_version_flag("--version", VEDUTA_VERSION);
   app.require_subcommand(1);
   int exit_code = veduta::kDone;

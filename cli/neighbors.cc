@@ -18,7 +18,8 @@ int Print(const nlohmann::ordered_json& list, const NeighborArguments& arguments
     std::printf("%s\n", list.dump(-1, ' ', false, nlohmann::ordered_json::error_handler_t::replace).c_str());
     return kDone;
   }
-  for (const auto& entry : list) std::printf("%10s  %s\n", entry[measure].dump().c_str(), entry["image"].get<std::string>().c_str());
+  for (const auto& entry : list)
+    std::printf("%10s  %s\n", entry[measure].dump().c_str(), entry["image"].get<std::string>().c_str());
   return kDone;
 }
 
@@ -71,7 +72,8 @@ int Neighbors(const NeighborArguments& arguments) {
 
 void RegisterNeighbors(CLI::App* app, int* exit_code) {
   auto arguments = std::make_shared<NeighborArguments>();
-  CLI::App* command = app->add_subcommand("neighbors", "Verified neighbours of a stored photo, or ranked candidates for a new one");
+  CLI::App* command =
+      app->add_subcommand("neighbors", "Verified neighbours of a stored photo, or ranked candidates for a new one");
   command->add_option("DB", arguments->db, "Database")->required();
   command->add_option("IMAGE", arguments->image, "A stored image's name, or a photo's path")->required();
   command->add_option("--camera", arguments->camera, "Camera of a new photo, to undistort it by");

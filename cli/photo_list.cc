@@ -20,7 +20,8 @@ Status AppendFolder(const fs::path& folder, std::vector<ListedPhoto>* photos) {
   }
   if (error) return Status::NotFound("cannot read folder " + folder.string() + ": " + error.message());
   std::sort(files.begin(), files.end());
-  for (const fs::path& file : files) photos->push_back({file.lexically_relative(folder).generic_string(), file.string(), ""});
+  for (const fs::path& file : files)
+    photos->push_back({file.lexically_relative(folder).generic_string(), file.string(), ""});
   return Status::Ok();
 }
 
@@ -33,7 +34,8 @@ fs::path CommonFolder(const std::vector<ListedPhoto>& photos) {
       continue;
     }
     fs::path shared;
-    for (auto a = common.begin(), b = folder.begin(); a != common.end() && b != folder.end() && *a == *b; ++a, ++b) shared /= *a;
+    for (auto a = common.begin(), b = folder.begin(); a != common.end() && b != folder.end() && *a == *b; ++a, ++b)
+      shared /= *a;
     common = shared;
   }
   return common;

@@ -25,7 +25,8 @@ std::string Duration(double seconds) {
 
 }  // namespace
 
-Progress::Progress(size_t total) : total_(total), is_terminal_(isatty(STDERR_FILENO)), start_(Clock::now()), drawn_(start_) {}
+Progress::Progress(size_t total)
+    : total_(total), is_terminal_(isatty(STDERR_FILENO)), start_(Clock::now()), drawn_(start_) {}
 
 Progress::~Progress() { Erase(); }
 

@@ -23,31 +23,44 @@ int Show(const ImageArguments& arguments) {
   if (!neighbors.ok()) return Fail(neighbors.status());
   const auto observations = ask.snapshot().GetObservations(image->id);
   if (!observations.ok()) return Fail(observations.status());
-  const std::string reason = std::string(ReasonText(image->reason)) + (image->detail.empty() ? "" : ": " + image->detail);
+  const std::string reason =
+      std::string(ReasonText(image->reason)) + (image->detail.empty() ? "" : ": " + image->detail);
 
   nlohmann::ordered_json listed = nlohmann::ordered_json::array();
   for (const PairNeighbor& neighbor : *neighbors) {
     const Result<ImageRecord> other = ask.snapshot().GetImage(neighbor.image);
     if (!other.ok()) return Fail(other.status());
-    listed.push_back({{"image", other->name}, {"matches", neighbor.match_count}, {"verdict", VerdictText(other->verdict)}});
+    listed.push_back(
+        {{"image", other->name}, {"matches", neighbor.match_count}, {"verdict", VerdictText(other->verdict)}});
   }
   if (arguments.json) {
     const nlohmann::ordered_json out = {
-        {"image", image->name}, {"id", image->id.value}, {"verdict", VerdictText(image->verdict)}, {"reason", reason},
+        {"image", image->name},
+        {"id", image->id.value},
+        {"verdict", VerdictText(image->verdict)},
+        {"reason", reason},
         {"reconstruction", *pose ? ToJson((*pose)->reconstruction) : nlohmann::ordered_json(nullptr)},
-        {"camera", image->camera.value}, {"width", image->width_px}, {"height", image->height_px}, {"bytes", image->size_bytes},
-        {"sha256", image->photo.Hex()}, {"contributor", image->contributor}, {"time", image->time_unix_s},
-        {"features", image->feature_count}, {"observations", observations->size()}, {"neighbors", listed}};
+        {"camera", image->camera.value},
+        {"width", image->width_px},
+        {"height", image->height_px},
+        {"bytes", image->size_bytes},
+        {"sha256", image->photo.Hex()},
+        {"contributor", image->contributor},
+        {"time", image->time_unix_s},
+        {"features", image->feature_count},
+        {"observations", observations->size()},
+        {"neighbors", listed}};
     std::printf("%s\n", out.dump(-1, ' ', false, nlohmann::ordered_json::error_handler_t::replace).c_str());
     return kDone;
   }
   std::printf("%s (#%u): %s, %s\n", image->name.c_str(), image->id.value, VerdictText(image->verdict), reason.c_str());
-  std::printf("%ux%u px, %u features, %zu of them see points", image->width_px, image->height_px, image->feature_count, observations->size());
+  std::printf("%ux%u px, %u features, %zu of them see points", image->width_px, image->height_px, image->feature_count,
+              observations->size());
   if (*pose) std::printf(" of reconstruction %u", (*pose)->reconstruction.value);
   std::printf("\n");
   for (const auto& neighbor : listed) {
-    std::printf("  %6u matches with %s (%s)\n", neighbor["matches"].get<uint32_t>(), neighbor["image"].get<std::string>().c_str(),
-                neighbor["verdict"].get<std::string>().c_str());
+    std::printf("  %6u matches with %s (%s)\n", neighbor["matches"].get<uint32_t>(),
+                neighbor["image"].get<std::string>().c_str(), neighbor["verdict"].get<std::string>().c_str());
   }
   return kDone;
 }
@@ -73,12 +86,15 @@ int PrintPose(const ImageArguments& arguments) {
   }
   const Eigen::Quaterniond& q = cam_from_world.rotation;
   const Eigen::Vector3d &t = cam_from_world.translation, c = cam_from_world.Center();
-  std::printf("reconstruction %u\ncam_from_world rotation (w x y z) %.12g %.12g %.12g %.12g\ntranslation %.12g %.12g %.12g\ncentre %.12g %.12g %.12g\n",
-              (*pose)->reconstruction.value, q.w(), q.x(), q.y(), q.z(), t.x(), t.y(), t.z(), c.x(), c.y(), c.z());
+  std::printf("reconstruction %u\n", (*pose)->reconstruction.value);
+  std::printf("cam_from_world rotation (w x y z) %.12g %.12g %.12g %.12g\n", q.w(), q.x(), q.y(), q.z());
+  std::printf("translation %.12g %.12g %.12g\n", t.x(), t.y(), t.z());
+  std::printf("centre %.12g %.12g %.12g\n", c.x(), c.y(), c.z());
   return kDone;
 }
 
-void RegisterImageCommand(CLI::App* app, const char* name, const char* help, int (*run)(const ImageArguments&), int* exit_code) {
+void RegisterImageCommand(CLI::App* app, const char* name, const char* help, int (*run)(const ImageArguments&),
+                          int* exit_code) {
   auto arguments = std::make_shared<ImageArguments>();
   CLI::App* command = app->add_subcommand(name, help);
   command->add_option("DB", arguments->db, "Database")->required();

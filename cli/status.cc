@@ -22,18 +22,23 @@ int PrintStatus(const std::string& db, bool json) {
       reconstructions.push_back({{"id", r.id.value}, {"images", r.image_count}, {"points", r.point_count},
                                  {"observations", r.observation_count}, {"reprojection_error_px_mean", MeanError(r)}});
     }
-    const nlohmann::ordered_json out = {
-        {"images", status->images}, {"placed", status->placed}, {"postponed", status->postponed}, {"rejected", status->rejected},
-        {"cameras", status->cameras}, {"backlog", status->backlog}, {"vocabulary_generation", status->vocabulary_generation},
-        {"bytes", sizes->total_bytes}, {"reconstructions", reconstructions}};
+    const nlohmann::ordered_json out = {{"images", status->images},
+                                        {"placed", status->placed},
+                                        {"postponed", status->postponed},
+                                        {"rejected", status->rejected},
+                                        {"cameras", status->cameras},
+                                        {"backlog", status->backlog},
+                                        {"vocabulary_generation", status->vocabulary_generation},
+                                        {"bytes", sizes->total_bytes},
+                                        {"reconstructions", reconstructions}};
     std::printf("%s\n", out.dump().c_str());
     return kDone;
   }
-  std::printf("%lu images: %lu placed, %lu postponed, %lu rejected; %.1f MB\n", status->images, status->placed, status->postponed,
-              status->rejected, static_cast<double>(sizes->total_bytes) / 1e6);
+  std::printf("%lu images: %lu placed, %lu postponed, %lu rejected; %.1f MB\n", status->images, status->placed,
+              status->postponed, status->rejected, static_cast<double>(sizes->total_bytes) / 1e6);
   for (const ReconstructionRecord& r : status->reconstructions) {
-    std::printf("reconstruction %u: %u images, %lu points, %lu observations, mean reprojection error %.3f px\n", r.id.value,
-                r.image_count, r.point_count, r.observation_count, MeanError(r));
+    std::printf("reconstruction %u: %u images, %lu points, %lu observations, mean reprojection error %.3f px\n",
+                r.id.value, r.image_count, r.point_count, r.observation_count, MeanError(r));
   }
   if (status->backlog > 0) std::printf("%lu postponed photos are still to be tried again\n", status->backlog);
   return kDone;

@@ -43,7 +43,8 @@ std::shared_ptr<const VocabularyTree> Active(const Engine& engine, int* exit_cod
     return nullptr;
   }
   if (*tree == nullptr) {
-    *exit_code = Fail(Status::NotFound("the database has no vocabulary yet; it trains one when it is large enough, or `veduta vocabulary train`"));
+    *exit_code = Fail(Status::NotFound(
+        "the database has no vocabulary yet; it trains one when it is large enough, or `veduta vocabulary train`"));
   }
   return *tree;
 }
@@ -70,15 +71,19 @@ int Info(const VocabularyArguments& arguments) {
   const auto state = (*engine)->Ask().snapshot().GetState();
   if (!state.ok()) return Fail(state.status());
   const VocabularyInfo info = tree->info();
-  const nlohmann::ordered_json out = {{"generation", state->vocabulary_generation}, {"branch", info.branch}, {"depth", info.depth},
-                                      {"words", info.leaf_count}, {"training_descriptors", info.training_size},
-                                      {"images_at_training", state->images_at_vocabulary}, {"imported", state->vocabulary_imported}};
+  const nlohmann::ordered_json out = {{"generation", state->vocabulary_generation},
+                                      {"branch", info.branch},
+                                      {"depth", info.depth},
+                                      {"words", info.leaf_count},
+                                      {"training_descriptors", info.training_size},
+                                      {"images_at_training", state->images_at_vocabulary},
+                                      {"imported", state->vocabulary_imported}};
   std::printf("%s\n", out.dump().c_str());
   return kDone;
 }
 
-void RegisterOne(CLI::App* vocabulary, const char* name, const char* help, bool wants_file, int (*run)(const VocabularyArguments&),
-                 int* exit_code) {
+void RegisterOne(CLI::App* vocabulary, const char* name, const char* help, bool wants_file,
+                 int (*run)(const VocabularyArguments&), int* exit_code) {
   auto arguments = std::make_shared<VocabularyArguments>();
   CLI::App* command = vocabulary->add_subcommand(name, help);
   command->add_option("DB", arguments->db, "Database")->required();

@@ -128,7 +128,7 @@ Result<AddOutcome> Ingest::Apply(PreparedPhoto photo, const CameraRecord& camera
   } else {
     std::vector<PairMatches> pairs;
     for (const PairRecord& pair : search.pairs) pairs.push_back(MatchesFrom(pair, record.id));
-    Mapper mapper(&loader, &map_, options_.mapper);
+    Mapper mapper(&loader, &map_, pool_, options_.mapper);
     Result<Placement> placed = mapper.Place(*image, pairs, ReconstructionId(state.next_reconstruction), seed);
     if (!placed.ok()) {
       map_.Clear();
@@ -292,7 +292,7 @@ Result<std::vector<ImageId>> Ingest::RetryNext(const DatabaseState& old_state) {
       VEDUTA_ASSIGN_OR_RETURN(const PairRecord pair, snapshot->GetPair(id, neighbor.image));
       pairs.push_back(MatchesFrom(pair, id));
     }
-    Mapper mapper(&loader, &map_, options_.mapper);
+    Mapper mapper(&loader, &map_, pool_, options_.mapper);
     VEDUTA_ASSIGN_OR_RETURN(placement, mapper.Place(*features, pairs, {}, MixSeed(record.photo.Seed(), 1)));
     record.reason = placement.reason == Reason::kRegistered ? Reason::kPropagated : placement.reason;
     record.verdict = placement.verdict;
@@ -322,7 +322,7 @@ Result<bool> Ingest::AdjustNext() {
   const auto due = std::find_if(all.begin(), all.end(), [&](const ReconstructionRecord& r) { return IsAdjustmentDue(r); });
   if (due == all.end()) return false;
   MapLoader loader(snapshot, features_, &map_);
-  Mapper mapper(&loader, &map_, options_.mapper);
+  Mapper mapper(&loader, &map_, pool_, options_.mapper);
   VEDUTA_RETURN_IF_ERROR(mapper.AdjustReconstruction(due->id));
 
   // All points move, so all blocks are written, ahead of the commit, as a new generation that the commit switches to.

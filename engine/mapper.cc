@@ -24,6 +24,20 @@ MapImage ToMapImage(const ImageFeatures& photo) {
   return image;
 }
 
+// The pose that the points now joined give: epipolar lines are drawn from it next.
+void RefineByPoints(Map* map, ImageId id, double error_px_max) {
+  const MapImage& image = map->image(id);
+  std::vector<Eigen::Vector2d> x;
+  std::vector<Eigen::Vector3d> points;
+  for (FeatureIndex f = 0; f < image.points.size(); ++f) {
+    const PointRecord* point = image.points[f].valid() ? map->FindPoint(image.points[f]) : nullptr;
+    if (point == nullptr) continue;
+    x.push_back(image.camera.Normalize(image.features->keypoints[f]));
+    points.push_back(point->position);
+  }
+  if (x.size() >= 6) map->SetPose(id, RefinePose(image.cam_from_world, x, points, 0.5 * error_px_max / image.camera.focal_px()));
+}
+
 std::string Of(size_t part, size_t whole) { return std::to_string(part) + " of " + std::to_string(whole); }
 
 }  // namespace
@@ -64,12 +78,29 @@ std::vector<Mapper::Candidate> Mapper::FindPlacements(const ImageFeatures& photo
                           " verified neighbours";
       continue;
     }
+    if (IsWeak(inliers, pairs)) {
+      placement->reason = Reason::kTooFewStructurePoints;
+      placement->detail = "a pose by only " + Of(inliers, points) + where +
+                          ", while most of its verified matches lead to photos that are not placed yet";
+      continue;
+    }
     found.push_back(std::move(candidate));
   }
   std::stable_sort(found.begin(), found.end(), [](const Candidate& a, const Candidate& b) {
     return a.resection.inliers.size() > b.resection.inliers.size();
   });
   return found;
+}
+
+// A few points may agree on repeated texture alone. Where other neighbours, not placed yet, share more with the photo,
+// they had better be heard first: with them it may found a reconstruction, and merging takes more than a few points.
+bool Mapper::IsWeak(size_t inlier_count, std::span<const PairMatches> pairs) const {
+  if (inlier_count >= options_.sure_inlier_count) return false;
+  size_t unplaced_matches = 0;
+  for (const PairMatches& pair : pairs) {
+    if (!map_->HasImage(pair.other)) unplaced_matches += pair.matches.size();
+  }
+  return unplaced_matches > inlier_count;
 }
 
 std::vector<ImageId> Mapper::CovisibleImages(ImageId image, size_t count_max) const {
@@ -95,12 +126,16 @@ Status Mapper::PlaceInto(const ImageFeatures& photo, std::span<const PairMatches
   image.cam_from_world = candidate.resection.cam_from_world;
   map_->PlaceImage(std::move(image));
   GrowFromMatches(map_, photo.id, pairs, options_.growth);
+  RefineByPoints(map_, photo.id, options_.growth.error_px_max);
   return Status::Ok();
 }
 
 Status Mapper::GrowAround(ImageId image) {
   const std::vector<ImageId> near = CovisibleImages(image, options_.local_images_max);
   VEDUTA_RETURN_IF_ERROR(loader_->LoadNeighborhood(near));
+  std::vector<PairMatches> guided(std::min<size_t>(near.size(), options_.guided_images_max));
+  pool_->ParallelFor(guided.size(), [&](size_t i) { guided[i] = MatchPlaced(*map_, image, near[i], options_.growth); });
+  GrowFromMatches(map_, image, guided, options_.growth);
   GrowByProjection(map_, image, map_->PointsSeenBy(near), options_.growth);
   const ImageId self[] = {image};
   const std::vector<PointId> own = map_->PointsSeenBy(self);

@@ -13,14 +13,17 @@
 #include "engine/mapping/placement.h"
 #include "engine/mapping/point_filter.h"
 #include "engine/mapping/resection.h"
+#include "storage/base/thread_pool.h"
 
 namespace veduta {
 
 struct MapperOptions {
   ResectionOptions resection;
+  uint32_t sure_inlier_count = 60;         // a pose by fewer points must not stand against unplaced neighbours
   double neighbor_error_px_max = 6.0;      // > 0: distance from the epipolar line that still agrees with a pose
   double contradiction_share_max = 0.5;    // > 0: contradicting over agreeing matches; above, the photo is postponed
   uint32_t local_images_max = 12;          // >= 2: images whose poses a new photo may move
+  uint32_t guided_images_max = 8;          // images that a new one is matched with along known geometry
   uint32_t observations_min = 20;          // of a placed image, after adjustment
   uint32_t common_points_min = 20;         // >= 3: of a merge; R13
   double merge_error_px_max = 6.0;         // > 0
@@ -50,7 +53,8 @@ struct Placement {
 
 class Mapper final {
  public:
-  Mapper(MapLoader* loader, Map* map, const MapperOptions& options) : loader_(loader), map_(map), options_(options) {}
+  Mapper(MapLoader* loader, Map* map, ThreadPool* pool, const MapperOptions& options)
+      : loader_(loader), map_(map), pool_(pool), options_(options) {}
 
   // Places a photo by its verified pairs. `new_reconstruction` is the id that a founded one takes; not valid(): the
   // photo may not found one. When the photo is postponed, the map's contents are as before or cleared.
@@ -69,12 +73,14 @@ class Mapper final {
 
   std::vector<Candidate> FindPlacements(const ImageFeatures& photo, std::span<const PairMatches> pairs, uint64_t seed,
                                         Placement* placement);
+  bool IsWeak(size_t inlier_count, std::span<const PairMatches> pairs) const;
   Status PlaceInto(const ImageFeatures& photo, std::span<const PairMatches> pairs, const Candidate& candidate);
   Result<bool> TryMerge(const ImageFeatures& photo, std::span<const PairMatches> pairs, const Candidate& other,
                         uint64_t seed, Placement* placement);
   Status TryFound(const ImageFeatures& photo, std::span<const PairMatches> pairs, ReconstructionId id, uint64_t seed,
                   Placement* placement);
-  // Projects what the neighbours see into the image, and what it sees into them.
+  // Matches the image with those around it along the lines that their poses give, projects what they see into it, and
+  // what it sees into them.
   Status GrowAround(ImageId image);
   Status AdjustAround(ImageId image);
   // Images that share points with it, most first.
@@ -82,6 +88,7 @@ class Mapper final {
 
   MapLoader* loader_;
   Map* map_;
+  ThreadPool* pool_;
   const MapperOptions& options_;
 };
 

@@ -12,7 +12,6 @@ namespace {
 struct RankedMatches {
   std::vector<DescriptorMatch> matches;  // most distinctive first
   std::vector<Eigen::Vector2d> x_photo, x_candidate;
-  size_t distinct_count = 0;             // of the front, within the ratio
 };
 
 RankedMatches Rank(std::vector<DescriptorMatch> matches, const ImageFeatures& photo, const ImageFeatures& candidate,
@@ -23,10 +22,12 @@ RankedMatches Rank(std::vector<DescriptorMatch> matches, const ImageFeatures& ph
     return uint64_t{a.distance_squared} * b.second_distance_squared < uint64_t{b.distance_squared} * a.second_distance_squared;
   };
   std::stable_sort(matches.begin(), matches.end(), is_before);
+  std::erase_if(matches, [&](const DescriptorMatch& m) {
+    return !(m.distance_squared < ratio_max * ratio_max * m.second_distance_squared);
+  });
   for (const DescriptorMatch& m : matches) {
     ranked.x_photo.push_back(photo.camera.Normalize(photo.features->keypoints[m.a]));
     ranked.x_candidate.push_back(candidate.camera.Normalize(candidate.features->keypoints[m.b]));
-    ranked.distinct_count += m.distance_squared < ratio_max * ratio_max * m.second_distance_squared;
   }
   ranked.matches = std::move(matches);
   return ranked;
@@ -37,7 +38,7 @@ bool EstimateFromStructure(const RankedMatches& ranked, const ImageFeatures& pho
                            uint64_t seed, const PairOptions& options, Rigid3* candidate_from_photo) {
   std::vector<Eigen::Vector2d> x;
   std::vector<Eigen::Vector3d> points;
-  for (size_t i = 0; i < ranked.distinct_count; ++i) {
+  for (size_t i = 0; i < ranked.matches.size(); ++i) {
     const PointId id = placed.points[ranked.matches[i].b];
     const PointRecord* point = id.valid() ? map.FindPoint(id) : nullptr;
     if (point == nullptr) continue;
@@ -63,46 +64,16 @@ TwoViewGeometry Estimate(const RankedMatches& ranked, const ImageFeatures& photo
   if (map.HasImage(candidate.id) && EstimateFromStructure(ranked, photo, map.image(candidate.id), map, seed, options,
                                                           &candidate_from_photo)) {
     TwoViewGeometry geometry;
-    geometry.b_from_a = RefineTwoView(candidate_from_photo,
-                                      std::span(ranked.x_photo).first(ranked.distinct_count),
-                                      std::span(ranked.x_candidate).first(ranked.distinct_count), 0.5 * distance_max);
+    geometry.b_from_a = RefineTwoView(candidate_from_photo, ranked.x_photo, ranked.x_candidate, 0.5 * distance_max);
     geometry.inliers = FindTwoViewInliers(geometry.b_from_a, ranked.x_photo, ranked.x_candidate, distance_max);
-    if (geometry.inliers.size() >= options.two_view.inlier_count_min) {
+    if (geometry.inliers.size() >= options.two_view.inlier_count_min &&
+        static_cast<double>(geometry.inliers.size()) >=
+            options.two_view.inlier_share_min * static_cast<double>(ranked.matches.size())) {
       geometry.outcome = TwoViewOutcome::kVerified;
       return geometry;
     }
   }
-  const auto distinct = [&](const std::vector<Eigen::Vector2d>& x) { return std::span(x).first(ranked.distinct_count); };
-  return EstimateTwoView(distinct(ranked.x_photo), distinct(ranked.x_candidate), focal_px, seed, options.two_view);
-}
-
-// Takes in the features that match along the epipolar lines; a rotation has none.
-std::vector<FeatureMatch> CollectMatches(const TwoViewGeometry& geometry, const RankedMatches& ranked,
-                                         const ImageFeatures& photo, const ImageFeatures& candidate,
-                                         const PairOptions& options) {
-  std::vector<FeatureMatch> matches;
-  if (geometry.geometry != PairGeometry::kRotation) {
-    const auto inverse_intrinsics = [](const Pinhole& c) {
-      Eigen::Matrix3d k;
-      k << 1 / c.fx, 0, -c.cx / c.fx, 0, 1 / c.fy, -c.cy / c.fy, 0, 0, 1;
-      return k;
-    };
-    const Eigen::Matrix3d fundamental = inverse_intrinsics(candidate.camera).transpose() *
-                                        EssentialFromPose(geometry.b_from_a) * inverse_intrinsics(photo.camera);
-    const auto guided = MatchGuided(*photo.features, *candidate.features, *candidate.grid, fundamental, options.guided);
-    if (guided.ok()) {
-      for (const DescriptorMatch& m : *guided) matches.push_back({m.a, m.b});
-    }
-  }
-  std::vector<bool> used_a(photo.features->size()), used_b(candidate.features->size());
-  for (const FeatureMatch& m : matches) used_a[m.a] = used_b[m.b] = true;
-  for (const uint32_t i : geometry.inliers) {
-    const DescriptorMatch& m = ranked.matches[i];
-    if (used_a[m.a] || used_b[m.b]) continue;
-    used_a[m.a] = used_b[m.b] = true;
-    matches.push_back({m.a, m.b});
-  }
-  return matches;
+  return EstimateTwoView(ranked.x_photo, ranked.x_candidate, focal_px, seed, options.two_view);
 }
 
 }  // namespace
@@ -113,7 +84,7 @@ PairVerification VerifyPair(const ImageFeatures& photo, const ImageFeatures& can
   Stopwatch watch;
   const RankedMatches ranked = Rank(MatchMutual(photo.packed, candidate.packed), photo, candidate, options.ratio_max);
   verification.match_ms = watch.LapMs();
-  if (ranked.distinct_count < options.distinct_count_min) return verification;
+  if (ranked.matches.size() < options.distinct_count_min) return verification;
 
   const TwoViewGeometry geometry = Estimate(ranked, photo, candidate, map, seed, options);
   verification.outcome = geometry.outcome;
@@ -124,7 +95,7 @@ PairVerification VerifyPair(const ImageFeatures& photo, const ImageFeatures& can
     pair.b = candidate.id;
     pair.geometry = geometry.geometry;
     pair.b_from_a = geometry.b_from_a;
-    pair.matches = CollectMatches(geometry, ranked, photo, candidate, options);
+    for (const uint32_t i : geometry.inliers) pair.matches.push_back({ranked.matches[i].a, ranked.matches[i].b});
     if (pair.b < pair.a) {
       std::swap(pair.a, pair.b);
       pair.b_from_a = pair.b_from_a.Inverse();

@@ -5,7 +5,6 @@
 #include "engine/image_features.h"
 #include "engine/mapping/map.h"
 #include "engine/mapping/resection.h"
-#include "engine/matching/guided_matcher.h"
 #include "engine/matching/mutual_matcher.h"
 #include "engine/matching/two_view.h"
 
@@ -14,21 +13,19 @@ namespace veduta {
 struct PairOptions {
   TwoViewOptions two_view;
   ResectionOptions structure;            // P3P against the candidate's points
-  GuidedMatchOptions guided;
-  double ratio_max = 0.88;               // (0, 1]: of matches that samples are drawn from
-  uint32_t distinct_count_min = 14;      // fewer such matches: the pair is hopeless
+  double ratio_max = 0.88;               // (0, 1]: of the matches that are considered
+  uint32_t distinct_count_min = 20;      // fewer such matches: the pair is hopeless
   uint32_t structure_count_min = 40;     // matches with points from which P3P takes the place of the five-point
 };
 
 struct PairVerification {
   TwoViewOutcome outcome = TwoViewOutcome::kTooFewMatches;
   PairRecord pair;              // set when verified
-  uint32_t inlier_count = 0;    // before guided matching
+  uint32_t inlier_count = 0;
   double match_ms = 0, verify_ms = 0;
 };
 
-// Matches, verifies, and matches the remaining features along the geometry found. `map` may hold the candidate with
-// its points, or not. Deterministic; thread-safe for a map that nobody changes meanwhile.
+// Matches and verifies. `map` may hold the candidate with its points, or not. Deterministic; thread-safe for a map that nobody changes meanwhile.
 PairVerification VerifyPair(const ImageFeatures& photo, const ImageFeatures& candidate, const Map& map, uint64_t seed,
                             const PairOptions& options);
 

@@ -3,11 +3,14 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdlib>
 
 namespace veduta {
 namespace {
 
-int RoundUp(int value) { return (value + kRowGranule - 1) / kRowGranule * kRowGranule; }
+int RoundUp(int value) {
+  return (value + kRowGranule - 1) / kRowGranule * kRowGranule;
+}
 
 // The taps of a symmetric filter in reading order.
 ShiftedTaps Unfold(const GaussianTaps& half) {

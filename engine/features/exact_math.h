@@ -21,7 +21,9 @@ inline double ExactExp2(double v) {
 }
 
 // e^v for |v| < 600.
-inline double ExactExp(double v) { return ExactExp2(v * 1.44269504088896340736); }
+inline double ExactExp(double v) {
+  return ExactExp2(v * 1.44269504088896340736);
+}
 
 // Sine and cosine of an angle in [0, 360] degrees.
 inline void ExactSinCos(double angle_deg, double* sine, double* cosine) {

@@ -102,8 +102,8 @@ bool IsBeforeInMemory(const Oriented& a, const Oriented& b) {
   return key(a) < key(b);
 }
 
-// The strongest keypoints, each once. Every keypoint gives a feature at least, so the weaker ones cannot give one of the
-// feature_count_max strongest features.
+// The strongest keypoints, each once. Every keypoint gives a feature at least, so the weaker ones cannot give one of
+// the feature_count_max strongest features.
 std::vector<Oriented> SelectKeypoints(const std::vector<Extremum>& extrema, const FeatureOptions& options) {
   std::vector<Oriented> keypoints;
   keypoints.reserve(extrema.size());
@@ -116,18 +116,21 @@ std::vector<Oriented> SelectKeypoints(const std::vector<Extremum>& extrema, cons
   return keypoints;
 }
 
-// Asks for the rows about a keypoint that orientation and descriptor will read. The planes are larger than the caches:
-// without this the patches' first reads are half of their time.
-void PrefetchWindow(const GrayPlane& plane, const Oriented& keypoint) {
-  constexpr double kReachSigma = 9.0;  // most of the rotated grid; its corners reach 11
+// Reads a value of every cache line that a keypoint's orientation and descriptor will read. The planes are larger than
+// the caches, and the processor fetches independent reads side by side, but not those that come between branches: this
+// saves a quarter of the time. (Prefetch instructions do not: they are dropped where the address is not translated
+// yet.)
+void TouchWindow(const GrayPlane& plane, const Oriented& keypoint) {
+  constexpr double kReachSigma = 11.0;  // to the corners of the rotated grid
   constexpr ptrdiff_t kLineValues = 32;
   const int reach = static_cast<int>(kReachSigma * keypoint.sigma) + 1;
   const int x = static_cast<int>(keypoint.x), y = static_cast<int>(keypoint.y);
   const int top = std::max(0, y - reach), bottom = std::min(plane.height - 1, y + reach);
   const int left = std::max(0, x - reach), right = std::min(plane.width - 1, x + reach);
   for (int row = top; row <= bottom; ++row) {
-    const int16_t* p = plane.pixels + row * plane.stride;
-    for (ptrdiff_t i = left; i <= right + kLineValues - 1; i += kLineValues) __builtin_prefetch(p + i, 0, 2);
+    const volatile int16_t* p = plane.pixels + row * plane.stride;
+    for (ptrdiff_t i = left; i < right; i += kLineValues) (void)p[i];
+    (void)p[right];
   }
 }
 
@@ -143,13 +146,9 @@ Described Describe(std::vector<Oriented> keypoints, const ScaleSpace& scale_spac
   Described result;
   result.features.reserve(keypoints.size() + keypoints.size() / 2);
   result.descriptors.reserve((keypoints.size() + keypoints.size() / 2) * kDescriptorSize);
-  for (size_t k = 0; k < keypoints.size(); ++k) {
-    if (k + 1 < keypoints.size()) {
-      const Oriented& next = keypoints[k + 1];
-      PrefetchWindow(scale_space.Plane(next.octave, next.level), next);
-    }
-    const Oriented& keypoint = keypoints[k];
+  for (const Oriented& keypoint : keypoints) {
     const GrayPlane plane = scale_space.Plane(keypoint.octave, keypoint.level);
+    TouchWindow(plane, keypoint);
     const Directions directions = FindDirections(kernels, plane, keypoint.x, keypoint.y, keypoint.sigma);
     for (int i = 0; i < directions.count; ++i) {
       result.features.push_back(keypoint);
@@ -166,9 +165,8 @@ Described Describe(std::vector<Oriented> keypoints, const ScaleSpace& scale_spac
 Features Rank(const Described& described, size_t count_max) {
   std::vector<uint32_t> order(described.features.size());
   std::iota(order.begin(), order.end(), 0u);
-  std::sort(order.begin(), order.end(), [&described](uint32_t a, uint32_t b) {
-    return IsStronger(described.features[a], described.features[b]);
-  });
+  std::sort(order.begin(), order.end(),
+            [&described](uint32_t a, uint32_t b) { return IsStronger(described.features[a], described.features[b]); });
   order.resize(std::min(order.size(), count_max));
   Features result;
   result.keypoints.reserve(order.size());
@@ -201,8 +199,7 @@ Features Extract(const SiftKernels& kernels, const GrayView& image, const Featur
   memory->extrema.clear();
   memory->scale_space.Build(image, options, kernels, &memory->extrema);
   times->scale_space_ms = clock.Lap();
-  const Described described =
-      Describe(SelectKeypoints(memory->extrema, options), memory->scale_space, kernels);
+  const Described described = Describe(SelectKeypoints(memory->extrema, options), memory->scale_space, kernels);
   Features result = Rank(described, options.feature_count_max);
   times->description_ms = clock.Lap();
   return result;

@@ -24,9 +24,9 @@ Neighborhood ReadNeighborhood(const OctaveRows& octave, int level, int y, int x)
 }
 
 struct Quadric {
-  double gx, gy, gs;                      // gradient at the middle
-  double hxx, hyy, hss, hxy, hxs, hys;    // Hessian
-  double ox, oy, os;                      // offset of the extremum from the middle
+  double gx, gy, gs;                    // gradient at the middle
+  double hxx, hyy, hss, hxy, hxs, hys;  // Hessian
+  double ox, oy, os;                    // offset of the extremum from the middle
   bool regular = false;
 };
 
@@ -91,7 +91,9 @@ void PlaceAtItsScale(const Neighborhood& n, Quadric* q) {
 // keeps a tenth of all features.
 constexpr double kStepOffset = 0.6;
 
-int StepOf(double offset) { return offset > kStepOffset ? 1 : offset < -kStepOffset ? -1 : 0; }
+int StepOf(double offset) {
+  return offset > kStepOffset ? 1 : offset < -kStepOffset ? -1 : 0;
+}
 
 }  // namespace
 
@@ -124,8 +126,8 @@ std::optional<Extremum> RefineExtremum(const OctaveRows& octave, int level, int 
     x += sx;
     y += sy;
     level += ss;
-    if (level < 1 || level > kScalesPerOctave || x < kExtremumBorder || x >= octave.width - kExtremumBorder || y < kExtremumBorder ||
-        y >= octave.height - kExtremumBorder) {
+    if (level < 1 || level > kScalesPerOctave || x < kExtremumBorder || x >= octave.width - kExtremumBorder ||
+        y < kExtremumBorder || y >= octave.height - kExtremumBorder) {
       return std::nullopt;
     }
   }

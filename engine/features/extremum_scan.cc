@@ -37,8 +37,8 @@ void ExtremumScan::ScanTo(int end, std::vector<Extremum>* extrema) {
       for (int i = 0; i < 3; ++i) {
         for (int row = 0; row < 3; ++row) dog[i][row] = DifferenceRow(level - 1 + i, next_row_ - 1 + row);
       }
-      const int count = kernels_->find_extrema(dog, threshold, kExtremumBorder, octave.width - kExtremumBorder,
-                                               columns_.data());
+      const int count =
+          kernels_->find_extrema(dog, threshold, kExtremumBorder, octave.width - kExtremumBorder, columns_.data());
       for (int i = 0; i < count; ++i) {
         if (auto extremum = RefineExtremum(octave, level, next_row_, columns_[i], limits_)) {
           extremum->octave = octave_index_;

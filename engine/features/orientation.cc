@@ -6,8 +6,8 @@
 namespace veduta {
 namespace {
 
-constexpr double kWindowSigma = 1.5;   // of the keypoint's scale
-constexpr double kWindowReach = 3.0;   // of the window's sigma
+constexpr double kWindowSigma = 1.5;  // of the keypoint's scale
+constexpr double kWindowReach = 3.0;  // of the window's sigma
 constexpr float kPeakShare = 0.8f;
 constexpr float kBinDeg = 360.0f / kOrientationBins;
 

@@ -12,11 +12,15 @@ namespace {
 constexpr int kOctaveSizeMin = 16;        // px: smaller octaves are not made
 constexpr int kBatchRows = kBlurRowsMax;  // rows of a level made at a time
 
-int RoundUp(int value) { return (value + kRowGranule - 1) / kRowGranule * kRowGranule; }
+int RoundUp(int value) {
+  return (value + kRowGranule - 1) / kRowGranule * kRowGranule;
+}
 
 // Values from row to row: readable beyond the width, and an odd number of cache lines, so that the rows of a column do
 // not compete for the same sets of the cache.
-ptrdiff_t StrideOf(int width) { return RoundUp(width) + kRowPad + (RoundUp(width) / 32 % 2 == 0 ? 32 : 0); }
+ptrdiff_t StrideOf(int width) {
+  return RoundUp(width) + kRowPad + (RoundUp(width) / 32 % 2 == 0 ? 32 : 0);
+}
 
 }  // namespace
 
@@ -58,7 +62,9 @@ void ScaleSpace::PlaceRows(int octave) {
     LevelRows& level = rows.levels[i];
     level.stride = stride;
     level.capacity = is_whole ? rows.height : std::min(rows.height, lag);
-    GrayBuffer& buffer = !is_whole ? rings_[i == 0 ? 0 : i - kScalesPerOctave] : i == 0 ? memory.base : memory.kept[i - 1];
+    GrayBuffer& buffer = !is_whole ? rings_[i == 0 ? 0 : i - kScalesPerOctave]
+                         : i == 0  ? memory.base
+                                   : memory.kept[i - 1];
     level.data = buffer.Reserve(static_cast<size_t>(level.capacity * stride + kRowPad));
   }
 }

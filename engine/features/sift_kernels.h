@@ -14,15 +14,15 @@
 
 namespace veduta {
 
-inline constexpr int kGrayUnit = 128;          // int16 units a grey level
-inline constexpr int kRowGranule = 64;        // rows are computed in blocks of so many values
-inline constexpr int kRowPad = 64;            // readable values on both sides of a row that blur_row reads
-inline constexpr int kBlurRowsMax = 4;        // rows that blur_columns makes in one call
+inline constexpr int kGrayUnit = 128;   // int16 units a grey level
+inline constexpr int kRowGranule = 64;  // rows are computed in blocks of so many values
+inline constexpr int kRowPad = 64;      // readable values on both sides of a row that blur_row reads
+inline constexpr int kBlurRowsMax = 4;  // rows that blur_columns makes in one call
 inline constexpr int kOrientationBins = 36;
 inline constexpr int kOrientationRadiusMax = 60;
 
-// Samples of the descriptor's window: a grid of 20 x 20 gradients, 5 a spatial bin's width over 5 bins' width, from
-// 22 x 22 grey values.
+// The descriptor's window: 20 x 20 gradients, 4 a spatial bin, over the 5 bins' width that interpolation between 4 bins
+// reaches, from 22 x 22 grey values.
 inline constexpr int kGridGradients = 20;
 inline constexpr int kGridValues = kGridGradients + 2;
 // A gradient's weight in the (up to two) spatial bins of its column or row, the Gaussian window included.
@@ -67,8 +67,10 @@ struct SiftKernels {
   void (*orientation_histogram)(const GrayPlane& plane, float x, float y, float sigma, int radius,
                                 float histogram[kOrientationBins]);
 
-  // The raw 4 x 4 x 8 descriptor (row, column, direction) about (x, y): cosine and sine of the keypoint's direction
-  // times the grid's spacing in px.
+  // The raw 4 x 4 x 8 descriptor (row, column, direction) about (x, y). Lowe takes every pixel of the window and looks
+  // up its bins; here the window is resampled on a grid that turns and grows with the keypoint, so that the bins and
+  // weights are the same for all, and there is nothing to branch on. At 3 / 4 of the keypoint's scale the grid misses
+  // nothing that the blur has left. step_cos, step_sin: of the keypoint's direction, times the grid's spacing in px.
   void (*describe)(const GrayPlane& plane, float x, float y, float step_cos, float step_sin,
                    const DescriptorWeights& weights, float histogram[128]);
   // Clips, takes the square root of the share in the sum, and rounds to bytes.

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The kernels of sift_kernels.h in terms of sift_kernels_vector.h. Included once by each sift_kernels_*.cc; no guard.
+// The kernels of sift_kernels.h in terms of sift_kernels_vector.h and sift_kernels_float.h. Included once by each
+// sift_kernels_*.cc; no guard.
 
 #include "engine/features/sift_kernels.h"
 
@@ -18,7 +19,9 @@ struct Sums {
   }
 };
 
-inline I16 LoadSum(const int16_t* a, const int16_t* b) { return Add16(Load(a), Load(b)); }
+inline I16 LoadSum(const int16_t* a, const int16_t* b) {
+  return Add16(Load(a), Load(b));
+}
 
 // Several vectors at a time: the taps and row addresses are then read less often.
 template <int kVectors>
@@ -135,8 +138,12 @@ struct Range {
   I16 low, high;
 };
 
-inline Range Spread(I16 v) { return {v, v}; }
-inline void Widen(Range* range, I16 v) { range->low = Min16(range->low, v), range->high = Max16(range->high, v); }
+inline Range Spread(I16 v) {
+  return {v, v};
+}
+inline void Widen(Range* range, I16 v) {
+  range->low = Min16(range->low, v), range->high = Max16(range->high, v);
+}
 inline void WidenByRow(Range* range, const int16_t* p) {
   Widen(range, Load(p - 1));
   Widen(range, Load(p));
@@ -201,7 +208,8 @@ inline F8 ExpOfMinus(F8 v) {
 }
 
 // Weighted directions waiting to be counted, and the counts. Four histograms in turn: neighbouring pixels often share a
-// bin, and would wait for one another. Many pixels at a time: a loop over each short row would often be guessed wrongly.
+// bin, and would wait for one another. Many pixels at a time: a loop over each short row would often be guessed
+// wrongly.
 struct DirectionCounts {
   static constexpr int kFull = 1024;
   alignas(32) float weight[kFull + kOrientationRadiusMax * 2 + 16];
@@ -349,7 +357,9 @@ void Describe(const GrayPlane& plane, float x, float y, float step_cos, float st
   __builtin_memcpy(histogram, cells, sizeof(cells));
 }
 
-inline float SumLanes(F8 v) { return ((v[0] + v[4]) + (v[2] + v[6])) + ((v[1] + v[5]) + (v[3] + v[7])); }
+inline float SumLanes(F8 v) {
+  return ((v[0] + v[4]) + (v[2] + v[6])) + ((v[1] + v[5]) + (v[3] + v[7]));
+}
 
 void QuantizeDescriptor(const float histogram[128], uint8_t* descriptor) {
   F8 square{};
@@ -366,8 +376,9 @@ void QuantizeDescriptor(const float histogram[128], uint8_t* descriptor) {
   }
 }
 
-constexpr SiftKernels kTable = {BlurColumns, BlurRow,     WeighRows,            DoubleRow, HalveRow,          CenterRow,
-                                SubtractRow, FindExtrema, OrientationHistogram, Describe,  QuantizeDescriptor};
+constexpr SiftKernels kTable = {
+    BlurColumns,          BlurRow,  WeighRows,         DoubleRow, HalveRow, CenterRow, SubtractRow, FindExtrema,
+    OrientationHistogram, Describe, QuantizeDescriptor};
 
 }  // namespace
 }  // namespace veduta

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 // Vectors of 16-bit integers as wide as the flags of the including source allow, with the few operations the kernels
-// need, and vectors of 8 floats. Everything is in an unnamed namespace: each including source has its own.
+// need. Everything is in an unnamed namespace: each including source has its own.
 
 #include <cstddef>
 #include <cstdint>
@@ -23,35 +23,73 @@ using Mask = __mmask32;
 constexpr int kLanes = 32;
 constexpr int kLaneShift = 0;
 
-inline I16 Load(const int16_t* p) { return _mm512_loadu_si512(p); }
-inline void Store(int16_t* p, I16 v) { _mm512_storeu_si512(p, v); }
-inline I16 Fill(int v) { return _mm512_set1_epi16(static_cast<int16_t>(v)); }
+inline I16 Load(const int16_t* p) {
+  return _mm512_loadu_si512(p);
+}
+inline void Store(int16_t* p, I16 v) {
+  _mm512_storeu_si512(p, v);
+}
+inline I16 Fill(int v) {
+  return _mm512_set1_epi16(static_cast<int16_t>(v));
+}
 inline I16 FillPair(const int16_t* p) {
   int32_t pair;
   __builtin_memcpy(&pair, p, 4);
   return _mm512_set1_epi32(pair);
 }
-inline I16 Zero() { return _mm512_setzero_si512(); }
-inline I16 Add16(I16 a, I16 b) { return _mm512_add_epi16(a, b); }
-inline I16 Sub16(I16 a, I16 b) { return _mm512_sub_epi16(a, b); }
-inline I16 Max16(I16 a, I16 b) { return _mm512_max_epi16(a, b); }
-inline I16 Min16(I16 a, I16 b) { return _mm512_min_epi16(a, b); }
-inline I16 InterleaveLow(I16 a, I16 b) { return _mm512_unpacklo_epi16(a, b); }
-inline I16 InterleaveHigh(I16 a, I16 b) { return _mm512_unpackhi_epi16(a, b); }
-inline I16 Add32(I16 a, I16 b) { return _mm512_add_epi32(a, b); }
-inline I16 MulAdd(I16 a, I16 b) { return _mm512_madd_epi16(a, b); }
-inline I16 Round15(I16 a) { return _mm512_srai_epi32(_mm512_add_epi32(a, _mm512_set1_epi32(1 << 14)), 15); }
-inline I16 PackRound(I16 low, I16 high) { return _mm512_packs_epi32(Round15(low), Round15(high)); }
+inline I16 Zero() {
+  return _mm512_setzero_si512();
+}
+inline I16 Add16(I16 a, I16 b) {
+  return _mm512_add_epi16(a, b);
+}
+inline I16 Sub16(I16 a, I16 b) {
+  return _mm512_sub_epi16(a, b);
+}
+inline I16 Max16(I16 a, I16 b) {
+  return _mm512_max_epi16(a, b);
+}
+inline I16 Min16(I16 a, I16 b) {
+  return _mm512_min_epi16(a, b);
+}
+inline I16 InterleaveLow(I16 a, I16 b) {
+  return _mm512_unpacklo_epi16(a, b);
+}
+inline I16 InterleaveHigh(I16 a, I16 b) {
+  return _mm512_unpackhi_epi16(a, b);
+}
+inline I16 Add32(I16 a, I16 b) {
+  return _mm512_add_epi32(a, b);
+}
+inline I16 MulAdd(I16 a, I16 b) {
+  return _mm512_madd_epi16(a, b);
+}
+inline I16 Round15(I16 a) {
+  return _mm512_srai_epi32(_mm512_add_epi32(a, _mm512_set1_epi32(1 << 14)), 15);
+}
+inline I16 PackRound(I16 low, I16 high) {
+  return _mm512_packs_epi32(Round15(low), Round15(high));
+}
 inline I16 MergeRound(I16 even, I16 odd) {
   const I16 half = _mm512_set1_epi32(1 << 14);
   return _mm512_mask_blend_epi16(0xAAAAAAAAu, _mm512_srli_epi32(_mm512_add_epi32(even, half), 15),
                                  _mm512_slli_epi32(_mm512_add_epi32(odd, half), 1));
 }
-inline Mask Greater(I16 a, I16 b) { return _mm512_cmpgt_epi16_mask(a, b); }
-inline Mask And(Mask a, Mask b) { return a & b; }
-inline Mask AndNot(Mask a, Mask b) { return a & ~b; }
-inline Mask Or(Mask a, Mask b) { return a | b; }
-inline uint32_t Bits(Mask m) { return m; }
+inline Mask Greater(I16 a, I16 b) {
+  return _mm512_cmpgt_epi16_mask(a, b);
+}
+inline Mask And(Mask a, Mask b) {
+  return a & b;
+}
+inline Mask AndNot(Mask a, Mask b) {
+  return a & ~b;
+}
+inline Mask Or(Mask a, Mask b) {
+  return a | b;
+}
+inline uint32_t Bits(Mask m) {
+  return m;
+}
 
 #elif defined(__AVX2__)
 
@@ -60,35 +98,73 @@ using Mask = __m256i;
 constexpr int kLanes = 16;
 constexpr int kLaneShift = 1;
 
-inline I16 Load(const int16_t* p) { return _mm256_loadu_si256(reinterpret_cast<const __m256i*>(p)); }
-inline void Store(int16_t* p, I16 v) { _mm256_storeu_si256(reinterpret_cast<__m256i*>(p), v); }
-inline I16 Fill(int v) { return _mm256_set1_epi16(static_cast<int16_t>(v)); }
+inline I16 Load(const int16_t* p) {
+  return _mm256_loadu_si256(reinterpret_cast<const __m256i*>(p));
+}
+inline void Store(int16_t* p, I16 v) {
+  _mm256_storeu_si256(reinterpret_cast<__m256i*>(p), v);
+}
+inline I16 Fill(int v) {
+  return _mm256_set1_epi16(static_cast<int16_t>(v));
+}
 inline I16 FillPair(const int16_t* p) {
   int32_t pair;
   __builtin_memcpy(&pair, p, 4);
   return _mm256_set1_epi32(pair);
 }
-inline I16 Zero() { return _mm256_setzero_si256(); }
-inline I16 Add16(I16 a, I16 b) { return _mm256_add_epi16(a, b); }
-inline I16 Sub16(I16 a, I16 b) { return _mm256_sub_epi16(a, b); }
-inline I16 Max16(I16 a, I16 b) { return _mm256_max_epi16(a, b); }
-inline I16 Min16(I16 a, I16 b) { return _mm256_min_epi16(a, b); }
-inline I16 InterleaveLow(I16 a, I16 b) { return _mm256_unpacklo_epi16(a, b); }
-inline I16 InterleaveHigh(I16 a, I16 b) { return _mm256_unpackhi_epi16(a, b); }
-inline I16 Add32(I16 a, I16 b) { return _mm256_add_epi32(a, b); }
-inline I16 MulAdd(I16 a, I16 b) { return _mm256_madd_epi16(a, b); }
-inline I16 Round15(I16 a) { return _mm256_srai_epi32(_mm256_add_epi32(a, _mm256_set1_epi32(1 << 14)), 15); }
-inline I16 PackRound(I16 low, I16 high) { return _mm256_packs_epi32(Round15(low), Round15(high)); }
+inline I16 Zero() {
+  return _mm256_setzero_si256();
+}
+inline I16 Add16(I16 a, I16 b) {
+  return _mm256_add_epi16(a, b);
+}
+inline I16 Sub16(I16 a, I16 b) {
+  return _mm256_sub_epi16(a, b);
+}
+inline I16 Max16(I16 a, I16 b) {
+  return _mm256_max_epi16(a, b);
+}
+inline I16 Min16(I16 a, I16 b) {
+  return _mm256_min_epi16(a, b);
+}
+inline I16 InterleaveLow(I16 a, I16 b) {
+  return _mm256_unpacklo_epi16(a, b);
+}
+inline I16 InterleaveHigh(I16 a, I16 b) {
+  return _mm256_unpackhi_epi16(a, b);
+}
+inline I16 Add32(I16 a, I16 b) {
+  return _mm256_add_epi32(a, b);
+}
+inline I16 MulAdd(I16 a, I16 b) {
+  return _mm256_madd_epi16(a, b);
+}
+inline I16 Round15(I16 a) {
+  return _mm256_srai_epi32(_mm256_add_epi32(a, _mm256_set1_epi32(1 << 14)), 15);
+}
+inline I16 PackRound(I16 low, I16 high) {
+  return _mm256_packs_epi32(Round15(low), Round15(high));
+}
 inline I16 MergeRound(I16 even, I16 odd) {
   const I16 half = _mm256_set1_epi32(1 << 14);
   return _mm256_blend_epi16(_mm256_srli_epi32(_mm256_add_epi32(even, half), 15),
                             _mm256_slli_epi32(_mm256_add_epi32(odd, half), 1), 0xAA);
 }
-inline Mask Greater(I16 a, I16 b) { return _mm256_cmpgt_epi16(a, b); }
-inline Mask And(Mask a, Mask b) { return _mm256_and_si256(a, b); }
-inline Mask AndNot(Mask a, Mask b) { return _mm256_andnot_si256(b, a); }
-inline Mask Or(Mask a, Mask b) { return _mm256_or_si256(a, b); }
-inline uint32_t Bits(Mask m) { return static_cast<uint32_t>(_mm256_movemask_epi8(m)) & 0x55555555u; }
+inline Mask Greater(I16 a, I16 b) {
+  return _mm256_cmpgt_epi16(a, b);
+}
+inline Mask And(Mask a, Mask b) {
+  return _mm256_and_si256(a, b);
+}
+inline Mask AndNot(Mask a, Mask b) {
+  return _mm256_andnot_si256(b, a);
+}
+inline Mask Or(Mask a, Mask b) {
+  return _mm256_or_si256(a, b);
+}
+inline uint32_t Bits(Mask m) {
+  return static_cast<uint32_t>(_mm256_movemask_epi8(m)) & 0x55555555u;
+}
 
 #else
 
@@ -103,21 +179,41 @@ inline I16 Load(const int16_t* p) {
   __builtin_memcpy(&v, p, sizeof(v));
   return v;
 }
-inline void Store(int16_t* p, I16 v) { __builtin_memcpy(p, &v, sizeof(v)); }
-inline I16 Fill(int v) { return static_cast<int16_t>(v) - I16{}; }
+inline void Store(int16_t* p, I16 v) {
+  __builtin_memcpy(p, &v, sizeof(v));
+}
+inline I16 Fill(int v) {
+  return static_cast<int16_t>(v) - I16{};
+}
 inline I16 FillPair(const int16_t* p) {
   int32_t pair;
   __builtin_memcpy(&pair, p, 4);
   return (I16)(pair - I32{});
 }
-inline I16 Zero() { return I16{}; }
-inline I16 Add16(I16 a, I16 b) { return a + b; }
-inline I16 Sub16(I16 a, I16 b) { return a - b; }
-inline I16 Max16(I16 a, I16 b) { return a > b ? a : b; }
-inline I16 Min16(I16 a, I16 b) { return a < b ? a : b; }
-inline I16 InterleaveLow(I16 a, I16 b) { return __builtin_shufflevector(a, b, 0, 8, 1, 9, 2, 10, 3, 11); }
-inline I16 InterleaveHigh(I16 a, I16 b) { return __builtin_shufflevector(a, b, 4, 12, 5, 13, 6, 14, 7, 15); }
-inline I16 Add32(I16 a, I16 b) { return (I16)((I32)a + (I32)b); }
+inline I16 Zero() {
+  return I16{};
+}
+inline I16 Add16(I16 a, I16 b) {
+  return a + b;
+}
+inline I16 Sub16(I16 a, I16 b) {
+  return a - b;
+}
+inline I16 Max16(I16 a, I16 b) {
+  return a > b ? a : b;
+}
+inline I16 Min16(I16 a, I16 b) {
+  return a < b ? a : b;
+}
+inline I16 InterleaveLow(I16 a, I16 b) {
+  return __builtin_shufflevector(a, b, 0, 8, 1, 9, 2, 10, 3, 11);
+}
+inline I16 InterleaveHigh(I16 a, I16 b) {
+  return __builtin_shufflevector(a, b, 4, 12, 5, 13, 6, 14, 7, 15);
+}
+inline I16 Add32(I16 a, I16 b) {
+  return (I16)((I32)a + (I32)b);
+}
 inline I16 MulAdd(I16 a, I16 b) {
 #if defined(__SSE2__)
   return (I16)_mm_madd_epi16((__m128i)a, (__m128i)b);
@@ -127,7 +223,9 @@ inline I16 MulAdd(I16 a, I16 b) {
   return (I16)sum;
 #endif
 }
-inline I32 Round15(I16 a) { return ((I32)a + (1 << 14)) >> 15; }
+inline I32 Round15(I16 a) {
+  return ((I32)a + (1 << 14)) >> 15;
+}
 inline I16 PackRound(I16 low, I16 high) {
 #if defined(__SSE2__)
   return (I16)_mm_packs_epi32((__m128i)Round15(low), (__m128i)Round15(high));
@@ -142,10 +240,18 @@ inline I16 MergeRound(I16 even, I16 odd) {
   return (I16)((Round15(even) << 16) | (Round15(odd) & 0xFFFF));
 #endif
 }
-inline Mask Greater(I16 a, I16 b) { return a > b; }
-inline Mask And(Mask a, Mask b) { return a & b; }
-inline Mask AndNot(Mask a, Mask b) { return a & ~b; }
-inline Mask Or(Mask a, Mask b) { return a | b; }
+inline Mask Greater(I16 a, I16 b) {
+  return a > b;
+}
+inline Mask And(Mask a, Mask b) {
+  return a & b;
+}
+inline Mask AndNot(Mask a, Mask b) {
+  return a & ~b;
+}
+inline Mask Or(Mask a, Mask b) {
+  return a | b;
+}
 inline uint32_t Bits(Mask m) {
   typedef int64_t I64 __attribute__((vector_size(16)));
   const I64 words = (I64)m;
@@ -156,51 +262,6 @@ inline uint32_t Bits(Mask m) {
 }
 
 #endif
-
-// Eight floats and eight 32-bit integers: the compiler splits them where registers are narrower.
-typedef float F8 __attribute__((vector_size(32)));
-typedef int32_t N8 __attribute__((vector_size(32)));
-
-inline F8 FillF(float v) { return v - F8{}; }
-inline F8 LoadF(const float* p) {
-  F8 v;
-  __builtin_memcpy(&v, p, sizeof(v));
-  return v;
-}
-inline void StoreF(float* p, F8 v) { __builtin_memcpy(p, &v, sizeof(v)); }
-inline void StoreN(int32_t* p, N8 v) { __builtin_memcpy(p, &v, sizeof(v)); }
-inline F8 MaxF(F8 a, F8 b) { return a > b ? a : b; }
-inline F8 MinF(F8 a, F8 b) { return a < b ? a : b; }
-inline F8 AbsF(F8 a) { return (F8)((N8)a & 0x7FFFFFFF); }
-inline F8 ToFloat(N8 a) { return __builtin_convertvector(a, F8); }
-inline N8 Truncate(F8 a) { return __builtin_convertvector(a, N8); }
-inline F8 RootF(F8 a) {
-#if defined(__AVX__)
-  return (F8)_mm256_sqrt_ps((__m256)a);
-#elif defined(__SSE2__)
-  __m128 half[2];
-  __builtin_memcpy(half, &a, sizeof(a));
-  half[0] = _mm_sqrt_ps(half[0]);
-  half[1] = _mm_sqrt_ps(half[1]);
-  __builtin_memcpy(&a, half, sizeof(a));
-  return a;
-#else
-  for (int i = 0; i < 8; ++i) a[i] = __builtin_sqrtf(a[i]);
-  return a;
-#endif
-}
-// Eight differences a[i] - b[i], which must fit 16 bits, widened.
-inline N8 WidenDifference(const int16_t* a, const int16_t* b) {
-  typedef int16_t Short8 __attribute__((vector_size(16)));
-  Short8 u, v;
-  __builtin_memcpy(&u, a, sizeof(u));
-  __builtin_memcpy(&v, b, sizeof(v));
-#if defined(__AVX2__)
-  return (N8)_mm256_cvtepi16_epi32((__m128i)(u - v));
-#else
-  return __builtin_convertvector(u - v, N8);
-#endif
-}
 
 }  // namespace
 }  // namespace veduta

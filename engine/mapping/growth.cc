@@ -8,6 +8,7 @@
 #include <set>
 
 #include "engine/matching/guided_matcher.h"
+#include "engine/matching/two_view.h"
 
 namespace veduta {
 namespace {
@@ -157,6 +158,31 @@ GrowthCounts GrowFromMatches(Map* map, ImageId image, std::span<const PairMatche
     }
   }
   return counts;
+}
+
+PairMatches MatchPlaced(const Map& map, ImageId image_id, ImageId other_id, const GrowthOptions& options) {
+  const MapImage &image = map.image(image_id), &other = map.image(other_id);
+  const auto inverse_intrinsics = [](const Pinhole& c) {
+    Eigen::Matrix3d k;
+    k << 1 / c.fx, 0, -c.cx / c.fx, 0, 1 / c.fy, -c.cy / c.fy, 0, 0, 1;
+    return k;
+  };
+  PairMatches pair;
+  pair.other = other_id;
+  pair.other_from_photo = other.cam_from_world * image.cam_from_world.Inverse();
+  const double baseline = pair.other_from_photo.translation.norm();
+  if (!(baseline > 0)) return pair;
+  pair.other_from_photo.translation /= baseline;
+  const Eigen::Matrix3d fundamental = inverse_intrinsics(other.camera).transpose() *
+                                      EssentialFromPose(pair.other_from_photo) * inverse_intrinsics(image.camera);
+  GuidedMatchOptions guided;
+  guided.band_px = options.guided_band_px;
+  guided.ratio_max = options.guided_ratio_max;
+  guided.distance_squared_max = options.descriptor_distance_squared_max;
+  const auto found = MatchGuided(*image.features, *other.features, *other.grid, fundamental, guided);
+  if (!found.ok()) return pair;
+  for (const DescriptorMatch& m : *found) pair.matches.push_back({m.a, m.b});
+  return pair;
 }
 
 GrowthCounts GrowByProjection(Map* map, ImageId image_id, std::span<const PointId> points, const GrowthOptions& options) {

@@ -15,6 +15,8 @@ struct GrowthOptions {
   double search_radius_px = 3.0;   // > 0: around a projected point
   uint32_t descriptor_distance_squared_max = 90'000;  // root-SIFT bytes have norm 512
   double scale_ratio_max = 1.6;    // >= 1: of a feature's measured scale to that predicted from depth
+  double guided_band_px = 1.5;     // (0, 64]: from the epipolar line
+  double guided_ratio_max = 0.8;   // (0, 1]: against the second best in the band
 };
 
 struct GrowthCounts {
@@ -25,6 +27,9 @@ struct GrowthCounts {
 // to be one, and triangulates matches that have none yet. Pairs with images of other reconstructions are passed over.
 // Matched images must be loaded with their points, and all images in those points' tracks.
 GrowthCounts GrowFromMatches(Map* map, ImageId image, std::span<const PairMatches> pairs, const GrowthOptions& options);
+
+// Matches the features of two placed images along the epipolar lines of their poses. Reads the map only.
+PairMatches MatchPlaced(const Map& map, ImageId image, ImageId other, const GrowthOptions& options);
 
 // Two points are one when a single position explains both tracks within `error_px_max`: `drop` then joins `keep`.
 // False, and nothing changed, when it does not, they share an image, or one is gone. All their images are loaded.

@@ -51,51 +51,67 @@ uint32_t CountSampson(const Eigen::Matrix3d& e, const MatchArrays& m, double dis
   return inliers;
 }
 
-struct BestEssential {
-  Eigen::Matrix3d essential = Eigen::Matrix3d::Zero();
-  uint32_t inliers = 0;
-};
-
-// Five samples a draw (OpenGV's own RANSAC takes eight, which costs seconds at 70 % outliers).
-BestEssential SearchEssential(const MatchArrays& matches, double distance_max, uint64_t seed,
-                              const TwoViewOptions& options) {
-  const uint32_t n = static_cast<uint32_t>(matches.size());
-  opengv::bearingVectors_t rays_a(n), rays_b(n);
-  for (uint32_t i = 0; i < n; ++i) {
-    rays_a[i] = Eigen::Vector3d(matches.ax[i], matches.ay[i], 1).normalized();
-    rays_b[i] = Eigen::Vector3d(matches.bx[i], matches.by[i], 1).normalized();
-  }
-  // OpenGV's essential matrix satisfies ray_1^T E ray_2 = 0: give it b first.
-  const opengv::relative_pose::CentralRelativeAdapter adapter(rays_b, rays_a);
-  SeededRandom random(seed);
-  BestEssential best;
-  uint32_t samples_needed = options.samples_max;
-  std::vector<int> sample(5);
-  for (uint32_t t = 0; t < samples_needed; ++t) {
-    if (t == options.samples_hopeless && best.inliers < options.inlier_count_min / 2) break;
-    DrawDistinct(random, FrontCount(n, t, 20), sample);
-    const opengv::complexEssentials_t solutions = opengv::relative_pose::fivept_stewenius(adapter, sample);
-    for (const opengv::complexEssential_t& solution : solutions) {
-      if (solution.imag().cwiseAbs().maxCoeff() > 1e-8) continue;
-      const Eigen::Matrix3d e = solution.real();
-      if (!e.allFinite()) continue;
-      const uint32_t inliers = CountSampson(e, matches, distance_max, best.inliers + 1);
-      if (inliers > best.inliers) {
-        best = {e, inliers};
-        samples_needed = std::min(options.samples_max, SamplesNeeded(options.confidence, inliers / double(n), 5));
-        samples_needed = std::max(samples_needed, 20u);
-      }
-    }
-  }
-  return best;
-}
-
 template <typename T>
 std::vector<T> Select(std::span<const T> values, const std::vector<uint32_t>& indices) {
   std::vector<T> selected;
   selected.reserve(indices.size());
   for (const uint32_t i : indices) selected.push_back(values[i]);
   return selected;
+}
+
+struct BestPose {
+  Rigid3 b_from_a;
+  uint32_t inliers = 0;
+};
+
+// Refines a sample's solution on what it explains: noise in five matches hides most of the inliers (Chum, Matas and
+// Kittler 2003).
+BestPose Optimize(const Eigen::Matrix3d& essential, std::span<const Eigen::Vector2d> x_a,
+                  std::span<const Eigen::Vector2d> x_b, double distance_max) {
+  BestPose best{PoseFromEssential(essential, x_a, x_b), 0};
+  for (int round = 0; round < 2; ++round) {
+    // The first round takes in what the noise pushed out.
+    const std::vector<uint32_t> near = FindTwoViewInliers(best.b_from_a, x_a, x_b, (round == 0 ? 2.0 : 1.0) * distance_max);
+    if (near.size() < 8) return best;
+    best.b_from_a = RefineTwoView(best.b_from_a, Select(x_a, near), Select(x_b, near), 0.5 * distance_max);
+  }
+  best.inliers = static_cast<uint32_t>(FindTwoViewInliers(best.b_from_a, x_a, x_b, distance_max).size());
+  return best;
+}
+
+// Five samples a draw (OpenGV's own RANSAC takes eight, which costs seconds at 70 % outliers).
+BestPose SearchPose(std::span<const Eigen::Vector2d> x_a, std::span<const Eigen::Vector2d> x_b, double distance_max,
+                    uint32_t inliers_needed, uint64_t seed, const TwoViewOptions& options) {
+  const uint32_t n = static_cast<uint32_t>(x_a.size());
+  const MatchArrays matches(x_a, x_b);
+  opengv::bearingVectors_t rays_a(n), rays_b(n);
+  for (uint32_t i = 0; i < n; ++i) {
+    rays_a[i] = x_a[i].homogeneous().normalized();
+    rays_b[i] = x_b[i].homogeneous().normalized();
+  }
+  // OpenGV's essential matrix satisfies ray_1^T E ray_2 = 0: give it b first.
+  const opengv::relative_pose::CentralRelativeAdapter adapter(rays_b, rays_a);
+  SeededRandom random(seed);
+  BestPose best;
+  uint32_t best_sample = 0;  // inliers of the best solution before refinement
+  uint32_t samples_needed = options.samples_max;
+  std::vector<int> sample(5);
+  for (uint32_t t = 0; t < samples_needed; ++t) {
+    if (t == options.samples_hopeless && best.inliers < inliers_needed / 2) break;
+    DrawDistinct(random, FrontCount(n, t, 20), sample);
+    for (const opengv::complexEssential_t& solution : opengv::relative_pose::fivept_stewenius(adapter, sample)) {
+      if (!(solution.imag().cwiseAbs().maxCoeff() < 1e-8) || !solution.real().allFinite()) continue;
+      const uint32_t inliers = CountSampson(solution.real(), matches, distance_max, best_sample + 1);
+      if (inliers <= best_sample) continue;
+      best_sample = inliers;
+      const BestPose optimized = Optimize(solution.real(), x_a, x_b, distance_max);
+      if (optimized.inliers <= best.inliers) continue;
+      best = optimized;
+      samples_needed = std::min(options.samples_max, SamplesNeeded(options.confidence, best.inliers / double(n), 5));
+      samples_needed = std::max(samples_needed, 20u);
+    }
+  }
+  return best;
 }
 
 }  // namespace
@@ -259,19 +275,13 @@ TwoViewGeometry EstimateTwoView(std::span<const Eigen::Vector2d> x_a, std::span<
   if (x_a.size() < options.inlier_count_min || x_a.size() != x_b.size()) return result;
   result.outcome = TwoViewOutcome::kTooFewInliers;
   const double distance_max = options.error_px_max / focal_px;
-  const BestEssential best = SearchEssential(MatchArrays(x_a, x_b), distance_max, seed, options);
-  if (best.inliers < std::max(5u, options.inlier_count_min / 2)) return result;
-
-  Rigid3 pose = PoseFromEssential(best.essential, x_a, x_b);
-  for (int round = 0; round < 3; ++round) {
-    // The first round takes in what noise in the minimal sample pushed out.
-    const std::vector<uint32_t> near = FindTwoViewInliers(pose, x_a, x_b, (round == 0 ? 2.0 : 1.0) * distance_max);
-    if (near.size() < 5) return result;
-    pose = RefineTwoView(pose, Select(x_a, near), Select(x_b, near), 0.5 * distance_max);
-  }
-  result.b_from_a = pose;
-  result.inliers = FindTwoViewInliers(pose, x_a, x_b, distance_max);
-  if (result.inliers.size() < options.inlier_count_min) return result;
+  const uint32_t needed = std::max(
+      options.inlier_count_min, static_cast<uint32_t>(std::ceil(options.inlier_share_min * static_cast<double>(x_a.size()))));
+  const BestPose best = SearchPose(x_a, x_b, distance_max, needed, seed, options);
+  if (best.inliers == 0) return result;
+  result.b_from_a = best.b_from_a;
+  result.inliers = FindTwoViewInliers(best.b_from_a, x_a, x_b, distance_max);
+  if (result.inliers.size() < needed) return result;
   result.outcome = TwoViewOutcome::kVerified;
 
   const std::vector<Eigen::Vector2d> in_a = Select(x_a, result.inliers), in_b = Select(x_b, result.inliers);

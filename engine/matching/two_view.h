@@ -17,8 +17,9 @@ struct TwoViewOptions {
   double error_px_max = 2.0;         // (0, 100): Sampson distance of an inlier
   double confidence = 1.0 - 1e-4;    // (0, 1); the paper's section 3.2
   uint32_t inlier_count_min = 20;    // >= 5; the paper's section 3.2
-  uint32_t samples_max = 1500;       // >= 1; five-point samples
-  uint32_t samples_hopeless = 250;   // after so many without half of inlier_count_min the pair is given up
+  double inlier_share_min = 0.3;     // [0, 1]: of the matches; fewer is what chance finds on repeated texture
+  uint32_t samples_max = 800;        // >= 1; five-point samples
+  uint32_t samples_hopeless = 200;   // after so many with less than half of what is needed the pair is given up
   double planar_share_min = 0.85;    // inliers that a homography explains, over all: the pair is planar
   double rotation_share_min = 0.85;  // likewise for a rotation alone
 

@@ -50,8 +50,10 @@ inline GrayImage Draw(int width, int height, double ground, const std::vector<Bl
   std::vector<double> canvas(static_cast<size_t>(width) * height, ground);
   for (const Blob& blob : blobs) {
     const double reach = blob.is_disk ? blob.sigma_a + 2 : 5 * std::max(blob.sigma_a, blob.sigma_b);
-    const int x0 = std::max(0, static_cast<int>(blob.x - reach)), x1 = std::min(width - 1, static_cast<int>(blob.x + reach));
-    const int y0 = std::max(0, static_cast<int>(blob.y - reach)), y1 = std::min(height - 1, static_cast<int>(blob.y + reach));
+    const int x0 = std::max(0, static_cast<int>(blob.x - reach)),
+              x1 = std::min(width - 1, static_cast<int>(blob.x + reach));
+    const int y0 = std::max(0, static_cast<int>(blob.y - reach)),
+              y1 = std::min(height - 1, static_cast<int>(blob.y + reach));
     for (int y = y0; y <= y1; ++y) {
       for (int x = x0; x <= x1; ++x) canvas[static_cast<size_t>(y) * width + x] += ValueOf(blob, x, y);
     }

@@ -84,13 +84,14 @@ TEST_P(Localization, IsUnbiasedAndSharp) {
 
 // A Gaussian of sigma s has its extremal difference between scales s / sqrt(k) and s sqrt(k), k = 2^(1/3): at 0.89 s. A
 // disk of radius r has it at about r / sqrt(2) / sqrt(k) = 0.63 r.
-INSTANTIATE_TEST_SUITE_P(Blobs, Localization,
-                         testing::Values(Case{1.5, false, 150, true, 0.80, 0.96}, Case{2.2, false, 150, true, 0.84, 0.94},
-                                         Case{2.2, false, -150, true, 0.84, 0.94}, Case{3.1, false, 60, true, 0.84, 0.94},
-                                         Case{4.7, false, 150, true, 0.84, 0.94}, Case{9.0, false, -150, true, 0.84, 0.94},
-                                         Case{2.6, true, 150, true, 0.5, 0.75}, Case{4.0, true, -150, true, 0.5, 0.75},
-                                         Case{7.5, true, 120, true, 0.5, 0.75}, Case{3.1, false, 150, false, 0.84, 0.94},
-                                         Case{6.0, true, -150, false, 0.5, 0.75}));
+INSTANTIATE_TEST_SUITE_P(
+    Blobs, Localization,
+    testing::Values(Case{1.5, false, 150, true, 0.80, 0.96}, Case{2.2, false, 150, true, 0.84, 0.94},
+                    Case{2.2, false, -150, true, 0.84, 0.94}, Case{3.1, false, 60, true, 0.84, 0.94},
+                    Case{4.7, false, 150, true, 0.84, 0.94}, Case{9.0, false, -150, true, 0.84, 0.94},
+                    Case{2.6, true, 150, true, 0.5, 0.75}, Case{4.0, true, -150, true, 0.5, 0.75},
+                    Case{7.5, true, 120, true, 0.5, 0.75}, Case{3.1, false, 150, false, 0.84, 0.94},
+                    Case{6.0, true, -150, false, 0.5, 0.75}));
 
 TEST(ContrastSign, IsThatOfTheLaplacian) {
   const GrayImage image = Draw(160, 80, 128, {{40, 40, 3, 3, 0, -100, false}, {120, 40, 3, 3, 0, 100, false}});

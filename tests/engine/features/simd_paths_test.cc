@@ -73,7 +73,9 @@ TEST(SimdPaths, BlursAreTheSumsTheySay) {
       for (auto& row : rows) {
         // Both ends of the range, and everything between.
         for (int16_t& v : row) {
-          v = static_cast<int16_t>(random.Below(4) == 0 ? -16384 : random.Below(4) == 0 ? 16256 : random.Below(32641) - 16384);
+          v = static_cast<int16_t>(random.Below(4) == 0   ? -16384
+                                   : random.Below(4) == 0 ? 16256
+                                                          : random.Below(32641) - 16384);
         }
       }
       std::vector<const int16_t*> in;
