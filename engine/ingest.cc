@@ -145,21 +145,11 @@ Result<AddOutcome> Ingest::Apply(PreparedPhoto photo, const CameraRecord& camera
 
   const std::unique_ptr<Transaction> transaction = database_->BeginTransaction();
   ++state.retrievable_image_count;
-  if (placement.verdict == Verdict::kFounded) ++state.next_reconstruction;
   transaction->PutImage(record);
   for (const PairRecord& pair : search.pairs) transaction->PutPair(pair);
   if (state.vocabulary_generation != 0) {
     transaction->PutWords(state.vocabulary_generation, record.id, words);
     transaction->AddPostings(state.vocabulary_generation, words, record.id);
-  }
-  // Images that founded with this one were postponed until now.
-  for (const ImageId id : placement.placed) {
-    if (id == record.id) continue;
-    VEDUTA_ASSIGN_OR_RETURN(ImageRecord member, snapshot->GetImage(id));
-    member.verdict = Verdict::kFounded;
-    member.reason = Reason::kGoodTriple;
-    member.detail = "founded with " + record.name;
-    transaction->PutImage(member);
   }
   Status written = WritePlacement(*snapshot, placement, &state, transaction.get());
   // Neighbours that wait may have waited for this photo's pairs alone.
@@ -213,9 +203,10 @@ Status Ingest::WriteChanges(const Snapshot& snapshot, const Placement& placement
   std::map<ReconstructionId, ReconstructionRecord> records;
   const auto record_of = [&](ReconstructionId id) -> Result<ReconstructionRecord*> {
     if (!records.contains(id)) {
-      if (placement.verdict == Verdict::kFounded && id == placement.reconstruction) {
+      if (id == placement.founded) {
         records[id].id = id;
         records[id].points_generation = 1;
+        records[id].image_count = records[id].images_at_adjustment = static_cast<uint32_t>(placement.placed.size());
       } else {
         VEDUTA_ASSIGN_OR_RETURN(records[id], snapshot.GetReconstruction(id));
       }
@@ -223,8 +214,10 @@ Status Ingest::WriteChanges(const Snapshot& snapshot, const Placement& placement
     return &records[id];
   };
   VEDUTA_ASSIGN_OR_RETURN(ReconstructionRecord* const into, record_of(placement.reconstruction));
-  into->image_count += static_cast<uint32_t>(placement.placed.size());
-  if (placement.verdict == Verdict::kFounded) into->images_at_adjustment = into->image_count;
+  if (!placement.founded.valid()) {
+    // The photo was placed in one that was then perhaps merged away; the sum is the same.
+    into->image_count += 1;
+  }
   for (const Merge& merge : placement.merges) {
     VEDUTA_ASSIGN_OR_RETURN(ReconstructionRecord* const from, record_of(merge.from));
     into->image_count += from->image_count;
@@ -232,7 +225,7 @@ Status Ingest::WriteChanges(const Snapshot& snapshot, const Placement& placement
     into->observation_count += from->observation_count;
     into->reprojection_error_px_sum += from->reprojection_error_px_sum;
     into->images_at_adjustment = 0;  // all of it is due
-    transaction->DeletePointBlocks(merge.from, from->points_generation);
+    if (merge.from != placement.founded) transaction->DeletePointBlocks(merge.from, from->points_generation);
     from->merged_into = into->id;
     from->merged_from_this = merge.into_from;
     from->image_count = 0;
@@ -241,7 +234,8 @@ Status Ingest::WriteChanges(const Snapshot& snapshot, const Placement& placement
     ++from->geometry_version;
   }
   for (const auto& [id, change] : map_.changes().counts) {
-    VEDUTA_ASSIGN_OR_RETURN(ReconstructionRecord* const record, record_of(id));
+    const bool merged_away = std::any_of(placement.merges.begin(), placement.merges.end(), [&, id = id](const Merge& m) { return m.from == id; });
+    VEDUTA_ASSIGN_OR_RETURN(ReconstructionRecord* const record, record_of(merged_away ? placement.reconstruction : id));
     record->point_count += change.points;
     record->observation_count += change.observations;
     record->reprojection_error_px_sum += change.reprojection_error_px_sum;
@@ -264,6 +258,17 @@ Status Ingest::WritePlacement(const Snapshot& snapshot, const Placement& placeme
                               Transaction* transaction) {
   if (placement.verdict == Verdict::kPostponed) return Status::Ok();
   VEDUTA_RETURN_IF_ERROR(WriteChanges(snapshot, placement, transaction));
+  if (placement.founded.valid()) {
+    ++state->next_reconstruction;
+    // The others of the triple were postponed until now.
+    for (size_t i = 1; i < placement.placed.size(); ++i) {
+      VEDUTA_ASSIGN_OR_RETURN(ImageRecord member, snapshot.GetImage(placement.placed[i]));
+      member.verdict = Verdict::kFounded;
+      member.reason = Reason::kGoodTriple;
+      member.detail = "founded with image " + std::to_string(placement.placed.front().value);
+      transaction->PutImage(member);
+    }
+  }
   for (const Merge& merge : placement.merges) {
     Journal("veduta", "merge", {}, placement.reconstruction,
             "reconstruction " + std::to_string(merge.from.value) + " by " + std::to_string(merge.common_point_count) +
@@ -293,7 +298,7 @@ Result<std::vector<ImageId>> Ingest::RetryNext(const DatabaseState& old_state) {
       pairs.push_back(MatchesFrom(pair, id));
     }
     Mapper mapper(&loader, &map_, pool_, options_.mapper);
-    VEDUTA_ASSIGN_OR_RETURN(placement, mapper.Place(*features, pairs, {}, MixSeed(record.photo.Seed(), 1)));
+    VEDUTA_ASSIGN_OR_RETURN(placement, mapper.Place(*features, pairs, ReconstructionId(state.next_reconstruction), MixSeed(record.photo.Seed(), 1)));
     record.reason = placement.reason == Reason::kRegistered ? Reason::kPropagated : placement.reason;
     record.verdict = placement.verdict;
     record.detail = placement.detail;

@@ -78,16 +78,16 @@ std::vector<Mapper::Candidate> Mapper::FindPlacements(const ImageFeatures& photo
                           " verified neighbours";
       continue;
     }
-    if (IsWeak(inliers, pairs)) {
+    candidate.weak = IsWeak(inliers, pairs);
+    if (candidate.weak) {
       placement->reason = Reason::kTooFewStructurePoints;
       placement->detail = "a pose by only " + Of(inliers, points) + where +
                           ", while most of its verified matches lead to photos that are not placed yet";
-      continue;
     }
     found.push_back(std::move(candidate));
   }
   std::stable_sort(found.begin(), found.end(), [](const Candidate& a, const Candidate& b) {
-    return a.resection.inliers.size() > b.resection.inliers.size();
+    return a.weak != b.weak ? b.weak : a.resection.inliers.size() > b.resection.inliers.size();
   });
   return found;
 }
@@ -135,7 +135,9 @@ Status Mapper::GrowAround(ImageId image) {
   VEDUTA_RETURN_IF_ERROR(loader_->LoadNeighborhood(near));
   std::vector<PairMatches> guided(std::min<size_t>(near.size(), options_.guided_images_max));
   pool_->ParallelFor(guided.size(), [&](size_t i) { guided[i] = MatchPlaced(*map_, image, near[i], options_.growth); });
-  GrowFromMatches(map_, image, guided, options_.growth);
+  GrowthOptions growth = options_.growth;
+  growth.views_min = options_.growth.guided_views_min;
+  GrowFromMatches(map_, image, guided, growth);
   GrowByProjection(map_, image, map_->PointsSeenBy(near), options_.growth);
   const ImageId self[] = {image};
   const std::vector<PointId> own = map_->PointsSeenBy(self);
@@ -154,24 +156,56 @@ Status Mapper::AdjustAround(ImageId image) {
   return summary.observations > 0 ? Status::Ok() : Status::InvalidArgument("nothing to adjust");
 }
 
-Result<bool> Mapper::TryMerge(const ImageFeatures& photo, std::span<const PairMatches> pairs, const Candidate& other,
-                              uint64_t seed, Placement* placement) {
-  const ReconstructionId into = map_->image(photo.id).reconstruction;
-  std::vector<ImageId> members;
-  VEDUTA_RETURN_IF_ERROR(loader_->LoadReconstruction(other.reconstruction, &members));
-  VEDUTA_ASSIGN_OR_RETURN(const std::vector<PointPair> common,
-                          FindCommonPoints(loader_, *map_, photo.id, pairs, other.reconstruction));
-  const std::optional<PointAlignment> alignment =
-      AlignPoints(*map_, common, options_.merge_error_px_max, options_.common_points_min, MixSeed(seed, other.reconstruction.value));
+Status Mapper::TryMerges(std::span<const ImageId> near, std::span<const PairMatches> pairs, uint64_t seed,
+                         Placement* placement) {
+  const ImageId photo = placement->placed.front();
+  VEDUTA_ASSIGN_OR_RETURN(const auto common, FindCommonPoints(loader_, *map_, near, photo, pairs));
+  for (auto [other, points] : common) {
+    // An earlier merge may have made two points one.
+    std::erase_if(points, [&](const PointPair& pair) { return !map_->FindPoint(pair.into) || !map_->FindPoint(pair.from); });
+    VEDUTA_ASSIGN_OR_RETURN(const bool merged, TryMerge(points, other, MixSeed(seed, other.value), placement));
+    if (!merged) continue;
+    placement->verdict = Verdict::kMerged;
+    placement->reason = Reason::kJoinedReconstructions;
+    placement->detail += "; reconstructions " + std::to_string(placement->merges.back().from.value) + " and " +
+                         std::to_string(placement->reconstruction.value) + " merged by " +
+                         std::to_string(placement->merges.back().common_point_count) + " common points";
+  }
+  return Status::Ok();
+}
+
+Result<bool> Mapper::TryMerge(std::span<const PointPair> common, ReconstructionId other, uint64_t seed,
+                              Placement* placement) {
+  const auto alignment = AlignPoints(*map_, common, options_.merge_error_px_max, options_.common_points_min, seed);
   if (!alignment) return false;
-  for (const ImageId id : members) {
-    map_->MoveImage(id, into, alignment->into_from);
-    map_->MoveBlock(id, into, alignment->into_from);
+  // The photo's reconstruction gives way to a larger one, unless others were merged into it just now.
+  Merge merge{other, alignment->into_from, static_cast<uint32_t>(alignment->agreeing.size())};
+  ReconstructionId into = placement->reconstruction;
+  VEDUTA_ASSIGN_OR_RETURN(const ReconstructionRecord other_record, loader_->GetReconstruction(other));
+  uint32_t own_count = static_cast<uint32_t>(placement->placed.size());
+  if (placement->founded != into) {
+    VEDUTA_ASSIGN_OR_RETURN(const ReconstructionRecord own_record, loader_->GetReconstruction(into));
+    own_count += own_record.image_count;
+  }
+  if (placement->merges.empty() && other_record.image_count > own_count) {
+    merge = {into, alignment->into_from.Inverse(), merge.common_point_count};
+    into = other;
+  }
+  std::vector<ImageId> members;
+  if (merge.from != placement->founded) VEDUTA_RETURN_IF_ERROR(loader_->LoadReconstruction(merge.from, &members));
+  std::set<ImageId> moved(members.begin(), members.end());
+  for (const ImageId id : placement->placed) {
+    if (map_->image(id).reconstruction == merge.from) moved.insert(id);
+  }
+  for (const ImageId id : moved) {
+    map_->MoveImage(id, into, merge.into_from);
+    map_->MoveBlock(id, into, merge.into_from);
   }
   for (const PointPair& pair : alignment->agreeing) {
     TryMergePoints(map_, pair.into, pair.from, options_.growth.error_px_max);
   }
-  placement->merges.push_back({other.reconstruction, alignment->into_from, static_cast<uint32_t>(alignment->agreeing.size())});
+  placement->reconstruction = into;
+  placement->merges.push_back(merge);
   return true;
 }
 
@@ -204,10 +238,12 @@ Status Mapper::TryFound(const ImageFeatures& photo, std::span<const PairMatches>
   VEDUTA_RETURN_IF_ERROR(AdjustAround(photo.id));
   placement->verdict = Verdict::kFounded;
   placement->reason = Reason::kGoodTriple;
-  placement->reconstruction = id;
+  placement->founded = placement->reconstruction = id;
   placement->inlier_count = static_cast<uint32_t>(points.size());
   placement->detail = "founded with " + std::to_string(points.size()) + " points";
-  return Status::Ok();
+  std::swap(placement->placed.front(), *std::find(placement->placed.begin(), placement->placed.end(), photo.id));
+  VEDUTA_RETURN_IF_ERROR(TryMerges(placement->placed, pairs, seed, placement));
+  return placement->merges.empty() ? Status::Ok() : AdjustAround(photo.id);
 }
 
 Result<Placement> Mapper::Place(const ImageFeatures& photo, std::span<const PairMatches> pairs,
@@ -217,11 +253,16 @@ Result<Placement> Mapper::Place(const ImageFeatures& photo, std::span<const Pair
   std::vector<ImageId> neighbors;
   for (const PairMatches& pair : pairs) neighbors.push_back(pair.other);
   VEDUTA_RETURN_IF_ERROR(loader_->LoadNeighborhood(neighbors));
-  const std::vector<Candidate> candidates = FindPlacements(photo, pairs, seed, &placement);
-  if (candidates.empty()) {
-    if (new_reconstruction.valid()) {
-      VEDUTA_RETURN_IF_ERROR(TryFound(photo, pairs, new_reconstruction, seed, &placement));
-    }
+  std::vector<Candidate> candidates = FindPlacements(photo, pairs, seed, &placement);
+  if ((candidates.empty() || candidates.front().weak) && new_reconstruction.valid()) {
+    VEDUTA_RETURN_IF_ERROR(TryFound(photo, pairs, new_reconstruction, seed, &placement));
+  }
+  std::erase_if(candidates, [&](const Candidate& c) {
+    const size_t inliers = c.resection.inliers.size();
+    return c.weak && (inliers < options_.weak_inlier_count_min ||
+                      static_cast<double>(inliers) < options_.weak_inlier_share_min * static_cast<double>(c.structure.x.size()));
+  });
+  if (candidates.empty() || placement.verdict != Verdict::kPostponed) {
     placement.map_ms = watch.LapMs();
     return placement;
   }
@@ -233,20 +274,18 @@ Result<Placement> Mapper::Place(const ImageFeatures& photo, std::span<const Pair
   placement.placed = {photo.id};
   placement.inlier_count = static_cast<uint32_t>(candidates.front().resection.inliers.size());
   placement.detail = "agrees with " + Of(placement.inlier_count, candidates.front().structure.x.size()) + " points";
-  for (size_t i = 1; i < candidates.size(); ++i) {
-    VEDUTA_ASSIGN_OR_RETURN(const bool merged, TryMerge(photo, pairs, candidates[i], seed, &placement));
-    if (merged) {
-      placement.verdict = Verdict::kMerged;
-      placement.reason = Reason::kJoinedReconstructions;
-      placement.detail += "; merged reconstruction " + std::to_string(candidates[i].reconstruction.value) + " by " +
-                          std::to_string(placement.merges.back().common_point_count) + " common points";
-    }
-  }
+  std::vector<ImageId> near = CovisibleImages(photo.id, options_.local_images_max);
+  VEDUTA_RETURN_IF_ERROR(TryMerges(near, pairs, seed, &placement));
   if (!placement.merges.empty()) GrowFromMatches(map_, photo.id, pairs, options_.growth);
-  VEDUTA_RETURN_IF_ERROR(GrowAround(photo.id));
   placement.map_ms = watch.LapMs();
+  // Poses lead to further matches only once the verified ones have settled them: on repeated texture a pose that is a
+  // little wrong finds many matches that agree with it.
   VEDUTA_RETURN_IF_ERROR(AdjustAround(photo.id));
   placement.adjust_ms = watch.LapMs();
+  VEDUTA_RETURN_IF_ERROR(GrowAround(photo.id));
+  placement.map_ms += watch.LapMs();
+  VEDUTA_RETURN_IF_ERROR(AdjustAround(photo.id));
+  placement.adjust_ms += watch.LapMs();
 
   const auto& points = map_->image(photo.id).points;
   const size_t seen = static_cast<size_t>(std::count_if(points.begin(), points.end(), [](PointId id) { return id.valid(); }));

@@ -13,13 +13,16 @@
 #include "engine/mapping/placement.h"
 #include "engine/mapping/point_filter.h"
 #include "engine/mapping/resection.h"
+#include "engine/merge_candidates.h"
 #include "storage/base/thread_pool.h"
 
 namespace veduta {
 
 struct MapperOptions {
   ResectionOptions resection;
-  uint32_t sure_inlier_count = 60;         // a pose by fewer points must not stand against unplaced neighbours
+  uint32_t sure_inlier_count = 60;         // a pose by fewer points gives way to founding with unplaced neighbours
+  uint32_t weak_inlier_count_min = 30;     // such a pose is taken, where nothing is founded, from so many points
+  double weak_inlier_share_min = 0.5;      // [0, 1]: and such a share of those seen
   double neighbor_error_px_max = 6.0;      // > 0: distance from the epipolar line that still agrees with a pose
   double contradiction_share_max = 0.5;    // > 0: contradicting over agreeing matches; above, the photo is postponed
   uint32_t local_images_max = 12;          // >= 2: images whose poses a new photo may move
@@ -45,7 +48,8 @@ struct Placement {
   Reason reason = Reason::kNone;
   std::string detail;
   ReconstructionId reconstruction;      // valid unless postponed
-  std::vector<ImageId> placed;          // images that got a pose: the photo, and with it its triple when founding
+  ReconstructionId founded;             // valid if one was founded, also if it was merged at once
+  std::vector<ImageId> placed;          // images that got a pose: the photo first, then the triple it founded with
   std::vector<Merge> merges;
   uint32_t inlier_count = 0;
   double map_ms = 0, adjust_ms = 0;
@@ -69,14 +73,17 @@ class Mapper final {
     ReconstructionId reconstruction;
     Resection resection;
     StructureMatches structure;
+    bool weak = false;  // see IsWeak
   };
 
   std::vector<Candidate> FindPlacements(const ImageFeatures& photo, std::span<const PairMatches> pairs, uint64_t seed,
                                         Placement* placement);
   bool IsWeak(size_t inlier_count, std::span<const PairMatches> pairs) const;
   Status PlaceInto(const ImageFeatures& photo, std::span<const PairMatches> pairs, const Candidate& candidate);
-  Result<bool> TryMerge(const ImageFeatures& photo, std::span<const PairMatches> pairs, const Candidate& other,
-                        uint64_t seed, Placement* placement);
+  // Merges the reconstructions that verified pairs of `near` images lead to, where their common points agree. The
+  // one that is published longer, of more images, keeps its frame.
+  Status TryMerges(std::span<const ImageId> near, std::span<const PairMatches> pairs, uint64_t seed, Placement* placement);
+  Result<bool> TryMerge(std::span<const PointPair> common, ReconstructionId other, uint64_t seed, Placement* placement);
   Status TryFound(const ImageFeatures& photo, std::span<const PairMatches> pairs, ReconstructionId id, uint64_t seed,
                   Placement* placement);
   // Matches the image with those around it along the lines that their poses give, projects what they see into it, and

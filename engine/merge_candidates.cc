@@ -26,23 +26,32 @@ bool FallsOnViews(const Map& map, const PointRecord& point, const Eigen::Vector3
 
 }  // namespace
 
-Result<std::vector<PointPair>> FindCommonPoints(MapLoader* loader, const Map& map, ImageId photo,
-                                                std::span<const PairMatches> pairs, ReconstructionId from) {
+Result<std::map<ReconstructionId, std::vector<PointPair>>> FindCommonPoints(MapLoader* loader, const Map& map,
+                                                                            std::span<const ImageId> near, ImageId photo,
+                                                                            std::span<const PairMatches> pairs) {
   const ReconstructionId into = map.image(photo).reconstruction;
-  std::set<PointPair> common;
-  for (const PairMatches& pair : pairs) {
-    if (!map.HasImage(pair.other) || map.image(pair.other).reconstruction != from) continue;
-    AppendCommon(map, photo, pair, &common);
-    VEDUTA_ASSIGN_OR_RETURN(const std::vector<PairNeighbor> neighbors, loader->snapshot().ListNeighbors(pair.other));
+  std::map<ReconstructionId, std::set<PointPair>> common;
+  const auto append = [&](ImageId image, const PairMatches& pair) {
+    if (!map.HasImage(pair.other) || map.image(pair.other).reconstruction == into) return Status::Ok();
+    const ImageId other[] = {pair.other};
+    VEDUTA_RETURN_IF_ERROR(loader->LoadNeighborhood(other));
+    AppendCommon(map, image, pair, &common[map.image(pair.other).reconstruction]);
+    return Status::Ok();
+  };
+  for (const PairMatches& pair : pairs) VEDUTA_RETURN_IF_ERROR(append(photo, pair));
+  for (const ImageId image : near) {
+    VEDUTA_ASSIGN_OR_RETURN(const std::vector<PairNeighbor> neighbors, loader->snapshot().ListNeighbors(image));
     for (const PairNeighbor& neighbor : neighbors) {
-      const ImageId near[] = {neighbor.image};
-      VEDUTA_RETURN_IF_ERROR(loader->LoadNeighborhood(near));
-      if (!map.HasImage(neighbor.image) || map.image(neighbor.image).reconstruction != into) continue;
-      VEDUTA_ASSIGN_OR_RETURN(const PairRecord stored, loader->snapshot().GetPair(neighbor.image, pair.other));
-      AppendCommon(map, neighbor.image, MatchesFrom(stored, neighbor.image), &common);
+      const ImageId other[] = {neighbor.image};
+      VEDUTA_RETURN_IF_ERROR(loader->LoadImages(other));
+      if (!map.HasImage(neighbor.image) || map.image(neighbor.image).reconstruction == into) continue;
+      VEDUTA_ASSIGN_OR_RETURN(const PairRecord stored, loader->snapshot().GetPair(image, neighbor.image));
+      VEDUTA_RETURN_IF_ERROR(append(image, MatchesFrom(stored, image)));
     }
   }
-  return std::vector(common.begin(), common.end());
+  std::map<ReconstructionId, std::vector<PointPair>> found;
+  for (const auto& [id, points] : common) found[id].assign(points.begin(), points.end());
+  return found;
 }
 
 std::optional<PointAlignment> AlignPoints(const Map& map, std::span<const PointPair> pairs, double error_px_max,

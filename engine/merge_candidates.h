@@ -3,6 +3,7 @@
 // What the view graph offers a mapper beyond one photo's own pairs: points common to two reconstructions, and the
 // views that could found one.
 
+#include <map>
 #include <optional>
 #include <span>
 #include <vector>
@@ -19,10 +20,12 @@ struct PointPair {
   auto operator<=>(const PointPair&) const = default;
 };
 
-// Points of the placed photo's reconstruction that a verified match names as points of `from`: by the photo's own
-// matches, and by the stored pairs between its neighbours there and images of its own reconstruction. Ascending.
-Result<std::vector<PointPair>> FindCommonPoints(MapLoader* loader, const Map& map, ImageId photo,
-                                                std::span<const PairMatches> pairs, ReconstructionId from);
+// What verified matches name as points of `into` and of another reconstruction: by the pairs of the images `near`, all
+// of `into`, and by `pairs` of `photo`, which are not stored yet. Ascending, by the other reconstruction. Loads what
+// it names, with the images around.
+Result<std::map<ReconstructionId, std::vector<PointPair>>> FindCommonPoints(MapLoader* loader, const Map& map,
+                                                                            std::span<const ImageId> near, ImageId photo,
+                                                                            std::span<const PairMatches> pairs);
 
 struct PointAlignment {
   Sim3 into_from;

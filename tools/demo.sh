@@ -6,21 +6,24 @@
 # then `fx V fy V cx V cy V`, and where the lens distorts `k1 V k2 V [u0 V v0 V]`; or set
 # VEDUTA_CAMERA='WxH fx,fy,cx,cy[,k1,k2[,u0,v0]]'.
 set -euo pipefail
+photos=${1:-}
+if [ -n "$photos" ]; then
+  [ -d "$photos" ] || { echo "demo.sh: there is no folder $photos" >&2; exit 1; }
+  photos=$(cd "$photos" && pwd)
+fi
 cd "$(dirname "$0")/.."
 tools/install.sh
 cmake --preset release
-cmake --build --preset release
+cmake --build --preset release --target veduta veduta-street veduta-picture
 bin=$PWD/build/release
 out=$PWD/out/demo
 rm -rf "$out"
 mkdir -p "$out"
 
-photos=${1:-}
 if [ -z "$photos" ]; then
   photos=$out/street/photos
   "$bin/tools/street/veduta-street" "$out/street" --photos 24
 fi
-[ -d "$photos" ] || { echo "demo.sh: there is no folder $photos" >&2; exit 1; }
 
 # "WxH fx,fy,cx,cy[,k1,k2[,u0,v0]]" from camera.txt, whose first two whole numbers are the size.
 camera=${VEDUTA_CAMERA:-}
@@ -47,11 +50,19 @@ params=${camera#* }
 db=$out/city.veduta
 "$bin/cli/veduta" init "$db"
 "$bin/cli/veduta" camera add "$db" demo --size "$size" --params "$params"
-"$bin/cli/veduta" add "$db" --camera demo "$photos" || true   # files that are no photos are named, and passed over
+# Photos only: a folder may hold other things beside them. Exit code 1 says that one was rejected, and which.
+(cd "$photos" && find . -type f | sed 's|^\./||' | LC_ALL=C sort) | { grep -i -E '\.(jpe?g|png|tiff?)$' || true; } \
+  > "$out/photos.txt"
+[ -s "$out/photos.txt" ] || { echo "demo.sh: $photos holds no photos" >&2; exit 1; }
+"$bin/cli/veduta" add "$db" --camera demo --list "$out/photos.txt" "$photos" || [ $? -eq 1 ]
 "$bin/cli/veduta" status "$db"
 "$bin/cli/veduta" verify "$db"
 "$bin/cli/veduta" export "$db" "$out/model" --format colmap
-"$bin/tools/picture/veduta-picture" "$out/model/0" "$out/model.png"
 echo "database: $db"
+if [ ! -d "$out/model/0" ]; then
+  echo "demo.sh: no three photos fit together, so there is no model; is the camera right?" >&2
+  exit 1
+fi
+"$bin/tools/picture/veduta-picture" "$out/model/0" "$out/model.png"
 echo "model:    $out/model"
 echo "picture:  $out/model.png"

@@ -15,8 +15,8 @@ namespace veduta {
 struct FoundingOptions {
   uint32_t common_points_min = 20;   // >= 3: seen in all three views; the paper's section 3.3
   double angle_deg_min = 2.0;        // (0, 90): of those points; likewise
-  uint32_t pairs_tried_max = 3;      // >= 1: best first
-  double explained_share_min = 0.5;  // [0, 1]: of the third view's correspondences that its pose must explain
+  uint32_t pairs_tried_max = 8;      // >= 1: best first
+  double explained_share_min = 0.4;  // [0, 1]: of the third view's correspondences that its pose must explain
   double rms_px_max = 1.5;           // > 0: after adjustment
   ResectionOptions resection;
   GrowthOptions growth;

@@ -100,7 +100,7 @@ bool TryTriangulate(Map* map, ImageId image, FeatureIndex feature, const std::ve
       best_track = std::move(track), best_position = *position, best_angle = angle;
     }
   }
-  if (best_track.empty()) return false;
+  if (best_track.size() < options.views_min) return false;
   map->AddPoint(image, best_position, std::move(best_track));
   return true;
 }

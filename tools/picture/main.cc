@@ -16,6 +16,7 @@ namespace {
 struct Point {
   Eigen::Vector3d position;
   cv::Vec3b bgr;
+  size_t view_count = 0;
 };
 
 struct Camera {
@@ -32,7 +33,9 @@ std::vector<Point> ReadPoints(const std::string& path) {
     uint64_t id;
     Point p;
     int r, g, b;
-    if (in >> id >> p.position.x() >> p.position.y() >> p.position.z() >> r >> g >> b) {
+    double error;
+    if (in >> id >> p.position.x() >> p.position.y() >> p.position.z() >> r >> g >> b >> error) {
+      for (uint64_t image, feature; in >> image >> feature;) ++p.view_count;
       p.bgr = cv::Vec3b(static_cast<uint8_t>(b), static_cast<uint8_t>(g), static_cast<uint8_t>(r));
       points.push_back(p);
     }
@@ -68,15 +71,24 @@ struct Drawing {
   Eigen::Vector2d middle = Eigen::Vector2d::Zero();
   double px_per_unit = 1;
 
-  // Fits all but the outermost 3 % on each side, for a few points always lie far away.
-  void Fit(const std::vector<Eigen::Vector3d>& positions) {
+  // Fits all cameras and the points, a point weighing as much as views see it, but for the outermost 8 % on each side:
+  // a few always lie far away, and what is seen most is what the photos are of.
+  void Fit(const std::vector<Point>& points, const std::vector<Camera>& cameras) {
     for (int k = 0; k < 2; ++k) {
       std::vector<double> along;
-      for (const auto& p : positions) along.push_back(axes.row(k).dot(p));
+      for (const Point& p : points) along.insert(along.end(), p.view_count, axes.row(k).dot(p.position));
       std::sort(along.begin(), along.end());
-      const double low = along[along.size() * 3 / 100], high = along[along.size() - 1 - along.size() * 3 / 100];
+      double low = 1e300, high = -1e300;
+      if (!along.empty()) {
+        low = along[along.size() * 8 / 100];
+        high = along[along.size() - 1 - along.size() * 8 / 100];
+      }
+      for (const Camera& c : cameras) {
+        low = std::min(low, axes.row(k).dot(c.center));
+        high = std::max(high, axes.row(k).dot(c.center));
+      }
       middle[k] = (low + high) / 2;
-      const double fit = 0.85 * (k == 0 ? image.cols : image.rows) / std::max(high - low, 1e-9);
+      const double fit = 0.9 * (k == 0 ? image.cols : image.rows) / std::max(high - low, 1e-9);
       px_per_unit = k == 0 ? fit : std::min(px_per_unit, fit);
     }
   }
@@ -119,13 +131,10 @@ int main(int argc, char** argv) {
     return 1;
   }
   Eigen::Vector3d up = Eigen::Vector3d::Zero(), ahead = Eigen::Vector3d::Zero();
-  std::vector<Eigen::Vector3d> positions;
   for (const Camera& c : cameras) {
     up -= c.world_from_cam.col(1);
     ahead += c.world_from_cam.col(2);
-    positions.push_back(c.center);
   }
-  for (const Point& p : points) positions.push_back(p.position);
   up.normalize();
   ahead -= ahead.dot(up) * up;
   if (ahead.norm() < 1e-6 * static_cast<double>(cameras.size())) ahead = up.unitOrthogonal();
@@ -135,11 +144,12 @@ int main(int argc, char** argv) {
   const Eigen::Vector3d back = std::sin(slant) * up - std::cos(slant) * ahead;
 
   cv::Mat sheet(900, 1800, CV_8UC3, cv::Scalar(255, 255, 255));
-  Drawing above{(Eigen::Matrix3d() << right.transpose(), ahead.transpose(), up.transpose()).finished(), sheet(cv::Rect(0, 0, 900, 900))};
+  Drawing above{(Eigen::Matrix3d() << right.transpose(), ahead.transpose(), up.transpose()).finished(),
+                sheet(cv::Rect(0, 0, 900, 900))};
   Drawing behind{(Eigen::Matrix3d() << right.transpose(), back.cross(right).transpose(), back.transpose()).finished(),
                  sheet(cv::Rect(900, 0, 900, 900))};
   for (Drawing* drawing : {&above, &behind}) {
-    drawing->Fit(positions);
+    drawing->Fit(points, cameras);
     Draw(drawing, points, cameras, 30 / drawing->px_per_unit);
   }
   if (!cv::imwrite(argv[2], sheet)) {
