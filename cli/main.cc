@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // The one binary: reads the command line and runs one command.
 
+#include <glog/logging.h>
 #include <malloc.h>
 
 #include <cstdio>
@@ -13,6 +14,7 @@ int main(int argc, char** argv) {
   // Photos come and go by the tens of megabytes: keep their pages rather than fault them in anew each time.
   mallopt(M_MMAP_THRESHOLD, 1 << 30);
   mallopt(M_TRIM_THRESHOLD, 1 << 30);
+  FLAGS_minloglevel = google::GLOG_FATAL;  // Ceres tells of steps that it then mends by itself
   cv::setNumThreads(1);  // one photo a thread serves better than many threads a photo
 
   CLI::App app(

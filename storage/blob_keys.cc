@@ -29,9 +29,9 @@ Status ScanBlobKeys(const DatabaseFiles& files, Family family, const rocksdb::Sn
   size_t page = kVersionsPerPage;
   for (;;) {
     std::vector<rocksdb::KeyVersion> versions;
-    VEDUTA_RETURN_IF_ERROR(FromRocksdb(
-        rocksdb::GetAllKeyVersions(&files.db(), files.handle(family), begin, end, page, &versions),
-        std::string("list family ") + FamilyName(family)));
+    VEDUTA_RETURN_IF_ERROR(
+        FromRocksdb(rocksdb::GetAllKeyVersions(&files.db(), files.handle(family), begin, end, page, &versions),
+                    std::string("list family ") + FamilyName(family)));
     const bool last_page = versions.size() < page;
     if (!last_page && versions.front().user_key == versions.back().user_key) {
       page *= 2;  // one key has more versions than a page holds

@@ -72,7 +72,8 @@ class DatabaseView final : public Database {
   }
 
   Status CreateCheckpoint(const std::string& path) override {
-    if (files_->read_only()) return Status::InvalidArgument("a database that is open for reading only makes no checkpoint");
+    if (files_->read_only())
+      return Status::InvalidArgument("a database that is open for reading only makes no checkpoint");
     rocksdb::FileSystem& fs = files_->file_system();
     if (fs.FileExists(path, rocksdb::IOOptions(), nullptr).ok()) return Status::AlreadyExists(path + " exists already");
     rocksdb::Checkpoint* raw = nullptr;
@@ -84,7 +85,8 @@ class DatabaseView final : public Database {
   }
 
   Status Compact() override {
-    if (files_->read_only()) return Status::InvalidArgument("a database that is open for reading only is not compacted");
+    if (files_->read_only())
+      return Status::InvalidArgument("a database that is open for reading only is not compacted");
     rocksdb::CompactRangeOptions options;
     options.bottommost_level_compaction = rocksdb::BottommostLevelCompaction::kForceOptimized;
     for (size_t i = 0; i < kFamilyCount; ++i) {

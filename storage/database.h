@@ -6,6 +6,9 @@
 //   Snapshot     an unchanging view; readers never wait for writers
 //   Transaction  writes that become visible and durable together, or not at all
 //
+// Snapshots, pinned values and transactions that are not committed keep the files open and locked after their
+// Database is gone: closing is complete when the last of them goes.
+//
 // Every function is thread-safe unless it says otherwise. Errors: kIoError with the operating system's word (a full
 // disk is named as such), kCorruption naming family and key, kNotFound naming what was asked for.
 
@@ -30,9 +33,11 @@ namespace veduta {
 inline constexpr uint32_t kFormatVersion = 1;
 
 struct DatabaseOptions {
-  bool create = false;     // make a new database; kAlreadyExists if one is there
-  bool read_only = false;  // no lock is taken; sees the state at the time of opening
-  bool sync_wal = true;    // false: a power cut may lose the last photos (a crash of the process does not)
+  bool create = false;  // make a new database; kAlreadyExists if one is there
+  // No lock is taken, nothing is written and nothing swept; sees the state at the time of opening. A value whose file
+  // another process's compaction has deleted since is kIoError: open again.
+  bool read_only = false;
+  bool sync_wal = true;  // false: a power cut may lose the last photos (a crash of the process does not)
   uint64_t block_cache_bytes = 256ull << 20;
   std::shared_ptr<rocksdb::FileSystem> file_system = nullptr;  // for tests; null is the operating system's
 };
@@ -44,15 +49,15 @@ struct DatabaseState {
   uint32_t next_reconstruction = 1;
   uint64_t next_journal = 1;
   uint64_t next_blob = 1;
-  uint32_t vocabulary_generation = 0;         // 0: none yet
-  uint32_t images_at_vocabulary = 0;          // count of retrievable images when it was trained
-  bool vocabulary_imported = false;           // given by a person: not re-trained
-  uint32_t retrievable_image_count = 0;       // images with features, N of eq 5
-  std::vector<ImageId> pending_propagation;   // placed views whose neighbours are still to be tried, oldest first
+  uint32_t vocabulary_generation = 0;        // 0: none yet
+  uint32_t images_at_vocabulary = 0;         // count of retrievable images when it was trained
+  bool vocabulary_imported = false;          // given by a person: not re-trained
+  uint32_t retrievable_image_count = 0;      // images with features, N of eq 5
+  std::vector<ImageId> pending_propagation;  // placed views whose neighbours are still to be tried, oldest first
   bool operator==(const DatabaseState&) const = default;
 };
 
-// A value read in place: the bytes stay valid as long as this lives.
+// A value read in place, not necessarily aligned: the bytes stay valid as long as this lives.
 class PinnedBytes {
  public:
   PinnedBytes();
@@ -94,10 +99,12 @@ class Snapshot {
 
   virtual Result<std::optional<PoseRecord>> FindPose(ImageId image) const = 0;
   virtual Status ScanPoses(const std::function<bool(const PoseRecord&)>& visit) const = 0;
-  virtual Result<std::vector<Observation>> GetObservations(ImageId image) const = 0;  // ascending features; may be empty
+  // Ascending features; may be empty.
+  virtual Result<std::vector<Observation>> GetObservations(ImageId image) const = 0;
 
   // Empty block (next_ordinal 1) where the image is home to none.
-  virtual Result<PointBlock> GetPointBlock(ReconstructionId reconstruction, uint32_t generation, ImageId home) const = 0;
+  virtual Result<PointBlock> GetPointBlock(ReconstructionId reconstruction, uint32_t generation,
+                                           ImageId home) const = 0;
   virtual Status ScanPointBlocks(ReconstructionId reconstruction, uint32_t generation,
                                  const std::function<bool(const PointBlock&)>& visit) const = 0;
 
@@ -106,7 +113,8 @@ class Snapshot {
   // Distinct words of one image, ascending.
   virtual Result<std::vector<WordId>> GetWords(uint32_t generation, ImageId image) const = 0;
   // images[i] are those that contain words[i], ascending; words ascend.
-  virtual Result<std::vector<std::vector<ImageId>>> GetPostings(uint32_t generation, std::span<const WordId> words) const = 0;
+  virtual Result<std::vector<std::vector<ImageId>>> GetPostings(uint32_t generation,
+                                                                std::span<const WordId> words) const = 0;
   virtual Status ScanPostings(uint32_t generation,
                               const std::function<bool(WordId, std::span<const ImageId>)>& visit) const = 0;
 
@@ -118,17 +126,22 @@ class Snapshot {
   virtual Status ScanFeatureKeys(const std::function<bool(const ContentHash&)>& visit) const = 0;
 };
 
-// Collects writes in memory; nothing is visible before Commit. Not thread-safe. Reads go to a Snapshot.
+// Collects writes in memory; nothing is visible before Commit. Not thread-safe. Reads go to a Snapshot, to be taken
+// after BeginTransaction: what was committed in between is then a conflict, and not overlooked.
+//
+// A record that breaks an invariant of its struct (storage/record_check.h: a number that is not finite, a list out
+// of order, an id of 0, ...) makes Commit fail with kInvalidArgument, and nothing is applied.
 class Transaction {
  public:
   virtual ~Transaction() = default;
 
-  virtual void PutState(const DatabaseState& state) = 0;
+  virtual void PutState(const DatabaseState& state) = 0;  // clears vocabulary_generation's write-ahead mark
   virtual void PutCamera(const CameraRecord& camera) = 0;
-  // Also indexes the image by name and, unless it is rejected, by photo hash; clears its write-ahead mark.
+  // Also indexes the image by name (unless it is rejected with kNameTaken: the name stays with its owner) and, unless
+  // it is rejected, by photo hash; clears its write-ahead mark, so what was written ahead stays even if rejected.
   virtual void PutImage(const ImageRecord& image) = 0;
   virtual void PutPair(const PairRecord& pair) = 0;
-  virtual void PutReconstruction(const ReconstructionRecord& reconstruction) = 0;
+  virtual void PutReconstruction(const ReconstructionRecord& reconstruction) = 0;  // clears points_generation's mark
   virtual void PutPose(const PoseRecord& pose) = 0;
   virtual void PutObservations(ImageId image, std::span<const Observation> observations) = 0;
   // Deletes the block when it holds no points and never did (next_ordinal 1).
@@ -140,15 +153,17 @@ class Transaction {
   virtual void AddJournal(const JournalRecord& record) = 0;
 
   virtual size_t size_bytes() const = 0;
-  // All or nothing; durable on return when the database syncs its WAL. kIoError leaves nothing applied, but a
-  // database whose write failed must be closed and opened again. Conflicts with another transaction on the state
-  // record give kBusy: nothing was applied. The transaction is spent either way.
+  // All or nothing; durable on return when the database syncs its WAL, together with everything written ahead before.
+  // kIoError leaves nothing visible; all later writes through this database fail, too, until it is opened again, and
+  // only then is it known whether the log had kept this commit: whole, or not at all. kBusy when another transaction
+  // has committed a state record since this one began: nothing was applied. The transaction is spent either way: a
+  // second Commit is kInvalidArgument, a Put after it aborts.
   virtual Status Commit() = 0;
 };
 
 struct DatabaseSizes {
-  uint64_t total_bytes = 0;  // files on disk
-  uint64_t photo_bytes = 0, feature_bytes = 0;
+  uint64_t total_bytes = 0;                     // files on disk
+  uint64_t photo_bytes = 0, feature_bytes = 0;  // in files, and in memory by the MiB
 };
 
 class Database {
@@ -162,9 +177,11 @@ class Database {
   virtual std::unique_ptr<Transaction> BeginTransaction() = 0;
 
   // Writes ahead of a commit: a photo and its features, marked so that the next Open deletes them unless an image
-  // with this photo has been committed by then. Idempotent.
-  virtual Status WritePhotoAhead(const ContentHash& photo, std::span<const uint8_t> bytes, const Features& features) = 0;
-  // Removes them again when the photo turned out not to be wanted.
+  // with this photo has been committed by then. Idempotent; writes nothing for a photo that is committed already.
+  virtual Status WritePhotoAhead(const ContentHash& photo, std::span<const uint8_t> bytes,
+                                 const Features& features) = 0;
+  // Takes back one WritePhotoAhead when the photo turned out not to be wanted: removes both unless an image with this
+  // photo has been committed, or another WritePhotoAhead of the same bytes has not been taken back.
   virtual Status DropPhotoAhead(const ContentHash& photo) = 0;
   // Point blocks of a generation that no record names yet; Open deletes those that stay unnamed.
   virtual Status WritePointBlocksAhead(ReconstructionId reconstruction, uint32_t generation,

@@ -24,7 +24,9 @@ class SilentLogger final : public rocksdb::Logger {
   void Logv(const char* /*format*/, va_list /*arguments*/) override {}
 };
 
-bool EndsWith(std::string_view text, std::string_view end) { return text.ends_with(end); }
+bool EndsWith(std::string_view text, std::string_view end) {
+  return text.ends_with(end);
+}
 
 Status SyncFolder(rocksdb::FileSystem& file_system, const std::string& folder) {
   std::unique_ptr<rocksdb::FSDirectory> directory;
@@ -38,15 +40,16 @@ Status SyncFolder(rocksdb::FileSystem& file_system, const std::string& folder) {
 bool IsLockHeld(const rocksdb::Status& status) {
   const std::string words = status.ToString();
   if (!status.IsIOError() || words.find("/LOCK: ") == std::string::npos) return false;
-  return words.find("While lock file") != std::string::npos || words.find("lock hold by current process") != std::string::npos;
+  return words.find("While lock file") != std::string::npos ||
+         words.find("lock hold by current process") != std::string::npos;
 }
 
 }  // namespace
 
 Status WriteMarker(rocksdb::FileSystem& file_system, const std::string& folder) {
   const std::string marker = folder + "/" + kMarkerFile;
-  VEDUTA_RETURN_IF_ERROR(
-      FromRocksdb(rocksdb::WriteStringToFile(&file_system, kMarkerText, marker, /*should_sync=*/true), "write " + marker));
+  VEDUTA_RETURN_IF_ERROR(FromRocksdb(
+      rocksdb::WriteStringToFile(&file_system, kMarkerText, marker, /*should_sync=*/true), "write " + marker));
   VEDUTA_RETURN_IF_ERROR(SyncFolder(file_system, folder));
   const std::filesystem::path absolute = std::filesystem::path(folder).is_absolute()
                                              ? std::filesystem::path(folder).lexically_normal()
@@ -177,7 +180,8 @@ Status DatabaseOpener::ReportUnknownFamily(const std::string& name) {
   if (rocksdb::DB::OpenForReadOnly(options, files_->path_, descriptors, &handles, &db).ok()) {
     std::string value;
     uint32_t number = 0;
-    if (db->Get(rocksdb::ReadOptions(), handles[1], rocksdb::Slice(kFormatKey.data(), kFormatKey.size()), &value).ok() &&
+    if (db->Get(rocksdb::ReadOptions(), handles[1], rocksdb::Slice(kFormatKey.data(), kFormatKey.size()), &value)
+            .ok() &&
         DecodeU32(value, &number).ok()) {
       version = "format " + std::to_string(number);
     }
@@ -198,9 +202,9 @@ Status DatabaseOpener::OpenRocksdb() {
 
   rocksdb::DB* db = nullptr;
   std::vector<rocksdb::ColumnFamilyHandle*> handles;
-  const rocksdb::Status status =
-      options_.read_only ? rocksdb::DB::OpenForReadOnly(options, files_->path_, descriptors, &handles, &db)
-                         : rocksdb::DB::Open(options, files_->path_, descriptors, &handles, &db);
+  const rocksdb::Status status = options_.read_only
+                                     ? rocksdb::DB::OpenForReadOnly(options, files_->path_, descriptors, &handles, &db)
+                                     : rocksdb::DB::Open(options, files_->path_, descriptors, &handles, &db);
   if (IsLockHeld(status)) {
     return Status::Busy("the database at " + files_->path_ +
                         " is in use by another veduta process; wait for it or stop it");

@@ -48,15 +48,31 @@ std::string_view HashBytes(const ContentHash& hash) {
 
 }  // namespace
 
-void AppendBigEndian32(std::string* key, uint32_t value) { AppendBigEndian(key, value); }
-void AppendBigEndian64(std::string* key, uint64_t value) { AppendBigEndian(key, value); }
-bool TakeBigEndian32(std::string_view* key, uint32_t* value) { return TakeBigEndian(key, value); }
-bool TakeBigEndian64(std::string_view* key, uint64_t* value) { return TakeBigEndian(key, value); }
+void AppendBigEndian32(std::string* key, uint32_t value) {
+  AppendBigEndian(key, value);
+}
+void AppendBigEndian64(std::string* key, uint64_t value) {
+  AppendBigEndian(key, value);
+}
+bool TakeBigEndian32(std::string_view* key, uint32_t* value) {
+  return TakeBigEndian(key, value);
+}
+bool TakeBigEndian64(std::string_view* key, uint64_t* value) {
+  return TakeBigEndian(key, value);
+}
 
-std::string CameraKey(CameraId id) { return Key32(id.value); }
-std::string ImageKey(ImageId id) { return Key32(id.value); }
-std::string ReconstructionKey(ReconstructionId id) { return Key32(id.value); }
-std::string HashKey(const ContentHash& hash) { return std::string(HashBytes(hash)); }
+std::string CameraKey(CameraId id) {
+  return Key32(id.value);
+}
+std::string ImageKey(ImageId id) {
+  return Key32(id.value);
+}
+std::string ReconstructionKey(ReconstructionId id) {
+  return Key32(id.value);
+}
+std::string HashKey(const ContentHash& hash) {
+  return std::string(HashBytes(hash));
+}
 
 bool ParseHashKey(std::string_view key, ContentHash* hash) {
   if (key.size() != hash->bytes.size()) return false;
@@ -64,7 +80,9 @@ bool ParseHashKey(std::string_view key, ContentHash* hash) {
   return true;
 }
 
-std::string NeighborPrefix(ImageId image) { return Tagged(PairEntry::kNeighbor, Key32(image.value)); }
+std::string NeighborPrefix(ImageId image) {
+  return Tagged(PairEntry::kNeighbor, Key32(image.value));
+}
 std::string NeighborKey(ImageId image, ImageId other) {
   return Tagged(PairEntry::kNeighbor, Key32x2(image.value, other.value));
 }
@@ -81,9 +99,15 @@ std::string PointBlockKey(ReconstructionId reconstruction, uint32_t generation, 
   return key;
 }
 
-std::string VocabularyKey(uint32_t generation) { return Key32(generation); }
-std::string WordsKey(uint32_t generation, ImageId image) { return Key32x2(generation, image.value); }
-std::string PostingsKey(uint32_t generation, WordId word) { return Key32x2(generation, word); }
+std::string VocabularyKey(uint32_t generation) {
+  return Key32(generation);
+}
+std::string WordsKey(uint32_t generation, ImageId image) {
+  return Key32x2(generation, image.value);
+}
+std::string PostingsKey(uint32_t generation, WordId word) {
+  return Key32x2(generation, word);
+}
 
 std::string JournalKey(uint64_t sequence) {
   std::string key;
@@ -91,11 +115,15 @@ std::string JournalKey(uint64_t sequence) {
   return key;
 }
 
-std::string PhotoMarkKey(const ContentHash& photo) { return Tagged(MarkKind::kPhoto, HashBytes(photo)); }
+std::string PhotoMarkKey(const ContentHash& photo) {
+  return Tagged(MarkKind::kPhoto, HashBytes(photo));
+}
 std::string PointBlocksMarkKey(ReconstructionId reconstruction, uint32_t generation) {
   return Tagged(MarkKind::kPointBlocks, Key32x2(reconstruction.value, generation));
 }
-std::string VocabularyMarkKey(uint32_t generation) { return Tagged(MarkKind::kVocabulary, Key32(generation)); }
+std::string VocabularyMarkKey(uint32_t generation) {
+  return Tagged(MarkKind::kVocabulary, Key32(generation));
+}
 
 std::string PrefixEnd(std::string_view prefix) {
   std::string end(prefix);
@@ -109,7 +137,8 @@ std::string PrefixEnd(std::string_view prefix) {
 }
 
 std::string KeyText(std::string_view key) {
-  const bool printable = !key.empty() && std::all_of(key.begin(), key.end(), [](char c) { return c >= ' ' && c <= '~'; });
+  const bool printable =
+      !key.empty() && std::all_of(key.begin(), key.end(), [](char c) { return c >= ' ' && c <= '~'; });
   if (printable) return "'" + std::string(key) + "'";
   static constexpr char kDigits[] = "0123456789abcdef";
   std::string text = "0x";

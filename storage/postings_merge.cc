@@ -63,6 +63,8 @@ class PostingsMerge final : public rocksdb::MergeOperator {
 
 }  // namespace
 
-std::shared_ptr<rocksdb::MergeOperator> MakePostingsMerge() { return std::make_shared<PostingsMerge>(); }
+std::shared_ptr<rocksdb::MergeOperator> MakePostingsMerge() {
+  return std::make_shared<PostingsMerge>();
+}
 
 }  // namespace veduta

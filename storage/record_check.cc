@@ -19,8 +19,7 @@ Status Broken(std::string_view field, const std::string& value, std::string_view
 }
 
 template <typename Number>
-  requires std::is_arithmetic_v<Number>
-Status Broken(std::string_view field, Number value, std::string_view rule) {
+requires std::is_arithmetic_v<Number> Status Broken(std::string_view field, Number value, std::string_view rule) {
   return Broken(field, std::to_string(value), rule);
 }
 
@@ -103,7 +102,8 @@ bool StrictlyAscending(std::span<const T> rows, Less less) {
 Status CheckPoint(const PointRecord& point, ImageId home, uint32_t next_ordinal) {
   if (point.id.home != home) return Broken("point's home", point.id.home.value, "the block's");
   if (point.id.ordinal == 0 || point.id.ordinal >= next_ordinal) {
-    return Broken("point's ordinal", point.id.ordinal, "from 1 up and below next_ordinal " + std::to_string(next_ordinal));
+    return Broken("point's ordinal", point.id.ordinal,
+                  "from 1 up and below next_ordinal " + std::to_string(next_ordinal));
   }
   if (!point.position.allFinite()) return Broken("point's position", point.position.sum(), "finite");
   if (!std::isfinite(point.error_px)) return Broken("point's error_px", point.error_px, "finite");
@@ -132,8 +132,8 @@ Status Check(const DatabaseState& state) {
 Status Check(const CameraRecord& camera) {
   VEDUTA_RETURN_IF_ERROR(CheckId("camera", camera.id));
   const CameraModel& m = camera.model;
-  return CheckFinite({{"fx", m.fx}, {"fy", m.fy}, {"cx", m.cx}, {"cy", m.cy},
-                      {"k1", m.k1}, {"k2", m.k2}, {"u0", m.u0}, {"v0", m.v0}});
+  return CheckFinite(
+      {{"fx", m.fx}, {"fy", m.fy}, {"cx", m.cx}, {"cy", m.cy}, {"k1", m.k1}, {"k2", m.k2}, {"u0", m.u0}, {"v0", m.v0}});
 }
 
 Status Check(const ImageRecord& image) {
@@ -180,7 +180,8 @@ Status Check(const ReconstructionRecord& reconstruction) {
     return Broken("merged_into", reconstruction.id.value, "another reconstruction");
   }
   const Sim3& s = reconstruction.merged_from_this;
-  if (!(std::isfinite(s.scale) && s.scale > 0)) return Broken("scale of merged_from_this", s.scale, "finite and above 0");
+  if (!(std::isfinite(s.scale) && s.scale > 0))
+    return Broken("scale of merged_from_this", s.scale, "finite and above 0");
   VEDUTA_RETURN_IF_ERROR(CheckTransform(s.rotation, s.translation));
   return CheckFinite({{"reprojection_error_px_sum", reconstruction.reprojection_error_px_sum}});
 }

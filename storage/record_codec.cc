@@ -15,13 +15,21 @@ namespace {
 static_assert(sizeof(Keypoint) == 24 && sizeof(FeatureMatch) == 8 && sizeof(Observation) == 12);
 static_assert(sizeof(TrackElement) == 8 && sizeof(ImageId) == 4);
 
-Status Damaged(const Status& check) { return check.ok() ? check : Status::Corruption(check.message()); }
+Status Damaged(const Status& check) {
+  return check.ok() ? check : Status::Corruption(check.message());
+}
 
-Status BadRows(std::string_view column) { return Status::Corruption(std::string(column) + " has a broken row"); }
+Status BadRows(std::string_view column) {
+  return Status::Corruption(std::string(column) + " has a broken row");
+}
 
 // Text may hold any bytes: names of files need not be UTF-8.
-capnp::Text::Reader AsText(const std::string& text) { return {text.c_str(), text.size()}; }
-std::string FromText(capnp::Text::Reader text) { return {text.begin(), text.size()}; }
+capnp::Text::Reader AsText(const std::string& text) {
+  return {text.c_str(), text.size()};
+}
+std::string FromText(capnp::Text::Reader text) {
+  return {text.begin(), text.size()};
+}
 
 void Fill(schema::Rigid::Builder to, const Eigen::Quaterniond& rotation, const Eigen::Vector3d& translation) {
   to.setQw(rotation.w());
@@ -95,8 +103,8 @@ Status Decode(std::string_view value, CameraId id, CameraRecord* camera) {
     camera->id = id;
     camera->name = FromText(from.getName());
     camera->source = FromText(from.getSource());
-    camera->model = {from.getWidthPx(), from.getHeightPx(), from.getFx(), from.getFy(), from.getCx(), from.getCy(),
-                     from.getK1(),      from.getK2(),       from.getU0(), from.getV0()};
+    camera->model = {from.getWidthPx(), from.getHeightPx(), from.getFx(), from.getFy(), from.getCx(),
+                     from.getCy(),      from.getK1(),       from.getK2(), from.getU0(), from.getV0()};
     return Damaged(Check(*camera));
   });
 }
@@ -198,7 +206,8 @@ Result<std::string> Encode(const ReconstructionRecord& reconstruction) {
   return WriteMessage<schema::Reconstruction>(0, [&](auto to) {
     to.setMergedInto(reconstruction.merged_into.value);
     to.setMergedFromThisScale(reconstruction.merged_from_this.scale);
-    Fill(to.initMergedFromThis(), reconstruction.merged_from_this.rotation, reconstruction.merged_from_this.translation);
+    Fill(to.initMergedFromThis(), reconstruction.merged_from_this.rotation,
+         reconstruction.merged_from_this.translation);
     to.setImageCount(reconstruction.image_count);
     to.setPointCount(reconstruction.point_count);
     to.setObservationCount(reconstruction.observation_count);
@@ -246,9 +255,8 @@ Status Decode(std::string_view value, ImageId image, PoseRecord* pose) {
 
 Result<std::string> Encode(std::span<const Observation> observations) {
   VEDUTA_RETURN_IF_ERROR(Check(observations));
-  return WriteMessage<schema::Observations>(observations.size_bytes(), [&](auto to) {
-    to.setRows(AsData(observations.data(), observations.size()));
-  });
+  return WriteMessage<schema::Observations>(
+      observations.size_bytes(), [&](auto to) { to.setRows(AsData(observations.data(), observations.size())); });
 }
 
 Status Decode(std::string_view value, std::vector<Observation>* observations) {
@@ -304,10 +312,13 @@ Status DecodeImages(std::string_view value, std::vector<ImageId>* images) {
   return Damaged(CheckImages(*images));
 }
 
-std::string EncodeU32(uint32_t value) { return {reinterpret_cast<const char*>(&value), sizeof(value)}; }
+std::string EncodeU32(uint32_t value) {
+  return {reinterpret_cast<const char*>(&value), sizeof(value)};
+}
 
 Status DecodeU32(std::string_view value, uint32_t* number) {
-  if (value.size() != sizeof(*number)) return Status::Corruption("a number of " + std::to_string(value.size()) + " bytes");
+  if (value.size() != sizeof(*number))
+    return Status::Corruption("a number of " + std::to_string(value.size()) + " bytes");
   std::memcpy(number, value.data(), sizeof(*number));
   return Status::Ok();
 }

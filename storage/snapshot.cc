@@ -13,7 +13,9 @@
 namespace veduta {
 namespace {
 
-std::string Number(uint64_t value) { return std::to_string(value); }
+std::string Number(uint64_t value) {
+  return std::to_string(value);
+}
 
 // The u32 that a key ends with, after its prefix.
 Status IdAfter(size_t prefix_bytes, std::string_view key, uint32_t* id) {
@@ -31,21 +33,26 @@ class SnapshotView final : public Snapshot {
 
   Result<DatabaseState> GetState() const override {
     DatabaseState state;
-    VEDUTA_RETURN_IF_ERROR(GetRecord(Family::kMeta, kStateKey, [] { return "the state"; }, &state));
+    VEDUTA_RETURN_IF_ERROR(GetRecord(
+        Family::kMeta, kStateKey, [] { return "the state"; }, &state));
     return state;
   }
 
   Result<CameraRecord> GetCamera(CameraId id) const override {
     CameraRecord camera;
-    VEDUTA_RETURN_IF_ERROR(GetRecord(Family::kCameras, CameraKey(id), [&] { return "camera " + Number(id.value); }, &camera, id));
+    VEDUTA_RETURN_IF_ERROR(GetRecord(
+        Family::kCameras, CameraKey(id), [&] { return "camera " + Number(id.value); }, &camera, id));
     return camera;
   }
 
-  Result<std::vector<CameraRecord>> ListCameras() const override { return List<CameraId, CameraRecord>(Family::kCameras); }
+  Result<std::vector<CameraRecord>> ListCameras() const override {
+    return List<CameraId, CameraRecord>(Family::kCameras);
+  }
 
   Result<ImageRecord> GetImage(ImageId id) const override {
     ImageRecord image;
-    VEDUTA_RETURN_IF_ERROR(GetRecord(Family::kImages, ImageKey(id), [&] { return "image " + Number(id.value); }, &image, id));
+    VEDUTA_RETURN_IF_ERROR(GetRecord(
+        Family::kImages, ImageKey(id), [&] { return "image " + Number(id.value); }, &image, id));
     return image;
   }
 
@@ -67,8 +74,8 @@ class SnapshotView final : public Snapshot {
 
   Result<Features> GetFeatures(const ContentHash& photo) const override {
     Features features;
-    VEDUTA_RETURN_IF_ERROR(
-        GetRecord(Family::kFeatures, HashKey(photo), [&] { return "features of photo " + photo.Hex(); }, &features));
+    VEDUTA_RETURN_IF_ERROR(GetRecord(
+        Family::kFeatures, HashKey(photo), [&] { return "features of photo " + photo.Hex(); }, &features));
     return features;
   }
 
@@ -77,7 +84,8 @@ class SnapshotView final : public Snapshot {
     PairRecord pair;
     VEDUTA_RETURN_IF_ERROR(GetRecord(
         Family::kPairs, PairKey(smaller, larger),
-        [&] { return "pair of images " + Number(smaller.value) + " and " + Number(larger.value); }, &pair, smaller, larger));
+        [&] { return "pair of images " + Number(smaller.value) + " and " + Number(larger.value); }, &pair, smaller,
+        larger));
     return pair;
   }
 
@@ -94,7 +102,8 @@ class SnapshotView final : public Snapshot {
   Result<ReconstructionRecord> GetReconstruction(ReconstructionId id) const override {
     ReconstructionRecord record;
     VEDUTA_RETURN_IF_ERROR(GetRecord(
-        Family::kReconstructions, ReconstructionKey(id), [&] { return "reconstruction " + Number(id.value); }, &record, id));
+        Family::kReconstructions, ReconstructionKey(id), [&] { return "reconstruction " + Number(id.value); }, &record,
+        id));
     return record;
   }
 
@@ -132,7 +141,8 @@ class SnapshotView final : public Snapshot {
   }
 
   Result<PinnedBytes> GetVocabulary(uint32_t generation) const override {
-    return GetBytes(Family::kVocabulary, VocabularyKey(generation), [&] { return "vocabulary generation " + Number(generation); });
+    return GetBytes(Family::kVocabulary, VocabularyKey(generation),
+                    [&] { return "vocabulary generation " + Number(generation); });
   }
 
   Result<std::vector<WordId>> GetWords(uint32_t generation, ImageId image) const override {
@@ -140,14 +150,16 @@ class SnapshotView final : public Snapshot {
     rocksdb::PinnableSlice value;
     VEDUTA_ASSIGN_OR_RETURN(const bool found, reader_.Find(Family::kWords, key, &value));
     if (!found) {
-      return Status::NotFound("there are no words of image " + Number(image.value) + " in vocabulary generation " + Number(generation));
+      return Status::NotFound("there are no words of image " + Number(image.value) + " in vocabulary generation " +
+                              Number(generation));
     }
     std::vector<WordId> words;
     VEDUTA_RETURN_IF_ERROR(InValue(Family::kWords, key, DecodeWords(value.ToStringView(), &words)));
     return words;
   }
 
-  Result<std::vector<std::vector<ImageId>>> GetPostings(uint32_t generation, std::span<const WordId> words) const override {
+  Result<std::vector<std::vector<ImageId>>> GetPostings(uint32_t generation,
+                                                        std::span<const WordId> words) const override {
     VEDUTA_RETURN_IF_ERROR(CheckWords(words));
     std::vector<std::string> keys;
     keys.reserve(words.size());

@@ -25,7 +25,8 @@ class WriteTransaction final : public Transaction {
 
   void PutState(const DatabaseState& state) override {
     buffer().Put(Family::kMeta, kStateKey, Encode(state));
-    if (state.vocabulary_generation != 0) buffer().Delete(Family::kQueue, VocabularyMarkKey(state.vocabulary_generation));
+    if (state.vocabulary_generation != 0)
+      buffer().Delete(Family::kQueue, VocabularyMarkKey(state.vocabulary_generation));
     changes_state_ = true;
   }
 
@@ -132,7 +133,8 @@ class WriteTransaction final : public Transaction {
 
 }  // namespace
 
-std::unique_ptr<Transaction> MakeTransaction(std::shared_ptr<DatabaseFiles> files, std::shared_ptr<PhotoClaims> claims) {
+std::unique_ptr<Transaction> MakeTransaction(std::shared_ptr<DatabaseFiles> files,
+                                             std::shared_ptr<PhotoClaims> claims) {
   return std::make_unique<WriteTransaction>(std::move(files), std::move(claims));
 }
 

@@ -9,15 +9,20 @@
 namespace veduta {
 namespace {
 
-rocksdb::Slice AsSlice(std::string_view text) { return {text.data(), text.size()}; }
+rocksdb::Slice AsSlice(std::string_view text) {
+  return {text.data(), text.size()};
+}
 
-std::string Doing(Family family) { return std::string("read family ") + FamilyName(family); }
+std::string Doing(Family family) {
+  return std::string("read family ") + FamilyName(family);
+}
 
 }  // namespace
 
 Status InValue(Family family, std::string_view key, const Status& status) {
   if (status.ok()) return status;
-  return Status(status.code(), std::string("family ") + FamilyName(family) + ", key " + KeyText(key) + ": " + status.message());
+  return Status(status.code(),
+                std::string("family ") + FamilyName(family) + ", key " + KeyText(key) + ": " + status.message());
 }
 
 ValueReader::ValueReader(const DatabaseFiles& files, const rocksdb::Snapshot* snapshot) : files_(files) {

@@ -31,7 +31,8 @@ class ValueReader final {
   Status Scan(Family family, std::string_view prefix, std::string_view first, const Visit& visit) const;
 
   // As Find for many keys, which ascend; values of keys that are not there are empty.
-  Status FindMany(Family family, const std::vector<std::string>& keys, std::vector<rocksdb::PinnableSlice>* values) const;
+  Status FindMany(Family family, const std::vector<std::string>& keys,
+                  std::vector<rocksdb::PinnableSlice>* values) const;
 
  private:
   const DatabaseFiles& files_;

@@ -7,7 +7,9 @@
 namespace veduta {
 namespace {
 
-rocksdb::Slice AsSlice(std::string_view text) { return {text.data(), text.size()}; }
+rocksdb::Slice AsSlice(std::string_view text) {
+  return {text.data(), text.size()};
+}
 
 }  // namespace
 
@@ -28,15 +30,17 @@ void WriteBuffer::Put(Family family, std::string_view key, const Result<std::str
     Put(family, key, std::string_view(*value));
     return;
   }
-  Fail(Status(value.status().code(), std::string("a record cannot be stored in family ") + FamilyName(family) + ", key " +
-                                         KeyText(key) + ": " + value.status().message()));
+  Fail(Status(value.status().code(), std::string("a record cannot be stored in family ") + FamilyName(family) +
+                                         ", key " + KeyText(key) + ": " + value.status().message()));
 }
 
 void WriteBuffer::Merge(Family family, std::string_view key, std::string_view operand) {
   Note(batch_.Merge(files_.handle(family), AsSlice(key), AsSlice(operand)));
 }
 
-void WriteBuffer::Delete(Family family, std::string_view key) { Note(batch_.Delete(files_.handle(family), AsSlice(key))); }
+void WriteBuffer::Delete(Family family, std::string_view key) {
+  Note(batch_.Delete(files_.handle(family), AsSlice(key)));
+}
 
 void WriteBuffer::DeletePrefix(Family family, std::string_view prefix) {
   Note(batch_.DeleteRange(files_.handle(family), AsSlice(prefix), PrefixEnd(prefix)));

@@ -108,7 +108,7 @@ BestPose SearchPose(std::span<const Eigen::Vector2d> x_a, std::span<const Eigen:
       if (optimized.inliers <= best.inliers) continue;
       best = optimized;
       samples_needed = std::min(options.samples_max, SamplesNeeded(options.confidence, best.inliers / double(n), 5));
-      samples_needed = std::max(samples_needed, 20u);
+      samples_needed = std::max(samples_needed, options.samples_min);
     }
   }
   return best;

@@ -21,7 +21,8 @@ namespace veduta {
 namespace {
 
 // Does something to the database's files with RocksDB alone, as damage would.
-void WithRocksdb(const std::string& path, const std::function<void(rocksdb::DB&, rocksdb::ColumnFamilyHandle*)>& act, Family family) {
+void WithRocksdb(const std::string& path, const std::function<void(rocksdb::DB&, rocksdb::ColumnFamilyHandle*)>& act,
+                 Family family) {
   std::vector<rocksdb::ColumnFamilyDescriptor> descriptors = {{"default", {}}};
   for (size_t i = 0; i < kFamilyCount; ++i) {
     descriptors.emplace_back(FamilyName(static_cast<Family>(i)), FamilyOptions(static_cast<Family>(i), nullptr));
@@ -126,12 +127,14 @@ void ExpectEverything(const Database& database) {
   EXPECT_EQ(snapshot->GetObservations(ImageId(2))->size(), 1u);
   EXPECT_EQ(snapshot->GetPointBlock(ReconstructionId(1), 4, ImageId(1))->points.size(), 20u);
   std::vector<size_t> sizes;
-  EXPECT_OK(snapshot->ScanPointBlocks(ReconstructionId(1), 4, [&](const PointBlock& block) { return sizes.push_back(block.points.size()), true; }));
+  EXPECT_OK(snapshot->ScanPointBlocks(
+      ReconstructionId(1), 4, [&](const PointBlock& block) { return sizes.push_back(block.points.size()), true; }));
   EXPECT_EQ(sizes, (std::vector<size_t>{20, 10}));
   EXPECT_EQ(snapshot->GetVocabulary(1)->bytes().size(), 5000u);
   EXPECT_EQ(*snapshot->GetWords(1, ImageId(2)), (std::vector<WordId>{4, 9}));
   std::vector<std::string> details;
-  EXPECT_OK(snapshot->ScanJournal(2, [&](const JournalRecord& record) { return details.push_back(record.detail), true; }));
+  EXPECT_OK(
+      snapshot->ScanJournal(2, [&](const JournalRecord& record) { return details.push_back(record.detail), true; }));
   EXPECT_EQ(details, (std::vector<std::string>{"two", "three"}));
 }
 
@@ -156,10 +159,12 @@ TEST(Database, CreateRefusesWhatIsThere) {
   const Status not_empty = Database::Open(folder.path(), {.create = true}).status();
   EXPECT_EQ(not_empty.code(), StatusCode::kAlreadyExists);
   EXPECT_NE(not_empty.message().find("not empty"), std::string::npos) << not_empty.message();
-  EXPECT_EQ(std::distance(std::filesystem::directory_iterator(folder.path()), {}), 1) << "it must not leave anything there";
+  EXPECT_EQ(std::distance(std::filesystem::directory_iterator(folder.path()), {}), 1)
+      << "it must not leave anything there";
 
   auto database = MustCreate(folder / "db");
-  EXPECT_EQ(Database::Open(folder / "db", {.create = true}).status().code(), StatusCode::kAlreadyExists) << "while open";
+  EXPECT_EQ(Database::Open(folder / "db", {.create = true}).status().code(), StatusCode::kAlreadyExists)
+      << "while open";
   database.reset();
   EXPECT_EQ(Database::Open(folder / "db", {.create = true}).status().code(), StatusCode::kAlreadyExists);
   EXPECT_NE(MustOpen(folder / "db", {}), nullptr);
@@ -241,19 +246,26 @@ TEST(Database, SnapshotKeepsTheFilesOpen) {
 TEST(Database, OtherVersionsAreNamed) {
   const TemporaryFolder folder;
   MustCreate(folder / "db").reset();
-  WithRocksdb(folder / "db", [](rocksdb::DB& db, rocksdb::ColumnFamilyHandle* meta) {
-    ASSERT_TRUE(db.Put(rocksdb::WriteOptions(), meta, rocksdb::Slice("format"), EncodeU32(kFormatVersion + 6)).ok());
-  }, Family::kMeta);
+  WithRocksdb(
+      folder / "db",
+      [](rocksdb::DB& db, rocksdb::ColumnFamilyHandle* meta) {
+        ASSERT_TRUE(
+            db.Put(rocksdb::WriteOptions(), meta, rocksdb::Slice("format"), EncodeU32(kFormatVersion + 6)).ok());
+      },
+      Family::kMeta);
   const Status newer = Database::Open(folder / "db", {}).status();
   EXPECT_EQ(newer.code(), StatusCode::kCorruption);
   EXPECT_NE(newer.message().find("format 7"), std::string::npos) << newer.message();
   EXPECT_NE(newer.message().find("format 1"), std::string::npos) << newer.message();
   // A family of a later version: RocksDB would not even open it.
-  WithRocksdb(folder / "db", [](rocksdb::DB& db, rocksdb::ColumnFamilyHandle*) {
-    rocksdb::ColumnFamilyHandle* handle = nullptr;
-    ASSERT_TRUE(db.CreateColumnFamily(rocksdb::ColumnFamilyOptions(), "depth", &handle).ok());
-    db.DestroyColumnFamilyHandle(handle);
-  }, Family::kMeta);
+  WithRocksdb(
+      folder / "db",
+      [](rocksdb::DB& db, rocksdb::ColumnFamilyHandle*) {
+        rocksdb::ColumnFamilyHandle* handle = nullptr;
+        ASSERT_TRUE(db.CreateColumnFamily(rocksdb::ColumnFamilyOptions(), "depth", &handle).ok());
+        db.DestroyColumnFamilyHandle(handle);
+      },
+      Family::kMeta);
   for (const bool read_only : {false, true}) {
     const Status family = Database::Open(folder / "db", {.read_only = read_only}).status();
     EXPECT_EQ(family.code(), StatusCode::kCorruption);
@@ -265,9 +277,12 @@ TEST(Database, OtherVersionsAreNamed) {
 TEST(Database, InterruptedCreationIsFinishedByCreatingAgain) {
   const TemporaryFolder folder;
   MustCreate(folder / "db").reset();
-  WithRocksdb(folder / "db", [](rocksdb::DB& db, rocksdb::ColumnFamilyHandle* meta) {
-    ASSERT_TRUE(db.Delete(rocksdb::WriteOptions(), meta, rocksdb::Slice("format")).ok());
-  }, Family::kMeta);
+  WithRocksdb(
+      folder / "db",
+      [](rocksdb::DB& db, rocksdb::ColumnFamilyHandle* meta) {
+        ASSERT_TRUE(db.Delete(rocksdb::WriteOptions(), meta, rocksdb::Slice("format")).ok());
+      },
+      Family::kMeta);
   const Status interrupted = Database::Open(folder / "db", {}).status();
   EXPECT_EQ(interrupted.code(), StatusCode::kNotFound);
   EXPECT_NE(interrupted.message().find("interrupted"), std::string::npos) << interrupted.message();
@@ -280,13 +295,18 @@ TEST(Database, DamagedValueNamesFamilyAndKey) {
   auto database = MustCreate(folder / "db");
   PutEverything(*database);
   database.reset();
-  WithRocksdb(folder / "db", [](rocksdb::DB& db, rocksdb::ColumnFamilyHandle* images) {
-    ASSERT_TRUE(db.Put(rocksdb::WriteOptions(), images, ImageKey(ImageId(2)), rocksdb::Slice("not a message")).ok());
-  }, Family::kImages);
+  WithRocksdb(
+      folder / "db",
+      [](rocksdb::DB& db, rocksdb::ColumnFamilyHandle* images) {
+        ASSERT_TRUE(
+            db.Put(rocksdb::WriteOptions(), images, ImageKey(ImageId(2)), rocksdb::Slice("not a message")).ok());
+      },
+      Family::kImages);
   database = MustOpen(folder / "db", {});
   const auto snapshot = database->GetSnapshot();
   EXPECT_OK(snapshot->GetImage(ImageId(1)));
-  for (const Status& status : {snapshot->GetImage(ImageId(2)).status(), snapshot->ScanImages([](const ImageRecord&) { return true; })}) {
+  for (const Status& status :
+       {snapshot->GetImage(ImageId(2)).status(), snapshot->ScanImages([](const ImageRecord&) { return true; })}) {
     EXPECT_EQ(status.code(), StatusCode::kCorruption);
     EXPECT_NE(status.message().find("family images"), std::string::npos) << status.message();
     EXPECT_NE(status.message().find("0x00000002"), std::string::npos) << status.message();
@@ -423,7 +443,8 @@ TEST(Database, EmptyRecordsAreDeletions) {
   ASSERT_OK(transaction->Commit());
   const auto snapshot = database->GetSnapshot();
   EXPECT_TRUE(snapshot->GetObservations(ImageId(2))->empty());
-  EXPECT_EQ(snapshot->GetPointBlock(ReconstructionId(1), 4, ImageId(2))->next_ordinal, 21u) << "ordinals are never used again";
+  EXPECT_EQ(snapshot->GetPointBlock(ReconstructionId(1), 4, ImageId(2))->next_ordinal, 21u)
+      << "ordinals are never used again";
   size_t blocks = 0;
   EXPECT_OK(snapshot->ScanPointBlocks(ReconstructionId(1), 4, [&](const PointBlock&) { return ++blocks, true; }));
   EXPECT_EQ(blocks, 1u);
@@ -494,7 +515,8 @@ TEST(Database, ReadOnlyWritesNothing) {
   database.reset();
   const auto list = [&] {
     std::map<std::string, uintmax_t> files;
-    for (const auto& entry : std::filesystem::directory_iterator(folder / "db")) files[entry.path().filename()] = entry.file_size();
+    for (const auto& entry : std::filesystem::directory_iterator(folder / "db"))
+      files[entry.path().filename()] = entry.file_size();
     return files;
   };
   const auto before = list();
@@ -502,13 +524,15 @@ TEST(Database, ReadOnlyWritesNothing) {
   auto transaction = database->BeginTransaction();
   transaction->PutImage(SampleImage(5));
   EXPECT_EQ(transaction->Commit().code(), StatusCode::kInvalidArgument);
-  EXPECT_EQ(database->WritePhotoAhead(SampleHash(9), SampleBytes(9, 10), Features()).code(), StatusCode::kInvalidArgument);
+  EXPECT_EQ(database->WritePhotoAhead(SampleHash(9), SampleBytes(9, 10), Features()).code(),
+            StatusCode::kInvalidArgument);
   EXPECT_EQ(database->Compact().code(), StatusCode::kInvalidArgument);
   EXPECT_EQ(database->CreateCheckpoint(folder / "copy").code(), StatusCode::kInvalidArgument);
   EXPECT_OK(database->GetSizes());
   database.reset();
   EXPECT_EQ(list(), before);
-  EXPECT_EQ(Database::Open(folder / "new", {.create = true, .read_only = true}).status().code(), StatusCode::kInvalidArgument);
+  EXPECT_EQ(Database::Open(folder / "new", {.create = true, .read_only = true}).status().code(),
+            StatusCode::kInvalidArgument);
 }
 
 TEST(Database, ReadersAndAWriterAtOnce) {

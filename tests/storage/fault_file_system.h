@@ -3,8 +3,9 @@
 // A file system for crash tests: it fails chosen writes and forgets what was never synced, as a power cut would.
 //
 //   auto fs = std::make_shared<FaultFileSystem>();          options.file_system = fs;
-//   fs->FailWrites(n, Fault::kIoError, 1);                  // the n-th write operation from now fails, then all is well
-//   fs->FailWrites(n, Fault::kNoSpace, FaultFileSystem::kForever);   // ... and so does every later one: a full disk
+//   fs->FailWrites(n, Fault::kIoError, 1);                  // the n-th write operation from now fails, then all is
+//   well fs->FailWrites(n, Fault::kNoSpace, FaultFileSystem::kForever);   // ... and so does every later one: a full
+//   disk
 //   ... use the database, note what it acknowledges, destroy it (and its snapshots) ...
 //   fs->Heal();                                             // open it again: a crash of the process
 //
@@ -95,7 +96,8 @@ class FaultFileSystem final : public rocksdb::FileSystemWrapper {
     return rocksdb::IOStatus::NotSupported("FaultFileSystem does not reuse files");
   }
   rocksdb::IOStatus NewDirectory(const std::string& name, const rocksdb::IOOptions& options,
-                                 std::unique_ptr<rocksdb::FSDirectory>* result, rocksdb::IODebugContext* debug) override;
+                                 std::unique_ptr<rocksdb::FSDirectory>* result,
+                                 rocksdb::IODebugContext* debug) override;
   rocksdb::IOStatus DeleteFile(const std::string& name, const rocksdb::IOOptions& options,
                                rocksdb::IODebugContext* debug) override;
   rocksdb::IOStatus Truncate(const std::string& name, size_t size, const rocksdb::IOOptions& options,
@@ -116,8 +118,8 @@ class FaultFileSystem final : public rocksdb::FileSystemWrapper {
   };
   // A change of a folder that is not durable yet.
   struct Change {
-    std::string path;                      // made, or renamed to
-    std::string renamed_from;              // empty when made
+    std::string path;                     // made, or renamed to
+    std::string renamed_from;             // empty when made
     std::optional<std::string> replaced;  // what the rename wrote over
   };
   struct Disk {
@@ -159,7 +161,9 @@ inline rocksdb::IOStatus FaultFileSystem::Disk::Count() {
                                   : rocksdb::IOStatus::IOError("injected fault");
 }
 
-inline void FaultFileSystem::Disk::Made(const std::string& path) { changes.push_back({Normal(path).string(), "", {}}); }
+inline void FaultFileSystem::Disk::Made(const std::string& path) {
+  changes.push_back({Normal(path).string(), "", {}});
+}
 
 // Renames what is tracked under `from`, a file or a folder, along with it.
 inline void FaultFileSystem::Disk::MoveTracked(const std::string& from, const std::string& to) {
@@ -207,7 +211,8 @@ class FaultFileSystem::File final : public rocksdb::FSWritableFileOwnerWrapper {
                                      const rocksdb::DataVerificationInfo&, rocksdb::IODebugContext*) override {
     return rocksdb::IOStatus::NotSupported("FaultFileSystem has no direct writes");
   }
-  rocksdb::IOStatus Truncate(uint64_t size, const rocksdb::IOOptions& options, rocksdb::IODebugContext* debug) override {
+  rocksdb::IOStatus Truncate(uint64_t size, const rocksdb::IOOptions& options,
+                             rocksdb::IODebugContext* debug) override {
     const std::lock_guard lock(disk_->mutex);
     const rocksdb::IOStatus fault = disk_->Count();
     if (!fault.ok()) return fault;
@@ -276,7 +281,8 @@ inline rocksdb::IOStatus FaultFileSystem::NewWritableFile(const std::string& nam
   return made;
 }
 
-inline rocksdb::IOStatus FaultFileSystem::ReopenWritableFile(const std::string& name, const rocksdb::FileOptions& options,
+inline rocksdb::IOStatus FaultFileSystem::ReopenWritableFile(const std::string& name,
+                                                             const rocksdb::FileOptions& options,
                                                              std::unique_ptr<rocksdb::FSWritableFile>* result,
                                                              rocksdb::IODebugContext* debug) {
   const std::lock_guard lock(disk_->mutex);
@@ -316,8 +322,8 @@ inline rocksdb::IOStatus FaultFileSystem::DeleteFile(const std::string& name, co
   return deleted;
 }
 
-inline rocksdb::IOStatus FaultFileSystem::Truncate(const std::string& name, size_t size, const rocksdb::IOOptions& options,
-                                                   rocksdb::IODebugContext* debug) {
+inline rocksdb::IOStatus FaultFileSystem::Truncate(const std::string& name, size_t size,
+                                                   const rocksdb::IOOptions& options, rocksdb::IODebugContext* debug) {
   const std::lock_guard lock(disk_->mutex);
   const rocksdb::IOStatus fault = disk_->Count();
   if (!fault.ok()) return fault;
@@ -346,7 +352,8 @@ inline rocksdb::IOStatus FaultFileSystem::CreateDirIfMissing(const std::string& 
 }
 
 inline rocksdb::IOStatus FaultFileSystem::RenameFile(const std::string& from, const std::string& to,
-                                                     const rocksdb::IOOptions& options, rocksdb::IODebugContext* debug) {
+                                                     const rocksdb::IOOptions& options,
+                                                     rocksdb::IODebugContext* debug) {
   const std::lock_guard lock(disk_->mutex);
   const rocksdb::IOStatus fault = disk_->Count();
   if (!fault.ok()) return fault;
@@ -354,7 +361,8 @@ inline rocksdb::IOStatus FaultFileSystem::RenameFile(const std::string& from, co
   const std::string old_path = Disk::Normal(from).string(), new_path = Disk::Normal(to).string();
   const auto overwritten = disk_->files.find(new_path);
   // Of a file that was written over, a power cut brings back what was durable of it.
-  if (replaced && overwritten != disk_->files.end()) replaced->resize(std::min<size_t>(replaced->size(), overwritten->second->synced));
+  if (replaced && overwritten != disk_->files.end())
+    replaced->resize(std::min<size_t>(replaced->size(), overwritten->second->synced));
   const rocksdb::IOStatus renamed = target()->RenameFile(from, to, options, debug);
   if (!renamed.ok()) return renamed;
   disk_->files.erase(new_path);

@@ -55,10 +55,12 @@ uint32_t RunScenario(const std::string& path, const DatabaseOptions& options, bo
       return acknowledged;
     }
     acknowledged = id;
-    if (compacts && id == kCompactAfter) database.Compact().IgnoreBecause("it may be what fails; the commits after it tell");
+    if (compacts && id == kCompactAfter)
+      database.Compact().IgnoreBecause("it may be what fails; the commits after it tell");
   }
   // One write-ahead that no commit follows.
-  database.WritePhotoAhead(SampleHash(99), SampleBytes(99, 500), SampleFeatures(99, 3)).IgnoreBecause("it may be what fails");
+  database.WritePhotoAhead(SampleHash(99), SampleBytes(99, 500), SampleFeatures(99, 3))
+      .IgnoreBecause("it may be what fails");
   return acknowledged;
 }
 
@@ -206,14 +208,28 @@ void Sweep(const Case& c, uint64_t step) {
 
 constexpr uint64_t kForever = FaultFileSystem::kForever;
 
-TEST(FaultSweep, OneWriteOfACommitFails) { Sweep({Fault::kIoError, 1, false, false, false}, 3); }
-TEST(FaultSweep, OneWriteOfACommitFailsThenThePowerIsCut) { Sweep({Fault::kIoError, 1, true, false, false}, 1); }
+TEST(FaultSweep, OneWriteOfACommitFails) {
+  Sweep({Fault::kIoError, 1, false, false, false}, 3);
+}
+TEST(FaultSweep, OneWriteOfACommitFailsThenThePowerIsCut) {
+  Sweep({Fault::kIoError, 1, true, false, false}, 1);
+}
 // Compaction writes much, and most of it alike: a sample.
-TEST(FaultSweep, OneWriteFails) { Sweep({Fault::kIoError, 1, false, true, false}, 9); }
-TEST(FaultSweep, OneWriteFailsThenThePowerIsCut) { Sweep({Fault::kIoError, 1, true, true, false}, 7); }
-TEST(FaultSweep, DiskIsFullThenTheProcessDies) { Sweep({Fault::kNoSpace, kForever, false, true, false}, 9); }
-TEST(FaultSweep, DiskDiesThenThePowerIsCut) { Sweep({Fault::kIoError, kForever, true, true, false}, 11); }
-TEST(FaultSweep, CreationFailsAndThePowerIsCut) { Sweep({Fault::kIoError, kForever, true, false, true}, 9); }
+TEST(FaultSweep, OneWriteFails) {
+  Sweep({Fault::kIoError, 1, false, true, false}, 9);
+}
+TEST(FaultSweep, OneWriteFailsThenThePowerIsCut) {
+  Sweep({Fault::kIoError, 1, true, true, false}, 7);
+}
+TEST(FaultSweep, DiskIsFullThenTheProcessDies) {
+  Sweep({Fault::kNoSpace, kForever, false, true, false}, 9);
+}
+TEST(FaultSweep, DiskDiesThenThePowerIsCut) {
+  Sweep({Fault::kIoError, kForever, true, true, false}, 11);
+}
+TEST(FaultSweep, CreationFailsAndThePowerIsCut) {
+  Sweep({Fault::kIoError, kForever, true, false, true}, 9);
+}
 
 TEST(FaultSweep, FullDiskIsNamed) {
   const TemporaryFolder folder;

@@ -83,7 +83,8 @@ TEST(Postings, WrittenAheadThenAddedTo) {
 TEST(Postings, WordsMustAscend) {
   const TemporaryFolder folder;
   auto database = MustCreate(folder / "db");
-  EXPECT_EQ(database->GetSnapshot()->GetPostings(1, std::vector<WordId>{4, 3}).status().code(), StatusCode::kInvalidArgument);
+  EXPECT_EQ(database->GetSnapshot()->GetPostings(1, std::vector<WordId>{4, 3}).status().code(),
+            StatusCode::kInvalidArgument);
 }
 
 std::string Operand(const std::vector<uint32_t>& ids) {
@@ -94,11 +95,13 @@ std::string Operand(const std::vector<uint32_t>& ids) {
 
 TEST(Postings, OperatorIsAssociative) {
   const auto merge = MakePostingsMerge();
-  const std::vector<std::string> operands = {Operand({5}), Operand({1, 9}), Operand({}), Operand({9, 10, 300}), Operand({2}), Operand({5})};
+  const std::vector<std::string> operands = {Operand({5}),          Operand({1, 9}), Operand({}),
+                                             Operand({9, 10, 300}), Operand({2}),    Operand({5})};
   const std::string expected = Operand({1, 2, 5, 9, 10, 300});
   for (size_t cut = 0; cut <= operands.size(); ++cut) {
     // The first `cut` operands are a stored value, the others are merged among themselves first.
-    const std::deque<rocksdb::Slice> head(operands.begin(), operands.begin() + cut), tail(operands.begin() + cut, operands.end());
+    const std::deque<rocksdb::Slice> head(operands.begin(), operands.begin() + cut),
+        tail(operands.begin() + cut, operands.end());
     std::string stored, partial;
     ASSERT_TRUE(merge->PartialMergeMulti("key", head, &stored, nullptr));
     ASSERT_TRUE(merge->PartialMergeMulti("key", tail, &partial, nullptr));

@@ -59,7 +59,8 @@ TEST(RecordCodec, State) {
 }
 
 TEST(RecordCodec, Camera) {
-  CameraRecord camera{CameraId(kMax), "Nikon \xFF\xC3 not UTF-8", {1, 2, 3.5, 4, 5, 6, -7, 8, 9, -0.0}, std::string("a\0b", 3)};
+  CameraRecord camera{
+      CameraId(kMax), "Nikon \xFF\xC3 not UTF-8", {1, 2, 3.5, 4, 5, 6, -7, 8, 9, -0.0}, std::string("a\0b", 3)};
   CameraRecord decoded;
   RoundTrip(camera, &decoded, camera.id);
   EXPECT_EQ(decoded.id, camera.id);
@@ -185,7 +186,8 @@ TEST(RecordCodec, PointBlock) {
 }
 
 TEST(RecordCodec, Journal) {
-  const JournalRecord record{std::numeric_limits<uint64_t>::max(), -5, "veduta", "merge", ImageId(3), ReconstructionId(4), "2 into 1"};
+  const JournalRecord record{
+      std::numeric_limits<uint64_t>::max(), -5, "veduta", "merge", ImageId(3), ReconstructionId(4), "2 into 1"};
   JournalRecord decoded;
   RoundTrip(record, &decoded, record.sequence);
   EXPECT_EQ(decoded.sequence, record.sequence);
@@ -284,7 +286,8 @@ std::string Damage(std::string value, SeededRandom* random) {
       }
       break;
     case 1:  // where the pointers are
-      value[random->Below(std::min<uint32_t>(static_cast<uint32_t>(value.size()), 128))] ^= static_cast<char>(1 + random->Below(255));
+      value[random->Below(std::min<uint32_t>(static_cast<uint32_t>(value.size()), 128))] ^=
+          static_cast<char>(1 + random->Below(255));
       break;
     case 2:
       value.resize(random->Below(static_cast<uint32_t>(value.size())));
@@ -345,7 +348,8 @@ TEST(RecordCodec, EveryCutIsCorruption) {
   const std::string value = *Encode(SampleBlock(3, 4));
   for (size_t size = 0; size < value.size(); ++size) {
     PointBlock block;
-    EXPECT_EQ(Decode(std::string_view(value).substr(0, size), ImageId(3), &block).code(), StatusCode::kCorruption) << size;
+    EXPECT_EQ(Decode(std::string_view(value).substr(0, size), ImageId(3), &block).code(), StatusCode::kCorruption)
+        << size;
   }
 }
 

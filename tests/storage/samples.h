@@ -55,11 +55,14 @@ inline std::vector<uint8_t> SampleBytes(uint64_t seed, size_t size) {
   return bytes;
 }
 
-inline ContentHash SampleHash(uint64_t seed) { return HashContent(SampleBytes(seed, 8)); }
+inline ContentHash SampleHash(uint64_t seed) {
+  return HashContent(SampleBytes(seed, 8));
+}
 
 inline Rigid3 SampleRigid(SeededRandom* random) {
   Rigid3 rigid;
-  rigid.rotation = Eigen::Quaterniond(random->Unit() + 0.1, random->Unit(), random->Unit(), random->Unit()).normalized();
+  rigid.rotation =
+      Eigen::Quaterniond(random->Unit() + 0.1, random->Unit(), random->Unit(), random->Unit()).normalized();
   rigid.translation = {random->Unit() * 10, -random->Unit(), random->Unit()};
   return rigid;
 }
@@ -75,7 +78,8 @@ inline Features SampleFeatures(uint64_t seed, size_t count) {
     k.angle_deg = static_cast<float>(random.Unit() * 360);
     k.response = static_cast<float>(random.Unit());
     k.contrast_sign = random.Below(2) == 0 ? -1 : 1;
-    k.rgb = {static_cast<uint8_t>(random.Next()), static_cast<uint8_t>(random.Next()), static_cast<uint8_t>(random.Next())};
+    k.rgb = {static_cast<uint8_t>(random.Next()), static_cast<uint8_t>(random.Next()),
+             static_cast<uint8_t>(random.Next())};
     features.keypoints.push_back(k);
   }
   features.descriptors = SampleBytes(seed + 1, count * kDescriptorSize);
