@@ -95,19 +95,22 @@ int Add(const AddArguments& arguments) {
   Status added;
   {
     Progress progress(submissions->size());
-    added = (*engine)->AddPhotos(*submissions, [&](const AddOutcome& outcome) {
-      const std::string word = VerdictWord(outcome);
-      ++counts[word];
-      counts["propagated"] += outcome.propagated.size();
-      refused |= !outcome.duplicate && outcome.verdict == Verdict::kRejected;
-      if (arguments.json) {
-        PrintJson(outcome);
-      } else {
-        std::printf("%-10s %s: %s\n", word.c_str(), outcome.name.c_str(), ReasonSentence(outcome).c_str());
-        std::fflush(stdout);
-      }
-      progress.Advance(word);
-    }, stop.token());
+    added = (*engine)->AddPhotos(
+        *submissions,
+        [&](const AddOutcome& outcome) {
+          const std::string word = VerdictWord(outcome);
+          ++counts[word];
+          counts["propagated"] += outcome.propagated.size();
+          refused |= !outcome.duplicate && outcome.verdict == Verdict::kRejected;
+          if (arguments.json) {
+            PrintJson(outcome);
+          } else {
+            std::printf("%-10s %s: %s\n", word.c_str(), outcome.name.c_str(), ReasonSentence(outcome).c_str());
+            std::fflush(stdout);
+          }
+          progress.Advance(word);
+        },
+        stop.token());
   }
   std::string summary;
   for (const auto& [word, count] : counts) {

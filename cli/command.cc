@@ -9,8 +9,10 @@ int Fail(const Status& status) {
   std::fprintf(stderr, "veduta: %s\n", status.message().c_str());
   switch (status.code()) {
     case StatusCode::kBusy:
-    case StatusCode::kCorruption: return kDatabaseUnusable;
-    default: return kNotDone;
+    case StatusCode::kCorruption:
+      return kDatabaseUnusable;
+    default:
+      return kNotDone;
   }
 }
 

@@ -15,7 +15,7 @@ int main(int argc, char** argv) {
   mallopt(M_MMAP_THRESHOLD, 1 << 30);
   mallopt(M_TRIM_THRESHOLD, 1 << 30);
   FLAGS_minloglevel = google::GLOG_FATAL;  // Ceres tells of steps that it then mends by itself
-  cv::setNumThreads(1);  // one photo a thread serves better than many threads a photo
+  cv::setNumThreads(1);                    // one photo a thread serves better than many threads a photo
 
   CLI::App app(
       "Veduta: a database of a city's photographs that knows where each was taken and what the city looks like in 3D.");

@@ -10,7 +10,7 @@
 namespace veduta {
 
 struct ListedPhoto {
-  std::string name;    // in the database
+  std::string name;  // in the database
   std::string path;
   std::string camera;  // empty: the command's
 };

@@ -28,7 +28,9 @@ std::string Duration(double seconds) {
 Progress::Progress(size_t total)
     : total_(total), is_terminal_(isatty(STDERR_FILENO)), start_(Clock::now()), drawn_(start_) {}
 
-Progress::~Progress() { Erase(); }
+Progress::~Progress() {
+  Erase();
+}
 
 void Progress::Erase() {
   if (is_terminal_) std::fprintf(stderr, "\r\033[K");

@@ -19,8 +19,11 @@ int PrintStatus(const std::string& db, bool json) {
   if (json) {
     nlohmann::ordered_json reconstructions = nlohmann::ordered_json::array();
     for (const ReconstructionRecord& r : status->reconstructions) {
-      reconstructions.push_back({{"id", r.id.value}, {"images", r.image_count}, {"points", r.point_count},
-                                 {"observations", r.observation_count}, {"reprojection_error_px_mean", MeanError(r)}});
+      reconstructions.push_back({{"id", r.id.value},
+                                 {"images", r.image_count},
+                                 {"points", r.point_count},
+                                 {"observations", r.observation_count},
+                                 {"reprojection_error_px_mean", MeanError(r)}});
     }
     const nlohmann::ordered_json out = {{"images", status->images},
                                         {"placed", status->placed},

@@ -17,7 +17,9 @@ namespace {
 
 constexpr double kColmapPixelOffset = 0.5;
 
-bool IsOpenCvModel(const CameraModel& m) { return IsDistorted(m) && m.u0 == m.cx && m.v0 == m.cy; }
+bool IsOpenCvModel(const CameraModel& m) {
+  return IsDistorted(m) && m.u0 == m.cx && m.v0 == m.cy;
+}
 
 Result<std::ofstream> Create(const std::filesystem::path& path) {
   std::ofstream file(path);
@@ -51,18 +53,20 @@ class ModelWriter {
     const auto path = folder_ / "points3D.txt";
     VEDUTA_ASSIGN_OR_RETURN(std::ofstream file, Create(path));
     file << "# POINT3D_ID, X, Y, Z, R, G, B, ERROR, TRACK[] as (IMAGE_ID, POINT2D_IDX)\n";
-    VEDUTA_RETURN_IF_ERROR(snapshot_.ScanPointBlocks(record_.id, record_.points_generation, [&](const PointBlock& block) {
-      for (const PointRecord& point : block.points) {
-        const uint64_t number = numbers_.size() + 1;
-        numbers_[point.id] = number;
-        file << number << ' ' << point.position.x() << ' ' << point.position.y() << ' ' << point.position.z();
-        for (const uint8_t channel : point.rgb) file << ' ' << static_cast<int>(channel);
-        file << ' ' << point.error_px;
-        for (const TrackElement& element : point.track) file << ' ' << element.image.value << ' ' << element.feature;
-        file << '\n';
-      }
-      return true;
-    }));
+    VEDUTA_RETURN_IF_ERROR(
+        snapshot_.ScanPointBlocks(record_.id, record_.points_generation, [&](const PointBlock& block) {
+          for (const PointRecord& point : block.points) {
+            const uint64_t number = numbers_.size() + 1;
+            numbers_[point.id] = number;
+            file << number << ' ' << point.position.x() << ' ' << point.position.y() << ' ' << point.position.z();
+            for (const uint8_t channel : point.rgb) file << ' ' << static_cast<int>(channel);
+            file << ' ' << point.error_px;
+            for (const TrackElement& element : point.track)
+              file << ' ' << element.image.value << ' ' << element.feature;
+            file << '\n';
+          }
+          return true;
+        }));
     return Close(&file, path);
   }
 
@@ -78,8 +82,8 @@ class ModelWriter {
       cameras_.insert(image.camera);
       const Eigen::Quaterniond& q = pose.cam_from_world.rotation;
       const Eigen::Vector3d& t = pose.cam_from_world.translation;
-      file << image.id.value << ' ' << q.w() << ' ' << q.x() << ' ' << q.y() << ' ' << q.z() << ' ' << t.x() << ' ' << t.y() << ' '
-           << t.z() << ' ' << image.camera.value << ' ' << image.name << '\n';
+      file << image.id.value << ' ' << q.w() << ' ' << q.x() << ' ' << q.y() << ' ' << q.z() << ' ' << t.x() << ' '
+           << t.y() << ' ' << t.z() << ' ' << image.camera.value << ' ' << image.name << '\n';
       auto next = observations.begin();
       for (FeatureIndex f = 0; f < features.size(); ++f) {
         Eigen::Vector2d x(features.keypoints[f].x_px, features.keypoints[f].y_px);
@@ -103,8 +107,8 @@ class ModelWriter {
     for (const CameraId id : cameras_) {
       VEDUTA_ASSIGN_OR_RETURN(const CameraRecord camera, snapshot_.GetCamera(id));
       const CameraModel& m = camera.model;
-      file << id.value << ' ' << (IsOpenCvModel(m) ? "OPENCV" : "PINHOLE") << ' ' << m.width_px << ' ' << m.height_px << ' '
-           << m.fx << ' ' << m.fy << ' ' << m.cx + kColmapPixelOffset << ' ' << m.cy + kColmapPixelOffset;
+      file << id.value << ' ' << (IsOpenCvModel(m) ? "OPENCV" : "PINHOLE") << ' ' << m.width_px << ' ' << m.height_px
+           << ' ' << m.fx << ' ' << m.fy << ' ' << m.cx + kColmapPixelOffset << ' ' << m.cy + kColmapPixelOffset;
       if (IsOpenCvModel(m)) file << ' ' << m.k1 << ' ' << m.k2 << " 0 0";
       file << '\n';
     }
@@ -127,7 +131,8 @@ Result<std::vector<ExportedModel>> ExportColmap(const Snapshot& snapshot, const 
   }
   VEDUTA_ASSIGN_OR_RETURN(std::vector<ReconstructionRecord> records, snapshot.ListReconstructions());
   std::erase_if(records, [](const ReconstructionRecord& r) { return r.merged_into.valid(); });
-  std::stable_sort(records.begin(), records.end(), [](const auto& a, const auto& b) { return a.image_count > b.image_count; });
+  std::stable_sort(records.begin(), records.end(),
+                   [](const auto& a, const auto& b) { return a.image_count > b.image_count; });
   std::map<ReconstructionId, std::vector<PoseRecord>> poses;
   VEDUTA_RETURN_IF_ERROR(snapshot.ScanPoses([&](const PoseRecord& pose) {
     poses[pose.reconstruction].push_back(pose);

@@ -18,7 +18,9 @@ class Feed {
     return *this;
   }
   template <typename Tag, typename Integer>
-  Feed& operator<<(StrongId<Tag, Integer> id) { return *this << id.value; }
+  Feed& operator<<(StrongId<Tag, Integer> id) {
+    return *this << id.value;
+  }
   Feed& operator<<(PointId id) { return *this << id.home << id.ordinal; }
   Feed& operator<<(const std::string& text) {
     *this << static_cast<uint64_t>(text.size());
@@ -40,12 +42,14 @@ class Feed {
 
 void Add(const CameraRecord& camera, Feed* feed) {
   const CameraModel& m = camera.model;
-  *feed << camera.id << camera.name << m.width_px << m.height_px << m.fx << m.fy << m.cx << m.cy << m.k1 << m.k2 << m.u0 << m.v0;
+  *feed << camera.id << camera.name << m.width_px << m.height_px << m.fx << m.fy << m.cx << m.cy << m.k1 << m.k2 << m.u0
+        << m.v0;
 }
 
 void Add(const ImageRecord& image, Feed* feed) {
-  *feed << image.id << image.name << image.photo << image.camera << image.width_px << image.height_px << image.size_bytes
-        << image.feature_count << image.contributor << image.verdict << image.reason << image.detail;
+  *feed << image.id << image.name << image.photo << image.camera << image.width_px << image.height_px
+        << image.size_bytes << image.feature_count << image.contributor << image.verdict << image.reason
+        << image.detail;
 }
 
 void Add(const ReconstructionRecord& record, Feed* feed) {
@@ -69,7 +73,8 @@ Status AddImage(const Snapshot& snapshot, const ImageRecord& image, uint32_t gen
   VEDUTA_ASSIGN_OR_RETURN(const PinnedBytes photo, snapshot.GetPhoto(image.photo));
   *feed << HashContent(photo.bytes());
   VEDUTA_ASSIGN_OR_RETURN(const Features features, snapshot.GetFeatures(image.photo));
-  for (const Keypoint& k : features.keypoints) *feed << k.x_px << k.y_px << k.scale_px << k.angle_deg << k.response << k.contrast_sign;
+  for (const Keypoint& k : features.keypoints)
+    *feed << k.x_px << k.y_px << k.scale_px << k.angle_deg << k.response << k.contrast_sign;
   *feed << HashContent(features.descriptors);
   VEDUTA_ASSIGN_OR_RETURN(const std::vector<PairNeighbor> neighbors, snapshot.ListNeighbors(image.id));
   for (const PairNeighbor& neighbor : neighbors) {
@@ -119,11 +124,12 @@ Result<ContentHash> DigestOf(const Snapshot& snapshot) {
   if (state.vocabulary_generation != 0) {
     VEDUTA_ASSIGN_OR_RETURN(const PinnedBytes tree, snapshot.GetVocabulary(state.vocabulary_generation));
     feed << HashContent(tree.bytes());
-    VEDUTA_RETURN_IF_ERROR(snapshot.ScanPostings(state.vocabulary_generation, [&](WordId word, std::span<const ImageId> images) {
-      feed << word << static_cast<uint64_t>(images.size());
-      for (const ImageId id : images) feed << id;
-      return true;
-    }));
+    VEDUTA_RETURN_IF_ERROR(
+        snapshot.ScanPostings(state.vocabulary_generation, [&](WordId word, std::span<const ImageId> images) {
+          feed << word << static_cast<uint64_t>(images.size());
+          for (const ImageId id : images) feed << id;
+          return true;
+        }));
   }
   return feed.Finish();
 }

@@ -10,7 +10,10 @@ namespace veduta {
 class Engine::Lookahead {
  public:
   Lookahead(const PhotoPreparer& preparer, std::span<const PhotoSubmission> photos, ThreadPool* pool)
-      : preparer_(preparer), photos_(photos), pool_(pool), window_(2 * pool->thread_count() + 1),
+      : preparer_(preparer),
+        photos_(photos),
+        pool_(pool),
+        window_(2 * pool->thread_count() + 1),
         slots_(photos.size()) {}
   ~Lookahead() {
     std::unique_lock lock(mutex_);
@@ -79,7 +82,8 @@ Result<std::unique_ptr<Engine>> Engine::Open(const std::string& path, EngineOpti
   engine->tables_ = std::make_unique<UndistortCache>(options.undistort_cache_bytes);
   engine->preparer_ = std::make_unique<PhotoPreparer>(engine->database_.get(), engine->tables_.get(), options.prepare);
   engine->retrieval_ = std::make_unique<Retrieval>(options.ingest.retrieval);
-  engine->features_ = std::make_unique<ImageFeatureCache>(options.ingest.feature_cache_bytes, options.ingest.matched_count_max);
+  engine->features_ =
+      std::make_unique<ImageFeatureCache>(options.ingest.feature_cache_bytes, options.ingest.matched_count_max);
   engine->pool_ = std::make_unique<ThreadPool>(options.thread_count - 1);
   engine->ingest_ = std::make_unique<Ingest>(engine->database_.get(), engine->retrieval_.get(), engine->features_.get(),
                                              engine->pool_.get(), options.ingest);
@@ -105,7 +109,8 @@ Result<CameraId> Engine::AddCamera(const std::string& name, const CameraModel& m
   const Result<CameraRecord> known = FindCamera(name);
   if (known.ok()) {
     if (known->model == model) return known->id;
-    return Status::AlreadyExists("camera '" + name + "' exists with other intrinsics; photos rely on it, so give the new one another name");
+    return Status::AlreadyExists("camera '" + name +
+                                 "' exists with other intrinsics; photos rely on it, so give the new one another name");
   }
   if (known.status().code() != StatusCode::kNotFound) return known.status();
   VEDUTA_ASSIGN_OR_RETURN(DatabaseState state, database_->GetSnapshot()->GetState());
@@ -129,7 +134,8 @@ Status Engine::AddPhotos(std::span<const PhotoSubmission> photos, const std::fun
                                " photos; run the same command again to go on");
     }
     VEDUTA_ASSIGN_OR_RETURN(PreparedPhoto photo, lookahead.Take(i));
-    VEDUTA_ASSIGN_OR_RETURN(AddOutcome outcome, ingest_->Apply(std::move(photo), photos[i].camera, photos[i].contributor));
+    VEDUTA_ASSIGN_OR_RETURN(AddOutcome outcome,
+                            ingest_->Apply(std::move(photo), photos[i].camera, photos[i].contributor));
     Stopwatch watch;
     VEDUTA_ASSIGN_OR_RETURN(outcome.propagated, ingest_->FinishDue());
     outcome.times.follow_ms = watch.LapMs();

@@ -33,8 +33,9 @@ Result<std::shared_ptr<const ImageFeatures>> ImageFeatureCache::Get(const Snapsh
   VEDUTA_ASSIGN_OR_RETURN(const ImageRecord image, snapshot.GetImage(id));
   VEDUTA_ASSIGN_OR_RETURN(const CameraRecord camera, snapshot.GetCamera(image.camera));
   VEDUTA_ASSIGN_OR_RETURN(Features features, snapshot.GetFeatures(image.photo));
-  VEDUTA_ASSIGN_OR_RETURN(auto made, ImageFeatures::Make(id, camera.model, std::make_shared<const Features>(std::move(features)),
-                                                         matched_count_max_));
+  VEDUTA_ASSIGN_OR_RETURN(
+      auto made,
+      ImageFeatures::Make(id, camera.model, std::make_shared<const Features>(std::move(features)), matched_count_max_));
   Put(made);
   return made;
 }

@@ -21,9 +21,9 @@ struct ImageFeatures {
   ImageId id;
   Pinhole camera;
   uint32_t width_px = 0, height_px = 0;
-  std::shared_ptr<const Features> features;     // all of them
-  std::shared_ptr<const FeatureGrid> grid;      // of all of them
-  PackedDescriptors packed;                     // of the strongest
+  std::shared_ptr<const Features> features;  // all of them
+  std::shared_ptr<const FeatureGrid> grid;   // of all of them
+  PackedDescriptors packed;                  // of the strongest
 
   size_t size_bytes() const;
 

@@ -107,13 +107,15 @@ Result<AddOutcome> Ingest::Apply(PreparedPhoto photo, const CameraRecord& camera
   TrimMap();
   MapLoader loader(snapshot, features_, &map_);
   const auto stored_features = std::make_shared<const Features>(std::move(photo.features));
-  VEDUTA_ASSIGN_OR_RETURN(const auto image, ImageFeatures::Make(record.id, camera.model, stored_features, options_.matched_count_max));
+  VEDUTA_ASSIGN_OR_RETURN(const auto image,
+                          ImageFeatures::Make(record.id, camera.model, stored_features, options_.matched_count_max));
 
   VEDUTA_ASSIGN_OR_RETURN(const std::vector<WordId> words, retrieval_->Words(*snapshot, *stored_features));
-  VEDUTA_ASSIGN_OR_RETURN(const std::vector<RankedImage> candidates, retrieval_->Candidates(*snapshot, *stored_features));
+  VEDUTA_ASSIGN_OR_RETURN(const std::vector<RankedImage> candidates,
+                          retrieval_->Candidates(*snapshot, *stored_features));
   outcome.times.retrieve_ms = watch.LapMs();
-  VEDUTA_ASSIGN_OR_RETURN(const NeighborSearch search, FindNeighbors(*image, candidates, seed, &loader, map_, features_, pool_,
-                                                                     options_.neighbors));
+  VEDUTA_ASSIGN_OR_RETURN(const NeighborSearch search,
+                          FindNeighbors(*image, candidates, seed, &loader, map_, features_, pool_, options_.neighbors));
   const double search_ms = watch.LapMs(), pair_ms = std::max(search.match_ms + search.verify_ms, 1e-9);
   outcome.times.match_ms = search_ms * search.match_ms / pair_ms;
   outcome.times.verify_ms = search_ms * search.verify_ms / pair_ms;
@@ -234,7 +236,8 @@ Status Ingest::WriteChanges(const Snapshot& snapshot, const Placement& placement
     ++from->geometry_version;
   }
   for (const auto& [id, change] : map_.changes().counts) {
-    const bool merged_away = std::any_of(placement.merges.begin(), placement.merges.end(), [&, id = id](const Merge& m) { return m.from == id; });
+    const bool merged_away = std::any_of(placement.merges.begin(), placement.merges.end(),
+                                         [&, id = id](const Merge& m) { return m.from == id; });
     VEDUTA_ASSIGN_OR_RETURN(ReconstructionRecord* const record, record_of(merged_away ? placement.reconstruction : id));
     record->point_count += change.points;
     record->observation_count += change.observations;
@@ -298,7 +301,8 @@ Result<std::vector<ImageId>> Ingest::RetryNext(const DatabaseState& old_state) {
       pairs.push_back(MatchesFrom(pair, id));
     }
     Mapper mapper(&loader, &map_, pool_, options_.mapper);
-    VEDUTA_ASSIGN_OR_RETURN(placement, mapper.Place(*features, pairs, ReconstructionId(state.next_reconstruction), MixSeed(record.photo.Seed(), 1)));
+    VEDUTA_ASSIGN_OR_RETURN(placement, mapper.Place(*features, pairs, ReconstructionId(state.next_reconstruction),
+                                                    MixSeed(record.photo.Seed(), 1)));
     record.reason = placement.reason == Reason::kRegistered ? Reason::kPropagated : placement.reason;
     record.verdict = placement.verdict;
     record.detail = placement.detail;
@@ -316,7 +320,8 @@ Result<std::vector<ImageId>> Ingest::RetryNext(const DatabaseState& old_state) {
 
 bool Ingest::IsAdjustmentDue(const ReconstructionRecord& record) const {
   if (record.merged_into.valid()) return false;
-  const double step = std::max<double>(options_.schedule.views_step, options_.schedule.growth_share * record.images_at_adjustment);
+  const double step =
+      std::max<double>(options_.schedule.views_step, options_.schedule.growth_share * record.images_at_adjustment);
   return record.image_count >= record.images_at_adjustment + step ||
          (record.images_at_adjustment == 0 && record.image_count > 0);
 }
@@ -324,7 +329,8 @@ bool Ingest::IsAdjustmentDue(const ReconstructionRecord& record) const {
 Result<bool> Ingest::AdjustNext() {
   const std::shared_ptr<const Snapshot> snapshot = database_->GetSnapshot();
   VEDUTA_ASSIGN_OR_RETURN(const std::vector<ReconstructionRecord> all, snapshot->ListReconstructions());
-  const auto due = std::find_if(all.begin(), all.end(), [&](const ReconstructionRecord& r) { return IsAdjustmentDue(r); });
+  const auto due =
+      std::find_if(all.begin(), all.end(), [&](const ReconstructionRecord& r) { return IsAdjustmentDue(r); });
   if (due == all.end()) return false;
   MapLoader loader(snapshot, features_, &map_);
   Mapper mapper(&loader, &map_, pool_, options_.mapper);
@@ -333,7 +339,8 @@ Result<bool> Ingest::AdjustNext() {
   // All points move, so all blocks are written, ahead of the commit, as a new generation that the commit switches to.
   ReconstructionRecord record = *due;
   record.points_generation = due->points_generation + 1;
-  const CountChange change = map_.changes().counts.contains(record.id) ? map_.changes().counts.at(record.id) : CountChange{};
+  const CountChange change =
+      map_.changes().counts.contains(record.id) ? map_.changes().counts.at(record.id) : CountChange{};
   record.point_count += change.points;
   record.observation_count += change.observations;
   record.reprojection_error_px_sum = 0;

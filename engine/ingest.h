@@ -17,8 +17,8 @@
 namespace veduta {
 
 struct AdjustmentSchedule {
-  uint32_t views_step = 15;       // >= 1; M in the paper's section 3.3
-  double growth_share = 0.10;     // > 0: of a reconstruction that is larger than views_step / growth_share
+  uint32_t views_step = 15;    // >= 1; M in the paper's section 3.3
+  double growth_share = 0.10;  // > 0: of a reconstruction that is larger than views_step / growth_share
 };
 
 struct IngestOptions {
@@ -26,9 +26,9 @@ struct IngestOptions {
   NeighborOptions neighbors;
   MapperOptions mapper;
   AdjustmentSchedule schedule;
-  uint32_t map_images_max = 400;        // images kept in memory between photos
+  uint32_t map_images_max = 400;  // images kept in memory between photos
   size_t feature_cache_bytes = 768ull << 20;
-  uint32_t matched_count_max = 1500;    // features of an image that are matched; R11
+  uint32_t matched_count_max = 1500;  // features of an image that are matched; R11
 };
 
 struct StepTimes {
@@ -38,8 +38,8 @@ struct StepTimes {
 
 struct AddOutcome {
   std::string name;
-  ImageId id;                       // not valid() when nothing was stored
-  bool duplicate = false;           // the bytes were there already; `detail` names the image
+  ImageId id;              // not valid() when nothing was stored
+  bool duplicate = false;  // the bytes were there already; `detail` names the image
   Verdict verdict = Verdict::kRejected;
   Reason reason = Reason::kNone;
   std::string detail;
@@ -64,7 +64,8 @@ class Ingest final {
  private:
   Result<AddOutcome> StoreRejection(const PreparedPhoto& photo, const Snapshot& snapshot, ImageRecord record);
   // Writes what the mapper changed, the reconstruction records, and the photos to be tried again.
-  Status WritePlacement(const Snapshot& snapshot, const Placement& placement, DatabaseState* state, Transaction* transaction);
+  Status WritePlacement(const Snapshot& snapshot, const Placement& placement, DatabaseState* state,
+                        Transaction* transaction);
   Status WriteChanges(const Snapshot& snapshot, const Placement& placement, Transaction* transaction);
   Status AppendRetries(const Snapshot& snapshot, std::span<const ImageId> placed, DatabaseState* state);
   Result<std::vector<ImageId>> RetryNext(const DatabaseState& state);

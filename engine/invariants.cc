@@ -8,9 +8,15 @@
 namespace veduta {
 namespace {
 
-std::string Name(ImageId id) { return "image " + std::to_string(id.value); }
-std::string Name(PointId id) { return "point " + std::to_string(id.home.value) + "/" + std::to_string(id.ordinal); }
-std::string Name(ReconstructionId id) { return "reconstruction " + std::to_string(id.value); }
+std::string Name(ImageId id) {
+  return "image " + std::to_string(id.value);
+}
+std::string Name(PointId id) {
+  return "point " + std::to_string(id.home.value) + "/" + std::to_string(id.ordinal);
+}
+std::string Name(ReconstructionId id) {
+  return "reconstruction " + std::to_string(id.value);
+}
 
 class Checker {
  public:
@@ -38,7 +44,8 @@ class Checker {
     VEDUTA_RETURN_IF_ERROR(snapshot_.ScanImages([&](const ImageRecord& image) {
       images_[image.id] = image;
       Expect(names.insert(image.name).second, Name(image.id) + " shares its name " + image.name + " with another");
-      Expect(image.id.value < state_.next_image, Name(image.id) + " is not below the next id " + std::to_string(state_.next_image));
+      Expect(image.id.value < state_.next_image,
+             Name(image.id) + " is not below the next id " + std::to_string(state_.next_image));
       return true;
     }));
     uint32_t retrievable = 0;
@@ -52,30 +59,39 @@ class Checker {
       const Result<CameraRecord> camera = snapshot_.GetCamera(image.camera);
       Expect(camera.ok(), Name(id) + " has no camera: " + camera.status().message());
     }
-    Expect(retrievable == state_.retrievable_image_count,
-           std::to_string(retrievable) + " images have features, the state says " + std::to_string(state_.retrievable_image_count));
+    Expect(retrievable == state_.retrievable_image_count, std::to_string(retrievable) +
+                                                              " images have features, the state says " +
+                                                              std::to_string(state_.retrievable_image_count));
     return Status::Ok();
   }
 
   Status CheckBlobs() {
-    std::set<ContentHash> wanted, photos, features;
+    std::set<ContentHash> wanted, stored_photos, stored_features;
     for (const auto& [id, image] : images_) {
       if (image.verdict == Verdict::kRejected) continue;
       wanted.insert(image.photo);
       const Result<PinnedBytes> photo = snapshot_.GetPhoto(image.photo);
       Expect(photo.ok(), Name(id) + ": " + photo.status().message());
-      if (photo.ok()) Expect(HashContent(photo->bytes()) == image.photo, Name(id) + ": the stored photo has another hash");
+      if (photo.ok())
+        Expect(HashContent(photo->bytes()) == image.photo, Name(id) + ": the stored photo has another hash");
       const Result<Features> stored = snapshot_.GetFeatures(image.photo);
       Expect(stored.ok(), Name(id) + ": " + stored.status().message());
       if (stored.ok()) {
-        Expect(stored->size() == image.feature_count, Name(id) + " has " + std::to_string(stored->size()) + " features, not " +
-                                                          std::to_string(image.feature_count));
+        Expect(stored->size() == image.feature_count, Name(id) + " has " + std::to_string(stored->size()) +
+                                                          " features, not " + std::to_string(image.feature_count));
       }
     }
-    VEDUTA_RETURN_IF_ERROR(snapshot_.ScanPhotoKeys([&](const ContentHash& hash) { return photos.insert(hash).second; }));
-    VEDUTA_RETURN_IF_ERROR(snapshot_.ScanFeatureKeys([&](const ContentHash& hash) { return features.insert(hash).second; }));
-    for (const ContentHash& hash : photos) Expect(wanted.contains(hash), "photo " + hash.Hex() + " belongs to no image");
-    for (const ContentHash& hash : features) Expect(wanted.contains(hash), "features of " + hash.Hex() + " belong to no image");
+    const auto collect = [](std::set<ContentHash>* keys) {
+      return [keys](const ContentHash& hash) { return keys->insert(hash).second; };
+    };
+    VEDUTA_RETURN_IF_ERROR(snapshot_.ScanPhotoKeys(collect(&stored_photos)));
+    VEDUTA_RETURN_IF_ERROR(snapshot_.ScanFeatureKeys(collect(&stored_features)));
+    Expect(stored_photos == stored_features, "some photo is stored without its features, or the other way round");
+    for (const ContentHash& hash : stored_photos) {
+      if (wanted.contains(hash)) continue;
+      VEDUTA_ASSIGN_OR_RETURN(const bool is_coming, snapshot_.IsWrittenAhead(hash));
+      Expect(is_coming, "photo " + hash.Hex() + " belongs to no image");
+    }
     return Status::Ok();
   }
 
@@ -94,7 +110,8 @@ class Checker {
         Expect(pair.matches.size() == neighbor.match_count, pair_name + ": the two directions disagree");
         if (neighbor.image < id) continue;
         for (const FeatureMatch& m : pair.matches) {
-          Expect(m.a < FeatureCount(pair.a) && m.b < FeatureCount(pair.b), pair_name + " matches a feature that does not exist");
+          Expect(m.a < FeatureCount(pair.a) && m.b < FeatureCount(pair.b),
+                 pair_name + " matches a feature that does not exist");
         }
         VEDUTA_ASSIGN_OR_RETURN(const std::vector<PairNeighbor> back, snapshot_.ListNeighbors(neighbor.image));
         bool mirrored = false;
@@ -118,14 +135,17 @@ class Checker {
     }));
     for (const auto& [id, image] : images_) {
       const bool says_placed = image.verdict != Verdict::kRejected && image.verdict != Verdict::kPostponed;
-      Expect(says_placed == poses_.contains(id), Name(id) + (says_placed ? " is said to be placed and has no pose" : " has a pose and is not said to be placed"));
+      Expect(says_placed == poses_.contains(id), Name(id) + (says_placed ? " is said to be placed and has no pose"
+                                                                         : " has a pose and is not said to be placed"));
     }
-    for (const auto& [id, pose] : poses_) Expect(images_.contains(id), "a pose names " + Name(id) + ", which does not exist");
+    for (const auto& [id, pose] : poses_)
+      Expect(images_.contains(id), "a pose names " + Name(id) + ", which does not exist");
     for (const auto& [id, record] : reconstructions_) {
-      Expect(members_[id] == record.image_count, Name(id) + " has " + std::to_string(members_[id]) + " images, its record says " +
-                                                     std::to_string(record.image_count));
+      Expect(members_[id] == record.image_count, Name(id) + " has " + std::to_string(members_[id]) +
+                                                     " images, its record says " + std::to_string(record.image_count));
       Expect(record.merged_into.valid() || record.image_count >= 3, Name(id) + " has fewer than three images");
-      Expect(!record.merged_into.valid() || reconstructions_.contains(record.merged_into), Name(id) + " was merged into one that does not exist");
+      Expect(!record.merged_into.valid() || reconstructions_.contains(record.merged_into),
+             Name(id) + " was merged into one that does not exist");
     }
     return Status::Ok();
   }
@@ -138,7 +158,8 @@ class Checker {
       Expect(i == 0 || point.track[i - 1].image < element.image, Name(point.id) + ": its track is not in order");
       Expect(pose != poses_.end() && pose->second.reconstruction == record.id,
              Name(point.id) + " is seen in " + Name(element.image) + ", which is not in " + Name(record.id));
-      Expect(element.feature < FeatureCount(element.image), Name(point.id) + " is seen by a feature that does not exist");
+      Expect(element.feature < FeatureCount(element.image),
+             Name(point.id) + " is seen by a feature that does not exist");
       Expect(tracked_.emplace(std::make_pair(element.image, element.feature), point.id).second,
              Name(point.id) + " shares a feature of " + Name(element.image) + " with another point");
     }
@@ -150,7 +171,8 @@ class Checker {
       double error_sum = 0;
       VEDUTA_RETURN_IF_ERROR(snapshot_.ScanPointBlocks(id, record.points_generation, [&](const PointBlock& block) {
         const auto home = poses_.find(block.home);
-        Expect(home != poses_.end() && home->second.reconstruction == id, Name(block.home) + " is home to points of " + Name(id) + " and not in it");
+        Expect(home != poses_.end() && home->second.reconstruction == id,
+               Name(block.home) + " is home to points of " + Name(id) + " and not in it");
         for (const PointRecord& point : block.points) {
           ++points;
           observations += point.track.size();
@@ -159,10 +181,13 @@ class Checker {
         }
         return true;
       }));
-      Expect(points == record.point_count, Name(id) + " has " + std::to_string(points) + " points, its record says " + std::to_string(record.point_count));
+      Expect(points == record.point_count, Name(id) + " has " + std::to_string(points) + " points, its record says " +
+                                               std::to_string(record.point_count));
       Expect(observations == record.observation_count, Name(id) + " has " + std::to_string(observations) +
-                                                           " observations, its record says " + std::to_string(record.observation_count));
-      Expect(std::abs(error_sum - record.reprojection_error_px_sum) <= 1e-3 * (1 + error_sum), Name(id) + ": the sum of its errors is off");
+                                                           " observations, its record says " +
+                                                           std::to_string(record.observation_count));
+      Expect(std::abs(error_sum - record.reprojection_error_px_sum) <= 1e-3 * (1 + error_sum),
+             Name(id) + ": the sum of its errors is off");
     }
     uint64_t observed = 0;
     for (const auto& [id, image] : images_) {
@@ -174,7 +199,8 @@ class Checker {
                Name(id) + " observes " + Name(o.point) + " by a feature that its track does not hold");
       }
     }
-    Expect(observed == tracked_.size(), std::to_string(observed) + " observations and " + std::to_string(tracked_.size()) + " track elements");
+    Expect(observed == tracked_.size(),
+           std::to_string(observed) + " observations and " + std::to_string(tracked_.size()) + " track elements");
     return Status::Ok();
   }
 
@@ -194,11 +220,13 @@ class Checker {
     VEDUTA_RETURN_IF_ERROR(snapshot_.ScanPostings(generation, [&](WordId word, std::span<const ImageId> images) {
       ++lists;
       const auto list = expected.find(word);
-      Expect(list != expected.end() && std::vector(list->second.begin(), list->second.end()) == std::vector(images.begin(), images.end()),
+      Expect(list != expected.end() &&
+                 std::vector(list->second.begin(), list->second.end()) == std::vector(images.begin(), images.end()),
              "the postings of word " + std::to_string(word) + " are not the images that have it");
       return true;
     }));
-    Expect(lists == expected.size(), std::to_string(lists) + " posting lists for " + std::to_string(expected.size()) + " words in use");
+    Expect(lists == expected.size(),
+           std::to_string(lists) + " posting lists for " + std::to_string(expected.size()) + " words in use");
     return Status::Ok();
   }
 

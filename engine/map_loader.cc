@@ -54,7 +54,8 @@ Status MapLoader::LoadBlocks(std::span<const ImageId> homes) {
     VEDUTA_ASSIGN_OR_RETURN(const std::optional<PoseRecord> pose, snapshot_->FindPose(home));
     if (!pose) return Status::Corruption("image " + std::to_string(home.value) + " is home to points and has no pose");
     VEDUTA_ASSIGN_OR_RETURN(const ReconstructionRecord record, GetReconstruction(pose->reconstruction));
-    VEDUTA_ASSIGN_OR_RETURN(const PointBlock block, snapshot_->GetPointBlock(record.id, record.points_generation, home));
+    VEDUTA_ASSIGN_OR_RETURN(const PointBlock block,
+                            snapshot_->GetPointBlock(record.id, record.points_generation, home));
     map_->LoadBlock(block);
   }
   return Status::Ok();

@@ -35,10 +35,13 @@ void RefineByPoints(Map* map, ImageId id, double error_px_max) {
     x.push_back(image.camera.Normalize(image.features->keypoints[f]));
     points.push_back(point->position);
   }
-  if (x.size() >= 6) map->SetPose(id, RefinePose(image.cam_from_world, x, points, 0.5 * error_px_max / image.camera.focal_px()));
+  if (x.size() >= 6)
+    map->SetPose(id, RefinePose(image.cam_from_world, x, points, 0.5 * error_px_max / image.camera.focal_px()));
 }
 
-std::string Of(size_t part, size_t whole) { return std::to_string(part) + " of " + std::to_string(whole); }
+std::string Of(size_t part, size_t whole) {
+  return std::to_string(part) + " of " + std::to_string(whole);
+}
 
 }  // namespace
 
@@ -73,9 +76,10 @@ std::vector<Mapper::Candidate> Mapper::FindPlacements(const ImageFeatures& photo
     if (static_cast<double>(agreement.contradicting_matches) >
         options_.contradiction_share_max * static_cast<double>(agreement.agreeing_matches)) {
       placement->reason = Reason::kContradictsNeighbors;
-      placement->detail = "the pose by " + Of(inliers, points) + where + " contradicts " +
-                          Of(agreement.contradicting_images, agreement.contradicting_images + agreement.agreeing_images) +
-                          " verified neighbours";
+      placement->detail =
+          "the pose by " + Of(inliers, points) + where + " contradicts " +
+          Of(agreement.contradicting_images, agreement.contradicting_images + agreement.agreeing_images) +
+          " verified neighbours";
       continue;
     }
     candidate.weak = IsWeak(inliers, pairs);
@@ -162,7 +166,8 @@ Status Mapper::TryMerges(std::span<const ImageId> near, std::span<const PairMatc
   VEDUTA_ASSIGN_OR_RETURN(const auto common, FindCommonPoints(loader_, *map_, near, photo, pairs));
   for (auto [other, points] : common) {
     // An earlier merge may have made two points one.
-    std::erase_if(points, [&](const PointPair& pair) { return !map_->FindPoint(pair.into) || !map_->FindPoint(pair.from); });
+    std::erase_if(points,
+                  [&](const PointPair& pair) { return !map_->FindPoint(pair.into) || !map_->FindPoint(pair.from); });
     VEDUTA_ASSIGN_OR_RETURN(const bool merged, TryMerge(points, other, MixSeed(seed, other.value), placement));
     if (!merged) continue;
     placement->verdict = Verdict::kMerged;
@@ -209,9 +214,10 @@ Result<bool> Mapper::TryMerge(std::span<const PointPair> common, ReconstructionI
   return true;
 }
 
-Status Mapper::TryFound(const ImageFeatures& photo, std::span<const PairMatches> pairs, ReconstructionId id, uint64_t seed,
-                        Placement* placement) {
-  VEDUTA_ASSIGN_OR_RETURN(const FoundingViews views, GatherFoundingViews(loader_, *map_, photo, pairs, options_.founding_views_max));
+Status Mapper::TryFound(const ImageFeatures& photo, std::span<const PairMatches> pairs, ReconstructionId id,
+                        uint64_t seed, Placement* placement) {
+  VEDUTA_ASSIGN_OR_RETURN(const FoundingViews views,
+                          GatherFoundingViews(loader_, *map_, photo, pairs, options_.founding_views_max));
   const bool has_placed_neighbor = placement->reason != Reason::kNone;
   FoundingOutcome outcome = FoundingOutcome::kNoPair;
   Map triple;
@@ -220,10 +226,10 @@ Status Mapper::TryFound(const ImageFeatures& photo, std::span<const PairMatches>
     if (has_placed_neighbor) return Status::Ok();
     placement->reason = Reason::kNoGoodTriple;
     placement->detail = std::to_string(pairs.size()) + " verified neighbours, none placed, and ";
-    placement->detail += views.images.size() < 3                         ? "three views are needed to start"
-                         : outcome == FoundingOutcome::kNoPair           ? "no two of the views have enough parallax"
-                         : outcome == FoundingOutcome::kNoThirdView      ? "no third view sees the points of the best pair"
-                                                                         : "too few points common to three views";
+    placement->detail += views.images.size() < 3                    ? "three views are needed to start"
+                         : outcome == FoundingOutcome::kNoPair      ? "no two of the views have enough parallax"
+                         : outcome == FoundingOutcome::kNoThirdView ? "no third view sees the points of the best pair"
+                                                                    : "too few points common to three views";
     return Status::Ok();
   }
   for (const auto& [image_id, image] : triple.images()) {
@@ -259,8 +265,9 @@ Result<Placement> Mapper::Place(const ImageFeatures& photo, std::span<const Pair
   }
   std::erase_if(candidates, [&](const Candidate& c) {
     const size_t inliers = c.resection.inliers.size();
-    return c.weak && (inliers < options_.weak_inlier_count_min ||
-                      static_cast<double>(inliers) < options_.weak_inlier_share_min * static_cast<double>(c.structure.x.size()));
+    return c.weak &&
+           (inliers < options_.weak_inlier_count_min ||
+            static_cast<double>(inliers) < options_.weak_inlier_share_min * static_cast<double>(c.structure.x.size()));
   });
   if (candidates.empty() || placement.verdict != Verdict::kPostponed) {
     placement.map_ms = watch.LapMs();
@@ -288,7 +295,8 @@ Result<Placement> Mapper::Place(const ImageFeatures& photo, std::span<const Pair
   placement.adjust_ms += watch.LapMs();
 
   const auto& points = map_->image(photo.id).points;
-  const size_t seen = static_cast<size_t>(std::count_if(points.begin(), points.end(), [](PointId id) { return id.valid(); }));
+  const size_t seen =
+      static_cast<size_t>(std::count_if(points.begin(), points.end(), [](PointId id) { return id.valid(); }));
   if (seen < options_.observations_min) {
     map_->Clear();
     Placement postponed;
@@ -305,7 +313,8 @@ Status Mapper::AdjustReconstruction(ReconstructionId id) {
   VEDUTA_RETURN_IF_ERROR(loader_->LoadReconstruction(id, &images));
   for (int round = 0; round < 2; ++round) {
     for (const ImageId image : images) {
-      GrowByProjection(map_, image, map_->PointsSeenBy(CovisibleImages(image, options_.local_images_max)), options_.growth);
+      GrowByProjection(map_, image, map_->PointsSeenBy(CovisibleImages(image, options_.local_images_max)),
+                       options_.growth);
     }
     const std::vector<PointId> points = map_->PointsSeenBy(images);
     VEDUTA_RETURN_IF_ERROR(AdjustBundle(map_, images, points, options_.global_bundle).status());

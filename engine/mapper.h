@@ -20,17 +20,17 @@ namespace veduta {
 
 struct MapperOptions {
   ResectionOptions resection;
-  uint32_t sure_inlier_count = 60;         // a pose by fewer points gives way to founding with unplaced neighbours
-  uint32_t weak_inlier_count_min = 30;     // such a pose is taken, where nothing is founded, from so many points
-  double weak_inlier_share_min = 0.5;      // [0, 1]: and such a share of those seen
-  double neighbor_error_px_max = 6.0;      // > 0: distance from the epipolar line that still agrees with a pose
-  double contradiction_share_max = 0.5;    // > 0: contradicting over agreeing matches; above, the photo is postponed
-  uint32_t local_images_max = 12;          // >= 2: images whose poses a new photo may move
-  uint32_t guided_images_max = 8;          // images that a new one is matched with along known geometry
-  uint32_t observations_min = 20;          // of a placed image, after adjustment
-  uint32_t common_points_min = 20;         // >= 3: of a merge; R13
-  double merge_error_px_max = 6.0;         // > 0
-  uint32_t founding_views_max = 12;        // >= 3
+  uint32_t sure_inlier_count = 60;       // a pose by fewer points gives way to founding with unplaced neighbours
+  uint32_t weak_inlier_count_min = 30;   // such a pose is taken, where nothing is founded, from so many points
+  double weak_inlier_share_min = 0.5;    // [0, 1]: and such a share of those seen
+  double neighbor_error_px_max = 6.0;    // > 0: distance from the epipolar line that still agrees with a pose
+  double contradiction_share_max = 0.5;  // > 0: contradicting over agreeing matches; above, the photo is postponed
+  uint32_t local_images_max = 12;        // >= 2: images whose poses a new photo may move
+  uint32_t guided_images_max = 8;        // images that a new one is matched with along known geometry
+  uint32_t observations_min = 20;        // of a placed image, after adjustment
+  uint32_t common_points_min = 20;       // >= 3: of a merge; R13
+  double merge_error_px_max = 6.0;       // > 0
+  uint32_t founding_views_max = 12;      // >= 3
   GrowthOptions growth;
   BundleOptions local_bundle, global_bundle;
   PointFilterOptions filter;
@@ -47,9 +47,9 @@ struct Placement {
   Verdict verdict = Verdict::kPostponed;
   Reason reason = Reason::kNone;
   std::string detail;
-  ReconstructionId reconstruction;      // valid unless postponed
-  ReconstructionId founded;             // valid if one was founded, also if it was merged at once
-  std::vector<ImageId> placed;          // images that got a pose: the photo first, then the triple it founded with
+  ReconstructionId reconstruction;  // valid unless postponed
+  ReconstructionId founded;         // valid if one was founded, also if it was merged at once
+  std::vector<ImageId> placed;      // images that got a pose: the photo first, then the triple it founded with
   std::vector<Merge> merges;
   uint32_t inlier_count = 0;
   double map_ms = 0, adjust_ms = 0;
@@ -82,7 +82,8 @@ class Mapper final {
   Status PlaceInto(const ImageFeatures& photo, std::span<const PairMatches> pairs, const Candidate& candidate);
   // Merges the reconstructions that verified pairs of `near` images lead to, where their common points agree. The
   // one that is published longer, of more images, keeps its frame.
-  Status TryMerges(std::span<const ImageId> near, std::span<const PairMatches> pairs, uint64_t seed, Placement* placement);
+  Status TryMerges(std::span<const ImageId> near, std::span<const PairMatches> pairs, uint64_t seed,
+                   Placement* placement);
   Result<bool> TryMerge(std::span<const PointPair> common, ReconstructionId other, uint64_t seed, Placement* placement);
   Status TryFound(const ImageFeatures& photo, std::span<const PairMatches> pairs, ReconstructionId id, uint64_t seed,
                   Placement* placement);

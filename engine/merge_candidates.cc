@@ -27,7 +27,8 @@ bool FallsOnViews(const Map& map, const PointRecord& point, const Eigen::Vector3
 }  // namespace
 
 Result<std::map<ReconstructionId, std::vector<PointPair>>> FindCommonPoints(MapLoader* loader, const Map& map,
-                                                                            std::span<const ImageId> near, ImageId photo,
+                                                                            std::span<const ImageId> near,
+                                                                            ImageId photo,
                                                                             std::span<const PairMatches> pairs) {
   const ReconstructionId into = map.image(photo).reconstruction;
   std::map<ReconstructionId, std::set<PointPair>> common;

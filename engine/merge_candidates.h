@@ -24,7 +24,8 @@ struct PointPair {
 // of `into`, and by `pairs` of `photo`, which are not stored yet. Ascending, by the other reconstruction. Loads what
 // it names, with the images around.
 Result<std::map<ReconstructionId, std::vector<PointPair>>> FindCommonPoints(MapLoader* loader, const Map& map,
-                                                                            std::span<const ImageId> near, ImageId photo,
+                                                                            std::span<const ImageId> near,
+                                                                            ImageId photo,
                                                                             std::span<const PairMatches> pairs);
 
 struct PointAlignment {

@@ -8,8 +8,8 @@ namespace veduta {
 namespace {
 
 // View-graph neighbours of `image` that were not tried yet, most matches first.
-Status AppendNeighbors(const Snapshot& snapshot, ImageId image, const NeighborOptions& options, std::set<ImageId>* tried,
-                       std::vector<ImageId>* next) {
+Status AppendNeighbors(const Snapshot& snapshot, ImageId image, const NeighborOptions& options,
+                       std::set<ImageId>* tried, std::vector<ImageId>* next) {
   VEDUTA_ASSIGN_OR_RETURN(std::vector<PairNeighbor> neighbors, snapshot.ListNeighbors(image));
   std::stable_sort(neighbors.begin(), neighbors.end(),
                    [](const PairNeighbor& a, const PairNeighbor& b) { return a.match_count > b.match_count; });
@@ -41,8 +41,9 @@ Result<NeighborSearch> FindNeighbors(const ImageFeatures& photo, std::span<const
     std::vector<Result<PairVerification>> verified(next.size(), PairVerification());
     pool->ParallelFor(next.size(), [&](size_t i) {
       const auto candidate = features->Get(snapshot, next[i]);
-      verified[i] = candidate.ok() ? Result(VerifyPair(photo, **candidate, map, MixSeed(seed, next[i].value), options.pair))
-                                   : candidate.status();
+      verified[i] = candidate.ok()
+                        ? Result(VerifyPair(photo, **candidate, map, MixSeed(seed, next[i].value), options.pair))
+                        : candidate.status();
     });
     std::vector<ImageId> extend;
     if (first) {

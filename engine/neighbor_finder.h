@@ -16,9 +16,9 @@ namespace veduta {
 
 struct NeighborOptions {
   PairOptions pair;
-  uint32_t ranked_extended_max = 3;    // best-ranked images whose neighbours are tried as well
-  uint32_t extended_per_image_max = 8; // neighbours of one image, those with most matches first
-  uint32_t extended_count_max = 40;    // in all
+  uint32_t ranked_extended_max = 3;     // best-ranked images whose neighbours are tried as well
+  uint32_t extended_per_image_max = 8;  // neighbours of one image, those with most matches first
+  uint32_t extended_count_max = 40;     // in all
 };
 
 struct NeighborSearch {

@@ -19,7 +19,8 @@ RankedMatches Rank(std::vector<DescriptorMatch> matches, const ImageFeatures& ph
   RankedMatches ranked;
   const auto is_before = [](const DescriptorMatch& a, const DescriptorMatch& b) {
     // a.d / a.second < b.d / b.second without division
-    return uint64_t{a.distance_squared} * b.second_distance_squared < uint64_t{b.distance_squared} * a.second_distance_squared;
+    return uint64_t{a.distance_squared} * b.second_distance_squared <
+           uint64_t{b.distance_squared} * a.second_distance_squared;
   };
   std::stable_sort(matches.begin(), matches.end(), is_before);
   std::erase_if(matches, [&](const DescriptorMatch& m) {
@@ -34,8 +35,8 @@ RankedMatches Rank(std::vector<DescriptorMatch> matches, const ImageFeatures& ph
 }
 
 // candidate_from_photo by the photo's pose against the candidate's points; false when there is too little of them.
-bool EstimateFromStructure(const RankedMatches& ranked, const ImageFeatures& photo, const MapImage& placed, const Map& map,
-                           uint64_t seed, const PairOptions& options, Rigid3* candidate_from_photo) {
+bool EstimateFromStructure(const RankedMatches& ranked, const ImageFeatures& photo, const MapImage& placed,
+                           const Map& map, uint64_t seed, const PairOptions& options, Rigid3* candidate_from_photo) {
   std::vector<Eigen::Vector2d> x;
   std::vector<Eigen::Vector3d> points;
   for (size_t i = 0; i < ranked.matches.size(); ++i) {
@@ -61,8 +62,8 @@ TwoViewGeometry Estimate(const RankedMatches& ranked, const ImageFeatures& photo
   const double focal_px = std::min(photo.camera.focal_px(), candidate.camera.focal_px());
   const double distance_max = options.two_view.error_px_max / focal_px;
   Rigid3 candidate_from_photo;
-  if (map.HasImage(candidate.id) && EstimateFromStructure(ranked, photo, map.image(candidate.id), map, seed, options,
-                                                          &candidate_from_photo)) {
+  if (map.HasImage(candidate.id) &&
+      EstimateFromStructure(ranked, photo, map.image(candidate.id), map, seed, options, &candidate_from_photo)) {
     TwoViewGeometry geometry;
     geometry.b_from_a = RefineTwoView(candidate_from_photo, ranked.x_photo, ranked.x_candidate, 0.5 * distance_max);
     geometry.inliers = FindTwoViewInliers(geometry.b_from_a, ranked.x_photo, ranked.x_candidate, distance_max);
@@ -101,7 +102,8 @@ PairVerification VerifyPair(const ImageFeatures& photo, const ImageFeatures& can
       pair.b_from_a = pair.b_from_a.Inverse();
       for (FeatureMatch& m : pair.matches) std::swap(m.a, m.b);
     }
-    std::sort(pair.matches.begin(), pair.matches.end(), [](const FeatureMatch& x, const FeatureMatch& y) { return x.a < y.a; });
+    std::sort(pair.matches.begin(), pair.matches.end(),
+              [](const FeatureMatch& x, const FeatureMatch& y) { return x.a < y.a; });
   }
   verification.verify_ms = watch.LapMs();
   return verification;

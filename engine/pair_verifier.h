@@ -12,20 +12,21 @@ namespace veduta {
 
 struct PairOptions {
   TwoViewOptions two_view;
-  ResectionOptions structure;            // P3P against the candidate's points
-  double ratio_max = 0.88;               // (0, 1]: of the matches that are considered
-  uint32_t distinct_count_min = 20;      // fewer such matches: the pair is hopeless
-  uint32_t structure_count_min = 40;     // matches with points from which P3P takes the place of the five-point
+  ResectionOptions structure;         // P3P against the candidate's points
+  double ratio_max = 0.88;            // (0, 1]: of the matches that are considered
+  uint32_t distinct_count_min = 20;   // fewer such matches: the pair is hopeless
+  uint32_t structure_count_min = 40;  // matches with points from which P3P takes the place of the five-point
 };
 
 struct PairVerification {
   TwoViewOutcome outcome = TwoViewOutcome::kTooFewMatches;
-  PairRecord pair;              // set when verified
+  PairRecord pair;  // set when verified
   uint32_t inlier_count = 0;
   double match_ms = 0, verify_ms = 0;
 };
 
-// Matches and verifies. `map` may hold the candidate with its points, or not. Deterministic; thread-safe for a map that nobody changes meanwhile.
+// Matches and verifies. `map` may hold the candidate with its points, or not. Deterministic; thread-safe for a map that
+// nobody changes meanwhile.
 PairVerification VerifyPair(const ImageFeatures& photo, const ImageFeatures& candidate, const Map& map, uint64_t seed,
                             const PairOptions& options);
 

@@ -14,12 +14,18 @@ namespace {
 
 Reason ReasonOf(DecodeOutcome outcome) {
   switch (outcome) {
-    case DecodeOutcome::kDecoded: return Reason::kNone;
-    case DecodeOutcome::kEmpty: return Reason::kEmptyFile;
-    case DecodeOutcome::kUnsupportedFormat: return Reason::kUnsupportedFormat;
-    case DecodeOutcome::kUnreadable: return Reason::kUnreadable;
-    case DecodeOutcome::kTooLarge: return Reason::kTooLarge;
-    case DecodeOutcome::kWrongSize: return Reason::kWrongSize;
+    case DecodeOutcome::kDecoded:
+      return Reason::kNone;
+    case DecodeOutcome::kEmpty:
+      return Reason::kEmptyFile;
+    case DecodeOutcome::kUnsupportedFormat:
+      return Reason::kUnsupportedFormat;
+    case DecodeOutcome::kUnreadable:
+      return Reason::kUnreadable;
+    case DecodeOutcome::kTooLarge:
+      return Reason::kTooLarge;
+    case DecodeOutcome::kWrongSize:
+      return Reason::kWrongSize;
   }
   return Reason::kUnreadable;
 }

@@ -36,7 +36,7 @@ struct PreparedPhoto {
   uint32_t width_px = 0, height_px = 0;
   Reason reason = Reason::kNone;  // not kNone: rejected, and why
   std::string detail;
-  bool known = false;             // these bytes were in the database already; not decoded
+  bool known = false;  // these bytes were in the database already; not decoded
   Features features;
   double decode_ms = 0, undistort_ms = 0, features_ms = 0;
 };
@@ -55,7 +55,8 @@ class PhotoPreparer final {
 
  private:
   Result<std::vector<uint8_t>> ReadBytes(const PhotoSource& source) const;
-  void ExtractBytes(std::span<const uint8_t> bytes, const std::optional<CameraModel>& camera, PreparedPhoto* photo) const;
+  void ExtractBytes(std::span<const uint8_t> bytes, const std::optional<CameraModel>& camera,
+                    PreparedPhoto* photo) const;
 
   Database* database_;
   UndistortCache* tables_;

@@ -49,10 +49,12 @@ Result<std::vector<PairNeighbor>> Queries::Neighbors(ImageId image) const {
   return neighbors;
 }
 
-Result<std::vector<RankedImage>> Queries::RankFeatures(const Features& features, uint32_t count_max, ThreadPool* pool) const {
+Result<std::vector<RankedImage>> Queries::RankFeatures(const Features& features, uint32_t count_max,
+                                                       ThreadPool* pool) const {
   VEDUTA_ASSIGN_OR_RETURN(const std::vector<WordId> words, retrieval_->Words(*snapshot_, features));
   if (!words.empty()) return retrieval_->RankWords(*snapshot_, words, count_max);
-  VEDUTA_ASSIGN_OR_RETURN(const PackedDescriptors packed, PackedDescriptors::Pack(features, features_->matched_count_max()));
+  VEDUTA_ASSIGN_OR_RETURN(const PackedDescriptors packed,
+                          PackedDescriptors::Pack(features, features_->matched_count_max()));
   VEDUTA_ASSIGN_OR_RETURN(std::vector<RankedImage> ranked, retrieval_->Candidates(*snapshot_, features));
   std::vector<veduta::Status> failures(ranked.size());
   MatchOptions options;

@@ -16,10 +16,10 @@
 namespace veduta {
 
 struct RetrievalOptions {
-  uint32_t compare_all_max = 60;       // images; a database up to this size has no vocabulary and ranks nothing
-  uint32_t retrain_factor = 4;         // >= 2; trained again when the database has grown so many times
-  uint32_t candidate_count_min = 24;   // >= 1
-  double candidate_share = 0.01;       // (0, 1]; of the database; R10
+  uint32_t compare_all_max = 60;          // images; a database up to this size has no vocabulary and ranks nothing
+  uint32_t retrain_factor = 4;            // >= 2; trained again when the database has grown so many times
+  uint32_t candidate_count_min = 24;      // >= 1
+  double candidate_share = 0.01;          // (0, 1]; of the database; R10
   uint32_t training_count_max = 500'000;  // descriptors sampled for training; more rank better, and take longer
 };
 
@@ -32,7 +32,8 @@ class Retrieval final {
   // Distinct words of a photo in the active vocabulary; empty without one. Thread-safe.
   Result<std::vector<WordId>> Words(const Snapshot& snapshot, const Features& features);
   // Best first among all images, for a query that gives its own words.
-  Result<std::vector<RankedImage>> RankWords(const Snapshot& snapshot, std::span<const WordId> words, uint32_t count_max);
+  Result<std::vector<RankedImage>> RankWords(const Snapshot& snapshot, std::span<const WordId> words,
+                                             uint32_t count_max);
 
   // Depends on what was submitted only, so the same photos train the same vocabularies.
   bool IsTrainingDue(const DatabaseState& state) const;
@@ -44,7 +45,8 @@ class Retrieval final {
   Result<std::shared_ptr<const VocabularyTree>> ActiveTree(const Snapshot& snapshot);
 
  private:
-  Status Switch(Database* database, const Snapshot& snapshot, const VocabularyTree& tree, bool imported, ThreadPool* pool);
+  Status Switch(Database* database, const Snapshot& snapshot, const VocabularyTree& tree, bool imported,
+                ThreadPool* pool);
 
   const RetrievalOptions options_;
   std::mutex mutex_;

@@ -121,9 +121,11 @@ class Snapshot {
   // Ascending sequence numbers from `first`.
   virtual Status ScanJournal(uint64_t first, const std::function<bool(const JournalRecord&)>& visit) const = 0;
 
-  // Keys of blobs that are stored: for `verify` and the sweep.
+  // Keys of blobs that are stored: for `verify`.
   virtual Status ScanPhotoKeys(const std::function<bool(const ContentHash&)>& visit) const = 0;
   virtual Status ScanFeatureKeys(const std::function<bool(const ContentHash&)>& visit) const = 0;
+  // The photo was written ahead of a commit that has not come yet.
+  virtual Result<bool> IsWrittenAhead(const ContentHash& photo) const = 0;
 };
 
 // Collects writes in memory; nothing is visible before Commit. Not thread-safe. Reads go to a Snapshot, to be taken

@@ -207,6 +207,11 @@ class SnapshotView final : public Snapshot {
     return ScanHashes(Family::kFeatures, visit);
   }
 
+  Result<bool> IsWrittenAhead(const ContentHash& photo) const override {
+    rocksdb::PinnableSlice mark;
+    return reader_.Find(Family::kQueue, PhotoMarkKey(photo), &mark);
+  }
+
  private:
   // False where there is none. `ids` are those the key holds.
   template <typename Record, typename... Ids>

@@ -3,10 +3,9 @@
 
 #include <ceres/ceres.h>
 
+#include <algorithm>
 #include <array>
-#include <map>
 #include <set>
-#include <unordered_map>
 #include <vector>
 
 #include "engine/mapping/reprojection_cost.h"
@@ -26,27 +25,34 @@ Rigid3 FromBlock(const PoseBlock& block) {
   return {Eigen::Quaterniond(block[3], block[0], block[1], block[2]).normalized(), {block[4], block[5], block[6]}};
 }
 
-// The parameters of one solve, apart from the map until it has succeeded.
+// The parameters of one solve, apart from the map until it has succeeded. Ceres orders blocks by their addresses, so
+// each kind lies in one array.
 struct Parameters {
-  std::map<ImageId, PoseBlock> poses;       // free images
-  std::vector<Eigen::Vector3d> points;      // in the order given
+  std::vector<ImageId> images;          // free, ascending
+  std::vector<PoseBlock> poses;         // of these
+  std::vector<Eigen::Vector3d> points;  // in the order given
   bool has_held_image = false;
   uint64_t observations = 0;
+
+  PoseBlock* FindPose(ImageId id) {
+    const auto found = std::lower_bound(images.begin(), images.end(), id);
+    return found == images.end() || *found != id ? nullptr : &poses[static_cast<size_t>(found - images.begin())];
+  }
 };
 
-void AddResiduals(const Map& map, std::span<const PointId> points, const BundleOptions& options, ceres::Problem* problem,
-                  ceres::ParameterBlockOrdering* ordering, Parameters* parameters) {
+void AddResiduals(const Map& map, std::span<const PointId> points, const BundleOptions& options,
+                  ceres::Problem* problem, ceres::ParameterBlockOrdering* ordering, Parameters* parameters) {
   auto* loss = new ceres::CauchyLoss(options.loss_scale_px);  // the problem owns it, as it does the costs
   for (size_t i = 0; i < points.size(); ++i) {
     double* position = parameters->points[i].data();
     for (const TrackElement& element : map.point(points[i]).track) {
       const MapImage& image = map.image(element.image);
       const Eigen::Vector2d x_px = image.ViewOf(element.feature).x_px;
-      const auto free = parameters->poses.find(element.image);
-      if (free != parameters->poses.end()) {
-        problem->AddResidualBlock(new ReprojectionCost(image.camera, x_px), loss, free->second.data(), position);
+      if (PoseBlock* const pose = parameters->FindPose(element.image)) {
+        problem->AddResidualBlock(new ReprojectionCost(image.camera, x_px), loss, pose->data(), position);
       } else {
-        problem->AddResidualBlock(new FixedPoseReprojectionCost(image.cam_from_world, image.camera, x_px), loss, position);
+        problem->AddResidualBlock(new FixedPoseReprojectionCost(image.cam_from_world, image.camera, x_px), loss,
+                                  position);
         parameters->has_held_image = true;
       }
       ++parameters->observations;
@@ -57,40 +63,37 @@ void AddResiduals(const Map& map, std::span<const PointId> points, const BundleO
 
 // Each camera as three points: its centre, and one unit (a typical spacing) along two of its axes, so that cameras
 // on a line fix the gauge too.
-void AppendFrame(const Rigid3& cam_from_world, double unit, std::vector<Eigen::Vector3d>* frame) {
-  const Eigen::Vector3d center = cam_from_world.Center();
-  const Eigen::Matrix3d axes = cam_from_world.rotation.toRotationMatrix().transpose();
-  frame->push_back(center);
-  frame->push_back(center + unit * axes.col(0));
-  frame->push_back(center + unit * axes.col(2));
+std::vector<Eigen::Vector3d> Frame(std::span<const Rigid3> cams_from_world) {
+  const double n = static_cast<double>(cams_from_world.size());
+  Eigen::Vector3d mean = Eigen::Vector3d::Zero();
+  for (const Rigid3& pose : cams_from_world) mean += pose.Center() / n;
+  double spread = 0;
+  for (const Rigid3& pose : cams_from_world) spread += (pose.Center() - mean).squaredNorm() / n;
+  std::vector<Eigen::Vector3d> frame;
+  for (const Rigid3& pose : cams_from_world) {
+    const Eigen::Matrix3d axes = pose.rotation.toRotationMatrix().transpose();
+    frame.push_back(pose.Center());
+    frame.push_back(pose.Center() + std::sqrt(spread) * axes.col(0));
+    frame.push_back(pose.Center() + std::sqrt(spread) * axes.col(2));
+  }
+  return frame;
 }
 
-Sim3 OldFromNew(const Map& map, const std::map<ImageId, PoseBlock>& poses) {
-  Eigen::Vector3d mean_old = Eigen::Vector3d::Zero(), mean_new = Eigen::Vector3d::Zero();
-  const double n = static_cast<double>(poses.size());
-  for (const auto& [id, block] : poses) {
-    mean_old += map.image(id).cam_from_world.Center() / n;
-    mean_new += FromBlock(block).Center() / n;
+Sim3 OldFromNew(const Map& map, const Parameters& parameters) {
+  std::vector<Rigid3> poses_old, poses_new;
+  for (size_t i = 0; i < parameters.images.size(); ++i) {
+    poses_old.push_back(map.image(parameters.images[i]).cam_from_world);
+    poses_new.push_back(FromBlock(parameters.poses[i]));
   }
-  double spread_old = 0, spread_new = 0;
-  for (const auto& [id, block] : poses) {
-    spread_old += (map.image(id).cam_from_world.Center() - mean_old).squaredNorm() / n;
-    spread_new += (FromBlock(block).Center() - mean_new).squaredNorm() / n;
-  }
-  std::vector<Eigen::Vector3d> frame_old, frame_new;
-  for (const auto& [id, block] : poses) {
-    AppendFrame(map.image(id).cam_from_world, std::sqrt(spread_old), &frame_old);
-    AppendFrame(FromBlock(block), std::sqrt(spread_new), &frame_new);
-  }
-  return FitSimilarity(frame_new, frame_old).value_or(Sim3{});
+  return FitSimilarity(Frame(poses_new), Frame(poses_old)).value_or(Sim3{});
 }
 
 void Apply(Map* map, std::span<const PointId> points, const Parameters& parameters) {
   Sim3 old_from_new;
-  if (!parameters.has_held_image) old_from_new = OldFromNew(*map, parameters.poses);
-  for (const auto& [id, block] : parameters.poses) {
-    const Rigid3 pose = FromBlock(block);
-    map->SetPose(id, parameters.has_held_image ? pose : TransformCameraWorld(old_from_new, pose));
+  if (!parameters.has_held_image) old_from_new = OldFromNew(*map, parameters);
+  for (size_t i = 0; i < parameters.images.size(); ++i) {
+    const Rigid3 pose = FromBlock(parameters.poses[i]);
+    map->SetPose(parameters.images[i], parameters.has_held_image ? pose : TransformCameraWorld(old_from_new, pose));
   }
   for (size_t i = 0; i < points.size(); ++i) {
     map->SetPosition(points[i], parameters.has_held_image ? parameters.points[i] : old_from_new * parameters.points[i]);
@@ -118,8 +121,10 @@ Result<BundleSummary> AdjustBundle(Map* map, std::span<const ImageId> free_image
     for (const TrackElement& element : map->point(id).track) seen.insert(element.image);
   }
   for (const ImageId id : free_images) {
-    if (seen.contains(id)) parameters.poses[id] = ToBlock(map->image(id).cam_from_world);
+    if (seen.contains(id)) parameters.images.push_back(id);
   }
+  std::sort(parameters.images.begin(), parameters.images.end());
+  for (const ImageId id : parameters.images) parameters.poses.push_back(ToBlock(map->image(id).cam_from_world));
   for (const PointId id : points) parameters.points.push_back(map->point(id).position);
 
   ceres::Problem::Options problem_options;
@@ -128,11 +133,11 @@ Result<BundleSummary> AdjustBundle(Map* map, std::span<const ImageId> free_image
   PoseManifold manifold;
   auto ordering = std::make_shared<ceres::ParameterBlockOrdering>();
   AddResiduals(*map, points, options, &problem, ordering.get(), &parameters);
-  for (auto& [id, block] : parameters.poses) {
+  for (PoseBlock& block : parameters.poses) {
     problem.SetManifold(block.data(), &manifold);
     ordering->AddElementToGroup(block.data(), 1);
   }
-  if (!parameters.has_held_image) problem.SetParameterBlockConstant(parameters.poses.begin()->second.data());
+  if (!parameters.has_held_image) problem.SetParameterBlockConstant(parameters.poses.front().data());
 
   ceres::Solver::Options solver;
   solver.linear_solver_type =

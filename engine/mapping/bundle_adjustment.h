@@ -11,10 +11,10 @@
 namespace veduta {
 
 struct BundleOptions {
-  double loss_scale_px = 1.0;          // > 0: Cauchy loss; errors beyond it lose weight
-  uint32_t iterations_max = 25;        // >= 1
-  double function_tolerance = 1e-6;    // > 0: stop when the cost falls by less than this share
-  uint32_t dense_images_max = 40;      // the reduced camera system is solved densely up to so many free images
+  double loss_scale_px = 1.0;        // > 0: Cauchy loss; errors beyond it lose weight
+  uint32_t iterations_max = 25;      // >= 1
+  double function_tolerance = 1e-6;  // > 0: stop when the cost falls by less than this share
+  uint32_t dense_images_max = 40;    // the reduced camera system is solved densely up to so many free images
 
   Status Check() const;
 };

@@ -53,7 +53,8 @@ ThirdView ChooseThird(const FoundingViews& views, const Map& map, const PairReco
     const Resection placed = Resect(structure.x, structure.positions, image.camera.focal_px(),
                                     MixSeed(seed, image.id.value), options.resection);
     if (placed.outcome != ResectionOutcome::kPlaced ||
-        static_cast<double>(placed.inliers.size()) < options.explained_share_min * static_cast<double>(structure.x.size())) {
+        static_cast<double>(placed.inliers.size()) <
+            options.explained_share_min * static_cast<double>(structure.x.size())) {
       continue;
     }
     const Eigen::Vector3d center = placed.cam_from_world.Center();
@@ -87,7 +88,8 @@ uint32_t CountCommonPoints(const Map& map, double angle_deg_min) {
   uint32_t count = 0;
   for (const PointId id : map.PointsSeenBy(ids)) {
     const PointRecord& point = map.point(id);
-    count += point.track.size() == ids.size() && TriangulationAngleDeg(map.ViewsOf(point), point.position) > angle_deg_min;
+    count +=
+        point.track.size() == ids.size() && TriangulationAngleDeg(map.ViewsOf(point), point.position) > angle_deg_min;
   }
   return count;
 }

@@ -15,8 +15,8 @@ namespace {
 
 // Everything that the matches say about one feature of the new image.
 struct FeatureEvidence {
-  std::vector<PointId> points;          // ascending, distinct
-  std::vector<TrackElement> unplaced;   // matched features that have no point yet, in the order of the pairs
+  std::vector<PointId> points;         // ascending, distinct
+  std::vector<TrackElement> unplaced;  // matched features that have no point yet, in the order of the pairs
 };
 
 std::vector<FeatureEvidence> GatherEvidence(const Map& map, const MapImage& image, std::span<const PairMatches> pairs) {
@@ -81,7 +81,8 @@ bool TryTriangulate(Map* map, ImageId image, FeatureIndex feature, const std::ve
     std::vector<TrackElement> track = {{image, feature}, seed};
     for (const TrackElement& element : matched) {
       const MapImage& third = map->image(element.image);
-      const bool known = std::any_of(track.begin(), track.end(), [&](const auto& e) { return e.image == element.image; });
+      const bool known =
+          std::any_of(track.begin(), track.end(), [&](const auto& e) { return e.image == element.image; });
       if (known || third.points[element.feature].valid()) continue;
       const View third_view = third.ViewOf(element.feature);
       if (ReprojectionErrorPx(third_view, *position) > 2 * options.error_px_max) continue;
@@ -131,7 +132,8 @@ bool TryMergePoints(Map* map, PointId keep, PointId drop, double error_px_max) {
   return true;
 }
 
-GrowthCounts GrowFromMatches(Map* map, ImageId image, std::span<const PairMatches> pairs, const GrowthOptions& options) {
+GrowthCounts GrowFromMatches(Map* map, ImageId image, std::span<const PairMatches> pairs,
+                             const GrowthOptions& options) {
   GrowthCounts counts;
   const std::vector<FeatureEvidence> evidence = GatherEvidence(*map, map->image(image), pairs);
   for (FeatureIndex f = 0; f < evidence.size(); ++f) {
@@ -143,7 +145,8 @@ GrowthCounts GrowFromMatches(Map* map, ImageId image, std::span<const PairMatche
         counts.observations_added += joined.has_value();
       }
       if (!joined) continue;
-      for (const PointId other : e.points) counts.points_merged += TryMergePoints(map, *joined, other, options.error_px_max);
+      for (const PointId other : e.points)
+        counts.points_merged += TryMergePoints(map, *joined, other, options.error_px_max);
       // Matched features that have no point yet belong to it as well when it lands on them.
       for (const TrackElement& element : e.unplaced) {
         const PointRecord& point = map->point(*joined);
@@ -185,7 +188,8 @@ PairMatches MatchPlaced(const Map& map, ImageId image_id, ImageId other_id, cons
   return pair;
 }
 
-GrowthCounts GrowByProjection(Map* map, ImageId image_id, std::span<const PointId> points, const GrowthOptions& options) {
+GrowthCounts GrowByProjection(Map* map, ImageId image_id, std::span<const PointId> points,
+                              const GrowthOptions& options) {
   GrowthCounts counts;
   GuidedScratch scratch;
   const MapImage& image = map->image(image_id);
@@ -200,11 +204,11 @@ GrowthCounts GrowByProjection(Map* map, ImageId image_id, std::span<const PointI
     const TrackElement& alike = MostAlike(*map, *point, center);
     const MapImage& known = map->image(alike.image);
     if (RayAngleDeg(known.cam_from_world.Center(), center, point->position) > 45) continue;
-    const auto found = FindNear(*image.grid, *image.features,
-                                {x_px.x(), x_px.y(), options.search_radius_px, known.features->descriptor(alike.feature),
-                                 known.features->keypoints[alike.feature].contrast_sign,
-                                 options.descriptor_distance_squared_max},
-                                &scratch);
+    const auto found =
+        FindNear(*image.grid, *image.features,
+                 {x_px.x(), x_px.y(), options.search_radius_px, known.features->descriptor(alike.feature),
+                  known.features->keypoints[alike.feature].contrast_sign, options.descriptor_distance_squared_max},
+                 &scratch);
     if (!found || image.points[found->feature].valid()) continue;
     const double depth_known = (known.cam_from_world * point->position).z();
     const double scale_predicted = known.features->keypoints[alike.feature].scale_px * depth_known / x_cam.z() *

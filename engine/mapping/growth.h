@@ -10,15 +10,16 @@
 namespace veduta {
 
 struct GrowthOptions {
-  double error_px_max = 3.0;       // > 0: reprojection error of an observation before adjustment
-  double angle_deg_min = 2.0;      // [0, 90): of a new point; the paper's section 3.3
-  double search_radius_px = 3.0;   // > 0: around a projected point
+  double error_px_max = 3.0;                          // > 0: reprojection error of an observation before adjustment
+  double angle_deg_min = 2.0;                         // [0, 90): of a new point; the paper's section 3.3
+  double search_radius_px = 3.0;                      // > 0: around a projected point
   uint32_t descriptor_distance_squared_max = 90'000;  // root-SIFT bytes have norm 512
-  double scale_ratio_max = 1.6;    // >= 1: of a feature's measured scale to that predicted from depth
-  uint32_t views_min = 2;          // >= 2: of a new point
-  uint32_t guided_views_min = 3;   // >= 2: of one whose matches were found by known poses: two agree by chance too easily
-  double guided_band_px = 1.5;     // (0, 64]: from the epipolar line
-  double guided_ratio_max = 0.8;   // (0, 1]: against the second best in the band
+  double scale_ratio_max = 1.6;  // >= 1: of a feature's measured scale to that predicted from depth
+  uint32_t views_min = 2;        // >= 2: of a new point
+  uint32_t guided_views_min =
+      3;                        // >= 2: of one whose matches were found by known poses: two agree by chance too easily
+  double guided_band_px = 1.5;  // (0, 64]: from the epipolar line
+  double guided_ratio_max = 0.8;  // (0, 1]: against the second best in the band
 };
 
 struct GrowthCounts {

@@ -9,7 +9,9 @@
 namespace veduta {
 namespace {
 
-std::string Name(PointId id) { return "point " + std::to_string(id.home.value) + "/" + std::to_string(id.ordinal); }
+std::string Name(PointId id) {
+  return "point " + std::to_string(id.home.value) + "/" + std::to_string(id.ordinal);
+}
 
 auto FindElement(auto& track, ImageId image) {
   return std::lower_bound(track.begin(), track.end(), image,
@@ -24,7 +26,9 @@ const MapImage& Map::image(ImageId id) const {
   return it->second;
 }
 
-MapImage& Map::MutableImage(ImageId id) { return const_cast<MapImage&>(image(id)); }
+MapImage& Map::MutableImage(ImageId id) {
+  return const_cast<MapImage&>(image(id));
+}
 
 const PointRecord* Map::FindPoint(PointId id) const {
   const auto block = blocks_.find(id.home);
@@ -79,7 +83,8 @@ std::vector<View> Map::ViewsOf(const PointRecord& point) const {
 }
 
 void Map::LoadImage(MapImage image) {
-  VEDUTA_CHECK(image.features != nullptr && image.points.size() == image.features->size(), "features and points differ");
+  VEDUTA_CHECK(image.features != nullptr && image.points.size() == image.features->size(),
+               "features and points differ");
   const ImageId id = image.id;
   images_.insert_or_assign(id, std::move(image));
 }
@@ -109,7 +114,8 @@ void Map::CountPoint(const PointRecord& point, int sign) {
   CountChange& change = changes_.counts[image(point.track.front().image).reconstruction];
   change.points += sign;
   change.observations += sign * static_cast<int64_t>(point.track.size());
-  change.reprojection_error_px_sum += sign * static_cast<double>(point.error_px) * static_cast<double>(point.track.size());
+  change.reprojection_error_px_sum +=
+      sign * static_cast<double>(point.error_px) * static_cast<double>(point.track.size());
 }
 
 void Map::Measure(PointRecord* point) const {

@@ -31,7 +31,7 @@ struct MapImage {
   uint32_t width_px = 0, height_px = 0;
   std::shared_ptr<const Features> features;
   std::shared_ptr<const FeatureGrid> grid;  // of the same features
-  std::vector<PointId> points;  // [features.size()]; not valid() where the feature has no point
+  std::vector<PointId> points;              // [features.size()]; not valid() where the feature has no point
 
   View ViewOf(FeatureIndex feature) const {
     const Keypoint& k = features->keypoints[feature];

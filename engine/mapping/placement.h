@@ -27,8 +27,8 @@ PairRecord RecordOf(const PairMatches& pair, ImageId photo);
 struct StructureMatches {
   std::vector<FeatureIndex> features;
   std::vector<PointId> points;
-  std::vector<Eigen::Vector2d> x;           // normalised coordinates of the features
-  std::vector<Eigen::Vector3d> positions;   // of the points
+  std::vector<Eigen::Vector2d> x;          // normalised coordinates of the features
+  std::vector<Eigen::Vector3d> positions;  // of the points
 };
 
 // Features of the photo that match features with a point in `reconstruction`: one point a feature, that which most

@@ -11,11 +11,13 @@ using Matrix23 = Eigen::Matrix<double, 2, 3, Eigen::RowMajor>;
 constexpr double kDepthMin = 1e-9;
 constexpr double kBehindError_px = 1e4;
 
-Eigen::Quaterniond RotationOf(const double* pose) { return Eigen::Map<const Eigen::Quaterniond>(pose); }
+Eigen::Quaterniond RotationOf(const double* pose) {
+  return Eigen::Map<const Eigen::Quaterniond>(pose);
+}
 
 // Projects and, where wanted, differentiates by the point in the camera frame.
-void ProjectWithDerivative(const Pinhole& camera, const Eigen::Vector3d& p, const Eigen::Vector2d& x_px, double* residuals,
-                           Matrix23* derivative) {
+void ProjectWithDerivative(const Pinhole& camera, const Eigen::Vector3d& p, const Eigen::Vector2d& x_px,
+                           double* residuals, Matrix23* derivative) {
   if (p.z() < kDepthMin) {
     residuals[0] = residuals[1] = kBehindError_px;
     derivative->setZero();

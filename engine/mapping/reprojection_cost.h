@@ -40,7 +40,9 @@ class ReprojectionCost final : public ceres::SizedCostFunction<2, 7, 3> {
 class FixedPoseReprojectionCost final : public ceres::SizedCostFunction<2, 3> {
  public:
   FixedPoseReprojectionCost(const Rigid3& cam_from_world, const Pinhole& camera, const Eigen::Vector2d& x_px)
-      : rotation_(cam_from_world.rotation.toRotationMatrix()), translation_(cam_from_world.translation), camera_(camera),
+      : rotation_(cam_from_world.rotation.toRotationMatrix()),
+        translation_(cam_from_world.translation),
+        camera_(camera),
         x_px_(x_px) {}
   bool Evaluate(double const* const* parameters, double* residuals, double** jacobians) const override;
 

@@ -10,8 +10,8 @@
 namespace veduta {
 namespace {
 
-bool IsInlier(const Eigen::Matrix3d& r, const Eigen::Vector3d& t, const Eigen::Vector2d& x, const Eigen::Vector3d& point,
-              double error_squared_max) {
+bool IsInlier(const Eigen::Matrix3d& r, const Eigen::Vector3d& t, const Eigen::Vector2d& x,
+              const Eigen::Vector3d& point, double error_squared_max) {
   const Eigen::Vector3d p = r * point + t;
   return p.z() > 0 && (p.head<2>() - p.z() * x).squaredNorm() < error_squared_max * p.z() * p.z();
 }
@@ -53,8 +53,8 @@ uint32_t SearchPose(std::span<const Eigen::Vector2d> x, std::span<const Eigen::V
       if (inliers > best) {
         best = inliers;
         *best_pose = {Eigen::Quaterniond(r).normalized(), translation};
-        samples_needed = std::min(options.samples_max,
-                                  std::max(20u, SamplesNeeded(options.confidence, inliers / double(n), 3)));
+        samples_needed =
+            std::min(options.samples_max, std::max(20u, SamplesNeeded(options.confidence, inliers / double(n), 3)));
       }
     }
   }
@@ -100,7 +100,8 @@ Rigid3 RefinePose(const Rigid3& start, std::span<const Eigen::Vector2d> x, std::
     if (!step.allFinite()) break;
     const Eigen::Vector3d omega = step.head<3>();
     if (omega.norm() > 0) {
-      pose.rotation = (Eigen::Quaterniond(Eigen::AngleAxisd(omega.norm(), omega.normalized())) * pose.rotation).normalized();
+      pose.rotation =
+          (Eigen::Quaterniond(Eigen::AngleAxisd(omega.norm(), omega.normalized())) * pose.rotation).normalized();
     }
     pose.translation += step.tail<3>();
     if (step.norm() < 1e-12 * (1 + pose.translation.norm())) break;
@@ -115,7 +116,8 @@ Resection Resect(std::span<const Eigen::Vector2d> x, std::span<const Eigen::Vect
   result.outcome = ResectionOutcome::kTooFewInliers;
   const double error_max = options.error_px_max / focal_px;
   Rigid3 pose;
-  if (SearchPose(x, points, error_max, seed, options, &pose) < std::max(4u, options.inlier_count_min / 2)) return result;
+  if (SearchPose(x, points, error_max, seed, options, &pose) < std::max(4u, options.inlier_count_min / 2))
+    return result;
   for (int round = 0; round < 3; ++round) {
     std::vector<Eigen::Vector2d> in_x;
     std::vector<Eigen::Vector3d> in_points;

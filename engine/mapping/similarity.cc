@@ -25,14 +25,16 @@ std::optional<Sim3> FitSimilarity(std::span<const Eigen::Vector3d> a, std::span<
   Eigen::Vector3d signs(1, 1, 1);
   if ((svd.matrixU() * svd.matrixV().transpose()).determinant() < 0) signs[2] = -1;
   Sim3 fit;
-  fit.rotation = Eigen::Quaterniond(Eigen::Matrix3d(svd.matrixU() * signs.asDiagonal() * svd.matrixV().transpose())).normalized();
+  fit.rotation =
+      Eigen::Quaterniond(Eigen::Matrix3d(svd.matrixU() * signs.asDiagonal() * svd.matrixV().transpose())).normalized();
   fit.scale = d.dot(signs) / variance_a;
   if (!(fit.scale > 0) || !std::isfinite(fit.scale)) return std::nullopt;
   fit.translation = mean_b - fit.scale * (fit.rotation * mean_a);
   return fit;
 }
 
-std::optional<RobustSimilarity> EstimateSimilarity(std::span<const Eigen::Vector3d> a, std::span<const Eigen::Vector3d> b,
+std::optional<RobustSimilarity> EstimateSimilarity(std::span<const Eigen::Vector3d> a,
+                                                   std::span<const Eigen::Vector3d> b,
                                                    const std::function<bool(const Sim3&, size_t)>& is_inlier,
                                                    uint32_t inlier_count_min, uint64_t seed) {
   const uint32_t n = static_cast<uint32_t>(a.size());
@@ -57,7 +59,8 @@ std::optional<RobustSimilarity> EstimateSimilarity(std::span<const Eigen::Vector
     std::vector<uint32_t> inliers = count(*fit);
     if (inliers.size() > best.inliers.size()) {
       best = {*fit, std::move(inliers)};
-      samples_needed = std::min(samples_needed, std::max(30u, SamplesNeeded(1 - 1e-4, best.inliers.size() / double(n), 3)));
+      samples_needed =
+          std::min(samples_needed, std::max(30u, SamplesNeeded(1 - 1e-4, best.inliers.size() / double(n), 3)));
     }
   }
   for (int round = 0; round < 3 && best.inliers.size() >= 3; ++round) {

@@ -23,7 +23,8 @@ double TriangulationAngleDeg(std::span<const View> views, const Eigen::Vector3d&
   double largest = 0;
   for (size_t i = 0; i < views.size(); ++i) {
     for (size_t j = i + 1; j < views.size(); ++j) {
-      largest = std::max(largest, RayAngleDeg(views[i].cam_from_world.Center(), views[j].cam_from_world.Center(), point));
+      largest =
+          std::max(largest, RayAngleDeg(views[i].cam_from_world.Center(), views[j].cam_from_world.Center(), point));
     }
   }
   return largest;

@@ -71,7 +71,8 @@ BestPose Optimize(const Eigen::Matrix3d& essential, std::span<const Eigen::Vecto
   BestPose best{PoseFromEssential(essential, x_a, x_b), 0};
   for (int round = 0; round < 2; ++round) {
     // The first round takes in what the noise pushed out.
-    const std::vector<uint32_t> near = FindTwoViewInliers(best.b_from_a, x_a, x_b, (round == 0 ? 2.0 : 1.0) * distance_max);
+    const std::vector<uint32_t> near =
+        FindTwoViewInliers(best.b_from_a, x_a, x_b, (round == 0 ? 2.0 : 1.0) * distance_max);
     if (near.size() < 8) return best;
     best.b_from_a = RefineTwoView(best.b_from_a, Select(x_a, near), Select(x_b, near), 0.5 * distance_max);
   }
@@ -194,7 +195,8 @@ Rigid3 RefineTwoView(const Rigid3& start, std::span<const Eigen::Vector2d> x_a, 
     if (!step.allFinite()) break;
     const Eigen::Vector3d omega = step.head<3>();
     if (omega.norm() > 0) {
-      pose.rotation = (pose.rotation * Eigen::Quaterniond(Eigen::AngleAxisd(omega.norm(), omega.normalized()))).normalized();
+      pose.rotation =
+          (pose.rotation * Eigen::Quaterniond(Eigen::AngleAxisd(omega.norm(), omega.normalized()))).normalized();
     }
     pose.translation = (t + step[3] * basis_0 + step[4] * basis_1).normalized();
     if (step.norm() < 1e-10) break;
@@ -275,8 +277,9 @@ TwoViewGeometry EstimateTwoView(std::span<const Eigen::Vector2d> x_a, std::span<
   if (x_a.size() < options.inlier_count_min || x_a.size() != x_b.size()) return result;
   result.outcome = TwoViewOutcome::kTooFewInliers;
   const double distance_max = options.error_px_max / focal_px;
-  const uint32_t needed = std::max(
-      options.inlier_count_min, static_cast<uint32_t>(std::ceil(options.inlier_share_min * static_cast<double>(x_a.size()))));
+  const uint32_t needed =
+      std::max(options.inlier_count_min,
+               static_cast<uint32_t>(std::ceil(options.inlier_share_min * static_cast<double>(x_a.size()))));
   const BestPose best = SearchPose(x_a, x_b, distance_max, needed, seed, options);
   if (best.inliers == 0) return result;
   result.b_from_a = best.b_from_a;

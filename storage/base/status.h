@@ -10,13 +10,13 @@ namespace veduta {
 
 enum class StatusCode {
   kOk,
-  kInvalidArgument,    // the caller's input is wrong; the message names it
-  kNotFound,           // no such thing in the database
-  kAlreadyExists,      // the name or the content is there already
-  kCorruption,         // stored data breaks its format or an invariant
-  kIoError,            // the operating system refused; includes a full disk
-  kBusy,               // another process holds the database
-  kCancelled,          // the user asked to stop
+  kInvalidArgument,  // the caller's input is wrong; the message names it
+  kNotFound,         // no such thing in the database
+  kAlreadyExists,    // the name or the content is there already
+  kCorruption,       // stored data breaks its format or an invariant
+  kIoError,          // the operating system refused; includes a full disk
+  kBusy,             // another process holds the database
+  kCancelled,        // the user asked to stop
 };
 
 class [[nodiscard]] Status {
@@ -52,8 +52,8 @@ class [[nodiscard]] Status {
 template <typename T>
 class [[nodiscard]] Result {
  public:
-  Result(T value) : value_(std::move(value)) {}               // NOLINT: implicit so that `return value;` reads well
-  Result(Status status) : status_(std::move(status)) {        // NOLINT: likewise
+  Result(T value) : value_(std::move(value)) {}         // NOLINT: implicit so that `return value;` reads well
+  Result(Status status) : status_(std::move(status)) {  // NOLINT: likewise
     if (status_.ok()) AbortWithMessage(__FILE__, __LINE__, "Result built from an Ok status without a value");
   }
 
@@ -83,17 +83,18 @@ class [[nodiscard]] Result {
 #define VEDUTA_CONCAT_INNER(a, b) a##b
 #define VEDUTA_CONCAT(a, b) VEDUTA_CONCAT_INNER(a, b)
 // Returns the failure of `expression` from the enclosing function.
-#define VEDUTA_RETURN_IF_ERROR(expression)                                      \
-  do {                                                                          \
+#define VEDUTA_RETURN_IF_ERROR(expression)                                            \
+  do {                                                                                \
     if (auto veduta_status = (expression); !veduta_status.ok()) return veduta_status; \
   } while (false)
 // Declares `target` from a Result, or returns its failure.
-#define VEDUTA_ASSIGN_OR_RETURN(target, expression)                                            \
-  auto VEDUTA_CONCAT(veduta_result_, __LINE__) = (expression);                                 \
+#define VEDUTA_ASSIGN_OR_RETURN(target, expression)                                                           \
+  auto VEDUTA_CONCAT(veduta_result_, __LINE__) = (expression);                                                \
   if (!VEDUTA_CONCAT(veduta_result_, __LINE__).ok()) return VEDUTA_CONCAT(veduta_result_, __LINE__).status(); \
   target = std::move(VEDUTA_CONCAT(veduta_result_, __LINE__)).value()
 // Aborts with `message` (which names the operands) when a condition that our own code guarantees does not hold.
-#define VEDUTA_CHECK(condition, message)                                                                          \
-  do {                                                                                                            \
-    if (!(condition)) ::veduta::AbortWithMessage(__FILE__, __LINE__, std::string(#condition " is false: ") + (message)); \
+#define VEDUTA_CHECK(condition, message)                                                                 \
+  do {                                                                                                   \
+    if (!(condition))                                                                                    \
+      ::veduta::AbortWithMessage(__FILE__, __LINE__, std::string(#condition " is false: ") + (message)); \
   } while (false)

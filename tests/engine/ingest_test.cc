@@ -23,7 +23,9 @@ void ExpectTruePoses(const Snapshot& snapshot, ReconstructionId id, const std::v
   EXPECT_LT(errors.angle_deg_max, kAngleErrorDegMax);
 }
 
-bool IsPlaced(Verdict verdict) { return verdict != Verdict::kPostponed && verdict != Verdict::kRejected; }
+bool IsPlaced(Verdict verdict) {
+  return verdict != Verdict::kPostponed && verdict != Verdict::kRejected;
+}
 
 // A grey photo of the camera's size, every pixel by `level`.
 template <typename Level>
@@ -61,14 +63,17 @@ TEST(Ingest, OneWalkBecomesOneReconstruction) {
   EXPECT_TRUE(IsSound(ask.snapshot()));
   ExpectTruePoses(ask.snapshot(), outcomes[2].reconstruction, stands, stands.size());
   // The two that founded with the third say so.
-  for (int i : {0, 1}) EXPECT_EQ(ask.FindImage(TakePhoto(stands[static_cast<size_t>(i)]).name)->verdict, Verdict::kFounded);
+  for (int i : {0, 1})
+    EXPECT_EQ(ask.FindImage(TakePhoto(stands[static_cast<size_t>(i)]).name)->verdict, Verdict::kFounded);
   const CityStatus status = city.Counts();
   EXPECT_EQ(status.images, stands.size());
   EXPECT_EQ(status.placed, stands.size());
   EXPECT_EQ(status.backlog, 0u);
   ASSERT_EQ(status.reconstructions.size(), 1u);
   EXPECT_EQ(status.reconstructions[0].image_count, stands.size());
-  EXPECT_LT(status.reconstructions[0].reprojection_error_px_sum / static_cast<double>(status.reconstructions[0].observation_count), 1.0);
+  EXPECT_LT(status.reconstructions[0].reprojection_error_px_sum /
+                static_cast<double>(status.reconstructions[0].observation_count),
+            1.0);
 }
 
 TEST(Ingest, TheSameBytesAreAddedOnce) {
@@ -86,7 +91,8 @@ TEST(Ingest, TheSameBytesAreAddedOnce) {
   EXPECT_EQ(city.Digest(), digest);
   // Twice within one call, both prepared before either is stored.
   const std::vector<uint8_t>& fresh = TakePhoto({8.7, 90}).jpeg;
-  const std::vector<AddOutcome> outcomes = city.Add({city.Submit("x.jpg", fresh), city.Submit("y.jpg", fresh), city.Submit("x.jpg", fresh)});
+  const std::vector<AddOutcome> outcomes =
+      city.Add({city.Submit("x.jpg", fresh), city.Submit("y.jpg", fresh), city.Submit("x.jpg", fresh)});
   EXPECT_FALSE(outcomes[0].duplicate);
   EXPECT_TRUE(outcomes[1].duplicate);
   EXPECT_TRUE(outcomes[2].duplicate);
@@ -110,8 +116,9 @@ TEST(Ingest, ANameBelongsToItsPhoto) {
   EXPECT_EQ(city.Digest(), digest);
   EXPECT_TRUE(IsSound(city.Ask().snapshot())) << "what was written ahead of it must be gone";
   // The same bytes under a taken and under a free name, prepared together: the one must not take the other's blobs.
-  const std::vector<AddOutcome> outcomes = city.Add({city.Submit(TakePhoto(stands[0]).name, other), city.Submit("free.jpg", other),
-                                                     city.Submit(TakePhoto(stands[1]).name, other)});
+  const std::vector<AddOutcome> outcomes =
+      city.Add({city.Submit(TakePhoto(stands[0]).name, other), city.Submit("free.jpg", other),
+                city.Submit(TakePhoto(stands[1]).name, other)});
   EXPECT_EQ(outcomes[0].reason, Reason::kNameTaken);
   EXPECT_TRUE(outcomes[1].id.valid());
   EXPECT_TRUE(outcomes[2].duplicate);
@@ -129,7 +136,9 @@ TEST(Ingest, EachBadPhotoHasItsReason) {
   std::vector<uint8_t> cut(good.jpeg.begin(), good.jpeg.begin() + static_cast<std::ptrdiff_t>(good.jpeg.size() / 2));
   const std::string text = "this is not a photo but a letter to the editor";
   const auto black = [](uint32_t, uint32_t) { return uint8_t{0}; };
-  const auto blurred = [](uint32_t x, uint32_t y) { return static_cast<uint8_t>(128 + 60 * std::sin(x / 90.0) * std::sin(y / 90.0)); };
+  const auto blurred = [](uint32_t x, uint32_t y) {
+    return static_cast<uint8_t>(128 + 60 * std::sin(x / 90.0) * std::sin(y / 90.0));
+  };
   struct Bad {
     std::string name;
     std::vector<uint8_t> bytes;
@@ -139,7 +148,8 @@ TEST(Ingest, EachBadPhotoHasItsReason) {
       {"empty.jpg", {}, Reason::kEmptyFile},
       {"letter.jpg", {text.begin(), text.end()}, Reason::kUnsupportedFormat},
       {"cut.jpg", cut, Reason::kUnreadable},
-      {"small.jpg", MadePhoto(320, 240, [](uint32_t x, uint32_t y) { return static_cast<uint8_t>(x * y); }), Reason::kWrongSize},
+      {"small.jpg", MadePhoto(320, 240, [](uint32_t x, uint32_t y) { return static_cast<uint8_t>(x * y); }),
+       Reason::kWrongSize},
       {"black.jpg", MadePhoto(camera.width_px, camera.height_px, black), Reason::kNoTexture},
       {"blurred.jpg", MadePhoto(camera.width_px, camera.height_px, blurred), Reason::kNoTexture},
       {"huge.jpg", std::vector<uint8_t>(2'000'001, 7), Reason::kTooLarge},
@@ -211,7 +221,9 @@ TEST(Ingest, TwoSitesMergeWhenABridgeIsWalked) {
 
   const std::vector<AddOutcome> outcomes = city.Add(bridge);
   SCOPED_TRACE(Told(outcomes));
-  EXPECT_EQ(std::count_if(outcomes.begin(), outcomes.end(), [](const AddOutcome& o) { return o.verdict == Verdict::kMerged; }), 1);
+  EXPECT_EQ(std::count_if(outcomes.begin(), outcomes.end(),
+                          [](const AddOutcome& o) { return o.verdict == Verdict::kMerged; }),
+            1);
   for (const AddOutcome& outcome : outcomes) EXPECT_TRUE(IsPlaced(outcome.verdict)) << outcome.name;
   const CityStatus joined = city.Counts();
   ASSERT_EQ(joined.reconstructions.size(), 1u);
@@ -270,9 +282,12 @@ TEST(Ingest, StopsBetweenPhotosAndGoesOn) {
   for (const Stand& stand : stands) photos.push_back(city.Submit(stand));
   std::stop_source stop;
   size_t reported = 0;
-  const Status stopped = city.engine().AddPhotos(photos, [&](const AddOutcome&) {
-    if (++reported == 2) stop.request_stop();
-  }, stop.get_token());
+  const Status stopped = city.engine().AddPhotos(
+      photos,
+      [&](const AddOutcome&) {
+        if (++reported == 2) stop.request_stop();
+      },
+      stop.get_token());
   EXPECT_EQ(stopped.code(), StatusCode::kCancelled);
   EXPECT_EQ(reported, 2u);
   EXPECT_TRUE(IsSound(city.Ask().snapshot())) << "photos prepared ahead and not added must leave nothing that is seen";

@@ -63,7 +63,8 @@ inline const TakenPhoto& TakePhoto(const Stand& stand, uint64_t exposure_seed = 
   const street::Lane& lane = scene.plan().lanes.front();
   const Eigen::Vector2d at = lane.from + stand.along_m * (lane.to - lane.from).normalized();
   // Nobody holds a camera level, or walks a straight line.
-  SeededRandom random(static_cast<uint64_t>(std::lround(stand.along_m * 1000)) * 1000 + static_cast<uint64_t>(stand.yaw_deg));
+  SeededRandom random(static_cast<uint64_t>(std::lround(stand.along_m * 1000)) * 1000 +
+                      static_cast<uint64_t>(stand.yaw_deg));
   const auto jitter = [&](double amplitude) { return amplitude * (2 * random.Unit() - 1); };
   street::StreetCamera camera;
   camera.model = StreetCameraModel();
@@ -146,7 +147,9 @@ class City {
     for (const Stand& stand : stands) photos.push_back(Submit(stand));
     return Add(photos);
   }
-  AddOutcome AddOne(const std::string& name, std::vector<uint8_t> bytes) { return Add({Submit(name, std::move(bytes))}).front(); }
+  AddOutcome AddOne(const std::string& name, std::vector<uint8_t> bytes) {
+    return Add({Submit(name, std::move(bytes))}).front();
+  }
 
   std::string Digest() const {
     const auto digest = DigestOf(Ask().snapshot());
@@ -169,7 +172,8 @@ class City {
 inline std::string Told(const std::vector<AddOutcome>& outcomes) {
   std::string text;
   for (const AddOutcome& o : outcomes) {
-    text += std::string(o.duplicate ? "duplicate" : VerdictText(o.verdict)) + " " + o.name + ": " + ReasonText(o.reason) + ": " + o.detail + "\n";
+    text += std::string(o.duplicate ? "duplicate" : VerdictText(o.verdict)) + " " + o.name + ": " +
+            ReasonText(o.reason) + ": " + o.detail + "\n";
   }
   return text;
 }
@@ -189,7 +193,8 @@ struct PoseErrors {
   double center_m_median = 0, center_m_max = 0, angle_deg_median = 0, angle_deg_max = 0;
 };
 
-inline PoseErrors CompareWithTruth(const Snapshot& snapshot, ReconstructionId reconstruction, const std::vector<Stand>& stands) {
+inline PoseErrors CompareWithTruth(const Snapshot& snapshot, ReconstructionId reconstruction,
+                                   const std::vector<Stand>& stands) {
   std::vector<Rigid3> found, truth;
   for (const Stand& stand : stands) {
     const TakenPhoto& photo = TakePhoto(stand);
@@ -223,7 +228,8 @@ inline PoseErrors CompareWithTruth(const Snapshot& snapshot, ReconstructionId re
   const Eigen::Matrix3d turn = fit.topLeftCorner<3, 3>() / std::cbrt(fit.topLeftCorner<3, 3>().determinant());
   std::vector<double> centers_m, angles_deg;
   for (size_t i = 0; i < found.size(); ++i) {
-    centers_m.push_back((fit.topLeftCorner<3, 3>() * found[i].Center() + fit.topRightCorner<3, 1>() - truth[i].Center()).norm());
+    centers_m.push_back(
+        (fit.topLeftCorner<3, 3>() * found[i].Center() + fit.topRightCorner<3, 1>() - truth[i].Center()).norm());
     const Eigen::Quaterniond rotation = found[i].rotation * Eigen::Quaterniond(turn).conjugate();
     angles_deg.push_back(rotation.angularDistance(truth[i].rotation) * 180 / M_PI);
   }

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Goal: triangulation, resection and similarity return the truth within what noise allows, and refuse what is degenerate.
-// Method: a synthetic scene of known truth (synthetic_scene.h), outliers added where the estimator must resist them.
+// Goal: triangulation, resection and similarity return the truth within what noise allows, and refuse what is
+// degenerate. Method: a synthetic scene of known truth (synthetic_scene.h), outliers added where the estimator must
+// resist them.
 #include <gtest/gtest.h>
 
 #include "engine/mapping/resection.h"
@@ -64,7 +65,8 @@ TEST(Resection, RefusesUnrelatedPoints) {
 }
 
 TEST(Similarity, IsExactAndRobust) {
-  const Sim3 b_from_a{2.5, Eigen::Quaterniond(Eigen::AngleAxisd(1.0, Eigen::Vector3d(1, 2, 3).normalized())), {1, -2, 3}};
+  const Sim3 b_from_a{
+      2.5, Eigen::Quaterniond(Eigen::AngleAxisd(1.0, Eigen::Vector3d(1, 2, 3).normalized())), {1, -2, 3}};
   SeededRandom random(2);
   std::vector<Eigen::Vector3d> a, b;
   for (int i = 0; i < 60; ++i) {

@@ -86,7 +86,9 @@ TEST(Growth, SplitPointsAreMerged) {
          scene.feature_of[3][target] < 0 || scene.feature_of[4][target] < 0) {
     ++target;
   }
-  const auto element = [&](uint32_t k) { return TrackElement{scene.images[k].id, static_cast<FeatureIndex>(scene.feature_of[k][target])}; };
+  const auto element = [&](uint32_t k) {
+    return TrackElement{scene.images[k].id, static_cast<FeatureIndex>(scene.feature_of[k][target])};
+  };
   const PointId one = map.AddPoint(ImageId(1), scene.points[target], {element(0), element(1)});
   const PointId two = map.AddPoint(ImageId(4), scene.points[target], {element(3), element(4)});
   std::vector<PairMatches> pairs;
@@ -148,7 +150,8 @@ TEST(Placement, CountsNeighborsThatContradict) {
   std::vector<PairMatches> pairs;
   for (const uint32_t j : {0u, 1u, 3u}) pairs.push_back(MatchesFrom(scene.Pair(j, 2), ImageId(3)));
   const MapImage& image = scene.images[2];
-  NeighborAgreement agreement = CheckNeighbors(map, ReconstructionId(1), scene.poses[2], *image.features, image.camera, pairs, 4);
+  NeighborAgreement agreement =
+      CheckNeighbors(map, ReconstructionId(1), scene.poses[2], *image.features, image.camera, pairs, 4);
   EXPECT_EQ(agreement.agreeing_images, 3u);
   EXPECT_EQ(agreement.contradicting_images, 0u);
   Rigid3 elsewhere = scene.poses[2];  // one window further along a repeated facade

@@ -25,9 +25,9 @@ struct SceneOptions {
 struct SyntheticScene {
   static constexpr int kWidth = 1000, kHeight = 800;
   Pinhole camera;
-  std::vector<Rigid3> poses;               // cam_from_world
+  std::vector<Rigid3> poses;  // cam_from_world
   std::vector<Eigen::Vector3d> points;
-  std::vector<MapImage> images;            // ids from 1, reconstruction 1; feature i of image k is points[seen[k][i]]
+  std::vector<MapImage> images;  // ids from 1, reconstruction 1; feature i of image k is points[seen[k][i]]
   std::vector<std::vector<uint32_t>> seen;
   std::vector<std::vector<int>> feature_of;  // [camera][point], -1 where it is not seen
 
@@ -68,9 +68,11 @@ inline SyntheticScene MakeScene(const SceneOptions& options) {
   for (uint32_t k = 0; k < options.camera_count; ++k) {
     const double turn = options.camera_count > 1 ? k / (options.camera_count - 1.0) - 0.5 : 0;
     const double angle = options.arc_deg * turn * 0.017453292519943295;
-    const Eigen::Matrix3d look = Eigen::AngleAxisd(options.rotation ? 0.3 * angle : angle, Eigen::Vector3d::UnitY()).toRotationMatrix();
-    const Eigen::Vector3d center = options.rotation ? Eigen::Vector3d(0, 0, -8)
-                                                    : Eigen::Vector3d(look * Eigen::Vector3d(0, 0, -8) + Eigen::Vector3d(0, 0.2 * turn, 0));
+    const Eigen::Matrix3d look =
+        Eigen::AngleAxisd(options.rotation ? 0.3 * angle : angle, Eigen::Vector3d::UnitY()).toRotationMatrix();
+    const Eigen::Vector3d center =
+        options.rotation ? Eigen::Vector3d(0, 0, -8)
+                         : Eigen::Vector3d(look * Eigen::Vector3d(0, 0, -8) + Eigen::Vector3d(0, 0.2 * turn, 0));
     Rigid3 pose;
     pose.rotation = Eigen::Quaterniond(Eigen::Matrix3d(look.transpose()));
     pose.translation = -(pose.rotation * center);
@@ -114,13 +116,16 @@ inline Map MakeMap(const SyntheticScene& scene) {
   for (uint32_t i = 0; i < scene.points.size(); ++i) {
     std::vector<TrackElement> track;
     for (uint32_t k = 0; k < scene.images.size(); ++k) {
-      if (scene.feature_of[k][i] >= 0) track.push_back({scene.images[k].id, static_cast<FeatureIndex>(scene.feature_of[k][i])});
+      if (scene.feature_of[k][i] >= 0)
+        track.push_back({scene.images[k].id, static_cast<FeatureIndex>(scene.feature_of[k][i])});
     }
     if (track.size() >= 2) map.AddPoint(track.front().image, scene.points[i], track);
   }
   return map;
 }
 
-inline double RotationErrorDeg(const Rigid3& a, const Rigid3& b) { return a.rotation.angularDistance(b.rotation) * 57.29577951308232; }
+inline double RotationErrorDeg(const Rigid3& a, const Rigid3& b) {
+  return a.rotation.angularDistance(b.rotation) * 57.29577951308232;
+}
 
 }  // namespace veduta
