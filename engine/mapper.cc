@@ -5,6 +5,8 @@
 #include <map>
 #include <set>
 
+#include "engine/matching/mutual_matcher.h"
+#include "engine/matching/two_view.h"
 #include "engine/merge_candidates.h"
 #include "engine/stopwatch.h"
 #include "storage/base/content_hash.h"
@@ -39,21 +41,64 @@ void RefineByPoints(Map* map, ImageId id, double error_px_max) {
     map->SetPose(id, RefinePose(image.cam_from_world, x, points, 0.5 * error_px_max / image.camera.focal_px()));
 }
 
+// Those of a placed image's matches with images of its reconstruction that lie by the epipolar lines of their poses.
+std::vector<PairMatches> KeepAgreeing(const Map& map, ImageId id, std::span<const PairMatches> putative,
+                                      double error_px_max) {
+  const MapImage& image = map.image(id);
+  std::vector<PairMatches> agreeing;
+  for (const PairMatches& pair : putative) {
+    const MapImage& other = map.image(pair.other);
+    if (other.reconstruction != image.reconstruction) continue;
+    const Eigen::Matrix3d essential = EssentialFromPose(other.cam_from_world * image.cam_from_world.Inverse());
+    const double distance_max = error_px_max / std::min(image.camera.focal_px(), other.camera.focal_px());
+    agreeing.push_back({pair.other, pair.geometry, pair.other_from_photo, {}});
+    for (const FeatureMatch& m : pair.matches) {
+      const Eigen::Vector2d x = image.camera.Normalize(image.features->keypoints[m.a]);
+      const Eigen::Vector2d x_other = other.camera.Normalize(other.features->keypoints[m.b]);
+      if (SampsonDistance(essential, x, x_other) < distance_max) agreeing.back().matches.push_back(m);
+    }
+  }
+  return agreeing;
+}
+
 std::string Of(size_t part, size_t whole) {
   return std::to_string(part) + " of " + std::to_string(whole);
 }
 
 }  // namespace
 
+Result<std::vector<PairMatches>> Mapper::MatchAgain(const ImageFeatures& photo, std::span<const PairMatches> pairs) {
+  std::vector<PairMatches> putative;
+  for (const PairMatches& pair : pairs) {
+    if (map_->HasImage(pair.other)) putative.push_back({pair.other, pair.geometry, pair.other_from_photo, {}});
+  }
+  std::vector<Status> statuses(putative.size());
+  pool_->ParallelFor(putative.size(), [&](size_t i) {
+    const auto other = loader_->features()->Get(loader_->snapshot(), putative[i].other);
+    if (!other.ok()) {
+      statuses[i] = other.status();
+      return;
+    }
+    MatchOptions match;
+    match.ratio_max = options_.putative_ratio_max;
+    for (const DescriptorMatch& m : MatchMutual(photo.packed, (*other)->packed, match)) {
+      putative[i].matches.push_back({m.a, m.b});
+    }
+  });
+  for (const Status& status : statuses) VEDUTA_RETURN_IF_ERROR(status);
+  return putative;
+}
+
 std::vector<Mapper::Candidate> Mapper::FindPlacements(const ImageFeatures& photo, std::span<const PairMatches> pairs,
-                                                      uint64_t seed, Placement* placement) {
+                                                      std::span<const PairMatches> putative, uint64_t seed,
+                                                      Placement* placement) {
   std::set<ReconstructionId> reconstructions;
   for (const PairMatches& pair : pairs) {
     if (map_->HasImage(pair.other)) reconstructions.insert(map_->image(pair.other).reconstruction);
   }
   std::vector<Candidate> found;
   for (const ReconstructionId id : reconstructions) {
-    Candidate candidate{id, {}, GatherStructure(*map_, id, *photo.features, photo.camera, pairs)};
+    Candidate candidate{id, {}, GatherStructure(*map_, id, *photo.features, photo.camera, putative)};
     candidate.resection = Resect(candidate.structure.x, candidate.structure.positions, photo.camera.focal_px(),
                                  MixSeed(seed, id.value), options_.resection);
     const size_t inliers = candidate.resection.inliers.size(), points = candidate.structure.x.size();
@@ -124,14 +169,14 @@ std::vector<ImageId> Mapper::CovisibleImages(ImageId image, size_t count_max) co
   return images;
 }
 
-Status Mapper::PlaceInto(const ImageFeatures& photo, std::span<const PairMatches> pairs, const Candidate& candidate) {
+void Mapper::PlaceInto(const ImageFeatures& photo, std::span<const PairMatches> putative, const Candidate& candidate) {
   MapImage image = ToMapImage(photo);
   image.reconstruction = candidate.reconstruction;
   image.cam_from_world = candidate.resection.cam_from_world;
   map_->PlaceImage(std::move(image));
-  GrowFromMatches(map_, photo.id, pairs, options_.growth);
+  const std::vector<PairMatches> agreeing = KeepAgreeing(*map_, photo.id, putative, options_.growth.error_px_max);
+  GrowFromMatches(map_, photo.id, agreeing, options_.growth);
   RefineByPoints(map_, photo.id, options_.growth.error_px_max);
-  return Status::Ok();
 }
 
 Status Mapper::GrowAround(ImageId image) {
@@ -259,7 +304,8 @@ Result<Placement> Mapper::Place(const ImageFeatures& photo, std::span<const Pair
   std::vector<ImageId> neighbors;
   for (const PairMatches& pair : pairs) neighbors.push_back(pair.other);
   VEDUTA_RETURN_IF_ERROR(loader_->LoadNeighborhood(neighbors));
-  std::vector<Candidate> candidates = FindPlacements(photo, pairs, seed, &placement);
+  VEDUTA_ASSIGN_OR_RETURN(const std::vector<PairMatches> putative, MatchAgain(photo, pairs));
+  std::vector<Candidate> candidates = FindPlacements(photo, pairs, putative, seed, &placement);
   if ((candidates.empty() || candidates.front().weak) && new_reconstruction.valid()) {
     VEDUTA_RETURN_IF_ERROR(TryFound(photo, pairs, new_reconstruction, seed, &placement));
   }
@@ -274,7 +320,7 @@ Result<Placement> Mapper::Place(const ImageFeatures& photo, std::span<const Pair
     return placement;
   }
 
-  VEDUTA_RETURN_IF_ERROR(PlaceInto(photo, pairs, candidates.front()));
+  PlaceInto(photo, putative, candidates.front());
   placement.verdict = Verdict::kPlaced;
   placement.reason = Reason::kRegistered;
   placement.reconstruction = candidates.front().reconstruction;
@@ -283,7 +329,10 @@ Result<Placement> Mapper::Place(const ImageFeatures& photo, std::span<const Pair
   placement.detail = "agrees with " + Of(placement.inlier_count, candidates.front().structure.x.size()) + " points";
   std::vector<ImageId> near = CovisibleImages(photo.id, options_.local_images_max);
   VEDUTA_RETURN_IF_ERROR(TryMerges(near, pairs, seed, &placement));
-  if (!placement.merges.empty()) GrowFromMatches(map_, photo.id, pairs, options_.growth);
+  if (!placement.merges.empty()) {
+    const auto agreeing = KeepAgreeing(*map_, photo.id, putative, options_.growth.error_px_max);
+    GrowFromMatches(map_, photo.id, agreeing, options_.growth);
+  }
   placement.map_ms = watch.LapMs();
   // Poses lead to further matches only once the verified ones have settled them: on repeated texture a pose that is a
   // little wrong finds many matches that agree with it.
@@ -308,9 +357,42 @@ Result<Placement> Mapper::Place(const ImageFeatures& photo, std::span<const Pair
   return placement;
 }
 
+Status Mapper::ReconsiderPoses(std::span<const ImageId> images) {
+  std::vector<std::vector<PairMatches>> putative;
+  for (const ImageId id : images) {
+    VEDUTA_ASSIGN_OR_RETURN(std::vector<PairNeighbor> neighbors, loader_->snapshot().ListNeighbors(id));
+    std::erase_if(neighbors, [&](const PairNeighbor& n) {
+      return !map_->HasImage(n.image) || map_->image(n.image).reconstruction != map_->image(id).reconstruction;
+    });
+    std::stable_sort(neighbors.begin(), neighbors.end(),
+                     [](const PairNeighbor& a, const PairNeighbor& b) { return a.match_count > b.match_count; });
+    if (neighbors.size() > options_.local_images_max) neighbors.resize(options_.local_images_max);
+    std::vector<PairMatches> pairs;
+    for (const PairNeighbor& neighbor : neighbors) pairs.push_back({neighbor.image, {}, {}, {}});
+    VEDUTA_ASSIGN_OR_RETURN(const auto features, loader_->features()->Get(loader_->snapshot(), id));
+    VEDUTA_ASSIGN_OR_RETURN(pairs, MatchAgain(*features, pairs));
+    putative.push_back(std::move(pairs));
+  }
+  std::vector<std::optional<Resection>> better(images.size());
+  pool_->ParallelFor(images.size(), [&](size_t i) {
+    better[i] = FindBetterPose(*map_, images[i], putative[i], MixSeed(images[i].value, 2), options_.resection);
+  });
+  for (size_t i = 0; i < images.size(); ++i) {
+    if (!better[i]) continue;
+    const ImageId self[] = {images[i]};
+    for (const PointId point : map_->PointsSeenBy(self)) map_->RemoveObservation(point, images[i]);
+    map_->SetPose(images[i], better[i]->cam_from_world);
+    const auto agreeing = KeepAgreeing(*map_, images[i], putative[i], options_.growth.error_px_max);
+    GrowFromMatches(map_, images[i], agreeing, options_.growth);
+    RefineByPoints(map_, images[i], options_.growth.error_px_max);
+  }
+  return Status::Ok();
+}
+
 Status Mapper::AdjustReconstruction(ReconstructionId id) {
   std::vector<ImageId> images;
   VEDUTA_RETURN_IF_ERROR(loader_->LoadReconstruction(id, &images));
+  VEDUTA_RETURN_IF_ERROR(ReconsiderPoses(images));
   for (int round = 0; round < 2; ++round) {
     for (const ImageId image : images) {
       GrowByProjection(map_, image, map_->PointsSeenBy(CovisibleImages(image, options_.local_images_max)),

@@ -20,6 +20,7 @@ namespace veduta {
 
 struct MapperOptions {
   ResectionOptions resection;
+  double putative_ratio_max = 0.88;      // (0, 1]: of matches by which a pose is sought
   uint32_t sure_inlier_count = 60;       // a pose by fewer points gives way to founding with unplaced neighbours
   uint32_t weak_inlier_count_min = 30;   // such a pose is taken, where nothing is founded, from so many points
   double weak_inlier_share_min = 0.5;    // [0, 1]: and such a share of those seen
@@ -32,7 +33,8 @@ struct MapperOptions {
   double merge_error_px_max = 6.0;       // > 0
   uint32_t founding_views_max = 12;      // >= 3
   GrowthOptions growth;
-  BundleOptions local_bundle, global_bundle;
+  BundleOptions local_bundle = {.iterations_max = 10, .function_tolerance = 1e-4};
+  BundleOptions global_bundle;
   PointFilterOptions filter;
   FoundingOptions founding;
 };
@@ -76,10 +78,15 @@ class Mapper final {
     bool weak = false;  // see IsWeak
   };
 
-  std::vector<Candidate> FindPlacements(const ImageFeatures& photo, std::span<const PairMatches> pairs, uint64_t seed,
-                                        Placement* placement);
+  // The mutual neighbours, right or wrong, of the photo with those of the pairs' images that are placed: a pair's own
+  // geometry may have chosen, among repeated windows, what the pose by all of them does not.
+  Result<std::vector<PairMatches>> MatchAgain(const ImageFeatures& photo, std::span<const PairMatches> pairs);
+  std::vector<Candidate> FindPlacements(const ImageFeatures& photo, std::span<const PairMatches> pairs,
+                                        std::span<const PairMatches> putative, uint64_t seed, Placement* placement);
   bool IsWeak(size_t inlier_count, std::span<const PairMatches> pairs) const;
-  Status PlaceInto(const ImageFeatures& photo, std::span<const PairMatches> pairs, const Candidate& candidate);
+  // Looks for better poses of placed images by all that is there now, and moves those that have one.
+  Status ReconsiderPoses(std::span<const ImageId> images);
+  void PlaceInto(const ImageFeatures& photo, std::span<const PairMatches> putative, const Candidate& candidate);
   // Merges the reconstructions that verified pairs of `near` images lead to, where their common points agree. The
   // one that is published longer, of more images, keeps its frame.
   Status TryMerges(std::span<const ImageId> near, std::span<const PairMatches> pairs, uint64_t seed,

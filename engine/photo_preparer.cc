@@ -12,6 +12,8 @@
 namespace veduta {
 namespace {
 
+constexpr size_t kScratchPixelsMax = 16 << 20;  // memory of larger photos is given back
+
 Reason ReasonOf(DecodeOutcome outcome) {
   switch (outcome) {
     case DecodeOutcome::kDecoded:
@@ -73,6 +75,24 @@ Result<std::vector<uint8_t>> PhotoPreparer::ReadBytes(const PhotoSource& source)
   return bytes;
 }
 
+Result<Features> PhotoPreparer::ExtractFeaturesOf(const cv::Mat& gray) const {
+  std::unique_ptr<FeatureScratch> scratch;
+  {
+    const std::lock_guard lock(mutex_);
+    if (!idle_scratch_.empty()) {
+      scratch = std::move(idle_scratch_.back());
+      idle_scratch_.pop_back();
+    }
+  }
+  if (!scratch) scratch = std::make_unique<FeatureScratch>();
+  Result<Features> features =
+      ExtractFeatures({gray.data, gray.cols, gray.rows, gray.step}, options_.features, scratch.get());
+  if (gray.total() > kScratchPixelsMax) return features;
+  const std::lock_guard lock(mutex_);
+  idle_scratch_.push_back(std::move(scratch));
+  return features;
+}
+
 void PhotoPreparer::ExtractBytes(std::span<const uint8_t> bytes, const std::optional<CameraModel>& camera,
                                  PreparedPhoto* photo) const {
   Stopwatch watch;
@@ -90,7 +110,7 @@ void PhotoPreparer::ExtractBytes(std::span<const uint8_t> bytes, const std::opti
   if (distorted) {
     Result<cv::Mat> straight = tables_->Undistort(*camera, gray);
     if (!straight.ok()) {
-      photo->reason = Reason::kUnreadable;
+      photo->reason = Reason::kTooLarge;
       photo->detail = straight.status().message();
       return;
     }
@@ -98,7 +118,7 @@ void PhotoPreparer::ExtractBytes(std::span<const uint8_t> bytes, const std::opti
   }
   photo->undistort_ms = watch.LapMs();
 
-  Result<Features> features = ExtractFeatures({gray.data, gray.cols, gray.rows, gray.step}, options_.features);
+  Result<Features> features = ExtractFeaturesOf(gray);
   if (!features.ok()) {
     photo->reason = Reason::kNoTexture;
     photo->detail = features.status().message();

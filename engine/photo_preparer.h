@@ -4,6 +4,8 @@
 // cores.
 
 #include <cstdint>
+#include <memory>
+#include <mutex>
 #include <optional>
 #include <string>
 #include <vector>
@@ -58,9 +60,14 @@ class PhotoPreparer final {
   void ExtractBytes(std::span<const uint8_t> bytes, const std::optional<CameraModel>& camera,
                     PreparedPhoto* photo) const;
 
+  // Extracts with memory of an earlier extraction, where one has left it.
+  Result<Features> ExtractFeaturesOf(const cv::Mat& gray) const;
+
   Database* database_;
   UndistortCache* tables_;
   const PrepareOptions options_;
+  mutable std::mutex mutex_;
+  mutable std::vector<std::unique_ptr<FeatureScratch>> idle_scratch_;
 };
 
 }  // namespace veduta

@@ -2,6 +2,7 @@
 #include "engine/mapping/placement.h"
 
 #include <algorithm>
+#include <functional>
 #include <map>
 
 #include "engine/matching/two_view.h"
@@ -26,15 +27,19 @@ PairRecord RecordOf(const PairMatches& pair, ImageId photo) {
   return record;
 }
 
+namespace {
+
 StructureMatches GatherStructure(const Map& map, ReconstructionId reconstruction, const Features& features,
-                                 const Pinhole& camera, std::span<const PairMatches> pairs) {
+                                 const Pinhole& camera, std::span<const PairMatches> pairs,
+                                 const std::function<bool(const PointRecord&)>& accept) {
   std::map<FeatureIndex, std::map<PointId, uint32_t>> votes;
   for (const PairMatches& pair : pairs) {
     if (!map.HasImage(pair.other) || map.image(pair.other).reconstruction != reconstruction) continue;
     const MapImage& other = map.image(pair.other);
     for (const FeatureMatch& match : pair.matches) {
       const PointId point = other.points[match.b];
-      if (point.valid() && map.FindPoint(point) != nullptr) ++votes[match.a][point];
+      const PointRecord* record = point.valid() ? map.FindPoint(point) : nullptr;
+      if (record != nullptr && accept(*record)) ++votes[match.a][point];
     }
   }
   struct Entry {
@@ -58,6 +63,35 @@ StructureMatches GatherStructure(const Map& map, ReconstructionId reconstruction
     found.x.push_back(camera.Normalize(features.keypoints[entry.feature]));
     found.positions.push_back(map.point(entry.point).position);
   }
+  return found;
+}
+
+}  // namespace
+
+StructureMatches GatherStructure(const Map& map, ReconstructionId reconstruction, const Features& features,
+                                 const Pinhole& camera, std::span<const PairMatches> pairs) {
+  return GatherStructure(map, reconstruction, features, camera, pairs, [](const PointRecord&) { return true; });
+}
+
+std::optional<Resection> FindBetterPose(const Map& map, ImageId id, std::span<const PairMatches> matches, uint64_t seed,
+                                        const ResectionOptions& options) {
+  const MapImage& image = map.image(id);
+  // Points that would not be there without this image say what it has always said.
+  const auto stands_alone = [id](const PointRecord& point) {
+    return std::count_if(point.track.begin(), point.track.end(),
+                         [id](const TrackElement& e) { return e.image != id; }) >= 2;
+  };
+  const StructureMatches structure =
+      GatherStructure(map, image.reconstruction, *image.features, image.camera, matches, stands_alone);
+  Resection found = Resect(structure.x, structure.positions, image.camera.focal_px(), seed, options);
+  if (found.outcome != ResectionOutcome::kPlaced) return std::nullopt;
+  size_t explained = 0;
+  for (size_t i = 0; i < structure.x.size(); ++i) {
+    const View view = image.ViewOf(structure.features[i]);
+    explained += ReprojectionErrorPx(view, structure.positions[i]) <= options.error_px_max;
+  }
+  // Images that are right find their own pose again, give or take a point.
+  if (found.inliers.size() < explained + explained / 20 + 5) return std::nullopt;
   return found;
 }
 

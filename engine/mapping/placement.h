@@ -3,6 +3,7 @@
 // Whether and where a photo fits into a reconstruction that its verified neighbours belong to (R14), and whether the
 // other neighbours agree.
 
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -46,5 +47,11 @@ struct NeighborAgreement {
 NeighborAgreement CheckNeighbors(const Map& map, ReconstructionId reconstruction, const Rigid3& cam_from_world,
                                  const Features& features, const Pinhole& camera, std::span<const PairMatches> pairs,
                                  double error_px_max);
+
+// A pose that explains clearly more of the points that other images agree on than the image's own, if there is one: an
+// image that was placed when its neighbourhood was thin may sit a window too far to the left, and all that it has
+// measured since agrees with that. `matches` are the image's putative ones with placed images. Reads the map only.
+std::optional<Resection> FindBetterPose(const Map& map, ImageId image, std::span<const PairMatches> matches,
+                                        uint64_t seed, const ResectionOptions& options);
 
 }  // namespace veduta
