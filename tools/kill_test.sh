@@ -22,7 +22,8 @@ done
 work=$(mktemp -d "${TMPDIR:-/tmp}/veduta_kill_XXXXXX")
 trap 'rm -rf "$work"' EXIT
 if [ -z "$photos" ]; then
-  "$build/tools/street/veduta-street" "$work/street" --photos "${PHOTOS:-30}" --size 512x384 --quiet > "$work/street.log"
+  "$build/tools/street/veduta-street" "$work/street" --photos "${PHOTOS:-30}" --size 512x384 --quiet \
+    > "$work/street.log"
   photos=$work/street/photos
 fi
 [ -d "$photos" ] || { echo "kill_test.sh: there is no folder $photos" >&2; exit 2; }
@@ -85,7 +86,8 @@ def new_database(path):
 
 
 def add_command(path, threads):
-    return [veduta, 'add', path, '--camera', 'c', photos, '--threads', str(threads), '--json', '--contributor', 'kill_test']
+    return [veduta, 'add', path, '--camera', 'c', photos, '--threads', str(threads), '--json',
+            '--contributor', 'kill_test']
 
 
 def undisturbed(threads):
