@@ -28,7 +28,7 @@ class HeldAdd:
         fcntl.fcntl(pipe, 1031, 4096)  # F_SETPIPE_SZ; one page takes fewer lines than there are photos
         self.process = subprocess.Popen([VEDUTA, *add_command(db, PHOTOS)], stdout=pipe, stderr=subprocess.PIPE)
         os.close(pipe)
-        self.out = os.fdopen(out, 'rb')
+        self.out = os.fdopen(out, 'rb', buffering=0)  # takes no more than the line it reads
         self.first = json.loads(self.out.readline())
 
     def interrupt(self):
