@@ -128,7 +128,7 @@ void RegisterAdd(CLI::App* app, int* exit_code) {
   if (const char* user = std::getenv("USER")) arguments->contributor = user;
   CLI::App* command = app->add_subcommand("add", "Add photos, each placed against all that came before");
   command->add_option("DB", arguments->db, "Database")->required();
-  command->add_option("PHOTO", arguments->paths, "Photos, or folders of photos");
+  command->add_option("PHOTO", arguments->paths, "Photos, or folders of photos; with --list the folder of its paths");
   command->add_option("--camera", arguments->camera, "The camera that took them")->required();
   command->add_option("--list", arguments->list,
                       "File with a path a line, in the order of submission; after a tab a line may name its camera");
@@ -140,6 +140,9 @@ void RegisterAdd(CLI::App* app, int* exit_code) {
   command->callback([=] {
     if (arguments->paths.empty() && arguments->list.empty()) {
       throw CLI::RequiredError("PHOTO or --list");
+    }
+    if (arguments->paths.size() > 1 && !arguments->list.empty()) {
+      throw CLI::ValidationError("--list", "takes one folder at most, the one that its paths are relative to");
     }
     *exit_code = Add(*arguments);
   });

@@ -60,7 +60,8 @@ Result<std::vector<ListedPhoto>> ListPhotos(const std::vector<std::string>& path
 
 Result<std::vector<ListedPhoto>> ReadPhotoList(const std::string& list_path, const std::string& folder) {
   std::ifstream file(list_path);
-  if (!file) return Status::NotFound("cannot read list " + list_path);
+  std::error_code error;
+  if (!file || fs::is_directory(list_path, error)) return Status::NotFound("cannot read list " + list_path);
   std::vector<ListedPhoto> photos;
   for (std::string line; std::getline(file, line);) {
     if (!line.empty() && line.back() == '\r') line.pop_back();

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cerrno>
+#include <cstdio>
 #include <cstring>
 #include <filesystem>
 #include <fstream>
@@ -19,6 +20,17 @@ constexpr double kColmapPixelOffset = 0.5;
 
 bool IsOpenCvModel(const CameraModel& m) {
   return IsDistorted(m) && m.u0 == m.cx && m.v0 == m.cy;
+}
+
+// A line break in a name would end the image's line: control characters are written as in a URL.
+std::string OnOneLine(const std::string& name) {
+  std::string text;
+  for (const char c : name) {
+    char escaped[4] = {c, 0, 0, 0};
+    if (static_cast<unsigned char>(c) < ' ') std::snprintf(escaped, sizeof(escaped), "%%%02X", c);
+    text += escaped;
+  }
+  return text;
 }
 
 Result<std::ofstream> Create(const std::filesystem::path& path) {
@@ -83,7 +95,7 @@ class ModelWriter {
       const Eigen::Quaterniond& q = pose.cam_from_world.rotation;
       const Eigen::Vector3d& t = pose.cam_from_world.translation;
       file << image.id.value << ' ' << q.w() << ' ' << q.x() << ' ' << q.y() << ' ' << q.z() << ' ' << t.x() << ' '
-           << t.y() << ' ' << t.z() << ' ' << image.camera.value << ' ' << image.name << '\n';
+           << t.y() << ' ' << t.z() << ' ' << image.camera.value << ' ' << OnOneLine(image.name) << '\n';
       auto next = observations.begin();
       for (FeatureIndex f = 0; f < features.size(); ++f) {
         Eigen::Vector2d x(features.keypoints[f].x_px, features.keypoints[f].y_px);

@@ -22,13 +22,14 @@ done
 work=$(mktemp -d "${TMPDIR:-/tmp}/veduta_kill_XXXXXX")
 trap 'rm -rf "$work"' EXIT
 if [ -z "$photos" ]; then
-  "$build/tools/street/veduta-street" "$work/street" --photos "${PHOTOS:-30}" --size 512x384 --quiet > "$work/street.log"
+  "$build/tools/street/veduta-street" "$work/street" --photos "${PHOTOS:-30}" --size 512x384 --quiet \
+    > "$work/street.log"
   photos=$work/street/photos
 fi
 [ -d "$photos" ] || { echo "kill_test.sh: there is no folder $photos" >&2; exit 2; }
 
 python3 - "$build/cli/veduta" "$photos" "$work" "$kills" "${SEED:-1}" <<'PY'
-import json, os, random, re, signal, subprocess, sys, threading, time
+import collections, json, os, random, re, signal, subprocess, sys, threading, time
 
 veduta, photos, work, kills_wanted, seed = sys.argv[1], sys.argv[2], sys.argv[3], int(sys.argv[4]), int(sys.argv[5])
 rng = random.Random(seed)
@@ -85,7 +86,8 @@ def new_database(path):
 
 
 def add_command(path, threads):
-    return [veduta, 'add', path, '--camera', 'c', photos, '--threads', str(threads), '--json', '--contributor', 'kill_test']
+    return [veduta, 'add', path, '--camera', 'c', photos, '--threads', str(threads), '--json',
+            '--contributor', 'kill_test']
 
 
 def undisturbed(threads):
@@ -130,17 +132,26 @@ class Adding:
         return code == -signal.SIGKILL
 
 
-def pick_instant(done, count, seconds_a_photo):
-    """Seconds, lines: early, late, right after an acknowledgement, or anywhere in the time that the rest takes."""
-    rest = max(1, count - done) * seconds_a_photo
+def pick_instant(done):
+    """Kind, seconds, lines. A run goes over the `done` photos that are there, a line each, and then adds the others."""
+    rest = photo_count - done
     kind = rng.random()
-    if kind < 0.15:
+    if kind < 0.10:
         return 'early', rng.uniform(0, 0.08), 0
-    if kind < 0.30:
-        return 'late', rng.uniform(0.0, 1.0) * seconds_a_photo, count - 1
+    if kind < 0.20 or rest == 0:
+        return 'late', rng.uniform(0, 0.02), photo_count
     if kind < 0.50:
-        return 'acknowledged', rng.uniform(0, 0.02), rng.randint(1, max(1, count - 1))
-    return 'anywhere', rng.uniform(0, rest), 0
+        return 'acknowledged', rng.uniform(0, 0.02), done + rng.randint(1, min(4, rest))
+    return 'anywhere', rng.uniform(0, min(4, rest)) * seconds_a_photo, done
+
+
+def phase_of(lines, done):
+    """What the process was at when it was killed."""
+    if lines == 0:
+        return 'before its first photo'
+    if lines < done:
+        return 'going over what was there'
+    return 'adding a photo' if lines < photo_count else 'after the last photo'
 
 
 def check_photo(path, name, acknowledged):
@@ -150,7 +161,8 @@ def check_photo(path, name, acknowledged):
     shown = json.loads(out)
     said, is_now = acknowledged['verdict'], shown['verdict']
     # A postponed photo may have been placed since, by what followed from it or from a later one.
-    if not (is_now == said or (said == 'postponed' and is_now in PLACED)) or shown['id'] != acknowledged['id']:
+    held = said in (None, is_now) or (said == 'postponed' and is_now in PLACED)
+    if not held or shown['id'] != acknowledged['id']:
         fail(f'{name} was acknowledged as {said}, id {acknowledged["id"]}, and is {is_now}, id {shown["id"]}')
     counts['photos'] += 1
 
@@ -164,28 +176,31 @@ def check_after_kill(path, fresh, acknowledged):
         check_photo(path, name, acknowledged[name])
 
 
-def one_database(index, threads):
-    """Kills and restarts until the command ends by itself; the number of kills."""
+def one_database(index, threads, kills_max):
+    """Kills and restarts until the command ends by itself, at most kills_max times; the number of kills."""
     path = os.path.join(work, f'killed_{index}')
     new_database(path)
     acknowledged, kills, history = {}, 0, []
     while not failures:
         adding = Adding(path, threads)
-        kind, seconds, lines = pick_instant(len(acknowledged), photo_count, seconds_a_photo)
-        if kills_done + kills >= kills_wanted:
+        done = len(acknowledged)
+        kind, seconds, lines = pick_instant(done)
+        if kills == kills_max or (done == photo_count and rng.random() < 0.5):
             seconds, lines = 1e9, 0  # enough: let it end
         killed = adding.kill_after(seconds, lines)
         fresh = {}
         for line in adding.lines:
-            if line['id'] is not None and line['verdict'] != 'duplicate':
-                fresh[line['image']] = line
+            if line['id'] is None or line['image'] in acknowledged:
+                continue
+            # A duplicate that nobody was told of: it was killed between its commit and its line.
+            fresh[line['image']] = {**line, 'verdict': None} if line['verdict'] == 'duplicate' else line
         acknowledged.update(fresh)
         if not killed:
             if adding.process.returncode != end_code:
                 fail(f'the last run ended with {adding.process.returncode}, undisturbed it ends with {end_code}')
             break
         kills += 1
-        counts[kind] += 1
+        phases[phase_of(len(adding.lines), done)] += 1
         history.append(f'{kind} {seconds:.3f} s, {len(adding.lines)} lines')
         check_after_kill(path, fresh, acknowledged)
     check_after_kill(path, acknowledged, acknowledged)
@@ -193,13 +208,14 @@ def one_database(index, threads):
     if got != digest:
         fail(f'digest {got} after {kills} kills, {digest} without; {threads} threads; kills: ' + '; '.join(history))
     print(f'database {index}: {threads} threads, {kills} kills, {len(acknowledged)} photos, '
-          f'{"ok" if not failures else "FAILED; kept at " + path}', flush=True)
+          f'{"FAILED" if failures else "ok"}', flush=True)
     if not failures:
         subprocess.run(['rm', '-rf', path], check=True)
     return kills
 
 
-counts = {'init': 0, 'early': 0, 'late': 0, 'acknowledged': 0, 'anywhere': 0, 'photos': 0}
+counts = {'init': 0, 'photos': 0}
+phases = collections.Counter()
 digest, photo_count, elapsed, end_code = undisturbed(1)
 print(f'undisturbed, 1 thread: {photo_count} photos in {elapsed:.1f} s, digest {digest[:16]}', flush=True)
 digest_2, _, elapsed, _ = undisturbed(2)
@@ -210,9 +226,11 @@ seconds_a_photo = elapsed / max(1, photo_count)
 kills_done = databases = 0
 while kills_done < kills_wanted and not failures:
     databases += 1
-    kills_done += one_database(databases, 1 + databases % 2)
-print(f'{kills_done} kills of add over {databases} databases ({counts["anywhere"]} anywhere, {counts["early"]} early, '
-      f'{counts["late"]} late, {counts["acknowledged"]} right after an acknowledgement) and {counts["init"]} of init; '
+    left = kills_wanted - kills_done
+    # Both numbers of threads get their turn, however few the kills.
+    kills_done += one_database(databases, 1 + databases % 2, (left + 1) // 2 if databases == 1 else left)
+told = ', '.join(f'{count} {phase}' for phase, count in phases.most_common())
+print(f'{kills_done} kills of add over {databases} databases ({told}) and {counts["init"]} of init; '
       f'{counts["photos"]} looks at acknowledged photos; {len(failures)} failures')
 if failures:
     os.rename(work, work + '.failed')

@@ -1,157 +1,20 @@
 // SPDX-License-Identifier: Apache-2.0
-// Goal: the synthetic street tells the truth: poses, intrinsics, distortion and depth fit the pictures, a place looks
-// like no other (unless asked for), and the same options give the same bytes.
-// Method: render small photos; carry pixels from one to another by their depth and compare what arrives; compare files
-// byte by byte between thread counts, and shading results bit by bit between instruction sets.
+// Goal: the synthetic street tells the truth: poses, intrinsics, distortion and depth fit the pictures, and a place
+// looks like no other (unless asked for).
+// Method: render small photos; carry pixels from one to another by their depth and compare what arrives; compare
+// shading results bit by bit between instruction sets.
 #include <gtest/gtest.h>
-#include <unistd.h>
 
 #include <algorithm>
 #include <cmath>
 #include <cstring>
-#include <filesystem>
-#include <fstream>
-#include <iterator>
-#include <map>
-#include <optional>
-#include <string>
+#include <vector>
 
-#include "tools/street/data_set.h"
+#include "street_view.h"
 #include "tools/street/truth_file.h"
 
 namespace veduta::street {
 namespace {
-
-namespace fs = std::filesystem;
-
-class Folder {
- public:
-  explicit Folder(const std::string& name)
-      : path_(fs::temp_directory_path() / ("veduta_street_" + std::to_string(getpid()) + "_" + name)) {
-    fs::remove_all(path_);
-  }
-  ~Folder() { fs::remove_all(path_); }
-  std::string operator/(const std::string& name) const { return (path_ / name).string(); }
-  std::string str() const { return path_.string(); }
-
- private:
-  fs::path path_;
-};
-
-CameraModel MakeModel(uint32_t width, uint32_t height, double focal) {
-  CameraModel model;
-  model.width_px = width;
-  model.height_px = height;
-  model.fx = model.fy = focal;
-  model.cx = model.u0 = (width - 1) / 2.0;
-  model.cy = model.v0 = (height - 1) / 2.0;
-  return model;
-}
-
-CameraModel MakeDistortedModel() {
-  CameraModel model = MakeModel(320, 240, 280);
-  model.fy = 276;
-  model.k1 = -0.17;
-  model.k2 = 0.04;
-  model.u0 += 5;
-  model.v0 -= 4;
-  return model;
-}
-
-// The equation of storage/records.h, written out once more.
-Eigen::Vector2d Distorted(const CameraModel& m, const Eigen::Vector3d& p) {
-  const double x = p.x() / p.z(), y = p.y() / p.z();
-  const double cx = (m.u0 - m.cx) / m.fx, cy = (m.v0 - m.cy) / m.fy;
-  const double r = std::hypot(x - cx, y - cy), factor = 1 + m.k1 * std::pow(r, 2) + m.k2 * std::pow(r, 4);
-  return {m.fx * (cx + (x - cx) * factor) + m.cx, m.fy * (cy + (y - cy) * factor) + m.cy};
-}
-
-struct View {
-  StreetCamera camera;
-  StreetPhoto photo;
-  std::shared_ptr<const RayTable> rays;
-
-  bool Inside(const Eigen::Vector2d& p) const {
-    return p.x() >= 0 && p.y() >= 0 && p.x() <= photo.width_px - 1.001 && p.y() <= photo.height_px - 1.001;
-  }
-  float DepthAt(const Eigen::Vector2d& p) const {
-    return photo.depth[std::lround(p.y()) * size_t{photo.width_px} + std::lround(p.x())];
-  }
-  Eigen::Vector3d PointInWorld(uint32_t u, uint32_t v) const {
-    const size_t i = size_t{v + 1} * rays->stride() + u + 1;
-    const double z = photo.depth[size_t{v} * photo.width_px + u];
-    return camera.cam_from_world.Inverse() * Eigen::Vector3d(rays->x[i] * z, rays->y[i] * z, z);
-  }
-  // Grey value between pixels, bilinear.
-  double GreyAt(const Eigen::Vector2d& p) const {
-    const int u = static_cast<int>(p.x()), v = static_cast<int>(p.y());
-    const double a = p.x() - u, b = p.y() - v;
-    const auto grey = [&](int x, int y) {
-      const uint8_t* c = photo.rgb.data() + (size_t{static_cast<uint32_t>(y)} * photo.width_px + x) * 3;
-      return (c[0] + c[1] + c[2]) / 3.0;
-    };
-    return (1 - b) * ((1 - a) * grey(u, v) + a * grey(u + 1, v)) +
-           b * ((1 - a) * grey(u, v + 1) + a * grey(u + 1, v + 1));
-  }
-};
-
-View Take(const Scene& scene, const StreetCamera& camera, RenderOptions options = {}) {
-  options.depth = true;
-  Result<StreetPhoto> photo = RenderPhoto(scene, camera, options);
-  EXPECT_TRUE(photo.ok()) << photo.status().message();
-  return {camera, std::move(photo).value(), scene.Rays(camera.model).value()};
-}
-
-std::unique_ptr<Scene> Build(const SceneOptions& options) {
-  Result<std::unique_ptr<Scene>> scene = BuildScene(options);
-  EXPECT_TRUE(scene.ok()) << scene.status().message();
-  return std::move(scene).value();
-}
-
-std::string Bytes(const std::string& path) {
-  std::ifstream file(path, std::ios::binary);
-  return {std::istreambuf_iterator<char>(file), {}};
-}
-
-std::map<std::string, std::string> AllFiles(const Folder& folder) {
-  std::map<std::string, std::string> files;
-  for (const auto& entry : fs::recursive_directory_iterator(folder.str())) {
-    if (entry.is_regular_file())
-      files[fs::relative(entry.path(), folder.str()).string()] = Bytes(entry.path().string());
-  }
-  return files;
-}
-
-DataSetOptions SmallSet() {
-  DataSetOptions options;
-  options.rig.model = MakeDistortedModel();
-  options.rig.photos = 6;
-  options.scene = SceneForTrajectory(Trajectory::kStreet, 6, 20);
-  options.render.noise_sigma = 2;
-  options.render.blur_sigma_px = 0.6;
-  options.render.exposure_stops = 0.5;
-  options.render.depth = true;
-  options.mesh = true;
-  return options;
-}
-
-TEST(Street, SameBytesOnAnyNumberOfThreads) {
-  Folder one("one"), two("two"), other("other");
-  DataSetOptions options = SmallSet();
-  ASSERT_TRUE(RenderStreet(options, one.str(), nullptr).ok());
-  options.threads = 2;
-  size_t done = 0;
-  ASSERT_TRUE(RenderStreet(options, two.str(), [&](size_t n) { done = n; }).ok());
-  EXPECT_EQ(done, 6u);
-  const auto a = AllFiles(one), b = AllFiles(two);
-  EXPECT_EQ(a.size(), 6u * 3 + 3);
-  EXPECT_TRUE(a == b);
-  options.scene.seed = 2;
-  ASSERT_TRUE(RenderStreet(options, other.str(), nullptr).ok());
-  const auto c = AllFiles(other);
-  EXPECT_NE(a.at("photos/photo0001.jpg"), c.at("photos/photo0001.jpg"));
-  EXPECT_EQ(a.at("truth/photo0001.jpg.camera"), c.at("truth/photo0001.jpg.camera"));
-}
 
 TEST(Street, EveryInstructionSetGivesTheSameBits) {
   const Shader* shaders[3];
@@ -430,87 +293,6 @@ TEST(Street, LookFromPutsTheHorizonLevel) {
   EXPECT_LT((ahead - Eigen::Vector3d(0, 0, 1)).norm(), 1e-12);
   EXPECT_LT((pose * Eigen::Vector3d(3, 4, 2.7) - Eigen::Vector3d(0, -1, 0)).norm(), 1e-12);
   EXPECT_NEAR(pose.rotation.toRotationMatrix().determinant(), 1, 1e-12);
-}
-
-TEST(Street, TruthFilesReadBack) {
-  Folder folder("truth");
-  DataSetOptions options = SmallSet();
-  ASSERT_TRUE(RenderStreet(options, folder.str(), nullptr).ok());
-  const auto cameras = MakeCameras(options.scene, options.rig).value();
-  for (const StreetCamera& camera : cameras) {
-    const StreetCamera read = ReadCameraFile(folder / ("truth/" + camera.name + ".camera")).value();
-    EXPECT_LT((read.cam_from_world.Center() - camera.cam_from_world.Center()).norm(), 1e-9);
-    EXPECT_LT(read.cam_from_world.rotation.angularDistance(camera.cam_from_world.rotation), 1e-7);
-    EXPECT_EQ(read.model.fx, camera.model.fx);
-    EXPECT_EQ(read.model.cy, camera.model.cy);
-    EXPECT_EQ(read.model.width_px, camera.model.width_px);
-  }
-  EXPECT_TRUE(ReadIntrinsicsFile(folder / "camera.txt").value() == options.rig.model);
-  EXPECT_EQ(CameraParams(options.rig.model), "280,276,159.5,119.5,-0.17,0.04,164.5,115.5");
-  const auto scene = Build(options.scene);
-  RenderOptions render = options.render;
-  render.seed = MixSeed(options.render.seed, 2);
-  const StreetPhoto photo = RenderPhoto(*scene, cameras[2], render).value();
-  EXPECT_TRUE(ReadDepthFile(folder / "truth/photo0003.jpg.depth").value().depth == photo.depth);
-  const std::vector<uint8_t> jpeg = EncodeJpeg(photo, options.jpeg_quality).value();
-  EXPECT_EQ(Bytes(folder / "photos/photo0003.jpg"), std::string(jpeg.begin(), jpeg.end()));
-
-  std::ofstream(folder / "broken") << "1 2 3";
-  EXPECT_EQ(ReadCameraFile(folder / "broken").status().code(), StatusCode::kCorruption);
-  EXPECT_EQ(ReadIntrinsicsFile(folder / "broken").status().code(), StatusCode::kCorruption);
-  EXPECT_EQ(ReadDepthFile(folder / "broken").status().code(), StatusCode::kCorruption);
-  EXPECT_EQ(ReadDepthFile(folder / "absent").status().code(), StatusCode::kIoError);
-  fs::resize_file(folder / "truth/photo0001.jpg.depth", 1000);
-  EXPECT_EQ(ReadDepthFile(folder / "truth/photo0001.jpg.depth").status().code(), StatusCode::kCorruption);
-}
-
-TEST(Street, ShuffleOnlyRenames) {
-  const SceneOptions scene = SceneForTrajectory(Trajectory::kStreet, 30, 0);
-  RigOptions rig;
-  rig.model = MakeModel(320, 240, 280);
-  rig.photos = 30;
-  const auto ordered = MakeCameras(scene, rig).value();
-  rig.shuffle = true;
-  const auto shuffled = MakeCameras(scene, rig).value();
-  const auto sorted_x = [](const std::vector<StreetCamera>& cameras) {
-    std::vector<double> x;
-    for (const auto& camera : cameras) x.push_back(camera.cam_from_world.Center().x());
-    std::sort(x.begin(), x.end());
-    return x;
-  };
-  EXPECT_EQ(sorted_x(ordered), sorted_x(shuffled));
-  int unmoved = 0;
-  for (size_t i = 0; i < 30; ++i) {
-    EXPECT_EQ(ordered[i].name, shuffled[i].name);
-    unmoved += ordered[i].cam_from_world.translation == shuffled[i].cam_from_world.translation;
-  }
-  EXPECT_LT(unmoved, 10);
-}
-
-TEST(Street, RefusesWhatItCannotDo) {
-  Folder folder("refused");
-  DataSetOptions options = SmallSet();
-  const auto code = [&](const std::function<void(DataSetOptions&)>& spoil) {
-    DataSetOptions bad = options;
-    spoil(bad);
-    return RenderStreet(bad, folder.str(), nullptr).code();
-  };
-  EXPECT_EQ(code([](auto& o) { o.rig.photos = 0; }), StatusCode::kInvalidArgument);
-  EXPECT_EQ(code([](auto& o) { o.rig.model.fx = std::nan(""); }), StatusCode::kInvalidArgument);
-  EXPECT_EQ(code([](auto& o) { o.rig.model.width_px = 9000; }), StatusCode::kInvalidArgument);
-  EXPECT_EQ(code([](auto& o) { o.rig.model.k1 = -1.9; }), StatusCode::kInvalidArgument);
-  EXPECT_EQ(code([](auto& o) { o.render.noise_sigma = -1; }), StatusCode::kInvalidArgument);
-  EXPECT_EQ(code([](auto& o) { o.render.supersample = 9; }), StatusCode::kInvalidArgument);
-  EXPECT_EQ(code([](auto& o) { o.scene.length_m = std::nan(""); }), StatusCode::kInvalidArgument);
-  EXPECT_EQ(code([](auto& o) { o.jpeg_quality = 0; }), StatusCode::kInvalidArgument);
-  EXPECT_EQ(code([](auto& o) { o.threads = 0; }), StatusCode::kInvalidArgument);
-  EXPECT_EQ(code([](auto& o) { o.rig.trajectory = Trajectory::kLoop; }), StatusCode::kInvalidArgument);
-  EXPECT_FALSE(fs::exists(folder.str()));  // nothing was begun
-  fs::create_directories(folder.str());
-  std::ofstream(folder / "mine") << "keep";
-  EXPECT_EQ(code([](auto&) {}), StatusCode::kAlreadyExists);
-  EXPECT_EQ(Bytes(folder / "mine"), "keep");
-  EXPECT_FALSE(fs::exists(folder / "photos"));
 }
 
 }  // namespace

@@ -14,6 +14,7 @@
 
 #include "engine/camera/gray_image.h"
 #include "tests/engine/camera/photo_writer.h"
+#include "tests/engine/camera/tiff_writer.h"
 
 namespace veduta {
 namespace {

@@ -12,6 +12,7 @@
 #include "engine/camera/photo_decoder.h"
 #include "storage/base/content_hash.h"
 #include "tests/engine/camera/photo_writer.h"
+#include "tests/engine/camera/tiff_writer.h"
 
 namespace veduta {
 namespace {

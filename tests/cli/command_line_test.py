@@ -1,0 +1,232 @@
+#!/usr/bin/env python3
+# SPDX-License-Identifier: Apache-2.0
+# Goal: the built binary keeps what the command line promises: verdicts with reasons, every field of the JSON, exit
+#   codes 0 to 3, messages that say what to do.
+# Method: photos of a rendered street, and files that are none; real processes.
+# usage: tests/cli/command_line_test.py VEDUTA VEDUTA_STREET
+import os
+import random
+import struct
+import zlib
+
+from city import (PARAMS, PHOTOS, PLACED, SIZE, WHOLE, Case, add, add_command, ask, at, main, make_whole, must,
+                  new_database, photo, read, render, run, write)
+
+ADD_FIELDS = {'image', 'id', 'verdict', 'reason', 'reconstruction', 'neighbors', 'inliers', 'ms'}
+MS_FIELDS = {'decode', 'undistort', 'features', 'retrieve', 'match', 'verify', 'map', 'adjust', 'commit', 'total'}
+
+
+def setUpModule():
+    global WHOLE_LINES, WHOLE_DIGEST
+    WHOLE_LINES, WHOLE_DIGEST = make_whole()
+
+
+def black_png(width, height):
+    def chunk(kind, data):
+        return struct.pack('>I', len(data)) + kind + data + struct.pack('>I', zlib.crc32(kind + data))
+    rows = bytes((1 + 3 * width) * height)
+    return (b'\x89PNG\r\n\x1a\n' + chunk(b'IHDR', struct.pack('>IIBBBBB', width, height, 8, 2, 0, 0, 0)) +
+            chunk(b'IDAT', zlib.compress(rows)) + chunk(b'IEND', b''))
+
+
+class Usage(Case):
+    def test_bad_usage_is_2(self):
+        for words, arguments in (
+                ('subcommand is required', ()), ('Run with --help', ('paint',)), ('DB is required', ('init',)),
+                ('--camera', ('add', WHOLE, PHOTOS)), ('PHOTO', ('add', WHOLE, '--camera', 'c')),
+                ('--threads', ('add', WHOLE, '--camera', 'c', PHOTOS, '--threads', '0')),
+                ('--threads', ('add', WHOLE, '--camera', 'c', PHOTOS, '--threads', 'many')),
+                ('--bogus', ('add', WHOLE, '--camera', 'c', PHOTOS, '--bogus')),
+                ('--list', ('add', WHOLE, '--camera', 'c', PHOTOS, PHOTOS, '--list', os.devnull)),
+                ('--format', ('export', WHOLE, at('never'), '--format', 'ply')),
+                ('--count', ('neighbors', WHOLE, 'photo0001.jpg', '--count', '0')),
+                ('subcommand is required', ('vocabulary',)), ('subcommand is required', ('camera',))):
+            self.refused(2, words, *arguments)
+        self.assertFalse(os.path.exists(at('never')))
+
+    def test_help_names_every_command(self):
+        listed = must('--help')
+        for command in ('init', 'camera', 'add', 'status', 'show', 'neighbors', 'pose', 'export', 'verify', 'digest',
+                        'vocabulary', 'journal', 'backup'):
+            self.assertRegex(listed, rf'(?m)^  {command} ')
+            self.assertIn('DB' if command not in ('camera', 'vocabulary') else 'SUBCOMMAND', must(command, '--help'))
+        self.assertRegex(must('--version'), r'^\d+\.\d+\.\d+\n$')
+
+    def test_init_again_changes_nothing(self):
+        self.refused(1, 'already', 'init', WHOLE)
+        self.refused(1, 'not empty', 'init', PHOTOS)
+        self.assertEqual(must('digest', WHOLE), WHOLE_DIGEST)
+
+    def test_what_is_no_database(self):
+        os.mkdir(at('nothing in it'))
+        for path, words in ((at('missing'), 'veduta init'), (at('nothing in it'), 'not a veduta database'),
+                            (PHOTOS, 'not a veduta database'), (os.path.join(PHOTOS, 'photo0001.jpg'), 'is a file')):
+            for command in (('status',), ('digest',), ('verify',), ('show', 'x'), ('export', at('never')),
+                            ('add', '--camera', 'c', PHOTOS)):
+                self.refused(1, words, command[0], path, *command[1:])
+        self.assertFalse(os.path.exists(at('missing')))
+        self.assertEqual(os.listdir(at('nothing in it')), [])
+
+
+class Camera(Case):
+    def test_add_and_list(self):
+        db = at('cameras')
+        must('init', db)
+
+        def camera(name, size, params):
+            return 'camera', 'add', db, name, '--size', size, '--params=' + params
+        for words, size, params in (
+                ('size', '512', PARAMS), ('size', '512X384', PARAMS), ('size', '0x384', PARAMS),
+                ('size', '512x384x3', PARAMS), ('size', '512x70000', PARAMS), ('4, 6 or 8', SIZE, '450,450,255'),
+                ('4, 6 or 8', SIZE, PARAMS + ',0.1'), ('cx', SIZE, '450,450,middle,191'),
+                ('fy', SIZE, '450,nan,255,191'),
+                ('fx', SIZE, '-450,450,255,191'), ('fx', SIZE, '1e999,450,255,191'), ('cy', SIZE, '450,450,255,')):
+            self.refused(2, words, *camera('bad', size, params))
+        self.refused(1, 'needs a name', *camera('', SIZE, PARAMS))
+        self.assertEqual(ask('camera', 'list', db), [])
+        must(*camera('c', SIZE, PARAMS))
+        must(*camera('c', SIZE, PARAMS))
+        self.refused(1, 'other intrinsics', *camera('c', SIZE, '451,450.56,255.5,191.5'))
+        self.refused(1, 'other intrinsics', *camera('c', '511x384', PARAMS))
+        must(*camera('my lens', '1536x1024', '1200,1210,767.5,511.5,-0.06,0.01,760,500'))
+        listed = ask('camera', 'list', db)
+        self.assertEqual([(c['name'], c['size'], c['params']) for c in listed],
+                         [('c', SIZE, PARAMS), ('my lens', '1536x1024', '1200,1210,767.5,511.5,-0.06,0.01,760,500')])
+        self.assertIn('my lens', must('camera', 'list', db))
+        self.refused(1, 'the database has: c, my lens', 'add', db, '--camera', 'other', PHOTOS)
+
+
+class Add(Case):
+    def test_every_line_has_every_field(self):
+        self.assertEqual([line['image'] for line in WHOLE_LINES], sorted(os.listdir(PHOTOS)))
+        self.assertEqual([line['id'] for line in WHOLE_LINES], list(range(1, 13)))
+        for line in WHOLE_LINES:
+            self.assertLessEqual(ADD_FIELDS, set(line))
+            self.assertLessEqual(MS_FIELDS, set(line['ms']))
+            self.assertTrue(line['reason'])
+            self.assertEqual(line['reconstruction'] is not None, line['verdict'] in PLACED, line)
+            self.assertGreater(line['ms']['total'], line['ms']['commit'])
+        self.assertGreaterEqual(sum(line['verdict'] in PLACED for line in WHOLE_LINES), 3)
+
+    def test_a_folder_of_everything(self):
+        folder = at('everything')
+        good = {'a.jpg': 1, 'b with spaces.jpg': 2, 'c \u00e9\u4e2d\U0001f3e0.jpg': 3, 'd line\nbreak.jpg': 4,
+                'e \"quoted\" \\.jpg': 5, 'sub/folder/g.jpg': 6}
+        for name, number in good.items():
+            write(os.path.join(folder, name), photo(number))
+        write(os.path.join(os.fsencode(folder), b'f caf\xe9.jpg'), photo(7))
+        bad = {'black.png': (black_png(512, 384), 'nothing to recognise it by'),
+               'blurred.jpg': (read(os.path.join(render('blurred', '--photos', '1', '--size', SIZE, '--blur', '20'),
+                                                 'photo0001.jpg')), 'out of focus'),
+               'broken.jpg': (photo(8)[:700], 'cannot be read'),
+               'empty.jpg': (b'', 'an empty file'),
+               'film.mp4': (b'\0\0\0\x18ftypmp42' + random.Random(1).randbytes(5000), 'not a format that is read'),
+               'noise.jpg': (b'\xff\xd8\xff\xe0' + random.Random(2).randbytes(5000), 'cannot be read'),
+               'notes.txt': (b'Monday: rain.\n', 'not a format that is read'),
+               'wide.png': (black_png(600, 384), 'not the size of its camera')}
+        for name, (data, _) in bad.items():
+            write(os.path.join(folder, name), data)
+        write(os.path.join(folder, 'sub/twin.jpg'), photo(1))
+        write(os.path.join(folder, '.hidden.jpg'), photo(9))
+        write(os.path.join(folder, '.git/hidden.jpg'), photo(9))
+
+        db = new_database('of everything')
+        code, lines, err = add(db, folder)
+        self.assertEqual(code, 1)  # some were asked for and could not be added
+        verdicts = {line['image']: line for line in lines}
+        self.assertEqual(set(verdicts), {*good, *bad, 'sub/twin.jpg', 'f caf\ufffd.jpg'})
+        for name in (*good, 'f caf\ufffd.jpg'):
+            self.assertIn(verdicts[name]['verdict'], (*PLACED, 'postponed'))
+        self.assertGreaterEqual(ask('status', db)['placed'], 3)
+        for name, (_, reason) in bad.items():
+            self.assertEqual(verdicts[name]['verdict'], 'rejected', name)
+            self.assertIn(reason, verdicts[name]['reason'], name)
+            shown = ask('show', db, name)
+            self.assertEqual((shown['verdict'], shown['reason']), ('rejected', verdicts[name]['reason']))
+        self.assertIn('600x384', verdicts['wide.png']['reason'])
+        self.assertEqual(verdicts['sub/twin.jpg']['verdict'], 'duplicate')
+        self.assertIn('a.jpg', verdicts['sub/twin.jpg']['reason'])
+        self.assertEqual(verdicts['sub/twin.jpg']['id'], verdicts['a.jpg']['id'])
+        self.assertIn('8 rejected', err)
+        for name in good:
+            self.assertEqual(ask('show', db, name)['image'], name)
+        self.assertEqual(must('verify', db), 'sound\n')
+
+        digest = must('digest', db)
+        code, again, _ = add(db, folder)
+        self.assertEqual(code, 1)
+        self.assertEqual({line['image']: line['verdict'] for line in again},
+                         {name: 'rejected' if name in bad else 'duplicate' for name in verdicts})
+        self.assertEqual(must('digest', db), digest)
+        code, again, _ = add(db, os.path.join(folder, 'sub'))
+        self.assertEqual((code, [line['verdict'] for line in again]), (0, ['duplicate'] * 2))
+        self.check_export_has_whole_lines(db)
+
+    def check_export_has_whole_lines(self, db):
+        must('export', db, at('exported everything'))
+        posed = []
+        for model in os.listdir(at('exported everything')):
+            with open(at('exported everything', model, 'images.txt'), errors='replace') as file:
+                posed += file.read().split('\n')[2:-1:2]
+        self.assertEqual(len(posed), ask('status', db)['placed'])
+        names = [line.split(' ', 9)[9] for line in posed]
+        self.assertIn('d line%0Abreak.jpg', names)
+        for name in names:
+            self.assertIn(ask('show', db, name.replace('%0A', '\n'))['verdict'], PLACED)
+
+    def test_a_rejected_photo_may_come_again_mended(self):
+        db = new_database('mended')
+        write(at('mending', 'x.jpg'), photo(1)[:700])
+        code, lines, _ = add(db, at('mending'))
+        self.assertEqual((code, lines[0]['verdict']), (1, 'rejected'))
+        write(at('mending', 'x.jpg'), photo(1))
+        code, lines, _ = add(db, at('mending'))
+        self.assertEqual((code, lines[0]['verdict'], lines[0]['id']), (0, 'postponed', 1))
+        # Another photo under the name of a stored one is refused, and its bytes stay welcome under another name, also
+        # where both are under way at once.
+        write(at('other', 'x.jpg'), photo(2))
+        write(at('other', 'y.jpg'), photo(2))
+        code, lines, _ = add(db, at('other'))
+        self.assertEqual((code, [line['verdict'] for line in lines]), (1, ['rejected', 'postponed']))
+        self.assertEqual((lines[0]['id'], lines[1]['id']), (None, 2))
+        self.assertIn('the name is taken', lines[0]['reason'])
+        self.assertEqual(must('verify', db), 'sound\n')
+        self.assertEqual(ask('status', db)['images'], 2)
+
+    def test_lists(self):
+        db = new_database('listed')
+        must('camera', 'add', db, 'other', '--size', '600x384', '--params', PARAMS)
+        with open(at('list'), 'w') as file:
+            file.write('# in this order\nphoto0003.jpg\r\nphoto0001.jpg\tc\n\n./photo0002.jpg\n'
+                       'photo0004.jpg\tother\nphoto0099.jpg\n')
+        code, lines, _ = add(db, PHOTOS, '--list', at('list'))
+        self.assertEqual(code, 1)
+        self.assertEqual([line['image'] for line in lines],
+                         ['photo0003.jpg', 'photo0001.jpg', 'photo0002.jpg', 'photo0004.jpg', 'photo0099.jpg'])
+        self.assertIn('not the size of its camera', lines[3]['reason'])
+        self.assertIn('cannot be read', lines[4]['reason'])
+        with open(at('absolute'), 'w') as file:
+            file.write(f'{PHOTOS}/photo0002.jpg\n{at("street")}/camera.txt\n')
+        code, lines, _ = add(db, '--list', at('absolute'))
+        self.assertEqual([(line['image'], line['verdict']) for line in lines],
+                         [('photos/photo0002.jpg', 'duplicate'), ('camera.txt', 'rejected')])
+        with open(at('absolute'), 'a') as file:
+            file.write('photo0005.jpg\tunknown\n')
+        digest = must('digest', db)
+        self.refused(1, "no camera 'unknown'", *add_command(db, '--list', at('absolute')))
+        self.refused(1, 'cannot read list', *add_command(db, '--list', at('no list')))
+        self.refused(1, 'cannot read list', *add_command(db, '--list', PHOTOS))
+        self.refused(1, 'no file or folder', *add_command(db, PHOTOS, at('no folder')))
+        self.assertEqual(must('digest', db), digest)
+
+    def test_plain_output_has_a_line_a_photo(self):
+        code, out, err = run('add', new_database('plain'), '--camera', 'c', '--contributor', 'anna', PHOTOS)
+        self.assertEqual(code, 0)
+        self.assertEqual(must('digest', at('plain')), WHOLE_DIGEST)
+        for line, whole in zip(out.splitlines(), WHOLE_LINES, strict=True):
+            self.assertEqual(line, f'{whole["verdict"]:10} {whole["image"]}: {whole["reason"]}')
+        self.assertRegex(err, r'12 of 12 photos, .* a second')
+
+
+if __name__ == '__main__':
+    main()
