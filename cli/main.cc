@@ -4,6 +4,7 @@
 #include <glog/logging.h>
 #include <malloc.h>
 
+#include <csignal>
 #include <cstdio>
 #include <exception>
 #include <opencv2/core/utility.hpp>
@@ -14,6 +15,7 @@ int main(int argc, char** argv) {
   // Photos come and go by the tens of megabytes: keep their pages rather than fault them in anew each time.
   mallopt(M_MMAP_THRESHOLD, 1 << 30);
   mallopt(M_TRIM_THRESHOLD, 1 << 30);
+  std::signal(SIGXFSZ, SIG_IGN);           // a file at its limit is a failed write with a message, not the end
   FLAGS_minloglevel = google::GLOG_FATAL;  // Ceres tells of steps that it then mends by itself
   cv::setNumThreads(1);                    // one photo a thread serves better than many threads a photo
 

@@ -3,10 +3,12 @@
 // Method: a synthetic city of sites; an image shows some of its site's spots, seen again with noise, among clutter of
 // its own and spots that every site has. Brute force: each descriptor of the query votes for the images with the
 // nearest descriptors. Its best images must be among the index's first few. Half of the images are unknown to the
-// training.
+// training. Beside it as a peer: FLANN's hierarchical k-means over as many words, searched as approximate neighbours.
 #include <gtest/gtest.h>
+#include <flann/flann.hpp>
 
 #include <algorithm>
+#include <functional>
 #include <map>
 #include <string>
 
@@ -50,19 +52,28 @@ City MakeCity() {
 
 class Retrieval : public testing::Test {
  protected:
-  // Trains on every `stride`-th image, then stores all.
-  void Build(uint32_t stride, const VocabularyTrainerOptions& options) {
+  using WordsOf = std::function<std::vector<WordId>(const std::vector<uint8_t>&)>;
+
+  // Of every `stride`-th image.
+  std::vector<uint8_t> Sample(uint32_t stride) const {
     DescriptorSample sample(5000);
     for (uint32_t i = 0; i < kImageCount; ++i) {
       if (i % stride == 0) sample.Add(HashContent(city_.images[i]).Seed(), city_.images[i]);
     }
+    return sample.Take();
+  }
+  // Trains on every `stride`-th image, then stores all; the number of words.
+  uint32_t Build(uint32_t stride, const VocabularyTrainerOptions& options) {
     ThreadPool pool(1);
-    const std::vector<uint8_t> descriptors = sample.Take();
-    const VocabularyTree tree = TrainVocabulary(descriptors, options, pool).value().tree;
+    const VocabularyTree tree = TrainVocabulary(Sample(stride), options, pool).value().tree;
+    Store([&](const std::vector<uint8_t>& image) { return tree.QuantizeAll(image); });
+    return tree.info().leaf_count;
+  }
+  void Store(const WordsOf& words_of) {
     words_.clear();
     postings_.clear();
     for (uint32_t i = 0; i < kImageCount; ++i) {
-      words_.push_back(DistinctWords(tree.QuantizeAll(city_.images[i])));
+      words_.push_back(DistinctWords(words_of(city_.images[i])));
       for (const WordId word : words_.back()) postings_[word].emplace_back(i + 1);
     }
   }
@@ -148,6 +159,40 @@ TEST_F(Retrieval, FindsWhatBruteForceFinds) {
 TEST_F(Retrieval, FindsImagesStoredAfterTraining) {
   Build(2, {});
   EXPECT_GE(Recall(5), 0.9);
+}
+
+// FLANN's tree of k-means gives the centres, and finds the nearest of them; descends several branches where ours
+// descends one, so it may find a little more, at many times the distances.
+TEST_F(Retrieval, FindsAsMuchAsFlann) {
+  const uint32_t word_count = Build(1, {});
+  const double ours = Recall(5);
+
+  using Distance = flann::L2<uint8_t>;
+  std::vector<uint8_t> sample = Sample(1);
+  flann::seed_random(1);
+  std::vector<float> centers(size_t{word_count} * kCenterSize);
+  flann::Matrix<float> to(centers.data(), word_count, kCenterSize);
+  const int center_count =
+      flann::hierarchicalClustering<Distance>({sample.data(), sample.size() / kCenterSize, kCenterSize}, to,
+                                              flann::KMeansIndexParams(10, 11, flann::FLANN_CENTERS_KMEANSPP));
+  ASSERT_GT(center_count, static_cast<int>(word_count) * 4 / 5);  // nodes too small to split leave some out
+  flann::Index<flann::L2<float>> index({centers.data(), static_cast<size_t>(center_count), kCenterSize},
+                                       flann::KMeansIndexParams(10));
+  index.buildIndex();
+  Store([&](const std::vector<uint8_t>& image) {
+    std::vector<float> query(image.begin(), image.end());
+    const size_t rows = image.size() / kCenterSize;
+    std::vector<int> nearest(rows);
+    std::vector<float> distances(rows);
+    flann::Matrix<int> nearest_out(nearest.data(), rows, 1);
+    flann::Matrix<float> distances_out(distances.data(), rows, 1);
+    index.knnSearch({query.data(), rows, kCenterSize}, nearest_out, distances_out, 1, flann::SearchParams(64));
+    return std::vector<WordId>(nearest.begin(), nearest.end());
+  });
+  const double theirs = Recall(5);
+  std::cout << word_count << " words: recall " << ours << ", FLANN's " << center_count << " words: " << theirs << "\n";
+  EXPECT_GE(theirs, 0.8) << "a peer that finds little proves little";
+  EXPECT_GE(ours, theirs - 0.03);
 }
 
 TEST_F(Retrieval, ACoarseTreeFindsLess) {  // the measure can tell a bad vocabulary from a good one
