@@ -33,8 +33,9 @@ struct MapperOptions {
   double merge_error_px_max = 6.0;       // > 0
   uint32_t founding_views_max = 12;      // >= 3
   GrowthOptions growth;
-  BundleOptions local_bundle = {.iterations_max = 10, .function_tolerance = 1e-4};
-  BundleOptions global_bundle;
+  // Later photos adjust again what a step leaves undone.
+  BundleOptions local_bundle = {.iterations_max = 4, .function_tolerance = 1e-4};
+  BundleOptions global_bundle = {.iterations_max = 15, .function_tolerance = 1e-4};
   PointFilterOptions filter;
   FoundingOptions founding;
 };

@@ -18,9 +18,9 @@ struct TwoViewOptions {
   double confidence = 1.0 - 1e-4;    // (0, 1); the paper's section 3.2
   uint32_t inlier_count_min = 20;    // >= 5; the paper's section 3.2
   double inlier_share_min = 0.3;     // [0, 1]: of the matches; fewer is what chance finds on repeated texture
-  uint32_t samples_min = 200;        // the usual stopping rule is too hopeful where texture repeats
+  uint32_t samples_min = 50;         // the usual stopping rule is too hopeful where texture repeats
   uint32_t samples_max = 800;        // >= 1; five-point samples
-  uint32_t samples_hopeless = 200;   // after so many with less than half of what is needed the pair is given up
+  uint32_t samples_hopeless = 100;   // after so many with less than half of what is needed the pair is given up
   double planar_share_min = 0.85;    // inliers that a homography explains, over all: the pair is planar
   double rotation_share_min = 0.85;  // likewise for a rotation alone
 
