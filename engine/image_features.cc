@@ -18,6 +18,7 @@ Result<std::shared_ptr<const ImageFeatures>> ImageFeatures::Make(ImageId id, con
   made->height_px = camera.height_px;
   made->features = std::move(features);
   made->grid = std::make_shared<const FeatureGrid>(*made->features);
+  made->matched_count_max = matched_count_max;
   VEDUTA_ASSIGN_OR_RETURN(made->packed, PackedDescriptors::Pack(*made->features, matched_count_max));
   return std::shared_ptr<const ImageFeatures>(std::move(made));
 }

@@ -23,7 +23,8 @@ struct ImageFeatures {
   uint32_t width_px = 0, height_px = 0;
   std::shared_ptr<const Features> features;  // all of them
   std::shared_ptr<const FeatureGrid> grid;   // of all of them
-  PackedDescriptors packed;                  // of the strongest
+  uint32_t matched_count_max = 0;
+  PackedDescriptors packed;  // of the strongest, matched_count_max at most
 
   size_t size_bytes() const;
 

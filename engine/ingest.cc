@@ -3,21 +3,40 @@
 
 #include <algorithm>
 #include <ctime>
-#include <set>
+#include <map>
 
 #include "engine/stopwatch.h"
 
 namespace veduta {
 namespace {
 
-std::string NeighborDetail(const NeighborSearch& search, size_t candidate_count) {
-  if (candidate_count == 0) return "the database holds no photo to compare with yet";
+std::string NeighborDetail(const NeighborSearch& search) {
+  if (search.tried_count == 0) return "the database holds no photo to compare with yet";
   std::string text = "none of " + std::to_string(search.tried_count) + " candidates passed the geometric check";
   if (search.best_inlier_count > 0) {
     text += "; the best, image " + std::to_string(search.best_failed.value) + ", has " +
             std::to_string(search.best_inlier_count) + " consistent matches";
   }
   return text;
+}
+
+// Adds what a second search found; of a pair that both have verified, the one with more matches is kept.
+void Join(ImageId image, NeighborSearch found, NeighborSearch* search) {
+  std::map<ImageId, PairRecord> pairs;
+  for (std::vector<PairRecord>* some : {&search->pairs, &found.pairs}) {
+    for (PairRecord& pair : *some) {
+      PairRecord& best = pairs[pair.a == image ? pair.b : pair.a];
+      if (pair.matches.size() > best.matches.size()) best = std::move(pair);
+    }
+  }
+  search->pairs.clear();
+  for (auto& [other, pair] : pairs) search->pairs.push_back(std::move(pair));
+  if (search->tried_count == 0) search->tried_count = found.tried_count;  // the second tries among the same
+  if (found.best_inlier_count >= search->best_inlier_count && found.best_failed.valid()) {
+    search->best_inlier_count = found.best_inlier_count;
+    search->best_failed = found.best_failed;
+  }
+  search->promising = std::move(found.promising);
 }
 
 void CountTimes(const PreparedPhoto& photo, StepTimes* times) {
@@ -60,6 +79,67 @@ Result<AddOutcome> Ingest::StoreRejection(const PreparedPhoto& photo, const Snap
   transaction->PutState(state);
   VEDUTA_RETURN_IF_ERROR(transaction->Commit());
   return outcome;
+}
+
+Status Ingest::Search(const ImageFeatures& image, std::span<const RankedImage> candidates,
+                      const NeighborOptions& options, uint64_t seed, MapLoader* loader, NeighborSearch* search,
+                      StepTimes* times) {
+  Stopwatch watch;
+  VEDUTA_ASSIGN_OR_RETURN(NeighborSearch found,
+                          FindNeighbors(image, candidates, seed, loader, map_, features_, pool_, options));
+  const double search_ms = watch.LapMs(), pair_ms = std::max(found.match_ms + found.verify_ms, 1e-9);
+  times->match_ms += search_ms * found.match_ms / pair_ms;
+  times->verify_ms += search_ms * found.verify_ms / pair_ms;
+  Join(image.id, std::move(found), search);
+  return Status::Ok();
+}
+
+Status Ingest::SearchThoroughly(const ImageFeatures& wide, uint64_t seed, MapLoader* loader, NeighborSearch* search,
+                                StepTimes* times) {
+  NeighborOptions options = options_.neighbors;
+  options.extended_count_max = 0;
+  const std::vector<RankedImage> promising = std::move(search->promising);
+  const size_t count = std::min<size_t>(promising.size(), options_.thorough_pairs_max);
+  return Search(wide, {promising.data(), count}, options, MixSeed(seed, 3), loader, search, times);
+}
+
+Result<Placement> Ingest::Place(const ImageFeatures& image, const NeighborSearch& search, const DatabaseState& state,
+                                uint64_t seed, MapLoader* loader, StepTimes* times) {
+  if (search.pairs.empty()) {
+    Placement postponed;
+    postponed.reason = search.tried_count == 0 ? Reason::kNoCandidates : Reason::kNoVerifiedNeighbor;
+    postponed.detail = NeighborDetail(search);
+    postponed.inlier_count = search.best_inlier_count;
+    return postponed;
+  }
+  std::vector<PairMatches> pairs;
+  for (const PairRecord& pair : search.pairs) pairs.push_back(MatchesFrom(pair, image.id));
+  Mapper mapper(loader, &map_, pool_, options_.mapper);
+  Result<Placement> placed = mapper.Place(image, pairs, ReconstructionId(state.next_reconstruction), seed);
+  if (!placed.ok()) {
+    map_.Clear();
+    return placed.status();
+  }
+  times->map_ms += placed->map_ms;
+  times->adjust_ms += placed->adjust_ms;
+  return placed;
+}
+
+Result<Placement> Ingest::Locate(const ImageFeatures& image, const CameraModel& camera,
+                                 std::span<const RankedImage> candidates, const DatabaseState& state, uint64_t seed,
+                                 MapLoader* loader, NeighborSearch* search, StepTimes* times) {
+  VEDUTA_RETURN_IF_ERROR(Search(image, candidates, options_.neighbors, seed, loader, search, times));
+  const bool is_ample = std::any_of(search->pairs.begin(), search->pairs.end(), [&](const PairRecord& pair) {
+    return pair.matches.size() >= options_.ample_match_count;
+  });
+  if (is_ample || candidates.empty()) {
+    VEDUTA_ASSIGN_OR_RETURN(Placement placement, Place(image, *search, state, seed, loader, times));
+    if (placement.verdict != Verdict::kPostponed || candidates.empty()) return placement;
+  }
+  VEDUTA_ASSIGN_OR_RETURN(const auto wide,
+                          ImageFeatures::Make(image.id, camera, image.features, options_.thorough_count_max));
+  VEDUTA_RETURN_IF_ERROR(SearchThoroughly(*wide, seed, loader, search, times));
+  return Place(*wide, *search, state, seed, loader, times);
 }
 
 Result<AddOutcome> Ingest::Apply(PreparedPhoto photo, const CameraRecord& camera, const std::string& contributor) {
@@ -114,32 +194,11 @@ Result<AddOutcome> Ingest::Apply(PreparedPhoto photo, const CameraRecord& camera
   VEDUTA_ASSIGN_OR_RETURN(const std::vector<RankedImage> candidates,
                           retrieval_->Candidates(*snapshot, *stored_features));
   outcome.times.retrieve_ms = watch.LapMs();
-  VEDUTA_ASSIGN_OR_RETURN(const NeighborSearch search,
-                          FindNeighbors(*image, candidates, seed, &loader, map_, features_, pool_, options_.neighbors));
-  const double search_ms = watch.LapMs(), pair_ms = std::max(search.match_ms + search.verify_ms, 1e-9);
-  outcome.times.match_ms = search_ms * search.match_ms / pair_ms;
-  outcome.times.verify_ms = search_ms * search.verify_ms / pair_ms;
+  NeighborSearch search;
+  VEDUTA_ASSIGN_OR_RETURN(const Placement placement,
+                          Locate(*image, camera.model, candidates, state, seed, &loader, &search, &outcome.times));
   outcome.pairs_tried = search.tried_count;
   outcome.neighbor_count = static_cast<uint32_t>(search.pairs.size());
-
-  Placement placement;
-  if (search.pairs.empty()) {
-    placement.reason = candidates.empty() ? Reason::kNoCandidates : Reason::kNoVerifiedNeighbor;
-    placement.detail = NeighborDetail(search, candidates.size());
-    placement.inlier_count = search.best_inlier_count;
-  } else {
-    std::vector<PairMatches> pairs;
-    for (const PairRecord& pair : search.pairs) pairs.push_back(MatchesFrom(pair, record.id));
-    Mapper mapper(&loader, &map_, pool_, options_.mapper);
-    Result<Placement> placed = mapper.Place(*image, pairs, ReconstructionId(state.next_reconstruction), seed);
-    if (!placed.ok()) {
-      map_.Clear();
-      return placed.status();
-    }
-    placement = std::move(*placed);
-    outcome.times.map_ms = placement.map_ms;
-    outcome.times.adjust_ms = placement.adjust_ms;
-  }
   watch.LapMs();
   record.verdict = placement.verdict;
   record.reason = placement.reason;
@@ -293,7 +352,11 @@ Result<std::vector<ImageId>> Ingest::RetryNext(const DatabaseState& old_state) {
   const std::unique_ptr<Transaction> transaction = database_->BeginTransaction();
   if (!pose) {
     VEDUTA_ASSIGN_OR_RETURN(ImageRecord record, snapshot->GetImage(id));
-    VEDUTA_ASSIGN_OR_RETURN(const auto features, features_->Get(*snapshot, id));
+    VEDUTA_ASSIGN_OR_RETURN(const auto known, features_->Get(*snapshot, id));
+    VEDUTA_ASSIGN_OR_RETURN(const CameraRecord camera, snapshot->GetCamera(record.camera));
+    // What waits is hard to place: by more features, as when it came.
+    VEDUTA_ASSIGN_OR_RETURN(const auto features,
+                            ImageFeatures::Make(id, camera.model, known->features, options_.thorough_count_max));
     VEDUTA_ASSIGN_OR_RETURN(const std::vector<PairNeighbor> neighbors, snapshot->ListNeighbors(id));
     std::vector<PairMatches> pairs;
     for (const PairNeighbor& neighbor : neighbors) {

@@ -28,7 +28,10 @@ struct IngestOptions {
   AdjustmentSchedule schedule;
   uint32_t map_images_max = 400;  // images kept in memory between photos
   size_t feature_cache_bytes = 768ull << 20;
-  uint32_t matched_count_max = 1500;  // features of an image that are matched; R11
+  uint32_t matched_count_max = 1500;   // features of an image that are matched; R11
+  uint32_t thorough_count_max = 4096;  // >= matched_count_max: of a photo that those do not place
+  uint32_t thorough_pairs_max = 10;    // images that it is then matched with
+  uint32_t ample_match_count = 250;    // a neighbour with so many verified matches makes that unnecessary
 };
 
 struct StepTimes {
@@ -62,6 +65,18 @@ class Ingest final {
   Result<std::vector<ImageId>> FinishDue();
 
  private:
+  // Finds the image's neighbours and places it by them. Where that fails, or no neighbour shares much with it, once
+  // more by more features.
+  Result<Placement> Locate(const ImageFeatures& image, const CameraModel& camera,
+                           std::span<const RankedImage> candidates, const DatabaseState& state, uint64_t seed,
+                           MapLoader* loader, NeighborSearch* search, StepTimes* times);
+  // Joins the neighbours among `candidates` to those that `search` holds.
+  Status Search(const ImageFeatures& image, std::span<const RankedImage> candidates, const NeighborOptions& options,
+                uint64_t seed, MapLoader* loader, NeighborSearch* search, StepTimes* times);
+  Status SearchThoroughly(const ImageFeatures& wide, uint64_t seed, MapLoader* loader, NeighborSearch* search,
+                          StepTimes* times);
+  Result<Placement> Place(const ImageFeatures& image, const NeighborSearch& search, const DatabaseState& state,
+                          uint64_t seed, MapLoader* loader, StepTimes* times);
   Result<AddOutcome> StoreRejection(const PreparedPhoto& photo, const Snapshot& snapshot, ImageRecord record);
   // Writes what the mapper changed, the reconstruction records, and the photos to be tried again.
   Status WritePlacement(const Snapshot& snapshot, const Placement& placement, DatabaseState* state,

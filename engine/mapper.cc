@@ -5,9 +5,9 @@
 #include <map>
 #include <set>
 
-#include "engine/matching/mutual_matcher.h"
 #include "engine/matching/two_view.h"
 #include "engine/merge_candidates.h"
+#include "engine/pair_verifier.h"
 #include "engine/stopwatch.h"
 #include "storage/base/content_hash.h"
 
@@ -81,7 +81,7 @@ Result<std::vector<PairMatches>> Mapper::MatchAgain(const ImageFeatures& photo, 
     }
     MatchOptions match;
     match.ratio_max = options_.putative_ratio_max;
-    for (const DescriptorMatch& m : MatchMutual(photo.packed, (*other)->packed, match)) {
+    for (const DescriptorMatch& m : MatchImages(photo, **other, match)) {
       putative[i].matches.push_back({m.a, m.b});
     }
   });

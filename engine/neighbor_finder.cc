@@ -36,6 +36,7 @@ Result<NeighborSearch> FindNeighbors(const ImageFeatures& photo, std::span<const
     if (tried.insert(candidate.image).second) next.push_back(candidate.image);
   }
   uint32_t extended = 0;
+  std::vector<std::pair<uint32_t, ImageId>> failed;  // by how many matches were consistent
   for (bool first = true; !next.empty(); first = false) {
     VEDUTA_RETURN_IF_ERROR(loader->LoadStructure(next));
     std::vector<Result<PairVerification>> verified(next.size(), PairVerification());
@@ -59,8 +60,12 @@ Result<NeighborSearch> FindNeighbors(const ImageFeatures& photo, std::span<const
       search.verify_ms += v.verify_ms;
       if (v.outcome == TwoViewOutcome::kVerified) {
         search.pairs.push_back(std::move(v.pair));
+        search.promising.push_back({next[i], 0});
         extend.push_back(next[i]);
-      } else if (v.inlier_count > search.best_inlier_count || !search.best_failed.valid()) {
+        continue;
+      }
+      failed.emplace_back(v.inlier_count, next[i]);
+      if (v.inlier_count > search.best_inlier_count || !search.best_failed.valid()) {
         search.best_inlier_count = v.inlier_count;
         search.best_failed = next[i];
       }
@@ -73,6 +78,8 @@ Result<NeighborSearch> FindNeighbors(const ImageFeatures& photo, std::span<const
       extended += static_cast<uint32_t>(next.size() - before);
     }
   }
+  std::stable_sort(failed.begin(), failed.end(), [](const auto& a, const auto& b) { return a.first > b.first; });
+  for (const auto& [inliers, id] : failed) search.promising.push_back({id, 0});
   const auto other = [&](const PairRecord& pair) { return pair.a == photo.id ? pair.b : pair.a; };
   std::sort(search.pairs.begin(), search.pairs.end(),
             [&](const PairRecord& x, const PairRecord& y) { return other(x) < other(y); });

@@ -26,6 +26,7 @@ struct NeighborSearch {
   uint32_t tried_count = 0;
   uint32_t best_inlier_count = 0;  // of those that failed
   ImageId best_failed;
+  std::vector<RankedImage> promising;  // verified, then those that failed with most consistent matches
   double match_ms = 0, verify_ms = 0;  // summed over pairs, of one core
 };
 

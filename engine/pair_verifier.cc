@@ -79,11 +79,20 @@ TwoViewGeometry Estimate(const RankedMatches& ranked, const ImageFeatures& photo
 
 }  // namespace
 
+std::vector<DescriptorMatch> MatchImages(const ImageFeatures& photo, const ImageFeatures& candidate,
+                                         const MatchOptions& options) {
+  if (candidate.matched_count_max >= photo.matched_count_max) {
+    return MatchMutual(photo.packed, candidate.packed, options);
+  }
+  const auto wide = PackedDescriptors::Pack(*candidate.features, photo.matched_count_max);
+  return wide.ok() ? MatchMutual(photo.packed, *wide, options) : std::vector<DescriptorMatch>();
+}
+
 PairVerification VerifyPair(const ImageFeatures& photo, const ImageFeatures& candidate, const Map& map, uint64_t seed,
                             const PairOptions& options) {
   PairVerification verification;
   Stopwatch watch;
-  const RankedMatches ranked = Rank(MatchMutual(photo.packed, candidate.packed), photo, candidate, options.ratio_max);
+  const RankedMatches ranked = Rank(MatchImages(photo, candidate), photo, candidate, options.ratio_max);
   verification.match_ms = watch.LapMs();
   if (ranked.matches.size() < options.distinct_count_min) return verification;
 

@@ -25,6 +25,10 @@ struct PairVerification {
   double match_ms = 0, verify_ms = 0;
 };
 
+// Mutual nearest neighbours, with as many of the candidate's strongest features as there may be of the photo's.
+std::vector<DescriptorMatch> MatchImages(const ImageFeatures& photo, const ImageFeatures& candidate,
+                                         const MatchOptions& options = {});
+
 // Matches and verifies. `map` may hold the candidate with its points, or not. Deterministic; thread-safe for a map that
 // nobody changes meanwhile.
 PairVerification VerifyPair(const ImageFeatures& photo, const ImageFeatures& candidate, const Map& map, uint64_t seed,
