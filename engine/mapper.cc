@@ -194,8 +194,8 @@ Status Mapper::GrowAround(ImageId image) {
   return Status::Ok();
 }
 
-Status Mapper::AdjustAround(ImageId image) {
-  std::vector<ImageId> free = CovisibleImages(image, options_.local_images_max - 1);
+Status Mapper::AdjustAround(ImageId image, size_t images_max) {
+  std::vector<ImageId> free = CovisibleImages(image, images_max - 1);
   free.push_back(image);
   std::sort(free.begin(), free.end());
   VEDUTA_RETURN_IF_ERROR(loader_->LoadNeighborhood(free));
@@ -286,7 +286,7 @@ Status Mapper::TryFound(const ImageFeatures& photo, std::span<const PairMatches>
   const std::vector<PointId> points = triple.PointsSeenBy(placement->placed);
   for (const PointId point : points) map_->AddPoint(photo.id, triple.point(point).position, triple.point(point).track);
   for (const ImageId image_id : placement->placed) VEDUTA_RETURN_IF_ERROR(GrowAround(image_id));
-  VEDUTA_RETURN_IF_ERROR(AdjustAround(photo.id));
+  VEDUTA_RETURN_IF_ERROR(AdjustAround(photo.id, options_.local_images_max));
   placement->verdict = Verdict::kFounded;
   placement->reason = Reason::kGoodTriple;
   placement->founded = placement->reconstruction = id;
@@ -294,7 +294,7 @@ Status Mapper::TryFound(const ImageFeatures& photo, std::span<const PairMatches>
   placement->detail = "founded with " + std::to_string(points.size()) + " points";
   std::swap(placement->placed.front(), *std::find(placement->placed.begin(), placement->placed.end(), photo.id));
   VEDUTA_RETURN_IF_ERROR(TryMerges(placement->placed, pairs, seed, placement));
-  return placement->merges.empty() ? Status::Ok() : AdjustAround(photo.id);
+  return placement->merges.empty() ? Status::Ok() : AdjustAround(photo.id, options_.local_images_max);
 }
 
 Result<Placement> Mapper::Place(const ImageFeatures& photo, std::span<const PairMatches> pairs,
@@ -336,11 +336,11 @@ Result<Placement> Mapper::Place(const ImageFeatures& photo, std::span<const Pair
   placement.map_ms = watch.LapMs();
   // Poses lead to further matches only once the verified ones have settled them: on repeated texture a pose that is a
   // little wrong finds many matches that agree with it.
-  VEDUTA_RETURN_IF_ERROR(AdjustAround(photo.id));
+  VEDUTA_RETURN_IF_ERROR(AdjustAround(photo.id, options_.settled_images_max));
   placement.adjust_ms = watch.LapMs();
   VEDUTA_RETURN_IF_ERROR(GrowAround(photo.id));
   placement.map_ms += watch.LapMs();
-  VEDUTA_RETURN_IF_ERROR(AdjustAround(photo.id));
+  VEDUTA_RETURN_IF_ERROR(AdjustAround(photo.id, options_.local_images_max));
   placement.adjust_ms += watch.LapMs();
 
   const auto& points = map_->image(photo.id).points;

@@ -27,6 +27,7 @@ struct MapperOptions {
   double neighbor_error_px_max = 6.0;    // > 0: distance from the epipolar line that still agrees with a pose
   double contradiction_share_max = 0.5;  // > 0: contradicting over agreeing matches; above, the photo is postponed
   uint32_t local_images_max = 12;        // >= 2: images whose poses a new photo may move
+  uint32_t settled_images_max = 4;       // >= 2: likewise, before it is matched along known geometry
   uint32_t guided_images_max = 8;        // images that a new one is matched with along known geometry
   uint32_t observations_min = 20;        // of a placed image, after adjustment
   uint32_t common_points_min = 20;       // >= 3: of a merge; R13
@@ -98,7 +99,7 @@ class Mapper final {
   // Matches the image with those around it along the lines that their poses give, projects what they see into it, and
   // what it sees into them.
   Status GrowAround(ImageId image);
-  Status AdjustAround(ImageId image);
+  Status AdjustAround(ImageId image, size_t images_max);
   // Images that share points with it, most first.
   std::vector<ImageId> CovisibleImages(ImageId image, size_t count_max) const;
 

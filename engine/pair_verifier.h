@@ -12,9 +12,9 @@ namespace veduta {
 
 struct PairOptions {
   TwoViewOptions two_view;
-  ResectionOptions structure;         // P3P against the candidate's points
-  double ratio_max = 0.88;            // (0, 1]: of the matches that are considered
-  uint32_t distinct_count_min = 20;   // fewer such matches: the pair is hopeless
+  ResectionOptions structure = {.samples_max = 300};  // P3P against the candidate's points
+  double ratio_max = 0.88;                            // (0, 1]: of the matches that are considered
+  uint32_t distinct_count_min = 20;                   // fewer such matches: the pair is hopeless
   uint32_t structure_count_min = 40;  // matches with points from which P3P takes the place of the five-point
 };
 
