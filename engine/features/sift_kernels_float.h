@@ -62,7 +62,6 @@ inline F8 RootF(F8 a) {
 // Eight differences a[i] - b[i], which must fit 16 bits, widened. What a caller reads beyond a row and drops may be
 // anything, so the subtraction is one that wraps.
 inline N8 WidenDifference(const int16_t* a, const int16_t* b) {
-  typedef int16_t Short8 __attribute__((vector_size(16)));
   typedef uint16_t Word8 __attribute__((vector_size(16)));
   Word8 u, v;
   __builtin_memcpy(&u, a, sizeof(u));
@@ -70,6 +69,7 @@ inline N8 WidenDifference(const int16_t* a, const int16_t* b) {
 #if defined(__AVX2__)
   return (N8)_mm256_cvtepi16_epi32((__m128i)(u - v));
 #else
+  typedef int16_t Short8 __attribute__((vector_size(16)));
   return __builtin_convertvector((Short8)(u - v), N8);
 #endif
 }
