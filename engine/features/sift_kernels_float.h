@@ -67,10 +67,11 @@ inline N8 WidenDifference(const int16_t* a, const int16_t* b) {
   Word8 u, v;
   __builtin_memcpy(&u, a, sizeof(u));
   __builtin_memcpy(&v, b, sizeof(v));
+  const Short8 difference = (Short8)(u - v);
 #if defined(__AVX2__)
-  return (N8)_mm256_cvtepi16_epi32((__m128i)(u - v));
+  return (N8)_mm256_cvtepi16_epi32((__m128i)difference);
 #else
-  return __builtin_convertvector((Short8)(u - v), N8);
+  return __builtin_convertvector(difference, N8);
 #endif
 }
 
