@@ -59,6 +59,16 @@ void PrintJson(const AddOutcome& outcome) {
   std::fflush(stdout);
 }
 
+// The verdict, and on lines of their own the photos before it that got a pose with it.
+void PrintText(const Queries& ask, const AddOutcome& outcome) {
+  std::printf("%-10s %s: %s\n", VerdictWord(outcome).c_str(), outcome.name.c_str(), ReasonSentence(outcome).c_str());
+  for (const ImageId id : outcome.propagated) {
+    const Result<ImageRecord> image = ask.snapshot().GetImage(id);
+    if (image.ok()) std::printf("%-10s %s: %s\n", "  then", image->name.c_str(), image->detail.c_str());
+  }
+  std::fflush(stdout);
+}
+
 // Every photo with its camera; cameras that a list names are looked up once.
 Result<std::vector<PhotoSubmission>> Submissions(const Engine& engine, const AddArguments& arguments) {
   std::vector<ListedPhoto> listed;
@@ -91,6 +101,7 @@ int Add(const AddArguments& arguments) {
   if (!submissions.ok()) return Fail(submissions.status());
 
   std::map<std::string, size_t> counts;
+  size_t placed_later = 0;
   bool refused = false;
   Status added;
   {
@@ -100,13 +111,12 @@ int Add(const AddArguments& arguments) {
         [&](const AddOutcome& outcome) {
           const std::string word = VerdictWord(outcome);
           ++counts[word];
-          counts["propagated"] += outcome.propagated.size();
+          placed_later += outcome.propagated.size();
           refused |= !outcome.duplicate && outcome.verdict == Verdict::kRejected;
           if (arguments.json) {
             PrintJson(outcome);
           } else {
-            std::printf("%-10s %s: %s\n", word.c_str(), outcome.name.c_str(), ReasonSentence(outcome).c_str());
-            std::fflush(stdout);
+            PrintText((*engine)->Ask(), outcome);
           }
           progress.Advance(word);
         },
@@ -114,8 +124,9 @@ int Add(const AddArguments& arguments) {
   }
   std::string summary;
   for (const auto& [word, count] : counts) {
-    if (count > 0) summary += (summary.empty() ? "" : ", ") + std::to_string(count) + " " + word;
+    summary += (summary.empty() ? "" : ", ") + std::to_string(count) + " " + word;
   }
+  if (placed_later > 0) summary += "; " + std::to_string(placed_later) + " postponed before were placed later";
   if (!summary.empty()) std::fprintf(stderr, "%s\n", summary.c_str());
   if (!added.ok()) return Fail(added);
   return refused ? kNotDone : kDone;

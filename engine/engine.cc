@@ -137,7 +137,8 @@ Status Engine::AddPhotos(std::span<const PhotoSubmission> photos, const std::fun
     VEDUTA_ASSIGN_OR_RETURN(AddOutcome outcome,
                             ingest_->Apply(std::move(photo), photos[i].camera, photos[i].contributor));
     Stopwatch watch;
-    VEDUTA_ASSIGN_OR_RETURN(outcome.propagated, ingest_->FinishDue());
+    VEDUTA_ASSIGN_OR_RETURN(const std::vector<ImageId> followed, ingest_->FinishDue());
+    outcome.propagated.insert(outcome.propagated.end(), followed.begin(), followed.end());
     outcome.times.follow_ms = watch.LapMs();
     outcome.times.total_ms += outcome.times.follow_ms;
     report(outcome);

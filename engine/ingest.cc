@@ -239,6 +239,7 @@ Result<AddOutcome> Ingest::Apply(PreparedPhoto photo, const CameraRecord& camera
   outcome.detail = placement.detail;
   outcome.reconstruction = placement.reconstruction;
   outcome.inlier_count = placement.inlier_count;
+  if (!placement.placed.empty()) outcome.propagated.assign(placement.placed.begin() + 1, placement.placed.end());
   CountTimes(photo, &outcome.times);
   outcome.times.commit_ms = watch.LapMs();
   outcome.times.total_ms = total.LapMs() + photo.decode_ms + photo.undistort_ms + photo.features_ms;

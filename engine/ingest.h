@@ -49,7 +49,7 @@ struct AddOutcome {
   ReconstructionId reconstruction;  // valid if placed
   uint32_t neighbor_count = 0, pairs_tried = 0;
   uint32_t inlier_count = 0;        // of the pose, or of the best pair when not placed
-  std::vector<ImageId> propagated;  // postponed photos that got a pose because of this one
+  std::vector<ImageId> propagated;  // postponed photos that got a pose with this one or because of it
   StepTimes times;
 };
 

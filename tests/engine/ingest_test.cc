@@ -264,7 +264,8 @@ TEST(Ingest, PostponedPhotosAreTriedAgainWhenANeighbourIsPlaced) {
   EXPECT_TRUE(IsPlaced(outcomes[1].verdict));
   std::vector<ImageId> propagated = outcomes[0].propagated;
   propagated.insert(propagated.end(), outcomes[1].propagated.begin(), outcomes[1].propagated.end());
-  ASSERT_EQ(propagated, std::vector{ImageId(3)});
+  std::sort(propagated.begin(), propagated.end());
+  ASSERT_EQ(propagated, (std::vector{ImageId(1), ImageId(2), ImageId(3)}));
   const auto image = city.Ask().snapshot().GetImage(ImageId(3));
   EXPECT_EQ(image->verdict, Verdict::kPlaced);
   EXPECT_EQ(image->reason, Reason::kPropagated);
