@@ -200,7 +200,7 @@ Status Mapper::AdjustAround(ImageId image, size_t images_max) {
   std::sort(free.begin(), free.end());
   VEDUTA_RETURN_IF_ERROR(loader_->LoadNeighborhood(free));
   const std::vector<PointId> points = map_->PointsSeenBy(free);
-  VEDUTA_ASSIGN_OR_RETURN(const BundleSummary summary, AdjustBundle(map_, free, points, options_.local_bundle));
+  VEDUTA_ASSIGN_OR_RETURN(const BundleSummary summary, AdjustBundle(map_, free, points, options_.local_bundle, pool_));
   FilterPoints(map_, points, options_.filter);
   return summary.observations > 0 ? Status::Ok() : Status::InvalidArgument("nothing to adjust");
 }
@@ -399,7 +399,7 @@ Status Mapper::AdjustReconstruction(ReconstructionId id) {
                        options_.growth);
     }
     const std::vector<PointId> points = map_->PointsSeenBy(images);
-    VEDUTA_RETURN_IF_ERROR(AdjustBundle(map_, images, points, options_.global_bundle).status());
+    VEDUTA_RETURN_IF_ERROR(AdjustBundle(map_, images, points, options_.global_bundle, pool_).status());
     FilterPoints(map_, points, options_.filter);
   }
   return Status::Ok();

@@ -1,64 +1,73 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "engine/mapping/bundle_adjustment.h"
 
-#include <ceres/ceres.h>
-
 #include <algorithm>
-#include <array>
+#include <cmath>
 #include <set>
 #include <vector>
 
-#include "engine/mapping/reprojection_cost.h"
+#include "engine/mapping/bundle_problem.h"
+#include "engine/mapping/bundle_solver.h"
 #include "engine/mapping/similarity.h"
 
 namespace veduta {
 namespace {
 
-using PoseBlock = std::array<double, 7>;
-
-PoseBlock ToBlock(const Rigid3& pose) {
-  const Eigen::Quaterniond& q = pose.rotation;
-  return {q.x(), q.y(), q.z(), q.w(), pose.translation.x(), pose.translation.y(), pose.translation.z()};
-}
-
-Rigid3 FromBlock(const PoseBlock& block) {
-  return {Eigen::Quaterniond(block[3], block[0], block[1], block[2]).normalized(), {block[4], block[5], block[6]}};
-}
-
-// The parameters of one solve, apart from the map until it has succeeded. Ceres orders blocks by their addresses, so
-// each kind lies in one array.
-struct Parameters {
-  std::vector<ImageId> images;          // free, ascending
-  std::vector<PoseBlock> poses;         // of these
-  std::vector<Eigen::Vector3d> points;  // in the order given
-  bool has_held_image = false;
-  uint64_t observations = 0;
-
-  PoseBlock* FindPose(ImageId id) {
-    const auto found = std::lower_bound(images.begin(), images.end(), id);
-    return found == images.end() || *found != id ? nullptr : &poses[static_cast<size_t>(found - images.begin())];
-  }
+struct Excerpt {
+  BundleProblem problem;
+  std::vector<ImageId> images;  // of the problem's poses
+  bool keeps_gauge = false;     // no image was held but the first, which stands at the end
 };
 
-void AddResiduals(const Map& map, std::span<const PointId> points, const BundleOptions& options,
-                  ceres::Problem* problem, ceres::ParameterBlockOrdering* ordering, Parameters* parameters) {
-  auto* loss = new ceres::CauchyLoss(options.loss_scale_px);  // the problem owns it, as it does the costs
-  for (size_t i = 0; i < points.size(); ++i) {
-    double* position = parameters->points[i].data();
-    for (const TrackElement& element : map.point(points[i]).track) {
-      const MapImage& image = map.image(element.image);
-      const Eigen::Vector2d x_px = image.ViewOf(element.feature).x_px;
-      if (PoseBlock* const pose = parameters->FindPose(element.image)) {
-        problem->AddResidualBlock(new ReprojectionCost(image.camera, x_px), loss, pose->data(), position);
-      } else {
-        problem->AddResidualBlock(new FixedPoseReprojectionCost(image.cam_from_world, image.camera, x_px), loss,
-                                  position);
-        parameters->has_held_image = true;
-      }
-      ++parameters->observations;
-    }
-    ordering->AddElementToGroup(position, 0);
+// Puts the free images that see a point first, the others that do after them, each in ascending ids. A free image that
+// sees none would be left floating.
+void OrderImages(const std::vector<const MapImage*>& loaded, const std::vector<bool>& is_seen,
+                 std::span<const ImageId> free_images, Excerpt* excerpt) {
+  const std::set<ImageId> free(free_images.begin(), free_images.end());
+  std::vector<size_t> order, held;
+  for (size_t i = 0; i < loaded.size(); ++i) {
+    if (is_seen[i]) (free.contains(loaded[i]->id) ? order : held).push_back(i);
   }
+  BundleProblem& problem = excerpt->problem;
+  excerpt->keeps_gauge = held.empty();
+  if (held.empty()) std::rotate(order.begin(), order.begin() + 1, order.end());
+  problem.free_count = static_cast<uint32_t>(order.size() - (held.empty() ? 1 : 0));
+  order.insert(order.end(), held.begin(), held.end());
+  std::vector<uint32_t> place_of(loaded.size());
+  for (size_t i = 0; i < order.size(); ++i) {
+    const MapImage& image = *loaded[order[i]];
+    place_of[order[i]] = static_cast<uint32_t>(i);
+    excerpt->images.push_back(image.id);
+    problem.cams_from_world.push_back(image.cam_from_world);
+    problem.cameras.push_back(image.camera);
+  }
+  for (BundleObservation& observation : problem.observations) observation.image = place_of[observation.image];
+}
+
+Excerpt MakeExcerpt(const Map& map, std::span<const ImageId> free_images, std::span<const PointId> points) {
+  std::vector<const MapImage*> loaded;
+  for (const auto& [id, image] : map.images()) loaded.push_back(&image);
+  std::vector<bool> is_seen(loaded.size());
+  Excerpt excerpt;
+  BundleProblem& problem = excerpt.problem;
+  for (const PointId id : points) {
+    const PointRecord& point = map.point(id);
+    problem.points.push_back(point.position);
+    problem.first_observation.push_back(static_cast<uint32_t>(problem.observations.size()));
+    for (const TrackElement& element : point.track) {
+      const auto found = std::lower_bound(loaded.begin(), loaded.end(), element.image,
+                                          [](const MapImage* image, ImageId id) { return image->id < id; });
+      VEDUTA_CHECK(found != loaded.end() && (*found)->id == element.image,
+                   "image " + std::to_string(element.image.value) + " is not loaded");
+      const Keypoint& keypoint = (*found)->features->keypoints[element.feature];
+      const auto place = static_cast<size_t>(found - loaded.begin());
+      problem.observations.push_back({static_cast<uint32_t>(place), {keypoint.x_px, keypoint.y_px}});
+      is_seen[place] = true;
+    }
+  }
+  problem.first_observation.push_back(static_cast<uint32_t>(problem.observations.size()));
+  OrderImages(loaded, is_seen, free_images, &excerpt);
+  return excerpt;
 }
 
 // Each camera as three points: its centre, and one unit (a typical spacing) along two of its axes, so that cameras
@@ -79,24 +88,22 @@ std::vector<Eigen::Vector3d> Frame(std::span<const Rigid3> cams_from_world) {
   return frame;
 }
 
-Sim3 OldFromNew(const Map& map, const Parameters& parameters) {
-  std::vector<Rigid3> poses_old, poses_new;
-  for (size_t i = 0; i < parameters.images.size(); ++i) {
-    poses_old.push_back(map.image(parameters.images[i]).cam_from_world);
-    poses_new.push_back(FromBlock(parameters.poses[i]));
-  }
-  return FitSimilarity(Frame(poses_new), Frame(poses_old)).value_or(Sim3{});
+Sim3 OldFromNew(const Map& map, const Excerpt& excerpt) {
+  std::vector<Rigid3> poses_old;
+  for (const ImageId id : excerpt.images) poses_old.push_back(map.image(id).cam_from_world);
+  return FitSimilarity(Frame(excerpt.problem.cams_from_world), Frame(poses_old)).value_or(Sim3{});
 }
 
-void Apply(Map* map, std::span<const PointId> points, const Parameters& parameters) {
-  Sim3 old_from_new;
-  if (!parameters.has_held_image) old_from_new = OldFromNew(*map, parameters);
-  for (size_t i = 0; i < parameters.images.size(); ++i) {
-    const Rigid3 pose = FromBlock(parameters.poses[i]);
-    map->SetPose(parameters.images[i], parameters.has_held_image ? pose : TransformCameraWorld(old_from_new, pose));
+void Apply(Map* map, std::span<const PointId> points, const Excerpt& excerpt) {
+  const BundleProblem& problem = excerpt.problem;
+  const Sim3 old_from_new = excerpt.keeps_gauge ? OldFromNew(*map, excerpt) : Sim3{};
+  const size_t moved = excerpt.keeps_gauge ? excerpt.images.size() : problem.free_count;
+  for (size_t i = 0; i < moved; ++i) {
+    const Rigid3& pose = problem.cams_from_world[i];
+    map->SetPose(excerpt.images[i], excerpt.keeps_gauge ? TransformCameraWorld(old_from_new, pose) : pose);
   }
   for (size_t i = 0; i < points.size(); ++i) {
-    map->SetPosition(points[i], parameters.has_held_image ? parameters.points[i] : old_from_new * parameters.points[i]);
+    map->SetPosition(points[i], excerpt.keeps_gauge ? old_from_new * problem.points[i] : problem.points[i]);
   }
 }
 
@@ -110,52 +117,19 @@ Status BundleOptions::Check() const {
 }
 
 Result<BundleSummary> AdjustBundle(Map* map, std::span<const ImageId> free_images, std::span<const PointId> points,
-                                   const BundleOptions& options) {
+                                   const BundleOptions& options, ThreadPool* pool) {
   VEDUTA_RETURN_IF_ERROR(options.Check());
   BundleSummary summary;
   if (free_images.empty() || points.empty()) return summary;
-
-  Parameters parameters;
-  std::set<ImageId> seen;  // a free image that sees none of the points would be left floating
-  for (const PointId id : points) {
-    for (const TrackElement& element : map->point(id).track) seen.insert(element.image);
-  }
-  for (const ImageId id : free_images) {
-    if (seen.contains(id)) parameters.images.push_back(id);
-  }
-  std::sort(parameters.images.begin(), parameters.images.end());
-  for (const ImageId id : parameters.images) parameters.poses.push_back(ToBlock(map->image(id).cam_from_world));
-  for (const PointId id : points) parameters.points.push_back(map->point(id).position);
-
-  ceres::Problem::Options problem_options;
-  problem_options.manifold_ownership = ceres::DO_NOT_TAKE_OWNERSHIP;
-  ceres::Problem problem(problem_options);
-  PoseManifold manifold;
-  auto ordering = std::make_shared<ceres::ParameterBlockOrdering>();
-  AddResiduals(*map, points, options, &problem, ordering.get(), &parameters);
-  for (PoseBlock& block : parameters.poses) {
-    problem.SetManifold(block.data(), &manifold);
-    ordering->AddElementToGroup(block.data(), 1);
-  }
-  if (!parameters.has_held_image) problem.SetParameterBlockConstant(parameters.poses.front().data());
-
-  ceres::Solver::Options solver;
-  solver.linear_solver_type =
-      parameters.poses.size() <= options.dense_images_max ? ceres::DENSE_SCHUR : ceres::SPARSE_SCHUR;
-  solver.linear_solver_ordering = ordering;
-  solver.num_threads = 1;  // Ceres sums in the order of its threads
-  solver.max_num_iterations = static_cast<int>(options.iterations_max);
-  solver.function_tolerance = options.function_tolerance;
-  solver.logging_type = ceres::SILENT;
-  ceres::Solver::Summary solved;
-  ceres::Solve(solver, &problem, &solved);
-  if (!solved.IsSolutionUsable()) return Status::InvalidArgument("bundle adjustment failed: " + solved.message);
-
-  Apply(map, points, parameters);
-  summary.iterations = static_cast<uint32_t>(solved.iterations.size());
-  summary.observations = parameters.observations;
-  summary.initial_rms_px = std::sqrt(2 * solved.initial_cost / static_cast<double>(parameters.observations));
-  summary.final_rms_px = std::sqrt(2 * solved.final_cost / static_cast<double>(parameters.observations));
+  Excerpt excerpt = MakeExcerpt(*map, free_images, points);
+  const BundleSolution solution = SolveBundle(options, pool, &excerpt.problem);
+  if (!solution.is_usable) return Status::InvalidArgument("bundle adjustment found no usable step");
+  Apply(map, points, excerpt);
+  summary.iterations = solution.iterations;
+  summary.observations = excerpt.problem.observations.size();
+  const auto rms = [&](double cost) { return std::sqrt(2 * cost / static_cast<double>(summary.observations)); };
+  summary.initial_rms_px = rms(solution.initial_cost);
+  summary.final_rms_px = rms(solution.final_cost);
   return summary;
 }
 

@@ -101,7 +101,7 @@ bool AdjustTriple(Map* map, const FoundingOptions& options) {
   for (int round = 0; round < 2; ++round) {
     const std::vector<PointId> points = map->PointsSeenBy(ids);
     if (points.size() < options.common_points_min) return false;
-    const auto summary = AdjustBundle(map, ids, points, options.bundle);
+    const auto summary = AdjustBundle(map, ids, points, options.bundle, nullptr);
     if (!summary.ok() || (round == 1 && summary->final_rms_px > options.rms_px_max)) return false;
     FilterPoints(map, points, options.filter);
   }

@@ -90,7 +90,7 @@ TEST_F(Determinism, CachesDoNotMatter) {
   ExpectSame(city);
 }
 
-// The heap's layout must not show: Ceres orders some things by address.
+// The heap's layout must not show, as it would where things are ordered by their addresses.
 TEST_F(Determinism, TheHeapDoesNotMatter) {
   City city(EventfulOptions(1));
   const std::vector<PhotoSubmission> photos = EventfulPhotos(&city);

@@ -1,14 +1,16 @@
 // SPDX-License-Identifier: Apache-2.0
 // Goal: adjustment finds the optimum, holds what it should hold, keeps the frame, and repeats bit for bit.
-// Method: a synthetic map disturbed from the truth; derivatives are checked against numeric ones.
+// Method: a synthetic map disturbed from the truth; the solver against Ceres, whose derivatives are checked against
+// numeric ones.
 #include "engine/mapping/bundle_adjustment.h"
 
 #include <gtest/gtest.h>
 
 #include <array>
 
+#include "ceres_bundle.h"
+#include "engine/mapping/bundle_solver.h"
 #include "engine/mapping/point_filter.h"
-#include "engine/mapping/reprojection_cost.h"
 #include "synthetic_scene.h"
 
 namespace veduta {
@@ -76,12 +78,92 @@ TEST(ReprojectionCost, DerivativesAreTheNumericOnes) {
   }
 }
 
+// The scene's own observations, poses and points disturbed; the last `held_count` images are held. Some observations
+// are far off.
+BundleProblem DisturbedProblem(uint32_t held_count, uint64_t seed) {
+  const SyntheticScene scene = MakeScene({});
+  Map map = MakeMap(scene);
+  Disturb(&map, 0.05, seed);
+  SeededRandom random(seed);
+  BundleProblem problem;
+  for (const auto& [id, image] : map.images()) {
+    problem.cams_from_world.push_back(image.cam_from_world);
+    problem.cameras.push_back(image.camera);
+  }
+  problem.free_count = static_cast<uint32_t>(problem.cameras.size()) - held_count;
+  for (const PointId id : map.PointsSeenBy(AllImages(map))) {
+    problem.points.push_back(map.point(id).position);
+    problem.first_observation.push_back(static_cast<uint32_t>(problem.observations.size()));
+    for (const TrackElement& element : map.point(id).track) {
+      const Eigen::Vector2d x_px = map.image(element.image).ViewOf(element.feature).x_px;
+      const double off = random.Unit() < 0.05 ? 30 : 0;
+      problem.observations.push_back({element.image.value - 1, x_px + Eigen::Vector2d(off, 0)});
+    }
+  }
+  problem.first_observation.push_back(static_cast<uint32_t>(problem.observations.size()));
+  return problem;
+}
+
+TEST(BundleSolver, FindsTheMinimumThatCeresFinds) {
+  for (const uint32_t held_count : {1u, 3u}) {
+    for (const uint32_t dense_images_max : {40u, 0u}) {
+      SCOPED_TRACE(testing::Message() << held_count << " held, dense up to " << dense_images_max);
+      const BundleOptions options{
+          .iterations_max = 100, .function_tolerance = 1e-12, .dense_images_max = dense_images_max};
+      BundleProblem ours = DisturbedProblem(held_count, 5), theirs = ours;
+      const BundleSolution by_us = SolveBundle(options, nullptr, &ours), by_ceres = SolveByCeres(options, &theirs);
+      ASSERT_TRUE(by_us.is_usable && by_ceres.is_usable);
+      EXPECT_NEAR(by_us.initial_cost, by_ceres.initial_cost, 1e-9 * by_ceres.initial_cost);
+      EXPECT_NEAR(by_us.final_cost, by_ceres.final_cost, 1e-6 * by_ceres.final_cost);
+      EXPECT_LT(by_us.final_cost, 0.5 * by_us.initial_cost);
+      for (size_t i = 0; i < ours.cams_from_world.size() && held_count > 1; ++i) {  // else the scale is free
+        EXPECT_LT((ours.cams_from_world[i].Center() - theirs.cams_from_world[i].Center()).norm(), 1e-4) << i;
+      }
+    }
+  }
+}
+
+TEST(BundleSolver, ThreadsDoNotMatter) {
+  BundleProblem serial = DisturbedProblem(2, 6);
+  SolveBundle({}, nullptr, &serial);
+  for (const size_t thread_count : {1, 3}) {
+    ThreadPool pool(thread_count);
+    BundleProblem parallel = DisturbedProblem(2, 6);
+    SolveBundle({}, &pool, &parallel);
+    EXPECT_EQ(parallel.points, serial.points);
+    for (size_t i = 0; i < serial.cams_from_world.size(); ++i) {
+      EXPECT_EQ(parallel.cams_from_world[i].translation, serial.cams_from_world[i].translation);
+    }
+  }
+}
+
+TEST(BundleSolver, WhatIsNotDeterminedStaysFinite) {
+  // Two images at one place tell no depth, and a point that lies behind both has no derivative.
+  BundleProblem problem;
+  problem.cams_from_world.resize(3);
+  problem.cams_from_world[2].translation.x() = 1;
+  problem.cameras.assign(3, MakeScene({}).camera);
+  problem.free_count = 1;
+  problem.points = {{0.1, 0.2, 5}, {0, 0, -3}, {0.3, -0.1, 4}};
+  problem.first_observation = {0, 2, 4, 6};
+  problem.observations = {{0, {500, 400}}, {1, {505, 400}}, {0, {500, 400}},
+                          {1, {500, 400}}, {0, {540, 380}}, {2, {700, 380}}};
+  const BundleSolution solution = SolveBundle({}, nullptr, &problem);
+  EXPECT_TRUE(solution.is_usable);
+  EXPECT_LT(solution.final_cost, solution.initial_cost);
+  EXPECT_EQ(problem.points[1], Eigen::Vector3d(0, 0, -3));
+  for (const Eigen::Vector3d& point : problem.points) EXPECT_TRUE(point.allFinite());
+  EXPECT_TRUE(problem.cams_from_world[0].translation.allFinite());
+  problem.points[0].x() = std::nan("");
+  EXPECT_FALSE(SolveBundle({}, nullptr, &problem).is_usable);
+}
+
 TEST(BundleAdjustment, FindsTheTruthAndKeepsTheFrame) {
   const SyntheticScene scene = MakeScene({});
   Map map = MakeMap(scene);
   Disturb(&map, 0.05, 3);
   EXPECT_GT(MeanError(map), 3.0);
-  const auto summary = AdjustBundle(&map, AllImages(map), map.PointsSeenBy(AllImages(map)), {});
+  const auto summary = AdjustBundle(&map, AllImages(map), map.PointsSeenBy(AllImages(map)), {}, nullptr);
   ASSERT_TRUE(summary.ok());
   EXPECT_LT(MeanError(map), 0.45);  // noise of 0.3 px in each coordinate
   for (uint32_t k = 0; k < scene.poses.size(); ++k) {
@@ -98,7 +180,7 @@ TEST(BundleAdjustment, HoldsImagesThatAreNotFree) {
   Rigid3 wrong = scene.poses[2];
   wrong.translation.x() += 0.05;
   map.SetPose(ImageId(3), wrong);
-  ASSERT_TRUE(AdjustBundle(&map, free, map.PointsSeenBy(free), {}).ok());
+  ASSERT_TRUE(AdjustBundle(&map, free, map.PointsSeenBy(free), {}, nullptr).ok());
   EXPECT_EQ(map.image(ImageId(1)).cam_from_world.translation, scene.poses[0].translation);
   EXPECT_LT((map.image(ImageId(3)).cam_from_world.Center() - scene.poses[2].Center()).norm(), 0.01);
 }
@@ -108,7 +190,7 @@ TEST(BundleAdjustment, RepeatsBitForBit) {
   for (int run = 0; run < 2; ++run) {
     Map map = MakeMap(MakeScene({}));
     Disturb(&map, 0.03, 8);
-    ASSERT_TRUE(AdjustBundle(&map, AllImages(map), map.PointsSeenBy(AllImages(map)), {}).ok());
+    ASSERT_TRUE(AdjustBundle(&map, AllImages(map), map.PointsSeenBy(AllImages(map)), {}, nullptr).ok());
     const Rigid3 pose = map.image(ImageId(4)).cam_from_world;
     if (run == 0) first = pose;
     EXPECT_EQ(pose.translation, first.translation);

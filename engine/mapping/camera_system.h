@@ -1,0 +1,51 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+// The reduced camera system of a bundle adjustment: 6x6 blocks where two free images share a point.
+
+#include <Eigen/Core>
+#include <optional>
+#include <vector>
+
+#include "engine/mapping/bundle_problem.h"
+
+namespace veduta {
+
+using Matrix6d = Eigen::Matrix<double, 6, 6>;
+
+// Which blocks of the lower triangle there are: row after row, each in ascending columns up to the diagonal.
+// Immutable.
+class BlockPattern final {
+ public:
+  // O(sum of squared track lengths).
+  explicit BlockPattern(const BundleProblem& problem);
+
+  uint32_t row_count() const { return static_cast<uint32_t>(row_begin_.size() - 1); }
+  size_t block_count() const { return columns_.size(); }
+  size_t RowBegin(uint32_t row) const { return row_begin_[row]; }
+  size_t Diagonal(uint32_t row) const { return row_begin_[row + 1] - 1; }
+  uint32_t Column(size_t block) const { return columns_[block]; }
+  // The block of a column in a row, at `from` or behind it; it must be there.
+  size_t Find(uint32_t row, size_t from, uint32_t column) const;
+
+ private:
+  std::vector<size_t> row_begin_;  // [rows + 1]
+  std::vector<uint32_t> columns_;  // of each block
+};
+
+// The system, or what some of the points add to it.
+struct CameraSystem {
+  std::vector<Matrix6d> blocks;  // as the pattern has them; of diagonal ones the whole
+  Eigen::VectorXd right;         // [6 rows]: what the eliminated points leave on the right-hand side
+  Eigen::VectorXd gradient;      // [6 rows]: by the poses
+  Eigen::VectorXd diagonal;      // [6 rows]: of the normal equations of the poses, before points are eliminated
+
+  void SetZero(const BlockPattern& pattern);
+  void Add(const CameraSystem& other);
+};
+
+// The poses' tangents that solve the system with its diagonal damped by lambda: densely (Eigen), or by CHOLMOD.
+// Nothing if it is not positive definite.
+std::optional<Eigen::VectorXd> SolveSystem(const BlockPattern& pattern, const CameraSystem& system, double lambda,
+                                           bool is_dense);
+
+}  // namespace veduta
