@@ -223,8 +223,14 @@ class Add(Case):
         code, out, err = run('add', new_database('plain'), '--camera', 'c', '--contributor', 'anna', PHOTOS)
         self.assertEqual(code, 0)
         self.assertEqual(must('digest', at('plain')), WHOLE_DIGEST)
-        for line, whole in zip(out.splitlines(), WHOLE_LINES, strict=True):
-            self.assertEqual(line, f'{whole["verdict"]:10} {whole["image"]}: {whole["reason"]}')
+        name_of = {whole['id']: whole['image'] for whole in WHOLE_LINES}
+        expected = []
+        for whole in WHOLE_LINES:
+            expected.append(f'{whole["verdict"]:10} {whole["image"]}: {whole["reason"]}')
+            expected += [f'  then     {name_of[id]}: ' for id in whole['propagated']]
+        self.assertTrue(any(line.startswith('  then') for line in expected))
+        for line, start in zip(out.splitlines(), expected, strict=True):
+            self.assertTrue(line.startswith(start), f'{line!r}, not {start!r}')
         self.assertRegex(err, r'12 of 12 photos, .* a second')
 
 
