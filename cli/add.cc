@@ -126,7 +126,7 @@ int Add(const AddArguments& arguments) {
   for (const auto& [word, count] : counts) {
     summary += (summary.empty() ? "" : ", ") + std::to_string(count) + " " + word;
   }
-  if (placed_later > 0) summary += "; " + std::to_string(placed_later) + " postponed before were placed later";
+  if (placed_later > 0) summary += "; " + std::to_string(placed_later) + " that had waited got a pose too";
   if (!summary.empty()) std::fprintf(stderr, "%s\n", summary.c_str());
   if (!added.ok()) return Fail(added);
   return refused ? kNotDone : kDone;
