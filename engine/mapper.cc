@@ -98,9 +98,10 @@ std::vector<Mapper::Candidate> Mapper::FindPlacements(const ImageFeatures& photo
   }
   std::vector<Candidate> found;
   for (const ReconstructionId id : reconstructions) {
-    Candidate candidate{id, {}, GatherStructure(*map_, id, *photo.features, photo.camera, putative)};
+    Candidate candidate{id, {}, GatherStructure(*map_, id, *photo.features, photo.camera, putative), {}, false};
     candidate.resection = Resect(candidate.structure.x, candidate.structure.positions, photo.camera.focal_px(),
                                  MixSeed(seed, id.value), options_.resection);
+    if (candidate.resection.outcome != ResectionOutcome::kPlaced) ResectAlongNeighbor(photo, pairs, &candidate);
     const size_t inliers = candidate.resection.inliers.size(), points = candidate.structure.x.size();
     const std::string where = " points of reconstruction " + std::to_string(id.value);
     if (candidate.resection.outcome == ResectionOutcome::kTooFewMatches) {
@@ -113,7 +114,8 @@ std::vector<Mapper::Candidate> Mapper::FindPlacements(const ImageFeatures& photo
     }
     if (candidate.resection.outcome == ResectionOutcome::kTooFewInliers) {
       placement->reason = Reason::kResectionFailed;
-      placement->detail = "no pose explains more than " + Of(inliers, points) + where;
+      placement->detail = inliers > 0 ? "no pose explains more than " + Of(inliers, points) + where
+                                      : "no pose explains even a few of " + std::to_string(points) + where;
       continue;
     }
     const NeighborAgreement agreement = CheckNeighbors(*map_, id, candidate.resection.cam_from_world, *photo.features,
@@ -127,7 +129,7 @@ std::vector<Mapper::Candidate> Mapper::FindPlacements(const ImageFeatures& photo
           " verified neighbours";
       continue;
     }
-    candidate.weak = IsWeak(inliers, pairs);
+    candidate.weak = !candidate.along.valid() && IsWeak(inliers, pairs);
     if (candidate.weak) {
       placement->reason = Reason::kTooFewStructurePoints;
       placement->detail = "a pose by only " + Of(inliers, points) + where +
@@ -139,6 +141,25 @@ std::vector<Mapper::Candidate> Mapper::FindPlacements(const ImageFeatures& photo
     return a.weak != b.weak ? b.weak : a.resection.inliers.size() > b.resection.inliers.size();
   });
   return found;
+}
+
+void Mapper::ResectAlongNeighbor(const ImageFeatures& photo, std::span<const PairMatches> pairs,
+                                 Candidate* candidate) const {
+  const PairMatches* best = nullptr;
+  for (const PairMatches& pair : pairs) {
+    if (pair.geometry != PairGeometry::kGeneral || pair.matches.size() < options_.neighbor_match_count_min ||
+        !map_->HasImage(pair.other) || map_->image(pair.other).reconstruction != candidate->reconstruction) {
+      continue;
+    }
+    if (best == nullptr || pair.matches.size() > best->matches.size()) best = &pair;
+  }
+  if (best == nullptr) return;
+  const Resection found =
+      ResectAlong(best->other_from_photo.Inverse(), map_->image(best->other).cam_from_world, candidate->structure.x,
+                  candidate->structure.positions, photo.camera.focal_px(), options_.along_neighbor);
+  if (found.outcome != ResectionOutcome::kPlaced) return;
+  candidate->resection = found;
+  candidate->along = best->other;
 }
 
 // A few points may agree on repeated texture alone. Where other neighbours, not placed yet, share more with the photo,
@@ -327,6 +348,9 @@ Result<Placement> Mapper::Place(const ImageFeatures& photo, std::span<const Pair
   placement.placed = {photo.id};
   placement.inlier_count = static_cast<uint32_t>(candidates.front().resection.inliers.size());
   placement.detail = "agrees with " + Of(placement.inlier_count, candidates.front().structure.x.size()) + " points";
+  if (candidates.front().along.valid()) {
+    placement.detail += ", along the baseline to image " + std::to_string(candidates.front().along.value);
+  }
   std::vector<ImageId> near = CovisibleImages(photo.id, options_.local_images_max);
   VEDUTA_RETURN_IF_ERROR(TryMerges(near, pairs, seed, &placement));
   if (!placement.merges.empty()) {

@@ -20,7 +20,9 @@ namespace veduta {
 
 struct MapperOptions {
   ResectionOptions resection;
-  double putative_ratio_max = 0.88;      // (0, 1]: of matches by which a pose is sought
+  double putative_ratio_max = 0.88;         // (0, 1]: of matches by which a pose is sought
+  uint32_t neighbor_match_count_min = 100;  // verified with one placed image, which then may lead to the pose
+  ResectionOptions along_neighbor = {.inlier_count_min = 10, .inlier_share_min = 0.35};
   uint32_t sure_inlier_count = 60;       // a pose by fewer points gives way to founding with unplaced neighbours
   uint32_t weak_inlier_count_min = 30;   // such a pose is taken, where nothing is founded, from so many points
   double weak_inlier_share_min = 0.5;    // [0, 1]: and such a share of those seen
@@ -77,6 +79,7 @@ class Mapper final {
     ReconstructionId reconstruction;
     Resection resection;
     StructureMatches structure;
+    ImageId along;      // the neighbour whose geometry led to the pose, or not valid()
     bool weak = false;  // see IsWeak
   };
 
@@ -85,6 +88,8 @@ class Mapper final {
   Result<std::vector<PairMatches>> MatchAgain(const ImageFeatures& photo, std::span<const PairMatches> pairs);
   std::vector<Candidate> FindPlacements(const ImageFeatures& photo, std::span<const PairMatches> pairs,
                                         std::span<const PairMatches> putative, uint64_t seed, Placement* placement);
+  // Where the points alone give no pose, one by the neighbour with most matches and the points together.
+  void ResectAlongNeighbor(const ImageFeatures& photo, std::span<const PairMatches> pairs, Candidate* candidate) const;
   bool IsWeak(size_t inlier_count, std::span<const PairMatches> pairs) const;
   // Looks for better poses of placed images by all that is there now, and moves those that have one.
   Status ReconsiderPoses(std::span<const ImageId> images);

@@ -2,6 +2,7 @@
 #include "engine/mapping/resection.h"
 
 #include <Eigen/Dense>
+#include <cmath>
 #include <opengv/absolute_pose/CentralAbsoluteAdapter.hpp>
 #include <opengv/absolute_pose/methods.hpp>
 
@@ -61,6 +62,30 @@ uint32_t SearchPose(std::span<const Eigen::Vector2d> x, std::span<const Eigen::V
   return best;
 }
 
+// Refines a first pose on what agrees with it, and judges what comes out.
+Resection FinishResection(Rigid3 pose, std::span<const Eigen::Vector2d> x, std::span<const Eigen::Vector3d> points,
+                          double error_max, const ResectionOptions& options) {
+  Resection result;
+  result.outcome = ResectionOutcome::kTooFewInliers;
+  for (int round = 0; round < 3; ++round) {
+    std::vector<Eigen::Vector2d> in_x;
+    std::vector<Eigen::Vector3d> in_points;
+    for (const uint32_t i : FindInliers(pose, x, points, (round == 0 ? 2.0 : 1.0) * error_max)) {
+      in_x.push_back(x[i]);
+      in_points.push_back(points[i]);
+    }
+    if (in_x.size() < 4) return result;
+    pose = RefinePose(pose, in_x, in_points, 0.3 * error_max);
+  }
+  result.cam_from_world = pose;
+  result.inliers = FindInliers(pose, x, points, error_max);
+  if (result.inliers.size() >= options.inlier_count_min &&
+      static_cast<double>(result.inliers.size()) >= options.inlier_share_min * static_cast<double>(x.size())) {
+    result.outcome = ResectionOutcome::kPlaced;
+  }
+  return result;
+}
+
 }  // namespace
 
 Status ResectionOptions::Check() const {
@@ -118,23 +143,35 @@ Resection Resect(std::span<const Eigen::Vector2d> x, std::span<const Eigen::Vect
   Rigid3 pose;
   if (SearchPose(x, points, error_max, seed, options, &pose) < std::max(4u, options.inlier_count_min / 2))
     return result;
-  for (int round = 0; round < 3; ++round) {
-    std::vector<Eigen::Vector2d> in_x;
-    std::vector<Eigen::Vector3d> in_points;
-    for (const uint32_t i : FindInliers(pose, x, points, (round == 0 ? 2.0 : 1.0) * error_max)) {
-      in_x.push_back(x[i]);
-      in_points.push_back(points[i]);
+  return FinishResection(pose, x, points, error_max, options);
+}
+
+Resection ResectAlong(const Rigid3& cam_from_neighbor, const Rigid3& neighbor_from_world,
+                      std::span<const Eigen::Vector2d> x, std::span<const Eigen::Vector3d> points, double focal_px,
+                      const ResectionOptions& options) {
+  Resection result;
+  if (x.size() < options.inlier_count_min || x.size() != points.size()) return result;
+  result.outcome = ResectionOutcome::kTooFewInliers;
+  const double error_max = options.error_px_max / focal_px;
+  const Rigid3 turned{cam_from_neighbor.rotation * neighbor_from_world.rotation,
+                      cam_from_neighbor.rotation * neighbor_from_world.translation};
+  const Eigen::Vector3d& t = cam_from_neighbor.translation;
+  const auto at_baseline = [&](double length) { return Rigid3{turned.rotation, turned.translation + length * t}; };
+  size_t best = 0;
+  Rigid3 pose;
+  for (size_t i = 0; i < x.size(); ++i) {
+    // The point projects to x where its image along the baseline, a line, comes nearest.
+    const Eigen::Vector3d p = turned * points[i];
+    const Eigen::Vector2d a = p.head<2>() - p.z() * x[i], b = t.head<2>() - t.z() * x[i];
+    const double length = -a.dot(b) / b.squaredNorm();
+    if (!(length > 0) || !std::isfinite(length)) continue;
+    const size_t inliers = FindInliers(at_baseline(length), x, points, error_max).size();
+    if (inliers > best) {
+      best = inliers;
+      pose = at_baseline(length);
     }
-    if (in_x.size() < 4) return result;
-    pose = RefinePose(pose, in_x, in_points, 0.3 * error_max);
   }
-  result.cam_from_world = pose;
-  result.inliers = FindInliers(pose, x, points, error_max);
-  if (result.inliers.size() >= options.inlier_count_min &&
-      result.inliers.size() >= options.inlier_share_min * static_cast<double>(x.size())) {
-    result.outcome = ResectionOutcome::kPlaced;
-  }
-  return result;
+  return best < 4 ? result : FinishResection(pose, x, points, error_max, options);
 }
 
 }  // namespace veduta

@@ -38,6 +38,14 @@ struct Resection {
 Resection Resect(std::span<const Eigen::Vector2d> x, std::span<const Eigen::Vector3d> points, double focal_px,
                  uint64_t seed, const ResectionOptions& options);
 
+// Estimates cam_from_world along the baseline to a neighbour of known pose: their verified geometry,
+// `cam_from_neighbor` with a translation of unit length, gives all but the baseline's length, and the points that.
+// Fewer of them do than for P3P: whoever moves forward shares many matches with the last photo, and few of them are
+// points yet. x, points, outcome: as above. O(N^2).
+Resection ResectAlong(const Rigid3& cam_from_neighbor, const Rigid3& neighbor_from_world,
+                      std::span<const Eigen::Vector2d> x, std::span<const Eigen::Vector3d> points, double focal_px,
+                      const ResectionOptions& options);
+
 // Minimises the Cauchy-weighted squared reprojection error over the six degrees of freedom of the pose.
 Rigid3 RefinePose(const Rigid3& cam_from_world, std::span<const Eigen::Vector2d> x,
                   std::span<const Eigen::Vector3d> points, double scale);
