@@ -22,7 +22,7 @@ TOP_FOLDERS = {'.ci', 'docs', *LEAVES, *(room.split('/')[0] for room in ROOMS)}
 THIRD_PARTY = {
     'rocksdb': ('storage', 'tests/engine'),  # tests of the engine stand on the file system that fails
     'opengv': ('engine/matching', 'engine/mapping'),
-    'ceres': ('engine/mapping',),
+    'ceres': ('engine/mapping', 'engine/camera'),
     'embree3': ('fusion', 'tools/street'),
     'capnp': ('storage', 'cli'),
     'kj': ('storage', 'cli'),
