@@ -24,21 +24,6 @@ void AddSightings(const PlanarView& view, const Rigid3& cam_from_world, double f
   }
 }
 
-// The mean of the largest group within `distance_max` of one of its members.
-std::optional<Eigen::Vector2d> Consensus(const std::vector<Eigen::Vector2d>& seen, double distance_max) {
-  std::optional<Eigen::Vector2d> best;
-  size_t best_count = 0;
-  for (const Eigen::Vector2d& center : seen) {
-    Eigen::Vector2d sum = Eigen::Vector2d::Zero();
-    size_t count = 0;
-    for (const Eigen::Vector2d& other : seen) {
-      if ((other - center).norm() < distance_max) sum += other, ++count;
-    }
-    if (count > best_count) best_count = count, best = sum / static_cast<double>(count);
-  }
-  return best;
-}
-
 Rigid3 RootPose(const Eigen::Vector3d& normal_in_cam) {
   const Eigen::Vector3d z = -normal_in_cam;  // the world's, towards the camera
   const Eigen::Vector3d x = z.unitOrthogonal();
@@ -48,6 +33,20 @@ Rigid3 RootPose(const Eigen::Vector3d& normal_in_cam) {
 }
 
 }  // namespace
+
+std::optional<Eigen::Vector2d> Consensus(const std::vector<Eigen::Vector2d>& places, double distance_max) {
+  std::optional<Eigen::Vector2d> best;
+  size_t best_count = 0;
+  for (const Eigen::Vector2d& center : places) {
+    Eigen::Vector2d sum = Eigen::Vector2d::Zero();
+    size_t count = 0;
+    for (const Eigen::Vector2d& other : places) {
+      if ((other - center).norm() < distance_max) sum += other, ++count;
+    }
+    if (count > best_count) best_count = count, best = sum / static_cast<double>(count);
+  }
+  return best;
+}
 
 MetricReconstruction InitializeMetric(const std::vector<PlanarView>& views, const ViewTree& tree, double focal,
                                       const MetricOptions& options) {

@@ -24,6 +24,9 @@ struct MetricReconstruction {
   std::vector<std::optional<Eigen::Vector2d>> points;  // x, y; nothing for a point that no placed view sees
 };
 
+// The mean of the largest group of places that lie within `distance_max` of one of its members; nothing for no places.
+std::optional<Eigen::Vector2d> Consensus(const std::vector<Eigen::Vector2d>& places, double distance_max);
+
 // The root of the tree and the plane's normal, on which all its homographies agree best, make the first view; what it
 // sees is cut with the plane. Then, the view that sees most known points first, absolute poses; a view placed adds what
 // it sees. A point's position is the mean of the largest group of views that agree on it: one that moved between photos

@@ -13,7 +13,6 @@ namespace veduta {
 namespace {
 
 constexpr size_t kViewsMin = 3;
-constexpr size_t kReferences = 6;  // views that vote on the focal length
 
 std::vector<PlanarView> Undistort(std::vector<PlanarView> views, const InverseDistortion& distortion) {
   for (PlanarView& view : views) {
@@ -63,7 +62,7 @@ Result<InitialScene> InitializeScene(const PlanarViews& planar, ImageSize size) 
 
   InitialScene scene;
   scene.distortion = lens.distortion;
-  const auto focal = SearchFocalLength(HomographiesFromReferences(tree, kReferences));
+  const auto focal = SearchFocalLength(HomographiesFromReferences(tree, kFocalReferences));
   VEDUTA_CHECK(focal.has_value(), "a tree of " + std::to_string(tree.order.size()) + " views has homographies");
   scene.focal_px = focal->focal * planar.units.unit_px;
   scene.normals_disagree_deg = focal->disagreement_deg;
