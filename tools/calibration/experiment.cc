@@ -32,8 +32,8 @@ double MillisecondsSince(std::chrono::steady_clock::time_point start) {
 }
 
 struct Figures {
-  std::vector<double> focal_errors, opencv_errors, search_ms, calibrate_ms, mean_errors_px,
-      distortion_errors_px, focal_errors_in_sigma;
+  std::vector<double> focal_errors, opencv_errors, search_ms, calibrate_ms, mean_errors_px, distortion_errors_px,
+      focal_errors_in_sigma;
   uint32_t within_5_percent = 0, refused = 0, warned = 0, silent = 0;
 };
 

@@ -61,7 +61,7 @@ void AdviseOnPhotos(const Calibration& c, Warnings* warnings) {
 
 void AdviseOnPoints(const Calibration& c, Warnings* warnings) {
   std::map<uint32_t, std::set<uint32_t>> photos_of;  // left out, by id
-  std::map<uint32_t, uint32_t> used_count_of;            // likewise
+  std::map<uint32_t, uint32_t> used_count_of;        // likewise
   for (const CalibrationResidual& r : c.residuals) used_count_of[r.id] += r.is_used;
   size_t count = 0, left_out = 0;
   for (const CalibrationResidual& r : c.residuals) {
