@@ -9,7 +9,7 @@
 int main(int argc, char** argv) {
   CLI::App app("Measures the detection of markers");
   app.require_subcommand(1);
-  std::string path, out;
+  std::string path, out, only;
   std::vector<std::string> paths;
   uint32_t photos = 4, count = 10'000;
   int exit_code = 0;
@@ -18,7 +18,8 @@ int main(int argc, char** argv) {
   session->callback([&] { exit_code = veduta::floor::RunSession(path); });
   CLI::App* sweep = app.add_subcommand("sweep", "Rate and error against size, tilt, blur, cover and light");
   sweep->add_option("--photos", photos, "a setting (4)");
-  sweep->callback([&] { exit_code = veduta::floor::RunSweep(photos); });
+  sweep->add_option("--only", only, "settings whose names begin so");
+  sweep->callback([&] { exit_code = veduta::floor::RunSweep(photos, only); });
   CLI::App* wrong = app.add_subcommand("false", "Ids found in photos that show no marker");
   wrong->add_option("PATH", paths, "photos or folders")->required();
   wrong->callback([&] { exit_code = veduta::floor::RunFalse(paths); });

@@ -92,7 +92,7 @@ void Measure(const Setting& setting, uint32_t photos) {
 
 }  // namespace
 
-int RunSweep(uint32_t photos) {
+int RunSweep(uint32_t photos, const std::string& only) {
   std::printf("found/whole, wrong ids, error px (median, 95 %%), ellipse centre's, sigma, squared error in sigmas\n");
   const auto label = [](const char* text, double value) {
     char buffer[64];
@@ -136,7 +136,9 @@ int RunSweep(uint32_t photos) {
   for (int i = 0; i < 4; ++i) {
     add(FlooringNames()[i].data(), 0, [&](Setting* s) { s->flooring = static_cast<Flooring>(i); });
   }
-  for (const Setting& setting : settings) Measure(setting, photos);
+  for (const Setting& setting : settings) {
+    if (setting.label.starts_with(only)) Measure(setting, photos);
+  }
   return 0;
 }
 

@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <cmath>
 #include <complex>
+#include <limits>
 #include <numbers>
 #include <vector>
 
@@ -62,10 +63,9 @@ Eigen::Vector2d Map(const Eigen::Matrix3d& homography, const Eigen::Vector2d& x)
   return (homography * x.homogeneous()).hnormalized();
 }
 
-// The image's pixels on the board, less its outermost part; of a large board those near the corner.
+// The image's pixels within `radius_unit` of the corner; of a large board those near it.
 std::vector<BoardSample> SamplePixels(const cv::Mat& gray, const Eigen::Matrix3d& image_from_unit,
-                                      const Eigen::Vector2d& center_px, double reach_px) {
-  constexpr double kRadius = 0.86 * kMarkerBoardRadius;
+                                      const Eigen::Vector2d& center_px, double radius_unit, double reach_px) {
   const Eigen::Matrix3d unit_from_image = image_from_unit.inverse();
   std::vector<BoardSample> samples;
   const int left = std::max(0, static_cast<int>(std::ceil(center_px.x() - reach_px)));
@@ -75,7 +75,7 @@ std::vector<BoardSample> SamplePixels(const cv::Mat& gray, const Eigen::Matrix3d
   for (int v = top; v <= bottom; ++v) {
     for (int u = left; u <= right; ++u) {
       const Eigen::Vector2d px(u, v);
-      if ((px - center_px).norm() > reach_px || Map(unit_from_image, px).norm() > kRadius) continue;
+      if ((px - center_px).norm() > reach_px || Map(unit_from_image, px).norm() > radius_unit) continue;
       samples.push_back({px - center_px, static_cast<double>(gray.at<uint8_t>(v, u))});
     }
   }
@@ -86,21 +86,40 @@ double AngleOf(const Eigen::Vector2d& v) {
   return std::atan2(v.y(), v.x());
 }
 
+void StartLevels(const std::vector<BoardSample>& samples, BoardCost::Parameters* x) {
+  const auto [low, high] =
+      std::minmax_element(samples.begin(), samples.end(), [](const auto& a, const auto& b) { return a.gray < b.gray; });
+  (*x)[BoardCost::kGain] = 0.4 * (high->gray - low->gray);
+  (*x)[BoardCost::kLevel] = 0.5 * (high->gray + low->gray);
+}
+
 // The normal of a line along `along` that has `side` on its positive side.
 double NormalAngle(const Eigen::Vector2d& along, const Eigen::Vector2d& side) {
   const Eigen::Vector2d normal(-along.y(), along.x());
   return AngleOf(normal.dot(side) > 0 ? normal : Eigen::Vector2d(-normal));
 }
 
-double ReachPx(const Eigen::Matrix3d& image_from_unit, const Eigen::Vector2d& center_px) {
-  constexpr double kReachPxMax = 28;  // enough pixels; beyond, lines bend more
-  double reach_px = 0;
-  for (int i = 0; i < 8; ++i) {
-    const double angle = std::numbers::pi * i / 4;
-    const Eigen::Vector2d edge = kMarkerBoardRadius * Eigen::Vector2d(std::cos(angle), std::sin(angle));
-    reach_px = std::max(reach_px, (Map(image_from_unit, edge) - center_px).norm());
+// The board's extent in the image: from its corner to its rim, along and across the slant.
+struct BoardExtent {
+  double near_px, far_px;
+};
+
+BoardExtent ExtentOf(const Eigen::Matrix3d& image_from_unit, const Eigen::Vector2d& center_px) {
+  BoardExtent extent = {std::numeric_limits<double>::infinity(), 0};
+  for (int i = 0; i < 16; ++i) {
+    const double angle = std::numbers::pi * i / 8;
+    const Eigen::Vector2d rim = kMarkerBoardRadius * Eigen::Vector2d(std::cos(angle), std::sin(angle));
+    const double distance_px = (Map(image_from_unit, rim) - center_px).norm();
+    extent.near_px = std::min(extent.near_px, distance_px);
+    extent.far_px = std::max(extent.far_px, distance_px);
   }
-  return std::min(reach_px, kReachPxMax);
+  return extent;
+}
+
+// The part of the board that its surroundings, which are not symmetric about the corner, are not blurred into.
+double CleanRadius(const BoardExtent& extent, double blur_px) {
+  constexpr double kBlursAway = 2.2, kPartMin = 0.5, kPartMax = 0.86;
+  return kMarkerBoardRadius * std::clamp(1 - kBlursAway * blur_px / extent.near_px, kPartMin, kPartMax);
 }
 
 }  // namespace
@@ -129,40 +148,41 @@ std::optional<BoardPose> FindBoard(const cv::Mat& gray, const Ellipse& ellipse, 
 
 std::optional<BoardFit> AlignBoard(const cv::Mat& gray, const Eigen::Matrix3d& image_from_unit, double blur_px) {
   constexpr double kExplainedMin = 0.6;
-  constexpr size_t kPixelsMin = 20;
+  constexpr size_t kPixelsMin = 14;
+  BoardFit fit;
   const Eigen::Vector2d center_px = Map(image_from_unit, Eigen::Vector2d::Zero());
   if (!center_px.allFinite()) return std::nullopt;
-  const double reach_px = ReachPx(image_from_unit, center_px);
-  if (!(reach_px > 1)) return std::nullopt;
-  const std::vector<BoardSample> samples = SamplePixels(gray, image_from_unit, center_px, reach_px);
-  if (samples.size() < kPixelsMin) return std::nullopt;
-
+  constexpr double kReachPxMax = 28;  // enough pixels; beyond, lines bend more
+  const BoardExtent extent = ExtentOf(image_from_unit, center_px);
+  if (!(extent.near_px > 1)) return std::nullopt;
+  BoardCost::Parameters x = BoardCost::Parameters::Zero();
   const Eigen::Vector2d along_x = Map(image_from_unit, {0.3, 0}) - center_px;
   const Eigen::Vector2d along_y = Map(image_from_unit, {0, 0.3}) - center_px;
-  const auto [low, high] =
-      std::minmax_element(samples.begin(), samples.end(), [](const auto& a, const auto& b) { return a.gray < b.gray; });
-  BoardCost cost(samples, reach_px);
-  BoardCost::Parameters x = BoardCost::Parameters::Zero();
   x[BoardCost::kNormal] = NormalAngle(along_y, along_x);
   x[BoardCost::kNormal + 1] = NormalAngle(along_x, along_y);
   x[BoardCost::kLogBlur] = x[BoardCost::kLogBlur + 1] = std::log(blur_px);
-  x[BoardCost::kGain] = 0.4 * (high->gray - low->gray);
-  x[BoardCost::kLevel] = 0.5 * (high->gray + low->gray);
-  ceres::TinySolver<BoardCost> solver;
-  solver.options.max_num_iterations = 30;
-  solver.options.function_tolerance = 1e-7;
-  solver.Solve(cost, &x);
-
-  BoardFit fit;
-  fit.explained = Explained(samples, solver.summary.final_cost);
-  fit.blur_px = std::exp(x.segment<2>(BoardCost::kLogBlur).maxCoeff());
-  const bool is_sound =
-      x.allFinite() && fit.explained > kExplainedMin && x[BoardCost::kGain] > 0 && x.head<2>().norm() < 0.5 * reach_px;
-  if (!is_sound) return std::nullopt;
+  // Once to learn the blur, and once on the pixels that it leaves clean.
+  for (int round = 0; round < 2; ++round) {
+    const double radius_unit = CleanRadius(extent, round == 0 ? 0 : fit.blur_px);
+    const double reach_px = std::min(extent.far_px * radius_unit / kMarkerBoardRadius, kReachPxMax);
+    const std::vector<BoardSample> samples = SamplePixels(gray, image_from_unit, center_px, radius_unit, reach_px);
+    if (samples.size() < kPixelsMin) return std::nullopt;
+    if (round == 0) StartLevels(samples, &x);
+    BoardCost cost(samples, reach_px);
+    ceres::TinySolver<BoardCost> solver;
+    solver.options.max_num_iterations = 30;
+    solver.options.function_tolerance = 1e-7;
+    solver.Solve(cost, &x);
+    fit.explained = Explained(samples, solver.summary.final_cost);
+    fit.blur_px = std::exp(x.segment<2>(BoardCost::kLogBlur).maxCoeff());
+    const bool is_sound = x.allFinite() && fit.explained > kExplainedMin && x[BoardCost::kGain] > 0 &&
+                          x.head<2>().norm() < 0.5 * extent.far_px;
+    if (!is_sound) return std::nullopt;
+    const std::optional<Eigen::Matrix2d> covariance = cost.CenterCovariance(x);
+    if (!covariance) return std::nullopt;
+    fit.covariance_px2 = *covariance;
+  }
   fit.center_px = center_px + x.head<2>();
-  const std::optional<Eigen::Matrix2d> covariance = cost.CenterCovariance(x);
-  if (!covariance) return std::nullopt;
-  fit.covariance_px2 = *covariance;
   return fit;
 }
 

@@ -1,0 +1,117 @@
+// SPDX-License-Identifier: Apache-2.0
+// Turns photos of a chessboard into points for `veduta calibrate --points`, by OpenCV's detector.
+// usage: veduta-chessboard --board COLUMNSxROWS --out points.json PHOTO|FOLDER...   (inner corners, 9x6 say)
+// Prints what OpenCV's calibrateCamera makes of the same corners, to compare with.
+#include <algorithm>
+#include <cstdio>
+#include <cstring>
+#include <filesystem>
+#include <fstream>
+#include <nlohmann/json.hpp>
+#include <opencv2/calib3d.hpp>
+#include <opencv2/imgcodecs.hpp>
+#include <opencv2/imgproc.hpp>
+#include <string>
+#include <vector>
+
+#include "tools/calibration/opencv_calibration.h"
+
+namespace {
+
+namespace fs = std::filesystem;
+
+std::vector<std::string> PhotosOf(const std::vector<std::string>& given) {
+  std::vector<std::string> photos;
+  for (const std::string& path : given) {
+    if (!fs::is_directory(path)) {
+      photos.push_back(path);
+      continue;
+    }
+    std::vector<std::string> inside;
+    for (const auto& entry : fs::directory_iterator(path)) {
+      if (entry.is_regular_file()) inside.push_back(entry.path().string());
+    }
+    std::sort(inside.begin(), inside.end());
+    photos.insert(photos.end(), inside.begin(), inside.end());
+  }
+  return photos;
+}
+
+// Corner `row * columns + column` is the point of that id.
+bool FindCorners(const std::string& path, cv::Size board, veduta::ViewObservations* view) {
+  const cv::Mat gray = cv::imread(path, cv::IMREAD_GRAYSCALE);
+  if (gray.empty()) return false;
+  std::vector<cv::Point2f> corners;
+  if (!cv::findChessboardCorners(gray, board, corners)) return false;
+  const cv::TermCriteria until(cv::TermCriteria::COUNT + cv::TermCriteria::EPS, 100, 1e-4);
+  cv::cornerSubPix(gray, corners, {5, 5}, {-1, -1}, until);
+  view->name = fs::path(path).filename().string();
+  view->size = {static_cast<uint32_t>(gray.cols), static_cast<uint32_t>(gray.rows)};
+  for (size_t i = 0; i < corners.size(); ++i) {
+    view->points.push_back({static_cast<uint32_t>(i), {corners[i].x, corners[i].y}, 1.});
+  }
+  return true;
+}
+
+nlohmann::ordered_json PointsJson(const veduta::CalibrationInput& input) {
+  nlohmann::ordered_json views = nlohmann::ordered_json::array();
+  for (const veduta::ViewObservations& view : input.views) {
+    nlohmann::ordered_json points = nlohmann::ordered_json::array();
+    for (const auto& p : view.points) points.push_back({{"id", p.id}, {"x", p.px.x()}, {"y", p.px.y()}});
+    views.push_back({{"name", view.name}, {"points", points}});
+  }
+  const veduta::ImageSize size = input.views.front().size;
+  return {{"width", size.width_px}, {"height", size.height_px}, {"views", views}};
+}
+
+int Usage() {
+  std::fprintf(stderr, "usage: veduta-chessboard --board COLUMNSxROWS --out points.json PHOTO|FOLDER...\n");
+  return 2;
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  cv::Size board;
+  std::string out;
+  std::vector<std::string> given;
+  for (int i = 1; i < argc; ++i) {
+    if (!std::strcmp(argv[i], "--board") && i + 1 < argc) {
+      if (std::sscanf(argv[++i], "%dx%d", &board.width, &board.height) != 2) return Usage();
+    } else if (!std::strcmp(argv[i], "--out") && i + 1 < argc) {
+      out = argv[++i];
+    } else {
+      given.push_back(argv[i]);
+    }
+  }
+  if (board.width < 3 || board.height < 3 || out.empty() || given.empty()) return Usage();
+  veduta::CalibrationInput input;
+  for (const std::string& path : PhotosOf(given)) {
+    veduta::ViewObservations view;
+    if (FindCorners(path, board, &view)) {
+      input.views.push_back(std::move(view));
+    } else {
+      std::fprintf(stderr, "%s: no chessboard of %dx%d inner corners found\n", path.c_str(), board.width, board.height);
+    }
+  }
+  if (input.views.empty()) return 1;
+  for (const veduta::ViewObservations& view : input.views) {
+    if (view.size == input.views.front().size) continue;
+    std::fprintf(stderr, "%s is of another size than %s\n", view.name.c_str(), input.views.front().name.c_str());
+    return 1;
+  }
+  std::ofstream file(out);
+  file << PointsJson(input).dump() << "\n";
+  if (!file.flush()) {
+    std::fprintf(stderr, "cannot write %s\n", out.c_str());
+    return 1;
+  }
+  std::vector<Eigen::Vector3d> points;
+  for (int i = 0; i < board.area(); ++i) points.emplace_back(i % board.width, i / board.width, 0);
+  const auto theirs = veduta::CalibrateWithOpenCv(input, points, false);
+  std::printf(
+      "%zu photos. OpenCV's calibrateCamera: fx %.3f fy %.3f cx %.3f cy %.3f, k1 %.5f k2 %.5f p1 %.5f p2 %.5f "
+      "k3 %.5f, RMS %.4f px\n",
+      input.views.size(), theirs.fx, theirs.fy, theirs.cx, theirs.cy, theirs.distortion[0], theirs.distortion[1],
+      theirs.distortion[2], theirs.distortion[3], theirs.distortion[4], theirs.error_px_rms);
+}
