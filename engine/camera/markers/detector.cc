@@ -19,8 +19,8 @@ constexpr int kLevelSidePxMin = 40;
 
 // The residuals of neighbouring pixels are not independent (JPEG, tone curve), and no model is exact: measured on
 // rendered photos by veduta-marker-bench, where these make errors and sigmas agree.
-constexpr double kSigmaFactor = 1.0;
-constexpr double kSigmaFloorPx = 0.003;
+constexpr double kSigmaFactor = 0.7;
+constexpr double kSigmaFloorPx = 0.008;
 
 // From a photo halved `level` times to the photo.
 struct Level {
