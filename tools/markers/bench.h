@@ -34,10 +34,10 @@ double Percentile(std::vector<double> values, double part);  // NaN of none
 void PrintOutcome(const std::string& label, const std::vector<PhotoOutcome>& outcomes, double seconds);
 
 // Each returns the exit code.
-int RunSession(const std::string& folder);                      // of veduta-floor
-int RunSweep(uint32_t photos, const std::string& only);         // size, tilt, blur, cover ...; those that begin so
-int RunFalse(const std::vector<std::string>& paths);            // photos without markers
-int RunDraw(const std::string& photo, const std::string& out);  // a PNG with what was found
-int RunMutations(const std::vector<std::string>& paths, uint32_t count);  // damaged files
+int RunSession(const std::string& folder);               // of veduta-floor
+int RunSweep(uint32_t photos, const std::string& only);  // size, tilt, blur, cover ...; those that begin so
+int RunFalse(const std::vector<std::string>& paths);     // photos without markers
+int RunDraw(const std::string& photo, const std::string& out, bool is_inverted);  // a PNG with what was found
+int RunMutations(const std::vector<std::string>& paths, uint32_t count);          // damaged files
 
 }  // namespace veduta::floor

@@ -12,6 +12,7 @@ int main(int argc, char** argv) {
   std::string path, out, only;
   std::vector<std::string> paths;
   uint32_t photos = 4, count = 10'000;
+  bool is_inverted = false;
   int exit_code = 0;
   CLI::App* session = app.add_subcommand("session", "Detections against the truth of a folder by veduta-floor");
   session->add_option("FOLDER", path)->required();
@@ -26,7 +27,8 @@ int main(int argc, char** argv) {
   CLI::App* draw = app.add_subcommand("draw", "Draws what is found in a photo");
   draw->add_option("PHOTO", path)->required();
   draw->add_option("OUT", out, "a PNG")->required();
-  draw->callback([&] { exit_code = veduta::floor::RunDraw(path, out); });
+  draw->add_flag("--inverted", is_inverted, "of bright targets on dark ground");
+  draw->callback([&] { exit_code = veduta::floor::RunDraw(path, out, is_inverted); });
   CLI::App* mutate = app.add_subcommand("mutate", "Damaged files into decoder and detector");
   mutate->add_option("PATH", paths, "photos or folders to damage")->required();
   mutate->add_option("--count", count, "how many (10000)");

@@ -86,17 +86,18 @@ int RunFalse(const std::vector<std::string>& paths) {
   return 0;
 }
 
-int RunDraw(const std::string& path, const std::string& out) {
+int RunDraw(const std::string& path, const std::string& out, bool is_inverted) {
   const DecodedPhoto photo = ReadPhoto(path);
   if (photo.gray.empty()) {
     std::fprintf(stderr, "veduta-marker-bench: %s: %s\n", path.c_str(), photo.detail.c_str());
     return 1;
   }
-  const auto search = DetectMarkers(photo.gray);
+  const cv::Mat gray = is_inverted ? cv::Mat(255 - photo.gray) : photo.gray;
+  const auto search = DetectMarkers(gray);
   cv::Mat image = photo.bgr.clone();
   const int thickness = std::max(1, image.cols / 1000);
-  for (const Ellipse& outline : FindOutlines(photo.gray, MarkerOptions{}.offset_gray)) {
-    if (const auto refined = RefineOutline(photo.gray, outline)) {
+  for (const Ellipse& outline : FindOutlines(gray, MarkerOptions{}.offset_gray)) {
+    if (const auto refined = RefineOutline(gray, outline)) {
       DrawEllipse(&image, refined->ellipse, {255, 160, 0}, thickness);
     }
   }

@@ -99,6 +99,17 @@ double NormalAngle(const Eigen::Vector2d& along, const Eigen::Vector2d& side) {
   return AngleOf(normal.dot(side) > 0 ? normal : Eigen::Vector2d(-normal));
 }
 
+BoardCost::Parameters StartLines(const Eigen::Matrix3d& image_from_unit, const Eigen::Vector2d& center_px,
+                                 double blur_px) {
+  const Eigen::Vector2d along_x = Map(image_from_unit, {0.3, 0}) - center_px;
+  const Eigen::Vector2d along_y = Map(image_from_unit, {0, 0.3}) - center_px;
+  BoardCost::Parameters x = BoardCost::Parameters::Zero();
+  x[BoardCost::kNormal] = NormalAngle(along_y, along_x);
+  x[BoardCost::kNormal + 1] = NormalAngle(along_x, along_y);
+  x[BoardCost::kLogBlur] = x[BoardCost::kLogBlur + 1] = std::log(blur_px);
+  return x;
+}
+
 // The board's extent in the image: from its corner to its rim, along and across the slant.
 struct BoardExtent {
   double near_px, far_px;
@@ -149,40 +160,41 @@ std::optional<BoardPose> FindBoard(const cv::Mat& gray, const Ellipse& ellipse, 
 std::optional<BoardFit> AlignBoard(const cv::Mat& gray, const Eigen::Matrix3d& image_from_unit, double blur_px) {
   constexpr double kExplainedMin = 0.6;
   constexpr size_t kPixelsMin = 14;
-  BoardFit fit;
-  const Eigen::Vector2d center_px = Map(image_from_unit, Eigen::Vector2d::Zero());
-  if (!center_px.allFinite()) return std::nullopt;
   constexpr double kReachPxMax = 28;  // enough pixels; beyond, lines bend more
-  const BoardExtent extent = ExtentOf(image_from_unit, center_px);
+  constexpr int kRounds = 3;
+  const Eigen::Vector2d start_px = Map(image_from_unit, Eigen::Vector2d::Zero());
+  if (!start_px.allFinite()) return std::nullopt;
+  const BoardExtent extent = ExtentOf(image_from_unit, start_px);
   if (!(extent.near_px > 1)) return std::nullopt;
-  BoardCost::Parameters x = BoardCost::Parameters::Zero();
-  const Eigen::Vector2d along_x = Map(image_from_unit, {0.3, 0}) - center_px;
-  const Eigen::Vector2d along_y = Map(image_from_unit, {0, 0.3}) - center_px;
-  x[BoardCost::kNormal] = NormalAngle(along_y, along_x);
-  x[BoardCost::kNormal + 1] = NormalAngle(along_x, along_y);
-  x[BoardCost::kLogBlur] = x[BoardCost::kLogBlur + 1] = std::log(blur_px);
-  // Once to learn the blur, and once on the pixels that it leaves clean.
-  for (int round = 0; round < 2; ++round) {
+  BoardFit fit;
+  fit.center_px = start_px;
+  Eigen::Matrix3d frame = image_from_unit;
+  BoardCost::Parameters x = StartLines(image_from_unit, start_px, blur_px);
+  // First to learn place and blur, then on the pixels around that place that the blur leaves clean.
+  for (int round = 0; round < kRounds; ++round) {
     const double radius_unit = CleanRadius(extent, round == 0 ? 0 : fit.blur_px);
     const double reach_px = std::min(extent.far_px * radius_unit / kMarkerBoardRadius, kReachPxMax);
-    const std::vector<BoardSample> samples = SamplePixels(gray, image_from_unit, center_px, radius_unit, reach_px);
+    const std::vector<BoardSample> samples = SamplePixels(gray, frame, fit.center_px, radius_unit, reach_px);
     if (samples.size() < kPixelsMin) return std::nullopt;
     if (round == 0) StartLevels(samples, &x);
-    BoardCost cost(samples, reach_px);
+    const BoardCost cost(samples, reach_px);
     ceres::TinySolver<BoardCost> solver;
     solver.options.max_num_iterations = 30;
     solver.options.function_tolerance = 1e-7;
     solver.Solve(cost, &x);
     fit.explained = Explained(samples, solver.summary.final_cost);
     fit.blur_px = std::exp(x.segment<2>(BoardCost::kLogBlur).maxCoeff());
-    const bool is_sound = x.allFinite() && fit.explained > kExplainedMin && x[BoardCost::kGain] > 0 &&
-                          x.head<2>().norm() < 0.5 * extent.far_px;
-    if (!is_sound) return std::nullopt;
     const std::optional<Eigen::Matrix2d> covariance = cost.CenterCovariance(x);
-    if (!covariance) return std::nullopt;
+    const Eigen::Vector2d shift_px = x.head<2>();
+    const bool is_sound = x.allFinite() && covariance && fit.explained > kExplainedMin && x[BoardCost::kGain] > 0 &&
+                          (fit.center_px + shift_px - start_px).norm() < 0.5 * extent.far_px;
+    if (!is_sound) return std::nullopt;
     fit.covariance_px2 = *covariance;
+    fit.center_px += shift_px;
+    frame = Eigen::Affine2d(Eigen::Translation2d(shift_px)).matrix() * frame;
+    x.head<2>().setZero();
+    if (round > 0 && shift_px.norm() < 0.05) break;  // the same pixels again
   }
-  fit.center_px = center_px + x.head<2>();
   return fit;
 }
 

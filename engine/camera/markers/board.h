@@ -30,8 +30,8 @@ struct BoardFit {
 
 // The corner to a small fraction of a pixel: two blurred, slightly bent lines through one point, over the image's own
 // pixels. Free are the point, both directions, both bends (bent paper and distorted lenses), both blurs (a smear blurs
-// one line more), and contrast, brightness and its slope. The blurred product of two edges is symmetric about the
-// corner whatever the blur and the tone curve, so these do not shift it.
+// one line more), and contrast, brightness and the light's slope. The blurred product of two edges is symmetric about
+// the corner whatever the blur and the tone curve, so these do not shift it.
 //
 // image_from_unit  the marker's frame to the image, up to half a turn; right to a few px at the corner.
 // blur_px          to start with.

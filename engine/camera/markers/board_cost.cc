@@ -86,20 +86,21 @@ bool BoardCost::operator()(const double* x, double* residuals, double* jacobian)
     const Eigen::Vector2d place = sample.at / reach_px_;
     const LineValue values[2] = {Look(lines[0], from, reach_px_), Look(lines[1], from, reach_px_)};
     const double product = values[0].s * values[1].s;
-    residuals[i] = x[kLevel] + x[kSlope] * place.x() + x[kSlope + 1] * place.y() - gain * product - sample.gray;
+    const double light = 1 + x[kSlope] * place.x() + x[kSlope + 1] * place.y(), gray = x[kLevel] - gain * product;
+    residuals[i] = light * gray - sample.gray;
     if (jacobian == nullptr) continue;
     at(i, 0) = at(i, 1) = 0;
     for (int k = 0; k < 2; ++k) {
-      const double by_s = -gain * values[1 - k].s, by_d = by_s * values[k].s_by_d;
+      const double by_s = -gain * light * values[1 - k].s, by_d = by_s * values[k].s_by_d;
       at(i, kCorner) += by_d * values[k].d_by_corner.x();
       at(i, kCorner + 1) += by_d * values[k].d_by_corner.y();
       at(i, kNormal + k) = by_d * values[k].d_by_angle;
       at(i, kBend + k) = by_d * values[k].d_by_bend;
       at(i, kLogBlur + k) = by_s * values[k].s_by_log_blur;
-      at(i, kSlope + k) = place[k];
+      at(i, kSlope + k) = gray * place[k];
     }
-    at(i, kGain) = -product;
-    at(i, kLevel) = 1;
+    at(i, kGain) = -light * product;
+    at(i, kLevel) = light;
   }
   residuals[n] = kBendWeight * x[kBend];
   residuals[n + 1] = kBendWeight * x[kBend + 1];

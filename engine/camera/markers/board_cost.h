@@ -32,10 +32,10 @@ class CoarseBoardCost final {
   std::span<const BoardSample> samples_;
 };
 
-// In the image, px: level + slope . (x, y) / reach - gain s1 s2. Line k goes through the corner c with its normal n at
-// angle kNormal + k; at p its distance is d = n . (p - c) - bend (t . (p - c) / reach)^2, t along the line; and
-// s = erf(d / (sqrt(2) blur)). After the samples come four weak priors: on bends (0), on the blurs (their ratio 1), and
-// on their mean (1 px).
+// In the image, px: (level - gain s1 s2)(1 + slope . (x, y) / reach): light that changes evenly. Line k goes through
+// the corner c with its normal n at angle kNormal + k; at p its distance is d = n . (p - c) - bend (t . (p - c) /
+// reach)^2, t along the line; and s = erf(d / (sqrt(2) blur)). After the samples come four weak priors: on bends (0),
+// on the blurs (their ratio 1), and on their mean (1 px).
 class BoardCost final {
  public:
   using Scalar = double;

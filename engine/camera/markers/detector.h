@@ -12,9 +12,9 @@
 namespace veduta {
 
 struct MarkerOptions {
-  int offset_gray = 6;                 // [1, 100]; ink is at least this much darker than its surroundings' mean
-  int code_budget = 5;                 // [0, 6]; 2 x errors + erasures: up to 5 of 23 sectors may be covered
-  double support_min = 0.6;            // [0.5, 1]; the part of the outline that must be seen
+  int offset_gray = 6;       // [1, 100]; ink is at least this much darker than its surroundings' mean
+  int code_budget = 5;       // [0, 6]; 2 x errors (1 at most) + erasures: up to 5 of 23 sectors may be covered
+  double support_min = 0.6;  // [0.5, 1]; the part of the outline that must be seen
   uint32_t id_count = kMarkerIdCount;  // [1, kMarkerIdCount]; ids from here on are not on the sheets: misread
   double sigma_px_max = 0.5;           // > 0; feature points less certain than this are left out
 

@@ -19,6 +19,7 @@ constexpr double kBrightRadius = 1.13;
 constexpr double kContrastGrayMin = 10;
 constexpr double kContrastPartMin = 0.4;  // of the median: less, and something lies there
 constexpr int kSharpenedBudget = 4;
+constexpr int kErrorsMax = 1;     // a sector that says the opposite is rarer than one that says nothing
 constexpr double kSaidMin = 0.2;  // of the way from the middle to dark or bright: less is grey
 
 // Mean over the middle of a sector, at one or three radii; nothing if some of it is outside of the image.
@@ -86,7 +87,7 @@ std::optional<RingReading> Decode(const Sectors& sectors, double blurred_part, i
     if (said > 0) word |= 1u << i;
   }
   const std::optional<MarkerReading> reading = DecodeMarkerWord(word, known, budget);
-  if (!reading || reading->rotation != 0) return std::nullopt;
+  if (!reading || reading->rotation != 0 || reading->error_count > kErrorsMax) return std::nullopt;
   return RingReading{reading->id, 0, reading->error_count, kMarkerBitCount - std::popcount(known)};
 }
 

@@ -23,7 +23,7 @@ struct RingReading {
 // gray             CV_8UC1.
 // image_from_unit  the marker's frame to the image, as the board tells it: up to half a turn. The code must begin at
 //                  one of its two ends, so a word read by chance must also be turned rightly.
-// budget           2 x errors + erasures that may be, at most 6 (kMarkerDistanceMin - 1).
+// budget           2 x errors + erasures that may be, at most 6 (kMarkerDistanceMin - 1); never more than one error.
 // Thread-safe. About 10 us.
 std::optional<RingReading> ReadRing(const cv::Mat& gray, const Eigen::Matrix3d& image_from_unit, int budget);
 
