@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // Detection on rendered photos, one influence at a time.
-#include <chrono>
 #include <cmath>
 #include <cstdio>
+#include <ctime>
 #include <numbers>
 #include <opencv2/imgcodecs.hpp>
 
@@ -78,9 +78,9 @@ void Measure(const Setting& setting, uint32_t photos) {
     std::vector<uint8_t> jpeg;
     cv::imencode(".jpg", rendered, jpeg, {cv::IMWRITE_JPEG_QUALITY, setting.jpeg_quality});
     const cv::Mat gray = cv::imdecode(jpeg, cv::IMREAD_GRAYSCALE);
-    const auto begin = std::chrono::steady_clock::now();
+    const std::clock_t begin = std::clock();
     const auto search = DetectMarkers(gray);
-    seconds += std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+    seconds += static_cast<double>(std::clock() - begin) / CLOCKS_PER_SEC;
     std::vector<MarkerTruth> truths = TrueMarkers(floor, camera);
     if (setting.cover > 0) {  // the rate is that of covered markers then
       for (MarkerTruth& truth : truths) truth.cover = 0;

@@ -46,7 +46,7 @@ struct MarkerSearch {
 // checkerboard in the photo's own pixels.
 //
 // `gray`: CV_8UC1 of any size, any content. Deterministic, one thread, thread-safe. kInvalidArgument on bad options or
-// another type of image. Time: docs/benchmarks.md.
+// another type of image. About 100 ms a core for 3 megapixels with 70 markers, 350 ms for 12.
 Result<MarkerSearch> DetectMarkers(const cv::Mat& gray, const MarkerOptions& options = {});
 
 }  // namespace veduta

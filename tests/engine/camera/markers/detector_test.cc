@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 // Goal: markers in rendered photos are found with the right id and a feature point far better than the ellipse's
-// centre, whatever slant, light, blur and clutter; no other id is ever said; any image at all gets an answer. Method:
-// photos of known truth at the edges of what is promised (tools/markers measures in between); half-covered rings,
-// copies of a marker, noise and degenerate images; damaged files through the decoder.
+// centre, whatever slant, light, blur and clutter; no other id is ever said; any image at all gets an answer.
+//
+// Method: photos of known truth at the edges of what is promised (tools/markers measures in between); half-covered
+// rings, copies of a marker, noise and degenerate images; damaged files through the decoder.
 #include "engine/camera/markers/detector.h"
 
 #include <gtest/gtest.h>
@@ -63,6 +64,7 @@ Score Try(const FloorOptions& floor, double diameter_px, double tilt_deg, const 
 FloorOptions Grid(uint32_t markers = 24) {
   FloorOptions options;
   options.is_scattered = false;
+  options.flooring = Flooring::kPlain;
   options.marker_count = markers;
   return options;
 }
