@@ -38,6 +38,7 @@ struct PlaneAdjustmentOptions {
                                           // decides only where a lens distorts so little that the photos cannot
   double loss_scale = 2.5;                // > 0, in sigma; Cauchy's loss
   uint32_t iterations_max = 100;
+  double function_tolerance = 1e-10;  // > 0; relative
 };
 
 struct PlaneAdjustment {
