@@ -163,22 +163,42 @@ class Adjuster final {
     const Eigen::Map<const Eigen::SparseMatrix<double, Eigen::RowMajor>> jacobian(
         crs.num_rows, crs.num_cols, static_cast<Eigen::Index>(crs.values.size()), crs.rows.data(), crs.cols.data(),
         crs.values.data());
-    Eigen::MatrixXd normal = Eigen::SparseMatrix<double>(jacobian.transpose() * jacobian);
-    SetCovariance(normal, made);
+    SetCovariance(CameraInformation(jacobian.transpose() * jacobian), made);
   }
 
-  // Of the lens' free parameters from the normal matrix, then of the intrinsics by their derivatives.
-  void SetCovariance(Eigen::MatrixXd normal, PlaneAdjustment* made) const {
-    const Eigen::VectorXd scale = normal.diagonal().cwiseSqrt();
+  // The normal matrix of lens and poses with the points eliminated (Schur's complement). Empty if a point is open.
+  Eigen::MatrixXd CameraInformation(const Eigen::SparseMatrix<double>& normal) {
+    Eigen::Index first = normal.cols();
+    for (Eigen::Vector3d& p : scene_->points) first -= problem_.ParameterBlockTangentSize(p.data());
+    Eigen::MatrixXd information = normal.topLeftCorner(first, first);
+    Eigen::Index at = first;
+    for (Eigen::Vector3d& p : scene_->points) {
+      const Eigen::Index size = problem_.ParameterBlockTangentSize(p.data());
+      const Eigen::MatrixXd own = normal.block(at, at, size, size);
+      const Eigen::SparseMatrix<double> with_cameras = normal.block(0, at, first, size);
+      const Eigen::LLT<Eigen::MatrixXd> llt(own);
+      if (llt.info() != Eigen::Success) return {};
+      const Eigen::SparseMatrix<double> inverse = llt.solve(Eigen::MatrixXd::Identity(size, size)).eval().sparseView();
+      const Eigen::SparseMatrix<double> taken = with_cameras * inverse * with_cameras.transpose();
+      information -= taken;
+      at += size;
+    }
+    return information;
+  }
+
+  // Of the lens' free parameters from the information, then of the intrinsics by their derivatives.
+  void SetCovariance(Eigen::MatrixXd information, PlaneAdjustment* made) const {
+    if (information.size() == 0) return;
+    const Eigen::VectorXd scale = information.diagonal().cwiseMax(0).cwiseSqrt();
     constexpr double kPivotMin = 1e-13;  // of a unit diagonal: below it lies rounding alone
     if (!(scale.minCoeff() > 0)) return;
-    normal = scale.cwiseInverse().asDiagonal() * normal * scale.cwiseInverse().asDiagonal();
-    const Eigen::LDLT<Eigen::MatrixXd> ldlt(normal);
+    information = scale.cwiseInverse().asDiagonal() * information * scale.cwiseInverse().asDiagonal();
+    const Eigen::LDLT<Eigen::MatrixXd> ldlt(information);
     if (ldlt.info() != Eigen::Success || !(ldlt.vectorD().minCoeff() > kPivotMin)) return;
     std::vector<int> free = {0, 1, 2, 3, 4, 5, 6, 7};
     if (!options_.is_aspect_free) free.erase(free.begin() + 1);
     const auto n = static_cast<Eigen::Index>(free.size());
-    const Eigen::MatrixXd inverse = ldlt.solve(Eigen::MatrixXd::Identity(normal.rows(), n)).topRows(n);
+    const Eigen::MatrixXd inverse = ldlt.solve(Eigen::MatrixXd::Identity(information.rows(), n)).topRows(n);
     // fx = f, fy = f * aspect.
     Eigen::MatrixXd intrinsics_by_free = Eigen::MatrixXd::Zero(8, n);
     for (Eigen::Index column = 0; column < n; ++column) {

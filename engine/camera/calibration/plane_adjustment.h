@@ -53,8 +53,8 @@ struct PlaneAdjustment {
 // held by the plane's prior and by two points far apart whose x and y stay; their heights are free.
 //
 // Every view and point needs an observation; views and points without one make it undetermined. The covariance is that
-// of the least squares without the loss, times sigma_scale^2. One thread: repeatable. O(iterations * observations) and,
-// for the covariance, O((6 views + 3 points)^3). kInvalidArgument if there are fewer than 2 points or the solver fails.
+// of the least squares without the loss, times sigma_scale^2. One thread: repeatable. O(iterations * (observations +
+// points * (views that see one)^2 + views^3)). kInvalidArgument if there are fewer than 2 points or the solver fails.
 Result<PlaneAdjustment> AdjustPlane(const std::vector<PlaneObservation>& observations,
                                     const PlaneAdjustmentOptions& options, PlaneScene* scene);
 
