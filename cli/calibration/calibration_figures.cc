@@ -163,7 +163,7 @@ std::string DistortionFigure(const Calibration& c, double* magnification) {
 }
 
 std::string PhotoErrorFigure(const Calibration& c) {
-  constexpr double kRow = 20, kNames = 170, kBars = 300;
+  constexpr double kRow = 20, kNames = 170, kBars = 250;
   double largest = 1e-6;
   for (const CalibrationPhoto& photo : c.photos) largest = std::max(largest, photo.error_px_rms);
   std::string rows;

@@ -101,6 +101,41 @@ void FitLens(const std::vector<Ray>& rays, CameraModel* model) {
   model->v0 = model->cy + model->fy * lens[3];
 }
 
+// The rays that the model has at a grid of the photo, corners included, and where the known camera sees them.
+std::vector<Ray> RaysOfGrid(const CameraModel& model, const Coefficients& k, std::vector<Eigen::Vector2d>* ours_px) {
+  constexpr int kAcross = 32, kDown = 24;
+  const Eigen::Vector2d center(model.cx, model.cy), focal(model.fx, model.fy);
+  std::vector<Ray> rays;
+  for (int i = 0; i < (kAcross + 1) * (kDown + 1); ++i) {
+    const Eigen::Vector2d px(i % (kAcross + 1) * (model.width_px - 1.0) / kAcross,
+                             i / (kAcross + 1) * (model.height_px - 1.0) / kDown);
+    const Eigen::Vector2d undistorted = UndistortPixel(model, px).value_or(px);  // CheckCamera: there always is one
+    const Eigen::Vector2d x = (undistorted - center).cwiseQuotient(focal);
+    rays.push_back({x, center + focal.cwiseProduct(Distort(k, x))});
+    ours_px->push_back(px);
+  }
+  return rays;
+}
+
+// First on rays that certainly reach the photo, then on those that our model has at its very corners.
+Status FitLens(const KnownCamera& known, const Coefficients& k, ConvertedCamera* made) {
+  FitLens(RaysThatReachThePhoto(known, k), &made->model);
+  std::vector<Eigen::Vector2d> ours_px;
+  for (int round = 0; round < 2; ++round) {
+    VEDUTA_RETURN_IF_ERROR(CheckCamera(made->model));
+    FitLens(RaysOfGrid(made->model, k, &ours_px), &made->model);
+  }
+  VEDUTA_RETURN_IF_ERROR(CheckCamera(made->model));
+  ours_px.clear();
+  const std::vector<Ray> rays = RaysOfGrid(made->model, k, &ours_px);
+  for (size_t i = 0; i < rays.size(); ++i) {
+    const double error_px = (rays[i].px - ours_px[i]).norm();
+    made->residual.mean_px += error_px / static_cast<double>(rays.size());
+    made->residual.largest_px = std::max(made->residual.largest_px, error_px);
+  }
+  return Status::Ok();
+}
+
 }  // namespace
 
 Result<ConvertedCamera> ConvertCamera(const KnownCamera& known) {
@@ -121,14 +156,7 @@ Result<ConvertedCamera> ConvertCamera(const KnownCamera& known) {
   made.model.k2 = k[1];
   const bool is_exact = std::all_of(k.begin() + 2, k.end(), [](double c) { return c == 0; });
   if (!is_exact) {
-    const std::vector<Ray> rays = RaysThatReachThePhoto(known, k);
-    FitLens(rays, &made.model);
-    for (const Ray& ray : rays) {
-      const auto ours = PixelFromBearing(made.model, ray.x.homogeneous());
-      const double error_px = ours ? (DistortPixel(made.model, *ours) - ray.px).norm() : 0;
-      made.residual.mean_px += error_px / static_cast<double>(rays.size());
-      made.residual.largest_px = std::max(made.residual.largest_px, error_px);
-    }
+    VEDUTA_RETURN_IF_ERROR(FitLens(known, k, &made));
     if (!(made.residual.largest_px <= kDifferenceMax * std::max(known.size.width_px, known.size.height_px))) {
       return Status::InvalidArgument(
           "camera: its distortion cannot be expressed by k1, k2 and a centre: they would be " +

@@ -152,12 +152,14 @@ class Adjuster final {
     std::vector<double> residuals;
     ceres::CRSMatrix crs;
     if (!problem_.Evaluate(evaluate, nullptr, &residuals, nullptr, &crs)) return;
+    // By the observations alone: the priors are not made of noise.
+    const size_t observed = 2 * observations_.size();
     double sum = 0;
-    for (const double r : residuals) sum += r * r;
+    for (size_t i = 0; i < observed; ++i) sum += residuals[i] * residuals[i];
     for (size_t i = 0; i < observations_.size(); ++i) {  // residual blocks come in the order they were added
       made->residuals_px.push_back(observations_[i].sigma_px * Eigen::Vector2d(residuals[2 * i], residuals[2 * i + 1]));
     }
-    const double freedom = std::max(1.0, static_cast<double>(residuals.size()) - crs.num_cols);
+    const double freedom = std::max(1.0, static_cast<double>(observed) - crs.num_cols);
     made->sigma_scale = std::sqrt(sum / freedom);
 
     const Eigen::Map<const Eigen::SparseMatrix<double, Eigen::RowMajor>> jacobian(
