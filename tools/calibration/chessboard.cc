@@ -108,10 +108,13 @@ int main(int argc, char** argv) {
   }
   std::vector<Eigen::Vector3d> points;
   for (int i = 0; i < board.area(); ++i) points.emplace_back(i % board.width, i / board.width, 0);
-  const auto theirs = veduta::CalibrateWithOpenCv(input, points, false);
-  std::printf(
-      "%zu photos. OpenCV's calibrateCamera: fx %.3f fy %.3f cx %.3f cy %.3f, k1 %.5f k2 %.5f p1 %.5f p2 %.5f "
-      "k3 %.5f, RMS %.4f px\n",
-      input.views.size(), theirs.fx, theirs.fy, theirs.cx, theirs.cy, theirs.distortion[0], theirs.distortion[1],
-      theirs.distortion[2], theirs.distortion[3], theirs.distortion[4], theirs.error_px_rms);
+  const auto print = [&](const char* how, veduta::OpenCvTarget target) {
+    const auto theirs = veduta::CalibrateWithOpenCv(input, points, target, board.width);
+    const std::vector<double>& d = theirs.distortion;
+    std::printf("%s: fx %.2f fy %.2f cx %.2f cy %.2f, k1 %.4f k2 %.4f p1 %.5f p2 %.5f k3 %.4f, RMS %.4f px\n", how,
+                theirs.fx, theirs.fy, theirs.cx, theirs.cy, d[0], d[1], d[2], d[3], d[4], theirs.error_px_rms);
+  };
+  std::printf("%zu photos with the board\n", input.views.size());
+  print("OpenCV's calibrateCamera, an exact grid", veduta::OpenCvTarget::kFlat);
+  print("OpenCV's calibrateCameraRO, its points free", veduta::OpenCvTarget::kFree);
 }

@@ -80,7 +80,7 @@ void RunSession(uint32_t index, bool with_opencv, Figures* figures) {
   std::printf("f %+.4f %% (sigma %.4f)  mean %.3f px  distortion %.2f px (sigma %.2f)", 100 * error,
               100 * made->Sigma(0) / made->model.fx, made->error_px_mean, distortion_px, made->distortion_sigma_px);
   if (with_opencv) {
-    const OpenCvCalibration theirs = CalibrateWithOpenCv(session.input, session.points, true);
+    const OpenCvCalibration theirs = CalibrateWithOpenCv(session.input, session.points, OpenCvTarget::kHeights);
     figures->opencv_errors.push_back(std::abs(theirs.fx / session.truth.fx - 1));
     std::printf("  OpenCV f %+.4f %%", 100 * (theirs.fx / session.truth.fx - 1));
   }

@@ -6,7 +6,7 @@
 namespace veduta {
 
 OpenCvCalibration CalibrateWithOpenCv(const CalibrationInput& input, const std::vector<Eigen::Vector3d>& points,
-                                      bool use_heights) {
+                                      OpenCvTarget target, int grid_columns) {
   std::vector<std::vector<cv::Point3f>> flat, whole;
   std::vector<std::vector<cv::Point2f>> seen;
   for (const ViewObservations& view : input.views) {
@@ -26,8 +26,14 @@ OpenCvCalibration CalibrateWithOpenCv(const CalibrationInput& input, const std::
   cv::Mat k = cv::Mat::eye(3, 3, CV_64F), distortion;
   std::vector<cv::Mat> rotations, translations;
   OpenCvCalibration made;
-  made.error_px_rms = cv::calibrateCamera(flat, seen, cv_size, k, distortion, rotations, translations, 0, until_done);
-  if (use_heights) {
+  if (target == OpenCvTarget::kFree) {
+    cv::Mat moved;
+    made.error_px_rms = cv::calibrateCameraRO(flat, seen, cv_size, grid_columns - 1, k, distortion, rotations,
+                                              translations, moved, 0, until_done);
+  } else {
+    made.error_px_rms = cv::calibrateCamera(flat, seen, cv_size, k, distortion, rotations, translations, 0, until_done);
+  }
+  if (target == OpenCvTarget::kHeights) {
     made.error_px_rms = cv::calibrateCamera(whole, seen, cv_size, k, distortion, rotations, translations,
                                             cv::CALIB_USE_INTRINSIC_GUESS, until_done);
   }

@@ -259,17 +259,21 @@ class Calibrator final {
 
   Status CheckDetermined() const {
     const double sigma = std::sqrt(adjustment_.covariance(0, 0)) / whole_.camera.fx;
+    CameraModel pinhole = whole_.camera;
+    pinhole.k1 = pinhole.k2 = 0;
+    const bool is_told = adjustment_.is_determined && sigma <= kFocalSigmaMax && CheckCamera(pinhole).ok();
     const Status usable = CheckCamera(whole_.camera);
-    if (adjustment_.is_determined && sigma <= kFocalSigmaMax && usable.ok()) return Status::Ok();
-    if (!usable.ok()) {
+    if (is_told && usable.ok()) return Status::Ok();
+    if (is_told) {
       return Status::InvalidArgument("calibration: the distortion cannot be told: what comes out is no camera (" +
                                      usable.message() +
                                      "). Photograph the corners: let the sheets fill the photo to "
                                      "its edges, and see that markers lie in every corner of some photo");
     }
-    const std::string why = adjustment_.is_determined
-                                ? "it would be uncertain by " + std::to_string(std::lround(100 * sigma)) + " %"
-                                : "the photos leave it open";
+    const std::string why =
+        adjustment_.is_determined && sigma > kFocalSigmaMax
+            ? "it would be uncertain by " + std::to_string(std::lround(100 * std::min(sigma, 10.))) + " %"
+            : "the photos leave it open";
     return Status::InvalidArgument("calibration: the focal length cannot be told: " + why +
                                    ". Tilt the camera: photos from all sides that look at the sheets at 30 to 50 "
                                    "degrees, beside a few from above; "
