@@ -8,12 +8,10 @@
 #include <filesystem>
 #include <fstream>
 #include <nlohmann/json.hpp>
-#include <opencv2/calib3d.hpp>
-#include <opencv2/imgcodecs.hpp>
-#include <opencv2/imgproc.hpp>
 #include <string>
 #include <vector>
 
+#include "tools/calibration/chessboard_points.h"
 #include "tools/calibration/opencv_calibration.h"
 
 namespace {
@@ -35,22 +33,6 @@ std::vector<std::string> PhotosOf(const std::vector<std::string>& given) {
     photos.insert(photos.end(), inside.begin(), inside.end());
   }
   return photos;
-}
-
-// Corner `row * columns + column` is the point of that id.
-bool FindCorners(const std::string& path, cv::Size board, veduta::ViewObservations* view) {
-  const cv::Mat gray = cv::imread(path, cv::IMREAD_GRAYSCALE);
-  if (gray.empty()) return false;
-  std::vector<cv::Point2f> corners;
-  if (!cv::findChessboardCorners(gray, board, corners)) return false;
-  const cv::TermCriteria until(cv::TermCriteria::COUNT + cv::TermCriteria::EPS, 100, 1e-4);
-  cv::cornerSubPix(gray, corners, {5, 5}, {-1, -1}, until);
-  view->name = fs::path(path).filename().string();
-  view->size = {static_cast<uint32_t>(gray.cols), static_cast<uint32_t>(gray.rows)};
-  for (size_t i = 0; i < corners.size(); ++i) {
-    view->points.push_back({static_cast<uint32_t>(i), {corners[i].x, corners[i].y}, 1.});
-  }
-  return true;
 }
 
 nlohmann::ordered_json PointsJson(const veduta::CalibrationInput& input) {
@@ -88,7 +70,7 @@ int main(int argc, char** argv) {
   veduta::CalibrationInput input;
   for (const std::string& path : PhotosOf(given)) {
     veduta::ViewObservations view;
-    if (FindCorners(path, board, &view)) {
+    if (veduta::FindChessboard(path, board, &view)) {
       input.views.push_back(std::move(view));
     } else {
       std::fprintf(stderr, "%s: no chessboard of %dx%d inner corners found\n", path.c_str(), board.width, board.height);

@@ -22,7 +22,7 @@ OpenCvCalibration CalibrateWithOpenCv(const CalibrationInput& input, const std::
   }
   const ImageSize size = input.views.front().size;
   const cv::Size cv_size(static_cast<int>(size.width_px), static_cast<int>(size.height_px));
-  const cv::TermCriteria until_done(cv::TermCriteria::COUNT + cv::TermCriteria::EPS, 100, 1e-12);
+  const cv::TermCriteria until_done(cv::TermCriteria::COUNT + cv::TermCriteria::EPS, 50, 1e-10);
   cv::Mat k = cv::Mat::eye(3, 3, CV_64F), distortion;
   std::vector<cv::Mat> rotations, translations;
   OpenCvCalibration made;
