@@ -15,7 +15,8 @@ body { font-family: sans-serif; color: #1f2933; max-width: 680px; margin: 2em au
 h1 { font-size: 1.5em } h2 { font-size: 1.1em; margin-top: 2em } svg { max-width: 100%; height: auto }
 table { border-collapse: collapse } td, th { padding: 0.2em 1em 0.2em 0; text-align: right } th { font-weight: normal }
 td:first-child, th:first-child { text-align: left } tr { border-bottom: 1px solid #e4e7eb }
-.warning { border-left: 4px solid #c0392b; padding-left: 0.8em } .note { border-left: 4px solid #9aa5b1; padding-left: 0.8em }
+.warning { border-left: 4px solid #c0392b; padding-left: 0.8em } .note { border-left: 4px solid #9aa5b1;
+padding-left: 0.8em }
 .good { border-left: 4px solid #2d8653; padding-left: 0.8em } p.caption { color: #52606d; font-size: 0.9em }
 </style></head><body>
 )";
