@@ -8,12 +8,10 @@
 #include <filesystem>
 #include <fstream>
 #include <nlohmann/json.hpp>
-#include <opencv2/calib3d.hpp>
-#include <opencv2/imgcodecs.hpp>
-#include <opencv2/imgproc.hpp>
 #include <string>
 #include <vector>
 
+#include "tools/calibration/chessboard_points.h"
 #include "tools/calibration/opencv_calibration.h"
 
 namespace {
@@ -35,22 +33,6 @@ std::vector<std::string> PhotosOf(const std::vector<std::string>& given) {
     photos.insert(photos.end(), inside.begin(), inside.end());
   }
   return photos;
-}
-
-// Corner `row * columns + column` is the point of that id.
-bool FindCorners(const std::string& path, cv::Size board, veduta::ViewObservations* view) {
-  const cv::Mat gray = cv::imread(path, cv::IMREAD_GRAYSCALE);
-  if (gray.empty()) return false;
-  std::vector<cv::Point2f> corners;
-  if (!cv::findChessboardCorners(gray, board, corners)) return false;
-  const cv::TermCriteria until(cv::TermCriteria::COUNT + cv::TermCriteria::EPS, 100, 1e-4);
-  cv::cornerSubPix(gray, corners, {5, 5}, {-1, -1}, until);
-  view->name = fs::path(path).filename().string();
-  view->size = {static_cast<uint32_t>(gray.cols), static_cast<uint32_t>(gray.rows)};
-  for (size_t i = 0; i < corners.size(); ++i) {
-    view->points.push_back({static_cast<uint32_t>(i), {corners[i].x, corners[i].y}, 1.});
-  }
-  return true;
 }
 
 nlohmann::ordered_json PointsJson(const veduta::CalibrationInput& input) {
@@ -88,7 +70,7 @@ int main(int argc, char** argv) {
   veduta::CalibrationInput input;
   for (const std::string& path : PhotosOf(given)) {
     veduta::ViewObservations view;
-    if (FindCorners(path, board, &view)) {
+    if (veduta::FindChessboard(path, board, &view)) {
       input.views.push_back(std::move(view));
     } else {
       std::fprintf(stderr, "%s: no chessboard of %dx%d inner corners found\n", path.c_str(), board.width, board.height);
@@ -108,10 +90,13 @@ int main(int argc, char** argv) {
   }
   std::vector<Eigen::Vector3d> points;
   for (int i = 0; i < board.area(); ++i) points.emplace_back(i % board.width, i / board.width, 0);
-  const auto theirs = veduta::CalibrateWithOpenCv(input, points, false);
-  std::printf(
-      "%zu photos. OpenCV's calibrateCamera: fx %.3f fy %.3f cx %.3f cy %.3f, k1 %.5f k2 %.5f p1 %.5f p2 %.5f "
-      "k3 %.5f, RMS %.4f px\n",
-      input.views.size(), theirs.fx, theirs.fy, theirs.cx, theirs.cy, theirs.distortion[0], theirs.distortion[1],
-      theirs.distortion[2], theirs.distortion[3], theirs.distortion[4], theirs.error_px_rms);
+  const auto print = [&](const char* how, veduta::OpenCvTarget target) {
+    const auto theirs = veduta::CalibrateWithOpenCv(input, points, target, board.width);
+    const std::vector<double>& d = theirs.distortion;
+    std::printf("%s: fx %.2f fy %.2f cx %.2f cy %.2f, k1 %.4f k2 %.4f p1 %.5f p2 %.5f k3 %.4f, RMS %.4f px\n", how,
+                theirs.fx, theirs.fy, theirs.cx, theirs.cy, d[0], d[1], d[2], d[3], d[4], theirs.error_px_rms);
+  };
+  std::printf("%zu photos with the board\n", input.views.size());
+  print("OpenCV's calibrateCamera, an exact grid", veduta::OpenCvTarget::kFlat);
+  print("OpenCV's calibrateCameraRO, its points free", veduta::OpenCvTarget::kFree);
 }

@@ -6,7 +6,7 @@
 namespace veduta {
 
 OpenCvCalibration CalibrateWithOpenCv(const CalibrationInput& input, const std::vector<Eigen::Vector3d>& points,
-                                      bool use_heights) {
+                                      OpenCvTarget target, int grid_columns) {
   std::vector<std::vector<cv::Point3f>> flat, whole;
   std::vector<std::vector<cv::Point2f>> seen;
   for (const ViewObservations& view : input.views) {
@@ -22,12 +22,18 @@ OpenCvCalibration CalibrateWithOpenCv(const CalibrationInput& input, const std::
   }
   const ImageSize size = input.views.front().size;
   const cv::Size cv_size(static_cast<int>(size.width_px), static_cast<int>(size.height_px));
-  const cv::TermCriteria until_done(cv::TermCriteria::COUNT + cv::TermCriteria::EPS, 100, 1e-12);
+  const cv::TermCriteria until_done(cv::TermCriteria::COUNT + cv::TermCriteria::EPS, 50, 1e-10);
   cv::Mat k = cv::Mat::eye(3, 3, CV_64F), distortion;
   std::vector<cv::Mat> rotations, translations;
   OpenCvCalibration made;
-  made.error_px_rms = cv::calibrateCamera(flat, seen, cv_size, k, distortion, rotations, translations, 0, until_done);
-  if (use_heights) {
+  if (target == OpenCvTarget::kFree) {
+    cv::Mat moved;
+    made.error_px_rms = cv::calibrateCameraRO(flat, seen, cv_size, grid_columns - 1, k, distortion, rotations,
+                                              translations, moved, 0, until_done);
+  } else {
+    made.error_px_rms = cv::calibrateCamera(flat, seen, cv_size, k, distortion, rotations, translations, 0, until_done);
+  }
+  if (target == OpenCvTarget::kHeights) {
     made.error_px_rms = cv::calibrateCamera(whole, seen, cv_size, k, distortion, rotations, translations,
                                             cv::CALIB_USE_INTRINSIC_GUESS, until_done);
   }

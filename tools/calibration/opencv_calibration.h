@@ -15,9 +15,15 @@ struct OpenCvCalibration {
   double error_px_rms = 0;
 };
 
-// points: where each id lies. First as a plane (their z left out), then, where `use_heights`, once more from there with
-// z. The model is OpenCV's usual one: fx, fy, cx, cy, k1, k2, p1, p2, k3.
+enum class OpenCvTarget : uint8_t {
+  kFlat,     // the points' z left out
+  kHeights,  // first flat, then once more from there with z
+  kFree,     // calibrateCameraRO: the points themselves are adjusted; all photos must show all of a regular grid
+};
+
+// points: where each id lies. The model is OpenCV's usual one: fx, fy, cx, cy, k1, k2, p1, p2, k3.
+// grid_columns: of kFree alone.
 OpenCvCalibration CalibrateWithOpenCv(const CalibrationInput& input, const std::vector<Eigen::Vector3d>& points,
-                                      bool use_heights);
+                                      OpenCvTarget target, int grid_columns = 0);
 
 }  // namespace veduta

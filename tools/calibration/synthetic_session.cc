@@ -136,6 +136,29 @@ SessionOptions ExperimentOptions(uint32_t index) {
   return options;
 }
 
+SyntheticSession MakePoorSession(uint32_t index) {
+  Dice dice(MixSeed(0x9002, index));
+  SessionOptions options = ExperimentOptions(1000 + index);
+  options.photo_count = 3 + dice.Below(8);
+  options.tilt_deg_min = 0;
+  options.tilt_deg_max = dice.Between(0.5, 25);
+  options.distance_ratio = dice.Between(1, 1.5);
+  options.noise_px *= dice.Between(1, 4);
+  options.missed_share = dice.Between(0.1, 0.7);
+  options.sheet_height_mm = dice.Between(0, 6);
+  SyntheticSession session = MakeSession(options);
+  const bool are_ids_misread = dice.Below(2) == 0, has_sheet_moved = dice.Below(3) == 0;
+  const uint32_t sheet = dice.Below(16), from = dice.Below(options.photo_count);
+  const Eigen::Vector2d move(dice.Between(-40, 40), dice.Between(-40, 40));
+  for (uint32_t v = 0; v < options.photo_count; ++v) {
+    for (PointObservation& p : session.input.views[v].points) {
+      if (are_ids_misread && dice.Below(30) == 0) p.id = dice.Below(96);
+      if (has_sheet_moved && v >= from && p.id / 6 == sheet) p.px += move;
+    }
+  }
+  return session;
+}
+
 double LargestDistortionError(const CameraModel& model, const CameraModel& truth) {
   double largest = 0;
   for (int row = 0; row <= 12; ++row) {

@@ -44,6 +44,10 @@ SyntheticSession MakeSession(const SessionOptions& options);
 // photos, mild to strong distortion of either sign, noise of 0.05 to 0.3 px.
 SessionOptions ExperimentOptions(uint32_t index);
 
+// A session as nobody should take it: few photos, little tilt, hardly any change of distance, many markers missed, much
+// noise, and in some a sheet that moved and misread ids. What it leaves open has to be said.
+SyntheticSession MakePoorSession(uint32_t index);
+
 // The largest difference, over a grid of the photo, between the displacements that two models undo; px.
 double LargestDistortionError(const CameraModel& model, const CameraModel& truth);
 

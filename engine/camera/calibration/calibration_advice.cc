@@ -203,16 +203,23 @@ double LargestDistortionSigma(const CameraModel& model, const Eigen::Matrix<doub
   return largest;
 }
 
-double CoveredShare(const Calibration& calibration) {
-  constexpr int kAcross = 8, kDown = 6;
-  std::array<bool, kAcross * kDown> covered{};
+std::vector<bool> CoveredCells(const Calibration& calibration) {
+  std::vector<bool> covered(kCoverageAcross * kCoverageDown);
+  const CameraModel& model = calibration.model;
   for (const CalibrationResidual& r : calibration.residuals) {
     if (!r.is_used) continue;
-    const int column = std::clamp(static_cast<int>((r.px.x() + 0.5) * kAcross / calibration.model.width_px), 0, 7);
-    const int row = std::clamp(static_cast<int>((r.px.y() + 0.5) * kDown / calibration.model.height_px), 0, 5);
-    covered[static_cast<size_t>(row * kAcross + column)] = true;
+    const int column = static_cast<int>((r.px.x() + 0.5) * kCoverageAcross / model.width_px);
+    const int row = static_cast<int>((r.px.y() + 0.5) * kCoverageDown / model.height_px);
+    const int cell =
+        std::clamp(row, 0, kCoverageDown - 1) * kCoverageAcross + std::clamp(column, 0, kCoverageAcross - 1);
+    covered[static_cast<size_t>(cell)] = true;
   }
-  return static_cast<double>(std::count(covered.begin(), covered.end(), true)) / covered.size();
+  return covered;
+}
+
+double CoveredShare(const Calibration& calibration) {
+  const std::vector<bool> covered = CoveredCells(calibration);
+  return static_cast<double>(std::count(covered.begin(), covered.end(), true)) / static_cast<double>(covered.size());
 }
 
 }  // namespace veduta

@@ -16,7 +16,9 @@ std::vector<CalibrationWarning> Advise(const Calibration& calibration);
 // The largest standard deviation, over a grid of the photo, of the displacement that the model undoes; px.
 double LargestDistortionSigma(const CameraModel& model, const Eigen::Matrix<double, 8, 8>& covariance);
 
-// The share of the photo's area that has an observation used nearby: of a grid of 8 x 6 cells, those that hold one.
+// Of a grid of cells over the photo, row by row: whether an observation used lies in it; and the share that has one.
+inline constexpr int kCoverageAcross = 8, kCoverageDown = 6;
+std::vector<bool> CoveredCells(const Calibration& calibration);
 double CoveredShare(const Calibration& calibration);
 
 }  // namespace veduta

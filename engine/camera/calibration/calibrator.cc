@@ -22,8 +22,10 @@ namespace {
 
 constexpr double kFirstLimit = 0.02;          // of the longer side: what the initialisation may be wrong by
 constexpr double kReadmittedLimit = 0.005;    // likewise, of a second chance
+constexpr double kRoundTolerance = 1e-5;      // of an adjustment that another follows
 constexpr double kFocalDifferenceMin = 0.01;  // a photo's own focal length, over the common one
 constexpr double kFocalSigmas = 6;
+constexpr double kOtherCameraErrorMax = 5;    // RMS in sigma of a photo that another focal length explains
 constexpr double kOtherCameraShareMax = 0.3;  // of the photos; more, and nobody knows which camera is meant
 constexpr double kAspectSigmas = 4, kAspectDifferenceMin = 1e-3;
 constexpr double kFocalSigmaMax = 0.05;  // relative: beyond, there is no calibration
@@ -141,7 +143,8 @@ class Calibrator final {
     }
     choice_.why_left_out = other_camera_;
     ChooseObservations(observations_, errors, {options_.photo_points_min, options_.photo_share_min}, &choice_);
-    return Adjust();
+    return Adjust(sigmas > 0 && sigmas <= options_.outlier_sigmas ? options_.adjustment.function_tolerance
+                                                                  : kRoundTolerance);
   }
 
   // Of each observation, whether the last adjustment moved both its photo and its point to where they fit.
@@ -154,10 +157,12 @@ class Calibrator final {
     return settled;
   }
 
-  Status Adjust() {
+  Status Adjust(double tolerance) {
     CompactScene compact = Compact(observations_, choice_, whole_);
     if (compact.views.size() < 3) return TooFewLeft(compact.views.size());
-    VEDUTA_ASSIGN_OR_RETURN(adjustment_, AdjustPlane(compact.observations, options_.adjustment, &compact.scene));
+    PlaneAdjustmentOptions adjustment = options_.adjustment;
+    adjustment.function_tolerance = tolerance;
+    VEDUTA_ASSIGN_OR_RETURN(adjustment_, AdjustPlane(compact.observations, adjustment, &compact.scene));
     Expand(compact, &whole_);
     return Status::Ok();
   }
@@ -171,30 +176,59 @@ class Calibrator final {
     return Status::InvalidArgument(message + "\ndo not move the sheets between the photos, and keep them in focus");
   }
 
-  // One photo at a time, the most conspicuous first, for each bends the focal lengths of all.
+  // The view's own focal length if it is certainly another one.
+  std::optional<ViewFocal> OtherFocal(const std::vector<PlaneObservation>& observations, const PlaneScene& scene,
+                                      uint32_t view) const {
+    const ViewFocal own = EstimateViewFocal(observations, scene, view);
+    const double difference = std::abs(own.focal_px - scene.camera.fx);
+    if (difference < kFocalDifferenceMin * scene.camera.fx || difference < kFocalSigmas * own.sigma_px) return {};
+    if (own.error_sigmas > kOtherCameraErrorMax) return {};  // nor does that one explain it
+    return own;
+  }
+
+  void SetOtherCamera(uint32_t view, const ViewFocal& own) {
+    other_camera_[view] = "taken with another focal length, about " + std::to_string(std::lround(own.focal_px)) +
+                          " px instead of " + std::to_string(std::lround(whole_.camera.fx)) +
+                          " px: another camera or zoom";
+  }
+
+  // One photo at a time, the most conspicuous first, for each bends the focal lengths of all. Then, those that had
+  // fitted so badly that they are out already.
   Status LeaveOutOtherCameras() {
-    const double views = static_cast<double>(input_.views.size());
-    for (uint32_t left_out = 0;; ++left_out) {
+    for (;;) {
       const CompactScene compact = Compact(observations_, choice_, whole_);
-      uint32_t worst = 0;
-      double worst_sigmas = kFocalSigmas;
-      ViewFocal worst_focal;
+      std::optional<ViewFocal> worst;
+      uint32_t worst_view = 0;
       for (uint32_t v = 0; v < compact.views.size(); ++v) {
-        const ViewFocal own = EstimateViewFocal(compact.observations, compact.scene, v);
-        const double difference = std::abs(own.focal_px - whole_.camera.fx);
-        if (difference < kFocalDifferenceMin * whole_.camera.fx || difference / own.sigma_px <= worst_sigmas) continue;
-        worst_sigmas = difference / own.sigma_px;
-        worst_focal = own;
-        worst = compact.views[v];
+        const auto own = OtherFocal(compact.observations, compact.scene, v);
+        const auto sigmas = [&](const ViewFocal& f) { return std::abs(f.focal_px - whole_.camera.fx) / f.sigma_px; };
+        if (own && (!worst || sigmas(*own) > sigmas(*worst))) worst = own, worst_view = compact.views[v];
       }
-      if (worst_sigmas == kFocalSigmas) return Status::Ok();
-      other_camera_[worst] = "taken with another focal length, about " +
-                             std::to_string(std::lround(worst_focal.focal_px)) + " px instead of " +
-                             std::to_string(std::lround(whole_.camera.fx)) + " px: another camera or zoom";
-      if (left_out + 1 > kOtherCameraShareMax * views) return MixedCameras();
+      if (!worst) break;
+      SetOtherCamera(worst_view, *worst);
+      VEDUTA_RETURN_IF_ERROR(CheckNotMixed());
       VEDUTA_RETURN_IF_ERROR(Round(2 * options_.outlier_sigmas));
       VEDUTA_RETURN_IF_ERROR(Round(options_.outlier_sigmas));
     }
+    const CompactScene compact = Compact(observations_, choice_, whole_);
+    std::vector<PlaneObservation> of_known_points;
+    for (const PlaneObservation& o : observations_) {
+      if (std::binary_search(compact.points.begin(), compact.points.end(), o.point)) of_known_points.push_back(o);
+    }
+    PlaceWhatWasLeftOut(observations_, choice_, other_camera_, &whole_);
+    for (uint32_t v = 0; v < input_.views.size(); ++v) {
+      const bool is_out = !choice_.why_left_out[v].empty() && other_camera_[v].empty();
+      if (!is_out || !whole_.cams_from_world[v].translation.allFinite()) continue;
+      if (const auto own = OtherFocal(of_known_points, whole_, v)) SetOtherCamera(v, *own);
+    }
+    return CheckNotMixed();
+  }
+
+  Status CheckNotMixed() const {
+    const auto count =
+        std::count_if(other_camera_.begin(), other_camera_.end(), [](const std::string& why) { return !why.empty(); });
+    const double share = static_cast<double>(count) / static_cast<double>(input_.views.size());
+    return share > kOtherCameraShareMax ? MixedCameras() : Status::Ok();
   }
 
   Status MixedCameras() const {
@@ -225,14 +259,21 @@ class Calibrator final {
 
   Status CheckDetermined() const {
     const double sigma = std::sqrt(adjustment_.covariance(0, 0)) / whole_.camera.fx;
+    CameraModel pinhole = whole_.camera;
+    pinhole.k1 = pinhole.k2 = 0;
+    const bool is_told = adjustment_.is_determined && sigma <= kFocalSigmaMax && CheckCamera(pinhole).ok();
     const Status usable = CheckCamera(whole_.camera);
-    if (adjustment_.is_determined && sigma <= kFocalSigmaMax && usable.ok()) return Status::Ok();
-    std::string why = "the photos leave it open";
-    if (adjustment_.is_determined && sigma > kFocalSigmaMax) {
-      why = "it would be uncertain by " + std::to_string(std::lround(100 * std::min(sigma, 10.))) + " %";
-    } else if (!usable.ok()) {
-      why = "what comes out is no camera (" + usable.message() + ")";
+    if (is_told && usable.ok()) return Status::Ok();
+    if (is_told) {
+      return Status::InvalidArgument("calibration: the distortion cannot be told: what comes out is no camera (" +
+                                     usable.message() +
+                                     "). Photograph the corners: let the sheets fill the photo to "
+                                     "its edges, and see that markers lie in every corner of some photo");
     }
+    const std::string why =
+        adjustment_.is_determined && sigma > kFocalSigmaMax
+            ? "it would be uncertain by " + std::to_string(std::lround(100 * std::min(sigma, 10.))) + " %"
+            : "the photos leave it open";
     return Status::InvalidArgument("calibration: the focal length cannot be told: " + why +
                                    ". Tilt the camera: photos from all sides that look at the sheets at 30 to 50 "
                                    "degrees, beside a few from above; "

@@ -137,9 +137,14 @@ double MedianResidual(ceres::Problem* problem, const std::vector<ceres::Residual
 Result<DistortionEstimate> EstimateDistortion(const std::vector<PlanarView>& views, const DistortionOptions& options,
                                               ViewTree* tree) {
   const InverseDistortion& start = options.start;
-  std::array<double, 4> theta = {start.center.x(), start.center.y(), start.k1, start.k2};
-  std::vector<RowMatrix3> homographies(tree->view_from_parent.begin(), tree->view_from_parent.end());
-  for (RowMatrix3& h : homographies) h /= h.norm();
+  // theta, then a homography a view: in one array, so that nothing depends on addresses.
+  std::vector<double> parameters = {start.center.x(), start.center.y(), start.k1, start.k2};
+  for (const Eigen::Matrix3d& h : tree->view_from_parent) {
+    const RowMatrix3 unit = h / h.norm();
+    parameters.insert(parameters.end(), unit.data(), unit.data() + 9);
+  }
+  double* const theta = parameters.data();
+  const auto homography = [&](uint32_t view) { return theta + 4 + 9 * view; };
 
   ceres::Problem problem;
   std::vector<ceres::ResidualBlockId> blocks;
@@ -153,8 +158,8 @@ Result<DistortionEstimate> EstimateDistortion(const std::vector<PlanarView>& vie
   auto* loss = new ceres::CauchyLoss(options.loss_scale / sigma_mean);
   for (const auto& [i, j] : ChoosePairs(views, *tree, options.extra_pairs)) {
     const std::vector<Step> path = PathBetween(*tree, i, j);
-    std::vector<double*> parameters = {theta.data()};
-    for (const Step& step : path) parameters.push_back(homographies[step.child].data());
+    std::vector<double*> blocks_of_pair = {theta};
+    for (const Step& step : path) blocks_of_pair.push_back(homography(step.child));
     for (const auto& [a, b] : CommonPoints(views[i], views[j])) {
       const double sigma = std::hypot(views[i][a].sigma, views[j][b].sigma);
       auto* cost = new ceres::DynamicAutoDiffCostFunction<TransferCost, 7>(
@@ -162,15 +167,15 @@ Result<DistortionEstimate> EstimateDistortion(const std::vector<PlanarView>& vie
       cost->AddParameterBlock(4);
       for (size_t s = 0; s < path.size(); ++s) cost->AddParameterBlock(9);
       cost->SetNumResiduals(2);
-      blocks.push_back(problem.AddResidualBlock(cost, loss, parameters));
+      blocks.push_back(problem.AddResidualBlock(cost, loss, blocks_of_pair));
       sigmas.push_back(sigma);
     }
   }
   problem.AddResidualBlock(new ceres::AutoDiffCostFunction<ThetaPrior, 4, 4>(
                                new ThetaPrior{options.center_sigma, options.coefficient_sigma}),
-                           nullptr, theta.data());
+                           nullptr, theta);
   for (const uint32_t v : tree->order) {
-    if (v != tree->root) problem.SetManifold(homographies[v].data(), new ceres::SphereManifold<9>());
+    if (v != tree->root) problem.SetManifold(homography(v), new ceres::SphereManifold<9>());
   }
 
   ceres::Solver::Options solver;
@@ -187,7 +192,7 @@ Result<DistortionEstimate> EstimateDistortion(const std::vector<PlanarView>& vie
   estimate.distortion = {{theta[0], theta[1]}, theta[2], theta[3]};
   estimate.residual_median = MedianResidual(&problem, blocks, sigmas);
   for (const uint32_t v : tree->order) {
-    if (v != tree->root) tree->view_from_parent[v] = homographies[v];
+    if (v != tree->root) tree->view_from_parent[v] = Eigen::Map<const RowMatrix3>(homography(v));
   }
   return estimate;
 }

@@ -13,8 +13,6 @@
 namespace veduta {
 namespace {
 
-using Lens = std::array<double, kLensSize>;
-
 // height / sigma, over a point [3].
 struct HeightPrior {
   double sigma;
@@ -70,18 +68,19 @@ class Adjuster final {
     solver.linear_solver_ordering = Ordering();
     solver.num_threads = 1;
     solver.max_num_iterations = static_cast<int>(options_.iterations_max);
-    solver.function_tolerance = 1e-10;
+    solver.function_tolerance = options_.function_tolerance;
     solver.logging_type = ceres::SILENT;
     ceres::Solver::Summary summary;
     ceres::Solve(solver, &problem_, &summary);
     if (!summary.IsSolutionUsable()) {
       return Status::InvalidArgument("calibration: the final adjustment failed: " + summary.message);
     }
-    for (size_t v = 0; v < rotations_.size(); ++v) {
-      scene_->cams_from_world[v] = {Eigen::Quaterniond(rotations_[v]).normalized(), translations_[v]};
+    for (size_t v = 0; v < scene_->cams_from_world.size(); ++v) {
+      const Eigen::Quaterniond rotation(Rotation(v));
+      scene_->cams_from_world[v] = {rotation.normalized(), Eigen::Vector3d(Rotation(v) + 4)};
     }
-    scene_->camera = WithIntrinsics(
-        scene_->camera, {lens_[0], lens_[0] * lens_[1], lens_[2], lens_[3], lens_[4], lens_[5], lens_[6], lens_[7]});
+    const double* const l = Lens();
+    scene_->camera = WithIntrinsics(scene_->camera, {l[0], l[0] * l[1], l[2], l[3], l[4], l[5], l[6], l[7]});
     PlaneAdjustment made;
     made.cost = summary.final_cost;
     Finish(&made);
@@ -89,6 +88,9 @@ class Adjuster final {
   }
 
  private:
+  double* Lens() { return cameras_.data(); }
+  double* Rotation(size_t view) { return cameras_.data() + kLensSize + 7 * view; }
+
   static ceres::Problem::Options ProblemOptions() {
     ceres::Problem::Options options;
     options.manifold_ownership = ceres::DO_NOT_TAKE_OWNERSHIP;
@@ -97,17 +99,16 @@ class Adjuster final {
 
   void Build() {
     const CameraModel& c = scene_->camera;
-    lens_ = {c.fx, c.fy / c.fx, c.cx, c.cy, c.k1, c.k2, c.u0, c.v0};
+    cameras_ = {c.fx, c.fy / c.fx, c.cx, c.cy, c.k1, c.k2, c.u0, c.v0};
     for (const Rigid3& pose : scene_->cams_from_world) {
-      rotations_.push_back(pose.rotation.coeffs());
-      translations_.push_back(pose.translation);
+      cameras_.insert(cameras_.end(), pose.rotation.coeffs().begin(), pose.rotation.coeffs().end());
+      cameras_.insert(cameras_.end(), pose.translation.begin(), pose.translation.end());
     }
     auto* loss = new ceres::CauchyLoss(options_.loss_scale);
     for (const PlaneObservation& o : observations_) {
       problem_.AddResidualBlock(new ceres::AutoDiffCostFunction<PlaneReprojectionCost, 2, kLensSize, 4, 3, 3>(
                                     new PlaneReprojectionCost{o.px, o.sigma_px}),
-                                loss, lens_.data(), rotations_[o.view].data(), translations_[o.view].data(),
-                                scene_->points[o.point].data());
+                                loss, Lens(), Rotation(o.view), Rotation(o.view) + 4, scene_->points[o.point].data());
     }
     const double height_sigma = options_.plane_sigma * RmsDistanceFromMean(scene_->points);
     for (Eigen::Vector3d& point : scene_->points) {
@@ -117,14 +118,14 @@ class Adjuster final {
     const double center_sigma_px = options_.distortion_center_sigma * std::max(c.width_px, c.height_px);
     problem_.AddResidualBlock(new ceres::AutoDiffCostFunction<DistortionCenterPrior, 2, kLensSize>(
                                   new DistortionCenterPrior{center_sigma_px}),
-                              nullptr, lens_.data());
+                              nullptr, Lens());
     const auto [first, second] = GaugePoints(scene_->points);
     problem_.SetManifold(scene_->points[first].data(), &height_only_);
     problem_.SetManifold(scene_->points[second].data(), &height_only_);
-    for (Eigen::Vector4d& rotation : rotations_) {
-      if (problem_.HasParameterBlock(rotation.data())) problem_.SetManifold(rotation.data(), &quaternion_);
+    for (size_t v = 0; v < scene_->cams_from_world.size(); ++v) {
+      if (problem_.HasParameterBlock(Rotation(v))) problem_.SetManifold(Rotation(v), &quaternion_);
     }
-    if (!options_.is_aspect_free) problem_.SetManifold(lens_.data(), &held_aspect_);
+    if (!options_.is_aspect_free) problem_.SetManifold(Lens(), &held_aspect_);
   }
 
   std::shared_ptr<ceres::ParameterBlockOrdering> Ordering() {
@@ -136,11 +137,9 @@ class Adjuster final {
 
   // The lens first.
   std::vector<double*> CameraBlocks() {
-    std::vector<double*> blocks = {lens_.data()};
-    for (size_t v = 0; v < rotations_.size(); ++v) {
-      if (!problem_.HasParameterBlock(rotations_[v].data())) continue;
-      blocks.push_back(rotations_[v].data());
-      blocks.push_back(translations_[v].data());
+    std::vector<double*> blocks = {Lens()};
+    for (size_t v = 0; v < scene_->cams_from_world.size(); ++v) {
+      if (problem_.HasParameterBlock(Rotation(v))) blocks.insert(blocks.end(), {Rotation(v), Rotation(v) + 4});
     }
     return blocks;
   }
@@ -153,39 +152,62 @@ class Adjuster final {
     std::vector<double> residuals;
     ceres::CRSMatrix crs;
     if (!problem_.Evaluate(evaluate, nullptr, &residuals, nullptr, &crs)) return;
+    // By the observations alone: the priors are not made of noise.
+    const size_t observed = 2 * observations_.size();
     double sum = 0;
-    for (const double r : residuals) sum += r * r;
+    for (size_t i = 0; i < observed; ++i) sum += residuals[i] * residuals[i];
     for (size_t i = 0; i < observations_.size(); ++i) {  // residual blocks come in the order they were added
       made->residuals_px.push_back(observations_[i].sigma_px * Eigen::Vector2d(residuals[2 * i], residuals[2 * i + 1]));
     }
-    const double freedom = std::max(1.0, static_cast<double>(residuals.size()) - crs.num_cols);
+    const double freedom = std::max(1.0, static_cast<double>(observed) - crs.num_cols);
+    made->freedom_share = freedom / static_cast<double>(std::max<size_t>(observed, 1));
     made->sigma_scale = std::sqrt(sum / freedom);
 
     const Eigen::Map<const Eigen::SparseMatrix<double, Eigen::RowMajor>> jacobian(
         crs.num_rows, crs.num_cols, static_cast<Eigen::Index>(crs.values.size()), crs.rows.data(), crs.cols.data(),
         crs.values.data());
-    Eigen::MatrixXd normal = Eigen::SparseMatrix<double>(jacobian.transpose() * jacobian);
-    SetCovariance(normal, made);
+    SetCovariance(CameraInformation(jacobian.transpose() * jacobian), made);
   }
 
-  // Of the lens' free parameters from the normal matrix, then of the intrinsics by their derivatives.
-  void SetCovariance(Eigen::MatrixXd normal, PlaneAdjustment* made) const {
-    const Eigen::VectorXd scale = normal.diagonal().cwiseSqrt();
+  // The normal matrix of lens and poses with the points eliminated (Schur's complement). Empty if a point is open.
+  Eigen::MatrixXd CameraInformation(const Eigen::SparseMatrix<double>& normal) {
+    Eigen::Index first = normal.cols();
+    for (Eigen::Vector3d& p : scene_->points) first -= problem_.ParameterBlockTangentSize(p.data());
+    Eigen::MatrixXd information = normal.topLeftCorner(first, first);
+    Eigen::Index at = first;
+    for (Eigen::Vector3d& p : scene_->points) {
+      const Eigen::Index size = problem_.ParameterBlockTangentSize(p.data());
+      const Eigen::MatrixXd own = normal.block(at, at, size, size);
+      const Eigen::SparseMatrix<double> with_cameras = normal.block(0, at, first, size);
+      const Eigen::LLT<Eigen::MatrixXd> llt(own);
+      if (llt.info() != Eigen::Success) return {};
+      const Eigen::SparseMatrix<double> inverse = llt.solve(Eigen::MatrixXd::Identity(size, size)).eval().sparseView();
+      const Eigen::SparseMatrix<double> taken = with_cameras * inverse * with_cameras.transpose();
+      information -= taken;
+      at += size;
+    }
+    return information;
+  }
+
+  // Of the lens' free parameters from the information, then of the intrinsics by their derivatives.
+  void SetCovariance(Eigen::MatrixXd information, PlaneAdjustment* made) const {
+    if (information.size() == 0) return;
+    const Eigen::VectorXd scale = information.diagonal().cwiseMax(0).cwiseSqrt();
     constexpr double kPivotMin = 1e-13;  // of a unit diagonal: below it lies rounding alone
     if (!(scale.minCoeff() > 0)) return;
-    normal = scale.cwiseInverse().asDiagonal() * normal * scale.cwiseInverse().asDiagonal();
-    const Eigen::LDLT<Eigen::MatrixXd> ldlt(normal);
+    information = scale.cwiseInverse().asDiagonal() * information * scale.cwiseInverse().asDiagonal();
+    const Eigen::LDLT<Eigen::MatrixXd> ldlt(information);
     if (ldlt.info() != Eigen::Success || !(ldlt.vectorD().minCoeff() > kPivotMin)) return;
     std::vector<int> free = {0, 1, 2, 3, 4, 5, 6, 7};
     if (!options_.is_aspect_free) free.erase(free.begin() + 1);
     const auto n = static_cast<Eigen::Index>(free.size());
-    const Eigen::MatrixXd inverse = ldlt.solve(Eigen::MatrixXd::Identity(normal.rows(), n)).topRows(n);
+    const Eigen::MatrixXd inverse = ldlt.solve(Eigen::MatrixXd::Identity(information.rows(), n)).topRows(n);
     // fx = f, fy = f * aspect.
     Eigen::MatrixXd intrinsics_by_free = Eigen::MatrixXd::Zero(8, n);
     for (Eigen::Index column = 0; column < n; ++column) {
       const int lens = free[static_cast<size_t>(column)];
-      if (lens == 0) intrinsics_by_free(0, column) = 1, intrinsics_by_free(1, column) = lens_[1];
-      if (lens == 1) intrinsics_by_free(1, column) = lens_[0];
+      if (lens == 0) intrinsics_by_free(0, column) = 1, intrinsics_by_free(1, column) = cameras_[1];
+      if (lens == 1) intrinsics_by_free(1, column) = cameras_[0];
       if (lens >= 2) intrinsics_by_free(lens, column) = 1;
       intrinsics_by_free.col(column) /= scale[column];
     }
@@ -197,9 +219,8 @@ class Adjuster final {
   const std::vector<PlaneObservation>& observations_;
   const PlaneAdjustmentOptions options_;
   PlaneScene* const scene_;
-  Lens lens_{};
-  std::vector<Eigen::Vector4d> rotations_;  // x y z w
-  std::vector<Eigen::Vector3d> translations_;
+  // The lens, then each view's rotation (x y z w) and translation: in one array, for Ceres orders blocks by address.
+  std::vector<double> cameras_;
   ceres::EigenQuaternionManifold quaternion_;
   ceres::SubsetManifold height_only_{3, {0, 1}};
   ceres::SubsetManifold held_aspect_{kLensSize, {1}};

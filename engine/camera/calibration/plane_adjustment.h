@@ -38,12 +38,14 @@ struct PlaneAdjustmentOptions {
                                           // decides only where a lens distorts so little that the photos cannot
   double loss_scale = 2.5;                // > 0, in sigma; Cauchy's loss
   uint32_t iterations_max = 100;
+  double function_tolerance = 1e-10;  // > 0; relative
 };
 
 struct PlaneAdjustment {
   Eigen::Matrix<double, 8, 8> covariance = Eigen::Matrix<double, 8, 8>::Zero();  // of kIntrinsicNames; px
   bool is_determined = false;  // false: the covariance means nothing, the observations leave an intrinsic open
   std::vector<Eigen::Vector2d> residuals_px;  // one an observation: projected - observed
+  double freedom_share = 1;                   // degrees of freedom left, over the number of observed coordinates; > 0
   double sigma_scale = 1;  // what the observations' sigmas are to be multiplied with to explain the residuals
   double cost = 0;         // half the sum of squares, in sigma, with the loss
 };
@@ -52,8 +54,8 @@ struct PlaneAdjustment {
 // held by the plane's prior and by two points far apart whose x and y stay; their heights are free.
 //
 // Every view and point needs an observation; views and points without one make it undetermined. The covariance is that
-// of the least squares without the loss, times sigma_scale^2. One thread: repeatable. O(iterations * observations) and,
-// for the covariance, O((6 views + 3 points)^3). kInvalidArgument if there are fewer than 2 points or the solver fails.
+// of the least squares without the loss, times sigma_scale^2. One thread: repeatable. O(iterations * (observations +
+// points * (views that see one)^2 + views^3)). kInvalidArgument if there are fewer than 2 points or the solver fails.
 Result<PlaneAdjustment> AdjustPlane(const std::vector<PlaneObservation>& observations,
                                     const PlaneAdjustmentOptions& options, PlaneScene* scene);
 

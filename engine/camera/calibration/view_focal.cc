@@ -12,22 +12,27 @@
 
 namespace veduta {
 
+namespace {
+constexpr double kLossScale = 3;  // in sigma
+}
+
 ViewFocal EstimateViewFocal(const std::vector<PlaneObservation>& observations, const PlaneScene& scene, uint32_t view) {
   const CameraModel& c = scene.camera;
   std::array<double, kLensSize> lens = {c.fx, c.fy / c.fx, c.cx, c.cy, c.k1, c.k2, c.u0, c.v0};
   Eigen::Vector4d rotation = scene.cams_from_world[view].rotation.coeffs();
   Eigen::Vector3d translation = scene.cams_from_world[view].translation;
+  auto* loss = new ceres::CauchyLoss(kLossScale);
   std::vector<Eigen::Vector3d> points = scene.points;  // held, but Ceres wants them writable
   ceres::Problem problem;
   for (const PlaneObservation& o : observations) {
     if (o.view != view) continue;
     problem.AddResidualBlock(new ceres::AutoDiffCostFunction<PlaneReprojectionCost, 2, kLensSize, 4, 3, 3>(
                                  new PlaneReprojectionCost{o.px, o.sigma_px}),
-                             nullptr, lens.data(), rotation.data(), translation.data(), points[o.point].data());
+                             loss, lens.data(), rotation.data(), translation.data(), points[o.point].data());
     problem.SetParameterBlockConstant(points[o.point].data());
   }
   ViewFocal estimate{c.fx, std::numeric_limits<double>::infinity()};
-  if (problem.NumResiduals() < 8) return estimate;
+  if (problem.NumResiduals() < 10) return estimate;
   problem.SetManifold(lens.data(), new ceres::SubsetManifold(kLensSize, {1, 2, 3, 4, 5, 6, 7}));
   problem.SetManifold(rotation.data(), new ceres::EigenQuaternionManifold());
   ceres::Solver::Options options;
@@ -49,6 +54,7 @@ ViewFocal EstimateViewFocal(const std::vector<PlaneObservation>& observations, c
   const Eigen::FullPivLU<Eigen::MatrixXd> lu(dense.transpose() * dense);
   if (!lu.isInvertible()) return estimate;
   const double variance = 2 * summary.final_cost / (problem.NumResiduals() - 7);
+  estimate.error_sigmas = std::sqrt(variance);
   estimate.focal_px = lens[0];
   estimate.sigma_px = std::sqrt(variance * lu.inverse()(0, 0));
   return estimate;
