@@ -55,9 +55,9 @@ TEST(FloorPhoto, ShowsTheCornerWhereTheTruthSays) {
   for (const FloorCamera& camera : SessionCameras(options, floor.extent_m()).value()) {
     const cv::Mat photo = RenderFloorPhoto(floor, camera, options.photo).value();
     for (const MarkerTruth& truth : TrueMarkers(floor, camera)) {
-      if (!truth.is_whole || truth.diameter_px < 24) continue;
-      // Going round the corner at a fifth of the radius, ink and paper change places four times.
-      const double radius_px = 0.1 * truth.diameter_px * std::cos(truth.tilt_deg * M_PI / 180);
+      if (!truth.is_whole || truth.diameter_px < 40) continue;
+      // Going round the corner at three tenths of the radius, ink and paper change places four times.
+      const double radius_px = 0.15 * truth.diameter_px * std::cos(truth.tilt_deg * M_PI / 180);
       int changes = 0;
       bool was_dark = false;
       for (int i = 0; i <= 72; ++i) {
@@ -72,7 +72,7 @@ TEST(FloorPhoto, ShowsTheCornerWhereTheTruthSays) {
       ++seen;
     }
   }
-  EXPECT_GT(seen, 20);
+  EXPECT_GE(seen, 6);
 }
 
 TEST(FloorPhoto, CoversAreKnownToTheTruth) {

@@ -19,7 +19,8 @@ struct Setting {
   double diameter_px = 80, tilt_deg = 30;
   FloorPhotoOptions photo;
   Flooring flooring = Flooring::kWood;
-  double cover = 0;  // part of every ring that something lies on
+  bool is_scattered = false;  // with floor between the sheets
+  double cover = 0;           // part of every ring that something lies on
   int jpeg_quality = 90;
 };
 
@@ -57,7 +58,7 @@ std::vector<Cover> CoversOf(const Floor& floor, double part) {
 
 void Measure(const Setting& setting, uint32_t photos) {
   FloorOptions options;
-  options.is_scattered = false;
+  options.is_scattered = setting.is_scattered;
   options.flooring = setting.flooring;
   const Floor bare = Floor::Build(options).value();
   options.covers = CoversOf(bare, setting.cover);
@@ -134,7 +135,11 @@ int RunSweep(uint32_t photos, const std::string& only) {
     add("exposure", exposure, [&](Setting* s) { s->photo.exposure = exposure; });
   }
   for (int i = 0; i < 4; ++i) {
-    add(FlooringNames()[i].data(), 0, [&](Setting* s) { s->flooring = static_cast<Flooring>(i); });
+    add(FlooringNames()[i].data(), 0, [&](Setting* s) {
+      s->flooring = static_cast<Flooring>(i);
+      s->is_scattered = true;
+      s->diameter_px = 50;
+    });
   }
   for (const Setting& setting : settings) {
     if (setting.label.starts_with(only)) Measure(setting, photos);
