@@ -14,7 +14,8 @@ namespace veduta::floor {
 namespace {
 
 constexpr int kNodeStepPx = 4;
-constexpr float kEdge = 0.02f;  // of the light; neighbours that differ by more are looked at closely
+constexpr float kEdge =
+    0.07f;  // of the light, more than the grain of wood: neighbours so different are looked at closely
 constexpr int kSamplesPerSide = 5;
 
 // Rays of pixels and of places between them: exact at nodes 4 px apart, bilinear between, which is right to 1e-3 px.
