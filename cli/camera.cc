@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // veduta camera add DB NAME --size WxH --params fx,fy,cx,cy[,k1,k2[,u0,v0]]
+// veduta camera add DB NAME --from FILE [--id N]
 // veduta camera list DB
+#include "cli/calibration/camera_file.h"
 #include "cli/command.h"
 #include "engine/camera/camera_text.h"
 
@@ -8,19 +10,30 @@ namespace veduta {
 namespace {
 
 struct CameraArguments {
-  std::string db, name, size, params;
+  std::string db, name, size, params, from;
+  std::optional<uint32_t> id;
   bool json = false;
 };
 
+Result<CameraFromFile> CameraOf(const CameraArguments& arguments) {
+  if (!arguments.from.empty()) return ReadCameraFile(arguments.from, arguments.id);
+  VEDUTA_ASSIGN_OR_RETURN(const ImageSize size, ParseSize(arguments.size));
+  VEDUTA_ASSIGN_OR_RETURN(const CameraModel model, ParseCameraParams(arguments.params, size));
+  return CameraFromFile{model, "given on the command line", {}};
+}
+
 int AddCamera(const CameraArguments& arguments) {
-  const Result<ImageSize> size = ParseSize(arguments.size);
-  if (!size.ok()) return Fail(size.status()), kBadUsage;
-  const Result<CameraModel> model = ParseCameraParams(arguments.params, *size);
-  if (!model.ok()) return Fail(model.status()), kBadUsage;
+  if (arguments.from.empty() && (arguments.size.empty() || arguments.params.empty())) {
+    return Fail(Status::InvalidArgument("camera add wants --from FILE, or --size and --params")), kBadUsage;
+  }
+  const auto camera = CameraOf(arguments);
+  if (!camera.ok()) return arguments.from.empty() ? (Fail(camera.status()), kBadUsage) : Fail(camera.status());
   const auto engine = OpenToWrite(arguments.db);
   if (!engine.ok()) return Fail(engine.status());
-  const Result<CameraId> id = (*engine)->AddCamera(arguments.name, *model, "given on the command line");
-  return id.ok() ? kDone : Fail(id.status());
+  const Result<CameraId> id = (*engine)->AddCamera(arguments.name, camera->model, camera->source);
+  if (!id.ok()) return Fail(id.status());
+  for (const std::string& message : camera->messages) std::fprintf(stderr, "veduta: %s\n", message.c_str());
+  return kDone;
 }
 
 int ListCameras(const CameraArguments& arguments) {
@@ -49,11 +62,14 @@ void RegisterCamera(CLI::App* app, int* exit_code) {
   CLI::App* add = camera->add_subcommand("add", "Add a calibrated camera");
   add->add_option("DB", arguments->db, "Database")->required();
   add->add_option("NAME", arguments->name, "Name to give it")->required();
-  add->add_option("--size", arguments->size, "Size of its photos, WxH in px")->required();
-  add->add_option(
-         "--params", arguments->params,
-         "fx,fy,cx,cy[,k1,k2[,u0,v0]]: px (centre of the top-left pixel is 0,0), distortion in normalised coordinates")
-      ->required();
+  CLI::Option* size = add->add_option("--size", arguments->size, "Size of its photos, WxH in px");
+  CLI::Option* params = add->add_option(
+      "--params", arguments->params,
+      "fx,fy,cx,cy[,k1,k2[,u0,v0]]: px (centre of the top-left pixel is 0,0), distortion in normalised coordinates");
+  CLI::Option* from = add->add_option(
+      "--from", arguments->from, "File of the camera: from `veduta calibrate`, COLMAP's cameras.txt, or OpenCV's YAML");
+  from->excludes(size)->excludes(params);
+  add->add_option("--id", arguments->id, "Which camera of a cameras.txt with several")->needs(from);
   add->callback([=] { *exit_code = AddCamera(*arguments); });
   CLI::App* list = camera->add_subcommand("list", "List them");
   list->add_option("DB", arguments->db, "Database")->required();

@@ -23,6 +23,8 @@ Result<std::unique_ptr<Engine>> OpenToWrite(const std::string& path, EngineOptio
 // Each adds its command to the app; running it sets *exit_code.
 void RegisterInit(CLI::App* app, int* exit_code);
 void RegisterCamera(CLI::App* app, int* exit_code);
+void RegisterMarkers(CLI::App* app, int* exit_code);
+void RegisterCalibrate(CLI::App* app, int* exit_code);
 void RegisterAdd(CLI::App* app, int* exit_code);
 void RegisterStatus(CLI::App* app, int* exit_code);
 void RegisterShow(CLI::App* app, int* exit_code);

@@ -26,6 +26,8 @@ int main(int argc, char** argv) {
   int exit_code = veduta::kDone;
   veduta::RegisterInit(&app, &exit_code);
   veduta::RegisterCamera(&app, &exit_code);
+  veduta::RegisterMarkers(&app, &exit_code);
+  veduta::RegisterCalibrate(&app, &exit_code);
   veduta::RegisterAdd(&app, &exit_code);
   veduta::RegisterStatus(&app, &exit_code);
   veduta::RegisterShow(&app, &exit_code);

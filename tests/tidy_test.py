@@ -14,7 +14,8 @@ import tempfile
 CODE = ('.h', '.cc', '.cl', '.capnp', '.sh', '.py', '.inc')
 INCLUDERS = ('.h', '.cc', '.cl', '.inc')
 ROOMS = {'storage/base': 0, 'storage': 10, 'index': 20, 'kernels': 20, 'engine/camera': 30, 'engine/features': 30,
-         'engine/matching': 31, 'engine/mapping': 32, 'engine': 33, 'fusion': 40, 'cli': 50}
+         'engine/camera/calibration': 31, 'engine/camera/markers': 32, 'engine/matching': 31, 'engine/mapping': 32,
+         'engine': 33, 'fusion': 40, 'cli': 50}
 LEAVES = ('tests', 'tools')  # they include what they like, and nothing includes them
 TOP_FOLDERS = {'.ci', 'docs', *LEAVES, *(room.split('/')[0] for room in ROOMS)}
 
@@ -22,7 +23,7 @@ TOP_FOLDERS = {'.ci', 'docs', *LEAVES, *(room.split('/')[0] for room in ROOMS)}
 THIRD_PARTY = {
     'rocksdb': ('storage', 'tests/engine'),  # tests of the engine stand on the file system that fails
     'opengv': ('engine/matching', 'engine/mapping'),
-    'ceres': ('engine/mapping',),
+    'ceres': ('engine/mapping', 'engine/camera/calibration', 'engine/camera/markers'),
     'embree3': ('fusion', 'tools/street'),
     'capnp': ('storage', 'cli'),
     'kj': ('storage', 'cli'),

@@ -47,9 +47,10 @@ class Usage(Case):
     def test_help_names_every_command(self):
         listed = must('--help')
         for command in ('init', 'camera', 'add', 'status', 'show', 'neighbors', 'pose', 'export', 'verify', 'digest',
-                        'vocabulary', 'journal', 'backup'):
+                        'vocabulary', 'journal', 'backup', 'calibrate'):
             self.assertRegex(listed, rf'(?m)^  {command} ')
-            self.assertIn('DB' if command not in ('camera', 'vocabulary') else 'SUBCOMMAND', must(command, '--help'))
+            wanted = {'camera': 'SUBCOMMAND', 'vocabulary': 'SUBCOMMAND', 'calibrate': '--points'}.get(command, 'DB')
+            self.assertIn(wanted, must(command, '--help'))
         self.assertRegex(must('--version'), r'^\d+\.\d+\.\d+\n$')
 
     def test_init_again_changes_nothing(self):

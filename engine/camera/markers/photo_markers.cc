@@ -1,0 +1,177 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "engine/camera/markers/photo_markers.h"
+
+#include <algorithm>
+#include <cerrno>
+#include <cstring>
+#include <filesystem>
+#include <fstream>
+#include <iterator>
+#include <map>
+#include <mutex>
+#include <optional>
+#include <set>
+#include <sstream>
+
+#include "engine/camera/orientation.h"
+
+namespace veduta {
+namespace {
+
+namespace fs = std::filesystem;
+
+std::optional<std::vector<uint8_t>> ReadFile(const std::string& path, uint64_t size_bytes_max, std::string* detail) {
+  std::error_code error;
+  if (fs::is_directory(path, error)) {
+    *detail = "it is a folder";
+    return std::nullopt;
+  }
+  std::ifstream file(path, std::ios::binary);
+  if (!file) {
+    *detail = std::string("it cannot be read: ") + std::strerror(errno);
+    return std::nullopt;
+  }
+  const uint64_t size = fs::file_size(path, error);
+  if (!error && size > size_bytes_max) {
+    *detail =
+        "the file has " + std::to_string(size) + " bytes; at most " + std::to_string(size_bytes_max) + " are taken";
+    return std::nullopt;
+  }
+  return std::vector<uint8_t>(std::istreambuf_iterator<char>(file), {});
+}
+
+std::vector<PhotoNote> MakeNotes(const std::vector<std::string>& paths) {
+  std::vector<PhotoNote> notes;
+  std::set<std::string> seen;
+  std::map<std::string, int> name_counts;
+  for (const std::string& path : paths) {
+    if (!seen.insert(path).second) continue;
+    PhotoNote note;
+    note.path = path;
+    note.name = fs::path(path).filename().string();
+    ++name_counts[note.name];
+    notes.push_back(std::move(note));
+  }
+  for (PhotoNote& note : notes) {
+    if (name_counts[note.name] > 1) note.name = note.path;
+  }
+  return notes;
+}
+
+struct Sizes {
+  ImageSize upright, stored;
+};
+
+// The size that most photos have one way or the other; upright before stored, the larger before the smaller.
+ImageSize CommonSize(const std::vector<Sizes>& sizes) {
+  ImageSize best;
+  size_t best_count = 0;
+  for (const bool is_upright : {true, false}) {
+    for (const Sizes& candidate : sizes) {
+      const ImageSize size = is_upright ? candidate.upright : candidate.stored;
+      if (size.empty()) continue;
+      const size_t count = static_cast<size_t>(std::count_if(
+          sizes.begin(), sizes.end(), [&](const Sizes& s) { return s.upright == size || s.stored == size; }));
+      const bool is_larger = size.pixel_count() > best.pixel_count();
+      if (count > best_count || (count == best_count && is_larger)) {
+        best = size;
+        best_count = count;
+      }
+    }
+  }
+  return best;
+}
+
+double Median(std::vector<double> values) {
+  if (values.empty()) return 0;
+  const auto middle = values.begin() + static_cast<ptrdiff_t>(values.size() / 2);
+  std::nth_element(values.begin(), middle, values.end());
+  return *middle;
+}
+
+std::string TooFewText(size_t count, const PhotoMarkersOptions& options) {
+  std::ostringstream text;
+  text << (count == 0   ? "no marker"
+           : count == 1 ? "only 1 marker"
+                        : "only " + std::to_string(count) + " markers")
+       << " found, " << options.marker_count_min
+       << " are needed: photograph more of the sheets, in focus, with markers at least 25 px across";
+  return text.str();
+}
+
+// One photo of the size agreed on: its view, or a note that says why not.
+void DetectInPhoto(ImageSize size, const PhotoMarkersOptions& options, PhotoNote* note, ViewObservations* view) {
+  const auto bytes = ReadFile(note->path, options.decode.size_bytes_max, &note->detail);
+  if (!bytes) return;
+  const DecodedPhoto photo = DecodePhoto(*bytes, options.decode, size);
+  if (photo.outcome != DecodeOutcome::kDecoded) {
+    note->use = photo.outcome == DecodeOutcome::kWrongSize ? PhotoUse::kOtherSize : PhotoUse::kUnreadable;
+    note->detail = photo.outcome == DecodeOutcome::kWrongSize
+                       ? "it has " + photo.upright_size.Text() + " px, most photos " + size.Text() +
+                             ": another camera, or it was cropped or made smaller"
+                       : photo.detail;
+    return;
+  }
+  const Result<MarkerSearch> search = DetectMarkers(photo.gray, options.markers);
+  VEDUTA_CHECK(search.ok(), search.status().message());  // the options have been checked, and the photo is grey
+  note->ambiguous = search->ambiguous;
+  note->marker_count = static_cast<uint32_t>(search->markers.size());
+  std::vector<double> blurs;
+  for (const MarkerDetection& marker : search->markers) blurs.push_back(marker.blur_px);
+  note->blur_px = Median(std::move(blurs));
+  if (note->marker_count < options.marker_count_min) {
+    note->use = PhotoUse::kTooFewMarkers;
+    note->detail = TooFewText(note->marker_count, options);
+    return;
+  }
+  note->use = PhotoUse::kUsed;
+  view->name = note->name;
+  view->size = size;
+  for (const MarkerDetection& marker : search->markers) {
+    view->points.push_back({marker.id, marker.center_px, marker.SigmaPx()});
+  }
+}
+
+}  // namespace
+
+Status PhotoMarkersOptions::Check() const {
+  VEDUTA_RETURN_IF_ERROR(markers.Check());
+  VEDUTA_RETURN_IF_ERROR(decode.Check());
+  if (marker_count_min < 1) return Status::InvalidArgument("marker_count_min = 0 is not at least 1");
+  return Status::Ok();
+}
+
+Result<PhotoMarkers> DetectInPhotos(const std::vector<std::string>& paths, const PhotoMarkersOptions& options,
+                                    ThreadPool* pool, const std::function<void(size_t)>& progress) {
+  VEDUTA_RETURN_IF_ERROR(options.Check());
+  if (paths.empty()) return Status::InvalidArgument("no photos are given");
+  PhotoMarkers result;
+  result.notes = MakeNotes(paths);
+  const size_t count = result.notes.size();
+  // The size has to be known before a photo is decoded one way round or the other; headers are cheap.
+  std::vector<Sizes> sizes(count);
+  pool->ParallelFor(count, [&](size_t i) {
+    std::string detail;
+    const auto bytes = ReadFile(result.notes[i].path, options.decode.size_bytes_max, &detail);
+    if (!bytes) return;
+    const PhotoHeader header = ReadPhotoHeader(*bytes);
+    if (header.outcome != HeaderOutcome::kRead) return;
+    sizes[i] = {UprightSize(header.stored_size, header.orientation), header.stored_size};
+  });
+  result.size = CommonSize(sizes);
+  std::vector<ViewObservations> views(count);
+  std::mutex mutex;
+  size_t done = 0;
+  pool->ParallelFor(count, [&](size_t i) {
+    DetectInPhoto(result.size, options, &result.notes[i], &views[i]);
+    const std::lock_guard lock(mutex);
+    ++done;
+    if (progress) progress(done);
+  });
+  for (size_t i = 0; i < count; ++i) {
+    if (result.notes[i].use == PhotoUse::kUsed) result.input.views.push_back(std::move(views[i]));
+  }
+  return result;
+}
+
+}  // namespace veduta

@@ -1,0 +1,58 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+// From photo files to what a calibration starts from.
+
+#include <functional>
+#include <string>
+#include <vector>
+
+#include "engine/camera/calibration/observations.h"
+#include "engine/camera/markers/detector.h"
+#include "engine/camera/photo_decoder.h"
+#include "storage/base/thread_pool.h"
+
+namespace veduta {
+
+enum class PhotoUse : uint8_t {
+  kUsed,
+  kUnreadable,     // no such file, not a photo, or damaged
+  kOtherSize,      // not of the size that most photos have: another camera, a crop, or a zoomed copy
+  kTooFewMarkers,  // fewer than a photo needs to say anything
+};
+
+struct PhotoNote {
+  std::string name;  // in CalibrationInput
+  std::string path;
+  PhotoUse use = PhotoUse::kUnreadable;
+  std::string detail;               // why not kUsed, for a person; else empty
+  uint32_t marker_count = 0;        // found and taken
+  std::vector<MarkerId> ambiguous;  // seen twice in this photo and left out
+  double blur_px = 0;               // median sigma of the markers' edges; over 2 or so the photo is not sharp
+};
+
+struct PhotoMarkersOptions {
+  MarkerOptions markers;
+  DecodeLimits decode;
+  uint32_t marker_count_min = 5;  // >= 1; a homography has 8 unknowns, 4 points would all fit
+
+  Status Check() const;  // the first violated bound, named with its value
+};
+
+struct PhotoMarkers {
+  CalibrationInput input;        // of the photos used, in the order given
+  std::vector<PhotoNote> notes;  // of every photo, in the order given
+  ImageSize size;                // of the photos used
+};
+
+// Decodes the photos, a photo a thread, and detects their markers. The camera's size is the one that most of the photos
+// have; a photo that was turned by its EXIF orientation and has it as stored is taken as stored, which is how
+// DecodePhoto treats it when it is added to a database. A photo is named by its file's name, or by its path where two
+// files have the same name; the same path twice counts once.
+//
+// progress  called with the number of photos done, one call at a time, from any thread; may be empty.
+// Deterministic in the files and options. kInvalidArgument on bad options, or if there are no photos; what is wrong
+// with a single photo is in its note.
+Result<PhotoMarkers> DetectInPhotos(const std::vector<std::string>& paths, const PhotoMarkersOptions& options,
+                                    ThreadPool* pool, const std::function<void(size_t)>& progress = nullptr);
+
+}  // namespace veduta

@@ -1,0 +1,20 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+// Files for the measurements.
+
+#include <string>
+#include <vector>
+
+#include "engine/camera/photo_decoder.h"
+
+namespace veduta::floor {
+
+std::vector<uint8_t> ReadBytes(const std::string& path);  // empty if it cannot be read
+
+// Decoded as the engine does.
+DecodedPhoto ReadPhoto(const std::string& path);
+
+// Files as they are, folders with all below them; what ends as photos do, in the order of their names.
+std::vector<std::string> PhotosBelow(const std::vector<std::string>& paths);
+
+}  // namespace veduta::floor
