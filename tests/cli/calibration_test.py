@@ -115,10 +115,10 @@ class CameraFrom(Case):
         self.assertEqual(code, 0)
         self.assertRegex(err, r'off by 0\.\d+ px in the mean and \d\.\d+ px at most')
         self.assertIn('warning', err)
-        yaml = points_file('opencv.yml', '%YAML:1.0\n---\nimage_width: 640\nimage_height: 480\ncamera_matrix: '
-                           '!!opencv-matrix\n   rows: 3\n   cols: 3\n   dt: d\n   data: [ 533., 0., 341., 0., 534., '
-                           '232., 0., 0., 1. ]\ndistortion_coefficients: !!opencv-matrix\n   rows: 4\n   cols: 1\n'
-                           '   dt: d\n'
+        yaml = points_file('opencv.yml', '%YAML:1.0\n---\nimage_width: 640\nimage_height: 480\n'
+                           'camera_matrix: !!opencv-matrix\n   rows: 3\n   cols: 3\n   dt: d\n'
+                           '   data: [ 533., 0., 341., 0., 534., 232., 0., 0., 1. ]\n'
+                           'distortion_coefficients: !!opencv-matrix\n   rows: 4\n   cols: 1\n   dt: d\n'
                            '   data: [ -0.28, 0.1, 0., 0. ]\n')
         must('camera', 'add', db, 'c', '--from', yaml)
         self.assertEqual([(c['name'], c['params']) for c in ask('camera', 'list', db) if c['name'] != 'b'],

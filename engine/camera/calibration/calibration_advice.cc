@@ -86,8 +86,8 @@ void AdviseOnPoints(const Calibration& c, Warnings* warnings) {
   const auto number = [](uint32_t id) { return std::to_string(id); };
   if (!moved.empty()) {
     warnings->push_back({CalibrationAdvice::kPointsLeftOut,
-                         "points " + Listed(moved, number) + " were left out of " + Listed(moved_in, name) +
-                             ": they lie elsewhere than in the other photos; was their sheet moved?"});
+                         "left out of " + Listed(moved_in, name) + ": points " + Listed(moved, number) +
+                             ", which lie elsewhere than in the other photos; was their sheet moved?"});
   }
   if (!misread.empty()) {
     warnings->push_back(

@@ -342,7 +342,24 @@ class Calibrator final {
 
 }  // namespace
 
+Status CalibrationOptions::Check() const {
+  if (!(outlier_sigmas > 2)) {
+    return Status::InvalidArgument("calibration option outlier_sigmas must exceed 2, not " +
+                                   std::to_string(outlier_sigmas));
+  }
+  if (photo_points_min < 4) {
+    return Status::InvalidArgument("calibration option photo_points_min must be at least 4, not " +
+                                   std::to_string(photo_points_min));
+  }
+  if (!(photo_share_min > 0 && photo_share_min <= 1)) {
+    return Status::InvalidArgument("calibration option photo_share_min must lie in (0, 1], not " +
+                                   std::to_string(photo_share_min));
+  }
+  return adjustment.Check();
+}
+
 Result<Calibration> CalibrateCamera(const CalibrationInput& input, const CalibrationOptions& options) {
+  VEDUTA_RETURN_IF_ERROR(options.Check());
   return Calibrator(input, options).Run();
 }
 

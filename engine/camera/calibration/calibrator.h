@@ -79,6 +79,8 @@ struct CalibrationOptions {
   uint32_t photo_points_min = 8;  // >= 4; a photo with fewer is left out
   double photo_share_min = 0.5;   // (0, 1]; of a photo's points that must fit
   PlaneAdjustmentOptions adjustment;
+
+  Status Check() const;  // the first violated bound
 };
 
 // Photos of one size (a view of another one is an error that says so: two cameras, or one turned upright). Points that

@@ -4,8 +4,6 @@
 
 #include <Eigen/Core>
 
-#include "storage/records.h"
-
 namespace veduta {
 
 // x_undistorted = c + (x - c)(1 + k1 r^2 + k2 r^4), r = |x - c|; all in ImageUnits. Equation 2 leaves out the first c,

@@ -25,7 +25,7 @@ struct ViewObservations {
 };
 
 struct CalibrationInput {
-  std::vector<ViewObservations> views;  // in any order; the order does not change the answer beyond rounding
+  std::vector<ViewObservations> views;  // in any order
 };
 
 }  // namespace veduta

@@ -245,8 +245,23 @@ CameraModel WithIntrinsics(CameraModel model, const std::array<double, 8>& value
   return model;
 }
 
+Status PlaneAdjustmentOptions::Check() const {
+  for (const auto& [name, value] : {std::pair("plane_sigma", plane_sigma),
+                                    {"distortion_center_sigma", distortion_center_sigma},
+                                    {"loss_scale", loss_scale},
+                                    {"function_tolerance", function_tolerance}}) {
+    if (!(value > 0)) {
+      return Status::InvalidArgument(std::string("adjustment option ") + name + " must be positive, not " +
+                                     std::to_string(value));
+    }
+  }
+  if (iterations_max < 1) return Status::InvalidArgument("adjustment option iterations_max must be at least 1");
+  return Status::Ok();
+}
+
 Result<PlaneAdjustment> AdjustPlane(const std::vector<PlaneObservation>& observations,
                                     const PlaneAdjustmentOptions& options, PlaneScene* scene) {
+  VEDUTA_RETURN_IF_ERROR(options.Check());
   if (scene->points.size() < 2) return Status::InvalidArgument("calibration: fewer than 2 points to adjust");
   return Adjuster(observations, options, scene).Run();
 }

@@ -39,6 +39,8 @@ struct PlaneAdjustmentOptions {
   double loss_scale = 2.5;                // > 0, in sigma; Cauchy's loss
   uint32_t iterations_max = 100;
   double function_tolerance = 1e-10;  // > 0; relative
+
+  Status Check() const;  // the first violated bound
 };
 
 struct PlaneAdjustment {

@@ -254,5 +254,21 @@ TEST(Calibrator, NumbersThatAreNone) {
   EXPECT_FALSE(CalibrateCamera(session.input).ok());
 }
 
+TEST(Calibrator, OptionsOutOfBounds) {
+  const SyntheticSession session = MakeSession({.seed = 16});
+  CalibrationOptions options;
+  options.outlier_sigmas = 1;
+  EXPECT_NE(CalibrateCamera(session.input, options).status().message().find("outlier_sigmas"), std::string::npos);
+  options = {};
+  options.photo_share_min = 1.5;
+  EXPECT_NE(CalibrateCamera(session.input, options).status().message().find("photo_share_min"), std::string::npos);
+  options = {};
+  options.photo_points_min = 3;
+  EXPECT_NE(CalibrateCamera(session.input, options).status().message().find("photo_points_min"), std::string::npos);
+  options = {};
+  options.adjustment.plane_sigma = 0;
+  EXPECT_NE(CalibrateCamera(session.input, options).status().message().find("plane_sigma"), std::string::npos);
+}
+
 }  // namespace
 }  // namespace veduta
