@@ -2,8 +2,8 @@
 # SPDX-License-Identifier: Apache-2.0
 # Goal: `veduta markers` writes sheets that a printer takes, and `veduta calibrate` takes photos of them; both say what
 # they cannot do, and which photo is not sharp.
-# Method: the built binary; PDFs looked at from outside; wrong arguments and a folder that is not there; rendered photos,
-# one of them out of focus and one empty.
+# Method: the built binary; PDFs looked at from outside; wrong arguments and a folder that is not there; rendered
+# photos, one of them out of focus and one empty.
 # usage: tests/cli/markers_test.py VEDUTA VEDUTA_FLOOR
 import json
 import os
