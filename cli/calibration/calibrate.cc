@@ -22,8 +22,14 @@ struct CalibrateArguments {
   bool json = false;
 };
 
-// The markers in the photos; what is wrong with one of them goes to standard error.
-Result<CalibrationInput> ReadPhotos(const CalibrateArguments& arguments, std::string* from) {
+struct Observed {
+  CalibrationInput input;
+  std::string from;                       // how to call it
+  std::vector<CalibrationWarning> notes;  // on single photos
+};
+
+// The markers in the photos; what is wrong with one of them goes to standard error at once.
+Result<Observed> ReadPhotos(const CalibrateArguments& arguments) {
   VEDUTA_ASSIGN_OR_RETURN(const std::vector<ListedPhoto> listed, ListPhotos(arguments.photos));
   std::vector<std::string> paths;
   for (const ListedPhoto& photo : listed) paths.push_back(photo.path);
@@ -31,24 +37,26 @@ Result<CalibrationInput> ReadPhotos(const CalibrateArguments& arguments, std::st
   options.markers.id_count = arguments.marker_count;
   ThreadPool pool(arguments.threads - 1);
   VEDUTA_ASSIGN_OR_RETURN(const PhotoMarkers found, DetectInPhotos(paths, options, &pool));
+  Observed observed = {found.input, std::to_string(found.input.views.size()) + " photos of markers", {}};
   for (const PhotoNote& note : found.notes) {
-    if (note.use != PhotoUse::kUsed) std::fprintf(stderr, "veduta: %s: %s\n", note.name.c_str(), note.detail.c_str());
+    const std::string& text = note.use == PhotoUse::kUsed ? note.advice : note.detail;
+    if (text.empty()) continue;
+    observed.notes.push_back({CalibrationAdvice::kPhotoQuality, note.name + ": " + text});
+    std::fprintf(stderr, "veduta: %s\n", observed.notes.back().text.c_str());
   }
-  *from = std::to_string(found.input.views.size()) + " photos of markers";
   if (found.input.views.empty()) {
     return Status::InvalidArgument(
         "no photo shows enough markers; print them with `veduta markers`, lay them on a "
         "floor and photograph them");
   }
-  return found.input;
+  return observed;
 }
 
-// What to calibrate from, and how to call it.
-Result<CalibrationInput> ReadInput(const CalibrateArguments& arguments, std::string* from) {
-  if (arguments.points.empty()) return ReadPhotos(arguments, from);
-  *from = std::filesystem::path(arguments.points).filename().string();
+Result<Observed> ReadInput(const CalibrateArguments& arguments) {
+  if (arguments.points.empty()) return ReadPhotos(arguments);
   VEDUTA_ASSIGN_OR_RETURN(const std::string text, ReadWholeFile(arguments.points, kJsonFileBytesMax));
-  return ParsePoints(text);
+  VEDUTA_ASSIGN_OR_RETURN(CalibrationInput input, ParsePoints(text));
+  return Observed{std::move(input), std::filesystem::path(arguments.points).filename().string(), {}};
 }
 
 Status Write(const std::string& path, const std::string& text) {
@@ -74,19 +82,19 @@ void Print(const Calibration& c) {
 }
 
 int Calibrate(const CalibrateArguments& arguments) {
-  std::string from;
-  const auto input = ReadInput(arguments, &from);
-  if (!input.ok()) return Fail(input.status());
-  const auto made = CalibrateCamera(*input);
+  const auto observed = ReadInput(arguments);
+  if (!observed.ok()) return Fail(observed.status());
+  auto made = CalibrateCamera(observed->input);
   if (!made.ok()) return Fail(made.status());
-  const std::string camera = CameraFileText(*made, from);
-  if (const Status status = Write(arguments.out, camera); !status.ok()) return Fail(status);
-  if (!arguments.report.empty()) {
-    const Status status = Write(arguments.report, CalibrationReport(*made, from));
-    if (!status.ok()) return Fail(status);
-  }
   for (const CalibrationWarning& w : made->warnings) {
     std::fprintf(stderr, "veduta: %s: %s\n", w.IsNote() ? "note" : "warning", w.text.c_str());
+  }
+  made->warnings.insert(made->warnings.end(), observed->notes.begin(), observed->notes.end());
+  const std::string camera = CameraFileText(*made, observed->from);
+  if (const Status status = Write(arguments.out, camera); !status.ok()) return Fail(status);
+  if (!arguments.report.empty()) {
+    const Status status = Write(arguments.report, CalibrationReport(*made, observed->from));
+    if (!status.ok()) return Fail(status);
   }
   if (arguments.json) {
     std::printf("%s", camera.c_str());

@@ -1,15 +1,17 @@
 // SPDX-License-Identifier: Apache-2.0
-// Synthetic calibration sessions of known truth, points only: how far off the calibration is, beside OpenCV's, which is
-// told where the points lie. Prints a line a session and the figures of all.
-// usage: veduta-calibration-experiment [--sessions N] [--first N] [--no-opencv] [--poor]
+// Synthetic calibration sessions of known truth: how far off the calibration is, beside OpenCV's, which is told where
+// the points lie. Prints a line a session and the figures of all. usage: veduta-calibration-experiment [--sessions N]
+// [--first N] [--no-opencv] [--poor]
+//                                      [--rendered [--threads N] [--keep FOLDER]]
+// Points only, but for --rendered: markers found in rendered photos, which --keep writes.
 // --poor: sessions that leave much open; what counts is that none of them fails silently.
 #include <algorithm>
 #include <chrono>
 #include <cmath>
 #include <cstdio>
 #include <cstdlib>
-#include <cstring>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "engine/camera/calibration/calibrator.h"
@@ -17,6 +19,7 @@
 #include "engine/camera/calibration/focal_search.h"
 #include "engine/camera/calibration/scene_initialization.h"
 #include "tools/calibration/opencv_calibration.h"
+#include "tools/calibration/rendered_session.h"
 #include "tools/calibration/synthetic_session.h"
 
 namespace veduta {
@@ -32,11 +35,26 @@ double MillisecondsSince(std::chrono::steady_clock::time_point start) {
   return std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start).count();
 }
 
+struct Arguments {
+  uint32_t sessions = 100, first = 0, threads = 1;
+  bool with_opencv = true, is_poor = false, is_rendered = false;
+  std::string keep;
+};
+
 struct Figures {
   std::vector<double> focal_errors, opencv_errors, search_ms, calibrate_ms, mean_errors_px, distortion_errors_px,
       focal_errors_in_sigma;
-  uint32_t within_5_percent = 0, refused = 0, warned = 0, silent = 0;
+  uint32_t within_5_percent = 0, refused = 0, warned = 0, silent = 0, photos = 0, useless_photos = 0;
+  std::vector<floor::PhotoOutcome> found;  // of rendered photos
 };
+
+SyntheticSession Render(const Arguments& arguments, uint32_t index, ThreadPool* pool, Figures* figures) {
+  RenderedSession rendered = RenderSession(index, arguments.keep, pool);
+  figures->photos += static_cast<uint32_t>(rendered.found.size());
+  figures->useless_photos += rendered.useless_count;
+  figures->found.insert(figures->found.end(), rendered.found.begin(), rendered.found.end());
+  return std::move(rendered.session);
+}
 
 // The search alone: equations 3 and 4 on what the distortion's estimation leaves, timed.
 void RunSearch(const SyntheticSession& session, Figures* figures) {
@@ -52,13 +70,18 @@ void RunSearch(const SyntheticSession& session, Figures* figures) {
   figures->within_5_percent += std::abs(error) < 0.05;
 }
 
-void RunSession(uint32_t index, bool with_opencv, bool is_poor, Figures* figures) {
-  const SyntheticSession session = is_poor ? MakePoorSession(index) : MakeSession(ExperimentOptions(index));
+double MedianSigmaPx(const CalibrationInput& input) {
+  std::vector<double> sigmas;
+  for (const ViewObservations& view : input.views) {
+    for (const PointObservation& o : view.points) sigmas.push_back(o.sigma_px);
+  }
+  return Quantile(std::move(sigmas), 0.5);
+}
+
+void RunSession(uint32_t index, const SyntheticSession& session, bool with_opencv, Figures* figures) {
   const CameraModel& truth = session.truth;
   std::printf("%3u  f/w %.2f  %2zu photos  noise %.2f  k1 %+.3f  ", index, truth.fx / truth.width_px,
-              session.input.views.size(),
-              session.input.views.front().points.empty() ? 0 : session.input.views.front().points.front().sigma_px,
-              truth.k1);
+              session.input.views.size(), MedianSigmaPx(session.input), truth.k1);
   RunSearch(session, figures);
   const auto start = std::chrono::steady_clock::now();
   const auto made = CalibrateCamera(session.input);
@@ -89,6 +112,7 @@ void RunSession(uint32_t index, bool with_opencv, bool is_poor, Figures* figures
   }
   std::printf("%s%s\n", is_warned ? "  WARNED" : "", is_bad ? "  BAD" : "");
   for (const CalibrationWarning& warning : made->warnings) std::printf("     %s\n", warning.text.c_str());
+  std::fflush(stdout);
 }
 
 void Print(const Figures& f, uint32_t sessions, bool with_opencv) {
@@ -111,30 +135,61 @@ void Print(const Figures& f, uint32_t sessions, bool with_opencv) {
               Quantile(f.search_ms, 0.5), Quantile(f.search_ms, 1));
   std::printf("refused %u, with a warning %u, failed silently %u; median %.0f ms, slowest %.0f\n", f.refused, f.warned,
               f.silent, Quantile(f.calibrate_ms, 0.5), Quantile(f.calibrate_ms, 1));
+  if (f.photos == 0) return;
+  std::vector<double> diameters_px;
+  for (const floor::PhotoOutcome& photo : f.found) {
+    for (const floor::MarkerOutcome& marker : photo.markers) diameters_px.push_back(marker.truth.diameter_px);
+  }
+  std::printf(
+      "photos without use: %u of %u; markers %.0f px across (5th percentile %.0f); found of those whole in view:\n",
+      f.useless_photos, f.photos, Quantile(diameters_px, 0.5), Quantile(diameters_px, 0.05));
+  floor::PrintOutcome("", f.found, std::nan(""));
+}
+
+bool Parse(int argc, char** argv, Arguments* a) {
+  for (int i = 1; i < argc; ++i) {
+    const std::string_view name = argv[i];
+    const bool has_value = i + 1 < argc;
+    if (name == "--no-opencv") {
+      a->with_opencv = false;
+    } else if (name == "--poor") {
+      a->is_poor = true;
+      a->with_opencv = false;  // it takes every id at its word
+    } else if (name == "--rendered") {
+      a->is_rendered = true;
+    } else if (has_value && name == "--keep") {
+      a->keep = argv[++i];
+    } else if (has_value && (name == "--sessions" || name == "--first" || name == "--threads")) {
+      uint32_t* const value = name == "--sessions" ? &a->sessions : name == "--first" ? &a->first : &a->threads;
+      *value = static_cast<uint32_t>(std::atoi(argv[++i]));
+    } else {
+      return false;
+    }
+  }
+  return a->threads >= 1 && a->threads <= 256 && !(a->is_poor && a->is_rendered);
+}
+
+int Run(const Arguments& arguments) {
+  ThreadPool pool(arguments.threads - 1);
+  Figures figures;
+  for (uint32_t i = arguments.first; i < arguments.first + arguments.sessions; ++i) {
+    const SyntheticSession session = arguments.is_rendered ? Render(arguments, i, &pool, &figures)
+                                     : arguments.is_poor   ? MakePoorSession(i)
+                                                           : MakeSession(ExperimentOptions(i));
+    RunSession(i, session, arguments.with_opencv, &figures);
+  }
+  Print(figures, arguments.sessions, arguments.with_opencv);
+  return 0;
 }
 
 }  // namespace
 }  // namespace veduta
 
 int main(int argc, char** argv) {
-  uint32_t sessions = 100, first = 0;
-  bool with_opencv = true, is_poor = false;
-  for (int i = 1; i < argc; ++i) {
-    if (!std::strcmp(argv[i], "--no-opencv")) {
-      with_opencv = false;
-    } else if (!std::strcmp(argv[i], "--poor")) {
-      is_poor = true;
-      with_opencv = false;  // it takes every id at its word
-    } else if (i + 1 < argc && !std::strcmp(argv[i], "--sessions")) {
-      sessions = static_cast<uint32_t>(std::atoi(argv[++i]));
-    } else if (i + 1 < argc && !std::strcmp(argv[i], "--first")) {
-      first = static_cast<uint32_t>(std::atoi(argv[++i]));
-    } else {
-      std::fprintf(stderr, "usage: veduta-calibration-experiment [--sessions N] [--first N] [--no-opencv] [--poor]\n");
-      return 2;
-    }
-  }
-  veduta::Figures figures;
-  for (uint32_t i = 0; i < sessions; ++i) veduta::RunSession(first + i, with_opencv, is_poor, &figures);
-  veduta::Print(figures, sessions, with_opencv);
+  veduta::Arguments arguments;
+  if (veduta::Parse(argc, argv, &arguments)) return veduta::Run(arguments);
+  std::fprintf(stderr,
+               "usage: veduta-calibration-experiment [--sessions N] [--first N] [--no-opencv] "
+               "[--poor | --rendered [--threads N] [--keep FOLDER]]\n");
+  return 2;
 }

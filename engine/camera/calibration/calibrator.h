@@ -22,6 +22,7 @@ enum class CalibrationStatus : uint8_t {
 };
 
 enum class CalibrationAdvice : uint8_t {
+  kPhotoQuality,    // a note of whoever looked at the photo itself: not sharp, of no use
   kPhotoLeftOut,    // a note: what the others say is not touched
   kPointsLeftOut,   // likewise
   kFewPhotos,       // a warning from here on

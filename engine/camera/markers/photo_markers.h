@@ -27,7 +27,9 @@ struct PhotoNote {
   std::string detail;               // why not kUsed, for a person; else empty
   uint32_t marker_count = 0;        // found and taken
   std::vector<MarkerId> ambiguous;  // seen twice in this photo and left out
-  double blur_px = 0;               // median sigma of the markers' edges; over 2 or so the photo is not sharp
+  double blur_px = 0;               // median sigma of the markers' edges
+  double blur_share = 0;            // the same over the marker's diameter, the root of width times height
+  std::string advice;               // what a photo that was used could do better, for a person; may be empty
 };
 
 struct PhotoMarkersOptions {

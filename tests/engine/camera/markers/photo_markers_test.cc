@@ -99,6 +99,32 @@ TEST_F(PhotoMarkersTest, EachPhotoIsUsedOrHasAReason) {
   }
 }
 
+TEST_F(PhotoMarkersTest, SaysWhatAPhotoCouldDoBetter) {
+  floor::FloorOptions options;
+  options.marker_count = 12;
+  options.is_scattered = false;
+  floor::FloorPhotoOptions soft, blurred;
+  soft.blur_sigma_px = 1.2;
+  blurred.blur_sigma_px = 2.6;
+  const CameraModel model = testing::FloorCameraModel(480, 360);
+  const cv::Mat softened = TakeFloorView(options, 60, 15, soft, model).gray;
+  cv::Mat twice;  // the same sheets at two places
+  cv::hconcat(view_.gray(cv::Rect(0, 0, 240, 360)), view_.gray(cv::Rect(0, 0, 240, 360)), twice);
+  const std::vector<std::string> paths = {
+      Write("sharp.jpg", jpeg_), Write("soft.jpg", EncodeGrayJpeg(softened)), Write("twice.jpg", EncodeGrayJpeg(twice)),
+      Write("blurred.jpg", EncodeGrayJpeg(TakeFloorView(options, 60, 15, blurred, model).gray))};
+  ThreadPool none(0);
+  const PhotoMarkers result = DetectInPhotos(paths, {}, &none).value();
+  ASSERT_EQ(result.input.views.size(), 3u);
+  EXPECT_EQ(result.notes[0].advice, "");
+  EXPECT_EQ(result.notes[1].advice, "") << "soft, but all its markers are found";
+  EXPECT_EQ(result.notes[2].use, PhotoUse::kTooFewMarkers);
+  EXPECT_NE(result.notes[2].detail.find("seen twice: "), std::string::npos) << result.notes[2].detail;
+  EXPECT_NE(result.notes[3].advice.find("out of focus"), std::string::npos) << result.notes[3].blur_share;
+  EXPECT_NEAR(result.notes[3].blur_px, 2.6, 0.3);
+  EXPECT_NEAR(result.notes[3].blur_share, 2.6 / 60, 0.01);
+}
+
 TEST_F(PhotoMarkersTest, RefusesNothingAndBadOptions) {
   ThreadPool pool(0);
   EXPECT_EQ(DetectInPhotos({}, {}, &pool).status().code(), StatusCode::kInvalidArgument);
