@@ -143,7 +143,7 @@ void Print(const Figures& f, uint32_t sessions, bool with_opencv) {
   std::printf(
       "photos without use: %u of %u; markers %.0f px across (5th percentile %.0f); found of those whole in view:\n",
       f.useless_photos, f.photos, Quantile(diameters_px, 0.5), Quantile(diameters_px, 0.05));
-  floor::PrintOutcome("", f.found, std::nan(""));
+  floor::PrintOutcome("", f.found, std::nullopt);
 }
 
 bool Parse(int argc, char** argv, Arguments* a) {

@@ -2,6 +2,7 @@
 #pragma once
 // The measurements of veduta-marker-bench, a function a command. They print to standard output.
 
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -30,8 +31,8 @@ PhotoOutcome Compare(const std::vector<MarkerTruth>& truths, const std::vector<M
 
 double Percentile(std::vector<double> values, double part);  // NaN of none
 
-// One line: rate over markers that are whole and uncovered, errors, sigma, wrong ids; ms of a core a photo.
-void PrintOutcome(const std::string& label, const std::vector<PhotoOutcome>& outcomes, double seconds);
+// One line: rate over markers that are whole and uncovered, errors, sigma, wrong ids; ms of a core a photo where `seconds` are given.
+void PrintOutcome(const std::string& label, const std::vector<PhotoOutcome>& outcomes, std::optional<double> seconds);
 
 // Each returns the exit code.
 int RunSession(const std::string& folder);               // of veduta-floor

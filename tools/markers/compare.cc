@@ -60,7 +60,7 @@ double Percentile(std::vector<double> values, double part) {
   return values[std::min(values.size() - 1, static_cast<size_t>(part * static_cast<double>(values.size())))];
 }
 
-void PrintOutcome(const std::string& label, const std::vector<PhotoOutcome>& outcomes, double seconds) {
+void PrintOutcome(const std::string& label, const std::vector<PhotoOutcome>& outcomes, std::optional<double> seconds) {
   int whole = 0, whole_found = 0, found = 0, wrong = 0;
   std::vector<double> errors, ellipse_errors, sigmas, squares;
   for (const PhotoOutcome& outcome : outcomes) {
@@ -80,11 +80,13 @@ void PrintOutcome(const std::string& label, const std::vector<PhotoOutcome>& out
   // Of two degrees of freedom the median of the squared error is 2 ln 2 = 1.386 and the 95th percentile 5.99.
   std::printf(
       "%-26s %5d/%-5d %5.1f%% %5d found %3d wrong | error %.4f %.4f | ellipse %.3f %.3f | sigma %.4f | "
-      "chi2/expected %.2f %.2f | %.0f ms\n",
+      "chi2/expected %.2f %.2f",
       label.c_str(), whole_found, whole, 100.0 * whole_found / std::max(whole, 1), found, wrong,
       Percentile(errors, 0.5), Percentile(errors, 0.95), Percentile(ellipse_errors, 0.5),
       Percentile(ellipse_errors, 0.95), Percentile(sigmas, 0.5), Percentile(squares, 0.5) / 1.386,
-      Percentile(squares, 0.95) / 5.991, 1e3 * seconds / std::max<size_t>(outcomes.size(), 1));
+      Percentile(squares, 0.95) / 5.991);
+  if (seconds) std::printf(" | %.0f ms", 1e3 * *seconds / std::max<double>(static_cast<double>(outcomes.size()), 1));
+  std::printf("\n");
   std::fflush(stdout);
 }
 

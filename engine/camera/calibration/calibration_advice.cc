@@ -85,9 +85,10 @@ void AdviseOnPoints(const Calibration& c, Warnings* warnings) {
   const auto name = [&](uint32_t photo) { return c.photos[photo].name; };
   const auto number = [](uint32_t id) { return std::to_string(id); };
   if (!moved.empty()) {
-    warnings->push_back({CalibrationAdvice::kPointsLeftOut,
-                         "left out of " + Listed(moved_in, name) + ": points " + Listed(moved, number) +
-                             ", which lie elsewhere than in the other photos; was their sheet moved?"});
+    warnings->push_back(
+        {CalibrationAdvice::kPointsLeftOut,
+         "left out of " + Listed(moved_in, name) + ": points " + Listed(moved, number) +
+             ", which lie elsewhere than in the other photos; was their sheet moved, or does something cover them?"});
   }
   if (!misread.empty()) {
     warnings->push_back(
