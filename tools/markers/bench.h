@@ -31,7 +31,7 @@ PhotoOutcome Compare(const std::vector<MarkerTruth>& truths, const std::vector<M
 
 double Percentile(std::vector<double> values, double part);  // NaN of none
 
-// One line: rate over markers that are whole and uncovered, errors, sigma, wrong ids; ms of a core a photo, where timed.
+// One line: rate over markers that are whole and uncovered, errors, sigma, wrong ids; ms of a core a photo if timed.
 void PrintOutcome(const std::string& label, const std::vector<PhotoOutcome>& outcomes, std::optional<double> seconds);
 
 // Each returns the exit code.
