@@ -3,6 +3,7 @@
 // Method: the photo's grey values at places where truth and pattern say ink or paper; small sessions compared file by
 // file; what cannot be rendered is refused before anything is written.
 #include <gtest/gtest.h>
+#include <unistd.h>
 
 #include <cmath>
 #include <filesystem>
@@ -40,7 +41,7 @@ std::map<std::string, std::string> FilesOf(const fs::path& folder) {
 }
 
 fs::path NewFolder(const std::string& name) {
-  const fs::path folder = fs::path(::testing::TempDir()) / ("veduta_floor_" + name);
+  const fs::path folder = fs::path(::testing::TempDir()) / ("veduta_floor_" + std::to_string(getpid()) + name);
   fs::remove_all(folder);
   return folder;
 }

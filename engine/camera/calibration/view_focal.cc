@@ -21,14 +21,16 @@ ViewFocal EstimateViewFocal(const std::vector<PlaneObservation>& observations, c
   std::array<double, kLensSize> lens = {c.fx, c.fy / c.fx, c.cx, c.cy, c.k1, c.k2, c.u0, c.v0};
   Eigen::Vector4d rotation = scene.cams_from_world[view].rotation.coeffs();
   Eigen::Vector3d translation = scene.cams_from_world[view].translation;
-  auto* loss = new ceres::CauchyLoss(kLossScale);
+  ceres::CauchyLoss loss(kLossScale);
   std::vector<Eigen::Vector3d> points = scene.points;  // held, but Ceres wants them writable
-  ceres::Problem problem;
+  ceres::Problem::Options problem_options;
+  problem_options.loss_function_ownership = ceres::DO_NOT_TAKE_OWNERSHIP;
+  ceres::Problem problem(problem_options);
   for (const PlaneObservation& o : observations) {
     if (o.view != view) continue;
     problem.AddResidualBlock(new ceres::AutoDiffCostFunction<PlaneReprojectionCost, 2, kLensSize, 4, 3, 3>(
                                  new PlaneReprojectionCost{o.px, o.sigma_px}),
-                             loss, lens.data(), rotation.data(), translation.data(), points[o.point].data());
+                             &loss, lens.data(), rotation.data(), translation.data(), points[o.point].data());
     problem.SetParameterBlockConstant(points[o.point].data());
   }
   ViewFocal estimate{c.fx, std::numeric_limits<double>::infinity()};

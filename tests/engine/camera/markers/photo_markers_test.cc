@@ -5,6 +5,7 @@
 #include "engine/camera/markers/photo_markers.h"
 
 #include <gtest/gtest.h>
+#include <unistd.h>
 
 #include <filesystem>
 #include <fstream>
@@ -23,7 +24,8 @@ using testing::TakeFloorView;
 class PhotoMarkersTest : public ::testing::Test {
  protected:
   void SetUp() override {
-    folder_ = fs::path(::testing::TempDir()) / "veduta_photo_markers";
+    // Tests run side by side, each in a process of its own.
+    folder_ = fs::path(::testing::TempDir()) / ("veduta_photo_markers_" + std::to_string(getpid()));
     fs::remove_all(folder_);
     fs::create_directories(folder_ / "other");
     floor::FloorOptions options;
