@@ -55,8 +55,9 @@ Result<Observed> ReadPhotos(const CalibrateArguments& arguments) {
 Result<Observed> ReadInput(const CalibrateArguments& arguments) {
   if (arguments.points.empty()) return ReadPhotos(arguments);
   VEDUTA_ASSIGN_OR_RETURN(const std::string text, ReadWholeFile(arguments.points, kJsonFileBytesMax));
-  VEDUTA_ASSIGN_OR_RETURN(CalibrationInput input, ParsePoints(text));
-  return Observed{std::move(input), std::filesystem::path(arguments.points).filename().string(), {}};
+  Result<CalibrationInput> input = ParsePoints(text);
+  if (!input.ok()) return Status(input.status().code(), arguments.points + ": " + input.status().message());
+  return Observed{std::move(*input), std::filesystem::path(arguments.points).filename().string(), {}};
 }
 
 Status Write(const std::string& path, const std::string& text) {

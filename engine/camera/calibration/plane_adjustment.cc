@@ -160,7 +160,6 @@ class Adjuster final {
       made->residuals_px.push_back(observations_[i].sigma_px * Eigen::Vector2d(residuals[2 * i], residuals[2 * i + 1]));
     }
     const double freedom = std::max(1.0, static_cast<double>(observed) - crs.num_cols);
-    made->freedom_share = freedom / static_cast<double>(std::max<size_t>(observed, 1));
     made->sigma_scale = std::sqrt(sum / freedom);
 
     const Eigen::Map<const Eigen::SparseMatrix<double, Eigen::RowMajor>> jacobian(

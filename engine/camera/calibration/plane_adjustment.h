@@ -47,7 +47,6 @@ struct PlaneAdjustment {
   Eigen::Matrix<double, 8, 8> covariance = Eigen::Matrix<double, 8, 8>::Zero();  // of kIntrinsicNames; px
   bool is_determined = false;  // false: the covariance means nothing, the observations leave an intrinsic open
   std::vector<Eigen::Vector2d> residuals_px;  // one an observation: projected - observed
-  double freedom_share = 1;                   // degrees of freedom left, over the number of observed coordinates; > 0
   double sigma_scale = 1;  // what the observations' sigmas are to be multiplied with to explain the residuals
   double cost = 0;         // half the sum of squares, in sigma, with the loss
 };

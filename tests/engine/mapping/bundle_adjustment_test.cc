@@ -137,6 +137,19 @@ TEST(BundleSolver, ThreadsDoNotMatter) {
   }
 }
 
+TEST(BundleSolver, PointsAloneAreRefinedWhereNoImageIsFree) {
+  const uint32_t image_count = static_cast<uint32_t>(DisturbedProblem(0, 7).cameras.size());
+  for (const uint32_t dense_images_max : {40u, 0u}) {
+    BundleProblem problem = DisturbedProblem(image_count, 7);
+    const BundleProblem before = problem;
+    const BundleSolution solution = SolveBundle({.dense_images_max = dense_images_max}, nullptr, &problem);
+    ASSERT_TRUE(solution.is_usable);
+    EXPECT_LT(solution.final_cost, solution.initial_cost);
+    EXPECT_NE(problem.points[0], before.points[0]);
+    EXPECT_EQ(problem.cams_from_world[0].translation, before.cams_from_world[0].translation);
+  }
+}
+
 TEST(BundleSolver, WhatIsNotDeterminedStaysFinite) {
   // Two images at one place tell no depth, and a point that lies behind both has no derivative.
   BundleProblem problem;
