@@ -15,7 +15,7 @@ CODE = ('.h', '.cc', '.cl', '.capnp', '.sh', '.py', '.inc')
 INCLUDERS = ('.h', '.cc', '.cl', '.inc')
 ROOMS = {'storage/base': 0, 'storage': 10, 'index': 20, 'kernels': 20, 'engine/camera': 30, 'engine/features': 30,
          'engine/camera/calibration': 31, 'engine/camera/markers': 32, 'engine/matching': 31, 'engine/mapping': 32,
-         'engine': 33, 'fusion': 40, 'cli': 50}
+         'engine': 33, 'fusion/depth': 40, 'fusion/volume': 41, 'fusion/surface': 42, 'fusion': 43, 'cli': 50}
 LEAVES = ('tests', 'tools')  # they include what they like, and nothing includes them
 TOP_FOLDERS = {'.ci', 'docs', *LEAVES, *(room.split('/')[0] for room in ROOMS)}
 
