@@ -131,6 +131,8 @@ Result<ContentHash> DigestOf(const Snapshot& snapshot) {
           return true;
         }));
   }
+  VEDUTA_RETURN_IF_ERROR(snapshot.dense().ScanAll(
+      [&](uint8_t family, auto key, auto value) { feed << family << HashContent(key) << HashContent(value); }));
   return feed.Finish();
 }
 

@@ -22,6 +22,7 @@
 #include <vector>
 
 #include "storage/base/status.h"
+#include "storage/dense.h"
 #include "storage/records.h"
 
 namespace rocksdb {
@@ -30,7 +31,7 @@ class FileSystem;
 
 namespace veduta {
 
-inline constexpr uint32_t kFormatVersion = 1;
+inline constexpr uint32_t kFormatVersion = 2;  // 2 since there is an offline pass
 
 struct DatabaseOptions {
   bool create = false;  // make a new database; kAlreadyExists if one is there
@@ -121,6 +122,9 @@ class Snapshot {
   // Ascending sequence numbers from `first`.
   virtual Status ScanJournal(uint64_t first, const std::function<bool(const JournalRecord&)>& visit) const = 0;
 
+  // What the offline pass made; lives as long as the snapshot.
+  virtual const DenseReader& dense() const = 0;
+
   // Keys of blobs that are stored: for `verify`.
   virtual Status ScanPhotoKeys(const std::function<bool(const ContentHash&)>& visit) const = 0;
   virtual Status ScanFeatureKeys(const std::function<bool(const ContentHash&)>& visit) const = 0;
@@ -153,6 +157,9 @@ class Transaction {
   virtual void AddPostings(uint32_t generation, std::span<const WordId> words, ImageId image) = 0;
   virtual void DeleteVocabulary(uint32_t generation) = 0;  // tree, words and postings
   virtual void AddJournal(const JournalRecord& record) = 0;
+
+  // Writes of the offline pass, part of the same commit.
+  virtual DenseWriter& dense() = 0;
 
   virtual size_t size_bytes() const = 0;
   // All or nothing; durable on return when the database syncs its WAL, together with everything written ahead before.

@@ -14,6 +14,7 @@
 namespace veduta {
 namespace {
 
+constexpr uint32_t kFormatBeforeDense = 1;
 constexpr const char* kMarkerText =
     "This folder is a veduta database. Its files belong together: do not edit, add or remove any.\n";
 
@@ -193,10 +194,10 @@ Status DatabaseOpener::ReportUnknownFamily(const std::string& name) {
 }
 
 Status DatabaseOpener::OpenRocksdb() {
-  const auto cache = rocksdb::NewLRUCache(options_.block_cache_bytes);
+  cache_ = rocksdb::NewLRUCache(options_.block_cache_bytes);
   std::vector<rocksdb::ColumnFamilyDescriptor> descriptors = {
       {rocksdb::kDefaultColumnFamilyName, rocksdb::ColumnFamilyOptions()}};
-  for (const Family family : families_) descriptors.emplace_back(FamilyName(family), FamilyOptions(family, cache));
+  for (const Family family : families_) descriptors.emplace_back(FamilyName(family), FamilyOptions(family, cache_));
   rocksdb::DBOptions options = RocksdbOptions();
   options.create_if_missing = options_.create;
 
@@ -214,17 +215,21 @@ Status DatabaseOpener::OpenRocksdb() {
   files_->default_handle_ = handles[0];
   for (size_t i = 0; i < families_.size(); ++i) files_->handles_[static_cast<size_t>(families_[i])] = handles[i + 1];
 
-  if (!options_.create || families_.size() == kFamilyCount) return Status::Ok();
+  return options_.create ? CreateMissingFamilies() : Status::Ok();
+}
+
+Status DatabaseOpener::CreateMissingFamilies() {
+  if (families_.size() == kFamilyCount) return Status::Ok();
   std::vector<rocksdb::ColumnFamilyDescriptor> missing;
   std::vector<Family> missing_families;
   for (size_t i = 0; i < kFamilyCount; ++i) {
     if (files_->handles_[i] != nullptr) continue;
     const Family family = static_cast<Family>(i);
-    missing.emplace_back(FamilyName(family), FamilyOptions(family, cache));
+    missing.emplace_back(FamilyName(family), FamilyOptions(family, cache_));
     missing_families.push_back(family);
   }
-  handles.clear();
-  const rocksdb::Status created = db->CreateColumnFamilies(missing, &handles);
+  std::vector<rocksdb::ColumnFamilyHandle*> handles;
+  const rocksdb::Status created = files_->db().CreateColumnFamilies(missing, &handles);
   // Where only some were created, the handles of those are given: they have to be destroyed too.
   for (size_t i = 0; i < handles.size(); ++i) files_->handles_[static_cast<size_t>(missing_families[i])] = handles[i];
   return FromRocksdb(created, "create the families of the database at " + files_->path_);
@@ -245,16 +250,38 @@ Status DatabaseOpener::CheckFormat() {
   VEDUTA_RETURN_IF_ERROR(FromRocksdb(status, "read the format of the database at " + path));
   uint32_t version = 0;
   if (!DecodeU32(value, &version).ok()) return Status::Corruption("family meta, key 'format': no version number");
+  if (version == kFormatBeforeDense && !options_.create) {
+    if (!options_.read_only) return UpgradeToDense();
+    return Status::Corruption("the database at " + path + " has format 1 of an earlier veduta: 'veduta verify " + path +
+                              "' brings it to format " + std::to_string(kFormatVersion));
+  }
   if (version != kFormatVersion) {
     return Status::Corruption("the database at " + path + " has format " + std::to_string(version) +
                               "; this program knows format " + std::to_string(kFormatVersion));
   }
   if (options_.create) return Status::AlreadyExists("there is a database at " + path + " already");
-  for (size_t i = 0; i < kFamilyCount; ++i) {
+  return CheckFamilies(kFamilyCount);
+}
+
+Status DatabaseOpener::CheckFamilies(size_t count) const {
+  for (size_t i = 0; i < count; ++i) {
     if (files_->handles_[i] != nullptr) continue;
-    return Status::Corruption("the database at " + path + " has lost its family " + FamilyName(static_cast<Family>(i)));
+    return Status::Corruption("the database at " + files_->path_ + " has lost its family " +
+                              FamilyName(static_cast<Family>(i)));
   }
   return Status::Ok();
+}
+
+// Format 1 had no families for the offline pass, and is the same otherwise. The version is written last: whoever is
+// killed on the way upgrades again.
+Status DatabaseOpener::UpgradeToDense() {
+  VEDUTA_RETURN_IF_ERROR(CheckFamilies(static_cast<size_t>(Family::kDense)));
+  VEDUTA_RETURN_IF_ERROR(CreateMissingFamilies());
+  rocksdb::WriteBatch batch;
+  const rocksdb::Status put = batch.Put(
+      files_->handle(Family::kMeta), rocksdb::Slice(kFormatKey.data(), kFormatKey.size()), EncodeU32(kFormatVersion));
+  VEDUTA_RETURN_IF_ERROR(FromRocksdb(put, "upgrade the database"));
+  return files_->Write(&batch, /*sync=*/true, "upgrade the database at " + files_->path_);
 }
 
 Status DatabaseOpener::FinishCreation() {

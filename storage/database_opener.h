@@ -31,7 +31,10 @@ class DatabaseOpener final {
   Status ListFamilies();
   Status ReportUnknownFamily(const std::string& name);
   Status OpenRocksdb();
+  Status CreateMissingFamilies();
   Status CheckFormat();
+  Status CheckFamilies(size_t count) const;
+  Status UpgradeToDense();
   Status FinishCreation();
   bool Holds(const std::string& file) const;
   bool HoldsTables() const;
@@ -41,6 +44,7 @@ class DatabaseOpener final {
   std::shared_ptr<DatabaseFiles> files_;
   std::vector<std::string> children_;  // of the folder, as it was found
   std::vector<Family> families_;       // that the database has already
+  std::shared_ptr<rocksdb::Cache> cache_;
   bool folder_exists_ = false;
 };
 

@@ -13,12 +13,14 @@ namespace veduta {
 namespace {
 
 constexpr std::array<const char*, kFamilyCount> kNames = {
-    "meta",  "cameras",      "names",  "hashes",     "photos", "features", "images", "pairs",  "reconstructions",
-    "poses", "observations", "points", "vocabulary", "words",  "postings", "queue",  "journal"};
+    "meta",     "cameras",         "names",   "hashes",       "photos", "features",   "images",
+    "pairs",    "reconstructions", "poses",   "observations", "points", "vocabulary", "words",
+    "postings", "queue",           "journal", "dense",        "depth",  "volume",     "surface"};
 
 // Values that are never merged with others and would only be carried along by compactions.
 bool IsBlobFamily(Family family) {
-  return family == Family::kPhotos || family == Family::kFeatures || family == Family::kVocabulary;
+  return family == Family::kPhotos || family == Family::kFeatures || family == Family::kVocabulary ||
+         family == Family::kDepth || family == Family::kSurface;
 }
 
 // RocksDB 7.8 watches a full disk and resumes by itself when there is room. Closing the database meanwhile may wait
@@ -36,10 +38,13 @@ size_t WriteBufferBytes(Family family) {
   switch (family) {
     case Family::kPhotos:
     case Family::kFeatures:
+    case Family::kDepth:
       return 64u << 20;
     case Family::kPoints:
     case Family::kPostings:
     case Family::kPairs:
+    case Family::kVolume:
+    case Family::kSurface:
       return 32u << 20;
     default:
       return 8u << 20;
@@ -81,7 +86,8 @@ rocksdb::ColumnFamilyOptions FamilyOptions(Family family, const std::shared_ptr<
     options.enable_blob_garbage_collection = true;
     // JPEGs are compressed already. Features: zstd takes a quarter off (LZ4 a twentieth), but adds 0.4 ms to each of
     // the dozens of reads that matching one new photo takes.
-    options.blob_compression_type = rocksdb::kNoCompression;
+    options.blob_compression_type =
+        family == Family::kDepth || family == Family::kSurface ? rocksdb::kZSTD : rocksdb::kNoCompression;
   }
   // No memtable_insert_with_hint_prefix_extractor, tempting as it is for thousands of ascending words a commit (a fifth
   // of its time): RocksDB 7.8 carries the hint over into the list of range deletions, and corrupts memory.

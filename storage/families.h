@@ -32,8 +32,12 @@ enum class Family : uint8_t {
   kPostings,
   kQueue,
   kJournal,
+  kDense,
+  kDepth,
+  kVolume,
+  kSurface,
 };
-inline constexpr size_t kFamilyCount = 17;
+inline constexpr size_t kFamilyCount = 21;
 
 const char* FamilyName(Family family);
 std::optional<Family> FindFamily(std::string_view name);

@@ -118,3 +118,57 @@ struct Journal {
   reconstruction @4 :UInt32;
   detail @5 :Text;
 }
+
+# The offline pass (storage/dense.h).
+struct DenseSettings {
+  voxelSize @0 :Float64;
+  parameters @1 :UInt64;
+}
+
+# Size and pinhole of a depth map, and where it was seen from.
+struct DepthGeometry {
+  widthPx @0 :UInt32;
+  heightPx @1 :UInt32;
+  fx @2 :Float64;
+  fy @3 :Float64;
+  cx @4 :Float64;
+  cy @5 :Float64;
+  camFromWorld @6 :Rigid;
+  depthNear @7 :Float64;
+  depthFar @8 :Float64;
+}
+
+struct Depth {
+  reconstruction @0 :UInt32;
+  version @1 :UInt64;
+  geometryVersion @2 :UInt64;
+  geometry @3 :DepthGeometry;
+  sensors @4 :Data;      # rows: image u32
+  sensorPoses @5 :Data;  # rows: w, x, y, z of the unit quaternion, translation, f64
+  knownCount @6 :UInt32;
+  checkedVersion @7 :UInt64;
+  gain @8 :Data;         # r, g, b f32
+}
+
+struct CheckedDepth {
+  reconstruction @0 :UInt32;
+  geometry @1 :DepthGeometry;
+  knownCount @2 :UInt32;
+  blocks @3 :Data;  # rows: x, y, z i32
+}
+
+struct DepthPixels {
+  codes @0 :Data;       # rows: u16
+  confidence @1 :Data;  # rows: u8
+}
+
+struct Tile {
+  blocks @0 :UInt64;
+  depths @1 :Data;  # rows: image u32, 0 u32, version u64
+  volumeVersion @2 :UInt64;
+  solutionVersion @3 :UInt64;
+  meshVersion @4 :UInt64;
+  colorVersion @5 :UInt64;
+  triangleCount @6 :UInt64;
+  vertexCount @7 :UInt64;
+}

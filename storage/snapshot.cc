@@ -3,6 +3,7 @@
 #include <utility>
 
 #include "storage/blob_keys.h"
+#include "storage/dense_view.h"
 #include "storage/keys.h"
 #include "storage/pinned_bytes.h"
 #include "storage/record_check.h"
@@ -28,7 +29,10 @@ Status IdAfter(size_t prefix_bytes, std::string_view key, uint32_t* id) {
 class SnapshotView final : public Snapshot {
  public:
   explicit SnapshotView(std::shared_ptr<const DatabaseFiles> files)
-      : files_(std::move(files)), snapshot_(files_->db().GetSnapshot()), reader_(*files_, snapshot_) {}
+      : files_(std::move(files)),
+        snapshot_(files_->db().GetSnapshot()),
+        reader_(*files_, snapshot_),
+        dense_(MakeDenseReader(files_, reader_)) {}
   ~SnapshotView() override { files_->db().ReleaseSnapshot(snapshot_); }
 
   Result<DatabaseState> GetState() const override {
@@ -199,6 +203,8 @@ class SnapshotView final : public Snapshot {
     });
   }
 
+  const DenseReader& dense() const override { return *dense_; }
+
   Status ScanPhotoKeys(const std::function<bool(const ContentHash&)>& visit) const override {
     return ScanHashes(Family::kPhotos, visit);
   }
@@ -282,6 +288,7 @@ class SnapshotView final : public Snapshot {
   const std::shared_ptr<const DatabaseFiles> files_;
   const rocksdb::Snapshot* const snapshot_;
   const ValueReader reader_;
+  const std::unique_ptr<const DenseReader> dense_;
 };
 
 }  // namespace

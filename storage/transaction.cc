@@ -7,6 +7,7 @@
 #include <utility>
 #include <vector>
 
+#include "storage/dense_view.h"
 #include "storage/keys.h"
 #include "storage/record_check.h"
 #include "storage/record_codec.h"
@@ -21,6 +22,7 @@ class WriteTransaction final : public Transaction {
   WriteTransaction(std::shared_ptr<DatabaseFiles> files, std::shared_ptr<PhotoClaims> claims)
       : files_(std::move(files)), claims_(std::move(claims)), state_version_(files_->state_version()) {
     buffer_.emplace(*files_);
+    dense_ = MakeDenseWriter([this]() -> WriteBuffer& { return buffer(); });
   }
 
   void PutState(const DatabaseState& state) override {
@@ -97,6 +99,8 @@ class WriteTransaction final : public Transaction {
     buffer().Put(Family::kJournal, JournalKey(record.sequence), Encode(record));
   }
 
+  DenseWriter& dense() override { return *dense_; }
+
   size_t size_bytes() const override { return buffer_ ? buffer_->size_bytes() : spent_size_bytes_; }
 
   Status Commit() override {
@@ -126,6 +130,7 @@ class WriteTransaction final : public Transaction {
   const std::shared_ptr<PhotoClaims> claims_;
   const uint64_t state_version_;
   std::optional<WriteBuffer> buffer_;  // none once spent
+  std::unique_ptr<DenseWriter> dense_;
   size_t spent_size_bytes_ = 0;
   std::vector<ContentHash> kept_photos_;
   bool changes_state_ = false;

@@ -92,6 +92,51 @@ TEST(DatabaseOpen, SecondHandleAndSecondProcessAreBusy) {
   EXPECT_NE(MustOpen(folder / "db", {}), nullptr);
 }
 
+// As format 1 left it: without the families of the offline pass.
+void MakeFormatOne(const std::string& path, bool drop_points) {
+  WithRocksdb(
+      path,
+      [&](rocksdb::DB& db, rocksdb::ColumnFamilyHandle* meta) {
+        ASSERT_TRUE(db.Put(rocksdb::WriteOptions(), meta, rocksdb::Slice("format"), EncodeU32(1)).ok());
+      },
+      Family::kMeta);
+  std::vector<Family> dropped = {Family::kDense, Family::kDepth, Family::kVolume, Family::kSurface};
+  if (drop_points) dropped.push_back(Family::kPoints);
+  for (const Family family : dropped) {
+    WithRocksdb(
+        path,
+        [](rocksdb::DB& db, rocksdb::ColumnFamilyHandle* handle) { ASSERT_TRUE(db.DropColumnFamily(handle).ok()); },
+        family);
+  }
+}
+
+TEST(DatabaseOpen, FormatOneIsUpgradedByWhoeverWrites) {
+  const TemporaryFolder folder;
+  auto database = MustCreate(folder / "db");
+  auto transaction = database->BeginTransaction();
+  transaction->PutCamera({CameraId(1), "first", {1, 2, 3, 4, 5, 6, 7, 8, 9, 10}, "y"});
+  ASSERT_OK(transaction->Commit());
+  transaction.reset();
+  database.reset();
+  MakeFormatOne(folder / "db", /*drop_points=*/false);
+  const Status reader = Database::Open(folder / "db", {.read_only = true}).status();
+  EXPECT_EQ(reader.code(), StatusCode::kCorruption);
+  EXPECT_NE(reader.message().find("veduta verify"), std::string::npos) << reader.message();
+  MustOpen(folder / "db", {}).reset();
+  database = MustOpen(folder / "db", {.read_only = true});
+  EXPECT_EQ(database->GetSnapshot()->ListCameras()->size(), 1u);
+  EXPECT_TRUE(database->GetSnapshot()->dense().ListSettings()->empty());
+}
+
+TEST(DatabaseOpen, FormatOneThatLostAFamilyIsNotUpgraded) {
+  const TemporaryFolder folder;
+  MustCreate(folder / "db").reset();
+  MakeFormatOne(folder / "db", /*drop_points=*/true);
+  const Status lost = Database::Open(folder / "db", {}).status();
+  EXPECT_EQ(lost.code(), StatusCode::kCorruption);
+  EXPECT_NE(lost.message().find("lost its family points"), std::string::npos) << lost.message();
+}
+
 TEST(DatabaseOpen, OtherVersionsAreNamed) {
   const TemporaryFolder folder;
   MustCreate(folder / "db").reset();
@@ -99,19 +144,19 @@ TEST(DatabaseOpen, OtherVersionsAreNamed) {
       folder / "db",
       [](rocksdb::DB& db, rocksdb::ColumnFamilyHandle* meta) {
         ASSERT_TRUE(
-            db.Put(rocksdb::WriteOptions(), meta, rocksdb::Slice("format"), EncodeU32(kFormatVersion + 6)).ok());
+            db.Put(rocksdb::WriteOptions(), meta, rocksdb::Slice("format"), EncodeU32(kFormatVersion + 5)).ok());
       },
       Family::kMeta);
   const Status newer = Database::Open(folder / "db", {}).status();
   EXPECT_EQ(newer.code(), StatusCode::kCorruption);
   EXPECT_NE(newer.message().find("format 7"), std::string::npos) << newer.message();
-  EXPECT_NE(newer.message().find("format 1"), std::string::npos) << newer.message();
+  EXPECT_NE(newer.message().find("format 2"), std::string::npos) << newer.message();
   // A family of a later version: RocksDB would not even open it.
   WithRocksdb(
       folder / "db",
       [](rocksdb::DB& db, rocksdb::ColumnFamilyHandle*) {
         rocksdb::ColumnFamilyHandle* handle = nullptr;
-        ASSERT_TRUE(db.CreateColumnFamily(rocksdb::ColumnFamilyOptions(), "depth", &handle).ok());
+        ASSERT_TRUE(db.CreateColumnFamily(rocksdb::ColumnFamilyOptions(), "murals", &handle).ok());
         db.DestroyColumnFamilyHandle(handle);
       },
       Family::kMeta);
@@ -119,7 +164,7 @@ TEST(DatabaseOpen, OtherVersionsAreNamed) {
     const Status family = Database::Open(folder / "db", {.read_only = read_only}).status();
     EXPECT_EQ(family.code(), StatusCode::kCorruption);
     EXPECT_NE(family.message().find("format 7"), std::string::npos) << family.message();
-    EXPECT_NE(family.message().find("depth"), std::string::npos) << family.message();
+    EXPECT_NE(family.message().find("murals"), std::string::npos) << family.message();
   }
 }
 

@@ -1,0 +1,145 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+// What the offline pass keeps: depth maps, histograms of signed distances, surfaces. Each artefact has a version, a
+// hash of everything that it was computed from; what has the version that it would get again is not computed again.
+// Small records lie apart from pixels, voxels and triangles, so that looking for work reads little.
+
+#include <array>
+#include <compare>
+#include <cstdint>
+#include <functional>
+#include <optional>
+#include <span>
+#include <vector>
+
+#include "storage/base/ids.h"
+#include "storage/base/status.h"
+#include "storage/base/transform.h"
+
+namespace veduta {
+
+class PinnedBytes;
+
+// Blocks of voxels and tiles of blocks (fusion/volume/), by their place in the reconstruction's grid.
+struct GridPlace {
+  int32_t x = 0, y = 0, z = 0;
+  auto operator<=>(const GridPlace&) const = default;
+};
+inline constexpr uint32_t kTileBlockCount = 64;  // blocks in a tile, numbered x + 4 y + 16 z
+
+// One a reconstruction: what its depth maps and tiles are made with.
+struct DenseSettings {
+  ReconstructionId reconstruction;
+  double voxel_size = 0;    // edge, world units; fixed once chosen, for it is the grid
+  uint64_t parameters = 0;  // hash of every option that results depend on
+};
+
+struct SensorPose {
+  ImageId image;
+  Rigid3 cam_from_world;  // as used, which need not be the current pose
+};
+
+// The newest depth map of an image, and what it was made from.
+struct DepthRecord {
+  ImageId image;
+  ReconstructionId reconstruction;
+  uint64_t version = 0;
+  uint64_t geometry_version = 0;  // of the reconstruction when it was made
+  uint32_t width_px = 0, height_px = 0;
+  double fx = 0, fy = 0, cx = 0, cy = 0;  // px of this size
+  Rigid3 cam_from_world;                  // as used
+  double depth_near = 0, depth_far = 0;   // world units; the codes of its pixels span it
+  std::vector<SensorPose> sensors;        // best first
+  uint32_t known_count = 0;               // pixels that have a depth
+  uint64_t checked_version = 0;           // of its CheckedDepthRecord; 0: none yet
+  std::array<float, 3> gain{};            // exposure, multiplies linear light; 0: not yet known
+};
+
+// A depth map after the check against its neighbours: what is integrated into the volume.
+struct CheckedDepthRecord {
+  ImageId image;
+  ReconstructionId reconstruction;
+  uint64_t version = 0;
+  uint32_t width_px = 0, height_px = 0;
+  double fx = 0, fy = 0, cx = 0, cy = 0;
+  Rigid3 cam_from_world;
+  double depth_near = 0, depth_far = 0;
+  uint32_t known_count = 0;
+  std::vector<GridPlace> blocks;  // in which it sees a surface; ascending
+};
+
+struct DepthPixels {
+  std::vector<uint16_t> codes;  // [height x width] 0: not known; else 1 (far) to 65535 (near), even in inverse depth
+  std::vector<uint8_t> confidence;  // likewise
+};
+
+struct TileDepth {
+  ImageId image;
+  uint32_t reserved = 0;
+  uint64_t version = 0;  // of the CheckedDepthRecord
+  auto operator<=>(const TileDepth&) const = default;
+};
+
+// A tile and the versions of its parts; 0 where a part is not there.
+struct TileRecord {
+  ReconstructionId reconstruction;
+  GridPlace place;
+  uint64_t blocks = 0;            // bit i: block i is allocated
+  std::vector<TileDepth> depths;  // integrated; ascending
+  uint64_t volume_version = 0, solution_version = 0, mesh_version = 0, color_version = 0;
+  uint64_t triangle_count = 0, vertex_count = 0;
+};
+
+// Parts of a tile's surface, as fusion/ serialises them. Values are stored: append only, never renumber.
+enum class SurfacePart : uint8_t { kSolution = 1, kMesh = 2, kColors = 3 };
+
+class DenseReader {
+ public:
+  virtual ~DenseReader() = default;
+
+  virtual Result<std::optional<DenseSettings>> FindSettings(ReconstructionId reconstruction) const = 0;
+  virtual Result<std::vector<DenseSettings>> ListSettings() const = 0;  // ascending reconstructions
+
+  virtual Result<std::optional<DepthRecord>> FindDepth(ImageId image) const = 0;
+  virtual Status ScanDepths(const std::function<bool(const DepthRecord&)>& visit) const = 0;  // ascending images
+  virtual Result<DepthPixels> GetDepthPixels(ImageId image) const = 0;
+
+  virtual Result<CheckedDepthRecord> GetCheckedDepth(ImageId image, uint64_t version) const = 0;
+  // Ascending images, then versions: superseded ones stay until no tile names them.
+  virtual Status ScanCheckedDepths(const std::function<bool(const CheckedDepthRecord&)>& visit) const = 0;
+  virtual Result<DepthPixels> GetCheckedDepthPixels(ImageId image, uint64_t version) const = 0;
+
+  virtual Result<std::optional<TileRecord>> FindTile(ReconstructionId reconstruction, GridPlace place) const = 0;
+  // Ascending places.
+  virtual Status ScanTiles(ReconstructionId reconstruction,
+                           const std::function<bool(const TileRecord&)>& visit) const = 0;
+  // kNotFound where it is not allocated.
+  virtual Result<PinnedBytes> GetVolumeBlock(ReconstructionId reconstruction, GridPlace tile, uint8_t block) const = 0;
+  virtual Result<PinnedBytes> GetSurface(SurfacePart part, ReconstructionId reconstruction, GridPlace tile) const = 0;
+
+  // Every key and value of the pass, for the digest: family's number, key, value.
+  virtual Status ScanAll(const std::function<void(uint8_t family, std::span<const uint8_t> key,
+                                                  std::span<const uint8_t> value)>& visit) const = 0;
+};
+
+class DenseWriter {
+ public:
+  virtual ~DenseWriter() = default;
+
+  virtual void PutSettings(const DenseSettings& settings) = 0;
+  virtual void PutDepth(const DepthRecord& depth) = 0;  // the record alone
+  virtual void PutDepthPixels(ImageId image, const DepthPixels& pixels) = 0;
+  virtual void DeleteDepth(ImageId image) = 0;  // record and pixels
+  virtual void PutCheckedDepth(const CheckedDepthRecord& depth, const DepthPixels& pixels) = 0;
+  virtual void DeleteCheckedDepth(ImageId image, uint64_t version) = 0;
+  virtual void PutTile(const TileRecord& tile) = 0;
+  virtual void PutVolumeBlock(ReconstructionId reconstruction, GridPlace tile, uint8_t block,
+                              std::span<const uint8_t> bytes) = 0;
+  virtual void DeleteVolumeBlock(ReconstructionId reconstruction, GridPlace tile, uint8_t block) = 0;
+  virtual void PutSurface(SurfacePart part, ReconstructionId reconstruction, GridPlace tile,
+                          std::span<const uint8_t> bytes) = 0;
+  virtual void DeleteTile(ReconstructionId reconstruction, GridPlace tile) = 0;  // with all its parts
+  virtual void DeleteReconstruction(ReconstructionId reconstruction) = 0;        // settings and tiles
+};
+
+}  // namespace veduta

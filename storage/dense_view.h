@@ -1,0 +1,19 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+// The offline pass's side of a Snapshot and of a Transaction, over RocksDB.
+
+#include <memory>
+
+#include "storage/dense.h"
+#include "storage/value_reader.h"
+#include "storage/write_buffer.h"
+
+namespace veduta {
+
+// Reads by `reader`, which outlives it; pinned values hold the files.
+std::unique_ptr<const DenseReader> MakeDenseReader(std::shared_ptr<const DatabaseFiles> files,
+                                                   const ValueReader& reader);
+// Writes into the buffer that `buffer` names at each call.
+std::unique_ptr<DenseWriter> MakeDenseWriter(std::function<WriteBuffer&()> buffer);
+
+}  // namespace veduta
