@@ -55,6 +55,12 @@ struct DepthRecord {
   std::array<float, 3> gain{};            // exposure, multiplies linear light; 0: not yet known
 };
 
+struct SeenBlock {
+  GridPlace place;
+  uint32_t pixel_count = 0;  // that put surface there
+  bool operator==(const SeenBlock&) const = default;
+};
+
 // A depth map after the check against its neighbours: what is integrated into the volume.
 struct CheckedDepthRecord {
   ImageId image;
@@ -65,7 +71,7 @@ struct CheckedDepthRecord {
   Rigid3 cam_from_world;
   double depth_near = 0, depth_far = 0;
   uint32_t known_count = 0;
-  std::vector<GridPlace> blocks;  // in which it sees a surface; ascending
+  std::vector<SeenBlock> blocks;  // in which it sees a surface; ascending places
 };
 
 struct DepthPixels {

@@ -11,7 +11,7 @@
 namespace veduta {
 namespace {
 
-static_assert(sizeof(GridPlace) == 12 && sizeof(TileDepth) == 16 && sizeof(ImageId) == 4);
+static_assert(sizeof(GridPlace) == 12 && sizeof(SeenBlock) == 16 && sizeof(TileDepth) == 16 && sizeof(ImageId) == 4);
 
 constexpr double kUnitNormSlack = 1e-3;
 using PoseRow = std::array<double, 7>;
@@ -99,7 +99,7 @@ Status Check(const DepthRecord& depth) {
 
 Status Check(const CheckedDepthRecord& depth) {
   VEDUTA_RETURN_IF_ERROR(CheckGeometry(depth));
-  const auto not_above = [](const GridPlace& a, const GridPlace& b) { return !(a < b); };
+  const auto not_above = [](const SeenBlock& a, const SeenBlock& b) { return !(a.place < b.place); };
   if (std::adjacent_find(depth.blocks.begin(), depth.blocks.end(), not_above) == depth.blocks.end()) {
     return Status::Ok();
   }
@@ -285,7 +285,7 @@ Status Decode(std::string_view value, DepthRecord* depth) {
 
 Result<std::string> Encode(const CheckedDepthRecord& depth) {
   VEDUTA_RETURN_IF_ERROR(Check(depth));
-  return WriteMessage<schema::CheckedDepth>(depth.blocks.size() * sizeof(GridPlace), [&](auto to) {
+  return WriteMessage<schema::CheckedDepth>(depth.blocks.size() * sizeof(SeenBlock), [&](auto to) {
     to.setReconstruction(depth.reconstruction.value);
     FillGeometry(depth, to.initGeometry());
     to.setKnownCount(depth.known_count);

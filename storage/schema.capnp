@@ -154,7 +154,7 @@ struct CheckedDepth {
   reconstruction @0 :UInt32;
   geometry @1 :DepthGeometry;
   knownCount @2 :UInt32;
-  blocks @3 :Data;  # rows: x, y, z i32
+  blocks @3 :Data;  # rows: x, y, z i32, pixels u32
 }
 
 struct DepthPixels {

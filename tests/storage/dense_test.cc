@@ -48,7 +48,7 @@ CheckedDepthRecord SampleChecked(uint32_t image, uint64_t version) {
   d.cam_from_world = SamplePose(0.4);
   d.depth_near = 0.5, d.depth_far = 20;
   d.known_count = 28;
-  d.blocks = {{-2, 5, 1}, {-2, 5, 2}, {4, -1, 0}};
+  d.blocks = {{{-2, 5, 1}, 9}, {{-2, 5, 2}, 1}, {{4, -1, 0}, 70}};
   return d;
 }
 
