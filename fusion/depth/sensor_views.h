@@ -2,7 +2,7 @@
 #pragma once
 // Which photos look at what a key view sees, and from where (the paper's section 4.1, equations 7 and 8).
 
-#include <Eigen/Core>
+#include <Eigen/Geometry>
 #include <cstdint>
 #include <map>
 #include <span>
