@@ -1,64 +1,30 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "engine/digest.h"
 
-#include <cstring>
-#include <type_traits>
+#include "storage/base/content_feed.h"
 
 namespace veduta {
 namespace {
 
-// Feeds numbers as little-endian bytes and texts with their lengths, so that no two contents read the same.
-class Feed {
- public:
-  template <typename T>
-  Feed& operator<<(T value) requires std::is_arithmetic_v<T> || std::is_enum_v<T> {
-    uint8_t bytes[sizeof(T)];
-    std::memcpy(bytes, &value, sizeof(T));
-    hasher_.Add(bytes);
-    return *this;
-  }
-  template <typename Tag, typename Integer>
-  Feed& operator<<(StrongId<Tag, Integer> id) {
-    return *this << id.value;
-  }
-  Feed& operator<<(PointId id) { return *this << id.home << id.ordinal; }
-  Feed& operator<<(const std::string& text) {
-    *this << static_cast<uint64_t>(text.size());
-    hasher_.Add(text);
-    return *this;
-  }
-  Feed& operator<<(const ContentHash& hash) {
-    hasher_.Add(hash.bytes);
-    return *this;
-  }
-  Feed& operator<<(const Eigen::Vector3d& v) { return *this << v.x() << v.y() << v.z(); }
-  Feed& operator<<(const Eigen::Quaterniond& q) { return *this << q.w() << q.x() << q.y() << q.z(); }
-  Feed& operator<<(const Rigid3& pose) { return *this << pose.rotation << pose.translation; }
-  ContentHash Finish() { return hasher_.Finish(); }
-
- private:
-  ContentHasher hasher_;
-};
-
-void Add(const CameraRecord& camera, Feed* feed) {
+void Add(const CameraRecord& camera, ContentFeed* feed) {
   const CameraModel& m = camera.model;
   *feed << camera.id << camera.name << m.width_px << m.height_px << m.fx << m.fy << m.cx << m.cy << m.k1 << m.k2 << m.u0
         << m.v0;
 }
 
-void Add(const ImageRecord& image, Feed* feed) {
+void Add(const ImageRecord& image, ContentFeed* feed) {
   *feed << image.id << image.name << image.photo << image.camera << image.width_px << image.height_px
         << image.size_bytes << image.feature_count << image.contributor << image.verdict << image.reason
         << image.detail;
 }
 
-void Add(const ReconstructionRecord& record, Feed* feed) {
+void Add(const ReconstructionRecord& record, ContentFeed* feed) {
   *feed << record.id << record.merged_into << record.merged_from_this.scale << record.merged_from_this.rotation
         << record.merged_from_this.translation << record.image_count << record.point_count << record.observation_count
         << record.images_at_adjustment;
 }
 
-void Add(const PointBlock& block, Feed* feed) {
+void Add(const PointBlock& block, ContentFeed* feed) {
   *feed << block.home << block.next_ordinal << static_cast<uint64_t>(block.points.size());
   for (const PointRecord& point : block.points) {
     *feed << point.id << point.position << point.rgb[0] << point.rgb[1] << point.rgb[2] << point.error_px
@@ -67,7 +33,7 @@ void Add(const PointBlock& block, Feed* feed) {
   }
 }
 
-Status AddImage(const Snapshot& snapshot, const ImageRecord& image, uint32_t generation, Feed* feed) {
+Status AddImage(const Snapshot& snapshot, const ImageRecord& image, uint32_t generation, ContentFeed* feed) {
   Add(image, feed);
   if (image.verdict == Verdict::kRejected) return Status::Ok();
   VEDUTA_ASSIGN_OR_RETURN(const PinnedBytes photo, snapshot.GetPhoto(image.photo));
@@ -96,7 +62,7 @@ Status AddImage(const Snapshot& snapshot, const ImageRecord& image, uint32_t gen
 }  // namespace
 
 Result<ContentHash> DigestOf(const Snapshot& snapshot) {
-  Feed feed;
+  ContentFeed feed;
   VEDUTA_ASSIGN_OR_RETURN(const DatabaseState state, snapshot.GetState());
   feed << state.next_image << state.next_reconstruction << state.vocabulary_generation << state.images_at_vocabulary
        << state.retrievable_image_count << static_cast<uint64_t>(state.pending_propagation.size());

@@ -27,11 +27,13 @@ struct GridPlace {
 };
 inline constexpr uint32_t kTileBlockCount = 64;  // blocks in a tile, numbered x + 4 y + 16 z
 
-// One a reconstruction: what its depth maps and tiles are made with.
+// One a reconstruction: what its depth maps and tiles are made with, until somebody asks for something else.
 struct DenseSettings {
   ReconstructionId reconstruction;
-  double voxel_size = 0;    // edge, world units; fixed once chosen, for it is the grid
-  uint64_t parameters = 0;  // hash of every option that results depend on
+  double voxel_size = 0;       // edge, world units; it is the grid
+  uint32_t depth_side_px = 0;  // longer side of a depth map; 0: that of the photo
+  uint32_t sensor_count = 0;   // sensor views a key view
+  bool operator==(const DenseSettings&) const = default;
 };
 
 struct SensorPose {
@@ -55,6 +57,13 @@ struct DepthRecord {
   std::array<float, 3> gain{};            // exposure, multiplies linear light; 0: not yet known
 };
 
+struct DepthVersion {
+  ImageId image;
+  uint32_t reserved = 0;
+  uint64_t version = 0;
+  auto operator<=>(const DepthVersion&) const = default;
+};
+
 struct SeenBlock {
   GridPlace place;
   uint32_t pixel_count = 0;  // that put surface there
@@ -71,7 +80,8 @@ struct CheckedDepthRecord {
   Rigid3 cam_from_world;
   double depth_near = 0, depth_far = 0;
   uint32_t known_count = 0;
-  std::vector<SeenBlock> blocks;  // in which it sees a surface; ascending places
+  std::vector<DepthVersion> neighbors;  // key views it was checked against, by their depth maps; best first
+  std::vector<SeenBlock> blocks;        // in which it sees a surface; ascending places
 };
 
 struct DepthPixels {
@@ -79,19 +89,12 @@ struct DepthPixels {
   std::vector<uint8_t> confidence;  // likewise
 };
 
-struct TileDepth {
-  ImageId image;
-  uint32_t reserved = 0;
-  uint64_t version = 0;  // of the CheckedDepthRecord
-  auto operator<=>(const TileDepth&) const = default;
-};
-
 // A tile and the versions of its parts; 0 where a part is not there.
 struct TileRecord {
   ReconstructionId reconstruction;
   GridPlace place;
-  uint64_t blocks = 0;            // bit i: block i is allocated
-  std::vector<TileDepth> depths;  // integrated; ascending
+  uint64_t blocks = 0;               // bit i: block i is allocated
+  std::vector<DepthVersion> depths;  // checked ones, integrated; ascending
   uint64_t volume_version = 0, solution_version = 0, mesh_version = 0, color_version = 0;
   uint64_t triangle_count = 0, vertex_count = 0;
 };

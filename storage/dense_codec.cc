@@ -11,7 +11,7 @@
 namespace veduta {
 namespace {
 
-static_assert(sizeof(GridPlace) == 12 && sizeof(SeenBlock) == 16 && sizeof(TileDepth) == 16 && sizeof(ImageId) == 4);
+static_assert(sizeof(GridPlace) == 12 && sizeof(SeenBlock) == 16 && sizeof(DepthVersion) == 16 && sizeof(ImageId) == 4);
 
 constexpr double kUnitNormSlack = 1e-3;
 using PoseRow = std::array<double, 7>;
@@ -80,8 +80,10 @@ Status CheckGeometry(const Record& depth) {
 
 Status Check(const DenseSettings& settings) {
   if (!settings.reconstruction.valid()) return Status::InvalidArgument("dense settings of reconstruction 0");
-  if (settings.voxel_size > 0 && std::isfinite(settings.voxel_size)) return Status::Ok();
-  return Status::InvalidArgument("voxel size " + std::to_string(settings.voxel_size) + " must be above 0");
+  if (!(settings.voxel_size > 0 && std::isfinite(settings.voxel_size))) {
+    return Status::InvalidArgument("voxel size " + std::to_string(settings.voxel_size) + " must be above 0");
+  }
+  return settings.sensor_count > 0 ? Status::Ok() : Status::InvalidArgument("a key view has 1 sensor view or more");
 }
 
 Status Check(const DepthRecord& depth) {
@@ -99,6 +101,9 @@ Status Check(const DepthRecord& depth) {
 
 Status Check(const CheckedDepthRecord& depth) {
   VEDUTA_RETURN_IF_ERROR(CheckGeometry(depth));
+  for (const DepthVersion& neighbor : depth.neighbors) {
+    if (!neighbor.image.valid()) return Status::InvalidArgument("a neighbouring depth map of image 0");
+  }
   const auto not_above = [](const SeenBlock& a, const SeenBlock& b) { return !(a.place < b.place); };
   if (std::adjacent_find(depth.blocks.begin(), depth.blocks.end(), not_above) == depth.blocks.end()) {
     return Status::Ok();
@@ -115,7 +120,7 @@ Status Check(const DepthPixels& pixels) {
 Status Check(const TileRecord& tile) {
   if (!tile.reconstruction.valid()) return Status::InvalidArgument("a tile of reconstruction 0");
   for (size_t i = 0; i < tile.depths.size(); ++i) {
-    const TileDepth& depth = tile.depths[i];
+    const DepthVersion& depth = tile.depths[i];
     if (!depth.image.valid() || depth.reserved != 0 || (i > 0 && !(tile.depths[i - 1] < depth))) {
       return Status::InvalidArgument("a tile's depth maps do not ascend, or one has id 0");
     }
@@ -229,14 +234,16 @@ Result<std::string> Encode(const DenseSettings& settings) {
   VEDUTA_RETURN_IF_ERROR(Check(settings));
   return WriteMessage<schema::DenseSettings>(0, [&](auto to) {
     to.setVoxelSize(settings.voxel_size);
-    to.setParameters(settings.parameters);
+    to.setDepthSidePx(settings.depth_side_px);
+    to.setSensorCount(settings.sensor_count);
   });
 }
 
 Status Decode(std::string_view value, DenseSettings* settings) {
   return ReadMessage<schema::DenseSettings>(value, [&](schema::DenseSettings::Reader from) {
     settings->voxel_size = from.getVoxelSize();
-    settings->parameters = from.getParameters();
+    settings->depth_side_px = from.getDepthSidePx();
+    settings->sensor_count = from.getSensorCount();
     return Damaged(Check(*settings));
   });
 }
@@ -285,12 +292,14 @@ Status Decode(std::string_view value, DepthRecord* depth) {
 
 Result<std::string> Encode(const CheckedDepthRecord& depth) {
   VEDUTA_RETURN_IF_ERROR(Check(depth));
-  return WriteMessage<schema::CheckedDepth>(depth.blocks.size() * sizeof(SeenBlock), [&](auto to) {
-    to.setReconstruction(depth.reconstruction.value);
-    FillGeometry(depth, to.initGeometry());
-    to.setKnownCount(depth.known_count);
-    to.setBlocks(AsData(depth.blocks));
-  });
+  return WriteMessage<schema::CheckedDepth>(
+      depth.blocks.size() * sizeof(SeenBlock) + depth.neighbors.size() * sizeof(DepthVersion), [&](auto to) {
+        to.setReconstruction(depth.reconstruction.value);
+        FillGeometry(depth, to.initGeometry());
+        to.setKnownCount(depth.known_count);
+        to.setBlocks(AsData(depth.blocks));
+        to.setNeighbors(AsData(depth.neighbors));
+      });
 }
 
 Status Decode(std::string_view value, CheckedDepthRecord* depth) {
@@ -299,6 +308,7 @@ Status Decode(std::string_view value, CheckedDepthRecord* depth) {
     ReadGeometry(from.getGeometry(), depth);
     depth->known_count = from.getKnownCount();
     if (!CopyRows(from.getBlocks(), &depth->blocks)) return BadRows("blocks");
+    if (!CopyRows(from.getNeighbors(), &depth->neighbors)) return BadRows("neighbors");
     return Damaged(Check(*depth));
   });
 }
@@ -321,7 +331,7 @@ Status Decode(std::string_view value, DepthPixels* pixels) {
 
 Result<std::string> Encode(const TileRecord& tile) {
   VEDUTA_RETURN_IF_ERROR(Check(tile));
-  return WriteMessage<schema::Tile>(tile.depths.size() * sizeof(TileDepth), [&](auto to) {
+  return WriteMessage<schema::Tile>(tile.depths.size() * sizeof(DepthVersion), [&](auto to) {
     to.setBlocks(tile.blocks);
     to.setDepths(AsData(tile.depths));
     to.setVolumeVersion(tile.volume_version);

@@ -122,7 +122,8 @@ struct Journal {
 # The offline pass (storage/dense.h).
 struct DenseSettings {
   voxelSize @0 :Float64;
-  parameters @1 :UInt64;
+  depthSidePx @1 :UInt32;
+  sensorCount @2 :UInt32;
 }
 
 # Size and pinhole of a depth map, and where it was seen from.
@@ -154,7 +155,8 @@ struct CheckedDepth {
   reconstruction @0 :UInt32;
   geometry @1 :DepthGeometry;
   knownCount @2 :UInt32;
-  blocks @3 :Data;  # rows: x, y, z i32, pixels u32
+  blocks @3 :Data;     # rows: x, y, z i32, pixels u32
+  neighbors @4 :Data;  # rows: image u32, 0 u32, version u64
 }
 
 struct DepthPixels {

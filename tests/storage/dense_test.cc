@@ -48,6 +48,7 @@ CheckedDepthRecord SampleChecked(uint32_t image, uint64_t version) {
   d.cam_from_world = SamplePose(0.4);
   d.depth_near = 0.5, d.depth_far = 20;
   d.known_count = 28;
+  d.neighbors = {{ImageId(9), 0, 4}, {ImageId(2), 0, 3}};
   d.blocks = {{{-2, 5, 1}, 9}, {{-2, 5, 2}, 1}, {{4, -1, 0}, 70}};
   return d;
 }
@@ -88,7 +89,7 @@ TEST(Dense, EverythingIsReadBackAfterReopening) {
     auto database = MustCreate(folder / "db");
     auto transaction = database->BeginTransaction();
     DenseWriter& dense = transaction->dense();
-    dense.PutSettings({kCity, 0.05, 42});
+    dense.PutSettings({kCity, 0.05, 512, 2});
     for (const uint32_t image : {7u, 1u}) {
       dense.PutDepth(SampleDepth(image));
       dense.PutDepthPixels(ImageId(image), SamplePixels());
@@ -108,8 +109,7 @@ TEST(Dense, EverythingIsReadBackAfterReopening) {
   const DenseReader& dense = snapshot->dense();
   const auto settings = dense.FindSettings(kCity);
   ASSERT_TRUE(settings.ok() && *settings);
-  EXPECT_EQ((*settings)->voxel_size, 0.05);
-  EXPECT_EQ((*settings)->parameters, 42u);
+  EXPECT_EQ(**settings, (DenseSettings{kCity, 0.05, 512, 2}));
   EXPECT_EQ(dense.ListSettings()->size(), 1u);
   std::vector<uint32_t> images;
   ASSERT_OK(dense.ScanDepths([&](const DepthRecord& depth) {
@@ -131,6 +131,7 @@ TEST(Dense, EverythingIsReadBackAfterReopening) {
     versions.push_back(depth.version);
     ExpectSameGeometry(depth, SampleChecked(7, depth.version));
     EXPECT_EQ(depth.blocks, SampleChecked(7, 5).blocks);
+    EXPECT_EQ(depth.neighbors, SampleChecked(7, 5).neighbors);
     return true;
   }));
   EXPECT_EQ(versions, (std::vector<uint64_t>{5, 6}));
@@ -198,7 +199,7 @@ TEST(Dense, SenselessRecordsAreRefused) {
   TileRecord tile = SampleTile({});
   tile.depths[2] = tile.depths[1];
   EXPECT_EQ(Encode(tile).status().code(), StatusCode::kInvalidArgument);
-  EXPECT_EQ(Encode(DenseSettings{kCity, nan, 0}).status().code(), StatusCode::kInvalidArgument);
+  EXPECT_EQ(Encode(DenseSettings{kCity, nan, 512, 2}).status().code(), StatusCode::kInvalidArgument);
 }
 
 TEST(Dense, DamagedValuesNeverComeThroughUnnoticedOrCrash) {
