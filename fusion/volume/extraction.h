@@ -5,12 +5,13 @@
 // depends on these two voxels (its normal on theirs) alone, so neighbouring tiles compute the same bytes: no cracks.
 // Source: Lorensen and Cline, SIGGRAPH 1987, with a table that is consistent across faces (marching_cubes.h).
 
+#include <Eigen/Core>
+#include <array>
 #include <compare>
 #include <cstdint>
 #include <span>
 #include <vector>
 
-#include "fusion/surface/triangle_mesh.h"
 #include "fusion/volume/grid.h"
 #include "fusion/volume/solution.h"
 #include "storage/base/status.h"
@@ -30,13 +31,16 @@ struct VertexKey {
   auto operator<=>(const VertexKey&) const = default;
 };
 
-// A tile's own triangles. Vertices on a border are in both tiles' pieces, with the same key, place and normal.
+// A tile's own triangles; as arrays of their own, for TriangleMesh is a floor above. Vertices on a border are in both
+// tiles' pieces, with the same key, place and normal.
 struct SurfacePiece {
-  TriangleMesh mesh;               // with normals, without colours
-  std::vector<VertexKey> keys;     // one a position, ascending
-  std::vector<uint8_t> near_maps;  // likewise: how many maps saw surface there, the lesser of both voxels
+  std::vector<VertexKey> keys;             // ascending, each once
+  std::vector<Eigen::Vector3f> positions;  // one a key; frame of the reconstruction
+  std::vector<Eigen::Vector3f> normals;    // likewise; unit, towards free space
+  std::vector<uint8_t> near_maps;          // likewise; how many maps saw surface there, the lesser of both voxels
+  std::vector<std::array<uint32_t, 3>> triangles;  // indices of keys, counter-clockwise seen from free space
 
-  bool operator==(const SurfacePiece& other) const;
+  bool operator==(const SurfacePiece& other) const = default;
 };
 
 // One block of the tile or of its halo that is solved.
