@@ -36,6 +36,7 @@ void RegisterDigest(CLI::App* app, int* exit_code);
 void RegisterVocabulary(CLI::App* app, int* exit_code);
 void RegisterJournal(CLI::App* app, int* exit_code);
 void RegisterBackup(CLI::App* app, int* exit_code);
+void RegisterDevices(CLI::App* app, int* exit_code);
 
 // null for an id that is not valid.
 template <typename Tag, typename Integer>

@@ -39,6 +39,7 @@ int main(int argc, char** argv) {
   veduta::RegisterVocabulary(&app, &exit_code);
   veduta::RegisterJournal(&app, &exit_code);
   veduta::RegisterBackup(&app, &exit_code);
+  veduta::RegisterDevices(&app, &exit_code);
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {

@@ -1,0 +1,77 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+// An OpenCL device to compute on: a graphics card, or the processor through PoCL. Without one, the C++ paths work.
+
+#include <cstdint>
+#include <memory>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "storage/base/status.h"
+
+namespace veduta {
+
+enum class DeviceKind : uint8_t { kCpu = 0, kGpu = 1, kOther = 2 };
+const char* DeviceKindName(DeviceKind kind);
+
+struct DeviceInfo {
+  uint32_t index = 0;  // in ListDevices' order, which is that of the drivers
+  std::string name, platform, driver_version;
+  DeviceKind kind = DeviceKind::kOther;
+  uint32_t compute_units = 0;  // of a CPU: the threads that work
+  uint64_t memory_bytes = 0;
+  uint64_t allocation_bytes_max = 0;  // of one buffer
+};
+
+// Every device of every driver. Empty where no driver or no device is; a driver that fails is passed over. Thread-safe.
+std::vector<DeviceInfo> ListDevices();
+
+// The device that `wanted` names among `devices`:
+//   "" or "auto"  the first GPU, else the first CPU, else the first of all;
+//   "gpu", "cpu"  the first of that kind;
+//   a number      the device of that index;
+//   other text    the first device whose name or platform contains it, whatever the case.
+// kNotFound naming what there is and what to install where there is no such device.
+Result<DeviceInfo> ChooseDevice(std::string_view wanted, const std::vector<DeviceInfo>& devices);
+
+// True for the words that ask for no device at all: "cpp" and "none".
+bool WantsNoDevice(std::string_view wanted);
+
+struct DeviceOptions {
+  std::string wanted = "auto";    // as ChooseDevice takes it
+  std::string cache_folder = {};  // built programs are kept here, made if missing; empty: kept in memory only
+  uint32_t thread_count = 0;      // [0, 4096]; threads of a CPU device; 0: all that it has. Other devices ignore it
+
+  Status Check() const;
+};
+
+// A device with its queue and its built programs. The programs' results do not depend on the device: they compute in
+// integers, or in floats without contraction and with correctly rounded division where the driver can.
+//
+// Thread-safe: each operation makes its kernel and its buffers itself; the queue works in order.
+class Device final {
+ public:
+  // kNotFound if there is no such device, or if `wanted` asks for none; kInvalidArgument on bad options; kIoError with
+  // the device's name if its driver fails. A cache folder that cannot be written costs building anew, no more.
+  static Result<std::unique_ptr<Device>> Open(const DeviceOptions& options);
+
+  ~Device();
+  Device(const Device&) = delete;
+  Device& operator=(const Device&) = delete;
+
+  const DeviceInfo& info() const;
+  // Programs compiled, and programs taken from the folder, since opening.
+  uint32_t programs_built() const;
+  uint32_t programs_loaded() const;
+
+  // What host wrappers inside kernels/ work with: kernels/opencl.h.
+  struct Parts;
+  Parts& parts() { return *parts_; }
+
+ private:
+  explicit Device(std::unique_ptr<Parts> parts);
+  std::unique_ptr<Parts> parts_;
+};
+
+}  // namespace veduta

@@ -1,0 +1,78 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+// OpenCL for the host wrappers of kernels/, and for nobody else: the device's parts, kernels from embedded files,
+// errors as Status.
+//
+// A wrapper looks like this:
+//   Status Scale(Device& device, float factor, std::span<float> values) {
+//     VEDUTA_ASSIGN_OR_RETURN(cl::Kernel kernel, MakeKernel(device, "scale.cl", "scale"));
+//     return WithOpenCl(device, "scaling", [&](Device::Parts& parts) {
+//       cl::Buffer buffer(parts.context, CL_MEM_READ_WRITE, values.size_bytes());
+//       parts.queue.enqueueWriteBuffer(buffer, CL_TRUE, 0, values.size_bytes(), values.data());
+//       ...
+//     });
+//   }
+
+// 1.2 is what every driver has.
+#define CL_HPP_ENABLE_EXCEPTIONS
+#define CL_HPP_TARGET_OPENCL_VERSION 120
+#define CL_HPP_MINIMUM_OPENCL_VERSION 120
+#include <CL/opencl.hpp>
+#include <map>
+#include <mutex>
+#include <new>
+#include <string>
+#include <string_view>
+
+#include "kernels/device.h"
+#include "kernels/program_cache.h"
+
+namespace veduta {
+
+struct Device::Parts {
+  DeviceInfo info;
+  std::string driver_key;  // what a built program depends on besides source and options
+  std::string exact_float_options;
+  cl::Device device;
+  cl::Context context;
+  cl::CommandQueue queue;  // in order
+  ProgramCache cache;
+  std::mutex mutex;  // of what follows
+  std::map<std::string, cl::Program> programs;
+  uint32_t programs_built = 0, programs_loaded = 0;
+};
+
+// "CL_OUT_OF_RESOURCES" for -5, and so on; "error -1234" for one that the standard does not name.
+std::string OpenClErrorName(int code);
+// kIoError: "DEVICE: TASK: CALL failed with CODE".
+Status OpenClFailure(const DeviceInfo& info, std::string_view task, const cl::Error& error);
+
+// A kernel of its own, by its name, from an embedded file of kernels/ ("scale.cl"). `options` are the compiler's
+// (-D DIM=128); those that keep floats exact, and FP_CONTRACT OFF, are added. The first call for (file, options)
+// builds or loads the program: up to a second on PoCL. Thread-safe; the kernel itself is one thread's.
+// kIoError with the compiler's log if it does not build.
+Result<cl::Kernel> MakeKernel(Device& device, std::string_view file, const char* name, const std::string& options = {});
+// Likewise from source text.
+Result<cl::Kernel> MakeKernelFromSource(Device& device, std::string_view source, const char* name,
+                                        const std::string& options = {});
+
+// Runs body(parts), which may throw cl::Error; that, and what the queue says at its end, becomes a Status naming the
+// device and `task`.
+template <typename Body>
+Status WithOpenCl(Device& device, std::string_view task, Body&& body) {
+  try {
+    body(device.parts());
+    return Status::Ok();
+  } catch (const cl::Error& error) {
+    return OpenClFailure(device.info(), task, error);
+  } catch (const std::bad_alloc&) {
+    return Status::IoError(device.info().name + ": " + std::string(task) + ": out of memory on the host");
+  }
+}
+
+// The least multiple of `unit` that is not less than `count`: global sizes.
+inline size_t RoundUp(size_t count, size_t unit) {
+  return (count + unit - 1) / unit * unit;
+}
+
+}  // namespace veduta
