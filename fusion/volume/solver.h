@@ -1,0 +1,67 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+// The TV-L1 fusion of one tile: the u that minimises
+//
+//   E(u) = sum |grad u| + lambda sum_j n_j |u - c_j|     over u in [-1, 1], voxels as unit of length,
+//
+// where voxel by voxel n_j and c_j are the histogram's weights and centres. E is convex: whatever the start, the
+// minimum is the same. Sources: C. Zach, T. Pock, H. Bischof, A globally optimal algorithm for robust TV-L1 range image
+// integration, ICCV 2007; A. Chambolle, T. Pock, A first-order primal-dual algorithm for convex problems, JMIV 2011,
+// algorithm 1.
+
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "fusion/volume/grid.h"
+#include "fusion/volume/histogram.h"
+#include "fusion/volume/solution.h"
+#include "storage/base/status.h"
+#include "storage/base/thread_pool.h"
+
+namespace veduta {
+
+class Device;  // kernels/device.h; null: the C++ path
+
+struct SolverOptions {
+  double lambda = 0.25;           // (0, 100]; of a map of full weight
+  uint32_t iterations_max = 400;  // [1, 100000]
+  uint32_t check_every = 20;      // [1, 10000]; iterations between two looks at the energy
+  double energy_change = 1e-4;    // [0, 1); stops when E fell by less than this share since the last look; 0: never
+
+  Status Check() const;  // the first violated bound, named with its value
+};
+
+// One block of the tile or of its halo (IsInReach) that is allocated.
+struct TileBlock {
+  BlockIndex index;
+  const HistogramBlock* histogram = nullptr;  // never null
+  const SolutionBlock* previous = nullptr;    // where to start from; null: from the mean of the histogram
+};
+
+struct EnergyReport {
+  uint32_t iteration = 0;
+  double energy = 0;       // of the tile and its halo
+  double lower_bound = 0;  // of the dual problem: the minimum is not below
+};
+
+struct TileSolution {
+  std::vector<SolvedBlock> blocks;     // the tile's own, ascending; the halo is left to its owners
+  std::vector<EnergyReport> energies;  // at the start and every check_every iterations
+  uint32_t iterations = 0;
+};
+
+// Minimises E over `blocks` (the tile's and the halo's, ascending, each once), with natural boundaries where no block
+// is, and returns the tile's own part. A tile without blocks of its own gives no blocks.
+//
+// Pure and deterministic: the same bytes on the device, on any instruction set and at any number of threads.
+// Thread-safe. About 60 bytes a voxel of `blocks` while it runs: 55 MB at most. kInvalidArgument on bad options, blocks
+// out of reach, out of order or without a histogram; kIoError if the device fails.
+Result<TileSolution> SolveTile(const TileIndex& tile, std::span<const TileBlock> blocks, const SolverOptions& options,
+                               Device* device, ThreadPool& pool);
+
+// The peer: every voxel the weighted mean of its votes (Curless and Levoy, SIGGRAPH 1996), voxels without votes 0.
+// Errors as SolveTile.
+Result<TileSolution> AverageTile(const TileIndex& tile, std::span<const TileBlock> blocks);
+
+}  // namespace veduta
