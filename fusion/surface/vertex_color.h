@@ -35,20 +35,25 @@ struct VertexColors {
   std::vector<uint8_t> view_counts;  // photos behind each colour; 0: no photo sees it, its colour is filled in
 };
 
+// How far around a tile the scene must be whole: enlarge the tile's box by this before asking TilesBetween for it.
+double ColoringReach(const ColoringOptions& options);
+
 // Colours a tile.
 //
-// mesh    with a unit normal a vertex. scene: all that may hide it (tiles_between.h), the tile itself included.
-// views   every photo that may see the tile, in any order; null entries are not allowed.
+// mesh    with a unit normal a vertex. scene: all tiles between the tile's box, enlarged by ColoringReach, and the
+// views
+//         (tiles_between.h), the tile itself included.
+// views   every photo that may see the tile, in any order.
 //
 // A vertex's colour is a robust mean (robust_color.h) of the photos' light there, each weighted by
-//   cos(incidence) * (focal length / distance)^2 * fade at the photo's border * (share of clear sight around it)^2,
+//   cos(incidence) * min(2, pixels a voxel)^2 * fade at the photo's border * (share of clear sight around it)^2,
 // a tenth of that where the photo is clipped. It depends on the position, the normal, and the photos that see the
 // vertex alone, not on the rest of the tile nor on the order of views: two tiles that share a vertex, given the same
 // views of it, give it the same colour. What no photo sees takes the mean of its coloured neighbours, ring by ring (up
 // to fill_rings_max; grey 128 beyond): that is a matter of one tile, and may differ on its border.
 //
 // Deterministic at any thread count. O(vertices * views * log(triangles)). Thread-safe. kInvalidArgument on bad
-// options, a broken mesh (CheckMesh) or one without normals.
+// options, a broken mesh (CheckMesh) or one without normals, or a null view.
 Result<VertexColors> ColorVertices(const TriangleMesh& mesh, const RayScene& scene,
                                    std::span<const ColorView* const> views, const ColoringOptions& options,
                                    ThreadPool& pool);
