@@ -13,17 +13,13 @@
 #include <span>
 
 #include "fusion/depth/depth_map.h"
+#include "fusion/depth/depth_range.h"
 #include "fusion/depth/view.h"
 #include "kernels/device.h"
 #include "storage/base/status.h"
 #include "storage/base/thread_pool.h"
 
 namespace veduta {
-
-// Along the key view's z, world units.
-struct DepthRange {
-  double near = 0, far = 0;
-};
 
 struct DepthOptions {
   double plane_step_px = 1.0;              // [0.25, 8]; largest step of a point in a sensor view from plane to plane

@@ -15,7 +15,7 @@
 namespace veduta {
 
 // Feeds numbers as little-endian bytes and texts with their lengths, so that no two contents read the same.
-class ContentFeed final {
+class ContentFeed {
  public:
   template <typename T>
   ContentFeed& operator<<(T value) requires std::is_arithmetic_v<T> || std::is_enum_v<T> {
