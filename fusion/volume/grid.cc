@@ -1,0 +1,58 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "fusion/volume/grid.h"
+
+#include <cmath>
+#include <string>
+
+namespace veduta {
+namespace {
+
+constexpr double kTruncationVoxelsMin = 2, kTruncationVoxelsMax = 8;
+
+std::vector<BlockIndex> BlocksAround(const TileIndex& tile, int32_t margin) {
+  const BlockIndex low = FirstBlock(tile);
+  std::vector<BlockIndex> blocks;
+  for (int32_t x = -margin; x < kTileBlocks + margin; ++x) {
+    for (int32_t y = -margin; y < kTileBlocks + margin; ++y) {
+      for (int32_t z = -margin; z < kTileBlocks + margin; ++z) blocks.push_back({low.x + x, low.y + y, low.z + z});
+    }
+  }
+  return blocks;
+}
+
+}  // namespace
+
+std::vector<BlockIndex> BlocksInReach(const TileIndex& tile) {
+  return BlocksAround(tile, 1);
+}
+
+std::vector<BlockIndex> BlocksOfTile(const TileIndex& tile) {
+  return BlocksAround(tile, 0);
+}
+
+std::vector<TileIndex> TilesThatReach(const BlockIndex& block) {
+  const TileIndex own = TileOf(block);
+  std::vector<TileIndex> tiles;
+  for (int32_t x = -1; x <= 1; ++x) {
+    for (int32_t y = -1; y <= 1; ++y) {
+      for (int32_t z = -1; z <= 1; ++z) {
+        const TileIndex tile = {own.x + x, own.y + y, own.z + z};
+        if (IsInReach(block, tile)) tiles.push_back(tile);
+      }
+    }
+  }
+  return tiles;
+}
+
+Status VolumeGrid::Check() const {
+  if (!(voxel_size > 0) || !std::isfinite(voxel_size)) {
+    return Status::InvalidArgument("voxel_size is " + std::to_string(voxel_size) + "; it must be above 0");
+  }
+  if (!(truncation_voxels >= kTruncationVoxelsMin && truncation_voxels <= kTruncationVoxelsMax)) {
+    return Status::InvalidArgument("truncation_voxels is " + std::to_string(truncation_voxels) +
+                                   "; it must be from 2 to 8");
+  }
+  return Status::Ok();
+}
+
+}  // namespace veduta

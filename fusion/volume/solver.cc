@@ -1,0 +1,84 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "fusion/volume/solver.h"
+
+#include <algorithm>
+#include <string>
+
+#include "fusion/volume/tile_problem.h"
+#include "kernels/total_variation.h"
+
+namespace veduta {
+namespace {
+
+Status OutOfRange(const char* name, double value, const char* bound) {
+  return Status::InvalidArgument(std::string(name) + " is " + std::to_string(value) + "; it must be " + bound);
+}
+
+std::vector<float> StartOf(std::span<const TileBlock> blocks, ThreadPool& pool) {
+  std::vector<float> u(blocks.size() * kBlockVoxels);
+  pool.ParallelFor(blocks.size(), [&](size_t b) {
+    for (size_t i = 0; i < kBlockVoxels; ++i) {
+      const SolutionBlock* previous = blocks[b].previous;
+      u[b * kBlockVoxels + i] =
+          previous ? static_cast<float>(std::max<int>(previous->value[i], -kSolutionOne)) / kSolutionOne
+                   : MeanOf(*blocks[b].histogram, i);
+    }
+  });
+  return u;
+}
+
+}  // namespace
+
+Status SolverOptions::Check() const {
+  if (!(lambda > 0 && lambda <= 100)) return OutOfRange("lambda", lambda, "above 0 and at most 100");
+  if (iterations_max < 1 || iterations_max > 100'000)
+    return OutOfRange("iterations_max", iterations_max, "from 1 to 100000");
+  if (check_every < 1 || check_every > 10'000) return OutOfRange("check_every", check_every, "from 1 to 10000");
+  if (!(energy_change >= 0 && energy_change < 1)) return OutOfRange("energy_change", energy_change, "in [0, 1)");
+  return Status::Ok();
+}
+
+Result<TileSolution> SolveTile(const TileIndex& tile, std::span<const TileBlock> blocks, const SolverOptions& options,
+                               Device* device, ThreadPool& pool) {
+  VEDUTA_RETURN_IF_ERROR(options.Check());
+  VEDUTA_RETURN_IF_ERROR(CheckTileBlocks(tile, blocks));
+  TileSolution solution;
+  if (std::none_of(blocks.begin(), blocks.end(), [&](const TileBlock& b) { return IsInTile(b.index, tile); })) {
+    return solution;
+  }
+  const auto lambda_of_weight = static_cast<float>(options.lambda / kVoteWeightMax);
+  VEDUTA_ASSIGN_OR_RETURN(
+      const std::unique_ptr<TotalVariation> minimisation,
+      TotalVariation::Start(MakeTileProblem(blocks, lambda_of_weight, pool), StartOf(blocks, pool), device, pool));
+  const auto report = [&]() -> Status {
+    VEDUTA_ASSIGN_OR_RETURN(const TvEnergy energy, minimisation->Energy());
+    solution.energies.push_back({solution.iterations, energy.primal, energy.dual});
+    return Status::Ok();
+  };
+  VEDUTA_RETURN_IF_ERROR(report());
+  while (solution.iterations < options.iterations_max) {
+    const uint32_t count = std::min(options.check_every, options.iterations_max - solution.iterations);
+    VEDUTA_RETURN_IF_ERROR(minimisation->Iterate(count));
+    solution.iterations += count;
+    VEDUTA_RETURN_IF_ERROR(report());
+    const double before = solution.energies[solution.energies.size() - 2].energy;
+    const double after = solution.energies.back().energy;
+    if (before - after < options.energy_change * before && after <= before) break;
+  }
+  VEDUTA_ASSIGN_OR_RETURN(const std::vector<float> u, minimisation->Read());
+  solution.blocks = KeepOwnBlocks(tile, blocks, u);
+  return solution;
+}
+
+Result<TileSolution> AverageTile(const TileIndex& tile, std::span<const TileBlock> blocks) {
+  VEDUTA_RETURN_IF_ERROR(CheckTileBlocks(tile, blocks));
+  std::vector<float> u(blocks.size() * kBlockVoxels);
+  for (size_t b = 0; b < blocks.size(); ++b) {
+    for (size_t i = 0; i < kBlockVoxels; ++i) u[b * kBlockVoxels + i] = MeanOf(*blocks[b].histogram, i);
+  }
+  TileSolution solution;
+  solution.blocks = KeepOwnBlocks(tile, blocks, u);
+  return solution;
+}
+
+}  // namespace veduta

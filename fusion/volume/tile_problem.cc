@@ -1,0 +1,97 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "fusion/volume/tile_problem.h"
+
+#include <algorithm>
+#include <cmath>
+#include <string>
+
+namespace veduta {
+namespace {
+
+static_assert(kTvBlockVoxels == kBlockVoxels && kTvRow == kBlockSide && kTvBins == kHistogramBins);
+
+// The place of a block among the ascending `blocks`; -1: it is not there.
+int32_t Find(std::span<const TileBlock> blocks, const BlockIndex& index) {
+  const auto found = std::lower_bound(blocks.begin(), blocks.end(), index,
+                                      [](const TileBlock& block, const BlockIndex& at) { return block.index < at; });
+  return found != blocks.end() && found->index == index ? static_cast<int32_t>(found - blocks.begin()) : -1;
+}
+
+void FillBlock(const HistogramBlock& histogram, size_t block, TvProblem* problem) {
+  for (size_t bin = 0; bin < kHistogramBins; ++bin) {
+    const HistogramBlock::Plane& counts = histogram.counts[bin];
+    std::copy(counts.begin(), counts.end(), problem->weights.begin() + (block * kHistogramBins + bin) * kBlockVoxels);
+    if (bin == kNearBins) continue;
+    uint8_t* centers = problem->centers.data() + (block * kNearBins + bin) * kBlockVoxels;
+    for (size_t i = 0; i < kBlockVoxels; ++i) {
+      constexpr uint32_t scale = kTvCenterLevels / kLevels;
+      const uint32_t count = counts[i];
+      // (sum / count + 1/2) scale, rounded; at most 248.
+      if (count > 0)
+        centers[i] = static_cast<uint8_t>((scale * (2u * histogram.sums[bin][i] + count) + count) / (2 * count));
+    }
+  }
+}
+
+}  // namespace
+
+Status CheckTileBlocks(const TileIndex& tile, std::span<const TileBlock> blocks) {
+  for (size_t i = 0; i < blocks.size(); ++i) {
+    const BlockIndex& at = blocks[i].index;
+    const char* wrong = !IsInReach(at, tile)                   ? "is out of the tile's reach"
+                        : i > 0 && !(blocks[i - 1].index < at) ? "is not in ascending order"
+                        : blocks[i].histogram == nullptr       ? "has no histogram"
+                                                               : nullptr;
+    if (wrong) {
+      return Status::InvalidArgument("block (" + std::to_string(at.x) + ", " + std::to_string(at.y) + ", " +
+                                     std::to_string(at.z) + ") " + wrong);
+    }
+  }
+  return Status::Ok();
+}
+
+TvProblem MakeTileProblem(std::span<const TileBlock> blocks, float lambda_of_weight, ThreadPool& pool) {
+  TvProblem problem;
+  problem.block_count = static_cast<uint32_t>(blocks.size());
+  problem.lambda = lambda_of_weight;
+  problem.weights.assign(blocks.size() * kHistogramBins * kBlockVoxels, 0);
+  problem.centers.assign(blocks.size() * kNearBins * kBlockVoxels, 0);
+  for (const TileBlock& block : blocks) {
+    const BlockIndex& at = block.index;
+    for (const BlockIndex& next :
+         {BlockIndex{at.x - 1, at.y, at.z}, BlockIndex{at.x + 1, at.y, at.z}, BlockIndex{at.x, at.y - 1, at.z},
+          BlockIndex{at.x, at.y + 1, at.z}, BlockIndex{at.x, at.y, at.z - 1}, BlockIndex{at.x, at.y, at.z + 1}}) {
+      problem.neighbors.push_back(Find(blocks, next));
+    }
+  }
+  pool.ParallelFor(blocks.size(), [&](size_t i) { FillBlock(*blocks[i].histogram, i, &problem); });
+  return problem;
+}
+
+float MeanOf(const HistogramBlock& histogram, size_t voxel) {
+  float sum = 0, weight = 0;
+  for (int bin = 0; bin < kHistogramBins; ++bin) {
+    const auto count = static_cast<float>(histogram.counts[bin][voxel]);
+    if (count == 0) continue;
+    sum += count * histogram.CenterOf(bin, voxel);
+    weight += count;
+  }
+  return weight > 0 ? std::clamp(sum / weight, -1.f, 1.f) : 0.f;
+}
+
+std::vector<SolvedBlock> KeepOwnBlocks(const TileIndex& tile, std::span<const TileBlock> blocks,
+                                       std::span<const float> u) {
+  std::vector<SolvedBlock> own;
+  for (size_t b = 0; b < blocks.size(); ++b) {
+    if (!IsInTile(blocks[b].index, tile)) continue;
+    auto solution = std::make_unique<SolutionBlock>();
+    for (size_t i = 0; i < kBlockVoxels; ++i) {
+      solution->value[i] = static_cast<int16_t>(std::lround(u[b * kBlockVoxels + i] * kSolutionOne));
+      solution->support[i] = SupportOf(*blocks[b].histogram, i);
+    }
+    own.push_back({blocks[b].index, std::move(solution)});
+  }
+  return own;
+}
+
+}  // namespace veduta

@@ -1,0 +1,25 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+// Within fusion/volume: a tile's blocks as the total variation kernels want them.
+
+#include <span>
+#include <vector>
+
+#include "fusion/volume/solver.h"
+#include "kernels/total_variation.h"
+
+namespace veduta {
+
+// kInvalidArgument on a block out of reach, out of order or without a histogram.
+Status CheckTileBlocks(const TileIndex& tile, std::span<const TileBlock> blocks);
+
+TvProblem MakeTileProblem(std::span<const TileBlock> blocks, float lambda_of_weight, ThreadPool& pool);
+
+// The mean of a voxel's votes, in [-1, 1]; 0 where nobody voted.
+float MeanOf(const HistogramBlock& histogram, size_t voxel);
+
+// The tile's own blocks of `u` [blocks x 4096], with their support.
+std::vector<SolvedBlock> KeepOwnBlocks(const TileIndex& tile, std::span<const TileBlock> blocks,
+                                       std::span<const float> u);
+
+}  // namespace veduta

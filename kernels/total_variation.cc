@@ -1,0 +1,158 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "kernels/total_variation.h"
+
+#include <algorithm>
+#include <cmath>
+#include <string>
+
+#include "kernels/total_variation_lanes.h"
+#include "kernels/total_variation_rows.h"
+
+namespace veduta {
+namespace {
+
+constexpr size_t kPadding = kTvRow;  // floats before and behind the voxels: rows are read shifted by one
+
+TvSteps StepsOf(TvIsa isa) {
+#if defined(__x86_64__)
+  if (isa == TvIsa::kAvx512) return TvStepsAvx512();
+  if (isa == TvIsa::kAvx2) return TvStepsAvx2();
+#endif
+  return TvStepsBaseline();
+}
+
+class CppTotalVariation final : public TotalVariation {
+ public:
+  CppTotalVariation(TvIsa isa, const TvProblem& problem, std::span<const float> u, ThreadPool& pool)
+      : problem_(problem), bins_of_row_(BinsOfRows(problem)), steps_(StepsOf(isa)), pool_(pool) {
+    for (auto* array : {&u_, &u_bar_}) {
+      array->assign(u.size() + 2 * kPadding, 0.f);
+      std::copy(u.begin(), u.end(), array->begin() + kPadding);
+    }
+    for (auto& array : p_) array.assign(u.size() + 2 * kPadding, 0.f);
+    arrays_ = {u_.data() + kPadding,
+               u_bar_.data() + kPadding,
+               {p_[0].data() + kPadding, p_[1].data() + kPadding, p_[2].data() + kPadding},
+               problem_.neighbors.data(),
+               problem_.weights.data(),
+               problem_.centers.data(),
+               bins_of_row_.data(),
+               problem_.lambda};
+  }
+
+  Status Iterate(uint32_t count) override {
+    for (uint32_t i = 0; i < count; ++i) {
+      pool_.ParallelFor(problem_.block_count, [&](size_t b) { steps_.dual(arrays_, static_cast<uint32_t>(b)); });
+      pool_.ParallelFor(problem_.block_count, [&](size_t b) { steps_.primal(arrays_, static_cast<uint32_t>(b)); });
+    }
+    return Status::Ok();
+  }
+
+  Result<TvEnergy> Energy() override {
+    std::vector<TvBlockEnergy> energies(problem_.block_count);
+    pool_.ParallelFor(problem_.block_count,
+                      [&](size_t b) { energies[b] = steps_.energy(arrays_, static_cast<uint32_t>(b)); });
+    TvBlockEnergy sum;
+    for (const TvBlockEnergy& energy : energies) {
+      sum.primal += energy.primal;
+      sum.dual += energy.dual;
+    }
+    return TvEnergy{static_cast<double>(sum.primal) / kTvEnergyOne, static_cast<double>(sum.dual) / kTvEnergyOne};
+  }
+
+  Result<std::vector<float>> Read() override { return std::vector<float>(u_.begin() + kPadding, u_.end() - kPadding); }
+
+ private:
+  const TvProblem problem_;
+  const std::vector<uint32_t> bins_of_row_;
+  const TvSteps steps_;
+  ThreadPool& pool_;
+  std::vector<float> u_, u_bar_, p_[3];
+  TvArrays arrays_{};
+};
+
+Status CheckStart(const TvProblem& problem, std::span<const float> u) {
+  VEDUTA_RETURN_IF_ERROR(problem.Check());
+  if (u.size() != static_cast<size_t>(problem.block_count) * kTvBlockVoxels) {
+    return Status::InvalidArgument("the start has " + std::to_string(u.size()) + " voxels, the problem " +
+                                   std::to_string(problem.block_count) + " blocks");
+  }
+  if (!std::all_of(u.begin(), u.end(), [](float value) { return value >= -1 && value <= 1; })) {
+    return Status::InvalidArgument("the start has a value outside of [-1, 1]");
+  }
+  return Status::Ok();
+}
+
+}  // namespace
+
+std::vector<uint32_t> BinsOfRows(const TvProblem& problem) {
+  std::vector<uint32_t> bins(static_cast<size_t>(problem.block_count) * kTvRowsOfBlock, 0);
+  for (size_t block = 0; block < problem.block_count; ++block) {
+    for (uint32_t bin = 0; bin < kTvBins; ++bin) {
+      const uint16_t* weights = problem.weights.data() + (block * kTvBins + bin) * kTvBlockVoxels;
+      for (uint32_t row = 0; row < kTvRowsOfBlock; ++row, weights += kTvRow) {
+        const bool any = std::any_of(weights, weights + kTvRow, [](uint16_t weight) { return weight != 0; });
+        if (any) bins[block * kTvRowsOfBlock + row] |= 1u << bin;
+      }
+    }
+  }
+  return bins;
+}
+
+Status TvProblem::Check() const {
+  const size_t voxels = static_cast<size_t>(block_count) * kTvBlockVoxels;
+  if (neighbors.size() != 6 * static_cast<size_t>(block_count) || weights.size() != kTvBins * voxels ||
+      centers.size() != kTvNearBins * voxels) {
+    return Status::InvalidArgument("neighbours, weights or centres do not fit " + std::to_string(block_count) +
+                                   " blocks");
+  }
+  if (!(lambda > 0) || !std::isfinite(lambda)) {
+    return Status::InvalidArgument("lambda is " + std::to_string(lambda) + "; it must be above 0");
+  }
+  for (size_t i = 0; i < neighbors.size(); ++i) {
+    const int32_t other = neighbors[i];
+    if (other < -1 || other >= static_cast<int32_t>(block_count) ||
+        (other >= 0 && neighbors[6 * static_cast<size_t>(other) + (i % 6 ^ 1)] != static_cast<int32_t>(i / 6))) {
+      return Status::InvalidArgument("block " + std::to_string(i / 6) + " and its neighbour " + std::to_string(other) +
+                                     " do not name each other");
+    }
+  }
+  return Status::Ok();
+}
+
+TvIsa BestTvIsa() {
+#if defined(__x86_64__)
+  if (__builtin_cpu_supports("avx512f") && __builtin_cpu_supports("avx512bw") && __builtin_cpu_supports("avx512vl") &&
+      __builtin_cpu_supports("avx512dq")) {
+    return TvIsa::kAvx512;
+  }
+  if (__builtin_cpu_supports("avx2")) return TvIsa::kAvx2;
+#endif
+  return TvIsa::kBaseline;
+}
+
+Result<std::unique_ptr<TotalVariation>> StartTotalVariationOn(TvIsa isa, const TvProblem& problem,
+                                                              std::span<const float> u, ThreadPool& pool) {
+  VEDUTA_RETURN_IF_ERROR(CheckStart(problem, u));
+  return std::unique_ptr<TotalVariation>(std::make_unique<CppTotalVariation>(isa, problem, u, pool));
+}
+
+Result<std::unique_ptr<TotalVariation>> TotalVariation::Start(const TvProblem& problem, std::span<const float> u,
+                                                              Device* device, ThreadPool& pool) {
+  VEDUTA_RETURN_IF_ERROR(CheckStart(problem, u));
+  if (device) return StartTotalVariationOn(*device, problem, u);
+  return StartTotalVariationOn(BestTvIsa(), problem, u, pool);
+}
+
+float HistogramProx(float v, float tau_lambda, std::span<const float> centers, std::span<const float> weights) {
+  float above = 0;
+  for (const float weight : weights) above += weight;
+  float u = v + tau_lambda * above;
+  for (size_t j = 0; j < centers.size(); ++j) {
+    above -= 2.f * weights[j];
+    u = std::min(u, std::max(centers[j], v + tau_lambda * above));
+  }
+  return std::max(std::min(u, 1.f), -1.f);
+}
+
+}  // namespace veduta

@@ -1,0 +1,80 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+// Total variation with a histogram as data, on a sparse set of blocks of 16^3 voxels: minimises
+//
+//   E(u) = sum |grad u| + lambda sum_j n_j |u - c_j|     over u in [-1, 1]
+//
+// by the first-order primal-dual algorithm of Chambolle and Pock (JMIV 2011, algorithm 1, theta 1):
+//
+//   p <- project(p + sigma grad u_bar),   u' <- prox(u + tau div p),   u_bar <- 2 u' - u
+//
+// grad: forward differences, 0 towards a block that is not there; div: minus its adjoint; project: onto |p| <= 1.
+// prox is exact (Zach 2008; Li and Osher 2009: a median). With W_j the weight above bin j less that below,
+//
+//   prox(v) = clamp(min(v + tau lambda W_0, min_j max(c_j, v + tau lambda W_j)), -1, 1)
+//
+// in which an empty bin changes nothing, not even a bit, and is skipped.
+
+#include <cstdint>
+#include <memory>
+#include <span>
+#include <vector>
+
+#include "storage/base/status.h"
+#include "storage/base/thread_pool.h"
+
+namespace veduta {
+
+class Device;
+
+inline constexpr uint32_t kTvBlockVoxels = 4096, kTvRow = 16, kTvRowsOfBlock = 256;  // x runs fastest, then y, then z
+inline constexpr uint32_t kTvNearBins = 7, kTvBins = 8;
+inline constexpr uint32_t kTvCenterLevels = 256;
+
+struct TvProblem {
+  uint32_t block_count = 0;
+  // [block_count x 6]: the block that follows at -x, +x, -y, +y, -z, +z; -1: none. Must be mutual.
+  std::vector<int32_t> neighbors;
+  // [block_count x 8 x 4096]: n_j. At most 65535, so that sums are exact in float.
+  std::vector<uint16_t> weights;
+  // [block_count x 7 x 4096]: where in bin j, of kTvCenterLevels parts: c_j = -1 + 2/7 (j + center / 256).
+  // The last bin's is 1.
+  std::vector<uint8_t> centers;
+  float lambda = 0;  // of a weight of 1
+
+  Status Check() const;  // sizes, neighbours and lambda
+};
+
+struct TvEnergy {
+  double primal = 0;  // E(u)
+  double dual = 0;    // of p: min E is not below (up to rounding), so primal - dual bounds what is left to gain
+};
+
+// A minimisation under way. Every implementation computes the same bits: floats in a fixed order without contraction,
+// energies summed in integers.
+class TotalVariation {
+ public:
+  // From `u` [block_count x 4096], in [-1, 1], and p = 0. `device` null: C++ on `pool`, by the widest vectors that this
+  // machine has. The problem is copied. kInvalidArgument naming what is wrong; kIoError if the device fails.
+  static Result<std::unique_ptr<TotalVariation>> Start(const TvProblem& problem, std::span<const float> u,
+                                                       Device* device, ThreadPool& pool);
+  virtual ~TotalVariation() = default;
+
+  virtual Status Iterate(uint32_t count) = 0;
+  virtual Result<TvEnergy> Energy() = 0;
+  virtual Result<std::vector<float>> Read() = 0;  // u
+};
+
+// What instruction sets the C++ path can use; tests compare them.
+enum class TvIsa : uint8_t { kBaseline = 0, kAvx2 = 1, kAvx512 = 2 };
+TvIsa BestTvIsa();
+Result<std::unique_ptr<TotalVariation>> StartTotalVariationOn(TvIsa isa, const TvProblem& problem,
+                                                              std::span<const float> u, ThreadPool& pool);
+// kernels/total_variation.cl, one work item a row of 16 voxels.
+Result<std::unique_ptr<TotalVariation>> StartTotalVariationOn(Device& device, const TvProblem& problem,
+                                                              std::span<const float> u);
+
+// The formula of prox above for one voxel, as plain as can be: the reference that tests compare by brute force.
+float HistogramProx(float v, float tau_lambda, std::span<const float> centers, std::span<const float> weights);
+
+}  // namespace veduta
