@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "fusion/surface/mesh_check.h"
 
+#include <Eigen/Geometry>
 #include <limits>
 #include <string>
 

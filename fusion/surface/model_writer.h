@@ -6,7 +6,7 @@
 // it is written, PATH.vertices and PATH.triangles stand beside PATH; PATH itself appears by a rename at the end.
 
 #include <Eigen/Core>
-#include <Eigen/Geometry>
+#include <array>
 #include <cstdint>
 #include <memory>
 #include <span>
@@ -38,6 +38,10 @@ struct ModelCounts {
   uint64_t vertices = 0, triangles = 0, points = 0, cameras = 0;
 };
 
+// A key for a vertex on the edge that goes from voxel (x, y, z) along `axis` (0, 1, 2). kInvalidArgument where a
+// coordinate is outside [-2^19, 2^19) (26 km of voxels of 5 cm each way), or the axis is none.
+Result<uint64_t> WeldKey(int32_t x, int32_t y, int32_t z, int32_t axis);
+
 // One model in the making. Not thread-safe. Without Finish nothing is left behind.
 class ModelWriter {
  public:
@@ -59,10 +63,11 @@ class ModelWriter {
 // Binary little-endian PLY: x y z [nx ny nz] [red green blue], faces as lists of vertex_indices.
 Result<std::unique_ptr<ModelWriter>> OpenPly(const std::string& path, const ModelContents& contents);
 
-// Binary glTF 2.0 (.glb): one mesh of triangles, one of points, a node a camera, all below a root node that turns the
-// world so that `up_in_world` becomes glTF's +y. Node "photo NAME"; camera.extras hold name, width, height, fx, fy, cx,
-// cy in px with (0, 0) the centre of the top-left pixel. glTF's cameras look along -z with y up and have their
-// principal point in the middle: the exact one is in the extras alone.
+// Binary glTF 2.0 (.glb): one mesh of triangles, one of points (without normals), a node a camera, all below a root
+// node that turns the world so that `up_in_world` becomes glTF's +y. Colours are light, as glTF wants them (16 bits a
+// channel), on an unlit material (KHR_materials_unlit). A camera's node and camera bear the photo's name; the camera's
+// extras hold width, height, fx, fy, cx, cy in px, (0, 0) the centre of the top-left pixel: glTF's own cameras look
+// along -z with y up and have their principal point in the middle. kInvalidArgument if `up_in_world` has no direction.
 Result<std::unique_ptr<ModelWriter>> OpenGlb(const std::string& path, const ModelContents& contents,
                                              const Eigen::Vector3d& up_in_world);
 

@@ -14,7 +14,7 @@ struct SimplificationOptions {
   double distance_max = 0;          // > 0, world units: between old and new surface, both ways; there is no default
   bool keep_border = true;          // border vertices stay where and what they are, so that tiles still fit together
   double normal_turn_deg_max = 60;  // (0, 90]; no triangle turns further in one step
-  double color_step_max = 24;       // [0, 441], sRGB: no vertex goes into one whose colour is further away; 441: any
+  double color_step_max = 24;       // [0, 442], sRGB: no vertex goes into one whose colour is further away; 442: any
 
   Status Check() const;  // the first violated bound, named with its value
 };
@@ -28,7 +28,7 @@ struct SimplifiedMesh {
 
 // Half-edge collapses in order of quadric error (Garland and Heckbert 1997), each allowed only while the old points
 // stay within the bound; then the distance is measured, and all is done again with a smaller bound where it is
-// exceeded. Triangles at edges of more than two triangles stay as they are. Deterministic; about 5 us a triangle.
+// exceeded. Triangles at edges of more than two triangles stay as they are. Deterministic.
 // Thread-safe. kInvalidArgument on bad options or a broken mesh.
 Result<SimplifiedMesh> Simplify(const TriangleMesh& mesh, const SimplificationOptions& options);
 

@@ -1,0 +1,18 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+// Collapses of half-edges in order of quadric error, while old vertices stay near. One run, for Simplify.
+
+#include <cstdint>
+#include <vector>
+
+#include "fusion/surface/simplification.h"
+#include "fusion/surface/triangle_mesh.h"
+
+namespace veduta {
+
+// The triangles that are left, of the same vertices. `distance_max` counts instead of that of the options, and holds
+// for old vertices to new triangles next to them, those remembered: whoever calls measures. mesh must pass CheckMesh.
+std::vector<std::array<uint32_t, 3>> CollapseEdges(const TriangleMesh& mesh, const SimplificationOptions& options,
+                                                   double distance_max);
+
+}  // namespace veduta
