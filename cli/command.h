@@ -31,6 +31,8 @@ void RegisterShow(CLI::App* app, int* exit_code);
 void RegisterNeighbors(CLI::App* app, int* exit_code);
 void RegisterPose(CLI::App* app, int* exit_code);
 void RegisterExport(CLI::App* app, int* exit_code);
+void RegisterDensify(CLI::App* app, int* exit_code);
+void RegisterRender(CLI::App* app, int* exit_code);
 void RegisterVerify(CLI::App* app, int* exit_code);
 void RegisterDigest(CLI::App* app, int* exit_code);
 void RegisterVocabulary(CLI::App* app, int* exit_code);

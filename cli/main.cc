@@ -34,6 +34,8 @@ int main(int argc, char** argv) {
   veduta::RegisterNeighbors(&app, &exit_code);
   veduta::RegisterPose(&app, &exit_code);
   veduta::RegisterExport(&app, &exit_code);
+  veduta::RegisterDensify(&app, &exit_code);
+  veduta::RegisterRender(&app, &exit_code);
   veduta::RegisterVerify(&app, &exit_code);
   veduta::RegisterDigest(&app, &exit_code);
   veduta::RegisterVocabulary(&app, &exit_code);

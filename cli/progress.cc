@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
+#include <utility>
 
 namespace veduta {
 namespace {
@@ -25,8 +26,12 @@ std::string Duration(double seconds) {
 
 }  // namespace
 
-Progress::Progress(size_t total)
-    : total_(total), is_terminal_(isatty(STDERR_FILENO)), start_(Clock::now()), drawn_(start_) {}
+Progress::Progress(size_t total, std::string what)
+    : total_(total),
+      what_(std::move(what)),
+      is_terminal_(isatty(STDERR_FILENO)),
+      start_(Clock::now()),
+      drawn_(start_) {}
 
 Progress::~Progress() {
   Erase();
@@ -45,6 +50,16 @@ void Progress::Say(const std::string& line) {
 void Progress::Advance(const std::string& word) {
   ++done_;
   last_word_ = word;
+  Tick();
+}
+
+void Progress::Set(size_t done) {
+  done_ = done;
+  last_word_ = what_;
+  Tick();
+}
+
+void Progress::Tick() {
   const auto now = Clock::now();
   const auto pause = is_terminal_ ? std::chrono::milliseconds(100) : std::chrono::seconds(5);
   if (now - drawn_ < pause && done_ != total_) return;
@@ -57,7 +72,7 @@ void Progress::Draw() {
   const double rate = elapsed > 0 ? static_cast<double>(done_) / elapsed : 0;
   const std::string left = rate > 0 ? Duration(static_cast<double>(total_ - done_) / rate) : "?";
   if (!is_terminal_) {
-    std::fprintf(stderr, "%zu of %zu photos, %.2f a second, %s left\n", done_, total_, rate, left.c_str());
+    std::fprintf(stderr, "%zu of %zu %s, %.2f a second, %s left\n", done_, total_, what_.c_str(), rate, left.c_str());
     return;
   }
   constexpr size_t kWidth = 30;

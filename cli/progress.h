@@ -10,13 +10,16 @@ namespace veduta {
 
 class Progress {
  public:
-  explicit Progress(size_t total);
+  // `what` names the things that are counted.
+  explicit Progress(size_t total, std::string what = "photos");
   ~Progress();
   Progress(const Progress&) = delete;
   Progress& operator=(const Progress&) = delete;
 
   // One more is done; `word` says what became of it.
   void Advance(const std::string& word);
+  // `done` things are done now.
+  void Set(size_t done);
   // Prints a whole line above the bar.
   void Say(const std::string& line);
 
@@ -24,7 +27,10 @@ class Progress {
   void Draw();
   void Erase();
 
+  void Tick();
+
   const size_t total_;
+  const std::string what_;
   size_t done_ = 0;
   const bool is_terminal_;
   std::string last_word_;

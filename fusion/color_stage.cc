@@ -197,7 +197,7 @@ Result<StageCount> UpdateExposures(const Pass& pass) {
   Stopwatch watch;
   StageCount count;
   VEDUTA_RETURN_IF_ERROR(pass.Tell("exposures", 0, 1));
-  VEDUTA_ASSIGN_OR_RETURN(std::map<ImageId, DepthRecord> depths, LoadDepths(pass));
+  VEDUTA_ASSIGN_OR_RETURN(auto depths, LoadDepths(pass));
   std::map<ImageId, Eigen::Vector3f> fixed;
   for (const auto& [id, depth] : depths) {
     if (HasGain(depth)) fixed[id] = Eigen::Vector3f(depth.gain[0], depth.gain[1], depth.gain[2]);
