@@ -40,9 +40,9 @@ std::vector<FeatureEvidence> GatherEvidence(const Map& map, const MapImage& imag
   return evidence;
 }
 
-bool AllWithin(std::span<const View> views, const Eigen::Vector3d& point, double error_px_max) {
+bool AllWithin(std::span<const Sighting> views, const Eigen::Vector3d& point, double error_px_max) {
   return std::all_of(views.begin(), views.end(),
-                     [&](const View& view) { return ReprojectionErrorPx(view, point) <= error_px_max; });
+                     [&](const Sighting& view) { return ReprojectionErrorPx(view, point) <= error_px_max; });
 }
 
 bool SeesImage(const PointRecord& point, ImageId image) {
@@ -52,7 +52,7 @@ bool SeesImage(const PointRecord& point, ImageId image) {
 // Joins the feature to the candidate that it fits best.
 std::optional<PointId> JoinBest(Map* map, ImageId image, FeatureIndex feature, const std::vector<PointId>& candidates,
                                 double error_px_max) {
-  const View view = map->image(image).ViewOf(feature);
+  const Sighting view = map->image(image).ViewOf(feature);
   std::optional<PointId> best;
   double best_error = error_px_max;
   for (const PointId id : candidates) {
@@ -68,14 +68,14 @@ std::optional<PointId> JoinBest(Map* map, ImageId image, FeatureIndex feature, c
 // Triangulates the feature with the match that gives the widest angle, and takes in the others that agree.
 bool TryTriangulate(Map* map, ImageId image, FeatureIndex feature, const std::vector<TrackElement>& matched,
                     const GrowthOptions& options) {
-  const View view = map->image(image).ViewOf(feature);
+  const Sighting view = map->image(image).ViewOf(feature);
   std::vector<TrackElement> best_track;
   Eigen::Vector3d best_position = Eigen::Vector3d::Zero();
   double best_angle = 0;
   for (const TrackElement& seed : matched) {
     const MapImage& other = map->image(seed.image);
     if (other.points[seed.feature].valid()) continue;
-    std::vector<View> views = {view, other.ViewOf(seed.feature)};
+    std::vector<Sighting> views = {view, other.ViewOf(seed.feature)};
     auto position = Triangulate(views);
     if (!position || !AllWithin(views, *position, options.error_px_max)) continue;
     std::vector<TrackElement> track = {{image, feature}, seed};
@@ -84,7 +84,7 @@ bool TryTriangulate(Map* map, ImageId image, FeatureIndex feature, const std::ve
       const bool known =
           std::any_of(track.begin(), track.end(), [&](const auto& e) { return e.image == element.image; });
       if (known || third.points[element.feature].valid()) continue;
-      const View third_view = third.ViewOf(element.feature);
+      const Sighting third_view = third.ViewOf(element.feature);
       if (ReprojectionErrorPx(third_view, *position) > 2 * options.error_px_max) continue;
       views.push_back(third_view);
       const auto moved = Triangulate(views);
@@ -122,8 +122,8 @@ const TrackElement& MostAlike(const Map& map, const PointRecord& point, const Ei
 bool TryMergePoints(Map* map, PointId keep, PointId drop, double error_px_max) {
   const PointRecord *a = map->FindPoint(keep), *b = map->FindPoint(drop);
   if (a == nullptr || b == nullptr || keep == drop || map->SharesImage(*a, *b)) return false;
-  std::vector<View> views = map->ViewsOf(*a);
-  const std::vector<View> more = map->ViewsOf(*b);
+  std::vector<Sighting> views = map->ViewsOf(*a);
+  const std::vector<Sighting> more = map->ViewsOf(*b);
   views.insert(views.end(), more.begin(), more.end());
   const auto position = Triangulate(views);
   if (!position || !AllWithin(views, *position, error_px_max)) return false;

@@ -72,8 +72,8 @@ std::vector<PointId> Map::PointsSeenBy(std::span<const ImageId> images) const {
   return seen;
 }
 
-std::vector<View> Map::ViewsOf(const PointRecord& point) const {
-  std::vector<View> views;
+std::vector<Sighting> Map::ViewsOf(const PointRecord& point) const {
+  std::vector<Sighting> views;
   views.reserve(point.track.size());
   for (const TrackElement& element : point.track) {
     const auto it = images_.find(element.image);
@@ -120,8 +120,8 @@ void Map::CountPoint(const PointRecord& point, int sign) {
 
 void Map::Measure(PointRecord* point) const {
   double sum = 0;
-  const std::vector<View> views = ViewsOf(*point);
-  for (const View& view : views) sum += std::min(ReprojectionErrorPx(view, point->position), 1e6);
+  const std::vector<Sighting> views = ViewsOf(*point);
+  for (const Sighting& view : views) sum += std::min(ReprojectionErrorPx(view, point->position), 1e6);
   point->error_px = views.empty() ? 0.0f : static_cast<float>(sum / static_cast<double>(views.size()));
 }
 

@@ -33,7 +33,7 @@ struct MapImage {
   std::shared_ptr<const FeatureGrid> grid;  // of the same features
   std::vector<PointId> points;              // [features.size()]; not valid() where the feature has no point
 
-  View ViewOf(FeatureIndex feature) const {
+  Sighting ViewOf(FeatureIndex feature) const {
     const Keypoint& k = features->keypoints[feature];
     return {cam_from_world, camera, {k.x_px, k.y_px}};
   }
@@ -64,7 +64,7 @@ class Map {
   // Live points that a loaded image observes and whose blocks are loaded, ascending and distinct.
   std::vector<PointId> PointsSeenBy(std::span<const ImageId> images) const;
   // Views of a point from its loaded images.
-  std::vector<View> ViewsOf(const PointRecord& point) const;
+  std::vector<Sighting> ViewsOf(const PointRecord& point) const;
 
   // Loading: stored state, no change is recorded.
   void LoadImage(MapImage image);

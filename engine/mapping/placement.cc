@@ -87,7 +87,7 @@ std::optional<Resection> FindBetterPose(const Map& map, ImageId id, std::span<co
   if (found.outcome != ResectionOutcome::kPlaced) return std::nullopt;
   size_t explained = 0;
   for (size_t i = 0; i < structure.x.size(); ++i) {
-    const View view = image.ViewOf(structure.features[i]);
+    const Sighting view = image.ViewOf(structure.features[i]);
     explained += ReprojectionErrorPx(view, structure.positions[i]) <= options.error_px_max;
   }
   // Images that are right find their own pose again, give or take a point.

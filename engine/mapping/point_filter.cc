@@ -11,7 +11,7 @@ PointFilterCounts FilterPoints(Map* map, std::span<const PointId> points, const 
     for (const TrackElement& element : track) {
       const PointRecord* point = map->FindPoint(id);
       if (point == nullptr) break;
-      const View view = map->image(element.image).ViewOf(element.feature);
+      const Sighting view = map->image(element.image).ViewOf(element.feature);
       if (ReprojectionErrorPx(view, point->position) <= options.observation_error_px_max) continue;
       map->RemoveObservation(id, element.image);
       ++counts.observations_removed;

@@ -19,7 +19,7 @@ double RayAngleDeg(const Eigen::Vector3d& center_a, const Eigen::Vector3d& cente
   return std::atan2(a.cross(b).norm(), a.dot(b)) * kDegFromRad;
 }
 
-double TriangulationAngleDeg(std::span<const View> views, const Eigen::Vector3d& point) {
+double TriangulationAngleDeg(std::span<const Sighting> views, const Eigen::Vector3d& point) {
   double largest = 0;
   for (size_t i = 0; i < views.size(); ++i) {
     for (size_t j = i + 1; j < views.size(); ++j) {
@@ -30,18 +30,18 @@ double TriangulationAngleDeg(std::span<const View> views, const Eigen::Vector3d&
   return largest;
 }
 
-double ReprojectionErrorPx(const View& view, const Eigen::Vector3d& point) {
+double ReprojectionErrorPx(const Sighting& view, const Eigen::Vector3d& point) {
   const Eigen::Vector3d x_cam = view.cam_from_world * point;
   if (!(x_cam.z() > 0)) return std::numeric_limits<double>::infinity();
   return (view.camera.Project(x_cam) - view.x_px).norm();
 }
 
-std::optional<Eigen::Vector3d> Triangulate(std::span<const View> views) {
+std::optional<Eigen::Vector3d> Triangulate(std::span<const Sighting> views) {
   if (views.size() < 2) return std::nullopt;
   // The point nearest to all rays: sum over views of (I - r r^T)(X - C) = 0.
   Eigen::Matrix3d system = Eigen::Matrix3d::Zero();
   Eigen::Vector3d right = Eigen::Vector3d::Zero();
-  for (const View& view : views) {
+  for (const Sighting& view : views) {
     const Eigen::Vector3d ray =
         (view.cam_from_world.rotation.conjugate() * view.camera.Normalize(view.x_px).homogeneous()).normalized();
     const Eigen::Matrix3d across = Eigen::Matrix3d::Identity() - ray * ray.transpose();
@@ -54,7 +54,7 @@ std::optional<Eigen::Vector3d> Triangulate(std::span<const View> views) {
   for (int iteration = 0; iteration < 5; ++iteration) {
     Eigen::Matrix3d normal = Eigen::Matrix3d::Zero();
     Eigen::Vector3d gradient = Eigen::Vector3d::Zero();
-    for (const View& view : views) {
+    for (const Sighting& view : views) {
       const Eigen::Vector3d x_cam = view.cam_from_world * point;
       if (!(x_cam.z() > 0)) return std::nullopt;
       Eigen::Matrix<double, 2, 3> projection;
@@ -69,7 +69,7 @@ std::optional<Eigen::Vector3d> Triangulate(std::span<const View> views) {
     point += step;
     if (step.squaredNorm() < 1e-20 * point.squaredNorm()) break;
   }
-  for (const View& view : views) {
+  for (const Sighting& view : views) {
     if (!((view.cam_from_world * point).z() > 0)) return std::nullopt;
   }
   return point.allFinite() ? std::optional(point) : std::nullopt;

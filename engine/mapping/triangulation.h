@@ -10,7 +10,7 @@
 
 namespace veduta {
 
-struct View {
+struct Sighting {
   Rigid3 cam_from_world;
   Pinhole camera;
   Eigen::Vector2d x_px;  // where the point is seen
@@ -18,13 +18,13 @@ struct View {
 
 // Least-squares point, refined by Gauss-Newton on reprojection errors with unit weights. Nothing when the rays are
 // parallel or the point comes to lie behind a camera. O(views). Thread-safe.
-std::optional<Eigen::Vector3d> Triangulate(std::span<const View> views);
+std::optional<Eigen::Vector3d> Triangulate(std::span<const Sighting> views);
 
 // Largest angle between two rays to the point, degrees.
-double TriangulationAngleDeg(std::span<const View> views, const Eigen::Vector3d& point);
+double TriangulationAngleDeg(std::span<const Sighting> views, const Eigen::Vector3d& point);
 double RayAngleDeg(const Eigen::Vector3d& center_a, const Eigen::Vector3d& center_b, const Eigen::Vector3d& point);
 
 // Pixel error of one view; infinite behind the camera.
-double ReprojectionErrorPx(const View& view, const Eigen::Vector3d& point);
+double ReprojectionErrorPx(const Sighting& view, const Eigen::Vector3d& point);
 
 }  // namespace veduta

@@ -18,7 +18,7 @@ TEST(Triangulation, IsExactWithoutNoise) {
   for (uint32_t f = 0; f < scene.seen[0].size(); ++f) {
     const uint32_t point = scene.seen[0][f];
     if (scene.feature_of[3][point] < 0) continue;
-    const View views[] = {scene.images[0].ViewOf(f), scene.images[3].ViewOf(scene.feature_of[3][point])};
+    const Sighting views[] = {scene.images[0].ViewOf(f), scene.images[3].ViewOf(scene.feature_of[3][point])};
     const auto found = Triangulate(views);
     ASSERT_TRUE(found.has_value());
     EXPECT_LT((*found - scene.points[point]).norm(), 1e-3);  // keypoints are floats
@@ -26,7 +26,7 @@ TEST(Triangulation, IsExactWithoutNoise) {
 }
 
 TEST(Triangulation, RefusesParallelRaysAndPointsBehind) {
-  View a, b;
+  Sighting a, b;
   b.cam_from_world.translation.x() = -1;
   EXPECT_FALSE(Triangulate(std::vector{a, b}).has_value());  // both look straight ahead
   a.x_px.x() = -0.5;                                         // the rays diverge: they meet behind
