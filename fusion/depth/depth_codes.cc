@@ -2,7 +2,6 @@
 #include "fusion/depth/depth_codes.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <string>
 

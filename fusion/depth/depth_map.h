@@ -2,6 +2,7 @@
 #pragma once
 // Depth seen from one view.
 
+#include <cstddef>
 #include <cstdint>
 #include <vector>
 
