@@ -22,7 +22,7 @@ float BetweenPlanes(uint16_t before, uint16_t cost, uint16_t after) {
 }
 
 float MedianAround(const InverseDepthMap& map, int x, int y) {
-  std::array<float, (2 * kRadius + 1) * (2 * kRadius + 1)> values;
+  std::array<float, (2 * kRadius + 1) * (2 * kRadius + 1)> values{};
   size_t count = 0;
   const int width = static_cast<int>(map.width_px), height = static_cast<int>(map.height_px);
   for (int v = std::max(0, y - kRadius); v <= std::min(height - 1, y + kRadius); ++v) {
