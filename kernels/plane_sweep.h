@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
-// What it costs to see a key view's pixel on a plane: census of the key view against the warped sensor views.
+// What it costs to see a key view's pixel on a plane: census and gradient of the key view against the warped
+// sensor views'.
 
 #include <array>
 #include <cstdint>
@@ -43,7 +44,7 @@ inline constexpr uint32_t kSweepPlanesMax = 1024;
 // Planes are padded to a multiple of this.
 inline constexpr uint32_t kPlaneBlock = 16;
 // Least and greatest of a cost; a plane that no sensor view sees costs kUnseenCost, padding kCostMax.
-inline constexpr uint8_t kCostMax = 127, kUnseenCost = 62;
+inline constexpr uint8_t kCostMax = 127, kUnseenCost = 50;
 
 struct CostVolume {
   uint32_t width_px = 0, height_px = 0, plane_count = 0, plane_stride = 0;
@@ -55,10 +56,11 @@ inline uint32_t PlaneStride(uint32_t plane_count) {
 }
 
 // The cost of every plane at every pixel. A sensor view is warped by bilinear interpolation in fixed point (8 bits of
-// fraction); its cost is the number of the 62 neighbours in a window of 9 x 7 that are darker than the centre in one
-// view and not in the other, times 2, at most kCostMax. Of one or two views that see the point the better counts, of
-// more the mean of the best two, so that a view whose sight is blocked does no harm. Outside an image its edge is
-// repeated.
+// fraction). Its cost at a pixel is 2 c + min(g, 32), at most 100: c counts the 34 neighbours in a window of 7 x 5
+// that are darker than the centre in one view and not in the other (census; Zabih, Woodfill 1994), g is the difference
+// of the gradients, |dx| + |dy| by central differences. Neither feels a change of brightness, the first no change of
+// contrast either. Of one or two views that see the point the better counts, of more the mean of the best two, so
+// that a view whose sight is blocked does no harm. Outside an image its edge is repeated.
 //
 // On the device, or in C++ on the pool where it is null: the same bits. O(pixels * planes * sensors) time. Thread-safe.
 // kInvalidArgument as Check says, kIoError from the device.

@@ -7,8 +7,9 @@
 namespace veduta {
 namespace {
 
-constexpr int kRadiusX = 4, kRadiusY = 3;  // of the census window
-constexpr uint32_t kBandRows = 48;         // a task
+constexpr int kRadiusX = 3, kRadiusY = 2;  // of the census window
+constexpr int kGradientMax = 32;
+constexpr uint32_t kBandRows = 48;  // a task
 
 void WarpRow(const SweepProblem& problem, const SweepSensor& sensor, uint32_t plane, uint32_t y, uint8_t* gray,
              uint8_t* seen) {
@@ -56,23 +57,31 @@ struct PaddedRows {
   std::vector<uint8_t> bytes;
 };
 
-// How many neighbours are on different sides of their centre in the two views.
-void CensusRow(const uint8_t* const* key_rows, const uint8_t* const* warped_rows, uint32_t width, uint8_t* cost) {
+// The cost of a row: how many neighbours are on different sides of their centre in the two views, and how far the
+// gradients are apart. Rows from -kRadiusY to kRadiusY around it.
+void CompareRow(const uint8_t* const* key_rows, const uint8_t* const* warped_rows, uint32_t width, uint8_t* cost) {
   const uint8_t* __restrict key = key_rows[kRadiusY];
   const uint8_t* __restrict warped = warped_rows[kRadiusY];
   uint8_t* __restrict out = cost;
   std::fill_n(out, width, uint8_t{0});
   for (int dy = -kRadiusY; dy <= kRadiusY; ++dy) {
-    const uint8_t* __restrict key_near = key_rows[kRadiusY + dy];
-    const uint8_t* __restrict warped_near = warped_rows[kRadiusY + dy];
     for (int dx = -kRadiusX; dx <= kRadiusX; ++dx) {
-      if (dx == 0 && dy == 0) continue;
-      const uint8_t* __restrict a = key_near + dx;
-      const uint8_t* __restrict b = warped_near + dx;
+      const uint8_t* __restrict a = key_rows[kRadiusY + dy] + dx;
+      const uint8_t* __restrict b = warped_rows[kRadiusY + dy] + dx;
       for (uint32_t x = 0; x < width; ++x) {
         out[x] = static_cast<uint8_t>(out[x] + ((a[x] < key[x]) != (b[x] < warped[x])));
       }
     }
+  }
+  const uint8_t* __restrict key_above = key_rows[kRadiusY - 1];
+  const uint8_t* __restrict key_below = key_rows[kRadiusY + 1];
+  const uint8_t* __restrict warped_above = warped_rows[kRadiusY - 1];
+  const uint8_t* __restrict warped_below = warped_rows[kRadiusY + 1];
+  const uint8_t *key_left = key - 1, *key_right = key + 1, *warped_left = warped - 1, *warped_right = warped + 1;
+  for (uint32_t x = 0; x < width; ++x) {
+    const int across = std::abs((key_right[x] - key_left[x]) - (warped_right[x] - warped_left[x]));
+    const int down = std::abs((key_below[x] - key_above[x]) - (warped_below[x] - warped_above[x]));
+    out[x] = static_cast<uint8_t>(2 * out[x] + std::min(across + down, kGradientMax));
   }
 }
 
@@ -91,11 +100,10 @@ void AddView(const uint8_t* cost, const uint8_t* seen, uint32_t width, BestCosts
   }
 }
 
-// With up to two views the better one, with more the mean of the best two.
+// Of up to two views the better one, of more the mean of the best two.
 uint8_t CombineCosts(uint8_t first, uint8_t second, bool many) {
   if (first == UINT8_MAX) return kUnseenCost;
-  const uint32_t twice = many && second != UINT8_MAX ? first + second : 2u * first;
-  return static_cast<uint8_t>(std::min<uint32_t>(twice, kCostMax));
+  return many && second != UINT8_MAX ? static_cast<uint8_t>((first + second) / 2) : first;
 }
 
 class BandSweeper final {
@@ -149,7 +157,7 @@ class BandSweeper final {
         key_rows[dy + kRadiusY] = key_.row(row);
         warped_rows[dy + kRadiusY] = warped_[s].row(row);
       }
-      CensusRow(key_rows, warped_rows, width_, cost_.data());
+      CompareRow(key_rows, warped_rows, width_, cost_.data());
       AddView(cost_.data(), seen_[s].data() + static_cast<size_t>(y - halo_begin_) * width_, width_, &best_);
     }
     const bool many = warped_.size() > 2;
