@@ -23,7 +23,7 @@ struct NamedBlock {
 // What one map says about one point.
 struct RangeVote {
   // Distance of the point from the tangent plane of the surface that its pixel sees, world units: positive in front,
-  // negative behind. Exact where the surface is plane, at any angle.
+  // negative behind. Where the surface is plane, at any angle: 0 is exact, the rest to 1 %.
   double distance = 0;
   uint32_t weight = 0;  // 1 to kVoteWeightMax
 };
