@@ -64,7 +64,7 @@ bool Triangulate(const std::vector<int>& loop, size_t first, size_t last, CellTr
     if (!is_allowed(first, middle) || !is_allowed(middle, last)) continue;
     const size_t count = triangles->size();
     triangles->push_back(
-        {static_cast<uint8_t>(loop[first]), static_cast<uint8_t>(loop[middle]), static_cast<uint8_t>(loop[last])});
+        {static_cast<uint8_t>(loop[first]), static_cast<uint8_t>(loop[last]), static_cast<uint8_t>(loop[middle])});
     if (Triangulate(loop, first, middle, triangles) && Triangulate(loop, middle, last, triangles)) return true;
     triangles->resize(count);
   }

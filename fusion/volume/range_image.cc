@@ -12,7 +12,7 @@ namespace {
 constexpr int kPlaneRadiusPx = 3;          // 7x7 pixels: noise of depth of 1 % tilts the plane by some 20 degrees
 constexpr double kJump = 0.03;             // of inverse depth: an edge; 1.3 % a pixel is a wall at 80 degrees
 constexpr double kPlaneJump = 0.08;        // over the 7x7 pixels
-constexpr double kFootprintVoxelsMax = 4;  // wider pixels say nothing about single voxels
+constexpr double kFootprintVoxelsMax = 2;  // wider pixels say nothing about single voxels
 constexpr double kTiltMin = 0.2;           // of the cosine between ray and normal: noise makes steep planes
 
 Status CheckMap(const DepthMap& map, const ViewGeometry& geometry) {

@@ -23,7 +23,7 @@ struct NamedBlock {
 // What one map says about one point.
 struct RangeVote {
   // Distance of the point from the tangent plane of the surface that its pixel sees, world units: positive in front,
-  // negative behind. Exact where the surface is plane, at any angle.
+  // negative behind. Where the surface is plane, at any angle: 0 is exact, the rest to 1 %.
   double distance = 0;
   uint32_t weight = 0;  // 1 to kVoteWeightMax
 };
@@ -37,7 +37,7 @@ class RangeImage final {
   static Result<RangeImage> Make(const DepthMap& map, const ViewGeometry& geometry);
 
   // The vote on a point of the world; none where the camera does not look, depth is not known, a pixel is wider than
-  // 4 voxels at the point, or the point lies over `truncation` behind the surface. A pixel's confidence, its width in
+  // 2 voxels at the point, or the point lies over `truncation` behind the surface. A pixel's confidence, its width in
   // voxels and the surface's tilt make the weight. Depths across a jump (over 3 %) are not interpolated. Thread-safe.
   std::optional<RangeVote> VoteOn(const Eigen::Vector3d& point_in_world, const VolumeGrid& grid) const;
 
@@ -46,7 +46,7 @@ class RangeImage final {
   bool MaySee(const BlockIndex& block, const VolumeGrid& grid) const;
 
   // The blocks within the truncation band of any depth sample, ascending: this map's evidence of where surface is.
-  // Pixels wider than 4 voxels, and what lies beyond kBlockCoordinateMax, name nothing. A stray pixel names a block
+  // Pixels wider than 2 voxels, and what lies beyond kBlockCoordinateMax, name nothing. A stray pixel names a block
   // too, so whoever allocates may ask for some pixels (8, over all maps, say). Deterministic; single-threaded;
   // O(pixels), some 30 ns each.
   std::vector<NamedBlock> BlocksNearSurface(const VolumeGrid& grid) const;

@@ -1,0 +1,50 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+// Depth maps of a rendered street as a stereo matcher would have made them: the true depth, made worse.
+
+#include <cstdint>
+#include <memory>
+#include <vector>
+
+#include "fusion/depth/depth_map.h"
+#include "fusion/depth/view.h"
+#include "storage/base/status.h"
+#include "tools/street/camera_rig.h"
+#include "tools/street/scene.h"
+
+namespace veduta::fusion_benchmark {
+
+struct MapOptions {
+  uint32_t photos = 16;  // >= 2
+  double length_m = 0;   // of the street; 0: what suits the number of photos
+  uint32_t width_px = 512, height_px = 384;
+  double disparity_noise_px = 0.25;  // sigma, correlated over some 3 px as windows make it, of a baseline of 1 m
+  double outlier_share = 0.05;       // of the pixels, in blobs: a wrong depth between half and twice the true one
+  double missing_share = 0.10;       // likewise: none
+  double depth_max_m = 25;           // what is farther is not known
+  uint64_t seed = 1;
+};
+
+struct RenderedMap {
+  ViewGeometry geometry;
+  DepthMap truth;  // confidence 255 throughout
+  DepthMap noisy;
+};
+
+// The scene and one map after the other. Deterministic in the options.
+class RenderedStreet final {
+ public:
+  static Result<RenderedStreet> Make(const MapOptions& options);
+
+  size_t count() const { return cameras_.size(); }
+  Result<RenderedMap> Render(size_t i) const;
+  const street::Scene& scene() const { return *scene_; }
+
+ private:
+  RenderedStreet() = default;
+  MapOptions options_;
+  std::unique_ptr<street::Scene> scene_;
+  std::vector<street::StreetCamera> cameras_;
+};
+
+}  // namespace veduta::fusion_benchmark
