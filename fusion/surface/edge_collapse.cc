@@ -61,6 +61,7 @@ class Collapser final {
   void PushAround(VertexHandle vertex);
   bool IsAllowed(HalfedgeHandle halfedge);
   void Collapse(HalfedgeHandle halfedge);
+  std::vector<Eigen::Vector3d> LostPlaces(VertexHandle vertex) const;
 
   Eigen::Vector3d At(VertexHandle v) const { return source_.positions[v.idx()].cast<double>(); }
   Corners CornersOf(FaceHandle face) const;
@@ -76,7 +77,7 @@ class Collapser final {
   std::vector<std::array<uint32_t, 3>> aside_;  // triangles that no half-edge mesh can hold
   std::vector<Quadric> quadrics_;
   std::vector<uint32_t> versions_;
-  std::vector<std::vector<Eigen::Vector3d>> points_;  // old vertices that now belong to each face
+  std::vector<std::vector<Eigen::Vector3d>> points_;  // places lost that are nearest to each face
   std::priority_queue<Candidate, std::vector<Candidate>, std::greater<>> queue_;
 };
 
@@ -152,6 +153,13 @@ void Collapser::PushAround(VertexHandle vertex) {
   }
 }
 
+// Places of the surface that go with a vertex: itself and the middles of its edges.
+std::vector<Eigen::Vector3d> Collapser::LostPlaces(VertexHandle vertex) const {
+  std::vector<Eigen::Vector3d> places = {At(vertex)};
+  for (auto v = mesh_.cvv_iter(vertex); v.is_valid(); ++v) places.push_back(0.5 * (At(vertex) + At(*v)));
+  return places;
+}
+
 bool Collapser::IsAllowed(HalfedgeHandle halfedge) {
   if (!mesh_.is_collapse_ok(halfedge)) return false;
   const VertexHandle from = mesh_.from_vertex_handle(halfedge), to = mesh_.to_vertex_handle(halfedge);
@@ -178,7 +186,8 @@ bool Collapser::IsAllowed(HalfedgeHandle halfedge) {
   const auto is_near = [&](const Eigen::Vector3d& p) {
     return std::any_of(turned.begin(), turned.end(), [&](const Corners& c) { return SquareTo(p, c) <= square_max_; });
   };
-  if (!is_near(old_place)) return false;
+  const std::vector<Eigen::Vector3d> lost = LostPlaces(from);
+  if (!std::all_of(lost.begin(), lost.end(), is_near)) return false;
   for (auto f = mesh_.cvf_iter(from); f.is_valid(); ++f) {
     const auto& points = points_[f->idx()];
     if (!std::all_of(points.begin(), points.end(), is_near)) return false;
@@ -188,7 +197,7 @@ bool Collapser::IsAllowed(HalfedgeHandle halfedge) {
 
 void Collapser::Collapse(HalfedgeHandle halfedge) {
   const VertexHandle from = mesh_.from_vertex_handle(halfedge), to = mesh_.to_vertex_handle(halfedge);
-  std::vector<Eigen::Vector3d> homeless = {At(from)};
+  std::vector<Eigen::Vector3d> homeless = LostPlaces(from);
   for (auto f = mesh_.cvf_iter(from); f.is_valid(); ++f) {
     auto& points = points_[f->idx()];
     homeless.insert(homeless.end(), points.begin(), points.end());

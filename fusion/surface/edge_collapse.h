@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
-// Collapses of half-edges in order of quadric error, while old vertices stay near. One run, for Simplify.
+// Collapses of half-edges in order of quadric error, while the old surface stays near. One run, for Simplify.
 
 #include <cstdint>
 #include <vector>
@@ -11,7 +11,8 @@
 namespace veduta {
 
 // The triangles that are left, of the same vertices. `distance_max` counts instead of that of the options, and holds
-// for old vertices to new triangles next to them, those remembered: whoever calls measures. mesh must pass CheckMesh.
+// from the places remembered (old vertices, middles of edges; a dozen a triangle) to triangles near them: whoever calls
+// measures. mesh must pass CheckMesh.
 std::vector<std::array<uint32_t, 3>> CollapseEdges(const TriangleMesh& mesh, const SimplificationOptions& options,
                                                    double distance_max);
 

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "fusion/surface/nearest_point.h"
 
+#include <Eigen/Geometry>
 #include <algorithm>
 
 namespace veduta {

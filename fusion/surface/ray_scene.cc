@@ -145,7 +145,6 @@ void RayScene::Intersect(const RayPacket& rays, RayHits* hits) const {
   }
   RTCIntersectContext context;
   rtcInitIntersectContext(&context);
-  context.flags = RTC_INTERSECT_CONTEXT_FLAG_COHERENT;
   rtcIntersect16(valid, SceneOf(scene_), &context, &packet);
   for (int i = 0; i < kRayLanes; ++i) {
     const bool is_hit = rays.live[i] && packet.hit.geomID[i] != RTC_INVALID_GEOMETRY_ID;
@@ -162,8 +161,7 @@ uint32_t RayScene::Occluded(const RayPacket& rays) const {
   alignas(64) int valid[kRayLanes];
   Fill(rays, &packet, valid);
   RTCIntersectContext context;
-  rtcInitIntersectContext(&context);
-  context.flags = RTC_INTERSECT_CONTEXT_FLAG_COHERENT;
+  rtcInitIntersectContext(&context);  // incoherent: Embree 3.13.5 did not come back from coherent packets like ours
   rtcOccluded16(valid, SceneOf(scene_), &context, &packet);
   uint32_t occluded = 0;
   for (int i = 0; i < kRayLanes; ++i) {

@@ -32,6 +32,13 @@ struct Sight {
   double voxel_px;  // pixels a voxel
   double cosine;
   double weight;
+  bool is_clear = true;
+};
+
+// What a chunk's vertices have been told so far.
+struct Heard {
+  std::vector<std::vector<ColorSample>> samples;
+  std::vector<uint8_t> is_clear;  // a photo sees it with nothing near that could spoil the colour
 };
 
 class Colorer final {
@@ -39,8 +46,8 @@ class Colorer final {
   Colorer(const TriangleMesh& mesh, const RayScene& scene, const ColoringOptions& options)
       : mesh_(mesh), scene_(scene), options_(options), cosine_min_(std::cos(options.incidence_deg_max * kDegree)) {}
 
-  // The samples of vertices [first, last) from a view; `samples` has a list a vertex.
-  void Gather(const ColorView& view, size_t first, size_t last, std::vector<std::vector<ColorSample>>* samples) const;
+  // The samples of vertices [first, last) from a view.
+  void Gather(const ColorView& view, size_t first, size_t last, Heard* heard) const;
 
  private:
   std::vector<Sight> Facing(const ColorView& view, size_t first, size_t last) const;
@@ -117,8 +124,8 @@ void Colorer::RemoveHidden(const ColorView& view, std::vector<Sight>* sights) co
 }
 
 // Near the outline of something in front, or of the surface itself before something further away, photo and surface
-// disagree by a pixel or two. So four places around the vertex, on its tangent plane, must be in sight of the photo,
-// and must have surface behind them.
+// disagree by a pixel or two, and what is averaged over a voxel holds both. So four places around the vertex, on its
+// tangent plane, must be in sight of the photo, and must have surface behind them.
 void Colorer::WeighByClearSight(const ColorView& view, std::vector<Sight>* sights) const {
   const Eigen::Matrix3d axes =
       view.geometry().cam_from_world.rotation.toRotationMatrix();  // rows: right, down, forward
@@ -131,7 +138,8 @@ void Colorer::WeighByClearSight(const ColorView& view, std::vector<Sight>* sight
     for (int k = 0; k < 4; ++k) {
       const Eigen::Vector3d axis = (k % 2 == 0 ? 1 : -1) * axes.row(k / 2).transpose();
       Eigen::Vector3d aside = axis - normal.dot(axis) / fall * away;  // one step in the photo, along the tangent plane
-      aside *= std::min(options_.silhouette_margin_px * voxel / sight.voxel_px, aside_max / aside.norm());
+      const double margin_px = options_.silhouette_margin_px + std::max(sight.voxel_px, 1.0);
+      aside *= std::min(margin_px * voxel / sight.voxel_px, aside_max / aside.norm());
       const Eigen::Vector3d place = sight.start + aside;
       const double depth =
           std::min((options_.offset_voxels + 2) / std::max(sight.cosine, 1e-3), kBehindVoxelsMax) * voxel;
@@ -144,11 +152,11 @@ void Colorer::WeighByClearSight(const ColorView& view, std::vector<Sight>* sight
     double clear = 1;
     for (size_t k = 4 * i; k < 4 * i + 4; ++k) clear += !hidden[k] && backed[k];
     (*sights)[i].weight *= clear * clear / 25;
+    (*sights)[i].is_clear = clear == 5;
   }
 }
 
-void Colorer::Gather(const ColorView& view, size_t first, size_t last,
-                     std::vector<std::vector<ColorSample>>* samples) const {
+void Colorer::Gather(const ColorView& view, size_t first, size_t last, Heard* heard) const {
   std::vector<Sight> sights = Facing(view, first, last);
   if (sights.empty()) return;
   RemoveHidden(view, &sights);
@@ -156,10 +164,25 @@ void Colorer::Gather(const ColorView& view, size_t first, size_t last,
   for (const Sight& sight : sights) {
     const ColorView::Sample sample = view.At(sight.px, sight.voxel_px);
     const double weight = sight.weight * (sample.is_clipped ? kClippedWeight : 1);
-    if (static_cast<float>(weight) > 0) {
-      (*samples)[sight.vertex - first].push_back({sample.light, static_cast<float>(weight), view.image().value});
-    }
+    if (!(static_cast<float>(weight) > 0)) continue;
+    heard->samples[sight.vertex - first].push_back({sample.light, static_cast<float>(weight), view.image().value});
+    heard->is_clear[sight.vertex - first] |= sight.is_clear;
   }
+}
+
+// Fills in what no photo sees: from clearly seen vertices, across those that are seen near an outline, for it is behind
+// outlines that unseen surface begins; then, where there are none, from any seen ones. Returns who has a colour now.
+std::vector<uint8_t> FillUnseen(const TriangleMesh& mesh, uint32_t rings_max, const std::vector<uint8_t>& view_counts,
+                                std::vector<uint8_t> is_clear, std::vector<Eigen::Vector3f>* light) {
+  std::vector<Eigen::Vector3f> filled = *light;
+  FillColors(mesh, rings_max, &filled, &is_clear);
+  std::vector<uint8_t> is_known(light->size());
+  for (size_t v = 0; v < light->size(); ++v) {
+    is_known[v] = view_counts[v] > 0 || is_clear[v];
+    if (view_counts[v] == 0) (*light)[v] = filled[v];
+  }
+  FillColors(mesh, rings_max, light, &is_known);
+  return is_known;
 }
 
 }  // namespace
@@ -201,25 +224,25 @@ Result<VertexColors> ColorVertices(const TriangleMesh& mesh, const RayScene& sce
     return Status::InvalidArgument("a view to colour by is null");
   }
   std::vector<Eigen::Vector3f> light(count, Eigen::Vector3f::Zero());
-  std::vector<uint8_t> is_known(count);
+  std::vector<uint8_t> is_clear(count);
   VertexColors result;
   result.view_counts.resize(count);
   const Colorer colorer(mesh, scene, options);
   pool.ParallelFor((count + kChunk - 1) / kChunk, [&](size_t chunk) {
     const DenormalsOff denormals_off;
     const size_t first = chunk * kChunk, last = std::min(first + kChunk, count);
-    std::vector<std::vector<ColorSample>> samples(last - first);
-    for (const ColorView* const view : views) colorer.Gather(*view, first, last, &samples);
+    Heard heard = {std::vector<std::vector<ColorSample>>(last - first), std::vector<uint8_t>(last - first)};
+    for (const ColorView* const view : views) colorer.Gather(*view, first, last, &heard);
     for (size_t v = first; v < last; ++v) {
       const RobustColor color =
-          RobustMean(samples[v - first], options.views_per_vertex_max, static_cast<float>(options.outlier_deviations),
-                     static_cast<float>(options.outlier_tolerance));
+          RobustMean(heard.samples[v - first], options.views_per_vertex_max,
+                     static_cast<float>(options.outlier_deviations), static_cast<float>(options.outlier_tolerance));
       light[v] = color.light;
       result.view_counts[v] = static_cast<uint8_t>(color.count);
-      is_known[v] = color.count > 0;
+      is_clear[v] = heard.is_clear[v - first];
     }
   });
-  FillColors(mesh, options.fill_rings_max, &light, &is_known);
+  const std::vector<uint8_t> is_known = FillUnseen(mesh, options.fill_rings_max, result.view_counts, is_clear, &light);
   result.colors.resize(count, {128, 128, 128});
   for (size_t v = 0; v < count; ++v) {
     if (!is_known[v]) continue;
