@@ -24,7 +24,7 @@ TvSteps StepsOf(TvIsa isa) {
 class CppTotalVariation final : public TotalVariation {
  public:
   CppTotalVariation(TvIsa isa, const TvProblem& problem, std::span<const float> u, ThreadPool& pool)
-      : problem_(problem), bins_of_row_(BinsOfRows(problem)), steps_(StepsOf(isa)), pool_(pool) {
+      : problem_(problem), bits_of_row_(BitsOfRows(problem)), steps_(StepsOf(isa)), pool_(pool) {
     for (auto* array : {&u_, &u_bar_}) {
       array->assign(u.size() + 2 * kPadding, 0.f);
       std::copy(u.begin(), u.end(), array->begin() + kPadding);
@@ -36,7 +36,7 @@ class CppTotalVariation final : public TotalVariation {
                problem_.neighbors.data(),
                problem_.weights.data(),
                problem_.centers.data(),
-               bins_of_row_.data(),
+               bits_of_row_.data(),
                problem_.lambda};
   }
 
@@ -64,7 +64,7 @@ class CppTotalVariation final : public TotalVariation {
 
  private:
   const TvProblem problem_;
-  const std::vector<uint32_t> bins_of_row_;
+  const std::vector<uint32_t> bits_of_row_;
   const TvSteps steps_;
   ThreadPool& pool_;
   std::vector<float> u_, u_bar_, p_[3];
@@ -85,18 +85,17 @@ Status CheckStart(const TvProblem& problem, std::span<const float> u) {
 
 }  // namespace
 
-std::vector<uint32_t> BinsOfRows(const TvProblem& problem) {
-  std::vector<uint32_t> bins(static_cast<size_t>(problem.block_count) * kTvRowsOfBlock, 0);
+std::vector<uint32_t> BitsOfRows(const TvProblem& problem) {
+  std::vector<uint32_t> bits(static_cast<size_t>(problem.block_count) * kTvRowsOfBlock, 0);
   for (size_t block = 0; block < problem.block_count; ++block) {
     for (uint32_t bin = 0; bin < kTvBins; ++bin) {
       const uint16_t* weights = problem.weights.data() + (block * kTvBins + bin) * kTvBlockVoxels;
-      for (uint32_t row = 0; row < kTvRowsOfBlock; ++row, weights += kTvRow) {
-        const bool any = std::any_of(weights, weights + kTvRow, [](uint16_t weight) { return weight != 0; });
-        if (any) bins[block * kTvRowsOfBlock + row] |= 1u << bin;
+      for (uint32_t i = 0; i < kTvBlockVoxels; ++i) {
+        if (weights[i] != 0) bits[block * kTvRowsOfBlock + i / kTvRow] |= 1u << bin | 1u << (16 + i % kTvRow);
       }
     }
   }
-  return bins;
+  return bits;
 }
 
 Status TvProblem::Check() const {

@@ -5,7 +5,8 @@
 //
 // u, u_bar, p0, p1, p2 [blocks x 4096] float, with 16 floats before (so voxel v lies at 16 + v) and behind them;
 // neighbors [blocks x 6] int; weights [blocks x 8 x 4096] ushort; centers [blocks x 7 x 4096] uchar;
-// bins_of_row [blocks x 256] uint. -D TAU, SIGMA: exact floats.
+// bits_of_row [blocks x 256] uint: bit j < 8: bin j is not empty somewhere in the row; bit 16 + i: voxel i is observed.
+// Rows that nobody saw stay as they are. -D TAU, SIGMA: exact floats.
 
 #define SIDE 16
 #define VOXELS 4096
@@ -22,8 +23,15 @@ typedef struct {
   float16 x, y, z;
 } Gradient;
 
-// Forward differences of f; 0 where no block follows.
-static Gradient GradientAt(__global const float* f, __global const int* neighbors, int row) {
+// values where `lanes` has a bit, 0 elsewhere.
+static float16 Keep(float16 values, uint lanes) {
+  const int16 lane = (int16)(0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15);
+  return select((float16)(0.f), values, (((int16)((int)lanes) >> lane) & 1) != 0);
+}
+
+// Forward differences of f; 0 where the voxel or the next one is not observed.
+static Gradient GradientAt(__global const float* f, __global const int* neighbors, __global const uint* bits_of_row,
+                           int row) {
   const int in_block = row & 255, y = row & 15, z = in_block >> 4;
   __global const int* n = neighbors + 6 * (row >> 8);
   const float16 here = vload16(row, f);
@@ -32,10 +40,15 @@ static Gradient GradientAt(__global const float* f, __global const int* neighbor
   int next_y = row + 1, next_z = row + SIDE;
   if (y == 15) next_y = n[3] >= 0 ? n[3] * 256 + z * SIDE : row;
   if (z == 15) next_z = n[5] >= 0 ? n[5] * 256 + y : row;
+  const uint observed = bits_of_row[row] >> 16;
+  uint next_observed = observed >> 1;
+  if (n[1] >= 0) next_observed |= (bits_of_row[n[1] * 256 + in_block] >> 16 & 1) << 15;
+  const uint y_observed = next_y == row ? 0 : bits_of_row[next_y] >> 16;
+  const uint z_observed = next_z == row ? 0 : bits_of_row[next_z] >> 16;
   Gradient g;
-  g.x = next_x - here;
-  g.y = vload16(next_y, f) - here;
-  g.z = vload16(next_z, f) - here;
+  g.x = Keep(next_x - here, observed & next_observed);
+  g.y = Keep(vload16(next_y, f) - here, observed & y_observed);
+  g.z = Keep(vload16(next_z, f) - here, observed & z_observed);
   return g;
 }
 
@@ -78,11 +91,11 @@ static float16 TotalAt(__global const ushort* weights, int row, uint bins) {
 }
 
 __kernel void DualStep(__global const float* u_bar, __global float* p0, __global float* p1, __global float* p2,
-                       __global const int* neighbors, int rows) {
+                       __global const int* neighbors, __global const uint* bits_of_row, int rows) {
   const int row = get_global_id(0);
-  if (row >= rows) return;
+  if (row >= rows || bits_of_row[row] == 0) return;
   p0 += PADDING, p1 += PADDING, p2 += PADDING;
-  const Gradient g = GradientAt(u_bar + PADDING, neighbors, row);
+  const Gradient g = GradientAt(u_bar + PADDING, neighbors, bits_of_row, row);
   const float16 x = vload16(row, p0) + SIGMA * g.x;
   const float16 y = vload16(row, p1) + SIGMA * g.y;
   const float16 z = vload16(row, p2) + SIGMA * g.z;
@@ -95,23 +108,20 @@ __kernel void DualStep(__global const float* u_bar, __global float* p0, __global
 
 __kernel void PrimalStep(__global float* u, __global float* u_bar, __global const float* p0, __global const float* p1,
                          __global const float* p2, __global const int* neighbors, __global const ushort* weights,
-                         __global const uchar* centers, __global const uint* bins_of_row, float lambda, int rows) {
+                         __global const uchar* centers, __global const uint* bits_of_row, float lambda, int rows) {
   const int row = get_global_id(0);
-  if (row >= rows) return;
+  if (row >= rows || bits_of_row[row] == 0) return;
   u += PADDING, u_bar += PADDING, p0 += PADDING, p1 += PADDING, p2 += PADDING;
   const float tau_lambda = TAU * lambda;
   const float16 before = vload16(row, u);
   const float16 v = before + TAU * DivergenceAt(p0, p1, p2, neighbors, row);
-  const uint bins = bins_of_row[row];
-  float16 after = v;
-  if (bins != 0) {
-    float16 above = TotalAt(weights, row, bins);
-    after = v + tau_lambda * above;
-    for (int bin = 0; bin < ALL; ++bin) {
-      if (!(bins >> bin & 1)) continue;
-      above -= 2.f * WeightAt(weights, row, bin);
-      after = Min(after, Max(CenterAt(centers, row, bin), v + tau_lambda * above));
-    }
+  const uint bins = bits_of_row[row];
+  float16 above = TotalAt(weights, row, bins);
+  float16 after = v + tau_lambda * above;
+  for (int bin = 0; bin < ALL; ++bin) {
+    if (!(bins >> bin & 1)) continue;
+    above -= 2.f * WeightAt(weights, row, bin);
+    after = Min(after, Max(CenterAt(centers, row, bin), v + tau_lambda * above));
   }
   const float16 one = (float16)(1.f);
   after = Max(Min(after, one), -one);
@@ -129,14 +139,14 @@ static long Sum(float16 row) {
 // energies [blocks x 256 x 2] long: primal and dual energy of each row, in parts of ENERGY_ONE.
 __kernel void RowEnergies(__global const float* u, __global const float* p0, __global const float* p1,
                           __global const float* p2, __global const int* neighbors, __global const ushort* weights,
-                          __global const uchar* centers, __global const uint* bins_of_row, float lambda,
+                          __global const uchar* centers, __global const uint* bits_of_row, float lambda,
                           __global long* energies, int rows) {
   const int row = get_global_id(0);
   if (row >= rows) return;
   u += PADDING, p0 += PADDING, p1 += PADDING, p2 += PADDING;
-  const Gradient g = GradientAt(u, neighbors, row);
+  const Gradient g = GradientAt(u, neighbors, bits_of_row, row);
   const float16 here = vload16(row, u), q = DivergenceAt(p0, p1, p2, neighbors, row), one = (float16)(1.f);
-  const uint bins = bins_of_row[row];
+  const uint bins = bits_of_row[row];
   float16 distance_sum = (float16)(0.f), at_low = (float16)(0.f), below = -TotalAt(weights, row, bins);
   for (int bin = 0; bin < ALL; ++bin) {
     if (!(bins >> bin & 1)) continue;

@@ -8,8 +8,9 @@
 //
 //   p <- project(p + sigma grad u_bar),   u' <- prox(u + tau div p),   u_bar <- 2 u' - u
 //
-// grad: forward differences, 0 towards a block that is not there; div: minus its adjoint; project: onto |p| <= 1.
-// prox is exact (Zach 2008; Li and Osher 2009: a median). With W_j the weight above bin j less that below,
+// Only observed voxels take part, those with data. grad: forward differences between two of them, 0 elsewhere (a
+// natural boundary); div: minus its adjoint; project: onto |p| <= 1. prox is exact (Zach 2008; Li and Osher 2009: a
+// median). With W_j the weight above bin j less that below,
 //
 //   prox(v) = clamp(min(v + tau lambda W_0, min_j max(c_j, v + tau lambda W_j)), -1, 1)
 //
@@ -54,8 +55,9 @@ struct TvEnergy {
 // energies summed in integers.
 class TotalVariation {
  public:
-  // From `u` [block_count x 4096], in [-1, 1], and p = 0. `device` null: C++ on `pool`, by the widest vectors that this
-  // machine has. The problem is copied. kInvalidArgument naming what is wrong; kIoError if the device fails.
+  // From `u` [block_count x 4096], in [-1, 1], and p = 0; voxels without data keep it. `device` null: C++ on `pool`, by
+  // the widest vectors that this machine has. The problem is copied. kInvalidArgument naming what is wrong; kIoError if
+  // the device fails.
   static Result<std::unique_ptr<TotalVariation>> Start(const TvProblem& problem, std::span<const float> u,
                                                        Device* device, ThreadPool& pool);
   virtual ~TotalVariation() = default;

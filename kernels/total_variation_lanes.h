@@ -16,7 +16,7 @@ struct TvArrays {
   const int32_t* neighbors;
   const uint16_t* weights;
   const uint8_t* centers;
-  const uint32_t* bins_of_row;  // [block x 256] bit j: bin j is not empty somewhere in the row
+  const uint32_t* bits_of_row;
   float lambda;
 };
 

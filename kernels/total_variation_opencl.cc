@@ -36,7 +36,7 @@ class OpenClTotalVariation final : public TotalVariation {
       neighbors_ = MakeBuffer(parts, problem.neighbors);
       weights_ = MakeBuffer(parts, problem.weights);
       centers_ = MakeBuffer(parts, problem.centers);
-      bins_ = MakeBuffer(parts, BinsOfRows(problem));
+      bits_ = MakeBuffer(parts, BitsOfRows(problem));
       std::vector<float> padded(u.size() + 2 * kTvRow, 0.f);
       for (cl::Buffer& p : p_) p = MakeBuffer(parts, padded);
       std::copy(u.begin(), u.end(), padded.begin() + kTvRow);
@@ -44,10 +44,10 @@ class OpenClTotalVariation final : public TotalVariation {
       u_bar_ = MakeBuffer(parts, padded);
       energies_ = cl::Buffer(parts.context, CL_MEM_READ_WRITE, 2 * sizeof(cl_long) * rows_);
       const auto rows = static_cast<cl_int>(rows_);
-      SetArguments(dual_, u_bar_, p_[0], p_[1], p_[2], neighbors_, rows);
-      SetArguments(primal_, u_, u_bar_, p_[0], p_[1], p_[2], neighbors_, weights_, centers_, bins_, problem.lambda,
+      SetArguments(dual_, u_bar_, p_[0], p_[1], p_[2], neighbors_, bits_, rows);
+      SetArguments(primal_, u_, u_bar_, p_[0], p_[1], p_[2], neighbors_, weights_, centers_, bits_, problem.lambda,
                    rows);
-      SetArguments(energy_, u_, p_[0], p_[1], p_[2], neighbors_, weights_, centers_, bins_, problem.lambda, energies_,
+      SetArguments(energy_, u_, p_[0], p_[1], p_[2], neighbors_, weights_, centers_, bits_, problem.lambda, energies_,
                    rows);
     });
   }
@@ -106,7 +106,7 @@ class OpenClTotalVariation final : public TotalVariation {
   Device& device_;
   const uint32_t rows_;
   cl::Kernel dual_, primal_, energy_;
-  cl::Buffer u_, u_bar_, p_[3], neighbors_, weights_, centers_, bins_, energies_;
+  cl::Buffer u_, u_bar_, p_[3], neighbors_, weights_, centers_, bits_, energies_;
 };
 
 }  // namespace

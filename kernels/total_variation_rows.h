@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
-// Within kernels/: which bins each row of 16 voxels uses.
+// Within kernels/: what each row of 16 voxels holds.
 
 #include <vector>
 
@@ -8,7 +8,8 @@
 
 namespace veduta {
 
-// [block_count x 256] bit j: bin j is not empty somewhere in the row.
-std::vector<uint32_t> BinsOfRows(const TvProblem& problem);
+// [block_count x 256] bit j < 8: bin j is not empty somewhere in the row; bit 16 + i: voxel i is observed. So 0 says
+// that nobody saw the row.
+std::vector<uint32_t> BitsOfRows(const TvProblem& problem);
 
 }  // namespace veduta

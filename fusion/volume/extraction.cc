@@ -19,7 +19,6 @@ constexpr float kInterpolationMin = 1.f / 64;  // vertices keep off the voxels' 
 struct Window {
   std::vector<int16_t> value = std::vector<int16_t>(kSide * kSide * kSide, 0);
   std::vector<uint8_t> support = std::vector<uint8_t>(kSide * kSide * kSide, 0);
-  std::vector<uint8_t> is_solved = std::vector<uint8_t>(kSide * kSide * kSide, 0);
 
   static size_t At(int32_t x, int32_t y, int32_t z) { return static_cast<size_t>((z * kSide + y) * kSide + x); }
 };
@@ -36,7 +35,6 @@ Window MakeWindow(const TileIndex& tile, std::span<const ExtractionBlock> blocks
         const size_t to = Window::At(x, y + j, z + k), from = VoxelOffset(0, j, k);
         std::copy_n(block.solution->value.begin() + from, kBlockSide, window.value.begin() + to);
         std::copy_n(block.solution->support.begin() + from, kBlockSide, window.support.begin() + to);
-        std::fill_n(window.is_solved.begin() + to, kBlockSide, uint8_t{1});
       }
     }
   }
@@ -153,12 +151,12 @@ bool IsOwn(const Cell& cell) {
   return within(cell.x) && within(cell.y) && within(cell.z);
 }
 
-// Central differences; towards blocks that are not solved, one-sided ones.
+// Central differences; towards voxels that nobody saw, one-sided ones.
 Eigen::Vector3f GradientAt(const Window& window, size_t at) {
   Eigen::Vector3f gradient;
   for (int axis = 0; axis < 3; ++axis) {
-    const size_t before = window.is_solved[at - kStep[axis]] ? at - kStep[axis] : at;
-    const size_t after = window.is_solved[at + kStep[axis]] ? at + kStep[axis] : at;
+    const size_t before = window.support[at - kStep[axis]] > 0 ? at - kStep[axis] : at;
+    const size_t after = window.support[at + kStep[axis]] > 0 ? at + kStep[axis] : at;
     const int voxels = (before != at) + (after != at);
     const float difference = static_cast<float>(window.value[after]) - static_cast<float>(window.value[before]);
     gradient[axis] = voxels == 0 ? 0.f : difference / static_cast<float>(voxels);

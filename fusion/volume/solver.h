@@ -4,7 +4,8 @@
 //
 //   E(u) = sum |grad u| + lambda sum_j n_j |u - c_j|     over u in [-1, 1], voxels as unit of length,
 //
-// where voxel by voxel n_j and c_j are the histogram's weights and centres. E is convex: whatever the start, the
+// where voxel by voxel n_j and c_j are the histogram's weights and centres, and grad is taken between voxels that
+// somebody saw (so nothing is made up where nobody looked). E is convex: whatever the start, the
 // minimum is the same. Sources: C. Zach, T. Pock, H. Bischof, A globally optimal algorithm for robust TV-L1 range image
 // integration, ICCV 2007; A. Chambolle, T. Pock, A first-order primal-dual algorithm for convex problems, JMIV 2011,
 // algorithm 1.
@@ -24,7 +25,7 @@ namespace veduta {
 class Device;  // kernels/device.h; null: the C++ path
 
 struct SolverOptions {
-  double lambda = 0.25;           // (0, 100]; of a map of full weight
+  double lambda = 1.5;            // (0, 100]; of a map of full weight
   uint32_t iterations_max = 400;  // [1, 100000]
   uint32_t check_every = 20;      // [1, 10000]; iterations between two looks at the energy
   double energy_change = 1e-4;    // [0, 1); stops when E fell by less than this share since the last look; 0: never
@@ -52,7 +53,7 @@ struct TileSolution {
 };
 
 // Minimises E over `blocks` (the tile's and the halo's, ascending, each once), with natural boundaries where no block
-// is, and returns the tile's own part. A tile without blocks of its own gives no blocks.
+// is or nobody looked, and returns the tile's own part. A tile without blocks of its own gives no blocks.
 //
 // Pure and deterministic: the same bytes on the device, on any instruction set and at any number of threads.
 // Thread-safe. About 60 bytes a voxel of `blocks` while it runs: 55 MB at most. kInvalidArgument on bad options, blocks

@@ -87,7 +87,8 @@ class PlainMinimisation {
       float p[3];
       for (int axis = 0; axis < 3; ++axis) {
         const auto next = Find(i, axis, 1);
-        p[axis] = p_[axis][i] + kTvSigma * (next < 0 ? 0.f : u_bar_[next] - u_bar_[i]);
+        const bool is_edge = next >= 0 && IsObserved(i) && IsObserved(next);
+        p[axis] = p_[axis][i] + kTvSigma * (is_edge ? u_bar_[next] - u_bar_[i] : 0.f);
       }
       const float scale = 1.f / std::max(std::sqrt((p[0] * p[0] + p[1] * p[1]) + p[2] * p[2]), 1.f);
       for (int axis = 0; axis < 3; ++axis) p_[axis][i] = p[axis] * scale;
@@ -117,6 +118,13 @@ class PlainMinimisation {
   const std::vector<float>& u() const { return u_; }
 
  private:
+  bool IsObserved(size_t i) const {
+    for (uint32_t bin = 0; bin < kTvBins; ++bin) {
+      if (problem_.weights[(i / 4096 * kTvBins + bin) * 4096 + i % 4096] != 0) return true;
+    }
+    return false;
+  }
+
   int64_t Find(size_t i, int axis, int step) const {
     Index at = places_[i];
     at[axis] += step;

@@ -272,7 +272,7 @@ void AddCommandLine(CLI::App& app, Arguments& a) {
   app.add_option("--voxel", a.grid.voxel_size, "metres (0.05)");
   app.add_option("--truncation", a.grid.truncation_voxels, "voxels (4)");
   app.add_option("--pixels", a.pixels_min, "pixels that make a block (8)");
-  app.add_option("--lambda", a.solver.lambda, "weight of the data (0.25)");
+  app.add_option("--lambda", a.solver.lambda, "weight of the data (1.5)");
   app.add_option("--iterations", a.solver.iterations_max, "at most (400)");
   app.add_option("--check-every", a.solver.check_every, "iterations (20)");
   app.add_option("--change", a.solver.energy_change, "of the energy between checks: then it stops (1e-4)");
@@ -292,6 +292,7 @@ void AddCommandLine(CLI::App& app, Arguments& a) {
 }  // namespace veduta::fusion_benchmark
 
 int main(int argc, char** argv) {
+  std::setvbuf(stdout, nullptr, _IOLBF, 0);
   CLI::App app("Volumetric fusion of a rendered street, beside the truth");
   veduta::fusion_benchmark::Arguments arguments;
   veduta::fusion_benchmark::AddCommandLine(app, arguments);
