@@ -3,6 +3,7 @@
 #include "cli/command.h"
 #include "engine/digest.h"
 #include "engine/invariants.h"
+#include "fusion/dense_invariants.h"
 
 namespace veduta {
 namespace {
@@ -13,8 +14,11 @@ int Verify(const std::string& db) {
   // Opened for writing: what a crash left half-written is swept first, as any `add` would.
   const auto engine = OpenToWrite(db);
   if (!engine.ok()) return Fail(engine.status());
-  const auto violations = FindViolations((*engine)->Ask().snapshot(), kViolationsShownMax);
+  auto violations = FindViolations((*engine)->Ask().snapshot(), kViolationsShownMax);
   if (!violations.ok()) return Fail(violations.status());
+  const auto dense = FindDenseViolations((*engine)->Ask().snapshot(), kViolationsShownMax - violations->size());
+  if (!dense.ok()) return Fail(dense.status());
+  violations->insert(violations->end(), dense->begin(), dense->end());
   for (const std::string& violation : *violations) std::printf("%s\n", violation.c_str());
   if (violations->empty()) std::printf("sound\n");
   return violations->empty() ? kDone : kDatabaseUnusable;
