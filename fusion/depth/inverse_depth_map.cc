@@ -89,12 +89,16 @@ bool FillRow(float* row, uint32_t width) {
 }  // namespace
 
 InverseDepthMap RefineBetweenPlanes(const PlaneChoice& choice, uint32_t width_px, uint32_t height_px,
-                                    const std::vector<float>& base, const PlaneSpacing& planes) {
+                                    const std::vector<float>& base, const std::vector<SweepPlane>& planes) {
   InverseDepthMap map{width_px, height_px, std::vector<float>(static_cast<size_t>(width_px) * height_px)};
   for (size_t i = 0; i < map.w.size(); ++i) {
-    const float plane = static_cast<float>(choice.plane[i]) +
-                        BetweenPlanes(choice.cost_before[i], choice.cost[i], choice.cost_after[i]);
-    map.w[i] = (base.empty() ? static_cast<float>(planes.first) : base[i]) + plane * static_cast<float>(planes.step);
+    const float x = static_cast<float>(i % width_px), y = static_cast<float>(i / width_px);
+    const auto at = [&](size_t k) { return planes[k].x * x + planes[k].y * y + planes[k].constant; };
+    const size_t k = choice.plane[i];
+    const float between = BetweenPlanes(choice.cost_before[i], choice.cost[i], choice.cost_after[i]);
+    // Towards a gap there is no step.
+    const float step = between > 0 ? at(k + 1) - at(k) : between < 0 ? at(k) - at(k - 1) : 0;
+    map.w[i] = (base.empty() ? 0 : base[i]) + at(k) + (std::isnan(step) ? 0 : between * step);
   }
   return map;
 }
