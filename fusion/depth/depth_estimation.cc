@@ -138,6 +138,25 @@ SweepProblem MakeProblem(const Level& level, std::vector<SweepPlane> planes) {
   return problem;
 }
 
+// Over 5 x 5, fewer at the borders.
+std::vector<uint8_t> MeanOfNeighbors(const std::vector<uint8_t>& values, uint32_t width, uint32_t height) {
+  constexpr int kRadius = 2;
+  std::vector<uint8_t> means(values.size());
+  for (int y = 0; y < static_cast<int>(height); ++y) {
+    for (int x = 0; x < static_cast<int>(width); ++x) {
+      uint32_t sum = 0, count = 0;
+      for (int v = std::max(0, y - kRadius); v <= std::min(static_cast<int>(height) - 1, y + kRadius); ++v) {
+        for (int u = std::max(0, x - kRadius); u <= std::min(static_cast<int>(width) - 1, x + kRadius); ++u) {
+          sum += values[static_cast<size_t>(v) * width + static_cast<size_t>(u)];
+          ++count;
+        }
+      }
+      means[static_cast<size_t>(y) * width + static_cast<size_t>(x)] = static_cast<uint8_t>(sum / count);
+    }
+  }
+  return means;
+}
+
 class Estimator final {
  public:
   Estimator(const DepthRange& range, const DepthOptions& options, Device* device, ThreadPool& pool)
@@ -248,12 +267,13 @@ class Estimator final {
   }
 
   void KeepDistinctness() {
-    distinctness_.resize(map_.w.size());
-    for (size_t i = 0; i < map_.w.size(); ++i) {
-      distinctness_[i] = static_cast<uint8_t>(std::min(255, choice_.cost_second[i] - choice_.cost[i]));
-    }
     distinctness_width_ = map_.width_px;
     distinctness_height_ = map_.height_px;
+    std::vector<uint8_t> each(map_.w.size());
+    for (size_t i = 0; i < each.size(); ++i) {
+      each[i] = static_cast<uint8_t>(std::min(255, choice_.cost_second[i] - choice_.cost[i]));
+    }
+    distinctness_ = MeanOfNeighbors(each, map_.width_px, map_.height_px);
   }
 
   // To the map's size.

@@ -21,12 +21,14 @@ float BetweenPlanes(uint16_t before, uint16_t cost, uint16_t after) {
   return static_cast<float>(left - right) / static_cast<float>(2 * steeper);
 }
 
+// Of a window that shrinks at the borders but stays symmetric: a slope keeps its middle.
 float MedianAround(const InverseDepthMap& map, int x, int y) {
   std::array<float, (2 * kRadius + 1) * (2 * kRadius + 1)> values{};
   size_t count = 0;
   const int width = static_cast<int>(map.width_px), height = static_cast<int>(map.height_px);
-  for (int v = std::max(0, y - kRadius); v <= std::min(height - 1, y + kRadius); ++v) {
-    for (int u = std::max(0, x - kRadius); u <= std::min(width - 1, x + kRadius); ++u) {
+  const int radius_x = std::min({kRadius, x, width - 1 - x}), radius_y = std::min({kRadius, y, height - 1 - y});
+  for (int v = y - radius_y; v <= y + radius_y; ++v) {
+    for (int u = x - radius_x; u <= x + radius_x; ++u) {
       values[count++] = map.w[static_cast<size_t>(v) * map.width_px + static_cast<size_t>(u)];
     }
   }
