@@ -2,6 +2,7 @@
 #include "kernels/plane_sweep.h"
 
 #include <cmath>
+#include <limits>
 #include <string>
 
 #include "kernels/plane_sweep_device.h"
@@ -25,6 +26,10 @@ Status CheckImage(const GrayView& image, const std::string& name) {
 
 }  // namespace
 
+SweepPlane SweepPlane::Gap() {
+  return {0, 0, std::numeric_limits<float>::quiet_NaN()};
+}
+
 Status SweepProblem::Check() const {
   VEDUTA_RETURN_IF_ERROR(CheckImage(key, "the key view"));
   if (sensors.empty() || sensors.size() > kSweepSensorsMax) {
@@ -41,18 +46,21 @@ Status SweepProblem::Check() const {
   if (!base.empty() && base.size() != static_cast<size_t>(key.width_px) * key.height_px) {
     return Status::InvalidArgument("the base has " + std::to_string(base.size()) + " pixels, not the key view's");
   }
-  if (plane_count < 2 || plane_count > kSweepPlanesMax) {
-    return Status::InvalidArgument("plane_count is " + std::to_string(plane_count) + "; it must be from 2 to " +
+  if (planes.size() < 2 || planes.size() > kSweepPlanesMax) {
+    return Status::InvalidArgument(std::to_string(planes.size()) + " planes; there must be 2 to " +
                                    std::to_string(kSweepPlanesMax));
   }
-  if (!std::isfinite(first) || !std::isfinite(step)) return Status::InvalidArgument("the planes are not finite");
+  for (const SweepPlane& plane : planes) {
+    const bool finite = std::isfinite(plane.x) && std::isfinite(plane.y) && std::isfinite(plane.constant);
+    if (!finite && !plane.is_gap()) return Status::InvalidArgument("a plane is not finite");
+  }
   return Status::Ok();
 }
 
 Result<CostVolume> SweepPlanes(const SweepProblem& problem, Device* device, ThreadPool& pool) {
   VEDUTA_RETURN_IF_ERROR(problem.Check());
-  CostVolume volume{
-      problem.key.width_px, problem.key.height_px, problem.plane_count, PlaneStride(problem.plane_count), {}};
+  const uint32_t plane_count = static_cast<uint32_t>(problem.planes.size());
+  CostVolume volume{problem.key.width_px, problem.key.height_px, plane_count, PlaneStride(plane_count), {}};
   volume.costs.assign(static_cast<size_t>(volume.width_px) * volume.height_px * volume.plane_stride, kCostMax);
   if (device != nullptr) {
     VEDUTA_RETURN_IF_ERROR(SweepPlanesOnDevice(problem, *device, &volume));

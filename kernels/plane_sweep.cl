@@ -9,10 +9,10 @@
 #define PAD 16  // columns that a row has more on either side: its ends repeated
 
 // Carries one sensor view to the key view on 16 planes. Global size (padded columns, rows, 16).
-// geometry: rotation [9], translation [3]. base [height x width] or, where has_base is 0, one value.
+// geometry: rotation [9], translation [3]; planes [planes, padded x 3]. base [height x width] where has_base is not 0.
 // warped, seen [16 x height x stride] from `offset` on: gray level, and 255 where the sensor view sees the point.
 kernel void warp_block(global const uchar* image, int image_width, int image_height, constant float* geometry,
-                       global const float* base, int has_base, float step, int first_plane, int width, int height,
+                       global const float* base, int has_base, global const float* planes, int first_plane, int width, int height,
                        int stride, ulong offset, global uchar* warped, global uchar* seen) {
   const int column = (int)get_global_id(0), y = (int)get_global_id(1), plane = (int)get_global_id(2);
   const int x = clamp(column - PAD, 0, width - 1);
@@ -22,7 +22,9 @@ kernel void warp_block(global const uchar* image, int image_width, int image_hei
   const float limit_x = (float)last_x, limit_y = (float)last_y;
   const float xf = (float)x, yf = (float)y;
   const float rx = r[1] * yf + r[2], ry = r[4] * yf + r[5], rz = r[7] * yf + r[8];
-  const float w = base[has_base ? (size_t)y * width + x : 0] + (float)(first_plane + plane) * step;
+  global const float* p3 = planes + 3 * (first_plane + plane);
+  const float wy = p3[1] * yf + p3[2];
+  const float w = (has_base ? base[(size_t)y * width + x] : 0.0f) + (p3[0] * xf + wy);
   const float nx = (r[0] * xf + rx) + w * t[0];
   const float ny = (r[3] * xf + ry) + w * t[1];
   const float nz = (r[6] * xf + rz) + w * t[2];
@@ -71,7 +73,7 @@ uchar16 compare(global const uchar* key, global const uchar* warped, int y, int 
 // Costs of 16 planes at 16 neighbouring pixels of a row. Global size (blocks of columns, rows).
 // key [height x stride], warped and seen [sensors x 16 x height x stride]; costs [height x width x plane_stride].
 kernel void cost_block(global const uchar* key, global const uchar* warped, global const uchar* seen, int width,
-                       int height, int stride, int sensors, int first_plane, int plane_count, int plane_stride,
+                       int height, int stride, int sensors, global const float* planes, int first_plane, int plane_stride,
                        global uchar* costs) {
   const int x = 16 * (int)get_global_id(0), y = (int)get_global_id(1);
   uchar block[256];  // [plane][pixel]
@@ -88,7 +90,8 @@ kernel void cost_block(global const uchar* key, global const uchar* warped, glob
     const char16 is_mean = (char16)(sensors > 2 ? -1 : 0) & (second != (uchar16)(255));
     const uchar16 combined = select(best, (best & second) + ((best ^ second) >> (uchar16)(1)), is_mean);
     const uchar16 known = select(combined, (uchar16)(UNSEEN_COST), best == (uchar16)(255));
-    vstore16(first_plane + k < plane_count ? known : (uchar16)(COST_MAX), k, block);
+    // A gap, or padding.
+    vstore16(isnan(planes[3 * (first_plane + k) + 2]) ? (uchar16)(COST_MAX) : known, k, block);
   }
   for (int i = 0; i < 16 && x + i < width; ++i) {
     global uchar* out = costs + ((size_t)y * width + x + i) * plane_stride + first_plane;

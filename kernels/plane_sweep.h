@@ -28,13 +28,22 @@ struct SweepSensor {
   std::array<float, 3> translation;
 };
 
-// Plane k of pixel i has the inverse depth base[i] + k * step; without a base, `first` + k * step.
+// The inverse depth of every plane in space is affine in the pixel: w = x * x_px + y * y_px + constant. Planes that
+// follow each other in inverse depth by small steps stand next to each other; where one family of them ends and another
+// begins, a gap keeps the two apart.
+struct SweepPlane {
+  float x = 0, y = 0, constant = 0;  // 1 / world unit
+
+  static SweepPlane Gap();  // costs kCostMax everywhere
+  bool is_gap() const { return constant != constant; }
+};
+
+// Plane k is seen by pixel i at the inverse depth base[i] + planes[k]'s, without a base at planes[k]'s own.
 struct SweepProblem {
   GrayView key;
   std::vector<SweepSensor> sensors;  // 1 to 16
+  std::vector<SweepPlane> planes;    // 2 to 1024
   std::vector<float> base;           // [height x width] of the key view, or empty
-  float first = 0, step = 0;         // 1 / world unit
-  uint32_t plane_count = 0;          // [2, 1024]
 
   Status Check() const;
 };
@@ -43,7 +52,7 @@ inline constexpr uint32_t kSweepSensorsMax = 16;
 inline constexpr uint32_t kSweepPlanesMax = 1024;
 // Planes are padded to a multiple of this.
 inline constexpr uint32_t kPlaneBlock = 16;
-// Least and greatest of a cost; a plane that no sensor view sees costs kUnseenCost, padding kCostMax.
+// Least and greatest of a cost; a plane that no sensor view sees costs kUnseenCost, a gap and padding kCostMax.
 inline constexpr uint8_t kCostMax = 127, kUnseenCost = 50;
 
 struct CostVolume {

@@ -60,14 +60,18 @@ Status MakeScanKernels(Device& device, Kernels* kernels) {
 void EnqueueSweep(Device::Parts& parts, const SweepProblem& problem, Kernels& kernels, const cl::Buffer& costs) {
   const cl_int width = static_cast<cl_int>(problem.key.width_px), height = static_cast<cl_int>(problem.key.height_px);
   const uint32_t stride = static_cast<uint32_t>(RoundUp(problem.key.width_px, kPixelBlock)) + 2 * kPad;
-  const uint32_t plane_stride = PlaneStride(problem.plane_count);
+  const uint32_t plane_stride = PlaneStride(static_cast<uint32_t>(problem.planes.size()));
   const size_t image_bytes = static_cast<size_t>(stride) * problem.key.height_px;
   const size_t block_bytes = image_bytes * kPlaneBlock;
   const std::vector<uint8_t> padded = PadRows(problem.key, stride);
   const cl::Buffer key = Upload(parts, padded.data(), padded.size());
   const cl_int has_base = problem.base.empty() ? 0 : 1;
   const cl::Buffer base = has_base ? Upload(parts, problem.base.data(), problem.base.size() * sizeof(float))
-                                   : Upload(parts, &problem.first, sizeof(float));
+                                   : cl::Buffer(parts.context, CL_MEM_READ_ONLY, sizeof(float));
+  std::vector<SweepPlane> padded_planes = problem.planes;
+  padded_planes.resize(plane_stride, SweepPlane::Gap());
+  static_assert(sizeof(SweepPlane) == 3 * sizeof(float));
+  const cl::Buffer planes = Upload(parts, padded_planes.data(), padded_planes.size() * sizeof(SweepPlane));
   std::vector<cl::Buffer> images, geometries;
   for (const SweepSensor& sensor : problem.sensors) {
     float geometry[12];
@@ -85,15 +89,15 @@ void EnqueueSweep(Device::Parts& parts, const SweepProblem& problem, Kernels& ke
     for (size_t s = 0; s < problem.sensors.size(); ++s) {
       const GrayView& image = problem.sensors[s].image;
       SetArguments(kernels.warp, images[s], static_cast<cl_int>(image.width_px), static_cast<cl_int>(image.height_px),
-                   geometries[s], base, has_base, problem.step, first_plane, width, height, static_cast<cl_int>(stride),
+                   geometries[s], base, has_base, planes, first_plane, width, height, static_cast<cl_int>(stride),
                    static_cast<cl_ulong>(s * block_bytes), warped, seen);
       parts.queue.enqueueNDRangeKernel(kernels.warp, cl::NullRange,
                                        cl::NDRange(stride, problem.key.height_px, kPlaneBlock),
                                        cl::NDRange(kPixelBlock, 1, 1));
     }
     SetArguments(kernels.cost, key, warped, seen, width, height, static_cast<cl_int>(stride),
-                 static_cast<cl_int>(problem.sensors.size()), first_plane, static_cast<cl_int>(problem.plane_count),
-                 static_cast<cl_int>(plane_stride), costs);
+                 static_cast<cl_int>(problem.sensors.size()), planes, first_plane, static_cast<cl_int>(plane_stride),
+                 costs);
     parts.queue.enqueueNDRangeKernel(
         kernels.cost, cl::NullRange,
         cl::NDRange((problem.key.width_px + kPixelBlock - 1) / kPixelBlock, problem.key.height_px));
@@ -162,9 +166,10 @@ Status SweepAndChooseOnDevice(const SweepProblem& problem, const ScanlineOptions
   VEDUTA_RETURN_IF_ERROR(MakeSweepKernels(device, &kernels));
   VEDUTA_RETURN_IF_ERROR(MakeScanKernels(device, &kernels));
   return WithOpenCl(device, "plane sweep and scanline optimisation", [&](Device::Parts& parts) {
-    const cl::Buffer costs(parts.context, CL_MEM_READ_WRITE, VolumeBytes(problem.key, problem.plane_count));
+    const cl::Buffer costs(parts.context, CL_MEM_READ_WRITE,
+                           VolumeBytes(problem.key, static_cast<uint32_t>(problem.planes.size())));
     EnqueueSweep(parts, problem, kernels, costs);
-    ScanAndRead(parts, problem.key, problem.plane_count, options, kernels, costs, choice);
+    ScanAndRead(parts, problem.key, static_cast<uint32_t>(problem.planes.size()), options, kernels, costs, choice);
   });
 }
 

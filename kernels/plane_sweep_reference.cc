@@ -11,7 +11,7 @@ constexpr int kRadiusX = 3, kRadiusY = 2;  // of the census window
 constexpr int kGradientMax = 32;
 constexpr uint32_t kBandRows = 48;  // a task
 
-void WarpRow(const SweepProblem& problem, const SweepSensor& sensor, uint32_t plane, uint32_t y, uint8_t* gray,
+void WarpRow(const SweepProblem& problem, const SweepSensor& sensor, const SweepPlane& plane, uint32_t y, uint8_t* gray,
              uint8_t* seen) {
   const uint32_t width = problem.key.width_px;
   const float* base = problem.base.empty() ? nullptr : problem.base.data() + static_cast<size_t>(y) * width;
@@ -19,13 +19,13 @@ void WarpRow(const SweepProblem& problem, const SweepSensor& sensor, uint32_t pl
   const auto& t = sensor.translation;
   const float yf = static_cast<float>(y);
   const float rx = r[1] * yf + r[2], ry = r[4] * yf + r[5], rz = r[7] * yf + r[8];
-  const float offset = static_cast<float>(plane) * problem.step;
+  const float wy = plane.y * yf + plane.constant;
   const int stride = static_cast<int>(sensor.image.width_px);
   const int last_x = stride - 1, last_y = static_cast<int>(sensor.image.height_px) - 1;
   const float limit_x = static_cast<float>(last_x), limit_y = static_cast<float>(last_y);
   for (uint32_t x = 0; x < width; ++x) {
     const float xf = static_cast<float>(x);
-    const float w = (base ? base[x] : problem.first) + offset;
+    const float w = (base ? base[x] : 0.0f) + (plane.x * xf + wy);
     const float nx = (r[0] * xf + rx) + w * t[0];
     const float ny = (r[3] * xf + ry) + w * t[1];
     const float nz = (r[6] * xf + rz) + w * t[2];
@@ -128,14 +128,15 @@ class BandSweeper final {
   }
 
   void Sweep() {
-    for (uint32_t plane = 0; plane < problem_.plane_count; ++plane) {
-      Warp(plane);
+    for (uint32_t plane = 0; plane < problem_.planes.size(); ++plane) {
+      if (problem_.planes[plane].is_gap()) continue;
+      Warp(problem_.planes[plane]);
       for (uint32_t y = begin_; y < end_; ++y) Compare(plane, y);
     }
   }
 
  private:
-  void Warp(uint32_t plane) {
+  void Warp(const SweepPlane& plane) {
     for (size_t s = 0; s < warped_.size(); ++s) {
       for (uint32_t y = halo_begin_; y < halo_end_; ++y) {
         const uint32_t row = y - halo_begin_;

@@ -21,15 +21,18 @@
 
 namespace veduta {
 
+// Numbers without a source are measured: tools/dense, on real pairs and rendered streets.
 struct DepthOptions {
-  double plane_step_px = 1.0;              // [0.25, 8]; largest step of a point in a sensor view from plane to plane
-  uint32_t plane_count_max = 256;          // [16, 1024]; fewer, wider planes where the range would ask for more
-  uint64_t volume_bytes_max = 1ull << 30;  // [1 MiB, 64 GiB]; costs in memory: what is larger is swept at half the size
-  uint32_t refinement_count = 2;           // [0, 8]; sweeps along the surface at the full size
-  uint32_t penalty_small = 0;              // placeholder: see Check
-  uint32_t penalty_large = 0;
-  uint32_t confidence_min = 0;      // [0, 255]; depth below it is given as not known
-  uint32_t speckle_pixels_min = 0;  // [0, 1e9]; smaller patches of like depth are removed
+  double plane_step_px = 1.0;              // [0.25, 8]; how far a point moves in a sensor view from plane to plane
+  uint32_t plane_count_max = 256;          // [16, 768]; fewer, wider planes where the range would ask for more
+  uint64_t volume_bytes_max = 1ull << 30;  // [2^20, 2^36]; costs in memory: what is larger is swept at half the size
+  uint32_t slanted_plane_count = 4;        // [0, 8]; dominant planes of the view that are swept along too
+  uint32_t refinement_count = 1;           // [0, 8]; sweeps along the surface at the full size
+  uint32_t penalty_small = 16;             // [0, 127] cost units; from a plane to the next
+  uint32_t penalty_large = 110;            // [penalty_large_min, 128] cost units; to any other, at equal gray levels
+  uint32_t penalty_large_min = 40;         // [0, 128] cost units; likewise, where gray levels jump
+  uint32_t confidence_min = 8;             // [0, 255]; depth of less is given as not known
+  uint32_t speckle_pixels_min = 40;        // smaller patches of like depth are removed
 
   Status Check() const;  // the first violated bound, named with its value
 };

@@ -21,12 +21,14 @@ float BetweenPlanes(uint16_t before, uint16_t cost, uint16_t after) {
   return static_cast<float>(left - right) / static_cast<float>(2 * steeper);
 }
 
+// Of a window that shrinks at the borders but stays symmetric: a slope keeps its middle.
 float MedianAround(const InverseDepthMap& map, int x, int y) {
   std::array<float, (2 * kRadius + 1) * (2 * kRadius + 1)> values{};
   size_t count = 0;
   const int width = static_cast<int>(map.width_px), height = static_cast<int>(map.height_px);
-  for (int v = std::max(0, y - kRadius); v <= std::min(height - 1, y + kRadius); ++v) {
-    for (int u = std::max(0, x - kRadius); u <= std::min(width - 1, x + kRadius); ++u) {
+  const int radius_x = std::min({kRadius, x, width - 1 - x}), radius_y = std::min({kRadius, y, height - 1 - y});
+  for (int v = y - radius_y; v <= y + radius_y; ++v) {
+    for (int u = x - radius_x; u <= x + radius_x; ++u) {
       values[count++] = map.w[static_cast<size_t>(v) * map.width_px + static_cast<size_t>(u)];
     }
   }
@@ -89,12 +91,16 @@ bool FillRow(float* row, uint32_t width) {
 }  // namespace
 
 InverseDepthMap RefineBetweenPlanes(const PlaneChoice& choice, uint32_t width_px, uint32_t height_px,
-                                    const std::vector<float>& base, const PlaneSpacing& planes) {
+                                    const std::vector<float>& base, const std::vector<SweepPlane>& planes) {
   InverseDepthMap map{width_px, height_px, std::vector<float>(static_cast<size_t>(width_px) * height_px)};
   for (size_t i = 0; i < map.w.size(); ++i) {
-    const float plane = static_cast<float>(choice.plane[i]) +
-                        BetweenPlanes(choice.cost_before[i], choice.cost[i], choice.cost_after[i]);
-    map.w[i] = (base.empty() ? static_cast<float>(planes.first) : base[i]) + plane * static_cast<float>(planes.step);
+    const float x = static_cast<float>(i % width_px), y = static_cast<float>(i / width_px);
+    const auto at = [&](size_t k) { return planes[k].x * x + planes[k].y * y + planes[k].constant; };
+    const size_t k = choice.plane[i];
+    const float between = BetweenPlanes(choice.cost_before[i], choice.cost[i], choice.cost_after[i]);
+    // Towards a gap there is no step.
+    const float step = between > 0 ? at(k + 1) - at(k) : between < 0 ? at(k) - at(k - 1) : 0;
+    map.w[i] = (base.empty() ? 0 : base[i]) + at(k) + (std::isnan(step) ? 0 : between * step);
   }
   return map;
 }

@@ -20,7 +20,7 @@ struct InverseDepthMap {
 // Of each pixel the inverse depth of its plane, and between its neighbours by their costs: two lines of equal and
 // opposite slope through the three costs meet at the minimum. `base` as in SweepProblem.
 InverseDepthMap RefineBetweenPlanes(const PlaneChoice& choice, uint32_t width_px, uint32_t height_px,
-                                    const std::vector<float>& base, const PlaneSpacing& planes);
+                                    const std::vector<float>& base, const std::vector<SweepPlane>& planes);
 
 // Sets patches of fewer than `pixels_min` pixels to not known; neighbours (of four) within `difference_max` of each
 // other belong to one patch.

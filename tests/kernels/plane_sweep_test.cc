@@ -71,9 +71,11 @@ struct RandomProblem {
       problem.sensors.push_back(sensor);
     }
     problem.key = key.view();
-    problem.plane_count = size.planes;
-    problem.first = -0.2f;  // through infinity and behind
-    problem.step = 1.3f / static_cast<float>(size.planes);
+    for (uint32_t k = 0; k < size.planes; ++k) {  // through infinity and behind, at any slant, with gaps
+      problem.planes.push_back(
+          {near(0, 0.01), near(0, 0.01), -0.2f + 1.3f * static_cast<float>(k) / static_cast<float>(size.planes)});
+      if (k % 7 == 5) problem.planes.back() = SweepPlane::Gap();
+    }
   }
   void AddBase() {
     SeededRandom random(5);
@@ -130,8 +132,7 @@ TEST(PlaneSweep, TheRightPlaneIsTheCheapestAtAnyExposure) {
     SweepProblem problem;
     problem.key = key.view();
     problem.sensors = {Shifted(moved, 1)};
-    problem.plane_count = kPlanes;
-    problem.step = 1;  // plane k is k px of disparity
+    for (uint32_t k = 0; k < kPlanes; ++k) problem.planes.push_back({0, 0, static_cast<float>(k)});  // disparity in px
     ThreadPool pool(0);
     return SweepPlanes(problem, nullptr, pool).value();
   };
@@ -159,8 +160,7 @@ TEST(PlaneSweep, ABlockedOrMissingViewDoesNoHarm) {
   away.rotation = {1, 0, 0, 0, 1, 0, 0, 0, -1};  // everything is behind it
   SweepProblem problem;
   problem.key = key.view();
-  problem.plane_count = 4;
-  problem.step = 1;
+  for (uint32_t k = 0; k < 4; ++k) problem.planes.push_back({0, 0, static_cast<float>(k)});
   ThreadPool pool(0);
   const auto costs = [&](std::vector<SweepSensor> sensors) {
     problem.sensors = std::move(sensors);
@@ -270,10 +270,10 @@ TEST(PlaneSweep, RefusesBadInput) {
   refuses("without pixels", [](SweepProblem& p) { p.sensors[0].image.pixels = nullptr; });
   refuses("0 sensor views", [](SweepProblem& p) { p.sensors.clear(); });
   refuses("17 sensor views", [](SweepProblem& p) { p.sensors.resize(17, p.sensors[0]); });
-  refuses("plane_count is 1;", [](SweepProblem& p) { p.plane_count = 1; });
-  refuses("plane_count is 1025", [](SweepProblem& p) { p.plane_count = 1025; });
+  refuses("1 planes", [](SweepProblem& p) { p.planes.resize(1); });
+  refuses("1025 planes", [](SweepProblem& p) { p.planes.resize(1025); });
   refuses("the base has 3", [](SweepProblem& p) { p.base.resize(3); });
-  refuses("not finite", [](SweepProblem& p) { p.step = std::numeric_limits<float>::infinity(); });
+  refuses("plane is not finite", [](SweepProblem& p) { p.planes[1].y = std::numeric_limits<float>::infinity(); });
   refuses("geometry is not finite",
           [](SweepProblem& p) { p.sensors[0].rotation[3] = std::numeric_limits<float>::quiet_NaN(); });
 }
