@@ -159,7 +159,7 @@ void PrintDifferences(const char* name, const SurfacePiece& a, const SurfacePiec
 // The tiles' surface beside that of all tiles as one problem, both solved to the end.
 void CompareBorders(const Arguments& a, FusedStreet* fused) {
   SolverOptions longer = a.solver;
-  longer.energy_change = 0;
+  longer.gap_max = 0;
   longer.iterations_max = 10 * a.solver.iterations_max;
   PrintSolve("whole", fused->SolveWhole("whole", longer.iterations_max, longer.lambda));
   PrintSolve("tiles", fused->Solve("tiles", "", longer, nullptr));
@@ -174,7 +174,7 @@ void CompareBorders(const Arguments& a, FusedStreet* fused) {
 
 void CompareStarts(const Arguments& a, FusedStreet* fused) {
   SolverOptions longer = a.solver;
-  longer.energy_change = 0;
+  longer.gap_max = 0;
   const SurfacePiece tv = fused->Weld("tv");
   for (const uint64_t seed : {0, 1}) {
     fused->Scatter("start", seed);
@@ -187,7 +187,7 @@ void CompareStarts(const Arguments& a, FusedStreet* fused) {
 
 void PrintEnergies(const Arguments& a, FusedStreet* fused) {
   SolverOptions longer = a.solver;
-  longer.energy_change = 0;
+  longer.gap_max = 0;
   longer.iterations_max = 10 * a.solver.iterations_max;
   TileIndex fullest;
   size_t most = 0;
@@ -272,10 +272,10 @@ void AddCommandLine(CLI::App& app, Arguments& a) {
   app.add_option("--voxel", a.grid.voxel_size, "metres (0.05)");
   app.add_option("--truncation", a.grid.truncation_voxels, "voxels (4)");
   app.add_option("--pixels", a.pixels_min, "pixels that make a block (8)");
-  app.add_option("--lambda", a.solver.lambda, "weight of the data (1.5)");
+  app.add_option("--lambda", a.solver.lambda, "weight of the data (1)");
   app.add_option("--iterations", a.solver.iterations_max, "at most (400)");
   app.add_option("--check-every", a.solver.check_every, "iterations (20)");
-  app.add_option("--change", a.solver.energy_change, "of the energy between checks: then it stops (1e-4)");
+  app.add_option("--gap", a.solver.gap_max, "stops when the energy is this near to the minimum (1e-3)");
   app.add_option("--near-maps", a.extraction.near_maps_min, "maps on either side of the surface (2)");
   app.add_option("--piece", a.extraction.piece_extent_cells_min, "smaller pieces go, cells (15)");
   app.add_option("--distance", a.distance_max_m, "of true surface that counts, metres from the camera (20)");
