@@ -13,7 +13,7 @@
 #define NEAR 7
 #define ALL 8
 #define PADDING 16
-#define ENERGY_ONE 65536.f
+#define ENERGY_ONE 1048576.f
 
 static float16 Min(float16 a, float16 b) { return select(b, a, a < b); }
 static float16 Max(float16 a, float16 b) { return select(b, a, a > b); }

@@ -24,7 +24,7 @@ struct TvArrays {
 struct TvBlockEnergy {
   int64_t primal = 0, dual = 0;  // in parts of kTvEnergyOne
 };
-inline constexpr float kTvEnergyOne = 65536.f;
+inline constexpr float kTvEnergyOne = 1048576.f;
 
 struct TvSteps {
   void (*dual)(const TvArrays& arrays, uint32_t block, float sigma);

@@ -49,7 +49,7 @@ Result<TileSolution> SolveTile(const TileIndex& tile, std::span<const TileBlock>
     return solution;
   }
   const bool is_warm =
-      std::all_of(blocks.begin(), blocks.end(), [](const TileBlock& b) { return b.previous != nullptr; });
+      std::any_of(blocks.begin(), blocks.end(), [](const TileBlock& b) { return b.previous != nullptr; });
   const auto lambda_of_weight = static_cast<float>(options.lambda / kVoteWeightMax);
   VEDUTA_ASSIGN_OR_RETURN(const std::unique_ptr<TotalVariation> minimisation,
                           TotalVariation::Start(MakeTileProblem(blocks, lambda_of_weight, pool), StartOf(blocks, pool),

@@ -27,7 +27,7 @@ struct Arguments {
   uint32_t pixels_min = 8, threads = 2;
   double distance_max_m = 20;
   std::string device = "cpp", ply;
-  bool truth = false, memory = false, energies = false, borders = false, starts = false;
+  bool truth = false, memory = false, energies = false, borders = false, starts = false, update = false;
 };
 
 double Seconds() {
@@ -185,6 +185,25 @@ void CompareStarts(const Arguments& a, FusedStreet* fused) {
   }
 }
 
+// What one map more costs: the tiles that it touches, from their last solution and anew.
+void CompareUpdate(const Arguments& a, const RangeImage& last, FusedStreet* fused) {
+  fused->Add(last, -1);
+  fused->Solve("before", "", a.solver, nullptr);
+  const std::vector<BlockIndex> changed = fused->Add(last);
+  std::set<TileIndex> dirty;
+  for (const BlockIndex& block : changed) {
+    for (const TileIndex& tile : TilesThatReach(block)) {
+      if (fused->tiles().count(tile)) dirty.insert(tile);
+    }
+  }
+  std::printf("the last map touches %zu of %zu blocks, %zu of %zu tiles\n", changed.size(), fused->blocks().size(),
+              dirty.size(), fused->tiles().size());
+  PrintSolve("warm", fused->SolveTiles(dirty, "before", "before", a.solver, nullptr));
+  PrintSolve("cold", fused->SolveTiles(dirty, "anew", "", a.solver, nullptr));
+  fused->Extract("before", a.extraction);
+  PrintDifferences("warm beside cold", fused->Weld("before"), fused->Weld("tv"), a.grid.voxel_size, false);
+}
+
 void PrintEnergies(const Arguments& a, FusedStreet* fused) {
   SolverOptions longer = a.solver;
   longer.gap_max = 0;
@@ -246,6 +265,7 @@ Status Run(const Arguments& a) {
   if (a.energies) PrintEnergies(a, &fused);
   if (a.borders) CompareBorders(a, &fused);
   if (a.starts) CompareStarts(a, &fused);
+  if (a.update) CompareUpdate(a, image_of(maps.back()), &fused);
   fused.Average("average");
   fused.Extract("average", a.extraction);
   const SurfacePiece tv = fused.Weld("tv"), average = fused.Weld("average");
@@ -285,6 +305,7 @@ void AddCommandLine(CLI::App& app, Arguments& a) {
   app.add_flag("--energies", a.energies, "prints how the energy of the fullest tile falls");
   app.add_flag("--borders", a.borders, "compares tiles with all of them as one problem");
   app.add_flag("--starts", a.starts, "compares the means of the histograms as a start with zeros and with noise");
+  app.add_flag("--update", a.update, "withdraws the last map, solves, adds it again: what that costs");
   app.add_flag("--memory", a.memory, "one map at a time and no comparison with the truth: for the peak of memory");
 }
 

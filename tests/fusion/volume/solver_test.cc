@@ -11,6 +11,7 @@
 #include <cmath>
 #include <map>
 
+#include "kernels/device.h"
 #include "storage/base/content_hash.h"
 #include "tests/fusion/volume/small_volume.h"
 #include "tests/fusion/volume/synthetic_maps.h"
@@ -181,6 +182,20 @@ TEST(SolveTile, ThreadsDoNotMatter) {
     EXPECT_EQ(a.blocks[i].index, b.blocks[i].index);
     EXPECT_EQ(*a.blocks[i].solution, *b.blocks[i].solution);
   }
+}
+
+TEST(SolveTile, TheDeviceDoesNotMatter) {
+  if (ListDevices().empty()) GTEST_SKIP() << "no OpenCL device";
+  const std::unique_ptr<Device> device = Device::Open({}).value();
+  const SmallVolume volume = BallVolume(kNoise, kOutliers);
+  const std::vector<TileBlock> blocks = volume.InReach({-1, 0, 0});
+  ThreadPool pool(1);
+  const TileSolution a = SolveTile({-1, 0, 0}, blocks, {}, nullptr, pool).value();
+  const TileSolution b = SolveTile({-1, 0, 0}, blocks, {}, device.get(), pool).value();
+  EXPECT_EQ(a.iterations, b.iterations);
+  ASSERT_EQ(a.blocks.size(), b.blocks.size());
+  ASSERT_FALSE(a.blocks.empty());
+  for (size_t i = 0; i < a.blocks.size(); ++i) EXPECT_EQ(*a.blocks[i].solution, *b.blocks[i].solution);
 }
 
 // A noisy wall of two tiles' length; `shift_voxels` moves all, and so the borders, along x.
