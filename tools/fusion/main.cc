@@ -27,7 +27,7 @@ struct Arguments {
   uint32_t pixels_min = 8, threads = 2;
   double distance_max_m = 20;
   std::string device = "cpp", ply;
-  bool truth = false, memory = false, energies = false, borders = false, starts = false, update = false;
+  bool truth = false, stereo = false, memory = false, energies = false, borders = false, starts = false, update = false;
 };
 
 double Seconds() {
@@ -239,7 +239,12 @@ Status Run(const Arguments& a) {
     return RangeImage::Make(a.truth ? map.truth : map.noisy, map.geometry).value();
   };
   double seconds = Seconds();
-  for (size_t i = 0; i < street.count(); ++i) {
+  if (a.stereo) {
+    VEDUTA_ASSIGN_OR_RETURN(maps, street.Match(device.get(), pool));
+    std::printf("matched: %.1f s\n", Seconds() - seconds);
+    for (const RenderedMap& map : maps) fused.Name(image_of(map));
+  }
+  for (size_t i = 0; i < street.count() && !a.stereo; ++i) {
     VEDUTA_ASSIGN_OR_RETURN(RenderedMap map, street.Render(i));
     fused.Name(image_of(map));
     if (!a.memory) maps.push_back(std::move(map));
@@ -248,7 +253,7 @@ Status Run(const Arguments& a) {
               fused.tiles().size(), Seconds() - seconds);
   seconds = Seconds();
   for (size_t i = 0; i < street.count(); ++i) {
-    if (a.memory) {
+    if (maps.empty()) {
       fused.Add(image_of(street.Render(i).value()));
     } else {
       fused.Add(image_of(maps[i]));
@@ -289,6 +294,7 @@ void AddCommandLine(CLI::App& app, Arguments& a) {
   app.add_option("--depth-max", a.maps.depth_max_m, "metres; farther depths are not known (25)");
   app.add_option("--seed", a.maps.seed, "of the street and of the noise (1)");
   app.add_flag("--truth", a.truth, "fuse the true depth");
+  app.add_flag("--stereo", a.stereo, "fuse what the plane sweep makes of the rendered photos");
   app.add_option("--voxel", a.grid.voxel_size, "metres (0.05)");
   app.add_option("--truncation", a.grid.truncation_voxels, "voxels (4)");
   app.add_option("--pixels", a.pixels_min, "pixels that make a block (8)");

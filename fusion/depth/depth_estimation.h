@@ -1,0 +1,55 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+// Depth of one key view from its sensor views: plane sweep, scanline optimisation, refinement around what they find.
+//
+// 1. Planes z = const, evenly spaced in inverse depth, carry each sensor view into the key view; census of the warped
+//    view against the key's, robust to exposure, is the cost of a plane at a pixel; the better views count
+//    (Collins 1996; Zabih, Woodfill 1994).
+// 2. Scanline optimisation along eight directions chooses planes (Hirschmueller 2008).
+// 3. The result, cleaned, is a surface to sweep along again: offsets from it in fractions of a step. Windows follow its
+//    slant, and equal offsets cost nothing, so slanted walls and the ground are not cut into steps (after Scharstein
+//    et al. 2017). A photo whose first volume is too large is swept at half its size, refined at every size above.
+
+#include <span>
+
+#include "fusion/depth/depth_map.h"
+#include "fusion/depth/view.h"
+#include "kernels/device.h"
+#include "storage/base/status.h"
+#include "storage/base/thread_pool.h"
+
+namespace veduta {
+
+// Along the key view's z, world units.
+struct DepthRange {
+  double near = 0, far = 0;
+};
+
+// Numbers without a source are measured: tools/dense, on real pairs and rendered streets.
+struct DepthOptions {
+  double plane_step_px = 1.0;              // [0.25, 8]; how far a point moves in a sensor view from plane to plane
+  uint32_t plane_count_max = 256;          // [16, 768]; fewer, wider planes where the range would ask for more
+  uint64_t volume_bytes_max = 1ull << 30;  // [2^20, 2^36]; costs in memory: what is larger is swept at half the size
+  uint32_t slanted_plane_count = 4;        // [0, 8]; dominant planes of the view that are swept along too
+  uint32_t refinement_count = 1;           // [0, 8]; sweeps along the surface at the full size
+  uint32_t penalty_small = 16;             // [0, 127] cost units; from a plane to the next
+  uint32_t penalty_large = 110;            // [penalty_large_min, 128] cost units; to any other, at equal gray levels
+  uint32_t penalty_large_min = 40;         // [0, 128] cost units; likewise, where gray levels jump
+  uint32_t confidence_min = 8;             // [0, 255]; depth of less is given as not known
+  uint32_t speckle_pixels_min = 40;        // smaller patches of like depth are removed
+
+  Status Check() const;  // the first violated bound, named with its value
+};
+
+// Depth and confidence of each pixel of `key`; not known (0) where no plane stands out, in patches too small, and
+// where every sensor view's sight is blocked by what is nearer. `key` and `sensors` (1 to 16) have their gray images;
+// sizes and cameras may differ.
+//
+// device  null: C++ on the pool, about as fast as PoCL on as many threads. The answer is the same, bit for bit.
+//
+// Deterministic at any number of threads. Thread-safe. Errors: kInvalidArgument naming what is wrong with a view, the
+// range or the options, or by how much the smallest volume exceeds volume_bytes_max; kIoError from the device.
+Result<DepthMap> EstimateDepth(const View& key, std::span<const View> sensors, const DepthRange& range,
+                               const DepthOptions& options, Device* device, ThreadPool& pool);
+
+}  // namespace veduta

@@ -1,0 +1,15 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+// Plane sweep and scanline optimisation on an OpenCL device. Arguments are checked by the callers.
+
+#include "kernels/scanline.h"
+
+namespace veduta {
+
+Status SweepPlanesOnDevice(const SweepProblem& problem, Device& device, CostVolume* volume);
+Status ChoosePlanesOnDevice(const CostVolume& volume, const GrayView& key, const ScanlineOptions& options,
+                            Device& device, PlaneChoice* choice);
+Status SweepAndChooseOnDevice(const SweepProblem& problem, const ScanlineOptions& options, Device& device,
+                              PlaneChoice* choice);
+
+}  // namespace veduta

@@ -1,0 +1,44 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+// Scanline optimisation: the plane of each pixel from its own costs and its neighbours' (Hirschmueller 2008,
+// section 2.2).
+
+#include <array>
+#include <cstdint>
+#include <vector>
+
+#include "kernels/plane_sweep.h"
+
+namespace veduta {
+
+inline constexpr uint32_t kScanDirections = 8;
+
+struct ScanlineOptions {
+  uint8_t penalty_small = 10;  // [0, 127] cost units; between planes k and k +- 1
+  // [0, 128]; between planes further apart, by the difference in gray level of the two pixels.
+  std::array<uint8_t, 256> penalty_large{};
+
+  Status Check() const;
+};
+
+// Of each pixel; [height x width]. Costs are summed over the eight directions.
+struct PlaneChoice {
+  std::vector<uint16_t> plane;                          // the cheapest; of equals the lowest
+  std::vector<uint16_t> cost_before, cost, cost_after;  // of plane - 1, plane, plane + 1; at an end UINT16_MAX
+  std::vector<uint16_t> cost_second;                    // the least of the others; UINT16_MAX if there is none
+};
+
+// Along each of eight directions, L(p, k) = C(p, k) + min(m(q, k), m(q, k -+ 1) + penalty_small), where q is p's
+// predecessor and m(q, k) = min(L(q, k) - min_i L(q, i), penalty_large(|I_p - I_q|)); then the plane of the least sum.
+// In integers throughout: the same bits on the device and, where it is null, in C++ on the pool.
+//
+// O(pixels * planes) time; 2 bytes a pixel and plane of memory besides the volume. Thread-safe. kInvalidArgument if
+// sizes do not fit, kIoError from the device.
+Result<PlaneChoice> ChoosePlanes(const CostVolume& volume, const GrayView& key, const ScanlineOptions& options,
+                                 Device* device, ThreadPool& pool);
+
+// SweepPlanes and ChoosePlanes, without the volume leaving the device.
+Result<PlaneChoice> SweepAndChoose(const SweepProblem& problem, const ScanlineOptions& options, Device* device,
+                                   ThreadPool& pool);
+
+}  // namespace veduta
