@@ -23,7 +23,7 @@ TvSteps StepsOf(TvIsa isa) {
 
 class CppTotalVariation final : public TotalVariation {
  public:
-  CppTotalVariation(TvIsa isa, const TvProblem& problem, std::span<const float> u, ThreadPool& pool)
+  CppTotalVariation(TvIsa isa, const TvProblem& problem, std::span<const float> u, float steepness, ThreadPool& pool)
       : problem_(problem), bits_of_row_(BitsOfRows(problem)), steps_(StepsOf(isa)), pool_(pool) {
     for (auto* array : {&u_, &u_bar_}) {
       array->assign(u.size() + 2 * kPadding, 0.f);
@@ -38,11 +38,12 @@ class CppTotalVariation final : public TotalVariation {
                problem_.centers.data(),
                bits_of_row_.data(),
                problem_.lambda};
+    if (steepness > 0) Dual(steepness);
   }
 
   Status Iterate(uint32_t count) override {
     for (uint32_t i = 0; i < count; ++i) {
-      pool_.ParallelFor(problem_.block_count, [&](size_t b) { steps_.dual(arrays_, static_cast<uint32_t>(b)); });
+      Dual(kTvSigma);
       pool_.ParallelFor(problem_.block_count, [&](size_t b) { steps_.primal(arrays_, static_cast<uint32_t>(b)); });
     }
     return Status::Ok();
@@ -63,6 +64,10 @@ class CppTotalVariation final : public TotalVariation {
   Result<std::vector<float>> Read() override { return std::vector<float>(u_.begin() + kPadding, u_.end() - kPadding); }
 
  private:
+  void Dual(float sigma) {
+    pool_.ParallelFor(problem_.block_count, [&](size_t b) { steps_.dual(arrays_, static_cast<uint32_t>(b), sigma); });
+  }
+
   const TvProblem problem_;
   const std::vector<uint32_t> bits_of_row_;
   const TvSteps steps_;
@@ -71,7 +76,10 @@ class CppTotalVariation final : public TotalVariation {
   TvArrays arrays_{};
 };
 
-Status CheckStart(const TvProblem& problem, std::span<const float> u) {
+Status CheckStart(const TvProblem& problem, std::span<const float> u, float steepness) {
+  if (!(steepness >= 0 && steepness < 1e6f)) {
+    return Status::InvalidArgument("steepness is " + std::to_string(steepness) + "; it must be at least 0");
+  }
   VEDUTA_RETURN_IF_ERROR(problem.Check());
   if (u.size() != static_cast<size_t>(problem.block_count) * kTvBlockVoxels) {
     return Status::InvalidArgument("the start has " + std::to_string(u.size()) + " voxels, the problem " +
@@ -131,16 +139,17 @@ TvIsa BestTvIsa() {
 }
 
 Result<std::unique_ptr<TotalVariation>> StartTotalVariationOn(TvIsa isa, const TvProblem& problem,
-                                                              std::span<const float> u, ThreadPool& pool) {
-  VEDUTA_RETURN_IF_ERROR(CheckStart(problem, u));
-  return std::unique_ptr<TotalVariation>(std::make_unique<CppTotalVariation>(isa, problem, u, pool));
+                                                              std::span<const float> u, float steepness,
+                                                              ThreadPool& pool) {
+  VEDUTA_RETURN_IF_ERROR(CheckStart(problem, u, steepness));
+  return std::unique_ptr<TotalVariation>(std::make_unique<CppTotalVariation>(isa, problem, u, steepness, pool));
 }
 
 Result<std::unique_ptr<TotalVariation>> TotalVariation::Start(const TvProblem& problem, std::span<const float> u,
-                                                              Device* device, ThreadPool& pool) {
-  VEDUTA_RETURN_IF_ERROR(CheckStart(problem, u));
-  if (device) return StartTotalVariationOn(*device, problem, u);
-  return StartTotalVariationOn(BestTvIsa(), problem, u, pool);
+                                                              float steepness, Device* device, ThreadPool& pool) {
+  VEDUTA_RETURN_IF_ERROR(CheckStart(problem, u, steepness));
+  if (device) return StartTotalVariationOn(*device, problem, u, steepness);
+  return StartTotalVariationOn(BestTvIsa(), problem, u, steepness, pool);
 }
 
 float HistogramProx(float v, float tau_lambda, std::span<const float> centers, std::span<const float> weights) {

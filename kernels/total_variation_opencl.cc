@@ -12,7 +12,8 @@ namespace veduta {
 namespace {
 
 constexpr size_t kPaddingBytes = kTvRow * sizeof(float);
-constexpr size_t kGroup = 64;  // rows
+constexpr size_t kGroup = 64;          // rows
+constexpr cl_uint kSigmaArgument = 6;  // of DualStep
 
 // A float as the compiler reads it back exactly.
 std::string ExactFloat(float value) {
@@ -30,7 +31,7 @@ class OpenClTotalVariation final : public TotalVariation {
         primal_(std::move(primal)),
         energy_(std::move(energy)) {}
 
-  Status Load(const TvProblem& problem, std::span<const float> u) {
+  Status Load(const TvProblem& problem, std::span<const float> u, float steepness) {
     return WithOpenCl(device_, "total variation", [&](Device::Parts& parts) {
       if (rows_ == 0) return;
       neighbors_ = MakeBuffer(parts, problem.neighbors);
@@ -44,11 +45,16 @@ class OpenClTotalVariation final : public TotalVariation {
       u_bar_ = MakeBuffer(parts, padded);
       energies_ = cl::Buffer(parts.context, CL_MEM_READ_WRITE, 2 * sizeof(cl_long) * rows_);
       const auto rows = static_cast<cl_int>(rows_);
-      SetArguments(dual_, u_bar_, p_[0], p_[1], p_[2], neighbors_, bits_, rows);
+      SetArguments(dual_, u_bar_, p_[0], p_[1], p_[2], neighbors_, bits_, kTvSigma, rows);
       SetArguments(primal_, u_, u_bar_, p_[0], p_[1], p_[2], neighbors_, weights_, centers_, bits_, problem.lambda,
                    rows);
       SetArguments(energy_, u_, p_[0], p_[1], p_[2], neighbors_, weights_, centers_, bits_, problem.lambda, energies_,
                    rows);
+      if (steepness > 0) {
+        dual_.setArg(kSigmaArgument, steepness);
+        Enqueue(parts, dual_);
+        dual_.setArg(kSigmaArgument, kTvSigma);
+      }
     });
   }
 
@@ -112,14 +118,14 @@ class OpenClTotalVariation final : public TotalVariation {
 }  // namespace
 
 Result<std::unique_ptr<TotalVariation>> StartTotalVariationOn(Device& device, const TvProblem& problem,
-                                                              std::span<const float> u) {
-  const std::string options = "-D TAU=" + ExactFloat(kTvTau) + " -D SIGMA=" + ExactFloat(kTvSigma);
+                                                              std::span<const float> u, float steepness) {
+  const std::string options = "-D TAU=" + ExactFloat(kTvTau);
   const auto make = [&](const char* name) { return MakeKernel(device, "total_variation.cl", name, options); };
   VEDUTA_ASSIGN_OR_RETURN(cl::Kernel dual, make("DualStep"));
   VEDUTA_ASSIGN_OR_RETURN(cl::Kernel primal, make("PrimalStep"));
   VEDUTA_ASSIGN_OR_RETURN(cl::Kernel energy, make("RowEnergies"));
   auto minimisation = std::make_unique<OpenClTotalVariation>(device, problem.block_count, dual, primal, energy);
-  VEDUTA_RETURN_IF_ERROR(minimisation->Load(problem, u));
+  VEDUTA_RETURN_IF_ERROR(minimisation->Load(problem, u, steepness));
   return std::unique_ptr<TotalVariation>(std::move(minimisation));
 }
 

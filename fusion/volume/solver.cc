@@ -10,6 +10,8 @@
 namespace veduta {
 namespace {
 
+constexpr float kWarmSteepness = 20;  // slopes over a twentieth a voxel are taken for edges of the last minimum
+
 Status OutOfRange(const char* name, double value, const char* bound) {
   return Status::InvalidArgument(std::string(name) + " is " + std::to_string(value) + "; it must be " + bound);
 }
@@ -34,7 +36,7 @@ Status SolverOptions::Check() const {
   if (iterations_max < 1 || iterations_max > 100'000)
     return OutOfRange("iterations_max", iterations_max, "from 1 to 100000");
   if (check_every < 1 || check_every > 10'000) return OutOfRange("check_every", check_every, "from 1 to 10000");
-  if (!(energy_change >= 0 && energy_change < 1)) return OutOfRange("energy_change", energy_change, "in [0, 1)");
+  if (!(gap_max >= 0 && gap_max < 1)) return OutOfRange("gap_max", gap_max, "in [0, 1)");
   return Status::Ok();
 }
 
@@ -46,10 +48,12 @@ Result<TileSolution> SolveTile(const TileIndex& tile, std::span<const TileBlock>
   if (std::none_of(blocks.begin(), blocks.end(), [&](const TileBlock& b) { return IsInTile(b.index, tile); })) {
     return solution;
   }
+  const bool is_warm =
+      std::any_of(blocks.begin(), blocks.end(), [](const TileBlock& b) { return b.previous != nullptr; });
   const auto lambda_of_weight = static_cast<float>(options.lambda / kVoteWeightMax);
-  VEDUTA_ASSIGN_OR_RETURN(
-      const std::unique_ptr<TotalVariation> minimisation,
-      TotalVariation::Start(MakeTileProblem(blocks, lambda_of_weight, pool), StartOf(blocks, pool), device, pool));
+  VEDUTA_ASSIGN_OR_RETURN(const std::unique_ptr<TotalVariation> minimisation,
+                          TotalVariation::Start(MakeTileProblem(blocks, lambda_of_weight, pool), StartOf(blocks, pool),
+                                                is_warm ? kWarmSteepness : 0.f, device, pool));
   const auto report = [&]() -> Status {
     VEDUTA_ASSIGN_OR_RETURN(const TvEnergy energy, minimisation->Energy());
     solution.energies.push_back({solution.iterations, energy.primal, energy.dual});
@@ -61,9 +65,8 @@ Result<TileSolution> SolveTile(const TileIndex& tile, std::span<const TileBlock>
     VEDUTA_RETURN_IF_ERROR(minimisation->Iterate(count));
     solution.iterations += count;
     VEDUTA_RETURN_IF_ERROR(report());
-    const double before = solution.energies[solution.energies.size() - 2].energy;
-    const double after = solution.energies.back().energy;
-    if (before - after < options.energy_change * before && after <= before) break;
+    const EnergyReport& now = solution.energies.back();
+    if (options.gap_max > 0 && now.energy - now.lower_bound <= options.gap_max * now.energy) break;
   }
   VEDUTA_ASSIGN_OR_RETURN(const std::vector<float> u, minimisation->Read());
   solution.blocks = KeepOwnBlocks(tile, blocks, u);

@@ -25,10 +25,10 @@ namespace veduta {
 class Device;  // kernels/device.h; null: the C++ path
 
 struct SolverOptions {
-  double lambda = 1.5;            // (0, 100]; of a map of full weight
+  double lambda = 1.0;            // (0, 100]; of a map of full weight
   uint32_t iterations_max = 400;  // [1, 100000]
   uint32_t check_every = 20;      // [1, 10000]; iterations between two looks at the energy
-  double energy_change = 1e-4;    // [0, 1); stops when E fell by less than this share since the last look; 0: never
+  double gap_max = 1e-3;          // [0, 1); stops when the energy is proven to lie within this share of the minimum
 
   Status Check() const;  // the first violated bound, named with its value
 };

@@ -181,18 +181,18 @@ TEST(TotalVariation, StepsAreTheirEquations) {
   PlainMinimisation plain(problem, start);
   for (int i = 0; i < 9; ++i) plain.Iterate();
   ThreadPool pool(0);
-  EXPECT_EQ(RunOn(StartTotalVariationOn(TvIsa::kBaseline, problem, start, pool), 3).u, plain.u());
+  EXPECT_EQ(RunOn(StartTotalVariationOn(TvIsa::kBaseline, problem, start, 0, pool), 3).u, plain.u());
 }
 
 TEST(TotalVariation, EveryPathGivesTheSameBits) {
   const TvProblem problem = RandomProblem(3);
   const std::vector<float> start = RandomStart(4);
   ThreadPool none(0), some(3);
-  const Trace baseline = RunOn(StartTotalVariationOn(TvIsa::kBaseline, problem, start, none), 20);
-  EXPECT_EQ(RunOn(StartTotalVariationOn(TvIsa::kBaseline, problem, start, some), 20), baseline);
+  const Trace baseline = RunOn(StartTotalVariationOn(TvIsa::kBaseline, problem, start, 7, none), 20);
+  EXPECT_EQ(RunOn(StartTotalVariationOn(TvIsa::kBaseline, problem, start, 7, some), 20), baseline);
   for (const TvIsa isa : {TvIsa::kAvx2, TvIsa::kAvx512}) {
     if (isa > BestTvIsa()) continue;
-    EXPECT_EQ(RunOn(StartTotalVariationOn(isa, problem, start, none), 20), baseline);
+    EXPECT_EQ(RunOn(StartTotalVariationOn(isa, problem, start, 7, none), 20), baseline);
   }
 }
 
@@ -202,8 +202,8 @@ TEST(TotalVariation, TheDeviceGivesTheSameBits) {
   const TvProblem problem = RandomProblem(5);
   const std::vector<float> start = RandomStart(6);
   ThreadPool pool(0);
-  const Trace reference = RunOn(StartTotalVariationOn(TvIsa::kBaseline, problem, start, pool), 20);
-  const Trace run = RunOn(StartTotalVariationOn(*device, problem, start), 20);
+  const Trace reference = RunOn(StartTotalVariationOn(TvIsa::kBaseline, problem, start, 7, pool), 20);
+  const Trace run = RunOn(StartTotalVariationOn(*device, problem, start, 7), 20);
   EXPECT_EQ(run.u, reference.u);
   EXPECT_EQ(run.energies, reference.energies);
 }
@@ -213,7 +213,7 @@ TEST(TotalVariation, ReachesTheMinimumFromAnyStart) {
   ThreadPool pool(1);
   const std::vector<float> zero(kBlocks.size() * kTvBlockVoxels, 0.f);
   for (const std::vector<float>& start : {zero, RandomStart(9)}) {
-    const auto minimisation = TotalVariation::Start(problem, start, nullptr, pool).value();
+    const auto minimisation = TotalVariation::Start(problem, start, 0, nullptr, pool).value();
     ASSERT_TRUE(minimisation->Iterate(1000).ok());
     const TvEnergy energy = minimisation->Energy().value();
     EXPECT_LE(energy.dual, energy.primal);
@@ -226,7 +226,7 @@ TEST(TotalVariation, RefusesWhatDoesNotFit) {
   TvProblem problem = RandomProblem(1);
   const std::vector<float> start = RandomStart(2);
   const auto code = [&](const TvProblem& p, std::span<const float> u) {
-    return TotalVariation::Start(p, u, nullptr, pool).status().code();
+    return TotalVariation::Start(p, u, 0, nullptr, pool).status().code();
   };
   EXPECT_EQ(code(problem, std::span(start).first(4096)), StatusCode::kInvalidArgument);
   EXPECT_EQ(code(problem, std::vector<float>(start.size(), 1.5f)), StatusCode::kInvalidArgument);
@@ -239,7 +239,7 @@ TEST(TotalVariation, RefusesWhatDoesNotFit) {
   EXPECT_EQ(code(problem, start), StatusCode::kInvalidArgument);
   TvProblem empty;
   empty.lambda = 1;
-  EXPECT_TRUE(TotalVariation::Start(empty, {}, nullptr, pool).ok());
+  EXPECT_TRUE(TotalVariation::Start(empty, {}, 0, nullptr, pool).ok());
 }
 
 }  // namespace

@@ -50,7 +50,7 @@ std::unique_ptr<SolutionBlock> FusedStreet::ReadSolution(const std::string& kind
   return bytes.empty() ? nullptr : ParseSolutionBlock(bytes).value();
 }
 
-void FusedStreet::Add(const RangeImage& image, int sign) {
+std::vector<BlockIndex> FusedStreet::Add(const RangeImage& image, int sign) {
   std::vector<BlockIndex> seen;
   for (const BlockIndex& block : blocks()) {
     if (image.MaySee(block, grid_)) seen.push_back(block);
@@ -63,7 +63,12 @@ void FusedStreet::Add(const RangeImage& image, int sign) {
     sizes[i] = bytes.size();
     files_.Write(NameOf("histogram", seen[i]), bytes);
   });
-  for (const uint64_t size : sizes) histogram_bytes_ += size;
+  std::vector<BlockIndex> changed;
+  for (size_t i = 0; i < seen.size(); ++i) {
+    histogram_bytes_ += sizes[i];
+    if (sizes[i] > 0) changed.push_back(seen[i]);
+  }
+  return changed;
 }
 
 FusedStreet::Loaded FusedStreet::Load(const TileIndex& tile, const std::string& previous) const {
@@ -78,10 +83,10 @@ FusedStreet::Loaded FusedStreet::Load(const TileIndex& tile, const std::string& 
   return loaded;
 }
 
-SolveReport FusedStreet::Solve(const char* kind, const std::string& previous, const SolverOptions& options,
-                               Device* device) {
+SolveReport FusedStreet::SolveTiles(const std::set<TileIndex>& tiles, const char* kind, const std::string& previous,
+                                    const SolverOptions& options, Device* device) {
   SolveReport report;
-  for (const TileIndex& tile : tiles()) {
+  for (const TileIndex& tile : tiles) {
     const Loaded loaded = Load(tile, previous);
     const auto start = std::chrono::steady_clock::now();
     const TileSolution solution = SolveTile(tile, loaded.blocks, options, device, pool_).value();
@@ -116,8 +121,8 @@ SolveReport FusedStreet::SolveWhole(const char* kind, uint32_t iterations, doubl
   }
   const auto start = std::chrono::steady_clock::now();
   const auto minimisation =
-      TotalVariation::Start(MakeTileProblem(all.blocks, static_cast<float>(lambda / kVoteWeightMax), pool_), u, nullptr,
-                            pool_)
+      TotalVariation::Start(MakeTileProblem(all.blocks, static_cast<float>(lambda / kVoteWeightMax), pool_), u, 0,
+                            nullptr, pool_)
           .value();
   VEDUTA_CHECK(minimisation->Iterate(iterations).ok(), "whole");
   const TvEnergy energy = minimisation->Energy().value();

@@ -29,10 +29,15 @@ class FusedStreet final {
 
   // First of all maps, then the second of all maps: the blocks must be known before a vote is cast.
   void Name(const RangeImage& image);
-  void Add(const RangeImage& image, int sign = 1);
+  // Returns the blocks that changed.
+  std::vector<BlockIndex> Add(const RangeImage& image, int sign = 1);
 
   // Solves every tile; solutions go under `kind`. `previous`: the kind to start from; empty: from the means.
-  SolveReport Solve(const char* kind, const std::string& previous, const SolverOptions& options, Device* device);
+  SolveReport Solve(const char* kind, const std::string& previous, const SolverOptions& options, Device* device) {
+    return SolveTiles(tiles(), kind, previous, options, device);
+  }
+  SolveReport SolveTiles(const std::set<TileIndex>& tiles, const char* kind, const std::string& previous,
+                         const SolverOptions& options, Device* device);
   void Average(const char* kind);
   // All tiles as one problem, which no border cuts: what tiles are compared with. In memory.
   SolveReport SolveWhole(const char* kind, uint32_t iterations, double lambda);

@@ -27,7 +27,7 @@ struct Arguments {
   uint32_t pixels_min = 8, threads = 2;
   double distance_max_m = 20;
   std::string device = "cpp", ply;
-  bool truth = false, memory = false, energies = false, borders = false, starts = false;
+  bool truth = false, stereo = false, memory = false, energies = false, borders = false, starts = false, update = false;
 };
 
 double Seconds() {
@@ -159,7 +159,7 @@ void PrintDifferences(const char* name, const SurfacePiece& a, const SurfacePiec
 // The tiles' surface beside that of all tiles as one problem, both solved to the end.
 void CompareBorders(const Arguments& a, FusedStreet* fused) {
   SolverOptions longer = a.solver;
-  longer.energy_change = 0;
+  longer.gap_max = 0;
   longer.iterations_max = 10 * a.solver.iterations_max;
   PrintSolve("whole", fused->SolveWhole("whole", longer.iterations_max, longer.lambda));
   PrintSolve("tiles", fused->Solve("tiles", "", longer, nullptr));
@@ -174,7 +174,7 @@ void CompareBorders(const Arguments& a, FusedStreet* fused) {
 
 void CompareStarts(const Arguments& a, FusedStreet* fused) {
   SolverOptions longer = a.solver;
-  longer.energy_change = 0;
+  longer.gap_max = 0;
   const SurfacePiece tv = fused->Weld("tv");
   for (const uint64_t seed : {0, 1}) {
     fused->Scatter("start", seed);
@@ -185,9 +185,28 @@ void CompareStarts(const Arguments& a, FusedStreet* fused) {
   }
 }
 
+// What one map more costs: the tiles that it touches, from their last solution and anew.
+void CompareUpdate(const Arguments& a, const RangeImage& last, FusedStreet* fused) {
+  fused->Add(last, -1);
+  fused->Solve("before", "", a.solver, nullptr);
+  const std::vector<BlockIndex> changed = fused->Add(last);
+  std::set<TileIndex> dirty;
+  for (const BlockIndex& block : changed) {
+    for (const TileIndex& tile : TilesThatReach(block)) {
+      if (fused->tiles().count(tile)) dirty.insert(tile);
+    }
+  }
+  std::printf("the last map touches %zu of %zu blocks, %zu of %zu tiles\n", changed.size(), fused->blocks().size(),
+              dirty.size(), fused->tiles().size());
+  PrintSolve("warm", fused->SolveTiles(dirty, "before", "before", a.solver, nullptr));
+  PrintSolve("cold", fused->SolveTiles(dirty, "anew", "", a.solver, nullptr));
+  fused->Extract("before", a.extraction);
+  PrintDifferences("warm beside cold", fused->Weld("before"), fused->Weld("tv"), a.grid.voxel_size, false);
+}
+
 void PrintEnergies(const Arguments& a, FusedStreet* fused) {
   SolverOptions longer = a.solver;
-  longer.energy_change = 0;
+  longer.gap_max = 0;
   longer.iterations_max = 10 * a.solver.iterations_max;
   TileIndex fullest;
   size_t most = 0;
@@ -220,7 +239,12 @@ Status Run(const Arguments& a) {
     return RangeImage::Make(a.truth ? map.truth : map.noisy, map.geometry).value();
   };
   double seconds = Seconds();
-  for (size_t i = 0; i < street.count(); ++i) {
+  if (a.stereo) {
+    VEDUTA_ASSIGN_OR_RETURN(maps, street.Match(device.get(), pool));
+    std::printf("matched: %.1f s\n", Seconds() - seconds);
+    for (const RenderedMap& map : maps) fused.Name(image_of(map));
+  }
+  for (size_t i = 0; i < street.count() && !a.stereo; ++i) {
     VEDUTA_ASSIGN_OR_RETURN(RenderedMap map, street.Render(i));
     fused.Name(image_of(map));
     if (!a.memory) maps.push_back(std::move(map));
@@ -229,7 +253,7 @@ Status Run(const Arguments& a) {
               fused.tiles().size(), Seconds() - seconds);
   seconds = Seconds();
   for (size_t i = 0; i < street.count(); ++i) {
-    if (a.memory) {
+    if (maps.empty()) {
       fused.Add(image_of(street.Render(i).value()));
     } else {
       fused.Add(image_of(maps[i]));
@@ -246,6 +270,7 @@ Status Run(const Arguments& a) {
   if (a.energies) PrintEnergies(a, &fused);
   if (a.borders) CompareBorders(a, &fused);
   if (a.starts) CompareStarts(a, &fused);
+  if (a.update) CompareUpdate(a, image_of(maps.back()), &fused);
   fused.Average("average");
   fused.Extract("average", a.extraction);
   const SurfacePiece tv = fused.Weld("tv"), average = fused.Weld("average");
@@ -269,13 +294,14 @@ void AddCommandLine(CLI::App& app, Arguments& a) {
   app.add_option("--depth-max", a.maps.depth_max_m, "metres; farther depths are not known (25)");
   app.add_option("--seed", a.maps.seed, "of the street and of the noise (1)");
   app.add_flag("--truth", a.truth, "fuse the true depth");
+  app.add_flag("--stereo", a.stereo, "fuse what the plane sweep makes of the rendered photos");
   app.add_option("--voxel", a.grid.voxel_size, "metres (0.05)");
   app.add_option("--truncation", a.grid.truncation_voxels, "voxels (4)");
   app.add_option("--pixels", a.pixels_min, "pixels that make a block (8)");
-  app.add_option("--lambda", a.solver.lambda, "weight of the data (1.5)");
+  app.add_option("--lambda", a.solver.lambda, "weight of the data (1)");
   app.add_option("--iterations", a.solver.iterations_max, "at most (400)");
   app.add_option("--check-every", a.solver.check_every, "iterations (20)");
-  app.add_option("--change", a.solver.energy_change, "of the energy between checks: then it stops (1e-4)");
+  app.add_option("--gap", a.solver.gap_max, "stops when the energy is this near to the minimum (1e-3)");
   app.add_option("--near-maps", a.extraction.near_maps_min, "maps on either side of the surface (2)");
   app.add_option("--piece", a.extraction.piece_extent_cells_min, "smaller pieces go, cells (15)");
   app.add_option("--distance", a.distance_max_m, "of true surface that counts, metres from the camera (20)");
@@ -285,6 +311,7 @@ void AddCommandLine(CLI::App& app, Arguments& a) {
   app.add_flag("--energies", a.energies, "prints how the energy of the fullest tile falls");
   app.add_flag("--borders", a.borders, "compares tiles with all of them as one problem");
   app.add_flag("--starts", a.starts, "compares the means of the histograms as a start with zeros and with noise");
+  app.add_flag("--update", a.update, "withdraws the last map, solves, adds it again: what that costs");
   app.add_flag("--memory", a.memory, "one map at a time and no comparison with the truth: for the peak of memory");
 }
 

@@ -5,6 +5,8 @@
 #include <cmath>
 #include <utility>
 
+#include "fusion/depth/depth_consistency.h"
+#include "fusion/depth/depth_estimation.h"
 #include "storage/base/content_hash.h"
 
 namespace veduta::fusion_benchmark {
@@ -76,7 +78,65 @@ DepthMap MakeWorse(const DepthMap& truth, double focal_px, const MapOptions& opt
   return map;
 }
 
+// The two nearest views that look the same way, from at least a third of a metre away.
+std::vector<size_t> ChooseSensors(const std::vector<RenderedMap>& maps, size_t key) {
+  std::vector<std::pair<double, size_t>> near;
+  const Rigid3& pose = maps[key].geometry.cam_from_world;
+  for (size_t i = 0; i < maps.size(); ++i) {
+    const Rigid3& other = maps[i].geometry.cam_from_world;
+    const double distance = (other.Center() - pose.Center()).norm();
+    const Eigen::Vector3d axis = pose.rotation.conjugate() * Eigen::Vector3d::UnitZ();
+    const Eigen::Vector3d other_axis = other.rotation.conjugate() * Eigen::Vector3d::UnitZ();
+    if (i != key && distance > 0.33 && axis.dot(other_axis) > 0.9) near.push_back({distance, i});
+  }
+  std::sort(near.begin(), near.end());
+  std::vector<size_t> sensors;
+  for (size_t i = 0; i < std::min<size_t>(2, near.size()); ++i) sensors.push_back(near[i].second);
+  return sensors;
+}
+
+View ViewOf(const RenderedMap& map) {
+  View view;
+  view.geometry = map.geometry;
+  view.gray = map.gray;
+  return view;
+}
+
+DepthRange RangeOf(const DepthMap& truth) {
+  std::vector<float> depths;
+  for (const float depth : truth.depth) {
+    if (depth > 0) depths.push_back(depth);
+  }
+  std::sort(depths.begin(), depths.end());
+  if (depths.empty()) return {1, 10};
+  return {depths[depths.size() / 100] / 1.2, depths[depths.size() - 1 - depths.size() / 100] * 1.2};
+}
+
 }  // namespace
+
+Result<std::vector<RenderedMap>> RenderedStreet::Match(Device* device, ThreadPool& pool) const {
+  std::vector<RenderedMap> maps;
+  for (size_t i = 0; i < count(); ++i) {
+    VEDUTA_ASSIGN_OR_RETURN(RenderedMap map, Render(i));
+    maps.push_back(std::move(map));
+  }
+  std::vector<DepthMap> raw(maps.size());
+  for (size_t i = 0; i < maps.size(); ++i) {
+    std::vector<View> sensors;
+    for (const size_t s : ChooseSensors(maps, i)) sensors.push_back(ViewOf(maps[s]));
+    if (sensors.empty()) return Status::InvalidArgument("a view has no neighbour; take more photos");
+    VEDUTA_ASSIGN_OR_RETURN(raw[i], EstimateDepth(ViewOf(maps[i]), sensors, RangeOf(maps[i].truth), {}, device, pool));
+  }
+  for (size_t i = 0; i < maps.size(); ++i) {
+    std::vector<NeighborDepth> neighbors;
+    for (const size_t s : ChooseSensors(maps, i)) neighbors.push_back({maps[s].geometry, &raw[s]});
+    VEDUTA_ASSIGN_OR_RETURN(maps[i].noisy, CheckConsistency(raw[i], maps[i].geometry, neighbors, {}, pool));
+    for (size_t p = 0; p < raw[i].depth.size(); ++p) {
+      if (maps[i].noisy.depth[p] > options_.depth_max_m) maps[i].noisy.depth[p] = 0, maps[i].noisy.confidence[p] = 0;
+    }
+  }
+  return maps;
+}
 
 Result<RenderedStreet> RenderedStreet::Make(const MapOptions& options) {
   RenderedStreet street;
@@ -105,6 +165,9 @@ Result<RenderedMap> RenderedStreet::Render(size_t i) const {
   map.geometry = {options_.width_px, options_.height_px, Pinhole(camera.model), camera.cam_from_world};
   map.truth = {photo.width_px, photo.height_px, std::move(photo.depth), {}};
   for (float& depth : map.truth.depth) depth = depth > options_.depth_max_m ? 0.f : depth;
+  for (size_t p = 0; p < photo.rgb.size(); p += 3) {
+    map.gray.push_back(static_cast<uint8_t>((photo.rgb[p] + 2 * photo.rgb[p + 1] + photo.rgb[p + 2]) / 4));
+  }
   map.truth.confidence.resize(map.truth.depth.size());
   for (size_t p = 0; p < map.truth.depth.size(); ++p) map.truth.confidence[p] = map.truth.depth[p] > 0 ? 255 : 0;
   map.noisy = MakeWorse(map.truth, map.geometry.camera.focal_px(), options_, MixSeed(options_.seed, i));

@@ -8,7 +8,9 @@
 
 #include "fusion/depth/depth_map.h"
 #include "fusion/depth/view.h"
+#include "kernels/device.h"
 #include "storage/base/status.h"
+#include "storage/base/thread_pool.h"
 #include "tools/street/camera_rig.h"
 #include "tools/street/scene.h"
 
@@ -29,6 +31,7 @@ struct RenderedMap {
   ViewGeometry geometry;
   DepthMap truth;  // confidence 255 throughout
   DepthMap noisy;
+  std::vector<uint8_t> gray;
 };
 
 // The scene and one map after the other. Deterministic in the options.
@@ -38,6 +41,8 @@ class RenderedStreet final {
 
   size_t count() const { return cameras_.size(); }
   Result<RenderedMap> Render(size_t i) const;
+  // All maps, `noisy` by stereo of the rendered photos: two neighbours each, checked against each other.
+  Result<std::vector<RenderedMap>> Match(Device* device, ThreadPool& pool) const;
   const street::Scene& scene() const { return *scene_; }
 
  private:

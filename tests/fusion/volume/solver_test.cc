@@ -11,6 +11,7 @@
 #include <cmath>
 #include <map>
 
+#include "kernels/device.h"
 #include "storage/base/content_hash.h"
 #include "tests/fusion/volume/small_volume.h"
 #include "tests/fusion/volume/synthetic_maps.h"
@@ -112,7 +113,7 @@ double ShareApart(const SurfacePiece& a, const SurfacePiece& b, int32_t shift_vo
 
 TEST(SolveTile, FindsTheSameSurfaceFromAnyStart) {
   SmallVolume volume = BallVolume(kNoise, kOutliers);
-  const SolverOptions options = {.iterations_max = 1500, .energy_change = 0};
+  const SolverOptions options = {.iterations_max = 600, .gap_max = 0};
   ThreadPool pool(1);
   const TileIndex tile = {0, 0, 0};
   std::vector<TileBlock> blocks = volume.InReach(tile);
@@ -148,7 +149,7 @@ TEST(SolveTile, LowersTheEnergyToItsEnd) {
     EXPECT_LE(solution.energies[i].energy, solution.energies[i - 1].energy) << solution.energies[i].iteration;
     EXPECT_LE(solution.energies[i].lower_bound, solution.energies[i].energy);
   }
-  const SolverOptions longer = {.iterations_max = 10 * solution.iterations, .energy_change = 0};
+  const SolverOptions longer = {.iterations_max = 10 * solution.iterations, .gap_max = 0};
   const TileSolution end = SolveTile({0, 0, 0}, blocks, longer, nullptr, pool).value();
   EXPECT_LT(solution.energies.back().energy, 1.001 * end.energies.back().energy);
 }
@@ -157,15 +158,16 @@ TEST(SolveTile, StartsWarm) {
   SmallVolume volume = BallVolume(kNoise, kOutliers);
   ThreadPool pool(1);
   const TileIndex tile = {0, 0, 0};
-  volume.Solve({}, pool);
+  const SolverOptions options = {.check_every = 2};
+  volume.Solve(options, pool);
   const std::vector<RangeImage> images = BallImages(kNoise, kOutliers);
   for (auto& [at, block] : volume.histograms) ASSERT_TRUE(Integrate(images[3], kGrid, at, -1, block.get()).ok());
   std::vector<TileBlock> blocks = volume.InReach(tile);
-  const TileSolution cold = SolveTile(tile, blocks, {}, nullptr, pool).value();
+  const TileSolution cold = SolveTile(tile, blocks, options, nullptr, pool).value();
   for (TileBlock& block : blocks) block.previous = volume.solutions.at(block.index).get();
-  const TileSolution warm = SolveTile(tile, blocks, {}, nullptr, pool).value();
-  EXPECT_LT(warm.iterations, cold.iterations);
-  EXPECT_LT(warm.energies.back().energy, 1.002 * cold.energies.back().energy);
+  const TileSolution warm = SolveTile(tile, blocks, options, nullptr, pool).value();
+  EXPECT_LE(5 * warm.iterations, 4 * cold.iterations) << warm.iterations << " beside " << cold.iterations;
+  EXPECT_LT(warm.energies.back().energy, 1.001 * cold.energies.back().energy);
 }
 
 TEST(SolveTile, ThreadsDoNotMatter) {
@@ -180,6 +182,20 @@ TEST(SolveTile, ThreadsDoNotMatter) {
     EXPECT_EQ(a.blocks[i].index, b.blocks[i].index);
     EXPECT_EQ(*a.blocks[i].solution, *b.blocks[i].solution);
   }
+}
+
+TEST(SolveTile, TheDeviceDoesNotMatter) {
+  if (ListDevices().empty()) GTEST_SKIP() << "no OpenCL device";
+  const std::unique_ptr<Device> device = Device::Open({}).value();
+  const SmallVolume volume = BallVolume(kNoise, kOutliers);
+  const std::vector<TileBlock> blocks = volume.InReach({-1, 0, 0});
+  ThreadPool pool(1);
+  const TileSolution a = SolveTile({-1, 0, 0}, blocks, {}, nullptr, pool).value();
+  const TileSolution b = SolveTile({-1, 0, 0}, blocks, {}, device.get(), pool).value();
+  EXPECT_EQ(a.iterations, b.iterations);
+  ASSERT_EQ(a.blocks.size(), b.blocks.size());
+  ASSERT_FALSE(a.blocks.empty());
+  for (size_t i = 0; i < a.blocks.size(); ++i) EXPECT_EQ(*a.blocks[i].solution, *b.blocks[i].solution);
 }
 
 // A noisy wall of two tiles' length; `shift_voxels` moves all, and so the borders, along x.
@@ -203,7 +219,7 @@ SurfacePiece WallSurface(int32_t shift_voxels) {
 
 TEST(SolveTile, BordersLeaveNoSeam) {
   const SurfacePiece at_home = WallSurface(0), moved = WallSurface(kTileSide / 2);
-  ASSERT_GT(at_home.keys.size(), 3000u);
+  ASSERT_GT(at_home.keys.size(), 2500u);
   EXPECT_LT(ShareApart(at_home, moved, kTileSide / 2, 0.02), 0.01);
 }
 
@@ -217,7 +233,7 @@ TEST(SolveTile, RefusesWhatDoesNotFit) {
   EXPECT_EQ(code({5, 0, 0}, {}), StatusCode::kInvalidArgument);
   EXPECT_EQ(code({0, 0, 0}, {.lambda = 0}), StatusCode::kInvalidArgument);
   EXPECT_EQ(code({0, 0, 0}, {.check_every = 0}), StatusCode::kInvalidArgument);
-  EXPECT_EQ(code({0, 0, 0}, {.energy_change = 1}), StatusCode::kInvalidArgument);
+  EXPECT_EQ(code({0, 0, 0}, {.gap_max = 1}), StatusCode::kInvalidArgument);
   std::swap(blocks[0], blocks[1]);
   EXPECT_EQ(code({0, 0, 0}, {}), StatusCode::kInvalidArgument);
   std::swap(blocks[0], blocks[1]);
