@@ -77,8 +77,10 @@ Status RenderFromSide(const Engine& engine, const RenderArguments& arguments) {
   VEDUTA_ASSIGN_OR_RETURN(const auto views,
                           ThreeSides(box, MeanUp(cameras), forward, width, width * kHeightPx / kWidthPx));
   const size_t side = arguments.side == "front" ? 0 : arguments.side == "left" ? 1 : 2;
+  RenderOptions options = OptionsOf(arguments);
+  options.back_faces = BackFaces::kCull;  // from outside one looks into a courtyard
   VEDUTA_ASSIGN_OR_RETURN(const Picture picture, DrawReconstruction(*snapshot, id, WhatToDraw(arguments), views[side],
-                                                                    OptionsOf(arguments), *engine.pool()));
+                                                                    options, *engine.pool()));
   return WritePng(arguments.out, picture.width_px, picture.height_px, picture.rgb);
 }
 

@@ -87,6 +87,7 @@ Status DensifyOptions::Check() const {
     return broken("moved_voxels_max", moved_voxels_max, "in (0, 10]");
   if (!(depth_margin >= 0 && depth_margin <= 10)) return broken("depth_margin", depth_margin, "in [0, 10]");
   if (block_pixel_count_min == 0) return broken("block_pixel_count_min", 0, "1 or more");
+  if (block_map_count_min == 0) return broken("block_map_count_min", 0, "1 or more");
   return Status::Ok();
 }
 

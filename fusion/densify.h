@@ -34,7 +34,8 @@ struct DensifyOptions {
   double moved_px_max = 0.35;      // (0, 10]; a depth map is kept while its points move no further in its sensor views
   double moved_voxels_max = 0.35;  // (0, 10]; and integrated where it is while they move no further in the world
   double depth_margin = 0.25;      // [0, 10]; depth_range.h
-  uint32_t block_pixel_count_min = 8;  // >= 1; pixels, over all maps, that allocate a block
+  uint32_t block_pixel_count_min = 16;  // >= 1; pixels, over all maps, that allocate a block
+  uint32_t block_map_count_min = 2;     // >= 1; and maps: what one alone sees is no surface (extraction.h)
 
   // Told after each piece: stage, pieces looked at, pieces in all. May be empty.
   std::function<void(std::string_view stage, size_t done, size_t total)> progress;

@@ -17,6 +17,12 @@ namespace {
 
 constexpr size_t kRangeImagesKept = 48;
 
+// How much of all maps' surface lies in a block.
+struct Naming {
+  uint64_t pixels = 0;
+  uint32_t maps = 0;
+};
+
 struct Vote {
   std::shared_ptr<const RangeImage> image;
   int sign = 1;
@@ -55,11 +61,15 @@ class VolumeStage final {
       if (depth.reconstruction == pass_.scene.reconstruction.id) current[depth.image] = depth.checked_version;
       return true;
     }));
-    std::map<BlockIndex, uint64_t> pixels;
+    std::map<BlockIndex, Naming> named;
     VEDUTA_RETURN_IF_ERROR(snapshot_->dense().ScanCheckedDepths([&](CheckedDepthRecord depth) {
       const auto found = current.find(depth.image);
       if (found == current.end() || found->second != depth.version) return true;
-      for (const SeenBlock& seen : depth.blocks) pixels[{seen.place.x, seen.place.y, seen.place.z}] += seen.pixel_count;
+      for (const SeenBlock& seen : depth.blocks) {
+        Naming& naming = named[{seen.place.x, seen.place.y, seen.place.z}];
+        naming.pixels += seen.pixel_count;
+        ++naming.maps;
+      }
       depth.blocks = {};  // a city's would not fit
       depths_.push_back(std::move(depth));
       return true;
@@ -68,8 +78,9 @@ class VolumeStage final {
       tiles_[tile.place] = 0;
       return true;
     }));
-    for (const auto& [block, count] : pixels) {
-      if (count < pass_.options.block_pixel_count_min) continue;
+    for (const auto& [block, naming] : named) {
+      if (naming.pixels < pass_.options.block_pixel_count_min || naming.maps < pass_.options.block_map_count_min)
+        continue;
       const TileIndex tile = TileOf(block);
       tiles_[{tile.x, tile.y, tile.z}] |= 1ull << NumberInTile(block);
     }

@@ -179,6 +179,7 @@ class GlbWriter final : public ModelWriter {
       if (binary > 0) write({binary, kBinaryChunk});
       return spool_.CopyTo(out);
     }));
+    spool_.RemoveFiles();
     ModelCounts counts = spool_.counts();
     counts.cameras = cameras_.size();
     return counts;

@@ -93,4 +93,8 @@ Status ModelSpool::CopyTo(std::ofstream& out) {
   return {};
 }
 
+void ModelSpool::RemoveFiles() {
+  for (auto* file : {&vertices_, &triangles_, &points_}) file->reset();
+}
+
 }  // namespace veduta

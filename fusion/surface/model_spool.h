@@ -35,6 +35,8 @@ class ModelSpool final {
   uint64_t size_bytes() const;  // of all three
   // Vertices, then triangles, then points.
   Status CopyTo(std::ofstream& out);
+  // What is spooled is no longer needed.
+  void RemoveFiles();
 
   struct Bounds {
     Eigen::Vector3f low, high;

@@ -53,6 +53,7 @@ class PlyWriter final : public ModelWriter {
       out << "end_header\n";
       return spool_.CopyTo(out);
     }));
+    spool_.RemoveFiles();
     return counts;
   }
 

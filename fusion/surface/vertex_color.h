@@ -43,7 +43,7 @@ double ColoringReach(const ColoringOptions& options);
 // mesh    with a unit normal a vertex. scene: all tiles between the tile's box, enlarged by ColoringReach, and the
 // views
 //         (tiles_between.h), the tile itself included.
-// views   every photo that may see the tile, in any order.
+// views   every photo that may see the tile (MaySee), in any order.
 //
 // A vertex's colour is a robust mean (robust_color.h) of the photos' light there, each weighted by
 //   cos(incidence) * min(2, pixels a voxel)^2 * fade at the photo's border * (share of clear sight around it)^2,

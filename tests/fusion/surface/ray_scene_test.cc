@@ -9,6 +9,7 @@
 #include "fusion/surface/denormals_off.h"
 #include "fusion/surface/ray_tile_cache.h"
 #include "fusion/surface/tiles_between.h"
+#include "storage/base/thread_pool.h"
 #include "tests/fusion/surface/sample_surfaces.h"
 
 namespace veduta {
@@ -169,6 +170,49 @@ TEST(TilesBetween, FindsWhatMeetsTheHull) {
                                                   {Eigen::Vector3d(0, 5, 2), Eigen::Vector3d(1, 6, 3)}};
   const std::vector<Eigen::Vector3d> centers = {{0.5, 0.5, 9}};
   EXPECT_EQ(TilesBetween(boxes, boxes[0], centers), (std::vector<uint32_t>{0, 2}));
+}
+
+TEST(TilesBetween, PhotosThatSeeAPointOfABoxMaySeeIt) {
+  SeededRandom random(3);
+  const ViewGeometry view = LookAt({0, 0, 5}, {0, 1, 0}, Eigen::Vector3d::UnitY(), 320, 200, 50).value();
+  int seen = 0, spared = 0;
+  for (int round = 0; round < 500; ++round) {
+    const Eigen::Vector3d low = 16 * Eigen::Vector3d(random.Unit() - 0.5, random.Unit() - 0.5, random.Unit() - 0.5);
+    const Eigen::AlignedBox3d box(low, low + Eigen::Vector3d::Constant(1));
+    bool is_seen = false;
+    for (int k = 0; k < 200; ++k) {
+      const Eigen::Vector3d in_cam =
+          view.cam_from_world * (low + Eigen::Vector3d(random.Unit(), random.Unit(), random.Unit()));
+      if (in_cam.z() <= 0) continue;
+      const Eigen::Vector2d px = view.camera.Project(in_cam);
+      is_seen |= px.x() >= -0.5 && px.y() >= -0.5 && px.x() <= 319.5 && px.y() <= 199.5;
+    }
+    const bool may_see = MaySee(view, box);
+    ASSERT_TRUE(may_see || !is_seen);
+    seen += is_seen;
+    spared += !may_see;
+  }
+  EXPECT_GT(seen, 20);
+  EXPECT_GT(spared, 300);
+  EXPECT_FALSE(MaySee(view, {}));
+}
+
+TEST(RayTileCache, GivesTheSameTilesOnThreads) {
+  const auto load = [](uint64_t tile) -> Result<TriangleMesh> {
+    return FlatSheet(20, 20, static_cast<double>(tile + 1));
+  };
+  RayTileCache cache(SampleDevice(), load,
+                     5 * RayTile::Make(SampleDevice(), FlatSheet(20, 20, 1)).value()->size_bytes());
+  ThreadPool pool(3);
+  std::vector<uint8_t> is_right(400);
+  pool.ParallelFor(is_right.size(), [&](size_t i) {
+    const uint64_t tile = i * 7 % 9;
+    const auto got = cache.Get(tile);
+    is_right[i] = got.ok() && got.value()->box().max().x() == static_cast<float>(20 * (tile + 1));
+    if (i % 50 == 0) cache.Drop(tile);
+  });
+  EXPECT_EQ(std::count(is_right.begin(), is_right.end(), 1), 400);
+  EXPECT_GE(cache.load_count(), 9u);
 }
 
 TEST(RayTileCache, KeepsTheLastOnesWithinItsBytes) {

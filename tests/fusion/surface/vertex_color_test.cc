@@ -226,7 +226,7 @@ TEST(VertexColor, TilesAgreeOnTheirBorders) {
   for (const auto& [v, color] : colors) ASSERT_EQ(once.colors[v], color);
 }
 
-TEST(VertexColor, NeitherThreadsNorOrderOfViewsMatter) {
+TEST(VertexColor, ThreadsDoNotMatterNorTheOrderOfViews) {
   const TriangleMesh wall = FlatSheet(kColumns, kRows, kStep);
   const auto scene = SceneOf({wall, BoardMesh()});
   const Gallery gallery = TakeGallery(true);
