@@ -15,7 +15,8 @@ namespace veduta {
 namespace {
 
 constexpr double kDegree = 0.017453292519943295;
-constexpr size_t kPointsMax = 12;     // remembered a triangle: those furthest from it
+constexpr size_t kLostMax = 12;       // remembered a triangle: those furthest from it
+constexpr double kNeedle = 1e-3;      // twice the area by the longer edge squared
 constexpr double kLengthCost = 1e-6;  // of an edge to the fourth beside the quadric: on planes, short edges first
 
 struct Traits : public OpenMesh::DefaultTraits {
@@ -42,7 +43,11 @@ struct Candidate {
   }
 };
 
-using Corners = std::array<Eigen::Vector3d, 3>;
+// A place of the surface and its colour (sRGB).
+struct Place {
+  Eigen::Vector3d x, color;
+};
+using Corners = std::array<Place, 3>;
 
 class Collapser final {
  public:
@@ -50,6 +55,7 @@ class Collapser final {
       : source_(mesh),
         options_(options),
         square_max_(distance_max * distance_max),
+        color_square_max_(options.color_error_max * options.color_error_max),
         turn_cosine_min_(std::cos(options.normal_turn_deg_max * kDegree)) {}
 
   std::vector<std::array<uint32_t, 3>> Run();
@@ -61,31 +67,53 @@ class Collapser final {
   void PushAround(VertexHandle vertex);
   bool IsAllowed(HalfedgeHandle halfedge);
   void Collapse(HalfedgeHandle halfedge);
-  std::vector<Eigen::Vector3d> LostPlaces(VertexHandle vertex) const;
+  bool Turn(HalfedgeHandle halfedge);
+  void GatherLost(VertexHandle vertex);
 
   Eigen::Vector3d At(VertexHandle v) const { return source_.positions[v.idx()].cast<double>(); }
+  Place PlaceOf(VertexHandle v) const;
   Corners CornersOf(FaceHandle face) const;
-  static Eigen::Vector3d NormalOf(const Corners& c) { return (c[1] - c[0]).cross(c[2] - c[0]); }
-  static double SquareTo(const Eigen::Vector3d& p, const Corners& c) {
-    return (NearestOnTriangle(p, c[0], c[1], c[2]) - p).squaredNorm();
-  }
+  static Eigen::Vector3d NormalOf(const Corners& c) { return (c[1].x - c[0].x).cross(c[2].x - c[0].x); }
+  double Error(const Place& place, const Corners& corners) const;
 
   const TriangleMesh& source_;
   const SimplificationOptions& options_;
-  const double square_max_, turn_cosine_min_;
+  const double square_max_, color_square_max_, turn_cosine_min_;
   Mesh mesh_;
   std::vector<std::array<uint32_t, 3>> aside_;  // triangles that no half-edge mesh can hold
   std::vector<Quadric> quadrics_;
   std::vector<uint32_t> versions_;
-  std::vector<std::vector<Eigen::Vector3d>> points_;  // places lost that are nearest to each face
+  std::vector<std::vector<Place>> lost_;  // places of the old surface that are nearest to each face
+  std::vector<Place> places_;             // scratch
+  std::vector<Corners> turned_;           // scratch
   std::priority_queue<Candidate, std::vector<Candidate>, std::greater<>> queue_;
 };
+
+Place Collapser::PlaceOf(VertexHandle v) const {
+  if (source_.colors.empty()) return {At(v), Eigen::Vector3d::Zero()};
+  const auto& color = source_.colors[v.idx()];
+  return {At(v), {double{1} * color[0], double{1} * color[1], double{1} * color[2]}};
+}
 
 Corners Collapser::CornersOf(FaceHandle face) const {
   Corners corners;
   int k = 0;
-  for (auto v = mesh_.cfv_iter(face); v.is_valid(); ++v) corners[k++] = At(*v);
+  for (auto v = mesh_.cfv_iter(face); v.is_valid(); ++v) corners[k++] = PlaceOf(*v);
   return corners;
+}
+
+// How far the place is from the triangle, as a share of the bounds, squared: in space, or in colour where it is
+// nearest.
+double Collapser::Error(const Place& place, const Corners& c) const {
+  const Eigen::Vector3d nearest = NearestOnTriangle(place.x, c[0].x, c[1].x, c[2].x);
+  const double distance = (nearest - place.x).squaredNorm() / square_max_;
+  if (distance > 1 || source_.colors.empty()) return distance;
+  const Eigen::Vector3d normal = NormalOf(c), from = nearest - c[0].x;
+  const double v = from.cross(c[2].x - c[0].x).dot(normal), w = (c[1].x - c[0].x).cross(from).dot(normal);
+  const double whole = std::max(normal.squaredNorm(), 1e-300);
+  const Eigen::Vector3d color =
+      c[0].color + v / whole * (c[1].color - c[0].color) + w / whole * (c[2].color - c[0].color);
+  return std::max(distance, (color - place.color).squaredNorm() / color_square_max_);
 }
 
 void Collapser::Build() {
@@ -103,7 +131,7 @@ void Collapser::Build() {
                                            VertexHandle(static_cast<int>(c)));
     if (!face.is_valid()) aside_.push_back(triangle);
   }
-  points_.resize(mesh_.n_faces());
+  lost_.resize(mesh_.n_faces());
   versions_.resize(mesh_.n_vertices());
   quadrics_.assign(mesh_.n_vertices(), Quadric::Zero());
   for (const FaceHandle face : mesh_.faces()) {
@@ -112,7 +140,7 @@ void Collapser::Build() {
     const double length = normal.norm();
     if (!(length > 0)) continue;
     const Eigen::Vector3d n = normal / length;
-    const Eigen::Vector4d plane(n.x(), n.y(), n.z(), -n.dot(corners[0]));
+    const Eigen::Vector4d plane(n.x(), n.y(), n.z(), -n.dot(corners[0].x));
     const Quadric quadric = 0.5 * length * plane * plane.transpose();
     for (auto v = mesh_.cfv_iter(face); v.is_valid(); ++v) quadrics_[v->idx()] += quadric;
   }
@@ -132,13 +160,6 @@ void Collapser::LockVertices() {
 void Collapser::Push(HalfedgeHandle halfedge) {
   const VertexHandle from = mesh_.from_vertex_handle(halfedge), to = mesh_.to_vertex_handle(halfedge);
   if (mesh_.status(from).locked()) return;
-  if (!source_.colors.empty()) {
-    double square = 0;
-    for (int c = 0; c < 3; ++c) {
-      square += std::pow(double{1} * source_.colors[from.idx()][c] - source_.colors[to.idx()][c], 2);
-    }
-    if (square > options_.color_step_max * options_.color_step_max) return;
-  }
   const Quadric quadric = quadrics_[from.idx()] + quadrics_[to.idx()];
   const Eigen::Vector4d place = At(to).homogeneous();
   const double square = (At(from) - At(to)).squaredNorm();
@@ -153,79 +174,84 @@ void Collapser::PushAround(VertexHandle vertex) {
   }
 }
 
-// Places of the surface that go with a vertex: itself and the middles of its edges.
-std::vector<Eigen::Vector3d> Collapser::LostPlaces(VertexHandle vertex) const {
-  std::vector<Eigen::Vector3d> places = {At(vertex)};
-  for (auto v = mesh_.cvv_iter(vertex); v.is_valid(); ++v) places.push_back(0.5 * (At(vertex) + At(*v)));
-  return places;
+// What of the surface goes with a vertex: itself, the middles of its edges, and what its faces remember.
+void Collapser::GatherLost(VertexHandle vertex) {
+  const Place middle = PlaceOf(vertex);
+  places_.assign(1, middle);
+  for (auto v = mesh_.cvv_iter(vertex); v.is_valid(); ++v) {
+    const Place other = PlaceOf(*v);
+    places_.push_back({0.5 * (middle.x + other.x), 0.5 * (middle.color + other.color)});
+  }
+  for (auto f = mesh_.cvf_iter(vertex); f.is_valid(); ++f) {
+    const auto& lost = lost_[f->idx()];
+    places_.insert(places_.end(), lost.begin(), lost.end());
+  }
 }
 
-bool Collapser::IsAllowed(HalfedgeHandle halfedge) {
-  if (!mesh_.is_collapse_ok(halfedge)) return false;
-  const VertexHandle from = mesh_.from_vertex_handle(halfedge), to = mesh_.to_vertex_handle(halfedge);
-  // On a border one slides along it: otherwise the border would be cut.
-  if (mesh_.is_boundary(from) && !mesh_.is_boundary(mesh_.edge_handle(halfedge))) return false;
+// The faces around the half-edge's beginning as they would be; false where one folds over or becomes a needle.
+bool Collapser::Turn(HalfedgeHandle halfedge) {
+  const VertexHandle from = mesh_.from_vertex_handle(halfedge);
+  const Place new_place = PlaceOf(mesh_.to_vertex_handle(halfedge));
   const FaceHandle left = mesh_.face_handle(halfedge);
   const FaceHandle right = mesh_.face_handle(mesh_.opposite_halfedge_handle(halfedge));
-  const Eigen::Vector3d old_place = At(from), new_place = At(to);
-  std::vector<Corners> turned;
+  turned_.clear();
   for (auto f = mesh_.cvf_iter(from); f.is_valid(); ++f) {
     if (*f == left || *f == right) continue;
     Corners corners = CornersOf(*f);
     const Eigen::Vector3d before = NormalOf(corners);
-    for (Eigen::Vector3d& corner : corners) {
-      if (corner == old_place) corner = new_place;
+    int k = 0;
+    for (auto v = mesh_.cfv_iter(*f); v.is_valid(); ++v, ++k) {
+      if (*v == from) corners[k] = new_place;
     }
     const Eigen::Vector3d after = NormalOf(corners);
-    const double longest = std::max((corners[1] - corners[0]).squaredNorm(), (corners[2] - corners[0]).squaredNorm());
-    if (after.norm() < 1e-3 * longest) return false;  // a needle
+    const double longest =
+        std::max((corners[1].x - corners[0].x).squaredNorm(), (corners[2].x - corners[0].x).squaredNorm());
+    if (after.norm() < kNeedle * longest) return false;
     if (before.dot(after) < turn_cosine_min_ * before.norm() * after.norm()) return false;
-    turned.push_back(corners);
+    turned_.push_back(corners);
   }
-  if (turned.empty()) return false;
-  const auto is_near = [&](const Eigen::Vector3d& p) {
-    return std::any_of(turned.begin(), turned.end(), [&](const Corners& c) { return SquareTo(p, c) <= square_max_; });
-  };
-  const std::vector<Eigen::Vector3d> lost = LostPlaces(from);
-  if (!std::all_of(lost.begin(), lost.end(), is_near)) return false;
-  for (auto f = mesh_.cvf_iter(from); f.is_valid(); ++f) {
-    const auto& points = points_[f->idx()];
-    if (!std::all_of(points.begin(), points.end(), is_near)) return false;
-  }
-  return true;
+  return !turned_.empty();
+}
+
+bool Collapser::IsAllowed(HalfedgeHandle halfedge) {
+  if (!mesh_.is_collapse_ok(halfedge)) return false;
+  const VertexHandle from = mesh_.from_vertex_handle(halfedge);
+  // On a border one slides along it: otherwise the border would be cut.
+  if (mesh_.is_boundary(from) && !mesh_.is_boundary(mesh_.edge_handle(halfedge))) return false;
+  if (!Turn(halfedge)) return false;
+  GatherLost(from);
+  return std::all_of(places_.begin(), places_.end(), [&](const Place& place) {
+    return std::any_of(turned_.begin(), turned_.end(), [&](const Corners& c) { return Error(place, c) <= 1; });
+  });
 }
 
 void Collapser::Collapse(HalfedgeHandle halfedge) {
   const VertexHandle from = mesh_.from_vertex_handle(halfedge), to = mesh_.to_vertex_handle(halfedge);
-  std::vector<Eigen::Vector3d> homeless = LostPlaces(from);
-  for (auto f = mesh_.cvf_iter(from); f.is_valid(); ++f) {
-    auto& points = points_[f->idx()];
-    homeless.insert(homeless.end(), points.begin(), points.end());
-    points.clear();
-  }
+  GatherLost(from);
+  for (auto f = mesh_.cvf_iter(from); f.is_valid(); ++f) lost_[f->idx()].clear();
   mesh_.collapse(halfedge);
   quadrics_[to.idx()] += quadrics_[from.idx()];
   ++versions_[to.idx()];
   ++versions_[from.idx()];
   std::vector<std::pair<FaceHandle, Corners>> faces;
   for (auto f = mesh_.cvf_iter(to); f.is_valid(); ++f) faces.emplace_back(*f, CornersOf(*f));
-  std::vector<std::vector<std::pair<double, size_t>>> given(faces.size());  // distance and place among the homeless
-  for (size_t i = 0; i < homeless.size(); ++i) {
+  std::vector<std::vector<std::pair<double, size_t>>> given(faces.size());  // error and index of the place
+  for (size_t i = 0; i < places_.size(); ++i) {
     size_t best = 0;
     double least = std::numeric_limits<double>::infinity();
     for (size_t k = 0; k < faces.size(); ++k) {
-      const double square = SquareTo(homeless[i], faces[k].second);
-      if (square < least) least = square, best = k;
+      const double error = Error(places_[i], faces[k].second);
+      if (error < least) least = error, best = k;
     }
     given[best].emplace_back(least, i);
   }
   for (size_t k = 0; k < faces.size(); ++k) {
-    auto& points = points_[faces[k].first.idx()];
+    auto& lost = lost_[faces[k].first.idx()];
     std::sort(given[k].begin(), given[k].end(), [](const auto& a, const auto& b) {
       return std::pair(-a.first, a.second) < std::pair(-b.first, b.second);
     });
-    for (const auto& [square, i] : given[k]) {
-      if (points.size() < kPointsMax) points.push_back(homeless[i]);
+    for (const auto& [error, i] : given[k]) {
+      if (lost.size() < kLostMax) lost.push_back(places_[i]);
     }
   }
   PushAround(to);

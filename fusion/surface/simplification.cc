@@ -50,9 +50,9 @@ Status SimplificationOptions::Check() const {
     return Status::InvalidArgument("simplification: turn of normals " + std::to_string(normal_turn_deg_max) +
                                    " is outside (0, 90]");
   }
-  if (!(color_step_max >= 0 && color_step_max <= 442)) {
-    return Status::InvalidArgument("simplification: step of colour " + std::to_string(color_step_max) +
-                                   " is outside [0, 442]");
+  if (!(color_error_max > 0 && color_error_max <= 442)) {
+    return Status::InvalidArgument("simplification: error of colour " + std::to_string(color_error_max) +
+                                   " is outside (0, 442]");
   }
   return {};
 }

@@ -160,6 +160,30 @@ TEST(Simplification, SaysWhatIsWrong) {
   EXPECT_EQ(Simplify(mesh, Within(1)).status().code(), StatusCode::kInvalidArgument);
 }
 
+TEST(NearestPoint, NothingOnTheTriangleIsNearer) {
+  SeededRandom random(8);
+  const auto point = [&]() -> Eigen::Vector3d {
+    return 2 * Eigen::Vector3d(random.Unit(), random.Unit(), random.Unit()) - Eigen::Vector3d::Ones();
+  };
+  for (int round = 0; round < 300; ++round) {
+    const Eigen::Vector3d p = 1.5 * point(), a = point();
+    Eigen::Vector3d b = point(), c = point();
+    if (round % 10 == 1) c = b;                  // a segment
+    if (round % 10 == 2) c = 0.3 * a + 0.7 * b;  // likewise
+    if (round % 10 == 3) b = c = a;              // a point
+    const double distance = (NearestOnTriangle(p, a, b, c) - p).norm();
+    double least = std::numeric_limits<double>::infinity();
+    constexpr int kSteps = 60;
+    for (int u = 0; u <= kSteps; ++u) {
+      for (int v = 0; u + v <= kSteps; ++v) {
+        least = std::min(least, (a + (b - a) * u / kSteps + (c - a) * v / kSteps - p).norm());
+      }
+    }
+    ASSERT_LE(distance, least + 1e-12) << round;
+    ASSERT_GT(distance, least - 0.05) << round;  // and it is on the triangle
+  }
+}
+
 TEST(MeshDistance, AgreesWithEveryTriangleTried) {
   const TriangleMesh soup = Soup(60, 0.3, 9), sphere = Sphere({0, 0, 0}, 0.8, 8);
   double greatest = 0;
