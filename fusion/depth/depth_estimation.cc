@@ -3,7 +3,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdlib>
 #include <limits>
 #include <string>
 #include <vector>
@@ -17,11 +16,6 @@
 namespace veduta {
 namespace {
 
-double Env(const char* n, double d) {
-  const char* v = std::getenv(n);
-  return v ? atof(v) : d;
-}
-
 constexpr uint32_t kBytesPerCost = 3;       // a byte in the volume, two in the sums over directions
 constexpr uint32_t kHalfSideMin = 48;       // px; smaller views are not halved to look for planes
 constexpr uint32_t kFamilyPlanes = 16;      // parallel to a dominant plane, half a step apart
@@ -29,6 +23,10 @@ constexpr uint32_t kRefinementPlanes = 16;  // a quarter of a step apart: from 2
 constexpr double kFamilySpacing = 0.5, kRefinementSpacing = 0.25;  // steps of 1 px
 constexpr double kEdgePx = 1.0;  // neighbours further apart than this in the sensor views are not one surface
 constexpr uint32_t kPriorPatchPixels = 40;  // smaller patches are no surface to sweep along
+constexpr double kGraySlope = 8;            // gray levels of difference at which penalty_large has fallen by half
+constexpr uint8_t kVoteDistinctness = 30;   // of pixels that vote for a dominant plane
+constexpr double kFullDistinctness = 128;   // sums over directions; from here on confidence does not grow
+constexpr double kWorstCost = 60;           // of one direction; from here on there is no confidence
 constexpr double kDominantPx = 0.5;         // how far from a plane its pixels are, at half the size
 
 // The views at one size.
@@ -162,10 +160,11 @@ class Estimator final {
   Estimator(const DepthRange& range, const DepthOptions& options, Device* device, ThreadPool& pool)
       : range_(range), options_(options), device_(device), pool_(pool) {
     for (size_t g = 0; g < scanline_.penalty_large.size(); ++g) {
-      const double least = Env("P2MIN", options.penalty_large_min), most = Env("P2", options.penalty_large);
-      scanline_.penalty_large[g] = static_cast<uint8_t>(least + (most - least) * 8 / (8 + static_cast<double>(g)));
+      const double least = options.penalty_large_min, most = options.penalty_large;
+      scanline_.penalty_large[g] =
+          static_cast<uint8_t>(least + (most - least) * kGraySlope / (kGraySlope + static_cast<double>(g)));
     }
-    scanline_.penalty_small = static_cast<uint8_t>(Env("P1", options.penalty_small));
+    scanline_.penalty_small = static_cast<uint8_t>(options.penalty_small);
   }
 
   Result<DepthMap> Run(const View& key, std::span<const View> sensors) {
@@ -173,7 +172,7 @@ class Estimator final {
     VEDUTA_RETURN_IF_ERROR(SweepCoarsest());
     for (size_t i = start_ + 1; i-- > 0;) {
       if (i < start_) Grow(levels_[i]);
-      const uint32_t count = i > 0 ? 1 : static_cast<uint32_t>(Env("REFINE", options_.refinement_count));
+      const uint32_t count = i > 0 ? 1 : options_.refinement_count;
       for (uint32_t r = 0; r < count; ++r) VEDUTA_RETURN_IF_ERROR(SweepAlongSurface(levels_[i]));
     }
     return Finish();
@@ -192,7 +191,7 @@ class Estimator final {
     }
     const double budget = static_cast<double>(options_.volume_bytes_max);
     const auto whole = [&](const Level& level) { return VolumeBytes(level, level.planes.count + FamilyLabels()); };
-    while (whole(levels_.back()) > budget || Env("LEVELS", 0) >= (double)levels_.size()) {
+    while (whole(levels_.back()) > budget) {
       const double smallest = std::max(whole(levels_.back()), VolumeBytes(levels_[0], kRefinementPlanes));
       if (!CanHalve(levels_.back())) return TooLarge(smallest);
       levels_.push_back(HalveLevel(levels_.back()));
@@ -226,14 +225,11 @@ class Estimator final {
       VEDUTA_RETURN_IF_ERROR(Sweep(half, FrontoParallel(half.planes), {}));
       KeepDistinctness();
       std::vector<uint8_t> votes(distinctness_.size());
-      for (size_t i = 0; i < votes.size(); ++i) votes[i] = distinctness_[i] >= Env("FCONF", 30);
-      const auto found = FindDominantPlanes(map_, votes, half.px * Env("FTOL", kDominantPx),
-                                            (uint32_t)Env("FAM", options_.slanted_plane_count));
+      for (size_t i = 0; i < votes.size(); ++i) votes[i] = distinctness_[i] >= kVoteDistinctness;
+      const auto found = FindDominantPlanes(map_, votes, half.px * kDominantPx, options_.slanted_plane_count);
       for (const PlaneInView& plane : found) {
         // Pixel x of the half lies between pixels 2x and 2x + 1 of the whole.
         const PlaneInView whole = {plane.x / 2, plane.y / 2, plane.constant - (plane.x + plane.y) / 4};
-        if (Env("VERB", 0))
-          fprintf(stderr, "plane %g %g %g\n", plane.x / half.px, plane.y / half.px, plane.constant / half.px);
         planes.push_back(SweepPlane::Gap());
         AppendAround(whole, kFamilyPlanes, levels_[start_].px * kFamilySpacing, &planes);
       }
@@ -297,9 +293,9 @@ class Estimator final {
   }
 
   uint8_t Confidence(size_t pixel) const {
-    const double cost = choice_.cost[pixel] / 8.0;  // of one direction
-    const double match = std::clamp((Env("CC", 60) - cost) / Env("CC", 60), 0.0, 1.0);
-    const double distinct = std::min(1.0, distinctness_[pixel] / Env("CU", 128));
+    const double cost = choice_.cost[pixel] / static_cast<double>(kScanDirections);  // of one direction
+    const double match = std::clamp((kWorstCost - cost) / kWorstCost, 0.0, 1.0);
+    const double distinct = std::min(1.0, distinctness_[pixel] / kFullDistinctness);
     return static_cast<uint8_t>(std::lround(255 * match * distinct));
   }
 
@@ -308,7 +304,7 @@ class Estimator final {
     InverseDepthMap smooth = SmoothBetweenEdges(map_, level.px * kEdgePx, pool_);
     DepthMap out{map_.width_px, map_.height_px, std::vector<float>(map_.w.size()), std::vector<uint8_t>(map_.w.size())};
     for (size_t i = 0; i < smooth.w.size(); ++i) {
-      if (Confidence(i) < Env("CMIN", options_.confidence_min)) smooth.w[i] = std::numeric_limits<float>::quiet_NaN();
+      if (Confidence(i) < options_.confidence_min) smooth.w[i] = std::numeric_limits<float>::quiet_NaN();
     }
     RemoveSpeckles(level.px * kEdgePx, options_.speckle_pixels_min, &smooth);
     for (size_t i = 0; i < smooth.w.size(); ++i) {

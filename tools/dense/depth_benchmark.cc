@@ -14,11 +14,12 @@ int Run(int argc, char** argv) {
   std::string pairs, street;
   std::string wanted = "cpp";
   uint32_t threads = 2, keys = 15;
-  bool no_sgbm = false;
+  bool no_sgbm = false, timing = false;
   BenchmarkSetting setting;
   DepthOptions& depth = setting.depth;
   app.add_option("--pairs", pairs, "folder of Cones, Cloth3, Wood2 and Aloe");
   app.add_flag("--no-sgbm", no_sgbm, "without OpenCV's search for its best settings");
+  app.add_flag("--time", timing, "time of one triple of views");
   app.add_option("--street", street, "folder that veduta-street --depth wrote");
   app.add_option("--keys", keys, "key views of the street (15)")->check(CLI::Range(1, 10000));
   app.add_option("--device", wanted, "as veduta devices takes it; cpp: none (cpp)");
@@ -44,6 +45,7 @@ int Run(int argc, char** argv) {
   }
   setting.device = device.get();
   std::printf("device: %s, %u threads\n", device ? device->info().name.c_str() : "none (C++)", threads);
+  if (status.ok() && timing) status = TimeSweep(setting);
   if (status.ok() && !pairs.empty()) status = RunPairs(pairs, !no_sgbm, setting);
   if (status.ok() && !street.empty()) status = RunStreet(street, keys, setting);
   if (status.ok()) return 0;

@@ -22,4 +22,7 @@ Status RunPairs(const std::string& folder, bool with_sgbm, const BenchmarkSettin
 // A rendered street as veduta-street writes it with --depth. Prints the figures of `key_count` key views.
 Status RunStreet(const std::string& folder, uint32_t key_count, const BenchmarkSetting& setting);
 
+// Cost and scanline optimisation of one triple at 512x384, on the device and in C++. Prints times and limits.
+Status TimeSweep(const BenchmarkSetting& setting);
+
 }  // namespace veduta

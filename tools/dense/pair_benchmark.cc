@@ -214,7 +214,6 @@ Status RunPairs(const std::string& folder, bool with_sgbm, const BenchmarkSettin
     std::printf("StereoSGBM, mode HH: block %d, P1 %d, P2 %d (times block^2), uniqueness %d, cap %d\n", best.block,
                 best.p1, best.p2, best.uniqueness, best.cap);
   }
-  if (getenv("NOALOE")) pairs.pop_back();
   BadPixels our_mean, their_mean;
   for (size_t i = 0; i < pairs.size(); ++i) {
     double seconds = 0;
