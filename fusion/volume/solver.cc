@@ -52,8 +52,8 @@ Result<TileSolution> SolveTile(const TileIndex& tile, std::span<const TileBlock>
       std::any_of(blocks.begin(), blocks.end(), [](const TileBlock& b) { return b.previous != nullptr; });
   const auto lambda_of_weight = static_cast<float>(options.lambda / kVoteWeightMax);
   VEDUTA_ASSIGN_OR_RETURN(const std::unique_ptr<TotalVariation> minimisation,
-                          TotalVariation::Start(MakeTileProblem(blocks, lambda_of_weight, pool), StartOf(blocks, pool),
-                                                is_warm ? kWarmSteepness : 0.f, device, pool));
+                          TotalVariation::Start(MakeTileProblem(tile, blocks, lambda_of_weight, pool),
+                                                StartOf(blocks, pool), is_warm ? kWarmSteepness : 0.f, device, pool));
   const auto report = [&]() -> Status {
     VEDUTA_ASSIGN_OR_RETURN(const TvEnergy energy, minimisation->Energy());
     solution.energies.push_back({solution.iterations, energy.primal, energy.dual});

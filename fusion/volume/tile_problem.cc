@@ -33,15 +33,39 @@ void FillBlock(const HistogramBlock& histogram, size_t block, TvProblem* problem
   }
 }
 
+// Holds observed voxels that lie farther than kFreeHalo from the tile where `border` has them: data so heavy that
+// nothing moves it, to 1/500 of the truncation.
+void HoldBorder(const TileIndex& tile, const TileBlock& block, size_t number, TvProblem* problem) {
+  const BlockIndex low = FirstBlock(tile);
+  const auto distance = [](int32_t at, int32_t from) { return std::max({from - at, at - (from + kTileSide - 1), 0}); };
+  for (int32_t i = 0; i < kBlockVoxels; ++i) {
+    const int32_t x = distance(block.index.x * kBlockSide + i % kBlockSide, low.x * kBlockSide);
+    const int32_t y = distance(block.index.y * kBlockSide + i / kBlockSide % kBlockSide, low.y * kBlockSide);
+    const int32_t z = distance(block.index.z * kBlockSide + i / (kBlockSide * kBlockSide), low.z * kBlockSide);
+    if (std::max({x, y, z}) <= kFreeHalo || SupportOf(*block.histogram, i) == 0) continue;
+    for (size_t bin = 0; bin < kHistogramBins; ++bin)
+      problem->weights[(number * kHistogramBins + bin) * kBlockVoxels + i] = 0;
+    // In parts of a bin's 1/256, from -1 on; the last bin is at 1 and has none.
+    constexpr int32_t parts = kNearBins * static_cast<int32_t>(kTvCenterLevels);
+    const int32_t part = (block.border->value[i] + kSolutionOne) * parts / (2 * kSolutionOne);
+    const size_t bin = part / kTvCenterLevels;
+    problem->weights[(number * kHistogramBins + bin) * kBlockVoxels + i] = UINT16_MAX;
+    if (bin < kNearBins) {
+      problem->centers[(number * kNearBins + bin) * kBlockVoxels + i] = static_cast<uint8_t>(part % kTvCenterLevels);
+    }
+  }
+}
+
 }  // namespace
 
 Status CheckTileBlocks(const TileIndex& tile, std::span<const TileBlock> blocks) {
   for (size_t i = 0; i < blocks.size(); ++i) {
     const BlockIndex& at = blocks[i].index;
-    const char* wrong = !IsInReach(at, tile)                   ? "is out of the tile's reach"
-                        : i > 0 && !(blocks[i - 1].index < at) ? "is not in ascending order"
-                        : blocks[i].histogram == nullptr       ? "has no histogram"
-                                                               : nullptr;
+    const char* wrong = !IsInReach(at, tile)                                ? "is out of the tile's reach"
+                        : i > 0 && !(blocks[i - 1].index < at)              ? "is not in ascending order"
+                        : blocks[i].histogram == nullptr                    ? "has no histogram"
+                        : blocks[i].border != nullptr && IsInTile(at, tile) ? "is the tile's own and has a border"
+                                                                            : nullptr;
     if (wrong) {
       return Status::InvalidArgument("block (" + std::to_string(at.x) + ", " + std::to_string(at.y) + ", " +
                                      std::to_string(at.z) + ") " + wrong);
@@ -50,7 +74,8 @@ Status CheckTileBlocks(const TileIndex& tile, std::span<const TileBlock> blocks)
   return Status::Ok();
 }
 
-TvProblem MakeTileProblem(std::span<const TileBlock> blocks, float lambda_of_weight, ThreadPool& pool) {
+TvProblem MakeTileProblem(const TileIndex& tile, std::span<const TileBlock> blocks, float lambda_of_weight,
+                          ThreadPool& pool) {
   TvProblem problem;
   problem.block_count = static_cast<uint32_t>(blocks.size());
   problem.lambda = lambda_of_weight;
@@ -64,7 +89,10 @@ TvProblem MakeTileProblem(std::span<const TileBlock> blocks, float lambda_of_wei
       problem.neighbors.push_back(Find(blocks, next));
     }
   }
-  pool.ParallelFor(blocks.size(), [&](size_t i) { FillBlock(*blocks[i].histogram, i, &problem); });
+  pool.ParallelFor(blocks.size(), [&](size_t i) {
+    FillBlock(*blocks[i].histogram, i, &problem);
+    if (blocks[i].border) HoldBorder(tile, blocks[i], i, &problem);
+  });
   return problem;
 }
 

@@ -13,7 +13,8 @@ namespace veduta {
 // kInvalidArgument on a block out of reach, out of order or without a histogram.
 Status CheckTileBlocks(const TileIndex& tile, std::span<const TileBlock> blocks);
 
-TvProblem MakeTileProblem(std::span<const TileBlock> blocks, float lambda_of_weight, ThreadPool& pool);
+TvProblem MakeTileProblem(const TileIndex& tile, std::span<const TileBlock> blocks, float lambda_of_weight,
+                          ThreadPool& pool);
 
 // The mean of a voxel's votes, in [-1, 1]; 0 where nobody voted.
 float MeanOf(const HistogramBlock& histogram, size_t voxel);

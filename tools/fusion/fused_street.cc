@@ -71,23 +71,27 @@ std::vector<BlockIndex> FusedStreet::Add(const RangeImage& image, int sign) {
   return changed;
 }
 
-FusedStreet::Loaded FusedStreet::Load(const TileIndex& tile, const std::string& previous) const {
+FusedStreet::Loaded FusedStreet::Load(const TileIndex& tile, const std::string& previous,
+                                      const std::string& border) const {
   Loaded loaded;
   for (const BlockIndex& block : BlocksInReach(tile)) {
     const auto found = named_.find(block);
     if (found == named_.end() || found->second < pixels_min_) continue;
     loaded.histograms.push_back(ReadHistogram(block));
     loaded.previous.push_back(previous.empty() ? nullptr : ReadSolution(previous, block));
-    loaded.blocks.push_back({block, loaded.histograms.back().get(), loaded.previous.back().get()});
+    const bool has_border = !border.empty() && !IsInTile(block, tile);
+    loaded.border.push_back(has_border ? ReadSolution(border, block) : nullptr);
+    loaded.blocks.push_back(
+        {block, loaded.histograms.back().get(), loaded.previous.back().get(), loaded.border.back().get()});
   }
   return loaded;
 }
 
 SolveReport FusedStreet::SolveTiles(const std::set<TileIndex>& tiles, const char* kind, const std::string& previous,
-                                    const SolverOptions& options, Device* device) {
+                                    const SolverOptions& options, Device* device, const std::string& border) {
   SolveReport report;
   for (const TileIndex& tile : tiles) {
-    const Loaded loaded = Load(tile, previous);
+    const Loaded loaded = Load(tile, previous, border);
     const auto start = std::chrono::steady_clock::now();
     const TileSolution solution = SolveTile(tile, loaded.blocks, options, device, pool_).value();
     report.seconds += std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
@@ -113,7 +117,7 @@ SolveReport FusedStreet::SolveWhole(const char* kind, uint32_t iterations, doubl
   Loaded all;
   for (const BlockIndex& block : blocks()) {
     all.histograms.push_back(ReadHistogram(block));
-    all.blocks.push_back({block, all.histograms.back().get(), nullptr});
+    all.blocks.push_back({block, all.histograms.back().get(), nullptr, nullptr});
   }
   std::vector<float> u;
   for (const TileBlock& block : all.blocks) {
@@ -121,7 +125,7 @@ SolveReport FusedStreet::SolveWhole(const char* kind, uint32_t iterations, doubl
   }
   const auto start = std::chrono::steady_clock::now();
   const auto minimisation =
-      TotalVariation::Start(MakeTileProblem(all.blocks, static_cast<float>(lambda / kVoteWeightMax), pool_), u, 0,
+      TotalVariation::Start(MakeTileProblem({}, all.blocks, static_cast<float>(lambda / kVoteWeightMax), pool_), u, 0,
                             nullptr, pool_)
           .value();
   VEDUTA_CHECK(minimisation->Iterate(iterations).ok(), "whole");

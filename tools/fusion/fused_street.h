@@ -33,11 +33,13 @@ class FusedStreet final {
   std::vector<BlockIndex> Add(const RangeImage& image, int sign = 1);
 
   // Solves every tile; solutions go under `kind`. `previous`: the kind to start from; empty: from the means.
-  SolveReport Solve(const char* kind, const std::string& previous, const SolverOptions& options, Device* device) {
-    return SolveTiles(tiles(), kind, previous, options, device);
+  // `border`: the kind that neighbours' borders are taken from; empty: a first round.
+  SolveReport Solve(const char* kind, const std::string& previous, const SolverOptions& options, Device* device,
+                    const std::string& border = "") {
+    return SolveTiles(tiles(), kind, previous, options, device, border);
   }
   SolveReport SolveTiles(const std::set<TileIndex>& tiles, const char* kind, const std::string& previous,
-                         const SolverOptions& options, Device* device);
+                         const SolverOptions& options, Device* device, const std::string& border = "");
   void Average(const char* kind);
   // All tiles as one problem, which no border cuts: what tiles are compared with. In memory.
   SolveReport SolveWhole(const char* kind, uint32_t iterations, double lambda);
@@ -59,10 +61,10 @@ class FusedStreet final {
   // The tile's blocks in reach, as SolveTile takes them.
   struct Loaded {
     std::vector<std::unique_ptr<HistogramBlock>> histograms;
-    std::vector<std::unique_ptr<SolutionBlock>> previous;
+    std::vector<std::unique_ptr<SolutionBlock>> previous, border;
     std::vector<TileBlock> blocks;
   };
-  Loaded Load(const TileIndex& tile, const std::string& previous) const;
+  Loaded Load(const TileIndex& tile, const std::string& previous, const std::string& border = "") const;
 
  private:
   VolumeGrid grid_;

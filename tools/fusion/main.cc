@@ -160,16 +160,26 @@ void PrintDifferences(const char* name, const SurfacePiece& a, const SurfacePiec
 void CompareBorders(const Arguments& a, FusedStreet* fused) {
   SolverOptions longer = a.solver;
   longer.gap_max = 0;
-  longer.iterations_max = 10 * a.solver.iterations_max;
+  longer.iterations_max = 4 * a.solver.iterations_max;
   PrintSolve("whole", fused->SolveWhole("whole", longer.iterations_max, longer.lambda));
   PrintSolve("tiles", fused->Solve("tiles", "", longer, nullptr));
   fused->Extract("whole", a.extraction);
   fused->Extract("tiles", a.extraction);
-  const SurfacePiece whole = fused->Weld("whole"), tiles = fused->Weld("tiles"), tv = fused->Weld("tv");
-  PrintDifferences("tiles beside whole", tiles, whole, a.grid.voxel_size, false);
+  const SurfacePiece whole = fused->Weld("whole"), tiles = fused->Weld("tiles");
+  PrintDifferences("4 x, round 1", tiles, whole, a.grid.voxel_size, false);
   PrintDifferences("  at borders", tiles, whole, a.grid.voxel_size, true);
-  PrintDifferences("as stopped beside 10 x", tv, tiles, a.grid.voxel_size, false);
-  PrintDifferences("  at borders", tv, tiles, a.grid.voxel_size, true);
+  for (const auto& [from, to] : {std::pair{"tiles", "round2"}, std::pair{"round2", "round3"}}) {
+    PrintSolve(to, fused->Solve(to, from, longer, nullptr, from));
+    fused->Extract(to, a.extraction);
+    PrintDifferences(to, fused->Weld(to), whole, a.grid.voxel_size, false);
+    PrintDifferences("  at borders", fused->Weld(to), whole, a.grid.voxel_size, true);
+  }
+  PrintDifferences("as stopped", fused->Weld("tv"), whole, a.grid.voxel_size, false);
+  PrintDifferences("  at borders", fused->Weld("tv"), whole, a.grid.voxel_size, true);
+  PrintSolve("2nd round", fused->Solve("tv2", "tv", a.solver, nullptr, "tv"));
+  fused->Extract("tv2", a.extraction);
+  PrintDifferences("2nd round as stopped", fused->Weld("tv2"), whole, a.grid.voxel_size, false);
+  PrintDifferences("  at borders", fused->Weld("tv2"), whole, a.grid.voxel_size, true);
 }
 
 void CompareStarts(const Arguments& a, FusedStreet* fused) {

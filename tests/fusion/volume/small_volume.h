@@ -40,7 +40,7 @@ struct SmallVolume {
     std::vector<TileBlock> blocks;
     for (const BlockIndex& at : BlocksInReach(tile)) {
       const auto found = histograms.find(at);
-      if (found != histograms.end()) blocks.push_back({at, found->second.get(), nullptr});
+      if (found != histograms.end()) blocks.push_back({at, found->second.get(), nullptr, nullptr});
     }
     return blocks;
   }

@@ -198,6 +198,45 @@ TEST(SolveTile, TheDeviceDoesNotMatter) {
   for (size_t i = 0; i < a.blocks.size(); ++i) EXPECT_EQ(*a.blocks[i].solution, *b.blocks[i].solution);
 }
 
+TEST(SolveTile, HoldsTheBordersOfTheRoundBefore) {
+  SmallVolume volume = BallVolume(kNoise, kOutliers);
+  ThreadPool pool(1);
+  const TileIndex tile = {0, 0, 0};
+  volume.Solve({}, pool);
+  std::vector<TileBlock> blocks = volume.InReach(tile);
+  for (TileBlock& block : blocks) {
+    block.previous = volume.solutions.at(block.index).get();
+    if (!IsInTile(block.index, tile)) block.border = block.previous;
+  }
+  const SurfacePiece first = volume.Extract(tile, {.piece_extent_cells_min = 0});
+  volume.Keep(SolveTile(tile, blocks, {}, nullptr, pool).value());
+  EXPECT_LT(ShareApart(first, volume.Extract(tile, {.piece_extent_cells_min = 0}), 0, 0.1), 0.02) << "nothing new";
+  // Where data weigh little, neighbours that say "free" or "matter" throughout show within the tile.
+  SolutionBlock free_space, matter;
+  free_space.value.fill(kSolutionOne);
+  matter.value.fill(-kSolutionOne);
+  const auto solve_beside = [&](const SolutionBlock& border) {
+    for (TileBlock& block : blocks) {
+      block.previous = nullptr;  // what it named is gone
+      block.border = IsInTile(block.index, tile) ? nullptr : &border;
+    }
+    return SolveTile(tile, blocks, {.lambda = 0.02}, nullptr, pool).value();
+  };
+  const TileSolution beside_free = solve_beside(free_space), beside_matter = solve_beside(matter);
+  int higher = 0, lower = 0;
+  for (size_t b = 0; b < beside_free.blocks.size(); ++b) {
+    for (int i = 0; i < kBlockVoxels; ++i) {
+      const int difference = beside_free.blocks[b].solution->value[i] - beside_matter.blocks[b].solution->value[i];
+      higher += difference > kSolutionOne / 20 ? 1 : 0;
+      lower += difference < -kSolutionOne / 20 ? 1 : 0;
+    }
+  }
+  EXPECT_GT(higher, 100);
+  EXPECT_EQ(lower, 0);
+  for (TileBlock& block : blocks) block.border = &free_space;
+  EXPECT_EQ(SolveTile(tile, blocks, {}, nullptr, pool).status().code(), StatusCode::kInvalidArgument);
+}
+
 // A noisy wall of two tiles' length; `shift_voxels` moves all, and so the borders, along x.
 SurfacePiece WallSurface(int32_t shift_voxels) {
   SmallVolume volume;
