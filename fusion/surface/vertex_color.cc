@@ -75,6 +75,7 @@ std::vector<Sight> Colorer::Facing(const ColorView& view, size_t first, size_t l
     if (cosine <= cosine_min_) continue;
     const Eigen::Vector3d in_cam = g.cam_from_world * x;
     if (in_cam.z() <= 0) continue;
+    if (in_cam.z() > options_.voxels_per_pixel_max * options_.voxel_size * g.camera.fx) continue;
     const Eigen::Vector2d px = g.camera.Project(in_cam);
     const double to_border = std::min(std::min(px.x(), right - px.x()), std::min(px.y(), bottom - px.y()));
     if (!(to_border >= 0)) continue;
@@ -194,6 +195,9 @@ Status ColoringOptions::Check() const {
   if (!(voxel_size > 0) || !std::isfinite(voxel_size)) return wrong("voxel size", voxel_size, "(0, inf)");
   if (!(offset_voxels >= 0 && offset_voxels <= 10)) return wrong("offset in voxels", offset_voxels, "[0, 10]");
   if (!(incidence_deg_max > 0 && incidence_deg_max < 90)) return wrong("incidence", incidence_deg_max, "(0, 90)");
+  if (!(voxels_per_pixel_max > 0 && voxels_per_pixel_max <= 1000)) {
+    return wrong("voxels per pixel", voxels_per_pixel_max, "(0, 1000]");
+  }
   if (!(border_margin_px >= 0 && border_margin_px <= 1000)) return wrong("border", border_margin_px, "[0, 1000]");
   if (!(silhouette_margin_px >= 0 && silhouette_margin_px <= 20)) {
     return wrong("silhouette margin", silhouette_margin_px, "[0, 20]");

@@ -19,6 +19,7 @@ struct ColoringOptions {
   double offset_voxels = 1.0;       // [0, 10]; rays start this far out along the normal, so that the surface's own
                                     // stairs do not hide it
   double incidence_deg_max = 80;    // (0, 90); between normal and line of sight; beyond, a photo sees nothing
+  double voxels_per_pixel_max = 4;  // (0, 1000]; a photo with wider pixels on the vertex says nothing about it
   double border_margin_px = 8;      // [0, 1000]; a photo's weight falls to nothing over its outermost pixels
   double silhouette_margin_px = 2;  // [0, 20]; nearer than this to the outline of something in front, photo and
                                     // surface may disagree about what is in front: the weight falls. 0: not looked at

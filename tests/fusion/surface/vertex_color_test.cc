@@ -268,6 +268,23 @@ TEST(VertexColor, WhatNobodySeesTakesItsNeighboursColours) {
   for (const auto& color : grey.colors) ASSERT_EQ(color, (std::array<uint8_t, 3>{128, 128, 128}));
 }
 
+TEST(VertexColor, PhotosFromTooFarAwaySayNothing) {
+  const TriangleMesh wall = FlatSheet(kColumns, kRows, kStep);
+  const auto scene = SceneOf({wall});
+  Gallery far;
+  far.views.push_back(
+      ColorView::Make(Photograph(1, CameraAt({2, 1.5, 70}, {2, 1.5, 0}), {1, 1, 1}, false), {1, 1, 1}).value());
+  ThreadPool pool(0);
+  ColoringOptions options = Options();
+  const auto seen = [&] {
+    const VertexColors colors = ColorVertices(wall, *scene, far.pointers(), options, pool).value();
+    return colors.view_counts.size() - std::count(colors.view_counts.begin(), colors.view_counts.end(), 0);
+  };
+  EXPECT_EQ(seen(), 0u);  // a pixel is 5 voxels wide
+  options.voxels_per_pixel_max = 6;
+  EXPECT_EQ(seen(), wall.positions.size());
+}
+
 TEST(VertexColor, SaysWhatIsWrong) {
   const auto scene = SceneOf({});
   ThreadPool pool(0);
