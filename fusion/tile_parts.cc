@@ -64,14 +64,16 @@ Result<std::vector<HistogramAt>> LoadHistograms(const Snapshot& snapshot, const 
   return blocks;
 }
 
-Result<std::vector<SolvedBlock>> LoadSolutions(const Snapshot& snapshot, const TileRecords& tiles, GridPlace tile) {
+Result<std::vector<SolvedBlock>> LoadSolutions(const Snapshot& snapshot, const TileRecords& tiles, GridPlace tile,
+                                               SurfacePart part) {
   std::map<GridPlace, SolvedTile> solved;
   std::vector<SolvedBlock> blocks;
   VEDUTA_RETURN_IF_ERROR(VisitReach(tiles, tile, [&](const BlockIndex& block, const TileRecord& owner) -> Status {
-    if (owner.solution_version == 0) return Status::Ok();
+    const bool is_last = part == SurfacePart::kSolution;
+    if ((is_last ? owner.solution_version : owner.first_round_version) == 0) return Status::Ok();
     if (!solved.contains(owner.place)) {
       VEDUTA_ASSIGN_OR_RETURN(const PinnedBytes bytes,
-                              snapshot.dense().GetSurface(SurfacePart::kSolution, owner.reconstruction, owner.place));
+                              snapshot.dense().GetSurface(part, owner.reconstruction, owner.place));
       VEDUTA_ASSIGN_OR_RETURN(solved[owner.place], ParseSolution(bytes.bytes()));
     }
     // A block allocated since then has none yet.

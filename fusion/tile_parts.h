@@ -34,8 +34,9 @@ struct HistogramAt {
 };
 Result<std::vector<HistogramAt>> LoadHistograms(const Snapshot& snapshot, const TileRecords& tiles, GridPlace tile);
 
-// Solutions of all solved blocks in reach of the tile, ascending.
-Result<std::vector<SolvedBlock>> LoadSolutions(const Snapshot& snapshot, const TileRecords& tiles, GridPlace tile);
+// Solutions (kSolution, or kFirstRound) of all solved blocks in reach of the tile, ascending.
+Result<std::vector<SolvedBlock>> LoadSolutions(const Snapshot& snapshot, const TileRecords& tiles, GridPlace tile,
+                                               SurfacePart part = SurfacePart::kSolution);
 
 // A tile's solved blocks as one value: count:u8, then for each its number:u8 and its bytes (fusion/volume/solution.h).
 std::vector<uint8_t> SerializeSolution(std::span<const SolvedBlock> blocks);

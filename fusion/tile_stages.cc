@@ -28,22 +28,56 @@ uint64_t VersionAround(const std::string& stage, const TileRecords& tiles, GridP
   return feed.Version();
 }
 
-Status Solve(const Pass& pass, const TileRecords& tiles, TileRecord tile) {
+// The two rounds of fusion/volume/solver.h. The first starts where the last pass ended; the second starts where the
+// first ended and holds the halo's far side where the neighbours' first round has it.
+struct Round {
+  const char* name;
+  SurfacePart start, result;
+  uint64_t TileRecord::*made_from;  // of the 27 tiles
+  uint64_t TileRecord::*version;
+};
+constexpr Round kFirstRound = {"first round", SurfacePart::kSolution, SurfacePart::kFirstRound,
+                               &TileRecord::volume_version, &TileRecord::first_round_version};
+constexpr Round kSecondRound = {"solution", SurfacePart::kFirstRound, SurfacePart::kSolution,
+                                &TileRecord::first_round_version, &TileRecord::solution_version};
+
+Status Solve(const Pass& pass, const Round& round, const TileRecords& tiles, const TileRecord& tile) {
   const auto snapshot = pass.database.GetSnapshot();
   VEDUTA_ASSIGN_OR_RETURN(const std::vector<HistogramAt> histograms, LoadHistograms(*snapshot, tiles, tile.place));
-  VEDUTA_ASSIGN_OR_RETURN(const std::vector<SolvedBlock> previous, LoadSolutions(*snapshot, tiles, tile.place));
+  VEDUTA_ASSIGN_OR_RETURN(const std::vector<SolvedBlock> start,
+                          LoadSolutions(*snapshot, tiles, tile.place, round.start));
   std::vector<TileBlock> blocks;
   for (const HistogramAt& block : histograms) {
-    const auto start = std::ranges::find(previous, block.index, &SolvedBlock::index);
-    blocks.push_back({block.index, block.histogram.get(), start == previous.end() ? nullptr : start->solution.get()});
+    const auto found = std::ranges::find(start, block.index, &SolvedBlock::index);
+    const SolutionBlock* previous = found == start.end() ? nullptr : found->solution.get();
+    const bool is_border = &round == &kSecondRound && !IsInTile(block.index, TileAt(tile.place));
+    blocks.push_back({block.index, block.histogram.get(), previous, is_border ? previous : nullptr});
   }
   VEDUTA_ASSIGN_OR_RETURN(const TileSolution solution,
                           SolveTile(TileAt(tile.place), blocks, SolverOptions(), pass.device, pass.pool));
   const auto transaction = pass.database.BeginTransaction();
-  transaction->dense().PutSurface(SurfacePart::kSolution, tile.reconstruction, tile.place,
-                                  SerializeSolution(solution.blocks));
+  transaction->dense().PutSurface(round.result, tile.reconstruction, tile.place, SerializeSolution(solution.blocks));
   transaction->dense().PutTile(tile);
   return transaction->Commit();
+}
+
+// Solves the tiles whose version of this round is stale, `looked_at` of 2 x tiles before it.
+Status SolveRound(const Pass& pass, const Round& round, TileRecords* tiles, size_t looked_at, StageCount* count) {
+  for (auto& [place, tile] : *tiles) {
+    VEDUTA_RETURN_IF_ERROR(pass.Tell("fusion", looked_at++, 2 * tiles->size()));
+    const uint64_t version =
+        VersionAround(round.name, *tiles, place, [&](const TileRecord& t) { return t.*round.made_from; });
+    if (tile.*round.version == version) {
+      ++count->kept;
+      continue;
+    }
+    TileRecord solved = tile;
+    solved.*round.version = version;
+    VEDUTA_RETURN_IF_ERROR(Solve(pass, round, *tiles, solved));
+    tile = solved;
+    ++count->computed;
+  }
+  return Status::Ok();
 }
 
 // A tile's triangles, made beside those of other tiles.
@@ -78,22 +112,10 @@ Result<StageCount> SolveTiles(const Pass& pass) {
   StageCount count;
   VEDUTA_ASSIGN_OR_RETURN(TileRecords tiles,
                           LoadTileRecords(*pass.database.GetSnapshot(), pass.scene.reconstruction.id));
-  size_t done = 0;
-  for (auto& [place, tile] : tiles) {
-    VEDUTA_RETURN_IF_ERROR(pass.Tell("fusion", done++, tiles.size()));
-    const uint64_t version =
-        VersionAround("solution", tiles, place, [](const TileRecord& t) { return t.volume_version; });
-    if (tile.solution_version == version) {
-      ++count.kept;
-      continue;
-    }
-    TileRecord solved = tile;
-    solved.solution_version = version;
-    VEDUTA_RETURN_IF_ERROR(Solve(pass, tiles, solved));
-    tile = solved;
-    ++count.computed;
-  }
-  VEDUTA_RETURN_IF_ERROR(pass.Tell("fusion", done, tiles.size()));
+  StageCount first;
+  VEDUTA_RETURN_IF_ERROR(SolveRound(pass, kFirstRound, &tiles, 0, &first));
+  VEDUTA_RETURN_IF_ERROR(SolveRound(pass, kSecondRound, &tiles, tiles.size(), &count));
+  VEDUTA_RETURN_IF_ERROR(pass.Tell("fusion", 2 * tiles.size(), 2 * tiles.size()));
   count.ms = watch.LapMs();
   return count;
 }

@@ -95,12 +95,17 @@ struct TileRecord {
   GridPlace place;
   uint64_t blocks = 0;               // bit i: block i is allocated
   std::vector<DepthVersion> depths;  // checked ones, integrated; ascending
-  uint64_t volume_version = 0, solution_version = 0, mesh_version = 0, color_version = 0;
+  uint64_t volume_version = 0, first_round_version = 0, solution_version = 0, mesh_version = 0, color_version = 0;
   uint64_t triangle_count = 0, vertex_count = 0;
 };
 
 // Parts of a tile's surface, as fusion/ serialises them. Values are stored: append only, never renumber.
-enum class SurfacePart : uint8_t { kSolution = 1, kMesh = 2, kColors = 3 };
+enum class SurfacePart : uint8_t {
+  kSolution = 1,
+  kMesh = 2,
+  kColors = 3,
+  kFirstRound = 4,  // the solution before that of the neighbours was known
+};
 
 class DenseReader {
  public:

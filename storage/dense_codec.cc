@@ -335,6 +335,7 @@ Result<std::string> Encode(const TileRecord& tile) {
     to.setBlocks(tile.blocks);
     to.setDepths(AsData(tile.depths));
     to.setVolumeVersion(tile.volume_version);
+    to.setFirstRoundVersion(tile.first_round_version);
     to.setSolutionVersion(tile.solution_version);
     to.setMeshVersion(tile.mesh_version);
     to.setColorVersion(tile.color_version);
@@ -348,6 +349,7 @@ Status Decode(std::string_view value, TileRecord* tile) {
     tile->blocks = from.getBlocks();
     if (!CopyRows(from.getDepths(), &tile->depths)) return BadRows("depths");
     tile->volume_version = from.getVolumeVersion();
+    tile->first_round_version = from.getFirstRoundVersion();
     tile->solution_version = from.getSolutionVersion();
     tile->mesh_version = from.getMeshVersion();
     tile->color_version = from.getColorVersion();

@@ -11,7 +11,8 @@ std::string_view Text(std::span<const uint8_t> bytes) {
   return {reinterpret_cast<const char*>(bytes.data()), bytes.size()};
 }
 
-constexpr SurfacePart kParts[] = {SurfacePart::kSolution, SurfacePart::kMesh, SurfacePart::kColors};
+constexpr SurfacePart kParts[] = {SurfacePart::kSolution, SurfacePart::kMesh, SurfacePart::kColors,
+                                  SurfacePart::kFirstRound};
 
 class Writer final : public DenseWriter {
  public:

@@ -173,4 +173,5 @@ struct Tile {
   colorVersion @5 :UInt64;
   triangleCount @6 :UInt64;
   vertexCount @7 :UInt64;
+  firstRoundVersion @8 :UInt64;
 }
