@@ -18,6 +18,7 @@ inline constexpr int kSolutionOne = 32767;  // the stored value of u = 1
 
 // 12 kB.
 struct SolutionBlock {
+  // Of voxels that nobody saw: the mean of those on their faces that somebody saw, 0 where fewer than two are.
   std::array<int16_t, kBlockVoxels> value{};    // u in [-1, 1] times kSolutionOne; negative within matter; VoxelOffset
   std::array<uint8_t, kBlockVoxels> support{};  // 0: nobody saw the voxel; else 1 + maps within the truncation, <= 255
 
