@@ -141,7 +141,7 @@ float MeanOf(const HistogramBlock& histogram, size_t voxel) {
 }
 
 std::vector<SolvedBlock> KeepOwnBlocks(const TileIndex& tile, std::span<const TileBlock> blocks,
-                                       std::span<const float> u) {
+                                       std::span<const float> u, std::span<const float> p) {
   std::vector<SolvedBlock> own;
   const UnobservedFiller filler(blocks, u);
   for (size_t b = 0; b < blocks.size(); ++b) {
@@ -151,6 +151,12 @@ std::vector<SolvedBlock> KeepOwnBlocks(const TileIndex& tile, std::span<const Ti
       solution->support[i] = SupportOf(*blocks[b].histogram, i);
       const float value = solution->support[i] > 0 ? u[b * kBlockVoxels + i] : filler.ValueAt(b, i);
       solution->value[i] = static_cast<int16_t>(std::lround(value * kSolutionOne));
+    }
+    for (size_t axis = 0; axis < 3 && !p.empty(); ++axis) {
+      const float* along = p.data() + axis * u.size() + b * kBlockVoxels;
+      for (size_t i = 0; i < kBlockVoxels; ++i) {
+        solution->dual[axis][i] = static_cast<int8_t>(std::lround(std::clamp(along[i], -1.f, 1.f) * kDualOne));
+      }
     }
     own.push_back({blocks[b].index, std::move(solution)});
   }

@@ -141,7 +141,7 @@ SolveReport FusedStreet::SolveWhole(const char* kind, uint32_t iterations, doubl
   report.lower_bound = energy.dual;
   for (const TileIndex& tile : tiles()) {
     TileSolution solution;
-    solution.blocks = KeepOwnBlocks(tile, all.blocks, u);
+    solution.blocks = KeepOwnBlocks(tile, all.blocks, u, {});
     WriteSolutions(kind, solution, &files_);
   }
   return report;
