@@ -2,6 +2,7 @@
 #include "kernels/total_variation.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <string>
 
@@ -23,7 +24,8 @@ TvSteps StepsOf(TvIsa isa) {
 
 class CppTotalVariation final : public TotalVariation {
  public:
-  CppTotalVariation(TvIsa isa, const TvProblem& problem, std::span<const float> u, float steepness, ThreadPool& pool)
+  CppTotalVariation(TvIsa isa, const TvProblem& problem, std::span<const float> u, std::span<const float> p,
+                    ThreadPool& pool)
       : problem_(problem), bits_of_row_(BitsOfRows(problem)), steps_(StepsOf(isa)), pool_(pool) {
     for (auto* array : {&u_, &u_bar_}) {
       array->assign(u.size() + 2 * kPadding, 0.f);
@@ -38,12 +40,16 @@ class CppTotalVariation final : public TotalVariation {
                problem_.centers.data(),
                bits_of_row_.data(),
                problem_.lambda};
-    if (steepness > 0) Dual(steepness);
+    if (p.empty()) return;
+    const std::vector<float> fitted = FitDual(problem_, bits_of_row_, p);
+    for (size_t axis = 0; axis < 3; ++axis) {
+      std::copy_n(fitted.begin() + static_cast<std::ptrdiff_t>(axis * u.size()), u.size(), p_[axis].begin() + kPadding);
+    }
   }
 
   Status Iterate(uint32_t count) override {
     for (uint32_t i = 0; i < count; ++i) {
-      Dual(kTvSigma);
+      pool_.ParallelFor(problem_.block_count, [&](size_t b) { steps_.dual(arrays_, static_cast<uint32_t>(b)); });
       pool_.ParallelFor(problem_.block_count, [&](size_t b) { steps_.primal(arrays_, static_cast<uint32_t>(b)); });
     }
     return Status::Ok();
@@ -63,11 +69,13 @@ class CppTotalVariation final : public TotalVariation {
 
   Result<std::vector<float>> Read() override { return std::vector<float>(u_.begin() + kPadding, u_.end() - kPadding); }
 
- private:
-  void Dual(float sigma) {
-    pool_.ParallelFor(problem_.block_count, [&](size_t b) { steps_.dual(arrays_, static_cast<uint32_t>(b), sigma); });
+  Result<std::vector<float>> ReadDual() override {
+    std::vector<float> p;
+    for (const auto& along : p_) p.insert(p.end(), along.begin() + kPadding, along.end() - kPadding);
+    return p;
   }
 
+ private:
   const TvProblem problem_;
   const std::vector<uint32_t> bits_of_row_;
   const TvSteps steps_;
@@ -76,14 +84,15 @@ class CppTotalVariation final : public TotalVariation {
   TvArrays arrays_{};
 };
 
-Status CheckStart(const TvProblem& problem, std::span<const float> u, float steepness) {
-  if (!(steepness >= 0 && steepness < 1e6f)) {
-    return Status::InvalidArgument("steepness is " + std::to_string(steepness) + "; it must be at least 0");
-  }
+Status CheckStart(const TvProblem& problem, std::span<const float> u, std::span<const float> p) {
   VEDUTA_RETURN_IF_ERROR(problem.Check());
   if (u.size() != static_cast<size_t>(problem.block_count) * kTvBlockVoxels) {
     return Status::InvalidArgument("the start has " + std::to_string(u.size()) + " voxels, the problem " +
                                    std::to_string(problem.block_count) + " blocks");
+  }
+  if (!p.empty() && (p.size() != 3 * u.size() ||
+                     !std::all_of(p.begin(), p.end(), [](float value) { return std::abs(value) <= 2; }))) {
+    return Status::InvalidArgument("the start's dual variables do not fit its voxels or are beyond 2");
   }
   if (!std::all_of(u.begin(), u.end(), [](float value) { return value >= -1 && value <= 1; })) {
     return Status::InvalidArgument("the start has a value outside of [-1, 1]");
@@ -104,6 +113,29 @@ std::vector<uint32_t> BitsOfRows(const TvProblem& problem) {
     }
   }
   return bits;
+}
+
+std::vector<float> FitDual(const TvProblem& problem, const std::vector<uint32_t>& bits, std::span<const float> p) {
+  const size_t voxels = static_cast<size_t>(problem.block_count) * kTvBlockVoxels;
+  constexpr std::array<size_t, 3> steps = {1, kTvRow, static_cast<size_t>(kTvRow) * kTvRow};
+  const auto is_observed = [&](size_t voxel) { return (bits[voxel / kTvRow] >> (16 + voxel % kTvRow) & 1) != 0; };
+  std::vector<float> fitted(3 * voxels, 0.f);
+  for (size_t voxel = 0; voxel < voxels; ++voxel) {
+    if (!is_observed(voxel)) continue;
+    std::array<float, 3> here{};
+    for (size_t axis = 0; axis < 3; ++axis) {
+      size_t next = voxel + steps[axis];
+      if (voxel / steps[axis] % kTvRow == kTvRow - 1) {
+        const int32_t block = problem.neighbors[6 * (voxel / kTvBlockVoxels) + 2 * axis + 1];
+        if (block < 0) continue;
+        next = static_cast<size_t>(block) * kTvBlockVoxels + voxel % kTvBlockVoxels - (kTvRow - 1) * steps[axis];
+      }
+      if (is_observed(next)) here[axis] = p[axis * voxels + voxel];
+    }
+    const float norm = std::sqrt((here[0] * here[0] + here[1] * here[1]) + here[2] * here[2]);
+    for (size_t axis = 0; axis < 3; ++axis) fitted[axis * voxels + voxel] = here[axis] / std::max(norm, 1.f);
+  }
+  return fitted;
 }
 
 Status TvProblem::Check() const {
@@ -139,17 +171,18 @@ TvIsa BestTvIsa() {
 }
 
 Result<std::unique_ptr<TotalVariation>> StartTotalVariationOn(TvIsa isa, const TvProblem& problem,
-                                                              std::span<const float> u, float steepness,
+                                                              std::span<const float> u, std::span<const float> p,
                                                               ThreadPool& pool) {
-  VEDUTA_RETURN_IF_ERROR(CheckStart(problem, u, steepness));
-  return std::unique_ptr<TotalVariation>(std::make_unique<CppTotalVariation>(isa, problem, u, steepness, pool));
+  VEDUTA_RETURN_IF_ERROR(CheckStart(problem, u, p));
+  return std::unique_ptr<TotalVariation>(std::make_unique<CppTotalVariation>(isa, problem, u, p, pool));
 }
 
 Result<std::unique_ptr<TotalVariation>> TotalVariation::Start(const TvProblem& problem, std::span<const float> u,
-                                                              float steepness, Device* device, ThreadPool& pool) {
-  VEDUTA_RETURN_IF_ERROR(CheckStart(problem, u, steepness));
-  if (device) return StartTotalVariationOn(*device, problem, u, steepness);
-  return StartTotalVariationOn(BestTvIsa(), problem, u, steepness, pool);
+                                                              std::span<const float> p, Device* device,
+                                                              ThreadPool& pool) {
+  VEDUTA_RETURN_IF_ERROR(CheckStart(problem, u, p));
+  if (device) return StartTotalVariationOn(*device, problem, u, p);
+  return StartTotalVariationOn(BestTvIsa(), problem, u, p, pool);
 }
 
 float HistogramProx(float v, float tau_lambda, std::span<const float> centers, std::span<const float> weights) {

@@ -6,7 +6,7 @@
 // u, u_bar, p0, p1, p2 [blocks x 4096] float, with 16 floats before (so voxel v lies at 16 + v) and behind them;
 // neighbors [blocks x 6] int; weights [blocks x 8 x 4096] ushort; centers [blocks x 7 x 4096] uchar;
 // bits_of_row [blocks x 256] uint: bit j < 8: bin j is not empty somewhere in the row; bit 16 + i: voxel i is observed.
-// Rows that nobody saw stay as they are. -D TAU: an exact float.
+// Rows that nobody saw stay as they are. -D TAU, SIGMA: exact floats.
 
 #define SIDE 16
 #define VOXELS 4096
@@ -91,14 +91,14 @@ static float16 TotalAt(__global const ushort* weights, int row, uint bins) {
 }
 
 __kernel void DualStep(__global const float* u_bar, __global float* p0, __global float* p1, __global float* p2,
-                       __global const int* neighbors, __global const uint* bits_of_row, float sigma, int rows) {
+                       __global const int* neighbors, __global const uint* bits_of_row, int rows) {
   const int row = get_global_id(0);
   if (row >= rows || bits_of_row[row] == 0) return;
   p0 += PADDING, p1 += PADDING, p2 += PADDING;
   const Gradient g = GradientAt(u_bar + PADDING, neighbors, bits_of_row, row);
-  const float16 x = vload16(row, p0) + sigma * g.x;
-  const float16 y = vload16(row, p1) + sigma * g.y;
-  const float16 z = vload16(row, p2) + sigma * g.z;
+  const float16 x = vload16(row, p0) + SIGMA * g.x;
+  const float16 y = vload16(row, p1) + SIGMA * g.y;
+  const float16 z = vload16(row, p2) + SIGMA * g.z;
   const float16 one = (float16)(1.f);
   const float16 scale = one / Max(sqrt((x * x + y * y) + z * z), one);
   vstore16(x * scale, row, p0);

@@ -55,28 +55,29 @@ struct TvEnergy {
 // energies summed in integers.
 class TotalVariation {
  public:
-  // From `u` [block_count x 4096], in [-1, 1]; voxels without data keep it. p starts as project(steepness grad u): 0
-  // for a u that is a guess; for one that was a minimum before the data changed a little, 1 over the least slope that
-  // counts. `device` null: C++ on `pool`, by the widest vectors that this machine has. The problem is copied.
+  // From `u` [block_count x 4096], in [-1, 1]; voxels without data keep it. `p` [3 x block_count x 4096], along x, y,
+  // z: empty for 0, or what ReadDual gave before the data changed a little, which saves iterations; it is made to fit.
+  // `device` null: C++ on `pool`, by the widest vectors that this machine has. The problem is copied.
   // kInvalidArgument naming what is wrong; kIoError if the device fails.
   static Result<std::unique_ptr<TotalVariation>> Start(const TvProblem& problem, std::span<const float> u,
-                                                       float steepness, Device* device, ThreadPool& pool);
+                                                       std::span<const float> p, Device* device, ThreadPool& pool);
   virtual ~TotalVariation() = default;
 
   virtual Status Iterate(uint32_t count) = 0;
   virtual Result<TvEnergy> Energy() = 0;
-  virtual Result<std::vector<float>> Read() = 0;  // u
+  virtual Result<std::vector<float>> Read() = 0;      // u
+  virtual Result<std::vector<float>> ReadDual() = 0;  // p
 };
 
 // What instruction sets the C++ path can use; tests compare them.
 enum class TvIsa : uint8_t { kBaseline = 0, kAvx2 = 1, kAvx512 = 2 };
 TvIsa BestTvIsa();
 Result<std::unique_ptr<TotalVariation>> StartTotalVariationOn(TvIsa isa, const TvProblem& problem,
-                                                              std::span<const float> u, float steepness,
+                                                              std::span<const float> u, std::span<const float> p,
                                                               ThreadPool& pool);
 // kernels/total_variation.cl, one work item a row of 16 voxels.
 Result<std::unique_ptr<TotalVariation>> StartTotalVariationOn(Device& device, const TvProblem& problem,
-                                                              std::span<const float> u, float steepness);
+                                                              std::span<const float> u, std::span<const float> p);
 
 // The formula of prox above for one voxel, as plain as can be: the reference that tests compare by brute force.
 float HistogramProx(float v, float tau_lambda, std::span<const float> centers, std::span<const float> weights);

@@ -27,7 +27,7 @@ struct TvBlockEnergy {
 inline constexpr float kTvEnergyOne = 1048576.f;
 
 struct TvSteps {
-  void (*dual)(const TvArrays& arrays, uint32_t block, float sigma);
+  void (*dual)(const TvArrays& arrays, uint32_t block);
   void (*primal)(const TvArrays& arrays, uint32_t block);
   TvBlockEnergy (*energy)(const TvArrays& arrays, uint32_t block);
 };

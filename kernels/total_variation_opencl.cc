@@ -12,8 +12,7 @@ namespace veduta {
 namespace {
 
 constexpr size_t kPaddingBytes = kTvRow * sizeof(float);
-constexpr size_t kGroup = 64;          // rows
-constexpr cl_uint kSigmaArgument = 6;  // of DualStep
+constexpr size_t kGroup = 64;  // rows
 
 // A float as the compiler reads it back exactly.
 std::string ExactFloat(float value) {
@@ -31,30 +30,30 @@ class OpenClTotalVariation final : public TotalVariation {
         primal_(std::move(primal)),
         energy_(std::move(energy)) {}
 
-  Status Load(const TvProblem& problem, std::span<const float> u, float steepness) {
+  Status Load(const TvProblem& problem, std::span<const float> u, std::span<const float> p) {
     return WithOpenCl(device_, "total variation", [&](Device::Parts& parts) {
       if (rows_ == 0) return;
       neighbors_ = MakeBuffer(parts, problem.neighbors);
       weights_ = MakeBuffer(parts, problem.weights);
       centers_ = MakeBuffer(parts, problem.centers);
-      bits_ = MakeBuffer(parts, BitsOfRows(problem));
+      const std::vector<uint32_t> bits = BitsOfRows(problem);
+      bits_ = MakeBuffer(parts, bits);
       std::vector<float> padded(u.size() + 2 * kTvRow, 0.f);
-      for (cl::Buffer& p : p_) p = MakeBuffer(parts, padded);
+      const std::vector<float> fitted = p.empty() ? std::vector<float>(3 * u.size(), 0.f) : FitDual(problem, bits, p);
+      for (size_t axis = 0; axis < 3; ++axis) {
+        std::copy_n(fitted.begin() + static_cast<std::ptrdiff_t>(axis * u.size()), u.size(), padded.begin() + kTvRow);
+        p_[axis] = MakeBuffer(parts, padded);
+      }
       std::copy(u.begin(), u.end(), padded.begin() + kTvRow);
       u_ = MakeBuffer(parts, padded);
       u_bar_ = MakeBuffer(parts, padded);
       energies_ = cl::Buffer(parts.context, CL_MEM_READ_WRITE, 2 * sizeof(cl_long) * rows_);
       const auto rows = static_cast<cl_int>(rows_);
-      SetArguments(dual_, u_bar_, p_[0], p_[1], p_[2], neighbors_, bits_, kTvSigma, rows);
+      SetArguments(dual_, u_bar_, p_[0], p_[1], p_[2], neighbors_, bits_, rows);
       SetArguments(primal_, u_, u_bar_, p_[0], p_[1], p_[2], neighbors_, weights_, centers_, bits_, problem.lambda,
                    rows);
       SetArguments(energy_, u_, p_[0], p_[1], p_[2], neighbors_, weights_, centers_, bits_, problem.lambda, energies_,
                    rows);
-      if (steepness > 0) {
-        dual_.setArg(kSigmaArgument, steepness);
-        Enqueue(parts, dual_);
-        dual_.setArg(kSigmaArgument, kTvSigma);
-      }
     });
   }
 
@@ -92,6 +91,18 @@ class OpenClTotalVariation final : public TotalVariation {
     return u;
   }
 
+  Result<std::vector<float>> ReadDual() override {
+    const size_t voxels = static_cast<size_t>(rows_) * kTvRow;
+    std::vector<float> p(3 * voxels);
+    VEDUTA_RETURN_IF_ERROR(WithOpenCl(device_, "reading total variation", [&](Device::Parts& parts) {
+      for (size_t axis = 0; axis < 3 && rows_ > 0; ++axis) {
+        parts.queue.enqueueReadBuffer(p_[axis], CL_TRUE, kPaddingBytes, voxels * sizeof(float),
+                                      p.data() + axis * voxels);
+      }
+    }));
+    return p;
+  }
+
  private:
   template <typename T>
   static cl::Buffer MakeBuffer(Device::Parts& parts, const std::vector<T>& values) {
@@ -118,14 +129,14 @@ class OpenClTotalVariation final : public TotalVariation {
 }  // namespace
 
 Result<std::unique_ptr<TotalVariation>> StartTotalVariationOn(Device& device, const TvProblem& problem,
-                                                              std::span<const float> u, float steepness) {
-  const std::string options = "-D TAU=" + ExactFloat(kTvTau);
+                                                              std::span<const float> u, std::span<const float> p) {
+  const std::string options = "-D TAU=" + ExactFloat(kTvTau) + " -D SIGMA=" + ExactFloat(kTvSigma);
   const auto make = [&](const char* name) { return MakeKernel(device, "total_variation.cl", name, options); };
   VEDUTA_ASSIGN_OR_RETURN(cl::Kernel dual, make("DualStep"));
   VEDUTA_ASSIGN_OR_RETURN(cl::Kernel primal, make("PrimalStep"));
   VEDUTA_ASSIGN_OR_RETURN(cl::Kernel energy, make("RowEnergies"));
   auto minimisation = std::make_unique<OpenClTotalVariation>(device, problem.block_count, dual, primal, energy);
-  VEDUTA_RETURN_IF_ERROR(minimisation->Load(problem, u, steepness));
+  VEDUTA_RETURN_IF_ERROR(minimisation->Load(problem, u, p));
   return std::unique_ptr<TotalVariation>(std::move(minimisation));
 }
 

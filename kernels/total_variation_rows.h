@@ -12,4 +12,7 @@ namespace veduta {
 // that nobody saw the row.
 std::vector<uint32_t> BitsOfRows(const TvProblem& problem);
 
+// `p` made to fit: 0 where no difference is taken, |p| <= 1 elsewhere.
+std::vector<float> FitDual(const TvProblem& problem, const std::vector<uint32_t>& bits, std::span<const float> p);
+
 }  // namespace veduta

@@ -13,6 +13,7 @@ namespace {
 
 constexpr int32_t kSide = kTileSide + 2 * kBlockSide;  // of the tile with its halo, voxels
 constexpr int32_t kCells = kSide - 1;
+constexpr int kUnobservedCornersMax = 2;       // of a cell, and only with values filled in from their neighbours
 constexpr float kInterpolationMin = 1.f / 64;  // vertices keep off the voxels' centres: no triangle without area
 
 // The tile with its halo as one array; at(x, y, z) with 0 at the halo's low end.
@@ -44,13 +45,14 @@ Window MakeWindow(const TileIndex& tile, std::span<const ExtractionBlock> blocks
 // The corners within matter; 0 also where the cell is not to be drawn.
 uint8_t InsideOf(const Window& window, size_t cell, uint32_t near_maps_min) {
   uint8_t inside = 0;
+  int unobserved = 0;
   int near[2] = {0, 0};  // most maps near a corner: outside, inside
   for (int corner = 0; corner < kCellCorners; ++corner) {
     const size_t at = cell + (corner & 1) * kStep[0] + (corner >> 1 & 1) * kStep[1] + (corner >> 2 & 1) * kStep[2];
-    if (window.support[at] == 0) return 0;
+    if (window.support[at] == 0 && (++unobserved > kUnobservedCornersMax || window.value[at] == 0)) return 0;
     const int is_inside = window.value[at] < 0 ? 1 : 0;
     inside |= static_cast<uint8_t>(is_inside << corner);
-    near[is_inside] = std::max(near[is_inside], window.support[at] - 1);
+    near[is_inside] = std::max(near[is_inside], std::max<int>(window.support[at], 1) - 1);
   }
   if (inside == 255 || std::min(near[0], near[1]) < static_cast<int>(near_maps_min)) return 0;
   return inside;
@@ -175,7 +177,8 @@ void AddVertex(const Window& window, const VertexKey& key, size_t from, const Vo
   piece->keys.push_back(key);
   piece->positions.push_back((place * grid.voxel_size).cast<float>());
   piece->normals.push_back(normal.normalized());
-  piece->near_maps.push_back(static_cast<uint8_t>(std::min(window.support[from], window.support[to]) - 1));
+  const uint8_t support = std::min(window.support[from], window.support[to]);
+  piece->near_maps.push_back(support > 0 ? support - 1 : 0);
 }
 
 SurfacePiece MakePiece(const Window& window, const TileIndex& tile, const std::vector<std::array<size_t, 3>>& triangles,

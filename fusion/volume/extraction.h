@@ -49,9 +49,10 @@ struct ExtractionBlock {
   const SolutionBlock* solution = nullptr;  // never null
 };
 
-// A cell is drawn if somebody saw all its corners and, on either side of the surface, near_maps_min maps were near one.
-// Then pieces (connected by vertices) that fit into under `piece_extent_cells_min` cells along every axis are dropped.
-// The halo shows such a piece as a whole to every tile that owns a part of it, so all drop it, or none.
+// A cell is drawn if somebody saw all its corners (but for two at most, whose neighbours' mean stands in) and, on
+// either side of the surface, near_maps_min maps were near one. Then pieces (connected by vertices) that fit into under
+// `piece_extent_cells_min` cells along every axis are dropped. The halo shows such a piece as a whole to every tile
+// that owns a part of it, so all drop it, or none.
 //
 // Deterministic; thread-safe; single-threaded; O(voxels), about 10 ms. kInvalidArgument on blocks out of reach, out of
 // order or without a solution, or bad options.

@@ -8,7 +8,7 @@ namespace {
 
 constexpr uint8_t kVersion = 1;
 constexpr size_t kValuesAt = 1, kSupportAt = kValuesAt + 2 * static_cast<size_t>(kBlockVoxels);
-constexpr size_t kSolutionBytes = kSupportAt + kBlockVoxels;
+constexpr size_t kDualAt = kSupportAt + kBlockVoxels, kSolutionBytes = kDualAt + 3 * static_cast<size_t>(kBlockVoxels);
 
 }  // namespace
 
@@ -27,6 +27,11 @@ std::vector<uint8_t> Serialize(const SolutionBlock& block) {
     bytes[kValuesAt + 2 * i + 1] = static_cast<uint8_t>(value >> 8);
   }
   std::copy(block.support.begin(), block.support.end(), bytes.begin() + kSupportAt);
+  for (size_t axis = 0; axis < 3; ++axis) {
+    for (size_t i = 0; i < kBlockVoxels; ++i) {
+      bytes[kDualAt + axis * kBlockVoxels + i] = static_cast<uint8_t>(block.dual[axis][i]);
+    }
+  }
   return bytes;
 }
 
@@ -42,7 +47,13 @@ Result<std::unique_ptr<SolutionBlock>> ParseSolutionBlock(std::span<const uint8_
     block->value[i] = static_cast<int16_t>(static_cast<uint16_t>(low | high << 8));
     if (block->value[i] < -kSolutionOne) return Status::Corruption("a solution block has a value below -1");
   }
-  std::copy(bytes.begin() + kSupportAt, bytes.end(), block->support.begin());
+  std::copy_n(bytes.begin() + kSupportAt, kBlockVoxels, block->support.begin());
+  for (size_t axis = 0; axis < 3; ++axis) {
+    for (size_t i = 0; i < kBlockVoxels; ++i) {
+      block->dual[axis][i] = static_cast<int8_t>(bytes[kDualAt + axis * kBlockVoxels + i]);
+      if (block->dual[axis][i] < -kDualOne) return Status::Corruption("a solution block has a dual variable below -1");
+    }
+  }
   return block;
 }
 

@@ -10,8 +10,6 @@
 namespace veduta {
 namespace {
 
-constexpr float kWarmSteepness = 20;  // slopes over a twentieth a voxel are taken for edges of the last minimum
-
 Status OutOfRange(const char* name, double value, const char* bound) {
   return Status::InvalidArgument(std::string(name) + " is " + std::to_string(value) + "; it must be " + bound);
 }
@@ -27,6 +25,21 @@ std::vector<float> StartOf(std::span<const TileBlock> blocks, ThreadPool& pool) 
     }
   });
   return u;
+}
+
+// [3 x blocks x 4096]; empty if no block was solved before.
+std::vector<float> DualStartOf(std::span<const TileBlock> blocks) {
+  if (std::none_of(blocks.begin(), blocks.end(), [](const TileBlock& b) { return b.previous != nullptr; })) return {};
+  std::vector<float> p(3 * blocks.size() * kBlockVoxels, 0.f);
+  for (size_t axis = 0; axis < 3; ++axis) {
+    for (size_t b = 0; b < blocks.size(); ++b) {
+      if (!blocks[b].previous) continue;
+      const auto& dual = blocks[b].previous->dual[axis];
+      float* along = p.data() + (axis * blocks.size() + b) * kBlockVoxels;
+      for (size_t i = 0; i < kBlockVoxels; ++i) along[i] = static_cast<float>(dual[i]) / kDualOne;
+    }
+  }
+  return p;
 }
 
 }  // namespace
@@ -48,12 +61,10 @@ Result<TileSolution> SolveTile(const TileIndex& tile, std::span<const TileBlock>
   if (std::none_of(blocks.begin(), blocks.end(), [&](const TileBlock& b) { return IsInTile(b.index, tile); })) {
     return solution;
   }
-  const bool is_warm =
-      std::any_of(blocks.begin(), blocks.end(), [](const TileBlock& b) { return b.previous != nullptr; });
   const auto lambda_of_weight = static_cast<float>(options.lambda / kVoteWeightMax);
   VEDUTA_ASSIGN_OR_RETURN(const std::unique_ptr<TotalVariation> minimisation,
                           TotalVariation::Start(MakeTileProblem(tile, blocks, lambda_of_weight, pool),
-                                                StartOf(blocks, pool), is_warm ? kWarmSteepness : 0.f, device, pool));
+                                                StartOf(blocks, pool), DualStartOf(blocks), device, pool));
   const auto report = [&]() -> Status {
     VEDUTA_ASSIGN_OR_RETURN(const TvEnergy energy, minimisation->Energy());
     solution.energies.push_back({solution.iterations, energy.primal, energy.dual});
@@ -69,7 +80,8 @@ Result<TileSolution> SolveTile(const TileIndex& tile, std::span<const TileBlock>
     if (options.gap_max > 0 && now.energy - now.lower_bound <= options.gap_max * now.energy) break;
   }
   VEDUTA_ASSIGN_OR_RETURN(const std::vector<float> u, minimisation->Read());
-  solution.blocks = KeepOwnBlocks(tile, blocks, u);
+  VEDUTA_ASSIGN_OR_RETURN(const std::vector<float> p, minimisation->ReadDual());
+  solution.blocks = KeepOwnBlocks(tile, blocks, u, p);
   return solution;
 }
 
@@ -80,7 +92,7 @@ Result<TileSolution> AverageTile(const TileIndex& tile, std::span<const TileBloc
     for (size_t i = 0; i < kBlockVoxels; ++i) u[b * kBlockVoxels + i] = MeanOf(*blocks[b].histogram, i);
   }
   TileSolution solution;
-  solution.blocks = KeepOwnBlocks(tile, blocks, u);
+  solution.blocks = KeepOwnBlocks(tile, blocks, u, {});
   return solution;
 }
 

@@ -2,6 +2,7 @@
 #include "fusion/volume/tile_problem.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <string>
 
@@ -56,6 +57,38 @@ void HoldBorder(const TileIndex& tile, const TileBlock& block, size_t number, Tv
   }
 }
 
+// What observed voxels on the faces of an unobserved one say on average; 0 where fewer than two are there. So a voxel
+// that all maps missed by chance is no hole in the surface.
+class UnobservedFiller {
+ public:
+  UnobservedFiller(std::span<const TileBlock> blocks, std::span<const float> u) : blocks_(blocks), u_(u) {}
+
+  float ValueAt(size_t block, int32_t voxel) const {
+    float sum = 0;
+    int count = 0;
+    for (int side = 0; side < 6; ++side) {
+      std::array<int32_t, 3> at = {voxel % kBlockSide, voxel / kBlockSide % kBlockSide,
+                                   voxel / (kBlockSide * kBlockSide)};
+      at[side / 2] += side % 2 == 0 ? -1 : 1;
+      BlockIndex index = blocks_[block].index;
+      int32_t* const along[3] = {&index.x, &index.y, &index.z};
+      const int32_t step = FloorDivide(at[side / 2], kBlockSide);
+      *along[side / 2] += step;
+      at[side / 2] -= step * kBlockSide;
+      const int32_t other = step == 0 ? static_cast<int32_t>(block) : Find(blocks_, index);
+      const size_t offset = VoxelOffset(at[0], at[1], at[2]);
+      if (other < 0 || SupportOf(*blocks_[other].histogram, offset) == 0) continue;
+      sum += u_[other * static_cast<size_t>(kBlockVoxels) + offset];
+      ++count;
+    }
+    return count < 2 ? 0.f : sum / static_cast<float>(count);
+  }
+
+ private:
+  std::span<const TileBlock> blocks_;
+  std::span<const float> u_;
+};
+
 }  // namespace
 
 Status CheckTileBlocks(const TileIndex& tile, std::span<const TileBlock> blocks) {
@@ -108,14 +141,22 @@ float MeanOf(const HistogramBlock& histogram, size_t voxel) {
 }
 
 std::vector<SolvedBlock> KeepOwnBlocks(const TileIndex& tile, std::span<const TileBlock> blocks,
-                                       std::span<const float> u) {
+                                       std::span<const float> u, std::span<const float> p) {
   std::vector<SolvedBlock> own;
+  const UnobservedFiller filler(blocks, u);
   for (size_t b = 0; b < blocks.size(); ++b) {
     if (!IsInTile(blocks[b].index, tile)) continue;
     auto solution = std::make_unique<SolutionBlock>();
-    for (size_t i = 0; i < kBlockVoxels; ++i) {
-      solution->value[i] = static_cast<int16_t>(std::lround(u[b * kBlockVoxels + i] * kSolutionOne));
+    for (int32_t i = 0; i < kBlockVoxels; ++i) {
       solution->support[i] = SupportOf(*blocks[b].histogram, i);
+      const float value = solution->support[i] > 0 ? u[b * kBlockVoxels + i] : filler.ValueAt(b, i);
+      solution->value[i] = static_cast<int16_t>(std::lround(value * kSolutionOne));
+    }
+    for (size_t axis = 0; axis < 3 && !p.empty(); ++axis) {
+      const float* along = p.data() + axis * u.size() + b * kBlockVoxels;
+      for (size_t i = 0; i < kBlockVoxels; ++i) {
+        solution->dual[axis][i] = static_cast<int8_t>(std::lround(std::clamp(along[i], -1.f, 1.f) * kDualOne));
+      }
     }
     own.push_back({blocks[b].index, std::move(solution)});
   }

@@ -19,8 +19,8 @@ TvProblem MakeTileProblem(const TileIndex& tile, std::span<const TileBlock> bloc
 // The mean of a voxel's votes, in [-1, 1]; 0 where nobody voted.
 float MeanOf(const HistogramBlock& histogram, size_t voxel);
 
-// The tile's own blocks of `u` [blocks x 4096], with their support.
+// The tile's own blocks of `u` [blocks x 4096] and of `p` [3 x blocks x 4096] (or none: 0), with their support.
 std::vector<SolvedBlock> KeepOwnBlocks(const TileIndex& tile, std::span<const TileBlock> blocks,
-                                       std::span<const float> u);
+                                       std::span<const float> u, std::span<const float> p);
 
 }  // namespace veduta

@@ -68,6 +68,14 @@ std::vector<float> RandomStart(uint64_t seed) {
   return u;
 }
 
+// Also where no difference is taken, and longer than 1: what does not fit is made to.
+std::vector<float> RandomDual() {
+  SeededRandom random(11);
+  std::vector<float> p(3 * kBlocks.size() * kTvBlockVoxels);
+  for (float& value : p) value = static_cast<float>(2 * random.Unit() - 1);
+  return p;
+}
+
 // The algorithm as its header states it, voxel by voxel.
 class PlainMinimisation {
  public:
@@ -104,11 +112,11 @@ class PlainMinimisation {
       for (uint32_t bin = 0; bin < kTvBins; ++bin) {
         const size_t block = i / 4096, voxel = i % 4096;
         weights[bin] = problem_.weights[(block * kTvBins + bin) * 4096 + voxel];
-        centers[bin] = bin == kTvNearBins ? 1.f
-                                          : (-1.f + 2.f / 7.f * static_cast<float>(bin)) +
-                                                static_cast<float>(
-                                                    problem_.centers[(block * kTvNearBins + bin) * 4096 + voxel]) *
-                                                    (2.f / (7.f * 256.f));
+        centers[bin] = bin == kTvNearBins
+                           ? 1.f
+                           : (-1.f + 2.f / 7.f * static_cast<float>(bin)) +
+                                 static_cast<float>(problem_.centers[(block * kTvNearBins + bin) * 4096 + voxel]) *
+                                     (2.f / (7.f * 256.f));
       }
       const float after = HistogramProx(v, kTvTau * problem_.lambda, centers, weights);
       u_bar_[i] = after + (after - u_[i]);
@@ -139,7 +147,7 @@ class PlainMinimisation {
 };
 
 struct Trace {
-  std::vector<float> u;
+  std::vector<float> u, p;
   std::vector<double> energies;
   bool operator==(const Trace&) const = default;
 };
@@ -152,6 +160,7 @@ Trace RunOn(Result<std::unique_ptr<TotalVariation>> started, int steps) {
     run.energies.insert(run.energies.end(), {energy.primal, energy.dual});
   }
   run.u = minimisation->Read().value();
+  run.p = minimisation->ReadDual().value();
   return run;
 }
 
@@ -181,18 +190,18 @@ TEST(TotalVariation, StepsAreTheirEquations) {
   PlainMinimisation plain(problem, start);
   for (int i = 0; i < 9; ++i) plain.Iterate();
   ThreadPool pool(0);
-  EXPECT_EQ(RunOn(StartTotalVariationOn(TvIsa::kBaseline, problem, start, 0, pool), 3).u, plain.u());
+  EXPECT_EQ(RunOn(StartTotalVariationOn(TvIsa::kBaseline, problem, start, {}, pool), 3).u, plain.u());
 }
 
 TEST(TotalVariation, EveryPathGivesTheSameBits) {
   const TvProblem problem = RandomProblem(3);
   const std::vector<float> start = RandomStart(4);
   ThreadPool none(0), some(3);
-  const Trace baseline = RunOn(StartTotalVariationOn(TvIsa::kBaseline, problem, start, 7, none), 20);
-  EXPECT_EQ(RunOn(StartTotalVariationOn(TvIsa::kBaseline, problem, start, 7, some), 20), baseline);
+  const Trace baseline = RunOn(StartTotalVariationOn(TvIsa::kBaseline, problem, start, RandomDual(), none), 20);
+  EXPECT_EQ(RunOn(StartTotalVariationOn(TvIsa::kBaseline, problem, start, RandomDual(), some), 20), baseline);
   for (const TvIsa isa : {TvIsa::kAvx2, TvIsa::kAvx512}) {
     if (isa > BestTvIsa()) continue;
-    EXPECT_EQ(RunOn(StartTotalVariationOn(isa, problem, start, 7, none), 20), baseline);
+    EXPECT_EQ(RunOn(StartTotalVariationOn(isa, problem, start, RandomDual(), none), 20), baseline);
   }
 }
 
@@ -202,9 +211,10 @@ TEST(TotalVariation, TheDeviceGivesTheSameBits) {
   const TvProblem problem = RandomProblem(5);
   const std::vector<float> start = RandomStart(6);
   ThreadPool pool(0);
-  const Trace reference = RunOn(StartTotalVariationOn(TvIsa::kBaseline, problem, start, 7, pool), 20);
-  const Trace run = RunOn(StartTotalVariationOn(*device, problem, start, 7), 20);
+  const Trace reference = RunOn(StartTotalVariationOn(TvIsa::kBaseline, problem, start, RandomDual(), pool), 20);
+  const Trace run = RunOn(StartTotalVariationOn(*device, problem, start, RandomDual()), 20);
   EXPECT_EQ(run.u, reference.u);
+  EXPECT_EQ(run.p, reference.p);
   EXPECT_EQ(run.energies, reference.energies);
 }
 
@@ -213,7 +223,7 @@ TEST(TotalVariation, ReachesTheMinimumFromAnyStart) {
   ThreadPool pool(1);
   const std::vector<float> zero(kBlocks.size() * kTvBlockVoxels, 0.f);
   for (const std::vector<float>& start : {zero, RandomStart(9)}) {
-    const auto minimisation = TotalVariation::Start(problem, start, 0, nullptr, pool).value();
+    const auto minimisation = TotalVariation::Start(problem, start, {}, nullptr, pool).value();
     ASSERT_TRUE(minimisation->Iterate(1000).ok());
     const TvEnergy energy = minimisation->Energy().value();
     EXPECT_LE(energy.dual, energy.primal);
@@ -221,12 +231,25 @@ TEST(TotalVariation, ReachesTheMinimumFromAnyStart) {
   }
 }
 
+TEST(TotalVariation, GoesOnWhereItWas) {
+  const TvProblem problem = RandomProblem(12);
+  ThreadPool pool(1);
+  const auto first = TotalVariation::Start(problem, RandomStart(13), {}, nullptr, pool).value();
+  ASSERT_TRUE(first->Iterate(300).ok());
+  const std::vector<float> u = first->Read().value(), p = first->ReadDual().value();
+  const double gap = first->Energy()->primal - first->Energy()->dual;
+  const auto warm = TotalVariation::Start(problem, u, p, nullptr, pool).value();
+  const auto cold = TotalVariation::Start(problem, u, {}, nullptr, pool).value();
+  EXPECT_LT(warm->Energy()->primal - warm->Energy()->dual, 1.01 * gap);
+  EXPECT_GT(cold->Energy()->primal - cold->Energy()->dual, 10 * gap);
+}
+
 TEST(TotalVariation, RefusesWhatDoesNotFit) {
   ThreadPool pool(0);
   TvProblem problem = RandomProblem(1);
   const std::vector<float> start = RandomStart(2);
   const auto code = [&](const TvProblem& p, std::span<const float> u) {
-    return TotalVariation::Start(p, u, 0, nullptr, pool).status().code();
+    return TotalVariation::Start(p, u, {}, nullptr, pool).status().code();
   };
   EXPECT_EQ(code(problem, std::span(start).first(4096)), StatusCode::kInvalidArgument);
   EXPECT_EQ(code(problem, std::vector<float>(start.size(), 1.5f)), StatusCode::kInvalidArgument);
@@ -239,7 +262,7 @@ TEST(TotalVariation, RefusesWhatDoesNotFit) {
   EXPECT_EQ(code(problem, start), StatusCode::kInvalidArgument);
   TvProblem empty;
   empty.lambda = 1;
-  EXPECT_TRUE(TotalVariation::Start(empty, {}, 0, nullptr, pool).ok());
+  EXPECT_TRUE(TotalVariation::Start(empty, {}, {}, nullptr, pool).ok());
 }
 
 }  // namespace

@@ -125,7 +125,7 @@ SolveReport FusedStreet::SolveWhole(const char* kind, uint32_t iterations, doubl
   }
   const auto start = std::chrono::steady_clock::now();
   const auto minimisation =
-      TotalVariation::Start(MakeTileProblem({}, all.blocks, static_cast<float>(lambda / kVoteWeightMax), pool_), u, 0,
+      TotalVariation::Start(MakeTileProblem({}, all.blocks, static_cast<float>(lambda / kVoteWeightMax), pool_), u, {},
                             nullptr, pool_)
           .value();
   VEDUTA_CHECK(minimisation->Iterate(iterations).ok(), "whole");
@@ -141,7 +141,7 @@ SolveReport FusedStreet::SolveWhole(const char* kind, uint32_t iterations, doubl
   report.lower_bound = energy.dual;
   for (const TileIndex& tile : tiles()) {
     TileSolution solution;
-    solution.blocks = KeepOwnBlocks(tile, all.blocks, u);
+    solution.blocks = KeepOwnBlocks(tile, all.blocks, u, {});
     WriteSolutions(kind, solution, &files_);
   }
   return report;
