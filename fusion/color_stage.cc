@@ -19,7 +19,6 @@ namespace {
 
 constexpr size_t kColorViewsKept = 48;
 constexpr size_t kRayTilesBytesMax = 512ull << 20;
-constexpr double kPixelVoxelsMax = 4;  // a photo whose pixels are wider on the tile says nothing about its colours
 
 // Where a photo stands for the surface, and how it looks: the pose that its depth map was integrated with.
 struct ColorSource {
@@ -68,7 +67,9 @@ class ColorStage final {
   explicit ColorStage(const Pass& pass)
       : pass_(pass),
         snapshot_(pass.database.GetSnapshot()),
-        loader_(snapshot_, pass.settings.depth_side_px, /*view_count_max=*/1) {}
+        loader_(snapshot_, pass.settings.depth_side_px, /*view_count_max=*/1) {
+    coloring_.voxel_size = pass.settings.voxel_size;
+  }
 
   Result<StageCount> Run() {
     VEDUTA_ASSIGN_OR_RETURN(const auto depths, LoadDepths(pass_));
@@ -108,7 +109,7 @@ class ColorStage final {
   std::vector<ImageId> ViewsOf(size_t tile) const {
     std::vector<ImageId> views;
     for (const auto& [id, source] : sources_) {
-      const double far = kPixelVoxelsMax * pass_.settings.voxel_size * source.geometry.camera.fx;
+      const double far = coloring_.voxels_per_pixel_max * coloring_.voxel_size * source.geometry.camera.fx;
       if (MaySeeTile(source.geometry, far, tiles_[tile].place, pass_.grid())) views.push_back(id);
     }
     return views;
@@ -146,7 +147,10 @@ class ColorStage final {
     const std::vector<ImageId> views = ViewsOf(tile);
     std::vector<Eigen::Vector3d> centers;
     for (const ImageId id : views) centers.push_back(sources_.at(id).geometry.cam_from_world.Center());
-    std::vector<uint32_t> between = TilesBetween(boxes_, boxes_[tile], centers);
+    Eigen::AlignedBox3d around = boxes_[tile];
+    around.min().array() -= ColoringReach(coloring_);
+    around.max().array() += ColoringReach(coloring_);
+    std::vector<uint32_t> between = TilesBetween(boxes_, around, centers);
     if (views.empty()) between = {static_cast<uint32_t>(tile)};
     const uint64_t version = VersionOfColors(tile, views, between);
     if (tiles_[tile].color_version == version) {
@@ -167,9 +171,7 @@ class ColorStage final {
     }
     VEDUTA_ASSIGN_OR_RETURN(const auto scene, RayScene::Make(ray_device_, std::move(scene_tiles)));
     VEDUTA_ASSIGN_OR_RETURN(const auto own, rays->Get(tile));
-    ColoringOptions options;
-    options.voxel_size = pass_.settings.voxel_size;
-    VEDUTA_ASSIGN_OR_RETURN(const VertexColors colors, ColorVertices(own->mesh(), *scene, used, options, pass_.pool));
+    VEDUTA_ASSIGN_OR_RETURN(const VertexColors colors, ColorVertices(own->mesh(), *scene, used, coloring_, pass_.pool));
     TileRecord record = tiles_[tile];
     record.color_version = version;
     const auto transaction = pass_.database.BeginTransaction();
@@ -183,6 +185,7 @@ class ColorStage final {
   const Pass& pass_;
   const std::shared_ptr<const Snapshot> snapshot_;  // meshes do not change in this stage
   ViewLoader loader_;
+  ColoringOptions coloring_;
   std::map<ImageId, ColorSource> sources_;
   std::vector<TileRecord> tiles_;  // those with triangles; ascending places
   std::vector<Eigen::AlignedBox3d> boxes_;

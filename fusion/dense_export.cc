@@ -14,6 +14,7 @@ namespace veduta {
 namespace {
 
 constexpr double kCameraDepth = 0.03;  // of the box's diagonal: the length of a camera's pyramid
+constexpr size_t kBoxVertexStep = 16;  // every so many vertices tell where a surface lies
 constexpr size_t kTilesTogether = 64;  // in one picture's scene: some 100 MB
 
 Status PrepareFolder(const std::string& out) {
@@ -182,25 +183,30 @@ Result<ViewGeometry> PhotoGeometry(const Snapshot& snapshot, ImageId image, uint
 }
 
 Result<Eigen::AlignedBox3d> BoxOf(const Snapshot& snapshot, ReconstructionId reconstruction) {
-  Eigen::AlignedBox3d box;
+  std::array<std::vector<float>, 3> coordinates;
+  const auto add = [&](const Eigen::Vector3f& x) {
+    for (int axis = 0; axis < 3; ++axis) coordinates[axis].push_back(x[axis]);
+  };
   VEDUTA_ASSIGN_OR_RETURN(const TileRecords tiles, LoadTileRecords(snapshot, reconstruction));
   for (const auto& [place, tile] : tiles) {
     if (tile.triangle_count == 0) continue;
     VEDUTA_ASSIGN_OR_RETURN(const TileSurface surface, LoadSurface(snapshot, tile));
-    for (const Eigen::Vector3f& x : surface.piece.positions) box.extend(x.cast<double>());
+    for (size_t i = 0; i < surface.piece.positions.size(); i += kBoxVertexStep) add(surface.piece.positions[i]);
   }
-  if (!box.isEmpty()) return box;
-  VEDUTA_ASSIGN_OR_RETURN(const ReconstructionRecord record, snapshot.GetReconstruction(reconstruction));
-  VEDUTA_ASSIGN_OR_RETURN(const std::vector<CloudPoint> points, LoadPoints(snapshot, record));
-  if (points.empty())
+  if (coordinates[0].empty()) {
+    VEDUTA_ASSIGN_OR_RETURN(const ReconstructionRecord record, snapshot.GetReconstruction(reconstruction));
+    VEDUTA_ASSIGN_OR_RETURN(const std::vector<CloudPoint> points, LoadPoints(snapshot, record));
+    for (const CloudPoint& point : points) add(point.position);
+  }
+  if (coordinates[0].empty()) {
     return Status::NotFound("reconstruction " + std::to_string(reconstruction.value) + " has no points");
+  }
+  Eigen::AlignedBox3d box;
   for (int axis = 0; axis < 3; ++axis) {
-    std::vector<float> values;
-    for (const CloudPoint& point : points) values.push_back(point.position[axis]);
-    std::ranges::sort(values);
-    const size_t trimmed = values.size() / 100;
-    box.min()[axis] = values[trimmed];
-    box.max()[axis] = values[values.size() - 1 - trimmed];
+    std::ranges::sort(coordinates[axis]);
+    const size_t trimmed = coordinates[axis].size() / 100;
+    box.min()[axis] = coordinates[axis][trimmed];
+    box.max()[axis] = coordinates[axis][coordinates[axis].size() - 1 - trimmed];
   }
   return box;
 }

@@ -36,7 +36,7 @@ Result<std::vector<ExportedSurface>> ExportSurfaces(const Snapshot& snapshot, co
 // The camera of an image's photo, undistorted, its longer side `side_px` (0: as it is). kNotFound when it has no pose.
 Result<ViewGeometry> PhotoGeometry(const Snapshot& snapshot, ImageId image, uint32_t side_px);
 
-// A box that holds the surface's tiles, or 98 % of the points along each axis where there is none.
+// A box that holds 98 % of the surface along each axis, or of the points where there is none.
 Result<Eigen::AlignedBox3d> BoxOf(const Snapshot& snapshot, ReconstructionId reconstruction);
 
 enum class Drawn : uint8_t { kSurfaceOrPoints, kSurface, kPoints };
