@@ -32,9 +32,9 @@ struct DepthOptions {
   uint64_t volume_bytes_max = 1ull << 30;  // [2^20, 2^36]; costs in memory: what is larger is swept at half the size
   uint32_t slanted_plane_count = 4;        // [0, 8]; dominant planes of the view that are swept along too
   uint32_t refinement_count = 1;           // [0, 8]; sweeps along the surface at the full size
-  uint32_t penalty_small = 16;             // [0, 127] cost units; from a plane to the next
-  uint32_t penalty_large = 110;            // [penalty_large_min, 128] cost units; to any other, at equal gray levels
-  uint32_t penalty_large_min = 40;         // [0, 128] cost units; likewise, where gray levels jump
+  uint32_t penalty_small = 13;             // [0, 127] cost units; from a plane to the next
+  uint32_t penalty_large = 95;             // [penalty_large_min, 128] cost units; to any other, at equal gray levels
+  uint32_t penalty_large_min = 30;         // [0, 128] cost units; likewise, where gray levels jump
   uint32_t confidence_min = 8;             // [0, 255]; depth of less is given as not known
   uint32_t speckle_pixels_min = 40;        // smaller patches of like depth are removed
 
