@@ -12,8 +12,8 @@
 // geometry: rotation [9], translation [3]; planes [planes, padded x 3]. base [height x width] where has_base is not 0.
 // warped, seen [16 x height x stride] from `offset` on: gray level, and 255 where the sensor view sees the point.
 kernel void warp_block(global const uchar* image, int image_width, int image_height, constant float* geometry,
-                       global const float* base, int has_base, global const float* planes, int first_plane, int width, int height,
-                       int stride, ulong offset, global uchar* warped, global uchar* seen) {
+                       global const float* base, int has_base, global const float* planes, int first_plane,
+                       int width, int height, int stride, ulong offset, global uchar* warped, global uchar* seen) {
   const int column = (int)get_global_id(0), y = (int)get_global_id(1), plane = (int)get_global_id(2);
   const int x = clamp(column - PAD, 0, width - 1);
   constant float* r = geometry;
@@ -47,7 +47,7 @@ kernel void warp_block(global const uchar* image, int image_width, int image_hei
 
 ushort16 load_ushort16(global const uchar* p) { return convert_ushort16(vload16(0, p)); }
 
-// The cost of 16 neighbouring pixels at once. `key` and `warped` are the images' first rows, at the first pixel's column.
+// The cost of 16 neighbouring pixels at once; `key` and `warped` are the images' first rows, at the first one's column.
 uchar16 compare(global const uchar* key, global const uchar* warped, int y, int height, int stride) {
   const size_t center = (size_t)y * stride;
   const uchar16 key_center = vload16(0, key + center), warped_center = vload16(0, warped + center);
@@ -73,8 +73,8 @@ uchar16 compare(global const uchar* key, global const uchar* warped, int y, int 
 // Costs of 16 planes at 16 neighbouring pixels of a row. Global size (blocks of columns, rows).
 // key [height x stride], warped and seen [sensors x 16 x height x stride]; costs [height x width x plane_stride].
 kernel void cost_block(global const uchar* key, global const uchar* warped, global const uchar* seen, int width,
-                       int height, int stride, int sensors, global const float* planes, int first_plane, int plane_stride,
-                       global uchar* costs) {
+                       int height, int stride, int sensors, global const float* planes, int first_plane,
+                       int plane_stride, global uchar* costs) {
   const int x = 16 * (int)get_global_id(0), y = (int)get_global_id(1);
   uchar block[256];  // [plane][pixel]
   for (int k = 0; k < 16; ++k) {

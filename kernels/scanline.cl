@@ -64,7 +64,8 @@ kernel void run_scanlines(global const uchar* costs, global const uchar* gray, c
   }
 }
 
-// One work item a pixel, more are idle. out [5 x pixels]: the plane, the costs before, at and after it, the least of the others.
+// One work item a pixel, more are idle. out [5 x pixels]: the plane, the costs before, at and after it, the least of
+// the others.
 kernel void choose_planes(global const ushort* sums, int plane_count, int blocks, uint pixels, global ushort* out) {
   const size_t pixel = get_global_id(0);
   if (pixel >= pixels) return;
