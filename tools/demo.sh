@@ -64,5 +64,9 @@ if [ ! -d "$out/model/0" ]; then
   exit 1
 fi
 "$bin/tools/picture/veduta-picture" "$out/model/0" "$out/model.png"
+"$bin/cli/veduta" densify "$db"
+"$bin/cli/veduta" export "$db" "$out/surface" --format gltf
+for side in front left right; do "$bin/cli/veduta" render "$db" "$out/$side.png" --side "$side"; done
 echo "model:    $out/model"
-echo "picture:  $out/model.png"
+echo "surface:  $out/surface"
+echo "pictures: $out/model.png $out/front.png $out/left.png $out/right.png"
