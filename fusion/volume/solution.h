@@ -19,7 +19,7 @@ inline constexpr int kDualOne = 127;
 
 // 24 kB.
 struct SolutionBlock {
-  // Of voxels that nobody saw: the mean of those on their faces that somebody saw, 0 where fewer than two are.
+  // Of voxels that nobody saw: the mean of those on their faces that somebody saw, 0 where fewer than four are.
   std::array<int16_t, kBlockVoxels> value{};    // u in [-1, 1] times kSolutionOne; negative within matter; VoxelOffset
   std::array<uint8_t, kBlockVoxels> support{};  // 0: nobody saw the voxel; else 1 + maps within the truncation, <= 255
   // The dual variables along x, y and z times kDualOne, each in [-1, 1]: a start near the next minimum.

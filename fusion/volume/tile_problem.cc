@@ -9,6 +9,8 @@
 namespace veduta {
 namespace {
 
+constexpr int kFilledFacesMin = 4;  // of 6: holes are filled, the seen is not carried on into the unseen
+
 static_assert(kTvBlockVoxels == kBlockVoxels && kTvRow == kBlockSide && kTvBins == kHistogramBins);
 
 // The place of a block among the ascending `blocks`; -1: it is not there.
@@ -57,7 +59,7 @@ void HoldBorder(const TileIndex& tile, const TileBlock& block, size_t number, Tv
   }
 }
 
-// What observed voxels on the faces of an unobserved one say on average; 0 where fewer than two are there. So a voxel
+// What observed voxels on the faces of an unobserved one say on average; 0 where fewer than four are there. So a voxel
 // that all maps missed by chance is no hole in the surface.
 class UnobservedFiller {
  public:
@@ -81,7 +83,7 @@ class UnobservedFiller {
       sum += u_[other * static_cast<size_t>(kBlockVoxels) + offset];
       ++count;
     }
-    return count < 2 ? 0.f : sum / static_cast<float>(count);
+    return count < kFilledFacesMin ? 0.f : sum / static_cast<float>(count);
   }
 
  private:
