@@ -15,7 +15,6 @@ namespace veduta {
 namespace {
 
 constexpr size_t kMapsKept = 24;
-constexpr size_t kSeveral = 4;
 
 // Neighbours need little overlap and less of an angle than sensor views: their own depth is what they say.
 SensorViewOptions NeighborOptions() {
@@ -148,11 +147,8 @@ class CheckStage final {
       neighbors.push_back({GeometryOf(depths_.at(neighbor.image)), other.get()});
       held.push_back(std::move(other));
     }
-    ConsistencyOptions options;
-    // One neighbour may err in the same way, among repeated windows, say; where there are several, two have to agree.
-    if (neighbors.size() >= kSeveral) options.agreement_count_min = 2;
     VEDUTA_ASSIGN_OR_RETURN(const DepthMap kept,
-                            CheckConsistency(*map, GeometryOf(depth), neighbors, options, pass_.pool));
+                            CheckConsistency(*map, GeometryOf(depth), neighbors, ConsistencyOptions(), pass_.pool));
     checked.image = depth.image;
     checked.reconstruction = depth.reconstruction;
     checked.width_px = depth.width_px, checked.height_px = depth.height_px;

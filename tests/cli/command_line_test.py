@@ -38,7 +38,7 @@ class Usage(Case):
                 ('--threads', ('add', WHOLE, '--camera', 'c', PHOTOS, '--threads', 'many')),
                 ('--bogus', ('add', WHOLE, '--camera', 'c', PHOTOS, '--bogus')),
                 ('--list', ('add', WHOLE, '--camera', 'c', PHOTOS, PHOTOS, '--list', os.devnull)),
-                ('--format', ('export', WHOLE, at('never'), '--format', 'ply')),
+                ('--format', ('export', WHOLE, at('never'), '--format', 'obj')),
                 ('--count', ('neighbors', WHOLE, 'photo0001.jpg', '--count', '0')),
                 ('subcommand is required', ('vocabulary',)), ('subcommand is required', ('camera',))):
             self.refused(2, words, *arguments)

@@ -205,7 +205,8 @@ class Output(Case):
         self.assertEqual(modes, [0, 4], 'points and triangles')
 
     def test_without_a_surface(self):
-        self.assertIn("no surface yet: 'veduta densify' makes one", must('export', SPARSE, at('none'), '--format', 'ply'))
+        out = must('export', SPARSE, at('none'), '--format', 'ply')
+        self.assertIn("no surface yet: 'veduta densify' makes one", out)
         self.assertFalse(os.path.exists(at('none', '0', 'mesh.ply')))
         must('render', SPARSE, at('points.png'))
         self.assertEqual(read(at('points.png'))[:8], b'\x89PNG\r\n\x1a\n')
