@@ -66,12 +66,16 @@ nlohmann::ordered_json ToJson(const StageCount& count) {
 }
 
 void PrintJson(ReconstructionId id, const DensifyReport& report, const std::string& device) {
+  nlohmann::ordered_json without_depth = nlohmann::ordered_json::array();
+  for (const PassedOver& photo : report.without_depth) {
+    without_depth.push_back({{"image", photo.name}, {"reason", photo.reason}});
+  }
   const nlohmann::ordered_json line = {{"reconstruction", id.value},
                                        {"device", device},
                                        {"voxel_size", report.settings.voxel_size},
                                        {"depth_side_px", report.settings.depth_side_px},
                                        {"sensor_count", report.settings.sensor_count},
-                                       {"images_without_depth", report.images_without_depth},
+                                       {"without_depth", without_depth},
                                        {"depth_maps", ToJson(report.depths)},
                                        {"checks", ToJson(report.checks)},
                                        {"volume", ToJson(report.volume)},
@@ -83,7 +87,7 @@ void PrintJson(ReconstructionId id, const DensifyReport& report, const std::stri
                                        {"tiles", report.tiles},
                                        {"vertices", report.vertices},
                                        {"triangles", report.triangles}};
-  std::printf("%s\n", line.dump().c_str());
+  std::printf("%s\n", line.dump(-1, ' ', false, nlohmann::ordered_json::error_handler_t::replace).c_str());
   std::fflush(stdout);
 }
 
@@ -99,13 +103,13 @@ void PrintText(ReconstructionId id, const DensifyReport& report, const std::stri
   PrintStage("depth maps", report.depths);
   PrintStage("checks", report.checks);
   PrintStage("volume", report.volume);
+  if (report.volume.units > 0) std::printf("              %6lu blocks changed\n", report.volume.units);
   PrintStage("fusion", report.solutions);
   PrintStage("surface", report.meshes);
   PrintStage("exposures", report.exposures);
   PrintStage("colours", report.colors);
-  if (report.images_without_depth > 0) {
-    std::printf("  %lu photos got no depth map: too few points, or no other photo overlaps enough\n",
-                report.images_without_depth);
+  for (const PassedOver& photo : report.without_depth) {
+    std::printf("  no depth map of %s: %s\n", photo.name.c_str(), photo.reason.c_str());
   }
   std::fflush(stdout);
 }

@@ -94,6 +94,15 @@ class CheckStage final {
     return neighbors;
   }
 
+  // The same neighbours, and no more than half of their maps were made anew since: what they say has hardly changed.
+  static bool IsCloseTo(const std::vector<DepthVersion>& then, const std::vector<DepthVersion>& now) {
+    const auto same_image = [](const DepthVersion& a, const DepthVersion& b) { return a.image == b.image; };
+    if (!std::ranges::equal(then, now, same_image)) return false;
+    size_t renewed = 0;
+    for (size_t i = 0; i < then.size(); ++i) renewed += then[i].version != now[i].version;
+    return 2 * renewed <= then.size();
+  }
+
   Result<std::shared_ptr<const DepthMap>> LoadMap(const DepthRecord& depth) {
     for (auto it = maps_.begin(); it != maps_.end(); ++it) {
       if (it->first != depth.image) continue;
@@ -123,6 +132,7 @@ class CheckStage final {
     }
     CheckedDepthRecord checked;
     VEDUTA_ASSIGN_OR_RETURN(checked.neighbors, NeighborsOf(image, last));
+    if (last && IsCloseTo(last->neighbors, checked.neighbors)) checked.neighbors = last->neighbors;
     checked.cam_from_world = image.cam_from_world;
     if (last) {
       const double moved = MovedInWorld(PointsInCamera(pass_.scene, image), last->cam_from_world, image.cam_from_world);

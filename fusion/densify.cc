@@ -130,7 +130,7 @@ Result<DensifyReport> Densify(Database& database, ReconstructionId reconstructio
   VEDUTA_ASSIGN_OR_RETURN(report.settings, ChooseSettings(*snapshot, scene, options));
   VEDUTA_RETURN_IF_ERROR(PutSettings(database, report.settings));
   const Pass pass{database, scene, report.settings, device, pool, options, stop};
-  VEDUTA_ASSIGN_OR_RETURN(report.depths, UpdateDepths(pass));
+  VEDUTA_ASSIGN_OR_RETURN(report.depths, UpdateDepths(pass, &report.without_depth));
   VEDUTA_ASSIGN_OR_RETURN(report.checks, CheckDepths(pass));
   VEDUTA_ASSIGN_OR_RETURN(report.volume, UpdateVolume(pass));
   VEDUTA_ASSIGN_OR_RETURN(report.solutions, SolveTiles(pass));
@@ -138,7 +138,6 @@ Result<DensifyReport> Densify(Database& database, ReconstructionId reconstructio
   VEDUTA_ASSIGN_OR_RETURN(report.exposures, UpdateExposures(pass));
   VEDUTA_ASSIGN_OR_RETURN(report.colors, ColorTiles(pass));
   VEDUTA_RETURN_IF_ERROR(SweepStale(pass));
-  report.images_without_depth = scene.images.size() - report.depths.computed - report.depths.kept;
   VEDUTA_RETURN_IF_ERROR(database.GetSnapshot()->dense().ScanTiles(reconstruction, [&](const TileRecord& tile) {
     ++report.tiles;
     report.triangles += tile.triangle_count;

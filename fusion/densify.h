@@ -7,7 +7,9 @@
 #include <functional>
 #include <optional>
 #include <stop_token>
+#include <string>
 #include <string_view>
+#include <vector>
 
 #include "fusion/depth/depth_consistency.h"
 #include "fusion/depth/depth_estimation.h"
@@ -49,10 +51,16 @@ struct StageCount {
   double ms = 0;
 };
 
+// A photo that got no depth map, and why, for a person.
+struct PassedOver {
+  ImageId image;
+  std::string name, reason;
+};
+
 struct DensifyReport {
   DenseSettings settings;
   StageCount depths, checks, volume, solutions, meshes, exposures, colors;
-  uint64_t images_without_depth = 0;  // no sensor view overlaps enough, or too few points
+  std::vector<PassedOver> without_depth;  // ascending images
   uint64_t triangles = 0, vertices = 0, tiles = 0;
 };
 

@@ -18,8 +18,10 @@ constexpr size_t kViewsKept = 16;
 
 class DepthStage final {
  public:
-  explicit DepthStage(const Pass& pass)
-      : pass_(pass), loader_(pass.database.GetSnapshot(), pass.settings.depth_side_px, kViewsKept) {
+  DepthStage(const Pass& pass, std::vector<PassedOver>* without_depth)
+      : pass_(pass),
+        without_depth_(without_depth),
+        loader_(pass.database.GetSnapshot(), pass.settings.depth_side_px, kViewsKept) {
     for (const auto& [id, image] : pass.scene.images) centers_[id] = image.cam_from_world.Center();
   }
 
@@ -88,8 +90,8 @@ class DepthStage final {
     return RankSensorViews(key, centers_, SensorViewOptions());
   }
 
-  // What the map would be made from; without sensors where there is nothing to make it from.
-  Result<DepthRecord> Plan(const SceneImage& image) {
+  // What the map would be made from; without sensors, and with the reason, where there is nothing to make it from.
+  Result<DepthRecord> Plan(const SceneImage& image, std::string* reason) {
     DepthRecord plan;
     plan.image = image.record.id;
     plan.reconstruction = pass_.scene.reconstruction.id;
@@ -104,13 +106,17 @@ class DepthStage final {
       depths.push_back((image.cam_from_world * pass_.scene.points[o.point].position).z());
     }
     const Result<DepthRange> range = DepthRangeOf(std::move(depths), pass_.options.depth_margin);
-    if (!range.ok()) return plan;  // too few points: no sensor view would overlap enough either
+    if (!range.ok()) {
+      *reason = range.status().message();
+      return plan;
+    }
     plan.depth_near = range->near, plan.depth_far = range->far;
     VEDUTA_ASSIGN_OR_RETURN(const std::vector<SensorView> views, Rank(image));
     for (const SensorView& view : views) {
       if (plan.sensors.size() == pass_.settings.sensor_count) break;
       plan.sensors.push_back({view.image, pass_.scene.images.at(view.image).cam_from_world});
     }
+    if (plan.sensors.empty()) *reason = "no other photo overlaps enough";
     if (!plan.sensors.empty()) plan.version = VersionOfDepth(plan);
     return plan;
   }
@@ -122,8 +128,9 @@ class DepthStage final {
       ++count_.kept;
       return Status::Ok();
     }
-    VEDUTA_ASSIGN_OR_RETURN(DepthRecord plan, Plan(image));
-    if (plan.sensors.empty()) return stored ? Drop(image.record.id) : Status::Ok();
+    std::string reason;
+    VEDUTA_ASSIGN_OR_RETURN(DepthRecord plan, Plan(image, &reason));
+    if (plan.sensors.empty()) return PassOver(image, reason, stored.has_value());
     if (stored && stored->version == plan.version) {  // it has fewer sensors than asked for, and there are no more
       ++count_.kept;
       return Status::Ok();
@@ -132,17 +139,19 @@ class DepthStage final {
       plan.checked_version = stored->checked_version;
       plan.gain = stored->gain;
     }
-    return Make(image, std::move(plan));
+    return Make(image, std::move(plan), stored.has_value());
   }
 
-  Status Drop(ImageId image) {
+  Status PassOver(const SceneImage& image, const std::string& reason, bool is_stored) {
+    without_depth_->push_back({image.record.id, image.record.name, reason});
+    if (!is_stored) return Status::Ok();
     const auto transaction = pass_.database.BeginTransaction();
-    transaction->dense().DeleteDepth(image);
+    transaction->dense().DeleteDepth(image.record.id);
     ++count_.removed;
     return transaction->Commit();
   }
 
-  Status Make(const SceneImage& image, DepthRecord plan) {
+  Status Make(const SceneImage& image, DepthRecord plan, bool is_stored) {
     VEDUTA_ASSIGN_OR_RETURN(const std::shared_ptr<const View> key, loader_.Load(image));
     std::vector<View> sensors;
     for (const SensorPose& sensor : plan.sensors) {
@@ -151,9 +160,11 @@ class DepthStage final {
       sensors.push_back(*view);
     }
     const DepthRange range{plan.depth_near, plan.depth_far};
-    VEDUTA_ASSIGN_OR_RETURN(const DepthMap map,
-                            EstimateDepth(*key, sensors, range, DepthOptions(), pass_.device, pass_.pool));
-    const DepthPixels pixels = EncodeDepth(map, range);
+    const Result<DepthMap> map = EstimateDepth(*key, sensors, range, DepthOptions(), pass_.device, pass_.pool);
+    // A view that nothing can be made of must not keep the city from its surface.
+    if (map.status().code() == StatusCode::kInvalidArgument) return PassOver(image, map.status().message(), is_stored);
+    VEDUTA_RETURN_IF_ERROR(map.status());
+    const DepthPixels pixels = EncodeDepth(*map, range);
     plan.known_count =
         static_cast<uint32_t>(std::ranges::count_if(pixels.codes, [](uint16_t code) { return code != 0; }));
     const auto transaction = pass_.database.BeginTransaction();
@@ -166,6 +177,7 @@ class DepthStage final {
   }
 
   const Pass& pass_;
+  std::vector<PassedOver>* const without_depth_;
   ViewLoader loader_;
   std::map<ImageId, Eigen::Vector3d> centers_;
   StageCount count_;
@@ -173,9 +185,9 @@ class DepthStage final {
 
 }  // namespace
 
-Result<StageCount> UpdateDepths(const Pass& pass) {
+Result<StageCount> UpdateDepths(const Pass& pass, std::vector<PassedOver>* without_depth) {
   Stopwatch watch;
-  VEDUTA_ASSIGN_OR_RETURN(StageCount count, DepthStage(pass).Run());
+  VEDUTA_ASSIGN_OR_RETURN(StageCount count, DepthStage(pass, without_depth).Run());
   count.ms = watch.LapMs();
   return count;
 }

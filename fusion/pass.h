@@ -48,7 +48,8 @@ class VersionFeed final : public ContentFeed {
 };
 
 // The stages, in their order.
-Result<StageCount> UpdateDepths(const Pass& pass);     // raw depth maps
+// Raw depth maps; `without_depth` receives the photos that get none.
+Result<StageCount> UpdateDepths(const Pass& pass, std::vector<PassedOver>* without_depth);
 Result<StageCount> CheckDepths(const Pass& pass);      // against each other
 Result<StageCount> UpdateVolume(const Pass& pass);     // histograms of tiles
 Result<StageCount> SolveTiles(const Pass& pass);       // the fused signed distance

@@ -37,7 +37,7 @@ struct Round {
   uint64_t TileRecord::*version;
 };
 constexpr Round kFirstRound = {"first round", SurfacePart::kSolution, SurfacePart::kFirstRound,
-                               &TileRecord::volume_version, &TileRecord::first_round_version};
+                               &TileRecord::histogram_version, &TileRecord::first_round_version};
 constexpr Round kSecondRound = {"solution", SurfacePart::kFirstRound, SurfacePart::kSolution,
                                 &TileRecord::first_round_version, &TileRecord::solution_version};
 

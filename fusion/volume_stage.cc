@@ -175,7 +175,7 @@ class VolumeStage final {
     return Status::Ok();
   }
 
-  Status Integrate(const TileRecord& last, const TileRecord& tile) {
+  Status Integrate(const TileRecord& last, TileRecord tile) {
     bool from_nothing = false;
     VEDUTA_ASSIGN_OR_RETURN(const std::vector<Vote> votes, VotesBetween(last, tile, &from_nothing));
     VEDUTA_ASSIGN_OR_RETURN(std::vector<BlockWork> works, Prepare(last, tile, from_nothing));
@@ -189,9 +189,11 @@ class VolumeStage final {
                            [&](size_t i) { works[i].status = CastVotes(works[i].is_new ? all : votes, &works[i]); });
     const auto transaction = pass_.database.BeginTransaction();
     DenseWriter& dense = transaction->dense();
+    if (last.blocks != tile.blocks) tile.histogram_version = tile.volume_version;
     for (const BlockWork& work : works) {
       VEDUTA_RETURN_IF_ERROR(work.status);
       if (!work.changed && !work.is_new) continue;
+      tile.histogram_version = tile.volume_version;
       dense.PutVolumeBlock(tile.reconstruction, tile.place, work.number, Serialize(*work.histogram));
       ++count_.units;
     }

@@ -95,7 +95,9 @@ struct TileRecord {
   GridPlace place;
   uint64_t blocks = 0;               // bit i: block i is allocated
   std::vector<DepthVersion> depths;  // checked ones, integrated; ascending
-  uint64_t volume_version = 0, first_round_version = 0, solution_version = 0, mesh_version = 0, color_version = 0;
+  uint64_t volume_version = 0;
+  uint64_t histogram_version = 0;  // changes only with the histograms: a map may see a tile and say nothing
+  uint64_t first_round_version = 0, solution_version = 0, mesh_version = 0, color_version = 0;
   uint64_t triangle_count = 0, vertex_count = 0;
 };
 

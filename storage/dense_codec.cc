@@ -335,6 +335,7 @@ Result<std::string> Encode(const TileRecord& tile) {
     to.setBlocks(tile.blocks);
     to.setDepths(AsData(tile.depths));
     to.setVolumeVersion(tile.volume_version);
+    to.setHistogramVersion(tile.histogram_version);
     to.setFirstRoundVersion(tile.first_round_version);
     to.setSolutionVersion(tile.solution_version);
     to.setMeshVersion(tile.mesh_version);
@@ -349,6 +350,7 @@ Status Decode(std::string_view value, TileRecord* tile) {
     tile->blocks = from.getBlocks();
     if (!CopyRows(from.getDepths(), &tile->depths)) return BadRows("depths");
     tile->volume_version = from.getVolumeVersion();
+    tile->histogram_version = from.getHistogramVersion();
     tile->first_round_version = from.getFirstRoundVersion();
     tile->solution_version = from.getSolutionVersion();
     tile->mesh_version = from.getMeshVersion();

@@ -174,4 +174,5 @@ struct Tile {
   triangleCount @6 :UInt64;
   vertexCount @7 :UInt64;
   firstRoundVersion @8 :UInt64;
+  histogramVersion @9 :UInt64;
 }

@@ -64,7 +64,7 @@ DepthPixels SamplePixels() {
 
 TileRecord SampleTile(GridPlace place) {
   return {
-      kCity, place, 0x8000000000000005u, {{ImageId(1), 0, 9}, {ImageId(2), 0, 3}, {ImageId(2), 0, 4}}, 1, 6, 2, 3, 4,
+      kCity, place, 0x8000000000000005u, {{ImageId(1), 0, 9}, {ImageId(2), 0, 3}, {ImageId(2), 0, 4}}, 1, 7, 6, 2, 3, 4,
       500,   300};
 }
 
@@ -143,10 +143,11 @@ TEST(Dense, EverythingIsReadBackAfterReopening) {
     seen.push_back(tile.place);
     const TileRecord expected = SampleTile(tile.place);
     EXPECT_EQ(tile.depths, expected.depths);
-    EXPECT_EQ(std::tie(tile.blocks, tile.volume_version, tile.first_round_version, tile.solution_version,
-                       tile.mesh_version, tile.color_version),
-              std::tie(expected.blocks, expected.volume_version, expected.first_round_version,
-                       expected.solution_version, expected.mesh_version, expected.color_version));
+    EXPECT_EQ(
+        std::tie(tile.blocks, tile.volume_version, tile.histogram_version, tile.first_round_version,
+                 tile.solution_version, tile.mesh_version, tile.color_version),
+        std::tie(expected.blocks, expected.volume_version, expected.histogram_version, expected.first_round_version,
+                 expected.solution_version, expected.mesh_version, expected.color_version));
     EXPECT_EQ(tile.triangle_count, 500u);
     EXPECT_EQ(tile.vertex_count, 300u);
     return true;
