@@ -71,6 +71,10 @@ Status ConsistencyOptions::Check() const {
     return Status::InvalidArgument("agreement_count_min is " + std::to_string(agreement_count_min) +
                                    "; it must be from 1 to 64");
   }
+  if (confidence_sure > 255) {
+    return Status::InvalidArgument("confidence_sure is " + std::to_string(confidence_sure) +
+                                   "; it must be at most 255");
+  }
   return Status::Ok();
 }
 
@@ -98,7 +102,8 @@ Result<DepthMap> CheckConsistency(const DepthMap& key_map, const ViewGeometry& k
         agree += word == Word::kAgrees;
         contradict += word == Word::kContradicts;
       }
-      if (agree >= options.agreement_count_min && contradict <= agree) {
+      const bool is_sure = key_map.confidence[pixel] >= options.confidence_sure;
+      if (agree >= options.agreement_count_min + (is_sure ? 0 : 1) && contradict <= agree) {
         // Each further witness halves what is missing from certainty.
         const int missing = (255 - key_map.confidence[pixel]) >> std::min(agree, 8u);
         out.confidence[pixel] = static_cast<uint8_t>(255 - missing);

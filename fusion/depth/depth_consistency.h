@@ -21,6 +21,7 @@ struct ConsistencyOptions {
   double depth_error_max = 0.01;     // (0, 1); relative: depths that differ by less agree
   double pixel_error_max = 1.5;      // (0, 100] px in the key view, there and back by the neighbour's depth
   uint32_t agreement_count_min = 1;  // [1, 64]; neighbours that must agree
+  uint32_t confidence_sure = 32;     // [0, 255]; where the key map has less, one more must: most of the sky, few walls
 
   Status Check() const;
 };

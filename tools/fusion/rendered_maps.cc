@@ -78,8 +78,10 @@ DepthMap MakeWorse(const DepthMap& truth, double focal_px, const MapOptions& opt
   return map;
 }
 
-// The two nearest views that look the same way, from at least a third of a metre away.
-std::vector<size_t> ChooseSensors(const std::vector<RenderedMap>& maps, size_t key) {
+constexpr size_t kSensorCount = 2, kNeighborCount = 6;  // as fusion/densify.h has them
+
+// The nearest views that look the same way, from at least a third of a metre away.
+std::vector<size_t> NearestViews(const std::vector<RenderedMap>& maps, size_t key, size_t count_max) {
   std::vector<std::pair<double, size_t>> near;
   const Rigid3& pose = maps[key].geometry.cam_from_world;
   for (size_t i = 0; i < maps.size(); ++i) {
@@ -90,9 +92,9 @@ std::vector<size_t> ChooseSensors(const std::vector<RenderedMap>& maps, size_t k
     if (i != key && distance > 0.33 && axis.dot(other_axis) > 0.9) near.push_back({distance, i});
   }
   std::sort(near.begin(), near.end());
-  std::vector<size_t> sensors;
-  for (size_t i = 0; i < std::min<size_t>(2, near.size()); ++i) sensors.push_back(near[i].second);
-  return sensors;
+  std::vector<size_t> views;
+  for (size_t i = 0; i < std::min(count_max, near.size()); ++i) views.push_back(near[i].second);
+  return views;
 }
 
 View ViewOf(const RenderedMap& map) {
@@ -123,13 +125,13 @@ Result<std::vector<RenderedMap>> RenderedStreet::Match(Device* device, ThreadPoo
   std::vector<DepthMap> raw(maps.size());
   for (size_t i = 0; i < maps.size(); ++i) {
     std::vector<View> sensors;
-    for (const size_t s : ChooseSensors(maps, i)) sensors.push_back(ViewOf(maps[s]));
+    for (const size_t s : NearestViews(maps, i, kSensorCount)) sensors.push_back(ViewOf(maps[s]));
     if (sensors.empty()) return Status::InvalidArgument("a view has no neighbour; take more photos");
     VEDUTA_ASSIGN_OR_RETURN(raw[i], EstimateDepth(ViewOf(maps[i]), sensors, RangeOf(maps[i].truth), {}, device, pool));
   }
   for (size_t i = 0; i < maps.size(); ++i) {
     std::vector<NeighborDepth> neighbors;
-    for (const size_t s : ChooseSensors(maps, i)) neighbors.push_back({maps[s].geometry, &raw[s]});
+    for (const size_t s : NearestViews(maps, i, kNeighborCount)) neighbors.push_back({maps[s].geometry, &raw[s]});
     VEDUTA_ASSIGN_OR_RETURN(maps[i].noisy, CheckConsistency(raw[i], maps[i].geometry, neighbors, {}, pool));
     for (size_t p = 0; p < raw[i].depth.size(); ++p) {
       if (maps[i].noisy.depth[p] > options_.depth_max_m) maps[i].noisy.depth[p] = 0, maps[i].noisy.confidence[p] = 0;
