@@ -11,6 +11,24 @@ struct ImageArguments {
   bool json = false;
 };
 
+// What the photo's depth map is and was made from; null where there is none.
+Result<nlohmann::ordered_json> DepthJson(const Snapshot& snapshot, const std::optional<DepthRecord>& depth) {
+  if (!depth) return nlohmann::ordered_json(nullptr);
+  nlohmann::ordered_json sensors = nlohmann::ordered_json::array();
+  for (const SensorPose& sensor : depth->sensors) {
+    VEDUTA_ASSIGN_OR_RETURN(const ImageRecord image, snapshot.GetImage(sensor.image));
+    sensors.push_back(image.name);
+  }
+  const double pixels = static_cast<double>(depth->width_px) * depth->height_px;
+  return nlohmann::ordered_json{{"width", depth->width_px},
+                                {"height", depth->height_px},
+                                {"known_share", depth->known_count / pixels},
+                                {"depth_near", depth->depth_near},
+                                {"depth_far", depth->depth_far},
+                                {"sensors", sensors},
+                                {"geometry_version", depth->geometry_version}};
+}
+
 int Show(const ImageArguments& arguments) {
   const auto engine = OpenToRead(arguments.db);
   if (!engine.ok()) return Fail(engine.status());
@@ -25,6 +43,11 @@ int Show(const ImageArguments& arguments) {
   if (!observations.ok()) return Fail(observations.status());
   const std::string reason =
       std::string(ReasonText(image->reason)) + (image->detail.empty() ? "" : ": " + image->detail);
+
+  const auto depth = ask.snapshot().dense().FindDepth(image->id);
+  if (!depth.ok()) return Fail(depth.status());
+  const auto depth_json = DepthJson(ask.snapshot(), *depth);
+  if (!depth_json.ok()) return Fail(depth_json.status());
 
   nlohmann::ordered_json listed = nlohmann::ordered_json::array();
   for (const PairNeighbor& neighbor : *neighbors) {
@@ -49,7 +72,8 @@ int Show(const ImageArguments& arguments) {
         {"time", image->time_unix_s},
         {"features", image->feature_count},
         {"observations", observations->size()},
-        {"neighbors", listed}};
+        {"neighbors", listed},
+        {"depth_map", *depth_json}};
     std::printf("%s\n", out.dump(-1, ' ', false, nlohmann::ordered_json::error_handler_t::replace).c_str());
     return kDone;
   }
@@ -58,6 +82,13 @@ int Show(const ImageArguments& arguments) {
               observations->size());
   if (*pose) std::printf(" of reconstruction %u", (*pose)->reconstruction.value);
   std::printf("\n");
+  if (!depth_json->is_null()) {
+    std::string sensors;
+    for (const auto& sensor : (*depth_json)["sensors"]) sensors += " " + sensor.get<std::string>();
+    std::printf("depth map of %ux%u px, %.1f %% of it known, from%s\n", (*depth_json)["width"].get<uint32_t>(),
+                (*depth_json)["height"].get<uint32_t>(), 100 * (*depth_json)["known_share"].get<double>(),
+                sensors.c_str());
+  }
   for (const auto& neighbor : listed) {
     std::printf("  %6u matches with %s (%s)\n", neighbor["matches"].get<uint32_t>(),
                 neighbor["image"].get<std::string>().c_str(), neighbor["verdict"].get<std::string>().c_str());

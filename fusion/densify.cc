@@ -6,6 +6,7 @@
 #include <set>
 #include <string>
 
+#include "engine/ingest.h"
 #include "fusion/pass.h"
 #include "fusion/tile_parts.h"
 #include "fusion/view_loader.h"
@@ -64,6 +65,22 @@ Status PutSettings(Database& database, const DenseSettings& settings) {
   if (last && last->voxel_size != settings.voxel_size)
     transaction->dense().DeleteReconstruction(settings.reconstruction);
   transaction->dense().PutSettings(settings);
+  return transaction->Commit();
+}
+
+// Notes a pass that has done something.
+Status Note(Database& database, const DensifyReport& report) {
+  const uint64_t done = report.depths.computed + report.checks.computed + report.volume.computed +
+                        report.solutions.computed + report.meshes.computed + report.colors.computed;
+  if (done == 0) return Status::Ok();
+  const auto transaction = database.BeginTransaction();
+  VEDUTA_ASSIGN_OR_RETURN(DatabaseState state, database.GetSnapshot()->GetState());
+  Journal("veduta", "densify", {}, report.settings.reconstruction,
+          std::to_string(report.depths.computed) + " depth maps made, " + std::to_string(report.depths.kept) +
+              " kept; " + std::to_string(report.meshes.computed) + " tiles made, " +
+              std::to_string(report.meshes.kept) + " kept; " + std::to_string(report.triangles) + " triangles",
+          &state, transaction.get());
+  transaction->PutState(state);
   return transaction->Commit();
 }
 
@@ -144,6 +161,7 @@ Result<DensifyReport> Densify(Database& database, ReconstructionId reconstructio
     report.vertices += tile.vertex_count;
     return true;
   }));
+  VEDUTA_RETURN_IF_ERROR(Note(database, report));
   return report;
 }
 

@@ -174,7 +174,7 @@ struct JournalRecord {
   uint64_t sequence = 0;
   int64_t time_unix_s = 0;
   std::string actor;   // the contributor, or "veduta"
-  std::string action;  // add, propagate, adjust, merge, vocabulary, camera
+  std::string action;  // add, propagate, adjust, merge, vocabulary, camera, densify
   ImageId image;
   ReconstructionId reconstruction;
   std::string detail;

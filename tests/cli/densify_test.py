@@ -88,6 +88,11 @@ class Densify(Case):
         self.assertEqual(status['triangles'], REPORT['triangles'])
         self.assertEqual(status['depth_maps'], REPORT['depth_maps']['computed'])
         self.assertIn('dense: ', must('status', DENSE))
+        journal = must('journal', DENSE)
+        self.assertEqual(journal.count('densify'), 1, 'the second pass did nothing')
+        shown = ask('show', DENSE, '11.jpg')['depth_map']
+        self.assertEqual((shown['width'], shown['height'], len(shown['sensors'])), (160, 120, 2))
+        self.assertIn('depth map of 160x120 px', must('show', DENSE, '11.jpg'))
 
     def test_same_bytes_on_any_device_and_thread_count(self):
         db = copy_of(SPARSE, 'device')
