@@ -130,7 +130,9 @@ Status SweepStale(const Pass& pass) {
   }));
   const auto transaction = pass.database.BeginTransaction();
   VEDUTA_RETURN_IF_ERROR(snapshot->dense().ScanCheckedDepths([&](const CheckedDepthRecord& depth) {
-    if (!named.contains({depth.image, 0, depth.version})) {
+    // Another reconstruction's pass may have been killed, and still has to withdraw its superseded maps.
+    const bool is_own = depth.reconstruction == pass.scene.reconstruction.id;
+    if (is_own && !named.contains({depth.image, 0, depth.version})) {
       transaction->dense().DeleteCheckedDepth(depth.image, depth.version);
     }
     return true;

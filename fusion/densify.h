@@ -69,13 +69,12 @@ struct DensifyReport {
 // The only writer of the database while it runs; readers go on, on their snapshots. Every piece (a depth map, a tile)
 // is a transaction: after a crash or a stop (kCancelled) the next call goes on, to the same bytes. Deterministic at any
 // number of threads. Memory: the sparse points, some 50 views, one tile with its surroundings, the tiles that one tile
-// is coloured among; it does not grow with the area.
+// is coloured among; of the area, some 100 bytes a tile and 30 a block.
 // kNotFound, kInvalidArgument: LoadScene; bad options. Other errors: of the database, the device, a damaged photo.
 Result<DensifyReport> Densify(Database& database, ReconstructionId reconstruction, const DensifyOptions& options,
                               Device* device, ThreadPool& pool, std::stop_token stop);
 
-// Deletes what belongs to reconstructions that were merged away and to images without a pose; how many reconstructions
-// went.
+// Deletes what belongs to reconstructions that were merged away; how many of these went.
 Result<uint64_t> SweepMerged(Database& database);
 
 }  // namespace veduta

@@ -56,6 +56,6 @@ Result<StageCount> SolveTiles(const Pass& pass);       // the fused signed dista
 Result<StageCount> ExtractTiles(const Pass& pass);     // triangles
 Result<StageCount> UpdateExposures(const Pass& pass);  // a gain a photo
 Result<StageCount> ColorTiles(const Pass& pass);
-Status SweepStale(const Pass& pass);  // what nothing names any more
+Status SweepStale(const Pass& pass);  // maps of this reconstruction that nothing names any more
 
 }  // namespace veduta

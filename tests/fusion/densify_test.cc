@@ -159,6 +159,29 @@ TEST_F(DensifyTest, WhatWasMergedAwayGoes) {
   EXPECT_NE(merged.message().find("merged into 99"), std::string::npos) << merged.message();
 }
 
+TEST_F(DensifyTest, SweepsItsOwnSupersededMapsOnly) {
+  Pass();
+  const auto snapshot = engine_->database()->GetSnapshot();
+  const auto depth = snapshot->dense().FindDepth(ImageId(1));
+  ASSERT_TRUE(depth.ok() && *depth);
+  auto checked = snapshot->dense().GetCheckedDepth(ImageId(1), (*depth)->checked_version);
+  const auto pixels = snapshot->dense().GetCheckedDepthPixels(ImageId(1), (*depth)->checked_version);
+  ASSERT_OK(checked);
+  ASSERT_OK(pixels);
+  const auto transaction = engine_->database()->BeginTransaction();
+  checked->version = 1;
+  transaction->dense().PutCheckedDepth(*checked, *pixels);
+  checked->version = 2;
+  checked->reconstruction = ReconstructionId(77);  // whose pass was killed before its tiles let go of the map
+  transaction->dense().PutCheckedDepth(*checked, *pixels);
+  ASSERT_OK(transaction->Commit());
+  Pass();
+  const auto later = engine_->database()->GetSnapshot();
+  EXPECT_EQ(later->dense().GetCheckedDepth(ImageId(1), 1).status().code(), StatusCode::kNotFound);
+  EXPECT_OK(later->dense().GetCheckedDepth(ImageId(1), 2));
+  EXPECT_OK(later->dense().GetCheckedDepth(ImageId(1), (*depth)->checked_version));
+}
+
 TEST_F(DensifyTest, DamageIsNamed) {
   Pass();
   ExpectSound();

@@ -5,34 +5,11 @@
 #include <cmath>
 #include <memory>
 
-#if defined(__SSE__)
-#include <pmmintrin.h>
-#include <xmmintrin.h>
-#endif
-
+#include "fusion/surface/denormals_off.h"
 #include "tools/street/shader.h"
 
 namespace veduta::street {
 namespace {
-
-// Embree asks for denormals as zero in the calling thread.
-class DenormalsOff final {
- public:
-#if defined(__SSE__)
-  DenormalsOff() : saved_(_mm_getcsr()) {
-    _MM_SET_FLUSH_ZERO_MODE(_MM_FLUSH_ZERO_ON);
-    _MM_SET_DENORMALS_ZERO_MODE(_MM_DENORMALS_ZERO_ON);
-  }
-  ~DenormalsOff() {
-    _mm_setcsr(saved_);
-  }
-#endif
-  DenormalsOff(const DenormalsOff&) = delete;
-  DenormalsOff& operator=(const DenormalsOff&) = delete;
-
- private:
-  unsigned saved_ = 0;
-};
 
 struct Offset {
   float x, y;  // px from the pixel's centre
