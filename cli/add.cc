@@ -55,22 +55,26 @@ void PrintJson(const AddOutcome& outcome) {
                                          {"follow", t.follow_ms},
                                          {"total", t.total_ms}}}};
   // Names come from file systems, which do not promise UTF-8.
-  std::printf("%s\n", line.dump(-1, ' ', false, nlohmann::ordered_json::error_handler_t::replace).c_str());
+  std::printf("%s\n",
+              line.dump(-1, ' ', false, nlohmann::ordered_json::error_handler_t::replace).c_str());
   std::fflush(stdout);
 }
 
 // The verdict, and on lines of their own the photos before it that got a pose with it.
 void PrintText(const Queries& ask, const AddOutcome& outcome) {
-  std::printf("%-10s %s: %s\n", VerdictWord(outcome).c_str(), outcome.name.c_str(), ReasonSentence(outcome).c_str());
+  std::printf("%-10s %s: %s\n", VerdictWord(outcome).c_str(), outcome.name.c_str(),
+              ReasonSentence(outcome).c_str());
   for (const ImageId id : outcome.propagated) {
     const Result<ImageRecord> image = ask.snapshot().GetImage(id);
-    if (image.ok()) std::printf("%-10s %s: %s\n", "  then", image->name.c_str(), image->detail.c_str());
+    if (image.ok())
+      std::printf("%-10s %s: %s\n", "  then", image->name.c_str(), image->detail.c_str());
   }
   std::fflush(stdout);
 }
 
 // Every photo with its camera; cameras that a list names are looked up once.
-Result<std::vector<PhotoSubmission>> Submissions(const Engine& engine, const AddArguments& arguments) {
+Result<std::vector<PhotoSubmission>> Submissions(const Engine& engine,
+                                                 const AddArguments& arguments) {
   std::vector<ListedPhoto> listed;
   if (!arguments.list.empty()) {
     const std::string folder = arguments.paths.empty() ? "" : arguments.paths.front();
@@ -85,7 +89,8 @@ Result<std::vector<PhotoSubmission>> Submissions(const Engine& engine, const Add
     if (!cameras.contains(name)) {
       VEDUTA_ASSIGN_OR_RETURN(cameras[name], engine.FindCamera(name));
     }
-    submissions.push_back({{std::move(photo.name), std::move(photo.path), {}}, cameras[name], arguments.contributor});
+    submissions.push_back(
+        {{std::move(photo.name), std::move(photo.path), {}}, cameras[name], arguments.contributor});
   }
   return submissions;
 }
@@ -126,7 +131,8 @@ int Add(const AddArguments& arguments) {
   for (const auto& [word, count] : counts) {
     summary += (summary.empty() ? "" : ", ") + std::to_string(count) + " " + word;
   }
-  if (placed_later > 0) summary += "; " + std::to_string(placed_later) + " that had waited got a pose too";
+  if (placed_later > 0)
+    summary += "; " + std::to_string(placed_later) + " that had waited got a pose too";
   if (!summary.empty()) std::fprintf(stderr, "%s\n", summary.c_str());
   if (!added.ok()) return Fail(added);
   return refused ? kNotDone : kDone;
@@ -137,23 +143,30 @@ int Add(const AddArguments& arguments) {
 void RegisterAdd(CLI::App* app, int* exit_code) {
   auto arguments = std::make_shared<AddArguments>();
   if (const char* user = std::getenv("USER")) arguments->contributor = user;
-  CLI::App* command = app->add_subcommand("add", "Add photos, each placed against all that came before");
+  CLI::App* command =
+      app->add_subcommand("add", "Add photos, each placed against all that came before");
   command->add_option("DB", arguments->db, "Database")->required();
-  command->add_option("PHOTO", arguments->paths, "Photos, or folders of photos; with --list the folder of its paths");
+  command->add_option("PHOTO", arguments->paths,
+                      "Photos, or folders of photos; with --list the folder of its paths");
   command->add_option("--camera", arguments->camera, "The camera that took them")->required();
   command->add_option("--list", arguments->list,
-                      "File with a path a line, in the order of submission; after a tab a line may name its camera");
-  command->add_option("--threads", arguments->threads, "Threads (default: one a core)")->check(CLI::Range(1, 1024));
-  command->add_option("--contributor", arguments->contributor, "Who sends them (default: the user)");
+                      "File with a path a line, in the order of submission; after a tab a line may "
+                      "name its camera");
+  command->add_option("--threads", arguments->threads, "Threads (default: one a core)")
+      ->check(CLI::Range(1, 1024));
+  command->add_option("--contributor", arguments->contributor,
+                      "Who sends them (default: the user)");
   command->add_flag("--json", arguments->json, "One JSON object a photo");
   command->add_flag("--no-sync", arguments->no_sync,
-                    "Do not wait for the disk at each photo: a power cut may lose the last ones (a crash does not)");
+                    "Do not wait for the disk at each photo: a power cut may lose the last ones (a "
+                    "crash does not)");
   command->callback([=] {
     if (arguments->paths.empty() && arguments->list.empty()) {
       throw CLI::RequiredError("PHOTO or --list");
     }
     if (arguments->paths.size() > 1 && !arguments->list.empty()) {
-      throw CLI::ValidationError("--list", "takes one folder at most, the one that its paths are relative to");
+      throw CLI::ValidationError(
+          "--list", "takes one folder at most, the one that its paths are relative to");
     }
     *exit_code = Add(*arguments);
   });

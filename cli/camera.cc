@@ -24,15 +24,18 @@ Result<CameraFromFile> CameraOf(const CameraArguments& arguments) {
 
 int AddCamera(const CameraArguments& arguments) {
   if (arguments.from.empty() && (arguments.size.empty() || arguments.params.empty())) {
-    return Fail(Status::InvalidArgument("camera add wants --from FILE, or --size and --params")), kBadUsage;
+    return Fail(Status::InvalidArgument("camera add wants --from FILE, or --size and --params")),
+           kBadUsage;
   }
   const auto camera = CameraOf(arguments);
-  if (!camera.ok()) return arguments.from.empty() ? (Fail(camera.status()), kBadUsage) : Fail(camera.status());
+  if (!camera.ok())
+    return arguments.from.empty() ? (Fail(camera.status()), kBadUsage) : Fail(camera.status());
   const auto engine = OpenToWrite(arguments.db);
   if (!engine.ok()) return Fail(engine.status());
   const Result<CameraId> id = (*engine)->AddCamera(arguments.name, camera->model, camera->source);
   if (!id.ok()) return Fail(id.status());
-  for (const std::string& message : camera->messages) std::fprintf(stderr, "veduta: %s\n", message.c_str());
+  for (const std::string& message : camera->messages)
+    std::fprintf(stderr, "veduta: %s\n", message.c_str());
   return kDone;
 }
 
@@ -46,8 +49,10 @@ int ListCameras(const CameraArguments& arguments) {
     const std::string size = ImageSize{camera.model.width_px, camera.model.height_px}.Text();
     const std::string params = CameraParamsText(camera.model);
     if (!arguments.json)
-      std::printf("%s  %s  %s  (%s)\n", camera.name.c_str(), size.c_str(), params.c_str(), camera.source.c_str());
-    list.push_back({{"name", camera.name}, {"size", size}, {"params", params}, {"source", camera.source}});
+      std::printf("%s  %s  %s  (%s)\n", camera.name.c_str(), size.c_str(), params.c_str(),
+                  camera.source.c_str());
+    list.push_back(
+        {{"name", camera.name}, {"size", size}, {"params", params}, {"source", camera.source}});
   }
   if (arguments.json) std::printf("%s\n", list.dump().c_str());
   return kDone;
@@ -63,11 +68,12 @@ void RegisterCamera(CLI::App* app, int* exit_code) {
   add->add_option("DB", arguments->db, "Database")->required();
   add->add_option("NAME", arguments->name, "Name to give it")->required();
   CLI::Option* size = add->add_option("--size", arguments->size, "Size of its photos, WxH in px");
-  CLI::Option* params = add->add_option(
-      "--params", arguments->params,
-      "fx,fy,cx,cy[,k1,k2[,u0,v0]]: px (centre of the top-left pixel is 0,0), distortion in normalised coordinates");
+  CLI::Option* params = add->add_option("--params", arguments->params,
+                                        "fx,fy,cx,cy[,k1,k2[,u0,v0]]: px (centre of the top-left "
+                                        "pixel is 0,0), distortion in normalised coordinates");
   CLI::Option* from = add->add_option(
-      "--from", arguments->from, "File of the camera: from `veduta calibrate`, COLMAP's cameras.txt, or OpenCV's YAML");
+      "--from", arguments->from,
+      "File of the camera: from `veduta calibrate`, COLMAP's cameras.txt, or OpenCV's YAML");
   from->excludes(size)->excludes(params);
   add->add_option("--id", arguments->id, "Which camera of a cameras.txt with several")->needs(from);
   add->callback([=] { *exit_code = AddCamera(*arguments); });

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// veduta densify DB [--reconstruction ID] [--threads N] [--device D] [--size PX] [--sensors N] [--voxel V] [--json]
+// veduta densify DB [--reconstruction ID] [--threads N] [--device D] [--size PX] [--sensors N]
+// [--voxel V] [--json]
 #include <cstdlib>
 
 #include "cli/command.h"
@@ -18,18 +19,22 @@ struct DensifyArguments {
   bool json = false;
 };
 
-// Where built programs are kept; empty, and they are built each time, where the user has no such folder.
+// Where built programs are kept; empty, and they are built each time, where the user has no such
+// folder.
 std::string ProgramCacheFolder() {
-  if (const char* cache = std::getenv("XDG_CACHE_HOME"); cache && *cache) return std::string(cache) + "/veduta";
-  if (const char* home = std::getenv("HOME"); home && *home) return std::string(home) + "/.cache/veduta";
+  if (const char* cache = std::getenv("XDG_CACHE_HOME"); cache && *cache)
+    return std::string(cache) + "/veduta";
+  if (const char* home = std::getenv("HOME"); home && *home)
+    return std::string(home) + "/.cache/veduta";
   return "";
 }
 
 // The device asked for; null, with a word why, where the C++ paths are to work.
 Result<std::unique_ptr<Device>> OpenDevice(const DensifyArguments& arguments) {
   if (WantsNoDevice(arguments.device)) return std::unique_ptr<Device>();
-  Result<std::unique_ptr<Device>> device = Device::Open(
-      {.wanted = arguments.device, .cache_folder = ProgramCacheFolder(), .thread_count = arguments.threads});
+  Result<std::unique_ptr<Device>> device = Device::Open({.wanted = arguments.device,
+                                                         .cache_folder = ProgramCacheFolder(),
+                                                         .thread_count = arguments.threads});
   if (device.ok() || arguments.device != "auto") return device;
   std::fprintf(stderr, "%s; C++ does the work\n", device.status().message().c_str());
   return std::unique_ptr<Device>();
@@ -62,7 +67,10 @@ class StageProgress final {
 };
 
 nlohmann::ordered_json ToJson(const StageCount& count) {
-  return {{"computed", count.computed}, {"kept", count.kept}, {"removed", count.removed}, {"ms", count.ms}};
+  return {{"computed", count.computed},
+          {"kept", count.kept},
+          {"removed", count.removed},
+          {"ms", count.ms}};
 }
 
 void PrintJson(ReconstructionId id, const DensifyReport& report, const std::string& device) {
@@ -87,23 +95,27 @@ void PrintJson(ReconstructionId id, const DensifyReport& report, const std::stri
                                        {"tiles", report.tiles},
                                        {"vertices", report.vertices},
                                        {"triangles", report.triangles}};
-  std::printf("%s\n", line.dump(-1, ' ', false, nlohmann::ordered_json::error_handler_t::replace).c_str());
+  std::printf("%s\n",
+              line.dump(-1, ' ', false, nlohmann::ordered_json::error_handler_t::replace).c_str());
   std::fflush(stdout);
 }
 
 void PrintStage(const char* name, const StageCount& count) {
-  const std::string removed = count.removed ? ", " + std::to_string(count.removed) + " removed" : "";
-  std::printf("  %-11s %6lu computed, %6lu kept%s  %9.1f s\n", name, count.computed, count.kept, removed.c_str(),
-              count.ms / 1000);
+  const std::string removed =
+      count.removed ? ", " + std::to_string(count.removed) + " removed" : "";
+  std::printf("  %-11s %6lu computed, %6lu kept%s  %9.1f s\n", name, count.computed, count.kept,
+              removed.c_str(), count.ms / 1000);
 }
 
 void PrintText(ReconstructionId id, const DensifyReport& report, const std::string& device) {
-  std::printf("reconstruction %u on %s: %lu tiles, %lu vertices, %lu triangles, voxel %.4g\n", id.value, device.c_str(),
-              report.tiles, report.vertices, report.triangles, report.settings.voxel_size);
+  std::printf("reconstruction %u on %s: %lu tiles, %lu vertices, %lu triangles, voxel %.4g\n",
+              id.value, device.c_str(), report.tiles, report.vertices, report.triangles,
+              report.settings.voxel_size);
   PrintStage("depth maps", report.depths);
   PrintStage("checks", report.checks);
   PrintStage("volume", report.volume);
-  if (report.volume.units > 0) std::printf("              %6lu blocks changed\n", report.volume.units);
+  if (report.volume.units > 0)
+    std::printf("              %6lu blocks changed\n", report.volume.units);
   PrintStage("fusion", report.solutions);
   PrintStage("surface", report.meshes);
   PrintStage("exposures", report.exposures);
@@ -127,14 +139,15 @@ int Densify(DensifyArguments arguments) {
   if (!swept.ok()) return Fail(swept.status());
   const auto wanted = Wanted(**engine, arguments.reconstruction);
   if (!wanted.ok()) return Fail(wanted.status());
-  if (wanted->empty()) return Fail(Status::NotFound("there is no reconstruction yet: add photos first"));
+  if (wanted->empty())
+    return Fail(Status::NotFound("there is no reconstruction yet: add photos first"));
   for (const ReconstructionId id : *wanted) {
     StageProgress progress;
     arguments.options.progress = [&](std::string_view stage, size_t done, size_t total) {
       progress(stage, done, total);
     };
-    const auto report =
-        veduta::Densify(*(*engine)->database(), id, arguments.options, device->get(), *(*engine)->pool(), stop.token());
+    const auto report = veduta::Densify(*(*engine)->database(), id, arguments.options,
+                                        device->get(), *(*engine)->pool(), stop.token());
     if (!report.ok()) return Fail(report.status());
     progress = {};
     if (arguments.json) {
@@ -150,23 +163,28 @@ int Densify(DensifyArguments arguments) {
 
 void RegisterDensify(CLI::App* app, int* exit_code) {
   auto arguments = std::make_shared<DensifyArguments>();
-  CLI::App* command =
-      app->add_subcommand("densify", "Depth maps and a coloured surface, for what is stale; restartable");
+  CLI::App* command = app->add_subcommand(
+      "densify", "Depth maps and a coloured surface, for what is stale; restartable");
   command->add_option("DB", arguments->db, "Database")->required();
   command->add_option("--reconstruction", arguments->reconstruction, "One only (default: all)")
       ->check(CLI::PositiveNumber);
-  command->add_option("--threads", arguments->threads, "Threads (default: one a core)")->check(CLI::Range(1, 1024));
+  command->add_option("--threads", arguments->threads, "Threads (default: one a core)")
+      ->check(CLI::Range(1, 1024));
   command->add_option("--device", arguments->device,
-                      "auto, gpu, cpu, an index or a part of the name as `veduta devices` lists them, or cpp for none");
-  command->add_option("--size", arguments->options.depth_side_px,
-                      "Longer side of a depth map, px; 0: the photo's (default: as last time, 512 at first)");
+                      "auto, gpu, cpu, an index or a part of the name as `veduta devices` lists "
+                      "them, or cpp for none");
+  command->add_option(
+      "--size", arguments->options.depth_side_px,
+      "Longer side of a depth map, px; 0: the photo's (default: as last time, 512 at first)");
   command
       ->add_option("--sensors", arguments->options.sensor_count,
-                   "Photos that each depth map is computed from besides its own (default: as last time, 2 at first)")
+                   "Photos that each depth map is computed from besides its own (default: as last "
+                   "time, 2 at first)")
       ->check(CLI::Range(1, 16));
   command
-      ->add_option("--voxel", arguments->options.voxel_size,
-                   "Edge of a voxel in the reconstruction's units (default: as last time, 1.5 px at first)")
+      ->add_option(
+          "--voxel", arguments->options.voxel_size,
+          "Edge of a voxel in the reconstruction's units (default: as last time, 1.5 px at first)")
       ->check(CLI::PositiveNumber);
   command->add_flag("--json", arguments->json, "One JSON object a reconstruction");
   command->callback([=] { *exit_code = Densify(*arguments); });

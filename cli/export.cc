@@ -16,20 +16,20 @@ int ExportToColmap(const Engine& engine, const std::string& out) {
   const auto models = ExportColmap(engine.Ask().snapshot(), out);
   if (!models.ok()) return Fail(models.status());
   for (const ExportedModel& model : *models) {
-    std::printf("%s: reconstruction %u, %lu images, %lu points\n", model.folder.c_str(), model.reconstruction.value,
-                model.images, model.points);
+    std::printf("%s: reconstruction %u, %lu images, %lu points\n", model.folder.c_str(),
+                model.reconstruction.value, model.images, model.points);
   }
   return kDone;
 }
 
 int ExportWithSurface(const Engine& engine, const ExportArguments& arguments) {
   const ModelFormat format = arguments.format == "ply" ? ModelFormat::kPly : ModelFormat::kGltf;
-  const auto models =
-      ExportSurfaces(engine.Ask().snapshot(), arguments.out, {format, arguments.error_max}, *engine.pool());
+  const auto models = ExportSurfaces(engine.Ask().snapshot(), arguments.out,
+                                     {format, arguments.error_max}, *engine.pool());
   if (!models.ok()) return Fail(models.status());
   for (const ExportedSurface& model : *models) {
-    std::printf("%s: reconstruction %u, %lu images, %lu points, ", model.folder.c_str(), model.reconstruction.value,
-                model.images, model.points);
+    std::printf("%s: reconstruction %u, %lu images, %lu points, ", model.folder.c_str(),
+                model.reconstruction.value, model.images, model.points);
     if (model.triangles > 0) {
       std::printf("%lu vertices, %lu triangles\n", model.vertices, model.triangles);
     } else {
@@ -50,16 +50,19 @@ int Export(const ExportArguments& arguments) {
 
 void RegisterExport(CLI::App* app, int* exit_code) {
   auto arguments = std::make_shared<ExportArguments>();
-  CLI::App* command = app->add_subcommand("export", "Write the reconstructions for other programs, largest first");
+  CLI::App* command =
+      app->add_subcommand("export", "Write the reconstructions for other programs, largest first");
   command->add_option("DB", arguments->db, "Database")->required();
   command->add_option("OUT", arguments->out, "Folder to make")->required();
   command
-      ->add_option("--format", arguments->format,
-                   "colmap: text model a folder; ply: points, mesh, cameras; gltf: all in one model.glb")
+      ->add_option(
+          "--format", arguments->format,
+          "colmap: text model a folder; ply: points, mesh, cameras; gltf: all in one model.glb")
       ->check(CLI::IsMember({"colmap", "ply", "gltf"}));
   command
-      ->add_option("--error", arguments->error_max,
-                   "Fewer triangles: the surface may move by so much, in the reconstruction's units")
+      ->add_option(
+          "--error", arguments->error_max,
+          "Fewer triangles: the surface may move by so much, in the reconstruction's units")
       ->check(CLI::PositiveNumber);
   command->callback([=] { *exit_code = Export(*arguments); });
 }

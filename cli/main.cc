@@ -12,15 +12,18 @@
 #include "cli/command.h"
 
 int main(int argc, char** argv) {
-  // Photos come and go by the tens of megabytes: keep their pages rather than fault them in anew each time.
+  // Photos come and go by the tens of megabytes: keep their pages rather than fault them in anew
+  // each time.
   mallopt(M_MMAP_THRESHOLD, 1 << 30);
   mallopt(M_TRIM_THRESHOLD, 1 << 30);
-  std::signal(SIGXFSZ, SIG_IGN);           // a file at its limit is a failed write with a message, not the end
+  std::signal(SIGXFSZ,
+              SIG_IGN);  // a file at its limit is a failed write with a message, not the end
   FLAGS_minloglevel = google::GLOG_FATAL;  // Ceres tells of steps that it then mends by itself
-  cv::setNumThreads(1);                    // one photo a thread serves better than many threads a photo
+  cv::setNumThreads(1);  // one photo a thread serves better than many threads a photo
 
   CLI::App app(
-      "Veduta: a database of a city's photographs that knows where each was taken and what the city looks like in 3D.");
+      "Veduta: a database of a city's photographs that knows where each was taken and what the "
+      "city looks like in 3D.");
   app.set_version_flag("--version", VEDUTA_VERSION);
   app.require_subcommand(1);
   int exit_code = veduta::kDone;

@@ -21,11 +21,13 @@ int WriteMarkers(const MarkersArguments& arguments) {
   const Result<std::vector<uint8_t>> bytes = SheetPdf(*layout);
   if (!bytes.ok()) return Fail(bytes.status());
   std::ofstream file(arguments.out, std::ios::binary);
-  file.write(reinterpret_cast<const char*>(bytes->data()), static_cast<std::streamsize>(bytes->size()));
+  file.write(reinterpret_cast<const char*>(bytes->data()),
+             static_cast<std::streamsize>(bytes->size()));
   file.close();
-  if (!file) return Fail(Status::IoError("cannot write " + arguments.out + ": " + std::strerror(errno)));
-  std::printf("%s: %u markers on %zu sheets of %s\n", arguments.out.c_str(), arguments.count, layout->sheets.size(),
-              arguments.paper.c_str());
+  if (!file)
+    return Fail(Status::IoError("cannot write " + arguments.out + ": " + std::strerror(errno)));
+  std::printf("%s: %u markers on %zu sheets of %s\n", arguments.out.c_str(), arguments.count,
+              layout->sheets.size(), arguments.paper.c_str());
   return kDone;
 }
 
@@ -33,9 +35,11 @@ int WriteMarkers(const MarkersArguments& arguments) {
 
 void RegisterMarkers(CLI::App* app, int* exit_code) {
   auto arguments = std::make_shared<MarkersArguments>();
-  CLI::App* markers = app->add_subcommand("markers", "Sheets of markers to print, lay on a floor and calibrate by");
+  CLI::App* markers =
+      app->add_subcommand("markers", "Sheets of markers to print, lay on a floor and calibrate by");
   markers->add_option("--out", arguments->out, "The PDF to write")->required();
-  markers->add_option("--paper", arguments->paper, "a4 or letter (a4)")->check(CLI::IsMember({"a4", "letter"}));
+  markers->add_option("--paper", arguments->paper, "a4 or letter (a4)")
+      ->check(CLI::IsMember({"a4", "letter"}));
   markers->add_option("--count", arguments->count, "How many different markers, 6 a sheet (96)")
       ->check(CLI::Range(1u, kMarkerIdCount));
   markers->callback([=] { *exit_code = WriteMarkers(*arguments); });

@@ -13,13 +13,17 @@ struct NeighborArguments {
   bool json = false;
 };
 
-int Print(const nlohmann::ordered_json& list, const NeighborArguments& arguments, const char* measure) {
+int Print(const nlohmann::ordered_json& list, const NeighborArguments& arguments,
+          const char* measure) {
   if (arguments.json) {
-    std::printf("%s\n", list.dump(-1, ' ', false, nlohmann::ordered_json::error_handler_t::replace).c_str());
+    std::printf(
+        "%s\n",
+        list.dump(-1, ' ', false, nlohmann::ordered_json::error_handler_t::replace).c_str());
     return kDone;
   }
   for (const auto& entry : list)
-    std::printf("%10s  %s\n", entry[measure].dump().c_str(), entry["image"].get<std::string>().c_str());
+    std::printf("%10s  %s\n", entry[measure].dump().c_str(),
+                entry["image"].get<std::string>().c_str());
   return kDone;
 }
 
@@ -42,7 +46,8 @@ int Unknown(const Engine& engine, const NeighborArguments& arguments) {
     if (!camera.ok()) return Fail(camera.status());
     model = camera->model;
   }
-  const auto ranked = engine.RankPhoto({arguments.image, arguments.image, {}}, model, arguments.count);
+  const auto ranked =
+      engine.RankPhoto({arguments.image, arguments.image, {}}, model, arguments.count);
   if (!ranked.ok()) return Fail(ranked.status());
   nlohmann::ordered_json list = nlohmann::ordered_json::array();
   const Queries ask = engine.Ask();
@@ -63,7 +68,8 @@ int Neighbors(const NeighborArguments& arguments) {
   if (image.status().code() != StatusCode::kNotFound) return Fail(image.status());
   std::error_code error;
   if (!std::filesystem::is_regular_file(arguments.image, error)) {
-    return Fail(Status::NotFound("'" + arguments.image + "' is neither an image in the database nor a file"));
+    return Fail(Status::NotFound("'" + arguments.image +
+                                 "' is neither an image in the database nor a file"));
   }
   return Unknown(**engine, arguments);
 }
@@ -72,12 +78,14 @@ int Neighbors(const NeighborArguments& arguments) {
 
 void RegisterNeighbors(CLI::App* app, int* exit_code) {
   auto arguments = std::make_shared<NeighborArguments>();
-  CLI::App* command =
-      app->add_subcommand("neighbors", "Verified neighbours of a stored photo, or ranked candidates for a new one");
+  CLI::App* command = app->add_subcommand(
+      "neighbors", "Verified neighbours of a stored photo, or ranked candidates for a new one");
   command->add_option("DB", arguments->db, "Database")->required();
-  command->add_option("IMAGE", arguments->image, "A stored image's name, or a photo's path")->required();
+  command->add_option("IMAGE", arguments->image, "A stored image's name, or a photo's path")
+      ->required();
   command->add_option("--camera", arguments->camera, "Camera of a new photo, to undistort it by");
-  command->add_option("--count", arguments->count, "Candidates at most (default 20)")->check(CLI::Range(1, 100'000));
+  command->add_option("--count", arguments->count, "Candidates at most (default 20)")
+      ->check(CLI::Range(1, 100'000));
   command->add_flag("--json", arguments->json, "JSON");
   command->callback([=] { *exit_code = Neighbors(*arguments); });
 }

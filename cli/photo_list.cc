@@ -13,12 +13,14 @@ namespace fs = std::filesystem;
 Status AppendFolder(const fs::path& folder, std::vector<ListedPhoto>* photos) {
   std::vector<fs::path> files;
   std::error_code error;
-  for (auto it = fs::recursive_directory_iterator(folder, error); !error && it != fs::end(it); it.increment(error)) {
+  for (auto it = fs::recursive_directory_iterator(folder, error); !error && it != fs::end(it);
+       it.increment(error)) {
     const bool hidden = it->path().filename().string().starts_with(".");
     if (hidden && it->is_directory()) it.disable_recursion_pending();
     if (!hidden && it->is_regular_file()) files.push_back(it->path());
   }
-  if (error) return Status::NotFound("cannot read folder " + folder.string() + ": " + error.message());
+  if (error)
+    return Status::NotFound("cannot read folder " + folder.string() + ": " + error.message());
   std::sort(files.begin(), files.end());
   for (const fs::path& file : files)
     photos->push_back({file.lexically_relative(folder).generic_string(), file.string(), ""});
@@ -34,7 +36,8 @@ fs::path CommonFolder(const std::vector<ListedPhoto>& photos) {
       continue;
     }
     fs::path shared;
-    for (auto a = common.begin(), b = folder.begin(); a != common.end() && b != folder.end() && *a == *b; ++a, ++b)
+    for (auto a = common.begin(), b = folder.begin();
+         a != common.end() && b != folder.end() && *a == *b; ++a, ++b)
       shared /= *a;
     common = shared;
   }
@@ -58,10 +61,12 @@ Result<std::vector<ListedPhoto>> ListPhotos(const std::vector<std::string>& path
   return photos;
 }
 
-Result<std::vector<ListedPhoto>> ReadPhotoList(const std::string& list_path, const std::string& folder) {
+Result<std::vector<ListedPhoto>> ReadPhotoList(const std::string& list_path,
+                                               const std::string& folder) {
   std::ifstream file(list_path);
   std::error_code error;
-  if (!file || fs::is_directory(list_path, error)) return Status::NotFound("cannot read list " + list_path);
+  if (!file || fs::is_directory(list_path, error))
+    return Status::NotFound("cannot read list " + list_path);
   std::vector<ListedPhoto> photos;
   for (std::string line; std::getline(file, line);) {
     if (!line.empty() && line.back() == '\r') line.pop_back();
@@ -79,7 +84,8 @@ Result<std::vector<ListedPhoto>> ReadPhotoList(const std::string& list_path, con
   if (folder.empty()) {
     const fs::path common = CommonFolder(photos);
     for (ListedPhoto& photo : photos) {
-      photo.name = fs::absolute(photo.path).lexically_normal().lexically_relative(common).generic_string();
+      photo.name =
+          fs::absolute(photo.path).lexically_normal().lexically_relative(common).generic_string();
     }
   }
   return photos;

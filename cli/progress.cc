@@ -72,13 +72,15 @@ void Progress::Draw() {
   const double rate = elapsed > 0 ? static_cast<double>(done_) / elapsed : 0;
   const std::string left = rate > 0 ? Duration(static_cast<double>(total_ - done_) / rate) : "?";
   if (!is_terminal_) {
-    std::fprintf(stderr, "%zu of %zu %s, %.2f a second, %s left\n", done_, total_, what_.c_str(), rate, left.c_str());
+    std::fprintf(stderr, "%zu of %zu %s, %.2f a second, %s left\n", done_, total_, what_.c_str(),
+                 rate, left.c_str());
     return;
   }
   constexpr size_t kWidth = 30;
   const size_t filled = total_ ? kWidth * done_ / total_ : kWidth;
-  std::fprintf(stderr, "\r\033[K[%s%s] %zu/%zu  %.2f/s  %s left  %s", std::string(filled, '#').c_str(),
-               std::string(kWidth - filled, '.').c_str(), done_, total_, rate, left.c_str(), last_word_.c_str());
+  std::fprintf(stderr, "\r\033[K[%s%s] %zu/%zu  %.2f/s  %s left  %s",
+               std::string(filled, '#').c_str(), std::string(kWidth - filled, '.').c_str(), done_,
+               total_, rate, left.c_str(), last_word_.c_str());
   std::fflush(stderr);
 }
 

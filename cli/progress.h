@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
-// How far a long command is, on standard error: a bar on a terminal, a line every so often otherwise.
+// How far a long command is, on standard error: a bar on a terminal, a line every so often
+// otherwise.
 
 #include <chrono>
 #include <cstddef>

@@ -8,7 +8,9 @@ namespace veduta {
 namespace {
 
 double MeanError(const ReconstructionRecord& r) {
-  return r.observation_count ? r.reprojection_error_px_sum / static_cast<double>(r.observation_count) : 0;
+  return r.observation_count
+             ? r.reprojection_error_px_sum / static_cast<double>(r.observation_count)
+             : 0;
 }
 
 // What the offline pass has made of a reconstruction.
@@ -23,11 +25,12 @@ Result<std::map<ReconstructionId, Dense>> CountDense(const Snapshot& snapshot) {
     return true;
   }));
   for (auto& [id, dense] : counts) {
-    VEDUTA_RETURN_IF_ERROR(snapshot.dense().ScanTiles(id, [&, count = &dense](const TileRecord& tile) {
-      ++count->tiles;
-      count->triangles += tile.triangle_count;
-      return true;
-    }));
+    VEDUTA_RETURN_IF_ERROR(
+        snapshot.dense().ScanTiles(id, [&, count = &dense](const TileRecord& tile) {
+          ++count->tiles;
+          count->triangles += tile.triangle_count;
+          return true;
+        }));
   }
   return counts;
 }
@@ -64,17 +67,22 @@ int PrintStatus(const std::string& db, bool json) {
     std::printf("%s\n", out.dump().c_str());
     return kDone;
   }
-  std::printf("%lu images: %lu placed, %lu postponed, %lu rejected; %.1f MB\n", status->images, status->placed,
-              status->postponed, status->rejected, static_cast<double>(sizes->total_bytes) / 1e6);
+  std::printf("%lu images: %lu placed, %lu postponed, %lu rejected; %.1f MB\n", status->images,
+              status->placed, status->postponed, status->rejected,
+              static_cast<double>(sizes->total_bytes) / 1e6);
   for (const ReconstructionRecord& r : status->reconstructions) {
-    std::printf("reconstruction %u: %u images, %lu points, %lu observations, mean reprojection error %.3f px\n",
-                r.id.value, r.image_count, r.point_count, r.observation_count, MeanError(r));
+    std::printf(
+        "reconstruction %u: %u images, %lu points, %lu observations, mean reprojection error %.3f "
+        "px\n",
+        r.id.value, r.image_count, r.point_count, r.observation_count, MeanError(r));
     const Dense& d = (*dense)[r.id];
     if (d.depth_maps > 0) {
-      std::printf("  dense: %lu depth maps, %lu tiles, %lu triangles\n", d.depth_maps, d.tiles, d.triangles);
+      std::printf("  dense: %lu depth maps, %lu tiles, %lu triangles\n", d.depth_maps, d.tiles,
+                  d.triangles);
     }
   }
-  if (status->backlog > 0) std::printf("%lu postponed photos are still to be tried again\n", status->backlog);
+  if (status->backlog > 0)
+    std::printf("%lu postponed photos are still to be tried again\n", status->backlog);
   return kDone;
 }
 

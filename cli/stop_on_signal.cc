@@ -18,7 +18,8 @@ StopOnSignal::StopOnSignal() {
       const timespec pause = {0, 50'000'000};
       if (sigtimedwait(&signals_, nullptr, &pause) < 0) continue;
       if (source_.stop_requested()) _exit(130);
-      std::fprintf(stderr, "\nveduta: finishing the photo at hand; press Ctrl-C again to stop at once\n");
+      std::fprintf(stderr,
+                   "\nveduta: finishing the photo at hand; press Ctrl-C again to stop at once\n");
       source_.request_stop();
     }
   });

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
-// Ctrl-C as a request: the first lets the photo at hand finish, the second ends the process (which loses nothing).
+// Ctrl-C as a request: the first lets the photo at hand finish, the second ends the process (which
+// loses nothing).
 
 #include <csignal>
 #include <stop_token>

@@ -16,7 +16,8 @@ int Verify(const std::string& db) {
   if (!engine.ok()) return Fail(engine.status());
   auto violations = FindViolations((*engine)->Ask().snapshot(), kViolationsShownMax);
   if (!violations.ok()) return Fail(violations.status());
-  const auto dense = FindDenseViolations((*engine)->Ask().snapshot(), kViolationsShownMax - violations->size());
+  const auto dense =
+      FindDenseViolations((*engine)->Ask().snapshot(), kViolationsShownMax - violations->size());
   if (!dense.ok()) return Fail(dense.status());
   violations->insert(violations->end(), dense->begin(), dense->end());
   for (const std::string& violation : *violations) std::printf("%s\n", violation.c_str());
@@ -33,7 +34,8 @@ int Digest(const std::string& db) {
   return kDone;
 }
 
-void RegisterPlain(CLI::App* app, const char* name, const char* help, int (*run)(const std::string&), int* exit_code) {
+void RegisterPlain(CLI::App* app, const char* name, const char* help,
+                   int (*run)(const std::string&), int* exit_code) {
   auto db = std::make_shared<std::string>();
   CLI::App* command = app->add_subcommand(name, help);
   command->add_option("DB", *db, "Database")->required();
@@ -47,7 +49,8 @@ void RegisterVerify(CLI::App* app, int* exit_code) {
 }
 
 void RegisterDigest(CLI::App* app, int* exit_code) {
-  RegisterPlain(app, "digest", "One hash over the logical content: equal for equal cities", Digest, exit_code);
+  RegisterPlain(app, "digest", "One hash over the logical content: equal for equal cities", Digest,
+                exit_code);
 }
 
 }  // namespace veduta

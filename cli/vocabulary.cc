@@ -22,11 +22,15 @@ int Train(const VocabularyArguments& arguments) {
 
 int Import(const VocabularyArguments& arguments) {
   std::ifstream file(arguments.file, std::ios::binary);
-  if (!file) return Fail(Status::NotFound("cannot read " + arguments.file + ": " + std::strerror(errno)));
-  const std::vector<char> bytes((std::istreambuf_iterator<char>(file)), std::istreambuf_iterator<char>());
-  const auto tree = VocabularyTree::Parse({reinterpret_cast<const uint8_t*>(bytes.data()), bytes.size()});
+  if (!file)
+    return Fail(Status::NotFound("cannot read " + arguments.file + ": " + std::strerror(errno)));
+  const std::vector<char> bytes((std::istreambuf_iterator<char>(file)),
+                                std::istreambuf_iterator<char>());
+  const auto tree =
+      VocabularyTree::Parse({reinterpret_cast<const uint8_t*>(bytes.data()), bytes.size()});
   if (!tree.ok()) {
-    Fail(Status::InvalidArgument(arguments.file + " is not a vocabulary: " + tree.status().message()));
+    Fail(Status::InvalidArgument(arguments.file +
+                                 " is not a vocabulary: " + tree.status().message()));
     return kNotDone;
   }
   const auto engine = OpenToWrite(arguments.db);
@@ -43,8 +47,9 @@ std::shared_ptr<const VocabularyTree> Active(const Engine& engine, int* exit_cod
     return nullptr;
   }
   if (*tree == nullptr) {
-    *exit_code = Fail(Status::NotFound(
-        "the database has no vocabulary yet; it trains one when it is large enough, or `veduta vocabulary train`"));
+    *exit_code =
+        Fail(Status::NotFound("the database has no vocabulary yet; it trains one when it is large "
+                              "enough, or `veduta vocabulary train`"));
   }
   return *tree;
 }
@@ -57,9 +62,12 @@ int Export(const VocabularyArguments& arguments) {
   if (tree == nullptr) return exit_code;
   const std::vector<uint8_t> bytes = tree->Serialize();
   std::ofstream file(arguments.file, std::ios::binary);
-  file.write(reinterpret_cast<const char*>(bytes.data()), static_cast<std::streamsize>(bytes.size()));
+  file.write(reinterpret_cast<const char*>(bytes.data()),
+             static_cast<std::streamsize>(bytes.size()));
   file.close();
-  return file ? kDone : Fail(Status::IoError("cannot write " + arguments.file + ": " + std::strerror(errno)));
+  return file ? kDone
+              : Fail(Status::IoError("cannot write " + arguments.file + ": " +
+                                     std::strerror(errno)));
 }
 
 int Info(const VocabularyArguments& arguments) {
@@ -94,12 +102,16 @@ void RegisterOne(CLI::App* vocabulary, const char* name, const char* help, bool 
 }  // namespace
 
 void RegisterVocabulary(CLI::App* app, int* exit_code) {
-  CLI::App* vocabulary = app->add_subcommand("vocabulary", "The tree of visual words that photos are found by");
+  CLI::App* vocabulary =
+      app->add_subcommand("vocabulary", "The tree of visual words that photos are found by");
   vocabulary->require_subcommand(1);
-  RegisterOne(vocabulary, "train", "Train the next generation from the stored photos now", false, Train, exit_code);
-  RegisterOne(vocabulary, "import", "Use a given tree, and do not re-train", true, Import, exit_code);
+  RegisterOne(vocabulary, "train", "Train the next generation from the stored photos now", false,
+              Train, exit_code);
+  RegisterOne(vocabulary, "import", "Use a given tree, and do not re-train", true, Import,
+              exit_code);
   RegisterOne(vocabulary, "export", "Write the active tree", true, Export, exit_code);
-  RegisterOne(vocabulary, "info", "Size and origin of the active tree, JSON", false, Info, exit_code);
+  RegisterOne(vocabulary, "info", "Size and origin of the active tree, JSON", false, Info,
+              exit_code);
 }
 
 }  // namespace veduta

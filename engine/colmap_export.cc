@@ -42,12 +42,14 @@ Result<std::ofstream> Create(const std::filesystem::path& path) {
 
 Status Close(std::ofstream* file, const std::filesystem::path& path) {
   file->close();
-  return *file ? Status::Ok() : Status::IoError("cannot write " + path.string() + ": " + std::strerror(errno));
+  return *file ? Status::Ok()
+               : Status::IoError("cannot write " + path.string() + ": " + std::strerror(errno));
 }
 
 class ModelWriter {
  public:
-  ModelWriter(const Snapshot& snapshot, const ReconstructionRecord& record, std::filesystem::path folder)
+  ModelWriter(const Snapshot& snapshot, const ReconstructionRecord& record,
+              std::filesystem::path folder)
       : snapshot_(snapshot), record_(record), folder_(std::move(folder)) {}
 
   Status Write(const std::vector<PoseRecord>& poses) {
@@ -59,18 +61,19 @@ class ModelWriter {
   uint64_t point_count() const { return numbers_.size(); }
 
  private:
-  // Points first: they get their numbers here. A track names features by their place in images.txt, where all of an
-  // image's features are written, so indices carry over.
+  // Points first: they get their numbers here. A track names features by their place in images.txt,
+  // where all of an image's features are written, so indices carry over.
   Status WritePoints() {
     const auto path = folder_ / "points3D.txt";
     VEDUTA_ASSIGN_OR_RETURN(std::ofstream file, Create(path));
     file << "# POINT3D_ID, X, Y, Z, R, G, B, ERROR, TRACK[] as (IMAGE_ID, POINT2D_IDX)\n";
-    VEDUTA_RETURN_IF_ERROR(
-        snapshot_.ScanPointBlocks(record_.id, record_.points_generation, [&](const PointBlock& block) {
+    VEDUTA_RETURN_IF_ERROR(snapshot_.ScanPointBlocks(
+        record_.id, record_.points_generation, [&](const PointBlock& block) {
           for (const PointRecord& point : block.points) {
             const uint64_t number = numbers_.size() + 1;
             numbers_[point.id] = number;
-            file << number << ' ' << point.position.x() << ' ' << point.position.y() << ' ' << point.position.z();
+            file << number << ' ' << point.position.x() << ' ' << point.position.y() << ' '
+                 << point.position.z();
             for (const uint8_t channel : point.rgb) file << ' ' << static_cast<int>(channel);
             file << ' ' << point.error_px;
             for (const TrackElement& element : point.track)
@@ -85,22 +88,26 @@ class ModelWriter {
   Status WriteImages(const std::vector<PoseRecord>& poses) {
     const auto path = folder_ / "images.txt";
     VEDUTA_ASSIGN_OR_RETURN(std::ofstream file, Create(path));
-    file << "# IMAGE_ID, QW, QX, QY, QZ, TX, TY, TZ, CAMERA_ID, NAME\n# POINTS2D[] as (X, Y, POINT3D_ID)\n";
+    file << "# IMAGE_ID, QW, QX, QY, QZ, TX, TY, TZ, CAMERA_ID, NAME\n# POINTS2D[] as (X, Y, "
+            "POINT3D_ID)\n";
     for (const PoseRecord& pose : poses) {
       VEDUTA_ASSIGN_OR_RETURN(const ImageRecord image, snapshot_.GetImage(pose.image));
       VEDUTA_ASSIGN_OR_RETURN(const CameraRecord camera, snapshot_.GetCamera(image.camera));
       VEDUTA_ASSIGN_OR_RETURN(const Features features, snapshot_.GetFeatures(image.photo));
-      VEDUTA_ASSIGN_OR_RETURN(const std::vector<Observation> observations, snapshot_.GetObservations(image.id));
+      VEDUTA_ASSIGN_OR_RETURN(const std::vector<Observation> observations,
+                              snapshot_.GetObservations(image.id));
       cameras_.insert(image.camera);
       const Eigen::Quaterniond& q = pose.cam_from_world.rotation;
       const Eigen::Vector3d& t = pose.cam_from_world.translation;
-      file << image.id.value << ' ' << q.w() << ' ' << q.x() << ' ' << q.y() << ' ' << q.z() << ' ' << t.x() << ' '
-           << t.y() << ' ' << t.z() << ' ' << image.camera.value << ' ' << OnOneLine(image.name) << '\n';
+      file << image.id.value << ' ' << q.w() << ' ' << q.x() << ' ' << q.y() << ' ' << q.z() << ' '
+           << t.x() << ' ' << t.y() << ' ' << t.z() << ' ' << image.camera.value << ' '
+           << OnOneLine(image.name) << '\n';
       auto next = observations.begin();
       for (FeatureIndex f = 0; f < features.size(); ++f) {
         Eigen::Vector2d x(features.keypoints[f].x_px, features.keypoints[f].y_px);
         if (IsOpenCvModel(camera.model)) x = DistortPixel(camera.model, x);
-        file << (f ? " " : "") << x.x() + kColmapPixelOffset << ' ' << x.y() + kColmapPixelOffset << ' ';
+        file << (f ? " " : "") << x.x() + kColmapPixelOffset << ' ' << x.y() + kColmapPixelOffset
+             << ' ';
         if (next != observations.end() && next->feature == f) {
           file << numbers_.at((next++)->point);
         } else {
@@ -119,8 +126,9 @@ class ModelWriter {
     for (const CameraId id : cameras_) {
       VEDUTA_ASSIGN_OR_RETURN(const CameraRecord camera, snapshot_.GetCamera(id));
       const CameraModel& m = camera.model;
-      file << id.value << ' ' << (IsOpenCvModel(m) ? "OPENCV" : "PINHOLE") << ' ' << m.width_px << ' ' << m.height_px
-           << ' ' << m.fx << ' ' << m.fy << ' ' << m.cx + kColmapPixelOffset << ' ' << m.cy + kColmapPixelOffset;
+      file << id.value << ' ' << (IsOpenCvModel(m) ? "OPENCV" : "PINHOLE") << ' ' << m.width_px
+           << ' ' << m.height_px << ' ' << m.fx << ' ' << m.fy << ' ' << m.cx + kColmapPixelOffset
+           << ' ' << m.cy + kColmapPixelOffset;
       if (IsOpenCvModel(m)) file << ' ' << m.k1 << ' ' << m.k2 << " 0 0";
       file << '\n';
     }
@@ -141,7 +149,8 @@ Result<std::vector<ExportedModel>> ExportColmap(const Snapshot& snapshot, const 
   if (std::filesystem::exists(out, error) && !std::filesystem::is_empty(out, error)) {
     return Status::AlreadyExists(out + " exists and is not empty; name a new folder");
   }
-  VEDUTA_ASSIGN_OR_RETURN(std::vector<ReconstructionRecord> records, snapshot.ListReconstructions());
+  VEDUTA_ASSIGN_OR_RETURN(std::vector<ReconstructionRecord> records,
+                          snapshot.ListReconstructions());
   std::erase_if(records, [](const ReconstructionRecord& r) { return r.merged_into.valid(); });
   std::stable_sort(records.begin(), records.end(),
                    [](const auto& a, const auto& b) { return a.image_count > b.image_count; });

@@ -9,7 +9,8 @@ namespace veduta {
 // Prepares a window of photos ahead of the one being applied. Whoever waits for a photo helps.
 class Engine::Lookahead {
  public:
-  Lookahead(const PhotoPreparer& preparer, std::span<const PhotoSubmission> photos, ThreadPool* pool)
+  Lookahead(const PhotoPreparer& preparer, std::span<const PhotoSubmission> photos,
+            ThreadPool* pool)
       : preparer_(preparer),
         photos_(photos),
         pool_(pool),
@@ -76,41 +77,48 @@ class Engine::Lookahead {
 
 Result<std::unique_ptr<Engine>> Engine::Open(const std::string& path, EngineOptions options) {
   std::unique_ptr<Engine> engine(new Engine);
-  if (options.thread_count == 0) options.thread_count = std::max(1u, std::thread::hardware_concurrency());
+  if (options.thread_count == 0)
+    options.thread_count = std::max(1u, std::thread::hardware_concurrency());
   engine->options_ = options;
   VEDUTA_ASSIGN_OR_RETURN(engine->database_, Database::Open(path, options.database));
   engine->tables_ = std::make_unique<UndistortCache>(options.undistort_cache_bytes);
-  engine->preparer_ = std::make_unique<PhotoPreparer>(engine->database_.get(), engine->tables_.get(), options.prepare);
+  engine->preparer_ = std::make_unique<PhotoPreparer>(engine->database_.get(),
+                                                      engine->tables_.get(), options.prepare);
   engine->retrieval_ = std::make_unique<Retrieval>(options.ingest.retrieval);
-  engine->features_ =
-      std::make_unique<ImageFeatureCache>(options.ingest.feature_cache_bytes, options.ingest.matched_count_max);
+  engine->features_ = std::make_unique<ImageFeatureCache>(options.ingest.feature_cache_bytes,
+                                                          options.ingest.matched_count_max);
   engine->pool_ = std::make_unique<ThreadPool>(options.thread_count - 1);
-  engine->ingest_ = std::make_unique<Ingest>(engine->database_.get(), engine->retrieval_.get(), engine->features_.get(),
-                                             engine->pool_.get(), options.ingest);
+  engine->ingest_ =
+      std::make_unique<Ingest>(engine->database_.get(), engine->retrieval_.get(),
+                               engine->features_.get(), engine->pool_.get(), options.ingest);
   return engine;
 }
 
 Engine::~Engine() = default;
 
 Result<CameraRecord> Engine::FindCamera(const std::string& name) const {
-  VEDUTA_ASSIGN_OR_RETURN(const std::vector<CameraRecord> cameras, database_->GetSnapshot()->ListCameras());
+  VEDUTA_ASSIGN_OR_RETURN(const std::vector<CameraRecord> cameras,
+                          database_->GetSnapshot()->ListCameras());
   std::string known;
   for (const CameraRecord& camera : cameras) {
     if (camera.name == name) return camera;
     known += (known.empty() ? "" : ", ") + camera.name;
   }
-  return Status::NotFound("there is no camera '" + name + "'; " +
-                          (known.empty() ? "add one with `veduta camera add`" : "the database has: " + known));
+  return Status::NotFound(
+      "there is no camera '" + name + "'; " +
+      (known.empty() ? "add one with `veduta camera add`" : "the database has: " + known));
 }
 
-Result<CameraId> Engine::AddCamera(const std::string& name, const CameraModel& model, const std::string& source) {
+Result<CameraId> Engine::AddCamera(const std::string& name, const CameraModel& model,
+                                   const std::string& source) {
   const std::lock_guard lock(writer_);
   if (name.empty()) return Status::InvalidArgument("a camera needs a name");
   const Result<CameraRecord> known = FindCamera(name);
   if (known.ok()) {
     if (known->model == model) return known->id;
-    return Status::AlreadyExists("camera '" + name +
-                                 "' exists with other intrinsics; photos rely on it, so give the new one another name");
+    return Status::AlreadyExists(
+        "camera '" + name +
+        "' exists with other intrinsics; photos rely on it, so give the new one another name");
   }
   if (known.status().code() != StatusCode::kNotFound) return known.status();
   VEDUTA_ASSIGN_OR_RETURN(DatabaseState state, database_->GetSnapshot()->GetState());
@@ -123,19 +131,21 @@ Result<CameraId> Engine::AddCamera(const std::string& name, const CameraModel& m
   return id;
 }
 
-Status Engine::AddPhotos(std::span<const PhotoSubmission> photos, const std::function<void(const AddOutcome&)>& report,
+Status Engine::AddPhotos(std::span<const PhotoSubmission> photos,
+                         const std::function<void(const AddOutcome&)>& report,
                          std::stop_token stop) {
   const std::lock_guard lock(writer_);
   VEDUTA_RETURN_IF_ERROR(ingest_->FinishDue().status());  // what an earlier process left undone
   Lookahead lookahead(*preparer_, photos, pool_.get());
   for (size_t i = 0; i < photos.size(); ++i) {
     if (stop.stop_requested()) {
-      return Status::Cancelled("stopped after " + std::to_string(i) + " of " + std::to_string(photos.size()) +
+      return Status::Cancelled("stopped after " + std::to_string(i) + " of " +
+                               std::to_string(photos.size()) +
                                " photos; run the same command again to go on");
     }
     VEDUTA_ASSIGN_OR_RETURN(PreparedPhoto photo, lookahead.Take(i));
-    VEDUTA_ASSIGN_OR_RETURN(AddOutcome outcome,
-                            ingest_->Apply(std::move(photo), photos[i].camera, photos[i].contributor));
+    VEDUTA_ASSIGN_OR_RETURN(AddOutcome outcome, ingest_->Apply(std::move(photo), photos[i].camera,
+                                                               photos[i].contributor));
     Stopwatch watch;
     VEDUTA_ASSIGN_OR_RETURN(const std::vector<ImageId> followed, ingest_->FinishDue());
     outcome.propagated.insert(outcome.propagated.end(), followed.begin(), followed.end());
@@ -146,10 +156,12 @@ Status Engine::AddPhotos(std::span<const PhotoSubmission> photos, const std::fun
   return Status::Ok();
 }
 
-Result<std::vector<RankedImage>> Engine::RankPhoto(const PhotoSource& photo, const std::optional<CameraModel>& camera,
+Result<std::vector<RankedImage>> Engine::RankPhoto(const PhotoSource& photo,
+                                                   const std::optional<CameraModel>& camera,
                                                    uint32_t count_max) const {
   const PreparedPhoto prepared = preparer_->Extract(photo, camera);
-  if (prepared.reason != Reason::kNone) return Status::InvalidArgument(photo.path + ": " + prepared.detail);
+  if (prepared.reason != Reason::kNone)
+    return Status::InvalidArgument(photo.path + ": " + prepared.detail);
   return Ask().RankFeatures(prepared.features, count_max, pool_.get());
 }
 

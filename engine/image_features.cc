@@ -4,13 +4,13 @@
 namespace veduta {
 
 size_t ImageFeatures::size_bytes() const {
-  return sizeof(*this) + features->descriptors.size() + features->keypoints.size() * sizeof(Keypoint) +
-         grid->size_bytes() + packed.size_bytes();
+  return sizeof(*this) + features->descriptors.size() +
+         features->keypoints.size() * sizeof(Keypoint) + grid->size_bytes() + packed.size_bytes();
 }
 
-Result<std::shared_ptr<const ImageFeatures>> ImageFeatures::Make(ImageId id, const CameraModel& camera,
-                                                                 std::shared_ptr<const Features> features,
-                                                                 uint32_t matched_count_max) {
+Result<std::shared_ptr<const ImageFeatures>> ImageFeatures::Make(
+    ImageId id, const CameraModel& camera, std::shared_ptr<const Features> features,
+    uint32_t matched_count_max) {
   auto made = std::make_shared<ImageFeatures>();
   made->id = id;
   made->camera = Pinhole(camera);
@@ -19,11 +19,13 @@ Result<std::shared_ptr<const ImageFeatures>> ImageFeatures::Make(ImageId id, con
   made->features = std::move(features);
   made->grid = std::make_shared<const FeatureGrid>(*made->features);
   made->matched_count_max = matched_count_max;
-  VEDUTA_ASSIGN_OR_RETURN(made->packed, PackedDescriptors::Pack(*made->features, matched_count_max));
+  VEDUTA_ASSIGN_OR_RETURN(made->packed,
+                          PackedDescriptors::Pack(*made->features, matched_count_max));
   return std::shared_ptr<const ImageFeatures>(std::move(made));
 }
 
-Result<std::shared_ptr<const ImageFeatures>> ImageFeatureCache::Get(const Snapshot& snapshot, ImageId id) {
+Result<std::shared_ptr<const ImageFeatures>> ImageFeatureCache::Get(const Snapshot& snapshot,
+                                                                    ImageId id) {
   {
     const std::lock_guard lock(mutex_);
     if (const auto it = by_id_.find(id); it != by_id_.end()) {
@@ -36,7 +38,8 @@ Result<std::shared_ptr<const ImageFeatures>> ImageFeatureCache::Get(const Snapsh
   VEDUTA_ASSIGN_OR_RETURN(Features features, snapshot.GetFeatures(image.photo));
   VEDUTA_ASSIGN_OR_RETURN(
       auto made,
-      ImageFeatures::Make(id, camera.model, std::make_shared<const Features>(std::move(features)), matched_count_max_));
+      ImageFeatures::Make(id, camera.model, std::make_shared<const Features>(std::move(features)),
+                          matched_count_max_));
   Put(made);
   return made;
 }

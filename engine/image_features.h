@@ -33,7 +33,8 @@ struct ImageFeatures {
                                                            uint32_t matched_count_max);
 };
 
-// Keeps the least recently used out. Thread-safe; two threads that miss at once both load, and one result is kept.
+// Keeps the least recently used out. Thread-safe; two threads that miss at once both load, and one
+// result is kept.
 class ImageFeatureCache final {
  public:
   ImageFeatureCache(size_t size_bytes_max, uint32_t matched_count_max)

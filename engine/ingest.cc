@@ -12,7 +12,8 @@ namespace {
 
 std::string NeighborDetail(const NeighborSearch& search) {
   if (search.tried_count == 0) return "the database holds no photo to compare with yet";
-  std::string text = "none of " + std::to_string(search.tried_count) + " candidates passed the geometric check";
+  std::string text =
+      "none of " + std::to_string(search.tried_count) + " candidates passed the geometric check";
   if (search.best_inlier_count > 0) {
     text += "; the best, image " + std::to_string(search.best_failed.value) + ", has " +
             std::to_string(search.best_inlier_count) + " consistent matches";
@@ -20,7 +21,8 @@ std::string NeighborDetail(const NeighborSearch& search) {
   return text;
 }
 
-// Adds what a second search found; of a pair that both have verified, the one with more matches is kept.
+// Adds what a second search found; of a pair that both have verified, the one with more matches is
+// kept.
 void Join(ImageId image, NeighborSearch found, NeighborSearch* search) {
   std::map<ImageId, PairRecord> pairs;
   for (std::vector<PairRecord>* some : {&search->pairs, &found.pairs}) {
@@ -31,7 +33,8 @@ void Join(ImageId image, NeighborSearch found, NeighborSearch* search) {
   }
   search->pairs.clear();
   for (auto& [other, pair] : pairs) search->pairs.push_back(std::move(pair));
-  if (search->tried_count == 0) search->tried_count = found.tried_count;  // the second tries among the same
+  if (search->tried_count == 0)
+    search->tried_count = found.tried_count;  // the second tries among the same
   if (found.best_inlier_count >= search->best_inlier_count && found.best_failed.valid()) {
     search->best_inlier_count = found.best_inlier_count;
     search->best_failed = found.best_failed;
@@ -47,8 +50,8 @@ void CountTimes(const PreparedPhoto& photo, StepTimes* times) {
 
 }  // namespace
 
-void Journal(std::string actor, std::string action, ImageId image, ReconstructionId reconstruction, std::string detail,
-             DatabaseState* state, Transaction* transaction) {
+void Journal(std::string actor, std::string action, ImageId image, ReconstructionId reconstruction,
+             std::string detail, DatabaseState* state, Transaction* transaction) {
   JournalRecord record;
   record.sequence = state->next_journal++;
   record.time_unix_s = std::time(nullptr);
@@ -64,7 +67,8 @@ void Ingest::TrimMap() {
   if (map_.images().size() > options_.map_images_max) map_.Clear();
 }
 
-Result<AddOutcome> Ingest::StoreRejection(const PreparedPhoto& photo, const Snapshot& snapshot, ImageRecord record) {
+Result<AddOutcome> Ingest::StoreRejection(const PreparedPhoto& photo, const Snapshot& snapshot,
+                                          ImageRecord record) {
   AddOutcome outcome;
   outcome.name = photo.name;
   outcome.reason = record.reason = photo.reason;
@@ -75,27 +79,29 @@ Result<AddOutcome> Ingest::StoreRejection(const PreparedPhoto& photo, const Snap
   outcome.id = record.id;
   const std::unique_ptr<Transaction> transaction = database_->BeginTransaction();
   transaction->PutImage(record);
-  Journal(record.contributor, "add", record.id, {}, "rejected: " + record.detail, &state, transaction.get());
+  Journal(record.contributor, "add", record.id, {}, "rejected: " + record.detail, &state,
+          transaction.get());
   transaction->PutState(state);
   VEDUTA_RETURN_IF_ERROR(transaction->Commit());
   return outcome;
 }
 
 Status Ingest::Search(const ImageFeatures& image, std::span<const RankedImage> candidates,
-                      const NeighborOptions& options, uint64_t seed, MapLoader* loader, NeighborSearch* search,
-                      StepTimes* times) {
+                      const NeighborOptions& options, uint64_t seed, MapLoader* loader,
+                      NeighborSearch* search, StepTimes* times) {
   Stopwatch watch;
-  VEDUTA_ASSIGN_OR_RETURN(NeighborSearch found,
-                          FindNeighbors(image, candidates, seed, loader, map_, features_, pool_, options));
-  const double search_ms = watch.LapMs(), pair_ms = std::max(found.match_ms + found.verify_ms, 1e-9);
+  VEDUTA_ASSIGN_OR_RETURN(NeighborSearch found, FindNeighbors(image, candidates, seed, loader, map_,
+                                                              features_, pool_, options));
+  const double search_ms = watch.LapMs(),
+               pair_ms = std::max(found.match_ms + found.verify_ms, 1e-9);
   times->match_ms += search_ms * found.match_ms / pair_ms;
   times->verify_ms += search_ms * found.verify_ms / pair_ms;
   Join(image.id, std::move(found), search);
   return Status::Ok();
 }
 
-Status Ingest::SearchThoroughly(const ImageFeatures& wide, uint64_t seed, MapLoader* loader, NeighborSearch* search,
-                                StepTimes* times) {
+Status Ingest::SearchThoroughly(const ImageFeatures& wide, uint64_t seed, MapLoader* loader,
+                                NeighborSearch* search, StepTimes* times) {
   NeighborOptions options = options_.neighbors;
   options.extended_count_max = 0;
   const std::vector<RankedImage> promising = std::move(search->promising);
@@ -103,11 +109,13 @@ Status Ingest::SearchThoroughly(const ImageFeatures& wide, uint64_t seed, MapLoa
   return Search(wide, {promising.data(), count}, options, MixSeed(seed, 3), loader, search, times);
 }
 
-Result<Placement> Ingest::Place(const ImageFeatures& image, const NeighborSearch& search, const DatabaseState& state,
-                                uint64_t seed, MapLoader* loader, StepTimes* times) {
+Result<Placement> Ingest::Place(const ImageFeatures& image, const NeighborSearch& search,
+                                const DatabaseState& state, uint64_t seed, MapLoader* loader,
+                                StepTimes* times) {
   if (search.pairs.empty()) {
     Placement postponed;
-    postponed.reason = search.tried_count == 0 ? Reason::kNoCandidates : Reason::kNoVerifiedNeighbor;
+    postponed.reason =
+        search.tried_count == 0 ? Reason::kNoCandidates : Reason::kNoVerifiedNeighbor;
     postponed.detail = NeighborDetail(search);
     postponed.inlier_count = search.best_inlier_count;
     return postponed;
@@ -115,7 +123,8 @@ Result<Placement> Ingest::Place(const ImageFeatures& image, const NeighborSearch
   std::vector<PairMatches> pairs;
   for (const PairRecord& pair : search.pairs) pairs.push_back(MatchesFrom(pair, image.id));
   Mapper mapper(loader, &map_, pool_, options_.mapper);
-  Result<Placement> placed = mapper.Place(image, pairs, ReconstructionId(state.next_reconstruction), seed);
+  Result<Placement> placed =
+      mapper.Place(image, pairs, ReconstructionId(state.next_reconstruction), seed);
   if (!placed.ok()) {
     map_.Clear();
     return placed.status();
@@ -126,28 +135,32 @@ Result<Placement> Ingest::Place(const ImageFeatures& image, const NeighborSearch
 }
 
 Result<Placement> Ingest::Locate(const ImageFeatures& image, const CameraModel& camera,
-                                 std::span<const RankedImage> candidates, const DatabaseState& state, uint64_t seed,
-                                 MapLoader* loader, NeighborSearch* search, StepTimes* times) {
-  VEDUTA_RETURN_IF_ERROR(Search(image, candidates, options_.neighbors, seed, loader, search, times));
-  const bool is_ample = std::any_of(search->pairs.begin(), search->pairs.end(), [&](const PairRecord& pair) {
-    return pair.matches.size() >= options_.ample_match_count;
-  });
+                                 std::span<const RankedImage> candidates,
+                                 const DatabaseState& state, uint64_t seed, MapLoader* loader,
+                                 NeighborSearch* search, StepTimes* times) {
+  VEDUTA_RETURN_IF_ERROR(
+      Search(image, candidates, options_.neighbors, seed, loader, search, times));
+  const bool is_ample = std::any_of(
+      search->pairs.begin(), search->pairs.end(),
+      [&](const PairRecord& pair) { return pair.matches.size() >= options_.ample_match_count; });
   if (is_ample || candidates.empty()) {
     VEDUTA_ASSIGN_OR_RETURN(Placement placement, Place(image, *search, state, seed, loader, times));
     if (placement.verdict != Verdict::kPostponed || candidates.empty()) return placement;
   }
-  VEDUTA_ASSIGN_OR_RETURN(const auto wide,
-                          ImageFeatures::Make(image.id, camera, image.features, options_.thorough_count_max));
+  VEDUTA_ASSIGN_OR_RETURN(const auto wide, ImageFeatures::Make(image.id, camera, image.features,
+                                                               options_.thorough_count_max));
   VEDUTA_RETURN_IF_ERROR(SearchThoroughly(*wide, seed, loader, search, times));
   return Place(*wide, *search, state, seed, loader, times);
 }
 
-Result<AddOutcome> Ingest::Apply(PreparedPhoto photo, const CameraRecord& camera, const std::string& contributor) {
+Result<AddOutcome> Ingest::Apply(PreparedPhoto photo, const CameraRecord& camera,
+                                 const std::string& contributor) {
   Stopwatch total, watch;
   AddOutcome outcome;
   outcome.name = photo.name;
   const std::shared_ptr<const Snapshot> snapshot = database_->GetSnapshot();
-  VEDUTA_ASSIGN_OR_RETURN(const std::optional<ImageId> same, snapshot->FindImageByPhoto(photo.hash));
+  VEDUTA_ASSIGN_OR_RETURN(const std::optional<ImageId> same,
+                          snapshot->FindImageByPhoto(photo.hash));
   if (same) {
     VEDUTA_ASSIGN_OR_RETURN(const ImageRecord stored, snapshot->GetImage(*same));
     outcome.id = *same;
@@ -168,11 +181,13 @@ Result<AddOutcome> Ingest::Apply(PreparedPhoto photo, const CameraRecord& camera
   record.feature_count = static_cast<uint32_t>(photo.features.size());
   record.contributor = contributor;
   record.time_unix_s = std::time(nullptr);
-  VEDUTA_ASSIGN_OR_RETURN(const std::optional<ImageId> namesake, snapshot->FindImageByName(photo.name));
+  VEDUTA_ASSIGN_OR_RETURN(const std::optional<ImageId> namesake,
+                          snapshot->FindImageByName(photo.name));
   if (namesake) {
     VEDUTA_ASSIGN_OR_RETURN(const ImageRecord stored, snapshot->GetImage(*namesake));
     if (stored.verdict != Verdict::kRejected) {
-      if (photo.reason == Reason::kNone) VEDUTA_RETURN_IF_ERROR(database_->DropPhotoAhead(photo.hash));
+      if (photo.reason == Reason::kNone)
+        VEDUTA_RETURN_IF_ERROR(database_->DropPhotoAhead(photo.hash));
       outcome.reason = Reason::kNameTaken;
       outcome.detail = "another photo is stored under this name; rename the file to add it";
       return outcome;
@@ -187,16 +202,19 @@ Result<AddOutcome> Ingest::Apply(PreparedPhoto photo, const CameraRecord& camera
   TrimMap();
   MapLoader loader(snapshot, features_, &map_);
   const auto stored_features = std::make_shared<const Features>(std::move(photo.features));
-  VEDUTA_ASSIGN_OR_RETURN(const auto image,
-                          ImageFeatures::Make(record.id, camera.model, stored_features, options_.matched_count_max));
+  VEDUTA_ASSIGN_OR_RETURN(
+      const auto image,
+      ImageFeatures::Make(record.id, camera.model, stored_features, options_.matched_count_max));
 
-  VEDUTA_ASSIGN_OR_RETURN(const std::vector<WordId> words, retrieval_->Words(*snapshot, *stored_features));
+  VEDUTA_ASSIGN_OR_RETURN(const std::vector<WordId> words,
+                          retrieval_->Words(*snapshot, *stored_features));
   VEDUTA_ASSIGN_OR_RETURN(const std::vector<RankedImage> candidates,
                           retrieval_->Candidates(*snapshot, *stored_features));
   outcome.times.retrieve_ms = watch.LapMs();
   NeighborSearch search;
-  VEDUTA_ASSIGN_OR_RETURN(const Placement placement,
-                          Locate(*image, camera.model, candidates, state, seed, &loader, &search, &outcome.times));
+  VEDUTA_ASSIGN_OR_RETURN(
+      const Placement placement,
+      Locate(*image, camera.model, candidates, state, seed, &loader, &search, &outcome.times));
   outcome.pairs_tried = search.tried_count;
   outcome.neighbor_count = static_cast<uint32_t>(search.pairs.size());
   watch.LapMs();
@@ -218,12 +236,14 @@ Result<AddOutcome> Ingest::Apply(PreparedPhoto photo, const CameraRecord& camera
     for (const PairRecord& pair : search.pairs) {
       const ImageId other = pair.a == record.id ? pair.b : pair.a;
       const auto& retries = state.pending_propagation;
-      if (!map_.HasImage(other) && std::find(retries.begin(), retries.end(), other) == retries.end()) {
+      if (!map_.HasImage(other) &&
+          std::find(retries.begin(), retries.end(), other) == retries.end()) {
         state.pending_propagation.push_back(other);
       }
     }
   }
-  Journal(contributor, "add", record.id, placement.reconstruction, placement.detail, &state, transaction.get());
+  Journal(contributor, "add", record.id, placement.reconstruction, placement.detail, &state,
+          transaction.get());
   transaction->PutState(state);
   if (written.ok()) written = transaction->Commit();
   if (!written.ok()) {
@@ -239,20 +259,23 @@ Result<AddOutcome> Ingest::Apply(PreparedPhoto photo, const CameraRecord& camera
   outcome.detail = placement.detail;
   outcome.reconstruction = placement.reconstruction;
   outcome.inlier_count = placement.inlier_count;
-  if (!placement.placed.empty()) outcome.propagated.assign(placement.placed.begin() + 1, placement.placed.end());
+  if (!placement.placed.empty())
+    outcome.propagated.assign(placement.placed.begin() + 1, placement.placed.end());
   CountTimes(photo, &outcome.times);
   outcome.times.commit_ms = watch.LapMs();
   outcome.times.total_ms = total.LapMs() + photo.decode_ms + photo.undistort_ms + photo.features_ms;
   return outcome;
 }
 
-Status Ingest::AppendRetries(const Snapshot& snapshot, std::span<const ImageId> placed, DatabaseState* state) {
+Status Ingest::AppendRetries(const Snapshot& snapshot, std::span<const ImageId> placed,
+                             DatabaseState* state) {
   for (const ImageId id : placed) {
     VEDUTA_ASSIGN_OR_RETURN(const std::vector<PairNeighbor> neighbors, snapshot.ListNeighbors(id));
     for (const PairNeighbor& neighbor : neighbors) {
       auto& retries = state->pending_propagation;
       if (map_.HasImage(neighbor.image)) continue;
-      VEDUTA_ASSIGN_OR_RETURN(const std::optional<PoseRecord> pose, snapshot.FindPose(neighbor.image));
+      VEDUTA_ASSIGN_OR_RETURN(const std::optional<PoseRecord> pose,
+                              snapshot.FindPose(neighbor.image));
       if (!pose && std::find(retries.begin(), retries.end(), neighbor.image) == retries.end()) {
         retries.push_back(neighbor.image);
       }
@@ -261,14 +284,16 @@ Status Ingest::AppendRetries(const Snapshot& snapshot, std::span<const ImageId> 
   return Status::Ok();
 }
 
-Status Ingest::WriteChanges(const Snapshot& snapshot, const Placement& placement, Transaction* transaction) {
+Status Ingest::WriteChanges(const Snapshot& snapshot, const Placement& placement,
+                            Transaction* transaction) {
   std::map<ReconstructionId, ReconstructionRecord> records;
   const auto record_of = [&](ReconstructionId id) -> Result<ReconstructionRecord*> {
     if (!records.contains(id)) {
       if (id == placement.founded) {
         records[id].id = id;
         records[id].points_generation = 1;
-        records[id].image_count = records[id].images_at_adjustment = static_cast<uint32_t>(placement.placed.size());
+        records[id].image_count = records[id].images_at_adjustment =
+            static_cast<uint32_t>(placement.placed.size());
       } else {
         VEDUTA_ASSIGN_OR_RETURN(records[id], snapshot.GetReconstruction(id));
       }
@@ -287,7 +312,8 @@ Status Ingest::WriteChanges(const Snapshot& snapshot, const Placement& placement
     into->observation_count += from->observation_count;
     into->reprojection_error_px_sum += from->reprojection_error_px_sum;
     into->images_at_adjustment = 0;  // all of it is due
-    if (merge.from != placement.founded) transaction->DeletePointBlocks(merge.from, from->points_generation);
+    if (merge.from != placement.founded)
+      transaction->DeletePointBlocks(merge.from, from->points_generation);
     from->merged_into = into->id;
     from->merged_from_this = merge.into_from;
     from->image_count = 0;
@@ -298,7 +324,8 @@ Status Ingest::WriteChanges(const Snapshot& snapshot, const Placement& placement
   for (const auto& [id, change] : map_.changes().counts) {
     const bool merged_away = std::any_of(placement.merges.begin(), placement.merges.end(),
                                          [&, id = id](const Merge& m) { return m.from == id; });
-    VEDUTA_ASSIGN_OR_RETURN(ReconstructionRecord* const record, record_of(merged_away ? placement.reconstruction : id));
+    VEDUTA_ASSIGN_OR_RETURN(ReconstructionRecord* const record,
+                            record_of(merged_away ? placement.reconstruction : id));
     record->point_count += change.points;
     record->observation_count += change.observations;
     record->reprojection_error_px_sum += change.reprojection_error_px_sum;
@@ -308,17 +335,19 @@ Status Ingest::WriteChanges(const Snapshot& snapshot, const Placement& placement
     const MapImage& image = map_.image(id);
     transaction->PutPose({id, image.reconstruction, image.cam_from_world});
   }
-  for (const ImageId id : map_.changes().observations) transaction->PutObservations(id, ObservationsOf(map_.image(id)));
+  for (const ImageId id : map_.changes().observations)
+    transaction->PutObservations(id, ObservationsOf(map_.image(id)));
   for (const ImageId home : map_.changes().blocks) {
-    VEDUTA_ASSIGN_OR_RETURN(ReconstructionRecord* const record, record_of(map_.image(home).reconstruction));
+    VEDUTA_ASSIGN_OR_RETURN(ReconstructionRecord* const record,
+                            record_of(map_.image(home).reconstruction));
     transaction->PutPointBlock(record->id, record->points_generation, map_.StoredBlock(home));
   }
   for (const auto& [id, record] : records) transaction->PutReconstruction(record);
   return Status::Ok();
 }
 
-Status Ingest::WritePlacement(const Snapshot& snapshot, const Placement& placement, DatabaseState* state,
-                              Transaction* transaction) {
+Status Ingest::WritePlacement(const Snapshot& snapshot, const Placement& placement,
+                              DatabaseState* state, Transaction* transaction) {
   if (placement.verdict == Verdict::kPostponed) return Status::Ok();
   VEDUTA_RETURN_IF_ERROR(WriteChanges(snapshot, placement, transaction));
   if (placement.founded.valid()) {
@@ -334,8 +363,8 @@ Status Ingest::WritePlacement(const Snapshot& snapshot, const Placement& placeme
   }
   for (const Merge& merge : placement.merges) {
     Journal("veduta", "merge", {}, placement.reconstruction,
-            "reconstruction " + std::to_string(merge.from.value) + " by " + std::to_string(merge.common_point_count) +
-                " common points",
+            "reconstruction " + std::to_string(merge.from.value) + " by " +
+                std::to_string(merge.common_point_count) + " common points",
             state, transaction);
   }
   return AppendRetries(snapshot, placement.placed, state);
@@ -356,8 +385,9 @@ Result<std::vector<ImageId>> Ingest::RetryNext(const DatabaseState& old_state) {
     VEDUTA_ASSIGN_OR_RETURN(const auto known, features_->Get(*snapshot, id));
     VEDUTA_ASSIGN_OR_RETURN(const CameraRecord camera, snapshot->GetCamera(record.camera));
     // What waits is hard to place: by more features, as when it came.
-    VEDUTA_ASSIGN_OR_RETURN(const auto features,
-                            ImageFeatures::Make(id, camera.model, known->features, options_.thorough_count_max));
+    VEDUTA_ASSIGN_OR_RETURN(
+        const auto features,
+        ImageFeatures::Make(id, camera.model, known->features, options_.thorough_count_max));
     VEDUTA_ASSIGN_OR_RETURN(const std::vector<PairNeighbor> neighbors, snapshot->ListNeighbors(id));
     std::vector<PairMatches> pairs;
     for (const PairNeighbor& neighbor : neighbors) {
@@ -365,15 +395,18 @@ Result<std::vector<ImageId>> Ingest::RetryNext(const DatabaseState& old_state) {
       pairs.push_back(MatchesFrom(pair, id));
     }
     Mapper mapper(&loader, &map_, pool_, options_.mapper);
-    VEDUTA_ASSIGN_OR_RETURN(placement, mapper.Place(*features, pairs, ReconstructionId(state.next_reconstruction),
-                                                    MixSeed(record.photo.Seed(), 1)));
-    record.reason = placement.reason == Reason::kRegistered ? Reason::kPropagated : placement.reason;
+    VEDUTA_ASSIGN_OR_RETURN(
+        placement, mapper.Place(*features, pairs, ReconstructionId(state.next_reconstruction),
+                                MixSeed(record.photo.Seed(), 1)));
+    record.reason =
+        placement.reason == Reason::kRegistered ? Reason::kPropagated : placement.reason;
     record.verdict = placement.verdict;
     record.detail = placement.detail;
     transaction->PutImage(record);
     VEDUTA_RETURN_IF_ERROR(WritePlacement(*snapshot, placement, &state, transaction.get()));
     if (!placement.placed.empty()) {
-      Journal("veduta", "propagate", id, placement.reconstruction, placement.detail, &state, transaction.get());
+      Journal("veduta", "propagate", id, placement.reconstruction, placement.detail, &state,
+              transaction.get());
     }
   }
   transaction->PutState(state);
@@ -384,27 +417,30 @@ Result<std::vector<ImageId>> Ingest::RetryNext(const DatabaseState& old_state) {
 
 bool Ingest::IsAdjustmentDue(const ReconstructionRecord& record) const {
   if (record.merged_into.valid()) return false;
-  const double step =
-      std::max<double>(options_.schedule.views_step, options_.schedule.growth_share * record.images_at_adjustment);
+  const double step = std::max<double>(
+      options_.schedule.views_step, options_.schedule.growth_share * record.images_at_adjustment);
   return record.image_count >= record.images_at_adjustment + step ||
          (record.images_at_adjustment == 0 && record.image_count > 0);
 }
 
 Result<bool> Ingest::AdjustNext() {
   const std::shared_ptr<const Snapshot> snapshot = database_->GetSnapshot();
-  VEDUTA_ASSIGN_OR_RETURN(const std::vector<ReconstructionRecord> all, snapshot->ListReconstructions());
-  const auto due =
-      std::find_if(all.begin(), all.end(), [&](const ReconstructionRecord& r) { return IsAdjustmentDue(r); });
+  VEDUTA_ASSIGN_OR_RETURN(const std::vector<ReconstructionRecord> all,
+                          snapshot->ListReconstructions());
+  const auto due = std::find_if(all.begin(), all.end(),
+                                [&](const ReconstructionRecord& r) { return IsAdjustmentDue(r); });
   if (due == all.end()) return false;
   MapLoader loader(snapshot, features_, &map_);
   Mapper mapper(&loader, &map_, pool_, options_.mapper);
   VEDUTA_RETURN_IF_ERROR(mapper.AdjustReconstruction(due->id));
 
-  // All points move, so all blocks are written, ahead of the commit, as a new generation that the commit switches to.
+  // All points move, so all blocks are written, ahead of the commit, as a new generation that the
+  // commit switches to.
   ReconstructionRecord record = *due;
   record.points_generation = due->points_generation + 1;
-  const CountChange change =
-      map_.changes().counts.contains(record.id) ? map_.changes().counts.at(record.id) : CountChange{};
+  const CountChange change = map_.changes().counts.contains(record.id)
+                                 ? map_.changes().counts.at(record.id)
+                                 : CountChange{};
   record.point_count += change.points;
   record.observation_count += change.observations;
   record.reprojection_error_px_sum = 0;
@@ -417,17 +453,22 @@ Result<bool> Ingest::AdjustNext() {
   for (const ImageId home : members) {
     const PointBlock block = map_.StoredBlock(home);
     for (const PointRecord& point : block.points) {
-      record.reprojection_error_px_sum += static_cast<double>(point.error_px) * static_cast<double>(point.track.size());
+      record.reprojection_error_px_sum +=
+          static_cast<double>(point.error_px) * static_cast<double>(point.track.size());
     }
-    VEDUTA_RETURN_IF_ERROR(database_->WritePointBlocksAhead(record.id, record.points_generation, {&block, 1}));
+    VEDUTA_RETURN_IF_ERROR(
+        database_->WritePointBlocksAhead(record.id, record.points_generation, {&block, 1}));
   }
   VEDUTA_ASSIGN_OR_RETURN(DatabaseState state, snapshot->GetState());
   const std::unique_ptr<Transaction> transaction = database_->BeginTransaction();
-  for (const ImageId id : map_.changes().poses) transaction->PutPose({id, record.id, map_.image(id).cam_from_world});
-  for (const ImageId id : map_.changes().observations) transaction->PutObservations(id, ObservationsOf(map_.image(id)));
+  for (const ImageId id : map_.changes().poses)
+    transaction->PutPose({id, record.id, map_.image(id).cam_from_world});
+  for (const ImageId id : map_.changes().observations)
+    transaction->PutObservations(id, ObservationsOf(map_.image(id)));
   transaction->DeletePointBlocks(record.id, due->points_generation);
   transaction->PutReconstruction(record);
-  Journal("veduta", "adjust", {}, record.id, std::to_string(record.image_count) + " images", &state, transaction.get());
+  Journal("veduta", "adjust", {}, record.id, std::to_string(record.image_count) + " images", &state,
+          transaction.get());
   transaction->PutState(state);
   VEDUTA_RETURN_IF_ERROR(transaction->Commit());
   map_.ClearChanges();

@@ -9,8 +9,8 @@
 
 namespace veduta {
 
-// A sentence a violation, naming the records; empty when the database is sound. Stops after `count_max`. Also parses
-// every value. O(database). Thread-safe.
+// A sentence a violation, naming the records; empty when the database is sound. Stops after
+// `count_max`. Also parses every value. O(database). Thread-safe.
 Result<std::vector<std::string>> FindViolations(const Snapshot& snapshot, size_t count_max);
 
 }  // namespace veduta

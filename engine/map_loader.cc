@@ -24,7 +24,8 @@ Status MapLoader::LoadImages(std::span<const ImageId> images) {
     if (map_->HasImage(id)) continue;
     VEDUTA_ASSIGN_OR_RETURN(const std::optional<PoseRecord> pose, snapshot_->FindPose(id));
     if (!pose) continue;
-    VEDUTA_ASSIGN_OR_RETURN(const std::shared_ptr<const ImageFeatures> features, features_->Get(*snapshot_, id));
+    VEDUTA_ASSIGN_OR_RETURN(const std::shared_ptr<const ImageFeatures> features,
+                            features_->Get(*snapshot_, id));
     MapImage image;
     image.id = id;
     image.reconstruction = pose->reconstruction;
@@ -35,11 +36,13 @@ Status MapLoader::LoadImages(std::span<const ImageId> images) {
     image.features = features->features;
     image.grid = features->grid;
     image.points.resize(features->features->size());
-    VEDUTA_ASSIGN_OR_RETURN(const std::vector<Observation> observations, snapshot_->GetObservations(id));
+    VEDUTA_ASSIGN_OR_RETURN(const std::vector<Observation> observations,
+                            snapshot_->GetObservations(id));
     for (const Observation& observation : observations) {
       if (observation.feature >= image.points.size()) {
-        return Status::Corruption("image " + std::to_string(id.value) + " observes a point by feature " +
-                                  std::to_string(observation.feature) + " of " + std::to_string(image.points.size()));
+        return Status::Corruption(
+            "image " + std::to_string(id.value) + " observes a point by feature " +
+            std::to_string(observation.feature) + " of " + std::to_string(image.points.size()));
       }
       image.points[observation.feature] = observation.point;
     }
@@ -52,8 +55,11 @@ Status MapLoader::LoadBlocks(std::span<const ImageId> homes) {
   for (const ImageId home : homes) {
     if (map_->HasBlock(home)) continue;
     VEDUTA_ASSIGN_OR_RETURN(const std::optional<PoseRecord> pose, snapshot_->FindPose(home));
-    if (!pose) return Status::Corruption("image " + std::to_string(home.value) + " is home to points and has no pose");
-    VEDUTA_ASSIGN_OR_RETURN(const ReconstructionRecord record, GetReconstruction(pose->reconstruction));
+    if (!pose)
+      return Status::Corruption("image " + std::to_string(home.value) +
+                                " is home to points and has no pose");
+    VEDUTA_ASSIGN_OR_RETURN(const ReconstructionRecord record,
+                            GetReconstruction(pose->reconstruction));
     VEDUTA_ASSIGN_OR_RETURN(const PointBlock block,
                             snapshot_->GetPointBlock(record.id, record.points_generation, home));
     map_->LoadBlock(block);

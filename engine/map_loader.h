@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
-// Brings stored images and points into a Map, and writes a Map's changes into a transaction. The Map doubles as the
-// ingest engine's cache: what is loaded and unchanged equals the last commit.
+// Brings stored images and points into a Map, and writes a Map's changes into a transaction. The
+// Map doubles as the ingest engine's cache: what is loaded and unchanged equals the last commit.
 
 #include <map>
 #include <memory>

@@ -9,31 +9,37 @@
 namespace veduta {
 namespace {
 
-void AppendCommon(const Map& map, ImageId image, const PairMatches& pair, std::set<PointPair>* common) {
+void AppendCommon(const Map& map, ImageId image, const PairMatches& pair,
+                  std::set<PointPair>* common) {
   for (const FeatureMatch& match : pair.matches) {
-    const PointId into = map.image(image).points[match.a], from = map.image(pair.other).points[match.b];
-    if (into.valid() && from.valid() && map.FindPoint(into) && map.FindPoint(from)) common->insert({into, from});
+    const PointId into = map.image(image).points[match.a],
+                  from = map.image(pair.other).points[match.b];
+    if (into.valid() && from.valid() && map.FindPoint(into) && map.FindPoint(from))
+      common->insert({into, from});
   }
 }
 
 // Whether `position` falls where the point's first and last views see it.
-bool FallsOnViews(const Map& map, const PointRecord& point, const Eigen::Vector3d& position, double error_px_max) {
+bool FallsOnViews(const Map& map, const PointRecord& point, const Eigen::Vector3d& position,
+                  double error_px_max) {
   for (const TrackElement& element : {point.track.front(), point.track.back()}) {
-    if (ReprojectionErrorPx(map.image(element.image).ViewOf(element.feature), position) > error_px_max) return false;
+    if (ReprojectionErrorPx(map.image(element.image).ViewOf(element.feature), position) >
+        error_px_max)
+      return false;
   }
   return true;
 }
 
 }  // namespace
 
-Result<std::map<ReconstructionId, std::vector<PointPair>>> FindCommonPoints(MapLoader* loader, const Map& map,
-                                                                            std::span<const ImageId> near,
-                                                                            ImageId photo,
-                                                                            std::span<const PairMatches> pairs) {
+Result<std::map<ReconstructionId, std::vector<PointPair>>> FindCommonPoints(
+    MapLoader* loader, const Map& map, std::span<const ImageId> near, ImageId photo,
+    std::span<const PairMatches> pairs) {
   const ReconstructionId into = map.image(photo).reconstruction;
   std::map<ReconstructionId, std::set<PointPair>> common;
   const auto append = [&](ImageId image, const PairMatches& pair) {
-    if (!map.HasImage(pair.other) || map.image(pair.other).reconstruction == into) return Status::Ok();
+    if (!map.HasImage(pair.other) || map.image(pair.other).reconstruction == into)
+      return Status::Ok();
     const ImageId other[] = {pair.other};
     VEDUTA_RETURN_IF_ERROR(loader->LoadNeighborhood(other));
     AppendCommon(map, image, pair, &common[map.image(pair.other).reconstruction]);
@@ -41,12 +47,15 @@ Result<std::map<ReconstructionId, std::vector<PointPair>>> FindCommonPoints(MapL
   };
   for (const PairMatches& pair : pairs) VEDUTA_RETURN_IF_ERROR(append(photo, pair));
   for (const ImageId image : near) {
-    VEDUTA_ASSIGN_OR_RETURN(const std::vector<PairNeighbor> neighbors, loader->snapshot().ListNeighbors(image));
+    VEDUTA_ASSIGN_OR_RETURN(const std::vector<PairNeighbor> neighbors,
+                            loader->snapshot().ListNeighbors(image));
     for (const PairNeighbor& neighbor : neighbors) {
       const ImageId other[] = {neighbor.image};
       VEDUTA_RETURN_IF_ERROR(loader->LoadImages(other));
-      if (!map.HasImage(neighbor.image) || map.image(neighbor.image).reconstruction == into) continue;
-      VEDUTA_ASSIGN_OR_RETURN(const PairRecord stored, loader->snapshot().GetPair(image, neighbor.image));
+      if (!map.HasImage(neighbor.image) || map.image(neighbor.image).reconstruction == into)
+        continue;
+      VEDUTA_ASSIGN_OR_RETURN(const PairRecord stored,
+                              loader->snapshot().GetPair(image, neighbor.image));
       VEDUTA_RETURN_IF_ERROR(append(image, MatchesFrom(stored, image)));
     }
   }
@@ -55,8 +64,8 @@ Result<std::map<ReconstructionId, std::vector<PointPair>>> FindCommonPoints(MapL
   return found;
 }
 
-std::optional<PointAlignment> AlignPoints(const Map& map, std::span<const PointPair> pairs, double error_px_max,
-                                          uint32_t count_min, uint64_t seed) {
+std::optional<PointAlignment> AlignPoints(const Map& map, std::span<const PointPair> pairs,
+                                          double error_px_max, uint32_t count_min, uint64_t seed) {
   std::vector<Eigen::Vector3d> into, from;
   for (const PointPair& pair : pairs) {
     into.push_back(map.point(pair.into).position);
@@ -79,7 +88,8 @@ std::optional<PointAlignment> AlignPoints(const Map& map, std::span<const PointP
   return alignment;
 }
 
-Result<FoundingViews> GatherFoundingViews(MapLoader* loader, const Map& map, const ImageFeatures& photo,
+Result<FoundingViews> GatherFoundingViews(MapLoader* loader, const Map& map,
+                                          const ImageFeatures& photo,
                                           std::span<const PairMatches> pairs, uint32_t count_max) {
   const Snapshot& snapshot = loader->snapshot();
   std::vector<const PairMatches*> unplaced;
@@ -87,7 +97,9 @@ Result<FoundingViews> GatherFoundingViews(MapLoader* loader, const Map& map, con
     if (!map.HasImage(pair.other)) unplaced.push_back(&pair);
   }
   std::stable_sort(unplaced.begin(), unplaced.end(),
-                   [](const PairMatches* a, const PairMatches* b) { return a->matches.size() > b->matches.size(); });
+                   [](const PairMatches* a, const PairMatches* b) {
+                     return a->matches.size() > b->matches.size();
+                   });
   if (unplaced.size() + 1 > count_max) unplaced.resize(count_max - 1);
 
   FoundingViews views;
@@ -109,12 +121,14 @@ Result<FoundingViews> GatherFoundingViews(MapLoader* loader, const Map& map, con
     add(*features);
     views.pairs.push_back(RecordOf(*pair, photo.id));
   }
-  std::sort(views.images.begin(), views.images.end(), [](const MapImage& a, const MapImage& b) { return a.id < b.id; });
+  std::sort(views.images.begin(), views.images.end(),
+            [](const MapImage& a, const MapImage& b) { return a.id < b.id; });
   for (const ImageId id : members) {
     if (id == photo.id) continue;
     VEDUTA_ASSIGN_OR_RETURN(const std::vector<PairNeighbor> neighbors, snapshot.ListNeighbors(id));
     for (const PairNeighbor& neighbor : neighbors) {
-      if (neighbor.image <= id || neighbor.image == photo.id || !members.contains(neighbor.image)) continue;
+      if (neighbor.image <= id || neighbor.image == photo.id || !members.contains(neighbor.image))
+        continue;
       VEDUTA_ASSIGN_OR_RETURN(PairRecord stored, snapshot.GetPair(id, neighbor.image));
       views.pairs.push_back(std::move(stored));
     }

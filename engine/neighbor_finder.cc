@@ -11,8 +11,9 @@ namespace {
 Status AppendNeighbors(const Snapshot& snapshot, ImageId image, const NeighborOptions& options,
                        std::set<ImageId>* tried, std::vector<ImageId>* next) {
   VEDUTA_ASSIGN_OR_RETURN(std::vector<PairNeighbor> neighbors, snapshot.ListNeighbors(image));
-  std::stable_sort(neighbors.begin(), neighbors.end(),
-                   [](const PairNeighbor& a, const PairNeighbor& b) { return a.match_count > b.match_count; });
+  std::stable_sort(
+      neighbors.begin(), neighbors.end(),
+      [](const PairNeighbor& a, const PairNeighbor& b) { return a.match_count > b.match_count; });
   uint32_t taken = 0;
   for (const PairNeighbor& neighbor : neighbors) {
     if (taken == options.extended_per_image_max) break;
@@ -25,9 +26,10 @@ Status AppendNeighbors(const Snapshot& snapshot, ImageId image, const NeighborOp
 
 }  // namespace
 
-Result<NeighborSearch> FindNeighbors(const ImageFeatures& photo, std::span<const RankedImage> candidates, uint64_t seed,
-                                     MapLoader* loader, const Map& map, ImageFeatureCache* features, ThreadPool* pool,
-                                     const NeighborOptions& options) {
+Result<NeighborSearch> FindNeighbors(const ImageFeatures& photo,
+                                     std::span<const RankedImage> candidates, uint64_t seed,
+                                     MapLoader* loader, const Map& map, ImageFeatureCache* features,
+                                     ThreadPool* pool, const NeighborOptions& options) {
   NeighborSearch search;
   const Snapshot& snapshot = loader->snapshot();
   std::set<ImageId> tried = {photo.id};
@@ -42,13 +44,14 @@ Result<NeighborSearch> FindNeighbors(const ImageFeatures& photo, std::span<const
     std::vector<Result<PairVerification>> verified(next.size(), PairVerification());
     pool->ParallelFor(next.size(), [&](size_t i) {
       const auto candidate = features->Get(snapshot, next[i]);
-      verified[i] = candidate.ok()
-                        ? Result(VerifyPair(photo, **candidate, map, MixSeed(seed, next[i].value), options.pair))
-                        : candidate.status();
+      verified[i] = candidate.ok() ? Result(VerifyPair(photo, **candidate, map,
+                                                       MixSeed(seed, next[i].value), options.pair))
+                                   : candidate.status();
     });
     std::vector<ImageId> extend;
     if (first) {
-      for (size_t i = 0; i < std::min<size_t>(options.ranked_extended_max, candidates.size()); ++i) {
+      for (size_t i = 0; i < std::min<size_t>(options.ranked_extended_max, candidates.size());
+           ++i) {
         extend.push_back(candidates[i].image);
       }
     }
@@ -78,7 +81,8 @@ Result<NeighborSearch> FindNeighbors(const ImageFeatures& photo, std::span<const
       extended += static_cast<uint32_t>(next.size() - before);
     }
   }
-  std::stable_sort(failed.begin(), failed.end(), [](const auto& a, const auto& b) { return a.first > b.first; });
+  std::stable_sort(failed.begin(), failed.end(),
+                   [](const auto& a, const auto& b) { return a.first > b.first; });
   for (const auto& [inliers, id] : failed) search.promising.push_back({id, 0});
   const auto other = [&](const PairRecord& pair) { return pair.a == photo.id ? pair.b : pair.a; };
   std::sort(search.pairs.begin(), search.pairs.end(),

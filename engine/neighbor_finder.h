@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
-// The verified neighbours of a new photo: candidates from retrieval, then the view-graph neighbours of ranked and of
-// verified images (R10), each matched and verified.
+// The verified neighbours of a new photo: candidates from retrieval, then the view-graph neighbours
+// of ranked and of verified images (R10), each matched and verified.
 
 #include <span>
 #include <string>
@@ -26,13 +26,16 @@ struct NeighborSearch {
   uint32_t tried_count = 0;
   uint32_t best_inlier_count = 0;  // of those that failed
   ImageId best_failed;
-  std::vector<RankedImage> promising;  // verified, then those that failed with most consistent matches
+  std::vector<RankedImage>
+      promising;  // verified, then those that failed with most consistent matches
   double match_ms = 0, verify_ms = 0;  // summed over pairs, of one core
 };
 
-// Pairs are spread over the pool; the result does not depend on it. Also loads the structure of the candidates.
-Result<NeighborSearch> FindNeighbors(const ImageFeatures& photo, std::span<const RankedImage> candidates, uint64_t seed,
-                                     MapLoader* loader, const Map& map, ImageFeatureCache* features, ThreadPool* pool,
-                                     const NeighborOptions& options);
+// Pairs are spread over the pool; the result does not depend on it. Also loads the structure of the
+// candidates.
+Result<NeighborSearch> FindNeighbors(const ImageFeatures& photo,
+                                     std::span<const RankedImage> candidates, uint64_t seed,
+                                     MapLoader* loader, const Map& map, ImageFeatureCache* features,
+                                     ThreadPool* pool, const NeighborOptions& options);
 
 }  // namespace veduta

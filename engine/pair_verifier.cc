@@ -14,8 +14,8 @@ struct RankedMatches {
   std::vector<Eigen::Vector2d> x_photo, x_candidate;
 };
 
-RankedMatches Rank(std::vector<DescriptorMatch> matches, const ImageFeatures& photo, const ImageFeatures& candidate,
-                   double ratio_max) {
+RankedMatches Rank(std::vector<DescriptorMatch> matches, const ImageFeatures& photo,
+                   const ImageFeatures& candidate, double ratio_max) {
   RankedMatches ranked;
   const auto is_before = [](const DescriptorMatch& a, const DescriptorMatch& b) {
     // a.d / a.second < b.d / b.second without division
@@ -34,9 +34,11 @@ RankedMatches Rank(std::vector<DescriptorMatch> matches, const ImageFeatures& ph
   return ranked;
 }
 
-// candidate_from_photo by the photo's pose against the candidate's points; false when there is too little of them.
-bool EstimateFromStructure(const RankedMatches& ranked, const ImageFeatures& photo, const MapImage& placed,
-                           const Map& map, uint64_t seed, const PairOptions& options, Rigid3* candidate_from_photo) {
+// candidate_from_photo by the photo's pose against the candidate's points; false when there is too
+// little of them.
+bool EstimateFromStructure(const RankedMatches& ranked, const ImageFeatures& photo,
+                           const MapImage& placed, const Map& map, uint64_t seed,
+                           const PairOptions& options, Rigid3* candidate_from_photo) {
   std::vector<Eigen::Vector2d> x;
   std::vector<Eigen::Vector3d> points;
   for (size_t i = 0; i < ranked.matches.size(); ++i) {
@@ -56,17 +58,22 @@ bool EstimateFromStructure(const RankedMatches& ranked, const ImageFeatures& pho
   return true;
 }
 
-// The geometry of the pair, by structure where there is enough of it, otherwise by the five-point algorithm.
-TwoViewGeometry Estimate(const RankedMatches& ranked, const ImageFeatures& photo, const ImageFeatures& candidate,
-                         const Map& map, uint64_t seed, const PairOptions& options) {
+// The geometry of the pair, by structure where there is enough of it, otherwise by the five-point
+// algorithm.
+TwoViewGeometry Estimate(const RankedMatches& ranked, const ImageFeatures& photo,
+                         const ImageFeatures& candidate, const Map& map, uint64_t seed,
+                         const PairOptions& options) {
   const double focal_px = std::min(photo.camera.focal_px(), candidate.camera.focal_px());
   const double distance_max = options.two_view.error_px_max / focal_px;
   Rigid3 candidate_from_photo;
   if (map.HasImage(candidate.id) &&
-      EstimateFromStructure(ranked, photo, map.image(candidate.id), map, seed, options, &candidate_from_photo)) {
+      EstimateFromStructure(ranked, photo, map.image(candidate.id), map, seed, options,
+                            &candidate_from_photo)) {
     TwoViewGeometry geometry;
-    geometry.b_from_a = RefineTwoView(candidate_from_photo, ranked.x_photo, ranked.x_candidate, 0.5 * distance_max);
-    geometry.inliers = FindTwoViewInliers(geometry.b_from_a, ranked.x_photo, ranked.x_candidate, distance_max);
+    geometry.b_from_a =
+        RefineTwoView(candidate_from_photo, ranked.x_photo, ranked.x_candidate, 0.5 * distance_max);
+    geometry.inliers =
+        FindTwoViewInliers(geometry.b_from_a, ranked.x_photo, ranked.x_candidate, distance_max);
     if (geometry.inliers.size() >= options.two_view.inlier_count_min &&
         static_cast<double>(geometry.inliers.size()) >=
             options.two_view.inlier_share_min * static_cast<double>(ranked.matches.size())) {
@@ -88,11 +95,12 @@ std::vector<DescriptorMatch> MatchImages(const ImageFeatures& photo, const Image
   return wide.ok() ? MatchMutual(photo.packed, *wide, options) : std::vector<DescriptorMatch>();
 }
 
-PairVerification VerifyPair(const ImageFeatures& photo, const ImageFeatures& candidate, const Map& map, uint64_t seed,
-                            const PairOptions& options) {
+PairVerification VerifyPair(const ImageFeatures& photo, const ImageFeatures& candidate,
+                            const Map& map, uint64_t seed, const PairOptions& options) {
   PairVerification verification;
   Stopwatch watch;
-  const RankedMatches ranked = Rank(MatchImages(photo, candidate), photo, candidate, options.ratio_max);
+  const RankedMatches ranked =
+      Rank(MatchImages(photo, candidate), photo, candidate, options.ratio_max);
   verification.match_ms = watch.LapMs();
   if (ranked.matches.size() < options.distinct_count_min) return verification;
 
@@ -105,7 +113,8 @@ PairVerification VerifyPair(const ImageFeatures& photo, const ImageFeatures& can
     pair.b = candidate.id;
     pair.geometry = geometry.geometry;
     pair.b_from_a = geometry.b_from_a;
-    for (const uint32_t i : geometry.inliers) pair.matches.push_back({ranked.matches[i].a, ranked.matches[i].b});
+    for (const uint32_t i : geometry.inliers)
+      pair.matches.push_back({ranked.matches[i].a, ranked.matches[i].b});
     if (pair.b < pair.a) {
       std::swap(pair.a, pair.b);
       pair.b_from_a = pair.b_from_a.Inverse();

@@ -39,17 +39,20 @@ void DropBorder(const CameraModel& camera, double border_px, Features* features)
     const Keypoint& k = features->keypoints[i];
     if (!IsInsidePhoto(camera, {k.x_px, k.y_px}, border_px)) continue;
     features->keypoints[kept] = k;
-    std::copy_n(features->descriptor(i), kDescriptorSize, features->descriptors.begin() + kept * kDescriptorSize);
+    std::copy_n(features->descriptor(i), kDescriptorSize,
+                features->descriptors.begin() + kept * kDescriptorSize);
     ++kept;
   }
   features->keypoints.resize(kept);
   features->descriptors.resize(kept * kDescriptorSize);
 }
 
-// Colours come from the photo as it was taken: `camera` tells where each feature lies there; null: where it is.
+// Colours come from the photo as it was taken: `camera` tells where each feature lies there; null:
+// where it is.
 void ColorFeatures(const cv::Mat& bgr, const CameraModel* camera, Features* features) {
   for (Keypoint& k : features->keypoints) {
-    const Eigen::Vector2d seen = camera ? DistortPixel(*camera, {k.x_px, k.y_px}) : Eigen::Vector2d(k.x_px, k.y_px);
+    const Eigen::Vector2d seen =
+        camera ? DistortPixel(*camera, {k.x_px, k.y_px}) : Eigen::Vector2d(k.x_px, k.y_px);
     const int x = std::clamp(static_cast<int>(std::lround(seen.x())), 0, bgr.cols - 1);
     const int y = std::clamp(static_cast<int>(std::lround(seen.y())), 0, bgr.rows - 1);
     const cv::Vec3b& pixel = bgr.at<cv::Vec3b>(y, x);
@@ -65,11 +68,13 @@ Result<std::vector<uint8_t>> PhotoPreparer::ReadBytes(const PhotoSource& source)
   if (error) return Status::NotFound("cannot read " + source.path + ": " + error.message());
   if (size > options_.limits.size_bytes_max) {
     return Status::InvalidArgument("the file has " + std::to_string(size) + " bytes; at most " +
-                                   std::to_string(options_.limits.size_bytes_max) + " are accepted");
+                                   std::to_string(options_.limits.size_bytes_max) +
+                                   " are accepted");
   }
   std::ifstream file(source.path, std::ios::binary);
   std::vector<uint8_t> bytes(size);
-  if (!file || !file.read(reinterpret_cast<char*>(bytes.data()), static_cast<std::streamsize>(size))) {
+  if (!file ||
+      !file.read(reinterpret_cast<char*>(bytes.data()), static_cast<std::streamsize>(size))) {
     return Status::NotFound("cannot read " + source.path);
   }
   return bytes;
@@ -85,15 +90,16 @@ Result<Features> PhotoPreparer::ExtractFeaturesOf(const cv::Mat& gray) const {
     }
   }
   if (!scratch) scratch = std::make_unique<FeatureScratch>();
-  Result<Features> features =
-      ExtractFeatures({gray.data, gray.cols, gray.rows, gray.step}, options_.features, scratch.get());
+  Result<Features> features = ExtractFeatures({gray.data, gray.cols, gray.rows, gray.step},
+                                              options_.features, scratch.get());
   if (gray.total() > kScratchPixelsMax) return features;
   const std::lock_guard lock(mutex_);
   idle_scratch_.push_back(std::move(scratch));
   return features;
 }
 
-void PhotoPreparer::ExtractBytes(std::span<const uint8_t> bytes, const std::optional<CameraModel>& camera,
+void PhotoPreparer::ExtractBytes(std::span<const uint8_t> bytes,
+                                 const std::optional<CameraModel>& camera,
                                  PreparedPhoto* photo) const {
   Stopwatch watch;
   const ImageSize wanted = camera ? ImageSize{camera->width_px, camera->height_px} : ImageSize{};
@@ -130,18 +136,20 @@ void PhotoPreparer::ExtractBytes(std::span<const uint8_t> bytes, const std::opti
   photo->features_ms = watch.LapMs();
   if (photo->features.size() < options_.feature_count_min) {
     photo->reason = Reason::kNoTexture;
-    photo->detail = "only " + std::to_string(photo->features.size()) + " features found, at least " +
-                    std::to_string(options_.feature_count_min) +
+    photo->detail = "only " + std::to_string(photo->features.size()) +
+                    " features found, at least " + std::to_string(options_.feature_count_min) +
                     " are needed: the photo is blank, too dark, too bright or out of focus";
   }
 }
 
-PreparedPhoto PhotoPreparer::Extract(const PhotoSource& source, const std::optional<CameraModel>& camera) const {
+PreparedPhoto PhotoPreparer::Extract(const PhotoSource& source,
+                                     const std::optional<CameraModel>& camera) const {
   PreparedPhoto photo;
   photo.name = source.name;
   Result<std::vector<uint8_t>> read = source.bytes ? Result(*source.bytes) : ReadBytes(source);
   if (!read.ok()) {
-    photo.reason = read.status().code() == StatusCode::kInvalidArgument ? Reason::kTooLarge : Reason::kUnreadable;
+    photo.reason = read.status().code() == StatusCode::kInvalidArgument ? Reason::kTooLarge
+                                                                        : Reason::kUnreadable;
     photo.detail = read.status().message();
     return photo;
   }
@@ -151,19 +159,22 @@ PreparedPhoto PhotoPreparer::Extract(const PhotoSource& source, const std::optio
   return photo;
 }
 
-Result<PreparedPhoto> PhotoPreparer::Prepare(const PhotoSource& source, const CameraModel& camera) const {
+Result<PreparedPhoto> PhotoPreparer::Prepare(const PhotoSource& source,
+                                             const CameraModel& camera) const {
   Stopwatch watch;
   PreparedPhoto photo;
   photo.name = source.name;
   Result<std::vector<uint8_t>> read = source.bytes ? Result(*source.bytes) : ReadBytes(source);
   if (!read.ok()) {
-    photo.reason = read.status().code() == StatusCode::kInvalidArgument ? Reason::kTooLarge : Reason::kUnreadable;
+    photo.reason = read.status().code() == StatusCode::kInvalidArgument ? Reason::kTooLarge
+                                                                        : Reason::kUnreadable;
     photo.detail = read.status().message();
     return photo;
   }
   photo.size_bytes = read->size();
   photo.hash = HashContent(*read);
-  VEDUTA_ASSIGN_OR_RETURN(const std::optional<ImageId> stored, database_->GetSnapshot()->FindImageByPhoto(photo.hash));
+  VEDUTA_ASSIGN_OR_RETURN(const std::optional<ImageId> stored,
+                          database_->GetSnapshot()->FindImageByPhoto(photo.hash));
   photo.known = stored.has_value();
   photo.decode_ms = watch.LapMs();
   if (photo.known) return photo;

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
-// The part of adding a photo that depends on the photo alone: read, decode, undistort, features. Runs ahead on all
-// cores.
+// The part of adding a photo that depends on the photo alone: read, decode, undistort, features.
+// Runs ahead on all cores.
 
 #include <cstdint>
 #include <memory>
@@ -28,7 +28,7 @@ struct PrepareOptions {
   DecodeLimits limits;
   FeatureOptions features;
   uint32_t feature_count_min = 60;  // fewer: nothing to recognise the photo by, it is rejected
-  double border_px = 4;             // >= 0: features so near to where the undistorted photo ends are dropped
+  double border_px = 4;  // >= 0: features so near to where the undistorted photo ends are dropped
 };
 
 struct PreparedPhoto {
@@ -49,8 +49,8 @@ class PhotoPreparer final {
   PhotoPreparer(Database* database, UndistortCache* tables, PrepareOptions options)
       : database_(database), tables_(tables), options_(std::move(options)) {}
 
-  // Also writes photo and features ahead of the commit, unless the photo is rejected or known. Only a failing database
-  // is an error; whatever is wrong with the photo is its reason.
+  // Also writes photo and features ahead of the commit, unless the photo is rejected or known. Only
+  // a failing database is an error; whatever is wrong with the photo is its reason.
   Result<PreparedPhoto> Prepare(const PhotoSource& source, const CameraModel& camera) const;
   // The same without touching the database: for queries by a photo that is not added.
   PreparedPhoto Extract(const PhotoSource& source, const std::optional<CameraModel>& camera) const;

@@ -22,7 +22,8 @@ Result<CityStatus> Queries::Status() const {
   VEDUTA_ASSIGN_OR_RETURN(const DatabaseState state, snapshot_->GetState());
   status.backlog = state.pending_propagation.size();
   status.vocabulary_generation = state.vocabulary_generation;
-  VEDUTA_ASSIGN_OR_RETURN(const std::vector<ReconstructionRecord> all, snapshot_->ListReconstructions());
+  VEDUTA_ASSIGN_OR_RETURN(const std::vector<ReconstructionRecord> all,
+                          snapshot_->ListReconstructions());
   for (const ReconstructionRecord& record : all) {
     if (!record.merged_into.valid()) status.reconstructions.push_back(record);
   }
@@ -37,15 +38,17 @@ Result<ImageRecord> Queries::FindImage(const std::string& name) const {
   uint32_t number = 0;
   if (name.size() > 1 && name[0] == '#') {
     const auto [end, error] = std::from_chars(name.data() + 1, name.data() + name.size(), number);
-    if (error == std::errc() && end == name.data() + name.size()) return snapshot_->GetImage(ImageId(number));
+    if (error == std::errc() && end == name.data() + name.size())
+      return snapshot_->GetImage(ImageId(number));
   }
   return veduta::Status::NotFound("there is no image '" + name + "' in the database");
 }
 
 Result<std::vector<PairNeighbor>> Queries::Neighbors(ImageId image) const {
   VEDUTA_ASSIGN_OR_RETURN(std::vector<PairNeighbor> neighbors, snapshot_->ListNeighbors(image));
-  std::stable_sort(neighbors.begin(), neighbors.end(),
-                   [](const PairNeighbor& a, const PairNeighbor& b) { return a.match_count > b.match_count; });
+  std::stable_sort(
+      neighbors.begin(), neighbors.end(),
+      [](const PairNeighbor& a, const PairNeighbor& b) { return a.match_count > b.match_count; });
   return neighbors;
 }
 
@@ -55,7 +58,8 @@ Result<std::vector<RankedImage>> Queries::RankFeatures(const Features& features,
   if (!words.empty()) return retrieval_->RankWords(*snapshot_, words, count_max);
   VEDUTA_ASSIGN_OR_RETURN(const PackedDescriptors packed,
                           PackedDescriptors::Pack(features, features_->matched_count_max()));
-  VEDUTA_ASSIGN_OR_RETURN(std::vector<RankedImage> ranked, retrieval_->Candidates(*snapshot_, features));
+  VEDUTA_ASSIGN_OR_RETURN(std::vector<RankedImage> ranked,
+                          retrieval_->Candidates(*snapshot_, features));
   std::vector<veduta::Status> failures(ranked.size());
   MatchOptions options;
   options.ratio_max = 0.85;

@@ -18,12 +18,14 @@ struct CityStatus {
   uint64_t cameras = 0, pairs = 0;
   uint64_t backlog = 0;  // postponed photos still to be tried again
   uint32_t vocabulary_generation = 0;
-  std::vector<ReconstructionRecord> reconstructions;  // living ones, most images first, then ascending ids
+  std::vector<ReconstructionRecord>
+      reconstructions;  // living ones, most images first, then ascending ids
 };
 
 class Queries {
  public:
-  Queries(std::shared_ptr<const Snapshot> snapshot, Retrieval* retrieval, ImageFeatureCache* features)
+  Queries(std::shared_ptr<const Snapshot> snapshot, Retrieval* retrieval,
+          ImageFeatureCache* features)
       : snapshot_(std::move(snapshot)), retrieval_(retrieval), features_(features) {}
 
   const Snapshot& snapshot() const { return *snapshot_; }
@@ -35,9 +37,10 @@ class Queries {
   // Verified neighbours, most matches first.
   Result<std::vector<PairNeighbor>> Neighbors(ImageId image) const;
   Result<std::optional<PoseRecord>> Pose(ImageId image) const { return snapshot_->FindPose(image); }
-  // Images that look most like the features: by the vocabulary, or, without one, by the share of the query's
-  // features that have a mutual nearest neighbour passing the ratio test.
-  Result<std::vector<RankedImage>> RankFeatures(const Features& features, uint32_t count_max, ThreadPool* pool) const;
+  // Images that look most like the features: by the vocabulary, or, without one, by the share of
+  // the query's features that have a mutual nearest neighbour passing the ratio test.
+  Result<std::vector<RankedImage>> RankFeatures(const Features& features, uint32_t count_max,
+                                                ThreadPool* pool) const;
 
  private:
   std::shared_ptr<const Snapshot> snapshot_;

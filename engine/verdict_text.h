@@ -7,6 +7,6 @@
 namespace veduta {
 
 const char* VerdictText(Verdict verdict);  // one word, as the command line prints it
-const char* ReasonText(Reason reason);     // a clause, without numbers: the record's detail has those
+const char* ReasonText(Reason reason);  // a clause, without numbers: the record's detail has those
 
 }  // namespace veduta

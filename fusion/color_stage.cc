@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// A gain for every photo that has none yet, and the colours of every tile whose surface, photos or occluders changed.
+// A gain for every photo that has none yet, and the colours of every tile whose surface, photos or
+// occluders changed.
 #include <algorithm>
 #include <string>
 
@@ -20,7 +21,8 @@ namespace {
 constexpr size_t kColorViewsKept = 48;
 constexpr size_t kRayTilesBytesMax = 512ull << 20;
 
-// Where a photo stands for the surface, and how it looks: the pose that its depth map was integrated with.
+// Where a photo stands for the surface, and how it looks: the pose that its depth map was
+// integrated with.
 struct ColorSource {
   ViewGeometry geometry;
   std::array<float, 3> gain{};
@@ -29,10 +31,11 @@ struct ColorSource {
 // Images of this reconstruction that have a depth map.
 Result<std::map<ImageId, DepthRecord>> LoadDepths(const Pass& pass) {
   std::map<ImageId, DepthRecord> depths;
-  VEDUTA_RETURN_IF_ERROR(pass.database.GetSnapshot()->dense().ScanDepths([&](const DepthRecord& depth) {
-    if (depth.reconstruction == pass.scene.reconstruction.id) depths[depth.image] = depth;
-    return true;
-  }));
+  VEDUTA_RETURN_IF_ERROR(
+      pass.database.GetSnapshot()->dense().ScanDepths([&](const DepthRecord& depth) {
+        if (depth.reconstruction == pass.scene.reconstruction.id) depths[depth.image] = depth;
+        return true;
+      }));
   return depths;
 }
 
@@ -41,7 +44,8 @@ bool HasGain(const DepthRecord& depth) {
 }
 
 // What photos say about the points that those without a gain see.
-Result<std::vector<ColorObservation>> Observe(const Pass& pass, const std::map<ImageId, DepthRecord>& depths) {
+Result<std::vector<ColorObservation>> Observe(const Pass& pass,
+                                              const std::map<ImageId, DepthRecord>& depths) {
   std::vector<uint8_t> wanted(pass.scene.points.size());
   for (const auto& [id, depth] : depths) {
     if (HasGain(depth)) continue;
@@ -56,7 +60,8 @@ Result<std::vector<ColorObservation>> Observe(const Pass& pass, const std::map<I
     VEDUTA_ASSIGN_OR_RETURN(const Features features, snapshot->GetFeatures(image.record.photo));
     for (const SceneObservation& o : image.observations) {
       if (!is_wanted(o) || o.feature >= features.size()) continue;
-      observations.push_back({id, pass.scene.points[o.point].id, features.keypoints[o.feature].rgb});
+      observations.push_back(
+          {id, pass.scene.points[o.point].id, features.keypoints[o.feature].rgb});
     }
   }
   return observations;
@@ -78,7 +83,8 @@ class ColorStage final {
                               snapshot_->dense().GetCheckedDepth(id, depth.checked_version));
       sources_[id] = {GeometryOf(checked), depth.gain};
     }
-    VEDUTA_ASSIGN_OR_RETURN(const TileRecords tiles, LoadTileRecords(*snapshot_, pass_.scene.reconstruction.id));
+    VEDUTA_ASSIGN_OR_RETURN(const TileRecords tiles,
+                            LoadTileRecords(*snapshot_, pass_.scene.reconstruction.id));
     const double side = kTileSide * pass_.settings.voxel_size;
     for (const auto& [place, tile] : tiles) {
       if (tile.triangle_count == 0) continue;
@@ -109,13 +115,15 @@ class ColorStage final {
   std::vector<ImageId> ViewsOf(size_t tile) const {
     std::vector<ImageId> views;
     for (const auto& [id, source] : sources_) {
-      const double far = coloring_.voxels_per_pixel_max * coloring_.voxel_size * source.geometry.camera.fx;
+      const double far =
+          coloring_.voxels_per_pixel_max * coloring_.voxel_size * source.geometry.camera.fx;
       if (MaySeeTile(source.geometry, far, tiles_[tile].place, pass_.grid())) views.push_back(id);
     }
     return views;
   }
 
-  uint64_t VersionOfColors(size_t tile, std::span<const ImageId> views, std::span<const uint32_t> between) const {
+  uint64_t VersionOfColors(size_t tile, std::span<const ImageId> views,
+                           std::span<const uint32_t> between) const {
     VersionFeed feed("colors");
     feed << tiles_[tile].mesh_version << pass_.settings.depth_side_px;
     for (const ImageId id : views) {
@@ -133,11 +141,13 @@ class ColorStage final {
       views_.splice(views_.begin(), views_, it);
       return views_.front();
     }
-    VEDUTA_ASSIGN_OR_RETURN(const std::shared_ptr<const View> view, loader_.Load(pass_.scene.images.at(id)));
+    VEDUTA_ASSIGN_OR_RETURN(const std::shared_ptr<const View> view,
+                            loader_.Load(pass_.scene.images.at(id)));
     const std::array<float, 3>& gain = sources_.at(id).gain;
     View placed = *view;
     placed.geometry.cam_from_world = sources_.at(id).geometry.cam_from_world;
-    VEDUTA_ASSIGN_OR_RETURN(ColorView made, ColorView::Make(placed, Eigen::Vector3f(gain[0], gain[1], gain[2])));
+    VEDUTA_ASSIGN_OR_RETURN(ColorView made,
+                            ColorView::Make(placed, Eigen::Vector3f(gain[0], gain[1], gain[2])));
     views_.push_front(std::make_shared<const ColorView>(std::move(made)));
     if (views_.size() > kColorViewsKept) views_.pop_back();
     return views_.front();
@@ -146,7 +156,8 @@ class ColorStage final {
   Status Update(size_t tile, RayTileCache* rays) {
     const std::vector<ImageId> views = ViewsOf(tile);
     std::vector<Eigen::Vector3d> centers;
-    for (const ImageId id : views) centers.push_back(sources_.at(id).geometry.cam_from_world.Center());
+    for (const ImageId id : views)
+      centers.push_back(sources_.at(id).geometry.cam_from_world.Center());
     Eigen::AlignedBox3d around = boxes_[tile];
     around.min().array() -= ColoringReach(coloring_);
     around.max().array() += ColoringReach(coloring_);
@@ -171,12 +182,14 @@ class ColorStage final {
     }
     VEDUTA_ASSIGN_OR_RETURN(const auto scene, RayScene::Make(ray_device_, std::move(scene_tiles)));
     VEDUTA_ASSIGN_OR_RETURN(const auto own, rays->Get(tile));
-    VEDUTA_ASSIGN_OR_RETURN(const VertexColors colors, ColorVertices(own->mesh(), *scene, used, coloring_, pass_.pool));
+    VEDUTA_ASSIGN_OR_RETURN(const VertexColors colors,
+                            ColorVertices(own->mesh(), *scene, used, coloring_, pass_.pool));
     TileRecord record = tiles_[tile];
     record.color_version = version;
     const auto transaction = pass_.database.BeginTransaction();
-    transaction->dense().PutSurface(SurfacePart::kColors, record.reconstruction, record.place,
-                                    SerializeColors(record.mesh_version, colors.colors, colors.view_counts));
+    transaction->dense().PutSurface(
+        SurfacePart::kColors, record.reconstruction, record.place,
+        SerializeColors(record.mesh_version, colors.colors, colors.view_counts));
     transaction->dense().PutTile(record);
     ++count_.computed;
     return transaction->Commit();

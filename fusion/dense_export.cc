@@ -23,21 +23,25 @@ Status PrepareFolder(const std::string& out) {
     return Status::AlreadyExists(out + " exists and is not empty: choose another folder");
   }
   std::filesystem::create_directories(out, error);
-  return error ? Status::IoError("cannot make folder " + out + ": " + error.message()) : Status::Ok();
+  return error ? Status::IoError("cannot make folder " + out + ": " + error.message())
+               : Status::Ok();
 }
 
 // Those that stand, largest first.
 Result<std::vector<ReconstructionRecord>> Standing(const Snapshot& snapshot) {
-  VEDUTA_ASSIGN_OR_RETURN(std::vector<ReconstructionRecord> records, snapshot.ListReconstructions());
+  VEDUTA_ASSIGN_OR_RETURN(std::vector<ReconstructionRecord> records,
+                          snapshot.ListReconstructions());
   std::erase_if(records, [](const ReconstructionRecord& r) { return r.merged_into.valid(); });
-  std::ranges::stable_sort(records, [](const auto& a, const auto& b) { return a.image_count > b.image_count; });
+  std::ranges::stable_sort(
+      records, [](const auto& a, const auto& b) { return a.image_count > b.image_count; });
   return records;
 }
 
-Result<std::vector<CloudPoint>> LoadPoints(const Snapshot& snapshot, const ReconstructionRecord& reconstruction) {
+Result<std::vector<CloudPoint>> LoadPoints(const Snapshot& snapshot,
+                                           const ReconstructionRecord& reconstruction) {
   std::vector<CloudPoint> points;
-  VEDUTA_RETURN_IF_ERROR(
-      snapshot.ScanPointBlocks(reconstruction.id, reconstruction.points_generation, [&](const PointBlock& block) {
+  VEDUTA_RETURN_IF_ERROR(snapshot.ScanPointBlocks(
+      reconstruction.id, reconstruction.points_generation, [&](const PointBlock& block) {
         for (const PointRecord& p : block.points) {
           points.push_back({p.position.cast<float>(), Eigen::Vector3f::Zero(), p.rgb});
         }
@@ -46,7 +50,8 @@ Result<std::vector<CloudPoint>> LoadPoints(const Snapshot& snapshot, const Recon
   return points;
 }
 
-Status AddTile(const Snapshot& snapshot, const TileRecord& tile, double error_max, ModelWriter* writer) {
+Status AddTile(const Snapshot& snapshot, const TileRecord& tile, double error_max,
+               ModelWriter* writer) {
   VEDUTA_ASSIGN_OR_RETURN(TileSurface surface, LoadSurface(snapshot, tile));
   std::vector<uint64_t> keys;
   for (const VertexKey& key : surface.piece.keys) {
@@ -65,7 +70,8 @@ Status AddTile(const Snapshot& snapshot, const TileRecord& tile, double error_ma
   return writer->AddMesh(mesh, keys);
 }
 
-Status AddTiles(const Snapshot& snapshot, const TileRecords& tiles, double error_max, ModelWriter* writer) {
+Status AddTiles(const Snapshot& snapshot, const TileRecords& tiles, double error_max,
+                ModelWriter* writer) {
   for (const auto& [place, tile] : tiles) {
     if (tile.triangle_count > 0) VEDUTA_RETURN_IF_ERROR(AddTile(snapshot, tile, error_max, writer));
   }
@@ -80,9 +86,10 @@ struct Model {
   bool has_surface = false;
 };
 
-Status WritePly(const Snapshot& snapshot, const Model& model, const DenseExportOptions& options, double camera_depth,
-                ExportedSurface* exported) {
-  VEDUTA_ASSIGN_OR_RETURN(const auto points, OpenPly(exported->folder + "/points.ply", {.normals = false}));
+Status WritePly(const Snapshot& snapshot, const Model& model, const DenseExportOptions& options,
+                double camera_depth, ExportedSurface* exported) {
+  VEDUTA_ASSIGN_OR_RETURN(const auto points,
+                          OpenPly(exported->folder + "/points.ply", {.normals = false}));
   VEDUTA_RETURN_IF_ERROR(points->AddPoints(model.points));
   VEDUTA_RETURN_IF_ERROR(points->Finish().status());
   VEDUTA_RETURN_IF_ERROR(WriteCameras(exported->folder + "/cameras", model.cameras, camera_depth));
@@ -99,7 +106,8 @@ Status WriteGltf(const Snapshot& snapshot, const Model& model, const DenseExport
                  ExportedSurface* exported) {
   std::vector<ViewGeometry> views;
   for (const ExportedCamera& camera : model.cameras) views.push_back(camera.geometry);
-  VEDUTA_ASSIGN_OR_RETURN(const auto writer, OpenGlb(exported->folder + "/model.glb", {}, MeanUp(views)));
+  VEDUTA_ASSIGN_OR_RETURN(const auto writer,
+                          OpenGlb(exported->folder + "/model.glb", {}, MeanUp(views)));
   VEDUTA_RETURN_IF_ERROR(AddTiles(snapshot, model.tiles, options.error_max, writer.get()));
   VEDUTA_RETURN_IF_ERROR(writer->AddPoints(model.points));
   VEDUTA_RETURN_IF_ERROR(writer->AddCameras(model.cameras));
@@ -121,14 +129,16 @@ Result<ExportedSurface> ExportOne(const Snapshot& snapshot, const Reconstruction
     model.cameras.push_back({image.record.name, ViewGeometryOf(image, 0)});
   }
   VEDUTA_ASSIGN_OR_RETURN(model.tiles, LoadTileRecords(snapshot, record.id));
-  model.has_surface = std::ranges::any_of(model.tiles, [](const auto& tile) { return tile.second.triangle_count > 0; });
+  model.has_surface = std::ranges::any_of(
+      model.tiles, [](const auto& tile) { return tile.second.triangle_count > 0; });
   ExportedSurface exported{record.id, folder, model.cameras.size(), model.points.size(), 0, 0};
   if (options.format == ModelFormat::kGltf) {
     VEDUTA_RETURN_IF_ERROR(WriteGltf(snapshot, model, options, &exported));
     return exported;
   }
   VEDUTA_ASSIGN_OR_RETURN(const Eigen::AlignedBox3d box, BoxOf(snapshot, record.id));
-  VEDUTA_RETURN_IF_ERROR(WritePly(snapshot, model, options, kCameraDepth * box.diagonal().norm(), &exported));
+  VEDUTA_RETURN_IF_ERROR(
+      WritePly(snapshot, model, options, kCameraDepth * box.diagonal().norm(), &exported));
   return exported;
 }
 
@@ -155,7 +165,8 @@ Result<SceneImage> LoadSceneImage(const Snapshot& snapshot, ImageId id) {
   SceneImage image;
   VEDUTA_ASSIGN_OR_RETURN(image.record, snapshot.GetImage(id));
   VEDUTA_ASSIGN_OR_RETURN(const std::optional<PoseRecord> pose, snapshot.FindPose(id));
-  if (!pose) return Status::NotFound("image " + image.record.name + " has no pose: " + image.record.detail);
+  if (!pose)
+    return Status::NotFound("image " + image.record.name + " has no pose: " + image.record.detail);
   VEDUTA_ASSIGN_OR_RETURN(const CameraRecord camera, snapshot.GetCamera(image.record.camera));
   image.camera = camera.model;
   image.cam_from_world = pose->cam_from_world;
@@ -164,14 +175,18 @@ Result<SceneImage> LoadSceneImage(const Snapshot& snapshot, ImageId id) {
 
 }  // namespace
 
-Result<std::vector<ExportedSurface>> ExportSurfaces(const Snapshot& snapshot, const std::string& out,
-                                                    const DenseExportOptions& options, ThreadPool& pool) {
-  if (!(options.error_max >= 0)) return Status::InvalidArgument("the error of a simplified surface must be 0 or more");
+Result<std::vector<ExportedSurface>> ExportSurfaces(const Snapshot& snapshot,
+                                                    const std::string& out,
+                                                    const DenseExportOptions& options,
+                                                    ThreadPool& pool) {
+  if (!(options.error_max >= 0))
+    return Status::InvalidArgument("the error of a simplified surface must be 0 or more");
   VEDUTA_RETURN_IF_ERROR(PrepareFolder(out));
   VEDUTA_ASSIGN_OR_RETURN(const std::vector<ReconstructionRecord> records, Standing(snapshot));
   std::vector<ExportedSurface> exported;
   for (const ReconstructionRecord& record : records) {
-    const std::string folder = (std::filesystem::path(out) / std::to_string(exported.size())).string();
+    const std::string folder =
+        (std::filesystem::path(out) / std::to_string(exported.size())).string();
     VEDUTA_ASSIGN_OR_RETURN(exported.emplace_back(), ExportOne(snapshot, record, folder, options));
   }
   return exported;
@@ -191,15 +206,18 @@ Result<Eigen::AlignedBox3d> BoxOf(const Snapshot& snapshot, ReconstructionId rec
   for (const auto& [place, tile] : tiles) {
     if (tile.triangle_count == 0) continue;
     VEDUTA_ASSIGN_OR_RETURN(const TileSurface surface, LoadSurface(snapshot, tile));
-    for (size_t i = 0; i < surface.piece.positions.size(); i += kBoxVertexStep) add(surface.piece.positions[i]);
+    for (size_t i = 0; i < surface.piece.positions.size(); i += kBoxVertexStep)
+      add(surface.piece.positions[i]);
   }
   if (coordinates[0].empty()) {
-    VEDUTA_ASSIGN_OR_RETURN(const ReconstructionRecord record, snapshot.GetReconstruction(reconstruction));
+    VEDUTA_ASSIGN_OR_RETURN(const ReconstructionRecord record,
+                            snapshot.GetReconstruction(reconstruction));
     VEDUTA_ASSIGN_OR_RETURN(const std::vector<CloudPoint> points, LoadPoints(snapshot, record));
     for (const CloudPoint& point : points) add(point.position);
   }
   if (coordinates[0].empty()) {
-    return Status::NotFound("reconstruction " + std::to_string(reconstruction.value) + " has no points");
+    return Status::NotFound("reconstruction " + std::to_string(reconstruction.value) +
+                            " has no points");
   }
   Eigen::AlignedBox3d box;
   for (int axis = 0; axis < 3; ++axis) {
@@ -211,11 +229,13 @@ Result<Eigen::AlignedBox3d> BoxOf(const Snapshot& snapshot, ReconstructionId rec
   return box;
 }
 
-Result<Picture> DrawReconstruction(const Snapshot& snapshot, ReconstructionId reconstruction, Drawn drawn,
-                                   const ViewGeometry& view, const RenderOptions& options, ThreadPool& pool) {
+Result<Picture> DrawReconstruction(const Snapshot& snapshot, ReconstructionId reconstruction,
+                                   Drawn drawn, const ViewGeometry& view,
+                                   const RenderOptions& options, ThreadPool& pool) {
   VEDUTA_ASSIGN_OR_RETURN(Picture picture, BlankPicture(view, options));
   VEDUTA_ASSIGN_OR_RETURN(const TileRecords tiles, LoadTileRecords(snapshot, reconstruction));
-  const bool has_surface = std::ranges::any_of(tiles, [](const auto& tile) { return tile.second.triangle_count > 0; });
+  const bool has_surface =
+      std::ranges::any_of(tiles, [](const auto& tile) { return tile.second.triangle_count > 0; });
   if (drawn == Drawn::kSurface && !has_surface) {
     return Status::NotFound("reconstruction " + std::to_string(reconstruction.value) +
                             " has no surface: make one with 'veduta densify'");
@@ -224,20 +244,24 @@ Result<Picture> DrawReconstruction(const Snapshot& snapshot, ReconstructionId re
     VEDUTA_RETURN_IF_ERROR(DrawTiles(snapshot, tiles, view, options, pool, &picture));
     return picture;
   }
-  VEDUTA_ASSIGN_OR_RETURN(const ReconstructionRecord record, snapshot.GetReconstruction(reconstruction));
+  VEDUTA_ASSIGN_OR_RETURN(const ReconstructionRecord record,
+                          snapshot.GetReconstruction(reconstruction));
   VEDUTA_ASSIGN_OR_RETURN(const std::vector<CloudPoint> points, LoadPoints(snapshot, record));
   VEDUTA_RETURN_IF_ERROR(DrawPoints(points, view, options, pool, &picture));
   return picture;
 }
 
-Result<BalancedPhoto> LoadBalancedPhoto(std::shared_ptr<const Snapshot> snapshot, ImageId image, uint32_t side_px) {
+Result<BalancedPhoto> LoadBalancedPhoto(std::shared_ptr<const Snapshot> snapshot, ImageId image,
+                                        uint32_t side_px) {
   VEDUTA_ASSIGN_OR_RETURN(const SceneImage found, LoadSceneImage(*snapshot, image));
-  VEDUTA_ASSIGN_OR_RETURN(const std::optional<DepthRecord> depth, snapshot->dense().FindDepth(image));
+  VEDUTA_ASSIGN_OR_RETURN(const std::optional<DepthRecord> depth,
+                          snapshot->dense().FindDepth(image));
   ViewLoader loader(snapshot, side_px, 1);
   VEDUTA_ASSIGN_OR_RETURN(const std::shared_ptr<const View> view, loader.Load(found));
   const bool has_gain = depth && depth->gain[0] > 0;
-  return BalancedPhoto{*view, has_gain ? Eigen::Vector3f(depth->gain[0], depth->gain[1], depth->gain[2])
-                                       : Eigen::Vector3f::Ones().eval()};
+  return BalancedPhoto{*view, has_gain
+                                  ? Eigen::Vector3f(depth->gain[0], depth->gain[1], depth->gain[2])
+                                  : Eigen::Vector3f::Ones().eval()};
 }
 
 }  // namespace veduta

@@ -12,7 +12,8 @@ namespace {
 
 std::string Name(const TileRecord& tile) {
   return "tile " + std::to_string(tile.place.x) + "," + std::to_string(tile.place.y) + "," +
-         std::to_string(tile.place.z) + " of reconstruction " + std::to_string(tile.reconstruction.value);
+         std::to_string(tile.place.z) + " of reconstruction " +
+         std::to_string(tile.reconstruction.value);
 }
 
 class Checker final {
@@ -25,7 +26,8 @@ class Checker final {
     VEDUTA_RETURN_IF_ERROR(CheckCheckedDepths());
     VEDUTA_ASSIGN_OR_RETURN(const std::vector<DenseSettings> settings, dense_.ListSettings());
     for (const DenseSettings& one : settings) {
-      VEDUTA_ASSIGN_OR_RETURN(const TileRecords tiles, LoadTileRecords(snapshot_, one.reconstruction));
+      VEDUTA_ASSIGN_OR_RETURN(const TileRecords tiles,
+                              LoadTileRecords(snapshot_, one.reconstruction));
       for (const auto& [place, tile] : tiles) CheckTile(tile);
     }
     return Status::Ok();
@@ -36,17 +38,25 @@ class Checker final {
   void Expect(bool holds, const std::string& violation) {
     if (!holds && violations_.size() < count_max_) violations_.push_back(violation);
   }
-  void Expect(const Status& status, const std::string& what) { Expect(status.ok(), what + ": " + status.message()); }
+  void Expect(const Status& status, const std::string& what) {
+    Expect(status.ok(), what + ": " + status.message());
+  }
 
   // Pixels that do not parse, do not fit, or are not as many as the record says.
   template <typename Record>
-  void CheckPixels(const Record& depth, const Result<DepthPixels>& pixels, const std::string& name) {
+  void CheckPixels(const Record& depth, const Result<DepthPixels>& pixels,
+                   const std::string& name) {
     Expect(pixels.status(), name);
     if (!pixels.ok()) return;
-    Expect(DecodeDepth(*pixels, depth.width_px, depth.height_px, {depth.depth_near, depth.depth_far}).status(), name);
-    const auto known = std::ranges::count_if(pixels->codes, [](uint16_t code) { return code != 0; });
-    Expect(known == depth.known_count,
-           name + " has " + std::to_string(known) + " depths; its record says " + std::to_string(depth.known_count));
+    Expect(
+        DecodeDepth(*pixels, depth.width_px, depth.height_px, {depth.depth_near, depth.depth_far})
+            .status(),
+        name);
+    const auto known =
+        std::ranges::count_if(pixels->codes, [](uint16_t code) { return code != 0; });
+    Expect(known == depth.known_count, name + " has " + std::to_string(known) +
+                                           " depths; its record says " +
+                                           std::to_string(depth.known_count));
   }
 
   Status CheckDepths() {
@@ -75,8 +85,9 @@ class Checker final {
     const std::string name = Name(tile);
     Expect(tile.blocks != 0, name + " has no blocks");
     for (const DepthVersion& depth : tile.depths) {
-      Expect(checked_.contains(depth),
-             name + " holds a depth map of image " + std::to_string(depth.image.value) + " that is not there");
+      Expect(checked_.contains(depth), name + " holds a depth map of image " +
+                                           std::to_string(depth.image.value) +
+                                           " that is not there");
     }
     const TileRecords alone = {{tile.place, tile}};
     Expect(LoadHistograms(snapshot_, alone, tile.place).status(), name);
@@ -85,9 +96,10 @@ class Checker final {
     const Result<TileSurface> surface = LoadSurface(snapshot_, tile);
     Expect(surface.status(), name);
     if (!surface.ok()) return;
-    Expect(surface->piece.triangles.size() == tile.triangle_count && surface->piece.keys.size() == tile.vertex_count,
-           name + " has " + std::to_string(surface->piece.triangles.size()) + " triangles; its record says " +
-               std::to_string(tile.triangle_count));
+    Expect(surface->piece.triangles.size() == tile.triangle_count &&
+               surface->piece.keys.size() == tile.vertex_count,
+           name + " has " + std::to_string(surface->piece.triangles.size()) +
+               " triangles; its record says " + std::to_string(tile.triangle_count));
   }
 
   const Snapshot& snapshot_;

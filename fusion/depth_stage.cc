@@ -39,13 +39,14 @@ class DepthStage final {
   // Of what a depth map is made from, as its record says it; 0 when a view that it names is gone.
   uint64_t VersionOfDepth(const DepthRecord& depth) const {
     VersionFeed feed("depth");
-    feed << pass_.options.depth_margin << depth.width_px << depth.height_px << depth.fx << depth.fy << depth.cx
-         << depth.cy << depth.cam_from_world << depth.depth_near << depth.depth_far;
+    feed << pass_.options.depth_margin << depth.width_px << depth.height_px << depth.fx << depth.fy
+         << depth.cx << depth.cy << depth.cam_from_world << depth.depth_near << depth.depth_far;
     const auto add = [&](ImageId id) {
       const auto found = pass_.scene.images.find(id);
       if (found == pass_.scene.images.end()) return false;
       const CameraModel& m = found->second.camera;
-      feed << found->second.record.photo << m.fx << m.fy << m.cx << m.cy << m.k1 << m.k2 << m.u0 << m.v0;
+      feed << found->second.record.photo << m.fx << m.fy << m.cx << m.cy << m.k1 << m.k2 << m.u0
+           << m.v0;
       return true;
     };
     if (!add(depth.image)) return 0;
@@ -56,19 +57,23 @@ class DepthStage final {
     return feed.Version();
   }
 
-  // Whether the stored map may stay: made by this program with these settings, from views that have hardly moved since
-  // against each other.
+  // Whether the stored map may stay: made by this program with these settings, from views that have
+  // hardly moved since against each other.
   bool IsCurrent(const DepthRecord& depth, const SceneImage& image) const {
     const ViewGeometry geometry = ViewGeometryOf(image, pass_.settings.depth_side_px);
-    if (depth.reconstruction != pass_.scene.reconstruction.id || depth.version != VersionOfDepth(depth)) return false;
+    if (depth.reconstruction != pass_.scene.reconstruction.id ||
+        depth.version != VersionOfDepth(depth))
+      return false;
     if (depth.width_px != geometry.width_px || depth.height_px != geometry.height_px) return false;
-    if (depth.sensors.size() != pass_.settings.sensor_count) return false;  // fewer: there may be more by now
+    if (depth.sensors.size() != pass_.settings.sensor_count)
+      return false;  // fewer: there may be more by now
     for (const SensorPose& sensor : depth.sensors) {
       const SceneImage& other = pass_.scene.images.at(sensor.image);
       const Rigid3 now = other.cam_from_world * image.cam_from_world.Inverse();
       const Rigid3 then = sensor.cam_from_world * depth.cam_from_world.Inverse();
       const ViewGeometry seen_by = ViewGeometryOf(other, pass_.settings.depth_side_px);
-      if (MovedPx(PointsInCamera(pass_.scene, image), seen_by.camera, then, now) > pass_.options.moved_px_max) {
+      if (MovedPx(PointsInCamera(pass_.scene, image), seen_by.camera, then, now) >
+          pass_.options.moved_px_max) {
         return false;
       }
     }
@@ -76,13 +81,16 @@ class DepthStage final {
   }
 
   Result<std::vector<SensorView>> Rank(const SceneImage& image) {
-    VEDUTA_ASSIGN_OR_RETURN(const Features features, loader_.snapshot().GetFeatures(image.record.photo));
-    KeyView key{image.record.width_px, image.record.height_px, image.cam_from_world.Center(), {}, {}};
+    VEDUTA_ASSIGN_OR_RETURN(const Features features,
+                            loader_.snapshot().GetFeatures(image.record.photo));
+    KeyView key{
+        image.record.width_px, image.record.height_px, image.cam_from_world.Center(), {}, {}};
     key.features.reserve(features.size());
     for (const Keypoint& k : features.keypoints) key.features.emplace_back(k.x_px, k.y_px);
     for (const SceneObservation& o : image.observations) {
       if (o.feature >= features.size()) {
-        return Status::Corruption("image " + image.record.name + " observes by a feature that it does not have");
+        return Status::Corruption("image " + image.record.name +
+                                  " observes by a feature that it does not have");
       }
       const ScenePoint& point = pass_.scene.points[o.point];
       key.points.push_back({key.features[o.feature], point.position, point.track});
@@ -90,7 +98,8 @@ class DepthStage final {
     return RankSensorViews(key, centers_, SensorViewOptions());
   }
 
-  // What the map would be made from; without sensors, and with the reason, where there is nothing to make it from.
+  // What the map would be made from; without sensors, and with the reason, where there is nothing
+  // to make it from.
   Result<DepthRecord> Plan(const SceneImage& image, std::string* reason) {
     DepthRecord plan;
     plan.image = image.record.id;
@@ -131,7 +140,8 @@ class DepthStage final {
     std::string reason;
     VEDUTA_ASSIGN_OR_RETURN(DepthRecord plan, Plan(image, &reason));
     if (plan.sensors.empty()) return PassOver(image, reason, stored.has_value());
-    if (stored && stored->version == plan.version) {  // it has fewer sensors than asked for, and there are no more
+    if (stored && stored->version ==
+                      plan.version) {  // it has fewer sensors than asked for, and there are no more
       ++count_.kept;
       return Status::Ok();
     }
@@ -160,13 +170,15 @@ class DepthStage final {
       sensors.push_back(*view);
     }
     const DepthRange range{plan.depth_near, plan.depth_far};
-    const Result<DepthMap> map = EstimateDepth(*key, sensors, range, DepthOptions(), pass_.device, pass_.pool);
+    const Result<DepthMap> map =
+        EstimateDepth(*key, sensors, range, DepthOptions(), pass_.device, pass_.pool);
     // A view that nothing can be made of must not keep the city from its surface.
-    if (map.status().code() == StatusCode::kInvalidArgument) return PassOver(image, map.status().message(), is_stored);
+    if (map.status().code() == StatusCode::kInvalidArgument)
+      return PassOver(image, map.status().message(), is_stored);
     VEDUTA_RETURN_IF_ERROR(map.status());
     const DepthPixels pixels = EncodeDepth(*map, range);
-    plan.known_count =
-        static_cast<uint32_t>(std::ranges::count_if(pixels.codes, [](uint16_t code) { return code != 0; }));
+    plan.known_count = static_cast<uint32_t>(
+        std::ranges::count_if(pixels.codes, [](uint16_t code) { return code != 0; }));
     const auto transaction = pass_.database.BeginTransaction();
     transaction->dense().PutDepth(plan);
     transaction->dense().PutDepthPixels(plan.image, pixels);

@@ -27,8 +27,8 @@ std::vector<Eigen::Vector3d> PointsInCamera(const Scene& scene, const SceneImage
   return points;
 }
 
-double MovedPx(std::span<const Eigen::Vector3d> points, const Pinhole& sensor, const Rigid3& sensor_from_key_then,
-               const Rigid3& sensor_from_key_now) {
+double MovedPx(std::span<const Eigen::Vector3d> points, const Pinhole& sensor,
+               const Rigid3& sensor_from_key_then, const Rigid3& sensor_from_key_now) {
   std::vector<double> moved;
   for (const Eigen::Vector3d& x : points) {
     const Eigen::Vector3d then = sensor_from_key_then * x, now = sensor_from_key_now * x;

@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
-// What the stages of the offline pass share. Each stage looks at every artefact of its kind, compares the version that
-// it would get with the one stored, makes what is stale, and commits it piece by piece: whoever kills the process
-// loses the piece at hand, and the next pass goes on from there to the same bytes.
+// What the stages of the offline pass share. Each stage looks at every artefact of its kind,
+// compares the version that it would get with the one stored, makes what is stale, and commits it
+// piece by piece: whoever kills the process loses the piece at hand, and the next pass goes on from
+// there to the same bytes.
 
 #include <cstdint>
 #include <functional>
@@ -39,8 +40,8 @@ struct Pass {
   Status Tell(std::string_view stage, size_t done, size_t total) const;
 };
 
-// What an artefact is made from, fed piece by piece; its version is 64 bits of the hash, and never 0, which stands for
-// "none".
+// What an artefact is made from, fed piece by piece; its version is 64 bits of the hash, and never
+// 0, which stands for "none".
 class VersionFeed final : public ContentFeed {
  public:
   explicit VersionFeed(const std::string& stage);

@@ -21,8 +21,10 @@ bool MaySeeTile(const ViewGeometry& view, double far, GridPlace tile, const Volu
   if (x.z() < -radius || x.z() - radius > far + grid.truncation()) return false;
   // The frustum's sides pass through the centre; normals point inwards.
   const Eigen::Vector2d low = view.camera.Normalize(Eigen::Vector2d(-0.5, -0.5));
-  const Eigen::Vector2d high = view.camera.Normalize(Eigen::Vector2d(view.width_px - 0.5, view.height_px - 0.5));
-  const Eigen::Vector3d normals[] = {{1, 0, -low.x()}, {-1, 0, high.x()}, {0, 1, -low.y()}, {0, -1, high.y()}};
+  const Eigen::Vector2d high =
+      view.camera.Normalize(Eigen::Vector2d(view.width_px - 0.5, view.height_px - 0.5));
+  const Eigen::Vector3d normals[] = {
+      {1, 0, -low.x()}, {-1, 0, high.x()}, {0, 1, -low.y()}, {0, -1, high.y()}};
   for (const Eigen::Vector3d& normal : normals) {
     if (normal.dot(x) < -radius * normal.norm()) return false;
   }
@@ -38,8 +40,8 @@ Result<std::shared_ptr<const RangeImage>> RangeImages::Get(ImageId image, uint64
   const DenseReader& dense = snapshot_->dense();
   VEDUTA_ASSIGN_OR_RETURN(const CheckedDepthRecord depth, dense.GetCheckedDepth(image, version));
   VEDUTA_ASSIGN_OR_RETURN(const DepthPixels pixels, dense.GetCheckedDepthPixels(image, version));
-  VEDUTA_ASSIGN_OR_RETURN(const DepthMap map,
-                          DecodeDepth(pixels, depth.width_px, depth.height_px, {depth.depth_near, depth.depth_far}));
+  VEDUTA_ASSIGN_OR_RETURN(const DepthMap map, DecodeDepth(pixels, depth.width_px, depth.height_px,
+                                                          {depth.depth_near, depth.depth_far}));
   VEDUTA_ASSIGN_OR_RETURN(RangeImage range_image, RangeImage::Make(map, GeometryOf(depth)));
   entries_.push_front({image, version, std::make_shared<const RangeImage>(std::move(range_image))});
   if (entries_.size() > image_count_max_) entries_.pop_back();

@@ -12,8 +12,8 @@ namespace veduta {
 
 ViewGeometry GeometryOf(const CheckedDepthRecord& depth);
 
-// Whether any voxel of a tile may lie in the view's frustum and not beyond `far` and the truncation. Conservative, by
-// the tile's bounding sphere.
+// Whether any voxel of a tile may lie in the view's frustum and not beyond `far` and the
+// truncation. Conservative, by the tile's bounding sphere.
 bool MaySeeTile(const ViewGeometry& view, double far, GridPlace tile, const VolumeGrid& grid);
 
 // Not thread-safe; the images are. Keeps those last asked for.

@@ -9,11 +9,13 @@ Result<Scene> LoadScene(const Snapshot& snapshot, ReconstructionId reconstructio
   Scene scene;
   VEDUTA_ASSIGN_OR_RETURN(scene.reconstruction, snapshot.GetReconstruction(reconstruction));
   if (scene.reconstruction.merged_into.valid()) {
-    return Status::InvalidArgument("reconstruction " + std::to_string(reconstruction.value) + " was merged into " +
-                                   std::to_string(scene.reconstruction.merged_into.value) + ": name that one");
+    return Status::InvalidArgument(
+        "reconstruction " + std::to_string(reconstruction.value) + " was merged into " +
+        std::to_string(scene.reconstruction.merged_into.value) + ": name that one");
   }
   VEDUTA_RETURN_IF_ERROR(snapshot.ScanPoses([&](const PoseRecord& pose) {
-    if (pose.reconstruction == reconstruction) scene.images[pose.image].cam_from_world = pose.cam_from_world;
+    if (pose.reconstruction == reconstruction)
+      scene.images[pose.image].cam_from_world = pose.cam_from_world;
     return true;
   }));
   std::map<CameraId, CameraModel> cameras;
@@ -22,11 +24,12 @@ Result<Scene> LoadScene(const Snapshot& snapshot, ReconstructionId reconstructio
   for (auto& [id, image] : scene.images) {
     VEDUTA_ASSIGN_OR_RETURN(image.record, snapshot.GetImage(id));
     const auto camera = cameras.find(image.record.camera);
-    if (camera == cameras.end()) return Status::Corruption("image " + image.record.name + " has no camera");
+    if (camera == cameras.end())
+      return Status::Corruption("image " + image.record.name + " has no camera");
     image.camera = camera->second;
   }
-  VEDUTA_RETURN_IF_ERROR(
-      snapshot.ScanPointBlocks(reconstruction, scene.reconstruction.points_generation, [&](const PointBlock& block) {
+  VEDUTA_RETURN_IF_ERROR(snapshot.ScanPointBlocks(
+      reconstruction, scene.reconstruction.points_generation, [&](const PointBlock& block) {
         for (const PointRecord& point : block.points) {
           const uint32_t index = static_cast<uint32_t>(scene.points.size());
           scene.points.push_back({point.id, point.position, {}});

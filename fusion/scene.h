@@ -33,8 +33,8 @@ struct Scene {
   std::vector<ScenePoint> points;
 };
 
-// kNotFound when there is no such reconstruction; kInvalidArgument, naming the other, when it was merged into another.
-// Some 100 bytes a point and 8 an observation.
+// kNotFound when there is no such reconstruction; kInvalidArgument, naming the other, when it was
+// merged into another. Some 100 bytes a point and 8 an observation.
 Result<Scene> LoadScene(const Snapshot& snapshot, ReconstructionId reconstruction);
 
 }  // namespace veduta

@@ -40,7 +40,8 @@ Result<SolvedTile> ParseSolution(std::span<const uint8_t> bytes) {
 
 uint8_t NumberInTile(const BlockIndex& block) {
   const BlockIndex first = FirstBlock(TileOf(block));
-  return static_cast<uint8_t>(block.x - first.x + 4 * (block.y - first.y) + 16 * (block.z - first.z));
+  return static_cast<uint8_t>(block.x - first.x + 4 * (block.y - first.y) +
+                              16 * (block.z - first.z));
 }
 
 Result<TileRecords> LoadTileRecords(const Snapshot& snapshot, ReconstructionId reconstruction) {
@@ -52,35 +53,42 @@ Result<TileRecords> LoadTileRecords(const Snapshot& snapshot, ReconstructionId r
   return tiles;
 }
 
-Result<std::vector<HistogramAt>> LoadHistograms(const Snapshot& snapshot, const TileRecords& tiles, GridPlace tile) {
+Result<std::vector<HistogramAt>> LoadHistograms(const Snapshot& snapshot, const TileRecords& tiles,
+                                                GridPlace tile) {
   std::vector<HistogramAt> blocks;
-  VEDUTA_RETURN_IF_ERROR(VisitReach(tiles, tile, [&](const BlockIndex& block, const TileRecord& owner) -> Status {
-    VEDUTA_ASSIGN_OR_RETURN(const PinnedBytes bytes,
-                            snapshot.dense().GetVolumeBlock(owner.reconstruction, owner.place, NumberInTile(block)));
-    VEDUTA_ASSIGN_OR_RETURN(std::unique_ptr<HistogramBlock> histogram, ParseHistogramBlock(bytes.bytes()));
-    blocks.push_back({block, std::move(histogram)});
-    return Status::Ok();
-  }));
+  VEDUTA_RETURN_IF_ERROR(
+      VisitReach(tiles, tile, [&](const BlockIndex& block, const TileRecord& owner) -> Status {
+        VEDUTA_ASSIGN_OR_RETURN(const PinnedBytes bytes,
+                                snapshot.dense().GetVolumeBlock(owner.reconstruction, owner.place,
+                                                                NumberInTile(block)));
+        VEDUTA_ASSIGN_OR_RETURN(std::unique_ptr<HistogramBlock> histogram,
+                                ParseHistogramBlock(bytes.bytes()));
+        blocks.push_back({block, std::move(histogram)});
+        return Status::Ok();
+      }));
   return blocks;
 }
 
-Result<std::vector<SolvedBlock>> LoadSolutions(const Snapshot& snapshot, const TileRecords& tiles, GridPlace tile,
-                                               SurfacePart part) {
+Result<std::vector<SolvedBlock>> LoadSolutions(const Snapshot& snapshot, const TileRecords& tiles,
+                                               GridPlace tile, SurfacePart part) {
   std::map<GridPlace, SolvedTile> solved;
   std::vector<SolvedBlock> blocks;
-  VEDUTA_RETURN_IF_ERROR(VisitReach(tiles, tile, [&](const BlockIndex& block, const TileRecord& owner) -> Status {
-    const bool is_last = part == SurfacePart::kSolution;
-    if ((is_last ? owner.solution_version : owner.first_round_version) == 0) return Status::Ok();
-    if (!solved.contains(owner.place)) {
-      VEDUTA_ASSIGN_OR_RETURN(const PinnedBytes bytes,
-                              snapshot.dense().GetSurface(part, owner.reconstruction, owner.place));
-      VEDUTA_ASSIGN_OR_RETURN(solved[owner.place], ParseSolution(bytes.bytes()));
-    }
-    // A block allocated since then has none yet.
-    std::unique_ptr<SolutionBlock>& solution = solved[owner.place][NumberInTile(block)];
-    if (solution) blocks.push_back({block, std::move(solution)});
-    return Status::Ok();
-  }));
+  VEDUTA_RETURN_IF_ERROR(
+      VisitReach(tiles, tile, [&](const BlockIndex& block, const TileRecord& owner) -> Status {
+        const bool is_last = part == SurfacePart::kSolution;
+        if ((is_last ? owner.solution_version : owner.first_round_version) == 0)
+          return Status::Ok();
+        if (!solved.contains(owner.place)) {
+          VEDUTA_ASSIGN_OR_RETURN(
+              const PinnedBytes bytes,
+              snapshot.dense().GetSurface(part, owner.reconstruction, owner.place));
+          VEDUTA_ASSIGN_OR_RETURN(solved[owner.place], ParseSolution(bytes.bytes()));
+        }
+        // A block allocated since then has none yet.
+        std::unique_ptr<SolutionBlock>& solution = solved[owner.place][NumberInTile(block)];
+        if (solution) blocks.push_back({block, std::move(solution)});
+        return Status::Ok();
+      }));
   return blocks;
 }
 
@@ -100,18 +108,22 @@ Result<TileSurface> LoadSurface(const Snapshot& snapshot, const TileRecord& tile
   VEDUTA_ASSIGN_OR_RETURN(const PinnedBytes bytes,
                           dense.GetSurface(SurfacePart::kMesh, tile.reconstruction, tile.place));
   VEDUTA_ASSIGN_OR_RETURN(surface.piece, ParseSurfacePiece(bytes.bytes()));
-  const Result<PinnedBytes> stored = dense.GetSurface(SurfacePart::kColors, tile.reconstruction, tile.place);
+  const Result<PinnedBytes> stored =
+      dense.GetSurface(SurfacePart::kColors, tile.reconstruction, tile.place);
   if (!stored.ok())
-    return stored.status().code() == StatusCode::kNotFound ? Result(std::move(surface)) : stored.status();
+    return stored.status().code() == StatusCode::kNotFound ? Result(std::move(surface))
+                                                           : stored.status();
   std::span<const uint8_t> colors = stored->bytes();
   uint64_t mesh_version = 0;
-  if (colors.size() < sizeof(mesh_version)) return Status::Corruption("a tile's colours are cut short");
+  if (colors.size() < sizeof(mesh_version))
+    return Status::Corruption("a tile's colours are cut short");
   std::memcpy(&mesh_version, colors.data(), sizeof(mesh_version));
   if (mesh_version != tile.mesh_version) return surface;
   colors = colors.subspan(sizeof(mesh_version));
   if (colors.size() != surface.piece.keys.size() * kColorRow) {
-    return Status::Corruption("a tile of " + std::to_string(surface.piece.keys.size()) + " vertices has " +
-                              std::to_string(colors.size()) + " bytes of colour");
+    return Status::Corruption("a tile of " + std::to_string(surface.piece.keys.size()) +
+                              " vertices has " + std::to_string(colors.size()) +
+                              " bytes of colour");
   }
   for (size_t i = 0; i < colors.size(); i += kColorRow)
     surface.colors.push_back({colors[i], colors[i + 1], colors[i + 2]});
@@ -119,11 +131,12 @@ Result<TileSurface> LoadSurface(const Snapshot& snapshot, const TileRecord& tile
 }
 
 TriangleMesh MeshOf(TileSurface surface) {
-  return {std::move(surface.piece.positions), std::move(surface.piece.normals), std::move(surface.colors),
-          std::move(surface.piece.triangles)};
+  return {std::move(surface.piece.positions), std::move(surface.piece.normals),
+          std::move(surface.colors), std::move(surface.piece.triangles)};
 }
 
-std::vector<uint8_t> SerializeColors(uint64_t mesh_version, std::span<const std::array<uint8_t, 3>> colors,
+std::vector<uint8_t> SerializeColors(uint64_t mesh_version,
+                                     std::span<const std::array<uint8_t, 3>> colors,
                                      std::span<const uint8_t> view_counts) {
   std::vector<uint8_t> bytes(sizeof(mesh_version));
   std::memcpy(bytes.data(), &mesh_version, sizeof(mesh_version));

@@ -32,13 +32,16 @@ struct HistogramAt {
   BlockIndex index;
   std::unique_ptr<HistogramBlock> histogram;
 };
-Result<std::vector<HistogramAt>> LoadHistograms(const Snapshot& snapshot, const TileRecords& tiles, GridPlace tile);
+Result<std::vector<HistogramAt>> LoadHistograms(const Snapshot& snapshot, const TileRecords& tiles,
+                                                GridPlace tile);
 
 // Solutions (kSolution, or kFirstRound) of all solved blocks in reach of the tile, ascending.
-Result<std::vector<SolvedBlock>> LoadSolutions(const Snapshot& snapshot, const TileRecords& tiles, GridPlace tile,
+Result<std::vector<SolvedBlock>> LoadSolutions(const Snapshot& snapshot, const TileRecords& tiles,
+                                               GridPlace tile,
                                                SurfacePart part = SurfacePart::kSolution);
 
-// A tile's solved blocks as one value: count:u8, then for each its number:u8 and its bytes (fusion/volume/solution.h).
+// A tile's solved blocks as one value: count:u8, then for each its number:u8 and its bytes
+// (fusion/volume/solution.h).
 std::vector<uint8_t> SerializeSolution(std::span<const SolvedBlock> blocks);
 
 // A tile's surface. Colours are empty where it is not coloured yet, or not for this mesh.
@@ -50,7 +53,8 @@ struct TileSurface {
 Result<TileSurface> LoadSurface(const Snapshot& snapshot, const TileRecord& tile);
 TriangleMesh MeshOf(TileSurface surface);
 // colours = version of the mesh:u64, then r, g, b, views:u8 for each vertex.
-std::vector<uint8_t> SerializeColors(uint64_t mesh_version, std::span<const std::array<uint8_t, 3>> colors,
+std::vector<uint8_t> SerializeColors(uint64_t mesh_version,
+                                     std::span<const std::array<uint8_t, 3>> colors,
                                      std::span<const uint8_t> view_counts);
 
 }  // namespace veduta

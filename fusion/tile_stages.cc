@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The fused signed distance of every tile, and its triangles. What a tile gets depends on the tiles around it: its
-// version names theirs.
+// The fused signed distance of every tile, and its triangles. What a tile gets depends on the tiles
+// around it: its version names theirs.
 #include <algorithm>
 #include <string>
 
@@ -12,7 +12,8 @@
 namespace veduta {
 namespace {
 
-// Of a tile's part that is made from the same part, named by `version_of`, of the 27 tiles around and with it.
+// Of a tile's part that is made from the same part, named by `version_of`, of the 27 tiles around
+// and with it.
 template <typename VersionOfPart>
 uint64_t VersionAround(const std::string& stage, const TileRecords& tiles, GridPlace place,
                        VersionOfPart&& version_of) {
@@ -28,8 +29,9 @@ uint64_t VersionAround(const std::string& stage, const TileRecords& tiles, GridP
   return feed.Version();
 }
 
-// The two rounds of fusion/volume/solver.h. The first starts where the last pass ended; the second starts where the
-// first ended and holds the halo's far side where the neighbours' first round has it.
+// The two rounds of fusion/volume/solver.h. The first starts where the last pass ended; the second
+// starts where the first ended and holds the halo's far side where the neighbours' first round has
+// it.
 struct Round {
   const char* name;
   SurfacePart start, result;
@@ -41,9 +43,11 @@ constexpr Round kFirstRound = {"first round", SurfacePart::kSolution, SurfacePar
 constexpr Round kSecondRound = {"solution", SurfacePart::kFirstRound, SurfacePart::kSolution,
                                 &TileRecord::first_round_version, &TileRecord::solution_version};
 
-Status Solve(const Pass& pass, const Round& round, const TileRecords& tiles, const TileRecord& tile) {
+Status Solve(const Pass& pass, const Round& round, const TileRecords& tiles,
+             const TileRecord& tile) {
   const auto snapshot = pass.database.GetSnapshot();
-  VEDUTA_ASSIGN_OR_RETURN(const std::vector<HistogramAt> histograms, LoadHistograms(*snapshot, tiles, tile.place));
+  VEDUTA_ASSIGN_OR_RETURN(const std::vector<HistogramAt> histograms,
+                          LoadHistograms(*snapshot, tiles, tile.place));
   VEDUTA_ASSIGN_OR_RETURN(const std::vector<SolvedBlock> start,
                           LoadSolutions(*snapshot, tiles, tile.place, round.start));
   std::vector<TileBlock> blocks;
@@ -51,22 +55,26 @@ Status Solve(const Pass& pass, const Round& round, const TileRecords& tiles, con
     const auto found = std::ranges::find(start, block.index, &SolvedBlock::index);
     const SolutionBlock* previous = found == start.end() ? nullptr : found->solution.get();
     const bool is_border = &round == &kSecondRound && !IsInTile(block.index, TileAt(tile.place));
-    blocks.push_back({block.index, block.histogram.get(), previous, is_border ? previous : nullptr});
+    blocks.push_back(
+        {block.index, block.histogram.get(), previous, is_border ? previous : nullptr});
   }
-  VEDUTA_ASSIGN_OR_RETURN(const TileSolution solution,
-                          SolveTile(TileAt(tile.place), blocks, SolverOptions(), pass.device, pass.pool));
+  VEDUTA_ASSIGN_OR_RETURN(
+      const TileSolution solution,
+      SolveTile(TileAt(tile.place), blocks, SolverOptions(), pass.device, pass.pool));
   const auto transaction = pass.database.BeginTransaction();
-  transaction->dense().PutSurface(round.result, tile.reconstruction, tile.place, SerializeSolution(solution.blocks));
+  transaction->dense().PutSurface(round.result, tile.reconstruction, tile.place,
+                                  SerializeSolution(solution.blocks));
   transaction->dense().PutTile(tile);
   return transaction->Commit();
 }
 
 // Solves the tiles whose version of this round is stale, `looked_at` of 2 x tiles before it.
-Status SolveRound(const Pass& pass, const Round& round, TileRecords* tiles, size_t looked_at, StageCount* count) {
+Status SolveRound(const Pass& pass, const Round& round, TileRecords* tiles, size_t looked_at,
+                  StageCount* count) {
   for (auto& [place, tile] : *tiles) {
     VEDUTA_RETURN_IF_ERROR(pass.Tell("fusion", looked_at++, 2 * tiles->size()));
-    const uint64_t version =
-        VersionAround(round.name, *tiles, place, [&](const TileRecord& t) { return t.*round.made_from; });
+    const uint64_t version = VersionAround(round.name, *tiles, place,
+                                           [&](const TileRecord& t) { return t.*round.made_from; });
     if (tile.*round.version == version) {
       ++count->kept;
       continue;
@@ -86,8 +94,10 @@ struct Extraction {
   Result<SurfacePiece> piece = Status::Cancelled("not extracted");
 };
 
-Result<SurfacePiece> Extract(const Pass& pass, const Snapshot& snapshot, const TileRecords& tiles, GridPlace place) {
-  VEDUTA_ASSIGN_OR_RETURN(const std::vector<SolvedBlock> solved, LoadSolutions(snapshot, tiles, place));
+Result<SurfacePiece> Extract(const Pass& pass, const Snapshot& snapshot, const TileRecords& tiles,
+                             GridPlace place) {
+  VEDUTA_ASSIGN_OR_RETURN(const std::vector<SolvedBlock> solved,
+                          LoadSolutions(snapshot, tiles, place));
   std::vector<ExtractionBlock> blocks;
   for (const SolvedBlock& block : solved) blocks.push_back({block.index, block.solution.get()});
   return ExtractSurface(TileAt(place), blocks, pass.grid(), ExtractionOptions());
@@ -100,7 +110,8 @@ Status Commit(const Pass& pass, Extraction* extraction) {
   tile.triangle_count = piece.triangles.size();
   tile.vertex_count = piece.keys.size();
   const auto transaction = pass.database.BeginTransaction();
-  transaction->dense().PutSurface(SurfacePart::kMesh, tile.reconstruction, tile.place, Serialize(piece));
+  transaction->dense().PutSurface(SurfacePart::kMesh, tile.reconstruction, tile.place,
+                                  Serialize(piece));
   transaction->dense().PutTile(tile);
   return transaction->Commit();
 }
@@ -110,8 +121,8 @@ Status Commit(const Pass& pass, Extraction* extraction) {
 Result<StageCount> SolveTiles(const Pass& pass) {
   Stopwatch watch;
   StageCount count;
-  VEDUTA_ASSIGN_OR_RETURN(TileRecords tiles,
-                          LoadTileRecords(*pass.database.GetSnapshot(), pass.scene.reconstruction.id));
+  VEDUTA_ASSIGN_OR_RETURN(TileRecords tiles, LoadTileRecords(*pass.database.GetSnapshot(),
+                                                             pass.scene.reconstruction.id));
   StageCount first;
   VEDUTA_RETURN_IF_ERROR(SolveRound(pass, kFirstRound, &tiles, 0, &first));
   VEDUTA_RETURN_IF_ERROR(SolveRound(pass, kSecondRound, &tiles, tiles.size(), &count));
@@ -124,7 +135,8 @@ Result<StageCount> ExtractTiles(const Pass& pass) {
   Stopwatch watch;
   StageCount count;
   const auto snapshot = pass.database.GetSnapshot();
-  VEDUTA_ASSIGN_OR_RETURN(const TileRecords tiles, LoadTileRecords(*snapshot, pass.scene.reconstruction.id));
+  VEDUTA_ASSIGN_OR_RETURN(const TileRecords tiles,
+                          LoadTileRecords(*snapshot, pass.scene.reconstruction.id));
   std::vector<Extraction> stale;
   for (const auto& [place, tile] : tiles) {
     const uint64_t version =

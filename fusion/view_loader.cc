@@ -11,8 +11,9 @@
 namespace veduta {
 namespace {
 
-constexpr double kBorderPx = 1.5;  // undistorted pixels nearer to the photo's edge are blended with black
-constexpr int kBorderStepPx = 8;   // between looks along an edge: it bends slowly
+constexpr double kBorderPx =
+    1.5;  // undistorted pixels nearer to the photo's edge are blended with black
+constexpr int kBorderStepPx = 8;  // between looks along an edge: it bends slowly
 
 // The pixels that remain, [left, right] and [top, bottom].
 struct Crop {
@@ -23,7 +24,9 @@ struct Crop {
 Crop CropOf(const CameraModel& model) {
   Crop crop{0, 0, static_cast<int>(model.width_px) - 1, static_cast<int>(model.height_px) - 1};
   if (!IsDistorted(model)) return crop;
-  const auto is_outside = [&](int x, int y) { return !IsInsidePhoto(model, Eigen::Vector2d(x, y), kBorderPx); };
+  const auto is_outside = [&](int x, int y) {
+    return !IsInsidePhoto(model, Eigen::Vector2d(x, y), kBorderPx);
+  };
   const auto column_is_outside = [&](int x) {
     for (int y = crop.top; y < crop.bottom; y += kBorderStepPx) {
       if (is_outside(x, y)) return true;
@@ -86,7 +89,8 @@ Result<View> ViewLoader::Make(const SceneImage& image) {
   const DecodedPhoto photo =
       DecodePhoto(bytes.bytes(), DecodeLimits(), {image.camera.width_px, image.camera.height_px});
   if (photo.outcome != DecodeOutcome::kDecoded) {
-    return Status::Corruption("the stored photo " + image.record.name + " cannot be decoded: " + photo.detail);
+    return Status::Corruption("the stored photo " + image.record.name +
+                              " cannot be decoded: " + photo.detail);
   }
   cv::Mat bgr = photo.bgr;
   if (IsDistorted(image.camera)) {
@@ -95,7 +99,8 @@ Result<View> ViewLoader::Make(const SceneImage& image) {
   const Crop crop = CropOf(image.camera);
   View view{image.record.id, GeometryOf(image, crop, side_px_), {}, {}};
   bgr = bgr(cv::Rect(crop.left, crop.top, crop.right - crop.left + 1, crop.bottom - crop.top + 1));
-  const cv::Size size(static_cast<int>(view.geometry.width_px), static_cast<int>(view.geometry.height_px));
+  const cv::Size size(static_cast<int>(view.geometry.width_px),
+                      static_cast<int>(view.geometry.height_px));
   cv::Mat scaled = bgr.clone();
   if (size != bgr.size()) cv::resize(bgr, scaled, size, 0, 0, cv::INTER_AREA);
   const cv::Mat gray = GrayFromBgr(scaled);

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Histograms: every tile holds exactly the checked depth maps that there are now. What is new is added to a tile, what
-// is gone is withdrawn; a block that nobody names any more goes.
+// Histograms: every tile holds exactly the checked depth maps that there are now. What is new is
+// added to a tile, what is gone is withdrawn; a block that nobody names any more goes.
 #include <algorithm>
 #include <bit>
 #include <map>
@@ -54,11 +54,13 @@ class VolumeStage final {
   }
 
  private:
-  // Allocated blocks of every tile, by the pixels of all maps; and the tiles stored that have none any more.
+  // Allocated blocks of every tile, by the pixels of all maps; and the tiles stored that have none
+  // any more.
   Status FindTiles() {
     std::map<ImageId, uint64_t> current;
     VEDUTA_RETURN_IF_ERROR(snapshot_->dense().ScanDepths([&](const DepthRecord& depth) {
-      if (depth.reconstruction == pass_.scene.reconstruction.id) current[depth.image] = depth.checked_version;
+      if (depth.reconstruction == pass_.scene.reconstruction.id)
+        current[depth.image] = depth.checked_version;
       return true;
     }));
     std::map<BlockIndex, Naming> named;
@@ -74,12 +76,14 @@ class VolumeStage final {
       depths_.push_back(std::move(depth));
       return true;
     }));
-    VEDUTA_RETURN_IF_ERROR(snapshot_->dense().ScanTiles(pass_.scene.reconstruction.id, [&](const TileRecord& tile) {
-      tiles_[tile.place] = 0;
-      return true;
-    }));
+    VEDUTA_RETURN_IF_ERROR(
+        snapshot_->dense().ScanTiles(pass_.scene.reconstruction.id, [&](const TileRecord& tile) {
+          tiles_[tile.place] = 0;
+          return true;
+        }));
     for (const auto& [block, naming] : named) {
-      if (naming.pixels < pass_.options.block_pixel_count_min || naming.maps < pass_.options.block_map_count_min)
+      if (naming.pixels < pass_.options.block_pixel_count_min ||
+          naming.maps < pass_.options.block_map_count_min)
         continue;
       const TileIndex tile = TileOf(block);
       tiles_[{tile.x, tile.y, tile.z}] |= 1ull << NumberInTile(block);
@@ -127,7 +131,8 @@ class VolumeStage final {
   }
 
   // The changes from `last` to `tile`; all maps of `tile` where that is less work.
-  Result<std::vector<Vote>> VotesBetween(const TileRecord& last, const TileRecord& tile, bool* from_nothing) {
+  Result<std::vector<Vote>> VotesBetween(const TileRecord& last, const TileRecord& tile,
+                                         bool* from_nothing) {
     std::vector<DepthVersion> added, withdrawn;
     std::ranges::set_difference(tile.depths, last.depths, std::back_inserter(added));
     std::ranges::set_difference(last.depths, tile.depths, std::back_inserter(withdrawn));
@@ -142,22 +147,26 @@ class VolumeStage final {
   Result<std::vector<Vote>> VotesOf(std::span<const DepthVersion> depths, int sign) {
     std::vector<Vote> votes;
     for (const DepthVersion& depth : depths) {
-      VEDUTA_ASSIGN_OR_RETURN(std::shared_ptr<const RangeImage> image, images_.Get(depth.image, depth.version));
+      VEDUTA_ASSIGN_OR_RETURN(std::shared_ptr<const RangeImage> image,
+                              images_.Get(depth.image, depth.version));
       votes.push_back({std::move(image), sign});
     }
     return votes;
   }
 
-  Result<std::vector<BlockWork>> Prepare(const TileRecord& last, const TileRecord& tile, bool from_nothing) const {
+  Result<std::vector<BlockWork>> Prepare(const TileRecord& last, const TileRecord& tile,
+                                         bool from_nothing) const {
     std::vector<BlockWork> works;
     for (const BlockIndex& index : BlocksOfTile({tile.place.x, tile.place.y, tile.place.z})) {
-      BlockWork work{index, NumberInTile(index), std::make_unique<HistogramBlock>(), false, false, {}};
+      BlockWork work{index, NumberInTile(index), std::make_unique<HistogramBlock>(), false, false,
+                     {}};
       const uint64_t bit = 1ull << work.number;
       if (!(tile.blocks & bit)) continue;
       work.is_new = from_nothing || !(last.blocks & bit);
       if (!work.is_new) {
-        VEDUTA_ASSIGN_OR_RETURN(const PinnedBytes bytes,
-                                snapshot_->dense().GetVolumeBlock(tile.reconstruction, tile.place, work.number));
+        VEDUTA_ASSIGN_OR_RETURN(
+            const PinnedBytes bytes,
+            snapshot_->dense().GetVolumeBlock(tile.reconstruction, tile.place, work.number));
         VEDUTA_ASSIGN_OR_RETURN(work.histogram, ParseHistogramBlock(bytes.bytes()));
       }
       works.push_back(std::move(work));
@@ -168,8 +177,9 @@ class VolumeStage final {
   Status CastVotes(std::span<const Vote> votes, BlockWork* work) const {
     for (const Vote& vote : votes) {
       if (!vote.image->MaySee(work->index, pass_.grid())) continue;
-      VEDUTA_ASSIGN_OR_RETURN(const Integration done, veduta::Integrate(*vote.image, pass_.grid(), work->index,
-                                                                        vote.sign, work->histogram.get()));
+      VEDUTA_ASSIGN_OR_RETURN(const Integration done,
+                              veduta::Integrate(*vote.image, pass_.grid(), work->index, vote.sign,
+                                                work->histogram.get()));
       work->changed |= done.changed;
     }
     return Status::Ok();
@@ -181,12 +191,14 @@ class VolumeStage final {
     VEDUTA_ASSIGN_OR_RETURN(std::vector<BlockWork> works, Prepare(last, tile, from_nothing));
     // Blocks new to the tile get every map, the others the changes only.
     std::vector<Vote> all = votes;
-    const bool some_new = std::ranges::any_of(works, [](const BlockWork& work) { return work.is_new; });
+    const bool some_new =
+        std::ranges::any_of(works, [](const BlockWork& work) { return work.is_new; });
     if (!from_nothing && some_new) {
       VEDUTA_ASSIGN_OR_RETURN(all, VotesOf(tile.depths, +1));
     }
-    pass_.pool.ParallelFor(works.size(),
-                           [&](size_t i) { works[i].status = CastVotes(works[i].is_new ? all : votes, &works[i]); });
+    pass_.pool.ParallelFor(works.size(), [&](size_t i) {
+      works[i].status = CastVotes(works[i].is_new ? all : votes, &works[i]);
+    });
     const auto transaction = pass_.database.BeginTransaction();
     DenseWriter& dense = transaction->dense();
     if (last.blocks != tile.blocks) tile.histogram_version = tile.volume_version;
@@ -194,12 +206,14 @@ class VolumeStage final {
       VEDUTA_RETURN_IF_ERROR(work.status);
       if (!work.changed && !work.is_new) continue;
       tile.histogram_version = tile.volume_version;
-      dense.PutVolumeBlock(tile.reconstruction, tile.place, work.number, Serialize(*work.histogram));
+      dense.PutVolumeBlock(tile.reconstruction, tile.place, work.number,
+                           Serialize(*work.histogram));
       ++count_.units;
     }
     for (uint8_t number = 0; number < kTileBlockCount; ++number) {
       const uint64_t bit = 1ull << number;
-      if ((last.blocks & bit) && !(tile.blocks & bit)) dense.DeleteVolumeBlock(tile.reconstruction, tile.place, number);
+      if ((last.blocks & bit) && !(tile.blocks & bit))
+        dense.DeleteVolumeBlock(tile.reconstruction, tile.place, number);
     }
     dense.PutTile(tile);
     return transaction->Commit();

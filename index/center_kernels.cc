@@ -10,8 +10,8 @@ int32_t Score(const uint8_t* descriptor, const uint8_t* center, int32_t bias) {
   return bias - 2 * dot;
 }
 
-uint32_t Nearest(const uint8_t* descriptor, const uint8_t* centers, const int32_t* biases, uint32_t count,
-                 int32_t* score) {
+uint32_t Nearest(const uint8_t* descriptor, const uint8_t* centers, const int32_t* biases,
+                 uint32_t count, int32_t* score) {
   uint32_t best = 0;
   int32_t best_score = Score(descriptor, centers, biases[0]);
   for (uint32_t i = 1; i < count; ++i) {
@@ -25,10 +25,11 @@ uint32_t Nearest(const uint8_t* descriptor, const uint8_t* centers, const int32_
   return best;
 }
 
-void NearestEach(const uint8_t* descriptors, size_t n, const uint8_t* centers, const int32_t* biases, uint32_t count,
-                 uint8_t* nearest, int32_t* scores) {
+void NearestEach(const uint8_t* descriptors, size_t n, const uint8_t* centers,
+                 const int32_t* biases, uint32_t count, uint8_t* nearest, int32_t* scores) {
   for (size_t i = 0; i < n; ++i) {
-    nearest[i] = static_cast<uint8_t>(Nearest(descriptors + i * kCenterSize, centers, biases, count, scores + i));
+    nearest[i] = static_cast<uint8_t>(
+        Nearest(descriptors + i * kCenterSize, centers, biases, count, scores + i));
   }
 }
 
@@ -40,7 +41,8 @@ void Accumulate(const uint8_t* descriptors, size_t n, const uint8_t* nearest, ui
   }
 }
 
-constexpr CenterKernels kPortable{CenterIsa::kPortable, "portable", Nearest, NearestEach, Accumulate};
+constexpr CenterKernels kPortable{CenterIsa::kPortable, "portable", Nearest, NearestEach,
+                                  Accumulate};
 
 }  // namespace
 
@@ -48,7 +50,8 @@ const CenterKernels* FindCenterKernels(CenterIsa isa) {
   if (isa == CenterIsa::kPortable) return &kPortable;
 #if defined(__x86_64__)
   if (isa == CenterIsa::kAvx2 && __builtin_cpu_supports("avx2")) return kCenterKernelsAvx2;
-  if (isa == CenterIsa::kAvx512Vnni && __builtin_cpu_supports("avx512vl") && __builtin_cpu_supports("avx512vnni")) {
+  if (isa == CenterIsa::kAvx512Vnni && __builtin_cpu_supports("avx512vl") &&
+      __builtin_cpu_supports("avx512vnni")) {
     return kCenterKernelsVnni;
   }
 #endif

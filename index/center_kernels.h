@@ -1,13 +1,15 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
-// Which of a node's centres is nearest to a descriptor: the inner loop of quantising and of k-means.
+// Which of a node's centres is nearest to a descriptor: the inner loop of quantising and of
+// k-means.
 //
-// For a descriptor d and a centre c, both of 128 bytes, the score is |d - c|^2 - |d|^2 = |c|^2 - 2 c.d, which the same
-// centre minimises as the distance. The kernels compute it as
+// For a descriptor d and a centre c, both of 128 bytes, the score is |d - c|^2 - |d|^2 = |c|^2 - 2
+// c.d, which the same centre minimises as the distance. The kernels compute it as
 //     score = bias(c) - 2 sum c_j (d_j - 128),   bias(c) = |c|^2 - 256 sum c_j,
-// so that one factor is signed, as VNNI's dot product wants it. All of it is integer and exact: |score| < 2^25, and
-// every kernel gives the same bits on every processor. This header stays free of Eigen and of std templates, because
-// it is included where the compiler is told to use wider vectors.
+// so that one factor is signed, as VNNI's dot product wants it. All of it is integer and exact:
+// |score| < 2^25, and every kernel gives the same bits on every processor. This header stays free
+// of Eigen and of std templates, because it is included where the compiler is told to use wider
+// vectors.
 
 #include <cstddef>
 #include <cstdint>
@@ -25,12 +27,13 @@ struct CenterKernels {
 
   // The lowest index among the centres of least score; the score itself goes to *score.
   // centers [count x 128] row-major, biases [count] as CenterBias gives them, count in [1, 64].
-  uint32_t (*nearest)(const uint8_t* descriptor, const uint8_t* centers, const int32_t* biases, uint32_t count,
-                      int32_t* score);
+  uint32_t (*nearest)(const uint8_t* descriptor, const uint8_t* centers, const int32_t* biases,
+                      uint32_t count, int32_t* score);
   // The same for n descriptors [n x 128]: nearest[n], scores[n].
-  void (*nearest_each)(const uint8_t* descriptors, size_t n, const uint8_t* centers, const int32_t* biases,
-                       uint32_t count, uint8_t* nearest, int32_t* scores);
-  // sums[nearest[i]][j] += descriptors[i][j]; sums is [count x 128] row-major. At most 2^24 descriptors a sum.
+  void (*nearest_each)(const uint8_t* descriptors, size_t n, const uint8_t* centers,
+                       const int32_t* biases, uint32_t count, uint8_t* nearest, int32_t* scores);
+  // sums[nearest[i]][j] += descriptors[i][j]; sums is [count x 128] row-major. At most 2^24
+  // descriptors a sum.
   void (*accumulate)(const uint8_t* descriptors, size_t n, const uint8_t* nearest, uint32_t* sums);
 };
 

@@ -14,10 +14,11 @@ inline __m256i Widen(const uint8_t* bytes) {
   return _mm256_cvtepu8_epi16(_mm_loadu_si128(reinterpret_cast<const __m128i*>(bytes)));
 }
 
-inline uint32_t Nearest(const uint8_t* descriptor, const uint8_t* centers, const int32_t* biases, uint32_t count,
-                        int32_t* score) {
+inline uint32_t Nearest(const uint8_t* descriptor, const uint8_t* centers, const int32_t* biases,
+                        uint32_t count, int32_t* score) {
   __m256i d[kParts];
-  for (int p = 0; p < kParts; ++p) d[p] = _mm256_sub_epi16(Widen(descriptor + 16 * p), _mm256_set1_epi16(128));
+  for (int p = 0; p < kParts; ++p)
+    d[p] = _mm256_sub_epi16(Widen(descriptor + 16 * p), _mm256_set1_epi16(128));
   Lanes lanes;
   for (uint32_t i = 0; i < count; i += 4) {
     __m256i sums[4];
@@ -33,10 +34,11 @@ inline uint32_t Nearest(const uint8_t* descriptor, const uint8_t* centers, const
   return lanes.Least(score);
 }
 
-void NearestEach(const uint8_t* descriptors, size_t n, const uint8_t* centers, const int32_t* biases, uint32_t count,
-                 uint8_t* nearest, int32_t* scores) {
+void NearestEach(const uint8_t* descriptors, size_t n, const uint8_t* centers,
+                 const int32_t* biases, uint32_t count, uint8_t* nearest, int32_t* scores) {
   for (size_t i = 0; i < n; ++i) {
-    nearest[i] = static_cast<uint8_t>(Nearest(descriptors + i * kCenterSize, centers, biases, count, scores + i));
+    nearest[i] = static_cast<uint8_t>(
+        Nearest(descriptors + i * kCenterSize, centers, biases, count, scores + i));
   }
 }
 

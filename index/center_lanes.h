@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
-// What the AVX2 and the VNNI kernels share. In an unnamed namespace on purpose: each of the two files is compiled for
-// other instructions and must keep its own copy.
+// What the AVX2 and the VNNI kernels share. In an unnamed namespace on purpose: each of the two
+// files is compiled for other instructions and must keep its own copy.
 
 #include <immintrin.h>
 
@@ -23,7 +23,8 @@ struct Lanes {
 
   // Scores of the centres i..i+3, of which those from `count` on do not exist.
   inline void Update(__m128i dots, const int32_t* biases, uint32_t i, uint32_t count) {
-    const __m128i index = _mm_add_epi32(_mm_set1_epi32(static_cast<int32_t>(i)), _mm_setr_epi32(0, 1, 2, 3));
+    const __m128i index =
+        _mm_add_epi32(_mm_set1_epi32(static_cast<int32_t>(i)), _mm_setr_epi32(0, 1, 2, 3));
     const __m128i exists = _mm_cmpgt_epi32(_mm_set1_epi32(static_cast<int32_t>(count)), index);
     const __m128i bias = _mm_maskload_epi32(biases + i, exists);
     const __m128i candidates = _mm_sub_epi32(bias, _mm_add_epi32(dots, dots));
@@ -47,12 +48,14 @@ struct Lanes {
 };
 
 // CenterKernels::accumulate.
-inline void Accumulate(const uint8_t* descriptors, size_t n, const uint8_t* nearest, uint32_t* sums) {
+inline void Accumulate(const uint8_t* descriptors, size_t n, const uint8_t* nearest,
+                       uint32_t* sums) {
   for (size_t i = 0; i < n; ++i) {
     const uint8_t* descriptor = descriptors + i * kCenterSize;
     __m256i* sum = reinterpret_cast<__m256i*>(sums + static_cast<size_t>(nearest[i]) * kCenterSize);
     for (int j = 0; j < kCenterSize / 8; ++j) {
-      const __m256i wide = _mm256_cvtepu8_epi32(_mm_loadl_epi64(reinterpret_cast<const __m128i*>(descriptor + 8 * j)));
+      const __m256i wide = _mm256_cvtepu8_epi32(
+          _mm_loadl_epi64(reinterpret_cast<const __m128i*>(descriptor + 8 * j)));
       _mm256_storeu_si256(sum + j, _mm256_add_epi32(_mm256_loadu_si256(sum + j), wide));
     }
   }

@@ -8,8 +8,9 @@
 
 namespace veduta {
 
-// Every descriptor draws a number from its image's content and its own index; those with the lowest numbers are kept.
-// So the sample depends on which images were added and not on their order. Not thread-safe.
+// Every descriptor draws a number from its image's content and its own index; those with the lowest
+// numbers are kept. So the sample depends on which images were added and not on their order. Not
+// thread-safe.
 class DescriptorSample final {
  public:
   // Keeps count_max descriptors at most (128 bytes and 32 of bookkeeping each, taken as they come).

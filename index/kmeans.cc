@@ -39,12 +39,13 @@ class Lloyd final {
     nearest_.resize(n_);
     pool_.ParallelFor(ChunkCount(n_), [&](size_t chunk) {
       const size_t begin = chunk * kChunk;
-      for (size_t i = begin; i < begin + ChunkSize(n_, chunk); ++i) norms_[i] = DescriptorNorm(Row(i));
+      for (size_t i = begin; i < begin + ChunkSize(n_, chunk); ++i)
+        norms_[i] = DescriptorNorm(Row(i));
     });
   }
 
-  // k-means++: each next centre is a descriptor drawn with probability proportional to its squared distance to the
-  // nearest centre so far. Ends early when every descriptor is a centre.
+  // k-means++: each next centre is a descriptor drawn with probability proportional to its squared
+  // distance to the nearest centre so far. Ends early when every descriptor is a centre.
   KMeansCenters ChooseStart(uint32_t count_max, uint64_t seed) {
     SeededRandom random(seed);
     KMeansCenters centers;
@@ -62,17 +63,20 @@ class Lloyd final {
     return centers;
   }
 
-  // Nearest centres of all descriptors and the distortion; with `sums`, also each cluster's sum and size.
-  uint64_t Assign(const KMeansCenters& centers, std::vector<uint64_t>* sums, std::vector<uint64_t>* sizes) {
+  // Nearest centres of all descriptors and the distortion; with `sums`, also each cluster's sum and
+  // size.
+  uint64_t Assign(const KMeansCenters& centers, std::vector<uint64_t>* sums,
+                  std::vector<uint64_t>* sizes) {
     const size_t chunk_count = ChunkCount(n_);
     std::vector<uint64_t> distortions(chunk_count, 0);
     std::vector<std::vector<uint32_t>> chunk_sums(chunk_count);
     pool_.ParallelFor(chunk_count, [&](size_t chunk) {
       const size_t begin = chunk * kChunk, size = ChunkSize(n_, chunk);
       std::vector<int32_t> scores(size);
-      kernels_.nearest_each(Row(begin), size, centers.rows.data(), centers.biases.data(), centers.count,
-                            nearest_.data() + begin, scores.data());
-      for (size_t i = 0; i < size; ++i) distortions[chunk] += static_cast<uint64_t>(scores[i] + norms_[begin + i]);
+      kernels_.nearest_each(Row(begin), size, centers.rows.data(), centers.biases.data(),
+                            centers.count, nearest_.data() + begin, scores.data());
+      for (size_t i = 0; i < size; ++i)
+        distortions[chunk] += static_cast<uint64_t>(scores[i] + norms_[begin + i]);
       if (sums == nullptr) return;
       chunk_sums[chunk].assign(static_cast<size_t>(centers.count) * kCenterSize, 0);
       kernels_.accumulate(Row(begin), size, nearest_.data() + begin, chunk_sums[chunk].data());
@@ -100,7 +104,8 @@ class Lloyd final {
       const size_t begin = chunk * kChunk, size = ChunkSize(n_, chunk);
       std::vector<int32_t> scores(size);
       std::vector<uint8_t> unused(size);
-      kernels_.nearest_each(Row(begin), size, row, &centers.biases.back(), 1, unused.data(), scores.data());
+      kernels_.nearest_each(Row(begin), size, row, &centers.biases.back(), 1, unused.data(),
+                            scores.data());
       for (size_t i = 0; i < size; ++i) {
         int32_t& distance = (*distances)[begin + i];
         distance = std::min(distance, scores[i] + norms_[begin + i]);
@@ -131,7 +136,8 @@ KMeansCenters Means(const std::vector<uint64_t>& sums, const std::vector<uint64_
     }
     bool known = false;
     for (uint32_t m = 0; m < means.count && !known; ++m) {
-      known = std::memcmp(means.rows.data() + static_cast<size_t>(m) * kCenterSize, row, kCenterSize) == 0;
+      known = std::memcmp(means.rows.data() + static_cast<size_t>(m) * kCenterSize, row,
+                          kCenterSize) == 0;
     }
     if (!known) AppendCenter(&means, row);
   }
@@ -140,23 +146,24 @@ KMeansCenters Means(const std::vector<uint64_t>& sums, const std::vector<uint64_
 
 }  // namespace
 
-void AssignToCenters(std::span<const uint8_t> descriptors, std::span<const uint32_t> rows, const KMeansCenters& centers,
-                     std::span<uint8_t> nearest, std::span<uint32_t> distances, ThreadPool& pool) {
+void AssignToCenters(std::span<const uint8_t> descriptors, std::span<const uint32_t> rows,
+                     const KMeansCenters& centers, std::span<uint8_t> nearest,
+                     std::span<uint32_t> distances, ThreadPool& pool) {
   const CenterKernels& kernels = BestCenterKernels();
   pool.ParallelFor(ChunkCount(rows.size()), [&](size_t chunk) {
     const size_t begin = chunk * kChunk;
     for (size_t i = begin; i < begin + ChunkSize(rows.size(), chunk); ++i) {
       const uint8_t* descriptor = descriptors.data() + size_t{rows[i]} * kCenterSize;
       int32_t score;
-      nearest[i] = static_cast<uint8_t>(
-          kernels.nearest(descriptor, centers.rows.data(), centers.biases.data(), centers.count, &score));
+      nearest[i] = static_cast<uint8_t>(kernels.nearest(
+          descriptor, centers.rows.data(), centers.biases.data(), centers.count, &score));
       distances[i] = static_cast<uint32_t>(score + DescriptorNorm(descriptor));
     }
   });
 }
 
-KMeansCenters FindCenters(std::span<const uint8_t> descriptors, uint32_t count_max, uint32_t iterations_max,
-                          uint64_t seed, ThreadPool& pool) {
+KMeansCenters FindCenters(std::span<const uint8_t> descriptors, uint32_t count_max,
+                          uint32_t iterations_max, uint64_t seed, ThreadPool& pool) {
   Lloyd lloyd(descriptors, pool);
   KMeansCenters centers = lloyd.ChooseStart(count_max, seed);
   std::vector<uint64_t> sums, sizes;

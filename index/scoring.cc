@@ -13,23 +13,27 @@ namespace {
 constexpr double kWeightUnit = 0x1.0p-32;
 
 uint64_t Weight(uint32_t image_count, size_t with_word) {
-  const double share = static_cast<double>(image_count) / static_cast<double>(std::max<size_t>(with_word, 1));
+  const double share =
+      static_cast<double>(image_count) / static_cast<double>(std::max<size_t>(with_word, 1));
   return static_cast<uint64_t>(std::llround(std::log(share) / kWeightUnit));
 }
 
-Status CheckPostings(std::span<const std::vector<ImageId>> postings, uint32_t image_count, uint32_t* id_max) {
+Status CheckPostings(std::span<const std::vector<ImageId>> postings, uint32_t image_count,
+                     uint32_t* id_max) {
   *id_max = 0;
   for (size_t i = 0; i < postings.size(); ++i) {
     const std::vector<ImageId>& images = postings[i];
     if (images.size() > image_count) {
       return Status::InvalidArgument("scoring: word " + std::to_string(i) + " of the query is in " +
-                                     std::to_string(images.size()) + " of " + std::to_string(image_count) + " images");
+                                     std::to_string(images.size()) + " of " +
+                                     std::to_string(image_count) + " images");
     }
     uint32_t previous = 0;
     for (const ImageId image : images) {
       if (image.value <= previous) {
         return Status::InvalidArgument("scoring: the images of word " + std::to_string(i) +
-                                       " of the query do not ascend at " + std::to_string(image.value));
+                                       " of the query do not ascend at " +
+                                       std::to_string(image.value));
       }
       previous = image.value;
     }
@@ -40,7 +44,8 @@ Status CheckPostings(std::span<const std::vector<ImageId>> postings, uint32_t im
 
 // Calls add(image) -> uint64_t& for each posting and adds the word's weight to it.
 template <typename Sums>
-void AddWeights(std::span<const std::vector<ImageId>> postings, std::span<const uint64_t> weights, Sums& sums) {
+void AddWeights(std::span<const std::vector<ImageId>> postings, std::span<const uint64_t> weights,
+                Sums& sums) {
   for (size_t i = 0; i < postings.size(); ++i) {
     if (weights[i] == 0) continue;
     for (const ImageId image : postings[i]) sums[image.value] += weights[i];
@@ -51,13 +56,14 @@ void AddWeights(std::span<const std::vector<ImageId>> postings, std::span<const 
 
 Status RankOptions::Check() const {
   if (!(score_min >= 0 && score_min <= 1)) {
-    return Status::InvalidArgument("scoring: score_min " + std::to_string(score_min) + " is outside [0, 1]");
+    return Status::InvalidArgument("scoring: score_min " + std::to_string(score_min) +
+                                   " is outside [0, 1]");
   }
   return Status::Ok();
 }
 
-Result<std::vector<RankedImage>> Rank(std::span<const std::vector<ImageId>> postings, uint32_t image_count,
-                                      const RankOptions& options) {
+Result<std::vector<RankedImage>> Rank(std::span<const std::vector<ImageId>> postings,
+                                      uint32_t image_count, const RankOptions& options) {
   VEDUTA_RETURN_IF_ERROR(options.Check());
   uint32_t id_max = 0;
   VEDUTA_RETURN_IF_ERROR(CheckPostings(postings, image_count, &id_max));
@@ -66,7 +72,8 @@ Result<std::vector<RankedImage>> Rank(std::span<const std::vector<ImageId>> post
 
   std::vector<uint64_t> weights(postings.size());
   uint64_t self = 0;
-  for (size_t i = 0; i < postings.size(); ++i) self += weights[i] = Weight(image_count, postings[i].size());
+  for (size_t i = 0; i < postings.size(); ++i)
+    self += weights[i] = Weight(image_count, postings[i].size());
   if (self == 0) {
     weights.assign(postings.size(), 1);
     self = postings.size();
@@ -88,7 +95,8 @@ Result<std::vector<RankedImage>> Rank(std::span<const std::vector<ImageId>> post
     return a.score != b.score ? a.score > b.score : a.image < b.image;
   };
   const size_t count = std::min<size_t>(ranked.size(), options.count_max);
-  std::partial_sort(ranked.begin(), ranked.begin() + static_cast<ptrdiff_t>(count), ranked.end(), better);
+  std::partial_sort(ranked.begin(), ranked.begin() + static_cast<ptrdiff_t>(count), ranked.end(),
+                    better);
   ranked.resize(count);
   return ranked;
 }

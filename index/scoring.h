@@ -2,15 +2,17 @@
 #pragma once
 // How much stored images look like a query: eq 5 of the paper (R9).
 //
-//   score(Q, D) = sum over distinct words t in Q and D of w(t)  /  sum over distinct words t in Q of w(t),
-//   w(t) = log(N / max(n(t), 1)),
+//   score(Q, D) = sum over distinct words t in Q and D of w(t)  /  sum over distinct words t in Q
+//   of w(t), w(t) = log(N / max(n(t), 1)),
 //
-// N images in the collection, n(t) of them with word t. A word that no stored image has counts as if one had it: it
-// weighs the most and lowers the score of all, for it is something of the query that the collection does not show.
-// Where all weights are zero (one image stored, or every word in every image) each word weighs the same instead.
+// N images in the collection, n(t) of them with word t. A word that no stored image has counts as
+// if one had it: it weighs the most and lowers the score of all, for it is something of the query
+// that the collection does not show. Where all weights are zero (one image stored, or every word in
+// every image) each word weighs the same instead.
 //
-// Weights are rounded to 2^-32 and summed as integers, so a score does not depend on the order of the sums, and an
-// image that has all of the query's words, as a stored image queried with itself, scores exactly 1.0.
+// Weights are rounded to 2^-32 and summed as integers, so a score does not depend on the order of
+// the sums, and an image that has all of the query's words, as a stored image queried with itself,
+// scores exactly 1.0.
 
 #include <cstdint>
 #include <span>
@@ -37,11 +39,12 @@ struct RankedImage {
 
 // Best first, equal scores by ascending id.
 //
-// postings[i] are the images, ascending, that contain the i-th distinct word of the query; empty for a word that none
-// has. image_count is N, at least the longest list; ids may exceed it. No postings, no result.
-// O(total length of the postings) time; memory O(N), or O(images found) where ids are much larger than N.
-// Deterministic, thread-safe. kInvalidArgument: bad options; a list that does not ascend, holds id 0 or exceeds N.
-Result<std::vector<RankedImage>> Rank(std::span<const std::vector<ImageId>> postings, uint32_t image_count,
-                                      const RankOptions& options);
+// postings[i] are the images, ascending, that contain the i-th distinct word of the query; empty
+// for a word that none has. image_count is N, at least the longest list; ids may exceed it. No
+// postings, no result. O(total length of the postings) time; memory O(N), or O(images found) where
+// ids are much larger than N. Deterministic, thread-safe. kInvalidArgument: bad options; a list
+// that does not ascend, holds id 0 or exceeds N.
+Result<std::vector<RankedImage>> Rank(std::span<const std::vector<ImageId>> postings,
+                                      uint32_t image_count, const RankOptions& options);
 
 }  // namespace veduta

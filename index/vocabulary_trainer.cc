@@ -13,8 +13,8 @@ namespace veduta {
 namespace {
 
 Status OutOfRange(const char* name, uint64_t value, const char* range) {
-  return Status::InvalidArgument(std::string("vocabulary training: ") + name + " " + std::to_string(value) +
-                                 " is outside " + range);
+  return Status::InvalidArgument(std::string("vocabulary training: ") + name + " " +
+                                 std::to_string(value) + " is outside " + range);
 }
 
 // An interior node to be split: the descriptors that came to it are a range of the trainer's order.
@@ -31,8 +31,12 @@ struct Split {
 
 class Trainer final {
  public:
-  Trainer(std::span<const uint8_t> descriptors, const VocabularyTrainerOptions& options, ThreadPool& pool)
-      : descriptors_(descriptors), options_(options), pool_(pool), order_(descriptors.size() / kCenterSize) {
+  Trainer(std::span<const uint8_t> descriptors, const VocabularyTrainerOptions& options,
+          ThreadPool& pool)
+      : descriptors_(descriptors),
+        options_(options),
+        pool_(pool),
+        order_(descriptors.size() / kCenterSize) {
     std::iota(order_.begin(), order_.end(), 0u);
   }
 
@@ -41,12 +45,14 @@ class Trainer final {
     parts.branch = options_.branch;
     parts.training_size = order_.size();
     uint64_t distortion = 0;
-    std::vector<Node> level{{0, order_.size(), MixSeed(options_.seed, HashContent(descriptors_).Seed())}};
+    std::vector<Node> level{
+        {0, order_.size(), MixSeed(options_.seed, HashContent(descriptors_).Seed())}};
     for (uint32_t depth = 1; !level.empty(); ++depth) {
       std::vector<Split> splits(level.size());
       pool_.ParallelFor(level.size(), [&](size_t i) { splits[i] = SplitNode(level[i]); });
       if (depth == 1 && splits[0].centers.count < 2) {
-        return Status::InvalidArgument("vocabulary training: the sample has fewer than two distinct descriptors");
+        return Status::InvalidArgument(
+            "vocabulary training: the sample has fewer than two distinct descriptors");
       }
       std::vector<Node> next;
       for (size_t i = 0; i < level.size(); ++i) {
@@ -56,7 +62,8 @@ class Trainer final {
       level = std::move(next);
     }
     VEDUTA_ASSIGN_OR_RETURN(VocabularyTree tree, VocabularyTree::FromParts(parts));
-    return TrainedVocabulary{std::move(tree), static_cast<double>(distortion) / static_cast<double>(order_.size())};
+    return TrainedVocabulary{std::move(tree),
+                             static_cast<double>(distortion) / static_cast<double>(order_.size())};
   }
 
  private:
@@ -66,8 +73,8 @@ class Trainer final {
     return static_cast<uint32_t>(std::min<size_t>(count, options_.branch));
   }
 
-  // The descriptors that a node's k-means sees, contiguous: all, or a random choice in their order (Knuth's algorithm
-  // S).
+  // The descriptors that a node's k-means sees, contiguous: all, or a random choice in their order
+  // (Knuth's algorithm S).
   std::vector<uint8_t> GatherSample(const Node& node) const {
     const size_t n = node.end - node.begin;
     size_t wanted = std::min<size_t>(n, options_.node_sample_max);
@@ -76,25 +83,31 @@ class Trainer final {
     uint8_t* to = sample.data();
     for (size_t i = 0; i < n && wanted > 0; ++i) {
       if (wanted < n - i && random.Below(static_cast<uint32_t>(n - i)) >= wanted) continue;
-      std::memcpy(to, descriptors_.data() + size_t{order_[node.begin + i]} * kCenterSize, kCenterSize);
+      std::memcpy(to, descriptors_.data() + size_t{order_[node.begin + i]} * kCenterSize,
+                  kCenterSize);
       to += kCenterSize;
       --wanted;
     }
     return sample;
   }
 
-  // Finds a node's centres and sorts its range of the order by child, stably. Ranges of a level are disjoint.
+  // Finds a node's centres and sorts its range of the order by child, stably. Ranges of a level are
+  // disjoint.
   Split SplitNode(const Node& node) {
     Split split;
     const size_t n = node.end - node.begin;
     {
       const std::vector<uint8_t> sample = GatherSample(node);
-      const uint32_t child_count = std::max<uint32_t>(2, ChildCount(n));  // the root is split whatever it is worth
+      const uint32_t child_count =
+          std::max<uint32_t>(2, ChildCount(n));  // the root is split whatever it is worth
       std::vector<KMeansCenters> attempts(options_.attempts_per_node);
       pool_.ParallelFor(attempts.size(), [&](size_t i) {
-        attempts[i] = FindCenters(sample, child_count, options_.iterations_max, MixSeed(node.seed, 1 + i), pool_);
+        attempts[i] = FindCenters(sample, child_count, options_.iterations_max,
+                                  MixSeed(node.seed, 1 + i), pool_);
       });
-      const auto lower = [](const KMeansCenters& a, const KMeansCenters& b) { return a.distortion < b.distortion; };
+      const auto lower = [](const KMeansCenters& a, const KMeansCenters& b) {
+        return a.distortion < b.distortion;
+      };
       split.centers = std::move(*std::min_element(attempts.begin(), attempts.end(), lower));
     }
     const std::span<uint32_t> rows = std::span(order_).subspan(node.begin, n);
@@ -114,20 +127,24 @@ class Trainer final {
     return split;
   }
 
-  // Writes a node and its children; those to be split go to `next`. Returns the distortion of those that are leaves.
+  // Writes a node and its children; those to be split go to `next`. Returns the distortion of those
+  // that are leaves.
   uint64_t AppendSplit(const Node& node, const Split& split, uint32_t depth, VocabularyParts* parts,
                        std::vector<Node>* next) const {
     parts->child_counts.push_back(static_cast<uint8_t>(split.centers.count));
-    parts->centers.insert(parts->centers.end(), split.centers.rows.begin(), split.centers.rows.end());
+    parts->centers.insert(parts->centers.end(), split.centers.rows.begin(),
+                          split.centers.rows.end());
     uint64_t leaf_distortion = 0;
     size_t begin = node.begin;
     for (uint32_t i = 0; i < split.centers.count; ++i) {
       const size_t size = split.sizes[i];
       // A single centre separates nothing: the node holds one value only.
-      const bool is_node = depth < options_.depth_max && ChildCount(size) > 1 && split.centers.count > 1;
+      const bool is_node =
+          depth < options_.depth_max && ChildCount(size) > 1 && split.centers.count > 1;
       parts->child_is_node.push_back(is_node ? 1 : 0);
       if (is_node) {
-        next->push_back({begin, begin + size, MixSeed(node.seed, 1 + options_.attempts_per_node + i)});
+        next->push_back(
+            {begin, begin + size, MixSeed(node.seed, 1 + options_.attempts_per_node + i)});
       } else {
         leaf_distortion += split.distortions[i];
       }
@@ -145,13 +162,17 @@ class Trainer final {
 }  // namespace
 
 Status VocabularyTrainerOptions::Check() const {
-  if (branch < kVocabularyBranchMin || branch > kVocabularyBranchMax) return OutOfRange("branch", branch, "[2, 64]");
-  if (depth_max < 1 || depth_max > kVocabularyDepthMax) return OutOfRange("depth_max", depth_max, "[1, 7]");
+  if (branch < kVocabularyBranchMin || branch > kVocabularyBranchMax)
+    return OutOfRange("branch", branch, "[2, 64]");
+  if (depth_max < 1 || depth_max > kVocabularyDepthMax)
+    return OutOfRange("depth_max", depth_max, "[1, 7]");
   if (attempts_per_node < 1 || attempts_per_node > 64) {
     return OutOfRange("attempts_per_node", attempts_per_node, "[1, 64]");
   }
-  if (iterations_max < 1 || iterations_max > 1000) return OutOfRange("iterations_max", iterations_max, "[1, 1000]");
-  if (descriptors_per_leaf < 1) return OutOfRange("descriptors_per_leaf", descriptors_per_leaf, "[1, 2^32)");
+  if (iterations_max < 1 || iterations_max > 1000)
+    return OutOfRange("iterations_max", iterations_max, "[1, 1000]");
+  if (descriptors_per_leaf < 1)
+    return OutOfRange("descriptors_per_leaf", descriptors_per_leaf, "[1, 2^32)");
   if (node_sample_max < 1000) return OutOfRange("node_sample_max", node_sample_max, "[1000, 2^32)");
   return Status::Ok();
 }
@@ -162,7 +183,8 @@ VocabularyTrainerOptions OptionsForSample(size_t descriptor_count) {
   return options;
 }
 
-Result<TrainedVocabulary> TrainVocabulary(std::span<const uint8_t> descriptors, const VocabularyTrainerOptions& options,
+Result<TrainedVocabulary> TrainVocabulary(std::span<const uint8_t> descriptors,
+                                          const VocabularyTrainerOptions& options,
                                           ThreadPool& pool) {
   VEDUTA_RETURN_IF_ERROR(options.Check());
   if (descriptors.size() % kCenterSize != 0) {
@@ -171,7 +193,8 @@ Result<TrainedVocabulary> TrainVocabulary(std::span<const uint8_t> descriptors, 
   }
   const size_t n = descriptors.size() / kCenterSize;
   if (n < 2 || n > UINT32_MAX) {
-    return Status::InvalidArgument("vocabulary training: a sample of " + std::to_string(n) + " descriptors");
+    return Status::InvalidArgument("vocabulary training: a sample of " + std::to_string(n) +
+                                   " descriptors");
   }
   return Trainer(descriptors, options, pool).Run();
 }

@@ -36,9 +36,11 @@ Status CheckParts(const VocabularyParts& parts, uint32_t* depth) {
   }
   const size_t center_count = parts.child_is_node.size();
   if (parts.centers.size() != center_count * kCenterSize) {
-    return NotATree(std::to_string(parts.centers.size()) + " bytes for " + std::to_string(center_count) + " centres");
+    return NotATree(std::to_string(parts.centers.size()) + " bytes for " +
+                    std::to_string(center_count) + " centres");
   }
-  // Breadth first, so the nodes of a level are a range [begin, end), and their children make the next.
+  // Breadth first, so the nodes of a level are a range [begin, end), and their children make the
+  // next.
   size_t begin = 0, end = 1, center = 0;
   for (*depth = 0; begin < end; ++*depth) {
     if (*depth == kVocabularyDepthMax)
@@ -48,7 +50,8 @@ Status CheckParts(const VocabularyParts& parts, uint32_t* depth) {
     for (size_t node = begin; node < end; ++node) {
       const size_t count = parts.child_counts[node];
       if (count < 1 || count > parts.branch || count > center_count - center) {
-        return NotATree("node " + std::to_string(node) + " has " + std::to_string(count) + " children");
+        return NotATree("node " + std::to_string(node) + " has " + std::to_string(count) +
+                        " children");
       }
       for (size_t i = 0; i < count; ++i, ++center) {
         if (parts.child_is_node[center] > 1)
@@ -89,18 +92,21 @@ Result<VocabularyTree> VocabularyTree::FromParts(const VocabularyParts& parts) {
     starts.push_back(line_count);
     line_count += LinesOf(count);
   }
-  if (line_count > INT32_MAX || parts.child_is_node.size() > INT32_MAX) return NotATree("too large");
+  if (line_count > INT32_MAX || parts.child_is_node.size() > INT32_MAX)
+    return NotATree("too large");
   tree.lines_.resize(line_count);
   size_t center = 0, next_node = 1;
   for (size_t node = 0; node < starts.size(); ++node) {
     const uint32_t count = parts.child_counts[node];
-    uint8_t* const start = reinterpret_cast<uint8_t*>(tree.lines_.data()) + starts[node] * sizeof(Line);
+    uint8_t* const start =
+        reinterpret_cast<uint8_t*>(tree.lines_.data()) + starts[node] * sizeof(Line);
     std::vector<int32_t> header(1 + 2 * count);
     header[0] = static_cast<int32_t>(count);
     for (uint32_t i = 0; i < count; ++i, ++center) {
       header[1 + i] = CenterBias(parts.centers.data() + center * kCenterSize);
-      header[1 + count + i] = parts.child_is_node[center] != 0 ? static_cast<int32_t>(starts[next_node++])
-                                                               : ~static_cast<int32_t>(tree.info_.leaf_count++);
+      header[1 + count + i] = parts.child_is_node[center] != 0
+                                  ? static_cast<int32_t>(starts[next_node++])
+                                  : ~static_cast<int32_t>(tree.info_.leaf_count++);
     }
     std::memcpy(start, header.data(), header.size() * sizeof(int32_t));
     const size_t center_bytes = static_cast<size_t>(count) * kCenterSize;
@@ -112,22 +118,25 @@ Result<VocabularyTree> VocabularyTree::FromParts(const VocabularyParts& parts) {
 
 Result<VocabularyTree> VocabularyTree::Parse(std::span<const uint8_t> bytes) {
   if (bytes.size() < kHeaderSize + kHashSize) {
-    return Status::Corruption("vocabulary: " + std::to_string(bytes.size()) + " bytes are too few for a header");
+    return Status::Corruption("vocabulary: " + std::to_string(bytes.size()) +
+                              " bytes are too few for a header");
   }
-  if (std::memcmp(bytes.data(), kMagic, sizeof(kMagic)) != 0) return Status::Corruption("vocabulary: wrong magic");
+  if (std::memcmp(bytes.data(), kMagic, sizeof(kMagic)) != 0)
+    return Status::Corruption("vocabulary: wrong magic");
   const uint64_t version = ReadNumber(&bytes[8], 4);
   if (version != kVersion) {
-    return Status::Corruption("vocabulary: format version " + std::to_string(version) + ", this program reads " +
-                              std::to_string(kVersion));
+    return Status::Corruption("vocabulary: format version " + std::to_string(version) +
+                              ", this program reads " + std::to_string(kVersion));
   }
   const uint64_t node_count = ReadNumber(&bytes[24], 4), center_count = ReadNumber(&bytes[28], 4);
   const uint64_t size = kHeaderSize + node_count + center_count * (1 + kCenterSize) + kHashSize;
   if (size != bytes.size()) {
-    return Status::Corruption("vocabulary: " + std::to_string(bytes.size()) + " bytes where its counts say " +
-                              std::to_string(size));
+    return Status::Corruption("vocabulary: " + std::to_string(bytes.size()) +
+                              " bytes where its counts say " + std::to_string(size));
   }
   const std::span<const uint8_t> content = bytes.first(bytes.size() - kHashSize);
-  if (std::memcmp(HashContent(content).bytes.data(), bytes.data() + content.size(), kHashSize) != 0) {
+  if (std::memcmp(HashContent(content).bytes.data(), bytes.data() + content.size(), kHashSize) !=
+      0) {
     return Status::Corruption("vocabulary: its checksum does not match its content");
   }
   VocabularyParts parts;
@@ -149,13 +158,15 @@ std::vector<uint8_t> VocabularyTree::Serialize() const {
   for (size_t line = 0; line < lines_.size();) {  // nodes lie breadth first
     const NodeView node = NodeAt(line);
     parts.child_counts.push_back(static_cast<uint8_t>(node.count));
-    for (uint32_t i = 0; i < node.count; ++i) parts.child_is_node.push_back(node.children[i] >= 0 ? 1 : 0);
-    parts.centers.insert(parts.centers.end(), node.centers, node.centers + size_t{node.count} * kCenterSize);
+    for (uint32_t i = 0; i < node.count; ++i)
+      parts.child_is_node.push_back(node.children[i] >= 0 ? 1 : 0);
+    parts.centers.insert(parts.centers.end(), node.centers,
+                         node.centers + size_t{node.count} * kCenterSize);
     line += LinesOf(node.count);
   }
   std::vector<uint8_t> bytes(kMagic, kMagic + sizeof(kMagic));
-  bytes.reserve(kHeaderSize + parts.child_counts.size() + parts.child_is_node.size() + parts.centers.size() +
-                kHashSize);
+  bytes.reserve(kHeaderSize + parts.child_counts.size() + parts.child_is_node.size() +
+                parts.centers.size() + kHashSize);
   AppendNumber(&bytes, kVersion, 4);
   AppendNumber(&bytes, info_.branch, 4);
   AppendNumber(&bytes, info_.training_size, 8);
@@ -174,14 +185,16 @@ WordId VocabularyTree::Quantize(std::span<const uint8_t, kCenterSize> descriptor
 }
 
 void VocabularyTree::Prefetch(size_t line) const {
-  // Most nodes are full; a line too many costs less than looking at the count, which is not in the cache yet.
+  // Most nodes are full; a line too many costs less than looking at the count, which is not in the
+  // cache yet.
   const size_t end = std::min(line + LinesOf(std::min(info_.branch, 16u)), lines_.size());
   for (; line < end; ++line) __builtin_prefetch(&lines_[line]);
 }
 
 std::vector<WordId> VocabularyTree::QuantizeAll(std::span<const uint8_t> descriptors,
                                                 const CenterKernels& kernels) const {
-  VEDUTA_CHECK(descriptors.size() % kCenterSize == 0, std::to_string(descriptors.size()) + " bytes of descriptors");
+  VEDUTA_CHECK(descriptors.size() % kCenterSize == 0,
+               std::to_string(descriptors.size()) + " bytes of descriptors");
   const size_t n = descriptors.size() / kCenterSize;
   std::vector<WordId> words(n);
   for (size_t begin = 0; begin < n; begin += kBatch) {
@@ -193,8 +206,8 @@ std::vector<WordId> VocabularyTree::QuantizeAll(std::span<const uint8_t> descrip
         if (at[i] < 0) continue;
         const NodeView node = NodeAt(static_cast<size_t>(at[i]));
         int32_t score;
-        at[i] = node.children[kernels.nearest(descriptors.data() + (begin + i) * kCenterSize, node.centers, node.biases,
-                                              node.count, &score)];
+        at[i] = node.children[kernels.nearest(descriptors.data() + (begin + i) * kCenterSize,
+                                              node.centers, node.biases, node.count, &score)];
         if (at[i] < 0) continue;
         descending = true;
         Prefetch(static_cast<size_t>(at[i]));

@@ -1,11 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
-// A tree of k-means centres that sorts SIFT descriptors into visual words (Nister and Stewenius 2006): a descriptor
-// goes from the root to the nearest child until it reaches a leaf, and the leaf's number is its word.
+// A tree of k-means centres that sorts SIFT descriptors into visual words (Nister and Stewenius
+// 2006): a descriptor goes from the root to the nearest child until it reaches a leaf, and the
+// leaf's number is its word.
 //
-// Invariants: interior nodes are numbered breadth first, the root is 0; each has 1 to `branch` children, each child a
-// centre of 128 bytes that leads to a leaf or to an interior node; leaves are words 0..leaf_count-1 in the order of
-// their centres. Distances are exact integers, so words do not depend on the processor.
+// Invariants: interior nodes are numbered breadth first, the root is 0; each has 1 to `branch`
+// children, each child a centre of 128 bytes that leads to a leaf or to an interior node; leaves
+// are words 0..leaf_count-1 in the order of their centres. Distances are exact integers, so words
+// do not depend on the processor.
 
 #include <cstdint>
 #include <memory>
@@ -35,10 +37,10 @@ struct VocabularyInfo {
 struct VocabularyParts {
   uint32_t branch = 0;
   uint64_t training_size = 0;
-  std::vector<uint8_t> child_counts;  // [interior nodes], breadth first
-  std::vector<uint8_t>
-      child_is_node;             // [centres], in the order of their parents: 1 leads to an interior node, 0 is a leaf
-  std::vector<uint8_t> centers;  // [centres x 128] row-major
+  std::vector<uint8_t> child_counts;   // [interior nodes], breadth first
+  std::vector<uint8_t> child_is_node;  // [centres], in the order of their parents: 1 leads to an
+                                       // interior node, 0 is a leaf
+  std::vector<uint8_t> centers;        // [centres x 128] row-major
 };
 
 // Immutable; thread-safe.
@@ -47,14 +49,15 @@ class VocabularyTree final {
   // kInvalidArgument, naming the invariant, when the parts do not make a tree.
   static Result<VocabularyTree> FromParts(const VocabularyParts& parts);
 
-  // The inverse of Serialize. kCorruption with the reason for anything else: wrong magic, version or checksum,
-  // a truncated or overlong input, numbers that make no tree. Allocates at most a few times bytes.size().
+  // The inverse of Serialize. kCorruption with the reason for anything else: wrong magic, version
+  // or checksum, a truncated or overlong input, numbers that make no tree. Allocates at most a few
+  // times bytes.size().
   static Result<VocabularyTree> Parse(std::span<const uint8_t> bytes);
 
   // Little-endian:
-  //   magic "VEDUVOCA" · version u32 = 1 · branch u32 · training_size u64 · interior nodes u32 · centres u32
-  //   child_counts u8 [interior nodes] · child_is_node u8 [centres] · centres u8 [centres x 128]
-  //   SHA-256 of all before, 32 bytes
+  //   magic "VEDUVOCA" · version u32 = 1 · branch u32 · training_size u64 · interior nodes u32 ·
+  //   centres u32 child_counts u8 [interior nodes] · child_is_node u8 [centres] · centres u8
+  //   [centres x 128] SHA-256 of all before, 32 bytes
   // Equal trees give equal bytes.
   std::vector<uint8_t> Serialize() const;
 
@@ -63,16 +66,17 @@ class VocabularyTree final {
   // The word of one descriptor; at every node the nearest centre in squared L2, ties to the first.
   WordId Quantize(std::span<const uint8_t, kCenterSize> descriptor) const;
 
-  // Words of descriptors [n x 128], one each, in their order. Faster than one by one: several descend at a time and the
-  // next nodes are fetched ahead. 0.2 us a descriptor and level on one core where the tree exceeds the cache.
-  // Aborts if the size is no multiple of 128. `kernels` is for tests: all give the same words.
+  // Words of descriptors [n x 128], one each, in their order. Faster than one by one: several
+  // descend at a time and the next nodes are fetched ahead. 0.2 us a descriptor and level on one
+  // core where the tree exceeds the cache. Aborts if the size is no multiple of 128. `kernels` is
+  // for tests: all give the same words.
   std::vector<WordId> QuantizeAll(std::span<const uint8_t> descriptors,
                                   const CenterKernels& kernels = BestCenterKernels()) const;
 
  private:
-  // A node is a run of lines: its header (child count, biases of the children, where each leads), padded to whole
-  // lines, and then the children's centres, two lines each. `children[i]` >= 0 is the line where that node starts, < 0
-  // is ~word.
+  // A node is a run of lines: its header (child count, biases of the children, where each leads),
+  // padded to whole lines, and then the children's centres, two lines each. `children[i]` >= 0 is
+  // the line where that node starts, < 0 is ~word.
   static constexpr uint32_t kWordsOfLine = 16;
   struct alignas(64) Line {
     int32_t words[kWordsOfLine];

@@ -75,10 +75,11 @@ std::string LowerCase(std::string_view text) {
 
 // A processor's device with fewer threads: a part of it.
 cl::Device LimitThreads(const cl::Device& device, DeviceInfo* info, uint32_t thread_count) {
-  if (thread_count == 0 || thread_count >= info->compute_units || info->kind != DeviceKind::kCpu) return device;
-  const cl_device_partition_property properties[] = {CL_DEVICE_PARTITION_BY_COUNTS,
-                                                     static_cast<cl_device_partition_property>(thread_count),
-                                                     CL_DEVICE_PARTITION_BY_COUNTS_LIST_END, 0};
+  if (thread_count == 0 || thread_count >= info->compute_units || info->kind != DeviceKind::kCpu)
+    return device;
+  const cl_device_partition_property properties[] = {
+      CL_DEVICE_PARTITION_BY_COUNTS, static_cast<cl_device_partition_property>(thread_count),
+      CL_DEVICE_PARTITION_BY_COUNTS_LIST_END, 0};
   std::vector<cl::Device> parts;
   cl::Device whole = device;
   whole.createSubDevices(properties, &parts);
@@ -88,7 +89,8 @@ cl::Device LimitThreads(const cl::Device& device, DeviceInfo* info, uint32_t thr
 
 std::string ExactFloatOptions(const cl::Device& device) {
   const cl_device_fp_config config = device.getInfo<CL_DEVICE_SINGLE_FP_CONFIG>();
-  return config & CL_FP_CORRECTLY_ROUNDED_DIVIDE_SQRT ? " -cl-fp32-correctly-rounded-divide-sqrt" : "";
+  return config & CL_FP_CORRECTLY_ROUNDED_DIVIDE_SQRT ? " -cl-fp32-correctly-rounded-divide-sqrt"
+                                                      : "";
 }
 
 }  // namespace
@@ -114,10 +116,12 @@ std::vector<DeviceInfo> ListDevices() {
 }
 
 Result<DeviceInfo> ChooseDevice(std::string_view wanted, const std::vector<DeviceInfo>& devices) {
-  if (WantsNoDevice(wanted)) return Status::NotFound("\"" + std::string(wanted) + "\" asks for no OpenCL device");
+  if (WantsNoDevice(wanted))
+    return Status::NotFound("\"" + std::string(wanted) + "\" asks for no OpenCL device");
   if (devices.empty()) {
     return Status::NotFound(
-        "there is no OpenCL device; install a driver (for the processor: pocl-opencl-icd), or ask for \"cpp\"");
+        "there is no OpenCL device; install a driver (for the processor: pocl-opencl-icd), or ask "
+        "for \"cpp\"");
   }
   const auto first = [&](const auto& is_wanted) -> const DeviceInfo* {
     const auto found = std::find_if(devices.begin(), devices.end(), is_wanted);
@@ -126,7 +130,8 @@ Result<DeviceInfo> ChooseDevice(std::string_view wanted, const std::vector<Devic
   const std::string text = LowerCase(wanted);
   const bool automatic = text.empty() || text == "auto";
   const DeviceInfo* device = nullptr;
-  if (automatic || text == "gpu") device = first([](const DeviceInfo& d) { return d.kind == DeviceKind::kGpu; });
+  if (automatic || text == "gpu")
+    device = first([](const DeviceInfo& d) { return d.kind == DeviceKind::kGpu; });
   if ((automatic && !device) || text == "cpu") {
     device = first([](const DeviceInfo& d) { return d.kind == DeviceKind::kCpu; });
   }
@@ -137,19 +142,21 @@ Result<DeviceInfo> ChooseDevice(std::string_view wanted, const std::vector<Devic
     device = first([&](const DeviceInfo& d) { return std::to_string(d.index) == text; });
   } else {
     device = first([&](const DeviceInfo& d) {
-      return LowerCase(d.name).find(text) != std::string::npos || LowerCase(d.platform).find(text) != std::string::npos;
+      return LowerCase(d.name).find(text) != std::string::npos ||
+             LowerCase(d.platform).find(text) != std::string::npos;
     });
   }
   if (device) return *device;
   std::string message = "no OpenCL device is \"" + std::string(wanted) + "\"; there is";
-  for (const DeviceInfo& d : devices) message += " " + std::to_string(d.index) + ": " + d.name + ";";
+  for (const DeviceInfo& d : devices)
+    message += " " + std::to_string(d.index) + ": " + d.name + ";";
   return Status::NotFound(message + " \"cpp\" asks for none");
 }
 
 Status DeviceOptions::Check() const {
   if (thread_count > kThreadCountMax) {
-    return Status::InvalidArgument("thread_count is " + std::to_string(thread_count) + "; it must be at most " +
-                                   std::to_string(kThreadCountMax));
+    return Status::InvalidArgument("thread_count is " + std::to_string(thread_count) +
+                                   "; it must be at most " + std::to_string(kThreadCountMax));
   }
   return Status::Ok();
 }
@@ -170,8 +177,8 @@ Result<std::unique_ptr<Device>> Device::Open(const DeviceOptions& options) {
     parts->context = cl::Context(parts->device);
     parts->queue = cl::CommandQueue(parts->context, parts->device);
     parts->exact_float_options = ExactFloatOptions(parts->device);
-    parts->driver_key = chosen.platform + "\n" + one.platform.getInfo<CL_PLATFORM_VERSION>() + "\n" + chosen.name +
-                        "\n" + chosen.driver_version + "\n";
+    parts->driver_key = chosen.platform + "\n" + one.platform.getInfo<CL_PLATFORM_VERSION>() +
+                        "\n" + chosen.name + "\n" + chosen.driver_version + "\n";
   } catch (const cl::Error& error) {
     return OpenClFailure(chosen, "opening", error);
   }

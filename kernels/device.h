@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
-// An OpenCL device to compute on: a graphics card, or the processor through PoCL. Without one, the C++ paths work.
+// An OpenCL device to compute on: a graphics card, or the processor through PoCL. Without one, the
+// C++ paths work.
 
 #include <cstdint>
 #include <memory>
@@ -24,7 +25,8 @@ struct DeviceInfo {
   uint64_t allocation_bytes_max = 0;  // of one buffer
 };
 
-// Every device of every driver. Empty where no driver or no device is; a driver that fails is passed over. Thread-safe.
+// Every device of every driver. Empty where no driver or no device is; a driver that fails is
+// passed over. Thread-safe.
 std::vector<DeviceInfo> ListDevices();
 
 // The device that `wanted` names among `devices`:
@@ -39,21 +41,25 @@ Result<DeviceInfo> ChooseDevice(std::string_view wanted, const std::vector<Devic
 bool WantsNoDevice(std::string_view wanted);
 
 struct DeviceOptions {
-  std::string wanted = "auto";    // as ChooseDevice takes it
-  std::string cache_folder = {};  // built programs are kept here, made if missing; empty: kept in memory only
-  uint32_t thread_count = 0;      // [0, 4096]; threads of a CPU device; 0: all that it has. Other devices ignore it
+  std::string wanted = "auto";  // as ChooseDevice takes it
+  std::string cache_folder =
+      {};  // built programs are kept here, made if missing; empty: kept in memory only
+  uint32_t thread_count =
+      0;  // [0, 4096]; threads of a CPU device; 0: all that it has. Other devices ignore it
 
   Status Check() const;
 };
 
-// A device with its queue and its built programs. The programs' results do not depend on the device: they compute in
-// integers, or in floats without contraction and with correctly rounded division where the driver can.
+// A device with its queue and its built programs. The programs' results do not depend on the
+// device: they compute in integers, or in floats without contraction and with correctly rounded
+// division where the driver can.
 //
 // Thread-safe: each operation makes its kernel and its buffers itself; the queue works in order.
 class Device final {
  public:
-  // kNotFound if there is no such device, or if `wanted` asks for none; kInvalidArgument on bad options; kIoError with
-  // the device's name if its driver fails. A cache folder that cannot be written costs building anew, no more.
+  // kNotFound if there is no such device, or if `wanted` asks for none; kInvalidArgument on bad
+  // options; kIoError with the device's name if its driver fails. A cache folder that cannot be
+  // written costs building anew, no more.
   static Result<std::unique_ptr<Device>> Open(const DeviceOptions& options);
 
   ~Device();

@@ -12,7 +12,8 @@ namespace {
 constexpr size_t kLogBytesMax = 4000;
 
 // From a kept binary; nothing if the driver does not take it.
-bool LoadProgram(Device::Parts& parts, const std::string& key, const std::string& options, cl::Program* program) {
+bool LoadProgram(Device::Parts& parts, const std::string& key, const std::string& options,
+                 cl::Program* program) {
   const auto binary = parts.cache.Find(key);
   if (!binary) return false;
   try {
@@ -33,17 +34,19 @@ void KeepProgram(Device::Parts& parts, const std::string& key, const cl::Program
   }
 }
 
-Status BuildFailure(const DeviceInfo& info, const char* name, const std::string& options, std::string log) {
+Status BuildFailure(const DeviceInfo& info, const char* name, const std::string& options,
+                    std::string log) {
   if (log.size() > kLogBytesMax) log = log.substr(0, kLogBytesMax) + "...";
-  return Status::IoError(info.name + ": the program of kernel " + name + " does not build with \"" + options +
-                         "\": " + log);
+  return Status::IoError(info.name + ": the program of kernel " + name + " does not build with \"" +
+                         options + "\": " + log);
 }
 
 Result<cl::Program> GetProgram(Device::Parts& parts, const std::string& source, const char* name,
                                const std::string& options) {
   const std::string key = parts.driver_key + options + "\n" + source;
   const std::lock_guard lock(parts.mutex);
-  if (const auto known = parts.programs.find(key); known != parts.programs.end()) return known->second;
+  if (const auto known = parts.programs.find(key); known != parts.programs.end())
+    return known->second;
   cl::Program program;
   if (LoadProgram(parts, key, options, &program)) {
     ++parts.programs_loaded;
@@ -96,17 +99,20 @@ std::string OpenClErrorName(int code) {
 }
 
 Status OpenClFailure(const DeviceInfo& info, std::string_view task, const cl::Error& error) {
-  return Status::IoError(info.name + ": " + std::string(task) + ": " + error.what() + " failed with " +
-                         OpenClErrorName(error.err()) + "; \"cpp\" works without the device");
+  return Status::IoError(info.name + ": " + std::string(task) + ": " + error.what() +
+                         " failed with " + OpenClErrorName(error.err()) +
+                         "; \"cpp\" works without the device");
 }
 
 Result<cl::Kernel> MakeKernelFromSource(Device& device, std::string_view source, const char* name,
                                         const std::string& options) {
   Device::Parts& parts = device.parts();
-  const std::string all_options = "-cl-std=CL1.2" + parts.exact_float_options + (options.empty() ? "" : " ") + options;
+  const std::string all_options =
+      "-cl-std=CL1.2" + parts.exact_float_options + (options.empty() ? "" : " ") + options;
   VEDUTA_ASSIGN_OR_RETURN(
       const cl::Program program,
-      GetProgram(parts, "#pragma OPENCL FP_CONTRACT OFF\n" + std::string(source), name, all_options));
+      GetProgram(parts, "#pragma OPENCL FP_CONTRACT OFF\n" + std::string(source), name,
+                 all_options));
   try {
     return cl::Kernel(program, name);
   } catch (const cl::Error& error) {
@@ -114,9 +120,11 @@ Result<cl::Kernel> MakeKernelFromSource(Device& device, std::string_view source,
   }
 }
 
-Result<cl::Kernel> MakeKernel(Device& device, std::string_view file, const char* name, const std::string& options) {
+Result<cl::Kernel> MakeKernel(Device& device, std::string_view file, const char* name,
+                              const std::string& options) {
   const std::span<const KernelSource> sources = KernelSources();
-  const auto found = std::find_if(sources.begin(), sources.end(), [&](const auto& s) { return s.file == file; });
+  const auto found =
+      std::find_if(sources.begin(), sources.end(), [&](const auto& s) { return s.file == file; });
   VEDUTA_CHECK(found != sources.end(), "no embedded file is " + std::string(file));
   return MakeKernelFromSource(device, found->text, name, options);
 }

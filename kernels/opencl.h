@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
-// OpenCL for the host wrappers of kernels/, and for nobody else: the device's parts, kernels from embedded files,
-// errors as Status.
+// OpenCL for the host wrappers of kernels/, and for nobody else: the device's parts, kernels from
+// embedded files, errors as Status.
 //
 // A wrapper looks like this:
 //   Status Scale(Device& device, float factor, std::span<float> values) {
@@ -47,17 +47,19 @@ std::string OpenClErrorName(int code);
 // kIoError: "DEVICE: TASK: CALL failed with CODE".
 Status OpenClFailure(const DeviceInfo& info, std::string_view task, const cl::Error& error);
 
-// A kernel of its own, by its name, from an embedded file of kernels/ ("scale.cl"). `options` are the compiler's
-// (-D DIM=128); those that keep floats exact, and FP_CONTRACT OFF, are added. The first call for (file, options)
-// builds or loads the program: up to a second on PoCL. Thread-safe; the kernel itself is one thread's.
-// kIoError with the compiler's log if it does not build.
-Result<cl::Kernel> MakeKernel(Device& device, std::string_view file, const char* name, const std::string& options = {});
+// A kernel of its own, by its name, from an embedded file of kernels/ ("scale.cl"). `options` are
+// the compiler's
+// (-D DIM=128); those that keep floats exact, and FP_CONTRACT OFF, are added. The first call for
+// (file, options) builds or loads the program: up to a second on PoCL. Thread-safe; the kernel
+// itself is one thread's. kIoError with the compiler's log if it does not build.
+Result<cl::Kernel> MakeKernel(Device& device, std::string_view file, const char* name,
+                              const std::string& options = {});
 // Likewise from source text.
 Result<cl::Kernel> MakeKernelFromSource(Device& device, std::string_view source, const char* name,
                                         const std::string& options = {});
 
-// Runs body(parts), which may throw cl::Error; that, and what the queue says at its end, becomes a Status naming the
-// device and `task`.
+// Runs body(parts), which may throw cl::Error; that, and what the queue says at its end, becomes a
+// Status naming the device and `task`.
 template <typename Body>
 Status WithOpenCl(Device& device, std::string_view task, Body&& body) {
   try {
@@ -66,7 +68,8 @@ Status WithOpenCl(Device& device, std::string_view task, Body&& body) {
   } catch (const cl::Error& error) {
     return OpenClFailure(device.info(), task, error);
   } catch (const std::bad_alloc&) {
-    return Status::IoError(device.info().name + ": " + std::string(task) + ": out of memory on the host");
+    return Status::IoError(device.info().name + ": " + std::string(task) +
+                           ": out of memory on the host");
   }
 }
 

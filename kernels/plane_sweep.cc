@@ -15,11 +15,11 @@ namespace {
 constexpr uint32_t kSideMax = 65535;
 
 Status CheckImage(const GrayView& image, const std::string& name) {
-  if (image.width_px < 2 || image.height_px < 2 || image.width_px > kSideMax || image.height_px > kSideMax ||
-      image.pixels == nullptr) {
-    return Status::InvalidArgument(name + " is " + std::to_string(image.width_px) + "x" +
-                                   std::to_string(image.height_px) + (image.pixels ? "" : " without pixels") +
-                                   "; it must have 2 to 65535 px each way");
+  if (image.width_px < 2 || image.height_px < 2 || image.width_px > kSideMax ||
+      image.height_px > kSideMax || image.pixels == nullptr) {
+    return Status::InvalidArgument(
+        name + " is " + std::to_string(image.width_px) + "x" + std::to_string(image.height_px) +
+        (image.pixels ? "" : " without pixels") + "; it must have 2 to 65535 px each way");
   }
   return Status::Ok();
 }
@@ -33,7 +33,8 @@ SweepPlane SweepPlane::Gap() {
 Status SweepProblem::Check() const {
   VEDUTA_RETURN_IF_ERROR(CheckImage(key, "the key view"));
   if (sensors.empty() || sensors.size() > kSweepSensorsMax) {
-    return Status::InvalidArgument(std::to_string(sensors.size()) + " sensor views; there must be 1 to " +
+    return Status::InvalidArgument(std::to_string(sensors.size()) +
+                                   " sensor views; there must be 1 to " +
                                    std::to_string(kSweepSensorsMax));
   }
   for (size_t s = 0; s < sensors.size(); ++s) {
@@ -41,17 +42,21 @@ Status SweepProblem::Check() const {
     bool finite = true;
     for (const float value : sensors[s].rotation) finite = finite && std::isfinite(value);
     for (const float value : sensors[s].translation) finite = finite && std::isfinite(value);
-    if (!finite) return Status::InvalidArgument("sensor view " + std::to_string(s) + "'s geometry is not finite");
+    if (!finite)
+      return Status::InvalidArgument("sensor view " + std::to_string(s) +
+                                     "'s geometry is not finite");
   }
   if (!base.empty() && base.size() != static_cast<size_t>(key.width_px) * key.height_px) {
-    return Status::InvalidArgument("the base has " + std::to_string(base.size()) + " pixels, not the key view's");
+    return Status::InvalidArgument("the base has " + std::to_string(base.size()) +
+                                   " pixels, not the key view's");
   }
   if (planes.size() < 2 || planes.size() > kSweepPlanesMax) {
     return Status::InvalidArgument(std::to_string(planes.size()) + " planes; there must be 2 to " +
                                    std::to_string(kSweepPlanesMax));
   }
   for (const SweepPlane& plane : planes) {
-    const bool finite = std::isfinite(plane.x) && std::isfinite(plane.y) && std::isfinite(plane.constant);
+    const bool finite =
+        std::isfinite(plane.x) && std::isfinite(plane.y) && std::isfinite(plane.constant);
     if (!finite && !plane.is_gap()) return Status::InvalidArgument("a plane is not finite");
   }
   return Status::Ok();
@@ -60,8 +65,10 @@ Status SweepProblem::Check() const {
 Result<CostVolume> SweepPlanes(const SweepProblem& problem, Device* device, ThreadPool& pool) {
   VEDUTA_RETURN_IF_ERROR(problem.Check());
   const uint32_t plane_count = static_cast<uint32_t>(problem.planes.size());
-  CostVolume volume{problem.key.width_px, problem.key.height_px, plane_count, PlaneStride(plane_count), {}};
-  volume.costs.assign(static_cast<size_t>(volume.width_px) * volume.height_px * volume.plane_stride, kCostMax);
+  CostVolume volume{
+      problem.key.width_px, problem.key.height_px, plane_count, PlaneStride(plane_count), {}};
+  volume.costs.assign(static_cast<size_t>(volume.width_px) * volume.height_px * volume.plane_stride,
+                      kCostMax);
   if (device != nullptr) {
     VEDUTA_RETURN_IF_ERROR(SweepPlanesOnDevice(problem, *device, &volume));
   } else {

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
-// What it costs to see a key view's pixel on a plane: census and gradient of the key view against the warped
-// sensor views'.
+// What it costs to see a key view's pixel on a plane: census and gradient of the key view against
+// the warped sensor views'.
 
 #include <array>
 #include <cstdint>
@@ -21,16 +21,17 @@ struct GrayView {
 };
 
 // A sensor view and how the key view's pixels come to it: (x, y) at inverse depth w is seen where
-// (u, v, 1) ~ rotation (x, y, 1) + w translation, in px; rows first. In front of it where the third row is positive.
+// (u, v, 1) ~ rotation (x, y, 1) + w translation, in px; rows first. In front of it where the third
+// row is positive.
 struct SweepSensor {
   GrayView image;
   std::array<float, 9> rotation;
   std::array<float, 3> translation;
 };
 
-// The inverse depth of every plane in space is affine in the pixel: w = x * x_px + y * y_px + constant. Planes that
-// follow each other in inverse depth by small steps stand next to each other; where one family of them ends and another
-// begins, a gap keeps the two apart.
+// The inverse depth of every plane in space is affine in the pixel: w = x * x_px + y * y_px +
+// constant. Planes that follow each other in inverse depth by small steps stand next to each other;
+// where one family of them ends and another begins, a gap keeps the two apart.
 struct SweepPlane {
   float x = 0, y = 0, constant = 0;  // 1 / world unit
 
@@ -38,7 +39,8 @@ struct SweepPlane {
   bool is_gap() const { return constant != constant; }
 };
 
-// Plane k is seen by pixel i at the inverse depth base[i] + planes[k]'s, without a base at planes[k]'s own.
+// Plane k is seen by pixel i at the inverse depth base[i] + planes[k]'s, without a base at
+// planes[k]'s own.
 struct SweepProblem {
   GrayView key;
   std::vector<SweepSensor> sensors;  // 1 to 16
@@ -52,7 +54,8 @@ inline constexpr uint32_t kSweepSensorsMax = 16;
 inline constexpr uint32_t kSweepPlanesMax = 1024;
 // Planes are padded to a multiple of this.
 inline constexpr uint32_t kPlaneBlock = 16;
-// Least and greatest of a cost; a plane that no sensor view sees costs kUnseenCost, a gap and padding kCostMax.
+// Least and greatest of a cost; a plane that no sensor view sees costs kUnseenCost, a gap and
+// padding kCostMax.
 inline constexpr uint8_t kCostMax = 127, kUnseenCost = 50;
 
 struct CostVolume {
@@ -64,15 +67,16 @@ inline uint32_t PlaneStride(uint32_t plane_count) {
   return (plane_count + kPlaneBlock - 1) / kPlaneBlock * kPlaneBlock;
 }
 
-// The cost of every plane at every pixel. A sensor view is warped by bilinear interpolation in fixed point (8 bits of
-// fraction). Its cost at a pixel is 2 c + min(g, 32), at most 100: c counts the 34 neighbours in a window of 7 x 5
-// that are darker than the centre in one view and not in the other (census; Zabih, Woodfill 1994), g is the difference
-// of the gradients, |dx| + |dy| by central differences. Neither feels a change of brightness, the first no change of
-// contrast either. Of one or two views that see the point the better counts, of more the mean of the best two, so
-// that a view whose sight is blocked does no harm. Outside an image its edge is repeated.
+// The cost of every plane at every pixel. A sensor view is warped by bilinear interpolation in
+// fixed point (8 bits of fraction). Its cost at a pixel is 2 c + min(g, 32), at most 100: c counts
+// the 34 neighbours in a window of 7 x 5 that are darker than the centre in one view and not in the
+// other (census; Zabih, Woodfill 1994), g is the difference of the gradients, |dx| + |dy| by
+// central differences. Neither feels a change of brightness, the first no change of contrast
+// either. Of one or two views that see the point the better counts, of more the mean of the best
+// two, so that a view whose sight is blocked does no harm. Outside an image its edge is repeated.
 //
-// On the device, or in C++ on the pool where it is null: the same bits. O(pixels * planes * sensors) time. Thread-safe.
-// kInvalidArgument as Check says, kIoError from the device.
+// On the device, or in C++ on the pool where it is null: the same bits. O(pixels * planes *
+// sensors) time. Thread-safe. kInvalidArgument as Check says, kIoError from the device.
 Result<CostVolume> SweepPlanes(const SweepProblem& problem, Device* device, ThreadPool& pool);
 
 }  // namespace veduta

@@ -12,7 +12,8 @@ namespace {
 
 constexpr uint32_t kPad = 16;         // PAD of plane_sweep.cl
 constexpr uint32_t kPixelBlock = 16;  // that one work item of cost_block serves
-// Group sizes are stated throughout: PoCL compiles a kernel anew for each size that it chooses itself.
+// Group sizes are stated throughout: PoCL compiles a kernel anew for each size that it chooses
+// itself.
 
 cl::Buffer Upload(Device::Parts& parts, const void* data, size_t bytes) {
   cl::Buffer buffer(parts.context, CL_MEM_READ_ONLY, bytes);
@@ -26,7 +27,8 @@ void SetArguments(cl::Kernel& kernel, const Arguments&... arguments) {
   (kernel.setArg(index++, arguments), ...);
 }
 
-// The key view with PAD columns more on either side, and to a multiple of the block: its rows' ends repeated.
+// The key view with PAD columns more on either side, and to a multiple of the block: its rows' ends
+// repeated.
 std::vector<uint8_t> PadRows(const GrayView& view, uint32_t stride) {
   std::vector<uint8_t> padded(static_cast<size_t>(stride) * view.height_px);
   for (uint32_t y = 0; y < view.height_px; ++y) {
@@ -46,8 +48,10 @@ struct Kernels {
 Status MakeSweepKernels(Device& device, Kernels* kernels) {
   const std::string options =
       "-D COST_MAX=" + std::to_string(kCostMax) + " -D UNSEEN_COST=" + std::to_string(kUnseenCost);
-  VEDUTA_ASSIGN_OR_RETURN(kernels->warp, MakeKernel(device, "plane_sweep.cl", "warp_block", options));
-  VEDUTA_ASSIGN_OR_RETURN(kernels->cost, MakeKernel(device, "plane_sweep.cl", "cost_block", options));
+  VEDUTA_ASSIGN_OR_RETURN(kernels->warp,
+                          MakeKernel(device, "plane_sweep.cl", "warp_block", options));
+  VEDUTA_ASSIGN_OR_RETURN(kernels->cost,
+                          MakeKernel(device, "plane_sweep.cl", "cost_block", options));
   return Status::Ok();
 }
 
@@ -57,29 +61,34 @@ Status MakeScanKernels(Device& device, Kernels* kernels) {
   return Status::Ok();
 }
 
-void EnqueueSweep(Device::Parts& parts, const SweepProblem& problem, Kernels& kernels, const cl::Buffer& costs) {
-  const cl_int width = static_cast<cl_int>(problem.key.width_px), height = static_cast<cl_int>(problem.key.height_px);
-  const uint32_t stride = static_cast<uint32_t>(RoundUp(problem.key.width_px, kPixelBlock)) + 2 * kPad;
+void EnqueueSweep(Device::Parts& parts, const SweepProblem& problem, Kernels& kernels,
+                  const cl::Buffer& costs) {
+  const cl_int width = static_cast<cl_int>(problem.key.width_px),
+               height = static_cast<cl_int>(problem.key.height_px);
+  const uint32_t stride =
+      static_cast<uint32_t>(RoundUp(problem.key.width_px, kPixelBlock)) + 2 * kPad;
   const uint32_t plane_stride = PlaneStride(static_cast<uint32_t>(problem.planes.size()));
   const size_t image_bytes = static_cast<size_t>(stride) * problem.key.height_px;
   const size_t block_bytes = image_bytes * kPlaneBlock;
   const std::vector<uint8_t> padded = PadRows(problem.key, stride);
   const cl::Buffer key = Upload(parts, padded.data(), padded.size());
   const cl_int has_base = problem.base.empty() ? 0 : 1;
-  const cl::Buffer base = has_base ? Upload(parts, problem.base.data(), problem.base.size() * sizeof(float))
-                                   : cl::Buffer(parts.context, CL_MEM_READ_ONLY, sizeof(float));
+  const cl::Buffer base =
+      has_base ? Upload(parts, problem.base.data(), problem.base.size() * sizeof(float))
+               : cl::Buffer(parts.context, CL_MEM_READ_ONLY, sizeof(float));
   std::vector<SweepPlane> padded_planes = problem.planes;
   padded_planes.resize(plane_stride, SweepPlane::Gap());
   static_assert(sizeof(SweepPlane) == 3 * sizeof(float));
-  const cl::Buffer planes = Upload(parts, padded_planes.data(), padded_planes.size() * sizeof(SweepPlane));
+  const cl::Buffer planes =
+      Upload(parts, padded_planes.data(), padded_planes.size() * sizeof(SweepPlane));
   std::vector<cl::Buffer> images, geometries;
   for (const SweepSensor& sensor : problem.sensors) {
     float geometry[12];
     std::copy(sensor.translation.begin(), sensor.translation.end(),
               std::copy(sensor.rotation.begin(), sensor.rotation.end(), geometry));
     geometries.push_back(Upload(parts, geometry, sizeof(geometry)));
-    images.push_back(
-        Upload(parts, sensor.image.pixels, static_cast<size_t>(sensor.image.width_px) * sensor.image.height_px));
+    images.push_back(Upload(parts, sensor.image.pixels,
+                            static_cast<size_t>(sensor.image.width_px) * sensor.image.height_px));
   }
   const size_t all_bytes = block_bytes * problem.sensors.size();
   const cl::Buffer warped(parts.context, CL_MEM_READ_WRITE, all_bytes);
@@ -88,46 +97,55 @@ void EnqueueSweep(Device::Parts& parts, const SweepProblem& problem, Kernels& ke
     const cl_int first_plane = static_cast<cl_int>(first);
     for (size_t s = 0; s < problem.sensors.size(); ++s) {
       const GrayView& image = problem.sensors[s].image;
-      SetArguments(kernels.warp, images[s], static_cast<cl_int>(image.width_px), static_cast<cl_int>(image.height_px),
-                   geometries[s], base, has_base, planes, first_plane, width, height, static_cast<cl_int>(stride),
+      SetArguments(kernels.warp, images[s], static_cast<cl_int>(image.width_px),
+                   static_cast<cl_int>(image.height_px), geometries[s], base, has_base, planes,
+                   first_plane, width, height, static_cast<cl_int>(stride),
                    static_cast<cl_ulong>(s * block_bytes), warped, seen);
       parts.queue.enqueueNDRangeKernel(kernels.warp, cl::NullRange,
                                        cl::NDRange(stride, problem.key.height_px, kPlaneBlock),
                                        cl::NDRange(kPixelBlock, 1, 1));
     }
     SetArguments(kernels.cost, key, warped, seen, width, height, static_cast<cl_int>(stride),
-                 static_cast<cl_int>(problem.sensors.size()), planes, first_plane, static_cast<cl_int>(plane_stride),
-                 costs);
+                 static_cast<cl_int>(problem.sensors.size()), planes, first_plane,
+                 static_cast<cl_int>(plane_stride), costs);
     parts.queue.enqueueNDRangeKernel(
         kernels.cost, cl::NullRange,
         cl::NDRange((problem.key.width_px + kPixelBlock - 1) / kPixelBlock, problem.key.height_px));
   }
 }
 
-void ScanAndRead(Device::Parts& parts, const GrayView& key, uint32_t plane_count, const ScanlineOptions& options,
-                 Kernels& kernels, const cl::Buffer& costs, PlaneChoice* choice) {
+void ScanAndRead(Device::Parts& parts, const GrayView& key, uint32_t plane_count,
+                 const ScanlineOptions& options, Kernels& kernels, const cl::Buffer& costs,
+                 PlaneChoice* choice) {
   const uint32_t width = key.width_px, height = key.height_px;
   const size_t pixels = static_cast<size_t>(width) * height;
   const cl_int blocks = static_cast<cl_int>(PlaneStride(plane_count) / kPlaneBlock);
   const cl::Buffer gray = Upload(parts, key.pixels, pixels);
-  const cl::Buffer penalty_large = Upload(parts, options.penalty_large.data(), options.penalty_large.size());
-  const cl::Buffer sums(parts.context, CL_MEM_READ_WRITE, pixels * PlaneStride(plane_count) * sizeof(uint16_t));
+  const cl::Buffer penalty_large =
+      Upload(parts, options.penalty_large.data(), options.penalty_large.size());
+  const cl::Buffer sums(parts.context, CL_MEM_READ_WRITE,
+                        pixels * PlaneStride(plane_count) * sizeof(uint16_t));
   for (const ScanDirection& direction : kScanDirectionTable) {
     const cl_int is_first = &direction == std::begin(kScanDirectionTable) ? 1 : 0;
-    SetArguments(kernels.scan, costs, gray, penalty_large, static_cast<cl_uchar>(options.penalty_small),
-                 static_cast<cl_int>(width), static_cast<cl_int>(height), blocks, static_cast<cl_int>(direction.dx),
+    SetArguments(kernels.scan, costs, gray, penalty_large,
+                 static_cast<cl_uchar>(options.penalty_small), static_cast<cl_int>(width),
+                 static_cast<cl_int>(height), blocks, static_cast<cl_int>(direction.dx),
                  static_cast<cl_int>(direction.dy), is_first, sums);
-    // One line a group: neighbouring lines share nothing, and groups are what a processor's threads take.
-    parts.queue.enqueueNDRangeKernel(kernels.scan, cl::NullRange, cl::NDRange(direction.LineCount(width, height)),
+    // One line a group: neighbouring lines share nothing, and groups are what a processor's threads
+    // take.
+    parts.queue.enqueueNDRangeKernel(kernels.scan, cl::NullRange,
+                                     cl::NDRange(direction.LineCount(width, height)),
                                      cl::NDRange(1));
   }
   const cl::Buffer chosen(parts.context, CL_MEM_WRITE_ONLY, 5 * pixels * sizeof(uint16_t));
-  SetArguments(kernels.choose, sums, static_cast<cl_int>(plane_count), blocks, static_cast<cl_uint>(pixels), chosen);
-  parts.queue.enqueueNDRangeKernel(kernels.choose, cl::NullRange, cl::NDRange(RoundUp(pixels, kPixelBlock)),
+  SetArguments(kernels.choose, sums, static_cast<cl_int>(plane_count), blocks,
+               static_cast<cl_uint>(pixels), chosen);
+  parts.queue.enqueueNDRangeKernel(kernels.choose, cl::NullRange,
+                                   cl::NDRange(RoundUp(pixels, kPixelBlock)),
                                    cl::NDRange(kPixelBlock));
   size_t offset = 0;
-  for (auto* values :
-       {&choice->plane, &choice->cost_before, &choice->cost, &choice->cost_after, &choice->cost_second}) {
+  for (auto* values : {&choice->plane, &choice->cost_before, &choice->cost, &choice->cost_after,
+                       &choice->cost_second}) {
     const size_t bytes = pixels * sizeof(uint16_t);
     parts.queue.enqueueReadBuffer(chosen, CL_TRUE, offset, bytes, values->data());
     offset += bytes;
@@ -150,8 +168,8 @@ Status SweepPlanesOnDevice(const SweepProblem& problem, Device& device, CostVolu
   });
 }
 
-Status ChoosePlanesOnDevice(const CostVolume& volume, const GrayView& key, const ScanlineOptions& options,
-                            Device& device, PlaneChoice* choice) {
+Status ChoosePlanesOnDevice(const CostVolume& volume, const GrayView& key,
+                            const ScanlineOptions& options, Device& device, PlaneChoice* choice) {
   Kernels kernels;
   VEDUTA_RETURN_IF_ERROR(MakeScanKernels(device, &kernels));
   return WithOpenCl(device, "scanline optimisation", [&](Device::Parts& parts) {
@@ -160,8 +178,8 @@ Status ChoosePlanesOnDevice(const CostVolume& volume, const GrayView& key, const
   });
 }
 
-Status SweepAndChooseOnDevice(const SweepProblem& problem, const ScanlineOptions& options, Device& device,
-                              PlaneChoice* choice) {
+Status SweepAndChooseOnDevice(const SweepProblem& problem, const ScanlineOptions& options,
+                              Device& device, PlaneChoice* choice) {
   Kernels kernels;
   VEDUTA_RETURN_IF_ERROR(MakeSweepKernels(device, &kernels));
   VEDUTA_RETURN_IF_ERROR(MakeScanKernels(device, &kernels));
@@ -169,7 +187,8 @@ Status SweepAndChooseOnDevice(const SweepProblem& problem, const ScanlineOptions
     const cl::Buffer costs(parts.context, CL_MEM_READ_WRITE,
                            VolumeBytes(problem.key, static_cast<uint32_t>(problem.planes.size())));
     EnqueueSweep(parts, problem, kernels, costs);
-    ScanAndRead(parts, problem.key, static_cast<uint32_t>(problem.planes.size()), options, kernels, costs, choice);
+    ScanAndRead(parts, problem.key, static_cast<uint32_t>(problem.planes.size()), options, kernels,
+                costs, choice);
   });
 }
 

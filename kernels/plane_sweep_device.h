@@ -7,9 +7,9 @@
 namespace veduta {
 
 Status SweepPlanesOnDevice(const SweepProblem& problem, Device& device, CostVolume* volume);
-Status ChoosePlanesOnDevice(const CostVolume& volume, const GrayView& key, const ScanlineOptions& options,
-                            Device& device, PlaneChoice* choice);
-Status SweepAndChooseOnDevice(const SweepProblem& problem, const ScanlineOptions& options, Device& device,
-                              PlaneChoice* choice);
+Status ChoosePlanesOnDevice(const CostVolume& volume, const GrayView& key,
+                            const ScanlineOptions& options, Device& device, PlaneChoice* choice);
+Status SweepAndChooseOnDevice(const SweepProblem& problem, const ScanlineOptions& options,
+                              Device& device, PlaneChoice* choice);
 
 }  // namespace veduta

@@ -11,10 +11,11 @@ constexpr int kRadiusX = 3, kRadiusY = 2;  // of the census window
 constexpr int kGradientMax = 32;
 constexpr uint32_t kBandRows = 48;  // a task
 
-void WarpRow(const SweepProblem& problem, const SweepSensor& sensor, const SweepPlane& plane, uint32_t y, uint8_t* gray,
-             uint8_t* seen) {
+void WarpRow(const SweepProblem& problem, const SweepSensor& sensor, const SweepPlane& plane,
+             uint32_t y, uint8_t* gray, uint8_t* seen) {
   const uint32_t width = problem.key.width_px;
-  const float* base = problem.base.empty() ? nullptr : problem.base.data() + static_cast<size_t>(y) * width;
+  const float* base =
+      problem.base.empty() ? nullptr : problem.base.data() + static_cast<size_t>(y) * width;
   const auto& r = sensor.rotation;
   const auto& t = sensor.translation;
   const float yf = static_cast<float>(y);
@@ -39,14 +40,16 @@ void WarpRow(const SweepProblem& problem, const SweepSensor& sensor, const Sweep
     const int x0 = std::min(iu >> 8, last_x - 1), y0 = std::min(iv >> 8, last_y - 1);
     const int fx = iu - (x0 << 8), fy = iv - (y0 << 8);
     const uint8_t* p = sensor.image.pixels + static_cast<size_t>(y0) * stride + x0;
-    const int top = p[0] * (256 - fx) + p[1] * fx, bottom = p[stride] * (256 - fx) + p[stride + 1] * fx;
+    const int top = p[0] * (256 - fx) + p[1] * fx,
+              bottom = p[stride] * (256 - fx) + p[stride + 1] * fx;
     gray[x] = static_cast<uint8_t>((top * (256 - fy) + bottom * fy + 32768) >> 16);
   }
 }
 
 // Rows are padded left and right by repeating their ends, so that windows need no test.
 struct PaddedRows {
-  PaddedRows(uint32_t width, uint32_t rows) : stride(width + 2 * kRadiusX), bytes(static_cast<size_t>(stride) * rows) {}
+  PaddedRows(uint32_t width, uint32_t rows)
+      : stride(width + 2 * kRadiusX), bytes(static_cast<size_t>(stride) * rows) {}
   uint8_t* row(uint32_t y) { return bytes.data() + static_cast<size_t>(y) * stride + kRadiusX; }
   void Pad(uint32_t y, uint32_t width) {
     uint8_t* pixels = row(y);
@@ -57,9 +60,10 @@ struct PaddedRows {
   std::vector<uint8_t> bytes;
 };
 
-// The cost of a row: how many neighbours are on different sides of their centre in the two views, and how far the
-// gradients are apart. Rows from -kRadiusY to kRadiusY around it.
-void CompareRow(const uint8_t* const* key_rows, const uint8_t* const* warped_rows, uint32_t width, uint8_t* cost) {
+// The cost of a row: how many neighbours are on different sides of their centre in the two views,
+// and how far the gradients are apart. Rows from -kRadiusY to kRadiusY around it.
+void CompareRow(const uint8_t* const* key_rows, const uint8_t* const* warped_rows, uint32_t width,
+                uint8_t* cost) {
   const uint8_t* __restrict key = key_rows[kRadiusY];
   const uint8_t* __restrict warped = warped_rows[kRadiusY];
   uint8_t* __restrict out = cost;
@@ -77,7 +81,8 @@ void CompareRow(const uint8_t* const* key_rows, const uint8_t* const* warped_row
   const uint8_t* __restrict key_below = key_rows[kRadiusY + 1];
   const uint8_t* __restrict warped_above = warped_rows[kRadiusY - 1];
   const uint8_t* __restrict warped_below = warped_rows[kRadiusY + 1];
-  const uint8_t *key_left = key - 1, *key_right = key + 1, *warped_left = warped - 1, *warped_right = warped + 1;
+  const uint8_t *key_left = key - 1, *key_right = key + 1, *warped_left = warped - 1,
+                *warped_right = warped + 1;
   for (uint32_t x = 0; x < width; ++x) {
     const int across = std::abs((key_right[x] - key_left[x]) - (warped_right[x] - warped_left[x]));
     const int down = std::abs((key_below[x] - key_above[x]) - (warped_below[x] - warped_above[x]));
@@ -118,11 +123,13 @@ class BandSweeper final {
         halo_end_(std::min(end + kRadiusY, problem.key.height_px)),
         key_(width_, halo_end_ - halo_begin_),
         warped_(problem.sensors.size(), PaddedRows(width_, halo_end_ - halo_begin_)),
-        seen_(problem.sensors.size(), std::vector<uint8_t>(static_cast<size_t>(width_) * (halo_end_ - halo_begin_))),
+        seen_(problem.sensors.size(),
+              std::vector<uint8_t>(static_cast<size_t>(width_) * (halo_end_ - halo_begin_))),
         cost_(width_),
         best_{std::vector<uint8_t>(width_), std::vector<uint8_t>(width_)} {
     for (uint32_t y = halo_begin_; y < halo_end_; ++y) {
-      std::copy_n(problem.key.pixels + static_cast<size_t>(y) * width_, width_, key_.row(y - halo_begin_));
+      std::copy_n(problem.key.pixels + static_cast<size_t>(y) * width_, width_,
+                  key_.row(y - halo_begin_));
       key_.Pad(y - halo_begin_, width_);
     }
   }
@@ -140,7 +147,8 @@ class BandSweeper final {
     for (size_t s = 0; s < warped_.size(); ++s) {
       for (uint32_t y = halo_begin_; y < halo_end_; ++y) {
         const uint32_t row = y - halo_begin_;
-        WarpRow(problem_, problem_.sensors[s], plane, y, warped_[s].row(row), seen_[s].data() + size_t{row} * width_);
+        WarpRow(problem_, problem_.sensors[s], plane, y, warped_[s].row(row),
+                seen_[s].data() + size_t{row} * width_);
         warped_[s].Pad(row, width_);
       }
     }
@@ -153,18 +161,22 @@ class BandSweeper final {
       const uint8_t* key_rows[2 * kRadiusY + 1];
       const uint8_t* warped_rows[2 * kRadiusY + 1];
       for (int dy = -kRadiusY; dy <= kRadiusY; ++dy) {
-        const int near = std::clamp(static_cast<int>(y) + dy, 0, static_cast<int>(problem_.key.height_px) - 1);
+        const int near =
+            std::clamp(static_cast<int>(y) + dy, 0, static_cast<int>(problem_.key.height_px) - 1);
         const uint32_t row = static_cast<uint32_t>(near) - halo_begin_;
         key_rows[dy + kRadiusY] = key_.row(row);
         warped_rows[dy + kRadiusY] = warped_[s].row(row);
       }
       CompareRow(key_rows, warped_rows, width_, cost_.data());
-      AddView(cost_.data(), seen_[s].data() + static_cast<size_t>(y - halo_begin_) * width_, width_, &best_);
+      AddView(cost_.data(), seen_[s].data() + static_cast<size_t>(y - halo_begin_) * width_, width_,
+              &best_);
     }
     const bool many = warped_.size() > 2;
-    uint8_t* out = volume_->costs.data() + static_cast<size_t>(y) * width_ * volume_->plane_stride + plane;
+    uint8_t* out =
+        volume_->costs.data() + static_cast<size_t>(y) * width_ * volume_->plane_stride + plane;
     for (uint32_t x = 0; x < width_; ++x) {
-      out[static_cast<size_t>(x) * volume_->plane_stride] = CombineCosts(best_.first[x], best_.second[x], many);
+      out[static_cast<size_t>(x) * volume_->plane_stride] =
+          CombineCosts(best_.first[x], best_.second[x], many);
     }
   }
 

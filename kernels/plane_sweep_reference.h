@@ -1,14 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
-// Plane sweep and scanline optimisation in plain C++: what the OpenCL kernels are compared with, and what works
-// without a device. Arguments are checked by the callers.
+// Plane sweep and scanline optimisation in plain C++: what the OpenCL kernels are compared with,
+// and what works without a device. Arguments are checked by the callers.
 
 #include "kernels/scanline.h"
 
 namespace veduta {
 
 void SweepPlanesReference(const SweepProblem& problem, ThreadPool& pool, CostVolume* volume);
-void ChoosePlanesReference(const CostVolume& volume, const GrayView& key, const ScanlineOptions& options,
-                           ThreadPool& pool, PlaneChoice* choice);
+void ChoosePlanesReference(const CostVolume& volume, const GrayView& key,
+                           const ScanlineOptions& options, ThreadPool& pool, PlaneChoice* choice);
 
 }  // namespace veduta

@@ -40,11 +40,14 @@ std::optional<std::vector<unsigned char>> ProgramCache::Find(std::string_view ke
   if (folder_.empty()) return std::nullopt;
   std::ifstream file(PathOf(key), std::ios::binary);
   if (!file) return std::nullopt;
-  const std::vector<unsigned char> bytes((std::istreambuf_iterator<char>(file)), std::istreambuf_iterator<char>());
+  const std::vector<unsigned char> bytes((std::istreambuf_iterator<char>(file)),
+                                         std::istreambuf_iterator<char>());
   ContentHash hash;
   const size_t header = kMagic.size() + hash.bytes.size();
-  if (bytes.size() <= header || !std::equal(kMagic.begin(), kMagic.end(), bytes.begin())) return std::nullopt;
-  std::copy_n(bytes.begin() + static_cast<ptrdiff_t>(kMagic.size()), hash.bytes.size(), hash.bytes.begin());
+  if (bytes.size() <= header || !std::equal(kMagic.begin(), kMagic.end(), bytes.begin()))
+    return std::nullopt;
+  std::copy_n(bytes.begin() + static_cast<ptrdiff_t>(kMagic.size()), hash.bytes.size(),
+              hash.bytes.begin());
   std::vector<unsigned char> binary(bytes.begin() + static_cast<ptrdiff_t>(header), bytes.end());
   if (HashOf(binary) != hash) return std::nullopt;
   return binary;
@@ -58,8 +61,10 @@ void ProgramCache::Keep(std::string_view key, const std::vector<unsigned char>& 
   const ContentHash hash = HashOf(binary);
   std::ofstream file(temporary, std::ios::binary);
   file.write(kMagic.data(), static_cast<std::streamsize>(kMagic.size()));
-  file.write(reinterpret_cast<const char*>(hash.bytes.data()), static_cast<std::streamsize>(hash.bytes.size()));
-  file.write(reinterpret_cast<const char*>(binary.data()), static_cast<std::streamsize>(binary.size()));
+  file.write(reinterpret_cast<const char*>(hash.bytes.data()),
+             static_cast<std::streamsize>(hash.bytes.size()));
+  file.write(reinterpret_cast<const char*>(binary.data()),
+             static_cast<std::streamsize>(binary.size()));
   file.close();
   if (file.good()) std::filesystem::rename(temporary, path, error);
   if (!file.good() || error) std::filesystem::remove(temporary, error);

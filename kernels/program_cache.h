@@ -2,8 +2,9 @@
 #pragma once
 // Built programs on disk, by a key that says all they depend on.
 //
-// A file is named by the key's SHA-256 and holds the bytes "VDCL1\n", the SHA-256 of the rest (32 bytes) and the
-// driver's binary. Anything else under that name counts as absent and is written over.
+// A file is named by the key's SHA-256 and holds the bytes "VDCL1\n", the SHA-256 of the rest (32
+// bytes) and the driver's binary. Anything else under that name counts as absent and is written
+// over.
 
 #include <cstdint>
 #include <optional>
@@ -13,8 +14,8 @@
 
 namespace veduta {
 
-// Thread-safe, also between processes: a file appears whole or not at all. Nothing here fails: what cannot be read is
-// absent, what cannot be written is not kept.
+// Thread-safe, also between processes: a file appears whole or not at all. Nothing here fails: what
+// cannot be read is absent, what cannot be written is not kept.
 class ProgramCache final {
  public:
   ProgramCache() = default;  // keeps nothing

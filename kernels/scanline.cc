@@ -13,7 +13,8 @@ constexpr uint8_t kPenaltySmallMax = 127, kPenaltyLargeMax = 128;
 
 PlaneChoice EmptyChoice(size_t pixels) {
   PlaneChoice choice;
-  for (auto* values : {&choice.plane, &choice.cost_before, &choice.cost, &choice.cost_after, &choice.cost_second}) {
+  for (auto* values : {&choice.plane, &choice.cost_before, &choice.cost, &choice.cost_after,
+                       &choice.cost_second}) {
     values->resize(pixels);
   }
   return choice;
@@ -21,17 +22,21 @@ PlaneChoice EmptyChoice(size_t pixels) {
 
 Status CheckVolume(const CostVolume& volume, const GrayView& key) {
   const size_t pixels = static_cast<size_t>(volume.width_px) * volume.height_px;
-  if (volume.width_px != key.width_px || volume.height_px != key.height_px || pixels == 0 || key.pixels == nullptr) {
+  if (volume.width_px != key.width_px || volume.height_px != key.height_px || pixels == 0 ||
+      key.pixels == nullptr) {
     return Status::InvalidArgument("the volume is not of the key view's size");
   }
   if (volume.plane_count == 0 || volume.plane_count > kSweepPlanesMax ||
-      volume.plane_stride != PlaneStride(volume.plane_count) || volume.costs.size() != pixels * volume.plane_stride) {
-    return Status::InvalidArgument("the volume's " + std::to_string(volume.costs.size()) + " costs are not " +
-                                   std::to_string(volume.plane_count) + " planes of " + std::to_string(pixels) +
+      volume.plane_stride != PlaneStride(volume.plane_count) ||
+      volume.costs.size() != pixels * volume.plane_stride) {
+    return Status::InvalidArgument("the volume's " + std::to_string(volume.costs.size()) +
+                                   " costs are not " + std::to_string(volume.plane_count) +
+                                   " planes of " + std::to_string(pixels) +
                                    " pixels, padded to blocks of " + std::to_string(kPlaneBlock));
   }
   for (const uint8_t cost : volume.costs) {
-    if (cost > kCostMax) return Status::InvalidArgument("a cost is " + std::to_string(cost) + ", over 127");
+    if (cost > kCostMax)
+      return Status::InvalidArgument("a cost is " + std::to_string(cost) + ", over 127");
   }
   return Status::Ok();
 }
@@ -40,18 +45,20 @@ Status CheckVolume(const CostVolume& volume, const GrayView& key) {
 
 Status ScanlineOptions::Check() const {
   if (penalty_small > kPenaltySmallMax) {
-    return Status::InvalidArgument("penalty_small is " + std::to_string(penalty_small) + "; it must be at most 127");
+    return Status::InvalidArgument("penalty_small is " + std::to_string(penalty_small) +
+                                   "; it must be at most 127");
   }
   for (const uint8_t penalty : penalty_large) {
     if (penalty > kPenaltyLargeMax) {
-      return Status::InvalidArgument("penalty_large is " + std::to_string(penalty) + "; it must be at most 128");
+      return Status::InvalidArgument("penalty_large is " + std::to_string(penalty) +
+                                     "; it must be at most 128");
     }
   }
   return Status::Ok();
 }
 
-Result<PlaneChoice> ChoosePlanes(const CostVolume& volume, const GrayView& key, const ScanlineOptions& options,
-                                 Device* device, ThreadPool& pool) {
+Result<PlaneChoice> ChoosePlanes(const CostVolume& volume, const GrayView& key,
+                                 const ScanlineOptions& options, Device* device, ThreadPool& pool) {
   VEDUTA_RETURN_IF_ERROR(options.Check());
   VEDUTA_RETURN_IF_ERROR(CheckVolume(volume, key));
   PlaneChoice choice = EmptyChoice(static_cast<size_t>(volume.width_px) * volume.height_px);
@@ -63,11 +70,12 @@ Result<PlaneChoice> ChoosePlanes(const CostVolume& volume, const GrayView& key, 
   return choice;
 }
 
-Result<PlaneChoice> SweepAndChoose(const SweepProblem& problem, const ScanlineOptions& options, Device* device,
-                                   ThreadPool& pool) {
+Result<PlaneChoice> SweepAndChoose(const SweepProblem& problem, const ScanlineOptions& options,
+                                   Device* device, ThreadPool& pool) {
   VEDUTA_RETURN_IF_ERROR(options.Check());
   VEDUTA_RETURN_IF_ERROR(problem.Check());
-  PlaneChoice choice = EmptyChoice(static_cast<size_t>(problem.key.width_px) * problem.key.height_px);
+  PlaneChoice choice =
+      EmptyChoice(static_cast<size_t>(problem.key.width_px) * problem.key.height_px);
   if (device != nullptr) {
     VEDUTA_RETURN_IF_ERROR(SweepAndChooseOnDevice(problem, options, *device, &choice));
     return choice;

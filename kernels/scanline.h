@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
-// Scanline optimisation: the plane of each pixel from its own costs and its neighbours' (Hirschmueller 2008,
-// section 2.2).
+// Scanline optimisation: the plane of each pixel from its own costs and its neighbours'
+// (Hirschmueller 2008, section 2.2).
 
 #include <array>
 #include <cstdint>
@@ -23,22 +23,24 @@ struct ScanlineOptions {
 
 // Of each pixel; [height x width]. Costs are summed over the eight directions.
 struct PlaneChoice {
-  std::vector<uint16_t> plane;                          // the cheapest; of equals the lowest
-  std::vector<uint16_t> cost_before, cost, cost_after;  // of plane - 1, plane, plane + 1; at an end UINT16_MAX
-  std::vector<uint16_t> cost_second;                    // the least of the others; UINT16_MAX if there is none
+  std::vector<uint16_t> plane;  // the cheapest; of equals the lowest
+  std::vector<uint16_t> cost_before, cost,
+      cost_after;                     // of plane - 1, plane, plane + 1; at an end UINT16_MAX
+  std::vector<uint16_t> cost_second;  // the least of the others; UINT16_MAX if there is none
 };
 
-// Along each of eight directions, L(p, k) = C(p, k) + min(m(q, k), m(q, k -+ 1) + penalty_small), where q is p's
-// predecessor and m(q, k) = min(L(q, k) - min_i L(q, i), penalty_large(|I_p - I_q|)); then the plane of the least sum.
-// In integers throughout: the same bits on the device and, where it is null, in C++ on the pool.
+// Along each of eight directions, L(p, k) = C(p, k) + min(m(q, k), m(q, k -+ 1) + penalty_small),
+// where q is p's predecessor and m(q, k) = min(L(q, k) - min_i L(q, i), penalty_large(|I_p -
+// I_q|)); then the plane of the least sum. In integers throughout: the same bits on the device and,
+// where it is null, in C++ on the pool.
 //
-// O(pixels * planes) time; 2 bytes a pixel and plane of memory besides the volume. Thread-safe. kInvalidArgument if
-// sizes do not fit, kIoError from the device.
-Result<PlaneChoice> ChoosePlanes(const CostVolume& volume, const GrayView& key, const ScanlineOptions& options,
-                                 Device* device, ThreadPool& pool);
+// O(pixels * planes) time; 2 bytes a pixel and plane of memory besides the volume. Thread-safe.
+// kInvalidArgument if sizes do not fit, kIoError from the device.
+Result<PlaneChoice> ChoosePlanes(const CostVolume& volume, const GrayView& key,
+                                 const ScanlineOptions& options, Device* device, ThreadPool& pool);
 
 // SweepPlanes and ChoosePlanes, without the volume leaving the device.
-Result<PlaneChoice> SweepAndChoose(const SweepProblem& problem, const ScanlineOptions& options, Device* device,
-                                   ThreadPool& pool);
+Result<PlaneChoice> SweepAndChoose(const SweepProblem& problem, const ScanlineOptions& options,
+                                   Device* device, ThreadPool& pool);
 
 }  // namespace veduta

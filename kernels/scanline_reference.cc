@@ -11,8 +11,8 @@ namespace {
 // Greater than any m may be, so that there is nothing to gain beyond the first and the last plane.
 constexpr uint8_t kBeyond = 128;
 
-// L of one pixel from its predecessor's m (with one cell more on either side); adds it to the sums. Returns its
-// minimum.
+// L of one pixel from its predecessor's m (with one cell more on either side); adds it to the sums.
+// Returns its minimum.
 uint8_t StepCosts(const uint8_t* __restrict cost, const uint8_t* __restrict before, uint32_t count,
                   uint8_t penalty_small, uint8_t* __restrict path, uint16_t* __restrict sum) {
   uint8_t least = UINT8_MAX;
@@ -27,8 +27,8 @@ uint8_t StepCosts(const uint8_t* __restrict cost, const uint8_t* __restrict befo
 }
 
 // m of that pixel, for its successor.
-void NormalizeCosts(const uint8_t* __restrict path, uint32_t count, uint8_t least, uint8_t penalty_large,
-                    uint8_t* __restrict before) {
+void NormalizeCosts(const uint8_t* __restrict path, uint32_t count, uint8_t least,
+                    uint8_t penalty_large, uint8_t* __restrict before) {
   for (uint32_t k = 0; k < count; ++k) {
     before[k + 1] = std::min(static_cast<uint8_t>(path[k] - least), penalty_large);
   }
@@ -41,17 +41,20 @@ void RunScanline(const CostVolume& volume, const GrayView& key, const ScanlineOp
   before.front() = before.back() = kBeyond;
   ScanStart at = direction.Start(line, volume.width_px, volume.height_px);
   const auto is_inside = [&](int x, int y) {
-    return x >= 0 && y >= 0 && x < static_cast<int>(volume.width_px) && y < static_cast<int>(volume.height_px);
+    return x >= 0 && y >= 0 && x < static_cast<int>(volume.width_px) &&
+           y < static_cast<int>(volume.height_px);
   };
   while (true) {
     const size_t pixel = static_cast<size_t>(at.y) * volume.width_px + static_cast<size_t>(at.x);
-    const uint8_t least = StepCosts(volume.costs.data() + pixel * stride, before.data(), stride, options.penalty_small,
-                                    path.data(), sums + pixel * stride);
+    const uint8_t least = StepCosts(volume.costs.data() + pixel * stride, before.data(), stride,
+                                    options.penalty_small, path.data(), sums + pixel * stride);
     const int x = at.x + direction.dx, y = at.y + direction.dy;
     if (!is_inside(x, y)) return;
     const size_t next = static_cast<size_t>(y) * volume.width_px + static_cast<size_t>(x);
-    const int difference = std::abs(static_cast<int>(key.pixels[pixel]) - static_cast<int>(key.pixels[next]));
-    NormalizeCosts(path.data(), stride, least, options.penalty_large[static_cast<size_t>(difference)], before.data());
+    const int difference =
+        std::abs(static_cast<int>(key.pixels[pixel]) - static_cast<int>(key.pixels[next]));
+    NormalizeCosts(path.data(), stride, least,
+                   options.penalty_large[static_cast<size_t>(difference)], before.data());
     at = {x, y};
   }
 }
@@ -74,8 +77,8 @@ void ChoosePlane(const uint16_t* sum, uint32_t count, size_t pixel, PlaneChoice*
 
 }  // namespace
 
-void ChoosePlanesReference(const CostVolume& volume, const GrayView& key, const ScanlineOptions& options,
-                           ThreadPool& pool, PlaneChoice* choice) {
+void ChoosePlanesReference(const CostVolume& volume, const GrayView& key,
+                           const ScanlineOptions& options, ThreadPool& pool, PlaneChoice* choice) {
   std::vector<uint16_t> sums(volume.costs.size(), 0);
   for (const ScanDirection& direction : kScanDirectionTable) {
     // Lines of one direction share no pixel.

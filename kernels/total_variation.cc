@@ -12,7 +12,8 @@
 namespace veduta {
 namespace {
 
-constexpr size_t kPadding = kTvRow;  // floats before and behind the voxels: rows are read shifted by one
+constexpr size_t kPadding =
+    kTvRow;  // floats before and behind the voxels: rows are read shifted by one
 
 TvSteps StepsOf(TvIsa isa) {
 #if defined(__x86_64__)
@@ -24,8 +25,8 @@ TvSteps StepsOf(TvIsa isa) {
 
 class CppTotalVariation final : public TotalVariation {
  public:
-  CppTotalVariation(TvIsa isa, const TvProblem& problem, std::span<const float> u, std::span<const float> p,
-                    ThreadPool& pool)
+  CppTotalVariation(TvIsa isa, const TvProblem& problem, std::span<const float> u,
+                    std::span<const float> p, ThreadPool& pool)
       : problem_(problem), bits_of_row_(BitsOfRows(problem)), steps_(StepsOf(isa)), pool_(pool) {
     for (auto* array : {&u_, &u_bar_}) {
       array->assign(u.size() + 2 * kPadding, 0.f);
@@ -43,35 +44,43 @@ class CppTotalVariation final : public TotalVariation {
     if (p.empty()) return;
     const std::vector<float> fitted = FitDual(problem_, bits_of_row_, p);
     for (size_t axis = 0; axis < 3; ++axis) {
-      std::copy_n(fitted.begin() + static_cast<std::ptrdiff_t>(axis * u.size()), u.size(), p_[axis].begin() + kPadding);
+      std::copy_n(fitted.begin() + static_cast<std::ptrdiff_t>(axis * u.size()), u.size(),
+                  p_[axis].begin() + kPadding);
     }
   }
 
   Status Iterate(uint32_t count) override {
     for (uint32_t i = 0; i < count; ++i) {
-      pool_.ParallelFor(problem_.block_count, [&](size_t b) { steps_.dual(arrays_, static_cast<uint32_t>(b)); });
-      pool_.ParallelFor(problem_.block_count, [&](size_t b) { steps_.primal(arrays_, static_cast<uint32_t>(b)); });
+      pool_.ParallelFor(problem_.block_count,
+                        [&](size_t b) { steps_.dual(arrays_, static_cast<uint32_t>(b)); });
+      pool_.ParallelFor(problem_.block_count,
+                        [&](size_t b) { steps_.primal(arrays_, static_cast<uint32_t>(b)); });
     }
     return Status::Ok();
   }
 
   Result<TvEnergy> Energy() override {
     std::vector<TvBlockEnergy> energies(problem_.block_count);
-    pool_.ParallelFor(problem_.block_count,
-                      [&](size_t b) { energies[b] = steps_.energy(arrays_, static_cast<uint32_t>(b)); });
+    pool_.ParallelFor(problem_.block_count, [&](size_t b) {
+      energies[b] = steps_.energy(arrays_, static_cast<uint32_t>(b));
+    });
     TvBlockEnergy sum;
     for (const TvBlockEnergy& energy : energies) {
       sum.primal += energy.primal;
       sum.dual += energy.dual;
     }
-    return TvEnergy{static_cast<double>(sum.primal) / kTvEnergyOne, static_cast<double>(sum.dual) / kTvEnergyOne};
+    return TvEnergy{static_cast<double>(sum.primal) / kTvEnergyOne,
+                    static_cast<double>(sum.dual) / kTvEnergyOne};
   }
 
-  Result<std::vector<float>> Read() override { return std::vector<float>(u_.begin() + kPadding, u_.end() - kPadding); }
+  Result<std::vector<float>> Read() override {
+    return std::vector<float>(u_.begin() + kPadding, u_.end() - kPadding);
+  }
 
   Result<std::vector<float>> ReadDual() override {
     std::vector<float> p;
-    for (const auto& along : p_) p.insert(p.end(), along.begin() + kPadding, along.end() - kPadding);
+    for (const auto& along : p_)
+      p.insert(p.end(), along.begin() + kPadding, along.end() - kPadding);
     return p;
   }
 
@@ -87,12 +96,15 @@ class CppTotalVariation final : public TotalVariation {
 Status CheckStart(const TvProblem& problem, std::span<const float> u, std::span<const float> p) {
   VEDUTA_RETURN_IF_ERROR(problem.Check());
   if (u.size() != static_cast<size_t>(problem.block_count) * kTvBlockVoxels) {
-    return Status::InvalidArgument("the start has " + std::to_string(u.size()) + " voxels, the problem " +
-                                   std::to_string(problem.block_count) + " blocks");
+    return Status::InvalidArgument("the start has " + std::to_string(u.size()) +
+                                   " voxels, the problem " + std::to_string(problem.block_count) +
+                                   " blocks");
   }
-  if (!p.empty() && (p.size() != 3 * u.size() ||
-                     !std::all_of(p.begin(), p.end(), [](float value) { return std::abs(value) <= 2; }))) {
-    return Status::InvalidArgument("the start's dual variables do not fit its voxels or are beyond 2");
+  if (!p.empty() && (p.size() != 3 * u.size() || !std::all_of(p.begin(), p.end(), [](float value) {
+                       return std::abs(value) <= 2;
+                     }))) {
+    return Status::InvalidArgument(
+        "the start's dual variables do not fit its voxels or are beyond 2");
   }
   if (!std::all_of(u.begin(), u.end(), [](float value) { return value >= -1 && value <= 1; })) {
     return Status::InvalidArgument("the start has a value outside of [-1, 1]");
@@ -108,17 +120,21 @@ std::vector<uint32_t> BitsOfRows(const TvProblem& problem) {
     for (uint32_t bin = 0; bin < kTvBins; ++bin) {
       const uint16_t* weights = problem.weights.data() + (block * kTvBins + bin) * kTvBlockVoxels;
       for (uint32_t i = 0; i < kTvBlockVoxels; ++i) {
-        if (weights[i] != 0) bits[block * kTvRowsOfBlock + i / kTvRow] |= 1u << bin | 1u << (16 + i % kTvRow);
+        if (weights[i] != 0)
+          bits[block * kTvRowsOfBlock + i / kTvRow] |= 1u << bin | 1u << (16 + i % kTvRow);
       }
     }
   }
   return bits;
 }
 
-std::vector<float> FitDual(const TvProblem& problem, const std::vector<uint32_t>& bits, std::span<const float> p) {
+std::vector<float> FitDual(const TvProblem& problem, const std::vector<uint32_t>& bits,
+                           std::span<const float> p) {
   const size_t voxels = static_cast<size_t>(problem.block_count) * kTvBlockVoxels;
   constexpr std::array<size_t, 3> steps = {1, kTvRow, static_cast<size_t>(kTvRow) * kTvRow};
-  const auto is_observed = [&](size_t voxel) { return (bits[voxel / kTvRow] >> (16 + voxel % kTvRow) & 1) != 0; };
+  const auto is_observed = [&](size_t voxel) {
+    return (bits[voxel / kTvRow] >> (16 + voxel % kTvRow) & 1) != 0;
+  };
   std::vector<float> fitted(3 * voxels, 0.f);
   for (size_t voxel = 0; voxel < voxels; ++voxel) {
     if (!is_observed(voxel)) continue;
@@ -128,22 +144,24 @@ std::vector<float> FitDual(const TvProblem& problem, const std::vector<uint32_t>
       if (voxel / steps[axis] % kTvRow == kTvRow - 1) {
         const int32_t block = problem.neighbors[6 * (voxel / kTvBlockVoxels) + 2 * axis + 1];
         if (block < 0) continue;
-        next = static_cast<size_t>(block) * kTvBlockVoxels + voxel % kTvBlockVoxels - (kTvRow - 1) * steps[axis];
+        next = static_cast<size_t>(block) * kTvBlockVoxels + voxel % kTvBlockVoxels -
+               (kTvRow - 1) * steps[axis];
       }
       if (is_observed(next)) here[axis] = p[axis * voxels + voxel];
     }
     const float norm = std::sqrt((here[0] * here[0] + here[1] * here[1]) + here[2] * here[2]);
-    for (size_t axis = 0; axis < 3; ++axis) fitted[axis * voxels + voxel] = here[axis] / std::max(norm, 1.f);
+    for (size_t axis = 0; axis < 3; ++axis)
+      fitted[axis * voxels + voxel] = here[axis] / std::max(norm, 1.f);
   }
   return fitted;
 }
 
 Status TvProblem::Check() const {
   const size_t voxels = static_cast<size_t>(block_count) * kTvBlockVoxels;
-  if (neighbors.size() != 6 * static_cast<size_t>(block_count) || weights.size() != kTvBins * voxels ||
-      centers.size() != kTvNearBins * voxels) {
-    return Status::InvalidArgument("neighbours, weights or centres do not fit " + std::to_string(block_count) +
-                                   " blocks");
+  if (neighbors.size() != 6 * static_cast<size_t>(block_count) ||
+      weights.size() != kTvBins * voxels || centers.size() != kTvNearBins * voxels) {
+    return Status::InvalidArgument("neighbours, weights or centres do not fit " +
+                                   std::to_string(block_count) + " blocks");
   }
   if (!(lambda > 0) || !std::isfinite(lambda)) {
     return Status::InvalidArgument("lambda is " + std::to_string(lambda) + "; it must be above 0");
@@ -151,9 +169,10 @@ Status TvProblem::Check() const {
   for (size_t i = 0; i < neighbors.size(); ++i) {
     const int32_t other = neighbors[i];
     if (other < -1 || other >= static_cast<int32_t>(block_count) ||
-        (other >= 0 && neighbors[6 * static_cast<size_t>(other) + (i % 6 ^ 1)] != static_cast<int32_t>(i / 6))) {
-      return Status::InvalidArgument("block " + std::to_string(i / 6) + " and its neighbour " + std::to_string(other) +
-                                     " do not name each other");
+        (other >= 0 &&
+         neighbors[6 * static_cast<size_t>(other) + (i % 6 ^ 1)] != static_cast<int32_t>(i / 6))) {
+      return Status::InvalidArgument("block " + std::to_string(i / 6) + " and its neighbour " +
+                                     std::to_string(other) + " do not name each other");
     }
   }
   return Status::Ok();
@@ -161,8 +180,8 @@ Status TvProblem::Check() const {
 
 TvIsa BestTvIsa() {
 #if defined(__x86_64__)
-  if (__builtin_cpu_supports("avx512f") && __builtin_cpu_supports("avx512bw") && __builtin_cpu_supports("avx512vl") &&
-      __builtin_cpu_supports("avx512dq")) {
+  if (__builtin_cpu_supports("avx512f") && __builtin_cpu_supports("avx512bw") &&
+      __builtin_cpu_supports("avx512vl") && __builtin_cpu_supports("avx512dq")) {
     return TvIsa::kAvx512;
   }
   if (__builtin_cpu_supports("avx2")) return TvIsa::kAvx2;
@@ -171,21 +190,25 @@ TvIsa BestTvIsa() {
 }
 
 Result<std::unique_ptr<TotalVariation>> StartTotalVariationOn(TvIsa isa, const TvProblem& problem,
-                                                              std::span<const float> u, std::span<const float> p,
+                                                              std::span<const float> u,
+                                                              std::span<const float> p,
                                                               ThreadPool& pool) {
   VEDUTA_RETURN_IF_ERROR(CheckStart(problem, u, p));
-  return std::unique_ptr<TotalVariation>(std::make_unique<CppTotalVariation>(isa, problem, u, p, pool));
+  return std::unique_ptr<TotalVariation>(
+      std::make_unique<CppTotalVariation>(isa, problem, u, p, pool));
 }
 
-Result<std::unique_ptr<TotalVariation>> TotalVariation::Start(const TvProblem& problem, std::span<const float> u,
-                                                              std::span<const float> p, Device* device,
-                                                              ThreadPool& pool) {
+Result<std::unique_ptr<TotalVariation>> TotalVariation::Start(const TvProblem& problem,
+                                                              std::span<const float> u,
+                                                              std::span<const float> p,
+                                                              Device* device, ThreadPool& pool) {
   VEDUTA_RETURN_IF_ERROR(CheckStart(problem, u, p));
   if (device) return StartTotalVariationOn(*device, problem, u, p);
   return StartTotalVariationOn(BestTvIsa(), problem, u, p, pool);
 }
 
-float HistogramProx(float v, float tau_lambda, std::span<const float> centers, std::span<const float> weights) {
+float HistogramProx(float v, float tau_lambda, std::span<const float> centers,
+                    std::span<const float> weights) {
   float above = 0;
   for (const float weight : weights) above += weight;
   float u = v + tau_lambda * above;

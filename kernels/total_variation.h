@@ -8,9 +8,9 @@
 //
 //   p <- project(p + sigma grad u_bar),   u' <- prox(u + tau div p),   u_bar <- 2 u' - u
 //
-// Only observed voxels take part, those with data. grad: forward differences between two of them, 0 elsewhere (a
-// natural boundary); div: minus its adjoint; project: onto |p| <= 1. prox is exact (Zach 2008; Li and Osher 2009: a
-// median). With W_j the weight above bin j less that below,
+// Only observed voxels take part, those with data. grad: forward differences between two of them, 0
+// elsewhere (a natural boundary); div: minus its adjoint; project: onto |p| <= 1. prox is exact
+// (Zach 2008; Li and Osher 2009: a median). With W_j the weight above bin j less that below,
 //
 //   prox(v) = clamp(min(v + tau lambda W_0, min_j max(c_j, v + tau lambda W_j)), -1, 1)
 //
@@ -28,7 +28,8 @@ namespace veduta {
 
 class Device;
 
-inline constexpr uint32_t kTvBlockVoxels = 4096, kTvRow = 16, kTvRowsOfBlock = 256;  // x runs fastest, then y, then z
+inline constexpr uint32_t kTvBlockVoxels = 4096, kTvRow = 16,
+                          kTvRowsOfBlock = 256;  // x runs fastest, then y, then z
 inline constexpr uint32_t kTvNearBins = 7, kTvBins = 8;
 inline constexpr uint32_t kTvCenterLevels = 256;
 
@@ -38,8 +39,8 @@ struct TvProblem {
   std::vector<int32_t> neighbors;
   // [block_count x 8 x 4096]: n_j. At most 65535, so that sums are exact in float.
   std::vector<uint16_t> weights;
-  // [block_count x 7 x 4096]: where in bin j, of kTvCenterLevels parts: c_j = -1 + 2/7 (j + center / 256).
-  // The last bin's is 1.
+  // [block_count x 7 x 4096]: where in bin j, of kTvCenterLevels parts: c_j = -1 + 2/7 (j + center
+  // / 256). The last bin's is 1.
   std::vector<uint8_t> centers;
   float lambda = 0;  // of a weight of 1
 
@@ -48,19 +49,23 @@ struct TvProblem {
 
 struct TvEnergy {
   double primal = 0;  // E(u)
-  double dual = 0;    // of p: min E is not below (up to rounding), so primal - dual bounds what is left to gain
+  double dual =
+      0;  // of p: min E is not below (up to rounding), so primal - dual bounds what is left to gain
 };
 
-// A minimisation under way. Every implementation computes the same bits: floats in a fixed order without contraction,
-// energies summed in integers.
+// A minimisation under way. Every implementation computes the same bits: floats in a fixed order
+// without contraction, energies summed in integers.
 class TotalVariation {
  public:
-  // From `u` [block_count x 4096], in [-1, 1]; voxels without data keep it. `p` [3 x block_count x 4096], along x, y,
-  // z: empty for 0, or what ReadDual gave before the data changed a little, which saves iterations; it is made to fit.
-  // `device` null: C++ on `pool`, by the widest vectors that this machine has. The problem is copied.
-  // kInvalidArgument naming what is wrong; kIoError if the device fails.
-  static Result<std::unique_ptr<TotalVariation>> Start(const TvProblem& problem, std::span<const float> u,
-                                                       std::span<const float> p, Device* device, ThreadPool& pool);
+  // From `u` [block_count x 4096], in [-1, 1]; voxels without data keep it. `p` [3 x block_count x
+  // 4096], along x, y, z: empty for 0, or what ReadDual gave before the data changed a little,
+  // which saves iterations; it is made to fit. `device` null: C++ on `pool`, by the widest vectors
+  // that this machine has. The problem is copied. kInvalidArgument naming what is wrong; kIoError
+  // if the device fails.
+  static Result<std::unique_ptr<TotalVariation>> Start(const TvProblem& problem,
+                                                       std::span<const float> u,
+                                                       std::span<const float> p, Device* device,
+                                                       ThreadPool& pool);
   virtual ~TotalVariation() = default;
 
   virtual Status Iterate(uint32_t count) = 0;
@@ -73,13 +78,18 @@ class TotalVariation {
 enum class TvIsa : uint8_t { kBaseline = 0, kAvx2 = 1, kAvx512 = 2 };
 TvIsa BestTvIsa();
 Result<std::unique_ptr<TotalVariation>> StartTotalVariationOn(TvIsa isa, const TvProblem& problem,
-                                                              std::span<const float> u, std::span<const float> p,
+                                                              std::span<const float> u,
+                                                              std::span<const float> p,
                                                               ThreadPool& pool);
 // kernels/total_variation.cl, one work item a row of 16 voxels.
-Result<std::unique_ptr<TotalVariation>> StartTotalVariationOn(Device& device, const TvProblem& problem,
-                                                              std::span<const float> u, std::span<const float> p);
+Result<std::unique_ptr<TotalVariation>> StartTotalVariationOn(Device& device,
+                                                              const TvProblem& problem,
+                                                              std::span<const float> u,
+                                                              std::span<const float> p);
 
-// The formula of prox above for one voxel, as plain as can be: the reference that tests compare by brute force.
-float HistogramProx(float v, float tau_lambda, std::span<const float> centers, std::span<const float> weights);
+// The formula of prox above for one voxel, as plain as can be: the reference that tests compare by
+// brute force.
+float HistogramProx(float v, float tau_lambda, std::span<const float> centers,
+                    std::span<const float> weights);
 
 }  // namespace veduta

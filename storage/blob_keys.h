@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
-// Lists the keys of a family of large values without reading the values: an ordinary iterator would fetch every blob.
+// Lists the keys of a family of large values without reading the values: an ordinary iterator would
+// fetch every blob.
 
 #include <rocksdb/snapshot.h>
 
@@ -12,8 +13,8 @@
 
 namespace veduta {
 
-// Calls visit(key) -> whether to go on, ascending, on the keys that `snapshot` sees. Values that are still in memory
-// are copied in small groups. The family must never have had a DeleteRange.
+// Calls visit(key) -> whether to go on, ascending, on the keys that `snapshot` sees. Values that
+// are still in memory are copied in small groups. The family must never have had a DeleteRange.
 Status ScanBlobKeys(const DatabaseFiles& files, Family family, const rocksdb::Snapshot* snapshot,
                     const std::function<Result<bool>(std::string_view key)>& visit);
 

@@ -6,11 +6,12 @@
 //   Snapshot     an unchanging view; readers never wait for writers
 //   Transaction  writes that become visible and durable together, or not at all
 //
-// Snapshots, pinned values and transactions that are not committed keep the files open and locked after their
-// Database is gone: closing is complete when the last of them goes.
+// Snapshots, pinned values and transactions that are not committed keep the files open and locked
+// after their Database is gone: closing is complete when the last of them goes.
 //
-// Every function is thread-safe unless it says otherwise. Errors: kIoError with the operating system's word (a full
-// disk is named as such), kCorruption naming family and key, kNotFound naming what was asked for.
+// Every function is thread-safe unless it says otherwise. Errors: kIoError with the operating
+// system's word (a full disk is named as such), kCorruption naming family and key, kNotFound naming
+// what was asked for.
 
 #include <cstdint>
 #include <functional>
@@ -35,12 +36,14 @@ inline constexpr uint32_t kFormatVersion = 2;  // 2 since there is an offline pa
 
 struct DatabaseOptions {
   bool create = false;  // make a new database; kAlreadyExists if one is there
-  // No lock is taken, nothing is written and nothing swept; sees the state at the time of opening. A value whose file
-  // another process's compaction has deleted since is kIoError: open again.
+  // No lock is taken, nothing is written and nothing swept; sees the state at the time of opening.
+  // A value whose file another process's compaction has deleted since is kIoError: open again.
   bool read_only = false;
-  bool sync_wal = true;  // false: a power cut may lose the last photos (a crash of the process does not)
+  bool sync_wal =
+      true;  // false: a power cut may lose the last photos (a crash of the process does not)
   uint64_t block_cache_bytes = 256ull << 20;
-  std::shared_ptr<rocksdb::FileSystem> file_system = nullptr;  // for tests; null is the operating system's
+  std::shared_ptr<rocksdb::FileSystem> file_system =
+      nullptr;  // for tests; null is the operating system's
 };
 
 // Counters and switches that change with almost every transaction.
@@ -50,11 +53,12 @@ struct DatabaseState {
   uint32_t next_reconstruction = 1;
   uint64_t next_journal = 1;
   uint64_t next_blob = 1;
-  uint32_t vocabulary_generation = 0;        // 0: none yet
-  uint32_t images_at_vocabulary = 0;         // count of retrievable images when it was trained
-  bool vocabulary_imported = false;          // given by a person: not re-trained
-  uint32_t retrievable_image_count = 0;      // images with features, N of eq 5
-  std::vector<ImageId> pending_propagation;  // placed views whose neighbours are still to be tried, oldest first
+  uint32_t vocabulary_generation = 0;    // 0: none yet
+  uint32_t images_at_vocabulary = 0;     // count of retrievable images when it was trained
+  bool vocabulary_imported = false;      // given by a person: not re-trained
+  uint32_t retrievable_image_count = 0;  // images with features, N of eq 5
+  std::vector<ImageId>
+      pending_propagation;  // placed views whose neighbours are still to be tried, oldest first
   bool operator==(const DatabaseState&) const = default;
 };
 
@@ -92,11 +96,14 @@ class Snapshot {
   virtual Result<PinnedBytes> GetPhoto(const ContentHash& photo) const = 0;
   virtual Result<Features> GetFeatures(const ContentHash& photo) const = 0;
 
-  virtual Result<PairRecord> GetPair(ImageId a, ImageId b) const = 0;  // in either order; the record has a < b
-  virtual Result<std::vector<PairNeighbor>> ListNeighbors(ImageId image) const = 0;  // ascending images
+  virtual Result<PairRecord> GetPair(ImageId a,
+                                     ImageId b) const = 0;  // in either order; the record has a < b
+  virtual Result<std::vector<PairNeighbor>> ListNeighbors(
+      ImageId image) const = 0;  // ascending images
 
   virtual Result<ReconstructionRecord> GetReconstruction(ReconstructionId id) const = 0;
-  virtual Result<std::vector<ReconstructionRecord>> ListReconstructions() const = 0;  // ascending ids, merged ones too
+  virtual Result<std::vector<ReconstructionRecord>> ListReconstructions()
+      const = 0;  // ascending ids, merged ones too
 
   virtual Result<std::optional<PoseRecord>> FindPose(ImageId image) const = 0;
   virtual Status ScanPoses(const std::function<bool(const PoseRecord&)>& visit) const = 0;
@@ -114,13 +121,15 @@ class Snapshot {
   // Distinct words of one image, ascending.
   virtual Result<std::vector<WordId>> GetWords(uint32_t generation, ImageId image) const = 0;
   // images[i] are those that contain words[i], ascending; words ascend.
-  virtual Result<std::vector<std::vector<ImageId>>> GetPostings(uint32_t generation,
-                                                                std::span<const WordId> words) const = 0;
-  virtual Status ScanPostings(uint32_t generation,
-                              const std::function<bool(WordId, std::span<const ImageId>)>& visit) const = 0;
+  virtual Result<std::vector<std::vector<ImageId>>> GetPostings(
+      uint32_t generation, std::span<const WordId> words) const = 0;
+  virtual Status ScanPostings(
+      uint32_t generation,
+      const std::function<bool(WordId, std::span<const ImageId>)>& visit) const = 0;
 
   // Ascending sequence numbers from `first`.
-  virtual Status ScanJournal(uint64_t first, const std::function<bool(const JournalRecord&)>& visit) const = 0;
+  virtual Status ScanJournal(uint64_t first,
+                             const std::function<bool(const JournalRecord&)>& visit) const = 0;
 
   // What the offline pass made; lives as long as the snapshot.
   virtual const DenseReader& dense() const = 0;
@@ -132,26 +141,32 @@ class Snapshot {
   virtual Result<bool> IsWrittenAhead(const ContentHash& photo) const = 0;
 };
 
-// Collects writes in memory; nothing is visible before Commit. Not thread-safe. Reads go to a Snapshot, to be taken
-// after BeginTransaction: what was committed in between is then a conflict, and not overlooked.
+// Collects writes in memory; nothing is visible before Commit. Not thread-safe. Reads go to a
+// Snapshot, to be taken after BeginTransaction: what was committed in between is then a conflict,
+// and not overlooked.
 //
-// A record that breaks an invariant of its struct (storage/record_check.h: a number that is not finite, a list out
-// of order, an id of 0, ...) makes Commit fail with kInvalidArgument, and nothing is applied.
+// A record that breaks an invariant of its struct (storage/record_check.h: a number that is not
+// finite, a list out of order, an id of 0, ...) makes Commit fail with kInvalidArgument, and
+// nothing is applied.
 class Transaction {
  public:
   virtual ~Transaction() = default;
 
-  virtual void PutState(const DatabaseState& state) = 0;  // clears vocabulary_generation's write-ahead mark
+  virtual void PutState(
+      const DatabaseState& state) = 0;  // clears vocabulary_generation's write-ahead mark
   virtual void PutCamera(const CameraRecord& camera) = 0;
-  // Also indexes the image by name (unless it is rejected with kNameTaken: the name stays with its owner) and, unless
-  // it is rejected, by photo hash; clears its write-ahead mark, so what was written ahead stays even if rejected.
+  // Also indexes the image by name (unless it is rejected with kNameTaken: the name stays with its
+  // owner) and, unless it is rejected, by photo hash; clears its write-ahead mark, so what was
+  // written ahead stays even if rejected.
   virtual void PutImage(const ImageRecord& image) = 0;
   virtual void PutPair(const PairRecord& pair) = 0;
-  virtual void PutReconstruction(const ReconstructionRecord& reconstruction) = 0;  // clears points_generation's mark
+  virtual void PutReconstruction(
+      const ReconstructionRecord& reconstruction) = 0;  // clears points_generation's mark
   virtual void PutPose(const PoseRecord& pose) = 0;
   virtual void PutObservations(ImageId image, std::span<const Observation> observations) = 0;
   // Deletes the block when it holds no points and never did (next_ordinal 1).
-  virtual void PutPointBlock(ReconstructionId reconstruction, uint32_t generation, const PointBlock& block) = 0;
+  virtual void PutPointBlock(ReconstructionId reconstruction, uint32_t generation,
+                             const PointBlock& block) = 0;
   virtual void DeletePointBlocks(ReconstructionId reconstruction, uint32_t generation) = 0;
   virtual void PutWords(uint32_t generation, ImageId image, std::span<const WordId> words) = 0;
   virtual void AddPostings(uint32_t generation, std::span<const WordId> words, ImageId image) = 0;
@@ -162,11 +177,12 @@ class Transaction {
   virtual DenseWriter& dense() = 0;
 
   virtual size_t size_bytes() const = 0;
-  // All or nothing; durable on return when the database syncs its WAL, together with everything written ahead before.
-  // kIoError leaves nothing visible; all later writes through this database fail, too, until it is opened again, and
-  // only then is it known whether the log had kept this commit: whole, or not at all. kBusy when another transaction
-  // has committed a state record since this one began: nothing was applied. The transaction is spent either way: a
-  // second Commit is kInvalidArgument, a Put after it aborts.
+  // All or nothing; durable on return when the database syncs its WAL, together with everything
+  // written ahead before. kIoError leaves nothing visible; all later writes through this database
+  // fail, too, until it is opened again, and only then is it known whether the log had kept this
+  // commit: whole, or not at all. kBusy when another transaction has committed a state record since
+  // this one began: nothing was applied. The transaction is spent either way: a second Commit is
+  // kInvalidArgument, a Put after it aborts.
   virtual Status Commit() = 0;
 };
 
@@ -177,28 +193,34 @@ struct DatabaseSizes {
 
 class Database {
  public:
-  // kNotFound where there is no database, kBusy when another process has it open, kCorruption when it is damaged
-  // or its format is not ours (saying which versions). Sweeps what a crash left half-written.
-  static Result<std::unique_ptr<Database>> Open(const std::string& path, const DatabaseOptions& options);
+  // kNotFound where there is no database, kBusy when another process has it open, kCorruption when
+  // it is damaged or its format is not ours (saying which versions). Sweeps what a crash left
+  // half-written.
+  static Result<std::unique_ptr<Database>> Open(const std::string& path,
+                                                const DatabaseOptions& options);
   virtual ~Database() = default;
 
   virtual std::shared_ptr<const Snapshot> GetSnapshot() const = 0;
   virtual std::unique_ptr<Transaction> BeginTransaction() = 0;
 
-  // Writes ahead of a commit: a photo and its features, marked so that the next Open deletes them unless an image
-  // with this photo has been committed by then. Idempotent; writes nothing for a photo that is committed already.
+  // Writes ahead of a commit: a photo and its features, marked so that the next Open deletes them
+  // unless an image with this photo has been committed by then. Idempotent; writes nothing for a
+  // photo that is committed already.
   virtual Status WritePhotoAhead(const ContentHash& photo, std::span<const uint8_t> bytes,
                                  const Features& features) = 0;
-  // Takes back one WritePhotoAhead when the photo turned out not to be wanted: removes both unless an image with this
-  // photo has been committed, or another WritePhotoAhead of the same bytes has not been taken back.
+  // Takes back one WritePhotoAhead when the photo turned out not to be wanted: removes both unless
+  // an image with this photo has been committed, or another WritePhotoAhead of the same bytes has
+  // not been taken back.
   virtual Status DropPhotoAhead(const ContentHash& photo) = 0;
   // Point blocks of a generation that no record names yet; Open deletes those that stay unnamed.
   virtual Status WritePointBlocksAhead(ReconstructionId reconstruction, uint32_t generation,
                                        std::span<const PointBlock> blocks) = 0;
   // Vocabulary tree, words and postings of a generation that is not active yet; likewise.
   virtual Status WriteVocabularyAhead(uint32_t generation, std::span<const uint8_t> tree) = 0;
-  virtual Status WriteWordsAhead(uint32_t generation, ImageId image, std::span<const WordId> words) = 0;
-  virtual Status WritePostingsAhead(uint32_t generation, WordId word, std::span<const ImageId> images) = 0;
+  virtual Status WriteWordsAhead(uint32_t generation, ImageId image,
+                                 std::span<const WordId> words) = 0;
+  virtual Status WritePostingsAhead(uint32_t generation, WordId word,
+                                    std::span<const ImageId> images) = 0;
 
   virtual Result<DatabaseSizes> GetSizes() const = 0;
   // A consistent copy that can be opened on its own; files are hard-linked where possible.

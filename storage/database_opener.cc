@@ -16,7 +16,8 @@ namespace {
 
 constexpr uint32_t kFormatBeforeDense = 1;
 constexpr const char* kMarkerText =
-    "This folder is a veduta database. Its files belong together: do not edit, add or remove any.\n";
+    "This folder is a veduta database. Its files belong together: do not edit, add or remove "
+    "any.\n";
 
 // RocksDB's log is for its own developers; a reader must not leave files behind.
 class SilentLogger final : public rocksdb::Logger {
@@ -31,13 +32,14 @@ bool EndsWith(std::string_view text, std::string_view end) {
 
 Status SyncFolder(rocksdb::FileSystem& file_system, const std::string& folder) {
   std::unique_ptr<rocksdb::FSDirectory> directory;
-  rocksdb::IOStatus status = file_system.NewDirectory(folder, rocksdb::IOOptions(), &directory, nullptr);
+  rocksdb::IOStatus status =
+      file_system.NewDirectory(folder, rocksdb::IOOptions(), &directory, nullptr);
   if (status.ok()) status = directory->Fsync(rocksdb::IOOptions(), nullptr);
   return FromRocksdb(status, "make folder " + folder + " durable");
 }
 
-// RocksDB has one code for every trouble with its LOCK file; only the words tell a held lock from, say, a folder
-// without permission.
+// RocksDB has one code for every trouble with its LOCK file; only the words tell a held lock from,
+// say, a folder without permission.
 bool IsLockHeld(const rocksdb::Status& status) {
   const std::string words = status.ToString();
   if (!status.IsIOError() || words.find("/LOCK: ") == std::string::npos) return false;
@@ -50,11 +52,13 @@ bool IsLockHeld(const rocksdb::Status& status) {
 Status WriteMarker(rocksdb::FileSystem& file_system, const std::string& folder) {
   const std::string marker = folder + "/" + kMarkerFile;
   VEDUTA_RETURN_IF_ERROR(FromRocksdb(
-      rocksdb::WriteStringToFile(&file_system, kMarkerText, marker, /*should_sync=*/true), "write " + marker));
+      rocksdb::WriteStringToFile(&file_system, kMarkerText, marker, /*should_sync=*/true),
+      "write " + marker));
   VEDUTA_RETURN_IF_ERROR(SyncFolder(file_system, folder));
-  const std::filesystem::path absolute = std::filesystem::path(folder).is_absolute()
-                                             ? std::filesystem::path(folder).lexically_normal()
-                                             : (std::filesystem::path(".") / folder).lexically_normal();
+  const std::filesystem::path absolute =
+      std::filesystem::path(folder).is_absolute()
+          ? std::filesystem::path(folder).lexically_normal()
+          : (std::filesystem::path(".") / folder).lexically_normal();
   const std::filesystem::path trimmed = absolute.has_filename() ? absolute : absolute.parent_path();
   const std::string parent = trimmed.has_parent_path() ? trimmed.parent_path().string() : ".";
   return SyncFolder(file_system, parent);
@@ -87,7 +91,8 @@ Result<std::shared_ptr<DatabaseFiles>> DatabaseOpener::Open() {
   if (Holds("CURRENT")) VEDUTA_RETURN_IF_ERROR(ListFamilies());
   const Status opened = OpenRocksdb();
   if (opened.code() == StatusCode::kBusy && options_.create) {
-    return Status::AlreadyExists("there is a database at " + files_->path_ + " already, in use by another process");
+    return Status::AlreadyExists("there is a database at " + files_->path_ +
+                                 " already, in use by another process");
   }
   VEDUTA_RETURN_IF_ERROR(opened);
   VEDUTA_RETURN_IF_ERROR(CheckFormat());
@@ -99,8 +104,9 @@ bool DatabaseOpener::Holds(const std::string& file) const {
 }
 
 bool DatabaseOpener::HoldsTables() const {
-  return std::any_of(children_.begin(), children_.end(),
-                     [](const std::string& file) { return EndsWith(file, ".sst") || EndsWith(file, ".blob"); });
+  return std::any_of(children_.begin(), children_.end(), [](const std::string& file) {
+    return EndsWith(file, ".sst") || EndsWith(file, ".blob");
+  });
 }
 
 Status DatabaseOpener::ListFolder() {
@@ -109,23 +115,30 @@ Status DatabaseOpener::ListFolder() {
   const rocksdb::IOStatus found = fs.FileExists(files_->path_, rocksdb::IOOptions(), nullptr);
   if (found.IsNotFound()) return Status::Ok();
   VEDUTA_RETURN_IF_ERROR(FromRocksdb(found, "look for " + files_->path_));
-  VEDUTA_RETURN_IF_ERROR(FromRocksdb(fs.IsDirectory(files_->path_, rocksdb::IOOptions(), &is_folder, nullptr),
-                                     "look at " + files_->path_));
-  if (!is_folder) return Status::InvalidArgument(files_->path_ + " is a file, not a database's folder");
+  VEDUTA_RETURN_IF_ERROR(
+      FromRocksdb(fs.IsDirectory(files_->path_, rocksdb::IOOptions(), &is_folder, nullptr),
+                  "look at " + files_->path_));
+  if (!is_folder)
+    return Status::InvalidArgument(files_->path_ + " is a file, not a database's folder");
   folder_exists_ = true;
-  VEDUTA_RETURN_IF_ERROR(FromRocksdb(fs.GetChildren(files_->path_, rocksdb::IOOptions(), &children_, nullptr),
-                                     "list folder " + files_->path_));
+  VEDUTA_RETURN_IF_ERROR(
+      FromRocksdb(fs.GetChildren(files_->path_, rocksdb::IOOptions(), &children_, nullptr),
+                  "list folder " + files_->path_));
   std::erase_if(children_, [](const std::string& name) { return name == "." || name == ".."; });
   return Status::Ok();
 }
 
 Status DatabaseOpener::CheckFolder() const {
   const std::string& path = files_->path_;
-  if (!folder_exists_) return Status::NotFound("there is no database at " + path + ": create one with 'veduta init'");
-  if (!Holds(kMarkerFile)) return Status::NotFound(path + " is not a veduta database: it has no file " + kMarkerFile);
+  if (!folder_exists_)
+    return Status::NotFound("there is no database at " + path + ": create one with 'veduta init'");
+  if (!Holds(kMarkerFile))
+    return Status::NotFound(path + " is not a veduta database: it has no file " + kMarkerFile);
   if (Holds("CURRENT")) return Status::Ok();
-  if (HoldsTables()) return Status::Corruption("the database at " + path + " has lost its file CURRENT");
-  return Status::NotFound("the creation of the database at " + path + " was interrupted: create it again");
+  if (HoldsTables())
+    return Status::Corruption("the database at " + path + " has lost its file CURRENT");
+  return Status::NotFound("the creation of the database at " + path +
+                          " was interrupted: create it again");
 }
 
 Status DatabaseOpener::PrepareFolder() {
@@ -136,11 +149,12 @@ Status DatabaseOpener::PrepareFolder() {
     return Status::Corruption("the database at " + path + " has lost its file CURRENT");
   }
   if (!children_.empty()) {
-    return Status::AlreadyExists("folder " + path + " is not empty and holds no veduta database: choose another");
+    return Status::AlreadyExists("folder " + path +
+                                 " is not empty and holds no veduta database: choose another");
   }
   rocksdb::FileSystem& fs = files_->file_system();
-  VEDUTA_RETURN_IF_ERROR(
-      FromRocksdb(fs.CreateDirIfMissing(path, rocksdb::IOOptions(), nullptr), "create folder " + path));
+  VEDUTA_RETURN_IF_ERROR(FromRocksdb(fs.CreateDirIfMissing(path, rocksdb::IOOptions(), nullptr),
+                                     "create folder " + path));
   return WriteMarker(fs, path);
 }
 
@@ -149,15 +163,17 @@ rocksdb::DBOptions DatabaseOpener::RocksdbOptions() const {
   if (files_->env_) options.env = files_->env_.get();
   if (options_.read_only) {
     options.info_log = std::make_shared<SilentLogger>();
-    options.max_open_files = -1;  // opens every table now: a process that writes may delete its name later
+    options.max_open_files =
+        -1;  // opens every table now: a process that writes may delete its name later
   }
   return options;
 }
 
 Status DatabaseOpener::ListFamilies() {
   std::vector<std::string> names;
-  VEDUTA_RETURN_IF_ERROR(FromRocksdb(rocksdb::DB::ListColumnFamilies(RocksdbOptions(), files_->path_, &names),
-                                     "open the database at " + files_->path_));
+  VEDUTA_RETURN_IF_ERROR(
+      FromRocksdb(rocksdb::DB::ListColumnFamilies(RocksdbOptions(), files_->path_, &names),
+                  "open the database at " + files_->path_));
   for (const std::string& name : names) {
     if (name == rocksdb::kDefaultColumnFamilyName) continue;
     const std::optional<Family> family = FindFamily(name);
@@ -167,8 +183,8 @@ Status DatabaseOpener::ListFamilies() {
   return Status::Ok();
 }
 
-// A later format may have more families, and RocksDB opens for writing only when all are given. Reading can do with
-// fewer: enough to say which version it is.
+// A later format may have more families, and RocksDB opens for writing only when all are given.
+// Reading can do with fewer: enough to say which version it is.
 Status DatabaseOpener::ReportUnknownFamily(const std::string& name) {
   const std::vector<rocksdb::ColumnFamilyDescriptor> descriptors = {
       {rocksdb::kDefaultColumnFamilyName, rocksdb::ColumnFamilyOptions()},
@@ -181,31 +197,36 @@ Status DatabaseOpener::ReportUnknownFamily(const std::string& name) {
   if (rocksdb::DB::OpenForReadOnly(options, files_->path_, descriptors, &handles, &db).ok()) {
     std::string value;
     uint32_t number = 0;
-    if (db->Get(rocksdb::ReadOptions(), handles[1], rocksdb::Slice(kFormatKey.data(), kFormatKey.size()), &value)
+    if (db->Get(rocksdb::ReadOptions(), handles[1],
+                rocksdb::Slice(kFormatKey.data(), kFormatKey.size()), &value)
             .ok() &&
         DecodeU32(value, &number).ok()) {
       version = "format " + std::to_string(number);
     }
-    for (rocksdb::ColumnFamilyHandle* handle : handles) db->DestroyColumnFamilyHandle(handle).PermitUncheckedError();
+    for (rocksdb::ColumnFamilyHandle* handle : handles)
+      db->DestroyColumnFamilyHandle(handle).PermitUncheckedError();
     delete db;
   }
-  return Status::Corruption("the database at " + files_->path_ + " has " + version + " with a family '" + name +
-                            "'; this program knows format " + std::to_string(kFormatVersion));
+  return Status::Corruption("the database at " + files_->path_ + " has " + version +
+                            " with a family '" + name + "'; this program knows format " +
+                            std::to_string(kFormatVersion));
 }
 
 Status DatabaseOpener::OpenRocksdb() {
   cache_ = rocksdb::NewLRUCache(options_.block_cache_bytes);
   std::vector<rocksdb::ColumnFamilyDescriptor> descriptors = {
       {rocksdb::kDefaultColumnFamilyName, rocksdb::ColumnFamilyOptions()}};
-  for (const Family family : families_) descriptors.emplace_back(FamilyName(family), FamilyOptions(family, cache_));
+  for (const Family family : families_)
+    descriptors.emplace_back(FamilyName(family), FamilyOptions(family, cache_));
   rocksdb::DBOptions options = RocksdbOptions();
   options.create_if_missing = options_.create;
 
   rocksdb::DB* db = nullptr;
   std::vector<rocksdb::ColumnFamilyHandle*> handles;
-  const rocksdb::Status status = options_.read_only
-                                     ? rocksdb::DB::OpenForReadOnly(options, files_->path_, descriptors, &handles, &db)
-                                     : rocksdb::DB::Open(options, files_->path_, descriptors, &handles, &db);
+  const rocksdb::Status status =
+      options_.read_only
+          ? rocksdb::DB::OpenForReadOnly(options, files_->path_, descriptors, &handles, &db)
+          : rocksdb::DB::Open(options, files_->path_, descriptors, &handles, &db);
   if (IsLockHeld(status)) {
     return Status::Busy("the database at " + files_->path_ +
                         " is in use by another veduta process; wait for it or stop it");
@@ -213,7 +234,8 @@ Status DatabaseOpener::OpenRocksdb() {
   VEDUTA_RETURN_IF_ERROR(FromRocksdb(status, "open the database at " + files_->path_));
   files_->db_.reset(db);
   files_->default_handle_ = handles[0];
-  for (size_t i = 0; i < families_.size(); ++i) files_->handles_[static_cast<size_t>(families_[i])] = handles[i + 1];
+  for (size_t i = 0; i < families_.size(); ++i)
+    files_->handles_[static_cast<size_t>(families_[i])] = handles[i + 1];
 
   return options_.create ? CreateMissingFamilies() : Status::Ok();
 }
@@ -231,7 +253,8 @@ Status DatabaseOpener::CreateMissingFamilies() {
   std::vector<rocksdb::ColumnFamilyHandle*> handles;
   const rocksdb::Status created = files_->db().CreateColumnFamilies(missing, &handles);
   // Where only some were created, the handles of those are given: they have to be destroyed too.
-  for (size_t i = 0; i < handles.size(); ++i) files_->handles_[static_cast<size_t>(missing_families[i])] = handles[i];
+  for (size_t i = 0; i < handles.size(); ++i)
+    files_->handles_[static_cast<size_t>(missing_families[i])] = handles[i];
   return FromRocksdb(created, "create the families of the database at " + files_->path_);
 }
 
@@ -245,14 +268,17 @@ Status DatabaseOpener::CheckFormat() {
   }
   if (status.IsNotFound()) {
     if (options_.create) return FinishCreation();
-    return Status::NotFound("the creation of the database at " + path + " was interrupted: create it again");
+    return Status::NotFound("the creation of the database at " + path +
+                            " was interrupted: create it again");
   }
   VEDUTA_RETURN_IF_ERROR(FromRocksdb(status, "read the format of the database at " + path));
   uint32_t version = 0;
-  if (!DecodeU32(value, &version).ok()) return Status::Corruption("family meta, key 'format': no version number");
+  if (!DecodeU32(value, &version).ok())
+    return Status::Corruption("family meta, key 'format': no version number");
   if (version == kFormatBeforeDense && !options_.create) {
     if (!options_.read_only) return UpgradeToDense();
-    return Status::Corruption("the database at " + path + " has format 1 of an earlier veduta: 'veduta verify " + path +
+    return Status::Corruption("the database at " + path +
+                              " has format 1 of an earlier veduta: 'veduta verify " + path +
                               "' brings it to format " + std::to_string(kFormatVersion));
   }
   if (version != kFormatVersion) {
@@ -272,14 +298,15 @@ Status DatabaseOpener::CheckFamilies(size_t count) const {
   return Status::Ok();
 }
 
-// Format 1 had no families for the offline pass, and is the same otherwise. The version is written last: whoever is
-// killed on the way upgrades again.
+// Format 1 had no families for the offline pass, and is the same otherwise. The version is written
+// last: whoever is killed on the way upgrades again.
 Status DatabaseOpener::UpgradeToDense() {
   VEDUTA_RETURN_IF_ERROR(CheckFamilies(static_cast<size_t>(Family::kDense)));
   VEDUTA_RETURN_IF_ERROR(CreateMissingFamilies());
   rocksdb::WriteBatch batch;
-  const rocksdb::Status put = batch.Put(
-      files_->handle(Family::kMeta), rocksdb::Slice(kFormatKey.data(), kFormatKey.size()), EncodeU32(kFormatVersion));
+  const rocksdb::Status put =
+      batch.Put(files_->handle(Family::kMeta), rocksdb::Slice(kFormatKey.data(), kFormatKey.size()),
+                EncodeU32(kFormatVersion));
   VEDUTA_RETURN_IF_ERROR(FromRocksdb(put, "upgrade the database"));
   return files_->Write(&batch, /*sync=*/true, "upgrade the database at " + files_->path_);
 }
@@ -289,12 +316,15 @@ Status DatabaseOpener::FinishCreation() {
   rocksdb::WriteBatch batch;
   rocksdb::ColumnFamilyHandle* meta = files_->handle(Family::kMeta);
   rocksdb::Status put = batch.Put(meta, rocksdb::Slice(kStateKey.data(), kStateKey.size()), state);
-  if (put.ok()) put = batch.Put(meta, rocksdb::Slice(kFormatKey.data(), kFormatKey.size()), EncodeU32(kFormatVersion));
+  if (put.ok())
+    put = batch.Put(meta, rocksdb::Slice(kFormatKey.data(), kFormatKey.size()),
+                    EncodeU32(kFormatVersion));
   VEDUTA_RETURN_IF_ERROR(FromRocksdb(put, "create the database"));
   return files_->Write(&batch, /*sync=*/true, "create the database at " + files_->path_);
 }
 
-Result<std::shared_ptr<DatabaseFiles>> DatabaseFiles::Open(const std::string& path, const DatabaseOptions& options) {
+Result<std::shared_ptr<DatabaseFiles>> DatabaseFiles::Open(const std::string& path,
+                                                           const DatabaseOptions& options) {
   return DatabaseOpener(path, options).Open();
 }
 

@@ -2,8 +2,9 @@
 #pragma once
 // The steps of opening or creating a database's folder.
 //
-// A folder is ours when it holds the file VEDUTA, which creation writes first; the database is complete once
-// meta/format is there, which creation writes last. A creation that was cut short is finished by creating again.
+// A folder is ours when it holds the file VEDUTA, which creation writes first; the database is
+// complete once meta/format is there, which creation writes last. A creation that was cut short is
+// finished by creating again.
 
 #include <memory>
 #include <string>
@@ -16,7 +17,8 @@ namespace veduta {
 
 inline constexpr const char* kMarkerFile = "VEDUTA";
 
-// Writes the marker file into an existing folder and makes it and the folder's entry in its parent durable.
+// Writes the marker file into an existing folder and makes it and the folder's entry in its parent
+// durable.
 Status WriteMarker(rocksdb::FileSystem& file_system, const std::string& folder);
 
 class DatabaseOpener final {

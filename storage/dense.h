@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
-// What the offline pass keeps: depth maps, histograms of signed distances, surfaces. Each artefact has a version, a
-// hash of everything that it was computed from; what has the version that it would get again is not computed again.
-// Small records lie apart from pixels, voxels and triangles, so that looking for work reads little.
+// What the offline pass keeps: depth maps, histograms of signed distances, surfaces. Each artefact
+// has a version, a hash of everything that it was computed from; what has the version that it would
+// get again is not computed again. Small records lie apart from pixels, voxels and triangles, so
+// that looking for work reads little.
 
 #include <array>
 #include <compare>
@@ -20,14 +21,16 @@ namespace veduta {
 
 class PinnedBytes;
 
-// Blocks of voxels and tiles of blocks (fusion/volume/), by their place in the reconstruction's grid.
+// Blocks of voxels and tiles of blocks (fusion/volume/), by their place in the reconstruction's
+// grid.
 struct GridPlace {
   int32_t x = 0, y = 0, z = 0;
   auto operator<=>(const GridPlace&) const = default;
 };
 inline constexpr uint32_t kTileBlockCount = 64;  // blocks in a tile, numbered x + 4 y + 16 z
 
-// One a reconstruction: what its depth maps and tiles are made with, until somebody asks for something else.
+// One a reconstruction: what its depth maps and tiles are made with, until somebody asks for
+// something else.
 struct DenseSettings {
   ReconstructionId reconstruction;
   double voxel_size = 0;       // edge, world units; it is the grid
@@ -80,12 +83,14 @@ struct CheckedDepthRecord {
   Rigid3 cam_from_world;
   double depth_near = 0, depth_far = 0;
   uint32_t known_count = 0;
-  std::vector<DepthVersion> neighbors;  // key views it was checked against, by their depth maps; best first
-  std::vector<SeenBlock> blocks;        // in which it sees a surface; ascending places
+  std::vector<DepthVersion>
+      neighbors;  // key views it was checked against, by their depth maps; best first
+  std::vector<SeenBlock> blocks;  // in which it sees a surface; ascending places
 };
 
 struct DepthPixels {
-  std::vector<uint16_t> codes;  // [height x width] 0: not known; else 1 (far) to 65535 (near), even in inverse depth
+  std::vector<uint16_t>
+      codes;  // [height x width] 0: not known; else 1 (far) to 65535 (near), even in inverse depth
   std::vector<uint8_t> confidence;  // likewise
 };
 
@@ -96,12 +101,14 @@ struct TileRecord {
   uint64_t blocks = 0;               // bit i: block i is allocated
   std::vector<DepthVersion> depths;  // checked ones, integrated; ascending
   uint64_t volume_version = 0;
-  uint64_t histogram_version = 0;  // changes only with the histograms: a map may see a tile and say nothing
+  uint64_t histogram_version =
+      0;  // changes only with the histograms: a map may see a tile and say nothing
   uint64_t first_round_version = 0, solution_version = 0, mesh_version = 0, color_version = 0;
   uint64_t triangle_count = 0, vertex_count = 0;
 };
 
-// Parts of a tile's surface, as fusion/ serialises them. Values are stored: append only, never renumber.
+// Parts of a tile's surface, as fusion/ serialises them. Values are stored: append only, never
+// renumber.
 enum class SurfacePart : uint8_t {
   kSolution = 1,
   kMesh = 2,
@@ -113,29 +120,36 @@ class DenseReader {
  public:
   virtual ~DenseReader() = default;
 
-  virtual Result<std::optional<DenseSettings>> FindSettings(ReconstructionId reconstruction) const = 0;
+  virtual Result<std::optional<DenseSettings>> FindSettings(
+      ReconstructionId reconstruction) const = 0;
   virtual Result<std::vector<DenseSettings>> ListSettings() const = 0;  // ascending reconstructions
 
   virtual Result<std::optional<DepthRecord>> FindDepth(ImageId image) const = 0;
-  virtual Status ScanDepths(const std::function<bool(const DepthRecord&)>& visit) const = 0;  // ascending images
+  virtual Status ScanDepths(
+      const std::function<bool(const DepthRecord&)>& visit) const = 0;  // ascending images
   virtual Result<DepthPixels> GetDepthPixels(ImageId image) const = 0;
 
   virtual Result<CheckedDepthRecord> GetCheckedDepth(ImageId image, uint64_t version) const = 0;
   // Ascending images, then versions: superseded ones stay until no tile names them.
-  virtual Status ScanCheckedDepths(const std::function<bool(const CheckedDepthRecord&)>& visit) const = 0;
+  virtual Status ScanCheckedDepths(
+      const std::function<bool(const CheckedDepthRecord&)>& visit) const = 0;
   virtual Result<DepthPixels> GetCheckedDepthPixels(ImageId image, uint64_t version) const = 0;
 
-  virtual Result<std::optional<TileRecord>> FindTile(ReconstructionId reconstruction, GridPlace place) const = 0;
+  virtual Result<std::optional<TileRecord>> FindTile(ReconstructionId reconstruction,
+                                                     GridPlace place) const = 0;
   // Ascending places.
   virtual Status ScanTiles(ReconstructionId reconstruction,
                            const std::function<bool(const TileRecord&)>& visit) const = 0;
   // kNotFound where it is not allocated.
-  virtual Result<PinnedBytes> GetVolumeBlock(ReconstructionId reconstruction, GridPlace tile, uint8_t block) const = 0;
-  virtual Result<PinnedBytes> GetSurface(SurfacePart part, ReconstructionId reconstruction, GridPlace tile) const = 0;
+  virtual Result<PinnedBytes> GetVolumeBlock(ReconstructionId reconstruction, GridPlace tile,
+                                             uint8_t block) const = 0;
+  virtual Result<PinnedBytes> GetSurface(SurfacePart part, ReconstructionId reconstruction,
+                                         GridPlace tile) const = 0;
 
   // Every key and value of the pass, for the digest: family's number, key, value.
-  virtual Status ScanAll(const std::function<void(uint8_t family, std::span<const uint8_t> key,
-                                                  std::span<const uint8_t> value)>& visit) const = 0;
+  virtual Status ScanAll(
+      const std::function<void(uint8_t family, std::span<const uint8_t> key,
+                               std::span<const uint8_t> value)>& visit) const = 0;
 };
 
 class DenseWriter {
@@ -151,11 +165,13 @@ class DenseWriter {
   virtual void PutTile(const TileRecord& tile) = 0;
   virtual void PutVolumeBlock(ReconstructionId reconstruction, GridPlace tile, uint8_t block,
                               std::span<const uint8_t> bytes) = 0;
-  virtual void DeleteVolumeBlock(ReconstructionId reconstruction, GridPlace tile, uint8_t block) = 0;
+  virtual void DeleteVolumeBlock(ReconstructionId reconstruction, GridPlace tile,
+                                 uint8_t block) = 0;
   virtual void PutSurface(SurfacePart part, ReconstructionId reconstruction, GridPlace tile,
                           std::span<const uint8_t> bytes) = 0;
-  virtual void DeleteTile(ReconstructionId reconstruction, GridPlace tile) = 0;  // with all its parts
-  virtual void DeleteReconstruction(ReconstructionId reconstruction) = 0;        // settings and tiles
+  virtual void DeleteTile(ReconstructionId reconstruction,
+                          GridPlace tile) = 0;                             // with all its parts
+  virtual void DeleteReconstruction(ReconstructionId reconstruction) = 0;  // settings and tiles
 };
 
 }  // namespace veduta

@@ -11,14 +11,16 @@
 namespace veduta {
 namespace {
 
-static_assert(sizeof(GridPlace) == 12 && sizeof(SeenBlock) == 16 && sizeof(DepthVersion) == 16 && sizeof(ImageId) == 4);
+static_assert(sizeof(GridPlace) == 12 && sizeof(SeenBlock) == 16 && sizeof(DepthVersion) == 16 &&
+              sizeof(ImageId) == 4);
 
 constexpr double kUnitNormSlack = 1e-3;
 using PoseRow = std::array<double, 7>;
 
 // Signed numbers sort as unsigned ones once the sign bit is turned.
 void AppendPlace(GridPlace place, std::string* key) {
-  for (const int32_t c : {place.x, place.y, place.z}) AppendBigEndian32(key, static_cast<uint32_t>(c) ^ 0x80000000u);
+  for (const int32_t c : {place.x, place.y, place.z})
+    AppendBigEndian32(key, static_cast<uint32_t>(c) ^ 0x80000000u);
 }
 
 bool TakePlace(std::string_view* key, GridPlace* place) {
@@ -54,7 +56,8 @@ PoseRow RowOf(const Rigid3& pose) {
   return {q.w(), q.x(), q.y(), q.z(), t.x(), t.y(), t.z()};
 }
 Rigid3 PoseOf(const PoseRow& row) {
-  return {Eigen::Quaterniond(row[0], row[1], row[2], row[3]), Eigen::Vector3d(row[4], row[5], row[6])};
+  return {Eigen::Quaterniond(row[0], row[1], row[2], row[3]),
+          Eigen::Vector3d(row[4], row[5], row[6])};
 }
 
 bool IsRigid(const Rigid3& pose) {
@@ -63,27 +66,36 @@ bool IsRigid(const Rigid3& pose) {
 
 template <typename Record>
 Status CheckGeometry(const Record& depth) {
-  if (!depth.image.valid() || !depth.reconstruction.valid()) return Status::InvalidArgument("depth map with an id 0");
-  if (depth.width_px == 0 || depth.height_px == 0 || depth.width_px > 65535 || depth.height_px > 65535) {
+  if (!depth.image.valid() || !depth.reconstruction.valid())
+    return Status::InvalidArgument("depth map with an id 0");
+  if (depth.width_px == 0 || depth.height_px == 0 || depth.width_px > 65535 ||
+      depth.height_px > 65535) {
     return Status::InvalidArgument("depth map of " + std::to_string(depth.width_px) + "x" +
                                    std::to_string(depth.height_px) + " px; a side has 1 to 65535");
   }
   if (!(depth.fx > 0 && depth.fy > 0 && std::isfinite(depth.fx + depth.fy + depth.cx + depth.cy))) {
     return Status::InvalidArgument("a depth map's camera is not a pinhole");
   }
-  if (!(depth.depth_near > 0 && depth.depth_far > depth.depth_near && std::isfinite(depth.depth_far))) {
+  if (!(depth.depth_near > 0 && depth.depth_far > depth.depth_near &&
+        std::isfinite(depth.depth_far))) {
     return Status::InvalidArgument("depth range from " + std::to_string(depth.depth_near) + " to " +
-                                   std::to_string(depth.depth_far) + " must be positive and ascend");
+                                   std::to_string(depth.depth_far) +
+                                   " must be positive and ascend");
   }
-  return IsRigid(depth.cam_from_world) ? Status::Ok() : Status::InvalidArgument("a depth map's pose is not rigid");
+  return IsRigid(depth.cam_from_world) ? Status::Ok()
+                                       : Status::InvalidArgument("a depth map's pose is not rigid");
 }
 
 Status Check(const DenseSettings& settings) {
-  if (!settings.reconstruction.valid()) return Status::InvalidArgument("dense settings of reconstruction 0");
+  if (!settings.reconstruction.valid())
+    return Status::InvalidArgument("dense settings of reconstruction 0");
   if (!(settings.voxel_size > 0 && std::isfinite(settings.voxel_size))) {
-    return Status::InvalidArgument("voxel size " + std::to_string(settings.voxel_size) + " must be above 0");
+    return Status::InvalidArgument("voxel size " + std::to_string(settings.voxel_size) +
+                                   " must be above 0");
   }
-  return settings.sensor_count > 0 ? Status::Ok() : Status::InvalidArgument("a key view has 1 sensor view or more");
+  return settings.sensor_count > 0
+             ? Status::Ok()
+             : Status::InvalidArgument("a key view has 1 sensor view or more");
 }
 
 Status Check(const DepthRecord& depth) {
@@ -94,7 +106,8 @@ Status Check(const DepthRecord& depth) {
     }
   }
   for (const float gain : depth.gain) {
-    if (!(gain >= 0 && std::isfinite(gain))) return Status::InvalidArgument("a gain must be 0 or more");
+    if (!(gain >= 0 && std::isfinite(gain)))
+      return Status::InvalidArgument("a gain must be 0 or more");
   }
   return Status::Ok();
 }
@@ -102,10 +115,14 @@ Status Check(const DepthRecord& depth) {
 Status Check(const CheckedDepthRecord& depth) {
   VEDUTA_RETURN_IF_ERROR(CheckGeometry(depth));
   for (const DepthVersion& neighbor : depth.neighbors) {
-    if (!neighbor.image.valid()) return Status::InvalidArgument("a neighbouring depth map of image 0");
+    if (!neighbor.image.valid())
+      return Status::InvalidArgument("a neighbouring depth map of image 0");
   }
-  const auto not_above = [](const SeenBlock& a, const SeenBlock& b) { return !(a.place < b.place); };
-  if (std::adjacent_find(depth.blocks.begin(), depth.blocks.end(), not_above) == depth.blocks.end()) {
+  const auto not_above = [](const SeenBlock& a, const SeenBlock& b) {
+    return !(a.place < b.place);
+  };
+  if (std::adjacent_find(depth.blocks.begin(), depth.blocks.end(), not_above) ==
+      depth.blocks.end()) {
     return Status::Ok();
   }
   return Status::InvalidArgument("a depth map's blocks do not ascend");
@@ -167,7 +184,8 @@ void ReadGeometry(schema::DepthGeometry::Reader from, Record* depth) {
   depth->depth_near = from.getDepthNear();
   depth->depth_far = from.getDepthFar();
   const schema::Rigid::Reader p = from.getCamFromWorld();
-  depth->cam_from_world = PoseOf({p.getQw(), p.getQx(), p.getQy(), p.getQz(), p.getTx(), p.getTy(), p.getTz()});
+  depth->cam_from_world =
+      PoseOf({p.getQw(), p.getQx(), p.getQy(), p.getQz(), p.getTx(), p.getTy(), p.getTz()});
 }
 
 }  // namespace
@@ -223,11 +241,13 @@ Status ParseDenseKey(std::string_view key, ImageId* image) {
 }
 Status ParseDenseKey(std::string_view key, ImageId* image, uint64_t* version) {
   key.remove_prefix(1);
-  return TakeId(&key, image) && TakeBigEndian64(&key, version) && key.empty() ? Status::Ok() : WrongKey();
+  return TakeId(&key, image) && TakeBigEndian64(&key, version) && key.empty() ? Status::Ok()
+                                                                              : WrongKey();
 }
 Status ParseDenseKey(std::string_view key, ReconstructionId* reconstruction, GridPlace* place) {
   key.remove_prefix(1);
-  return TakeId(&key, reconstruction) && TakePlace(&key, place) && key.empty() ? Status::Ok() : WrongKey();
+  return TakeId(&key, reconstruction) && TakePlace(&key, place) && key.empty() ? Status::Ok()
+                                                                               : WrongKey();
 }
 
 Result<std::string> Encode(const DenseSettings& settings) {
@@ -256,17 +276,18 @@ Result<std::string> Encode(const DepthRecord& depth) {
     images.push_back(sensor.image);
     poses.push_back(RowOf(sensor.cam_from_world));
   }
-  return WriteMessage<schema::Depth>(poses.size() * sizeof(PoseRow) + images.size() * sizeof(ImageId), [&](auto to) {
-    to.setReconstruction(depth.reconstruction.value);
-    to.setVersion(depth.version);
-    to.setGeometryVersion(depth.geometry_version);
-    FillGeometry(depth, to.initGeometry());
-    to.setSensors(AsData(images));
-    to.setSensorPoses(AsData(poses));
-    to.setKnownCount(depth.known_count);
-    to.setCheckedVersion(depth.checked_version);
-    to.setGain(AsData(depth.gain.data(), depth.gain.size()));
-  });
+  return WriteMessage<schema::Depth>(
+      poses.size() * sizeof(PoseRow) + images.size() * sizeof(ImageId), [&](auto to) {
+        to.setReconstruction(depth.reconstruction.value);
+        to.setVersion(depth.version);
+        to.setGeometryVersion(depth.geometry_version);
+        FillGeometry(depth, to.initGeometry());
+        to.setSensors(AsData(images));
+        to.setSensorPoses(AsData(poses));
+        to.setKnownCount(depth.known_count);
+        to.setCheckedVersion(depth.checked_version);
+        to.setGain(AsData(depth.gain.data(), depth.gain.size()));
+      });
 }
 
 Status Decode(std::string_view value, DepthRecord* depth) {
@@ -278,9 +299,11 @@ Status Decode(std::string_view value, DepthRecord* depth) {
     std::vector<ImageId> images;
     std::vector<PoseRow> poses;
     if (!CopyRows(from.getSensors(), &images)) return BadRows("sensors");
-    if (!CopyRows(from.getSensorPoses(), &poses) || poses.size() != images.size()) return BadRows("sensorPoses");
+    if (!CopyRows(from.getSensorPoses(), &poses) || poses.size() != images.size())
+      return BadRows("sensorPoses");
     depth->sensors.clear();
-    for (size_t i = 0; i < images.size(); ++i) depth->sensors.push_back({images[i], PoseOf(poses[i])});
+    for (size_t i = 0; i < images.size(); ++i)
+      depth->sensors.push_back({images[i], PoseOf(poses[i])});
     depth->known_count = from.getKnownCount();
     depth->checked_version = from.getCheckedVersion();
     std::vector<std::array<float, 3>> gain;
@@ -293,7 +316,8 @@ Status Decode(std::string_view value, DepthRecord* depth) {
 Result<std::string> Encode(const CheckedDepthRecord& depth) {
   VEDUTA_RETURN_IF_ERROR(Check(depth));
   return WriteMessage<schema::CheckedDepth>(
-      depth.blocks.size() * sizeof(SeenBlock) + depth.neighbors.size() * sizeof(DepthVersion), [&](auto to) {
+      depth.blocks.size() * sizeof(SeenBlock) + depth.neighbors.size() * sizeof(DepthVersion),
+      [&](auto to) {
         to.setReconstruction(depth.reconstruction.value);
         FillGeometry(depth, to.initGeometry());
         to.setKnownCount(depth.known_count);

@@ -22,7 +22,8 @@ class View final : public DenseReader {
   View(std::shared_ptr<const DatabaseFiles> files, const ValueReader& reader)
       : files_(std::move(files)), reader_(reader) {}
 
-  Result<std::optional<DenseSettings>> FindSettings(ReconstructionId reconstruction) const override {
+  Result<std::optional<DenseSettings>> FindSettings(
+      ReconstructionId reconstruction) const override {
     DenseSettings settings{.reconstruction = reconstruction};
     return Find(Family::kDense, DenseSettingsKey(reconstruction), std::move(settings));
   }
@@ -31,13 +32,14 @@ class View final : public DenseReader {
     std::vector<DenseSettings> all;
     const std::string prefix = DenseSettingsKey(ReconstructionId(1)).substr(0, 1);
     VEDUTA_RETURN_IF_ERROR(
-        reader_.Scan(Family::kDense, prefix, "", [&](std::string_view key, std::string_view value, bool* /*more*/) {
-          DenseSettings settings;
-          VEDUTA_RETURN_IF_ERROR(ParseDenseKey(key, &settings.reconstruction));
-          VEDUTA_RETURN_IF_ERROR(Decode(value, &settings));
-          all.push_back(settings);
-          return Status::Ok();
-        }));
+        reader_.Scan(Family::kDense, prefix, "",
+                     [&](std::string_view key, std::string_view value, bool* /*more*/) {
+                       DenseSettings settings;
+                       VEDUTA_RETURN_IF_ERROR(ParseDenseKey(key, &settings.reconstruction));
+                       VEDUTA_RETURN_IF_ERROR(Decode(value, &settings));
+                       all.push_back(settings);
+                       return Status::Ok();
+                     }));
     return all;
   }
 
@@ -67,12 +69,16 @@ class View final : public DenseReader {
     CheckedDepthRecord depth;
     depth.image = image;
     depth.version = version;
-    VEDUTA_ASSIGN_OR_RETURN(auto found, Find(Family::kDense, CheckedDepthKey(image, version), std::move(depth)));
-    if (!found) return Status::NotFound("there is no such checked depth map of image " + std::to_string(image.value));
+    VEDUTA_ASSIGN_OR_RETURN(
+        auto found, Find(Family::kDense, CheckedDepthKey(image, version), std::move(depth)));
+    if (!found)
+      return Status::NotFound("there is no such checked depth map of image " +
+                              std::to_string(image.value));
     return std::move(*found);
   }
 
-  Status ScanCheckedDepths(const std::function<bool(const CheckedDepthRecord&)>& visit) const override {
+  Status ScanCheckedDepths(
+      const std::function<bool(const CheckedDepthRecord&)>& visit) const override {
     const std::string first = CheckedDepthKey(ImageId(1), 0);
     return reader_.Scan(Family::kDense, Prefix(first), "",
                         [&](std::string_view key, std::string_view value, bool* more) {
@@ -85,10 +91,12 @@ class View final : public DenseReader {
   }
 
   Result<DepthPixels> GetCheckedDepthPixels(ImageId image, uint64_t version) const override {
-    return GetPixels(CheckedDepthKey(image, version), "checked depth map of image " + std::to_string(image.value));
+    return GetPixels(CheckedDepthKey(image, version),
+                     "checked depth map of image " + std::to_string(image.value));
   }
 
-  Result<std::optional<TileRecord>> FindTile(ReconstructionId reconstruction, GridPlace place) const override {
+  Result<std::optional<TileRecord>> FindTile(ReconstructionId reconstruction,
+                                             GridPlace place) const override {
     TileRecord tile;
     tile.reconstruction = reconstruction;
     tile.place = place;
@@ -97,34 +105,39 @@ class View final : public DenseReader {
 
   Status ScanTiles(ReconstructionId reconstruction,
                    const std::function<bool(const TileRecord&)>& visit) const override {
-    return reader_.Scan(Family::kDense, TilePrefix(reconstruction), "",
-                        [&](std::string_view key, std::string_view value, bool* more) {
-                          TileRecord tile;
-                          VEDUTA_RETURN_IF_ERROR(ParseDenseKey(key, &tile.reconstruction, &tile.place));
-                          VEDUTA_RETURN_IF_ERROR(Decode(value, &tile));
-                          *more = visit(tile);
-                          return Status::Ok();
-                        });
+    return reader_.Scan(
+        Family::kDense, TilePrefix(reconstruction), "",
+        [&](std::string_view key, std::string_view value, bool* more) {
+          TileRecord tile;
+          VEDUTA_RETURN_IF_ERROR(ParseDenseKey(key, &tile.reconstruction, &tile.place));
+          VEDUTA_RETURN_IF_ERROR(Decode(value, &tile));
+          *more = visit(tile);
+          return Status::Ok();
+        });
   }
 
-  Result<PinnedBytes> GetVolumeBlock(ReconstructionId reconstruction, GridPlace tile, uint8_t block) const override {
+  Result<PinnedBytes> GetVolumeBlock(ReconstructionId reconstruction, GridPlace tile,
+                                     uint8_t block) const override {
     return GetBytes(Family::kVolume, VolumeKey(reconstruction, tile, block),
                     "block " + std::to_string(block) + " of tile " + Place(tile));
   }
 
-  Result<PinnedBytes> GetSurface(SurfacePart part, ReconstructionId reconstruction, GridPlace tile) const override {
+  Result<PinnedBytes> GetSurface(SurfacePart part, ReconstructionId reconstruction,
+                                 GridPlace tile) const override {
     return GetBytes(Family::kSurface, SurfaceKey(part, reconstruction, tile),
-                    "surface of tile " + Place(tile) + " of reconstruction " + std::to_string(reconstruction.value));
+                    "surface of tile " + Place(tile) + " of reconstruction " +
+                        std::to_string(reconstruction.value));
   }
 
-  Status ScanAll(
-      const std::function<void(uint8_t, std::span<const uint8_t>, std::span<const uint8_t>)>& visit) const override {
+  Status ScanAll(const std::function<void(uint8_t, std::span<const uint8_t>,
+                                          std::span<const uint8_t>)>& visit) const override {
     const auto bytes = [](std::string_view text) {
       return std::span(reinterpret_cast<const uint8_t*>(text.data()), text.size());
     };
-    for (const Family family : {Family::kDense, Family::kDepth, Family::kVolume, Family::kSurface}) {
-      VEDUTA_RETURN_IF_ERROR(
-          reader_.Scan(family, "", "", [&](std::string_view key, std::string_view value, bool* /*more*/) {
+    for (const Family family :
+         {Family::kDense, Family::kDepth, Family::kVolume, Family::kSurface}) {
+      VEDUTA_RETURN_IF_ERROR(reader_.Scan(
+          family, "", "", [&](std::string_view key, std::string_view value, bool* /*more*/) {
             visit(static_cast<uint8_t>(family), bytes(key), bytes(value));
             return Status::Ok();
           }));
@@ -148,7 +161,8 @@ class View final : public DenseReader {
     return std::move(*found);
   }
 
-  Result<PinnedBytes> GetBytes(Family family, const std::string& key, const std::string& what) const {
+  Result<PinnedBytes> GetBytes(Family family, const std::string& key,
+                               const std::string& what) const {
     auto impl = std::make_unique<PinnedBytes::Impl>();
     impl->files = files_;
     VEDUTA_ASSIGN_OR_RETURN(const bool found, reader_.Find(family, key, &impl->value));

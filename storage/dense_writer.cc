@@ -68,14 +68,16 @@ class Writer final : public DenseWriter {
   void DeleteTile(ReconstructionId reconstruction, GridPlace tile) override {
     buffer_().Delete(Family::kDense, TileKey(reconstruction, tile));
     buffer_().DeletePrefix(Family::kVolume, VolumePrefix(reconstruction, tile));
-    for (const SurfacePart part : kParts) buffer_().Delete(Family::kSurface, SurfaceKey(part, reconstruction, tile));
+    for (const SurfacePart part : kParts)
+      buffer_().Delete(Family::kSurface, SurfaceKey(part, reconstruction, tile));
   }
 
   void DeleteReconstruction(ReconstructionId reconstruction) override {
     buffer_().Delete(Family::kDense, DenseSettingsKey(reconstruction));
     buffer_().DeletePrefix(Family::kDense, TilePrefix(reconstruction));
     buffer_().DeletePrefix(Family::kVolume, VolumePrefix(reconstruction));
-    for (const SurfacePart part : kParts) buffer_().DeletePrefix(Family::kSurface, SurfacePrefix(part, reconstruction));
+    for (const SurfacePart part : kParts)
+      buffer_().DeletePrefix(Family::kSurface, SurfacePrefix(part, reconstruction));
   }
 
  private:

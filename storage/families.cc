@@ -19,13 +19,13 @@ constexpr std::array<const char*, kFamilyCount> kNames = {
 
 // Values that are never merged with others and would only be carried along by compactions.
 bool IsBlobFamily(Family family) {
-  return family == Family::kPhotos || family == Family::kFeatures || family == Family::kVocabulary ||
-         family == Family::kDepth || family == Family::kSurface;
+  return family == Family::kPhotos || family == Family::kFeatures ||
+         family == Family::kVocabulary || family == Family::kDepth || family == Family::kSurface;
 }
 
-// RocksDB 7.8 watches a full disk and resumes by itself when there is room. Closing the database meanwhile may wait
-// for ever (found by tests/storage/fault_sweep_test.cc), and a write after a failed one is not ours to acknowledge
-// before the log has been read again: so it is told not to.
+// RocksDB 7.8 watches a full disk and resumes by itself when there is room. Closing the database
+// meanwhile may wait for ever (found by tests/storage/fault_sweep_test.cc), and a write after a
+// failed one is not ours to acknowledge before the log has been read again: so it is told not to.
 class NoAutoRecovery final : public rocksdb::EventListener {
  public:
   void OnErrorRecoveryBegin(rocksdb::BackgroundErrorReason /*reason*/, rocksdb::Status /*error*/,
@@ -64,7 +64,8 @@ std::optional<Family> FindFamily(std::string_view name) {
   return std::nullopt;
 }
 
-rocksdb::ColumnFamilyOptions FamilyOptions(Family family, const std::shared_ptr<rocksdb::Cache>& cache) {
+rocksdb::ColumnFamilyOptions FamilyOptions(Family family,
+                                           const std::shared_ptr<rocksdb::Cache>& cache) {
   rocksdb::BlockBasedTableOptions table;
   table.block_cache = cache;
   table.checksum = rocksdb::kXXH3;  // Debian's build computes CRC32C without the processor's help
@@ -78,19 +79,22 @@ rocksdb::ColumnFamilyOptions FamilyOptions(Family family, const std::shared_ptr<
   options.write_buffer_size = WriteBufferBytes(family);
   options.level_compaction_dynamic_level_bytes = true;
   options.compression = rocksdb::kLZ4Compression;
-  options.paranoid_file_checks = false;  // reading every written file back doubles compaction; blocks are checksummed
+  options.paranoid_file_checks =
+      false;  // reading every written file back doubles compaction; blocks are checksummed
   if (IsBlobFamily(family)) {
     options.enable_blob_files = true;
     options.min_blob_size = 64;
     options.blob_file_size = 256u << 20;
     options.enable_blob_garbage_collection = true;
-    // JPEGs are compressed already. Features: zstd takes a quarter off (LZ4 a twentieth), but adds 0.4 ms to each of
-    // the dozens of reads that matching one new photo takes.
-    options.blob_compression_type =
-        family == Family::kDepth || family == Family::kSurface ? rocksdb::kZSTD : rocksdb::kNoCompression;
+    // JPEGs are compressed already. Features: zstd takes a quarter off (LZ4 a twentieth), but adds
+    // 0.4 ms to each of the dozens of reads that matching one new photo takes.
+    options.blob_compression_type = family == Family::kDepth || family == Family::kSurface
+                                        ? rocksdb::kZSTD
+                                        : rocksdb::kNoCompression;
   }
-  // No memtable_insert_with_hint_prefix_extractor, tempting as it is for thousands of ascending words a commit (a fifth
-  // of its time): RocksDB 7.8 carries the hint over into the list of range deletions, and corrupts memory.
+  // No memtable_insert_with_hint_prefix_extractor, tempting as it is for thousands of ascending
+  // words a commit (a fifth of its time): RocksDB 7.8 carries the hint over into the list of range
+  // deletions, and corrupts memory.
   if (family == Family::kPostings) options.merge_operator = MakePostingsMerge();
   return options;
 }
@@ -100,7 +104,8 @@ rocksdb::DBOptions DatabaseWideOptions() {
   options.paranoid_checks = true;
   // A torn tail after a power cut is dropped. What a sync has acknowledged lies before it.
   options.wal_recovery_mode = rocksdb::WALRecoveryMode::kPointInTimeRecovery;
-  options.max_bgerror_resume_count = 0;  // a failed write stays failed until the database is opened again
+  options.max_bgerror_resume_count =
+      0;  // a failed write stays failed until the database is opened again
   options.listeners = {std::make_shared<NoAutoRecovery>()};
   options.max_background_jobs = 2;
   options.max_open_files = 1000;

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
-// The column families and how RocksDB keeps each. Names are stored: never renamed. Order is by use, not stored.
+// The column families and how RocksDB keeps each. Names are stored: never renamed. Order is by use,
+// not stored.
 
 #include <rocksdb/cache.h>
 #include <rocksdb/options.h>
@@ -42,7 +43,8 @@ inline constexpr size_t kFamilyCount = 21;
 const char* FamilyName(Family family);
 std::optional<Family> FindFamily(std::string_view name);
 
-rocksdb::ColumnFamilyOptions FamilyOptions(Family family, const std::shared_ptr<rocksdb::Cache>& cache);
+rocksdb::ColumnFamilyOptions FamilyOptions(Family family,
+                                           const std::shared_ptr<rocksdb::Cache>& cache);
 rocksdb::DBOptions DatabaseWideOptions();
 
 }  // namespace veduta

@@ -137,8 +137,8 @@ std::string PrefixEnd(std::string_view prefix) {
 }
 
 std::string KeyText(std::string_view key) {
-  const bool printable =
-      !key.empty() && std::all_of(key.begin(), key.end(), [](char c) { return c >= ' ' && c <= '~'; });
+  const bool printable = !key.empty() && std::all_of(key.begin(), key.end(),
+                                                     [](char c) { return c >= ' ' && c <= '~'; });
   if (printable) return "'" + std::string(key) + "'";
   static constexpr char kDigits[] = "0123456789abcdef";
   std::string text = "0x";

@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
-// Keys of every family. Integers are big-endian, so that keys sort as their numbers do and a scan over one image,
-// one image's neighbours or one generation is one run of neighbouring keys. Grammar: storage/FORMAT.md.
+// Keys of every family. Integers are big-endian, so that keys sort as their numbers do and a scan
+// over one image, one image's neighbours or one generation is one run of neighbouring keys.
+// Grammar: storage/FORMAT.md.
 
 #include <cstdint>
 #include <string>
@@ -31,7 +32,8 @@ enum class MarkKind : uint8_t {
 
 void AppendBigEndian32(std::string* key, uint32_t value);
 void AppendBigEndian64(std::string* key, uint64_t value);
-// The number at the front of `key`, which is taken off; false, and nothing taken, when it is too short.
+// The number at the front of `key`, which is taken off; false, and nothing taken, when it is too
+// short.
 bool TakeBigEndian32(std::string_view* key, uint32_t* value);
 bool TakeBigEndian64(std::string_view* key, uint64_t* value);
 
@@ -48,7 +50,8 @@ std::string PairKey(ImageId smaller, ImageId larger);
 std::string PointBlockPrefix(ReconstructionId reconstruction, uint32_t generation);
 std::string PointBlockKey(ReconstructionId reconstruction, uint32_t generation, ImageId home);
 
-std::string VocabularyKey(uint32_t generation);  // also the prefix of a generation's words and postings
+std::string VocabularyKey(
+    uint32_t generation);  // also the prefix of a generation's words and postings
 std::string WordsKey(uint32_t generation, ImageId image);
 std::string PostingsKey(uint32_t generation, WordId word);
 

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
-// Cap'n Proto messages as values: one framed message of one or more segments (capnp::messageToFlatArray's layout).
-// kj's exceptions end here.
+// Cap'n Proto messages as values: one framed message of one or more segments
+// (capnp::messageToFlatArray's layout). kj's exceptions end here.
 
 #include <capnp/message.h>
 #include <capnp/serialize.h>
@@ -19,10 +19,11 @@
 
 namespace veduta {
 
-static_assert(std::endian::native == std::endian::little, "rows are little-endian and copied as they lie");
+static_assert(std::endian::native == std::endian::little,
+              "rows are little-endian and copied as they lie");
 
-// A value that can be read in place. Cap'n Proto wants 8-byte alignment, which values inside a block do not have:
-// then, and only then, the constructor copies.
+// A value that can be read in place. Cap'n Proto wants 8-byte alignment, which values inside a
+// block do not have: then, and only then, the constructor copies.
 class AlignedValue final {
  public:
   explicit AlignedValue(std::string_view value);
@@ -33,11 +34,12 @@ class AlignedValue final {
   kj::ArrayPtr<const capnp::word> words_;
 };
 
-// Limits that a value's own size sets: no field of ours is visited more than a few times, so a message that makes
-// a reader walk further is damaged.
+// Limits that a value's own size sets: no field of ours is visited more than a few times, so a
+// message that makes a reader walk further is damaged.
 capnp::ReaderOptions LimitsFor(std::string_view value);
 
-// Calls visit(Root::Reader) -> Status on the message in `value`; kCorruption where the bytes are none.
+// Calls visit(Root::Reader) -> Status on the message in `value`; kCorruption where the bytes are
+// none.
 template <typename Root, typename Visit>
 Status ReadMessage(std::string_view value, Visit&& visit) {
   if (value.empty() || value.size() % sizeof(capnp::word) != 0) {
@@ -46,7 +48,8 @@ Status ReadMessage(std::string_view value, Visit&& visit) {
   try {
     const AlignedValue aligned(value);
     capnp::FlatArrayMessageReader reader(aligned.words(), LimitsFor(value));
-    if (reader.getEnd() != aligned.words().end()) return Status::Corruption("bytes after the message");
+    if (reader.getEnd() != aligned.words().end())
+      return Status::Corruption("bytes after the message");
     return visit(reader.getRoot<Root>());
   } catch (const kj::Exception& exception) {
     return Status::Corruption(exception.getDescription().cStr());
@@ -56,13 +59,14 @@ Status ReadMessage(std::string_view value, Visit&& visit) {
 // The message's bytes, in one copy.
 std::string Flatten(capnp::MessageBuilder& builder);
 
-// Calls fill(Root::Builder) and returns the message. `payload_bytes` (all text and data) makes it one segment.
-// kInvalidArgument when a list is longer than the format can say.
+// Calls fill(Root::Builder) and returns the message. `payload_bytes` (all text and data) makes it
+// one segment. kInvalidArgument when a list is longer than the format can say.
 template <typename Root, typename Fill>
 Result<std::string> WriteMessage(size_t payload_bytes, Fill&& fill) {
   try {
     // 64 words hold the root of every record and the padding of its lists.
-    capnp::MallocMessageBuilder builder(static_cast<capnp::uint>(64 + payload_bytes / sizeof(capnp::word)));
+    capnp::MallocMessageBuilder builder(
+        static_cast<capnp::uint>(64 + payload_bytes / sizeof(capnp::word)));
     fill(builder.initRoot<Root>());
     return Flatten(builder);
   } catch (const kj::Exception& exception) {

@@ -41,19 +41,24 @@ Columns ToColumns(const PointBlock& block) {
 }
 
 Status ReadColumns(schema::PointBlock::Reader from, Columns* c) {
-  if (!CopyRows(from.getOrdinals(), &c->ordinals)) return Status::Corruption("ordinals has a broken row");
-  if (!CopyRows(from.getPositions(), &c->positions)) return Status::Corruption("positions has a broken row");
+  if (!CopyRows(from.getOrdinals(), &c->ordinals))
+    return Status::Corruption("ordinals has a broken row");
+  if (!CopyRows(from.getPositions(), &c->positions))
+    return Status::Corruption("positions has a broken row");
   if (!CopyRows(from.getColors(), &c->colors)) return Status::Corruption("colors has a broken row");
-  if (!CopyRows(from.getErrorsPx(), &c->errors_px)) return Status::Corruption("errorsPx has a broken row");
-  if (!CopyRows(from.getTrackLengths(), &c->track_lengths)) return Status::Corruption("trackLengths has a broken row");
+  if (!CopyRows(from.getErrorsPx(), &c->errors_px))
+    return Status::Corruption("errorsPx has a broken row");
+  if (!CopyRows(from.getTrackLengths(), &c->track_lengths))
+    return Status::Corruption("trackLengths has a broken row");
   if (!CopyRows(from.getTrackElements(), &c->track_elements)) {
     return Status::Corruption("trackElements has a broken row");
   }
   const size_t count = c->ordinals.size();
   uint64_t elements = 0;
   for (const uint32_t length : c->track_lengths) elements += length;
-  if (c->positions.size() != count * 3 || c->colors.size() != count * 3 || c->errors_px.size() != count ||
-      c->track_lengths.size() != count || c->track_elements.size() != elements) {
+  if (c->positions.size() != count * 3 || c->colors.size() != count * 3 ||
+      c->errors_px.size() != count || c->track_lengths.size() != count ||
+      c->track_elements.size() != elements) {
     return Status::Corruption("columns of a point block differ in length");
   }
   return Status::Ok();
@@ -64,7 +69,8 @@ Status ReadColumns(schema::PointBlock::Reader from, Columns* c) {
 Result<std::string> Encode(const PointBlock& block) {
   VEDUTA_RETURN_IF_ERROR(Check(block));
   const Columns c = ToColumns(block);
-  const size_t payload = c.ordinals.size() * (4 + 24 + 3 + 4 + 4) + c.track_elements.size() * sizeof(TrackElement);
+  const size_t payload =
+      c.ordinals.size() * (4 + 24 + 3 + 4 + 4) + c.track_elements.size() * sizeof(TrackElement);
   return WriteMessage<schema::PointBlock>(payload, [&](auto to) {
     to.setNextOrdinal(block.next_ordinal);
     to.setOrdinals(AsData(c.ordinals));
@@ -88,7 +94,8 @@ Status Decode(std::string_view value, ImageId home, PointBlock* block) {
     for (size_t i = 0; i < block->points.size(); ++i) {
       PointRecord& point = block->points[i];
       point.id = {home, c.ordinals[i]};
-      point.position = Eigen::Vector3d(c.positions[3 * i], c.positions[3 * i + 1], c.positions[3 * i + 2]);
+      point.position =
+          Eigen::Vector3d(c.positions[3 * i], c.positions[3 * i + 1], c.positions[3 * i + 2]);
       point.rgb = {c.colors[3 * i], c.colors[3 * i + 1], c.colors[3 * i + 2]};
       point.error_px = c.errors_px[i];
       point.track.assign(element, element + c.track_lengths[i]);

@@ -15,11 +15,13 @@ namespace {
 constexpr double kUnitNormSlack = 1e-3;
 
 Status Broken(std::string_view field, const std::string& value, std::string_view rule) {
-  return Status::InvalidArgument(std::string(field) + " is " + value + ", but must be " + std::string(rule));
+  return Status::InvalidArgument(std::string(field) + " is " + value + ", but must be " +
+                                 std::string(rule));
 }
 
 template <typename Number>
-requires std::is_arithmetic_v<Number> Status Broken(std::string_view field, Number value, std::string_view rule) {
+requires std::is_arithmetic_v<Number> Status Broken(std::string_view field, Number value,
+                                                    std::string_view rule) {
   return Broken(field, std::to_string(value), rule);
 }
 
@@ -105,9 +107,11 @@ Status CheckPoint(const PointRecord& point, ImageId home, uint32_t next_ordinal)
     return Broken("point's ordinal", point.id.ordinal,
                   "from 1 up and below next_ordinal " + std::to_string(next_ordinal));
   }
-  if (!point.position.allFinite()) return Broken("point's position", point.position.sum(), "finite");
+  if (!point.position.allFinite())
+    return Broken("point's position", point.position.sum(), "finite");
   if (!std::isfinite(point.error_px)) return Broken("point's error_px", point.error_px, "finite");
-  if (point.track.size() < 2) return Broken("point's track length", point.track.size(), "2 or more");
+  if (point.track.size() < 2)
+    return Broken("point's track length", point.track.size(), "2 or more");
   for (size_t i = 0; i < point.track.size(); ++i) {
     VEDUTA_RETURN_IF_ERROR(CheckId("image in a track", point.track[i].image));
     if (i > 0 && point.track[i].image <= point.track[i - 1].image) {
@@ -132,25 +136,36 @@ Status Check(const DatabaseState& state) {
 Status Check(const CameraRecord& camera) {
   VEDUTA_RETURN_IF_ERROR(CheckId("camera", camera.id));
   const CameraModel& m = camera.model;
-  return CheckFinite(
-      {{"fx", m.fx}, {"fy", m.fy}, {"cx", m.cx}, {"cy", m.cy}, {"k1", m.k1}, {"k2", m.k2}, {"u0", m.u0}, {"v0", m.v0}});
+  return CheckFinite({{"fx", m.fx},
+                      {"fy", m.fy},
+                      {"cx", m.cx},
+                      {"cy", m.cy},
+                      {"k1", m.k1},
+                      {"k2", m.k2},
+                      {"u0", m.u0},
+                      {"v0", m.v0}});
 }
 
 Status Check(const ImageRecord& image) {
   VEDUTA_RETURN_IF_ERROR(CheckId("image", image.id));
-  if (!Known(image.verdict)) return Broken("verdict", static_cast<uint64_t>(image.verdict), "a known one");
-  if (!Known(image.reason)) return Broken("reason", static_cast<uint64_t>(image.reason), "a known one");
+  if (!Known(image.verdict))
+    return Broken("verdict", static_cast<uint64_t>(image.verdict), "a known one");
+  if (!Known(image.reason))
+    return Broken("reason", static_cast<uint64_t>(image.reason), "a known one");
   return Status::Ok();
 }
 
 Status Check(const Features& features) {
   if (features.descriptors.size() != features.keypoints.size() * kDescriptorSize) {
-    return Broken("size of the descriptors", features.descriptors.size(),
-                  "128 times the number of keypoints, " + std::to_string(features.keypoints.size()));
+    return Broken(
+        "size of the descriptors", features.descriptors.size(),
+        "128 times the number of keypoints, " + std::to_string(features.keypoints.size()));
   }
   for (const Keypoint& k : features.keypoints) {
-    // One sum instead of five tests: it is finite only if all are (they are far from overflowing a double).
-    const double sum = double{k.x_px} + double{k.y_px} + double{k.scale_px} + double{k.angle_deg} + double{k.response};
+    // One sum instead of five tests: it is finite only if all are (they are far from overflowing a
+    // double).
+    const double sum = double{k.x_px} + double{k.y_px} + double{k.scale_px} + double{k.angle_deg} +
+                       double{k.response};
     if (!std::isfinite(sum)) return Broken("keypoint", sum, "finite");
   }
   return Status::Ok();
@@ -158,8 +173,10 @@ Status Check(const Features& features) {
 
 Status Check(const PairRecord& pair) {
   VEDUTA_RETURN_IF_ERROR(CheckId("pair's a", pair.a));
-  if (!(pair.a < pair.b)) return Broken("pair's b", pair.b.value, "greater than a, " + std::to_string(pair.a.value));
-  if (!Known(pair.geometry)) return Broken("pair's geometry", static_cast<uint64_t>(pair.geometry), "a known one");
+  if (!(pair.a < pair.b))
+    return Broken("pair's b", pair.b.value, "greater than a, " + std::to_string(pair.a.value));
+  if (!Known(pair.geometry))
+    return Broken("pair's geometry", static_cast<uint64_t>(pair.geometry), "a known one");
   VEDUTA_RETURN_IF_ERROR(CheckTransform(pair.b_from_a.rotation, pair.b_from_a.translation));
   const auto less = [](const FeatureMatch& x, const FeatureMatch& y) { return x.a < y.a; };
   if (!StrictlyAscending(std::span<const FeatureMatch>(pair.matches), less)) {
@@ -197,7 +214,8 @@ Status Check(std::span<const Observation> observations) {
     const Observation& o = observations[i];
     VEDUTA_RETURN_IF_ERROR(CheckId("home of an observed point", o.point.home));
     if (o.point.ordinal == 0) return Broken("ordinal of an observed point", 0, "1 or more");
-    if (i > 0 && o.feature <= observations[i - 1].feature) return Broken("observed feature", o.feature, "ascending");
+    if (i > 0 && o.feature <= observations[i - 1].feature)
+      return Broken("observed feature", o.feature, "ascending");
   }
   return Status::Ok();
 }

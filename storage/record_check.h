@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
-// What must hold of a record by itself. Checked before a record is written and after it is read: a value that could
-// not be read back is never stored, and a damaged one is never handed out.
+// What must hold of a record by itself. Checked before a record is written and after it is read: a
+// value that could not be read back is never stored, and a damaged one is never handed out.
 
 #include <cstdint>
 #include <span>

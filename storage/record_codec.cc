@@ -31,7 +31,8 @@ std::string FromText(capnp::Text::Reader text) {
   return {text.begin(), text.size()};
 }
 
-void Fill(schema::Rigid::Builder to, const Eigen::Quaterniond& rotation, const Eigen::Vector3d& translation) {
+void Fill(schema::Rigid::Builder to, const Eigen::Quaterniond& rotation,
+          const Eigen::Vector3d& translation) {
   to.setQw(rotation.w());
   to.setQx(rotation.x());
   to.setQy(rotation.y());
@@ -50,18 +51,19 @@ void Read(schema::Rigid::Reader from, Eigen::Quaterniond* rotation, Eigen::Vecto
 
 Result<std::string> Encode(const DatabaseState& state) {
   VEDUTA_RETURN_IF_ERROR(Check(state));
-  return WriteMessage<schema::State>(state.pending_propagation.size() * sizeof(ImageId), [&](auto to) {
-    to.setNextImage(state.next_image);
-    to.setNextCamera(state.next_camera);
-    to.setNextReconstruction(state.next_reconstruction);
-    to.setNextJournal(state.next_journal);
-    to.setNextBlob(state.next_blob);
-    to.setVocabularyGeneration(state.vocabulary_generation);
-    to.setImagesAtVocabulary(state.images_at_vocabulary);
-    to.setVocabularyImported(state.vocabulary_imported);
-    to.setRetrievableImageCount(state.retrievable_image_count);
-    to.setPendingPropagation(AsData(state.pending_propagation));
-  });
+  return WriteMessage<schema::State>(state.pending_propagation.size() * sizeof(ImageId),
+                                     [&](auto to) {
+                                       to.setNextImage(state.next_image);
+                                       to.setNextCamera(state.next_camera);
+                                       to.setNextReconstruction(state.next_reconstruction);
+                                       to.setNextJournal(state.next_journal);
+                                       to.setNextBlob(state.next_blob);
+                                       to.setVocabularyGeneration(state.vocabulary_generation);
+                                       to.setImagesAtVocabulary(state.images_at_vocabulary);
+                                       to.setVocabularyImported(state.vocabulary_imported);
+                                       to.setRetrievableImageCount(state.retrievable_image_count);
+                                       to.setPendingPropagation(AsData(state.pending_propagation));
+                                     });
 }
 
 Status Decode(std::string_view value, DatabaseState* state) {
@@ -75,7 +77,8 @@ Status Decode(std::string_view value, DatabaseState* state) {
     state->images_at_vocabulary = from.getImagesAtVocabulary();
     state->vocabulary_imported = from.getVocabularyImported();
     state->retrievable_image_count = from.getRetrievableImageCount();
-    if (!CopyRows(from.getPendingPropagation(), &state->pending_propagation)) return BadRows("pending_propagation");
+    if (!CopyRows(from.getPendingPropagation(), &state->pending_propagation))
+      return BadRows("pending_propagation");
     return Damaged(Check(*state));
   });
 }
@@ -103,8 +106,9 @@ Status Decode(std::string_view value, CameraId id, CameraRecord* camera) {
     camera->id = id;
     camera->name = FromText(from.getName());
     camera->source = FromText(from.getSource());
-    camera->model = {from.getWidthPx(), from.getHeightPx(), from.getFx(), from.getFy(), from.getCx(),
-                     from.getCy(),      from.getK1(),       from.getK2(), from.getU0(), from.getV0()};
+    camera->model = {from.getWidthPx(), from.getHeightPx(), from.getFx(), from.getFy(),
+                     from.getCx(),      from.getCy(),       from.getK1(), from.getK2(),
+                     from.getU0(),      from.getV0()};
     return Damaged(Check(*camera));
   });
 }
@@ -255,8 +259,9 @@ Status Decode(std::string_view value, ImageId image, PoseRecord* pose) {
 
 Result<std::string> Encode(std::span<const Observation> observations) {
   VEDUTA_RETURN_IF_ERROR(Check(observations));
-  return WriteMessage<schema::Observations>(
-      observations.size_bytes(), [&](auto to) { to.setRows(AsData(observations.data(), observations.size())); });
+  return WriteMessage<schema::Observations>(observations.size_bytes(), [&](auto to) {
+    to.setRows(AsData(observations.data(), observations.size()));
+  });
 }
 
 Status Decode(std::string_view value, std::vector<Observation>* observations) {

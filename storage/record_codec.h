@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
-// Records as values. What a record's key says (its ids) is not in the value: the caller of Decode gives it.
-// All functions are pure and thread-safe; equal records give equal bytes.
+// Records as values. What a record's key says (its ids) is not in the value: the caller of Decode
+// gives it. All functions are pure and thread-safe; equal records give equal bytes.
 
 #include <cstdint>
 #include <span>
@@ -32,8 +32,9 @@ Result<std::string> EncodeWords(std::span<const WordId> words);
 Result<std::string> EncodeImages(std::span<const ImageId> images);
 std::string EncodeU32(uint32_t value);
 
-// kCorruption when the value is no message of its kind, is cut short, or breaks an invariant. The record is then in
-// an unspecified state. Allocates no more than a small multiple of the value's size.
+// kCorruption when the value is no message of its kind, is cut short, or breaks an invariant. The
+// record is then in an unspecified state. Allocates no more than a small multiple of the value's
+// size.
 Status Decode(std::string_view value, DatabaseState* state);
 Status Decode(std::string_view value, CameraId id, CameraRecord* camera);
 Status Decode(std::string_view value, ImageId id, ImageRecord* image);

@@ -10,9 +10,11 @@ Status FromRocksdb(const rocksdb::Status& status, std::string_view doing) {
   const std::string words = status.ToString();
   const std::string message = "cannot " + std::string(doing) + ": " + words;
   // Some paths inside RocksDB lose the subcode and keep the operating system's words only.
-  const bool disk_full = status.IsNoSpace() || words.find("No space left on device") != std::string::npos;
+  const bool disk_full =
+      status.IsNoSpace() || words.find("No space left on device") != std::string::npos;
   if (disk_full) {
-    return Status::IoError("the disk is full: free some space, then open the database again (" + message + ")");
+    return Status::IoError("the disk is full: free some space, then open the database again (" +
+                           message + ")");
   }
   switch (status.code()) {
     case rocksdb::Status::kNotFound:

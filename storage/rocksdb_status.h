@@ -10,7 +10,8 @@
 
 namespace veduta {
 
-// `doing` completes "cannot ...", as in "commit the transaction". A full disk is named as such; OK stays OK.
+// `doing` completes "cannot ...", as in "commit the transaction". A full disk is named as such; OK
+// stays OK.
 Status FromRocksdb(const rocksdb::Status& status, std::string_view doing);
 
 }  // namespace veduta

@@ -21,7 +21,8 @@ std::string Number(uint64_t value) {
 // The u32 that a key ends with, after its prefix.
 Status IdAfter(size_t prefix_bytes, std::string_view key, uint32_t* id) {
   std::string_view rest = key.substr(prefix_bytes);
-  if (!TakeBigEndian32(&rest, id) || !rest.empty()) return Status::Corruption("a key of wrong length");
+  if (!TakeBigEndian32(&rest, id) || !rest.empty())
+    return Status::Corruption("a key of wrong length");
   if (*id == 0) return Status::Corruption("a key with id 0");
   return Status::Ok();
 }
@@ -45,7 +46,8 @@ class SnapshotView final : public Snapshot {
   Result<CameraRecord> GetCamera(CameraId id) const override {
     CameraRecord camera;
     VEDUTA_RETURN_IF_ERROR(GetRecord(
-        Family::kCameras, CameraKey(id), [&] { return "camera " + Number(id.value); }, &camera, id));
+        Family::kCameras, CameraKey(id), [&] { return "camera " + Number(id.value); }, &camera,
+        id));
     return camera;
   }
 
@@ -79,7 +81,8 @@ class SnapshotView final : public Snapshot {
   Result<Features> GetFeatures(const ContentHash& photo) const override {
     Features features;
     VEDUTA_RETURN_IF_ERROR(GetRecord(
-        Family::kFeatures, HashKey(photo), [&] { return "features of photo " + photo.Hex(); }, &features));
+        Family::kFeatures, HashKey(photo), [&] { return "features of photo " + photo.Hex(); },
+        &features));
     return features;
   }
 
@@ -88,8 +91,8 @@ class SnapshotView final : public Snapshot {
     PairRecord pair;
     VEDUTA_RETURN_IF_ERROR(GetRecord(
         Family::kPairs, PairKey(smaller, larger),
-        [&] { return "pair of images " + Number(smaller.value) + " and " + Number(larger.value); }, &pair, smaller,
-        larger));
+        [&] { return "pair of images " + Number(smaller.value) + " and " + Number(larger.value); },
+        &pair, smaller, larger));
     return pair;
   }
 
@@ -99,15 +102,16 @@ class SnapshotView final : public Snapshot {
       neighbors.push_back(neighbor);
       return true;
     };
-    VEDUTA_RETURN_IF_ERROR((ScanRecords<ImageId, PairNeighbor>(Family::kPairs, NeighborPrefix(image), collect)));
+    VEDUTA_RETURN_IF_ERROR(
+        (ScanRecords<ImageId, PairNeighbor>(Family::kPairs, NeighborPrefix(image), collect)));
     return neighbors;
   }
 
   Result<ReconstructionRecord> GetReconstruction(ReconstructionId id) const override {
     ReconstructionRecord record;
     VEDUTA_RETURN_IF_ERROR(GetRecord(
-        Family::kReconstructions, ReconstructionKey(id), [&] { return "reconstruction " + Number(id.value); }, &record,
-        id));
+        Family::kReconstructions, ReconstructionKey(id),
+        [&] { return "reconstruction " + Number(id.value); }, &record, id));
     return record;
   }
 
@@ -117,7 +121,8 @@ class SnapshotView final : public Snapshot {
 
   Result<std::optional<PoseRecord>> FindPose(ImageId image) const override {
     PoseRecord pose;
-    VEDUTA_ASSIGN_OR_RETURN(const bool found, FindRecord(Family::kPoses, ImageKey(image), &pose, image));
+    VEDUTA_ASSIGN_OR_RETURN(const bool found,
+                            FindRecord(Family::kPoses, ImageKey(image), &pose, image));
     return found ? std::optional(pose) : std::nullopt;
   }
 
@@ -127,11 +132,13 @@ class SnapshotView final : public Snapshot {
 
   Result<std::vector<Observation>> GetObservations(ImageId image) const override {
     std::vector<Observation> observations;
-    VEDUTA_RETURN_IF_ERROR(FindRecord(Family::kObservations, ImageKey(image), &observations).status());
+    VEDUTA_RETURN_IF_ERROR(
+        FindRecord(Family::kObservations, ImageKey(image), &observations).status());
     return observations;
   }
 
-  Result<PointBlock> GetPointBlock(ReconstructionId reconstruction, uint32_t generation, ImageId home) const override {
+  Result<PointBlock> GetPointBlock(ReconstructionId reconstruction, uint32_t generation,
+                                   ImageId home) const override {
     PointBlock block;
     const std::string key = PointBlockKey(reconstruction, generation, home);
     VEDUTA_ASSIGN_OR_RETURN(const bool found, FindRecord(Family::kPoints, key, &block, home));
@@ -141,7 +148,8 @@ class SnapshotView final : public Snapshot {
 
   Status ScanPointBlocks(ReconstructionId reconstruction, uint32_t generation,
                          const std::function<bool(const PointBlock&)>& visit) const override {
-    return ScanRecords<ImageId, PointBlock>(Family::kPoints, PointBlockPrefix(reconstruction, generation), visit);
+    return ScanRecords<ImageId, PointBlock>(Family::kPoints,
+                                            PointBlockPrefix(reconstruction, generation), visit);
   }
 
   Result<PinnedBytes> GetVocabulary(uint32_t generation) const override {
@@ -154,16 +162,16 @@ class SnapshotView final : public Snapshot {
     rocksdb::PinnableSlice value;
     VEDUTA_ASSIGN_OR_RETURN(const bool found, reader_.Find(Family::kWords, key, &value));
     if (!found) {
-      return Status::NotFound("there are no words of image " + Number(image.value) + " in vocabulary generation " +
-                              Number(generation));
+      return Status::NotFound("there are no words of image " + Number(image.value) +
+                              " in vocabulary generation " + Number(generation));
     }
     std::vector<WordId> words;
     VEDUTA_RETURN_IF_ERROR(InValue(Family::kWords, key, DecodeWords(value.ToStringView(), &words)));
     return words;
   }
 
-  Result<std::vector<std::vector<ImageId>>> GetPostings(uint32_t generation,
-                                                        std::span<const WordId> words) const override {
+  Result<std::vector<std::vector<ImageId>>> GetPostings(
+      uint32_t generation, std::span<const WordId> words) const override {
     VEDUTA_RETURN_IF_ERROR(CheckWords(words));
     std::vector<std::string> keys;
     keys.reserve(words.size());
@@ -172,35 +180,42 @@ class SnapshotView final : public Snapshot {
     VEDUTA_RETURN_IF_ERROR(reader_.FindMany(Family::kPostings, keys, &values));
     std::vector<std::vector<ImageId>> images(words.size());
     for (size_t i = 0; i < keys.size(); ++i) {
-      VEDUTA_RETURN_IF_ERROR(InValue(Family::kPostings, keys[i], DecodeImages(values[i].ToStringView(), &images[i])));
+      VEDUTA_RETURN_IF_ERROR(
+          InValue(Family::kPostings, keys[i], DecodeImages(values[i].ToStringView(), &images[i])));
     }
     return images;
   }
 
-  Status ScanPostings(uint32_t generation,
-                      const std::function<bool(WordId, std::span<const ImageId>)>& visit) const override {
+  Status ScanPostings(
+      uint32_t generation,
+      const std::function<bool(WordId, std::span<const ImageId>)>& visit) const override {
     const std::string prefix = VocabularyKey(generation);
     std::vector<ImageId> images;
-    return reader_.Scan(Family::kPostings, prefix, "", [&](std::string_view key, std::string_view value, bool* more) {
-      std::string_view rest = key.substr(prefix.size());
-      WordId word = 0;
-      if (!TakeBigEndian32(&rest, &word) || !rest.empty()) return Status::Corruption("a key of wrong length");
-      VEDUTA_RETURN_IF_ERROR(DecodeImages(value, &images));
-      *more = visit(word, images);
-      return Status::Ok();
-    });
+    return reader_.Scan(Family::kPostings, prefix, "",
+                        [&](std::string_view key, std::string_view value, bool* more) {
+                          std::string_view rest = key.substr(prefix.size());
+                          WordId word = 0;
+                          if (!TakeBigEndian32(&rest, &word) || !rest.empty())
+                            return Status::Corruption("a key of wrong length");
+                          VEDUTA_RETURN_IF_ERROR(DecodeImages(value, &images));
+                          *more = visit(word, images);
+                          return Status::Ok();
+                        });
   }
 
-  Status ScanJournal(uint64_t first, const std::function<bool(const JournalRecord&)>& visit) const override {
+  Status ScanJournal(uint64_t first,
+                     const std::function<bool(const JournalRecord&)>& visit) const override {
     const std::string from = JournalKey(first);
     JournalRecord record;
-    return reader_.Scan(Family::kJournal, "", from, [&](std::string_view key, std::string_view value, bool* more) {
-      uint64_t sequence = 0;
-      if (!TakeBigEndian64(&key, &sequence) || !key.empty()) return Status::Corruption("a key of wrong length");
-      VEDUTA_RETURN_IF_ERROR(Decode(value, sequence, &record));
-      *more = visit(record);
-      return Status::Ok();
-    });
+    return reader_.Scan(Family::kJournal, "", from,
+                        [&](std::string_view key, std::string_view value, bool* more) {
+                          uint64_t sequence = 0;
+                          if (!TakeBigEndian64(&key, &sequence) || !key.empty())
+                            return Status::Corruption("a key of wrong length");
+                          VEDUTA_RETURN_IF_ERROR(Decode(value, sequence, &record));
+                          *more = visit(record);
+                          return Status::Ok();
+                        });
   }
 
   const DenseReader& dense() const override { return *dense_; }
@@ -224,12 +239,14 @@ class SnapshotView final : public Snapshot {
   Result<bool> FindRecord(Family family, std::string_view key, Record* record, Ids... ids) const {
     rocksdb::PinnableSlice value;
     VEDUTA_ASSIGN_OR_RETURN(const bool found, reader_.Find(family, key, &value));
-    if (found) VEDUTA_RETURN_IF_ERROR(InValue(family, key, Decode(value.ToStringView(), ids..., record)));
+    if (found)
+      VEDUTA_RETURN_IF_ERROR(InValue(family, key, Decode(value.ToStringView(), ids..., record)));
     return found;
   }
 
   template <typename What, typename Record, typename... Ids>
-  Status GetRecord(Family family, std::string_view key, What&& what, Record* record, Ids... ids) const {
+  Status GetRecord(Family family, std::string_view key, What&& what, Record* record,
+                   Ids... ids) const {
     VEDUTA_ASSIGN_OR_RETURN(const bool found, FindRecord(family, key, record, ids...));
     return found ? Status::Ok() : Status::NotFound("there is no " + std::string(what()));
   }
@@ -255,15 +272,17 @@ class SnapshotView final : public Snapshot {
 
   // Records of one run of keys, each the prefix and an id.
   template <typename Id, typename Record>
-  Status ScanRecords(Family family, const std::string& prefix, const std::function<bool(const Record&)>& visit) const {
+  Status ScanRecords(Family family, const std::string& prefix,
+                     const std::function<bool(const Record&)>& visit) const {
     Record record;
-    return reader_.Scan(family, prefix, "", [&](std::string_view key, std::string_view value, bool* more) {
-      Id id;
-      VEDUTA_RETURN_IF_ERROR(IdAfter(prefix.size(), key, &id.value));
-      VEDUTA_RETURN_IF_ERROR(Decode(value, id, &record));
-      *more = visit(record);
-      return Status::Ok();
-    });
+    return reader_.Scan(family, prefix, "",
+                        [&](std::string_view key, std::string_view value, bool* more) {
+                          Id id;
+                          VEDUTA_RETURN_IF_ERROR(IdAfter(prefix.size(), key, &id.value));
+                          VEDUTA_RETURN_IF_ERROR(Decode(value, id, &record));
+                          *more = visit(record);
+                          return Status::Ok();
+                        });
   }
 
   template <typename Id, typename Record>
@@ -280,7 +299,8 @@ class SnapshotView final : public Snapshot {
   Status ScanHashes(Family family, const std::function<bool(const ContentHash&)>& visit) const {
     return ScanBlobKeys(*files_, family, snapshot_, [&](std::string_view key) -> Result<bool> {
       ContentHash hash;
-      if (!ParseHashKey(key, &hash)) return InValue(family, key, Status::Corruption("a key of wrong length"));
+      if (!ParseHashKey(key, &hash))
+        return InValue(family, key, Status::Corruption("a key of wrong length"));
       return visit(hash);
     });
   }

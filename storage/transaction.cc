@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// A write batch and one version number do what RocksDB's optimistic transactions would do here, for less: this
-// process alone has the database open, only the state record is fought over, reads go to snapshots, and a batch can
-// delete ranges, which those transactions cannot.
+// A write batch and one version number do what RocksDB's optimistic transactions would do here, for
+// less: this process alone has the database open, only the state record is fought over, reads go to
+// snapshots, and a batch can delete ranges, which those transactions cannot.
 #include <optional>
 #include <string>
 #include <utility>
@@ -20,7 +20,9 @@ namespace {
 class WriteTransaction final : public Transaction {
  public:
   WriteTransaction(std::shared_ptr<DatabaseFiles> files, std::shared_ptr<PhotoClaims> claims)
-      : files_(std::move(files)), claims_(std::move(claims)), state_version_(files_->state_version()) {
+      : files_(std::move(files)),
+        claims_(std::move(claims)),
+        state_version_(files_->state_version()) {
     buffer_.emplace(*files_);
     dense_ = MakeDenseWriter([this]() -> WriteBuffer& { return buffer(); });
   }
@@ -40,7 +42,8 @@ class WriteTransaction final : public Transaction {
     buffer().Put(Family::kImages, ImageKey(image.id), Encode(image));
     const std::string id = EncodeU32(image.id.value);
     // The name stays with the image that had it first.
-    if (image.reason != Reason::kNameTaken) buffer().Put(Family::kNames, image.name, std::string_view(id));
+    if (image.reason != Reason::kNameTaken)
+      buffer().Put(Family::kNames, image.name, std::string_view(id));
     if (image.verdict != Verdict::kRejected) {
       buffer().Put(Family::kHashes, HashKey(image.photo), std::string_view(id));
       kept_photos_.push_back(image.photo);
@@ -51,16 +54,22 @@ class WriteTransaction final : public Transaction {
   void PutPair(const PairRecord& pair) override {
     buffer().Put(Family::kPairs, PairKey(pair.a, pair.b), Encode(pair));
     const uint32_t count = static_cast<uint32_t>(pair.matches.size());
-    buffer().Put(Family::kPairs, NeighborKey(pair.a, pair.b), Encode(PairNeighbor{pair.b, count, pair.geometry}));
-    buffer().Put(Family::kPairs, NeighborKey(pair.b, pair.a), Encode(PairNeighbor{pair.a, count, pair.geometry}));
+    buffer().Put(Family::kPairs, NeighborKey(pair.a, pair.b),
+                 Encode(PairNeighbor{pair.b, count, pair.geometry}));
+    buffer().Put(Family::kPairs, NeighborKey(pair.b, pair.a),
+                 Encode(PairNeighbor{pair.a, count, pair.geometry}));
   }
 
   void PutReconstruction(const ReconstructionRecord& reconstruction) override {
-    buffer().Put(Family::kReconstructions, ReconstructionKey(reconstruction.id), Encode(reconstruction));
-    buffer().Delete(Family::kQueue, PointBlocksMarkKey(reconstruction.id, reconstruction.points_generation));
+    buffer().Put(Family::kReconstructions, ReconstructionKey(reconstruction.id),
+                 Encode(reconstruction));
+    buffer().Delete(Family::kQueue,
+                    PointBlocksMarkKey(reconstruction.id, reconstruction.points_generation));
   }
 
-  void PutPose(const PoseRecord& pose) override { buffer().Put(Family::kPoses, ImageKey(pose.image), Encode(pose)); }
+  void PutPose(const PoseRecord& pose) override {
+    buffer().Put(Family::kPoses, ImageKey(pose.image), Encode(pose));
+  }
 
   void PutObservations(ImageId image, std::span<const Observation> observations) override {
     if (observations.empty()) {
@@ -70,7 +79,8 @@ class WriteTransaction final : public Transaction {
     }
   }
 
-  void PutPointBlock(ReconstructionId reconstruction, uint32_t generation, const PointBlock& block) override {
+  void PutPointBlock(ReconstructionId reconstruction, uint32_t generation,
+                     const PointBlock& block) override {
     const std::string key = PointBlockKey(reconstruction, generation, block.home);
     if (block.points.empty() && block.next_ordinal == 1) {
       buffer().Delete(Family::kPoints, key);
@@ -90,7 +100,8 @@ class WriteTransaction final : public Transaction {
   void AddPostings(uint32_t generation, std::span<const WordId> words, ImageId image) override {
     if (!image.valid()) return buffer().Fail(Status::InvalidArgument("postings of image id 0"));
     const std::string operand = EncodeU32(image.value);
-    for (const WordId word : words) buffer().Merge(Family::kPostings, PostingsKey(generation, word), operand);
+    for (const WordId word : words)
+      buffer().Merge(Family::kPostings, PostingsKey(generation, word), operand);
   }
 
   void DeleteVocabulary(uint32_t generation) override { buffer().DeleteVocabulary(generation); }

@@ -25,10 +25,12 @@ class ValueReader final {
   // Whether the key is there; its value then.
   Result<bool> Find(Family family, std::string_view key, rocksdb::PinnableSlice* value) const;
 
-  // Calls visit(key, value, &more) on every key that starts with `prefix` and is not below `first`, ascending, until
-  // it clears `more`. A failure of visit ends the scan and is returned with family and key.
+  // Calls visit(key, value, &more) on every key that starts with `prefix` and is not below `first`,
+  // ascending, until it clears `more`. A failure of visit ends the scan and is returned with family
+  // and key.
   using Visit = std::function<Status(std::string_view key, std::string_view value, bool* more)>;
-  Status Scan(Family family, std::string_view prefix, std::string_view first, const Visit& visit) const;
+  Status Scan(Family family, std::string_view prefix, std::string_view first,
+              const Visit& visit) const;
 
   // As Find for many keys, which ascend; values of keys that are not there are empty.
   Status FindMany(Family family, const std::vector<std::string>& keys,

@@ -25,7 +25,8 @@ Result<uint32_t> CurrentPointsGeneration(const ValueReader& reader, Reconstructi
   VEDUTA_ASSIGN_OR_RETURN(const bool found, reader.Find(Family::kReconstructions, key, &value));
   if (!found) return uint32_t{0};
   ReconstructionRecord record;
-  VEDUTA_RETURN_IF_ERROR(InValue(Family::kReconstructions, key, Decode(value.ToStringView(), id, &record)));
+  VEDUTA_RETURN_IF_ERROR(
+      InValue(Family::kReconstructions, key, Decode(value.ToStringView(), id, &record)));
   return record.points_generation;
 }
 
@@ -64,7 +65,8 @@ Status SweepPointBlocks(const ValueReader& reader, std::string_view rest, WriteB
 
 Status SweepVocabulary(const ValueReader& reader, std::string_view rest, WriteBuffer* batch) {
   uint32_t generation = 0;
-  if (!TakeBigEndian32(&rest, &generation) || !rest.empty()) return Status::Corruption("no generation");
+  if (!TakeBigEndian32(&rest, &generation) || !rest.empty())
+    return Status::Corruption("no generation");
   VEDUTA_ASSIGN_OR_RETURN(const uint32_t current, CurrentVocabularyGeneration(reader));
   if (current == generation) return Status::Ok();
   batch->DeleteVocabulary(generation);
@@ -112,7 +114,8 @@ Status WritePhotoAhead(DatabaseFiles& files, PhotoClaims& claims, const ContentH
   const std::string key = HashKey(photo);
   rocksdb::PinnableSlice value;
   claims.Add(photo);
-  VEDUTA_ASSIGN_OR_RETURN(const bool committed, ValueReader(files, nullptr).Find(Family::kHashes, key, &value));
+  VEDUTA_ASSIGN_OR_RETURN(const bool committed,
+                          ValueReader(files, nullptr).Find(Family::kHashes, key, &value));
   if (committed) return Status::Ok();
   WriteBuffer batch(files);
   batch.Put(Family::kPhotos, key, AsText(bytes));
@@ -135,31 +138,35 @@ Status DropPhotoAhead(DatabaseFiles& files, PhotoClaims& claims, const ContentHa
   return batch.Write(/*sync=*/false, "drop a photo written ahead");
 }
 
-Status WritePointBlocksAhead(DatabaseFiles& files, ReconstructionId reconstruction, uint32_t generation,
-                             std::span<const PointBlock> blocks) {
+Status WritePointBlocksAhead(DatabaseFiles& files, ReconstructionId reconstruction,
+                             uint32_t generation, std::span<const PointBlock> blocks) {
   WriteBuffer batch(files);
   batch.Put(Family::kQueue, PointBlocksMarkKey(reconstruction, generation), std::string_view());
   for (const PointBlock& block : blocks) {
-    batch.Put(Family::kPoints, PointBlockKey(reconstruction, generation, block.home), Encode(block));
+    batch.Put(Family::kPoints, PointBlockKey(reconstruction, generation, block.home),
+              Encode(block));
   }
   return batch.Write(/*sync=*/false, "write point blocks ahead");
 }
 
-Status WriteVocabularyAhead(DatabaseFiles& files, uint32_t generation, std::span<const uint8_t> tree) {
+Status WriteVocabularyAhead(DatabaseFiles& files, uint32_t generation,
+                            std::span<const uint8_t> tree) {
   WriteBuffer batch(files);
   batch.Put(Family::kQueue, VocabularyMarkKey(generation), std::string_view());
   batch.Put(Family::kVocabulary, VocabularyKey(generation), AsText(tree));
   return batch.Write(/*sync=*/false, "write a vocabulary ahead");
 }
 
-Status WriteWordsAhead(DatabaseFiles& files, uint32_t generation, ImageId image, std::span<const WordId> words) {
+Status WriteWordsAhead(DatabaseFiles& files, uint32_t generation, ImageId image,
+                       std::span<const WordId> words) {
   WriteBuffer batch(files);
   batch.Put(Family::kQueue, VocabularyMarkKey(generation), std::string_view());
   batch.Put(Family::kWords, WordsKey(generation, image), EncodeWords(words));
   return batch.Write(/*sync=*/false, "write words ahead");
 }
 
-Status WritePostingsAhead(DatabaseFiles& files, uint32_t generation, WordId word, std::span<const ImageId> images) {
+Status WritePostingsAhead(DatabaseFiles& files, uint32_t generation, WordId word,
+                          std::span<const ImageId> images) {
   WriteBuffer batch(files);
   batch.Put(Family::kQueue, VocabularyMarkKey(generation), std::string_view());
   batch.Put(Family::kPostings, PostingsKey(generation, word), EncodeImages(images));
@@ -169,9 +176,10 @@ Status WritePostingsAhead(DatabaseFiles& files, uint32_t generation, WordId word
 Status SweepWriteAheads(DatabaseFiles& files) {
   const ValueReader reader(files, nullptr);
   WriteBuffer batch(files);
-  VEDUTA_RETURN_IF_ERROR(reader.Scan(Family::kQueue, "", "", [&](std::string_view key, std::string_view, bool*) {
-    return SweepMark(reader, key, &batch);
-  }));
+  VEDUTA_RETURN_IF_ERROR(
+      reader.Scan(Family::kQueue, "", "", [&](std::string_view key, std::string_view, bool*) {
+        return SweepMark(reader, key, &batch);
+      }));
   return batch.Write(/*sync=*/false, "sweep what an interruption left behind");
 }
 

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
-// What is written before its commit: photos with their features, generations of point blocks and of the vocabulary.
-// Each lies under a mark in `queue` until a commit names it; what is still marked when the database is opened, and
-// not named by any record, is deleted then.
+// What is written before its commit: photos with their features, generations of point blocks and of
+// the vocabulary. Each lies under a mark in `queue` until a commit names it; what is still marked
+// when the database is opened, and not named by any record, is deleted then.
 
 #include <cstdint>
 #include <map>
@@ -15,8 +15,8 @@
 
 namespace veduta {
 
-// How many writers count on a photo that is not committed yet: the same bytes may come under two names, and one of
-// them being dropped must not take the photo from the other. Thread-safe.
+// How many writers count on a photo that is not committed yet: the same bytes may come under two
+// names, and one of them being dropped must not take the photo from the other. Thread-safe.
 class PhotoClaims final {
  public:
   void Add(const ContentHash& photo);
@@ -34,14 +34,17 @@ class PhotoClaims final {
 Status WritePhotoAhead(DatabaseFiles& files, PhotoClaims& claims, const ContentHash& photo,
                        std::span<const uint8_t> bytes, const Features& features);
 Status DropPhotoAhead(DatabaseFiles& files, PhotoClaims& claims, const ContentHash& photo);
-Status WritePointBlocksAhead(DatabaseFiles& files, ReconstructionId reconstruction, uint32_t generation,
-                             std::span<const PointBlock> blocks);
-Status WriteVocabularyAhead(DatabaseFiles& files, uint32_t generation, std::span<const uint8_t> tree);
-Status WriteWordsAhead(DatabaseFiles& files, uint32_t generation, ImageId image, std::span<const WordId> words);
-Status WritePostingsAhead(DatabaseFiles& files, uint32_t generation, WordId word, std::span<const ImageId> images);
+Status WritePointBlocksAhead(DatabaseFiles& files, ReconstructionId reconstruction,
+                             uint32_t generation, std::span<const PointBlock> blocks);
+Status WriteVocabularyAhead(DatabaseFiles& files, uint32_t generation,
+                            std::span<const uint8_t> tree);
+Status WriteWordsAhead(DatabaseFiles& files, uint32_t generation, ImageId image,
+                       std::span<const WordId> words);
+Status WritePostingsAhead(DatabaseFiles& files, uint32_t generation, WordId word,
+                          std::span<const ImageId> images);
 
-// Deletes what marks name and records do not, and the marks. Proportional to the number of marks. Not durable by
-// itself: a sweep that is lost is repeated.
+// Deletes what marks name and records do not, and the marks. Proportional to the number of marks.
+// Not durable by itself: a sweep that is lost is repeated.
 Status SweepWriteAheads(DatabaseFiles& files);
 
 }  // namespace veduta

@@ -30,8 +30,9 @@ void WriteBuffer::Put(Family family, std::string_view key, const Result<std::str
     Put(family, key, std::string_view(*value));
     return;
   }
-  Fail(Status(value.status().code(), std::string("a record cannot be stored in family ") + FamilyName(family) +
-                                         ", key " + KeyText(key) + ": " + value.status().message()));
+  Fail(Status(value.status().code(), std::string("a record cannot be stored in family ") +
+                                         FamilyName(family) + ", key " + KeyText(key) + ": " +
+                                         value.status().message()));
 }
 
 void WriteBuffer::Merge(Family family, std::string_view key, std::string_view operand) {

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
-// A batch of writes over several families that keeps the first failure to itself until it is written.
+// A batch of writes over several families that keeps the first failure to itself until it is
+// written.
 
 #include <rocksdb/write_batch.h>
 

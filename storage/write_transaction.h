@@ -10,6 +10,7 @@
 namespace veduta {
 
 // The files and claims stay alive as long as it lives.
-std::unique_ptr<Transaction> MakeTransaction(std::shared_ptr<DatabaseFiles> files, std::shared_ptr<PhotoClaims> claims);
+std::unique_ptr<Transaction> MakeTransaction(std::shared_ptr<DatabaseFiles> files,
+                                             std::shared_ptr<PhotoClaims> claims);
 
 }  // namespace veduta

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// veduta calibrate PHOTO|FOLDER... --out camera.json [--report report.html] [--markers N] [--threads N] [--json]
-// veduta calibrate --points points.json --out camera.json [--report report.html] [--json]
+// veduta calibrate PHOTO|FOLDER... --out camera.json [--report report.html] [--markers N]
+// [--threads N] [--json] veduta calibrate --points points.json --out camera.json [--report
+// report.html] [--json]
 #include <filesystem>
 #include <fstream>
 
@@ -37,7 +38,8 @@ Result<Observed> ReadPhotos(const CalibrateArguments& arguments) {
   options.markers.id_count = arguments.marker_count;
   ThreadPool pool(arguments.threads - 1);
   VEDUTA_ASSIGN_OR_RETURN(const PhotoMarkers found, DetectInPhotos(paths, options, &pool));
-  Observed observed = {found.input, std::to_string(found.input.views.size()) + " photos of markers", {}};
+  Observed observed = {
+      found.input, std::to_string(found.input.views.size()) + " photos of markers", {}};
   for (const PhotoNote& note : found.notes) {
     const std::string& text = note.use == PhotoUse::kUsed ? note.advice : note.detail;
     if (text.empty()) continue;
@@ -54,10 +56,13 @@ Result<Observed> ReadPhotos(const CalibrateArguments& arguments) {
 
 Result<Observed> ReadInput(const CalibrateArguments& arguments) {
   if (arguments.points.empty()) return ReadPhotos(arguments);
-  VEDUTA_ASSIGN_OR_RETURN(const std::string text, ReadWholeFile(arguments.points, kJsonFileBytesMax));
+  VEDUTA_ASSIGN_OR_RETURN(const std::string text,
+                          ReadWholeFile(arguments.points, kJsonFileBytesMax));
   Result<CalibrationInput> input = ParsePoints(text);
-  if (!input.ok()) return Status(input.status().code(), arguments.points + ": " + input.status().message());
-  return Observed{std::move(*input), std::filesystem::path(arguments.points).filename().string(), {}};
+  if (!input.ok())
+    return Status(input.status().code(), arguments.points + ": " + input.status().message());
+  return Observed{
+      std::move(*input), std::filesystem::path(arguments.points).filename().string(), {}};
 }
 
 Status Write(const std::string& path, const std::string& text) {
@@ -71,15 +76,16 @@ void Print(const Calibration& c) {
   const std::array<double, 8> values = IntrinsicsOf(c.model);
   for (size_t i = 0; i < values.size(); ++i) {
     const bool is_coefficient = i == 4 || i == 5;
-    std::printf("%s %.*f +- %.*f%s\n", kIntrinsicNames[i], is_coefficient ? 6 : 3, values[i], is_coefficient ? 6 : 3,
-                c.Sigma(static_cast<int>(i)), is_coefficient ? "" : " px");
+    std::printf("%s %.*f +- %.*f%s\n", kIntrinsicNames[i], is_coefficient ? 6 : 3, values[i],
+                is_coefficient ? 6 : 3, c.Sigma(static_cast<int>(i)), is_coefficient ? "" : " px");
   }
   size_t used = 0;
   for (const CalibrationPhoto& photo : c.photos) used += photo.why_left_out.empty();
-  std::printf("reprojection error: mean %.3f px, RMS %.3f px, in %zu of %zu photos\n", c.error_px_mean, c.error_px_rms,
-              used, c.photos.size());
+  std::printf("reprojection error: mean %.3f px, RMS %.3f px, in %zu of %zu photos\n",
+              c.error_px_mean, c.error_px_rms, used, c.photos.size());
   std::printf("distortion known to %.2f px all over the photo\n", c.distortion_sigma_px);
-  std::printf("%s\n", c.status == CalibrationStatus::kGood ? "good" : "uncertain: see the warnings");
+  std::printf("%s\n",
+              c.status == CalibrationStatus::kGood ? "good" : "uncertain: see the warnings");
 }
 
 int Calibrate(const CalibrateArguments& arguments) {
@@ -109,17 +115,22 @@ int Calibrate(const CalibrateArguments& arguments) {
 
 void RegisterCalibrate(CLI::App* app, int* exit_code) {
   auto arguments = std::make_shared<CalibrateArguments>();
-  CLI::App* command = app->add_subcommand("calibrate", "Calibrate a camera from photos of flat targets on a floor");
-  CLI::Option* photos =
-      command->add_option("PHOTO", arguments->photos, "Photos, or folders of them, of printed markers");
-  CLI::Option* points = command->add_option("--points", arguments->points,
-                                            "Instead: JSON file of points seen in the photos (docs/calibration.md)");
+  CLI::App* command =
+      app->add_subcommand("calibrate", "Calibrate a camera from photos of flat targets on a floor");
+  CLI::Option* photos = command->add_option("PHOTO", arguments->photos,
+                                            "Photos, or folders of them, of printed markers");
+  CLI::Option* points =
+      command->add_option("--points", arguments->points,
+                          "Instead: JSON file of points seen in the photos (docs/calibration.md)");
   points->excludes(photos);
   command->add_option("--markers", arguments->marker_count, "How many markers were printed (96)")
       ->check(CLI::Range(1u, kMarkerIdCount));
-  command->add_option("--threads", arguments->threads, "Photos looked at side by side (1)")->check(CLI::Range(1, 256));
-  command->add_option("--out", arguments->out, "Camera file to write; `camera add --from` reads it")->required();
-  command->add_option("--report", arguments->report, "HTML file to write: pictures, what is known how well, advice");
+  command->add_option("--threads", arguments->threads, "Photos looked at side by side (1)")
+      ->check(CLI::Range(1, 256));
+  command->add_option("--out", arguments->out, "Camera file to write; `camera add --from` reads it")
+      ->required();
+  command->add_option("--report", arguments->report,
+                      "HTML file to write: pictures, what is known how well, advice");
   command->add_flag("--json", arguments->json, "Print the camera file");
   command->callback([=] {
     if (arguments->photos.empty() && arguments->points.empty()) {

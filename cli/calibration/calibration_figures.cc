@@ -23,31 +23,37 @@ std::string Attribute(const char* name, const std::string& value) {
   return std::string(" ") + name + "=\"" + value + "\"";
 }
 
-std::string Line(const Eigen::Vector2d& a, const Eigen::Vector2d& b, const char* color, double width) {
+std::string Line(const Eigen::Vector2d& a, const Eigen::Vector2d& b, const char* color,
+                 double width) {
   return "<line" + Attribute("x1", Fixed(a.x(), 1)) + Attribute("y1", Fixed(a.y(), 1)) +
-         Attribute("x2", Fixed(b.x(), 1)) + Attribute("y2", Fixed(b.y(), 1)) + Attribute("stroke", color) +
-         Attribute("stroke-width", Fixed(width, 1)) + "/>";
+         Attribute("x2", Fixed(b.x(), 1)) + Attribute("y2", Fixed(b.y(), 1)) +
+         Attribute("stroke", color) + Attribute("stroke-width", Fixed(width, 1)) + "/>";
 }
 
 std::string Circle(const Eigen::Vector2d& at, double radius, const char* fill, const char* stroke) {
   return "<circle" + Attribute("cx", Fixed(at.x(), 1)) + Attribute("cy", Fixed(at.y(), 1)) +
-         Attribute("r", Fixed(radius, 1)) + Attribute("fill", fill) + Attribute("stroke", stroke) + "/>";
+         Attribute("r", Fixed(radius, 1)) + Attribute("fill", fill) + Attribute("stroke", stroke) +
+         "/>";
 }
 
-std::string Rectangle(double x, double y, double width, double height, const char* fill, const char* stroke) {
-  return "<rect" + Attribute("x", Fixed(x, 1)) + Attribute("y", Fixed(y, 1)) + Attribute("width", Fixed(width, 1)) +
-         Attribute("height", Fixed(height, 1)) + Attribute("fill", fill) + Attribute("stroke", stroke) + "/>";
+std::string Rectangle(double x, double y, double width, double height, const char* fill,
+                      const char* stroke) {
+  return "<rect" + Attribute("x", Fixed(x, 1)) + Attribute("y", Fixed(y, 1)) +
+         Attribute("width", Fixed(width, 1)) + Attribute("height", Fixed(height, 1)) +
+         Attribute("fill", fill) + Attribute("stroke", stroke) + "/>";
 }
 
 std::string Words(double x, double y, const std::string& text, const char* anchor) {
-  return "<text" + Attribute("x", Fixed(x, 1)) + Attribute("y", Fixed(y, 1)) + Attribute("text-anchor", anchor) +
-         Attribute("font-size", "12") + Attribute("fill", kInk) + ">" + Escaped(text) + "</text>";
+  return "<text" + Attribute("x", Fixed(x, 1)) + Attribute("y", Fixed(y, 1)) +
+         Attribute("text-anchor", anchor) + Attribute("font-size", "12") + Attribute("fill", kInk) +
+         ">" + Escaped(text) + "</text>";
 }
 
 std::string Svg(double width, double height, const std::string& content) {
   return "<svg xmlns=\"http://www.w3.org/2000/svg\" role=\"img\" font-family=\"sans-serif\"" +
          Attribute("width", Fixed(width, 0)) + Attribute("height", Fixed(height, 0)) +
-         Attribute("viewBox", "0 0 " + Fixed(width, 0) + " " + Fixed(height, 0)) + ">" + content + "</svg>\n";
+         Attribute("viewBox", "0 0 " + Fixed(width, 0) + " " + Fixed(height, 0)) + ">" + content +
+         "</svg>\n";
 }
 
 // The photo's frame; inside, px of the photo are scaled to the figure.
@@ -55,9 +61,12 @@ struct PhotoFrame {
   explicit PhotoFrame(const CameraModel& model)
       : scale(kWidth / model.width_px), height(std::max(scale * model.height_px, 1.0)) {}
 
-  Eigen::Vector2d At(const Eigen::Vector2d& px) const { return scale * (px + Eigen::Vector2d(0.5, 0.5)); }
+  Eigen::Vector2d At(const Eigen::Vector2d& px) const {
+    return scale * (px + Eigen::Vector2d(0.5, 0.5));
+  }
   std::string Draw(const std::string& content) const {
-    return Svg(kWidth, height, Rectangle(0.5, 0.5, kWidth - 1, height - 1, "#ffffff", kGrey) + content);
+    return Svg(kWidth, height,
+               Rectangle(0.5, 0.5, kWidth - 1, height - 1, "#ffffff", kGrey) + content);
   }
 
   double scale, height;
@@ -108,7 +117,8 @@ std::string CoverageFigure(const Calibration& c) {
   for (int i = 0; i < kCoverageAcross * kCoverageDown; ++i) {
     if (covered[static_cast<size_t>(i)]) continue;
     const double width = kWidth / kCoverageAcross, height = frame.height / kCoverageDown;
-    cells += Rectangle(width * (i % kCoverageAcross), height * (i / kCoverageAcross), width, height, "#fde8e4", "none");
+    cells += Rectangle(width * (i % kCoverageAcross), height * (i / kCoverageAcross), width, height,
+                       "#fde8e4", "none");
   }
   for (const CalibrationResidual& r : c.residuals) {
     const Eigen::Vector2d at = frame.At(r.px);
@@ -129,7 +139,8 @@ std::string ResidualFigure(const Calibration& c, double* magnification) {
   for (const CalibrationResidual& r : c.residuals) {
     if (!r.is_used) continue;
     const Eigen::Vector2d at = frame.At(r.px);
-    arrows += Line(at, at + frame.scale * *magnification * r.residual_px, kBlue, 1) + Circle(at, 1.2, kInk, "none");
+    arrows += Line(at, at + frame.scale * *magnification * r.residual_px, kBlue, 1) +
+              Circle(at, 1.2, kInk, "none");
   }
   return frame.Draw(arrows);
 }
@@ -140,7 +151,8 @@ std::string DistortionFigure(const Calibration& c, double* magnification) {
   double largest = 0;
   for (int row = 0; row <= 12; ++row) {
     for (int column = 0; column <= 16; ++column) {
-      const Eigen::Vector2d px(column * (c.model.width_px - 1.0) / 16, row * (c.model.height_px - 1.0) / 12);
+      const Eigen::Vector2d px(column * (c.model.width_px - 1.0) / 16,
+                               row * (c.model.height_px - 1.0) / 12);
       const auto undistorted = UndistortPixel(c.model, px);
       if (!undistorted) continue;
       moves.emplace_back(px, *undistorted);
@@ -152,10 +164,11 @@ std::string DistortionFigure(const Calibration& c, double* magnification) {
   std::string arrows;
   for (const auto& [px, undistorted] : moves) {
     const Eigen::Vector2d at = frame.At(px);
-    arrows +=
-        Line(at, at + frame.scale * *magnification * (px - undistorted), kBlue, 1.2) + Circle(at, 1.5, kInk, "none");
+    arrows += Line(at, at + frame.scale * *magnification * (px - undistorted), kBlue, 1.2) +
+              Circle(at, 1.5, kInk, "none");
   }
-  const Eigen::Vector2d principal = frame.At({c.model.cx, c.model.cy}), center = frame.At({c.model.u0, c.model.v0});
+  const Eigen::Vector2d principal = frame.At({c.model.cx, c.model.cy}),
+                        center = frame.At({c.model.u0, c.model.v0});
   arrows += Line(principal + Eigen::Vector2d(-7, 0), principal + Eigen::Vector2d(7, 0), kRed, 2) +
             Line(principal + Eigen::Vector2d(0, -7), principal + Eigen::Vector2d(0, 7), kRed, 2) +
             Circle(center, 6, "none", kRed);
@@ -172,13 +185,15 @@ std::string PhotoErrorFigure(const Calibration& c) {
     const bool is_used = photo.why_left_out.empty();
     rows += Words(kNames - 8, y + 14, photo.name.substr(0, 24), "end");
     if (is_used) {
-      rows += Rectangle(kNames, y + 3, kBars * photo.error_px_rms / largest, kRow - 6, kBlue, "none");
+      rows +=
+          Rectangle(kNames, y + 3, kBars * photo.error_px_rms / largest, kRow - 6, kBlue, "none");
       rows += Words(kNames + kBars + 8, y + 14,
-                    Fixed(photo.error_px_rms, 3) + " px, " + std::to_string(photo.used_count) + " points, " +
-                        Fixed(photo.tilt_deg, 0) + " deg",
+                    Fixed(photo.error_px_rms, 3) + " px, " + std::to_string(photo.used_count) +
+                        " points, " + Fixed(photo.tilt_deg, 0) + " deg",
                     "start");
     } else {
-      rows += Rectangle(kNames, y + 3, 4, kRow - 6, kGrey, "none") + Words(kNames + 12, y + 14, "left out", "start");
+      rows += Rectangle(kNames, y + 3, 4, kRow - 6, kGrey, "none") +
+              Words(kNames + 12, y + 14, "left out", "start");
     }
     y += kRow;
   }

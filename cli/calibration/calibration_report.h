@@ -8,7 +8,8 @@
 
 namespace veduta {
 
-// Advice, parameters with their standard deviations, and the figures. `from` says what was calibrated from.
+// Advice, parameters with their standard deviations, and the figures. `from` says what was
+// calibrated from.
 std::string CalibrationReport(const Calibration& calibration, const std::string& from);
 
 }  // namespace veduta

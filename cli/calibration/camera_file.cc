@@ -36,21 +36,26 @@ Result<CameraFromFile> FromCalibration(const Json& file) {
     return Wrong("JSON, but neither what `veduta calibrate` writes nor what OpenCV does");
   }
   if (!file.contains("version") || file["version"] != kCameraFileVersion) {
-    return Wrong("its version is not " + std::to_string(kCameraFileVersion) + "; a newer veduta wrote it");
+    return Wrong("its version is not " + std::to_string(kCameraFileVersion) +
+                 "; a newer veduta wrote it");
   }
   CameraFromFile read;
   std::array<double, 8> values{};
-  for (size_t i = 0; i < values.size(); ++i) values[i] = file.at("intrinsics").at(kIntrinsicNames[i]).get<double>();
+  for (size_t i = 0; i < values.size(); ++i)
+    values[i] = file.at("intrinsics").at(kIntrinsicNames[i]).get<double>();
   read.model.width_px = file.at("width").get<uint32_t>();
   read.model.height_px = file.at("height").get<uint32_t>();
   read.model = WithIntrinsics(read.model, values);
   VEDUTA_RETURN_IF_ERROR(CheckCamera(read.model));
   const Json& how = file.at("calibration");
-  read.source = "calibrated from " + how.at("from").get<std::string>() + ": " +
-                std::to_string(how.at("photos_used").get<uint32_t>()) + " photos, mean reprojection error " +
-                Rounded(how.at("error_px_mean").get<double>(), 3) + " px, f known to " +
-                Rounded(100 * file.at("standard_deviations").at("fx").get<double>() / read.model.fx, 3) + " %";
-  for (const Json& warning : how.at("warnings")) read.messages.push_back("warning: " + warning.get<std::string>());
+  read.source =
+      "calibrated from " + how.at("from").get<std::string>() + ": " +
+      std::to_string(how.at("photos_used").get<uint32_t>()) + " photos, mean reprojection error " +
+      Rounded(how.at("error_px_mean").get<double>(), 3) + " px, f known to " +
+      Rounded(100 * file.at("standard_deviations").at("fx").get<double>() / read.model.fx, 3) +
+      " %";
+  for (const Json& warning : how.at("warnings"))
+    read.messages.push_back("warning: " + warning.get<std::string>());
   return read;
 }
 
@@ -58,13 +63,15 @@ Result<CameraFromFile> FromKnown(const KnownCamera& known, const std::string& fr
   VEDUTA_ASSIGN_OR_RETURN(const ConvertedCamera converted, ConvertCamera(known));
   CameraFromFile read;
   read.model = converted.model;
-  const std::string residual = "off by " + Rounded(converted.residual.mean_px, 3) + " px in the mean and " +
-                               Rounded(converted.residual.largest_px, 3) + " px at most";
+  const std::string residual = "off by " + Rounded(converted.residual.mean_px, 3) +
+                               " px in the mean and " + Rounded(converted.residual.largest_px, 3) +
+                               " px at most";
   read.source = "imported from " + from + ", " + residual;
   read.messages.push_back("converted from " + from + ": " + residual + " over the photo");
   if (converted.residual.largest_px > kResidualGoodPx) {
     read.messages.push_back(
-        "warning: k1, k2 and a centre of distortion do not express this lens well; `veduta calibrate`"
+        "warning: k1, k2 and a centre of distortion do not express this lens well; `veduta "
+        "calibrate`"
         " with photos of the camera would");
   }
   return read;
@@ -77,16 +84,18 @@ Result<CameraFromFile> FromColmap(const std::string& text, std::optional<uint32_
     for (size_t i = 0; i < std::min<size_t>(cameras.size(), 10); ++i) {
       ids += (i ? ", " : "") + std::to_string(cameras[i].id);
     }
-    return Wrong("it has " + std::to_string(cameras.size()) + " cameras; choose one by --id: " + ids +
-                 (cameras.size() > 10 ? ", ..." : ""));
+    return Wrong("it has " + std::to_string(cameras.size()) +
+                 " cameras; choose one by --id: " + ids + (cameras.size() > 10 ? ", ..." : ""));
   }
-  const auto chosen =
-      std::find_if(cameras.begin(), cameras.end(), [&](const ColmapCamera& camera) { return !id || camera.id == *id; });
+  const auto chosen = std::find_if(cameras.begin(), cameras.end(), [&](const ColmapCamera& camera) {
+    return !id || camera.id == *id;
+  });
   if (chosen == cameras.end()) return Wrong("there is no camera " + std::to_string(*id) + " in it");
   return FromKnown(chosen->camera, "COLMAP's " + chosen->model);
 }
 
-// By its first line that says something: COLMAP's begins with a number, FileStorage's XML with <, its YAML with %.
+// By its first line that says something: COLMAP's begins with a number, FileStorage's XML with <,
+// its YAML with %.
 bool LooksLikeColmap(const std::string& text) {
   for (size_t at = 0; at < text.size();) {
     const size_t end = std::min(text.find('\n', at), text.size());
@@ -112,11 +121,12 @@ std::string CameraFileText(const Calibration& c, const std::string& from) {
   for (const CalibrationWarning& w : c.warnings) (w.IsNote() ? notes : warnings).push_back(w.text);
   for (const CalibrationPhoto& photo : c.photos) {
     used += photo.why_left_out.empty();
-    photos.push_back({{"name", photo.name},
-                      {"points", photo.used_count},
-                      {"points_left_out", photo.left_out_count},
-                      {"error_px_rms", photo.why_left_out.empty() ? Json(photo.error_px_rms) : Json(nullptr)},
-                      {"left_out", photo.why_left_out}});
+    photos.push_back(
+        {{"name", photo.name},
+         {"points", photo.used_count},
+         {"points_left_out", photo.left_out_count},
+         {"error_px_rms", photo.why_left_out.empty() ? Json(photo.error_px_rms) : Json(nullptr)},
+         {"left_out", photo.why_left_out}});
   }
   const Json file = {{"format", kFormat},
                      {"version", kCameraFileVersion},
@@ -141,7 +151,8 @@ std::string CameraFileText(const Calibration& c, const std::string& from) {
 Result<CameraFromFile> ParseCameraFile(const std::string& text, std::optional<uint32_t> colmap_id) {
   if (text.find_first_not_of(" \t\r\n") == std::string::npos) return Wrong("it is empty");
   if (LooksLikeColmap(text)) return FromColmap(text, colmap_id);
-  if (colmap_id) return Wrong("--id chooses among the cameras of COLMAP's cameras.txt, which this is not");
+  if (colmap_id)
+    return Wrong("--id chooses among the cameras of COLMAP's cameras.txt, which this is not");
   if (text[text.find_first_not_of(" \t\r\n")] == '{' && text.find(kFormat) != std::string::npos) {
     try {
       return FromCalibration(Json::parse(text));

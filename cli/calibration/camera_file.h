@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
-// camera.json, what `veduta calibrate` writes, and the files of other programs that `veduta camera add --from` takes.
-// docs/calibration.md describes the format.
+// camera.json, what `veduta calibrate` writes, and the files of other programs that `veduta camera
+// add --from` takes. docs/calibration.md describes the format.
 
 #include <optional>
 #include <string>
@@ -18,13 +18,15 @@ inline constexpr int kCameraFileVersion = 1;
 std::string CameraFileText(const Calibration& calibration, const std::string& from);
 
 struct CameraFromFile {
-  CameraModel model;                  // CheckCamera accepts it
-  std::string source;                 // for the database: where it came from, in words
-  std::vector<std::string> messages;  // for the user: residuals of a conversion, warnings of a calibration
+  CameraModel model;   // CheckCamera accepts it
+  std::string source;  // for the database: where it came from, in words
+  std::vector<std::string>
+      messages;  // for the user: residuals of a conversion, warnings of a calibration
 };
 
-// Reads camera.json, COLMAP's cameras.txt or OpenCV's FileStorage, whichever it is. `colmap_id` chooses among several
-// cameras of COLMAP's. kInvalidArgument says what is wrong, or which ids there are to choose from; kIoError.
+// Reads camera.json, COLMAP's cameras.txt or OpenCV's FileStorage, whichever it is. `colmap_id`
+// chooses among several cameras of COLMAP's. kInvalidArgument says what is wrong, or which ids
+// there are to choose from; kIoError.
 Result<CameraFromFile> ReadCameraFile(const std::string& path, std::optional<uint32_t> colmap_id);
 
 // The same from the file's text.

@@ -40,7 +40,8 @@ double Number(const Json& value, double low, double high, const std::string& wha
 
 uint32_t WholeNumber(const Json& value, uint64_t low, uint64_t high, const std::string& what) {
   if (!value.is_number_unsigned() || value.get<uint64_t>() < low || value.get<uint64_t>() > high) {
-    throw Fault(what + " is not a whole number from " + std::to_string(low) + " to " + std::to_string(high));
+    throw Fault(what + " is not a whole number from " + std::to_string(low) + " to " +
+                std::to_string(high));
   }
   return static_cast<uint32_t>(value.get<uint64_t>());
 }
@@ -54,7 +55,8 @@ ViewObservations ViewOf(const Json& object, ImageSize size, size_t index) {
   ViewObservations view;
   const std::string place = "view " + std::to_string(index + 1);
   const Json& name = Member(object, "name", place);
-  if (!name.is_string() || name.get_ref<const std::string&>().empty()) throw Fault(place + ": \"name\" is no name");
+  if (!name.is_string() || name.get_ref<const std::string&>().empty())
+    throw Fault(place + ": \"name\" is no name");
   view.name = name.get<std::string>();
   const std::string where = place + " '" + view.name.substr(0, 80) + "'";
   view.size = object.contains("width") || object.contains("height") ? SizeOf(object, where) : size;
@@ -66,7 +68,8 @@ ViewObservations ViewOf(const Json& object, ImageSize size, size_t index) {
     seen.id = WholeNumber(Member(point, "id", at), 0, 0xffffffff, at + ": \"id\"");
     seen.px.x() = Number(Member(point, "x", at), -kCoordinateMax, kCoordinateMax, at + ": \"x\"");
     seen.px.y() = Number(Member(point, "y", at), -kCoordinateMax, kCoordinateMax, at + ": \"y\"");
-    if (point.contains("sigma")) seen.sigma_px = Number(point["sigma"], 1e-6, 1e6, at + ": \"sigma\"");
+    if (point.contains("sigma"))
+      seen.sigma_px = Number(point["sigma"], 1e-6, 1e6, at + ": \"sigma\"");
     view.points.push_back(seen);
   }
   return view;
@@ -77,7 +80,8 @@ CalibrationInput InputOf(const Json& root) {
   const Json& views = Member(root, "views", "the file");
   if (!views.is_array()) throw Fault("\"views\" is not a list");
   if (views.size() > kViewsMax) {
-    throw Fault(std::to_string(views.size()) + " views; at most " + std::to_string(kViewsMax) + " are taken");
+    throw Fault(std::to_string(views.size()) + " views; at most " + std::to_string(kViewsMax) +
+                " are taken");
   }
   CalibrationInput input;
   std::set<std::string> names;
@@ -85,7 +89,8 @@ CalibrationInput InputOf(const Json& root) {
   for (const Json& object : views) {
     input.views.push_back(ViewOf(object, size, input.views.size()));
     const ViewObservations& view = input.views.back();
-    if (!names.insert(view.name).second) throw Fault("two views are named '" + view.name.substr(0, 80) + "'");
+    if (!names.insert(view.name).second)
+      throw Fault("two views are named '" + view.name.substr(0, 80) + "'");
     for (const PointObservation& point : view.points) ids.insert(point.id);
     if (ids.size() > kDistinctPointsMax) {
       throw Fault("more than " + std::to_string(kDistinctPointsMax) + " different points");
@@ -105,7 +110,8 @@ Result<std::string> ReadWholeFile(const std::string& path, size_t size_bytes_max
   while (file.read(bytes.data(), static_cast<std::streamsize>(bytes.size())), file.gcount() > 0) {
     text.append(bytes.data(), static_cast<size_t>(file.gcount()));
     if (text.size() > size_bytes_max) {
-      return Status::InvalidArgument(path + " has more than " + std::to_string(size_bytes_max) + " bytes");
+      return Status::InvalidArgument(path + " has more than " + std::to_string(size_bytes_max) +
+                                     " bytes");
     }
   }
   if (file.bad()) return Status::IoError("cannot read " + path);

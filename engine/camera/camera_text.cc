@@ -21,7 +21,8 @@ std::string Quoted(std::string_view text) {
 
 bool ParseSide(std::string_view text, uint32_t* side) {
   const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), *side);
-  return error == std::errc() && end == text.data() + text.size() && *side >= 1 && *side <= kCameraSideMax;
+  return error == std::errc() && end == text.data() + text.size() && *side >= 1 &&
+         *side <= kCameraSideMax;
 }
 
 std::vector<std::string_view> SplitAtCommas(std::string_view text) {
@@ -62,7 +63,8 @@ Result<CameraModel> ParseCameraParams(std::string_view text, ImageSize size) {
                                      " is out of the range of numbers");
     }
     if (error != std::errc() || end != end_of_field || !std::isfinite(values[i])) {
-      return Status::InvalidArgument(std::string(kParamNames[i]) + " = " + Quoted(fields[i]) + " is not a number");
+      return Status::InvalidArgument(std::string(kParamNames[i]) + " = " + Quoted(fields[i]) +
+                                     " is not a number");
     }
   }
   CameraModel model;
@@ -82,10 +84,11 @@ Result<CameraModel> ParseCameraParams(std::string_view text, ImageSize size) {
 }
 
 std::string CameraParamsText(const CameraModel& model) {
-  std::string text =
-      NumberText(model.fx) + "," + NumberText(model.fy) + "," + NumberText(model.cx) + "," + NumberText(model.cy);
+  std::string text = NumberText(model.fx) + "," + NumberText(model.fy) + "," +
+                     NumberText(model.cx) + "," + NumberText(model.cy);
   const bool has_own_center = model.u0 != model.cx || model.v0 != model.cy;
-  if (IsDistorted(model) || has_own_center) text += "," + NumberText(model.k1) + "," + NumberText(model.k2);
+  if (IsDistorted(model) || has_own_center)
+    text += "," + NumberText(model.k1) + "," + NumberText(model.k2);
   if (has_own_center) text += "," + NumberText(model.u0) + "," + NumberText(model.v0);
   return text;
 }

@@ -13,8 +13,8 @@ cv::Mat GrayFromBgr(const cv::Mat& bgr) {
     const uint8_t* from = bgr.ptr(v);
     uint8_t* to = gray.ptr(v);
     for (int u = 0; u < bgr.cols; ++u, from += 3) {
-      to[u] =
-          static_cast<uint8_t>((kBlue * from[0] + kGreen * from[1] + kRed * from[2] + (1u << (kBits - 1))) >> kBits);
+      to[u] = static_cast<uint8_t>(
+          (kBlue * from[0] + kGreen * from[1] + kRed * from[2] + (1u << (kBits - 1))) >> kBits);
     }
   }
   return gray;

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
-// EXIF's orientation: how the stored pixels must be turned for the photo to stand upright (EXIF 2.32, tag 274).
+// EXIF's orientation: how the stored pixels must be turned for the photo to stand upright
+// (EXIF 2.32, tag 274).
 
 #include <opencv2/core.hpp>
 

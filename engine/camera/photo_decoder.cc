@@ -26,7 +26,8 @@ std::string Excess(const ImageSize& size, const DecodeLimits& limits) {
   if (std::max(size.width_px, size.height_px) > limits.side_px_max) {
     return start + std::to_string(limits.side_px_max) + " px a side are taken";
   }
-  if (size.pixel_count() > limits.pixels_max) return start + std::to_string(limits.pixels_max) + " px in all are taken";
+  if (size.pixel_count() > limits.pixels_max)
+    return start + std::to_string(limits.pixels_max) + " px in all are taken";
   return "";
 }
 
@@ -42,7 +43,8 @@ bool ChooseLayout(ImageSize wanted, DecodedPhoto* photo) {
 
 std::string WrongSizeText(const DecodedPhoto& photo, ImageSize wanted) {
   std::string text = "the photo has " + photo.upright_size.Text() + " px";
-  if (photo.stored_size != photo.upright_size) text += " (stored as " + photo.stored_size.Text() + ")";
+  if (photo.stored_size != photo.upright_size)
+    text += " (stored as " + photo.stored_size.Text() + ")";
   return text + ", the camera " + wanted.Text();
 }
 
@@ -60,7 +62,8 @@ Pixels DecodePixels(std::span<const uint8_t> bytes, const PhotoHeader& header) {
   return {PixelOutcome::kUnsupportedFormat, "the file is not a JPEG, PNG or TIFF", {}};
 }
 
-DecodedPhoto DecodeWithin(std::span<const uint8_t> bytes, const DecodeLimits& limits, ImageSize wanted) {
+DecodedPhoto DecodeWithin(std::span<const uint8_t> bytes, const DecodeLimits& limits,
+                          ImageSize wanted) {
   DecodedPhoto photo;
   if (const Status status = limits.Check(); !status.ok()) {
     return Failed(std::move(photo), DecodeOutcome::kTooLarge, status.message());
@@ -75,7 +78,8 @@ DecodedPhoto DecodeWithin(std::span<const uint8_t> bytes, const DecodeLimits& li
   photo.format = header.format;
   if (header.outcome != HeaderOutcome::kRead) {
     const bool is_unsupported = header.outcome == HeaderOutcome::kUnsupportedFormat;
-    return Failed(std::move(photo), is_unsupported ? DecodeOutcome::kUnsupportedFormat : DecodeOutcome::kUnreadable,
+    return Failed(std::move(photo),
+                  is_unsupported ? DecodeOutcome::kUnsupportedFormat : DecodeOutcome::kUnreadable,
                   std::move(header.detail));
   }
   photo.orientation = header.orientation;
@@ -91,11 +95,13 @@ DecodedPhoto DecodeWithin(std::span<const uint8_t> bytes, const DecodeLimits& li
   Pixels pixels = DecodePixels(bytes, header);
   if (pixels.outcome != PixelOutcome::kDecoded) {
     const bool is_unsupported = pixels.outcome == PixelOutcome::kUnsupportedFormat;
-    return Failed(std::move(photo), is_unsupported ? DecodeOutcome::kUnsupportedFormat : DecodeOutcome::kUnreadable,
+    return Failed(std::move(photo),
+                  is_unsupported ? DecodeOutcome::kUnsupportedFormat : DecodeOutcome::kUnreadable,
                   std::move(pixels.detail));
   }
   photo.outcome = DecodeOutcome::kDecoded;
-  photo.bgr = photo.layout == PhotoLayout::kUpright ? Upright(pixels.bgr, header.orientation) : pixels.bgr;
+  photo.bgr =
+      photo.layout == PhotoLayout::kUpright ? Upright(pixels.bgr, header.orientation) : pixels.bgr;
   photo.gray = GrayFromBgr(photo.bgr);
   return photo;
 }
@@ -106,15 +112,18 @@ Status DecodeLimits::Check() const {
   if (size_bytes_max < 1) return Status::InvalidArgument("size_bytes_max = 0 is not at least 1");
   if (pixels_max < 1) return Status::InvalidArgument("pixels_max = 0 is not at least 1");
   if (side_px_max < 1 || side_px_max > 65535) {
-    return Status::InvalidArgument("side_px_max = " + std::to_string(side_px_max) + " is not in 1..65535");
+    return Status::InvalidArgument("side_px_max = " + std::to_string(side_px_max) +
+                                   " is not in 1..65535");
   }
   return Status::Ok();
 }
 
-DecodedPhoto DecodePhoto(std::span<const uint8_t> bytes, const DecodeLimits& limits, ImageSize wanted) {
+DecodedPhoto DecodePhoto(std::span<const uint8_t> bytes, const DecodeLimits& limits,
+                         ImageSize wanted) {
   try {
     return DecodeWithin(bytes, limits, wanted);
-  } catch (const std::exception&) {  // the libraries' other failures are dealt with where they are called
+  } catch (const std::exception&) {  // the libraries' other failures are dealt with where they are
+                                     // called
     return Failed({}, DecodeOutcome::kTooLarge, "the photo does not fit into memory");
   }
 }

@@ -43,7 +43,8 @@ int OrientationFromTags(const std::optional<TiffTags>& tags) {
   return orientation >= 1 && orientation <= 8 ? static_cast<int>(orientation) : 1;
 }
 
-// JPEG, ISO/IEC 10918-1 annex B. ---------------------------------------------------------------------------------
+// JPEG, ISO/IEC 10918-1 annex B.
+// ---------------------------------------------------------------------------------
 
 bool IsFrameMarker(uint8_t marker) {
   return marker >= 0xC0 && marker <= 0xCF && marker != 0xC4 && marker != 0xC8 && marker != 0xCC;
@@ -51,26 +52,31 @@ bool IsFrameMarker(uint8_t marker) {
 
 // Fills stored_size from a start of frame; says why the frame cannot be decoded, or nothing.
 PhotoHeader ReadJpegFrame(uint8_t marker, Bytes frame, PhotoHeader header) {
-  if (frame.size() < 6) return Unreadable(PhotoFormat::kJpeg, "the JPEG's frame header is too short");
+  if (frame.size() < 6)
+    return Unreadable(PhotoFormat::kJpeg, "the JPEG's frame header is too short");
   const int component_count = frame[5];
   std::string unsupported;
   if (marker > 0xC2) unsupported = "lossless, hierarchical or arithmetic coding";
   if (frame[0] != 8) unsupported = std::to_string(frame[0]) + " bits a sample";
   if (component_count != 1 && component_count != 3) {
-    unsupported =
-        component_count == 4 ? "CMYK colours (four components)" : std::to_string(component_count) + " components";
+    unsupported = component_count == 4 ? "CMYK colours (four components)"
+                                       : std::to_string(component_count) + " components";
   }
   if (!unsupported.empty()) {
-    return Refused(PhotoFormat::kJpeg, HeaderOutcome::kUnsupportedFormat,
-                   "a JPEG with " + unsupported + "; save it as an ordinary 8-bit RGB or grey JPEG");
+    return Refused(
+        PhotoFormat::kJpeg, HeaderOutcome::kUnsupportedFormat,
+        "a JPEG with " + unsupported + "; save it as an ordinary 8-bit RGB or grey JPEG");
   }
   header.stored_size = {BigEndian16(frame, 3), BigEndian16(frame, 1)};
-  if (header.stored_size.empty()) return Unreadable(PhotoFormat::kJpeg, "the JPEG's header declares no pixels");
+  if (header.stored_size.empty())
+    return Unreadable(PhotoFormat::kJpeg, "the JPEG's header declares no pixels");
   return header;
 }
 
 PhotoHeader ReadJpegHeader(Bytes bytes) {
-  const auto cut_short = [] { return Unreadable(PhotoFormat::kJpeg, "the JPEG ends within its header"); };
+  const auto cut_short = [] {
+    return Unreadable(PhotoFormat::kJpeg, "the JPEG ends within its header");
+  };
   PhotoHeader header;
   header.format = PhotoFormat::kJpeg;
   header.outcome = HeaderOutcome::kRead;
@@ -90,18 +96,21 @@ PhotoHeader ReadJpegHeader(Bytes bytes) {
     if (IsFrameMarker(marker) && header.stored_size.empty()) {
       header = ReadJpegFrame(marker, segment, header);
       if (header.outcome != HeaderOutcome::kRead) return header;
-    } else if (marker == 0xE1 && !has_exif && StartsWith(segment, std::string_view("Exif\0\0", 6))) {
+    } else if (marker == 0xE1 && !has_exif &&
+               StartsWith(segment, std::string_view("Exif\0\0", 6))) {
       has_exif = true;
       header.orientation = OrientationFromTags(ReadTiffTags(segment.subspan(6)));
     } else if (marker == 0xDD && segment.size() >= 2) {
       header.has_restarts = BigEndian16(segment, 0) != 0;
     }
   }
-  if (header.stored_size.empty()) return Unreadable(PhotoFormat::kJpeg, "the JPEG has no frame header");
+  if (header.stored_size.empty())
+    return Unreadable(PhotoFormat::kJpeg, "the JPEG has no frame header");
   return header;
 }
 
-// PNG, third edition, sections 5 and 11. --------------------------------------------------------------------------
+// PNG, third edition, sections 5 and 11.
+// --------------------------------------------------------------------------
 
 // CRC-32 of a chunk's type and data. Bit by bit: it is taken of the small eXIf chunk alone.
 uint32_t ChunkCrc(Bytes bytes) {
@@ -116,7 +125,8 @@ uint32_t ChunkCrc(Bytes bytes) {
 PhotoHeader ReadPngHeader(Bytes bytes) {
   constexpr size_t kExifSizeMax = 1 << 16;  // what JPEG allows; more is no EXIF that anyone writes
   constexpr size_t kHeaderEnd = 8 + 25;     // signature and IHDR
-  if (bytes.size() < kHeaderEnd) return Unreadable(PhotoFormat::kPng, "the PNG ends within its header");
+  if (bytes.size() < kHeaderEnd)
+    return Unreadable(PhotoFormat::kPng, "the PNG ends within its header");
   if (BigEndian32(bytes, 8) != 13 || !StartsWith(bytes.subspan(12), "IHDR")) {
     return Unreadable(PhotoFormat::kPng, "the PNG does not start with its header");
   }
@@ -124,7 +134,8 @@ PhotoHeader ReadPngHeader(Bytes bytes) {
   header.format = PhotoFormat::kPng;
   header.outcome = HeaderOutcome::kRead;
   header.stored_size = {BigEndian32(bytes, 16), BigEndian32(bytes, 20)};
-  if (header.stored_size.empty()) return Unreadable(PhotoFormat::kPng, "the PNG's header declares no pixels");
+  if (header.stored_size.empty())
+    return Unreadable(PhotoFormat::kPng, "the PNG's header declares no pixels");
   for (size_t at = kHeaderEnd; bytes.size() - at >= 12;) {
     const size_t length = BigEndian32(bytes, at);
     if (length > bytes.size() - at - 12) break;  // cut short: the decoder will say so
@@ -142,13 +153,15 @@ PhotoHeader ReadPngHeader(Bytes bytes) {
 
 PhotoHeader ReadTiffHeader(Bytes bytes) {
   const std::optional<TiffTags> tags = ReadTiffTags(bytes);
-  if (!tags) return Unreadable(PhotoFormat::kTiff, "the TIFF's directory of tags is damaged or cut off");
+  if (!tags)
+    return Unreadable(PhotoFormat::kTiff, "the TIFF's directory of tags is damaged or cut off");
   PhotoHeader header;
   header.format = PhotoFormat::kTiff;
   header.outcome = HeaderOutcome::kRead;
   header.stored_size = {tags->width_px.value_or(0), tags->height_px.value_or(0)};
   header.orientation = OrientationFromTags(tags);
-  if (header.stored_size.empty()) return Unreadable(PhotoFormat::kTiff, "the TIFF declares no pixels");
+  if (header.stored_size.empty())
+    return Unreadable(PhotoFormat::kTiff, "the TIFF declares no pixels");
   return header;
 }
 
@@ -157,14 +170,17 @@ PhotoHeader ReadTiffHeader(Bytes bytes) {
 PhotoHeader ReadPhotoHeader(Bytes bytes) {
   if (StartsWith(bytes, "\xFF\xD8\xFF")) return ReadJpegHeader(bytes);
   if (StartsWith(bytes, kPngSignature)) return ReadPngHeader(bytes);
-  if (StartsWith(bytes, std::string_view("II*\0", 4)) || StartsWith(bytes, std::string_view("MM\0*", 4))) {
+  if (StartsWith(bytes, std::string_view("II*\0", 4)) ||
+      StartsWith(bytes, std::string_view("MM\0*", 4))) {
     return ReadTiffHeader(bytes);
   }
-  if (StartsWith(bytes, std::string_view("II+\0", 4)) || StartsWith(bytes, std::string_view("MM\0+", 4))) {
+  if (StartsWith(bytes, std::string_view("II+\0", 4)) ||
+      StartsWith(bytes, std::string_view("MM\0+", 4))) {
     return Refused(PhotoFormat::kUnknown, HeaderOutcome::kUnsupportedFormat,
                    "the file is a BigTIFF; save it as a JPEG, PNG or classic TIFF");
   }
-  return Refused(PhotoFormat::kUnknown, HeaderOutcome::kUnsupportedFormat, "the file is not a JPEG, PNG or TIFF");
+  return Refused(PhotoFormat::kUnknown, HeaderOutcome::kUnsupportedFormat,
+                 "the file is not a JPEG, PNG or TIFF");
 }
 
 }  // namespace veduta

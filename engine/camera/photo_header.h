@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
-// What a photo's file says about itself before anything is decoded. No decoder sees a file that this refuses.
+// What a photo's file says about itself before anything is decoded. No decoder sees a file that
+// this refuses.
 
 #include <cstdint>
 #include <span>
@@ -23,9 +24,10 @@ struct PhotoHeader {
   bool has_restarts = false;  // JPEG: restart markers between its rows
 };
 
-// Recognises JPEG (baseline, extended and progressive Huffman, 8 bits, grey or three components), PNG and classic TIFF
-// by their signatures, and reads size and orientation: EXIF's in JPEG's APP1 and PNG's eXIf, the tag in TIFF. Looks at
-// JPEG's segments up to the first scan, at PNG's chunk headers, at TIFF's first directory. Thread-safe.
+// Recognises JPEG (baseline, extended and progressive Huffman, 8 bits, grey or three components),
+// PNG and classic TIFF by their signatures, and reads size and orientation: EXIF's in JPEG's APP1
+// and PNG's eXIf, the tag in TIFF. Looks at JPEG's segments up to the first scan, at PNG's chunk
+// headers, at TIFF's first directory. Thread-safe.
 PhotoHeader ReadPhotoHeader(std::span<const uint8_t> bytes);
 
 }  // namespace veduta

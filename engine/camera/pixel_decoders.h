@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
-// The three decoders behind DecodePhoto, one library each: jpeg_pixels.cc, png_pixels.cc and tiff_pixels.cc. They
-// expect a header that has been read and found within the limits. Nothing is printed and nothing thrown except
-// std::bad_alloc and cv::Exception for want of memory.
+// The three decoders behind DecodePhoto, one library each: jpeg_pixels.cc, png_pixels.cc and
+// tiff_pixels.cc. They expect a header that has been read and found within the limits. Nothing is
+// printed and nothing thrown except std::bad_alloc and cv::Exception for want of memory.
 
 #include <cstdint>
 #include <opencv2/core.hpp>

@@ -36,8 +36,8 @@ void Read(png_structp png, png_bytep to, size_t count) {
 
 void DropWarning(png_structp, png_const_charp) {}
 
-// Everything becomes 8-bit BGR: palettes and few bits are spread out, 16 bits rounded, alpha dropped. Colour profiles
-// and gamma are left alone, as in JPEG.
+// Everything becomes 8-bit BGR: palettes and few bits are spread out, 16 bits rounded, alpha
+// dropped. Colour profiles and gamma are left alone, as in JPEG.
 void AskForBgr(png_structp png, png_infop info) {
   const png_byte color_type = png_get_color_type(png, info);
   if (color_type == PNG_COLOR_TYPE_PALETTE) png_set_palette_to_rgb(png);
@@ -50,7 +50,8 @@ void AskForBgr(png_structp png, png_infop info) {
 
 // Only plain data in this frame: libpng's errors jump out of it.
 bool ReadRows(Source* source, const ImageSize& size, png_bytepp rows) {
-  png_structp const png = png_create_read_struct(PNG_LIBPNG_VER_STRING, source, KeepError, DropWarning);
+  png_structp const png =
+      png_create_read_struct(PNG_LIBPNG_VER_STRING, source, KeepError, DropWarning);
   if (png == nullptr) return false;
   png_infop const info = png_create_info_struct(png);
   if (info == nullptr || setjmp(png_jmpbuf(png)) != 0) {
@@ -62,12 +63,14 @@ bool ReadRows(Source* source, const ImageSize& size, png_bytepp rows) {
   png_set_read_fn(png, source, Read);
   png_set_user_limits(png, size.width_px, size.height_px);
   png_set_chunk_malloc_max(png, kChunkSizeMax);
-  png_set_keep_unknown_chunks(png, PNG_HANDLE_CHUNK_NEVER, nullptr, -1);  // no text, no profiles: nothing to inflate
+  png_set_keep_unknown_chunks(png, PNG_HANDLE_CHUNK_NEVER, nullptr,
+                              -1);  // no text, no profiles: nothing to inflate
   png_read_info(png, info);
   AskForBgr(png, info);
   png_set_interlace_handling(png);
   png_read_update_info(png, info);
-  if (png_get_image_width(png, info) != size.width_px || png_get_image_height(png, info) != size.height_px ||
+  if (png_get_image_width(png, info) != size.width_px ||
+      png_get_image_height(png, info) != size.height_px ||
       png_get_rowbytes(png, info) != size_t{3} * size.width_px) {
     png_error(png, "the rows are not what the header says");
   }
@@ -82,13 +85,15 @@ bool ReadRows(Source* source, const ImageSize& size, png_bytepp rows) {
 }  // namespace
 
 Pixels DecodePngPixels(std::span<const uint8_t> bytes, const PhotoHeader& header) {
-  cv::Mat bgr(static_cast<int>(header.stored_size.height_px), static_cast<int>(header.stored_size.width_px), CV_8UC3);
+  cv::Mat bgr(static_cast<int>(header.stored_size.height_px),
+              static_cast<int>(header.stored_size.width_px), CV_8UC3);
   std::vector<png_bytep> rows(header.stored_size.height_px);
   for (size_t v = 0; v < rows.size(); ++v) rows[v] = bgr.ptr(static_cast<int>(v));
   Source source{bytes};
   if (!ReadRows(&source, header.stored_size, rows.data())) {
-    return {
-        PixelOutcome::kUnreadable, std::string("the PNG is cut short or damaged (") + source.error.data() + ")", {}};
+    return {PixelOutcome::kUnreadable,
+            std::string("the PNG is cut short or damaged (") + source.error.data() + ")",
+            {}};
   }
   return {PixelOutcome::kDecoded, "", std::move(bgr)};
 }

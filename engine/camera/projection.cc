@@ -30,7 +30,8 @@ double RadiusSlope(const CameraModel& model, double r) {
   return 1.0 + r2 * (3.0 * model.k1 + 5.0 * model.k2 * r2);
 }
 
-// The smallest r^2 > 0 with g'(r) = 1 + 3 k1 r^2 + 5 k2 r^4 = 0, where the image starts to fold over; infinite if none.
+// The smallest r^2 > 0 with g'(r) = 1 + 3 k1 r^2 + 5 k2 r^4 = 0, where the image starts to fold
+// over; infinite if none.
 double FoldRadiusSquared(const CameraModel& model) {
   const double a = 5.0 * model.k2;
   const double b = 3.0 * model.k1;
@@ -50,7 +51,8 @@ Eigen::Vector2d CenterOfDistortion(const CameraModel& model) {
   return NormalizedFromPixel(model, {model.u0, model.v0});
 }
 
-// r^2 of the corner of the image (outer edge of the corner pixel) farthest from the centre of distortion.
+// r^2 of the corner of the image (outer edge of the corner pixel) farthest from the centre of
+// distortion.
 double FarthestCornerSquared(const CameraModel& model) {
   const Eigen::Vector2d center = CenterOfDistortion(model);
   double farthest = 0.0;
@@ -63,13 +65,14 @@ double FarthestCornerSquared(const CameraModel& model) {
 }
 
 Status Wrong(const char* field, double value, const std::string& why) {
-  return Status::InvalidArgument(std::string("camera: ") + field + " = " + NumberText(value) + " " + why);
+  return Status::InvalidArgument(std::string("camera: ") + field + " = " + NumberText(value) + " " +
+                                 why);
 }
 
 Status CheckDistortion(const CameraModel& model) {
   if (!IsDistorted(model)) return Status::Ok();
-  const std::string what =
-      "camera: k1 = " + NumberText(model.k1) + ", k2 = " + NumberText(model.k2) + ": the distortion ";
+  const std::string what = "camera: k1 = " + NumberText(model.k1) +
+                           ", k2 = " + NumberText(model.k2) + ": the distortion ";
   const double corner = std::sqrt(FarthestCornerSquared(model));
   const double fold = std::sqrt(FoldRadiusSquared(model));
   if (corner >= fold) {
@@ -78,9 +81,9 @@ Status CheckDistortion(const CameraModel& model) {
                                    NumberText(corner));
   }
   if (fold < kInfinity && Radius(model, fold) <= corner) {
-    return Status::InvalidArgument(what + "moves nothing farther out than radius " + NumberText(Radius(model, fold)) +
-                                   " (normalised), so no ray reaches the photo's farthest corner at " +
-                                   NumberText(corner));
+    return Status::InvalidArgument(
+        what + "moves nothing farther out than radius " + NumberText(Radius(model, fold)) +
+        " (normalised), so no ray reaches the photo's farthest corner at " + NumberText(corner));
   }
   const double factor = Factor(model, corner * corner);
   if (!(factor > 0.0 && factor <= kDistortionFactorMax)) {
@@ -90,7 +93,8 @@ Status CheckDistortion(const CameraModel& model) {
   return Status::Ok();
 }
 
-// The r in [0, fold) with g(r) = distorted_radius > 0. Newton's method; a bracket catches it where it would leave.
+// The r in [0, fold) with g(r) = distorted_radius > 0. Newton's method; a bracket catches it where
+// it would leave.
 std::optional<double> InvertRadius(const CameraModel& model, double distorted_radius) {
   constexpr int kIterationsMax = 200;  // bisection alone needs about 60
   constexpr double kStepMax = 1e-14;   // relative; well below the 1e-10 promised
@@ -139,20 +143,24 @@ Status CheckCamera(const CameraModel& model) {
   const double side = std::max(width, height);
   const double focal_min = kFocalPerSideMin * side;
   const double focal_max = kFocalPerSideMax * side;
-  const char* const focal_why = "px is not a focal length for this size (0.01 to 1000 times the longer side)";
+  const char* const focal_why =
+      "px is not a focal length for this size (0.01 to 1000 times the longer side)";
   const char* const center_why = "px is farther outside of the image than the image's size";
   const char* const coefficient_why = "is not a distortion coefficient (at most 1e6)";
-  const std::array<Field, 8> fields = {{{"fx", model.fx, focal_min, focal_max, focal_why},
-                                        {"fy", model.fy, focal_min, focal_max, focal_why},
-                                        {"cx", model.cx, -width, 2.0 * width, center_why},
-                                        {"cy", model.cy, -height, 2.0 * height, center_why},
-                                        {"k1", model.k1, -kCoefficientMax, kCoefficientMax, coefficient_why},
-                                        {"k2", model.k2, -kCoefficientMax, kCoefficientMax, coefficient_why},
-                                        {"u0", model.u0, -width, 2.0 * width, center_why},
-                                        {"v0", model.v0, -height, 2.0 * height, center_why}}};
+  const std::array<Field, 8> fields = {
+      {{"fx", model.fx, focal_min, focal_max, focal_why},
+       {"fy", model.fy, focal_min, focal_max, focal_why},
+       {"cx", model.cx, -width, 2.0 * width, center_why},
+       {"cy", model.cy, -height, 2.0 * height, center_why},
+       {"k1", model.k1, -kCoefficientMax, kCoefficientMax, coefficient_why},
+       {"k2", model.k2, -kCoefficientMax, kCoefficientMax, coefficient_why},
+       {"u0", model.u0, -width, 2.0 * width, center_why},
+       {"v0", model.v0, -height, 2.0 * height, center_why}}};
   for (const Field& field : fields) {
-    if (!std::isfinite(field.value)) return Wrong(field.name, field.value, "is not a finite number");
-    if (field.value < field.low || field.value > field.high) return Wrong(field.name, field.value, field.why);
+    if (!std::isfinite(field.value))
+      return Wrong(field.name, field.value, "is not a finite number");
+    if (field.value < field.low || field.value > field.high)
+      return Wrong(field.name, field.value, field.why);
   }
   return CheckDistortion(model);
 }
@@ -165,10 +173,12 @@ Eigen::Vector2d DistortPixel(const CameraModel& model, const Eigen::Vector2d& un
   if (!IsDistorted(model)) return undistorted_px;
   const Eigen::Vector2d center = CenterOfDistortion(model);
   const Eigen::Vector2d from_center = NormalizedFromPixel(model, undistorted_px) - center;
-  return PixelFromNormalized(model, center + from_center * Factor(model, from_center.squaredNorm()));
+  return PixelFromNormalized(model,
+                             center + from_center * Factor(model, from_center.squaredNorm()));
 }
 
-std::optional<Eigen::Vector2d> UndistortPixel(const CameraModel& model, const Eigen::Vector2d& distorted_px) {
+std::optional<Eigen::Vector2d> UndistortPixel(const CameraModel& model,
+                                              const Eigen::Vector2d& distorted_px) {
   if (!distorted_px.allFinite()) return std::nullopt;
   if (!IsDistorted(model)) return distorted_px;
   const Eigen::Vector2d center = CenterOfDistortion(model);
@@ -180,7 +190,8 @@ std::optional<Eigen::Vector2d> UndistortPixel(const CameraModel& model, const Ei
   return PixelFromNormalized(model, center + from_center * (*radius / distorted_radius));
 }
 
-bool IsInsidePhoto(const CameraModel& model, const Eigen::Vector2d& undistorted_px, double margin_px) {
+bool IsInsidePhoto(const CameraModel& model, const Eigen::Vector2d& undistorted_px,
+                   double margin_px) {
   if (!undistorted_px.allFinite()) return false;
   const double right = model.width_px - 1.0;
   const double bottom = model.height_px - 1.0;
@@ -190,9 +201,11 @@ bool IsInsidePhoto(const CameraModel& model, const Eigen::Vector2d& undistorted_
     const Eigen::Vector2d place(std::clamp(u, 0.0, right), std::clamp(v, 0.0, bottom));
     if ((NormalizedFromPixel(model, place) - center).squaredNorm() >= fold2) return false;
     const Eigen::Vector2d in_photo = DistortPixel(model, place);
-    return in_photo.x() >= 0.0 && in_photo.x() <= right && in_photo.y() >= 0.0 && in_photo.y() <= bottom;
+    return in_photo.x() >= 0.0 && in_photo.x() <= right && in_photo.y() >= 0.0 &&
+           in_photo.y() <= bottom;
   };
-  // The border is a smooth curve that hardly bends over a few px: the circle is probed at eight places.
+  // The border is a smooth curve that hardly bends over a few px: the circle is probed at eight
+  // places.
   constexpr double kDiagonal = 0.70710678118654752;
   constexpr std::array<std::array<double, 2>, 9> kProbes = {{{0, 0},
                                                              {1, 0},
@@ -204,7 +217,8 @@ bool IsInsidePhoto(const CameraModel& model, const Eigen::Vector2d& undistorted_
                                                              {-kDiagonal, kDiagonal},
                                                              {-kDiagonal, -kDiagonal}}};
   return std::all_of(kProbes.begin(), kProbes.end(), [&](const std::array<double, 2>& probe) {
-    return is_inside(undistorted_px.x() + probe[0] * margin_px, undistorted_px.y() + probe[1] * margin_px);
+    return is_inside(undistorted_px.x() + probe[0] * margin_px,
+                     undistorted_px.y() + probe[1] * margin_px);
   });
 }
 
@@ -212,7 +226,8 @@ Eigen::Vector3d BearingFromPixel(const CameraModel& model, const Eigen::Vector2d
   return NormalizedFromPixel(model, undistorted_px).homogeneous().normalized();
 }
 
-std::optional<Eigen::Vector2d> PixelFromBearing(const CameraModel& model, const Eigen::Vector3d& ray_in_cam) {
+std::optional<Eigen::Vector2d> PixelFromBearing(const CameraModel& model,
+                                                const Eigen::Vector3d& ray_in_cam) {
   if (!(ray_in_cam.z() > 0.0)) return std::nullopt;
   const Eigen::Vector2d px = PixelFromNormalized(model, ray_in_cam.hnormalized());
   if (!px.allFinite()) return std::nullopt;

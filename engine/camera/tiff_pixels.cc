@@ -22,7 +22,8 @@ struct Source {
 
 tmsize_t Read(thandle_t handle, void* to, tmsize_t count) {
   auto* source = static_cast<Source*>(handle);
-  const uint64_t left = source->next < source->bytes.size() ? source->bytes.size() - source->next : 0;
+  const uint64_t left =
+      source->next < source->bytes.size() ? source->bytes.size() - source->next : 0;
   const uint64_t taken = std::min(left, static_cast<uint64_t>(std::max<tmsize_t>(count, 0)));
   if (taken > 0) std::memcpy(to, source->bytes.data() + source->next, taken);
   source->next += taken;
@@ -33,7 +34,9 @@ tmsize_t RefuseToWrite(thandle_t, void*, tmsize_t) {
 }
 toff_t Seek(thandle_t handle, toff_t offset, int whence) {
   auto* source = static_cast<Source*>(handle);
-  const uint64_t base = whence == SEEK_CUR ? source->next : whence == SEEK_END ? source->bytes.size() : 0;
+  const uint64_t base = whence == SEEK_CUR   ? source->next
+                        : whence == SEEK_END ? source->bytes.size()
+                                             : 0;
   source->next = base + offset;
   return source->next;
 }
@@ -45,7 +48,8 @@ toff_t Size(thandle_t handle) {
 }
 int Map(thandle_t handle, void** base, toff_t* size) {
   const auto* source = static_cast<Source*>(handle);
-  *base = const_cast<uint8_t*>(source->bytes.data());  // opened for reading: libtiff copies before it changes bytes
+  *base = const_cast<uint8_t*>(
+      source->bytes.data());  // opened for reading: libtiff copies before it changes bytes
   *size = source->bytes.size();
   return 1;
 }
@@ -78,8 +82,10 @@ Tiff Open(Source* source, const ImageSize& size) {
   TIFFOpenOptionsSetMaxSingleMemAlloc(options, static_cast<tmsize_t>(bytes_max));
   TIFFOpenOptionsSetErrorHandlerExtR(options, KeepError, source);
   TIFFOpenOptionsSetWarningHandlerExtR(options, DropWarning, source);
-  // With Map, because libtiff 4.5.0 refuses sound uncompressed tiles that it has to read into its own, rounded, buffer.
-  Tiff tiff(TIFFClientOpenExt("photo", "r", source, Read, RefuseToWrite, Seek, Close, Size, Map, Unmap, options));
+  // With Map, because libtiff 4.5.0 refuses sound uncompressed tiles that it has to read into its
+  // own, rounded, buffer.
+  Tiff tiff(TIFFClientOpenExt("photo", "r", source, Read, RefuseToWrite, Seek, Close, Size, Map,
+                              Unmap, options));
   TIFFOpenOptionsFree(options);
   return tiff;
 }
@@ -89,33 +95,39 @@ uint16_t ShortTag(TIFF* tiff, uint32_t tag, uint16_t otherwise) {
   return TIFFGetFieldDefaulted(tiff, tag, &value) == 1 ? value : otherwise;
 }
 
-// Why a sound file of this kind is not decoded; empty if it is. Few compressions are allowed: a photo needs no more,
-// and each is a decoder that hostile bytes would reach.
+// Why a sound file of this kind is not decoded; empty if it is. Few compressions are allowed: a
+// photo needs no more, and each is a decoder that hostile bytes would reach.
 std::string Unsupported(TIFF* tiff) {
   const uint16_t bits = ShortTag(tiff, TIFFTAG_BITSPERSAMPLE, 1);
   const uint16_t samples = ShortTag(tiff, TIFFTAG_SAMPLESPERPIXEL, 1);
   const uint16_t photometric = ShortTag(tiff, TIFFTAG_PHOTOMETRIC, 0xFFFF);
   const uint16_t compression = ShortTag(tiff, TIFFTAG_COMPRESSION, COMPRESSION_NONE);
-  const bool is_grey = photometric == PHOTOMETRIC_MINISBLACK || photometric == PHOTOMETRIC_MINISWHITE;
+  const bool is_grey =
+      photometric == PHOTOMETRIC_MINISBLACK || photometric == PHOTOMETRIC_MINISWHITE;
   const bool is_rgb = photometric == PHOTOMETRIC_RGB;
   const bool is_palette = photometric == PHOTOMETRIC_PALETTE;
-  if (compression != COMPRESSION_NONE && compression != COMPRESSION_LZW && compression != COMPRESSION_ADOBE_DEFLATE &&
-      compression != COMPRESSION_DEFLATE && compression != COMPRESSION_PACKBITS) {
-    return "compression " + std::to_string(compression) + " (none, LZW, Deflate and PackBits are read)";
+  if (compression != COMPRESSION_NONE && compression != COMPRESSION_LZW &&
+      compression != COMPRESSION_ADOBE_DEFLATE && compression != COMPRESSION_DEFLATE &&
+      compression != COMPRESSION_PACKBITS) {
+    return "compression " + std::to_string(compression) +
+           " (none, LZW, Deflate and PackBits are read)";
   }
   if (ShortTag(tiff, TIFFTAG_SAMPLEFORMAT, SAMPLEFORMAT_UINT) != SAMPLEFORMAT_UINT)
     return "samples that are no whole numbers";
   if (bits != 8 && !(bits == 16 && !is_palette)) return std::to_string(bits) + " bits a sample";
   if (!is_grey && !is_rgb && !is_palette)
     return "colours of kind " + std::to_string(photometric) + " (grey, palette and RGB are read)";
-  const bool is_planar = ShortTag(tiff, TIFFTAG_PLANARCONFIG, PLANARCONFIG_CONTIG) != PLANARCONFIG_CONTIG;
+  const bool is_planar =
+      ShortTag(tiff, TIFFTAG_PLANARCONFIG, PLANARCONFIG_CONTIG) != PLANARCONFIG_CONTIG;
   const int color_count = is_rgb ? 3 : 1;
   const int alpha_max = is_palette || (is_grey && is_planar) ? 0 : 1;
-  if (samples < color_count || samples > color_count + alpha_max) return std::to_string(samples) + " samples a pixel";
+  if (samples < color_count || samples > color_count + alpha_max)
+    return std::to_string(samples) + " samples a pixel";
   return "";
 }
 
-// Rows that are decoded at a time: whole strips or tiles, about 64 rows, so that the scratch stays small.
+// Rows that are decoded at a time: whole strips or tiles, about 64 rows, so that the scratch stays
+// small.
 uint32_t BandHeight(TIFF* tiff, uint32_t height_px) {
   uint32_t unit = 0;
   if (TIFFIsTiled(tiff) != 0) {
@@ -163,28 +175,33 @@ Pixels DecodeTiffPixels(std::span<const uint8_t> bytes, const PhotoHeader& heade
   Source source{bytes};
   const auto damaged = [&source](const char* otherwise) {
     return Pixels{PixelOutcome::kUnreadable,
-                  "the TIFF is cut short or damaged (" + (source.error.empty() ? otherwise : source.error) + ")",
+                  "the TIFF is cut short or damaged (" +
+                      (source.error.empty() ? otherwise : source.error) + ")",
                   {}};
   };
   const Tiff tiff = Open(&source, header.stored_size);
   if (tiff == nullptr) return damaged("it has no directory");
   ImageSize size;
   if (TIFFGetField(tiff.get(), TIFFTAG_IMAGEWIDTH, &size.width_px) != 1 ||
-      TIFFGetField(tiff.get(), TIFFTAG_IMAGELENGTH, &size.height_px) != 1 || size != header.stored_size) {
+      TIFFGetField(tiff.get(), TIFFTAG_IMAGELENGTH, &size.height_px) != 1 ||
+      size != header.stored_size) {
     return damaged("its size is ambiguous");
   }
   if (const std::string reason = Unsupported(tiff.get()); !reason.empty()) {
-    return {
-        PixelOutcome::kUnsupportedFormat, "a TIFF with " + reason + "; save it as an 8-bit RGB TIFF, PNG or JPEG", {}};
+    return {PixelOutcome::kUnsupportedFormat,
+            "a TIFF with " + reason + "; save it as an 8-bit RGB TIFF, PNG or JPEG",
+            {}};
   }
-  // The pixels are wanted as stored: alpha ignored (an associated one is not multiplied in again) and nothing turned.
+  // The pixels are wanted as stored: alpha ignored (an associated one is not multiplied in again)
+  // and nothing turned.
   const uint16_t alpha = EXTRASAMPLE_ASSOCALPHA;
   const bool has_alpha = ShortTag(tiff.get(), TIFFTAG_SAMPLESPERPIXEL, 1) % 2 == 0;
   if (has_alpha) TIFFSetField(tiff.get(), TIFFTAG_EXTRASAMPLES, 1, &alpha);
   TIFFSetField(tiff.get(), TIFFTAG_ORIENTATION, ORIENTATION_TOPLEFT);
   if (source.error.empty()) {
     cv::Mat bgr(static_cast<int>(size.height_px), static_cast<int>(size.width_px), CV_8UC3);
-    if (ReadBands(tiff.get(), &bgr) && source.error.empty()) return {PixelOutcome::kDecoded, "", std::move(bgr)};
+    if (ReadBands(tiff.get(), &bgr) && source.error.empty())
+      return {PixelOutcome::kDecoded, "", std::move(bgr)};
   }
   return damaged("its pixels cannot be read");
 }

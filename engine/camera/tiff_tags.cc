@@ -26,7 +26,8 @@ struct Reader {
 }  // namespace
 
 std::optional<TiffTags> ReadTiffTags(std::span<const uint8_t> bytes) {
-  if (bytes.size() < 8 || bytes[0] != bytes[1] || (bytes[0] != 'I' && bytes[0] != 'M')) return std::nullopt;
+  if (bytes.size() < 8 || bytes[0] != bytes[1] || (bytes[0] != 'I' && bytes[0] != 'M'))
+    return std::nullopt;
   const Reader reader{bytes, bytes[0] == 'I'};
   if (reader.Short(2) != 42) return std::nullopt;
   const size_t directory = reader.Long(4);

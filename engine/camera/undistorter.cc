@@ -15,26 +15,29 @@
 namespace veduta {
 namespace {
 
-constexpr uint32_t kTableSideMax = 32766;   // cv::remap wants less than SHRT_MAX
-constexpr size_t kSlotOverheadBytes = 512;  // list, map and headers, so that tiny tables are bounded in number too
+constexpr uint32_t kTableSideMax = 32766;  // cv::remap wants less than SHRT_MAX
+constexpr size_t kSlotOverheadBytes =
+    512;  // list, map and headers, so that tiny tables are bounded in number too
 constexpr int kStepsPerPixel = cv::INTER_TAB_SIZE;  // 32
 static_assert(kStepsPerPixel == 32 && cv::INTER_BITS == 5);
 
-// Rounds a position to 1/32 px. Positions outside are pulled to where all four neighbours still are outside, which
-// keeps them within 16 bits.
+// Rounds a position to 1/32 px. Positions outside are pulled to where all four neighbours still are
+// outside, which keeps them within 16 bits.
 int Steps(double position_px, double side_px) {
-  return static_cast<int>(std::lrint(std::clamp(position_px, -2.0, side_px + 1.0) * kStepsPerPixel));
+  return static_cast<int>(
+      std::lrint(std::clamp(position_px, -2.0, side_px + 1.0) * kStepsPerPixel));
 }
 
 Status CheckPhoto(const CameraModel& model, const cv::Mat& photo) {
-  if (photo.dims == 2 && photo.depth() == CV_8U && photo.channels() <= 4 && photo.cols > 0 && photo.rows > 0 &&
-      static_cast<uint32_t>(photo.cols) == model.width_px && static_cast<uint32_t>(photo.rows) == model.height_px) {
+  if (photo.dims == 2 && photo.depth() == CV_8U && photo.channels() <= 4 && photo.cols > 0 &&
+      photo.rows > 0 && static_cast<uint32_t>(photo.cols) == model.width_px &&
+      static_cast<uint32_t>(photo.rows) == model.height_px) {
     return Status::Ok();
   }
-  return Status::InvalidArgument("a photo of " + std::to_string(photo.cols) + "x" + std::to_string(photo.rows) +
-                                 " px and " + std::to_string(8 * photo.elemSize1()) +
-                                 " bits is not one of this camera's, which have " + std::to_string(model.width_px) +
-                                 "x" + std::to_string(model.height_px) + " px of 8 bits");
+  return Status::InvalidArgument(
+      "a photo of " + std::to_string(photo.cols) + "x" + std::to_string(photo.rows) + " px and " +
+      std::to_string(8 * photo.elemSize1()) + " bits is not one of this camera's, which have " +
+      std::to_string(model.width_px) + "x" + std::to_string(model.height_px) + " px of 8 bits");
 }
 
 }  // namespace
@@ -60,8 +63,10 @@ Result<std::shared_ptr<const UndistortTable>> UndistortTable::Build(const Camera
         const Eigen::Vector2d in_photo = DistortPixel(model, {u, v});
         const int x = Steps(in_photo.x(), width);
         const int y = Steps(in_photo.y(), height);
-        whole_px[u] = cv::Vec2s(static_cast<int16_t>(x >> cv::INTER_BITS), static_cast<int16_t>(y >> cv::INTER_BITS));
-        fraction[u] = static_cast<uint16_t>((y & (kStepsPerPixel - 1)) * kStepsPerPixel + (x & (kStepsPerPixel - 1)));
+        whole_px[u] = cv::Vec2s(static_cast<int16_t>(x >> cv::INTER_BITS),
+                                static_cast<int16_t>(y >> cv::INTER_BITS));
+        fraction[u] = static_cast<uint16_t>((y & (kStepsPerPixel - 1)) * kStepsPerPixel +
+                                            (x & (kStepsPerPixel - 1)));
       }
     }
     return std::shared_ptr<const UndistortTable>(std::move(table));
@@ -74,7 +79,8 @@ Result<cv::Mat> UndistortTable::Apply(const cv::Mat& photo) const {
   VEDUTA_RETURN_IF_ERROR(CheckPhoto(model_, photo));
   try {
     cv::Mat undistorted;
-    cv::remap(photo, undistorted, whole_px_, fraction_, cv::INTER_LINEAR, cv::BORDER_CONSTANT, cv::Scalar::all(0));
+    cv::remap(photo, undistorted, whole_px_, fraction_, cv::INTER_LINEAR, cv::BORDER_CONSTANT,
+              cv::Scalar::all(0));
     return undistorted;
   } catch (const std::exception& e) {
     return Status::IoError(std::string("undistortion failed: ") + e.what());
@@ -83,7 +89,8 @@ Result<cv::Mat> UndistortTable::Apply(const cv::Mat& photo) const {
 
 size_t UndistortCache::ModelHash::operator()(const CameraModel& model) const {
   uint64_t hash = MixSeed(model.width_px, model.height_px);
-  for (const double value : {model.fx, model.fy, model.cx, model.cy, model.k1, model.k2, model.u0, model.v0}) {
+  for (const double value :
+       {model.fx, model.fy, model.cx, model.cy, model.k1, model.k2, model.u0, model.v0}) {
     hash = MixSeed(hash, std::hash<double>()(value));  // equal for 0 and -0, which compare equal
   }
   return hash;
@@ -100,7 +107,8 @@ Result<cv::Mat> UndistortCache::Undistort(const CameraModel& model, const cv::Ma
 }
 
 Result<std::shared_ptr<const UndistortTable>> UndistortCache::Table(const CameraModel& model) {
-  VEDUTA_RETURN_IF_ERROR(CheckCamera(model));  // also keeps numbers that do not equal themselves out of the map
+  VEDUTA_RETURN_IF_ERROR(
+      CheckCamera(model));  // also keeps numbers that do not equal themselves out of the map
   std::shared_ptr<Slot> slot;
   {
     std::unique_lock lock(mutex_);
@@ -118,7 +126,8 @@ Result<std::shared_ptr<const UndistortTable>> UndistortCache::Table(const Camera
     slots_.push_front(slot);
     slot_of_.emplace(model, slots_.begin());
   }
-  auto built = UndistortTable::Build(model);  // catches its exceptions: a slot never stays unfinished
+  auto built =
+      UndistortTable::Build(model);  // catches its exceptions: a slot never stays unfinished
   {
     const std::lock_guard lock(mutex_);
     FinishLocked(slot, built);
@@ -156,7 +165,8 @@ UndistortCache::Stats UndistortCache::stats() const {
   const std::lock_guard lock(mutex_);
   Stats stats = stats_;
   stats.table_count = static_cast<size_t>(
-      std::count_if(slots_.begin(), slots_.end(), [](const std::shared_ptr<Slot>& slot) { return slot->is_built; }));
+      std::count_if(slots_.begin(), slots_.end(),
+                    [](const std::shared_ptr<Slot>& slot) { return slot->is_built; }));
   return stats;
 }
 

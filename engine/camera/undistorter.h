@@ -1,9 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
-// Photos without their lens: look-up tables from undistorted to distorted pixels, and a cache of them.
+// Photos without their lens: look-up tables from undistorted to distorted pixels, and a cache of
+// them.
 //
-// The undistorted image is a pinhole image with the photo's size and fx, fy, cx, cy. Where it looks past the photo's
-// edge it is black, and along that border a pixel is blended with black; IsInsidePhoto (projection.h) tells.
+// The undistorted image is a pinhole image with the photo's size and fx, fy, cx, cy. Where it looks
+// past the photo's edge it is black, and along that border a pixel is blended with black;
+// IsInsidePhoto (projection.h) tells.
 
 #include <condition_variable>
 #include <cstddef>
@@ -22,12 +24,13 @@ namespace veduta {
 // The table of one camera: 6 bytes a pixel. Immutable, so one table serves any number of threads.
 class UndistortTable final {
  public:
-  // One double-precision distortion a pixel; about 8 ns each. kInvalidArgument if CheckCamera refuses the model or a
-  // side exceeds 32766 px (positions are 16-bit numbers).
+  // One double-precision distortion a pixel; about 8 ns each. kInvalidArgument if CheckCamera
+  // refuses the model or a side exceeds 32766 px (positions are 16-bit numbers).
   static Result<std::shared_ptr<const UndistortTable>> Build(const CameraModel& model);
 
-  // Bilinear, with positions rounded to 1/32 px and integer arithmetic: the same bytes on every processor and with any
-  // number of OpenCV's threads. `photo`: 8 bits, 1 to 4 channels, the camera's size; kInvalidArgument otherwise.
+  // Bilinear, with positions rounded to 1/32 px and integer arithmetic: the same bytes on every
+  // processor and with any number of OpenCV's threads. `photo`: 8 bits, 1 to 4 channels, the
+  // camera's size; kInvalidArgument otherwise.
   Result<cv::Mat> Apply(const cv::Mat& photo) const;
 
   const CameraModel& model() const { return model_; }
@@ -40,11 +43,12 @@ class UndistortTable final {
 
   CameraModel model_;
   cv::Mat whole_px_;  // CV_16SC2: x, y of the pixel up and left of the position
-  cv::Mat fraction_;  // CV_16UC1: 32 * (y in 1/32 px) + (x in 1/32 px), the index of OpenCV's table of weights
+  cv::Mat fraction_;  // CV_16UC1: 32 * (y in 1/32 px) + (x in 1/32 px), the index of OpenCV's table
+                      // of weights
 };
 
-// Least recently used tables are dropped once all of them together exceed the bound. Thread-safe: threads that want
-// the same missing table wait for the one that builds it, and nobody else waits.
+// Least recently used tables are dropped once all of them together exceed the bound. Thread-safe:
+// threads that want the same missing table wait for the one that builds it, and nobody else waits.
 class UndistortCache final {
  public:
   struct Stats {
@@ -59,8 +63,8 @@ class UndistortCache final {
   UndistortCache(const UndistortCache&) = delete;
   UndistortCache& operator=(const UndistortCache&) = delete;
 
-  // The undistorted image of a photo; the photo itself, not a copy, if the camera has no distortion.
-  // Errors as UndistortTable's.
+  // The undistorted image of a photo; the photo itself, not a copy, if the camera has no
+  // distortion. Errors as UndistortTable's.
   Result<cv::Mat> Undistort(const CameraModel& model, const cv::Mat& photo);
 
   // The camera's table, found or built. It outlives its place in the cache.
@@ -81,7 +85,8 @@ class UndistortCache final {
   };
   using Slots = std::list<std::shared_ptr<Slot>>;
 
-  void FinishLocked(const std::shared_ptr<Slot>& slot, Result<std::shared_ptr<const UndistortTable>> built);
+  void FinishLocked(const std::shared_ptr<Slot>& slot,
+                    Result<std::shared_ptr<const UndistortTable>> built);
   void EvictLocked();
 
   const size_t size_bytes_max_;

@@ -27,7 +27,8 @@ void ExtendRow(int16_t* row, int width) {
   std::fill_n(row + width, RoundUp(width) - width + kRowPad, row[width - 1]);
 }
 
-void BaseRows::Start(const SiftKernels& kernels, const GrayView& image, double sigma, bool upsample) {
+void BaseRows::Start(const SiftKernels& kernels, const GrayView& image, double sigma,
+                     bool upsample) {
   kernels_ = &kernels;
   image_ = image;
   upsample_ = upsample;
@@ -47,8 +48,10 @@ void BaseRows::Start(const SiftKernels& kernels, const GrayView& image, double s
 const int16_t* BaseRows::SourceRow(int y) {
   for (; next_source_ <= y; ++next_source_) {
     int16_t* row = source_.data() + (next_source_ % capacity_) * stride_;
-    kernels_->center_row(image_.pixels + static_cast<size_t>(next_source_) * image_.stride_bytes, row, image_.width_px);
-    std::fill_n(row + image_.width_px, RoundUp(image_.width_px) - image_.width_px, row[image_.width_px - 1]);
+    kernels_->center_row(image_.pixels + static_cast<size_t>(next_source_) * image_.stride_bytes,
+                         row, image_.width_px);
+    std::fill_n(row + image_.width_px, RoundUp(image_.width_px) - image_.width_px,
+                row[image_.width_px - 1]);
   }
   return source_.data() + (y % capacity_) * stride_;
 }
@@ -58,7 +61,8 @@ void BaseRows::Make(int y, int16_t* out) {
   const ShiftedTaps& taps = y % 2 == 0 ? down_ : up_;
   SourceRow(std::min(middle + reach_, image_.height_px - 1));
   const int16_t* rows[2 * kTapRadiusMax + 1];
-  for (int k = 0; k < taps.count; ++k) rows[k] = SourceRow(std::clamp(middle + k - reach_, 0, image_.height_px - 1));
+  for (int k = 0; k < taps.count; ++k)
+    rows[k] = SourceRow(std::clamp(middle + k - reach_, 0, image_.height_px - 1));
   int16_t* line = line_.data() + kRowPad;
   const int width = RoundUp(image_.width_px);
   kernels_->weigh_rows(rows, taps.taps, taps.count, line, width);

@@ -9,12 +9,14 @@
 
 namespace veduta {
 
-// The blur that a photo is taken to have, px. Lowe takes 0.5, but doubles by linear interpolation, which blurs as much
-// again; on Strecha's photos 0.25 with our sharper doubling finds as many features as that and places them best.
+// The blur that a photo is taken to have, px. Lowe takes 0.5, but doubles by linear interpolation,
+// which blurs as much again; on Strecha's photos 0.25 with our sharper doubling finds as many
+// features as that and places them best.
 inline constexpr double kPhotoSigma = 0.25;
 
-// Row u of the doubled image lies at y = u / 2 - 1 / 4 of the photo, columns likewise: every sample is a quarter px
-// from its nearest photo pixel, so that all have the same blur. Doubling and blurring are one filter. Not thread-safe.
+// Row u of the doubled image lies at y = u / 2 - 1 / 4 of the photo, columns likewise: every sample
+// is a quarter px from its nearest photo pixel, so that all have the same blur. Doubling and
+// blurring are one filter. Not thread-safe.
 class BaseRows final {
  public:
   // Blurs to `sigma` (px of the output). `image` must stay until the last row.
@@ -31,7 +33,8 @@ class BaseRows final {
   const SiftKernels* kernels_ = nullptr;
   GrayView image_;
   bool upsample_ = false;
-  ShiftedTaps down_, up_;  // of a row before and after its nearest source row; `down_` alone without doubling
+  ShiftedTaps down_,
+      up_;  // of a row before and after its nearest source row; `down_` alone without doubling
   int reach_ = 0;
   int capacity_ = 0, next_source_ = 0;
   ptrdiff_t stride_ = 0;

@@ -9,8 +9,9 @@
 namespace veduta {
 namespace {
 
-constexpr double kBinSigma = 3.0;     // width of a spatial bin, in the keypoint's scale
-constexpr double kWindowSigma = 2.0;  // of the Gaussian window, in bins: half the descriptor's width
+constexpr double kBinSigma = 3.0;  // width of a spatial bin, in the keypoint's scale
+constexpr double kWindowSigma =
+    2.0;  // of the Gaussian window, in bins: half the descriptor's width
 constexpr double kSamplesPerBin = 4.0;
 
 }  // namespace
@@ -26,14 +27,15 @@ DescriptorMaker::DescriptorMaker(const SiftKernels& kernels) : kernels_(&kernels
   }
 }
 
-void DescriptorMaker::Make(const GrayPlane& plane, double x, double y, double sigma, float angle_deg,
-                           uint8_t* descriptor) const {
+void DescriptorMaker::Make(const GrayPlane& plane, double x, double y, double sigma,
+                           float angle_deg, uint8_t* descriptor) const {
   double sine, cosine;
   ExactSinCos(angle_deg, &sine, &cosine);
   const double step = sigma * (kBinSigma / kSamplesPerBin);
   float histogram[128];
-  kernels_->describe(plane, static_cast<float>(x), static_cast<float>(y), static_cast<float>(step * cosine),
-                     static_cast<float>(step * sine), weights_, histogram);
+  kernels_->describe(plane, static_cast<float>(x), static_cast<float>(y),
+                     static_cast<float>(step * cosine), static_cast<float>(step * sine), weights_,
+                     histogram);
   kernels_->quantize_descriptor(histogram, descriptor);
 }
 

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
-// 4 x 4 x 8 histograms of gradients, as bytes. Lowe 2004, section 6; square root after Arandjelovic and Zisserman 2012.
+// 4 x 4 x 8 histograms of gradients, as bytes. Lowe 2004, section 6; square root after Arandjelovic
+// and Zisserman 2012.
 
 #include <cstdint>
 
@@ -13,9 +14,11 @@ class DescriptorMaker final {
  public:
   explicit DescriptorMaker(const SiftKernels& kernels);
 
-  // Writes 128 bytes: 512 times the square root of each bin's share in the sum, so that all descriptors have nearly the
-  // same norm, 512. Order: row, column, direction. sigma in px of the plane.
-  void Make(const GrayPlane& plane, double x, double y, double sigma, float angle_deg, uint8_t* descriptor) const;
+  // Writes 128 bytes: 512 times the square root of each bin's share in the sum, so that all
+  // descriptors have nearly the same norm, 512. Order: row, column, direction. sigma in px of the
+  // plane.
+  void Make(const GrayPlane& plane, double x, double y, double sigma, float angle_deg,
+            uint8_t* descriptor) const;
 
  private:
   const SiftKernels* kernels_;

@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
-// Elementary functions with the same bits on every processor: the C library's choose a version by the processor's
-// features, and the versions round differently. Relative error below 1e-14 in the ranges stated.
+// Elementary functions with the same bits on every processor: the C library's choose a version by
+// the processor's features, and the versions round differently. Relative error below 1e-14 in the
+// ranges stated.
 
 #include <cstdint>
 

@@ -13,7 +13,8 @@ struct ExtractionTimes {
 };
 
 // As ExtractFeatures. `times` may be null.
-Result<Features> ExtractFeaturesWith(const SiftKernels& kernels, const GrayView& image, const FeatureOptions& options,
-                                     FeatureScratch* scratch, ExtractionTimes* times);
+Result<Features> ExtractFeaturesWith(const SiftKernels& kernels, const GrayView& image,
+                                     const FeatureOptions& options, FeatureScratch* scratch,
+                                     ExtractionTimes* times);
 
 }  // namespace veduta

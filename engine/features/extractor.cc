@@ -28,7 +28,8 @@ FeatureScratch::~FeatureScratch() = default;
 
 Status FeatureOptions::Check() const {
   const auto bad = [](const char* name, double value, const char* bound) {
-    return Status::InvalidArgument(std::string(name) + " is " + std::to_string(value) + ", must be in " + bound);
+    return Status::InvalidArgument(std::string(name) + " is " + std::to_string(value) +
+                                   ", must be in " + bound);
   };
   if (feature_count_max < 1 || feature_count_max > 65535) {
     return bad("feature_count_max", feature_count_max, "[1, 65535]");
@@ -37,7 +38,8 @@ Status FeatureOptions::Check() const {
   if (!(contrast_threshold > 0 && contrast_threshold < 1)) {
     return bad("contrast_threshold", contrast_threshold, "(0, 1)");
   }
-  if (!(edge_ratio_max > 1 && edge_ratio_max <= 1000)) return bad("edge_ratio_max", edge_ratio_max, "(1, 1000]");
+  if (!(edge_ratio_max > 1 && edge_ratio_max <= 1000))
+    return bad("edge_ratio_max", edge_ratio_max, "(1, 1000]");
   if (!(sigma >= 1.4 && sigma <= 4)) return bad("sigma", sigma, "[1.4, 4]");
   return Status::Ok();
 }
@@ -82,9 +84,11 @@ Oriented Place(const Extremum& extremum, const FeatureOptions& options) {
   result.level = extremum.level;
   result.x = extremum.x;
   result.y = extremum.y;
-  result.sigma = options.sigma * ExactExp2((extremum.level + extremum.level_offset) / kScalesPerOctave);
-  const double scale = std::ldexp(options.upsample ? 0.5 : 1.0, extremum.octave);  // photo px a px of the octave
-  const double shift = options.upsample ? -0.25 : 0.0;                             // see BaseRows
+  result.sigma =
+      options.sigma * ExactExp2((extremum.level + extremum.level_offset) / kScalesPerOctave);
+  const double scale =
+      std::ldexp(options.upsample ? 0.5 : 1.0, extremum.octave);  // photo px a px of the octave
+  const double shift = options.upsample ? -0.25 : 0.0;            // see BaseRows
   result.keypoint.x_px = static_cast<float>(result.x * scale + shift);
   result.keypoint.y_px = static_cast<float>(result.y * scale + shift);
   result.keypoint.scale_px = static_cast<float>(result.sigma * scale);
@@ -93,33 +97,38 @@ Oriented Place(const Extremum& extremum, const FeatureOptions& options) {
   return result;
 }
 
-// The order in which neighbours in memory follow one another: patches are then read while their rows are in the cache.
+// The order in which neighbours in memory follow one another: patches are then read while their
+// rows are in the cache.
 bool IsBeforeInMemory(const Oriented& a, const Oriented& b) {
   constexpr int kStripRows = 16;
   const auto key = [](const Oriented& o) {
-    return std::tuple(o.octave, o.level, static_cast<int>(o.y) / kStripRows, o.x, o.y, o.keypoint.angle_deg);
+    return std::tuple(o.octave, o.level, static_cast<int>(o.y) / kStripRows, o.x, o.y,
+                      o.keypoint.angle_deg);
   };
   return key(a) < key(b);
 }
 
-// The strongest keypoints, each once. Every keypoint gives a feature at least, so the weaker ones cannot give one of
-// the feature_count_max strongest features.
-std::vector<Oriented> SelectKeypoints(const std::vector<Extremum>& extrema, const FeatureOptions& options) {
+// The strongest keypoints, each once. Every keypoint gives a feature at least, so the weaker ones
+// cannot give one of the feature_count_max strongest features.
+std::vector<Oriented> SelectKeypoints(const std::vector<Extremum>& extrema,
+                                      const FeatureOptions& options) {
   std::vector<Oriented> keypoints;
   keypoints.reserve(extrema.size());
   for (const Extremum& extremum : extrema) keypoints.push_back(Place(extremum, options));
   std::sort(keypoints.begin(), keypoints.end(), IsStronger);
   // Extrema found at neighbouring samples may refine to the same point.
-  const auto is_same = [](const Oriented& a, const Oriented& b) { return a.keypoint == b.keypoint; };
+  const auto is_same = [](const Oriented& a, const Oriented& b) {
+    return a.keypoint == b.keypoint;
+  };
   keypoints.erase(std::unique(keypoints.begin(), keypoints.end(), is_same), keypoints.end());
   if (keypoints.size() > options.feature_count_max) keypoints.resize(options.feature_count_max);
   return keypoints;
 }
 
-// Reads a value of every cache line that a keypoint's orientation and descriptor will read. The planes are larger than
-// the caches, and the processor fetches independent reads side by side, but not those that come between branches: this
-// saves a quarter of the time. (Prefetch instructions do not: they are dropped where the address is not translated
-// yet.)
+// Reads a value of every cache line that a keypoint's orientation and descriptor will read. The
+// planes are larger than the caches, and the processor fetches independent reads side by side, but
+// not those that come between branches: this saves a quarter of the time. (Prefetch instructions do
+// not: they are dropped where the address is not translated yet.)
 void TouchWindow(const GrayPlane& plane, const Oriented& keypoint) {
   constexpr double kReachSigma = 11.0;  // to the corners of the rotated grid
   constexpr ptrdiff_t kLineValues = 32;
@@ -140,7 +149,8 @@ struct Described {
 };
 
 // Directions and descriptors of all keypoints, in the order in which their patches lie in memory.
-Described Describe(std::vector<Oriented> keypoints, const ScaleSpace& scale_space, const SiftKernels& kernels) {
+Described Describe(std::vector<Oriented> keypoints, const ScaleSpace& scale_space,
+                   const SiftKernels& kernels) {
   std::sort(keypoints.begin(), keypoints.end(), IsBeforeInMemory);
   const DescriptorMaker maker(kernels);
   Described result;
@@ -149,7 +159,8 @@ Described Describe(std::vector<Oriented> keypoints, const ScaleSpace& scale_spac
   for (const Oriented& keypoint : keypoints) {
     const GrayPlane plane = scale_space.Plane(keypoint.octave, keypoint.level);
     TouchWindow(plane, keypoint);
-    const Directions directions = FindDirections(kernels, plane, keypoint.x, keypoint.y, keypoint.sigma);
+    const Directions directions =
+        FindDirections(kernels, plane, keypoint.x, keypoint.y, keypoint.sigma);
     for (int i = 0; i < directions.count; ++i) {
       result.features.push_back(keypoint);
       result.features.back().keypoint.angle_deg = directions.angle_deg[i];
@@ -165,15 +176,17 @@ Described Describe(std::vector<Oriented> keypoints, const ScaleSpace& scale_spac
 Features Rank(const Described& described, size_t count_max) {
   std::vector<uint32_t> order(described.features.size());
   std::iota(order.begin(), order.end(), 0u);
-  std::sort(order.begin(), order.end(),
-            [&described](uint32_t a, uint32_t b) { return IsStronger(described.features[a], described.features[b]); });
+  std::sort(order.begin(), order.end(), [&described](uint32_t a, uint32_t b) {
+    return IsStronger(described.features[a], described.features[b]);
+  });
   order.resize(std::min(order.size(), count_max));
   Features result;
   result.keypoints.reserve(order.size());
   result.descriptors.reserve(order.size() * kDescriptorSize);
   for (uint32_t i : order) {
     result.keypoints.push_back(described.features[i].keypoint);
-    const uint8_t* descriptor = described.descriptors.data() + static_cast<size_t>(i) * kDescriptorSize;
+    const uint8_t* descriptor =
+        described.descriptors.data() + static_cast<size_t>(i) * kDescriptorSize;
     result.descriptors.insert(result.descriptors.end(), descriptor, descriptor + kDescriptorSize);
   }
   return result;
@@ -199,7 +212,8 @@ Features Extract(const SiftKernels& kernels, const GrayView& image, const Featur
   memory->extrema.clear();
   memory->scale_space.Build(image, options, kernels, &memory->extrema);
   times->scale_space_ms = clock.Lap();
-  const Described described = Describe(SelectKeypoints(memory->extrema, options), memory->scale_space, kernels);
+  const Described described =
+      Describe(SelectKeypoints(memory->extrema, options), memory->scale_space, kernels);
   Features result = Rank(described, options.feature_count_max);
   times->description_ms = clock.Lap();
   return result;
@@ -207,22 +221,25 @@ Features Extract(const SiftKernels& kernels, const GrayView& image, const Featur
 
 }  // namespace
 
-Result<Features> ExtractFeaturesWith(const SiftKernels& kernels, const GrayView& image, const FeatureOptions& options,
-                                     FeatureScratch* scratch, ExtractionTimes* times) {
+Result<Features> ExtractFeaturesWith(const SiftKernels& kernels, const GrayView& image,
+                                     const FeatureOptions& options, FeatureScratch* scratch,
+                                     ExtractionTimes* times) {
   VEDUTA_RETURN_IF_ERROR(options.Check());
   VEDUTA_RETURN_IF_ERROR(CheckImage(image));
   ExtractionTimes unused;
   try {
-    if (scratch != nullptr) return Extract(kernels, image, options, &scratch->memory(), times ? times : &unused);
+    if (scratch != nullptr)
+      return Extract(kernels, image, options, &scratch->memory(), times ? times : &unused);
     FeatureScratch own;
     return Extract(kernels, image, options, &own.memory(), times ? times : &unused);
   } catch (const std::bad_alloc&) {
-    return Status::IoError("no memory for the features of a photo of " + std::to_string(image.width_px) + "x" +
-                           std::to_string(image.height_px));
+    return Status::IoError("no memory for the features of a photo of " +
+                           std::to_string(image.width_px) + "x" + std::to_string(image.height_px));
   }
 }
 
-Result<Features> ExtractFeatures(const GrayView& image, const FeatureOptions& options, FeatureScratch* scratch) {
+Result<Features> ExtractFeatures(const GrayView& image, const FeatureOptions& options,
+                                 FeatureScratch* scratch) {
   return ExtractFeaturesWith(BestKernels(), image, options, scratch, nullptr);
 }
 

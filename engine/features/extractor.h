@@ -22,14 +22,14 @@ struct FeatureOptions {
   uint32_t feature_count_max = 8192;  // [1, 65535]; the strongest by |DoG| are kept
   double contrast_threshold = 0.04;   // (0, 1); Lowe 2004, as OpenCV's SIFT reads it
   double edge_ratio_max = 10.0;       // (1, 1000]; Lowe 2004, section 4.1
-  double sigma = 1.6;                 // [1.4, 4]; blur of the first scale, px; Lowe 2004, section 3.3
-  bool upsample = true;               // start at twice the photo's size
+  double sigma = 1.6;    // [1.4, 4]; blur of the first scale, px; Lowe 2004, section 3.3
+  bool upsample = true;  // start at twice the photo's size
 
   Status Check() const;
 };
 
-// Memory that extractions leave for the next, about 9 bytes a pixel of the doubled photo: touching fresh pages adds a
-// fifth to an extraction. One photo at a time; not thread-safe.
+// Memory that extractions leave for the next, about 9 bytes a pixel of the doubled photo: touching
+// fresh pages adds a fifth to an extraction. One photo at a time; not thread-safe.
 class FeatureScratch final {
  public:
   FeatureScratch();
@@ -44,12 +44,13 @@ class FeatureScratch final {
   std::unique_ptr<Memory> memory_;
 };
 
-// Keypoints in px of `image` (centre of the top-left pixel is (0, 0)), strongest response first (ties: by y, x, scale,
-// angle); rgb is left zero. A keypoint with several dominant directions gives several features. Descriptors are
-// root-SIFT quantised to bytes: 4 x 4 x 8 (row, column, direction), of norm 512 but for rounding. Deterministic: the
-// same bytes on every processor, with or without scratch. Single-threaded; thread-safe if no scratch is shared.
-// kInvalidArgument on bad options, an image under 16 px in width or height, or of more than 2^26 px; kIoError when
-// memory runs out.
+// Keypoints in px of `image` (centre of the top-left pixel is (0, 0)), strongest response first
+// (ties: by y, x, scale, angle); rgb is left zero. A keypoint with several dominant directions
+// gives several features. Descriptors are root-SIFT quantised to bytes: 4 x 4 x 8 (row, column,
+// direction), of norm 512 but for rounding. Deterministic: the same bytes on every processor, with
+// or without scratch. Single-threaded; thread-safe if no scratch is shared. kInvalidArgument on bad
+// options, an image under 16 px in width or height, or of more than 2^26 px; kIoError when memory
+// runs out.
 Result<Features> ExtractFeatures(const GrayView& image, const FeatureOptions& options,
                                  FeatureScratch* scratch = nullptr);
 

@@ -17,7 +17,8 @@ Neighborhood ReadNeighborhood(const OctaveRows& octave, int level, int y, int x)
     const int16_t* g[4];
     for (int i = 0; i < 4; ++i) g[i] = octave.levels[level - 1 + i].Row(y - 1 + row) + x - 1;
     for (int i = 0; i < 3; ++i) {
-      for (int column = 0; column < 3; ++column) n.d[i][row][column] = g[i + 1][column] - g[i][column];
+      for (int column = 0; column < 3; ++column)
+        n.d[i][row][column] = g[i + 1][column] - g[i][column];
     }
   }
   return n;
@@ -43,7 +44,8 @@ Quadric FitQuadric(const Neighborhood& n) {
   q.hxy = 0.25 * (d[1][2][2] - d[1][2][0] - d[1][0][2] + d[1][0][0]);
   q.hxs = 0.25 * (d[2][1][2] - d[2][1][0] - d[0][1][2] + d[0][1][0]);
   q.hys = 0.25 * (d[2][2][1] - d[2][0][1] - d[0][2][1] + d[0][0][1]);
-  // offset = -H^-1 g by cofactors; the entries are integers / 4, so a determinant of nothing is exactly 0.
+  // offset = -H^-1 g by cofactors; the entries are integers / 4, so a determinant of nothing is
+  // exactly 0.
   const double cxx = q.hyy * q.hss - q.hys * q.hys;
   const double cxy = q.hxs * q.hys - q.hxy * q.hss;
   const double cxs = q.hxy * q.hys - q.hxs * q.hyy;
@@ -59,10 +61,11 @@ Quadric FitQuadric(const Neighborhood& n) {
   return q;
 }
 
-// Places the extremum in the image at the scale that the quadric gave. A quadric about the middle takes the curvature
-// of the middle's scale; over half a level it changes by a tenth, and so would the offset. The differences at the scale
-// in between come from a parabola through the three levels, the extremum from a paraboloid through those, whose
-// derivatives along an axis are averaged over the three lines, 1 : 4 : 1.
+// Places the extremum in the image at the scale that the quadric gave. A quadric about the middle
+// takes the curvature of the middle's scale; over half a level it changes by a tenth, and so would
+// the offset. The differences at the scale in between come from a parabola through the three
+// levels, the extremum from a paraboloid through those, whose derivatives along an axis are
+// averaged over the three lines, 1 : 4 : 1.
 void PlaceAtItsScale(const Neighborhood& n, Quadric* q) {
   double m[3][3];
   for (int i = 0; i < 3; ++i) {
@@ -87,8 +90,8 @@ void PlaceAtItsScale(const Neighborhood& n, Quadric* q) {
   q->oy = oy;
 }
 
-// Above a half, so that an extremum midway between samples does not send the search to and fro until it is lost: this
-// keeps a tenth of all features.
+// Above a half, so that an extremum midway between samples does not send the search to and fro
+// until it is lost: this keeps a tenth of all features.
 constexpr double kStepOffset = 0.6;
 
 int StepOf(double offset) {
@@ -110,7 +113,8 @@ std::optional<Extremum> RefineExtremum(const OctaveRows& octave, int level, int 
       if (std::fabs(contrast) < limits.contrast_min) return std::nullopt;
       const double trace = q.hxx + q.hyy, determinant = q.hxx * q.hyy - q.hxy * q.hxy;
       const double r = limits.edge_ratio_max;
-      if (determinant <= 0 || trace * trace * r >= (r + 1) * (r + 1) * determinant) return std::nullopt;
+      if (determinant <= 0 || trace * trace * r >= (r + 1) * (r + 1) * determinant)
+        return std::nullopt;
       PlaceAtItsScale(n, &q);
       Extremum result;
       result.level = level;
@@ -126,8 +130,9 @@ std::optional<Extremum> RefineExtremum(const OctaveRows& octave, int level, int 
     x += sx;
     y += sy;
     level += ss;
-    if (level < 1 || level > kScalesPerOctave || x < kExtremumBorder || x >= octave.width - kExtremumBorder ||
-        y < kExtremumBorder || y >= octave.height - kExtremumBorder) {
+    if (level < 1 || level > kScalesPerOctave || x < kExtremumBorder ||
+        x >= octave.width - kExtremumBorder || y < kExtremumBorder ||
+        y >= octave.height - kExtremumBorder) {
       return std::nullopt;
     }
   }

@@ -14,9 +14,11 @@ struct ExtremumLimits {
   double edge_ratio_max = 10.0;  // of the principal curvatures
 };
 
-// Fits a quadric to the 3 x 3 x 3 differences about (level, y, x) of `octave` and steps to the sample nearest its
-// extremum, at most kRefineSteps times. Reads rows y - kRefineReach .. y + kRefineReach. Nothing if the steps leave the
-// octave or do not end, or the extremum fails the limits.
-std::optional<Extremum> RefineExtremum(const OctaveRows& octave, int level, int y, int x, const ExtremumLimits& limits);
+// Fits a quadric to the 3 x 3 x 3 differences about (level, y, x) of `octave` and steps to the
+// sample nearest its extremum, at most kRefineSteps times. Reads rows y - kRefineReach .. y +
+// kRefineReach. Nothing if the steps leave the octave or do not end, or the extremum fails the
+// limits.
+std::optional<Extremum> RefineExtremum(const OctaveRows& octave, int level, int y, int x,
+                                       const ExtremumLimits& limits);
 
 }  // namespace veduta

@@ -17,17 +17,20 @@ inline constexpr int kScanLag = kRefineReach;
 class ExtremumScan final {
  public:
   // `octave` must stay until the scan ends.
-  void Start(const SiftKernels& kernels, const OctaveRows* octave, int octave_index, const ExtremumLimits& limits);
-  // Scans the rows not scanned yet below `end`, appending what it finds in (row, level, column) order. Rows
-  // [first - kRefineReach, end + kRefineReach) of all levels, as far as inside the octave, are in memory, where `first`
-  // is the first row not scanned yet.
+  void Start(const SiftKernels& kernels, const OctaveRows* octave, int octave_index,
+             const ExtremumLimits& limits);
+  // Scans the rows not scanned yet below `end`, appending what it finds in (row, level, column)
+  // order. Rows [first - kRefineReach, end + kRefineReach) of all levels, as far as inside the
+  // octave, are in memory, where `first` is the first row not scanned yet.
   void ScanTo(int end, std::vector<Extremum>* extrema);
 
  private:
   static constexpr int kDifferences = kLevels - 1;
   static constexpr int kRing = 4;  // rows of differences kept; three are needed
 
-  int16_t* DifferenceRow(int level, int y) { return differences_[level].data() + (y % kRing) * stride_ + kRowPad; }
+  int16_t* DifferenceRow(int level, int y) {
+    return differences_[level].data() + (y % kRing) * stride_ + kRowPad;
+  }
 
   const SiftKernels* kernels_ = nullptr;
   const OctaveRows* octave_ = nullptr;

@@ -16,11 +16,13 @@ constexpr double kReachSigma = 3.6;
 
 GaussianTaps MakeGaussianTaps(double sigma) {
   GaussianTaps result;
-  result.radius = std::clamp(static_cast<int>(std::ceil(kReachSigma * sigma - 0.5)), 1, kTapRadiusMax);
+  result.radius =
+      std::clamp(static_cast<int>(std::ceil(kReachSigma * sigma - 0.5)), 1, kTapRadiusMax);
   double weights[kTapRadiusMax + 1];
   double width = sigma;
   double sum = 0;
-  for (int pass = 0; pass < 8; ++pass) {  // truncation and sampling change the variance: correct the width
+  for (int pass = 0; pass < 8;
+       ++pass) {  // truncation and sampling change the variance: correct the width
     sum = 0;
     double variance = 0;
     for (int k = 0; k <= result.radius; ++k) {
@@ -41,7 +43,8 @@ GaussianTaps MakeGaussianTaps(double sigma) {
 
 ShiftedTaps MakeQuarterStepTaps(double sigma) {
   ShiftedTaps result;
-  const int reach = std::clamp(static_cast<int>(std::ceil(kReachSigma * sigma - 0.5)), 1, kTapRadiusMax);
+  const int reach =
+      std::clamp(static_cast<int>(std::ceil(kReachSigma * sigma - 0.5)), 1, kTapRadiusMax);
   result.count = 2 * reach + 1;
   double weights[2 * kTapRadiusMax + 1];
   double first = 0, second = 0;

@@ -13,7 +13,8 @@ struct GaussianTaps {
   int16_t taps[kTapRadiusMax + 2] = {};  // the centre's, then outwards; zero after the last
 };
 
-// A symmetric filter whose variance, after truncation at about 3.6 sigma, is sigma^2. sigma in [0.3, 16].
+// A symmetric filter whose variance, after truncation at about 3.6 sigma, is sigma^2. sigma in
+// [0.3, 16].
 GaussianTaps MakeGaussianTaps(double sigma);
 
 struct ShiftedTaps {
@@ -21,8 +22,9 @@ struct ShiftedTaps {
   int16_t taps[2 * kTapRadiusMax + 2] = {};
 };
 
-// The filter for a position a quarter of a sample before the middle tap: its mean is there exactly, so doubling an
-// image with it (and with its mirror image for the other half of the samples) shifts nothing. sigma in [0.4, 16].
+// The filter for a position a quarter of a sample before the middle tap: its mean is there exactly,
+// so doubling an image with it (and with its mirror image for the other half of the samples) shifts
+// nothing. sigma in [0.4, 16].
 ShiftedTaps MakeQuarterStepTaps(double sigma);
 
 }  // namespace veduta

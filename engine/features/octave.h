@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
-// One octave of the Gaussian scale space. Lowe 2004, section 3: level 0 has blur sigma, level i sigma * 2^(i / 3).
+// One octave of the Gaussian scale space. Lowe 2004, section 3: level 0 has blur sigma, level i
+// sigma * 2^(i / 3).
 
 #include <cstddef>
 #include <cstdint>
@@ -12,7 +13,7 @@ namespace veduta {
 inline constexpr int kScalesPerOctave = 3;
 inline constexpr int kLevels = kScalesPerOctave + 3;
 inline constexpr int kExtremumBorder = 5;  // px of an octave: no extrema nearer its border
-inline constexpr int kRefineSteps = 5;     // samples that an extremum may lie from where it was found
+inline constexpr int kRefineSteps = 5;  // samples that an extremum may lie from where it was found
 inline constexpr int kRefineReach = kRefineSteps + 1;
 
 // The rows of one level that are in memory: row y lies at y modulo the capacity.
@@ -34,7 +35,7 @@ struct Extremum {
   int octave = 0, level = 0, column = 0, row = 0;  // the nearest sample
   double x = 0, y = 0;
   double level_offset = 0;  // from `level`, [-0.5, 0.5]
-  double contrast = 0;      // the difference, in shares of the grey range; positive for dark on bright
+  double contrast = 0;  // the difference, in shares of the grey range; positive for dark on bright
 };
 
 }  // namespace veduta

@@ -13,25 +13,31 @@ constexpr float kBinDeg = 360.0f / kOrientationBins;
 
 }  // namespace
 
-Directions FindDirections(const SiftKernels& kernels, const GrayPlane& plane, double x, double y, double sigma) {
+Directions FindDirections(const SiftKernels& kernels, const GrayPlane& plane, double x, double y,
+                          double sigma) {
   float raw[kOrientationBins] = {};
   const double window = kWindowSigma * sigma;
-  const int radius = std::clamp(static_cast<int>(kWindowReach * window + 0.5), 1, kOrientationRadiusMax);
-  kernels.orientation_histogram(plane, static_cast<float>(x), static_cast<float>(y), static_cast<float>(window), radius,
-                                raw);
+  const int radius =
+      std::clamp(static_cast<int>(kWindowReach * window + 0.5), 1, kOrientationRadiusMax);
+  kernels.orientation_histogram(plane, static_cast<float>(x), static_cast<float>(y),
+                                static_cast<float>(window), radius, raw);
   const auto at = [&raw](int i) { return raw[(i + kOrientationBins) % kOrientationBins]; };
   float smooth[kOrientationBins];
   for (int i = 0; i < kOrientationBins; ++i) {
-    smooth[i] = (at(i - 2) + at(i + 2)) * (1.0f / 16) + (at(i - 1) + at(i + 1)) * (4.0f / 16) + at(i) * (6.0f / 16);
+    smooth[i] = (at(i - 2) + at(i + 2)) * (1.0f / 16) + (at(i - 1) + at(i + 1)) * (4.0f / 16) +
+                at(i) * (6.0f / 16);
   }
-  const int highest = static_cast<int>(std::max_element(smooth, smooth + kOrientationBins) - smooth);
+  const int highest =
+      static_cast<int>(std::max_element(smooth, smooth + kOrientationBins) - smooth);
   Directions result;
   for (int i = 0; i < kOrientationBins; ++i) {
     const float left = smooth[(i + kOrientationBins - 1) % kOrientationBins];
     const float right = smooth[(i + 1) % kOrientationBins];
-    if (smooth[i] < kPeakShare * smooth[highest] || smooth[i] <= left || smooth[i] <= right) continue;
+    if (smooth[i] < kPeakShare * smooth[highest] || smooth[i] <= left || smooth[i] <= right)
+      continue;
     // The top of the parabola through three bins.
-    const float bin = static_cast<float>(i) + 0.5f * (left - right) / (left - 2.0f * smooth[i] + right);
+    const float bin =
+        static_cast<float>(i) + 0.5f * (left - right) / (left - 2.0f * smooth[i] + right);
     float angle = bin * kBinDeg;
     if (angle < 0.0f) angle += 360.0f;
     if (angle >= 360.0f) angle -= 360.0f;

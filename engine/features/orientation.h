@@ -14,6 +14,7 @@ struct Directions {
 };
 
 // Peaks of the histogram of directions within 4.5 sigma px of (x, y) that reach 0.8 of the highest.
-Directions FindDirections(const SiftKernels& kernels, const GrayPlane& plane, double x, double y, double sigma);
+Directions FindDirections(const SiftKernels& kernels, const GrayPlane& plane, double x, double y,
+                          double sigma);
 
 }  // namespace veduta

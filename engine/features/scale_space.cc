@@ -16,8 +16,8 @@ int RoundUp(int value) {
   return (value + kRowGranule - 1) / kRowGranule * kRowGranule;
 }
 
-// Values from row to row: readable beyond the width, and an odd number of cache lines, so that the rows of a column do
-// not compete for the same sets of the cache.
+// Values from row to row: readable beyond the width, and an odd number of cache lines, so that the
+// rows of a column do not compete for the same sets of the cache.
 ptrdiff_t StrideOf(int width) {
   return RoundUp(width) + kRowPad + (RoundUp(width) / 32 % 2 == 0 ? 32 : 0);
 }
@@ -29,8 +29,8 @@ GrayPlane ScaleSpace::Plane(int octave, int level) const {
   return {rows.levels[level].data, rows.levels[level].stride, rows.width, rows.height};
 }
 
-void ScaleSpace::Build(const GrayView& image, const FeatureOptions& options, const SiftKernels& kernels,
-                       std::vector<Extremum>* extrema) {
+void ScaleSpace::Build(const GrayView& image, const FeatureOptions& options,
+                       const SiftKernels& kernels, std::vector<Extremum>* extrema) {
   kernels_ = &kernels;
   limits_ = {options.contrast_threshold / kScalesPerOctave, options.edge_ratio_max};
   for (int i = 1; i < kLevels; ++i) {
@@ -40,8 +40,10 @@ void ScaleSpace::Build(const GrayView& image, const FeatureOptions& options, con
   }
   base_rows_.Start(kernels, image, options.sigma, options.upsample);
   int width = base_rows_.width(), height = base_rows_.height();
-  for (octave_count_ = 0; std::min(width, height) >= kOctaveSizeMin; ++octave_count_, width /= 2, height /= 2) {
-    if (static_cast<int>(octaves_.size()) == octave_count_) octaves_.push_back(std::make_unique<OctaveMemory>());
+  for (octave_count_ = 0; std::min(width, height) >= kOctaveSizeMin;
+       ++octave_count_, width /= 2, height /= 2) {
+    if (static_cast<int>(octaves_.size()) == octave_count_)
+      octaves_.push_back(std::make_unique<OctaveMemory>());
     octaves_[octave_count_]->rows.width = width;
     octaves_[octave_count_]->rows.height = height;
     PlaceRows(octave_count_);
@@ -49,7 +51,8 @@ void ScaleSpace::Build(const GrayView& image, const FeatureOptions& options, con
   for (int octave = 0; octave < octave_count_; ++octave) BuildOctave(octave, extrema);
 }
 
-// Gives every level of an octave its memory. The rings are shared by the octaves; the first needs the longest rows.
+// Gives every level of an octave its memory. The rings are shared by the octaves; the first needs
+// the longest rows.
 void ScaleSpace::PlaceRows(int octave) {
   OctaveMemory& memory = *octaves_[octave];
   OctaveRows& rows = memory.rows;
@@ -103,14 +106,16 @@ void ScaleSpace::BlurRows(const OctaveRows& octave, int level, int begin, int en
   const int16_t* rows[kBatchRows + 2 * kTapRadiusMax];
   const int reach = end - begin + 2 * taps.radius;
   for (int k = 0; k < reach; ++k) {
-    rows[k] = octave.levels[level - 1].Row(std::clamp(begin - taps.radius + k, 0, octave.height - 1));
+    rows[k] =
+        octave.levels[level - 1].Row(std::clamp(begin - taps.radius + k, 0, octave.height - 1));
   }
   int16_t* lines[kBatchRows] = {};
   for (int j = 0; j < end - begin; ++j) lines[j] = lines_.data() + j * line_stride + kRowPad;
   kernels_->blur_columns(rows, end - begin, taps.taps, taps.radius, lines, width);
   for (int j = 0; j < end - begin; ++j) {
     ExtendRow(lines[j], octave.width);
-    kernels_->blur_row(lines[j], taps.taps, taps.radius, octave.levels[level].Row(begin + j), width);
+    kernels_->blur_row(lines[j], taps.taps, taps.radius, octave.levels[level].Row(begin + j),
+                       width);
   }
 }
 

@@ -2,9 +2,9 @@
 #pragma once
 // The Gaussian scale space of a photo, made row by row, and its extrema. Lowe 2004, section 3.
 //
-// Level 3's every second pixel is the next octave's level 0. A few rows of each level are made, then of the next, so
-// that rows are blurred while they are in the cache; levels 1 to 3, which orientations and descriptors read, are kept
-// whole, the others in rings of rows.
+// Level 3's every second pixel is the next octave's level 0. A few rows of each level are made,
+// then of the next, so that rows are blurred while they are in the cache; levels 1 to 3, which
+// orientations and descriptors read, are kept whole, the others in rings of rows.
 
 #include <memory>
 #include <vector>
@@ -18,13 +18,13 @@ namespace veduta {
 // Holds its memory from photo to photo. Not thread-safe.
 class ScaleSpace final {
  public:
-  // Builds the octaves of a photo and appends their extrema in (octave, row, level, column) order. The options and the
-  // image have been checked. Throws std::bad_alloc.
+  // Builds the octaves of a photo and appends their extrema in (octave, row, level, column) order.
+  // The options and the image have been checked. Throws std::bad_alloc.
   void Build(const GrayView& image, const FeatureOptions& options, const SiftKernels& kernels,
              std::vector<Extremum>* extrema);
 
-  // Level 1 to kScalesPerOctave of an octave built, valid until the next Build. Rows are readable kRowPad values beyond
-  // the width.
+  // Level 1 to kScalesPerOctave of an octave built, valid until the next Build. Rows are readable
+  // kRowPad values beyond the width.
   GrayPlane Plane(int octave, int level) const;
 
  private:
@@ -45,8 +45,9 @@ class ScaleSpace final {
   ExtremumScan scan_;
   std::vector<std::unique_ptr<OctaveMemory>> octaves_;
   int octave_count_ = 0;
-  GrayBuffer rings_[3];  // level 0 of the first octave, and the two last levels of the one being built
-  GrayBuffer lines_;     // rows between the two passes of a blur
+  GrayBuffer
+      rings_[3];      // level 0 of the first octave, and the two last levels of the one being built
+  GrayBuffer lines_;  // rows between the two passes of a blur
 };
 
 }  // namespace veduta

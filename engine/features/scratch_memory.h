@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
-// Memory that is kept from one photo to the next: the first touch of fresh pages costs more than some blurs.
+// Memory that is kept from one photo to the next: the first touch of fresh pages costs more than
+// some blurs.
 
 #include <cstddef>
 #include <cstdint>

@@ -1,13 +1,15 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
-// The inner loops of SIFT, one table of them for each vector instruction set. All tables give the same bytes: blurs are
-// integer arithmetic, and the floating-point loops use the same operations in the same order without fused rounding.
+// The inner loops of SIFT, one table of them for each vector instruction set. All tables give the
+// same bytes: blurs are integer arithmetic, and the floating-point loops use the same operations in
+// the same order without fused rounding.
 //
-// Grey values are int16: (pixel - 128) * 128, so 1 grey level is 128 units, and the sum of any two fits 16 bits. Blur
-// taps are int16 and sum to 2^15; a blur is a convex combination rounded once, so it never leaves the input's range.
+// Grey values are int16: (pixel - 128) * 128, so 1 grey level is 128 units, and the sum of any two
+// fits 16 bits. Blur taps are int16 and sum to 2^15; a blur is a convex combination rounded once,
+// so it never leaves the input's range.
 //
-// This header is included by sources with their own -m flags: no Eigen, and no library templates that the linker could
-// merge with those of other sources.
+// This header is included by sources with their own -m flags: no Eigen, and no library templates
+// that the linker could merge with those of other sources.
 
 #include <cstddef>
 #include <cstdint>
@@ -16,16 +18,17 @@ namespace veduta {
 
 inline constexpr int kGrayUnit = 128;   // int16 units a grey level
 inline constexpr int kRowGranule = 64;  // rows are computed in blocks of so many values
-inline constexpr int kRowPad = 64;      // readable values on both sides of a row that blur_row reads
+inline constexpr int kRowPad = 64;  // readable values on both sides of a row that blur_row reads
 inline constexpr int kBlurRowsMax = 4;  // rows that blur_columns makes in one call
 inline constexpr int kOrientationBins = 36;
 inline constexpr int kOrientationRadiusMax = 60;
 
-// The descriptor's window: 20 x 20 gradients, 4 a spatial bin, over the 5 bins' width that interpolation between 4 bins
-// reaches, from 22 x 22 grey values.
+// The descriptor's window: 20 x 20 gradients, 4 a spatial bin, over the 5 bins' width that
+// interpolation between 4 bins reaches, from 22 x 22 grey values.
 inline constexpr int kGridGradients = 20;
 inline constexpr int kGridValues = kGridGradients + 2;
-// A gradient's weight in the (up to two) spatial bins of its column or row, the Gaussian window included.
+// A gradient's weight in the (up to two) spatial bins of its column or row, the Gaussian window
+// included.
 struct DescriptorWeights {
   float weight[kGridGradients][4];
 };
@@ -37,18 +40,23 @@ struct GrayPlane {
 };
 
 struct SiftKernels {
-  // out[j][x] = sum over k of taps[|k|] * rows[j + radius + k][x], k in [-radius, radius], for `row_count` (at most
-  // kBlurRowsMax) rows and x in [0, width); width is a multiple of kRowGranule. `rows` has row_count + 2 radius.
-  void (*blur_columns)(const int16_t* const* rows, int row_count, const int16_t* taps, int radius, int16_t* const* out,
-                       int width);
-  // Likewise along one row. in[-radius .. width + radius] are read and up to kRowPad values beyond (but not used).
+  // out[j][x] = sum over k of taps[|k|] * rows[j + radius + k][x], k in [-radius, radius], for
+  // `row_count` (at most kBlurRowsMax) rows and x in [0, width); width is a multiple of
+  // kRowGranule. `rows` has row_count + 2 radius.
+  void (*blur_columns)(const int16_t* const* rows, int row_count, const int16_t* taps, int radius,
+                       int16_t* const* out, int width);
+  // Likewise along one row. in[-radius .. width + radius] are read and up to kRowPad values beyond
+  // (but not used).
   void (*blur_row)(const int16_t* in, const int16_t* taps, int radius, int16_t* out, int width);
 
   // out[x] = sum over k of taps[k] * rows[k][x], k in [0, tap_count).
-  void (*weigh_rows)(const int16_t* const* rows, const int16_t* taps, int tap_count, int16_t* out, int width);
-  // Doubles a row: out[2x] = sum over k of taps[k] * in[x + k - tap_count / 2], and out[2x + 1] the same with the taps
-  // reversed. `width` is that of `in`, a multiple of kRowGranule / 2; tap_count is odd.
-  void (*double_row)(const int16_t* in, const int16_t* taps, int tap_count, int16_t* out, int width);
+  void (*weigh_rows)(const int16_t* const* rows, const int16_t* taps, int tap_count, int16_t* out,
+                     int width);
+  // Doubles a row: out[2x] = sum over k of taps[k] * in[x + k - tap_count / 2], and out[2x + 1] the
+  // same with the taps reversed. `width` is that of `in`, a multiple of kRowGranule / 2; tap_count
+  // is odd.
+  void (*double_row)(const int16_t* in, const int16_t* taps, int tap_count, int16_t* out,
+                     int width);
   // out[x] = in[2x] for x in [0, width).
   void (*halve_row)(const int16_t* in, int16_t* out, int width);
   // out[x] = (in[x] - 128) * 128.
@@ -56,21 +64,25 @@ struct SiftKernels {
   // out[x] = b[x] - a[x].
   void (*subtract_row)(const int16_t* a, const int16_t* b, int16_t* out, int width);
 
-  // Columns x in [begin, end) where dog[1][1][x] exceeds `threshold` in magnitude and is the largest (if positive) or
-  // smallest (if negative) of its 3 x 3 x 3 neighbourhood dog[level][row]. Of equal neighbours the first in (level,
-  // row, column) counts. Writes at most end - begin ascending columns and returns their number.
-  int (*find_extrema)(const int16_t* const dog[3][3], int threshold, int begin, int end, int32_t* columns);
+  // Columns x in [begin, end) where dog[1][1][x] exceeds `threshold` in magnitude and is the
+  // largest (if positive) or smallest (if negative) of its 3 x 3 x 3 neighbourhood dog[level][row].
+  // Of equal neighbours the first in (level, row, column) counts. Writes at most end - begin
+  // ascending columns and returns their number.
+  int (*find_extrema)(const int16_t* const dog[3][3], int threshold, int begin, int end,
+                      int32_t* columns);
 
-  // Adds the gradients within `radius` px of (x, y) to a histogram of directions (bin i is centred at 10 i degrees,
-  // from x towards y), weighted by magnitude and by a Gaussian of `sigma` px about (x, y). Pixels on the plane's border
-  // and outside have no gradient. radius <= kOrientationRadiusMax.
+  // Adds the gradients within `radius` px of (x, y) to a histogram of directions (bin i is centred
+  // at 10 i degrees, from x towards y), weighted by magnitude and by a Gaussian of `sigma` px about
+  // (x, y). Pixels on the plane's border and outside have no gradient. radius <=
+  // kOrientationRadiusMax.
   void (*orientation_histogram)(const GrayPlane& plane, float x, float y, float sigma, int radius,
                                 float histogram[kOrientationBins]);
 
-  // The raw 4 x 4 x 8 descriptor (row, column, direction) about (x, y). Lowe takes every pixel of the window and looks
-  // up its bins; here the window is resampled on a grid that turns and grows with the keypoint, so that the bins and
-  // weights are the same for all, and there is nothing to branch on. At 3 / 4 of the keypoint's scale the grid misses
-  // nothing that the blur has left. step_cos, step_sin: of the keypoint's direction, times the grid's spacing in px.
+  // The raw 4 x 4 x 8 descriptor (row, column, direction) about (x, y). Lowe takes every pixel of
+  // the window and looks up its bins; here the window is resampled on a grid that turns and grows
+  // with the keypoint, so that the bins and weights are the same for all, and there is nothing to
+  // branch on. At 3 / 4 of the keypoint's scale the grid misses nothing that the blur has left.
+  // step_cos, step_sin: of the keypoint's direction, times the grid's spacing in px.
   void (*describe)(const GrayPlane& plane, float x, float y, float step_cos, float step_sin,
                    const DescriptorWeights& weights, float histogram[128]);
   // Clips, takes the square root of the share in the sum, and rounds to bytes.

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The kernels of sift_kernels.h in terms of sift_kernels_vector.h and sift_kernels_float.h. Included once by each
-// sift_kernels_*.cc; no guard.
+// The kernels of sift_kernels.h in terms of sift_kernels_vector.h and sift_kernels_float.h.
+// Included once by each sift_kernels_*.cc; no guard.
 
 #include "engine/features/sift_kernels.h"
 
@@ -25,7 +25,8 @@ inline I16 LoadSum(const int16_t* a, const int16_t* b) {
 
 // Several vectors at a time: the taps and row addresses are then read less often.
 template <int kVectors>
-inline void BlurColumnsBlock(const int16_t* const* rows, ptrdiff_t x, const int16_t* taps, int radius, int16_t* out) {
+inline void BlurColumnsBlock(const int16_t* const* rows, ptrdiff_t x, const int16_t* taps,
+                             int radius, int16_t* out) {
   Sums sums[kVectors];
   const int16_t* p = rows[radius] + x;
   const int16_t* q = rows[radius - 1] + x;
@@ -47,17 +48,21 @@ inline void BlurColumnsBlock(const int16_t* const* rows, ptrdiff_t x, const int1
   if (radius % 2 == 0) {
     pair = FillPair(taps + radius);  // taps[radius + 1] is 0
     p = rows[0] + x, q = rows[2 * radius] + x;
-    for (int i = 0; i < kVectors; ++i) sums[i].Add(LoadSum(p + i * kLanes, q + i * kLanes), Zero(), pair);
+    for (int i = 0; i < kVectors; ++i)
+      sums[i].Add(LoadSum(p + i * kLanes, q + i * kLanes), Zero(), pair);
   }
-  for (int i = 0; i < kVectors; ++i) Store(out + x + i * kLanes, PackRound(sums[i].low, sums[i].high));
+  for (int i = 0; i < kVectors; ++i)
+    Store(out + x + i * kLanes, PackRound(sums[i].low, sums[i].high));
 }
 
-void BlurColumns(const int16_t* const* rows, int row_count, const int16_t* taps, int radius, int16_t* const* out,
-                 int width) {
+void BlurColumns(const int16_t* const* rows, int row_count, const int16_t* taps, int radius,
+                 int16_t* const* out, int width) {
   constexpr int kVectors = kLanes == 8 ? 2 : kRowGranule / kLanes;
-  // All output rows of a block of columns before the next block: the inputs they share stay in the first-level cache.
+  // All output rows of a block of columns before the next block: the inputs they share stay in the
+  // first-level cache.
   for (int x = 0; x < width; x += kVectors * kLanes) {
-    for (int j = 0; j < row_count; ++j) BlurColumnsBlock<kVectors>(rows + j, x, taps, radius, out[j]);
+    for (int j = 0; j < row_count; ++j)
+      BlurColumnsBlock<kVectors>(rows + j, x, taps, radius, out[j]);
   }
 }
 
@@ -82,11 +87,13 @@ void BlurRow(const int16_t* in, const int16_t* taps, int radius, int16_t* out, i
   }
 }
 
-void WeighRows(const int16_t* const* rows, const int16_t* taps, int tap_count, int16_t* out, int width) {
+void WeighRows(const int16_t* const* rows, const int16_t* taps, int tap_count, int16_t* out,
+               int width) {
   for (int x = 0; x < width; x += kLanes) {
     I16 low = Zero(), high = Zero();
     for (int k = 0; k < tap_count; k += 2) {
-      const int16_t weights[2] = {taps[k], static_cast<int16_t>(k + 1 < tap_count ? taps[k + 1] : 0)};
+      const int16_t weights[2] = {taps[k],
+                                  static_cast<int16_t>(k + 1 < tap_count ? taps[k + 1] : 0)};
       const I16 pair = FillPair(weights);
       const I16 a = Load(rows[k] + x), b = Load(rows[k + 1 < tap_count ? k + 1 : k] + x);
       low = Add32(low, MulAdd(InterleaveLow(a, b), pair));
@@ -103,7 +110,8 @@ void DoubleRow(const int16_t* in, const int16_t* taps, int tap_count, int16_t* o
     for (int k = 0; k < tap_count; k += 2) {
       const bool whole = k + 1 < tap_count;
       const int16_t forward[2] = {taps[k], static_cast<int16_t>(whole ? taps[k + 1] : 0)};
-      const int16_t backward[2] = {taps[tap_count - 1 - k], static_cast<int16_t>(whole ? taps[tap_count - 2 - k] : 0)};
+      const int16_t backward[2] = {taps[tap_count - 1 - k],
+                                   static_cast<int16_t>(whole ? taps[tap_count - 2 - k] : 0)};
       const I16 pair_a = FillPair(forward), pair_b = FillPair(backward);
       const I16 a = Load(in + x + k - reach), b = Load(in + x + k + 1 - reach);
       const I16 low = InterleaveLow(a, b), high = InterleaveHigh(a, b);
@@ -150,21 +158,25 @@ inline void WidenByRow(Range* range, const int16_t* p) {
   Widen(range, Load(p + 1));
 }
 
-int FindExtrema(const int16_t* const dog[3][3], int threshold, int begin, int end, int32_t* columns) {
+int FindExtrema(const int16_t* const dog[3][3], int threshold, int begin, int end,
+                int32_t* columns) {
   int count = 0;
   const I16 upper = Fill(threshold), lower = Fill(-threshold);
   for (int x = begin; x < end; x += kLanes) {
     const int16_t* center = dog[1][1] + x;
     const I16 value = Load(center);
-    // Neighbours that come before must be exceeded; those that come after may be equal. The six nearest first: few
-    // pixels pass, and one branch for them is guessed better than one for the threshold alone.
+    // Neighbours that come before must be exceeded; those that come after may be equal. The six
+    // nearest first: few pixels pass, and one branch for them is guessed better than one for the
+    // threshold alone.
     Range before = Spread(Load(center - 1)), after = Spread(Load(center + 1));
     Widen(&before, Load(dog[1][0] + x));
     Widen(&after, Load(dog[1][2] + x));
     Widen(&before, Load(dog[0][1] + x));
     Widen(&after, Load(dog[2][1] + x));
-    Mask maximum = AndNot(And(Greater(value, upper), Greater(value, before.high)), Greater(after.high, value));
-    Mask minimum = AndNot(And(Greater(lower, value), Greater(before.low, value)), Greater(value, after.low));
+    Mask maximum =
+        AndNot(And(Greater(value, upper), Greater(value, before.high)), Greater(after.high, value));
+    Mask minimum =
+        AndNot(And(Greater(lower, value), Greater(before.low, value)), Greater(value, after.low));
     if (Bits(Or(maximum, minimum)) == 0) continue;
     WidenByRow(&before, dog[1][0] + x);
     WidenByRow(&after, dog[1][2] + x);
@@ -184,13 +196,15 @@ int FindExtrema(const int16_t* const dog[3][3], int threshold, int begin, int en
 
 // ---- gradients ----
 
-// Direction of (dx, dy) in eighths of a turn, [0, 8]: 0 along x, 2 along y. A polynomial for the arc tangent through
-// Chebyshev nodes of [0, 1], of error below 1e-5 of an eighth; (0, 0) gives 0.
+// Direction of (dx, dy) in eighths of a turn, [0, 8]: 0 along x, 2 along y. A polynomial for the
+// arc tangent through Chebyshev nodes of [0, 1], of error below 1e-5 of an eighth; (0, 0) gives 0.
 inline F8 EighthsOfTurn(F8 dx, F8 dy) {
   const F8 ax = AbsF(dx), ay = AbsF(dy);
   const F8 t = MinF(ax, ay) / MaxF(MaxF(ax, ay), FillF(1e-20f));
   const F8 s = t * t;
-  const F8 odd = ((((-0.016718122f * s + 0.072052607f) * s - 0.15335990f) * s + 0.24872300f) * s - 0.42393416f) * s;
+  const F8 odd = ((((-0.016718122f * s + 0.072052607f) * s - 0.15335990f) * s + 0.24872300f) * s -
+                  0.42393416f) *
+                 s;
   F8 o = t * (odd + 1.27323297f);
   o = ay > ax ? 2.0f - o : o;
   o = dx < 0.0f ? 4.0f - o : o;
@@ -202,14 +216,16 @@ inline F8 ExpOfMinus(F8 v) {
   const F8 y = v * 1.44269504f;
   const N8 n = Truncate(y);
   const F8 f = ToFloat(n) - y;  // (-1, 0]
-  const F8 p =
-      ((((0.00094687703f * f + 0.0092091804f) * f + 0.055298120f) * f + 0.24017896f) * f + 0.69314313f) * f + 1.0f;
+  const F8 p = ((((0.00094687703f * f + 0.0092091804f) * f + 0.055298120f) * f + 0.24017896f) * f +
+                0.69314313f) *
+                   f +
+               1.0f;
   return p * (F8)((127 - n) << 23);
 }
 
-// Weighted directions waiting to be counted, and the counts. Four histograms in turn: neighbouring pixels often share a
-// bin, and would wait for one another. Many pixels at a time: a loop over each short row would often be guessed
-// wrongly.
+// Weighted directions waiting to be counted, and the counts. Four histograms in turn: neighbouring
+// pixels often share a bin, and would wait for one another. Many pixels at a time: a loop over each
+// short row would often be guessed wrongly.
 struct DirectionCounts {
   static constexpr int kFull = 1024;
   alignas(32) float weight[kFull + kOrientationRadiusMax * 2 + 16];
@@ -234,7 +250,8 @@ void OrientationHistogram(const GrayPlane& plane, float x, float y, float sigma,
                           float histogram[kOrientationBins]) {
   const int cx = static_cast<int>(x + 0.5f), cy = static_cast<int>(y + 0.5f);
   const float scale = 0.5f / (sigma * sigma);
-  alignas(32) float column_weight[2 * kOrientationRadiusMax + 16], row_weight[2 * kOrientationRadiusMax + 16];
+  alignas(32) float column_weight[2 * kOrientationRadiusMax + 16],
+      row_weight[2 * kOrientationRadiusMax + 16];
   constexpr N8 kIota = {0, 1, 2, 3, 4, 5, 6, 7};
   for (int i = 0; i <= 2 * radius; i += 8) {
     const F8 offset = ToFloat(kIota + (i - radius));
@@ -280,8 +297,8 @@ void OrientationHistogram(const GrayPlane& plane, float x, float y, float sigma,
 
 constexpr int kGridStride = 24;
 
-// Grey values at column (i - 10.5), row (j - 10.5) of the rotated grid, by bilinear interpolation; positions outside
-// the plane are moved to its border, where the gradient across it is then none.
+// Grey values at column (i - 10.5), row (j - 10.5) of the rotated grid, by bilinear interpolation;
+// positions outside the plane are moved to its border, where the gradient across it is then none.
 inline F8 Sample(const GrayPlane& plane, F8 px, F8 py) {
   px = MinF(MaxF(px, F8{}), FillF(static_cast<float>(plane.width - 2)));
   py = MinF(MaxF(py, F8{}), FillF(static_cast<float>(plane.height - 2)));
@@ -291,8 +308,10 @@ inline F8 Sample(const GrayPlane& plane, F8 px, F8 py) {
   const N8 index = iy * stride + ix;
 #if defined(__AVX2__)
   // A 32-bit word holds a value (low half) and its right neighbour (high half).
-  const N8 upper = (N8)_mm256_i32gather_epi32(reinterpret_cast<const int*>(plane.pixels), (__m256i)index, 2);
-  const N8 lower = (N8)_mm256_i32gather_epi32(reinterpret_cast<const int*>(plane.pixels + stride), (__m256i)index, 2);
+  const N8 upper =
+      (N8)_mm256_i32gather_epi32(reinterpret_cast<const int*>(plane.pixels), (__m256i)index, 2);
+  const N8 lower = (N8)_mm256_i32gather_epi32(reinterpret_cast<const int*>(plane.pixels + stride),
+                                              (__m256i)index, 2);
   const F8 a = ToFloat((upper << 16) >> 16), b = ToFloat(upper >> 16);
   const F8 c = ToFloat((lower << 16) >> 16), d = ToFloat(lower >> 16);
 #else
@@ -306,12 +325,15 @@ inline F8 Sample(const GrayPlane& plane, F8 px, F8 py) {
   return above + fy * (beneath - above);
 }
 
-// Adds a row's gradients 4 kGroup .. 4 kGroup + 3 to the columns of cells they lie between: kGroup - 1 and kGroup.
+// Adds a row's gradients 4 kGroup .. 4 kGroup + 3 to the columns of cells they lie between: kGroup
+// - 1 and kGroup.
 template <int kGroup>
-inline void AddGroup(const float* magnitude, const float* direction, const DescriptorWeights& weights, F8 column[4]) {
+inline void AddGroup(const float* magnitude, const float* direction,
+                     const DescriptorWeights& weights, F8 column[4]) {
   constexpr F8 kIota = {0, 1, 2, 3, 4, 5, 6, 7};
   for (int i = 4 * kGroup; i < 4 * kGroup + 4; ++i) {
-    // The gradient's share in each of 8 directions: 1 at its own, falling to 0 an eighth of a turn away.
+    // The gradient's share in each of 8 directions: 1 at its own, falling to 0 an eighth of a turn
+    // away.
     const F8 apart = AbsF(kIota - direction[i]);
     const F8 share = magnitude[i] * MaxF(1.0f - MinF(apart, 8.0f - apart), F8{});
     if constexpr (kGroup > 0) column[kGroup - 1] += weights.weight[i][kGroup - 1] * share;
@@ -376,9 +398,10 @@ void QuantizeDescriptor(const float histogram[128], uint8_t* descriptor) {
   }
 }
 
-constexpr SiftKernels kTable = {
-    BlurColumns,          BlurRow,  WeighRows,         DoubleRow, HalveRow, CenterRow, SubtractRow, FindExtrema,
-    OrientationHistogram, Describe, QuantizeDescriptor};
+constexpr SiftKernels kTable = {BlurColumns, BlurRow,           WeighRows,
+                                DoubleRow,   HalveRow,          CenterRow,
+                                SubtractRow, FindExtrema,       OrientationHistogram,
+                                Describe,    QuantizeDescriptor};
 
 }  // namespace
 }  // namespace veduta

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
-// The vectors of sift_kernels_vector.h, which says what each operation does, in 128 bits: the compiler's own vectors,
-// with two instructions of SSE2 where there is that.
+// The vectors of sift_kernels_vector.h, which says what each operation does, in 128 bits: the
+// compiler's own vectors, with two instructions of SSE2 where there is that.
 
 #include <cstdint>
 
@@ -74,7 +74,8 @@ inline I16 PackRound(I16 low, I16 high) {
 #if defined(__SSE2__)
   return (I16)_mm_packs_epi32((__m128i)Round15(low), (__m128i)Round15(high));
 #else
-  return __builtin_convertvector(__builtin_shufflevector(Round15(low), Round15(high), 0, 1, 2, 3, 4, 5, 6, 7), I16);
+  return __builtin_convertvector(
+      __builtin_shufflevector(Round15(low), Round15(high), 0, 1, 2, 3, 4, 5, 6, 7), I16);
 #endif
 }
 inline I16 MergeRound(I16 even, I16 odd) {

@@ -19,8 +19,8 @@ struct Excerpt {
   bool keeps_gauge = false;     // no image was held but the first, which stands at the end
 };
 
-// Puts the free images that see a point first, the others that do after them, each in ascending ids. A free image that
-// sees none would be left floating.
+// Puts the free images that see a point first, the others that do after them, each in ascending
+// ids. A free image that sees none would be left floating.
 void OrderImages(const std::vector<const MapImage*>& loaded, const std::vector<bool>& is_seen,
                  std::span<const ImageId> free_images, Excerpt* excerpt) {
   const std::set<ImageId> free(free_images.begin(), free_images.end());
@@ -41,10 +41,12 @@ void OrderImages(const std::vector<const MapImage*>& loaded, const std::vector<b
     problem.cams_from_world.push_back(image.cam_from_world);
     problem.cameras.push_back(image.camera);
   }
-  for (BundleObservation& observation : problem.observations) observation.image = place_of[observation.image];
+  for (BundleObservation& observation : problem.observations)
+    observation.image = place_of[observation.image];
 }
 
-Excerpt MakeExcerpt(const Map& map, std::span<const ImageId> free_images, std::span<const PointId> points) {
+Excerpt MakeExcerpt(const Map& map, std::span<const ImageId> free_images,
+                    std::span<const PointId> points) {
   std::vector<const MapImage*> loaded;
   for (const auto& [id, image] : map.images()) loaded.push_back(&image);
   std::vector<bool> is_seen(loaded.size());
@@ -55,13 +57,15 @@ Excerpt MakeExcerpt(const Map& map, std::span<const ImageId> free_images, std::s
     problem.points.push_back(point.position);
     problem.first_observation.push_back(static_cast<uint32_t>(problem.observations.size()));
     for (const TrackElement& element : point.track) {
-      const auto found = std::lower_bound(loaded.begin(), loaded.end(), element.image,
-                                          [](const MapImage* image, ImageId id) { return image->id < id; });
+      const auto found =
+          std::lower_bound(loaded.begin(), loaded.end(), element.image,
+                           [](const MapImage* image, ImageId id) { return image->id < id; });
       VEDUTA_CHECK(found != loaded.end() && (*found)->id == element.image,
                    "image " + std::to_string(element.image.value) + " is not loaded");
       const Keypoint& keypoint = (*found)->features->keypoints[element.feature];
       const auto place = static_cast<size_t>(found - loaded.begin());
-      problem.observations.push_back({static_cast<uint32_t>(place), {keypoint.x_px, keypoint.y_px}});
+      problem.observations.push_back(
+          {static_cast<uint32_t>(place), {keypoint.x_px, keypoint.y_px}});
       is_seen[place] = true;
     }
   }
@@ -70,8 +74,8 @@ Excerpt MakeExcerpt(const Map& map, std::span<const ImageId> free_images, std::s
   return excerpt;
 }
 
-// Each camera as three points: its centre, and one unit (a typical spacing) along two of its axes, so that cameras
-// on a line fix the gauge too.
+// Each camera as three points: its centre, and one unit (a typical spacing) along two of its axes,
+// so that cameras on a line fix the gauge too.
 std::vector<Eigen::Vector3d> Frame(std::span<const Rigid3> cams_from_world) {
   const double n = static_cast<double>(cams_from_world.size());
   Eigen::Vector3d mean = Eigen::Vector3d::Zero();
@@ -100,24 +104,30 @@ void Apply(Map* map, std::span<const PointId> points, const Excerpt& excerpt) {
   const size_t moved = excerpt.keeps_gauge ? excerpt.images.size() : problem.free_count;
   for (size_t i = 0; i < moved; ++i) {
     const Rigid3& pose = problem.cams_from_world[i];
-    map->SetPose(excerpt.images[i], excerpt.keeps_gauge ? TransformCameraWorld(old_from_new, pose) : pose);
+    map->SetPose(excerpt.images[i],
+                 excerpt.keeps_gauge ? TransformCameraWorld(old_from_new, pose) : pose);
   }
   for (size_t i = 0; i < points.size(); ++i) {
-    map->SetPosition(points[i], excerpt.keeps_gauge ? old_from_new * problem.points[i] : problem.points[i]);
+    map->SetPosition(points[i],
+                     excerpt.keeps_gauge ? old_from_new * problem.points[i] : problem.points[i]);
   }
 }
 
 }  // namespace
 
 Status BundleOptions::Check() const {
-  if (!(loss_scale_px > 0)) return Status::InvalidArgument("bundle option loss_scale_px must be positive");
-  if (iterations_max < 1) return Status::InvalidArgument("bundle option iterations_max must be at least 1");
-  if (!(function_tolerance > 0)) return Status::InvalidArgument("bundle option function_tolerance must be positive");
+  if (!(loss_scale_px > 0))
+    return Status::InvalidArgument("bundle option loss_scale_px must be positive");
+  if (iterations_max < 1)
+    return Status::InvalidArgument("bundle option iterations_max must be at least 1");
+  if (!(function_tolerance > 0))
+    return Status::InvalidArgument("bundle option function_tolerance must be positive");
   return Status::Ok();
 }
 
-Result<BundleSummary> AdjustBundle(Map* map, std::span<const ImageId> free_images, std::span<const PointId> points,
-                                   const BundleOptions& options, ThreadPool* pool) {
+Result<BundleSummary> AdjustBundle(Map* map, std::span<const ImageId> free_images,
+                                   std::span<const PointId> points, const BundleOptions& options,
+                                   ThreadPool* pool) {
   VEDUTA_RETURN_IF_ERROR(options.Check());
   BundleSummary summary;
   if (free_images.empty() || points.empty()) return summary;
@@ -127,7 +137,9 @@ Result<BundleSummary> AdjustBundle(Map* map, std::span<const ImageId> free_image
   Apply(map, points, excerpt);
   summary.iterations = solution.iterations;
   summary.observations = excerpt.problem.observations.size();
-  const auto rms = [&](double cost) { return std::sqrt(2 * cost / static_cast<double>(summary.observations)); };
+  const auto rms = [&](double cost) {
+    return std::sqrt(2 * cost / static_cast<double>(summary.observations));
+  };
   summary.initial_rms_px = rms(solution.initial_cost);
   summary.final_rms_px = rms(solution.final_cost);
   return summary;

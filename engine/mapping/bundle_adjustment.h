@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
-// Joint least-squares refinement of poses and points (R18) in the map; bundle_solver.h does the work.
+// Joint least-squares refinement of poses and points (R18) in the map; bundle_solver.h does the
+// work.
 
 #include <cstdint>
 #include <span>
@@ -26,12 +27,13 @@ struct BundleSummary {
   double initial_rms_px = 0, final_rms_px = 0;  // of the robustified errors
 };
 
-// Refines the poses of `free_images` and the positions of `points`. Every image in the points' tracks must be
-// loaded; those that are not free are held. Where no image is held, the gauge is kept: the result is carried back
-// by the similarity that best fits the cameras to where they were, so a published frame stays what it was.
-// Deterministic with any number of threads; `pool` may be null. kInvalidArgument on bad options or when there is no
-// usable step.
-Result<BundleSummary> AdjustBundle(Map* map, std::span<const ImageId> free_images, std::span<const PointId> points,
-                                   const BundleOptions& options, ThreadPool* pool);
+// Refines the poses of `free_images` and the positions of `points`. Every image in the points'
+// tracks must be loaded; those that are not free are held. Where no image is held, the gauge is
+// kept: the result is carried back by the similarity that best fits the cameras to where they were,
+// so a published frame stays what it was. Deterministic with any number of threads; `pool` may be
+// null. kInvalidArgument on bad options or when there is no usable step.
+Result<BundleSummary> AdjustBundle(Map* map, std::span<const ImageId> free_images,
+                                   std::span<const PointId> points, const BundleOptions& options,
+                                   ThreadPool* pool);
 
 }  // namespace veduta

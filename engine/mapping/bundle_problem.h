@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
-// The least-squares problem of a bundle adjustment, in arrays of its own: apart from the map until a solve succeeded.
+// The least-squares problem of a bundle adjustment, in arrays of its own: apart from the map until
+// a solve succeeded.
 
 #include <Eigen/Core>
 #include <Eigen/Geometry>
@@ -36,8 +37,8 @@ struct BundleSolution {
 using Vector6d = Eigen::Matrix<double, 6, 1>;
 using Matrix23d = Eigen::Matrix<double, 2, 3, Eigen::RowMajor>;
 
-// projection(x_cam) - x_px, and its derivative by x_cam. A point behind the camera gets a large constant error without
-// derivatives, so that the step that took it there is refused.
+// projection(x_cam) - x_px, and its derivative by x_cam. A point behind the camera gets a large
+// constant error without derivatives, so that the step that took it there is refused.
 inline Eigen::Vector2d ReprojectionError(const Pinhole& camera, const Eigen::Vector3d& x_cam,
                                          const Eigen::Vector2d& x_px, Matrix23d* derivative) {
   constexpr double kDepthMin = 1e-9, kBehindError_px = 1e4;
@@ -47,19 +48,21 @@ inline Eigen::Vector2d ReprojectionError(const Pinhole& camera, const Eigen::Vec
   }
   const double inverse = 1.0 / x_cam.z(), u = x_cam.x() * inverse, v = x_cam.y() * inverse;
   if (derivative != nullptr) {
-    *derivative << camera.fx * inverse, 0, -camera.fx * u * inverse, 0, camera.fy * inverse, -camera.fy * v * inverse;
+    *derivative << camera.fx * inverse, 0, -camera.fx * u * inverse, 0, camera.fy * inverse,
+        -camera.fy * v * inverse;
   }
   return {camera.fx * u + camera.cx - x_px.x(), camera.fy * v + camera.cy - x_px.y()};
 }
 
-// A pose moved along its tangent: a rotation vector in the camera frame, applied on the left, and a change of
-// translation.
+// A pose moved along its tangent: a rotation vector in the camera frame, applied on the left, and a
+// change of translation.
 inline Rigid3 MovePose(const Rigid3& cam_from_world, const Vector6d& tangent) {
   const Eigen::Vector3d omega = tangent.head<3>();
   const double angle = omega.norm();
   Eigen::Quaterniond turn(1, 0.5 * omega.x(), 0.5 * omega.y(), 0.5 * omega.z());
   if (angle > 1e-12) turn = Eigen::Quaterniond(Eigen::AngleAxisd(angle, omega / angle));
-  return {(turn * cam_from_world.rotation).normalized(), cam_from_world.translation + tangent.tail<3>()};
+  return {(turn * cam_from_world.rotation).normalized(),
+          cam_from_world.translation + tangent.tail<3>()};
 }
 
 }  // namespace veduta

@@ -11,7 +11,7 @@
 namespace veduta {
 namespace {
 
-constexpr size_t kPieces = 8;                 // of the points; fixed, so that sums do not depend on the threads
+constexpr size_t kPieces = 8;  // of the points; fixed, so that sums do not depend on the threads
 constexpr size_t kPointsOfAPiece = 64;        // at least
 constexpr size_t kBytesOfPieces = 128 << 20;  // at most
 constexpr double kRadiusMax = 1e16, kRadiusMin = 1e-32;
@@ -35,7 +35,8 @@ struct Term {
   double weight;            // rho'
 };
 
-// The normal equations of one point, damped, and without damping what the quality of a step is judged by.
+// The normal equations of one point, damped, and without damping what the quality of a step is
+// judged by.
 struct PointSystem {
   Eigen::Matrix3d inverse;
   Eigen::Vector3d gradient, diagonal;
@@ -43,8 +44,8 @@ struct PointSystem {
 
 // of the tangent of a pose: [-[R X]x | I] transposed, times a 3-vector or 3x3 matrix
 template <typename Derived>
-Eigen::Matrix<double, 6, Derived::ColsAtCompileTime> ByPose(const Eigen::Vector3d& rotated,
-                                                            const Eigen::MatrixBase<Derived>& by_cam) {
+Eigen::Matrix<double, 6, Derived::ColsAtCompileTime> ByPose(
+    const Eigen::Vector3d& rotated, const Eigen::MatrixBase<Derived>& by_cam) {
   Eigen::Matrix<double, 6, Derived::ColsAtCompileTime> by_pose;
   for (Eigen::Index k = 0; k < by_cam.cols(); ++k) {
     by_pose.col(k).template head<3>() = rotated.cross(Eigen::Vector3d(by_cam.col(k)));
@@ -58,7 +59,8 @@ class Solver {
   Solver(const BundleOptions& options, ThreadPool* pool, BundleProblem* problem)
       : options_(options), pool_(pool), problem_(*problem), pattern_(*problem) {
     const size_t points = problem_.points.size();
-    const size_t affordable = std::max<size_t>(kBytesOfPieces / (pattern_.block_count() * sizeof(Matrix6d) + 1), 1);
+    const size_t affordable =
+        std::max<size_t>(kBytesOfPieces / (pattern_.block_count() * sizeof(Matrix6d) + 1), 1);
     piece_count_ = std::min(std::clamp<size_t>(points / kPointsOfAPiece, 1, kPieces), affordable);
     pieces_.resize(piece_count_);
     costs_.resize(piece_count_);
@@ -105,7 +107,9 @@ class Solver {
  private:
   void ForPieces(const std::function<void(size_t piece, size_t begin, size_t end)>& body) const {
     const size_t n = problem_.points.size();
-    const auto run = [&](size_t piece) { body(piece, n * piece / piece_count_, n * (piece + 1) / piece_count_); };
+    const auto run = [&](size_t piece) {
+      body(piece, n * piece / piece_count_, n * (piece + 1) / piece_count_);
+    };
     if (pool_ != nullptr) {
       pool_->ParallelFor(piece_count_, run);
     } else {
@@ -116,21 +120,25 @@ class Solver {
   void Project(const std::vector<Rigid3>& poses, std::vector<Projector>* projectors) const {
     projectors->clear();
     for (size_t i = 0; i < poses.size(); ++i) {
-      projectors->push_back({poses[i].rotation.toRotationMatrix(), poses[i].translation, problem_.cameras[i]});
+      projectors->push_back(
+          {poses[i].rotation.toRotationMatrix(), poses[i].translation, problem_.cameras[i]});
     }
   }
 
-  double Cost(const std::vector<Projector>& projectors, const std::vector<Eigen::Vector3d>& points) {
+  double Cost(const std::vector<Projector>& projectors,
+              const std::vector<Eigen::Vector3d>& points) {
     const double square = options_.loss_scale_px * options_.loss_scale_px;
     ForPieces([&](size_t piece, size_t begin, size_t end) {
       double sum = 0;
       for (size_t i = begin; i < end; ++i) {
-        for (uint32_t o = problem_.first_observation[i]; o < problem_.first_observation[i + 1]; ++o) {
+        for (uint32_t o = problem_.first_observation[i]; o < problem_.first_observation[i + 1];
+             ++o) {
           const BundleObservation& seen = problem_.observations[o];
           const Projector& p = projectors[seen.image];
-          sum += std::log1p(
-              ReprojectionError(p.camera, p.rotation * points[i] + p.translation, seen.x_px, nullptr).squaredNorm() /
-              square);
+          sum += std::log1p(ReprojectionError(p.camera, p.rotation * points[i] + p.translation,
+                                              seen.x_px, nullptr)
+                                .squaredNorm() /
+                            square);
         }
       }
       costs_[piece] = sum;
@@ -156,7 +164,8 @@ class Solver {
     PointSystem& system = systems_[point];
     Eigen::Matrix3d hessian = Eigen::Matrix3d::Zero();
     system.gradient.setZero();
-    for (uint32_t o = problem_.first_observation[point]; o < problem_.first_observation[point + 1]; ++o) {
+    for (uint32_t o = problem_.first_observation[point]; o < problem_.first_observation[point + 1];
+         ++o) {
       const BundleObservation& seen = problem_.observations[o];
       const Term term = Linearize(seen, problem_.points[point]);
       const Eigen::Matrix3d& rotation = projectors_[seen.image].rotation;
@@ -166,7 +175,8 @@ class Solver {
       hessian.noalias() += rotation.transpose() * half;
       system.gradient.noalias() += rotation.transpose() * pull;
       if (seen.image >= problem_.free_count) continue;
-      const Eigen::Matrix<double, 3, 6> left = ByPose(term.rotated, by_cam).transpose();  // by_cam is symmetric
+      const Eigen::Matrix<double, 3, 6> left =
+          ByPose(term.rotated, by_cam).transpose();  // by_cam is symmetric
       const Matrix6d own = ByPose(term.rotated, left);
       const Eigen::Index at = 6 * static_cast<Eigen::Index>(seen.image);
       sum->blocks[pattern_.Diagonal(seen.image)] += own;
@@ -178,11 +188,13 @@ class Solver {
     hessian.diagonal() *= 1 + lambda;
     bool is_invertible = false;
     hessian.computeInverseWithCheck(system.inverse, is_invertible, 0);
-    if (!is_invertible || !system.inverse.allFinite()) system.inverse.setZero();  // the point stays where it is
+    if (!is_invertible || !system.inverse.allFinite())
+      system.inverse.setZero();  // the point stays where it is
     for (size_t i = 0; i < couplings->size(); ++i) {
       const auto& [row, coupling] = (*couplings)[i];
       const Matrix63d eliminated = coupling * system.inverse;
-      sum->right.segment<6>(6 * static_cast<Eigen::Index>(row)).noalias() += eliminated * system.gradient;
+      sum->right.segment<6>(6 * static_cast<Eigen::Index>(row)).noalias() +=
+          eliminated * system.gradient;
       size_t block = pattern_.RowBegin(row);
       for (size_t j = 0; j <= i; ++j) {
         block = pattern_.Find(row, block, (*couplings)[j].first);
@@ -191,9 +203,10 @@ class Solver {
     }
   }
 
-  // A damped Gauss-Newton step from the current estimate, and the fall of the cost that its linear model predicts.
-  // False if the reduced system is not positive definite.
-  bool Step(double lambda, std::vector<Rigid3>* poses, std::vector<Eigen::Vector3d>* points, double* predicted) {
+  // A damped Gauss-Newton step from the current estimate, and the fall of the cost that its linear
+  // model predicts. False if the reduced system is not positive definite.
+  bool Step(double lambda, std::vector<Rigid3>* poses, std::vector<Eigen::Vector3d>* points,
+            double* predicted) {
     ForPieces([&](size_t piece, size_t begin, size_t end) {
       pieces_[piece].SetZero(pattern_);
       Couplings couplings;
@@ -201,11 +214,13 @@ class Solver {
     });
     CameraSystem& whole = pieces_.front();
     for (size_t piece = 1; piece < piece_count_; ++piece) whole.Add(pieces_[piece]);
-    const auto solved = SolveSystem(pattern_, whole, lambda, problem_.free_count <= options_.dense_images_max);
+    const auto solved =
+        SolveSystem(pattern_, whole, lambda, problem_.free_count <= options_.dense_images_max);
     if (!solved) return false;
     const Eigen::VectorXd& tangent = *solved;
     *poses = problem_.cams_from_world;
-    for (uint32_t i = 0; i < problem_.free_count; ++i) (*poses)[i] = MovePose((*poses)[i], tangent.segment<6>(6 * i));
+    for (uint32_t i = 0; i < problem_.free_count; ++i)
+      (*poses)[i] = MovePose((*poses)[i], tangent.segment<6>(6 * i));
     points->resize(problem_.points.size());
     ForPieces([&](size_t piece, size_t begin, size_t end) {
       costs_[piece] = 0;
@@ -223,21 +238,26 @@ class Solver {
   // The point's part of the step, from the poses' part.
   Eigen::Vector3d MovePoint(size_t point, const Eigen::VectorXd& tangent) const {
     Eigen::Vector3d pull = systems_[point].gradient;
-    for (uint32_t o = problem_.first_observation[point]; o < problem_.first_observation[point + 1]; ++o) {
+    for (uint32_t o = problem_.first_observation[point]; o < problem_.first_observation[point + 1];
+         ++o) {
       const BundleObservation& seen = problem_.observations[o];
       if (seen.image >= problem_.free_count) continue;
       const Term term = Linearize(seen, problem_.points[point]);
       const auto move = tangent.segment<6>(6 * static_cast<Eigen::Index>(seen.image));
-      const Eigen::Vector3d move_cam = Eigen::Vector3d(move.head<3>()).cross(term.rotated) + move.tail<3>();
+      const Eigen::Vector3d move_cam =
+          Eigen::Vector3d(move.head<3>()).cross(term.rotated) + move.tail<3>();
       const Eigen::Vector2d change = term.by_cam * move_cam;
-      pull += projectors_[seen.image].rotation.transpose() * (term.weight * (term.by_cam.transpose() * change));
+      pull += projectors_[seen.image].rotation.transpose() *
+              (term.weight * (term.by_cam.transpose() * change));
     }
     return -(systems_[point].inverse * pull);
   }
 
-  // With (H + lambda D) step = -gradient, the model -step' gradient - step' H step / 2 becomes this.
+  // With (H + lambda D) step = -gradient, the model -step' gradient - step' H step / 2 becomes
+  // this.
   template <typename Vector, typename Move>
-  static double Predicted(double lambda, const Vector& diagonal, const Vector& gradient, const Move& step) {
+  static double Predicted(double lambda, const Vector& diagonal, const Vector& gradient,
+                          const Move& step) {
     return 0.5 * step.dot(lambda * diagonal.cwiseProduct(step) - gradient);
   }
 

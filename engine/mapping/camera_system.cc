@@ -33,7 +33,8 @@ Eigen::SparseMatrix<double> SparseUpper(const BlockPattern& pattern, const Camer
       for (size_t block = pattern.RowBegin(row); block <= pattern.Diagonal(row); ++block) {
         const int count = block == pattern.Diagonal(row) ? i + 1 : 6;
         for (int j = 0; j < count; ++j) {
-          matrix.insertBack(At(pattern.Column(block)) + j, At(row) + i) = system.blocks[block](i, j);
+          matrix.insertBack(At(pattern.Column(block)) + j, At(row) + i) =
+              system.blocks[block](i, j);
         }
       }
     }
@@ -54,7 +55,8 @@ std::optional<Eigen::VectorXd> SolveBy(const Factor& factor, const Eigen::Vector
 BlockPattern::BlockPattern(const BundleProblem& problem) {
   std::vector<std::vector<uint32_t>> points_of(problem.free_count);
   for (uint32_t point = 0; point < problem.points.size(); ++point) {
-    for (uint32_t o = problem.first_observation[point]; o < problem.first_observation[point + 1]; ++o) {
+    for (uint32_t o = problem.first_observation[point]; o < problem.first_observation[point + 1];
+         ++o) {
       const uint32_t image = problem.observations[o].image;
       if (image < problem.free_count) points_of[image].push_back(point);
     }
@@ -63,7 +65,8 @@ BlockPattern::BlockPattern(const BundleProblem& problem) {
   row_begin_.push_back(0);
   for (uint32_t row = 0; row < problem.free_count; ++row) {
     for (const uint32_t point : points_of[row]) {
-      for (uint32_t o = problem.first_observation[point]; o < problem.first_observation[point + 1]; ++o) {
+      for (uint32_t o = problem.first_observation[point]; o < problem.first_observation[point + 1];
+           ++o) {
         const uint32_t image = problem.observations[o].image;
         if (image > row || last_row[image] == row) continue;
         last_row[image] = row;
@@ -78,7 +81,8 @@ BlockPattern::BlockPattern(const BundleProblem& problem) {
 size_t BlockPattern::Find(uint32_t row, size_t from, uint32_t column) const {
   const auto begin = columns_.begin();
   return static_cast<size_t>(std::lower_bound(begin + static_cast<ptrdiff_t>(from),
-                                              begin + static_cast<ptrdiff_t>(row_begin_[row + 1]), column) -
+                                              begin + static_cast<ptrdiff_t>(row_begin_[row + 1]),
+                                              column) -
                              begin);
 }
 
@@ -96,8 +100,8 @@ void CameraSystem::Add(const CameraSystem& other) {
   diagonal += other.diagonal;
 }
 
-std::optional<Eigen::VectorXd> SolveSystem(const BlockPattern& pattern, const CameraSystem& system, double lambda,
-                                           bool is_dense) {
+std::optional<Eigen::VectorXd> SolveSystem(const BlockPattern& pattern, const CameraSystem& system,
+                                           double lambda, bool is_dense) {
   const Eigen::VectorXd right = system.right - system.gradient;
   if (is_dense) {
     Eigen::MatrixXd matrix = DenseLower(pattern, system);
@@ -106,7 +110,8 @@ std::optional<Eigen::VectorXd> SolveSystem(const BlockPattern& pattern, const Ca
   }
   Eigen::SparseMatrix<double> matrix = SparseUpper(pattern, system);
   matrix.diagonal() += lambda * system.diagonal;
-  return SolveBy(Eigen::CholmodDecomposition<Eigen::SparseMatrix<double>, Eigen::Upper>(matrix), right);
+  return SolveBy(Eigen::CholmodDecomposition<Eigen::SparseMatrix<double>, Eigen::Upper>(matrix),
+                 right);
 }
 
 }  // namespace veduta

@@ -12,8 +12,8 @@ namespace veduta {
 
 using Matrix6d = Eigen::Matrix<double, 6, 6>;
 
-// Which blocks of the lower triangle there are: row after row, each in ascending columns up to the diagonal.
-// Immutable.
+// Which blocks of the lower triangle there are: row after row, each in ascending columns up to the
+// diagonal. Immutable.
 class BlockPattern final {
  public:
   // O(sum of squared track lengths).
@@ -35,17 +35,18 @@ class BlockPattern final {
 // The system, or what some of the points add to it.
 struct CameraSystem {
   std::vector<Matrix6d> blocks;  // as the pattern has them; of diagonal ones the whole
-  Eigen::VectorXd right;         // [6 rows]: what the eliminated points leave on the right-hand side
-  Eigen::VectorXd gradient;      // [6 rows]: by the poses
-  Eigen::VectorXd diagonal;      // [6 rows]: of the normal equations of the poses, before points are eliminated
+  Eigen::VectorXd right;     // [6 rows]: what the eliminated points leave on the right-hand side
+  Eigen::VectorXd gradient;  // [6 rows]: by the poses
+  Eigen::VectorXd
+      diagonal;  // [6 rows]: of the normal equations of the poses, before points are eliminated
 
   void SetZero(const BlockPattern& pattern);
   void Add(const CameraSystem& other);
 };
 
-// The poses' tangents that solve the system with its diagonal damped by lambda: densely (Eigen), or by CHOLMOD.
-// Nothing if it is not positive definite.
-std::optional<Eigen::VectorXd> SolveSystem(const BlockPattern& pattern, const CameraSystem& system, double lambda,
-                                           bool is_dense);
+// The poses' tangents that solve the system with its diagonal damped by lambda: densely (Eigen), or
+// by CHOLMOD. Nothing if it is not positive definite.
+std::optional<Eigen::VectorXd> SolveSystem(const BlockPattern& pattern, const CameraSystem& system,
+                                           double lambda, bool is_dense);
 
 }  // namespace veduta

@@ -11,13 +11,16 @@ namespace veduta {
 namespace {
 
 const MapImage& Find(const FoundingViews& views, ImageId id) {
-  const auto it = std::lower_bound(views.images.begin(), views.images.end(), id,
-                                   [](const MapImage& image, ImageId wanted) { return image.id < wanted; });
-  VEDUTA_CHECK(it != views.images.end() && it->id == id, "view " + std::to_string(id.value) + " is not a candidate");
+  const auto it =
+      std::lower_bound(views.images.begin(), views.images.end(), id,
+                       [](const MapImage& image, ImageId wanted) { return image.id < wanted; });
+  VEDUTA_CHECK(it != views.images.end() && it->id == id,
+               "view " + std::to_string(id.value) + " is not a candidate");
   return *it;
 }
 
-MapImage Placed(const MapImage& image, ReconstructionId reconstruction, const Rigid3& cam_from_world) {
+MapImage Placed(const MapImage& image, ReconstructionId reconstruction,
+                const Rigid3& cam_from_world) {
   MapImage placed = image;
   placed.reconstruction = reconstruction;
   placed.cam_from_world = cam_from_world;
@@ -40,16 +43,19 @@ struct ThirdView {
 };
 
 // The best third view for a map that holds the first two.
-ThirdView ChooseThird(const FoundingViews& views, const Map& map, const PairRecord& first, ImageId required,
-                      ReconstructionId reconstruction, uint64_t seed, const FoundingOptions& options) {
+ThirdView ChooseThird(const FoundingViews& views, const Map& map, const PairRecord& first,
+                      ImageId required, ReconstructionId reconstruction, uint64_t seed,
+                      const FoundingOptions& options) {
   ThirdView best;
   const bool first_has_required = first.a == required || first.b == required;
   const Eigen::Vector3d center_a = map.image(first.a).cam_from_world.Center();
   const Eigen::Vector3d center_b = map.image(first.b).cam_from_world.Center();
   for (const MapImage& image : views.images) {
-    if (image.id == first.a || image.id == first.b || (!first_has_required && image.id != required)) continue;
+    if (image.id == first.a || image.id == first.b || (!first_has_required && image.id != required))
+      continue;
     const std::vector<PairMatches> pairs = PairsOf(views, image.id);
-    const StructureMatches structure = GatherStructure(map, reconstruction, *image.features, image.camera, pairs);
+    const StructureMatches structure =
+        GatherStructure(map, reconstruction, *image.features, image.camera, pairs);
     const Resection placed = Resect(structure.x, structure.positions, image.camera.focal_px(),
                                     MixSeed(seed, image.id.value), options.resection);
     if (placed.outcome != ResectionOutcome::kPlaced ||
@@ -66,7 +72,8 @@ ThirdView ChooseThird(const FoundingViews& views, const Map& map, const PairReco
       sum += 1 / (sine * sine);
     }
     const double n = static_cast<double>(placed.inliers.size());
-    if (sum / (n * n) < best.depth_variance) best = {image.id, placed.cam_from_world, sum / (n * n)};
+    if (sum / (n * n) < best.depth_variance)
+      best = {image.id, placed.cam_from_world, sum / (n * n)};
   }
   return best;
 }
@@ -88,8 +95,8 @@ uint32_t CountCommonPoints(const Map& map, double angle_deg_min) {
   uint32_t count = 0;
   for (const PointId id : map.PointsSeenBy(ids)) {
     const PointRecord& point = map.point(id);
-    count +=
-        point.track.size() == ids.size() && TriangulationAngleDeg(map.ViewsOf(point), point.position) > angle_deg_min;
+    count += point.track.size() == ids.size() &&
+             TriangulationAngleDeg(map.ViewsOf(point), point.position) > angle_deg_min;
   }
   return count;
 }
@@ -111,38 +118,44 @@ bool AdjustTriple(Map* map, const FoundingOptions& options) {
 }  // namespace
 
 double DepthVariance(const PairRecord& pair, const MapImage& a, const MapImage& b) {
-  if (pair.geometry == PairGeometry::kRotation || pair.matches.empty()) return std::numeric_limits<double>::infinity();
+  if (pair.geometry == PairGeometry::kRotation || pair.matches.empty())
+    return std::numeric_limits<double>::infinity();
   double sum = 0;
   for (const FeatureMatch& match : pair.matches) {
     const Eigen::Vector3d ray_a =
-        pair.b_from_a.rotation * a.camera.Normalize(a.features->keypoints[match.a]).homogeneous().normalized();
-    const Eigen::Vector3d ray_b = b.camera.Normalize(b.features->keypoints[match.b]).homogeneous().normalized();
+        pair.b_from_a.rotation *
+        a.camera.Normalize(a.features->keypoints[match.a]).homogeneous().normalized();
+    const Eigen::Vector3d ray_b =
+        b.camera.Normalize(b.features->keypoints[match.b]).homogeneous().normalized();
     sum += 1 / std::max(ray_a.cross(ray_b).squaredNorm(), 1e-10);
   }
   const double n = static_cast<double>(pair.matches.size());
   return sum / (n * n);
 }
 
-FoundingOutcome Found(const FoundingViews& views, ImageId required, ReconstructionId reconstruction, uint64_t seed,
-                      const FoundingOptions& options, Map* map) {
+FoundingOutcome Found(const FoundingViews& views, ImageId required, ReconstructionId reconstruction,
+                      uint64_t seed, const FoundingOptions& options, Map* map) {
   std::vector<std::pair<double, const PairRecord*>> ranked;
   for (const PairRecord& pair : views.pairs) {
     const double variance = DepthVariance(pair, Find(views, pair.a), Find(views, pair.b));
     if (std::isfinite(variance)) ranked.emplace_back(variance, &pair);
   }
-  std::stable_sort(ranked.begin(), ranked.end(), [](const auto& x, const auto& y) { return x.first < y.first; });
+  std::stable_sort(ranked.begin(), ranked.end(),
+                   [](const auto& x, const auto& y) { return x.first < y.first; });
   if (ranked.size() > options.pairs_tried_max) ranked.resize(options.pairs_tried_max);
 
   FoundingOutcome outcome = FoundingOutcome::kNoPair;
   for (const auto& [variance, pair] : ranked) {
     if (!PlacePair(views, *pair, reconstruction, options, map)) continue;
-    const ThirdView third = ChooseThird(views, *map, *pair, required, reconstruction, seed, options);
+    const ThirdView third =
+        ChooseThird(views, *map, *pair, required, reconstruction, seed, options);
     outcome = std::max(outcome, FoundingOutcome::kNoThirdView);
     if (!third.id.valid()) continue;
     outcome = FoundingOutcome::kTooFewPoints;
     map->PlaceImage(Placed(Find(views, third.id), reconstruction, third.cam_from_world));
     GrowFromMatches(map, third.id, PairsOf(views, third.id), options.growth);
-    if (AdjustTriple(map, options) && CountCommonPoints(*map, options.angle_deg_min) >= options.common_points_min) {
+    if (AdjustTriple(map, options) &&
+        CountCommonPoints(*map, options.angle_deg_min) >= options.common_points_min) {
       return FoundingOutcome::kFounded;
     }
   }

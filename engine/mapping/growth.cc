@@ -15,14 +15,17 @@ namespace {
 
 // Everything that the matches say about one feature of the new image.
 struct FeatureEvidence {
-  std::vector<PointId> points;         // ascending, distinct
-  std::vector<TrackElement> unplaced;  // matched features that have no point yet, in the order of the pairs
+  std::vector<PointId> points;  // ascending, distinct
+  std::vector<TrackElement>
+      unplaced;  // matched features that have no point yet, in the order of the pairs
 };
 
-std::vector<FeatureEvidence> GatherEvidence(const Map& map, const MapImage& image, std::span<const PairMatches> pairs) {
+std::vector<FeatureEvidence> GatherEvidence(const Map& map, const MapImage& image,
+                                            std::span<const PairMatches> pairs) {
   std::vector<FeatureEvidence> evidence(image.features->size());
   for (const PairMatches& pair : pairs) {
-    if (!map.HasImage(pair.other) || map.image(pair.other).reconstruction != image.reconstruction) continue;
+    if (!map.HasImage(pair.other) || map.image(pair.other).reconstruction != image.reconstruction)
+      continue;
     const MapImage& other = map.image(pair.other);
     for (const FeatureMatch& match : pair.matches) {
       const PointId point = other.points[match.b];
@@ -41,17 +44,19 @@ std::vector<FeatureEvidence> GatherEvidence(const Map& map, const MapImage& imag
 }
 
 bool AllWithin(std::span<const Sighting> views, const Eigen::Vector3d& point, double error_px_max) {
-  return std::all_of(views.begin(), views.end(),
-                     [&](const Sighting& view) { return ReprojectionErrorPx(view, point) <= error_px_max; });
+  return std::all_of(views.begin(), views.end(), [&](const Sighting& view) {
+    return ReprojectionErrorPx(view, point) <= error_px_max;
+  });
 }
 
 bool SeesImage(const PointRecord& point, ImageId image) {
-  return std::any_of(point.track.begin(), point.track.end(), [&](const TrackElement& e) { return e.image == image; });
+  return std::any_of(point.track.begin(), point.track.end(),
+                     [&](const TrackElement& e) { return e.image == image; });
 }
 
 // Joins the feature to the candidate that it fits best.
-std::optional<PointId> JoinBest(Map* map, ImageId image, FeatureIndex feature, const std::vector<PointId>& candidates,
-                                double error_px_max) {
+std::optional<PointId> JoinBest(Map* map, ImageId image, FeatureIndex feature,
+                                const std::vector<PointId>& candidates, double error_px_max) {
   const Sighting view = map->image(image).ViewOf(feature);
   std::optional<PointId> best;
   double best_error = error_px_max;
@@ -65,9 +70,10 @@ std::optional<PointId> JoinBest(Map* map, ImageId image, FeatureIndex feature, c
   return best;
 }
 
-// Triangulates the feature with the match that gives the widest angle, and takes in the others that agree.
-bool TryTriangulate(Map* map, ImageId image, FeatureIndex feature, const std::vector<TrackElement>& matched,
-                    const GrowthOptions& options) {
+// Triangulates the feature with the match that gives the widest angle, and takes in the others that
+// agree.
+bool TryTriangulate(Map* map, ImageId image, FeatureIndex feature,
+                    const std::vector<TrackElement>& matched, const GrowthOptions& options) {
   const Sighting view = map->image(image).ViewOf(feature);
   std::vector<TrackElement> best_track;
   Eigen::Vector3d best_position = Eigen::Vector3d::Zero();
@@ -81,8 +87,8 @@ bool TryTriangulate(Map* map, ImageId image, FeatureIndex feature, const std::ve
     std::vector<TrackElement> track = {{image, feature}, seed};
     for (const TrackElement& element : matched) {
       const MapImage& third = map->image(element.image);
-      const bool known =
-          std::any_of(track.begin(), track.end(), [&](const auto& e) { return e.image == element.image; });
+      const bool known = std::any_of(track.begin(), track.end(),
+                                     [&](const auto& e) { return e.image == element.image; });
       if (known || third.points[element.feature].valid()) continue;
       const Sighting third_view = third.ViewOf(element.feature);
       if (ReprojectionErrorPx(third_view, *position) > 2 * options.error_px_max) continue;
@@ -97,7 +103,8 @@ bool TryTriangulate(Map* map, ImageId image, FeatureIndex feature, const std::ve
     }
     const double angle = TriangulationAngleDeg(views, *position);
     if (angle < options.angle_deg_min) continue;
-    if (track.size() > best_track.size() || (track.size() == best_track.size() && angle > best_angle)) {
+    if (track.size() > best_track.size() ||
+        (track.size() == best_track.size() && angle > best_angle)) {
       best_track = std::move(track), best_position = *position, best_angle = angle;
     }
   }
@@ -106,12 +113,15 @@ bool TryTriangulate(Map* map, ImageId image, FeatureIndex feature, const std::ve
   return true;
 }
 
-// The element of the track seen from the direction nearest to `center`: what the point should look like from there.
-const TrackElement& MostAlike(const Map& map, const PointRecord& point, const Eigen::Vector3d& center) {
+// The element of the track seen from the direction nearest to `center`: what the point should look
+// like from there.
+const TrackElement& MostAlike(const Map& map, const PointRecord& point,
+                              const Eigen::Vector3d& center) {
   const TrackElement* best = &point.track.front();
   double smallest = std::numeric_limits<double>::infinity();
   for (const TrackElement& element : point.track) {
-    const double angle = RayAngleDeg(map.image(element.image).cam_from_world.Center(), center, point.position);
+    const double angle =
+        RayAngleDeg(map.image(element.image).cam_from_world.Center(), center, point.position);
     if (angle < smallest) smallest = angle, best = &element;
   }
   return *best;
@@ -152,7 +162,9 @@ GrowthCounts GrowFromMatches(Map* map, ImageId image, std::span<const PairMatche
         const PointRecord& point = map->point(*joined);
         const MapImage& other = map->image(element.image);
         if (other.points[element.feature].valid() || SeesImage(point, element.image)) continue;
-        if (ReprojectionErrorPx(other.ViewOf(element.feature), point.position) > options.error_px_max) continue;
+        if (ReprojectionErrorPx(other.ViewOf(element.feature), point.position) >
+            options.error_px_max)
+          continue;
         map->AddObservation(*joined, element);
         ++counts.observations_added;
       }
@@ -163,7 +175,8 @@ GrowthCounts GrowFromMatches(Map* map, ImageId image, std::span<const PairMatche
   return counts;
 }
 
-PairMatches MatchPlaced(const Map& map, ImageId image_id, ImageId other_id, const GrowthOptions& options) {
+PairMatches MatchPlaced(const Map& map, ImageId image_id, ImageId other_id,
+                        const GrowthOptions& options) {
   const MapImage &image = map.image(image_id), &other = map.image(other_id);
   const auto inverse_intrinsics = [](const Pinhole& c) {
     Eigen::Matrix3d k;
@@ -177,12 +190,14 @@ PairMatches MatchPlaced(const Map& map, ImageId image_id, ImageId other_id, cons
   if (!(baseline > 0)) return pair;
   pair.other_from_photo.translation /= baseline;
   const Eigen::Matrix3d fundamental = inverse_intrinsics(other.camera).transpose() *
-                                      EssentialFromPose(pair.other_from_photo) * inverse_intrinsics(image.camera);
+                                      EssentialFromPose(pair.other_from_photo) *
+                                      inverse_intrinsics(image.camera);
   GuidedMatchOptions guided;
   guided.band_px = options.guided_band_px;
   guided.ratio_max = options.guided_ratio_max;
   guided.distance_squared_max = options.descriptor_distance_squared_max;
-  const auto found = MatchGuided(*image.features, *other.features, *other.grid, fundamental, guided);
+  const auto found =
+      MatchGuided(*image.features, *other.features, *other.grid, fundamental, guided);
   if (!found.ok()) return pair;
   for (const DescriptorMatch& m : *found) pair.matches.push_back({m.a, m.b});
   return pair;
@@ -200,19 +215,21 @@ GrowthCounts GrowByProjection(Map* map, ImageId image_id, std::span<const PointI
     const Eigen::Vector3d x_cam = image.cam_from_world * point->position;
     if (!(x_cam.z() > 0)) continue;
     const Eigen::Vector2d x_px = image.camera.Project(x_cam);
-    if (x_px.x() < 0 || x_px.y() < 0 || x_px.x() >= image.width_px || x_px.y() >= image.height_px) continue;
+    if (x_px.x() < 0 || x_px.y() < 0 || x_px.x() >= image.width_px || x_px.y() >= image.height_px)
+      continue;
     const TrackElement& alike = MostAlike(*map, *point, center);
     const MapImage& known = map->image(alike.image);
     if (RayAngleDeg(known.cam_from_world.Center(), center, point->position) > 45) continue;
-    const auto found =
-        FindNear(*image.grid, *image.features,
-                 {x_px.x(), x_px.y(), options.search_radius_px, known.features->descriptor(alike.feature),
-                  known.features->keypoints[alike.feature].contrast_sign, options.descriptor_distance_squared_max},
-                 &scratch);
+    const auto found = FindNear(
+        *image.grid, *image.features,
+        {x_px.x(), x_px.y(), options.search_radius_px, known.features->descriptor(alike.feature),
+         known.features->keypoints[alike.feature].contrast_sign,
+         options.descriptor_distance_squared_max},
+        &scratch);
     if (!found || image.points[found->feature].valid()) continue;
     const double depth_known = (known.cam_from_world * point->position).z();
-    const double scale_predicted = known.features->keypoints[alike.feature].scale_px * depth_known / x_cam.z() *
-                                   image.camera.focal_px() / known.camera.focal_px();
+    const double scale_predicted = known.features->keypoints[alike.feature].scale_px * depth_known /
+                                   x_cam.z() * image.camera.focal_px() / known.camera.focal_px();
     const double ratio = image.features->keypoints[found->feature].scale_px / scale_predicted;
     if (ratio > options.scale_ratio_max || ratio < 1 / options.scale_ratio_max) continue;
     map->AddObservation(id, {image_id, found->feature});

@@ -32,7 +32,8 @@ MapImage& Map::MutableImage(ImageId id) {
 
 const PointRecord* Map::FindPoint(PointId id) const {
   const auto block = blocks_.find(id.home);
-  if (block == blocks_.end() || id.ordinal == 0 || id.ordinal > block->second.points.size()) return nullptr;
+  if (block == blocks_.end() || id.ordinal == 0 || id.ordinal > block->second.points.size())
+    return nullptr;
   const PointRecord& point = block->second.points[id.ordinal - 1];
   return point.track.empty() ? nullptr : &point;
 }
@@ -50,7 +51,8 @@ PointRecord& Map::MutablePoint(PointId id) {
 
 PointBlock Map::StoredBlock(ImageId home) const {
   const auto it = blocks_.find(home);
-  VEDUTA_CHECK(it != blocks_.end(), "points of image " + std::to_string(home.value) + " are not loaded");
+  VEDUTA_CHECK(it != blocks_.end(),
+               "points of image " + std::to_string(home.value) + " are not loaded");
   PointBlock block;
   block.home = home;
   block.next_ordinal = static_cast<uint32_t>(it->second.points.size()) + 1;
@@ -97,7 +99,8 @@ void Map::LoadBlock(const PointBlock& block) {
 }
 
 void Map::PlaceImage(MapImage image) {
-  VEDUTA_CHECK(!HasImage(image.id), "image " + std::to_string(image.id.value) + " has a pose already");
+  VEDUTA_CHECK(!HasImage(image.id),
+               "image " + std::to_string(image.id.value) + " has a pose already");
   const ImageId id = image.id;
   LoadImage(std::move(image));
   blocks_[id];
@@ -121,22 +124,28 @@ void Map::CountPoint(const PointRecord& point, int sign) {
 void Map::Measure(PointRecord* point) const {
   double sum = 0;
   const std::vector<Sighting> views = ViewsOf(*point);
-  for (const Sighting& view : views) sum += std::min(ReprojectionErrorPx(view, point->position), 1e6);
-  point->error_px = views.empty() ? 0.0f : static_cast<float>(sum / static_cast<double>(views.size()));
+  for (const Sighting& view : views)
+    sum += std::min(ReprojectionErrorPx(view, point->position), 1e6);
+  point->error_px =
+      views.empty() ? 0.0f : static_cast<float>(sum / static_cast<double>(views.size()));
 }
 
-PointId Map::AddPoint(ImageId home, const Eigen::Vector3d& position, std::vector<TrackElement> track) {
+PointId Map::AddPoint(ImageId home, const Eigen::Vector3d& position,
+                      std::vector<TrackElement> track) {
   VEDUTA_CHECK(track.size() >= 2, "a track of " + std::to_string(track.size()));
   const auto it = blocks_.find(home);
-  VEDUTA_CHECK(it != blocks_.end(), "points of image " + std::to_string(home.value) + " are not loaded");
-  std::sort(track.begin(), track.end(), [](const TrackElement& a, const TrackElement& b) { return a.image < b.image; });
+  VEDUTA_CHECK(it != blocks_.end(),
+               "points of image " + std::to_string(home.value) + " are not loaded");
+  std::sort(track.begin(), track.end(),
+            [](const TrackElement& a, const TrackElement& b) { return a.image < b.image; });
   PointRecord point;
   point.id = {home, static_cast<uint32_t>(it->second.points.size()) + 1};
   point.position = position;
   std::array<uint32_t, 3> rgb{};
   for (const TrackElement& element : track) {
     MapImage& seen_in = MutableImage(element.image);
-    VEDUTA_CHECK(!seen_in.points[element.feature].valid(), "a feature of " + Name(point.id) + " has a point already");
+    VEDUTA_CHECK(!seen_in.points[element.feature].valid(),
+                 "a feature of " + Name(point.id) + " has a point already");
     seen_in.points[element.feature] = point.id;
     changes_.observations.insert(element.image);
     for (int c = 0; c < 3; ++c) rgb[c] += seen_in.features->keypoints[element.feature].rgb[c];
@@ -152,11 +161,13 @@ PointId Map::AddPoint(ImageId home, const Eigen::Vector3d& position, std::vector
 
 void Map::AddObservation(PointId id, TrackElement element) {
   MapImage& seen_in = MutableImage(element.image);
-  VEDUTA_CHECK(!seen_in.points[element.feature].valid(), "the feature has a point already, not " + Name(id));
+  VEDUTA_CHECK(!seen_in.points[element.feature].valid(),
+               "the feature has a point already, not " + Name(id));
   PointRecord& point = MutablePoint(id);
   CountPoint(point, -1);
   const auto at = FindElement(point.track, element.image);
-  VEDUTA_CHECK(at == point.track.end() || at->image != element.image, Name(id) + " is seen in the image already");
+  VEDUTA_CHECK(at == point.track.end() || at->image != element.image,
+               Name(id) + " is seen in the image already");
   point.track.insert(at, element);
   seen_in.points[element.feature] = id;
   changes_.observations.insert(element.image);
@@ -169,7 +180,8 @@ void Map::RemoveObservation(PointId id, ImageId image) {
   PointRecord& point = MutablePoint(id);
   CountPoint(point, -1);
   const auto at = FindElement(point.track, image);
-  VEDUTA_CHECK(at != point.track.end() && at->image == image, Name(id) + " is not seen in the image");
+  VEDUTA_CHECK(at != point.track.end() && at->image == image,
+               Name(id) + " is not seen in the image");
   MutableImage(image).points[at->feature] = {};
   changes_.observations.insert(image);
   point.track.erase(at);
@@ -203,7 +215,8 @@ void Map::MergePoints(PointId keep_id, PointId drop_id) {
   CountPoint(keep, -1);
   for (const TrackElement& element : moved) {
     const auto at = FindElement(keep.track, element.image);
-    VEDUTA_CHECK(at == keep.track.end() || at->image != element.image, "merged points share an image");
+    VEDUTA_CHECK(at == keep.track.end() || at->image != element.image,
+                 "merged points share an image");
     keep.track.insert(at, element);
     MutableImage(element.image).points[element.feature] = keep_id;
   }

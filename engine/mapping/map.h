@@ -1,13 +1,16 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
-// The part of the city that is being worked on, in memory: poses, points and tracks, with the record of what changed.
-// It knows nothing of storage: whoever owns it loads images and point blocks into it before an algorithm needs them,
-// and writes the changes out after. Invariants, kept by every function:
+// The part of the city that is being worked on, in memory: poses, points and tracks, with the
+// record of what changed. It knows nothing of storage: whoever owns it loads images and point
+// blocks into it before an algorithm needs them, and writes the changes out after. Invariants, kept
+// by every function:
 //   1. image.points[f] == p  exactly when p's track holds (image, f), as far as both are loaded.
-//   2. A live point's track has two or more elements, in ascending images, one an image, all in one reconstruction.
-//   3. A point's block is that of its home image, and blocks and images of one reconstruction share its frame.
-// Iteration is always in ascending ids, so that results do not depend on the history of loading. Not thread-safe;
-// const functions may run in parallel.
+//   2. A live point's track has two or more elements, in ascending images, one an image, all in one
+//   reconstruction.
+//   3. A point's block is that of its home image, and blocks and images of one reconstruction share
+//   its frame.
+// Iteration is always in ascending ids, so that results do not depend on the history of loading.
+// Not thread-safe; const functions may run in parallel.
 
 #include <map>
 #include <memory>
@@ -31,7 +34,7 @@ struct MapImage {
   uint32_t width_px = 0, height_px = 0;
   std::shared_ptr<const Features> features;
   std::shared_ptr<const FeatureGrid> grid;  // of the same features
-  std::vector<PointId> points;              // [features.size()]; not valid() where the feature has no point
+  std::vector<PointId> points;  // [features.size()]; not valid() where the feature has no point
 
   Sighting ViewOf(FeatureIndex feature) const {
     const Keypoint& k = features->keypoints[feature];
@@ -73,8 +76,8 @@ class Map {
   // A newly placed image, observing nothing yet, with an empty block of its own.
   void PlaceImage(MapImage image);
   void SetPose(ImageId id, const Rigid3& cam_from_world);
-  // `track` in any order, two or more images of one reconstruction, whose features have no point yet. The home must
-  // be one of the reconstruction's images.
+  // `track` in any order, two or more images of one reconstruction, whose features have no point
+  // yet. The home must be one of the reconstruction's images.
   PointId AddPoint(ImageId home, const Eigen::Vector3d& position, std::vector<TrackElement> track);
   // The feature must have no point, and the point no feature of that image.
   void AddObservation(PointId id, TrackElement element);

@@ -19,8 +19,10 @@ PairMatches MatchesFrom(const PairRecord& pair, ImageId image) {
 }
 
 PairRecord RecordOf(const PairMatches& pair, ImageId photo) {
-  if (photo < pair.other) return {photo, pair.other, pair.geometry, pair.other_from_photo, pair.matches};
-  PairRecord record{pair.other, photo, pair.geometry, pair.other_from_photo.Inverse(), pair.matches};
+  if (photo < pair.other)
+    return {photo, pair.other, pair.geometry, pair.other_from_photo, pair.matches};
+  PairRecord record{pair.other, photo, pair.geometry, pair.other_from_photo.Inverse(),
+                    pair.matches};
   for (FeatureMatch& match : record.matches) std::swap(match.a, match.b);
   std::sort(record.matches.begin(), record.matches.end(),
             [](const FeatureMatch& x, const FeatureMatch& y) { return x.a < y.a; });
@@ -29,12 +31,14 @@ PairRecord RecordOf(const PairMatches& pair, ImageId photo) {
 
 namespace {
 
-StructureMatches GatherStructure(const Map& map, ReconstructionId reconstruction, const Features& features,
-                                 const Pinhole& camera, std::span<const PairMatches> pairs,
+StructureMatches GatherStructure(const Map& map, ReconstructionId reconstruction,
+                                 const Features& features, const Pinhole& camera,
+                                 std::span<const PairMatches> pairs,
                                  const std::function<bool(const PointRecord&)>& accept) {
   std::map<FeatureIndex, std::map<PointId, uint32_t>> votes;
   for (const PairMatches& pair : pairs) {
-    if (!map.HasImage(pair.other) || map.image(pair.other).reconstruction != reconstruction) continue;
+    if (!map.HasImage(pair.other) || map.image(pair.other).reconstruction != reconstruction)
+      continue;
     const MapImage& other = map.image(pair.other);
     for (const FeatureMatch& match : pair.matches) {
       const PointId point = other.points[match.b];
@@ -55,7 +59,8 @@ StructureMatches GatherStructure(const Map& map, ReconstructionId reconstruction
     }
     entries.push_back(best);
   }
-  std::stable_sort(entries.begin(), entries.end(), [](const Entry& a, const Entry& b) { return a.votes > b.votes; });
+  std::stable_sort(entries.begin(), entries.end(),
+                   [](const Entry& a, const Entry& b) { return a.votes > b.votes; });
   StructureMatches found;
   for (const Entry& entry : entries) {
     found.features.push_back(entry.feature);
@@ -68,12 +73,15 @@ StructureMatches GatherStructure(const Map& map, ReconstructionId reconstruction
 
 }  // namespace
 
-StructureMatches GatherStructure(const Map& map, ReconstructionId reconstruction, const Features& features,
-                                 const Pinhole& camera, std::span<const PairMatches> pairs) {
-  return GatherStructure(map, reconstruction, features, camera, pairs, [](const PointRecord&) { return true; });
+StructureMatches GatherStructure(const Map& map, ReconstructionId reconstruction,
+                                 const Features& features, const Pinhole& camera,
+                                 std::span<const PairMatches> pairs) {
+  return GatherStructure(map, reconstruction, features, camera, pairs,
+                         [](const PointRecord&) { return true; });
 }
 
-std::optional<Resection> FindBetterPose(const Map& map, ImageId id, std::span<const PairMatches> matches, uint64_t seed,
+std::optional<Resection> FindBetterPose(const Map& map, ImageId id,
+                                        std::span<const PairMatches> matches, uint64_t seed,
                                         const ResectionOptions& options) {
   const MapImage& image = map.image(id);
   // Points that would not be there without this image say what it has always said.
@@ -81,9 +89,10 @@ std::optional<Resection> FindBetterPose(const Map& map, ImageId id, std::span<co
     return std::count_if(point.track.begin(), point.track.end(),
                          [id](const TrackElement& e) { return e.image != id; }) >= 2;
   };
-  const StructureMatches structure =
-      GatherStructure(map, image.reconstruction, *image.features, image.camera, matches, stands_alone);
-  Resection found = Resect(structure.x, structure.positions, image.camera.focal_px(), seed, options);
+  const StructureMatches structure = GatherStructure(map, image.reconstruction, *image.features,
+                                                     image.camera, matches, stands_alone);
+  Resection found =
+      Resect(structure.x, structure.positions, image.camera.focal_px(), seed, options);
   if (found.outcome != ResectionOutcome::kPlaced) return std::nullopt;
   size_t explained = 0;
   for (size_t i = 0; i < structure.x.size(); ++i) {
@@ -95,12 +104,14 @@ std::optional<Resection> FindBetterPose(const Map& map, ImageId id, std::span<co
   return found;
 }
 
-NeighborAgreement CheckNeighbors(const Map& map, ReconstructionId reconstruction, const Rigid3& cam_from_world,
-                                 const Features& features, const Pinhole& camera, std::span<const PairMatches> pairs,
+NeighborAgreement CheckNeighbors(const Map& map, ReconstructionId reconstruction,
+                                 const Rigid3& cam_from_world, const Features& features,
+                                 const Pinhole& camera, std::span<const PairMatches> pairs,
                                  double error_px_max) {
   NeighborAgreement agreement;
   for (const PairMatches& pair : pairs) {
-    if (!map.HasImage(pair.other) || map.image(pair.other).reconstruction != reconstruction) continue;
+    if (!map.HasImage(pair.other) || map.image(pair.other).reconstruction != reconstruction)
+      continue;
     const MapImage& other = map.image(pair.other);
     const Rigid3 other_from_cam = other.cam_from_world * cam_from_world.Inverse();
     // Without parallax the pair has no epipolar lines to disagree about.
@@ -110,7 +121,8 @@ NeighborAgreement CheckNeighbors(const Map& map, ReconstructionId reconstruction
     uint64_t explained = 0;
     for (const FeatureMatch& match : pair.matches) {
       explained += SampsonDistance(essential, camera.Normalize(features.keypoints[match.a]),
-                                   other.camera.Normalize(other.features->keypoints[match.b])) < distance_max;
+                                   other.camera.Normalize(other.features->keypoints[match.b])) <
+                   distance_max;
     }
     const bool agrees = 2 * explained >= pair.matches.size();
     ++(agrees ? agreement.agreeing_images : agreement.contradicting_images);

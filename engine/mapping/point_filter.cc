@@ -3,7 +3,8 @@
 
 namespace veduta {
 
-PointFilterCounts FilterPoints(Map* map, std::span<const PointId> points, const PointFilterOptions& options) {
+PointFilterCounts FilterPoints(Map* map, std::span<const PointId> points,
+                               const PointFilterOptions& options) {
   PointFilterCounts counts;
   for (const PointId id : points) {
     if (map->FindPoint(id) == nullptr) continue;
@@ -20,7 +21,8 @@ PointFilterCounts FilterPoints(Map* map, std::span<const PointId> points, const 
     if (point == nullptr) {
       ++counts.points_removed;
     } else if (point->error_px > options.point_error_px_max ||
-               TriangulationAngleDeg(map->ViewsOf(*point), point->position) < options.angle_deg_min) {
+               TriangulationAngleDeg(map->ViewsOf(*point), point->position) <
+                   options.angle_deg_min) {
       map->RemovePoint(id);
       ++counts.points_removed;
     }

@@ -9,9 +9,10 @@
 namespace veduta {
 
 struct PointFilterOptions {
-  double observation_error_px_max = 2.6;  // > 0: a worse observation leaves its track; twice the next
-  double point_error_px_max = 1.3;        // > 0: mean over the track; the paper's section 3.3
-  double angle_deg_min = 2.0;             // [0, 90): largest angle between two rays; the paper's section 3.3
+  double observation_error_px_max =
+      2.6;                          // > 0: a worse observation leaves its track; twice the next
+  double point_error_px_max = 1.3;  // > 0: mean over the track; the paper's section 3.3
+  double angle_deg_min = 2.0;  // [0, 90): largest angle between two rays; the paper's section 3.3
 };
 
 struct PointFilterCounts {
@@ -19,6 +20,7 @@ struct PointFilterCounts {
 };
 
 // Judges the live ones among `points`; every image in their tracks must be loaded.
-PointFilterCounts FilterPoints(Map* map, std::span<const PointId> points, const PointFilterOptions& options);
+PointFilterCounts FilterPoints(Map* map, std::span<const PointId> points,
+                               const PointFilterOptions& options);
 
 }  // namespace veduta

@@ -28,8 +28,9 @@ std::vector<uint32_t> FindInliers(const Rigid3& pose, std::span<const Eigen::Vec
 }
 
 // The pose that most of the correspondences agree with, and how many do.
-uint32_t SearchPose(std::span<const Eigen::Vector2d> x, std::span<const Eigen::Vector3d> points, double error_max,
-                    uint64_t seed, const ResectionOptions& options, Rigid3* best_pose) {
+uint32_t SearchPose(std::span<const Eigen::Vector2d> x, std::span<const Eigen::Vector3d> points,
+                    double error_max, uint64_t seed, const ResectionOptions& options,
+                    Rigid3* best_pose) {
   const uint32_t n = static_cast<uint32_t>(x.size());
   opengv::bearingVectors_t rays(n);
   opengv::points_t world(n);
@@ -43,7 +44,8 @@ uint32_t SearchPose(std::span<const Eigen::Vector2d> x, std::span<const Eigen::V
   uint32_t best = 0, samples_needed = options.samples_max;
   for (uint32_t t = 0; t < samples_needed; ++t) {
     DrawDistinct(random, FrontCount(n, t, 20), sample);
-    for (const opengv::transformation_t& world_from_cam : opengv::absolute_pose::p3p_kneip(adapter, sample)) {
+    for (const opengv::transformation_t& world_from_cam :
+         opengv::absolute_pose::p3p_kneip(adapter, sample)) {
       if (!world_from_cam.allFinite()) continue;
       const Eigen::Matrix3d r = world_from_cam.leftCols<3>().transpose();
       const Eigen::Vector3d translation = -r * world_from_cam.col(3);
@@ -55,7 +57,8 @@ uint32_t SearchPose(std::span<const Eigen::Vector2d> x, std::span<const Eigen::V
         best = inliers;
         *best_pose = {Eigen::Quaterniond(r).normalized(), translation};
         samples_needed =
-            std::min(options.samples_max, std::max(20u, SamplesNeeded(options.confidence, inliers / double(n), 3)));
+            std::min(options.samples_max,
+                     std::max(20u, SamplesNeeded(options.confidence, inliers / double(n), 3)));
       }
     }
   }
@@ -63,8 +66,9 @@ uint32_t SearchPose(std::span<const Eigen::Vector2d> x, std::span<const Eigen::V
 }
 
 // Refines a first pose on what agrees with it, and judges what comes out.
-Resection FinishResection(Rigid3 pose, std::span<const Eigen::Vector2d> x, std::span<const Eigen::Vector3d> points,
-                          double error_max, const ResectionOptions& options) {
+Resection FinishResection(Rigid3 pose, std::span<const Eigen::Vector2d> x,
+                          std::span<const Eigen::Vector3d> points, double error_max,
+                          const ResectionOptions& options) {
   Resection result;
   result.outcome = ResectionOutcome::kTooFewInliers;
   for (int round = 0; round < 3; ++round) {
@@ -80,7 +84,8 @@ Resection FinishResection(Rigid3 pose, std::span<const Eigen::Vector2d> x, std::
   result.cam_from_world = pose;
   result.inliers = FindInliers(pose, x, points, error_max);
   if (result.inliers.size() >= options.inlier_count_min &&
-      static_cast<double>(result.inliers.size()) >= options.inlier_share_min * static_cast<double>(x.size())) {
+      static_cast<double>(result.inliers.size()) >=
+          options.inlier_share_min * static_cast<double>(x.size())) {
     result.outcome = ResectionOutcome::kPlaced;
   }
   return result;
@@ -90,16 +95,18 @@ Resection FinishResection(Rigid3 pose, std::span<const Eigen::Vector2d> x, std::
 
 Status ResectionOptions::Check() const {
   if (!(error_px_max > 0 && error_px_max < 100)) {
-    return Status::InvalidArgument("resection option error_px_max is " + std::to_string(error_px_max) +
-                                   ", must be in (0, 100)");
+    return Status::InvalidArgument("resection option error_px_max is " +
+                                   std::to_string(error_px_max) + ", must be in (0, 100)");
   }
-  if (inlier_count_min < 4) return Status::InvalidArgument("resection option inlier_count_min must be at least 4");
-  if (samples_max < 1) return Status::InvalidArgument("resection option samples_max must be at least 1");
+  if (inlier_count_min < 4)
+    return Status::InvalidArgument("resection option inlier_count_min must be at least 4");
+  if (samples_max < 1)
+    return Status::InvalidArgument("resection option samples_max must be at least 1");
   return Status::Ok();
 }
 
-Rigid3 RefinePose(const Rigid3& start, std::span<const Eigen::Vector2d> x, std::span<const Eigen::Vector3d> points,
-                  double scale) {
+Rigid3 RefinePose(const Rigid3& start, std::span<const Eigen::Vector2d> x,
+                  std::span<const Eigen::Vector3d> points, double scale) {
   using Vector6 = Eigen::Matrix<double, 6, 1>;
   Rigid3 pose = start;
   for (int iteration = 0; iteration < 15; ++iteration) {
@@ -114,8 +121,8 @@ Rigid3 RefinePose(const Rigid3& start, std::span<const Eigen::Vector2d> x, std::
       Eigen::Matrix<double, 2, 3> projection;
       projection << 1 / p.z(), 0, -p.x() / (p.z() * p.z()), 0, 1 / p.z(), -p.y() / (p.z() * p.z());
       Eigen::Matrix<double, 3, 6> motion;  // rotation about the camera's axes, then translation
-      motion << 0, rotated.z(), -rotated.y(), 1, 0, 0, -rotated.z(), 0, rotated.x(), 0, 1, 0, rotated.y(), -rotated.x(),
-          0, 0, 0, 1;
+      motion << 0, rotated.z(), -rotated.y(), 1, 0, 0, -rotated.z(), 0, rotated.x(), 0, 1, 0,
+          rotated.y(), -rotated.x(), 0, 0, 0, 1;
       const Eigen::Matrix<double, 2, 6> jacobian = projection * motion;
       normal += weight * jacobian.transpose() * jacobian;
       gradient += weight * jacobian.transpose() * residual;
@@ -126,7 +133,8 @@ Rigid3 RefinePose(const Rigid3& start, std::span<const Eigen::Vector2d> x, std::
     const Eigen::Vector3d omega = step.head<3>();
     if (omega.norm() > 0) {
       pose.rotation =
-          (Eigen::Quaterniond(Eigen::AngleAxisd(omega.norm(), omega.normalized())) * pose.rotation).normalized();
+          (Eigen::Quaterniond(Eigen::AngleAxisd(omega.norm(), omega.normalized())) * pose.rotation)
+              .normalized();
     }
     pose.translation += step.tail<3>();
     if (step.norm() < 1e-12 * (1 + pose.translation.norm())) break;
@@ -134,21 +142,22 @@ Rigid3 RefinePose(const Rigid3& start, std::span<const Eigen::Vector2d> x, std::
   return pose;
 }
 
-Resection Resect(std::span<const Eigen::Vector2d> x, std::span<const Eigen::Vector3d> points, double focal_px,
-                 uint64_t seed, const ResectionOptions& options) {
+Resection Resect(std::span<const Eigen::Vector2d> x, std::span<const Eigen::Vector3d> points,
+                 double focal_px, uint64_t seed, const ResectionOptions& options) {
   Resection result;
   if (x.size() < options.inlier_count_min || x.size() != points.size()) return result;
   result.outcome = ResectionOutcome::kTooFewInliers;
   const double error_max = options.error_px_max / focal_px;
   Rigid3 pose;
-  if (SearchPose(x, points, error_max, seed, options, &pose) < std::max(4u, options.inlier_count_min / 2))
+  if (SearchPose(x, points, error_max, seed, options, &pose) <
+      std::max(4u, options.inlier_count_min / 2))
     return result;
   return FinishResection(pose, x, points, error_max, options);
 }
 
 Resection ResectAlong(const Rigid3& cam_from_neighbor, const Rigid3& neighbor_from_world,
-                      std::span<const Eigen::Vector2d> x, std::span<const Eigen::Vector3d> points, double focal_px,
-                      const ResectionOptions& options) {
+                      std::span<const Eigen::Vector2d> x, std::span<const Eigen::Vector3d> points,
+                      double focal_px, const ResectionOptions& options) {
   Resection result;
   if (x.size() < options.inlier_count_min || x.size() != points.size()) return result;
   result.outcome = ResectionOutcome::kTooFewInliers;
@@ -156,7 +165,9 @@ Resection ResectAlong(const Rigid3& cam_from_neighbor, const Rigid3& neighbor_fr
   const Rigid3 turned{cam_from_neighbor.rotation * neighbor_from_world.rotation,
                       cam_from_neighbor.rotation * neighbor_from_world.translation};
   const Eigen::Vector3d& t = cam_from_neighbor.translation;
-  const auto at_baseline = [&](double length) { return Rigid3{turned.rotation, turned.translation + length * t}; };
+  const auto at_baseline = [&](double length) {
+    return Rigid3{turned.rotation, turned.translation + length * t};
+  };
   size_t best = 0;
   Rigid3 pose;
   for (size_t i = 0; i < x.size(); ++i) {

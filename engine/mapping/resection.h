@@ -29,24 +29,27 @@ struct Resection {
   std::vector<uint32_t> inliers;  // ascending indices of the inputs
 };
 
-// Estimates cam_from_world by P3P (Kneip 2011) inside RANSAC, refined on the inliers by robust Gauss-Newton.
+// Estimates cam_from_world by P3P (Kneip 2011) inside RANSAC, refined on the inliers by robust
+// Gauss-Newton.
 //
 // x           normalised image coordinates, most trustworthy first.
 // points      where the same features lie in the reconstruction.
 //
 // Deterministic in its inputs. Thread-safe. O(samples * N).
-Resection Resect(std::span<const Eigen::Vector2d> x, std::span<const Eigen::Vector3d> points, double focal_px,
-                 uint64_t seed, const ResectionOptions& options);
+Resection Resect(std::span<const Eigen::Vector2d> x, std::span<const Eigen::Vector3d> points,
+                 double focal_px, uint64_t seed, const ResectionOptions& options);
 
-// Estimates cam_from_world along the baseline to a neighbour of known pose: their verified geometry,
-// `cam_from_neighbor` with a translation of unit length, gives all but the baseline's length, and the points that.
-// Fewer of them do than for P3P: whoever moves forward shares many matches with the last photo, and few of them are
-// points yet. x, points, outcome: as above. O(N^2).
+// Estimates cam_from_world along the baseline to a neighbour of known pose: their verified
+// geometry, `cam_from_neighbor` with a translation of unit length, gives all but the baseline's
+// length, and the points that. Fewer of them do than for P3P: whoever moves forward shares many
+// matches with the last photo, and few of them are points yet. x, points, outcome: as above.
+// O(N^2).
 Resection ResectAlong(const Rigid3& cam_from_neighbor, const Rigid3& neighbor_from_world,
-                      std::span<const Eigen::Vector2d> x, std::span<const Eigen::Vector3d> points, double focal_px,
-                      const ResectionOptions& options);
+                      std::span<const Eigen::Vector2d> x, std::span<const Eigen::Vector3d> points,
+                      double focal_px, const ResectionOptions& options);
 
-// Minimises the Cauchy-weighted squared reprojection error over the six degrees of freedom of the pose.
+// Minimises the Cauchy-weighted squared reprojection error over the six degrees of freedom of the
+// pose.
 Rigid3 RefinePose(const Rigid3& cam_from_world, std::span<const Eigen::Vector2d> x,
                   std::span<const Eigen::Vector3d> points, double scale);
 

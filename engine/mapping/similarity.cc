@@ -8,7 +8,8 @@
 
 namespace veduta {
 
-std::optional<Sim3> FitSimilarity(std::span<const Eigen::Vector3d> a, std::span<const Eigen::Vector3d> b) {
+std::optional<Sim3> FitSimilarity(std::span<const Eigen::Vector3d> a,
+                                  std::span<const Eigen::Vector3d> b) {
   if (a.size() < 3 || a.size() != b.size()) return std::nullopt;
   const double n = static_cast<double>(a.size());
   Eigen::Vector3d mean_a = Eigen::Vector3d::Zero(), mean_b = Eigen::Vector3d::Zero();
@@ -19,24 +20,26 @@ std::optional<Sim3> FitSimilarity(std::span<const Eigen::Vector3d> a, std::span<
     covariance += (b[i] - mean_b) * (a[i] - mean_a).transpose() / n;
     variance_a += (a[i] - mean_a).squaredNorm() / n;
   }
-  const Eigen::JacobiSVD<Eigen::Matrix3d> svd(covariance, Eigen::ComputeFullU | Eigen::ComputeFullV);
+  const Eigen::JacobiSVD<Eigen::Matrix3d> svd(covariance,
+                                              Eigen::ComputeFullU | Eigen::ComputeFullV);
   const Eigen::Vector3d d = svd.singularValues();
   if (!(variance_a > 0) || !(d[1] > 1e-9 * d[0])) return std::nullopt;
   Eigen::Vector3d signs(1, 1, 1);
   if ((svd.matrixU() * svd.matrixV().transpose()).determinant() < 0) signs[2] = -1;
   Sim3 fit;
-  fit.rotation =
-      Eigen::Quaterniond(Eigen::Matrix3d(svd.matrixU() * signs.asDiagonal() * svd.matrixV().transpose())).normalized();
+  fit.rotation = Eigen::Quaterniond(Eigen::Matrix3d(svd.matrixU() * signs.asDiagonal() *
+                                                    svd.matrixV().transpose()))
+                     .normalized();
   fit.scale = d.dot(signs) / variance_a;
   if (!(fit.scale > 0) || !std::isfinite(fit.scale)) return std::nullopt;
   fit.translation = mean_b - fit.scale * (fit.rotation * mean_a);
   return fit;
 }
 
-std::optional<RobustSimilarity> EstimateSimilarity(std::span<const Eigen::Vector3d> a,
-                                                   std::span<const Eigen::Vector3d> b,
-                                                   const std::function<bool(const Sim3&, size_t)>& is_inlier,
-                                                   uint32_t inlier_count_min, uint64_t seed) {
+std::optional<RobustSimilarity> EstimateSimilarity(
+    std::span<const Eigen::Vector3d> a, std::span<const Eigen::Vector3d> b,
+    const std::function<bool(const Sim3&, size_t)>& is_inlier, uint32_t inlier_count_min,
+    uint64_t seed) {
   const uint32_t n = static_cast<uint32_t>(a.size());
   if (n < std::max(3u, inlier_count_min)) return std::nullopt;
   const auto count = [&](const Sim3& fit) {
@@ -60,7 +63,8 @@ std::optional<RobustSimilarity> EstimateSimilarity(std::span<const Eigen::Vector
     if (inliers.size() > best.inliers.size()) {
       best = {*fit, std::move(inliers)};
       samples_needed =
-          std::min(samples_needed, std::max(30u, SamplesNeeded(1 - 1e-4, best.inliers.size() / double(n), 3)));
+          std::min(samples_needed,
+                   std::max(30u, SamplesNeeded(1 - 1e-4, best.inliers.size() / double(n), 3)));
     }
   }
   for (int round = 0; round < 3 && best.inliers.size() >= 3; ++round) {

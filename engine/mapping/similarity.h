@@ -12,21 +12,23 @@
 
 namespace veduta {
 
-// Least-squares similarity b_from_a of corresponding points (Umeyama 1991). Nothing for fewer than three points or
-// points on a line.
-std::optional<Sim3> FitSimilarity(std::span<const Eigen::Vector3d> points_a, std::span<const Eigen::Vector3d> points_b);
+// Least-squares similarity b_from_a of corresponding points (Umeyama 1991). Nothing for fewer than
+// three points or points on a line.
+std::optional<Sim3> FitSimilarity(std::span<const Eigen::Vector3d> points_a,
+                                  std::span<const Eigen::Vector3d> points_b);
 
 struct RobustSimilarity {
   Sim3 b_from_a;
   std::vector<uint32_t> inliers;  // ascending
 };
 
-// RANSAC over triples of correspondences. `is_inlier(b_from_a, i)` judges correspondence i: the caller measures in
-// the photos, where errors are in pixels, rather than in space, where they grow with distance. The best similarity
-// is fitted again to all its inliers. Deterministic in its inputs. Nothing with fewer than `inlier_count_min`.
-std::optional<RobustSimilarity> EstimateSimilarity(std::span<const Eigen::Vector3d> points_a,
-                                                   std::span<const Eigen::Vector3d> points_b,
-                                                   const std::function<bool(const Sim3&, size_t)>& is_inlier,
-                                                   uint32_t inlier_count_min, uint64_t seed);
+// RANSAC over triples of correspondences. `is_inlier(b_from_a, i)` judges correspondence i: the
+// caller measures in the photos, where errors are in pixels, rather than in space, where they grow
+// with distance. The best similarity is fitted again to all its inliers. Deterministic in its
+// inputs. Nothing with fewer than `inlier_count_min`.
+std::optional<RobustSimilarity> EstimateSimilarity(
+    std::span<const Eigen::Vector3d> points_a, std::span<const Eigen::Vector3d> points_b,
+    const std::function<bool(const Sim3&, size_t)>& is_inlier, uint32_t inlier_count_min,
+    uint64_t seed);
 
 }  // namespace veduta

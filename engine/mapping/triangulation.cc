@@ -14,7 +14,8 @@ constexpr double kDegFromRad = 180.0 / std::numbers::pi;
 
 }  // namespace
 
-double RayAngleDeg(const Eigen::Vector3d& center_a, const Eigen::Vector3d& center_b, const Eigen::Vector3d& point) {
+double RayAngleDeg(const Eigen::Vector3d& center_a, const Eigen::Vector3d& center_b,
+                   const Eigen::Vector3d& point) {
   const Eigen::Vector3d a = point - center_a, b = point - center_b;
   return std::atan2(a.cross(b).norm(), a.dot(b)) * kDegFromRad;
 }
@@ -23,8 +24,8 @@ double TriangulationAngleDeg(std::span<const Sighting> views, const Eigen::Vecto
   double largest = 0;
   for (size_t i = 0; i < views.size(); ++i) {
     for (size_t j = i + 1; j < views.size(); ++j) {
-      largest =
-          std::max(largest, RayAngleDeg(views[i].cam_from_world.Center(), views[j].cam_from_world.Center(), point));
+      largest = std::max(largest, RayAngleDeg(views[i].cam_from_world.Center(),
+                                              views[j].cam_from_world.Center(), point));
     }
   }
   return largest;
@@ -43,7 +44,8 @@ std::optional<Eigen::Vector3d> Triangulate(std::span<const Sighting> views) {
   Eigen::Vector3d right = Eigen::Vector3d::Zero();
   for (const Sighting& view : views) {
     const Eigen::Vector3d ray =
-        (view.cam_from_world.rotation.conjugate() * view.camera.Normalize(view.x_px).homogeneous()).normalized();
+        (view.cam_from_world.rotation.conjugate() * view.camera.Normalize(view.x_px).homogeneous())
+            .normalized();
     const Eigen::Matrix3d across = Eigen::Matrix3d::Identity() - ray * ray.transpose();
     system += across;
     right += across * view.cam_from_world.Center();
@@ -58,9 +60,11 @@ std::optional<Eigen::Vector3d> Triangulate(std::span<const Sighting> views) {
       const Eigen::Vector3d x_cam = view.cam_from_world * point;
       if (!(x_cam.z() > 0)) return std::nullopt;
       Eigen::Matrix<double, 2, 3> projection;
-      projection << view.camera.fx / x_cam.z(), 0, -view.camera.fx * x_cam.x() / (x_cam.z() * x_cam.z()), 0,
-          view.camera.fy / x_cam.z(), -view.camera.fy * x_cam.y() / (x_cam.z() * x_cam.z());
-      const Eigen::Matrix<double, 2, 3> jacobian = projection * view.cam_from_world.rotation.toRotationMatrix();
+      projection << view.camera.fx / x_cam.z(), 0,
+          -view.camera.fx * x_cam.x() / (x_cam.z() * x_cam.z()), 0, view.camera.fy / x_cam.z(),
+          -view.camera.fy * x_cam.y() / (x_cam.z() * x_cam.z());
+      const Eigen::Matrix<double, 2, 3> jacobian =
+          projection * view.cam_from_world.rotation.toRotationMatrix();
       normal += jacobian.transpose() * jacobian;
       gradient += jacobian.transpose() * (view.camera.Project(x_cam) - view.x_px);
     }

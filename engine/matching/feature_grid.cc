@@ -7,8 +7,8 @@
 namespace veduta {
 namespace {
 
-// Best for lines over 4200 keypoints of 1536 x 1024, of 32 to 256 by 4 to 16: short runs cost more than long ones,
-// whose entries are tested without a branch.
+// Best for lines over 4200 keypoints of 1536 x 1024, of 32 to 256 by 4 to 16: short runs cost more
+// than long ones, whose entries are tested without a branch.
 constexpr double kSlabPx = 128;
 constexpr double kCellPx = 8;
 // Cells a keypoint at most, so that a few keypoints far apart take no more room than their number.
@@ -23,7 +23,8 @@ uint32_t Clamp(double position, uint32_t count) {
 
 }  // namespace
 
-std::span<const FeatureGrid::Entry> FeatureGrid::Slabs::Run(uint32_t slab, double first_cell, double last_cell) const {
+std::span<const FeatureGrid::Entry> FeatureGrid::Slabs::Run(uint32_t slab, double first_cell,
+                                                            double last_cell) const {
   first_cell -= kSlack;
   last_cell += kSlack;
   // Written so that NaN has no run.
@@ -37,8 +38,12 @@ std::span<const FeatureGrid::Entry> FeatureGrid::Slabs::Run(uint32_t slab, doubl
 FeatureGrid::Slabs FeatureGrid::Build(const std::vector<Entry>& entries, bool across_x) {
   Slabs slabs;
   if (entries.empty()) return slabs;
-  const auto u_of = [&](const Entry& entry) -> double { return across_x ? entry.x_px : entry.y_px; };
-  const auto v_of = [&](const Entry& entry) -> double { return across_x ? entry.y_px : entry.x_px; };
+  const auto u_of = [&](const Entry& entry) -> double {
+    return across_x ? entry.x_px : entry.y_px;
+  };
+  const auto v_of = [&](const Entry& entry) -> double {
+    return across_x ? entry.y_px : entry.x_px;
+  };
   slabs.u_min = u_of(entries[0]);
   slabs.v_min = v_of(entries[0]);
   double u_max = slabs.u_min;
@@ -70,7 +75,8 @@ FeatureGrid::Slabs FeatureGrid::Build(const std::vector<Entry>& entries, bool ac
                  Clamp(slabs.CellPosition(v_of(entries[i])), slabs.cell_count);
     ++slabs.starts[cell_of[i] + 1];
   }
-  for (size_t cell = 1; cell < slabs.starts.size(); ++cell) slabs.starts[cell] += slabs.starts[cell - 1];
+  for (size_t cell = 1; cell < slabs.starts.size(); ++cell)
+    slabs.starts[cell] += slabs.starts[cell - 1];
   std::vector<uint32_t> next(slabs.starts.begin(), slabs.starts.end() - 1);
   slabs.entries.resize(entries.size());
   for (size_t i = 0; i < entries.size(); ++i) slabs.entries[next[cell_of[i]]++] = entries[i];
@@ -111,7 +117,8 @@ void FeatureGrid::FindNearPoint(int contrast, double x_px, double y_px, double r
   if (last < 0 || first > slabs.slab_count) return;
   const double first_cell = slabs.CellPosition(y_px - radius_px);
   const double last_cell = slabs.CellPosition(y_px + radius_px);
-  for (uint32_t slab = Clamp(first, slabs.slab_count); slab <= Clamp(last, slabs.slab_count); ++slab) {
+  for (uint32_t slab = Clamp(first, slabs.slab_count); slab <= Clamp(last, slabs.slab_count);
+       ++slab) {
     for (const Entry& entry : slabs.Run(slab, first_cell, last_cell)) {
       const double dx = entry.x_px - x_px;
       const double dy = entry.y_px - y_px;
@@ -133,11 +140,13 @@ void FeatureGrid::FindNearLine(int contrast, const ImageLine& line, double band_
   const double offset = -line.c / (level ? line.b : line.a);
   const double cells_per_slab = slope * slabs.slab_px * slabs.cells_per_px;
   const double at_start = slabs.CellPosition(slope * slabs.u_min + offset);
-  const double reach = band_px * length / std::max(std::abs(line.a), std::abs(line.b)) * slabs.cells_per_px;
+  const double reach =
+      band_px * length / std::max(std::abs(line.a), std::abs(line.b)) * slabs.cells_per_px;
   const double before = std::min(cells_per_slab, 0.0) - reach;
   const double after = std::max(cells_per_slab, 0.0) + reach;
   const double limit = band_px * length;
-  // Most entries of a run are outside the band, in no order a processor could predict: no branch on it.
+  // Most entries of a run are outside the band, in no order a processor could predict: no branch on
+  // it.
   std::array<FeatureIndex, 128> kept;
   size_t kept_count = 0;
   for (uint32_t slab = 0; slab < slabs.slab_count; ++slab) {

@@ -19,8 +19,9 @@ struct ImageLine {
   double a = 0, b = 0, c = 0;
 };
 
-// Immutable: thread-safe. Keypoints are kept twice, in slabs across x and in slabs across y, so that a line of either
-// slant crosses few slabs; each contrast class apart. Built in about 0.1 ms for 4200 keypoints, about 35 bytes each.
+// Immutable: thread-safe. Keypoints are kept twice, in slabs across x and in slabs across y, so
+// that a line of either slant crosses few slabs; each contrast class apart. Built in about 0.1 ms
+// for 4200 keypoints, about 35 bytes each.
 class FeatureGrid final {
  public:
   FeatureGrid() = default;
@@ -31,13 +32,15 @@ class FeatureGrid final {
   size_t feature_count() const { return feature_count_; }
   size_t size_bytes() const;
 
-  // Appends the features of one contrast class within `radius_px` (inclusive) of (x_px, y_px), in no useful but a
-  // fixed order. Nothing when an argument is not finite.
-  void FindNearPoint(int contrast, double x_px, double y_px, double radius_px, std::vector<FeatureIndex>* found) const;
+  // Appends the features of one contrast class within `radius_px` (inclusive) of (x_px, y_px), in
+  // no useful but a fixed order. Nothing when an argument is not finite.
+  void FindNearPoint(int contrast, double x_px, double y_px, double radius_px,
+                     std::vector<FeatureIndex>* found) const;
 
-  // Appends the features of one contrast class within `band_px` (inclusive) of the line, likewise. Nothing when the
-  // line is no line (a = b = 0) or an argument is not finite.
-  void FindNearLine(int contrast, const ImageLine& line, double band_px, std::vector<FeatureIndex>* found) const;
+  // Appends the features of one contrast class within `band_px` (inclusive) of the line, likewise.
+  // Nothing when the line is no line (a = b = 0) or an argument is not finite.
+  void FindNearLine(int contrast, const ImageLine& line, double band_px,
+                    std::vector<FeatureIndex>* found) const;
 
  private:
   struct Entry {
@@ -45,7 +48,8 @@ class FeatureGrid final {
     FeatureIndex feature;
   };
 
-  // Slabs across one axis (u) are cut into cells along the other (v); the entries of a slab lie in one run.
+  // Slabs across one axis (u) are cut into cells along the other (v); the entries of a slab lie in
+  // one run.
   struct Slabs {
     double u_min = 0, v_min = 0;
     double slab_px = 1;
@@ -56,14 +60,16 @@ class FeatureGrid final {
 
     double SlabPosition(double u) const { return (u - u_min) * slabs_per_px; }
     double CellPosition(double v) const { return (v - v_min) * cells_per_px; }
-    // The entries of one slab between two positions among its cells, and some outside; empty if there can be none.
+    // The entries of one slab between two positions among its cells, and some outside; empty if
+    // there can be none.
     std::span<const Entry> Run(uint32_t slab, double first_cell, double last_cell) const;
   };
 
   static Slabs Build(const std::vector<Entry>& entries, bool across_x);
 
   size_t feature_count_ = 0;
-  std::array<Slabs, kContrastClassCount> across_x_;  // u = x, v = y: for lines that are rather level
+  std::array<Slabs, kContrastClassCount>
+      across_x_;  // u = x, v = y: for lines that are rather level
   std::array<Slabs, kContrastClassCount> across_y_;  // u = y, v = x: for steep ones
 };
 

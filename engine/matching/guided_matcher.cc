@@ -14,7 +14,8 @@ struct BestTwo {
   uint32_t second_distance = kNoMatch;
 };
 
-// The nearest of the candidates, and the distance of the nearest that lies farther than apart_px from it.
+// The nearest of the candidates, and the distance of the nearest that lies farther than apart_px
+// from it.
 BestTwo PickBest(const Features& features, const GuidedScratch& scratch, double apart_px) {
   BestTwo best;
   for (size_t i = 0; i < scratch.candidates.size(); ++i) {
@@ -28,7 +29,8 @@ BestTwo PickBest(const Features& features, const GuidedScratch& scratch, double 
   if (best.distance == kNoMatch) return best;
   const Keypoint& at = features.keypoints[best.feature];
   for (size_t i = 0; i < scratch.candidates.size(); ++i) {
-    if (scratch.distances[i] >= best.second_distance || scratch.candidates[i] == best.feature) continue;
+    if (scratch.distances[i] >= best.second_distance || scratch.candidates[i] == best.feature)
+      continue;
     const Keypoint& other = features.keypoints[scratch.candidates[i]];
     const double dx = static_cast<double>(other.x_px) - at.x_px;
     const double dy = static_cast<double>(other.y_px) - at.y_px;
@@ -37,18 +39,18 @@ BestTwo PickBest(const Features& features, const GuidedScratch& scratch, double 
   return best;
 }
 
-void MeasureDistances(const MatcherKernels& kernels, const uint8_t* descriptor, const Features& features,
-                      GuidedScratch* scratch) {
+void MeasureDistances(const MatcherKernels& kernels, const uint8_t* descriptor,
+                      const Features& features, GuidedScratch* scratch) {
   scratch->distances.resize(scratch->candidates.size());
-  kernels.distances(descriptor, features.descriptors.data(), scratch->candidates.data(), scratch->candidates.size(),
-                    scratch->distances.data());
+  kernels.distances(descriptor, features.descriptors.data(), scratch->candidates.data(),
+                    scratch->candidates.size(), scratch->distances.data());
 }
 
 Status CheckFeatures(const Features& features, const char* name) {
   if (features.descriptors.size() == features.size() * kDescriptorSize) return Status::Ok();
-  return Status::InvalidArgument("image " + std::string(name) + " has " + std::to_string(features.size()) +
-                                 " keypoints but " + std::to_string(features.descriptors.size()) +
-                                 " bytes of descriptors, not 128 each");
+  return Status::InvalidArgument(
+      "image " + std::string(name) + " has " + std::to_string(features.size()) + " keypoints but " +
+      std::to_string(features.descriptors.size()) + " bytes of descriptors, not 128 each");
 }
 
 // F at a scale that neither overflows nor vanishes; zero if it has none.
@@ -62,15 +64,16 @@ Eigen::Matrix3d Normalized(const Eigen::Matrix3d& f) {
 // The epipolar side of MatchGuided: candidates in b for one feature of a.
 class BandSearch final {
  public:
-  BandSearch(const Features& b, const FeatureGrid& b_grid, const Eigen::Matrix3d& f, const GuidedMatchOptions& options)
+  BandSearch(const Features& b, const FeatureGrid& b_grid, const Eigen::Matrix3d& f,
+             const GuidedMatchOptions& options)
       : b_(b), b_grid_(b_grid), f_(f), options_(options) {}
 
   void Find(const Keypoint& a, std::vector<FeatureIndex>* candidates) const {
     candidates->clear();
     const Eigen::Vector3d x_a(a.x_px, a.y_px, 1.0);
     const Eigen::Vector3d line = f_ * x_a;
-    b_grid_.FindNearLine(ContrastClassOf(a.contrast_sign), {line.x(), line.y(), line.z()}, options_.band_px,
-                         candidates);
+    b_grid_.FindNearLine(ContrastClassOf(a.contrast_sign), {line.x(), line.y(), line.z()},
+                         options_.band_px, candidates);
     std::erase_if(*candidates, [&](FeatureIndex feature) {
       const Keypoint& b = b_.keypoints[feature];
       return !InBandOfB(x_a, b) || !ScalesAgree(a.scale_px, b.scale_px);
@@ -78,12 +81,14 @@ class BandSearch final {
   }
 
  private:
-  // x_a is within the band of x_b's epipolar line. False where x_b is the epipole, which has no line.
+  // x_a is within the band of x_b's epipolar line. False where x_b is the epipole, which has no
+  // line.
   bool InBandOfB(const Eigen::Vector3d& x_a, const Keypoint& b) const {
     const Eigen::Vector3d line = f_.transpose() * Eigen::Vector3d(b.x_px, b.y_px, 1.0);
     const double residual = line.dot(x_a);
     const double length_squared = line.x() * line.x() + line.y() * line.y();
-    return length_squared > 0 && residual * residual <= options_.band_px * options_.band_px * length_squared;
+    return length_squared > 0 &&
+           residual * residual <= options_.band_px * options_.band_px * length_squared;
   }
 
   bool ScalesAgree(double a, double b) const {
@@ -100,7 +105,8 @@ class BandSearch final {
 bool Passes(const DescriptorMatch& match, const GuidedMatchOptions& options) {
   if (match.distance_squared > options.distance_squared_max) return false;
   if (options.ratio_max >= 1.0 || match.second_distance_squared == kNoMatch) return true;
-  return match.distance_squared <= options.ratio_max * options.ratio_max * match.second_distance_squared;
+  return match.distance_squared <=
+         options.ratio_max * options.ratio_max * match.second_distance_squared;
 }
 
 }  // namespace
@@ -110,17 +116,22 @@ Status GuidedMatchOptions::Check() const {
     return Status::InvalidArgument("band_px is " + std::to_string(band_px) + ", outside (0, 64]");
   }
   if (!(ratio_max > 0 && ratio_max <= 1)) {
-    return Status::InvalidArgument("ratio_max is " + std::to_string(ratio_max) + ", outside (0, 1]");
+    return Status::InvalidArgument("ratio_max is " + std::to_string(ratio_max) +
+                                   ", outside (0, 1]");
   }
-  if (!(apart_px >= 0)) return Status::InvalidArgument("apart_px is " + std::to_string(apart_px) + ", below 0");
+  if (!(apart_px >= 0))
+    return Status::InvalidArgument("apart_px is " + std::to_string(apart_px) + ", below 0");
   if (!(scale_ratio_max >= 1)) {
-    return Status::InvalidArgument("scale_ratio_max is " + std::to_string(scale_ratio_max) + ", below 1");
+    return Status::InvalidArgument("scale_ratio_max is " + std::to_string(scale_ratio_max) +
+                                   ", below 1");
   }
   return Status::Ok();
 }
 
-Result<std::vector<DescriptorMatch>> MatchGuided(const Features& a, const Features& b, const FeatureGrid& b_grid,
-                                                 const Eigen::Matrix3d& b_from_a, const GuidedMatchOptions& options) {
+Result<std::vector<DescriptorMatch>> MatchGuided(const Features& a, const Features& b,
+                                                 const FeatureGrid& b_grid,
+                                                 const Eigen::Matrix3d& b_from_a,
+                                                 const GuidedMatchOptions& options) {
   VEDUTA_RETURN_IF_ERROR(options.Check());
   VEDUTA_RETURN_IF_ERROR(CheckFeatures(a, "a"));
   VEDUTA_RETURN_IF_ERROR(CheckFeatures(b, "b"));
@@ -131,7 +142,8 @@ Result<std::vector<DescriptorMatch>> MatchGuided(const Features& a, const Featur
   const MatcherKernels& kernels = MatcherKernelsFor(options.isa.value_or(BestMatcherIsa()));
   const BandSearch search(b, b_grid, Normalized(b_from_a), options);
 
-  // The band is symmetric, so one walk over a finds every pair: b's best comes out of the same distances.
+  // The band is symmetric, so one walk over a finds every pair: b's best comes out of the same
+  // distances.
   std::vector<DescriptorMatch> best_of_a;
   std::vector<Nearest> best_of_b(b.size(), {kNoMatch, kNoMatch});
   GuidedScratch scratch;
@@ -147,12 +159,13 @@ Result<std::vector<DescriptorMatch>> MatchGuided(const Features& a, const Featur
     const DescriptorMatch match = {i, best.feature, best.distance, best.second_distance};
     if (Passes(match, options)) best_of_a.push_back(match);
   }
-  std::erase_if(best_of_a, [&](const DescriptorMatch& match) { return best_of_b[match.b].best != match.a; });
+  std::erase_if(best_of_a,
+                [&](const DescriptorMatch& match) { return best_of_b[match.b].best != match.a; });
   return best_of_a;
 }
 
-std::optional<NearFeature> FindNear(const FeatureGrid& grid, const Features& features, const NearQuery& query,
-                                    GuidedScratch* scratch) {
+std::optional<NearFeature> FindNear(const FeatureGrid& grid, const Features& features,
+                                    const NearQuery& query, GuidedScratch* scratch) {
   if (query.descriptor == nullptr || grid.feature_count() != features.size()) return std::nullopt;
   scratch->candidates.clear();
   grid.FindNearPoint(ContrastClassOf(query.contrast_sign), query.x_px, query.y_px, query.radius_px,

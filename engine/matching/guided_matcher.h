@@ -19,8 +19,10 @@ struct GuidedMatchOptions {
   double band_px = 2.0;  // (0, 64]; of each feature from the other's epipolar line
   // [0, UINT32_MAX]; (0.7 * 512)^2, as root-SIFT's norm is 512. UINT32_MAX: off
   uint32_t distance_squared_max = 128'450;
-  double ratio_max = 0.85;  // (0, 1]; distance (not squared) over that of the second best in the band; 1: off
-  double apart_px = 4.0;    // >= 0; the second best lies farther than this from the best, else it is the same thing
+  double ratio_max =
+      0.85;  // (0, 1]; distance (not squared) over that of the second best in the band; 1: off
+  double apart_px =
+      4.0;  // >= 0; the second best lies farther than this from the best, else it is the same thing
   double scale_ratio_max =
       std::numeric_limits<double>::infinity();  // >= 1; larger over smaller scale_px; infinity: off
   std::optional<MatcherIsa> isa;                // unset: the best of this machine
@@ -34,16 +36,20 @@ struct GuidedScratch {
   std::vector<uint32_t> distances;
 };
 
-// Pairs of features that are each other's nearest descriptor (ties: lowest index) among the pairs of one contrast
-// class that lie within the band: |x_b^T F x_a| <= band_px * |(F x_a)_xy| and <= band_px * |(F^T x_b)_xy|, with F =
-// `b_from_a` in px of any scale (Hartley and Zisserman, 9.2), and whose scales agree. Of these, what passes distance
-// and ratio; second_distance_squared is of a's best candidate `apart_px` away, UINT32_MAX if none. Ascending in a.
+// Pairs of features that are each other's nearest descriptor (ties: lowest index) among the pairs
+// of one contrast class that lie within the band: |x_b^T F x_a| <= band_px * |(F x_a)_xy| and <=
+// band_px * |(F^T x_b)_xy|, with F = `b_from_a` in px of any scale (Hartley and Zisserman, 9.2),
+// and whose scales agree. Of these, what passes distance and ratio; second_distance_squared is of
+// a's best candidate `apart_px` away, UINT32_MAX if none. Ascending in a.
 //
-// `b_grid` was built from `b`. A degenerate F (zero, not finite) has no lines, so no matches. Deterministic, the same
-// on every processor; thread-safe; single-threaded; 2 to 3 ms for 4200 x 4200 features.
-// kInvalidArgument on bad options, a grid of other features, or descriptors that are not 128 bytes a keypoint.
-Result<std::vector<DescriptorMatch>> MatchGuided(const Features& a, const Features& b, const FeatureGrid& b_grid,
-                                                 const Eigen::Matrix3d& b_from_a, const GuidedMatchOptions& options);
+// `b_grid` was built from `b`. A degenerate F (zero, not finite) has no lines, so no matches.
+// Deterministic, the same on every processor; thread-safe; single-threaded; 2 to 3 ms for 4200 x
+// 4200 features. kInvalidArgument on bad options, a grid of other features, or descriptors that are
+// not 128 bytes a keypoint.
+Result<std::vector<DescriptorMatch>> MatchGuided(const Features& a, const Features& b,
+                                                 const FeatureGrid& b_grid,
+                                                 const Eigen::Matrix3d& b_from_a,
+                                                 const GuidedMatchOptions& options);
 
 // What to look for, and where.
 struct NearQuery {
@@ -58,15 +64,17 @@ struct NearQuery {
 struct NearFeature {
   FeatureIndex feature = 0;
   uint32_t distance_squared = 0;
-  uint32_t second_distance_squared = UINT32_MAX;  // of the best candidate `apart_px` away; UINT32_MAX if none
+  uint32_t second_distance_squared =
+      UINT32_MAX;  // of the best candidate `apart_px` away; UINT32_MAX if none
 
   bool operator==(const NearFeature&) const = default;
 };
 
-// The feature whose descriptor is nearest (ties: lowest index) among those within the radius that have the sign;
-// none if there is none, or it is farther than distance_squared_max, or the query is not finite. `grid` was built from
-// `features`. Deterministic; thread-safe, a scratch a thread. Some 0.05 us with a handful of candidates.
-std::optional<NearFeature> FindNear(const FeatureGrid& grid, const Features& features, const NearQuery& query,
-                                    GuidedScratch* scratch);
+// The feature whose descriptor is nearest (ties: lowest index) among those within the radius that
+// have the sign; none if there is none, or it is farther than distance_squared_max, or the query is
+// not finite. `grid` was built from `features`. Deterministic; thread-safe, a scratch a thread.
+// Some 0.05 us with a handful of candidates.
+std::optional<NearFeature> FindNear(const FeatureGrid& grid, const Features& features,
+                                    const NearQuery& query, GuidedScratch* scratch);
 
 }  // namespace veduta

@@ -8,8 +8,8 @@ namespace veduta {
 MatcherIsa BestMatcherIsa() {
 #if defined(__x86_64__)
   // The builtins also ask whether the operating system saves the wide registers.
-  if (__builtin_cpu_supports("avx512f") && __builtin_cpu_supports("avx512bw") && __builtin_cpu_supports("avx512vl") &&
-      __builtin_cpu_supports("avx512vnni")) {
+  if (__builtin_cpu_supports("avx512f") && __builtin_cpu_supports("avx512bw") &&
+      __builtin_cpu_supports("avx512vl") && __builtin_cpu_supports("avx512vnni")) {
     return MatcherIsa::kAvx512Vnni;
   }
   if (__builtin_cpu_supports("avx2")) return MatcherIsa::kAvx2;

@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
-// The vector kernels below the matchers, and the layout they share. Included by files built with -m flags: nothing
-// but plain structs here, for an inline function compiled there could end up being called on a lesser processor.
+// The vector kernels below the matchers, and the layout they share. Included by files built with -m
+// flags: nothing but plain structs here, for an inline function compiled there could end up being
+// called on a lesser processor.
 
 #include <cstddef>
 #include <cstdint>
@@ -11,11 +12,12 @@ namespace veduta {
 inline constexpr int kPanelColumns = 16;  // descriptors side by side in a panel
 inline constexpr int kPanelGroups = 32;   // groups of 4 bytes in a descriptor
 
-// An empty column's |x|^2. Above anything real (128 * 255^2 = 8'323'200), even, and still 24 bits with its sign.
+// An empty column's |x|^2. Above anything real (128 * 255^2 = 8'323'200), even, and still 24 bits
+// with its sign.
 inline constexpr int32_t kPaddingNorm = 8'388'606;
 
-// Sixteen descriptors interleaved by groups of four bytes, as the byte dot products of vector units want them.
-// Empty columns hold zero bytes, kPaddingNorm and a sum of zero.
+// Sixteen descriptors interleaved by groups of four bytes, as the byte dot products of vector units
+// want them. Empty columns hold zero bytes, kPaddingNorm and a sum of zero.
 struct alignas(64) DescriptorPanel {
   uint8_t bytes[kPanelGroups][kPanelColumns][4];
   int32_t norms_squared[kPanelColumns];
@@ -31,7 +33,8 @@ struct PanelSpan {
 
 inline constexpr uint32_t kNoMatch = UINT32_MAX;
 
-// Where a descriptor's nearest neighbours in the other set are. kNoMatch throughout where there are none.
+// Where a descriptor's nearest neighbours in the other set are. kNoMatch throughout where there are
+// none.
 struct NearestPair {
   uint32_t best;             // ordinal in the other set; the lowest of equals
   uint32_t distance;         // squared
@@ -43,16 +46,16 @@ struct Nearest {
 };
 
 struct MatcherKernels {
-  // The two nearest columns of every row, and the nearest row of every column, in one pass over the products.
-  // rows_out[rows.count], columns_out[columns.count]; column_keys is scratch, ceil(columns.count / 16) * 16 long.
-  // Exact; ties go to the lowest ordinal.
-  void (*nearest_both_ways)(PanelSpan rows, PanelSpan columns, NearestPair* rows_out, Nearest* columns_out,
-                            int32_t* column_keys);
+  // The two nearest columns of every row, and the nearest row of every column, in one pass over the
+  // products. rows_out[rows.count], columns_out[columns.count]; column_keys is scratch,
+  // ceil(columns.count / 16) * 16 long. Exact; ties go to the lowest ordinal.
+  void (*nearest_both_ways)(PanelSpan rows, PanelSpan columns, NearestPair* rows_out,
+                            Nearest* columns_out, int32_t* column_keys);
 
-  // distances[i] = squared distance of `query` to descriptor indices[i] of `descriptors`, 128 bytes each, any
-  // alignment. Exact.
-  void (*distances)(const uint8_t* query, const uint8_t* descriptors, const uint32_t* indices, size_t count,
-                    uint32_t* distances);
+  // distances[i] = squared distance of `query` to descriptor indices[i] of `descriptors`, 128 bytes
+  // each, any alignment. Exact.
+  void (*distances)(const uint8_t* query, const uint8_t* descriptors, const uint32_t* indices,
+                    size_t count, uint32_t* distances);
 };
 
 extern const MatcherKernels kPortableKernels;

@@ -1,12 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
 // The matcher's kernels for AVX-512 VNNI.
 //
-// vpdpbusd adds four products of an unsigned with a signed byte to a 32-bit lane. The columns' bytes b stay
-// unsigned; the rows' bytes a become 127 - a, which fits a signed byte, so that a lane that starts with
-// |b|^2 / 2 - 127 sum(b) ends with |b|^2 / 2 - a.b: half the distance but for the row's own norm (and the parity of
-// |b|^2, which is added when the lane is doubled). Exact: all of it stays within 24 bits.
+// vpdpbusd adds four products of an unsigned with a signed byte to a 32-bit lane. The columns'
+// bytes b stay unsigned; the rows' bytes a become 127 - a, which fits a signed byte, so that a lane
+// that starts with |b|^2 / 2 - 127 sum(b) ends with |b|^2 / 2 - a.b: half the distance but for the
+// row's own norm (and the parity of |b|^2, which is added when the lane is doubled). Exact: all of
+// it stays within 24 bits.
 //
-// Distances leave the registers as sort keys only (matcher_keys.h): nothing of the size rows x columns is stored.
+// Distances leave the registers as sort keys only (matcher_keys.h): nothing of the size rows x
+// columns is stored.
 #include "engine/matching/matcher_keys.h"
 
 #if defined(__AVX512VNNI__) && defined(__AVX512BW__)
@@ -17,7 +19,8 @@ namespace {
 
 constexpr int kTileRows = 8;  // x 2 panels = 16 accumulators
 
-// Sixteen rows ready for multiplication with columns: 127 - a, and the parts of their columns' keys.
+// Sixteen rows ready for multiplication with columns: 127 - a, and the parts of their columns'
+// keys.
 struct alignas(64) RowPanel {
   int32_t groups[kPanelGroups][kPanelColumns];  // four signed bytes each
   int32_t column_keys[kPanelColumns];           // norm << 8 | row within the block
@@ -29,10 +32,12 @@ struct alignas(64) TileState {
   __m512i second[kTileRows];
 };
 
-// Rows past `count` repeat the last one under its own name: they change nothing. (Rows of zeros would: the key of
-// |a|^2 + |b|^2 may take 25 bits.)
-void PrepareRows(const DescriptorPanel& panel, uint32_t first_in_block, uint32_t count, RowPanel* out) {
-  const __m512i last = _mm512_set1_epi32(static_cast<int>(count < kPanelColumns ? count - 1 : kPanelColumns - 1));
+// Rows past `count` repeat the last one under its own name: they change nothing. (Rows of zeros
+// would: the key of |a|^2 + |b|^2 may take 25 bits.)
+void PrepareRows(const DescriptorPanel& panel, uint32_t first_in_block, uint32_t count,
+                 RowPanel* out) {
+  const __m512i last =
+      _mm512_set1_epi32(static_cast<int>(count < kPanelColumns ? count - 1 : kPanelColumns - 1));
   const __m512i lane = _mm512_setr_epi32(0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15);
   const __m512i source = _mm512_min_epi32(lane, last);
   const __m512i all_127 = _mm512_set1_epi8(127);
@@ -41,7 +46,8 @@ void PrepareRows(const DescriptorPanel& panel, uint32_t first_in_block, uint32_t
     _mm512_store_si512(out->groups[group], _mm512_sub_epi8(all_127, bytes));
   }
   const __m512i norms = _mm512_permutexvar_epi32(source, _mm512_load_si512(panel.norms_squared));
-  const __m512i names = _mm512_add_epi32(source, _mm512_set1_epi32(static_cast<int>(first_in_block)));
+  const __m512i names =
+      _mm512_add_epi32(source, _mm512_set1_epi32(static_cast<int>(first_in_block)));
   _mm512_store_si512(out->column_keys, _mm512_or_si512(_mm512_slli_epi32(norms, kKeyBits), names));
 }
 
@@ -53,12 +59,14 @@ inline __m512i StartOf(const DescriptorPanel& panel) {
 
 // What a doubled lane lacks to be a row's key: the parity of |b|^2 and the panel's name.
 inline __m512i RowKeyOf(const DescriptorPanel& panel, uint32_t panel_in_block) {
-  const __m512i parity = _mm512_and_si512(_mm512_load_si512(panel.norms_squared), _mm512_set1_epi32(1));
-  return _mm512_or_si512(_mm512_slli_epi32(parity, kKeyBits), _mm512_set1_epi32(static_cast<int>(panel_in_block)));
+  const __m512i parity =
+      _mm512_and_si512(_mm512_load_si512(panel.norms_squared), _mm512_set1_epi32(1));
+  return _mm512_or_si512(_mm512_slli_epi32(parity, kKeyBits),
+                         _mm512_set1_epi32(static_cast<int>(panel_in_block)));
 }
 
-// The rows of a tile, as a pack: g++ 12 keeps an array in registers only when its indices are constants before it
-// unrolls loops.
+// The rows of a tile, as a pack: g++ 12 keeps an array in registers only when its indices are
+// constants before it unrolls loops.
 template <int... kRows>
 struct TileRows {};
 using AllTileRows = TileRows<0, 1, 2, 3, 4, 5, 6, 7>;
@@ -66,8 +74,9 @@ static_assert(kTileRows == 8);
 
 // Takes the finished lanes of one or two panels into the rows' and the columns' keys.
 template <int kPanels, int... kRows>
-inline void TakeKeys(TileRows<kRows...>, const __m512i* left, const __m512i* right, const DescriptorPanel* panels,
-                     uint32_t panel_in_block, const int32_t* row_keys, TileState* state, int32_t* column_keys) {
+inline void TakeKeys(TileRows<kRows...>, const __m512i* left, const __m512i* right,
+                     const DescriptorPanel* panels, uint32_t panel_in_block,
+                     const int32_t* row_keys, TileState* state, int32_t* column_keys) {
   const __m512i left_key = RowKeyOf(panels[0], panel_in_block);
   const __m512i right_key = RowKeyOf(panels[kPanels - 1], panel_in_block + 1);
   __m512i left_best = _mm512_loadu_si512(column_keys);
@@ -94,8 +103,8 @@ inline void TakeKeys(TileRows<kRows...>, const __m512i* left, const __m512i* rig
   if constexpr (kPanels == 2) _mm512_storeu_si512(column_keys + kPanelColumns, right_best);
 }
 
-// Without instructions: tells g++ 12 that an accumulator lives in one register. It copies each of them twice in every
-// step otherwise, and spills some (8 % of the time of a match).
+// Without instructions: tells g++ 12 that an accumulator lives in one register. It copies each of
+// them twice in every step otherwise, and spills some (8 % of the time of a match).
 inline void KeepInRegister(__m512i& value) {
   asm("" : "+v"(value));
 }
@@ -113,7 +122,8 @@ inline void MultiplyTile(TileRows<kRows...> tile_rows, const int32_t* rows, cons
     const __m512i left_bytes = _mm512_load_si512(panels[0].bytes[group]);
     const __m512i right_bytes = _mm512_load_si512(panels[kLast].bytes[group]);
     const int32_t* row_bytes = rows + group * kPanelColumns;
-    const auto multiply = [&](__m512i & left_sum, __m512i & right_sum, int r) __attribute__((always_inline)) {
+    const auto multiply = [&](__m512i & left_sum, __m512i & right_sum, int r)
+        __attribute__((always_inline)) {
       const __m512i factor = _mm512_set1_epi32(row_bytes[r]);
       left_sum = _mm512_dpbusd_epi32(left_sum, left_bytes, factor);
       KeepInRegister(left_sum);
@@ -128,7 +138,8 @@ inline void MultiplyTile(TileRows<kRows...> tile_rows, const int32_t* rows, cons
 }
 
 // Joins a row's lanes over one block of panels with what the row had before.
-inline void MergeRow(__m512i best, __m512i second, int32_t norm, uint32_t first_panel, NearestPair* row) {
+inline void MergeRow(__m512i best, __m512i second, int32_t norm, uint32_t first_panel,
+                     NearestPair* row) {
   const int32_t key = _mm512_reduce_min_epi32(best);
   if (key >= kPaddingKey) return;
   const __mmask16 winners = _mm512_cmpeq_epi32_mask(best, _mm512_set1_epi32(key));
@@ -136,18 +147,23 @@ inline void MergeRow(__m512i best, __m512i second, int32_t norm, uint32_t first_
   const __m512i others = _mm512_mask_mov_epi32(best, static_cast<__mmask16>(1u << lane), second);
   const int32_t second_key = _mm512_reduce_min_epi32(others);
   const uint32_t panel = first_panel + static_cast<uint32_t>(key & (kGroupsPerBlock - 1));
-  MergeIntoRow(panel * kPanelColumns + lane, static_cast<uint32_t>((key >> kKeyBits) + norm),
-               second_key >= kPaddingKey ? kNoMatch : static_cast<uint32_t>((second_key >> kKeyBits) + norm), row);
+  MergeIntoRow(
+      panel * kPanelColumns + lane, static_cast<uint32_t>((key >> kKeyBits) + norm),
+      second_key >= kPaddingKey ? kNoMatch : static_cast<uint32_t>((second_key >> kKeyBits) + norm),
+      row);
 }
 
 // One tile's rows against all columns.
-void SweepColumns(const int32_t* rows, const int32_t* row_keys, const int32_t* norms, uint32_t row_count,
-                  PanelSpan columns, int32_t* column_keys, NearestPair* rows_out) {
+void SweepColumns(const int32_t* rows, const int32_t* row_keys, const int32_t* norms,
+                  uint32_t row_count, PanelSpan columns, int32_t* column_keys,
+                  NearestPair* rows_out) {
   const uint32_t panel_count = (columns.count + kPanelColumns - 1) / kPanelColumns;
   for (uint32_t first = 0; first < panel_count; first += kGroupsPerBlock) {
-    const uint32_t count = panel_count - first < kGroupsPerBlock ? panel_count - first : kGroupsPerBlock;
+    const uint32_t count =
+        panel_count - first < kGroupsPerBlock ? panel_count - first : kGroupsPerBlock;
     TileState state;
-    for (int r = 0; r < kTileRows; ++r) state.best[r] = state.second[r] = _mm512_set1_epi32(INT32_MAX);
+    for (int r = 0; r < kTileRows; ++r)
+      state.best[r] = state.second[r] = _mm512_set1_epi32(INT32_MAX);
     uint32_t p = 0;
     for (; p + 2 <= count; p += 2) {
       MultiplyTile<2>(AllTileRows(), rows, row_keys, columns.panels + first + p, p, &state,
@@ -157,7 +173,8 @@ void SweepColumns(const int32_t* rows, const int32_t* row_keys, const int32_t* n
       MultiplyTile<1>(AllTileRows(), rows, row_keys, columns.panels + first + p, p, &state,
                       column_keys + (first + p) * kPanelColumns);
     }
-    for (uint32_t r = 0; r < row_count; ++r) MergeRow(state.best[r], state.second[r], norms[r], first, &rows_out[r]);
+    for (uint32_t r = 0; r < row_count; ++r)
+      MergeRow(state.best[r], state.second[r], norms[r], first, &rows_out[r]);
   }
 }
 
@@ -167,22 +184,25 @@ void NearestBothWays(PanelSpan rows, PanelSpan columns, NearestPair* rows_out, N
   RowPanel prepared;
   for (uint32_t block = 0; block < rows.count; block += kRowsPerBlock) {
     ClearKeys(columns, column_keys);
-    const uint32_t block_end = rows.count - block < kRowsPerBlock ? rows.count : block + kRowsPerBlock;
+    const uint32_t block_end =
+        rows.count - block < kRowsPerBlock ? rows.count : block + kRowsPerBlock;
     for (uint32_t row = block; row < block_end; row += kPanelColumns) {
       const DescriptorPanel& panel = rows.panels[row / kPanelColumns];
       PrepareRows(panel, row - block, block_end - row, &prepared);
       for (uint32_t r = 0; r < kPanelColumns && row + r < block_end; r += kTileRows) {
-        const uint32_t row_count = block_end - row - r < kTileRows ? block_end - row - r : kTileRows;
-        SweepColumns(prepared.groups[0] + r, prepared.column_keys + r, panel.norms_squared + r, row_count, columns,
-                     column_keys, rows_out + row + r);
+        const uint32_t row_count =
+            block_end - row - r < kTileRows ? block_end - row - r : kTileRows;
+        SweepColumns(prepared.groups[0] + r, prepared.column_keys + r, panel.norms_squared + r,
+                     row_count, columns, column_keys, rows_out + row + r);
       }
     }
-    MergeColumns(columns, block, column_keys, 1, columns_out);  // a lane lost the parity of its column's norm
+    MergeColumns(columns, block, column_keys, 1,
+                 columns_out);  // a lane lost the parity of its column's norm
   }
 }
 
-void Distances(const uint8_t* query, const uint8_t* descriptors, const uint32_t* indices, size_t count,
-               uint32_t* distances) {
+void Distances(const uint8_t* query, const uint8_t* descriptors, const uint32_t* indices,
+               size_t count, uint32_t* distances) {
   const __m512i query_low = _mm512_loadu_si512(query);
   const __m512i query_high = _mm512_loadu_si512(query + 64);
   const __m512i zero = _mm512_setzero_si512();
@@ -191,7 +211,8 @@ void Distances(const uint8_t* query, const uint8_t* descriptors, const uint32_t*
     const __m512i low = _mm512_loadu_si512(candidate);
     const __m512i high = _mm512_loadu_si512(candidate + 64);
     // |x - y| of bytes, then squares of 16 bits added in pairs.
-    const __m512i difference_low = _mm512_sub_epi8(_mm512_max_epu8(query_low, low), _mm512_min_epu8(query_low, low));
+    const __m512i difference_low =
+        _mm512_sub_epi8(_mm512_max_epu8(query_low, low), _mm512_min_epu8(query_low, low));
     const __m512i difference_high =
         _mm512_sub_epi8(_mm512_max_epu8(query_high, high), _mm512_min_epu8(query_high, high));
     const __m512i d0 = _mm512_unpacklo_epi8(difference_low, zero);

@@ -12,7 +12,8 @@ void MultiplyPanels(const DescriptorPanel& rows, const DescriptorPanel& columns,
   int16_t wide[kPanelGroups * 4][kPanelColumns];
   for (int group = 0; group < kPanelGroups; ++group) {
     for (int byte = 0; byte < 4; ++byte) {
-      for (int c = 0; c < kPanelColumns; ++c) wide[group * 4 + byte][c] = columns.bytes[group][c][byte];
+      for (int c = 0; c < kPanelColumns; ++c)
+        wide[group * 4 + byte][c] = columns.bytes[group][c][byte];
     }
   }
   for (uint32_t r = 0; r < row_count; ++r) {
@@ -55,8 +56,8 @@ void NearestBothWays(PanelSpan rows, PanelSpan columns, NearestPair* rows_out, N
       MultiplyPanels(row_panel, column_panel, row_count, products);
       for (uint32_t r = 0; r < row_count; ++r) {
         for (uint32_t c = 0; c < column_count; ++c) {
-          const uint32_t distance =
-              static_cast<uint32_t>(row_panel.norms_squared[r] + column_panel.norms_squared[c] - 2 * products[r][c]);
+          const uint32_t distance = static_cast<uint32_t>(
+              row_panel.norms_squared[r] + column_panel.norms_squared[c] - 2 * products[r][c]);
           UpdateRow(first_column + c, distance, &rows_out[first_row + r]);
           Nearest& column = columns_out[first_column + c];
           if (distance < column.distance) column = {first_row + r, distance};
@@ -66,8 +67,8 @@ void NearestBothWays(PanelSpan rows, PanelSpan columns, NearestPair* rows_out, N
   }
 }
 
-void Distances(const uint8_t* query, const uint8_t* descriptors, const uint32_t* indices, size_t count,
-               uint32_t* distances) {
+void Distances(const uint8_t* query, const uint8_t* descriptors, const uint32_t* indices,
+               size_t count, uint32_t* distances) {
   constexpr int kSize = kPanelGroups * 4;
   for (size_t i = 0; i < count; ++i) {
     const uint8_t* candidate = descriptors + static_cast<size_t>(indices[i]) * kSize;

@@ -17,7 +17,8 @@ bool Passes(const NearestPair& nearest, const MatchOptions& options) {
 
 Status MatchOptions::Check() const {
   if (!(ratio_max > 0.0 && ratio_max <= 1.0)) {
-    return Status::InvalidArgument("ratio_max is " + std::to_string(ratio_max) + ", outside (0, 1]");
+    return Status::InvalidArgument("ratio_max is " + std::to_string(ratio_max) +
+                                   ", outside (0, 1]");
   }
   return Status::Ok();
 }
@@ -36,16 +37,18 @@ std::vector<DescriptorMatch> MatchMutual(const PackedDescriptors& a, const Packe
     rows.resize(row_span.count);
     columns.resize(column_span.count);
     column_keys.resize((column_span.count + kPanelColumns - 1) / kPanelColumns * kPanelColumns);
-    kernels.nearest_both_ways(row_span, column_span, rows.data(), columns.data(), column_keys.data());
+    kernels.nearest_both_ways(row_span, column_span, rows.data(), columns.data(),
+                              column_keys.data());
     for (uint32_t row = 0; row < row_span.count; ++row) {
       const NearestPair& nearest = rows[row];
       if (columns[nearest.best].best != row || !Passes(nearest, options)) continue;
-      matches.push_back(
-          {a.feature(contrast, row), b.feature(contrast, nearest.best), nearest.distance, nearest.second_distance});
+      matches.push_back({a.feature(contrast, row), b.feature(contrast, nearest.best),
+                         nearest.distance, nearest.second_distance});
     }
   }
-  std::sort(matches.begin(), matches.end(),
-            [](const DescriptorMatch& left, const DescriptorMatch& right) { return left.a < right.a; });
+  std::sort(
+      matches.begin(), matches.end(),
+      [](const DescriptorMatch& left, const DescriptorMatch& right) { return left.a < right.a; });
   return matches;
 }
 

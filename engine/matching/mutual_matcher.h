@@ -15,7 +15,8 @@ namespace veduta {
 
 struct DescriptorMatch {
   FeatureIndex a = 0, b = 0;
-  uint32_t distance_squared = 0;         // |descriptor a - descriptor b|^2; root-SIFT bytes have a norm of about 512
+  uint32_t distance_squared =
+      0;  // |descriptor a - descriptor b|^2; root-SIFT bytes have a norm of about 512
   uint32_t second_distance_squared = 0;  // of a's best other candidate in b; UINT32_MAX if none
 
   bool operator==(const DescriptorMatch&) const = default;
@@ -24,18 +25,19 @@ struct DescriptorMatch {
 // No limits by default: geometry sorts mutual neighbours out better than a threshold does.
 struct MatchOptions {
   uint32_t distance_squared_max = UINT32_MAX;  // [0, UINT32_MAX]; UINT32_MAX: off
-  double ratio_max = 1.0;                      // (0, 1]; distance over second distance (not squared); 1: off
-  std::optional<MatcherIsa> isa;               // unset: the best of this machine; tests compare them
+  double ratio_max = 1.0;         // (0, 1]; distance over second distance (not squared); 1: off
+  std::optional<MatcherIsa> isa;  // unset: the best of this machine; tests compare them
 
   Status Check() const;
 };
 
-// Features of one contrast sign that are each other's nearest (ties: lowest index), then filtered by `options`.
-// Ascending in a; each feature at most once.
+// Features of one contrast sign that are each other's nearest (ties: lowest index), then filtered
+// by `options`. Ascending in a; each feature at most once.
 //
-// By |x - y|^2 = |x|^2 + |y|^2 - 2 x.y in integers: the same answer on every processor. Deterministic; thread-safe;
-// single-threaded. O(count_a * count_b) time: about 1.4 ms (VNNI) or 3.6 ms (AVX2) for 1500 x 1500 of one sign, half
-// of that for signs in equal parts (Zen 4); O(count_a + count_b) scratch.
+// By |x - y|^2 = |x|^2 + |y|^2 - 2 x.y in integers: the same answer on every processor.
+// Deterministic; thread-safe; single-threaded. O(count_a * count_b) time: about 1.4 ms (VNNI)
+// or 3.6 ms (AVX2) for 1500 x 1500 of one sign, half of that for signs in equal parts (Zen 4);
+// O(count_a + count_b) scratch.
 std::vector<DescriptorMatch> MatchMutual(const PackedDescriptors& a, const PackedDescriptors& b,
                                          const MatchOptions& options = {});
 

@@ -26,16 +26,19 @@ void WriteColumn(const uint8_t* descriptor, int column, DescriptorPanel* panel) 
 
 Result<PackedDescriptors> PackedDescriptors::Pack(const Features& features, uint32_t count_max) {
   if (count_max > kPackedCountMax) {
-    return Status::InvalidArgument("cannot pack " + std::to_string(count_max) + " descriptors an image; at most " +
+    return Status::InvalidArgument("cannot pack " + std::to_string(count_max) +
+                                   " descriptors an image; at most " +
                                    std::to_string(kPackedCountMax));
   }
   if (features.descriptors.size() != features.size() * kDescriptorSize) {
     return Status::InvalidArgument(std::to_string(features.size()) + " keypoints come with " +
-                                   std::to_string(features.descriptors.size()) + " bytes of descriptors, not 128 each");
+                                   std::to_string(features.descriptors.size()) +
+                                   " bytes of descriptors, not 128 each");
   }
   const uint32_t count = static_cast<uint32_t>(std::min<size_t>(count_max, features.size()));
   PackedDescriptors packed;
-  for (uint32_t i = 0; i < count; ++i) ++packed.counts_[ContrastClassOf(features.keypoints[i].contrast_sign)];
+  for (uint32_t i = 0; i < count; ++i)
+    ++packed.counts_[ContrastClassOf(features.keypoints[i].contrast_sign)];
   uint32_t first = 0;
   uint32_t panel_count = 0;
   for (int contrast = 0; contrast < kContrastClassCount; ++contrast) {
@@ -56,15 +59,16 @@ Result<PackedDescriptors> PackedDescriptors::Pack(const Features& features, uint
   }
   for (int contrast = 0; contrast < kContrastClassCount; ++contrast) {
     for (uint32_t ordinal = filled[contrast]; ordinal % kPanelColumns != 0; ++ordinal) {
-      packed.panels_[packed.first_panel_[contrast] + ordinal / kPanelColumns].norms_squared[ordinal % kPanelColumns] =
-          kPaddingNorm;
+      packed.panels_[packed.first_panel_[contrast] + ordinal / kPanelColumns]
+          .norms_squared[ordinal % kPanelColumns] = kPaddingNorm;
     }
   }
   return packed;
 }
 
 size_t PackedDescriptors::size_bytes() const {
-  return sizeof(*this) + feature_of_.size() * sizeof(FeatureIndex) + panels_.size() * sizeof(DescriptorPanel);
+  return sizeof(*this) + feature_of_.size() * sizeof(FeatureIndex) +
+         panels_.size() * sizeof(DescriptorPanel);
 }
 
 }  // namespace veduta

@@ -29,9 +29,14 @@ class PackedDescriptors final {
   uint32_t count() const { return static_cast<uint32_t>(feature_of_.size()); }
   size_t size_bytes() const;
 
-  // The panels of one contrast class, and the feature that column `ordinal` of them is. Ordinals ascend with features.
-  PanelSpan span(int contrast) const { return {panels_.data() + first_panel_[contrast], counts_[contrast]}; }
-  FeatureIndex feature(int contrast, uint32_t ordinal) const { return feature_of_[first_[contrast] + ordinal]; }
+  // The panels of one contrast class, and the feature that column `ordinal` of them is. Ordinals
+  // ascend with features.
+  PanelSpan span(int contrast) const {
+    return {panels_.data() + first_panel_[contrast], counts_[contrast]};
+  }
+  FeatureIndex feature(int contrast, uint32_t ordinal) const {
+    return feature_of_[first_[contrast] + ordinal];
+  }
 
  private:
   std::array<uint32_t, kContrastClassCount> counts_{};

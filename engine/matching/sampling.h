@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
-// What every RANSAC here shares: drawing distinct samples, from the front first, and how many are enough.
+// What every RANSAC here shares: drawing distinct samples, from the front first, and how many are
+// enough.
 
 #include <Eigen/Core>
 #include <algorithm>
@@ -24,7 +25,8 @@ inline void DrawDistinct(SeededRandom& random, uint32_t n, std::vector<int>& sam
   }
 }
 
-// How many of the n best-first matches sample number t may draw from: `front` at first, all after 200 samples.
+// How many of the n best-first matches sample number t may draw from: `front` at first, all after
+// 200 samples.
 inline uint32_t FrontCount(uint32_t n, uint32_t t, uint32_t front) {
   return std::min(n, std::max(front, static_cast<uint32_t>(uint64_t{n} * t / 200)));
 }

@@ -31,7 +31,8 @@ bool IsInFront(const Rigid3& b_from_a, const Eigen::Vector2d& x_a, const Eigen::
   return ab * bt - bb * at > 0 && aa * bt - ab * at > 0;
 }
 
-uint32_t CountSampson(const Eigen::Matrix3d& e, const MatchArrays& m, double distance_max, uint32_t give_up_below) {
+uint32_t CountSampson(const Eigen::Matrix3d& e, const MatchArrays& m, double distance_max,
+                      uint32_t give_up_below) {
   const double limit = distance_max * distance_max;
   const size_t n = m.size();
   uint32_t inliers = 0;
@@ -64,8 +65,8 @@ struct BestPose {
   uint32_t inliers = 0;
 };
 
-// Refines a sample's solution on what it explains: noise in five matches hides most of the inliers (Chum, Matas and
-// Kittler 2003).
+// Refines a sample's solution on what it explains: noise in five matches hides most of the inliers
+// (Chum, Matas and Kittler 2003).
 BestPose Optimize(const Eigen::Matrix3d& essential, std::span<const Eigen::Vector2d> x_a,
                   std::span<const Eigen::Vector2d> x_b, double distance_max) {
   BestPose best{PoseFromEssential(essential, x_a, x_b), 0};
@@ -74,15 +75,18 @@ BestPose Optimize(const Eigen::Matrix3d& essential, std::span<const Eigen::Vecto
     const std::vector<uint32_t> near =
         FindTwoViewInliers(best.b_from_a, x_a, x_b, (round == 0 ? 2.0 : 1.0) * distance_max);
     if (near.size() < 8) return best;
-    best.b_from_a = RefineTwoView(best.b_from_a, Select(x_a, near), Select(x_b, near), 0.5 * distance_max);
+    best.b_from_a =
+        RefineTwoView(best.b_from_a, Select(x_a, near), Select(x_b, near), 0.5 * distance_max);
   }
-  best.inliers = static_cast<uint32_t>(FindTwoViewInliers(best.b_from_a, x_a, x_b, distance_max).size());
+  best.inliers =
+      static_cast<uint32_t>(FindTwoViewInliers(best.b_from_a, x_a, x_b, distance_max).size());
   return best;
 }
 
 // Five samples a draw (OpenGV's own RANSAC takes eight, which costs seconds at 70 % outliers).
-BestPose SearchPose(std::span<const Eigen::Vector2d> x_a, std::span<const Eigen::Vector2d> x_b, double distance_max,
-                    uint32_t inliers_needed, uint64_t seed, const TwoViewOptions& options) {
+BestPose SearchPose(std::span<const Eigen::Vector2d> x_a, std::span<const Eigen::Vector2d> x_b,
+                    double distance_max, uint32_t inliers_needed, uint64_t seed,
+                    const TwoViewOptions& options) {
   const uint32_t n = static_cast<uint32_t>(x_a.size());
   const MatchArrays matches(x_a, x_b);
   opengv::bearingVectors_t rays_a(n), rays_b(n);
@@ -100,15 +104,18 @@ BestPose SearchPose(std::span<const Eigen::Vector2d> x_a, std::span<const Eigen:
   for (uint32_t t = 0; t < samples_needed; ++t) {
     if (t == options.samples_hopeless && best.inliers < inliers_needed / 2) break;
     DrawDistinct(random, FrontCount(n, t, 20), sample);
-    for (const opengv::complexEssential_t& solution : opengv::relative_pose::fivept_stewenius(adapter, sample)) {
+    for (const opengv::complexEssential_t& solution :
+         opengv::relative_pose::fivept_stewenius(adapter, sample)) {
       if (!(solution.imag().cwiseAbs().maxCoeff() < 1e-8) || !solution.real().allFinite()) continue;
-      const uint32_t inliers = CountSampson(solution.real(), matches, distance_max, best_sample + 1);
+      const uint32_t inliers =
+          CountSampson(solution.real(), matches, distance_max, best_sample + 1);
       if (inliers <= best_sample) continue;
       best_sample = inliers;
       const BestPose optimized = Optimize(solution.real(), x_a, x_b, distance_max);
       if (optimized.inliers <= best.inliers) continue;
       best = optimized;
-      samples_needed = std::min(options.samples_max, SamplesNeeded(options.confidence, best.inliers / double(n), 5));
+      samples_needed = std::min(options.samples_max,
+                                SamplesNeeded(options.confidence, best.inliers / double(n), 5));
       samples_needed = std::max(samples_needed, options.samples_min);
     }
   }
@@ -119,17 +126,19 @@ BestPose SearchPose(std::span<const Eigen::Vector2d> x_a, std::span<const Eigen:
 
 Status TwoViewOptions::Check() const {
   const auto fail = [](const char* name, double value, const char* range) {
-    return Status::InvalidArgument(std::string("two-view option ") + name + " is " + std::to_string(value) +
-                                   ", must be in " + range);
+    return Status::InvalidArgument(std::string("two-view option ") + name + " is " +
+                                   std::to_string(value) + ", must be in " + range);
   };
-  if (!(error_px_max > 0 && error_px_max < 100)) return fail("error_px_max", error_px_max, "(0, 100)");
+  if (!(error_px_max > 0 && error_px_max < 100))
+    return fail("error_px_max", error_px_max, "(0, 100)");
   if (!(confidence > 0 && confidence < 1)) return fail("confidence", confidence, "(0, 1)");
   if (inlier_count_min < 5) return fail("inlier_count_min", inlier_count_min, "[5, inf)");
   if (samples_max < 1) return fail("samples_max", samples_max, "[1, inf)");
   return Status::Ok();
 }
 
-double SampsonDistance(const Eigen::Matrix3d& e, const Eigen::Vector2d& x_a, const Eigen::Vector2d& x_b) {
+double SampsonDistance(const Eigen::Matrix3d& e, const Eigen::Vector2d& x_a,
+                       const Eigen::Vector2d& x_b) {
   const Eigen::Vector3d a = x_a.homogeneous(), b = x_b.homogeneous();
   const Eigen::Vector3d line_b = e * a, line_a = e.transpose() * b;
   const double scale = line_a.head<2>().squaredNorm() + line_b.head<2>().squaredNorm();
@@ -153,7 +162,8 @@ Rigid3 PoseFromEssential(const Eigen::Matrix3d& essential, std::span<const Eigen
   bool have_best = false;
   for (int k = 0; k < 4; ++k) {
     Rigid3 pose;
-    pose.rotation = Eigen::Quaterniond(u * (k < 2 ? w : w.transpose()) * v.transpose()).normalized();
+    pose.rotation =
+        Eigen::Quaterniond(u * (k < 2 ? w : w.transpose()) * v.transpose()).normalized();
     pose.translation = (k % 2 == 0 ? 1.0 : -1.0) * u.col(2);
     size_t count = 0;
     for (size_t i = 0; i < x_a.size(); ++i) count += IsInFront(pose, x_a[i], x_b[i]);
@@ -162,8 +172,8 @@ Rigid3 PoseFromEssential(const Eigen::Matrix3d& essential, std::span<const Eigen
   return best;
 }
 
-Rigid3 RefineTwoView(const Rigid3& start, std::span<const Eigen::Vector2d> x_a, std::span<const Eigen::Vector2d> x_b,
-                     double scale) {
+Rigid3 RefineTwoView(const Rigid3& start, std::span<const Eigen::Vector2d> x_a,
+                     std::span<const Eigen::Vector2d> x_b, double scale) {
   using Vector5 = Eigen::Matrix<double, 5, 1>;
   Rigid3 pose = start;
   pose.translation.normalize();
@@ -172,7 +182,8 @@ Rigid3 RefineTwoView(const Rigid3& start, std::span<const Eigen::Vector2d> x_a, 
     const Eigen::Vector3d t = pose.translation;
     const Eigen::Vector3d basis_0 = t.unitOrthogonal(), basis_1 = t.cross(basis_0);
     const Eigen::Matrix3d e = Skew(t) * r;
-    std::array<Eigen::Matrix3d, 5> de;  // derivative of E by rotation (3, on the right) and direction (2)
+    std::array<Eigen::Matrix3d, 5>
+        de;  // derivative of E by rotation (3, on the right) and direction (2)
     for (int k = 0; k < 3; ++k) de[k] = e * Skew(Eigen::Vector3d::Unit(k));
     de[3] = Skew(basis_0) * r;
     de[4] = Skew(basis_1) * r;
@@ -181,7 +192,8 @@ Rigid3 RefineTwoView(const Rigid3& start, std::span<const Eigen::Vector2d> x_a, 
     for (size_t i = 0; i < x_a.size(); ++i) {
       const Eigen::Vector3d a = x_a[i].homogeneous(), b = x_b[i].homogeneous();
       const Eigen::Vector3d line_b = e * a, line_a = e.transpose() * b;
-      const double norm = std::sqrt(line_a.head<2>().squaredNorm() + line_b.head<2>().squaredNorm());
+      const double norm =
+          std::sqrt(line_a.head<2>().squaredNorm() + line_b.head<2>().squaredNorm());
       if (!(norm > 0)) continue;
       const double residual = b.dot(line_b) / norm;
       const double weight = 1.0 / (1.0 + residual * residual / (scale * scale));
@@ -196,7 +208,8 @@ Rigid3 RefineTwoView(const Rigid3& start, std::span<const Eigen::Vector2d> x_a, 
     const Eigen::Vector3d omega = step.head<3>();
     if (omega.norm() > 0) {
       pose.rotation =
-          (pose.rotation * Eigen::Quaterniond(Eigen::AngleAxisd(omega.norm(), omega.normalized()))).normalized();
+          (pose.rotation * Eigen::Quaterniond(Eigen::AngleAxisd(omega.norm(), omega.normalized())))
+              .normalized();
     }
     pose.translation = (t + step[3] * basis_0 + step[4] * basis_1).normalized();
     if (step.norm() < 1e-10) break;
@@ -204,18 +217,22 @@ Rigid3 RefineTwoView(const Rigid3& start, std::span<const Eigen::Vector2d> x_a, 
   return pose;
 }
 
-std::vector<uint32_t> FindTwoViewInliers(const Rigid3& b_from_a, std::span<const Eigen::Vector2d> x_a,
-                                         std::span<const Eigen::Vector2d> x_b, double distance_max) {
+std::vector<uint32_t> FindTwoViewInliers(const Rigid3& b_from_a,
+                                         std::span<const Eigen::Vector2d> x_a,
+                                         std::span<const Eigen::Vector2d> x_b,
+                                         double distance_max) {
   const Eigen::Matrix3d e = EssentialFromPose(b_from_a);
   std::vector<uint32_t> inliers;
   for (uint32_t i = 0; i < x_a.size(); ++i) {
-    if (SampsonDistance(e, x_a[i], x_b[i]) < distance_max && IsInFront(b_from_a, x_a[i], x_b[i])) inliers.push_back(i);
+    if (SampsonDistance(e, x_a[i], x_b[i]) < distance_max && IsInFront(b_from_a, x_a[i], x_b[i]))
+      inliers.push_back(i);
   }
   return inliers;
 }
 
-uint32_t CountRotationInliers(std::span<const Eigen::Vector2d> x_a, std::span<const Eigen::Vector2d> x_b,
-                              double distance_max, uint64_t seed) {
+uint32_t CountRotationInliers(std::span<const Eigen::Vector2d> x_a,
+                              std::span<const Eigen::Vector2d> x_b, double distance_max,
+                              uint64_t seed) {
   const uint32_t n = static_cast<uint32_t>(x_a.size());
   if (n < 2) return 0;
   SeededRandom random(seed);
@@ -225,9 +242,11 @@ uint32_t CountRotationInliers(std::span<const Eigen::Vector2d> x_a, std::span<co
     DrawDistinct(random, n, sample);
     Eigen::Matrix3d correlation = Eigen::Matrix3d::Zero();
     for (const int i : sample) {
-      correlation += x_b[i].homogeneous().normalized() * x_a[i].homogeneous().normalized().transpose();
+      correlation +=
+          x_b[i].homogeneous().normalized() * x_a[i].homogeneous().normalized().transpose();
     }
-    const Eigen::JacobiSVD<Eigen::Matrix3d> svd(correlation, Eigen::ComputeFullU | Eigen::ComputeFullV);
+    const Eigen::JacobiSVD<Eigen::Matrix3d> svd(correlation,
+                                                Eigen::ComputeFullU | Eigen::ComputeFullV);
     Eigen::Vector3d signs(1, 1, (svd.matrixU() * svd.matrixV().transpose()).determinant());
     const Eigen::Matrix3d r = svd.matrixU() * signs.asDiagonal() * svd.matrixV().transpose();
     uint32_t count = 0;
@@ -240,8 +259,9 @@ uint32_t CountRotationInliers(std::span<const Eigen::Vector2d> x_a, std::span<co
   return best;
 }
 
-uint32_t CountHomographyInliers(std::span<const Eigen::Vector2d> x_a, std::span<const Eigen::Vector2d> x_b,
-                                double distance_max, uint64_t seed) {
+uint32_t CountHomographyInliers(std::span<const Eigen::Vector2d> x_a,
+                                std::span<const Eigen::Vector2d> x_b, double distance_max,
+                                uint64_t seed) {
   const uint32_t n = static_cast<uint32_t>(x_a.size());
   if (n < 4) return 0;
   SeededRandom random(seed);
@@ -271,15 +291,16 @@ uint32_t CountHomographyInliers(std::span<const Eigen::Vector2d> x_a, std::span<
   return best;
 }
 
-TwoViewGeometry EstimateTwoView(std::span<const Eigen::Vector2d> x_a, std::span<const Eigen::Vector2d> x_b,
-                                double focal_px, uint64_t seed, const TwoViewOptions& options) {
+TwoViewGeometry EstimateTwoView(std::span<const Eigen::Vector2d> x_a,
+                                std::span<const Eigen::Vector2d> x_b, double focal_px,
+                                uint64_t seed, const TwoViewOptions& options) {
   TwoViewGeometry result;
   if (x_a.size() < options.inlier_count_min || x_a.size() != x_b.size()) return result;
   result.outcome = TwoViewOutcome::kTooFewInliers;
   const double distance_max = options.error_px_max / focal_px;
-  const uint32_t needed =
-      std::max(options.inlier_count_min,
-               static_cast<uint32_t>(std::ceil(options.inlier_share_min * static_cast<double>(x_a.size()))));
+  const uint32_t needed = std::max(
+      options.inlier_count_min,
+      static_cast<uint32_t>(std::ceil(options.inlier_share_min * static_cast<double>(x_a.size()))));
   const BestPose best = SearchPose(x_a, x_b, distance_max, needed, seed, options);
   if (best.inliers == 0) return result;
   result.b_from_a = best.b_from_a;
@@ -287,11 +308,14 @@ TwoViewGeometry EstimateTwoView(std::span<const Eigen::Vector2d> x_a, std::span<
   if (result.inliers.size() < needed) return result;
   result.outcome = TwoViewOutcome::kVerified;
 
-  const std::vector<Eigen::Vector2d> in_a = Select(x_a, result.inliers), in_b = Select(x_b, result.inliers);
+  const std::vector<Eigen::Vector2d> in_a = Select(x_a, result.inliers),
+                                     in_b = Select(x_b, result.inliers);
   const double count = static_cast<double>(result.inliers.size());
-  if (CountRotationInliers(in_a, in_b, distance_max, MixSeed(seed, 1)) >= options.rotation_share_min * count) {
+  if (CountRotationInliers(in_a, in_b, distance_max, MixSeed(seed, 1)) >=
+      options.rotation_share_min * count) {
     result.geometry = PairGeometry::kRotation;
-  } else if (CountHomographyInliers(in_a, in_b, distance_max, MixSeed(seed, 2)) >= options.planar_share_min * count) {
+  } else if (CountHomographyInliers(in_a, in_b, distance_max, MixSeed(seed, 2)) >=
+             options.planar_share_min * count) {
     result.geometry = PairGeometry::kPlanar;
   }
   return result;

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
-// Verifies that two photos see the same scene: calibrated epipolar geometry by the five-point algorithm in RANSAC
-// (R12), and what kind of geometry it is.
+// Verifies that two photos see the same scene: calibrated epipolar geometry by the five-point
+// algorithm in RANSAC (R12), and what kind of geometry it is.
 
 #include <cstdint>
 #include <span>
@@ -14,14 +14,17 @@
 namespace veduta {
 
 struct TwoViewOptions {
-  double error_px_max = 2.0;         // (0, 100): Sampson distance of an inlier
-  double confidence = 1.0 - 1e-4;    // (0, 1); the paper's section 3.2
-  uint32_t inlier_count_min = 20;    // >= 5; the paper's section 3.2
-  double inlier_share_min = 0.3;     // [0, 1]: of the matches; fewer is what chance finds on repeated texture
-  uint32_t samples_min = 50;         // the usual stopping rule is too hopeful where texture repeats
-  uint32_t samples_max = 800;        // >= 1; five-point samples
-  uint32_t samples_hopeless = 100;   // after so many with less than half of what is needed the pair is given up
-  double planar_share_min = 0.85;    // inliers that a homography explains, over all: the pair is planar
+  double error_px_max = 2.0;       // (0, 100): Sampson distance of an inlier
+  double confidence = 1.0 - 1e-4;  // (0, 1); the paper's section 3.2
+  uint32_t inlier_count_min = 20;  // >= 5; the paper's section 3.2
+  double inlier_share_min =
+      0.3;  // [0, 1]: of the matches; fewer is what chance finds on repeated texture
+  uint32_t samples_min = 50;   // the usual stopping rule is too hopeful where texture repeats
+  uint32_t samples_max = 800;  // >= 1; five-point samples
+  uint32_t samples_hopeless =
+      100;  // after so many with less than half of what is needed the pair is given up
+  double planar_share_min =
+      0.85;  // inliers that a homography explains, over all: the pair is planar
   double rotation_share_min = 0.85;  // likewise for a rotation alone
 
   Status Check() const;
@@ -36,35 +39,46 @@ struct TwoViewGeometry {
   std::vector<uint32_t> inliers;  // ascending columns
 };
 
-// Estimates the geometry of matches x_a[i] <-> x_b[i], in normalised image coordinates (Pinhole::Normalize), ordered
-// with the most trustworthy first: samples are drawn from the front before the whole (as PROSAC does, Chum and
-// Matas 2005). `focal_px` turns pixel thresholds into normalised ones. Deterministic in its inputs. Thread-safe.
-TwoViewGeometry EstimateTwoView(std::span<const Eigen::Vector2d> x_a, std::span<const Eigen::Vector2d> x_b,
-                                double focal_px, uint64_t seed, const TwoViewOptions& options);
+// Estimates the geometry of matches x_a[i] <-> x_b[i], in normalised image coordinates
+// (Pinhole::Normalize), ordered with the most trustworthy first: samples are drawn from the front
+// before the whole (as PROSAC does, Chum and Matas 2005). `focal_px` turns pixel thresholds into
+// normalised ones. Deterministic in its inputs. Thread-safe.
+TwoViewGeometry EstimateTwoView(std::span<const Eigen::Vector2d> x_a,
+                                std::span<const Eigen::Vector2d> x_b, double focal_px,
+                                uint64_t seed, const TwoViewOptions& options);
 
-// Sampson distance, in normalised units, of a match to the essential matrix (Hartley and Zisserman 11.4.3).
-double SampsonDistance(const Eigen::Matrix3d& b_essential_a, const Eigen::Vector2d& x_a, const Eigen::Vector2d& x_b);
+// Sampson distance, in normalised units, of a match to the essential matrix (Hartley and
+// Zisserman 11.4.3).
+double SampsonDistance(const Eigen::Matrix3d& b_essential_a, const Eigen::Vector2d& x_a,
+                       const Eigen::Vector2d& x_b);
 
 // [t]x R of b_from_a.
 Eigen::Matrix3d EssentialFromPose(const Rigid3& b_from_a);
 
-// The best of the four poses of an essential matrix: that with the most of the matches in front of both cameras.
+// The best of the four poses of an essential matrix: that with the most of the matches in front of
+// both cameras.
 Rigid3 PoseFromEssential(const Eigen::Matrix3d& b_essential_a, std::span<const Eigen::Vector2d> x_a,
                          std::span<const Eigen::Vector2d> x_b);
 
-// Minimises the robust sum of squared Sampson distances over rotation and direction of translation (Gauss-Newton on
-// the five degrees of freedom); `scale` is the distance beyond which a match loses weight (Cauchy).
-Rigid3 RefineTwoView(const Rigid3& b_from_a, std::span<const Eigen::Vector2d> x_a, std::span<const Eigen::Vector2d> x_b,
-                     double scale);
+// Minimises the robust sum of squared Sampson distances over rotation and direction of translation
+// (Gauss-Newton on the five degrees of freedom); `scale` is the distance beyond which a match loses
+// weight (Cauchy).
+Rigid3 RefineTwoView(const Rigid3& b_from_a, std::span<const Eigen::Vector2d> x_a,
+                     std::span<const Eigen::Vector2d> x_b, double scale);
 
-// All matches within `distance_max` (normalised) of the geometry and in front of both cameras, ascending.
-std::vector<uint32_t> FindTwoViewInliers(const Rigid3& b_from_a, std::span<const Eigen::Vector2d> x_a,
+// All matches within `distance_max` (normalised) of the geometry and in front of both cameras,
+// ascending.
+std::vector<uint32_t> FindTwoViewInliers(const Rigid3& b_from_a,
+                                         std::span<const Eigen::Vector2d> x_a,
                                          std::span<const Eigen::Vector2d> x_b, double distance_max);
 
-// How many of the matches a rotation alone, or one homography, explains within `distance_max` (normalised).
-uint32_t CountRotationInliers(std::span<const Eigen::Vector2d> x_a, std::span<const Eigen::Vector2d> x_b,
-                              double distance_max, uint64_t seed);
-uint32_t CountHomographyInliers(std::span<const Eigen::Vector2d> x_a, std::span<const Eigen::Vector2d> x_b,
-                                double distance_max, uint64_t seed);
+// How many of the matches a rotation alone, or one homography, explains within `distance_max`
+// (normalised).
+uint32_t CountRotationInliers(std::span<const Eigen::Vector2d> x_a,
+                              std::span<const Eigen::Vector2d> x_b, double distance_max,
+                              uint64_t seed);
+uint32_t CountHomographyInliers(std::span<const Eigen::Vector2d> x_a,
+                                std::span<const Eigen::Vector2d> x_b, double distance_max,
+                                uint64_t seed);
 
 }  // namespace veduta

@@ -18,7 +18,8 @@ DepthPixels EncodeDepth(const DepthMap& map, const DepthRange& range) {
   pixels.confidence = map.confidence;
   pixels.codes.reserve(map.depth.size());
   for (const float z : map.depth) {
-    const double code = z > 0 ? 1 + std::clamp(std::round((1 / double{z} - far) * scale), 0.0, kSteps) : 0;
+    const double code =
+        z > 0 ? 1 + std::clamp(std::round((1 / double{z} - far) * scale), 0.0, kSteps) : 0;
     pixels.codes.push_back(static_cast<uint16_t>(code));
   }
   return pixels;
@@ -28,8 +29,9 @@ Result<DepthMap> DecodeDepth(const DepthPixels& pixels, uint32_t width_px, uint3
                              const DepthRange& range) {
   const size_t count = static_cast<size_t>(width_px) * height_px;
   if (pixels.codes.size() != count || pixels.confidence.size() != count) {
-    return Status::Corruption("a depth map of " + std::to_string(width_px) + "x" + std::to_string(height_px) +
-                              " px has " + std::to_string(pixels.codes.size()) + " depths");
+    return Status::Corruption("a depth map of " + std::to_string(width_px) + "x" +
+                              std::to_string(height_px) + " px has " +
+                              std::to_string(pixels.codes.size()) + " depths");
   }
   const double far = 1 / range.far, step = (1 / range.near - far) / kSteps;
   DepthMap map{width_px, height_px, {}, pixels.confidence};

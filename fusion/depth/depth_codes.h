@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
-// Depth maps as they are stored: 16 bits of inverse depth a pixel, even in what stereo can tell apart.
+// Depth maps as they are stored: 16 bits of inverse depth a pixel, even in what stereo can tell
+// apart.
 
 #include "fusion/depth/depth_map.h"
 #include "fusion/depth/depth_range.h"
@@ -9,10 +10,13 @@
 
 namespace veduta {
 
-// Depths outside of the range become its ends; the error is below (1/near - 1/far) / 131068 of inverse depth.
+// Depths outside of the range become its ends; the error is below (1/near - 1/far) / 131068 of
+// inverse depth.
 DepthPixels EncodeDepth(const DepthMap& map, const DepthRange& range);
 
-// kCorruption unless there are width * height pixels. Decode(Encode(Decode(x))) gives the bytes of Decode(x).
-Result<DepthMap> DecodeDepth(const DepthPixels& pixels, uint32_t width_px, uint32_t height_px, const DepthRange& range);
+// kCorruption unless there are width * height pixels. Decode(Encode(Decode(x))) gives the bytes of
+// Decode(x).
+Result<DepthMap> DecodeDepth(const DepthPixels& pixels, uint32_t width_px, uint32_t height_px,
+                             const DepthRange& range);
 
 }  // namespace veduta

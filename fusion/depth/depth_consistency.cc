@@ -36,8 +36,10 @@ class Witness final {
     const Eigen::Vector3d back = measured * key_from_neighbor_.Ray(u, v, 1 / measured);
     const Eigen::Vector2d moved = back.head<2>() / back.z() - Eigen::Vector2d(x, y);
     const bool is_near = back.z() > 0 && moved.norm() <= options_.pixel_error_max;
-    if (is_near && std::abs(back.z() - depth) <= options_.depth_error_max * depth) return Word::kAgrees;
-    return measured > depth_there * (1 + 2 * options_.depth_error_max) ? Word::kContradicts : Word::kNothing;
+    if (is_near && std::abs(back.z() - depth) <= options_.depth_error_max * depth)
+      return Word::kAgrees;
+    return measured > depth_there * (1 + 2 * options_.depth_error_max) ? Word::kContradicts
+                                                                       : Word::kNothing;
   }
 
  private:
@@ -48,20 +50,22 @@ class Witness final {
 
 Status CheckMap(const DepthMap& map, const ViewGeometry& view, const std::string& name) {
   const size_t pixels = static_cast<size_t>(view.width_px) * view.height_px;
-  if (map.width_px == view.width_px && map.height_px == view.height_px && map.depth.size() == pixels &&
-      map.confidence.size() == pixels) {
+  if (map.width_px == view.width_px && map.height_px == view.height_px &&
+      map.depth.size() == pixels && map.confidence.size() == pixels) {
     return Status::Ok();
   }
   return Status::InvalidArgument(name + " has a map of " + std::to_string(map.width_px) + "x" +
-                                 std::to_string(map.height_px) + " and a view of " + std::to_string(view.width_px) +
-                                 "x" + std::to_string(view.height_px) + "; both must be the same");
+                                 std::to_string(map.height_px) + " and a view of " +
+                                 std::to_string(view.width_px) + "x" +
+                                 std::to_string(view.height_px) + "; both must be the same");
 }
 
 }  // namespace
 
 Status ConsistencyOptions::Check() const {
   if (!(depth_error_max > 0 && depth_error_max < 1)) {
-    return Status::InvalidArgument("depth_error_max is " + std::to_string(depth_error_max) + "; it must be in (0, 1)");
+    return Status::InvalidArgument("depth_error_max is " + std::to_string(depth_error_max) +
+                                   "; it must be in (0, 1)");
   }
   if (!(pixel_error_max > 0 && pixel_error_max <= 100)) {
     return Status::InvalidArgument("pixel_error_max is " + std::to_string(pixel_error_max) +
@@ -79,8 +83,8 @@ Status ConsistencyOptions::Check() const {
 }
 
 Result<DepthMap> CheckConsistency(const DepthMap& key_map, const ViewGeometry& key,
-                                  std::span<const NeighborDepth> neighbors, const ConsistencyOptions& options,
-                                  ThreadPool& pool) {
+                                  std::span<const NeighborDepth> neighbors,
+                                  const ConsistencyOptions& options, ThreadPool& pool) {
   VEDUTA_RETURN_IF_ERROR(options.Check());
   VEDUTA_RETURN_IF_ERROR(CheckMap(key_map, key, "the key view"));
   std::vector<Witness> witnesses;

@@ -18,23 +18,27 @@ struct NeighborDepth {
 };
 
 struct ConsistencyOptions {
-  double depth_error_max = 0.01;     // (0, 1); relative: depths that differ by less agree
-  double pixel_error_max = 1.5;      // (0, 100] px in the key view, there and back by the neighbour's depth
+  double depth_error_max = 0.01;  // (0, 1); relative: depths that differ by less agree
+  double pixel_error_max =
+      1.5;  // (0, 100] px in the key view, there and back by the neighbour's depth
   uint32_t agreement_count_min = 1;  // [1, 64]; neighbours that must agree
-  uint32_t confidence_sure = 32;     // [0, 255]; where the key map has less, one more must: most of the sky, few walls
+  uint32_t confidence_sure =
+      32;  // [0, 255]; where the key map has less, one more must: most of the sky, few walls
 
   Status Check() const;
 };
 
-// `key_map` without the pixels that fewer than agreement_count_min neighbours confirm, or that more neighbours
-// contradict than confirm. A neighbour confirms a point when its own depth where the point projects leads back to
-// within pixel_error_max and depth_error_max; it contradicts it when it sees through it (its depth there is larger by
-// more than the tolerance) ; a neighbour that sees something nearer, or nothing, says nothing. Confidence of what stays
-// grows with the number of neighbours that agree.
+// `key_map` without the pixels that fewer than agreement_count_min neighbours confirm, or that more
+// neighbours contradict than confirm. A neighbour confirms a point when its own depth where the
+// point projects leads back to within pixel_error_max and depth_error_max; it contradicts it when
+// it sees through it (its depth there is larger by more than the tolerance) ; a neighbour that sees
+// something nearer, or nothing, says nothing. Confidence of what stays grows with the number of
+// neighbours that agree.
 //
-// Deterministic, thread-safe, O(pixels * neighbours). kInvalidArgument naming a map whose size is not its view's.
+// Deterministic, thread-safe, O(pixels * neighbours). kInvalidArgument naming a map whose size is
+// not its view's.
 Result<DepthMap> CheckConsistency(const DepthMap& key_map, const ViewGeometry& key,
-                                  std::span<const NeighborDepth> neighbors, const ConsistencyOptions& options,
-                                  ThreadPool& pool);
+                                  std::span<const NeighborDepth> neighbors,
+                                  const ConsistencyOptions& options, ThreadPool& pool);
 
 }  // namespace veduta

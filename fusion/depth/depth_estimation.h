@@ -1,16 +1,23 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
-// Depth of one key view from its sensor views: plane sweep, scanline optimisation, refinement around what they find.
+// Depth of one key view from its sensor views: plane sweep, scanline optimisation, refinement
+// around what they find.
 //
-// 1. At half the size, planes z = const, evenly spaced in inverse depth, carry each sensor view into the key view; how
-//    census and gradient differ is the cost of a plane at a pixel; the better view counts (Collins 1996; kernels/
-//    plane_sweep.h). Scanline optimisation along eight directions chooses (Hirschmueller 2008; kernels/scanline.h).
-//    This tells how distinct each pixel is, and which planes much of the view lies on: the ground, facades.
-// 2. At the full size, planes z = const and families of planes parallel to those found compete in one optimisation
+// 1. At half the size, planes z = const, evenly spaced in inverse depth, carry each sensor view
+// into the key view; how
+//    census and gradient differ is the cost of a plane at a pixel; the better view counts (Collins
+//    1996; kernels/ plane_sweep.h). Scanline optimisation along eight directions chooses
+//    (Hirschmueller 2008; kernels/scanline.h). This tells how distinct each pixel is, and which
+//    planes much of the view lies on: the ground, facades.
+// 2. At the full size, planes z = const and families of planes parallel to those found compete in
+// one optimisation
 //    (after Gallup et al. 2007, with the directions found in the view itself).
-// 3. The result, cleaned, is a surface to sweep along again: offsets from it in quarters of a px. Windows follow its
-//    slant, and equal offsets cost nothing, so slanted surfaces are not cut into steps (after Scharstein et al. 2017).
-// A photo whose volume of costs is too large does 1 and 2 at half its size (or less) and 3 at every size above.
+// 3. The result, cleaned, is a surface to sweep along again: offsets from it in quarters of a px.
+// Windows follow its
+//    slant, and equal offsets cost nothing, so slanted surfaces are not cut into steps (after
+//    Scharstein et al. 2017).
+// A photo whose volume of costs is too large does 1 and 2 at half its size (or less) and 3 at every
+// size above.
 
 #include <span>
 
@@ -25,29 +32,37 @@ namespace veduta {
 
 // Numbers without a source are measured: tools/dense, on real pairs and rendered streets.
 struct DepthOptions {
-  double plane_step_px = 1.0;              // [0.25, 8]; how far a point moves in a sensor view from plane to plane
-  uint32_t plane_count_max = 256;          // [16, 768]; fewer, wider planes where the range would ask for more
-  uint64_t volume_bytes_max = 1ull << 30;  // [2^20, 2^36]; costs in memory: what is larger is swept at half the size
-  uint32_t slanted_plane_count = 4;        // [0, 8]; dominant planes of the view that are swept along too
-  uint32_t refinement_count = 1;           // [0, 8]; sweeps along the surface at the full size
-  uint32_t penalty_small = 13;             // [0, 127] cost units; from a plane to the next
-  uint32_t penalty_large = 95;             // [penalty_large_min, 128] cost units; to any other, at equal gray levels
-  uint32_t penalty_large_min = 30;         // [0, 128] cost units; likewise, where gray levels jump
-  uint32_t confidence_min = 8;             // [0, 255]; depth of less is given as not known
-  uint32_t speckle_pixels_min = 40;        // smaller patches of like depth are removed
+  double plane_step_px =
+      1.0;  // [0.25, 8]; how far a point moves in a sensor view from plane to plane
+  uint32_t plane_count_max =
+      256;  // [16, 768]; fewer, wider planes where the range would ask for more
+  uint64_t volume_bytes_max =
+      1ull << 30;  // [2^20, 2^36]; costs in memory: what is larger is swept at half the size
+  uint32_t slanted_plane_count = 4;  // [0, 8]; dominant planes of the view that are swept along too
+  uint32_t refinement_count = 1;     // [0, 8]; sweeps along the surface at the full size
+  uint32_t penalty_small = 13;       // [0, 127] cost units; from a plane to the next
+  uint32_t penalty_large =
+      95;  // [penalty_large_min, 128] cost units; to any other, at equal gray levels
+  uint32_t penalty_large_min = 30;   // [0, 128] cost units; likewise, where gray levels jump
+  uint32_t confidence_min = 8;       // [0, 255]; depth of less is given as not known
+  uint32_t speckle_pixels_min = 40;  // smaller patches of like depth are removed
 
   Status Check() const;  // the first violated bound, named with its value
 };
 
-// Depth and confidence of each pixel of `key`; not known (0) where no plane stands out and in patches too small. What
-// no sensor view sees gets a depth too, if its neighbours suggest one: CheckConsistency takes it out again. `key` and
-// `sensors` (1 to 16) have their gray images; sizes and cameras may differ. `far` may be infinite.
+// Depth and confidence of each pixel of `key`; not known (0) where no plane stands out and in
+// patches too small. What no sensor view sees gets a depth too, if its neighbours suggest one:
+// CheckConsistency takes it out again. `key` and `sensors` (1 to 16) have their gray images; sizes
+// and cameras may differ. `far` may be infinite.
 //
-// device  null: C++ on the pool, 1.5 times the processor time of PoCL. The answer is the same, bit for bit.
+// device  null: C++ on the pool, 1.5 times the processor time of PoCL. The answer is the same, bit
+// for bit.
 //
-// Deterministic at any number of threads. Thread-safe. Errors: kInvalidArgument naming what is wrong with a view, the
-// range or the options, or by how much the smallest volume exceeds volume_bytes_max; kIoError from the device.
-Result<DepthMap> EstimateDepth(const View& key, std::span<const View> sensors, const DepthRange& range,
-                               const DepthOptions& options, Device* device, ThreadPool& pool);
+// Deterministic at any number of threads. Thread-safe. Errors: kInvalidArgument naming what is
+// wrong with a view, the range or the options, or by how much the smallest volume exceeds
+// volume_bytes_max; kIoError from the device.
+Result<DepthMap> EstimateDepth(const View& key, std::span<const View> sensors,
+                               const DepthRange& range, const DepthOptions& options, Device* device,
+                               ThreadPool& pool);
 
 }  // namespace veduta

@@ -9,13 +9,15 @@ namespace veduta {
 namespace {
 
 constexpr size_t kDepthCountMin = 8;
-constexpr double kFarthest = 100;    // times the 99th percentile
-constexpr double kNarrowest = 1.05;  // far / near: points on one plane still leave something to sweep
+constexpr double kFarthest = 100;  // times the 99th percentile
+constexpr double kNarrowest =
+    1.05;  // far / near: points on one plane still leave something to sweep
 
 }  // namespace
 
 Result<DepthRange> DepthRangeOf(std::vector<double> depths, double margin) {
-  if (!(margin >= 0 && margin <= 10)) return Status::InvalidArgument("margin is " + std::to_string(margin));
+  if (!(margin >= 0 && margin <= 10))
+    return Status::InvalidArgument("margin is " + std::to_string(margin));
   std::erase_if(depths, [](double z) { return !(z > 0 && std::isfinite(z)); });
   if (depths.size() < kDepthCountMin) {
     return Status::InvalidArgument("a depth range takes " + std::to_string(kDepthCountMin) +

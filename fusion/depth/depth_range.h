@@ -13,10 +13,10 @@ struct DepthRange {
   double near = 0, far = 0;
 };
 
-// From the depths of the points that the view sees: their 1st to 99th percentile, widened on both sides by `margin`
-// (0.25: a quarter) of that range in inverse depth, for walls go on beside the outermost point; far is at most 100
-// times the 99th percentile. Depths that are not positive do not count. kInvalidArgument when fewer than 8 are left, or
-// the margin is not in [0, 10].
+// From the depths of the points that the view sees: their 1st to 99th percentile, widened on both
+// sides by `margin` (0.25: a quarter) of that range in inverse depth, for walls go on beside the
+// outermost point; far is at most 100 times the 99th percentile. Depths that are not positive do
+// not count. kInvalidArgument when fewer than 8 are left, or the margin is not in [0, 10].
 Result<DepthRange> DepthRangeOf(std::vector<double> depths, double margin);
 
 }  // namespace veduta

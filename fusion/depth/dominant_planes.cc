@@ -13,7 +13,7 @@ namespace veduta {
 namespace {
 
 constexpr uint32_t kGridPoints = 4000;  // about
-constexpr int kTrials = 1000;           // three of a fifth of the points are drawn with probability 0.9997
+constexpr int kTrials = 1000;  // three of a fifth of the points are drawn with probability 0.9997
 constexpr double kShareMin = 0.05;      // of the grid
 constexpr double kAreaShareMin = 1e-3;  // of the view, of the triangle of three points
 constexpr int kRefinements = 3;
@@ -22,7 +22,8 @@ struct GridPoint {
   double x, y, w;
 };
 
-std::vector<GridPoint> TakeGrid(const InverseDepthMap& map, const std::vector<uint8_t>& confidence) {
+std::vector<GridPoint> TakeGrid(const InverseDepthMap& map,
+                                const std::vector<uint8_t>& confidence) {
   const double pixels = static_cast<double>(map.w.size());
   const uint32_t step = std::max(1u, static_cast<uint32_t>(std::sqrt(pixels / kGridPoints)));
   std::vector<GridPoint> points;
@@ -41,13 +42,16 @@ bool IsOn(const PlaneInView& plane, const GridPoint& p, double difference_max) {
   return std::abs(plane.x * p.x + plane.y * p.y + plane.constant - p.w) <= difference_max;
 }
 
-size_t CountOn(const PlaneInView& plane, const std::vector<GridPoint>& points, double difference_max) {
-  return static_cast<size_t>(
-      std::count_if(points.begin(), points.end(), [&](const GridPoint& p) { return IsOn(plane, p, difference_max); }));
+size_t CountOn(const PlaneInView& plane, const std::vector<GridPoint>& points,
+               double difference_max) {
+  return static_cast<size_t>(std::count_if(points.begin(), points.end(), [&](const GridPoint& p) {
+    return IsOn(plane, p, difference_max);
+  }));
 }
 
 // False if the three are nearly on a line.
-bool ThroughThree(const GridPoint& a, const GridPoint& b, const GridPoint& c, double area_min, PlaneInView* plane) {
+bool ThroughThree(const GridPoint& a, const GridPoint& b, const GridPoint& c, double area_min,
+                  PlaneInView* plane) {
   const double determinant = (b.x - a.x) * (c.y - a.y) - (c.x - a.x) * (b.y - a.y);
   if (std::abs(determinant) < 2 * area_min) return false;
   plane->x = ((b.w - a.w) * (c.y - a.y) - (c.w - a.w) * (b.y - a.y)) / determinant;
@@ -73,11 +77,13 @@ void Refine(const std::vector<GridPoint>& points, double difference_max, PlaneIn
 
 }  // namespace
 
-std::vector<PlaneInView> FindDominantPlanes(const InverseDepthMap& map, const std::vector<uint8_t>& confidence,
+std::vector<PlaneInView> FindDominantPlanes(const InverseDepthMap& map,
+                                            const std::vector<uint8_t>& confidence,
                                             double difference_max, uint32_t count_max) {
   std::vector<PlaneInView> planes;
   std::vector<GridPoint> points = TakeGrid(map, confidence);
-  const size_t count_min = std::max<size_t>(8, static_cast<size_t>(kShareMin * static_cast<double>(points.size())));
+  const size_t count_min =
+      std::max<size_t>(8, static_cast<size_t>(kShareMin * static_cast<double>(points.size())));
   const double area_min = kAreaShareMin * static_cast<double>(map.w.size());
   SeededRandom random(1);
   while (planes.size() < count_max && points.size() >= count_min) {

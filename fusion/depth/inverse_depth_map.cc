@@ -26,7 +26,8 @@ float MedianAround(const InverseDepthMap& map, int x, int y) {
   std::array<float, (2 * kRadius + 1) * (2 * kRadius + 1)> values{};
   size_t count = 0;
   const int width = static_cast<int>(map.width_px), height = static_cast<int>(map.height_px);
-  const int radius_x = std::min({kRadius, x, width - 1 - x}), radius_y = std::min({kRadius, y, height - 1 - y});
+  const int radius_x = std::min({kRadius, x, width - 1 - x}),
+            radius_y = std::min({kRadius, y, height - 1 - y});
   for (int v = y - radius_y; v <= y + radius_y; ++v) {
     for (int u = x - radius_x; u <= x + radius_x; ++u) {
       values[count++] = map.w[static_cast<size_t>(v) * map.width_px + static_cast<size_t>(u)];
@@ -42,13 +43,17 @@ float MeanAround(const InverseDepthMap& map, int x, int y, float difference_max)
   const float centre = map.w[static_cast<size_t>(y) * map.width_px + static_cast<size_t>(x)];
   float sum = 0;
   int count = 0;
-  // Points that mirror each other count together or not at all, so that a slope is kept at the edge of its patch.
+  // Points that mirror each other count together or not at all, so that a slope is kept at the edge
+  // of its patch.
   for (int dy = -kRadius; dy <= kRadius; ++dy) {
     for (int dx = -kRadius; dx <= kRadius; ++dx) {
       if (dy < 0 || (dy == 0 && dx < 0)) continue;
-      if (x - std::abs(dx) < 0 || x + std::abs(dx) >= width || y - dy < 0 || y + dy >= height) continue;
-      const float a = map.w[static_cast<size_t>(y + dy) * map.width_px + static_cast<size_t>(x + dx)];
-      const float b = map.w[static_cast<size_t>(y - dy) * map.width_px + static_cast<size_t>(x - dx)];
+      if (x - std::abs(dx) < 0 || x + std::abs(dx) >= width || y - dy < 0 || y + dy >= height)
+        continue;
+      const float a =
+          map.w[static_cast<size_t>(y + dy) * map.width_px + static_cast<size_t>(x + dx)];
+      const float b =
+          map.w[static_cast<size_t>(y - dy) * map.width_px + static_cast<size_t>(x - dx)];
       if (std::abs(a - centre) > difference_max || std::abs(b - centre) > difference_max) continue;
       sum += a + b;
       count += 2;
@@ -90,14 +95,19 @@ bool FillRow(float* row, uint32_t width) {
 
 }  // namespace
 
-InverseDepthMap RefineBetweenPlanes(const PlaneChoice& choice, uint32_t width_px, uint32_t height_px,
-                                    const std::vector<float>& base, const std::vector<SweepPlane>& planes) {
-  InverseDepthMap map{width_px, height_px, std::vector<float>(static_cast<size_t>(width_px) * height_px)};
+InverseDepthMap RefineBetweenPlanes(const PlaneChoice& choice, uint32_t width_px,
+                                    uint32_t height_px, const std::vector<float>& base,
+                                    const std::vector<SweepPlane>& planes) {
+  InverseDepthMap map{width_px, height_px,
+                      std::vector<float>(static_cast<size_t>(width_px) * height_px)};
   for (size_t i = 0; i < map.w.size(); ++i) {
     const float x = static_cast<float>(i % width_px), y = static_cast<float>(i / width_px);
-    const auto at = [&](size_t k) { return planes[k].x * x + planes[k].y * y + planes[k].constant; };
+    const auto at = [&](size_t k) {
+      return planes[k].x * x + planes[k].y * y + planes[k].constant;
+    };
     const size_t k = choice.plane[i];
-    const float between = BetweenPlanes(choice.cost_before[i], choice.cost[i], choice.cost_after[i]);
+    const float between =
+        BetweenPlanes(choice.cost_before[i], choice.cost[i], choice.cost_after[i]);
     // Towards a gap there is no step.
     const float step = between > 0 ? at(k + 1) - at(k) : between < 0 ? at(k) - at(k - 1) : 0;
     map.w[i] = (base.empty() ? 0 : base[i]) + at(k) + (std::isnan(step) ? 0 : between * step);
@@ -139,7 +149,8 @@ void FillFromBackground(float otherwise, InverseDepthMap* map) {
     float* row = map->w.data() + y * width;
     if (FillRow(row, map->width_px)) {
       if (last == nullptr) {
-        for (size_t above = 0; above < y; ++above) std::copy_n(row, width, map->w.data() + above * width);
+        for (size_t above = 0; above < y; ++above)
+          std::copy_n(row, width, map->w.data() + above * width);
       }
       last = row;
     } else if (last != nullptr) {
@@ -149,14 +160,17 @@ void FillFromBackground(float otherwise, InverseDepthMap* map) {
   if (last == nullptr) std::fill(map->w.begin(), map->w.end(), otherwise);
 }
 
-InverseDepthMap SmoothBetweenEdges(const InverseDepthMap& map, double difference_max, ThreadPool& pool) {
-  const InverseDepthMap median = Filter(map, pool, [&](int x, int y) { return MedianAround(map, x, y); });
+InverseDepthMap SmoothBetweenEdges(const InverseDepthMap& map, double difference_max,
+                                   ThreadPool& pool) {
+  const InverseDepthMap median =
+      Filter(map, pool, [&](int x, int y) { return MedianAround(map, x, y); });
   const float limit = static_cast<float>(difference_max);
   return Filter(median, pool, [&](int x, int y) { return MeanAround(median, x, y, limit); });
 }
 
 InverseDepthMap Enlarge(const InverseDepthMap& map, uint32_t width_px, uint32_t height_px) {
-  InverseDepthMap out{width_px, height_px, std::vector<float>(static_cast<size_t>(width_px) * height_px)};
+  InverseDepthMap out{width_px, height_px,
+                      std::vector<float>(static_cast<size_t>(width_px) * height_px)};
   for (uint32_t y = 0; y < height_px; ++y) {
     const size_t row = static_cast<size_t>(std::min(y / 2, map.height_px - 1)) * map.width_px;
     for (uint32_t x = 0; x < width_px; ++x) {

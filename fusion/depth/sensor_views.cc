@@ -15,15 +15,19 @@ double Cross(const Eigen::Vector2d& o, const Eigen::Vector2d& a, const Eigen::Ve
   return (a.x() - o.x()) * (b.y() - o.y()) - (a.y() - o.y()) * (b.x() - o.x());
 }
 
-// Andrew's monotone chain: corners in order, none on a side; fewer than 3 where all points lie on a line.
+// Andrew's monotone chain: corners in order, none on a side; fewer than 3 where all points lie on a
+// line.
 std::vector<Eigen::Vector2d> ConvexHull(std::vector<Eigen::Vector2d> points) {
-  const auto less = [](const auto& a, const auto& b) { return a.x() < b.x() || (a.x() == b.x() && a.y() < b.y()); };
+  const auto less = [](const auto& a, const auto& b) {
+    return a.x() < b.x() || (a.x() == b.x() && a.y() < b.y());
+  };
   std::sort(points.begin(), points.end(), less);
   std::vector<Eigen::Vector2d> hull;
   const auto add_all = [&](auto first, auto last) {
     const size_t start = hull.size();
     for (auto it = first; it != last; ++it) {
-      while (hull.size() >= start + 2 && Cross(hull[hull.size() - 2], hull.back(), *it) <= 0) hull.pop_back();
+      while (hull.size() >= start + 2 && Cross(hull[hull.size() - 2], hull.back(), *it) <= 0)
+        hull.pop_back();
       hull.push_back(*it);
     }
     if (!hull.empty()) hull.pop_back();  // it begins the other half
@@ -42,7 +46,8 @@ bool IsInside(const std::vector<Eigen::Vector2d>& hull, const Eigen::Vector2d& x
 
 // The middles of the relevant cells, px.
 std::vector<Eigen::Vector2d> RelevantCells(const KeyView& key, const SensorViewOptions& options) {
-  const double cell_px = static_cast<double>(std::max(key.width_px, key.height_px)) / options.cells_across;
+  const double cell_px =
+      static_cast<double>(std::max(key.width_px, key.height_px)) / options.cells_across;
   const int columns = static_cast<int>(std::ceil(key.width_px / cell_px));
   const int rows = static_cast<int>(std::ceil(key.height_px / cell_px));
   std::vector<uint32_t> counts(static_cast<size_t>(columns) * rows);
@@ -79,12 +84,16 @@ double Median(std::vector<double> values) {
 
 Status SensorViewOptions::Check() const {
   const auto broken = [](const char* field, double value, const char* rule) {
-    return Status::InvalidArgument(std::string(field) + " is " + std::to_string(value) + ", but must be " + rule);
+    return Status::InvalidArgument(std::string(field) + " is " + std::to_string(value) +
+                                   ", but must be " + rule);
   };
-  if (!(overlap_min >= 0 && overlap_min <= 1)) return broken("overlap_min", overlap_min, "in [0, 1]");
-  if (!(angle_best_deg > 0 && angle_best_deg <= 90)) return broken("angle_best_deg", angle_best_deg, "in (0, 90]");
+  if (!(overlap_min >= 0 && overlap_min <= 1))
+    return broken("overlap_min", overlap_min, "in [0, 1]");
+  if (!(angle_best_deg > 0 && angle_best_deg <= 90))
+    return broken("angle_best_deg", angle_best_deg, "in (0, 90]");
   if (point_count_min < 3) return broken("point_count_min", point_count_min, "3 or more");
-  if (cells_across < 4 || cells_across > 256) return broken("cells_across", cells_across, "in [4, 256]");
+  if (cells_across < 4 || cells_across > 256)
+    return broken("cells_across", cells_across, "in [4, 256]");
   if (cell_feature_count_min == 0) return broken("cell_feature_count_min", 0, "1 or more");
   return Status::Ok();
 }
@@ -93,10 +102,12 @@ double AnglePreference(double angle_deg, double angle_best_deg) {
   return angle_deg * angle_deg * std::exp(-2 * angle_deg / angle_best_deg);
 }
 
-Result<std::vector<SensorView>> RankSensorViews(const KeyView& key, const std::map<ImageId, Eigen::Vector3d>& centers,
+Result<std::vector<SensorView>> RankSensorViews(const KeyView& key,
+                                                const std::map<ImageId, Eigen::Vector3d>& centers,
                                                 const SensorViewOptions& options) {
   VEDUTA_RETURN_IF_ERROR(options.Check());
-  if (key.width_px == 0 || key.height_px == 0) return Status::InvalidArgument("a key view without size");
+  if (key.width_px == 0 || key.height_px == 0)
+    return Status::InvalidArgument("a key view without size");
   std::map<ImageId, std::vector<const SeenPoint*>> common;
   for (const SeenPoint& point : key.points) {
     for (const ImageId image : point.track) {
@@ -116,14 +127,16 @@ Result<std::vector<SensorView>> RankSensorViews(const KeyView& key, const std::m
       preferences.push_back(AnglePreference(angles.back(), options.angle_best_deg));
     }
     const std::vector<Eigen::Vector2d> hull = ConvexHull(std::move(measurements));
-    const auto covered =
-        std::ranges::count_if(cells, [&](const Eigen::Vector2d& cell) { return IsInside(hull, cell); });
-    const double overlap = cells.empty() ? 0 : static_cast<double>(covered) / static_cast<double>(cells.size());
+    const auto covered = std::ranges::count_if(
+        cells, [&](const Eigen::Vector2d& cell) { return IsInside(hull, cell); });
+    const double overlap =
+        cells.empty() ? 0 : static_cast<double>(covered) / static_cast<double>(cells.size());
     if (overlap < options.overlap_min) continue;
-    views.push_back({image, overlap, overlap * Median(std::move(preferences)), Median(std::move(angles)),
-                     static_cast<uint32_t>(points.size())});
+    views.push_back({image, overlap, overlap * Median(std::move(preferences)),
+                     Median(std::move(angles)), static_cast<uint32_t>(points.size())});
   }
-  std::ranges::stable_sort(views, [](const SensorView& a, const SensorView& b) { return a.score > b.score; });
+  std::ranges::stable_sort(
+      views, [](const SensorView& a, const SensorView& b) { return a.score > b.score; });
   return views;
 }
 

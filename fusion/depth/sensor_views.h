@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
-// Which photos look at what a key view sees, and from where (the paper's section 4.1, equations 7 and 8).
+// Which photos look at what a key view sees, and from where (the paper's section 4.1, equations 7
+// and 8).
 
 #include <Eigen/Geometry>
 #include <cstdint>
@@ -14,11 +15,14 @@
 namespace veduta {
 
 struct SensorViewOptions {
-  double overlap_min = 0.3;             // [0, 1]; the paper's: below it a view is of no use
-  double angle_best_deg = 6;            // (0, 90]; a0 of equation 8, the triangulation angle that weighs most
-  uint32_t point_count_min = 12;        // >= 3; points in common, below which neither hull nor angle says much
-  uint32_t cells_across = 32;           // [4, 256]; the grid on the longer side of the image that areas are counted on
-  uint32_t cell_feature_count_min = 1;  // >= 1; features in a cell or the 8 around it that make it relevant
+  double overlap_min = 0.3;   // [0, 1]; the paper's: below it a view is of no use
+  double angle_best_deg = 6;  // (0, 90]; a0 of equation 8, the triangulation angle that weighs most
+  uint32_t point_count_min =
+      12;  // >= 3; points in common, below which neither hull nor angle says much
+  uint32_t cells_across =
+      32;  // [4, 256]; the grid on the longer side of the image that areas are counted on
+  uint32_t cell_feature_count_min =
+      1;  // >= 1; features in a cell or the 8 around it that make it relevant
 
   Status Check() const;  // the first violated bound, named with its value
 };
@@ -32,8 +36,9 @@ struct SeenPoint {
 
 struct KeyView {
   uint32_t width_px = 0, height_px = 0;
-  Eigen::Vector3d center;                 // world
-  std::vector<Eigen::Vector2d> features;  // px of all features, with a point or without: they tell facade from sky
+  Eigen::Vector3d center;  // world
+  std::vector<Eigen::Vector2d>
+      features;  // px of all features, with a point or without: they tell facade from sky
   std::vector<SeenPoint> points;
 };
 
@@ -50,15 +55,18 @@ double AnglePreference(double angle_deg, double angle_best_deg);
 
 // All views that overlap enough, highest score first (ties: lower id).
 //
-// overlap  area of the convex hull of the common points' measurements, over the relevant area of the key view, both
-//          counted in cells: a cell is relevant where the photo has features at all, so sky, water and blank ground
-//          count for nothing. score = overlap * median over the common points of psi(angle).
+// overlap  area of the convex hull of the common points' measurements, over the relevant area of
+// the key view, both
+//          counted in cells: a cell is relevant where the photo has features at all, so sky, water
+//          and blank ground count for nothing. score = overlap * median over the common points of
+//          psi(angle).
 //
 // centers  world, of every image that a track may name; images without one are passed over.
 //
 // Pure and deterministic. O(points * track + views * (points log points + cells)).
 // kInvalidArgument on bad options or a size of 0.
-Result<std::vector<SensorView>> RankSensorViews(const KeyView& key, const std::map<ImageId, Eigen::Vector3d>& centers,
+Result<std::vector<SensorView>> RankSensorViews(const KeyView& key,
+                                                const std::map<ImageId, Eigen::Vector3d>& centers,
                                                 const SensorViewOptions& options);
 
 }  // namespace veduta

@@ -23,11 +23,13 @@ Eigen::Matrix3d InverseCameraMatrix(const Pinhole& camera) {
 }
 
 // Length of d(pixel)/dw; negative where the sensor view does not see the point.
-double Speed(const SweepGeometry& geometry, const ViewGeometry& sensor, double x_px, double y_px, double w) {
+double Speed(const SweepGeometry& geometry, const ViewGeometry& sensor, double x_px, double y_px,
+             double w) {
   const Eigen::Vector3d ray = geometry.Ray(x_px, y_px, w);
   if (ray.z() <= 0) return -1;
   const Eigen::Vector2d at = ray.head<2>() / ray.z();
-  if (at.x() < 0 || at.y() < 0 || at.x() > sensor.width_px - 1 || at.y() > sensor.height_px - 1) return -1;
+  if (at.x() < 0 || at.y() < 0 || at.x() > sensor.width_px - 1 || at.y() > sensor.height_px - 1)
+    return -1;
   return ((geometry.translation.head<2>() - at * geometry.translation.z()) / ray.z()).norm();
 }
 
@@ -40,8 +42,8 @@ SweepGeometry::SweepGeometry(const ViewGeometry& key, const ViewGeometry& sensor
   translation = k * sensor_from_key.translation;
 }
 
-double PixelsPerInverseDepth(const ViewGeometry& key, std::span<const ViewGeometry> sensors, double first,
-                             double last) {
+double PixelsPerInverseDepth(const ViewGeometry& key, std::span<const ViewGeometry> sensors,
+                             double first, double last) {
   std::vector<SweepGeometry> geometries;
   for (const ViewGeometry& sensor : sensors) geometries.emplace_back(key, sensor);
   std::vector<double> speeds;
@@ -51,7 +53,8 @@ double PixelsPerInverseDepth(const ViewGeometry& key, std::span<const ViewGeomet
     const int sample = i / (kGridSide * kGridSide);
     const double w = first + (last - first) * sample / (kDepthSamples - 1);
     double fastest = -1;
-    for (size_t s = 0; s < sensors.size(); ++s) fastest = std::max(fastest, Speed(geometries[s], sensors[s], x, y, w));
+    for (size_t s = 0; s < sensors.size(); ++s)
+      fastest = std::max(fastest, Speed(geometries[s], sensors[s], x, y, w));
     if (fastest >= 0) speeds.push_back(fastest);
   }
   if (speeds.empty()) return 0;
@@ -63,7 +66,8 @@ PlaneSpacing SpacePlanes(double first, double last, double pixels_per_inverse_de
                          uint32_t count_max) {
   const double wanted = std::ceil((last - first) * pixels_per_inverse_depth / step_px) + 1;
   // At least three, so that there is something between the ends.
-  const uint32_t count = static_cast<uint32_t>(std::clamp(wanted, 3.0, static_cast<double>(count_max)));
+  const uint32_t count =
+      static_cast<uint32_t>(std::clamp(wanted, 3.0, static_cast<double>(count_max)));
   return {first, (last - first) / (count - 1), count};
 }
 

@@ -21,7 +21,8 @@ View HalveView(const View& view) {
     const uint8_t* top = view.gray.data() + 2 * y * stride;
     for (size_t x = 0; x < g.width_px; ++x) {
       const uint8_t* p = top + 2 * x;
-      half.gray[y * g.width_px + x] = static_cast<uint8_t>((p[0] + p[1] + p[stride] + p[stride + 1] + 2) / 4);
+      half.gray[y * g.width_px + x] =
+          static_cast<uint8_t>((p[0] + p[1] + p[stride] + p[stride + 1] + 2) / 4);
     }
   }
   return half;

@@ -6,7 +6,8 @@
 namespace veduta {
 namespace {
 
-// The vertices that share a triangle with each vertex; one that shares two appears twice, and counts twice.
+// The vertices that share a triangle with each vertex; one that shares two appears twice, and
+// counts twice.
 struct Adjacency {
   std::vector<uint32_t> first;  // [vertices + 1]
   std::vector<uint32_t> neighbors;

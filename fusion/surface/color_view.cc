@@ -9,7 +9,8 @@ namespace veduta {
 namespace {
 
 constexpr float kScale = 65535;
-constexpr uint8_t kClipped = 253;  // from here on a channel may have ended: JPEG moves it by a few levels
+constexpr uint8_t kClipped =
+    253;  // from here on a channel may have ended: JPEG moves it by a few levels
 
 double DecodeSrgb(double value) {
   return value <= 0.04045 ? value / 12.92 : std::pow((value + 0.055) / 1.055, 2.4);
@@ -38,7 +39,8 @@ float LightFromSrgb(uint8_t value) {
 
 uint8_t SrgbFromLight(float light) {
   const auto& boundary = SrgbTables().boundary;
-  return static_cast<uint8_t>(std::upper_bound(boundary.begin(), boundary.end(), light) - boundary.begin());
+  return static_cast<uint8_t>(std::upper_bound(boundary.begin(), boundary.end(), light) -
+                              boundary.begin());
 }
 
 Result<ColorView> ColorView::Make(const View& view, const Eigen::Vector3f& gain) {
@@ -46,14 +48,17 @@ Result<ColorView> ColorView::Make(const View& view, const Eigen::Vector3f& gain)
   const auto wrong = [&](const std::string& text) {
     return Status::InvalidArgument("photo " + std::to_string(view.image.value) + ": " + text);
   };
-  if (g.width_px < 1 || g.height_px < 1 || view.rgb.size() != size_t{g.width_px} * g.height_px * 3) {
-    return wrong(std::to_string(view.rgb.size()) + " bytes of colour for " + std::to_string(g.width_px) + "x" +
-                 std::to_string(g.height_px) + " pixels");
+  if (g.width_px < 1 || g.height_px < 1 ||
+      view.rgb.size() != size_t{g.width_px} * g.height_px * 3) {
+    return wrong(std::to_string(view.rgb.size()) + " bytes of colour for " +
+                 std::to_string(g.width_px) + "x" + std::to_string(g.height_px) + " pixels");
   }
   if (!gain.allFinite() || gain.minCoeff() <= 0) return wrong("a gain is not finite and positive");
   const Pinhole& c = g.camera;
-  if (!(c.fx > 0 && c.fy > 0) || !std::isfinite(c.fx + c.fy + c.cx + c.cy)) return wrong("impossible intrinsics");
-  if (!g.cam_from_world.translation.allFinite() || !g.cam_from_world.rotation.coeffs().allFinite()) {
+  if (!(c.fx > 0 && c.fy > 0) || !std::isfinite(c.fx + c.fy + c.cx + c.cy))
+    return wrong("impossible intrinsics");
+  if (!g.cam_from_world.translation.allFinite() ||
+      !g.cam_from_world.rotation.coeffs().allFinite()) {
     return wrong("the pose is not finite");
   }
   ColorView made;
@@ -66,7 +71,8 @@ Result<ColorView> ColorView::Make(const View& view, const Eigen::Vector3f& gain)
     table[i] = static_cast<uint16_t>(std::lround(LightFromSrgb(static_cast<uint8_t>(i)) * kScale));
   }
   Level first = {g.width_px, g.height_px, std::vector<uint16_t>(view.rgb.size())};
-  std::transform(view.rgb.begin(), view.rgb.end(), first.light.begin(), [&](uint8_t value) { return table[value]; });
+  std::transform(view.rgb.begin(), view.rgb.end(), first.light.begin(),
+                 [&](uint8_t value) { return table[value]; });
   made.levels_.push_back(std::move(first));
   while (std::min(made.levels_.back().width_px, made.levels_.back().height_px) >= 4) {
     const Level& fine = made.levels_.back();
@@ -78,7 +84,8 @@ Result<ColorView> ColorView::Make(const View& view, const Eigen::Vector3f& gain)
       uint16_t* const out = coarse.light.data() + size_t{y} * coarse.width_px * 3;
       for (uint32_t i = 0; i < coarse.width_px * 3; ++i) {
         const size_t at = i / 3 * 6 + i % 3;
-        out[i] = static_cast<uint16_t>((in[at] + in[at + 3] + in[at + stride] + in[at + stride + 3] + 2u) / 4);
+        out[i] = static_cast<uint16_t>(
+            (in[at] + in[at + 3] + in[at + stride] + in[at + stride + 3] + 2u) / 4);
       }
     }
     made.levels_.push_back(std::move(coarse));
@@ -101,7 +108,8 @@ ColorView::Sample ColorView::At(const Eigen::Vector2d& x_px, double size_px) con
   float a, b;
   place(x_px.x(), level.width_px, &u, &a);
   place(x_px.y(), level.height_px, &v, &b);
-  const size_t right = level.width_px >= 2 ? 3 : 0, down = level.height_px >= 2 ? size_t{level.width_px} * 3 : 0;
+  const size_t right = level.width_px >= 2 ? 3 : 0,
+               down = level.height_px >= 2 ? size_t{level.width_px} * 3 : 0;
   const uint16_t* const at = level.light.data() + (size_t{v} * level.width_px + u) * 3;
   static const float clipped = LightFromSrgb(kClipped) * kScale;
   Sample sample;

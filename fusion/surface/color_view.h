@@ -20,8 +20,8 @@ uint8_t SrgbFromLight(float light);
 class ColorView final {
  public:
   // view  with rgb. gain multiplies the light of each channel (exposure.h), (1, 1, 1) for none.
-  // 8 bytes a pixel, about 10 ns a pixel. kInvalidArgument if sizes do not fit, or a gain, a focal length or the pose
-  // is not finite and positive.
+  // 8 bytes a pixel, about 10 ns a pixel. kInvalidArgument if sizes do not fit, or a gain, a focal
+  // length or the pose is not finite and positive.
   static Result<ColorView> Make(const View& view, const Eigen::Vector3f& gain);
 
   ImageId image() const { return image_; }
@@ -30,11 +30,12 @@ class ColorView final {
   const Eigen::Vector3f& gain() const { return gain_; }
 
   struct Sample {
-    Eigen::Vector3f light;    // with the gain applied; may exceed 1
-    bool is_clipped = false;  // a channel of the photo itself is at its end: the light is a bound only
+    Eigen::Vector3f light;  // with the gain applied; may exceed 1
+    bool is_clipped =
+        false;  // a channel of the photo itself is at its end: the light is a bound only
   };
-  // The light around x_px (inside the photo), averaged over about `size_px` pixels across (>= 1: bilinear between the
-  // pixels of the level of the pyramid next below).
+  // The light around x_px (inside the photo), averaged over about `size_px` pixels across (>= 1:
+  // bilinear between the pixels of the level of the pyramid next below).
   Sample At(const Eigen::Vector2d& x_px, double size_px) const;
 
  private:

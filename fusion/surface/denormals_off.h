@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
-// Embree asks for denormals as zero in every thread that traces rays. Put one at the head of each task.
+// Embree asks for denormals as zero in every thread that traces rays. Put one at the head of each
+// task.
 
 #if defined(__SSE__)
 #include <pmmintrin.h>

@@ -15,9 +15,10 @@ namespace veduta {
 namespace {
 
 constexpr double kDegree = 0.017453292519943295;
-constexpr size_t kLostMax = 12;       // remembered a triangle: those furthest from it
-constexpr double kNeedle = 1e-3;      // twice the area by the longer edge squared
-constexpr double kLengthCost = 1e-6;  // of an edge to the fourth beside the quadric: on planes, short edges first
+constexpr size_t kLostMax = 12;   // remembered a triangle: those furthest from it
+constexpr double kNeedle = 1e-3;  // twice the area by the longer edge squared
+constexpr double kLengthCost =
+    1e-6;  // of an edge to the fourth beside the quadric: on planes, short edges first
 
 struct Traits : public OpenMesh::DefaultTraits {
   using Point = OpenMesh::Vec3d;
@@ -31,7 +32,8 @@ using Mesh = OpenMesh::TriMesh_ArrayKernelT<Traits>;
 using OpenMesh::FaceHandle;
 using OpenMesh::HalfedgeHandle;
 using OpenMesh::VertexHandle;
-using Quadric = Eigen::Matrix4d;  // x^T Q x: sum of squared distances of (x, 1) from planes, by their areas
+using Quadric =
+    Eigen::Matrix4d;  // x^T Q x: sum of squared distances of (x, 1) from planes, by their areas
 
 // What is wrong with a collapse, least first; of equal ones the half-edge that comes first.
 struct Candidate {
@@ -73,7 +75,9 @@ class Collapser final {
   Eigen::Vector3d At(VertexHandle v) const { return source_.positions[v.idx()].cast<double>(); }
   Place PlaceOf(VertexHandle v) const;
   Corners CornersOf(FaceHandle face) const;
-  static Eigen::Vector3d NormalOf(const Corners& c) { return (c[1].x - c[0].x).cross(c[2].x - c[0].x); }
+  static Eigen::Vector3d NormalOf(const Corners& c) {
+    return (c[1].x - c[0].x).cross(c[2].x - c[0].x);
+  }
   double Error(const Place& place, const Corners& corners) const;
 
   const TriangleMesh& source_;
@@ -102,14 +106,15 @@ Corners Collapser::CornersOf(FaceHandle face) const {
   return corners;
 }
 
-// How far the place is from the triangle, as a share of the bounds, squared: in space, or in colour where it is
-// nearest.
+// How far the place is from the triangle, as a share of the bounds, squared: in space, or in colour
+// where it is nearest.
 double Collapser::Error(const Place& place, const Corners& c) const {
   const Eigen::Vector3d nearest = NearestOnTriangle(place.x, c[0].x, c[1].x, c[2].x);
   const double distance = (nearest - place.x).squaredNorm() / square_max_;
   if (distance > 1 || source_.colors.empty()) return distance;
   const Eigen::Vector3d normal = NormalOf(c), from = nearest - c[0].x;
-  const double v = from.cross(c[2].x - c[0].x).dot(normal), w = (c[1].x - c[0].x).cross(from).dot(normal);
+  const double v = from.cross(c[2].x - c[0].x).dot(normal),
+               w = (c[1].x - c[0].x).cross(from).dot(normal);
   const double whole = std::max(normal.squaredNorm(), 1e-300);
   const Eigen::Vector3d color =
       c[0].color + v / whole * (c[1].color - c[0].color) + w / whole * (c[2].color - c[0].color);
@@ -120,15 +125,17 @@ void Collapser::Build() {
   // OpenMesh prints what it refuses; we keep such triangles instead.
   static const bool is_quiet = (omerr().disable(), true);
   static_cast<void>(is_quiet);
-  mesh_.reserve(source_.positions.size(), source_.triangles.size() * 3 / 2, source_.triangles.size());
+  mesh_.reserve(source_.positions.size(), source_.triangles.size() * 3 / 2,
+                source_.triangles.size());
   for (const Eigen::Vector3f& x : source_.positions) {
     mesh_.add_vertex(OpenMesh::Vec3d(double{x.x()}, double{x.y()}, double{x.z()}));
   }
   for (const auto& triangle : source_.triangles) {
     const auto& [a, b, c] = triangle;
     if (a == b || b == c || c == a) continue;
-    const FaceHandle face = mesh_.add_face(VertexHandle(static_cast<int>(a)), VertexHandle(static_cast<int>(b)),
-                                           VertexHandle(static_cast<int>(c)));
+    const FaceHandle face =
+        mesh_.add_face(VertexHandle(static_cast<int>(a)), VertexHandle(static_cast<int>(b)),
+                       VertexHandle(static_cast<int>(c)));
     if (!face.is_valid()) aside_.push_back(triangle);
   }
   lost_.resize(mesh_.n_faces());
@@ -148,17 +155,20 @@ void Collapser::Build() {
 
 void Collapser::LockVertices() {
   for (const auto& triangle : aside_) {
-    for (const uint32_t v : triangle) mesh_.status(VertexHandle(static_cast<int>(v))).set_locked(true);
+    for (const uint32_t v : triangle)
+      mesh_.status(VertexHandle(static_cast<int>(v))).set_locked(true);
   }
   for (const VertexHandle v : mesh_.vertices()) {
-    if (mesh_.is_isolated(v) || (options_.keep_border && mesh_.is_boundary(v)) || !mesh_.is_manifold(v)) {
+    if (mesh_.is_isolated(v) || (options_.keep_border && mesh_.is_boundary(v)) ||
+        !mesh_.is_manifold(v)) {
       mesh_.status(v).set_locked(true);
     }
   }
 }
 
 void Collapser::Push(HalfedgeHandle halfedge) {
-  const VertexHandle from = mesh_.from_vertex_handle(halfedge), to = mesh_.to_vertex_handle(halfedge);
+  const VertexHandle from = mesh_.from_vertex_handle(halfedge),
+                     to = mesh_.to_vertex_handle(halfedge);
   if (mesh_.status(from).locked()) return;
   const Quadric quadric = quadrics_[from.idx()] + quadrics_[to.idx()];
   const Eigen::Vector4d place = At(to).homogeneous();
@@ -174,7 +184,8 @@ void Collapser::PushAround(VertexHandle vertex) {
   }
 }
 
-// What of the surface goes with a vertex: itself, the middles of its edges, and what its faces remember.
+// What of the surface goes with a vertex: itself, the middles of its edges, and what its faces
+// remember.
 void Collapser::GatherLost(VertexHandle vertex) {
   const Place middle = PlaceOf(vertex);
   places_.assign(1, middle);
@@ -188,7 +199,8 @@ void Collapser::GatherLost(VertexHandle vertex) {
   }
 }
 
-// The faces around the half-edge's beginning as they would be; false where one folds over or becomes a needle.
+// The faces around the half-edge's beginning as they would be; false where one folds over or
+// becomes a needle.
 bool Collapser::Turn(HalfedgeHandle halfedge) {
   const VertexHandle from = mesh_.from_vertex_handle(halfedge);
   const Place new_place = PlaceOf(mesh_.to_vertex_handle(halfedge));
@@ -204,8 +216,8 @@ bool Collapser::Turn(HalfedgeHandle halfedge) {
       if (*v == from) corners[k] = new_place;
     }
     const Eigen::Vector3d after = NormalOf(corners);
-    const double longest =
-        std::max((corners[1].x - corners[0].x).squaredNorm(), (corners[2].x - corners[0].x).squaredNorm());
+    const double longest = std::max((corners[1].x - corners[0].x).squaredNorm(),
+                                    (corners[2].x - corners[0].x).squaredNorm());
     if (after.norm() < kNeedle * longest) return false;
     if (before.dot(after) < turn_cosine_min_ * before.norm() * after.norm()) return false;
     turned_.push_back(corners);
@@ -221,12 +233,14 @@ bool Collapser::IsAllowed(HalfedgeHandle halfedge) {
   if (!Turn(halfedge)) return false;
   GatherLost(from);
   return std::all_of(places_.begin(), places_.end(), [&](const Place& place) {
-    return std::any_of(turned_.begin(), turned_.end(), [&](const Corners& c) { return Error(place, c) <= 1; });
+    return std::any_of(turned_.begin(), turned_.end(),
+                       [&](const Corners& c) { return Error(place, c) <= 1; });
   });
 }
 
 void Collapser::Collapse(HalfedgeHandle halfedge) {
-  const VertexHandle from = mesh_.from_vertex_handle(halfedge), to = mesh_.to_vertex_handle(halfedge);
+  const VertexHandle from = mesh_.from_vertex_handle(halfedge),
+                     to = mesh_.to_vertex_handle(halfedge);
   GatherLost(from);
   for (auto f = mesh_.cvf_iter(from); f.is_valid(); ++f) lost_[f->idx()].clear();
   mesh_.collapse(halfedge);
@@ -235,7 +249,8 @@ void Collapser::Collapse(HalfedgeHandle halfedge) {
   ++versions_[from.idx()];
   std::vector<std::pair<FaceHandle, Corners>> faces;
   for (auto f = mesh_.cvf_iter(to); f.is_valid(); ++f) faces.emplace_back(*f, CornersOf(*f));
-  std::vector<std::vector<std::pair<double, size_t>>> given(faces.size());  // error and index of the place
+  std::vector<std::vector<std::pair<double, size_t>>> given(
+      faces.size());  // error and index of the place
   for (size_t i = 0; i < places_.size(); ++i) {
     size_t best = 0;
     double least = std::numeric_limits<double>::infinity();
@@ -266,15 +281,19 @@ std::vector<std::array<uint32_t, 3>> Collapser::Run() {
     queue_.pop();
     const HalfedgeHandle halfedge(candidate.halfedge);
     if (mesh_.status(mesh_.edge_handle(halfedge)).deleted()) continue;
-    const VertexHandle from = mesh_.from_vertex_handle(halfedge), to = mesh_.to_vertex_handle(halfedge);
-    if (versions_[from.idx()] != candidate.version_from || versions_[to.idx()] != candidate.version_to) continue;
+    const VertexHandle from = mesh_.from_vertex_handle(halfedge),
+                       to = mesh_.to_vertex_handle(halfedge);
+    if (versions_[from.idx()] != candidate.version_from ||
+        versions_[to.idx()] != candidate.version_to)
+      continue;
     if (IsAllowed(halfedge)) Collapse(halfedge);
   }
   std::vector<std::array<uint32_t, 3>> triangles;
   for (const FaceHandle face : mesh_.faces()) {
     std::array<uint32_t, 3> triangle;
     int k = 0;
-    for (auto v = mesh_.cfv_iter(face); v.is_valid(); ++v) triangle[k++] = static_cast<uint32_t>(v->idx());
+    for (auto v = mesh_.cfv_iter(face); v.is_valid(); ++v)
+      triangle[k++] = static_cast<uint32_t>(v->idx());
     triangles.push_back(triangle);
   }
   triangles.insert(triangles.end(), aside_.begin(), aside_.end());
@@ -283,7 +302,8 @@ std::vector<std::array<uint32_t, 3>> Collapser::Run() {
 
 }  // namespace
 
-std::vector<std::array<uint32_t, 3>> CollapseEdges(const TriangleMesh& mesh, const SimplificationOptions& options,
+std::vector<std::array<uint32_t, 3>> CollapseEdges(const TriangleMesh& mesh,
+                                                   const SimplificationOptions& options,
                                                    double distance_max) {
   return Collapser(mesh, options, distance_max).Run();
 }

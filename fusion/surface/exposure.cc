@@ -14,9 +14,10 @@
 namespace veduta {
 namespace {
 
-constexpr double kConverged = 1e-6;        // change of a log gain
-constexpr size_t kTripletsMax = 1u << 22;  // summed into the matrix before more are gathered: bounds the memory
-constexpr uint32_t kKnown = ~0u;           // an image that is no unknown
+constexpr double kConverged = 1e-6;  // change of a log gain
+constexpr size_t kTripletsMax =
+    1u << 22;  // summed into the matrix before more are gathered: bounds the memory
+constexpr uint32_t kKnown = ~0u;  // an image that is no unknown
 
 using Light = Eigen::Vector3d;  // log, a channel each
 
@@ -35,23 +36,29 @@ struct Problem {
   size_t point_count() const { return first.size() - 1; }
 };
 
-// Observations that say something, in an order that does not depend on the caller's; one a photo and point.
-std::vector<ColorObservation> Useful(std::span<const ColorObservation> observations, const ExposureOptions& options) {
+// Observations that say something, in an order that does not depend on the caller's; one a photo
+// and point.
+std::vector<ColorObservation> Useful(std::span<const ColorObservation> observations,
+                                     const ExposureOptions& options) {
   std::vector<ColorObservation> useful;
   for (const ColorObservation& o : observations) {
     const auto [low, high] = std::minmax_element(o.rgb.begin(), o.rgb.end());
     if (*low >= options.dark && *high <= options.bright) useful.push_back(o);
   }
   const auto key = [](const ColorObservation& o) { return std::tie(o.point, o.image, o.rgb); };
-  std::sort(useful.begin(), useful.end(), [&](const auto& a, const auto& b) { return key(a) < key(b); });
-  const auto same = [](const auto& a, const auto& b) { return a.point == b.point && a.image == b.image; };
+  std::sort(useful.begin(), useful.end(),
+            [&](const auto& a, const auto& b) { return key(a) < key(b); });
+  const auto same = [](const auto& a, const auto& b) {
+    return a.point == b.point && a.image == b.image;
+  };
   useful.erase(std::unique(useful.begin(), useful.end(), same), useful.end());
   return useful;
 }
 
 // Keeps points of two photos or more, and drops photos that have too few of them, until both hold.
 std::vector<ColorObservation> Shared(std::vector<ColorObservation> list,
-                                     const std::map<ImageId, Eigen::Vector3f>& fixed, const ExposureOptions& options) {
+                                     const std::map<ImageId, Eigen::Vector3f>& fixed,
+                                     const ExposureOptions& options) {
   for (;;) {
     std::vector<ColorObservation> kept;
     std::map<ImageId, uint32_t> counts;
@@ -59,7 +66,8 @@ std::vector<ColorObservation> Shared(std::vector<ColorObservation> list,
       size_t end = i;
       while (end < list.size() && list[end].point == list[i].point) ++end;
       const size_t used = std::min<size_t>(end - i, options.views_per_point_max);
-      for (size_t k = i; used >= 2 && k < i + used; ++k) kept.push_back(list[k]), ++counts[list[k].image];
+      for (size_t k = i; used >= 2 && k < i + used; ++k)
+        kept.push_back(list[k]), ++counts[list[k].image];
       i = end;
     }
     const auto is_poor = [&](const ColorObservation& o) {
@@ -72,28 +80,33 @@ std::vector<ColorObservation> Shared(std::vector<ColorObservation> list,
   }
 }
 
-Problem Pose(const std::vector<ColorObservation>& shared, const std::map<ImageId, Eigen::Vector3f>& fixed) {
+Problem Pose(const std::vector<ColorObservation>& shared,
+             const std::map<ImageId, Eigen::Vector3f>& fixed) {
   Problem problem;
   for (const ColorObservation& o : shared) problem.images.push_back(o.image);
   std::sort(problem.images.begin(), problem.images.end());
-  problem.images.erase(std::unique(problem.images.begin(), problem.images.end()), problem.images.end());
+  problem.images.erase(std::unique(problem.images.begin(), problem.images.end()),
+                       problem.images.end());
   for (const ImageId image : problem.images) {
     const auto it = fixed.find(image);
     problem.is_fixed.push_back(it != fixed.end());
-    problem.gains.push_back(it != fixed.end() ? Light(it->second.cast<double>().array().log()) : Light::Zero());
+    problem.gains.push_back(it != fixed.end() ? Light(it->second.cast<double>().array().log())
+                                              : Light::Zero());
   }
   for (size_t i = 0; i < shared.size(); ++i) {
     if (i == 0 || shared[i].point != shared[i - 1].point) problem.first.push_back(i);
     const auto at = std::lower_bound(problem.images.begin(), problem.images.end(), shared[i].image);
     Light light;
-    for (int c = 0; c < 3; ++c) light[c] = std::log(static_cast<double>(LightFromSrgb(shared[i].rgb[c])));
+    for (int c = 0; c < 3; ++c)
+      light[c] = std::log(static_cast<double>(LightFromSrgb(shared[i].rgb[c])));
     problem.seen.push_back({static_cast<uint32_t>(at - problem.images.begin()), light});
   }
   problem.first.push_back(shared.size());
   return problem;
 }
 
-// The least image of each image's connected group; of a group with fixed images, the least fixed one.
+// The least image of each image's connected group; of a group with fixed images, the least fixed
+// one.
 std::vector<uint32_t> Groups(const Problem& problem) {
   std::vector<uint32_t> parent(problem.images.size());
   std::iota(parent.begin(), parent.end(), 0);
@@ -102,7 +115,8 @@ std::vector<uint32_t> Groups(const Problem& problem) {
     return i;
   };
   const auto stands_first = [&](uint32_t a, uint32_t b) {
-    return problem.is_fixed[a] != problem.is_fixed[b] ? problem.is_fixed[a] > problem.is_fixed[b] : a < b;
+    return problem.is_fixed[a] != problem.is_fixed[b] ? problem.is_fixed[a] > problem.is_fixed[b]
+                                                      : a < b;
   };
   for (size_t p = 0; p < problem.point_count(); ++p) {
     for (size_t k = problem.first[p] + 1; k < problem.first[p + 1]; ++k) {
@@ -115,7 +129,8 @@ std::vector<uint32_t> Groups(const Problem& problem) {
 }
 
 // The point's log light as the photos see it with their gains, and the weights' sum.
-std::pair<Light, double> PointLight(const Problem& problem, const std::vector<double>& weights, size_t p) {
+std::pair<Light, double> PointLight(const Problem& problem, const std::vector<double>& weights,
+                                    size_t p) {
   Light sum = Light::Zero();
   double total = 0;
   for (size_t k = problem.first[p]; k < problem.first[p + 1]; ++k) {
@@ -125,10 +140,10 @@ std::pair<Light, double> PointLight(const Problem& problem, const std::vector<do
   return {sum / total, total};
 }
 
-// One weighted least-squares step; returns the largest change of a log gain, or a negative number where the matrix is
-// singular. `unknown`: each image's row.
-double Step(const std::vector<double>& weights, const std::vector<uint32_t>& unknown, uint32_t rows, bool per_channel,
-            Problem* problem) {
+// One weighted least-squares step; returns the largest change of a log gain, or a negative number
+// where the matrix is singular. `unknown`: each image's row.
+double Step(const std::vector<double>& weights, const std::vector<uint32_t>& unknown, uint32_t rows,
+            bool per_channel, Problem* problem) {
   Eigen::SparseMatrix<double> matrix(rows, rows);
   Eigen::Matrix<double, Eigen::Dynamic, 3> residual = Eigen::MatrixX3d::Zero(rows, 3);
   std::vector<Eigen::Triplet<double>> triplets;
@@ -143,11 +158,13 @@ double Step(const std::vector<double>& weights, const std::vector<uint32_t>& unk
     for (size_t k = problem->first[p]; k < problem->first[p + 1]; ++k) {
       const Seen& a = problem->seen[k];
       if (unknown[a.image] == kKnown) continue;
-      residual.row(unknown[a.image]) += weights[k] * (mean - a.light - problem->gains[a.image]).transpose();
+      residual.row(unknown[a.image]) +=
+          weights[k] * (mean - a.light - problem->gains[a.image]).transpose();
       for (size_t m = problem->first[p]; m < problem->first[p + 1]; ++m) {
         const uint32_t column = unknown[problem->seen[m].image];
         if (column == kKnown) continue;
-        triplets.emplace_back(unknown[a.image], column, weights[k] * ((k == m ? 1 : 0) - weights[m] / total));
+        triplets.emplace_back(unknown[a.image], column,
+                              weights[k] * ((k == m ? 1 : 0) - weights[m] / total));
       }
     }
     if (triplets.size() > kTripletsMax) flush();
@@ -201,7 +218,9 @@ Status SolveGains(const ExposureOptions& options, Problem* problem) {
   std::vector<double> weights(problem->seen.size(), 1.0);
   for (uint32_t iteration = 0; iteration < options.iterations_max; ++iteration) {
     const double change = Step(weights, unknown, rows, options.per_channel, problem);
-    if (change < 0) return Status::InvalidArgument("exposures cannot be solved for: their equations are singular");
+    if (change < 0)
+      return Status::InvalidArgument(
+          "exposures cannot be solved for: their equations are singular");
     if (change < kConverged && iteration > 0) break;
     Reweigh(*problem, options.residual_scale, &weights);
   }
@@ -213,23 +232,26 @@ Status SolveGains(const ExposureOptions& options, Problem* problem) {
 
 Status ExposureOptions::Check() const {
   if (!(residual_scale > 0 && residual_scale <= 10)) {
-    return Status::InvalidArgument("residual scale " + std::to_string(residual_scale) + " is outside (0, 10]");
+    return Status::InvalidArgument("residual scale " + std::to_string(residual_scale) +
+                                   " is outside (0, 10]");
   }
   if (iterations_max < 1) return Status::InvalidArgument("iterations must be at least 1");
-  if (observations_min < 1) return Status::InvalidArgument("observations a photo must be at least 1");
+  if (observations_min < 1)
+    return Status::InvalidArgument("observations a photo must be at least 1");
   if (views_per_point_max < 2 || views_per_point_max > 1000) {
-    return Status::InvalidArgument("views per point " + std::to_string(views_per_point_max) + " is outside [2, 1000]");
+    return Status::InvalidArgument("views per point " + std::to_string(views_per_point_max) +
+                                   " is outside [2, 1000]");
   }
   if (dark < 1 || bright <= dark) {
-    return Status::InvalidArgument("dark " + std::to_string(dark) + " and bright " + std::to_string(bright) +
-                                   ": 1 <= dark < bright is wanted");
+    return Status::InvalidArgument("dark " + std::to_string(dark) + " and bright " +
+                                   std::to_string(bright) + ": 1 <= dark < bright is wanted");
   }
   return {};
 }
 
-Result<std::map<ImageId, Eigen::Vector3f>> SolveExposures(std::span<const ColorObservation> observations,
-                                                          const std::map<ImageId, Eigen::Vector3f>& fixed,
-                                                          const ExposureOptions& options) {
+Result<std::map<ImageId, Eigen::Vector3f>> SolveExposures(
+    std::span<const ColorObservation> observations, const std::map<ImageId, Eigen::Vector3f>& fixed,
+    const ExposureOptions& options) {
   VEDUTA_RETURN_IF_ERROR(options.Check());
   for (const auto& [image, gain] : fixed) {
     if (!gain.allFinite() || gain.minCoeff() <= 0) {
@@ -238,8 +260,10 @@ Result<std::map<ImageId, Eigen::Vector3f>> SolveExposures(std::span<const ColorO
     }
   }
   std::map<ImageId, Eigen::Vector3f> gains = fixed;
-  for (const ColorObservation& o : observations) gains.try_emplace(o.image, Eigen::Vector3f::Ones());
-  const std::vector<ColorObservation> shared = Shared(Useful(observations, options), fixed, options);
+  for (const ColorObservation& o : observations)
+    gains.try_emplace(o.image, Eigen::Vector3f::Ones());
+  const std::vector<ColorObservation> shared =
+      Shared(Useful(observations, options), fixed, options);
   if (shared.empty()) return gains;
   Problem problem = Pose(shared, fixed);
   VEDUTA_RETURN_IF_ERROR(SolveGains(options, &problem));

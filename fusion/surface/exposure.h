@@ -21,27 +21,30 @@ struct ColorObservation {
 };
 
 struct ExposureOptions {
-  bool per_channel = true;            // red, green and blue each; false: one gain for the three
-  double residual_scale = 0.1;        // (0, 10]; in log light: beyond it an observation counts less (Cauchy)
-  uint32_t iterations_max = 30;       // >= 1; of re-weighting
-  uint32_t observations_min = 10;     // >= 1; a photo with fewer shared ones keeps a gain of 1
-  uint32_t views_per_point_max = 16;  // [2, 1000]; the first of a point in ascending ids; bounds the work
-  uint8_t dark = 8, bright = 247;     // observations with a channel outside say nothing about light
+  bool per_channel = true;  // red, green and blue each; false: one gain for the three
+  double residual_scale =
+      0.1;  // (0, 10]; in log light: beyond it an observation counts less (Cauchy)
+  uint32_t iterations_max = 30;    // >= 1; of re-weighting
+  uint32_t observations_min = 10;  // >= 1; a photo with fewer shared ones keeps a gain of 1
+  uint32_t views_per_point_max =
+      16;  // [2, 1000]; the first of a point in ascending ids; bounds the work
+  uint8_t dark = 8, bright = 247;  // observations with a channel outside say nothing about light
 
   Status Check() const;  // the first violated bound, named with its value
 };
 
-// Minimises sum of rho(log gain_i + log light_ij - log point_j) over gains and points: iteratively re-weighted least
-// squares, the points eliminated, the rest by sparse Cholesky.
+// Minimises sum of rho(log gain_i + log light_ij - log point_j) over gains and points: iteratively
+// re-weighted least squares, the points eliminated, the rest by sparse Cholesky.
 //
 // observations  in any order. fixed: gains that stand, of photos among them or not.
 //
-// Returns the gain (RGB, multiplies light) of every photo that has an observation, those fixed included. Photos that
-// points join to a fixed one follow it; in each other connected group the mean log gain is 0 per channel.
-// Deterministic, whatever the order of observations. O(observations * views per point) a round. Thread-safe.
-// kInvalidArgument on bad options or a fixed gain that is not finite and positive.
-Result<std::map<ImageId, Eigen::Vector3f>> SolveExposures(std::span<const ColorObservation> observations,
-                                                          const std::map<ImageId, Eigen::Vector3f>& fixed,
-                                                          const ExposureOptions& options);
+// Returns the gain (RGB, multiplies light) of every photo that has an observation, those fixed
+// included. Photos that points join to a fixed one follow it; in each other connected group the
+// mean log gain is 0 per channel. Deterministic, whatever the order of observations. O(observations
+// * views per point) a round. Thread-safe. kInvalidArgument on bad options or a fixed gain that is
+// not finite and positive.
+Result<std::map<ImageId, Eigen::Vector3f>> SolveExposures(
+    std::span<const ColorObservation> observations, const std::map<ImageId, Eigen::Vector3f>& fixed,
+    const ExposureOptions& options);
 
 }  // namespace veduta

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Binary glTF 2.0 (Khronos, "glTF 2.0 Specification", chapter 4): a header, a chunk of JSON, a chunk of bytes.
+// Binary glTF 2.0 (Khronos, "glTF 2.0 Specification", chapter 4): a header, a chunk of JSON, a
+// chunk of bytes.
 #include <Eigen/Geometry>
 #include <cmath>
 #include <fstream>
@@ -14,7 +15,8 @@ namespace {
 
 using nlohmann::json;
 
-constexpr uint32_t kMagic = 0x46546C67, kVersion = 2, kJsonChunk = 0x4E4F534A, kBinaryChunk = 0x004E4942;
+constexpr uint32_t kMagic = 0x46546C67, kVersion = 2, kJsonChunk = 0x4E4F534A,
+                   kBinaryChunk = 0x004E4942;
 constexpr int kFloat = 5126, kUnsignedInt = 5125, kUnsignedShort = 5123;  // componentType
 constexpr int kArrayBuffer = 34962, kElementArrayBuffer = 34963;          // target
 constexpr int kPoints = 0, kTriangles = 4;                                // mode
@@ -62,11 +64,13 @@ class Buffer final {
     position["max"] = Triple(bounds.high);
     attributes["POSITION"] = AddAccessor(view, 0, count, std::move(position));
     if (layout.normals) {
-      attributes["NORMAL"] = AddAccessor(view, 12, count, {{"componentType", kFloat}, {"type", "VEC3"}});
+      attributes["NORMAL"] =
+          AddAccessor(view, 12, count, {{"componentType", kFloat}, {"type", "VEC3"}});
     }
     if (layout.colors) {
-      attributes["COLOR_0"] = AddAccessor(view, layout.normals ? 24 : 12, count,
-                                          {{"componentType", kUnsignedShort}, {"type", "VEC4"}, {"normalized", true}});
+      attributes["COLOR_0"] =
+          AddAccessor(view, layout.normals ? 24 : 12, count,
+                      {{"componentType", kUnsignedShort}, {"type", "VEC4"}, {"normalized", true}});
     }
     return attributes;
   }
@@ -85,7 +89,8 @@ class Buffer final {
 
  private:
   size_t AddView(uint64_t size, int target) {
-    views_.push_back({{"buffer", 0}, {"byteOffset", size_}, {"byteLength", size}, {"target", target}});
+    views_.push_back(
+        {{"buffer", 0}, {"byteOffset", size_}, {"byteLength", size}, {"target", target}});
     size_ += size;
     return views_.size() - 1;
   }
@@ -109,7 +114,8 @@ json Quaternion(const Eigen::Quaterniond& q) {
 // Ours has x right, y down, z forward; glTF's x right, y up, and looks along -z.
 json CameraNode(const ExportedCamera& camera, size_t index) {
   const Eigen::Quaterniond half_turn(0, 1, 0, 0);  // about x: y and z change sign
-  const Eigen::Quaterniond rotation = (camera.geometry.cam_from_world.rotation.conjugate() * half_turn).normalized();
+  const Eigen::Quaterniond rotation =
+      (camera.geometry.cam_from_world.rotation.conjugate() * half_turn).normalized();
   const Eigen::Vector3d center = camera.geometry.cam_from_world.Center();
   return {{"name", camera.name},
           {"camera", index},
@@ -127,17 +133,24 @@ json PerspectiveCamera(const ExportedCamera& camera) {
             {"aspectRatio", g.width_px / c.fx / (g.height_px / c.fy)},
             {"znear", kNear}}},
           {"extras",
-           {{"width", g.width_px}, {"height", g.height_px}, {"fx", c.fx}, {"fy", c.fy}, {"cx", c.cx}, {"cy", c.cy}}}};
+           {{"width", g.width_px},
+            {"height", g.height_px},
+            {"fx", c.fx},
+            {"fy", c.fy},
+            {"cx", c.cx},
+            {"cy", c.cy}}}};
 }
 
 Status CheckCamera(const ExportedCamera& camera) {
   const ViewGeometry& g = camera.geometry;
   const Pinhole& c = g.camera;
   const bool is_right = g.width_px > 0 && g.height_px > 0 && c.fx > 0 && c.fy > 0 &&
-                        std::isfinite(c.fx + c.fy + c.cx + c.cy) && g.cam_from_world.translation.allFinite() &&
+                        std::isfinite(c.fx + c.fy + c.cx + c.cy) &&
+                        g.cam_from_world.translation.allFinite() &&
                         g.cam_from_world.rotation.coeffs().allFinite();
   if (is_right) return {};
-  return Status::InvalidArgument("camera " + camera.name + ": size, intrinsics or pose are not finite and positive");
+  return Status::InvalidArgument("camera " + camera.name +
+                                 ": size, intrinsics or pose are not finite and positive");
 }
 
 class GlbWriter final : public ModelWriter {
@@ -164,8 +177,9 @@ class GlbWriter final : public ModelWriter {
     const uint64_t binary = spool_.size_bytes();  // a multiple of 4: all records are
     const uint64_t total = 12 + 8 + text.size() + (binary > 0 ? 8 + binary : 0);
     if (total > std::numeric_limits<uint32_t>::max()) {
-      return Status::InvalidArgument(spool_.path() + ": " + std::to_string(total >> 20) +
-                                     " MB are more than a binary glTF can hold (4096); write a PLY, or simplify");
+      return Status::InvalidArgument(
+          spool_.path() + ": " + std::to_string(total >> 20) +
+          " MB are more than a binary glTF can hold (4096); write a PLY, or simplify");
     }
     VEDUTA_RETURN_IF_ERROR(WriteAndRename(spool_.path(), [&](std::ofstream& out) {
       const auto write = [&](std::initializer_list<uint64_t> words) {
@@ -194,7 +208,8 @@ class GlbWriter final : public ModelWriter {
     document["asset"] = {{"version", "2.0"}, {"generator", "Veduta"}};
     document["scene"] = 0;
     document["scenes"] = {{{"nodes", {0}}}};
-    json nodes = {{{"name", "world"}, {"rotation", Quaternion(root_from_world_)}}}, meshes = json::array();
+    json nodes = {{{"name", "world"}, {"rotation", Quaternion(root_from_world_)}}},
+         meshes = json::array();
     Buffer buffer;
     const auto add_mesh = [&](const char* name, json primitive) {
       primitive["material"] = 0;
@@ -202,9 +217,12 @@ class GlbWriter final : public ModelWriter {
       meshes.push_back({{"name", name}, {"primitives", {std::move(primitive)}}});
     };
     if (counts.vertices > 0) {
-      json primitive = {{"attributes", buffer.AddVertices(counts.vertices, layout_, spool_.mesh_bounds())}};
+      json primitive = {
+          {"attributes", buffer.AddVertices(counts.vertices, layout_, spool_.mesh_bounds())}};
       if (counts.triangles > 0) primitive["indices"] = buffer.AddIndices(counts.triangles * 3);
-      primitive["mode"] = counts.triangles > 0 ? kTriangles : kPoints;  // none: welding left no triangle with an area
+      primitive["mode"] = counts.triangles > 0
+                              ? kTriangles
+                              : kPoints;  // none: welding left no triangle with an area
       add_mesh("surface", std::move(primitive));
     }
     if (counts.points > 0) {
@@ -221,10 +239,11 @@ class GlbWriter final : public ModelWriter {
     if (!meshes.empty()) {
       document["meshes"] = std::move(meshes);
       document["extensionsUsed"] = {"KHR_materials_unlit"};
-      document["materials"] = {{{"name", "vertex colours"},
-                                {"doubleSided", true},
-                                {"pbrMetallicRoughness", {{"metallicFactor", 0}, {"roughnessFactor", 1}}},
-                                {"extensions", {{"KHR_materials_unlit", json::object()}}}}};
+      document["materials"] = {
+          {{"name", "vertex colours"},
+           {"doubleSided", true},
+           {"pbrMetallicRoughness", {{"metallicFactor", 0}, {"roughnessFactor", 1}}},
+           {"extensions", {{"KHR_materials_unlit", json::object()}}}}};
     }
     return document;
   }
@@ -247,7 +266,8 @@ Result<std::unique_ptr<ModelWriter>> OpenGlb(const std::string& path, const Mode
 
 Eigen::Vector3d MeanUp(std::span<const ViewGeometry> views) {
   Eigen::Vector3d sum = Eigen::Vector3d::Zero();
-  for (const ViewGeometry& view : views) sum += view.cam_from_world.rotation.conjugate() * -Eigen::Vector3d::UnitY();
+  for (const ViewGeometry& view : views)
+    sum += view.cam_from_world.rotation.conjugate() * -Eigen::Vector3d::UnitY();
   if (!sum.allFinite() || sum.norm() < 1e-3 * static_cast<double>(views.size()) || views.empty()) {
     return Eigen::Vector3d::UnitZ();
   }
@@ -259,11 +279,13 @@ Result<uint64_t> WeldKey(int32_t x, int32_t y, int32_t z, int32_t axis) {
   uint64_t key = 0;
   for (const int32_t coordinate : {x, y, z}) {
     if (coordinate < -kHalf || coordinate >= kHalf) {
-      return Status::InvalidArgument("voxel coordinate " + std::to_string(coordinate) + " is outside [-2^19, 2^19)");
+      return Status::InvalidArgument("voxel coordinate " + std::to_string(coordinate) +
+                                     " is outside [-2^19, 2^19)");
     }
     key = key << 20 | static_cast<uint64_t>(coordinate + kHalf);
   }
-  if (axis < 0 || axis > 2) return Status::InvalidArgument("axis " + std::to_string(axis) + " is none of 0, 1, 2");
+  if (axis < 0 || axis > 2)
+    return Status::InvalidArgument("axis " + std::to_string(axis) + " is none of 0, 1, 2");
   return key << 2 | static_cast<uint64_t>(axis);
 }
 

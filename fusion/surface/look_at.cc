@@ -18,17 +18,20 @@ constexpr double kFill = 0.95;  // of the picture by the box
 
 }  // namespace
 
-Result<ViewGeometry> LookAt(const Eigen::Vector3d& eye, const Eigen::Vector3d& target, const Eigen::Vector3d& up,
-                            uint32_t width_px, uint32_t height_px, double fov_deg) {
+Result<ViewGeometry> LookAt(const Eigen::Vector3d& eye, const Eigen::Vector3d& target,
+                            const Eigen::Vector3d& up, uint32_t width_px, uint32_t height_px,
+                            double fov_deg) {
   const Eigen::Vector3d forward = (target - eye).normalized();
   const Eigen::Vector3d right = forward.cross(up).normalized();
   Eigen::Matrix3d rows;
   rows << right.transpose(), forward.cross(right).transpose(), forward.transpose();
   if (!rows.allFinite() || std::abs(rows.determinant() - 1) > 1e-6) {
-    return Status::InvalidArgument("look-at: eye, target and up are not finite or give no direction");
+    return Status::InvalidArgument(
+        "look-at: eye, target and up are not finite or give no direction");
   }
   if (!(fov_deg > 0 && fov_deg < 180)) {
-    return Status::InvalidArgument("look-at: field of view " + std::to_string(fov_deg) + " is outside (0, 180)");
+    return Status::InvalidArgument("look-at: field of view " + std::to_string(fov_deg) +
+                                   " is outside (0, 180)");
   }
   ViewGeometry view;
   view.width_px = width_px;
@@ -41,8 +44,10 @@ Result<ViewGeometry> LookAt(const Eigen::Vector3d& eye, const Eigen::Vector3d& t
   return view;
 }
 
-Result<std::array<ViewGeometry, 3>> ThreeSides(const Eigen::AlignedBox3d& box, const Eigen::Vector3d& up,
-                                               const Eigen::Vector3d& forward, uint32_t width_px, uint32_t height_px) {
+Result<std::array<ViewGeometry, 3>> ThreeSides(const Eigen::AlignedBox3d& box,
+                                               const Eigen::Vector3d& up,
+                                               const Eigen::Vector3d& forward, uint32_t width_px,
+                                               uint32_t height_px) {
   if (box.isEmpty()) return Status::InvalidArgument("look-at: there is nothing to look at");
   const Eigen::Vector3d y = up.normalized();
   Eigen::Vector3d level = forward - forward.dot(y) * y;
@@ -52,18 +57,24 @@ Result<std::array<ViewGeometry, 3>> ThreeSides(const Eigen::AlignedBox3d& box, c
   const double turns[3] = {0, kSideDeg, -kSideDeg};
   for (int i = 0; i < 3; ++i) {
     const Eigen::Vector3d turned = Eigen::AngleAxisd(turns[i] * kDegree, y) * level;
-    const Eigen::Vector3d direction = std::cos(kAboveDeg * kDegree) * turned - std::sin(kAboveDeg * kDegree) * y;
+    const Eigen::Vector3d direction =
+        std::cos(kAboveDeg * kDegree) * turned - std::sin(kAboveDeg * kDegree) * y;
     const Eigen::Vector3d middle = box.center();
-    VEDUTA_ASSIGN_OR_RETURN(ViewGeometry view, LookAt(middle - direction, middle, y, width_px, height_px, kFovDeg));
+    VEDUTA_ASSIGN_OR_RETURN(ViewGeometry view,
+                            LookAt(middle - direction, middle, y, width_px, height_px, kFovDeg));
     // The least distance from which each corner is in the frustum: |x| <= tan (z + distance).
-    const double across = kFill * 0.5 * width_px / view.camera.fx, down = kFill * 0.5 * height_px / view.camera.fy;
+    const double across = kFill * 0.5 * width_px / view.camera.fx,
+                 down = kFill * 0.5 * height_px / view.camera.fy;
     double distance = 1e-6 + box.diagonal().norm() / 2;  // not in the box
     for (int corner = 0; corner < 8; ++corner) {
       const Eigen::Vector3d off =
-          view.cam_from_world.rotation * (box.corner(static_cast<Eigen::AlignedBox3d::CornerType>(corner)) - middle);
-      distance = std::max({distance, std::abs(off.x()) / across - off.z(), std::abs(off.y()) / down - off.z()});
+          view.cam_from_world.rotation *
+          (box.corner(static_cast<Eigen::AlignedBox3d::CornerType>(corner)) - middle);
+      distance = std::max(
+          {distance, std::abs(off.x()) / across - off.z(), std::abs(off.y()) / down - off.z()});
     }
-    VEDUTA_ASSIGN_OR_RETURN(views[i], LookAt(middle - distance * direction, middle, y, width_px, height_px, kFovDeg));
+    VEDUTA_ASSIGN_OR_RETURN(
+        views[i], LookAt(middle - distance * direction, middle, y, width_px, height_px, kFovDeg));
   }
   return views;
 }
@@ -87,8 +98,8 @@ Picture Reduced(const Picture& picture, uint32_t factor) {
   for (size_t i = 0; i < pixels; ++i) {
     float light[3] = {}, nearest = 0;
     for (uint32_t k = 0; k < factor * factor; ++k) {
-      const size_t at =
-          (i / small.width_px * factor + k / factor) * picture.width_px + i % small.width_px * factor + k % factor;
+      const size_t at = (i / small.width_px * factor + k / factor) * picture.width_px +
+                        i % small.width_px * factor + k % factor;
       for (int c = 0; c < 3; ++c) light[c] += LightFromSrgb(picture.rgb[3 * at + c]);
       const float depth = picture.depth[at];
       if (depth > 0 && (nearest == 0 || depth < nearest)) nearest = depth;
@@ -101,10 +112,12 @@ Picture Reduced(const Picture& picture, uint32_t factor) {
   return small;
 }
 
-Status WritePng(const std::string& path, uint32_t width_px, uint32_t height_px, std::span<const uint8_t> rgb) {
+Status WritePng(const std::string& path, uint32_t width_px, uint32_t height_px,
+                std::span<const uint8_t> rgb) {
   if (width_px < 1 || height_px < 1 || rgb.size() != size_t{width_px} * height_px * 3) {
-    return Status::InvalidArgument(path + ": " + std::to_string(rgb.size()) + " bytes for " + std::to_string(width_px) +
-                                   "x" + std::to_string(height_px) + " pixels");
+    return Status::InvalidArgument(path + ": " + std::to_string(rgb.size()) + " bytes for " +
+                                   std::to_string(width_px) + "x" + std::to_string(height_px) +
+                                   " pixels");
   }
   cv::Mat image(static_cast<int>(height_px), static_cast<int>(width_px), CV_8UC3);
   for (size_t i = 0; i < rgb.size(); i += 3) {

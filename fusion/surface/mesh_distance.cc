@@ -29,8 +29,8 @@ bool VisitTriangle(RTCPointQueryFunctionArguments* arguments) {
   Search& search = *static_cast<Search*>(arguments->userPtr);
   const auto& [a, b, c] = search.mesh->triangles[arguments->primID];
   const auto& at = search.mesh->positions;
-  const Eigen::Vector3d nearest =
-      NearestOnTriangle(search.place, at[a].cast<double>(), at[b].cast<double>(), at[c].cast<double>());
+  const Eigen::Vector3d nearest = NearestOnTriangle(search.place, at[a].cast<double>(),
+                                                    at[b].cast<double>(), at[c].cast<double>());
   const double square = (nearest - search.place).squaredNorm();
   if (square >= search.square) return false;
   search.square = square;
@@ -48,21 +48,26 @@ class NearestSurface final {
     if (made->device_ == nullptr) return Status::IoError("Embree cannot start");
     made->scene_ = rtcNewScene(made->device_);
     const RTCGeometry geometry = rtcNewGeometry(made->device_, RTC_GEOMETRY_TYPE_TRIANGLE);
-    void* const positions = rtcSetNewGeometryBuffer(geometry, RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT3,
-                                                    sizeof(Eigen::Vector3f), mesh.positions.size());
-    void* const triangles = rtcSetNewGeometryBuffer(geometry, RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT3,
-                                                    sizeof(mesh.triangles[0]), mesh.triangles.size());
+    void* const positions =
+        rtcSetNewGeometryBuffer(geometry, RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT3,
+                                sizeof(Eigen::Vector3f), mesh.positions.size());
+    void* const triangles =
+        rtcSetNewGeometryBuffer(geometry, RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT3,
+                                sizeof(mesh.triangles[0]), mesh.triangles.size());
     if (positions != nullptr && triangles != nullptr) {
-      std::copy(mesh.positions.begin(), mesh.positions.end(), static_cast<Eigen::Vector3f*>(positions));
-      std::copy(mesh.triangles.begin(), mesh.triangles.end(), static_cast<std::array<uint32_t, 3>*>(triangles));
+      std::copy(mesh.positions.begin(), mesh.positions.end(),
+                static_cast<Eigen::Vector3f*>(positions));
+      std::copy(mesh.triangles.begin(), mesh.triangles.end(),
+                static_cast<std::array<uint32_t, 3>*>(triangles));
       rtcCommitGeometry(geometry);
       rtcAttachGeometry(made->scene_, geometry);
     }
     rtcReleaseGeometry(geometry);
     rtcCommitScene(made->scene_);
     if (const RTCError error = rtcGetDeviceError(made->device_); error != RTC_ERROR_NONE) {
-      return Status::IoError("Embree cannot index a mesh of " + std::to_string(mesh.triangles.size()) +
-                             " triangles: error " + std::to_string(error));
+      return Status::IoError("Embree cannot index a mesh of " +
+                             std::to_string(mesh.triangles.size()) + " triangles: error " +
+                             std::to_string(error));
     }
     return made;
   }
@@ -73,7 +78,8 @@ class NearestSurface final {
   NearestSurface(const NearestSurface&) = delete;
   NearestSurface& operator=(const NearestSurface&) = delete;
 
-  // Quick where it is asked for places near each other: the distance of the last one bounds that of the next.
+  // Quick where it is asked for places near each other: the distance of the last one bounds that of
+  // the next.
   double Distance(const Eigen::Vector3d& place) {
     const double bound = (last_distance_ + (place - last_place_).norm()) * (1 + 1e-5) + 1e-30;
     last_distance_ = Within(place, bound);
@@ -110,17 +116,20 @@ class NearestSurface final {
 Result<double> DistanceTo(const TriangleMesh& from, const TriangleMesh& to, double spacing) {
   VEDUTA_RETURN_IF_ERROR(CheckMesh(from));
   VEDUTA_RETURN_IF_ERROR(CheckMesh(to));
-  if (!(spacing > 0)) return Status::InvalidArgument("spacing " + std::to_string(spacing) + " is not positive");
+  if (!(spacing > 0))
+    return Status::InvalidArgument("spacing " + std::to_string(spacing) + " is not positive");
   if (from.triangles.empty()) return 0.0;
   if (to.triangles.empty()) return std::numeric_limits<double>::infinity();
   VEDUTA_ASSIGN_OR_RETURN(const std::unique_ptr<NearestSurface> surface, NearestSurface::Build(to));
   double distance = 0;
   std::vector<uint8_t> is_tried(from.positions.size());  // vertices are many triangles' corners
   for (const auto& [i, j, k] : from.triangles) {
-    const Eigen::Vector3d a = from.positions[i].cast<double>(), b = from.positions[j].cast<double>();
+    const Eigen::Vector3d a = from.positions[i].cast<double>(),
+                          b = from.positions[j].cast<double>();
     const Eigen::Vector3d c = from.positions[k].cast<double>();
     const double longest = std::max({(b - a).norm(), (c - b).norm(), (a - c).norm()});
-    // At least halves, so that middles of edges are among the samples; the middle of the triangle in addition.
+    // At least halves, so that middles of edges are among the samples; the middle of the triangle
+    // in addition.
     const double wanted = std::max(2.0, std::ceil(longest / spacing));
     const auto n = static_cast<uint32_t>(std::min<double>(wanted, kDivisionsMax));
     for (uint32_t u = 0; u <= n; ++u) {

@@ -9,7 +9,8 @@
 namespace veduta {
 namespace {
 
-static_assert(std::endian::native == std::endian::little, "PLY and glTF are written as memory lies");
+static_assert(std::endian::native == std::endian::little,
+              "PLY and glTF are written as memory lies");
 
 constexpr uint64_t kVerticesMax = 0x7fffffff;  // PLY's indices are signed
 
@@ -33,7 +34,8 @@ ModelSpool::ModelSpool(std::string path, AppendVertex append_vertex, AppendTrian
       append_triangle_(std::move(append_triangle)),
       append_point_(std::move(append_point)) {}
 
-Status ModelSpool::Flush(std::optional<SpoolFile>* file, const char* suffix, const std::vector<uint8_t>& bytes) {
+Status ModelSpool::Flush(std::optional<SpoolFile>* file, const char* suffix,
+                         const std::vector<uint8_t>& bytes) {
   if (bytes.empty()) return {};
   if (!*file) file->emplace(path_ + suffix);
   return (*file)->Append(bytes.data(), bytes.size());
@@ -82,7 +84,8 @@ Status ModelSpool::AddPoints(std::span<const CloudPoint> points) {
 
 uint64_t ModelSpool::size_bytes() const {
   uint64_t size = 0;
-  for (const auto* file : {&vertices_, &triangles_, &points_}) size += *file ? (*file)->size_bytes() : 0;
+  for (const auto* file : {&vertices_, &triangles_, &points_})
+    size += *file ? (*file)->size_bytes() : 0;
   return size;
 }
 

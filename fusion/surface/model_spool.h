@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
-// What PLY and glTF writing have in common: pieces welded, checked and spooled. Bytes of a vertex are the format's.
+// What PLY and glTF writing have in common: pieces welded, checked and spooled. Bytes of a vertex
+// are the format's.
 
 #include <functional>
 #include <optional>
@@ -12,7 +13,8 @@
 
 namespace veduta {
 
-// One vertex or point, complete: normal unit (0, 0, 1 where unknown), colour grey 128 where unknown.
+// One vertex or point, complete: normal unit (0, 0, 1 where unknown), colour grey 128 where
+// unknown.
 struct SpooledVertex {
   Eigen::Vector3f position, normal;
   std::array<uint8_t, 3> rgb;
@@ -24,9 +26,11 @@ using AppendTriangle = std::function<void(const std::array<uint32_t, 3>&, std::v
 class ModelSpool final {
  public:
   // The files PATH.vertices, PATH.triangles and PATH.points, each made when first needed.
-  ModelSpool(std::string path, AppendVertex append_vertex, AppendTriangle append_triangle, AppendVertex append_point);
+  ModelSpool(std::string path, AppendVertex append_vertex, AppendTriangle append_triangle,
+             AppendVertex append_point);
 
-  // Errors: as ModelWriter::AddMesh and AddPoints; also kInvalidArgument above 2^31 vertices or points.
+  // Errors: as ModelWriter::AddMesh and AddPoints; also kInvalidArgument above 2^31 vertices or
+  // points.
   Status AddMesh(const TriangleMesh& mesh, std::span<const uint64_t> keys);
   Status AddPoints(std::span<const CloudPoint> points);
 
@@ -41,11 +45,14 @@ class ModelSpool final {
   struct Bounds {
     Eigen::Vector3f low, high;
   };
-  const Bounds& mesh_bounds() const { return mesh_bounds_; }  // of what was written; for empty ones: not to be read
+  const Bounds& mesh_bounds() const {
+    return mesh_bounds_;
+  }  // of what was written; for empty ones: not to be read
   const Bounds& point_bounds() const { return point_bounds_; }
 
  private:
-  Status Flush(std::optional<SpoolFile>* file, const char* suffix, const std::vector<uint8_t>& bytes);
+  Status Flush(std::optional<SpoolFile>* file, const char* suffix,
+               const std::vector<uint8_t>& bytes);
 
   const std::string path_;
   const AppendVertex append_vertex_;

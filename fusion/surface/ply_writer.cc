@@ -25,7 +25,8 @@ void TriangleBytes(const std::array<uint32_t, 3>& triangle, std::vector<uint8_t>
 class PlyWriter final : public ModelWriter {
  public:
   PlyWriter(const std::string& path, const ModelContents& contents)
-      : contents_(contents), spool_(path, VertexBytes(contents), TriangleBytes, VertexBytes(contents)) {}
+      : contents_(contents),
+        spool_(path, VertexBytes(contents), TriangleBytes, VertexBytes(contents)) {}
 
   Status AddMesh(const TriangleMesh& mesh, std::span<const uint64_t> keys) override {
     if (spool_.counts().points > 0) return Mixed();
@@ -38,16 +39,20 @@ class PlyWriter final : public ModelWriter {
   }
 
   Status AddCameras(std::span<const ExportedCamera> /*cameras*/) override {
-    return Status::InvalidArgument(spool_.path() + ": a PLY holds no cameras; write them beside it");
+    return Status::InvalidArgument(spool_.path() +
+                                   ": a PLY holds no cameras; write them beside it");
   }
 
   Result<ModelCounts> Finish() override {
     const ModelCounts& counts = spool_.counts();
     VEDUTA_RETURN_IF_ERROR(WriteAndRename(spool_.path(), [&](std::ofstream& out) {
-      out << "ply\nformat binary_little_endian 1.0\ncomment Veduta; world frame of the reconstruction\nelement vertex "
-          << counts.vertices + counts.points << "\nproperty float x\nproperty float y\nproperty float z\n";
+      out << "ply\nformat binary_little_endian 1.0\ncomment Veduta; world frame of the "
+             "reconstruction\nelement vertex "
+          << counts.vertices + counts.points
+          << "\nproperty float x\nproperty float y\nproperty float z\n";
       if (contents_.normals) out << "property float nx\nproperty float ny\nproperty float nz\n";
-      if (contents_.colors) out << "property uchar red\nproperty uchar green\nproperty uchar blue\n";
+      if (contents_.colors)
+        out << "property uchar red\nproperty uchar green\nproperty uchar blue\n";
       if (counts.points == 0)
         out << "element face " << counts.triangles << "\nproperty list uchar int vertex_indices\n";
       out << "end_header\n";
@@ -59,7 +64,8 @@ class PlyWriter final : public ModelWriter {
 
  private:
   Status Mixed() const {
-    return Status::InvalidArgument(spool_.path() + ": a PLY holds a surface or points, not both; write two files");
+    return Status::InvalidArgument(spool_.path() +
+                                   ": a PLY holds a surface or points, not both; write two files");
   }
 
   const ModelContents contents_;
@@ -79,8 +85,8 @@ nlohmann::json CameraJson(const ExportedCamera& camera) {
           {"world_from_cam", rows}};
 }
 
-// A pyramid from the camera's centre over the photo's corners; its base carries other colours, so that one sees where
-// a camera looks.
+// A pyramid from the camera's centre over the photo's corners; its base carries other colours, so
+// that one sees where a camera looks.
 TriangleMesh Pyramid(const ViewGeometry& g, double depth) {
   const Rigid3 world_from_cam = g.cam_from_world.Inverse();
   TriangleMesh mesh;
@@ -90,9 +96,11 @@ TriangleMesh Pyramid(const ViewGeometry& g, double depth) {
   };
   add(Eigen::Vector3d::Zero(), {220, 40, 40});
   for (const auto& [x, y] : {std::pair(0, 0), std::pair(1, 0), std::pair(1, 1), std::pair(0, 1)}) {
-    const Eigen::Vector2d px(x * static_cast<double>(g.width_px) - 0.5, y * static_cast<double>(g.height_px) - 0.5);
+    const Eigen::Vector2d px(x * static_cast<double>(g.width_px) - 0.5,
+                             y * static_cast<double>(g.height_px) - 0.5);
     const Eigen::Vector2d ray = depth * g.camera.Normalize(px);
-    add({ray.x(), ray.y(), depth}, y == 0 ? std::array<uint8_t, 3>{40, 90, 220} : std::array<uint8_t, 3>{40, 200, 90});
+    add({ray.x(), ray.y(), depth},
+        y == 0 ? std::array<uint8_t, 3>{40, 90, 220} : std::array<uint8_t, 3>{40, 200, 90});
   }
   mesh.triangles = {{0, 1, 2}, {0, 2, 3}, {0, 3, 4}, {0, 4, 1}, {1, 3, 2}, {1, 4, 3}};
   return mesh;
@@ -100,11 +108,13 @@ TriangleMesh Pyramid(const ViewGeometry& g, double depth) {
 
 }  // namespace
 
-Result<std::unique_ptr<ModelWriter>> OpenPly(const std::string& path, const ModelContents& contents) {
+Result<std::unique_ptr<ModelWriter>> OpenPly(const std::string& path,
+                                             const ModelContents& contents) {
   return std::unique_ptr<ModelWriter>(std::make_unique<PlyWriter>(path, contents));
 }
 
-Status WriteCameras(const std::string& prefix, std::span<const ExportedCamera> cameras, double depth) {
+Status WriteCameras(const std::string& prefix, std::span<const ExportedCamera> cameras,
+                    double depth) {
   if (!(depth > 0) || !std::isfinite(depth)) {
     return Status::InvalidArgument("cameras: depth " + std::to_string(depth) + " is not positive");
   }
@@ -114,7 +124,8 @@ Status WriteCameras(const std::string& prefix, std::span<const ExportedCamera> c
     out << list.dump(1, ' ', false, nlohmann::json::error_handler_t::replace) << "\n";
     return Status();
   }));
-  VEDUTA_ASSIGN_OR_RETURN(const std::unique_ptr<ModelWriter> writer, OpenPly(prefix + ".ply", {false, true}));
+  VEDUTA_ASSIGN_OR_RETURN(const std::unique_ptr<ModelWriter> writer,
+                          OpenPly(prefix + ".ply", {false, true}));
   for (const ExportedCamera& camera : cameras) {
     VEDUTA_RETURN_IF_ERROR(writer->AddMesh(Pyramid(camera.geometry, depth), {}));
   }

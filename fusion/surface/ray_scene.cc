@@ -27,12 +27,14 @@ RTCScene SceneOf(void* scene) {
 Status Failure(RTCDevice device, const std::string& what) {
   const RTCError error = rtcGetDeviceError(device);
   if (error == RTC_ERROR_NONE) return {};
-  return Status::IoError("Embree cannot build " + what +
-                         (error == RTC_ERROR_OUT_OF_MEMORY ? ": out of memory" : ": error " + std::to_string(error)));
+  return Status::IoError(
+      "Embree cannot build " + what +
+      (error == RTC_ERROR_OUT_OF_MEMORY ? ": out of memory" : ": error " + std::to_string(error)));
 }
 
-// Packets are traced without RTC_INTERSECT_CONTEXT_FLAG_COHERENT: with it rays of one camera are twice as fast, but
-// Embree 3.13.5 did not come back from rtcOccluded16 on instances (test VertexColor.TheBoardsColourStaysOnTheBoard).
+// Packets are traced without RTC_INTERSECT_CONTEXT_FLAG_COHERENT: with it rays of one camera are
+// twice as fast, but Embree 3.13.5 did not come back from rtcOccluded16 on instances (test
+// VertexColor.TheBoardsColourStaysOnTheBoard).
 template <typename Ray16>
 void Fill(const RayPacket& rays, Ray16* out, int valid[kRayLanes]) {
   for (int i = 0; i < kRayLanes; ++i) valid[i] = rays.live[i] ? -1 : 0;
@@ -59,7 +61,8 @@ Result<std::shared_ptr<const RayDevice>> RayDevice::Open() {
   // Hierarchies are built by whoever calls: the pool's threads build tiles side by side.
   opened->device_ = rtcNewDevice("set_affinity=0,threads=1");
   if (opened->device_ == nullptr) {
-    return Status::IoError("Embree cannot start: error " + std::to_string(rtcGetDeviceError(nullptr)));
+    return Status::IoError("Embree cannot start: error " +
+                           std::to_string(rtcGetDeviceError(nullptr)));
   }
   return std::shared_ptr<const RayDevice>(std::move(opened));
 }
@@ -68,7 +71,8 @@ RayDevice::~RayDevice() {
   if (device_ != nullptr) rtcReleaseDevice(Device(device_));
 }
 
-Result<std::shared_ptr<const RayTile>> RayTile::Make(std::shared_ptr<const RayDevice> device, TriangleMesh mesh) {
+Result<std::shared_ptr<const RayTile>> RayTile::Make(std::shared_ptr<const RayDevice> device,
+                                                     TriangleMesh mesh) {
   VEDUTA_RETURN_IF_ERROR(CheckMesh(mesh));
   std::shared_ptr<RayTile> tile(new RayTile());
   tile->device_ = std::move(device);
@@ -83,16 +87,17 @@ Result<std::shared_ptr<const RayTile>> RayTile::Make(std::shared_ptr<const RayDe
   rtcSetSceneFlags(scene, RTC_SCENE_FLAG_ROBUST);
   if (!triangles.empty()) {
     const RTCGeometry geometry = rtcNewGeometry(embree, RTC_GEOMETRY_TYPE_TRIANGLE);
-    rtcSetSharedGeometryBuffer(geometry, RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT3, positions.data(), 0,
-                               sizeof(Eigen::Vector3f), positions.size());
-    rtcSetSharedGeometryBuffer(geometry, RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT3, triangles.data(), 0,
-                               sizeof triangles[0], triangles.size());
+    rtcSetSharedGeometryBuffer(geometry, RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT3,
+                               positions.data(), 0, sizeof(Eigen::Vector3f), positions.size());
+    rtcSetSharedGeometryBuffer(geometry, RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT3,
+                               triangles.data(), 0, sizeof triangles[0], triangles.size());
     rtcCommitGeometry(geometry);
     rtcAttachGeometryByID(scene, geometry, 0);
     rtcReleaseGeometry(geometry);
   }
   rtcCommitScene(scene);
-  VEDUTA_RETURN_IF_ERROR(Failure(embree, "a tile of " + std::to_string(triangles.size()) + " triangles"));
+  VEDUTA_RETURN_IF_ERROR(
+      Failure(embree, "a tile of " + std::to_string(triangles.size()) + " triangles"));
   return std::shared_ptr<const RayTile>(std::move(tile));
 }
 
@@ -106,8 +111,8 @@ size_t RayTile::size_bytes() const {
          mesh_.triangles.capacity() * (sizeof(std::array<uint32_t, 3>) + kHierarchyBytes);
 }
 
-Result<std::shared_ptr<const RayScene>> RayScene::Make(std::shared_ptr<const RayDevice> device,
-                                                       std::vector<std::shared_ptr<const RayTile>> tiles) {
+Result<std::shared_ptr<const RayScene>> RayScene::Make(
+    std::shared_ptr<const RayDevice> device, std::vector<std::shared_ptr<const RayTile>> tiles) {
   std::shared_ptr<RayScene> joined(new RayScene());
   joined->device_ = std::move(device);
   joined->tiles_ = std::move(tiles);
@@ -129,7 +134,8 @@ Result<std::shared_ptr<const RayScene>> RayScene::Make(std::shared_ptr<const Ray
     rtcReleaseGeometry(instance);
   }
   rtcCommitScene(scene);
-  VEDUTA_RETURN_IF_ERROR(Failure(embree, "a scene of " + std::to_string(joined->tiles_.size()) + " tiles"));
+  VEDUTA_RETURN_IF_ERROR(
+      Failure(embree, "a scene of " + std::to_string(joined->tiles_.size()) + " tiles"));
   return std::shared_ptr<const RayScene>(std::move(joined));
 }
 
@@ -167,7 +173,8 @@ uint32_t RayScene::Occluded(const RayPacket& rays) const {
   rtcOccluded16(valid, SceneOf(scene_), &context, &packet);
   uint32_t occluded = 0;
   for (int i = 0; i < kRayLanes; ++i) {
-    if (rays.live[i] && packet.tfar[i] == -std::numeric_limits<float>::infinity()) occluded |= 1u << i;
+    if (rays.live[i] && packet.tfar[i] == -std::numeric_limits<float>::infinity())
+      occluded |= 1u << i;
   }
   return occluded;
 }

@@ -5,7 +5,8 @@
 
 namespace veduta {
 
-RayTileCache::RayTileCache(std::shared_ptr<const RayDevice> device, Load load, size_t size_bytes_max)
+RayTileCache::RayTileCache(std::shared_ptr<const RayDevice> device, Load load,
+                           size_t size_bytes_max)
     : device_(std::move(device)), load_(std::move(load)), size_bytes_max_(size_bytes_max) {}
 
 Result<std::shared_ptr<const RayTile>> RayTileCache::Get(uint64_t tile) {
@@ -18,9 +19,11 @@ Result<std::shared_ptr<const RayTile>> RayTileCache::Get(uint64_t tile) {
     ++load_count_;
   }
   VEDUTA_ASSIGN_OR_RETURN(TriangleMesh mesh, load_(tile));
-  VEDUTA_ASSIGN_OR_RETURN(std::shared_ptr<const RayTile> made, RayTile::Make(device_, std::move(mesh)));
+  VEDUTA_ASSIGN_OR_RETURN(std::shared_ptr<const RayTile> made,
+                          RayTile::Make(device_, std::move(mesh)));
   const std::lock_guard lock(mutex_);
-  if (const auto it = where_.find(tile); it != where_.end()) return it->second->value;  // another thread was faster
+  if (const auto it = where_.find(tile); it != where_.end())
+    return it->second->value;  // another thread was faster
   size_bytes_ += made->size_bytes();
   entries_.push_front({tile, std::move(made)});
   where_[tile] = entries_.begin();

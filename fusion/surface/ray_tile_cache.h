@@ -18,8 +18,9 @@ class RayTileCache final {
  public:
   using Load = std::function<Result<TriangleMesh>(uint64_t tile)>;
 
-  // load            reads the mesh of a tile; called without the lock, from any thread, for one tile perhaps twice.
-  // size_bytes_max  of all tiles kept; the last one asked for stays in any case.
+  // load            reads the mesh of a tile; called without the lock, from any thread, for one
+  // tile perhaps twice. size_bytes_max  of all tiles kept; the last one asked for stays in any
+  // case.
   RayTileCache(std::shared_ptr<const RayDevice> device, Load load, size_t size_bytes_max);
 
   // The tile, from memory or loaded. Errors: those of `load` and of RayTile::Make.

@@ -19,27 +19,31 @@ constexpr float kDarkened = 0.4f;
 constexpr size_t kPointBands = 16;
 
 Status CheckView(const ViewGeometry& view) {
-  if (view.width_px < 1 || view.height_px < 1 || view.width_px > kSizeMax || view.height_px > kSizeMax) {
-    return Status::InvalidArgument("picture: " + std::to_string(view.width_px) + "x" + std::to_string(view.height_px) +
-                                   " px are outside [1, 16384]");
+  if (view.width_px < 1 || view.height_px < 1 || view.width_px > kSizeMax ||
+      view.height_px > kSizeMax) {
+    return Status::InvalidArgument("picture: " + std::to_string(view.width_px) + "x" +
+                                   std::to_string(view.height_px) + " px are outside [1, 16384]");
   }
   const Pinhole& c = view.camera;
   if (!(c.fx > 0 && c.fy > 0) || !std::isfinite(c.fx + c.fy + c.cx + c.cy)) {
     return Status::InvalidArgument("picture: impossible intrinsics");
   }
-  if (!view.cam_from_world.translation.allFinite() || !view.cam_from_world.rotation.coeffs().allFinite()) {
+  if (!view.cam_from_world.translation.allFinite() ||
+      !view.cam_from_world.rotation.coeffs().allFinite()) {
     return Status::InvalidArgument("picture: the camera's pose is not finite");
   }
   return {};
 }
 
-Status CheckPicture(const ViewGeometry& view, const RenderOptions& options, const Picture& picture) {
+Status CheckPicture(const ViewGeometry& view, const RenderOptions& options,
+                    const Picture& picture) {
   VEDUTA_RETURN_IF_ERROR(options.Check());
   VEDUTA_RETURN_IF_ERROR(CheckView(view));
   const size_t pixels = size_t{view.width_px} * view.height_px;
-  if (picture.width_px != view.width_px || picture.height_px != view.height_px || picture.rgb.size() != 3 * pixels ||
-      picture.depth.size() != pixels) {
-    return Status::InvalidArgument("picture: it is not of the view's size; begin with BlankPicture");
+  if (picture.width_px != view.width_px || picture.height_px != view.height_px ||
+      picture.rgb.size() != 3 * pixels || picture.depth.size() != pixels) {
+    return Status::InvalidArgument(
+        "picture: it is not of the view's size; begin with BlankPicture");
   }
   return {};
 }
@@ -51,7 +55,8 @@ uint8_t Byte(float value) {
 // A ray's way through the scene, pixel by pixel of a packet.
 class SurfacePainter final {
  public:
-  SurfacePainter(const RayScene& scene, const ViewGeometry& view, const RenderOptions& options, Picture* picture)
+  SurfacePainter(const RayScene& scene, const ViewGeometry& view, const RenderOptions& options,
+                 Picture* picture)
       : scene_(scene),
         view_(view),
         options_(options),
@@ -109,8 +114,9 @@ void SurfacePainter::Shade(int lane, size_t pixel) {
   const auto& [a, b, c] = mesh.triangles[hits_.triangle[lane]];
   const float v = hits_.u[lane], w = hits_.v[lane], u = 1 - v - w;
   const bool is_back = FaceNormal(lane).dot(Direction(lane)) > 0;
-  Eigen::Vector3f normal =
-      mesh.normals.empty() ? FaceNormal(lane) : u * mesh.normals[a] + v * mesh.normals[b] + w * mesh.normals[c];
+  Eigen::Vector3f normal = mesh.normals.empty()
+                               ? FaceNormal(lane)
+                               : u * mesh.normals[a] + v * mesh.normals[b] + w * mesh.normals[c];
   normal.normalize();
   Eigen::Vector3f color;
   if (options_.shading == Shading::kNormal) {
@@ -160,7 +166,8 @@ struct Projected {
 
 Status RenderOptions::Check() const {
   if (!(point_radius_px > 0 && point_radius_px <= 100)) {
-    return Status::InvalidArgument("radius of points " + std::to_string(point_radius_px) + " px is outside (0, 100]");
+    return Status::InvalidArgument("radius of points " + std::to_string(point_radius_px) +
+                                   " px is outside (0, 100]");
   }
   if (!(depth_min > 0) || !std::isfinite(depth_min)) {
     return Status::InvalidArgument("least depth " + std::to_string(depth_min) + " is not positive");
@@ -179,8 +186,8 @@ Result<Picture> BlankPicture(const ViewGeometry& view, const RenderOptions& opti
   return picture;
 }
 
-Status DrawSurface(const RayScene& scene, const ViewGeometry& view, const RenderOptions& options, ThreadPool& pool,
-                   Picture* picture) {
+Status DrawSurface(const RayScene& scene, const ViewGeometry& view, const RenderOptions& options,
+                   ThreadPool& pool, Picture* picture) {
   VEDUTA_RETURN_IF_ERROR(CheckPicture(view, options, *picture));
   pool.ParallelFor((view.height_px + kPacketSide - 1) / kPacketSide, [&](size_t band) {
     const DenormalsOff denormals_off;
@@ -192,11 +199,12 @@ Status DrawSurface(const RayScene& scene, const ViewGeometry& view, const Render
   return {};
 }
 
-Status DrawPoints(std::span<const CloudPoint> points, const ViewGeometry& view, const RenderOptions& options,
-                  ThreadPool& pool, Picture* picture) {
+Status DrawPoints(std::span<const CloudPoint> points, const ViewGeometry& view,
+                  const RenderOptions& options, ThreadPool& pool, Picture* picture) {
   VEDUTA_RETURN_IF_ERROR(CheckPicture(view, options, *picture));
   const float radius = static_cast<float>(options.point_radius_px), square = radius * radius;
-  const float right = static_cast<float>(view.width_px), bottom = static_cast<float>(view.height_px);
+  const float right = static_cast<float>(view.width_px),
+              bottom = static_cast<float>(view.height_px);
   std::vector<Projected> projected(points.size());
   constexpr size_t kTask = 4096;
   pool.ParallelFor((points.size() + kTask - 1) / kTask, [&](size_t task) {
@@ -204,27 +212,33 @@ Status DrawPoints(std::span<const CloudPoint> points, const ViewGeometry& view, 
       const Eigen::Vector3d x = view.cam_from_world * points[i].position.cast<double>();
       if (!(x.z() >= options.depth_min) || !x.allFinite()) continue;
       const Eigen::Vector2f px = view.camera.Project(x).cast<float>();
-      const bool is_inside =
-          px.x() > -radius - 1 && px.x() < right + radius && px.y() > -radius - 1 && px.y() < bottom + radius;
+      const bool is_inside = px.x() > -radius - 1 && px.x() < right + radius &&
+                             px.y() > -radius - 1 && px.y() < bottom + radius;
       if (is_inside) projected[i] = {px, static_cast<float>(x.z())};
     }
   });
-  // Each task has rows of its own and all points in their order, so that nothing depends on who is faster.
+  // Each task has rows of its own and all points in their order, so that nothing depends on who is
+  // faster.
   const auto draw = [&](size_t i, int64_t first_row, int64_t last_row) {
     const auto& [px, depth] = projected[i];
-    const int64_t v0 = std::max<int64_t>(first_row, static_cast<int64_t>(std::ceil(px.y() - radius)));
-    const int64_t v1 = std::min<int64_t>(last_row - 1, static_cast<int64_t>(std::floor(px.y() + radius)));
+    const int64_t v0 =
+        std::max<int64_t>(first_row, static_cast<int64_t>(std::ceil(px.y() - radius)));
+    const int64_t v1 =
+        std::min<int64_t>(last_row - 1, static_cast<int64_t>(std::floor(px.y() + radius)));
     const int64_t u0 = std::max<int64_t>(0, static_cast<int64_t>(std::ceil(px.x() - radius)));
-    const int64_t u1 = std::min<int64_t>(view.width_px - 1, static_cast<int64_t>(std::floor(px.x() + radius)));
+    const int64_t u1 =
+        std::min<int64_t>(view.width_px - 1, static_cast<int64_t>(std::floor(px.x() + radius)));
     for (int64_t v = v0; v <= v1; ++v) {
       for (int64_t u = u0; u <= u1; ++u) {
-        const Eigen::Vector2f off = Eigen::Vector2f(static_cast<float>(u), static_cast<float>(v)) - px;
+        const Eigen::Vector2f off =
+            Eigen::Vector2f(static_cast<float>(u), static_cast<float>(v)) - px;
         if (off.squaredNorm() > square) continue;
         const size_t pixel = static_cast<size_t>(v) * view.width_px + static_cast<size_t>(u);
         float& there = picture->depth[pixel];
         if (there > 0 && depth >= there) continue;
         there = depth;
-        std::copy(points[i].rgb.begin(), points[i].rgb.end(), picture->rgb.begin() + static_cast<ptrdiff_t>(3 * pixel));
+        std::copy(points[i].rgb.begin(), points[i].rgb.end(),
+                  picture->rgb.begin() + static_cast<ptrdiff_t>(3 * pixel));
       }
     }
   };

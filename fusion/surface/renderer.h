@@ -40,36 +40,42 @@ struct Picture {
   std::vector<float> depth;  // [height x width] z in the camera frame; 0: background
 };
 
-// Nothing but background. kInvalidArgument on bad options, a size outside [1, 16384] each way, or a camera or pose that
-// is not finite.
+// Nothing but background. kInvalidArgument on bad options, a size outside [1, 16384] each way, or a
+// camera or pose that is not finite.
 Result<Picture> BlankPicture(const ViewGeometry& view, const RenderOptions& options);
 
-// Draws what is nearer than what the picture holds already, one ray through each pixel's centre: so a city may be drawn
-// scene after scene. Smooth between vertices. Deterministic at any thread count. kInvalidArgument also if the picture
-// is not of the view's size.
-Status DrawSurface(const RayScene& scene, const ViewGeometry& view, const RenderOptions& options, ThreadPool& pool,
-                   Picture* picture);
+// Draws what is nearer than what the picture holds already, one ray through each pixel's centre: so
+// a city may be drawn scene after scene. Smooth between vertices. Deterministic at any thread
+// count. kInvalidArgument also if the picture is not of the view's size.
+Status DrawSurface(const RayScene& scene, const ViewGeometry& view, const RenderOptions& options,
+                   ThreadPool& pool, Picture* picture);
 
 // Likewise points, as discs that face the camera; of equally near ones the first stays.
-Status DrawPoints(std::span<const CloudPoint> points, const ViewGeometry& view, const RenderOptions& options,
-                  ThreadPool& pool, Picture* picture);
+Status DrawPoints(std::span<const CloudPoint> points, const ViewGeometry& view,
+                  const RenderOptions& options, ThreadPool& pool, Picture* picture);
 
-// A camera at `eye` that has `target` in its middle, `up` upwards, `fov_deg` across the picture's width.
-// kInvalidArgument where these coincide or are not finite.
-Result<ViewGeometry> LookAt(const Eigen::Vector3d& eye, const Eigen::Vector3d& target, const Eigen::Vector3d& up,
-                            uint32_t width_px, uint32_t height_px, double fov_deg);
+// A camera at `eye` that has `target` in its middle, `up` upwards, `fov_deg` across the picture's
+// width. kInvalidArgument where these coincide or are not finite.
+Result<ViewGeometry> LookAt(const Eigen::Vector3d& eye, const Eigen::Vector3d& target,
+                            const Eigen::Vector3d& up, uint32_t width_px, uint32_t height_px,
+                            double fov_deg);
 
-// Three views that hold all of `box`: along `forward` (the direction most photos look in), and turned by 50 degrees to
-// the left and to the right around `up`; all from 20 degrees above. Errors: as LookAt.
-Result<std::array<ViewGeometry, 3>> ThreeSides(const Eigen::AlignedBox3d& box, const Eigen::Vector3d& up,
-                                               const Eigen::Vector3d& forward, uint32_t width_px, uint32_t height_px);
+// Three views that hold all of `box`: along `forward` (the direction most photos look in), and
+// turned by 50 degrees to the left and to the right around `up`; all from 20 degrees above. Errors:
+// as LookAt.
+Result<std::array<ViewGeometry, 3>> ThreeSides(const Eigen::AlignedBox3d& box,
+                                               const Eigen::Vector3d& up,
+                                               const Eigen::Vector3d& forward, uint32_t width_px,
+                                               uint32_t height_px);
 
 // The same camera with `factor` times the pixels each way.
 ViewGeometry ScaledView(const ViewGeometry& view, double factor);
-// `factor` x `factor` pixels into one, in light; the depth is the nearest one's. Sizes are rounded down.
+// `factor` x `factor` pixels into one, in light; the depth is the nearest one's. Sizes are rounded
+// down.
 Picture Reduced(const Picture& picture, uint32_t factor);
 
 // kInvalidArgument if sizes do not fit, kIoError with the path.
-Status WritePng(const std::string& path, uint32_t width_px, uint32_t height_px, std::span<const uint8_t> rgb);
+Status WritePng(const std::string& path, uint32_t width_px, uint32_t height_px,
+                std::span<const uint8_t> rgb);
 
 }  // namespace veduta

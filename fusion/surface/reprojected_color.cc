@@ -15,13 +15,16 @@ constexpr int kMagnified = 3;  // differences, for the eye
 Status Check(const Picture& picture, const View& view, const Eigen::Vector3f& gain) {
   const size_t pixels = size_t{view.geometry.width_px} * view.geometry.height_px;
   if (view.rgb.size() != 3 * pixels) {
-    return Status::InvalidArgument("photo " + std::to_string(view.image.value) + ": no colours of its size");
+    return Status::InvalidArgument("photo " + std::to_string(view.image.value) +
+                                   ": no colours of its size");
   }
   if (picture.width_px != view.geometry.width_px || picture.height_px != view.geometry.height_px ||
       picture.rgb.size() != 3 * pixels || picture.depth.size() != pixels) {
-    return Status::InvalidArgument("the picture is not of the size of photo " + std::to_string(view.image.value));
+    return Status::InvalidArgument("the picture is not of the size of photo " +
+                                   std::to_string(view.image.value));
   }
-  if (!gain.allFinite() || gain.minCoeff() <= 0) return Status::InvalidArgument("a gain is not finite and positive");
+  if (!gain.allFinite() || gain.minCoeff() <= 0)
+    return Status::InvalidArgument("a gain is not finite and positive");
   return {};
 }
 
@@ -31,7 +34,8 @@ using ToneTable = std::array<std::array<uint8_t, 256>, 3>;
 ToneTable Balanced(const Eigen::Vector3f& gain) {
   ToneTable table;
   for (int c = 0; c < 3; ++c) {
-    for (int i = 0; i < 256; ++i) table[c][i] = SrgbFromLight(LightFromSrgb(static_cast<uint8_t>(i)) * gain[c]);
+    for (int i = 0; i < 256; ++i)
+      table[c][i] = SrgbFromLight(LightFromSrgb(static_cast<uint8_t>(i)) * gain[c]);
   }
   return table;
 }
@@ -49,7 +53,8 @@ double Median(const Histogram& histogram, uint64_t total) {
 
 }  // namespace
 
-Result<ReprojectedColor> CompareWithPhoto(const Picture& picture, const View& view, const Eigen::Vector3f& gain) {
+Result<ReprojectedColor> CompareWithPhoto(const Picture& picture, const View& view,
+                                          const Eigen::Vector3f& gain) {
   VEDUTA_RETURN_IF_ERROR(Check(picture, view, gain));
   const ToneTable balanced = Balanced(gain);
   Histogram plain = {}, even = {};
@@ -68,7 +73,8 @@ Result<ReprojectedColor> CompareWithPhoto(const Picture& picture, const View& vi
   result.covered_share = static_cast<double>(covered) / static_cast<double>(picture.depth.size());
   result.median_error = Median(plain, 3 * covered);
   result.median_error_balanced = Median(even, 3 * covered);
-  for (size_t i = 0; i < even.size(); ++i) result.mean_error_balanced += static_cast<double>(i * even[i]);
+  for (size_t i = 0; i < even.size(); ++i)
+    result.mean_error_balanced += static_cast<double>(i * even[i]);
   result.mean_error_balanced /= static_cast<double>(3 * covered);
   return result;
 }

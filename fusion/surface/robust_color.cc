@@ -32,7 +32,8 @@ float WeightedMedian(std::vector<Weighted>& list) {
 
 }  // namespace
 
-RobustColor RobustMean(std::span<ColorSample> samples, uint32_t count_max, float deviations, float tolerance) {
+RobustColor RobustMean(std::span<ColorSample> samples, uint32_t count_max, float deviations,
+                       float tolerance) {
   if (samples.empty()) return {};
   std::sort(samples.begin(), samples.end(), [](const ColorSample& a, const ColorSample& b) {
     return a.weight != b.weight ? a.weight > b.weight : a.image < b.image;
@@ -42,7 +43,8 @@ RobustColor RobustMean(std::span<ColorSample> samples, uint32_t count_max, float
   Eigen::Vector3f median;
   for (int c = 0; c < 3; ++c) {
     list.clear();
-    for (uint32_t i = 0; i < count; ++i) list.push_back({std::sqrt(samples[i].light[c]), samples[i].weight, i});
+    for (uint32_t i = 0; i < count; ++i)
+      list.push_back({std::sqrt(samples[i].light[c]), samples[i].weight, i});
     median[c] = WeightedMedian(list);
   }
   thread_local std::vector<float> distance;
@@ -61,7 +63,8 @@ RobustColor RobustMean(std::span<ColorSample> samples, uint32_t count_max, float
     total += samples[i].weight;
     ++mean.count;
   }
-  if (mean.count == 0) return {samples[0].light, 1};  // channels' medians from different samples: nobody is near
+  if (mean.count == 0)
+    return {samples[0].light, 1};  // channels' medians from different samples: nobody is near
   mean.light /= total;
   return mean;
 }

@@ -19,11 +19,13 @@ struct RobustColor {
   uint32_t count = 0;  // samples that were believed
 };
 
-// The weighted mean of the samples that lie near their weighted median, channel by channel: nearer, in the square root
-// of light (close to sRGB's values, 1: white), than `tolerance` or `deviations` robust standard deviations (1.4826
-// times the weighted median distance), whichever is more. Of two that disagree the heavier stands.
+// The weighted mean of the samples that lie near their weighted median, channel by channel: nearer,
+// in the square root of light (close to sRGB's values, 1: white), than `tolerance` or `deviations`
+// robust standard deviations (1.4826 times the weighted median distance), whichever is more. Of two
+// that disagree the heavier stands.
 //
 // Sorts the samples, heaviest first, and uses the first `count_max`. No samples: zero. O(n log n).
-RobustColor RobustMean(std::span<ColorSample> samples, uint32_t count_max, float deviations, float tolerance);
+RobustColor RobustMean(std::span<ColorSample> samples, uint32_t count_max, float deviations,
+                       float tolerance);
 
 }  // namespace veduta

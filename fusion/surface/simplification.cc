@@ -12,17 +12,20 @@
 namespace veduta {
 namespace {
 
-constexpr double kFirstShare = 0.8, kNextShare = 0.6;  // of the bound: old vertices near does not mean all is near
+constexpr double kFirstShare = 0.8,
+                 kNextShare = 0.6;  // of the bound: old vertices near does not mean all is near
 constexpr int kAttempts = 5;
 
 double MeanEdge(const TriangleMesh& mesh) {
   double sum = 0;
-  for (const auto& [a, b, c] : mesh.triangles) sum += (mesh.positions[b] - mesh.positions[a]).norm();
+  for (const auto& [a, b, c] : mesh.triangles)
+    sum += (mesh.positions[b] - mesh.positions[a]).norm();
   return sum / static_cast<double>(mesh.triangles.size());
 }
 
 // The vertices that triangles name, in their old order.
-SimplifiedMesh Compact(const TriangleMesh& mesh, const std::vector<std::array<uint32_t, 3>>& triangles) {
+SimplifiedMesh Compact(const TriangleMesh& mesh,
+                       const std::vector<std::array<uint32_t, 3>>& triangles) {
   std::vector<uint32_t> number(mesh.positions.size(), 0);
   for (const auto& triangle : triangles) {
     for (const uint32_t v : triangle) number[v] = 1;
@@ -36,7 +39,8 @@ SimplifiedMesh Compact(const TriangleMesh& mesh, const std::vector<std::array<ui
     if (!mesh.normals.empty()) result.mesh.normals.push_back(mesh.normals[v]);
     if (!mesh.colors.empty()) result.mesh.colors.push_back(mesh.colors[v]);
   }
-  for (const auto& [a, b, c] : triangles) result.mesh.triangles.push_back({number[a], number[b], number[c]});
+  for (const auto& [a, b, c] : triangles)
+    result.mesh.triangles.push_back({number[a], number[b], number[c]});
   return result;
 }
 
@@ -44,15 +48,16 @@ SimplifiedMesh Compact(const TriangleMesh& mesh, const std::vector<std::array<ui
 
 Status SimplificationOptions::Check() const {
   if (!(distance_max > 0) || !std::isfinite(distance_max)) {
-    return Status::InvalidArgument("simplification: distance " + std::to_string(distance_max) + " is not positive");
+    return Status::InvalidArgument("simplification: distance " + std::to_string(distance_max) +
+                                   " is not positive");
   }
   if (!(normal_turn_deg_max > 0 && normal_turn_deg_max <= 90)) {
-    return Status::InvalidArgument("simplification: turn of normals " + std::to_string(normal_turn_deg_max) +
-                                   " is outside (0, 90]");
+    return Status::InvalidArgument("simplification: turn of normals " +
+                                   std::to_string(normal_turn_deg_max) + " is outside (0, 90]");
   }
   if (!(color_error_max > 0 && color_error_max <= 442)) {
-    return Status::InvalidArgument("simplification: error of colour " + std::to_string(color_error_max) +
-                                   " is outside (0, 442]");
+    return Status::InvalidArgument("simplification: error of colour " +
+                                   std::to_string(color_error_max) + " is outside (0, 442]");
   }
   return {};
 }

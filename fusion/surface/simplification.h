@@ -11,30 +11,35 @@
 namespace veduta {
 
 struct SimplificationOptions {
-  double distance_max = 0;          // > 0, world units: between old and new surface, both ways; there is no default
-  bool keep_border = true;          // border vertices stay where and what they are, so that tiles still fit together
+  double distance_max =
+      0;  // > 0, world units: between old and new surface, both ways; there is no default
+  bool keep_border =
+      true;  // border vertices stay where and what they are, so that tiles still fit together
   double normal_turn_deg_max = 60;  // (0, 90]; no triangle turns further in one step
-  double color_error_max = 16;  // (0, 442], sRGB: nor does the surface's colour change more, next to there; 442: any
+  double color_error_max =
+      16;  // (0, 442], sRGB: nor does the surface's colour change more, next to there; 442: any
 
   Status Check() const;  // the first violated bound, named with its value
 };
 
 struct SimplifiedMesh {
-  TriangleMesh mesh;                    // a subset of the vertices, with their normals and colours
-  std::vector<uint32_t> source_vertex;  // ascending; which vertex of the input each one was: keys follow by it
-  double distance = 0;                  // measured between the two surfaces, both ways, at vertices, middles of edges
-                                        // and of triangles; <= distance_max
+  TriangleMesh mesh;  // a subset of the vertices, with their normals and colours
+  std::vector<uint32_t>
+      source_vertex;    // ascending; which vertex of the input each one was: keys follow by it
+  double distance = 0;  // measured between the two surfaces, both ways, at vertices, middles of
+                        // edges and of triangles; <= distance_max
 };
 
-// Half-edge collapses in order of quadric error (Garland and Heckbert 1997), each allowed only while the old points
-// stay within the bound; then the distance is measured, and all is done again with a smaller bound where it is
-// exceeded. Triangles at edges of more than two triangles stay as they are. Deterministic.
-// Thread-safe. kInvalidArgument on bad options or a broken mesh.
+// Half-edge collapses in order of quadric error (Garland and Heckbert 1997), each allowed only
+// while the old points stay within the bound; then the distance is measured, and all is done again
+// with a smaller bound where it is exceeded. Triangles at edges of more than two triangles stay as
+// they are. Deterministic. Thread-safe. kInvalidArgument on bad options or a broken mesh.
 Result<SimplifiedMesh> Simplify(const TriangleMesh& mesh, const SimplificationOptions& options);
 
-// The greatest distance from samples of `from` (vertices, middles of edges and triangles, edges divided to be no longer
-// than `spacing`) to the nearest point of `to`. 0 if `from` has no triangle; infinite if only `to` has none.
-// kInvalidArgument on broken meshes or a spacing that is not positive. O(samples * log(triangles of to)).
+// The greatest distance from samples of `from` (vertices, middles of edges and triangles, edges
+// divided to be no longer than `spacing`) to the nearest point of `to`. 0 if `from` has no
+// triangle; infinite if only `to` has none. kInvalidArgument on broken meshes or a spacing that is
+// not positive. O(samples * log(triangles of to)).
 Result<double> DistanceTo(const TriangleMesh& from, const TriangleMesh& to, double spacing);
 
 }  // namespace veduta

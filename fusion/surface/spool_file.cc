@@ -12,7 +12,8 @@ constexpr size_t kCopyBytes = 1u << 20;
 
 }  // namespace
 
-SpoolFile::SpoolFile(std::string path) : path_(std::move(path)), file_(path_, std::ios::binary | std::ios::trunc) {}
+SpoolFile::SpoolFile(std::string path)
+    : path_(std::move(path)), file_(path_, std::ios::binary | std::ios::trunc) {}
 
 SpoolFile::~SpoolFile() {
   file_.close();
@@ -34,7 +35,8 @@ Status SpoolFile::CopyTo(std::ofstream& out) {
   for (uint64_t left = size_bytes_; left > 0;) {
     const auto size = static_cast<std::streamsize>(std::min<uint64_t>(left, kCopyBytes));
     if (!in.read(buffer.data(), size)) return Status::IoError("cannot read " + path_);
-    if (!out.write(buffer.data(), size)) return Status::IoError("cannot write what " + path_ + " holds: disk full?");
+    if (!out.write(buffer.data(), size))
+      return Status::IoError("cannot write what " + path_ + " holds: disk full?");
     left -= static_cast<uint64_t>(size);
   }
   return {};

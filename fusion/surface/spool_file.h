@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
-// Bytes that wait beside the file they will be part of, because what stands before them is not known yet.
+// Bytes that wait beside the file they will be part of, because what stands before them is not
+// known yet.
 
 #include <cstdint>
 #include <fstream>
@@ -10,7 +11,8 @@
 
 namespace veduta {
 
-// Created empty, removed by the destructor. Not thread-safe. A failure to write shows at the latest in CopyTo.
+// Created empty, removed by the destructor. Not thread-safe. A failure to write shows at the latest
+// in CopyTo.
 class SpoolFile final {
  public:
   explicit SpoolFile(std::string path);
@@ -29,8 +31,8 @@ class SpoolFile final {
   uint64_t size_bytes_ = 0;
 };
 
-// Opens PATH.new, lets `write` fill it, and renames it to PATH; removes it where anything failed. kIoError with the
-// path.
+// Opens PATH.new, lets `write` fill it, and renames it to PATH; removes it where anything failed.
+// kIoError with the path.
 template <typename Write>
 Status WriteAndRename(const std::string& path, const Write& write);
 

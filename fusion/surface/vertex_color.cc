@@ -15,10 +15,11 @@ namespace {
 
 constexpr double kDegree = 0.017453292519943295;
 constexpr double kClippedWeight = 0.1;
-constexpr double kPixelsPerVoxelMax = 2;  // finer photos say no more about a voxel: they must not outvote others
-constexpr double kAroundVoxelsMax = 4;    // how far aside clear sight is looked for
-constexpr double kBehindVoxelsMax = 6;    // how far behind that a surface must follow
-constexpr size_t kChunk = 256;            // vertices a task
+constexpr double kPixelsPerVoxelMax =
+    2;  // finer photos say no more about a voxel: they must not outvote others
+constexpr double kAroundVoxelsMax = 4;  // how far aside clear sight is looked for
+constexpr double kBehindVoxelsMax = 6;  // how far behind that a surface must follow
+constexpr size_t kChunk = 256;          // vertices a task
 
 struct Segment {
   Eigen::Vector3f from, to;
@@ -44,7 +45,10 @@ struct Heard {
 class Colorer final {
  public:
   Colorer(const TriangleMesh& mesh, const RayScene& scene, const ColoringOptions& options)
-      : mesh_(mesh), scene_(scene), options_(options), cosine_min_(std::cos(options.incidence_deg_max * kDegree)) {}
+      : mesh_(mesh),
+        scene_(scene),
+        options_(options),
+        cosine_min_(std::cos(options.incidence_deg_max * kDegree)) {}
 
   // The samples of vertices [first, last) from a view.
   void Gather(const ColorView& view, size_t first, size_t last, Heard* heard) const;
@@ -67,7 +71,8 @@ std::vector<Sight> Colorer::Facing(const ColorView& view, size_t first, size_t l
   const double right = g.width_px - 1.0, bottom = g.height_px - 1.0;
   std::vector<Sight> sights;
   for (size_t v = first; v < last; ++v) {
-    const Eigen::Vector3d x = mesh_.positions[v].cast<double>(), normal = mesh_.normals[v].cast<double>();
+    const Eigen::Vector3d x = mesh_.positions[v].cast<double>(),
+                          normal = mesh_.normals[v].cast<double>();
     const Eigen::Vector3d to_view = view.center() - x;
     const double distance = to_view.norm();
     if (!(distance > 0)) continue;
@@ -77,7 +82,8 @@ std::vector<Sight> Colorer::Facing(const ColorView& view, size_t first, size_t l
     if (in_cam.z() <= 0) continue;
     if (in_cam.z() > options_.voxels_per_pixel_max * options_.voxel_size * g.camera.fx) continue;
     const Eigen::Vector2d px = g.camera.Project(in_cam);
-    const double to_border = std::min(std::min(px.x(), right - px.x()), std::min(px.y(), bottom - px.y()));
+    const double to_border =
+        std::min(std::min(px.x(), right - px.x()), std::min(px.y(), bottom - px.y()));
     if (!(to_border >= 0)) continue;
     const double margin = options_.border_margin_px;
     const double fade = to_border < margin ? to_border / margin : 1;
@@ -85,7 +91,8 @@ std::vector<Sight> Colorer::Facing(const ColorView& view, size_t first, size_t l
     const double resolution = std::min(voxel_px, kPixelsPerVoxelMax);
     const double weight = cosine * resolution * resolution * fade;
     if (!(weight > 0)) continue;
-    sights.push_back({static_cast<uint32_t>(v), x + options_.offset_voxels * options_.voxel_size * normal, px, voxel_px,
+    sights.push_back({static_cast<uint32_t>(v),
+                      x + options_.offset_voxels * options_.voxel_size * normal, px, voxel_px,
                       cosine, weight});
   }
   return sights;
@@ -124,9 +131,10 @@ void Colorer::RemoveHidden(const ColorView& view, std::vector<Sight>* sights) co
   sights->resize(kept);
 }
 
-// Near the outline of something in front, or of the surface itself before something further away, photo and surface
-// disagree by a pixel or two, and what is averaged over a voxel holds both. So four places around the vertex, on its
-// tangent plane, must be in sight of the photo, and must have surface behind them.
+// Near the outline of something in front, or of the surface itself before something further away,
+// photo and surface disagree by a pixel or two, and what is averaged over a voxel holds both. So
+// four places around the vertex, on its tangent plane, must be in sight of the photo, and must have
+// surface behind them.
 void Colorer::WeighByClearSight(const ColorView& view, std::vector<Sight>* sights) const {
   const Eigen::Matrix3d axes =
       view.geometry().cam_from_world.rotation.toRotationMatrix();  // rows: right, down, forward
@@ -135,15 +143,18 @@ void Colorer::WeighByClearSight(const ColorView& view, std::vector<Sight>* sight
   for (const Sight& sight : *sights) {
     const Eigen::Vector3d normal = mesh_.normals[sight.vertex].cast<double>();
     const Eigen::Vector3d away = (sight.start - view.center()).normalized();
-    const double fall = std::min(normal.dot(away), -0.5 * cosine_min_);  // negative: the vertex faces the view
+    const double fall =
+        std::min(normal.dot(away), -0.5 * cosine_min_);  // negative: the vertex faces the view
     for (int k = 0; k < 4; ++k) {
       const Eigen::Vector3d axis = (k % 2 == 0 ? 1 : -1) * axes.row(k / 2).transpose();
-      Eigen::Vector3d aside = axis - normal.dot(axis) / fall * away;  // one step in the photo, along the tangent plane
+      Eigen::Vector3d aside =
+          axis - normal.dot(axis) / fall * away;  // one step in the photo, along the tangent plane
       const double margin_px = options_.silhouette_margin_px + std::max(sight.voxel_px, 1.0);
       aside *= std::min(margin_px * voxel / sight.voxel_px, aside_max / aside.norm());
       const Eigen::Vector3d place = sight.start + aside;
       const double depth =
-          std::min((options_.offset_voxels + 2) / std::max(sight.cosine, 1e-3), kBehindVoxelsMax) * voxel;
+          std::min((options_.offset_voxels + 2) / std::max(sight.cosine, 1e-3), kBehindVoxelsMax) *
+          voxel;
       to_view.push_back({place.cast<float>(), view.center().cast<float>()});
       behind.push_back({place.cast<float>(), (place + depth * away).cast<float>()});
     }
@@ -166,15 +177,19 @@ void Colorer::Gather(const ColorView& view, size_t first, size_t last, Heard* he
     const ColorView::Sample sample = view.At(sight.px, sight.voxel_px);
     const double weight = sight.weight * (sample.is_clipped ? kClippedWeight : 1);
     if (!(static_cast<float>(weight) > 0)) continue;
-    heard->samples[sight.vertex - first].push_back({sample.light, static_cast<float>(weight), view.image().value});
+    heard->samples[sight.vertex - first].push_back(
+        {sample.light, static_cast<float>(weight), view.image().value});
     heard->is_clear[sight.vertex - first] |= sight.is_clear;
   }
 }
 
-// Fills in what no photo sees: from clearly seen vertices, across those that are seen near an outline, for it is behind
-// outlines that unseen surface begins; then, where there are none, from any seen ones. Returns who has a colour now.
-std::vector<uint8_t> FillUnseen(const TriangleMesh& mesh, uint32_t rings_max, const std::vector<uint8_t>& view_counts,
-                                std::vector<uint8_t> is_clear, std::vector<Eigen::Vector3f>* light) {
+// Fills in what no photo sees: from clearly seen vertices, across those that are seen near an
+// outline, for it is behind outlines that unseen surface begins; then, where there are none, from
+// any seen ones. Returns who has a colour now.
+std::vector<uint8_t> FillUnseen(const TriangleMesh& mesh, uint32_t rings_max,
+                                const std::vector<uint8_t>& view_counts,
+                                std::vector<uint8_t> is_clear,
+                                std::vector<Eigen::Vector3f>* light) {
   std::vector<Eigen::Vector3f> filled = *light;
   FillColors(mesh, rings_max, &filled, &is_clear);
   std::vector<uint8_t> is_known(light->size());
@@ -190,22 +205,28 @@ std::vector<uint8_t> FillUnseen(const TriangleMesh& mesh, uint32_t rings_max, co
 
 Status ColoringOptions::Check() const {
   const auto wrong = [](const char* name, double value, const char* range) {
-    return Status::InvalidArgument(std::string(name) + " " + std::to_string(value) + " is outside " + range);
+    return Status::InvalidArgument(std::string(name) + " " + std::to_string(value) +
+                                   " is outside " + range);
   };
-  if (!(voxel_size > 0) || !std::isfinite(voxel_size)) return wrong("voxel size", voxel_size, "(0, inf)");
-  if (!(offset_voxels >= 0 && offset_voxels <= 10)) return wrong("offset in voxels", offset_voxels, "[0, 10]");
-  if (!(incidence_deg_max > 0 && incidence_deg_max < 90)) return wrong("incidence", incidence_deg_max, "(0, 90)");
+  if (!(voxel_size > 0) || !std::isfinite(voxel_size))
+    return wrong("voxel size", voxel_size, "(0, inf)");
+  if (!(offset_voxels >= 0 && offset_voxels <= 10))
+    return wrong("offset in voxels", offset_voxels, "[0, 10]");
+  if (!(incidence_deg_max > 0 && incidence_deg_max < 90))
+    return wrong("incidence", incidence_deg_max, "(0, 90)");
   if (!(voxels_per_pixel_max > 0 && voxels_per_pixel_max <= 1000)) {
     return wrong("voxels per pixel", voxels_per_pixel_max, "(0, 1000]");
   }
-  if (!(border_margin_px >= 0 && border_margin_px <= 1000)) return wrong("border", border_margin_px, "[0, 1000]");
+  if (!(border_margin_px >= 0 && border_margin_px <= 1000))
+    return wrong("border", border_margin_px, "[0, 1000]");
   if (!(silhouette_margin_px >= 0 && silhouette_margin_px <= 20)) {
     return wrong("silhouette margin", silhouette_margin_px, "[0, 20]");
   }
   if (!(outlier_deviations >= 1 && outlier_deviations <= 100)) {
     return wrong("outlier deviations", outlier_deviations, "[1, 100]");
   }
-  if (!(outlier_tolerance >= 0 && outlier_tolerance <= 1)) return wrong("tolerance", outlier_tolerance, "[0, 1]");
+  if (!(outlier_tolerance >= 0 && outlier_tolerance <= 1))
+    return wrong("tolerance", outlier_tolerance, "[0, 1]");
   if (views_per_vertex_max < 1 || views_per_vertex_max > 255) {
     return wrong("views per vertex", views_per_vertex_max, "[1, 255]");
   }
@@ -214,16 +235,18 @@ Status ColoringOptions::Check() const {
 
 double ColoringReach(const ColoringOptions& options) {
   return options.voxel_size *
-         (options.offset_voxels + (options.silhouette_margin_px > 0 ? kAroundVoxelsMax + kBehindVoxelsMax : 0));
+         (options.offset_voxels +
+          (options.silhouette_margin_px > 0 ? kAroundVoxelsMax + kBehindVoxelsMax : 0));
 }
 
 Result<VertexColors> ColorVertices(const TriangleMesh& mesh, const RayScene& scene,
-                                   std::span<const ColorView* const> views, const ColoringOptions& options,
-                                   ThreadPool& pool) {
+                                   std::span<const ColorView* const> views,
+                                   const ColoringOptions& options, ThreadPool& pool) {
   VEDUTA_RETURN_IF_ERROR(options.Check());
   VEDUTA_RETURN_IF_ERROR(CheckMesh(mesh));
   const size_t count = mesh.positions.size();
-  if (mesh.normals.size() != count) return Status::InvalidArgument("a mesh to be coloured has no normals");
+  if (mesh.normals.size() != count)
+    return Status::InvalidArgument("a mesh to be coloured has no normals");
   if (std::find(views.begin(), views.end(), nullptr) != views.end()) {
     return Status::InvalidArgument("a view to colour by is null");
   }
@@ -235,18 +258,20 @@ Result<VertexColors> ColorVertices(const TriangleMesh& mesh, const RayScene& sce
   pool.ParallelFor((count + kChunk - 1) / kChunk, [&](size_t chunk) {
     const DenormalsOff denormals_off;
     const size_t first = chunk * kChunk, last = std::min(first + kChunk, count);
-    Heard heard = {std::vector<std::vector<ColorSample>>(last - first), std::vector<uint8_t>(last - first)};
+    Heard heard = {std::vector<std::vector<ColorSample>>(last - first),
+                   std::vector<uint8_t>(last - first)};
     for (const ColorView* const view : views) colorer.Gather(*view, first, last, &heard);
     for (size_t v = first; v < last; ++v) {
-      const RobustColor color =
-          RobustMean(heard.samples[v - first], options.views_per_vertex_max,
-                     static_cast<float>(options.outlier_deviations), static_cast<float>(options.outlier_tolerance));
+      const RobustColor color = RobustMean(heard.samples[v - first], options.views_per_vertex_max,
+                                           static_cast<float>(options.outlier_deviations),
+                                           static_cast<float>(options.outlier_tolerance));
       light[v] = color.light;
       result.view_counts[v] = static_cast<uint8_t>(color.count);
       is_clear[v] = heard.is_clear[v - first];
     }
   });
-  const std::vector<uint8_t> is_known = FillUnseen(mesh, options.fill_rings_max, result.view_counts, is_clear, &light);
+  const std::vector<uint8_t> is_known =
+      FillUnseen(mesh, options.fill_rings_max, result.view_counts, is_clear, &light);
   result.colors.resize(count, {128, 128, 128});
   for (size_t v = 0; v < count; ++v) {
     if (!is_known[v]) continue;

@@ -15,16 +15,22 @@
 namespace veduta {
 
 struct ColoringOptions {
-  double voxel_size = 0;            // > 0, world units: how exact the surface is; there is no default
-  double offset_voxels = 1.0;       // [0, 10]; rays start this far out along the normal, so that the surface's own
-                                    // stairs do not hide it
-  double incidence_deg_max = 80;    // (0, 90); between normal and line of sight; beyond, a photo sees nothing
-  double voxels_per_pixel_max = 4;  // (0, 1000]; a photo with wider pixels on the vertex says nothing about it
-  double border_margin_px = 8;      // [0, 1000]; a photo's weight falls to nothing over its outermost pixels
-  double silhouette_margin_px = 2;  // [0, 20]; nearer than this to the outline of something in front, photo and
-                                    // surface may disagree about what is in front: the weight falls. 0: not looked at
-  double outlier_deviations = 3;    // [1, 100]; of the median absolute deviation: passers-by, cars, reflections
-  double outlier_tolerance = 0.06;  // [0, 1] of the sRGB range; within it nothing is an outlier (noise, JPEG)
+  double voxel_size = 0;       // > 0, world units: how exact the surface is; there is no default
+  double offset_voxels = 1.0;  // [0, 10]; rays start this far out along the normal, so that the
+                               // surface's own stairs do not hide it
+  double incidence_deg_max =
+      80;  // (0, 90); between normal and line of sight; beyond, a photo sees nothing
+  double voxels_per_pixel_max =
+      4;  // (0, 1000]; a photo with wider pixels on the vertex says nothing about it
+  double border_margin_px =
+      8;  // [0, 1000]; a photo's weight falls to nothing over its outermost pixels
+  double silhouette_margin_px =
+      2;  // [0, 20]; nearer than this to the outline of something in front, photo and
+          // surface may disagree about what is in front: the weight falls. 0: not looked at
+  double outlier_deviations =
+      3;  // [1, 100]; of the median absolute deviation: passers-by, cars, reflections
+  double outlier_tolerance =
+      0.06;  // [0, 1] of the sRGB range; within it nothing is an outlier (noise, JPEG)
   uint32_t views_per_vertex_max = 12;  // [1, 255]; the heaviest ones
   uint32_t fill_rings_max = 1000;      // how far colours spread into what no photo sees
 
@@ -33,30 +39,35 @@ struct ColoringOptions {
 
 struct VertexColors {
   std::vector<std::array<uint8_t, 3>> colors;  // sRGB, one a vertex
-  std::vector<uint8_t> view_counts;  // photos behind each colour; 0: no photo sees it, its colour is filled in
+  std::vector<uint8_t>
+      view_counts;  // photos behind each colour; 0: no photo sees it, its colour is filled in
 };
 
-// How far around a tile the scene must be whole: enlarge the tile's box by this before asking TilesBetween for it.
+// How far around a tile the scene must be whole: enlarge the tile's box by this before asking
+// TilesBetween for it.
 double ColoringReach(const ColoringOptions& options);
 
 // Colours a tile.
 //
-// mesh    with a unit normal a vertex. scene: all tiles between the tile's box, enlarged by ColoringReach, and the
-// views
+// mesh    with a unit normal a vertex. scene: all tiles between the tile's box, enlarged by
+// ColoringReach, and the views
 //         (tiles_between.h), the tile itself included.
 // views   every photo that may see the tile (MaySee), in any order.
 //
 // A vertex's colour is a robust mean (robust_color.h) of the photos' light there, each weighted by
-//   cos(incidence) * min(2, pixels a voxel)^2 * fade at the photo's border * (share of clear sight around it)^2,
-// a tenth of that where the photo is clipped. It depends on the position, the normal, and the photos that see the
-// vertex alone, not on the rest of the tile nor on the order of views: two tiles that share a vertex, given the same
-// views of it, give it the same colour. What no photo sees takes the mean of its coloured neighbours, ring by ring (up
-// to fill_rings_max; grey 128 beyond): that is a matter of one tile, and may differ on its border.
+//   cos(incidence) * min(2, pixels a voxel)^2 * fade at the photo's border * (share of clear sight
+//   around it)^2,
+// a tenth of that where the photo is clipped. It depends on the position, the normal, and the
+// photos that see the vertex alone, not on the rest of the tile nor on the order of views: two
+// tiles that share a vertex, given the same views of it, give it the same colour. What no photo
+// sees takes the mean of its coloured neighbours, ring by ring (up to fill_rings_max; grey 128
+// beyond): that is a matter of one tile, and may differ on its border.
 //
-// Deterministic at any thread count. O(vertices * views * log(triangles)). Thread-safe. kInvalidArgument on bad
-// options, a broken mesh (CheckMesh) or one without normals, or a null view.
+// Deterministic at any thread count. O(vertices * views * log(triangles)). Thread-safe.
+// kInvalidArgument on bad options, a broken mesh (CheckMesh) or one without normals, or a null
+// view.
 Result<VertexColors> ColorVertices(const TriangleMesh& mesh, const RayScene& scene,
-                                   std::span<const ColorView* const> views, const ColoringOptions& options,
-                                   ThreadPool& pool);
+                                   std::span<const ColorView* const> views,
+                                   const ColoringOptions& options, ThreadPool& pool);
 
 }  // namespace veduta

@@ -41,7 +41,8 @@ VertexWeld::Piece VertexWeld::Add(const TriangleMesh& mesh, std::span<const uint
     if (IsDegenerate(triangle)) continue;
     for (const uint32_t v : triangle) is_used[v] = 1;
   }
-  const std::vector<uint8_t> is_border = keys.empty() ? std::vector<uint8_t>() : BorderVertices(mesh);
+  const std::vector<uint8_t> is_border =
+      keys.empty() ? std::vector<uint8_t>() : BorderVertices(mesh);
   std::vector<uint32_t> number(mesh.positions.size(), kNone);
   Piece piece;
   for (uint32_t v = 0; v < mesh.positions.size(); ++v) {

@@ -11,17 +11,19 @@
 
 namespace veduta {
 
-// Two pieces that share a vertex both have it on their border (a vertex whose triangles are all in one piece is shared
-// with nobody), so keys are remembered for vertices on borders alone: memory follows the borders, not the surface.
+// Two pieces that share a vertex both have it on their border (a vertex whose triangles are all in
+// one piece is shared with nobody), so keys are remembered for vertices on borders alone: memory
+// follows the borders, not the surface.
 class VertexWeld final {
  public:
   struct Piece {
-    std::vector<uint32_t> new_vertices;              // of the piece, in ascending order: those to be written
+    std::vector<uint32_t> new_vertices;  // of the piece, in ascending order: those to be written
     std::vector<std::array<uint32_t, 3>> triangles;  // in the numbering of all pieces
   };
 
-  // mesh must pass CheckMesh; keys: one a vertex, or none. Vertices get ascending numbers as they come. Vertices of no
-  // triangle and triangles that name a vertex twice, also after welding, are left out. O(n log n) of the piece.
+  // mesh must pass CheckMesh; keys: one a vertex, or none. Vertices get ascending numbers as they
+  // come. Vertices of no triangle and triangles that name a vertex twice, also after welding, are
+  // left out. O(n log n) of the piece.
   Piece Add(const TriangleMesh& mesh, std::span<const uint64_t> keys);
 
   uint64_t vertex_count() const { return vertex_count_; }

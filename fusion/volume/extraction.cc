@@ -13,15 +13,19 @@ namespace {
 
 constexpr int32_t kSide = kTileSide + 2 * kBlockSide;  // of the tile with its halo, voxels
 constexpr int32_t kCells = kSide - 1;
-constexpr int kUnobservedCornersMax = 2;       // of a cell, and only with values filled in from their neighbours
-constexpr float kInterpolationMin = 1.f / 64;  // vertices keep off the voxels' centres: no triangle without area
+constexpr int kUnobservedCornersMax =
+    2;  // of a cell, and only with values filled in from their neighbours
+constexpr float kInterpolationMin =
+    1.f / 64;  // vertices keep off the voxels' centres: no triangle without area
 
 // The tile with its halo as one array; at(x, y, z) with 0 at the halo's low end.
 struct Window {
   std::vector<int16_t> value = std::vector<int16_t>(kSide * kSide * kSide, 0);
   std::vector<uint8_t> support = std::vector<uint8_t>(kSide * kSide * kSide, 0);
 
-  static size_t At(int32_t x, int32_t y, int32_t z) { return static_cast<size_t>((z * kSide + y) * kSide + x); }
+  static size_t At(int32_t x, int32_t y, int32_t z) {
+    return static_cast<size_t>((z * kSide + y) * kSide + x);
+  }
 };
 constexpr size_t kStep[3] = {1, kSide, static_cast<size_t>(kSide) * kSide};
 
@@ -29,13 +33,15 @@ Window MakeWindow(const TileIndex& tile, std::span<const ExtractionBlock> blocks
   Window window;
   const BlockIndex low = FirstBlock(tile);
   for (const ExtractionBlock& block : blocks) {
-    const int32_t x = (block.index.x - low.x + 1) * kBlockSide, y = (block.index.y - low.y + 1) * kBlockSide;
+    const int32_t x = (block.index.x - low.x + 1) * kBlockSide,
+                  y = (block.index.y - low.y + 1) * kBlockSide;
     const int32_t z = (block.index.z - low.z + 1) * kBlockSide;
     for (int32_t k = 0; k < kBlockSide; ++k) {
       for (int32_t j = 0; j < kBlockSide; ++j) {
         const size_t to = Window::At(x, y + j, z + k), from = VoxelOffset(0, j, k);
         std::copy_n(block.solution->value.begin() + from, kBlockSide, window.value.begin() + to);
-        std::copy_n(block.solution->support.begin() + from, kBlockSide, window.support.begin() + to);
+        std::copy_n(block.solution->support.begin() + from, kBlockSide,
+                    window.support.begin() + to);
       }
     }
   }
@@ -48,8 +54,10 @@ uint8_t InsideOf(const Window& window, size_t cell, uint32_t near_maps_min) {
   int unobserved = 0;
   int near[2] = {0, 0};  // most maps near a corner: outside, inside
   for (int corner = 0; corner < kCellCorners; ++corner) {
-    const size_t at = cell + (corner & 1) * kStep[0] + (corner >> 1 & 1) * kStep[1] + (corner >> 2 & 1) * kStep[2];
-    if (window.support[at] == 0 && (++unobserved > kUnobservedCornersMax || window.value[at] == 0)) return 0;
+    const size_t at = cell + (corner & 1) * kStep[0] + (corner >> 1 & 1) * kStep[1] +
+                      (corner >> 2 & 1) * kStep[2];
+    if (window.support[at] == 0 && (++unobserved > kUnobservedCornersMax || window.value[at] == 0))
+      return 0;
     const int is_inside = window.value[at] < 0 ? 1 : 0;
     inside |= static_cast<uint8_t>(is_inside << corner);
     near[is_inside] = std::max(near[is_inside], std::max<int>(window.support[at], 1) - 1);
@@ -79,12 +87,13 @@ std::vector<Cell> FindCells(const Window& window, uint32_t near_maps_min) {
 // A window's vertex: three times the voxel plus the axis.
 size_t VertexOf(const Cell& cell, int edge) {
   const CellEdge& e = CellEdges()[edge];
-  return 3 * (Window::At(cell.x, cell.y, cell.z) + (e.corner & 1) * kStep[0] + (e.corner >> 1 & 1) * kStep[1] +
-              (e.corner >> 2 & 1) * kStep[2]) +
+  return 3 * (Window::At(cell.x, cell.y, cell.z) + (e.corner & 1) * kStep[0] +
+              (e.corner >> 1 & 1) * kStep[1] + (e.corner >> 2 & 1) * kStep[2]) +
          e.axis;
 }
 
-// Connected pieces of surface: vertices joined by triangles, with the extent of the cells that drew them.
+// Connected pieces of surface: vertices joined by triangles, with the extent of the cells that drew
+// them.
 class Pieces {
  public:
   void Add(const Cell& cell) {
@@ -143,7 +152,8 @@ class Pieces {
     }
   }
 
-  std::vector<uint32_t> number_ = std::vector<uint32_t>(3 * static_cast<size_t>(kSide) * kSide * kSide, kNone);
+  std::vector<uint32_t> number_ =
+      std::vector<uint32_t>(3 * static_cast<size_t>(kSide) * kSide * kSide, kNone);
   std::vector<uint32_t> parent_;
   std::vector<Box> boxes_;
 };
@@ -160,13 +170,15 @@ Eigen::Vector3f GradientAt(const Window& window, size_t at) {
     const size_t before = window.support[at - kStep[axis]] > 0 ? at - kStep[axis] : at;
     const size_t after = window.support[at + kStep[axis]] > 0 ? at + kStep[axis] : at;
     const int voxels = (before != at) + (after != at);
-    const float difference = static_cast<float>(window.value[after]) - static_cast<float>(window.value[before]);
+    const float difference =
+        static_cast<float>(window.value[after]) - static_cast<float>(window.value[before]);
     gradient[axis] = voxels == 0 ? 0.f : difference / static_cast<float>(voxels);
   }
   return gradient;
 }
 
-void AddVertex(const Window& window, const VertexKey& key, size_t from, const VolumeGrid& grid, SurfacePiece* piece) {
+void AddVertex(const Window& window, const VertexKey& key, size_t from, const VolumeGrid& grid,
+               SurfacePiece* piece) {
   const size_t to = from + kStep[key.axis];
   const auto a = static_cast<float>(window.value[from]), b = static_cast<float>(window.value[to]);
   const float share = std::clamp(a / (a - b), kInterpolationMin, 1 - kInterpolationMin);
@@ -181,26 +193,31 @@ void AddVertex(const Window& window, const VertexKey& key, size_t from, const Vo
   piece->near_maps.push_back(support > 0 ? support - 1 : 0);
 }
 
-SurfacePiece MakePiece(const Window& window, const TileIndex& tile, const std::vector<std::array<size_t, 3>>& triangles,
+SurfacePiece MakePiece(const Window& window, const TileIndex& tile,
+                       const std::vector<std::array<size_t, 3>>& triangles,
                        const VolumeGrid& grid) {
   const BlockIndex low = FirstBlock(tile);
   const auto key_of = [&](size_t vertex) {
     const auto axis = static_cast<int32_t>(vertex % 3), at = static_cast<int32_t>(vertex / 3);
-    return VertexKey{(low.x - 1) * kBlockSide + at % kSide, (low.y - 1) * kBlockSide + at / kSide % kSide,
+    return VertexKey{(low.x - 1) * kBlockSide + at % kSide,
+                     (low.y - 1) * kBlockSide + at / kSide % kSide,
                      (low.z - 1) * kBlockSide + at / (kSide * kSide), axis};
   };
   std::vector<size_t> vertices;
-  for (const auto& triangle : triangles) vertices.insert(vertices.end(), triangle.begin(), triangle.end());
+  for (const auto& triangle : triangles)
+    vertices.insert(vertices.end(), triangle.begin(), triangle.end());
   std::sort(vertices.begin(), vertices.end());
   vertices.erase(std::unique(vertices.begin(), vertices.end()), vertices.end());
-  std::sort(vertices.begin(), vertices.end(), [&](size_t a, size_t b) { return key_of(a) < key_of(b); });
+  std::sort(vertices.begin(), vertices.end(),
+            [&](size_t a, size_t b) { return key_of(a) < key_of(b); });
   SurfacePiece piece;
   std::vector<uint32_t> number(3 * window.value.size());
   for (const size_t vertex : vertices) {
     number[vertex] = static_cast<uint32_t>(piece.keys.size());
     AddVertex(window, key_of(vertex), vertex / 3, grid, &piece);
   }
-  for (const auto& t : triangles) piece.triangles.push_back({number[t[0]], number[t[1]], number[t[2]]});
+  for (const auto& t : triangles)
+    piece.triangles.push_back({number[t[0]], number[t[1]], number[t[2]]});
   return piece;
 }
 
@@ -212,8 +229,9 @@ Status CheckBlocks(const TileIndex& tile, std::span<const ExtractionBlock> block
                         : blocks[i].solution == nullptr        ? "has no solution"
                                                                : nullptr;
     if (wrong) {
-      return Status::InvalidArgument("block (" + std::to_string(at.x) + ", " + std::to_string(at.y) + ", " +
-                                     std::to_string(at.z) + ") " + wrong);
+      return Status::InvalidArgument("block (" + std::to_string(at.x) + ", " +
+                                     std::to_string(at.y) + ", " + std::to_string(at.z) + ") " +
+                                     wrong);
     }
   }
   return Status::Ok();
@@ -223,11 +241,13 @@ Status CheckBlocks(const TileIndex& tile, std::span<const ExtractionBlock> block
 
 Status ExtractionOptions::Check() const {
   if (near_maps_min > 254) {
-    return Status::InvalidArgument("near_maps_min is " + std::to_string(near_maps_min) + "; it must be at most 254");
+    return Status::InvalidArgument("near_maps_min is " + std::to_string(near_maps_min) +
+                                   "; it must be at most 254");
   }
   if (piece_extent_cells_min > kBlockSide - 1) {
-    return Status::InvalidArgument("piece_extent_cells_min is " + std::to_string(piece_extent_cells_min) +
-                                   "; it must be at most 15, or the halo does not show such pieces whole");
+    return Status::InvalidArgument(
+        "piece_extent_cells_min is " + std::to_string(piece_extent_cells_min) +
+        "; it must be at most 15, or the halo does not show such pieces whole");
   }
   return Status::Ok();
 }

@@ -14,7 +14,8 @@ std::vector<BlockIndex> BlocksAround(const TileIndex& tile, int32_t margin) {
   std::vector<BlockIndex> blocks;
   for (int32_t x = -margin; x < kTileBlocks + margin; ++x) {
     for (int32_t y = -margin; y < kTileBlocks + margin; ++y) {
-      for (int32_t z = -margin; z < kTileBlocks + margin; ++z) blocks.push_back({low.x + x, low.y + y, low.z + z});
+      for (int32_t z = -margin; z < kTileBlocks + margin; ++z)
+        blocks.push_back({low.x + x, low.y + y, low.z + z});
     }
   }
   return blocks;
@@ -46,7 +47,8 @@ std::vector<TileIndex> TilesThatReach(const BlockIndex& block) {
 
 Status VolumeGrid::Check() const {
   if (!(voxel_size > 0) || !std::isfinite(voxel_size)) {
-    return Status::InvalidArgument("voxel_size is " + std::to_string(voxel_size) + "; it must be above 0");
+    return Status::InvalidArgument("voxel_size is " + std::to_string(voxel_size) +
+                                   "; it must be above 0");
   }
   if (!(truncation_voxels >= kTruncationVoxelsMin && truncation_voxels <= kTruncationVoxelsMax)) {
     return Status::InvalidArgument("truncation_voxels is " + std::to_string(truncation_voxels) +

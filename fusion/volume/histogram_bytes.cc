@@ -24,7 +24,8 @@ class CounterReader {
       const uint8_t byte = bytes_[at_++];
       value |= static_cast<uint32_t>(byte & 127) << shift;
       if (byte & 128) continue;
-      if (value > 65535 || (byte == 0 && shift > 0)) break;  // out of range, or not the shortest form
+      if (value > 65535 || (byte == 0 && shift > 0))
+        break;  // out of range, or not the shortest form
       return static_cast<uint16_t>(value);
     }
     ok_ = false;
@@ -57,7 +58,8 @@ bool ReadVoxel(uint8_t mask, size_t voxel, CounterReader* reader, HistogramBlock
   if (near_weight == 0) return reader->ok();
   const uint16_t maps = reader->Next();
   block->near_maps[voxel] = maps;
-  return reader->ok() && maps > 0 && maps <= near_weight && near_weight <= uint32_t{maps} * kVoteWeightMax;
+  return reader->ok() && maps > 0 && maps <= near_weight &&
+         near_weight <= uint32_t{maps} * kVoteWeightMax;
 }
 
 }  // namespace
@@ -80,8 +82,10 @@ std::vector<uint8_t> Serialize(const HistogramBlock& block) {
 }
 
 Result<std::unique_ptr<HistogramBlock>> ParseHistogramBlock(std::span<const uint8_t> bytes) {
-  if (bytes.size() < kCountersAt) return Status::Corruption("a histogram block ends within its masks");
-  if (bytes[0] != kVersion) return Status::Corruption("a histogram block of version " + std::to_string(bytes[0]));
+  if (bytes.size() < kCountersAt)
+    return Status::Corruption("a histogram block ends within its masks");
+  if (bytes[0] != kVersion)
+    return Status::Corruption("a histogram block of version " + std::to_string(bytes[0]));
   auto block = std::make_unique<HistogramBlock>();
   CounterReader reader(bytes.subspan(kCountersAt));
   for (size_t voxel = 0; voxel < kBlockVoxels; ++voxel) {
@@ -91,7 +95,8 @@ Result<std::unique_ptr<HistogramBlock>> ParseHistogramBlock(std::span<const uint
                                 " that no votes add up to");
     }
   }
-  if (!reader.IsAtEnd()) return Status::Corruption("a histogram block goes on after its last voxel");
+  if (!reader.IsAtEnd())
+    return Status::Corruption("a histogram block goes on after its last voxel");
   return block;
 }
 

@@ -14,7 +14,8 @@ int EdgeBetween(int a, int b) {
     const int low = edges[e].corner, high = low | 1 << edges[e].axis;
     if ((low == a && high == b) || (low == b && high == a)) return e;
   }
-  AbortWithMessage(__FILE__, __LINE__, "corners " + std::to_string(a) + " and " + std::to_string(b) + " share no edge");
+  AbortWithMessage(__FILE__, __LINE__,
+                   "corners " + std::to_string(a) + " and " + std::to_string(b) + " share no edge");
 }
 
 // The corners of a face counter-clockwise as seen from outside the cell.
@@ -34,8 +35,9 @@ uint32_t FacesOfEdge(int edge) {
   return faces;
 }
 
-// For each crossed edge the one that follows it on its loop; -1 elsewhere. Walking around a face, the crossing that
-// leaves matter is joined to the one before it, that entered: matter is kept apart where a face has four crossings.
+// For each crossed edge the one that follows it on its loop; -1 elsewhere. Walking around a face,
+// the crossing that leaves matter is joined to the one before it, that entered: matter is kept
+// apart where a face has four crossings.
 std::array<int, kCellEdges> FollowingEdges(uint8_t inside) {
   std::array<int, kCellEdges> following;
   following.fill(-1);
@@ -53,8 +55,10 @@ std::array<int, kCellEdges> FollowingEdges(uint8_t inside) {
   return following;
 }
 
-// Cuts loop[first..last] (closed by the chord from last to first) into triangles without a chord on a face.
-bool Triangulate(const std::vector<int>& loop, size_t first, size_t last, CellTriangles* triangles) {
+// Cuts loop[first..last] (closed by the chord from last to first) into triangles without a chord on
+// a face.
+bool Triangulate(const std::vector<int>& loop, size_t first, size_t last,
+                 CellTriangles* triangles) {
   if (last - first < 2) return true;
   const auto is_allowed = [&](size_t a, size_t b) {
     const bool neighbors = b - a == 1 || (a == 0 && b + 1 == loop.size());
@@ -63,9 +67,10 @@ bool Triangulate(const std::vector<int>& loop, size_t first, size_t last, CellTr
   for (size_t middle = first + 1; middle < last; ++middle) {
     if (!is_allowed(first, middle) || !is_allowed(middle, last)) continue;
     const size_t count = triangles->size();
-    triangles->push_back(
-        {static_cast<uint8_t>(loop[first]), static_cast<uint8_t>(loop[last]), static_cast<uint8_t>(loop[middle])});
-    if (Triangulate(loop, first, middle, triangles) && Triangulate(loop, middle, last, triangles)) return true;
+    triangles->push_back({static_cast<uint8_t>(loop[first]), static_cast<uint8_t>(loop[last]),
+                          static_cast<uint8_t>(loop[middle])});
+    if (Triangulate(loop, first, middle, triangles) && Triangulate(loop, middle, last, triangles))
+      return true;
     triangles->resize(count);
   }
   return false;
@@ -83,7 +88,8 @@ CellTriangles MakeTriangles(uint8_t inside) {
       edge = next;
     }
     if (loop.empty()) continue;
-    VEDUTA_CHECK(Triangulate(loop, 0, loop.size() - 1, &triangles), "case " + std::to_string(inside));
+    VEDUTA_CHECK(Triangulate(loop, 0, loop.size() - 1, &triangles),
+                 "case " + std::to_string(inside));
   }
   return triangles;
 }

@@ -1,9 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
-// Which triangles a cell holds, by which of its corners lie within matter. Derived, not copied: on every face the
-// crossings are joined by one rule (corners within matter are kept apart), the same whichever cell looks at the face,
-// so cells fit each other; the segments close to loops; and loops are cut by diagonals through the cell's inside only,
-// so that no edge gets more than two triangles.
+// Which triangles a cell holds, by which of its corners lie within matter. Derived, not copied: on
+// every face the crossings are joined by one rule (corners within matter are kept apart), the same
+// whichever cell looks at the face, so cells fit each other; the segments close to loops; and loops
+// are cut by diagonals through the cell's inside only, so that no edge gets more than two
+// triangles.
 
 #include <array>
 #include <cstdint>

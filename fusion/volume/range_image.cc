@@ -9,21 +9,23 @@
 namespace veduta {
 namespace {
 
-constexpr int kPlaneRadiusPx = 3;          // 7x7 pixels: noise of depth of 1 % tilts the plane by some 20 degrees
-constexpr double kJump = 0.03;             // of inverse depth: an edge; 1.3 % a pixel is a wall at 80 degrees
+constexpr int kPlaneRadiusPx =
+    3;  // 7x7 pixels: noise of depth of 1 % tilts the plane by some 20 degrees
+constexpr double kJump = 0.03;  // of inverse depth: an edge; 1.3 % a pixel is a wall at 80 degrees
 constexpr double kPlaneJump = 0.08;        // over the 7x7 pixels
 constexpr double kFootprintVoxelsMax = 2;  // wider pixels say nothing about single voxels
-constexpr double kTiltMin = 0.2;           // of the cosine between ray and normal: noise makes steep planes
+constexpr double kTiltMin = 0.2;  // of the cosine between ray and normal: noise makes steep planes
 
 Status CheckMap(const DepthMap& map, const ViewGeometry& geometry) {
   const size_t pixels = static_cast<size_t>(map.width_px) * map.height_px;
-  if (map.width_px != geometry.width_px || map.height_px != geometry.height_px || map.depth.size() != pixels ||
-      map.confidence.size() != pixels) {
+  if (map.width_px != geometry.width_px || map.height_px != geometry.height_px ||
+      map.depth.size() != pixels || map.confidence.size() != pixels) {
     return Status::InvalidArgument("the depth map has " + std::to_string(map.width_px) + "x" +
-                                   std::to_string(map.height_px) + " px, " + std::to_string(map.depth.size()) +
-                                   " depths and " + std::to_string(map.confidence.size()) + " confidences, its view " +
-                                   std::to_string(geometry.width_px) + "x" + std::to_string(geometry.height_px) +
-                                   "; all must agree");
+                                   std::to_string(map.height_px) + " px, " +
+                                   std::to_string(map.depth.size()) + " depths and " +
+                                   std::to_string(map.confidence.size()) +
+                                   " confidences, its view " + std::to_string(geometry.width_px) +
+                                   "x" + std::to_string(geometry.height_px) + "; all must agree");
   }
   const Pinhole& c = geometry.camera;
   if (!(c.fx > 0 && c.fy > 0) || !std::isfinite(c.fx + c.fy + c.cx + c.cy)) {
@@ -46,8 +48,10 @@ struct Slope {
 Slope FitSlope(const std::vector<float>& inverse_depth, int width, int height, int x, int y) {
   const double center = inverse_depth[static_cast<size_t>(y) * width + x];
   double n = 0, sx = 0, sy = 0, si = 0, sxx = 0, sxy = 0, syy = 0, sxi = 0, syi = 0;
-  for (int v = std::max(0, y - kPlaneRadiusPx); v <= std::min(height - 1, y + kPlaneRadiusPx); ++v) {
-    for (int u = std::max(0, x - kPlaneRadiusPx); u <= std::min(width - 1, x + kPlaneRadiusPx); ++u) {
+  for (int v = std::max(0, y - kPlaneRadiusPx); v <= std::min(height - 1, y + kPlaneRadiusPx);
+       ++v) {
+    for (int u = std::max(0, x - kPlaneRadiusPx); u <= std::min(width - 1, x + kPlaneRadiusPx);
+         ++u) {
       const double i = inverse_depth[static_cast<size_t>(v) * width + u];
       if (std::abs(i - center) > kPlaneJump * center) continue;
       const double dx = u - x, dy = v - y, di = i - center;
@@ -58,12 +62,14 @@ Slope FitSlope(const std::vector<float>& inverse_depth, int width, int height, i
   const double a = sxx - sx * sx / n, b = sxy - sx * sy / n, c = syy - sy * sy / n;
   const double p = sxi - sx * si / n, q = syi - sy * si / n;
   const double determinant = a * c - b * b;
-  if (determinant < 1e-3 * (a + c) * (a + c)) return {};  // a line of pixels: the plane is taken to face the camera
+  if (determinant < 1e-3 * (a + c) * (a + c))
+    return {};  // a line of pixels: the plane is taken to face the camera
   return {(p * c - q * b) / determinant, (q * a - p * b) / determinant};
 }
 
-// For the plane with inverse depth i = A x + B y + C at normalised image coordinates (x, y), a point of the pixel's ray
-// at depth z lies (D - z) i / |(A, B, C)| from the plane that the ray meets at depth D = 1 / i.
+// For the plane with inverse depth i = A x + B y + C at normalised image coordinates (x, y), a
+// point of the pixel's ray at depth z lies (D - z) i / |(A, B, C)| from the plane that the ray
+// meets at depth D = 1 / i.
 double TiltOf(const Pinhole& camera, int x, int y, double inverse_depth, const Slope& slope) {
   const Eigen::Vector2d at = camera.Normalize(Eigen::Vector2d(x, y));
   const double a = slope.along_x * camera.fx, b = slope.along_y * camera.fy;
@@ -96,20 +102,24 @@ Result<RangeImage> RangeImage::Make(const DepthMap& map, const ViewGeometry& geo
       const size_t i = static_cast<size_t>(y) * width + x;
       if (image.inverse_depth_[i] == 0) continue;
       const Slope slope = FitSlope(image.inverse_depth_, width, height, x, y);
-      image.tilt_[i] = static_cast<float>(TiltOf(geometry.camera, x, y, image.inverse_depth_[i], slope));
+      image.tilt_[i] =
+          static_cast<float>(TiltOf(geometry.camera, x, y, image.inverse_depth_[i], slope));
     }
   }
   return image;
 }
 
-std::optional<RangeVote> RangeImage::VoteOn(const Eigen::Vector3d& point_in_world, const VolumeGrid& grid) const {
+std::optional<RangeVote> RangeImage::VoteOn(const Eigen::Vector3d& point_in_world,
+                                            const VolumeGrid& grid) const {
   const Eigen::Vector3d point = rotation_ * point_in_world + geometry_.cam_from_world.translation;
   if (point.z() <= 0) return std::nullopt;
   const Eigen::Vector2d at = geometry_.camera.Project(point);
   const double width = geometry_.width_px, height = geometry_.height_px;
-  if (!(at.x() > -0.5 && at.y() > -0.5 && at.x() < width - 0.5 && at.y() < height - 0.5)) return std::nullopt;
+  if (!(at.x() > -0.5 && at.y() > -0.5 && at.x() < width - 0.5 && at.y() < height - 0.5))
+    return std::nullopt;
   const size_t stride = geometry_.width_px;
-  const auto nearest_x = static_cast<size_t>(at.x() + 0.5), nearest_y = static_cast<size_t>(at.y() + 0.5);
+  const auto nearest_x = static_cast<size_t>(at.x() + 0.5),
+             nearest_y = static_cast<size_t>(at.y() + 0.5);
   const size_t nearest = nearest_y * stride + nearest_x;
   double inverse = inverse_depth_[nearest];
   if (inverse == 0) return std::nullopt;
@@ -133,7 +143,8 @@ std::optional<RangeVote> RangeImage::VoteOn(const Eigen::Vector3d& point_in_worl
   // What a pixel says is spread over its footprint; on the surface a tilt spreads it further.
   double share = confidence_[nearest] / 255.0 / std::max(1.0, footprint * footprint);
   if (vote.distance <= grid.truncation()) share *= std::min(1.0, tilt);
-  vote.weight = std::clamp(static_cast<uint32_t>(std::ceil(kVoteWeightMax * share)), 1u, kVoteWeightMax);
+  vote.weight =
+      std::clamp(static_cast<uint32_t>(std::ceil(kVoteWeightMax * share)), 1u, kVoteWeightMax);
   return vote;
 }
 
@@ -142,16 +153,20 @@ bool RangeImage::MaySee(const BlockIndex& block, const VolumeGrid& grid) const {
   const double side = kBlockSide * grid.voxel_size;
   const double radius = 0.5 * std::sqrt(3.0) * side;
   const Eigen::Vector3d corner(block.x, block.y, block.z);
-  const Eigen::Vector3d center =
-      rotation_ * ((corner + Eigen::Vector3d::Constant(0.5)) * side) + geometry_.cam_from_world.translation;
-  if (center.z() < -radius || center.z() > depth_max_ + grid.truncation() / kTiltMin + radius) return false;
+  const Eigen::Vector3d center = rotation_ * ((corner + Eigen::Vector3d::Constant(0.5)) * side) +
+                                 geometry_.cam_from_world.translation;
+  if (center.z() < -radius || center.z() > depth_max_ + grid.truncation() / kTiltMin + radius)
+    return false;
   // Distance from each side plane of the frustum, pixels' halves included.
   const Pinhole& camera = geometry_.camera;
   const Eigen::Vector2d low = camera.Normalize(Eigen::Vector2d(-0.5, -0.5));
-  const Eigen::Vector2d high = camera.Normalize(Eigen::Vector2d(geometry_.width_px - 0.5, geometry_.height_px - 0.5));
+  const Eigen::Vector2d high =
+      camera.Normalize(Eigen::Vector2d(geometry_.width_px - 0.5, geometry_.height_px - 0.5));
   for (int axis = 0; axis < 2; ++axis) {
-    const double to_low = (center[axis] - low[axis] * center.z()) / std::sqrt(1 + low[axis] * low[axis]);
-    const double to_high = (high[axis] * center.z() - center[axis]) / std::sqrt(1 + high[axis] * high[axis]);
+    const double to_low =
+        (center[axis] - low[axis] * center.z()) / std::sqrt(1 + low[axis] * low[axis]);
+    const double to_high =
+        (high[axis] * center.z() - center[axis]) / std::sqrt(1 + high[axis] * high[axis]);
     if (to_low < -radius || to_high < -radius) return false;
   }
   return true;
@@ -180,10 +195,13 @@ std::vector<NamedBlock> RangeImage::BlocksNearSurface(const VolumeGrid& grid) co
       if (depth > kFootprintVoxelsMax * geometry_.camera.focal_px() * grid.voxel_size) continue;
       const Eigen::Vector2d at = geometry_.camera.Normalize(Eigen::Vector2d(x, y));
       const Eigen::Vector3d in_world =
-          rotation * Eigen::Vector3d(at.x() * depth, at.y() * depth, depth) + world_from_cam.translation;
+          rotation * Eigen::Vector3d(at.x() * depth, at.y() * depth, depth) +
+          world_from_cam.translation;
       const Eigen::Array3d from = ((in_world.array() - reach) / side).floor();
       const Eigen::Array3d to = ((in_world.array() + reach) / side).floor();
-      if (!(from.abs().maxCoeff() < kBlockCoordinateMax && to.abs().maxCoeff() < kBlockCoordinateMax)) continue;
+      if (!(from.abs().maxCoeff() < kBlockCoordinateMax &&
+            to.abs().maxCoeff() < kBlockCoordinateMax))
+        continue;
       const Eigen::Array3i low = from.cast<int32_t>(), high = to.cast<int32_t>();
       for (int32_t bx = low.x(); bx <= high.x(); ++bx) {
         for (int32_t by = low.y(); by <= high.y(); ++by) {

@@ -11,7 +11,8 @@ namespace veduta {
 namespace {
 
 Status OutOfRange(const char* name, double value, const char* bound) {
-  return Status::InvalidArgument(std::string(name) + " is " + std::to_string(value) + "; it must be " + bound);
+  return Status::InvalidArgument(std::string(name) + " is " + std::to_string(value) +
+                                 "; it must be " + bound);
 }
 
 std::vector<float> StartOf(std::span<const TileBlock> blocks, ThreadPool& pool) {
@@ -20,8 +21,9 @@ std::vector<float> StartOf(std::span<const TileBlock> blocks, ThreadPool& pool) 
     for (size_t i = 0; i < kBlockVoxels; ++i) {
       const SolutionBlock* previous = blocks[b].previous;
       u[b * kBlockVoxels + i] =
-          previous ? static_cast<float>(std::max<int>(previous->value[i], -kSolutionOne)) / kSolutionOne
-                   : MeanOf(*blocks[b].histogram, i);
+          previous
+              ? static_cast<float>(std::max<int>(previous->value[i], -kSolutionOne)) / kSolutionOne
+              : MeanOf(*blocks[b].histogram, i);
     }
   });
   return u;
@@ -29,7 +31,9 @@ std::vector<float> StartOf(std::span<const TileBlock> blocks, ThreadPool& pool) 
 
 // [3 x blocks x 4096]; empty if no block was solved before.
 std::vector<float> DualStartOf(std::span<const TileBlock> blocks) {
-  if (std::none_of(blocks.begin(), blocks.end(), [](const TileBlock& b) { return b.previous != nullptr; })) return {};
+  if (std::none_of(blocks.begin(), blocks.end(),
+                   [](const TileBlock& b) { return b.previous != nullptr; }))
+    return {};
   std::vector<float> p(3 * blocks.size() * kBlockVoxels, 0.f);
   for (size_t axis = 0; axis < 3; ++axis) {
     for (size_t b = 0; b < blocks.size(); ++b) {
@@ -45,26 +49,30 @@ std::vector<float> DualStartOf(std::span<const TileBlock> blocks) {
 }  // namespace
 
 Status SolverOptions::Check() const {
-  if (!(lambda > 0 && lambda <= 100)) return OutOfRange("lambda", lambda, "above 0 and at most 100");
+  if (!(lambda > 0 && lambda <= 100))
+    return OutOfRange("lambda", lambda, "above 0 and at most 100");
   if (iterations_max < 1 || iterations_max > 100'000)
     return OutOfRange("iterations_max", iterations_max, "from 1 to 100000");
-  if (check_every < 1 || check_every > 10'000) return OutOfRange("check_every", check_every, "from 1 to 10000");
+  if (check_every < 1 || check_every > 10'000)
+    return OutOfRange("check_every", check_every, "from 1 to 10000");
   if (!(gap_max >= 0 && gap_max < 1)) return OutOfRange("gap_max", gap_max, "in [0, 1)");
   return Status::Ok();
 }
 
-Result<TileSolution> SolveTile(const TileIndex& tile, std::span<const TileBlock> blocks, const SolverOptions& options,
-                               Device* device, ThreadPool& pool) {
+Result<TileSolution> SolveTile(const TileIndex& tile, std::span<const TileBlock> blocks,
+                               const SolverOptions& options, Device* device, ThreadPool& pool) {
   VEDUTA_RETURN_IF_ERROR(options.Check());
   VEDUTA_RETURN_IF_ERROR(CheckTileBlocks(tile, blocks));
   TileSolution solution;
-  if (std::none_of(blocks.begin(), blocks.end(), [&](const TileBlock& b) { return IsInTile(b.index, tile); })) {
+  if (std::none_of(blocks.begin(), blocks.end(),
+                   [&](const TileBlock& b) { return IsInTile(b.index, tile); })) {
     return solution;
   }
   const auto lambda_of_weight = static_cast<float>(options.lambda / kVoteWeightMax);
-  VEDUTA_ASSIGN_OR_RETURN(const std::unique_ptr<TotalVariation> minimisation,
-                          TotalVariation::Start(MakeTileProblem(tile, blocks, lambda_of_weight, pool),
-                                                StartOf(blocks, pool), DualStartOf(blocks), device, pool));
+  VEDUTA_ASSIGN_OR_RETURN(
+      const std::unique_ptr<TotalVariation> minimisation,
+      TotalVariation::Start(MakeTileProblem(tile, blocks, lambda_of_weight, pool),
+                            StartOf(blocks, pool), DualStartOf(blocks), device, pool));
   const auto report = [&]() -> Status {
     VEDUTA_ASSIGN_OR_RETURN(const TvEnergy energy, minimisation->Energy());
     solution.energies.push_back({solution.iterations, energy.primal, energy.dual});
@@ -72,7 +80,8 @@ Result<TileSolution> SolveTile(const TileIndex& tile, std::span<const TileBlock>
   };
   VEDUTA_RETURN_IF_ERROR(report());
   while (solution.iterations < options.iterations_max) {
-    const uint32_t count = std::min(options.check_every, options.iterations_max - solution.iterations);
+    const uint32_t count =
+        std::min(options.check_every, options.iterations_max - solution.iterations);
     VEDUTA_RETURN_IF_ERROR(minimisation->Iterate(count));
     solution.iterations += count;
     VEDUTA_RETURN_IF_ERROR(report());
@@ -89,7 +98,8 @@ Result<TileSolution> AverageTile(const TileIndex& tile, std::span<const TileBloc
   VEDUTA_RETURN_IF_ERROR(CheckTileBlocks(tile, blocks));
   std::vector<float> u(blocks.size() * kBlockVoxels);
   for (size_t b = 0; b < blocks.size(); ++b) {
-    for (size_t i = 0; i < kBlockVoxels; ++i) u[b * kBlockVoxels + i] = MeanOf(*blocks[b].histogram, i);
+    for (size_t i = 0; i < kBlockVoxels; ++i)
+      u[b * kBlockVoxels + i] = MeanOf(*blocks[b].histogram, i);
   }
   TileSolution solution;
   solution.blocks = KeepOwnBlocks(tile, blocks, u, {});

@@ -2,13 +2,14 @@
 #pragma once
 // The TV-L1 fusion of one tile: the u that minimises
 //
-//   E(u) = sum |grad u| + lambda sum_j n_j |u - c_j|     over u in [-1, 1], voxels as unit of length,
+//   E(u) = sum |grad u| + lambda sum_j n_j |u - c_j|     over u in [-1, 1], voxels as unit of
+//   length,
 //
-// where voxel by voxel n_j and c_j are the histogram's weights and centres, and grad is taken between voxels that
-// somebody saw (so nothing is made up where nobody looked). E is convex: whatever the start, the
-// minimum is the same. Sources: C. Zach, T. Pock, H. Bischof, A globally optimal algorithm for robust TV-L1 range image
-// integration, ICCV 2007; A. Chambolle, T. Pock, A first-order primal-dual algorithm for convex problems, JMIV 2011,
-// algorithm 1.
+// where voxel by voxel n_j and c_j are the histogram's weights and centres, and grad is taken
+// between voxels that somebody saw (so nothing is made up where nobody looked). E is convex:
+// whatever the start, the minimum is the same. Sources: C. Zach, T. Pock, H. Bischof, A globally
+// optimal algorithm for robust TV-L1 range image integration, ICCV 2007; A. Chambolle, T. Pock, A
+// first-order primal-dual algorithm for convex problems, JMIV 2011, algorithm 1.
 
 #include <cstdint>
 #include <span>
@@ -25,10 +26,12 @@ namespace veduta {
 class Device;  // kernels/device.h; null: the C++ path
 
 struct SolverOptions {
-  double lambda = 1.0;            // (0, 100]; of a map of full weight; tools/fusion: 0.75 smoother, 3 more complete
+  double lambda =
+      1.0;  // (0, 100]; of a map of full weight; tools/fusion: 0.75 smoother, 3 more complete
   uint32_t iterations_max = 400;  // [1, 100000]; rendered streets take 100 to 250
   uint32_t check_every = 20;      // [1, 10000]; iterations between two looks at the energy
-  double gap_max = 1e-3;          // [0, 1); stops when the energy is proven to lie within this share of the minimum
+  double gap_max =
+      1e-3;  // [0, 1); stops when the energy is proven to lie within this share of the minimum
 
   Status Check() const;  // the first violated bound, named with its value
 };
@@ -37,16 +40,19 @@ struct SolverOptions {
 struct TileBlock {
   BlockIndex index;
   const HistogramBlock* histogram = nullptr;  // never null
-  const SolutionBlock* previous = nullptr;    // where to start from; null: from the mean of the histogram
-  // For a block of the halo: the neighbour's solution of the round before. Its voxels farther than kFreeHalo from the
-  // tile are held there, so that the tile knows what lies behind its halo. null, as in the first round: all are free.
+  const SolutionBlock* previous =
+      nullptr;  // where to start from; null: from the mean of the histogram
+  // For a block of the halo: the neighbour's solution of the round before. Its voxels farther than
+  // kFreeHalo from the tile are held there, so that the tile knows what lies behind its halo. null,
+  // as in the first round: all are free.
   const SolutionBlock* border = nullptr;
 };
 
-// One round suffices where the data are dense: solved to the end, tiles differ from all tiles as one problem by more
-// than 0.02 voxels at 0.3 % of the vertices at their borders, less than what stopping at gap_max leaves anywhere (1 %).
-// Further rounds (a Schwarz alternating method in Jacobi order) bring that to 0.04 %: in round k + 1 a tile reads its
-// neighbours' round k, never their round k + 1, so no order of tiles shows. Figures: tools/fusion, --borders.
+// One round suffices where the data are dense: solved to the end, tiles differ from all tiles as
+// one problem by more than 0.02 voxels at 0.3 % of the vertices at their borders, less than what
+// stopping at gap_max leaves anywhere (1 %). Further rounds (a Schwarz alternating method in Jacobi
+// order) bring that to 0.04 %: in round k + 1 a tile reads its neighbours' round k, never their
+// round k + 1, so no order of tiles shows. Figures: tools/fusion, --borders.
 inline constexpr int32_t kFreeHalo = 8;  // voxels
 
 struct EnergyReport {
@@ -61,17 +67,19 @@ struct TileSolution {
   uint32_t iterations = 0;
 };
 
-// Minimises E over `blocks` (the tile's and the halo's, ascending, each once), with natural boundaries where no block
-// is or nobody looked, and returns the tile's own part. A tile without blocks of its own gives no blocks.
+// Minimises E over `blocks` (the tile's and the halo's, ascending, each once), with natural
+// boundaries where no block is or nobody looked, and returns the tile's own part. A tile without
+// blocks of its own gives no blocks.
 //
-// Pure and deterministic: the same bytes on the device, on any instruction set and at any number of threads.
-// Thread-safe. Some 100 bytes a voxel of `blocks` while it runs: 90 MB at most. kInvalidArgument on bad options, blocks
-// out of reach, out of order or without a histogram; kIoError if the device fails.
-Result<TileSolution> SolveTile(const TileIndex& tile, std::span<const TileBlock> blocks, const SolverOptions& options,
-                               Device* device, ThreadPool& pool);
+// Pure and deterministic: the same bytes on the device, on any instruction set and at any number of
+// threads. Thread-safe. Some 100 bytes a voxel of `blocks` while it runs: 90 MB at most.
+// kInvalidArgument on bad options, blocks out of reach, out of order or without a histogram;
+// kIoError if the device fails.
+Result<TileSolution> SolveTile(const TileIndex& tile, std::span<const TileBlock> blocks,
+                               const SolverOptions& options, Device* device, ThreadPool& pool);
 
-// The peer: every voxel the weighted mean of its votes (Curless and Levoy, SIGGRAPH 1996), voxels without votes 0.
-// Errors as SolveTile.
+// The peer: every voxel the weighted mean of its votes (Curless and Levoy, SIGGRAPH 1996), voxels
+// without votes 0. Errors as SolveTile.
 Result<TileSolution> AverageTile(const TileIndex& tile, std::span<const TileBlock> blocks);
 
 }  // namespace veduta

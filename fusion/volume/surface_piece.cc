@@ -15,7 +15,8 @@ constexpr size_t kVertexBytes = 3 * 4 + 1 + 6 * 4 + 1;
 constexpr size_t kTriangleBytes = 3 * 4;
 
 void AppendWord(uint32_t value, std::vector<uint8_t>* bytes) {
-  for (int shift = 0; shift < 32; shift += 8) bytes->push_back(static_cast<uint8_t>(value >> shift));
+  for (int shift = 0; shift < 32; shift += 8)
+    bytes->push_back(static_cast<uint8_t>(value >> shift));
 }
 void AppendFloat(float value, std::vector<uint8_t>* bytes) {
   uint32_t word = 0;
@@ -73,13 +74,15 @@ Status ReadVertex(WordReader* reader, SurfacePiece* piece) {
 
 std::vector<uint8_t> Serialize(const SurfacePiece& piece) {
   std::vector<uint8_t> bytes;
-  bytes.reserve(kHeaderBytes + kVertexBytes * piece.keys.size() + kTriangleBytes * piece.triangles.size());
+  bytes.reserve(kHeaderBytes + kVertexBytes * piece.keys.size() +
+                kTriangleBytes * piece.triangles.size());
   bytes.push_back(kVersion);
   AppendWord(static_cast<uint32_t>(piece.keys.size()), &bytes);
   AppendWord(static_cast<uint32_t>(piece.triangles.size()), &bytes);
   for (size_t i = 0; i < piece.keys.size(); ++i) {
     const VertexKey& key = piece.keys[i];
-    for (const int32_t coordinate : {key.x, key.y, key.z}) AppendWord(static_cast<uint32_t>(coordinate), &bytes);
+    for (const int32_t coordinate : {key.x, key.y, key.z})
+      AppendWord(static_cast<uint32_t>(coordinate), &bytes);
     bytes.push_back(static_cast<uint8_t>(key.axis));
     for (int axis = 0; axis < 3; ++axis) AppendFloat(piece.positions[i][axis], &bytes);
     for (int axis = 0; axis < 3; ++axis) AppendFloat(piece.normals[i][axis], &bytes);
@@ -92,13 +95,16 @@ std::vector<uint8_t> Serialize(const SurfacePiece& piece) {
 }
 
 Result<SurfacePiece> ParseSurfacePiece(std::span<const uint8_t> bytes) {
-  if (bytes.size() < kHeaderBytes) return Status::Corruption("a surface piece ends within its header");
+  if (bytes.size() < kHeaderBytes)
+    return Status::Corruption("a surface piece ends within its header");
   WordReader reader(bytes);
-  if (reader.Byte() != kVersion) return Status::Corruption("a surface piece of version " + std::to_string(bytes[0]));
+  if (reader.Byte() != kVersion)
+    return Status::Corruption("a surface piece of version " + std::to_string(bytes[0]));
   const uint64_t vertices = reader.Word(), triangles = reader.Word();
   if (bytes.size() != kHeaderBytes + kVertexBytes * vertices + kTriangleBytes * triangles) {
-    return Status::Corruption("a surface piece of " + std::to_string(bytes.size()) + " bytes says it has " +
-                              std::to_string(vertices) + " vertices and " + std::to_string(triangles) + " triangles");
+    return Status::Corruption("a surface piece of " + std::to_string(bytes.size()) +
+                              " bytes says it has " + std::to_string(vertices) + " vertices and " +
+                              std::to_string(triangles) + " triangles");
   }
   SurfacePiece piece;
   for (uint64_t i = 0; i < vertices; ++i) VEDUTA_RETURN_IF_ERROR(ReadVertex(&reader, &piece));
@@ -122,7 +128,8 @@ SurfacePiece WeldPieces(std::span<const SurfacePiece* const> pieces) {
   std::vector<std::vector<uint32_t>> number(pieces.size());
   for (uint32_t p = 0; p < pieces.size(); ++p) {
     number[p].resize(pieces[p]->keys.size());
-    for (uint32_t v = 0; v < pieces[p]->keys.size(); ++v) sources.push_back({pieces[p]->keys[v], p, v});
+    for (uint32_t v = 0; v < pieces[p]->keys.size(); ++v)
+      sources.push_back({pieces[p]->keys[v], p, v});
   }
   std::sort(sources.begin(), sources.end());
   SurfacePiece whole;

@@ -9,21 +9,26 @@
 namespace veduta {
 namespace {
 
-constexpr int kFilledFacesMin = 4;  // of 6: holes are filled, the seen is not carried on into the unseen
+constexpr int kFilledFacesMin =
+    4;  // of 6: holes are filled, the seen is not carried on into the unseen
 
 static_assert(kTvBlockVoxels == kBlockVoxels && kTvRow == kBlockSide && kTvBins == kHistogramBins);
 
 // The place of a block among the ascending `blocks`; -1: it is not there.
 int32_t Find(std::span<const TileBlock> blocks, const BlockIndex& index) {
-  const auto found = std::lower_bound(blocks.begin(), blocks.end(), index,
-                                      [](const TileBlock& block, const BlockIndex& at) { return block.index < at; });
-  return found != blocks.end() && found->index == index ? static_cast<int32_t>(found - blocks.begin()) : -1;
+  const auto found = std::lower_bound(
+      blocks.begin(), blocks.end(), index,
+      [](const TileBlock& block, const BlockIndex& at) { return block.index < at; });
+  return found != blocks.end() && found->index == index
+             ? static_cast<int32_t>(found - blocks.begin())
+             : -1;
 }
 
 void FillBlock(const HistogramBlock& histogram, size_t block, TvProblem* problem) {
   for (size_t bin = 0; bin < kHistogramBins; ++bin) {
     const HistogramBlock::Plane& counts = histogram.counts[bin];
-    std::copy(counts.begin(), counts.end(), problem->weights.begin() + (block * kHistogramBins + bin) * kBlockVoxels);
+    std::copy(counts.begin(), counts.end(),
+              problem->weights.begin() + (block * kHistogramBins + bin) * kBlockVoxels);
     if (bin == kNearBins) continue;
     uint8_t* centers = problem->centers.data() + (block * kNearBins + bin) * kBlockVoxels;
     for (size_t i = 0; i < kBlockVoxels; ++i) {
@@ -31,20 +36,25 @@ void FillBlock(const HistogramBlock& histogram, size_t block, TvProblem* problem
       const uint32_t count = counts[i];
       // (sum / count + 1/2) scale, rounded; at most 248.
       if (count > 0)
-        centers[i] = static_cast<uint8_t>((scale * (2u * histogram.sums[bin][i] + count) + count) / (2 * count));
+        centers[i] = static_cast<uint8_t>((scale * (2u * histogram.sums[bin][i] + count) + count) /
+                                          (2 * count));
     }
   }
 }
 
-// Holds observed voxels that lie farther than kFreeHalo from the tile where `border` has them: data so heavy that
-// nothing moves it, to 1/500 of the truncation.
+// Holds observed voxels that lie farther than kFreeHalo from the tile where `border` has them: data
+// so heavy that nothing moves it, to 1/500 of the truncation.
 void HoldBorder(const TileIndex& tile, const TileBlock& block, size_t number, TvProblem* problem) {
   const BlockIndex low = FirstBlock(tile);
-  const auto distance = [](int32_t at, int32_t from) { return std::max({from - at, at - (from + kTileSide - 1), 0}); };
+  const auto distance = [](int32_t at, int32_t from) {
+    return std::max({from - at, at - (from + kTileSide - 1), 0});
+  };
   for (int32_t i = 0; i < kBlockVoxels; ++i) {
     const int32_t x = distance(block.index.x * kBlockSide + i % kBlockSide, low.x * kBlockSide);
-    const int32_t y = distance(block.index.y * kBlockSide + i / kBlockSide % kBlockSide, low.y * kBlockSide);
-    const int32_t z = distance(block.index.z * kBlockSide + i / (kBlockSide * kBlockSide), low.z * kBlockSide);
+    const int32_t y =
+        distance(block.index.y * kBlockSide + i / kBlockSide % kBlockSide, low.y * kBlockSide);
+    const int32_t z =
+        distance(block.index.z * kBlockSide + i / (kBlockSide * kBlockSide), low.z * kBlockSide);
     if (std::max({x, y, z}) <= kFreeHalo || SupportOf(*block.histogram, i) == 0) continue;
     for (size_t bin = 0; bin < kHistogramBins; ++bin)
       problem->weights[(number * kHistogramBins + bin) * kBlockVoxels + i] = 0;
@@ -54,16 +64,18 @@ void HoldBorder(const TileIndex& tile, const TileBlock& block, size_t number, Tv
     const size_t bin = part / kTvCenterLevels;
     problem->weights[(number * kHistogramBins + bin) * kBlockVoxels + i] = UINT16_MAX;
     if (bin < kNearBins) {
-      problem->centers[(number * kNearBins + bin) * kBlockVoxels + i] = static_cast<uint8_t>(part % kTvCenterLevels);
+      problem->centers[(number * kNearBins + bin) * kBlockVoxels + i] =
+          static_cast<uint8_t>(part % kTvCenterLevels);
     }
   }
 }
 
-// What observed voxels on the faces of an unobserved one say on average; 0 where fewer than four are there. So a voxel
-// that all maps missed by chance is no hole in the surface.
+// What observed voxels on the faces of an unobserved one say on average; 0 where fewer than four
+// are there. So a voxel that all maps missed by chance is no hole in the surface.
 class UnobservedFiller {
  public:
-  UnobservedFiller(std::span<const TileBlock> blocks, std::span<const float> u) : blocks_(blocks), u_(u) {}
+  UnobservedFiller(std::span<const TileBlock> blocks, std::span<const float> u)
+      : blocks_(blocks), u_(u) {}
 
   float ValueAt(size_t block, int32_t voxel) const {
     float sum = 0;
@@ -96,21 +108,23 @@ class UnobservedFiller {
 Status CheckTileBlocks(const TileIndex& tile, std::span<const TileBlock> blocks) {
   for (size_t i = 0; i < blocks.size(); ++i) {
     const BlockIndex& at = blocks[i].index;
-    const char* wrong = !IsInReach(at, tile)                                ? "is out of the tile's reach"
-                        : i > 0 && !(blocks[i - 1].index < at)              ? "is not in ascending order"
-                        : blocks[i].histogram == nullptr                    ? "has no histogram"
-                        : blocks[i].border != nullptr && IsInTile(at, tile) ? "is the tile's own and has a border"
-                                                                            : nullptr;
+    const char* wrong = !IsInReach(at, tile)                   ? "is out of the tile's reach"
+                        : i > 0 && !(blocks[i - 1].index < at) ? "is not in ascending order"
+                        : blocks[i].histogram == nullptr       ? "has no histogram"
+                        : blocks[i].border != nullptr && IsInTile(at, tile)
+                            ? "is the tile's own and has a border"
+                            : nullptr;
     if (wrong) {
-      return Status::InvalidArgument("block (" + std::to_string(at.x) + ", " + std::to_string(at.y) + ", " +
-                                     std::to_string(at.z) + ") " + wrong);
+      return Status::InvalidArgument("block (" + std::to_string(at.x) + ", " +
+                                     std::to_string(at.y) + ", " + std::to_string(at.z) + ") " +
+                                     wrong);
     }
   }
   return Status::Ok();
 }
 
-TvProblem MakeTileProblem(const TileIndex& tile, std::span<const TileBlock> blocks, float lambda_of_weight,
-                          ThreadPool& pool) {
+TvProblem MakeTileProblem(const TileIndex& tile, std::span<const TileBlock> blocks,
+                          float lambda_of_weight, ThreadPool& pool) {
   TvProblem problem;
   problem.block_count = static_cast<uint32_t>(blocks.size());
   problem.lambda = lambda_of_weight;
@@ -119,8 +133,9 @@ TvProblem MakeTileProblem(const TileIndex& tile, std::span<const TileBlock> bloc
   for (const TileBlock& block : blocks) {
     const BlockIndex& at = block.index;
     for (const BlockIndex& next :
-         {BlockIndex{at.x - 1, at.y, at.z}, BlockIndex{at.x + 1, at.y, at.z}, BlockIndex{at.x, at.y - 1, at.z},
-          BlockIndex{at.x, at.y + 1, at.z}, BlockIndex{at.x, at.y, at.z - 1}, BlockIndex{at.x, at.y, at.z + 1}}) {
+         {BlockIndex{at.x - 1, at.y, at.z}, BlockIndex{at.x + 1, at.y, at.z},
+          BlockIndex{at.x, at.y - 1, at.z}, BlockIndex{at.x, at.y + 1, at.z},
+          BlockIndex{at.x, at.y, at.z - 1}, BlockIndex{at.x, at.y, at.z + 1}}) {
       problem.neighbors.push_back(Find(blocks, next));
     }
   }
@@ -157,7 +172,8 @@ std::vector<SolvedBlock> KeepOwnBlocks(const TileIndex& tile, std::span<const Ti
     for (size_t axis = 0; axis < 3 && !p.empty(); ++axis) {
       const float* along = p.data() + axis * u.size() + b * kBlockVoxels;
       for (size_t i = 0; i < kBlockVoxels; ++i) {
-        solution->dual[axis][i] = static_cast<int8_t>(std::lround(std::clamp(along[i], -1.f, 1.f) * kDualOne));
+        solution->dual[axis][i] =
+            static_cast<int8_t>(std::lround(std::clamp(along[i], -1.f, 1.f) * kDualOne));
       }
     }
     own.push_back({blocks[b].index, std::move(solution)});

@@ -14,7 +14,8 @@
 
 namespace veduta {
 
-// Feeds numbers as little-endian bytes and texts with their lengths, so that no two contents read the same.
+// Feeds numbers as little-endian bytes and texts with their lengths, so that no two contents read
+// the same.
 class ContentFeed {
  public:
   template <typename T>
@@ -39,7 +40,9 @@ class ContentFeed {
     return *this;
   }
   ContentFeed& operator<<(const Eigen::Vector3d& v) { return *this << v.x() << v.y() << v.z(); }
-  ContentFeed& operator<<(const Eigen::Quaterniond& q) { return *this << q.w() << q.x() << q.y() << q.z(); }
+  ContentFeed& operator<<(const Eigen::Quaterniond& q) {
+    return *this << q.w() << q.x() << q.y() << q.z();
+  }
   ContentFeed& operator<<(const Rigid3& pose) { return *this << pose.rotation << pose.translation; }
 
   ContentHash Finish() { return hasher_.Finish(); }

@@ -27,14 +27,19 @@ uint64_t ContentHash::Seed() const {
 }
 
 ContentHasher::ContentHasher() : context_(EVP_MD_CTX_new()) {
-  VEDUTA_CHECK(context_ != nullptr && EVP_DigestInit_ex(static_cast<EVP_MD_CTX*>(context_), EVP_sha256(), nullptr) == 1,
+  VEDUTA_CHECK(context_ != nullptr && EVP_DigestInit_ex(static_cast<EVP_MD_CTX*>(context_),
+                                                        EVP_sha256(), nullptr) == 1,
                "OpenSSL offers no SHA-256");
 }
 
-ContentHasher::~ContentHasher() { EVP_MD_CTX_free(static_cast<EVP_MD_CTX*>(context_)); }
+ContentHasher::~ContentHasher() {
+  EVP_MD_CTX_free(static_cast<EVP_MD_CTX*>(context_));
+}
 
 void ContentHasher::Add(std::span<const uint8_t> bytes) {
-  VEDUTA_CHECK(EVP_DigestUpdate(static_cast<EVP_MD_CTX*>(context_), bytes.data(), bytes.size()) == 1, "SHA-256 update");
+  VEDUTA_CHECK(
+      EVP_DigestUpdate(static_cast<EVP_MD_CTX*>(context_), bytes.data(), bytes.size()) == 1,
+      "SHA-256 update");
 }
 
 void ContentHasher::Add(std::string_view text) {
@@ -44,8 +49,10 @@ void ContentHasher::Add(std::string_view text) {
 ContentHash ContentHasher::Finish() {
   ContentHash hash;
   unsigned length = 0;
-  VEDUTA_CHECK(EVP_DigestFinal_ex(static_cast<EVP_MD_CTX*>(context_), hash.bytes.data(), &length) == 1 && length == 32,
-               "SHA-256 length " + std::to_string(length));
+  VEDUTA_CHECK(
+      EVP_DigestFinal_ex(static_cast<EVP_MD_CTX*>(context_), hash.bytes.data(), &length) == 1 &&
+          length == 32,
+      "SHA-256 length " + std::to_string(length));
   return hash;
 }
 

@@ -49,7 +49,8 @@ constexpr uint64_t MixSeed(uint64_t a, uint64_t b) {
   return z ^ (z >> 31);
 }
 
-// A small deterministic generator (splitmix64), the same on every platform, unlike std's distributions.
+// A small deterministic generator (splitmix64), the same on every platform, unlike std's
+// distributions.
 class SeededRandom {
  public:
   explicit SeededRandom(uint64_t seed) : state_(seed) {}

@@ -26,8 +26,8 @@ using ReconstructionId = StrongId<struct ReconstructionTag, uint32_t>;
 using FeatureIndex = uint32_t;  // an index into one image's features, strongest first
 using WordId = uint32_t;        // a leaf of the vocabulary tree
 
-// A point is named by the image it was first triangulated from and a number within that image. The name
-// survives merges of reconstructions, because an image belongs to one reconstruction only.
+// A point is named by the image it was first triangulated from and a number within that image. The
+// name survives merges of reconstructions, because an image belongs to one reconstruction only.
 struct PointId {
   ImageId home;
   uint32_t ordinal = 0;
@@ -40,7 +40,9 @@ struct PointId {
 
 template <typename Tag, typename Integer>
 struct std::hash<veduta::StrongId<Tag, Integer>> {
-  size_t operator()(veduta::StrongId<Tag, Integer> id) const noexcept { return std::hash<Integer>()(id.value); }
+  size_t operator()(veduta::StrongId<Tag, Integer> id) const noexcept {
+    return std::hash<Integer>()(id.value);
+  }
 };
 template <>
 struct std::hash<veduta::PointId> {

@@ -7,7 +7,8 @@
 namespace veduta {
 namespace {
 
-// Shared by the caller and the helpers of one loop; a helper that comes late finds nothing left and leaves.
+// Shared by the caller and the helpers of one loop; a helper that comes late finds nothing left and
+// leaves.
 struct Loop {
   explicit Loop(size_t n, const std::function<void(size_t)>& b) : count(n), body(b) {}
 

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
-// A fixed set of threads. The caller of ParallelFor works too, so a pool of no threads is valid and serial.
+// A fixed set of threads. The caller of ParallelFor works too, so a pool of no threads is valid and
+// serial.
 
 #include <condition_variable>
 #include <cstddef>
@@ -26,8 +27,9 @@ class ThreadPool final {
   // Queues a task behind the others; runs it at once when the pool has no threads.
   void Submit(std::function<void()> task);
 
-  // Calls body(0..count-1), each once, in any order, on the caller and on idle threads of the pool; returns when
-  // all are done. Its pieces go before queued tasks. Thread-safe; bodies must not throw.
+  // Calls body(0..count-1), each once, in any order, on the caller and on idle threads of the pool;
+  // returns when all are done. Its pieces go before queued tasks. Thread-safe; bodies must not
+  // throw.
   void ParallelFor(size_t count, const std::function<void(size_t)>& body);
 
  private:

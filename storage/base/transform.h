@@ -17,7 +17,8 @@ struct Rigid3 {
     const Eigen::Quaterniond r = rotation.conjugate();
     return {r, -(r * translation)};
   }
-  // Of a_from_b: the origin of frame b's parent; for cam_from_world the camera's centre in the world.
+  // Of a_from_b: the origin of frame b's parent; for cam_from_world the camera's centre in the
+  // world.
   Eigen::Vector3d Center() const { return -(rotation.conjugate() * translation); }
 };
 
@@ -31,7 +32,9 @@ struct Sim3 {
   Eigen::Quaterniond rotation = Eigen::Quaterniond::Identity();
   Eigen::Vector3d translation = Eigen::Vector3d::Zero();
 
-  Eigen::Vector3d operator*(const Eigen::Vector3d& x) const { return scale * (rotation * x) + translation; }
+  Eigen::Vector3d operator*(const Eigen::Vector3d& x) const {
+    return scale * (rotation * x) + translation;
+  }
   Sim3 Inverse() const {
     const Eigen::Quaterniond r = rotation.conjugate();
     return {1.0 / scale, r, -(r * translation) / scale};
@@ -45,7 +48,8 @@ inline Sim3 operator*(const Sim3& a_from_b, const Sim3& b_from_c) {
 
 // cam_from_new for a camera known in the old world: the camera frame takes the new world's scale.
 inline Rigid3 TransformCameraWorld(const Sim3& new_from_old, const Rigid3& cam_from_old) {
-  const Eigen::Quaterniond r = (cam_from_old.rotation * new_from_old.rotation.conjugate()).normalized();
+  const Eigen::Quaterniond r =
+      (cam_from_old.rotation * new_from_old.rotation.conjugate()).normalized();
   return {r, new_from_old.scale * cam_from_old.translation - r * new_from_old.translation};
 }
 

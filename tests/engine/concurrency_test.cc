@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // Goal: readers never wait for the writer and never see half a photo.
-// Method: one thread adds a walk, with adjustments and a trained vocabulary on the way, while three others ask
-// everything in loops; each snapshot must be sound in itself, and no count may fall. Meant for ThreadSanitizer too.
+// Method: one thread adds a walk, with adjustments and a trained vocabulary on the way, while three
+// others ask everything in loops; each snapshot must be sound in itself, and no count may fall.
+// Meant for ThreadSanitizer too.
 #include <gtest/gtest.h>
 
 #include <atomic>
@@ -22,7 +23,8 @@ void ExpectConsistent(const Queries& ask, CityStatus* previous) {
   EXPECT_GE(status->vocabulary_generation, previous->vocabulary_generation);
   EXPECT_EQ(status->images, status->placed + status->postponed + status->rejected);
   uint64_t in_reconstructions = 0;
-  for (const ReconstructionRecord& record : status->reconstructions) in_reconstructions += record.image_count;
+  for (const ReconstructionRecord& record : status->reconstructions)
+    in_reconstructions += record.image_count;
   EXPECT_EQ(in_reconstructions, status->placed);
   uint64_t images = 0, posed = 0;
   EXPECT_OK(ask.snapshot().ScanImages([&](const ImageRecord& image) {
@@ -33,7 +35,8 @@ void ExpectConsistent(const Queries& ask, CityStatus* previous) {
     const auto neighbors = ask.Neighbors(image.id);
     EXPECT_OK(neighbors);
     if (!neighbors.ok()) return false;
-    for (const PairNeighbor& neighbor : *neighbors) EXPECT_OK(ask.snapshot().GetImage(neighbor.image));
+    for (const PairNeighbor& neighbor : *neighbors)
+      EXPECT_OK(ask.snapshot().GetImage(neighbor.image));
     return true;
   }));
   EXPECT_EQ(images, status->images);

@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-// Goal: the same photos in the same order give the same database to the last bit, whatever the number of threads, the
-// sizes of the caches and the number of processes that it took.
-// Method: one short history with everything in it (founding, propagation, merge, adjustment of the whole, a trained
-// vocabulary, rejections, duplicates) is run under each of these conditions; the digests are compared.
+// Goal: the same photos in the same order give the same database to the last bit, whatever the
+// number of threads, the sizes of the caches and the number of processes that it took. Method: one
+// short history with everything in it (founding, propagation, merge, adjustment of the whole, a
+// trained vocabulary, rejections, duplicates) is run under each of these conditions; the digests
+// are compared.
 #include <gtest/gtest.h>
 
 #include "tests/engine/street_fixture.h"
@@ -12,7 +13,7 @@ namespace {
 
 EngineOptions EventfulOptions(uint32_t thread_count) {
   EngineOptions options = City::Options(thread_count);
-  options.ingest.schedule.views_step = 4;       // all is adjusted within these few photos
+  options.ingest.schedule.views_step = 4;        // all is adjusted within these few photos
   options.ingest.retrieval.compare_all_max = 6;  // and a vocabulary trained, twice
   options.ingest.retrieval.retrain_factor = 2;
   options.ingest.retrieval.training_count_max = 3000;
@@ -21,11 +22,14 @@ EngineOptions EventfulOptions(uint32_t thread_count) {
 
 std::vector<PhotoSubmission> EventfulPhotos(City* city) {
   std::vector<PhotoSubmission> photos;
-  for (const Stand& stand : {Stand{6, 90}, {11, 90}, {16, 90}, {8.5, 90}}) photos.push_back(city->Submit(stand));
+  for (const Stand& stand : {Stand{6, 90}, {11, 90}, {16, 90}, {8.5, 90}})
+    photos.push_back(city->Submit(stand));
   photos.push_back(city->Submit("broken.jpg", {1, 2, 3}));
-  for (const Stand& stand : {Stand{20.5, 90}, {22, 95}, {23.5, 85}, {13.5, 90}}) photos.push_back(city->Submit(stand));
+  for (const Stand& stand : {Stand{20.5, 90}, {22, 95}, {23.5, 85}, {13.5, 90}})
+    photos.push_back(city->Submit(stand));
   photos.push_back(city->Submit("again.jpg", TakePhoto({6, 90}).jpeg));
-  for (const Stand& stand : {Stand{18, 90}, {19.2, 90}, {14.8, 90}}) photos.push_back(city->Submit(stand));
+  for (const Stand& stand : {Stand{18, 90}, {19.2, 90}, {14.8, 90}})
+    photos.push_back(city->Submit(stand));
   return photos;
 }
 
@@ -33,7 +37,8 @@ std::vector<PhotoSubmission> EventfulPhotos(City* city) {
 std::string JournalOf(const City& city) {
   std::string text;
   EXPECT_OK(city.Ask().snapshot().ScanJournal(1, [&](const JournalRecord& r) {
-    text += std::to_string(r.sequence) + " " + r.action + " " + std::to_string(r.image.value) + " " + r.detail + "\n";
+    text += std::to_string(r.sequence) + " " + r.action + " " + std::to_string(r.image.value) +
+            " " + r.detail + "\n";
     return true;
   }));
   return text;
@@ -97,7 +102,8 @@ TEST_F(Determinism, TheHeapDoesNotMatter) {
   SeededRandom random(3);
   std::vector<std::unique_ptr<char[]>> clutter(4000);
   for (const PhotoSubmission& photo : photos) {
-    for (int i = 0; i < 20'000; ++i) clutter[random.Below(4000)] = std::make_unique<char[]>(16 + random.Below(600));
+    for (int i = 0; i < 20'000; ++i)
+      clutter[random.Below(4000)] = std::make_unique<char[]>(16 + random.Below(600));
     city.Add({photo});
   }
   ExpectSame(city);

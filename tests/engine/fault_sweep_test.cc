@@ -1,10 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-// Goal: whichever write of the operating system fails while photos are added, whatever was acknowledged is there when
-// the engine is opened again, the database is sound, and the same command once more makes the city that an undisturbed
-// run makes, to the last bit. A full disk is named as such.
-// Method: a short walk with a founding, adjustments of the whole and a vocabulary trained twice runs over a faulty disk
-// (tests/storage/fault_file_system.h) again and again, each time with another write failing; then the power is cut, or
-// the process dies. Every stride-th write; VEDUTA_FAULT_STRIDE=1 in the environment takes all of them.
+// Goal: whichever write of the operating system fails while photos are added, whatever was
+// acknowledged is there when the engine is opened again, the database is sound, and the same
+// command once more makes the city that an undisturbed run makes, to the last bit. A full disk is
+// named as such. Method: a short walk with a founding, adjustments of the whole and a vocabulary
+// trained twice runs over a faulty disk (tests/storage/fault_file_system.h) again and again, each
+// time with another write failing; then the power is cut, or the process dies. Every stride-th
+// write; VEDUTA_FAULT_STRIDE=1 in the environment takes all of them.
 #include <gtest/gtest.h>
 #include <rocksdb/env.h>
 
@@ -52,8 +53,9 @@ class FaultSweep : public testing::Test {
     EXPECT_EQ(city.Counts().vocabulary_generation, 2u);
     digest_ = city.Digest();
     std::string journal;
-    EXPECT_OK(city.Ask().snapshot().ScanJournal(
-        1, [&](const JournalRecord& r) { return journal += r.action + " " + r.detail + "\n", true; }));
+    EXPECT_OK(city.Ask().snapshot().ScanJournal(1, [&](const JournalRecord& r) {
+      return journal += r.action + " " + r.detail + "\n", true;
+    }));
     for (const char* event : {"founded", "adjust", "vocabulary"}) {
       EXPECT_NE(journal.find(event), std::string::npos) << event << " did not happen: " << journal;
     }
@@ -102,9 +104,11 @@ class FaultSweep : public testing::Test {
     EXPECT_TRUE(IsSound(city->Ask().snapshot()));
   }
 
-  // The runs share nothing and go side by side; RocksDB's threads for the background must not be what they wait for.
+  // The runs share nothing and go side by side; RocksDB's threads for the background must not be
+  // what they wait for.
   static void Sweep(const Disaster& disaster, uint64_t stride) {
-    if (const char* wanted = std::getenv("VEDUTA_FAULT_STRIDE")) stride = std::max(1, std::atoi(wanted));
+    if (const char* wanted = std::getenv("VEDUTA_FAULT_STRIDE"))
+      stride = std::max(1, std::atoi(wanted));
     constexpr int kThreads = 3;
     rocksdb::Env::Default()->SetBackgroundThreads(kThreads, rocksdb::Env::Priority::LOW);
     rocksdb::Env::Default()->SetBackgroundThreads(kThreads, rocksdb::Env::Priority::HIGH);
@@ -135,11 +139,13 @@ TEST_F(FaultSweep, AWriteFailsThenTheProcessDies) {
   Sweep({.power_cut = false}, 31);
 }
 TEST_F(FaultSweep, TheDiskIsFullThenTheProcessDies) {
-  Sweep({.fault = Fault::kNoSpace, .failing_count = FaultFileSystem::kForever, .power_cut = false}, 31);
+  Sweep({.fault = Fault::kNoSpace, .failing_count = FaultFileSystem::kForever, .power_cut = false},
+        31);
 }
 // Photos are prepared ahead here: it may be a later one's write that fails.
 TEST_F(FaultSweep, TheDiskIsFullForTwoThreads) {
-  Sweep({.fault = Fault::kNoSpace, .failing_count = FaultFileSystem::kForever, .thread_count = 2}, 31);
+  Sweep({.fault = Fault::kNoSpace, .failing_count = FaultFileSystem::kForever, .thread_count = 2},
+        31);
 }
 
 }  // namespace

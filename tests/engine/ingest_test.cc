@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-// Goal: every photo gets its answer: placed where it was taken, merged, postponed and placed later, or rejected with
-// the reason; and the database is sound after each.
-// Method: photos of a synthetic street with known poses go through the whole engine; files are spoilt in each way that
-// has a reason of its own.
+// Goal: every photo gets its answer: placed where it was taken, merged, postponed and placed later,
+// or rejected with the reason; and the database is sound after each. Method: photos of a synthetic
+// street with known poses go through the whole engine; files are spoilt in each way that has a
+// reason of its own.
 #include <gtest/gtest.h>
 
 #include <opencv2/imgproc.hpp>
@@ -15,7 +15,8 @@ namespace {
 
 constexpr double kCenterErrorMMax = 0.05, kCenterErrorMMedianMax = 0.03, kAngleErrorDegMax = 0.4;
 
-void ExpectTruePoses(const Snapshot& snapshot, ReconstructionId id, const std::vector<Stand>& stands, size_t count) {
+void ExpectTruePoses(const Snapshot& snapshot, ReconstructionId id,
+                     const std::vector<Stand>& stands, size_t count) {
   const PoseErrors errors = CompareWithTruth(snapshot, id, stands);
   EXPECT_EQ(errors.count, count);
   EXPECT_LT(errors.center_m_median, kCenterErrorMMedianMax);
@@ -30,10 +31,12 @@ bool IsPlaced(Verdict verdict) {
 // A grey photo of the camera's size, every pixel by `level`.
 template <typename Level>
 std::vector<uint8_t> MadePhoto(uint32_t width_px, uint32_t height_px, const Level& level) {
-  street::StreetPhoto photo{width_px, height_px, std::vector<uint8_t>(size_t{3} * width_px * height_px), {}};
+  street::StreetPhoto photo{
+      width_px, height_px, std::vector<uint8_t>(size_t{3} * width_px * height_px), {}};
   for (uint32_t y = 0; y < height_px; ++y) {
     for (uint32_t x = 0; x < width_px; ++x) {
-      for (int c = 0; c < 3; ++c) photo.rgb[(size_t{y} * width_px + x) * 3 + static_cast<size_t>(c)] = level(x, y);
+      for (int c = 0; c < 3; ++c)
+        photo.rgb[(size_t{y} * width_px + x) * 3 + static_cast<size_t>(c)] = level(x, y);
     }
   }
   return *street::EncodeJpeg(photo, 92);
@@ -64,7 +67,8 @@ TEST(Ingest, OneWalkBecomesOneReconstruction) {
   ExpectTruePoses(ask.snapshot(), outcomes[2].reconstruction, stands, stands.size());
   // The two that founded with the third say so.
   for (int i : {0, 1})
-    EXPECT_EQ(ask.FindImage(TakePhoto(stands[static_cast<size_t>(i)]).name)->verdict, Verdict::kFounded);
+    EXPECT_EQ(ask.FindImage(TakePhoto(stands[static_cast<size_t>(i)]).name)->verdict,
+              Verdict::kFounded);
   const CityStatus status = city.Counts();
   EXPECT_EQ(status.images, stands.size());
   EXPECT_EQ(status.placed, stands.size());
@@ -91,8 +95,8 @@ TEST(Ingest, TheSameBytesAreAddedOnce) {
   EXPECT_EQ(city.Digest(), digest);
   // Twice within one call, both prepared before either is stored.
   const std::vector<uint8_t>& fresh = TakePhoto({8.7, 90}).jpeg;
-  const std::vector<AddOutcome> outcomes =
-      city.Add({city.Submit("x.jpg", fresh), city.Submit("y.jpg", fresh), city.Submit("x.jpg", fresh)});
+  const std::vector<AddOutcome> outcomes = city.Add(
+      {city.Submit("x.jpg", fresh), city.Submit("y.jpg", fresh), city.Submit("x.jpg", fresh)});
   EXPECT_FALSE(outcomes[0].duplicate);
   EXPECT_TRUE(outcomes[1].duplicate);
   EXPECT_TRUE(outcomes[2].duplicate);
@@ -115,7 +119,8 @@ TEST(Ingest, ANameBelongsToItsPhoto) {
   EXPECT_FALSE(refused.duplicate);
   EXPECT_EQ(city.Digest(), digest);
   EXPECT_TRUE(IsSound(city.Ask().snapshot())) << "what was written ahead of it must be gone";
-  // The same bytes under a taken and under a free name, prepared together: the one must not take the other's blobs.
+  // The same bytes under a taken and under a free name, prepared together: the one must not take
+  // the other's blobs.
   const std::vector<AddOutcome> outcomes =
       city.Add({city.Submit(TakePhoto(stands[0]).name, other), city.Submit("free.jpg", other),
                 city.Submit(TakePhoto(stands[1]).name, other)});
@@ -133,7 +138,8 @@ TEST(Ingest, EachBadPhotoHasItsReason) {
   City city(options);
   const TakenPhoto& good = TakePhoto({8, 90});
   const CameraModel camera = StreetCameraModel();
-  std::vector<uint8_t> cut(good.jpeg.begin(), good.jpeg.begin() + static_cast<std::ptrdiff_t>(good.jpeg.size() / 2));
+  std::vector<uint8_t> cut(good.jpeg.begin(),
+                           good.jpeg.begin() + static_cast<std::ptrdiff_t>(good.jpeg.size() / 2));
   const std::string text = "this is not a photo but a letter to the editor";
   const auto black = [](uint32_t, uint32_t) { return uint8_t{0}; };
   const auto blurred = [](uint32_t x, uint32_t y) {
@@ -148,7 +154,8 @@ TEST(Ingest, EachBadPhotoHasItsReason) {
       {"empty.jpg", {}, Reason::kEmptyFile},
       {"letter.jpg", {text.begin(), text.end()}, Reason::kUnsupportedFormat},
       {"cut.jpg", cut, Reason::kUnreadable},
-      {"small.jpg", MadePhoto(320, 240, [](uint32_t x, uint32_t y) { return static_cast<uint8_t>(x * y); }),
+      {"small.jpg",
+       MadePhoto(320, 240, [](uint32_t x, uint32_t y) { return static_cast<uint8_t>(x * y); }),
        Reason::kWrongSize},
       {"black.jpg", MadePhoto(camera.width_px, camera.height_px, black), Reason::kNoTexture},
       {"blurred.jpg", MadePhoto(camera.width_px, camera.height_px, blurred), Reason::kNoTexture},
@@ -167,7 +174,8 @@ TEST(Ingest, EachBadPhotoHasItsReason) {
   for (size_t i = 1; i < photos.size(); ++i) {
     const Reason expected = i <= bad.size() ? bad[i - 1].reason : Reason::kUnreadable;
     EXPECT_EQ(outcomes[i].verdict, Verdict::kRejected) << outcomes[i].name;
-    EXPECT_EQ(outcomes[i].reason, expected) << outcomes[i].name << ": " << ReasonText(outcomes[i].reason);
+    EXPECT_EQ(outcomes[i].reason, expected)
+        << outcomes[i].name << ": " << ReasonText(outcomes[i].reason);
     EXPECT_FALSE(outcomes[i].detail.empty()) << outcomes[i].name;
     const auto stored = city.Ask().FindImage(outcomes[i].name);
     ASSERT_OK(stored);
@@ -207,7 +215,8 @@ TEST(Ingest, ARejectedPhotoMayComeAgainMended) {
 }
 
 TEST(Ingest, TwoSitesMergeWhenABridgeIsWalked) {
-  const std::vector<Stand> first = Walk(6, 0.9, 5), second = Walk(20, 0.9, 5), bridge = Walk(10.6, 1.1, 8);
+  const std::vector<Stand> first = Walk(6, 0.9, 5), second = Walk(20, 0.9, 5),
+                           bridge = Walk(10.6, 1.1, 8);
   City city;
   city.Add(first);
   city.Add(second);
@@ -235,14 +244,17 @@ TEST(Ingest, TwoSitesMergeWhenABridgeIsWalked) {
   all.insert(all.end(), bridge.begin(), bridge.end());
   ExpectTruePoses(after.snapshot(), joined.reconstructions[0].id, all, all.size());
 
-  // The frame that went tells where it went, and the frame that stayed has stayed: a published pose, carried over,
-  // is still where the photo is. Distances in the frame's own unit, the length of the first site's walk.
+  // The frame that went tells where it went, and the frame that stayed has stayed: a published
+  // pose, carried over, is still where the photo is. Distances in the frame's own unit, the length
+  // of the first site's walk.
   const ReconstructionId kept = joined.reconstructions[0].id, gone = kept == into ? from : into;
   const auto record = after.snapshot().GetReconstruction(gone);
   ASSERT_OK(record);
   EXPECT_EQ(record->merged_into, kept);
   EXPECT_EQ(record->image_count, 0u);
-  const auto center = [](const Queries& ask, uint32_t id) { return (*ask.Pose(ImageId(id)))->cam_from_world.Center(); };
+  const auto center = [](const Queries& ask, uint32_t id) {
+    return (*ask.Pose(ImageId(id)))->cam_from_world.Center();
+  };
   const uint32_t kept_1 = kept == into ? 1 : 6, gone_1 = kept == into ? 6 : 1;
   const double walk = (center(before, kept_1) - center(before, kept_1 + 4)).norm();
   for (uint32_t k = 0; k < 5; ++k) {
@@ -257,7 +269,8 @@ TEST(Ingest, PostponedPhotosAreTriedAgainWhenANeighbourIsPlaced) {
   const std::vector<Stand> far = {{6, 90}, {11, 90}, {16, 90}}, between = {{8.5, 90}, {13.5, 90}};
   City city;
   const std::vector<AddOutcome> waiting = city.Add(far);
-  for (const AddOutcome& outcome : waiting) EXPECT_EQ(outcome.verdict, Verdict::kPostponed) << Told(waiting);
+  for (const AddOutcome& outcome : waiting)
+    EXPECT_EQ(outcome.verdict, Verdict::kPostponed) << Told(waiting);
   const std::vector<AddOutcome> outcomes = city.Add(between);
   SCOPED_TRACE(Told(waiting) + Told(outcomes));
   EXPECT_TRUE(IsPlaced(outcomes[0].verdict));
@@ -291,7 +304,8 @@ TEST(Ingest, StopsBetweenPhotosAndGoesOn) {
       stop.get_token());
   EXPECT_EQ(stopped.code(), StatusCode::kCancelled);
   EXPECT_EQ(reported, 2u);
-  EXPECT_TRUE(IsSound(city.Ask().snapshot())) << "photos prepared ahead and not added must leave nothing that is seen";
+  EXPECT_TRUE(IsSound(city.Ask().snapshot()))
+      << "photos prepared ahead and not added must leave nothing that is seen";
   const std::vector<AddOutcome> outcomes = city.Add(photos);
   EXPECT_TRUE(outcomes[0].duplicate);
   EXPECT_FALSE(outcomes[2].duplicate);

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-// Goal: the engine's own vocabulary comes when the options say, switches at once and as a whole, is the same on any
-// number of threads, and finds what brute force finds.
-// Method: a city whose photos are synthetic descriptors, written straight into the database: sites of several images,
-// each seeing some of its site's spots with noise. Every generation is looked at from before and after its switch;
-// brute force compares every descriptor with all of every image.
+// Goal: the engine's own vocabulary comes when the options say, switches at once and as a whole, is
+// the same on any number of threads, and finds what brute force finds. Method: a city whose photos
+// are synthetic descriptors, written straight into the database: sites of several images, each
+// seeing some of its site's spots with noise. Every generation is looked at from before and after
+// its switch; brute force compares every descriptor with all of every image.
 #include "engine/retrieval.h"
 
 #include <gtest/gtest.h>
@@ -94,13 +94,17 @@ class PhotoCity {
   }
   uint32_t count() const { return count_; }
   std::shared_ptr<const Snapshot> Look() const { return database_->GetSnapshot(); }
-  Status Import(const VocabularyTree& tree) { return retrieval_.Import(database_.get(), tree, &pool_); }
+  Status Import(const VocabularyTree& tree) {
+    return retrieval_.Import(database_.get(), tree, &pool_);
+  }
   std::vector<WordId> Words(const Snapshot& snapshot, ImageId image) {
     auto words = retrieval_.Words(snapshot, PhotoOf(image));
     EXPECT_OK(words);
     return words.ok() ? *words : std::vector<WordId>();
   }
-  std::shared_ptr<const VocabularyTree> Tree(const Snapshot& snapshot) { return *retrieval_.ActiveTree(snapshot); }
+  std::shared_ptr<const VocabularyTree> Tree(const Snapshot& snapshot) {
+    return *retrieval_.ActiveTree(snapshot);
+  }
   DatabaseState State() const { return *database_->GetSnapshot()->GetState(); }
   std::vector<RankedImage> Candidates(const Snapshot& snapshot, ImageId query) {
     auto candidates = retrieval_.Candidates(snapshot, PhotoOf(query));
@@ -118,7 +122,8 @@ class PhotoCity {
     const std::vector<uint8_t>& wanted = PhotoOf(query).descriptors;
     for (uint32_t id = 1; id <= count_; ++id) {
       int shown = 0;
-      for (size_t row = 0; row < wanted.size(); row += kCenterSize) shown += Shows(PhotoOf(ImageId(id)), &wanted[row]);
+      for (size_t row = 0; row < wanted.size(); row += kCenterSize)
+        shown += Shows(PhotoOf(ImageId(id)), &wanted[row]);
       if (shown > best.shown) best = {ImageId(id), shown};
     }
     return best;
@@ -126,10 +131,12 @@ class PhotoCity {
 
  private:
   static bool Shows(const Features& photo, const uint8_t* descriptor) {
-    constexpr int kSameSpot = 2 * 2 * kCenterSize * kNoise * (kNoise + 1) / 3;  // twice what the noise makes of it
+    constexpr int kSameSpot =
+        2 * 2 * kCenterSize * kNoise * (kNoise + 1) / 3;  // twice what the noise makes of it
     for (size_t row = 0; row < photo.descriptors.size(); row += kCenterSize) {
-      const int distance = std::transform_reduce(descriptor, descriptor + kCenterSize, &photo.descriptors[row], 0,
-                                                 std::plus<>(), [](int a, int b) { return (a - b) * (a - b); });
+      const int distance =
+          std::transform_reduce(descriptor, descriptor + kCenterSize, &photo.descriptors[row], 0,
+                                std::plus<>(), [](int a, int b) { return (a - b) * (a - b); });
       if (distance < kSameSpot) return true;
     }
     return false;
@@ -166,7 +173,8 @@ TEST(EngineRetrieval, TrainsWhenTheOptionsSay) {
     images_at_switch.push_back(city.State().images_at_vocabulary);
     EXPECT_EQ(city.State().images_at_vocabulary, city.count());
   }
-  EXPECT_EQ(images_at_switch, (std::vector<uint32_t>{6, 18}));  // compare_all_max, and thrice that; 54 are never there
+  EXPECT_EQ(images_at_switch, (std::vector<uint32_t>{
+                                  6, 18}));  // compare_all_max, and thrice that; 54 are never there
 }
 
 TEST(EngineRetrieval, AnImportedVocabularyStays) {
@@ -186,7 +194,8 @@ TEST(EngineRetrieval, AGenerationSwitchesAsAWhole) {
   city.AddUntil(18);
   const auto after = city.Look();
   ASSERT_EQ(after->GetState()->vocabulary_generation, 2u);
-  // A reader of the old state still has the old vocabulary, whole; also once the new one has been in use.
+  // A reader of the old state still has the old vocabulary, whole; also once the new one has been
+  // in use.
   city.Candidates(*after, ImageId(3));
   EXPECT_EQ(city.Candidates(*before, ImageId(3)), ranked_before);
   // A reader of the new state finds nothing of the old one, and all images in the new one.
@@ -196,8 +205,10 @@ TEST(EngineRetrieval, AGenerationSwitchesAsAWhole) {
     EXPECT_EQ(*after->GetWords(2, ImageId(id)), city.Words(*after, ImageId(id)));
   }
   size_t old_lists = 0, new_entries = 0, words = 0;
-  EXPECT_OK(after->ScanPostings(1, [&](WordId, std::span<const ImageId>) { return ++old_lists, true; }));
-  EXPECT_OK(after->ScanPostings(2, [&](WordId, std::span<const ImageId> list) { return new_entries += list.size(); }));
+  EXPECT_OK(
+      after->ScanPostings(1, [&](WordId, std::span<const ImageId>) { return ++old_lists, true; }));
+  EXPECT_OK(after->ScanPostings(
+      2, [&](WordId, std::span<const ImageId> list) { return new_entries += list.size(); }));
   for (uint32_t id = 1; id <= 18; ++id) words += after->GetWords(2, ImageId(id))->size();
   EXPECT_EQ(old_lists, 0u);
   EXPECT_EQ(new_entries, words);
@@ -228,7 +239,8 @@ TEST(EngineRetrieval, FindsWhatBruteForceFinds) {
     const std::vector<RankedImage> candidates = city.Candidates(*city.Look(), next);
     ASSERT_EQ(candidates.size(), ScheduledOptions().candidate_count_min);
     ++wanted;
-    found += std::ranges::any_of(candidates, [&](const RankedImage& c) { return c.image == best.image; });
+    found += std::ranges::any_of(candidates,
+                                 [&](const RankedImage& c) { return c.image == best.image; });
   }
   std::cout << "recall " << found << " of " << wanted << "\n";
   EXPECT_EQ(wanted, static_cast<int>(kImageCount - kSiteCount));

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
-// Photos of one synthetic street with their truth, rendered in memory once a process, and an engine to add them to.
+// Photos of one synthetic street with their truth, rendered in memory once a process, and an engine
+// to add them to.
 
 #include <gtest/gtest.h>
 
@@ -21,7 +22,8 @@
 
 namespace veduta {
 
-// Where a photo is taken: metres along the street, in its middle; 90 looks square at the houses on the left.
+// Where a photo is taken: metres along the street, in its middle; 90 looks square at the houses on
+// the left.
 struct Stand {
   double along_m = 0;
   double yaw_deg = 90;
@@ -54,7 +56,8 @@ inline const street::Scene& SharedScene() {
   return *scene;
 }
 
-// The same stand gives the same bytes; `exposure_seed` other bytes of the same view. Rendered once a process.
+// The same stand gives the same bytes; `exposure_seed` other bytes of the same view. Rendered once
+// a process.
 inline const TakenPhoto& TakePhoto(const Stand& stand, uint64_t exposure_seed = 1) {
   static std::map<std::tuple<double, double, uint64_t>, TakenPhoto> taken;
   const auto key = std::make_tuple(stand.along_m, stand.yaw_deg, exposure_seed);
@@ -69,22 +72,26 @@ inline const TakenPhoto& TakePhoto(const Stand& stand, uint64_t exposure_seed = 
   street::StreetCamera camera;
   camera.model = StreetCameraModel();
   const Eigen::Vector3d center(at.x(), at.y() + jitter(0.3), 1.6 + jitter(0.1));
-  camera.cam_from_world = street::LookFrom(center, stand.yaw_deg + jitter(2), 8 + jitter(2), jitter(2));
+  camera.cam_from_world =
+      street::LookFrom(center, stand.yaw_deg + jitter(2), 8 + jitter(2), jitter(2));
   street::RenderOptions render;
   render.noise_sigma = 2;
   render.seed = exposure_seed;
   char name[64];
   std::snprintf(name, sizeof(name), "walk/%05.2f_%03.0f.jpg", stand.along_m, stand.yaw_deg);
   auto photo = street::RenderPhoto(scene, camera, render);
-  auto jpeg = photo.ok() ? street::EncodeJpeg(*photo, 92) : Result<std::vector<uint8_t>>(photo.status());
+  auto jpeg =
+      photo.ok() ? street::EncodeJpeg(*photo, 92) : Result<std::vector<uint8_t>>(photo.status());
   EXPECT_OK(jpeg);
-  return taken[key] = {name, camera.cam_from_world, jpeg.ok() ? std::move(*jpeg) : std::vector<uint8_t>()};
+  return taken[key] = {name, camera.cam_from_world,
+                       jpeg.ok() ? std::move(*jpeg) : std::vector<uint8_t>()};
 }
 
 // A walk with a photo every `step_m`, the view swinging a little.
 inline std::vector<Stand> Walk(double from_m, double step_m, int count) {
   std::vector<Stand> stands;
-  for (int i = 0; i < count; ++i) stands.push_back({from_m + i * step_m, std::round(90 + 15 * std::cos(M_PI * i / 3))});
+  for (int i = 0; i < count; ++i)
+    stands.push_back({from_m + i * step_m, std::round(90 + 15 * std::cos(M_PI * i / 3))});
   return stands;
 }
 
@@ -133,7 +140,8 @@ class City {
   }
 
   Status TryAdd(const std::vector<PhotoSubmission>& photos, std::vector<AddOutcome>* outcomes) {
-    return engine_->AddPhotos(photos, [&](const AddOutcome& outcome) { outcomes->push_back(outcome); });
+    return engine_->AddPhotos(photos,
+                              [&](const AddOutcome& outcome) { outcomes->push_back(outcome); });
   }
   std::vector<AddOutcome> Add(const std::vector<PhotoSubmission>& photos) {
     std::vector<AddOutcome> outcomes;
@@ -213,8 +221,8 @@ inline PoseErrors CompareWithTruth(const Snapshot& snapshot, ReconstructionId re
     from.col(static_cast<Eigen::Index>(i)) = found[i].Center();
     to.col(static_cast<Eigen::Index>(i)) = truth[i].Center();
   }
-  // Centres on a line leave a turn about it open; a second point a camera, a metre ahead of it in the truth's scale,
-  // does not. The scale comes from a first fit.
+  // Centres on a line leave a turn about it open; a second point a camera, a metre ahead of it in
+  // the truth's scale, does not. The scale comes from a first fit.
   const double scale = std::cbrt(Eigen::umeyama(from, to).topLeftCorner<3, 3>().determinant());
   Eigen::Matrix3Xd from_all(3, 2 * found.size()), to_all(3, 2 * found.size());
   for (size_t i = 0; i < found.size(); ++i) {
@@ -225,11 +233,13 @@ inline PoseErrors CompareWithTruth(const Snapshot& snapshot, ReconstructionId re
     to_all.col(k + 1) = truth[i].Inverse() * Eigen::Vector3d(0, 0, 1);
   }
   const Eigen::Matrix4d fit = Eigen::umeyama(from_all, to_all);
-  const Eigen::Matrix3d turn = fit.topLeftCorner<3, 3>() / std::cbrt(fit.topLeftCorner<3, 3>().determinant());
+  const Eigen::Matrix3d turn =
+      fit.topLeftCorner<3, 3>() / std::cbrt(fit.topLeftCorner<3, 3>().determinant());
   std::vector<double> centers_m, angles_deg;
   for (size_t i = 0; i < found.size(); ++i) {
-    centers_m.push_back(
-        (fit.topLeftCorner<3, 3>() * found[i].Center() + fit.topRightCorner<3, 1>() - truth[i].Center()).norm());
+    centers_m.push_back((fit.topLeftCorner<3, 3>() * found[i].Center() +
+                         fit.topRightCorner<3, 1>() - truth[i].Center())
+                            .norm());
     const Eigen::Quaterniond rotation = found[i].rotation * Eigen::Quaterniond(turn).conjugate();
     angles_deg.push_back(rotation.angularDistance(truth[i].rotation) * 180 / M_PI);
   }

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-// Goal: the offline pass redoes what is stale and nothing else: depth maps that are withdrawn and added leave the bytes
-// of a pass from nothing; poses that hardly move keep what was made from them; what was merged away goes; damage is
-// named.
-// Method: photos of a rendered street in a real database; small depth maps, C++ paths; the pass run again after one
-// change at a time, its report and its stored bytes compared.
+// Goal: the offline pass redoes what is stale and nothing else: depth maps that are withdrawn and
+// added leave the bytes of a pass from nothing; poses that hardly move keep what was made from
+// them; what was merged away goes; damage is named. Method: photos of a rendered street in a real
+// database; small depth maps, C++ paths; the pass run again after one change at a time, its report
+// and its stored bytes compared.
 #include "fusion/densify.h"
 
 #include <gtest/gtest.h>
@@ -28,7 +28,8 @@ class DensifyTest : public testing::Test {
  protected:
   void SetUp() override {
     std::vector<Stand> stands;
-    for (const double along_m : {20.0, 20.7, 21.4, 22.1, 22.8, 23.5}) stands.push_back({along_m, 90});
+    for (const double along_m : {20.0, 20.7, 21.4, 22.1, 22.8, 23.5})
+      stands.push_back({along_m, 90});
     city_.Add(stands);
     const auto records = engine_->Ask().snapshot().ListReconstructions();
     ASSERT_OK(records);
@@ -38,7 +39,8 @@ class DensifyTest : public testing::Test {
   }
 
   DensifyReport Pass(const DensifyOptions& options = SmallOptions()) {
-    auto report = Densify(*engine_->database(), id_, options, /*device=*/nullptr, *engine_->pool(), {});
+    auto report =
+        Densify(*engine_->database(), id_, options, /*device=*/nullptr, *engine_->pool(), {});
     EXPECT_OK(report);
     return report.ok() ? *report : DensifyReport();
   }
@@ -46,11 +48,12 @@ class DensifyTest : public testing::Test {
   // Keys and values of one family, hashed.
   std::vector<ContentHash> Stored(uint8_t wanted) {
     std::vector<ContentHash> hashes;
-    EXPECT_OK(engine_->database()->GetSnapshot()->dense().ScanAll([&](uint8_t family, auto key, auto value) {
-      if (family != wanted) return;
-      hashes.push_back(HashContent(key));
-      hashes.push_back(HashContent(value));
-    }));
+    EXPECT_OK(engine_->database()->GetSnapshot()->dense().ScanAll(
+        [&](uint8_t family, auto key, auto value) {
+          if (family != wanted) return;
+          hashes.push_back(HashContent(key));
+          hashes.push_back(HashContent(value));
+        }));
     return hashes;
   }
 
@@ -115,7 +118,9 @@ TEST_F(DensifyTest, WhatHardlyMovesStays) {
   ASSERT_EQ(first.depths.computed, 6u);
   MovePose(ImageId(3), 1e-5);
   const DensifyReport still = Pass();
-  EXPECT_EQ(still.depths.computed + still.checks.computed + still.volume.computed + still.colors.computed, 0u);
+  EXPECT_EQ(
+      still.depths.computed + still.checks.computed + still.volume.computed + still.colors.computed,
+      0u);
   MovePose(ImageId(3), 0.05);
   const DensifyReport moved = Pass();
   EXPECT_GE(moved.depths.computed, 1u);
@@ -152,9 +157,11 @@ TEST_F(DensifyTest, WhatWasMergedAwayGoes) {
   ASSERT_OK(swept);
   EXPECT_EQ(*swept, 1u);
   size_t left = 0;
-  ASSERT_OK(engine_->database()->GetSnapshot()->dense().ScanAll([&](uint8_t, auto, auto) { ++left; }));
+  ASSERT_OK(
+      engine_->database()->GetSnapshot()->dense().ScanAll([&](uint8_t, auto, auto) { ++left; }));
   EXPECT_EQ(left, 0u);
-  const Status merged = Densify(*engine_->database(), id_, SmallOptions(), nullptr, *engine_->pool(), {}).status();
+  const Status merged =
+      Densify(*engine_->database(), id_, SmallOptions(), nullptr, *engine_->pool(), {}).status();
   EXPECT_EQ(merged.code(), StatusCode::kInvalidArgument);
   EXPECT_NE(merged.message().find("merged into 99"), std::string::npos) << merged.message();
 }
@@ -165,14 +172,16 @@ TEST_F(DensifyTest, SweepsItsOwnSupersededMapsOnly) {
   const auto depth = snapshot->dense().FindDepth(ImageId(1));
   ASSERT_TRUE(depth.ok() && *depth);
   auto checked = snapshot->dense().GetCheckedDepth(ImageId(1), (*depth)->checked_version);
-  const auto pixels = snapshot->dense().GetCheckedDepthPixels(ImageId(1), (*depth)->checked_version);
+  const auto pixels =
+      snapshot->dense().GetCheckedDepthPixels(ImageId(1), (*depth)->checked_version);
   ASSERT_OK(checked);
   ASSERT_OK(pixels);
   const auto transaction = engine_->database()->BeginTransaction();
   checked->version = 1;
   transaction->dense().PutCheckedDepth(*checked, *pixels);
   checked->version = 2;
-  checked->reconstruction = ReconstructionId(77);  // whose pass was killed before its tiles let go of the map
+  checked->reconstruction =
+      ReconstructionId(77);  // whose pass was killed before its tiles let go of the map
   transaction->dense().PutCheckedDepth(*checked, *pixels);
   ASSERT_OK(transaction->Commit());
   Pass();
@@ -201,21 +210,25 @@ TEST_F(DensifyTest, DamageIsNamed) {
   const uint8_t block = static_cast<uint8_t>(std::countr_zero(tiles[0].blocks));
   transaction->dense().PutVolumeBlock(id_, tiles[0].place, block, rubbish);
   transaction->dense().PutSurface(SurfacePart::kMesh, id_, tiles[1].place, rubbish);
-  transaction->dense().DeleteCheckedDepth(ImageId(2), (*snapshot->dense().FindDepth(ImageId(2)))->checked_version);
+  transaction->dense().DeleteCheckedDepth(
+      ImageId(2), (*snapshot->dense().FindDepth(ImageId(2)))->checked_version);
   ASSERT_OK(transaction->Commit());
   const auto violations = FindDenseViolations(*engine_->database()->GetSnapshot(), 1000);
   ASSERT_OK(violations);
   const auto named = [&](const std::string& words) {
-    return std::ranges::any_of(*violations, [&](const std::string& v) { return v.find(words) != std::string::npos; });
+    return std::ranges::any_of(
+        *violations, [&](const std::string& v) { return v.find(words) != std::string::npos; });
   };
   const auto name = [](const TileRecord& t) {
-    return "tile " + std::to_string(t.place.x) + "," + std::to_string(t.place.y) + "," + std::to_string(t.place.z);
+    return "tile " + std::to_string(t.place.x) + "," + std::to_string(t.place.y) + "," +
+           std::to_string(t.place.z);
   };
   EXPECT_TRUE(named("depth map of image 1 has"));
   EXPECT_TRUE(named("depth map of image 2: there is no such"));
   EXPECT_TRUE(named(name(tiles[0])));
   EXPECT_TRUE(named(name(tiles[1])));
-  EXPECT_EQ(FindDenseViolations(*engine_->database()->GetSnapshot(), 1)->size(), 1u) << "no more than asked for";
+  EXPECT_EQ(FindDenseViolations(*engine_->database()->GetSnapshot(), 1)->size(), 1u)
+      << "no more than asked for";
 }
 
 TEST_F(DensifyTest, StopsBetweenPiecesAndRefusesNonsense) {
@@ -225,18 +238,22 @@ TEST_F(DensifyTest, StopsBetweenPiecesAndRefusesNonsense) {
     if (stage == "depth maps" && done == 2) stop.request_stop();
   };
   const Status stopped =
-      Densify(*engine_->database(), id_, options, nullptr, *engine_->pool(), stop.get_token()).status();
+      Densify(*engine_->database(), id_, options, nullptr, *engine_->pool(), stop.get_token())
+          .status();
   EXPECT_EQ(stopped.code(), StatusCode::kCancelled);
   const DensifyReport rest = Pass();
   EXPECT_EQ(rest.depths.kept, 2u);
   EXPECT_EQ(rest.depths.computed, 4u);
   options = SmallOptions();
   options.neighbor_count = 0;
-  EXPECT_EQ(Densify(*engine_->database(), id_, options, nullptr, *engine_->pool(), {}).status().code(),
-            StatusCode::kInvalidArgument);
   EXPECT_EQ(
-      Densify(*engine_->database(), ReconstructionId(9), SmallOptions(), nullptr, *engine_->pool(), {}).status().code(),
-      StatusCode::kNotFound);
+      Densify(*engine_->database(), id_, options, nullptr, *engine_->pool(), {}).status().code(),
+      StatusCode::kInvalidArgument);
+  EXPECT_EQ(Densify(*engine_->database(), ReconstructionId(9), SmallOptions(), nullptr,
+                    *engine_->pool(), {})
+                .status()
+                .code(),
+            StatusCode::kNotFound);
 }
 
 }  // namespace

@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-// Goal: every instruction set finds the same centre and the same score as plain arithmetic, and sums the same clusters.
-// Method: a direct |d - c|^2 in 64 bits as reference; random bytes, the extremes 0 and 255 where a saturating or 16-bit
-// product would show, all center counts from 1 to 64, and ties.
+// Goal: every instruction set finds the same centre and the same score as plain arithmetic, and
+// sums the same clusters. Method: a direct |d - c|^2 in 64 bits as reference; random bytes, the
+// extremes 0 and 255 where a saturating or 16-bit product would show, all center counts from 1 to
+// 64, and ties.
 #include "index/center_kernels.h"
 
 #include <gtest/gtest.h>
@@ -26,7 +27,8 @@ std::vector<const CenterKernels*> AllKernels() {
 std::vector<uint8_t> RandomRows(size_t n, uint64_t seed, bool extreme) {
   SeededRandom random(seed);
   std::vector<uint8_t> rows(n * kCenterSize);
-  for (uint8_t& byte : rows) byte = static_cast<uint8_t>(extreme ? random.Below(2) * 255 : random.Below(256));
+  for (uint8_t& byte : rows)
+    byte = static_cast<uint8_t>(extreme ? random.Below(2) * 255 : random.Below(256));
   return rows;
 }
 
@@ -44,7 +46,8 @@ void ExpectNearest(const std::vector<uint8_t>& descriptors, const std::vector<ui
   for (const CenterKernels* kernels : AllKernels()) {
     std::vector<uint8_t> nearest(n);
     std::vector<int32_t> scores(n);
-    kernels->nearest_each(descriptors.data(), n, centers.data(), biases.data(), count, nearest.data(), scores.data());
+    kernels->nearest_each(descriptors.data(), n, centers.data(), biases.data(), count,
+                          nearest.data(), scores.data());
     for (size_t i = 0; i < n; ++i) {
       const uint8_t* descriptor = &descriptors[i * kCenterSize];
       uint32_t best = 0;
@@ -54,11 +57,14 @@ void ExpectNearest(const std::vector<uint8_t>& descriptors, const std::vector<ui
           best = c;
         }
       }
-      ASSERT_EQ(nearest[i], best) << kernels->name << ", descriptor " << i << " of " << count << " centers";
-      ASSERT_EQ(scores[i] + DescriptorNorm(descriptor), SquaredDistance(descriptor, &centers[best * kCenterSize]))
+      ASSERT_EQ(nearest[i], best) << kernels->name << ", descriptor " << i << " of " << count
+                                  << " centers";
+      ASSERT_EQ(scores[i] + DescriptorNorm(descriptor),
+                SquaredDistance(descriptor, &centers[best * kCenterSize]))
           << kernels->name;
       int32_t score = 0;
-      ASSERT_EQ(kernels->nearest(descriptor, centers.data(), biases.data(), count, &score), best) << kernels->name;
+      ASSERT_EQ(kernels->nearest(descriptor, centers.data(), biases.data(), count, &score), best)
+          << kernels->name;
       ASSERT_EQ(score, scores[i]) << kernels->name;
     }
   }
@@ -67,7 +73,8 @@ void ExpectNearest(const std::vector<uint8_t>& descriptors, const std::vector<ui
 TEST(CenterKernels, AgreeWithPlainArithmetic) {
   for (uint32_t count = 1; count <= kCenterCountMax; ++count) {
     for (const bool extreme : {false, true}) {
-      ExpectNearest(RandomRows(9, MixSeed(count, 1), extreme), RandomRows(count, MixSeed(count, 2), extreme));
+      ExpectNearest(RandomRows(9, MixSeed(count, 1), extreme),
+                    RandomRows(count, MixSeed(count, 2), extreme));
     }
   }
 }
@@ -90,10 +97,13 @@ TEST(CenterKernels, TiesGoToTheFirst) {
         std::copy_n(descriptors.begin(), kCenterSize, centers.begin() + first * kCenterSize);
         std::copy_n(descriptors.begin(), kCenterSize, centers.begin() + second * kCenterSize);
         std::vector<int32_t> biases;
-        for (uint32_t c = 0; c < count; ++c) biases.push_back(CenterBias(&centers[c * kCenterSize]));
+        for (uint32_t c = 0; c < count; ++c)
+          biases.push_back(CenterBias(&centers[c * kCenterSize]));
         for (const CenterKernels* kernels : AllKernels()) {
           int32_t score = 0;
-          ASSERT_EQ(kernels->nearest(descriptors.data(), centers.data(), biases.data(), count, &score), first)
+          ASSERT_EQ(
+              kernels->nearest(descriptors.data(), centers.data(), biases.data(), count, &score),
+              first)
               << kernels->name << ", also at " << second << " of " << count;
         }
       }
@@ -110,7 +120,8 @@ TEST(CenterKernels, AccumulateSumsEachCluster) {
   for (uint8_t& c : nearest) c = static_cast<uint8_t>(random.Below(count));
   std::vector<uint32_t> expected(count * kCenterSize, 3);  // sums are added to what is there
   for (size_t i = 0; i < n; ++i) {
-    for (size_t j = 0; j < kCenterSize; ++j) expected[nearest[i] * kCenterSize + j] += descriptors[i * kCenterSize + j];
+    for (size_t j = 0; j < kCenterSize; ++j)
+      expected[nearest[i] * kCenterSize + j] += descriptors[i * kCenterSize + j];
   }
   for (const CenterKernels* kernels : AllKernels()) {
     std::vector<uint32_t> sums(count * kCenterSize, 3);

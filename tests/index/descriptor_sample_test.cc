@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Goal: a sample depends on the images and not on their order, holds what it was given and no more, and is uniform.
-// Method: descriptors that carry their image's and their own number.
+// Goal: a sample depends on the images and not on their order, holds what it was given and no more,
+// and is uniform. Method: descriptors that carry their image's and their own number.
 #include "index/descriptor_sample.h"
 
 #include <gtest/gtest.h>
@@ -27,7 +27,8 @@ std::vector<uint8_t> Numbered(uint8_t image, size_t n) {
 
 std::vector<uint8_t> SampleOf(size_t count_max, const std::vector<uint8_t>& images) {
   DescriptorSample sample(count_max);
-  for (const uint8_t image : images) sample.Add(MixSeed(image, 7), Numbered(image, 300 + 100u * image));
+  for (const uint8_t image : images)
+    sample.Add(MixSeed(image, 7), Numbered(image, 300 + 100u * image));
   return sample.Take();
 }
 
@@ -39,7 +40,8 @@ TEST(DescriptorSample, IsIndependentOfOrder) {
 }
 
 TEST(DescriptorSample, DrawsWithoutReplacementAndUniformly) {
-  const std::vector<uint8_t> sample = SampleOf(1000, {0, 1, 2, 3, 4, 5});  // of 300 + 400 + ... + 800 = 3300
+  const std::vector<uint8_t> sample =
+      SampleOf(1000, {0, 1, 2, 3, 4, 5});  // of 300 + 400 + ... + 800 = 3300
   std::set<std::pair<int, int>> seen;
   std::vector<double> of_image(6, 0);
   for (size_t i = 0; i < sample.size(); i += kCenterSize) {

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Goal: the centres are a fixed point of Lloyd's iteration, the distortion is what it says, and threads change nothing.
-// Method: means and nearest centres computed plainly in 64 bits; clusters far apart, which have to be found.
+// Goal: the centres are a fixed point of Lloyd's iteration, the distortion is what it says, and
+// threads change nothing. Method: means and nearest centres computed plainly in 64 bits; clusters
+// far apart, which have to be found.
 #include "index/kmeans.h"
 
 #include <gtest/gtest.h>
@@ -59,7 +60,8 @@ TEST(KMeans, EndsWhereEachCenterIsItsClustersMean) {
           ++size;
         }
         ASSERT_GT(size, 0);
-        ASSERT_LE(std::abs(sum / size - centers.rows[c * kCenterSize + j]), 0.5) << "center " << c << " bin " << j;
+        ASSERT_LE(std::abs(sum / size - centers.rows[c * kCenterSize + j]), 0.5)
+            << "center " << c << " bin " << j;
       }
     }
   }
@@ -77,8 +79,8 @@ TEST(KMeans, FindsClustersFarApart) {
   const std::vector<uint8_t> descriptors = ClusteredDescriptors(2000, 10, 3, 3);
   ThreadPool pool(1);
   const KMeansCenters centers = FindCenters(descriptors, 10, 20, 4, pool);
-  // Uniform noise of +-3 has a variance of 4 a bin (less where 0 clamps it); one cluster split in two at the expense of
-  // others would give thousands.
+  // Uniform noise of +-3 has a variance of 4 a bin (less where 0 clamps it); one cluster split in
+  // two at the expense of others would give thousands.
   EXPECT_LT(centers.distortion / 2000, 4u * kCenterSize + kCenterSize);
 }
 
@@ -101,7 +103,8 @@ TEST(KMeans, StopsAtDistinctDescriptors) {
 }
 
 TEST(KMeans, DoesNotDependOnThreads) {
-  const std::vector<uint8_t> descriptors = ClusteredDescriptors(20'000, 50, 40, 6);  // several chunks
+  const std::vector<uint8_t> descriptors =
+      ClusteredDescriptors(20'000, 50, 40, 6);  // several chunks
   std::vector<uint32_t> rows(15'000);
   std::iota(rows.begin(), rows.end(), 4000u);
   const size_t subset = size_t{4000} * kCenterSize;
@@ -114,10 +117,10 @@ TEST(KMeans, DoesNotDependOnThreads) {
     std::vector<uint8_t> nearest(rows.size());
     std::vector<uint32_t> distances(rows.size());
     AssignToCenters(descriptors, rows, found.front(), nearest, distances, pool);
-    const Plain plain =
-        AssignPlainly({descriptors.begin() + subset,
-                       descriptors.begin() + subset + static_cast<ptrdiff_t>(rows.size()) * kCenterSize},
-                      found.front().rows);
+    const Plain plain = AssignPlainly(
+        {descriptors.begin() + subset,
+         descriptors.begin() + subset + static_cast<ptrdiff_t>(rows.size()) * kCenterSize},
+        found.front().rows);
     EXPECT_EQ(nearest, plain.nearest);
     EXPECT_EQ(distances, plain.distances);
   }

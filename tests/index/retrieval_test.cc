@@ -1,9 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-// Goal: the tree and the scores together find the images that brute force finds, also those stored after training.
-// Method: a synthetic city of sites; an image shows some of its site's spots, seen again with noise, among clutter of
-// its own and spots that every site has. Brute force: each descriptor of the query votes for the images with the
-// nearest descriptors. Its best images must be among the index's first few. Half of the images are unknown to the
-// training. Beside it as a peer: FLANN's hierarchical k-means over as many words, searched as approximate neighbours.
+// Goal: the tree and the scores together find the images that brute force finds, also those stored
+// after training. Method: a synthetic city of sites; an image shows some of its site's spots, seen
+// again with noise, among clutter of its own and spots that every site has. Brute force: each
+// descriptor of the query votes for the images with the nearest descriptors. Its best images must
+// be among the index's first few. Half of the images are unknown to the training. Beside it as a
+// peer: FLANN's hierarchical k-means over as many words, searched as approximate neighbours.
 #include <gtest/gtest.h>
 #include <flann/flann.hpp>
 
@@ -82,7 +83,8 @@ class Retrieval : public testing::Test {
   std::vector<uint32_t> IndexBest(uint32_t query, uint32_t k) const {
     std::vector<std::vector<ImageId>> postings;
     for (const WordId word : words_[query]) postings.push_back(postings_.at(word));
-    const std::vector<RankedImage> ranked = Rank(postings, kImageCount, {.count_max = k + 1}).value();
+    const std::vector<RankedImage> ranked =
+        Rank(postings, kImageCount, {.count_max = k + 1}).value();
     EXPECT_EQ(ranked.front().score, 1.0);
     std::vector<uint32_t> best;
     for (const RankedImage& image : ranked) {
@@ -96,19 +98,23 @@ class Retrieval : public testing::Test {
     const std::vector<uint8_t>& descriptors = city_.images[query];
     std::vector<int> votes(kImageCount, 0);
     for (size_t row = 0; row < descriptors.size(); row += kCenterSize) {
-      std::vector<std::pair<int, uint32_t>> nearest;  // squared distance to each image's nearest descriptor
+      std::vector<std::pair<int, uint32_t>>
+          nearest;  // squared distance to each image's nearest descriptor
       for (uint32_t i = 0; i < kImageCount; ++i) {
-        if (i != query) nearest.emplace_back(NearestDistance(&descriptors[row], city_.images[i]), i);
+        if (i != query)
+          nearest.emplace_back(NearestDistance(&descriptors[row], city_.images[i]), i);
       }
       std::sort(nearest.begin(), nearest.end());
-      // Every image that shows the spot comes as close as the noise, 2 * 128 * (12 * 13 / 3), makes it; others do not.
+      // Every image that shows the spot comes as close as the noise, 2 * 128 * (12 * 13 / 3), makes
+      // it; others do not.
       for (const auto& [distance, image] : nearest) {
         if (distance < 2 * 2 * kCenterSize * kNoise * (kNoise + 1) / 3) ++votes[image];
       }
     }
     std::vector<uint32_t> order;
     for (uint32_t i = 0; i < kImageCount; ++i) order.push_back(i);
-    std::stable_sort(order.begin(), order.end(), [&](uint32_t a, uint32_t b) { return votes[a] > votes[b]; });
+    std::stable_sort(order.begin(), order.end(),
+                     [&](uint32_t a, uint32_t b) { return votes[a] > votes[b]; });
     order.resize(k);
     return order;
   }
@@ -147,7 +153,8 @@ class Retrieval : public testing::Test {
 
 TEST_F(Retrieval, BruteForceFindsTheSite) {  // else the recall below would mean nothing
   for (uint32_t query = 0; query < kImageCount; query += 7) {
-    for (const uint32_t image : BruteForceBest(query, 2)) EXPECT_EQ(image / kImagesOfSite, query / kImagesOfSite);
+    for (const uint32_t image : BruteForceBest(query, 2))
+      EXPECT_EQ(image / kImagesOfSite, query / kImagesOfSite);
   }
 }
 
@@ -161,8 +168,8 @@ TEST_F(Retrieval, FindsImagesStoredAfterTraining) {
   EXPECT_GE(Recall(5), 0.9);
 }
 
-// FLANN's tree of k-means gives the centres, and finds the nearest of them; descends several branches where ours
-// descends one, so it may find a little more, at many times the distances.
+// FLANN's tree of k-means gives the centres, and finds the nearest of them; descends several
+// branches where ours descends one, so it may find a little more, at many times the distances.
 TEST_F(Retrieval, FindsAsMuchAsFlann) {
   const uint32_t word_count = Build(1, {});
   const double ours = Recall(5);
@@ -172,12 +179,14 @@ TEST_F(Retrieval, FindsAsMuchAsFlann) {
   flann::seed_random(1);
   std::vector<float> centers(size_t{word_count} * kCenterSize);
   flann::Matrix<float> to(centers.data(), word_count, kCenterSize);
-  const int center_count =
-      flann::hierarchicalClustering<Distance>({sample.data(), sample.size() / kCenterSize, kCenterSize}, to,
-                                              flann::KMeansIndexParams(10, 11, flann::FLANN_CENTERS_KMEANSPP));
-  ASSERT_GT(center_count, static_cast<int>(word_count) * 4 / 5);  // nodes too small to split leave some out
-  flann::Index<flann::L2<float>> index({centers.data(), static_cast<size_t>(center_count), kCenterSize},
-                                       flann::KMeansIndexParams(10));
+  const int center_count = flann::hierarchicalClustering<Distance>(
+      {sample.data(), sample.size() / kCenterSize, kCenterSize}, to,
+      flann::KMeansIndexParams(10, 11, flann::FLANN_CENTERS_KMEANSPP));
+  ASSERT_GT(center_count,
+            static_cast<int>(word_count) * 4 / 5);  // nodes too small to split leave some out
+  flann::Index<flann::L2<float>> index(
+      {centers.data(), static_cast<size_t>(center_count), kCenterSize},
+      flann::KMeansIndexParams(10));
   index.buildIndex();
   Store([&](const std::vector<uint8_t>& image) {
     std::vector<float> query(image.begin(), image.end());
@@ -186,11 +195,13 @@ TEST_F(Retrieval, FindsAsMuchAsFlann) {
     std::vector<float> distances(rows);
     flann::Matrix<int> nearest_out(nearest.data(), rows, 1);
     flann::Matrix<float> distances_out(distances.data(), rows, 1);
-    index.knnSearch({query.data(), rows, kCenterSize}, nearest_out, distances_out, 1, flann::SearchParams(64));
+    index.knnSearch({query.data(), rows, kCenterSize}, nearest_out, distances_out, 1,
+                    flann::SearchParams(64));
     return std::vector<WordId>(nearest.begin(), nearest.end());
   });
   const double theirs = Recall(5);
-  std::cout << word_count << " words: recall " << ours << ", FLANN's " << center_count << " words: " << theirs << "\n";
+  std::cout << word_count << " words: recall " << ours << ", FLANN's " << center_count
+            << " words: " << theirs << "\n";
   EXPECT_GE(theirs, 0.8) << "a peer that finds little proves little";
   EXPECT_GE(ours, theirs - 0.03);
 }

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Goal: eq 5 as written, exactly 1 for a stored image, and sound answers at its edges.
-// Method: a plain evaluation of eq 5 image by image over random collections; hand-made cases for the edges.
+// Method: a plain evaluation of eq 5 image by image over random collections; hand-made cases for
+// the edges.
 #include "index/scoring.h"
 
 #include <gtest/gtest.h>
@@ -17,13 +18,15 @@ namespace {
 using Words = std::vector<WordId>;  // distinct, ascending
 
 // ids[i] is the id of collection[i], ascending.
-std::vector<std::vector<ImageId>> PostingsOf(const Words& query, const std::vector<Words>& collection,
+std::vector<std::vector<ImageId>> PostingsOf(const Words& query,
+                                             const std::vector<Words>& collection,
                                              const std::vector<uint32_t>& ids) {
   std::vector<std::vector<ImageId>> postings;
   for (const WordId word : query) {
     postings.emplace_back();
     for (size_t i = 0; i < collection.size(); ++i) {
-      if (std::binary_search(collection[i].begin(), collection[i].end(), word)) postings.back().emplace_back(ids[i]);
+      if (std::binary_search(collection[i].begin(), collection[i].end(), word))
+        postings.back().emplace_back(ids[i]);
     }
   }
   return postings;
@@ -36,7 +39,8 @@ std::vector<uint32_t> Ids(size_t n) {
 }
 
 std::vector<RankedImage> RankAll(const Words& query, const std::vector<Words>& collection) {
-  return Rank(PostingsOf(query, collection, Ids(collection.size())), static_cast<uint32_t>(collection.size()), {})
+  return Rank(PostingsOf(query, collection, Ids(collection.size())),
+              static_cast<uint32_t>(collection.size()), {})
       .value();
 }
 
@@ -72,7 +76,8 @@ TEST(Scoring, IsEquation5) {
       for (uint32_t i = 0; i < image_count; ++i) {
         plain.push_back({ImageId(i + 1), PlainScore(query, collection, collection[i])});
       }
-      std::stable_sort(plain.begin(), plain.end(), [](const auto& a, const auto& b) { return a.score > b.score; });
+      std::stable_sort(plain.begin(), plain.end(),
+                       [](const auto& a, const auto& b) { return a.score > b.score; });
       ASSERT_EQ(ranked.size(), plain.size());
       for (size_t i = 0; i < plain.size(); ++i) {
         EXPECT_NEAR(ranked[i].score, plain[i].score, 1e-8);
@@ -109,7 +114,8 @@ TEST(Scoring, WithoutWeightsEveryWordCountsTheSame) {
   EXPECT_EQ(RankAll({3, 5}, {{3, 5}}), (std::vector<RankedImage>{{ImageId(1), 1.0}}));
   // One image stored and a word it lacks: log(1 / max(0, 1)) is zero too.
   EXPECT_EQ(RankAll({3, 5, 9, 11}, {{3, 5, 7}}), (std::vector<RankedImage>{{ImageId(1), 0.5}}));
-  EXPECT_EQ(RankAll({3}, {{3}, {3}}), (std::vector<RankedImage>{{ImageId(1), 1.0}, {ImageId(2), 1.0}}));
+  EXPECT_EQ(RankAll({3}, {{3}, {3}}),
+            (std::vector<RankedImage>{{ImageId(1), 1.0}, {ImageId(2), 1.0}}));
 }
 
 TEST(Scoring, NothingInCommonIsAnEmptyRanking) {
@@ -157,7 +163,8 @@ TEST(Scoring, LargeIdsGiveTheSameScores) {
 
 TEST(Scoring, RefusesWrongInput) {
   using Postings = std::vector<std::vector<ImageId>>;
-  const auto code = [](const Postings& postings, uint32_t image_count, const RankOptions& options = {}) {
+  const auto code = [](const Postings& postings, uint32_t image_count,
+                       const RankOptions& options = {}) {
     return Rank(postings, image_count, options).status().code();
   };
   const ImageId one(1), two(2), none;

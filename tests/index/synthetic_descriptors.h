@@ -25,7 +25,8 @@ inline std::vector<uint8_t> RandomDescriptor(SeededRandom& random) {
 inline std::vector<uint8_t> SeenAgain(const uint8_t* descriptor, int noise, SeededRandom& random) {
   std::vector<uint8_t> again(kCenterSize);
   for (int j = 0; j < kCenterSize; ++j) {
-    const int moved = descriptor[j] + static_cast<int>(random.Below(static_cast<uint32_t>(2 * noise + 1))) - noise;
+    const int moved = descriptor[j] +
+                      static_cast<int>(random.Below(static_cast<uint32_t>(2 * noise + 1))) - noise;
     again[j] = static_cast<uint8_t>(std::clamp(moved, 0, 255));
   }
   return again;
@@ -43,7 +44,8 @@ inline std::vector<uint8_t> RandomDescriptors(size_t n, uint64_t seed) {
 }
 
 // n descriptors about `cluster_count` centres.
-inline std::vector<uint8_t> ClusteredDescriptors(size_t n, size_t cluster_count, int noise, uint64_t seed) {
+inline std::vector<uint8_t> ClusteredDescriptors(size_t n, size_t cluster_count, int noise,
+                                                 uint64_t seed) {
   SeededRandom random(seed);
   const std::vector<uint8_t> clusters = RandomDescriptors(cluster_count, MixSeed(seed, 1));
   std::vector<uint8_t> rows;

@@ -1,8 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Goal: training gives the same tree on any number of threads, keeps the best of its attempts, respects its options and
-// refuses what cannot be trained on.
-// Method: clustered random descriptors; trees compared by their bytes; the distortion recomputed from the stored
-// centres.
+// Goal: training gives the same tree on any number of threads, keeps the best of its attempts,
+// respects its options and refuses what cannot be trained on. Method: clustered random descriptors;
+// trees compared by their bytes; the distortion recomputed from the stored centres.
 #include "index/vocabulary_trainer.h"
 
 #include <gtest/gtest.h>
@@ -15,8 +14,8 @@
 namespace veduta {
 namespace {
 
-TrainedVocabulary Train(const std::vector<uint8_t>& descriptors, const VocabularyTrainerOptions& options,
-                        size_t threads = 1) {
+TrainedVocabulary Train(const std::vector<uint8_t>& descriptors,
+                        const VocabularyTrainerOptions& options, size_t threads = 1) {
   ThreadPool pool(threads);
   Result<TrainedVocabulary> trained = TrainVocabulary(descriptors, options, pool);
   EXPECT_TRUE(trained.ok()) << trained.status().message();
@@ -67,7 +66,8 @@ TEST(VocabularyTrainer, DistortionIsTheDistanceToTheLeaf) {
   double sum = 0;
   for (size_t i = 0; i < words.size(); ++i) {
     for (size_t j = 0; j < kCenterSize; ++j) {
-      const double d = static_cast<double>(centers[words[i] * kCenterSize + j]) - descriptors[i * kCenterSize + j];
+      const double d = static_cast<double>(centers[words[i] * kCenterSize + j]) -
+                       descriptors[i * kCenterSize + j];
       sum += d * d;
     }
   }
@@ -160,7 +160,9 @@ TEST(VocabularyTrainer, NamesTheOptionThatIsWrong) {
     EXPECT_FALSE(TrainVocabulary(RandomDescriptors(100, 1), options, pool).ok());
     return status.message();
   };
-  const auto has = [](const std::string& text, const char* part) { return text.find(part) != std::string::npos; };
+  const auto has = [](const std::string& text, const char* part) {
+    return text.find(part) != std::string::npos;
+  };
   EXPECT_TRUE(VocabularyTrainerOptions{}.Check().ok());
   EXPECT_TRUE(has(message([](auto& o) { o.branch = 1; }), "branch 1 "));
   EXPECT_TRUE(has(message([](auto& o) { o.branch = 65; }), "branch 65 "));

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Goal: a word is the leaf that plain descent finds, on every instruction set; a stored tree comes back the same; no
-// bytes, however wrong, give anything but kCorruption.
-// Method: trees built by hand and by training against a descent written over the parts; truncations and bit flips of a
+// Goal: a word is the leaf that plain descent finds, on every instruction set; a stored tree comes
+// back the same; no bytes, however wrong, give anything but kCorruption. Method: trees built by
+// hand and by training against a descent written over the parts; truncations and bit flips of a
 // stored tree at every byte, and damaged content under a checksum made right again.
 #include "index/vocabulary_tree.h"
 
@@ -23,7 +23,8 @@ VocabularyParts SmallParts() {
   parts.training_size = 77;
   parts.child_counts = {3, 2};
   parts.child_is_node = {0, 1, 0, 0, 0};
-  for (const uint8_t level : {0, 100, 200, 90, 110}) parts.centers.insert(parts.centers.end(), kCenterSize, level);
+  for (const uint8_t level : {0, 100, 200, 90, 110})
+    parts.centers.insert(parts.centers.end(), kCenterSize, level);
   return parts;
 }
 
@@ -36,7 +37,8 @@ VocabularyParts RandomParts(uint32_t branch, uint64_t seed) {
     const uint32_t count = 1 + random.Below(branch);
     parts.child_counts.push_back(static_cast<uint8_t>(count));
     for (uint32_t i = 0; i < count; ++i) {
-      const bool is_node = levels[node] < kVocabularyDepthMax && levels.size() < 30 && (i == 0 || random.Below(2) == 0);
+      const bool is_node = levels[node] < kVocabularyDepthMax && levels.size() < 30 &&
+                           (i == 0 || random.Below(2) == 0);
       parts.child_is_node.push_back(is_node ? 1 : 0);
       if (is_node) levels.push_back(levels[node] + 1);
       Append(&parts.centers, RandomDescriptor(random));
@@ -46,7 +48,8 @@ VocabularyParts RandomParts(uint32_t branch, uint64_t seed) {
 }
 
 // Descends by the definition, over the parts.
-std::vector<WordId> PlainWords(const VocabularyParts& parts, const std::vector<uint8_t>& descriptors) {
+std::vector<WordId> PlainWords(const VocabularyParts& parts,
+                               const std::vector<uint8_t>& descriptors) {
   std::vector<size_t> first_center(parts.child_counts.size());
   std::vector<size_t> target(parts.child_is_node.size());  // node or word
   size_t center = 0, next_node = 1, next_word = 0;
@@ -89,7 +92,8 @@ TEST(VocabularyTree, NumbersLeavesInOrder) {
   std::vector<uint8_t> descriptors;
   for (size_t i = 0; i < std::size(levels); ++i) {
     const std::vector<uint8_t> descriptor(kCenterSize, levels[i]);
-    EXPECT_EQ(tree.Quantize(std::span<const uint8_t, kCenterSize>(descriptor)), words[i]) << int{levels[i]};
+    EXPECT_EQ(tree.Quantize(std::span<const uint8_t, kCenterSize>(descriptor)), words[i])
+        << int{levels[i]};
     Append(&descriptors, descriptor);
   }
   EXPECT_EQ(tree.QuantizeAll(descriptors), std::vector<WordId>(std::begin(words), std::end(words)));
@@ -105,10 +109,12 @@ TEST(VocabularyTree, DescendsAsDefinedOnEveryInstructionSet) {
     for (const CenterIsa isa : {CenterIsa::kPortable, CenterIsa::kAvx2, CenterIsa::kAvx512Vnni}) {
       const CenterKernels* kernels = FindCenterKernels(isa);
       if (kernels == nullptr) continue;
-      EXPECT_EQ(tree.QuantizeAll(descriptors, *kernels), expected) << kernels->name << ", branch " << branch;
+      EXPECT_EQ(tree.QuantizeAll(descriptors, *kernels), expected)
+          << kernels->name << ", branch " << branch;
     }
     for (size_t i = 0; i < expected.size(); i += 7) {
-      const std::span<const uint8_t, kCenterSize> one(&descriptors[i * kCenterSize], size_t{kCenterSize});
+      const std::span<const uint8_t, kCenterSize> one(&descriptors[i * kCenterSize],
+                                                      size_t{kCenterSize});
       EXPECT_EQ(tree.Quantize(one), expected[i]);
     }
   }
@@ -126,13 +132,18 @@ TEST(VocabularyTree, RefusesPartsThatMakeNoTree) {
   EXPECT_NE(why([](auto& p) { p.branch = 1; }).find("branch 1"), std::string::npos);
   EXPECT_NE(why([](auto& p) { p.branch = 65; }).find("branch 65"), std::string::npos);
   EXPECT_NE(why([](auto& p) { p.branch = 2; }).find("3 children"), std::string::npos);
-  EXPECT_NE(why([](auto& p) { p.centers.pop_back(); }).find("bytes for 5 centres"), std::string::npos);
+  EXPECT_NE(why([](auto& p) { p.centers.pop_back(); }).find("bytes for 5 centres"),
+            std::string::npos);
   EXPECT_NE(why([](auto& p) { p.child_counts = {3, 0}; }).find("0 children"), std::string::npos);
   EXPECT_NE(why([](auto& p) { p.child_counts = {3, 3}; }).find("3 children"), std::string::npos);
   EXPECT_NE(why([](auto& p) { p.child_counts = {3}; }).find("missing node"), std::string::npos);
   EXPECT_NE(why([](auto& p) { p.child_counts = {}; }).find("missing node"), std::string::npos);
-  EXPECT_NE(why([](auto& p) { p.child_counts = {3, 1}; }).find("centre has no parent"), std::string::npos);
-  EXPECT_NE(why([](auto& p) { p.child_is_node[1] = 0; }).find("node has no parent"), std::string::npos);
+  EXPECT_NE(why([](auto& p) {
+              p.child_counts = {3, 1};
+            }).find("centre has no parent"),
+            std::string::npos);
+  EXPECT_NE(why([](auto& p) { p.child_is_node[1] = 0; }).find("node has no parent"),
+            std::string::npos);
   EXPECT_NE(why([](auto& p) { p.child_is_node[1] = 2; }).find("no known kind"), std::string::npos);
   const auto chain = [](size_t levels) {
     VocabularyParts parts;
@@ -175,7 +186,8 @@ void ExpectCorrupt(const std::vector<uint8_t>& bytes, const std::string& what) {
 TEST(VocabularyTree, RefusesDamagedBytes) {
   const std::vector<uint8_t> bytes = VocabularyTree::FromParts(SmallParts()).value().Serialize();
   for (size_t size = 0; size < bytes.size(); ++size) {
-    ExpectCorrupt({bytes.begin(), bytes.begin() + static_cast<ptrdiff_t>(size)}, "cut at " + std::to_string(size));
+    ExpectCorrupt({bytes.begin(), bytes.begin() + static_cast<ptrdiff_t>(size)},
+                  "cut at " + std::to_string(size));
   }
   for (size_t i = 0; i < bytes.size(); ++i) {
     for (int bit = 0; bit < 8; ++bit) {
@@ -212,21 +224,24 @@ TEST(VocabularyTree, RefusesForgedBytes) {
       }
       // What is accepted is another sound tree: its words stay in range.
       ++accepted;
-      for (const WordId word : tree->QuantizeAll(RandomDescriptors(20, i))) EXPECT_LT(word, tree->info().leaf_count);
+      for (const WordId word : tree->QuantizeAll(RandomDescriptors(20, i)))
+        EXPECT_LT(word, tree->info().leaf_count);
       EXPECT_EQ(tree->Serialize(), Sealed(forged));
     }
   }
-  // The low byte of branch (3 is the least that fits, 64 the most), eight bytes of training_size, and the node may as
-  // well be the first or the last child; two bytes have to change for that.
+  // The low byte of branch (3 is the least that fits, 64 the most), eight bytes of training_size,
+  // and the node may as well be the first or the last child; two bytes have to change for that.
   EXPECT_EQ(accepted, 61u + 8 * 255u);
-  // Counts of 4 thousand million in a short input are refused before anything is allocated for them.
+  // Counts of 4 thousand million in a short input are refused before anything is allocated for
+  // them.
   std::vector<uint8_t> huge = bytes;
   std::fill(huge.begin() + 24, huge.begin() + 32, uint8_t{255});
   ExpectCorrupt(Sealed(huge), "huge counts");
 }
 
 TEST(VocabularyTree, RefusesRandomBytes) {
-  const std::vector<uint8_t> bytes = VocabularyTree::FromParts(RandomParts(10, 3)).value().Serialize();
+  const std::vector<uint8_t> bytes =
+      VocabularyTree::FromParts(RandomParts(10, 3)).value().Serialize();
   SeededRandom random(4);
   for (int round = 0; round < 2000; ++round) {
     std::vector<uint8_t> forged = bytes;
@@ -239,7 +254,8 @@ TEST(VocabularyTree, RefusesRandomBytes) {
       EXPECT_EQ(tree.status().code(), StatusCode::kCorruption);
       continue;
     }
-    for (const WordId word : tree->QuantizeAll(RandomDescriptors(5, 6))) EXPECT_LT(word, tree->info().leaf_count);
+    for (const WordId word : tree->QuantizeAll(RandomDescriptors(5, 6)))
+      EXPECT_LT(word, tree->info().leaf_count);
   }
 }
 

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-// Goal: devices are chosen as asked; programs are built once, kept, and built again where what was kept is damaged or
-// of another; floats are exact; errors name the device.
-// Method: made-up lists of devices; small programs from source on this machine's device (skipped without one), with
-// caches in a folder of their own that the test damages.
+// Goal: devices are chosen as asked; programs are built once, kept, and built again where what was
+// kept is damaged or of another; floats are exact; errors name the device. Method: made-up lists of
+// devices; small programs from source on this machine's device (skipped without one), with caches
+// in a folder of their own that the test damages.
 #include "kernels/device.h"
 
 #include <gtest/gtest.h>
@@ -36,14 +36,18 @@ const std::vector<DeviceInfo>& MadeDevices() {
 }
 
 TEST(ChooseDevice, TakesWhatIsWanted) {
-  const auto index = [](std::string_view wanted) { return ChooseDevice(wanted, MadeDevices()).value().index; };
+  const auto index = [](std::string_view wanted) {
+    return ChooseDevice(wanted, MadeDevices()).value().index;
+  };
   EXPECT_EQ(index(""), 2u);
   EXPECT_EQ(index("auto"), 2u);
   EXPECT_EQ(index("cpu"), 0u);
   EXPECT_EQ(index("1"), 1u);
   EXPECT_EQ(index("fast"), 2u);
   EXPECT_EQ(index("portable"), 0u);
-  EXPECT_EQ(ChooseDevice("auto", {Made(0, "a", DeviceKind::kOther), Made(1, "b", DeviceKind::kCpu)})->index, 1u);
+  EXPECT_EQ(ChooseDevice("auto", {Made(0, "a", DeviceKind::kOther), Made(1, "b", DeviceKind::kCpu)})
+                ->index,
+            1u);
   EXPECT_EQ(ChooseDevice("auto", {Made(0, "a", DeviceKind::kOther)})->index, 0u);
 }
 
@@ -51,11 +55,14 @@ TEST(ChooseDevice, NamesWhatIsMissing) {
   for (const char* wanted : {"7", "voodoo", "cpp", "none"}) {
     const Result<DeviceInfo> chosen = ChooseDevice(wanted, MadeDevices());
     ASSERT_EQ(chosen.status().code(), StatusCode::kNotFound) << wanted;
-    EXPECT_NE(chosen.status().message().find(wanted), std::string::npos) << chosen.status().message();
+    EXPECT_NE(chosen.status().message().find(wanted), std::string::npos)
+        << chosen.status().message();
   }
-  EXPECT_NE(ChooseDevice("voodoo", MadeDevices()).status().message().find("Fast 9000"), std::string::npos);
+  EXPECT_NE(ChooseDevice("voodoo", MadeDevices()).status().message().find("Fast 9000"),
+            std::string::npos);
   EXPECT_NE(ChooseDevice("", {}).status().message().find("install"), std::string::npos);
-  EXPECT_EQ(ChooseDevice("gpu", {Made(0, "a", DeviceKind::kCpu)}).status().code(), StatusCode::kNotFound);
+  EXPECT_EQ(ChooseDevice("gpu", {Made(0, "a", DeviceKind::kCpu)}).status().code(),
+            StatusCode::kNotFound);
 }
 
 TEST(DeviceOpen, RefusesBadOptions) {
@@ -75,7 +82,9 @@ class DeviceTest : public testing::Test {
     if (!folder_.empty()) std::filesystem::remove_all(folder_);
   }
 
-  std::unique_ptr<Device> Open() { return Device::Open({.cache_folder = folder_ + "/programs"}).value(); }
+  std::unique_ptr<Device> Open() {
+    return Device::Open({.cache_folder = folder_ + "/programs"}).value();
+  }
 
   std::vector<std::string> Kept() const {
     std::vector<std::string> paths;
@@ -96,8 +105,8 @@ kernel void floats(global const float* a, global const float* b, global const fl
   out[3 * i + 2] = sqrt(fabs(c[i]));
 })";
 
-std::vector<float> RunFloats(Device& device, const std::vector<float>& a, const std::vector<float>& b,
-                             const std::vector<float>& c) {
+std::vector<float> RunFloats(Device& device, const std::vector<float>& a,
+                             const std::vector<float>& b, const std::vector<float>& c) {
   std::vector<float> out(3 * a.size());
   cl::Kernel kernel = MakeKernelFromSource(device, kFloats, "floats").value();
   const Status status = WithOpenCl(device, "floats", [&](Device::Parts& parts) {
@@ -125,7 +134,8 @@ TEST_F(DeviceTest, FloatsAreExact) {
   for (size_t i = 0; i < a.size(); ++i) {
     a[i] = static_cast<float>(random.Unit() * 3 - 1);
     b[i] = static_cast<float>(random.Unit() * 5 + 0.1);
-    c[i] = -a[i] * b[i] * (1 + static_cast<float>(random.Unit()) * 1e-6f);  // where contraction would show
+    c[i] = -a[i] * b[i] *
+           (1 + static_cast<float>(random.Unit()) * 1e-6f);  // where contraction would show
   }
   const std::vector<float> out = RunFloats(*device, a, b, c);
   for (size_t i = 0; i < a.size(); ++i) {
@@ -195,16 +205,21 @@ TEST_F(DeviceTest, AFolderThatCannotBeWrittenIsNoError) {
 
 TEST_F(DeviceTest, ErrorsNameDeviceAndCall) {
   const std::unique_ptr<Device> device = Open();
-  const Status broken = MakeKernelFromSource(*device, "kernel void broken() { oops; }", "broken").status();
+  const Status broken =
+      MakeKernelFromSource(*device, "kernel void broken() { oops; }", "broken").status();
   EXPECT_EQ(broken.code(), StatusCode::kIoError);
-  for (const std::string& word : {device->info().name, std::string("broken"), std::string("oops")}) {
+  for (const std::string& word :
+       {device->info().name, std::string("broken"), std::string("oops")}) {
     EXPECT_NE(broken.message().find(word), std::string::npos) << broken.message();
   }
   const Status missing = MakeKernelFromSource(*device, kFloats, "absent").status();
-  EXPECT_NE(missing.message().find("CL_INVALID_KERNEL_NAME"), std::string::npos) << missing.message();
-  const Status empty = WithOpenCl(*device, "making nothing",
-                                  [](Device::Parts& parts) { cl::Buffer(parts.context, CL_MEM_READ_WRITE, 0); });
-  EXPECT_NE(empty.message().find("making nothing: clCreateBuffer"), std::string::npos) << empty.message();
+  EXPECT_NE(missing.message().find("CL_INVALID_KERNEL_NAME"), std::string::npos)
+      << missing.message();
+  const Status empty = WithOpenCl(*device, "making nothing", [](Device::Parts& parts) {
+    cl::Buffer(parts.context, CL_MEM_READ_WRITE, 0);
+  });
+  EXPECT_NE(empty.message().find("making nothing: clCreateBuffer"), std::string::npos)
+      << empty.message();
 }
 
 TEST_F(DeviceTest, ThreadsAreLimited) {

@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-// Goal: plane sweep and scanline optimisation give the same bits on the device and in C++, at any number of threads,
-// and what the header says: costs of the right plane vanish, blocked and unseen views do no harm, bad input is refused.
-// Method: seeded random images and volumes at awkward sizes (one block, one more, odd, tiny) and geometries (sensors
-// that look away, points behind, steps through infinity), device beside C++; small cases against plain loops.
+// Goal: plane sweep and scanline optimisation give the same bits on the device and in C++, at any
+// number of threads, and what the header says: costs of the right plane vanish, blocked and unseen
+// views do no harm, bad input is refused. Method: seeded random images and volumes at awkward sizes
+// (one block, one more, odd, tiny) and geometries (sensors that look away, points behind, steps
+// through infinity), device beside C++; small cases against plain loops.
 #include "kernels/plane_sweep.h"
 
 #include <gtest/gtest.h>
@@ -66,20 +67,24 @@ struct RandomProblem {
     for (const Image& image : images) {
       SweepSensor sensor;
       sensor.image = image.view();
-      for (size_t i = 0; i < 9; ++i) sensor.rotation[i] = near(i % 4 == 0 ? 1 : 0, i < 6 ? 0.3 : 0.02);
+      for (size_t i = 0; i < 9; ++i)
+        sensor.rotation[i] = near(i % 4 == 0 ? 1 : 0, i < 6 ? 0.3 : 0.02);
       for (float& t : sensor.translation) t = near(0, 20);
       problem.sensors.push_back(sensor);
     }
     problem.key = key.view();
-    for (uint32_t k = 0; k < size.planes; ++k) {  // through infinity and behind, at any slant, with gaps
+    for (uint32_t k = 0; k < size.planes;
+         ++k) {  // through infinity and behind, at any slant, with gaps
       problem.planes.push_back(
-          {near(0, 0.01), near(0, 0.01), -0.2f + 1.3f * static_cast<float>(k) / static_cast<float>(size.planes)});
+          {near(0, 0.01), near(0, 0.01),
+           -0.2f + 1.3f * static_cast<float>(k) / static_cast<float>(size.planes)});
       if (k % 7 == 5) problem.planes.back() = SweepPlane::Gap();
     }
   }
   void AddBase() {
     SeededRandom random(5);
-    for (size_t i = 0; i < key.pixels.size(); ++i) problem.base.push_back(static_cast<float>(random.Unit()));
+    for (size_t i = 0; i < key.pixels.size(); ++i)
+      problem.base.push_back(static_cast<float>(random.Unit()));
     problem.base[0] = std::numeric_limits<float>::infinity();
     problem.base[1] = std::numeric_limits<float>::quiet_NaN();
   }
@@ -105,7 +110,8 @@ TEST(PlaneSweep, DeviceAndReferenceAgree) {
       if (with_base) random.AddBase();
       const CostVolume device = SweepPlanes(random.problem, TestDevice(), pool).value();
       const CostVolume reference = SweepPlanes(random.problem, nullptr, pool).value();
-      ASSERT_EQ(device.costs, reference.costs) << size.width << "x" << size.height << " base " << with_base;
+      ASSERT_EQ(device.costs, reference.costs)
+          << size.width << "x" << size.height << " base " << with_base;
       ExpectSame(SweepAndChoose(random.problem, Penalties(), TestDevice(), pool).value(),
                  ChoosePlanes(reference, random.problem.key, Penalties(), nullptr, pool).value());
     }
@@ -115,7 +121,8 @@ TEST(PlaneSweep, DeviceAndReferenceAgree) {
 TEST(PlaneSweep, ThreadsDoNotMatter) {
   ThreadPool alone(0), three(3);
   const RandomProblem random({40, 120, 20, 3});
-  EXPECT_EQ(SweepPlanes(random.problem, nullptr, alone)->costs, SweepPlanes(random.problem, nullptr, three)->costs);
+  EXPECT_EQ(SweepPlanes(random.problem, nullptr, alone)->costs,
+            SweepPlanes(random.problem, nullptr, three)->costs);
   ExpectSame(SweepAndChoose(random.problem, Penalties(), nullptr, alone).value(),
              SweepAndChoose(random.problem, Penalties(), nullptr, three).value());
 }
@@ -132,7 +139,8 @@ TEST(PlaneSweep, TheRightPlaneIsTheCheapestAtAnyExposure) {
     SweepProblem problem;
     problem.key = key.view();
     problem.sensors = {Shifted(moved, 1)};
-    for (uint32_t k = 0; k < kPlanes; ++k) problem.planes.push_back({0, 0, static_cast<float>(k)});  // disparity in px
+    for (uint32_t k = 0; k < kPlanes; ++k)
+      problem.planes.push_back({0, 0, static_cast<float>(k)});  // disparity in px
     ThreadPool pool(0);
     return SweepPlanes(problem, nullptr, pool).value();
   };
@@ -178,40 +186,45 @@ TEST(PlaneSweep, ABlockedOrMissingViewDoesNoHarm) {
 
 CostVolume RandomVolume(const Size& size) {
   CostVolume volume{size.width, size.height, size.planes, PlaneStride(size.planes), {}};
-  volume.costs.assign(static_cast<size_t>(size.width) * size.height * volume.plane_stride, kCostMax);
+  volume.costs.assign(static_cast<size_t>(size.width) * size.height * volume.plane_stride,
+                      kCostMax);
   SeededRandom random(size.planes);
   for (size_t i = 0; i < volume.costs.size(); ++i) {
-    if (i % volume.plane_stride < size.planes) volume.costs[i] = static_cast<uint8_t>(random.Below(kCostMax + 1u));
+    if (i % volume.plane_stride < size.planes)
+      volume.costs[i] = static_cast<uint8_t>(random.Below(kCostMax + 1u));
   }
   return volume;
 }
 
 // The equations of the header, as they stand there.
-std::vector<uint32_t> PlainSums(const CostVolume& v, const Image& key, const ScanlineOptions& options) {
+std::vector<uint32_t> PlainSums(const CostVolume& v, const Image& key,
+                                const ScanlineOptions& options) {
   std::vector<uint32_t> sums(v.costs.size(), 0);
   const int width = static_cast<int>(v.width_px), height = static_cast<int>(v.height_px);
   const int count = static_cast<int>(v.plane_stride);
-  for (const auto& [dx, dy] : {std::pair(1, 0), {-1, 0}, {0, 1}, {0, -1}, {1, 1}, {-1, 1}, {1, -1}, {-1, -1}}) {
+  for (const auto& [dx, dy] :
+       {std::pair(1, 0), {-1, 0}, {0, 1}, {0, -1}, {1, 1}, {-1, 1}, {1, -1}, {-1, -1}}) {
     std::vector<int> path(v.costs.size());
     for (int j = 0; j < height; ++j) {
       for (int i = 0; i < width; ++i) {
         const int y = dy < 0 ? height - 1 - j : j, x = dx < 0 ? width - 1 - i : i;
         const int px = x - dx, py = y - dy;
         const bool starts = px < 0 || py < 0 || px >= width || py >= height;
-        const int* before = starts ? nullptr : &path[static_cast<size_t>((py * width + px) * count)];
+        const int* before =
+            starts ? nullptr : &path[static_cast<size_t>((py * width + px) * count)];
         const int least = starts ? 0 : *std::min_element(before, before + count);
-        const int large =
-            starts
-                ? 0
-                : options.penalty_large[static_cast<size_t>(std::abs(key.pixels[static_cast<size_t>(py * width + px)] -
-                                                                     key.pixels[static_cast<size_t>(y * width + x)]))];
+        const int large = starts ? 0
+                                 : options.penalty_large[static_cast<size_t>(
+                                       std::abs(key.pixels[static_cast<size_t>(py * width + px)] -
+                                                key.pixels[static_cast<size_t>(y * width + x)]))];
         const auto m = [&](int k) {
           if (starts) return 0;
           return k < 0 || k >= count ? 1 << 20 : std::min(before[k] - least, large);
         };
         for (int k = 0; k < count; ++k) {
           const size_t at = static_cast<size_t>((y * width + x) * count + k);
-          path[at] = v.costs[at] + std::min({m(k), m(k - 1) + options.penalty_small, m(k + 1) + options.penalty_small});
+          path[at] = v.costs[at] + std::min({m(k), m(k - 1) + options.penalty_small,
+                                             m(k + 1) + options.penalty_small});
           sums[at] += static_cast<uint32_t>(path[at]);
         }
       }
@@ -233,7 +246,8 @@ TEST(Scanline, FollowsItsEquations) {
       ASSERT_EQ(choice.plane[pixel], best - begin);
       EXPECT_EQ(choice.cost[pixel], *best);
       EXPECT_EQ(choice.cost_before[pixel], best == begin ? UINT16_MAX : *(best - 1));
-      EXPECT_EQ(choice.cost_after[pixel], best + 1 == begin + size.planes ? UINT16_MAX : *(best + 1));
+      EXPECT_EQ(choice.cost_after[pixel],
+                best + 1 == begin + size.planes ? UINT16_MAX : *(best + 1));
       uint32_t second = UINT16_MAX;
       for (auto it = begin; it != begin + size.planes; ++it) {
         if (std::abs(it - best) > 1) second = std::min(second, *it);
@@ -273,9 +287,11 @@ TEST(PlaneSweep, RefusesBadInput) {
   refuses("1 planes", [](SweepProblem& p) { p.planes.resize(1); });
   refuses("1025 planes", [](SweepProblem& p) { p.planes.resize(1025); });
   refuses("the base has 3", [](SweepProblem& p) { p.base.resize(3); });
-  refuses("plane is not finite", [](SweepProblem& p) { p.planes[1].y = std::numeric_limits<float>::infinity(); });
-  refuses("geometry is not finite",
-          [](SweepProblem& p) { p.sensors[0].rotation[3] = std::numeric_limits<float>::quiet_NaN(); });
+  refuses("plane is not finite",
+          [](SweepProblem& p) { p.planes[1].y = std::numeric_limits<float>::infinity(); });
+  refuses("geometry is not finite", [](SweepProblem& p) {
+    p.sensors[0].rotation[3] = std::numeric_limits<float>::quiet_NaN();
+  });
 }
 
 TEST(Scanline, RefusesBadInput) {
@@ -288,11 +304,13 @@ TEST(Scanline, RefusesBadInput) {
   volume.costs.pop_back();
   EXPECT_FALSE(ChoosePlanes(volume, key.view(), options, nullptr, pool).ok());
   volume.costs.push_back(128);
-  EXPECT_NE(ChoosePlanes(volume, key.view(), options, nullptr, pool).status().message().find("128"), std::string::npos);
+  EXPECT_NE(ChoosePlanes(volume, key.view(), options, nullptr, pool).status().message().find("128"),
+            std::string::npos);
   volume.costs.back() = 0;
   EXPECT_TRUE(ChoosePlanes(volume, key.view(), options, nullptr, pool).ok());
   options.penalty_large[255] = 129;
-  EXPECT_NE(ChoosePlanes(volume, key.view(), options, nullptr, pool).status().message().find("129"), std::string::npos);
+  EXPECT_NE(ChoosePlanes(volume, key.view(), options, nullptr, pool).status().message().find("129"),
+            std::string::npos);
   options = Penalties();
   options.penalty_small = 128;
   EXPECT_FALSE(ChoosePlanes(volume, key.view(), options, nullptr, pool).ok());

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-// Goal: the primal-dual steps are what their equations say; every instruction set and the device give the same bits;
-// the minimum is reached from any start.
-// Method: the proximal step against brute force; the steps against plain loops over single voxels with look-ups of
-// neighbours, bit for bit, on seeded random histograms in blocks with gaps; energies against their lower bound.
+// Goal: the primal-dual steps are what their equations say; every instruction set and the device
+// give the same bits; the minimum is reached from any start. Method: the proximal step against
+// brute force; the steps against plain loops over single voxels with look-ups of neighbours, bit
+// for bit, on seeded random histograms in blocks with gaps; energies against their lower bound.
 #include "kernels/total_variation.h"
 
 #include <gtest/gtest.h>
@@ -21,8 +21,10 @@ namespace {
 
 using Index = std::array<int, 3>;
 
-// Seven blocks: a row of three, one above, one behind, one diagonal that touches nobody's face, one alone.
-const std::vector<Index> kBlocks = {{0, 0, 0}, {1, 0, 0}, {2, 0, 0}, {1, 1, 0}, {1, 0, 1}, {2, 1, 1}, {9, 9, 9}};
+// Seven blocks: a row of three, one above, one behind, one diagonal that touches nobody's face, one
+// alone.
+const std::vector<Index> kBlocks = {{0, 0, 0}, {1, 0, 0}, {2, 0, 0}, {1, 1, 0},
+                                    {1, 0, 1}, {2, 1, 1}, {9, 9, 9}};
 
 std::vector<int32_t> NeighborsOf(const std::vector<Index>& blocks) {
   std::vector<int32_t> neighbors;
@@ -31,7 +33,8 @@ std::vector<int32_t> NeighborsOf(const std::vector<Index>& blocks) {
       Index next = block;
       next[side / 2] += side % 2 == 0 ? -1 : 1;
       const auto found = std::find(blocks.begin(), blocks.end(), next);
-      neighbors.push_back(found == blocks.end() ? -1 : static_cast<int32_t>(found - blocks.begin()));
+      neighbors.push_back(found == blocks.end() ? -1
+                                                : static_cast<int32_t>(found - blocks.begin()));
     }
   }
   return neighbors;
@@ -53,7 +56,8 @@ TvProblem RandomProblem(uint64_t seed) {
       const size_t block = row / kTvRowsOfBlock, voxel = row % kTvRowsOfBlock * kTvRow + i;
       for (uint32_t n = random.Below(4); n > 0; --n) {
         const uint32_t bin = random.Below(kTvBins);
-        problem.weights[(block * kTvBins + bin) * kTvBlockVoxels + voxel] = static_cast<uint16_t>(1 + random.Below(12));
+        problem.weights[(block * kTvBins + bin) * kTvBlockVoxels + voxel] =
+            static_cast<uint16_t>(1 + random.Below(12));
       }
     }
   }
@@ -79,11 +83,13 @@ std::vector<float> RandomDual() {
 // The algorithm as its header states it, voxel by voxel.
 class PlainMinimisation {
  public:
-  PlainMinimisation(const TvProblem& problem, const std::vector<float>& u) : problem_(problem), u_(u), u_bar_(u) {
+  PlainMinimisation(const TvProblem& problem, const std::vector<float>& u)
+      : problem_(problem), u_(u), u_bar_(u) {
     for (auto& p : p_) p.assign(u.size(), 0.f);
     for (size_t b = 0; b < kBlocks.size(); ++b) {
       for (int i = 0; i < 4096; ++i) {
-        const Index at = {16 * kBlocks[b][0] + i % 16, 16 * kBlocks[b][1] + i / 16 % 16, 16 * kBlocks[b][2] + i / 256};
+        const Index at = {16 * kBlocks[b][0] + i % 16, 16 * kBlocks[b][1] + i / 16 % 16,
+                          16 * kBlocks[b][2] + i / 256};
         number_[at] = b * 4096 + i;
         places_.push_back(at);
       }
@@ -115,7 +121,8 @@ class PlainMinimisation {
         centers[bin] = bin == kTvNearBins
                            ? 1.f
                            : (-1.f + 2.f / 7.f * static_cast<float>(bin)) +
-                                 static_cast<float>(problem_.centers[(block * kTvNearBins + bin) * 4096 + voxel]) *
+                                 static_cast<float>(
+                                     problem_.centers[(block * kTvNearBins + bin) * 4096 + voxel]) *
                                      (2.f / (7.f * 256.f));
       }
       const float after = HistogramProx(v, kTvTau * problem_.lambda, centers, weights);
@@ -170,16 +177,19 @@ TEST(HistogramProx, MinimisesItsTerm) {
     std::array<float, kTvBins> centers, weights;
     for (float& center : centers) center = static_cast<float>(2 * random.Unit() - 1);
     std::sort(centers.begin(), centers.end());
-    for (float& weight : weights) weight = static_cast<float>(random.Below(3) == 0 ? random.Below(9) : 0);
+    for (float& weight : weights)
+      weight = static_cast<float>(random.Below(3) == 0 ? random.Below(9) : 0);
     const double v = 4 * random.Unit() - 2, tau_lambda = 0.2 * random.Unit();
     const auto term = [&](double u) {
       double sum = 0.5 * (u - v) * (u - v);
-      for (uint32_t j = 0; j < kTvBins; ++j) sum += tau_lambda * weights[j] * std::abs(u - centers[j]);
+      for (uint32_t j = 0; j < kTvBins; ++j)
+        sum += tau_lambda * weights[j] * std::abs(u - centers[j]);
       return sum;
     };
     double best = -1;
     for (int i = -20000; i <= 20000; ++i) best = term(i / 20000.) < term(best) ? i / 20000. : best;
-    const float found = HistogramProx(static_cast<float>(v), static_cast<float>(tau_lambda), centers, weights);
+    const float found =
+        HistogramProx(static_cast<float>(v), static_cast<float>(tau_lambda), centers, weights);
     EXPECT_NEAR(found, best, 1e-4) << "trial " << trial;
   }
 }
@@ -190,15 +200,18 @@ TEST(TotalVariation, StepsAreTheirEquations) {
   PlainMinimisation plain(problem, start);
   for (int i = 0; i < 9; ++i) plain.Iterate();
   ThreadPool pool(0);
-  EXPECT_EQ(RunOn(StartTotalVariationOn(TvIsa::kBaseline, problem, start, {}, pool), 3).u, plain.u());
+  EXPECT_EQ(RunOn(StartTotalVariationOn(TvIsa::kBaseline, problem, start, {}, pool), 3).u,
+            plain.u());
 }
 
 TEST(TotalVariation, EveryPathGivesTheSameBits) {
   const TvProblem problem = RandomProblem(3);
   const std::vector<float> start = RandomStart(4);
   ThreadPool none(0), some(3);
-  const Trace baseline = RunOn(StartTotalVariationOn(TvIsa::kBaseline, problem, start, RandomDual(), none), 20);
-  EXPECT_EQ(RunOn(StartTotalVariationOn(TvIsa::kBaseline, problem, start, RandomDual(), some), 20), baseline);
+  const Trace baseline =
+      RunOn(StartTotalVariationOn(TvIsa::kBaseline, problem, start, RandomDual(), none), 20);
+  EXPECT_EQ(RunOn(StartTotalVariationOn(TvIsa::kBaseline, problem, start, RandomDual(), some), 20),
+            baseline);
   for (const TvIsa isa : {TvIsa::kAvx2, TvIsa::kAvx512}) {
     if (isa > BestTvIsa()) continue;
     EXPECT_EQ(RunOn(StartTotalVariationOn(isa, problem, start, RandomDual(), none), 20), baseline);
@@ -211,7 +224,8 @@ TEST(TotalVariation, TheDeviceGivesTheSameBits) {
   const TvProblem problem = RandomProblem(5);
   const std::vector<float> start = RandomStart(6);
   ThreadPool pool(0);
-  const Trace reference = RunOn(StartTotalVariationOn(TvIsa::kBaseline, problem, start, RandomDual(), pool), 20);
+  const Trace reference =
+      RunOn(StartTotalVariationOn(TvIsa::kBaseline, problem, start, RandomDual(), pool), 20);
   const Trace run = RunOn(StartTotalVariationOn(*device, problem, start, RandomDual()), 20);
   EXPECT_EQ(run.u, reference.u);
   EXPECT_EQ(run.p, reference.p);

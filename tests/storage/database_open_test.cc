@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Goal: a database is made only where nothing is, and opens only what is a database of this version and free.
-// Method: real folders; a second process by fork; versions changed through RocksDB itself.
+// Goal: a database is made only where nothing is, and opens only what is a database of this version
+// and free. Method: real folders; a second process by fork; versions changed through RocksDB
+// itself.
 #include <gtest/gtest.h>
 #include <rocksdb/db.h>
 #include <sys/wait.h>
@@ -28,15 +29,18 @@ TEST(DatabaseOpen, CreateRefusesWhatIsThere) {
       << "it must not leave anything there";
 
   auto database = MustCreate(folder / "db");
-  EXPECT_EQ(Database::Open(folder / "db", {.create = true}).status().code(), StatusCode::kAlreadyExists)
+  EXPECT_EQ(Database::Open(folder / "db", {.create = true}).status().code(),
+            StatusCode::kAlreadyExists)
       << "while open";
   database.reset();
-  EXPECT_EQ(Database::Open(folder / "db", {.create = true}).status().code(), StatusCode::kAlreadyExists);
+  EXPECT_EQ(Database::Open(folder / "db", {.create = true}).status().code(),
+            StatusCode::kAlreadyExists);
   EXPECT_NE(MustOpen(folder / "db", {}), nullptr);
 
   std::filesystem::create_directory(folder / "empty");
   EXPECT_NE(MustCreate(folder / "empty"), nullptr);
-  EXPECT_EQ(Database::Open(folder / "no/such/parent", {.create = true}).status().code(), StatusCode::kIoError);
+  EXPECT_EQ(Database::Open(folder / "no/such/parent", {.create = true}).status().code(),
+            StatusCode::kIoError);
   EXPECT_EQ(Database::Open("", {.create = true}).status().code(), StatusCode::kInvalidArgument);
 }
 
@@ -57,7 +61,8 @@ TEST(DatabaseOpen, OpenRefusesWhatIsNone) {
   ASSERT_TRUE(rocksdb::DB::Open(options, folder / "foreign", &db).ok());
   delete db;
   EXPECT_EQ(Database::Open(folder / "foreign", {}).status().code(), StatusCode::kNotFound);
-  EXPECT_EQ(Database::Open(folder / "foreign", {.create = true}).status().code(), StatusCode::kAlreadyExists);
+  EXPECT_EQ(Database::Open(folder / "foreign", {.create = true}).status().code(),
+            StatusCode::kAlreadyExists);
 }
 
 TEST(DatabaseOpen, SecondHandleAndSecondProcessAreBusy) {
@@ -65,9 +70,11 @@ TEST(DatabaseOpen, SecondHandleAndSecondProcessAreBusy) {
   auto database = MustCreate(folder / "db");
   const Status here = Database::Open(folder / "db", {}).status();
   EXPECT_EQ(here.code(), StatusCode::kBusy) << here.message();
-  EXPECT_NE(here.message().find("in use by another veduta process"), std::string::npos) << here.message();
+  EXPECT_NE(here.message().find("in use by another veduta process"), std::string::npos)
+      << here.message();
 
-  // The database of the parent is closed in the child's memory image only: the child must run on its own.
+  // The database of the parent is closed in the child's memory image only: the child must run on
+  // its own.
   database.reset();
   int ready[2], done[2];
   ASSERT_EQ(pipe(ready), 0);
@@ -97,7 +104,8 @@ void MakeFormatOne(const std::string& path, bool drop_points) {
   WithRocksdb(
       path,
       [&](rocksdb::DB& db, rocksdb::ColumnFamilyHandle* meta) {
-        ASSERT_TRUE(db.Put(rocksdb::WriteOptions(), meta, rocksdb::Slice("format"), EncodeU32(1)).ok());
+        ASSERT_TRUE(
+            db.Put(rocksdb::WriteOptions(), meta, rocksdb::Slice("format"), EncodeU32(1)).ok());
       },
       Family::kMeta);
   std::vector<Family> dropped = {Family::kDense, Family::kDepth, Family::kVolume, Family::kSurface};
@@ -105,7 +113,9 @@ void MakeFormatOne(const std::string& path, bool drop_points) {
   for (const Family family : dropped) {
     WithRocksdb(
         path,
-        [](rocksdb::DB& db, rocksdb::ColumnFamilyHandle* handle) { ASSERT_TRUE(db.DropColumnFamily(handle).ok()); },
+        [](rocksdb::DB& db, rocksdb::ColumnFamilyHandle* handle) {
+          ASSERT_TRUE(db.DropColumnFamily(handle).ok());
+        },
         family);
   }
 }
@@ -143,8 +153,9 @@ TEST(DatabaseOpen, OtherVersionsAreNamed) {
   WithRocksdb(
       folder / "db",
       [](rocksdb::DB& db, rocksdb::ColumnFamilyHandle* meta) {
-        ASSERT_TRUE(
-            db.Put(rocksdb::WriteOptions(), meta, rocksdb::Slice("format"), EncodeU32(kFormatVersion + 5)).ok());
+        ASSERT_TRUE(db.Put(rocksdb::WriteOptions(), meta, rocksdb::Slice("format"),
+                           EncodeU32(kFormatVersion + 5))
+                        .ok());
       },
       Family::kMeta);
   const Status newer = Database::Open(folder / "db", {}).status();

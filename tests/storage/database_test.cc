@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Goal: a database keeps every record over a restart, shows each reader one moment, lets one of two conflicting
-// transactions through, and names what is damaged.
-// Method: real folders; values changed through RocksDB itself.
+// Goal: a database keeps every record over a restart, shows each reader one moment, lets one of two
+// conflicting transactions through, and names what is damaged. Method: real folders; values changed
+// through RocksDB itself.
 #include "storage/database.h"
 
 #include <gtest/gtest.h>
@@ -47,7 +47,8 @@ TEST(Database, NewDatabaseIsEmpty) {
 
 void PutEverything(Database& database) {
   SeededRandom random(5);
-  ASSERT_OK(database.WritePhotoAhead(SampleHash(1), SampleBytes(1, 100'000), SampleFeatures(1, 300)));
+  ASSERT_OK(
+      database.WritePhotoAhead(SampleHash(1), SampleBytes(1, 100'000), SampleFeatures(1, 300)));
   ASSERT_OK(database.WriteVocabularyAhead(1, SampleBytes(3, 5000)));
   auto transaction = database.BeginTransaction();
   DatabaseState state = SampleState(3);
@@ -87,14 +88,17 @@ void ExpectEverything(const Database& database) {
   EXPECT_EQ(**snapshot->FindImageByName(SampleImage(2).name), ImageId(2));
   EXPECT_EQ(**snapshot->FindImageByPhoto(SampleHash(1)), ImageId(1));
   std::vector<uint32_t> images;
-  EXPECT_OK(snapshot->ScanImages([&](const ImageRecord& image) { return images.push_back(image.id.value), true; }));
+  EXPECT_OK(snapshot->ScanImages(
+      [&](const ImageRecord& image) { return images.push_back(image.id.value), true; }));
   EXPECT_EQ(images, (std::vector<uint32_t>{1, 2}));
   images.clear();
-  EXPECT_OK(snapshot->ScanImages([&](const ImageRecord& image) { return images.push_back(image.id.value), false; }));
+  EXPECT_OK(snapshot->ScanImages(
+      [&](const ImageRecord& image) { return images.push_back(image.id.value), false; }));
   EXPECT_EQ(images, (std::vector<uint32_t>{1})) << "a scan must stop when it is told to";
   const auto photo = snapshot->GetPhoto(SampleHash(1));
   ASSERT_OK(photo);
-  EXPECT_EQ(std::vector<uint8_t>(photo->bytes().begin(), photo->bytes().end()), SampleBytes(1, 100'000));
+  EXPECT_EQ(std::vector<uint8_t>(photo->bytes().begin(), photo->bytes().end()),
+            SampleBytes(1, 100'000));
   EXPECT_EQ(snapshot->GetFeatures(SampleHash(1))->keypoints, SampleFeatures(1, 300).keypoints);
   EXPECT_EQ(snapshot->GetPair(ImageId(300), ImageId(2))->matches, SamplePair(2, 300, 50).matches);
   const auto neighbors = snapshot->ListNeighbors(ImageId(2));
@@ -112,14 +116,15 @@ void ExpectEverything(const Database& database) {
   EXPECT_EQ(snapshot->GetObservations(ImageId(2))->size(), 1u);
   EXPECT_EQ(snapshot->GetPointBlock(ReconstructionId(1), 4, ImageId(1))->points.size(), 20u);
   std::vector<size_t> sizes;
-  EXPECT_OK(snapshot->ScanPointBlocks(
-      ReconstructionId(1), 4, [&](const PointBlock& block) { return sizes.push_back(block.points.size()), true; }));
+  EXPECT_OK(snapshot->ScanPointBlocks(ReconstructionId(1), 4, [&](const PointBlock& block) {
+    return sizes.push_back(block.points.size()), true;
+  }));
   EXPECT_EQ(sizes, (std::vector<size_t>{20, 10}));
   EXPECT_EQ(snapshot->GetVocabulary(1)->bytes().size(), 5000u);
   EXPECT_EQ(*snapshot->GetWords(1, ImageId(2)), (std::vector<WordId>{4, 9}));
   std::vector<std::string> details;
-  EXPECT_OK(
-      snapshot->ScanJournal(2, [&](const JournalRecord& record) { return details.push_back(record.detail), true; }));
+  EXPECT_OK(snapshot->ScanJournal(
+      2, [&](const JournalRecord& record) { return details.push_back(record.detail), true; }));
   EXPECT_EQ(details, (std::vector<std::string>{"two", "three"}));
 }
 
@@ -148,7 +153,8 @@ TEST(Database, SnapshotKeepsTheFilesOpen) {
   database.reset();
   EXPECT_EQ(snapshot->GetState()->next_image, 3u);
   snapshot.reset();
-  EXPECT_EQ(Database::Open(folder / "db", {}).status().code(), StatusCode::kBusy) << "a pinned value holds the files";
+  EXPECT_EQ(Database::Open(folder / "db", {}).status().code(), StatusCode::kBusy)
+      << "a pinned value holds the files";
   EXPECT_EQ(photo->bytes().size(), 100'000u);
   photo = PinnedBytes();
   EXPECT_NE(MustOpen(folder / "db", {}), nullptr);
@@ -162,15 +168,16 @@ TEST(Database, DamagedValueNamesFamilyAndKey) {
   WithRocksdb(
       folder / "db",
       [](rocksdb::DB& db, rocksdb::ColumnFamilyHandle* images) {
-        ASSERT_TRUE(
-            db.Put(rocksdb::WriteOptions(), images, ImageKey(ImageId(2)), rocksdb::Slice("not a message")).ok());
+        ASSERT_TRUE(db.Put(rocksdb::WriteOptions(), images, ImageKey(ImageId(2)),
+                           rocksdb::Slice("not a message"))
+                        .ok());
       },
       Family::kImages);
   database = MustOpen(folder / "db", {});
   const auto snapshot = database->GetSnapshot();
   EXPECT_OK(snapshot->GetImage(ImageId(1)));
-  for (const Status& status :
-       {snapshot->GetImage(ImageId(2)).status(), snapshot->ScanImages([](const ImageRecord&) { return true; })}) {
+  for (const Status& status : {snapshot->GetImage(ImageId(2)).status(),
+                               snapshot->ScanImages([](const ImageRecord&) { return true; })}) {
     EXPECT_EQ(status.code(), StatusCode::kCorruption);
     EXPECT_NE(status.message().find("family images"), std::string::npos) << status.message();
     EXPECT_NE(status.message().find("0x00000002"), std::string::npos) << status.message();
@@ -211,22 +218,26 @@ TEST(Database, SnapshotsDoNotSeeLaterWrites) {
   transaction->PutState(SampleState(99));
   transaction->DeletePointBlocks(ReconstructionId(1), 4);
   transaction->AddPostings(1, std::vector<WordId>{4}, ImageId(7));
-  EXPECT_EQ(database->GetSnapshot()->GetState()->next_image, 3u) << "nothing is visible before Commit";
+  EXPECT_EQ(database->GetSnapshot()->GetState()->next_image, 3u)
+      << "nothing is visible before Commit";
   ASSERT_OK(transaction->Commit());
   ASSERT_OK(database->Compact());
   EXPECT_EQ(*before->GetState(), DatabaseState{});
   EXPECT_FALSE(before->FindImageByName(SampleImage(1).name)->has_value());
   EXPECT_EQ(between->GetState()->next_image, 3u);
   EXPECT_EQ(between->GetPointBlock(ReconstructionId(1), 4, ImageId(1))->points.size(), 20u);
-  EXPECT_EQ(between->GetPostings(1, std::vector<WordId>{4})->at(0), (std::vector<ImageId>{ImageId(2)}));
+  EXPECT_EQ(between->GetPostings(1, std::vector<WordId>{4})->at(0),
+            (std::vector<ImageId>{ImageId(2)}));
   size_t photos = 0;
   EXPECT_OK(before->ScanPhotoKeys([&](const ContentHash&) { return ++photos, true; }));
   EXPECT_EQ(photos, 0u);
   const auto after = database->GetSnapshot();
   EXPECT_EQ(after->GetState()->next_image, 99u);
   EXPECT_EQ(after->GetPointBlock(ReconstructionId(1), 4, ImageId(1))->points.size(), 0u);
-  EXPECT_EQ(after->GetPointBlock(ReconstructionId(1), 3, ImageId(1))->points.size(), 5u) << "another generation";
-  EXPECT_EQ(after->GetPostings(1, std::vector<WordId>{4})->at(0), (std::vector<ImageId>{ImageId(2), ImageId(7)}));
+  EXPECT_EQ(after->GetPointBlock(ReconstructionId(1), 3, ImageId(1))->points.size(), 5u)
+      << "another generation";
+  EXPECT_EQ(after->GetPostings(1, std::vector<WordId>{4})->at(0),
+            (std::vector<ImageId>{ImageId(2), ImageId(7)}));
 }
 
 TEST(Database, ConflictOnTheStateIsBusy) {
@@ -287,7 +298,8 @@ TEST(Database, RejectedImagesAreNotFoundByPhoto) {
   const auto snapshot = database->GetSnapshot();
   EXPECT_EQ(**snapshot->FindImageByName(rejected.name), ImageId(2));
   EXPECT_FALSE(snapshot->FindImageByPhoto(rejected.photo)->has_value());
-  EXPECT_EQ(**snapshot->FindImageByName(SampleImage(1).name), ImageId(1)) << "the name stays with its first owner";
+  EXPECT_EQ(**snapshot->FindImageByName(SampleImage(1).name), ImageId(1))
+      << "the name stays with its first owner";
   EXPECT_OK(snapshot->GetImage(ImageId(3)));
 }
 
@@ -310,7 +322,8 @@ TEST(Database, EmptyRecordsAreDeletions) {
   EXPECT_EQ(snapshot->GetPointBlock(ReconstructionId(1), 4, ImageId(2))->next_ordinal, 21u)
       << "ordinals are never used again";
   size_t blocks = 0;
-  EXPECT_OK(snapshot->ScanPointBlocks(ReconstructionId(1), 4, [&](const PointBlock&) { return ++blocks, true; }));
+  EXPECT_OK(snapshot->ScanPointBlocks(ReconstructionId(1), 4,
+                                      [&](const PointBlock&) { return ++blocks, true; }));
   EXPECT_EQ(blocks, 1u);
 }
 
@@ -319,8 +332,10 @@ TEST(Database, DeleteVocabularyTakesOneGeneration) {
   auto database = MustCreate(folder / "db");
   for (const uint32_t generation : {1u, 2u, 0xFFFFFFFFu}) {
     ASSERT_OK(database->WriteVocabularyAhead(generation, SampleBytes(1, 100)));
-    ASSERT_OK(database->WriteWordsAhead(generation, ImageId(0xFFFFFFFF), std::vector<WordId>{1, 0xFFFFFFFF}));
-    ASSERT_OK(database->WritePostingsAhead(generation, 0xFFFFFFFF, std::vector<ImageId>{ImageId(5)}));
+    ASSERT_OK(database->WriteWordsAhead(generation, ImageId(0xFFFFFFFF),
+                                        std::vector<WordId>{1, 0xFFFFFFFF}));
+    ASSERT_OK(
+        database->WritePostingsAhead(generation, 0xFFFFFFFF, std::vector<ImageId>{ImageId(5)}));
   }
   for (const uint32_t generation : {1u, 0xFFFFFFFFu}) {
     auto transaction = database->BeginTransaction();
@@ -328,7 +343,8 @@ TEST(Database, DeleteVocabularyTakesOneGeneration) {
     ASSERT_OK(transaction->Commit());
     const auto snapshot = database->GetSnapshot();
     EXPECT_EQ(snapshot->GetVocabulary(generation).status().code(), StatusCode::kNotFound);
-    EXPECT_EQ(snapshot->GetWords(generation, ImageId(0xFFFFFFFF)).status().code(), StatusCode::kNotFound);
+    EXPECT_EQ(snapshot->GetWords(generation, ImageId(0xFFFFFFFF)).status().code(),
+              StatusCode::kNotFound);
     EXPECT_TRUE(snapshot->GetPostings(generation, std::vector<WordId>{0xFFFFFFFF})->at(0).empty());
     EXPECT_OK(snapshot->GetVocabulary(2));
     EXPECT_OK(snapshot->GetWords(2, ImageId(0xFFFFFFFF)));
@@ -356,7 +372,8 @@ TEST(Database, CheckpointIsADatabaseOfItsOwn) {
 TEST(Database, SizesCountPhotosAndFeatures) {
   const TemporaryFolder folder;
   auto database = MustCreate(folder / "db");
-  ASSERT_OK(database->WritePhotoAhead(SampleHash(1), SampleBytes(1, 1'000'000), SampleFeatures(1, 1000)));
+  ASSERT_OK(
+      database->WritePhotoAhead(SampleHash(1), SampleBytes(1, 1'000'000), SampleFeatures(1, 1000)));
   for (const bool compacted : {false, true}) {
     if (compacted) {
       ASSERT_OK(database->Compact());

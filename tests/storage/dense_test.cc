@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-// Goal: what the offline pass stores is read back as it was, sorts by signed places, goes when it is deleted, and a
-// damaged or senseless record is refused by name.
-// Method: one of everything, written, closed, opened and compared; every record with one field broken; values cut at
-// every length and with bytes turned.
+// Goal: what the offline pass stores is read back as it was, sorts by signed places, goes when it
+// is deleted, and a damaged or senseless record is refused by name. Method: one of everything,
+// written, closed, opened and compared; every record with one field broken; values cut at every
+// length and with bytes turned.
 #include "storage/dense.h"
 
 #include <gtest/gtest.h>
@@ -18,7 +18,8 @@ namespace {
 constexpr ReconstructionId kCity{3};
 
 Rigid3 SamplePose(double turn) {
-  return {Eigen::Quaterniond(Eigen::AngleAxisd(turn, Eigen::Vector3d(1, 2, 3).normalized())), {turn, -turn, 2 * turn}};
+  return {Eigen::Quaterniond(Eigen::AngleAxisd(turn, Eigen::Vector3d(1, 2, 3).normalized())),
+          {turn, -turn, 2 * turn}};
 }
 
 DepthRecord SampleDepth(uint32_t image) {
@@ -63,9 +64,18 @@ DepthPixels SamplePixels() {
 }
 
 TileRecord SampleTile(GridPlace place) {
-  return {
-      kCity, place, 0x8000000000000005u, {{ImageId(1), 0, 9}, {ImageId(2), 0, 3}, {ImageId(2), 0, 4}}, 1, 7, 6, 2, 3, 4,
-      500,   300};
+  return {kCity,
+          place,
+          0x8000000000000005u,
+          {{ImageId(1), 0, 9}, {ImageId(2), 0, 3}, {ImageId(2), 0, 4}},
+          1,
+          7,
+          6,
+          2,
+          3,
+          4,
+          500,
+          300};
 }
 
 bool Same(const Rigid3& a, const Rigid3& b) {
@@ -77,8 +87,10 @@ void ExpectSameGeometry(const Record& a, const Record& b) {
   EXPECT_EQ(a.image, b.image);
   EXPECT_EQ(a.reconstruction, b.reconstruction);
   EXPECT_EQ(a.version, b.version);
-  EXPECT_EQ(std::tie(a.width_px, a.height_px, a.fx, a.fy, a.cx, a.cy, a.depth_near, a.depth_far, a.known_count),
-            std::tie(b.width_px, b.height_px, b.fx, b.fy, b.cx, b.cy, b.depth_near, b.depth_far, b.known_count));
+  EXPECT_EQ(std::tie(a.width_px, a.height_px, a.fx, a.fy, a.cx, a.cy, a.depth_near, a.depth_far,
+                     a.known_count),
+            std::tie(b.width_px, b.height_px, b.fx, b.fy, b.cx, b.cy, b.depth_near, b.depth_far,
+                     b.known_count));
   EXPECT_TRUE(Same(a.cam_from_world, b.cam_from_world));
 }
 
@@ -95,12 +107,13 @@ TEST(Dense, EverythingIsReadBackAfterReopening) {
       dense.PutDepth(SampleDepth(image));
       dense.PutDepthPixels(ImageId(image), SamplePixels());
     }
-    for (const uint64_t version : {6u, 5u}) dense.PutCheckedDepth(SampleChecked(7, version), SamplePixels());
+    for (const uint64_t version : {6u, 5u})
+      dense.PutCheckedDepth(SampleChecked(7, version), SamplePixels());
     for (const GridPlace place : {places[2], places[0], places[3], places[1]}) {
       dense.PutTile(SampleTile(place));
       dense.PutVolumeBlock(kCity, place, 63, block);
-      for (const SurfacePart part :
-           {SurfacePart::kSolution, SurfacePart::kMesh, SurfacePart::kColors, SurfacePart::kFirstRound}) {
+      for (const SurfacePart part : {SurfacePart::kSolution, SurfacePart::kMesh,
+                                     SurfacePart::kColors, SurfacePart::kFirstRound}) {
         dense.PutSurface(part, kCity, place, block);
       }
     }
@@ -146,8 +159,9 @@ TEST(Dense, EverythingIsReadBackAfterReopening) {
     EXPECT_EQ(
         std::tie(tile.blocks, tile.volume_version, tile.histogram_version, tile.first_round_version,
                  tile.solution_version, tile.mesh_version, tile.color_version),
-        std::tie(expected.blocks, expected.volume_version, expected.histogram_version, expected.first_round_version,
-                 expected.solution_version, expected.mesh_version, expected.color_version));
+        std::tie(expected.blocks, expected.volume_version, expected.histogram_version,
+                 expected.first_round_version, expected.solution_version, expected.mesh_version,
+                 expected.color_version));
     EXPECT_EQ(tile.triangle_count, 500u);
     EXPECT_EQ(tile.vertex_count, 300u);
     return true;
@@ -165,14 +179,17 @@ TEST(Dense, EverythingIsReadBackAfterReopening) {
   ASSERT_OK(transaction->Commit());
   const auto later = database->GetSnapshot();
   EXPECT_FALSE(later->dense().FindTile(kCity, places[1])->has_value());
-  EXPECT_EQ(later->dense().GetVolumeBlock(kCity, places[1], 63).status().code(), StatusCode::kNotFound);
-  EXPECT_EQ(later->dense().GetSurface(SurfacePart::kMesh, kCity, places[1]).status().code(), StatusCode::kNotFound);
+  EXPECT_EQ(later->dense().GetVolumeBlock(kCity, places[1], 63).status().code(),
+            StatusCode::kNotFound);
+  EXPECT_EQ(later->dense().GetSurface(SurfacePart::kMesh, kCity, places[1]).status().code(),
+            StatusCode::kNotFound);
   EXPECT_TRUE(later->dense().GetSurface(SurfacePart::kMesh, kCity, places[2]).ok());
   EXPECT_FALSE(later->dense().FindDepth(ImageId(1))->has_value());
   EXPECT_EQ(later->dense().GetDepthPixels(ImageId(1)).status().code(), StatusCode::kNotFound);
   EXPECT_EQ(later->dense().GetCheckedDepth(ImageId(7), 5).status().code(), StatusCode::kNotFound);
   EXPECT_TRUE(later->dense().GetCheckedDepth(ImageId(7), 6).ok());
-  EXPECT_TRUE(snapshot->dense().FindTile(kCity, places[1])->has_value()) << "a snapshot does not change";
+  EXPECT_TRUE(snapshot->dense().FindTile(kCity, places[1])->has_value())
+      << "a snapshot does not change";
 
   transaction = database->BeginTransaction();
   transaction->dense().DeleteReconstruction(kCity);
@@ -193,7 +210,8 @@ TEST(Dense, SenselessRecordsAreRefused) {
   depths[5].cam_from_world.translation.x() = nan;
   depths[6].sensors[0].image = ImageId();
   depths[7].gain[1] = -1;
-  for (const DepthRecord& depth : depths) EXPECT_EQ(Encode(depth).status().code(), StatusCode::kInvalidArgument);
+  for (const DepthRecord& depth : depths)
+    EXPECT_EQ(Encode(depth).status().code(), StatusCode::kInvalidArgument);
   CheckedDepthRecord checked = SampleChecked(1, 1);
   std::swap(checked.blocks[0], checked.blocks[1]);
   EXPECT_EQ(Encode(checked).status().code(), StatusCode::kInvalidArgument);
@@ -203,7 +221,8 @@ TEST(Dense, SenselessRecordsAreRefused) {
   TileRecord tile = SampleTile({});
   tile.depths[2] = tile.depths[1];
   EXPECT_EQ(Encode(tile).status().code(), StatusCode::kInvalidArgument);
-  EXPECT_EQ(Encode(DenseSettings{kCity, nan, 512, 2}).status().code(), StatusCode::kInvalidArgument);
+  EXPECT_EQ(Encode(DenseSettings{kCity, nan, 512, 2}).status().code(),
+            StatusCode::kInvalidArgument);
 }
 
 TEST(Dense, DamagedValuesNeverComeThroughUnnoticedOrCrash) {
@@ -212,11 +231,14 @@ TEST(Dense, DamagedValuesNeverComeThroughUnnoticedOrCrash) {
   SeededRandom random(11);
   for (size_t size = 0; size < depth.size(); ++size) {
     DepthRecord record = SampleDepth(1);
-    EXPECT_EQ(Decode(std::string_view(depth).substr(0, size), &record).code(), StatusCode::kCorruption) << size;
+    EXPECT_EQ(Decode(std::string_view(depth).substr(0, size), &record).code(),
+              StatusCode::kCorruption)
+        << size;
   }
   for (int i = 0; i < 3000; ++i) {
     std::string turned = i % 2 ? depth : tile;
-    turned[random.Below(static_cast<uint32_t>(turned.size()))] ^= static_cast<char>(1 + random.Below(255));
+    turned[random.Below(static_cast<uint32_t>(turned.size()))] ^=
+        static_cast<char>(1 + random.Below(255));
     DepthRecord record = SampleDepth(1);
     TileRecord other = SampleTile({});
     const Status status = i % 2 ? Decode(turned, &record) : Decode(turned, &other);

@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-// Goal: a power cut loses nothing that a synced commit acknowledged, the writes ahead of it included, even where the
-// log was changed in between; without syncs it leaves a prefix of the commits, each whole.
-// Method: FaultFileSystem forgets unsynced bytes; photos larger than the memtables force log changes and flushes.
+// Goal: a power cut loses nothing that a synced commit acknowledged, the writes ahead of it
+// included, even where the log was changed in between; without syncs it leaves a prefix of the
+// commits, each whole. Method: FaultFileSystem forgets unsynced bytes; photos larger than the
+// memtables force log changes and flushes.
 #include <gtest/gtest.h>
 
 #include "fault_file_system.h"
@@ -27,7 +28,8 @@ class Durability : public testing::Test {
     ASSERT_NE(database_, nullptr);
   }
   Status WritePhoto(uint32_t seed, size_t size_bytes) {
-    return database_->WritePhotoAhead(SampleHash(seed), SampleBytes(seed, size_bytes), SampleFeatures(seed, 50));
+    return database_->WritePhotoAhead(SampleHash(seed), SampleBytes(seed, size_bytes),
+                                      SampleFeatures(seed, 50));
   }
   Status CommitImage(uint32_t id) {
     auto transaction = database_->BeginTransaction();
@@ -40,7 +42,8 @@ class Durability : public testing::Test {
   bool HasWholeImage(uint32_t id, size_t size_bytes) {
     const auto snapshot = database_->GetSnapshot();
     const auto photo = snapshot->GetPhoto(SampleHash(id));
-    return snapshot->GetImage(ImageId(id)).ok() && photo.ok() && photo->bytes().size() == size_bytes &&
+    return snapshot->GetImage(ImageId(id)).ok() && photo.ok() &&
+           photo->bytes().size() == size_bytes &&
            photo->bytes()[size_bytes / 2] == SampleBytes(id, size_bytes)[size_bytes / 2] &&
            snapshot->GetFeatures(SampleHash(id)).ok();
   }
@@ -63,10 +66,12 @@ TEST_F(Durability, UnsyncedWriteAheadIsLostAlone) {
   ASSERT_OK(WritePhoto(2, 10'000));
   CutPowerAndReopen();
   EXPECT_TRUE(HasWholeImage(1, 10'000));
-  EXPECT_EQ(database_->GetSnapshot()->GetPhoto(SampleHash(2)).status().code(), StatusCode::kNotFound);
+  EXPECT_EQ(database_->GetSnapshot()->GetPhoto(SampleHash(2)).status().code(),
+            StatusCode::kNotFound);
 }
 
-// 64 MiB fill the photos' memtable: the log changes and a flush begins between write-ahead and commit.
+// 64 MiB fill the photos' memtable: the log changes and a flush begins between write-ahead and
+// commit.
 TEST_F(Durability, CommitCoversWriteAheadsInOlderLogs) {
   constexpr uint32_t kCount = 10;
   constexpr size_t kSize = 15u << 20;

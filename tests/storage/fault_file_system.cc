@@ -17,12 +17,14 @@ std::filesystem::path FaultFileSystem::Disk::Normal(const std::string& path) {
 rocksdb::IOStatus FaultFileSystem::Disk::Count() {
   if (power_out) return rocksdb::IOStatus::IOError("the power is out");
   ++write_count;
-  if (failing_count == 0 || write_count < first_failing || write_count - first_failing >= failing_count) {
+  if (failing_count == 0 || write_count < first_failing ||
+      write_count - first_failing >= failing_count) {
     return rocksdb::IOStatus::OK();
   }
   ++fault_count;
-  return fault == Fault::kNoSpace ? rocksdb::IOStatus::NoSpace("injected fault", "No space left on device")
-                                  : rocksdb::IOStatus::IOError("injected fault");
+  return fault == Fault::kNoSpace
+             ? rocksdb::IOStatus::NoSpace("injected fault", "No space left on device")
+             : rocksdb::IOStatus::IOError("injected fault");
 }
 
 void FaultFileSystem::Disk::Made(const std::string& path) {
@@ -51,20 +53,25 @@ std::optional<std::string> FaultFileSystem::ReadAll(const std::string& path) {
 
 class FaultFileSystem::File final : public rocksdb::FSWritableFileOwnerWrapper {
  public:
-  File(std::unique_ptr<rocksdb::FSWritableFile> target, std::shared_ptr<Disk> disk, std::shared_ptr<FileLength> length)
-      : FSWritableFileOwnerWrapper(std::move(target)), disk_(std::move(disk)), length_(std::move(length)) {}
+  File(std::unique_ptr<rocksdb::FSWritableFile> target, std::shared_ptr<Disk> disk,
+       std::shared_ptr<FileLength> length)
+      : FSWritableFileOwnerWrapper(std::move(target)),
+        disk_(std::move(disk)),
+        length_(std::move(length)) {}
 
   rocksdb::IOStatus Append(const rocksdb::Slice& data, const rocksdb::IOOptions& options,
                            rocksdb::IODebugContext* debug) override {
     const std::lock_guard lock(disk_->mutex);
     const rocksdb::IOStatus fault = disk_->Count();
     const size_t size = fault.ok() ? data.size() : disk_->power_out ? 0 : data.size() / 2;
-    const rocksdb::IOStatus written = target()->Append(rocksdb::Slice(data.data(), size), options, debug);
+    const rocksdb::IOStatus written =
+        target()->Append(rocksdb::Slice(data.data(), size), options, debug);
     if (written.ok()) length_->size += size;
     return fault.ok() ? written : fault;
   }
   rocksdb::IOStatus Append(const rocksdb::Slice& data, const rocksdb::IOOptions& options,
-                           const rocksdb::DataVerificationInfo& /*info*/, rocksdb::IODebugContext* debug) override {
+                           const rocksdb::DataVerificationInfo& /*info*/,
+                           rocksdb::IODebugContext* debug) override {
     return Append(data, options, debug);
   }
   rocksdb::IOStatus PositionedAppend(const rocksdb::Slice&, uint64_t, const rocksdb::IOOptions&,
@@ -72,7 +79,8 @@ class FaultFileSystem::File final : public rocksdb::FSWritableFileOwnerWrapper {
     return rocksdb::IOStatus::NotSupported("FaultFileSystem has no direct writes");
   }
   rocksdb::IOStatus PositionedAppend(const rocksdb::Slice&, uint64_t, const rocksdb::IOOptions&,
-                                     const rocksdb::DataVerificationInfo&, rocksdb::IODebugContext*) override {
+                                     const rocksdb::DataVerificationInfo&,
+                                     rocksdb::IODebugContext*) override {
     return rocksdb::IOStatus::NotSupported("FaultFileSystem has no direct writes");
   }
   rocksdb::IOStatus Truncate(uint64_t size, const rocksdb::IOOptions& options,
@@ -84,22 +92,26 @@ class FaultFileSystem::File final : public rocksdb::FSWritableFileOwnerWrapper {
     if (cut.ok()) *length_ = {size, std::min(size, length_->synced)};
     return cut;
   }
-  rocksdb::IOStatus Sync(const rocksdb::IOOptions& /*options*/, rocksdb::IODebugContext* /*debug*/) override {
+  rocksdb::IOStatus Sync(const rocksdb::IOOptions& /*options*/,
+                         rocksdb::IODebugContext* /*debug*/) override {
     const std::lock_guard lock(disk_->mutex);
     const rocksdb::IOStatus fault = disk_->Count();
     if (fault.ok()) length_->synced = length_->size;
     return fault;
   }
-  rocksdb::IOStatus Fsync(const rocksdb::IOOptions& options, rocksdb::IODebugContext* debug) override {
+  rocksdb::IOStatus Fsync(const rocksdb::IOOptions& options,
+                          rocksdb::IODebugContext* debug) override {
     return Sync(options, debug);
   }
   // Space ahead of need: it costs more than everything else a test does.
-  rocksdb::IOStatus Allocate(uint64_t, uint64_t, const rocksdb::IOOptions&, rocksdb::IODebugContext*) override {
+  rocksdb::IOStatus Allocate(uint64_t, uint64_t, const rocksdb::IOOptions&,
+                             rocksdb::IODebugContext*) override {
     return rocksdb::IOStatus::OK();
   }
   void PrepareWrite(size_t, size_t, const rocksdb::IOOptions&, rocksdb::IODebugContext*) override {}
   // Promises nothing about durability.
-  rocksdb::IOStatus RangeSync(uint64_t, uint64_t, const rocksdb::IOOptions&, rocksdb::IODebugContext*) override {
+  rocksdb::IOStatus RangeSync(uint64_t, uint64_t, const rocksdb::IOOptions&,
+                              rocksdb::IODebugContext*) override {
     return rocksdb::IOStatus::OK();
   }
 
@@ -113,13 +125,16 @@ class FaultFileSystem::Folder final : public rocksdb::FSDirectoryWrapper {
   Folder(std::unique_ptr<rocksdb::FSDirectory> target, std::shared_ptr<Disk> disk, std::string path)
       : FSDirectoryWrapper(std::move(target)), disk_(std::move(disk)), path_(std::move(path)) {}
 
-  rocksdb::IOStatus Fsync(const rocksdb::IOOptions& /*options*/, rocksdb::IODebugContext* /*debug*/) override {
+  rocksdb::IOStatus Fsync(const rocksdb::IOOptions& /*options*/,
+                          rocksdb::IODebugContext* /*debug*/) override {
     const std::lock_guard lock(disk_->mutex);
     const rocksdb::IOStatus fault = disk_->Count();
-    if (fault.ok()) std::erase_if(disk_->changes, [&](const Change& c) { return Disk::Folder(c.path) == path_; });
+    if (fault.ok())
+      std::erase_if(disk_->changes, [&](const Change& c) { return Disk::Folder(c.path) == path_; });
     return fault;
   }
-  rocksdb::IOStatus FsyncWithDirOptions(const rocksdb::IOOptions& options, rocksdb::IODebugContext* debug,
+  rocksdb::IOStatus FsyncWithDirOptions(const rocksdb::IOOptions& options,
+                                        rocksdb::IODebugContext* debug,
                                         const rocksdb::DirFsyncOptions& /*directory*/) override {
     return Fsync(options, debug);
   }
@@ -129,7 +144,8 @@ class FaultFileSystem::Folder final : public rocksdb::FSDirectoryWrapper {
   const std::string path_;
 };
 
-rocksdb::IOStatus FaultFileSystem::NewWritableFile(const std::string& name, const rocksdb::FileOptions& options,
+rocksdb::IOStatus FaultFileSystem::NewWritableFile(const std::string& name,
+                                                   const rocksdb::FileOptions& options,
                                                    std::unique_ptr<rocksdb::FSWritableFile>* result,
                                                    rocksdb::IODebugContext* debug) {
   const std::lock_guard lock(disk_->mutex);
@@ -145,9 +161,9 @@ rocksdb::IOStatus FaultFileSystem::NewWritableFile(const std::string& name, cons
   return made;
 }
 
-rocksdb::IOStatus FaultFileSystem::ReopenWritableFile(const std::string& name, const rocksdb::FileOptions& options,
-                                                      std::unique_ptr<rocksdb::FSWritableFile>* result,
-                                                      rocksdb::IODebugContext* debug) {
+rocksdb::IOStatus FaultFileSystem::ReopenWritableFile(
+    const std::string& name, const rocksdb::FileOptions& options,
+    std::unique_ptr<rocksdb::FSWritableFile>* result, rocksdb::IODebugContext* debug) {
   const std::lock_guard lock(disk_->mutex);
   const rocksdb::IOStatus fault = disk_->Count();
   if (!fault.ok()) return fault;
@@ -163,16 +179,19 @@ rocksdb::IOStatus FaultFileSystem::ReopenWritableFile(const std::string& name, c
   return opened;
 }
 
-rocksdb::IOStatus FaultFileSystem::NewDirectory(const std::string& name, const rocksdb::IOOptions& options,
+rocksdb::IOStatus FaultFileSystem::NewDirectory(const std::string& name,
+                                                const rocksdb::IOOptions& options,
                                                 std::unique_ptr<rocksdb::FSDirectory>* result,
                                                 rocksdb::IODebugContext* debug) {
   std::unique_ptr<rocksdb::FSDirectory> folder;
   const rocksdb::IOStatus opened = target()->NewDirectory(name, options, &folder, debug);
-  if (opened.ok()) *result = std::make_unique<Folder>(std::move(folder), disk_, Disk::Normal(name).string());
+  if (opened.ok())
+    *result = std::make_unique<Folder>(std::move(folder), disk_, Disk::Normal(name).string());
   return opened;
 }
 
-rocksdb::IOStatus FaultFileSystem::DeleteFile(const std::string& name, const rocksdb::IOOptions& options,
+rocksdb::IOStatus FaultFileSystem::DeleteFile(const std::string& name,
+                                              const rocksdb::IOOptions& options,
                                               rocksdb::IODebugContext* debug) {
   const std::lock_guard lock(disk_->mutex);
   if (disk_->power_out) return rocksdb::IOStatus::IOError("the power is out");
@@ -185,7 +204,8 @@ rocksdb::IOStatus FaultFileSystem::DeleteFile(const std::string& name, const roc
   return deleted;
 }
 
-rocksdb::IOStatus FaultFileSystem::Truncate(const std::string& name, size_t size, const rocksdb::IOOptions& options,
+rocksdb::IOStatus FaultFileSystem::Truncate(const std::string& name, size_t size,
+                                            const rocksdb::IOOptions& options,
                                             rocksdb::IODebugContext* debug) {
   const std::lock_guard lock(disk_->mutex);
   const rocksdb::IOStatus fault = disk_->Count();
@@ -198,7 +218,8 @@ rocksdb::IOStatus FaultFileSystem::Truncate(const std::string& name, size_t size
   return cut;
 }
 
-rocksdb::IOStatus FaultFileSystem::CreateDir(const std::string& name, const rocksdb::IOOptions& options,
+rocksdb::IOStatus FaultFileSystem::CreateDir(const std::string& name,
+                                             const rocksdb::IOOptions& options,
                                              rocksdb::IODebugContext* debug) {
   const std::lock_guard lock(disk_->mutex);
   const rocksdb::IOStatus fault = disk_->Count();
@@ -208,14 +229,16 @@ rocksdb::IOStatus FaultFileSystem::CreateDir(const std::string& name, const rock
   return made;
 }
 
-rocksdb::IOStatus FaultFileSystem::CreateDirIfMissing(const std::string& name, const rocksdb::IOOptions& options,
+rocksdb::IOStatus FaultFileSystem::CreateDirIfMissing(const std::string& name,
+                                                      const rocksdb::IOOptions& options,
                                                       rocksdb::IODebugContext* debug) {
   if (std::filesystem::is_directory(name)) return rocksdb::IOStatus::OK();
   return CreateDir(name, options, debug);
 }
 
 rocksdb::IOStatus FaultFileSystem::RenameFile(const std::string& from, const std::string& to,
-                                              const rocksdb::IOOptions& options, rocksdb::IODebugContext* debug) {
+                                              const rocksdb::IOOptions& options,
+                                              rocksdb::IODebugContext* debug) {
   const std::lock_guard lock(disk_->mutex);
   const rocksdb::IOStatus fault = disk_->Count();
   if (!fault.ok()) return fault;
@@ -234,7 +257,8 @@ rocksdb::IOStatus FaultFileSystem::RenameFile(const std::string& from, const std
 }
 
 rocksdb::IOStatus FaultFileSystem::LinkFile(const std::string& from, const std::string& to,
-                                            const rocksdb::IOOptions& options, rocksdb::IODebugContext* debug) {
+                                            const rocksdb::IOOptions& options,
+                                            rocksdb::IODebugContext* debug) {
   const std::lock_guard lock(disk_->mutex);
   const rocksdb::IOStatus fault = disk_->Count();
   if (!fault.ok()) return fault;
@@ -263,7 +287,8 @@ void FaultFileSystem::DropUnsyncedData() {
   }
   disk_->changes.clear();
   for (const auto& [path, length] : disk_->files) {
-    if (std::filesystem::is_regular_file(path) && std::filesystem::file_size(path) > length->synced) {
+    if (std::filesystem::is_regular_file(path) &&
+        std::filesystem::file_size(path) > length->synced) {
       std::filesystem::resize_file(path, length->synced);
     }
   }

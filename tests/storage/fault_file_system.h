@@ -1,30 +1,35 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
-// A file system for crash tests: it fails chosen writes and forgets what was never synced, as a power cut would.
+// A file system for crash tests: it fails chosen writes and forgets what was never synced, as a
+// power cut would.
 //
 //   auto fs = std::make_shared<FaultFileSystem>();          options.file_system = fs;
-//   fs->FailWrites(n, Fault::kIoError, 1);                  // the n-th write operation from now fails, no other
-//   fs->FailWrites(n, Fault::kNoSpace, FaultFileSystem::kForever);   // ... and every later one: a full disk
+//   fs->FailWrites(n, Fault::kIoError, 1);                  // the n-th write operation from now
+//   fails, no other fs->FailWrites(n, Fault::kNoSpace, FaultFileSystem::kForever);   // ... and
+//   every later one: a full disk
 //   ... use the database, note what it acknowledges, destroy it (and its snapshots) ...
-//   fs->Heal();                                             // open it again: a crash of the process
+//   fs->Heal();                                             // open it again: a crash of the
+//   process
 //
 //   fs->CutPower();           // nothing becomes durable from here on, whatever is still running
 //   ... destroy the database ...
 //   fs->DropUnsyncedData();   // the disk as the next boot finds it; heals too
 //   ... open it again ...
 //
-// What counts as one write operation: creating (or truncating, or linking) a file, creating a folder, renaming,
-// every append and truncation, every sync of a file or folder. Deletions are not counted: they fail only while the
-// power is out. A failing append first writes half of its bytes, so that torn records occur.
+// What counts as one write operation: creating (or truncating, or linking) a file, creating a
+// folder, renaming, every append and truncation, every sync of a file or folder. Deletions are not
+// counted: they fail only while the power is out. A failing append first writes half of its bytes,
+// so that torn records occur.
 //
-// What a power cut leaves: of every file, the bytes up to its last sync; of every folder, the entries it had at its
-// last sync: files, folders and links that were made since are gone, renames are undone (with the content that they
-// replaced). Deletions count as durable at once, which is the worst case for who deletes before syncing.
+// What a power cut leaves: of every file, the bytes up to its last sync; of every folder, the
+// entries it had at its last sync: files, folders and links that were made since are gone, renames
+// are undone (with the content that they replaced). Deletions count as durable at once, which is
+// the worst case for who deletes before syncing.
 //
-// Syncs are not passed on to the real disk: a test needs no durability of its own, and they are what takes time.
-// The base must be the operating system's file system (DropUnsyncedData edits the files themselves). Files that were
-// there before, and logs for people (NewLogger), are not tracked. Thread-safe, but for DropUnsyncedData, which wants
-// every file closed.
+// Syncs are not passed on to the real disk: a test needs no durability of its own, and they are
+// what takes time. The base must be the operating system's file system (DropUnsyncedData edits the
+// files themselves). Files that were there before, and logs for people (NewLogger), are not
+// tracked. Thread-safe, but for DropUnsyncedData, which wants every file closed.
 
 #include <rocksdb/file_system.h>
 
@@ -47,7 +52,8 @@ class FaultFileSystem final : public rocksdb::FileSystemWrapper {
  public:
   static constexpr uint64_t kForever = std::numeric_limits<uint64_t>::max();
 
-  FaultFileSystem() : FileSystemWrapper(rocksdb::FileSystem::Default()), disk_(std::make_shared<Disk>()) {}
+  FaultFileSystem()
+      : FileSystemWrapper(rocksdb::FileSystem::Default()), disk_(std::make_shared<Disk>()) {}
   const char* Name() const override { return "FaultFileSystem"; }
 
   // The n-th write operation from now (n >= 1) and the `count - 1` after it fail.
@@ -87,8 +93,10 @@ class FaultFileSystem final : public rocksdb::FileSystemWrapper {
   rocksdb::IOStatus ReopenWritableFile(const std::string& name, const rocksdb::FileOptions& options,
                                        std::unique_ptr<rocksdb::FSWritableFile>* result,
                                        rocksdb::IODebugContext* debug) override;
-  rocksdb::IOStatus ReuseWritableFile(const std::string&, const std::string&, const rocksdb::FileOptions&,
-                                      std::unique_ptr<rocksdb::FSWritableFile>*, rocksdb::IODebugContext*) override {
+  rocksdb::IOStatus ReuseWritableFile(const std::string&, const std::string&,
+                                      const rocksdb::FileOptions&,
+                                      std::unique_ptr<rocksdb::FSWritableFile>*,
+                                      rocksdb::IODebugContext*) override {
     return rocksdb::IOStatus::NotSupported("FaultFileSystem does not reuse files");
   }
   rocksdb::IOStatus NewDirectory(const std::string& name, const rocksdb::IOOptions& options,
@@ -96,15 +104,18 @@ class FaultFileSystem final : public rocksdb::FileSystemWrapper {
                                  rocksdb::IODebugContext* debug) override;
   rocksdb::IOStatus DeleteFile(const std::string& name, const rocksdb::IOOptions& options,
                                rocksdb::IODebugContext* debug) override;
-  rocksdb::IOStatus Truncate(const std::string& name, size_t size, const rocksdb::IOOptions& options,
+  rocksdb::IOStatus Truncate(const std::string& name, size_t size,
+                             const rocksdb::IOOptions& options,
                              rocksdb::IODebugContext* debug) override;
   rocksdb::IOStatus CreateDir(const std::string& name, const rocksdb::IOOptions& options,
                               rocksdb::IODebugContext* debug) override;
   rocksdb::IOStatus CreateDirIfMissing(const std::string& name, const rocksdb::IOOptions& options,
                                        rocksdb::IODebugContext* debug) override;
-  rocksdb::IOStatus RenameFile(const std::string& from, const std::string& to, const rocksdb::IOOptions& options,
+  rocksdb::IOStatus RenameFile(const std::string& from, const std::string& to,
+                               const rocksdb::IOOptions& options,
                                rocksdb::IODebugContext* debug) override;
-  rocksdb::IOStatus LinkFile(const std::string& from, const std::string& to, const rocksdb::IOOptions& options,
+  rocksdb::IOStatus LinkFile(const std::string& from, const std::string& to,
+                             const rocksdb::IOOptions& options,
                              rocksdb::IODebugContext* debug) override;
 
  private:
@@ -127,7 +138,9 @@ class FaultFileSystem final : public rocksdb::FileSystemWrapper {
     std::vector<Change> changes;                               // in order
 
     rocksdb::IOStatus Count();
-    static std::string Folder(const std::string& path) { return Normal(path).parent_path().string(); }
+    static std::string Folder(const std::string& path) {
+      return Normal(path).parent_path().string();
+    }
     static std::filesystem::path Normal(const std::string& path);
     void Made(const std::string& path);
     void MoveTracked(const std::string& from, const std::string& to);

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Goal: the crash tests' own disk does what it says: it forgets exactly what was not synced and fails exactly the
-// writes it was told to.
-// Method: files and folders by hand, without a database.
+// Goal: the crash tests' own disk does what it says: it forgets exactly what was not synced and
+// fails exactly the writes it was told to. Method: files and folders by hand, without a database.
 #include "fault_file_system.h"
 
 #include <gtest/gtest.h>
@@ -34,7 +33,8 @@ std::string Content(const std::string& path) {
   return {std::istreambuf_iterator<char>(stream), {}};
 }
 
-void WriteFile(FaultFileSystem& fs, const std::string& path, const std::string& synced, const std::string& unsynced) {
+void WriteFile(FaultFileSystem& fs, const std::string& path, const std::string& synced,
+               const std::string& unsynced) {
   const auto file = Create(fs, path);
   ASSERT_TRUE(file->Append(synced, kOptions, nullptr).ok());
   ASSERT_TRUE(file->Sync(kOptions, nullptr).ok());

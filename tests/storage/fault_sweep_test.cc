@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-// Goal: whichever write of the operating system fails, every commit that was acknowledged is there afterwards, whole,
-// and of the one that was not there is all or nothing; what was written ahead and not committed is gone.
-// Method: one scenario of several commits, run again and again with the n-th write operation failing, for every n;
-// then the process "crashes" (reopen) or the power is cut (unsynced data dropped, then reopen).
+// Goal: whichever write of the operating system fails, every commit that was acknowledged is there
+// afterwards, whole, and of the one that was not there is all or nothing; what was written ahead
+// and not committed is gone. Method: one scenario of several commits, run again and again with the
+// n-th write operation failing, for every n; then the process "crashes" (reopen) or the power is
+// cut (unsynced data dropped, then reopen).
 #include <gtest/gtest.h>
 #include <rocksdb/env.h>
 
@@ -20,11 +21,13 @@ namespace veduta {
 namespace {
 
 constexpr uint32_t kImages = 6;
-constexpr uint32_t kCompactAfter = 3;  // a compaction may run between the commits, so that its writes fail too
+constexpr uint32_t kCompactAfter =
+    3;  // a compaction may run between the commits, so that its writes fail too
 const std::vector<WordId> kWords = {1, 5, 9};
 
 Status CommitImage(Database& database, uint32_t id) {
-  VEDUTA_RETURN_IF_ERROR(database.WritePhotoAhead(SampleHash(id), SampleBytes(id, 2000 + id), SampleFeatures(id, 10)));
+  VEDUTA_RETURN_IF_ERROR(
+      database.WritePhotoAhead(SampleHash(id), SampleBytes(id, 2000 + id), SampleFeatures(id, 10)));
   auto transaction = database.BeginTransaction();
   transaction->PutImage(SampleImage(id));
   if (id > 1) transaction->PutPair(SamplePair(id - 1, id, 20));
@@ -71,7 +74,8 @@ void ExpectWholeImage(const Snapshot& snapshot, uint32_t id) {
   EXPECT_EQ(**snapshot.FindImageByPhoto(image->photo), ImageId(id));
   const auto photo = snapshot.GetPhoto(image->photo);
   ASSERT_OK(photo);
-  EXPECT_EQ(std::vector<uint8_t>(photo->bytes().begin(), photo->bytes().end()), SampleBytes(id, 2000 + id));
+  EXPECT_EQ(std::vector<uint8_t>(photo->bytes().begin(), photo->bytes().end()),
+            SampleBytes(id, 2000 + id));
   const auto features = snapshot.GetFeatures(image->photo);
   ASSERT_OK(features);
   EXPECT_EQ(features->size(), 10u);
@@ -83,7 +87,8 @@ void ExpectWholeImage(const Snapshot& snapshot, uint32_t id) {
   EXPECT_EQ(*snapshot.GetWords(1, ImageId(id)), kWords);
 }
 
-// All families must tell of the same number of commits, at least `acknowledged` and at most one more.
+// All families must tell of the same number of commits, at least `acknowledged` and at most one
+// more.
 void ExpectWholeCommits(const Database& database, uint32_t acknowledged) {
   const auto snapshot = database.GetSnapshot();
   const auto state = snapshot->GetState();
@@ -104,19 +109,23 @@ void ExpectWholeCommits(const Database& database, uint32_t acknowledged) {
   size_t images = 0, poses = 0, blocks = 0, entries = 0, neighbors = 0;
   EXPECT_OK(snapshot->ScanImages([&](const ImageRecord&) { return ++images, true; }));
   EXPECT_OK(snapshot->ScanPoses([&](const PoseRecord&) { return ++poses, true; }));
-  EXPECT_OK(snapshot->ScanPointBlocks(ReconstructionId(1), 1, [&](const PointBlock&) { return ++blocks, true; }));
+  EXPECT_OK(snapshot->ScanPointBlocks(ReconstructionId(1), 1,
+                                      [&](const PointBlock&) { return ++blocks, true; }));
   EXPECT_OK(snapshot->ScanJournal(0, [&](const JournalRecord&) { return ++entries, true; }));
-  for (uint32_t id = 1; id <= kImages + 1; ++id) neighbors += snapshot->ListNeighbors(ImageId(id))->size();
+  for (uint32_t id = 1; id <= kImages + 1; ++id)
+    neighbors += snapshot->ListNeighbors(ImageId(id))->size();
   EXPECT_EQ(images, count);
   EXPECT_EQ(poses, count);
   EXPECT_EQ(blocks, count);
   EXPECT_EQ(entries, count);
   EXPECT_EQ(neighbors, count == 0 ? 0 : 2 * (count - 1));
   std::set<ContentHash> stored;
-  EXPECT_OK(snapshot->ScanPhotoKeys([&](const ContentHash& key) { return stored.insert(key).second; }));
+  EXPECT_OK(
+      snapshot->ScanPhotoKeys([&](const ContentHash& key) { return stored.insert(key).second; }));
   EXPECT_EQ(stored, photos) << "orphans must be swept";
   stored.clear();
-  EXPECT_OK(snapshot->ScanFeatureKeys([&](const ContentHash& key) { return stored.insert(key).second; }));
+  EXPECT_OK(
+      snapshot->ScanFeatureKeys([&](const ContentHash& key) { return stored.insert(key).second; }));
   EXPECT_EQ(stored, photos);
 }
 
@@ -180,9 +189,9 @@ bool RunCase(uint64_t n, const Case& c) {
   return reached;
 }
 
-// Runs every step-th n until one lies behind the scenario's last write. After a failed flush RocksDB sleeps a second,
-// so the runs, which share nothing, go side by side, and so must its background threads. VEDUTA_FULL_SWEEP in the
-// environment makes every step 1.
+// Runs every step-th n until one lies behind the scenario's last write. After a failed flush
+// RocksDB sleeps a second, so the runs, which share nothing, go side by side, and so must its
+// background threads. VEDUTA_FULL_SWEEP in the environment makes every step 1.
 void Sweep(const Case& c, uint64_t step) {
   if (std::getenv("VEDUTA_FULL_SWEEP") != nullptr) step = 1;
   EmptyDatabase();

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Goal: keys sort as the numbers in them do, prefixes bound exactly their own keys, and keys read back.
-// Method: numbers around every byte boundary; all pairs compared as bytes and as numbers.
+// Goal: keys sort as the numbers in them do, prefixes bound exactly their own keys, and keys read
+// back. Method: numbers around every byte boundary; all pairs compared as bytes and as numbers.
 #include "storage/keys.h"
 
 #include <gtest/gtest.h>
@@ -11,9 +11,9 @@
 namespace veduta {
 namespace {
 
-const std::vector<uint32_t> kNumbers = {0,          1,          2,          127,       128,      255,
-                                        256,        257,        0xFFFF,     65536,     16777215, 16777216,
-                                        0x7FFFFFFF, 0x80000000, 0xFFFFFFFE, 0xFFFFFFFF};
+const std::vector<uint32_t> kNumbers = {
+    0,      1,     2,        127,      128,        255,        256,        257,
+    0xFFFF, 65536, 16777215, 16777216, 0x7FFFFFFF, 0x80000000, 0xFFFFFFFE, 0xFFFFFFFF};
 
 TEST(Keys, SortAsTheirNumbers) {
   for (const uint32_t a : kNumbers) {
@@ -22,7 +22,8 @@ TEST(Keys, SortAsTheirNumbers) {
       EXPECT_EQ(WordsKey(7, ImageId(a)) < WordsKey(7, ImageId(b)), a < b);
       EXPECT_EQ(WordsKey(a, ImageId(9)) < WordsKey(b, ImageId(1)), a < b || (a == b && 9 < 1));
       EXPECT_EQ(JournalKey(uint64_t{a} << 20) < JournalKey(uint64_t{b} << 20), a < b);
-      EXPECT_EQ(PointBlockKey(ReconstructionId(1), 5, ImageId(a)) < PointBlockKey(ReconstructionId(1), 5, ImageId(b)),
+      EXPECT_EQ(PointBlockKey(ReconstructionId(1), 5, ImageId(a)) <
+                    PointBlockKey(ReconstructionId(1), 5, ImageId(b)),
                 a < b);
     }
   }

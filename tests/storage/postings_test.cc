@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Goal: posting lists are the ascending union of all that was added, whenever memory is flushed and files are merged,
-// in whatever order images come, and however operands are grouped.
-// Method: a plain map of sets beside the database; the operator alone against every split of its operands.
+// Goal: posting lists are the ascending union of all that was added, whenever memory is flushed and
+// files are merged, in whatever order images come, and however operands are grouped. Method: a
+// plain map of sets beside the database; the operator alone against every split of its operands.
 #include "storage/postings_merge.h"
 
 #include <gtest/gtest.h>
@@ -75,7 +75,8 @@ TEST(Postings, WrittenAheadThenAddedTo) {
   ASSERT_OK(database->WritePostingsAhead(1, 9, std::vector<ImageId>{ImageId(2), ImageId(5)}));
   auto transaction = database->BeginTransaction();
   transaction->AddPostings(1, std::vector<WordId>{9}, ImageId(3));
-  transaction->AddPostings(1, std::vector<WordId>{9}, ImageId(8));  // two operands of one key in one transaction
+  transaction->AddPostings(1, std::vector<WordId>{9},
+                           ImageId(8));  // two operands of one key in one transaction
   ASSERT_OK(transaction->Commit());
   ExpectEqual(*database->GetSnapshot(), 1, {{9, {2, 3, 5, 8}}});
 }
@@ -115,7 +116,8 @@ TEST(Postings, OperatorIsAssociative) {
     EXPECT_EQ(result, expected) << cut;
   }
   std::string result;
-  EXPECT_FALSE(merge->PartialMergeMulti("key", {rocksdb::Slice("abc")}, &result, nullptr)) << "three bytes are no id";
+  EXPECT_FALSE(merge->PartialMergeMulti("key", {rocksdb::Slice("abc")}, &result, nullptr))
+      << "three bytes are no id";
 }
 
 }  // namespace

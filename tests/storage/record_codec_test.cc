@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-// Goal: every record comes back as it was stored; a damaged value is kCorruption and never a crash or a record that
-// breaks its invariants; a record that breaks them is not encoded.
-// Method: round trips of full, empty and extreme records at every alignment; bytes of encoded values flipped, cut,
-// extended and replaced at seeded places, then decoded, and what decodes is encoded again.
+// Goal: every record comes back as it was stored; a damaged value is kCorruption and never a crash
+// or a record that breaks its invariants; a record that breaks them is not encoded. Method: round
+// trips of full, empty and extreme records at every alignment; bytes of encoded values flipped,
+// cut, extended and replaced at seeded places, then decoded, and what decodes is encoded again.
 #include "storage/record_codec.h"
 
 #include <gtest/gtest.h>
@@ -22,17 +22,21 @@ constexpr uint32_t kMax = std::numeric_limits<uint32_t>::max();
 // `value` at a chosen distance from an 8-byte boundary, followed by nothing that belongs to it.
 class Shifted final {
  public:
-  Shifted(std::string_view value, size_t shift) : memory_(value.size() / 8 + 3), shift_(shift), size_(value.size()) {
+  Shifted(std::string_view value, size_t shift)
+      : memory_(value.size() / 8 + 3), shift_(shift), size_(value.size()) {
     std::memcpy(reinterpret_cast<char*>(memory_.data()) + shift, value.data(), value.size());
   }
-  std::string_view view() const { return {reinterpret_cast<const char*>(memory_.data()) + shift_, size_}; }
+  std::string_view view() const {
+    return {reinterpret_cast<const char*>(memory_.data()) + shift_, size_};
+  }
 
  private:
   std::vector<uint64_t> memory_;
   size_t shift_, size_;
 };
 
-// Encodes, decodes at all eight alignments, and encodes again: equal bytes mean that every stored field came back.
+// Encodes, decodes at all eight alignments, and encodes again: equal bytes mean that every stored
+// field came back.
 template <typename Record, typename... Ids>
 void RoundTrip(const Record& record, Record* decoded, Ids... ids) {
   const Result<std::string> value = Encode(record);
@@ -59,8 +63,10 @@ TEST(RecordCodec, State) {
 }
 
 TEST(RecordCodec, Camera) {
-  CameraRecord camera{
-      CameraId(kMax), "Nikon \xFF\xC3 not UTF-8", {1, 2, 3.5, 4, 5, 6, -7, 8, 9, -0.0}, std::string("a\0b", 3)};
+  CameraRecord camera{CameraId(kMax),
+                      "Nikon \xFF\xC3 not UTF-8",
+                      {1, 2, 3.5, 4, 5, 6, -7, 8, 9, -0.0},
+                      std::string("a\0b", 3)};
   CameraRecord decoded;
   RoundTrip(camera, &decoded, camera.id);
   EXPECT_EQ(decoded.id, camera.id);
@@ -156,7 +162,8 @@ TEST(RecordCodec, PoseAndObservations) {
   EXPECT_EQ(decoded.cam_from_world.rotation.coeffs(), pose.cam_from_world.rotation.coeffs());
   EXPECT_EQ(decoded.cam_from_world.translation, pose.cam_from_world.translation);
 
-  const std::vector<Observation> rows = {{0, {ImageId(1), 1}}, {5, {ImageId(kMax), kMax}}, {kMax, {ImageId(2), 3}}};
+  const std::vector<Observation> rows = {
+      {0, {ImageId(1), 1}}, {5, {ImageId(kMax), kMax}}, {kMax, {ImageId(2), 3}}};
   for (size_t count = 0; count <= rows.size(); ++count) {
     const std::span<const Observation> some(rows.data(), count);
     const Result<std::string> value = Encode(some);
@@ -186,8 +193,13 @@ TEST(RecordCodec, PointBlock) {
 }
 
 TEST(RecordCodec, Journal) {
-  const JournalRecord record{
-      std::numeric_limits<uint64_t>::max(), -5, "veduta", "merge", ImageId(3), ReconstructionId(4), "2 into 1"};
+  const JournalRecord record{std::numeric_limits<uint64_t>::max(),
+                             -5,
+                             "veduta",
+                             "merge",
+                             ImageId(3),
+                             ReconstructionId(4),
+                             "2 into 1"};
   JournalRecord decoded;
   RoundTrip(record, &decoded, record.sequence);
   EXPECT_EQ(decoded.sequence, record.sequence);
@@ -208,8 +220,10 @@ TEST(RecordCodec, RawArrays) {
   EXPECT_EQ(DecodeWords("abc", &words).code(), StatusCode::kCorruption);
   EXPECT_EQ(EncodeWords(std::vector<WordId>{1, 1}).status().code(), StatusCode::kInvalidArgument);
   std::vector<ImageId> images;
-  EXPECT_EQ(DecodeImages(std::string(4, '\0'), &images).code(), StatusCode::kCorruption) << "image id 0";
-  EXPECT_EQ(DecodeImages(EncodeU32(5) + EncodeU32(4), &images).code(), StatusCode::kCorruption) << "descending";
+  EXPECT_EQ(DecodeImages(std::string(4, '\0'), &images).code(), StatusCode::kCorruption)
+      << "image id 0";
+  EXPECT_EQ(DecodeImages(EncodeU32(5) + EncodeU32(4), &images).code(), StatusCode::kCorruption)
+      << "descending";
   uint32_t number = 0;
   EXPECT_EQ(DecodeU32("abcde", &number).code(), StatusCode::kCorruption);
 }
@@ -282,7 +296,8 @@ std::string Damage(std::string value, SeededRandom* random) {
   switch (random->Below(5)) {
     case 0:
       for (uint32_t i = 0; i <= random->Below(4); ++i) {
-        value[random->Below(static_cast<uint32_t>(value.size()))] ^= static_cast<char>(1u << random->Below(8));
+        value[random->Below(static_cast<uint32_t>(value.size()))] ^=
+            static_cast<char>(1u << random->Below(8));
       }
       break;
     case 1:  // where the pointers are
@@ -297,7 +312,8 @@ std::string Damage(std::string value, SeededRandom* random) {
       break;
     default: {  // a word of its own choosing
       const uint64_t word = random->Next();
-      std::memcpy(value.data() + 8 * random->Below(static_cast<uint32_t>(value.size() / 8)), &word, 8);
+      std::memcpy(value.data() + 8 * random->Below(static_cast<uint32_t>(value.size() / 8)), &word,
+                  8);
     }
   }
   return value;
@@ -348,7 +364,8 @@ TEST(RecordCodec, EveryCutIsCorruption) {
   const std::string value = *Encode(SampleBlock(3, 4));
   for (size_t size = 0; size < value.size(); ++size) {
     PointBlock block;
-    EXPECT_EQ(Decode(std::string_view(value).substr(0, size), ImageId(3), &block).code(), StatusCode::kCorruption)
+    EXPECT_EQ(Decode(std::string_view(value).substr(0, size), ImageId(3), &block).code(),
+              StatusCode::kCorruption)
         << size;
   }
 }

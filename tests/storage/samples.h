@@ -62,7 +62,8 @@ inline ContentHash SampleHash(uint64_t seed) {
 inline Rigid3 SampleRigid(SeededRandom* random) {
   Rigid3 rigid;
   rigid.rotation =
-      Eigen::Quaterniond(random->Unit() + 0.1, random->Unit(), random->Unit(), random->Unit()).normalized();
+      Eigen::Quaterniond(random->Unit() + 0.1, random->Unit(), random->Unit(), random->Unit())
+          .normalized();
   rigid.translation = {random->Unit() * 10, -random->Unit(), random->Unit()};
   return rigid;
 }
@@ -125,7 +126,8 @@ inline PointBlock SampleBlock(uint32_t home, size_t point_count) {
     point.position = {random.Unit(), -random.Unit() * 1e3, random.Unit() * 1e-3};
     point.rgb = {static_cast<uint8_t>(i), 2, 255};
     point.error_px = static_cast<float>(random.Unit());
-    for (uint32_t t = 0; t < 2 + i % 5; ++t) point.track.push_back({ImageId(home + 3 * t), random.Below(9000)});
+    for (uint32_t t = 0; t < 2 + i % 5; ++t)
+      point.track.push_back({ImageId(home + 3 * t), random.Below(9000)});
     block.points.push_back(point);
   }
   block.next_ordinal = static_cast<uint32_t>(2 * point_count + 1);

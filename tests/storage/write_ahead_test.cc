@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Goal: what was written ahead of a commit stays if the commit came, and is gone after the next Open if it did not.
-// Method: photos, point blocks and vocabularies written ahead, some named by a commit, then closing and opening.
+// Goal: what was written ahead of a commit stays if the commit came, and is gone after the next
+// Open if it did not. Method: photos, point blocks and vocabularies written ahead, some named by a
+// commit, then closing and opening.
 #include <gtest/gtest.h>
 
 #include <set>
@@ -13,17 +14,20 @@ namespace {
 
 std::set<ContentHash> PhotoKeys(const Database& database) {
   std::set<ContentHash> keys;
-  EXPECT_OK(database.GetSnapshot()->ScanPhotoKeys([&](const ContentHash& key) { return keys.insert(key).second; }));
+  EXPECT_OK(database.GetSnapshot()->ScanPhotoKeys(
+      [&](const ContentHash& key) { return keys.insert(key).second; }));
   return keys;
 }
 std::set<ContentHash> FeatureKeys(const Database& database) {
   std::set<ContentHash> keys;
-  EXPECT_OK(database.GetSnapshot()->ScanFeatureKeys([&](const ContentHash& key) { return keys.insert(key).second; }));
+  EXPECT_OK(database.GetSnapshot()->ScanFeatureKeys(
+      [&](const ContentHash& key) { return keys.insert(key).second; }));
   return keys;
 }
 
 Status WritePhoto(Database& database, uint32_t seed) {
-  return database.WritePhotoAhead(SampleHash(seed), SampleBytes(seed, 3000), SampleFeatures(seed, 20));
+  return database.WritePhotoAhead(SampleHash(seed), SampleBytes(seed, 3000),
+                                  SampleFeatures(seed, 20));
 }
 
 void CommitImage(Database& database, const ImageRecord& image) {
@@ -68,11 +72,13 @@ TEST(WriteAhead, KeysAreListedWithManyVersionsOfOne) {
   for (uint32_t round = 0; round < 90; ++round) ASSERT_OK(WritePhoto(*database, 1));
   ASSERT_OK(WritePhoto(*database, 2));
   ASSERT_OK(WritePhoto(*database, 3));
-  EXPECT_EQ(PhotoKeys(*database), (std::set<ContentHash>{SampleHash(1), SampleHash(2), SampleHash(3)}));
+  EXPECT_EQ(PhotoKeys(*database),
+            (std::set<ContentHash>{SampleHash(1), SampleHash(2), SampleHash(3)}));
   size_t count = 0;
   ASSERT_OK(empty->ScanPhotoKeys([&](const ContentHash&) { return ++count, true; }));
   EXPECT_EQ(count, 0u);
-  ASSERT_OK(database->GetSnapshot()->ScanPhotoKeys([&](const ContentHash&) { return ++count < 2; }));
+  ASSERT_OK(
+      database->GetSnapshot()->ScanPhotoKeys([&](const ContentHash&) { return ++count < 2; }));
   EXPECT_EQ(count, 2u) << "the scan must stop when it is told to";
 }
 
@@ -126,8 +132,9 @@ TEST(WriteAhead, AbandonedCommitLeavesTheMark) {
 
 size_t CountBlocks(const Database& database, uint32_t reconstruction, uint32_t generation) {
   size_t count = 0;
-  EXPECT_OK(database.GetSnapshot()->ScanPointBlocks(ReconstructionId(reconstruction), generation,
-                                                    [&](const PointBlock&) { return ++count, true; }));
+  EXPECT_OK(
+      database.GetSnapshot()->ScanPointBlocks(ReconstructionId(reconstruction), generation,
+                                              [&](const PointBlock&) { return ++count, true; }));
   return count;
 }
 
@@ -137,14 +144,17 @@ TEST(WriteAhead, PointBlocksOfUnnamedGenerationsAreSwept) {
   const std::vector<PointBlock> blocks = {SampleBlock(1, 3), SampleBlock(2, 4)};
   for (const uint32_t reconstruction : {1u, 2u, 3u}) {
     ASSERT_OK(database->WritePointBlocksAhead(ReconstructionId(reconstruction), 5, blocks));
-    ASSERT_OK(database->WritePointBlocksAhead(ReconstructionId(reconstruction), 6, std::vector{SampleBlock(1, 3)}));
+    ASSERT_OK(database->WritePointBlocksAhead(ReconstructionId(reconstruction), 6,
+                                              std::vector{SampleBlock(1, 3)}));
   }
   auto transaction = database->BeginTransaction();
   transaction->PutReconstruction(SampleReconstruction(1, 5));
   transaction->PutReconstruction(SampleReconstruction(2, 6));
   ASSERT_OK(transaction->Commit());
-  // More of a generation that is current already: the mark is back, and must not cost the generation.
-  ASSERT_OK(database->WritePointBlocksAhead(ReconstructionId(1), 5, std::vector{SampleBlock(9, 1)}));
+  // More of a generation that is current already: the mark is back, and must not cost the
+  // generation.
+  ASSERT_OK(
+      database->WritePointBlocksAhead(ReconstructionId(1), 5, std::vector{SampleBlock(9, 1)}));
   database.reset();
   database = MustOpen(folder / "db", {});
   EXPECT_EQ(CountBlocks(*database, 1, 5), 3u);
@@ -162,7 +172,8 @@ TEST(WriteAhead, UnnamedVocabulariesAreSwept) {
     ASSERT_OK(database->WriteWordsAhead(generation, ImageId(1), std::vector<WordId>{7}));
     ASSERT_OK(database->WritePostingsAhead(generation, 7, std::vector<ImageId>{ImageId(1)}));
   }
-  ASSERT_OK(database->WriteWordsAhead(3, ImageId(1), std::vector<WordId>{7}));  // cut short before its tree
+  ASSERT_OK(database->WriteWordsAhead(3, ImageId(1),
+                                      std::vector<WordId>{7}));  // cut short before its tree
   auto transaction = database->BeginTransaction();
   DatabaseState state = SampleState(2);
   state.vocabulary_generation = 1;

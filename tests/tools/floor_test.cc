@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-// Goal: rendered calibration photos show what their truth says, and are the same bytes on any number of threads.
-// Method: the photo's grey values at places where truth and pattern say ink or paper; small sessions compared file by
-// file; what cannot be rendered is refused before anything is written.
+// Goal: rendered calibration photos show what their truth says, and are the same bytes on any
+// number of threads. Method: the photo's grey values at places where truth and pattern say ink or
+// paper; small sessions compared file by file; what cannot be rendered is refused before anything
+// is written.
 #include <gtest/gtest.h>
 #include <unistd.h>
 
@@ -35,13 +36,15 @@ std::map<std::string, std::string> FilesOf(const fs::path& folder) {
   for (const auto& entry : fs::recursive_directory_iterator(folder)) {
     if (!entry.is_regular_file()) continue;
     std::ifstream file(entry.path(), std::ios::binary);
-    files[fs::relative(entry.path(), folder).string()] = std::string(std::istreambuf_iterator<char>(file), {});
+    files[fs::relative(entry.path(), folder).string()] =
+        std::string(std::istreambuf_iterator<char>(file), {});
   }
   return files;
 }
 
 fs::path NewFolder(const std::string& name) {
-  const fs::path folder = fs::path(::testing::TempDir()) / ("veduta_floor_" + std::to_string(getpid()) + name);
+  const fs::path folder =
+      fs::path(::testing::TempDir()) / ("veduta_floor_" + std::to_string(getpid()) + name);
   fs::remove_all(folder);
   return folder;
 }
@@ -57,7 +60,8 @@ TEST(FloorPhoto, ShowsTheCornerWhereTheTruthSays) {
     const cv::Mat photo = RenderFloorPhoto(floor, camera, options.photo).value();
     for (const MarkerTruth& truth : TrueMarkers(floor, camera)) {
       if (!truth.is_whole || truth.diameter_px < 40) continue;
-      // Going round the corner at three tenths of the radius, ink and paper change places four times.
+      // Going round the corner at three tenths of the radius, ink and paper change places four
+      // times.
       const double radius_px = 0.15 * truth.diameter_px * std::cos(truth.tilt_deg * M_PI / 180);
       int changes = 0;
       bool was_dark = false;
@@ -86,12 +90,14 @@ TEST(FloorPhoto, CoversAreKnownToTheTruth) {
   const Floor floor = Floor::Build(options.floor).value();
   const Rigid3 pose = LookDown(cover.center_m, 0.6, 10, 30, 0);
   const auto truths = TrueMarkers(floor, {"", options.model, pose});
-  const auto hidden = std::find_if(truths.begin(), truths.end(), [](const auto& t) { return t.id == 3; });
+  const auto hidden =
+      std::find_if(truths.begin(), truths.end(), [](const auto& t) { return t.id == 3; });
   ASSERT_NE(hidden, truths.end());
   EXPECT_EQ(hidden->cover, 1);
   EXPECT_NEAR(hidden->tilt_deg, 10, 0.5);
   const Eigen::Vector2d principal(options.model.cx, options.model.cy);
-  EXPECT_LT((hidden->px - DistortPixel(options.model, principal)).norm(), 3) << "what is looked at is in the middle";
+  EXPECT_LT((hidden->px - DistortPixel(options.model, principal)).norm(), 3)
+      << "what is looked at is in the middle";
 }
 
 TEST(FloorSession, SameBytesOnAnyNumberOfThreads) {
@@ -114,7 +120,8 @@ TEST(FloorSession, RefusesWhatCannotBe) {
   const auto refuse = [&](const auto& change) {
     SessionOptions options = SmallSession();
     change(&options);
-    EXPECT_EQ(RenderSession(options, folder.string(), nullptr).code(), StatusCode::kInvalidArgument);
+    EXPECT_EQ(RenderSession(options, folder.string(), nullptr).code(),
+              StatusCode::kInvalidArgument);
     EXPECT_FALSE(fs::exists(folder));
   };
   refuse([](SessionOptions* o) { o->photos = 0; });

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Goal: a rendered data set is complete and the same bytes each time, its truth reads back, and what cannot be rendered
-// is refused before anything is written.
-// Method: small data sets; compare files byte by byte between thread counts; damage and misspell.
+// Goal: a rendered data set is complete and the same bytes each time, its truth reads back, and
+// what cannot be rendered is refused before anything is written. Method: small data sets; compare
+// files byte by byte between thread counts; damage and misspell.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -95,7 +95,8 @@ TEST(StreetFiles, TruthFilesReadBack) {
   EXPECT_EQ(ReadDepthFile(folder / "broken").status().code(), StatusCode::kCorruption);
   EXPECT_EQ(ReadDepthFile(folder / "absent").status().code(), StatusCode::kIoError);
   fs::resize_file(folder / "truth/photo0001.jpg.depth", 1000);
-  EXPECT_EQ(ReadDepthFile(folder / "truth/photo0001.jpg.depth").status().code(), StatusCode::kCorruption);
+  EXPECT_EQ(ReadDepthFile(folder / "truth/photo0001.jpg.depth").status().code(),
+            StatusCode::kCorruption);
 }
 
 TEST(StreetFiles, ShuffleOnlyRenames) {
@@ -138,7 +139,8 @@ TEST(StreetFiles, RefusesWhatItCannotDo) {
   EXPECT_EQ(code([](auto& o) { o.scene.length_m = std::nan(""); }), StatusCode::kInvalidArgument);
   EXPECT_EQ(code([](auto& o) { o.jpeg_quality = 0; }), StatusCode::kInvalidArgument);
   EXPECT_EQ(code([](auto& o) { o.threads = 0; }), StatusCode::kInvalidArgument);
-  EXPECT_EQ(code([](auto& o) { o.rig.trajectory = Trajectory::kLoop; }), StatusCode::kInvalidArgument);
+  EXPECT_EQ(code([](auto& o) { o.rig.trajectory = Trajectory::kLoop; }),
+            StatusCode::kInvalidArgument);
   EXPECT_FALSE(fs::exists(folder.str()));  // nothing was begun
   fs::create_directories(folder.str());
   std::ofstream(folder / "mine") << "keep";

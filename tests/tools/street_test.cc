@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-// Goal: the synthetic street tells the truth: poses, intrinsics, distortion and depth fit the pictures, and a place
-// looks like no other (unless asked for).
-// Method: render small photos; carry pixels from one to another by their depth and compare what arrives; compare
-// shading results bit by bit between instruction sets.
+// Goal: the synthetic street tells the truth: poses, intrinsics, distortion and depth fit the
+// pictures, and a place looks like no other (unless asked for). Method: render small photos; carry
+// pixels from one to another by their depth and compare what arrives; compare shading results bit
+// by bit between instruction sets.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -22,11 +22,13 @@ TEST(Street, EveryInstructionSetGivesTheSameBits) {
   SeededRandom random(5);
   QuadMesh mesh;
   for (int i = 0; i < 200; ++i) {
-    const Eigen::Vector3d u = Eigen::Vector3d(random.Unit() - 0.5, random.Unit() - 0.5, 0.3).normalized();
+    const Eigen::Vector3d u =
+        Eigen::Vector3d(random.Unit() - 0.5, random.Unit() - 0.5, 0.3).normalized();
     const Eigen::Vector3d v = u.unitOrthogonal();
-    mesh.AddSurface({20 * random.Unit(), 20 * random.Unit(), 5 * random.Unit()}, u, v,
-                    {static_cast<Material>(i % static_cast<int>(Material::kCount)), {0.5, 0.4, 0.3}},
-                    static_cast<uint32_t>(random.Next()), {1.2, 1.5});
+    mesh.AddSurface(
+        {20 * random.Unit(), 20 * random.Unit(), 5 * random.Unit()}, u, v,
+        {static_cast<Material>(i % static_cast<int>(Material::kCount)), {0.5, 0.4, 0.3}},
+        static_cast<uint32_t>(random.Next()), {1.2, 1.5});
   }
   for (int round = 0; round < 300; ++round) {
     ShadeInput in;
@@ -55,7 +57,8 @@ TEST(Street, EveryInstructionSetGivesTheSameBits) {
 }
 
 TEST(Street, NoiseHasTheSigmaAskedFor) {
-  std::vector<float> linear(30000 * 3, 0.25f);  // grey 127.5: where coarse noise would round away from the mean
+  std::vector<float> linear(
+      30000 * 3, 0.25f);  // grey 127.5: where coarse noise would round away from the mean
   std::vector<uint8_t> out(linear.size());
   for (const float sigma : {2.0f, 4.0f, 9.0f}) {
     BestShader().tone({linear.data(), out.data(), 30000, 0, {1, 1, 1}, sigma, 9});
@@ -63,7 +66,8 @@ TEST(Street, NoiseHasTheSigmaAskedFor) {
     for (const uint8_t x : out) sum += x, squares += double{1} * x * x;
     const double mean = sum / out.size();
     EXPECT_NEAR(mean, 127.5, 0.02 * sigma);
-    EXPECT_NEAR(std::sqrt(squares / out.size() - mean * mean), std::sqrt(sigma * sigma + 1.0 / 12), 0.015 * sigma);
+    EXPECT_NEAR(std::sqrt(squares / out.size() - mean * mean), std::sqrt(sigma * sigma + 1.0 / 12),
+                0.015 * sigma);
   }
 }
 
@@ -105,7 +109,8 @@ TEST(Street, DepthAndColourAgreeBetweenPhotos) {
     rig.model = model;
     rig.photos = 24;
     const auto cameras = MakeCameras(options, rig).value();
-    for (const size_t i : {1u, 6u, 14u}) ExpectPhotosAgree(Take(*scene, cameras[i]), Take(*scene, cameras[i + 1]));
+    for (const size_t i : {1u, 6u, 14u})
+      ExpectPhotosAgree(Take(*scene, cameras[i]), Take(*scene, cameras[i + 1]));
   }
 }
 
@@ -120,14 +125,16 @@ TEST(Street, DistortedPhotoIsTheStraightOneBent) {
   for (uint32_t v = 0; v < a.photo.height_px; v += 2) {
     for (uint32_t u = 0; u < a.photo.width_px; u += 2) {
       const double z = a.photo.depth[size_t{v} * a.photo.width_px + u];
-      const Eigen::Vector3d ray((u - straight.cx) / straight.fx, (v - straight.cy) / straight.fy, 1);
+      const Eigen::Vector3d ray((u - straight.cx) / straight.fx, (v - straight.cy) / straight.fy,
+                                1);
       const Eigen::Vector2d at = Distorted(bent, ray);
       EXPECT_LT((ProjectPoint(bent, ray) - at).norm(), 1e-9);
       if (z <= 0 || !b.Inside(at)) continue;
       ++count;
       const Eigen::Vector2d here(u, v);
       moved_px_max = std::max(moved_px_max, (at - here).norm());
-      depth_equal += std::abs(b.GreyAt(at) - a.GreyAt(here)) < 12 && std::abs(b.DepthAt(at) - z) < 0.02 * z;
+      depth_equal +=
+          std::abs(b.GreyAt(at) - a.GreyAt(here)) < 12 && std::abs(b.DepthAt(at) - z) < 0.02 * z;
       unmoved_equal += std::abs(b.GreyAt(b.Inside(here) ? here : at) - a.GreyAt(here)) < 12;
     }
   }
@@ -142,7 +149,8 @@ TEST(Street, RayTableInvertsTheForwardModel) {
   for (uint32_t v = 0; v < model.height_px; ++v) {
     for (uint32_t u = 0; u < model.width_px; ++u) {
       const size_t i = size_t{v + 1} * table.stride() + u + 1;
-      ASSERT_LT((Distorted(model, {table.x[i], table.y[i], 1}) - Eigen::Vector2d(u, v)).norm(), 1e-4);
+      ASSERT_LT((Distorted(model, {table.x[i], table.y[i], 1}) - Eigen::Vector2d(u, v)).norm(),
+                1e-4);
     }
   }
   CameraModel folding = model;
@@ -150,8 +158,10 @@ TEST(Street, RayTableInvertsTheForwardModel) {
   EXPECT_EQ(MakeRayTable(folding).status().code(), StatusCode::kInvalidArgument);
 }
 
-// Zero-mean correlation of two photos' grey values in the window [u, u + size) x [v, v + size) of each.
-double Correlation(const StreetPhoto& a, const StreetPhoto& b, Eigen::Vector2i at_a, Eigen::Vector2i at_b, int size) {
+// Zero-mean correlation of two photos' grey values in the window [u, u + size) x [v, v + size) of
+// each.
+double Correlation(const StreetPhoto& a, const StreetPhoto& b, Eigen::Vector2i at_a,
+                   Eigen::Vector2i at_b, int size) {
   double sa = 0, sb = 0, saa = 0, sbb = 0, sab = 0;
   for (int y = 0; y < size; ++y) {
     for (int x = 0; x < size; ++x) {
@@ -178,7 +188,9 @@ TEST(Street, NoTwoPlacesLookAlike) {
   int count = 0;
   for (; count < 400; ++count) {
     const uint32_t i = random.Below(6), j = (i + 1 + random.Below(5)) % 6;
-    const auto corner = [&] { return Eigen::Vector2i(random.Below(320 - 64), random.Below(240 - 64)); };
+    const auto corner = [&] {
+      return Eigen::Vector2i(random.Below(320 - 64), random.Below(240 - 64));
+    };
     const double correlation = std::abs(Correlation(photos[i], photos[j], corner(), corner(), 64));
     sum += correlation;
     largest = std::max(largest, correlation);
@@ -197,11 +209,13 @@ TEST(Street, RepeatedWindowsRepeat) {
     const StreetPhoto there = FacadeAt(*scene, 6 + periods * kRepeatPeriodM);
     EXPECT_GT(Correlation(here, there, {0, 0}, {0, 0}, 240), 0.98) << periods;
   }
-  EXPECT_LT(Correlation(here, FacadeAt(*scene, 6 + 0.4 * kRepeatPeriodM), {0, 0}, {0, 0}, 240), 0.6);
+  EXPECT_LT(Correlation(here, FacadeAt(*scene, 6 + 0.4 * kRepeatPeriodM), {0, 0}, {0, 0}, 240),
+            0.6);
 }
 
 // In how many of the other views a point that view `i` sees is seen too.
-int TimesSeen(const std::vector<View>& views, size_t i, uint32_t u, uint32_t v, size_t from, size_t to) {
+int TimesSeen(const std::vector<View>& views, size_t i, uint32_t u, uint32_t v, size_t from,
+              size_t to) {
   const Eigen::Vector3d point = views[i].PointInWorld(u, v);
   int seen = 0;
   for (size_t j = from; j < to; ++j) {
@@ -240,9 +254,11 @@ TEST(Street, APointIsSeenInSeveralPhotos) {
     ASSERT_GT(seen.size(), 200u);
     EXPECT_GE(seen[seen.size() / 2], 4) << static_cast<int>(trajectory);
     // Around a house everyone looks at the same four walls.
-    EXPECT_LE(seen[seen.size() / 2], trajectory == Trajectory::kOrbit ? 36 : 16) << static_cast<int>(trajectory);
-    std::printf("trajectory %d: a point is seen in %d (%d to %d) photos\n", static_cast<int>(trajectory),
-                seen[seen.size() / 2], seen[seen.size() / 10], seen[seen.size() * 9 / 10]);
+    EXPECT_LE(seen[seen.size() / 2], trajectory == Trajectory::kOrbit ? 36 : 16)
+        << static_cast<int>(trajectory);
+    std::printf("trajectory %d: a point is seen in %d (%d to %d) photos\n",
+                static_cast<int>(trajectory), seen[seen.size() / 2], seen[seen.size() / 10],
+                seen[seen.size() * 9 / 10]);
     EXPECT_GE(seen[seen.size() / 10], 2) << static_cast<int>(trajectory);
   }
 }
@@ -256,7 +272,8 @@ TEST(Street, TwoSitesShareNothingUntilTheBridge) {
   const std::vector<View> views = WalkThrough(options, rig);
   double end_of_first = 0, begin_of_second = 1e9;
   size_t first = 0;
-  while (views[first + 1].camera.cam_from_world.Center().x() < views[first].camera.cam_from_world.Center().x() + 10) {
+  while (views[first + 1].camera.cam_from_world.Center().x() <
+         views[first].camera.cam_from_world.Center().x() + 10) {
     end_of_first = views[++first].camera.cam_from_world.Center().x();
   }
   size_t second = ++first;
@@ -289,7 +306,8 @@ TEST(Street, TwoSitesShareNothingUntilTheBridge) {
 TEST(Street, LookFromPutsTheHorizonLevel) {
   const Rigid3 pose = LookFrom({3, 4, 1.7}, 30, 0, 0);
   EXPECT_LT((pose.Center() - Eigen::Vector3d(3, 4, 1.7)).norm(), 1e-12);
-  const Eigen::Vector3d ahead = pose * Eigen::Vector3d(3 + std::cos(M_PI / 6), 4 + std::sin(M_PI / 6), 1.7);
+  const Eigen::Vector3d ahead =
+      pose * Eigen::Vector3d(3 + std::cos(M_PI / 6), 4 + std::sin(M_PI / 6), 1.7);
   EXPECT_LT((ahead - Eigen::Vector3d(0, 0, 1)).norm(), 1e-12);
   EXPECT_LT((pose * Eigen::Vector3d(3, 4, 2.7) - Eigen::Vector3d(0, -1, 0)).norm(), 1e-12);
   EXPECT_NEAR(pose.rotation.toRotationMatrix().determinant(), 1, 1e-12);

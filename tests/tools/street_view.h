@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
-// What the street's tests share: small cameras, and a photo with its camera and depth to carry points by.
+// What the street's tests share: small cameras, and a photo with its camera and depth to carry
+// points by.
 
 #include <gtest/gtest.h>
 #include <unistd.h>
@@ -17,7 +18,8 @@ namespace veduta::street {
 class Folder {
  public:
   explicit Folder(const std::string& name)
-      : path_(std::filesystem::temp_directory_path() / ("veduta_street_" + std::to_string(getpid()) + "_" + name)) {
+      : path_(std::filesystem::temp_directory_path() /
+              ("veduta_street_" + std::to_string(getpid()) + "_" + name)) {
     std::filesystem::remove_all(path_);
   }
   ~Folder() { std::filesystem::remove_all(path_); }
@@ -52,7 +54,8 @@ inline CameraModel MakeDistortedModel() {
 inline Eigen::Vector2d Distorted(const CameraModel& m, const Eigen::Vector3d& p) {
   const double x = p.x() / p.z(), y = p.y() / p.z();
   const double cx = (m.u0 - m.cx) / m.fx, cy = (m.v0 - m.cy) / m.fy;
-  const double r = std::hypot(x - cx, y - cy), factor = 1 + m.k1 * std::pow(r, 2) + m.k2 * std::pow(r, 4);
+  const double r = std::hypot(x - cx, y - cy),
+               factor = 1 + m.k1 * std::pow(r, 2) + m.k2 * std::pow(r, 4);
   return {m.fx * (cx + (x - cx) * factor) + m.cx, m.fy * (cy + (y - cy) * factor) + m.cy};
 }
 
@@ -62,7 +65,8 @@ struct View {
   std::shared_ptr<const RayTable> rays;
 
   bool Inside(const Eigen::Vector2d& p) const {
-    return p.x() >= 0 && p.y() >= 0 && p.x() <= photo.width_px - 1.001 && p.y() <= photo.height_px - 1.001;
+    return p.x() >= 0 && p.y() >= 0 && p.x() <= photo.width_px - 1.001 &&
+           p.y() <= photo.height_px - 1.001;
   }
   float DepthAt(const Eigen::Vector2d& p) const {
     return photo.depth[std::lround(p.y()) * size_t{photo.width_px} + std::lround(p.x())];
@@ -77,7 +81,8 @@ struct View {
     const int u = static_cast<int>(p.x()), v = static_cast<int>(p.y());
     const double a = p.x() - u, b = p.y() - v;
     const auto grey = [&](int x, int y) {
-      const uint8_t* c = photo.rgb.data() + (size_t{static_cast<uint32_t>(y)} * photo.width_px + x) * 3;
+      const uint8_t* c =
+          photo.rgb.data() + (size_t{static_cast<uint32_t>(y)} * photo.width_px + x) * 3;
       return (c[0] + c[1] + c[2]) / 3.0;
     };
     return (1 - b) * ((1 - a) * grey(u, v) + a * grey(u + 1, v)) +

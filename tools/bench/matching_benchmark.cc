@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// What descriptor matching costs on one core: ms a pair, products a second, and the share of the processor's peak,
-// which is measured first. Inputs are random bytes with the norm of root-SIFT; the time does not depend on them.
+// What descriptor matching costs on one core: ms a pair, products a second, and the share of the
+// processor's peak, which is measured first. Inputs are random bytes with the norm of root-SIFT;
+// the time does not depend on them.
 
 #include <benchmark/benchmark.h>
 
@@ -40,7 +41,8 @@ double MeasurePeak(MatcherIsa isa) {
   double best = 0;
   for (int run = 0; run < 30; ++run) {
     const auto start = std::chrono::steady_clock::now();
-    const uint64_t products = isa == MatcherIsa::kAvx2 ? MultiplyAvx2(200'000) : MultiplyAvx512Vnni(200'000);
+    const uint64_t products =
+        isa == MatcherIsa::kAvx2 ? MultiplyAvx2(200'000) : MultiplyAvx512Vnni(200'000);
     const std::chrono::duration<double> elapsed = std::chrono::steady_clock::now() - start;
     best = std::max(best, static_cast<double>(products) * 1e-9 / elapsed.count());
   }
@@ -76,7 +78,8 @@ void MatchMutualPairs(benchmark::State& state, MatcherIsa isa, bool one_sign) {
 void Pack(benchmark::State& state) {
   const Features features = RandomFeatures(kGuidedCount, false, 1);
   for (auto _ : state) benchmark::DoNotOptimize(PackedDescriptors::Pack(features, kMutualCount));
-  state.counters["kB"] = static_cast<double>(PackedDescriptors::Pack(features, kMutualCount)->size_bytes()) / 1e3;
+  state.counters["kB"] =
+      static_cast<double>(PackedDescriptors::Pack(features, kMutualCount)->size_bytes()) / 1e3;
 }
 
 void BuildGrid(benchmark::State& state) {
@@ -90,9 +93,10 @@ Eigen::Matrix3d MovedCamera(const Eigen::Vector3d& translation) {
   Eigen::Matrix3d k;
   k << 1200, 0, kWidthPx / 2, 0, 1200, kHeightPx / 2, 0, 0, 1;
   Eigen::Matrix3d skew;
-  skew << 0, -translation.z(), translation.y(), translation.z(), 0, -translation.x(), -translation.y(), translation.x(),
-      0;
-  const Eigen::Matrix3d turned = Eigen::AngleAxisd(0.15, Eigen::Vector3d(0.1, 1, 0.2).normalized()).toRotationMatrix();
+  skew << 0, -translation.z(), translation.y(), translation.z(), 0, -translation.x(),
+      -translation.y(), translation.x(), 0;
+  const Eigen::Matrix3d turned =
+      Eigen::AngleAxisd(0.15, Eigen::Vector3d(0.1, 1, 0.2).normalized()).toRotationMatrix();
   return k.inverse().transpose() * skew * turned * k.inverse();
 }
 
@@ -128,20 +132,26 @@ void RegisterAll() {
   for (const MatcherIsa isa : {MatcherIsa::kPortable, MatcherIsa::kAvx2, MatcherIsa::kAvx512Vnni}) {
     if (isa > BestMatcherIsa()) continue;
     const std::string name = MatcherIsaName(isa);
-    benchmark::RegisterBenchmark(("mutual_1500x1500_one_sign/" + name).c_str(), MatchMutualPairs, isa, true)
+    benchmark::RegisterBenchmark(("mutual_1500x1500_one_sign/" + name).c_str(), MatchMutualPairs,
+                                 isa, true)
         ->Unit(benchmark::kMillisecond);
-    benchmark::RegisterBenchmark(("mutual_1500x1500_two_signs/" + name).c_str(), MatchMutualPairs, isa, false)
+    benchmark::RegisterBenchmark(("mutual_1500x1500_two_signs/" + name).c_str(), MatchMutualPairs,
+                                 isa, false)
         ->Unit(benchmark::kMillisecond);
-    benchmark::RegisterBenchmark(("guided_4200x4200_sideways/" + name).c_str(), MatchGuidedPairs, isa,
-                                 Eigen::Vector3d(-1, 0.1, 0.1))
+    benchmark::RegisterBenchmark(("guided_4200x4200_sideways/" + name).c_str(), MatchGuidedPairs,
+                                 isa, Eigen::Vector3d(-1, 0.1, 0.1))
         ->Unit(benchmark::kMillisecond);
-    benchmark::RegisterBenchmark(("guided_4200x4200_forwards/" + name).c_str(), MatchGuidedPairs, isa,
-                                 Eigen::Vector3d(0.1, 0.1, -1))
+    benchmark::RegisterBenchmark(("guided_4200x4200_forwards/" + name).c_str(), MatchGuidedPairs,
+                                 isa, Eigen::Vector3d(0.1, 0.1, -1))
         ->Unit(benchmark::kMillisecond);
   }
   benchmark::RegisterBenchmark("pack_1500", Pack)->Unit(benchmark::kMillisecond);
   benchmark::RegisterBenchmark("grid_4200", BuildGrid)->Unit(benchmark::kMillisecond);
-  benchmark::RegisterBenchmark("find_near_px", FindNearPoints)->Arg(4)->Arg(8)->Arg(16)->Unit(benchmark::kMicrosecond);
+  benchmark::RegisterBenchmark("find_near_px", FindNearPoints)
+      ->Arg(4)
+      ->Arg(8)
+      ->Arg(16)
+      ->Unit(benchmark::kMicrosecond);
 }
 
 }  // namespace

@@ -11,7 +11,8 @@ uint64_t MultiplyAvx2(uint64_t rounds) {
 #if defined(__AVX2__)
   const __m256i factor = _mm256_set1_epi16(3);
   __m256i bytes = _mm256_set1_epi16(5);
-  __m256i s0 = bytes, s1 = bytes, s2 = bytes, s3 = bytes, s4 = bytes, s5 = bytes, s6 = bytes, s7 = bytes;
+  __m256i s0 = bytes, s1 = bytes, s2 = bytes, s3 = bytes, s4 = bytes, s5 = bytes, s6 = bytes,
+          s7 = bytes;
   const auto step = [&](__m256i & sum) __attribute__((always_inline)) {
     asm("" : "+x"(bytes));  // else the product is computed once
     sum = _mm256_add_epi32(sum, _mm256_madd_epi16(bytes, factor));

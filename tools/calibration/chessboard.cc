@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Turns photos of a chessboard into points for `veduta calibrate --points`, by OpenCV's detector.
-// usage: veduta-chessboard --board COLUMNSxROWS --out points.json PHOTO|FOLDER...   (inner corners, 9x6 say)
-// Prints what OpenCV's calibrateCamera makes of the same corners, to compare with.
+// usage: veduta-chessboard --board COLUMNSxROWS --out points.json PHOTO|FOLDER...   (inner corners,
+// 9x6 say) Prints what OpenCV's calibrateCamera makes of the same corners, to compare with.
 #include <algorithm>
 #include <cstdio>
 #include <cstring>
@@ -39,7 +39,8 @@ nlohmann::ordered_json PointsJson(const veduta::CalibrationInput& input) {
   nlohmann::ordered_json views = nlohmann::ordered_json::array();
   for (const veduta::ViewObservations& view : input.views) {
     nlohmann::ordered_json points = nlohmann::ordered_json::array();
-    for (const auto& p : view.points) points.push_back({{"id", p.id}, {"x", p.px.x()}, {"y", p.px.y()}});
+    for (const auto& p : view.points)
+      points.push_back({{"id", p.id}, {"x", p.px.x()}, {"y", p.px.y()}});
     views.push_back({{"name", view.name}, {"points", points}});
   }
   const veduta::ImageSize size = input.views.front().size;
@@ -47,7 +48,8 @@ nlohmann::ordered_json PointsJson(const veduta::CalibrationInput& input) {
 }
 
 int Usage() {
-  std::fprintf(stderr, "usage: veduta-chessboard --board COLUMNSxROWS --out points.json PHOTO|FOLDER...\n");
+  std::fprintf(stderr,
+               "usage: veduta-chessboard --board COLUMNSxROWS --out points.json PHOTO|FOLDER...\n");
   return 2;
 }
 
@@ -73,13 +75,15 @@ int main(int argc, char** argv) {
     if (veduta::FindChessboard(path, board, &view)) {
       input.views.push_back(std::move(view));
     } else {
-      std::fprintf(stderr, "%s: no chessboard of %dx%d inner corners found\n", path.c_str(), board.width, board.height);
+      std::fprintf(stderr, "%s: no chessboard of %dx%d inner corners found\n", path.c_str(),
+                   board.width, board.height);
     }
   }
   if (input.views.empty()) return 1;
   for (const veduta::ViewObservations& view : input.views) {
     if (view.size == input.views.front().size) continue;
-    std::fprintf(stderr, "%s is of another size than %s\n", view.name.c_str(), input.views.front().name.c_str());
+    std::fprintf(stderr, "%s is of another size than %s\n", view.name.c_str(),
+                 input.views.front().name.c_str());
     return 1;
   }
   std::ofstream file(out);
@@ -93,8 +97,11 @@ int main(int argc, char** argv) {
   const auto print = [&](const char* how, veduta::OpenCvTarget target) {
     const auto theirs = veduta::CalibrateWithOpenCv(input, points, target, board.width);
     const std::vector<double>& d = theirs.distortion;
-    std::printf("%s: fx %.2f fy %.2f cx %.2f cy %.2f, k1 %.4f k2 %.4f p1 %.5f p2 %.5f k3 %.4f, RMS %.4f px\n", how,
-                theirs.fx, theirs.fy, theirs.cx, theirs.cy, d[0], d[1], d[2], d[3], d[4], theirs.error_px_rms);
+    std::printf(
+        "%s: fx %.2f fy %.2f cx %.2f cy %.2f, k1 %.4f k2 %.4f p1 %.5f p2 %.5f k3 %.4f, RMS %.4f "
+        "px\n",
+        how, theirs.fx, theirs.fy, theirs.cx, theirs.cy, d[0], d[1], d[2], d[3], d[4],
+        theirs.error_px_rms);
   };
   std::printf("%zu photos with the board\n", input.views.size());
   print("OpenCV's calibrateCamera, an exact grid", veduta::OpenCvTarget::kFlat);

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Synthetic calibration sessions of known truth: how far off the calibration is, beside OpenCV's, which is told where
-// the points lie. Prints a line a session and the figures of all. usage: veduta-calibration-experiment [--sessions N]
+// Synthetic calibration sessions of known truth: how far off the calibration is, beside OpenCV's,
+// which is told where the points lie. Prints a line a session and the figures of all. usage:
+// veduta-calibration-experiment [--sessions N]
 // [--first N] [--no-opencv] [--poor]
 //                                      [--rendered [--threads N] [--keep FOLDER]]
 // Points only, but for --rendered: markers found in rendered photos, which --keep writes.
@@ -28,11 +29,13 @@ namespace {
 double Quantile(std::vector<double> values, double share) {
   if (values.empty()) return std::nan("");
   std::sort(values.begin(), values.end());
-  return values[std::min(values.size() - 1, static_cast<size_t>(share * static_cast<double>(values.size())))];
+  return values[std::min(values.size() - 1,
+                         static_cast<size_t>(share * static_cast<double>(values.size())))];
 }
 
 double MillisecondsSince(std::chrono::steady_clock::time_point start) {
-  return std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start).count();
+  return std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start)
+      .count();
 }
 
 struct Arguments {
@@ -42,13 +45,15 @@ struct Arguments {
 };
 
 struct Figures {
-  std::vector<double> focal_errors, opencv_errors, search_ms, calibrate_ms, mean_errors_px, distortion_errors_px,
-      focal_errors_in_sigma;
-  uint32_t within_5_percent = 0, refused = 0, warned = 0, silent = 0, photos = 0, useless_photos = 0;
+  std::vector<double> focal_errors, opencv_errors, search_ms, calibrate_ms, mean_errors_px,
+      distortion_errors_px, focal_errors_in_sigma;
+  uint32_t within_5_percent = 0, refused = 0, warned = 0, silent = 0, photos = 0,
+           useless_photos = 0;
   std::vector<floor::PhotoOutcome> found;  // of rendered photos
 };
 
-SyntheticSession Render(const Arguments& arguments, uint32_t index, ThreadPool* pool, Figures* figures) {
+SyntheticSession Render(const Arguments& arguments, uint32_t index, ThreadPool* pool,
+                        Figures* figures) {
   RenderedSession rendered = RenderSession(index, arguments.keep, pool);
   figures->photos += static_cast<uint32_t>(rendered.found.size());
   figures->useless_photos += rendered.useless_count;
@@ -78,10 +83,12 @@ double MedianSigmaPx(const CalibrationInput& input) {
   return Quantile(std::move(sigmas), 0.5);
 }
 
-void RunSession(uint32_t index, const SyntheticSession& session, bool with_opencv, Figures* figures) {
+void RunSession(uint32_t index, const SyntheticSession& session, bool with_opencv,
+                Figures* figures) {
   const CameraModel& truth = session.truth;
-  std::printf("%3u  f/w %.2f  %2zu photos  noise %.2f  k1 %+.3f  ", index, truth.fx / truth.width_px,
-              session.input.views.size(), MedianSigmaPx(session.input), truth.k1);
+  std::printf("%3u  f/w %.2f  %2zu photos  noise %.2f  k1 %+.3f  ", index,
+              truth.fx / truth.width_px, session.input.views.size(), MedianSigmaPx(session.input),
+              truth.k1);
   RunSearch(session, figures);
   const auto start = std::chrono::steady_clock::now();
   const auto made = CalibrateCamera(session.input);
@@ -104,14 +111,17 @@ void RunSession(uint32_t index, const SyntheticSession& session, bool with_openc
   figures->warned += is_warned;
   figures->silent += is_bad && !is_warned;
   std::printf("f %+.4f %% (sigma %.4f)  mean %.3f px  distortion %.2f px (sigma %.2f)", 100 * error,
-              100 * made->Sigma(0) / made->model.fx, made->error_px_mean, distortion_px, made->distortion_sigma_px);
+              100 * made->Sigma(0) / made->model.fx, made->error_px_mean, distortion_px,
+              made->distortion_sigma_px);
   if (with_opencv) {
-    const OpenCvCalibration theirs = CalibrateWithOpenCv(session.input, session.points, OpenCvTarget::kHeights);
+    const OpenCvCalibration theirs =
+        CalibrateWithOpenCv(session.input, session.points, OpenCvTarget::kHeights);
     figures->opencv_errors.push_back(std::abs(theirs.fx / session.truth.fx - 1));
     std::printf("  OpenCV f %+.4f %%", 100 * (theirs.fx / session.truth.fx - 1));
   }
   std::printf("%s%s\n", is_warned ? "  WARNED" : "", is_bad ? "  BAD" : "");
-  for (const CalibrationWarning& warning : made->warnings) std::printf("     %s\n", warning.text.c_str());
+  for (const CalibrationWarning& warning : made->warnings)
+    std::printf("     %s\n", warning.text.c_str());
   std::fflush(stdout);
 }
 
@@ -120,28 +130,35 @@ void Print(const Figures& f, uint32_t sessions, bool with_opencv) {
               100 * Quantile(f.focal_errors, 0.5), 100 * Quantile(f.focal_errors, 0.95),
               100 * Quantile(f.focal_errors, 1));
   if (with_opencv) {
-    std::printf("OpenCV's:     median %.4f %%, 95th percentile %.4f %%; ours over theirs: %.2f and %.2f\n",
-                100 * Quantile(f.opencv_errors, 0.5), 100 * Quantile(f.opencv_errors, 0.95),
-                Quantile(f.focal_errors, 0.5) / Quantile(f.opencv_errors, 0.5),
-                Quantile(f.focal_errors, 0.95) / Quantile(f.opencv_errors, 0.95));
+    std::printf(
+        "OpenCV's:     median %.4f %%, 95th percentile %.4f %%; ours over theirs: %.2f and %.2f\n",
+        100 * Quantile(f.opencv_errors, 0.5), 100 * Quantile(f.opencv_errors, 0.95),
+        Quantile(f.focal_errors, 0.5) / Quantile(f.opencv_errors, 0.5),
+        Quantile(f.focal_errors, 0.95) / Quantile(f.opencv_errors, 0.95));
   }
-  std::printf("focal error over its sigma: median %.2f, 95th percentile %.2f (0.67 and 1.96 if all is normal)\n",
-              Quantile(f.focal_errors_in_sigma, 0.5), Quantile(f.focal_errors_in_sigma, 0.95));
-  std::printf("mean reprojection error: median %.3f px, from %.3f to %.3f\n", Quantile(f.mean_errors_px, 0.5),
-              Quantile(f.mean_errors_px, 0), Quantile(f.mean_errors_px, 1));
+  std::printf(
+      "focal error over its sigma: median %.2f, 95th percentile %.2f (0.67 and 1.96 if all is "
+      "normal)\n",
+      Quantile(f.focal_errors_in_sigma, 0.5), Quantile(f.focal_errors_in_sigma, 0.95));
+  std::printf("mean reprojection error: median %.3f px, from %.3f to %.3f\n",
+              Quantile(f.mean_errors_px, 0.5), Quantile(f.mean_errors_px, 0),
+              Quantile(f.mean_errors_px, 1));
   std::printf("largest distortion error over the image: median %.3f px, 95th percentile %.3f\n",
               Quantile(f.distortion_errors_px, 0.5), Quantile(f.distortion_errors_px, 0.95));
-  std::printf("focal search alone: %u of %u within 5 %%, median %.1f ms, slowest %.1f\n", f.within_5_percent, sessions,
-              Quantile(f.search_ms, 0.5), Quantile(f.search_ms, 1));
-  std::printf("refused %u, with a warning %u, failed silently %u; median %.0f ms, slowest %.0f\n", f.refused, f.warned,
-              f.silent, Quantile(f.calibrate_ms, 0.5), Quantile(f.calibrate_ms, 1));
+  std::printf("focal search alone: %u of %u within 5 %%, median %.1f ms, slowest %.1f\n",
+              f.within_5_percent, sessions, Quantile(f.search_ms, 0.5), Quantile(f.search_ms, 1));
+  std::printf("refused %u, with a warning %u, failed silently %u; median %.0f ms, slowest %.0f\n",
+              f.refused, f.warned, f.silent, Quantile(f.calibrate_ms, 0.5),
+              Quantile(f.calibrate_ms, 1));
   if (f.photos == 0) return;
   std::vector<double> diameters_px;
   for (const floor::PhotoOutcome& photo : f.found) {
-    for (const floor::MarkerOutcome& marker : photo.markers) diameters_px.push_back(marker.truth.diameter_px);
+    for (const floor::MarkerOutcome& marker : photo.markers)
+      diameters_px.push_back(marker.truth.diameter_px);
   }
   std::printf(
-      "photos without use: %u of %u; markers %.0f px across (5th percentile %.0f); found of those whole in view:\n",
+      "photos without use: %u of %u; markers %.0f px across (5th percentile %.0f); found of those "
+      "whole in view:\n",
       f.useless_photos, f.photos, Quantile(diameters_px, 0.5), Quantile(diameters_px, 0.05));
   floor::PrintOutcome("", f.found, std::nullopt);
 }
@@ -160,7 +177,9 @@ bool Parse(int argc, char** argv, Arguments* a) {
     } else if (has_value && name == "--keep") {
       a->keep = argv[++i];
     } else if (has_value && (name == "--sessions" || name == "--first" || name == "--threads")) {
-      uint32_t* const value = name == "--sessions" ? &a->sessions : name == "--first" ? &a->first : &a->threads;
+      uint32_t* const value = name == "--sessions" ? &a->sessions
+                              : name == "--first"  ? &a->first
+                                                   : &a->threads;
       *value = static_cast<uint32_t>(std::atoi(argv[++i]));
     } else {
       return false;

@@ -5,7 +5,8 @@
 
 namespace veduta {
 
-OpenCvCalibration CalibrateWithOpenCv(const CalibrationInput& input, const std::vector<Eigen::Vector3d>& points,
+OpenCvCalibration CalibrateWithOpenCv(const CalibrationInput& input,
+                                      const std::vector<Eigen::Vector3d>& points,
                                       OpenCvTarget target, int grid_columns) {
   std::vector<std::vector<cv::Point3f>> flat, whole;
   std::vector<std::vector<cv::Point2f>> seen;
@@ -28,14 +29,16 @@ OpenCvCalibration CalibrateWithOpenCv(const CalibrationInput& input, const std::
   OpenCvCalibration made;
   if (target == OpenCvTarget::kFree) {
     cv::Mat moved;
-    made.error_px_rms = cv::calibrateCameraRO(flat, seen, cv_size, grid_columns - 1, k, distortion, rotations,
-                                              translations, moved, 0, until_done);
+    made.error_px_rms = cv::calibrateCameraRO(flat, seen, cv_size, grid_columns - 1, k, distortion,
+                                              rotations, translations, moved, 0, until_done);
   } else {
-    made.error_px_rms = cv::calibrateCamera(flat, seen, cv_size, k, distortion, rotations, translations, 0, until_done);
+    made.error_px_rms = cv::calibrateCamera(flat, seen, cv_size, k, distortion, rotations,
+                                            translations, 0, until_done);
   }
   if (target == OpenCvTarget::kHeights) {
-    made.error_px_rms = cv::calibrateCamera(whole, seen, cv_size, k, distortion, rotations, translations,
-                                            cv::CALIB_USE_INTRINSIC_GUESS, until_done);
+    made.error_px_rms =
+        cv::calibrateCamera(whole, seen, cv_size, k, distortion, rotations, translations,
+                            cv::CALIB_USE_INTRINSIC_GUESS, until_done);
   }
   made.fx = k.at<double>(0, 0);
   made.fy = k.at<double>(1, 1);

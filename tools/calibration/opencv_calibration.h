@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
-// OpenCV's calibrateCamera on the same observations, to compare with. It is told where the points lie; we are not.
+// OpenCV's calibrateCamera on the same observations, to compare with. It is told where the points
+// lie; we are not.
 
 #include <Eigen/Core>
 #include <vector>
@@ -18,12 +19,14 @@ struct OpenCvCalibration {
 enum class OpenCvTarget : uint8_t {
   kFlat,     // the points' z left out
   kHeights,  // first flat, then once more from there with z
-  kFree,     // calibrateCameraRO: the points themselves are adjusted; all photos must show all of a regular grid
+  kFree,     // calibrateCameraRO: the points themselves are adjusted; all photos must show all of a
+             // regular grid
 };
 
 // points: where each id lies. The model is OpenCV's usual one: fx, fy, cx, cy, k1, k2, p1, p2, k3.
 // grid_columns: of kFree alone.
-OpenCvCalibration CalibrateWithOpenCv(const CalibrationInput& input, const std::vector<Eigen::Vector3d>& points,
+OpenCvCalibration CalibrateWithOpenCv(const CalibrationInput& input,
+                                      const std::vector<Eigen::Vector3d>& points,
                                       OpenCvTarget target, int grid_columns = 0);
 
 }  // namespace veduta

@@ -37,10 +37,12 @@ floor::SessionOptions RenderOptions(uint32_t index) {
 // The way of a photo from the camera's file to its grey values.
 cv::Mat ThroughJpeg(const cv::Mat& photo, int quality, const std::string& path) {
   std::vector<uint8_t> jpeg;
-  VEDUTA_CHECK(cv::imencode(".jpg", photo, jpeg, {cv::IMWRITE_JPEG_QUALITY, quality}), "a photo that is no JPEG");
+  VEDUTA_CHECK(cv::imencode(".jpg", photo, jpeg, {cv::IMWRITE_JPEG_QUALITY, quality}),
+               "a photo that is no JPEG");
   if (!path.empty()) {
     std::ofstream(path, std::ios::binary)
-        .write(reinterpret_cast<const char*>(jpeg.data()), static_cast<std::streamsize>(jpeg.size()));
+        .write(reinterpret_cast<const char*>(jpeg.data()),
+               static_cast<std::streamsize>(jpeg.size()));
   }
   return DecodePhoto(jpeg, {}, {}).gray;
 }
@@ -50,22 +52,27 @@ cv::Mat ThroughJpeg(const cv::Mat& photo, int quality, const std::string& path) 
 RenderedSession RenderSession(uint32_t index, const std::string& keep, ThreadPool* pool) {
   const floor::SessionOptions options = RenderOptions(index);
   const floor::Floor floor = floor::Floor::Build(options.floor).value();
-  const std::vector<floor::FloorCamera> cameras = floor::SessionCameras(options, floor.extent_m()).value();
+  const std::vector<floor::FloorCamera> cameras =
+      floor::SessionCameras(options, floor.extent_m()).value();
   RenderedSession rendered;
   rendered.session.truth = options.model;
-  for (const floor::FloorMarker& marker : floor.markers()) rendered.session.points.push_back(marker.center_m);
+  for (const floor::FloorMarker& marker : floor.markers())
+    rendered.session.points.push_back(marker.center_m);
   MarkerOptions markers;
   markers.id_count = options.floor.marker_count;
   std::vector<ViewObservations> views(cameras.size());
   rendered.found.resize(cameras.size());
   pool->ParallelFor(cameras.size(), [&](size_t i) {
-    const std::string path = keep.empty() ? "" : keep + "/session" + std::to_string(index) + "_" + cameras[i].name;
+    const std::string path =
+        keep.empty() ? "" : keep + "/session" + std::to_string(index) + "_" + cameras[i].name;
     const cv::Mat photo = floor::RenderSessionPhoto(floor, cameras[i], options, i).value();
-    const MarkerSearch search = DetectMarkers(ThroughJpeg(photo, options.jpeg_quality, path), markers).value();
+    const MarkerSearch search =
+        DetectMarkers(ThroughJpeg(photo, options.jpeg_quality, path), markers).value();
     rendered.found[i] = floor::Compare(floor::TrueMarkers(floor, cameras[i]), search.markers);
     views[i].name = cameras[i].name;
     views[i].size = {options.model.width_px, options.model.height_px};
-    for (const MarkerDetection& m : search.markers) views[i].points.push_back({m.id, m.center_px, m.SigmaPx()});
+    for (const MarkerDetection& m : search.markers)
+      views[i].points.push_back({m.id, m.center_px, m.SigmaPx()});
   });
   for (size_t i = 0; i < views.size(); ++i) {
     if (views[i].points.size() < PhotoMarkersOptions().marker_count_min) {

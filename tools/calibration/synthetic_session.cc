@@ -20,7 +20,8 @@ class Dice final {
   explicit Dice(uint64_t seed) : random_(seed) {}
   double Between(double low, double high) { return low + (high - low) * random_.Unit(); }
   double Gaussian() {  // Box and Muller
-    return std::sqrt(-2 * std::log(1 - random_.Unit())) * std::cos(2 * std::numbers::pi * random_.Unit());
+    return std::sqrt(-2 * std::log(1 - random_.Unit())) *
+           std::cos(2 * std::numbers::pi * random_.Unit());
   }
   uint32_t Below(uint32_t bound) { return random_.Below(bound); }
 
@@ -35,14 +36,16 @@ std::vector<Eigen::Vector3d> LayOutSheets(const SessionOptions& options, Dice* d
   for (int sheet = 0; sheet < 16; ++sheet) {
     const Eigen::Vector2d middle((sheet % 4 - 1.5) * 0.27 + dice->Between(-0.02, 0.02),
                                  (sheet / 4 - 1.5) * 0.36 + dice->Between(-0.02, 0.02));
-    const Eigen::Rotation2Dd turn(dice->Between(-8, 8) * kRadians + (dice->Below(2) ? std::numbers::pi : 0));
+    const Eigen::Rotation2Dd turn(dice->Between(-8, 8) * kRadians +
+                                  (dice->Below(2) ? std::numbers::pi : 0));
     const double bend = dice->Between(0, 2 * std::numbers::pi);
     const double bulge = dice->Between(-0.2, 1) * height, lift = dice->Between(0, 0.5) * height;
     for (int marker = 0; marker < 6; ++marker) {
       const Eigen::Vector2d on_sheet((marker % 2 - 0.5) * 0.095, (marker / 2 - 1) * 0.092);
       const double along = (on_sheet.x() * std::cos(bend) + on_sheet.y() * std::sin(bend)) / 0.13;
       const Eigen::Vector2d on_floor = middle + turn * on_sheet;
-      points.emplace_back(on_floor.x(), on_floor.y(), bulge * (1 - along * along) + lift * (1 + along));
+      points.emplace_back(on_floor.x(), on_floor.y(),
+                          bulge * (1 - along * along) + lift * (1 + along));
     }
   }
   return points;
@@ -64,14 +67,18 @@ CameraModel MakeCamera(const SessionOptions& options, Dice* dice) {
   return camera;
 }
 
-// From `distance` away at a tilt, looking at `target` on the floor, the camera turned about its axis by `roll`.
-Rigid3 LookAt(const Eigen::Vector3d& target, double distance, double tilt, double azimuth, double roll) {
-  const Eigen::Vector3d away(std::sin(tilt) * std::cos(azimuth), std::sin(tilt) * std::sin(azimuth), std::cos(tilt));
+// From `distance` away at a tilt, looking at `target` on the floor, the camera turned about its
+// axis by `roll`.
+Rigid3 LookAt(const Eigen::Vector3d& target, double distance, double tilt, double azimuth,
+              double roll) {
+  const Eigen::Vector3d away(std::sin(tilt) * std::cos(azimuth), std::sin(tilt) * std::sin(azimuth),
+                             std::cos(tilt));
   const Eigen::Vector3d z = -away;
   const Eigen::Vector3d x = Eigen::Vector3d(-std::sin(azimuth), std::cos(azimuth), 0);
   Eigen::Matrix3d cam_from_world;
   cam_from_world << x.transpose(), z.cross(x).transpose(), z.transpose();
-  cam_from_world = Eigen::AngleAxisd(roll, Eigen::Vector3d::UnitZ()).toRotationMatrix() * cam_from_world;
+  cam_from_world =
+      Eigen::AngleAxisd(roll, Eigen::Vector3d::UnitZ()).toRotationMatrix() * cam_from_world;
   const Eigen::Vector3d center = target + distance * away;
   return {Eigen::Quaterniond(cam_from_world), -(cam_from_world * center)};
 }
@@ -83,7 +90,8 @@ SyntheticSession MakeSession(const SessionOptions& options) {
   Dice dice(options.seed);
   session.points = LayOutSheets(options, &dice);
   SessionOptions milder = options;
-  for (session.truth = MakeCamera(options, &dice); !CheckCamera(session.truth).ok();) {  // the lens would fold over
+  for (session.truth = MakeCamera(options, &dice);
+       !CheckCamera(session.truth).ok();) {  // the lens would fold over
     milder.distortion_at_corner *= 0.95;
     session.truth = MakeCamera(milder, &dice);
   }
@@ -92,18 +100,22 @@ SyntheticSession MakeSession(const SessionOptions& options) {
     view.name = "photo" + std::to_string(photo + 1);
     view.size = options.size;
     // The nearest shows about 0.8 m across.
-    const double distance = 0.8 * options.focal_per_width * std::pow(options.distance_ratio, dice.Between(0, 1));
+    const double distance =
+        0.8 * options.focal_per_width * std::pow(options.distance_ratio, dice.Between(0, 1));
     const Eigen::Vector3d target(dice.Between(-0.2, 0.2), dice.Between(-0.25, 0.25), 0);
-    const double azimuth = 2 * std::numbers::pi * (photo + dice.Between(-0.3, 0.3)) / options.photo_count;
+    const double azimuth =
+        2 * std::numbers::pi * (photo + dice.Between(-0.3, 0.3)) / options.photo_count;
     const double tilt = dice.Between(options.tilt_deg_min, options.tilt_deg_max) * kRadians;
     const double roll = (90 * (photo % 4) + dice.Between(-20, 20)) * kRadians;
     const Rigid3 pose = LookAt(target, distance, tilt, azimuth, roll);
     for (uint32_t id = 0; id < session.points.size(); ++id) {
       const auto undistorted = PixelFromBearing(session.truth, pose * session.points[id]);
       const bool is_missed = dice.Between(0, 1) < options.missed_share;
-      const Eigen::Vector2d noise = options.noise_px * Eigen::Vector2d(dice.Gaussian(), dice.Gaussian());
+      const Eigen::Vector2d noise =
+          options.noise_px * Eigen::Vector2d(dice.Gaussian(), dice.Gaussian());
       if (!undistorted || is_missed) continue;
-      // Before the fold of the distortion alone: what lies far outside of the photo could fold back into it.
+      // Before the fold of the distortion alone: what lies far outside of the photo could fold back
+      // into it.
       const Eigen::Vector2d px = DistortPixel(session.truth, *undistorted);
       const auto back = UndistortPixel(session.truth, px);
       if (!back || (*back - *undistorted).norm() > 1e-3) continue;
@@ -163,7 +175,8 @@ double LargestDistortionError(const CameraModel& model, const CameraModel& truth
   double largest = 0;
   for (int row = 0; row <= 12; ++row) {
     for (int column = 0; column <= 16; ++column) {
-      const Eigen::Vector2d px(column * (truth.width_px - 1.0) / 16, row * (truth.height_px - 1.0) / 12);
+      const Eigen::Vector2d px(column * (truth.width_px - 1.0) / 16,
+                               row * (truth.height_px - 1.0) / 12);
       const auto ours = UndistortPixel(model, px), theirs = UndistortPixel(truth, px);
       if (!ours || !theirs) return std::numeric_limits<double>::infinity();
       largest = std::max(largest, (*ours - *theirs).norm());

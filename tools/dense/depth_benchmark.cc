@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// veduta_depth_benchmark: depth maps against truth. Exit codes: 0 done; 1 it could not be done; 2 bad usage.
+// veduta_depth_benchmark: depth maps against truth. Exit codes: 0 done; 1 it could not be done; 2
+// bad usage.
 #include "tools/dense/depth_benchmark.h"
 
 #include <CLI/CLI.hpp>
@@ -39,12 +40,14 @@ int Run(int argc, char** argv) {
   std::unique_ptr<Device> device;
   Status status;
   if (!WantsNoDevice(wanted)) {
-    Result<std::unique_ptr<Device>> opened = Device::Open({.wanted = wanted, .thread_count = threads});
+    Result<std::unique_ptr<Device>> opened =
+        Device::Open({.wanted = wanted, .thread_count = threads});
     if (opened.ok()) device = std::move(opened).value();
     status = opened.status();
   }
   setting.device = device.get();
-  std::printf("device: %s, %u threads\n", device ? device->info().name.c_str() : "none (C++)", threads);
+  std::printf("device: %s, %u threads\n", device ? device->info().name.c_str() : "none (C++)",
+              threads);
   if (status.ok() && timing) status = TimeSweep(setting);
   if (status.ok() && !pairs.empty()) status = RunPairs(pairs, !no_sgbm, setting);
   if (status.ok() && !street.empty()) status = RunStreet(street, keys, setting);

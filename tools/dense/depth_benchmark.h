@@ -17,12 +17,15 @@ struct BenchmarkSetting {
   std::string pictures;  // a folder for PNGs to look at; empty: none
 };
 
-// Rectified pairs of `folder` (Cones, Cloth3, Wood2, Aloe), beside OpenCV's StereoSGBM. Prints a line a pair.
+// Rectified pairs of `folder` (Cones, Cloth3, Wood2, Aloe), beside OpenCV's StereoSGBM. Prints a
+// line a pair.
 Status RunPairs(const std::string& folder, bool with_sgbm, const BenchmarkSetting& setting);
-// A rendered street as veduta-street writes it with --depth. Prints the figures of `key_count` key views.
+// A rendered street as veduta-street writes it with --depth. Prints the figures of `key_count` key
+// views.
 Status RunStreet(const std::string& folder, uint32_t key_count, const BenchmarkSetting& setting);
 
-// Cost and scanline optimisation of one triple at 512x384, on the device and in C++. Prints times and limits.
+// Cost and scanline optimisation of one triple at 512x384, on the device and in C++. Prints times
+// and limits.
 Status TimeSweep(const BenchmarkSetting& setting);
 
 }  // namespace veduta

@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-// Rectified pairs. A pixel counts where its true disparity is known and it is not occluded: its match lies in the right
-// photo, and no pixel of the same row with a disparity larger by more than 1 px lands within half a px of it. Both
-// methods' invalid pixels are filled from the farther of the two nearest valid pixels in their row.
+// Rectified pairs. A pixel counts where its true disparity is known and it is not occluded: its
+// match lies in the right photo, and no pixel of the same row with a disparity larger by more than
+// 1 px lands within half a px of it. Both methods' invalid pixels are filled from the farther of
+// the two nearest valid pixels in their row.
 #include <algorithm>
 #include <chrono>
 #include <cmath>
@@ -32,11 +33,15 @@ cv::Mat NotOccluded(const cv::Mat& truth) {
   cv::Mat out(truth.size(), CV_8U, cv::Scalar(0));
   for (int y = 0; y < truth.rows; ++y) {
     const float* d = truth.ptr<float>(y);
-    std::vector<float> front(static_cast<size_t>(truth.cols), 0);  // greatest disparity that lands on a column
-    const auto column = [&](int x) { return static_cast<int>(std::lround(static_cast<float>(x) - d[x])); };
+    std::vector<float> front(static_cast<size_t>(truth.cols),
+                             0);  // greatest disparity that lands on a column
+    const auto column = [&](int x) {
+      return static_cast<int>(std::lround(static_cast<float>(x) - d[x]));
+    };
     for (int x = 0; x < truth.cols; ++x) {
       if (d[x] > 0 && column(x) >= 0)
-        front[static_cast<size_t>(column(x))] = std::max(front[static_cast<size_t>(column(x))], d[x]);
+        front[static_cast<size_t>(column(x))] =
+            std::max(front[static_cast<size_t>(column(x))], d[x]);
     }
     for (int x = 0; x < truth.cols; ++x) {
       if (d[x] <= 0 || column(x) < 0) continue;
@@ -54,7 +59,8 @@ Result<Pair> ReadPair(const std::string& folder, const std::string& name, const 
   pair.left = cv::imread(at + left, cv::IMREAD_GRAYSCALE);
   pair.right = cv::imread(at + right, cv::IMREAD_GRAYSCALE);
   const cv::Mat map = cv::imread(at + truth, cv::IMREAD_GRAYSCALE);
-  if (pair.left.empty() || pair.right.empty() || map.empty()) return Status::IoError(at + " cannot be read");
+  if (pair.left.empty() || pair.right.empty() || map.empty())
+    return Status::IoError(at + " cannot be read");
   map.convertTo(pair.truth, CV_32F, 1 / scale);
   pair.counts = NotOccluded(pair.truth);
   double greatest = 0;
@@ -89,7 +95,8 @@ void FillRows(cv::Mat* disparity) {
       int end = x;
       while (end < disparity->cols && d[end] <= 0) ++end;
       const float left = x > 0 ? d[x - 1] : -1, right = end < disparity->cols ? d[end] : -1;
-      std::fill(d + x, d + end, left > 0 && right > 0 ? std::min(left, right) : std::max(left, right));
+      std::fill(d + x, d + end,
+                left > 0 && right > 0 ? std::min(left, right) : std::max(left, right));
       x = end;
     }
   }
@@ -120,17 +127,17 @@ Result<BadPixels> RunOurs(const Pair& pair, const BenchmarkSetting& setting, dou
   const View left = MakeView(pair.left, 0), right = MakeView(pair.right, 1);
   const DepthRange range{1000.0 / pair.disparity_max, 1000.0 / 1};  // disparity = 1000 / z
   const auto start = std::chrono::steady_clock::now();
-  VEDUTA_ASSIGN_OR_RETURN(const DepthMap a,
-                          EstimateDepth(left, {&right, 1}, range, setting.depth, setting.device, *setting.pool));
+  VEDUTA_ASSIGN_OR_RETURN(const DepthMap a, EstimateDepth(left, {&right, 1}, range, setting.depth,
+                                                          setting.device, *setting.pool));
   *seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
-  VEDUTA_ASSIGN_OR_RETURN(const DepthMap b,
-                          EstimateDepth(right, {&left, 1}, range, setting.depth, setting.device, *setting.pool));
+  VEDUTA_ASSIGN_OR_RETURN(const DepthMap b, EstimateDepth(right, {&left, 1}, range, setting.depth,
+                                                          setting.device, *setting.pool));
   const NeighborDepth neighbor{right.geometry, &b};
   ConsistencyOptions options;
   options.depth_error_max = 0.1;
   options.pixel_error_max = 1;
-  VEDUTA_ASSIGN_OR_RETURN(const DepthMap map,
-                          CheckConsistency(a, left.geometry, {&neighbor, 1}, options, *setting.pool));
+  VEDUTA_ASSIGN_OR_RETURN(const DepthMap map, CheckConsistency(a, left.geometry, {&neighbor, 1},
+                                                               options, *setting.pool));
   cv::Mat disparity(pair.left.size(), CV_32F, cv::Scalar(0));
   int valid = 0;
   for (int y = 0; y < disparity.rows; ++y) {
@@ -152,9 +159,9 @@ struct SgbmSetting {
 };
 
 BadPixels RunSgbm(const Pair& pair, const SgbmSetting& s) {
-  const auto sgbm =
-      cv::StereoSGBM::create(0, pair.disparity_max, s.block, s.p1 * s.block * s.block, s.p2 * s.block * s.block, 1,
-                             s.cap, s.uniqueness, 100, 2, cv::StereoSGBM::MODE_HH);
+  const auto sgbm = cv::StereoSGBM::create(0, pair.disparity_max, s.block, s.p1 * s.block * s.block,
+                                           s.p2 * s.block * s.block, 1, s.cap, s.uniqueness, 100, 2,
+                                           cv::StereoSGBM::MODE_HH);
   // Columns on the left, so that disparities up to the greatest can be found there too.
   cv::Mat left, right, fixed, disparity;
   cv::copyMakeBorder(pair.left, left, 0, 0, pair.disparity_max, 0, cv::BORDER_REPLICATE);
@@ -187,7 +194,8 @@ std::vector<BadPixels> SearchSgbm(const std::vector<Pair>& pairs, SgbmSetting* b
     }
   }
   const SgbmSetting found = *best;
-  for (const int uniqueness : {0, 2, 10, 15}) attempt({found.block, found.p1, found.p2, uniqueness, found.cap});
+  for (const int uniqueness : {0, 2, 10, 15})
+    attempt({found.block, found.p1, found.p2, uniqueness, found.cap});
   for (const int cap : {15, 31}) attempt({found.block, found.p1, found.p2, best->uniqueness, cap});
   return rates;
 }
@@ -211,8 +219,9 @@ Status RunPairs(const std::string& folder, bool with_sgbm, const BenchmarkSettin
   SgbmSetting best;
   if (with_sgbm) {
     theirs = SearchSgbm(pairs, &best);
-    std::printf("StereoSGBM, mode HH: block %d, P1 %d, P2 %d (times block^2), uniqueness %d, cap %d\n", best.block,
-                best.p1, best.p2, best.uniqueness, best.cap);
+    std::printf(
+        "StereoSGBM, mode HH: block %d, P1 %d, P2 %d (times block^2), uniqueness %d, cap %d\n",
+        best.block, best.p1, best.p2, best.uniqueness, best.cap);
   }
   BadPixels our_mean, their_mean;
   for (size_t i = 0; i < pairs.size(); ++i) {
@@ -220,8 +229,9 @@ Status RunPairs(const std::string& folder, bool with_sgbm, const BenchmarkSettin
     VEDUTA_ASSIGN_OR_RETURN(const BadPixels ours, RunOurs(pairs[i], setting, &seconds));
     our_mean.over_1px += ours.over_1px / static_cast<double>(pairs.size());
     our_mean.over_2px += ours.over_2px / static_cast<double>(pairs.size());
-    std::printf("%-7s %4dx%d, %3d disparities: bad 1 px %5.2f %%, 2 px %5.2f %% (%.2f s)", pairs[i].name.c_str(),
-                pairs[i].left.cols, pairs[i].left.rows, pairs[i].disparity_max, ours.over_1px, ours.over_2px, seconds);
+    std::printf("%-7s %4dx%d, %3d disparities: bad 1 px %5.2f %%, 2 px %5.2f %% (%.2f s)",
+                pairs[i].name.c_str(), pairs[i].left.cols, pairs[i].left.rows,
+                pairs[i].disparity_max, ours.over_1px, ours.over_2px, seconds);
     if (with_sgbm) {
       std::printf("; SGBM %5.2f %%, %5.2f %%", theirs[i].over_1px, theirs[i].over_2px);
       their_mean.over_1px += theirs[i].over_1px / static_cast<double>(pairs.size());

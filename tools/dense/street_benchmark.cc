@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-// A rendered street. Each key view takes the two sensor views that score best by overlap and angle (as section 4.1 of
-// the paper ranks them, with the true depth in place of the points), and its range from the 1st and 99th percentile of
-// its true depth, widened by 20 % as sparse points would have it. A pixel counts where its true surface is seen in
-// both.
+// A rendered street. Each key view takes the two sensor views that score best by overlap and angle
+// (as section 4.1 of the paper ranks them, with the true depth in place of the points), and its
+// range from the 1st and 99th percentile of its true depth, widened by 20 % as sparse points would
+// have it. A pixel counts where its true surface is seen in both.
 #include <algorithm>
 #include <chrono>
 #include <cmath>
@@ -48,10 +48,12 @@ Result<std::vector<Photo>> ReadPhotos(const std::string& folder) {
     photo.name = name;
     VEDUTA_ASSIGN_OR_RETURN(const street::StreetCamera camera,
                             street::ReadCameraFile(folder + "/truth/" + name + ".jpg.camera"));
-    VEDUTA_ASSIGN_OR_RETURN(photo.truth, street::ReadDepthFile(folder + "/truth/" + name + ".jpg.depth"));
+    VEDUTA_ASSIGN_OR_RETURN(photo.truth,
+                            street::ReadDepthFile(folder + "/truth/" + name + ".jpg.depth"));
     const cv::Mat gray = cv::imread(folder + "/photos/" + name + ".jpg", cv::IMREAD_GRAYSCALE);
     if (gray.empty()) return Status::IoError(name + ".jpg cannot be read");
-    photo.view.geometry = {camera.model.width_px, camera.model.height_px, Pinhole(camera.model), camera.cam_from_world};
+    photo.view.geometry = {camera.model.width_px, camera.model.height_px, Pinhole(camera.model),
+                           camera.cam_from_world};
     photo.view.gray.assign(gray.datastart, gray.dataend);
     photos.push_back(std::move(photo));
   }
@@ -73,7 +75,8 @@ bool Sees(const SweepGeometry& geometry, const Photo& sensor, double x, double y
 
 double Score(const Photo& key, const Photo& sensor) {
   const SweepGeometry geometry(key.view.geometry, sensor.view.geometry);
-  const Rigid3 sensor_from_key = sensor.view.geometry.cam_from_world * key.view.geometry.cam_from_world.Inverse();
+  const Rigid3 sensor_from_key =
+      sensor.view.geometry.cam_from_world * key.view.geometry.cam_from_world.Inverse();
   const Eigen::Vector3d center = sensor_from_key.Center();
   std::vector<double> angles;
   size_t count = 0;
@@ -89,9 +92,11 @@ double Score(const Photo& key, const Photo& sensor) {
       angles.push_back(std::acos(std::min(1.0, cosine)) * 180 / M_PI);
     }
   }
-  const double overlap = count == 0 ? 0 : static_cast<double>(angles.size()) / static_cast<double>(count);
+  const double overlap =
+      count == 0 ? 0 : static_cast<double>(angles.size()) / static_cast<double>(count);
   if (angles.empty() || overlap < kOverlapMin) return 0;
-  std::nth_element(angles.begin(), angles.begin() + static_cast<long>(angles.size() / 2), angles.end());
+  std::nth_element(angles.begin(), angles.begin() + static_cast<long>(angles.size() / 2),
+                   angles.end());
   const double angle = angles[angles.size() / 2];
   return overlap * angle * angle * std::exp(-2 * angle / kBestAngleDeg);
 }
@@ -111,16 +116,19 @@ DepthRange RangeOf(const street::DepthMap& truth) {
     if (depth > 0) depths.push_back(depth);
   }
   std::sort(depths.begin(), depths.end());
-  return {depths[depths.size() / 100] / kWidening, depths[depths.size() - 1 - depths.size() / 100] * kWidening};
+  return {depths[depths.size() / 100] / kWidening,
+          depths[depths.size() - 1 - depths.size() / 100] * kWidening};
 }
 
 void Compare(const DepthMap& map, const Photo& key, const std::vector<size_t>& sensors,
              const std::vector<Photo>& photos, Figures* figures) {
   std::vector<SweepGeometry> geometries;
-  for (const size_t s : sensors) geometries.emplace_back(key.view.geometry, photos[s].view.geometry);
+  for (const size_t s : sensors)
+    geometries.emplace_back(key.view.geometry, photos[s].view.geometry);
   for (uint32_t y = 0; y < map.height_px; ++y) {
     for (uint32_t x = 0; x < map.width_px; ++x) {
-      const float truth = key.truth.depth[static_cast<size_t>(y) * map.width_px + x], depth = map.at(x, y);
+      const float truth = key.truth.depth[static_cast<size_t>(y) * map.width_px + x],
+                  depth = map.at(x, y);
       if (truth <= 0) {
         ++figures->sky;
         figures->sky_known += depth > 0;
@@ -148,11 +156,12 @@ void Print(const char* what, Figures& f) {
     return 100.0 * static_cast<double>(part) / static_cast<double>(std::max<size_t>(1, whole));
   };
   std::printf(
-      "%s: of %zu pixels seen in both sensor views %.2f %% within 1 %% of the truth, %.2f %% known; median "
+      "%s: of %zu pixels seen in both sensor views %.2f %% within 1 %% of the truth, %.2f %% "
+      "known; median "
       "error %.3f %%; of all known pixels %.2f %% within 1 %%; sky given a depth %.1f %%\n",
       what, f.counted, percent(f.right, f.counted), percent(f.known, f.counted),
-      f.errors.empty() ? 100.0 : 100.0 * f.errors[f.errors.size() / 2], percent(f.all_right, f.all_known),
-      percent(f.sky_known, f.sky));
+      f.errors.empty() ? 100.0 : 100.0 * f.errors[f.errors.size() / 2],
+      percent(f.all_right, f.all_known), percent(f.sky_known, f.sky));
 }
 
 void WritePicture(const BenchmarkSetting& setting, const std::string& name, const DepthMap& map,
@@ -164,7 +173,8 @@ void WritePicture(const BenchmarkSetting& setting, const std::string& name, cons
   const auto paint = [&](const float* depth, int left) {
     cv::Mat gray(height, width, CV_8U, cv::Scalar(0)), color;
     for (int i = 0; i < width * height; ++i) {
-      const double w = depth[i] > 0 ? (1 / depth[i] - 1 / range.far) / (1 / range.near - 1 / range.far) : 0;
+      const double w =
+          depth[i] > 0 ? (1 / depth[i] - 1 / range.far) / (1 / range.near - 1 / range.far) : 0;
       gray.data[i] = static_cast<uint8_t>(std::clamp(w * 255, 0.0, 255.0));
     }
     cv::applyColorMap(gray, color, cv::COLORMAP_JET);
@@ -177,8 +187,9 @@ void WritePicture(const BenchmarkSetting& setting, const std::string& name, cons
   paint(map.depth.data(), width);
   for (int i = 0; i < width * height; ++i) {
     const size_t p = static_cast<size_t>(i);
-    const float error =
-        truth.depth[p] > 0 && map.depth[p] > 0 ? std::abs(map.depth[p] - truth.depth[p]) / truth.depth[p] : 0;
+    const float error = truth.depth[p] > 0 && map.depth[p] > 0
+                            ? std::abs(map.depth[p] - truth.depth[p]) / truth.depth[p]
+                            : 0;
     const uint8_t level = static_cast<uint8_t>(std::min(255.f, error * 12750));  // white at 2 %
     cv::Vec3b color(level, level, level);
     if (truth.depth[p] <= 0) color = {map.depth[p] > 0 ? uint8_t{255} : uint8_t{60}, 60, 0};
@@ -202,8 +213,9 @@ Status RunStreet(const std::string& folder, uint32_t key_count, const BenchmarkS
     std::vector<View> views;
     for (const size_t s : sensors[key]) views.push_back(photos[s].view);
     const auto start = std::chrono::steady_clock::now();
-    VEDUTA_ASSIGN_OR_RETURN(maps[key], EstimateDepth(photos[key].view, views, RangeOf(photos[key].truth), setting.depth,
-                                                     setting.device, *setting.pool));
+    VEDUTA_ASSIGN_OR_RETURN(
+        maps[key], EstimateDepth(photos[key].view, views, RangeOf(photos[key].truth), setting.depth,
+                                 setting.device, *setting.pool));
     seconds += std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
     return Status::Ok();
   };
@@ -217,13 +229,15 @@ Status RunStreet(const std::string& folder, uint32_t key_count, const BenchmarkS
       VEDUTA_RETURN_IF_ERROR(estimate(s));
       neighbors.push_back({photos[s].view.geometry, &maps[s]});
     }
-    VEDUTA_ASSIGN_OR_RETURN(const DepthMap map,
-                            CheckConsistency(maps[key], photos[key].view.geometry, neighbors, {}, *setting.pool));
+    VEDUTA_ASSIGN_OR_RETURN(
+        const DepthMap map,
+        CheckConsistency(maps[key], photos[key].view.geometry, neighbors, {}, *setting.pool));
     Compare(map, photos[key], sensors[key], photos, &checked);
     WritePicture(setting, photos[key].name + "_raw", maps[key], photos[key].truth);
     WritePicture(setting, photos[key].name + "_checked", map, photos[key].truth);
   }
-  std::printf("%u key views, %.3f s a depth map\n", key_count, seconds / static_cast<double>(maps.size()));
+  std::printf("%u key views, %.3f s a depth map\n", key_count,
+              seconds / static_cast<double>(maps.size()));
   Print("estimated", raw);
   Print("checked", checked);
   return Status::Ok();

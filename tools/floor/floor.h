@@ -2,8 +2,9 @@
 #pragma once
 // A floor with sheets of markers on it, as somebody lays them out who wants to calibrate a camera.
 //
-// World: metres, z up, the floor at z = 0; its sheets lie around the origin. A sheet's frame is the paper's of
-// SheetLayout, so x right and y down as printed; turned and laid down, its y runs against the world's.
+// World: metres, z up, the floor at z = 0; its sheets lie around the origin. A sheet's frame is the
+// paper's of SheetLayout, so x right and y down as printed; turned and laid down, its y runs
+// against the world's.
 
 #include <Eigen/Core>
 #include <cstdint>
@@ -15,7 +16,12 @@
 
 namespace veduta::floor {
 
-enum class Flooring : uint8_t { kPlain, kWood, kTile, kTerrazzo };  // the last is full of dark and bright pebbles
+enum class Flooring : uint8_t {
+  kPlain,
+  kWood,
+  kTile,
+  kTerrazzo
+};  // the last is full of dark and bright pebbles
 
 // Something that lies on the sheets: a rectangle or an ellipse, flat, of one colour.
 struct Cover {
@@ -53,11 +59,14 @@ class Floor final {
   // kInvalidArgument on bad options.
   static Result<Floor> Build(const FloorOptions& options);
 
-  // What a ray from `origin` along `direction` (any length) meets, in [0, 1] of the light; above the horizon a wall.
+  // What a ray from `origin` along `direction` (any length) meets, in [0, 1] of the light; above
+  // the horizon a wall.
   float Reflectance(const Eigen::Vector3d& origin, const Eigen::Vector3d& direction) const;
   const std::vector<FloorMarker>& markers() const { return markers_; }
   bool IsCovered(const Eigen::Vector2d& place_m) const;
-  double extent_m() const { return extent_m_; }  // all sheets lie within this distance of the origin
+  double extent_m() const {
+    return extent_m_;
+  }  // all sheets lie within this distance of the origin
 
  private:
   struct PlacedSheet {

@@ -14,11 +14,12 @@ namespace veduta::floor {
 namespace {
 
 constexpr int kNodeStepPx = 4;
-constexpr float kEdge =
-    0.07f;  // of the light, more than the grain of wood: neighbours so different are looked at closely
+constexpr float kEdge = 0.07f;  // of the light, more than the grain of wood: neighbours so
+                                // different are looked at closely
 constexpr int kSamplesPerSide = 5;
 
-// Rays of pixels and of places between them: exact at nodes 4 px apart, bilinear between, which is right to 1e-3 px.
+// Rays of pixels and of places between them: exact at nodes 4 px apart, bilinear between, which is
+// right to 1e-3 px.
 class RayGrid final {
  public:
   static Result<RayGrid> Build(const CameraModel& model) {
@@ -30,7 +31,8 @@ class RayGrid final {
     for (int j = 0; j < rows; ++j) {
       for (int i = 0; i < grid.columns_; ++i) {
         const auto px = UndistortPixel(model, Eigen::Vector2d(i - 1, j - 1) * kNodeStepPx);
-        if (!px) return Status::InvalidArgument("the distortion folds over right at the photo's edge");
+        if (!px)
+          return Status::InvalidArgument("the distortion folds over right at the photo's edge");
         grid.nodes_.push_back(NormalizedFromPixel(model, *px));
       }
     }
@@ -43,7 +45,8 @@ class RayGrid final {
     const double a = x - i, b = y - j;
     const Eigen::Vector2d* const n = &nodes_[static_cast<size_t>(j) * columns_ + i];
     const Eigen::Vector2d* const below = n + columns_;
-    return ((1 - b) * ((1 - a) * n[0] + a * n[1]) + b * ((1 - a) * below[0] + a * below[1])).homogeneous();
+    return ((1 - b) * ((1 - a) * n[0] + a * n[1]) + b * ((1 - a) * below[0] + a * below[1]))
+        .homogeneous();
   }
 
  private:
@@ -74,7 +77,9 @@ class Exposure final {
   }
 
  private:
-  float See(double u, double v) const { return floor_.Reflectance(origin_, world_from_cam_ * rays_.Ray(u, v)); }
+  float See(double u, double v) const {
+    return floor_.Reflectance(origin_, world_from_cam_ * rays_.Ray(u, v));
+  }
 
   static bool IsAtEdge(const cv::Mat1f& image, int u, int v) {
     const float here = image(v, u);
@@ -93,7 +98,8 @@ class Exposure final {
     float sum = 0;
     for (int j = 0; j < kSamplesPerSide; ++j) {
       for (int i = 0; i < kSamplesPerSide; ++i) {
-        sum += See(u - 0.5 + (i + random.Unit()) / kSamplesPerSide, v - 0.5 + (j + random.Unit()) / kSamplesPerSide);
+        sum += See(u - 0.5 + (i + random.Unit()) / kSamplesPerSide,
+                   v - 0.5 + (j + random.Unit()) / kSamplesPerSide);
       }
     }
     return sum / (kSamplesPerSide * kSamplesPerSide);
@@ -127,18 +133,20 @@ cv::Mat1f SmearKernel(double length_px, double angle_deg) {
 
 void Blur(const FloorPhotoOptions& options, cv::Mat1f* light) {
   if (options.blur_sigma_px > 0) {
-    cv::GaussianBlur(*light, *light, {}, options.blur_sigma_px, options.blur_sigma_px, cv::BORDER_REFLECT);
+    cv::GaussianBlur(*light, *light, {}, options.blur_sigma_px, options.blur_sigma_px,
+                     cv::BORDER_REFLECT);
   }
   if (options.motion_px > 0) {
-    cv::filter2D(*light, *light, CV_32F, SmearKernel(options.motion_px, options.motion_deg), {-1, -1}, 0,
-                 cv::BORDER_REFLECT);
+    cv::filter2D(*light, *light, CV_32F, SmearKernel(options.motion_px, options.motion_deg),
+                 {-1, -1}, 0, cv::BORDER_REFLECT);
   }
 }
 
 // Light falls off towards the corners; a slope and the soft edge of a shadow lie across the floor.
 void Illuminate(const FloorPhotoOptions& options, cv::Mat1f* light) {
   SeededRandom random(MixSeed(options.seed, 5));
-  const double slope_rad = 2 * std::numbers::pi * random.Unit(), shadow_rad = 2 * std::numbers::pi * random.Unit();
+  const double slope_rad = 2 * std::numbers::pi * random.Unit(),
+               shadow_rad = 2 * std::numbers::pi * random.Unit();
   const double shadow_at = random.Unit() - 0.5, shadow_width = 0.02 + 0.1 * random.Unit();
   const double half = std::hypot(light->cols, light->rows) / 2;
   for (int v = 0; v < light->rows; ++v) {
@@ -148,7 +156,8 @@ void Illuminate(const FloorPhotoOptions& options, cv::Mat1f* light) {
       const double side = x * std::cos(shadow_rad) + y * std::sin(shadow_rad) - shadow_at;
       const double shadow = 0.5 * (1 + std::tanh(side / shadow_width));
       const double even = 1 - options.unevenness * (0.5 * slope + 0.5 * shadow);
-      (*light)(v, u) *= static_cast<float>(options.exposure * even * (1 - options.vignetting * (x * x + y * y)));
+      (*light)(v, u) *=
+          static_cast<float>(options.exposure * even * (1 - options.vignetting * (x * x + y * y)));
     }
   }
 }
@@ -177,16 +186,19 @@ std::optional<Eigen::Vector2d> Project(const FloorCamera& camera, const Eigen::V
 }
 
 bool IsInPhoto(const CameraModel& model, const Eigen::Vector2d& px) {
-  return px.x() >= 0 && px.y() >= 0 && px.x() <= model.width_px - 1.0 && px.y() <= model.height_px - 1.0;
+  return px.x() >= 0 && px.y() >= 0 && px.x() <= model.width_px - 1.0 &&
+         px.y() <= model.height_px - 1.0;
 }
 
-void LookAtOutline(const Floor& floor, const FloorCamera& camera, const FloorMarker& marker, MarkerTruth* truth) {
+void LookAtOutline(const Floor& floor, const FloorCamera& camera, const FloorMarker& marker,
+                   MarkerTruth* truth) {
   constexpr int kPlaces = 92;
   std::vector<Eigen::Vector2d> outline;
   int covered = 0, whole = 0;
   for (int i = 0; i < kPlaces; ++i) {
     const double angle = 2 * std::numbers::pi * i / kPlaces;
-    const Eigen::Vector3d along(marker.radius_m * std::cos(angle), marker.radius_m * std::sin(angle), 0);
+    const Eigen::Vector3d along(marker.radius_m * std::cos(angle),
+                                marker.radius_m * std::sin(angle), 0);
     if (const auto px = Project(camera, marker.center_m + along)) outline.push_back(*px);
     const auto quiet = Project(camera, marker.center_m + kMarkerQuietRadius * along);
     whole += quiet && IsInPhoto(camera.model, *quiet);
@@ -196,7 +208,8 @@ void LookAtOutline(const Floor& floor, const FloorCamera& camera, const FloorMar
   truth->cover = static_cast<double>(covered) / kPlaces;
   for (const Eigen::Vector2d& a : outline) {
     truth->outline_center_px += a / static_cast<double>(outline.size());
-    for (const Eigen::Vector2d& b : outline) truth->diameter_px = std::max(truth->diameter_px, (a - b).norm());
+    for (const Eigen::Vector2d& b : outline)
+      truth->diameter_px = std::max(truth->diameter_px, (a - b).norm());
   }
 }
 
@@ -212,8 +225,9 @@ Status FloorPhotoOptions::Check() const {
                 {"exposure", exposure, 0.05, 20}};
   for (const auto& bound : bounds) {
     if (!(bound.value >= bound.low && bound.value <= bound.high)) {
-      return Status::InvalidArgument(std::string(bound.name) + " = " + std::to_string(bound.value) + " is not in [" +
-                                     std::to_string(bound.low) + ", " + std::to_string(bound.high) + "]");
+      return Status::InvalidArgument(std::string(bound.name) + " = " + std::to_string(bound.value) +
+                                     " is not in [" + std::to_string(bound.low) + ", " +
+                                     std::to_string(bound.high) + "]");
     }
   }
   return Status::Ok();
@@ -236,7 +250,8 @@ std::vector<MarkerTruth> TrueMarkers(const Floor& floor, const FloorCamera& came
   return truths;
 }
 
-Result<cv::Mat> RenderFloorPhoto(const Floor& floor, const FloorCamera& camera, const FloorPhotoOptions& options) {
+Result<cv::Mat> RenderFloorPhoto(const Floor& floor, const FloorCamera& camera,
+                                 const FloorPhotoOptions& options) {
   VEDUTA_RETURN_IF_ERROR(options.Check());
   VEDUTA_ASSIGN_OR_RETURN(const RayGrid rays, RayGrid::Build(camera.model));
   cv::Mat1f light = Exposure(floor, camera, rays).Take();

@@ -34,20 +34,22 @@ struct FloorPhotoOptions {
 // Where a marker is in a photo, whether it can be found or not.
 struct MarkerTruth {
   MarkerId id = 0;
-  Eigen::Vector2d px = Eigen::Vector2d::Zero();                 // of the feature point, in the photo as taken
-  Eigen::Vector2d outline_center_px = Eigen::Vector2d::Zero();  // mean of the outline: what an ellipse fit finds
-  double diameter_px = 0;                                       // across, at the widest
-  double tilt_deg = 0;                                          // between the floor's normal and the line of sight
-  double cover = 0;                                             // part of its ring that something lies on, [0, 1]
-  bool is_whole = false;                                        // all of its quiet zone is in the photo
+  Eigen::Vector2d px = Eigen::Vector2d::Zero();  // of the feature point, in the photo as taken
+  Eigen::Vector2d outline_center_px =
+      Eigen::Vector2d::Zero();  // mean of the outline: what an ellipse fit finds
+  double diameter_px = 0;       // across, at the widest
+  double tilt_deg = 0;          // between the floor's normal and the line of sight
+  double cover = 0;             // part of its ring that something lies on, [0, 1]
+  bool is_whole = false;        // all of its quiet zone is in the photo
 };
 
 // Markers whose feature point is in the photo, ascending ids. Thread-safe.
 std::vector<MarkerTruth> TrueMarkers(const Floor& floor, const FloorCamera& camera);
 
-// The photo, CV_8UC1: a ray a pixel, 25 where neighbours differ, then blur, light, tone curve (gamma 2.2), noise.
-// Deterministic; one thread; thread-safe. About 1 s a core for 3 megapixels. kInvalidArgument on bad options or a
-// camera that CheckCamera refuses.
-Result<cv::Mat> RenderFloorPhoto(const Floor& floor, const FloorCamera& camera, const FloorPhotoOptions& options);
+// The photo, CV_8UC1: a ray a pixel, 25 where neighbours differ, then blur, light, tone curve
+// (gamma 2.2), noise. Deterministic; one thread; thread-safe. About 1 s a core for 3 megapixels.
+// kInvalidArgument on bad options or a camera that CheckCamera refuses.
+Result<cv::Mat> RenderFloorPhoto(const Floor& floor, const FloorCamera& camera,
+                                 const FloorPhotoOptions& options);
 
 }  // namespace veduta::floor

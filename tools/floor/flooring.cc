@@ -40,7 +40,8 @@ double Wood(double x, double y, uint64_t seed) {
 double Tile(double x, double y, uint64_t seed) {
   const double u = Fraction(x / 0.25) * 0.25, v = Fraction(y / 0.25) * 0.25;
   if (u < 0.004 || v < 0.004) return 0.7;
-  return 0.12 + 0.25 * CellNumber(Cell(x / 0.25), Cell(y / 0.25), seed) + 0.03 * std::sin(90 * x) * std::sin(70 * y);
+  return 0.12 + 0.25 * CellNumber(Cell(x / 0.25), Cell(y / 0.25), seed) +
+         0.03 * std::sin(90 * x) * std::sin(70 * y);
 }
 
 // Round pebbles up to 6 cm across, at most one a cell of 7 cm, dark or bright, some of them rings.

@@ -22,7 +22,8 @@ BlockFiles::~BlockFiles() {
 
 void BlockFiles::Write(const std::string& name, const std::vector<uint8_t>& bytes) {
   std::ofstream file(folder_ + "/" + name, std::ios::binary);
-  file.write(reinterpret_cast<const char*>(bytes.data()), static_cast<std::streamsize>(bytes.size()));
+  file.write(reinterpret_cast<const char*>(bytes.data()),
+             static_cast<std::streamsize>(bytes.size()));
   file.close();
   VEDUTA_CHECK(file.good(), folder_ + "/" + name);
 }

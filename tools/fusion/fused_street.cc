@@ -23,7 +23,8 @@ void WriteSolutions(const std::string& kind, const TileSolution& solution, Block
 }  // namespace
 
 void FusedStreet::Name(const RangeImage& image) {
-  for (const NamedBlock& block : image.BlocksNearSurface(grid_)) named_[block.block] += block.pixel_count;
+  for (const NamedBlock& block : image.BlocksNearSurface(grid_))
+    named_[block.block] += block.pixel_count;
 }
 
 std::vector<BlockIndex> FusedStreet::blocks() const {
@@ -45,7 +46,8 @@ std::unique_ptr<HistogramBlock> FusedStreet::ReadHistogram(const BlockIndex& blo
   return bytes.empty() ? std::make_unique<HistogramBlock>() : ParseHistogramBlock(bytes).value();
 }
 
-std::unique_ptr<SolutionBlock> FusedStreet::ReadSolution(const std::string& kind, const BlockIndex& block) const {
+std::unique_ptr<SolutionBlock> FusedStreet::ReadSolution(const std::string& kind,
+                                                         const BlockIndex& block) const {
   const std::vector<uint8_t> bytes = files_.Read(NameOf(kind.c_str(), block));
   return bytes.empty() ? nullptr : ParseSolutionBlock(bytes).value();
 }
@@ -81,20 +83,22 @@ FusedStreet::Loaded FusedStreet::Load(const TileIndex& tile, const std::string& 
     loaded.previous.push_back(previous.empty() ? nullptr : ReadSolution(previous, block));
     const bool has_border = !border.empty() && !IsInTile(block, tile);
     loaded.border.push_back(has_border ? ReadSolution(border, block) : nullptr);
-    loaded.blocks.push_back(
-        {block, loaded.histograms.back().get(), loaded.previous.back().get(), loaded.border.back().get()});
+    loaded.blocks.push_back({block, loaded.histograms.back().get(), loaded.previous.back().get(),
+                             loaded.border.back().get()});
   }
   return loaded;
 }
 
-SolveReport FusedStreet::SolveTiles(const std::set<TileIndex>& tiles, const char* kind, const std::string& previous,
-                                    const SolverOptions& options, Device* device, const std::string& border) {
+SolveReport FusedStreet::SolveTiles(const std::set<TileIndex>& tiles, const char* kind,
+                                    const std::string& previous, const SolverOptions& options,
+                                    Device* device, const std::string& border) {
   SolveReport report;
   for (const TileIndex& tile : tiles) {
     const Loaded loaded = Load(tile, previous, border);
     const auto start = std::chrono::steady_clock::now();
     const TileSolution solution = SolveTile(tile, loaded.blocks, options, device, pool_).value();
-    report.seconds += std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+    report.seconds +=
+        std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
     ++report.tiles;
     report.blocks_solved += loaded.blocks.size();
     report.iterations += solution.iterations;
@@ -125,8 +129,9 @@ SolveReport FusedStreet::SolveWhole(const char* kind, uint32_t iterations, doubl
   }
   const auto start = std::chrono::steady_clock::now();
   const auto minimisation =
-      TotalVariation::Start(MakeTileProblem({}, all.blocks, static_cast<float>(lambda / kVoteWeightMax), pool_), u, {},
-                            nullptr, pool_)
+      TotalVariation::Start(
+          MakeTileProblem({}, all.blocks, static_cast<float>(lambda / kVoteWeightMax), pool_), u,
+          {}, nullptr, pool_)
           .value();
   VEDUTA_CHECK(minimisation->Iterate(iterations).ok(), "whole");
   const TvEnergy energy = minimisation->Energy().value();
@@ -152,13 +157,15 @@ void FusedStreet::Scatter(const char* kind, uint64_t seed) {
   for (const BlockIndex& block : blocks()) {
     SolutionBlock solution;
     for (int16_t& value : solution.value) {
-      value = seed == 0 ? int16_t{0} : static_cast<int16_t>(std::lround((2 * random.Unit() - 1) * kSolutionOne));
+      value = seed == 0 ? int16_t{0}
+                        : static_cast<int16_t>(std::lround((2 * random.Unit() - 1) * kSolutionOne));
     }
     files_.Write(NameOf(kind, block), Serialize(solution));
   }
 }
 
-std::vector<EnergyReport> FusedStreet::EnergiesOf(const TileIndex& tile, const SolverOptions& options, Device* device) {
+std::vector<EnergyReport> FusedStreet::EnergiesOf(const TileIndex& tile,
+                                                  const SolverOptions& options, Device* device) {
   return SolveTile(tile, Load(tile, "").blocks, options, device, pool_).value().energies;
 }
 

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
-// The volumetric pass over a set of depth maps, all that is large on disk: what `veduta densify` does with its
-// database.
+// The volumetric pass over a set of depth maps, all that is large on disk: what `veduta densify`
+// does with its database.
 
 #include <map>
 #include <set>
@@ -32,21 +32,23 @@ class FusedStreet final {
   // Returns the blocks that changed.
   std::vector<BlockIndex> Add(const RangeImage& image, int sign = 1);
 
-  // Solves every tile; solutions go under `kind`. `previous`: the kind to start from; empty: from the means.
-  // `border`: the kind that neighbours' borders are taken from; empty: a first round.
-  SolveReport Solve(const char* kind, const std::string& previous, const SolverOptions& options, Device* device,
-                    const std::string& border = "") {
+  // Solves every tile; solutions go under `kind`. `previous`: the kind to start from; empty: from
+  // the means. `border`: the kind that neighbours' borders are taken from; empty: a first round.
+  SolveReport Solve(const char* kind, const std::string& previous, const SolverOptions& options,
+                    Device* device, const std::string& border = "") {
     return SolveTiles(tiles(), kind, previous, options, device, border);
   }
-  SolveReport SolveTiles(const std::set<TileIndex>& tiles, const char* kind, const std::string& previous,
-                         const SolverOptions& options, Device* device, const std::string& border = "");
+  SolveReport SolveTiles(const std::set<TileIndex>& tiles, const char* kind,
+                         const std::string& previous, const SolverOptions& options, Device* device,
+                         const std::string& border = "");
   void Average(const char* kind);
   // All tiles as one problem, which no border cuts: what tiles are compared with. In memory.
   SolveReport SolveWhole(const char* kind, uint32_t iterations, double lambda);
   // A start for Solve: every voxel -1 to 1 at random (seed > 0), or 0.
   void Scatter(const char* kind, uint64_t seed);
   // The energies of solving one tile.
-  std::vector<EnergyReport> EnergiesOf(const TileIndex& tile, const SolverOptions& options, Device* device);
+  std::vector<EnergyReport> EnergiesOf(const TileIndex& tile, const SolverOptions& options,
+                                       Device* device);
 
   // Extracts every tile; the pieces go under `kind`, and their triangles are counted.
   size_t Extract(const char* kind, const ExtractionOptions& options);
@@ -57,14 +59,16 @@ class FusedStreet final {
   const VolumeGrid& grid() const { return grid_; }
   uint64_t histogram_bytes() const { return histogram_bytes_; }
   std::unique_ptr<HistogramBlock> ReadHistogram(const BlockIndex& block) const;
-  std::unique_ptr<SolutionBlock> ReadSolution(const std::string& kind, const BlockIndex& block) const;
+  std::unique_ptr<SolutionBlock> ReadSolution(const std::string& kind,
+                                              const BlockIndex& block) const;
   // The tile's blocks in reach, as SolveTile takes them.
   struct Loaded {
     std::vector<std::unique_ptr<HistogramBlock>> histograms;
     std::vector<std::unique_ptr<SolutionBlock>> previous, border;
     std::vector<TileBlock> blocks;
   };
-  Loaded Load(const TileIndex& tile, const std::string& previous, const std::string& border = "") const;
+  Loaded Load(const TileIndex& tile, const std::string& previous,
+              const std::string& border = "") const;
 
  private:
   VolumeGrid grid_;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// veduta-fusion-benchmark: fuses depth maps of a rendered street and prints how far the surface is from the true one.
-// Exit codes: 0 done; 1 it could not be done; 2 bad usage.
+// veduta-fusion-benchmark: fuses depth maps of a rendered street and prints how far the surface is
+// from the true one. Exit codes: 0 done; 1 it could not be done; 2 bad usage.
 
 #include <sys/resource.h>
 
@@ -27,7 +27,8 @@ struct Arguments {
   uint32_t pixels_min = 8, threads = 2;
   double distance_max_m = 20;
   std::string device = "cpp", ply;
-  bool truth = false, stereo = false, memory = false, energies = false, borders = false, starts = false, update = false;
+  bool truth = false, stereo = false, memory = false, energies = false, borders = false,
+       starts = false, update = false;
 };
 
 double Seconds() {
@@ -50,7 +51,8 @@ double Quantile(std::vector<double> values, double share) {
 void WritePly(const SurfacePiece& piece, const std::string& path) {
   std::ofstream file(path, std::ios::binary);
   file << "ply\nformat binary_little_endian 1.0\nelement vertex " << piece.positions.size()
-       << "\nproperty float x\nproperty float y\nproperty float z\nproperty float nx\nproperty float ny\n"
+       << "\nproperty float x\nproperty float y\nproperty float z\nproperty float nx\nproperty "
+          "float ny\n"
        << "property float nz\nelement face " << piece.triangles.size()
        << "\nproperty list uchar int vertex_indices\nend_header\n";
   for (size_t i = 0; i < piece.positions.size(); ++i) {
@@ -64,8 +66,9 @@ void WritePly(const SurfacePiece& piece, const std::string& path) {
 }
 
 // The part of the truth that two maps saw.
-std::vector<TrueSurface::Sample> VisibleSamples(const std::vector<RenderedMap>& maps, const TrueSurface& truth,
-                                                double spacing, double distance_max) {
+std::vector<TrueSurface::Sample> VisibleSamples(const std::vector<RenderedMap>& maps,
+                                                const TrueSurface& truth, double spacing,
+                                                double distance_max) {
   Eigen::Vector3d low = Eigen::Vector3d::Constant(1e9), high = -low;
   for (const RenderedMap& map : maps) {
     const Eigen::Vector3d center = map.geometry.cam_from_world.Center();
@@ -93,25 +96,33 @@ void PrintQuality(const char* name, const SurfacePiece& surface, const TrueSurfa
   }
   const PointGrid grid(surface.positions, 2 * voxel);
   size_t covered = 0;
-  for (const TrueSurface::Sample& sample : visible) covered += grid.HasNear(sample.point, 2 * voxel) ? 1 : 0;
-  const double accuracy = Quantile(distances, 0.9), count = static_cast<double>(std::max<size_t>(1, distances.size()));
+  for (const TrueSurface::Sample& sample : visible)
+    covered += grid.HasNear(sample.point, 2 * voxel) ? 1 : 0;
+  const double accuracy = Quantile(distances, 0.9),
+               count = static_cast<double>(std::max<size_t>(1, distances.size()));
   std::printf(
-      "%-10s %8zu triangles; accuracy at 90 %%: %.3f voxels (%.4f m); median %.3f voxels; mean cut at 2: %.3f; over 2 "
+      "%-10s %8zu triangles; accuracy at 90 %%: %.3f voxels (%.4f m); median %.3f voxels; mean cut "
+      "at 2: %.3f; over 2 "
       "voxels: %.2f %%; completeness %.2f %% of %zu samples\n",
-      name, surface.triangles.size(), accuracy / voxel, accuracy, Quantile(distances, 0.5) / voxel, sum / count / voxel,
-      100.0 * static_cast<double>(far) / count,
-      100.0 * static_cast<double>(covered) / static_cast<double>(std::max<size_t>(1, visible.size())), visible.size());
+      name, surface.triangles.size(), accuracy / voxel, accuracy, Quantile(distances, 0.5) / voxel,
+      sum / count / voxel, 100.0 * static_cast<double>(far) / count,
+      100.0 * static_cast<double>(covered) /
+          static_cast<double>(std::max<size_t>(1, visible.size())),
+      visible.size());
 }
 
 void PrintSolve(const char* name, const SolveReport& report) {
   std::printf(
-      "%-10s %zu tiles, %.1f blocks each with halo; %.0f iterations each; %.3f s each; %.1f M voxels/s; energy %.0f -> "
+      "%-10s %zu tiles, %.1f blocks each with halo; %.0f iterations each; %.3f s each; %.1f M "
+      "voxels/s; energy %.0f -> "
       "%.0f, at least %.0f (gap %.2f %%)\n",
-      name, report.tiles, static_cast<double>(report.blocks_solved) / static_cast<double>(report.tiles),
+      name, report.tiles,
+      static_cast<double>(report.blocks_solved) / static_cast<double>(report.tiles),
       static_cast<double>(report.iterations) / static_cast<double>(report.tiles),
       report.seconds / static_cast<double>(report.tiles),
-      static_cast<double>(report.voxel_iterations) / report.seconds * 1e-6, report.energy_start, report.energy_end,
-      report.lower_bound, 100 * (report.energy_end - report.lower_bound) / report.energy_end);
+      static_cast<double>(report.voxel_iterations) / report.seconds * 1e-6, report.energy_start,
+      report.energy_end, report.lower_bound,
+      100 * (report.energy_end - report.lower_bound) / report.energy_end);
 }
 
 bool IsAtBorder(const VertexKey& key) {
@@ -123,8 +134,8 @@ bool IsAtBorder(const VertexKey& key) {
 }
 
 // Where two solutions put the surface, edge by edge that both cross; in voxels.
-std::vector<double> Differences(const SurfacePiece& a, const SurfacePiece& b, double voxel, bool borders,
-                                size_t* unmatched) {
+std::vector<double> Differences(const SurfacePiece& a, const SurfacePiece& b, double voxel,
+                                bool borders, size_t* unmatched) {
   std::vector<double> differences;
   size_t i = 0, j = 0;
   *unmatched = 0;
@@ -144,15 +155,18 @@ std::vector<double> Differences(const SurfacePiece& a, const SurfacePiece& b, do
   return differences;
 }
 
-void PrintDifferences(const char* name, const SurfacePiece& a, const SurfacePiece& b, double voxel, bool borders) {
+void PrintDifferences(const char* name, const SurfacePiece& a, const SurfacePiece& b, double voxel,
+                      bool borders) {
   size_t unmatched = 0;
   const std::vector<double> d = Differences(a, b, voxel, borders, &unmatched);
   size_t over = 0;
   for (const double x : d) over += x > 0.02 ? 1 : 0;
   std::printf(
-      "%-24s %zu vertices on the same edge, %zu on one side only; apart by (voxels): median %.5f, 99 %% %.4f, 99.9 %% "
+      "%-24s %zu vertices on the same edge, %zu on one side only; apart by (voxels): median %.5f, "
+      "99 %% %.4f, 99.9 %% "
       "%.4f, most %.3f; over 0.02: %.3f %%\n",
-      name, d.size(), unmatched, Quantile(d, .5), Quantile(d, .99), Quantile(d, .999), Quantile(d, 1),
+      name, d.size(), unmatched, Quantile(d, .5), Quantile(d, .99), Quantile(d, .999),
+      Quantile(d, 1),
       100.0 * static_cast<double>(over) / static_cast<double>(std::max<size_t>(1, d.size())));
 }
 
@@ -188,10 +202,11 @@ void CompareStarts(const Arguments& a, FusedStreet* fused) {
   const SurfacePiece tv = fused->Weld("tv");
   for (const uint64_t seed : {0, 1}) {
     fused->Scatter("start", seed);
-    PrintSolve(seed == 0 ? "from zero" : "random", fused->Solve("scattered", "start", longer, nullptr));
+    PrintSolve(seed == 0 ? "from zero" : "random",
+               fused->Solve("scattered", "start", longer, nullptr));
     fused->Extract("scattered", a.extraction);
-    PrintDifferences(seed == 0 ? "zero beside means" : "random beside means", fused->Weld("scattered"), tv,
-                     a.grid.voxel_size, false);
+    PrintDifferences(seed == 0 ? "zero beside means" : "random beside means",
+                     fused->Weld("scattered"), tv, a.grid.voxel_size, false);
   }
 }
 
@@ -206,12 +221,13 @@ void CompareUpdate(const Arguments& a, const RangeImage& last, FusedStreet* fuse
       if (fused->tiles().count(tile)) dirty.insert(tile);
     }
   }
-  std::printf("the last map touches %zu of %zu blocks, %zu of %zu tiles\n", changed.size(), fused->blocks().size(),
-              dirty.size(), fused->tiles().size());
+  std::printf("the last map touches %zu of %zu blocks, %zu of %zu tiles\n", changed.size(),
+              fused->blocks().size(), dirty.size(), fused->tiles().size());
   PrintSolve("warm", fused->SolveTiles(dirty, "before", "before", a.solver, nullptr));
   PrintSolve("cold", fused->SolveTiles(dirty, "anew", "", a.solver, nullptr));
   fused->Extract("before", a.extraction);
-  PrintDifferences("warm beside cold", fused->Weld("before"), fused->Weld("tv"), a.grid.voxel_size, false);
+  PrintDifferences("warm beside cold", fused->Weld("before"), fused->Weld("tv"), a.grid.voxel_size,
+                   false);
 }
 
 void PrintEnergies(const Arguments& a, FusedStreet* fused) {
@@ -229,8 +245,9 @@ void PrintEnergies(const Arguments& a, FusedStreet* fused) {
   const double end = energies.back().energy;
   for (size_t i = 0; i < energies.size(); ++i) {
     if (energies[i].iteration > a.solver.iterations_max && i % 10 != 0) continue;
-    std::printf("iteration %5u: energy %.1f (%+.3f %% of the end), at least %.1f\n", energies[i].iteration,
-                energies[i].energy, 100 * (energies[i].energy / end - 1), energies[i].lower_bound);
+    std::printf("iteration %5u: energy %.1f (%+.3f %% of the end), at least %.1f\n",
+                energies[i].iteration, energies[i].energy, 100 * (energies[i].energy / end - 1),
+                energies[i].lower_bound);
   }
 }
 
@@ -259,8 +276,8 @@ Status Run(const Arguments& a) {
     fused.Name(image_of(map));
     if (!a.memory) maps.push_back(std::move(map));
   }
-  std::printf("%zu maps named %zu blocks in %zu tiles: %.2f s\n", street.count(), fused.blocks().size(),
-              fused.tiles().size(), Seconds() - seconds);
+  std::printf("%zu maps named %zu blocks in %zu tiles: %.2f s\n", street.count(),
+              fused.blocks().size(), fused.tiles().size(), Seconds() - seconds);
   seconds = Seconds();
   for (size_t i = 0; i < street.count(); ++i) {
     if (maps.empty()) {
@@ -274,8 +291,8 @@ Status Run(const Arguments& a) {
   PrintSolve("TV-L1", fused.Solve("tv", "", a.solver, device.get()));
   seconds = Seconds();
   const size_t triangles = fused.Extract("tv", a.extraction);
-  std::printf("extracted: %zu triangles, %.3f s\npeak memory %.1f MB\n", triangles, Seconds() - seconds,
-              PeakMegabytes());
+  std::printf("extracted: %zu triangles, %.3f s\npeak memory %.1f MB\n", triangles,
+              Seconds() - seconds, PeakMegabytes());
   if (a.memory) return Status::Ok();
   if (a.energies) PrintEnergies(a, &fused);
   if (a.borders) CompareBorders(a, &fused);
@@ -298,9 +315,12 @@ Status Run(const Arguments& a) {
 void AddCommandLine(CLI::App& app, Arguments& a) {
   app.add_option("--photos", a.maps.photos, "key views (16)")->check(CLI::Range(2, 10000));
   app.add_option("--length", a.maps.length_m, "metres of street (what suits the photos)");
-  app.add_option("--noise", a.maps.disparity_noise_px, "of disparity, px at a baseline of 1 m (0.25)");
-  app.add_option("--outliers", a.maps.outlier_share, "share of wrong pixels (0.05)")->check(CLI::Range(0.0, 0.9));
-  app.add_option("--missing", a.maps.missing_share, "share of pixels without depth (0.1)")->check(CLI::Range(0.0, 0.9));
+  app.add_option("--noise", a.maps.disparity_noise_px,
+                 "of disparity, px at a baseline of 1 m (0.25)");
+  app.add_option("--outliers", a.maps.outlier_share, "share of wrong pixels (0.05)")
+      ->check(CLI::Range(0.0, 0.9));
+  app.add_option("--missing", a.maps.missing_share, "share of pixels without depth (0.1)")
+      ->check(CLI::Range(0.0, 0.9));
   app.add_option("--depth-max", a.maps.depth_max_m, "metres; farther depths are not known (25)");
   app.add_option("--seed", a.maps.seed, "of the street and of the noise (1)");
   app.add_flag("--truth", a.truth, "fuse the true depth");
@@ -311,18 +331,24 @@ void AddCommandLine(CLI::App& app, Arguments& a) {
   app.add_option("--lambda", a.solver.lambda, "weight of the data (1)");
   app.add_option("--iterations", a.solver.iterations_max, "at most (400)");
   app.add_option("--check-every", a.solver.check_every, "iterations (20)");
-  app.add_option("--gap", a.solver.gap_max, "stops when the energy is this near to the minimum (1e-3)");
-  app.add_option("--near-maps", a.extraction.near_maps_min, "maps on either side of the surface (2)");
+  app.add_option("--gap", a.solver.gap_max,
+                 "stops when the energy is this near to the minimum (1e-3)");
+  app.add_option("--near-maps", a.extraction.near_maps_min,
+                 "maps on either side of the surface (2)");
   app.add_option("--piece", a.extraction.piece_extent_cells_min, "smaller pieces go, cells (15)");
-  app.add_option("--distance", a.distance_max_m, "of true surface that counts, metres from the camera (20)");
+  app.add_option("--distance", a.distance_max_m,
+                 "of true surface that counts, metres from the camera (20)");
   app.add_option("--device", a.device, "cpp, or as veduta devices has them (cpp)");
   app.add_option("--threads", a.threads, "(2)")->check(CLI::Range(1, 256));
   app.add_option("--ply", a.ply, "writes NAME_tv.ply and NAME_average.ply");
   app.add_flag("--energies", a.energies, "prints how the energy of the fullest tile falls");
   app.add_flag("--borders", a.borders, "compares tiles with all of them as one problem");
-  app.add_flag("--starts", a.starts, "compares the means of the histograms as a start with zeros and with noise");
-  app.add_flag("--update", a.update, "withdraws the last map, solves, adds it again: what that costs");
-  app.add_flag("--memory", a.memory, "one map at a time and no comparison with the truth: for the peak of memory");
+  app.add_flag("--starts", a.starts,
+               "compares the means of the histograms as a start with zeros and with noise");
+  app.add_flag("--update", a.update,
+               "withdraws the last map, solves, adds it again: what that costs");
+  app.add_flag("--memory", a.memory,
+               "one map at a time and no comparison with the truth: for the peak of memory");
 }
 
 }  // namespace

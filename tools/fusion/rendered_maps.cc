@@ -45,9 +45,12 @@ void ForBlobs(const DepthMap& map, double share, SeededRandom* random, const Bod
   const double disc = 3.14159 * kBlobRadiusPx * kBlobRadiusPx;
   const auto count = static_cast<int>(-std::log(1 - share) * width * height / disc);
   for (int i = 0; i < count; ++i) {
-    const auto cx = static_cast<int>(random->Below(width)), cy = static_cast<int>(random->Below(height));
-    for (int y = std::max(0, cy - kBlobRadiusPx); y <= std::min(height - 1, cy + kBlobRadiusPx); ++y) {
-      for (int x = std::max(0, cx - kBlobRadiusPx); x <= std::min(width - 1, cx + kBlobRadiusPx); ++x) {
+    const auto cx = static_cast<int>(random->Below(width)),
+               cy = static_cast<int>(random->Below(height));
+    for (int y = std::max(0, cy - kBlobRadiusPx); y <= std::min(height - 1, cy + kBlobRadiusPx);
+         ++y) {
+      for (int x = std::max(0, cx - kBlobRadiusPx); x <= std::min(width - 1, cx + kBlobRadiusPx);
+           ++x) {
         if ((x - cx) * (x - cx) + (y - cy) * (y - cy) <= kBlobRadiusPx * kBlobRadiusPx) {
           body(static_cast<size_t>(y) * map.width_px + x, i);
         }
@@ -56,7 +59,8 @@ void ForBlobs(const DepthMap& map, double share, SeededRandom* random, const Bod
   }
 }
 
-DepthMap MakeWorse(const DepthMap& truth, double focal_px, const MapOptions& options, uint64_t seed) {
+DepthMap MakeWorse(const DepthMap& truth, double focal_px, const MapOptions& options,
+                   uint64_t seed) {
   SeededRandom random(seed);
   DepthMap map = truth;
   const std::vector<float> noise = CorrelatedNoise(map.width_px, map.height_px, &random);
@@ -81,7 +85,8 @@ DepthMap MakeWorse(const DepthMap& truth, double focal_px, const MapOptions& opt
 constexpr size_t kSensorCount = 2, kNeighborCount = 6;  // as fusion/densify.h has them
 
 // The nearest views that look the same way, from at least a third of a metre away.
-std::vector<size_t> NearestViews(const std::vector<RenderedMap>& maps, size_t key, size_t count_max) {
+std::vector<size_t> NearestViews(const std::vector<RenderedMap>& maps, size_t key,
+                                 size_t count_max) {
   std::vector<std::pair<double, size_t>> near;
   const Rigid3& pose = maps[key].geometry.cam_from_world;
   for (size_t i = 0; i < maps.size(); ++i) {
@@ -126,15 +131,20 @@ Result<std::vector<RenderedMap>> RenderedStreet::Match(Device* device, ThreadPoo
   for (size_t i = 0; i < maps.size(); ++i) {
     std::vector<View> sensors;
     for (const size_t s : NearestViews(maps, i, kSensorCount)) sensors.push_back(ViewOf(maps[s]));
-    if (sensors.empty()) return Status::InvalidArgument("a view has no neighbour; take more photos");
-    VEDUTA_ASSIGN_OR_RETURN(raw[i], EstimateDepth(ViewOf(maps[i]), sensors, RangeOf(maps[i].truth), {}, device, pool));
+    if (sensors.empty())
+      return Status::InvalidArgument("a view has no neighbour; take more photos");
+    VEDUTA_ASSIGN_OR_RETURN(
+        raw[i], EstimateDepth(ViewOf(maps[i]), sensors, RangeOf(maps[i].truth), {}, device, pool));
   }
   for (size_t i = 0; i < maps.size(); ++i) {
     std::vector<NeighborDepth> neighbors;
-    for (const size_t s : NearestViews(maps, i, kNeighborCount)) neighbors.push_back({maps[s].geometry, &raw[s]});
-    VEDUTA_ASSIGN_OR_RETURN(maps[i].noisy, CheckConsistency(raw[i], maps[i].geometry, neighbors, {}, pool));
+    for (const size_t s : NearestViews(maps, i, kNeighborCount))
+      neighbors.push_back({maps[s].geometry, &raw[s]});
+    VEDUTA_ASSIGN_OR_RETURN(maps[i].noisy,
+                            CheckConsistency(raw[i], maps[i].geometry, neighbors, {}, pool));
     for (size_t p = 0; p < raw[i].depth.size(); ++p) {
-      if (maps[i].noisy.depth[p] > options_.depth_max_m) maps[i].noisy.depth[p] = 0, maps[i].noisy.confidence[p] = 0;
+      if (maps[i].noisy.depth[p] > options_.depth_max_m)
+        maps[i].noisy.depth[p] = 0, maps[i].noisy.confidence[p] = 0;
     }
   }
   return maps;
@@ -151,7 +161,8 @@ Result<RenderedStreet> RenderedStreet::Make(const MapOptions& options) {
   rig.model.fx = rig.model.fy = 0.88 * options.width_px;
   rig.model.cx = rig.model.u0 = (options.width_px - 1.0) / 2;
   rig.model.cy = rig.model.v0 = (options.height_px - 1.0) / 2;
-  street::SceneOptions scene = street::SceneForTrajectory(rig.trajectory, options.photos, options.length_m);
+  street::SceneOptions scene =
+      street::SceneForTrajectory(rig.trajectory, options.photos, options.length_m);
   scene.seed = options.seed;
   VEDUTA_ASSIGN_OR_RETURN(street.scene_, street::BuildScene(scene));
   VEDUTA_ASSIGN_OR_RETURN(street.cameras_, street::MakeCameras(scene, rig));
@@ -164,15 +175,19 @@ Result<RenderedMap> RenderedStreet::Render(size_t i) const {
   render.depth = true;
   VEDUTA_ASSIGN_OR_RETURN(street::StreetPhoto photo, street::RenderPhoto(*scene_, camera, render));
   RenderedMap map;
-  map.geometry = {options_.width_px, options_.height_px, Pinhole(camera.model), camera.cam_from_world};
+  map.geometry = {options_.width_px, options_.height_px, Pinhole(camera.model),
+                  camera.cam_from_world};
   map.truth = {photo.width_px, photo.height_px, std::move(photo.depth), {}};
   for (float& depth : map.truth.depth) depth = depth > options_.depth_max_m ? 0.f : depth;
   for (size_t p = 0; p < photo.rgb.size(); p += 3) {
-    map.gray.push_back(static_cast<uint8_t>((photo.rgb[p] + 2 * photo.rgb[p + 1] + photo.rgb[p + 2]) / 4));
+    map.gray.push_back(
+        static_cast<uint8_t>((photo.rgb[p] + 2 * photo.rgb[p + 1] + photo.rgb[p + 2]) / 4));
   }
   map.truth.confidence.resize(map.truth.depth.size());
-  for (size_t p = 0; p < map.truth.depth.size(); ++p) map.truth.confidence[p] = map.truth.depth[p] > 0 ? 255 : 0;
-  map.noisy = MakeWorse(map.truth, map.geometry.camera.focal_px(), options_, MixSeed(options_.seed, i));
+  for (size_t p = 0; p < map.truth.depth.size(); ++p)
+    map.truth.confidence[p] = map.truth.depth[p] > 0 ? 255 : 0;
+  map.noisy =
+      MakeWorse(map.truth, map.geometry.camera.focal_px(), options_, MixSeed(options_.seed, i));
   return map;
 }
 

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
-// Depth maps of a rendered street as a stereo matcher would have made them: the true depth, made worse.
+// Depth maps of a rendered street as a stereo matcher would have made them: the true depth, made
+// worse.
 
 #include <cstdint>
 #include <memory>
@@ -20,10 +21,12 @@ struct MapOptions {
   uint32_t photos = 16;  // >= 2
   double length_m = 0;   // of the street; 0: what suits the number of photos
   uint32_t width_px = 512, height_px = 384;
-  double disparity_noise_px = 0.25;  // sigma, correlated over some 3 px as windows make it, of a baseline of 1 m
-  double outlier_share = 0.05;       // of the pixels, in blobs: a wrong depth between half and twice the true one
-  double missing_share = 0.10;       // likewise: none
-  double depth_max_m = 25;           // what is farther is not known
+  double disparity_noise_px =
+      0.25;  // sigma, correlated over some 3 px as windows make it, of a baseline of 1 m
+  double outlier_share =
+      0.05;  // of the pixels, in blobs: a wrong depth between half and twice the true one
+  double missing_share = 0.10;  // likewise: none
+  double depth_max_m = 25;      // what is farther is not known
   uint64_t seed = 1;
 };
 
@@ -41,7 +44,8 @@ class RenderedStreet final {
 
   size_t count() const { return cameras_.size(); }
   Result<RenderedMap> Render(size_t i) const;
-  // All maps, `noisy` by stereo of the rendered photos: two neighbours each, checked against each other.
+  // All maps, `noisy` by stereo of the rendered photos: two neighbours each, checked against each
+  // other.
   Result<std::vector<RenderedMap>> Match(Device* device, ThreadPool& pool) const;
   const street::Scene& scene() const { return *scene_; }
 

@@ -21,7 +21,8 @@ class TrueSurface final {
   struct Sample {
     Eigen::Vector3d point, normal;
   };
-  std::vector<Sample> SamplesWithin(double spacing, const Eigen::Vector3d& low, const Eigen::Vector3d& high) const;
+  std::vector<Sample> SamplesWithin(double spacing, const Eigen::Vector3d& low,
+                                    const Eigen::Vector3d& high) const;
 
  private:
   struct Quad {
@@ -33,8 +34,8 @@ class TrueSurface final {
   std::map<Cell, std::vector<uint32_t>> cells_;
 };
 
-// Whether a map saw the point: it lies within the picture, in front, turned towards the camera, nearer than
-// `distance_max`, and the true depth there agrees within 0.5 %.
+// Whether a map saw the point: it lies within the picture, in front, turned towards the camera,
+// nearer than `distance_max`, and the true depth there agrees within 0.5 %.
 bool Sees(const RenderedMap& map, const TrueSurface::Sample& sample, double distance_max);
 
 // The nearest of many points.

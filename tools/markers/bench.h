@@ -27,18 +27,23 @@ struct PhotoOutcome {
   int wrong_count = 0;                 // ids that are not there, or over 3 px from their place
 };
 
-PhotoOutcome Compare(const std::vector<MarkerTruth>& truths, const std::vector<MarkerDetection>& found);
+PhotoOutcome Compare(const std::vector<MarkerTruth>& truths,
+                     const std::vector<MarkerDetection>& found);
 
 double Percentile(std::vector<double> values, double part);  // NaN of none
 
-// One line: rate over markers that are whole and uncovered, errors, sigma, wrong ids; ms of a core a photo if timed.
-void PrintOutcome(const std::string& label, const std::vector<PhotoOutcome>& outcomes, std::optional<double> seconds);
+// One line: rate over markers that are whole and uncovered, errors, sigma, wrong ids; ms of a core
+// a photo if timed.
+void PrintOutcome(const std::string& label, const std::vector<PhotoOutcome>& outcomes,
+                  std::optional<double> seconds);
 
 // Each returns the exit code.
-int RunSession(const std::string& folder);               // of veduta-floor
-int RunSweep(uint32_t photos, const std::string& only);  // size, tilt, blur, cover ...; those that begin so
-int RunFalse(const std::vector<std::string>& paths);     // photos without markers
-int RunDraw(const std::string& photo, const std::string& out, bool is_inverted);  // a PNG with what was found
-int RunMutations(const std::vector<std::string>& paths, uint32_t count);          // damaged files
+int RunSession(const std::string& folder);  // of veduta-floor
+int RunSweep(uint32_t photos,
+             const std::string& only);  // size, tilt, blur, cover ...; those that begin so
+int RunFalse(const std::vector<std::string>& paths);  // photos without markers
+int RunDraw(const std::string& photo, const std::string& out,
+            bool is_inverted);  // a PNG with what was found
+int RunMutations(const std::vector<std::string>& paths, uint32_t count);  // damaged files
 
 }  // namespace veduta::floor

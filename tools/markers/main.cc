@@ -14,10 +14,12 @@ int main(int argc, char** argv) {
   uint32_t photos = 4, count = 10'000;
   bool is_inverted = false;
   int exit_code = 0;
-  CLI::App* session = app.add_subcommand("session", "Detections against the truth of a folder by veduta-floor");
+  CLI::App* session =
+      app.add_subcommand("session", "Detections against the truth of a folder by veduta-floor");
   session->add_option("FOLDER", path)->required();
   session->callback([&] { exit_code = veduta::floor::RunSession(path); });
-  CLI::App* sweep = app.add_subcommand("sweep", "Rate and error against size, tilt, blur, cover and light");
+  CLI::App* sweep =
+      app.add_subcommand("sweep", "Rate and error against size, tilt, blur, cover and light");
   sweep->add_option("--photos", photos, "a setting (4)");
   sweep->add_option("--only", only, "settings whose names begin so");
   sweep->callback([&] { exit_code = veduta::floor::RunSweep(photos, only); });

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// What the detector does with files that are no calibration photos, and what it sees in those that are.
+// What the detector does with files that are no calibration photos, and what it sees in those that
+// are.
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
@@ -21,7 +22,8 @@ cv::Point2d ToPoint(const Eigen::Vector2d& px) {
 void DrawEllipse(cv::Mat* image, const Ellipse& ellipse, const cv::Scalar& color, int thickness) {
   constexpr int kShift = 4;
   const auto fixed = [&](const Eigen::Vector2d& px) {
-    return cv::Point(static_cast<int>(px.x() * (1 << kShift)), static_cast<int>(px.y() * (1 << kShift)));
+    return cv::Point(static_cast<int>(px.x() * (1 << kShift)),
+                     static_cast<int>(px.y() * (1 << kShift)));
   };
   std::vector<cv::Point> points;
   for (int i = 0; i < 72; ++i) {
@@ -75,14 +77,14 @@ int RunFalse(const std::vector<std::string>& paths) {
       outlines += search->outline_count;
       wrong += search->markers.size() + search->ambiguous.size();
       for (const MarkerDetection& marker : search->markers) {
-        std::printf("%s: id %u at %.1f %.1f, %.0f px across, %d errors, %d erasures\n", path.c_str(), marker.id,
-                    marker.center_px.x(), marker.center_px.y(), 2 * marker.outline.major, marker.error_count,
-                    marker.erasure_count);
+        std::printf("%s: id %u at %.1f %.1f, %.0f px across, %d errors, %d erasures\n",
+                    path.c_str(), marker.id, marker.center_px.x(), marker.center_px.y(),
+                    2 * marker.outline.major, marker.error_count, marker.erasure_count);
       }
     }
   }
-  std::printf("%lu images, %.1f megapixels, %lu outlines looked at: %lu ids\n", photos, megapixels1000 / 1000.0,
-              outlines, wrong);
+  std::printf("%lu images, %.1f megapixels, %lu outlines looked at: %lu ids\n", photos,
+              megapixels1000 / 1000.0, outlines, wrong);
   return 0;
 }
 
@@ -103,12 +105,14 @@ int RunDraw(const std::string& path, const std::string& out, bool is_inverted) {
   }
   for (const MarkerDetection& marker : search->markers) {
     DrawEllipse(&image, marker.outline, {0, 200, 0}, 2 * thickness);
-    cv::drawMarker(image, ToPoint(marker.center_px), {0, 0, 255}, cv::MARKER_CROSS, 14 * thickness, thickness);
-    cv::putText(image, std::to_string(marker.id), ToPoint(marker.center_px + Eigen::Vector2d(4, -4)),
-                cv::FONT_HERSHEY_SIMPLEX, 0.6 * thickness, {0, 0, 255}, thickness, cv::LINE_AA);
+    cv::drawMarker(image, ToPoint(marker.center_px), {0, 0, 255}, cv::MARKER_CROSS, 14 * thickness,
+                   thickness);
+    cv::putText(image, std::to_string(marker.id),
+                ToPoint(marker.center_px + Eigen::Vector2d(4, -4)), cv::FONT_HERSHEY_SIMPLEX,
+                0.6 * thickness, {0, 0, 255}, thickness, cv::LINE_AA);
   }
-  std::printf("%s: %u outlines, %zu markers, %zu ids seen twice\n", path.c_str(), search->outline_count,
-              search->markers.size(), search->ambiguous.size());
+  std::printf("%s: %u outlines, %zu markers, %zu ids seen twice\n", path.c_str(),
+              search->outline_count, search->markers.size(), search->ambiguous.size());
   return cv::imwrite(out, image) ? 0 : 1;
 }
 
@@ -129,7 +133,8 @@ int RunMutations(const std::vector<std::string>& paths, uint32_t count) {
     ++decoded;
     markers += static_cast<uint32_t>(DetectMarkers(photo.gray)->markers.size());
   }
-  std::printf("%u mutated files of %zu: %u decoded, %u markers found in them\n", count, files.size(), decoded, markers);
+  std::printf("%u mutated files of %zu: %u decoded, %u markers found in them\n", count,
+              files.size(), decoded, markers);
   return 0;
 }
 

@@ -36,7 +36,8 @@ CameraModel SweepCamera() {
   return model;
 }
 
-// Rectangles that lie over a part of each marker, from outside up to a chord; dark, grey and bright in turn.
+// Rectangles that lie over a part of each marker, from outside up to a chord; dark, grey and bright
+// in turn.
 std::vector<Cover> CoversOf(const Floor& floor, double part) {
   std::vector<Cover> covers;
   if (part <= 0) return covers;
@@ -44,10 +45,12 @@ std::vector<Cover> CoversOf(const Floor& floor, double part) {
     SeededRandom random(MixSeed(99, marker.id));
     const double angle = 2 * std::numbers::pi * random.Unit();
     // A chord that cuts off the arc `part` of the ring lies at cos(pi part) of the radius.
-    const double near_m = marker.radius_m * std::cos(std::numbers::pi * part), deep_m = 1.3 * marker.radius_m;
+    const double near_m = marker.radius_m * std::cos(std::numbers::pi * part),
+                 deep_m = 1.3 * marker.radius_m;
     const double middle_m = (near_m + deep_m) / 2;
     Cover cover;
-    cover.center_m = marker.center_m.head<2>() + middle_m * Eigen::Vector2d(std::cos(angle), std::sin(angle));
+    cover.center_m =
+        marker.center_m.head<2>() + middle_m * Eigen::Vector2d(std::cos(angle), std::sin(angle));
     cover.half_m = {(deep_m - near_m) / 2, 1.3 * marker.radius_m};
     cover.angle_rad = angle;
     cover.reflectance = std::vector<double>{0.04, 0.3, 0.85}[marker.id % 3];
@@ -71,7 +74,8 @@ void Measure(const Setting& setting, uint32_t photos) {
     SeededRandom random(MixSeed(7, i));
     const Eigen::Vector2d target_m(0.3 * random.Unit(), 0.3 * random.Unit());
     const FloorCamera camera = {
-        "", model, LookDown(target_m, distance_m, setting.tilt_deg, 360 * random.Unit(), 360 * random.Unit())};
+        "", model,
+        LookDown(target_m, distance_m, setting.tilt_deg, 360 * random.Unit(), 360 * random.Unit())};
     FloorPhotoOptions photo = setting.photo;
     photo.seed = i;
     photo.motion_deg = 180 * random.Unit();
@@ -94,7 +98,9 @@ void Measure(const Setting& setting, uint32_t photos) {
 }  // namespace
 
 int RunSweep(uint32_t photos, const std::string& only) {
-  std::printf("found/whole, wrong ids, error px (median, 95 %%), ellipse centre's, sigma, squared error in sigmas\n");
+  std::printf(
+      "found/whole, wrong ids, error px (median, 95 %%), ellipse centre's, sigma, squared error in "
+      "sigmas\n");
   const auto label = [](const char* text, double value) {
     char buffer[64];
     std::snprintf(buffer, sizeof buffer, "%s %g", text, value);

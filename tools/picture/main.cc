@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Draws a COLMAP text model (points3D.txt, images.txt) as a PNG: from above, and at a slant from behind the cameras.
-// usage: veduta-picture MODEL OUT.png
+// Draws a COLMAP text model (points3D.txt, images.txt) as a PNG: from above, and at a slant from
+// behind the cameras. usage: veduta-picture MODEL OUT.png
 #include <Eigen/Dense>
 #include <algorithm>
 #include <cmath>
@@ -71,12 +71,14 @@ struct Drawing {
   Eigen::Vector2d middle = Eigen::Vector2d::Zero();
   double px_per_unit = 1;
 
-  // Fits all cameras and the points, a point weighing as much as views see it, but for the outermost 8 % on each side:
-  // a few always lie far away, and what is seen most is what the photos are of.
+  // Fits all cameras and the points, a point weighing as much as views see it, but for the
+  // outermost 8 % on each side: a few always lie far away, and what is seen most is what the photos
+  // are of.
   void Fit(const std::vector<Point>& points, const std::vector<Camera>& cameras) {
     for (int k = 0; k < 2; ++k) {
       std::vector<double> along;
-      for (const Point& p : points) along.insert(along.end(), p.view_count, axes.row(k).dot(p.position));
+      for (const Point& p : points)
+        along.insert(along.end(), p.view_count, axes.row(k).dot(p.position));
       std::sort(along.begin(), along.end());
       double low = 1e300, high = -1e300;
       if (!along.empty()) {
@@ -99,15 +101,19 @@ struct Drawing {
   }
 };
 
-void Draw(Drawing* drawing, std::vector<Point> points, const std::vector<Camera>& cameras, double camera_size) {
+void Draw(Drawing* drawing, std::vector<Point> points, const std::vector<Camera>& cameras,
+          double camera_size) {
   std::sort(points.begin(), points.end(), [&](const Point& a, const Point& b) {
-    return drawing->axes.row(2).dot(a.position) < drawing->axes.row(2).dot(b.position);  // far ones first
+    return drawing->axes.row(2).dot(a.position) <
+           drawing->axes.row(2).dot(b.position);  // far ones first
   });
-  for (const Point& p : points) cv::circle(drawing->image, drawing->At(p.position), 1, cv::Scalar(p.bgr), cv::FILLED);
+  for (const Point& p : points)
+    cv::circle(drawing->image, drawing->At(p.position), 1, cv::Scalar(p.bgr), cv::FILLED);
   for (const Camera& c : cameras) {
     std::vector<cv::Point> corners;
     for (const auto& [x, y] : {std::pair(-0.6, -0.4), {0.6, -0.4}, {0.6, 0.4}, {-0.6, 0.4}}) {
-      corners.push_back(drawing->At(c.center + camera_size * (c.world_from_cam * Eigen::Vector3d(x, y, 1))));
+      corners.push_back(
+          drawing->At(c.center + camera_size * (c.world_from_cam * Eigen::Vector3d(x, y, 1))));
     }
     const cv::Scalar red(40, 40, 220);
     for (size_t i = 0; i < 4; ++i) {
@@ -127,7 +133,8 @@ int main(int argc, char** argv) {
   const std::vector<Point> points = ReadPoints(std::string(argv[1]) + "/points3D.txt");
   const std::vector<Camera> cameras = ReadCameras(std::string(argv[1]) + "/images.txt");
   if (points.empty() || cameras.empty()) {
-    std::fprintf(stderr, "veduta-picture: %s holds no COLMAP text model with points and images\n", argv[1]);
+    std::fprintf(stderr, "veduta-picture: %s holds no COLMAP text model with points and images\n",
+                 argv[1]);
     return 1;
   }
   Eigen::Vector3d up = Eigen::Vector3d::Zero(), ahead = Eigen::Vector3d::Zero();
@@ -144,10 +151,13 @@ int main(int argc, char** argv) {
   const Eigen::Vector3d back = std::sin(slant) * up - std::cos(slant) * ahead;
 
   cv::Mat sheet(900, 1800, CV_8UC3, cv::Scalar(255, 255, 255));
-  Drawing above{(Eigen::Matrix3d() << right.transpose(), ahead.transpose(), up.transpose()).finished(),
-                sheet(cv::Rect(0, 0, 900, 900))};
-  Drawing behind{(Eigen::Matrix3d() << right.transpose(), back.cross(right).transpose(), back.transpose()).finished(),
-                 sheet(cv::Rect(900, 0, 900, 900))};
+  Drawing above{
+      (Eigen::Matrix3d() << right.transpose(), ahead.transpose(), up.transpose()).finished(),
+      sheet(cv::Rect(0, 0, 900, 900))};
+  Drawing behind{
+      (Eigen::Matrix3d() << right.transpose(), back.cross(right).transpose(), back.transpose())
+          .finished(),
+      sheet(cv::Rect(900, 0, 900, 900))};
   for (Drawing* drawing : {&above, &behind}) {
     drawing->Fit(points, cameras);
     Draw(drawing, points, cameras, 30 / drawing->px_per_unit);
@@ -156,5 +166,6 @@ int main(int argc, char** argv) {
     std::fprintf(stderr, "veduta-picture: cannot write %s\n", argv[2]);
     return 1;
   }
-  std::printf("%s: %zu points, %zu cameras, from above and from behind\n", argv[2], points.size(), cameras.size());
+  std::printf("%s: %zu points, %zu cameras, from above and from behind\n", argv[2], points.size(),
+              cameras.size());
 }

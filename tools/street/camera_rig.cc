@@ -12,8 +12,9 @@ namespace {
 
 constexpr double kDegree = 0.017453292519943295;
 constexpr double kEyeM = 1.65;
-constexpr double kAsideM = 2.0;      // from the middle of the road, away from the houses in view
-constexpr double kSitesGapM = 34.0;  // views up to 52 degrees off square reach 12 m of facade each way
+constexpr double kAsideM = 2.0;  // from the middle of the road, away from the houses in view
+constexpr double kSitesGapM =
+    34.0;  // views up to 52 degrees off square reach 12 m of facade each way
 constexpr double kStreetLengthMaxM = 400;
 
 struct Station {
@@ -25,14 +26,15 @@ double DirectionDeg(const Eigen::Vector2d& d) {
   return std::atan2(d.y(), d.x()) / kDegree;
 }
 
-// A station `along` a lane, looking to one side (+1 left, -1 right) at `yaw_deg` from the lane's direction.
+// A station `along` a lane, looking to one side (+1 left, -1 right) at `yaw_deg` from the lane's
+// direction.
 Station OnLane(const Lane& lane, double along, double side, double yaw_deg) {
   const Eigen::Vector2d d = (lane.to - lane.from).normalized(), left(-d.y(), d.x());
   return {lane.from + along * d - side * kAsideM * left, DirectionDeg(d) + side * yaw_deg, 8};
 }
 
-// Views swing between along the street, where both rows are in sight, and nearly square on the facade: that ties the
-// two rows and both walks together.
+// Views swing between along the street, where both rows are in sight, and nearly square on the
+// facade: that ties the two rows and both walks together.
 double SwingDeg(uint32_t k) {
   return 50 + 30 * std::cos(2 * M_PI * k / 8);
 }
@@ -54,13 +56,16 @@ std::vector<Station> WalkStreets(const Plan& plan, uint32_t photos) {
       begin += length;
     }
   }
-  while (stations.size() < photos) stations.push_back(OnLane(plan.lanes.back(), 0, -1, 50));  // rounding
+  while (stations.size() < photos)
+    stations.push_back(OnLane(plan.lanes.back(), 0, -1, 50));  // rounding
   return stations;
 }
 
-// Around the ring's block counter-clockwise on a rectangle with round corners, looking to the right.
+// Around the ring's block counter-clockwise on a rectangle with round corners, looking to the
+// right.
 std::vector<Station> WalkLoop(const Plan& plan, uint32_t photos) {
-  const double low = plan.lanes[0].from.x() + kAsideM, high = plan.lanes[0].to.x() - kAsideM, radius = 4;
+  const double low = plan.lanes[0].from.x() + kAsideM, high = plan.lanes[0].to.x() - kAsideM,
+               radius = 4;
   const double straight = high - low - 2 * radius, arc = M_PI / 2 * radius, side = straight + arc;
   std::vector<Station> stations;
   for (uint32_t k = 0; k < photos; ++k) {
@@ -69,9 +74,10 @@ std::vector<Station> WalkLoop(const Plan& plan, uint32_t photos) {
     const double rest = walked - edge * side;
     // On the first edge, heading for +x; the others are turned.
     const double angle = rest < straight ? 0 : (rest - straight) / radius;
-    const Eigen::Vector2d local = rest < straight ? Eigen::Vector2d(low + radius + rest, low)
-                                                  : Eigen::Vector2d(high - radius + radius * std::sin(angle),
-                                                                    low + radius - radius * std::cos(angle));
+    const Eigen::Vector2d local = rest < straight
+                                      ? Eigen::Vector2d(low + radius + rest, low)
+                                      : Eigen::Vector2d(high - radius + radius * std::sin(angle),
+                                                        low + radius - radius * std::cos(angle));
     const Eigen::Vector2d middle = Eigen::Vector2d::Constant((low + high) / 2);
     const Eigen::Vector2d at = middle + Eigen::Rotation2Dd(edge * M_PI / 2) * (local - middle);
     const double heading = edge * 90.0 + angle / kDegree;
@@ -84,7 +90,8 @@ std::vector<Station> WalkOrbit(const Plan& plan, uint32_t photos) {
   std::vector<Station> stations;
   for (uint32_t k = 0; k < photos; ++k) {
     const double angle = 2 * M_PI * k / photos;
-    const Eigen::Vector2d at = plan.lanes[0].from.x() * Eigen::Vector2d(std::cos(angle), std::sin(angle));
+    const Eigen::Vector2d at =
+        plan.lanes[0].from.x() * Eigen::Vector2d(std::cos(angle), std::sin(angle));
     stations.push_back({at, angle / kDegree + 180, 10});
   }
   return stations;
@@ -99,7 +106,8 @@ std::vector<Station> WalkTwoSites(const Plan& plan, uint32_t photos, bool bridge
   std::vector<Station> stations;
   const auto walk = [&](double from, double to, uint32_t count) {
     for (uint32_t k = 0; k < count; ++k) {
-      stations.push_back(OnLane(lane, from + (to - from) * (k + 0.5) / count, 1, 90 + 20 * std::cos(M_PI * k / 3)));
+      stations.push_back(OnLane(lane, from + (to - from) * (k + 0.5) / count, 1,
+                                90 + 20 * std::cos(M_PI * k / 3)));
     }
   };
   walk(0, site, first);
@@ -113,24 +121,29 @@ std::vector<Station> WalkTwoSites(const Plan& plan, uint32_t photos, bool bridge
 Status RigOptions::Check() const {
   VEDUTA_RETURN_IF_ERROR(CheckCamera(model));
   if (photos < 1 || photos > 1'000'000) {
-    return Status::InvalidArgument("number of photos " + std::to_string(photos) + " is outside [1, 1000000]");
+    return Status::InvalidArgument("number of photos " + std::to_string(photos) +
+                                   " is outside [1, 1000000]");
   }
   if (!(position_jitter_m >= 0 && position_jitter_m <= 0.5)) {
-    return Status::InvalidArgument("position jitter " + std::to_string(position_jitter_m) + " m is outside [0, 0.5]");
+    return Status::InvalidArgument("position jitter " + std::to_string(position_jitter_m) +
+                                   " m is outside [0, 0.5]");
   }
   if (!(angle_jitter_deg >= 0 && angle_jitter_deg <= 20)) {
-    return Status::InvalidArgument("angle jitter " + std::to_string(angle_jitter_deg) + " degrees is outside [0, 20]");
+    return Status::InvalidArgument("angle jitter " + std::to_string(angle_jitter_deg) +
+                                   " degrees is outside [0, 20]");
   }
   return {};
 }
 
 Rigid3 LookFrom(const Eigen::Vector3d& center, double yaw_deg, double pitch_deg, double roll_deg) {
   const double yaw = yaw_deg * kDegree, pitch = pitch_deg * kDegree;
-  const Eigen::Vector3d forward(std::cos(yaw) * std::cos(pitch), std::sin(yaw) * std::cos(pitch), std::sin(pitch));
+  const Eigen::Vector3d forward(std::cos(yaw) * std::cos(pitch), std::sin(yaw) * std::cos(pitch),
+                                std::sin(pitch));
   const Eigen::Vector3d right = forward.cross(Eigen::Vector3d::UnitZ()).normalized();
   Eigen::Matrix3d rows;
   rows << right.transpose(), forward.cross(right).transpose(), forward.transpose();
-  const Eigen::Matrix3d roll = Eigen::AngleAxisd(-roll_deg * kDegree, Eigen::Vector3d::UnitZ()).toRotationMatrix();
+  const Eigen::Matrix3d roll =
+      Eigen::AngleAxisd(-roll_deg * kDegree, Eigen::Vector3d::UnitZ()).toRotationMatrix();
   Rigid3 cam_from_world;
   cam_from_world.rotation = Eigen::Quaterniond(roll * rows).normalized();
   cam_from_world.translation = -(cam_from_world.rotation * center);
@@ -160,7 +173,8 @@ SceneOptions SceneForTrajectory(Trajectory trajectory, uint32_t photos, double l
   return scene;
 }
 
-Result<std::vector<StreetCamera>> MakeCameras(const SceneOptions& scene, const RigOptions& options) {
+Result<std::vector<StreetCamera>> MakeCameras(const SceneOptions& scene,
+                                              const RigOptions& options) {
   VEDUTA_RETURN_IF_ERROR(scene.Check());
   VEDUTA_RETURN_IF_ERROR(options.Check());
   const Plan plan = MakePlan(scene);
@@ -174,20 +188,24 @@ Result<std::vector<StreetCamera>> MakeCameras(const SceneOptions& scene, const R
     stations = WalkOrbit(plan, options.photos);
   } else if (options.trajectory == Trajectory::kTwoSites && scene.layout == Layout::kStreet) {
     if (scene.length_m < 1.5 * kSitesGapM) {
-      return Status::InvalidArgument("two sites need a street of at least " + std::to_string(1.5 * kSitesGapM) +
-                                     " m, not " + std::to_string(scene.length_m));
+      return Status::InvalidArgument("two sites need a street of at least " +
+                                     std::to_string(1.5 * kSitesGapM) + " m, not " +
+                                     std::to_string(scene.length_m));
     }
     stations = WalkTwoSites(plan, options.photos, options.bridge);
   } else {
-    return Status::InvalidArgument("the trajectory does not suit the scene's layout; use SceneForTrajectory");
+    return Status::InvalidArgument(
+        "the trajectory does not suit the scene's layout; use SceneForTrajectory");
   }
   SeededRandom random(MixSeed(options.seed, 0xCA3E7A));
   const auto jitter = [&](double amplitude) { return amplitude * (2 * random.Unit() - 1); };
   std::vector<StreetCamera> cameras;
   for (const Station& s : stations) {
     const double move = options.position_jitter_m, turn = options.angle_jitter_deg;
-    const Eigen::Vector3d center(s.at.x() + jitter(move), s.at.y() + jitter(move), kEyeM + jitter(0.7 * move));
-    const double yaw = s.yaw_deg + jitter(turn), pitch = s.pitch_deg + jitter(turn), roll = jitter(turn);
+    const Eigen::Vector3d center(s.at.x() + jitter(move), s.at.y() + jitter(move),
+                                 kEyeM + jitter(0.7 * move));
+    const double yaw = s.yaw_deg + jitter(turn), pitch = s.pitch_deg + jitter(turn),
+                 roll = jitter(turn);
     cameras.push_back({"", options.model, LookFrom(center, yaw, pitch, roll)});
   }
   if (options.shuffle) {

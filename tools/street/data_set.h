@@ -22,13 +22,15 @@ struct DataSetOptions {
   Status Check() const;
 };
 
-// JPEG (4:4:4, so that colour stays where it was). kInvalidArgument on an empty photo, kIoError if the encoder fails.
+// JPEG (4:4:4, so that colour stays where it was). kInvalidArgument on an empty photo, kIoError if
+// the encoder fails.
 Result<std::vector<uint8_t>> EncodeJpeg(const StreetPhoto& photo, int quality);
 
-// Writes the data set. `progress` is called with the number of photos done, from any thread, one call at a time; an
-// empty function is fine.
+// Writes the data set. `progress` is called with the number of photos done, from any thread, one
+// call at a time; an empty function is fine.
 //
-// kInvalidArgument on bad options; kAlreadyExists if the folder is not empty; kIoError with the path.
+// kInvalidArgument on bad options; kAlreadyExists if the folder is not empty; kIoError with the
+// path.
 Status RenderStreet(const DataSetOptions& options, const std::string& folder,
                     const std::function<void(size_t)>& progress);
 

@@ -17,9 +17,11 @@ struct Arguments {
   std::string folder, size = "1024x768", trajectory = "street", shuffle = "no";
   uint32_t photos = 0, threads = 1;
   uint64_t seed = 1;
-  double length_m = 0, focal_px = 0, k1 = 0, k2 = 0, position_jitter_m = 0.15, angle_jitter_deg = 2.5;
+  double length_m = 0, focal_px = 0, k1 = 0, k2 = 0, position_jitter_m = 0.15,
+         angle_jitter_deg = 2.5;
   double u0 = 0, v0 = 0;
-  bool has_u0 = false, has_v0 = false, repeated_windows = false, no_bridge = false, depth = false, mesh = false;
+  bool has_u0 = false, has_v0 = false, repeated_windows = false, no_bridge = false, depth = false,
+       mesh = false;
   bool quiet = false;
   RenderOptions render;
   int jpeg_quality = 92;
@@ -29,14 +31,16 @@ constexpr double kDefaultLengthM = 60;
 constexpr uint32_t kDefaultPhotos = 72;
 
 Result<DataSetOptions> MakeOptions(const Arguments& arguments) {
-  static const std::map<std::string, Trajectory> trajectories = {{"street", Trajectory::kStreet},
-                                                                 {"loop", Trajectory::kLoop},
-                                                                 {"orbit", Trajectory::kOrbit},
-                                                                 {"two-sites", Trajectory::kTwoSites}};
+  static const std::map<std::string, Trajectory> trajectories = {
+      {"street", Trajectory::kStreet},
+      {"loop", Trajectory::kLoop},
+      {"orbit", Trajectory::kOrbit},
+      {"two-sites", Trajectory::kTwoSites}};
   DataSetOptions options;
   CameraModel& model = options.rig.model;
   char rest = 0;
-  if (std::sscanf(arguments.size.c_str(), "%5ux%5u%c", &model.width_px, &model.height_px, &rest) != 2) {
+  if (std::sscanf(arguments.size.c_str(), "%5ux%5u%c", &model.width_px, &model.height_px, &rest) !=
+      2) {
     return Status::InvalidArgument("--size " + arguments.size + " is not WIDTHxHEIGHT");
   }
   model.fx = model.fy = arguments.focal_px > 0 ? arguments.focal_px : 0.88 * model.width_px;
@@ -51,7 +55,8 @@ Result<DataSetOptions> MakeOptions(const Arguments& arguments) {
   uint32_t photos = arguments.photos;
   if (photos == 0) {
     const bool walk = options.rig.trajectory == Trajectory::kStreet && arguments.length_m > 0;
-    photos = walk ? static_cast<uint32_t>(arguments.length_m * kDefaultPhotos / kDefaultLengthM) : kDefaultPhotos;
+    photos = walk ? static_cast<uint32_t>(arguments.length_m * kDefaultPhotos / kDefaultLengthM)
+                  : kDefaultPhotos;
   }
   options.rig.photos = photos;
   options.rig.shuffle = arguments.shuffle == "yes";
@@ -74,28 +79,37 @@ Result<DataSetOptions> MakeOptions(const Arguments& arguments) {
 
 void AddCommandLine(CLI::App& app, Arguments& a) {
   app.add_option("OUT", a.folder, "a new or empty folder")->required();
-  app.add_option("--photos", a.photos, "how many photos (72; or from --length)")->check(CLI::Range(1, 1000000));
-  app.add_option("--length", a.length_m, "metres of street (from --photos: 60 for 72; over 400: a grid of streets)")
+  app.add_option("--photos", a.photos, "how many photos (72; or from --length)")
+      ->check(CLI::Range(1, 1000000));
+  app.add_option("--length", a.length_m,
+                 "metres of street (from --photos: 60 for 72; over 400: a grid of streets)")
       ->check(CLI::Range(10.0, 20000.0));
   app.add_option("--trajectory", a.trajectory, "street, loop, orbit or two-sites")
       ->check(CLI::IsMember({"street", "loop", "orbit", "two-sites"}));
   app.add_flag("--no-bridge", a.no_bridge, "two-sites: without the photos that join the sites");
-  app.add_option("--shuffle", a.shuffle, "names in random order: yes or no")->check(CLI::IsMember({"yes", "no"}));
+  app.add_option("--shuffle", a.shuffle, "names in random order: yes or no")
+      ->check(CLI::IsMember({"yes", "no"}));
   app.add_flag("--repeated-windows", a.repeated_windows, "all facades repeat every 3 m");
   app.add_option("--size", a.size, "WIDTHxHEIGHT in px (1024x768)");
-  app.add_option("--focal", a.focal_px, "focal length in px (0.88 of the width)")->check(CLI::Range(10.0, 100000.0));
-  app.add_option("--k1", a.k1, "radial distortion x_d = c + (x - c)(1 + k1 r^2 + k2 r^4)")->check(CLI::Range(-2., 2.));
+  app.add_option("--focal", a.focal_px, "focal length in px (0.88 of the width)")
+      ->check(CLI::Range(10.0, 100000.0));
+  app.add_option("--k1", a.k1, "radial distortion x_d = c + (x - c)(1 + k1 r^2 + k2 r^4)")
+      ->check(CLI::Range(-2., 2.));
   app.add_option("--k2", a.k2, "see --k1")->check(CLI::Range(-2.0, 2.0));
   app.add_option("--u0", a.u0, "centre of distortion in px (the picture's centre)");
   app.add_option("--v0", a.v0, "see --u0");
   app.add_option("--noise", a.render.noise_sigma, "grey levels (0)")->check(CLI::Range(0.0, 64.0));
   app.add_option("--blur", a.render.blur_sigma_px, "sigma in px (0)")->check(CLI::Range(0.0, 20.0));
-  app.add_option("--exposure", a.render.exposure_stops, "random exposure and white balance, stops (0)")
+  app.add_option("--exposure", a.render.exposure_stops,
+                 "random exposure and white balance, stops (0)")
       ->check(CLI::Range(0.0, 4.0));
-  app.add_option("--supersample", a.render.supersample, "rays a pixel each way; 1: more at edges only (1)")
+  app.add_option("--supersample", a.render.supersample,
+                 "rays a pixel each way; 1: more at edges only (1)")
       ->check(CLI::Range(1, 8));
-  app.add_option("--position-jitter", a.position_jitter_m, "metres (0.15)")->check(CLI::Range(0.0, 0.5));
-  app.add_option("--angle-jitter", a.angle_jitter_deg, "degrees (2.5)")->check(CLI::Range(0.0, 20.0));
+  app.add_option("--position-jitter", a.position_jitter_m, "metres (0.15)")
+      ->check(CLI::Range(0.0, 0.5));
+  app.add_option("--angle-jitter", a.angle_jitter_deg, "degrees (2.5)")
+      ->check(CLI::Range(0.0, 20.0));
   app.add_option("--jpeg-quality", a.jpeg_quality, "1 to 100 (92)")->check(CLI::Range(1, 100));
   app.add_option("--seed", a.seed, "of everything (1)");
   app.add_option("--threads", a.threads, "one photo a thread (1)")->check(CLI::Range(1, 256));
@@ -121,16 +135,19 @@ int Run(int argc, char** argv) {
     return 2;
   }
   for (int i = 1; i < argc; ++i) {
-    if (argv[i] != arguments.folder) options->command += std::string(options->command.empty() ? "" : " ") + argv[i];
+    if (argv[i] != arguments.folder)
+      options->command += std::string(options->command.empty() ? "" : " ") + argv[i];
   }
   const size_t total = options->rig.photos;
   const auto progress = [&](size_t done) {
-    if (!arguments.quiet && (done % 100 == 0 || done == total)) std::fprintf(stderr, "%zu/%zu photos\n", done, total);
+    if (!arguments.quiet && (done % 100 == 0 || done == total))
+      std::fprintf(stderr, "%zu/%zu photos\n", done, total);
   };
   const Status status = RenderStreet(*options, arguments.folder, progress);
   if (status.ok()) {
     std::printf("%s: %zu photos; --size %ux%u --params %s\n", arguments.folder.c_str(), total,
-                options->rig.model.width_px, options->rig.model.height_px, CameraParams(options->rig.model).c_str());
+                options->rig.model.width_px, options->rig.model.height_px,
+                CameraParams(options->rig.model).c_str());
     return 0;
   }
   std::fprintf(stderr, "veduta-street: %s\n", status.message().c_str());

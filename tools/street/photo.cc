@@ -25,7 +25,8 @@ class Exposure final {
         height_(rays.camera.height_px),
         linear_(size_t{width_} * height_ * 3),
         surface_(size_t{width_} * height_) {
-    const Eigen::Matrix3d r = cam_from_world.rotation.toRotationMatrix();  // rows: right, down, forward
+    const Eigen::Matrix3d r =
+        cam_from_world.rotation.toRotationMatrix();  // rows: right, down, forward
     for (int k = 0; k < 3; ++k) {
       for (int c = 0; c < 3; ++c) axis_[k][c] = static_cast<float>(r(k, c));
     }
@@ -69,7 +70,8 @@ void Exposure::Aim(int lane, uint32_t u, uint32_t v, Offset offset) {
     x += 0.5f * (offset.x * (tx[1] - tx[-1]) + offset.y * (tx[stride] - *(tx - stride)));
     y += 0.5f * (offset.x * (ty[1] - ty[-1]) + offset.y * (ty[stride] - *(ty - stride)));
   }
-  for (int c = 0; c < 3; ++c) in_.direction[c][lane] = axis_[0][c] * x + axis_[1][c] * y + axis_[2][c];
+  for (int c = 0; c < 3; ++c)
+    in_.direction[c][lane] = axis_[0][c] * x + axis_[1][c] * y + axis_[2][c];
 }
 
 void Exposure::Shoot() {
@@ -104,7 +106,8 @@ std::vector<uint32_t> Exposure::Edges() const {
     for (uint32_t u = 0; u < width_; ++u) {
       const size_t at = size_t{v} * width_ + u;
       if (u + 1 < width_ && surface_[at] != surface_[at + 1]) edge[at] = edge[at + 1] = 1;
-      if (v + 1 < height_ && surface_[at] != surface_[at + width_]) edge[at] = edge[at + width_] = 1;
+      if (v + 1 < height_ && surface_[at] != surface_[at + width_])
+        edge[at] = edge[at + width_] = 1;
     }
   }
   std::vector<uint32_t> pixels;
@@ -157,7 +160,8 @@ void Exposure::Blur(double sigma_px) {
   for (int64_t v = 0; v < height; ++v) {
     for (int i = -radius; i <= radius; ++i) {
       const float weight = kernel[i + radius];
-      const float* const from = other.data() + std::clamp<int64_t>(v + i, 0, height - 1) * width * 3;
+      const float* const from =
+          other.data() + std::clamp<int64_t>(v + i, 0, height - 1) * width * 3;
       float* const to = linear_.data() + v * width * 3;
       for (int64_t k = 0; k < width * 3; ++k) to[k] += weight * from[k];
     }
@@ -165,7 +169,8 @@ void Exposure::Blur(double sigma_px) {
 }
 
 std::vector<Offset> SampleOffsets(int supersample) {
-  if (supersample == 1) return {{-0.125f, -0.375f}, {0.375f, -0.125f}, {0.125f, 0.375f}, {-0.375f, 0.125f}};
+  if (supersample == 1)
+    return {{-0.125f, -0.375f}, {0.375f, -0.125f}, {0.125f, 0.375f}, {-0.375f, 0.125f}};
   std::vector<Offset> offsets;
   for (int y = 0; y < supersample; ++y) {
     for (int x = 0; x < supersample; ++x) {
@@ -180,8 +185,9 @@ std::vector<Offset> SampleOffsets(int supersample) {
 Status RenderOptions::Check() const {
   const auto check = [](const char* name, double value, double low, double high) {
     if (value >= low && value <= high) return Status();
-    return Status::InvalidArgument(std::string(name) + " " + std::to_string(value) + " is outside [" +
-                                   std::to_string(low) + ", " + std::to_string(high) + "]");
+    return Status::InvalidArgument(std::string(name) + " " + std::to_string(value) +
+                                   " is outside [" + std::to_string(low) + ", " +
+                                   std::to_string(high) + "]");
   };
   VEDUTA_RETURN_IF_ERROR(check("noise sigma", noise_sigma, 0, 64));
   VEDUTA_RETURN_IF_ERROR(check("blur sigma", blur_sigma_px, 0, 20));
@@ -189,10 +195,12 @@ Status RenderOptions::Check() const {
   return check("supersampling", supersample, 1, 8);
 }
 
-Result<StreetPhoto> RenderPhoto(const Scene& scene, const StreetCamera& camera, const RenderOptions& options) {
+Result<StreetPhoto> RenderPhoto(const Scene& scene, const StreetCamera& camera,
+                                const RenderOptions& options) {
   VEDUTA_RETURN_IF_ERROR(options.Check());
   VEDUTA_ASSIGN_OR_RETURN(const std::shared_ptr<const RayTable> rays, scene.Rays(camera.model));
-  if (!camera.cam_from_world.translation.allFinite() || !camera.cam_from_world.rotation.coeffs().allFinite()) {
+  if (!camera.cam_from_world.translation.allFinite() ||
+      !camera.cam_from_world.rotation.coeffs().allFinite()) {
     return Status::InvalidArgument("the pose of " + camera.name + " is not finite");
   }
   const DenormalsOff denormals_off;
@@ -214,7 +222,9 @@ Result<StreetPhoto> RenderPhoto(const Scene& scene, const StreetCamera& camera, 
   if (options.blur_sigma_px > 0.05) exposure->Blur(options.blur_sigma_px);
 
   SeededRandom random(MixSeed(options.seed, 1));
-  const auto draw = [&](double stops) { return static_cast<float>(std::exp2(stops * (2 * random.Unit() - 1))); };
+  const auto draw = [&](double stops) {
+    return static_cast<float>(std::exp2(stops * (2 * random.Unit() - 1)));
+  };
   const float gain = draw(options.exposure_stops);
   photo.rgb.resize(size_t{count} * 3);
   ToneInput tone = {};

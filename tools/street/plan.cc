@@ -15,8 +15,10 @@ constexpr double kHalf = kStreetWidthM / 2;
 void AddEnclosure(const Eigen::Vector2d& low, const Eigen::Vector2d& high, Plan& plan) {
   plan.blocks.push_back({{low.x(), high.y()}, {high.x(), high.y() + kDepthM}, kSouth});
   plan.blocks.push_back({{low.x(), low.y() - kDepthM}, {high.x(), low.y()}, kNorth});
-  plan.blocks.push_back({{high.x(), low.y() - kDepthM}, {high.x() + kDepthM, high.y() + kDepthM}, kWest});
-  plan.blocks.push_back({{low.x() - kDepthM, low.y() - kDepthM}, {low.x(), high.y() + kDepthM}, kEast});
+  plan.blocks.push_back(
+      {{high.x(), low.y() - kDepthM}, {high.x() + kDepthM, high.y() + kDepthM}, kWest});
+  plan.blocks.push_back(
+      {{low.x() - kDepthM, low.y() - kDepthM}, {low.x(), high.y() + kDepthM}, kEast});
   plan.low = low.array() - kDepthM;
   plan.high = high.array() + kDepthM;
 }
@@ -26,7 +28,8 @@ Plan MakeStreet(double length) {
   const double from = -kMarginM, to = length + kMarginM;
   plan.blocks.push_back({{from, kHalf}, {to, kHalf + kDepthM}, kSouth | kEast | kWest});
   plan.blocks.push_back({{from, -kHalf - kDepthM}, {to, -kHalf}, kNorth | kEast | kWest});
-  AddEnclosure({from - kStreetWidthM, -kHalf - kDepthM}, {to + kStreetWidthM, kHalf + kDepthM}, plan);
+  AddEnclosure({from - kStreetWidthM, -kHalf - kDepthM}, {to + kStreetWidthM, kHalf + kDepthM},
+               plan);
   plan.lanes.push_back({{0, 0}, {length, 0}});
   return plan;
 }
@@ -41,7 +44,8 @@ Plan MakeGrid(int count, double pitch) {
     }
   }
   const double edge = pitch - kHalf + kStreetWidthM;
-  AddEnclosure(Eigen::Vector2d::Constant(-edge), Eigen::Vector2d::Constant((count - 1) * pitch + edge), plan);
+  AddEnclosure(Eigen::Vector2d::Constant(-edge),
+               Eigen::Vector2d::Constant((count - 1) * pitch + edge), plan);
   const double from = -pitch / 2, to = (count - 0.5) * pitch;
   for (int j = 0; j < count; ++j) plan.lanes.push_back({{from, j * pitch}, {to, j * pitch}});
   for (int i = 0; i < count; ++i) plan.lanes.push_back({{i * pitch, from}, {i * pitch, to}});
@@ -51,7 +55,10 @@ Plan MakeGrid(int count, double pitch) {
 Plan MakeRing(double length) {
   const double pitch = std::max(length / 4, kStreetWidthM + 10);
   Plan plan = MakeGrid(2, pitch);
-  plan.lanes = {{{0, 0}, {pitch, 0}}, {{pitch, 0}, {pitch, pitch}}, {{pitch, pitch}, {0, pitch}}, {{0, pitch}, {0, 0}}};
+  plan.lanes = {{{0, 0}, {pitch, 0}},
+                {{pitch, 0}, {pitch, pitch}},
+                {{pitch, pitch}, {0, pitch}},
+                {{0, pitch}, {0, 0}}};
   return plan;
 }
 
@@ -59,7 +66,8 @@ Plan MakeSquare(double length) {
   Plan plan;
   const double radius = std::max(length / 6.2831853, 12.0);
   const double half = std::max(4.5, std::min(0.45 * radius, radius - 11.0));
-  plan.blocks.push_back({Eigen::Vector2d::Constant(-half), Eigen::Vector2d::Constant(half), kAllSides});
+  plan.blocks.push_back(
+      {Eigen::Vector2d::Constant(-half), Eigen::Vector2d::Constant(half), kAllSides});
   AddEnclosure(Eigen::Vector2d::Constant(-radius - 8), Eigen::Vector2d::Constant(radius + 8), plan);
   plan.lanes.push_back({{radius, 0}, {radius, 0}});
   return plan;
@@ -69,10 +77,12 @@ Plan MakeSquare(double length) {
 
 Status SceneOptions::Check() const {
   if (!(length_m >= 10 && length_m <= 20000)) {
-    return Status::InvalidArgument("length " + std::to_string(length_m) + " m is outside [10, 20000]");
+    return Status::InvalidArgument("length " + std::to_string(length_m) +
+                                   " m is outside [10, 20000]");
   }
   if (build_threads < 1 || build_threads > 256) {
-    return Status::InvalidArgument("threads " + std::to_string(build_threads) + " is outside [1, 256]");
+    return Status::InvalidArgument("threads " + std::to_string(build_threads) +
+                                   " is outside [1, 256]");
   }
   return {};
 }
@@ -82,7 +92,8 @@ Plan MakePlan(const SceneOptions& options) {
     case Layout::kStreet:
       return MakeStreet(options.length_m);
     case Layout::kGrid: {
-      const int count = std::max(1, static_cast<int>(std::ceil(std::sqrt(options.length_m / (2 * kBlockPitchM)))));
+      const int count = std::max(
+          1, static_cast<int>(std::ceil(std::sqrt(options.length_m / (2 * kBlockPitchM)))));
       return MakeGrid(count, kBlockPitchM);
     }
     case Layout::kRing:

@@ -12,8 +12,9 @@ namespace veduta::street {
 
 inline constexpr double kStreetWidthM = 14.0;   // from facade to facade
 inline constexpr double kPavementWidthM = 2.5;  // on each side
-inline constexpr double kRepeatPeriodM = 3.0;   // with SceneOptions::repeated_windows the facade repeats after this
-inline constexpr double kBlockPitchM = 60.0;    // of the grid, street included
+inline constexpr double kRepeatPeriodM =
+    3.0;  // with SceneOptions::repeated_windows the facade repeats after this
+inline constexpr double kBlockPitchM = 60.0;  // of the grid, street included
 
 enum class Layout : uint8_t {
   kStreet,  // one street along +x from the origin, closed at both ends by houses across
@@ -25,9 +26,10 @@ enum class Layout : uint8_t {
 struct SceneOptions {
   uint64_t seed = 1;
   Layout layout = Layout::kStreet;
-  double length_m = 60;           // [10, 20000]; of all streets together, the ring's round trip, the square's orbit
+  double length_m =
+      60;  // [10, 20000]; of all streets together, the ring's round trip, the square's orbit
   bool repeated_windows = false;  // every bay of every facade looks the same: perceptual aliasing
-  uint32_t build_threads = 1;     // [1, 256]; of Embree's hierarchy; the pictures do not depend on it
+  uint32_t build_threads = 1;  // [1, 256]; of Embree's hierarchy; the pictures do not depend on it
 
   Status Check() const;
 };

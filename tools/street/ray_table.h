@@ -13,13 +13,14 @@ namespace veduta::street {
 // kInvalidArgument if a size, focal length or centre is out of range.
 Status CheckCamera(const CameraModel& camera);
 
-// The pixel at which a point of the camera frame (z > 0) appears: the forward model, equation in storage/records.h.
+// The pixel at which a point of the camera frame (z > 0) appears: the forward model, equation in
+// storage/records.h.
 Eigen::Vector2d ProjectPoint(const CameraModel& camera, const Eigen::Vector3d& point_in_cam);
 
 struct RayTable {
   CameraModel camera;
-  // x / z and y / z of each pixel's ray, [(height + 2) x (width + 2)]: one pixel more on every side, so that
-  // differences exist at the border.
+  // x / z and y / z of each pixel's ray, [(height + 2) x (width + 2)]: one pixel more on every
+  // side, so that differences exist at the border.
   std::vector<float> x, y;
 
   uint32_t stride() const { return camera.width_px + 2; }

@@ -34,7 +34,8 @@ void AddBlock(const Block& block, uint64_t seed, const SceneOptions& options, Qu
     const WallFrame frame = {corners[side], directions[side]};
     const double length = side % 2 == 0 ? size.x() : size.y();
     const uint64_t own = MixSeed(seed, side);
-    AddHouseRow(frame, length, options.repeated_windows ? options.seed : own, options.repeated_windows, mesh);
+    AddHouseRow(frame, length, options.repeated_windows ? options.seed : own,
+                options.repeated_windows, mesh);
     AddPavement(frame, length, MixSeed(own, 1), mesh);
   }
 }
@@ -43,7 +44,8 @@ QuadMesh MakeMesh(const SceneOptions& options, const Plan& plan) {
   QuadMesh mesh;
   AddGround(plan.low, plan.high, MixSeed(options.seed, 1), mesh);
   const uint64_t blocks = MixSeed(options.seed, 2);
-  for (size_t i = 0; i < plan.blocks.size(); ++i) AddBlock(plan.blocks[i], MixSeed(blocks, i), options, mesh);
+  for (size_t i = 0; i < plan.blocks.size(); ++i)
+    AddBlock(plan.blocks[i], MixSeed(blocks, i), options, mesh);
   return mesh;
 }
 
@@ -77,7 +79,8 @@ const QuadMesh& Scene::mesh() const {
   return parts_->mesh;
 }
 
-void Scene::Trace(const float origin[3], const float direction[3][kLanes], const Surface* surface[kLanes]) const {
+void Scene::Trace(const float origin[3], const float direction[3][kLanes],
+                  const Surface* surface[kLanes]) const {
   RTCRayHit16 packet;
   alignas(64) int valid[kLanes];
   for (int i = 0; i < kLanes; ++i) {
@@ -104,7 +107,9 @@ void Scene::Trace(const float origin[3], const float direction[3][kLanes], const
   const Surface* const surfaces = parts_->mesh.surfaces().data();
   const uint32_t* const of_quad = parts_->mesh.surface_of_quad().data();
   for (int i = 0; i < kLanes; ++i) {
-    surface[i] = packet.hit.geomID[i] == RTC_INVALID_GEOMETRY_ID ? nullptr : surfaces + of_quad[packet.hit.primID[i]];
+    surface[i] = packet.hit.geomID[i] == RTC_INVALID_GEOMETRY_ID
+                     ? nullptr
+                     : surfaces + of_quad[packet.hit.primID[i]];
   }
 }
 
@@ -128,17 +133,19 @@ Result<std::unique_ptr<Scene>> BuildScene(const SceneOptions& options) {
   const std::string config = "set_affinity=0,threads=" + std::to_string(options.build_threads);
   parts->device = rtcNewDevice(config.c_str());
   if (parts->device == nullptr) {
-    return Status::IoError("Embree cannot start: error " + std::to_string(rtcGetDeviceError(nullptr)));
+    return Status::IoError("Embree cannot start: error " +
+                           std::to_string(rtcGetDeviceError(nullptr)));
   }
   parts->scene = rtcNewScene(parts->device);
   RTCGeometry geometry = rtcNewGeometry(parts->device, RTC_GEOMETRY_TYPE_QUAD);
   const size_t quads = parts->mesh.quad_count();
-  void* const vertices =
-      rtcSetNewGeometryBuffer(geometry, RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT3, 3 * sizeof(float), quads * 4);
-  void* const indices =
-      rtcSetNewGeometryBuffer(geometry, RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT4, 4 * sizeof(uint32_t), quads);
+  void* const vertices = rtcSetNewGeometryBuffer(geometry, RTC_BUFFER_TYPE_VERTEX, 0,
+                                                 RTC_FORMAT_FLOAT3, 3 * sizeof(float), quads * 4);
+  void* const indices = rtcSetNewGeometryBuffer(geometry, RTC_BUFFER_TYPE_INDEX, 0,
+                                                RTC_FORMAT_UINT4, 4 * sizeof(uint32_t), quads);
   if (vertices != nullptr && indices != nullptr) {
-    std::memcpy(vertices, parts->mesh.vertices().data(), parts->mesh.vertices().size() * sizeof(float));
+    std::memcpy(vertices, parts->mesh.vertices().data(),
+                parts->mesh.vertices().size() * sizeof(float));
     for (uint32_t i = 0; i < quads * 4; ++i) static_cast<uint32_t*>(indices)[i] = i;
     rtcCommitGeometry(geometry);
     rtcAttachGeometry(parts->scene, geometry);
@@ -146,8 +153,8 @@ Result<std::unique_ptr<Scene>> BuildScene(const SceneOptions& options) {
   rtcReleaseGeometry(geometry);
   rtcCommitScene(parts->scene);
   if (const RTCError error = rtcGetDeviceError(parts->device); error != RTC_ERROR_NONE) {
-    return Status::IoError("Embree cannot build a scene of " + std::to_string(quads) + " quads: error " +
-                           std::to_string(error));
+    return Status::IoError("Embree cannot build a scene of " + std::to_string(quads) +
+                           " quads: error " + std::to_string(error));
   }
   return std::unique_ptr<Scene>(new Scene(std::move(parts)));
 }
@@ -155,9 +162,12 @@ Result<std::unique_ptr<Scene>> BuildScene(const SceneOptions& options) {
 Status WriteMesh(const Scene& scene, const std::string& path) {
   std::ofstream file(path, std::ios::binary);
   const QuadMesh& mesh = scene.mesh();
-  file << "ply\nformat binary_little_endian 1.0\ncomment metres, z up\nelement vertex " << mesh.quad_count() * 4
-       << "\nproperty float x\nproperty float y\nproperty float z\nelement face " << mesh.quad_count()
-       << "\nproperty list uchar int vertex_indices\nproperty uchar red\nproperty uchar green\nproperty uchar blue\n"
+  file << "ply\nformat binary_little_endian 1.0\ncomment metres, z up\nelement vertex "
+       << mesh.quad_count() * 4
+       << "\nproperty float x\nproperty float y\nproperty float z\nelement face "
+       << mesh.quad_count()
+       << "\nproperty list uchar int vertex_indices\nproperty uchar red\nproperty uchar "
+          "green\nproperty uchar blue\n"
        << "end_header\n";
   file.write(reinterpret_cast<const char*>(mesh.vertices().data()),
              static_cast<std::streamsize>(mesh.vertices().size() * sizeof(float)));
@@ -170,7 +180,8 @@ Status WriteMesh(const Scene& scene, const std::string& path) {
     }
     const Surface& surface = mesh.surfaces()[mesh.surface_of_quad()[i]];
     for (int c = 0; c < 3; ++c) {
-      face[17 + c] = static_cast<char>(static_cast<uint8_t>(255 * std::sqrt(std::clamp(surface.tint[c], 0.f, 1.f))));
+      face[17 + c] = static_cast<char>(
+          static_cast<uint8_t>(255 * std::sqrt(std::clamp(surface.tint[c], 0.f, 1.f))));
     }
     file.write(face, sizeof face);
   }

@@ -24,7 +24,8 @@ class Scene final {
   const QuadMesh& mesh() const;
 
   // The surface that each of sixteen rays from one origin meets first, or null.
-  void Trace(const float origin[3], const float direction[3][kLanes], const Surface* surface[kLanes]) const;
+  void Trace(const float origin[3], const float direction[3][kLanes],
+             const Surface* surface[kLanes]) const;
 
   // The rays of a camera; the tables of the last few cameras are kept. Errors: as MakeRayTable.
   Result<std::shared_ptr<const RayTable>> Rays(const CameraModel& camera) const;
@@ -36,8 +37,9 @@ class Scene final {
   std::unique_ptr<Parts> parts_;
 };
 
-// Builds houses, ground, trees and cars. Deterministic in the options. About 1 ms and 0.1 MB a metre of street.
-// kInvalidArgument on bad options, kIoError if Embree cannot start or runs out of memory.
+// Builds houses, ground, trees and cars. Deterministic in the options. About 1 ms and 0.1 MB a
+// metre of street. kInvalidArgument on bad options, kIoError if Embree cannot start or runs out of
+// memory.
 Result<std::unique_ptr<Scene>> BuildScene(const SceneOptions& options);
 
 // Writes the geometry as a binary PLY of quads with a colour a face. kIoError with the path.

@@ -26,8 +26,8 @@ int RunnableShaders(const Shader* out[3]) {
   out[count++] = &shader_baseline::kShader;
 #if defined(__x86_64__)
   if (__builtin_cpu_supports("avx2")) out[count++] = &shader_avx2::kShader;
-  if (__builtin_cpu_supports("avx512f") && __builtin_cpu_supports("avx512dq") && __builtin_cpu_supports("avx512bw") &&
-      __builtin_cpu_supports("avx512vl")) {
+  if (__builtin_cpu_supports("avx512f") && __builtin_cpu_supports("avx512dq") &&
+      __builtin_cpu_supports("avx512bw") && __builtin_cpu_supports("avx512vl")) {
     out[count++] = &shader_avx512::kShader;
   }
 #endif

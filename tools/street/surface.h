@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
-// A textured plane of the street and what it is made of. Plain data without Eigen: the vector code reads it.
+// A textured plane of the street and what it is made of. Plain data without Eigen: the vector code
+// reads it.
 
 #include <cstdint>
 
@@ -22,8 +23,8 @@ enum class Material : uint32_t {
   kCount
 };
 
-// The texture is a function of (s, t) in metres, of the seed and of the material, so nothing repeats and nothing is
-// stored: a point is origin + s u + t v.
+// The texture is a function of (s, t) in metres, of the seed and of the material, so nothing
+// repeats and nothing is stored: a point is origin + s u + t v.
 struct Surface {
   float origin[3];   // world, m
   float u[3], v[3];  // unit vectors, world

@@ -2,10 +2,14 @@
 #pragma once
 // The files that say what is true of a photo, written and read back.
 //
-// NAME.camera  Strecha's layout, text: K (3 rows, px of the photo, (0, 0) is the centre of the top-left pixel), a row
-//              of zeros, R camera-to-world (3 rows), the camera's centre in metres, width and height.
-// NAME.depth   little-endian: the four bytes "VDP1", uint32 width, uint32 height, then height x width float32, row by
-//              row: depth along the camera's z in metres of each pixel of the (distorted) photo, 0 where there is sky.
+// NAME.camera  Strecha's layout, text: K (3 rows, px of the photo, (0, 0) is the centre of the
+// top-left pixel), a row
+//              of zeros, R camera-to-world (3 rows), the camera's centre in metres, width and
+//              height.
+// NAME.depth   little-endian: the four bytes "VDP1", uint32 width, uint32 height, then height x
+// width float32, row by
+//              row: depth along the camera's z in metres of each pixel of the (distorted) photo, 0
+//              where there is sky.
 
 #include <string>
 

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Colours the true surface of a synthetic street from its photos, draws it from each photo's camera and says how well
-// they agree and how long it took. Usage: veduta-street-surface [--photos N] [--voxel M] [--exposure STOPS] [--out DIR]
+// Colours the true surface of a synthetic street from its photos, draws it from each photo's camera
+// and says how well they agree and how long it took. Usage: veduta-street-surface [--photos N]
+// [--voxel M] [--exposure STOPS] [--out DIR]
 #include <CLI/CLI.hpp>
 #include <chrono>
 #include <cstdio>
@@ -56,8 +57,9 @@ std::vector<street::StreetCamera> Walk(const Arguments& arguments, const street:
 }
 
 // The tiles coloured one by one, each by a scene of what lies between it and the photos.
-Status ColorTiles(const std::vector<ColorView>& views, const ColoringOptions& options, ThreadPool& pool,
-                  std::shared_ptr<const RayDevice> device, std::vector<street::MeshTile>* tiles) {
+Status ColorTiles(const std::vector<ColorView>& views, const ColoringOptions& options,
+                  ThreadPool& pool, std::shared_ptr<const RayDevice> device,
+                  std::vector<street::MeshTile>* tiles) {
   std::vector<std::shared_ptr<const RayTile>> all;
   std::vector<Eigen::AlignedBox3d> boxes;
   Stopwatch watch;
@@ -74,13 +76,15 @@ Status ColorTiles(const std::vector<ColorView>& views, const ColoringOptions& op
   size_t in_scenes = 0, seen = 0, vertices = 0;
   for (size_t i = 0; i < tiles->size(); ++i) {
     std::vector<std::shared_ptr<const RayTile>> between;
-    for (const uint32_t k : TilesBetween(boxes, {boxes[i].min() - reach, boxes[i].max() + reach}, centers)) {
+    for (const uint32_t k :
+         TilesBetween(boxes, {boxes[i].min() - reach, boxes[i].max() + reach}, centers)) {
       between.push_back(all[k]);
     }
     in_scenes += between.size();
     VEDUTA_ASSIGN_OR_RETURN(const auto scene, RayScene::Make(device, std::move(between)));
     street::MeshTile& tile = (*tiles)[i];
-    VEDUTA_ASSIGN_OR_RETURN(VertexColors colors, ColorVertices(tile.mesh, *scene, pointers, options, pool));
+    VEDUTA_ASSIGN_OR_RETURN(VertexColors colors,
+                            ColorVertices(tile.mesh, *scene, pointers, options, pool));
     for (const uint8_t count : colors.view_counts) seen += count > 0;
     vertices += colors.colors.size();
     tile.mesh.colors = std::move(colors.colors);
@@ -88,14 +92,14 @@ Status ColorTiles(const std::vector<ColorView>& views, const ColoringOptions& op
   const double coloring = watch.Seconds();
   std::printf("tiles %zu, in a scene %.1f on average; hierarchies %.3f s\n", tiles->size(),
               static_cast<double>(in_scenes) / static_cast<double>(tiles->size()), building);
-  std::printf("coloured %zu vertices (%.1f %% seen) by %zu photos in %.2f s: %.2f us a vertex\n", vertices,
-              100.0 * static_cast<double>(seen) / static_cast<double>(vertices), views.size(), coloring,
-              1e6 * coloring / static_cast<double>(vertices));
+  std::printf("coloured %zu vertices (%.1f %% seen) by %zu photos in %.2f s: %.2f us a vertex\n",
+              vertices, 100.0 * static_cast<double>(seen) / static_cast<double>(vertices),
+              views.size(), coloring, 1e6 * coloring / static_cast<double>(vertices));
   return {};
 }
 
-Status Export(const std::vector<street::MeshTile>& tiles, const std::vector<street::PhotoView>& photos,
-              const std::string& folder) {
+Status Export(const std::vector<street::MeshTile>& tiles,
+              const std::vector<street::PhotoView>& photos, const std::string& folder) {
   std::vector<ExportedCamera> cameras;
   std::vector<ViewGeometry> geometries;
   for (const street::PhotoView& photo : photos) {
@@ -105,12 +109,14 @@ Status Export(const std::vector<street::MeshTile>& tiles, const std::vector<stre
   Stopwatch watch;
   for (const bool is_glb : {false, true}) {
     const std::string path = folder + (is_glb ? "/street.glb" : "/street.ply");
-    VEDUTA_ASSIGN_OR_RETURN(const auto writer, is_glb ? OpenGlb(path, {}, MeanUp(geometries)) : OpenPly(path, {}));
-    for (const street::MeshTile& tile : tiles) VEDUTA_RETURN_IF_ERROR(writer->AddMesh(tile.mesh, tile.keys));
+    VEDUTA_ASSIGN_OR_RETURN(const auto writer,
+                            is_glb ? OpenGlb(path, {}, MeanUp(geometries)) : OpenPly(path, {}));
+    for (const street::MeshTile& tile : tiles)
+      VEDUTA_RETURN_IF_ERROR(writer->AddMesh(tile.mesh, tile.keys));
     if (is_glb) VEDUTA_RETURN_IF_ERROR(writer->AddCameras(cameras));
     VEDUTA_ASSIGN_OR_RETURN(const ModelCounts counts, writer->Finish());
-    std::printf("%s: %lu vertices, %lu triangles, %.2f s\n", path.c_str(), counts.vertices, counts.triangles,
-                watch.Seconds());
+    std::printf("%s: %lu vertices, %lu triangles, %.2f s\n", path.c_str(), counts.vertices,
+                counts.triangles, watch.Seconds());
   }
   return WriteCameras(folder + "/cameras", cameras, 0.5);
 }
@@ -130,8 +136,8 @@ Status SimplifyTiles(double distance, std::vector<street::MeshTile>* tiles) {
     for (const uint32_t v : small.source_vertex) keys.push_back(tile.keys[v]);
     tile = {std::move(small.mesh), std::move(keys)};
   }
-  std::printf("simplified within %.4f: %zu -> %zu triangles, measured distance %.4f, %.2f s\n", distance, before, after,
-              greatest, watch.Seconds());
+  std::printf("simplified within %.4f: %zu -> %zu triangles, measured distance %.4f, %.2f s\n",
+              distance, before, after, greatest, watch.Seconds());
   return {};
 }
 
@@ -145,17 +151,21 @@ Status Run(const Arguments& arguments) {
   street::RenderOptions render;
   render.noise_sigma = arguments.noise;
   render.exposure_stops = arguments.exposure;
-  VEDUTA_ASSIGN_OR_RETURN(std::vector<street::PhotoView> photos, TakeViews(*scene, cameras, render, arguments.threads));
-  const TriangleMesh whole = street::SurfaceOf(*scene, arguments.voxel, [](const Eigen::Vector3d& x) {
-    return x.x() > 2 && x.x() < 38 && x.y() > -1 && x.y() < 12 && x.z() < 12;
-  });
+  VEDUTA_ASSIGN_OR_RETURN(std::vector<street::PhotoView> photos,
+                          TakeViews(*scene, cameras, render, arguments.threads));
+  const TriangleMesh whole =
+      street::SurfaceOf(*scene, arguments.voxel, [](const Eigen::Vector3d& x) {
+        return x.x() > 2 && x.x() < 38 && x.y() > -1 && x.y() < 12 && x.z() < 12;
+      });
   std::vector<street::MeshTile> tiles = street::CutIntoCubes(whole, 64 * arguments.voxel);
-  std::printf("%zu photos %ux%u, surface of %zu vertices, %zu triangles: %.1f s\n", photos.size(), arguments.width,
-              arguments.width * 3 / 4, whole.positions.size(), whole.triangles.size(), watch.Seconds());
+  std::printf("%zu photos %ux%u, surface of %zu vertices, %zu triangles: %.1f s\n", photos.size(),
+              arguments.width, arguments.width * 3 / 4, whole.positions.size(),
+              whole.triangles.size(), watch.Seconds());
   const auto observations = ObserveVertices(whole, photos, 97);
   watch.Seconds();
   VEDUTA_ASSIGN_OR_RETURN(const auto gains, SolveExposures(observations, {}, {}));
-  std::printf("exposures from %zu observations: %.3f s; gains", observations.size(), watch.Seconds());
+  std::printf("exposures from %zu observations: %.3f s; gains", observations.size(),
+              watch.Seconds());
   for (const auto& [image, gain] : gains) std::printf(" %.2f", gain.y());
   std::printf("\n");
 
@@ -163,7 +173,8 @@ Status Run(const Arguments& arguments) {
   VEDUTA_ASSIGN_OR_RETURN(const auto device, RayDevice::Open());
   std::vector<ColorView> views;
   for (const street::PhotoView& photo : photos) {
-    VEDUTA_ASSIGN_OR_RETURN(ColorView view, ColorView::Make(photo.view, gains.at(photo.view.image)));
+    VEDUTA_ASSIGN_OR_RETURN(ColorView view,
+                            ColorView::Make(photo.view, gains.at(photo.view.image)));
     views.push_back(std::move(view));
   }
   std::printf("photos prepared in %.3f s\n", watch.Seconds());
@@ -186,20 +197,25 @@ Status Run(const Arguments& arguments) {
     drawing += watch.Seconds();
     pixels += static_cast<double>(picture.depth.size());
     const Eigen::Vector3f gain = gains.at(photo.view.image);
-    VEDUTA_ASSIGN_OR_RETURN(const ReprojectedColor error, CompareWithPhoto(picture, photo.view, gain));
-    std::printf("photo %2u: covered %.1f %%, median error %.0f, exposure evened out %.0f, mean %.2f\n",
-                photo.view.image.value, 100 * error.covered_share, error.median_error, error.median_error_balanced,
-                error.mean_error_balanced);
+    VEDUTA_ASSIGN_OR_RETURN(const ReprojectedColor error,
+                            CompareWithPhoto(picture, photo.view, gain));
+    std::printf(
+        "photo %2u: covered %.1f %%, median error %.0f, exposure evened out %.0f, mean %.2f\n",
+        photo.view.image.value, 100 * error.covered_share, error.median_error,
+        error.median_error_balanced, error.mean_error_balanced);
     if (arguments.out.empty()) continue;
     VEDUTA_ASSIGN_OR_RETURN(const Picture sheet, SideBySide(picture, photo.view, gain));
-    VEDUTA_RETURN_IF_ERROR(WritePng(arguments.out + "/photo" + std::to_string(photo.view.image.value) + ".png",
-                                    sheet.width_px, sheet.height_px, sheet.rgb));
+    VEDUTA_RETURN_IF_ERROR(
+        WritePng(arguments.out + "/photo" + std::to_string(photo.view.image.value) + ".png",
+                 sheet.width_px, sheet.height_px, sheet.rgb));
   }
-  std::printf("drawing: %.1f million rays a second on %u threads\n", pixels / drawing * 1e-6, arguments.threads);
+  std::printf("drawing: %.1f million rays a second on %u threads\n", pixels / drawing * 1e-6,
+              arguments.threads);
   if (arguments.out.empty()) return {};
   Eigen::AlignedBox3d box;
   for (const Eigen::Vector3f& x : whole.positions) box.extend(x.cast<double>());
-  VEDUTA_ASSIGN_OR_RETURN(const auto sides, ThreeSides(box, Eigen::Vector3d::UnitZ(), {0, 1, 0}, 960, 540));
+  VEDUTA_ASSIGN_OR_RETURN(const auto sides,
+                          ThreeSides(box, Eigen::Vector3d::UnitZ(), {0, 1, 0}, 960, 540));
   for (size_t i = 0; i < sides.size(); ++i) {
     RenderOptions look;
     look.back_faces = BackFaces::kCull;
@@ -207,8 +223,8 @@ Status Run(const Arguments& arguments) {
     VEDUTA_ASSIGN_OR_RETURN(Picture picture, BlankPicture(large, look));
     VEDUTA_RETURN_IF_ERROR(DrawSurface(*surface, large, look, pool, &picture));
     const Picture small = Reduced(picture, 2);
-    VEDUTA_RETURN_IF_ERROR(
-        WritePng(arguments.out + "/side" + std::to_string(i + 1) + ".png", small.width_px, small.height_px, small.rgb));
+    VEDUTA_RETURN_IF_ERROR(WritePng(arguments.out + "/side" + std::to_string(i + 1) + ".png",
+                                    small.width_px, small.height_px, small.rgb));
   }
   return Export(tiles, photos, arguments.out);
 }
@@ -222,7 +238,8 @@ int main(int argc, char** argv) {
   app.add_option("--photos", arguments.photos, "how many")->check(CLI::Range(1, 24));
   app.add_option("--width", arguments.width, "of a photo, px")->check(CLI::Range(64, 4096));
   app.add_option("--threads", arguments.threads, "threads")->check(CLI::Range(1, 256));
-  app.add_option("--voxel", arguments.voxel, "spacing of vertices, m")->check(CLI::Range(0.005, 1.0));
+  app.add_option("--voxel", arguments.voxel, "spacing of vertices, m")
+      ->check(CLI::Range(0.005, 1.0));
   app.add_option("--exposure", arguments.exposure, "stops either way")->check(CLI::Range(0.0, 4.0));
   app.add_option("--noise", arguments.noise, "sigma of grey levels")->check(CLI::Range(0.0, 64.0));
   app.add_option("--simplify", arguments.simplify, "bound of the distance, m; 0: not at all");

@@ -31,7 +31,8 @@ TriangleMesh SurfaceOf(const Scene& scene, double spacing,
     const auto columns = static_cast<uint32_t>(std::max(1.0, std::ceil(along / spacing)));
     const auto rows = static_cast<uint32_t>(std::max(1.0, std::ceil(across / spacing)));
     const auto at = [&](double u, double v) -> Eigen::Vector3d {
-      return (1 - v) * ((1 - u) * corner[0] + u * corner[1]) + v * ((1 - u) * corner[3] + u * corner[2]);
+      return (1 - v) * ((1 - u) * corner[0] + u * corner[1]) +
+             v * ((1 - u) * corner[3] + u * corner[2]);
     };
     std::unordered_map<uint64_t, uint32_t> numbers;
     const Eigen::Vector3f normal(quads.surfaces()[quads.surface_of_quad()[q]].normal);
@@ -54,7 +55,8 @@ TriangleMesh SurfaceOf(const Scene& scene, double spacing,
     for (uint32_t j = 0; j < rows; ++j) {
       for (uint32_t i = 0; i < columns; ++i) {
         if (!is_wanted(at((i + 0.5) / columns, (j + 0.5) / rows))) continue;
-        const uint32_t a = vertex(i, j), b = vertex(i + 1, j), c = vertex(i + 1, j + 1), d = vertex(i, j + 1);
+        const uint32_t a = vertex(i, j), b = vertex(i + 1, j), c = vertex(i + 1, j + 1),
+                       d = vertex(i, j + 1);
         add(a, b, c);
         add(a, c, d);
       }
@@ -68,14 +70,16 @@ std::vector<MeshTile> CutIntoCubes(const TriangleMesh& mesh, double edge) {
   std::map<std::array<int, 3>, std::unordered_map<uint32_t, uint32_t>> numbers;
   for (const auto& triangle : mesh.triangles) {
     const Eigen::Vector3f middle =
-        (mesh.positions[triangle[0]] + mesh.positions[triangle[1]] + mesh.positions[triangle[2]]) / 3;
+        (mesh.positions[triangle[0]] + mesh.positions[triangle[1]] + mesh.positions[triangle[2]]) /
+        3;
     std::array<int, 3> cell;
     for (int k = 0; k < 3; ++k) cell[k] = static_cast<int>(std::floor(middle[k] / edge));
     MeshTile& tile = tiles[cell];
     auto& number = numbers[cell];
     std::array<uint32_t, 3> own;
     for (int k = 0; k < 3; ++k) {
-      const auto [it, is_new] = number.try_emplace(triangle[k], static_cast<uint32_t>(tile.keys.size()));
+      const auto [it, is_new] =
+          number.try_emplace(triangle[k], static_cast<uint32_t>(tile.keys.size()));
       own[k] = it->second;
       if (!is_new) continue;
       tile.keys.push_back(triangle[k]);
@@ -90,7 +94,8 @@ std::vector<MeshTile> CutIntoCubes(const TriangleMesh& mesh, double edge) {
   return list;
 }
 
-Result<std::vector<PhotoView>> TakeViews(const Scene& scene, const std::vector<StreetCamera>& cameras,
+Result<std::vector<PhotoView>> TakeViews(const Scene& scene,
+                                         const std::vector<StreetCamera>& cameras,
                                          const RenderOptions& options, uint32_t threads) {
   std::vector<PhotoView> views(cameras.size());
   std::mutex mutex;
@@ -117,8 +122,8 @@ Result<std::vector<PhotoView>> TakeViews(const Scene& scene, const std::vector<S
   return views;
 }
 
-std::vector<ColorObservation> ObserveVertices(const TriangleMesh& mesh, const std::vector<PhotoView>& photos,
-                                              uint32_t step) {
+std::vector<ColorObservation> ObserveVertices(const TriangleMesh& mesh,
+                                              const std::vector<PhotoView>& photos, uint32_t step) {
   std::vector<ColorObservation> observations;
   for (uint32_t v = 0; v < mesh.positions.size(); v += step) {
     for (const PhotoView& photo : photos) {
@@ -126,9 +131,11 @@ std::vector<ColorObservation> ObserveVertices(const TriangleMesh& mesh, const st
       const Eigen::Vector3d in_cam = g.cam_from_world * mesh.positions[v].cast<double>();
       if (in_cam.z() < 0.1) continue;
       const Eigen::Vector2d px = g.camera.Project(in_cam);
-      if (!(px.x() >= 0 && px.y() >= 0 && px.x() <= g.width_px - 1.0 && px.y() <= g.height_px - 1.0)) continue;
-      const size_t at =
-          static_cast<size_t>(std::lround(px.y())) * g.width_px + static_cast<size_t>(std::lround(px.x()));
+      if (!(px.x() >= 0 && px.y() >= 0 && px.x() <= g.width_px - 1.0 &&
+            px.y() <= g.height_px - 1.0))
+        continue;
+      const size_t at = static_cast<size_t>(std::lround(px.y())) * g.width_px +
+                        static_cast<size_t>(std::lround(px.x()));
       if (std::abs(photo.depth[at] - in_cam.z()) > kDepthTolerance * in_cam.z()) continue;
       const uint8_t* const rgb = photo.view.rgb.data() + 3 * at;
       observations.push_back({photo.view.image, {ImageId(1), v}, {rgb[0], rgb[1], rgb[2]}});

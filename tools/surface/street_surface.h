@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
-// The synthetic street as a surface of small triangles, and photos of it as views: truth for what colours and draws.
+// The synthetic street as a surface of small triangles, and photos of it as views: truth for what
+// colours and draws.
 
 #include <functional>
 #include <vector>
@@ -13,7 +14,8 @@
 
 namespace veduta::street {
 
-// Every quad whose middle `is_wanted`, divided into cells no larger than `spacing` metres; normals of the planes.
+// Every quad whose middle `is_wanted`, divided into cells no larger than `spacing` metres; normals
+// of the planes.
 TriangleMesh SurfaceOf(const Scene& scene, double spacing,
                        const std::function<bool(const Eigen::Vector3d&)>& is_wanted);
 
@@ -29,11 +31,12 @@ struct PhotoView {
   std::vector<float> depth;
 };
 // Photos taken; `threads` at a time. The camera must have no distortion.
-Result<std::vector<PhotoView>> TakeViews(const Scene& scene, const std::vector<StreetCamera>& cameras,
+Result<std::vector<PhotoView>> TakeViews(const Scene& scene,
+                                         const std::vector<StreetCamera>& cameras,
                                          const RenderOptions& options, uint32_t threads);
 
 // What the photos see of every `step`th vertex, by their true depth: as sparse points would tell.
-std::vector<ColorObservation> ObserveVertices(const TriangleMesh& mesh, const std::vector<PhotoView>& photos,
-                                              uint32_t step);
+std::vector<ColorObservation> ObserveVertices(const TriangleMesh& mesh,
+                                              const std::vector<PhotoView>& photos, uint32_t step);
 
 }  // namespace veduta::street

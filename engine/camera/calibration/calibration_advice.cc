@@ -14,8 +14,8 @@
 namespace veduta {
 namespace {
 
-constexpr double kFocalSigmaGood = 0.003;       // relative; the 95th percentile of the error
-constexpr double kPrincipalSigmaGood = 0.01;    // of the longer side
+constexpr double kFocalSigmaGood = 0.003;     // relative; the 95th percentile of the error
+constexpr double kPrincipalSigmaGood = 0.01;  // of the longer side
 constexpr double kDistortionSigmaGood = 0.001;  // of the longer side, 1.6 px of 1600
 constexpr double kErrorGood = 0.0005;           // of the longer side, 0.8 px of 1600
 constexpr double kLeftOutGood = 0.15;           // of the observations in photos that were used
@@ -34,7 +34,8 @@ std::string Listed(const Items& items, Text text) {
   std::string list;
   size_t count = 0;
   for (const auto& item : items) {
-    if (count++ == kListedMax) return list + " and " + std::to_string(items.size() - kListedMax) + " more";
+    if (count++ == kListedMax)
+      return list + " and " + std::to_string(items.size() - kListedMax) + " more";
     list += (count > 1 ? ", " : "") + text(item);
   }
   return list;
@@ -48,14 +49,15 @@ void AdviseOnPhotos(const Calibration& c, Warnings* warnings) {
     if (photo.why_left_out.empty()) {
       ++used;
     } else {
-      warnings->push_back({CalibrationAdvice::kPhotoLeftOut, photo.name + " was left out: " + photo.why_left_out});
+      warnings->push_back(
+          {CalibrationAdvice::kPhotoLeftOut, photo.name + " was left out: " + photo.why_left_out});
     }
   }
   if (used < kPhotosGood) {
-    warnings->push_back(
-        {CalibrationAdvice::kFewPhotos, "only " + std::to_string(used) + " photos were used: take at least " +
-                                            std::to_string(kPhotosGood) +
-                                            ", from all sides, most of them tilted by 30 to 50 degrees"});
+    warnings->push_back({CalibrationAdvice::kFewPhotos,
+                         "only " + std::to_string(used) + " photos were used: take at least " +
+                             std::to_string(kPhotosGood) +
+                             ", from all sides, most of them tilted by 30 to 50 degrees"});
   }
 }
 
@@ -65,7 +67,8 @@ void AdviseOnPoints(const Calibration& c, Warnings* warnings) {
   for (const CalibrationResidual& r : c.residuals) used_count_of[r.id] += r.is_used;
   size_t count = 0, left_out = 0;
   for (const CalibrationResidual& r : c.residuals) {
-    if (!c.photos[r.photo].why_left_out.empty() || used_count_of[r.id] < 2) continue;  // too rare to contradict
+    if (!c.photos[r.photo].why_left_out.empty() || used_count_of[r.id] < 2)
+      continue;  // too rare to contradict
     ++count;
     if (!r.is_used) {
       photos_of[r.id].insert(r.photo);
@@ -85,22 +88,24 @@ void AdviseOnPoints(const Calibration& c, Warnings* warnings) {
   const auto name = [&](uint32_t photo) { return c.photos[photo].name; };
   const auto number = [](uint32_t id) { return std::to_string(id); };
   if (!moved.empty()) {
-    warnings->push_back(
-        {CalibrationAdvice::kPointsLeftOut,
-         "left out of " + Listed(moved_in, name) + ": points " + Listed(moved, number) +
-             ", which lie elsewhere than in the other photos; was their sheet moved, or does something cover them?"});
+    warnings->push_back({CalibrationAdvice::kPointsLeftOut,
+                         "left out of " + Listed(moved_in, name) + ": points " +
+                             Listed(moved, number) +
+                             ", which lie elsewhere than in the other photos; was their sheet "
+                             "moved, or does something cover them?"});
   }
   if (!misread.empty()) {
-    warnings->push_back(
-        {CalibrationAdvice::kPointsLeftOut,
-         "left out once, misread or blurred: " + Listed(misread, [&](const std::pair<uint32_t, uint32_t>& m) {
-           return "point " + number(m.first) + " in " + name(m.second);
-         })});
+    warnings->push_back({CalibrationAdvice::kPointsLeftOut,
+                         "left out once, misread or blurred: " +
+                             Listed(misread, [&](const std::pair<uint32_t, uint32_t>& m) {
+                               return "point " + number(m.first) + " in " + name(m.second);
+                             })});
   }
   if (static_cast<double>(left_out) > kLeftOutGood * static_cast<double>(count)) {
     warnings->push_back({CalibrationAdvice::kManyLeftOut,
                          std::to_string(left_out) + " of " + std::to_string(count) +
-                             " observations contradict the others and were left out: leave the sheets where they lie "
+                             " observations contradict the others and were left out: leave the "
+                             "sheets where they lie "
                              "during a session, and begin a new one after they were moved"});
   }
 }
@@ -112,8 +117,8 @@ std::string TiltAdvice(const Calibration& c) {
     least = std::min(least, photo.tilt_deg);
     most = std::max(most, photo.tilt_deg);
   }
-  return "tilt the camera more: the photos look at the sheets from " + Number(least, 0) + " to " + Number(most, 0) +
-         " degrees off the upright; take some at 30 to 50 degrees from each side";
+  return "tilt the camera more: the photos look at the sheets from " + Number(least, 0) + " to " +
+         Number(most, 0) + " degrees off the upright; take some at 30 to 50 degrees from each side";
 }
 
 // The corners of the photo, a sixth of its sides, that hold no observation.
@@ -121,9 +126,11 @@ std::string CornerAdvice(const Calibration& c) {
   std::array<bool, 4> has = {false, false, false, false};
   for (const CalibrationResidual& r : c.residuals) {
     const double x = r.px.x() / c.model.width_px, y = r.px.y() / c.model.height_px;
-    if (r.is_used && std::min(x, 1 - x) < 1. / 6 && std::min(y, 1 - y) < 1. / 6) has[(x > 0.5) + 2 * (y > 0.5)] = true;
+    if (r.is_used && std::min(x, 1 - x) < 1. / 6 && std::min(y, 1 - y) < 1. / 6)
+      has[(x > 0.5) + 2 * (y > 0.5)] = true;
   }
-  constexpr std::array<const char*, 4> kNames = {"top left", "top right", "bottom left", "bottom right"};
+  constexpr std::array<const char*, 4> kNames = {"top left", "top right", "bottom left",
+                                                 "bottom right"};
   std::vector<std::string> missing;
   for (size_t i = 0; i < 4; ++i) {
     if (!has[i]) missing.push_back(kNames[i]);
@@ -138,19 +145,21 @@ void AdviseOnParameters(const Calibration& c, Warnings* warnings) {
   const double focal_sigma = c.Sigma(0) / c.model.fx;
   const size_t before = warnings->size();
   if (focal_sigma > kFocalSigmaGood) {
-    warnings->push_back({CalibrationAdvice::kFocalLength,
-                         "the focal length is uncertain by " + Number(100 * focal_sigma, 1) + " %: " + TiltAdvice(c)});
+    warnings->push_back({CalibrationAdvice::kFocalLength, "the focal length is uncertain by " +
+                                                              Number(100 * focal_sigma, 1) +
+                                                              " %: " + TiltAdvice(c)});
   }
   const double principal_sigma_px = std::max(c.Sigma(2), c.Sigma(3));
   if (principal_sigma_px > kPrincipalSigmaGood * side) {
     warnings->push_back({CalibrationAdvice::kPrincipalPoint,
                          "the principal point is uncertain by " + Number(principal_sigma_px, 0) +
-                             " px: tilt the camera to all sides, and turn it by 90 degrees about its axis for some"});
+                             " px: tilt the camera to all sides, and turn it by 90 degrees about "
+                             "its axis for some"});
   }
   if (c.distortion_sigma_px > kDistortionSigmaGood * side) {
-    warnings->push_back({CalibrationAdvice::kDistortion, "the distortion is uncertain by " +
-                                                             Number(c.distortion_sigma_px, 1) +
-                                                             " px somewhere in the photo: " + CornerAdvice(c)});
+    warnings->push_back({CalibrationAdvice::kDistortion,
+                         "the distortion is uncertain by " + Number(c.distortion_sigma_px, 1) +
+                             " px somewhere in the photo: " + CornerAdvice(c)});
   }
   double nearest = 1e300, farthest = 0;
   for (const CalibrationPhoto& photo : c.photos) {
@@ -160,12 +169,14 @@ void AdviseOnParameters(const Calibration& c, Warnings* warnings) {
   }
   if (warnings->size() > before && farthest < kDistanceRatioGood * nearest) {
     warnings->push_back(
-        {CalibrationAdvice::kOneDistance, "all photos are from one distance: go nearer for some, farther for others"});
+        {CalibrationAdvice::kOneDistance,
+         "all photos are from one distance: go nearer for some, farther for others"});
   }
   if (c.error_px_rms > kErrorGood * side) {
     warnings->push_back({CalibrationAdvice::kResidual,
                          "the model misses the points by " + Number(c.error_px_rms, 2) +
-                             " px: are the photos in focus and not shaken, do the sheets lie flat, did zoom, focus or "
+                             " px: are the photos in focus and not shaken, do the sheets lie flat, "
+                             "did zoom, focus or "
                              "stabiliser change? A fisheye lens is not what this model describes"});
   }
 }
@@ -180,12 +191,14 @@ std::vector<CalibrationWarning> Advise(const Calibration& calibration) {
   return warnings;
 }
 
-double LargestDistortionSigma(const CameraModel& model, const Eigen::Matrix<double, 8, 8>& covariance) {
+double LargestDistortionSigma(const CameraModel& model,
+                              const Eigen::Matrix<double, 8, 8>& covariance) {
   const std::array<double, 8> values = IntrinsicsOf(model);
   double largest = 0;
   for (int row = 0; row <= 6; ++row) {
     for (int column = 0; column <= 8; ++column) {
-      const Eigen::Vector2d px(column * (model.width_px - 1.0) / 8, row * (model.height_px - 1.0) / 6);
+      const Eigen::Vector2d px(column * (model.width_px - 1.0) / 8,
+                               row * (model.height_px - 1.0) / 6);
       Eigen::Matrix<double, 2, 8> slope;
       for (int k = 0; k < 8; ++k) {
         const double step = 1e-3 * std::sqrt(covariance(k, k));
@@ -211,8 +224,8 @@ std::vector<bool> CoveredCells(const Calibration& calibration) {
     if (!r.is_used) continue;
     const int column = static_cast<int>((r.px.x() + 0.5) * kCoverageAcross / model.width_px);
     const int row = static_cast<int>((r.px.y() + 0.5) * kCoverageDown / model.height_px);
-    const int cell =
-        std::clamp(row, 0, kCoverageDown - 1) * kCoverageAcross + std::clamp(column, 0, kCoverageAcross - 1);
+    const int cell = std::clamp(row, 0, kCoverageDown - 1) * kCoverageAcross +
+                     std::clamp(column, 0, kCoverageAcross - 1);
     covered[static_cast<size_t>(cell)] = true;
   }
   return covered;
@@ -220,7 +233,8 @@ std::vector<bool> CoveredCells(const Calibration& calibration) {
 
 double CoveredShare(const Calibration& calibration) {
   const std::vector<bool> covered = CoveredCells(calibration);
-  return static_cast<double>(std::count(covered.begin(), covered.end(), true)) / static_cast<double>(covered.size());
+  return static_cast<double>(std::count(covered.begin(), covered.end(), true)) /
+         static_cast<double>(covered.size());
 }
 
 }  // namespace veduta

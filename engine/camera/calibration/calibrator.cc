@@ -20,13 +20,15 @@
 namespace veduta {
 namespace {
 
-constexpr double kFirstLimit = 0.02;          // of the longer side: what the initialisation may be wrong by
+constexpr double kFirstLimit = 0.02;  // of the longer side: what the initialisation may be wrong by
 constexpr double kReadmittedLimit = 0.005;    // likewise, of a second chance
 constexpr double kRoundTolerance = 1e-5;      // of an adjustment that another follows
 constexpr double kFocalDifferenceMin = 0.01;  // a photo's own focal length, over the common one
 constexpr double kFocalSigmas = 6;
-constexpr double kOtherCameraErrorMax = 5;    // RMS in sigma of a photo that another focal length explains
-constexpr double kOtherCameraShareMax = 0.3;  // of the photos; more, and nobody knows which camera is meant
+constexpr double kOtherCameraErrorMax =
+    5;  // RMS in sigma of a photo that another focal length explains
+constexpr double kOtherCameraShareMax =
+    0.3;  // of the photos; more, and nobody knows which camera is meant
 constexpr double kAspectSigmas = 4, kAspectDifferenceMin = 1e-3;
 constexpr double kFocalSigmaMax = 0.05;  // relative: beyond, there is no calibration
 
@@ -39,23 +41,26 @@ double Median(std::vector<double> values) {
 
 Status CheckInput(const CalibrationInput& input) {
   if (input.views.size() < 3) {
-    return Status::InvalidArgument("calibration: " + std::to_string(input.views.size()) +
-                                   " photos are too few: take at least 8, from all around and tilted, 3 is the least");
+    return Status::InvalidArgument(
+        "calibration: " + std::to_string(input.views.size()) +
+        " photos are too few: take at least 8, from all around and tilted, 3 is the least");
   }
   const ViewObservations& first = input.views.front();
   for (const ViewObservations& view : input.views) {
-    if (view.size.empty()) return Status::InvalidArgument("calibration: photo '" + view.name + "' has no size");
+    if (view.size.empty())
+      return Status::InvalidArgument("calibration: photo '" + view.name + "' has no size");
     if (view.size != first.size) {
       const bool is_turned = view.size == ImageSize{first.size.height_px, first.size.width_px};
-      return Status::InvalidArgument("calibration: photo '" + view.name + "' is of " + view.size.Text() + " px, '" +
-                                     first.name + "' of " + first.size.Text() +
-                                     (is_turned
-                                          ? ": hold the camera the same way round in all photos, or calibrate both ways"
-                                          : ": are these photos of two cameras? calibrate each with its own"));
+      return Status::InvalidArgument(
+          "calibration: photo '" + view.name + "' is of " + view.size.Text() + " px, '" +
+          first.name + "' of " + first.size.Text() +
+          (is_turned ? ": hold the camera the same way round in all photos, or calibrate both ways"
+                     : ": are these photos of two cameras? calibrate each with its own"));
     }
     for (const PointObservation& point : view.points) {
       if (point.px.allFinite() && point.sigma_px > 0 && std::isfinite(point.sigma_px)) continue;
-      return Status::InvalidArgument("calibration: photo '" + view.name + "', point " + std::to_string(point.id) +
+      return Status::InvalidArgument("calibration: photo '" + view.name + "', point " +
+                                     std::to_string(point.id) +
                                      ": the position or its sigma is not a usable number");
     }
   }
@@ -64,14 +69,16 @@ Status CheckInput(const CalibrationInput& input) {
 
 class Calibrator final {
  public:
-  Calibrator(const CalibrationInput& input, const CalibrationOptions& options) : input_(input), options_(options) {}
+  Calibrator(const CalibrationInput& input, const CalibrationOptions& options)
+      : input_(input), options_(options) {}
 
   Result<Calibration> Run() {
     VEDUTA_RETURN_IF_ERROR(CheckInput(input_));
     VEDUTA_RETURN_IF_ERROR(Initialize());
     // Gross errors show ever better as the scene settles.
     VEDUTA_RETURN_IF_ERROR(Round(0));
-    for (const double times : {4., 3., 2., 1.}) VEDUTA_RETURN_IF_ERROR(Round(times * options_.outlier_sigmas));
+    for (const double times : {4., 3., 2., 1.})
+      VEDUTA_RETURN_IF_ERROR(Round(times * options_.outlier_sigmas));
     VEDUTA_RETURN_IF_ERROR(LeaveOutOtherCameras());
     VEDUTA_RETURN_IF_ERROR(Round(options_.outlier_sigmas));
     VEDUTA_RETURN_IF_ERROR(TryFreeAspect());
@@ -87,7 +94,8 @@ class Calibrator final {
  private:
   Status Initialize() {
     planar_ = MakePlanarViews(input_);
-    VEDUTA_ASSIGN_OR_RETURN(const InitialScene initial, InitializeScene(planar_, input_.views.front().size));
+    VEDUTA_ASSIGN_OR_RETURN(const InitialScene initial,
+                            InitializeScene(planar_, input_.views.front().size));
     made_.focal_search_px = initial.focal_px;
     whole_.camera = initial.camera;
     other_camera_.resize(input_.views.size());
@@ -100,60 +108,75 @@ class Calibrator final {
     }
     for (size_t v = 0; v < planar_.views.size(); ++v) {
       for (const PlanarPoint& p : planar_.views[v]) {
-        observations_.push_back(
-            {static_cast<uint32_t>(v), p.point, planar_.units.ToPx(p.x), p.sigma * planar_.units.unit_px});
+        observations_.push_back({static_cast<uint32_t>(v), p.point, planar_.units.ToPx(p.x),
+                                 p.sigma * planar_.units.unit_px});
       }
     }
     return Status::Ok();
   }
 
-  static Rigid3 Unknown() { return {Eigen::Quaterniond::Identity(), Eigen::Vector3d::Constant(std::nan(""))}; }
+  static Rigid3 Unknown() {
+    return {Eigen::Quaterniond::Identity(), Eigen::Vector3d::Constant(std::nan(""))};
+  }
 
-  // Projected - observed, with the scene as it is; not finite for what is behind the camera or unknown.
+  // Projected - observed, with the scene as it is; not finite for what is behind the camera or
+  // unknown.
   Eigen::Vector2d ResidualPx(const PlaneObservation& o) const {
     const CameraModel& c = whole_.camera;
-    const std::array<double, kLensSize> lens = {c.fx, c.fy / c.fx, c.cx, c.cy, c.k1, c.k2, c.u0, c.v0};
+    const std::array<double, kLensSize> lens = {c.fx, c.fy / c.fx, c.cx, c.cy,
+                                                c.k1, c.k2,        c.u0, c.v0};
     const Rigid3& pose = whole_.cams_from_world[o.view];
     Eigen::Vector2d px;
-    if (!PlaneReprojectionCost::Project(lens.data(), pose.rotation.coeffs().data(), pose.translation.data(),
-                                        whole_.points[o.point].data(), px.data())) {
+    if (!PlaneReprojectionCost::Project(lens.data(), pose.rotation.coeffs().data(),
+                                        pose.translation.data(), whole_.points[o.point].data(),
+                                        px.data())) {
       return Eigen::Vector2d::Constant(std::nan(""));
     }
     return px - o.px;
   }
 
-  // Chooses the observations whose errors are below `sigmas` of what is usual (0: below the first limit), and adjusts.
+  // Chooses the observations whose errors are below `sigmas` of what is usual (0: below the first
+  // limit), and adjusts.
   Status Round(double sigmas) {
     if (sigmas > 0) PlaceWhatWasLeftOut(observations_, choice_, other_camera_, &whole_);
     std::vector<double> errors, in_sigma;
     for (size_t i = 0; i < observations_.size(); ++i) {
       errors.push_back(ResidualPx(observations_[i]).norm());
-      if (sigmas > 0 && choice_.is_used[i]) in_sigma.push_back(errors[i] / observations_[i].sigma_px);
+      if (sigmas > 0 && choice_.is_used[i])
+        in_sigma.push_back(errors[i] / observations_[i].sigma_px);
     }
     if (sigmas > 0) {
       const double usual =
-          Median(in_sigma) / std::sqrt(2 * std::numbers::ln2);  // the median of Rayleigh's distribution
+          Median(in_sigma) /
+          std::sqrt(2 * std::numbers::ln2);  // the median of Rayleigh's distribution
       for (PlaneObservation& o : observations_) o.sigma_px *= std::max(usual, 1e-9);
     }
     const std::vector<bool> is_settled = Settled();
     for (size_t i = 0; i < errors.size(); ++i) {
-      double limit = sigmas > 0 ? sigmas * observations_[i].sigma_px : kFirstLimit * planar_.units.unit_px;
-      if (sigmas > options_.outlier_sigmas && !is_settled[i]) limit = kReadmittedLimit * planar_.units.unit_px;
-      errors[i] = std::isfinite(errors[i]) ? errors[i] / limit : std::numeric_limits<double>::infinity();
+      double limit =
+          sigmas > 0 ? sigmas * observations_[i].sigma_px : kFirstLimit * planar_.units.unit_px;
+      if (sigmas > options_.outlier_sigmas && !is_settled[i])
+        limit = kReadmittedLimit * planar_.units.unit_px;
+      errors[i] =
+          std::isfinite(errors[i]) ? errors[i] / limit : std::numeric_limits<double>::infinity();
     }
     choice_.why_left_out = other_camera_;
-    ChooseObservations(observations_, errors, {options_.photo_points_min, options_.photo_share_min}, &choice_);
-    return Adjust(sigmas > 0 && sigmas <= options_.outlier_sigmas ? options_.adjustment.function_tolerance
-                                                                  : kRoundTolerance);
+    ChooseObservations(observations_, errors, {options_.photo_points_min, options_.photo_share_min},
+                       &choice_);
+    return Adjust(sigmas > 0 && sigmas <= options_.outlier_sigmas
+                      ? options_.adjustment.function_tolerance
+                      : kRoundTolerance);
   }
 
-  // Of each observation, whether the last adjustment moved both its photo and its point to where they fit.
+  // Of each observation, whether the last adjustment moved both its photo and its point to where
+  // they fit.
   std::vector<bool> Settled() const {
     std::vector<bool> views(input_.views.size()), points(whole_.points.size()), settled;
     for (size_t i = 0; i < choice_.is_used.size(); ++i) {
       if (choice_.is_used[i]) views[observations_[i].view] = points[observations_[i].point] = true;
     }
-    for (const PlaneObservation& o : observations_) settled.push_back(views[o.view] && points[o.point]);
+    for (const PlaneObservation& o : observations_)
+      settled.push_back(views[o.view] && points[o.point]);
     return settled;
   }
 
@@ -162,38 +185,45 @@ class Calibrator final {
     if (compact.views.size() < 3) return TooFewLeft(compact.views.size());
     PlaneAdjustmentOptions adjustment = options_.adjustment;
     adjustment.function_tolerance = tolerance;
-    VEDUTA_ASSIGN_OR_RETURN(adjustment_, AdjustPlane(compact.observations, adjustment, &compact.scene));
+    VEDUTA_ASSIGN_OR_RETURN(adjustment_,
+                            AdjustPlane(compact.observations, adjustment, &compact.scene));
     Expand(compact, &whole_);
     return Status::Ok();
   }
 
   Status TooFewLeft(size_t count) const {
-    std::string message = "calibration: only " + std::to_string(count) + " of " + std::to_string(input_.views.size()) +
+    std::string message = "calibration: only " + std::to_string(count) + " of " +
+                          std::to_string(input_.views.size()) +
                           " photos agree with each other, 3 is the least; left out:";
     for (size_t v = 0; v < input_.views.size(); ++v) {
-      if (!choice_.why_left_out[v].empty()) message += "\n  " + input_.views[v].name + ": " + choice_.why_left_out[v];
+      if (!choice_.why_left_out[v].empty())
+        message += "\n  " + input_.views[v].name + ": " + choice_.why_left_out[v];
     }
-    return Status::InvalidArgument(message + "\ndo not move the sheets between the photos, and keep them in focus");
+    return Status::InvalidArgument(
+        message + "\ndo not move the sheets between the photos, and keep them in focus");
   }
 
   // The view's own focal length if it is certainly another one.
-  std::optional<ViewFocal> OtherFocal(const std::vector<PlaneObservation>& observations, const PlaneScene& scene,
-                                      uint32_t view) const {
+  std::optional<ViewFocal> OtherFocal(const std::vector<PlaneObservation>& observations,
+                                      const PlaneScene& scene, uint32_t view) const {
     const ViewFocal own = EstimateViewFocal(observations, scene, view);
     const double difference = std::abs(own.focal_px - scene.camera.fx);
-    if (difference < kFocalDifferenceMin * scene.camera.fx || difference < kFocalSigmas * own.sigma_px) return {};
+    if (difference < kFocalDifferenceMin * scene.camera.fx ||
+        difference < kFocalSigmas * own.sigma_px)
+      return {};
     if (own.error_sigmas > kOtherCameraErrorMax) return {};  // nor does that one explain it
     return own;
   }
 
   void SetOtherCamera(uint32_t view, const ViewFocal& own) {
-    other_camera_[view] = "taken with another focal length, about " + std::to_string(std::lround(own.focal_px)) +
-                          " px instead of " + std::to_string(std::lround(whole_.camera.fx)) +
+    other_camera_[view] = "taken with another focal length, about " +
+                          std::to_string(std::lround(own.focal_px)) + " px instead of " +
+                          std::to_string(std::lround(whole_.camera.fx)) +
                           " px: another camera or zoom";
   }
 
-  // One photo at a time, the most conspicuous first, for each bends the focal lengths of all. Then, those that had
-  // fitted so badly that they are out already.
+  // One photo at a time, the most conspicuous first, for each bends the focal lengths of all. Then,
+  // those that had fitted so badly that they are out already.
   Status LeaveOutOtherCameras() {
     for (;;) {
       const CompactScene compact = Compact(observations_, choice_, whole_);
@@ -201,8 +231,11 @@ class Calibrator final {
       uint32_t worst_view = 0;
       for (uint32_t v = 0; v < compact.views.size(); ++v) {
         const auto own = OtherFocal(compact.observations, compact.scene, v);
-        const auto sigmas = [&](const ViewFocal& f) { return std::abs(f.focal_px - whole_.camera.fx) / f.sigma_px; };
-        if (own && (!worst || sigmas(*own) > sigmas(*worst))) worst = own, worst_view = compact.views[v];
+        const auto sigmas = [&](const ViewFocal& f) {
+          return std::abs(f.focal_px - whole_.camera.fx) / f.sigma_px;
+        };
+        if (own && (!worst || sigmas(*own) > sigmas(*worst)))
+          worst = own, worst_view = compact.views[v];
       }
       if (!worst) break;
       SetOtherCamera(worst_view, *worst);
@@ -213,7 +246,8 @@ class Calibrator final {
     const CompactScene compact = Compact(observations_, choice_, whole_);
     std::vector<PlaneObservation> of_known_points;
     for (const PlaneObservation& o : observations_) {
-      if (std::binary_search(compact.points.begin(), compact.points.end(), o.point)) of_known_points.push_back(o);
+      if (std::binary_search(compact.points.begin(), compact.points.end(), o.point))
+        of_known_points.push_back(o);
     }
     PlaceWhatWasLeftOut(observations_, choice_, other_camera_, &whole_);
     for (uint32_t v = 0; v < input_.views.size(); ++v) {
@@ -225,8 +259,8 @@ class Calibrator final {
   }
 
   Status CheckNotMixed() const {
-    const auto count =
-        std::count_if(other_camera_.begin(), other_camera_.end(), [](const std::string& why) { return !why.empty(); });
+    const auto count = std::count_if(other_camera_.begin(), other_camera_.end(),
+                                     [](const std::string& why) { return !why.empty(); });
     const double share = static_cast<double>(count) / static_cast<double>(input_.views.size());
     return share > kOtherCameraShareMax ? MixedCameras() : Status::Ok();
   }
@@ -234,23 +268,27 @@ class Calibrator final {
   Status MixedCameras() const {
     std::string message = "calibration: the photos were taken with several cameras or zooms:";
     for (size_t v = 0; v < input_.views.size(); ++v) {
-      if (!choice_.why_left_out[v].empty()) message += "\n  " + input_.views[v].name + ": " + choice_.why_left_out[v];
+      if (!choice_.why_left_out[v].empty())
+        message += "\n  " + input_.views[v].name + ": " + choice_.why_left_out[v];
     }
-    return Status::InvalidArgument(message + "\ncalibrate each camera, at one zoom and focus, with its own photos");
+    return Status::InvalidArgument(
+        message + "\ncalibrate each camera, at one zoom and focus, with its own photos");
   }
 
   Status TryFreeAspect() {
     CompactScene compact = Compact(observations_, choice_, whole_);
     PlaneAdjustmentOptions free = options_.adjustment;
     free.is_aspect_free = true;
-    VEDUTA_ASSIGN_OR_RETURN(PlaneAdjustment adjusted, AdjustPlane(compact.observations, free, &compact.scene));
+    VEDUTA_ASSIGN_OR_RETURN(PlaneAdjustment adjusted,
+                            AdjustPlane(compact.observations, free, &compact.scene));
     if (!adjusted.is_determined) return Status::Ok();
     const CameraModel& c = compact.scene.camera;
     const double aspect = c.fy / c.fx;
     const Eigen::Vector2d slope(-aspect / c.fx, 1 / c.fx);  // of the aspect by fx, fy
     const double sigma = std::sqrt(slope.dot(adjusted.covariance.topLeftCorner<2, 2>() * slope));
     made_.aspect_sigmas = std::abs(aspect - 1) / std::max(sigma, 1e-12);
-    made_.is_aspect_free = made_.aspect_sigmas > kAspectSigmas && std::abs(aspect - 1) > kAspectDifferenceMin;
+    made_.is_aspect_free =
+        made_.aspect_sigmas > kAspectSigmas && std::abs(aspect - 1) > kAspectDifferenceMin;
     if (!made_.is_aspect_free) return Status::Ok();
     adjustment_ = std::move(adjusted);
     Expand(compact, &whole_);
@@ -261,23 +299,26 @@ class Calibrator final {
     const double sigma = std::sqrt(adjustment_.covariance(0, 0)) / whole_.camera.fx;
     CameraModel pinhole = whole_.camera;
     pinhole.k1 = pinhole.k2 = 0;
-    const bool is_told = adjustment_.is_determined && sigma <= kFocalSigmaMax && CheckCamera(pinhole).ok();
+    const bool is_told =
+        adjustment_.is_determined && sigma <= kFocalSigmaMax && CheckCamera(pinhole).ok();
     const Status usable = CheckCamera(whole_.camera);
     if (is_told && usable.ok()) return Status::Ok();
     if (is_told) {
-      return Status::InvalidArgument("calibration: the distortion cannot be told: what comes out is no camera (" +
-                                     usable.message() +
-                                     "). Photograph the corners: let the sheets fill the photo to "
-                                     "its edges, and see that markers lie in every corner of some photo");
+      return Status::InvalidArgument(
+          "calibration: the distortion cannot be told: what comes out is no camera (" +
+          usable.message() +
+          "). Photograph the corners: let the sheets fill the photo to "
+          "its edges, and see that markers lie in every corner of some photo");
     }
-    const std::string why =
-        adjustment_.is_determined && sigma > kFocalSigmaMax
-            ? "it would be uncertain by " + std::to_string(std::lround(100 * std::min(sigma, 10.))) + " %"
-            : "the photos leave it open";
-    return Status::InvalidArgument("calibration: the focal length cannot be told: " + why +
-                                   ". Tilt the camera: photos from all sides that look at the sheets at 30 to 50 "
-                                   "degrees, beside a few from above; "
-                                   "let the sheets fill the photo to its corners");
+    const std::string why = adjustment_.is_determined && sigma > kFocalSigmaMax
+                                ? "it would be uncertain by " +
+                                      std::to_string(std::lround(100 * std::min(sigma, 10.))) + " %"
+                                : "the photos leave it open";
+    return Status::InvalidArgument(
+        "calibration: the focal length cannot be told: " + why +
+        ". Tilt the camera: photos from all sides that look at the sheets at 30 to 50 "
+        "degrees, beside a few from above; "
+        "let the sheets fill the photo to its corners");
   }
 
   void Describe() {
@@ -289,7 +330,8 @@ class Calibrator final {
       const PlaneObservation& o = observations_[i];
       const Eigen::Vector2d residual = ResidualPx(o);
       CalibrationPhoto& photo = made_.photos[o.view];
-      made_.residuals.push_back({o.view, planar_.point_ids[o.point], o.px, residual, choice_.is_used[i]});
+      made_.residuals.push_back(
+          {o.view, planar_.point_ids[o.point], o.px, residual, choice_.is_used[i]});
       ++(choice_.is_used[i] ? photo.used_count : photo.left_out_count);
       if (!choice_.is_used[i]) continue;
       photo.error_px_rms += residual.squaredNorm();
@@ -315,7 +357,8 @@ class Calibrator final {
     }
     made_.height_rms = std::sqrt(height / spread);
     std::vector<double> distances;
-    for (const Rigid3& pose : compact.scene.cams_from_world) distances.push_back((pose.Center() - mean).norm());
+    for (const Rigid3& pose : compact.scene.cams_from_world)
+      distances.push_back((pose.Center() - mean).norm());
     const double usual = Median(distances);
     for (size_t v = 0; v < made_.photos.size(); ++v) {
       CalibrationPhoto& photo = made_.photos[v];
@@ -335,7 +378,8 @@ class Calibrator final {
   PlaneScene whole_;  // all views and points, also those that are not used
   std::vector<PlaneObservation> observations_;
   ObservationChoice choice_;
-  std::vector<std::string> other_camera_;  // of each view; empty but for those found to be of another camera
+  std::vector<std::string>
+      other_camera_;  // of each view; empty but for those found to be of another camera
   PlaneAdjustment adjustment_;
   Calibration made_;
 };
@@ -358,7 +402,8 @@ Status CalibrationOptions::Check() const {
   return adjustment.Check();
 }
 
-Result<Calibration> CalibrateCamera(const CalibrationInput& input, const CalibrationOptions& options) {
+Result<Calibration> CalibrateCamera(const CalibrationInput& input,
+                                    const CalibrationOptions& options) {
   VEDUTA_RETURN_IF_ERROR(options.Check());
   return Calibrator(input, options).Run();
 }

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
-// Calibrates a camera from photos of points on a floor whose places are unknown (R3 to R5), finds gross errors, and
-// says how well each parameter is known and what to photograph next.
+// Calibrates a camera from photos of points on a floor whose places are unknown (R3 to R5), finds
+// gross errors, and says how well each parameter is known and what to photograph next.
 
 #include <Eigen/Core>
 #include <array>
@@ -28,7 +28,8 @@ enum class CalibrationAdvice : uint8_t {
   kFewPhotos,       // a warning from here on
   kFocalLength,     // sigma of the focal length over 0.3 %: tilt more
   kPrincipalPoint,  // sigma over 1 % of the longer side
-  kDistortion,      // sigma somewhere in the photo over 1/1000 of the longer side: photograph the corners
+  kDistortion,      // sigma somewhere in the photo over 1/1000 of the longer side: photograph the
+                    // corners
   kOneDistance,     // with one of the above, where the photos are all from one distance
   kResidual,        // the model does not explain the observations
   kManyLeftOut,     // so many observations contradict the rest that the rest may be wrong
@@ -67,9 +68,9 @@ struct Calibration {
   std::vector<CalibrationResidual> residuals;
   double error_px_mean = 0, error_px_rms = 0;  // lengths of the residuals used
   double focal_search_px = 0;                  // what R4's search had said
-  double distortion_sigma_px = 0;              // largest over the photo, of the displacement that is undone
-  bool is_aspect_free = false;                 // fy was found to differ from fx
-  double aspect_sigmas = 0;                    // how far fy / fx is from 1, in its standard deviation
+  double distortion_sigma_px = 0;  // largest over the photo, of the displacement that is undone
+  bool is_aspect_free = false;     // fy was found to differ from fx
+  double aspect_sigmas = 0;        // how far fy / fx is from 1, in its standard deviation
   double height_rms = 0;  // of the points over their plane, over their RMS distance from its middle
 
   double Sigma(int intrinsic) const { return std::sqrt(covariance(intrinsic, intrinsic)); }
@@ -84,14 +85,18 @@ struct CalibrationOptions {
   Status Check() const;  // the first violated bound
 };
 
-// Photos of one size (a view of another one is an error that says so: two cameras, or one turned upright). Points that
-// contradict the rest, and photos most of whose points do or whose focal length is another, are left out with a word.
+// Photos of one size (a view of another one is an error that says so: two cameras, or one turned
+// upright). Points that contradict the rest, and photos most of whose points do or whose focal
+// length is another, are left out with a word.
 //
-// fy = fx unless the photos prove otherwise: the aspect is set free where that lowers the misfit by more than chance
-// (4 sigma, and more than 1/1000); sensors have square pixels, and an aspect that the photos leave open would spoil f.
+// fy = fx unless the photos prove otherwise: the aspect is set free where that lowers the misfit by
+// more than chance (4 sigma, and more than 1/1000); sensors have square pixels, and an aspect that
+// the photos leave open would spoil f.
 //
-// kInvalidArgument, with what to photograph, if nothing can be told: too few photos or points in common, no tilt,
-// photos of several cameras. Deterministic, one thread, about 1 s for 20 photos of 60 points. Thread-safe.
-Result<Calibration> CalibrateCamera(const CalibrationInput& input, const CalibrationOptions& options = {});
+// kInvalidArgument, with what to photograph, if nothing can be told: too few photos or points in
+// common, no tilt, photos of several cameras. Deterministic, one thread, about 1 s for 20 photos of
+// 60 points. Thread-safe.
+Result<Calibration> CalibrateCamera(const CalibrationInput& input,
+                                    const CalibrationOptions& options = {});
 
 }  // namespace veduta

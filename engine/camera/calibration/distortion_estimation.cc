@@ -35,10 +35,12 @@ std::vector<Step> PathBetween(const ViewTree& tree, uint32_t i, uint32_t j) {
   return path;
 }
 
-// One point's term of equation 1, over theta [4] = (u0, v0, k1, k2) and the homographies [9] of the path.
+// One point's term of equation 1, over theta [4] = (u0, v0, k1, k2) and the homographies [9] of the
+// path.
 class TransferCost {
  public:
-  TransferCost(std::vector<Step> path, const Eigen::Vector2d& x_i, const Eigen::Vector2d& x_j, double sigma)
+  TransferCost(std::vector<Step> path, const Eigen::Vector2d& x_i, const Eigen::Vector2d& x_j,
+               double sigma)
       : path_(std::move(path)), x_i_(x_i), x_j_(x_j), sigma_(sigma) {}
 
   template <typename T>
@@ -59,14 +61,17 @@ class TransferCost {
     }
     if (p[2] == T(0)) return false;
     const Vector2 error = (Undistort(theta, center, x_j_) - p.hnormalized()) / T(sigma_);
-    // J^-1 = I / g + d d^T (1/g' - 1/g) / r^2, with g = 1 + k1 r^2 + k2 r^4 and g' its derivative times r, plus g.
+    // J^-1 = I / g + d d^T (1/g' - 1/g) / r^2, with g = 1 + k1 r^2 + k2 r^4 and g' its derivative
+    // times r, plus g.
     const Vector2 d = x_j_.template cast<T>() - center;
     const T r2 = d.squaredNorm();
     const T across = T(1) + r2 * (theta[2] + theta[3] * r2);
     const T along = T(1) + r2 * (T(3) * theta[2] + T(5) * theta[3] * r2);
-    if (!(across > T(0.05)) || !(along > T(0.05))) return false;  // folded over: this step is refused
+    if (!(across > T(0.05)) || !(along > T(0.05)))
+      return false;  // folded over: this step is refused
     const Vector2 in_photo =
-        error / across - d * (d.dot(error) * (T(2) * theta[2] + T(4) * theta[3] * r2) / (across * along));
+        error / across -
+        d * (d.dot(error) * (T(2) * theta[2] + T(4) * theta[3] * r2) / (across * along));
     residual[0] = in_photo[0];
     residual[1] = in_photo[1];
     return true;
@@ -91,14 +96,15 @@ struct ThetaPrior {
   double center_sigma, coefficient_sigma;
   template <typename T>
   bool operator()(const T* theta, T* residual) const {
-    for (int k = 0; k < 4; ++k) residual[k] = theta[k] / T(k < 2 ? center_sigma : coefficient_sigma);
+    for (int k = 0; k < 4; ++k)
+      residual[k] = theta[k] / T(k < 2 ? center_sigma : coefficient_sigma);
     return true;
   }
 };
 
 // The adjacent pairs, and for each view those it shares most points with besides.
-std::set<std::pair<uint32_t, uint32_t>> ChoosePairs(const std::vector<PlanarView>& views, const ViewTree& tree,
-                                                    uint32_t extra_pairs) {
+std::set<std::pair<uint32_t, uint32_t>> ChoosePairs(const std::vector<PlanarView>& views,
+                                                    const ViewTree& tree, uint32_t extra_pairs) {
   std::set<std::pair<uint32_t, uint32_t>> pairs;
   for (const uint32_t v : tree.order) {
     if (v != tree.root) pairs.insert(std::minmax(v, tree.parent[v]));
@@ -123,7 +129,8 @@ double MedianResidual(ceres::Problem* problem, const std::vector<ceres::Residual
   for (size_t i = 0; i < blocks.size(); ++i) {
     double cost = 0;
     std::array<double, 2> residual;
-    if (!problem->EvaluateResidualBlock(blocks[i], false, &cost, residual.data(), nullptr)) continue;
+    if (!problem->EvaluateResidualBlock(blocks[i], false, &cost, residual.data(), nullptr))
+      continue;
     lengths.push_back(std::hypot(residual[0], residual[1]) * sigmas[i]);
   }
   if (lengths.empty()) return 0;
@@ -134,8 +141,8 @@ double MedianResidual(ceres::Problem* problem, const std::vector<ceres::Residual
 
 }  // namespace
 
-Result<DistortionEstimate> EstimateDistortion(const std::vector<PlanarView>& views, const DistortionOptions& options,
-                                              ViewTree* tree) {
+Result<DistortionEstimate> EstimateDistortion(const std::vector<PlanarView>& views,
+                                              const DistortionOptions& options, ViewTree* tree) {
   const InverseDistortion& start = options.start;
   // theta, then a homography a view: in one array, so that nothing depends on addresses.
   std::vector<double> parameters = {start.center.x(), start.center.y(), start.k1, start.k2};
@@ -186,7 +193,8 @@ Result<DistortionEstimate> EstimateDistortion(const std::vector<PlanarView>& vie
   ceres::Solver::Summary summary;
   ceres::Solve(solver, &problem, &summary);
   if (!summary.IsSolutionUsable()) {
-    return Status::InvalidArgument("calibration: the distortion cannot be estimated: " + summary.message);
+    return Status::InvalidArgument("calibration: the distortion cannot be estimated: " +
+                                   summary.message);
   }
   DistortionEstimate estimate;
   estimate.distortion = {{theta[0], theta[1]}, theta[2], theta[3]};

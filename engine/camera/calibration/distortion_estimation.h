@@ -12,11 +12,14 @@
 namespace veduta {
 
 struct DistortionOptions {
-  InverseDistortion start;       // the paper's: the image's centre and no distortion
-  uint32_t extra_pairs = 3;      // a view, besides the adjacent ones of the tree
-  double center_sigma = 0.05;    // > 0, ImageUnits; how far from the image's centre c is thought to lie
-  double coefficient_sigma = 2;  // > 0; likewise of k1 and k2, which a few points near the centre leave open
-  double loss_scale = 0.004;     // > 0, ImageUnits; where errors start to count less (Cauchy), 6 px of 1600
+  InverseDistortion start;   // the paper's: the image's centre and no distortion
+  uint32_t extra_pairs = 3;  // a view, besides the adjacent ones of the tree
+  double center_sigma =
+      0.05;  // > 0, ImageUnits; how far from the image's centre c is thought to lie
+  double coefficient_sigma =
+      2;  // > 0; likewise of k1 and k2, which a few points near the centre leave open
+  double loss_scale =
+      0.004;  // > 0, ImageUnits; where errors start to count less (Cauchy), 6 px of 1600
 };
 
 struct DistortionEstimate {
@@ -24,13 +27,14 @@ struct DistortionEstimate {
   double residual_median = 0;  // ImageUnits, in the photo
 };
 
-// Minimises over theta = (c, k1, k2) and the tree's homographies, which become those between undistorted views,
+// Minimises over theta = (c, k1, k2) and the tree's homographies, which become those between
+// undistorted views,
 //   sum_ij sum_k | J^-1 (D~(x_j^k) - H_ij D~(x_i^k)) |^2 / sigma^2,
-// H_ij being the product of the adjacent homographies along the tree. Equation 1 has no J, the derivative of D~ at
-// x_j^k: with it errors are measured in the photo, and a distortion that merely shrinks everything does not look good.
-// Starts at the given homographies. Ceres, sparse Levenberg-Marquardt with Cauchy's loss; one thread.
-// kInvalidArgument if the solver fails.
-Result<DistortionEstimate> EstimateDistortion(const std::vector<PlanarView>& views, const DistortionOptions& options,
-                                              ViewTree* tree);
+// H_ij being the product of the adjacent homographies along the tree. Equation 1 has no J, the
+// derivative of D~ at x_j^k: with it errors are measured in the photo, and a distortion that merely
+// shrinks everything does not look good. Starts at the given homographies. Ceres, sparse
+// Levenberg-Marquardt with Cauchy's loss; one thread. kInvalidArgument if the solver fails.
+Result<DistortionEstimate> EstimateDistortion(const std::vector<PlanarView>& views,
+                                              const DistortionOptions& options, ViewTree* tree);
 
 }  // namespace veduta

@@ -9,8 +9,8 @@
 
 namespace veduta {
 
-CameraModel InvertDistortion(const InverseDistortion& inverse, const ImageUnits& units, const CameraModel& pinhole,
-                             ConversionResidual* residual) {
+CameraModel InvertDistortion(const InverseDistortion& inverse, const ImageUnits& units,
+                             const CameraModel& pinhole, ConversionResidual* residual) {
   CameraModel model = pinhole;
   const Eigen::Vector2d center_px = units.ToPx(inverse.center);
   model.u0 = center_px.x();

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
-// From one radial model to the other, by least squares: the polynomial is not closed under inversion.
+// From one radial model to the other, by least squares: the polynomial is not closed under
+// inversion.
 
 #include "engine/camera/calibration/inverse_distortion.h"
 #include "engine/camera/calibration/planar_views.h"
@@ -13,10 +14,11 @@ struct ConversionResidual {
   double mean_px = 0, largest_px = 0;
 };
 
-// A CameraModel (forward distortion) with the focal length, principal point and size of `pinhole` that undistorts as
-// `inverse` does: k1 and k2 minimise, over a grid of the photo, the squared distance between where the forward model
-// takes the undistorted point and the photo's point. Linear in k1 and k2; the centre is kept. O(1000).
-CameraModel InvertDistortion(const InverseDistortion& inverse, const ImageUnits& units, const CameraModel& pinhole,
-                             ConversionResidual* residual);
+// A CameraModel (forward distortion) with the focal length, principal point and size of `pinhole`
+// that undistorts as `inverse` does: k1 and k2 minimise, over a grid of the photo, the squared
+// distance between where the forward model takes the undistorted point and the photo's point.
+// Linear in k1 and k2; the centre is kept. O(1000).
+CameraModel InvertDistortion(const InverseDistortion& inverse, const ImageUnits& units,
+                             const CameraModel& pinhole, ConversionResidual* residual);
 
 }  // namespace veduta

@@ -32,7 +32,8 @@ std::vector<NormalPair> Normals(std::span<const Eigen::Matrix3d> homographies, d
 // Equation 3 (or 4): the sum of the angles between a mean and the nearer normal of every pair.
 double SumOfAngles(const std::vector<NormalPair>& normals, const Eigen::Vector3d& mean) {
   double sum = 0;
-  for (const NormalPair& pair : normals) sum += std::min(AngleBetween(pair[0], mean), AngleBetween(pair[1], mean));
+  for (const NormalPair& pair : normals)
+    sum += std::min(AngleBetween(pair[0], mean), AngleBetween(pair[1], mean));
   return sum;
 }
 
@@ -40,17 +41,20 @@ double SumOfAngles(const std::vector<NormalPair>& normals, const Eigen::Vector3d
 std::pair<double, Eigen::Vector3d> BestMean(const std::vector<NormalPair>& normals) {
   const NormalPair* most_separated = &normals.front();
   for (const NormalPair& pair : normals) {
-    if (pair[0].dot(pair[1]) < (*most_separated)[0].dot((*most_separated)[1])) most_separated = &pair;
+    if (pair[0].dot(pair[1]) < (*most_separated)[0].dot((*most_separated)[1]))
+      most_separated = &pair;
   }
   const double plus = SumOfAngles(normals, (*most_separated)[0]);
   const double minus = SumOfAngles(normals, (*most_separated)[1]);
-  return plus <= minus ? std::pair(plus, (*most_separated)[0]) : std::pair(minus, (*most_separated)[1]);
+  return plus <= minus ? std::pair(plus, (*most_separated)[0])
+                       : std::pair(minus, (*most_separated)[1]);
 }
 
 }  // namespace
 
-std::optional<FocalEstimate> SearchFocalLength(std::span<const std::vector<Eigen::Matrix3d>> other_from_reference,
-                                               const FocalSearchOptions& options) {
+std::optional<FocalEstimate> SearchFocalLength(
+    std::span<const std::vector<Eigen::Matrix3d>> other_from_reference,
+    const FocalSearchOptions& options) {
   size_t count = 0;
   for (const auto& homographies : other_from_reference) count += homographies.size();
   if (count == 0) return std::nullopt;
@@ -78,7 +82,8 @@ std::optional<FocalEstimate> SearchFocalLength(std::span<const std::vector<Eigen
   }
   const double refined = (left + right) / 2, refined_score = score(refined);
   if (refined_score < best_score) best_score = refined_score, best = refined;
-  return FocalEstimate{std::exp(best), best_score / static_cast<double>(count) * 180 / std::numbers::pi};
+  return FocalEstimate{std::exp(best),
+                       best_score / static_cast<double>(count) * 180 / std::numbers::pi};
 }
 
 Eigen::Vector3d AgreedNormal(std::span<const Eigen::Matrix3d> other_from_reference, double focal) {

@@ -10,27 +10,33 @@
 namespace veduta {
 
 struct FocalSearchOptions {
-  double focal_min = 0.3, focal_max = 3;  // > 0; in units of the homographies' coordinates; the paper's section 2
-  uint32_t step_count = 48;               // >= 8; in equal ratios, 5 % apart; then refined between steps
+  double focal_min = 0.3,
+         focal_max = 3;  // > 0; in units of the homographies' coordinates; the paper's section 2
+  uint32_t step_count = 48;  // >= 8; in equal ratios, 5 % apart; then refined between steps
 };
 
 struct FocalEstimate {
-  double focal = 0;             // in the same units
-  double disagreement_deg = 0;  // mean angle between the views' normals and their mean at that focal length
+  double focal = 0;  // in the same units
+  double disagreement_deg =
+      0;  // mean angle between the views' normals and their mean at that focal length
 };
 
-// Each candidate f makes K = diag(f, f, 1), and each homography a pair of normals of the plane in the reference view,
-// by the decomposition of K^-1 H K; at the right one the normals agree.
+// Each candidate f makes K = diag(f, f, 1), and each homography a pair of normals of the plane in
+// the reference view, by the decomposition of K^-1 H K; at the right one the normals agree.
 //
-// other_from_reference  homographies between undistorted views, about the principal point (assumed known: the image's
-//                       centre), one list a reference view; several references vote with the sum of their scores.
+// other_from_reference  homographies between undistorted views, about the principal point (assumed
+// known: the image's
+//                       centre), one list a reference view; several references vote with the sum of
+//                       their scores.
 //
-// Nothing if there are no homographies. Deterministic, thread-safe, O(steps * homographies): about 1 us each.
-std::optional<FocalEstimate> SearchFocalLength(std::span<const std::vector<Eigen::Matrix3d>> other_from_reference,
-                                               const FocalSearchOptions& options = {});
+// Nothing if there are no homographies. Deterministic, thread-safe, O(steps * homographies): about
+// 1 us each.
+std::optional<FocalEstimate> SearchFocalLength(
+    std::span<const std::vector<Eigen::Matrix3d>> other_from_reference,
+    const FocalSearchOptions& options = {});
 
-// The normal of the plane in the reference view that the homographies agree on best, at a known focal length.
-// Expects at least one homography.
+// The normal of the plane in the reference view that the homographies agree on best, at a known
+// focal length. Expects at least one homography.
 Eigen::Vector3d AgreedNormal(std::span<const Eigen::Matrix3d> other_from_reference, double focal);
 
 }  // namespace veduta

@@ -22,7 +22,8 @@ std::optional<Eigen::Matrix3d> Normalization(std::span<const Eigen::Vector2d> po
   Eigen::Vector2d mean = Eigen::Vector2d::Zero();
   for (const Eigen::Vector2d& p : points) mean += p / static_cast<double>(points.size());
   double distance = 0;
-  for (const Eigen::Vector2d& p : points) distance += (p - mean).norm() / static_cast<double>(points.size());
+  for (const Eigen::Vector2d& p : points)
+    distance += (p - mean).norm() / static_cast<double>(points.size());
   if (!(distance > 0)) return std::nullopt;
   const double scale = std::sqrt(2.0) / distance;
   Eigen::Matrix3d t;
@@ -32,8 +33,9 @@ std::optional<Eigen::Matrix3d> Normalization(std::span<const Eigen::Vector2d> po
 
 // Unit norm, and positive third coordinates for most of the points.
 Eigen::Matrix3d Oriented(const Eigen::Matrix3d& h, std::span<const Eigen::Vector2d> a) {
-  const auto behind =
-      std::count_if(a.begin(), a.end(), [&](const Eigen::Vector2d& p) { return h.row(2).dot(p.homogeneous()) < 0; });
+  const auto behind = std::count_if(a.begin(), a.end(), [&](const Eigen::Vector2d& p) {
+    return h.row(2).dot(p.homogeneous()) < 0;
+  });
   const bool flip = 2 * static_cast<size_t>(behind) > a.size();
   return h / (flip ? -h.norm() : h.norm());
 }
@@ -57,8 +59,8 @@ std::optional<Eigen::Matrix3d> FitFour(const std::array<Eigen::Vector2d, 4>& a,
 }
 
 // Sum of squared errors, each cut off at the bound; infinite for a point that goes behind.
-double Score(const Eigen::Matrix3d& h, std::span<const Eigen::Vector2d> a, std::span<const Eigen::Vector2d> b,
-             double error_max, std::vector<uint32_t>* inliers) {
+double Score(const Eigen::Matrix3d& h, std::span<const Eigen::Vector2d> a,
+             std::span<const Eigen::Vector2d> b, double error_max, std::vector<uint32_t>* inliers) {
   inliers->clear();
   double score = 0;
   for (size_t i = 0; i < a.size(); ++i) {
@@ -71,7 +73,8 @@ double Score(const Eigen::Matrix3d& h, std::span<const Eigen::Vector2d> a, std::
 }
 
 template <typename Values>
-std::vector<typename Values::value_type> Select(Values values, const std::vector<uint32_t>& indices) {
+std::vector<typename Values::value_type> Select(Values values,
+                                                const std::vector<uint32_t>& indices) {
   std::vector<typename Values::value_type> selected;
   for (const uint32_t i : indices) selected.push_back(values[i]);
   return selected;
@@ -106,7 +109,9 @@ struct TransferCost {
     const T w = h[6] * place[0] + h[7] * place[1] + h[8];
     if (w == T(0)) return false;
     for (int k = 0; k < 2; ++k) {
-      residual[k] = ((h[3 * k] * place[0] + h[3 * k + 1] * place[1] + h[3 * k + 2]) / w - measured[k]) / sigma;
+      residual[k] =
+          ((h[3 * k] * place[0] + h[3 * k + 1] * place[1] + h[3 * k + 2]) / w - measured[k]) /
+          sigma;
     }
     return true;
   }
@@ -114,7 +119,8 @@ struct TransferCost {
 
 }  // namespace
 
-std::optional<Eigen::Matrix3d> FitHomography(std::span<const Eigen::Vector2d> a, std::span<const Eigen::Vector2d> b) {
+std::optional<Eigen::Matrix3d> FitHomography(std::span<const Eigen::Vector2d> a,
+                                             std::span<const Eigen::Vector2d> b) {
   if (a.size() < 4 || a.size() != b.size()) return std::nullopt;
   const auto normal_a = Normalization(a), normal_b = Normalization(b);
   if (!normal_a || !normal_b) return std::nullopt;
@@ -129,7 +135,8 @@ std::optional<Eigen::Matrix3d> FitHomography(std::span<const Eigen::Vector2d> a,
     rows.block<1, 3>(row + 1, 6) = -to.y() * from;
   }
   const Eigen::SelfAdjointEigenSolver<Eigen::Matrix<double, 9, 9>> eigen(rows.transpose() * rows);
-  constexpr double kRankTolerance = 1e-12;  // of squared singular values: a second vanishing one leaves H open
+  constexpr double kRankTolerance =
+      1e-12;  // of squared singular values: a second vanishing one leaves H open
   if (!(eigen.eigenvalues()[1] > kRankTolerance * eigen.eigenvalues()[8])) return std::nullopt;
   const Eigen::Matrix<double, 9, 1> h = eigen.eigenvectors().col(0);
   Eigen::Matrix3d normalized;
@@ -140,8 +147,8 @@ std::optional<Eigen::Matrix3d> FitHomography(std::span<const Eigen::Vector2d> a,
 }
 
 std::optional<RobustHomography> EstimateHomography(std::span<const Eigen::Vector2d> a,
-                                                   std::span<const Eigen::Vector2d> b, double error_max,
-                                                   uint64_t seed) {
+                                                   std::span<const Eigen::Vector2d> b,
+                                                   double error_max, uint64_t seed) {
   if (a.size() < kInliersMin || a.size() != b.size()) return std::nullopt;
   SeededRandom random(seed);
   RobustHomography best, tried;
@@ -172,17 +179,19 @@ std::optional<RobustHomography> EstimateHomography(std::span<const Eigen::Vector
 }
 
 Eigen::Matrix3d RefineHomography(const Eigen::Matrix3d& start, std::span<const Eigen::Vector2d> a,
-                                 std::span<const Eigen::Vector2d> b, std::span<const double> sigma_a,
-                                 std::span<const double> sigma_b) {
+                                 std::span<const Eigen::Vector2d> b,
+                                 std::span<const double> sigma_a, std::span<const double> sigma_b) {
   Eigen::Matrix<double, 3, 3, Eigen::RowMajor> h = start / start.norm();
   std::vector<Eigen::Vector2d> places(a.begin(), a.end());
   ceres::Problem problem;
   auto ordering = std::make_shared<ceres::ParameterBlockOrdering>();
   for (size_t i = 0; i < a.size(); ++i) {
-    problem.AddResidualBlock(new ceres::AutoDiffCostFunction<PlaceCost, 2, 2>(new PlaceCost{a[i], sigma_a[i]}), nullptr,
-                             places[i].data());
-    problem.AddResidualBlock(new ceres::AutoDiffCostFunction<TransferCost, 2, 9, 2>(new TransferCost{b[i], sigma_b[i]}),
-                             nullptr, h.data(), places[i].data());
+    problem.AddResidualBlock(
+        new ceres::AutoDiffCostFunction<PlaceCost, 2, 2>(new PlaceCost{a[i], sigma_a[i]}), nullptr,
+        places[i].data());
+    problem.AddResidualBlock(
+        new ceres::AutoDiffCostFunction<TransferCost, 2, 9, 2>(new TransferCost{b[i], sigma_b[i]}),
+        nullptr, h.data(), places[i].data());
     ordering->AddElementToGroup(places[i].data(), 0);
   }
   problem.SetManifold(h.data(), new ceres::SphereManifold<9>());  // the scale of H means nothing

@@ -21,16 +21,18 @@ std::array<PlaneMotion, 2> DecomposeHomography(const Eigen::Matrix3d& h) {
   std::array<PlaneMotion, 2> motions;
   for (int k = 0; k < 2; ++k) {
     // A vector of the plane's direction whose length H keeps, besides v2.
-    const Eigen::Vector3d u = (std::sqrt(small / both) * eigen.eigenvectors().col(2) +
-                               (k == 0 ? 1 : -1) * std::sqrt(large / both) * eigen.eigenvectors().col(0))
-                                  .normalized();
+    const Eigen::Vector3d u =
+        (std::sqrt(small / both) * eigen.eigenvectors().col(2) +
+         (k == 0 ? 1 : -1) * std::sqrt(large / both) * eigen.eigenvectors().col(0))
+            .normalized();
     Eigen::Matrix3d from, to;
     from << v2, u, v2.cross(u);
     const Eigen::Vector3d unit_v2 = unit * v2, unit_u = unit * u;
     to << unit_v2, unit_u, unit_v2.cross(unit_u);
     PlaneMotion& motion = motions[static_cast<size_t>(k)];
     motion.b_from_a = to * from.transpose();
-    motion.normal_in_a = from.col(2).z() < 0 ? Eigen::Vector3d(-from.col(2)) : Eigen::Vector3d(from.col(2));
+    motion.normal_in_a =
+        from.col(2).z() < 0 ? Eigen::Vector3d(-from.col(2)) : Eigen::Vector3d(from.col(2));
     motion.translation_per_distance = (unit - motion.b_from_a) * motion.normal_in_a;
   }
   return motions;

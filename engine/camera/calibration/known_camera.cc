@@ -24,9 +24,11 @@ using Coefficients = std::array<double, kCoefficientsMax>;
 // OpenCV's model: from normalised undistorted to normalised distorted coordinates.
 Eigen::Vector2d Distort(const Coefficients& k, const Eigen::Vector2d& x) {
   const double r2 = x.squaredNorm(), r4 = r2 * r2, r6 = r4 * r2, xy = x.x() * x.y();
-  const double radial = (1 + k[0] * r2 + k[1] * r4 + k[4] * r6) / (1 + k[5] * r2 + k[6] * r4 + k[7] * r6);
-  return {x.x() * radial + 2 * k[2] * xy + k[3] * (r2 + 2 * x.x() * x.x()) + k[8] * r2 + k[9] * r4,
-          x.y() * radial + k[2] * (r2 + 2 * x.y() * x.y()) + 2 * k[3] * xy + k[10] * r2 + k[11] * r4};
+  const double radial =
+      (1 + k[0] * r2 + k[1] * r4 + k[4] * r6) / (1 + k[5] * r2 + k[6] * r4 + k[7] * r6);
+  return {
+      x.x() * radial + 2 * k[2] * xy + k[3] * (r2 + 2 * x.x() * x.x()) + k[8] * r2 + k[9] * r4,
+      x.y() * radial + k[2] * (r2 + 2 * x.y() * x.y()) + 2 * k[3] * xy + k[10] * r2 + k[11] * r4};
 }
 
 struct Ray {
@@ -45,8 +47,10 @@ std::vector<Ray> RaysThatReachThePhoto(const KnownCamera& known, const Coefficie
     double last = -1;
     for (int step = 0; step < 4 * kSteps; ++step) {
       const Eigen::Vector2d x = across * step / kSteps * direction, distorted = Distort(k, x);
-      const Eigen::Vector2d px(known.cx + known.fx * distorted.x(), known.cy + known.fy * distorted.y());
-      const bool is_inside = px.x() >= -0.5 && px.y() >= -0.5 && px.x() <= width - 0.5 && px.y() <= height - 0.5;
+      const Eigen::Vector2d px(known.cx + known.fx * distorted.x(),
+                               known.cy + known.fy * distorted.y());
+      const bool is_inside =
+          px.x() >= -0.5 && px.y() >= -0.5 && px.x() <= width - 0.5 && px.y() <= height - 0.5;
       if (!px.allFinite() || !is_inside || distorted.dot(direction) <= last) break;
       last = distorted.dot(direction);
       rays.push_back({x, px});
@@ -83,11 +87,13 @@ void FitLens(const std::vector<Ray>& rays, CameraModel* model) {
   std::array<double, 4> lens = {model->k1, model->k2, 0, 0};
   ceres::Problem problem;
   for (const Ray& ray : rays) {
-    problem.AddResidualBlock(new ceres::AutoDiffCostFunction<DifferenceCost, 2, 4>(
-                                 new DifferenceCost{ray, model->fx, model->fy, model->cx, model->cy}),
-                             nullptr, lens.data());
+    problem.AddResidualBlock(
+        new ceres::AutoDiffCostFunction<DifferenceCost, 2, 4>(
+            new DifferenceCost{ray, model->fx, model->fy, model->cx, model->cy}),
+        nullptr, lens.data());
   }
-  problem.AddResidualBlock(new ceres::AutoDiffCostFunction<CenterCost, 2, 4>(new CenterCost), nullptr, lens.data());
+  problem.AddResidualBlock(new ceres::AutoDiffCostFunction<CenterCost, 2, 4>(new CenterCost),
+                           nullptr, lens.data());
   ceres::Solver::Options options;
   options.linear_solver_type = ceres::DENSE_QR;
   options.num_threads = 1;
@@ -101,15 +107,18 @@ void FitLens(const std::vector<Ray>& rays, CameraModel* model) {
   model->v0 = model->cy + model->fy * lens[3];
 }
 
-// The rays that the model has at a grid of the photo, corners included, and where the known camera sees them.
-std::vector<Ray> RaysOfGrid(const CameraModel& model, const Coefficients& k, std::vector<Eigen::Vector2d>* ours_px) {
+// The rays that the model has at a grid of the photo, corners included, and where the known camera
+// sees them.
+std::vector<Ray> RaysOfGrid(const CameraModel& model, const Coefficients& k,
+                            std::vector<Eigen::Vector2d>* ours_px) {
   constexpr int kAcross = 32, kDown = 24;
   const Eigen::Vector2d center(model.cx, model.cy), focal(model.fx, model.fy);
   std::vector<Ray> rays;
   for (int i = 0; i < (kAcross + 1) * (kDown + 1); ++i) {
     const Eigen::Vector2d px(i % (kAcross + 1) * (model.width_px - 1.0) / kAcross,
                              i / (kAcross + 1) * (model.height_px - 1.0) / kDown);
-    const Eigen::Vector2d undistorted = UndistortPixel(model, px).value_or(px);  // CheckCamera: there always is one
+    const Eigen::Vector2d undistorted =
+        UndistortPixel(model, px).value_or(px);  // CheckCamera: there always is one
     const Eigen::Vector2d x = (undistorted - center).cwiseQuotient(focal);
     rays.push_back({x, center + focal.cwiseProduct(Distort(k, x))});
     ours_px->push_back(px);
@@ -117,7 +126,8 @@ std::vector<Ray> RaysOfGrid(const CameraModel& model, const Coefficients& k, std
   return rays;
 }
 
-// First on rays that certainly reach the photo, then on those that our model has at its very corners.
+// First on rays that certainly reach the photo, then on those that our model has at its very
+// corners.
 Status FitLens(const KnownCamera& known, const Coefficients& k, ConvertedCamera* made) {
   FitLens(RaysThatReachThePhoto(known, k), &made->model);
   std::vector<Eigen::Vector2d> ours_px;
@@ -140,8 +150,9 @@ Status FitLens(const KnownCamera& known, const Coefficients& k, ConvertedCamera*
 
 Result<ConvertedCamera> ConvertCamera(const KnownCamera& known) {
   if (known.coefficients.size() > kCoefficientsMax) {
-    return Status::InvalidArgument("camera: " + std::to_string(known.coefficients.size()) +
-                                   " distortion coefficients; at most 12 of OpenCV's are understood");
+    return Status::InvalidArgument(
+        "camera: " + std::to_string(known.coefficients.size()) +
+        " distortion coefficients; at most 12 of OpenCV's are understood");
   }
   Coefficients k{};
   std::copy(known.coefficients.begin(), known.coefficients.end(), k.begin());
@@ -149,15 +160,24 @@ Result<ConvertedCamera> ConvertCamera(const KnownCamera& known) {
     return Status::InvalidArgument("camera: a distortion coefficient is not a finite number");
   }
   ConvertedCamera made;
-  made.model = {
-      known.size.width_px, known.size.height_px, known.fx, known.fy, known.cx, known.cy, 0, 0, known.cx, known.cy};
+  made.model = {known.size.width_px,
+                known.size.height_px,
+                known.fx,
+                known.fy,
+                known.cx,
+                known.cy,
+                0,
+                0,
+                known.cx,
+                known.cy};
   VEDUTA_RETURN_IF_ERROR(CheckCamera(made.model));
   made.model.k1 = k[0];
   made.model.k2 = k[1];
   const bool is_exact = std::all_of(k.begin() + 2, k.end(), [](double c) { return c == 0; });
   if (!is_exact) {
     VEDUTA_RETURN_IF_ERROR(FitLens(known, k, &made));
-    if (!(made.residual.largest_px <= kDifferenceMax * std::max(known.size.width_px, known.size.height_px))) {
+    if (!(made.residual.largest_px <=
+          kDifferenceMax * std::max(known.size.width_px, known.size.height_px))) {
       return Status::InvalidArgument(
           "camera: its distortion cannot be expressed by k1, k2 and a centre: they would be " +
           NumberText(std::round(10 * made.residual.largest_px) / 10) +

@@ -27,10 +27,11 @@ struct ConvertedCamera {
   ConversionResidual residual;  // between the two models, over the photo
 };
 
-// Keeps fx, fy, cx, cy; k1, k2, u0, v0 minimise the squared distance in px between where the two models see the rays
-// that reach the photo. Exact where the coefficients are k1 and k2 alone; a small tangential distortion is what a
-// centre of its own does, to first order. kInvalidArgument if a value is no number, CheckCamera refuses the result, or
-// the models differ by more than 1/200 of the longer side somewhere. Deterministic; about 10 ms.
+// Keeps fx, fy, cx, cy; k1, k2, u0, v0 minimise the squared distance in px between where the two
+// models see the rays that reach the photo. Exact where the coefficients are k1 and k2 alone; a
+// small tangential distortion is what a centre of its own does, to first order. kInvalidArgument if
+// a value is no number, CheckCamera refuses the result, or the models differ by more than 1/200 of
+// the longer side somewhere. Deterministic; about 10 ms.
 Result<ConvertedCamera> ConvertCamera(const KnownCamera& known);
 
 // A camera of COLMAP's cameras.txt.
@@ -40,12 +41,14 @@ struct ColmapCamera {
   KnownCamera camera;
 };
 
-// All cameras of the text of a cameras.txt, in its order: SIMPLE_PINHOLE, PINHOLE, SIMPLE_RADIAL, RADIAL and OPENCV.
-// COLMAP's centre of the top-left pixel, (0.5, 0.5), becomes ours. kInvalidArgument names line and fault.
+// All cameras of the text of a cameras.txt, in its order: SIMPLE_PINHOLE, PINHOLE, SIMPLE_RADIAL,
+// RADIAL and OPENCV. COLMAP's centre of the top-left pixel, (0.5, 0.5), becomes ours.
+// kInvalidArgument names line and fault.
 Result<std::vector<ColmapCamera>> ParseColmapCameras(std::string_view text);
 
-// The camera in the text of a file that OpenCV's FileStorage wrote (YAML, XML or JSON): image_width, image_height,
-// camera_matrix, distortion_coefficients. kInvalidArgument names what is missing or wrong.
+// The camera in the text of a file that OpenCV's FileStorage wrote (YAML, XML or JSON):
+// image_width, image_height, camera_matrix, distortion_coefficients. kInvalidArgument names what is
+// missing or wrong.
 Result<KnownCamera> ParseOpenCvCamera(const std::string& text);
 
 }  // namespace veduta

@@ -51,12 +51,15 @@ std::string Quoted(std::string_view word) {
 
 Result<std::vector<double>> Numbers(const cv::FileNode& node, const std::string& name) {
   const cv::FileNode data = node.isMap() ? node["data"] : node;
-  if (!data.isSeq()) return Status::InvalidArgument("camera file: " + name + " is missing or no matrix");
+  if (!data.isSeq())
+    return Status::InvalidArgument("camera file: " + name + " is missing or no matrix");
   std::vector<double> numbers;
   for (const cv::FileNode& number : data) {
-    if (numbers.size() == 64) return Status::InvalidArgument("camera file: " + name + " has too many numbers");
+    if (numbers.size() == 64)
+      return Status::InvalidArgument("camera file: " + name + " has too many numbers");
     if (!number.isReal() && !number.isInt()) {
-      return Status::InvalidArgument("camera file: " + name + " holds something that is not a number");
+      return Status::InvalidArgument("camera file: " + name +
+                                     " holds something that is not a number");
     }
     numbers.push_back(static_cast<double>(number));
   }
@@ -65,19 +68,23 @@ Result<std::vector<double>> Numbers(const cv::FileNode& node, const std::string&
 
 Result<KnownCamera> ReadStorage(const std::string& text) {
   const cv::FileStorage storage(text, cv::FileStorage::READ | cv::FileStorage::MEMORY);
-  if (!storage.isOpened()) return Status::InvalidArgument("camera file: not a file of OpenCV's FileStorage");
+  if (!storage.isOpened())
+    return Status::InvalidArgument("camera file: not a file of OpenCV's FileStorage");
   KnownCamera camera;
-  for (const auto& [name, side] :
-       {std::pair("image_width", &camera.size.width_px), std::pair("image_height", &camera.size.height_px)}) {
+  for (const auto& [name, side] : {std::pair("image_width", &camera.size.width_px),
+                                   std::pair("image_height", &camera.size.height_px)}) {
     const cv::FileNode node = storage[name];
     const double value = node.isInt() || node.isReal() ? static_cast<double>(node) : 0;
     if (!IsSide(value)) {
-      return Status::InvalidArgument(std::string("camera file: ") + name + " is missing or not in 1..65535");
+      return Status::InvalidArgument(std::string("camera file: ") + name +
+                                     " is missing or not in 1..65535");
     }
     *side = static_cast<uint32_t>(value);
   }
-  VEDUTA_ASSIGN_OR_RETURN(const std::vector<double> k, Numbers(storage["camera_matrix"], "camera_matrix"));
-  if (k.size() != 9) return Status::InvalidArgument("camera file: camera_matrix does not have 9 numbers");
+  VEDUTA_ASSIGN_OR_RETURN(const std::vector<double> k,
+                          Numbers(storage["camera_matrix"], "camera_matrix"));
+  if (k.size() != 9)
+    return Status::InvalidArgument("camera file: camera_matrix does not have 9 numbers");
   if (k[1] != 0 || k[3] != 0 || k[6] != 0 || k[7] != 0 || k[8] != 1) {
     return Status::InvalidArgument("camera file: camera_matrix is not [fx 0 cx; 0 fy cy; 0 0 1]");
   }
@@ -85,8 +92,10 @@ Result<KnownCamera> ReadStorage(const std::string& text) {
   camera.cx = k[2];
   camera.fy = k[4];
   camera.cy = k[5];
-  VEDUTA_ASSIGN_OR_RETURN(camera.coefficients, Numbers(storage["distortion_coefficients"], "distortion_coefficients"));
-  while (!camera.coefficients.empty() && camera.coefficients.back() == 0) camera.coefficients.pop_back();
+  VEDUTA_ASSIGN_OR_RETURN(camera.coefficients,
+                          Numbers(storage["distortion_coefficients"], "distortion_coefficients"));
+  while (!camera.coefficients.empty() && camera.coefficients.back() == 0)
+    camera.coefficients.pop_back();
   return camera;
 }
 
@@ -104,14 +113,15 @@ Result<std::vector<ColmapCamera>> ParseColmapCameras(std::string_view text) {
     const std::string where = "cameras.txt, line " + std::to_string(number) + ": ";
     ColmapCamera read;
     double width = 0, height = 0;
-    if (words.size() < 4 || !Parse(words[0], &read.id) || !Parse(words[2], &width) || !Parse(words[3], &height) ||
-        !IsSide(width) || !IsSide(height)) {
+    if (words.size() < 4 || !Parse(words[0], &read.id) || !Parse(words[2], &width) ||
+        !Parse(words[3], &height) || !IsSide(width) || !IsSide(height)) {
       return Status::InvalidArgument(where + "not CAMERA_ID MODEL WIDTH HEIGHT PARAMS...");
     }
     const auto model = kParameterCounts.find(words[1]);
     if (model == kParameterCounts.end()) {
-      return Status::InvalidArgument(where + "the model " + Quoted(words[1]) +
-                                     " is not one of SIMPLE_PINHOLE, PINHOLE, SIMPLE_RADIAL, RADIAL, OPENCV");
+      return Status::InvalidArgument(
+          where + "the model " + Quoted(words[1]) +
+          " is not one of SIMPLE_PINHOLE, PINHOLE, SIMPLE_RADIAL, RADIAL, OPENCV");
     }
     std::vector<double> parameters(words.size() - 4);
     for (size_t i = 0; i < parameters.size(); ++i) {
@@ -120,10 +130,12 @@ Result<std::vector<ColmapCamera>> ParseColmapCameras(std::string_view text) {
       }
     }
     if (parameters.size() != model->second) {
-      return Status::InvalidArgument(where + model->first + " has " + std::to_string(model->second) +
-                                     " parameters, not " + std::to_string(parameters.size()));
+      return Status::InvalidArgument(where + model->first + " has " +
+                                     std::to_string(model->second) + " parameters, not " +
+                                     std::to_string(parameters.size()));
     }
-    if (cameras.size() == kCamerasMax) return Status::InvalidArgument("cameras.txt: more than 100000 cameras");
+    if (cameras.size() == kCamerasMax)
+      return Status::InvalidArgument("cameras.txt: more than 100000 cameras");
     read.model = model->first;
     read.camera.size = {static_cast<uint32_t>(width), static_cast<uint32_t>(height)};
     SetParameters(read.model, parameters, &read.camera);
@@ -139,7 +151,8 @@ Result<KnownCamera> ParseOpenCvCamera(const std::string& text) {
     const bool is_plain = text.find_first_of("%<{") != text.find_first_not_of(" \t\r\n");
     return ReadStorage(is_plain ? "%YAML:1.0\n---\n" + text : text);
   } catch (const std::exception& error) {  // cv::Exception among them
-    return Status::InvalidArgument("camera file: OpenCV cannot read it: " + std::string(error.what()));
+    return Status::InvalidArgument("camera file: OpenCV cannot read it: " +
+                                   std::string(error.what()));
   }
 }
 

@@ -14,7 +14,8 @@ namespace {
 // Where each view placed so far saw a point, on the plane.
 using Sightings = std::vector<std::vector<Eigen::Vector2d>>;
 
-void AddSightings(const PlanarView& view, const Rigid3& cam_from_world, double focal, Sightings* sightings) {
+void AddSightings(const PlanarView& view, const Rigid3& cam_from_world, double focal,
+                  Sightings* sightings) {
   const Rigid3 world_from_cam = cam_from_world.Inverse();
   for (const PlanarPoint& p : view) {
     const Eigen::Vector3d ray = world_from_cam.rotation * (p.x / focal).homogeneous();
@@ -34,7 +35,8 @@ Rigid3 RootPose(const Eigen::Vector3d& normal_in_cam) {
 
 }  // namespace
 
-std::optional<Eigen::Vector2d> Consensus(const std::vector<Eigen::Vector2d>& places, double distance_max) {
+std::optional<Eigen::Vector2d> Consensus(const std::vector<Eigen::Vector2d>& places,
+                                         double distance_max) {
   std::optional<Eigen::Vector2d> best;
   size_t best_count = 0;
   for (const Eigen::Vector2d& center : places) {
@@ -48,8 +50,8 @@ std::optional<Eigen::Vector2d> Consensus(const std::vector<Eigen::Vector2d>& pla
   return best;
 }
 
-MetricReconstruction InitializeMetric(const std::vector<PlanarView>& views, const ViewTree& tree, double focal,
-                                      const MetricOptions& options) {
+MetricReconstruction InitializeMetric(const std::vector<PlanarView>& views, const ViewTree& tree,
+                                      double focal, const MetricOptions& options) {
   MetricReconstruction made;
   made.cams_from_world.resize(views.size());
   uint32_t point_count = 0;
@@ -69,7 +71,8 @@ MetricReconstruction InitializeMetric(const std::vector<PlanarView>& views, cons
   const auto place = [&](uint32_t view, const Rigid3& pose) {
     made.cams_from_world[view] = pose;
     AddSightings(views[view], pose, focal, &sightings);
-    for (const PlanarPoint& p : views[view]) made.points[p.point] = Consensus(sightings[p.point], distance_max);
+    for (const PlanarPoint& p : views[view])
+      made.points[p.point] = Consensus(sightings[p.point], distance_max);
   };
   place(tree.root, RootPose(AgreedNormal(from_root, focal)));
 
@@ -79,8 +82,9 @@ MetricReconstruction InitializeMetric(const std::vector<PlanarView>& views, cons
     uint32_t next = kNoView;
     size_t most = 0;
     for (const uint32_t v : tree.order) {
-      const auto known = static_cast<size_t>(std::count_if(
-          views[v].begin(), views[v].end(), [&](const PlanarPoint& p) { return made.points[p.point].has_value(); }));
+      const auto known = static_cast<size_t>(
+          std::count_if(views[v].begin(), views[v].end(),
+                        [&](const PlanarPoint& p) { return made.points[p.point].has_value(); }));
       if (!is_done[v] && known > most) most = known, next = v;
     }
     if (next == kNoView) return made;
@@ -93,7 +97,8 @@ MetricReconstruction InitializeMetric(const std::vector<PlanarView>& views, cons
     }
     const auto pose = EstimatePlanePose(plane, x, options.error_max / focal, next);
     if (!pose || pose->inliers.size() < options.agreeing_count_min) continue;
-    if (static_cast<double>(pose->inliers.size()) < options.agreeing_share_min * static_cast<double>(x.size()))
+    if (static_cast<double>(pose->inliers.size()) <
+        options.agreeing_share_min * static_cast<double>(x.size()))
       continue;
     place(next, pose->cam_from_world);
   }

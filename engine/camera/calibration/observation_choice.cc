@@ -13,8 +13,9 @@ uint32_t NewNumber(const std::vector<uint32_t>& kept, uint32_t old) {
 
 }  // namespace
 
-void ChooseObservations(const std::vector<PlaneObservation>& observations, const std::vector<double>& errors,
-                        const ChoiceOptions& options, ObservationChoice* choice) {
+void ChooseObservations(const std::vector<PlaneObservation>& observations,
+                        const std::vector<double>& errors, const ChoiceOptions& options,
+                        ObservationChoice* choice) {
   std::vector<uint32_t> seen(choice->why_left_out.size()), fitting(seen);
   for (size_t i = 0; i < observations.size(); ++i) {
     ++seen[observations[i].view];
@@ -23,11 +24,13 @@ void ChooseObservations(const std::vector<PlaneObservation>& observations, const
   for (size_t v = 0; v < seen.size(); ++v) {
     std::string& why = choice->why_left_out[v];
     if (!why.empty()) continue;
-    const std::string counts = std::to_string(fitting[v]) + " of its " + std::to_string(seen[v]) + " points fit";
+    const std::string counts =
+        std::to_string(fitting[v]) + " of its " + std::to_string(seen[v]) + " points fit";
     if (static_cast<double>(fitting[v]) < options.photo_share_min * static_cast<double>(seen[v])) {
       why = "only " + counts + " with the other photos";
     } else if (fitting[v] < options.photo_points_min) {
-      why = "too few points: " + counts + ", " + std::to_string(options.photo_points_min) + " are needed";
+      why = "too few points: " + counts + ", " + std::to_string(options.photo_points_min) +
+            " are needed";
     }
   }
   choice->is_used.assign(observations.size(), false);
@@ -43,8 +46,8 @@ void ChooseObservations(const std::vector<PlaneObservation>& observations, const
   }
 }
 
-CompactScene Compact(const std::vector<PlaneObservation>& observations, const ObservationChoice& choice,
-                     const PlaneScene& whole) {
+CompactScene Compact(const std::vector<PlaneObservation>& observations,
+                     const ObservationChoice& choice, const PlaneScene& whole) {
   CompactScene compact;
   std::set<uint32_t> views, points;
   for (size_t i = 0; i < observations.size(); ++i) {
@@ -56,7 +59,8 @@ CompactScene Compact(const std::vector<PlaneObservation>& observations, const Ob
   compact.views.assign(views.begin(), views.end());
   compact.points.assign(points.begin(), points.end());
   compact.scene.camera = whole.camera;
-  for (const uint32_t v : compact.views) compact.scene.cams_from_world.push_back(whole.cams_from_world[v]);
+  for (const uint32_t v : compact.views)
+    compact.scene.cams_from_world.push_back(whole.cams_from_world[v]);
   for (const uint32_t p : compact.points) compact.scene.points.push_back(whole.points[p]);
   for (const uint32_t i : compact.indices) {
     PlaneObservation o = observations[i];
@@ -72,7 +76,8 @@ void Expand(const CompactScene& compact, PlaneScene* whole) {
   for (size_t v = 0; v < compact.views.size(); ++v) {
     whole->cams_from_world[compact.views[v]] = compact.scene.cams_from_world[v];
   }
-  for (size_t p = 0; p < compact.points.size(); ++p) whole->points[compact.points[p]] = compact.scene.points[p];
+  for (size_t p = 0; p < compact.points.size(); ++p)
+    whole->points[compact.points[p]] = compact.scene.points[p];
 }
 
 }  // namespace veduta

@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
-// What a calibration starts from: where in which photo which point of a flat target was seen. How the points lie to
-// each other on their plane is unknown; that they do not move between the photos is assumed, and checked.
+// What a calibration starts from: where in which photo which point of a flat target was seen. How
+// the points lie to each other on their plane is unknown; that they do not move between the photos
+// is assumed, and checked.
 
 #include <Eigen/Core>
 #include <cstdint>
@@ -13,9 +14,11 @@
 namespace veduta {
 
 struct PointObservation {
-  uint32_t id = 0;       // the same physical point in all views; at most once a view
-  Eigen::Vector2d px;    // in the upright photo as taken (distorted); the centre of the top-left pixel is (0, 0)
-  double sigma_px = 1.;  // > 0; standard deviation of each coordinate. Only the ratios matter: the scale is estimated
+  uint32_t id = 0;  // the same physical point in all views; at most once a view
+  Eigen::Vector2d
+      px;  // in the upright photo as taken (distorted); the centre of the top-left pixel is (0, 0)
+  double sigma_px = 1.;  // > 0; standard deviation of each coordinate. Only the ratios matter: the
+                         // scale is estimated
 };
 
 struct ViewObservations {

@@ -18,7 +18,8 @@ PlanarViews MakePlanarViews(const CalibrationInput& input) {
     for (const PointObservation& point : view.points) made.point_ids.push_back(point.id);
   }
   std::sort(made.point_ids.begin(), made.point_ids.end());
-  made.point_ids.erase(std::unique(made.point_ids.begin(), made.point_ids.end()), made.point_ids.end());
+  made.point_ids.erase(std::unique(made.point_ids.begin(), made.point_ids.end()),
+                       made.point_ids.end());
 
   for (const ViewObservations& view : input.views) {
     std::map<uint32_t, std::vector<const PointObservation*>> of_id;
@@ -27,7 +28,8 @@ PlanarViews MakePlanarViews(const CalibrationInput& input) {
     for (const auto& [id, seen] : of_id) {
       if (seen.size() != 1) continue;
       const auto at = std::lower_bound(made.point_ids.begin(), made.point_ids.end(), id);
-      planar.push_back({static_cast<uint32_t>(at - made.point_ids.begin()), made.units.FromPx(seen.front()->px),
+      planar.push_back({static_cast<uint32_t>(at - made.point_ids.begin()),
+                        made.units.FromPx(seen.front()->px),
                         seen.front()->sigma_px / made.units.unit_px});
     }
   }

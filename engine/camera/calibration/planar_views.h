@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
-// The observations as the steps of the estimation use them: points numbered densely, positions about the centre of
-// the image in units of its longer side, so that every number is about 1 whatever the camera.
+// The observations as the steps of the estimation use them: points numbered densely, positions
+// about the centre of the image in units of its longer side, so that every number is about 1
+// whatever the camera.
 
 #include <Eigen/Core>
 #include <cstdint>
@@ -40,7 +41,8 @@ struct PlanarViews {
   std::vector<uint32_t> point_ids;  // ascending; the id of each dense point
 };
 
-// Expects views of one size. A point that a view lists twice is dropped from that view: one of them is misread.
+// Expects views of one size. A point that a view lists twice is dropped from that view: one of them
+// is misread.
 PlanarViews MakePlanarViews(const CalibrationInput& input);
 
 // Positions in a and in b of what both see, ascending by point. O(|a| + |b|).

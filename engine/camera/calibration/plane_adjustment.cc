@@ -38,11 +38,13 @@ double RmsDistanceFromMean(const std::vector<Eigen::Vector3d>& points) {
   Eigen::Vector3d mean = Eigen::Vector3d::Zero();
   for (const Eigen::Vector3d& p : points) mean += p / static_cast<double>(points.size());
   double sum = 0;
-  for (const Eigen::Vector3d& p : points) sum += (p - mean).squaredNorm() / static_cast<double>(points.size());
+  for (const Eigen::Vector3d& p : points)
+    sum += (p - mean).squaredNorm() / static_cast<double>(points.size());
   return std::sqrt(sum);
 }
 
-// The point farthest from the mean, and that farthest from it: their x and y hold place, turn and scale.
+// The point farthest from the mean, and that farthest from it: their x and y hold place, turn and
+// scale.
 std::pair<size_t, size_t> GaugePoints(const std::vector<Eigen::Vector3d>& points) {
   Eigen::Vector3d mean = Eigen::Vector3d::Zero();
   for (const Eigen::Vector3d& p : points) mean += p / static_cast<double>(points.size());
@@ -50,7 +52,8 @@ std::pair<size_t, size_t> GaugePoints(const std::vector<Eigen::Vector3d>& points
     const auto nearer = [&](const Eigen::Vector3d& a, const Eigen::Vector3d& b) {
       return (a - from).squaredNorm() < (b - from).squaredNorm();
     };
-    return static_cast<size_t>(std::max_element(points.begin(), points.end(), nearer) - points.begin());
+    return static_cast<size_t>(std::max_element(points.begin(), points.end(), nearer) -
+                               points.begin());
   };
   const size_t first = farthest(mean);
   return {first, farthest(points[first])};
@@ -58,7 +61,8 @@ std::pair<size_t, size_t> GaugePoints(const std::vector<Eigen::Vector3d>& points
 
 class Adjuster final {
  public:
-  Adjuster(const std::vector<PlaneObservation>& observations, const PlaneAdjustmentOptions& options, PlaneScene* scene)
+  Adjuster(const std::vector<PlaneObservation>& observations, const PlaneAdjustmentOptions& options,
+           PlaneScene* scene)
       : observations_(observations), options_(options), scene_(scene), problem_(ProblemOptions()) {}
 
   Result<PlaneAdjustment> Run() {
@@ -73,14 +77,16 @@ class Adjuster final {
     ceres::Solver::Summary summary;
     ceres::Solve(solver, &problem_, &summary);
     if (!summary.IsSolutionUsable()) {
-      return Status::InvalidArgument("calibration: the final adjustment failed: " + summary.message);
+      return Status::InvalidArgument("calibration: the final adjustment failed: " +
+                                     summary.message);
     }
     for (size_t v = 0; v < scene_->cams_from_world.size(); ++v) {
       const Eigen::Quaterniond rotation(Rotation(v));
       scene_->cams_from_world[v] = {rotation.normalized(), Eigen::Vector3d(Rotation(v) + 4)};
     }
     const double* const l = Lens();
-    scene_->camera = WithIntrinsics(scene_->camera, {l[0], l[0] * l[1], l[2], l[3], l[4], l[5], l[6], l[7]});
+    scene_->camera =
+        WithIntrinsics(scene_->camera, {l[0], l[0] * l[1], l[2], l[3], l[4], l[5], l[6], l[7]});
     PlaneAdjustment made;
     made.cost = summary.final_cost;
     Finish(&made);
@@ -106,16 +112,19 @@ class Adjuster final {
     }
     auto* loss = new ceres::CauchyLoss(options_.loss_scale);
     for (const PlaneObservation& o : observations_) {
-      problem_.AddResidualBlock(new ceres::AutoDiffCostFunction<PlaneReprojectionCost, 2, kLensSize, 4, 3, 3>(
-                                    new PlaneReprojectionCost{o.px, o.sigma_px}),
-                                loss, Lens(), Rotation(o.view), Rotation(o.view) + 4, scene_->points[o.point].data());
+      problem_.AddResidualBlock(
+          new ceres::AutoDiffCostFunction<PlaneReprojectionCost, 2, kLensSize, 4, 3, 3>(
+              new PlaneReprojectionCost{o.px, o.sigma_px}),
+          loss, Lens(), Rotation(o.view), Rotation(o.view) + 4, scene_->points[o.point].data());
     }
     const double height_sigma = options_.plane_sigma * RmsDistanceFromMean(scene_->points);
     for (Eigen::Vector3d& point : scene_->points) {
-      problem_.AddResidualBlock(new ceres::AutoDiffCostFunction<HeightPrior, 1, 3>(new HeightPrior{height_sigma}),
-                                nullptr, point.data());
+      problem_.AddResidualBlock(
+          new ceres::AutoDiffCostFunction<HeightPrior, 1, 3>(new HeightPrior{height_sigma}),
+          nullptr, point.data());
     }
-    const double center_sigma_px = options_.distortion_center_sigma * std::max(c.width_px, c.height_px);
+    const double center_sigma_px =
+        options_.distortion_center_sigma * std::max(c.width_px, c.height_px);
     problem_.AddResidualBlock(new ceres::AutoDiffCostFunction<DistortionCenterPrior, 2, kLensSize>(
                                   new DistortionCenterPrior{center_sigma_px}),
                               nullptr, Lens());
@@ -139,7 +148,8 @@ class Adjuster final {
   std::vector<double*> CameraBlocks() {
     std::vector<double*> blocks = {Lens()};
     for (size_t v = 0; v < scene_->cams_from_world.size(); ++v) {
-      if (problem_.HasParameterBlock(Rotation(v))) blocks.insert(blocks.end(), {Rotation(v), Rotation(v) + 4});
+      if (problem_.HasParameterBlock(Rotation(v)))
+        blocks.insert(blocks.end(), {Rotation(v), Rotation(v) + 4});
     }
     return blocks;
   }
@@ -156,19 +166,22 @@ class Adjuster final {
     const size_t observed = 2 * observations_.size();
     double sum = 0;
     for (size_t i = 0; i < observed; ++i) sum += residuals[i] * residuals[i];
-    for (size_t i = 0; i < observations_.size(); ++i) {  // residual blocks come in the order they were added
-      made->residuals_px.push_back(observations_[i].sigma_px * Eigen::Vector2d(residuals[2 * i], residuals[2 * i + 1]));
+    for (size_t i = 0; i < observations_.size();
+         ++i) {  // residual blocks come in the order they were added
+      made->residuals_px.push_back(observations_[i].sigma_px *
+                                   Eigen::Vector2d(residuals[2 * i], residuals[2 * i + 1]));
     }
     const double freedom = std::max(1.0, static_cast<double>(observed) - crs.num_cols);
     made->sigma_scale = std::sqrt(sum / freedom);
 
     const Eigen::Map<const Eigen::SparseMatrix<double, Eigen::RowMajor>> jacobian(
-        crs.num_rows, crs.num_cols, static_cast<Eigen::Index>(crs.values.size()), crs.rows.data(), crs.cols.data(),
-        crs.values.data());
+        crs.num_rows, crs.num_cols, static_cast<Eigen::Index>(crs.values.size()), crs.rows.data(),
+        crs.cols.data(), crs.values.data());
     SetCovariance(CameraInformation(jacobian.transpose() * jacobian), made);
   }
 
-  // The normal matrix of lens and poses with the points eliminated (Schur's complement). Empty if a point is open.
+  // The normal matrix of lens and poses with the points eliminated (Schur's complement). Empty if a
+  // point is open.
   Eigen::MatrixXd CameraInformation(const Eigen::SparseMatrix<double>& normal) {
     Eigen::Index first = normal.cols();
     for (Eigen::Vector3d& p : scene_->points) first -= problem_.ParameterBlockTangentSize(p.data());
@@ -180,7 +193,8 @@ class Adjuster final {
       const Eigen::SparseMatrix<double> with_cameras = normal.block(0, at, first, size);
       const Eigen::LLT<Eigen::MatrixXd> llt(own);
       if (llt.info() != Eigen::Success) return {};
-      const Eigen::SparseMatrix<double> inverse = llt.solve(Eigen::MatrixXd::Identity(size, size)).eval().sparseView();
+      const Eigen::SparseMatrix<double> inverse =
+          llt.solve(Eigen::MatrixXd::Identity(size, size)).eval().sparseView();
       const Eigen::SparseMatrix<double> taken = with_cameras * inverse * with_cameras.transpose();
       information -= taken;
       at += size;
@@ -194,13 +208,15 @@ class Adjuster final {
     const Eigen::VectorXd scale = information.diagonal().cwiseMax(0).cwiseSqrt();
     constexpr double kPivotMin = 1e-13;  // of a unit diagonal: below it lies rounding alone
     if (!(scale.minCoeff() > 0)) return;
-    information = scale.cwiseInverse().asDiagonal() * information * scale.cwiseInverse().asDiagonal();
+    information =
+        scale.cwiseInverse().asDiagonal() * information * scale.cwiseInverse().asDiagonal();
     const Eigen::LDLT<Eigen::MatrixXd> ldlt(information);
     if (ldlt.info() != Eigen::Success || !(ldlt.vectorD().minCoeff() > kPivotMin)) return;
     std::vector<int> free = {0, 1, 2, 3, 4, 5, 6, 7};
     if (!options_.is_aspect_free) free.erase(free.begin() + 1);
     const auto n = static_cast<Eigen::Index>(free.size());
-    const Eigen::MatrixXd inverse = ldlt.solve(Eigen::MatrixXd::Identity(information.rows(), n)).topRows(n);
+    const Eigen::MatrixXd inverse =
+        ldlt.solve(Eigen::MatrixXd::Identity(information.rows(), n)).topRows(n);
     // fx = f, fy = f * aspect.
     Eigen::MatrixXd intrinsics_by_free = Eigen::MatrixXd::Zero(8, n);
     for (Eigen::Index column = 0; column < n; ++column) {
@@ -210,15 +226,17 @@ class Adjuster final {
       if (lens >= 2) intrinsics_by_free(lens, column) = 1;
       intrinsics_by_free.col(column) /= scale[column];
     }
-    made->covariance =
-        made->sigma_scale * made->sigma_scale * intrinsics_by_free * inverse * intrinsics_by_free.transpose();
-    made->is_determined = made->covariance.allFinite() && made->covariance.diagonal().minCoeff() >= 0;
+    made->covariance = made->sigma_scale * made->sigma_scale * intrinsics_by_free * inverse *
+                       intrinsics_by_free.transpose();
+    made->is_determined =
+        made->covariance.allFinite() && made->covariance.diagonal().minCoeff() >= 0;
   }
 
   const std::vector<PlaneObservation>& observations_;
   const PlaneAdjustmentOptions options_;
   PlaneScene* const scene_;
-  // The lens, then each view's rotation (x y z w) and translation: in one array, for Ceres orders blocks by address.
+  // The lens, then each view's rotation (x y z w) and translation: in one array, for Ceres orders
+  // blocks by address.
   std::vector<double> cameras_;
   ceres::EigenQuaternionManifold quaternion_;
   ceres::SubsetManifold height_only_{3, {0, 1}};
@@ -250,18 +268,20 @@ Status PlaneAdjustmentOptions::Check() const {
                                     {"loss_scale", loss_scale},
                                     {"function_tolerance", function_tolerance}}) {
     if (!(value > 0)) {
-      return Status::InvalidArgument(std::string("adjustment option ") + name + " must be positive, not " +
-                                     std::to_string(value));
+      return Status::InvalidArgument(std::string("adjustment option ") + name +
+                                     " must be positive, not " + std::to_string(value));
     }
   }
-  if (iterations_max < 1) return Status::InvalidArgument("adjustment option iterations_max must be at least 1");
+  if (iterations_max < 1)
+    return Status::InvalidArgument("adjustment option iterations_max must be at least 1");
   return Status::Ok();
 }
 
 Result<PlaneAdjustment> AdjustPlane(const std::vector<PlaneObservation>& observations,
                                     const PlaneAdjustmentOptions& options, PlaneScene* scene) {
   VEDUTA_RETURN_IF_ERROR(options.Check());
-  if (scene->points.size() < 2) return Status::InvalidArgument("calibration: fewer than 2 points to adjust");
+  if (scene->points.size() < 2)
+    return Status::InvalidArgument("calibration: fewer than 2 points to adjust");
   return Adjuster(observations, options, scene).Run();
 }
 

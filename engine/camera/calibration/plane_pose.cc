@@ -7,8 +7,9 @@
 
 namespace veduta {
 
-std::optional<PlanePose> EstimatePlanePose(std::span<const Eigen::Vector2d> plane, std::span<const Eigen::Vector2d> x,
-                                           double error_max, uint64_t seed) {
+std::optional<PlanePose> EstimatePlanePose(std::span<const Eigen::Vector2d> plane,
+                                           std::span<const Eigen::Vector2d> x, double error_max,
+                                           uint64_t seed) {
   auto homography = EstimateHomography(plane, x, error_max, seed);
   if (!homography) return std::nullopt;
   // Oriented: the third coordinate, the depth of the points, is positive.

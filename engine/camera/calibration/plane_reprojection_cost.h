@@ -7,17 +7,19 @@
 
 namespace veduta {
 
-// The lens of an adjustment: f, fy/fx, cx, cy, k1, k2, u0, v0; px and normalised coordinates as in CameraModel.
+// The lens of an adjustment: f, fy/fx, cx, cy, k1, k2, u0, v0; px and normalised coordinates as in
+// CameraModel.
 inline constexpr int kLensSize = 8;
 
-// (projection - px) / sigma, over lens [8], rotation of cam_from_world [4, x y z w], its translation [3], point [3].
-// Steps that take a point behind the camera are refused.
+// (projection - px) / sigma, over lens [8], rotation of cam_from_world [4, x y z w], its
+// translation [3], point [3]. Steps that take a point behind the camera are refused.
 struct PlaneReprojectionCost {
   Eigen::Vector2d px;
   double sigma_px;
 
   template <typename T>
-  static bool Project(const T* lens, const T* rotation, const T* translation, const T* point, T* projected) {
+  static bool Project(const T* lens, const T* rotation, const T* translation, const T* point,
+                      T* projected) {
     const Eigen::Map<const Eigen::Quaternion<T>> q(rotation);
     const Eigen::Map<const Eigen::Matrix<T, 3, 1>> t(translation), x_world(point);
     const Eigen::Matrix<T, 3, 1> x = q * x_world + t;
@@ -33,7 +35,8 @@ struct PlaneReprojectionCost {
   }
 
   template <typename T>
-  bool operator()(const T* lens, const T* rotation, const T* translation, const T* point, T* residual) const {
+  bool operator()(const T* lens, const T* rotation, const T* translation, const T* point,
+                  T* residual) const {
     if (!Project(lens, rotation, translation, point, residual)) return false;
     residual[0] = (residual[0] - px[0]) / T(sigma_px);
     residual[1] = (residual[1] - px[1]) / T(sigma_px);

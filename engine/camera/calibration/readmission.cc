@@ -18,16 +18,20 @@ constexpr double kErrorMax = 0.005;  // of the longer side: 8 px of 1600
 std::optional<Eigen::Vector2d> Normalized(const CameraModel& camera, const Eigen::Vector2d& px) {
   const auto undistorted = UndistortPixel(camera, px);
   if (!undistorted) return std::nullopt;
-  return Eigen::Vector2d((undistorted->x() - camera.cx) / camera.fx, (undistorted->y() - camera.cy) / camera.fy);
+  return Eigen::Vector2d((undistorted->x() - camera.cx) / camera.fx,
+                         (undistorted->y() - camera.cy) / camera.fy);
 }
 
 }  // namespace
 
-void PlaceWhatWasLeftOut(const std::vector<PlaneObservation>& observations, const ObservationChoice& choice,
-                         const std::vector<std::string>& never, PlaneScene* scene) {
-  std::vector<bool> view_is_used(scene->cams_from_world.size()), point_is_used(scene->points.size());
+void PlaceWhatWasLeftOut(const std::vector<PlaneObservation>& observations,
+                         const ObservationChoice& choice, const std::vector<std::string>& never,
+                         PlaneScene* scene) {
+  std::vector<bool> view_is_used(scene->cams_from_world.size()),
+      point_is_used(scene->points.size());
   for (size_t i = 0; i < observations.size(); ++i) {
-    if (choice.is_used[i]) view_is_used[observations[i].view] = point_is_used[observations[i].point] = true;
+    if (choice.is_used[i])
+      view_is_used[observations[i].view] = point_is_used[observations[i].point] = true;
   }
   const CameraModel& camera = scene->camera;
   const double error_max = kErrorMax * std::max(camera.width_px, camera.height_px) / camera.fx;
@@ -60,7 +64,8 @@ void PlaceWhatWasLeftOut(const std::vector<PlaneObservation>& observations, cons
     distances[o.point] = std::max(distances[o.point], along);
   }
   for (size_t p = 0; p < places.size(); ++p) {
-    if (const auto place = Consensus(places[p], 2 * error_max * distances[p])) scene->points[p] << *place, 0;
+    if (const auto place = Consensus(places[p], 2 * error_max * distances[p]))
+      scene->points[p] << *place, 0;
   }
 }
 

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
-// A second chance, by the scene as it has become, for photos and points that an adjustment did not use.
+// A second chance, by the scene as it has become, for photos and points that an adjustment did not
+// use.
 
 #include <string>
 #include <vector>
@@ -10,10 +11,12 @@
 
 namespace veduta {
 
-// Photos without a used observation get a pose from the points that are used, where enough of them agree; those named
-// in `never` (not empty) are passed over. Then points without a used observation get the place on the plane where most
-// photos with a pose see them. What cannot be placed keeps what it had.
-void PlaceWhatWasLeftOut(const std::vector<PlaneObservation>& observations, const ObservationChoice& choice,
-                         const std::vector<std::string>& never, PlaneScene* scene);
+// Photos without a used observation get a pose from the points that are used, where enough of them
+// agree; those named in `never` (not empty) are passed over. Then points without a used observation
+// get the place on the plane where most photos with a pose see them. What cannot be placed keeps
+// what it had.
+void PlaceWhatWasLeftOut(const std::vector<PlaneObservation>& observations,
+                         const ObservationChoice& choice, const std::vector<std::string>& never,
+                         PlaneScene* scene);
 
 }  // namespace veduta

@@ -14,7 +14,8 @@ namespace {
 
 constexpr size_t kViewsMin = 3;
 
-std::vector<PlanarView> Undistort(std::vector<PlanarView> views, const InverseDistortion& distortion) {
+std::vector<PlanarView> Undistort(std::vector<PlanarView> views,
+                                  const InverseDistortion& distortion) {
   for (PlanarView& view : views) {
     for (PlanarPoint& p : view) p.x = distortion.Undistort(p.x);
   }
@@ -24,13 +25,15 @@ std::vector<PlanarView> Undistort(std::vector<PlanarView> views, const InverseDi
 Status TooFewJoined(size_t joined, size_t views) {
   return Status::InvalidArgument(
       "calibration: only " + std::to_string(joined) + " of " + std::to_string(views) +
-      " photos have enough points in common that lie on one plane (8 for each with another; at least 3 photos): take "
+      " photos have enough points in common that lie on one plane (8 for each with another; at "
+      "least 3 photos): take "
       "more photos, each showing most of the sheets, and do not move the sheets in between");
 }
 
 }  // namespace
 
-std::vector<std::vector<Eigen::Matrix3d>> HomographiesFromReferences(const ViewTree& tree, size_t references) {
+std::vector<std::vector<Eigen::Matrix3d>> HomographiesFromReferences(const ViewTree& tree,
+                                                                     size_t references) {
   std::vector<std::vector<Eigen::Matrix3d>> from;
   for (size_t r = 0; r < std::min(references, tree.order.size()); ++r) {
     const Eigen::Matrix3d root_from_reference = tree.ViewFromRoot(tree.order[r]).inverse();
@@ -45,7 +48,8 @@ std::vector<std::vector<Eigen::Matrix3d>> HomographiesFromReferences(const ViewT
 }
 
 Result<InitialScene> InitializeScene(const PlanarViews& planar, ImageSize size) {
-  // Once with room for what the lens bends, and again without the lens: views that it had kept apart are joined.
+  // Once with room for what the lens bends, and again without the lens: views that it had kept
+  // apart are joined.
   ViewTree tree = GrowViewTree(planar.views);
   if (tree.order.size() < kViewsMin) return TooFewJoined(tree.order.size(), planar.views.size());
   VEDUTA_ASSIGN_OR_RETURN(DistortionEstimate lens, EstimateDistortion(planar.views, {}, &tree));
@@ -63,7 +67,8 @@ Result<InitialScene> InitializeScene(const PlanarViews& planar, ImageSize size) 
   InitialScene scene;
   scene.distortion = lens.distortion;
   const auto focal = SearchFocalLength(HomographiesFromReferences(tree, kFocalReferences));
-  VEDUTA_CHECK(focal.has_value(), "a tree of " + std::to_string(tree.order.size()) + " views has homographies");
+  VEDUTA_CHECK(focal.has_value(),
+               "a tree of " + std::to_string(tree.order.size()) + " views has homographies");
   scene.focal_px = focal->focal * planar.units.unit_px;
   scene.normals_disagree_deg = focal->disagreement_deg;
   scene.metric = InitializeMetric(Undistort(planar.views, lens.distortion), tree, focal->focal);
@@ -76,7 +81,8 @@ Result<InitialScene> InitializeScene(const PlanarViews& planar, ImageSize size) 
   pinhole.cy = planar.units.center_px.y();
   ConversionResidual residual;
   scene.camera = InvertDistortion(lens.distortion, planar.units, pinhole, &residual);
-  if (!CheckCamera(scene.camera).ok()) {  // points near the centre alone can bend the corners over: begin without
+  if (!CheckCamera(scene.camera)
+           .ok()) {  // points near the centre alone can bend the corners over: begin without
     scene.camera = pinhole;
     scene.camera.u0 = pinhole.cx;
     scene.camera.v0 = pinhole.cy;

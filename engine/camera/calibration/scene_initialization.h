@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
-// From observations alone to a camera, poses and points near enough for the final adjustment: R3, R4 and the first
-// half of R5 one after the other.
+// From observations alone to a camera, poses and points near enough for the final adjustment: R3,
+// R4 and the first half of R5 one after the other.
 
 #include <vector>
 
@@ -21,14 +21,15 @@ struct InitialScene {
   MetricReconstruction metric;
 };
 
-// kInvalidArgument with what to photograph if fewer than 3 photos can be joined by points in common.
-// Deterministic. About 0.1 s for 20 photos.
+// kInvalidArgument with what to photograph if fewer than 3 photos can be joined by points in
+// common. Deterministic. About 0.1 s for 20 photos.
 Result<InitialScene> InitializeScene(const PlanarViews& planar, ImageSize size);
 
 inline constexpr size_t kFocalReferences = 6;  // views that vote on the focal length
 
-// Homographies between undistorted views from each of up to `references` views of the tree to all others; what
-// SearchFocalLength takes.
-std::vector<std::vector<Eigen::Matrix3d>> HomographiesFromReferences(const ViewTree& tree, size_t references);
+// Homographies between undistorted views from each of up to `references` views of the tree to all
+// others; what SearchFocalLength takes.
+std::vector<std::vector<Eigen::Matrix3d>> HomographiesFromReferences(const ViewTree& tree,
+                                                                     size_t references);
 
 }  // namespace veduta

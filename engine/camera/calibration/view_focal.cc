@@ -16,7 +16,8 @@ namespace {
 constexpr double kLossScale = 3;  // in sigma
 }
 
-ViewFocal EstimateViewFocal(const std::vector<PlaneObservation>& observations, const PlaneScene& scene, uint32_t view) {
+ViewFocal EstimateViewFocal(const std::vector<PlaneObservation>& observations,
+                            const PlaneScene& scene, uint32_t view) {
   const CameraModel& c = scene.camera;
   std::array<double, kLensSize> lens = {c.fx, c.fy / c.fx, c.cx, c.cy, c.k1, c.k2, c.u0, c.v0};
   Eigen::Vector4d rotation = scene.cams_from_world[view].rotation.coeffs();
@@ -28,9 +29,10 @@ ViewFocal EstimateViewFocal(const std::vector<PlaneObservation>& observations, c
   ceres::Problem problem(problem_options);
   for (const PlaneObservation& o : observations) {
     if (o.view != view) continue;
-    problem.AddResidualBlock(new ceres::AutoDiffCostFunction<PlaneReprojectionCost, 2, kLensSize, 4, 3, 3>(
-                                 new PlaneReprojectionCost{o.px, o.sigma_px}),
-                             &loss, lens.data(), rotation.data(), translation.data(), points[o.point].data());
+    problem.AddResidualBlock(
+        new ceres::AutoDiffCostFunction<PlaneReprojectionCost, 2, kLensSize, 4, 3, 3>(
+            new PlaneReprojectionCost{o.px, o.sigma_px}),
+        &loss, lens.data(), rotation.data(), translation.data(), points[o.point].data());
     problem.SetParameterBlockConstant(points[o.point].data());
   }
   ViewFocal estimate{c.fx, std::numeric_limits<double>::infinity()};
@@ -50,8 +52,8 @@ ViewFocal EstimateViewFocal(const std::vector<PlaneObservation>& observations, c
   ceres::CRSMatrix crs;
   if (!problem.Evaluate(evaluate, nullptr, nullptr, nullptr, &crs)) return estimate;
   const Eigen::Map<const Eigen::SparseMatrix<double, Eigen::RowMajor>> jacobian(
-      crs.num_rows, crs.num_cols, static_cast<Eigen::Index>(crs.values.size()), crs.rows.data(), crs.cols.data(),
-      crs.values.data());
+      crs.num_rows, crs.num_cols, static_cast<Eigen::Index>(crs.values.size()), crs.rows.data(),
+      crs.cols.data(), crs.values.data());
   const Eigen::MatrixXd dense(jacobian);
   const Eigen::FullPivLU<Eigen::MatrixXd> lu(dense.transpose() * dense);
   if (!lu.isInvertible()) return estimate;

@@ -17,13 +17,14 @@ struct Pairs {
 };
 
 // The gold-standard homography of two views, if enough of their points agree on one.
-std::optional<Eigen::Matrix3d> Join(const PlanarView& a, const PlanarView& b, const ViewTreeOptions& options,
-                                    uint64_t seed) {
+std::optional<Eigen::Matrix3d> Join(const PlanarView& a, const PlanarView& b,
+                                    const ViewTreeOptions& options, uint64_t seed) {
   std::vector<Eigen::Vector2d> x_a, x_b;
   const auto common = CommonPoints(a, b);
   for (const auto& [i, j] : common) x_a.push_back(a[i].x), x_b.push_back(b[j].x);
   const auto robust = EstimateHomography(x_a, x_b, options.error_max, seed);
-  if (!robust || robust->inliers.size() < options.common_count_min || 2 * robust->inliers.size() < common.size()) {
+  if (!robust || robust->inliers.size() < options.common_count_min ||
+      2 * robust->inliers.size() < common.size()) {
     return std::nullopt;
   }
   Pairs pairs;
@@ -62,10 +63,13 @@ ViewTree GrowViewTree(const std::vector<PlanarView>& views, const ViewTreeOption
       count = count < options.common_count_min ? 0 : std::min(count, options.common_count_full);
     }
   }
-  const auto total = [&](uint32_t v) { return std::accumulate(common[v].begin(), common[v].end(), uint64_t{0}); };
+  const auto total = [&](uint32_t v) {
+    return std::accumulate(common[v].begin(), common[v].end(), uint64_t{0});
+  };
   std::vector<uint32_t> roots(n);
   std::iota(roots.begin(), roots.end(), 0u);
-  std::stable_sort(roots.begin(), roots.end(), [&](uint32_t a, uint32_t b) { return total(a) > total(b); });
+  std::stable_sort(roots.begin(), roots.end(),
+                   [&](uint32_t a, uint32_t b) { return total(a) > total(b); });
 
   ViewTree best;
   std::vector<bool> tried(n, false);

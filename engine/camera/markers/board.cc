@@ -18,8 +18,10 @@
 namespace veduta {
 namespace {
 
-// Half a turn of the board is the board again, so its second harmonic along a circle tells its angle.
-std::optional<double> AngleOfBoard(const cv::Mat& gray, const Ellipse& ellipse, double contrast_gray) {
+// Half a turn of the board is the board again, so its second harmonic along a circle tells its
+// angle.
+std::optional<double> AngleOfBoard(const cv::Mat& gray, const Ellipse& ellipse,
+                                   double contrast_gray) {
   constexpr int kPlaces = 32;
   constexpr double kAmplitudeMin = 0.2;  // of the contrast; a sharp board has 0.32
   std::complex<double> sum = 0;
@@ -27,14 +29,16 @@ std::optional<double> AngleOfBoard(const cv::Mat& gray, const Ellipse& ellipse, 
   for (const double radius : {0.2, 0.3, 0.4}) {
     for (int i = 0; i < kPlaces; ++i) {
       const double angle = 2 * std::numbers::pi * i / kPlaces;
-      const auto value = GrayAt(gray, ellipse.At(radius * Eigen::Vector2d(std::cos(angle), std::sin(angle))));
+      const auto value =
+          GrayAt(gray, ellipse.At(radius * Eigen::Vector2d(std::cos(angle), std::sin(angle))));
       if (!value) return std::nullopt;
       sum += *value * std::polar(1.0, -2 * angle);
       ++count;
     }
   }
   if (std::abs(sum) / count < kAmplitudeMin * 0.6 * contrast_gray) return std::nullopt;
-  // Gray is -sign(sin 2(phi - angle)), whose coefficient is (i/2) exp(-2i angle) times a positive number.
+  // Gray is -sign(sin 2(phi - angle)), whose coefficient is (i/2) exp(-2i angle) times a positive
+  // number.
   return (std::numbers::pi / 2 - std::arg(sum)) / 2;
 }
 
@@ -54,7 +58,8 @@ std::vector<BoardSample> SampleDisc(const cv::Mat& gray, const Ellipse& ellipse)
 
 double Explained(const std::vector<BoardSample>& samples, double cost) {
   double mean = 0, total = 0;
-  for (const BoardSample& sample : samples) mean += sample.gray / static_cast<double>(samples.size());
+  for (const BoardSample& sample : samples)
+    mean += sample.gray / static_cast<double>(samples.size());
   for (const BoardSample& sample : samples) total += (sample.gray - mean) * (sample.gray - mean);
   return total > 0 ? 1 - 2 * cost / total : 0;
 }
@@ -65,7 +70,8 @@ Eigen::Vector2d Map(const Eigen::Matrix3d& homography, const Eigen::Vector2d& x)
 
 // The image's pixels within `radius_unit` of the corner; of a large board those near it.
 std::vector<BoardSample> SamplePixels(const cv::Mat& gray, const Eigen::Matrix3d& image_from_unit,
-                                      const Eigen::Vector2d& center_px, double radius_unit, double reach_px) {
+                                      const Eigen::Vector2d& center_px, double radius_unit,
+                                      double reach_px) {
   const Eigen::Matrix3d unit_from_image = image_from_unit.inverse();
   std::vector<BoardSample> samples;
   const int left = std::max(0, static_cast<int>(std::ceil(center_px.x() - reach_px)));
@@ -75,7 +81,8 @@ std::vector<BoardSample> SamplePixels(const cv::Mat& gray, const Eigen::Matrix3d
   for (int v = top; v <= bottom; ++v) {
     for (int u = left; u <= right; ++u) {
       const Eigen::Vector2d px(u, v);
-      if ((px - center_px).norm() > reach_px || Map(unit_from_image, px).norm() > radius_unit) continue;
+      if ((px - center_px).norm() > reach_px || Map(unit_from_image, px).norm() > radius_unit)
+        continue;
       samples.push_back({px - center_px, static_cast<double>(gray.at<uint8_t>(v, u))});
     }
   }
@@ -87,8 +94,8 @@ double AngleOf(const Eigen::Vector2d& v) {
 }
 
 void StartLevels(const std::vector<BoardSample>& samples, BoardCost::Parameters* x) {
-  const auto [low, high] =
-      std::minmax_element(samples.begin(), samples.end(), [](const auto& a, const auto& b) { return a.gray < b.gray; });
+  const auto [low, high] = std::minmax_element(
+      samples.begin(), samples.end(), [](const auto& a, const auto& b) { return a.gray < b.gray; });
   (*x)[BoardCost::kGain] = 0.4 * (high->gray - low->gray);
   (*x)[BoardCost::kLevel] = 0.5 * (high->gray + low->gray);
 }
@@ -99,8 +106,8 @@ double NormalAngle(const Eigen::Vector2d& along, const Eigen::Vector2d& side) {
   return AngleOf(normal.dot(side) > 0 ? normal : Eigen::Vector2d(-normal));
 }
 
-BoardCost::Parameters StartLines(const Eigen::Matrix3d& image_from_unit, const Eigen::Vector2d& center_px,
-                                 double blur_px) {
+BoardCost::Parameters StartLines(const Eigen::Matrix3d& image_from_unit,
+                                 const Eigen::Vector2d& center_px, double blur_px) {
   const Eigen::Vector2d along_x = Map(image_from_unit, {0.3, 0}) - center_px;
   const Eigen::Vector2d along_y = Map(image_from_unit, {0, 0.3}) - center_px;
   BoardCost::Parameters x = BoardCost::Parameters::Zero();
@@ -119,7 +126,8 @@ BoardExtent ExtentOf(const Eigen::Matrix3d& image_from_unit, const Eigen::Vector
   BoardExtent extent = {std::numeric_limits<double>::infinity(), 0};
   for (int i = 0; i < 16; ++i) {
     const double angle = std::numbers::pi * i / 8;
-    const Eigen::Vector2d rim = kMarkerBoardRadius * Eigen::Vector2d(std::cos(angle), std::sin(angle));
+    const Eigen::Vector2d rim =
+        kMarkerBoardRadius * Eigen::Vector2d(std::cos(angle), std::sin(angle));
     const double distance_px = (Map(image_from_unit, rim) - center_px).norm();
     extent.near_px = std::min(extent.near_px, distance_px);
     extent.far_px = std::max(extent.far_px, distance_px);
@@ -127,15 +135,18 @@ BoardExtent ExtentOf(const Eigen::Matrix3d& image_from_unit, const Eigen::Vector
   return extent;
 }
 
-// The part of the board that its surroundings, which are not symmetric about the corner, are not blurred into.
+// The part of the board that its surroundings, which are not symmetric about the corner, are not
+// blurred into.
 double CleanRadius(const BoardExtent& extent, double blur_px) {
   constexpr double kBlursAway = 2.2, kPartMin = 0.5, kPartMax = 0.86;
-  return kMarkerBoardRadius * std::clamp(1 - kBlursAway * blur_px / extent.near_px, kPartMin, kPartMax);
+  return kMarkerBoardRadius *
+         std::clamp(1 - kBlursAway * blur_px / extent.near_px, kPartMin, kPartMax);
 }
 
 }  // namespace
 
-std::optional<BoardPose> FindBoard(const cv::Mat& gray, const Ellipse& ellipse, double contrast_gray) {
+std::optional<BoardPose> FindBoard(const cv::Mat& gray, const Ellipse& ellipse,
+                                   double contrast_gray) {
   constexpr double kExplainedMin = 0.6, kShiftMax = 0.3, kGainMin = 0.15;
   const std::optional<double> angle = AngleOfBoard(gray, ellipse, contrast_gray);
   if (!angle) return std::nullopt;
@@ -143,7 +154,8 @@ std::optional<BoardPose> FindBoard(const cv::Mat& gray, const Ellipse& ellipse, 
   CoarseBoardCost cost(samples);
   CoarseBoardCost::Parameters x;
   x << 0, 0, *angle, 0.5 * contrast_gray, 0;
-  for (const BoardSample& sample : samples) x[4] += sample.gray / static_cast<double>(samples.size());
+  for (const BoardSample& sample : samples)
+    x[4] += sample.gray / static_cast<double>(samples.size());
   ceres::TinySolver<CoarseBoardCost> solver;
   solver.options.max_num_iterations = 12;
   solver.options.function_tolerance = 1e-4;
@@ -151,13 +163,15 @@ std::optional<BoardPose> FindBoard(const cv::Mat& gray, const Ellipse& ellipse, 
     cost.width = width;
     solver.Solve(cost, &x);
   }
-  const bool is_board = x.allFinite() && x.head<2>().norm() < kShiftMax && x[3] > kGainMin * contrast_gray &&
+  const bool is_board = x.allFinite() && x.head<2>().norm() < kShiftMax &&
+                        x[3] > kGainMin * contrast_gray &&
                         Explained(samples, solver.summary.final_cost) > kExplainedMin;
   if (!is_board) return std::nullopt;
   return BoardPose{x.head<2>(), x[2]};
 }
 
-std::optional<BoardFit> AlignBoard(const cv::Mat& gray, const Eigen::Matrix3d& image_from_unit, double blur_px) {
+std::optional<BoardFit> AlignBoard(const cv::Mat& gray, const Eigen::Matrix3d& image_from_unit,
+                                   double blur_px) {
   constexpr double kExplainedMin = 0.6;
   constexpr size_t kPixelsMin = 14;
   constexpr double kReachPxMax = 28;  // enough pixels; beyond, lines bend more
@@ -174,7 +188,8 @@ std::optional<BoardFit> AlignBoard(const cv::Mat& gray, const Eigen::Matrix3d& i
   for (int round = 0; round < kRounds; ++round) {
     const double radius_unit = CleanRadius(extent, round == 0 ? 0 : fit.blur_px);
     const double reach_px = std::min(extent.far_px * radius_unit / kMarkerBoardRadius, kReachPxMax);
-    const std::vector<BoardSample> samples = SamplePixels(gray, frame, fit.center_px, radius_unit, reach_px);
+    const std::vector<BoardSample> samples =
+        SamplePixels(gray, frame, fit.center_px, radius_unit, reach_px);
     if (samples.size() < kPixelsMin) return std::nullopt;
     if (round == 0) StartLevels(samples, &x);
     const BoardCost cost(samples, reach_px);
@@ -186,7 +201,8 @@ std::optional<BoardFit> AlignBoard(const cv::Mat& gray, const Eigen::Matrix3d& i
     fit.blur_px = std::exp(x.segment<2>(BoardCost::kLogBlur).maxCoeff());
     const std::optional<Eigen::Matrix2d> covariance = cost.CenterCovariance(x);
     const Eigen::Vector2d shift_px = x.head<2>();
-    const bool is_sound = x.allFinite() && covariance && fit.explained > kExplainedMin && x[BoardCost::kGain] > 0 &&
+    const bool is_sound = x.allFinite() && covariance && fit.explained > kExplainedMin &&
+                          x[BoardCost::kGain] > 0 &&
                           (fit.center_px + shift_px - start_px).norm() < 0.5 * extent.far_px;
     if (!is_sound) return std::nullopt;
     fit.covariance_px2 = *covariance;

@@ -10,8 +10,8 @@
 namespace veduta {
 namespace {
 
-// Weights of the priors, in grey levels a unit: next to some hundred pixels with noise of a few grey levels they matter
-// only where the pixels say nothing.
+// Weights of the priors, in grey levels a unit: next to some hundred pixels with noise of a few
+// grey levels they matter only where the pixels say nothing.
 constexpr double kBendWeight = 40;      // a px at the patch's edge
 constexpr double kBlurRatioWeight = 4;  // a unit of the logarithm
 constexpr double kBlurWeight = 2;
@@ -33,7 +33,8 @@ LineValue Look(const Line& line, const Eigen::Vector2d& from_corner, double reac
   const double d = across - line.bend * length * length * scale;
   LineValue value;
   value.s = std::erf(d / (std::numbers::sqrt2 * line.blur));
-  value.s_by_d = std::sqrt(2 / std::numbers::pi) / line.blur * std::exp(-d * d / (2 * line.blur * line.blur));
+  value.s_by_d =
+      std::sqrt(2 / std::numbers::pi) / line.blur * std::exp(-d * d / (2 * line.blur * line.blur));
   value.s_by_log_blur = -d * value.s_by_d;
   value.d_by_corner = -line.normal + 2 * line.bend * length * scale * line.along;
   value.d_by_angle = length + 2 * line.bend * length * across * scale;
@@ -86,7 +87,8 @@ bool BoardCost::operator()(const double* x, double* residuals, double* jacobian)
     const Eigen::Vector2d place = sample.at / reach_px_;
     const LineValue values[2] = {Look(lines[0], from, reach_px_), Look(lines[1], from, reach_px_)};
     const double product = values[0].s * values[1].s;
-    const double light = 1 + x[kSlope] * place.x() + x[kSlope + 1] * place.y(), gray = x[kLevel] - gain * product;
+    const double light = 1 + x[kSlope] * place.x() + x[kSlope + 1] * place.y(),
+                 gray = x[kLevel] - gain * product;
     residuals[i] = light * gray - sample.gray;
     if (jacobian == nullptr) continue;
     at(i, 0) = at(i, 1) = 0;
@@ -120,11 +122,13 @@ bool BoardCost::operator()(const double* x, double* residuals, double* jacobian)
 std::optional<Eigen::Matrix2d> BoardCost::CenterCovariance(const Parameters& parameters) const {
   const int rows = NumResiduals();
   Eigen::VectorXd residuals(rows);
-  Eigen::Matrix<double, Eigen::Dynamic, NUM_PARAMETERS> jacobian(rows, static_cast<int>(NUM_PARAMETERS));
+  Eigen::Matrix<double, Eigen::Dynamic, NUM_PARAMETERS> jacobian(rows,
+                                                                 static_cast<int>(NUM_PARAMETERS));
   (*this)(parameters.data(), residuals.data(), jacobian.data());
   const double freedom = std::max(1.0, static_cast<double>(rows - NUM_PARAMETERS));
   const double variance = residuals.squaredNorm() / freedom;
-  const Eigen::LDLT<Eigen::Matrix<double, NUM_PARAMETERS, NUM_PARAMETERS>> solver(jacobian.transpose() * jacobian);
+  const Eigen::LDLT<Eigen::Matrix<double, NUM_PARAMETERS, NUM_PARAMETERS>> solver(
+      jacobian.transpose() * jacobian);
   if (solver.info() != Eigen::Success || !(solver.vectorD().minCoeff() > 0)) return std::nullopt;
   const Eigen::Matrix<double, NUM_PARAMETERS, 2> columns =
       solver.solve(Eigen::Matrix<double, NUM_PARAMETERS, 2>::Identity());

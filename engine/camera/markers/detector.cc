@@ -17,8 +17,9 @@ namespace {
 
 constexpr int kLevelSidePxMin = 40;
 
-// The residuals of neighbouring pixels are not independent (JPEG, tone curve), and no model is exact: measured on
-// rendered photos by veduta-marker-bench, where these make errors and sigmas agree.
+// The residuals of neighbouring pixels are not independent (JPEG, tone curve), and no model is
+// exact: measured on rendered photos by veduta-marker-bench, where these make errors and sigmas
+// agree.
 constexpr double kSigmaFactor = 0.7;
 constexpr double kSigmaFloorPx = 0.008;
 
@@ -43,42 +44,48 @@ struct Level {
   }
 };
 
-// Whether the outline is that of a marker already found: found in the finer image it is better there.
+// Whether the outline is that of a marker already found: found in the finer image it is better
+// there.
 bool IsKnown(const std::vector<MarkerDetection>& found, const Ellipse& outline) {
   return std::any_of(found.begin(), found.end(), [&](const MarkerDetection& marker) {
     const double size = std::sqrt(marker.outline.major * marker.outline.minor);
     const double ratio = std::sqrt(outline.major * outline.minor) / size;
-    return (marker.outline.center - outline.center).norm() < 0.3 * marker.outline.minor && ratio > 0.7 && ratio < 1.4;
+    return (marker.outline.center - outline.center).norm() < 0.3 * marker.outline.minor &&
+           ratio > 0.7 && ratio < 1.4;
   });
 }
 
-// The marker's frame to the level's image: the outline and the board's corner say all but the turn, the board that.
+// The marker's frame to the level's image: the outline and the board's corner say all but the turn,
+// the board that.
 Eigen::Matrix3d FrameOf(const Ellipse& outline, const BoardPose& board) {
   const Eigen::Matrix3d circle = HomographyFromCircle(outline, outline.At(board.center_unit));
   const Eigen::Vector2d axis(std::cos(board.angle_rad), std::sin(board.angle_rad));
   const Eigen::Vector2d ahead = outline.At(board.center_unit + 0.3 * axis);
   const Eigen::Vector2d unit = (circle.inverse() * ahead.homogeneous()).hnormalized();
   Eigen::Matrix3d turn = Eigen::Matrix3d::Identity();
-  turn.topLeftCorner<2, 2>() = Eigen::Rotation2Dd(std::atan2(unit.y(), unit.x())).toRotationMatrix();
+  turn.topLeftCorner<2, 2>() =
+      Eigen::Rotation2Dd(std::atan2(unit.y(), unit.x())).toRotationMatrix();
   return circle * turn;
 }
 
-std::optional<MarkerDetection> Look(const cv::Mat& photo, const Level& level, const Ellipse& candidate,
-                                    const MarkerOptions& options) {
+std::optional<MarkerDetection> Look(const cv::Mat& photo, const Level& level,
+                                    const Ellipse& candidate, const MarkerOptions& options) {
   const std::optional<Outline> outline = RefineOutline(level.gray, candidate);
   if (!outline || outline->support < options.support_min) return std::nullopt;
-  const std::optional<BoardPose> board = FindBoard(level.gray, outline->ellipse, outline->contrast_gray);
+  const std::optional<BoardPose> board =
+      FindBoard(level.gray, outline->ellipse, outline->contrast_gray);
   if (!board) return std::nullopt;
   const Eigen::Matrix3d frame = FrameOf(outline->ellipse, *board);
   const std::optional<RingReading> ring = ReadRing(level.gray, frame, options.code_budget);
   if (!ring || ring->id >= options.id_count) return std::nullopt;
-  const std::optional<BoardFit> fit = AlignBoard(photo, level.PhotoFromLevel() * frame, 0.8 * level.scale());
+  const std::optional<BoardFit> fit =
+      AlignBoard(photo, level.PhotoFromLevel() * frame, 0.8 * level.scale());
   if (!fit) return std::nullopt;
   MarkerDetection marker;
   marker.id = ring->id;
   marker.center_px = fit->center_px;
-  marker.covariance_px2 =
-      kSigmaFactor * kSigmaFactor * fit->covariance_px2 + kSigmaFloorPx * kSigmaFloorPx * Eigen::Matrix2d::Identity();
+  marker.covariance_px2 = kSigmaFactor * kSigmaFactor * fit->covariance_px2 +
+                          kSigmaFloorPx * kSigmaFloorPx * Eigen::Matrix2d::Identity();
   marker.outline = level.InPhoto(outline->ellipse);
   marker.blur_px = fit->blur_px;
   marker.error_count = ring->error_count;
@@ -90,23 +97,26 @@ std::optional<MarkerDetection> Look(const cv::Mat& photo, const Level& level, co
 void DropAmbiguous(MarkerSearch* search) {
   std::map<MarkerId, int> counts;
   for (const MarkerDetection& marker : search->markers) ++counts[marker.id];
-  std::erase_if(search->markers, [&](const MarkerDetection& marker) { return counts[marker.id] > 1; });
+  std::erase_if(search->markers,
+                [&](const MarkerDetection& marker) { return counts[marker.id] > 1; });
   for (const auto& [id, count] : counts) {
     if (count > 1) search->ambiguous.push_back(id);
   }
-  std::sort(search->markers.begin(), search->markers.end(), [](const auto& a, const auto& b) { return a.id < b.id; });
+  std::sort(search->markers.begin(), search->markers.end(),
+            [](const auto& a, const auto& b) { return a.id < b.id; });
 }
 
 }  // namespace
 
 Status MarkerOptions::Check() const {
   const auto refused = [](const char* name, double value, const char* bounds) {
-    return Status::InvalidArgument("marker option " + std::string(name) + " = " + std::to_string(value) +
-                                   " is not in " + bounds);
+    return Status::InvalidArgument("marker option " + std::string(name) + " = " +
+                                   std::to_string(value) + " is not in " + bounds);
   };
   if (offset_gray < 1 || offset_gray > 100) return refused("offset_gray", offset_gray, "[1, 100]");
   if (code_budget < 0 || code_budget > 6) return refused("code_budget", code_budget, "[0, 6]");
-  if (!(support_min >= 0.5 && support_min <= 1)) return refused("support_min", support_min, "[0.5, 1]");
+  if (!(support_min >= 0.5 && support_min <= 1))
+    return refused("support_min", support_min, "[0.5, 1]");
   if (id_count < 1 || id_count > kMarkerIdCount) return refused("id_count", id_count, "[1, 178]");
   if (!(sigma_px_max > 0)) return refused("sigma_px_max", sigma_px_max, "(0, inf)");
   return Status::Ok();
@@ -134,7 +144,8 @@ Result<MarkerSearch> DetectMarkers(const cv::Mat& gray, const MarkerOptions& opt
     // An odd last row or column is left out: the scale is 2 exactly.
     const cv::Size size(level.gray.cols / 2, level.gray.rows / 2);
     cv::Mat half;
-    cv::resize(level.gray({0, 0, 2 * size.width, 2 * size.height}), half, size, 0, 0, cv::INTER_AREA);
+    cv::resize(level.gray({0, 0, 2 * size.width, 2 * size.height}), half, size, 0, 0,
+               cv::INTER_AREA);
     level = {level.index + 1, std::move(half)};
   }
   DropAmbiguous(&search);

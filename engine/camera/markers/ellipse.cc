@@ -15,7 +15,8 @@ std::optional<Ellipse> EllipseFromConic(const Conic& q) {
   Eigen::Matrix2d quadric;
   quadric << q[0], q[1] / 2, q[1] / 2, q[2];
   const double determinant = quadric.determinant();
-  if (!(determinant > 1e-12 * quadric.squaredNorm())) return std::nullopt;  // a hyperbola, or as good as a parabola
+  if (!(determinant > 1e-12 * quadric.squaredNorm()))
+    return std::nullopt;  // a hyperbola, or as good as a parabola
   const Eigen::Vector2d linear(q[3], q[4]);
   const Eigen::Vector2d center = -0.5 * (quadric.inverse() * linear);
   const double value = q[5] + 0.5 * linear.dot(center);  // of the conic at the centre
@@ -24,7 +25,8 @@ std::optional<Ellipse> EllipseFromConic(const Conic& q) {
   if (!(squares.minCoeff() > 0) || !squares.allFinite()) return std::nullopt;
   int major = squares[0] >= squares[1] ? 0 : 1;
   const Eigen::Vector2d axis = solver.eigenvectors().col(major);
-  return Ellipse{center, std::sqrt(squares[major]), std::sqrt(squares[1 - major]), std::atan2(axis.y(), axis.x())};
+  return Ellipse{center, std::sqrt(squares[major]), std::sqrt(squares[1 - major]),
+                 std::atan2(axis.y(), axis.x())};
 }
 
 }  // namespace
@@ -60,8 +62,10 @@ std::optional<Ellipse> FitEllipse(std::span<const Eigen::Vector2d> points) {
   }
   // f has no gradient: eliminated, which leaves a regular problem of five.
   const Eigen::Matrix<double, 5, 1> column = m.topRightCorner<5, 1>();
-  const Eigen::Matrix<double, 5, 5> reduced = m.topLeftCorner<5, 5>() - column * column.transpose() / m(5, 5);
-  const Eigen::GeneralizedSelfAdjointEigenSolver<Eigen::Matrix<double, 5, 5>> solver(reduced, gradients);
+  const Eigen::Matrix<double, 5, 5> reduced =
+      m.topLeftCorner<5, 5>() - column * column.transpose() / m(5, 5);
+  const Eigen::GeneralizedSelfAdjointEigenSolver<Eigen::Matrix<double, 5, 5>> solver(reduced,
+                                                                                     gradients);
   if (solver.info() != Eigen::Success) return std::nullopt;
   Conic q;
   q.head<5>() = solver.eigenvectors().col(0);
@@ -89,7 +93,8 @@ Eigen::Matrix3d HomographyFromCircle(const Ellipse& ellipse, const Eigen::Vector
   if (v.norm() > 0.9) v *= 0.9 / v.norm();  // beyond, the marker would be seen from its own plane
   const double gamma = 1 / std::sqrt(1 - v.squaredNorm());
   Eigen::Matrix3d boost;
-  boost.topLeftCorner<2, 2>() = Eigen::Matrix2d::Identity() + (gamma * gamma / (gamma + 1)) * v * v.transpose();
+  boost.topLeftCorner<2, 2>() =
+      Eigen::Matrix2d::Identity() + (gamma * gamma / (gamma + 1)) * v * v.transpose();
   boost.topRightCorner<2, 1>() = gamma * v;
   boost.bottomLeftCorner<1, 2>() = gamma * v.transpose();
   boost(2, 2) = gamma;

@@ -28,7 +28,8 @@ constexpr uint32_t Multiply(uint32_t a, uint32_t b) {
 
 constexpr uint32_t SmallestRotation(uint32_t word) {
   uint32_t smallest = word;
-  for (int i = 1; i < kMarkerBitCount; ++i) smallest = std::min(smallest, RotateMarkerWord(word, i));
+  for (int i = 1; i < kMarkerBitCount; ++i)
+    smallest = std::min(smallest, RotateMarkerWord(word, i));
   return smallest;
 }
 
@@ -39,7 +40,9 @@ std::array<uint32_t, kMarkerIdCount> MakeWords() {
     if (word != kMarkerWordMask && word == SmallestRotation(word)) words.push_back(word);
   }
   // A ring of one colour is the easiest to mistake something for: the most balanced come first.
-  const auto rank = [](uint32_t word) { return std::tuple(std::abs(2 * std::popcount(word) - kMarkerBitCount), word); };
+  const auto rank = [](uint32_t word) {
+    return std::tuple(std::abs(2 * std::popcount(word) - kMarkerBitCount), word);
+  };
   std::sort(words.begin(), words.end(), [&](uint32_t a, uint32_t b) { return rank(a) < rank(b); });
   VEDUTA_CHECK(words.size() == kMarkerIdCount, std::to_string(words.size()) + " words");
   std::array<uint32_t, kMarkerIdCount> table{};
@@ -65,7 +68,8 @@ std::optional<MarkerReading> DecodeMarkerWord(uint32_t word, uint32_t known, int
   if (erasure_count > budget || erasure_count >= kMarkerDistanceMin) return std::nullopt;
   for (MarkerId id = 0; id < kMarkerIdCount; ++id) {
     for (int rotation = 0; rotation < kMarkerBitCount; ++rotation) {
-      const int error_count = std::popcount((RotateMarkerWord(Words()[id], rotation) ^ word) & known);
+      const int error_count =
+          std::popcount((RotateMarkerWord(Words()[id], rotation) ^ word) & known);
       if (error_count <= errors_max) return MarkerReading{id, rotation, error_count};
     }
   }

@@ -2,11 +2,12 @@
 #pragma once
 // What the ring of a marker says: a word of the binary Golay code.
 //
-// The ring has 23 sectors, dark or bright. Golay's [23, 12, 7] code is cyclic, so all 23 rotations of a word are words
-// again, and any two of its 4096 words differ in at least 7 sectors. Without the two words of one colour that makes
-// 4094 / 23 = 178 classes under rotation, one an id: a ring turned in any way differs in 7 sectors from every rotation
-// of every other id and from every other rotation of its own.
-// Source: M. Golay, Notes on digital coding, Proc. IRE 37, 1949; generator x^11 + x^9 + x^7 + x^6 + x^5 + x + 1.
+// The ring has 23 sectors, dark or bright. Golay's [23, 12, 7] code is cyclic, so all 23 rotations
+// of a word are words again, and any two of its 4096 words differ in at least 7 sectors. Without
+// the two words of one colour that makes 4094 / 23 = 178 classes under rotation, one an id: a ring
+// turned in any way differs in 7 sectors from every rotation of every other id and from every other
+// rotation of its own. Source: M. Golay, Notes on digital coding, Proc. IRE 37, 1949; generator
+// x^11 + x^9 + x^7 + x^6 + x^5 + x + 1.
 
 #include <cstdint>
 #include <optional>
@@ -20,8 +21,8 @@ inline constexpr uint32_t kMarkerIdCount = 178;
 inline constexpr int kMarkerDistanceMin = 7;  // Hamming, between different words in any rotation
 inline constexpr uint32_t kMarkerWordMask = (1u << kMarkerBitCount) - 1;
 
-// The ring's sectors, bit i for the i-th counted clockwise: 1 is bright. Low ids have the most balanced words (11 or
-// 12 bright sectors up to id 111). `id` < kMarkerIdCount.
+// The ring's sectors, bit i for the i-th counted clockwise: 1 is bright. Low ids have the most
+// balanced words (11 or 12 bright sectors up to id 111). `id` < kMarkerIdCount.
 uint32_t MarkerWord(MarkerId id);
 
 // The word read where `word` was when counting starts `count` sectors later; count in [0, 23).
@@ -31,13 +32,15 @@ constexpr uint32_t RotateMarkerWord(uint32_t word, int count) {
 
 struct MarkerReading {
   MarkerId id = 0;
-  int rotation = 0;  // the word read is RotateMarkerWord(MarkerWord(id), rotation) but for the errors
+  int rotation =
+      0;  // the word read is RotateMarkerWord(MarkerWord(id), rotation) but for the errors
   int error_count = 0;
 };
 
-// The word nearest to the sectors read, if it is near enough: 2 x errors + erasures <= `budget`, where the erasures are
-// the sectors that `known` leaves out (bit 0: not read). At a budget of 6 or less no other word can be meant: the
-// answer is unique, and wrong only if more went wrong than was seen. About 4 us. Thread-safe.
+// The word nearest to the sectors read, if it is near enough: 2 x errors + erasures <= `budget`,
+// where the erasures are the sectors that `known` leaves out (bit 0: not read). At a budget of 6 or
+// less no other word can be meant: the answer is unique, and wrong only if more went wrong than was
+// seen. About 4 us. Thread-safe.
 std::optional<MarkerReading> DecodeMarkerWord(uint32_t word, uint32_t known, int budget);
 
 }  // namespace veduta

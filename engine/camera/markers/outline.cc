@@ -13,7 +13,8 @@ namespace {
 using Border = std::vector<cv::Point>;
 
 constexpr int kWindowPx = 31;
-constexpr int kBorderPxMin = 16;     // of a border or arc worth a look; an ellipse of 10 by 4 px has 20
+constexpr int kBorderPxMin =
+    16;  // of a border or arc worth a look; an ellipse of 10 by 4 px has 20
 constexpr double kMinorPxMin = 1.8;  // half axis
 constexpr double kAxesRatioMin = 0.2;
 constexpr size_t kFitPoints = 64;  // taken from a border, evenly
@@ -31,7 +32,8 @@ std::vector<Eigen::Vector2d> Thin(const Border& border, size_t first, size_t cou
 
 std::optional<Ellipse> FitBorder(const std::vector<Eigen::Vector2d>& points, const cv::Size& size) {
   std::optional<Ellipse> ellipse = FitEllipse(points);
-  if (!ellipse || ellipse->minor < kMinorPxMin || ellipse->minor < kAxesRatioMin * ellipse->major) return std::nullopt;
+  if (!ellipse || ellipse->minor < kMinorPxMin || ellipse->minor < kAxesRatioMin * ellipse->major)
+    return std::nullopt;
   if (ellipse->major > std::max(size.width, size.height)) return std::nullopt;
   const double tolerance_px = std::max(0.6, 0.03 * std::sqrt(ellipse->major * ellipse->minor));
   double sum = 0;
@@ -46,8 +48,8 @@ std::optional<Ellipse> FitBorder(const std::vector<Eigen::Vector2d>& points, con
   return ellipse;
 }
 
-// The turn of the border at each point, between chords of `step` points before and after, radians; positive where the
-// border turns as a circle of its orientation does.
+// The turn of the border at each point, between chords of `step` points before and after, radians;
+// positive where the border turns as a circle of its orientation does.
 std::vector<double> Turns(const Border& border, int step) {
   const int n = static_cast<int>(border.size());
   std::vector<double> turns(border.size());
@@ -69,9 +71,12 @@ void AddArcs(const Border& border, const cv::Size& size, std::vector<Ellipse>* f
   double total = 0;
   for (const double turn : turns) total += turn;
   const double sense = total < 0 ? -1 : 1;
-  // Dark regions' outer borders and the borders of holes in them run opposite ways round: arcs of either sense count.
+  // Dark regions' outer borders and the borders of holes in them run opposite ways round: arcs of
+  // either sense count.
   for (const double wanted : {sense, -sense}) {
-    const auto is_break = [&](size_t i) { return turns[i] * wanted < kTurnMin || turns[i] * wanted > kTurnMax; };
+    const auto is_break = [&](size_t i) {
+      return turns[i] * wanted < kTurnMin || turns[i] * wanted > kTurnMax;
+    };
     const size_t n = border.size();
     size_t start = 0;
     while (start < n && !is_break(start)) ++start;
@@ -84,7 +89,8 @@ void AddArcs(const Border& border, const cv::Size& size, std::vector<Ellipse>* f
         ++length;
       }
       if (length >= static_cast<size_t>(kBorderPxMin) && turned > kArcTurnMin) {
-        if (const auto ellipse = FitBorder(Thin(border, start + i, length), size)) found->push_back(*ellipse);
+        if (const auto ellipse = FitBorder(Thin(border, start + i, length), size))
+          found->push_back(*ellipse);
       }
       i += length + 1;
     }
@@ -102,8 +108,8 @@ struct Edge {
 };
 
 // The steepest rise along a line from `from` outward, within `reach_px` either side.
-std::optional<Edge> FindEdge(const cv::Mat& gray, const Eigen::Vector2d& from, const Eigen::Vector2d& normal,
-                             double reach_px, double width_px) {
+std::optional<Edge> FindEdge(const cv::Mat& gray, const Eigen::Vector2d& from,
+                             const Eigen::Vector2d& normal, double reach_px, double width_px) {
   constexpr double kStepPx = 0.5;
   constexpr double kRiseMin = 6;  // grey levels
   const int half = static_cast<int>(std::ceil(reach_px / kStepPx));
@@ -111,7 +117,8 @@ std::optional<Edge> FindEdge(const cv::Mat& gray, const Eigen::Vector2d& from, c
   int best = -1;
   for (int i = -half; i <= half; ++i) {
     const Eigen::Vector2d at = from + i * kStepPx * normal;
-    const auto inside = GrayAt(gray, at - width_px * normal), outside = GrayAt(gray, at + width_px * normal);
+    const auto inside = GrayAt(gray, at - width_px * normal),
+               outside = GrayAt(gray, at + width_px * normal);
     if (!inside || !outside) continue;
     rises[i + half] = *outside - *inside;
     if (best < 0 || rises[i + half] > rises[best]) best = i + half;
@@ -138,10 +145,13 @@ std::vector<Edge> FindEdges(const cv::Mat& gray, const Ellipse& ellipse) {
     const double angle = 2 * std::numbers::pi * i / kEdgePlaces;
     const Eigen::Vector2d unit(std::cos(angle), std::sin(angle));
     const Eigen::Vector2d normal = Normal(unit_from_image, unit);
-    // The dark ring is 0.17 of the radius wide; half of that, along the normal, and at least 1.5 px.
+    // The dark ring is 0.17 of the radius wide; half of that, along the normal, and at least 1.5
+    // px.
     const double depth_px = 1 / (unit_from_image.transpose() * unit).norm();
-    const double reach_px = std::clamp(0.1 * depth_px, 1.5, 8.0), width_px = std::clamp(0.06 * depth_px, 0.75, 4.0);
-    if (const auto edge = FindEdge(gray, ellipse.At(unit), normal, reach_px, width_px)) edges.push_back(*edge);
+    const double reach_px = std::clamp(0.1 * depth_px, 1.5, 8.0),
+                 width_px = std::clamp(0.06 * depth_px, 0.75, 4.0);
+    if (const auto edge = FindEdge(gray, ellipse.At(unit), normal, reach_px, width_px))
+      edges.push_back(*edge);
   }
   return edges;
 }
@@ -179,25 +189,31 @@ std::optional<Outline> RefineOutline(const cv::Mat& gray, const Ellipse& start) 
     std::vector<double> steps;
     for (const Edge& edge : edges) steps.push_back(edge.step_gray);
     outline.contrast_gray = Median(steps);
-    std::erase_if(edges, [&](const Edge& edge) { return edge.step_gray < 0.3 * outline.contrast_gray; });
+    std::erase_if(edges,
+                  [&](const Edge& edge) { return edge.step_gray < 0.3 * outline.contrast_gray; });
     // Two fits, the second without what lies far from the first.
     for (int fit = 0; fit < 2; ++fit) {
       std::vector<Eigen::Vector2d> points;
       std::vector<double> distances;
       for (const Edge& edge : edges) points.push_back(edge.px);
       const std::optional<Ellipse> ellipse = FitEllipse(points);
-      if (!ellipse || ellipse->minor < kMinorPxMin || ellipse->minor < kAxesRatioMin * ellipse->major) {
+      if (!ellipse || ellipse->minor < kMinorPxMin ||
+          ellipse->minor < kAxesRatioMin * ellipse->major) {
         return std::nullopt;
       }
-      for (const Eigen::Vector2d& p : points) distances.push_back(std::abs(OutlineDistance(*ellipse, p)));
+      for (const Eigen::Vector2d& p : points)
+        distances.push_back(std::abs(OutlineDistance(*ellipse, p)));
       const double limit_px = std::max(0.4, 3 * Median(distances));
-      std::erase_if(edges, [&](const Edge& e) { return std::abs(OutlineDistance(*ellipse, e.px)) > limit_px; });
+      std::erase_if(edges, [&](const Edge& e) {
+        return std::abs(OutlineDistance(*ellipse, e.px)) > limit_px;
+      });
       if (edges.size() < kEdgePlaces / 2) return std::nullopt;
       outline.ellipse = *ellipse;
     }
     outline.support = static_cast<double>(edges.size()) / kEdgePlaces;
   }
-  if (outline.ellipse.major > 2 * start.major || outline.ellipse.major < 0.5 * start.major) return std::nullopt;
+  if (outline.ellipse.major > 2 * start.major || outline.ellipse.major < 0.5 * start.major)
+    return std::nullopt;
   return outline;
 }
 

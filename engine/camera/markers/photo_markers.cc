@@ -22,7 +22,8 @@ namespace {
 
 namespace fs = std::filesystem;
 
-std::optional<std::vector<uint8_t>> ReadFile(const std::string& path, uint64_t size_bytes_max, std::string* detail) {
+std::optional<std::vector<uint8_t>> ReadFile(const std::string& path, uint64_t size_bytes_max,
+                                             std::string* detail) {
   std::error_code error;
   if (fs::is_directory(path, error)) {
     *detail = "it is a folder";
@@ -35,8 +36,8 @@ std::optional<std::vector<uint8_t>> ReadFile(const std::string& path, uint64_t s
   }
   const uint64_t size = fs::file_size(path, error);
   if (!error && size > size_bytes_max) {
-    *detail =
-        "the file has " + std::to_string(size) + " bytes; at most " + std::to_string(size_bytes_max) + " are taken";
+    *detail = "the file has " + std::to_string(size) + " bytes; at most " +
+              std::to_string(size_bytes_max) + " are taken";
     return std::nullopt;
   }
   return std::vector<uint8_t>(std::istreambuf_iterator<char>(file), {});
@@ -64,7 +65,8 @@ struct Sizes {
   ImageSize upright, stored;
 };
 
-// The size that most photos have one way or the other; upright before stored, the larger before the smaller.
+// The size that most photos have one way or the other; upright before stored, the larger before the
+// smaller.
 ImageSize CommonSize(const std::vector<Sizes>& sizes) {
   ImageSize best;
   size_t best_count = 0;
@@ -72,8 +74,10 @@ ImageSize CommonSize(const std::vector<Sizes>& sizes) {
     for (const Sizes& candidate : sizes) {
       const ImageSize size = is_upright ? candidate.upright : candidate.stored;
       if (size.empty()) continue;
-      const size_t count = static_cast<size_t>(std::count_if(
-          sizes.begin(), sizes.end(), [&](const Sizes& s) { return s.upright == size || s.stored == size; }));
+      const size_t count =
+          static_cast<size_t>(std::count_if(sizes.begin(), sizes.end(), [&](const Sizes& s) {
+            return s.upright == size || s.stored == size;
+          }));
       const bool is_larger = size.pixel_count() > best.pixel_count();
       if (count > best_count || (count == best_count && is_larger)) {
         best = size;
@@ -93,38 +97,45 @@ double Median(std::vector<double> values) {
 
 std::string TooFewText(size_t count, const PhotoMarkersOptions& options) {
   std::ostringstream text;
-  text << (count == 0   ? "no marker"
-           : count == 1 ? "only 1 marker"
-                        : "only " + std::to_string(count) + " markers")
-       << " found, " << options.marker_count_min
-       << " are needed: photograph more of the sheets, in focus, with markers at least 25 px across";
+  text
+      << (count == 0   ? "no marker"
+          : count == 1 ? "only 1 marker"
+                       : "only " + std::to_string(count) + " markers")
+      << " found, " << options.marker_count_min
+      << " are needed: photograph more of the sheets, in focus, with markers at least 25 px across";
   return text.str();
 }
 
-// Edges wider than this part of a marker cost markers: on rendered photos of markers 55 and 80 px across all are found
-// at 0.027, 88 to 97 % at 0.037, 60 % at 0.045, 25 % at 0.055 (veduta-marker-bench).
+// Edges wider than this part of a marker cost markers: on rendered photos of markers 55 and 80 px
+// across all are found at 0.027, 88 to 97 % at 0.037, 60 % at 0.045, 25 % at 0.055
+// (veduta-marker-bench).
 constexpr double kBlurShareMax = 1.0 / 30;
 
 std::string AdviceFor(const PhotoNote& note) {
   std::ostringstream text;
   if (note.blur_share > kBlurShareMax) {
-    text << "it is out of focus or moved (edges have a sigma of " << std::fixed << std::setprecision(1) << note.blur_px
-         << " px): focus on the sheets, hold still";
+    text << "it is out of focus or moved (edges have a sigma of " << std::fixed
+         << std::setprecision(1) << note.blur_px << " px): focus on the sheets, hold still";
   }
   for (size_t i = 0; i < note.ambiguous.size(); ++i) {
-    text << (i > 0 ? ", " : text.tellp() > 0 ? "; markers seen twice: " : "markers seen twice: ") << note.ambiguous[i];
+    text << (i > 0              ? ", "
+             : text.tellp() > 0 ? "; markers seen twice: "
+                                : "markers seen twice: ")
+         << note.ambiguous[i];
   }
   if (!note.ambiguous.empty()) text << "; lay out one copy of each sheet";
   return text.str();
 }
 
 // One photo of the size agreed on: its view, or a note that says why not.
-void DetectInPhoto(ImageSize size, const PhotoMarkersOptions& options, PhotoNote* note, ViewObservations* view) {
+void DetectInPhoto(ImageSize size, const PhotoMarkersOptions& options, PhotoNote* note,
+                   ViewObservations* view) {
   const auto bytes = ReadFile(note->path, options.decode.size_bytes_max, &note->detail);
   if (!bytes) return;
   const DecodedPhoto photo = DecodePhoto(*bytes, options.decode, size);
   if (photo.outcome != DecodeOutcome::kDecoded) {
-    note->use = photo.outcome == DecodeOutcome::kWrongSize ? PhotoUse::kOtherSize : PhotoUse::kUnreadable;
+    note->use =
+        photo.outcome == DecodeOutcome::kWrongSize ? PhotoUse::kOtherSize : PhotoUse::kUnreadable;
     note->detail = photo.outcome == DecodeOutcome::kWrongSize
                        ? "it has " + photo.upright_size.Text() + " px, most photos " + size.Text() +
                              ": another camera, or it was cropped or made smaller"
@@ -132,13 +143,15 @@ void DetectInPhoto(ImageSize size, const PhotoMarkersOptions& options, PhotoNote
     return;
   }
   const Result<MarkerSearch> search = DetectMarkers(photo.gray, options.markers);
-  VEDUTA_CHECK(search.ok(), search.status().message());  // the options have been checked, and the photo is grey
+  VEDUTA_CHECK(search.ok(),
+               search.status().message());  // the options have been checked, and the photo is grey
   note->ambiguous = search->ambiguous;
   note->marker_count = static_cast<uint32_t>(search->markers.size());
   std::vector<double> blurs_px, blur_shares;
   for (const MarkerDetection& marker : search->markers) {
     blurs_px.push_back(marker.blur_px);
-    blur_shares.push_back(marker.blur_px / (2 * std::sqrt(marker.outline.major * marker.outline.minor)));
+    blur_shares.push_back(marker.blur_px /
+                          (2 * std::sqrt(marker.outline.major * marker.outline.minor)));
   }
   note->blur_px = Median(std::move(blurs_px));
   note->blur_share = Median(std::move(blur_shares));
@@ -162,18 +175,21 @@ void DetectInPhoto(ImageSize size, const PhotoMarkersOptions& options, PhotoNote
 Status PhotoMarkersOptions::Check() const {
   VEDUTA_RETURN_IF_ERROR(markers.Check());
   VEDUTA_RETURN_IF_ERROR(decode.Check());
-  if (marker_count_min < 1) return Status::InvalidArgument("marker_count_min = 0 is not at least 1");
+  if (marker_count_min < 1)
+    return Status::InvalidArgument("marker_count_min = 0 is not at least 1");
   return Status::Ok();
 }
 
-Result<PhotoMarkers> DetectInPhotos(const std::vector<std::string>& paths, const PhotoMarkersOptions& options,
-                                    ThreadPool* pool, const std::function<void(size_t)>& progress) {
+Result<PhotoMarkers> DetectInPhotos(const std::vector<std::string>& paths,
+                                    const PhotoMarkersOptions& options, ThreadPool* pool,
+                                    const std::function<void(size_t)>& progress) {
   VEDUTA_RETURN_IF_ERROR(options.Check());
   if (paths.empty()) return Status::InvalidArgument("no photos are given");
   PhotoMarkers result;
   result.notes = MakeNotes(paths);
   const size_t count = result.notes.size();
-  // The size has to be known before a photo is decoded one way round or the other; headers are cheap.
+  // The size has to be known before a photo is decoded one way round or the other; headers are
+  // cheap.
   std::vector<Sizes> sizes(count);
   pool->ParallelFor(count, [&](size_t i) {
     std::string detail;

@@ -19,13 +19,15 @@ constexpr double kBrightRadius = 1.13;
 constexpr double kContrastGrayMin = 10;
 constexpr double kContrastPartMin = 0.4;  // of the median: less, and something lies there
 constexpr int kSharpenedBudget = 4;
-constexpr int kErrorsMax = 1;     // a sector that says the opposite is rarer than one that says nothing
+constexpr int kErrorsMax =
+    1;  // a sector that says the opposite is rarer than one that says nothing
 constexpr double kSaidMin = 0.2;  // of the way from the middle to dark or bright: less is grey
 
-// Mean over the middle of a sector, at one or three radii; nothing if some of it is outside of the image.
+// Mean over the middle of a sector, at one or three radii; nothing if some of it is outside of the
+// image.
 template <size_t N>
-std::optional<double> SectorMean(const cv::Mat& gray, const Eigen::Matrix3d& image_from_unit, double start_rad,
-                                 const std::array<double, N>& radii) {
+std::optional<double> SectorMean(const cv::Mat& gray, const Eigen::Matrix3d& image_from_unit,
+                                 double start_rad, const std::array<double, N>& radii) {
   constexpr double kSectorRad = 2 * std::numbers::pi / kMarkerBitCount;
   double sum = 0;
   for (const double part : {0.3, 0.5, 0.7}) {
@@ -63,7 +65,8 @@ Sectors ReadSectors(const cv::Mat& gray, const Eigen::Matrix3d& image_from_unit,
   }
   std::array<double, kMarkerBitCount> sorted = contrast;
   std::nth_element(sorted.begin(), sorted.begin() + kMarkerBitCount / 2, sorted.end());
-  const double contrast_min = std::max(kContrastGrayMin, kContrastPartMin * sorted[kMarkerBitCount / 2]);
+  const double contrast_min =
+      std::max(kContrastGrayMin, kContrastPartMin * sorted[kMarkerBitCount / 2]);
   for (int i = 0; i < kMarkerBitCount; ++i) {
     if (contrast[i] < contrast_min) {
       sectors.said[i] = 0;
@@ -75,13 +78,15 @@ Sectors ReadSectors(const cv::Mat& gray, const Eigen::Matrix3d& image_from_unit,
   return sectors;
 }
 
-// Reads the sectors after a part of their neighbours' mean has been taken off each, as much as blur put there.
+// Reads the sectors after a part of their neighbours' mean has been taken off each, as much as blur
+// put there.
 std::optional<RingReading> Decode(const Sectors& sectors, double blurred_part, int budget) {
   uint32_t word = 0, known = 0;
   for (int i = 0; i < kMarkerBitCount; ++i) {
     const double before = sectors.said[(i + kMarkerBitCount - 1) % kMarkerBitCount];
     const double after = sectors.said[(i + 1) % kMarkerBitCount];
-    const double said = (sectors.said[i] - blurred_part * 0.5 * (before + after)) / (1 - blurred_part);
+    const double said =
+        (sectors.said[i] - blurred_part * 0.5 * (before + after)) / (1 - blurred_part);
     if ((sectors.seen >> i & 1) == 0 || std::abs(said) < kSaidMin) continue;
     known |= 1u << i;
     if (said > 0) word |= 1u << i;
@@ -93,15 +98,18 @@ std::optional<RingReading> Decode(const Sectors& sectors, double blurred_part, i
 
 }  // namespace
 
-std::optional<RingReading> ReadRing(const cv::Mat& gray, const Eigen::Matrix3d& image_from_unit, int budget) {
+std::optional<RingReading> ReadRing(const cv::Mat& gray, const Eigen::Matrix3d& image_from_unit,
+                                    int budget) {
   constexpr double kBlurredPart = 0.3;
-  // 23 sectors are odd: half a turn on, each looks at halves of two. The clearer of the two is the right one.
+  // 23 sectors are odd: half a turn on, each looks at halves of two. The clearer of the two is the
+  // right one.
   const Sectors ahead = ReadSectors(gray, image_from_unit, 0);
   const Sectors back = ReadSectors(gray, image_from_unit, std::numbers::pi);
   const bool is_ahead = ahead.clarity >= back.clarity;
   std::optional<RingReading> ring = Decode(is_ahead ? ahead : back, 0, budget);
   // A second chance, with less leave to be wrong.
-  if (!ring) ring = Decode(is_ahead ? ahead : back, kBlurredPart, std::min(budget, kSharpenedBudget));
+  if (!ring)
+    ring = Decode(is_ahead ? ahead : back, kBlurredPart, std::min(budget, kSharpenedBudget));
   if (ring && !is_ahead) ring->turn_rad = std::numbers::pi;
   return ring;
 }

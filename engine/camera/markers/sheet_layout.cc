@@ -24,8 +24,8 @@ std::optional<Paper> PaperFromName(std::string_view name) {
 
 Result<SheetLayout> LayOutSheets(Paper paper, uint32_t count) {
   if (count < 1 || count > kMarkerIdCount) {
-    return Status::InvalidArgument("there are 1 to " + std::to_string(kMarkerIdCount) + " markers, not " +
-                                   std::to_string(count));
+    return Status::InvalidArgument("there are 1 to " + std::to_string(kMarkerIdCount) +
+                                   " markers, not " + std::to_string(count));
   }
   SheetLayout layout;
   layout.width_mm = paper == Paper::kA4 ? 210 : 215.9;
@@ -37,7 +37,8 @@ Result<SheetLayout> LayOutSheets(Paper paper, uint32_t count) {
   for (MarkerId id = 0; id < count; ++id) {
     const uint32_t place = id % kMarkersPerSheet;
     if (place == 0) layout.sheets.push_back({id / kMarkersPerSheet + 1, {}});
-    layout.sheets.back().markers.push_back({id, kMarginMm + (place % kColumns + 0.5) * cell_width_mm,
+    layout.sheets.back().markers.push_back({id,
+                                            kMarginMm + (place % kColumns + 0.5) * cell_width_mm,
                                             kMarginMm + (place / kColumns + 0.5) * cell_height_mm});
   }
   return layout;

@@ -30,7 +30,8 @@ class Page final {
 
   void Marker(const SheetMarker& marker, double radius_mm) {
     BeginAt(marker, radius_mm);
-    // A sector of the ring at a time leaves hair lines between two of one colour in some viewers: runs are one path.
+    // A sector of the ring at a time leaves hair lines between two of one colour in some viewers:
+    // runs are one path.
     FillRing(kMarkerCodeRadius, 1, 0, kMarkerBitCount);
     const uint32_t word = MarkerWord(marker.id);
     for (int first = 0; first < kMarkerBitCount; ++first) {
@@ -59,9 +60,13 @@ class Page final {
   }
 
  private:
-  static bool IsDark(uint32_t word, int sector) { return (word >> (sector % kMarkerBitCount) & 1) == 0; }
+  static bool IsDark(uint32_t word, int sector) {
+    return (word >> (sector % kMarkerBitCount) & 1) == 0;
+  }
   HPDF_REAL X(double x_mm) const { return static_cast<HPDF_REAL>(x_mm * kPointsPerMm); }
-  HPDF_REAL Y(double y_mm) const { return static_cast<HPDF_REAL>((height_mm_ - y_mm) * kPointsPerMm); }
+  HPDF_REAL Y(double y_mm) const {
+    return static_cast<HPDF_REAL>((height_mm_ - y_mm) * kPointsPerMm);
+  }
   void BeginAt(const SheetMarker& marker, double radius_mm) {
     x_mm_ = marker.x_mm;
     y_mm_ = marker.y_mm;
@@ -75,11 +80,15 @@ class Page final {
   HPDF_REAL MarkerY(double radius, double turn) const {
     return Y(y_mm_ + radius_mm_ * radius * std::sin(2 * std::numbers::pi * turn));
   }
-  void MoveTo(double radius, double turn) { HPDF_Page_MoveTo(page_, MarkerX(radius, turn), MarkerY(radius, turn)); }
-  void LineTo(double radius, double turn) { HPDF_Page_LineTo(page_, MarkerX(radius, turn), MarkerY(radius, turn)); }
+  void MoveTo(double radius, double turn) {
+    HPDF_Page_MoveTo(page_, MarkerX(radius, turn), MarkerY(radius, turn));
+  }
+  void LineTo(double radius, double turn) {
+    HPDF_Page_LineTo(page_, MarkerX(radius, turn), MarkerY(radius, turn));
+  }
 
-  // Along the circle from one turn to another, either way, in pieces of at most 1/23: a cubic with its handles at
-  // 4/3 tan(angle / 4) of the radius.
+  // Along the circle from one turn to another, either way, in pieces of at most 1/23: a cubic with
+  // its handles at 4/3 tan(angle / 4) of the radius.
   void ArcTo(double radius, double from, double to) {
     const int pieces = static_cast<int>(std::ceil(std::abs(to - from) * kMarkerBitCount - 1e-9));
     const double step = (to - from) / pieces;
@@ -88,15 +97,18 @@ class Page final {
     const double handle_turn = std::atan(handle) / (2 * std::numbers::pi);
     for (int i = 0; i < pieces; ++i) {
       const double a = from + i * step, b = a + step;
-      HPDF_Page_CurveTo(page_, MarkerX(handle_radius, a + handle_turn), MarkerY(handle_radius, a + handle_turn),
-                        MarkerX(handle_radius, b - handle_turn), MarkerY(handle_radius, b - handle_turn),
-                        MarkerX(radius, b), MarkerY(radius, b));
+      HPDF_Page_CurveTo(
+          page_, MarkerX(handle_radius, a + handle_turn), MarkerY(handle_radius, a + handle_turn),
+          MarkerX(handle_radius, b - handle_turn), MarkerY(handle_radius, b - handle_turn),
+          MarkerX(radius, b), MarkerY(radius, b));
     }
   }
 
-  // Ink between two radii, from the start of sector `first` to the start of sector `end`; 23 sectors are the whole.
+  // Ink between two radii, from the start of sector `first` to the start of sector `end`; 23
+  // sectors are the whole.
   void FillRing(double inner, double outer, int first, int end) {
-    const double from = static_cast<double>(first) / kMarkerBitCount, to = static_cast<double>(end) / kMarkerBitCount;
+    const double from = static_cast<double>(first) / kMarkerBitCount,
+                 to = static_cast<double>(end) / kMarkerBitCount;
     MoveTo(outer, from);
     ArcTo(outer, from, to);
     const bool is_whole = end - first == kMarkerBitCount;
@@ -131,7 +143,8 @@ void DrawSheet(const SheetLayout& layout, const Sheet& sheet, HPDF_Font font, Pa
                  ". Print in black, any scale, and tape all sheets flat on one "
                  "floor, anywhere, and do not move them.");
   page->Text(layout.margin_mm, foot_mm - 3, font, 8,
-             "Take 8 to 20 sharp photos without zoom from all sides, some steep, some slanted, markers up to every "
+             "Take 8 to 20 sharp photos without zoom from all sides, some steep, some slanted, "
+             "markers up to every "
              "corner; then: veduta calibrate PHOTOS");
 }
 
@@ -151,7 +164,8 @@ Result<std::vector<uint8_t>> SheetPdf(const SheetLayout& layout) {
   std::vector<uint8_t> bytes(HPDF_GetStreamSize(document.get()));
   auto size = static_cast<HPDF_UINT32>(bytes.size());
   HPDF_ReadFromStream(document.get(), bytes.data(), &size);
-  if (const HPDF_STATUS error = HPDF_GetError(document.get()); error != HPDF_OK || size != bytes.size()) {
+  if (const HPDF_STATUS error = HPDF_GetError(document.get());
+      error != HPDF_OK || size != bytes.size()) {
     return Status::IoError("libharu cannot write the PDF: its error " + std::to_string(error));
   }
   return bytes;

@@ -1,7 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-// Goal: points.json is read as described or refused with a message that names the place; a camera file is read back as
-//   it was written; any bytes are answered; the report holds what it promises and nothing that a name smuggles in.
-// Method: files written by hand, a calibration of a session of known truth, mutations of good files.
+// Goal: points.json is read as described or refused with a message that names the place; a camera
+// file is read back as
+//   it was written; any bytes are answered; the report holds what it promises and nothing that a
+//   name smuggles in.
+// Method: files written by hand, a calibration of a session of known truth, mutations of good
+// files.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -52,7 +55,8 @@ TEST(PointsFile, MessagesNameThePlace) {
            {std::string("[1, 2"), "not JSON"},
            {std::string("[1, 2]"), "not an object"},
            {std::string("{}"), "no \"width\""},
-           {std::string(R"({"width": 0, "height": 480})"), "\"width\" is not a whole number from 1"},
+           {std::string(R"({"width": 0, "height": 480})"),
+            "\"width\" is not a whole number from 1"},
            {std::string(R"({"width": 640.5, "height": 480})"), "\"width\" is not"},
            {std::string(R"({"width": 640, "height": -480})"), "\"height\" is not"},
            {size + "3}", "\"views\" is not a list"},
@@ -60,12 +64,18 @@ TEST(PointsFile, MessagesNameThePlace) {
            {size + R"([{"points": []}]})", "view 1 has no \"name\""},
            {size + R"([{"name": 7, "points": []}]})", "is no name"},
            {size + R"([{"name": "p"}]})", "view 1 'p' has no \"points\""},
-           {size + R"([{"name": "p", "points": [{"id": 1, "x": 2}]}]})", "view 1 'p', point 1 has no \"y\""},
-           {size + R"([{"name": "p", "points": [{"id": -1, "x": 2, "y": 3}]}]})", "\"id\" is not a whole number"},
-           {size + R"([{"name": "p", "points": [{"id": 1, "x": "2", "y": 3}]}]})", "\"x\" is not a number"},
-           {size + R"([{"name": "p", "points": [{"id": 1, "x": 1e300, "y": 3}]}]})", "\"x\" is not a number"},
-           {size + R"([{"name": "p", "points": [{"id": 1, "x": 1, "y": 3, "sigma": 0}]}]})", "\"sigma\" is not"},
-           {size + R"([{"name": "p", "points": []}, {"name": "p", "points": []}]})", "two views are named 'p'"},
+           {size + R"([{"name": "p", "points": [{"id": 1, "x": 2}]}]})",
+            "view 1 'p', point 1 has no \"y\""},
+           {size + R"([{"name": "p", "points": [{"id": -1, "x": 2, "y": 3}]}]})",
+            "\"id\" is not a whole number"},
+           {size + R"([{"name": "p", "points": [{"id": 1, "x": "2", "y": 3}]}]})",
+            "\"x\" is not a number"},
+           {size + R"([{"name": "p", "points": [{"id": 1, "x": 1e300, "y": 3}]}]})",
+            "\"x\" is not a number"},
+           {size + R"([{"name": "p", "points": [{"id": 1, "x": 1, "y": 3, "sigma": 0}]}]})",
+            "\"sigma\" is not"},
+           {size + R"([{"name": "p", "points": []}, {"name": "p", "points": []}]})",
+            "two views are named 'p'"},
            {std::string(100'000, '['), "nested too deep"},
        }) {
     const auto input = ParsePoints(text);
@@ -84,7 +94,8 @@ TEST(PointsFile, Limits) {
   for (size_t i = 0; i <= kDistinctPointsMax; ++i) {
     file["views"][0]["points"].push_back({{"id", i}, {"x", 1}, {"y", 2}});
   }
-  EXPECT_NE(ParsePoints(file.dump()).status().message().find("3000 different points"), std::string::npos);
+  EXPECT_NE(ParsePoints(file.dump()).status().message().find("3000 different points"),
+            std::string::npos);
   EXPECT_FALSE(ReadWholeFile("no such file", 10).ok());
   EXPECT_FALSE(ReadWholeFile("/", 10).ok());
 }
@@ -94,7 +105,8 @@ TEST(CameraFile, ReadBackAsWritten) {
   const auto read = ParseCameraFile(text, {});
   ASSERT_TRUE(read.ok()) << read.status().message();
   EXPECT_EQ(read->model, Sample().model);
-  EXPECT_NE(read->source.find("calibrated from points.json: 8 photos"), std::string::npos) << read->source;
+  EXPECT_NE(read->source.find("calibrated from points.json: 8 photos"), std::string::npos)
+      << read->source;
   EXPECT_FALSE(ParseCameraFile(text, 3).ok());
   const nlohmann::json file = nlohmann::json::parse(text);
   EXPECT_EQ(file["version"], kCameraFileVersion);
@@ -118,7 +130,8 @@ TEST(CameraFile, ColmapsIdChooses) {
   EXPECT_NE(ParseCameraFile(two, {}).status().message().find("--id: 1, 5"), std::string::npos);
   EXPECT_EQ(ParseCameraFile(two, 5)->model.k1, -0.1);
   EXPECT_NE(ParseCameraFile(two, 4).status().message().find("no camera 4"), std::string::npos);
-  const auto tangential = ParseCameraFile("1 OPENCV 640 480 500 510 320 240 -0.2 0.05 0.003 -0.0005", {});
+  const auto tangential =
+      ParseCameraFile("1 OPENCV 640 480 500 510 320 240 -0.2 0.05 0.003 -0.0005", {});
   ASSERT_TRUE(tangential.ok()) << tangential.status().message();
   ASSERT_EQ(tangential->messages.size(), 2u);
   EXPECT_NE(tangential->messages[0].find("px at most"), std::string::npos);
@@ -164,15 +177,17 @@ TEST(Files, AnyBytesAreAnswered) {
 
 TEST(Report, HoldsWhatItPromises) {
   const std::string report = CalibrationReport(Sample(), "my <points>.json");
-  for (const char* words : {"Coverage", "Residuals", "Distortion", "Photos", "standard deviation", "<td>k2</td>",
-                            "my &lt;points&gt;.json", "&lt;script&gt;&quot;&amp;.jpg"}) {
+  for (const char* words :
+       {"Coverage", "Residuals", "Distortion", "Photos", "standard deviation", "<td>k2</td>",
+        "my &lt;points&gt;.json", "&lt;script&gt;&quot;&amp;.jpg"}) {
     EXPECT_NE(report.find(words), std::string::npos) << words;
   }
   EXPECT_EQ(report.find("<script"), std::string::npos);
   EXPECT_EQ(report.find("http"), report.find("http://www.w3.org/2000/svg"));  // nothing is fetched
   EXPECT_EQ(report.find("nan"), std::string::npos);
   size_t figures = 0;
-  for (size_t at = report.find("<svg"); at != std::string::npos; at = report.find("<svg", at + 1)) ++figures;
+  for (size_t at = report.find("<svg"); at != std::string::npos; at = report.find("<svg", at + 1))
+    ++figures;
   EXPECT_EQ(figures, 4u);
   Calibration warned = Sample();
   warned.status = CalibrationStatus::kUncertain;
@@ -186,7 +201,9 @@ TEST(Report, CoverageShowsEmptyCells) {
   std::erase_if(half.residuals, [](const CalibrationResidual& r) { return r.px.x() > 1136; });
   const auto count = [](const std::string& text) {
     size_t found = 0;
-    for (size_t at = text.find("#fde8e4"); at != std::string::npos; at = text.find("#fde8e4", at + 1)) ++found;
+    for (size_t at = text.find("#fde8e4"); at != std::string::npos;
+         at = text.find("#fde8e4", at + 1))
+      ++found;
     return found;
   };
   EXPECT_GE(count(CoverageFigure(half)), 24u);

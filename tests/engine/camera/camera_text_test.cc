@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Goal: cameras and sizes as people type them are read exactly, and every mistake is refused with its field named.
-// Method: good texts with their values, tables of bad texts with what the message must contain, and random models
-// written and read back.
+// Goal: cameras and sizes as people type them are read exactly, and every mistake is refused with
+// its field named. Method: good texts with their values, tables of bad texts with what the message
+// must contain, and random models written and read back.
 #include "engine/camera/camera_text.h"
 
 #include <gtest/gtest.h>
@@ -46,7 +46,8 @@ TEST(ParseSize, RefusesEverythingElse) {
     const auto size = ParseSize(text);
     ASSERT_FALSE(size.ok()) << text;
     EXPECT_EQ(size.status().code(), StatusCode::kInvalidArgument);
-    EXPECT_NE(size.status().message().find(std::string("'") + text), std::string::npos) << size.status().message();
+    EXPECT_NE(size.status().message().find(std::string("'") + text), std::string::npos)
+        << size.status().message();
   }
 }
 
@@ -65,7 +66,8 @@ TEST(ParseCameraParams, ReadsFourSixAndEightNumbers) {
   EXPECT_EQ(radial.k1, -0.1);
   EXPECT_EQ(radial.k2, 0.02);
   EXPECT_EQ(radial.u0, 768.0);
-  const CameraModel own_center = ParseCameraParams("1400,1400,768,512,-0.1,0.02,770.5,-3", kSize).value();
+  const CameraModel own_center =
+      ParseCameraParams("1400,1400,768,512,-0.1,0.02,770.5,-3", kSize).value();
   EXPECT_EQ(own_center.u0, 770.5);
   EXPECT_EQ(own_center.v0, -3.0);
 }

@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-// Goal: every kind of photo is decoded to the right pixels the right way round, or refused for the right reason.
-// Method: a picture without symmetry, written by the test in each format; orientations are checked against the
-// definition of EXIF's eight values, pixel by pixel; sizes are wanted and not met.
+// Goal: every kind of photo is decoded to the right pixels the right way round, or refused for the
+// right reason. Method: a picture without symmetry, written by the test in each format;
+// orientations are checked against the definition of EXIF's eight values, pixel by pixel; sizes are
+// wanted and not met.
 #include "engine/camera/photo_decoder.h"
 
 #include <gtest/gtest.h>
@@ -37,8 +38,8 @@ double LargestDifference(const cv::Mat& a, const cv::Mat& b) {
   return cv::norm(a, b, cv::NORM_INF);
 }
 
-// Where EXIF's `orientation` puts the upright pixel (u, v) in the stored image (EXIF 2.32: which visual edges the first
-// row and the first column are).
+// Where EXIF's `orientation` puts the upright pixel (u, v) in the stored image (EXIF 2.32: which
+// visual edges the first row and the first column are).
 cv::Vec3b StoredPixel(const cv::Mat& stored, int orientation, int u, int v) {
   const int right = stored.cols - 1, bottom = stored.rows - 1;
   switch (orientation) {
@@ -134,18 +135,22 @@ TEST(DecodePhoto, ConvertsOtherKindsOfPng) {
   EXPECT_EQ(pixel({PNG_COLOR_TYPE_GRAY, 4}, {0x3A}), cv::Vec3b(170, 170, 170));
   EXPECT_EQ(pixel({PNG_COLOR_TYPE_GRAY, 16}, {0, 0, 0x80, 0xFF}), cv::Vec3b(128, 128, 128));
   EXPECT_EQ(pixel({PNG_COLOR_TYPE_GRAY_ALPHA, 8}, {1, 2, 90, 0}), cv::Vec3b(90, 90, 90));
-  EXPECT_EQ(pixel({PNG_COLOR_TYPE_RGB, 16}, {0, 0, 0, 0, 0, 0, 10, 0, 20, 0, 30, 0}), cv::Vec3b(30, 20, 10));
-  EXPECT_EQ(pixel({PNG_COLOR_TYPE_RGB_ALPHA, 8}, {0, 0, 0, 0, 10, 20, 30, 5}), cv::Vec3b(30, 20, 10))
-      << "alpha dropped";
-  EXPECT_EQ(pixel({PNG_COLOR_TYPE_RGB_ALPHA, 16}, {0, 0, 0, 0, 0, 0, 0, 0, 10, 0, 20, 0, 30, 0, 0, 0}),
+  EXPECT_EQ(pixel({PNG_COLOR_TYPE_RGB, 16}, {0, 0, 0, 0, 0, 0, 10, 0, 20, 0, 30, 0}),
             cv::Vec3b(30, 20, 10));
+  EXPECT_EQ(pixel({PNG_COLOR_TYPE_RGB_ALPHA, 8}, {0, 0, 0, 0, 10, 20, 30, 5}),
+            cv::Vec3b(30, 20, 10))
+      << "alpha dropped";
+  EXPECT_EQ(
+      pixel({PNG_COLOR_TYPE_RGB_ALPHA, 16}, {0, 0, 0, 0, 0, 0, 0, 0, 10, 0, 20, 0, 30, 0, 0, 0}),
+      cv::Vec3b(30, 20, 10));
   EXPECT_EQ(pixel({PNG_COLOR_TYPE_PALETTE, 8}, {0, 100}), cv::Vec3b(50, 155, 100));
   EXPECT_EQ(pixel({PNG_COLOR_TYPE_PALETTE, 4}, {0x0C}), cv::Vec3b(6, 243, 12));
 }
 
 TEST(DecodePhoto, ReadsTiffsExactly) {
   const cv::Mat picture = TestPicture(61, 137);
-  for (const int compression : {COMPRESSION_NONE, COMPRESSION_LZW, COMPRESSION_ADOBE_DEFLATE, COMPRESSION_PACKBITS}) {
+  for (const int compression :
+       {COMPRESSION_NONE, COMPRESSION_LZW, COMPRESSION_ADOBE_DEFLATE, COMPRESSION_PACKBITS}) {
     for (const bool is_big_endian : {false, true}) {
       for (const int layout : {0, 1, 2, 3}) {
         TiffKind kind;
@@ -155,9 +160,11 @@ TEST(DecodePhoto, ReadsTiffsExactly) {
         kind.is_planar = layout == 2;
         kind.rows_per_strip = layout == 3 ? 137 : 7;
         const DecodedPhoto photo = DecodePhoto(TiffFile(picture, kind), kLimits);
-        ASSERT_EQ(photo.outcome, DecodeOutcome::kDecoded) << photo.detail << " compression " << compression;
+        ASSERT_EQ(photo.outcome, DecodeOutcome::kDecoded)
+            << photo.detail << " compression " << compression;
         EXPECT_EQ(photo.format, PhotoFormat::kTiff);
-        EXPECT_EQ(LargestDifference(photo.bgr, picture), 0) << "compression " << compression << " layout " << layout;
+        EXPECT_EQ(LargestDifference(photo.bgr, picture), 0)
+            << "compression " << compression << " layout " << layout;
       }
     }
   }
@@ -167,15 +174,18 @@ TEST(DecodePhoto, ConvertsOtherKindsOfTiff) {
   const auto pixel = [](int samples, int bits, int photometric, std::vector<uint8_t> row) {
     std::vector<uint8_t> rows = row;
     rows.insert(rows.end(), row.begin(), row.end());
-    const DecodedPhoto photo = DecodePhoto(TiffFile(2, 2, {samples, bits, photometric}, rows), kLimits);
+    const DecodedPhoto photo =
+        DecodePhoto(TiffFile(2, 2, {samples, bits, photometric}, rows), kLimits);
     EXPECT_EQ(photo.outcome, DecodeOutcome::kDecoded) << photo.detail;
     return photo.bgr.empty() ? cv::Vec3b(1, 1, 1) : photo.bgr.at<cv::Vec3b>(1, 1);
   };
   EXPECT_EQ(pixel(1, 8, PHOTOMETRIC_MINISBLACK, {7, 200}), cv::Vec3b(200, 200, 200));
   EXPECT_EQ(pixel(1, 8, PHOTOMETRIC_MINISWHITE, {7, 200}), cv::Vec3b(55, 55, 55));
-  EXPECT_EQ(pixel(2, 8, PHOTOMETRIC_MINISBLACK, {7, 1, 200, 2}), cv::Vec3b(200, 200, 200)) << "alpha dropped";
+  EXPECT_EQ(pixel(2, 8, PHOTOMETRIC_MINISBLACK, {7, 1, 200, 2}), cv::Vec3b(200, 200, 200))
+      << "alpha dropped";
   EXPECT_EQ(pixel(1, 8, PHOTOMETRIC_PALETTE, {0, 100}), cv::Vec3b(50, 155, 100));
-  EXPECT_EQ(pixel(4, 8, PHOTOMETRIC_RGB, {0, 0, 0, 0, 10, 20, 30, 5}), cv::Vec3b(30, 20, 10)) << "alpha dropped";
+  EXPECT_EQ(pixel(4, 8, PHOTOMETRIC_RGB, {0, 0, 0, 0, 10, 20, 30, 5}), cv::Vec3b(30, 20, 10))
+      << "alpha dropped";
   const uint16_t samples[6] = {0, 0, 0, 10 * 257, 20 * 257, 30 * 257};
   std::vector<uint8_t> row(sizeof(samples));
   std::memcpy(row.data(), samples, sizeof(samples));
@@ -214,14 +224,17 @@ TEST(DecodePhoto, IgnoresSenselessExif) {
   ExpectUpright(DecodePhoto(WithExif(plain, testing::ExifBlock(9, false)), kLimits), stored, 1);
   ExpectUpright(DecodePhoto(WithExif(plain, {}), kLimits), stored, 1);
   const FileBytes exif = testing::ExifBlock(6, true);
-  for (size_t length = 0; length < exif.size(); ++length) {  // cut anywhere: turned or not, but decoded
-    const DecodedPhoto photo = DecodePhoto(WithExif(plain, FileBytes(exif.begin(), exif.begin() + length)), kLimits);
+  for (size_t length = 0; length < exif.size();
+       ++length) {  // cut anywhere: turned or not, but decoded
+    const DecodedPhoto photo =
+        DecodePhoto(WithExif(plain, FileBytes(exif.begin(), exif.begin() + length)), kLimits);
     EXPECT_EQ(photo.outcome, DecodeOutcome::kDecoded) << photo.detail;
   }
   FileBytes far = exif;
   far[4] = far[5] = far[6] = far[7] = 0xFF;  // the directory's offset
   ExpectUpright(DecodePhoto(WithExif(plain, far), kLimits), stored, 1);
-  // Another APP1 first (XMP), then EXIF: found all the same. Fill bytes before a marker are allowed.
+  // Another APP1 first (XMP), then EXIF: found all the same. Fill bytes before a marker are
+  // allowed.
   const FileBytes xmp_first = WithSegment(WithExif(plain, exif), 0xE1, {'h', 't', 't', 'p'});
   ExpectUpright(DecodePhoto(xmp_first, kLimits), stored, 6);
   FileBytes filled = WithExif(plain, exif);
@@ -251,9 +264,11 @@ TEST(DecodePhoto, PicksTheLayoutOfTheSizeWanted) {
   EXPECT_EQ(wrong.detail, "the photo has 32x48 px (stored as 48x32), the camera 640x480");
   EXPECT_TRUE(wrong.bgr.empty());
   EXPECT_EQ(DecodePhoto(plain, kLimits, {32, 48}).outcome, DecodeOutcome::kWrongSize);
-  EXPECT_EQ(DecodePhoto(plain, kLimits, {32, 48}).detail, "the photo has 48x32 px, the camera 32x48");
+  EXPECT_EQ(DecodePhoto(plain, kLimits, {32, 48}).detail,
+            "the photo has 48x32 px, the camera 32x48");
   // Half a turn keeps the size: upright goes first.
-  ExpectUpright(DecodePhoto(WithExif(plain, testing::ExifBlock(3, true)), kLimits, {48, 32}), stored, 3);
+  ExpectUpright(DecodePhoto(WithExif(plain, testing::ExifBlock(3, true)), kLimits, {48, 32}),
+                stored, 3);
 }
 
 void ExpectRefused(const FileBytes& bytes, DecodeOutcome outcome, const std::string& expected) {
@@ -271,23 +286,28 @@ FileBytes Text(std::string_view text) {
 TEST(DecodePhoto, RefusesWhatIsNoPhoto) {
   ExpectRefused({}, DecodeOutcome::kEmpty, "empty");
   ExpectRefused({0xFF}, DecodeOutcome::kUnsupportedFormat, "not a JPEG");
-  ExpectRefused(Text("Dear diary, today I took no photograph.\n"), DecodeOutcome::kUnsupportedFormat, "not a JPEG");
+  ExpectRefused(Text("Dear diary, today I took no photograph.\n"),
+                DecodeOutcome::kUnsupportedFormat, "not a JPEG");
   ExpectRefused(Text("BM\x46\0\0\0"), DecodeOutcome::kUnsupportedFormat, "not a JPEG");
   ExpectRefused(Text("GIF89a\1\0\1\0"), DecodeOutcome::kUnsupportedFormat, "not a JPEG");
   ExpectRefused(FileBytes(100'000, 0), DecodeOutcome::kUnsupportedFormat, "not a JPEG");
-  ExpectRefused({'I', 'I', '+', 0, 8, 0, 0, 0, 16, 0, 0, 0, 0, 0, 0, 0}, DecodeOutcome::kUnsupportedFormat, "BigTIFF");
+  ExpectRefused({'I', 'I', '+', 0, 8, 0, 0, 0, 16, 0, 0, 0, 0, 0, 0, 0},
+                DecodeOutcome::kUnsupportedFormat, "BigTIFF");
   ExpectRefused({0xFF, 0xD8, 0xFF}, DecodeOutcome::kUnreadable, "JPEG");
-  ExpectRefused({0xFF, 0xD8, 0xFF, 0xD9, 0, 0, 0, 0}, DecodeOutcome::kUnreadable, "no frame header");
+  ExpectRefused({0xFF, 0xD8, 0xFF, 0xD9, 0, 0, 0, 0}, DecodeOutcome::kUnreadable,
+                "no frame header");
   ExpectRefused({0x89, 'P', 'N', 'G', '\r', '\n', 0x1A, '\n'}, DecodeOutcome::kUnreadable, "PNG");
   ExpectRefused({'I', 'I', '*', 0}, DecodeOutcome::kUnreadable, "TIFF");
-  ExpectRefused({'M', 'M', 0, '*', 0, 0, 0, 8, 0, 0}, DecodeOutcome::kUnreadable, "declares no pixels");
+  ExpectRefused({'M', 'M', 0, '*', 0, 0, 0, 8, 0, 0}, DecodeOutcome::kUnreadable,
+                "declares no pixels");
 }
 
 TEST(DecodePhoto, RefusesKindsThatAreNotRead) {
   ExpectRefused(testing::CmykJpegFile(16, 16), DecodeOutcome::kUnsupportedFormat, "CMYK");
   FileBytes jpeg = JpegFile(TestPicture(16, 16));
-  const auto frame = std::search(jpeg.begin(), jpeg.end(), std::begin("\xFF\xC0"), std::begin("\xFF\xC0") + 2,
-                                 [](uint8_t a, char b) { return a == static_cast<uint8_t>(b); });
+  const auto frame =
+      std::search(jpeg.begin(), jpeg.end(), std::begin("\xFF\xC0"), std::begin("\xFF\xC0") + 2,
+                  [](uint8_t a, char b) { return a == static_cast<uint8_t>(b); });
   ASSERT_NE(frame, jpeg.end());
   FileBytes other = jpeg;
   other[frame - jpeg.begin() + 4] = 12;
@@ -299,15 +319,18 @@ TEST(DecodePhoto, RefusesKindsThatAreNotRead) {
   other[frame - jpeg.begin() + 5] = other[frame - jpeg.begin() + 6] = 0;
   ExpectRefused(other, DecodeOutcome::kUnreadable, "no pixels");
   const std::vector<uint8_t> rows(16 * 16 * 8, 1);
-  ExpectRefused(TiffFile(16, 16, {1, 32, PHOTOMETRIC_MINISBLACK}, rows), DecodeOutcome::kUnsupportedFormat, "32 bits");
-  ExpectRefused(TiffFile(16, 16, {4, 8, PHOTOMETRIC_SEPARATED}, rows), DecodeOutcome::kUnsupportedFormat,
-                "colours of kind 5");
+  ExpectRefused(TiffFile(16, 16, {1, 32, PHOTOMETRIC_MINISBLACK}, rows),
+                DecodeOutcome::kUnsupportedFormat, "32 bits");
+  ExpectRefused(TiffFile(16, 16, {4, 8, PHOTOMETRIC_SEPARATED}, rows),
+                DecodeOutcome::kUnsupportedFormat, "colours of kind 5");
   TiffKind floats{1, 32, PHOTOMETRIC_MINISBLACK};
   floats.sample_format = SAMPLEFORMAT_IEEEFP;
-  ExpectRefused(TiffFile(16, 16, floats, rows), DecodeOutcome::kUnsupportedFormat, "no whole numbers");
+  ExpectRefused(TiffFile(16, 16, floats, rows), DecodeOutcome::kUnsupportedFormat,
+                "no whole numbers");
   TiffKind jpeg_inside{3, 8, PHOTOMETRIC_RGB, COMPRESSION_JPEG};
   jpeg_inside.rows_per_strip = 16;
-  ExpectRefused(TiffFile(16, 16, jpeg_inside, rows), DecodeOutcome::kUnsupportedFormat, "compression 7");
+  ExpectRefused(TiffFile(16, 16, jpeg_inside, rows), DecodeOutcome::kUnsupportedFormat,
+                "compression 7");
 }
 
 TEST(DecodePhoto, ToleratesPaddingButNotLossAtTheEnd) {
@@ -324,13 +347,16 @@ TEST(DecodePhoto, ToleratesPaddingButNotLossAtTheEnd) {
   FileBytes lost = jpeg;
   lost.erase(lost.end() - 40, lost.end() - 2);
   ExpectRefused(lost, DecodeOutcome::kUnreadable, "cut short or damaged");
-  EXPECT_NE(DecodePhoto(FileBytes(jpeg.begin(), jpeg.end() - 2), kLimits).outcome, DecodeOutcome::kDecoded);
+  EXPECT_NE(DecodePhoto(FileBytes(jpeg.begin(), jpeg.end() - 2), kLimits).outcome,
+            DecodeOutcome::kDecoded);
 }
 
 TEST(DecodePhoto, ToleratesNoPaddingWhereRowsMayHide) {
-  // With restart markers, rows that are missing at the end look like padding in front of the end marker.
+  // With restart markers, rows that are missing at the end look like padding in front of the end
+  // marker.
   const cv::Mat picture = TestPicture(64, 48);
-  setenv("TJ_RESTART", "1", 1);  // TurboJPEG's own switch: a restart marker after each row of blocks
+  setenv("TJ_RESTART", "1",
+         1);  // TurboJPEG's own switch: a restart marker after each row of blocks
   const FileBytes jpeg = JpegFile(picture);
   unsetenv("TJ_RESTART");
   const std::string_view text(reinterpret_cast<const char*>(jpeg.data()), jpeg.size());

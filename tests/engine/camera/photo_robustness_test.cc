@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-// Goal: no file, however damaged or hostile, crashes the decoder, is taken for whole when it is not, or makes it
-// allocate what its header claims.
-// Method: files of every format cut at every sixteenth, thousands of seeded mutations, and headers that declare
-// pictures of gigabytes, with the process's memory counted before and after.
+// Goal: no file, however damaged or hostile, crashes the decoder, is taken for whole when it is
+// not, or makes it allocate what its header claims. Method: files of every format cut at every
+// sixteenth, thousands of seeded mutations, and headers that declare pictures of gigabytes, with
+// the process's memory counted before and after.
 #include <gtest/gtest.h>
 #include <sys/resource.h>
 
@@ -42,14 +42,16 @@ std::vector<Specimen> Specimens(int width_px, int height_px) {
       {"PNG", PngFile(picture)},
       {"interlaced PNG with EXIF", PngFile(picture, true, 8)},
   };
-  for (const int compression : {COMPRESSION_NONE, COMPRESSION_LZW, COMPRESSION_ADOBE_DEFLATE, COMPRESSION_PACKBITS}) {
+  for (const int compression :
+       {COMPRESSION_NONE, COMPRESSION_LZW, COMPRESSION_ADOBE_DEFLATE, COMPRESSION_PACKBITS}) {
     for (const bool is_tiled : {false, true}) {
       TiffKind kind;
       kind.compression = compression;
       kind.is_tiled = is_tiled;
       kind.orientation = 6;
       specimens.push_back(
-          {"TIFF, compression " + std::to_string(compression) + (is_tiled ? ", tiled" : ""), TiffFile(picture, kind)});
+          {"TIFF, compression " + std::to_string(compression) + (is_tiled ? ", tiled" : ""),
+           TiffFile(picture, kind)});
     }
   }
   return specimens;
@@ -71,12 +73,15 @@ void ExpectSound(const DecodedPhoto& photo) {
 
 TEST(DamagedPhotos, CutShortAreUnreadable) {
   for (const Specimen& specimen : Specimens(160, 120)) {
-    ASSERT_EQ(DecodePhoto(specimen.bytes, kLimits).outcome, DecodeOutcome::kDecoded) << specimen.name;
+    ASSERT_EQ(DecodePhoto(specimen.bytes, kLimits).outcome, DecodeOutcome::kDecoded)
+        << specimen.name;
     for (size_t sixteenth = 1; sixteenth < 16; ++sixteenth) {
-      const FileBytes cut(specimen.bytes.begin(), specimen.bytes.begin() + specimen.bytes.size() * sixteenth / 16);
+      const FileBytes cut(specimen.bytes.begin(),
+                          specimen.bytes.begin() + specimen.bytes.size() * sixteenth / 16);
       const DecodedPhoto photo = DecodePhoto(cut, kLimits);
       ExpectSound(photo);
-      EXPECT_EQ(photo.outcome, DecodeOutcome::kUnreadable) << specimen.name << " at " << sixteenth << "/16";
+      EXPECT_EQ(photo.outcome, DecodeOutcome::kUnreadable)
+          << specimen.name << " at " << sixteenth << "/16";
     }
   }
 }
@@ -95,7 +100,8 @@ TEST(DamagedPhotos, MutationsNeverCrashAndRepeat) {
   constexpr int kMutationsPerSpecimen = 1000;
   int decoded = 0, refused = 0;
   DecodeLimits limits;
-  limits.pixels_max = 1 << 20;  // a mutated size may pass: keeps the test small, not the decoder safe
+  limits.pixels_max =
+      1 << 20;  // a mutated size may pass: keeps the test small, not the decoder safe
   for (const Specimen& specimen : Specimens(40, 28)) {
     SeededRandom random(HashContent(specimen.bytes).Seed());
     for (int i = 0; i < kMutationsPerSpecimen; ++i) {
@@ -141,7 +147,8 @@ TEST(DamagedPhotos, MutationsNeverCrashAndRepeat) {
 }
 
 TEST(DamagedPhotos, TiffTagsOfAnyValueNeverCrash) {
-  // Each 16-bit word of the directory becomes each of a few values: types, counts, offsets, sizes of strips.
+  // Each 16-bit word of the directory becomes each of a few values: types, counts, offsets, sizes
+  // of strips.
   for (const bool is_tiled : {false, true}) {
     TiffKind kind;
     kind.compression = COMPRESSION_LZW;
@@ -210,7 +217,8 @@ TEST(HostilePhotos, HugeDeclaredSizesAllocateNothing) {
     generous.side_px_max = 65535;
     generous.pixels_max = ~0ull;
     const DecodedPhoto wrong = DecodePhoto(specimen.bytes, generous, {1536, 1024});
-    EXPECT_TRUE(wrong.outcome == DecodeOutcome::kWrongSize || wrong.outcome == DecodeOutcome::kTooLarge)
+    EXPECT_TRUE(wrong.outcome == DecodeOutcome::kWrongSize ||
+                wrong.outcome == DecodeOutcome::kTooLarge)
         << wrong.detail;
   }
   EXPECT_LT(PeakMemoryKilobytes() - before, 16 << 10);

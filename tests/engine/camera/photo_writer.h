@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
-// Writes the photo files that the decoder's tests read: pictures from a formula, in every format (TIFF: tiff_writer.h)
-// and with any tags.
+// Writes the photo files that the decoder's tests read: pictures from a formula, in every format
+// (TIFF: tiff_writer.h) and with any tags.
 
 #include <png.h>
 #include <turbojpeg.h>
@@ -22,20 +22,22 @@ inline cv::Mat TestPicture(int width_px, int height_px) {
   for (int v = 0; v < height_px; ++v) {
     for (int u = 0; u < width_px; ++u) {
       const int bump = (u / 8 + v / 8) % 2 * 16;
-      bgr.at<cv::Vec3b>(v, u) =
-          cv::Vec3b(static_cast<uint8_t>(20 + 200 * u / width_px), static_cast<uint8_t>(30 + 190 * v / height_px),
-                    static_cast<uint8_t>(40 + 90 * (u + 2 * v) / (width_px + 2 * height_px) + bump));
+      bgr.at<cv::Vec3b>(v, u) = cv::Vec3b(
+          static_cast<uint8_t>(20 + 200 * u / width_px),
+          static_cast<uint8_t>(30 + 190 * v / height_px),
+          static_cast<uint8_t>(40 + 90 * (u + 2 * v) / (width_px + 2 * height_px) + bump));
     }
   }
   return bgr;
 }
 
-inline FileBytes JpegFile(const cv::Mat& bgr, int flags = 0, int subsampling = TJSAMP_420, int quality = 92) {
+inline FileBytes JpegFile(const cv::Mat& bgr, int flags = 0, int subsampling = TJSAMP_420,
+                          int quality = 92) {
   tjhandle handle = tjInitCompress();
   unsigned char* buffer = nullptr;
   unsigned long size = 0;
-  tjCompress2(handle, bgr.data, bgr.cols, static_cast<int>(bgr.step[0]), bgr.rows, TJPF_BGR, &buffer, &size,
-              subsampling, quality, flags);
+  tjCompress2(handle, bgr.data, bgr.cols, static_cast<int>(bgr.step[0]), bgr.rows, TJPF_BGR,
+              &buffer, &size, subsampling, quality, flags);
   FileBytes bytes(buffer, buffer + size);
   tjFree(buffer);
   tjDestroy(handle);
@@ -47,7 +49,8 @@ inline FileBytes CmykJpegFile(int width_px, int height_px) {
   tjhandle handle = tjInitCompress();
   unsigned char* buffer = nullptr;
   unsigned long size = 0;
-  tjCompress2(handle, cmyk.data(), width_px, 4 * width_px, height_px, TJPF_CMYK, &buffer, &size, TJSAMP_444, 90, 0);
+  tjCompress2(handle, cmyk.data(), width_px, 4 * width_px, height_px, TJPF_CMYK, &buffer, &size,
+              TJSAMP_444, 90, 0);
   FileBytes bytes(buffer, buffer + size);
   tjFree(buffer);
   tjDestroy(handle);
@@ -96,9 +99,10 @@ struct PngKind {
   int exif_orientation = 0;  // 0: no eXIf chunk
 };
 
-// `rows` holds the samples as PNG wants them for this kind (RGB order, 16 bits big-endian). A palette file maps index i
-// to (i, 255 - i, i / 2).
-inline FileBytes PngFile(int width_px, int height_px, const PngKind& kind, const std::vector<uint8_t>& rows) {
+// `rows` holds the samples as PNG wants them for this kind (RGB order, 16 bits big-endian). A
+// palette file maps index i to (i, 255 - i, i / 2).
+inline FileBytes PngFile(int width_px, int height_px, const PngKind& kind,
+                         const std::vector<uint8_t>& rows) {
   FileBytes bytes;
   png_structp png = png_create_write_struct(PNG_LIBPNG_VER_STRING, nullptr, nullptr, nullptr);
   png_infop info = png_create_info_struct(png);
@@ -110,17 +114,19 @@ inline FileBytes PngFile(int width_px, int height_px, const PngKind& kind, const
       },
       [](png_structp) {});
   png_set_IHDR(png, info, width_px, height_px, kind.bit_depth, kind.color_type,
-               kind.is_interlaced ? PNG_INTERLACE_ADAM7 : PNG_INTERLACE_NONE, PNG_COMPRESSION_TYPE_DEFAULT,
-               PNG_FILTER_TYPE_DEFAULT);
+               kind.is_interlaced ? PNG_INTERLACE_ADAM7 : PNG_INTERLACE_NONE,
+               PNG_COMPRESSION_TYPE_DEFAULT, PNG_FILTER_TYPE_DEFAULT);
   if (kind.color_type == PNG_COLOR_TYPE_PALETTE) {
     std::vector<png_color> palette(size_t{1} << kind.bit_depth);
     for (size_t i = 0; i < palette.size(); ++i) {
-      palette[i] = {static_cast<png_byte>(i), static_cast<png_byte>(255 - i), static_cast<png_byte>(i / 2)};
+      palette[i] = {static_cast<png_byte>(i), static_cast<png_byte>(255 - i),
+                    static_cast<png_byte>(i / 2)};
     }
     png_set_PLTE(png, info, palette.data(), static_cast<int>(palette.size()));
   }
   FileBytes exif = ExifBlock(kind.exif_orientation, false);
-  if (kind.exif_orientation != 0) png_set_eXIf_1(png, info, static_cast<png_uint_32>(exif.size()), exif.data());
+  if (kind.exif_orientation != 0)
+    png_set_eXIf_1(png, info, static_cast<png_uint_32>(exif.size()), exif.data());
   png_write_info(png, info);
   const size_t stride = rows.size() / height_px;
   std::vector<png_bytep> pointers(height_px);
@@ -144,7 +150,8 @@ inline std::vector<uint8_t> RgbRows(const cv::Mat& bgr) {
 }
 
 inline FileBytes PngFile(const cv::Mat& bgr, bool is_interlaced = false, int exif_orientation = 0) {
-  return PngFile(bgr.cols, bgr.rows, {PNG_COLOR_TYPE_RGB, 8, is_interlaced, exif_orientation}, RgbRows(bgr));
+  return PngFile(bgr.cols, bgr.rows, {PNG_COLOR_TYPE_RGB, 8, is_interlaced, exif_orientation},
+                 RgbRows(bgr));
 }
 
 }  // namespace veduta::testing

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-// Goal: distortion and its inverse agree over whole images, models that fold over are refused, and rays and pixels
-// match.
-// Method: random models of every sign of k1 and k2 with random points; the fold is found again by brute force along
-// the radius; the border of the undistorted image by the definition, pixel by pixel.
+// Goal: distortion and its inverse agree over whole images, models that fold over are refused, and
+// rays and pixels match. Method: random models of every sign of k1 and k2 with random points; the
+// fold is found again by brute force along the radius; the border of the undistorted image by the
+// definition, pixel by pixel.
 #include "engine/camera/projection.h"
 
 #include <gtest/gtest.h>
@@ -53,7 +53,8 @@ double FarthestCorner(const CameraModel& model) {
   double farthest = 0;
   for (const double u : {-0.5, model.width_px - 0.5}) {
     for (const double v : {-0.5, model.height_px - 0.5}) {
-      farthest = std::max(farthest, std::hypot((u - model.u0) / model.fx, (v - model.v0) / model.fy));
+      farthest =
+          std::max(farthest, std::hypot((u - model.u0) / model.fx, (v - model.v0) / model.fy));
     }
   }
   return farthest;
@@ -68,12 +69,15 @@ TEST(Distortion, RoundTripsOverRandomModels) {
     if (!CheckCamera(model).ok()) continue;
     ++model_count;
     for (int k = 0; k < 40; ++k) {
-      const Eigen::Vector2d px(random.Unit() * (model.width_px - 1), random.Unit() * (model.height_px - 1));
-      // Close to a fold the inverse is ill-conditioned: what must be small is the error in the photo.
+      const Eigen::Vector2d px(random.Unit() * (model.width_px - 1),
+                               random.Unit() * (model.height_px - 1));
+      // Close to a fold the inverse is ill-conditioned: what must be small is the error in the
+      // photo.
       const auto undistorted = UndistortPixel(model, px);
       ASSERT_TRUE(undistorted) << "every pixel of the photo has one";
       const Eigen::Vector2d back = DistortPixel(model, *undistorted);
-      const double error = std::hypot((back.x() - px.x()) / model.fx, (back.y() - px.y()) / model.fy);
+      const double error =
+          std::hypot((back.x() - px.x()) / model.fx, (back.y() - px.y()) / model.fy);
       error_max = std::max(error_max, error);
       const double r = std::hypot((px.x() - model.u0) / model.fx, (px.y() - model.v0) / model.fy);
       const double slope = 1 + 3 * model.k1 * r * r + 5 * model.k2 * std::pow(r, 4);
@@ -81,7 +85,8 @@ TEST(Distortion, RoundTripsOverRandomModels) {
       if (slope < 1e-2) continue;
       const auto again = UndistortPixel(model, DistortPixel(model, px));
       ASSERT_TRUE(again);
-      error_max = std::max(error_max, std::hypot((again->x() - px.x()) / model.fx, (again->y() - px.y()) / model.fy));
+      error_max = std::max(error_max, std::hypot((again->x() - px.x()) / model.fx,
+                                                 (again->y() - px.y()) / model.fy));
     }
   }
   EXPECT_GT(model_count, 1000);
@@ -110,7 +115,9 @@ TEST(Distortion, CenterAndPinholeStayPut) {
   EXPECT_EQ(*UndistortPixel(model, {17.25, 400.5}), Eigen::Vector2d(17.25, 400.5));
   model.k1 = -0.1;
   EXPECT_TRUE(IsDistorted(model));
-  EXPECT_NEAR((*UndistortPixel(model, {model.u0, model.v0}) - Eigen::Vector2d(model.u0, model.v0)).norm(), 0, 1e-12);
+  EXPECT_NEAR(
+      (*UndistortPixel(model, {model.u0, model.v0}) - Eigen::Vector2d(model.u0, model.v0)).norm(),
+      0, 1e-12);
 }
 
 TEST(Distortion, SaysWhereNoInverseExists) {
@@ -156,7 +163,8 @@ TEST(CheckCamera, RefusesExactlyTheFoldsFoundByBruteForce) {
     }
     if (std::abs(margin) < 1e-2) continue;  // too close to call on this grid
     const Status status = CheckCamera(model);
-    EXPECT_EQ(status.ok(), !folds) << model.k1 << " " << model.k2 << " corner " << corner << ": " << status.message();
+    EXPECT_EQ(status.ok(), !folds)
+        << model.k1 << " " << model.k2 << " corner " << corner << ": " << status.message();
     ++(folds ? refused : accepted);
   }
   EXPECT_GT(accepted, 500);
@@ -174,8 +182,9 @@ TEST(CheckCamera, NamesFieldAndValue) {
   const struct {
     double CameraModel::*field;
     const char* name;
-  } fields[] = {{&CameraModel::fx, "fx"}, {&CameraModel::fy, "fy"}, {&CameraModel::cx, "cx"}, {&CameraModel::cy, "cy"},
-                {&CameraModel::k1, "k1"}, {&CameraModel::k2, "k2"}, {&CameraModel::u0, "u0"}, {&CameraModel::v0, "v0"}};
+  } fields[] = {{&CameraModel::fx, "fx"}, {&CameraModel::fy, "fy"}, {&CameraModel::cx, "cx"},
+                {&CameraModel::cy, "cy"}, {&CameraModel::k1, "k1"}, {&CameraModel::k2, "k2"},
+                {&CameraModel::u0, "u0"}, {&CameraModel::v0, "v0"}};
   for (const auto& field : fields) {
     for (const double value : {nan, inf, -inf, 1e300, -1e300}) {
       CameraModel model = Pinhole();

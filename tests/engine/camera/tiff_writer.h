@@ -34,7 +34,8 @@ struct TiffMemory {
 
   static tmsize_t Read(thandle_t handle, void* to, tmsize_t count) {
     auto* memory = static_cast<TiffMemory*>(handle);
-    const uint64_t left = memory->next < memory->bytes.size() ? memory->bytes.size() - memory->next : 0;
+    const uint64_t left =
+        memory->next < memory->bytes.size() ? memory->bytes.size() - memory->next : 0;
     const uint64_t taken = std::min<uint64_t>(left, count);
     if (taken > 0) std::memcpy(to, memory->bytes.data() + memory->next, taken);
     memory->next += taken;
@@ -49,7 +50,9 @@ struct TiffMemory {
   }
   static toff_t Seek(thandle_t handle, toff_t offset, int whence) {
     auto* memory = static_cast<TiffMemory*>(handle);
-    memory->next = offset + (whence == SEEK_CUR ? memory->next : whence == SEEK_END ? memory->bytes.size() : 0);
+    memory->next = offset + (whence == SEEK_CUR   ? memory->next
+                             : whence == SEEK_END ? memory->bytes.size()
+                                                  : 0);
     return memory->next;
   }
   static int Close(thandle_t) { return 0; }
@@ -57,10 +60,12 @@ struct TiffMemory {
 };
 
 // `rows`: contiguous samples in the machine's byte order, 8 or 16 bits. Tiles are 32 x 16 px.
-inline FileBytes TiffFile(int width_px, int height_px, const TiffKind& kind, const std::vector<uint8_t>& rows) {
+inline FileBytes TiffFile(int width_px, int height_px, const TiffKind& kind,
+                          const std::vector<uint8_t>& rows) {
   TiffMemory memory;
-  TIFF* tiff = TIFFClientOpen("test", kind.is_big_endian ? "wb" : "wl", &memory, TiffMemory::Read, TiffMemory::Write,
-                              TiffMemory::Seek, TiffMemory::Close, TiffMemory::Size, nullptr, nullptr);
+  TIFF* tiff = TIFFClientOpen("test", kind.is_big_endian ? "wb" : "wl", &memory, TiffMemory::Read,
+                              TiffMemory::Write, TiffMemory::Seek, TiffMemory::Close,
+                              TiffMemory::Size, nullptr, nullptr);
   const int sample_bytes = kind.bit_count / 8;
   const size_t pixel_bytes = size_t{1} * kind.sample_count * sample_bytes;
   const size_t stride = width_px * pixel_bytes;
@@ -71,7 +76,8 @@ inline FileBytes TiffFile(int width_px, int height_px, const TiffKind& kind, con
   TIFFSetField(tiff, TIFFTAG_SAMPLEFORMAT, kind.sample_format);
   TIFFSetField(tiff, TIFFTAG_PHOTOMETRIC, kind.photometric);
   TIFFSetField(tiff, TIFFTAG_COMPRESSION, kind.compression);
-  TIFFSetField(tiff, TIFFTAG_PLANARCONFIG, kind.is_planar ? PLANARCONFIG_SEPARATE : PLANARCONFIG_CONTIG);
+  TIFFSetField(tiff, TIFFTAG_PLANARCONFIG,
+               kind.is_planar ? PLANARCONFIG_SEPARATE : PLANARCONFIG_CONTIG);
   if (kind.orientation != 0) TIFFSetField(tiff, TIFFTAG_ORIENTATION, kind.orientation);
   if (kind.sample_count % 2 == 0) {
     uint16_t extra = EXTRASAMPLE_UNASSALPHA;
@@ -94,7 +100,8 @@ inline FileBytes TiffFile(int width_px, int height_px, const TiffKind& kind, con
       for (int left = 0; left < width_px; left += 32) {
         const size_t count = std::min(32, width_px - left) * pixel_bytes;
         for (int v = top; v < std::min(top + 16, height_px); ++v) {
-          std::memcpy(tile.data() + (v - top) * 32 * pixel_bytes, rows.data() + v * stride + left * pixel_bytes, count);
+          std::memcpy(tile.data() + (v - top) * 32 * pixel_bytes,
+                      rows.data() + v * stride + left * pixel_bytes, count);
         }
         TIFFWriteTile(tiff, tile.data(), left, top, 0, 0);
       }
@@ -105,7 +112,8 @@ inline FileBytes TiffFile(int width_px, int height_px, const TiffKind& kind, con
       for (int v = 0; v < height_px; ++v) {
         std::vector<uint8_t> row(rows.begin() + v * stride, rows.begin() + (v + 1) * stride);
         for (int u = 0; kind.is_planar && u < width_px; ++u) {
-          std::memcpy(row.data() + u * sample_bytes, rows.data() + v * stride + u * pixel_bytes + plane * sample_bytes,
+          std::memcpy(row.data() + u * sample_bytes,
+                      rows.data() + v * stride + u * pixel_bytes + plane * sample_bytes,
                       sample_bytes);
         }
         TIFFWriteScanline(tiff, row.data(), v, static_cast<uint16_t>(plane));

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-// Goal: undistorted photos are right, pixel by pixel, and the cache of tables keeps its bound, builds each table once
-// and serves many threads.
-// Method: bilinear interpolation written out here in doubles, on smooth and on noisy photos; tables counted by the
-// cache's own statistics; threads that hammer few cameras in a cache too small for them.
+// Goal: undistorted photos are right, pixel by pixel, and the cache of tables keeps its bound,
+// builds each table once and serves many threads. Method: bilinear interpolation written out here
+// in doubles, on smooth and on noisy photos; tables counted by the cache's own statistics; threads
+// that hammer few cameras in a cache too small for them.
 #include "engine/camera/undistorter.h"
 
 #include <gtest/gtest.h>
@@ -36,7 +36,8 @@ cv::Mat Noise(int width_px, int height_px, int channels, uint64_t seed) {
   SeededRandom random(seed);
   cv::Mat photo(height_px, width_px, CV_8UC(channels));
   for (int v = 0; v < height_px; ++v) {
-    for (int i = 0; i < width_px * channels; ++i) photo.ptr(v)[i] = static_cast<uint8_t>(random.Below(256));
+    for (int i = 0; i < width_px * channels; ++i)
+      photo.ptr(v)[i] = static_cast<uint8_t>(random.Below(256));
   }
   return photo;
 }
@@ -70,7 +71,8 @@ TEST(UndistortTable, AgreesWithInterpolationPixelByPixel) {
           const double x = std::nearbyint(p.x() * 32) / 32, y = std::nearbyint(p.y() * 32) / 32;
           for (int c = 0; c < channels; ++c) {
             const double expected = Interpolated(photo, x, y, c);
-            error_max = std::max(error_max, std::abs(expected - undistorted.ptr(v)[u * channels + c]));
+            error_max =
+                std::max(error_max, std::abs(expected - undistorted.ptr(v)[u * channels + c]));
           }
         }
       }
@@ -119,11 +121,12 @@ TEST(UndistortTable, IsBlackPastThePhotoAndNowhereElse) {
 
 TEST(UndistortTable, RefusesOtherPhotosAndHugeCameras) {
   const auto table = UndistortTable::Build(Camera(-0.1)).value();
-  for (const cv::Mat& photo :
-       {cv::Mat(), cv::Mat(150, 201, CV_8UC1), cv::Mat(200, 150, CV_8UC3), cv::Mat(150, 200, CV_16UC1)}) {
+  for (const cv::Mat& photo : {cv::Mat(), cv::Mat(150, 201, CV_8UC1), cv::Mat(200, 150, CV_8UC3),
+                               cv::Mat(150, 200, CV_16UC1)}) {
     EXPECT_EQ(table->Apply(photo).status().code(), StatusCode::kInvalidArgument);
   }
-  EXPECT_EQ(UndistortTable::Build(Camera(-0.1, 0, 32767, 10)).status().code(), StatusCode::kInvalidArgument);
+  EXPECT_EQ(UndistortTable::Build(Camera(-0.1, 0, 32767, 10)).status().code(),
+            StatusCode::kInvalidArgument);
   EXPECT_EQ(UndistortTable::Build(Camera(-3)).status().code(), StatusCode::kInvalidArgument);
   EXPECT_EQ(table->size_bytes(), 200u * 150 * 6);
 }
@@ -145,8 +148,9 @@ TEST(UndistortCache, BuildsOnceAndTellsCamerasApart) {
   UndistortCache cache(64 << 20);
   const auto first = cache.Table(Camera(-0.1)).value();
   EXPECT_EQ(cache.Table(Camera(-0.1)).value(), first);
-  for (double CameraModel::*field : {&CameraModel::fx, &CameraModel::fy, &CameraModel::cx, &CameraModel::cy,
-                                     &CameraModel::k1, &CameraModel::k2, &CameraModel::u0, &CameraModel::v0}) {
+  for (double CameraModel::*field :
+       {&CameraModel::fx, &CameraModel::fy, &CameraModel::cx, &CameraModel::cy, &CameraModel::k1,
+        &CameraModel::k2, &CameraModel::u0, &CameraModel::v0}) {
     CameraModel other = Camera(-0.1);
     other.*field += 1e-9;
     EXPECT_NE(cache.Table(other).value(), first);
@@ -193,7 +197,8 @@ TEST(UndistortCache, ServesATableLargerThanItselfWithoutKeepingIt) {
 TEST(UndistortCache, ReportsAFailedBuildAndForgetsIt) {
   UndistortCache cache(1 << 30);
   for (int i = 1; i <= 2; ++i) {
-    EXPECT_EQ(cache.Table(Camera(-0.1, 0, 40000, 20)).status().code(), StatusCode::kInvalidArgument);
+    EXPECT_EQ(cache.Table(Camera(-0.1, 0, 40000, 20)).status().code(),
+              StatusCode::kInvalidArgument);
     EXPECT_EQ(cache.stats().build_count, static_cast<uint64_t>(i));
   }
   EXPECT_EQ(cache.stats().table_count, 0u);
@@ -226,7 +231,8 @@ TEST(UndistortCache, StaysRightUnderManyThreads) {
   const cv::Mat photo = Noise(64, 48, 3, 9);
   std::vector<cv::Mat> expected;
   for (int i = 0; i < kCameras; ++i) {
-    expected.push_back((*UndistortTable::Build(Camera(-0.03 * (i + 1), 0, 64, 48)))->Apply(photo).value());
+    expected.push_back(
+        (*UndistortTable::Build(Camera(-0.03 * (i + 1), 0, 64, 48)))->Apply(photo).value());
   }
   std::atomic<int> wrong = 0;
   std::vector<std::thread> threads;

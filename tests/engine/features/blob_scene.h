@@ -28,7 +28,8 @@ struct Blob {
   bool is_disk = false;
 };
 
-// Grey levels of the blob at the pixel (x, y); a disk's edge is averaged over 16 x 16 points of the pixel.
+// Grey levels of the blob at the pixel (x, y); a disk's edge is averaged over 16 x 16 points of the
+// pixel.
 inline double ValueOf(const Blob& blob, int x, int y) {
   if (!blob.is_disk) {
     const double a = blob.angle_deg * M_PI / 180.0, dx = x - blob.x, dy = y - blob.y;
@@ -55,12 +56,14 @@ inline GrayImage Draw(int width, int height, double ground, const std::vector<Bl
     const int y0 = std::max(0, static_cast<int>(blob.y - reach)),
               y1 = std::min(height - 1, static_cast<int>(blob.y + reach));
     for (int y = y0; y <= y1; ++y) {
-      for (int x = x0; x <= x1; ++x) canvas[static_cast<size_t>(y) * width + x] += ValueOf(blob, x, y);
+      for (int x = x0; x <= x1; ++x)
+        canvas[static_cast<size_t>(y) * width + x] += ValueOf(blob, x, y);
     }
   }
   GrayImage image{width, height, {}};
   image.pixels.reserve(canvas.size());
-  for (double v : canvas) image.pixels.push_back(static_cast<uint8_t>(std::clamp(v + 0.5, 0.0, 255.0)));
+  for (double v : canvas)
+    image.pixels.push_back(static_cast<uint8_t>(std::clamp(v + 0.5, 0.0, 255.0)));
   return image;
 }
 

@@ -25,13 +25,20 @@ TEST(FeatureOptions, BadOnesAreNamed) {
     return result.status().message();
   };
   const double nan = std::numeric_limits<double>::quiet_NaN();
-  EXPECT_NE(message([](auto* o) { o->feature_count_max = 0; }).find("feature_count_max"), std::string::npos);
-  EXPECT_NE(message([](auto* o) { o->feature_count_max = 65536; }).find("feature_count_max"), std::string::npos);
-  EXPECT_NE(message([](auto* o) { o->contrast_threshold = 0; }).find("contrast_threshold"), std::string::npos);
-  EXPECT_NE(message([](auto* o) { o->contrast_threshold = 1; }).find("contrast_threshold"), std::string::npos);
-  EXPECT_NE(message([=](auto* o) { o->contrast_threshold = nan; }).find("contrast_threshold"), std::string::npos);
-  EXPECT_NE(message([](auto* o) { o->edge_ratio_max = 1; }).find("edge_ratio_max"), std::string::npos);
-  EXPECT_NE(message([=](auto* o) { o->edge_ratio_max = nan; }).find("edge_ratio_max"), std::string::npos);
+  EXPECT_NE(message([](auto* o) { o->feature_count_max = 0; }).find("feature_count_max"),
+            std::string::npos);
+  EXPECT_NE(message([](auto* o) { o->feature_count_max = 65536; }).find("feature_count_max"),
+            std::string::npos);
+  EXPECT_NE(message([](auto* o) { o->contrast_threshold = 0; }).find("contrast_threshold"),
+            std::string::npos);
+  EXPECT_NE(message([](auto* o) { o->contrast_threshold = 1; }).find("contrast_threshold"),
+            std::string::npos);
+  EXPECT_NE(message([=](auto* o) { o->contrast_threshold = nan; }).find("contrast_threshold"),
+            std::string::npos);
+  EXPECT_NE(message([](auto* o) { o->edge_ratio_max = 1; }).find("edge_ratio_max"),
+            std::string::npos);
+  EXPECT_NE(message([=](auto* o) { o->edge_ratio_max = nan; }).find("edge_ratio_max"),
+            std::string::npos);
   EXPECT_NE(message([](auto* o) { o->sigma = 1.3; }).find("sigma"), std::string::npos);
   EXPECT_NE(message([](auto* o) { o->sigma = 4.1; }).find("sigma"), std::string::npos);
   EXPECT_NE(message([=](auto* o) { o->sigma = nan; }).find("sigma"), std::string::npos);
@@ -51,7 +58,8 @@ TEST(ExtractFeatures, BadImagesAreRefused) {
 }
 
 TEST(ExtractFeatures, SmallAndThinImagesWork) {
-  for (const auto& [width, height] : {std::tuple{16, 16}, {16, 300}, {300, 16}, {17, 19}, {65, 33}}) {
+  for (const auto& [width, height] :
+       {std::tuple{16, 16}, {16, 300}, {300, 16}, {17, 19}, {65, 33}}) {
     for (bool upsample : {true, false}) {
       FeatureOptions options;
       options.upsample = upsample;
@@ -86,7 +94,8 @@ TEST(ExtractFeatures, LimitKeepsTheStrongest) {
   const auto all = ExtractFeatures(image.View(), {});
   ASSERT_TRUE(all.ok());
   ASSERT_GT(all->size(), 150u);
-  for (size_t i = 1; i < all->size(); ++i) EXPECT_GE(all->keypoints[i - 1].response, all->keypoints[i].response);
+  for (size_t i = 1; i < all->size(); ++i)
+    EXPECT_GE(all->keypoints[i - 1].response, all->keypoints[i].response);
   for (uint32_t limit : {1u, 2u, 17u, 100u, 150u}) {
     FeatureOptions options;
     options.feature_count_max = limit;
@@ -94,7 +103,8 @@ TEST(ExtractFeatures, LimitKeepsTheStrongest) {
     ASSERT_TRUE(some.ok());
     ASSERT_EQ(some->size(), limit);
     EXPECT_TRUE(std::equal(some->keypoints.begin(), some->keypoints.end(), all->keypoints.begin()));
-    EXPECT_TRUE(std::equal(some->descriptors.begin(), some->descriptors.end(), all->descriptors.begin()));
+    EXPECT_TRUE(
+        std::equal(some->descriptors.begin(), some->descriptors.end(), all->descriptors.begin()));
   }
 }
 
@@ -112,11 +122,14 @@ TEST(ExtractFeatures, FieldsAreInTheirRanges) {
     EXPECT_GE(k.response, 0.0133f);
     EXPECT_EQ(std::abs(k.contrast_sign), 1);
     double square = 0;
-    for (int b = 0; b < kDescriptorSize; ++b) square += features->descriptor(i)[b] * features->descriptor(i)[b];
+    for (int b = 0; b < kDescriptorSize; ++b)
+      square += features->descriptor(i)[b] * features->descriptor(i)[b];
     EXPECT_NEAR(std::sqrt(square), 512, 8);
-    if (i > 0 && features->keypoints[i - 1].x_px == k.x_px && features->keypoints[i - 1].y_px == k.y_px) {
+    if (i > 0 && features->keypoints[i - 1].x_px == k.x_px &&
+        features->keypoints[i - 1].y_px == k.y_px) {
       ++shared_places;
-      EXPECT_NE(features->keypoints[i - 1].angle_deg, k.angle_deg);  // a place twice only with another direction
+      EXPECT_NE(features->keypoints[i - 1].angle_deg,
+                k.angle_deg);  // a place twice only with another direction
     }
   }
   EXPECT_GT(shared_places, 0);
@@ -139,7 +152,8 @@ TEST(GaussianTaps, SumToOneAndHaveTheirMoments) {
   for (double sigma : {0.7, 1.2, 1.6, 3.1, 7.7}) {
     const GaussianTaps taps = MakeGaussianTaps(sigma);
     double sum = taps.taps[0], variance = 0;
-    for (int k = 1; k <= taps.radius; ++k) sum += 2 * taps.taps[k], variance += 2.0 * taps.taps[k] * k * k;
+    for (int k = 1; k <= taps.radius; ++k)
+      sum += 2 * taps.taps[k], variance += 2.0 * taps.taps[k] * k * k;
     EXPECT_EQ(sum, 32768);
     EXPECT_EQ(taps.taps[taps.radius + 1], 0);
     EXPECT_NEAR(std::sqrt(variance / sum), sigma, 0.004 * sigma);

@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // Goal: keypoints lie where the blobs are, without bias, with the right scale and contrast sign.
-// Method: Gaussian blobs and anti-aliased disks of several sizes at seeded sub-pixel places, far apart, 8 bits; every
-// blob's strongest keypoint of its sign is compared with the truth. A bias of 0.25 px (OpenCV 4.6) fails tenfold.
+// Method: Gaussian blobs and anti-aliased disks of several sizes at seeded sub-pixel places, far
+// apart, 8 bits; every blob's strongest keypoint of its sign is compared with the truth. A bias of
+// 0.25 px (OpenCV 4.6) fails tenfold.
 
 #include <gtest/gtest.h>
 
@@ -37,7 +38,8 @@ Deviation Measure(double size, bool is_disk, double height, bool upsample) {
   for (const Blob& blob : blobs) {
     const Keypoint* best = nullptr;  // strongest first
     for (const Keypoint& k : features->keypoints) {
-      if (std::hypot(k.x_px - blob.x, k.y_px - blob.y) < 1 && k.contrast_sign == (height > 0 ? -1 : 1)) {
+      if (std::hypot(k.x_px - blob.x, k.y_px - blob.y) < 1 &&
+          k.contrast_sign == (height > 0 ? -1 : 1)) {
         best = &k;
         break;
       }
@@ -82,19 +84,22 @@ TEST_P(Localization, IsUnbiasedAndSharp) {
   RecordProperty("mean_error_px", std::to_string(d.mean));
 }
 
-// A Gaussian of sigma s has its extremal difference between scales s / sqrt(k) and s sqrt(k), k = 2^(1/3): at 0.89 s. A
-// disk of radius r has it at about r / sqrt(2) / sqrt(k) = 0.63 r.
+// A Gaussian of sigma s has its extremal difference between scales s / sqrt(k) and s sqrt(k), k =
+// 2^(1/3): at 0.89 s. A disk of radius r has it at about r / sqrt(2) / sqrt(k) = 0.63 r.
 INSTANTIATE_TEST_SUITE_P(
     Blobs, Localization,
-    testing::Values(Case{1.5, false, 150, true, 0.80, 0.96}, Case{2.2, false, 150, true, 0.84, 0.94},
-                    Case{2.2, false, -150, true, 0.84, 0.94}, Case{3.1, false, 60, true, 0.84, 0.94},
-                    Case{4.7, false, 150, true, 0.84, 0.94}, Case{9.0, false, -150, true, 0.84, 0.94},
-                    Case{2.6, true, 150, true, 0.5, 0.75}, Case{4.0, true, -150, true, 0.5, 0.75},
-                    Case{7.5, true, 120, true, 0.5, 0.75}, Case{3.1, false, 150, false, 0.84, 0.94},
+    testing::Values(Case{1.5, false, 150, true, 0.80, 0.96},
+                    Case{2.2, false, 150, true, 0.84, 0.94},
+                    Case{2.2, false, -150, true, 0.84, 0.94},
+                    Case{3.1, false, 60, true, 0.84, 0.94}, Case{4.7, false, 150, true, 0.84, 0.94},
+                    Case{9.0, false, -150, true, 0.84, 0.94}, Case{2.6, true, 150, true, 0.5, 0.75},
+                    Case{4.0, true, -150, true, 0.5, 0.75}, Case{7.5, true, 120, true, 0.5, 0.75},
+                    Case{3.1, false, 150, false, 0.84, 0.94},
                     Case{6.0, true, -150, false, 0.5, 0.75}));
 
 TEST(ContrastSign, IsThatOfTheLaplacian) {
-  const GrayImage image = Draw(160, 80, 128, {{40, 40, 3, 3, 0, -100, false}, {120, 40, 3, 3, 0, 100, false}});
+  const GrayImage image =
+      Draw(160, 80, 128, {{40, 40, 3, 3, 0, -100, false}, {120, 40, 3, 3, 0, 100, false}});
   const auto features = ExtractFeatures(image.View(), {});
   ASSERT_TRUE(features.ok());
   int dark = 0, bright = 0;

@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-// Goal: the features of a rotated and scaled view are the same features, and their descriptors find one another.
-// Method: a texture of blobs is drawn, then drawn again with every blob moved by a similarity (no resampling, so
-// nothing but the extractor can lose features). Keypoints are mapped by the truth; descriptors matched by brute force.
+// Goal: the features of a rotated and scaled view are the same features, and their descriptors find
+// one another. Method: a texture of blobs is drawn, then drawn again with every blob moved by a
+// similarity (no resampling, so nothing but the extractor can lose features). Keypoints are mapped
+// by the truth; descriptors matched by brute force.
 
 #include <gtest/gtest.h>
 
@@ -69,7 +70,8 @@ TEST_P(Repeatability, MatchesAreRight) {
     if (!is_inside(u, v) || !is_inside(k.x_px, k.y_px) || scale < 1.2) continue;
     ++shared;
     for (const Keypoint& other : b->keypoints) {
-      if (std::hypot(other.x_px - u, other.y_px - v) < 0.5 * scale && std::fabs(other.scale_px / scale - 1) < 0.2) {
+      if (std::hypot(other.x_px - u, other.y_px - v) < 0.5 * scale &&
+          std::fabs(other.scale_px / scale - 1) < 0.2) {
         ++repeated;
         break;
       }

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Goal: every instruction set gives the same bytes, and so does every repetition.
-// Method: whole extractions of texture, noise and extreme images, in sizes that straddle the vectors' widths, compared
-// with the portable path's; blurs compared with sums written out.
+// Method: whole extractions of texture, noise and extreme images, in sizes that straddle the
+// vectors' widths, compared with the portable path's; blurs compared with sums written out.
 
 #include <gtest/gtest.h>
 
@@ -27,7 +27,8 @@ void ExpectSame(const Features& a, const Features& b) {
 }
 
 void ExpectPathsAgree(const GrayImage& image, const FeatureOptions& options, size_t count_min) {
-  const auto expected = ExtractFeaturesWith(*KernelsOf(SimdPath::kPortable), image.View(), options, nullptr, nullptr);
+  const auto expected =
+      ExtractFeaturesWith(*KernelsOf(SimdPath::kPortable), image.View(), options, nullptr, nullptr);
   ASSERT_TRUE(expected.ok()) << expected.status().message();
   EXPECT_GE(expected->size(), count_min);
   for (const SiftKernels* kernels : Paths()) {
@@ -56,7 +57,8 @@ TEST(SimdPaths, AgreeOnNoiseAndExtremes) {
   ExpectPathsAgree(MakeNoise(3, 160, 120), options, 40);
   GrayImage board = MakeNoise(4, 200, 150);
   for (size_t i = 0; i < board.pixels.size(); ++i) {
-    board.pixels[i] = (i % 200 / 8 + i / 200 / 8) % 2 == 0 ? 0 : 255;  // the largest steps there are
+    board.pixels[i] =
+        (i % 200 / 8 + i / 200 / 8) % 2 == 0 ? 0 : 255;  // the largest steps there are
   }
   ExpectPathsAgree(board, options, 20);
   options.sigma = 4.0;  // the widest blurs
@@ -69,7 +71,8 @@ TEST(SimdPaths, BlursAreTheSumsTheySay) {
     for (double sigma : {0.5, 1.2, 1.9, 3.1, 7.7}) {
       const GaussianTaps taps = MakeGaussianTaps(sigma);
       const int r = taps.radius, width = 2 * kRowGranule;
-      std::vector<std::vector<int16_t>> rows(2 * r + kBlurRowsMax, std::vector<int16_t>(width + 2 * kRowPad + 64));
+      std::vector<std::vector<int16_t>> rows(2 * r + kBlurRowsMax,
+                                             std::vector<int16_t>(width + 2 * kRowPad + 64));
       for (auto& row : rows) {
         // Both ends of the range, and everything between.
         for (int16_t& v : row) {
@@ -104,7 +107,8 @@ TEST(SimdPaths, ScratchAndRepetitionChangeNothing) {
   FeatureScratch scratch;
   const GrayImage large = Draw(333, 257, 128, MakeTexture(1, 700, 333, 257));
   const GrayImage small = Draw(120, 90, 128, MakeTexture(2, 100, 120, 90));
-  const auto large_alone = ExtractFeatures(large.View(), {}), small_alone = ExtractFeatures(small.View(), {});
+  const auto large_alone = ExtractFeatures(large.View(), {}),
+             small_alone = ExtractFeatures(small.View(), {});
   ASSERT_TRUE(large_alone.ok() && small_alone.ok());
   for (int i = 0; i < 2; ++i) {
     const auto s = ExtractFeatures(small.View(), {}, &scratch);

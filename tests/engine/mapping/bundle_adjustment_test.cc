@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Goal: adjustment finds the optimum, holds what it should hold, keeps the frame, and repeats bit for bit.
-// Method: a synthetic map disturbed from the truth; the solver against Ceres, whose derivatives are checked against
-// numeric ones.
+// Goal: adjustment finds the optimum, holds what it should hold, keeps the frame, and repeats bit
+// for bit. Method: a synthetic map disturbed from the truth; the solver against Ceres, whose
+// derivatives are checked against numeric ones.
 #include "engine/mapping/bundle_adjustment.h"
 
 #include <gtest/gtest.h>
@@ -27,7 +27,9 @@ void Disturb(Map* map, double amount, uint64_t seed) {
   const auto small = [&] { return amount * (2 * random.Unit() - 1); };
   for (const ImageId id : AllImages(*map)) {
     Rigid3 pose = map->image(id).cam_from_world;
-    pose.rotation = (Eigen::Quaterniond(1, small() / 10, small() / 10, small() / 10) * pose.rotation).normalized();
+    pose.rotation =
+        (Eigen::Quaterniond(1, small() / 10, small() / 10, small() / 10) * pose.rotation)
+            .normalized();
     pose.translation += Eigen::Vector3d(small(), small(), small());
     map->SetPose(id, pose);
   }
@@ -64,7 +66,8 @@ TEST(ReprojectionCost, DerivativesAreTheNumericOnes) {
       const double* at[] = {moved.data(), point.data()};
       cost.Evaluate(at, sign > 0 ? high : low, nullptr);
     }
-    for (int r = 0; r < 2; ++r) EXPECT_NEAR(by_pose[7 * r + k], (high[r] - low[r]) / (2 * kStep), 1e-3) << k;
+    for (int r = 0; r < 2; ++r)
+      EXPECT_NEAR(by_pose[7 * r + k], (high[r] - low[r]) / (2 * kStep), 1e-3) << k;
   }
   for (int k = 0; k < 3; ++k) {
     double high[2], low[2];
@@ -74,12 +77,13 @@ TEST(ReprojectionCost, DerivativesAreTheNumericOnes) {
       const double* at[] = {pose.data(), moved.data()};
       cost.Evaluate(at, sign > 0 ? high : low, nullptr);
     }
-    for (int r = 0; r < 2; ++r) EXPECT_NEAR(by_point[3 * r + k], (high[r] - low[r]) / (2 * kStep), 1e-3) << k;
+    for (int r = 0; r < 2; ++r)
+      EXPECT_NEAR(by_point[3 * r + k], (high[r] - low[r]) / (2 * kStep), 1e-3) << k;
   }
 }
 
-// The scene's own observations, poses and points disturbed; the last `held_count` images are held. Some observations
-// are far off.
+// The scene's own observations, poses and points disturbed; the last `held_count` images are held.
+// Some observations are far off.
 BundleProblem DisturbedProblem(uint32_t held_count, uint64_t seed) {
   const SyntheticScene scene = MakeScene({});
   Map map = MakeMap(scene);
@@ -111,13 +115,17 @@ TEST(BundleSolver, FindsTheMinimumThatCeresFinds) {
       const BundleOptions options{
           .iterations_max = 100, .function_tolerance = 1e-12, .dense_images_max = dense_images_max};
       BundleProblem ours = DisturbedProblem(held_count, 5), theirs = ours;
-      const BundleSolution by_us = SolveBundle(options, nullptr, &ours), by_ceres = SolveByCeres(options, &theirs);
+      const BundleSolution by_us = SolveBundle(options, nullptr, &ours),
+                           by_ceres = SolveByCeres(options, &theirs);
       ASSERT_TRUE(by_us.is_usable && by_ceres.is_usable);
       EXPECT_NEAR(by_us.initial_cost, by_ceres.initial_cost, 1e-9 * by_ceres.initial_cost);
       EXPECT_NEAR(by_us.final_cost, by_ceres.final_cost, 1e-6 * by_ceres.final_cost);
       EXPECT_LT(by_us.final_cost, 0.5 * by_us.initial_cost);
-      for (size_t i = 0; i < ours.cams_from_world.size() && held_count > 1; ++i) {  // else the scale is free
-        EXPECT_LT((ours.cams_from_world[i].Center() - theirs.cams_from_world[i].Center()).norm(), 1e-4) << i;
+      for (size_t i = 0; i < ours.cams_from_world.size() && held_count > 1;
+           ++i) {  // else the scale is free
+        EXPECT_LT((ours.cams_from_world[i].Center() - theirs.cams_from_world[i].Center()).norm(),
+                  1e-4)
+            << i;
       }
     }
   }
@@ -142,7 +150,8 @@ TEST(BundleSolver, PointsAloneAreRefinedWhereNoImageIsFree) {
   for (const uint32_t dense_images_max : {40u, 0u}) {
     BundleProblem problem = DisturbedProblem(image_count, 7);
     const BundleProblem before = problem;
-    const BundleSolution solution = SolveBundle({.dense_images_max = dense_images_max}, nullptr, &problem);
+    const BundleSolution solution =
+        SolveBundle({.dense_images_max = dense_images_max}, nullptr, &problem);
     ASSERT_TRUE(solution.is_usable);
     EXPECT_LT(solution.final_cost, solution.initial_cost);
     EXPECT_NE(problem.points[0], before.points[0]);
@@ -176,12 +185,14 @@ TEST(BundleAdjustment, FindsTheTruthAndKeepsTheFrame) {
   Map map = MakeMap(scene);
   Disturb(&map, 0.05, 3);
   EXPECT_GT(MeanError(map), 3.0);
-  const auto summary = AdjustBundle(&map, AllImages(map), map.PointsSeenBy(AllImages(map)), {}, nullptr);
+  const auto summary =
+      AdjustBundle(&map, AllImages(map), map.PointsSeenBy(AllImages(map)), {}, nullptr);
   ASSERT_TRUE(summary.ok());
   EXPECT_LT(MeanError(map), 0.45);  // noise of 0.3 px in each coordinate
   for (uint32_t k = 0; k < scene.poses.size(); ++k) {
     const Rigid3& pose = map.image(scene.images[k].id).cam_from_world;
-    EXPECT_LT((pose.Center() - scene.poses[k].Center()).norm(), 0.1);  // as near as the disturbed frame was
+    EXPECT_LT((pose.Center() - scene.poses[k].Center()).norm(),
+              0.1);  // as near as the disturbed frame was
     EXPECT_LT(RotationErrorDeg(pose, scene.poses[k]), 1.0);
   }
 }
@@ -203,7 +214,8 @@ TEST(BundleAdjustment, RepeatsBitForBit) {
   for (int run = 0; run < 2; ++run) {
     Map map = MakeMap(MakeScene({}));
     Disturb(&map, 0.03, 8);
-    ASSERT_TRUE(AdjustBundle(&map, AllImages(map), map.PointsSeenBy(AllImages(map)), {}, nullptr).ok());
+    ASSERT_TRUE(
+        AdjustBundle(&map, AllImages(map), map.PointsSeenBy(AllImages(map)), {}, nullptr).ok());
     const Rigid3 pose = map.image(ImageId(4)).cam_from_world;
     if (run == 0) first = pose;
     EXPECT_EQ(pose.translation, first.translation);

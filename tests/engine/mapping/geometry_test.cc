@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Goal: triangulation, resection and similarity return the truth within what noise allows, and refuse what is
-// degenerate.
-// Method: a synthetic scene of known truth (synthetic_scene.h), outliers added where the estimator must resist them.
+// Goal: triangulation, resection and similarity return the truth within what noise allows, and
+// refuse what is degenerate. Method: a synthetic scene of known truth (synthetic_scene.h), outliers
+// added where the estimator must resist them.
 #include <gtest/gtest.h>
 
 #include "engine/mapping/resection.h"
@@ -18,7 +18,8 @@ TEST(Triangulation, IsExactWithoutNoise) {
   for (uint32_t f = 0; f < scene.seen[0].size(); ++f) {
     const uint32_t point = scene.seen[0][f];
     if (scene.feature_of[3][point] < 0) continue;
-    const Sighting views[] = {scene.images[0].ViewOf(f), scene.images[3].ViewOf(scene.feature_of[3][point])};
+    const Sighting views[] = {scene.images[0].ViewOf(f),
+                              scene.images[3].ViewOf(scene.feature_of[3][point])};
     const auto found = Triangulate(views);
     ASSERT_TRUE(found.has_value());
     EXPECT_LT((*found - scene.points[point]).norm(), 1e-3);  // keypoints are floats
@@ -92,12 +93,15 @@ TEST(Resection, RefusesUnrelatedPoints) {
 
 TEST(Similarity, IsExactAndRobust) {
   const Sim3 b_from_a{
-      2.5, Eigen::Quaterniond(Eigen::AngleAxisd(1.0, Eigen::Vector3d(1, 2, 3).normalized())), {1, -2, 3}};
+      2.5,
+      Eigen::Quaterniond(Eigen::AngleAxisd(1.0, Eigen::Vector3d(1, 2, 3).normalized())),
+      {1, -2, 3}};
   SeededRandom random(2);
   std::vector<Eigen::Vector3d> a, b;
   for (int i = 0; i < 60; ++i) {
     a.emplace_back(random.Unit(), random.Unit(), random.Unit());
-    b.push_back(i % 3 ? b_from_a * a.back() : Eigen::Vector3d(9 * random.Unit(), 9 * random.Unit(), 9 * random.Unit()));
+    b.push_back(i % 3 ? b_from_a * a.back()
+                      : Eigen::Vector3d(9 * random.Unit(), 9 * random.Unit(), 9 * random.Unit()));
   }
   const auto near = [&](const Sim3& fit, size_t i) { return (fit * a[i] - b[i]).norm() < 0.01; };
   const auto found = EstimateSimilarity(a, b, near, 20, 7);
@@ -116,9 +120,11 @@ TEST(Similarity, RefusesALine) {
 
 TEST(Transforms, CameraFollowsItsWorld) {
   const SyntheticScene scene = MakeScene({});
-  const Sim3 new_from_old{0.5, Eigen::Quaterniond(Eigen::AngleAxisd(0.7, Eigen::Vector3d::UnitZ())), {4, 5, 6}};
+  const Sim3 new_from_old{
+      0.5, Eigen::Quaterniond(Eigen::AngleAxisd(0.7, Eigen::Vector3d::UnitZ())), {4, 5, 6}};
   const Rigid3 moved = TransformCameraWorld(new_from_old, scene.poses[1]);
-  const Eigen::Vector3d before = scene.poses[1] * scene.points[7], after = moved * (new_from_old * scene.points[7]);
+  const Eigen::Vector3d before = scene.poses[1] * scene.points[7],
+                        after = moved * (new_from_old * scene.points[7]);
   EXPECT_LT((before.hnormalized() - after.hnormalized()).norm(), 1e-12);
 }
 

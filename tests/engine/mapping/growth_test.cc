@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-// Goal: tracks grow to what the scene holds, founding finds the scene from matches alone and refuses planes of no depth
-// and rotations, neighbours that contradict a pose are counted, and the map's invariants survive every change.
-// Method: a synthetic scene; every image's features are compared with the points that they truly see.
+// Goal: tracks grow to what the scene holds, founding finds the scene from matches alone and
+// refuses planes of no depth and rotations, neighbours that contradict a pose are counted, and the
+// map's invariants survive every change. Method: a synthetic scene; every image's features are
+// compared with the points that they truly see.
 #include "engine/mapping/growth.h"
 
 #include <gtest/gtest.h>
@@ -44,7 +45,8 @@ TEST(Growth, MatchesBecomePointsAndTracks) {
   for (uint32_t k = 0; k < 4; ++k) {
     map.PlaceImage(Unplaced(scene.images[k]));
     std::vector<PairMatches> pairs;
-    for (uint32_t j = 0; j < k; ++j) pairs.push_back(MatchesFrom(scene.Pair(j, k), scene.images[k].id));
+    for (uint32_t j = 0; j < k; ++j)
+      pairs.push_back(MatchesFrom(scene.Pair(j, k), scene.images[k].id));
     GrowFromMatches(&map, scene.images[k].id, pairs, {});
   }
   size_t visible = 0;
@@ -69,7 +71,8 @@ TEST(Growth, ProjectionFindsWhatMatchingMissed) {
   const size_t before = CheckTracks(map, scene);
   size_t removed = 0;
   for (const PointId id : points) {
-    if (map.point(id).track.size() > 3 && removed < 50) map.RemoveObservation(id, ImageId(4)), ++removed;
+    if (map.point(id).track.size() > 3 && removed < 50)
+      map.RemoveObservation(id, ImageId(4)), ++removed;
   }
   ASSERT_EQ(removed, 50u);
   EXPECT_GE(GrowByProjection(&map, ImageId(4), points, {}).observations_added, 48u);
@@ -82,8 +85,9 @@ TEST(Growth, SplitPointsAreMerged) {
   for (uint32_t k = 0; k < 5; ++k) map.PlaceImage(Unplaced(scene.images[k]));
   // One true point twice: seen by images 1 and 2, and by 4 and 5.
   uint32_t target = 0;
-  while (scene.feature_of[0][target] < 0 || scene.feature_of[1][target] < 0 || scene.feature_of[2][target] < 0 ||
-         scene.feature_of[3][target] < 0 || scene.feature_of[4][target] < 0) {
+  while (scene.feature_of[0][target] < 0 || scene.feature_of[1][target] < 0 ||
+         scene.feature_of[2][target] < 0 || scene.feature_of[3][target] < 0 ||
+         scene.feature_of[4][target] < 0) {
     ++target;
   }
   const auto element = [&](uint32_t k) {
@@ -117,14 +121,16 @@ FoundingViews ViewsOf(const SyntheticScene& scene, uint32_t count) {
 TEST(Founding, FindsTheSceneFromMatches) {
   const SyntheticScene scene = MakeScene({});
   Map map;
-  ASSERT_EQ(Found(ViewsOf(scene, 5), ImageId(2), ReconstructionId(7), 1, {}, &map), FoundingOutcome::kFounded);
+  ASSERT_EQ(Found(ViewsOf(scene, 5), ImageId(2), ReconstructionId(7), 1, {}, &map),
+            FoundingOutcome::kFounded);
   EXPECT_EQ(map.images().size(), 3u);
   EXPECT_TRUE(map.HasImage(ImageId(2)));
   CheckTracks(map, scene);
   // Relative rotations do not depend on the frame.
   const auto first = map.images().begin(), last = std::prev(map.images().end());
   const Rigid3 found = last->second.cam_from_world * first->second.cam_from_world.Inverse();
-  const Rigid3 truth = scene.poses[last->first.value - 1] * scene.poses[first->first.value - 1].Inverse();
+  const Rigid3 truth =
+      scene.poses[last->first.value - 1] * scene.poses[first->first.value - 1].Inverse();
   EXPECT_LT(RotationErrorDeg(found, truth), 0.3);
 }
 
@@ -133,7 +139,8 @@ TEST(Founding, RefusesRotations) {
   options.rotation = true;
   const SyntheticScene scene = MakeScene(options);
   FoundingViews views = ViewsOf(scene, 4);
-  for (PairRecord& pair : views.pairs) {  // what two-view estimation would name, and what it might miss
+  for (PairRecord& pair :
+       views.pairs) {  // what two-view estimation would name, and what it might miss
     pair.geometry = PairGeometry::kRotation;
     pair.b_from_a.translation = Eigen::Vector3d::UnitX();
   }
@@ -150,13 +157,14 @@ TEST(Placement, CountsNeighborsThatContradict) {
   std::vector<PairMatches> pairs;
   for (const uint32_t j : {0u, 1u, 3u}) pairs.push_back(MatchesFrom(scene.Pair(j, 2), ImageId(3)));
   const MapImage& image = scene.images[2];
-  NeighborAgreement agreement =
-      CheckNeighbors(map, ReconstructionId(1), scene.poses[2], *image.features, image.camera, pairs, 4);
+  NeighborAgreement agreement = CheckNeighbors(map, ReconstructionId(1), scene.poses[2],
+                                               *image.features, image.camera, pairs, 4);
   EXPECT_EQ(agreement.agreeing_images, 3u);
   EXPECT_EQ(agreement.contradicting_images, 0u);
   Rigid3 elsewhere = scene.poses[2];  // one window further along a repeated facade
   elsewhere.translation += Eigen::Vector3d(0, 1.0, 0);
-  agreement = CheckNeighbors(map, ReconstructionId(1), elsewhere, *image.features, image.camera, pairs, 4);
+  agreement =
+      CheckNeighbors(map, ReconstructionId(1), elsewhere, *image.features, image.camera, pairs, 4);
   EXPECT_EQ(agreement.agreeing_images, 0u);
   EXPECT_EQ(agreement.contradicting_images, 3u);
 }

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
-// A scene of known truth for the mapping tests: points in a box (or on a plane) before cameras on an arc, each point
-// with a descriptor of its own, seen with Gaussian noise.
+// A scene of known truth for the mapping tests: points in a box (or on a plane) before cameras on
+// an arc, each point with a descriptor of its own, seen with Gaussian noise.
 
 #include <cmath>
 #include <memory>
@@ -27,7 +27,8 @@ struct SyntheticScene {
   Pinhole camera;
   std::vector<Rigid3> poses;  // cam_from_world
   std::vector<Eigen::Vector3d> points;
-  std::vector<MapImage> images;  // ids from 1, reconstruction 1; feature i of image k is points[seen[k][i]]
+  std::vector<MapImage>
+      images;  // ids from 1, reconstruction 1; feature i of image k is points[seen[k][i]]
   std::vector<std::vector<uint32_t>> seen;
   std::vector<std::vector<int>> feature_of;  // [camera][point], -1 where it is not seen
 
@@ -69,10 +70,12 @@ inline SyntheticScene MakeScene(const SceneOptions& options) {
     const double turn = options.camera_count > 1 ? k / (options.camera_count - 1.0) - 0.5 : 0;
     const double angle = options.arc_deg * turn * 0.017453292519943295;
     const Eigen::Matrix3d look =
-        Eigen::AngleAxisd(options.rotation ? 0.3 * angle : angle, Eigen::Vector3d::UnitY()).toRotationMatrix();
+        Eigen::AngleAxisd(options.rotation ? 0.3 * angle : angle, Eigen::Vector3d::UnitY())
+            .toRotationMatrix();
     const Eigen::Vector3d center =
-        options.rotation ? Eigen::Vector3d(0, 0, -8)
-                         : Eigen::Vector3d(look * Eigen::Vector3d(0, 0, -8) + Eigen::Vector3d(0, 0.2 * turn, 0));
+        options.rotation
+            ? Eigen::Vector3d(0, 0, -8)
+            : Eigen::Vector3d(look * Eigen::Vector3d(0, 0, -8) + Eigen::Vector3d(0, 0.2 * turn, 0));
     Rigid3 pose;
     pose.rotation = Eigen::Quaterniond(Eigen::Matrix3d(look.transpose()));
     pose.translation = -(pose.rotation * center);
@@ -92,7 +95,8 @@ inline SyntheticScene MakeScene(const SceneOptions& options) {
       scene.feature_of[k][i] = static_cast<int>(features->keypoints.size());
       scene.seen[k].push_back(i);
       features->keypoints.push_back(keypoint);
-      features->descriptors.insert(features->descriptors.end(), descriptors[i].begin(), descriptors[i].end());
+      features->descriptors.insert(features->descriptors.end(), descriptors[i].begin(),
+                                   descriptors[i].end());
     }
     MapImage image;
     image.id = ImageId(k + 1);

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Goal: the grid finds exactly the keypoints near a point or a line, whatever their spread.
-// Method: random keypoints (spread, crowded, far apart, on the edge, not finite) against a loop over all of them.
+// Method: random keypoints (spread, crowded, far apart, on the edge, not finite) against a loop
+// over all of them.
 #include "engine/matching/feature_grid.h"
 
 #include <gtest/gtest.h>
@@ -34,7 +35,8 @@ Features RandomKeypoints(uint32_t count, double width, double height, uint64_t s
   return features;
 }
 
-std::vector<FeatureIndex> LoopNearPoint(const Features& features, int contrast, double x, double y, double radius) {
+std::vector<FeatureIndex> LoopNearPoint(const Features& features, int contrast, double x, double y,
+                                        double radius) {
   std::vector<FeatureIndex> found;
   for (size_t i = 0; i < features.size(); ++i) {
     const Keypoint& k = features.keypoints[i];
@@ -46,7 +48,8 @@ std::vector<FeatureIndex> LoopNearPoint(const Features& features, int contrast, 
   return found;
 }
 
-std::vector<FeatureIndex> LoopNearLine(const Features& features, int contrast, const ImageLine& line, double band) {
+std::vector<FeatureIndex> LoopNearLine(const Features& features, int contrast,
+                                       const ImageLine& line, double band) {
   std::vector<FeatureIndex> found;
   for (size_t i = 0; i < features.size(); ++i) {
     const Keypoint& k = features.keypoints[i];
@@ -58,14 +61,16 @@ std::vector<FeatureIndex> LoopNearLine(const Features& features, int contrast, c
   return found;
 }
 
-std::vector<FeatureIndex> GridNearPoint(const FeatureGrid& grid, int contrast, double x, double y, double radius) {
+std::vector<FeatureIndex> GridNearPoint(const FeatureGrid& grid, int contrast, double x, double y,
+                                        double radius) {
   std::vector<FeatureIndex> found;
   grid.FindNearPoint(contrast, x, y, radius, &found);
   std::sort(found.begin(), found.end());
   return found;
 }
 
-std::vector<FeatureIndex> GridNearLine(const FeatureGrid& grid, int contrast, const ImageLine& line, double band) {
+std::vector<FeatureIndex> GridNearLine(const FeatureGrid& grid, int contrast, const ImageLine& line,
+                                       double band) {
   std::vector<FeatureIndex> found;
   grid.FindNearLine(contrast, line, band, &found);
   std::sort(found.begin(), found.end());
@@ -80,7 +85,8 @@ void CompareQueries(const Features& features, double width, double height, uint6
     const int contrast = static_cast<int>(random.Below(kContrastClassCount));
     const double x = std::floor((random.Unit() * 1.4 - 0.2) * width);
     const double y = (random.Unit() * 1.4 - 0.2) * height;
-    const double radius = query % 10 == 0 ? 0.0 : std::floor(std::pow(random.Unit(), 3) * width / 2);
+    const double radius =
+        query % 10 == 0 ? 0.0 : std::floor(std::pow(random.Unit(), 3) * width / 2);
     const std::vector<FeatureIndex> near = LoopNearPoint(features, contrast, x, y, radius);
     ASSERT_EQ(GridNearPoint(grid, contrast, x, y, radius), near) << x << " " << y << " " << radius;
     // Lines of every slant, some along the axes, some far outside, at scales far from 1.
@@ -90,7 +96,8 @@ void CompareQueries(const Features& features, double width, double height, uint6
     line.c = -(line.a * x + line.b * y);
     const double band = query % 10 == 1 ? 0.0 : random.Unit() * 8;
     const std::vector<FeatureIndex> along = LoopNearLine(features, contrast, line, band);
-    ASSERT_EQ(GridNearLine(grid, contrast, line, band), along) << angle << " " << x << " " << y << " " << band;
+    ASSERT_EQ(GridNearLine(grid, contrast, line, band), along)
+        << angle << " " << x << " " << y << " " << band;
     found_count += near.size() + along.size();
   }
   if (features.size() > 100) {

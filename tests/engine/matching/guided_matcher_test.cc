@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Goal: matching along epipolar lines and near positions gives exactly the pairs its definition names.
-// Method: random scenes seen by two cameras, with clutter, twins and noise, against plain loops over all pairs; then
-// degenerate geometry and bad arguments.
+// Goal: matching along epipolar lines and near positions gives exactly the pairs its definition
+// names. Method: random scenes seen by two cameras, with clutter, twins and noise, against plain
+// loops over all pairs; then degenerate geometry and bad arguments.
 #include "engine/matching/guided_matcher.h"
 
 #include <gtest/gtest.h>
@@ -23,8 +23,8 @@ struct Scene {
   size_t true_match_count = 0;
 };
 
-void AppendFeature(const Eigen::Vector2d& x_px, double scale_px, int8_t sign, const std::vector<uint8_t>& descriptor,
-                   Features* features) {
+void AppendFeature(const Eigen::Vector2d& x_px, double scale_px, int8_t sign,
+                   const std::vector<uint8_t>& descriptor, Features* features) {
   Keypoint keypoint;
   keypoint.x_px = static_cast<float>(x_px.x());
   keypoint.y_px = static_cast<float>(x_px.y());
@@ -51,7 +51,8 @@ Eigen::Matrix3d Skew(const Eigen::Vector3d& v) {
   return m;
 }
 
-// Two cameras of 1200 px focal length, 1536 x 1024; `translation` is b's. Points seen by both, and clutter.
+// Two cameras of 1200 px focal length, 1536 x 1024; `translation` is b's. Points seen by both, and
+// clutter.
 Scene RandomScene(uint32_t point_count, const Eigen::Vector3d& translation, uint64_t seed) {
   SeededRandom random(seed);
   Eigen::Matrix3d k;
@@ -69,14 +70,17 @@ Scene RandomScene(uint32_t point_count, const Eigen::Vector3d& translation, uint
     const int8_t sign = random.Below(2) == 0 ? int8_t{1} : int8_t{-1};
     const double scale = 1.6 + random.Unit() * 6;
     // Every fifth looks like the one before: what a ratio test is for.
-    const std::vector<uint8_t> descriptor = i % 5 == 4 ? Noisy(last_descriptor, &random) : RandomDescriptor(&random);
+    const std::vector<uint8_t> descriptor =
+        i % 5 == 4 ? Noisy(last_descriptor, &random) : RandomDescriptor(&random);
     last_descriptor = descriptor;
     AppendFeature(x_a, scale, sign, Noisy(descriptor, &random), &scene.a);
     if (projected.z() <= 0.1 || random.Below(4) == 0) {
-      AppendFeature({random.Unit() * 1535, random.Unit() * 1023}, scale, sign, RandomDescriptor(&random), &scene.b);
+      AppendFeature({random.Unit() * 1535, random.Unit() * 1023}, scale, sign,
+                    RandomDescriptor(&random), &scene.b);
       continue;
     }
-    const Eigen::Vector2d x_b = projected.hnormalized() + Eigen::Vector2d(random.Unit() - 0.5, random.Unit() - 0.5) * 3;
+    const Eigen::Vector2d x_b =
+        projected.hnormalized() + Eigen::Vector2d(random.Unit() - 0.5, random.Unit() - 0.5) * 3;
     AppendFeature(x_b, scale * (0.6 + random.Unit()), sign, Noisy(descriptor, &random), &scene.b);
     ++scene.true_match_count;
     // Now and then a second orientation at the same place.
@@ -87,7 +91,8 @@ Scene RandomScene(uint32_t point_count, const Eigen::Vector3d& translation, uint
 
 uint32_t Distance(const uint8_t* a, const uint8_t* b) {
   uint32_t sum = 0;
-  for (int k = 0; k < kDescriptorSize; ++k) sum += static_cast<uint32_t>((a[k] - b[k]) * (a[k] - b[k]));
+  for (int k = 0; k < kDescriptorSize; ++k)
+    sum += static_cast<uint32_t>((a[k] - b[k]) * (a[k] - b[k]));
   return sum;
 }
 
@@ -99,7 +104,8 @@ bool IsCandidate(const Scene& scene, size_t i, size_t j, const GuidedMatchOption
   const Keypoint& a = scene.a.keypoints[i];
   const Keypoint& b = scene.b.keypoints[j];
   if (a.contrast_sign != b.contrast_sign) return false;
-  if (a.scale_px > b.scale_px * options.scale_ratio_max || b.scale_px > a.scale_px * options.scale_ratio_max) {
+  if (a.scale_px > b.scale_px * options.scale_ratio_max ||
+      b.scale_px > a.scale_px * options.scale_ratio_max) {
     return false;
   }
   const Eigen::Vector3d x_a(a.x_px, a.y_px, 1);
@@ -123,7 +129,8 @@ std::vector<DescriptorMatch> Reference(const Scene& scene, const GuidedMatchOpti
   std::vector<DescriptorMatch> matches;
   for (size_t i = 0; i < count_a; ++i) {
     const auto row = table.begin() + static_cast<ptrdiff_t>(i * count_b);
-    const size_t best = static_cast<size_t>(std::min_element(row, row + static_cast<ptrdiff_t>(count_b)) - row);
+    const size_t best =
+        static_cast<size_t>(std::min_element(row, row + static_cast<ptrdiff_t>(count_b)) - row);
     const uint32_t distance = row[static_cast<ptrdiff_t>(best)];
     if (distance == UINT32_MAX || distance > options.distance_squared_max) continue;
     bool mutual = true;
@@ -137,10 +144,11 @@ std::vector<DescriptorMatch> Reference(const Scene& scene, const GuidedMatchOpti
         second = std::min(second, row[static_cast<ptrdiff_t>(j)]);
       }
     }
-    const bool clear =
-        options.ratio_max >= 1 || second == UINT32_MAX || distance <= options.ratio_max * options.ratio_max * second;
+    const bool clear = options.ratio_max >= 1 || second == UINT32_MAX ||
+                       distance <= options.ratio_max * options.ratio_max * second;
     if (mutual && clear)
-      matches.push_back({static_cast<FeatureIndex>(i), static_cast<FeatureIndex>(best), distance, second});
+      matches.push_back(
+          {static_cast<FeatureIndex>(i), static_cast<FeatureIndex>(best), distance, second});
   }
   return matches;
 }
@@ -152,8 +160,10 @@ std::vector<DescriptorMatch> Match(const Scene& scene, const GuidedMatchOptions&
 }
 
 TEST(GuidedMatcher, EqualsLoopsOnRandomScenes) {
-  // Sideways (level lines), upwards (steep lines), slanting, and forwards (the epipoles are inside the images).
-  const std::vector<Eigen::Vector3d> translations = {{-1, 0, 0.05}, {0.05, -1, 0}, {-0.7, 0.6, 0.1}, {0.02, 0.05, -1}};
+  // Sideways (level lines), upwards (steep lines), slanting, and forwards (the epipoles are inside
+  // the images).
+  const std::vector<Eigen::Vector3d> translations = {
+      {-1, 0, 0.05}, {0.05, -1, 0}, {-0.7, 0.6, 0.1}, {0.02, 0.05, -1}};
   uint64_t seed = 1;
   for (const Eigen::Vector3d& translation : translations) {
     const Scene scene = RandomScene(700, translation, seed++);
@@ -238,7 +248,9 @@ TEST(GuidedMatcher, KeypointsThatAreNotFiniteMatchNothing) {
 TEST(GuidedMatcher, NamesWhatIsWrong) {
   Scene scene = RandomScene(20, {-1, 0, 0}, 14);
   const auto code = [&](const GuidedMatchOptions& options) {
-    return MatchGuided(scene.a, scene.b, FeatureGrid(scene.b), scene.b_from_a, options).status().code();
+    return MatchGuided(scene.a, scene.b, FeatureGrid(scene.b), scene.b_from_a, options)
+        .status()
+        .code();
   };
   GuidedMatchOptions options;
   EXPECT_EQ(code(options), StatusCode::kOk);
@@ -254,8 +266,9 @@ TEST(GuidedMatcher, NamesWhatIsWrong) {
   options.apart_px = -1;
   EXPECT_EQ(code(options), StatusCode::kInvalidArgument);
   Scene smaller = RandomScene(5, {-1, 0, 0}, 15);
-  EXPECT_EQ(MatchGuided(scene.a, scene.b, FeatureGrid(smaller.b), scene.b_from_a, {}).status().code(),
-            StatusCode::kInvalidArgument);
+  EXPECT_EQ(
+      MatchGuided(scene.a, scene.b, FeatureGrid(smaller.b), scene.b_from_a, {}).status().code(),
+      StatusCode::kInvalidArgument);
   scene.a.descriptors.pop_back();
   EXPECT_EQ(code({}), StatusCode::kInvalidArgument);
 }
@@ -309,7 +322,8 @@ TEST(FindNear, FindsNothingWithoutAQuery) {
   query.descriptor = scene.a.descriptor(0);
   EXPECT_TRUE(FindNear(grid, scene.b, query, &scratch).has_value());
   ASSERT_NE(scene.a.size(), scene.b.size());
-  EXPECT_FALSE(FindNear(grid, scene.a, query, &scratch).has_value());  // the grid is of other features
+  EXPECT_FALSE(
+      FindNear(grid, scene.a, query, &scratch).has_value());  // the grid is of other features
   query.contrast_sign = 0;
   EXPECT_FALSE(FindNear(grid, scene.b, query, &scratch).has_value());  // no feature without a sign
   query.contrast_sign = 1;

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Goal: mutual matching is exact, and the same bit for bit on every instruction set this machine has.
-// Method: seeded random bytes against two plain loops; counts straddle the edges of panels, tiles and blocks, bytes
-// reach the extremes, and few distinct descriptors force ties everywhere.
+// Goal: mutual matching is exact, and the same bit for bit on every instruction set this machine
+// has. Method: seeded random bytes against two plain loops; counts straddle the edges of panels,
+// tiles and blocks, bytes reach the extremes, and few distinct descriptors force ties everywhere.
 #include "engine/matching/mutual_matcher.h"
 
 #include <gtest/gtest.h>
@@ -45,8 +45,9 @@ Features RandomFeatures(uint32_t count, Bytes bytes, Signs signs, uint64_t seed)
   features.keypoints.resize(count);
   features.descriptors.resize(count * static_cast<size_t>(kDescriptorSize));
   for (Keypoint& keypoint : features.keypoints) {
-    keypoint.contrast_sign =
-        signs == Signs::kOne ? int8_t{1} : static_cast<int8_t>(1 - 2 * static_cast<int>(random.Below(2)));
+    keypoint.contrast_sign = signs == Signs::kOne
+                                 ? int8_t{1}
+                                 : static_cast<int8_t>(1 - 2 * static_cast<int>(random.Below(2)));
   }
   for (uint8_t& byte : features.descriptors) byte = RandomByte(bytes, &random);
   return features;
@@ -103,7 +104,8 @@ void ExpectExact(const Features& a, const Features& b, uint32_t count) {
 }
 
 TEST(MutualMatcher, EqualsLoopsAtEveryEdge) {
-  const std::vector<uint32_t> counts = {0, 1, 2, 7, 8, 9, 15, 16, 17, 31, 32, 33, 63, 64, 65, 255, 256, 257};
+  const std::vector<uint32_t> counts = {0,  1,  2,  7,  8,  9,  15,  16,  17,
+                                        31, 32, 33, 63, 64, 65, 255, 256, 257};
   uint64_t seed = 1;
   for (const uint32_t count_a : counts) {
     for (const uint32_t count_b : counts) {
@@ -126,7 +128,8 @@ TEST(MutualMatcher, EqualsLoopsAtFullSize) {
   }
 }
 
-// A row's key names 2048 or 4096 columns, a column's 256 rows: more of either are joined block by block.
+// A row's key names 2048 or 4096 columns, a column's 256 rows: more of either are joined block by
+// block.
 TEST(MutualMatcher, JoinsBlocksOfColumnsAndRows) {
   for (const Bytes bytes : {Bytes::kRootSift, Bytes::kFewValues}) {
     const Features narrow = RandomFeatures(40, bytes, Signs::kOne, 21);
@@ -163,7 +166,8 @@ TEST(MutualMatcher, TiesGoToTheLowestIndexAcrossBlocks) {
     std::copy_n(from.descriptor(i), kDescriptorSize,
                 to->descriptors.begin() + static_cast<ptrdiff_t>(j * kDescriptorSize));
   };
-  for (const size_t i : {size_t{300}, size_t{599}}) copy(a, 7, &a, i);  // equals in other blocks of rows
+  for (const size_t i : {size_t{300}, size_t{599}})
+    copy(a, 7, &a, i);  // equals in other blocks of rows
   for (const size_t j : {size_t{33}, size_t{40}, size_t{2100}, size_t{4999}}) copy(a, 7, &b, j);
   const auto packed_a = PackedDescriptors::Pack(a, 600);
   const auto packed_b = PackedDescriptors::Pack(b, 5000);
@@ -193,7 +197,8 @@ TEST(MutualMatcher, ContrastSignsStayApart) {
     options.isa = isa;
     const std::vector<DescriptorMatch> matches = MatchMutual(*packed_a, *packed_b, options);
     ASSERT_EQ(matches.size(), 2u);
-    EXPECT_EQ(matches[0], (DescriptorMatch{1, 1, 0, UINT32_MAX}));  // the only ones without a sign: no second
+    EXPECT_EQ(matches[0],
+              (DescriptorMatch{1, 1, 0, UINT32_MAX}));  // the only ones without a sign: no second
     EXPECT_EQ(matches[1], (DescriptorMatch{2, 2, 0, Distance(a, 2, b, 0)}));
   }
 }
@@ -217,7 +222,8 @@ TEST(MutualMatcher, LimitsFilterMutualMatches) {
   options.distance_squared_max = 3000;
   std::vector<DescriptorMatch> expected;
   for (const DescriptorMatch& match : all) {
-    if (match.distance_squared <= 3000 && 4ull * match.distance_squared <= match.second_distance_squared) {
+    if (match.distance_squared <= 3000 &&
+        4ull * match.distance_squared <= match.second_distance_squared) {
       expected.push_back(match);
     }
   }
@@ -234,7 +240,8 @@ TEST(PackedDescriptors, TakesTheStrongestAndRefusesWhatDoesNotFit) {
   ASSERT_TRUE(packed.ok());
   EXPECT_EQ(packed->count(), 60u);
   EXPECT_LT(packed->size_bytes(), 60 * 140 + 2 * sizeof(DescriptorPanel) + 256);
-  EXPECT_EQ(PackedDescriptors::Pack(features, kPackedCountMax + 1).status().code(), StatusCode::kInvalidArgument);
+  EXPECT_EQ(PackedDescriptors::Pack(features, kPackedCountMax + 1).status().code(),
+            StatusCode::kInvalidArgument);
   features.descriptors.pop_back();
   EXPECT_EQ(PackedDescriptors::Pack(features, 60).status().code(), StatusCode::kInvalidArgument);
 }
@@ -247,8 +254,8 @@ TEST(DescriptorDistances, EqualLoopsOnEveryIsa) {
     for (int i = 0; i < 300; ++i) indices.push_back(random.Below(500));
     for (const MatcherIsa isa : Isas()) {
       std::vector<uint32_t> distances(indices.size());
-      MatcherKernelsFor(isa).distances(features.descriptor(3), features.descriptors.data(), indices.data(),
-                                       indices.size(), distances.data());
+      MatcherKernelsFor(isa).distances(features.descriptor(3), features.descriptors.data(),
+                                       indices.data(), indices.size(), distances.data());
       for (size_t i = 0; i < indices.size(); ++i) {
         ASSERT_EQ(distances[i], Distance(features, 3, features, indices[i])) << MatcherIsaName(isa);
       }

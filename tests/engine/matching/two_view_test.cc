@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Goal: two-view verification finds the true geometry among outliers, names planes and rotations, and refuses noise.
-// Method: rays of a known scene with Gaussian noise and a share of random matches; the truth is the yardstick.
+// Goal: two-view verification finds the true geometry among outliers, names planes and rotations,
+// and refuses noise. Method: rays of a known scene with Gaussian noise and a share of random
+// matches; the truth is the yardstick.
 #include "engine/matching/two_view.h"
 
 #include <gtest/gtest.h>
@@ -24,17 +25,21 @@ enum class Kind { kGeneral, kPlane, kRotation };
 Matches MakeMatches(Kind kind, int count, double outlier_share, double noise_px, uint64_t seed) {
   SeededRandom random(seed);
   const auto noise = [&] {
-    return noise_px / kFocal * std::sqrt(-2 * std::log(1 - random.Unit())) * std::cos(6.2831853 * random.Unit());
+    return noise_px / kFocal * std::sqrt(-2 * std::log(1 - random.Unit())) *
+           std::cos(6.2831853 * random.Unit());
   };
   Matches m;
-  m.b_from_a.rotation = Eigen::Quaterniond(Eigen::AngleAxisd(0.2, Eigen::Vector3d(0.1, 1, 0.05).normalized()));
-  m.b_from_a.translation = kind == Kind::kRotation ? Eigen::Vector3d::Zero() : Eigen::Vector3d(-1.5, 0.1, 0.2);
+  m.b_from_a.rotation =
+      Eigen::Quaterniond(Eigen::AngleAxisd(0.2, Eigen::Vector3d(0.1, 1, 0.05).normalized()));
+  m.b_from_a.translation =
+      kind == Kind::kRotation ? Eigen::Vector3d::Zero() : Eigen::Vector3d(-1.5, 0.1, 0.2);
   while (static_cast<int>(m.a.size()) < count) {
     Eigen::Vector3d p(6 * random.Unit() - 3, 4 * random.Unit() - 2, 6 + 4 * random.Unit());
     if (kind == Kind::kPlane) p.z() = 8 + 0.5 * p.x();
     const Eigen::Vector3d q = m.b_from_a * p;
     Eigen::Vector2d x = p.hnormalized(), y = q.hnormalized();
-    if (random.Unit() < outlier_share) y = Eigen::Vector2d(random.Unit() - 0.5, random.Unit() - 0.5);
+    if (random.Unit() < outlier_share)
+      y = Eigen::Vector2d(random.Unit() - 0.5, random.Unit() - 0.5);
     m.a.emplace_back(x.x() + noise(), x.y() + noise());
     m.b.emplace_back(y.x() + noise(), y.y() + noise());
   }
@@ -73,7 +78,8 @@ TEST(TwoView, NamesPlanesAndRotations) {
 TEST(TwoView, RefusesRandomMatches) {
   for (uint64_t seed = 1; seed <= 10; ++seed) {
     const Matches noise = MakeMatches(Kind::kGeneral, 100, 1.0, 0.5, seed);
-    EXPECT_EQ(EstimateTwoView(noise.a, noise.b, kFocal, seed, {}).outcome, TwoViewOutcome::kTooFewInliers);
+    EXPECT_EQ(EstimateTwoView(noise.a, noise.b, kFocal, seed, {}).outcome,
+              TwoViewOutcome::kTooFewInliers);
   }
   const Matches few = MakeMatches(Kind::kGeneral, 19, 0, 0.5, 1);
   EXPECT_EQ(EstimateTwoView(few.a, few.b, kFocal, 1, {}).outcome, TwoViewOutcome::kTooFewMatches);
@@ -81,7 +87,8 @@ TEST(TwoView, RefusesRandomMatches) {
 
 TEST(TwoView, SameInputSameAnswer) {
   const Matches m = MakeMatches(Kind::kGeneral, 120, 0.4, 0.5, 3);
-  const TwoViewGeometry x = EstimateTwoView(m.a, m.b, kFocal, 9, {}), y = EstimateTwoView(m.a, m.b, kFocal, 9, {});
+  const TwoViewGeometry x = EstimateTwoView(m.a, m.b, kFocal, 9, {}),
+                        y = EstimateTwoView(m.a, m.b, kFocal, 9, {});
   EXPECT_EQ(x.inliers, y.inliers);
   EXPECT_EQ(x.b_from_a.translation, y.b_from_a.translation);
 }

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Goal: stored depth maps lose less than stereo can tell, and read back the same each time; the range that is swept
-// holds the scene.
-// Method: random depths over wide and narrow ranges; ranges from made-up depths with outliers.
+// Goal: stored depth maps lose less than stereo can tell, and read back the same each time; the
+// range that is swept holds the scene. Method: random depths over wide and narrow ranges; ranges
+// from made-up depths with outliers.
 #include "fusion/depth/depth_codes.h"
 
 #include <gtest/gtest.h>
@@ -34,7 +34,8 @@ TEST(DepthCodes, WithinHalfAStepOfInverseDepth) {
       }
     }
     EXPECT_EQ(read->confidence, map.confidence);
-    EXPECT_EQ(EncodeDepth(*read, range).codes, pixels.codes) << "reading and writing changes nothing";
+    EXPECT_EQ(EncodeDepth(*read, range).codes, pixels.codes)
+        << "reading and writing changes nothing";
   }
 }
 
@@ -70,8 +71,10 @@ TEST(DepthRange, PlanesHorizonsAndTooFewPoints) {
   ASSERT_TRUE(horizon.ok());
   EXPECT_TRUE(std::isfinite(horizon->far));
   EXPECT_GT(horizon->far, 1000);
-  EXPECT_EQ(DepthRangeOf(std::vector<double>(7, 1.0), 0.25).status().code(), StatusCode::kInvalidArgument);
-  EXPECT_EQ(DepthRangeOf(std::vector<double>(20, 1.0), -1).status().code(), StatusCode::kInvalidArgument);
+  EXPECT_EQ(DepthRangeOf(std::vector<double>(7, 1.0), 0.25).status().code(),
+            StatusCode::kInvalidArgument);
+  EXPECT_EQ(DepthRangeOf(std::vector<double>(20, 1.0), -1).status().code(),
+            StatusCode::kInvalidArgument);
 }
 
 }  // namespace

@@ -31,12 +31,13 @@ DepthMap Wall(double depth = kWall) {
 
 void Paint(double depth, uint32_t x_begin, uint32_t x_end, DepthMap* map) {
   for (uint32_t y = 20; y < 40; ++y) {
-    for (uint32_t x = x_begin; x < x_end; ++x) map->depth[y * kWidth + x] = static_cast<float>(depth);
+    for (uint32_t x = x_begin; x < x_end; ++x)
+      map->depth[y * kWidth + x] = static_cast<float>(depth);
   }
 }
 
-DepthMap Check(const DepthMap& key, const DepthMap& left, const DepthMap& right, ConsistencyOptions options = {},
-               size_t threads = 1) {
+DepthMap Check(const DepthMap& key, const DepthMap& left, const DepthMap& right,
+               ConsistencyOptions options = {}, size_t threads = 1) {
   ThreadPool pool(threads);
   const NeighborDepth neighbors[] = {{At(-0.5), &left}, {At(0.5), &right}};
   return CheckConsistency(key, At(0), neighbors, options, pool).value();
@@ -94,7 +95,8 @@ TEST(CheckConsistency, AnOccludedNeighbourSaysNothing) {
 TEST(CheckConsistency, ThreadsDoNotMatter) {
   DepthMap key = Wall();
   Paint(4.97, 20, 60, &key);
-  const DepthMap a = Check(key, Wall(), Wall(4.98), {}, 0), b = Check(key, Wall(), Wall(4.98), {}, 3);
+  const DepthMap a = Check(key, Wall(), Wall(4.98), {}, 0),
+                 b = Check(key, Wall(), Wall(4.98), {}, 3);
   EXPECT_EQ(a.depth, b.depth);
   EXPECT_EQ(a.confidence, b.confidence);
 }
@@ -104,7 +106,8 @@ TEST(CheckConsistency, RefusesBadInput) {
   const DepthMap wall = Wall();
   DepthMap cut = Wall();
   cut.depth.pop_back();
-  const auto status = [&](const DepthMap& key, const DepthMap* neighbor, const ConsistencyOptions& options) {
+  const auto status = [&](const DepthMap& key, const DepthMap* neighbor,
+                          const ConsistencyOptions& options) {
     const NeighborDepth one{At(1), neighbor};
     return CheckConsistency(key, At(0), {&one, 1}, options, pool).status();
   };

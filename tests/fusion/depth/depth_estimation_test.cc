@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-// Goal: depth maps of known surfaces are right, whatever the exposure, slant or occlusion; the same on the device, in
-// C++ and at any number of threads; bad input is refused by name.
-// Method: rectangles with a random texture, seen by a key view and two sensor views to its left and right, by casting
-// rays; depth is known exactly.
+// Goal: depth maps of known surfaces are right, whatever the exposure, slant or occlusion; the same
+// on the device, in C++ and at any number of threads; bad input is refused by name. Method:
+// rectangles with a random texture, seen by a key view and two sensor views to its left and right,
+// by casting rays; depth is known exactly.
 #include "fusion/depth/depth_estimation.h"
 
 #include <gtest/gtest.h>
@@ -19,14 +19,16 @@ namespace {
 constexpr uint32_t kWidth = 121, kHeight = 97;  // odd, and no multiple of a block
 constexpr double kFocal = 110, kBaseline = 0.5;
 
-// Points z = z0 + slope_x x + slope_y y with x in [left, right], in the key camera's frame, which is the world's.
+// Points z = z0 + slope_x x + slope_y y with x in [left, right], in the key camera's frame, which
+// is the world's.
 struct Rectangle {
   double z0, slope_x = 0, slope_y = 0, left = -1e9, right = 1e9;
   uint64_t seed = 1;
 };
 
 double LatticeNoise(int64_t x, int64_t y, uint64_t seed) {
-  return static_cast<double>(MixSeed(MixSeed(static_cast<uint64_t>(x), static_cast<uint64_t>(y)), seed) >> 40) *
+  return static_cast<double>(
+             MixSeed(MixSeed(static_cast<uint64_t>(x), static_cast<uint64_t>(y)), seed) >> 40) *
          0x1.0p-24;
 }
 
@@ -39,7 +41,9 @@ double Texture(double x, double y, uint64_t seed) {
     const auto at = [&](int64_t a, int64_t b) {
       return LatticeNoise(i + a, j + b, seed + static_cast<uint64_t>(octave));
     };
-    sum += ((at(0, 0) * (1 - fx) + at(1, 0) * fx) * (1 - fy) + (at(0, 1) * (1 - fx) + at(1, 1) * fx) * fy) / 3;
+    sum += ((at(0, 0) * (1 - fx) + at(1, 0) * fx) * (1 - fy) +
+            (at(0, 1) * (1 - fx) + at(1, 1) * fx) * fy) /
+           3;
   }
   return sum;
 }
@@ -75,16 +79,20 @@ View Photograph(const std::vector<Rectangle>& scene, double center_x, const Expo
   view.geometry.camera.cy = (kHeight - 1) / 2.0;
   view.geometry.cam_from_world.translation.x() = -center_x;
   for (uint32_t i = 0; i < kWidth * kHeight; ++i) {
-    const Eigen::Vector2d n = view.geometry.camera.Normalize(Eigen::Vector2d(i % kWidth, i / kWidth));
+    const Eigen::Vector2d n =
+        view.geometry.camera.Normalize(Eigen::Vector2d(i % kWidth, i / kWidth));
     const Hit hit = Cast(scene, center_x, n.x(), n.y());
-    view.gray.push_back(static_cast<uint8_t>(std::lround(hit.texture * exposure.contrast + exposure.brightness)));
+    view.gray.push_back(
+        static_cast<uint8_t>(std::lround(hit.texture * exposure.contrast + exposure.brightness)));
     if (depths != nullptr) depths->push_back(hit.depth);
   }
   return view;
 }
 
 struct Shares {
-  double known = 0, right = 0;  // of the pixels; right: of the known ones, within a third of a px in a sensor view
+  double known = 0,
+         right =
+             0;  // of the pixels; right: of the known ones, within a third of a px in a sensor view
 };
 
 // `skip` px at the borders do not count.
@@ -105,11 +113,13 @@ Shares Compare(const DepthMap& map, const std::vector<double>& truth, uint32_t s
 const DepthRange kRange{2, 20};
 
 struct Scene {
-  explicit Scene(const std::vector<Rectangle>& scene, const Exposure& left = {}, const Exposure& right = {})
+  explicit Scene(const std::vector<Rectangle>& scene, const Exposure& left = {},
+                 const Exposure& right = {})
       : key(Photograph(scene, 0, {}, &truth)),
         sensors{Photograph(scene, -kBaseline, left), Photograph(scene, kBaseline, right)} {}
 
-  Result<DepthMap> Estimate(const DepthOptions& options = {}, Device* device = nullptr, size_t threads = 1) const {
+  Result<DepthMap> Estimate(const DepthOptions& options = {}, Device* device = nullptr,
+                            size_t threads = 1) const {
     ThreadPool pool(threads);
     return EstimateDepth(key, sensors, kRange, options, device, pool);
   }
@@ -149,8 +159,10 @@ TEST(EstimateDepth, WhatOneSensorViewDoesNotSeeTheOtherDoes) {
   EXPECT_GT(both.known, 0.9);
   EXPECT_GT(both.right, 0.93);
   ThreadPool pool(0);
-  const DepthMap one = EstimateDepth(scene.key, {&scene.sensors[0], 1}, kRange, {}, nullptr, pool).value();
-  EXPECT_GT(both.right * both.known, Compare(one, scene.truth).right * Compare(one, scene.truth).known + 0.02);
+  const DepthMap one =
+      EstimateDepth(scene.key, {&scene.sensors[0], 1}, kRange, {}, nullptr, pool).value();
+  EXPECT_GT(both.right * both.known,
+            Compare(one, scene.truth).right * Compare(one, scene.truth).known + 0.02);
 }
 
 TEST(EstimateDepth, NothingStandsOutWithoutTexture) {
@@ -215,15 +227,20 @@ TEST(EstimateDepth, RefusesBadInput) {
     DepthRange range = kRange;
     DepthOptions options;
     change(scene, range, options);
-    const Status status = EstimateDepth(scene.key, scene.sensors, range, options, nullptr, pool).status();
+    const Status status =
+        EstimateDepth(scene.key, scene.sensors, range, options, nullptr, pool).status();
     EXPECT_EQ(status.code(), StatusCode::kInvalidArgument) << word;
     EXPECT_NE(status.message().find(word), std::string::npos) << status.message();
   };
-  refuses("the key view has 5 gray", [](Scene& s, DepthRange&, DepthOptions&) { s.key.gray.resize(5); });
-  refuses("the key view is 1x97", [](Scene& s, DepthRange&, DepthOptions&) { s.key.geometry.width_px = 1; });
-  refuses("sensor view 1 is 4294967295x97",
-          [](Scene& s, DepthRange&, DepthOptions&) { s.sensors[1].geometry.width_px = UINT32_MAX; });
-  refuses("sensor view 0's camera", [](Scene& s, DepthRange&, DepthOptions&) { s.sensors[0].geometry.camera.fx = 0; });
+  refuses("the key view has 5 gray",
+          [](Scene& s, DepthRange&, DepthOptions&) { s.key.gray.resize(5); });
+  refuses("the key view is 1x97",
+          [](Scene& s, DepthRange&, DepthOptions&) { s.key.geometry.width_px = 1; });
+  refuses("sensor view 1 is 4294967295x97", [](Scene& s, DepthRange&, DepthOptions&) {
+    s.sensors[1].geometry.width_px = UINT32_MAX;
+  });
+  refuses("sensor view 0's camera",
+          [](Scene& s, DepthRange&, DepthOptions&) { s.sensors[0].geometry.camera.fx = 0; });
   refuses("the key view's camera",
           [](Scene& s, DepthRange&, DepthOptions&) { s.key.geometry.camera.cx = std::nan(""); });
   refuses("0 sensor views", [](Scene& s, DepthRange&, DepthOptions&) { s.sensors.clear(); });
@@ -231,11 +248,14 @@ TEST(EstimateDepth, RefusesBadInput) {
   refuses("range", [](Scene&, DepthRange& r, DepthOptions&) { r.near = 0; });
   refuses("range", [](Scene&, DepthRange& r, DepthOptions&) { r.far = std::nan(""); });
   refuses("sees anything", [](Scene& s, DepthRange&, DepthOptions&) {
-    for (View& v : s.sensors) v.geometry.cam_from_world.rotation = Eigen::AngleAxisd(M_PI, Eigen::Vector3d::UnitY());
+    for (View& v : s.sensors)
+      v.geometry.cam_from_world.rotation = Eigen::AngleAxisd(M_PI, Eigen::Vector3d::UnitY());
   });
   refuses("plane_step_px", [](Scene&, DepthRange&, DepthOptions& o) { o.plane_step_px = 0; });
-  refuses("plane_count_max", [](Scene&, DepthRange&, DepthOptions& o) { o.plane_count_max = 2000; });
-  refuses("penalty_large_min", [](Scene&, DepthRange&, DepthOptions& o) { o.penalty_large_min = 127; });
+  refuses("plane_count_max",
+          [](Scene&, DepthRange&, DepthOptions& o) { o.plane_count_max = 2000; });
+  refuses("penalty_large_min",
+          [](Scene&, DepthRange&, DepthOptions& o) { o.penalty_large_min = 127; });
   refuses("refinement_count", [](Scene&, DepthRange&, DepthOptions& o) { o.refinement_count = 9; });
 }
 

@@ -19,7 +19,8 @@ constexpr float kUnknown = std::numeric_limits<float>::quiet_NaN();
 template <typename Function>
 InverseDepthMap MakeMap(uint32_t width, uint32_t height, const Function& function) {
   InverseDepthMap map{width, height, {}};
-  for (uint32_t i = 0; i < width * height; ++i) map.w.push_back(static_cast<float>(function(i % width, i / width)));
+  for (uint32_t i = 0; i < width * height; ++i)
+    map.w.push_back(static_cast<float>(function(i % width, i / width)));
   return map;
 }
 
@@ -42,8 +43,9 @@ TEST(RefineBetweenPlanes, FindsTheMinimumOfTheCosts) {
 
 TEST(RemoveSpeckles, TakesSmallPatchesOnly) {
   // A slope, a patch of 3 x 2 far from it, and a lone unknown pixel.
-  InverseDepthMap map =
-      MakeMap(10, 8, [](uint32_t x, uint32_t y) { return x >= 3 && x < 6 && y >= 2 && y < 4 ? 9.0 : 0.1 * x; });
+  InverseDepthMap map = MakeMap(10, 8, [](uint32_t x, uint32_t y) {
+    return x >= 3 && x < 6 && y >= 2 && y < 4 ? 9.0 : 0.1 * x;
+  });
   map.w[0] = kUnknown;
   InverseDepthMap small = map, large = map;
   RemoveSpeckles(0.11, 6, &small);
@@ -69,7 +71,8 @@ TEST(FillFromBackground, TakesTheFartherSide) {
 
 TEST(SmoothBetweenEdges, KeepsSlopesAndEdges) {
   ThreadPool pool(1);
-  const InverseDepthMap slope = MakeMap(20, 15, [](uint32_t x, uint32_t y) { return 0.5 * x + 0.25 * y; });
+  const InverseDepthMap slope =
+      MakeMap(20, 15, [](uint32_t x, uint32_t y) { return 0.5 * x + 0.25 * y; });
   const InverseDepthMap smooth = SmoothBetweenEdges(slope, 3, pool);
   for (uint32_t y = 2; y < 13; ++y) {
     for (uint32_t x = 2; x < 18; ++x) EXPECT_NEAR(smooth.w[y * 20 + x], slope.w[y * 20 + x], 1e-5);

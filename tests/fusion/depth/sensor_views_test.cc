@@ -1,8 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Goal: the views that stereo is computed from are those of equations 7 and 8: enough overlap, a good angle, sky not
-// counted.
-// Method: a wall of points seen by cameras at chosen distances beside the key view, where overlap and angle are known;
-// each rule broken once.
+// Goal: the views that stereo is computed from are those of equations 7 and 8: enough overlap, a
+// good angle, sky not counted. Method: a wall of points seen by cameras at chosen distances beside
+// the key view, where overlap and angle are known; each rule broken once.
 #include "fusion/depth/sensor_views.h"
 
 #include <gtest/gtest.h>
@@ -34,7 +33,9 @@ struct Wall {
     for (size_t i = 0; i < key.features.size(); ++i) {
       const Eigen::Vector2d& x = key.features[i];
       key.points.push_back(
-          {x, {(x.x() - 320) / kFocalPx * kDepth, (x.y() - 240) / kFocalPx * kDepth, kDepth}, tracks[i]});
+          {x,
+           {(x.x() - 320) / kFocalPx * kDepth, (x.y() - 240) / kFocalPx * kDepth, kDepth},
+           tracks[i]});
     }
   }
 };
@@ -53,15 +54,18 @@ TEST(SensorViews, PreferenceIsGreatestAtItsAngle) {
 
 TEST(SensorViews, BestAngleComesFirst) {
   const Wall wall([](const Eigen::Vector2d&) { return std::vector{kKey, kNear, kGood, kFar}; });
-  const auto views = RankSensorViews(wall.key, {{kNear, At(1)}, {kGood, At(6)}, {kFar, At(25)}}, {});
+  const auto views =
+      RankSensorViews(wall.key, {{kNear, At(1)}, {kGood, At(6)}, {kFar, At(25)}}, {});
   ASSERT_TRUE(views.ok());
   ASSERT_EQ(views->size(), 3u);
   EXPECT_EQ((*views)[0].image, kGood);
   EXPECT_NEAR((*views)[0].angle_median_deg, 6, 1) << "less towards the sides of the wall";
   EXPECT_EQ((*views)[0].point_count, wall.key.points.size());
-  // All of the wall but its fringe of cells, and the sky above it is not counted against them: that would be half.
+  // All of the wall but its fringe of cells, and the sky above it is not counted against them: that
+  // would be half.
   for (const SensorView& view : *views) EXPECT_GT(view.overlap, 0.8);
-  EXPECT_NEAR((*views)[0].score, (*views)[0].overlap * AnglePreference((*views)[0].angle_median_deg, 6), 0.05);
+  EXPECT_NEAR((*views)[0].score,
+              (*views)[0].overlap * AnglePreference((*views)[0].angle_median_deg, 6), 0.05);
 }
 
 TEST(SensorViews, SmallOverlapIsNoSensorView) {
@@ -71,7 +75,8 @@ TEST(SensorViews, SmallOverlapIsNoSensorView) {
     if (x.x() < 640 * 0.5) track.push_back(kOther);  // half of it
     return track;
   });
-  const auto views = RankSensorViews(wall.key, {{kGood, At(6)}, {kFar, At(6)}, {kOther, At(6)}}, {});
+  const auto views =
+      RankSensorViews(wall.key, {{kGood, At(6)}, {kFar, At(6)}, {kOther, At(6)}}, {});
   ASSERT_TRUE(views.ok());
   ASSERT_EQ(views->size(), 2u);
   EXPECT_EQ((*views)[0].image, kGood);
@@ -82,7 +87,8 @@ TEST(SensorViews, SmallOverlapIsNoSensorView) {
 TEST(SensorViews, WithoutPoseOrParallaxOrPointsThereIsNoView) {
   const Wall wall([](const Eigen::Vector2d&) { return std::vector{kKey, kNear, kGood}; });
   EXPECT_TRUE(RankSensorViews(wall.key, {}, {})->empty());
-  EXPECT_TRUE(RankSensorViews(wall.key, {{kKey, wall.key.center}}, {})->empty()) << "the key view itself";
+  EXPECT_TRUE(RankSensorViews(wall.key, {{kKey, wall.key.center}}, {})->empty())
+      << "the key view itself";
   KeyView poor = wall.key;
   poor.points.resize(5);
   EXPECT_TRUE(RankSensorViews(poor, {{kGood, At(6)}}, {})->empty());

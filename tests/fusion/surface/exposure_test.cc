@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Goal: the gains that were put into colours of points come out again, past outliers, and fixed ones stand.
-// Method: points of random light seen by a chain of photos with random gains and noise; groups that share nothing;
-// observations shuffled.
+// Goal: the gains that were put into colours of points come out again, past outliers, and fixed
+// ones stand. Method: points of random light seen by a chain of photos with random gains and noise;
+// groups that share nothing; observations shuffled.
 #include "fusion/surface/exposure.h"
 
 #include <gtest/gtest.h>
@@ -32,15 +32,19 @@ Session Take(uint32_t images, uint32_t points, double outliers, bool is_grey, ui
     for (int c = 0; c < 3 && !is_grey; ++c) logs.back()[c] += 0.2 * (random.Unit() - 0.5);
     mean += logs.back() / images;
   }
-  for (uint32_t i = 0; i < images; ++i) session.gains[ImageId(i + 1)] = (logs[i] - mean).array().exp().cast<float>();
+  for (uint32_t i = 0; i < images; ++i)
+    session.gains[ImageId(i + 1)] = (logs[i] - mean).array().exp().cast<float>();
   for (uint32_t p = 0; p < points; ++p) {
     const uint32_t first = random.Below(images);
-    const Eigen::Vector3d light(0.05 + 0.4 * random.Unit(), 0.05 + 0.4 * random.Unit(), 0.05 + 0.4 * random.Unit());
+    const Eigen::Vector3d light(0.05 + 0.4 * random.Unit(), 0.05 + 0.4 * random.Unit(),
+                                0.05 + 0.4 * random.Unit());
     for (uint32_t i = first; i < std::min(images, first + 4); ++i) {
       ColorObservation o = {ImageId(i + 1), {ImageId(first + 1), p}, {}};
       for (int c = 0; c < 3; ++c) {
-        const double seen = light[c] / session.gains[ImageId(i + 1)][c] * (1 + 0.05 * (random.Unit() - 0.5));
-        o.rgb[c] = SrgbFromLight(static_cast<float>(random.Unit() < outliers ? 0.02 + 0.5 * random.Unit() : seen));
+        const double seen =
+            light[c] / session.gains[ImageId(i + 1)][c] * (1 + 0.05 * (random.Unit() - 0.5));
+        o.rgb[c] = SrgbFromLight(
+            static_cast<float>(random.Unit() < outliers ? 0.02 + 0.5 * random.Unit() : seen));
       }
       session.observations.push_back(o);
     }
@@ -48,10 +52,12 @@ Session Take(uint32_t images, uint32_t points, double outliers, bool is_grey, ui
   return session;
 }
 
-double LargestError(const std::map<ImageId, Eigen::Vector3f>& gains, const std::map<ImageId, Eigen::Vector3f>& truth) {
+double LargestError(const std::map<ImageId, Eigen::Vector3f>& gains,
+                    const std::map<ImageId, Eigen::Vector3f>& truth) {
   double error = 0;
   for (const auto& [image, gain] : truth) {
-    error = std::max(error, double{(gains.at(image).array() / gain.array()).log().abs().maxCoeff()});
+    error =
+        std::max(error, double{(gains.at(image).array() / gain.array()).log().abs().maxCoeff()});
   }
   return error;
 }
@@ -100,9 +106,11 @@ TEST(Exposure, GroupsHaveTheirOwnMean) {
     both.push_back(o);
   }
   for (const auto& [image, gain] : b.gains) truth[ImageId(image.value + 100)] = gain;
-  // A photo that shares too little, and one whose colours are at the end of their range: nothing is known of them.
+  // A photo that shares too little, and one whose colours are at the end of their range: nothing is
+  // known of them.
   both.push_back({ImageId(300), both[0].point, {90, 90, 90}});
-  for (uint32_t p = 0; p < 50; ++p) both.push_back({ImageId(301), both[3 * p].point, {255, 255, 255}});
+  for (uint32_t p = 0; p < 50; ++p)
+    both.push_back({ImageId(301), both[3 * p].point, {255, 255, 255}});
   const auto gains = SolveExposures(both, {}, {}).value();
   EXPECT_EQ(gains.size(), 13u);
   EXPECT_LT(LargestError(gains, truth), 0.01);
@@ -115,7 +123,8 @@ TEST(Exposure, OrderDoesNotMatter) {
   const auto first = SolveExposures(session.observations, {}, {}).value();
   SeededRandom random(1);
   for (size_t i = session.observations.size(); i > 1; --i) {
-    std::swap(session.observations[i - 1], session.observations[random.Below(static_cast<uint32_t>(i))]);
+    std::swap(session.observations[i - 1],
+              session.observations[random.Below(static_cast<uint32_t>(i))]);
   }
   session.observations.push_back(session.observations.front());  // said twice
   EXPECT_EQ(SolveExposures(session.observations, {}, {}).value(), first);

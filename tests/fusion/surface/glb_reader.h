@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
-// Reads binary glTF 2.0 and holds it against the specification: chunks, offsets, strides, alignment, bounds. Written
-// apart from the writer.
+// Reads binary glTF 2.0 and holds it against the specification: chunks, offsets, strides,
+// alignment, bounds. Written apart from the writer.
 
 #include <gtest/gtest.h>
 
@@ -58,7 +58,8 @@ class GlbFile final {
     const size_t parts = shape == "SCALAR" ? 1 : shape == "VEC3" ? 3 : shape == "VEC4" ? 4 : 0;
     EXPECT_GT(parts, 0u);
     const size_t count = accessor["count"], stride = view.value("byteStride", size * parts);
-    const size_t offset = accessor.value("byteOffset", size_t{0}), begin = view.value("byteOffset", size_t{0});
+    const size_t offset = accessor.value("byteOffset", size_t{0}),
+                 begin = view.value("byteOffset", size_t{0});
     EXPECT_GT(count, 0u);
     EXPECT_EQ((begin + offset) % size, 0u);
     EXPECT_EQ(stride % 4, 0u);
@@ -112,7 +113,8 @@ class GlbFile final {
     EXPECT_EQ(end, size);
   }
 
-  static void CheckBounds(const nlohmann::json& accessor, const std::vector<std::vector<double>>& rows) {
+  static void CheckBounds(const nlohmann::json& accessor,
+                          const std::vector<std::vector<double>>& rows) {
     if (!accessor.contains("min")) return;
     for (size_t k = 0; k < rows[0].size(); ++k) {
       double low = rows[0][k], high = low;

@@ -1,8 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Goal: other programs read what we write: every vertex, triangle, normal, colour and camera, once, tiles welded; and
-// nothing half-written is left behind.
-// Method: PLY read back by OpenMesh; glTF by a reader that checks what the specification asks; cameras carried through
-// glTF's own projection.
+// Goal: other programs read what we write: every vertex, triangle, normal, colour and camera, once,
+// tiles welded; and nothing half-written is left behind. Method: PLY read back by OpenMesh; glTF by
+// a reader that checks what the specification asks; cameras carried through glTF's own projection.
 #include "fusion/surface/model_writer.h"
 
 #include <OpenMesh/Core/IO/MeshIO.hh>
@@ -18,7 +17,8 @@ namespace veduta {
 namespace {
 
 TriangleMesh ColoredSheet() {
-  TriangleMesh mesh = Sheet(30, 20, 0.1, [](double x, double y) { return 0.3 * std::sin(3 * x + y); });
+  TriangleMesh mesh =
+      Sheet(30, 20, 0.1, [](double x, double y) { return 0.3 * std::sin(3 * x + y); });
   SeededRandom random(4);
   for (size_t v = 0; v < mesh.positions.size(); ++v) {
     std::array<uint8_t, 3> color;
@@ -42,7 +42,8 @@ TrianglePlaces Turned(TrianglePlaces t) {
 std::vector<TrianglePlaces> TrianglesOf(const TriangleMesh& mesh) {
   std::vector<TrianglePlaces> list;
   for (const auto& [a, b, c] : mesh.triangles) {
-    list.push_back(Turned({PlaceOf(mesh.positions[a]), PlaceOf(mesh.positions[b]), PlaceOf(mesh.positions[c])}));
+    list.push_back(Turned(
+        {PlaceOf(mesh.positions[a]), PlaceOf(mesh.positions[b]), PlaceOf(mesh.positions[c])}));
   }
   std::sort(list.begin(), list.end());
   return list;
@@ -53,7 +54,8 @@ TriangleMesh ReadPly(const std::string& path) {
   Mesh read;
   read.request_vertex_normals();
   read.request_vertex_colors();
-  OpenMesh::IO::Options options(OpenMesh::IO::Options::VertexNormal | OpenMesh::IO::Options::VertexColor);
+  OpenMesh::IO::Options options(OpenMesh::IO::Options::VertexNormal |
+                                OpenMesh::IO::Options::VertexColor);
   EXPECT_TRUE(OpenMesh::IO::read_mesh(read, path, options)) << path;
   EXPECT_TRUE(options.check(OpenMesh::IO::Options::VertexNormal));
   EXPECT_TRUE(options.check(OpenMesh::IO::Options::VertexColor));
@@ -88,8 +90,9 @@ ModelCounts WriteTiles(ModelWriter& writer, const TriangleMesh& whole) {
 std::vector<ExportedCamera> Cameras() {
   std::vector<ExportedCamera> cameras;
   for (int i = 0; i < 3; ++i) {
-    ExportedCamera camera = {"walk/photo " + std::to_string(i) + " \"a\" \xc3\xa9.jpg",
-                             LookAt({1.0 + i, -2, 1.5}, {1.5, 1, 0.2 * i}, {0.1, 0, 1}, 640, 480, 60).value()};
+    ExportedCamera camera = {
+        "walk/photo " + std::to_string(i) + " \"a\" \xc3\xa9.jpg",
+        LookAt({1.0 + i, -2, 1.5}, {1.5, 1, 0.2 * i}, {0.1, 0, 1}, 640, 480, 60).value()};
     camera.geometry.camera.fy *= 1.02;
     cameras.push_back(camera);
   }
@@ -129,8 +132,9 @@ TEST(ModelWriter, PointsAsPly) {
   const SampleFolder folder("points");
   std::vector<CloudPoint> points;
   for (int i = 0; i < 100; ++i) {
-    points.push_back(
-        {Eigen::Vector3f(static_cast<float>(i), 2, 3), Eigen::Vector3f::UnitX(), {static_cast<uint8_t>(i), 5, 250}});
+    points.push_back({Eigen::Vector3f(static_cast<float>(i), 2, 3),
+                      Eigen::Vector3f::UnitX(),
+                      {static_cast<uint8_t>(i), 5, 250}});
   }
   const auto writer = OpenPly(folder / "p.ply", {}).value();
   ASSERT_TRUE(writer->AddPoints(std::span(points).first(40)).ok());
@@ -150,7 +154,8 @@ TEST(ModelWriter, GltfHoldsSurfacePointsAndCameras) {
   const Eigen::Vector3d up(0.1, -0.2, 1);
   const auto writer = OpenGlb(folder / "a.glb", {}, up).value();
   ASSERT_TRUE(writer->AddCameras(cameras).ok());
-  const std::vector<CloudPoint> points = {{{1, 2, 3}, {0, 0, 0}, {10, 20, 30}}, {{-1, 0, 9}, {0, 0, 0}, {40, 50, 60}}};
+  const std::vector<CloudPoint> points = {{{1, 2, 3}, {0, 0, 0}, {10, 20, 30}},
+                                          {{-1, 0, 9}, {0, 0, 0}, {40, 50, 60}}};
   ASSERT_TRUE(writer->AddPoints(points).ok());
   const ModelCounts counts = WriteTiles(*writer, whole);
   EXPECT_EQ(counts.cameras, 3u);
@@ -171,7 +176,8 @@ TEST(ModelWriter, GltfHoldsSurfacePointsAndCameras) {
     const size_t w = at.at(PlaceOf(read.positions.back()));
     EXPECT_LT((Eigen::Vector3d(normals[v].data()) - whole.normals[w].cast<double>()).norm(), 1e-6);
     EXPECT_NEAR(Eigen::Vector3d(normals[v].data()).norm(), 1, 1e-6);
-    for (int c = 0; c < 3; ++c) EXPECT_EQ(SrgbFromLight(static_cast<float>(colors[v][c])), whole.colors[w][c]);
+    for (int c = 0; c < 3; ++c)
+      EXPECT_EQ(SrgbFromLight(static_cast<float>(colors[v][c])), whole.colors[w][c]);
     EXPECT_EQ(colors[v][3], 1);
   }
   ASSERT_EQ(indices.size(), 3 * whole.triangles.size());
@@ -209,14 +215,17 @@ TEST(ModelWriter, GltfCamerasSeeWhatOursSee) {
     const auto& r = node["rotation"];
     const auto& t = node["translation"];
     const Eigen::Quaterniond rotation(r[3], r[0], r[1], r[2]);
-    const Eigen::Vector3d in_cam = rotation.conjugate() * (point - Eigen::Vector3d(t[0], t[1], t[2]));
+    const Eigen::Vector3d in_cam =
+        rotation.conjugate() * (point - Eigen::Vector3d(t[0], t[1], t[2]));
     ASSERT_LT(in_cam.z(), 0);  // looks along -z
     const auto& lens = file.json["cameras"][node["camera"].get<size_t>()]["perspective"];
     const double half = std::tan(lens["yfov"].get<double>() / 2);
     const double x = in_cam.x() / -in_cam.z() / half / lens["aspectRatio"].get<double>(),
                  y = in_cam.y() / -in_cam.z() / half;
-    // From the middle of the picture, in halves of it, y up; the principal point is in the middle here.
-    const Eigen::Vector2d px = cameras[i].geometry.camera.Project(cameras[i].geometry.cam_from_world * point);
+    // From the middle of the picture, in halves of it, y up; the principal point is in the middle
+    // here.
+    const Eigen::Vector2d px =
+        cameras[i].geometry.camera.Project(cameras[i].geometry.cam_from_world * point);
     EXPECT_NEAR((x + 1) / 2 * 640 - 0.5, px.x(), 1e-6);
     EXPECT_NEAR((1 - y) / 2 * 480 - 0.5, px.y(), 1e-6);
     const auto& extras = file.json["cameras"][i]["extras"];
@@ -237,7 +246,8 @@ TEST(ModelWriter, CamerasBesideAPly) {
   const Eigen::Matrix3d world_from_cam = pose.rotation.toRotationMatrix().transpose();
   for (int i = 0; i < 3; ++i) {
     EXPECT_NEAR(json[1]["center"][i].get<double>(), pose.Center()[i], 1e-12);
-    for (int k = 0; k < 3; ++k) EXPECT_NEAR(json[1]["world_from_cam"][i][k].get<double>(), world_from_cam(i, k), 1e-12);
+    for (int k = 0; k < 3; ++k)
+      EXPECT_NEAR(json[1]["world_from_cam"][i][k].get<double>(), world_from_cam(i, k), 1e-12);
   }
   const auto read = ReadBytes(folder / "cameras.ply");
   const std::string header(read.begin(), read.begin() + 300);
@@ -266,13 +276,15 @@ TEST(ModelWriter, EmptyAndHostileInput) {
     mesh = FlatSheet(2, 2, 1);
     mesh.positions[4].x() = std::numeric_limits<float>::quiet_NaN();
     EXPECT_EQ(writer->AddMesh(mesh, {}).code(), StatusCode::kInvalidArgument);
-    EXPECT_EQ(writer->AddMesh(FlatSheet(2, 2, 1), std::vector<uint64_t>(8)).code(), StatusCode::kInvalidArgument);
+    EXPECT_EQ(writer->AddMesh(FlatSheet(2, 2, 1), std::vector<uint64_t>(8)).code(),
+              StatusCode::kInvalidArgument);
     CloudPoint point;
     point.position = {0, std::numeric_limits<float>::infinity(), 0};
     EXPECT_EQ(writer->AddPoints(std::span(&point, 1)).code(), StatusCode::kInvalidArgument);
     ExportedCamera camera = Cameras()[0];
     camera.geometry.camera.fx = 0;
-    EXPECT_NE(writer->AddCameras(std::span(&camera, 1)).message().find("photo 0"), std::string::npos);
+    EXPECT_NE(writer->AddCameras(std::span(&camera, 1)).message().find("photo 0"),
+              std::string::npos);
   }
   EXPECT_EQ(folder.file_count(), 2u);  // the writer that did not finish left nothing
   const auto mixed = OpenPly(folder / "mixed.ply", {}).value();

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Goal: rays hit what they should, whether the surface is one tile or many, and bad meshes are refused by name.
-// Method: random triangles and rays against Cramer's rule on every triangle; hulls against sampled points; a cache that
-// counts its loads.
+// Goal: rays hit what they should, whether the surface is one tile or many, and bad meshes are
+// refused by name. Method: random triangles and rays against Cramer's rule on every triangle; hulls
+// against sampled points; a cache that counts its loads.
 #include "fusion/surface/ray_scene.h"
 
 #include <limits>
@@ -20,15 +20,17 @@ struct Brute {
   bool is_sure = true;  // no triangle's edge so near that rounding decides
 };
 
-Brute MeetAll(const TriangleMesh& mesh, const Eigen::Vector3d& origin, const Eigen::Vector3d& direction, double far) {
+Brute MeetAll(const TriangleMesh& mesh, const Eigen::Vector3d& origin,
+              const Eigen::Vector3d& direction, double far) {
   Brute best;
   for (const auto& [i, j, k] : mesh.triangles) {
-    const Eigen::Vector3d a = mesh.positions[i].cast<double>(), b = mesh.positions[j].cast<double>();
+    const Eigen::Vector3d a = mesh.positions[i].cast<double>(),
+                          b = mesh.positions[j].cast<double>();
     const Eigen::Vector3d c = mesh.positions[k].cast<double>(), middle = (a + b + c) / 3;
     const double t = MeetTriangle(origin, direction, a, b, c);
     const auto scaled = [&](double s) {
-      const double at = MeetTriangle(origin, direction, middle + s * (a - middle), middle + s * (b - middle),
-                                     middle + s * (c - middle));
+      const double at = MeetTriangle(origin, direction, middle + s * (a - middle),
+                                     middle + s * (b - middle), middle + s * (c - middle));
       return at >= 0 && at <= far;
     };
     if (scaled(1.0001) != scaled(0.9999) || std::abs(t - far) < 1e-5) best.is_sure = false;
@@ -70,7 +72,9 @@ TEST(RayScene, AgreesWithEveryTriangleTried) {
     const uint32_t occluded = whole->Occluded(rays);
     EXPECT_EQ(occluded, tiled->Occluded(rays));
     for (int i = 0; i < kRayLanes; ++i) {
-      const auto column = [&](const float v[3][kRayLanes]) { return Eigen::Vector3d(v[0][i], v[1][i], v[2][i]); };
+      const auto column = [&](const float v[3][kRayLanes]) {
+        return Eigen::Vector3d(v[0][i], v[1][i], v[2][i]);
+      };
       if (!rays.live[i]) {
         EXPECT_EQ(one.tile[i], -1);
         EXPECT_EQ(occluded >> i & 1, 0u);
@@ -88,8 +92,8 @@ TEST(RayScene, AgreesWithEveryTriangleTried) {
       // The barycentric coordinates name the point, in the tile's own triangle.
       const TriangleMesh& part = tiled->tiles()[many.tile[i]]->mesh();
       const auto& [a, b, c] = part.triangles[many.triangle[i]];
-      const Eigen::Vector3f at = (1 - many.u[i] - many.v[i]) * part.positions[a] + many.u[i] * part.positions[b] +
-                                 many.v[i] * part.positions[c];
+      const Eigen::Vector3f at = (1 - many.u[i] - many.v[i]) * part.positions[a] +
+                                 many.u[i] * part.positions[b] + many.v[i] * part.positions[c];
       const Eigen::Vector3d along = column(rays.origin) + brute.t * column(rays.direction);
       EXPECT_LT((at.cast<double>() - along).norm(), 1e-4);
     }
@@ -135,7 +139,8 @@ TEST(RayScene, RefusesBrokenMeshes) {
   const auto other = RayDevice::Open().value();
   const auto tile = RayTile::Make(other, FlatSheet(1, 1, 1)).value();
   EXPECT_EQ(RayScene::Make(SampleDevice(), {tile}).status().code(), StatusCode::kInvalidArgument);
-  EXPECT_EQ(RayScene::Make(SampleDevice(), {nullptr}).status().code(), StatusCode::kInvalidArgument);
+  EXPECT_EQ(RayScene::Make(SampleDevice(), {nullptr}).status().code(),
+            StatusCode::kInvalidArgument);
 }
 
 TEST(TilesBetween, FindsWhatMeetsTheHull) {
@@ -150,39 +155,46 @@ TEST(TilesBetween, FindsWhatMeetsTheHull) {
     const Eigen::AlignedBox3d box(box_low, box_low + Eigen::Vector3d::Constant(1.2));
     const bool answer = MeetsHull(box, center, target);
     answer ? ++meets : ++misses;
-    // Points of the hull in the box prove that it meets; a box somewhat larger must not be needed for them.
+    // Points of the hull in the box prove that it meets; a box somewhat larger must not be needed
+    // for them.
     bool is_sampled = false;
     for (int k = 0; k < 3000 && !is_sampled; ++k) {
-      const Eigen::Vector3d in_target = low + Eigen::Vector3d(random.Unit(), random.Unit(), random.Unit());
+      const Eigen::Vector3d in_target =
+          low + Eigen::Vector3d(random.Unit(), random.Unit(), random.Unit());
       is_sampled = box.contains(center + random.Unit() * (in_target - center));
     }
     EXPECT_TRUE(answer || !is_sampled);
     if (answer && !is_sampled) {  // then the overlap is thin: a smaller box must miss
-      EXPECT_FALSE(MeetsHull({box_low + Eigen::Vector3d::Constant(0.25), box_low + Eigen::Vector3d::Constant(0.95)},
-                             center, target));
+      EXPECT_FALSE(MeetsHull(
+          {box_low + Eigen::Vector3d::Constant(0.25), box_low + Eigen::Vector3d::Constant(0.95)},
+          center, target));
     }
   }
   EXPECT_GT(meets, 20);
   EXPECT_GT(misses, 100);
-  const std::vector<Eigen::AlignedBox3d> boxes = {{Eigen::Vector3d(0, 0, 0), Eigen::Vector3d(1, 1, 1)},
-                                                  Eigen::AlignedBox3d(),
-                                                  {Eigen::Vector3d(0, 0, 2), Eigen::Vector3d(1, 1, 3)},
-                                                  {Eigen::Vector3d(0, 5, 2), Eigen::Vector3d(1, 6, 3)}};
+  const std::vector<Eigen::AlignedBox3d> boxes = {
+      {Eigen::Vector3d(0, 0, 0), Eigen::Vector3d(1, 1, 1)},
+      Eigen::AlignedBox3d(),
+      {Eigen::Vector3d(0, 0, 2), Eigen::Vector3d(1, 1, 3)},
+      {Eigen::Vector3d(0, 5, 2), Eigen::Vector3d(1, 6, 3)}};
   const std::vector<Eigen::Vector3d> centers = {{0.5, 0.5, 9}};
   EXPECT_EQ(TilesBetween(boxes, boxes[0], centers), (std::vector<uint32_t>{0, 2}));
 }
 
 TEST(TilesBetween, PhotosThatSeeAPointOfABoxMaySeeIt) {
   SeededRandom random(3);
-  const ViewGeometry view = LookAt({0, 0, 5}, {0, 1, 0}, Eigen::Vector3d::UnitY(), 320, 200, 50).value();
+  const ViewGeometry view =
+      LookAt({0, 0, 5}, {0, 1, 0}, Eigen::Vector3d::UnitY(), 320, 200, 50).value();
   int seen = 0, spared = 0;
   for (int round = 0; round < 500; ++round) {
-    const Eigen::Vector3d low = 16 * Eigen::Vector3d(random.Unit() - 0.5, random.Unit() - 0.5, random.Unit() - 0.5);
+    const Eigen::Vector3d low =
+        16 * Eigen::Vector3d(random.Unit() - 0.5, random.Unit() - 0.5, random.Unit() - 0.5);
     const Eigen::AlignedBox3d box(low, low + Eigen::Vector3d::Constant(1));
     bool is_seen = false;
     for (int k = 0; k < 200; ++k) {
       const Eigen::Vector3d in_cam =
-          view.cam_from_world * (low + Eigen::Vector3d(random.Unit(), random.Unit(), random.Unit()));
+          view.cam_from_world *
+          (low + Eigen::Vector3d(random.Unit(), random.Unit(), random.Unit()));
       if (in_cam.z() <= 0) continue;
       const Eigen::Vector2d px = view.camera.Project(in_cam);
       is_seen |= px.x() >= -0.5 && px.y() >= -0.5 && px.x() <= 319.5 && px.y() <= 199.5;

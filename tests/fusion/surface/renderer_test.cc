@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Goal: pictures show what is there: depth is exact, the nearest thing wins, tiles drawn one after another make the
-// picture of all at once, and cameras look where they are told to.
-// Method: planes and spheres, whose depth is a formula; pictures on no, one and three threads; PNG read by OpenCV.
+// Goal: pictures show what is there: depth is exact, the nearest thing wins, tiles drawn one after
+// another make the picture of all at once, and cameras look where they are told to. Method: planes
+// and spheres, whose depth is a formula; pictures on no, one and three threads; PNG read by OpenCV.
 #include "fusion/surface/renderer.h"
 
 #include <limits>
@@ -19,7 +19,8 @@ ViewGeometry FrontView(uint32_t width = 161, uint32_t height = 121) {
   return LookAt({2, 1.5, 4}, {2.3, 1.4, 0}, Eigen::Vector3d::UnitY(), width, height, 60).value();
 }
 
-Picture Draw(const RayScene& scene, const ViewGeometry& view, const RenderOptions& options, size_t threads = 1) {
+Picture Draw(const RayScene& scene, const ViewGeometry& view, const RenderOptions& options,
+             size_t threads = 1) {
   ThreadPool pool(threads);
   Picture picture = BlankPicture(view, options).value();
   EXPECT_TRUE(DrawSurface(scene, view, options, pool, &picture).ok());
@@ -34,7 +35,8 @@ TEST(Renderer, DepthOfAPlaneIsExact) {
   const ViewGeometry view = FrontView();
   const Picture picture = Draw(*SceneOf({sheet}), view, {});
   const Eigen::Vector3d center = view.cam_from_world.Center();
-  const Eigen::Matrix3d world_from_cam = view.cam_from_world.rotation.toRotationMatrix().transpose();
+  const Eigen::Matrix3d world_from_cam =
+      view.cam_from_world.rotation.toRotationMatrix().transpose();
   int covered = 0;
   for (uint32_t i = 0; i < picture.depth.size(); ++i) {
     const Eigen::Vector2d px(i % view.width_px, i / view.width_px);
@@ -58,12 +60,15 @@ TEST(Renderer, DepthOfAPlaneIsExact) {
 }
 
 TEST(Renderer, TilesOneAfterAnotherMakeTheSamePicture) {
-  TriangleMesh sheet = Sheet(40, 30, 0.1, [](double x, double y) { return 0.5 * std::sin(2 * x) * std::cos(3 * y); });
+  TriangleMesh sheet = Sheet(
+      40, 30, 0.1, [](double x, double y) { return 0.5 * std::sin(2 * x) * std::cos(3 * y); });
   SeededRandom random(1);
   for (size_t v = 0; v < sheet.positions.size(); ++v) {
-    sheet.colors.push_back({static_cast<uint8_t>(random.Below(256)), static_cast<uint8_t>(random.Below(256)), 9});
+    sheet.colors.push_back(
+        {static_cast<uint8_t>(random.Below(256)), static_cast<uint8_t>(random.Below(256)), 9});
   }
-  const ViewGeometry view = LookAt({2, -2, 1}, {2, 1.5, 0}, Eigen::Vector3d::UnitZ(), 160, 120, 60).value();
+  const ViewGeometry view =
+      LookAt({2, -2, 1}, {2, 1.5, 0}, Eigen::Vector3d::UnitZ(), 160, 120, 60).value();
   for (const Shading shading : {Shading::kColor, Shading::kClay, Shading::kNormal}) {
     RenderOptions options;
     options.shading = shading;
@@ -89,10 +94,12 @@ TEST(Renderer, TilesOneAfterAnotherMakeTheSamePicture) {
 TEST(Renderer, TheNearestWinsAndBackFacesAsAsked) {
   const TriangleMesh inner = Sphere({0, 0, 0}, 1, 40), outer = Sphere({0, 0, 0}, 2, 40);
   const auto scene = SceneOf({inner, outer});
-  const ViewGeometry outside = LookAt({0, 0, 6}, {0, 0, 0}, Eigen::Vector3d::UnitY(), 101, 101, 50).value();
+  const ViewGeometry outside =
+      LookAt({0, 0, 6}, {0, 0, 0}, Eigen::Vector3d::UnitY(), 101, 101, 50).value();
   const size_t middle = 50 * 101 + 50;
   EXPECT_NEAR(Draw(*scene, outside, {}).depth[middle], 4, 0.01);
-  const ViewGeometry between = LookAt({0, 0, 1.5}, {0, 0, 9}, Eigen::Vector3d::UnitY(), 101, 101, 50).value();
+  const ViewGeometry between =
+      LookAt({0, 0, 1.5}, {0, 0, 9}, Eigen::Vector3d::UnitY(), 101, 101, 50).value();
   RenderOptions options;
   const Picture dark = Draw(*scene, between, options);
   EXPECT_NEAR(dark.depth[middle], 0.5, 0.01);  // the outer one's inside
@@ -101,22 +108,26 @@ TEST(Renderer, TheNearestWinsAndBackFacesAsAsked) {
   EXPECT_GT(bright.rgb[3 * middle], 2 * dark.rgb[3 * middle]);
   options.back_faces = BackFaces::kCull;
   EXPECT_EQ(Draw(*scene, between, options).depth[middle], 0);
-  // Through the near inside of the outer sphere onto the far inside's front: from outside, culling changes nothing.
+  // Through the near inside of the outer sphere onto the far inside's front: from outside, culling
+  // changes nothing.
   EXPECT_NEAR(Draw(*scene, outside, options).depth[middle], 4, 0.01);
   // From inside the inner one: all four faces are seen from behind.
-  const ViewGeometry inside = LookAt({0, 0, 0.2}, {0, 0, 9}, Eigen::Vector3d::UnitY(), 101, 101, 50).value();
+  const ViewGeometry inside =
+      LookAt({0, 0, 0.2}, {0, 0, 9}, Eigen::Vector3d::UnitY(), 101, 101, 50).value();
   EXPECT_EQ(Draw(*scene, inside, options).depth[middle], 0);
 }
 
 TEST(Renderer, PointsAreDiscsBehindAndBeforeTheSurface) {
-  const ViewGeometry view = LookAt({2, 1.5, 4}, {2, 1.5, 0}, Eigen::Vector3d::UnitY(), 201, 151, 60).value();
+  const ViewGeometry view =
+      LookAt({2, 1.5, 4}, {2, 1.5, 0}, Eigen::Vector3d::UnitY(), 201, 151, 60).value();
   RenderOptions options;
   options.point_radius_px = 3;
-  const std::vector<CloudPoint> points = {{{2, 1.5f, 1}, {0, 0, 0}, {255, 0, 0}},
-                                          {{2, 1.5f, -1}, {0, 0, 0}, {0, 255, 0}},  // behind the first
-                                          {{1, 1.5f, -1}, {0, 0, 0}, {0, 0, 255}},  // behind the sheet
-                                          {{2, 1.5f, 1}, {0, 0, 0}, {9, 9, 9}},     // where the first is already
-                                          {{2, 1.5f, 5}, {0, 0, 0}, {9, 9, 9}}};    // behind the camera
+  const std::vector<CloudPoint> points = {
+      {{2, 1.5f, 1}, {0, 0, 0}, {255, 0, 0}},
+      {{2, 1.5f, -1}, {0, 0, 0}, {0, 255, 0}},  // behind the first
+      {{1, 1.5f, -1}, {0, 0, 0}, {0, 0, 255}},  // behind the sheet
+      {{2, 1.5f, 1}, {0, 0, 0}, {9, 9, 9}},     // where the first is already
+      {{2, 1.5f, 5}, {0, 0, 0}, {9, 9, 9}}};    // behind the camera
   Picture picture = BlankPicture(view, options).value();
   ThreadPool pool(2);
   ASSERT_TRUE(DrawPoints(points, view, options, pool, &picture).ok());
@@ -142,10 +153,14 @@ TEST(Renderer, PointsAreDiscsBehindAndBeforeTheSurface) {
 }
 
 TEST(Renderer, CamerasLookWhereTheyShould) {
-  const ViewGeometry view = LookAt({1, 2, 3}, {4, 6, 3}, Eigen::Vector3d::UnitZ(), 200, 100, 90).value();
+  const ViewGeometry view =
+      LookAt({1, 2, 3}, {4, 6, 3}, Eigen::Vector3d::UnitZ(), 200, 100, 90).value();
   EXPECT_LT((view.cam_from_world.Center() - Eigen::Vector3d(1, 2, 3)).norm(), 1e-12);
-  EXPECT_LT((view.cam_from_world * Eigen::Vector3d(4, 6, 3) - Eigen::Vector3d(0, 0, 5)).norm(), 1e-12);
-  EXPECT_LT((view.cam_from_world.rotation * Eigen::Vector3d::UnitZ() - Eigen::Vector3d(0, -1, 0)).norm(), 1e-12);
+  EXPECT_LT((view.cam_from_world * Eigen::Vector3d(4, 6, 3) - Eigen::Vector3d(0, 0, 5)).norm(),
+            1e-12);
+  EXPECT_LT(
+      (view.cam_from_world.rotation * Eigen::Vector3d::UnitZ() - Eigen::Vector3d(0, -1, 0)).norm(),
+      1e-12);
   EXPECT_NEAR(view.camera.Project({1, 0, 1}).x(), 199.5, 1e-9);
   EXPECT_FALSE(LookAt({1, 2, 3}, {1, 2, 3}, Eigen::Vector3d::UnitZ(), 200, 100, 90).ok());
   EXPECT_FALSE(LookAt({1, 2, 3}, {1, 2, 4}, Eigen::Vector3d::UnitZ(), 200, 100, 90).ok());
@@ -166,7 +181,8 @@ TEST(Renderer, CamerasLookWhereTheyShould) {
     EXPECT_GT(std::min(left, top), 0);
     EXPECT_LT(right, 639);
     EXPECT_LT(bottom, 359);
-    EXPECT_TRUE(left < 60 || right > 580 || top < 40 || bottom > 320);  // and fills it, one way or the other
+    EXPECT_TRUE(left < 60 || right > 580 || top < 40 ||
+                bottom > 320);  // and fills it, one way or the other
   }
   EXPECT_FALSE(ThreeSides({}, Eigen::Vector3d::UnitZ(), {1, 0, 0}, 640, 360).ok());
 }
@@ -222,7 +238,8 @@ TEST(ReprojectedColor, MeasuresDifferencesWithAndWithoutGains) {
   const ReprojectedColor same = CompareWithPhoto(picture, view, {1, 1, 1}).value();
   EXPECT_EQ(same.median_error, 0);
   EXPECT_EQ(same.mean_error_balanced, 0);
-  const auto covered = std::count_if(picture.depth.begin(), picture.depth.end(), [](float d) { return d > 0; });
+  const auto covered =
+      std::count_if(picture.depth.begin(), picture.depth.end(), [](float d) { return d > 0; });
   EXPECT_NEAR(same.covered_share, covered / (160.0 * 120), 1e-12);
   EXPECT_GT(same.covered_share, 0.1);
   // The photo is half as bright: a gain of two brings it back.
@@ -238,7 +255,9 @@ TEST(ReprojectedColor, MeasuresDifferencesWithAndWithoutGains) {
   const Picture sheet = SideBySide(picture, view, {2, 2, 2}).value();
   EXPECT_EQ(sheet.width_px, 480u);
   EXPECT_EQ(sheet.rgb[3 * (60 * 480 + 160 + 80)], picture.rgb[3 * (60 * 160 + 80)]);
-  EXPECT_EQ(CompareWithPhoto(BlankPicture(geometry, {}).value(), view, {1, 1, 1}).value().covered_share, 0);
+  EXPECT_EQ(
+      CompareWithPhoto(BlankPicture(geometry, {}).value(), view, {1, 1, 1}).value().covered_share,
+      0);
   view.rgb.clear();
   EXPECT_FALSE(CompareWithPhoto(picture, view, {1, 1, 1}).ok());
   EXPECT_FALSE(SideBySide(picture, view, {1, 1, 1}).ok());

@@ -26,7 +26,8 @@ namespace veduta {
 class SampleFolder final {
  public:
   explicit SampleFolder(const std::string& name)
-      : path_(std::filesystem::temp_directory_path() / ("veduta_surface_" + std::to_string(getpid()) + "_" + name)) {
+      : path_(std::filesystem::temp_directory_path() /
+              ("veduta_surface_" + std::to_string(getpid()) + "_" + name)) {
     std::filesystem::create_directories(path_);
   }
   ~SampleFolder() { std::filesystem::remove_all(path_); }
@@ -69,7 +70,8 @@ inline TriangleMesh Sphere(const Eigen::Vector3d& center, double radius, uint32_
   TriangleMesh mesh;
   const uint32_t sectors = 2 * rings;
   const auto at = [&](double polar, double around) {
-    const Eigen::Vector3d n(std::sin(polar) * std::cos(around), std::sin(polar) * std::sin(around), std::cos(polar));
+    const Eigen::Vector3d n(std::sin(polar) * std::cos(around), std::sin(polar) * std::sin(around),
+                            std::cos(polar));
     mesh.positions.push_back((center + radius * n).cast<float>());
     mesh.normals.push_back(n.cast<float>());
   };
@@ -99,7 +101,8 @@ inline TriangleMesh Soup(uint32_t count, double size, uint64_t seed) {
   for (uint32_t i = 0; i < count; ++i) {
     const Eigen::Vector3d middle(unit(), unit(), unit());
     for (int k = 0; k < 3; ++k) {
-      mesh.positions.push_back((middle + size * Eigen::Vector3d(unit(), unit(), unit())).cast<float>());
+      mesh.positions.push_back(
+          (middle + size * Eigen::Vector3d(unit(), unit(), unit())).cast<float>());
     }
     mesh.triangles.push_back({3 * i, 3 * i + 1, 3 * i + 2});
   }
@@ -112,20 +115,23 @@ struct Tile {
   std::vector<uint64_t> keys;  // the vertex in the whole mesh
 };
 
-// Cuts a mesh into tiles of columns `width` wide along x and y, by the middles of triangles: borders are jagged.
+// Cuts a mesh into tiles of columns `width` wide along x and y, by the middles of triangles:
+// borders are jagged.
 inline std::vector<Tile> CutIntoTiles(const TriangleMesh& whole, double width) {
   std::map<std::pair<int, int>, Tile> tiles;
   std::map<std::pair<int, int>, std::map<uint32_t, uint32_t>> numbers;
   for (const auto& triangle : whole.triangles) {
-    const Eigen::Vector3f middle =
-        (whole.positions[triangle[0]] + whole.positions[triangle[1]] + whole.positions[triangle[2]]) / 3;
-    const auto cell =
-        std::pair(static_cast<int>(std::floor(middle.x() / width)), static_cast<int>(std::floor(middle.y() / width)));
+    const Eigen::Vector3f middle = (whole.positions[triangle[0]] + whole.positions[triangle[1]] +
+                                    whole.positions[triangle[2]]) /
+                                   3;
+    const auto cell = std::pair(static_cast<int>(std::floor(middle.x() / width)),
+                                static_cast<int>(std::floor(middle.y() / width)));
     Tile& tile = tiles[cell];
     std::array<uint32_t, 3> own;
     for (int k = 0; k < 3; ++k) {
       const uint32_t v = triangle[k];
-      const auto [it, is_new] = numbers[cell].try_emplace(v, static_cast<uint32_t>(tile.keys.size()));
+      const auto [it, is_new] =
+          numbers[cell].try_emplace(v, static_cast<uint32_t>(tile.keys.size()));
       own[k] = it->second;
       if (!is_new) continue;
       tile.keys.push_back(v);
@@ -153,13 +159,16 @@ inline std::shared_ptr<const RayDevice> SampleDevice() {
 
 inline std::shared_ptr<const RayScene> SceneOf(const std::vector<TriangleMesh>& meshes) {
   std::vector<std::shared_ptr<const RayTile>> tiles;
-  for (const TriangleMesh& mesh : meshes) tiles.push_back(RayTile::Make(SampleDevice(), mesh).value());
+  for (const TriangleMesh& mesh : meshes)
+    tiles.push_back(RayTile::Make(SampleDevice(), mesh).value());
   return RayScene::Make(SampleDevice(), std::move(tiles)).value();
 }
 
-// Where the ray meets the triangle, counted in the direction's length; negative: nowhere. Cramer's rule.
-inline double MeetTriangle(const Eigen::Vector3d& origin, const Eigen::Vector3d& direction, const Eigen::Vector3d& a,
-                           const Eigen::Vector3d& b, const Eigen::Vector3d& c) {
+// Where the ray meets the triangle, counted in the direction's length; negative: nowhere. Cramer's
+// rule.
+inline double MeetTriangle(const Eigen::Vector3d& origin, const Eigen::Vector3d& direction,
+                           const Eigen::Vector3d& a, const Eigen::Vector3d& b,
+                           const Eigen::Vector3d& c) {
   Eigen::Matrix3d m;
   m << b - a, c - a, -direction;
   if (std::abs(m.determinant()) < 1e-15) return -1;
@@ -168,7 +177,8 @@ inline double MeetTriangle(const Eigen::Vector3d& origin, const Eigen::Vector3d&
 }
 
 inline bool EqualPictures(const Picture& a, const Picture& b) {
-  return a.width_px == b.width_px && a.height_px == b.height_px && a.rgb == b.rgb && a.depth == b.depth;
+  return a.width_px == b.width_px && a.height_px == b.height_px && a.rgb == b.rgb &&
+         a.depth == b.depth;
 }
 
 }  // namespace veduta

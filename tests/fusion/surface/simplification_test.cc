@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Goal: a simplified surface has far fewer triangles and lies as near as was asked, both ways; borders of tiles and
-// colours stay.
-// Method: sheets, spheres and tiles simplified under several bounds; distances measured by trying every triangle.
+// Goal: a simplified surface has far fewer triangles and lies as near as was asked, both ways;
+// borders of tiles and colours stay. Method: sheets, spheres and tiles simplified under several
+// bounds; distances measured by trying every triangle.
 #include "fusion/surface/simplification.h"
 
 #include <limits>
@@ -16,8 +16,9 @@ namespace {
 double DistanceByTrying(const Eigen::Vector3d& place, const TriangleMesh& mesh) {
   double least = std::numeric_limits<double>::infinity();
   for (const auto& [a, b, c] : mesh.triangles) {
-    const Eigen::Vector3d nearest = NearestOnTriangle(
-        place, mesh.positions[a].cast<double>(), mesh.positions[b].cast<double>(), mesh.positions[c].cast<double>());
+    const Eigen::Vector3d nearest =
+        NearestOnTriangle(place, mesh.positions[a].cast<double>(), mesh.positions[b].cast<double>(),
+                          mesh.positions[c].cast<double>());
     least = std::min(least, (nearest - place).norm());
   }
   return least;
@@ -28,11 +29,13 @@ double SampledDistance(const TriangleMesh& from, const TriangleMesh& to, int sam
   SeededRandom random(5);
   double greatest = 0;
   for (int i = 0; i < samples; ++i) {
-    const auto& [a, b, c] = from.triangles[random.Below(static_cast<uint32_t>(from.triangles.size()))];
+    const auto& [a, b, c] =
+        from.triangles[random.Below(static_cast<uint32_t>(from.triangles.size()))];
     double u = random.Unit(), v = random.Unit();
     if (u + v > 1) u = 1 - u, v = 1 - v;
     const Eigen::Vector3d place = (1 - u - v) * from.positions[a].cast<double>() +
-                                  u * from.positions[b].cast<double>() + v * from.positions[c].cast<double>();
+                                  u * from.positions[b].cast<double>() +
+                                  v * from.positions[c].cast<double>();
     greatest = std::max(greatest, DistanceByTrying(place, to));
   }
   return greatest;
@@ -87,7 +90,8 @@ TEST(Simplification, APlaneNeedsHardlyAnything) {
 TEST(Simplification, VerticesKeepTheirPlaceNormalAndColour) {
   TriangleMesh mesh = RoughSheet(0.01);
   for (size_t v = 0; v < mesh.positions.size(); ++v) {
-    const uint8_t left = mesh.positions[v].x() < 2.5f ? 20 : 220;  // two colours: none may cross the line
+    const uint8_t left =
+        mesh.positions[v].x() < 2.5f ? 20 : 220;  // two colours: none may cross the line
     mesh.colors.push_back({left, 100, 100});
   }
   const SimplifiedMesh small = Simplify(mesh, Within(0.05)).value();
@@ -100,7 +104,9 @@ TEST(Simplification, VerticesKeepTheirPlaceNormalAndColour) {
   }
   // A triangle of both colours is at the line and was not stretched away from it.
   for (const auto& [a, b, c] : small.mesh.triangles) {
-    if (small.mesh.colors[a] == small.mesh.colors[b] && small.mesh.colors[b] == small.mesh.colors[c]) continue;
+    if (small.mesh.colors[a] == small.mesh.colors[b] &&
+        small.mesh.colors[b] == small.mesh.colors[c])
+      continue;
     for (const uint32_t v : {a, b, c}) EXPECT_NEAR(small.mesh.positions[v].x(), 2.5, 1.0);
   }
   EXPECT_LT(small.mesh.triangles.size(), 1000u);
@@ -118,7 +124,8 @@ TEST(Simplification, TilesStillFitTogether) {
     // Every border vertex of the tile is still there.
     const std::vector<uint8_t> is_border = BorderVertices(tile.mesh);
     for (size_t v = 0; v < is_border.size(); ++v) {
-      const bool is_there = std::binary_search(small.source_vertex.begin(), small.source_vertex.end(), v);
+      const bool is_there =
+          std::binary_search(small.source_vertex.begin(), small.source_vertex.end(), v);
       EXPECT_TRUE(is_there || !is_border[v]);
     }
     const VertexWeld::Piece piece = weld.Add(small.mesh, keys);
@@ -163,7 +170,8 @@ TEST(Simplification, SaysWhatIsWrong) {
 TEST(NearestPoint, NothingOnTheTriangleIsNearer) {
   SeededRandom random(8);
   const auto point = [&]() -> Eigen::Vector3d {
-    return 2 * Eigen::Vector3d(random.Unit(), random.Unit(), random.Unit()) - Eigen::Vector3d::Ones();
+    return 2 * Eigen::Vector3d(random.Unit(), random.Unit(), random.Unit()) -
+           Eigen::Vector3d::Ones();
   };
   for (int round = 0; round < 300; ++round) {
     const Eigen::Vector3d p = 1.5 * point(), a = point();
@@ -188,10 +196,11 @@ TEST(MeshDistance, AgreesWithEveryTriangleTried) {
   const TriangleMesh soup = Soup(60, 0.3, 9), sphere = Sphere({0, 0, 0}, 0.8, 8);
   double greatest = 0;
   for (const auto& [a, b, c] : sphere.triangles) {
-    const Eigen::Vector3d p = sphere.positions[a].cast<double>(), q = sphere.positions[b].cast<double>();
+    const Eigen::Vector3d p = sphere.positions[a].cast<double>(),
+                          q = sphere.positions[b].cast<double>();
     const Eigen::Vector3d r = sphere.positions[c].cast<double>();
-    for (const Eigen::Vector3d& place :
-         std::vector<Eigen::Vector3d>{p, q, r, (p + q) / 2, (q + r) / 2, (p + r) / 2, (p + q + r) / 3}) {
+    for (const Eigen::Vector3d& place : std::vector<Eigen::Vector3d>{
+             p, q, r, (p + q) / 2, (q + r) / 2, (p + r) / 2, (p + q + r) / 3}) {
       greatest = std::max(greatest, DistanceByTrying(place, soup));
     }
   }

@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-// Goal: the street's true surface, coloured tile by tile from its photos of different exposures, looks like each photo.
-// Method: a stretch of the rendered street with its true poses; gains from what the photos see of some vertices; tiles
-// coloured each by a scene of what stands between; then drawn from the photos' own cameras.
+// Goal: the street's true surface, coloured tile by tile from its photos of different exposures,
+// looks like each photo. Method: a stretch of the rendered street with its true poses; gains from
+// what the photos see of some vertices; tiles coloured each by a scene of what stands between; then
+// drawn from the photos' own cameras.
 #include <gtest/gtest.h>
 
 #include "fusion/surface/renderer.h"
@@ -67,11 +68,13 @@ TEST(StreetColor, LooksLikeThePhotos) {
   size_t shared = 0;
   for (size_t i = 0; i < tiles.size(); ++i) {
     std::vector<std::shared_ptr<const RayTile>> between;
-    for (const uint32_t k : TilesBetween(boxes, {boxes[i].min() - reach, boxes[i].max() + reach}, centers)) {
+    for (const uint32_t k :
+         TilesBetween(boxes, {boxes[i].min() - reach, boxes[i].max() + reach}, centers)) {
       between.push_back(bare[k]);
     }
     const auto around = RayScene::Make(device, between).value();
-    const VertexColors colors = ColorVertices(tiles[i].mesh, *around, pointers, coloring, pool).value();
+    const VertexColors colors =
+        ColorVertices(tiles[i].mesh, *around, pointers, coloring, pool).value();
     for (size_t v = 0; v < tiles[i].keys.size(); ++v) {
       if (colors.view_counts[v] == 0) continue;
       const auto [it, is_new] = border.try_emplace(tiles[i].keys[v], colors.colors[v]);
@@ -90,9 +93,10 @@ TEST(StreetColor, LooksLikeThePhotos) {
     Picture picture = BlankPicture(photo.view.geometry, {}).value();
     ASSERT_TRUE(DrawSurface(*surface, photo.view.geometry, {}, pool, &picture).ok());
     const auto error = CompareWithPhoto(picture, photo.view, gains.at(photo.view.image)).value();
-    std::printf("photo %u: covered %.1f %%, median error %.0f, exposure evened out %.0f, mean %.2f\n",
-                photo.view.image.value, 100 * error.covered_share, error.median_error, error.median_error_balanced,
-                error.mean_error_balanced);
+    std::printf(
+        "photo %u: covered %.1f %%, median error %.0f, exposure evened out %.0f, mean %.2f\n",
+        photo.view.image.value, 100 * error.covered_share, error.median_error,
+        error.median_error_balanced, error.mean_error_balanced);
     EXPECT_GT(error.covered_share, 0.4);  // the stretch is cut off on both sides
     EXPECT_LE(error.median_error_balanced, 8);
     worst_plain = std::max(worst_plain, error.median_error);

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-// Goal: a vertex gets the colour of the surface there: not that of what stands before it, of who walked by, or of a
-// photo's exposure; the same from both tiles that share it; and the same on any number of threads.
-// Method: a painted wall with a red board before it, photographed by rays through a formula; the wall as a mesh, whole
-// and cut into tiles.
+// Goal: a vertex gets the colour of the surface there: not that of what stands before it, of who
+// walked by, or of a photo's exposure; the same from both tiles that share it; and the same on any
+// number of threads. Method: a painted wall with a red board before it, photographed by rays
+// through a formula; the wall as a mesh, whole and cut into tiles.
 #include "fusion/surface/vertex_color.h"
 
 #include <limits>
@@ -43,7 +43,8 @@ ViewGeometry CameraAt(const Eigen::Vector3d& eye, const Eigen::Vector3d& target)
 }
 
 // The photo of wall and board; `exposure` multiplies the light.
-View Photograph(uint32_t image, const ViewGeometry& g, const Eigen::Vector3d& exposure, bool with_board) {
+View Photograph(uint32_t image, const ViewGeometry& g, const Eigen::Vector3d& exposure,
+                bool with_board) {
   View view = {ImageId(image), g, {}, {}};
   const Rigid3 world_from_cam = g.cam_from_world.Inverse();
   const Eigen::Vector3d center = g.cam_from_world.Center();
@@ -51,14 +52,16 @@ View Photograph(uint32_t image, const ViewGeometry& g, const Eigen::Vector3d& ex
     // The mean of 2 x 2 rays.
     Eigen::Vector3d light = Eigen::Vector3d::Zero();
     for (int k = 0; k < 4; ++k) {
-      const Eigen::Vector2d px(i % g.width_px + 0.5 * (k % 2) - 0.25, i / g.width_px + 0.5 * (k / 2) - 0.25);
+      const Eigen::Vector2d px(i % g.width_px + 0.5 * (k % 2) - 0.25,
+                               i / g.width_px + 0.5 * (k / 2) - 0.25);
       const Eigen::Vector3d ray = world_from_cam.rotation * g.camera.Normalize(px).homogeneous();
       const Eigen::Vector3d board = center + (kBoardZ - center.z()) / ray.z() * ray;
       const Eigen::Vector3d wall = center - center.z() / ray.z() * ray;
       const bool is_board = with_board && kBoard.contains(Eigen::Vector2d(board.head<2>()));
       light += 0.25 * (is_board ? kBoardLight : WallLight(wall.x(), wall.y()));
     }
-    for (int c = 0; c < 3; ++c) view.rgb.push_back(SrgbFromLight(static_cast<float>(light[c] * exposure[c])));
+    for (int c = 0; c < 3; ++c)
+      view.rgb.push_back(SrgbFromLight(static_cast<float>(light[c] * exposure[c])));
   }
   return view;
 }
@@ -84,8 +87,8 @@ Gallery TakeGallery(bool with_board, bool with_gains = true) {
     const Eigen::Vector3d eye(0.2 + 1.8 * (i % 3), 0.3 + 1.2 * (i / 3), 3.4);
     const Eigen::Vector3d exposure = Eigen::Vector3d(1, 1, 1) * std::exp(0.4 * std::sin(2.0 * i));
     const View view = Photograph(i + 1, CameraAt(eye, {2, 1.5, 0}), exposure, with_board);
-    const Eigen::Vector3f gain =
-        with_gains ? Eigen::Vector3f(exposure.cwiseInverse().cast<float>()) : Eigen::Vector3f(Eigen::Vector3f::Ones());
+    const Eigen::Vector3f gain = with_gains ? Eigen::Vector3f(exposure.cwiseInverse().cast<float>())
+                                            : Eigen::Vector3f(Eigen::Vector3f::Ones());
     gallery.views.push_back(ColorView::Make(view, gain).value());
   }
   return gallery;
@@ -101,7 +104,8 @@ double ErrorAt(const Eigen::Vector3f& position, const std::array<uint8_t, 3>& co
   const Eigen::Vector3d light = WallLight(position.x(), position.y());
   double error = 0;
   for (int c = 0; c < 3; ++c) {
-    error = std::max(error, std::abs(double{1} * color[c] - SrgbFromLight(static_cast<float>(light[c]))));
+    error = std::max(error,
+                     std::abs(double{1} * color[c] - SrgbFromLight(static_cast<float>(light[c]))));
   }
   return error;
 }
@@ -111,7 +115,8 @@ TEST(VertexColor, TheBoardsColourStaysOnTheBoard) {
   const auto scene = SceneOf({wall, BoardMesh()}), blind = SceneOf({wall});
   const Gallery gallery = TakeGallery(true);
   ThreadPool pool(1);
-  const VertexColors colors = ColorVertices(wall, *scene, gallery.pointers(), Options(), pool).value();
+  const VertexColors colors =
+      ColorVertices(wall, *scene, gallery.pointers(), Options(), pool).value();
   size_t seen = 0, red = 0;
   double sum = 0;
   for (size_t v = 0; v < wall.positions.size(); ++v) {
@@ -125,17 +130,21 @@ TEST(VertexColor, TheBoardsColourStaysOnTheBoard) {
   EXPECT_LT(sum / seen, 1.2);
   EXPECT_EQ(red, 0u);
   // The test can fail: who does not know of the board paints the wall red.
-  const VertexColors bled = ColorVertices(wall, *blind, gallery.pointers(), Options(), pool).value();
-  EXPECT_GT(std::count_if(bled.colors.begin(), bled.colors.end(), [](const auto& c) { return c[0] > 90; }), 20);
+  const VertexColors bled =
+      ColorVertices(wall, *blind, gallery.pointers(), Options(), pool).value();
+  EXPECT_GT(std::count_if(bled.colors.begin(), bled.colors.end(),
+                          [](const auto& c) { return c[0] > 90; }),
+            20);
 }
 
 TEST(VertexColor, OnlyTheBoardsOutlineIsWeighedDown) {
-  // One photo, so that nothing but the weight decides whether the colour is believed: with a margin as without, the
-  // vertex next to the outline has a colour; and it is the wall's.
+  // One photo, so that nothing but the weight decides whether the colour is believed: with a margin
+  // as without, the vertex next to the outline has a colour; and it is the wall's.
   const TriangleMesh wall = FlatSheet(kColumns, kRows, kStep);
   const auto scene = SceneOf({wall, BoardMesh()});
   Gallery gallery = TakeGallery(true);
-  // A second photo whose pose is a little wrong: the board's red lies 2 px beside where the surface has it.
+  // A second photo whose pose is a little wrong: the board's red lies 2 px beside where the surface
+  // has it.
   ViewGeometry moved = gallery.views[4].geometry();
   const View photo = Photograph(77, moved, {1, 1, 1}, true);
   moved.camera.cx += 2;
@@ -158,10 +167,12 @@ TEST(VertexColor, PassersByAreOutvoted) {
   const TriangleMesh wall = FlatSheet(kColumns, kRows, kStep);
   const auto scene = SceneOf({wall});
   Gallery gallery = TakeGallery(false);
-  const View passed = Photograph(5, gallery.views[4].geometry(), {1, 1, 1}, true);  // the board, in one photo only
+  const View passed =
+      Photograph(5, gallery.views[4].geometry(), {1, 1, 1}, true);  // the board, in one photo only
   gallery.views[4] = ColorView::Make(passed, {1, 1, 1}).value();
   ThreadPool pool(1);
-  const VertexColors colors = ColorVertices(wall, *scene, gallery.pointers(), Options(), pool).value();
+  const VertexColors colors =
+      ColorVertices(wall, *scene, gallery.pointers(), Options(), pool).value();
   size_t outvoted = 0;
   for (size_t v = 0; v < wall.positions.size(); ++v) {
     ASSERT_LT(ErrorAt(wall.positions[v], colors.colors[v]), 8) << wall.positions[v].transpose();
@@ -176,9 +187,11 @@ TEST(VertexColor, GainsEvenExposuresOut) {
   ThreadPool pool(1);
   const auto mean_error = [&](bool with_gains) {
     const Gallery gallery = TakeGallery(false, with_gains);
-    const VertexColors colors = ColorVertices(wall, *scene, gallery.pointers(), Options(), pool).value();
+    const VertexColors colors =
+        ColorVertices(wall, *scene, gallery.pointers(), Options(), pool).value();
     double sum = 0;
-    for (size_t v = 0; v < wall.positions.size(); ++v) sum += ErrorAt(wall.positions[v], colors.colors[v]);
+    for (size_t v = 0; v < wall.positions.size(); ++v)
+      sum += ErrorAt(wall.positions[v], colors.colors[v]);
     return sum / wall.positions.size();
   };
   EXPECT_LT(mean_error(true), 1.5);
@@ -186,7 +199,8 @@ TEST(VertexColor, GainsEvenExposuresOut) {
 }
 
 TEST(VertexColor, TilesAgreeOnTheirBorders) {
-  const TriangleMesh wall = Sheet(kColumns, kRows, kStep, [](double x, double y) { return 0.1 * std::sin(3 * x + y); });
+  const TriangleMesh wall =
+      Sheet(kColumns, kRows, kStep, [](double x, double y) { return 0.1 * std::sin(3 * x + y); });
   const Gallery gallery = TakeGallery(true);
   const auto centers = gallery.centers();
   std::vector<Tile> tiles = CutIntoTiles(wall, 0.7);
@@ -209,7 +223,8 @@ TEST(VertexColor, TilesAgreeOnTheirBorders) {
     for (const uint32_t i : TilesBetween(boxes, target, centers)) between.push_back(all[i]);
     left_out += all.size() - between.size();
     const auto scene = RayScene::Make(SampleDevice(), between).value();
-    const VertexColors own_colors = ColorVertices(tile.mesh, *scene, gallery.pointers(), options, pool).value();
+    const VertexColors own_colors =
+        ColorVertices(tile.mesh, *scene, gallery.pointers(), options, pool).value();
     for (size_t v = 0; v < tile.keys.size(); ++v) {
       if (own_colors.view_counts[v] == 0) continue;
       const auto [it, is_new] = colors.try_emplace(tile.keys[v], own_colors.colors[v]);
@@ -247,12 +262,15 @@ TEST(VertexColor, WhatNobodySeesTakesItsNeighboursColours) {
   const auto scene = SceneOf({wall, BoardMesh()});
   Gallery gallery;
   gallery.views.push_back(
-      ColorView::Make(Photograph(1, CameraAt({2, 1.5, 4}, {2, 1.5, 0}), {1, 1, 1}, true), {1, 1, 1}).value());
+      ColorView::Make(Photograph(1, CameraAt({2, 1.5, 4}, {2, 1.5, 0}), {1, 1, 1}, true), {1, 1, 1})
+          .value());
   ThreadPool pool(1);
-  const VertexColors colors = ColorVertices(wall, *scene, gallery.pointers(), Options(), pool).value();
+  const VertexColors colors =
+      ColorVertices(wall, *scene, gallery.pointers(), Options(), pool).value();
   size_t hidden = 0;
   for (size_t v = 0; v < wall.positions.size(); ++v) {
-    if (colors.view_counts[v] > 0 || !kBoard.contains(Eigen::Vector2d(wall.positions[v].head<2>().cast<double>()))) {
+    if (colors.view_counts[v] > 0 ||
+        !kBoard.contains(Eigen::Vector2d(wall.positions[v].head<2>().cast<double>()))) {
       continue;
     }
     ++hidden;
@@ -263,7 +281,9 @@ TEST(VertexColor, WhatNobodySeesTakesItsNeighboursColours) {
   // From behind, all is filled in: there is nothing to fill in with.
   Gallery behind;
   behind.views.push_back(
-      ColorView::Make(Photograph(1, CameraAt({2, 1.5, -4}, {2, 1.5, 0}), {1, 1, 1}, true), {1, 1, 1}).value());
+      ColorView::Make(Photograph(1, CameraAt({2, 1.5, -4}, {2, 1.5, 0}), {1, 1, 1}, true),
+                      {1, 1, 1})
+          .value());
   const VertexColors grey = ColorVertices(wall, *scene, behind.pointers(), Options(), pool).value();
   for (const auto& color : grey.colors) ASSERT_EQ(color, (std::array<uint8_t, 3>{128, 128, 128}));
 }
@@ -273,12 +293,15 @@ TEST(VertexColor, PhotosFromTooFarAwaySayNothing) {
   const auto scene = SceneOf({wall});
   Gallery far;
   far.views.push_back(
-      ColorView::Make(Photograph(1, CameraAt({2, 1.5, 70}, {2, 1.5, 0}), {1, 1, 1}, false), {1, 1, 1}).value());
+      ColorView::Make(Photograph(1, CameraAt({2, 1.5, 70}, {2, 1.5, 0}), {1, 1, 1}, false),
+                      {1, 1, 1})
+          .value());
   ThreadPool pool(0);
   ColoringOptions options = Options();
   const auto seen = [&] {
     const VertexColors colors = ColorVertices(wall, *scene, far.pointers(), options, pool).value();
-    return colors.view_counts.size() - std::count(colors.view_counts.begin(), colors.view_counts.end(), 0);
+    return colors.view_counts.size() -
+           std::count(colors.view_counts.begin(), colors.view_counts.end(), 0);
   };
   EXPECT_EQ(seen(), 0u);  // a pixel is 5 voxels wide
   options.voxels_per_pixel_max = 6;
@@ -288,7 +311,8 @@ TEST(VertexColor, PhotosFromTooFarAwaySayNothing) {
 TEST(VertexColor, SaysWhatIsWrong) {
   const auto scene = SceneOf({});
   ThreadPool pool(0);
-  const auto message = [&](const TriangleMesh& mesh, std::vector<const ColorView*> views, ColoringOptions options) {
+  const auto message = [&](const TriangleMesh& mesh, std::vector<const ColorView*> views,
+                           ColoringOptions options) {
     const auto result = ColorVertices(mesh, *scene, views, options, pool);
     return result.ok() ? std::string("ok") : result.status().message();
   };
@@ -309,7 +333,8 @@ TEST(VertexColor, SaysWhatIsWrong) {
 }
 
 TEST(ColorView, SamplesLightAtTheSizeAskedFor) {
-  // A chessboard of black and white pixels: half the light, which is sRGB 188; a ramp: the light in between.
+  // A chessboard of black and white pixels: half the light, which is sRGB 188; a ramp: the light in
+  // between.
   View view = {ImageId(1), CameraAt({2, 1.5, 4}, {2, 1.5, 0}), {}, {}};
   for (uint32_t i = 0; i < 320 * 240; ++i) {
     const uint8_t value = (i % 320 + i / 320) % 2 == 0 ? 250 : 0;

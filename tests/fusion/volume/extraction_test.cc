@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-// Goal: pieces of neighbouring tiles fit each other to the byte; floaters go on both sides of a border; nothing is
-// drawn where nobody looked; stored pieces come back and hostile bytes are refused.
-// Method: solutions made from formulas (spheres that cross borders, of sizes around the limit); every edge counted.
+// Goal: pieces of neighbouring tiles fit each other to the byte; floaters go on both sides of a
+// border; nothing is drawn where nobody looked; stored pieces come back and hostile bytes are
+// refused. Method: solutions made from formulas (spheres that cross borders, of sizes around the
+// limit); every edge counted.
 #include "fusion/volume/extraction.h"
 
 #include <gtest/gtest.h>
@@ -30,8 +31,10 @@ SmallVolume VolumeOf(const Field& field, int32_t blocks_each_way) {
       for (int32_t z = -blocks_each_way; z < blocks_each_way; ++z) {
         auto solution = std::make_unique<SolutionBlock>();
         for (int i = 0; i < kBlockVoxels; ++i) {
-          const Eigen::Vector3d at(16 * x + i % 16 + 0.5, 16 * y + i / 16 % 16 + 0.5, 16 * z + i / 256 + 0.5);
-          solution->value[i] = static_cast<int16_t>(std::lround(std::clamp(field(at) / 4, -1., 1.) * kSolutionOne));
+          const Eigen::Vector3d at(16 * x + i % 16 + 0.5, 16 * y + i / 16 % 16 + 0.5,
+                                   16 * z + i / 256 + 0.5);
+          solution->value[i] =
+              static_cast<int16_t>(std::lround(std::clamp(field(at) / 4, -1., 1.) * kSolutionOne));
           solution->support[i] = std::abs(solution->value[i]) < kSolutionOne ? 6 : 1;
         }
         volume.solutions.emplace(BlockIndex{x, y, z}, std::move(solution));
@@ -68,7 +71,8 @@ TEST(ExtractSurface, FitsAcrossTiles) {
     EXPECT_TRUE(std::is_sorted(piece.keys.begin(), piece.keys.end()));
     EXPECT_FALSE(piece.triangles.empty());
     for (size_t i = 0; i < piece.keys.size(); ++i) {
-      const auto [found, is_new] = seen.insert({piece.keys[i], {piece.positions[i], piece.normals[i]}});
+      const auto [found, is_new] =
+          seen.insert({piece.keys[i], {piece.positions[i], piece.normals[i]}});
       if (is_new) continue;
       ++shared;
       ASSERT_EQ(found->second.first, piece.positions[i]);
@@ -81,7 +85,8 @@ TEST(ExtractSurface, FitsAcrossTiles) {
   EXPECT_TRUE(IsClosed(whole));
   EXPECT_EQ(static_cast<int>(whole.keys.size()) - static_cast<int>(whole.triangles.size()) / 2, 2);
   for (size_t i = 0; i < whole.positions.size(); ++i) {
-    const Eigen::Vector3d in_voxels = whole.positions[i].cast<double>() / 0.1 - Eigen::Vector3d(0.3, 0.2, -0.4);
+    const Eigen::Vector3d in_voxels =
+        whole.positions[i].cast<double>() / 0.1 - Eigen::Vector3d(0.3, 0.2, -0.4);
     ASSERT_NEAR(in_voxels.norm(), 21.3, 0.05);
     ASSERT_GT(whole.normals[i].cast<double>().dot(in_voxels.normalized()), 0.98);
     ASSERT_EQ(whole.near_maps[i], 5);
@@ -109,7 +114,8 @@ TEST(ExtractSurface, DropsFloatersOnBothSidesOfABorder) {
         } else if (2 * radius > 15) {
           EXPECT_EQ(count_above(15, tile), count_above(0, tile)) << radius << " at " << x;
         } else {  // whatever the rule says, both sides say the same
-          EXPECT_EQ(count_above(15, {-1, 0, 0}) > 0, count_above(15, {0, 0, 0}) > 0) << radius << " at " << x;
+          EXPECT_EQ(count_above(15, {-1, 0, 0}) > 0, count_above(15, {0, 0, 0}) > 0)
+              << radius << " at " << x;
         }
       }
       EXPECT_FALSE(volume.Surface({}).triangles.empty()) << "the wall stays";
@@ -132,11 +138,13 @@ TEST(ExtractSurface, DrawsNothingWhereNobodyLooked) {
 }
 
 TEST(ExtractSurface, KeepsTrianglesWhereValuesAreZero) {
-  const SmallVolume volume = VolumeOf([](const Eigen::Vector3d& at) { return std::round(at.z() - 3.5); }, 2);
+  const SmallVolume volume =
+      VolumeOf([](const Eigen::Vector3d& at) { return std::round(at.z() - 3.5); }, 2);
   const SurfacePiece flat = volume.Surface({});
   EXPECT_EQ(flat.triangles.size(), 2u * 63 * 63);
   for (const auto& t : flat.triangles) {
-    const Eigen::Vector3f a = flat.positions[t[0]], b = flat.positions[t[1]], c = flat.positions[t[2]];
+    const Eigen::Vector3f a = flat.positions[t[0]], b = flat.positions[t[1]],
+                          c = flat.positions[t[2]];
     ASSERT_GT((b - a).cross(c - a).z(), 1e-4f);
   }
 }
@@ -150,7 +158,8 @@ TEST(ExtractSurface, RefusesWhatDoesNotFit) {
   EXPECT_EQ(code({}, {}), StatusCode::kOk);
   EXPECT_EQ(code({{{9, 0, 0}, &solution}}, {}), StatusCode::kInvalidArgument);
   EXPECT_EQ(code({{{0, 0, 0}, nullptr}}, {}), StatusCode::kInvalidArgument);
-  EXPECT_EQ(code({{{1, 0, 0}, &solution}, {{0, 0, 0}, &solution}}, {}), StatusCode::kInvalidArgument);
+  EXPECT_EQ(code({{{1, 0, 0}, &solution}, {{0, 0, 0}, &solution}}, {}),
+            StatusCode::kInvalidArgument);
   EXPECT_EQ(code({}, {.piece_extent_cells_min = 16}), StatusCode::kInvalidArgument);
   EXPECT_EQ(code({}, {.near_maps_min = 255}), StatusCode::kInvalidArgument);
 }
@@ -163,7 +172,8 @@ TEST(SurfacePiece, SurvivesStorageAndRefusesHostileBytes) {
   SeededRandom random(3);
   for (int i = 0; i < 200; ++i) {
     const size_t length = random.Below(static_cast<uint32_t>(bytes.size()));
-    EXPECT_EQ(ParseSurfacePiece(std::span(bytes).first(length)).status().code(), StatusCode::kCorruption);
+    EXPECT_EQ(ParseSurfacePiece(std::span(bytes).first(length)).status().code(),
+              StatusCode::kCorruption);
     std::vector<uint8_t> damaged = bytes;
     damaged[i < 9 ? i : random.Below(static_cast<uint32_t>(bytes.size()))] ^=
         static_cast<uint8_t>(1 + random.Below(255));
@@ -184,7 +194,8 @@ TEST(SolutionBlock, SurvivesStorageAndRefusesHostileBytes) {
   const SolutionBlock& block = *volume.solutions.begin()->second;
   std::vector<uint8_t> bytes = Serialize(block);
   EXPECT_EQ(*ParseSolutionBlock(bytes).value(), block);
-  EXPECT_EQ(ParseSolutionBlock(std::span(bytes).first(bytes.size() - 1)).status().code(), StatusCode::kCorruption);
+  EXPECT_EQ(ParseSolutionBlock(std::span(bytes).first(bytes.size() - 1)).status().code(),
+            StatusCode::kCorruption);
   EXPECT_EQ(ParseSolutionBlock({}).status().code(), StatusCode::kCorruption);
   bytes[0] = 2;
   EXPECT_EQ(ParseSolutionBlock(bytes).status().code(), StatusCode::kCorruption);

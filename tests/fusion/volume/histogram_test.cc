@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-// Goal: histograms are additive, and what is withdrawn leaves no trace; votes are the distances that they should be;
-// stored bytes come back, and hostile ones are refused.
-// Method: maps of a tilted plane and of a sphere; blocks compared byte by byte after additions in other orders and
-// withdrawals; distances against the shapes' own; every shortening and seeded changes of stored bytes.
+// Goal: histograms are additive, and what is withdrawn leaves no trace; votes are the distances
+// that they should be; stored bytes come back, and hostile ones are refused. Method: maps of a
+// tilted plane and of a sphere; blocks compared byte by byte after additions in other orders and
+// withdrawals; distances against the shapes' own; every shortening and seeded changes of stored
+// bytes.
 #include "fusion/volume/histogram.h"
 
 #include <gtest/gtest.h>
@@ -22,8 +23,10 @@ const VolumeGrid kGrid = {0.05, 4};
 const synthetic::Shapes kWall = {{0, 0, 0}, 0, 2.0};
 const synthetic::Shapes kBall = {{0.3, 0.1, 0.2}, 0.5, std::nullopt};
 
-RangeImage ImageOf(const synthetic::Shapes& shapes, const ViewGeometry& view, double noise, uint64_t seed) {
-  return RangeImage::Make(synthetic::Render(shapes, view, noise, noise > 0 ? 0.05 : 0, seed), view).value();
+RangeImage ImageOf(const synthetic::Shapes& shapes, const ViewGeometry& view, double noise,
+                   uint64_t seed) {
+  return RangeImage::Make(synthetic::Render(shapes, view, noise, noise > 0 ? 0.05 : 0, seed), view)
+      .value();
 }
 
 std::vector<RangeImage> BallImages(double noise) {
@@ -67,18 +70,21 @@ TEST(RangeImage, NamesTheBlocksNearSurface) {
   const ViewGeometry view = synthetic::ViewsAround(kBall.center, 3, 96)[0];
   const DepthMap map = synthetic::Render(kBall, view, 0, 0, 0);
   const RangeImage image = RangeImage::Make(map, view).value();
-  // Every pixel's cube of one truncation each way, corner by corner: less than a block, so corners name all.
+  // Every pixel's cube of one truncation each way, corner by corner: less than a block, so corners
+  // name all.
   std::map<BlockIndex, uint32_t> expected;
   for (uint32_t i = 0; i < map.depth.size(); ++i) {
     if (map.depth[i] == 0) continue;
     const Eigen::Vector2d at = view.camera.Normalize(Eigen::Vector2d(i % 96, i / 96));
-    const Eigen::Vector3d point = view.cam_from_world.Inverse() * (map.depth[i] * Eigen::Vector3d(at.x(), at.y(), 1));
+    const Eigen::Vector3d point =
+        view.cam_from_world.Inverse() * (map.depth[i] * Eigen::Vector3d(at.x(), at.y(), 1));
     std::set<BlockIndex> blocks;
     for (int corner = 0; corner < 8; ++corner) {
       const Eigen::Vector3d sign(corner & 1 ? 1 : -1, corner & 2 ? 1 : -1, corner & 4 ? 1 : -1);
       const Eigen::Array3d block =
           ((point + kGrid.truncation() * sign) / (kBlockSide * kGrid.voxel_size)).array().floor();
-      blocks.insert({static_cast<int>(block.x()), static_cast<int>(block.y()), static_cast<int>(block.z())});
+      blocks.insert(
+          {static_cast<int>(block.x()), static_cast<int>(block.y()), static_cast<int>(block.z())});
     }
     for (const BlockIndex& block : blocks) ++expected[block];
   }
@@ -97,7 +103,8 @@ TEST(RangeImage, SeesNothingWhereItSaysSo) {
     ++unseen;
     for (int voxel = 0; voxel < kBlockVoxels; ++voxel) {
       const Eigen::Vector3d in_block(voxel % 16 + 0.5, voxel / 16 % 16 + 0.5, voxel / 256 + 0.5);
-      const Eigen::Vector3d center = (Eigen::Vector3d(at.x, at.y, at.z) * kBlockSide + in_block) * kGrid.voxel_size;
+      const Eigen::Vector3d center =
+          (Eigen::Vector3d(at.x, at.y, at.z) * kBlockSide + in_block) * kGrid.voxel_size;
       ASSERT_FALSE(image.VoteOn(center, kGrid));
     }
   }
@@ -130,7 +137,8 @@ TEST(HistogramBlock, IsTheSameInAnyOrderAndAfterWithdrawal) {
   }
   EXPECT_EQ(forward, backward);
   EXPECT_NE(forward, without);
-  for (size_t i = 0; i < images.size(); i += 3) ASSERT_TRUE(Integrate(images[i], kGrid, at, -1, &forward).ok());
+  for (size_t i = 0; i < images.size(); i += 3)
+    ASSERT_TRUE(Integrate(images[i], kGrid, at, -1, &forward).ok());
   EXPECT_EQ(forward, without);
   for (size_t i = 0; i < images.size(); ++i) {
     if (i % 3 != 0) {
@@ -162,10 +170,13 @@ TEST(HistogramBlock, KeepsTheMeanWithinItsBins) {
 TEST(HistogramBlock, RefusesWhatItCannotCount) {
   const std::vector<RangeImage> images = BallImages(0);
   HistogramBlock block;
-  EXPECT_EQ(Integrate(images[0], kGrid, {0, 0, 0}, -1, &block).status().code(), StatusCode::kInvalidArgument);
+  EXPECT_EQ(Integrate(images[0], kGrid, {0, 0, 0}, -1, &block).status().code(),
+            StatusCode::kInvalidArgument);
   EXPECT_TRUE(block.IsEmpty());
-  EXPECT_EQ(Integrate(images[0], kGrid, {0, 0, 0}, 2, &block).status().code(), StatusCode::kInvalidArgument);
-  EXPECT_EQ(Integrate(images[0], {0, 4}, {0, 0, 0}, 1, &block).status().code(), StatusCode::kInvalidArgument);
+  EXPECT_EQ(Integrate(images[0], kGrid, {0, 0, 0}, 2, &block).status().code(),
+            StatusCode::kInvalidArgument);
+  EXPECT_EQ(Integrate(images[0], {0, 4}, {0, 0, 0}, 1, &block).status().code(),
+            StatusCode::kInvalidArgument);
   for (auto& plane : block.counts) plane.back() = 65535;
   const HistogramBlock full = block;
   Status status;
@@ -184,19 +195,23 @@ TEST(HistogramBlock, RefusesWhatItCannotCount) {
 
 TEST(HistogramBlock, SurvivesStorageAndRefusesHostileBytes) {
   HistogramBlock block;
-  for (const RangeImage& image : BallImages(0.02)) ASSERT_TRUE(Integrate(image, kGrid, {0, 0, 0}, 1, &block).ok());
+  for (const RangeImage& image : BallImages(0.02))
+    ASSERT_TRUE(Integrate(image, kGrid, {0, 0, 0}, 1, &block).ok());
   const std::vector<uint8_t> bytes = Serialize(block);
   EXPECT_LT(bytes.size(), sizeof(HistogramBlock) / 2);
   EXPECT_EQ(*ParseHistogramBlock(bytes).value(), block);
   SeededRandom random(1);
   for (int i = 0; i < 200; ++i) {
     const size_t length = random.Below(static_cast<uint32_t>(bytes.size()));
-    EXPECT_EQ(ParseHistogramBlock(std::span(bytes).first(length)).status().code(), StatusCode::kCorruption) << length;
+    EXPECT_EQ(ParseHistogramBlock(std::span(bytes).first(length)).status().code(),
+              StatusCode::kCorruption)
+        << length;
   }
   int refused = 0;
   for (int i = 0; i < 300; ++i) {
     std::vector<uint8_t> damaged = bytes;
-    damaged[random.Below(static_cast<uint32_t>(bytes.size()))] ^= static_cast<uint8_t>(1 + random.Below(255));
+    damaged[random.Below(static_cast<uint32_t>(bytes.size()))] ^=
+        static_cast<uint8_t>(1 + random.Below(255));
     const auto parsed = ParseHistogramBlock(damaged);
     // What is accepted is a block whose bytes are just these.
     if (parsed.ok()) {

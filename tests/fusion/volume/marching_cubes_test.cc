@@ -1,8 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Goal: the triangles of cells are closed surfaces, whatever the corners: no crack, no edge with three triangles, all
-// turned outwards.
-// Method: each of the 256 cases alone; then seeded random corners on a grid, where all ambiguous faces meet, count the
-// triangles at every edge.
+// Goal: the triangles of cells are closed surfaces, whatever the corners: no crack, no edge with
+// three triangles, all turned outwards. Method: each of the 256 cases alone; then seeded random
+// corners on a grid, where all ambiguous faces meet, count the triangles at every edge.
 #include "fusion/volume/marching_cubes.h"
 
 #include <gtest/gtest.h>
@@ -38,7 +37,8 @@ TEST(MarchingCubes, TurnsTrianglesTowardsFreeSpace) {
       Eigen::Vector3d points[3];
       for (int i = 0; i < 3; ++i) {
         const CellEdge& edge = CellEdges()[TrianglesOfCell(inside)[0][i]];
-        points[i] = {double(edge.corner & 1), double(edge.corner >> 1 & 1), double(edge.corner >> 2 & 1)};
+        points[i] = {double(edge.corner & 1), double(edge.corner >> 1 & 1),
+                     double(edge.corner >> 2 & 1)};
         points[i][edge.axis] += 0.5;
       }
       const Eigen::Vector3d at(corner & 1, corner >> 1 & 1, corner >> 2 & 1);
@@ -62,12 +62,16 @@ TEST(MarchingCubes, ClosesOverRandomCorners) {
     for (int i = 0; i < kSide * kSide * kSide; ++i) {
       const int x = i % kSide, y = i / kSide % kSide, z = i / (kSide * kSide);
       if (std::max({x, y, z}) == kSide - 1) continue;
-      const auto corner_at = [&](int c) { return i + (c & 1) + (c >> 1 & 1) * kSide + (c >> 2 & 1) * kSide * kSide; };
+      const auto corner_at = [&](int c) {
+        return i + (c & 1) + (c >> 1 & 1) * kSide + (c >> 2 & 1) * kSide * kSide;
+      };
       uint8_t inside = 0;
-      for (int c = 0; c < kCellCorners; ++c) inside |= static_cast<uint8_t>(matter[corner_at(c)] << c);
+      for (int c = 0; c < kCellCorners; ++c)
+        inside |= static_cast<uint8_t>(matter[corner_at(c)] << c);
       for (const auto& t : TrianglesOfCell(inside)) {
         int vertex[3];
-        for (int k = 0; k < 3; ++k) vertex[k] = 3 * corner_at(CellEdges()[t[k]].corner) + CellEdges()[t[k]].axis;
+        for (int k = 0; k < 3; ++k)
+          vertex[k] = 3 * corner_at(CellEdges()[t[k]].corner) + CellEdges()[t[k]].axis;
         for (int k = 0; k < 3; ++k) ++edges[{vertex[k], vertex[(k + 1) % 3]}];
       }
     }

@@ -22,12 +22,14 @@ struct SmallVolume {
   void Integrate(const std::vector<RangeImage>& images, uint32_t pixels_min) {
     std::map<BlockIndex, uint32_t> named;
     for (const RangeImage& image : images) {
-      for (const NamedBlock& block : image.BlocksNearSurface(grid)) named[block.block] += block.pixel_count;
+      for (const NamedBlock& block : image.BlocksNearSurface(grid))
+        named[block.block] += block.pixel_count;
     }
     for (const auto& [block, pixels] : named) {
       if (pixels < pixels_min) continue;
       auto histogram = std::make_unique<HistogramBlock>();
-      for (const RangeImage& image : images) veduta::Integrate(image, grid, block, 1, histogram.get()).value();
+      for (const RangeImage& image : images)
+        veduta::Integrate(image, grid, block, 1, histogram.get()).value();
       histograms.emplace(block, std::move(histogram));
     }
   }
@@ -48,7 +50,8 @@ struct SmallVolume {
     for (SolvedBlock& block : solution.blocks) solutions[block.index] = std::move(block.solution);
   }
   void Solve(const SolverOptions& options, ThreadPool& pool) {
-    for (const TileIndex& tile : Tiles()) Keep(SolveTile(tile, InReach(tile), options, nullptr, pool).value());
+    for (const TileIndex& tile : Tiles())
+      Keep(SolveTile(tile, InReach(tile), options, nullptr, pool).value());
   }
   void Average() {
     for (const TileIndex& tile : Tiles()) Keep(AverageTile(tile, InReach(tile)).value());

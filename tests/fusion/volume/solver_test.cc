@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-// Goal: fused surfaces are where the shapes are, closed and turned outwards, better than averages under noise and wrong
-// depths; the same from any start, at any number of threads, and wherever the tiles' borders lie.
-// Method: maps of a sphere across eight tiles, exact and noisy, and of a wall, whose volume is fused a second time with
-// the borders moved by half a tile.
+// Goal: fused surfaces are where the shapes are, closed and turned outwards, better than averages
+// under noise and wrong depths; the same from any start, at any number of threads, and wherever the
+// tiles' borders lie. Method: maps of a sphere across eight tiles, exact and noisy, and of a wall,
+// whose volume is fused a second time with the borders moved by half a tile.
 #include "fusion/volume/solver.h"
 
 #include <gtest/gtest.h>
@@ -26,7 +26,9 @@ constexpr double kNoise = 0.01, kOutliers = 0.1;  // 0.6 voxels at a distance of
 std::vector<RangeImage> BallImages(double noise, double outliers) {
   std::vector<RangeImage> images;
   for (const ViewGeometry& view : synthetic::ViewsAround(kBall.center, 3, 128)) {
-    images.push_back(RangeImage::Make(synthetic::Render(kBall, view, noise, outliers, images.size()), view).value());
+    images.push_back(
+        RangeImage::Make(synthetic::Render(kBall, view, noise, outliers, images.size()), view)
+            .value());
   }
   return images;
 }
@@ -41,7 +43,8 @@ SmallVolume BallVolume(double noise, double outliers) {
 double DistanceQuantile(const SurfacePiece& surface, double share) {
   std::vector<double> distances;
   for (const Eigen::Vector3f& position : surface.positions) {
-    distances.push_back(std::abs(synthetic::DistanceToSphere(kBall, position.cast<double>())) / kGrid.voxel_size);
+    distances.push_back(std::abs(synthetic::DistanceToSphere(kBall, position.cast<double>())) /
+                        kGrid.voxel_size);
   }
   std::sort(distances.begin(), distances.end());
   return distances.at(static_cast<size_t>(share * static_cast<double>(distances.size() - 1)));
@@ -65,16 +68,20 @@ TEST(Volume, MakesAClosedSphereAcrossTiles) {
   EXPECT_EQ(volume.Tiles().size(), 8u);
   const SurfacePiece surface = volume.Surface({});
   EXPECT_TRUE(IsClosed(surface));
-  EXPECT_EQ(static_cast<int>(surface.keys.size()) - static_cast<int>(surface.triangles.size()) / 2, 2) << "Euler";
+  EXPECT_EQ(static_cast<int>(surface.keys.size()) - static_cast<int>(surface.triangles.size()) / 2,
+            2)
+      << "Euler";
   EXPECT_LT(DistanceQuantile(surface, 0.9), 0.15);
   EXPECT_LT(DistanceQuantile(surface, 1.0), 0.5);
   for (size_t i = 0; i < surface.positions.size(); ++i) {
-    const Eigen::Vector3d outward = (surface.positions[i].cast<double>() - kBall.center).normalized();
+    const Eigen::Vector3d outward =
+        (surface.positions[i].cast<double>() - kBall.center).normalized();
     ASSERT_GT(surface.normals[i].cast<double>().dot(outward), 0.8);
     ASSERT_GE(surface.near_maps[i], 1);
   }
   for (const auto& t : surface.triangles) {
-    const Eigen::Vector3d a = surface.positions[t[0]].cast<double>(), b = surface.positions[t[1]].cast<double>();
+    const Eigen::Vector3d a = surface.positions[t[0]].cast<double>(),
+                          b = surface.positions[t[1]].cast<double>();
     const Eigen::Vector3d c = surface.positions[t[2]].cast<double>();
     ASSERT_GE((b - a).cross(c - a).dot(a - kBall.center), 0);
   }
@@ -92,9 +99,10 @@ TEST(Volume, BeatsAveragesUnderNoise) {
   EXPECT_TRUE(IsClosed(surface));
 }
 
-// How far apart two surfaces are on the edges that both cross: the share of vertices over `limit` voxels, counting
-// vertices that only one has.
-double ShareApart(const SurfacePiece& a, const SurfacePiece& b, int32_t shift_voxels, double limit) {
+// How far apart two surfaces are on the edges that both cross: the share of vertices over `limit`
+// voxels, counting vertices that only one has.
+double ShareApart(const SurfacePiece& a, const SurfacePiece& b, int32_t shift_voxels,
+                  double limit) {
   std::map<VertexKey, Eigen::Vector3d> places;
   const Eigen::Vector3d shift(shift_voxels, 0, 0);
   for (size_t i = 0; i < a.keys.size(); ++i) {
@@ -105,7 +113,8 @@ double ShareApart(const SurfacePiece& a, const SurfacePiece& b, int32_t shift_vo
   size_t apart = 0;
   for (size_t i = 0; i < b.keys.size(); ++i) {
     const auto found = places.find(b.keys[i]);
-    if (found == places.end() || (found->second - b.positions[i].cast<double>() / kGrid.voxel_size).norm() > limit)
+    if (found == places.end() ||
+        (found->second - b.positions[i].cast<double>() / kGrid.voxel_size).norm() > limit)
       ++apart;
   }
   return static_cast<double>(apart) / static_cast<double>(b.keys.size());
@@ -146,7 +155,8 @@ TEST(SolveTile, LowersTheEnergyToItsEnd) {
   const std::vector<TileBlock> blocks = volume.InReach({0, 0, 0});
   const TileSolution solution = SolveTile({0, 0, 0}, blocks, {}, nullptr, pool).value();
   for (size_t i = 1; i < solution.energies.size(); ++i) {
-    EXPECT_LE(solution.energies[i].energy, solution.energies[i - 1].energy) << solution.energies[i].iteration;
+    EXPECT_LE(solution.energies[i].energy, solution.energies[i - 1].energy)
+        << solution.energies[i].iteration;
     EXPECT_LE(solution.energies[i].lower_bound, solution.energies[i].energy);
   }
   const SolverOptions longer = {.iterations_max = 10 * solution.iterations, .gap_max = 0};
@@ -161,12 +171,14 @@ TEST(SolveTile, StartsWarm) {
   const SolverOptions options = {.check_every = 2};
   volume.Solve(options, pool);
   const std::vector<RangeImage> images = BallImages(kNoise, kOutliers);
-  for (auto& [at, block] : volume.histograms) ASSERT_TRUE(Integrate(images[3], kGrid, at, -1, block.get()).ok());
+  for (auto& [at, block] : volume.histograms)
+    ASSERT_TRUE(Integrate(images[3], kGrid, at, -1, block.get()).ok());
   std::vector<TileBlock> blocks = volume.InReach(tile);
   const TileSolution cold = SolveTile(tile, blocks, options, nullptr, pool).value();
   for (TileBlock& block : blocks) block.previous = volume.solutions.at(block.index).get();
   const TileSolution warm = SolveTile(tile, blocks, options, nullptr, pool).value();
-  EXPECT_LE(5 * warm.iterations, 4 * cold.iterations) << warm.iterations << " beside " << cold.iterations;
+  EXPECT_LE(5 * warm.iterations, 4 * cold.iterations)
+      << warm.iterations << " beside " << cold.iterations;
   EXPECT_LT(warm.energies.back().energy, 1.001 * cold.energies.back().energy);
 }
 
@@ -195,7 +207,8 @@ TEST(SolveTile, TheDeviceDoesNotMatter) {
   EXPECT_EQ(a.iterations, b.iterations);
   ASSERT_EQ(a.blocks.size(), b.blocks.size());
   ASSERT_FALSE(a.blocks.empty());
-  for (size_t i = 0; i < a.blocks.size(); ++i) EXPECT_EQ(*a.blocks[i].solution, *b.blocks[i].solution);
+  for (size_t i = 0; i < a.blocks.size(); ++i)
+    EXPECT_EQ(*a.blocks[i].solution, *b.blocks[i].solution);
 }
 
 TEST(SolveTile, HoldsTheBordersOfTheRoundBefore) {
@@ -210,8 +223,10 @@ TEST(SolveTile, HoldsTheBordersOfTheRoundBefore) {
   }
   const SurfacePiece first = volume.Extract(tile, {.piece_extent_cells_min = 0});
   volume.Keep(SolveTile(tile, blocks, {}, nullptr, pool).value());
-  EXPECT_LT(ShareApart(first, volume.Extract(tile, {.piece_extent_cells_min = 0}), 0, 0.1), 0.02) << "nothing new";
-  // Where data weigh little, neighbours that say "free" or "matter" throughout show within the tile.
+  EXPECT_LT(ShareApart(first, volume.Extract(tile, {.piece_extent_cells_min = 0}), 0, 0.1), 0.02)
+      << "nothing new";
+  // Where data weigh little, neighbours that say "free" or "matter" throughout show within the
+  // tile.
   SolutionBlock free_space, matter;
   free_space.value.fill(kSolutionOne);
   matter.value.fill(-kSolutionOne);
@@ -226,7 +241,8 @@ TEST(SolveTile, HoldsTheBordersOfTheRoundBefore) {
   int higher = 0, lower = 0;
   for (size_t b = 0; b < beside_free.blocks.size(); ++b) {
     for (int i = 0; i < kBlockVoxels; ++i) {
-      const int difference = beside_free.blocks[b].solution->value[i] - beside_matter.blocks[b].solution->value[i];
+      const int difference =
+          beside_free.blocks[b].solution->value[i] - beside_matter.blocks[b].solution->value[i];
       higher += difference > kSolutionOne / 20 ? 1 : 0;
       lower += difference < -kSolutionOne / 20 ? 1 : 0;
     }
@@ -234,7 +250,8 @@ TEST(SolveTile, HoldsTheBordersOfTheRoundBefore) {
   EXPECT_GT(higher, 100);
   EXPECT_EQ(lower, 0);
   for (TileBlock& block : blocks) block.border = &free_space;
-  EXPECT_EQ(SolveTile(tile, blocks, {}, nullptr, pool).status().code(), StatusCode::kInvalidArgument);
+  EXPECT_EQ(SolveTile(tile, blocks, {}, nullptr, pool).status().code(),
+            StatusCode::kInvalidArgument);
 }
 
 // A noisy wall of two tiles' length; `shift_voxels` moves all, and so the borders, along x.
@@ -245,7 +262,8 @@ SurfacePiece WallSurface(int32_t shift_voxels) {
   const double shift = shift_voxels * kGrid.voxel_size;
   std::vector<RangeImage> images;
   for (int i = 0; i < 9; ++i) {
-    ViewGeometry view = synthetic::LookAt({0.4 * i - 1.6, -1, 0.8}, {0.3 * i - 1.2, 1, 0.8}, 128, 96);
+    ViewGeometry view =
+        synthetic::LookAt({0.4 * i - 1.6, -1, 0.8}, {0.3 * i - 1.2, 1, 0.8}, 128, 96);
     const DepthMap map = synthetic::Render(wall, view, kNoise, kOutliers, static_cast<uint64_t>(i));
     view.cam_from_world.translation -= view.cam_from_world.rotation * Eigen::Vector3d(shift, 0, 0);
     images.push_back(RangeImage::Make(map, view).value());

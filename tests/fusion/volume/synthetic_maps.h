@@ -24,7 +24,8 @@ inline double DistanceToSphere(const Shapes& shapes, const Eigen::Vector3d& poin
   return (point - shapes.center).norm() - shapes.radius;
 }
 
-inline double Trace(const Shapes& shapes, const Eigen::Vector3d& from, const Eigen::Vector3d& direction) {
+inline double Trace(const Shapes& shapes, const Eigen::Vector3d& from,
+                    const Eigen::Vector3d& direction) {
   double nearest = 0;
   const auto offer = [&](double at) {
     if (at > 0 && (nearest == 0 || at < nearest)) nearest = at;
@@ -40,10 +41,11 @@ inline double Trace(const Shapes& shapes, const Eigen::Vector3d& from, const Eig
 }
 
 // A camera at `center` that looks at `target`, its x axis level.
-inline ViewGeometry LookAt(const Eigen::Vector3d& center, const Eigen::Vector3d& target, uint32_t width,
-                           uint32_t height) {
+inline ViewGeometry LookAt(const Eigen::Vector3d& center, const Eigen::Vector3d& target,
+                           uint32_t width, uint32_t height) {
   const Eigen::Vector3d z = (target - center).normalized();
-  const Eigen::Vector3d up = std::abs(z.z()) > 0.9 ? Eigen::Vector3d::UnitY() : Eigen::Vector3d::UnitZ();
+  const Eigen::Vector3d up =
+      std::abs(z.z()) > 0.9 ? Eigen::Vector3d::UnitY() : Eigen::Vector3d::UnitZ();
   const Eigen::Vector3d x = z.cross(up).normalized();
   Eigen::Matrix3d cam_from_world;
   cam_from_world.row(0) = x;
@@ -60,9 +62,10 @@ inline ViewGeometry LookAt(const Eigen::Vector3d& center, const Eigen::Vector3d&
   return geometry;
 }
 
-// noise: sigma of depth relative to it; outliers: share of pixels with a depth between half and all of the true one.
-inline DepthMap Render(const Shapes& shapes, const ViewGeometry& geometry, double noise, double outliers,
-                       uint64_t seed) {
+// noise: sigma of depth relative to it; outliers: share of pixels with a depth between half and all
+// of the true one.
+inline DepthMap Render(const Shapes& shapes, const ViewGeometry& geometry, double noise,
+                       double outliers, uint64_t seed) {
   SeededRandom random(seed);
   DepthMap map;
   map.width_px = geometry.width_px;
@@ -71,8 +74,8 @@ inline DepthMap Render(const Shapes& shapes, const ViewGeometry& geometry, doubl
   for (uint32_t y = 0; y < map.height_px; ++y) {
     for (uint32_t x = 0; x < map.width_px; ++x) {
       const Eigen::Vector2d at = geometry.camera.Normalize(Eigen::Vector2d(x, y));
-      double depth =
-          Trace(shapes, world_from_cam.translation, world_from_cam.rotation * Eigen::Vector3d(at.x(), at.y(), 1));
+      double depth = Trace(shapes, world_from_cam.translation,
+                           world_from_cam.rotation * Eigen::Vector3d(at.x(), at.y(), 1));
       double gauss = -6;
       for (int i = 0; i < 12; ++i) gauss += random.Unit();
       depth *= 1 + noise * gauss;
@@ -85,13 +88,15 @@ inline DepthMap Render(const Shapes& shapes, const ViewGeometry& geometry, doubl
 }
 
 // Views from all sides of a sphere, 26 of them.
-inline std::vector<ViewGeometry> ViewsAround(const Eigen::Vector3d& center, double distance, uint32_t size) {
+inline std::vector<ViewGeometry> ViewsAround(const Eigen::Vector3d& center, double distance,
+                                             uint32_t size) {
   std::vector<ViewGeometry> views;
   for (int x = -1; x <= 1; ++x) {
     for (int y = -1; y <= 1; ++y) {
       for (int z = -1; z <= 1; ++z) {
         if (x == 0 && y == 0 && z == 0) continue;
-        views.push_back(LookAt(center + distance * Eigen::Vector3d(x, y, z).normalized(), center, size, size));
+        views.push_back(
+            LookAt(center + distance * Eigen::Vector3d(x, y, z).normalized(), center, size, size));
       }
     }
   }

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Goal: the hash is SHA-256 and the seeded generator is fixed for ever (stored data depends on both).
-// Method: published vectors (FIPS 180-4), and values of splitmix64 pinned here.
+// Goal: the hash is SHA-256 and the seeded generator is fixed for ever (stored data depends on
+// both). Method: published vectors (FIPS 180-4), and values of splitmix64 pinned here.
 #include "storage/base/content_hash.h"
 
 #include <gtest/gtest.h>
@@ -13,8 +13,10 @@ std::span<const uint8_t> Bytes(std::string_view text) {
 }
 
 TEST(ContentHash, MatchesPublishedVectors) {
-  EXPECT_EQ(HashContent({}).Hex(), "e3b0c44298fc1c149afbf4c8996fb92427ae41e4649b934ca495991b7852b855");
-  EXPECT_EQ(HashContent(Bytes("abc")).Hex(), "ba7816bf8f01cfea414140de5dae2223b00361a396177a9cb410ff61f20015ad");
+  EXPECT_EQ(HashContent({}).Hex(),
+            "e3b0c44298fc1c149afbf4c8996fb92427ae41e4649b934ca495991b7852b855");
+  EXPECT_EQ(HashContent(Bytes("abc")).Hex(),
+            "ba7816bf8f01cfea414140de5dae2223b00361a396177a9cb410ff61f20015ad");
 }
 
 TEST(ContentHash, PiecesHashLikeTheWhole) {

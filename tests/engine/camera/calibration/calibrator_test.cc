@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Goal: a calibration from points alone is as good as the table of issue 4 asks, gross errors are left out with a word,
+// Goal: a calibration from points alone is as good as the table of issue 4 asks, gross errors are
+// left out with a word,
 //   and what the photos cannot tell is an error or a warning that says what to photograph.
 // Method: synthetic sessions of known truth (tools/calibration), whole and spoilt in one way each.
 #include "engine/camera/calibration/calibrator.h"
@@ -47,7 +48,8 @@ TEST(Calibrator, TenSessions) {
     EXPECT_LT(std::abs(made->model.fx - session.truth.fx), 4 * made->Sigma(0)) << i;
     EXPECT_LT(std::abs(made->model.cx - session.truth.cx), 4 * made->Sigma(2)) << i;
     distortion.push_back(LargestDistortionError(made->model, session.truth));
-    EXPECT_LT(made->error_px_mean, 1.4 * ExperimentOptions(i).noise_px) << i;  // a Rayleigh's mean is 1.25 sigma
+    EXPECT_LT(made->error_px_mean, 1.4 * ExperimentOptions(i).noise_px)
+        << i;  // a Rayleigh's mean is 1.25 sigma
   }
   std::sort(focal.begin(), focal.end());
   std::sort(distortion.begin(), distortion.end());
@@ -116,14 +118,16 @@ TEST(Calibrator, AnIdSeenTwiceIsNotUsed) {
   const auto made = CalibrateCamera(session.input);
   ASSERT_TRUE(made.ok());
   const uint32_t id = session.input.views[0].points[0].id;
-  EXPECT_TRUE(std::none_of(made->residuals.begin(), made->residuals.end(),
-                           [&](const CalibrationResidual& r) { return r.photo == 0 && r.id == id; }));
+  EXPECT_TRUE(
+      std::none_of(made->residuals.begin(), made->residuals.end(),
+                   [&](const CalibrationResidual& r) { return r.photo == 0 && r.id == id; }));
 }
 
 TEST(Calibrator, APhotoOfSomethingElse) {
   SyntheticSession session = MakeSession({.photo_count = 10, .seed = 10});
   // Another arrangement of the sheets.
-  session.input.views[4].points = MakeSession({.photo_count = 10, .seed = 99}).input.views[4].points;
+  session.input.views[4].points =
+      MakeSession({.photo_count = 10, .seed = 99}).input.views[4].points;
   const auto made = CalibrateCamera(session.input);
   ASSERT_TRUE(made.ok()) << made.status().message();
   EXPECT_EQ(LeftOut(*made), std::vector<std::string>{"photo5"});
@@ -132,7 +136,8 @@ TEST(Calibrator, APhotoOfSomethingElse) {
 }
 
 TEST(Calibrator, TwoPhotosAtAnotherZoom) {
-  const SessionOptions options{.focal_per_width = 1, .principal_offset = 0, .photo_count = 14, .seed = 11};
+  const SessionOptions options{
+      .focal_per_width = 1, .principal_offset = 0, .photo_count = 14, .seed = 11};
   SyntheticSession session = MakeSession(options);
   SessionOptions zoomed = options;
   zoomed.focal_per_width = 1.15;
@@ -146,7 +151,8 @@ TEST(Calibrator, TwoPhotosAtAnotherZoom) {
 }
 
 TEST(Calibrator, HalfThePhotosAtAnotherZoom) {
-  const SessionOptions options{.focal_per_width = 1, .principal_offset = 0, .photo_count = 14, .seed = 11};
+  const SessionOptions options{
+      .focal_per_width = 1, .principal_offset = 0, .photo_count = 14, .seed = 11};
   SyntheticSession session = MakeSession(options);
   SessionOptions zoomed = options;
   zoomed.focal_per_width = 1.3;
@@ -154,7 +160,8 @@ TEST(Calibrator, HalfThePhotosAtAnotherZoom) {
   for (size_t v = 0; v < 14; v += 2) session.input.views[v].points = other.input.views[v].points;
   const auto made = CalibrateCamera(session.input);
   ASSERT_FALSE(made.ok());
-  EXPECT_NE(made.status().message().find("several cameras or zooms"), std::string::npos) << made.status().message();
+  EXPECT_NE(made.status().message().find("several cameras or zooms"), std::string::npos)
+      << made.status().message();
 }
 
 TEST(Calibrator, PhotosOfTwoSizes) {
@@ -171,19 +178,26 @@ TEST(Calibrator, PhotosOfTwoSizes) {
 
 TEST(Calibrator, NoTilt) {
   for (uint64_t seed = 1; seed <= 3; ++seed) {
-    const SyntheticSession session = MakeSession({.tilt_deg_min = 0, .tilt_deg_max = 1.5, .seed = seed});
+    const SyntheticSession session =
+        MakeSession({.tilt_deg_min = 0, .tilt_deg_max = 1.5, .seed = seed});
     const auto made = CalibrateCamera(session.input);
     if (!made.ok()) {
-      EXPECT_NE(made.status().message().find("Tilt the camera"), std::string::npos) << made.status().message();
+      EXPECT_NE(made.status().message().find("Tilt the camera"), std::string::npos)
+          << made.status().message();
     } else {
-      EXPECT_TRUE(Warns(*made, CalibrationAdvice::kFocalLength, "tilt the camera")) << seed << " " << made->model.fx;
+      EXPECT_TRUE(Warns(*made, CalibrationAdvice::kFocalLength, "tilt the camera"))
+          << seed << " " << made->model.fx;
     }
   }
 }
 
 TEST(Calibrator, OneDistanceAndLittleTilt) {
-  const SyntheticSession session = MakeSession(
-      {.photo_count = 8, .noise_px = 0.3, .tilt_deg_min = 3, .tilt_deg_max = 6, .distance_ratio = 1, .seed = 3});
+  const SyntheticSession session = MakeSession({.photo_count = 8,
+                                                .noise_px = 0.3,
+                                                .tilt_deg_min = 3,
+                                                .tilt_deg_max = 6,
+                                                .distance_ratio = 1,
+                                                .seed = 3});
   const auto made = CalibrateCamera(session.input);
   ASSERT_TRUE(made.ok()) << made.status().message();
   EXPECT_TRUE(Warns(*made, CalibrationAdvice::kFocalLength));
@@ -202,15 +216,16 @@ CalibrationInput Cropped(CalibrationInput input, double across_px, double down_p
 }
 
 TEST(Calibrator, MarkersInTheMiddleAlone) {
-  const SyntheticSession session =
-      MakeSession({.focal_per_width = 0.8, .distortion_at_corner = -0.1, .noise_px = 0.3, .seed = 4});
+  const SyntheticSession session = MakeSession(
+      {.focal_per_width = 0.8, .distortion_at_corner = -0.1, .noise_px = 0.3, .seed = 4});
   const auto less = CalibrateCamera(Cropped(session.input, 700, 600));
   ASSERT_TRUE(less.ok()) << less.status().message();
   EXPECT_EQ(less->status, CalibrationStatus::kUncertain);
   EXPECT_TRUE(Warns(*less, CalibrationAdvice::kDistortion, "photograph the corners"));
   const auto least = CalibrateCamera(Cropped(session.input, 450, 400));
   ASSERT_FALSE(least.ok());
-  EXPECT_NE(least.status().message().find("Photograph the corners"), std::string::npos) << least.status().message();
+  EXPECT_NE(least.status().message().find("Photograph the corners"), std::string::npos)
+      << least.status().message();
 }
 
 TEST(Calibrator, TooFewPhotosOrPoints) {
@@ -258,16 +273,20 @@ TEST(Calibrator, OptionsOutOfBounds) {
   const SyntheticSession session = MakeSession({.seed = 16});
   CalibrationOptions options;
   options.outlier_sigmas = 1;
-  EXPECT_NE(CalibrateCamera(session.input, options).status().message().find("outlier_sigmas"), std::string::npos);
+  EXPECT_NE(CalibrateCamera(session.input, options).status().message().find("outlier_sigmas"),
+            std::string::npos);
   options = {};
   options.photo_share_min = 1.5;
-  EXPECT_NE(CalibrateCamera(session.input, options).status().message().find("photo_share_min"), std::string::npos);
+  EXPECT_NE(CalibrateCamera(session.input, options).status().message().find("photo_share_min"),
+            std::string::npos);
   options = {};
   options.photo_points_min = 3;
-  EXPECT_NE(CalibrateCamera(session.input, options).status().message().find("photo_points_min"), std::string::npos);
+  EXPECT_NE(CalibrateCamera(session.input, options).status().message().find("photo_points_min"),
+            std::string::npos);
   options = {};
   options.adjustment.plane_sigma = 0;
-  EXPECT_NE(CalibrateCamera(session.input, options).status().message().find("plane_sigma"), std::string::npos);
+  EXPECT_NE(CalibrateCamera(session.input, options).status().message().find("plane_sigma"),
+            std::string::npos);
 }
 
 }  // namespace

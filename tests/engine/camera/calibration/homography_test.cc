@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Goal: homographies are exact on exact points, robust against wrong ones, and the gold standard is better than the
+// Goal: homographies are exact on exact points, robust against wrong ones, and the gold standard is
+// better than the
 //   linear fit; what two calibrated views tell of a plane comes out of the decomposition.
 // Method: random homographies and motions of known truth.
 #include "engine/camera/calibration/homography.h"
@@ -21,7 +22,8 @@ double Between(SeededRandom& random, double low, double high) {
 }
 
 double Gaussian(SeededRandom& random) {
-  return std::sqrt(-2 * std::log(1 - random.Unit())) * std::cos(2 * std::numbers::pi * random.Unit());
+  return std::sqrt(-2 * std::log(1 - random.Unit())) *
+         std::cos(2 * std::numbers::pi * random.Unit());
 }
 
 struct Pairs {
@@ -32,9 +34,9 @@ struct Pairs {
 Pairs MakePairs(uint64_t seed, size_t count, double noise) {
   SeededRandom random(seed);
   Pairs pairs;
-  pairs.b_from_a << Between(random, 0.7, 1.3), Between(random, -0.5, 0.5), Between(random, -0.2, 0.2),
-      Between(random, -0.5, 0.5), Between(random, 0.7, 1.3), Between(random, -0.2, 0.2), Between(random, -0.4, 0.4),
-      Between(random, -0.4, 0.4), 1;
+  pairs.b_from_a << Between(random, 0.7, 1.3), Between(random, -0.5, 0.5),
+      Between(random, -0.2, 0.2), Between(random, -0.5, 0.5), Between(random, 0.7, 1.3),
+      Between(random, -0.2, 0.2), Between(random, -0.4, 0.4), Between(random, -0.4, 0.4), 1;
   for (size_t i = 0; i < count; ++i) {
     const Eigen::Vector2d a(Between(random, -0.5, 0.5), Between(random, -0.4, 0.4));
     const Eigen::Vector2d b = Transfer(pairs.b_from_a, a);
@@ -68,7 +70,8 @@ TEST(Homography, ExactPointsGiveTheExactOne) {
 TEST(Homography, DegeneratePointsGiveNone) {
   Pairs pairs = MakePairs(1, 8, 0);
   EXPECT_FALSE(FitHomography({pairs.a.data(), 3}, {pairs.b.data(), 3}));
-  for (size_t i = 0; i < 8; ++i) pairs.a[i] = {0.1 * static_cast<double>(i), 0.05 * static_cast<double>(i)};
+  for (size_t i = 0; i < 8; ++i)
+    pairs.a[i] = {0.1 * static_cast<double>(i), 0.05 * static_cast<double>(i)};
   for (size_t i = 0; i < 8; ++i) pairs.b[i] = Transfer(pairs.b_from_a, pairs.a[i]);
   EXPECT_FALSE(FitHomography(pairs.a, pairs.b));  // all on a line
   std::fill(pairs.a.begin(), pairs.a.end(), Eigen::Vector2d(1, 2));
@@ -80,7 +83,8 @@ TEST(Homography, WrongPairsAreLeftOut) {
   for (uint64_t seed = 1; seed <= 20; ++seed) {
     Pairs pairs = MakePairs(seed, 40, 1e-4);
     SeededRandom random(seed);
-    for (size_t i = 0; i < 16; ++i) pairs.b[i] = {Between(random, -0.5, 0.5), Between(random, -0.4, 0.4)};
+    for (size_t i = 0; i < 16; ++i)
+      pairs.b[i] = {Between(random, -0.5, 0.5), Between(random, -0.4, 0.4)};
     const auto robust = EstimateHomography(pairs.a, pairs.b, 0.003, seed);
     ASSERT_TRUE(robust) << seed;
     EXPECT_LT(ErrorOf(robust->b_from_a, pairs), 5e-4) << seed;
@@ -114,10 +118,14 @@ TEST(Homography, GoldStandardIsBetterThanTheLinearFit) {
 TEST(HomographyDecomposition, OneOfTheTwoIsTheTruth) {
   SeededRandom random(7);
   for (int i = 0; i < 200; ++i) {
-    const Eigen::Vector3d axis = Eigen::Vector3d(Gaussian(random), Gaussian(random), Gaussian(random)).normalized();
-    const Eigen::Matrix3d rotation = Eigen::AngleAxisd(Between(random, 0.05, 0.8), axis).toRotationMatrix();
-    const Eigen::Vector3d t(Between(random, -1, 1), Between(random, -1, 1), Between(random, -0.3, 0.3));
-    const Eigen::Vector3d n = Eigen::Vector3d(Between(random, -0.6, 0.6), Between(random, -0.6, 0.6), 1).normalized();
+    const Eigen::Vector3d axis =
+        Eigen::Vector3d(Gaussian(random), Gaussian(random), Gaussian(random)).normalized();
+    const Eigen::Matrix3d rotation =
+        Eigen::AngleAxisd(Between(random, 0.05, 0.8), axis).toRotationMatrix();
+    const Eigen::Vector3d t(Between(random, -1, 1), Between(random, -1, 1),
+                            Between(random, -0.3, 0.3));
+    const Eigen::Vector3d n =
+        Eigen::Vector3d(Between(random, -0.6, 0.6), Between(random, -0.6, 0.6), 1).normalized();
     const Eigen::Matrix3d h = Between(random, -3, 3) * (rotation + t * n.transpose());
     double best = 1;
     for (const PlaneMotion& m : DecomposeHomography(h)) {
@@ -127,15 +135,16 @@ TEST(HomographyDecomposition, OneOfTheTwoIsTheTruth) {
       Eigen::Matrix3d again = m.b_from_a + m.translation_per_distance * m.normal_in_a.transpose();
       again *= h.norm() / again.norm() * (again.cwiseProduct(h).sum() < 0 ? -1 : 1);
       EXPECT_LT((again - h).norm(), 1e-5 * h.norm()) << i;
-      best = std::min(
-          best, (m.normal_in_a - n).norm() + (m.b_from_a - rotation).norm() + (m.translation_per_distance - t).norm());
+      best = std::min(best, (m.normal_in_a - n).norm() + (m.b_from_a - rotation).norm() +
+                                (m.translation_per_distance - t).norm());
     }
     EXPECT_LT(best, 1e-4) << i;
   }
 }
 
 TEST(HomographyDecomposition, ARotationAloneIsFound) {
-  const Eigen::Matrix3d rotation = Eigen::AngleAxisd(0.3, Eigen::Vector3d(1, 2, 3).normalized()).toRotationMatrix();
+  const Eigen::Matrix3d rotation =
+      Eigen::AngleAxisd(0.3, Eigen::Vector3d(1, 2, 3).normalized()).toRotationMatrix();
   for (const PlaneMotion& m : DecomposeHomography(2 * rotation)) {
     EXPECT_LT((m.b_from_a - rotation).norm(), 1e-6);
     EXPECT_LT(m.translation_per_distance.norm(), 1e-6);

@@ -1,7 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-// Goal: each step from observations to a first scene does its part alone: the tree of views, the distortion (equations
-//   1 and 2), the focal length (3 and 4), the pose before a plane, the metric scene, the inverse of the distortion.
-// Method: sessions of known truth without noise, where each step must be exact, and with it, where it must be near.
+// Goal: each step from observations to a first scene does its part alone: the tree of views, the
+// distortion (equations
+//   1 and 2), the focal length (3 and 4), the pose before a plane, the metric scene, the inverse of
+//   the distortion.
+// Method: sessions of known truth without noise, where each step must be exact, and with it, where
+// it must be near.
 #include <gtest/gtest.h>
 
 #include <Eigen/Dense>
@@ -35,7 +38,8 @@ SessionOptions Exact(uint64_t seed, double distortion) {
 }
 
 // From the root's to a view's undistorted image, by the true poses.
-Eigen::Matrix3d TrueHomography(const SyntheticSession& session, const ImageUnits& units, uint32_t root, uint32_t view) {
+Eigen::Matrix3d TrueHomography(const SyntheticSession& session, const ImageUnits& units,
+                               uint32_t root, uint32_t view) {
   const auto from_plane = [&](uint32_t v) {
     const Rigid3& pose = session.cams_from_world[v];
     Eigen::Matrix3d h;
@@ -60,7 +64,8 @@ TEST(PlanarViews, NumberedDenselyAboutTheCentre) {
   EXPECT_LT(planar.views[0][1].x.norm(), 1e-12);
   EXPECT_DOUBLE_EQ(planar.views[0][1].sigma, 2. / 201);
   EXPECT_LT((planar.units.ToPx(planar.views[1][0].x) - Eigen::Vector2d(200, 100)).norm(), 1e-9);
-  EXPECT_EQ(CommonPoints(planar.views[0], planar.views[1]), (std::vector<std::pair<uint32_t, uint32_t>>{{1, 1}}));
+  EXPECT_EQ(CommonPoints(planar.views[0], planar.views[1]),
+            (std::vector<std::pair<uint32_t, uint32_t>>{{1, 1}}));
 }
 
 TEST(ViewTree, ExactHomographiesOfAllViews) {
@@ -70,7 +75,8 @@ TEST(ViewTree, ExactHomographiesOfAllViews) {
   ASSERT_EQ(tree.order.size(), 10u);
   EXPECT_EQ(tree.order.front(), tree.root);
   for (const uint32_t v : tree.order) {
-    const Eigen::Matrix3d truth = TrueHomography(session, planar.units, tree.root, v), h = tree.ViewFromRoot(v);
+    const Eigen::Matrix3d truth = TrueHomography(session, planar.units, tree.root, v),
+                          h = tree.ViewFromRoot(v);
     EXPECT_LT((h - truth * (h.cwiseProduct(truth).sum() < 0 ? -1 : 1)).norm(), 1e-6) << v;
   }
 }
@@ -97,20 +103,23 @@ TEST(DistortionEstimation, InverseOfWhatTheLensDoes) {
     ViewTree tree = GrowViewTree(planar.views);
     const auto estimate = EstimateDistortion(planar.views, {}, &tree);
     ASSERT_TRUE(estimate.ok()) << estimate.status().message();
-    // The forward polynomial has no exact inverse of this form: what is left of it is a few px of 50 to 200.
+    // The forward polynomial has no exact inverse of this form: what is left of it is a few px of
+    // 50 to 200.
     double before = 0, after = 0;
     for (const ViewObservations& view : session.input.views) {
       for (const PointObservation& p : view.points) {
         const Eigen::Vector2d truth = *UndistortPixel(session.truth, p.px);
-        const Eigen::Vector2d ours = planar.units.ToPx(estimate->distortion.Undistort(planar.units.FromPx(p.px)));
+        const Eigen::Vector2d ours =
+            planar.units.ToPx(estimate->distortion.Undistort(planar.units.FromPx(p.px)));
         before = std::max(before, (p.px - truth).norm());
         after = std::max(after, (ours - truth).norm());
       }
     }
     EXPECT_LT(after, 0.1 * before) << strength;
-    EXPECT_LT(
-        (planar.units.ToPx(estimate->distortion.center) - Eigen::Vector2d(session.truth.u0, session.truth.v0)).norm(),
-        15)
+    EXPECT_LT((planar.units.ToPx(estimate->distortion.center) -
+               Eigen::Vector2d(session.truth.u0, session.truth.v0))
+                  .norm(),
+              15)
         << strength;
     EXPECT_LT(estimate->residual_median * planar.units.unit_px, 0.5);
   }
@@ -150,7 +159,8 @@ TEST(FocalSearch, FindsTheFocalLengthAndTheNormal) {
     const SyntheticSession session = MakeSession(options);
     const ImageUnits units(options.size);
     std::vector<std::vector<Eigen::Matrix3d>> homographies(1);
-    for (uint32_t v = 1; v < 10; ++v) homographies[0].push_back(TrueHomography(session, units, 0, v));
+    for (uint32_t v = 1; v < 10; ++v)
+      homographies[0].push_back(TrueHomography(session, units, 0, v));
     const auto found = SearchFocalLength(homographies);
     ASSERT_TRUE(found);
     EXPECT_NEAR(found->focal / focal, 1, 0.002);
@@ -171,8 +181,9 @@ TEST(FocalSearch, WithinFivePercentOfNoisySessions) {
 }
 
 TEST(PlanePose, ExactAndWithoutTheWrongOnes) {
-  const Rigid3 truth{Eigen::Quaterniond(Eigen::AngleAxisd(2.5, Eigen::Vector3d(1, 0.2, 0.1).normalized())),
-                     {0.1, -0.2, 3}};
+  const Rigid3 truth{
+      Eigen::Quaterniond(Eigen::AngleAxisd(2.5, Eigen::Vector3d(1, 0.2, 0.1).normalized())),
+      {0.1, -0.2, 3}};
   std::vector<Eigen::Vector2d> plane, seen;
   for (int i = 0; i < 30; ++i) {
     plane.emplace_back(i % 6 * 0.2 - 0.5, i / 6 * 0.25 - 0.5);
@@ -192,12 +203,14 @@ TEST(MetricInitialization, TheSceneUpToASimilarity) {
   const SyntheticSession session = MakeSession(Exact(6, 0));
   const PlanarViews planar = MakePlanarViews(session.input);
   const ViewTree tree = GrowViewTree(planar.views);
-  const MetricReconstruction made = InitializeMetric(planar.views, tree, session.truth.fx / planar.units.unit_px);
+  const MetricReconstruction made =
+      InitializeMetric(planar.views, tree, session.truth.fx / planar.units.unit_px);
   const Rigid3& root_truth = session.cams_from_world[tree.root];
   const double scale = root_truth.Center().z();  // the root's distance from the plane is 1
   for (size_t v = 0; v < 10; ++v) {
     ASSERT_TRUE(made.cams_from_world[v]) << v;
-    const Rigid3 root_from_view = *made.cams_from_world[tree.root] * made.cams_from_world[v]->Inverse();
+    const Rigid3 root_from_view =
+        *made.cams_from_world[tree.root] * made.cams_from_world[v]->Inverse();
     const Rigid3 truth = root_truth * session.cams_from_world[v].Inverse();
     EXPECT_LT(root_from_view.rotation.angularDistance(truth.rotation), 1e-5) << v;
     EXPECT_LT((scale * root_from_view.translation - truth.translation).norm(), 1e-4) << v;
@@ -205,16 +218,17 @@ TEST(MetricInitialization, TheSceneUpToASimilarity) {
   }
   for (size_t p = 0; p < made.points.size(); ++p) {
     ASSERT_TRUE(made.points[p]);
-    const Eigen::Vector3d in_root =
-        *made.cams_from_world[tree.root] * Eigen::Vector3d(made.points[p]->x(), made.points[p]->y(), 0);
+    const Eigen::Vector3d in_root = *made.cams_from_world[tree.root] *
+                                    Eigen::Vector3d(made.points[p]->x(), made.points[p]->y(), 0);
     EXPECT_LT((scale * in_root - root_truth * session.points[planar.point_ids[p]]).norm(), 1e-4);
   }
 }
 
 TEST(MetricInitialization, AMovedPointLiesWhereMostSawIt) {
-  EXPECT_LT(
-      (*Consensus({{0, 0}, {5, 5}, {0.1, 0}, {0, 0.1}, {5.1, 5}}, 0.5) - Eigen::Vector2d(0.1 / 3, 0.1 / 3)).norm(),
-      1e-12);
+  EXPECT_LT((*Consensus({{0, 0}, {5, 5}, {0.1, 0}, {0, 0.1}, {5.1, 5}}, 0.5) -
+             Eigen::Vector2d(0.1 / 3, 0.1 / 3))
+                .norm(),
+            1e-12);
   EXPECT_FALSE(Consensus({}, 1));
 }
 

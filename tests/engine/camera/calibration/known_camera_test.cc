@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Goal: cameras of COLMAP and OpenCV come over with the right conventions, the residual said is the true one, and any
+// Goal: cameras of COLMAP and OpenCV come over with the right conventions, the residual said is the
+// true one, and any
 //   bytes are answered by a camera or a message.
 // Method: cameras written by hand, OpenCV's own projection beside ours, mutations of good files.
 #include "engine/camera/calibration/known_camera.h"
@@ -25,8 +26,10 @@ constexpr const char* kColmap =
     "9 SIMPLE_PINHOLE 640 480 500 320 240\n";
 
 constexpr const char* kOpenCv =
-    "%YAML:1.0\n---\nimage_width: 640\nimage_height: 480\ncamera_matrix: !!opencv-matrix\n   rows: 3\n   cols: 3\n"
-    "   dt: d\n   data: [ 533.5, 0., 341.6, 0., 534.25, 232.9, 0., 0., 1. ]\ndistortion_coefficients: !!opencv-matrix\n"
+    "%YAML:1.0\n---\nimage_width: 640\nimage_height: 480\ncamera_matrix: !!opencv-matrix\n   rows: "
+    "3\n   cols: 3\n"
+    "   dt: d\n   data: [ 533.5, 0., 341.6, 0., 534.25, 232.9, 0., 0., 1. "
+    "]\ndistortion_coefficients: !!opencv-matrix\n"
     "   rows: 5\n   cols: 1\n   dt: d\n   data: [ -0.28, 0.025, 0.0012, -0.00014, 0.01 ]\n";
 
 TEST(KnownCamera, ColmapsHalfPixelAndModels) {
@@ -60,10 +63,13 @@ TEST(KnownCamera, TangentialDistortionByACentreOfItsOwn) {
   for (double u = 0; u <= 639; u += 7) {
     for (double v = 0; v <= 479; v += 7) {
       const Eigen::Vector2d ours_px(u, v), undistorted = *UndistortPixel(made->model, ours_px);
-      const double x = (undistorted.x() - known.cx) / known.fx, y = (undistorted.y() - known.cy) / known.fy;
-      const double r2 = x * x + y * y, radial = -0.1 * r2 + 0.02 * r2 * r2, p1 = 0.001, p2 = -0.0005;
-      const Eigen::Vector2d theirs(known.cx + known.fx * (x + x * radial + 2 * p1 * x * y + p2 * (r2 + 2 * x * x)),
-                                   known.cy + known.fy * (y + y * radial + 2 * p2 * x * y + p1 * (r2 + 2 * y * y)));
+      const double x = (undistorted.x() - known.cx) / known.fx,
+                   y = (undistorted.y() - known.cy) / known.fy;
+      const double r2 = x * x + y * y, radial = -0.1 * r2 + 0.02 * r2 * r2, p1 = 0.001,
+                   p2 = -0.0005;
+      const Eigen::Vector2d theirs(
+          known.cx + known.fx * (x + x * radial + 2 * p1 * x * y + p2 * (r2 + 2 * x * x)),
+          known.cy + known.fy * (y + y * radial + 2 * p2 * x * y + p1 * (r2 + 2 * y * y)));
       largest = std::max(largest, (theirs - ours_px).norm());
     }
   }
@@ -82,7 +88,8 @@ TEST(KnownCamera, OpenCvYaml) {
   EXPECT_LT(made->residual.mean_px, 0.4);
   const auto plain = ParseOpenCvCamera(
       "image_width: 640\nimage_height: 480\ncamera_matrix:\n  rows: 3\n  cols: 3\n"
-      "  data: [500, 0, 320, 0, 500, 240, 0, 0, 1]\ndistortion_coefficients:\n  data: [0, 0, 0, 0, 0]\n");
+      "  data: [500, 0, 320, 0, 500, 240, 0, 0, 1]\ndistortion_coefficients:\n  data: [0, 0, 0, 0, "
+      "0]\n");
   ASSERT_TRUE(plain.ok()) << plain.status().message();
   EXPECT_TRUE(plain->coefficients.empty());
 }
@@ -91,7 +98,8 @@ TEST(KnownCamera, AModelThatOursCannotExpress) {
   KnownCamera known{{640, 480}, 300, 300, 320, 240, {-0.3, 0.1, 0.03, 0.03}};
   const auto strong = ConvertCamera(known);
   ASSERT_FALSE(strong.ok());
-  EXPECT_NE(strong.status().message().find("cannot be expressed"), std::string::npos) << strong.status().message();
+  EXPECT_NE(strong.status().message().find("cannot be expressed"), std::string::npos)
+      << strong.status().message();
   known.coefficients.assign(14, 0.1);
   EXPECT_FALSE(ConvertCamera(known).ok());
   known.coefficients = {std::nan("")};
@@ -114,16 +122,20 @@ TEST(KnownCamera, MessagesNameTheFault) {
                                     {"1 PINHOLE 70000 480 500 510 320 240", "CAMERA_ID MODEL"}}) {
     const auto cameras = ParseColmapCameras(text);
     ASSERT_FALSE(cameras.ok()) << text;
-    EXPECT_NE(cameras.status().message().find(words), std::string::npos) << cameras.status().message();
+    EXPECT_NE(cameras.status().message().find(words), std::string::npos)
+        << cameras.status().message();
   }
   for (const auto& [text, words] :
        {std::pair("", "camera"),
         {"%YAML:1.0\n---\nimage_width: 640\n", "image_height"},
         {"%YAML:1.0\n---\nimage_width: 640\nimage_height: 480\n", "camera_matrix"},
-        {"%YAML:1.0\n---\nimage_width: 640\nimage_height: 480\ncamera_matrix: [1, 2]\n", "9 numbers"},
-        {"%YAML:1.0\n---\nimage_width: 640\nimage_height: 480\ncamera_matrix: [1, 0, 1, 0, 1, 1, 0, 0, 2]\n",
+        {"%YAML:1.0\n---\nimage_width: 640\nimage_height: 480\ncamera_matrix: [1, 2]\n",
+         "9 numbers"},
+        {"%YAML:1.0\n---\nimage_width: 640\nimage_height: 480\ncamera_matrix: [1, 0, 1, 0, 1, 1, "
+         "0, 0, 2]\n",
          "fx 0 cx"},
-        {"%YAML:1.0\n---\nimage_width: 640\nimage_height: 480\ncamera_matrix: [5, 0, 1, 0, 5, 1, 0, 0, 1]\n",
+        {"%YAML:1.0\n---\nimage_width: 640\nimage_height: 480\ncamera_matrix: [5, 0, 1, 0, 5, 1, "
+         "0, 0, 1]\n",
          "distortion_coefficients"}}) {
     const auto known = ParseOpenCvCamera(text);
     ASSERT_FALSE(known.ok()) << text;

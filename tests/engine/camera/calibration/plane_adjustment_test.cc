@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Goal: the adjustment finds the camera from a poor start, its standard deviations are those that repeated experiments
+// Goal: the adjustment finds the camera from a poor start, its standard deviations are those that
+// repeated experiments
 //   show, and what observations and photos to use is chosen as said.
 // Method: sessions of known truth; derivatives against differences; many noises on one session.
 #include "engine/camera/calibration/plane_adjustment.h"
@@ -35,19 +36,23 @@ std::vector<PlaneObservation> ObservationsOf(const SyntheticSession& session) {
 TEST(PlaneReprojectionCost, ProjectsAsTheCameraModelDoes) {
   const SyntheticSession session = MakeSession({.seed = 1});
   const CameraModel& c = session.truth;
-  const std::array<double, kLensSize> lens = {c.fx, c.fy / c.fx, c.cx, c.cy, c.k1, c.k2, c.u0, c.v0};
+  const std::array<double, kLensSize> lens = {c.fx, c.fy / c.fx, c.cx, c.cy,
+                                              c.k1, c.k2,        c.u0, c.v0};
   for (const PlaneObservation& o : ObservationsOf(session)) {
     const Rigid3& pose = session.cams_from_world[o.view];
     Eigen::Vector2d px;
-    ASSERT_TRUE(PlaneReprojectionCost::Project(lens.data(), pose.rotation.coeffs().data(), pose.translation.data(),
+    ASSERT_TRUE(PlaneReprojectionCost::Project(lens.data(), pose.rotation.coeffs().data(),
+                                               pose.translation.data(),
                                                session.points[o.point].data(), px.data()));
-    const Eigen::Vector2d expected = DistortPixel(c, *PixelFromBearing(c, pose * session.points[o.point]));
+    const Eigen::Vector2d expected =
+        DistortPixel(c, *PixelFromBearing(c, pose * session.points[o.point]));
     EXPECT_LT((px - expected).norm(), 1e-8);
   }
   const Eigen::Vector3d behind = session.cams_from_world[0].Inverse() * Eigen::Vector3d(0, 0, -1);
   Eigen::Vector2d px;
-  EXPECT_FALSE(PlaneReprojectionCost::Project(lens.data(), session.cams_from_world[0].rotation.coeffs().data(),
-                                              session.cams_from_world[0].translation.data(), behind.data(), px.data()));
+  EXPECT_FALSE(PlaneReprojectionCost::Project(
+      lens.data(), session.cams_from_world[0].rotation.coeffs().data(),
+      session.cams_from_world[0].translation.data(), behind.data(), px.data()));
 }
 
 TEST(PlaneAdjustment, FromAPoorStart) {
@@ -70,7 +75,8 @@ TEST(PlaneAdjustment, FromAPoorStart) {
   EXPECT_NEAR(made->sigma_scale, 1, 0.1);  // the sigmas given were right
   ASSERT_EQ(made->residuals_px.size(), observations.size());
   double sum = 0;
-  for (const Eigen::Vector2d& r : made->residuals_px) sum += r.squaredNorm() / (2. * observations.size());
+  for (const Eigen::Vector2d& r : made->residuals_px)
+    sum += r.squaredNorm() / (2. * observations.size());
   EXPECT_NEAR(std::sqrt(sum), 0.1, 0.025);  // a part of the noise goes into the parameters
 }
 
@@ -90,7 +96,8 @@ TEST(PlaneAdjustment, StandardDeviationsAreThoseOfRepeatedExperiments) {
         o.px[k] += 0.2 * sum;
       }
     }
-    CompactScene seen = Compact(observations, {std::vector<bool>(observations.size(), true), {}}, SceneOf(exact));
+    CompactScene seen =
+        Compact(observations, {std::vector<bool>(observations.size(), true), {}}, SceneOf(exact));
     const auto made = AdjustPlane(seen.observations, {}, &seen.scene);
     ASSERT_TRUE(made.ok() && made->is_determined);
     const auto ours = IntrinsicsOf(seen.scene.camera), truth = IntrinsicsOf(exact.truth);
@@ -99,8 +106,8 @@ TEST(PlaneAdjustment, StandardDeviationsAreThoseOfRepeatedExperiments) {
       in_sigma2[k] += std::pow(ours[at] - truth[at], 2) / made->covariance(k, k) / kTimes;
     }
   }
-  for (int k = 0; k < 8;
-       ++k) {  // chi-squared of 40 over 40 lies in 0.5..1.7 in 99.8 of 100 cases; priors bias a little
+  for (int k = 0; k < 8; ++k) {  // chi-squared of 40 over 40 lies in 0.5..1.7 in 99.8 of 100 cases;
+                                 // priors bias a little
     EXPECT_GT(in_sigma2[k], 0.45) << kIntrinsicNames[static_cast<size_t>(k)];
     EXPECT_LT(in_sigma2[k], 2.0) << kIntrinsicNames[static_cast<size_t>(k)];
   }
@@ -117,7 +124,8 @@ TEST(PlaneAdjustment, WrongSigmasAreFoundOut) {
 }
 
 TEST(PlaneAdjustment, AnOpenParameterIsSaid) {
-  // One photo of one plane: focal length and distance cannot be told apart well, and a second point is all there is.
+  // One photo of one plane: focal length and distance cannot be told apart well, and a second point
+  // is all there is.
   const SyntheticSession session = MakeSession({.photo_count = 3, .seed = 5});
   std::vector<PlaneObservation> few;
   for (const PlaneObservation& o : ObservationsOf(session)) {
@@ -147,7 +155,8 @@ TEST(ViewFocal, AnotherZoomStandsOut) {
 }
 
 TEST(ObservationChoice, PhotosAndPointsThatDoNotFit) {
-  // Views 0 to 2 see points 0 to 9; view 1 fits badly; point 9 fits in one view alone; view 2 is out from before.
+  // Views 0 to 2 see points 0 to 9; view 1 fits badly; point 9 fits in one view alone; view 2 is
+  // out from before.
   std::vector<PlaneObservation> observations;
   std::vector<double> errors;
   for (uint32_t v = 0; v < 4; ++v) {
@@ -164,7 +173,8 @@ TEST(ObservationChoice, PhotosAndPointsThatDoNotFit) {
   EXPECT_EQ(choice.why_left_out[2], "blurred");
   EXPECT_EQ(choice.why_left_out[3], "");
   for (size_t i = 0; i < observations.size(); ++i) {
-    const bool expected = (observations[i].view == 0 || observations[i].view == 3) && observations[i].point < 9;
+    const bool expected =
+        (observations[i].view == 0 || observations[i].view == 3) && observations[i].point < 9;
     EXPECT_EQ(choice.is_used[i], expected) << i;
   }
   PlaneScene whole;
@@ -187,7 +197,8 @@ TEST(Readmission, LostPhotosAndPointsAreFoundAgain) {
   scene.cams_from_world[3].translation.setConstant(std::nan(""));
   scene.points[20].setConstant(std::nan(""));
   ObservationChoice choice;
-  for (const PlaneObservation& o : observations) choice.is_used.push_back(o.view != 3 && o.point != 20);
+  for (const PlaneObservation& o : observations)
+    choice.is_used.push_back(o.view != 3 && o.point != 20);
   std::vector<std::string> never(session.input.views.size());
   PlaneScene held = scene;
   never[3] = "another camera";

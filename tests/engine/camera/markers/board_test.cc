@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Goal: the corner of a checkerboard is found to hundredths of a pixel whatever blur, light and slant, its stated sigma
-// is honest, and derivatives are right.
-// Method: numeric derivatives; boards drawn by integrating the pattern over pixels, seen slanted, with noise.
+// Goal: the corner of a checkerboard is found to hundredths of a pixel whatever blur, light and
+// slant, its stated sigma is honest, and derivatives are right. Method: numeric derivatives; boards
+// drawn by integrating the pattern over pixels, seen slanted, with noise.
 #include "engine/camera/markers/board.h"
 
 #include <gtest/gtest.h>
@@ -48,11 +48,13 @@ TEST(BoardCost, DerivativesAreRight) {
   ExpectDerivatives(BoardCost(samples, 6), x);
   for (BoardSample& sample : samples) sample.at /= 12;
   CoarseBoardCost coarse(samples);
-  ExpectDerivatives(coarse, (CoarseBoardCost::Parameters() << 0.02, -0.03, 0.4, 50, 100).finished());
+  ExpectDerivatives(coarse,
+                    (CoarseBoardCost::Parameters() << 0.02, -0.03, 0.4, 50, 100).finished());
 }
 
 // A marker seen through a homography: ink gives back 4 % of the light.
-cv::Mat DrawMarker(const Eigen::Matrix3d& image_from_unit, double blur_px, double noise, uint64_t seed) {
+cv::Mat DrawMarker(const Eigen::Matrix3d& image_from_unit, double blur_px, double noise,
+                   uint64_t seed) {
   constexpr int kSide = 160, kSamples = 6;
   const Eigen::Matrix3d unit_from_image = image_from_unit.inverse();
   cv::Mat1f image(kSide, kSide);
@@ -60,8 +62,8 @@ cv::Mat DrawMarker(const Eigen::Matrix3d& image_from_unit, double blur_px, doubl
     for (int u = 0; u < kSide; ++u) {
       int bright = 0;
       for (int k = 0; k < kSamples * kSamples; ++k) {
-        const Eigen::Vector3d px(u - 0.5 + (k % kSamples + 0.5) / kSamples, v - 0.5 + (k / kSamples + 0.5) / kSamples,
-                                 1);
+        const Eigen::Vector3d px(u - 0.5 + (k % kSamples + 0.5) / kSamples,
+                                 v - 0.5 + (k / kSamples + 0.5) / kSamples, 1);
         const Eigen::Vector2d unit = (unit_from_image * px).hnormalized();
         bright += !IsMarkerDark(5, unit.x(), unit.y());
       }
@@ -85,7 +87,8 @@ cv::Mat DrawMarker(const Eigen::Matrix3d& image_from_unit, double blur_px, doubl
 Eigen::Matrix3d View(SeededRandom* random) {
   Eigen::Matrix3d view = Eigen::Matrix3d::Identity();
   const double turn = 2 * std::numbers::pi * random->Unit();
-  view.topLeftCorner<2, 2>() = Eigen::Rotation2Dd(turn).toRotationMatrix() * Eigen::DiagonalMatrix<double, 2>(45, 24) *
+  view.topLeftCorner<2, 2>() = Eigen::Rotation2Dd(turn).toRotationMatrix() *
+                               Eigen::DiagonalMatrix<double, 2>(45, 24) *
                                Eigen::Rotation2Dd(turn + 2 * random->Unit()).toRotationMatrix();
   view.topRightCorner<2, 1>() << 80 + random->Unit(), 80 + random->Unit();
   view.bottomLeftCorner<1, 2>() << 0.1 * random->Unit(), 0.1 * random->Unit();
@@ -122,7 +125,8 @@ TEST(FindBoard, LeadsFromTheOutlineToTheCorner) {
     std::vector<Eigen::Vector2d> outline;
     for (int k = 0; k < 60; ++k) {
       const double angle = 2 * std::numbers::pi * k / 60;
-      outline.push_back((view * Eigen::Vector3d(std::cos(angle), std::sin(angle), 1)).hnormalized());
+      outline.push_back(
+          (view * Eigen::Vector3d(std::cos(angle), std::sin(angle), 1)).hnormalized());
     }
     const auto ellipse = FitEllipse(outline);
     ASSERT_TRUE(ellipse);

@@ -1,9 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-// Goal: markers in rendered photos are found with the right id and a feature point far better than the ellipse's
-// centre, whatever slant, light, blur and clutter; no other id is ever said; any image at all gets an answer.
+// Goal: markers in rendered photos are found with the right id and a feature point far better than
+// the ellipse's centre, whatever slant, light, blur and clutter; no other id is ever said; any
+// image at all gets an answer.
 //
-// Method: photos of known truth at the edges of what is promised (tools/markers measures in between); half-covered
-// rings, copies of a marker, noise and degenerate images; damaged files through the decoder.
+// Method: photos of known truth at the edges of what is promised (tools/markers measures in
+// between); half-covered rings, copies of a marker, noise and degenerate images; damaged files
+// through the decoder.
 #include "engine/camera/markers/detector.h"
 
 #include <gtest/gtest.h>
@@ -41,8 +43,8 @@ Score ScoreOf(const FloorView& view, const MarkerSearch& search) {
   Score score;
   for (const MarkerTruth& truth : view.truths) score.whole += truth.is_whole && truth.cover == 0;
   for (const MarkerDetection& marker : search.markers) {
-    const auto truth =
-        std::find_if(view.truths.begin(), view.truths.end(), [&](const MarkerTruth& t) { return t.id == marker.id; });
+    const auto truth = std::find_if(view.truths.begin(), view.truths.end(),
+                                    [&](const MarkerTruth& t) { return t.id == marker.id; });
     if (truth == view.truths.end() || (truth->px - marker.center_px).norm() > 2) {
       ++score.wrong;
       continue;
@@ -56,7 +58,8 @@ Score ScoreOf(const FloorView& view, const MarkerSearch& search) {
   return score;
 }
 
-Score Try(const FloorOptions& floor, double diameter_px, double tilt_deg, const FloorPhotoOptions& photo) {
+Score Try(const FloorOptions& floor, double diameter_px, double tilt_deg,
+          const FloorPhotoOptions& photo) {
   const FloorView view = TakeFloorView(floor, diameter_px, tilt_deg, photo);
   return ScoreOf(view, DetectMarkers(view.gray).value());
 }
@@ -87,7 +90,8 @@ TEST(DetectMarkers, FromSmallToLargeAndSlanted) {
   for (const auto& c : cases) {
     const Score score = Try(Grid(), c.diameter_px, c.tilt_deg, {});
     EXPECT_GE(score.whole, 1);
-    EXPECT_GE(score.whole_found, c.found_min * score.whole) << c.diameter_px << " px at " << c.tilt_deg;
+    EXPECT_GE(score.whole_found, c.found_min * score.whole)
+        << c.diameter_px << " px at " << c.tilt_deg;
     EXPECT_EQ(score.wrong, 0);
     EXPECT_LT(Median(score.error_px), 0.08);
   }
@@ -120,7 +124,8 @@ TEST(DetectMarkers, CoveredRingsAreReadOrLeftButNeverMistaken) {
       const double angle = 0.7 * marker.id;
       cover.is_ellipse = true;
       cover.half_m = Eigen::Vector2d::Constant(marker.radius_m * (part < 0.3 ? 0.3 : 0.9));
-      cover.center_m = marker.center_m.head<2>() + 1.1 * marker.radius_m * Eigen::Vector2d(cos(angle), sin(angle));
+      cover.center_m = marker.center_m.head<2>() +
+                       1.1 * marker.radius_m * Eigen::Vector2d(cos(angle), sin(angle));
       cover.reflectance = 0.04 + 0.4 * (marker.id % 3);
       options.covers.push_back(cover);
     }
@@ -158,10 +163,12 @@ TEST(DetectMarkers, IdsThatWereNotPrintedAreNotFound) {
 
 TEST(DetectMarkers, AnyImageGetsAnAnswer) {
   SeededRandom random(2);
-  for (const auto& [rows, cols] : {std::pair(0, 0), {1, 1}, {1, 3000}, {3000, 1}, {39, 500}, {40, 40}, {333, 777}}) {
+  for (const auto& [rows, cols] :
+       {std::pair(0, 0), {1, 1}, {1, 3000}, {3000, 1}, {39, 500}, {40, 40}, {333, 777}}) {
     cv::Mat noise(rows, cols, CV_8UC1), flat(rows, cols, CV_8UC1, cv::Scalar(255));
     for (int v = 0; v < rows; ++v) {
-      for (int u = 0; u < cols; ++u) noise.at<uint8_t>(v, u) = static_cast<uint8_t>(random.Below(256));
+      for (int u = 0; u < cols; ++u)
+        noise.at<uint8_t>(v, u) = static_cast<uint8_t>(random.Below(256));
     }
     for (const cv::Mat& gray : {noise, flat}) {
       const auto search = DetectMarkers(gray);
@@ -185,7 +192,8 @@ TEST(DetectMarkers, DamagedFilesNeverCrashAndNeverSayAnotherId) {
   for (int i = 0; i < 300; ++i) {
     std::vector<uint8_t> bytes = jpeg;
     for (uint32_t k = 0; k <= random.Below(4); ++k) {
-      bytes[random.Below(static_cast<uint32_t>(bytes.size()))] ^= static_cast<uint8_t>(1 + random.Below(255));
+      bytes[random.Below(static_cast<uint32_t>(bytes.size()))] ^=
+          static_cast<uint8_t>(1 + random.Below(255));
     }
     if (i % 8 == 0) bytes.resize(1 + random.Below(static_cast<uint32_t>(bytes.size())));
     const DecodedPhoto photo = DecodePhoto(bytes, limits);
@@ -193,7 +201,8 @@ TEST(DetectMarkers, DamagedFilesNeverCrashAndNeverSayAnotherId) {
     ++decoded;
     const MarkerSearch search = DetectMarkers(photo.gray).value();
     for (const MarkerDetection& marker : search.markers) {
-      EXPECT_LT(marker.id, 6u) << marker.error_count << " errors, " << marker.erasure_count << " erasures";
+      EXPECT_LT(marker.id, 6u) << marker.error_count << " errors, " << marker.erasure_count
+                               << " erasures";
       EXPECT_TRUE(marker.center_px.allFinite() && marker.covariance_px2.allFinite());
       ++found;
     }

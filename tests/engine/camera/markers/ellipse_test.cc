@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Goal: ellipses are fitted exactly to exact points and well to part of a noisy outline, and a circle's homography maps
-// centre and outline as the true one does.
-// Method: ellipses of seeded sizes; an arc with noise; circles seen through random cameras.
+// Goal: ellipses are fitted exactly to exact points and well to part of a noisy outline, and a
+// circle's homography maps centre and outline as the true one does. Method: ellipses of seeded
+// sizes; an arc with noise; circles seen through random cameras.
 #include "engine/camera/markers/ellipse.h"
 
 #include <gtest/gtest.h>
@@ -16,7 +16,8 @@
 namespace veduta {
 namespace {
 
-std::vector<Eigen::Vector2d> Outline(const Ellipse& ellipse, double from_deg, double to_deg, int count) {
+std::vector<Eigen::Vector2d> Outline(const Ellipse& ellipse, double from_deg, double to_deg,
+                                     int count) {
   std::vector<Eigen::Vector2d> points;
   for (int i = 0; i < count; ++i) {
     const double angle = (from_deg + (to_deg - from_deg) * i / count) * std::numbers::pi / 180;
@@ -47,7 +48,8 @@ TEST(FitEllipse, ToleratesNoiseOnAnArc) {
   SeededRandom random(4);
   const Ellipse truth = {{100, 80}, 40, 25, 0.5};
   std::vector<Eigen::Vector2d> points = Outline(truth, 20, 240, 60);
-  for (Eigen::Vector2d& p : points) p += Eigen::Vector2d(random.Unit() - 0.5, random.Unit() - 0.5) * 0.6;
+  for (Eigen::Vector2d& p : points)
+    p += Eigen::Vector2d(random.Unit() - 0.5, random.Unit() - 0.5) * 0.6;
   const auto fit = FitEllipse(points);
   ASSERT_TRUE(fit);
   EXPECT_LT((fit->center - truth.center).norm(), 1.0);
@@ -73,7 +75,8 @@ TEST(OutlineDistance, IsTheDistanceNearTheOutline) {
     for (int i = 0; i < 12; ++i) {
       const double angle = i * 0.5;
       const Eigen::Vector2d unit(std::cos(angle), std::sin(angle));
-      const Eigen::Vector2d normal = (ellipse.AxisMatrix().inverse().transpose() * unit).normalized();
+      const Eigen::Vector2d normal =
+          (ellipse.AxisMatrix().inverse().transpose() * unit).normalized();
       EXPECT_NEAR(OutlineDistance(ellipse, ellipse.At(unit) + d * normal), d, 0.01);
     }
   }
@@ -83,13 +86,15 @@ TEST(HomographyFromCircle, IsTheTrueOneUpToATurn) {
   SeededRandom random(5);
   for (int trial = 0; trial < 20; ++trial) {
     Eigen::Matrix3d truth = Eigen::Matrix3d::Identity();
-    truth.topLeftCorner<2, 2>() << 60 + 20 * random.Unit(), 10 * random.Unit(), -15 * random.Unit(), 30;
+    truth.topLeftCorner<2, 2>() << 60 + 20 * random.Unit(), 10 * random.Unit(), -15 * random.Unit(),
+        30;
     truth.topRightCorner<2, 1>() << 400, 300;
     truth.bottomLeftCorner<1, 2>() << 0.4 * random.Unit() - 0.2, 0.4 * random.Unit() - 0.2;
     std::vector<Eigen::Vector2d> outline;
     for (int i = 0; i < 60; ++i) {
       const double angle = 2 * std::numbers::pi * i / 60;
-      outline.push_back((truth * Eigen::Vector3d(std::cos(angle), std::sin(angle), 1)).hnormalized());
+      outline.push_back(
+          (truth * Eigen::Vector3d(std::cos(angle), std::sin(angle), 1)).hnormalized());
     }
     const Eigen::Vector2d center = truth.col(2).hnormalized();
     const auto ellipse = FitEllipse(outline);

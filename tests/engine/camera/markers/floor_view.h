@@ -30,15 +30,18 @@ struct FloorView {
 };
 
 // A photo from straight above or slanted in which a marker in the middle is `diameter_px` across.
-inline FloorView TakeFloorView(const floor::FloorOptions& options, double diameter_px, double tilt_deg,
-                               const floor::FloorPhotoOptions& photo, const CameraModel& model = FloorCameraModel()) {
+inline FloorView TakeFloorView(const floor::FloorOptions& options, double diameter_px,
+                               double tilt_deg, const floor::FloorPhotoOptions& photo,
+                               const CameraModel& model = FloorCameraModel()) {
   const floor::Floor floor = floor::Floor::Build(options).value();
   const auto nearest = std::min_element(
-      floor.markers().begin(), floor.markers().end(),
-      [](const auto& a, const auto& b) { return a.center_m.squaredNorm() < b.center_m.squaredNorm(); });
+      floor.markers().begin(), floor.markers().end(), [](const auto& a, const auto& b) {
+        return a.center_m.squaredNorm() < b.center_m.squaredNorm();
+      });
   const Eigen::Vector2d target_m = nearest->center_m.head<2>() + Eigen::Vector2d(0.005, 0.003);
   const double distance_m = model.fx * 2 * floor.markers().front().radius_m / diameter_px;
-  const floor::FloorCamera camera = {"view", model, floor::LookDown(target_m, distance_m, tilt_deg, 40, 25)};
+  const floor::FloorCamera camera = {"view", model,
+                                     floor::LookDown(target_m, distance_m, tilt_deg, 40, 25)};
   return {floor::RenderFloorPhoto(floor, camera, photo).value(), floor::TrueMarkers(floor, camera)};
 }
 

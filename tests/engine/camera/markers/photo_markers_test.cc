@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Goal: every photo file is either in the calibration's input with the ids and places seen in it, or has a note that
-// says why not; threads do not matter.
-// Method: a folder with good photos among a blank one, one of another size, a turned one, a text and a missing one.
+// Goal: every photo file is either in the calibration's input with the ids and places seen in it,
+// or has a note that says why not; threads do not matter. Method: a folder with good photos among a
+// blank one, one of another size, a turned one, a text and a missing one.
 #include "engine/camera/markers/photo_markers.h"
 
 #include <gtest/gtest.h>
@@ -39,7 +39,8 @@ class PhotoMarkersTest : public ::testing::Test {
   std::string Write(const std::string& name, const std::vector<uint8_t>& bytes) {
     const std::string path = (folder_ / name).string();
     std::ofstream file(path, std::ios::binary);
-    file.write(reinterpret_cast<const char*>(bytes.data()), static_cast<std::streamsize>(bytes.size()));
+    file.write(reinterpret_cast<const char*>(bytes.data()),
+               static_cast<std::streamsize>(bytes.size()));
     return path;
   }
 
@@ -49,17 +50,19 @@ class PhotoMarkersTest : public ::testing::Test {
 };
 
 TEST_F(PhotoMarkersTest, EachPhotoIsUsedOrHasAReason) {
-  const cv::Mat blank(360, 480, CV_8UC1, cv::Scalar(128)), small = view_.gray(cv::Rect(0, 0, 400, 300));
+  const cv::Mat blank(360, 480, CV_8UC1, cv::Scalar(128)),
+      small = view_.gray(cv::Rect(0, 0, 400, 300));
   std::vector<uint8_t> cut(jpeg_.begin(), jpeg_.begin() + static_cast<ptrdiff_t>(jpeg_.size() / 2));
-  const std::vector<std::string> paths = {Write("a.jpg", jpeg_),
-                                          Write("blank.jpg", EncodeGrayJpeg(blank)),
-                                          Write("small.jpg", EncodeGrayJpeg(small)),
-                                          Write("turned.jpg", testing::WithExif(jpeg_, testing::ExifBlock(6, true))),
-                                          Write("cut.jpg", cut),
-                                          Write("text.jpg", {'h', 'e', 'l', 'l', 'o'}),
-                                          (folder_ / "missing.jpg").string(),
-                                          Write("other/a.jpg", jpeg_),
-                                          Write("a.jpg", jpeg_)};
+  const std::vector<std::string> paths = {
+      Write("a.jpg", jpeg_),
+      Write("blank.jpg", EncodeGrayJpeg(blank)),
+      Write("small.jpg", EncodeGrayJpeg(small)),
+      Write("turned.jpg", testing::WithExif(jpeg_, testing::ExifBlock(6, true))),
+      Write("cut.jpg", cut),
+      Write("text.jpg", {'h', 'e', 'l', 'l', 'o'}),
+      (folder_ / "missing.jpg").string(),
+      Write("other/a.jpg", jpeg_),
+      Write("a.jpg", jpeg_)};
   ThreadPool pool(2), none(0);
   size_t done = 0;
   const PhotoMarkers result = DetectInPhotos(paths, {}, &pool, [&](size_t n) { done = n; }).value();
@@ -81,13 +84,15 @@ TEST_F(PhotoMarkersTest, EachPhotoIsUsedOrHasAReason) {
   EXPECT_EQ(uses, expected);
   EXPECT_EQ(result.size, (ImageSize{480, 360}));
   ASSERT_EQ(result.input.views.size(), 3u);
-  EXPECT_NE(result.input.views[0].name, result.input.views[2].name) << "two files of one name are told apart";
+  EXPECT_NE(result.input.views[0].name, result.input.views[2].name)
+      << "two files of one name are told apart";
   for (const ViewObservations& view : result.input.views) {
     EXPECT_EQ(view.size, result.size);
     ASSERT_GE(view.points.size(), 8u);
     for (const PointObservation& point : view.points) {
-      const auto truth = std::find_if(view_.truths.begin(), view_.truths.end(),
-                                      [&](const floor::MarkerTruth& t) { return t.id == point.id; });
+      const auto truth =
+          std::find_if(view_.truths.begin(), view_.truths.end(),
+                       [&](const floor::MarkerTruth& t) { return t.id == point.id; });
       ASSERT_NE(truth, view_.truths.end());
       EXPECT_LT((truth->px - point.px).norm(), 0.2);
       EXPECT_GT(point.sigma_px, 0);
@@ -113,7 +118,8 @@ TEST_F(PhotoMarkersTest, SaysWhatAPhotoCouldDoBetter) {
   cv::Mat twice;  // the same sheets at two places
   cv::hconcat(view_.gray(cv::Rect(0, 0, 240, 360)), view_.gray(cv::Rect(0, 0, 240, 360)), twice);
   const std::vector<std::string> paths = {
-      Write("sharp.jpg", jpeg_), Write("soft.jpg", EncodeGrayJpeg(softened)), Write("twice.jpg", EncodeGrayJpeg(twice)),
+      Write("sharp.jpg", jpeg_), Write("soft.jpg", EncodeGrayJpeg(softened)),
+      Write("twice.jpg", EncodeGrayJpeg(twice)),
       Write("blurred.jpg", EncodeGrayJpeg(TakeFloorView(options, 60, 15, blurred, model).gray))};
   ThreadPool none(0);
   const PhotoMarkers result = DetectInPhotos(paths, {}, &none).value();
@@ -121,8 +127,10 @@ TEST_F(PhotoMarkersTest, SaysWhatAPhotoCouldDoBetter) {
   EXPECT_EQ(result.notes[0].advice, "");
   EXPECT_EQ(result.notes[1].advice, "") << "soft, but all its markers are found";
   EXPECT_EQ(result.notes[2].use, PhotoUse::kTooFewMarkers);
-  EXPECT_NE(result.notes[2].detail.find("seen twice: "), std::string::npos) << result.notes[2].detail;
-  EXPECT_NE(result.notes[3].advice.find("out of focus"), std::string::npos) << result.notes[3].blur_share;
+  EXPECT_NE(result.notes[2].detail.find("seen twice: "), std::string::npos)
+      << result.notes[2].detail;
+  EXPECT_NE(result.notes[3].advice.find("out of focus"), std::string::npos)
+      << result.notes[3].blur_share;
   EXPECT_NEAR(result.notes[3].blur_px, 2.6, 0.3);
   EXPECT_NEAR(result.notes[3].blur_share, 2.6 / 60, 0.01);
 }

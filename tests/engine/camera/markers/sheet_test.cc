@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Goal: every marker asked for is printed once, whole and apart from its neighbours, on a PDF that says which is which.
-// Method: the layout's circles against each other and the paper's edges; the pattern sector by sector against the code;
-// the PDF's structure, and its bytes made twice.
+// Goal: every marker asked for is printed once, whole and apart from its neighbours, on a PDF that
+// says which is which. Method: the layout's circles against each other and the paper's edges; the
+// pattern sector by sector against the code; the PDF's structure, and its bytes made twice.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -41,7 +41,8 @@ TEST(SheetLayout, KeepsEveryQuietZoneOnThePaperAndFree) {
 
 TEST(SheetLayout, RefusesWhatTheCodeCannotHold) {
   EXPECT_EQ(LayOutSheets(Paper::kA4, 0).status().code(), StatusCode::kInvalidArgument);
-  EXPECT_EQ(LayOutSheets(Paper::kA4, kMarkerIdCount + 1).status().code(), StatusCode::kInvalidArgument);
+  EXPECT_EQ(LayOutSheets(Paper::kA4, kMarkerIdCount + 1).status().code(),
+            StatusCode::kInvalidArgument);
   EXPECT_TRUE(LayOutSheets(Paper::kLetter, kMarkerIdCount).ok());
   EXPECT_FALSE(PaperFromName("A5"));
 }
@@ -50,7 +51,9 @@ TEST(MarkerPattern, ShowsItsWordAndItsCorner) {
   for (const MarkerId id : {0u, 57u, kMarkerIdCount - 1}) {
     for (int i = 0; i < kMarkerBitCount; ++i) {
       const double angle = 2 * std::numbers::pi * (i + 0.5) / kMarkerBitCount;
-      const auto is_dark_at = [&](double r) { return IsMarkerDark(id, r * std::cos(angle), r * std::sin(angle)); };
+      const auto is_dark_at = [&](double r) {
+        return IsMarkerDark(id, r * std::cos(angle), r * std::sin(angle));
+      };
       EXPECT_EQ(is_dark_at(0.7), (MarkerWord(id) >> i & 1) == 0);
       EXPECT_TRUE(is_dark_at(0.9));
       EXPECT_FALSE(is_dark_at(1.1));
