@@ -7,7 +7,7 @@
 #include "cli/photo_list.h"
 #include "cli/progress.h"
 #include "cli/stop_on_signal.h"
-#include "engine/verdict_text.h"
+#include "engine/query/verdict_text.h"
 
 namespace veduta {
 namespace {

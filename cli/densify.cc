@@ -6,7 +6,7 @@
 #include "cli/command.h"
 #include "cli/progress.h"
 #include "cli/stop_on_signal.h"
-#include "fusion/densify.h"
+#include "fusion/pass/densify.h"
 #include "kernels/device.h"
 
 namespace veduta {

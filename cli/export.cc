@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // veduta export DB OUT --format colmap|ply|gltf [--error E]
 #include "cli/command.h"
-#include "engine/colmap_export.h"
-#include "fusion/dense_export.h"
+#include "engine/query/colmap_export.h"
+#include "fusion/pass/dense_export.h"
 
 namespace veduta {
 namespace {

@@ -2,7 +2,7 @@
 // veduta render DB OUT.png [--from IMAGE] [--compare] [--reconstruction ID] [--side
 // front|left|right] [--points]
 #include "cli/command.h"
-#include "fusion/dense_export.h"
+#include "fusion/pass/dense_export.h"
 
 namespace veduta {
 namespace {

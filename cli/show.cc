@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // veduta show DB IMAGE [--json]; veduta pose DB IMAGE [--json]
 #include "cli/command.h"
-#include "engine/verdict_text.h"
+#include "engine/query/verdict_text.h"
 
 namespace veduta {
 namespace {

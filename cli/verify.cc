@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 // veduta verify DB; veduta digest DB
 #include "cli/command.h"
-#include "engine/digest.h"
-#include "engine/invariants.h"
-#include "fusion/dense_invariants.h"
+#include "engine/query/digest.h"
+#include "engine/query/invariants.h"
+#include "fusion/pass/dense_invariants.h"
 
 namespace veduta {
 namespace {

@@ -12,9 +12,9 @@
 #include <string>
 #include <vector>
 
-#include "engine/ingest.h"
-#include "engine/queries.h"
-#include "engine/stopwatch.h"
+#include "engine/ingest/ingest.h"
+#include "engine/query/queries.h"
+#include "storage/base/stopwatch.h"
 
 namespace veduta {
 

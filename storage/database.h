@@ -24,7 +24,14 @@
 
 #include "storage/base/status.h"
 #include "storage/dense.h"
-#include "storage/records.h"
+#include "storage/model/camera.h"
+#include "storage/model/features.h"
+#include "storage/model/image.h"
+#include "storage/model/journal.h"
+#include "storage/model/pair.h"
+#include "storage/model/points.h"
+#include "storage/model/reconstruction.h"
+#include "storage/model/state.h"
 
 namespace rocksdb {
 class FileSystem;
@@ -44,22 +51,6 @@ struct DatabaseOptions {
   uint64_t block_cache_bytes = 256ull << 20;
   std::shared_ptr<rocksdb::FileSystem> file_system =
       nullptr;  // for tests; null is the operating system's
-};
-
-// Counters and switches that change with almost every transaction.
-struct DatabaseState {
-  uint32_t next_image = 1;
-  uint32_t next_camera = 1;
-  uint32_t next_reconstruction = 1;
-  uint64_t next_journal = 1;
-  uint64_t next_blob = 1;
-  uint32_t vocabulary_generation = 0;    // 0: none yet
-  uint32_t images_at_vocabulary = 0;     // count of retrievable images when it was trained
-  bool vocabulary_imported = false;      // given by a person: not re-trained
-  uint32_t retrievable_image_count = 0;  // images with features, N of eq 5
-  std::vector<ImageId>
-      pending_propagation;  // placed views whose neighbours are still to be tried, oldest first
-  bool operator==(const DatabaseState&) const = default;
 };
 
 // A value read in place, not necessarily aligned: the bytes stay valid as long as this lives.

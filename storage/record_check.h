@@ -9,7 +9,14 @@
 
 #include "storage/base/status.h"
 #include "storage/database.h"
-#include "storage/records.h"
+#include "storage/model/camera.h"
+#include "storage/model/features.h"
+#include "storage/model/image.h"
+#include "storage/model/journal.h"
+#include "storage/model/pair.h"
+#include "storage/model/points.h"
+#include "storage/model/reconstruction.h"
+#include "storage/model/state.h"
 
 namespace veduta {
 

@@ -5,9 +5,9 @@
 #include <string>
 #include <string_view>
 
-#include "engine/camera/image_size.h"
 #include "storage/base/status.h"
-#include "storage/records.h"
+#include "storage/model/camera.h"
+#include "storage/model/image_size.h"
 
 namespace veduta {
 

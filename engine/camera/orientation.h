@@ -5,7 +5,7 @@
 
 #include <opencv2/core.hpp>
 
-#include "engine/camera/image_size.h"
+#include "storage/model/image_size.h"
 
 namespace veduta {
 

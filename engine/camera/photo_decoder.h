@@ -7,9 +7,9 @@
 #include <span>
 #include <string>
 
-#include "engine/camera/image_size.h"
 #include "engine/camera/photo_header.h"
 #include "storage/base/status.h"
+#include "storage/model/image_size.h"
 
 namespace veduta {
 

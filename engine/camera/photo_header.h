@@ -7,7 +7,7 @@
 #include <span>
 #include <string>
 
-#include "engine/camera/image_size.h"
+#include "storage/model/image_size.h"
 
 namespace veduta {
 

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 // From pixels to rays and back. The camera model and its conventions: CameraModel in
-// storage/records.h.
+// storage/model/camera.h.
 //
 // Two kinds of pixels. `distorted_px` lie in the photo as it was taken; `undistorted_px` lie in the
 // image that UndistortTable makes of it, a pinhole image with the same size and the same fx, fy,
@@ -13,7 +13,7 @@
 #include <optional>
 
 #include "storage/base/status.h"
-#include "storage/records.h"
+#include "storage/model/camera.h"
 
 namespace veduta {
 

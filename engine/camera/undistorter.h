@@ -17,7 +17,7 @@
 #include <unordered_map>
 
 #include "storage/base/status.h"
-#include "storage/records.h"
+#include "storage/model/camera.h"
 
 namespace veduta {
 

@@ -7,7 +7,7 @@
 #include <memory>
 
 #include "storage/base/status.h"
-#include "storage/records.h"
+#include "storage/model/features.h"
 
 namespace veduta {
 

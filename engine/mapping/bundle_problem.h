@@ -9,8 +9,8 @@
 #include <cstdint>
 #include <vector>
 
-#include "engine/matching/pinhole.h"
 #include "storage/base/transform.h"
+#include "storage/model/pinhole.h"
 
 namespace veduta {
 

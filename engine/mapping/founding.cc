@@ -6,6 +6,8 @@
 #include <limits>
 
 #include "storage/base/content_hash.h"
+#include "storage/base/transform.h"
+#include "storage/model/pair.h"
 
 namespace veduta {
 namespace {

@@ -9,6 +9,7 @@
 #include "engine/mapping/map.h"
 #include "engine/mapping/point_filter.h"
 #include "engine/mapping/resection.h"
+#include "storage/model/pair.h"
 
 namespace veduta {
 

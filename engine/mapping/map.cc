@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "storage/base/status.h"
+#include "storage/base/transform.h"
 
 namespace veduta {
 namespace {

@@ -21,8 +21,10 @@
 
 #include "engine/mapping/triangulation.h"
 #include "engine/matching/feature_grid.h"
-#include "engine/matching/pinhole.h"
-#include "storage/records.h"
+#include "storage/base/transform.h"
+#include "storage/model/features.h"
+#include "storage/model/pinhole.h"
+#include "storage/model/points.h"
 
 namespace veduta {
 

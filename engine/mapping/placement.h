@@ -9,6 +9,8 @@
 
 #include "engine/mapping/map.h"
 #include "engine/mapping/resection.h"
+#include "storage/base/transform.h"
+#include "storage/model/pair.h"
 
 namespace veduta {
 

@@ -7,6 +7,7 @@
 #include <opengv/absolute_pose/methods.hpp>
 
 #include "engine/matching/sampling.h"
+#include "storage/base/transform.h"
 
 namespace veduta {
 namespace {

@@ -6,8 +6,9 @@
 #include <span>
 #include <vector>
 
-#include "engine/matching/pinhole.h"
 #include "storage/base/status.h"
+#include "storage/base/transform.h"
+#include "storage/model/pinhole.h"
 
 namespace veduta {
 

@@ -6,7 +6,8 @@
 #include <span>
 #include <vector>
 
-#include "engine/matching/pinhole.h"
+#include "storage/base/transform.h"
+#include "storage/model/pinhole.h"
 
 namespace veduta {
 

@@ -10,7 +10,7 @@
 
 #include "engine/matching/contrast_class.h"
 #include "storage/base/ids.h"
-#include "storage/records.h"
+#include "storage/model/features.h"
 
 namespace veduta {
 

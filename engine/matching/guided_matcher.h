@@ -11,7 +11,7 @@
 #include "engine/matching/feature_grid.h"
 #include "engine/matching/mutual_matcher.h"
 #include "storage/base/status.h"
-#include "storage/records.h"
+#include "storage/model/features.h"
 
 namespace veduta {
 

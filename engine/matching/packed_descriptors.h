@@ -11,7 +11,7 @@
 #include "engine/matching/matcher_kernels.h"
 #include "storage/base/ids.h"
 #include "storage/base/status.h"
-#include "storage/records.h"
+#include "storage/model/features.h"
 
 namespace veduta {
 

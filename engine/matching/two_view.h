@@ -7,9 +7,9 @@
 #include <span>
 #include <vector>
 
-#include "engine/matching/pinhole.h"
 #include "storage/base/status.h"
-#include "storage/records.h"
+#include "storage/model/pair.h"
+#include "storage/model/pinhole.h"
 
 namespace veduta {
 

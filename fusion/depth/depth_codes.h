@@ -3,10 +3,10 @@
 // Depth maps as they are stored: 16 bits of inverse depth a pixel, even in what stereo can tell
 // apart.
 
-#include "fusion/depth/depth_map.h"
 #include "fusion/depth/depth_range.h"
 #include "storage/base/status.h"
 #include "storage/dense.h"
+#include "storage/model/depth_map.h"
 
 namespace veduta {
 

@@ -4,10 +4,10 @@
 
 #include <span>
 
-#include "fusion/depth/depth_map.h"
-#include "fusion/depth/view.h"
 #include "storage/base/status.h"
 #include "storage/base/thread_pool.h"
+#include "storage/model/depth_map.h"
+#include "storage/model/view.h"
 
 namespace veduta {
 

@@ -21,12 +21,12 @@
 
 #include <span>
 
-#include "fusion/depth/depth_map.h"
 #include "fusion/depth/depth_range.h"
-#include "fusion/depth/view.h"
 #include "kernels/device.h"
 #include "storage/base/status.h"
 #include "storage/base/thread_pool.h"
+#include "storage/model/depth_map.h"
+#include "storage/model/view.h"
 
 namespace veduta {
 

@@ -6,7 +6,7 @@
 #include <span>
 #include <vector>
 
-#include "fusion/depth/view.h"
+#include "storage/model/view.h"
 
 namespace veduta {
 

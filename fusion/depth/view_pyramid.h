@@ -2,7 +2,7 @@
 #pragma once
 // A gray view at half its size.
 
-#include "fusion/depth/view.h"
+#include "storage/model/view.h"
 
 namespace veduta {
 

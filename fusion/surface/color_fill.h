@@ -6,7 +6,7 @@
 #include <cstdint>
 #include <vector>
 
-#include "fusion/surface/triangle_mesh.h"
+#include "storage/model/triangle_mesh.h"
 
 namespace veduta {
 

@@ -7,8 +7,8 @@
 #include <cstdint>
 #include <vector>
 
-#include "fusion/depth/view.h"
 #include "storage/base/status.h"
+#include "storage/model/view.h"
 
 namespace veduta {
 

@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "fusion/surface/simplification.h"
-#include "fusion/surface/triangle_mesh.h"
+#include "storage/model/triangle_mesh.h"
 
 namespace veduta {
 

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include "fusion/surface/triangle_mesh.h"
 #include "storage/base/status.h"
+#include "storage/model/triangle_mesh.h"
 
 namespace veduta {
 

@@ -14,9 +14,9 @@
 #include <string>
 #include <vector>
 
-#include "fusion/depth/view.h"
-#include "fusion/surface/triangle_mesh.h"
 #include "storage/base/status.h"
+#include "storage/model/triangle_mesh.h"
+#include "storage/model/view.h"
 
 namespace veduta {
 

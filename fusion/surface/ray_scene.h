@@ -13,8 +13,8 @@
 #include <span>
 #include <vector>
 
-#include "fusion/surface/triangle_mesh.h"
 #include "storage/base/status.h"
+#include "storage/model/triangle_mesh.h"
 
 namespace veduta {
 

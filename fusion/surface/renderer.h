@@ -9,10 +9,10 @@
 #include <string>
 #include <vector>
 
-#include "fusion/depth/view.h"
 #include "fusion/surface/model_writer.h"
 #include "fusion/surface/ray_scene.h"
 #include "storage/base/thread_pool.h"
+#include "storage/model/view.h"
 
 namespace veduta {
 

@@ -4,8 +4,8 @@
 
 #include <Eigen/Core>
 
-#include "fusion/depth/view.h"
 #include "fusion/surface/renderer.h"
+#include "storage/model/view.h"
 
 namespace veduta {
 

@@ -5,8 +5,8 @@
 #include <cstdint>
 #include <vector>
 
-#include "fusion/surface/triangle_mesh.h"
 #include "storage/base/status.h"
+#include "storage/model/triangle_mesh.h"
 
 namespace veduta {
 

@@ -9,8 +9,8 @@
 
 #include "fusion/surface/color_view.h"
 #include "fusion/surface/ray_scene.h"
-#include "fusion/surface/triangle_mesh.h"
 #include "storage/base/thread_pool.h"
+#include "storage/model/triangle_mesh.h"
 
 namespace veduta {
 

@@ -7,7 +7,7 @@
 #include <unordered_map>
 #include <vector>
 
-#include "fusion/surface/triangle_mesh.h"
+#include "storage/model/triangle_mesh.h"
 
 namespace veduta {
 

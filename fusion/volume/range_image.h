@@ -6,10 +6,10 @@
 #include <optional>
 #include <vector>
 
-#include "fusion/depth/depth_map.h"
-#include "fusion/depth/view.h"
 #include "fusion/volume/grid.h"
 #include "storage/base/status.h"
+#include "storage/model/depth_map.h"
+#include "storage/model/view.h"
 
 namespace veduta {
 

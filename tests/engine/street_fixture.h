@@ -12,10 +12,10 @@
 #include <string>
 #include <vector>
 
-#include "engine/digest.h"
 #include "engine/engine.h"
-#include "engine/invariants.h"
-#include "engine/verdict_text.h"
+#include "engine/query/digest.h"
+#include "engine/query/invariants.h"
+#include "engine/query/verdict_text.h"
 #include "tests/storage/samples.h"
 #include "tools/street/camera_rig.h"
 #include "tools/street/data_set.h"

@@ -12,7 +12,13 @@
 
 #include "storage/base/content_hash.h"
 #include "storage/database.h"
-#include "storage/records.h"
+#include "storage/model/features.h"
+#include "storage/model/image.h"
+#include "storage/model/pair.h"
+#include "storage/model/points.h"
+#include "storage/model/reconstruction.h"
+#include "storage/model/state.h"
+#include "storage/model/verdict.h"
 
 // A Status or Result that must be Ok; prints why it is not.
 inline testing::AssertionResult IsOk(const veduta::Status& status) {

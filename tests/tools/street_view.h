@@ -50,7 +50,7 @@ inline CameraModel MakeDistortedModel() {
   return model;
 }
 
-// The equation of storage/records.h, written out once more.
+// The equation of storage/model/camera.h, written out once more.
 inline Eigen::Vector2d Distorted(const CameraModel& m, const Eigen::Vector3d& p) {
   const double x = p.x() / p.z(), y = p.y() / p.z();
   const double cx = (m.u0 - m.cx) / m.fx, cy = (m.v0 - m.cy) / m.fy;

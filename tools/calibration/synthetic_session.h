@@ -9,7 +9,7 @@
 
 #include "engine/camera/calibration/observations.h"
 #include "storage/base/transform.h"
-#include "storage/records.h"
+#include "storage/model/camera.h"
 
 namespace veduta {
 

@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "storage/base/transform.h"
-#include "storage/records.h"
+#include "storage/model/camera.h"
 #include "tools/floor/floor.h"
 
 namespace veduta::floor {

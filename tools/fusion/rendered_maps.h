@@ -7,11 +7,11 @@
 #include <memory>
 #include <vector>
 
-#include "fusion/depth/depth_map.h"
-#include "fusion/depth/view.h"
 #include "kernels/device.h"
 #include "storage/base/status.h"
 #include "storage/base/thread_pool.h"
+#include "storage/model/depth_map.h"
+#include "storage/model/view.h"
 #include "tools/street/camera_rig.h"
 #include "tools/street/scene.h"
 

@@ -8,7 +8,7 @@
 
 #include "storage/base/status.h"
 #include "storage/base/transform.h"
-#include "storage/records.h"
+#include "storage/model/camera.h"
 #include "tools/street/scene.h"
 
 namespace veduta::street {

@@ -2,11 +2,12 @@
 #pragma once
 // The undistorted ray of every pixel of a camera.
 
+#include <Eigen/Core>
 #include <cstdint>
 #include <vector>
 
 #include "storage/base/status.h"
-#include "storage/records.h"
+#include "storage/model/camera.h"
 
 namespace veduta::street {
 
@@ -14,7 +15,7 @@ namespace veduta::street {
 Status CheckCamera(const CameraModel& camera);
 
 // The pixel at which a point of the camera frame (z > 0) appears: the forward model, equation in
-// storage/records.h.
+// storage/model/camera.h.
 Eigen::Vector2d ProjectPoint(const CameraModel& camera, const Eigen::Vector3d& point_in_cam);
 
 struct RayTable {

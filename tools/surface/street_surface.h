@@ -6,9 +6,9 @@
 #include <functional>
 #include <vector>
 
-#include "fusion/depth/view.h"
 #include "fusion/surface/exposure.h"
-#include "fusion/surface/triangle_mesh.h"
+#include "storage/model/triangle_mesh.h"
+#include "storage/model/view.h"
 #include "tools/street/camera_rig.h"
 #include "tools/street/scene.h"
 

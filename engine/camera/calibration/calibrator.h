@@ -12,7 +12,7 @@
 #include "engine/camera/calibration/observations.h"
 #include "engine/camera/calibration/plane_adjustment.h"
 #include "storage/base/status.h"
-#include "storage/records.h"
+#include "storage/model/camera.h"
 
 namespace veduta {
 

@@ -5,7 +5,7 @@
 
 #include "engine/camera/calibration/inverse_distortion.h"
 #include "engine/camera/calibration/planar_views.h"
-#include "storage/records.h"
+#include "storage/model/camera.h"
 
 namespace veduta {
 

@@ -8,9 +8,9 @@
 #include <vector>
 
 #include "engine/camera/calibration/distortion_inversion.h"
-#include "engine/camera/image_size.h"
 #include "storage/base/status.h"
-#include "storage/records.h"
+#include "storage/model/camera.h"
+#include "storage/model/image_size.h"
 
 namespace veduta {
 

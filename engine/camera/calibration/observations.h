@@ -9,7 +9,7 @@
 #include <string>
 #include <vector>
 
-#include "engine/camera/image_size.h"
+#include "storage/model/image_size.h"
 
 namespace veduta {
 

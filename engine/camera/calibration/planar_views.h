@@ -11,7 +11,7 @@
 #include <vector>
 
 #include "engine/camera/calibration/observations.h"
-#include "engine/camera/image_size.h"
+#include "storage/model/image_size.h"
 
 namespace veduta {
 

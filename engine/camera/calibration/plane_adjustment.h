@@ -10,7 +10,7 @@
 
 #include "storage/base/status.h"
 #include "storage/base/transform.h"
-#include "storage/records.h"
+#include "storage/model/camera.h"
 
 namespace veduta {
 

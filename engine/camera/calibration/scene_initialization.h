@@ -9,7 +9,7 @@
 #include "engine/camera/calibration/metric_initialization.h"
 #include "engine/camera/calibration/planar_views.h"
 #include "storage/base/status.h"
-#include "storage/records.h"
+#include "storage/model/camera.h"
 
 namespace veduta {
 

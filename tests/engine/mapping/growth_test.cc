@@ -10,6 +10,8 @@
 #include <map>
 
 #include "engine/mapping/founding.h"
+#include "storage/base/transform.h"
+#include "storage/model/pair.h"
 #include "synthetic_scene.h"
 
 namespace veduta {

@@ -10,6 +10,8 @@
 #include "engine/mapping/map.h"
 #include "engine/mapping/placement.h"
 #include "storage/base/content_hash.h"
+#include "storage/base/transform.h"
+#include "storage/model/pair.h"
 
 namespace veduta {
 

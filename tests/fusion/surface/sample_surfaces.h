@@ -14,11 +14,11 @@
 #include <string>
 #include <vector>
 
-#include "fusion/depth/view.h"
 #include "fusion/surface/mesh_check.h"
 #include "fusion/surface/ray_scene.h"
 #include "fusion/surface/renderer.h"
 #include "storage/base/content_hash.h"
+#include "storage/model/view.h"
 
 namespace veduta {
 

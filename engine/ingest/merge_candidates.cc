@@ -1,0 +1,139 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "engine/ingest/merge_candidates.h"
+
+#include <algorithm>
+#include <set>
+
+#include "engine/mapping/similarity.h"
+
+namespace veduta {
+namespace {
+
+void AppendCommon(const Map& map, ImageId image, const PairMatches& pair,
+                  std::set<PointPair>* common) {
+  for (const FeatureMatch& match : pair.matches) {
+    const PointId into = map.image(image).points[match.a],
+                  from = map.image(pair.other).points[match.b];
+    if (into.valid() && from.valid() && map.FindPoint(into) && map.FindPoint(from))
+      common->insert({into, from});
+  }
+}
+
+// Whether `position` falls where the point's first and last views see it.
+bool FallsOnViews(const Map& map, const PointRecord& point, const Eigen::Vector3d& position,
+                  double error_px_max) {
+  for (const TrackElement& element : {point.track.front(), point.track.back()}) {
+    if (ReprojectionErrorPx(map.image(element.image).ViewOf(element.feature), position) >
+        error_px_max)
+      return false;
+  }
+  return true;
+}
+
+}  // namespace
+
+Result<std::map<ReconstructionId, std::vector<PointPair>>> FindCommonPoints(
+    MapLoader* loader, const Map& map, std::span<const ImageId> near, ImageId photo,
+    std::span<const PairMatches> pairs) {
+  const ReconstructionId into = map.image(photo).reconstruction;
+  std::map<ReconstructionId, std::set<PointPair>> common;
+  const auto append = [&](ImageId image, const PairMatches& pair) {
+    if (!map.HasImage(pair.other) || map.image(pair.other).reconstruction == into)
+      return Status::Ok();
+    const ImageId other[] = {pair.other};
+    VEDUTA_RETURN_IF_ERROR(loader->LoadNeighborhood(other));
+    AppendCommon(map, image, pair, &common[map.image(pair.other).reconstruction]);
+    return Status::Ok();
+  };
+  for (const PairMatches& pair : pairs) VEDUTA_RETURN_IF_ERROR(append(photo, pair));
+  for (const ImageId image : near) {
+    VEDUTA_ASSIGN_OR_RETURN(const std::vector<PairNeighbor> neighbors,
+                            loader->snapshot().ListNeighbors(image));
+    for (const PairNeighbor& neighbor : neighbors) {
+      const ImageId other[] = {neighbor.image};
+      VEDUTA_RETURN_IF_ERROR(loader->LoadImages(other));
+      if (!map.HasImage(neighbor.image) || map.image(neighbor.image).reconstruction == into)
+        continue;
+      VEDUTA_ASSIGN_OR_RETURN(const PairRecord stored,
+                              loader->snapshot().GetPair(image, neighbor.image));
+      VEDUTA_RETURN_IF_ERROR(append(image, MatchesFrom(stored, image)));
+    }
+  }
+  std::map<ReconstructionId, std::vector<PointPair>> found;
+  for (const auto& [id, points] : common) found[id].assign(points.begin(), points.end());
+  return found;
+}
+
+std::optional<PointAlignment> AlignPoints(const Map& map, std::span<const PointPair> pairs,
+                                          double error_px_max, uint32_t count_min, uint64_t seed) {
+  std::vector<Eigen::Vector3d> into, from;
+  for (const PointPair& pair : pairs) {
+    into.push_back(map.point(pair.into).position);
+    from.push_back(map.point(pair.from).position);
+  }
+  const auto agrees = [&](const Sim3& into_from, size_t i) {
+    return FallsOnViews(map, map.point(pairs[i].into), into_from * from[i], error_px_max) &&
+           FallsOnViews(map, map.point(pairs[i].from), into_from.Inverse() * into[i], error_px_max);
+  };
+  const auto fit = EstimateSimilarity(from, into, agrees, count_min, seed);
+  if (!fit) return std::nullopt;
+  PointAlignment alignment{fit->b_from_a, {}};
+  std::set<PointId> distinct_into, distinct_from;
+  for (const uint32_t i : fit->inliers) {
+    alignment.agreeing.push_back(pairs[i]);
+    distinct_into.insert(pairs[i].into);
+    distinct_from.insert(pairs[i].from);
+  }
+  if (std::min(distinct_into.size(), distinct_from.size()) < count_min) return std::nullopt;
+  return alignment;
+}
+
+Result<FoundingViews> GatherFoundingViews(MapLoader* loader, const Map& map,
+                                          const ImageFeatures& photo,
+                                          std::span<const PairMatches> pairs, uint32_t count_max) {
+  const Snapshot& snapshot = loader->snapshot();
+  std::vector<const PairMatches*> unplaced;
+  for (const PairMatches& pair : pairs) {
+    if (!map.HasImage(pair.other)) unplaced.push_back(&pair);
+  }
+  std::stable_sort(unplaced.begin(), unplaced.end(),
+                   [](const PairMatches* a, const PairMatches* b) {
+                     return a->matches.size() > b->matches.size();
+                   });
+  if (unplaced.size() + 1 > count_max) unplaced.resize(count_max - 1);
+
+  FoundingViews views;
+  std::set<ImageId> members;
+  const auto add = [&](const ImageFeatures& features) {
+    MapImage image;
+    image.id = features.id;
+    image.camera = features.camera;
+    image.width_px = features.width_px;
+    image.height_px = features.height_px;
+    image.features = features.features;
+    image.grid = features.grid;
+    views.images.push_back(std::move(image));
+    members.insert(features.id);
+  };
+  add(photo);
+  for (const PairMatches* pair : unplaced) {
+    VEDUTA_ASSIGN_OR_RETURN(const auto features, loader->features()->Get(snapshot, pair->other));
+    add(*features);
+    views.pairs.push_back(RecordOf(*pair, photo.id));
+  }
+  std::sort(views.images.begin(), views.images.end(),
+            [](const MapImage& a, const MapImage& b) { return a.id < b.id; });
+  for (const ImageId id : members) {
+    if (id == photo.id) continue;
+    VEDUTA_ASSIGN_OR_RETURN(const std::vector<PairNeighbor> neighbors, snapshot.ListNeighbors(id));
+    for (const PairNeighbor& neighbor : neighbors) {
+      if (neighbor.image <= id || neighbor.image == photo.id || !members.contains(neighbor.image))
+        continue;
+      VEDUTA_ASSIGN_OR_RETURN(PairRecord stored, snapshot.GetPair(id, neighbor.image));
+      views.pairs.push_back(std::move(stored));
+    }
+  }
+  return views;
+}
+
+}  // namespace veduta

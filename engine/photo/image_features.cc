@@ -1,0 +1,60 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "engine/photo/image_features.h"
+
+namespace veduta {
+
+size_t ImageFeatures::size_bytes() const {
+  return sizeof(*this) + features->descriptors.size() +
+         features->keypoints.size() * sizeof(Keypoint) + grid->size_bytes() + packed.size_bytes();
+}
+
+Result<std::shared_ptr<const ImageFeatures>> ImageFeatures::Make(
+    ImageId id, const CameraModel& camera, std::shared_ptr<const Features> features,
+    uint32_t matched_count_max) {
+  auto made = std::make_shared<ImageFeatures>();
+  made->id = id;
+  made->camera = Pinhole(camera);
+  made->width_px = camera.width_px;
+  made->height_px = camera.height_px;
+  made->features = std::move(features);
+  made->grid = std::make_shared<const FeatureGrid>(*made->features);
+  made->matched_count_max = matched_count_max;
+  VEDUTA_ASSIGN_OR_RETURN(made->packed,
+                          PackedDescriptors::Pack(*made->features, matched_count_max));
+  return std::shared_ptr<const ImageFeatures>(std::move(made));
+}
+
+Result<std::shared_ptr<const ImageFeatures>> ImageFeatureCache::Get(const Snapshot& snapshot,
+                                                                    ImageId id) {
+  {
+    const std::lock_guard lock(mutex_);
+    if (const auto it = by_id_.find(id); it != by_id_.end()) {
+      order_.splice(order_.begin(), order_, it->second);
+      return *it->second;
+    }
+  }
+  VEDUTA_ASSIGN_OR_RETURN(const ImageRecord image, snapshot.GetImage(id));
+  VEDUTA_ASSIGN_OR_RETURN(const CameraRecord camera, snapshot.GetCamera(image.camera));
+  VEDUTA_ASSIGN_OR_RETURN(Features features, snapshot.GetFeatures(image.photo));
+  VEDUTA_ASSIGN_OR_RETURN(
+      auto made,
+      ImageFeatures::Make(id, camera.model, std::make_shared<const Features>(std::move(features)),
+                          matched_count_max_));
+  Put(made);
+  return made;
+}
+
+void ImageFeatureCache::Put(std::shared_ptr<const ImageFeatures> features) {
+  const std::lock_guard lock(mutex_);
+  if (by_id_.contains(features->id)) return;
+  size_bytes_ += features->size_bytes();
+  order_.push_front(std::move(features));
+  by_id_[order_.front()->id] = order_.begin();
+  while (size_bytes_ > size_bytes_max_ && order_.size() > 1) {
+    size_bytes_ -= order_.back()->size_bytes();
+    by_id_.erase(order_.back()->id);
+    order_.pop_back();
+  }
+}
+
+}  // namespace veduta

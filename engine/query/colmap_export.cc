@@ -1,0 +1,174 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "engine/query/colmap_export.h"
+
+#include <algorithm>
+#include <cerrno>
+#include <cstdio>
+#include <cstring>
+#include <filesystem>
+#include <fstream>
+#include <iomanip>
+#include <map>
+#include <set>
+
+#include "engine/camera/projection.h"
+
+namespace veduta {
+namespace {
+
+constexpr double kColmapPixelOffset = 0.5;
+
+bool IsOpenCvModel(const CameraModel& m) {
+  return IsDistorted(m) && m.u0 == m.cx && m.v0 == m.cy;
+}
+
+// A line break in a name would end the image's line: control characters are written as in a URL.
+std::string OnOneLine(const std::string& name) {
+  std::string text;
+  for (const char c : name) {
+    char escaped[4] = {c, 0, 0, 0};
+    if (static_cast<unsigned char>(c) < ' ') std::snprintf(escaped, sizeof(escaped), "%%%02X", c);
+    text += escaped;
+  }
+  return text;
+}
+
+Result<std::ofstream> Create(const std::filesystem::path& path) {
+  std::ofstream file(path);
+  if (!file) return Status::IoError("cannot write " + path.string() + ": " + std::strerror(errno));
+  file << std::setprecision(17);
+  return file;
+}
+
+Status Close(std::ofstream* file, const std::filesystem::path& path) {
+  file->close();
+  return *file ? Status::Ok()
+               : Status::IoError("cannot write " + path.string() + ": " + std::strerror(errno));
+}
+
+class ModelWriter {
+ public:
+  ModelWriter(const Snapshot& snapshot, const ReconstructionRecord& record,
+              std::filesystem::path folder)
+      : snapshot_(snapshot), record_(record), folder_(std::move(folder)) {}
+
+  Status Write(const std::vector<PoseRecord>& poses) {
+    std::filesystem::create_directories(folder_);
+    VEDUTA_RETURN_IF_ERROR(WritePoints());
+    VEDUTA_RETURN_IF_ERROR(WriteImages(poses));
+    return WriteCameras();
+  }
+  uint64_t point_count() const { return numbers_.size(); }
+
+ private:
+  // Points first: they get their numbers here. A track names features by their place in images.txt,
+  // where all of an image's features are written, so indices carry over.
+  Status WritePoints() {
+    const auto path = folder_ / "points3D.txt";
+    VEDUTA_ASSIGN_OR_RETURN(std::ofstream file, Create(path));
+    file << "# POINT3D_ID, X, Y, Z, R, G, B, ERROR, TRACK[] as (IMAGE_ID, POINT2D_IDX)\n";
+    VEDUTA_RETURN_IF_ERROR(snapshot_.ScanPointBlocks(
+        record_.id, record_.points_generation, [&](const PointBlock& block) {
+          for (const PointRecord& point : block.points) {
+            const uint64_t number = numbers_.size() + 1;
+            numbers_[point.id] = number;
+            file << number << ' ' << point.position.x() << ' ' << point.position.y() << ' '
+                 << point.position.z();
+            for (const uint8_t channel : point.rgb) file << ' ' << static_cast<int>(channel);
+            file << ' ' << point.error_px;
+            for (const TrackElement& element : point.track)
+              file << ' ' << element.image.value << ' ' << element.feature;
+            file << '\n';
+          }
+          return true;
+        }));
+    return Close(&file, path);
+  }
+
+  Status WriteImages(const std::vector<PoseRecord>& poses) {
+    const auto path = folder_ / "images.txt";
+    VEDUTA_ASSIGN_OR_RETURN(std::ofstream file, Create(path));
+    file << "# IMAGE_ID, QW, QX, QY, QZ, TX, TY, TZ, CAMERA_ID, NAME\n# POINTS2D[] as (X, Y, "
+            "POINT3D_ID)\n";
+    for (const PoseRecord& pose : poses) {
+      VEDUTA_ASSIGN_OR_RETURN(const ImageRecord image, snapshot_.GetImage(pose.image));
+      VEDUTA_ASSIGN_OR_RETURN(const CameraRecord camera, snapshot_.GetCamera(image.camera));
+      VEDUTA_ASSIGN_OR_RETURN(const Features features, snapshot_.GetFeatures(image.photo));
+      VEDUTA_ASSIGN_OR_RETURN(const std::vector<Observation> observations,
+                              snapshot_.GetObservations(image.id));
+      cameras_.insert(image.camera);
+      const Eigen::Quaterniond& q = pose.cam_from_world.rotation;
+      const Eigen::Vector3d& t = pose.cam_from_world.translation;
+      file << image.id.value << ' ' << q.w() << ' ' << q.x() << ' ' << q.y() << ' ' << q.z() << ' '
+           << t.x() << ' ' << t.y() << ' ' << t.z() << ' ' << image.camera.value << ' '
+           << OnOneLine(image.name) << '\n';
+      auto next = observations.begin();
+      for (FeatureIndex f = 0; f < features.size(); ++f) {
+        Eigen::Vector2d x(features.keypoints[f].x_px, features.keypoints[f].y_px);
+        if (IsOpenCvModel(camera.model)) x = DistortPixel(camera.model, x);
+        file << (f ? " " : "") << x.x() + kColmapPixelOffset << ' ' << x.y() + kColmapPixelOffset
+             << ' ';
+        if (next != observations.end() && next->feature == f) {
+          file << numbers_.at((next++)->point);
+        } else {
+          file << -1;
+        }
+      }
+      file << '\n';
+    }
+    return Close(&file, path);
+  }
+
+  Status WriteCameras() {
+    const auto path = folder_ / "cameras.txt";
+    VEDUTA_ASSIGN_OR_RETURN(std::ofstream file, Create(path));
+    file << "# CAMERA_ID, MODEL, WIDTH, HEIGHT, PARAMS[]\n";
+    for (const CameraId id : cameras_) {
+      VEDUTA_ASSIGN_OR_RETURN(const CameraRecord camera, snapshot_.GetCamera(id));
+      const CameraModel& m = camera.model;
+      file << id.value << ' ' << (IsOpenCvModel(m) ? "OPENCV" : "PINHOLE") << ' ' << m.width_px
+           << ' ' << m.height_px << ' ' << m.fx << ' ' << m.fy << ' ' << m.cx + kColmapPixelOffset
+           << ' ' << m.cy + kColmapPixelOffset;
+      if (IsOpenCvModel(m)) file << ' ' << m.k1 << ' ' << m.k2 << " 0 0";
+      file << '\n';
+    }
+    return Close(&file, path);
+  }
+
+  const Snapshot& snapshot_;
+  const ReconstructionRecord& record_;
+  const std::filesystem::path folder_;
+  std::map<PointId, uint64_t> numbers_;
+  std::set<CameraId> cameras_;
+};
+
+}  // namespace
+
+Result<std::vector<ExportedModel>> ExportColmap(const Snapshot& snapshot, const std::string& out) {
+  std::error_code error;
+  if (std::filesystem::exists(out, error) && !std::filesystem::is_empty(out, error)) {
+    return Status::AlreadyExists(out + " exists and is not empty; name a new folder");
+  }
+  VEDUTA_ASSIGN_OR_RETURN(std::vector<ReconstructionRecord> records,
+                          snapshot.ListReconstructions());
+  std::erase_if(records, [](const ReconstructionRecord& r) { return r.merged_into.valid(); });
+  std::stable_sort(records.begin(), records.end(),
+                   [](const auto& a, const auto& b) { return a.image_count > b.image_count; });
+  std::map<ReconstructionId, std::vector<PoseRecord>> poses;
+  VEDUTA_RETURN_IF_ERROR(snapshot.ScanPoses([&](const PoseRecord& pose) {
+    poses[pose.reconstruction].push_back(pose);
+    return true;
+  }));
+  std::filesystem::create_directories(out, error);
+  if (error) return Status::IoError("cannot make folder " + out + ": " + error.message());
+  std::vector<ExportedModel> models;
+  for (const ReconstructionRecord& record : records) {
+    const auto folder = std::filesystem::path(out) / std::to_string(models.size());
+    ModelWriter writer(snapshot, record, folder);
+    VEDUTA_RETURN_IF_ERROR(writer.Write(poses[record.id]));
+    models.push_back({record.id, folder.string(), poses[record.id].size(), writer.point_count()});
+  }
+  return models;
+}
+
+}  // namespace veduta

@@ -1,0 +1,117 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "engine/query/digest.h"
+
+#include "storage/base/content_feed.h"
+
+namespace veduta {
+namespace {
+
+void Add(const CameraRecord& camera, ContentFeed* feed) {
+  const CameraModel& m = camera.model;
+  *feed << camera.id << camera.name << m.width_px << m.height_px << m.fx << m.fy << m.cx << m.cy
+        << m.k1 << m.k2 << m.u0 << m.v0;
+}
+
+void Add(const ImageRecord& image, ContentFeed* feed) {
+  *feed << image.id << image.name << image.photo << image.camera << image.width_px
+        << image.height_px << image.size_bytes << image.feature_count << image.contributor
+        << image.verdict << image.reason << image.detail;
+}
+
+void Add(const ReconstructionRecord& record, ContentFeed* feed) {
+  *feed << record.id << record.merged_into << record.merged_from_this.scale
+        << record.merged_from_this.rotation << record.merged_from_this.translation
+        << record.image_count << record.point_count << record.observation_count
+        << record.images_at_adjustment;
+}
+
+void Add(const PointBlock& block, ContentFeed* feed) {
+  *feed << block.home << block.next_ordinal << static_cast<uint64_t>(block.points.size());
+  for (const PointRecord& point : block.points) {
+    *feed << point.id << point.position << point.rgb[0] << point.rgb[1] << point.rgb[2]
+          << point.error_px << static_cast<uint64_t>(point.track.size());
+    for (const TrackElement& element : point.track) *feed << element.image << element.feature;
+  }
+}
+
+Status AddImage(const Snapshot& snapshot, const ImageRecord& image, uint32_t generation,
+                ContentFeed* feed) {
+  Add(image, feed);
+  if (image.verdict == Verdict::kRejected) return Status::Ok();
+  VEDUTA_ASSIGN_OR_RETURN(const PinnedBytes photo, snapshot.GetPhoto(image.photo));
+  *feed << HashContent(photo.bytes());
+  VEDUTA_ASSIGN_OR_RETURN(const Features features, snapshot.GetFeatures(image.photo));
+  for (const Keypoint& k : features.keypoints)
+    *feed << k.x_px << k.y_px << k.scale_px << k.angle_deg << k.response << k.contrast_sign;
+  *feed << HashContent(features.descriptors);
+  VEDUTA_ASSIGN_OR_RETURN(const std::vector<PairNeighbor> neighbors,
+                          snapshot.ListNeighbors(image.id));
+  for (const PairNeighbor& neighbor : neighbors) {
+    if (neighbor.image < image.id) continue;
+    VEDUTA_ASSIGN_OR_RETURN(const PairRecord pair, snapshot.GetPair(image.id, neighbor.image));
+    *feed << pair.a << pair.b << pair.geometry << pair.b_from_a
+          << static_cast<uint64_t>(pair.matches.size());
+    for (const FeatureMatch& match : pair.matches) *feed << match.a << match.b;
+  }
+  VEDUTA_ASSIGN_OR_RETURN(const std::vector<Observation> observations,
+                          snapshot.GetObservations(image.id));
+  for (const Observation& observation : observations)
+    *feed << observation.feature << observation.point;
+  if (generation != 0) {
+    VEDUTA_ASSIGN_OR_RETURN(const std::vector<WordId> words,
+                            snapshot.GetWords(generation, image.id));
+    *feed << static_cast<uint64_t>(words.size());
+    for (const WordId word : words) *feed << word;
+  }
+  return Status::Ok();
+}
+
+}  // namespace
+
+Result<ContentHash> DigestOf(const Snapshot& snapshot) {
+  ContentFeed feed;
+  VEDUTA_ASSIGN_OR_RETURN(const DatabaseState state, snapshot.GetState());
+  feed << state.next_image << state.next_reconstruction << state.vocabulary_generation
+       << state.images_at_vocabulary << state.retrievable_image_count
+       << static_cast<uint64_t>(state.pending_propagation.size());
+  VEDUTA_ASSIGN_OR_RETURN(const std::vector<CameraRecord> cameras, snapshot.ListCameras());
+  for (const CameraRecord& camera : cameras) Add(camera, &feed);
+  Status inner;
+  VEDUTA_RETURN_IF_ERROR(snapshot.ScanImages([&](const ImageRecord& image) {
+    inner = AddImage(snapshot, image, state.vocabulary_generation, &feed);
+    return inner.ok();
+  }));
+  VEDUTA_RETURN_IF_ERROR(inner);
+  VEDUTA_RETURN_IF_ERROR(snapshot.ScanPoses([&](const PoseRecord& pose) {
+    feed << pose.image << pose.reconstruction << pose.cam_from_world;
+    return true;
+  }));
+  VEDUTA_ASSIGN_OR_RETURN(const std::vector<ReconstructionRecord> reconstructions,
+                          snapshot.ListReconstructions());
+  for (const ReconstructionRecord& record : reconstructions) {
+    Add(record, &feed);
+    if (record.merged_into.valid()) continue;
+    VEDUTA_RETURN_IF_ERROR(
+        snapshot.ScanPointBlocks(record.id, record.points_generation, [&](const PointBlock& block) {
+          Add(block, &feed);
+          return true;
+        }));
+  }
+  if (state.vocabulary_generation != 0) {
+    VEDUTA_ASSIGN_OR_RETURN(const PinnedBytes tree,
+                            snapshot.GetVocabulary(state.vocabulary_generation));
+    feed << HashContent(tree.bytes());
+    VEDUTA_RETURN_IF_ERROR(snapshot.ScanPostings(
+        state.vocabulary_generation, [&](WordId word, std::span<const ImageId> images) {
+          feed << word << static_cast<uint64_t>(images.size());
+          for (const ImageId id : images) feed << id;
+          return true;
+        }));
+  }
+  VEDUTA_RETURN_IF_ERROR(snapshot.dense().ScanAll([&](uint8_t family, auto key, auto value) {
+    feed << family << HashContent(key) << HashContent(value);
+  }));
+  return feed.Finish();
+}
+
+}  // namespace veduta

@@ -1,0 +1,169 @@
+// SPDX-License-Identifier: Apache-2.0
+// The fused signed distance of every tile, and its triangles. What a tile gets depends on the tiles
+// around it: its version names theirs.
+#include <algorithm>
+#include <string>
+
+#include "fusion/pass/pass.h"
+#include "fusion/pass/tile_parts.h"
+#include "fusion/volume/solver.h"
+#include "storage/base/stopwatch.h"
+
+namespace veduta {
+namespace {
+
+// Of a tile's part that is made from the same part, named by `version_of`, of the 27 tiles around
+// and with it.
+template <typename VersionOfPart>
+uint64_t VersionAround(const std::string& stage, const TileRecords& tiles, GridPlace place,
+                       VersionOfPart&& version_of) {
+  VersionFeed feed(stage);
+  for (int32_t x = place.x - 1; x <= place.x + 1; ++x) {
+    for (int32_t y = place.y - 1; y <= place.y + 1; ++y) {
+      for (int32_t z = place.z - 1; z <= place.z + 1; ++z) {
+        const auto tile = tiles.find({x, y, z});
+        feed << (tile == tiles.end() ? uint64_t{0} : version_of(tile->second));
+      }
+    }
+  }
+  return feed.Version();
+}
+
+// The two rounds of fusion/volume/solver.h. The first starts where the last pass ended; the second
+// starts where the first ended and holds the halo's far side where the neighbours' first round has
+// it.
+struct Round {
+  const char* name;
+  SurfacePart start, result;
+  uint64_t TileRecord::*made_from;  // of the 27 tiles
+  uint64_t TileRecord::*version;
+};
+constexpr Round kFirstRound = {"first round", SurfacePart::kSolution, SurfacePart::kFirstRound,
+                               &TileRecord::histogram_version, &TileRecord::first_round_version};
+constexpr Round kSecondRound = {"solution", SurfacePart::kFirstRound, SurfacePart::kSolution,
+                                &TileRecord::first_round_version, &TileRecord::solution_version};
+
+Status Solve(const Pass& pass, const Round& round, const TileRecords& tiles,
+             const TileRecord& tile) {
+  const auto snapshot = pass.database.GetSnapshot();
+  VEDUTA_ASSIGN_OR_RETURN(const std::vector<HistogramAt> histograms,
+                          LoadHistograms(*snapshot, tiles, tile.place));
+  VEDUTA_ASSIGN_OR_RETURN(const std::vector<SolvedBlock> start,
+                          LoadSolutions(*snapshot, tiles, tile.place, round.start));
+  std::vector<TileBlock> blocks;
+  for (const HistogramAt& block : histograms) {
+    const auto found = std::ranges::find(start, block.index, &SolvedBlock::index);
+    const SolutionBlock* previous = found == start.end() ? nullptr : found->solution.get();
+    const bool is_border = &round == &kSecondRound && !IsInTile(block.index, TileAt(tile.place));
+    blocks.push_back(
+        {block.index, block.histogram.get(), previous, is_border ? previous : nullptr});
+  }
+  VEDUTA_ASSIGN_OR_RETURN(
+      const TileSolution solution,
+      SolveTile(TileAt(tile.place), blocks, SolverOptions(), pass.device, pass.pool));
+  const auto transaction = pass.database.BeginTransaction();
+  transaction->dense().PutSurface(round.result, tile.reconstruction, tile.place,
+                                  SerializeSolution(solution.blocks));
+  transaction->dense().PutTile(tile);
+  return transaction->Commit();
+}
+
+// Solves the tiles whose version of this round is stale, `looked_at` of 2 x tiles before it.
+Status SolveRound(const Pass& pass, const Round& round, TileRecords* tiles, size_t looked_at,
+                  StageCount* count) {
+  for (auto& [place, tile] : *tiles) {
+    VEDUTA_RETURN_IF_ERROR(pass.Tell("fusion", looked_at++, 2 * tiles->size()));
+    const uint64_t version = VersionAround(round.name, *tiles, place,
+                                           [&](const TileRecord& t) { return t.*round.made_from; });
+    if (tile.*round.version == version) {
+      ++count->kept;
+      continue;
+    }
+    TileRecord solved = tile;
+    solved.*round.version = version;
+    VEDUTA_RETURN_IF_ERROR(Solve(pass, round, *tiles, solved));
+    tile = solved;
+    ++count->computed;
+  }
+  return Status::Ok();
+}
+
+// A tile's triangles, made beside those of other tiles.
+struct Extraction {
+  TileRecord tile;
+  Result<SurfacePiece> piece = Status::Cancelled("not extracted");
+};
+
+Result<SurfacePiece> Extract(const Pass& pass, const Snapshot& snapshot, const TileRecords& tiles,
+                             GridPlace place) {
+  VEDUTA_ASSIGN_OR_RETURN(const std::vector<SolvedBlock> solved,
+                          LoadSolutions(snapshot, tiles, place));
+  std::vector<ExtractionBlock> blocks;
+  for (const SolvedBlock& block : solved) blocks.push_back({block.index, block.solution.get()});
+  return ExtractSurface(TileAt(place), blocks, pass.grid(), ExtractionOptions());
+}
+
+Status Commit(const Pass& pass, Extraction* extraction) {
+  VEDUTA_RETURN_IF_ERROR(extraction->piece.status());
+  TileRecord& tile = extraction->tile;
+  const SurfacePiece& piece = *extraction->piece;
+  tile.triangle_count = piece.triangles.size();
+  tile.vertex_count = piece.keys.size();
+  const auto transaction = pass.database.BeginTransaction();
+  transaction->dense().PutSurface(SurfacePart::kMesh, tile.reconstruction, tile.place,
+                                  Serialize(piece));
+  transaction->dense().PutTile(tile);
+  return transaction->Commit();
+}
+
+}  // namespace
+
+Result<StageCount> SolveTiles(const Pass& pass) {
+  Stopwatch watch;
+  StageCount count;
+  VEDUTA_ASSIGN_OR_RETURN(TileRecords tiles, LoadTileRecords(*pass.database.GetSnapshot(),
+                                                             pass.scene.reconstruction.id));
+  StageCount first;
+  VEDUTA_RETURN_IF_ERROR(SolveRound(pass, kFirstRound, &tiles, 0, &first));
+  VEDUTA_RETURN_IF_ERROR(SolveRound(pass, kSecondRound, &tiles, tiles.size(), &count));
+  VEDUTA_RETURN_IF_ERROR(pass.Tell("fusion", 2 * tiles.size(), 2 * tiles.size()));
+  count.ms = watch.LapMs();
+  return count;
+}
+
+Result<StageCount> ExtractTiles(const Pass& pass) {
+  Stopwatch watch;
+  StageCount count;
+  const auto snapshot = pass.database.GetSnapshot();
+  VEDUTA_ASSIGN_OR_RETURN(const TileRecords tiles,
+                          LoadTileRecords(*snapshot, pass.scene.reconstruction.id));
+  std::vector<Extraction> stale;
+  for (const auto& [place, tile] : tiles) {
+    const uint64_t version =
+        VersionAround("mesh", tiles, place, [](const TileRecord& t) { return t.solution_version; });
+    if (tile.mesh_version == version) {
+      ++count.kept;
+      continue;
+    }
+    stale.push_back({tile});
+    stale.back().tile.mesh_version = version;
+  }
+  const size_t together = pass.pool.thread_count() + 1;
+  for (size_t first = 0; first < stale.size(); first += together) {
+    VEDUTA_RETURN_IF_ERROR(pass.Tell("surface", count.kept + first, tiles.size()));
+    const size_t last = std::min(stale.size(), first + together);
+    pass.pool.ParallelFor(last - first, [&](size_t i) {
+      stale[first + i].piece = Extract(pass, *snapshot, tiles, stale[first + i].tile.place);
+    });
+    for (size_t i = first; i < last; ++i) {
+      VEDUTA_RETURN_IF_ERROR(Commit(pass, &stale[i]));
+      stale[i].piece = Status::Cancelled("committed");  // gives back its memory
+      ++count.computed;
+    }
+  }
+  VEDUTA_RETURN_IF_ERROR(pass.Tell("surface", tiles.size(), tiles.size()));
+  count.ms = watch.LapMs();
+  return count;
+}
+
+}  // namespace veduta

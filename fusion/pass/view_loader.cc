@@ -1,0 +1,114 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "fusion/pass/view_loader.h"
+
+#include <algorithm>
+#include <opencv2/imgproc.hpp>
+
+#include "engine/camera/gray_image.h"
+#include "engine/camera/photo_decoder.h"
+#include "engine/camera/projection.h"
+
+namespace veduta {
+namespace {
+
+constexpr double kBorderPx =
+    1.5;  // undistorted pixels nearer to the photo's edge are blended with black
+constexpr int kBorderStepPx = 8;  // between looks along an edge: it bends slowly
+
+// The pixels that remain, [left, right] and [top, bottom].
+struct Crop {
+  int left = 0, top = 0, right = 0, bottom = 0;
+};
+
+// Moves in whichever edges look past the photo, until none does.
+Crop CropOf(const CameraModel& model) {
+  Crop crop{0, 0, static_cast<int>(model.width_px) - 1, static_cast<int>(model.height_px) - 1};
+  if (!IsDistorted(model)) return crop;
+  const auto is_outside = [&](int x, int y) {
+    return !IsInsidePhoto(model, Eigen::Vector2d(x, y), kBorderPx);
+  };
+  const auto column_is_outside = [&](int x) {
+    for (int y = crop.top; y < crop.bottom; y += kBorderStepPx) {
+      if (is_outside(x, y)) return true;
+    }
+    return is_outside(x, crop.bottom);
+  };
+  const auto row_is_outside = [&](int y) {
+    for (int x = crop.left; x < crop.right; x += kBorderStepPx) {
+      if (is_outside(x, y)) return true;
+    }
+    return is_outside(crop.right, y);
+  };
+  for (bool moved = true; moved && crop.left + 2 < crop.right && crop.top + 2 < crop.bottom;) {
+    moved = false;
+    // The edges' middles first: corners go with whichever edge is nearer to them.
+    if (column_is_outside(crop.left)) ++crop.left, moved = true;
+    if (column_is_outside(crop.right)) --crop.right, moved = true;
+    if (row_is_outside(crop.top)) ++crop.top, moved = true;
+    if (row_is_outside(crop.bottom)) --crop.bottom, moved = true;
+  }
+  return crop;
+}
+
+ViewGeometry GeometryOf(const SceneImage& image, const Crop& crop, uint32_t side_px) {
+  const double width = crop.right - crop.left + 1, height = crop.bottom - crop.top + 1;
+  const double longer = std::max(width, height);
+  const double scale = side_px == 0 || side_px >= longer ? 1 : side_px / longer;
+  ViewGeometry geometry;
+  geometry.width_px = std::max(1u, static_cast<uint32_t>(std::lround(width * scale)));
+  geometry.height_px = std::max(1u, static_cast<uint32_t>(std::lround(height * scale)));
+  const double sx = geometry.width_px / width, sy = geometry.height_px / height;
+  geometry.camera.fx = image.camera.fx * sx;
+  geometry.camera.fy = image.camera.fy * sy;
+  geometry.camera.cx = (image.camera.cx - crop.left + 0.5) * sx - 0.5;
+  geometry.camera.cy = (image.camera.cy - crop.top + 0.5) * sy - 0.5;
+  geometry.cam_from_world = image.cam_from_world;
+  return geometry;
+}
+
+}  // namespace
+
+ViewGeometry ViewGeometryOf(const SceneImage& image, uint32_t side_px) {
+  return GeometryOf(image, CropOf(image.camera), side_px);
+}
+
+Result<std::shared_ptr<const View>> ViewLoader::Load(const SceneImage& image) {
+  for (auto it = views_.begin(); it != views_.end(); ++it) {
+    if ((*it)->image != image.record.id) continue;
+    views_.splice(views_.begin(), views_, it);
+    return views_.front();
+  }
+  VEDUTA_ASSIGN_OR_RETURN(View view, Make(image));
+  views_.push_front(std::make_shared<const View>(std::move(view)));
+  if (views_.size() > view_count_max_) views_.pop_back();
+  return views_.front();
+}
+
+Result<View> ViewLoader::Make(const SceneImage& image) {
+  VEDUTA_ASSIGN_OR_RETURN(const PinnedBytes bytes, snapshot_->GetPhoto(image.record.photo));
+  const DecodedPhoto photo =
+      DecodePhoto(bytes.bytes(), DecodeLimits(), {image.camera.width_px, image.camera.height_px});
+  if (photo.outcome != DecodeOutcome::kDecoded) {
+    return Status::Corruption("the stored photo " + image.record.name +
+                              " cannot be decoded: " + photo.detail);
+  }
+  cv::Mat bgr = photo.bgr;
+  if (IsDistorted(image.camera)) {
+    VEDUTA_ASSIGN_OR_RETURN(bgr, tables_.Undistort(image.camera, bgr));
+  }
+  const Crop crop = CropOf(image.camera);
+  View view{image.record.id, GeometryOf(image, crop, side_px_), {}, {}};
+  bgr = bgr(cv::Rect(crop.left, crop.top, crop.right - crop.left + 1, crop.bottom - crop.top + 1));
+  const cv::Size size(static_cast<int>(view.geometry.width_px),
+                      static_cast<int>(view.geometry.height_px));
+  cv::Mat scaled = bgr.clone();
+  if (size != bgr.size()) cv::resize(bgr, scaled, size, 0, 0, cv::INTER_AREA);
+  const cv::Mat gray = GrayFromBgr(scaled);
+  cv::Mat rgb;
+  cv::cvtColor(scaled, rgb, cv::COLOR_BGR2RGB);
+  view.gray.assign(gray.datastart, gray.dataend);
+  view.rgb.assign(rgb.datastart, rgb.dataend);
+  return view;
+}
+
+}  // namespace veduta

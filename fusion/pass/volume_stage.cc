@@ -1,0 +1,239 @@
+// SPDX-License-Identifier: Apache-2.0
+// Histograms: every tile holds exactly the checked depth maps that there are now. What is new is
+// added to a tile, what is gone is withdrawn; a block that nobody names any more goes.
+#include <algorithm>
+#include <bit>
+#include <map>
+#include <string>
+
+#include "fusion/pass/pass.h"
+#include "fusion/pass/range_images.h"
+#include "fusion/pass/tile_parts.h"
+#include "fusion/volume/histogram.h"
+#include "storage/base/stopwatch.h"
+
+namespace veduta {
+namespace {
+
+constexpr size_t kRangeImagesKept = 48;
+
+// How much of all maps' surface lies in a block.
+struct Naming {
+  uint64_t pixels = 0;
+  uint32_t maps = 0;
+};
+
+struct Vote {
+  std::shared_ptr<const RangeImage> image;
+  int sign = 1;
+};
+
+// What becomes of one block.
+struct BlockWork {
+  BlockIndex index;
+  uint8_t number = 0;
+  std::unique_ptr<HistogramBlock> histogram;
+  bool is_new = false, changed = false;
+  Status status;
+};
+
+class VolumeStage final {
+ public:
+  explicit VolumeStage(const Pass& pass)
+      : pass_(pass), snapshot_(pass.database.GetSnapshot()), images_(snapshot_, kRangeImagesKept) {}
+
+  Result<StageCount> Run() {
+    VEDUTA_RETURN_IF_ERROR(FindTiles());
+    size_t done = 0;
+    for (const auto& [place, wanted] : tiles_) {
+      VEDUTA_RETURN_IF_ERROR(pass_.Tell("volume", done++, tiles_.size()));
+      VEDUTA_RETURN_IF_ERROR(Update(place, wanted));
+    }
+    VEDUTA_RETURN_IF_ERROR(pass_.Tell("volume", done, tiles_.size()));
+    return count_;
+  }
+
+ private:
+  // Allocated blocks of every tile, by the pixels of all maps; and the tiles stored that have none
+  // any more.
+  Status FindTiles() {
+    std::map<ImageId, uint64_t> current;
+    VEDUTA_RETURN_IF_ERROR(snapshot_->dense().ScanDepths([&](const DepthRecord& depth) {
+      if (depth.reconstruction == pass_.scene.reconstruction.id)
+        current[depth.image] = depth.checked_version;
+      return true;
+    }));
+    std::map<BlockIndex, Naming> named;
+    VEDUTA_RETURN_IF_ERROR(snapshot_->dense().ScanCheckedDepths([&](CheckedDepthRecord depth) {
+      const auto found = current.find(depth.image);
+      if (found == current.end() || found->second != depth.version) return true;
+      for (const SeenBlock& seen : depth.blocks) {
+        Naming& naming = named[{seen.place.x, seen.place.y, seen.place.z}];
+        naming.pixels += seen.pixel_count;
+        ++naming.maps;
+      }
+      depth.blocks = {};  // a city's would not fit
+      depths_.push_back(std::move(depth));
+      return true;
+    }));
+    VEDUTA_RETURN_IF_ERROR(
+        snapshot_->dense().ScanTiles(pass_.scene.reconstruction.id, [&](const TileRecord& tile) {
+          tiles_[tile.place] = 0;
+          return true;
+        }));
+    for (const auto& [block, naming] : named) {
+      if (naming.pixels < pass_.options.block_pixel_count_min ||
+          naming.maps < pass_.options.block_map_count_min)
+        continue;
+      const TileIndex tile = TileOf(block);
+      tiles_[{tile.x, tile.y, tile.z}] |= 1ull << NumberInTile(block);
+    }
+    return Status::Ok();
+  }
+
+  uint64_t VersionOfVolume(const TileRecord& tile) const {
+    VersionFeed feed("volume");
+    feed << pass_.settings.voxel_size << tile.blocks;
+    for (const DepthVersion& depth : tile.depths) feed << depth.image << depth.version;
+    return feed.Version();
+  }
+
+  Status Update(GridPlace place, uint64_t wanted) {
+    VEDUTA_ASSIGN_OR_RETURN(const std::optional<TileRecord> found,
+                            snapshot_->dense().FindTile(pass_.scene.reconstruction.id, place));
+    if (wanted == 0) return Drop(place);
+    TileRecord tile;
+    if (found) tile = *found;
+    tile.reconstruction = pass_.scene.reconstruction.id;
+    tile.place = place;
+    const TileRecord last = tile;
+    tile.blocks = wanted;
+    tile.depths.clear();
+    for (const CheckedDepthRecord& depth : depths_) {
+      if (MaySeeTile(GeometryOf(depth), depth.depth_far, place, pass_.grid()))
+        tile.depths.push_back({depth.image, 0, depth.version});
+    }
+    std::ranges::sort(tile.depths);
+    tile.volume_version = VersionOfVolume(tile);
+    if (last.volume_version == tile.volume_version) {
+      ++count_.kept;
+      return Status::Ok();
+    }
+    ++count_.computed;
+    return Integrate(last, tile);
+  }
+
+  Status Drop(GridPlace place) {
+    const auto transaction = pass_.database.BeginTransaction();
+    transaction->dense().DeleteTile(pass_.scene.reconstruction.id, place);
+    ++count_.removed;
+    return transaction->Commit();
+  }
+
+  // The changes from `last` to `tile`; all maps of `tile` where that is less work.
+  Result<std::vector<Vote>> VotesBetween(const TileRecord& last, const TileRecord& tile,
+                                         bool* from_nothing) {
+    std::vector<DepthVersion> added, withdrawn;
+    std::ranges::set_difference(tile.depths, last.depths, std::back_inserter(added));
+    std::ranges::set_difference(last.depths, tile.depths, std::back_inserter(withdrawn));
+    *from_nothing = added.size() + withdrawn.size() >= tile.depths.size();
+    if (*from_nothing) return VotesOf(tile.depths, +1);
+    VEDUTA_ASSIGN_OR_RETURN(std::vector<Vote> votes, VotesOf(withdrawn, -1));
+    VEDUTA_ASSIGN_OR_RETURN(const std::vector<Vote> more, VotesOf(added, +1));
+    votes.insert(votes.end(), more.begin(), more.end());
+    return votes;
+  }
+
+  Result<std::vector<Vote>> VotesOf(std::span<const DepthVersion> depths, int sign) {
+    std::vector<Vote> votes;
+    for (const DepthVersion& depth : depths) {
+      VEDUTA_ASSIGN_OR_RETURN(std::shared_ptr<const RangeImage> image,
+                              images_.Get(depth.image, depth.version));
+      votes.push_back({std::move(image), sign});
+    }
+    return votes;
+  }
+
+  Result<std::vector<BlockWork>> Prepare(const TileRecord& last, const TileRecord& tile,
+                                         bool from_nothing) const {
+    std::vector<BlockWork> works;
+    for (const BlockIndex& index : BlocksOfTile({tile.place.x, tile.place.y, tile.place.z})) {
+      BlockWork work{index, NumberInTile(index), std::make_unique<HistogramBlock>(), false, false,
+                     {}};
+      const uint64_t bit = 1ull << work.number;
+      if (!(tile.blocks & bit)) continue;
+      work.is_new = from_nothing || !(last.blocks & bit);
+      if (!work.is_new) {
+        VEDUTA_ASSIGN_OR_RETURN(
+            const PinnedBytes bytes,
+            snapshot_->dense().GetVolumeBlock(tile.reconstruction, tile.place, work.number));
+        VEDUTA_ASSIGN_OR_RETURN(work.histogram, ParseHistogramBlock(bytes.bytes()));
+      }
+      works.push_back(std::move(work));
+    }
+    return works;
+  }
+
+  Status CastVotes(std::span<const Vote> votes, BlockWork* work) const {
+    for (const Vote& vote : votes) {
+      if (!vote.image->MaySee(work->index, pass_.grid())) continue;
+      VEDUTA_ASSIGN_OR_RETURN(const Integration done,
+                              veduta::Integrate(*vote.image, pass_.grid(), work->index, vote.sign,
+                                                work->histogram.get()));
+      work->changed |= done.changed;
+    }
+    return Status::Ok();
+  }
+
+  Status Integrate(const TileRecord& last, TileRecord tile) {
+    bool from_nothing = false;
+    VEDUTA_ASSIGN_OR_RETURN(const std::vector<Vote> votes, VotesBetween(last, tile, &from_nothing));
+    VEDUTA_ASSIGN_OR_RETURN(std::vector<BlockWork> works, Prepare(last, tile, from_nothing));
+    // Blocks new to the tile get every map, the others the changes only.
+    std::vector<Vote> all = votes;
+    const bool some_new =
+        std::ranges::any_of(works, [](const BlockWork& work) { return work.is_new; });
+    if (!from_nothing && some_new) {
+      VEDUTA_ASSIGN_OR_RETURN(all, VotesOf(tile.depths, +1));
+    }
+    pass_.pool.ParallelFor(works.size(), [&](size_t i) {
+      works[i].status = CastVotes(works[i].is_new ? all : votes, &works[i]);
+    });
+    const auto transaction = pass_.database.BeginTransaction();
+    DenseWriter& dense = transaction->dense();
+    if (last.blocks != tile.blocks) tile.histogram_version = tile.volume_version;
+    for (const BlockWork& work : works) {
+      VEDUTA_RETURN_IF_ERROR(work.status);
+      if (!work.changed && !work.is_new) continue;
+      tile.histogram_version = tile.volume_version;
+      dense.PutVolumeBlock(tile.reconstruction, tile.place, work.number,
+                           Serialize(*work.histogram));
+      ++count_.units;
+    }
+    for (uint8_t number = 0; number < kTileBlockCount; ++number) {
+      const uint64_t bit = 1ull << number;
+      if ((last.blocks & bit) && !(tile.blocks & bit))
+        dense.DeleteVolumeBlock(tile.reconstruction, tile.place, number);
+    }
+    dense.PutTile(tile);
+    return transaction->Commit();
+  }
+
+  const Pass& pass_;
+  const std::shared_ptr<const Snapshot> snapshot_;  // each tile is looked at once
+  RangeImages images_;
+  std::vector<CheckedDepthRecord> depths_;  // current ones, without their blocks; ascending
+  std::map<GridPlace, uint64_t> tiles_;     // allocated blocks
+  StageCount count_;
+};
+
+}  // namespace
+
+Result<StageCount> UpdateVolume(const Pass& pass) {
+  Stopwatch watch;
+  VEDUTA_ASSIGN_OR_RETURN(StageCount count, VolumeStage(pass).Run());
+  count.ms = watch.LapMs();
+  return count;
+}
+
+}  // namespace veduta

@@ -1,0 +1,29 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+// A stored photo: where it came from and what became of it.
+
+#include <cstdint>
+#include <string>
+
+#include "storage/base/content_hash.h"
+#include "storage/base/ids.h"
+#include "storage/model/verdict.h"
+
+namespace veduta {
+
+struct ImageRecord {
+  ImageId id;
+  std::string name;  // unique; the path relative to the folder given
+  ContentHash photo;
+  CameraId camera;
+  uint32_t width_px = 0, height_px = 0;
+  uint64_t size_bytes = 0;
+  uint32_t feature_count = 0;
+  std::string contributor;
+  int64_t time_unix_s = 0;  // when it was applied; not part of the digest
+  Verdict verdict = Verdict::kRejected;
+  Reason reason = Reason::kNone;
+  std::string detail;  // the reason with its numbers, for a person
+};
+
+}  // namespace veduta

@@ -1,0 +1,22 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+// What was done, by whom.
+
+#include <cstdint>
+#include <string>
+
+#include "storage/base/ids.h"
+
+namespace veduta {
+
+struct JournalRecord {
+  uint64_t sequence = 0;
+  int64_t time_unix_s = 0;
+  std::string actor;   // the contributor, or "veduta"
+  std::string action;  // add, propagate, adjust, merge, vocabulary, camera, densify
+  ImageId image;
+  ReconstructionId reconstruction;
+  std::string detail;
+};
+
+}  // namespace veduta

@@ -1,0 +1,28 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+// The one record that changes with almost every transaction.
+
+#include <cstdint>
+#include <vector>
+
+#include "storage/base/ids.h"
+
+namespace veduta {
+
+// Counters and switches that change with almost every transaction.
+struct DatabaseState {
+  uint32_t next_image = 1;
+  uint32_t next_camera = 1;
+  uint32_t next_reconstruction = 1;
+  uint64_t next_journal = 1;
+  uint64_t next_blob = 1;
+  uint32_t vocabulary_generation = 0;    // 0: none yet
+  uint32_t images_at_vocabulary = 0;     // count of retrievable images when it was trained
+  bool vocabulary_imported = false;      // given by a person: not re-trained
+  uint32_t retrievable_image_count = 0;  // images with features, N of eq 5
+  std::vector<ImageId>
+      pending_propagation;  // placed views whose neighbours are still to be tried, oldest first
+  bool operator==(const DatabaseState&) const = default;
+};
+
+}  // namespace veduta

@@ -1,0 +1,259 @@
+// SPDX-License-Identifier: Apache-2.0
+// Goal: the engine's own vocabulary comes when the options say, switches at once and as a whole, is
+// the same on any number of threads, and finds what brute force finds. Method: a city whose photos
+// are synthetic descriptors, written straight into the database: sites of several images, each
+// seeing some of its site's spots with noise. Every generation is looked at from before and after
+// its switch; brute force compares every descriptor with all of every image.
+#include "engine/retrieval/retrieval.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <numeric>
+
+#include "tests/index/synthetic_descriptors.h"
+#include "tests/storage/samples.h"
+
+namespace veduta {
+namespace {
+
+constexpr uint32_t kSiteCount = 10, kImagesOfSite = 4, kImageCount = kSiteCount * kImagesOfSite;
+constexpr int kNoise = 12;
+
+// Neighbours at a site share 30 of their 45 spots; clutter is everyone's own.
+std::vector<Features> MakePhotos() {
+  SeededRandom random(5);
+  std::vector<Features> photos;
+  for (uint32_t site = 0; site < kSiteCount; ++site) {
+    const std::vector<uint8_t> spots = RandomDescriptors(90, MixSeed(6, site));
+    for (size_t i = 0; i < kImagesOfSite; ++i) {
+      Features photo = SampleFeatures(photos.size(), 105);
+      photo.descriptors.clear();
+      for (size_t spot = 15 * i; spot < 15 * i + 45; ++spot) {
+        Append(&photo.descriptors, SeenAgain(&spots[spot * kCenterSize], kNoise, random));
+      }
+      for (int j = 0; j < 60; ++j) Append(&photo.descriptors, RandomDescriptor(random));
+      photos.push_back(std::move(photo));
+    }
+  }
+  return photos;
+}
+
+RetrievalOptions ScheduledOptions() {
+  RetrievalOptions options;
+  options.compare_all_max = 6;
+  options.retrain_factor = 3;
+  options.candidate_count_min = 4;
+  options.training_count_max = 2500;
+  return options;
+}
+
+class PhotoCity {
+ public:
+  explicit PhotoCity(uint32_t thread_count = 2) : pool_(thread_count - 1) {
+    DatabaseOptions options;
+    options.create = true;
+    options.sync_wal = false;
+    database_ = std::move(*Database::Open(folder_ / "db", options));
+  }
+
+  // As the ingest does: the image with its words in one commit, then a vocabulary if one is due.
+  void AddNext() {
+    const uint32_t i = count_++;
+    const Features& features = PhotoOf(ImageId(i + 1));
+    ASSERT_OK(database_->WritePhotoAhead(SampleHash(i), SampleBytes(i, 10), features));
+    const auto transaction = database_->BeginTransaction();
+    const auto snapshot = database_->GetSnapshot();
+    DatabaseState state = *snapshot->GetState();
+    const ImageId id(state.next_image++);
+    ImageRecord image = SampleImage(id.value);
+    image.photo = SampleHash(i);
+    image.verdict = Verdict::kPostponed;
+    ++state.retrievable_image_count;
+    if (state.vocabulary_generation != 0) {
+      const auto words = retrieval_.Words(*snapshot, features);
+      ASSERT_OK(words);
+      transaction->PutWords(state.vocabulary_generation, id, *words);
+      transaction->AddPostings(state.vocabulary_generation, *words, id);
+    }
+    transaction->PutImage(image);
+    transaction->PutState(state);
+    ASSERT_OK(transaction->Commit());
+    if (retrieval_.IsTrainingDue(state)) {
+      ASSERT_OK(retrieval_.Train(database_.get(), &pool_));
+    }
+  }
+  void AddUntil(size_t count) {
+    while (count_ < count && !testing::Test::HasFailure()) AddNext();
+  }
+
+  // Sites take turns. The image need not be added yet.
+  const Features& PhotoOf(ImageId id) const {
+    const uint32_t i = id.value - 1;
+    return photos_[i % kSiteCount * kImagesOfSite + i / kSiteCount];
+  }
+  uint32_t count() const { return count_; }
+  std::shared_ptr<const Snapshot> Look() const { return database_->GetSnapshot(); }
+  Status Import(const VocabularyTree& tree) {
+    return retrieval_.Import(database_.get(), tree, &pool_);
+  }
+  std::vector<WordId> Words(const Snapshot& snapshot, ImageId image) {
+    auto words = retrieval_.Words(snapshot, PhotoOf(image));
+    EXPECT_OK(words);
+    return words.ok() ? *words : std::vector<WordId>();
+  }
+  std::shared_ptr<const VocabularyTree> Tree(const Snapshot& snapshot) {
+    return *retrieval_.ActiveTree(snapshot);
+  }
+  DatabaseState State() const { return *database_->GetSnapshot()->GetState(); }
+  std::vector<RankedImage> Candidates(const Snapshot& snapshot, ImageId query) {
+    auto candidates = retrieval_.Candidates(snapshot, PhotoOf(query));
+    EXPECT_OK(candidates);
+    return candidates.ok() ? *candidates : std::vector<RankedImage>();
+  }
+
+  struct Vote {
+    ImageId image;
+    int shown = 0;  // of the query's descriptors
+  };
+  // The stored image that shows most of the query.
+  Vote BruteForceBest(ImageId query) const {
+    Vote best;
+    const std::vector<uint8_t>& wanted = PhotoOf(query).descriptors;
+    for (uint32_t id = 1; id <= count_; ++id) {
+      int shown = 0;
+      for (size_t row = 0; row < wanted.size(); row += kCenterSize)
+        shown += Shows(PhotoOf(ImageId(id)), &wanted[row]);
+      if (shown > best.shown) best = {ImageId(id), shown};
+    }
+    return best;
+  }
+
+ private:
+  static bool Shows(const Features& photo, const uint8_t* descriptor) {
+    constexpr int kSameSpot =
+        2 * 2 * kCenterSize * kNoise * (kNoise + 1) / 3;  // twice what the noise makes of it
+    for (size_t row = 0; row < photo.descriptors.size(); row += kCenterSize) {
+      const int distance =
+          std::transform_reduce(descriptor, descriptor + kCenterSize, &photo.descriptors[row], 0,
+                                std::plus<>(), [](int a, int b) { return (a - b) * (a - b); });
+      if (distance < kSameSpot) return true;
+    }
+    return false;
+  }
+
+  const TemporaryFolder folder_;
+  const std::vector<Features> photos_ = MakePhotos();
+  std::unique_ptr<Database> database_;
+  Retrieval retrieval_{ScheduledOptions()};
+  ThreadPool pool_;
+  uint32_t count_ = 0;  // images added
+};
+
+TEST(EngineRetrieval, AYoungDatabaseComparesAll) {
+  PhotoCity city;
+  city.AddUntil(5);
+  EXPECT_EQ(city.State().vocabulary_generation, 0u);
+  const std::vector<RankedImage> all = city.Candidates(*city.Look(), ImageId(2));
+  std::vector<RankedImage> newest_first;
+  for (uint32_t id = 5; id >= 1; --id) newest_first.push_back({ImageId(id), 0});
+  EXPECT_EQ(all, newest_first);
+  EXPECT_TRUE(city.Words(*city.Look(), ImageId(1)).empty());
+}
+
+TEST(EngineRetrieval, TrainsWhenTheOptionsSay) {
+  PhotoCity city;
+  std::vector<uint32_t> images_at_switch;
+  uint32_t generation = 0;
+  while (city.count() < kImageCount) {
+    city.AddNext();
+    ASSERT_FALSE(testing::Test::HasFailure());
+    if (city.State().vocabulary_generation == generation) continue;
+    generation = city.State().vocabulary_generation;
+    images_at_switch.push_back(city.State().images_at_vocabulary);
+    EXPECT_EQ(city.State().images_at_vocabulary, city.count());
+  }
+  EXPECT_EQ(images_at_switch, (std::vector<uint32_t>{
+                                  6, 18}));  // compare_all_max, and thrice that; 54 are never there
+}
+
+TEST(EngineRetrieval, AnImportedVocabularyStays) {
+  PhotoCity city;
+  city.AddUntil(6);
+  ASSERT_OK(city.Import(*city.Tree(*city.Look())));
+  city.AddUntil(20);
+  EXPECT_EQ(city.State().vocabulary_generation, 2u);
+  EXPECT_TRUE(city.State().vocabulary_imported);
+}
+
+TEST(EngineRetrieval, AGenerationSwitchesAsAWhole) {
+  PhotoCity city;
+  city.AddUntil(17);
+  const auto before = city.Look();
+  const std::vector<RankedImage> ranked_before = city.Candidates(*before, ImageId(3));
+  city.AddUntil(18);
+  const auto after = city.Look();
+  ASSERT_EQ(after->GetState()->vocabulary_generation, 2u);
+  // A reader of the old state still has the old vocabulary, whole; also once the new one has been
+  // in use.
+  city.Candidates(*after, ImageId(3));
+  EXPECT_EQ(city.Candidates(*before, ImageId(3)), ranked_before);
+  // A reader of the new state finds nothing of the old one, and all images in the new one.
+  EXPECT_FALSE(after->GetVocabulary(1).ok());
+  for (uint32_t id = 1; id <= 18; ++id) {
+    EXPECT_EQ(after->GetWords(1, ImageId(id)).status().code(), StatusCode::kNotFound);
+    EXPECT_EQ(*after->GetWords(2, ImageId(id)), city.Words(*after, ImageId(id)));
+  }
+  size_t old_lists = 0, new_entries = 0, words = 0;
+  EXPECT_OK(
+      after->ScanPostings(1, [&](WordId, std::span<const ImageId>) { return ++old_lists, true; }));
+  EXPECT_OK(after->ScanPostings(
+      2, [&](WordId, std::span<const ImageId> list) { return new_entries += list.size(); }));
+  for (uint32_t id = 1; id <= 18; ++id) words += after->GetWords(2, ImageId(id))->size();
+  EXPECT_EQ(old_lists, 0u);
+  EXPECT_EQ(new_entries, words);
+}
+
+TEST(EngineRetrieval, ThreadsDoNotMatter) {
+  PhotoCity alone(1), crowd(4);
+  alone.AddUntil(20);
+  crowd.AddUntil(20);
+  const auto one = alone.Look(), four = crowd.Look();
+  ASSERT_EQ(alone.State(), crowd.State());
+  EXPECT_TRUE(std::ranges::equal(one->GetVocabulary(2)->bytes(), four->GetVocabulary(2)->bytes()));
+  for (uint32_t id = 1; id <= 20; ++id) {
+    EXPECT_EQ(*one->GetWords(2, ImageId(id)), *four->GetWords(2, ImageId(id)));
+    EXPECT_EQ(alone.Candidates(*one, ImageId(id)), crowd.Candidates(*four, ImageId(id)));
+  }
+}
+
+// As the ingest asks: for a photo that is not stored yet, with the vocabulary of the day.
+TEST(EngineRetrieval, FindsWhatBruteForceFinds) {
+  PhotoCity city;
+  city.AddUntil(6);
+  int found = 0, wanted = 0;
+  for (; city.count() < kImageCount && !testing::Test::HasFailure(); city.AddNext()) {
+    const ImageId next(city.count() + 1);
+    const PhotoCity::Vote best = city.BruteForceBest(next);
+    if (best.shown < 20) continue;  // the first of its site
+    const std::vector<RankedImage> candidates = city.Candidates(*city.Look(), next);
+    ASSERT_EQ(candidates.size(), ScheduledOptions().candidate_count_min);
+    ++wanted;
+    found += std::ranges::any_of(candidates,
+                                 [&](const RankedImage& c) { return c.image == best.image; });
+  }
+  std::cout << "recall " << found << " of " << wanted << "\n";
+  EXPECT_EQ(wanted, static_cast<int>(kImageCount - kSiteCount));
+  EXPECT_GE(found, 0.95 * wanted);
+}
+
+TEST(EngineRetrieval, AStoredImageIsMostLikeItself) {
+  PhotoCity city;
+  city.AddUntil(kImageCount);
+  for (uint32_t id = 1; id <= kImageCount; ++id) {
+    EXPECT_EQ(city.Candidates(*city.Look(), ImageId(id)).at(0), (RankedImage{ImageId(id), 1.0}));
+  }
+}
+
+}  // namespace
+}  // namespace veduta

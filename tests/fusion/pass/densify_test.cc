@@ -1,0 +1,260 @@
+// SPDX-License-Identifier: Apache-2.0
+// Goal: the offline pass redoes what is stale and nothing else: depth maps that are withdrawn and
+// added leave the bytes of a pass from nothing; poses that hardly move keep what was made from
+// them; what was merged away goes; damage is named. Method: photos of a rendered street in a real
+// database; small depth maps, C++ paths; the pass run again after one change at a time, its report
+// and its stored bytes compared.
+#include "fusion/pass/densify.h"
+
+#include <gtest/gtest.h>
+
+#include "fusion/pass/dense_invariants.h"
+#include "fusion/pass/scene.h"
+#include "tests/engine/street_fixture.h"
+
+namespace veduta {
+namespace {
+
+constexpr uint32_t kSidePx = 96;
+
+DensifyOptions SmallOptions() {
+  DensifyOptions options;
+  options.depth_side_px = kSidePx;
+  return options;
+}
+
+// A database of six photos of one stretch of the street, filled once and copied for each test.
+class DensifyTest : public testing::Test {
+ protected:
+  void SetUp() override {
+    std::vector<Stand> stands;
+    for (const double along_m : {20.0, 20.7, 21.4, 22.1, 22.8, 23.5})
+      stands.push_back({along_m, 90});
+    city_.Add(stands);
+    const auto records = engine_->Ask().snapshot().ListReconstructions();
+    ASSERT_OK(records);
+    ASSERT_EQ(records->size(), 1u);
+    id_ = records->front().id;
+    ASSERT_EQ(records->front().image_count, stands.size());
+  }
+
+  DensifyReport Pass(const DensifyOptions& options = SmallOptions()) {
+    auto report =
+        Densify(*engine_->database(), id_, options, /*device=*/nullptr, *engine_->pool(), {});
+    EXPECT_OK(report);
+    return report.ok() ? *report : DensifyReport();
+  }
+
+  // Keys and values of one family, hashed.
+  std::vector<ContentHash> Stored(uint8_t wanted) {
+    std::vector<ContentHash> hashes;
+    EXPECT_OK(engine_->database()->GetSnapshot()->dense().ScanAll(
+        [&](uint8_t family, auto key, auto value) {
+          if (family != wanted) return;
+          hashes.push_back(HashContent(key));
+          hashes.push_back(HashContent(value));
+        }));
+    return hashes;
+  }
+
+  void ExpectSound() {
+    const auto violations = FindDenseViolations(*engine_->database()->GetSnapshot(), 10);
+    ASSERT_OK(violations);
+    for (const std::string& violation : *violations) ADD_FAILURE() << violation;
+  }
+
+  void MovePose(ImageId image, double distance) {
+    auto pose = engine_->database()->GetSnapshot()->FindPose(image);
+    ASSERT_OK(pose);
+    (*pose)->cam_from_world.translation.x() += distance;
+    const auto transaction = engine_->database()->BeginTransaction();
+    transaction->PutPose(**pose);
+    ASSERT_OK(transaction->Commit());
+  }
+
+  City city_;
+  Engine* const engine_ = &city_.engine();
+  ReconstructionId id_;
+};
+
+constexpr uint8_t kVolumeFamily = 19;  // Family::kVolume, which only storage/ may name
+
+TEST_F(DensifyTest, WithdrawnAndAddedMapsLeaveTheBytesOfAPassFromNothing) {
+  DensifyOptions few = SmallOptions();
+  few.neighbor_count = 1;  // other checks, so other maps
+  Pass(few);
+  const std::vector<ContentHash> from_nothing = Stored(kVolumeFamily);
+  ASSERT_GT(from_nothing.size(), 20u);
+  // A tile that loses half of its maps or fewer has them withdrawn one by one.
+  const DensifyReport grown = Pass();
+  EXPECT_EQ(grown.depths.computed, 0u);
+  EXPECT_GT(grown.volume.computed, 0u);
+  EXPECT_FALSE(Stored(kVolumeFamily) == from_nothing);
+  ExpectSound();
+  const auto transaction = engine_->database()->BeginTransaction();
+  transaction->dense().DeleteReconstruction(id_);
+  ASSERT_OK(transaction->Commit());
+  const std::vector<ContentHash> none = Stored(kVolumeFamily);
+  EXPECT_TRUE(none.empty());
+  Pass();
+  const std::vector<ContentHash> again = Stored(kVolumeFamily);
+  // One map moves: it alone is withdrawn and added, in tiles that hold others too.
+  MovePose(ImageId(2), grown.settings.voxel_size);
+  const DensifyReport moved = Pass();
+  EXPECT_GT(moved.volume.computed, 0u);
+  const std::vector<ContentHash> changed = Stored(kVolumeFamily);
+  EXPECT_FALSE(changed == again);
+  const auto cleared = engine_->database()->BeginTransaction();
+  cleared->dense().DeleteReconstruction(id_);
+  ASSERT_OK(cleared->Commit());
+  DensifyOptions same_grid = SmallOptions();
+  same_grid.voxel_size = moved.settings.voxel_size;
+  Pass(same_grid);
+  EXPECT_TRUE(Stored(kVolumeFamily) == changed) << "step by step as all at once";
+}
+
+TEST_F(DensifyTest, WhatHardlyMovesStays) {
+  const DensifyReport first = Pass();
+  ASSERT_EQ(first.depths.computed, 6u);
+  MovePose(ImageId(3), 1e-5);
+  const DensifyReport still = Pass();
+  EXPECT_EQ(
+      still.depths.computed + still.checks.computed + still.volume.computed + still.colors.computed,
+      0u);
+  MovePose(ImageId(3), 0.05);
+  const DensifyReport moved = Pass();
+  EXPECT_GE(moved.depths.computed, 1u);
+  EXPECT_LT(moved.depths.computed, 6u) << "those that it is no sensor view of";
+  EXPECT_GT(moved.volume.computed, 0u);
+  ExpectSound();
+}
+
+TEST_F(DensifyTest, SettingsAreKeptAndChangeable) {
+  const DensifyReport first = Pass();
+  EXPECT_EQ(first.settings.depth_side_px, kSidePx);
+  EXPECT_EQ(first.settings.sensor_count, 2u);
+  DensifyOptions unset;
+  const DensifyReport same = Pass(unset);
+  EXPECT_EQ(same.settings, first.settings);
+  EXPECT_EQ(same.depths.kept, 6u);
+  unset.sensor_count = 3;
+  const DensifyReport three = Pass(unset);
+  EXPECT_EQ(three.settings.sensor_count, 3u);
+  EXPECT_GT(three.depths.computed, 0u);
+  EXPECT_EQ(three.settings.voxel_size, first.settings.voxel_size);
+  EXPECT_EQ(Pass().settings.sensor_count, 3u);
+}
+
+TEST_F(DensifyTest, WhatWasMergedAwayGoes) {
+  Pass();
+  auto record = engine_->database()->GetSnapshot()->GetReconstruction(id_);
+  ASSERT_OK(record);
+  record->merged_into = ReconstructionId(99);
+  const auto transaction = engine_->database()->BeginTransaction();
+  transaction->PutReconstruction(*record);
+  ASSERT_OK(transaction->Commit());
+  const auto swept = SweepMerged(*engine_->database());
+  ASSERT_OK(swept);
+  EXPECT_EQ(*swept, 1u);
+  size_t left = 0;
+  ASSERT_OK(
+      engine_->database()->GetSnapshot()->dense().ScanAll([&](uint8_t, auto, auto) { ++left; }));
+  EXPECT_EQ(left, 0u);
+  const Status merged =
+      Densify(*engine_->database(), id_, SmallOptions(), nullptr, *engine_->pool(), {}).status();
+  EXPECT_EQ(merged.code(), StatusCode::kInvalidArgument);
+  EXPECT_NE(merged.message().find("merged into 99"), std::string::npos) << merged.message();
+}
+
+TEST_F(DensifyTest, SweepsItsOwnSupersededMapsOnly) {
+  Pass();
+  const auto snapshot = engine_->database()->GetSnapshot();
+  const auto depth = snapshot->dense().FindDepth(ImageId(1));
+  ASSERT_TRUE(depth.ok() && *depth);
+  auto checked = snapshot->dense().GetCheckedDepth(ImageId(1), (*depth)->checked_version);
+  const auto pixels =
+      snapshot->dense().GetCheckedDepthPixels(ImageId(1), (*depth)->checked_version);
+  ASSERT_OK(checked);
+  ASSERT_OK(pixels);
+  const auto transaction = engine_->database()->BeginTransaction();
+  checked->version = 1;
+  transaction->dense().PutCheckedDepth(*checked, *pixels);
+  checked->version = 2;
+  checked->reconstruction =
+      ReconstructionId(77);  // whose pass was killed before its tiles let go of the map
+  transaction->dense().PutCheckedDepth(*checked, *pixels);
+  ASSERT_OK(transaction->Commit());
+  Pass();
+  const auto later = engine_->database()->GetSnapshot();
+  EXPECT_EQ(later->dense().GetCheckedDepth(ImageId(1), 1).status().code(), StatusCode::kNotFound);
+  EXPECT_OK(later->dense().GetCheckedDepth(ImageId(1), 2));
+  EXPECT_OK(later->dense().GetCheckedDepth(ImageId(1), (*depth)->checked_version));
+}
+
+TEST_F(DensifyTest, DamageIsNamed) {
+  Pass();
+  ExpectSound();
+  const auto snapshot = engine_->database()->GetSnapshot();
+  std::vector<TileRecord> tiles;
+  ASSERT_OK(snapshot->dense().ScanTiles(id_, [&](const TileRecord& tile) {
+    tiles.push_back(tile);
+    return true;
+  }));
+  ASSERT_GT(tiles.size(), 3u);
+  auto depth = snapshot->dense().FindDepth(ImageId(1));
+  ASSERT_TRUE(depth.ok() && *depth);
+  const std::vector<uint8_t> rubbish = {1, 2, 3};
+  const auto transaction = engine_->database()->BeginTransaction();
+  (*depth)->known_count += 1;
+  transaction->dense().PutDepth(**depth);
+  const uint8_t block = static_cast<uint8_t>(std::countr_zero(tiles[0].blocks));
+  transaction->dense().PutVolumeBlock(id_, tiles[0].place, block, rubbish);
+  transaction->dense().PutSurface(SurfacePart::kMesh, id_, tiles[1].place, rubbish);
+  transaction->dense().DeleteCheckedDepth(
+      ImageId(2), (*snapshot->dense().FindDepth(ImageId(2)))->checked_version);
+  ASSERT_OK(transaction->Commit());
+  const auto violations = FindDenseViolations(*engine_->database()->GetSnapshot(), 1000);
+  ASSERT_OK(violations);
+  const auto named = [&](const std::string& words) {
+    return std::ranges::any_of(
+        *violations, [&](const std::string& v) { return v.find(words) != std::string::npos; });
+  };
+  const auto name = [](const TileRecord& t) {
+    return "tile " + std::to_string(t.place.x) + "," + std::to_string(t.place.y) + "," +
+           std::to_string(t.place.z);
+  };
+  EXPECT_TRUE(named("depth map of image 1 has"));
+  EXPECT_TRUE(named("depth map of image 2: there is no such"));
+  EXPECT_TRUE(named(name(tiles[0])));
+  EXPECT_TRUE(named(name(tiles[1])));
+  EXPECT_EQ(FindDenseViolations(*engine_->database()->GetSnapshot(), 1)->size(), 1u)
+      << "no more than asked for";
+}
+
+TEST_F(DensifyTest, StopsBetweenPiecesAndRefusesNonsense) {
+  std::stop_source stop;
+  DensifyOptions options = SmallOptions();
+  options.progress = [&](std::string_view stage, size_t done, size_t) {
+    if (stage == "depth maps" && done == 2) stop.request_stop();
+  };
+  const Status stopped =
+      Densify(*engine_->database(), id_, options, nullptr, *engine_->pool(), stop.get_token())
+          .status();
+  EXPECT_EQ(stopped.code(), StatusCode::kCancelled);
+  const DensifyReport rest = Pass();
+  EXPECT_EQ(rest.depths.kept, 2u);
+  EXPECT_EQ(rest.depths.computed, 4u);
+  options = SmallOptions();
+  options.neighbor_count = 0;
+  EXPECT_EQ(
+      Densify(*engine_->database(), id_, options, nullptr, *engine_->pool(), {}).status().code(),
+      StatusCode::kInvalidArgument);
+  EXPECT_EQ(Densify(*engine_->database(), ReconstructionId(9), SmallOptions(), nullptr,
+                    *engine_->pool(), {})
+                .status()
+                .code(),
+            StatusCode::kNotFound);
+}
+
+}  // namespace
+}  // namespace veduta
