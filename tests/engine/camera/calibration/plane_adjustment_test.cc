@@ -5,6 +5,7 @@
 // Method: sessions of known truth; derivatives against differences; many noises on one session.
 #include "engine/camera/calibration/plane_adjustment.h"
 
+
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -14,6 +15,7 @@
 #include "engine/camera/calibration/readmission.h"
 #include "engine/camera/calibration/view_focal.h"
 #include "engine/camera/projection.h"
+#include "storage/base/content_hash.h"
 #include "tools/calibration/synthetic_session.h"
 
 namespace veduta {
