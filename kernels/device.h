@@ -9,21 +9,10 @@
 #include <string_view>
 #include <vector>
 
+#include "kernels/device_info.h"
 #include "storage/base/status.h"
 
 namespace veduta {
-
-enum class DeviceKind : uint8_t { kCpu = 0, kGpu = 1, kOther = 2 };
-const char* DeviceKindName(DeviceKind kind);
-
-struct DeviceInfo {
-  uint32_t index = 0;  // in ListDevices' order, which is that of the drivers
-  std::string name, platform, driver_version;
-  DeviceKind kind = DeviceKind::kOther;
-  uint32_t compute_units = 0;  // of a CPU: the threads that work
-  uint64_t memory_bytes = 0;
-  uint64_t allocation_bytes_max = 0;  // of one buffer
-};
 
 // Every device of every driver. Empty where no driver or no device is; a driver that fails is
 // passed over. Thread-safe.

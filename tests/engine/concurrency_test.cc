@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // Goal: readers never wait for the writer and never see half a photo.
-// Method: one thread adds a walk, with adjustments and a trained vocabulary on the way, while three
-// others ask everything in loops; each snapshot must be sound in itself, and no count may fall.
-// Meant for ThreadSanitizer too.
+// Method: one thread adds a walk, with adjustments and a trained vocabulary on the way, while
+//   three others ask everything in loops; each snapshot must be sound in itself, and no count
+//   may fall. Meant for ThreadSanitizer too.
 #include <gtest/gtest.h>
 
 #include <atomic>

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // Goal: every instruction set finds the same centre and the same score as plain arithmetic, and
-// sums the same clusters. Method: a direct |d - c|^2 in 64 bits as reference; random bytes, the
-// extremes 0 and 255 where a saturating or 16-bit product would show, all center counts from 1 to
-// 64, and ties.
+//   sums the same clusters.
+// Method: a direct |d - c|^2 in 64 bits as reference; random bytes, the extremes 0 and 255
+//   where a saturating or 16-bit product would show, all center counts from 1 to 64, and ties.
 #include "index/center_kernels.h"
 
 #include <gtest/gtest.h>

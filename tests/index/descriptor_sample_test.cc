@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Goal: a sample depends on the images and not on their order, holds what it was given and no more,
-// and is uniform. Method: descriptors that carry their image's and their own number.
+// Goal: a sample depends on the images and not on their order, holds what it was given and no
+//   more, and is uniform.
+// Method: descriptors that carry their image's and their own number.
 #include "index/descriptor_sample.h"
 
 #include <gtest/gtest.h>

@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // Goal: the centres are a fixed point of Lloyd's iteration, the distortion is what it says, and
-// threads change nothing. Method: means and nearest centres computed plainly in 64 bits; clusters
-// far apart, which have to be found.
+//   threads change nothing.
+// Method: means and nearest centres computed plainly in 64 bits; clusters far apart, which have
+//   to be found.
 #include "index/kmeans.h"
 
 #include <gtest/gtest.h>

@@ -1,10 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-// Goal: the tree and the scores together find the images that brute force finds, also those stored
-// after training. Method: a synthetic city of sites; an image shows some of its site's spots, seen
-// again with noise, among clutter of its own and spots that every site has. Brute force: each
-// descriptor of the query votes for the images with the nearest descriptors. Its best images must
-// be among the index's first few. Half of the images are unknown to the training. Beside it as a
-// peer: FLANN's hierarchical k-means over as many words, searched as approximate neighbours.
+// Goal: the tree and the scores together find the images that brute force finds, also those
+//   stored after training.
+// Method: a synthetic city of sites; an image shows some of its site's spots, seen again with
+//   noise, among clutter of its own and spots that every site has. Brute force: each descriptor
+//   of the query votes for the images with the nearest descriptors. Its best images must be
+//   among the index's first few. Half of the images are unknown to the training. Beside it as a
+//   peer: FLANN's hierarchical k-means over as many words, searched as approximate neighbours.
 #include <gtest/gtest.h>
 #include <flann/flann.hpp>
 

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Goal: eq 5 as written, exactly 1 for a stored image, and sound answers at its edges.
-// Method: a plain evaluation of eq 5 image by image over random collections; hand-made cases for
-// the edges.
+// Method: a plain evaluation of eq 5 image by image over random collections; hand-made cases
+//   for the edges.
 #include "index/scoring.h"
 
 #include <gtest/gtest.h>

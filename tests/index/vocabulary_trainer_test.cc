@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // Goal: training gives the same tree on any number of threads, keeps the best of its attempts,
-// respects its options and refuses what cannot be trained on. Method: clustered random descriptors;
-// trees compared by their bytes; the distortion recomputed from the stored centres.
+//   respects its options and refuses what cannot be trained on.
+// Method: clustered random descriptors; trees compared by their bytes; the distortion
+//   recomputed from the stored centres.
 #include "index/vocabulary_trainer.h"
 
 #include <gtest/gtest.h>

@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-// Goal: a word is the leaf that plain descent finds, on every instruction set; a stored tree comes
-// back the same; no bytes, however wrong, give anything but kCorruption. Method: trees built by
-// hand and by training against a descent written over the parts; truncations and bit flips of a
-// stored tree at every byte, and damaged content under a checksum made right again.
+// Goal: a word is the leaf that plain descent finds, on every instruction set; a stored tree
+//   comes back the same; no bytes, however wrong, give anything but kCorruption.
+// Method: trees built by hand and by training against a descent written over the parts;
+//   truncations and bit flips of a stored tree at every byte, and damaged content under a
+//   checksum made right again.
 #include "index/vocabulary_tree.h"
 
 #include <gtest/gtest.h>

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-// Goal: devices are chosen as asked; programs are built once, kept, and built again where what was
-// kept is damaged or of another; floats are exact; errors name the device. Method: made-up lists of
-// devices; small programs from source on this machine's device (skipped without one), with caches
-// in a folder of their own that the test damages.
+// Goal: devices are chosen as asked; programs are built once, kept, and built again where what
+//   was kept is damaged or of another; floats are exact; errors name the device.
+// Method: made-up lists of devices; small programs from source on this machine's device
+//   (skipped without one), with caches in a folder of their own that the test damages.
 #include "kernels/device.h"
 
 #include <gtest/gtest.h>

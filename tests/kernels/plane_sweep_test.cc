@@ -1,9 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-// Goal: plane sweep and scanline optimisation give the same bits on the device and in C++, at any
-// number of threads, and what the header says: costs of the right plane vanish, blocked and unseen
-// views do no harm, bad input is refused. Method: seeded random images and volumes at awkward sizes
-// (one block, one more, odd, tiny) and geometries (sensors that look away, points behind, steps
-// through infinity), device beside C++; small cases against plain loops.
+// Goal: plane sweep and scanline optimisation give the same bits on the device and in C++, at
+//   any number of threads, and what the header says: costs of the right plane vanish, blocked
+//   and unseen views do no harm, bad input is refused.
+// Method: seeded random images and volumes at awkward sizes (one block, one more, odd, tiny)
+//   and geometries (sensors that look away, points behind, steps through infinity), device
+//   beside C++; small cases against plain loops.
 #include "kernels/plane_sweep.h"
 
 #include <gtest/gtest.h>

@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-// Goal: the primal-dual steps are what their equations say; every instruction set and the device
-// give the same bits; the minimum is reached from any start. Method: the proximal step against
-// brute force; the steps against plain loops over single voxels with look-ups of neighbours, bit
-// for bit, on seeded random histograms in blocks with gaps; energies against their lower bound.
+// Goal: the primal-dual steps are what their equations say; every instruction set and the
+//   device give the same bits; the minimum is reached from any start.
+// Method: the proximal step against brute force; the steps against plain loops over single
+//   voxels with look-ups of neighbours, bit for bit, on seeded random histograms in blocks with
+//   gaps; energies against their lower bound.
 #include "kernels/total_variation.h"
 
 #include <gtest/gtest.h>

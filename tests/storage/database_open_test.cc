@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Goal: a database is made only where nothing is, and opens only what is a database of this version
-// and free. Method: real folders; a second process by fork; versions changed through RocksDB
-// itself.
+// Goal: a database is made only where nothing is, and opens only what is a database of this
+//   version and free.
+// Method: real folders; a second process by fork; versions changed through RocksDB itself.
 #include <gtest/gtest.h>
 #include <rocksdb/db.h>
 #include <sys/wait.h>

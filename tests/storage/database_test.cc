@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Goal: a database keeps every record over a restart, shows each reader one moment, lets one of two
-// conflicting transactions through, and names what is damaged. Method: real folders; values changed
-// through RocksDB itself.
+// Goal: a database keeps every record over a restart, shows each reader one moment, lets one of
+//   two conflicting transactions through, and names what is damaged.
+// Method: real folders; values changed through RocksDB itself.
 #include "storage/database.h"
 
 #include <gtest/gtest.h>

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-// Goal: what the offline pass stores is read back as it was, sorts by signed places, goes when it
-// is deleted, and a damaged or senseless record is refused by name. Method: one of everything,
-// written, closed, opened and compared; every record with one field broken; values cut at every
-// length and with bytes turned.
+// Goal: what the offline pass stores is read back as it was, sorts by signed places, goes when
+//   it is deleted, and a damaged or senseless record is refused by name.
+// Method: one of everything, written, closed, opened and compared; every record with one field
+//   broken; values cut at every length and with bytes turned.
 #include "storage/dense.h"
 
 #include <gtest/gtest.h>

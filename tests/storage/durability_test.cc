@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 // Goal: a power cut loses nothing that a synced commit acknowledged, the writes ahead of it
-// included, even where the log was changed in between; without syncs it leaves a prefix of the
-// commits, each whole. Method: FaultFileSystem forgets unsynced bytes; photos larger than the
-// memtables force log changes and flushes.
+//   included, even where the log was changed in between; without syncs it leaves a prefix of
+//   the commits, each whole.
+// Method: FaultFileSystem forgets unsynced bytes; photos larger than the memtables force log
+//   changes and flushes.
 #include <gtest/gtest.h>
 
 #include "fault_file_system.h"

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Goal: the crash tests' own disk does what it says: it forgets exactly what was not synced and
-// fails exactly the writes it was told to. Method: files and folders by hand, without a database.
+//   fails exactly the writes it was told to.
+// Method: files and folders by hand, without a database.
 #include "fault_file_system.h"
 
 #include <gtest/gtest.h>

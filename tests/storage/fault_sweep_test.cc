@@ -1,9 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-// Goal: whichever write of the operating system fails, every commit that was acknowledged is there
-// afterwards, whole, and of the one that was not there is all or nothing; what was written ahead
-// and not committed is gone. Method: one scenario of several commits, run again and again with the
-// n-th write operation failing, for every n; then the process "crashes" (reopen) or the power is
-// cut (unsynced data dropped, then reopen).
+// Goal: whichever write of the operating system fails, every commit that was acknowledged is
+//   there afterwards, whole, and of the one that was not there is all or nothing; what was
+//   written ahead and not committed is gone.
+// Method: one scenario of several commits, run again and again with the n-th write operation
+//   failing, for every n; then the process "crashes" (reopen) or the power is cut (unsynced
+//   data dropped, then reopen).
 #include <gtest/gtest.h>
 #include <rocksdb/env.h>
 

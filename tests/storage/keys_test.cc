@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Goal: keys sort as the numbers in them do, prefixes bound exactly their own keys, and keys read
-// back. Method: numbers around every byte boundary; all pairs compared as bytes and as numbers.
+// Goal: keys sort as the numbers in them do, prefixes bound exactly their own keys, and keys
+//   read back.
+// Method: numbers around every byte boundary; all pairs compared as bytes and as numbers.
 #include "storage/keys.h"
 
 #include <gtest/gtest.h>

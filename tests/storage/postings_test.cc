@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-// Goal: posting lists are the ascending union of all that was added, whenever memory is flushed and
-// files are merged, in whatever order images come, and however operands are grouped. Method: a
-// plain map of sets beside the database; the operator alone against every split of its operands.
+// Goal: posting lists are the ascending union of all that was added, whenever memory is flushed
+//   and files are merged, in whatever order images come, and however operands are grouped.
+// Method: a plain map of sets beside the database; the operator alone against every split of
+//   its operands.
 #include "storage/postings_merge.h"
 
 #include <gtest/gtest.h>

@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-// Goal: every record comes back as it was stored; a damaged value is kCorruption and never a crash
-// or a record that breaks its invariants; a record that breaks them is not encoded. Method: round
-// trips of full, empty and extreme records at every alignment; bytes of encoded values flipped,
-// cut, extended and replaced at seeded places, then decoded, and what decodes is encoded again.
+// Goal: every record comes back as it was stored; a damaged value is kCorruption and never a
+//   crash or a record that breaks its invariants; a record that breaks them is not encoded.
+// Method: round trips of full, empty and extreme records at every alignment; bytes of encoded
+//   values flipped, cut, extended and replaced at seeded places, then decoded, and what decodes
+//   is encoded again.
 #include "storage/record_codec.h"
 
 #include <gtest/gtest.h>

@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // Goal: what was written ahead of a commit stays if the commit came, and is gone after the next
-// Open if it did not. Method: photos, point blocks and vocabularies written ahead, some named by a
-// commit, then closing and opening.
+//   Open if it did not.
+// Method: photos, point blocks and vocabularies written ahead, some named by a commit, then
+//   closing and opening.
 #include <gtest/gtest.h>
 
 #include <set>

@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 // Goal: rendered calibration photos show what their truth says, and are the same bytes on any
-// number of threads. Method: the photo's grey values at places where truth and pattern say ink or
-// paper; small sessions compared file by file; what cannot be rendered is refused before anything
-// is written.
+//   number of threads.
+// Method: the photo's grey values at places where truth and pattern say ink or paper; small
+//   sessions compared file by file; what cannot be rendered is refused before anything is
+//   written.
 #include <gtest/gtest.h>
 #include <unistd.h>
 

@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // Goal: a rendered data set is complete and the same bytes each time, its truth reads back, and
-// what cannot be rendered is refused before anything is written. Method: small data sets; compare
-// files byte by byte between thread counts; damage and misspell.
+//   what cannot be rendered is refused before anything is written.
+// Method: small data sets; compare files byte by byte between thread counts; damage and
+//   misspell.
 #include <gtest/gtest.h>
 
 #include <algorithm>

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // Goal: the synthetic street tells the truth: poses, intrinsics, distortion and depth fit the
-// pictures, and a place looks like no other (unless asked for). Method: render small photos; carry
-// pixels from one to another by their depth and compare what arrives; compare shading results bit
-// by bit between instruction sets.
+//   pictures, and a place looks like no other (unless asked for).
+// Method: render small photos; carry pixels from one to another by their depth and compare what
+//   arrives; compare shading results bit by bit between instruction sets.
 #include <gtest/gtest.h>
 
 #include <algorithm>

@@ -1,10 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-// Goal: points.json is read as described or refused with a message that names the place; a camera
-// file is read back as
-//   it was written; any bytes are answered; the report holds what it promises and nothing that a
-//   name smuggles in.
+// Goal: points.json is read as described or refused with a message that names the place; a
+//   camera file is read back as it was written; any bytes are answered; the report holds what
+//   it promises and nothing that a name smuggles in.
 // Method: files written by hand, a calibration of a session of known truth, mutations of good
-// files.
+//   files.
 #include <gtest/gtest.h>
 
 #include <cmath>

@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-// Goal: cameras and sizes as people type them are read exactly, and every mistake is refused with
-// its field named. Method: good texts with their values, tables of bad texts with what the message
-// must contain, and random models written and read back.
+// Goal: cameras and sizes as people type them are read exactly, and every mistake is refused
+//   with its field named.
+// Method: good texts with their values, tables of bad texts with what the message must contain,
+//   and random models written and read back.
 #include "engine/camera/camera_text.h"
 
 #include <gtest/gtest.h>

@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-// Goal: every kind of photo is decoded to the right pixels the right way round, or refused for the
-// right reason. Method: a picture without symmetry, written by the test in each format;
-// orientations are checked against the definition of EXIF's eight values, pixel by pixel; sizes are
-// wanted and not met.
+// Goal: every kind of photo is decoded to the right pixels the right way round, or refused for
+//   the right reason.
+// Method: a picture without symmetry, written by the test in each format; orientations are
+//   checked against the definition of EXIF's eight values, pixel by pixel; sizes are wanted and
+//   not met.
 #include "engine/camera/photo_decoder.h"
 
 #include <gtest/gtest.h>

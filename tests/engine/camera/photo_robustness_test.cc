@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 // Goal: no file, however damaged or hostile, crashes the decoder, is taken for whole when it is
-// not, or makes it allocate what its header claims. Method: files of every format cut at every
-// sixteenth, thousands of seeded mutations, and headers that declare pictures of gigabytes, with
-// the process's memory counted before and after.
+//   not, or makes it allocate what its header claims.
+// Method: files of every format cut at every sixteenth, thousands of seeded mutations, and
+//   headers that declare pictures of gigabytes, with the process's memory counted before and
+//   after.
 #include <gtest/gtest.h>
 #include <sys/resource.h>
 

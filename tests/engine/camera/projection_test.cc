@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-// Goal: distortion and its inverse agree over whole images, models that fold over are refused, and
-// rays and pixels match. Method: random models of every sign of k1 and k2 with random points; the
-// fold is found again by brute force along the radius; the border of the undistorted image by the
-// definition, pixel by pixel.
+// Goal: distortion and its inverse agree over whole images, models that fold over are refused,
+//   and rays and pixels match.
+// Method: random models of every sign of k1 and k2 with random points; the fold is found again
+//   by brute force along the radius; the border of the undistorted image by the definition,
+//   pixel by pixel.
 #include "engine/camera/projection.h"
 
 #include <gtest/gtest.h>

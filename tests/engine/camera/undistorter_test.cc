@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 // Goal: undistorted photos are right, pixel by pixel, and the cache of tables keeps its bound,
-// builds each table once and serves many threads. Method: bilinear interpolation written out here
-// in doubles, on smooth and on noisy photos; tables counted by the cache's own statistics; threads
-// that hammer few cameras in a cache too small for them.
+//   builds each table once and serves many threads.
+// Method: bilinear interpolation written out here in doubles, on smooth and on noisy photos;
+//   tables counted by the cache's own statistics; threads that hammer few cameras in a cache
+//   too small for them.
 #include "engine/camera/undistorter.h"
 
 #include <gtest/gtest.h>

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Goal: the extractor's contract at its edges: options, sizes, order, limits, descriptor norms.
-// Method: small drawn images; the limited result is compared with the head of the unlimited one.
+// Method: small drawn images; the limited result is compared with the head of the unlimited
+//   one.
 
 #include <gtest/gtest.h>
 

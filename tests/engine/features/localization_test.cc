@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-// Goal: keypoints lie where the blobs are, without bias, with the right scale and contrast sign.
-// Method: Gaussian blobs and anti-aliased disks of several sizes at seeded sub-pixel places, far
-// apart, 8 bits; every blob's strongest keypoint of its sign is compared with the truth. A bias of
-// 0.25 px (OpenCV 4.6) fails tenfold.
+// Goal: keypoints lie where the blobs are, without bias, with the right scale and contrast
+//   sign.
+// Method: Gaussian blobs and anti-aliased disks of several sizes at seeded sub-pixel places,
+//   far apart, 8 bits; every blob's strongest keypoint of its sign is compared with the truth.
+//   A bias of 0.25 px (OpenCV 4.6) fails tenfold.
 
 #include <gtest/gtest.h>
 

@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-// Goal: the features of a rotated and scaled view are the same features, and their descriptors find
-// one another. Method: a texture of blobs is drawn, then drawn again with every blob moved by a
-// similarity (no resampling, so nothing but the extractor can lose features). Keypoints are mapped
-// by the truth; descriptors matched by brute force.
+// Goal: the features of a rotated and scaled view are the same features, and their descriptors
+//   find one another.
+// Method: a texture of blobs is drawn, then drawn again with every blob moved by a similarity
+//   (no resampling, so nothing but the extractor can lose features). Keypoints are mapped by
+//   the truth; descriptors matched by brute force.
 
 #include <gtest/gtest.h>
 

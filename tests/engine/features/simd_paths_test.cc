@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Goal: every instruction set gives the same bytes, and so does every repetition.
 // Method: whole extractions of texture, noise and extreme images, in sizes that straddle the
-// vectors' widths, compared with the portable path's; blurs compared with sums written out.
+//   vectors' widths, compared with the portable path's; blurs compared with sums written out.
 
 #include <gtest/gtest.h>
 

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 // Goal: the same photos in the same order give the same database to the last bit, whatever the
-// number of threads, the sizes of the caches and the number of processes that it took. Method: one
-// short history with everything in it (founding, propagation, merge, adjustment of the whole, a
-// trained vocabulary, rejections, duplicates) is run under each of these conditions; the digests
-// are compared.
+//   number of threads, the sizes of the caches and the number of processes that it took.
+// Method: one short history with everything in it (founding, propagation, merge, adjustment of
+//   the whole, a trained vocabulary, rejections, duplicates) is run under each of these
+//   conditions; the digests are compared.
 #include <gtest/gtest.h>
 
 #include "tests/engine/street_fixture.h"

@@ -1,11 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 // Goal: whichever write of the operating system fails while photos are added, whatever was
-// acknowledged is there when the engine is opened again, the database is sound, and the same
-// command once more makes the city that an undisturbed run makes, to the last bit. A full disk is
-// named as such. Method: a short walk with a founding, adjustments of the whole and a vocabulary
-// trained twice runs over a faulty disk (tests/storage/fault_file_system.h) again and again, each
-// time with another write failing; then the power is cut, or the process dies. Every stride-th
-// write; VEDUTA_FAULT_STRIDE=1 in the environment takes all of them.
+//   acknowledged is there when the engine is opened again, the database is sound, and the same
+//   command once more makes the city that an undisturbed run makes, to the last bit. A full
+//   disk is named as such.
+// Method: a short walk with a founding, adjustments of the whole and a vocabulary trained twice
+//   runs over a faulty disk (tests/storage/fault_file_system.h) again and again, each time with
+//   another write failing; then the power is cut, or the process dies. Every stride-th write;
+//   VEDUTA_FAULT_STRIDE=1 in the environment takes all of them.
 #include <gtest/gtest.h>
 #include <rocksdb/env.h>
 

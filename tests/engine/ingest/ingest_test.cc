@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-// Goal: every photo gets its answer: placed where it was taken, merged, postponed and placed later,
-// or rejected with the reason; and the database is sound after each. Method: photos of a synthetic
-// street with known poses go through the whole engine; files are spoilt in each way that has a
-// reason of its own.
+// Goal: every photo gets its answer: placed where it was taken, merged, postponed and placed
+//   later, or rejected with the reason; and the database is sound after each.
+// Method: photos of a synthetic street with known poses go through the whole engine; files are
+//   spoilt in each way that has a reason of its own.
 #include <gtest/gtest.h>
 
 #include <opencv2/imgproc.hpp>

@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-// Goal: adjustment finds the optimum, holds what it should hold, keeps the frame, and repeats bit
-// for bit. Method: a synthetic map disturbed from the truth; the solver against Ceres, whose
-// derivatives are checked against numeric ones.
+// Goal: adjustment finds the optimum, holds what it should hold, keeps the frame, and repeats
+//   bit for bit.
+// Method: a synthetic map disturbed from the truth; the solver against Ceres, whose derivatives
+//   are checked against numeric ones.
 #include "engine/mapping/bundle_adjustment.h"
 
 #include <gtest/gtest.h>

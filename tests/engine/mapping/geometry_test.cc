@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // Goal: triangulation, resection and similarity return the truth within what noise allows, and
-// refuse what is degenerate. Method: a synthetic scene of known truth (synthetic_scene.h), outliers
-// added where the estimator must resist them.
+//   refuse what is degenerate.
+// Method: a synthetic scene of known truth (synthetic_scene.h), outliers added where the
+//   estimator must resist them.
 #include <gtest/gtest.h>
 
 #include "engine/mapping/resection.h"

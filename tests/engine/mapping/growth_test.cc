@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 // Goal: tracks grow to what the scene holds, founding finds the scene from matches alone and
-// refuses planes of no depth and rotations, neighbours that contradict a pose are counted, and the
-// map's invariants survive every change. Method: a synthetic scene; every image's features are
-// compared with the points that they truly see.
+//   refuses planes of no depth and rotations, neighbours that contradict a pose are counted,
+//   and the map's invariants survive every change.
+// Method: a synthetic scene; every image's features are compared with the points that they
+//   truly see.
 #include "engine/mapping/growth.h"
 
 #include <gtest/gtest.h>

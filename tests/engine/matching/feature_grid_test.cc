@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Goal: the grid finds exactly the keypoints near a point or a line, whatever their spread.
 // Method: random keypoints (spread, crowded, far apart, on the edge, not finite) against a loop
-// over all of them.
+//   over all of them.
 #include "engine/matching/feature_grid.h"
 
 #include <gtest/gtest.h>

@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // Goal: matching along epipolar lines and near positions gives exactly the pairs its definition
-// names. Method: random scenes seen by two cameras, with clutter, twins and noise, against plain
-// loops over all pairs; then degenerate geometry and bad arguments.
+//   names.
+// Method: random scenes seen by two cameras, with clutter, twins and noise, against plain loops
+//   over all pairs; then degenerate geometry and bad arguments.
 #include "engine/matching/guided_matcher.h"
 
 #include <gtest/gtest.h>

@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-// Goal: mutual matching is exact, and the same bit for bit on every instruction set this machine
-// has. Method: seeded random bytes against two plain loops; counts straddle the edges of panels,
-// tiles and blocks, bytes reach the extremes, and few distinct descriptors force ties everywhere.
+// Goal: mutual matching is exact, and the same bit for bit on every instruction set this
+//   machine has.
+// Method: seeded random bytes against two plain loops; counts straddle the edges of panels,
+//   tiles and blocks, bytes reach the extremes, and few distinct descriptors force ties
+//   everywhere.
 #include "engine/matching/mutual_matcher.h"
 
 #include <gtest/gtest.h>

@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-// Goal: two-view verification finds the true geometry among outliers, names planes and rotations,
-// and refuses noise. Method: rays of a known scene with Gaussian noise and a share of random
-// matches; the truth is the yardstick.
+// Goal: two-view verification finds the true geometry among outliers, names planes and
+//   rotations, and refuses noise.
+// Method: rays of a known scene with Gaussian noise and a share of random matches; the truth is
+//   the yardstick.
 #include "engine/matching/two_view.h"
 
 #include <gtest/gtest.h>

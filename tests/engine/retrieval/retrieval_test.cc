@@ -1,9 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-// Goal: the engine's own vocabulary comes when the options say, switches at once and as a whole, is
-// the same on any number of threads, and finds what brute force finds. Method: a city whose photos
-// are synthetic descriptors, written straight into the database: sites of several images, each
-// seeing some of its site's spots with noise. Every generation is looked at from before and after
-// its switch; brute force compares every descriptor with all of every image.
+// Goal: the engine's own vocabulary comes when the options say, switches at once and as a
+//   whole, is the same on any number of threads, and finds what brute force finds.
+// Method: a city whose photos are synthetic descriptors, written straight into the database:
+//   sites of several images, each seeing some of its site's spots with noise. Every generation
+//   is looked at from before and after its switch; brute force compares every descriptor with
+//   all of every image.
 #include "engine/retrieval/retrieval.h"
 
 #include <gtest/gtest.h>

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Goal: stored depth maps lose less than stereo can tell, and read back the same each time; the
-// range that is swept holds the scene. Method: random depths over wide and narrow ranges; ranges
-// from made-up depths with outliers.
+//   range that is swept holds the scene.
+// Method: random depths over wide and narrow ranges; ranges from made-up depths with outliers.
 #include "fusion/depth/depth_codes.h"
 
 #include <gtest/gtest.h>

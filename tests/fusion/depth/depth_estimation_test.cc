@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-// Goal: depth maps of known surfaces are right, whatever the exposure, slant or occlusion; the same
-// on the device, in C++ and at any number of threads; bad input is refused by name. Method:
-// rectangles with a random texture, seen by a key view and two sensor views to its left and right,
-// by casting rays; depth is known exactly.
+// Goal: depth maps of known surfaces are right, whatever the exposure, slant or occlusion; the
+//   same on the device, in C++ and at any number of threads; bad input is refused by name.
+// Method: rectangles with a random texture, seen by a key view and two sensor views to its left
+//   and right, by casting rays; depth is known exactly.
 #include "fusion/depth/depth_estimation.h"
 
 #include <gtest/gtest.h>

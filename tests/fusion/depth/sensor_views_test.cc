@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-// Goal: the views that stereo is computed from are those of equations 7 and 8: enough overlap, a
-// good angle, sky not counted. Method: a wall of points seen by cameras at chosen distances beside
-// the key view, where overlap and angle are known; each rule broken once.
+// Goal: the views that stereo is computed from are those of equations 7 and 8: enough overlap,
+//   a good angle, sky not counted.
+// Method: a wall of points seen by cameras at chosen distances beside the key view, where
+//   overlap and angle are known; each rule broken once.
 #include "fusion/depth/sensor_views.h"
 
 #include <gtest/gtest.h>

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-// Goal: the offline pass redoes what is stale and nothing else: depth maps that are withdrawn and
-// added leave the bytes of a pass from nothing; poses that hardly move keep what was made from
-// them; what was merged away goes; damage is named. Method: photos of a rendered street in a real
-// database; small depth maps, C++ paths; the pass run again after one change at a time, its report
-// and its stored bytes compared.
+// Goal: the offline pass redoes what is stale and nothing else: depth maps that are withdrawn
+//   and added leave the bytes of a pass from nothing; poses that hardly move keep what was made
+//   from them; what was merged away goes; damage is named.
+// Method: photos of a rendered street in a real database; small depth maps, C++ paths; the pass
+//   run again after one change at a time, its report and its stored bytes compared.
 #include "fusion/pass/densify.h"
 
 #include <gtest/gtest.h>

@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // Goal: the gains that were put into colours of points come out again, past outliers, and fixed
-// ones stand. Method: points of random light seen by a chain of photos with random gains and noise;
-// groups that share nothing; observations shuffled.
+//   ones stand.
+// Method: points of random light seen by a chain of photos with random gains and noise; groups
+//   that share nothing; observations shuffled.
 #include "fusion/surface/exposure.h"
 
 #include <gtest/gtest.h>

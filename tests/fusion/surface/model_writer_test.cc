@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-// Goal: other programs read what we write: every vertex, triangle, normal, colour and camera, once,
-// tiles welded; and nothing half-written is left behind. Method: PLY read back by OpenMesh; glTF by
-// a reader that checks what the specification asks; cameras carried through glTF's own projection.
+// Goal: other programs read what we write: every vertex, triangle, normal, colour and camera,
+//   once, tiles welded; and nothing half-written is left behind.
+// Method: PLY read back by OpenMesh; glTF by a reader that checks what the specification asks;
+//   cameras carried through glTF's own projection.
 #include "fusion/surface/model_writer.h"
 
 #include <OpenMesh/Core/IO/MeshIO.hh>

@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // Goal: rays hit what they should, whether the surface is one tile or many, and bad meshes are
-// refused by name. Method: random triangles and rays against Cramer's rule on every triangle; hulls
-// against sampled points; a cache that counts its loads.
+//   refused by name.
+// Method: random triangles and rays against Cramer's rule on every triangle; hulls against
+//   sampled points; a cache that counts its loads.
 #include "fusion/surface/ray_scene.h"
 
 #include <limits>

@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-// Goal: pictures show what is there: depth is exact, the nearest thing wins, tiles drawn one after
-// another make the picture of all at once, and cameras look where they are told to. Method: planes
-// and spheres, whose depth is a formula; pictures on no, one and three threads; PNG read by OpenCV.
+// Goal: pictures show what is there: depth is exact, the nearest thing wins, tiles drawn one
+//   after another make the picture of all at once, and cameras look where they are told to.
+// Method: planes and spheres, whose depth is a formula; pictures on no, one and three threads;
+//   PNG read by OpenCV.
 #include "fusion/surface/renderer.h"
 
 #include <limits>

@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // Goal: a simplified surface has far fewer triangles and lies as near as was asked, both ways;
-// borders of tiles and colours stay. Method: sheets, spheres and tiles simplified under several
-// bounds; distances measured by trying every triangle.
+//   borders of tiles and colours stay.
+// Method: sheets, spheres and tiles simplified under several bounds; distances measured by
+//   trying every triangle.
 #include "fusion/surface/simplification.h"
 
 #include <limits>

@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-// Goal: the street's true surface, coloured tile by tile from its photos of different exposures,
-// looks like each photo. Method: a stretch of the rendered street with its true poses; gains from
-// what the photos see of some vertices; tiles coloured each by a scene of what stands between; then
-// drawn from the photos' own cameras.
+// Goal: the street's true surface, coloured tile by tile from its photos of different
+//   exposures, looks like each photo.
+// Method: a stretch of the rendered street with its true poses; gains from what the photos see
+//   of some vertices; tiles coloured each by a scene of what stands between; then drawn from
+//   the photos' own cameras.
 #include <gtest/gtest.h>
 
 #include "fusion/surface/renderer.h"

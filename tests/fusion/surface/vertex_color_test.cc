@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-// Goal: a vertex gets the colour of the surface there: not that of what stands before it, of who
-// walked by, or of a photo's exposure; the same from both tiles that share it; and the same on any
-// number of threads. Method: a painted wall with a red board before it, photographed by rays
-// through a formula; the wall as a mesh, whole and cut into tiles.
+// Goal: a vertex gets the colour of the surface there: not that of what stands before it, of
+//   who walked by, or of a photo's exposure; the same from both tiles that share it; and the
+//   same on any number of threads.
+// Method: a painted wall with a red board before it, photographed by rays through a formula;
+//   the wall as a mesh, whole and cut into tiles.
 #include "fusion/surface/vertex_color.h"
 
 #include <limits>

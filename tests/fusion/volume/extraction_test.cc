@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 // Goal: pieces of neighbouring tiles fit each other to the byte; floaters go on both sides of a
-// border; nothing is drawn where nobody looked; stored pieces come back and hostile bytes are
-// refused. Method: solutions made from formulas (spheres that cross borders, of sizes around the
-// limit); every edge counted.
+//   border; nothing is drawn where nobody looked; stored pieces come back and hostile bytes are
+//   refused.
+// Method: solutions made from formulas (spheres that cross borders, of sizes around the limit);
+//   every edge counted.
 #include "fusion/volume/extraction.h"
 
 #include <gtest/gtest.h>

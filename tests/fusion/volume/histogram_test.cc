@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 // Goal: histograms are additive, and what is withdrawn leaves no trace; votes are the distances
-// that they should be; stored bytes come back, and hostile ones are refused. Method: maps of a
-// tilted plane and of a sphere; blocks compared byte by byte after additions in other orders and
-// withdrawals; distances against the shapes' own; every shortening and seeded changes of stored
-// bytes.
+//   that they should be; stored bytes come back, and hostile ones are refused.
+// Method: maps of a tilted plane and of a sphere; blocks compared byte by byte after additions
+//   in other orders and withdrawals; distances against the shapes' own; every shortening and
+//   seeded changes of stored bytes.
 #include "fusion/volume/histogram.h"
 
 #include <gtest/gtest.h>

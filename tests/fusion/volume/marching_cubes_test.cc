@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-// Goal: the triangles of cells are closed surfaces, whatever the corners: no crack, no edge with
-// three triangles, all turned outwards. Method: each of the 256 cases alone; then seeded random
-// corners on a grid, where all ambiguous faces meet, count the triangles at every edge.
+// Goal: the triangles of cells are closed surfaces, whatever the corners: no crack, no edge
+//   with three triangles, all turned outwards.
+// Method: each of the 256 cases alone; then seeded random corners on a grid, where all
+//   ambiguous faces meet, count the triangles at every edge.
 #include "fusion/volume/marching_cubes.h"
 
 #include <gtest/gtest.h>

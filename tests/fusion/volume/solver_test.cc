@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-// Goal: fused surfaces are where the shapes are, closed and turned outwards, better than averages
-// under noise and wrong depths; the same from any start, at any number of threads, and wherever the
-// tiles' borders lie. Method: maps of a sphere across eight tiles, exact and noisy, and of a wall,
-// whose volume is fused a second time with the borders moved by half a tile.
+// Goal: fused surfaces are where the shapes are, closed and turned outwards, better than
+//   averages under noise and wrong depths; the same from any start, at any number of threads,
+//   and wherever the tiles' borders lie.
+// Method: maps of a sphere across eight tiles, exact and noisy, and of a wall, whose volume is
+//   fused a second time with the borders moved by half a tile.
 #include "fusion/volume/solver.h"
 
 #include <gtest/gtest.h>

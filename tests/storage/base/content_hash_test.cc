@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Goal: the hash is SHA-256 and the seeded generator is fixed for ever (stored data depends on
-// both). Method: published vectors (FIPS 180-4), and values of splitmix64 pinned here.
+//   both).
+// Method: published vectors (FIPS 180-4), and values of splitmix64 pinned here.
 #include "storage/base/content_hash.h"
 
 #include <gtest/gtest.h>

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Goal: every piece of a loop and every task runs exactly once, whatever the number of threads,
-// also when nested. Method: count the runs.
+//   also when nested.
+// Method: count the runs.
 #include "storage/base/thread_pool.h"
 
 #include <gtest/gtest.h>

@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-// Goal: a calibration from points alone is as good as the table of issue 4 asks, gross errors are
-// left out with a word,
-//   and what the photos cannot tell is an error or a warning that says what to photograph.
-// Method: synthetic sessions of known truth (tools/calibration), whole and spoilt in one way each.
+// Goal: a calibration from points alone is as good as the table of issue 4 asks, gross errors
+//   are left out with a word, and what the photos cannot tell is an error or a warning that
+//   says what to photograph.
+// Method: synthetic sessions of known truth (tools/calibration), whole and spoilt in one way
+//   each.
 #include "engine/camera/calibration/calibrator.h"
 
 #include <gtest/gtest.h>

@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-// Goal: real photos of a real board give the camera that OpenCV finds when it, too, does not trust
-// the board's print. Method: the 13 left photos of shared/data/chessboard, OpenCV's corners,
-// OpenCV's calibrateCamera and calibrateCameraRO.
+// Goal: real photos of a real board give the camera that OpenCV finds when it, too, does not
+//   trust the board's print.
+// Method: the 13 left photos of shared/data/chessboard, OpenCV's corners, OpenCV's
+//   calibrateCamera and calibrateCameraRO.
 #include <gtest/gtest.h>
 
 #include <cmath>

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Goal: homographies are exact on exact points, robust against wrong ones, and the gold standard is
-// better than the
-//   linear fit; what two calibrated views tell of a plane comes out of the decomposition.
+// Goal: homographies are exact on exact points, robust against wrong ones, and the gold
+//   standard is better than the linear fit; what two calibrated views tell of a plane comes out
+//   of the decomposition.
 // Method: random homographies and motions of known truth.
 #include "engine/camera/calibration/homography.h"
 

@@ -1,10 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-// Goal: each step from observations to a first scene does its part alone: the tree of views, the
-// distortion (equations
-//   1 and 2), the focal length (3 and 4), the pose before a plane, the metric scene, the inverse of
-//   the distortion.
-// Method: sessions of known truth without noise, where each step must be exact, and with it, where
-// it must be near.
+// Goal: each step from observations to a first scene does its part alone: the tree of views,
+//   the distortion (equations 1 and 2), the focal length (3 and 4), the pose before a plane,
+//   the metric scene, the inverse of the distortion.
+// Method: sessions of known truth without noise, where each step must be exact, and with it,
+//   where it must be near.
 #include <gtest/gtest.h>
 
 #include <Eigen/Dense>

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-// Goal: cameras of COLMAP and OpenCV come over with the right conventions, the residual said is the
-// true one, and any
-//   bytes are answered by a camera or a message.
-// Method: cameras written by hand, OpenCV's own projection beside ours, mutations of good files.
+// Goal: cameras of COLMAP and OpenCV come over with the right conventions, the residual said is
+//   the true one, and any bytes are answered by a camera or a message.
+// Method: cameras written by hand, OpenCV's own projection beside ours, mutations of good
+//   files.
 #include "engine/camera/calibration/known_camera.h"
 
 #include <gtest/gtest.h>

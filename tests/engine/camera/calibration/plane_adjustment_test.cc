@@ -1,10 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-// Goal: the adjustment finds the camera from a poor start, its standard deviations are those that
-// repeated experiments
-//   show, and what observations and photos to use is chosen as said.
+// Goal: the adjustment finds the camera from a poor start, its standard deviations are those
+//   that repeated experiments show, and what observations and photos to use is chosen as said.
 // Method: sessions of known truth; derivatives against differences; many noises on one session.
 #include "engine/camera/calibration/plane_adjustment.h"
-
 
 #include <gtest/gtest.h>
 

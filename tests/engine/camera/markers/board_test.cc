@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // Goal: the corner of a checkerboard is found to hundredths of a pixel whatever blur, light and
-// slant, its stated sigma is honest, and derivatives are right. Method: numeric derivatives; boards
-// drawn by integrating the pattern over pixels, seen slanted, with noise.
+//   slant, its stated sigma is honest, and derivatives are right.
+// Method: numeric derivatives; boards drawn by integrating the pattern over pixels, seen
+//   slanted, with noise.
 #include "engine/camera/markers/board.h"
 
 #include <gtest/gtest.h>

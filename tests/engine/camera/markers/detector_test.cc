@@ -1,11 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-// Goal: markers in rendered photos are found with the right id and a feature point far better than
-// the ellipse's centre, whatever slant, light, blur and clutter; no other id is ever said; any
-// image at all gets an answer.
-//
+// Goal: markers in rendered photos are found with the right id and a feature point far better
+//   than the ellipse's centre, whatever slant, light, blur and clutter; no other id is ever
+//   said; any image at all gets an answer.
 // Method: photos of known truth at the edges of what is promised (tools/markers measures in
-// between); half-covered rings, copies of a marker, noise and degenerate images; damaged files
-// through the decoder.
+//   between); half-covered rings, copies of a marker, noise and degenerate images; damaged
+//   files through the decoder.
 #include "engine/camera/markers/detector.h"
 
 #include <gtest/gtest.h>

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Goal: ellipses are fitted exactly to exact points and well to part of a noisy outline, and a
-// circle's homography maps centre and outline as the true one does. Method: ellipses of seeded
-// sizes; an arc with noise; circles seen through random cameras.
+//   circle's homography maps centre and outline as the true one does.
+// Method: ellipses of seeded sizes; an arc with noise; circles seen through random cameras.
 #include "engine/camera/markers/ellipse.h"
 
 #include <gtest/gtest.h>

@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-// Goal: the code keeps the distance that it promises in every rotation, decodes what it can, and
-// refuses the rest. Method: all pairs of all rotations, all patterns of errors and erasures within
-// the budget, and rings half covered in every way, exhaustively.
+// Goal: the code keeps the distance that it promises in every rotation, decodes what it can,
+//   and refuses the rest.
+// Method: all pairs of all rotations, all patterns of errors and erasures within the budget,
+//   and rings half covered in every way, exhaustively.
 #include "engine/camera/markers/marker_code.h"
 
 #include <gtest/gtest.h>

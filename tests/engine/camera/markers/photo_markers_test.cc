@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-// Goal: every photo file is either in the calibration's input with the ids and places seen in it,
-// or has a note that says why not; threads do not matter. Method: a folder with good photos among a
-// blank one, one of another size, a turned one, a text and a missing one.
+// Goal: every photo file is either in the calibration's input with the ids and places seen in
+//   it, or has a note that says why not; threads do not matter.
+// Method: a folder with good photos among a blank one, one of another size, a turned one, a
+//   text and a missing one.
 #include "engine/camera/markers/photo_markers.h"
 
 #include <gtest/gtest.h>

@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-// Goal: every marker asked for is printed once, whole and apart from its neighbours, on a PDF that
-// says which is which. Method: the layout's circles against each other and the paper's edges; the
-// pattern sector by sector against the code; the PDF's structure, and its bytes made twice.
+// Goal: every marker asked for is printed once, whole and apart from its neighbours, on a PDF
+//   that says which is which.
+// Method: the layout's circles against each other and the paper's edges; the pattern sector by
+//   sector against the code; the PDF's structure, and its bytes made twice.
 #include <gtest/gtest.h>
 
 #include <cmath>

@@ -1,0 +1,113 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+// What the city answers. Every answer owns what it holds; `snapshot` names the commit that it was
+// read from: answers of one Questions object have the same, and a later commit's is greater.
+
+#include <array>
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "storage/base/ids.h"
+#include "storage/model/camera.h"
+#include "storage/model/verdict.h"
+
+namespace veduta {
+
+// A pose without a library's types. x_cam = R(rotation_wxyz) x_world + translation.
+struct PlainPose {
+  std::array<double, 4> rotation_wxyz = {1, 0, 0, 0};  // unit quaternion of cam_from_world
+  std::array<double, 3> translation = {0, 0, 0};       // of cam_from_world, world units
+  std::array<double, 3> center = {0, 0, 0};            // the camera in the world
+};
+
+struct ReconstructionAnswer {
+  ReconstructionId id;
+  uint32_t images = 0;
+  uint64_t points = 0, observations = 0;
+  double reprojection_error_px_mean = 0;
+  uint64_t geometry_version = 0;  // grows whenever a pose or a point of it moves
+  ReconstructionId merged_into;   // valid once it was merged away
+  double merged_scale = 1;        // x_into = merged_scale R x_this + translation; with
+  PlainPose merged_pose;          // R and the translation of `merged_pose` (its center is unset)
+  uint64_t depth_maps = 0, triangles = 0;  // what the dense pass has made of it
+};
+
+struct StatusAnswer {
+  uint64_t snapshot = 0;
+  uint64_t images = 0, placed = 0, postponed = 0, rejected = 0;
+  uint64_t cameras = 0;
+  uint64_t backlog = 0;                               // images that are still to be tried again
+  uint32_t vocabulary_generation = 0;                 // 0: none yet
+  std::vector<ReconstructionAnswer> reconstructions;  // living ones; most images first, then ids
+  uint64_t total_bytes = 0, photo_bytes = 0, feature_bytes = 0;  // on disk
+};
+
+struct NeighborAnswer {
+  ImageId image;
+  std::string name;
+  Verdict verdict = Verdict::kPostponed;
+  uint32_t matches = 0;  // verified; 0 for a ranked candidate
+  double score = 0;      // similarity of a ranked candidate; 0 for a verified neighbour
+};
+
+// What the dense pass has made of one photo.
+struct DepthMapAnswer {
+  uint32_t width_px = 0, height_px = 0;
+  double known_share = 0;                // [0, 1] of the pixels have a depth
+  double depth_near = 0, depth_far = 0;  // world units
+  std::vector<std::string> sensors;      // names of the photos it was computed from, best first
+  uint64_t geometry_version = 0;         // of the reconstruction when it was made
+};
+
+struct ImageAnswer {
+  uint64_t snapshot = 0;
+  ImageId id;
+  std::string name;
+  Verdict verdict = Verdict::kRejected;
+  Reason reason = Reason::kNone;
+  std::string detail;
+  ReconstructionId reconstruction;  // valid if it has a pose
+  std::optional<PlainPose> cam_from_world;
+  CameraId camera;
+  uint32_t width_px = 0, height_px = 0;
+  uint64_t size_bytes = 0;
+  std::string sha256;  // of the photo's bytes, in hexadecimal
+  std::string contributor;
+  int64_t time_unix_s = 0;
+  uint32_t features = 0, observations = 0;  // observations: features that see a point
+  std::vector<NeighborAnswer> neighbors;    // verified ones, most matches first
+  std::optional<DepthMapAnswer> depth_map;
+};
+
+struct CameraAnswer {
+  CameraId id;
+  std::string name;
+  CameraModel model;
+  std::string source;
+};
+
+struct VocabularyAnswer {
+  uint64_t snapshot = 0;
+  uint32_t generation = 0;
+  uint32_t branch = 0, depth = 0;
+  uint64_t words = 0, training_descriptors = 0;
+  uint32_t images_at_training = 0;
+  bool imported = false;
+};
+
+struct JournalAnswer {
+  uint64_t sequence = 0;
+  int64_t time_unix_s = 0;
+  std::string actor, action;
+  ImageId image;                    // valid where it is about one
+  ReconstructionId reconstruction;  // valid where it is about one
+  std::string detail;
+};
+
+// "a clause: its numbers", as a person reads it.
+std::string VerdictWord(Verdict verdict);
+std::string ReasonSentence(Reason reason, const std::string& detail);
+
+}  // namespace veduta

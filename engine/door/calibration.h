@@ -1,0 +1,58 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+// Cameras, as the door offers them: calibration by printed markers, sheets to print, camera files
+// and the text of cameras. Nothing here needs a database. Standard library and plain structs only.
+
+#include <array>
+#include <cstdint>
+#include <functional>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "storage/base/status.h"
+#include "storage/model/camera.h"
+
+namespace veduta {
+
+struct CalibrateRequest {
+  std::vector<std::string> photo_paths;  // photos of markers; or
+  std::string points_path;               // a points.json of any flat target (docs/calibration.md)
+  uint32_t marker_count = 96;            // how many different markers were printed
+  uint32_t thread_count = 1;             // [1, 256]; photos looked at side by side
+
+  Status Check() const;  // the first violated bound, named with its value
+};
+
+struct CalibrationMessage {
+  bool is_warning = false;  // else a note
+  std::string text;         // a sentence or two: what is wrong, what to photograph next
+};
+
+struct CalibrationAnswer {
+  CameraModel model;
+  bool is_good = false;  // false: uncertain, and a warning says why
+  // Of fx, fy, cx, cy, k1, k2, u0, v0: what they are called, their values, standard deviations.
+  std::array<std::string, 8> intrinsic_names;
+  std::array<double, 8> intrinsics{}, sigmas{};
+  double error_px_mean = 0, error_px_rms = 0;
+  double distortion_sigma_px = 0;  // largest over the photo
+  uint32_t photos_used = 0, photos = 0;
+  std::vector<CalibrationMessage> messages;
+  std::string camera_file;  // the text of a camera.json, which ReadCameraFile reads
+  std::string report_html;  // one page that needs nothing else
+};
+
+struct MarkerSheets {
+  uint32_t sheet_count = 0;
+  std::vector<uint8_t> pdf;
+};
+
+struct CameraFromFile {
+  CameraModel model;
+  std::string source;                 // for the database: where it came from, in words
+  std::vector<std::string> messages;  // for the user: residuals of a conversion, warnings
+};
+
+}  // namespace veduta

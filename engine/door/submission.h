@@ -1,0 +1,91 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+// How photos come in, and what is answered. Standard library and plain structs only.
+
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "storage/base/ids.h"
+#include "storage/base/status.h"
+#include "storage/model/verdict.h"
+
+namespace veduta {
+
+// A contributed file: read from `path`, unless the bytes are given.
+struct PhotoSource {
+  std::string name;  // in the database; unique there
+  std::string path;
+  std::optional<std::vector<uint8_t>> bytes;
+};
+
+// A photo with the camera that took it and who sends it.
+struct PhotoSubmission {
+  PhotoSource photo;
+  std::string camera;  // the name of a camera of the database
+  std::string contributor;
+};
+
+// Wall time of each step of one photo, in milliseconds.
+struct StepTimes {
+  double decode_ms = 0, undistort_ms = 0, features_ms = 0, retrieve_ms = 0, match_ms = 0,
+         verify_ms = 0, map_ms = 0, adjust_ms = 0, commit_ms = 0, follow_ms = 0, total_ms = 0;
+};
+
+// What became of one photo.
+struct AddOutcome {
+  std::string name;
+  ImageId id;              // not valid() when nothing was stored
+  bool duplicate = false;  // the bytes were there already; `detail` names the image
+  Verdict verdict = Verdict::kRejected;
+  Reason reason = Reason::kNone;
+  std::string detail;               // the reason's numbers, for a person
+  ReconstructionId reconstruction;  // valid if placed
+  uint32_t neighbor_count = 0, pairs_tried = 0;
+  uint32_t inlier_count = 0;        // of the pose, or of the best pair when not placed
+  std::vector<ImageId> propagated;  // earlier photos that got a pose in the same commit
+  StepTimes times;
+};
+
+// One step of the work that follows from photos: postponed neighbours tried again, the adjustment
+// of a whole reconstruction, a new vocabulary. Each is a transaction of its own.
+enum class FollowUpKind : uint8_t { kPropagation, kAdjustment, kVocabulary };
+
+struct FollowUp {
+  FollowUpKind kind = FollowUpKind::kPropagation;
+  ImageId image;                    // kPropagation: the one that was tried again
+  ReconstructionId reconstruction;  // kAdjustment: the one that was adjusted
+  std::vector<ImageId> placed;      // images that got a pose
+  Status status;  // a failure is the step's own; it is set aside until the database is opened again
+};
+
+// A photo on its way. Copies stand for the same photo. Thread-safe.
+class Ticket final {
+ public:
+  Ticket() = default;
+
+  // Counts submissions to this engine, from 1; 0 for a ticket of no submission.
+  uint64_t number() const;
+  // Waits for the answer. kCancelled when the photo was cancelled or the engine was closed before
+  // its turn came; any other error means that nothing of the photo was stored.
+  Result<AddOutcome> Wait() const;
+  bool IsDone() const;
+  // Takes the photo out of the line. True when it will not be applied; false when its turn has come
+  // already.
+  bool Cancel();
+
+ private:
+  friend class SubmissionLine;
+  struct State;
+  explicit Ticket(std::shared_ptr<State> state) : state_(std::move(state)) {}
+  std::shared_ptr<State> state_;
+};
+
+// Called once, from the engine's own thread and without any lock held: it may ask and submit, and
+// should be quick.
+using AnswerCallback = std::function<void(const Result<AddOutcome>&)>;
+
+}  // namespace veduta
