@@ -1,82 +1,190 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
-// The database of a city's photographs: one handle that many threads share. One adds at a time
-// (others that want to add wait); any number ask meanwhile, each on a snapshot that does not change
-// under them.
+// The one door to a database of a city's photographs. A program that embeds
+// Veduta includes this header and nothing else (docs/embedding.md).
+//
+// One handle, which many threads share. Everything that writes goes through one
+// writer inside, a bounded piece at a time, first come first served: photos,
+// the work that follows from them, cameras, vocabularies, the dense pass,
+// backups take turns. Readers never wait for it.
+//
+// Every function is thread-safe. Errors: kNotFound and kInvalidArgument name
+// the thing and what to do; kBusy when another process writes to the database;
+// kCorruption names family and key; kIoError has the operating system's word.
+// After a failed write all later ones fail until Reopen.
 
+#include <cstdint>
 #include <functional>
 #include <memory>
-#include <mutex>
+#include <optional>
 #include <span>
 #include <stop_token>
 #include <string>
 #include <vector>
 
-#include "engine/ingest/ingest.h"
-#include "engine/query/queries.h"
-#include "storage/base/stopwatch.h"
+#include "engine/door/answers.h"
+#include "engine/door/calibration.h"
+#include "engine/door/dense.h"
+#include "engine/door/submission.h"
 
 namespace veduta {
 
+struct EngineParts;  // what the rooms behind the door work with: engine/parts.h
+struct EngineTuning;
+
 struct EngineOptions {
-  DatabaseOptions database;
-  uint32_t thread_count = 0;  // 0: one a core
-  PrepareOptions prepare;
-  IngestOptions ingest;
-  size_t undistort_cache_bytes = 256ull << 20;
+  bool create = false;        // make a new database; kAlreadyExists if one is there
+  bool read_only = false;     // takes no lock, writes nothing; sees the last commit at opening
+  bool sync = true;           // false: a power cut may lose the last photos (a crash does not)
+  uint32_t thread_count = 0;  // [0, 1024]; 0: one a core
+  uint64_t block_cache_bytes = 256ull << 20;      // >= 1 MiB; of the database's files
+  uint64_t feature_cache_bytes = 768ull << 20;    // >= 1 MiB; of images' features
+  uint64_t undistort_cache_bytes = 256ull << 20;  // >= 1 MiB; of cameras' lookup tables
+
+  Status Check() const;  // the first violated bound, named with its value
 };
 
-// A photo with the camera that took it and who sends it.
-struct PhotoSubmission {
-  PhotoSource photo;
-  CameraRecord camera;
-  std::string contributor;
+// Questions to one snapshot of the city. Answers own what they hold. Cheap to
+// make; holding one keeps the disk space of what was deleted since.
+class Questions final {
+ public:
+  ~Questions();
+  Questions(Questions&&) noexcept;
+  Questions& operator=(Questions&&) noexcept;
+
+  uint64_t snapshot() const;  // its name; greater after each commit
+
+  // O(reconstructions); no walk over images.
+  Result<StatusAnswer> Status() const;
+  // By name, or by "#" and its number. kNotFound names it.
+  Result<ImageAnswer> Image(const std::string& name) const;
+  // The verified neighbours of a stored image, most matches first.
+  Result<std::vector<NeighborAnswer>> Neighbors(const std::string& name) const;
+  // Ranked candidates for a photo that is not stored, best first; `camera` (a
+  // name; empty: none) undistorts it.
+  Result<std::vector<NeighborAnswer>> Rank(const PhotoSource& photo, const std::string& camera,
+                                           uint32_t count_max) const;
+  // Living reconstructions, largest first, then ascending ids.
+  Result<std::vector<ReconstructionAnswer>> Reconstructions() const;
+  // Also one that was merged away: `merged_into` says where it went.
+  Result<ReconstructionAnswer> Reconstruction(ReconstructionId id) const;
+  Result<std::vector<CameraAnswer>> Cameras() const;  // ascending ids
+  // kNotFound lists the cameras there are.
+  Result<CameraAnswer> Camera(const std::string& name) const;
+  // kNotFound while there is none.
+  Result<VocabularyAnswer> Vocabulary() const;
+  // The active tree as a file that ImportVocabulary takes.
+  veduta::Status ExportVocabulary(const std::string& path) const;
+  // At most `count_max` entries from `first` on.
+  Result<std::vector<JournalAnswer>> Journal(uint64_t first, uint32_t count_max) const;
+
+  // A sentence a violated invariant; empty when the database is sound. Parses
+  // every value.
+  Result<std::vector<std::string>> Verify(uint32_t count_max) const;
+  // One hash over the logical content, in hexadecimal: equal for equal cities.
+  Result<std::string> Digest() const;
+
+  // Writes every living reconstruction for other programs into FOLDER/0,
+  // FOLDER/1, ..., largest first. kAlreadyExists when the folder exists and is
+  // not empty.
+  Result<std::vector<ExportedModel>> Export(const ExportRequest& request) const;
+  // A picture of a surface, or of points where there is none. The report is of
+  // `compare`.
+  Result<RenderReport> Render(const RenderRequest& request) const;
+
+ private:
+  friend class Engine;
+  friend struct EngineParts;
+  struct View;
+  explicit Questions(std::unique_ptr<View> view);
+  std::unique_ptr<View> view_;
 };
 
 class Engine final {
  public:
-  static Result<std::unique_ptr<Engine>> Open(const std::string& path, EngineOptions options);
+  static Result<std::unique_ptr<Engine>> Open(const std::string& path,
+                                              const EngineOptions& options = {});
+  // Finishes the piece at hand; photos whose turn has not come are cancelled.
   ~Engine();
 
-  // kAlreadyExists when the name is in use by another model, or was with other intrinsics; the same
+  Questions Ask() const;
+
+  // kAlreadyExists when the name is in use with other intrinsics; the same
   // again is a no-op.
   Result<CameraId> AddCamera(const std::string& name, const CameraModel& model,
                              const std::string& source);
-  Result<CameraRecord> FindCamera(const std::string& name) const;
 
-  // Adds the photos in their order; preparation runs ahead on all threads. `report` is called once
-  // a photo, in order, after its commit and all that followed from it. A stop request finishes the
-  // photo at hand: kCancelled. Any other error means that the photos not reported are not stored.
+  // Puts a photo in line and returns at once. Contributors take turns; the
+  // journal records the order in which photos were applied. The answer comes
+  // with the photo's own commit; what follows from it is done when nobody
+  // waits. kNotFound for an unknown camera.
+  Result<Ticket> Submit(PhotoSubmission photo, AnswerCallback answered = {});
+
+  // Adds photos in their order and returns when all are done. Whatever follows
+  // from a photo is done before the next one is applied, so the same list gives
+  // the same digest; `report` is called from the calling thread, once a photo
+  // and in order, after that. `followed` is told of every step that followed,
+  // and of its failure, which fails no photo. A stop request finishes the photo
+  // at hand: kCancelled. Any other error means that the photos not reported are
+  // not stored.
   Status AddPhotos(std::span<const PhotoSubmission> photos,
-                   const std::function<void(const AddOutcome&)>& report, std::stop_token stop = {});
+                   const std::function<void(const AddOutcome&)>& report, std::stop_token stop = {},
+                   const std::function<void(const FollowUp&)>& followed = {});
 
-  Queries Ask() const {
-    return Queries(database_->GetSnapshot(), retrieval_.get(), features_.get());
-  }
-  // Ranked candidates for a photo that is not added; `camera` undistorts it where given.
-  Result<std::vector<RankedImage>> RankPhoto(const PhotoSource& photo,
-                                             const std::optional<CameraModel>& camera,
-                                             uint32_t count_max) const;
+  // Does everything that follows from the photos there are. The first failure of a step, after all
+  // that can be done is done.
+  Status Settle(std::stop_token stop = {},
+                const std::function<void(const FollowUp&)>& followed = {});
 
   Status TrainVocabulary();
-  Status ImportVocabulary(const VocabularyTree& tree);
-  Retrieval* retrieval() const { return retrieval_.get(); }
-  Database* database() const { return database_.get(); }
-  ThreadPool* pool() const { return pool_.get(); }
+  Status ImportVocabulary(const std::string& path);
+
+  // The dense pass over one or all reconstructions: depth maps and surfaces of
+  // what is stale, in pieces, each a commit. kCancelled after a stop request:
+  // what is finished is stored. One pass runs at a time: kBusy.
+  Result<std::vector<DensifyReport>> Densify(const DensifyRequest& request,
+                                             std::stop_token stop = {});
+
+  // A consistent copy that can be opened on its own; files are hard-linked
+  // where possible.
+  Status Backup(const std::string& folder);
+  // Closes and opens the files again, after a failed write: what the disk holds
+  // is then known. Does not wait for readers; Questions asked before answer
+  // kIoError from then on.
+  Status Reopen();
 
  private:
-  Engine() = default;
-  class Lookahead;
-
-  EngineOptions options_;
-  std::unique_ptr<Database> database_;
-  std::unique_ptr<UndistortCache> tables_;
-  std::unique_ptr<PhotoPreparer> preparer_;
-  std::unique_ptr<Retrieval> retrieval_;
-  std::unique_ptr<ImageFeatureCache> features_;
-  std::unique_ptr<ThreadPool> pool_;  // before what uses it is gone
-  std::unique_ptr<Ingest> ingest_;
-  std::mutex writer_;
+  friend struct EngineParts;
+  Engine();
+  std::unique_ptr<EngineParts> parts_;
 };
+
+// --- Cameras, without a database
+
+// kInvalidArgument, with what to photograph, if nothing can be told.
+// Deterministic. Thread-safe.
+Result<CalibrationAnswer> Calibrate(const CalibrateRequest& request);
+
+// paper  "a4" or "letter". count  [1, kMarkerCountMax] different markers, six a
+// sheet.
+inline constexpr uint32_t kMarkerCountMax = 178;
+Result<MarkerSheets> MakeMarkerSheets(std::string_view paper, uint32_t count);
+
+// Reads camera.json, COLMAP's cameras.txt or OpenCV's YAML, whichever it is.
+// `colmap_id` chooses among several cameras of COLMAP's. kInvalidArgument says
+// what is wrong, or which ids there are to choose from; kIoError.
+Result<CameraFromFile> ReadCameraFile(const std::string& path, std::optional<uint32_t> colmap_id);
+
+// size "WxH", params "fx,fy,cx,cy[,k1,k2[,u0,v0]]". kInvalidArgument names the
+// field.
+Result<CameraModel> ParseCamera(std::string_view size, std::string_view params);
+// The shortest text that ParseCamera reads back as the same model.
+std::string CameraSizeText(const CameraModel& model);
+std::string CameraParamsText(const CameraModel& model);
+
+// The OpenCL devices, and which one `wanted` ("" or "auto": the default) means.
+Result<DeviceList> ListDevices(const std::string& wanted);
+// The formats that Export takes.
+std::vector<std::string> ExportFormats();
 
 }  // namespace veduta

@@ -31,7 +31,7 @@ struct ReconstructionAnswer {
   ReconstructionId merged_into;   // valid once it was merged away
   double merged_scale = 1;        // x_into = merged_scale R x_this + translation; with
   PlainPose merged_pose;          // R and the translation of `merged_pose` (its center is unset)
-  uint64_t depth_maps = 0, triangles = 0;  // what the dense pass has made of it
+  uint64_t depth_maps = 0, tiles = 0, triangles = 0;  // what the dense pass has made of it
 };
 
 struct StatusAnswer {

@@ -34,6 +34,8 @@ struct DensifyOptions {
   Status Check() const;  // the first violated bound, named with its value
 };
 
+struct DensifyReport;
+
 struct DensifyRequest {
   ReconstructionId reconstruction;  // not valid(): every living one, largest first
   std::string device = "auto";      // as `veduta devices` lists them; "cpp" for none
@@ -41,6 +43,8 @@ struct DensifyRequest {
   DensifyOptions options;
   // Told after each piece: stage, pieces looked at, pieces in all. May be empty.
   std::function<void(std::string_view stage, size_t done, size_t total)> progress;
+  // Told when a reconstruction is done, before the next one is begun. May be empty.
+  std::function<void(const DensifyReport&)> report;
 };
 
 struct StageCount {
@@ -58,7 +62,8 @@ struct PassedOver {
 // What one pass did to one reconstruction.
 struct DensifyReport {
   ReconstructionId reconstruction;
-  std::string device;  // its name, or "C++"
+  std::string device;   // its name, or "C++"
+  std::string why_cpp;  // a sentence, where C++ works because "auto" found no device
   double voxel_size = 0;
   uint32_t depth_side_px = 0, sensor_count = 0;
   StageCount depths, checks, volume, solutions, meshes, exposures, colors;

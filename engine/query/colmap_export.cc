@@ -151,7 +151,7 @@ Result<std::vector<ExportedModel>> ExportColmap(const Snapshot& snapshot, const 
   }
   VEDUTA_ASSIGN_OR_RETURN(std::vector<ReconstructionRecord> records,
                           snapshot.ListReconstructions());
-  std::erase_if(records, [](const ReconstructionRecord& r) { return r.merged_into.valid(); });
+  std::erase_if(records, [](const ReconstructionRecord& r) { return !r.is_living(); });
   std::stable_sort(records.begin(), records.end(),
                    [](const auto& a, const auto& b) { return a.image_count > b.image_count; });
   std::map<ReconstructionId, std::vector<PoseRecord>> poses;

@@ -90,7 +90,7 @@ Result<ContentHash> DigestOf(const Snapshot& snapshot) {
                           snapshot.ListReconstructions());
   for (const ReconstructionRecord& record : reconstructions) {
     Add(record, &feed);
-    if (record.merged_into.valid()) continue;
+    if (!record.is_living()) continue;
     VEDUTA_RETURN_IF_ERROR(
         snapshot.ScanPointBlocks(record.id, record.points_generation, [&](const PointBlock& block) {
           Add(block, &feed);

@@ -143,7 +143,7 @@ class Checker {
     VEDUTA_RETURN_IF_ERROR(snapshot_.ScanPoses([&](const PoseRecord& pose) {
       const auto reconstruction = reconstructions_.find(pose.reconstruction);
       Expect(
-          reconstruction != reconstructions_.end() && !reconstruction->second.merged_into.valid(),
+          reconstruction != reconstructions_.end() && reconstruction->second.is_living(),
           Name(pose.image) + " is placed in " + Name(pose.reconstruction) +
               ", which does not live");
       poses_[pose.image] = pose;
@@ -163,9 +163,9 @@ class Checker {
       Expect(members_[id] == record.image_count, Name(id) + " has " + std::to_string(members_[id]) +
                                                      " images, its record says " +
                                                      std::to_string(record.image_count));
-      Expect(record.merged_into.valid() || record.image_count >= 3,
+      Expect(!record.is_living() || record.image_count >= 3,
              Name(id) + " has fewer than three images");
-      Expect(!record.merged_into.valid() || reconstructions_.contains(record.merged_into),
+      Expect(record.is_living() || reconstructions_.contains(record.merged_into),
              Name(id) + " was merged into one that does not exist");
     }
     return Status::Ok();

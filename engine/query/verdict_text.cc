@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "engine/query/verdict_text.h"
 
+#include "engine/door/answers.h"
+
 namespace veduta {
 
 const char* VerdictText(Verdict verdict) {
@@ -61,6 +63,15 @@ const char* ReasonText(Reason reason) {
       return "the name is taken";
   }
   return "unknown";
+}
+
+std::string VerdictWord(Verdict verdict) {
+  return VerdictText(verdict);
+}
+
+std::string ReasonSentence(Reason reason, const std::string& detail) {
+  const std::string clause = ReasonText(reason);
+  return detail.empty() ? clause : clause + ": " + detail;
 }
 
 }  // namespace veduta

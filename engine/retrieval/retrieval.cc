@@ -3,13 +3,15 @@
 
 #include <algorithm>
 #include <cmath>
-#include <ctime>
 #include <map>
 
+#include "engine/journal/journal.h"
 #include "index/descriptor_sample.h"
 
 namespace veduta {
 namespace {
+
+constexpr size_t kBatchImages = 32;  // chosen by hand; not measured
 
 // Images that have features stored, ascending.
 Result<std::vector<ImageRecord>> ListRetrievable(const Snapshot& snapshot) {
@@ -21,7 +23,29 @@ Result<std::vector<ImageRecord>> ListRetrievable(const Snapshot& snapshot) {
   return images;
 }
 
+// The distinct words of a stored image.
+Result<std::vector<WordId>> WordsOf(const Snapshot& snapshot, const ImageRecord& image,
+                                    const VocabularyTree& tree) {
+  VEDUTA_ASSIGN_OR_RETURN(const Features features, snapshot.GetFeatures(image.photo));
+  return DistinctWords(tree.QuantizeAll(features.descriptors));
+}
+
 }  // namespace
+
+Status RetrievalOptions::Check() const {
+  const auto broken = [](const char* field, double value, const char* rule) {
+    return Status::InvalidArgument(std::string(field) + " is " + std::to_string(value) +
+                                   ", but must be " + rule);
+  };
+  if (compare_all_max < 1) return broken("compare_all_max", compare_all_max, "1 or more");
+  if (retrain_factor < 2) return broken("retrain_factor", retrain_factor, "2 or more");
+  if (candidate_count_min < 1) return broken("candidate_count_min", candidate_count_min, "1 or more");
+  if (!(candidate_share > 0 && candidate_share <= 1)) {
+    return broken("candidate_share", candidate_share, "in (0, 1]");
+  }
+  if (training_count_max < 1) return broken("training_count_max", training_count_max, "1 or more");
+  return Status::Ok();
+}
 
 Result<std::shared_ptr<const VocabularyTree>> Retrieval::ActiveTree(const Snapshot& snapshot) {
   VEDUTA_ASSIGN_OR_RETURN(const DatabaseState state, snapshot.GetState());
@@ -77,7 +101,20 @@ bool Retrieval::IsTrainingDue(const DatabaseState& state) const {
          uint64_t{options_.retrain_factor} * state.images_at_vocabulary;
 }
 
-Status Retrieval::Train(Database* database, ThreadPool* pool) {
+Result<Retrieval::Prepared> Retrieval::Train(Database* database, ThreadPool* pool) {
+  return TrainAlone(database, pool, std::unique_lock(preparing_));
+}
+
+Result<bool> Retrieval::TrainAndActivate(Database* database, ThreadPool* pool) {
+  std::unique_lock alone(preparing_, std::try_to_lock);
+  if (!alone.owns_lock()) return false;
+  VEDUTA_ASSIGN_OR_RETURN(Prepared prepared, TrainAlone(database, pool, std::move(alone)));
+  VEDUTA_RETURN_IF_ERROR(Activate(database, std::move(prepared)));
+  return true;
+}
+
+Result<Retrieval::Prepared> Retrieval::TrainAlone(Database* database, ThreadPool* pool,
+                                                  std::unique_lock<std::mutex> alone) {
   const std::shared_ptr<const Snapshot> snapshot = database->GetSnapshot();
   VEDUTA_ASSIGN_OR_RETURN(const std::vector<ImageRecord> images, ListRetrievable(*snapshot));
   DescriptorSample sample(options_.training_count_max);
@@ -87,58 +124,84 @@ Status Retrieval::Train(Database* database, ThreadPool* pool) {
   }
   const std::vector<uint8_t> descriptors = sample.Take();
   VEDUTA_ASSIGN_OR_RETURN(
-      const TrainedVocabulary trained,
+      TrainedVocabulary trained,
       TrainVocabulary(descriptors, OptionsForSample(descriptors.size() / kDescriptorSize), *pool));
-  return Switch(database, *snapshot, trained.tree, false, pool);
+  return WriteAhead(database, *snapshot, std::move(trained.tree), false, pool, std::move(alone));
 }
 
-Status Retrieval::Import(Database* database, const VocabularyTree& tree, ThreadPool* pool) {
+Result<Retrieval::Prepared> Retrieval::Import(Database* database, VocabularyTree tree,
+                                              ThreadPool* pool) {
+  std::unique_lock alone(preparing_);
   const std::shared_ptr<const Snapshot> snapshot = database->GetSnapshot();
-  return Switch(database, *snapshot, tree, true, pool);
+  return WriteAhead(database, *snapshot, std::move(tree), true, pool, std::move(alone));
 }
 
-Status Retrieval::Switch(Database* database, const Snapshot& snapshot, const VocabularyTree& tree,
-                         bool imported, ThreadPool* pool) {
-  VEDUTA_ASSIGN_OR_RETURN(DatabaseState state, snapshot.GetState());
+Result<Retrieval::Prepared> Retrieval::WriteAhead(Database* database, const Snapshot& snapshot,
+                                                  VocabularyTree tree, bool imported,
+                                                  ThreadPool* pool,
+                                                  std::unique_lock<std::mutex> alone) {
+  VEDUTA_ASSIGN_OR_RETURN(const DatabaseState state, snapshot.GetState());
   VEDUTA_ASSIGN_OR_RETURN(const std::vector<ImageRecord> images, ListRetrievable(snapshot));
-  const uint32_t old_generation = state.vocabulary_generation, generation = old_generation + 1;
-  VEDUTA_RETURN_IF_ERROR(database->WriteVocabularyAhead(generation, tree.Serialize()));
+  Prepared prepared;
+  prepared.generation = state.vocabulary_generation + 1;
+  prepared.info = tree.info();
+  prepared.tree = std::make_shared<const VocabularyTree>(std::move(tree));
+  prepared.imported = imported;
+  prepared.image_count = static_cast<uint32_t>(images.size());
+  prepared.next_image = ImageId(state.next_image);
+  prepared.alone = std::move(alone);
+  VEDUTA_RETURN_IF_ERROR(
+      database->WriteVocabularyAhead(prepared.generation, prepared.tree->Serialize()));
 
   // In batches, so that memory holds a few images' features and the postings, not the whole city's
   // features.
-  constexpr size_t kBatch = 32;
   std::map<WordId, std::vector<ImageId>> postings;
-  for (size_t begin = 0; begin < images.size(); begin += kBatch) {
-    const size_t count = std::min(kBatch, images.size() - begin);
+  for (size_t begin = 0; begin < images.size(); begin += kBatchImages) {
+    const size_t count = std::min(kBatchImages, images.size() - begin);
     std::vector<Result<std::vector<WordId>>> words(count, std::vector<WordId>());
     pool->ParallelFor(count, [&](size_t i) {
-      Result<Features> features = snapshot.GetFeatures(images[begin + i].photo);
-      words[i] = features.ok() ? Result(DistinctWords(tree.QuantizeAll(features->descriptors)))
-                               : features.status();
+      words[i] = WordsOf(snapshot, images[begin + i], *prepared.tree);
     });
     for (size_t i = 0; i < count; ++i) {
       if (!words[i].ok()) return words[i].status();
       const ImageId id = images[begin + i].id;
-      VEDUTA_RETURN_IF_ERROR(database->WriteWordsAhead(generation, id, *words[i]));
+      VEDUTA_RETURN_IF_ERROR(database->WriteWordsAhead(prepared.generation, id, *words[i]));
       for (const WordId word : *words[i]) postings[word].push_back(id);
     }
   }
   for (const auto& [word, list] : postings) {
-    VEDUTA_RETURN_IF_ERROR(database->WritePostingsAhead(generation, word, list));
+    VEDUTA_RETURN_IF_ERROR(database->WritePostingsAhead(prepared.generation, word, list));
   }
+  return prepared;
+}
 
+Status Retrieval::Activate(Database* database, Prepared prepared) {
   const std::unique_ptr<Transaction> transaction = database->BeginTransaction();
-  state.vocabulary_generation = generation;
-  state.images_at_vocabulary = static_cast<uint32_t>(images.size());
-  state.vocabulary_imported = imported;
-  JournalRecord record;
-  record.sequence = state.next_journal++;
-  record.time_unix_s = std::time(nullptr);
-  record.actor = "veduta";
-  record.action = "vocabulary";
-  record.detail = (imported ? "imported " : "trained ") + std::to_string(tree.info().leaf_count) +
-                  " words for " + std::to_string(images.size()) + " images";
-  transaction->AddJournal(record);
+  const std::shared_ptr<const Snapshot> snapshot = database->GetSnapshot();
+  VEDUTA_ASSIGN_OR_RETURN(DatabaseState state, snapshot->GetState());
+  if (state.vocabulary_generation + 1 != prepared.generation) {
+    return Status::Busy("another vocabulary became active meanwhile: train again");
+  }
+  VEDUTA_ASSIGN_OR_RETURN(const std::vector<ImageRecord> images, ListRetrievable(*snapshot));
+  for (const ImageRecord& image : images) {
+    if (image.id < prepared.next_image) continue;
+    VEDUTA_ASSIGN_OR_RETURN(const std::vector<WordId> words,
+                            WordsOf(*snapshot, image, *prepared.tree));
+    transaction->PutWords(prepared.generation, image.id, words);
+    transaction->AddPostings(prepared.generation, words, image.id);
+    ++prepared.image_count;
+  }
+  const uint32_t old_generation = state.vocabulary_generation;
+  state.vocabulary_generation = prepared.generation;
+  state.images_at_vocabulary = prepared.image_count;
+  state.vocabulary_imported = prepared.imported;
+  JournalRecord entry;
+  entry.actor = "veduta";
+  entry.action = "vocabulary";
+  entry.detail = (prepared.imported ? "imported " : "trained ") +
+                 std::to_string(prepared.info.leaf_count) + " words for " +
+                 std::to_string(prepared.image_count) + " images";
+  AppendJournal(std::move(entry), &state, transaction.get());
   transaction->PutState(state);
   if (old_generation != 0) transaction->DeleteVocabulary(old_generation);
   return transaction->Commit();

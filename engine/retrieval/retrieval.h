@@ -16,14 +16,15 @@
 
 namespace veduta {
 
+// Where not said otherwise, the numbers were chosen by hand.
 struct RetrievalOptions {
-  uint32_t compare_all_max =
-      60;  // images; a database up to this size has no vocabulary and ranks nothing
-  uint32_t retrain_factor = 4;  // >= 2; trained again when the database has grown so many times
-  uint32_t candidate_count_min = 24;  // >= 1
-  double candidate_share = 0.01;      // (0, 1]; of the database; R10
-  uint32_t training_count_max =
-      500'000;  // descriptors sampled for training; more rank better, and take longer
+  uint32_t compare_all_max = 60;  // >= 1; images up to which there is no vocabulary
+  uint32_t retrain_factor = 4;    // >= 2; trained again when the city has grown so many times
+  uint32_t candidate_count_min = 24;      // >= 1; images that a photo is matched with, at least
+  double candidate_share = 0.01;          // (0, 1]; of all images, where that is more; R10
+  uint32_t training_count_max = 500'000;  // >= 1; descriptors sampled for training
+
+  Status Check() const;  // the first violated bound, named with its value
 };
 
 class Retrieval final {
@@ -41,19 +42,41 @@ class Retrieval final {
 
   // Depends on what was submitted only, so the same photos train the same vocabularies.
   bool IsTrainingDue(const DatabaseState& state) const;
-  // Trains the next generation beside the active one and switches to it in one transaction. For the
-  // writer.
-  Status Train(Database* database, ThreadPool* pool);
-  // Switches to a given tree likewise; it is then never trained again by itself.
-  Status Import(Database* database, const VocabularyTree& tree, ThreadPool* pool);
+
+  // A vocabulary that is written, with the words and postings of the images of one snapshot, and
+  // not active yet.
+  struct Prepared {
+    uint32_t generation = 0;
+    VocabularyInfo info;
+    std::shared_ptr<const VocabularyTree> tree;
+    bool imported = false;
+    uint32_t image_count = 0;   // that have words
+    ImageId next_image;         // images from here on came later and have none yet
+    std::unique_lock<std::mutex> alone;  // no other vocabulary is prepared meanwhile
+  };
+  // Trains a tree from the descriptors of all images and writes it ahead, for Activate. Wants no
+  // turn of the writer. Waits for another one's that is being prepared.
+  Result<Prepared> Train(Database* database, ThreadPool* pool);
+  // The same with a given tree; it is then never trained again by itself.
+  Result<Prepared> Import(Database* database, VocabularyTree tree, ThreadPool* pool);
+  // Gives words to the images that came meanwhile and switches to the vocabulary, in one
+  // transaction. For who has the writer's turn.
+  Status Activate(Database* database, Prepared prepared);
+  // All of it as one piece, for who has the writer's turn; false when somebody else is preparing a
+  // vocabulary at this moment, which makes this one unnecessary.
+  Result<bool> TrainAndActivate(Database* database, ThreadPool* pool);
 
   Result<std::shared_ptr<const VocabularyTree>> ActiveTree(const Snapshot& snapshot);
 
  private:
-  Status Switch(Database* database, const Snapshot& snapshot, const VocabularyTree& tree,
-                bool imported, ThreadPool* pool);
+  Result<Prepared> TrainAlone(Database* database, ThreadPool* pool,
+                              std::unique_lock<std::mutex> alone);
+  Result<Prepared> WriteAhead(Database* database, const Snapshot& snapshot, VocabularyTree tree,
+                              bool imported, ThreadPool* pool,
+                              std::unique_lock<std::mutex> alone);
 
   const RetrievalOptions options_;
+  std::mutex preparing_;  // held from the first thing written ahead to the switch
   std::mutex mutex_;
   uint32_t generation_ = 0;  // of tree_
   std::shared_ptr<const VocabularyTree> tree_;

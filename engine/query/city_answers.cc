@@ -1,0 +1,209 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "engine/query/city_answers.h"
+
+#include <algorithm>
+#include <charconv>
+#include <map>
+#include <optional>
+
+#include "engine/query/living.h"
+
+namespace veduta {
+namespace {
+
+struct DenseCounts {
+  uint64_t depth_maps = 0, tiles = 0, triangles = 0;
+};
+
+// What the dense pass has made of each reconstruction. Reads nothing where it never ran.
+Result<std::map<ReconstructionId, DenseCounts>> CountDense(const Snapshot& snapshot) {
+  std::map<ReconstructionId, DenseCounts> counts;
+  VEDUTA_ASSIGN_OR_RETURN(const std::vector<DenseSettings> settings,
+                          snapshot.dense().ListSettings());
+  if (settings.empty()) return counts;
+  VEDUTA_RETURN_IF_ERROR(snapshot.dense().ScanDepths([&](const DepthRecord& depth) {
+    ++counts[depth.reconstruction].depth_maps;
+    return true;
+  }));
+  for (const DenseSettings& one : settings) {
+    DenseCounts* const count = &counts[one.reconstruction];
+    VEDUTA_RETURN_IF_ERROR(
+        snapshot.dense().ScanTiles(one.reconstruction, [count](const TileRecord& tile) {
+          ++count->tiles;
+          count->triangles += tile.triangle_count;
+          return true;
+        }));
+  }
+  return counts;
+}
+
+ReconstructionAnswer ToAnswer(const ReconstructionRecord& record, const DenseCounts& dense) {
+  ReconstructionAnswer answer;
+  answer.id = record.id;
+  answer.images = record.image_count;
+  answer.points = record.point_count;
+  answer.observations = record.observation_count;
+  if (record.observation_count > 0) {
+    answer.reprojection_error_px_mean =
+        record.reprojection_error_px_sum / static_cast<double>(record.observation_count);
+  }
+  answer.geometry_version = record.geometry_version;
+  answer.merged_into = record.merged_into;
+  const Sim3& into_from_this = record.merged_from_this;
+  answer.merged_scale = into_from_this.scale;
+  answer.merged_pose = ToPlain({into_from_this.rotation, into_from_this.translation});
+  answer.merged_pose.center = {};
+  answer.depth_maps = dense.depth_maps;
+  answer.tiles = dense.tiles;
+  answer.triangles = dense.triangles;
+  return answer;
+}
+
+Result<std::optional<DepthMapAnswer>> DepthMapOf(const Snapshot& snapshot, ImageId image) {
+  VEDUTA_ASSIGN_OR_RETURN(const std::optional<DepthRecord> depth,
+                          snapshot.dense().FindDepth(image));
+  if (!depth) return std::optional<DepthMapAnswer>();
+  DepthMapAnswer answer;
+  answer.width_px = depth->width_px;
+  answer.height_px = depth->height_px;
+  answer.known_share =
+      depth->known_count / (static_cast<double>(depth->width_px) * depth->height_px);
+  answer.depth_near = depth->depth_near;
+  answer.depth_far = depth->depth_far;
+  answer.geometry_version = depth->geometry_version;
+  for (const SensorPose& sensor : depth->sensors) {
+    VEDUTA_ASSIGN_OR_RETURN(ImageRecord record, snapshot.GetImage(sensor.image));
+    answer.sensors.push_back(std::move(record.name));
+  }
+  return std::optional(std::move(answer));
+}
+
+}  // namespace
+
+PlainPose ToPlain(const Rigid3& cam_from_world) {
+  const Eigen::Quaterniond& q = cam_from_world.rotation;
+  const Eigen::Vector3d& t = cam_from_world.translation;
+  const Eigen::Vector3d center = cam_from_world.Center();
+  return {{q.w(), q.x(), q.y(), q.z()},
+          {t.x(), t.y(), t.z()},
+          {center.x(), center.y(), center.z()}};
+}
+
+Result<ImageRecord> FindImage(const Snapshot& snapshot, const std::string& name) {
+  VEDUTA_ASSIGN_OR_RETURN(const std::optional<ImageId> id, snapshot.FindImageByName(name));
+  if (id) return snapshot.GetImage(*id);
+  uint32_t number = 0;
+  if (name.size() > 1 && name[0] == '#') {
+    const char* const last = name.data() + name.size();
+    const auto [end, error] = std::from_chars(name.data() + 1, last, number);
+    if (error == std::errc() && end == last) return snapshot.GetImage(ImageId(number));
+  }
+  return Status::NotFound("there is no image '" + name + "' in the database");
+}
+
+Result<CameraRecord> FindCamera(const Snapshot& snapshot, const std::string& name) {
+  VEDUTA_ASSIGN_OR_RETURN(const std::vector<CameraRecord> cameras, snapshot.ListCameras());
+  std::string known;
+  for (const CameraRecord& camera : cameras) {
+    if (camera.name == name) return camera;
+    known += (known.empty() ? "" : ", ") + camera.name;
+  }
+  return Status::NotFound("there is no camera '" + name + "'; " +
+                          (known.empty() ? "add one with `veduta camera add`"
+                                         : "the database has: " + known));
+}
+
+Result<StatusAnswer> StatusOf(const Snapshot& snapshot, const DatabaseSizes& sizes) {
+  StatusAnswer status;
+  VEDUTA_RETURN_IF_ERROR(snapshot.ScanImages([&](const ImageRecord& image) {
+    ++status.images;
+    status.rejected += image.verdict == Verdict::kRejected;
+    status.postponed += image.verdict == Verdict::kPostponed;
+    return true;
+  }));
+  status.placed = status.images - status.rejected - status.postponed;
+  VEDUTA_ASSIGN_OR_RETURN(const std::vector<CameraRecord> cameras, snapshot.ListCameras());
+  status.cameras = cameras.size();
+  VEDUTA_ASSIGN_OR_RETURN(const DatabaseState state, snapshot.GetState());
+  status.backlog = state.pending_propagation.size();
+  status.vocabulary_generation = state.vocabulary_generation;
+  VEDUTA_ASSIGN_OR_RETURN(const std::vector<ReconstructionRecord> living, ListLiving(snapshot));
+  VEDUTA_ASSIGN_OR_RETURN(auto dense, CountDense(snapshot));
+  for (const ReconstructionRecord& record : living) {
+    status.reconstructions.push_back(ToAnswer(record, dense[record.id]));
+  }
+  status.total_bytes = sizes.total_bytes;
+  status.photo_bytes = sizes.photo_bytes;
+  status.feature_bytes = sizes.feature_bytes;
+  return status;
+}
+
+Result<ReconstructionAnswer> ReconstructionAnswerOf(const Snapshot& snapshot,
+                                                    const ReconstructionRecord& record) {
+  VEDUTA_ASSIGN_OR_RETURN(auto dense, CountDense(snapshot));
+  return ToAnswer(record, dense[record.id]);
+}
+
+Result<std::vector<NeighborAnswer>> NeighborsOf(const Snapshot& snapshot, ImageId image) {
+  VEDUTA_ASSIGN_OR_RETURN(std::vector<PairNeighbor> pairs, snapshot.ListNeighbors(image));
+  std::stable_sort(pairs.begin(), pairs.end(), [](const PairNeighbor& a, const PairNeighbor& b) {
+    return a.match_count > b.match_count;
+  });
+  std::vector<NeighborAnswer> neighbors;
+  for (const PairNeighbor& pair : pairs) {
+    VEDUTA_ASSIGN_OR_RETURN(ImageRecord other, snapshot.GetImage(pair.image));
+    neighbors.push_back({pair.image, std::move(other.name), other.verdict, pair.match_count, 0});
+  }
+  return neighbors;
+}
+
+Result<ImageAnswer> ImageAnswerOf(const Snapshot& snapshot, const ImageRecord& image) {
+  ImageAnswer answer;
+  answer.id = image.id;
+  answer.name = image.name;
+  answer.verdict = image.verdict;
+  answer.reason = image.reason;
+  answer.detail = image.detail;
+  answer.camera = image.camera;
+  answer.width_px = image.width_px;
+  answer.height_px = image.height_px;
+  answer.size_bytes = image.size_bytes;
+  answer.sha256 = image.photo.Hex();
+  answer.contributor = image.contributor;
+  answer.time_unix_s = image.time_unix_s;
+  answer.features = image.feature_count;
+  VEDUTA_ASSIGN_OR_RETURN(const std::optional<PoseRecord> pose, snapshot.FindPose(image.id));
+  if (pose) {
+    answer.reconstruction = pose->reconstruction;
+    answer.cam_from_world = ToPlain(pose->cam_from_world);
+  }
+  VEDUTA_ASSIGN_OR_RETURN(const std::vector<Observation> observations,
+                          snapshot.GetObservations(image.id));
+  answer.observations = static_cast<uint32_t>(observations.size());
+  VEDUTA_ASSIGN_OR_RETURN(answer.neighbors, NeighborsOf(snapshot, image.id));
+  VEDUTA_ASSIGN_OR_RETURN(answer.depth_map, DepthMapOf(snapshot, image.id));
+  return answer;
+}
+
+Result<std::vector<CameraAnswer>> CamerasOf(const Snapshot& snapshot) {
+  VEDUTA_ASSIGN_OR_RETURN(std::vector<CameraRecord> records, snapshot.ListCameras());
+  std::vector<CameraAnswer> cameras;
+  for (CameraRecord& record : records) {
+    cameras.push_back({record.id, std::move(record.name), record.model, std::move(record.source)});
+  }
+  return cameras;
+}
+
+Result<std::vector<JournalAnswer>> JournalOf(const Snapshot& snapshot, uint64_t first,
+                                             uint32_t count_max) {
+  std::vector<JournalAnswer> entries;
+  if (count_max == 0) return entries;
+  VEDUTA_RETURN_IF_ERROR(snapshot.ScanJournal(first, [&](const JournalRecord& r) {
+    entries.push_back(
+        {r.sequence, r.time_unix_s, r.actor, r.action, r.image, r.reconstruction, r.detail});
+    return entries.size() < count_max;
+  }));
+  return entries;
+}
+
+}  // namespace veduta

@@ -1,0 +1,32 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+// The door's answers, read from one snapshot. All functions are thread-safe.
+
+#include <string>
+#include <vector>
+
+#include "engine/door/answers.h"
+#include "storage/database.h"
+
+namespace veduta {
+
+// The image's record by its name, or by "#" and its number. kNotFound names it.
+Result<ImageRecord> FindImage(const Snapshot& snapshot, const std::string& name);
+
+// The camera of that name. kNotFound lists those there are.
+Result<CameraRecord> FindCamera(const Snapshot& snapshot, const std::string& name);
+
+Result<StatusAnswer> StatusOf(const Snapshot& snapshot, const DatabaseSizes& sizes);
+Result<ImageAnswer> ImageAnswerOf(const Snapshot& snapshot, const ImageRecord& image);
+// Verified neighbours, most matches first, then ascending images.
+Result<std::vector<NeighborAnswer>> NeighborsOf(const Snapshot& snapshot, ImageId image);
+// What the dense pass has made of it is counted too: O(its depth maps and tiles).
+Result<ReconstructionAnswer> ReconstructionAnswerOf(const Snapshot& snapshot,
+                                                    const ReconstructionRecord& record);
+Result<std::vector<CameraAnswer>> CamerasOf(const Snapshot& snapshot);
+Result<std::vector<JournalAnswer>> JournalOf(const Snapshot& snapshot, uint64_t first,
+                                             uint32_t count_max);
+
+PlainPose ToPlain(const Rigid3& cam_from_world);
+
+}  // namespace veduta

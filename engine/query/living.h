@@ -1,0 +1,20 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+// Which reconstructions there are: those that were merged into others are only remembered.
+
+#include <vector>
+
+#include "storage/database.h"
+
+namespace veduta {
+
+// Those that were not merged away; most images first, then ascending ids. O(reconstructions).
+Result<std::vector<ReconstructionRecord>> ListLiving(const Snapshot& snapshot);
+
+// The one with most images; kNotFound, saying what to do, while there is none.
+Result<ReconstructionRecord> LargestLiving(const Snapshot& snapshot);
+
+// kNotFound for an unknown one, and, naming where it went, for one that was merged away.
+Result<ReconstructionRecord> GetLiving(const Snapshot& snapshot, ReconstructionId id);
+
+}  // namespace veduta

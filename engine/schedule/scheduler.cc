@@ -1,0 +1,298 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "engine/schedule/scheduler.h"
+
+#include <algorithm>
+#include <utility>
+
+#include "storage/base/stopwatch.h"
+
+namespace veduta {
+namespace {
+
+constexpr uint32_t kPhotosInRowMax = 8;  // chosen by hand; not measured
+
+}  // namespace
+
+Scheduler::Scheduler(Writer* writer, const PhotoPreparer* preparer, std::unique_ptr<Ingest>* ingest,
+                     ThreadPool* pool)
+    : writer_(writer),
+      preparer_(preparer),
+      ingest_(ingest),
+      pool_(pool),
+      window_(2 * pool->thread_count() + 1),
+      thread_([this] { Run(); }) {}
+
+Scheduler::~Scheduler() {
+  std::unique_lock lock(mutex_);
+  stopping_ = true;
+  changed_.notify_all();
+  lock.unlock();
+  thread_.join();
+  lock.lock();
+  changed_.wait(lock, [&] { return preparing_ == 0; });
+  for (WaitingPhoto photo; line_.Take(&photo);) entries_.push_back({std::move(photo), true, {}});
+  for (Settling* settling : settling_) settling->is_done = true;
+  changed_.notify_all();
+  lock.unlock();
+  for (const Entry& entry : entries_) {
+    if (!TakeUp(entry.photo.ticket.get())) continue;
+    Answer(entry.photo, Status::Cancelled("the engine was closed before the photo's turn came"),
+           false);
+  }
+  MarkSettled();
+}
+
+Ticket Scheduler::Submit(PhotoSource photo, CameraRecord camera, std::string contributor,
+                         AnswerCallback answered) {
+  const std::lock_guard lock(mutex_);
+  may_follow_ = true;
+  Ticket ticket = line_.Join(nullptr, std::move(photo), std::move(camera), std::move(contributor),
+                             std::move(answered));
+  changed_.notify_all();
+  return ticket;
+}
+
+Ticket Scheduler::SubmitToList(const std::shared_ptr<Lane>& lane, PhotoSource photo,
+                               CameraRecord camera, std::string contributor) {
+  const std::lock_guard lock(mutex_);
+  may_follow_ = true;
+  Ticket ticket = line_.Join(lane, std::move(photo), std::move(camera), std::move(contributor), {});
+  changed_.notify_all();
+  return ticket;
+}
+
+Result<AddOutcome> Scheduler::WaitSettled(const Ticket& ticket, std::vector<FollowUp>* followed) {
+  const std::shared_ptr<Ticket::State>& state = SubmissionLine::StateOf(ticket);
+  std::unique_lock lock(state->mutex);
+  state->changed.wait(
+      lock, [&] { return state->phase == Ticket::State::Phase::kAnswered && state->is_settled; });
+  *followed = std::move(state->followed);
+  return state->answer;
+}
+
+Status Scheduler::Settle(std::stop_token stop) {
+  Settling settling{std::move(stop), {}, false};
+  const std::stop_callback wake(settling.stop, [this] {
+    const std::lock_guard lock(mutex_);
+    changed_.notify_all();
+  });
+  std::unique_lock lock(mutex_);
+  may_follow_ = true;
+  settling_.push_back(&settling);
+  changed_.notify_all();
+  changed_.wait(lock, [&] { return settling.is_done || settling.stop.stop_requested(); });
+  settling_.remove(&settling);
+  if (!settling.is_done) return Status::Cancelled("stopped before everything was settled");
+  return settling.first_failure;
+}
+
+void Scheduler::Run() {
+  std::unique_lock lock(mutex_);
+  while (!stopping_) {
+    if (!DoPiece(&lock)) changed_.wait(lock);
+  }
+}
+
+bool Scheduler::DoPiece(std::unique_lock<std::mutex>* lock) {
+  FillWindow(lock);
+  DropCancelled(lock);
+  const bool can_step = may_follow_ && follows_;
+  if (can_step && photos_in_row_ >= kPhotosInRowMax) {
+    DoStep(lock);
+    return true;
+  }
+  if (const auto entry = FindApplicable(); entry != entries_.end()) {
+    Apply(entry, lock);
+    return true;
+  }
+  const bool others_wait =
+      std::any_of(entries_.begin(), entries_.end(), [](const Entry& e) { return !e.prepared; });
+  if (can_step && (!others_wait || settling_photo_ || entries_.front().photo.lane->settles)) {
+    DoStep(lock);
+    return true;
+  }
+  if (PrepareOne(lock)) return true;
+  if (!can_step || others_wait) return false;
+  DoStep(lock);
+  return true;
+}
+
+void Scheduler::FillWindow(std::unique_lock<std::mutex>* lock) {
+  size_t offered = 0;
+  while (entries_.size() < window_) {
+    WaitingPhoto photo;
+    if (!line_.Take(&photo)) break;
+    entries_.push_back({std::move(photo), false, {}});
+    ++offered;
+  }
+  if (pool_->thread_count() == 0) return;
+  preparing_ += offered;
+  lock->unlock();
+  for (; offered > 0; --offered) {
+    pool_->Submit([this] {
+      std::unique_lock task_lock(mutex_);
+      PrepareOne(&task_lock);
+      --preparing_;
+      changed_.notify_all();
+    });
+  }
+  lock->lock();
+}
+
+bool Scheduler::PrepareOne(std::unique_lock<std::mutex>* lock) {
+  const auto entry =
+      std::find_if(entries_.begin(), entries_.end(), [](const Entry& e) { return !e.is_started; });
+  if (entry == entries_.end()) return false;
+  entry->is_started = true;
+  lock->unlock();
+  Result<PreparedPhoto> prepared =
+      preparer_->Prepare(entry->photo.photo, entry->photo.camera.model);
+  lock->lock();
+  entry->prepared = std::move(prepared);
+  changed_.notify_all();
+  return true;
+}
+
+Scheduler::Entries::iterator Scheduler::FindApplicable() {
+  const bool list_may = !settling_photo_ && !follows_;
+  return std::find_if(entries_.begin(), entries_.end(), [&](const Entry& e) {
+    // Within a lane the order stays, so a list waits for its first photo.
+    const bool is_first = std::none_of(entries_.begin(), entries_.end(), [&](const Entry& other) {
+      return other.photo.lane == e.photo.lane &&
+             other.photo.ticket->number < e.photo.ticket->number;
+    });
+    return is_first && e.prepared && (list_may || !e.photo.lane->settles);
+  });
+}
+
+bool Scheduler::TakeUp(Ticket::State* ticket) {
+  const std::lock_guard lock(ticket->mutex);
+  if (ticket->phase != Ticket::State::Phase::kWaiting) return false;
+  ticket->phase = Ticket::State::Phase::kTaken;
+  return true;
+}
+
+void Scheduler::Answer(const WaitingPhoto& photo, Result<AddOutcome> answer, bool settles_later) {
+  Ticket::State& ticket = *photo.ticket;
+  {
+    const std::lock_guard lock(ticket.mutex);
+    ticket.answer = std::move(answer);
+    ticket.phase = Ticket::State::Phase::kAnswered;
+    ticket.is_settled = !settles_later;
+  }
+  ticket.changed.notify_all();
+  if (photo.answered) photo.answered(ticket.answer);
+}
+
+void Scheduler::DropCancelled(std::unique_lock<std::mutex>* lock) {
+  for (auto entry = entries_.begin(); entry != entries_.end();) {
+    const bool is_busy = entry->is_started && !entry->prepared;
+    const Lane& lane = *entry->photo.lane;
+    const bool has_ended = lane.has_failed || lane.stop.stop_requested();
+    bool was_cancelled = false;
+    {
+      const std::lock_guard ticket_lock(entry->photo.ticket->mutex);
+      was_cancelled = entry->photo.ticket->phase == Ticket::State::Phase::kAnswered;
+    }
+    if (is_busy || (!has_ended && !was_cancelled)) {
+      ++entry;
+      continue;
+    }
+    Entry dropped = std::move(*entry);
+    entry = entries_.erase(entry);
+    lock->unlock();
+    if (dropped.prepared && dropped.prepared->ok() && !(*dropped.prepared)->known &&
+        (*dropped.prepared)->reason == Reason::kNone) {
+      const Writer::Turn turn = writer_->Take();
+      turn.database()
+          .DropPhotoAhead((*dropped.prepared)->hash)
+          .IgnoreBecause("the next opening sweeps what is left of it");
+    }
+    if (was_cancelled) {
+      if (dropped.photo.answered) dropped.photo.answered(dropped.photo.ticket->answer);
+    } else if (TakeUp(dropped.photo.ticket.get())) {
+      Answer(dropped.photo, Status::Cancelled("its list ended before the photo's turn came"),
+             false);
+    }
+    lock->lock();
+    entry = entries_.begin();  // the list may have changed meanwhile
+  }
+}
+
+void Scheduler::Apply(Entries::iterator entry, std::unique_lock<std::mutex>* lock) {
+  Entry taken = std::move(*entry);
+  entries_.erase(entry);
+  const bool is_of_list = taken.photo.lane->settles;
+  lock->unlock();
+  if (!TakeUp(taken.photo.ticket.get())) {  // cancelled at this moment: DropCancelled answers it
+    lock->lock();
+    entries_.push_front(std::move(taken));
+    return;
+  }
+  Result<AddOutcome> outcome = ApplyInTurn(&taken);
+  const bool failed = !outcome.ok();
+  lock->lock();
+  ++photos_in_row_;
+  follows_ = true;
+  if (is_of_list && failed) taken.photo.lane->has_failed = true;
+  if (is_of_list && !failed) settling_photo_ = taken.photo.ticket;
+  lock->unlock();
+  Answer(taken.photo, std::move(outcome), is_of_list && !failed);
+  lock->lock();
+}
+
+Result<AddOutcome> Scheduler::ApplyInTurn(Entry* entry) {
+  if (!entry->prepared->ok()) return entry->prepared->status();
+  const Writer::Turn turn = writer_->Take();
+  return (*ingest_)->Apply(std::move(**entry->prepared), entry->photo.camera,
+                           entry->photo.contributor);
+}
+
+void Scheduler::DoStep(std::unique_lock<std::mutex>* lock) {
+  photos_in_row_ = 0;
+  const std::shared_ptr<Ticket::State> photo = settling_photo_;
+  lock->unlock();
+  Stopwatch watch;
+  std::optional<FollowUp> step;
+  {
+    const Writer::Turn turn = writer_->Take();
+    step = (*ingest_)->RunNextStep();
+  }
+  const double ms = watch.LapMs();
+  if (photo) {
+    const std::lock_guard ticket_lock(photo->mutex);
+    if (photo->answer.ok()) {
+      photo->answer->times.follow_ms += ms;
+      photo->answer->times.total_ms += ms;
+    }
+    if (step) photo->followed.push_back(*step);
+  }
+  lock->lock();
+  if (!step) {
+    follows_ = false;
+    MarkSettled();
+    FinishSettling();
+    return;
+  }
+  for (Settling* settling : settling_) {
+    if (settling->first_failure.ok()) settling->first_failure = step->status;
+  }
+}
+
+void Scheduler::MarkSettled() {
+  if (!settling_photo_) return;
+  {
+    const std::lock_guard lock(settling_photo_->mutex);
+    settling_photo_->is_settled = true;
+  }
+  settling_photo_->changed.notify_all();
+  settling_photo_.reset();
+}
+
+void Scheduler::FinishSettling() {
+  if (settling_.empty()) return;
+  for (Settling* settling : settling_) settling->is_done = true;
+  changed_.notify_all();
+}
+
+}  // namespace veduta

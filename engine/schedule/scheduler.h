@@ -1,0 +1,107 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+// The engine's own thread: it prepares photos ahead on the pool, applies them in turn, and does what
+// follows from them when nobody waits.
+//
+// Which piece is next, in this order:
+//   1. after eight photos in a row, one step of what follows, so that a stream cannot starve it;
+//   2. the first photo of the window that is prepared and may be applied. A photo of a list may be
+//      applied when nothing follows from earlier photos any more, other photos at any time;
+//   3. one step of what follows from photos.
+// Every piece takes its turn of the Writer, so that the dense pass and others write in between.
+
+#include <condition_variable>
+#include <cstdint>
+#include <list>
+#include <memory>
+#include <mutex>
+#include <optional>
+#include <stop_token>
+#include <thread>
+#include <vector>
+
+#include "engine/ingest/ingest.h"
+#include "engine/photo/photo_preparer.h"
+#include "engine/schedule/submission_line.h"
+#include "engine/writer/writer.h"
+#include "storage/base/thread_pool.h"
+
+namespace veduta {
+
+class Scheduler final {
+ public:
+  // `ingest` may be exchanged by its owner during a turn of the writer, so it is given by its place.
+  Scheduler(Writer* writer, const PhotoPreparer* preparer, std::unique_ptr<Ingest>* ingest,
+            ThreadPool* pool);
+  // Finishes the piece at hand; photos that are not applied by then are answered kCancelled.
+  ~Scheduler();
+
+  Ticket Submit(PhotoSource photo, CameraRecord camera, std::string contributor,
+                AnswerCallback answered);
+  // The same into a list's lane (OpenList).
+  Ticket SubmitToList(const std::shared_ptr<Lane>& lane, PhotoSource photo, CameraRecord camera,
+                      std::string contributor);
+  std::shared_ptr<Lane> OpenList(std::stop_token stop) { return line_.OpenList(std::move(stop)); }
+  // Waits until the photo is answered and what follows from it is done.
+  static Result<AddOutcome> WaitSettled(const Ticket& ticket, std::vector<FollowUp>* followed);
+
+  // Waits until nothing follows any more; the first failure of a step that ran meanwhile.
+  Status Settle(std::stop_token stop);
+
+  // How many photos a list had better keep in line, so that preparation never runs dry.
+  size_t window() const { return window_; }
+
+ private:
+  // A photo taken from the line: being prepared, or ready.
+  struct Entry {
+    WaitingPhoto photo;
+    bool is_started = false;
+    std::optional<Result<PreparedPhoto>> prepared;
+  };
+  using Entries = std::list<Entry>;
+  struct Settling {
+    std::stop_token stop;
+    Status first_failure;
+    bool is_done = false;
+  };
+
+  void Run();
+  // One piece of work; false when there is none. `lock` is held, and given up while working.
+  bool DoPiece(std::unique_lock<std::mutex>* lock);
+  // Moves photos from the line into the window and offers their preparation to the pool.
+  void FillWindow(std::unique_lock<std::mutex>* lock);
+  bool PrepareOne(std::unique_lock<std::mutex>* lock);
+  // The first that is ready and may be applied; end() when there is none.
+  Entries::iterator FindApplicable();
+  void Apply(Entries::iterator entry, std::unique_lock<std::mutex>* lock);
+  Result<AddOutcome> ApplyInTurn(Entry* entry);
+  void DoStep(std::unique_lock<std::mutex>* lock);
+  // Answers photos that were cancelled, or whose list has ended, without applying them.
+  void DropCancelled(std::unique_lock<std::mutex>* lock);
+  // Takes a waiting photo up; false when it was cancelled.
+  static bool TakeUp(Ticket::State* ticket);
+  static void Answer(const WaitingPhoto& photo, Result<AddOutcome> answer, bool settles_later);
+  void MarkSettled();
+  void FinishSettling();
+
+  Writer* const writer_;
+  const PhotoPreparer* const preparer_;
+  std::unique_ptr<Ingest>* const ingest_;
+  ThreadPool* const pool_;
+  const size_t window_;
+
+  std::mutex mutex_;
+  std::condition_variable changed_;
+  SubmissionLine line_;
+  Entries entries_;
+  size_t preparing_ = 0;                           // tasks of the pool that are not done
+  std::shared_ptr<Ticket::State> settling_photo_;  // of a list: applied, what follows is not done
+  std::list<Settling*> settling_;                  // callers of Settle
+  bool may_follow_ = false;  // somebody has submitted or settled: what is due is done from then on
+  bool follows_ = true;      // there may be a step; false once there was none, until the next photo
+  uint32_t photos_in_row_ = 0;
+  bool stopping_ = false;
+  std::thread thread_;
+};
+
+}  // namespace veduta

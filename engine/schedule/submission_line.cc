@@ -1,0 +1,85 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "engine/schedule/submission_line.h"
+
+#include <algorithm>
+#include <utility>
+
+namespace veduta {
+
+uint64_t Ticket::number() const {
+  return state_ ? state_->number : 0;
+}
+
+bool Ticket::IsDone() const {
+  if (!state_) return false;
+  const std::lock_guard lock(state_->mutex);
+  return state_->phase == State::Phase::kAnswered;
+}
+
+Result<AddOutcome> Ticket::Wait() const {
+  if (!state_) return Status::InvalidArgument("a ticket of no submission has no answer");
+  std::unique_lock lock(state_->mutex);
+  state_->changed.wait(lock, [&] { return state_->phase == State::Phase::kAnswered; });
+  return state_->answer;
+}
+
+bool Ticket::Cancel() {
+  if (!state_) return false;
+  {
+    const std::lock_guard lock(state_->mutex);
+    if (state_->phase != State::Phase::kWaiting) return false;
+    state_->phase = State::Phase::kAnswered;
+    state_->is_settled = true;
+    state_->answer = Status::Cancelled("cancelled before its turn came; nothing was stored");
+  }
+  state_->changed.notify_all();
+  return true;
+}
+
+std::shared_ptr<Lane> SubmissionLine::OpenList(std::stop_token stop) {
+  auto lane = std::make_shared<Lane>();
+  lane->settles = true;
+  lane->stop = std::move(stop);
+  return lane;
+}
+
+Ticket SubmissionLine::Join(std::shared_ptr<Lane> lane, PhotoSource photo, CameraRecord camera,
+                            std::string contributor, AnswerCallback answered) {
+  const std::lock_guard lock(mutex_);
+  auto queue = std::find_if(queues_.begin(), queues_.end(), [&](const Queue& q) {
+    return lane ? q.lane == lane : !q.lane->settles && q.lane->name == contributor;
+  });
+  if (queue == queues_.end()) {
+    if (!lane) lane = std::make_shared<Lane>(Lane{.name = contributor, .stop = {}});
+    queue = queues_.insert(queues_.end(), Queue{std::move(lane), {}});
+  }
+  const auto state = std::make_shared<Ticket::State>(next_number_++);
+  queue->photos.push_back({state, queue->lane, std::move(photo), std::move(camera),
+                           std::move(contributor), std::move(answered)});
+  return Ticket(state);
+}
+
+bool SubmissionLine::Take(WaitingPhoto* photo) {
+  const std::lock_guard lock(mutex_);
+  if (queues_.empty()) return false;
+  const auto first = queues_.begin();
+  *photo = std::move(first->photos.front());
+  first->photos.pop_front();
+  if (first->photos.empty()) {
+    queues_.erase(first);
+  } else {
+    queues_.splice(queues_.end(), queues_, first);
+  }
+  return true;
+}
+
+bool SubmissionLine::is_empty() const {
+  const std::lock_guard lock(mutex_);
+  return queues_.empty();
+}
+
+const std::shared_ptr<Ticket::State>& SubmissionLine::StateOf(const Ticket& ticket) {
+  return ticket.state_;
+}
+
+}  // namespace veduta

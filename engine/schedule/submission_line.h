@@ -1,0 +1,79 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+// Photos that wait for their turn, in lanes: one lane per contributor, and one per list of photos.
+// Lanes take turns, one photo each; within a lane the order of submission stays.
+
+#include <condition_variable>
+#include <cstdint>
+#include <deque>
+#include <list>
+#include <memory>
+#include <mutex>
+#include <stop_token>
+#include <string>
+#include <vector>
+
+#include "engine/door/submission.h"
+#include "storage/model/camera.h"
+
+namespace veduta {
+
+// What is known of a photo from its submission to its answer. Waiting, then either taken up to be
+// applied or cancelled, then answered; and settled when what follows from it is done, too.
+struct Ticket::State {
+  enum class Phase : uint8_t { kWaiting, kTaken, kAnswered };
+
+  explicit State(uint64_t n) : number(n) {}
+  const uint64_t number;
+  std::mutex mutex;
+  std::condition_variable changed;
+  Phase phase = Phase::kWaiting;
+  Result<AddOutcome> answer = Status::Cancelled("not answered yet");
+  bool is_settled = false;
+  std::vector<FollowUp> followed;  // of a photo of a list: the steps that followed from it
+};
+
+// The photos of one submitter.
+struct Lane {
+  std::string name;         // the contributor; empty for a list
+  bool settles = false;     // a list: what follows from a photo is done before the next is applied
+  std::stop_token stop;     // of a list: no further photo is applied after a request
+  bool has_failed = false;  // of a list: nor after an error. Guarded by the scheduler
+};
+
+struct WaitingPhoto {
+  std::shared_ptr<Ticket::State> ticket;
+  std::shared_ptr<Lane> lane;
+  PhotoSource photo;
+  CameraRecord camera;
+  std::string contributor;
+  AnswerCallback answered;
+};
+
+// Thread-safe.
+class SubmissionLine final {
+ public:
+  // A lane of its own for a list.
+  std::shared_ptr<Lane> OpenList(std::stop_token stop);
+  // Joins the lane, or, without one, that of the contributor.
+  Ticket Join(std::shared_ptr<Lane> lane, PhotoSource photo, CameraRecord camera,
+              std::string contributor, AnswerCallback answered);
+  // The next photo by turns; false when nobody waits.
+  bool Take(WaitingPhoto* photo);
+  bool is_empty() const;
+
+  // A handle of the photo's state, for the scheduler.
+  static const std::shared_ptr<Ticket::State>& StateOf(const Ticket& ticket);
+
+ private:
+  struct Queue {
+    std::shared_ptr<Lane> lane;
+    std::deque<WaitingPhoto> photos;
+  };
+
+  mutable std::mutex mutex_;
+  uint64_t next_number_ = 1;
+  std::list<Queue> queues_;  // whose turn is next stands first; none is empty
+};
+
+}  // namespace veduta
