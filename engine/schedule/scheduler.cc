@@ -70,8 +70,8 @@ Result<AddOutcome> Scheduler::WaitSettled(const Ticket& ticket, std::vector<Foll
   return state->answer;
 }
 
-Status Scheduler::Settle(std::stop_token stop) {
-  Settling settling{std::move(stop), {}, false};
+Status Scheduler::Settle(std::stop_token stop, std::vector<FollowUp>* followed) {
+  Settling settling{std::move(stop), followed, false};
   const std::stop_callback wake(settling.stop, [this] {
     const std::lock_guard lock(mutex_);
     changed_.notify_all();
@@ -83,7 +83,8 @@ Status Scheduler::Settle(std::stop_token stop) {
   changed_.wait(lock, [&] { return settling.is_done || settling.stop.stop_requested(); });
   settling_.remove(&settling);
   if (!settling.is_done) return Status::Cancelled("stopped before everything was settled");
-  return settling.first_failure;
+  for (const FollowUp& step : *followed) VEDUTA_RETURN_IF_ERROR(step.status);
+  return Status::Ok();
 }
 
 void Scheduler::Run() {
@@ -203,7 +204,7 @@ void Scheduler::DropCancelled(std::unique_lock<std::mutex>* lock) {
     lock->unlock();
     if (dropped.prepared && dropped.prepared->ok() && !(*dropped.prepared)->known &&
         (*dropped.prepared)->reason == Reason::kNone) {
-      const Writer::Turn turn = writer_->Take();
+      Writer::Turn turn = writer_->Take();
       turn.database()
           .DropPhotoAhead((*dropped.prepared)->hash)
           .IgnoreBecause("the next opening sweeps what is left of it");
@@ -243,7 +244,7 @@ void Scheduler::Apply(Entries::iterator entry, std::unique_lock<std::mutex>* loc
 
 Result<AddOutcome> Scheduler::ApplyInTurn(Entry* entry) {
   if (!entry->prepared->ok()) return entry->prepared->status();
-  const Writer::Turn turn = writer_->Take();
+  Writer::Turn turn = writer_->Take();
   return (*ingest_)->Apply(std::move(**entry->prepared), entry->photo.camera,
                            entry->photo.contributor);
 }
@@ -255,7 +256,7 @@ void Scheduler::DoStep(std::unique_lock<std::mutex>* lock) {
   Stopwatch watch;
   std::optional<FollowUp> step;
   {
-    const Writer::Turn turn = writer_->Take();
+    Writer::Turn turn = writer_->Take();
     step = (*ingest_)->RunNextStep();
   }
   const double ms = watch.LapMs();
@@ -274,9 +275,7 @@ void Scheduler::DoStep(std::unique_lock<std::mutex>* lock) {
     FinishSettling();
     return;
   }
-  for (Settling* settling : settling_) {
-    if (settling->first_failure.ok()) settling->first_failure = step->status;
-  }
+  for (Settling* settling : settling_) settling->followed->push_back(*step);
 }
 
 void Scheduler::MarkSettled() {

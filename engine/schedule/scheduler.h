@@ -45,8 +45,9 @@ class Scheduler final {
   // Waits until the photo is answered and what follows from it is done.
   static Result<AddOutcome> WaitSettled(const Ticket& ticket, std::vector<FollowUp>* followed);
 
-  // Waits until nothing follows any more; the first failure of a step that ran meanwhile.
-  Status Settle(std::stop_token stop);
+  // Waits until nothing follows any more. `followed` receives the steps that ran meanwhile; returns
+  // the first failure among them.
+  Status Settle(std::stop_token stop, std::vector<FollowUp>* followed);
 
   // How many photos a list had better keep in line, so that preparation never runs dry.
   size_t window() const { return window_; }
@@ -61,7 +62,7 @@ class Scheduler final {
   using Entries = std::list<Entry>;
   struct Settling {
     std::stop_token stop;
-    Status first_failure;
+    std::vector<FollowUp>* followed;
     bool is_done = false;
   };
 

@@ -1,0 +1,80 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+// What stands behind the door, for the rooms that carry out its functions, and for tests and tools.
+// A program that embeds Veduta includes engine/engine.h alone.
+
+#include <memory>
+#include <mutex>
+#include <string>
+
+#include "engine/camera/undistorter.h"
+#include "engine/engine.h"
+#include "engine/ingest/ingest.h"
+#include "engine/photo/image_features.h"
+#include "engine/photo/photo_preparer.h"
+#include "engine/retrieval/retrieval.h"
+#include "engine/schedule/scheduler.h"
+#include "engine/writer/writer.h"
+#include "storage/base/thread_pool.h"
+#include "storage/database.h"
+
+namespace veduta {
+
+// Every option of every algorithm. What EngineOptions names too is taken from there.
+struct EngineTuning {
+  DatabaseOptions database;
+  PrepareOptions prepare;
+  IngestOptions ingest;
+
+  Status Check() const;  // the first violated bound, named by its path and with its value
+};
+
+// What one generation of open files is read by. Exchanged by Engine::Reopen: what was kept of a
+// commit that failed must not be found again.
+struct EngineCaches {
+  EngineCaches(const IngestOptions& options)
+      : retrieval(options.retrieval),
+        features(options.feature_cache_bytes, options.matched_count_max) {}
+
+  Retrieval retrieval;
+  ImageFeatureCache features;
+};
+
+// Destroyed from the bottom up: the scheduler's thread ends first.
+struct EngineParts {
+  // Engine::Open with every option open to tests.
+  static Result<std::unique_ptr<Engine>> Open(const std::string& path, const EngineOptions& options,
+                                              EngineTuning tuning);
+  static EngineParts& Of(const Engine& engine) { return *engine.parts_; }
+  static const std::shared_ptr<const Snapshot>& SnapshotOf(const Questions& questions);
+  static EngineParts& Of(const Questions& questions);
+
+  // The camera of that name; found ones are remembered, since cameras never change.
+  Result<CameraRecord> FindCamera(const std::string& name);
+  std::shared_ptr<EngineCaches> GetCaches();
+  // Retrieval, features and the ingest engine anew; for who has the writer's turn.
+  void RenewCaches();
+
+  EngineOptions options;
+  EngineTuning tuning;
+  std::unique_ptr<Database> database;
+  std::unique_ptr<UndistortCache> tables;
+  std::unique_ptr<PhotoPreparer> preparer;
+  std::unique_ptr<ThreadPool> pool;
+  std::unique_ptr<Writer> writer;
+  std::mutex caches_mutex;  // of `caches` and `cameras`
+  std::shared_ptr<EngineCaches> caches;
+  std::map<std::string, CameraRecord> cameras;
+  std::unique_ptr<Ingest> ingest;  // used with the writer's turn only
+  std::mutex dense_pass;           // held while a dense pass runs: one at a time
+  std::unique_ptr<Scheduler> scheduler;
+};
+
+// One snapshot and what is asked through it.
+struct Questions::View {
+  EngineParts* parts;
+  std::shared_ptr<EngineCaches> caches;
+  std::shared_ptr<const Snapshot> snapshot;
+};
+
+}  // namespace veduta

@@ -1,0 +1,130 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <cerrno>
+#include <cstring>
+#include <fstream>
+#include <utility>
+
+#include "engine/parts.h"
+#include "engine/query/city_answers.h"
+#include "engine/query/digest.h"
+#include "engine/query/living.h"
+#include "engine/query/ranking.h"
+
+namespace veduta {
+
+Questions::Questions(std::unique_ptr<View> view) : view_(std::move(view)) {}
+Questions::~Questions() = default;
+Questions::Questions(Questions&&) noexcept = default;
+Questions& Questions::operator=(Questions&&) noexcept = default;
+
+uint64_t Questions::snapshot() const {
+  return view_->snapshot->sequence();
+}
+
+Result<StatusAnswer> Questions::Status() const {
+  VEDUTA_ASSIGN_OR_RETURN(const DatabaseSizes sizes, view_->parts->database->GetSizes());
+  VEDUTA_ASSIGN_OR_RETURN(StatusAnswer answer, StatusOf(*view_->snapshot, sizes));
+  answer.snapshot = snapshot();
+  return answer;
+}
+
+Result<ImageAnswer> Questions::Image(const std::string& name) const {
+  VEDUTA_ASSIGN_OR_RETURN(const ImageRecord image, FindImage(*view_->snapshot, name));
+  VEDUTA_ASSIGN_OR_RETURN(ImageAnswer answer, ImageAnswerOf(*view_->snapshot, image));
+  answer.snapshot = snapshot();
+  return answer;
+}
+
+Result<std::vector<NeighborAnswer>> Questions::Neighbors(const std::string& name) const {
+  VEDUTA_ASSIGN_OR_RETURN(const ImageRecord image, FindImage(*view_->snapshot, name));
+  return NeighborsOf(*view_->snapshot, image.id);
+}
+
+Result<std::vector<NeighborAnswer>> Questions::Rank(const PhotoSource& photo,
+                                                    const std::string& camera,
+                                                    uint32_t count_max) const {
+  EngineParts& parts = *view_->parts;
+  std::optional<CameraModel> model;
+  if (!camera.empty()) {
+    VEDUTA_ASSIGN_OR_RETURN(const CameraRecord record, FindCamera(*view_->snapshot, camera));
+    model = record.model;
+  }
+  VEDUTA_ASSIGN_OR_RETURN(const PreparedPhoto prepared, parts.preparer->Extract(photo, model));
+  if (prepared.reason != Reason::kNone) {
+    return veduta::Status::InvalidArgument(photo.path + ": " + prepared.detail);
+  }
+  VEDUTA_ASSIGN_OR_RETURN(
+      const std::vector<RankedImage> ranked,
+      RankFeatures(*view_->snapshot, prepared.features, count_max, &view_->caches->retrieval,
+                   &view_->caches->features, parts.pool.get()));
+  std::vector<NeighborAnswer> answers;
+  for (const RankedImage& candidate : ranked) {
+    VEDUTA_ASSIGN_OR_RETURN(ImageRecord image, view_->snapshot->GetImage(candidate.image));
+    answers.push_back({image.id, std::move(image.name), image.verdict, 0, candidate.score});
+  }
+  return answers;
+}
+
+Result<std::vector<ReconstructionAnswer>> Questions::Reconstructions() const {
+  VEDUTA_ASSIGN_OR_RETURN(StatusAnswer status, StatusOf(*view_->snapshot, {}));
+  return std::move(status.reconstructions);
+}
+
+Result<ReconstructionAnswer> Questions::Reconstruction(ReconstructionId id) const {
+  VEDUTA_ASSIGN_OR_RETURN(const ReconstructionRecord record,
+                          view_->snapshot->GetReconstruction(id));
+  return ReconstructionAnswerOf(*view_->snapshot, record);
+}
+
+Result<std::vector<CameraAnswer>> Questions::Cameras() const {
+  return CamerasOf(*view_->snapshot);
+}
+
+Result<CameraAnswer> Questions::Camera(const std::string& name) const {
+  VEDUTA_ASSIGN_OR_RETURN(CameraRecord record, FindCamera(*view_->snapshot, name));
+  return CameraAnswer{record.id, std::move(record.name), record.model, std::move(record.source)};
+}
+
+Result<VocabularyAnswer> Questions::Vocabulary() const {
+  VEDUTA_ASSIGN_OR_RETURN(const std::shared_ptr<const VocabularyTree> tree,
+                          view_->caches->retrieval.ActiveTree(*view_->snapshot));
+  if (tree == nullptr) {
+    return veduta::Status::NotFound(
+        "the database has no vocabulary yet; it trains one when it is large enough, or `veduta "
+        "vocabulary train`");
+  }
+  VEDUTA_ASSIGN_OR_RETURN(const DatabaseState state, view_->snapshot->GetState());
+  const VocabularyInfo& info = tree->info();
+  return VocabularyAnswer{snapshot(),
+                          state.vocabulary_generation,
+                          info.branch,
+                          info.depth,
+                          info.leaf_count,
+                          info.training_size,
+                          state.images_at_vocabulary,
+                          state.vocabulary_imported};
+}
+
+Status Questions::ExportVocabulary(const std::string& path) const {
+  VEDUTA_RETURN_IF_ERROR(Vocabulary().status());
+  VEDUTA_ASSIGN_OR_RETURN(const std::shared_ptr<const VocabularyTree> tree,
+                          view_->caches->retrieval.ActiveTree(*view_->snapshot));
+  const std::vector<uint8_t> bytes = tree->Serialize();
+  std::ofstream file(path, std::ios::binary);
+  file.write(reinterpret_cast<const char*>(bytes.data()),
+             static_cast<std::streamsize>(bytes.size()));
+  file.close();
+  if (file) return veduta::Status::Ok();
+  return veduta::Status::IoError("cannot write " + path + ": " + std::strerror(errno));
+}
+
+Result<std::vector<JournalAnswer>> Questions::Journal(uint64_t first, uint32_t count_max) const {
+  return JournalOf(*view_->snapshot, first, count_max);
+}
+
+Result<std::string> Questions::Digest() const {
+  VEDUTA_ASSIGN_OR_RETURN(const ContentHash digest, DigestOf(*view_->snapshot));
+  return digest.Hex();
+}
+
+}  // namespace veduta
