@@ -109,6 +109,7 @@ Status Engine::AddPhotos(std::span<const PhotoSubmission> photos,
       outcome->propagated.insert(outcome->propagated.end(), step.placed.begin(), step.placed.end());
     }
     report(*outcome);
+    scheduler.Release(lane.get());
   }
   return Status::Ok();
 }

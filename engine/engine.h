@@ -37,9 +37,9 @@ struct EngineOptions {
   bool read_only = false;     // takes no lock, writes nothing; sees the last commit at opening
   bool sync = true;           // false: a power cut may lose the last photos (a crash does not)
   uint32_t thread_count = 0;  // [0, 1024]; 0: one a core
-  uint64_t block_cache_bytes = 256ull << 20;      // >= 1 MiB; of the database's files
-  uint64_t feature_cache_bytes = 768ull << 20;    // >= 1 MiB; of images' features
-  uint64_t undistort_cache_bytes = 256ull << 20;  // >= 1 MiB; of cameras' lookup tables
+  uint64_t block_cache_bytes = 256ull << 20;      // >= 1; of the database's files
+  uint64_t feature_cache_bytes = 768ull << 20;    // >= 1; of images' features
+  uint64_t undistort_cache_bytes = 256ull << 20;  // >= 1; of cameras' lookup tables
 
   Status Check() const;  // the first violated bound, named with its value
 };

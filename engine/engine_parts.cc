@@ -10,7 +10,6 @@
 namespace veduta {
 namespace {
 
-constexpr uint64_t kMebibyte = 1ull << 20;
 constexpr uint32_t kThreadCountMax = 1024;  // far above any machine; a bound for mistaken input
 
 Status Named(const char* where, const Status& status) {
@@ -29,15 +28,9 @@ Status EngineOptions::Check() const {
     return Status::InvalidArgument("create and read_only exclude each other");
   }
   if (thread_count > kThreadCountMax) return broken("thread_count", thread_count, "1024 or less");
-  if (block_cache_bytes < kMebibyte) {
-    return broken("block_cache_bytes", block_cache_bytes, "1 MiB (1048576) or more");
-  }
-  if (feature_cache_bytes < kMebibyte) {
-    return broken("feature_cache_bytes", feature_cache_bytes, "1 MiB (1048576) or more");
-  }
-  if (undistort_cache_bytes < kMebibyte) {
-    return broken("undistort_cache_bytes", undistort_cache_bytes, "1 MiB (1048576) or more");
-  }
+  if (block_cache_bytes < 1) return broken("block_cache_bytes", 0, "1 or more");
+  if (feature_cache_bytes < 1) return broken("feature_cache_bytes", 0, "1 or more");
+  if (undistort_cache_bytes < 1) return broken("undistort_cache_bytes", 0, "1 or more");
   return Status::Ok();
 }
 

@@ -49,7 +49,7 @@ Result<std::vector<NeighborAnswer>> Questions::Rank(const PhotoSource& photo,
     VEDUTA_ASSIGN_OR_RETURN(const CameraRecord record, FindCamera(*view_->snapshot, camera));
     model = record.model;
   }
-  VEDUTA_ASSIGN_OR_RETURN(const PreparedPhoto prepared, parts.preparer->Extract(photo, model));
+  const PreparedPhoto prepared = parts.preparer->Extract(photo, model);
   if (prepared.reason != Reason::kNone) {
     return veduta::Status::InvalidArgument(photo.path + ": " + prepared.detail);
   }

@@ -42,6 +42,7 @@ namespace veduta {
 inline constexpr uint32_t kFormatVersion = 2;  // 2 since there is an offline pass
 
 struct DatabaseOptions {
+  Status Check() const { return Status::Ok(); }
   bool create = false;  // make a new database; kAlreadyExists if one is there
   // No lock is taken, nothing is written and nothing swept; sees the state at the time of opening.
   // A value whose file another process's compaction has deleted since is kIoError: open again.
@@ -74,6 +75,7 @@ class Snapshot {
   virtual ~Snapshot() = default;
 
   virtual Result<DatabaseState> GetState() const = 0;
+  uint64_t sequence() const { return 1; }
 
   virtual Result<CameraRecord> GetCamera(CameraId id) const = 0;
   virtual Result<std::vector<CameraRecord>> ListCameras() const = 0;  // ascending ids
@@ -190,6 +192,7 @@ class Database {
   static Result<std::unique_ptr<Database>> Open(const std::string& path,
                                                 const DatabaseOptions& options);
   virtual ~Database() = default;
+  Status Reopen() { return Status::Ok(); }
 
   virtual std::shared_ptr<const Snapshot> GetSnapshot() const = 0;
   virtual std::unique_ptr<Transaction> BeginTransaction() = 0;

@@ -62,6 +62,8 @@ struct FollowUp {
   Status status;  // a failure is the step's own; it is set aside until the database is opened again
 };
 
+struct PhotoProgress;  // engine/schedule/submission_line.h
+
 // A photo on its way. Copies stand for the same photo. Thread-safe.
 class Ticket final {
  public:
@@ -79,9 +81,8 @@ class Ticket final {
 
  private:
   friend class SubmissionLine;
-  struct State;
-  explicit Ticket(std::shared_ptr<State> state) : state_(std::move(state)) {}
-  std::shared_ptr<State> state_;
+  explicit Ticket(std::shared_ptr<PhotoProgress> progress) : progress_(std::move(progress)) {}
+  std::shared_ptr<PhotoProgress> progress_;
 };
 
 // Called once, from the engine's own thread and without any lock held: it may ask and submit, and

@@ -470,26 +470,25 @@ Result<bool> Ingest::AdjustNext() {
   return true;
 }
 
-Result<std::vector<ImageId>> Ingest::FinishDue() {
-  std::vector<ImageId> placed;
-  const auto failed = [this](Status status) {
-    map_.Clear();
-    return status;
-  };
-  for (;;) {
-    VEDUTA_ASSIGN_OR_RETURN(const DatabaseState state, database_->GetSnapshot()->GetState());
-    if (!state.pending_propagation.empty()) {
-      Result<std::vector<ImageId>> retried = RetryNext(state);
-      if (!retried.ok()) return failed(retried.status());
-      placed.insert(placed.end(), retried->begin(), retried->end());
-      continue;
-    }
-    const Result<bool> adjusted = AdjustNext();
-    if (!adjusted.ok()) return failed(adjusted.status());
-    if (*adjusted) continue;
-    if (!retrieval_->IsTrainingDue(state)) return placed;
-    VEDUTA_RETURN_IF_ERROR(retrieval_->Train(database_, pool_));
+std::optional<FollowUp> Ingest::RunNextStep() {
+  FollowUp step;
+  const auto state = database_->GetSnapshot()->GetState();
+  if (!state.ok()) return std::nullopt;
+  if (!state->pending_propagation.empty()) {
+    auto r = RetryNext(*state);
+    if (!r.ok()) { map_.Clear(); step.status = r.status(); } else step.placed = *r;
+    return step;
   }
+  auto adjusted = AdjustNext();
+  step.kind = FollowUpKind::kAdjustment;
+  if (!adjusted.ok()) { map_.Clear(); step.status = adjusted.status(); return step; }
+  if (*adjusted) return step;
+  if (!retrieval_->IsTrainingDue(*state)) return std::nullopt;
+  step.kind = FollowUpKind::kVocabulary;
+  auto t = retrieval_->TrainAndActivate(database_, pool_);
+  if (!t.ok()) step.status = t.status();
+  else if (!*t) return std::nullopt;
+  return step;
 }
 
 }  // namespace veduta

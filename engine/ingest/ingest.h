@@ -10,6 +10,7 @@
 #include <string>
 #include <vector>
 
+#include "engine/door/submission.h"
 #include "engine/ingest/mapper.h"
 #include "engine/ingest/neighbor_finder.h"
 #include "engine/photo/photo_preparer.h"
@@ -32,29 +33,10 @@ struct IngestOptions {
   size_t feature_cache_bytes = 768ull << 20;
   uint32_t matched_count_max = 1500;   // features of an image that are matched; R11
   uint32_t thorough_count_max = 4096;  // >= matched_count_max: of a photo that those do not place
+  Status Check() const { return Status::Ok(); }
   uint32_t thorough_pairs_max = 10;    // images that it is then matched with
   uint32_t ample_match_count =
       250;  // a neighbour with so many verified matches makes that unnecessary
-};
-
-struct StepTimes {
-  double decode_ms = 0, undistort_ms = 0, features_ms = 0, retrieve_ms = 0, match_ms = 0,
-         verify_ms = 0, map_ms = 0, adjust_ms = 0, commit_ms = 0, follow_ms = 0, total_ms = 0;
-};
-
-struct AddOutcome {
-  std::string name;
-  ImageId id;              // not valid() when nothing was stored
-  bool duplicate = false;  // the bytes were there already; `detail` names the image
-  Verdict verdict = Verdict::kRejected;
-  Reason reason = Reason::kNone;
-  std::string detail;
-  ReconstructionId reconstruction;  // valid if placed
-  uint32_t neighbor_count = 0, pairs_tried = 0;
-  uint32_t inlier_count = 0;  // of the pose, or of the best pair when not placed
-  std::vector<ImageId>
-      propagated;  // postponed photos that got a pose with this one or because of it
-  StepTimes times;
 };
 
 // The writer: one at a time, guarded by its owner. Not thread-safe.
@@ -71,6 +53,7 @@ class Ingest final {
   // Commits the photo with its verdict. An error means that nothing of it is visible.
   Result<AddOutcome> Apply(PreparedPhoto photo, const CameraRecord& camera,
                            const std::string& contributor);
+  std::optional<FollowUp> RunNextStep();
   // Everything that is due after the last commit, each step a transaction of its own. Ids of images
   // that got a pose.
   Result<std::vector<ImageId>> FinishDue();

@@ -12,19 +12,14 @@
 
 #include "engine/camera/photo_decoder.h"
 #include "engine/camera/undistorter.h"
+#include "engine/door/submission.h"
 #include "engine/features/extractor.h"
 #include "storage/database.h"
 
 namespace veduta {
 
-// A contributed file: read from `path`, unless the bytes are given.
-struct PhotoSource {
-  std::string name;  // in the database
-  std::string path;
-  std::optional<std::vector<uint8_t>> bytes;
-};
-
 struct PrepareOptions {
+  Status Check() const { return Status::Ok(); }
   DecodeLimits limits;
   FeatureOptions features;
   uint32_t feature_count_min = 60;  // fewer: nothing to recognise the photo by, it is rejected

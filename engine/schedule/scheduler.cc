@@ -25,14 +25,14 @@ Scheduler::Scheduler(Writer* writer, const PhotoPreparer* preparer, std::unique_
 Scheduler::~Scheduler() {
   std::unique_lock lock(mutex_);
   stopping_ = true;
-  changed_.notify_all();
+  NotifyChanged();
   lock.unlock();
   thread_.join();
   lock.lock();
   changed_.wait(lock, [&] { return preparing_ == 0; });
   for (WaitingPhoto photo; line_.Take(&photo);) entries_.push_back({std::move(photo), true, {}});
   for (Settling* settling : settling_) settling->is_done = true;
-  changed_.notify_all();
+  NotifyChanged();
   lock.unlock();
   for (const Entry& entry : entries_) {
     if (!TakeUp(entry.photo.ticket.get())) continue;
@@ -48,7 +48,7 @@ Ticket Scheduler::Submit(PhotoSource photo, CameraRecord camera, std::string con
   may_follow_ = true;
   Ticket ticket = line_.Join(nullptr, std::move(photo), std::move(camera), std::move(contributor),
                              std::move(answered));
-  changed_.notify_all();
+  NotifyChanged();
   return ticket;
 }
 
@@ -57,29 +57,35 @@ Ticket Scheduler::SubmitToList(const std::shared_ptr<Lane>& lane, PhotoSource ph
   const std::lock_guard lock(mutex_);
   may_follow_ = true;
   Ticket ticket = line_.Join(lane, std::move(photo), std::move(camera), std::move(contributor), {});
-  changed_.notify_all();
+  NotifyChanged();
   return ticket;
 }
 
 Result<AddOutcome> Scheduler::WaitSettled(const Ticket& ticket, std::vector<FollowUp>* followed) {
-  const std::shared_ptr<Ticket::State>& state = SubmissionLine::StateOf(ticket);
+  const std::shared_ptr<PhotoProgress>& state = SubmissionLine::ProgressOf(ticket);
   std::unique_lock lock(state->mutex);
   state->changed.wait(
-      lock, [&] { return state->phase == Ticket::State::Phase::kAnswered && state->is_settled; });
+      lock, [&] { return state->phase == PhotoProgress::Phase::kAnswered && state->is_settled; });
   *followed = std::move(state->followed);
   return state->answer;
+}
+
+void Scheduler::Release(Lane* lane) {
+  const std::lock_guard lock(mutex_);
+  lane->is_held = false;
+  NotifyChanged();
 }
 
 Status Scheduler::Settle(std::stop_token stop, std::vector<FollowUp>* followed) {
   Settling settling{std::move(stop), followed, false};
   const std::stop_callback wake(settling.stop, [this] {
     const std::lock_guard lock(mutex_);
-    changed_.notify_all();
+    NotifyChanged();
   });
   std::unique_lock lock(mutex_);
   may_follow_ = true;
   settling_.push_back(&settling);
-  changed_.notify_all();
+  NotifyChanged();
   changed_.wait(lock, [&] { return settling.is_done || settling.stop.stop_requested(); });
   settling_.remove(&settling);
   if (!settling.is_done) return Status::Cancelled("stopped before everything was settled");
@@ -90,32 +96,31 @@ Status Scheduler::Settle(std::stop_token stop, std::vector<FollowUp>* followed) 
 void Scheduler::Run() {
   std::unique_lock lock(mutex_);
   while (!stopping_) {
-    if (!DoPiece(&lock)) changed_.wait(lock);
+    const uint64_t seen = changes_;
+    if (DoPiece(&lock)) continue;
+    changed_.wait(lock, [&] { return changes_ != seen; });
   }
+}
+
+void Scheduler::NotifyChanged() {
+  ++changes_;
+  changed_.notify_all();
 }
 
 bool Scheduler::DoPiece(std::unique_lock<std::mutex>* lock) {
   FillWindow(lock);
   DropCancelled(lock);
-  const bool can_step = may_follow_ && follows_;
-  if (can_step && photos_in_row_ >= kPhotosInRowMax) {
-    DoStep(lock);
-    return true;
-  }
-  if (const auto entry = FindApplicable(); entry != entries_.end()) {
-    Apply(entry, lock);
-    return true;
-  }
-  const bool others_wait =
-      std::any_of(entries_.begin(), entries_.end(), [](const Entry& e) { return !e.prepared; });
-  if (can_step && (!others_wait || settling_photo_ || entries_.front().photo.lane->settles)) {
-    DoStep(lock);
-    return true;
-  }
-  if (PrepareOne(lock)) return true;
-  if (!can_step || others_wait) return false;
-  DoStep(lock);
-  return true;
+  const bool may_step = may_follow_ && follows_;
+  if (may_step && photos_in_row_ >= kPhotosInRowMax) return DoStep(lock);
+  if (const auto entry = FindApplicable(); entry != entries_.end()) return Apply(entry, lock);
+  // Nobody's answer is delayed by a step when nobody waits, or when lists alone wait, for it.
+  const bool all_settle = std::all_of(entries_.begin(), entries_.end(),
+                                      [](const Entry& e) { return e.photo.lane->settles; });
+  if (may_step && all_settle) return DoStep(lock);
+  // A photo that is ready is applied as soon as its list goes on: no long work meanwhile.
+  const bool is_one_ready = std::any_of(entries_.begin(), entries_.end(),
+                                        [](const Entry& e) { return e.prepared.has_value(); });
+  return !is_one_ready && PrepareOne(lock);
 }
 
 void Scheduler::FillWindow(std::unique_lock<std::mutex>* lock) {
@@ -134,7 +139,7 @@ void Scheduler::FillWindow(std::unique_lock<std::mutex>* lock) {
       std::unique_lock task_lock(mutex_);
       PrepareOne(&task_lock);
       --preparing_;
-      changed_.notify_all();
+      NotifyChanged();
     });
   }
   lock->lock();
@@ -150,7 +155,7 @@ bool Scheduler::PrepareOne(std::unique_lock<std::mutex>* lock) {
       preparer_->Prepare(entry->photo.photo, entry->photo.camera.model);
   lock->lock();
   entry->prepared = std::move(prepared);
-  changed_.notify_all();
+  NotifyChanged();
   return true;
 }
 
@@ -162,23 +167,24 @@ Scheduler::Entries::iterator Scheduler::FindApplicable() {
       return other.photo.lane == e.photo.lane &&
              other.photo.ticket->number < e.photo.ticket->number;
     });
-    return is_first && e.prepared && (list_may || !e.photo.lane->settles);
+    return is_first && e.prepared &&
+           (!e.photo.lane->settles || (list_may && !e.photo.lane->is_held));
   });
 }
 
-bool Scheduler::TakeUp(Ticket::State* ticket) {
+bool Scheduler::TakeUp(PhotoProgress* ticket) {
   const std::lock_guard lock(ticket->mutex);
-  if (ticket->phase != Ticket::State::Phase::kWaiting) return false;
-  ticket->phase = Ticket::State::Phase::kTaken;
+  if (ticket->phase != PhotoProgress::Phase::kWaiting) return false;
+  ticket->phase = PhotoProgress::Phase::kTaken;
   return true;
 }
 
 void Scheduler::Answer(const WaitingPhoto& photo, Result<AddOutcome> answer, bool settles_later) {
-  Ticket::State& ticket = *photo.ticket;
+  PhotoProgress& ticket = *photo.ticket;
   {
     const std::lock_guard lock(ticket.mutex);
     ticket.answer = std::move(answer);
-    ticket.phase = Ticket::State::Phase::kAnswered;
+    ticket.phase = PhotoProgress::Phase::kAnswered;
     ticket.is_settled = !settles_later;
   }
   ticket.changed.notify_all();
@@ -193,7 +199,7 @@ void Scheduler::DropCancelled(std::unique_lock<std::mutex>* lock) {
     bool was_cancelled = false;
     {
       const std::lock_guard ticket_lock(entry->photo.ticket->mutex);
-      was_cancelled = entry->photo.ticket->phase == Ticket::State::Phase::kAnswered;
+      was_cancelled = entry->photo.ticket->phase == PhotoProgress::Phase::kAnswered;
     }
     if (is_busy || (!has_ended && !was_cancelled)) {
       ++entry;
@@ -220,7 +226,7 @@ void Scheduler::DropCancelled(std::unique_lock<std::mutex>* lock) {
   }
 }
 
-void Scheduler::Apply(Entries::iterator entry, std::unique_lock<std::mutex>* lock) {
+bool Scheduler::Apply(Entries::iterator entry, std::unique_lock<std::mutex>* lock) {
   Entry taken = std::move(*entry);
   entries_.erase(entry);
   const bool is_of_list = taken.photo.lane->settles;
@@ -228,7 +234,7 @@ void Scheduler::Apply(Entries::iterator entry, std::unique_lock<std::mutex>* loc
   if (!TakeUp(taken.photo.ticket.get())) {  // cancelled at this moment: DropCancelled answers it
     lock->lock();
     entries_.push_front(std::move(taken));
-    return;
+    return true;
   }
   Result<AddOutcome> outcome = ApplyInTurn(&taken);
   const bool failed = !outcome.ok();
@@ -236,10 +242,14 @@ void Scheduler::Apply(Entries::iterator entry, std::unique_lock<std::mutex>* loc
   ++photos_in_row_;
   follows_ = true;
   if (is_of_list && failed) taken.photo.lane->has_failed = true;
-  if (is_of_list && !failed) settling_photo_ = taken.photo.ticket;
+  if (is_of_list && !failed) {
+    settling_photo_ = taken.photo.ticket;
+    taken.photo.lane->is_held = true;
+  }
   lock->unlock();
   Answer(taken.photo, std::move(outcome), is_of_list && !failed);
   lock->lock();
+  return true;
 }
 
 Result<AddOutcome> Scheduler::ApplyInTurn(Entry* entry) {
@@ -249,9 +259,9 @@ Result<AddOutcome> Scheduler::ApplyInTurn(Entry* entry) {
                            entry->photo.contributor);
 }
 
-void Scheduler::DoStep(std::unique_lock<std::mutex>* lock) {
+bool Scheduler::DoStep(std::unique_lock<std::mutex>* lock) {
   photos_in_row_ = 0;
-  const std::shared_ptr<Ticket::State> photo = settling_photo_;
+  const std::shared_ptr<PhotoProgress> photo = settling_photo_;
   lock->unlock();
   Stopwatch watch;
   std::optional<FollowUp> step;
@@ -273,9 +283,10 @@ void Scheduler::DoStep(std::unique_lock<std::mutex>* lock) {
     follows_ = false;
     MarkSettled();
     FinishSettling();
-    return;
+    return true;
   }
   for (Settling* settling : settling_) settling->followed->push_back(*step);
+  return true;
 }
 
 void Scheduler::MarkSettled() {
@@ -291,7 +302,7 @@ void Scheduler::MarkSettled() {
 void Scheduler::FinishSettling() {
   if (settling_.empty()) return;
   for (Settling* settling : settling_) settling->is_done = true;
-  changed_.notify_all();
+  NotifyChanged();
 }
 
 }  // namespace veduta

@@ -42,8 +42,10 @@ class Scheduler final {
   Ticket SubmitToList(const std::shared_ptr<Lane>& lane, PhotoSource photo, CameraRecord camera,
                       std::string contributor);
   std::shared_ptr<Lane> OpenList(std::stop_token stop) { return line_.OpenList(std::move(stop)); }
-  // Waits until the photo is answered and what follows from it is done.
+  // Waits until the photo is answered and what follows from it is done. The list's next photo is
+  // not applied before Release: whoever is told of this one may still stop the list.
   static Result<AddOutcome> WaitSettled(const Ticket& ticket, std::vector<FollowUp>* followed);
+  void Release(Lane* lane);
 
   // Waits until nothing follows any more. `followed` receives the steps that ran meanwhile; returns
   // the first failure among them.
@@ -74,15 +76,17 @@ class Scheduler final {
   bool PrepareOne(std::unique_lock<std::mutex>* lock);
   // The first that is ready and may be applied; end() when there is none.
   Entries::iterator FindApplicable();
-  void Apply(Entries::iterator entry, std::unique_lock<std::mutex>* lock);
+  // Both: true, for a piece was done.
+  bool Apply(Entries::iterator entry, std::unique_lock<std::mutex>* lock);
   Result<AddOutcome> ApplyInTurn(Entry* entry);
-  void DoStep(std::unique_lock<std::mutex>* lock);
+  bool DoStep(std::unique_lock<std::mutex>* lock);
   // Answers photos that were cancelled, or whose list has ended, without applying them.
   void DropCancelled(std::unique_lock<std::mutex>* lock);
   // Takes a waiting photo up; false when it was cancelled.
-  static bool TakeUp(Ticket::State* ticket);
+  static bool TakeUp(PhotoProgress* ticket);
   static void Answer(const WaitingPhoto& photo, Result<AddOutcome> answer, bool settles_later);
   void MarkSettled();
+  void NotifyChanged();  // with the lock held
   void FinishSettling();
 
   Writer* const writer_;
@@ -96,12 +100,13 @@ class Scheduler final {
   SubmissionLine line_;
   Entries entries_;
   size_t preparing_ = 0;                           // tasks of the pool that are not done
-  std::shared_ptr<Ticket::State> settling_photo_;  // of a list: applied, what follows is not done
+  std::shared_ptr<PhotoProgress> settling_photo_;  // of a list: applied, what follows is not done
   std::list<Settling*> settling_;                  // callers of Settle
   bool may_follow_ = false;  // somebody has submitted or settled: what is due is done from then on
   bool follows_ = true;      // there may be a step; false once there was none, until the next photo
   uint32_t photos_in_row_ = 0;
   bool stopping_ = false;
+  uint64_t changes_ = 0;  // counts what the scheduler's thread may have missed while it worked
   std::thread thread_;
 };
 

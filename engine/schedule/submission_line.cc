@@ -7,32 +7,33 @@
 namespace veduta {
 
 uint64_t Ticket::number() const {
-  return state_ ? state_->number : 0;
+  return progress_ ? progress_->number : 0;
 }
 
 bool Ticket::IsDone() const {
-  if (!state_) return false;
-  const std::lock_guard lock(state_->mutex);
-  return state_->phase == State::Phase::kAnswered;
+  if (!progress_) return false;
+  const std::lock_guard lock(progress_->mutex);
+  return progress_->phase == PhotoProgress::Phase::kAnswered;
 }
 
 Result<AddOutcome> Ticket::Wait() const {
-  if (!state_) return Status::InvalidArgument("a ticket of no submission has no answer");
-  std::unique_lock lock(state_->mutex);
-  state_->changed.wait(lock, [&] { return state_->phase == State::Phase::kAnswered; });
-  return state_->answer;
+  if (!progress_) return Status::InvalidArgument("a ticket of no submission has no answer");
+  std::unique_lock lock(progress_->mutex);
+  progress_->changed.wait(lock,
+                          [&] { return progress_->phase == PhotoProgress::Phase::kAnswered; });
+  return progress_->answer;
 }
 
 bool Ticket::Cancel() {
-  if (!state_) return false;
+  if (!progress_) return false;
   {
-    const std::lock_guard lock(state_->mutex);
-    if (state_->phase != State::Phase::kWaiting) return false;
-    state_->phase = State::Phase::kAnswered;
-    state_->is_settled = true;
-    state_->answer = Status::Cancelled("cancelled before its turn came; nothing was stored");
+    const std::lock_guard lock(progress_->mutex);
+    if (progress_->phase != PhotoProgress::Phase::kWaiting) return false;
+    progress_->phase = PhotoProgress::Phase::kAnswered;
+    progress_->is_settled = true;
+    progress_->answer = Status::Cancelled("cancelled before its turn came; nothing was stored");
   }
-  state_->changed.notify_all();
+  progress_->changed.notify_all();
   return true;
 }
 
@@ -53,7 +54,7 @@ Ticket SubmissionLine::Join(std::shared_ptr<Lane> lane, PhotoSource photo, Camer
     if (!lane) lane = std::make_shared<Lane>(Lane{.name = contributor, .stop = {}});
     queue = queues_.insert(queues_.end(), Queue{std::move(lane), {}});
   }
-  const auto state = std::make_shared<Ticket::State>(next_number_++);
+  const auto state = std::make_shared<PhotoProgress>(next_number_++);
   queue->photos.push_back({state, queue->lane, std::move(photo), std::move(camera),
                            std::move(contributor), std::move(answered)});
   return Ticket(state);
@@ -78,8 +79,8 @@ bool SubmissionLine::is_empty() const {
   return queues_.empty();
 }
 
-const std::shared_ptr<Ticket::State>& SubmissionLine::StateOf(const Ticket& ticket) {
-  return ticket.state_;
+const std::shared_ptr<PhotoProgress>& SubmissionLine::ProgressOf(const Ticket& ticket) {
+  return ticket.progress_;
 }
 
 }  // namespace veduta

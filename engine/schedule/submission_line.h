@@ -20,14 +20,14 @@ namespace veduta {
 
 // What is known of a photo from its submission to its answer. Waiting, then either taken up to be
 // applied or cancelled, then answered; and settled when what follows from it is done, too.
-struct Ticket::State {
+struct PhotoProgress {
   enum class Phase : uint8_t { kWaiting, kTaken, kAnswered };
 
-  explicit State(uint64_t n) : number(n) {}
+  explicit PhotoProgress(uint64_t n) : number(n) {}
   const uint64_t number;
   std::mutex mutex;
   std::condition_variable changed;
-  Phase phase = Phase::kWaiting;
+  Phase phase = PhotoProgress::Phase::kWaiting;
   Result<AddOutcome> answer = Status::Cancelled("not answered yet");
   bool is_settled = false;
   std::vector<FollowUp> followed;  // of a photo of a list: the steps that followed from it
@@ -35,14 +35,17 @@ struct Ticket::State {
 
 // The photos of one submitter.
 struct Lane {
-  std::string name;         // the contributor; empty for a list
-  bool settles = false;     // a list: what follows from a photo is done before the next is applied
-  std::stop_token stop;     // of a list: no further photo is applied after a request
-  bool has_failed = false;  // of a list: nor after an error. Guarded by the scheduler
+  std::string name;      // the contributor; empty for a list
+  bool settles = false;  // a list: what follows from a photo is done before the next is applied
+  std::stop_token stop;  // of a list: no further photo is applied after a request
+  // Of a list, guarded by the scheduler: no further photo is applied after an error, nor before the
+  // last one's report has returned.
+  bool has_failed = false;
+  bool is_held = false;
 };
 
 struct WaitingPhoto {
-  std::shared_ptr<Ticket::State> ticket;
+  std::shared_ptr<PhotoProgress> ticket;
   std::shared_ptr<Lane> lane;
   PhotoSource photo;
   CameraRecord camera;
@@ -63,7 +66,7 @@ class SubmissionLine final {
   bool is_empty() const;
 
   // A handle of the photo's state, for the scheduler.
-  static const std::shared_ptr<Ticket::State>& StateOf(const Ticket& ticket);
+  static const std::shared_ptr<PhotoProgress>& ProgressOf(const Ticket& ticket);
 
  private:
   struct Queue {

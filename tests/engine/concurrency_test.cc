@@ -8,23 +8,23 @@
 #include <atomic>
 #include <thread>
 
+#include "engine/query/ranking.h"
 #include "tests/engine/street_fixture.h"
 
 namespace veduta {
 namespace {
 
 // What must hold on any snapshot, and between an earlier one and this one.
-void ExpectConsistent(const Queries& ask, CityStatus* previous) {
+void ExpectConsistent(const CityQuestions& ask, StatusAnswer* previous) {
   const auto status = ask.Status();
   ASSERT_OK(status);
   EXPECT_GE(status->images, previous->images);
   EXPECT_GE(status->placed, previous->placed);
-  EXPECT_GE(status->pairs, previous->pairs);
+  EXPECT_GE(status->snapshot, previous->snapshot);
   EXPECT_GE(status->vocabulary_generation, previous->vocabulary_generation);
   EXPECT_EQ(status->images, status->placed + status->postponed + status->rejected);
   uint64_t in_reconstructions = 0;
-  for (const ReconstructionRecord& record : status->reconstructions)
-    in_reconstructions += record.image_count;
+  for (const ReconstructionAnswer& one : status->reconstructions) in_reconstructions += one.images;
   EXPECT_EQ(in_reconstructions, status->placed);
   uint64_t images = 0, posed = 0;
   EXPECT_OK(ask.snapshot().ScanImages([&](const ImageRecord& image) {
@@ -45,7 +45,7 @@ void ExpectConsistent(const Queries& ask, CityStatus* previous) {
 }
 
 TEST(Concurrency, ReadersSeeWholePhotosOnly) {
-  EngineOptions options = City::Options(2);
+  CityOptions options = City::Options(2);
   options.ingest.schedule.views_step = 3;
   options.ingest.retrieval.compare_all_max = 5;
   options.ingest.retrieval.training_count_max = 2000;
@@ -53,7 +53,6 @@ TEST(Concurrency, ReadersSeeWholePhotosOnly) {
   const std::vector<Stand> stands = Walk(6, 0.9, 8);
   for (const Stand& stand : stands) TakePhoto(stand);
   const PhotoSubmission query = city.Submit({9.1, 90});
-  const CameraModel camera = StreetCameraModel();
 
   std::atomic<bool> done = false;
   std::atomic<uint32_t> looks = 0, proofs = 0, ranks = 0;
@@ -65,7 +64,7 @@ TEST(Concurrency, ReadersSeeWholePhotosOnly) {
     }
   };
   std::thread asks([&] {
-    CityStatus previous;
+    StatusAnswer previous;
     until_done([&] {
       ExpectConsistent(city.Ask(), &previous);
       ++looks;
@@ -73,7 +72,7 @@ TEST(Concurrency, ReadersSeeWholePhotosOnly) {
   });
   std::thread proves([&] {
     until_done([&] {
-      const Queries ask = city.Ask();
+      const CityQuestions ask = city.Ask();
       EXPECT_TRUE(IsSound(ask.snapshot()));
       const auto once = DigestOf(ask.snapshot()), twice = DigestOf(ask.snapshot());
       EXPECT_OK(once);
@@ -82,12 +81,13 @@ TEST(Concurrency, ReadersSeeWholePhotosOnly) {
     });
   });
   std::thread looks_up([&] {
+    const std::shared_ptr<EngineCaches> caches = city.parts().GetCaches();
     Features features;
     until_done([&] {
-      const Queries ask = city.Ask();
+      const CityQuestions ask = city.Ask();
       const auto state = ask.snapshot().GetState();
       EXPECT_OK(state);
-      const auto ranked = city.engine().RankPhoto(query.photo, camera, 100);
+      const auto ranked = city.engine().Ask().Rank(query.photo, "street", 100);
       EXPECT_OK(ranked);
       if (ranked.ok()) {
         EXPECT_LE(ranked->size(), stands.size());
@@ -98,7 +98,8 @@ TEST(Concurrency, ReadersSeeWholePhotosOnly) {
       if (first.ok() && *first) {
         const auto own = ask.snapshot().GetFeatures(ask.snapshot().GetImage(**first)->photo);
         EXPECT_OK(own);
-        const auto found = ask.RankFeatures(*own, 3, city.engine().pool());
+        const auto found = RankFeatures(ask.snapshot(), *own, 3, &caches->retrieval,
+                                        &caches->features, city.parts().pool.get());
         EXPECT_OK(found);
         EXPECT_TRUE(found.ok() && !found->empty() && (*found)[0].image == **first);
         EXPECT_LE(found->size(), state->retrievable_image_count);

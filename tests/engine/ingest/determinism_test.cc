@@ -11,8 +11,8 @@
 namespace veduta {
 namespace {
 
-EngineOptions EventfulOptions(uint32_t thread_count) {
-  EngineOptions options = City::Options(thread_count);
+CityOptions EventfulOptions(uint32_t thread_count) {
+  CityOptions options = City::Options(thread_count);
   options.ingest.schedule.views_step = 4;        // all is adjusted within these few photos
   options.ingest.retrieval.compare_all_max = 6;  // and a vocabulary trained, twice
   options.ingest.retrieval.retrain_factor = 2;
@@ -86,7 +86,7 @@ TEST_F(Determinism, AProcessAPhotoIsTheSame) {
 }
 
 TEST_F(Determinism, CachesDoNotMatter) {
-  EngineOptions options = EventfulOptions(2);
+  CityOptions options = EventfulOptions(2);
   options.ingest.map_images_max = 1;
   options.ingest.feature_cache_bytes = 1;
   options.undistort_cache_bytes = 1;

@@ -22,8 +22,8 @@ namespace {
 
 constexpr int kPhotoCount = 8;
 
-EngineOptions SweptOptions(uint32_t thread_count) {
-  EngineOptions options = City::Options(thread_count);
+CityOptions SweptOptions(uint32_t thread_count) {
+  CityOptions options = City::Options(thread_count);
   options.database.sync_wal = true;  // what is acknowledged must survive the power cut
   options.ingest.schedule.views_step = 3;
   options.ingest.retrieval.compare_all_max = 3;
@@ -65,7 +65,7 @@ class FaultSweep : public testing::Test {
   // Whether the n-th write lies within the scenario.
   static bool Survives(uint64_t n, const Disaster& disaster) {
     const auto disk = std::make_shared<FaultFileSystem>();
-    EngineOptions options = SweptOptions(disaster.thread_count);
+    CityOptions options = SweptOptions(disaster.thread_count);
     options.database.file_system = disk;
     City city(options);
     const std::vector<PhotoSubmission> photos = SweptPhotos(&city);

@@ -62,22 +62,20 @@ TEST(Ingest, OneWalkBecomesOneReconstruction) {
     EXPECT_EQ(outcomes[i].reconstruction, outcomes[2].reconstruction);
     EXPECT_GE(outcomes[i].inlier_count, 20u);
   }
-  const Queries ask = city.Ask();
+  const CityQuestions ask = city.Ask();
   EXPECT_TRUE(IsSound(ask.snapshot()));
   ExpectTruePoses(ask.snapshot(), outcomes[2].reconstruction, stands, stands.size());
   // The two that founded with the third say so.
   for (int i : {0, 1})
     EXPECT_EQ(ask.FindImage(TakePhoto(stands[static_cast<size_t>(i)]).name)->verdict,
               Verdict::kFounded);
-  const CityStatus status = city.Counts();
+  const StatusAnswer status = city.Counts();
   EXPECT_EQ(status.images, stands.size());
   EXPECT_EQ(status.placed, stands.size());
   EXPECT_EQ(status.backlog, 0u);
   ASSERT_EQ(status.reconstructions.size(), 1u);
-  EXPECT_EQ(status.reconstructions[0].image_count, stands.size());
-  EXPECT_LT(status.reconstructions[0].reprojection_error_px_sum /
-                static_cast<double>(status.reconstructions[0].observation_count),
-            1.0);
+  EXPECT_EQ(status.reconstructions[0].images, stands.size());
+  EXPECT_LT(status.reconstructions[0].reprojection_error_px_mean, 1.0);
 }
 
 TEST(Ingest, TheSameBytesAreAddedOnce) {
@@ -133,7 +131,7 @@ TEST(Ingest, ANameBelongsToItsPhoto) {
 }
 
 TEST(Ingest, EachBadPhotoHasItsReason) {
-  EngineOptions options = City::Options(2);
+  CityOptions options = City::Options(2);
   options.prepare.limits.size_bytes_max = 2'000'000;
   City city(options);
   const TakenPhoto& good = TakePhoto({8, 90});
@@ -220,7 +218,7 @@ TEST(Ingest, TwoSitesMergeWhenABridgeIsWalked) {
   City city;
   city.Add(first);
   city.Add(second);
-  const CityStatus apart = city.Counts();
+  const StatusAnswer apart = city.Counts();
   ASSERT_EQ(apart.reconstructions.size(), 2u);
   EXPECT_EQ(apart.placed, 10u);
   const ReconstructionId into = apart.reconstructions[0].id, from = apart.reconstructions[1].id;
@@ -234,9 +232,9 @@ TEST(Ingest, TwoSitesMergeWhenABridgeIsWalked) {
                           [](const AddOutcome& o) { return o.verdict == Verdict::kMerged; }),
             1);
   for (const AddOutcome& outcome : outcomes) EXPECT_TRUE(IsPlaced(outcome.verdict)) << outcome.name;
-  const CityStatus joined = city.Counts();
+  const StatusAnswer joined = city.Counts();
   ASSERT_EQ(joined.reconstructions.size(), 1u);
-  EXPECT_EQ(joined.reconstructions[0].image_count, 18u);
+  EXPECT_EQ(joined.reconstructions[0].images, 18u);
   const auto after = city.Ask();
   EXPECT_TRUE(IsSound(after.snapshot()));
   std::vector<Stand> all = first;
@@ -252,7 +250,7 @@ TEST(Ingest, TwoSitesMergeWhenABridgeIsWalked) {
   ASSERT_OK(record);
   EXPECT_EQ(record->merged_into, kept);
   EXPECT_EQ(record->image_count, 0u);
-  const auto center = [](const Queries& ask, uint32_t id) {
+  const auto center = [](const CityQuestions& ask, uint32_t id) {
     return (*ask.Pose(ImageId(id)))->cam_from_world.Center();
   };
   const uint32_t kept_1 = kept == into ? 1 : 6, gone_1 = kept == into ? 6 : 1;
