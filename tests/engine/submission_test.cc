@@ -1,0 +1,190 @@
+// SPDX-License-Identifier: Apache-2.0
+// Goal: many clients submit at once: Submit returns a ticket at once, one client's many photos do
+//   not hold up another's one, a cancelled photo leaves nothing, callbacks may ask and submit, the
+//   journal has the order of application, a closed engine answers every ticket, and a list of
+//   photos gives the same digest while others submit nothing.
+// Method: photos of one rendered street, submitted from several threads to an engine of two
+//   threads; the outcome is compared with the journal, with verify, and with lists added alone.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <atomic>
+#include <chrono>
+#include <thread>
+#include <vector>
+
+#include "tests/engine/street_fixture.h"
+
+namespace veduta {
+namespace {
+
+PhotoSubmission From(City* city, const Stand& stand, const std::string& contributor) {
+  PhotoSubmission photo = city->Submit(stand);
+  photo.contributor = contributor;
+  return photo;
+}
+
+// Ids of images in the order in which the journal says that they were added.
+std::vector<uint32_t> AddedOrder(City* city) {
+  std::vector<uint32_t> order;
+  const auto journal = city->engine().Ask().Journal(1, 1000);
+  EXPECT_OK(journal);
+  for (const JournalAnswer& entry : *journal) {
+    if (entry.action == "add") order.push_back(entry.image.value);
+  }
+  return order;
+}
+
+TEST(Submission, ManyClientsAtOnce) {
+  City city;
+  const std::vector<Stand> stands = Walk(6, 0.9, 8);
+  for (const Stand& stand : stands) TakePhoto(stand);
+  std::vector<Ticket> tickets(stands.size());
+  std::vector<std::thread> clients;
+  for (size_t i = 0; i < stands.size(); ++i) {
+    clients.emplace_back([&, i] {
+      auto ticket = city.engine().Submit(From(&city, stands[i], "client " + std::to_string(i % 3)));
+      ASSERT_OK(ticket);
+      tickets[i] = *ticket;
+    });
+  }
+  for (std::thread& client : clients) client.join();
+  for (const Ticket& ticket : tickets) {
+    const Result<AddOutcome> outcome = ticket.Wait();
+    ASSERT_OK(outcome);
+    EXPECT_TRUE(outcome->id.valid());
+  }
+  ASSERT_OK(city.engine().Settle());
+  EXPECT_EQ(city.Counts().images, stands.size());
+  EXPECT_EQ(city.Counts().placed, stands.size());
+  EXPECT_EQ(city.Counts().backlog, 0u);
+  EXPECT_TRUE(IsSound(city.Ask().snapshot()));
+  std::vector<uint32_t> order = AddedOrder(&city);
+  EXPECT_EQ(order.size(), stands.size());
+  EXPECT_TRUE(std::is_sorted(order.begin(), order.end())) << "ids are given in order";
+}
+
+TEST(Submission, OnePersonsManyPhotosDoNotHoldUpAnothersOne) {
+  City city;
+  const std::vector<Stand> stands = Walk(6, 0.9, 9);
+  for (const Stand& stand : stands) TakePhoto(stand);
+  std::vector<Ticket> many;
+  for (size_t i = 0; i + 1 < stands.size(); ++i) {
+    many.push_back(*city.engine().Submit(From(&city, stands[i], "anna")));
+  }
+  const Ticket one = *city.engine().Submit(From(&city, stands.back(), "bela"));
+  ASSERT_OK(one.Wait());
+  for (const Ticket& ticket : many) ASSERT_OK(ticket.Wait());
+  const auto bela = one.Wait();
+  // Those of anna that were in preparation already, and one by turns, may come before.
+  EXPECT_LE(bela->id.value, 6u);
+  EXPECT_LT(bela->id.value, many.back().Wait()->id.value);
+}
+
+TEST(Submission, ACancelledPhotoLeavesNothing) {
+  City city;
+  const std::vector<Stand> stands = Walk(6, 0.9, 6);
+  for (const Stand& stand : stands) TakePhoto(stand);
+  std::vector<Ticket> tickets;
+  for (const Stand& stand : stands) {
+    tickets.push_back(*city.engine().Submit(From(&city, stand, "anna")));
+  }
+  const bool cancelled = tickets.back().Cancel();
+  for (size_t i = 0; i + 1 < tickets.size(); ++i) ASSERT_OK(tickets[i].Wait());
+  const Result<AddOutcome> last = tickets.back().Wait();
+  EXPECT_EQ(last.ok(), !cancelled);
+  EXPECT_TRUE(cancelled) << "the sixth photo of one lane was applied before it was cancelled";
+  ASSERT_OK(city.engine().Settle());
+  EXPECT_EQ(city.Counts().images, stands.size() - 1);
+  city.Reopen();
+  EXPECT_TRUE(IsSound(city.Ask().snapshot()));
+  EXPECT_FALSE(city.Ask().FindImage(TakePhoto(stands.back()).name).ok());
+}
+
+TEST(Submission, CallbacksMayAskAndSubmit) {
+  City city;
+  const std::vector<Stand> stands = Walk(6, 0.9, 2);
+  std::atomic<int> called = 0;
+  Ticket second;
+  std::atomic<bool> submitted = false;
+  const auto first =
+      city.engine().Submit(From(&city, stands[0], "anna"), [&](const Result<AddOutcome>& outcome) {
+        ++called;
+        ASSERT_OK(outcome);
+        EXPECT_OK(city.engine().Ask().Image(outcome->name));
+        second = *city.engine().Submit(From(&city, stands[1], "anna"),
+                                       [&](const Result<AddOutcome>&) { ++called; });
+        submitted = true;
+      });
+  ASSERT_OK(first);
+  ASSERT_OK(first->Wait());
+  while (!submitted) std::this_thread::yield();
+  ASSERT_OK(second.Wait());
+  ASSERT_OK(city.engine().Settle());
+  EXPECT_EQ(called, 2);
+}
+
+TEST(Submission, AClosedEngineAnswersEveryTicket) {
+  City city;
+  const std::vector<Stand> stands = Walk(6, 0.9, 6);
+  for (const Stand& stand : stands) TakePhoto(stand);
+  std::vector<Ticket> tickets;
+  for (const Stand& stand : stands) {
+    tickets.push_back(*city.engine().Submit(From(&city, stand, "anna")));
+  }
+  city.Close();
+  size_t stored = 0;
+  for (const Ticket& ticket : tickets) {
+    const Result<AddOutcome> outcome = ticket.Wait();
+    if (!outcome.ok()) {
+      EXPECT_EQ(outcome.status().code(), StatusCode::kCancelled);
+    }
+    stored += outcome.ok();
+  }
+  city.Open();
+  EXPECT_EQ(city.Counts().images, stored);
+  EXPECT_TRUE(IsSound(city.Ask().snapshot()));
+}
+
+TEST(Submission, AnUnknownCameraIsSaidAtOnce) {
+  City city;
+  PhotoSubmission photo = city.Submit({6, 90});
+  photo.camera = "none such";
+  const auto ticket = city.engine().Submit(photo);
+  EXPECT_EQ(ticket.status().code(), StatusCode::kNotFound);
+  EXPECT_NE(ticket.status().message().find("street"), std::string::npos)
+      << "the message lists the cameras there are";
+  const Status added = city.engine().AddPhotos({&photo, 1}, [](const AddOutcome&) {});
+  EXPECT_EQ(added.code(), StatusCode::kNotFound);
+}
+
+// The same photos one by one, each settled before the next, are what a list is.
+TEST(Submission, AListIsItsPhotosOneByOneEachSettled) {
+  City list, single;
+  const std::vector<Stand> stands = Walk(6, 0.9, 5);
+  list.Add(stands);
+  for (const Stand& stand : stands) {
+    ASSERT_OK(single.engine().Submit(single.Submit(stand))->Wait());
+    ASSERT_OK(single.engine().Settle());
+  }
+  EXPECT_EQ(list.Digest(), single.Digest());
+}
+
+TEST(EngineOptions, OpenNamesTheFirstViolatedBound) {
+  TemporaryFolder folder;
+  EngineOptions options;
+  options.create = true;
+  options.thread_count = 5000;
+  const auto opened = Engine::Open(folder / "db", options);
+  EXPECT_EQ(opened.status().code(), StatusCode::kInvalidArgument);
+  EXPECT_EQ(opened.status().message(), "options.thread_count is 5000, but must be 1024 or less");
+  EngineTuning tuning;
+  tuning.ingest.retrieval.retrain_factor = 1;
+  options.thread_count = 1;
+  const auto tuned = EngineParts::Open(folder / "db", options, tuning);
+  EXPECT_EQ(tuned.status().message(),
+            "options.ingest.retrieval.retrain_factor is 1, but must be 2 or more");
+}
+
+}  // namespace
+}  // namespace veduta
