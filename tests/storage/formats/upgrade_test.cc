@@ -77,7 +77,7 @@ std::string ContentOf(const Database& database) {
   return text.str();
 }
 
-class Upgrade : public testing::TestWithParam<std::tuple<const char*, bool>> {};
+class Upgrade : public testing::TestWithParam<std::tuple<std::string, bool>> {};
 
 TEST_P(Upgrade, SurvivesEveryFailedWrite) {
   const auto& [fixture, power_cut] = GetParam();
@@ -120,9 +120,11 @@ TEST_P(Upgrade, SurvivesEveryFailedWrite) {
 }
 
 INSTANTIATE_TEST_SUITE_P(Formats, Upgrade,
-                         testing::Combine(testing::Values("format1", "format2"), testing::Bool()),
+                         testing::Combine(testing::Values(std::string("format1"),
+                                                          std::string("format2")),
+                                          testing::Bool()),
                          [](const auto& info) {
-                           return std::string(std::get<0>(info.param)) +
+                           return std::get<0>(info.param) +
                                   (std::get<1>(info.param) ? "_power_cut" : "_crash");
                          });
 
