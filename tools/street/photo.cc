@@ -5,7 +5,7 @@
 #include <cmath>
 #include <memory>
 
-#include "fusion/surface/denormals_off.h"
+#include "storage/base/denormals_off.h"
 #include "tools/street/shader.h"
 
 namespace veduta::street {
