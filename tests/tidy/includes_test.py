@@ -61,7 +61,8 @@ class Declarations:
         self.closures = {}
         self.owners, self.folders = {}, {}
         libraries_last = sorted(targets, key=lambda name: self.is_library(name))
-        for name in libraries_last:  # where both have a file in a folder, the library has its headers
+        # where both have a file in a folder, the library has its headers
+        for name in libraries_last:
             for source in targets[name]['sources']:
                 self.owners[source] = name
                 for ending in ('.h', '.inc.h', '.inc'):
@@ -74,8 +75,8 @@ class Declarations:
         return self.targets[name]['type'] != 'EXECUTABLE'
 
     def owner(self, path):
-        """The library that a header belongs to, or PROGRAM for one beside a program or a test, which
-        is read as a part of each source that includes it; None for one of nobody."""
+        """The library that a header belongs to, or PROGRAM for one beside a program or a test,
+        which is read as a part of each source that includes it; None for one of nobody."""
         folder = os.path.dirname(path)
         name = self.owners.get(path)
         if name is None and not tidy_test.is_under(path, 'tests'):
@@ -213,7 +214,8 @@ def sample(**changes):
 BROKEN = (
     ('a library not declared', {'files': {'storage/base/ids.cc': '#include "storage/db.h"\n'}},
      'storage/base/ids.cc:1: include: base declares no store'),
-    ('a library not declared, in a header', {'files': {'storage/model/a.h': '#include "index/tree.h"\n'}},
+    ('a library not declared, in a header',
+     {'files': {'storage/model/a.h': '#include "index/tree.h"\n'}},
      'storage/model/a.h:1: include: model declares no tree'),
     ('a private library of a library', {'files': {'index/tree.cc': '#include <rocksdb/db.h>\n'}},
      'index/tree.cc:1: include: tree declares no RocksDB'),
@@ -224,7 +226,8 @@ BROKEN = (
      'cli/main.cc:1: include: program declares no tree'),
     ('a package nobody knows', {'files': {'index/tree.h': '#include <boost/any.hpp>\n'}},
      'index/tree.h:1: unknown: PACKAGES does not say which package brings boost'),
-    ('a header of no target', {'files': {'fusion/a.h': '', 'cli/main.cc': '#include "fusion/a.h"\n'}},
+    ('a header of no target',
+     {'files': {'fusion/a.h': '', 'cli/main.cc': '#include "fusion/a.h"\n'}},
      'cli/main.cc:1: ownership: fusion/a.h'),
     ('a source that no target compiles', {'files': {'index/lost.cc': ''}},
      'index/lost.cc: orphan'),
@@ -257,12 +260,14 @@ def read_declarations(path):
     for made in read['targets'].values():
         sources = [os.path.join(made['folder'], source) for source in made['sources']
                    if not source.startswith('$<')]
-        made['sources'] = [os.path.relpath(source, build if source.startswith(build + '/') else root)
+        made['sources'] = [os.path.relpath(source, build if source.startswith(build + '/')
+                                           else root)
                            for source in sources]
         if made['header_folder']:
             made['header_folder'] = os.path.relpath(made['header_folder'], root)
         # The compiler of schemas writes NAME.capnp.c++, whose header is NAME.capnp.h.
-        made['sources'] = [re.sub(r'\.capnp\.c\+\+$', '.capnp.cc', path) for path in made['sources']]
+        made['sources'] = [re.sub(r'\.capnp\.c\+\+$', '.capnp.cc', path)
+                           for path in made['sources']]
     return root, read['targets']
 
 

@@ -19,8 +19,10 @@ veduta_library(low FLOOR 1 INTERFACE low PUBLIC other::other)
 '''
 CASES = (  # what is tried, its lines, what the error must say; None: it must pass
     ('a lower floor', 'veduta_library(high FLOOR 2 INTERFACE high DEPENDS low)', None),
-    ('the same floor', 'veduta_library(high FLOOR 1 INTERFACE high DEPENDS low)', 'must not depend'),
-    ('a higher floor', 'veduta_library(high FLOOR 0 INTERFACE high DEPENDS low)', 'must not depend'),
+    ('the same floor', 'veduta_library(high FLOOR 1 INTERFACE high DEPENDS low)',
+     'must not depend'),
+    ('a higher floor', 'veduta_library(high FLOOR 0 INTERFACE high DEPENDS low)',
+     'must not depend'),
     ('no floor', 'veduta_library(high INTERFACE high)', 'no FLOOR'),
     ('a library that is missing', 'veduta_library(high FLOOR 2 INTERFACE high DEPENDS lost)',
      'no such target'),
