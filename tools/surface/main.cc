@@ -1,11 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 // Colours the true surface of a synthetic street from its photos, draws it from each photo's camera
-// and says how well they agree and how long it took. Usage: veduta-street-surface [--photos N]
-// [--voxel M] [--exposure STOPS] [--out DIR]
+// and says how well they agree and how long it took.
+// Usage: veduta-street-surface [--photos N] [--voxel M] [--exposure STOPS] [--out DIR]
 #include <CLI/CLI.hpp>
 #include <chrono>
 #include <cstdio>
 #include <filesystem>
+#include <map>
 
 #include "fusion/surface/model_writer.h"
 #include "fusion/surface/renderer.h"
@@ -141,7 +142,16 @@ Status SimplifyTiles(double distance, std::vector<street::MeshTile>* tiles) {
   return {};
 }
 
-Status Run(const Arguments& arguments) {
+using Gains = std::map<ImageId, Eigen::Vector3f>;
+
+// What the street is coloured from.
+struct Street {
+  std::vector<street::PhotoView> photos;
+  TriangleMesh whole;
+  std::vector<street::MeshTile> tiles;
+};
+
+Result<Street> MakeStreet(const Arguments& arguments) {
   Stopwatch watch;
   street::SceneOptions options;
   options.seed = 7;
@@ -151,49 +161,60 @@ Status Run(const Arguments& arguments) {
   street::RenderOptions render;
   render.noise_sigma = arguments.noise;
   render.exposure_stops = arguments.exposure;
-  VEDUTA_ASSIGN_OR_RETURN(std::vector<street::PhotoView> photos,
-                          TakeViews(*scene, cameras, render, arguments.threads));
-  const TriangleMesh whole =
-      street::SurfaceOf(*scene, arguments.voxel, [](const Eigen::Vector3d& x) {
-        return x.x() > 2 && x.x() < 38 && x.y() > -1 && x.y() < 12 && x.z() < 12;
-      });
-  std::vector<street::MeshTile> tiles = street::CutIntoCubes(whole, 64 * arguments.voxel);
-  std::printf("%zu photos %ux%u, surface of %zu vertices, %zu triangles: %.1f s\n", photos.size(),
-              arguments.width, arguments.width * 3 / 4, whole.positions.size(),
-              whole.triangles.size(), watch.Seconds());
-  const auto observations = ObserveVertices(whole, photos, 97);
-  watch.Seconds();
-  VEDUTA_ASSIGN_OR_RETURN(const auto gains, SolveExposures(observations, {}, {}));
+  Street made;
+  VEDUTA_ASSIGN_OR_RETURN(made.photos, TakeViews(*scene, cameras, render, arguments.threads));
+  made.whole = street::SurfaceOf(*scene, arguments.voxel, [](const Eigen::Vector3d& x) {
+    return x.x() > 2 && x.x() < 38 && x.y() > -1 && x.y() < 12 && x.z() < 12;
+  });
+  made.tiles = street::CutIntoCubes(made.whole, 64 * arguments.voxel);
+  std::printf("%zu photos %ux%u, surface of %zu vertices, %zu triangles: %.1f s\n",
+              made.photos.size(), arguments.width, arguments.width * 3 / 4,
+              made.whole.positions.size(), made.whole.triangles.size(), watch.Seconds());
+  return made;
+}
+
+Result<Gains> EvenOutExposures(const Street& street) {
+  const auto observations = ObserveVertices(street.whole, street.photos, 97);
+  Stopwatch watch;
+  VEDUTA_ASSIGN_OR_RETURN(Gains gains, SolveExposures(observations, {}, {}));
   std::printf("exposures from %zu observations: %.3f s; gains", observations.size(),
               watch.Seconds());
   for (const auto& [image, gain] : gains) std::printf(" %.2f", gain.y());
   std::printf("\n");
+  return gains;
+}
 
-  ThreadPool pool(arguments.threads - 1);
-  VEDUTA_ASSIGN_OR_RETURN(const auto device, RayDevice::Open());
+Result<std::vector<ColorView>> PrepareViews(const Street& street, const Gains& gains) {
+  Stopwatch watch;
   std::vector<ColorView> views;
-  for (const street::PhotoView& photo : photos) {
+  for (const street::PhotoView& photo : street.photos) {
     VEDUTA_ASSIGN_OR_RETURN(ColorView view,
                             ColorView::Make(photo.view, gains.at(photo.view.image)));
     views.push_back(std::move(view));
   }
   std::printf("photos prepared in %.3f s\n", watch.Seconds());
-  ColoringOptions coloring;
-  coloring.voxel_size = arguments.voxel;
-  VEDUTA_RETURN_IF_ERROR(ColorTiles(views, coloring, pool, device, &tiles));
-  if (arguments.simplify > 0) VEDUTA_RETURN_IF_ERROR(SimplifyTiles(arguments.simplify, &tiles));
+  return views;
+}
 
+Result<std::shared_ptr<const RayScene>> SceneOfTiles(const std::vector<street::MeshTile>& tiles,
+                                                     std::shared_ptr<const RayDevice> device) {
   std::vector<std::shared_ptr<const RayTile>> colored;
   for (const street::MeshTile& tile : tiles) {
     VEDUTA_ASSIGN_OR_RETURN(std::shared_ptr<const RayTile> made, RayTile::Make(device, tile.mesh));
     colored.push_back(std::move(made));
   }
-  VEDUTA_ASSIGN_OR_RETURN(const auto surface, RayScene::Make(device, colored));
+  return RayScene::Make(device, std::move(colored));
+}
+
+// Draws the surface from each photo's camera and says how well they agree.
+Status CompareWithPhotos(const Arguments& arguments, const Street& street, const Gains& gains,
+                         const RayScene& surface, ThreadPool& pool) {
   double drawing = 0, pixels = 0;
-  for (const street::PhotoView& photo : photos) {
+  Stopwatch watch;
+  for (const street::PhotoView& photo : street.photos) {
     VEDUTA_ASSIGN_OR_RETURN(Picture picture, BlankPicture(photo.view.geometry, {}));
     watch.Seconds();
-    VEDUTA_RETURN_IF_ERROR(DrawSurface(*surface, photo.view.geometry, {}, pool, &picture));
+    VEDUTA_RETURN_IF_ERROR(DrawSurface(surface, photo.view.geometry, {}, pool, &picture));
     drawing += watch.Seconds();
     pixels += static_cast<double>(picture.depth.size());
     const Eigen::Vector3f gain = gains.at(photo.view.image);
@@ -211,7 +232,11 @@ Status Run(const Arguments& arguments) {
   }
   std::printf("drawing: %.1f million rays a second on %u threads\n", pixels / drawing * 1e-6,
               arguments.threads);
-  if (arguments.out.empty()) return {};
+  return {};
+}
+
+Status DrawSides(const std::string& folder, const TriangleMesh& whole, const RayScene& surface,
+                 ThreadPool& pool) {
   Eigen::AlignedBox3d box;
   for (const Eigen::Vector3f& x : whole.positions) box.extend(x.cast<double>());
   VEDUTA_ASSIGN_OR_RETURN(const auto sides,
@@ -221,12 +246,31 @@ Status Run(const Arguments& arguments) {
     look.back_faces = BackFaces::kCull;
     const ViewGeometry large = ScaledView(sides[i], 2);
     VEDUTA_ASSIGN_OR_RETURN(Picture picture, BlankPicture(large, look));
-    VEDUTA_RETURN_IF_ERROR(DrawSurface(*surface, large, look, pool, &picture));
+    VEDUTA_RETURN_IF_ERROR(DrawSurface(surface, large, look, pool, &picture));
     const Picture small = Reduced(picture, 2);
-    VEDUTA_RETURN_IF_ERROR(WritePng(arguments.out + "/side" + std::to_string(i + 1) + ".png",
+    VEDUTA_RETURN_IF_ERROR(WritePng(folder + "/side" + std::to_string(i + 1) + ".png",
                                     small.width_px, small.height_px, small.rgb));
   }
-  return Export(tiles, photos, arguments.out);
+  return {};
+}
+
+Status Run(const Arguments& arguments) {
+  VEDUTA_ASSIGN_OR_RETURN(Street street, MakeStreet(arguments));
+  VEDUTA_ASSIGN_OR_RETURN(const Gains gains, EvenOutExposures(street));
+  ThreadPool pool(arguments.threads - 1);
+  VEDUTA_ASSIGN_OR_RETURN(const auto device, RayDevice::Open());
+  VEDUTA_ASSIGN_OR_RETURN(const std::vector<ColorView> views, PrepareViews(street, gains));
+  ColoringOptions coloring;
+  coloring.voxel_size = arguments.voxel;
+  VEDUTA_RETURN_IF_ERROR(ColorTiles(views, coloring, pool, device, &street.tiles));
+  if (arguments.simplify > 0) {
+    VEDUTA_RETURN_IF_ERROR(SimplifyTiles(arguments.simplify, &street.tiles));
+  }
+  VEDUTA_ASSIGN_OR_RETURN(const auto surface, SceneOfTiles(street.tiles, device));
+  VEDUTA_RETURN_IF_ERROR(CompareWithPhotos(arguments, street, gains, *surface, pool));
+  if (arguments.out.empty()) return {};
+  VEDUTA_RETURN_IF_ERROR(DrawSides(arguments.out, street.whole, *surface, pool));
+  return Export(street.tiles, street.photos, arguments.out);
 }
 
 }  // namespace
