@@ -92,15 +92,19 @@ BODY = '  x("}{");  // }\n' * 3
 # A made-up source, and the lines of each function in it.
 SAMPLES = (
     ('a.cc', f'namespace a {{\nvoid F() {{\n{BODY}}}\n}}  // namespace\n', [5]),
-    ('a.cc', f'template <class T = A<B>>\nT A<T>::F(int a,\n        int b) const {{\n{BODY}}}\n', [7]),
-    ('a.cc', f'struct A {{\n  int x = 1;\n  A() : a_{{1}}, b_(2) {{\n{BODY}  }}\n  int y;\n}};\n', [5]),
+    ('a.cc', f'template <class T = A<B>>\nT A<T>::F(int a,\n        int b) const {{\n{BODY}}}\n',
+     [7]),
+    ('a.cc', f'struct A {{\n  int x = 1;\n  A() : a_{{1}}, b_(2) {{\n{BODY}  }}\n  int y;\n}};\n',
+     [5]),
     ('a.cc', f'int a[] = {{1, 2}};\nauto f = G(H{{3}});\nTEST(A, B) {{\n{BODY}}}\n', [5]),
-    ('a.cc', f'void F() {{\n  G([&] {{\n{BODY}  }});\n}}\nstruct A F(struct B b) {{\n{BODY}}}\n', [7, 5]),
+    ('a.cc', f'void F() {{\n  G([&] {{\n{BODY}  }});\n}}\nstruct A F(struct B b) {{\n{BODY}}}\n',
+     [7, 5]),
     ('a.h', f'#define M(x) {{ \\\n  x\nbool operator==(A a, A b) {{\n{BODY}}}\n', [5]),
     ('a.cc', f'R"x({{)x";\nbool A::operator()() {{\n{BODY}}}\nint d = 1\'000;\n', [5]),
     ('a.cc', f'using F = int;\nextern "C" {{\nvoid F() {{\n{BODY}}}\n}}\n', [5]),
     ('a.cl', f'__kernel void f(__global const uchar* a,\n    int b) {{\n{BODY}}}\n', [6]),
-    ('a.py', 'def f():\n    pass\n\n\nclass A:\n    def g(self):\n        x = 1\n        return x\n',
+    ('a.py',
+     'def f():\n    pass\n\n\nclass A:\n    def g(self):\n        x = 1\n        return x\n',
      [2, 3]),
 )
 
@@ -110,7 +114,8 @@ def self_test():
     for path, text, expected in SAMPLES:
         measured = [count for _, count, _ in functions(path, text)]
         if measured != expected:
-            wrong.append(f'self-test: {expected} lines were to be measured, not {measured}:\n{text}')
+            wrong.append(f'self-test: {expected} lines were to be measured, not {measured}, in\n'
+                         f'{text}')
     for lines, count in ((FUNCTION_LINES_MAX, 0), (FUNCTION_LINES_MAX + 1, 1)):
         text = 'void F() {\n' + '  ;\n' * (lines - 2) + '}\n'
         if len(list(violations({'a.cc': text}))) != count:

@@ -15,27 +15,27 @@ add_library(veduta_flags INTERFACE)
 add_library(other::other INTERFACE IMPORTED)
 include({folder}/veduta_library.cmake)
 include({folder}/veduta_tests.cmake)
-veduta_library(low FLOOR 1 INTERFACE low PUBLIC other::other)
+veduta_library(low FLOOR 1 INTERFACE PUBLIC other::other)
 '''
 CASES = (  # what is tried, its lines, what the error must say; None: it must pass
-    ('a lower floor', 'veduta_library(high FLOOR 2 INTERFACE high DEPENDS low)', None),
-    ('the same floor', 'veduta_library(high FLOOR 1 INTERFACE high DEPENDS low)',
+    ('a lower floor', 'veduta_library(high FLOOR 2 INTERFACE DEPENDS low)', None),
+    ('the same floor', 'veduta_library(high FLOOR 1 INTERFACE DEPENDS low)',
      'must not depend'),
-    ('a higher floor', 'veduta_library(high FLOOR 0 INTERFACE high DEPENDS low)',
+    ('a higher floor', 'veduta_library(high FLOOR 0 INTERFACE DEPENDS low)',
      'must not depend'),
-    ('no floor', 'veduta_library(high INTERFACE high)', 'no FLOOR'),
-    ('a library that is missing', 'veduta_library(high FLOOR 2 INTERFACE high DEPENDS lost)',
+    ('no floor', 'veduta_library(high INTERFACE)', 'no FLOOR'),
+    ('a library that is missing', 'veduta_library(high FLOOR 2 INTERFACE DEPENDS lost)',
      'no such target'),
-    ('a package that is missing', 'veduta_library(high FLOOR 2 INTERFACE high PUBLIC lost)',
+    ('a package that is missing', 'veduta_library(high FLOOR 2 INTERFACE PUBLIC lost)',
      'no such target'),
-    ('ours among the others', 'veduta_library(high FLOOR 2 INTERFACE high PUBLIC low)',
+    ('ours among the others', 'veduta_library(high FLOOR 2 INTERFACE PUBLIC low)',
      'name it in DEPENDS'),
     ('a library that a program misses', 'veduta_program(main SOURCES main.cc DEPENDS lost)',
      'no such target'),
-    ('an argument with a typing error', 'veduta_library(high FLOOR 2 INTERFACE high DEPEND low)',
+    ('an argument with a typing error', 'veduta_library(high FLOOR 2 INTERFACE DEPEND low)',
      'not known'),
     ('a folder that is missing', 'add_subdirectory(lost)', 'is not an existing directory'),
-    ('a folder of tests without a test', 'veduta_tests(empty DEPENDS low)', 'no test there'),
+    ('a folder of tests without a test', 'veduta_tests(empty low)', 'no test there'),
     ('a test in a folder that nobody names', 'veduta_refuse_unmade_tests()', 'lost_test.cc'),
 )
 

@@ -4,9 +4,9 @@
 # The floors of docs/architecture.md. A library states its floor, and may depend on lower ones only.
 #   SOURCES  its .cc files      DEPENDS  libraries of ours, for whoever uses it as well
 #   PUBLIC   libraries of others that its headers show      PRIVATE  those that its sources use
-# INTERFACE FOLDER: a library of headers alone, those in FOLDER.
+# INTERFACE: a library of headers alone, those in FOLDER (default: the one that makes the library).
 function(veduta_library name)
-  cmake_parse_arguments(ARG "" "FLOOR;INTERFACE" "SOURCES;DEPENDS;PUBLIC;PRIVATE" ${ARGN})
+  cmake_parse_arguments(ARG "INTERFACE" "FLOOR;FOLDER" "SOURCES;DEPENDS;PUBLIC;PRIVATE" ${ARGN})
   if(ARG_UNPARSED_ARGUMENTS OR NOT DEFINED ARG_FLOOR)
     message(FATAL_ERROR "${name}: no FLOOR, or arguments not known: ${ARG_UNPARSED_ARGUMENTS}")
   endif()
@@ -26,7 +26,8 @@ function(veduta_library name)
   if(ARG_INTERFACE)
     add_library(${name} INTERFACE)
     target_link_libraries(${name} INTERFACE ${ARG_DEPENDS} ${ARG_PUBLIC})
-    cmake_path(ABSOLUTE_PATH ARG_INTERFACE NORMALIZE OUTPUT_VARIABLE folder)
+    cmake_path(SET folder NORMALIZE "${CMAKE_CURRENT_SOURCE_DIR}/${ARG_FOLDER}")
+    string(REGEX REPLACE "/$" "" folder ${folder})
     set_target_properties(${name} PROPERTIES VEDUTA_HEADER_FOLDER ${folder})
   else()
     add_library(${name} STATIC ${ARG_SOURCES})

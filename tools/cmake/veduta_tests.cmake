@@ -1,12 +1,12 @@
 # SPDX-License-Identifier: Apache-2.0
 # One executable per test file: tests/FOLDER/NAME_test.cc becomes test_FOLDER_NAME.
-# Makes the tests of FOLDER. DEPENDS: libraries of ours; PRIVATE: those of others.
+# Makes the tests of FOLDER, which link the libraries of ours that follow, and those of others that
+# follow PRIVATE.
 function(veduta_tests folder)
-  cmake_parse_arguments(ARG "" "" "DEPENDS;PRIVATE" ${ARGN})
+  cmake_parse_arguments(ARG "" "" "PRIVATE" ${ARGN})
   file(GLOB files CONFIGURE_DEPENDS ${CMAKE_CURRENT_SOURCE_DIR}/${folder}/*_test.cc)
-  if(NOT files OR ARG_UNPARSED_ARGUMENTS)
-    message(FATAL_ERROR
-      "tests/${folder}: no test there, or arguments not known: ${ARG_UNPARSED_ARGUMENTS}")
+  if(NOT files)
+    message(FATAL_ERROR "tests/${folder}: there is no test there")
   endif()
   string(REPLACE "/" "_" prefix ${folder})
   foreach(file IN LISTS files)
@@ -14,7 +14,7 @@ function(veduta_tests folder)
     set(target test_${prefix}_${name})
     veduta_program(${target}
       SOURCES ${file}
-      DEPENDS ${ARG_DEPENDS}
+      DEPENDS ${ARG_UNPARSED_ARGUMENTS}
       PRIVATE ${ARG_PRIVATE} GTest::gtest_main)
     target_compile_definitions(${target} PRIVATE VEDUTA_TEST_DATA="${VEDUTA_TEST_DATA}")
     gtest_discover_tests(${target}
