@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
 # SPDX-License-Identifier: Apache-2.0
-# Installs what is missing, builds, and runs all tests; with `tidy` runs clang-tidy instead, over all
-# that the preset dev compiles or over the files named.
+# Installs what is missing, builds, and runs all tests; with `tidy` runs clang-tidy instead, over
+# all that the preset dev compiles or over the files named.
 # usage: tools/test.sh [PRESET]        (default: dev)
 #        tools/test.sh tidy [FILE...]
 set -euo pipefail

@@ -2,8 +2,8 @@
 # SPDX-License-Identifier: Apache-2.0
 # Goal: every source with logic has a test of its own.
 # Method: a file of tests/ must include the header of each .cc file (of the same name; for a vector
-#   twin without its ending), or name a class or a function that the source defines. Before that,
-#   made-up trees are shown to the check.
+#   twin without its ending), or name a class or a function that the source defines. The file
+#   tested_through lists the exceptions. Before that, made-up trees are shown to the check.
 # usage: tests/tidy/tested_test.py [ROOT]
 import os
 import re
@@ -13,6 +13,7 @@ sys.path.insert(0, os.path.join(os.path.dirname(os.path.abspath(__file__)), '..'
 import functions_test  # noqa: E402 (the line above finds it)
 import tidy_test  # noqa: E402
 
+THROUGH = 'tests/tidy/tested_through'
 ROOMS = ('storage', 'index', 'engine', 'kernels', 'fusion')
 TWIN = re.compile(r'_(portable|baseline|avx2|avx512|avx512vnni|vnni)$')
 ANONYMOUS = re.compile(r'^namespace \{$.*?^\}  // namespace$', re.DOTALL | re.MULTILINE)
@@ -36,12 +37,18 @@ def violations(tree):
     included = {header for path, text in tests.items()
                 for _, header in tidy_test.included(path, text.splitlines())}
     words = {word for text in tests.values() for word in re.findall(r'\w+', text)}
+    through = dict(line.split() for line in tree[THROUGH].splitlines()
+                   if line and not line.startswith('#'))
     for path in sorted(tree):
         if path.endswith('.cc') and path.split('/')[0] in ROOMS:
             names = set(defined(tree[path]))
-            if not own_headers(path) & included and not names & words:
+            if own_headers(path) & included or names & words:
+                continue
+            if through.pop(path, None) not in tests:
                 told = ', '.join(sorted(names)) or 'anything of it'
                 yield f'{path}: no test includes its header or names {told}'
+    for path in through:
+        yield f'{THROUGH}: {path} has a test of its own, or is gone: take it out'
 
 
 CLEAN = {
@@ -49,6 +56,8 @@ CLEAN = {
     'index/rows.h': '', 'index/rows_avx2.cc': '#include "index/rows.h"\n',
     'index/walk.cc': 'int Tree::Walk() {\n}\n',
     'cli/main.cc': '',
+    'storage/part.cc': 'int Part() {\n}\n',
+    THROUGH: '# why\nstorage/part.cc tests/index/tree_test.cc\n',
     'tests/index/tree_test.cc': '#include "index/rows.h"\n#include "index/tree.h"\nTree tree;\n',
 }
 BROKEN = (  # what is broken, in words; the changes; how the one violation begins
@@ -58,6 +67,9 @@ BROKEN = (  # what is broken, in words; the changes; how the one violation begin
     ('a source without a header', {'engine/lost.cc': '#include <vector>\n'}, 'engine/lost.cc: '),
     ('a function of the source alone that a test happens to name', {
         'kernels/a.cc': 'namespace {\nint tree() {\n}\n}  // namespace\n'}, 'kernels/a.cc: '),
+    ('an exception whose test is gone',
+     {THROUGH: 'storage/part.cc tests/index/lost_test.cc\n'}, 'storage/part.cc: '),
+    ('an exception that is not needed', {'tests/storage/a_test.cc': 'Part();\n'}, THROUGH),
 )
 
 
