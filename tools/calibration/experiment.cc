@@ -1,8 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Synthetic calibration sessions of known truth: how far off the calibration is, beside OpenCV's,
-// which is told where the points lie. Prints a line a session and the figures of all. usage:
-// veduta-calibration-experiment [--sessions N]
-// [--first N] [--no-opencv] [--poor]
+// which is told where the points lie. Prints one line per session and the figures of all.
+// usage: veduta-calibration-experiment [--sessions N] [--first N] [--no-opencv] [--poor]
 //                                      [--rendered [--threads N] [--keep FOLDER]]
 // Points only, but for --rendered: markers found in rendered photos, which --keep writes.
 // --poor: sessions that leave much open; what counts is that none of them fails silently.

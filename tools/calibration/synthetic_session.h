@@ -18,9 +18,11 @@ struct SessionOptions {
   double focal_per_width = 1.2;  // 0.6 to 2.5 in the experiment
   double distortion_at_corner =
       -0.05;  // how far r^2's term moves a corner, over its radius; -0.15 is strong
-  double second_share = -0.2;       // of r^4's term, over the term of r^2
-  double principal_offset = 0.02;   // up to this share of the width, each way
-  double distortion_offset = 0.03;  // of the centre of distortion, likewise
+  double second_share = -0.2;  // of r^4's term, over the term of r^2
+  // Up to these shares of the width, each way from the middle of the photo: the principal point, and
+  // the centre of distortion.
+  double principal_offset = 0.02;
+  double distortion_offset = 0.03;
   uint32_t photo_count = 12;
   double noise_px = 0.1;                        // standard deviation of each coordinate
   double tilt_deg_min = 10, tilt_deg_max = 55;  // of the optical axis against the floor's normal

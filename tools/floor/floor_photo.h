@@ -46,8 +46,9 @@ struct MarkerTruth {
 // Markers whose feature point is in the photo, ascending ids. Thread-safe.
 std::vector<MarkerTruth> TrueMarkers(const Floor& floor, const FloorCamera& camera);
 
-// The photo, CV_8UC1: a ray a pixel, 25 where neighbours differ, then blur, light, tone curve
-// (gamma 2.2), noise. Deterministic; one thread; thread-safe. About 1 s a core for 3 megapixels.
+// The photo, CV_8UC1: one ray per pixel, 25 where neighbours differ, then blur, light, tone curve
+// (gamma 2.2), noise. Deterministic; one thread; thread-safe. About 1 s on one core for 3
+// megapixels.
 // kInvalidArgument on bad options or a camera that CheckCamera refuses.
 Result<cv::Mat> RenderFloorPhoto(const Floor& floor, const FloorCamera& camera,
                                  const FloorPhotoOptions& options);

@@ -84,7 +84,7 @@ void AddCommandLine(CLI::App& app, Arguments& a) {
       ->check(CLI::Range(0.05, 20.0));
   app.add_option("--jpeg-quality", s.jpeg_quality, "1 to 100 (90)")->check(CLI::Range(1, 100));
   app.add_option("--seed", s.seed, "of everything (1)");
-  app.add_option("--threads", s.threads, "one photo a thread (1)")->check(CLI::Range(1, 256));
+  app.add_option("--threads", s.threads, "one photo per thread (1)")->check(CLI::Range(1, 256));
   app.add_flag("--quiet", a.quiet, "no progress on standard error");
 }
 

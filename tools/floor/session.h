@@ -22,7 +22,7 @@ struct SessionOptions {
   double blur_sigma_px_max =
       0;                  // [0, 20]; each photo blurred by up to this beyond photo.blur_sigma_px
   int jpeg_quality = 90;  // [1, 100]
-  uint32_t threads = 1;   // [1, 256]; one photo a thread; the bytes do not depend on it
+  uint32_t threads = 1;   // [1, 256]; one photo per thread; the bytes do not depend on it
   std::string command;    // for the README: how to make the same again
   uint64_t seed = 1;      // of the poses
 
@@ -47,10 +47,10 @@ Result<cv::Mat> RenderSessionPhoto(const Floor& floor, const FloorCamera& camera
 // Writes into a new or empty folder:
 //   photos/NAME            grey JPEG
 //   truth/NAME.camera      pose and intrinsics, as tools/street/truth_file.h has them
-//   truth/NAME.markers     a line a marker whose feature point is in the photo: id, u, v (px), its
-//   diameter (px), tilt
-//                          (degrees), covered part of the ring, 1 if all of it is in the photo
-//   markers.txt            a line a marker: id, its place in metres (x y z)
+//   truth/NAME.markers     one line for each marker whose feature point is in the photo: id, u, v
+//                          (px), its diameter (px), tilt (degrees), covered part of the ring, 1 if
+//                          all of the marker is in the photo
+//   markers.txt            one line for each marker: id, its place in metres (x y z)
 //   camera.txt             the intrinsics with the distortion; README: how it was made
 //
 // `progress` as RenderStreet's. kInvalidArgument on bad options; kAlreadyExists if the folder is

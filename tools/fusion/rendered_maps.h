@@ -23,10 +23,11 @@ struct MapOptions {
   uint32_t width_px = 512, height_px = 384;
   double disparity_noise_px =
       0.25;  // sigma, correlated over some 3 px as windows make it, of a baseline of 1 m
-  double outlier_share =
-      0.05;  // of the pixels, in blobs: a wrong depth between half and twice the true one
-  double missing_share = 0.10;  // likewise: none
-  double depth_max_m = 25;      // what is farther is not known
+  // Shares of the pixels, in blobs: those whose depth is wrong, between half and twice the true one,
+  // and those that have none. Chosen by hand; not measured.
+  double outlier_share = 0.05;
+  double missing_share = 0.10;
+  double depth_max_m = 25;  // what is farther is not known
   uint64_t seed = 1;
 };
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
-// The measurements of veduta-marker-bench, a function a command. They print to standard output.
+// The measurements of veduta-marker-bench, one function per command. They print to standard output.
 
 #include <optional>
 #include <string>

@@ -112,7 +112,7 @@ void AddCommandLine(CLI::App& app, Arguments& a) {
       ->check(CLI::Range(0.0, 20.0));
   app.add_option("--jpeg-quality", a.jpeg_quality, "1 to 100 (92)")->check(CLI::Range(1, 100));
   app.add_option("--seed", a.seed, "of everything (1)");
-  app.add_option("--threads", a.threads, "one photo a thread (1)")->check(CLI::Range(1, 256));
+  app.add_option("--threads", a.threads, "one photo per thread (1)")->check(CLI::Range(1, 256));
   app.add_flag("--depth", a.depth, "with truth/NAME.depth");
   app.add_flag("--mesh", a.mesh, "with scene.ply");
   app.add_flag("--quiet", a.quiet, "no progress on standard error");

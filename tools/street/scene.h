@@ -42,7 +42,7 @@ class Scene final {
 // memory.
 Result<std::unique_ptr<Scene>> BuildScene(const SceneOptions& options);
 
-// Writes the geometry as a binary PLY of quads with a colour a face. kIoError with the path.
+// Writes the geometry as a binary PLY of quads with one colour per face. kIoError with the path.
 Status WriteMesh(const Scene& scene, const std::string& path);
 
 }  // namespace veduta::street
