@@ -32,7 +32,7 @@ THIRD_PARTY = {
     'rocksdb': ('storage', 'tests/engine'),
     'opengv': ('engine/matching', 'engine/mapping'),
     'ceres': ('engine/mapping', 'engine/camera/calibration', 'engine/camera/markers'),
-    'embree3': ('fusion', 'tools/street'),
+    'embree3': ('fusion', 'tools/render/street'),
     'capnp': ('storage', 'cli'),
     'kj': ('storage', 'cli'),
     'CL': ('kernels',),
@@ -195,7 +195,8 @@ CLEAN = {
     'cli/main.cc': SPDX + '#include <CLI/CLI.hpp>\n#include "engine/engine.h"\n',
     'tests/storage/database_test.cc':
         SPDX
-        + '// Goal: a\n// Method: b\n#include <rocksdb/env.h>\n#include "tools/street/plan.h"\n',
+        + '// Goal: a\n// Method: b\n#include <rocksdb/env.h>\n#include '
+          '"tools/render/street/plan.h"\n',
     'tools/run.sh': '#!/usr/bin/env bash\n# SPDX-License-Identifier: Apache-2.0\ncd ../home/work\n',
     'README.md': '| ' + 'x ' * 100 + '|\n- https://example.org/wo' + 'rk/' + 'a' * 100
                  + '\n../wo' + 'rk/b\n',
@@ -216,7 +217,7 @@ BROKEN = (
      + ' # include <engine/mapping/map.h>\n',
      'floors'),
     ('an include across one floor', 'index/a.cc', SPDX + '#include "kernels/device.h"\n', 'floors'),
-    ('an include of tools', 'cli/a.cc', SPDX + '#include "tools/street/plan.h"\n', 'floors'),
+    ('an include of tools', 'cli/a.cc', SPDX + '#include "tools/render/street/plan.h"\n', 'floors'),
     ('an include of tests', 'engine/a.cc', SPDX + '#include "tests/storage/samples.h"\n', 'floors'),
     ('an include that climbs', 'engine/a.cc', SPDX + '#include "../cli/command.h"\n', 'floors'),
     ('RocksDB outside its room', 'engine/a.cc', SPDX + '#include <rocksdb/db.h>\n', 'third party'),
@@ -226,7 +227,8 @@ BROKEN = (
      'third party'),
     ('Ceres outside its room', 'engine/matching/a.cc', SPDX + '#include <ceres/jet.h>\n',
      'third party'),
-    ('Embree outside its rooms', 'tools/picture/a.cc', SPDX + '#include <embree3/rtcore.h>\n',
+    ('Embree outside its rooms', 'tools/render/picture/a.cc', SPDX
+     + '#include <embree3/rtcore.h>\n',
      'third party'),
     ("Cap'n Proto outside its rooms", 'engine/a.cc', SPDX + '#include <capnp/message.h>\n',
      'third party'),

@@ -22,7 +22,7 @@ mkdir -p "$out"
 
 if [ -z "$photos" ]; then
   photos=$out/street/photos
-  "$bin/tools/street/veduta-street" "$out/street" --photos 24
+  "$bin/tools/render/street/veduta-street" "$out/street" --photos 24
 fi
 
 camera=${VEDUTA_CAMERA:-$(tools/camera_text.py "$photos")}
@@ -51,7 +51,7 @@ if [ ! -d "$out/model/0" ]; then
   echo "demo.sh: no three photos fit together, so there is no model; is the camera right?" >&2
   exit 1
 fi
-"$bin/tools/picture/veduta-picture" "$out/model/0" "$out/model.png"
+"$bin/tools/render/picture/veduta-picture" "$out/model/0" "$out/model.png"
 "$bin/cli/veduta" densify "$db"
 "$bin/cli/veduta" export "$db" "$out/surface" --format gltf
 for side in front left right; do

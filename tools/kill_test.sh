@@ -30,8 +30,8 @@ fi
 work=$(mktemp -d "${TMPDIR:-/tmp}/veduta_kill_XXXXXX")
 trap 'rm -rf "$work"' EXIT
 if [ -z "$photos" ]; then
-  "$build/tools/street/veduta-street" "$work/street" --photos "${PHOTOS:-30}" --size 512x384 \
-    --quiet > "$work/street.log"
+  "$build/tools/render/street/veduta-street" "$work/street" --photos "${PHOTOS:-30}" \
+    --size 512x384 --quiet > "$work/street.log"
   photos=$work/street/photos
 fi
 [ -d "$photos" ] || { echo "kill_test.sh: there is no folder $photos" >&2; exit 2; }

@@ -17,8 +17,8 @@
 #include "engine/query/invariants.h"
 #include "engine/query/verdict_text.h"
 #include "tests/storage/samples.h"
-#include "tools/street/camera_rig.h"
-#include "tools/street/data_set.h"
+#include "tools/render/street/camera_rig.h"
+#include "tools/render/street/data_set.h"
 
 namespace veduta {
 

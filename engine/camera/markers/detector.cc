@@ -18,7 +18,7 @@ namespace {
 constexpr int kLevelSidePxMin = 40;
 
 // The residuals of neighbouring pixels are not independent (JPEG, tone curve), and no model is
-// exact: measured on rendered photos by veduta-marker-bench, where these make errors and sigmas
+// exact: measured on rendered photos by veduta-bench-markers, where these make errors and sigmas
 // agree.
 constexpr double kSigmaFactor = 0.7;
 constexpr double kSigmaFloorPx = 0.008;

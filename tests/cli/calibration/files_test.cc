@@ -15,7 +15,7 @@
 #include "cli/calibration/points_file.h"
 #include "engine/camera/projection.h"
 #include "storage/base/content_hash.h"
-#include "tools/calibration/synthetic_session.h"
+#include "tools/bench/calibration/synthetic_session.h"
 
 namespace veduta {
 namespace {
