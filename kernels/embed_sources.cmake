@@ -1,5 +1,9 @@
 # SPDX-License-Identifier: Apache-2.0
-# Writes the C++ file OUT that holds the text of each of FILES (separated by |): cmake -D OUT=... -D FILES=... -P this
+# Writes the C++ file OUT that holds the text of each of FILES, which are separated by |.
+# usage: cmake -D OUT=... -D FILES=... -P embed_sources.cmake
+if(FILES STREQUAL "")
+  message(FATAL_ERROR "embed_sources.cmake: there is no file to embed")
+endif()
 string(REPLACE "|" ";" files "${FILES}")
 set(entries "")
 foreach(file IN LISTS files)
@@ -23,12 +27,11 @@ namespace veduta {
 namespace {
 
 constexpr KernelSource kSources[] = {
-${entries}    {},  // so that there is one even where no file is
-};
+${entries}};
 
 }  // namespace
 
-std::span<const KernelSource> KernelSources() { return std::span(kSources).first(std::size(kSources) - 1); }
+std::span<const KernelSource> KernelSources() { return kSources; }
 
 }  // namespace veduta
 ")

@@ -1,7 +1,8 @@
 #!/usr/bin/env bash
 # SPDX-License-Identifier: Apache-2.0
-# Installs the Debian packages listed in tools/packages that are missing; with --dev those in tools/packages-dev too.
-# When none is missing it touches neither the network nor the system, so scripts may call it each time.
+# Installs the Debian packages listed in tools/packages that are missing; with --dev those in
+# tools/packages-dev too. When none is missing it touches neither the network nor the system, so
+# scripts may call it each time.
 set -euo pipefail
 
 folder="$(cd "$(dirname "${BASH_SOURCE[0]}")" && pwd)"
@@ -16,14 +17,17 @@ case "${1-}" in
 esac
 
 if ! command -v dpkg-query > /dev/null || ! command -v apt-get > /dev/null; then
-  echo "tools/install.sh knows Debian (12, bookworm) and its relatives only, and this system has no apt-get." >&2
+  echo "tools/install.sh knows Debian (12, bookworm) and its relatives only," \
+    "and this system has no apt-get." >&2
   echo "Install what ${lists[*]} name by your system's own means." >&2
   exit 1
 fi
 
 mapfile -t wanted < <(sed -e 's/#.*//' -e 's/[[:space:]]//g' -e '/^$/d' "${lists[@]}" | sort -u)
-# dpkg-query fails if it knows nothing of a package: then that package is missing, which is what is asked.
-installed="$(dpkg-query -W -f '${Package} ${db:Status-Status}\n' "${wanted[@]}" 2> /dev/null || true)"
+# dpkg-query fails if it knows nothing of a package: then that package is missing, which is what is
+# asked.
+format='${Package} ${db:Status-Status}\n'
+installed="$(dpkg-query -W -f "$format" "${wanted[@]}" 2> /dev/null || true)"
 missing=()
 for package in "${wanted[@]}"; do
   grep -qxF "$package installed" <<< "$installed" || missing+=("$package")
@@ -43,4 +47,5 @@ if [[ "$(id -u)" -ne 0 ]]; then
   as_root=(sudo)
 fi
 "${as_root[@]}" apt-get update
-"${as_root[@]}" env DEBIAN_FRONTEND=noninteractive apt-get install -y --no-install-recommends "${missing[@]}"
+"${as_root[@]}" env DEBIAN_FRONTEND=noninteractive \
+  apt-get install -y --no-install-recommends "${missing[@]}"

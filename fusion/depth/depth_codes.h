@@ -5,7 +5,7 @@
 
 #include "fusion/depth/depth_range.h"
 #include "storage/base/status.h"
-#include "storage/dense.h"
+#include "storage/model/dense.h"
 #include "storage/model/depth_map.h"
 
 namespace veduta {

@@ -30,7 +30,7 @@
 
 namespace veduta {
 
-// Numbers without a source are measured: tools/dense, on real pairs and rendered streets.
+// Numbers without a source are measured: tools/bench/dense, on real pairs and rendered streets.
 struct DepthOptions {
   double plane_step_px =
       1.0;  // [0.25, 8]; how far a point moves in a sensor view from plane to plane

@@ -6,7 +6,7 @@
 #include <limits>
 #include <string>
 
-#include "fusion/surface/denormals_off.h"
+#include "storage/base/denormals_off.h"
 
 namespace veduta {
 namespace {

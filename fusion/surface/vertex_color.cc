@@ -6,9 +6,9 @@
 #include <string>
 
 #include "fusion/surface/color_fill.h"
-#include "fusion/surface/denormals_off.h"
 #include "fusion/surface/mesh_check.h"
 #include "fusion/surface/robust_color.h"
+#include "storage/base/denormals_off.h"
 
 namespace veduta {
 namespace {

@@ -27,7 +27,7 @@ class Device;  // kernels/device.h; null: the C++ path
 
 struct SolverOptions {
   double lambda =
-      1.0;  // (0, 100]; of a map of full weight; tools/fusion: 0.75 smoother, 3 more complete
+      1.0;  // (0, 100]; of a map of full weight; tools/bench/fusion: 0.75 smoother, 3 more complete
   uint32_t iterations_max = 400;  // [1, 100000]; rendered streets take 100 to 250
   uint32_t check_every = 20;      // [1, 10000]; iterations between two looks at the energy
   double gap_max =
@@ -52,7 +52,7 @@ struct TileBlock {
 // one problem by more than 0.02 voxels at 0.3 % of the vertices at their borders, less than what
 // stopping at gap_max leaves anywhere (1 %). Further rounds (a Schwarz alternating method in Jacobi
 // order) bring that to 0.04 %: in round k + 1 a tile reads its neighbours' round k, never their
-// round k + 1, so no order of tiles shows. Figures: tools/fusion, --borders.
+// round k + 1, so no order of tiles shows. Figures: tools/bench/fusion, --borders.
 inline constexpr int32_t kFreeHalo = 8;  // voxels
 
 struct EnergyReport {

@@ -1,7 +1,9 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: Apache-2.0
-# Goal: `veduta calibrate --points` and `camera add --from` do as docs/calibration.md says: files, messages, exit codes.
-# Method: points of a made-up session written here, without the program's own projection; real processes.
+# Goal: `veduta calibrate --points` and `camera add --from` do as docs/calibration.md says: files,
+#   messages, exit codes.
+# Method: points of a made-up session written here, without the program's own projection; real
+#   processes.
 # usage: tests/cli/calibration_test.py VEDUTA VEDUTA_STREET
 import json
 import math
@@ -14,7 +16,8 @@ WIDTH, HEIGHT, FOCAL, K1, CENTER = 1600, 1200, 1800.0, -0.12, (805.0, 590.0)
 
 
 def session(photos=9, tilt=(15, 50), noise=0.1):
-    """points.json as a dictionary: 8 by 6 points on a floor, cameras all around that look at its middle."""
+    """points.json as a dictionary: 8 by 6 points on a floor, and cameras all around that look at
+    its middle."""
     dice = random.Random(7)
     floor = [((i % 8 - 3.5) * 0.14, (i // 8 - 2.5) * 0.16) for i in range(48)]
     views = []
@@ -22,7 +25,8 @@ def session(photos=9, tilt=(15, 50), noise=0.1):
         azimuth = 2 * math.pi * photo / photos
         lean = math.radians(tilt[0] + (tilt[1] - tilt[0]) * (photo % 3) / 2)
         distance = 1.5 + 0.3 * (photo % 4)
-        away = (math.sin(lean) * math.cos(azimuth), math.sin(lean) * math.sin(azimuth), math.cos(lean))
+        away = (math.sin(lean) * math.cos(azimuth), math.sin(lean) * math.sin(azimuth),
+                math.cos(lean))
         right = (-math.sin(azimuth), math.cos(azimuth), 0)
         down = (away[1] * right[2] - away[2] * right[1], away[2] * right[0] - away[0] * right[2],
                 away[0] * right[1] - away[1] * right[0])
@@ -48,19 +52,23 @@ def points_file(name, content):
 
 class Calibrate(Case):
     def test_points_to_camera_to_database(self):
-        points, camera, report = points_file('p/points.json', session()), at('camera.json'), at('report.html')
+        points = points_file('p/points.json', session())
+        camera, report = at('camera.json'), at('report.html')
         out = must('calibrate', '--points', points, '--out', camera, '--report', report)
         self.assertRegex(out, r'(?m)^fx 1[78]\d\d\.\d+ \+- 0?\d*\.\d+ px$')
         self.assertIn('in 9 of 9 photos', out)
         made = json.loads(read(camera))
-        self.assertEqual((made['format'], made['version'], made['width']), ('veduta camera', 1, WIDTH))
+        self.assertEqual((made['format'], made['version'], made['width']),
+                         ('veduta camera', 1, WIDTH))
         self.assertAlmostEqual(made['intrinsics']['fx'] / FOCAL, 1, delta=0.005)
         self.assertAlmostEqual(made['intrinsics']['cx'], CENTER[0], delta=8)
-        self.assertLess(abs(made['intrinsics']['fx'] - FOCAL), 5 * made['standard_deviations']['fx'])
+        self.assertLess(abs(made['intrinsics']['fx'] - FOCAL),
+                        5 * made['standard_deviations']['fx'])
         page = read(report).decode()
         self.assertEqual(page.count('<svg'), 4)
         self.assertIn('photo3.jpg', page)
-        self.assertEqual(json.loads(must('calibrate', '--points', points, '--out', camera, '--json')), made)
+        self.assertEqual(json.loads(must('calibrate', '--points', points, '--out', camera,
+                                         '--json')), made)
 
         db = at('calibrated')
         must('init', db)
@@ -69,7 +77,8 @@ class Calibrate(Case):
         listed, = ask('camera', 'list', db)
         self.assertEqual(listed['size'], f'{WIDTH}x{HEIGHT}')
         self.assertEqual([float(n) for n in listed['params'].split(',')],
-                         [made['intrinsics'][n] for n in ('fx', 'fy', 'cx', 'cy', 'k1', 'k2', 'u0', 'v0')])
+                         [made['intrinsics'][n]
+                          for n in ('fx', 'fy', 'cx', 'cy', 'k1', 'k2', 'u0', 'v0')])
         self.assertIn('calibrated from points.json: 9 photos', listed['source'])
 
     def test_gross_errors_are_left_out_with_a_word(self):
@@ -77,7 +86,8 @@ class Calibrate(Case):
         for point in spoilt['views'][4]['points']:
             point['x'] += 300 * math.sin(point['id'])
         spoilt['views'][2]['points'][10]['y'] += 40
-        code, out, err = run('calibrate', '--points', points_file('spoilt.json', spoilt), '--out', at('spoilt.camera'))
+        code, out, err = run('calibrate', '--points', points_file('spoilt.json', spoilt), '--out',
+                             at('spoilt.camera'))
         self.assertEqual(code, 0, err)
         self.assertIn('in 8 of 9 photos', out)
         self.assertIn('note: photo4.jpg was left out', err)
@@ -96,7 +106,8 @@ class Calibrate(Case):
         self.refused(1, 'same way round', 'calibrate', '--points', points_file('two', two), *out)
         self.refused(1, 'cannot open', 'calibrate', '--points', at('missing'), *out)
         self.assertFalse(os.path.exists(at('never.json')))
-        self.refused(1, 'cannot write', 'calibrate', '--points', points_file('good', session()), '--out',
+        self.refused(1, 'cannot write', 'calibrate', '--points', points_file('good', session()),
+                     '--out',
                      at('no folder', 'camera.json'))
         self.refused(2, '--points', 'calibrate', *out)
         self.refused(2, '--out', 'calibrate', '--points', at('good'))
@@ -118,10 +129,12 @@ class CameraFrom(Case):
         yaml = points_file('opencv.yml', '%YAML:1.0\n---\nimage_width: 640\nimage_height: 480\n'
                            'camera_matrix: !!opencv-matrix\n   rows: 3\n   cols: 3\n   dt: d\n'
                            '   data: [ 533., 0., 341., 0., 534., 232., 0., 0., 1. ]\n'
-                           'distortion_coefficients: !!opencv-matrix\n   rows: 4\n   cols: 1\n   dt: d\n'
+                           'distortion_coefficients: !!opencv-matrix\n   rows: 4\n   cols: 1\n   '
+                           'dt: d\n'
                            '   data: [ -0.28, 0.1, 0., 0. ]\n')
         must('camera', 'add', db, 'c', '--from', yaml)
-        self.assertEqual([(c['name'], c['params']) for c in ask('camera', 'list', db) if c['name'] != 'b'],
+        self.assertEqual([(c['name'], c['params']) for c in ask('camera', 'list', db)
+                          if c['name'] != 'b'],
                          [('a', '500,510,320,240'), ('c', '533,534,341,232,-0.28,0.1')])
 
     def test_usage(self):
@@ -133,8 +146,10 @@ class CameraFrom(Case):
         self.refused(2, '--id', 'camera', 'add', db, 'a', '--id', '1')
         self.refused(1, 'cannot open', 'camera', 'add', db, 'a', '--from', at('missing'))
         self.refused(1, 'is a folder', 'camera', 'add', db, 'a', '--from', db)
-        for content in ('', 'rubbish', '{}', '%YAML:1.0\n---\nx: [', '{"format": "veduta camera"}', '\0' * 100):
-            self.refused(1, 'camera', 'camera', 'add', db, 'a', '--from', points_file('bad', content))
+        for content in ('', 'rubbish', '{}', '%YAML:1.0\n---\nx: [', '{"format": "veduta camera"}',
+                        '\0' * 100):
+            self.refused(1, 'camera', 'camera', 'add', db, 'a', '--from',
+                         points_file('bad', content))
         self.assertEqual(ask('camera', 'list', db), [])
 
 

@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
-# What the tests of the command line share: the programs, run as processes; photos of a rendered street; a database of
-# them that no test changes. A test's arguments: VEDUTA VEDUTA_STREET [TEST...]
+# What the tests of the command line share: the programs, run as processes; photos of a rendered
+# street; a database of them that no test changes. A test's arguments: VEDUTA VEDUTA_STREET
+# [TEST...]
 import json
 import os
 import shutil
@@ -86,7 +87,8 @@ def make_whole():
 
 class Case(unittest.TestCase):
     def refused(self, code, words, *arguments):
-        """The command ends with the code, says the words on standard error and nothing on standard output."""
+        """The command ends with the code, says the words on standard error and nothing on standard
+        output."""
         got, out, err = run(*arguments)
         self.assertEqual((got, out), (code, ''), f'{arguments}: {err}')
         self.assertIn(words, err, arguments)

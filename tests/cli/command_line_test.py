@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: Apache-2.0
-# Goal: the built binary keeps what the command line promises: verdicts with reasons, every field of the JSON, exit
-#   codes 0 to 3, messages that say what to do.
+# Goal: the built binary keeps what the command line promises: verdicts with reasons, every field of
+#   the JSON, exit codes 0 to 3, messages that say what to do.
 # Method: photos of a rendered street, and files that are none; real processes.
 # usage: tests/cli/command_line_test.py VEDUTA VEDUTA_STREET
 import os
@@ -9,11 +9,12 @@ import random
 import struct
 import zlib
 
-from city import (PARAMS, PHOTOS, PLACED, SIZE, WHOLE, Case, add, add_command, ask, at, main, make_whole, must,
-                  new_database, photo, read, render, run, write)
+from city import (PARAMS, PHOTOS, PLACED, SIZE, WHOLE, Case, add, add_command, ask, at, main,
+                  make_whole, must, new_database, photo, read, render, run, write)
 
 ADD_FIELDS = {'image', 'id', 'verdict', 'reason', 'reconstruction', 'neighbors', 'inliers', 'ms'}
-MS_FIELDS = {'decode', 'undistort', 'features', 'retrieve', 'match', 'verify', 'map', 'adjust', 'commit', 'total'}
+MS_FIELDS = {'decode', 'undistort', 'features', 'retrieve', 'match', 'verify', 'map', 'adjust',
+             'commit', 'total'}
 
 
 def setUpModule():
@@ -23,16 +24,19 @@ def setUpModule():
 
 def black_png(width, height):
     def chunk(kind, data):
-        return struct.pack('>I', len(data)) + kind + data + struct.pack('>I', zlib.crc32(kind + data))
+        return struct.pack('>I', len(data)) + kind + data + struct.pack('>I',
+                                                                        zlib.crc32(kind + data))
     rows = bytes((1 + 3 * width) * height)
-    return (b'\x89PNG\r\n\x1a\n' + chunk(b'IHDR', struct.pack('>IIBBBBB', width, height, 8, 2, 0, 0, 0)) +
+    return (b'\x89PNG\r\n\x1a\n' + chunk(b'IHDR', struct.pack('>IIBBBBB', width, height, 8, 2, 0,
+                                                              0, 0)) +
             chunk(b'IDAT', zlib.compress(rows)) + chunk(b'IEND', b''))
 
 
 class Usage(Case):
     def test_bad_usage_is_2(self):
         for words, arguments in (
-                ('subcommand is required', ()), ('Run with --help', ('paint',)), ('DB is required', ('init',)),
+                ('subcommand is required', ()), ('Run with --help', ('paint',)),
+                ('DB is required', ('init',)),
                 ('--camera', ('add', WHOLE, PHOTOS)), ('PHOTO', ('add', WHOLE, '--camera', 'c')),
                 ('--threads', ('add', WHOLE, '--camera', 'c', PHOTOS, '--threads', '0')),
                 ('--threads', ('add', WHOLE, '--camera', 'c', PHOTOS, '--threads', 'many')),
@@ -40,16 +44,19 @@ class Usage(Case):
                 ('--list', ('add', WHOLE, '--camera', 'c', PHOTOS, PHOTOS, '--list', os.devnull)),
                 ('--format', ('export', WHOLE, at('never'), '--format', 'obj')),
                 ('--count', ('neighbors', WHOLE, 'photo0001.jpg', '--count', '0')),
-                ('subcommand is required', ('vocabulary',)), ('subcommand is required', ('camera',))):
+                ('subcommand is required', ('vocabulary',)),
+                ('subcommand is required', ('camera',))):
             self.refused(2, words, *arguments)
         self.assertFalse(os.path.exists(at('never')))
 
     def test_help_names_every_command(self):
         listed = must('--help')
-        for command in ('init', 'camera', 'add', 'status', 'show', 'neighbors', 'pose', 'export', 'verify', 'digest',
+        for command in ('init', 'camera', 'add', 'status', 'show', 'neighbors', 'pose', 'export',
+                        'verify', 'digest',
                         'vocabulary', 'journal', 'backup', 'calibrate'):
             self.assertRegex(listed, rf'(?m)^  {command} ')
-            wanted = {'camera': 'SUBCOMMAND', 'vocabulary': 'SUBCOMMAND', 'calibrate': '--points'}.get(command, 'DB')
+            wanted = {'camera': 'SUBCOMMAND', 'vocabulary': 'SUBCOMMAND',
+                      'calibrate': '--points'}.get(command, 'DB')
             self.assertIn(wanted, must(command, '--help'))
         self.assertRegex(must('--version'), r'^\d+\.\d+\.\d+\n$')
 
@@ -60,9 +67,12 @@ class Usage(Case):
 
     def test_what_is_no_database(self):
         os.mkdir(at('nothing in it'))
-        for path, words in ((at('missing'), 'veduta init'), (at('nothing in it'), 'not a veduta database'),
-                            (PHOTOS, 'not a veduta database'), (os.path.join(PHOTOS, 'photo0001.jpg'), 'is a file')):
-            for command in (('status',), ('digest',), ('verify',), ('show', 'x'), ('export', at('never')),
+        for path, words in ((at('missing'), 'veduta init'),
+                            (at('nothing in it'), 'not a veduta database'),
+                            (PHOTOS, 'not a veduta database'),
+                            (os.path.join(PHOTOS, 'photo0001.jpg'), 'is a file')):
+            for command in (('status',), ('digest',), ('verify',), ('show', 'x'),
+                            ('export', at('never')),
                             ('add', '--camera', 'c', PHOTOS)):
                 self.refused(1, words, command[0], path, *command[1:])
         self.assertFalse(os.path.exists(at('missing')))
@@ -78,10 +88,12 @@ class Camera(Case):
             return 'camera', 'add', db, name, '--size', size, '--params=' + params
         for words, size, params in (
                 ('size', '512', PARAMS), ('size', '512X384', PARAMS), ('size', '0x384', PARAMS),
-                ('size', '512x384x3', PARAMS), ('size', '512x70000', PARAMS), ('4, 6 or 8', SIZE, '450,450,255'),
+                ('size', '512x384x3', PARAMS), ('size', '512x70000', PARAMS),
+                ('4, 6 or 8', SIZE, '450,450,255'),
                 ('4, 6 or 8', SIZE, PARAMS + ',0.1'), ('cx', SIZE, '450,450,middle,191'),
                 ('fy', SIZE, '450,nan,255,191'),
-                ('fx', SIZE, '-450,450,255,191'), ('fx', SIZE, '1e999,450,255,191'), ('cy', SIZE, '450,450,255,')):
+                ('fx', SIZE, '-450,450,255,191'), ('fx', SIZE, '1e999,450,255,191'),
+                ('cy', SIZE, '450,450,255,')):
             self.refused(2, words, *camera('bad', size, params))
         self.refused(1, 'needs a name', *camera('', SIZE, PARAMS))
         self.assertEqual(ask('camera', 'list', db), [])
@@ -92,7 +104,8 @@ class Camera(Case):
         must(*camera('my lens', '1536x1024', '1200,1210,767.5,511.5,-0.06,0.01,760,500'))
         listed = ask('camera', 'list', db)
         self.assertEqual([(c['name'], c['size'], c['params']) for c in listed],
-                         [('c', SIZE, PARAMS), ('my lens', '1536x1024', '1200,1210,767.5,511.5,-0.06,0.01,760,500')])
+                         [('c', SIZE, PARAMS), ('my lens', '1536x1024',
+                                                '1200,1210,767.5,511.5,-0.06,0.01,760,500')])
         self.assertIn('my lens', must('camera', 'list', db))
         self.refused(1, 'the database has: c, my lens', 'add', db, '--camera', 'other', PHOTOS)
 
@@ -111,18 +124,22 @@ class Add(Case):
 
     def test_a_folder_of_everything(self):
         folder = at('everything')
-        good = {'a.jpg': 1, 'b with spaces.jpg': 2, 'c \u00e9\u4e2d\U0001f3e0.jpg': 3, 'd line\nbreak.jpg': 4,
+        good = {'a.jpg': 1, 'b with spaces.jpg': 2, 'c \u00e9\u4e2d\U0001f3e0.jpg': 3,
+                'd line\nbreak.jpg': 4,
                 'e \"quoted\" \\.jpg': 5, 'sub/folder/g.jpg': 6}
         for name, number in good.items():
             write(os.path.join(folder, name), photo(number))
         write(os.path.join(os.fsencode(folder), b'f caf\xe9.jpg'), photo(7))
         bad = {'black.png': (black_png(512, 384), 'nothing to recognise it by'),
-               'blurred.jpg': (read(os.path.join(render('blurred', '--photos', '1', '--size', SIZE, '--blur', '20'),
+               'blurred.jpg': (read(os.path.join(render('blurred', '--photos', '1', '--size', SIZE,
+                                                        '--blur', '20'),
                                                  'photo0001.jpg')), 'out of focus'),
                'broken.jpg': (photo(8)[:700], 'cannot be read'),
                'empty.jpg': (b'', 'an empty file'),
-               'film.mp4': (b'\0\0\0\x18ftypmp42' + random.Random(1).randbytes(5000), 'not a format that is read'),
-               'noise.jpg': (b'\xff\xd8\xff\xe0' + random.Random(2).randbytes(5000), 'cannot be read'),
+               'film.mp4': (b'\0\0\0\x18ftypmp42' + random.Random(1).randbytes(5000),
+                            'not a format that is read'),
+               'noise.jpg': (b'\xff\xd8\xff\xe0' + random.Random(2).randbytes(5000),
+                             'cannot be read'),
                'notes.txt': (b'Monday: rain.\n', 'not a format that is read'),
                'wide.png': (black_png(600, 384), 'not the size of its camera')}
         for name, (data, _) in bad.items():
@@ -143,7 +160,8 @@ class Add(Case):
             self.assertEqual(verdicts[name]['verdict'], 'rejected', name)
             self.assertIn(reason, verdicts[name]['reason'], name)
             shown = ask('show', db, name)
-            self.assertEqual((shown['verdict'], shown['reason']), ('rejected', verdicts[name]['reason']))
+            self.assertEqual((shown['verdict'], shown['reason']),
+                             ('rejected', verdicts[name]['reason']))
         self.assertIn('600x384', verdicts['wide.png']['reason'])
         self.assertEqual(verdicts['sub/twin.jpg']['verdict'], 'duplicate')
         self.assertIn('a.jpg', verdicts['sub/twin.jpg']['reason'])
@@ -183,12 +201,13 @@ class Add(Case):
         write(at('mending', 'x.jpg'), photo(1))
         code, lines, _ = add(db, at('mending'))
         self.assertEqual((code, lines[0]['verdict'], lines[0]['id']), (0, 'postponed', 1))
-        # Another photo under the name of a stored one is refused, and its bytes stay welcome under another name, also
-        # where both are under way at once.
+        # Another photo under the name of a stored one is refused, and its bytes stay welcome under
+        # another name, also where both are under way at once.
         write(at('other', 'x.jpg'), photo(2))
         write(at('other', 'y.jpg'), photo(2))
         code, lines, _ = add(db, at('other'))
-        self.assertEqual((code, [line['verdict'] for line in lines]), (1, ['rejected', 'postponed']))
+        self.assertEqual((code, [line['verdict'] for line in lines]),
+                         (1, ['rejected', 'postponed']))
         self.assertEqual((lines[0]['id'], lines[1]['id']), (None, 2))
         self.assertIn('the name is taken', lines[0]['reason'])
         self.assertEqual(must('verify', db), 'sound\n')
@@ -203,7 +222,8 @@ class Add(Case):
         code, lines, _ = add(db, PHOTOS, '--list', at('list'))
         self.assertEqual(code, 1)
         self.assertEqual([line['image'] for line in lines],
-                         ['photo0003.jpg', 'photo0001.jpg', 'photo0002.jpg', 'photo0004.jpg', 'photo0099.jpg'])
+                         ['photo0003.jpg', 'photo0001.jpg', 'photo0002.jpg', 'photo0004.jpg',
+                          'photo0099.jpg'])
         self.assertIn('not the size of its camera', lines[3]['reason'])
         self.assertIn('cannot be read', lines[4]['reason'])
         with open(at('absolute'), 'w') as file:
@@ -221,7 +241,8 @@ class Add(Case):
         self.assertEqual(must('digest', db), digest)
 
     def test_plain_output_has_a_line_a_photo(self):
-        code, out, err = run('add', new_database('plain'), '--camera', 'c', '--contributor', 'anna', PHOTOS)
+        code, out, err = run('add', new_database('plain'), '--camera', 'c', '--contributor',
+                             'anna', PHOTOS)
         self.assertEqual(code, 0)
         self.assertEqual(must('digest', at('plain')), WHOLE_DIGEST)
         name_of = {whole['id']: whole['image'] for whole in WHOLE_LINES}

@@ -1,9 +1,11 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: Apache-2.0
-# Goal: the offline pass can be killed at any instant and ends in the same database; it redoes only what is stale; the
-#   C++ path and the device give the same bytes; others read meanwhile; what it makes can be exported and drawn.
-# Method: a rendered street of a few photos, small depth maps; kills at random instants, as many as KILLS says (6; 50 by
-#   hand); the digest decides. Exported files are read by a parser of their own.
+# Goal: the offline pass can be killed at any instant and ends in the same database; it redoes only
+#   what is stale; the C++ path and the device give the same bytes; others read meanwhile; what it
+#   makes can be exported and drawn.
+# Method: a rendered street of a few photos, small depth maps; kills at random instants, as many as
+#   KILLS says (6; 50 by hand); the digest decides. Exported files are read by a parser of their
+#   own.
 # usage: [KILLS=50] tests/cli/densify_test.py VEDUTA VEDUTA_STREET [TEST...]
 import json
 import os
@@ -14,11 +16,13 @@ import struct
 import subprocess
 import time
 
-from city import VEDUTA, Case, add, ask, at, main, must, new_database, photo, read, render, run, write
+from city import (VEDUTA, Case, add, ask, at, main, must, new_database, photo, read, render, run,
+                  write)
 
 KILLS = int(os.environ.get('KILLS', '6'))
 SEED = int(os.environ.get('SEED', '1'))
-# Photos of the street that make one reconstruction: before the pass that is looked at, and added after it.
+# Photos of the street that make one reconstruction: before the pass that is looked at, and added
+# after it.
 FIRST, MORE = range(9, 14), range(14, 16)
 COMMAND = ('densify', '--size', '160', '--device', 'cpp')
 STAGES = ('depth_maps', 'checks', 'volume', 'fusion', 'surface', 'exposures', 'colours')
@@ -107,7 +111,8 @@ class Densify(Case):
             database += 1
             db = copy_of(SPARSE, f'killed{database}')
             while True:
-                process = subprocess.Popen([VEDUTA, *COMMAND, db], stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+                process = subprocess.Popen([VEDUTA, *COMMAND, db], stdout=subprocess.DEVNULL,
+                                           stderr=subprocess.DEVNULL)
                 if kills < KILLS:
                     time.sleep(rng.uniform(0, SECONDS / 3))
                     process.kill()
@@ -143,7 +148,8 @@ class Densify(Case):
 
     def test_readers_go_on(self):
         db = copy_of(SPARSE, 'read')
-        process = subprocess.Popen([VEDUTA, *COMMAND, db], stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+        process = subprocess.Popen([VEDUTA, *COMMAND, db], stdout=subprocess.DEVNULL,
+                                   stderr=subprocess.DEVNULL)
         looks = 0
         while process.poll() is None:
             code, out, err = run('status', db)
@@ -155,7 +161,8 @@ class Densify(Case):
 
     def test_stops_on_request(self):
         db = copy_of(SPARSE, 'stopped')
-        process = subprocess.Popen([VEDUTA, *COMMAND, db], stdout=subprocess.DEVNULL, stderr=subprocess.PIPE)
+        process = subprocess.Popen([VEDUTA, *COMMAND, db], stdout=subprocess.DEVNULL,
+                                   stderr=subprocess.PIPE)
         time.sleep(SECONDS / 4)
         process.send_signal(signal.SIGINT)
         err = process.communicate()[1].decode()
@@ -194,7 +201,8 @@ class Output(Case):
         self.refused(1, 'choose another folder', 'export', DENSE, at('ply'), '--format', 'ply')
 
     def test_fewer_triangles(self):
-        must('export', DENSE, at('simple'), '--format', 'ply', '--error', str(REPORT['voxel_size'] / 4))
+        must('export', DENSE, at('simple'), '--format', 'ply', '--error',
+             str(REPORT['voxel_size'] / 4))
         _, _, triangles = read_ply(at('simple', '0', 'mesh.ply'))
         self.assertLess(len(triangles), 0.8 * REPORT['triangles'])
 
@@ -218,13 +226,15 @@ class Output(Case):
 
     def test_render_is_like_the_photo(self):
         out = must('render', DENSE, at('photo.png'), '--from', '11.jpg', '--compare')
-        covered, error = float(out.split('covered ')[1].split()[0]), float(out.split('error ')[1].split()[0])
+        covered = float(out.split('covered ')[1].split()[0])
+        error = float(out.split('error ')[1].split()[0])
         self.assertGreater(covered, 40, out)
         self.assertLess(error, 12, out)
         for side in ('front', 'left', 'right'):
             must('render', DENSE, at(f'{side}.png'), '--side', side, '--size', '200')
         self.assertNotEqual(read(at('left.png')), read(at('right.png')))
-        self.refused(1, "there is no image 'x.jpg'", 'render', DENSE, at('x.png'), '--from', 'x.jpg')
+        self.refused(1, "there is no image 'x.jpg'", 'render', DENSE, at('x.png'), '--from',
+                     'x.jpg')
         self.refused(1, 'nowhere', 'render', DENSE, at('nowhere', 'x.png'))
         self.assertEqual(run('render', DENSE, at('x.png'), '--compare')[0], 2)
 

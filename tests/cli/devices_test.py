@@ -1,6 +1,7 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: Apache-2.0
-# Goal: `veduta devices` lists what there is, says which one works, and has a clear word where there is none.
+# Goal: `veduta devices` lists what there is, says which one works, and has a clear word where there
+#   is none.
 # Method: the command as a process, with this machine's drivers and with an empty folder of drivers.
 # usage: tests/cli/devices_test.py VEDUTA VEDUTA_STREET
 import json

@@ -1,8 +1,10 @@
 #!/usr/bin/env bash
 # SPDX-License-Identifier: Apache-2.0
-# Goal: a disk that takes no more is exit code 1 and a message that names the file and the cause, not a death by signal;
-#   the database opens again, is sound, and the same command once more makes the city that a roomy disk makes.
-# Method: the shell's limit on a file's size stands for the full disk: it needs no other user's rights.
+# Goal: a disk that takes no more is exit code 1 and a message that names the file and the cause,
+#   not a death by signal; the database opens again, is sound, and the same command once more makes
+#   the city that a roomy disk makes.
+# Method: the shell's limit on a file's size stands for the full disk: it needs no other user's
+#   rights.
 # usage: full_disk_test.sh VEDUTA VEDUTA-STREET
 set -euo pipefail
 veduta=$1 street=$2
@@ -33,6 +35,8 @@ acknowledged=$(wc -l < "$work/out")
 "$veduta" verify "$work/full"
 add "$work/full" > "$work/again" 2>&1 || fail "add once there is room ended with $?"
 duplicates=$(grep -c '^duplicate' "$work/again")
-[ "$duplicates" -ge "$acknowledged" ] || fail "$acknowledged photos were acknowledged, $duplicates are there"
-[ "$("$veduta" digest "$work/full")" = "$("$veduta" digest "$work/roomy")" ] || fail "the digests differ"
+[ "$duplicates" -ge "$acknowledged" ] ||
+  fail "$acknowledged photos were acknowledged, $duplicates are there"
+[ "$("$veduta" digest "$work/full")" = "$("$veduta" digest "$work/roomy")" ] ||
+  fail "the digests differ"
 echo "$acknowledged of 6 photos before the disk was full, and the same city after"

@@ -1,14 +1,14 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: Apache-2.0
-# Goal: what a database is asked for agrees with itself: status, show, pose, neighbors, the COLMAP export, journal,
-#   backup and vocabulary tell the same city.
+# Goal: what a database is asked for agrees with itself: status, show, pose, neighbors, the COLMAP
+#   export, journal, backup and vocabulary tell the same city.
 # Method: photos of a rendered street; every answer is compared with another command's.
 # usage: tests/cli/queries_test.py VEDUTA VEDUTA_STREET
 import json
 import os
 
-from city import (PARAMS, PHOTOS, SIZE, WHOLE, Case, add, ask, at, main, make_whole, must, new_database, photo, read,
-                  render, write)
+from city import (PARAMS, PHOTOS, SIZE, WHOLE, Case, add, ask, at, main, make_whole, must,
+                  new_database, photo, read, render, write)
 
 
 def setUpModule():
@@ -33,9 +33,12 @@ def project(camera, p):
 
 def rotate(wxyz, p):
     w, x, y, z = wxyz
-    return [(1 - 2 * (y * y + z * z)) * p[0] + 2 * (x * y - w * z) * p[1] + 2 * (x * z + w * y) * p[2],
-            2 * (x * y + w * z) * p[0] + (1 - 2 * (x * x + z * z)) * p[1] + 2 * (y * z - w * x) * p[2],
-            2 * (x * z - w * y) * p[0] + 2 * (y * z + w * x) * p[1] + (1 - 2 * (x * x + y * y)) * p[2]]
+    return [(1 - 2 * (y * y + z * z)) * p[0] + 2 * (x * y - w * z) * p[1]
+            + 2 * (x * z + w * y) * p[2],
+            2 * (x * y + w * z) * p[0] + (1 - 2 * (x * x + z * z)) * p[1]
+            + 2 * (y * z - w * x) * p[2],
+            2 * (x * z - w * y) * p[0] + 2 * (y * z + w * x) * p[1]
+            + (1 - 2 * (x * x + y * y)) * p[2]]
 
 
 class Ask(Case):
@@ -56,7 +59,8 @@ class Ask(Case):
         for line in WHOLE_LINES:
             shown = ask('show', WHOLE, line['image'])
             self.assertEqual(shown, ask('show', WHOLE, f'#{line["id"]}'))
-            self.assertEqual((shown['image'], shown['contributor'], shown['width'], shown['height']),
+            self.assertEqual((shown['image'], shown['contributor'], shown['width'],
+                              shown['height']),
                              (line['image'], 'anna', 512, 384))
             self.assertIn(shown['verdict'], must('show', WHOLE, line['image']))
             if shown['reconstruction'] is None:
@@ -69,7 +73,8 @@ class Ask(Case):
             back = rotate(pose['rotation_wxyz'], pose['center'])
             for a, b in zip(back, pose['translation']):
                 self.assertAlmostEqual(a, -b, places=9)  # x_in_cam = R x + t, so R c = -t
-            self.assertIn(f'reconstruction {pose["reconstruction"]}\n', must('pose', WHOLE, line['image']))
+            self.assertIn(f'reconstruction {pose["reconstruction"]}\n',
+                          must('pose', WHOLE, line['image']))
         self.assertEqual(placed, ask('status', WHOLE)['placed'])
         for command in ('show', 'pose'):
             for name in ('nobody.jpg', '#99', '#', ''):
@@ -81,26 +86,33 @@ class Ask(Case):
             matches = [neighbor['matches'] for neighbor in listed]
             self.assertEqual(matches, sorted(matches, reverse=True))
             for neighbor in listed:  # neighbours are mutual
-                back = {n['image']: n['matches'] for n in ask('neighbors', WHOLE, neighbor['image'])}
+                back = {n['image']: n['matches'] for n in ask('neighbors', WHOLE,
+                                                              neighbor['image'])}
                 self.assertEqual(back[line['image']], neighbor['matches'])
         # A file that is not stored: the pixels of one that is, with a byte more.
         write(at('new', 'a new one.jpg'), photo(5) + b'\0')
-        ranked = ask('neighbors', WHOLE, at('new', 'a new one.jpg'), '--camera', 'c', '--count', '3')
+        ranked = ask('neighbors', WHOLE, at('new', 'a new one.jpg'), '--camera', 'c', '--count',
+                     '3')
         self.assertEqual(len(ranked), 3)
         self.assertEqual(ranked[0]['image'], 'photo0005.jpg')
         self.assertGreater(ranked[0]['score'], 2 * ranked[1]['score'])
-        self.assertIn('photo0005.jpg', must('neighbors', WHOLE, at('new', 'a new one.jpg')).splitlines()[0])
-        self.refused(1, 'neither an image in the database nor a file', 'neighbors', WHOLE, 'nobody.jpg')
-        self.refused(1, 'no camera', 'neighbors', WHOLE, at('new', 'a new one.jpg'), '--camera', 'd')
+        self.assertIn('photo0005.jpg', must('neighbors', WHOLE,
+                                            at('new', 'a new one.jpg')).splitlines()[0])
+        self.refused(1, 'neither an image in the database nor a file', 'neighbors', WHOLE,
+                     'nobody.jpg')
+        self.refused(1, 'no camera', 'neighbors', WHOLE, at('new', 'a new one.jpg'), '--camera',
+                     'd')
         self.refused(1, 'not a JPEG, PNG or TIFF', 'neighbors', WHOLE, at('street', 'camera.txt'))
         self.assertEqual(must('digest', WHOLE), WHOLE_DIGEST)
 
     def test_export_agrees_with_pose(self):
         must('export', WHOLE, at('exported'), '--format', 'colmap')
         reconstructions = ask('status', WHOLE)['reconstructions']
-        self.assertEqual(sorted(os.listdir(at('exported'))), [str(i) for i in range(len(reconstructions))])
+        self.assertEqual(sorted(os.listdir(at('exported'))),
+                         [str(i) for i in range(len(reconstructions))])
         for i, reconstruction in enumerate(reconstructions):
-            self.check_model(WHOLE, at('exported', str(i)), reconstruction, ['PINHOLE', 450.56, 450.56, 256, 192])
+            self.check_model(WHOLE, at('exported', str(i)), reconstruction,
+                             ['PINHOLE', 450.56, 450.56, 256, 192])
         self.refused(1, 'not empty', 'export', WHOLE, at('exported'))
 
     def test_export_of_bent_photos(self):
@@ -113,10 +125,12 @@ class Ask(Case):
             must('camera', 'add', at(name), 'c', '--size', SIZE, '--params', PARAMS + more)
             self.assertEqual(add(at(name), bent)[0], 0)
             must('export', at(name), at(name + ' model'))
-            self.check_model(at(name), at(name + ' model', '0'), ask('status', at(name))['reconstructions'][0], camera)
+            self.check_model(at(name), at(name + ' model', '0'),
+                             ask('status', at(name))['reconstructions'][0], camera)
 
     def check_model(self, db, folder, reconstruction, camera):
-        """The camera has half a pixel more than ours: COLMAP's first pixel has its corner at 0, ours its centre."""
+        """The camera has half a pixel more than ours: the corner of COLMAP's first pixel is at 0,
+        and so is the centre of ours."""
         row, = rows_of(folder, 'cameras.txt')
         self.assertEqual(row[:4], ['1', camera[0], '512', '384'])
         self.assertEqual(list(map(float, row[4:])), camera[1:])
@@ -142,17 +156,21 @@ class Ask(Case):
                 errors.append(((at_u - float(u)) ** 2 + (at_v - float(v)) ** 2) ** 0.5)
         self.assertEqual(len(errors), reconstruction['observations'])
         # Ours is measured in the straightened photo, where distances differ by a few per cent.
-        self.assertAlmostEqual(sum(errors) / len(errors) / reconstruction['reprojection_error_px_mean'], 1,
+        error_mean = sum(errors) / len(errors)
+        self.assertAlmostEqual(error_mean / reconstruction['reprojection_error_px_mean'], 1,
                                delta=1e-4 if camera[0] == 'PINHOLE' else 0.1)
-        told = {(point, *one[i:i + 2]) for point, one in points.items() for i in range(7, len(one), 2)}
+        told = {(point, *one[i:i + 2]) for point, one in points.items()
+                for i in range(7, len(one), 2)}
         self.assertEqual(told, tracks)
 
     def test_journal(self):
         lines = [json.loads(line) for line in must('journal', WHOLE).splitlines()]
         self.assertEqual([line['sequence'] for line in lines], list(range(1, len(lines) + 1)))
         added = [line for line in lines if line['action'] == 'add']
-        self.assertEqual([(line['image'], line['actor']) for line in added], [(i, 'anna') for i in range(1, 13)])
-        self.assertEqual([json.loads(line) for line in must('journal', WHOLE, '--from', '5').splitlines()], lines[4:])
+        self.assertEqual([(line['image'], line['actor']) for line in added],
+                         [(i, 'anna') for i in range(1, 13)])
+        self.assertEqual([json.loads(line) for line in must('journal', WHOLE, '--from',
+                                                            '5').splitlines()], lines[4:])
 
     def test_backup_is_a_database(self):
         must('backup', WHOLE, at('backed up'))
@@ -169,7 +187,8 @@ class Ask(Case):
         must('backup', WHOLE, trained)
         must('vocabulary', 'train', trained)
         info = json.loads(must('vocabulary', 'info', trained))
-        self.assertEqual((info['generation'], info['images_at_training'], info['imported']), (1, 12, False))
+        self.assertEqual((info['generation'], info['images_at_training'], info['imported']),
+                         (1, 12, False))
         self.assertGreater(info['words'], 100)
         self.assertEqual(must('verify', trained), 'sound\n')
         must('vocabulary', 'export', trained, at('a.tree'))
@@ -190,7 +209,8 @@ class Ask(Case):
         must('vocabulary', 'export', young, at('b.tree'))
         self.assertEqual(read(at('b.tree')), read(at('a.tree')))
         write(at('half.tree'), read(at('a.tree'))[:5000])
-        for path, words in ((at('half.tree'), 'not a vocabulary'), (os.path.join(PHOTOS, 'photo0001.jpg'), 'not a'),
+        for path, words in ((at('half.tree'), 'not a vocabulary'),
+                            (os.path.join(PHOTOS, 'photo0001.jpg'), 'not a'),
                             (at('no.tree'), 'cannot read')):
             self.refused(1, words, 'vocabulary', 'import', young, path)
 

@@ -1,7 +1,9 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: Apache-2.0
-# Goal: Ctrl-C loses nothing, a second writer is sent away, readers are not, and damage is told by exit code 3.
-# Method: real processes. Where two must meet, one is held by a pipe that is full, so nothing depends on time.
+# Goal: Ctrl-C loses nothing, a second writer is sent away, readers are not, and damage is told by
+#   exit code 3.
+# Method: real processes. Where two must meet, one is held by a pipe that is full, so nothing
+#   depends on time.
 # usage: tests/cli/stops_test.py VEDUTA VEDUTA_STREET
 import fcntl
 import json
@@ -12,8 +14,8 @@ import signal
 import subprocess
 import unittest
 
-from city import (PARAMS, PHOTOS, SIZE, VEDUTA, WHOLE, Case, add, add_command, ask, at, main, make_whole, must,
-                  new_database, run)
+from city import (PARAMS, PHOTOS, SIZE, VEDUTA, WHOLE, Case, add, add_command, ask, at, main,
+                  make_whole, must, new_database, run)
 
 
 def setUpModule():
@@ -22,13 +24,16 @@ def setUpModule():
 
 
 class HeldAdd:
-    """An `add` that stands still once the pipe it writes to is full: it holds the database and has photos left."""
+    """An `add` that stands still once the pipe it writes to is full: it holds the database and has
+    photos left."""
 
     def __init__(self, db):
         out, pipe = os.pipe()
-        if fcntl.fcntl(pipe, fcntl.F_SETPIPE_SZ, 4096) > 4096:  # which takes fewer lines than there are photos
+        # A pipe of 4096 bytes takes fewer lines than there are photos.
+        if fcntl.fcntl(pipe, fcntl.F_SETPIPE_SZ, 4096) > 4096:
             raise unittest.SkipTest('no pipe as small as 4096 bytes here')
-        self.process = subprocess.Popen([VEDUTA, *add_command(db, PHOTOS)], stdout=pipe, stderr=subprocess.PIPE)
+        self.process = subprocess.Popen([VEDUTA, *add_command(db, PHOTOS)], stdout=pipe,
+                                        stderr=subprocess.PIPE)
         os.close(pipe)
         self.out = os.fdopen(out, 'rb', buffering=0)  # takes no more than the line it reads
         self.first = json.loads(self.out.readline())
@@ -50,7 +55,8 @@ class HeldAdd:
 
 class Stops(Case):
     def check_going_on(self, db, acknowledged):
-        """Everything acknowledged is there, the database is sound, and the same command completes the same city."""
+        """Everything acknowledged is there, the database is sound, and the same command completes
+        the same city."""
         self.assertEqual(must('verify', db), 'sound\n')
         for line in acknowledged:
             self.assertEqual(ask('show', db, line['image'])['id'], line['id'])
@@ -83,8 +89,10 @@ class Stops(Case):
         db = new_database('shared')
         held = HeldAdd(db)
         try:
-            for command in (add_command(db, PHOTOS), ('camera', 'add', db, 'd', '--size', SIZE, '--params', PARAMS),
-                            ('vocabulary', 'train', db), ('verify', db)):  # verify sweeps what a crash left
+            for command in (add_command(db, PHOTOS), ('camera', 'add', db, 'd', '--size', SIZE,
+                                                      '--params', PARAMS),
+                            # verify sweeps what a crash left
+                            ('vocabulary', 'train', db), ('verify', db)):
                 self.refused(3, 'in use by another veduta process', *command)
             self.assertGreaterEqual(ask('status', db)['images'], 1)
             self.assertEqual(ask('show', db, held.first['image'])['id'], held.first['id'])

@@ -15,7 +15,7 @@
 #include <nlohmann/json.hpp>
 
 #include "tests/engine/camera/markers/floor_view.h"
-#include "tools/calibration/synthetic_session.h"
+#include "tools/bench/calibration/synthetic_session.h"
 
 namespace veduta {
 namespace {

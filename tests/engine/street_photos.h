@@ -12,8 +12,8 @@
 
 #include "storage/model/camera.h"
 #include "tests/storage/samples.h"
-#include "tools/street/camera_rig.h"
-#include "tools/street/data_set.h"
+#include "tools/render/street/camera_rig.h"
+#include "tools/render/street/data_set.h"
 
 namespace veduta {
 

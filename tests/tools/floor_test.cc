@@ -15,7 +15,7 @@
 #include <string>
 
 #include "engine/camera/projection.h"
-#include "tools/floor/session.h"
+#include "tools/render/floor/session.h"
 
 namespace veduta::floor {
 namespace {

@@ -15,7 +15,7 @@
 #include <string>
 
 #include "street_view.h"
-#include "tools/street/truth_file.h"
+#include "tools/render/street/truth_file.h"
 
 namespace veduta::street {
 namespace {

@@ -11,7 +11,7 @@
 #include <vector>
 
 #include "street_view.h"
-#include "tools/street/truth_file.h"
+#include "tools/render/street/truth_file.h"
 
 namespace veduta::street {
 namespace {

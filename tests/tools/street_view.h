@@ -11,7 +11,7 @@
 #include <memory>
 #include <string>
 
-#include "tools/street/data_set.h"
+#include "tools/render/street/data_set.h"
 
 namespace veduta::street {
 

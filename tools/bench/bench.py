@@ -1,11 +1,12 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: Apache-2.0
-"""What adding photos costs, step by step: the paper's Table 1 for Veduta, and COLMAP on the same photos beside it.
+"""What adding photos costs, step by step: the paper's Table 1 for Veduta, beside COLMAP.
 
-Adds a folder's photos in one shuffled order a seed, each into a database of its own, and writes one table a data set
-into a Markdown file. Times are those that `veduta add --json` reports; wall clock, memory and the database's size are
-measured from outside. COLMAP runs on the CPU with the same fixed intrinsics and the same number of threads, once
-after each of as many seeds as --colmap-runs says, so that both see the same machine.
+Adds a folder's photos in one shuffled order per seed, each into a database of its own, and writes
+one table per data set into a Markdown file. Times are those that `veduta add --json` reports; wall
+clock, memory and the database's size are measured from outside. COLMAP runs on the CPU on the same
+photos with the same fixed intrinsics and the same number of threads, once after each of as many
+seeds as --colmap-runs says, so that both see the same machine.
 """
 import argparse
 import datetime
@@ -23,16 +24,19 @@ import time
 ROOT = os.path.dirname(os.path.dirname(os.path.dirname(os.path.abspath(__file__))))
 SUFFIXES = ('.jpg', '.jpeg', '.png', '.tif', '.tiff')
 
-# Milliseconds, of the paper's Table 1: an Athlon 64 X2 4400+, photos of 2272x1704, 3000 five-point samples a pair.
-PAPER_MS = {'undistort': '1000', 'features': '1600', 'retrieve': '200', 'match': '350', 'verify': '400', 'map': '500'}
+# Milliseconds, of the paper's Table 1: an Athlon 64 X2 4400+, photos of 2272x1704, 3000 five-point
+# samples a pair.
+PAPER_MS = {'undistort': '1000', 'features': '1600', 'retrieve': '200', 'match': '350',
+            'verify': '400', 'map': '500'}
 
 INTRODUCTION = """# Benchmarks
 
-Written by `tools/bench/bench.py`, a section a data set; a run replaces its own section only. Every photo is added to
-the database that the photos before it made, in a shuffled order. Times of steps are wall clock within one photo, with
-the threads that the run had; those of decoding, undistorting and features are of one thread, for whole photos are
-prepared side by side. Compare figures of one section: the machine differs, and its load at the start stands with each.
-On a busy machine processor time is the fairer measure.
+Written by `tools/bench/bench.py`, one section per data set; a run replaces its own section only.
+Every photo is added to the database that the photos before it made, in a shuffled order. Times of
+steps are wall clock within one photo, with the threads that the run had; those of decoding,
+undistorting and features are of one thread, for whole photos are prepared side by side. Compare
+figures of one section: the machine differs, and its load at the start stands with each. On a busy
+machine processor time is the fairer measure.
 """
 
 
@@ -75,17 +79,21 @@ def parse_camera(text):
 
 
 def score(models, arguments):
-    """The scorer's line for the model with most images, as a dictionary; empty without truth or scorer."""
+    """The scorer's line for the model with most images, as a dictionary; empty without truth or
+    scorer."""
     if not (arguments.truth and arguments.scorer and models):
         return {}
-    command = ['/usr/bin/python3', arguments.scorer, arguments.truth] + [os.path.join(m, 'images.txt') for m in models]
+    command = ['/usr/bin/python3', arguments.scorer, arguments.truth]
+    command += [os.path.join(m, 'images.txt') for m in models]
     code, output, _ = run(command, stderr=subprocess.DEVNULL)
     best = {}
-    pattern = r'(\d+)/(\d+) registered\s+centre mean ([\d.]+).*max ([\d.]+) mm\s+rotation mean ([\d.]+)'
+    pattern = (r'(\d+)/(\d+) registered\s+centre mean ([\d.]+).*max ([\d.]+) mm\s+'
+               r'rotation mean ([\d.]+)')
     for line in output.splitlines() if code == 0 else []:
         found = re.search(pattern, line)
         if found and int(found[1]) > best.get('registered', 0):
-            best = {'registered': int(found[1]), 'center_mm': float(found[3]), 'center_max_mm': float(found[4]),
+            best = {'registered': int(found[1]), 'center_mm': float(found[3]),
+                    'center_max_mm': float(found[4]),
                     'rotation_deg': float(found[5])}
     return best
 
@@ -103,7 +111,8 @@ def add_photos(photos, seed, folder, arguments):
     veduta = arguments.veduta
     run_or_fail([veduta, 'init', database], log)
     intrinsics = ','.join(map(str, params))
-    run_or_fail([veduta, 'camera', 'add', database, 'bench', '--size', size, '--params', intrinsics], log)
+    run_or_fail([veduta, 'camera', 'add', database, 'bench', '--size', size, '--params',
+                 intrinsics], log)
     # Exit status 1 says that a photo was rejected: that is a result, not a failure.
     command = [veduta, 'add', database, '--camera', 'bench', '--list', photo_list, '--json',
                '--threads', str(arguments.threads)]
@@ -112,9 +121,11 @@ def add_photos(photos, seed, folder, arguments):
     if len(lines) != len(photos):
         fail(f'veduta add reported {len(lines)} of {len(photos)} photos')
     status = json.loads(run_or_fail([veduta, 'status', database, '--json'], log)[0])
-    run_or_fail([veduta, 'export', database, os.path.join(folder, 'model'), '--format', 'colmap'], log)
+    run_or_fail([veduta, 'export', database, os.path.join(folder, 'model'), '--format', 'colmap'],
+                log)
     models = sorted(glob.glob(os.path.join(folder, 'model', '*')))
-    return {'seed': seed, 'lines': lines, **cost, 'status': status, 'score': score(models, arguments)}
+    return {'seed': seed, 'lines': lines, **cost, 'status': status,
+            'score': score(models, arguments)}
 
 
 def run_colmap(photos, folder, arguments):
@@ -133,24 +144,31 @@ def run_colmap(photos, folder, arguments):
     environment = dict(os.environ, QT_QPA_PLATFORM='offscreen', OMP_NUM_THREADS=threads)
     images = ['--database_path', database, '--image_path', arguments.dataset]
     steps = {
-        'features': ['feature_extractor', *images, '--image_list_path', photo_list, '--ImageReader.single_camera', '1',
-                     '--ImageReader.camera_model', model, '--ImageReader.camera_params', ','.join(map(str, values)),
+        'features': ['feature_extractor', *images, '--image_list_path', photo_list,
+                     '--ImageReader.single_camera', '1',
+                     '--ImageReader.camera_model', model, '--ImageReader.camera_params',
+                     ','.join(map(str, values)),
                      '--SiftExtraction.use_gpu', '0', '--SiftExtraction.num_threads', threads],
-        'matching': ['exhaustive_matcher', '--database_path', database, '--SiftMatching.use_gpu', '0',
+        'matching': ['exhaustive_matcher', '--database_path', database, '--SiftMatching.use_gpu',
+                     '0',
                      '--SiftMatching.num_threads', threads],
-        'mapping': ['mapper', *images, '--output_path', sparse, '--Mapper.ba_refine_focal_length', '0',
-                    '--Mapper.ba_refine_principal_point', '0', '--Mapper.ba_refine_extra_params', '0',
+        'mapping': ['mapper', *images, '--output_path', sparse, '--Mapper.ba_refine_focal_length',
+                    '0',
+                    '--Mapper.ba_refine_principal_point', '0', '--Mapper.ba_refine_extra_params',
+                    '0',
                     '--Mapper.num_threads', threads],
     }
     log = os.path.join(folder, 'colmap-log.txt')
-    costs = {name: run_or_fail(['colmap', *command], log, env=environment)[1] for name, command in steps.items()}
+    costs = {name: run_or_fail(['colmap', *command], log, env=environment)[1] for name,
+             command in steps.items()}
     result = {'steps': {name: cost['seconds'] for name, cost in costs.items()},
               'seconds': sum(cost['seconds'] for cost in costs.values()),
               'cpu_seconds': sum(cost['cpu_seconds'] for cost in costs.values()),
               'peak_mb': max(cost['peak_mb'] for cost in costs.values())}
     models = sorted(glob.glob(os.path.join(sparse, '*')))
     for path in models:
-        run_or_fail(['colmap', 'model_converter', '--input_path', path, '--output_path', path, '--output_type', 'TXT'],
+        run_or_fail(['colmap', 'model_converter', '--input_path', path, '--output_path', path,
+                     '--output_type', 'TXT'],
                     log, env=environment)
     result['models'] = len(models)
     result['registered'] = max((count_images(path) for path in models), default=0)
@@ -171,7 +189,8 @@ def digits(value):
 
 
 def step_rows(lines):
-    """(step, key of the paper's figure, values in ms): of photos that are not rejected, all seeds together."""
+    """(step, key of the paper's figure, values in ms): of photos that are not rejected, of all
+    seeds."""
     stored = [line for line in lines if line['verdict'] not in ('rejected', 'duplicate')]
     ms = [line['ms'] for line in stored]
     matched = [line for line in stored if line['pairs_tried'] > 0]
@@ -181,10 +200,12 @@ def step_rows(lines):
         ('features', 'features', [m['features'] for m in ms]),
         ('retrieve', 'retrieve', [m['retrieve'] for m in ms]),
         ('match, a pair', 'match', [line['ms']['match'] / line['pairs_tried'] for line in matched]),
-        ('verify, a pair', 'verify', [line['ms']['verify'] / line['pairs_tried'] for line in matched]),
+        ('verify, a pair', 'verify', [line['ms']['verify'] / line['pairs_tried']
+                                      for line in matched]),
         ('map: pose, new points', 'map', [m['map'] for m in ms if m['map'] > 0]),
         ('local adjustment', None, [m['adjust'] for m in ms if m['adjust'] > 0]),
-        ('global adjustment and other follow-up, where over 1 ms', None, [m['follow'] for m in ms if m['follow'] > 1]),
+        ('global adjustment and other follow-up, where over 1 ms', None,
+         [m['follow'] for m in ms if m['follow'] > 1]),
         ('commit', None, [m['commit'] for m in ms]),
         ('a photo, all of it', None, [m['total'] for m in ms]),
     ]
@@ -195,7 +216,9 @@ def listing(values, form):
     if not values:
         return '-'
     text = form.format(statistics.median(values))
-    return text if len(values) == 1 else f'{text} ({form.format(min(values))} to {form.format(max(values))})'
+    if len(values) == 1:
+        return text
+    return f'{text} ({form.format(min(values))} to {form.format(max(values))})'
 
 
 def result_rows(runs, colmaps, photo_count):
@@ -208,13 +231,16 @@ def result_rows(runs, colmaps, photo_count):
         return [listing([one[key] for one in results], form) for results in (runs, colmaps)]
 
     def scores(key, form):
-        return [listing([r['score'][key] for r in results if key in r['score']], form) for results in (runs, colmaps)]
+        return [listing([r['score'][key] for r in results if key in r['score']], form)
+                for results in (runs, colmaps)]
 
     placed = ' '.join(str(one['status']['placed']) for one in runs)
     models = ' '.join(str(len(one['status']['reconstructions'])) for one in runs)
-    speeds = [listing([photo_count / one['seconds'] for one in results], '{:.2f}') for results in (runs, colmaps)]
+    speeds = [listing([photo_count / one['seconds'] for one in results], '{:.2f}')
+              for results in (runs, colmaps)]
     rows = [
-        (f'photos placed, of {photo_count}, a run', placed, ' '.join(str(c['registered']) for c in colmaps)),
+        (f'photos placed, of {photo_count}, a run', placed,
+         ' '.join(str(c['registered']) for c in colmaps)),
         ('reconstructions, a run', models, ' '.join(str(c['models']) for c in colmaps)),
         ('seconds in all', *costs('seconds', '{:.2f}')),
         ('seconds of processor time', *costs('cpu_seconds', '{:.2f}')),
@@ -223,35 +249,43 @@ def result_rows(runs, colmaps, photo_count):
         ('centre error, largest, mm', *scores('center_max_mm', '{:.2f}')),
         ('rotation error, mean, degrees', *scores('rotation_deg', '{:.4f}')),
         ('peak memory, MB', *costs('peak_mb', '{:.0f}')),
-        ('database, MB a photo', listing([one['status']['bytes'] / photo_count / 1e6 for one in runs], '{:.2f}'), ''),
+        ('database, MB a photo', listing([one['status']['bytes'] / photo_count / 1e6
+                                          for one in runs], '{:.2f}'), ''),
         ('commits, share of the time of all photos', f'{commit_share:.1f} %', ''),
     ]
     if colmaps:
-        steps = ', '.join(listing([c['steps'][name] for c in colmaps], '{:.1f}') for name in colmaps[0]['steps'])
+        steps = ', '.join(listing([c['steps'][name] for c in colmaps], '{:.1f}')
+                          for name in colmaps[0]['steps'])
         rows.append(('seconds: ' + ', '.join(colmaps[0]['steps']), '', steps))
         for what, key in (('time', 'seconds'), ('processor time', 'cpu_seconds')):
-            ratio = statistics.median(one[key] for one in runs) / statistics.median(c[key] for c in colmaps)
-            rows.append((f'**{what}, Veduta : COLMAP**', f'**{ratio:.3f} : 1**', f'{1 / ratio:.1f} times ours'))
+            ratio = (statistics.median(one[key] for one in runs) /
+                     statistics.median(c[key] for c in colmaps))
+            rows.append((f'**{what}, Veduta : COLMAP**', f'**{ratio:.3f} : 1**',
+                         f'{1 / ratio:.1f} times ours'))
     return rows
 
 
 def machine():
-    text = subprocess.run(['lscpu'], capture_output=True, text=True, env=dict(os.environ, LC_ALL='C')).stdout
+    text = subprocess.run(['lscpu'], capture_output=True, text=True,
+                          env=dict(os.environ, LC_ALL='C')).stdout
     name = re.search(r'Model name:\s*(.*)', text)
     return f'{name[1] if name else "unknown processor"}, {os.cpu_count()} cores'
 
 
 def version():
     command = ['git', '--no-optional-locks', 'describe', '--always', '--dirty', '--tags']
-    return subprocess.run(command, cwd=ROOT, capture_output=True, text=True).stdout.strip() or 'unknown version'
+    return subprocess.run(command, cwd=ROOT, capture_output=True,
+                          text=True).stdout.strip() or 'unknown version'
 
 
 def section(name, runs, colmaps, photo_count, load, command):
     lines = [line for one in runs for line in one['lines']]
     text = [f'## {name}', '',
-            f'{datetime.date.today().isoformat()} · {machine()}, load {load:.1f} at the start · {version()} · '
+            f'{datetime.date.today().isoformat()} · {machine()}, load {load:.1f} at the start · '
+            f'{version()} · '
             f'seeds {", ".join(str(one["seed"]) for one in runs)}', '', f'`{command}`', '',
-            '| | Veduta | worst photo | COLMAP | paper, 2007 |', '| --- | ---: | ---: | ---: | ---: |',
+            '| | Veduta | worst photo | COLMAP | paper, 2007 |',
+            '| --- | ---: | ---: | ---: | ---: |',
             '| **median ms of a photo** | | | | |']
     for step, paper, values in step_rows(lines):
         if values and len(values) < len(lines):
@@ -281,18 +315,23 @@ def write_section(path, name, text):
 
 
 def parse_arguments():
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument('dataset', metavar='DATASET_FOLDER', help='its images, not those in folders below it')
-    parser.add_argument('--camera', required=True, help='WxH,fx,fy,cx,cy[,k1,k2]; the first pixel\'s centre is 0,0')
+    parser = argparse.ArgumentParser(description=__doc__,
+                                     formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument('dataset', metavar='DATASET_FOLDER',
+                        help='its images, not those in folders below it')
+    parser.add_argument('--camera', required=True,
+                        help='WxH,fx,fy,cx,cy[,k1,k2]; the first pixel\'s centre is 0,0')
     parser.add_argument('--truth', help='folder of NAME.camera files')
     parser.add_argument('--scorer', help='path of score_poses.py')
     parser.add_argument('--threads', type=int, default=2)
     parser.add_argument('--seeds', default='1,2,3,4,5', help='one order of the photos each')
     parser.add_argument('--colmap', action='store_true', help='run COLMAP too (package colmap)')
     parser.add_argument('--colmap-runs', type=int, default=1, help='how often')
-    parser.add_argument('--out', help='Markdown file to update; without it the section is only printed')
+    parser.add_argument('--out',
+                        help='Markdown file to update; without it the section is only printed')
     parser.add_argument('--veduta', default=os.path.join(ROOT, 'build/release/cli/veduta'))
-    parser.add_argument('--keep', action='store_true', help='leave databases and models in out/bench/')
+    parser.add_argument('--keep', action='store_true',
+                        help='leave databases and models in out/bench/')
     arguments = parser.parse_args()
     arguments.camera_text = arguments.camera
     arguments.camera = parse_camera(arguments.camera)
@@ -318,14 +357,16 @@ def command_of(arguments):
             words += [f'--{name}', relative(getattr(arguments, name))]
     words += ['--threads', str(arguments.threads), '--seeds', ','.join(map(str, arguments.seeds))]
     if arguments.colmap:
-        words += ['--colmap'] + (['--colmap-runs', str(arguments.colmap_runs)] if arguments.colmap_runs != 1 else [])
+        words += ['--colmap'] + (['--colmap-runs', str(arguments.colmap_runs)]
+                                 if arguments.colmap_runs != 1 else [])
     return ' '.join(words + (['--out', relative(arguments.out)] if arguments.out else []))
 
 
 def main():
     arguments = parse_arguments()
     load = os.getloadavg()[0]
-    photos = sorted(p for p in glob.glob(os.path.join(arguments.dataset, '*')) if p.lower().endswith(SUFFIXES))
+    photos = sorted(p for p in glob.glob(os.path.join(arguments.dataset, '*'))
+                    if p.lower().endswith(SUFFIXES))
     if not photos:
         fail(f'{arguments.dataset} holds no photos')
     for photo in photos:  # into the page cache, for both programs alike
@@ -339,7 +380,8 @@ def main():
         folder = os.path.join(work, str(seed))
         os.makedirs(folder)
         runs.append(add_photos(photos, seed, folder, arguments))
-        print(f'{name} seed {seed}: {runs[-1]["seconds"]:.2f} s, {runs[-1]["status"]["placed"]}/{len(photos)} placed, '
+        print(f'{name} seed {seed}: {runs[-1]["seconds"]:.2f} s, '
+              f'{runs[-1]["status"]["placed"]}/{len(photos)} placed, '
               f'{runs[-1]["score"]}', file=sys.stderr)
         if arguments.colmap and i < arguments.colmap_runs:
             colmaps.append(run_colmap(photos, folder, arguments))

@@ -2,7 +2,8 @@
 # SPDX-License-Identifier: Apache-2.0
 # Builds the release and measures it on the photographs with ground truth.
 # usage: tools/bench/bench.sh [OPTIONS OF bench.py]
-# VEDUTA_DATA is the folder of data sets (default ../shared/data); VEDUTA_SCORER the scorer of poses.
+# VEDUTA_DATA is the folder of data sets (default ../shared/data); VEDUTA_SCORER is the scorer of
+# poses.
 set -euo pipefail
 cd "$(dirname "$0")/../.."
 data=${VEDUTA_DATA:-../shared/data}

@@ -22,7 +22,7 @@
 namespace veduta {
 namespace {
 
-// Chosen by hand; not measured one by one (veduta-calibration-experiment measures all together).
+// Chosen by hand; not measured one by one (veduta-bench-calibration measures all together).
 //
 // The largest error of an observation, over the longer side: in the first round, where the
 // initialization may be wrong by as much; and where a photo or a point gets a second chance.

@@ -21,7 +21,7 @@ constexpr int kLevelSidePxMin = 40;
 
 // The residuals of neighbouring pixels are not independent (JPEG and the tone curve join them), and
 // no model is exact. With these two numbers errors and sigmas agree on the rendered photos of
-// veduta-marker-bench.
+// veduta-bench-markers.
 constexpr double kSigmaFactor = 0.7;
 constexpr double kSigmaFloorPx = 0.008;
 

@@ -24,7 +24,7 @@ struct MarkerOptions {
   // [1, 178]; how many ids were printed. A marker with a higher id was misread and is dropped.
   uint32_t id_count = kMarkerIdCount;
   // px; > 0. A feature point whose standard deviation is larger is left out. Chosen by hand, far
-  // above the 0.015 px that veduta-marker-bench finds for sharp markers.
+  // above the 0.015 px that veduta-bench-markers finds for sharp markers.
   double sigma_px_max = 0.5;
 
   Status Check() const;  // the first violated bound, named with its value
@@ -60,7 +60,7 @@ struct MarkerSearch {
 //
 // `gray`: CV_8UC1 of any size, any content. Deterministic, one thread, thread-safe.
 // kInvalidArgument on bad options or another type of image. On one core a photo of 3 Mpx takes
-// 0.14 s and one of 12 Mpx 0.45 s (veduta-marker-bench; docs/calibration.md).
+// 0.14 s and one of 12 Mpx 0.45 s (veduta-bench-markers; docs/calibration.md).
 Result<MarkerSearch> DetectMarkers(const cv::Mat& gray, const MarkerOptions& options = {});
 
 }  // namespace veduta

@@ -104,7 +104,7 @@ std::string TooFewText(size_t count, const PhotoMarkersOptions& options) {
 
 // Markers are lost where edges are wider than this share of the marker's diameter. On rendered
 // photos of markers 55 and 80 px across all are found at 0.027, 88 to 97 % at 0.037, 60 % at 0.045
-// and 25 % at 0.055 (veduta-marker-bench).
+// and 25 % at 0.055 (veduta-bench-markers).
 constexpr double kBlurShareMax = 1.0 / 30;
 
 std::string AdviceFor(const PhotoNote& note) {

@@ -19,7 +19,7 @@ namespace {
 constexpr double kDarkRadius = (1 + kMarkerCodeRadius) / 2;  // the middle of the dark ring
 constexpr double kBrightRadius = 1.13;                       // the middle of the quiet zone
 
-// Chosen by hand; not measured one by one (veduta-marker-bench measures all of them together).
+// Chosen by hand; not measured one by one (veduta-bench-markers measures all of them together).
 constexpr double kContrastGrayMin = 10;   // from the dark ring to the paper, grey levels
 constexpr double kContrastPartMin = 0.4;  // of the median contrast; less where something covers
 constexpr int kSharpenedBudget = 4;       // of the second reading, which takes blur off

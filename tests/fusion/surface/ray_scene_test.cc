@@ -7,9 +7,9 @@
 
 #include <limits>
 
-#include "fusion/surface/denormals_off.h"
 #include "fusion/surface/ray_tile_cache.h"
 #include "fusion/surface/tiles_between.h"
+#include "storage/base/denormals_off.h"
 #include "storage/base/thread_pool.h"
 #include "tests/fusion/surface/sample_surfaces.h"
 

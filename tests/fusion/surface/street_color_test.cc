@@ -10,7 +10,7 @@
 #include "fusion/surface/reprojected_color.h"
 #include "fusion/surface/tiles_between.h"
 #include "fusion/surface/vertex_color.h"
-#include "tools/surface/street_surface.h"
+#include "tools/bench/surface/street_surface.h"
 
 namespace veduta {
 namespace {

@@ -2,7 +2,7 @@
 // Goal: a calibration from points alone is as good as the table of issue 4 asks, gross errors
 //   are left out with a word, and what the photos cannot tell is an error or a warning that
 //   says what to photograph.
-// Method: synthetic sessions of known truth (tools/calibration), whole and spoilt in one way
+// Method: synthetic sessions of known truth (tools/bench/calibration), whole and spoilt in one way
 //   each.
 #include "engine/camera/calibration/calibrator.h"
 
@@ -12,7 +12,7 @@
 #include <cmath>
 
 #include "engine/camera/projection.h"
-#include "tools/calibration/synthetic_session.h"
+#include "tools/bench/calibration/synthetic_session.h"
 
 namespace veduta {
 namespace {

@@ -10,8 +10,8 @@
 #include <set>
 
 #include "engine/camera/calibration/calibrator.h"
-#include "tools/calibration/chessboard_points.h"
-#include "tools/calibration/opencv_calibration.h"
+#include "tools/bench/calibration/chessboard_points.h"
+#include "tools/bench/calibration/opencv_calibration.h"
 
 namespace veduta {
 namespace {

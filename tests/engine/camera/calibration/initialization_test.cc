@@ -18,7 +18,7 @@
 #include "engine/camera/calibration/scene_initialization.h"
 #include "engine/camera/calibration/view_tree.h"
 #include "engine/camera/projection.h"
-#include "tools/calibration/synthetic_session.h"
+#include "tools/bench/calibration/synthetic_session.h"
 
 namespace veduta {
 namespace {

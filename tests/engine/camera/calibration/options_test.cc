@@ -13,7 +13,7 @@
 #include "engine/camera/calibration/observation_choice.h"
 #include "engine/camera/calibration/view_tree.h"
 #include "tests/engine/camera/option_flips.h"
-#include "tools/calibration/synthetic_session.h"
+#include "tools/bench/calibration/synthetic_session.h"
 
 namespace veduta {
 namespace {

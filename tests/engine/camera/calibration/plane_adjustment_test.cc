@@ -14,7 +14,7 @@
 #include "engine/camera/calibration/view_focal.h"
 #include "engine/camera/projection.h"
 #include "storage/base/content_hash.h"
-#include "tools/calibration/synthetic_session.h"
+#include "tools/bench/calibration/synthetic_session.h"
 
 namespace veduta {
 namespace {

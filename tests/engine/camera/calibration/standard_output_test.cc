@@ -16,7 +16,7 @@
 #include "engine/camera/calibration/view_focal.h"
 #include "tests/engine/camera/mutated_text.h"
 #include "tests/engine/camera/standard_output.h"
-#include "tools/calibration/synthetic_session.h"
+#include "tools/bench/calibration/synthetic_session.h"
 
 namespace veduta {
 namespace {

@@ -3,7 +3,7 @@
 // A calibration of a session of known truth, for tests of what is written about it.
 
 #include "engine/camera/calibration/calibrator.h"
-#include "tools/calibration/synthetic_session.h"
+#include "tools/bench/calibration/synthetic_session.h"
 
 namespace veduta::testing {
 

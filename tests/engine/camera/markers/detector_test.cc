@@ -2,7 +2,7 @@
 // Goal: markers in rendered photos are found with the right id and a feature point far better
 //   than the ellipse's centre, whatever slant, light, blur and clutter; no other id is ever
 //   said; any image at all gets an answer.
-// Method: photos of known truth at the edges of what is promised (tools/markers measures in
+// Method: photos of known truth at the edges of what is promised (tools/bench/markers measures in
 //   between); half-covered rings, copies of a marker, noise and degenerate images; damaged
 //   files through the decoder.
 #include "engine/camera/markers/detector.h"

@@ -6,7 +6,7 @@
 #include <opencv2/imgcodecs.hpp>
 #include <vector>
 
-#include "tools/floor/session.h"
+#include "tools/render/floor/session.h"
 
 namespace veduta::testing {
 
