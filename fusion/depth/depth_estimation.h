@@ -19,16 +19,22 @@
 // A photo whose volume of costs is too large does 1 and 2 at half its size (or less) and 3 at every
 // size above.
 
+#include <cstdint>
 #include <span>
 
 #include "fusion/depth/depth_range.h"
 #include "kernels/device.h"
+#include "storage/base/option_fields.h"
 #include "storage/base/status.h"
 #include "storage/base/thread_pool.h"
 #include "storage/model/depth_map.h"
 #include "storage/model/view.h"
 
 namespace veduta {
+
+// Part of the version of every raw depth map: raise it whenever a change of the code changes what EstimateDepth returns
+// (tests/fusion/pass/pinned_bytes_test.cc notices).
+inline constexpr uint32_t kDepthEstimationVersion = 1;
 
 // Numbers without a source are measured: tools/dense, on real pairs and rendered streets.
 struct DepthOptions {
@@ -49,6 +55,9 @@ struct DepthOptions {
 
   Status Check() const;  // the first violated bound, named with its value
 };
+VEDUTA_OPTION_FIELDS(DepthOptions, plane_step_px, plane_count_max, volume_bytes_max,
+                     slanted_plane_count, refinement_count, penalty_small, penalty_large,
+                     penalty_large_min, confidence_min, speckle_pixels_min)
 
 // Depth and confidence of each pixel of `key`; not known (0) where no plane stands out and in
 // patches too small. What no sensor view sees gets a depth too, if its neighbours suggest one:

@@ -14,6 +14,10 @@
 
 namespace veduta {
 
+// Part of the version of every tile's colours: raise it whenever a change of the code changes what ColorVertices returns
+// (tests/fusion/pass/pinned_bytes_test.cc notices).
+inline constexpr uint32_t kColoringVersion = 1;
+
 struct ColoringOptions {
   double voxel_size = 0;       // > 0, world units: how exact the surface is; there is no default
   double offset_voxels = 1.0;  // [0, 10]; rays start this far out along the normal, so that the
@@ -36,6 +40,9 @@ struct ColoringOptions {
 
   Status Check() const;  // the first violated bound, named with its value
 };
+VEDUTA_OPTION_FIELDS(ColoringOptions, voxel_size, offset_voxels, incidence_deg_max,
+                     voxels_per_pixel_max, border_margin_px, silhouette_margin_px,
+                     outlier_deviations, outlier_tolerance, views_per_vertex_max, fill_rings_max)
 
 struct VertexColors {
   std::vector<std::array<uint8_t, 3>> colors;  // sRGB, one a vertex

@@ -15,9 +15,14 @@
 
 #include "fusion/volume/grid.h"
 #include "fusion/volume/solution.h"
+#include "storage/base/option_fields.h"
 #include "storage/base/status.h"
 
 namespace veduta {
+
+// Part of the version of every tile's mesh: raise it whenever a change of the code changes what ExtractSurface returns
+// (tests/fusion/pass/pinned_bytes_test.cc notices).
+inline constexpr uint32_t kExtractionVersion = 1;
 
 struct ExtractionOptions {
   uint32_t near_maps_min =
@@ -27,6 +32,7 @@ struct ExtractionOptions {
 
   Status Check() const;  // the first violated bound, named with its value
 };
+VEDUTA_OPTION_FIELDS(ExtractionOptions, near_maps_min, piece_extent_cells_min)
 
 // The edge that a vertex lies on: from the voxel (x, y, z) to the next one along `axis` (0: x, 1:
 // y, 2: z).
@@ -51,7 +57,7 @@ struct SurfacePiece {
 
 // One block of the tile or of its halo that is solved.
 struct ExtractionBlock {
-  BlockIndex index;
+  GridPlace index;
   const SolutionBlock* solution = nullptr;  // never null
 };
 
@@ -63,7 +69,7 @@ struct ExtractionBlock {
 //
 // Deterministic; thread-safe; single-threaded; O(voxels), about 10 ms. kInvalidArgument on blocks
 // out of reach, out of order or without a solution, or bad options.
-Result<SurfacePiece> ExtractSurface(const TileIndex& tile, std::span<const ExtractionBlock> blocks,
+Result<SurfacePiece> ExtractSurface(const GridPlace& tile, std::span<const ExtractionBlock> blocks,
                                     const VolumeGrid& grid, const ExtractionOptions& options);
 
 // One mesh of all pieces, vertices of equal keys once, in the order of their keys; triangles in the

@@ -13,9 +13,14 @@
 
 namespace veduta {
 
+// Part of the version of every checked depth map and histogram: raise it whenever a change of the code changes votes or the blocks that are
+// named
+// (tests/fusion/pass/pinned_bytes_test.cc notices).
+inline constexpr uint32_t kRangeImageVersion = 1;
+
 // A block that a depth map puts surface into, and by how many of its pixels.
 struct NamedBlock {
-  BlockIndex block;
+  GridPlace block;
   uint32_t pixel_count = 0;
   bool operator==(const NamedBlock&) const = default;
 };
@@ -47,7 +52,7 @@ class RangeImage final {
 
   // Whether any voxel of the block might get a vote: if not, Integrate would change nothing.
   // Conservative and quick: the block's bounding sphere against the frustum and the farthest depth.
-  bool MaySee(const BlockIndex& block, const VolumeGrid& grid) const;
+  bool MaySee(const GridPlace& block, const VolumeGrid& grid) const;
 
   // The blocks within the truncation band of any depth sample, ascending: this map's evidence of
   // where surface is. Pixels wider than 2 voxels, and what lies beyond kBlockCoordinateMax, name

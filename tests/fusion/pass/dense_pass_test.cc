@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-// Goal: the offline pass redoes what is stale and nothing else: depth maps that are withdrawn
+// Goal: the dense pass redoes what is stale and nothing else: depth maps that are withdrawn
 //   and added leave the bytes of a pass from nothing; poses that hardly move keep what was made
 //   from them; what was merged away goes; damage is named.
 // Method: photos of a rendered street in a real database; small depth maps, C++ paths; the pass
 //   run again after one change at a time, its report and its stored bytes compared.
-#include "fusion/pass/densify.h"
+#include "fusion/pass/dense_pass.h"
 
 #include <gtest/gtest.h>
 
@@ -24,7 +24,7 @@ DensifyOptions SmallOptions() {
 }
 
 // A database of six photos of one stretch of the street, filled once and copied for each test.
-class DensifyTest : public testing::Test {
+class DensePassTest : public testing::Test {
  protected:
   void SetUp() override {
     std::vector<Stand> stands;
@@ -38,9 +38,14 @@ class DensifyTest : public testing::Test {
     ASSERT_EQ(records->front().image_count, stands.size());
   }
 
+  Result<DensifyReport> TryPass(const DensifyOptions& options, DenseProgress progress = {},
+                                std::stop_token stop = {}) {
+    return RunDensePass({writer_, *engine_->pool(), /*device=*/nullptr, std::move(progress), stop},
+                        id_, options);
+  }
+
   DensifyReport Pass(const DensifyOptions& options = SmallOptions()) {
-    auto report =
-        Densify(*engine_->database(), id_, options, /*device=*/nullptr, *engine_->pool(), {});
+    auto report = TryPass(options);
     EXPECT_OK(report);
     return report.ok() ? *report : DensifyReport();
   }
@@ -74,12 +79,13 @@ class DensifyTest : public testing::Test {
 
   City city_;
   Engine* const engine_ = &city_.engine();
+  Writer writer_{engine_->database()};
   ReconstructionId id_;
 };
 
 constexpr uint8_t kVolumeFamily = 19;  // Family::kVolume, which only storage/ may name
 
-TEST_F(DensifyTest, WithdrawnAndAddedMapsLeaveTheBytesOfAPassFromNothing) {
+TEST_F(DensePassTest, WithdrawnAndAddedMapsLeaveTheBytesOfAPassFromNothing) {
   DensifyOptions few = SmallOptions();
   few.neighbor_count = 1;  // other checks, so other maps
   Pass(few);
@@ -99,7 +105,7 @@ TEST_F(DensifyTest, WithdrawnAndAddedMapsLeaveTheBytesOfAPassFromNothing) {
   Pass();
   const std::vector<ContentHash> again = Stored(kVolumeFamily);
   // One map moves: it alone is withdrawn and added, in tiles that hold others too.
-  MovePose(ImageId(2), grown.settings.voxel_size);
+  MovePose(ImageId(2), grown.voxel_size);
   const DensifyReport moved = Pass();
   EXPECT_GT(moved.volume.computed, 0u);
   const std::vector<ContentHash> changed = Stored(kVolumeFamily);
@@ -108,12 +114,12 @@ TEST_F(DensifyTest, WithdrawnAndAddedMapsLeaveTheBytesOfAPassFromNothing) {
   cleared->dense().DeleteReconstruction(id_);
   ASSERT_OK(cleared->Commit());
   DensifyOptions same_grid = SmallOptions();
-  same_grid.voxel_size = moved.settings.voxel_size;
+  same_grid.voxel_size = moved.voxel_size;
   Pass(same_grid);
   EXPECT_TRUE(Stored(kVolumeFamily) == changed) << "step by step as all at once";
 }
 
-TEST_F(DensifyTest, WhatHardlyMovesStays) {
+TEST_F(DensePassTest, WhatHardlyMovesStays) {
   const DensifyReport first = Pass();
   ASSERT_EQ(first.depths.computed, 6u);
   MovePose(ImageId(3), 1e-5);
@@ -129,23 +135,25 @@ TEST_F(DensifyTest, WhatHardlyMovesStays) {
   ExpectSound();
 }
 
-TEST_F(DensifyTest, SettingsAreKeptAndChangeable) {
+TEST_F(DensePassTest, SettingsAreKeptAndChangeable) {
   const DensifyReport first = Pass();
-  EXPECT_EQ(first.settings.depth_side_px, kSidePx);
-  EXPECT_EQ(first.settings.sensor_count, 2u);
+  EXPECT_EQ(first.depth_side_px, kSidePx);
+  EXPECT_EQ(first.sensor_count, 2u);
   DensifyOptions unset;
   const DensifyReport same = Pass(unset);
-  EXPECT_EQ(same.settings, first.settings);
+  EXPECT_EQ(same.depth_side_px, first.depth_side_px);
+  EXPECT_EQ(same.sensor_count, first.sensor_count);
+  EXPECT_EQ(same.voxel_size, first.voxel_size);
   EXPECT_EQ(same.depths.kept, 6u);
   unset.sensor_count = 3;
   const DensifyReport three = Pass(unset);
-  EXPECT_EQ(three.settings.sensor_count, 3u);
+  EXPECT_EQ(three.sensor_count, 3u);
   EXPECT_GT(three.depths.computed, 0u);
-  EXPECT_EQ(three.settings.voxel_size, first.settings.voxel_size);
-  EXPECT_EQ(Pass().settings.sensor_count, 3u);
+  EXPECT_EQ(three.voxel_size, first.voxel_size);
+  EXPECT_EQ(Pass().sensor_count, 3u);
 }
 
-TEST_F(DensifyTest, WhatWasMergedAwayGoes) {
+TEST_F(DensePassTest, WhatWasMergedAwayGoes) {
   Pass();
   auto record = engine_->database()->GetSnapshot()->GetReconstruction(id_);
   ASSERT_OK(record);
@@ -153,20 +161,19 @@ TEST_F(DensifyTest, WhatWasMergedAwayGoes) {
   const auto transaction = engine_->database()->BeginTransaction();
   transaction->PutReconstruction(*record);
   ASSERT_OK(transaction->Commit());
-  const auto swept = SweepMerged(*engine_->database());
+  const auto swept = SweepMerged(writer_);
   ASSERT_OK(swept);
   EXPECT_EQ(*swept, 1u);
   size_t left = 0;
   ASSERT_OK(
       engine_->database()->GetSnapshot()->dense().ScanAll([&](uint8_t, auto, auto) { ++left; }));
   EXPECT_EQ(left, 0u);
-  const Status merged =
-      Densify(*engine_->database(), id_, SmallOptions(), nullptr, *engine_->pool(), {}).status();
+  const Status merged = TryPass(SmallOptions()).status();
   EXPECT_EQ(merged.code(), StatusCode::kInvalidArgument);
   EXPECT_NE(merged.message().find("merged into 99"), std::string::npos) << merged.message();
 }
 
-TEST_F(DensifyTest, SweepsItsOwnSupersededMapsOnly) {
+TEST_F(DensePassTest, SweepsItsOwnSupersededMapsOnly) {
   Pass();
   const auto snapshot = engine_->database()->GetSnapshot();
   const auto depth = snapshot->dense().FindDepth(ImageId(1));
@@ -191,7 +198,7 @@ TEST_F(DensifyTest, SweepsItsOwnSupersededMapsOnly) {
   EXPECT_OK(later->dense().GetCheckedDepth(ImageId(1), (*depth)->checked_version));
 }
 
-TEST_F(DensifyTest, DamageIsNamed) {
+TEST_F(DensePassTest, DamageIsNamed) {
   Pass();
   ExpectSound();
   const auto snapshot = engine_->database()->GetSnapshot();
@@ -231,29 +238,22 @@ TEST_F(DensifyTest, DamageIsNamed) {
       << "no more than asked for";
 }
 
-TEST_F(DensifyTest, StopsBetweenPiecesAndRefusesNonsense) {
+TEST_F(DensePassTest, StopsBetweenPiecesAndRefusesNonsense) {
   std::stop_source stop;
   DensifyOptions options = SmallOptions();
-  options.progress = [&](std::string_view stage, size_t done, size_t) {
+  const DenseProgress stop_soon = [&](std::string_view stage, size_t done, size_t) {
     if (stage == "depth maps" && done == 2) stop.request_stop();
   };
-  const Status stopped =
-      Densify(*engine_->database(), id_, options, nullptr, *engine_->pool(), stop.get_token())
-          .status();
+  const Status stopped = TryPass(options, stop_soon, stop.get_token()).status();
   EXPECT_EQ(stopped.code(), StatusCode::kCancelled);
   const DensifyReport rest = Pass();
   EXPECT_EQ(rest.depths.kept, 2u);
   EXPECT_EQ(rest.depths.computed, 4u);
   options = SmallOptions();
   options.neighbor_count = 0;
-  EXPECT_EQ(
-      Densify(*engine_->database(), id_, options, nullptr, *engine_->pool(), {}).status().code(),
-      StatusCode::kInvalidArgument);
-  EXPECT_EQ(Densify(*engine_->database(), ReconstructionId(9), SmallOptions(), nullptr,
-                    *engine_->pool(), {})
-                .status()
-                .code(),
-            StatusCode::kNotFound);
+  EXPECT_EQ(TryPass(options).status().code(), StatusCode::kInvalidArgument);
+  id_ = ReconstructionId(9);
+  EXPECT_EQ(TryPass(SmallOptions()).status().code(), StatusCode::kNotFound);
 }
 
 }  // namespace
