@@ -29,7 +29,8 @@ Result<std::vector<DensifyReport>> DensifyAll(Writer& writer, ThreadPool& pool,
                                               std::mutex& one_pass, const DensifyRequest& request,
                                               std::stop_token stop);
 
-// Questions::Export is ExportReconstructions of fusion/export/exporter.h; ExportFormats is there too.
+// Questions::Export is ExportReconstructions of fusion/export/exporter.h, and ExportFormats is
+// defined there too.
 
 // An image by its name, or by "#" and its number; kNotFound.
 using FindImage = std::function<Result<ImageId>(const Snapshot&, const std::string&)>;

@@ -19,8 +19,8 @@ struct NeighborDepth {
   const DepthMap* map = nullptr;
 };
 
-// Part of the version of every checked depth map: raise it whenever a change of the code changes what CheckConsistency returns
-// (tests/fusion/pass/pinned_bytes_test.cc notices).
+// Part of the version of every checked depth map: raise it whenever a change of the code changes
+// what CheckConsistency returns (tests/fusion/pass/pinned_bytes_test.cc notices).
 // 2: uncertain depth wants one neighbour more.
 inline constexpr uint32_t kConsistencyVersion = 2;
 

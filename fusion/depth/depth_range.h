@@ -9,8 +9,8 @@
 
 namespace veduta {
 
-// Part of the version of every raw depth map: raise it whenever a change of the code changes what DepthRangeOf returns
-// (tests/fusion/pass/pinned_bytes_test.cc notices).
+// Part of the version of every raw depth map: raise it whenever a change of the code changes what
+// DepthRangeOf returns (tests/fusion/pass/pinned_bytes_test.cc notices).
 inline constexpr uint32_t kDepthRangeVersion = 1;
 
 // Along the key view's z, world units; 0 < near < far.

@@ -15,8 +15,8 @@
 
 namespace veduta {
 
-// Part of the version of every depth map: raise it whenever a change of the code changes which views RankSensorViews chooses
-// (tests/fusion/pass/pinned_bytes_test.cc notices).
+// Part of the version of every depth map: raise it whenever a change of the code changes which
+// views RankSensorViews chooses (tests/fusion/pass/pinned_bytes_test.cc notices).
 inline constexpr uint32_t kSensorViewsVersion = 1;
 
 struct SensorViewOptions {
@@ -63,8 +63,7 @@ double AnglePreference(double angle_deg, double angle_best_deg);
 // All views that overlap enough, highest score first (ties: lower id).
 //
 // overlap  area of the convex hull of the common points' measurements, over the relevant area of
-// the key view, both
-//          counted in cells: a cell is relevant where the photo has features at all, so sky, water
+//          the key view, both counted in cells: a cell is relevant where the photo has features at all, so sky, water
 //          and blank ground count for nothing. score = overlap * median over the common points of
 //          psi(angle).
 //

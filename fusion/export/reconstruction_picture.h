@@ -17,8 +17,8 @@ Result<ViewGeometry> PhotoGeometry(const Snapshot& snapshot, ImageId image, uint
 
 enum class Drawn : uint8_t { kSurfaceOrPoints, kSurface, kPoints };
 
-// A picture of a reconstruction: the surface, some tiles at a time, or the sparse points where there is
-// none or they are asked for. kNotFound when the surface is asked for and there is none.
+// A picture of a reconstruction: the surface, some tiles at a time, or the sparse points where
+// there is none or they are asked for. kNotFound when the surface is asked for and there is none.
 Result<Picture> DrawReconstruction(const Snapshot& snapshot, ReconstructionId reconstruction,
                                    Drawn drawn, const ViewGeometry& view,
                                    const RenderOptions& options, ThreadPool& pool);

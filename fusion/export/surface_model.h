@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
-// What the exporters and the pictures of surfaces have in common: a reconstruction's points, cameras
-// and tiles, from the database.
+// What the exporters and the pictures of surfaces have in common: a reconstruction's points,
+// cameras and tiles, from the database.
 
 #include <Eigen/Geometry>
 #include <string>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// One gain for every photo that has none yet, and the colours of every tile whose surface, photos or
+// One gain for every photo that has none, and the colours of every tile whose surface, photos or
 // occluders changed.
 #include <algorithm>
 #include <string>
@@ -221,8 +221,8 @@ Result<StageCount> UpdateExposures(const ExposureStageOptions& options, DensePas
   StageCount count;
   VEDUTA_RETURN_IF_ERROR(pass->Tell("exposures", 0, 1));
   VEDUTA_ASSIGN_OR_RETURN(auto depths, LoadDepths(*pass));
-  // A gain stays once it is known, so that colours do not change with every photo that is added: its
-  // version names no photo.
+  // A gain stays once it is known, so that colours do not change with every photo that is added:
+  // its version names no photo.
   const uint64_t version = VersionFeed(options).Version();
   std::map<ImageId, Eigen::Vector3f> fixed;
   for (const auto& [id, depth] : depths) {

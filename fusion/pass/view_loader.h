@@ -14,8 +14,8 @@
 
 namespace veduta {
 
-// Part of the version of every depth map and colour: raise it whenever a change of the code changes a View
-// (tests/fusion/pass/pinned_bytes_test.cc notices).
+// Part of the version of every depth map and colour: raise it whenever a change of the code changes
+// a View (tests/fusion/pass/pinned_bytes_test.cc notices).
 inline constexpr uint32_t kViewVersion = 1;
 
 // Camera and size of the view that is made of a photo: undistorted; without the border where a lens

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
-// Exposures evened out: one gain a photo, from the colours of points that several photos see.
+// Exposures evened out: one gain for each photo, from the colours of points that several photos see.
 
 #include <Eigen/Core>
 #include <array>
@@ -21,8 +21,8 @@ struct ColorObservation {
   std::array<uint8_t, 3> rgb;  // sRGB, of the photo as it is
 };
 
-// Part of the version of every gain: raise it whenever a change of the code changes what SolveExposures returns
-// (tests/fusion/pass/pinned_bytes_test.cc notices).
+// Part of the version of every gain: raise it whenever a change of the code changes what
+// SolveExposures returns (tests/fusion/pass/pinned_bytes_test.cc notices).
 inline constexpr uint32_t kExposureVersion = 1;
 
 struct ExposureOptions {

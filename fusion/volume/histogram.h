@@ -17,8 +17,8 @@
 
 namespace veduta {
 
-// Part of the version of every histogram: raise it whenever a change of the code changes what Integrate adds
-// (tests/fusion/pass/pinned_bytes_test.cc notices).
+// Part of the version of every histogram: raise it whenever a change of the code changes what
+// Integrate adds (tests/fusion/pass/pinned_bytes_test.cc notices).
 inline constexpr uint32_t kHistogramVersion = 1;
 
 // Distances in [-1, 1] (of the truncation) fall into kNearBins bins of equal width, from behind the

@@ -13,9 +13,8 @@
 
 namespace veduta {
 
-// Part of the version of every checked depth map and histogram: raise it whenever a change of the code changes votes or the blocks that are
-// named
-// (tests/fusion/pass/pinned_bytes_test.cc notices).
+// Part of the version of every checked depth map and histogram: raise it whenever a change of the
+// code changes votes or the blocks that are named (tests/fusion/pass/pinned_bytes_test.cc notices).
 inline constexpr uint32_t kRangeImageVersion = 1;
 
 // A block that a depth map puts surface into, and by how many of its pixels.
@@ -39,7 +38,7 @@ class RangeImage final {
  public:
   // Keeps inverse depths (linear across a plane, so they are interpolated) and, by least squares
   // over 7x7 pixels, the plane that each pixel lies on. Deterministic; single-threaded; some 50 ns
-  // and 9 bytes a pixel. kInvalidArgument if sizes disagree, a depth is negative or not finite, or
+  // and 9 bytes for each pixel. kInvalidArgument if sizes disagree, a depth is negative or not finite, or
   // the camera is degenerate.
   static Result<RangeImage> Make(const DepthMap& map, const ViewGeometry& geometry);
 
@@ -68,8 +67,9 @@ class RangeImage final {
   Eigen::Matrix3d rotation_;          // cam_from_world
   float depth_max_ = 0;               // 0: the map is empty
   std::vector<float> inverse_depth_;  // [height x width]; 0: not known
-  std::vector<float> tilt_;  // likewise: distance to the tangent plane per difference of depth
-  std::vector<uint8_t> confidence_;  // likewise
+  std::vector<float>
+      tilt_;  // [height x width]; distance to the tangent plane per difference of depth
+  std::vector<uint8_t> confidence_;  // [height x width]
 };
 
 }  // namespace veduta

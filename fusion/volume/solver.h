@@ -26,8 +26,8 @@ namespace veduta {
 
 class Device;  // kernels/device.h; null: the C++ path
 
-// Part of the version of every tile's fused signed distance: raise it whenever a change of the code changes what SolveTile returns
-// (tests/fusion/pass/pinned_bytes_test.cc notices).
+// Part of the version of every tile's fused signed distance: raise it whenever a change of the code
+// changes what SolveTile returns (tests/fusion/pass/pinned_bytes_test.cc notices).
 inline constexpr uint32_t kSolverVersion = 1;
 
 struct SolverOptions {
@@ -78,7 +78,7 @@ struct TileSolution {
 // blocks of its own gives no blocks.
 //
 // Pure and deterministic: the same bytes on the device, on any instruction set and at any number of
-// threads. Thread-safe. Some 100 bytes a voxel of `blocks` while it runs: 90 MB at most.
+// threads. Thread-safe. Some 100 bytes for each voxel of `blocks` while it runs: 90 MB at most.
 // kInvalidArgument on bad options, blocks out of reach, out of order or without a histogram;
 // kIoError if the device fails.
 Result<TileSolution> SolveTile(const GridPlace& tile, std::span<const TileBlock> blocks,

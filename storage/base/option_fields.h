@@ -10,7 +10,7 @@
 // does not compile, because the list is a structured binding of the whole struct. Whoever feeds a
 // hash, or a test that flips every field, walks along this list and can therefore leave none out.
 
-#include <optional>
+#include <algorithm>
 #include <string>
 #include <string_view>
 #include <tuple>

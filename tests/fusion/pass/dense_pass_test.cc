@@ -1,15 +1,19 @@
 // SPDX-License-Identifier: Apache-2.0
-// Goal: the dense pass redoes what is stale and nothing else: depth maps that are withdrawn
+// Goal: the dense pass makes anew what is stale and nothing else: depth maps that are withdrawn
 //   and added leave the bytes of a pass from nothing; poses that hardly move keep what was made
-//   from them; what was merged away goes; damage is named.
+//   from them; what was merged away goes; damage is named; photos may be added while it runs.
 // Method: photos of a rendered street in a real database; small depth maps, C++ paths; the pass
 //   run again after one change at a time, its report and its stored bytes compared.
 #include "fusion/pass/dense_pass.h"
 
 #include <gtest/gtest.h>
 
+#include <functional>
+#include <thread>
+
 #include "fusion/pass/dense_invariants.h"
 #include "fusion/pass/scene.h"
+#include "fusion/pass/stage.h"
 #include "tests/engine/street_fixture.h"
 
 namespace veduta {
@@ -254,6 +258,132 @@ TEST_F(DensePassTest, StopsBetweenPiecesAndRefusesNonsense) {
   EXPECT_EQ(TryPass(options).status().code(), StatusCode::kInvalidArgument);
   id_ = ReconstructionId(9);
   EXPECT_EQ(TryPass(SmallOptions()).status().code(), StatusCode::kNotFound);
+}
+
+TEST_F(DensePassTest, EveryStageNoticesItsOptions) {
+  Pass();
+  const auto settings = engine_->database()->GetSnapshot()->dense().FindSettings(id_);
+  ASSERT_TRUE(settings.ok() && *settings);
+  DenseStageOptions options = StageOptionsOf(SmallOptions(), **settings);
+  const auto scene = LoadScene(*engine_->database()->GetSnapshot(), id_);
+  ASSERT_OK(scene);
+  const auto computed = [&] {
+    const DensePassTools tools{writer_, *engine_->pool(), nullptr, {}, {}};
+    DensePass pass(tools, *scene);
+    DensifyReport r;
+    EXPECT_OK(RunStages(options, &pass, &r));
+    return std::vector{r.depths.computed > 0,    r.checks.computed > 0, r.volume.computed > 0,
+                       r.solutions.computed > 0, r.meshes.computed > 0, r.exposures.computed > 0,
+                       r.colors.computed > 0};
+  };
+  EXPECT_EQ(computed(), std::vector(7, false)) << "nothing is stale yet";
+  // From the last stage to the first: what a stage makes anew may leave nothing to do after it, but
+  // nothing before it is made anew.
+  const std::vector<std::pair<size_t, std::function<void()>>> changes = {
+      {6, [&] { options.colors.coloring.outlier_deviations += 0.5; }},
+      {5, [&] { options.exposures.exposure.observations_min += 1; }},
+      {4, [&] { options.meshes.extraction.piece_extent_cells_min -= 1; }},
+      {3, [&] { options.fusion.solver.lambda += 0.25; }},
+      {2, [&] { options.volume.grid.truncation_voxels += 0.5; }},
+      {1, [&] { options.checks.consistency.confidence_sure += 8; }},
+      {0, [&] { options.depths.estimation.penalty_small += 1; }},
+  };
+  for (const auto& [stage, change] : changes) {
+    change();
+    const std::vector<bool> made = computed();
+    EXPECT_TRUE(made[stage]) << "stage " << stage;
+    for (size_t before = 0; before < stage; ++before)
+      EXPECT_FALSE(made[before]) << "stage " << before << " before " << stage;
+    EXPECT_EQ(computed(), std::vector(7, false)) << "after stage " << stage;
+  }
+  ExpectSound();
+}
+
+TEST_F(DensePassTest, AVolumeOfOtherOptionsIsMadeFromNothing) {
+  Pass();
+  const std::vector<ContentHash> first = Stored(kVolumeFamily);
+  const auto settings = engine_->database()->GetSnapshot()->dense().FindSettings(id_);
+  ASSERT_TRUE(settings.ok() && *settings);
+  const auto scene = LoadScene(*engine_->database()->GetSnapshot(), id_);
+  ASSERT_OK(scene);
+  const DensePassTools tools{writer_, *engine_->pool(), nullptr, {}, {}};
+  DensePass pass(tools, *scene);
+  DenseStageOptions options = StageOptionsOf(SmallOptions(), **settings);
+  options.volume.grid.truncation_voxels = 5;
+  ASSERT_OK(UpdateVolume(options.volume, options.allocation, &pass));
+  EXPECT_FALSE(Stored(kVolumeFamily) == first) << "the same maps, but not the same votes";
+  options.volume.grid.truncation_voxels = 4;
+  ASSERT_OK(UpdateVolume(options.volume, options.allocation, &pass));
+  EXPECT_TRUE(Stored(kVolumeFamily) == first);
+}
+
+// Adds photos as the engine does: in turns of the same writer.
+void AddInTurns(const std::vector<Stand>& stands, Writer* writer, City* city) {
+  for (const Stand& stand : stands) {
+    const Writer::Turn turn = writer->Take();
+    city->Add(std::vector{stand});
+  }
+}
+
+TEST_F(DensePassTest, PhotosMayBeAddedWhileItRuns) {
+  const std::vector<Stand> more = {{24.2, 90}, {24.9, 90}};
+  for (const Stand& stand : more) TakePhoto(stand);  // rendered beforehand
+  std::thread adding;
+  const DenseProgress add_meanwhile = [&](std::string_view stage, size_t done, size_t) {
+    if (stage == "depth maps" && done == 1)
+      adding = std::thread([&] { AddInTurns(more, &writer_, &city_); });
+    if (stage == "surface" && adding.joinable()) adding.join();  // before the pass ends
+  };
+  const auto during = TryPass(SmallOptions(), add_meanwhile);
+  ASSERT_OK(during);
+  EXPECT_FALSE(during->merged_into.valid());
+  EXPECT_EQ(during->depths.computed, 6u) << "those that were there when it began";
+  EXPECT_EQ(city_.Counts().placed, 8u);
+  ExpectSound();
+  EXPECT_TRUE(IsSound(city_.Ask().snapshot()));
+  const DensifyReport after = Pass();
+  EXPECT_GE(after.depths.computed, 2u);
+  ExpectSound();
+
+  // Nobody can tell from the database whether the photos came during the pass or after it.
+  City one_by_one;
+  one_by_one.Add({{20.0, 90}, {20.7, 90}, {21.4, 90}, {22.1, 90}, {22.8, 90}, {23.5, 90}});
+  Writer writer(one_by_one.engine().database());
+  const DensePassTools tools{writer, *one_by_one.engine().pool(), nullptr, {}, {}};
+  ASSERT_OK(RunDensePass(tools, id_, SmallOptions()));
+  AddInTurns(more, &writer, &one_by_one);
+  ASSERT_OK(RunDensePass(tools, id_, SmallOptions()));
+  EXPECT_EQ(city_.Digest(), one_by_one.Digest());
+}
+
+TEST_F(DensePassTest, EndsWhereItsReconstructionIsMergedAway) {
+  const DenseProgress merge = [&](std::string_view stage, size_t done, size_t) {
+    if (stage != "checks" || done != 2) return;
+    Writer::Turn turn = writer_.Take();
+    auto record = turn.database().GetSnapshot()->GetReconstruction(id_);
+    ASSERT_OK(record);
+    record->merged_into = ReconstructionId(99);
+    const auto transaction = turn.database().BeginTransaction();
+    transaction->PutReconstruction(*record);
+    ASSERT_OK(transaction->Commit());
+  };
+  const auto report = TryPass(SmallOptions(), merge);
+  ASSERT_OK(report);
+  EXPECT_EQ(report->merged_into, ReconstructionId(99));
+  EXPECT_EQ(report->depths.computed, 6u);
+  EXPECT_EQ(report->triangles, 0u);
+  const auto dense_entries = [&] {
+    size_t count = 0;
+    EXPECT_OK(
+        engine_->database()->GetSnapshot()->dense().ScanAll([&](uint8_t, auto, auto) { ++count; }));
+    return count;
+  };
+  EXPECT_GT(dense_entries(), 0u);
+  const auto swept = SweepMerged(writer_);
+  ASSERT_OK(swept);
+  EXPECT_EQ(*swept, 1u);
+  EXPECT_EQ(dense_entries(), 0u);
+  EXPECT_EQ(*SweepMerged(writer_), 0u);
 }
 
 }  // namespace
