@@ -6,7 +6,6 @@
 
 #include "cli/command.h"
 #include "cli/photo_list.h"
-#include "engine/calibration_door.h"
 
 namespace veduta {
 namespace {

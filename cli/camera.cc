@@ -3,7 +3,6 @@
 // veduta camera add DB NAME --from FILE [--id N]
 // veduta camera list DB
 #include "cli/command.h"
-#include "engine/calibration_door.h"
 
 namespace veduta {
 namespace {

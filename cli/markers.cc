@@ -5,7 +5,6 @@
 #include <fstream>
 
 #include "cli/command.h"
-#include "engine/calibration_door.h"
 
 namespace veduta {
 namespace {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "engine/calibration_door.h"
+#include "engine/engine.h"
 
 #include <algorithm>
 #include <filesystem>

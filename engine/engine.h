@@ -20,6 +20,7 @@
 #include <span>
 #include <stop_token>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "engine/door/answers.h"
@@ -159,28 +160,32 @@ class Engine final {
   std::unique_ptr<EngineParts> parts_;
 };
 
-// --- Cameras, without a database
+// --- Cameras: no database is needed. Deterministic and thread-safe. ---
 
-// kInvalidArgument, with what to photograph, if nothing can be told.
-// Deterministic. Thread-safe.
+// Calibrates a camera from photos of printed markers, or from the points of a points.json. The
+// messages are in the order in which the work is done: notes on single photos, each beginning with
+// the photo's name; then notes and warnings on the calibration. kInvalidArgument if nothing useful
+// can be told, with what to photograph.
 Result<CalibrationAnswer> Calibrate(const CalibrateRequest& request);
 
-// paper  "a4" or "letter". count  [1, kMarkerCountMax] different markers, six a
-// sheet.
+// Sheets of markers to print, six to a sheet, as one PDF. `paper` is "a4" or "letter"; `count` lies
+// in [1, kMarkerCountMax].
 inline constexpr uint32_t kMarkerCountMax = 178;
 Result<MarkerSheets> MakeMarkerSheets(std::string_view paper, uint32_t count);
 
-// Reads camera.json, COLMAP's cameras.txt or OpenCV's YAML, whichever it is.
-// `colmap_id` chooses among several cameras of COLMAP's. kInvalidArgument says
-// what is wrong, or which ids there are to choose from; kIoError.
+// Reads a camera.json, COLMAP's cameras.txt or a file of OpenCV's FileStorage, whichever it is.
+// `colmap_id` chooses among several cameras of a cameras.txt. kInvalidArgument says what is wrong,
+// or which ids there are to choose from; kIoError.
 Result<CameraFromFile> ReadCameraFile(const std::string& path, std::optional<uint32_t> colmap_id);
 
-// size "WxH", params "fx,fy,cx,cy[,k1,k2[,u0,v0]]". kInvalidArgument names the
-// field.
+// A camera as people type it: a size "WIDTHxHEIGHT" in px, and "fx,fy,cx,cy[,k1,k2[,u0,v0]]", with
+// the units of CameraModel. kInvalidArgument names what is wrong.
 Result<CameraModel> ParseCamera(std::string_view size, std::string_view params);
-// The shortest text that ParseCamera reads back as the same model.
+// The shortest texts that ParseCamera reads back as the same model.
 std::string CameraSizeText(const CameraModel& model);
 std::string CameraParamsText(const CameraModel& model);
+
+// --- What there is ---
 
 // The OpenCL devices, and which one `wanted` ("" or "auto": the default) means.
 Result<DeviceList> ListDevices(const std::string& wanted);

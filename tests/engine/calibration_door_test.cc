@@ -5,7 +5,7 @@
 //   be calibrated; sheets, camera files and texts of cameras.
 // Method: the functions alone, on a session of known truth written as a points.json, and on small
 //   rendered photos of markers, one of them of nothing.
-#include "engine/calibration_door.h"
+#include "engine/engine.h"
 
 #include <gtest/gtest.h>
 #include <unistd.h>

@@ -1,0 +1,43 @@
+// SPDX-License-Identifier: Apache-2.0
+// The members of the door that need the dense pass. The door's header lies below this folder; what
+// it declares is defined where it is known how it is done.
+#include "engine/parts.h"
+#include "engine/query/city_answers.h"
+#include "engine/query/invariants.h"
+#include "fusion/dense_door.h"
+#include "fusion/export/exporter.h"
+#include "fusion/pass/dense_invariants.h"
+
+namespace veduta {
+
+Result<std::vector<DensifyReport>> Engine::Densify(const DensifyRequest& request,
+                                                   std::stop_token stop) {
+  return DensifyAll(*parts_->writer, *parts_->pool, parts_->dense_pass, request, std::move(stop));
+}
+
+Result<std::vector<ExportedModel>> Questions::Export(const ExportRequest& request) const {
+  return ExportReconstructions(*view_->snapshot, request, *view_->parts->pool);
+}
+
+Result<RenderReport> Questions::Render(const RenderRequest& request) const {
+  const auto find_image = [](const Snapshot& snapshot, const std::string& name) -> Result<ImageId> {
+    VEDUTA_ASSIGN_OR_RETURN(const ImageRecord image, FindImage(snapshot, name));
+    return image.id;
+  };
+  return RenderToFile(view_->snapshot, *view_->parts->pool, request, find_image);
+}
+
+Result<std::vector<std::string>> Questions::Verify(uint32_t count_max) const {
+  VEDUTA_ASSIGN_OR_RETURN(std::vector<std::string> violations,
+                          FindViolations(*view_->snapshot, count_max));
+  VEDUTA_ASSIGN_OR_RETURN(const std::vector<std::string> dense,
+                          FindDenseViolations(*view_->snapshot, count_max - violations.size()));
+  violations.insert(violations.end(), dense.begin(), dense.end());
+  return violations;
+}
+
+Result<DeviceList> ListDevices(const std::string& wanted) {
+  return ListDevicesFor(wanted);
+}
+
+}  // namespace veduta
