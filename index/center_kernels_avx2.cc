@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Built with -mavx2. Bytes are widened to 16 bits: vpmaddubsw, which would save that, saturates.
+// Built with -mavx2. Bytes are widened to 16 bits; vpmaddubsw needs no widening, but it saturates.
 #include "index/center_kernels.h"
 
 #if defined(__AVX2__)
@@ -42,7 +42,7 @@ void NearestEach(const uint8_t* descriptors, size_t n, const uint8_t* centers,
   }
 }
 
-constexpr CenterKernels kKernels{CenterIsa::kAvx2, "avx2", Nearest, NearestEach, Accumulate};
+constexpr CenterKernels kKernels = {Nearest, NearestEach, Accumulate};
 
 }  // namespace
 

@@ -6,6 +6,8 @@
 #include <string>
 #include <unordered_map>
 
+#include "storage/base/option_check.h"
+
 namespace veduta {
 namespace {
 
@@ -42,7 +44,7 @@ Status CheckPostings(std::span<const std::vector<ImageId>> postings, uint32_t im
   return Status::Ok();
 }
 
-// Calls add(image) -> uint64_t& for each posting and adds the word's weight to it.
+// Adds each word's weight to the sum of every image that has the word.
 template <typename Sums>
 void AddWeights(std::span<const std::vector<ImageId>> postings, std::span<const uint64_t> weights,
                 Sums& sums) {
@@ -55,11 +57,7 @@ void AddWeights(std::span<const std::vector<ImageId>> postings, std::span<const 
 }  // namespace
 
 Status RankOptions::Check() const {
-  if (!(score_min >= 0 && score_min <= 1)) {
-    return Status::InvalidArgument("scoring: score_min " + std::to_string(score_min) +
-                                   " is outside [0, 1]");
-  }
-  return Status::Ok();
+  return CheckOption(score_min >= 0 && score_min <= 1, "score_min", score_min, "[0, 1]");
 }
 
 Result<std::vector<RankedImage>> Rank(std::span<const std::vector<ImageId>> postings,

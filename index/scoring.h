@@ -2,13 +2,14 @@
 #pragma once
 // How much stored images look like a query: eq 5 of the paper (R9).
 //
-//   score(Q, D) = sum over distinct words t in Q and D of w(t)  /  sum over distinct words t in Q
-//   of w(t), w(t) = log(N / max(n(t), 1)),
+//   score(Q, D) = (sum of w(t) over the distinct words t in both Q and D)
+//               / (sum of w(t) over the distinct words t in Q),
+//   w(t) = log(N / max(n(t), 1)),
 //
-// N images in the collection, n(t) of them with word t. A word that no stored image has counts as
-// if one had it: it weighs the most and lowers the score of all, for it is something of the query
-// that the collection does not show. Where all weights are zero (one image stored, or every word in
-// every image) each word weighs the same instead.
+// with N images in the collection, of which n(t) have the word t. A word that no stored image has
+// counts as if one had it: it weighs the most and lowers the score of every image, for it is
+// something in the query that the collection does not show. Where all weights are zero (one image
+// is stored, or every image has every word) each word weighs the same instead.
 //
 // Weights are rounded to 2^-32 and summed as integers, so a score does not depend on the order of
 // the sums, and an image that has all of the query's words, as a stored image queried with itself,
@@ -24,10 +25,10 @@
 namespace veduta {
 
 struct RankOptions {
-  uint32_t count_max = 100;  // images to return; R10 takes 1 % of the database
+  uint32_t count_max = 100;  // [0, 2^32) images to return; R10 takes 1 % of the database
   double score_min = 0;      // [0, 1]; images below are left out, and those at zero always
 
-  Status Check() const;  // the violated bound, named with its value
+  Status Check() const;  // the first violated bound, named with its value
 };
 
 struct RankedImage {

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
-// An OpenCL device to compute on: a graphics card, or the processor through PoCL. Without one, the
-// C++ paths work.
+// An OpenCL device to compute on: a graphics card, or the processor through PoCL. Without a device
+// the same is computed in C++.
 
 #include <cstdint>
 #include <memory>
@@ -14,8 +14,8 @@
 
 namespace veduta {
 
-// Every device of every driver. Empty where no driver or no device is; a driver that fails is
-// passed over. Thread-safe.
+// Every device of every driver. Empty where there is no driver or no device; a driver that fails is
+// left out. Thread-safe.
 std::vector<DeviceInfo> ListDevices();
 
 // The device that `wanted` names among `devices`:
@@ -31,24 +31,25 @@ bool WantsNoDevice(std::string_view wanted);
 
 struct DeviceOptions {
   std::string wanted = "auto";  // as ChooseDevice takes it
-  std::string cache_folder =
-      {};  // built programs are kept here, made if missing; empty: kept in memory only
-  uint32_t thread_count =
-      0;  // [0, 4096]; threads of a CPU device; 0: all that it has. Other devices ignore it
+  // Built programs are kept in this folder, which is made if it is missing. Empty: they are kept in
+  // memory only.
+  std::string cache_folder = {};
+  // [0, 4096] threads of a CPU device; 0: all that it has. Other devices ignore it.
+  uint32_t thread_count = 0;
 
-  Status Check() const;
+  Status Check() const;  // the first violated bound, named with its value
 };
 
 // A device with its queue and its built programs. The programs' results do not depend on the
 // device: they compute in integers, or in floats without contraction and with correctly rounded
 // division where the driver can.
 //
-// Thread-safe: each operation makes its kernel and its buffers itself; the queue works in order.
+// Thread-safe: each operation makes its own kernel and buffers, and the queue works in order.
 class Device final {
  public:
   // kNotFound if there is no such device, or if `wanted` asks for none; kInvalidArgument on bad
-  // options; kIoError with the device's name if its driver fails. A cache folder that cannot be
-  // written costs building anew, no more.
+  // options; kIoError with the device's name if its driver fails. Where the cache folder cannot be
+  // written, programs are built anew each time.
   static Result<std::unique_ptr<Device>> Open(const DeviceOptions& options);
 
   ~Device();

@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-# Writes the C++ file OUT that holds the text of each of FILES, which are separated by |.
-# usage: cmake -D OUT=... -D FILES=... -P embed_sources.cmake
+# Writes the C++ file OUT that holds the text of each of FILES (separated by |):
+#   cmake -D OUT=... -D FILES=... -P embed_sources.cmake
 if(FILES STREQUAL "")
   message(FATAL_ERROR "embed_sources.cmake: there is no file to embed")
 endif()
@@ -31,7 +31,9 @@ ${entries}};
 
 }  // namespace
 
-std::span<const KernelSource> KernelSources() { return kSources; }
+std::span<const KernelSource> KernelSources() {
+  return std::span(kSources).first(std::size(kSources) - 1);
+}
 
 }  // namespace veduta
 ")

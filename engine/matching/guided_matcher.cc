@@ -5,6 +5,9 @@
 #include <cmath>
 #include <string>
 
+#include "engine/matching/matcher_kernels.h"
+#include "storage/base/option_check.h"
+
 namespace veduta {
 namespace {
 
@@ -61,7 +64,7 @@ Eigen::Matrix3d Normalized(const Eigen::Matrix3d& f) {
   return f / largest;
 }
 
-// The epipolar side of MatchGuided: candidates in b for one feature of a.
+// Finds the candidates in b along the epipolar line of one feature of a.
 class BandSearch final {
  public:
   BandSearch(const Features& b, const FeatureGrid& b_grid, const Eigen::Matrix3d& f,
@@ -81,8 +84,8 @@ class BandSearch final {
   }
 
  private:
-  // x_a is within the band of x_b's epipolar line. False where x_b is the epipole, which has no
-  // line.
+  // Whether x_a is within the band of x_b's epipolar line. False where x_b is the epipole, which
+  // has no line.
   bool InBandOfB(const Eigen::Vector3d& x_a, const Keypoint& b) const {
     const Eigen::Vector3d line = f_.transpose() * Eigen::Vector3d(b.x_px, b.y_px, 1.0);
     const double residual = line.dot(x_a);
@@ -112,20 +115,11 @@ bool Passes(const DescriptorMatch& match, const GuidedMatchOptions& options) {
 }  // namespace
 
 Status GuidedMatchOptions::Check() const {
-  if (!(band_px > 0 && band_px <= 64)) {
-    return Status::InvalidArgument("band_px is " + std::to_string(band_px) + ", outside (0, 64]");
-  }
-  if (!(ratio_max > 0 && ratio_max <= 1)) {
-    return Status::InvalidArgument("ratio_max is " + std::to_string(ratio_max) +
-                                   ", outside (0, 1]");
-  }
-  if (!(apart_px >= 0))
-    return Status::InvalidArgument("apart_px is " + std::to_string(apart_px) + ", below 0");
-  if (!(scale_ratio_max >= 1)) {
-    return Status::InvalidArgument("scale_ratio_max is " + std::to_string(scale_ratio_max) +
-                                   ", below 1");
-  }
-  return Status::Ok();
+  VEDUTA_RETURN_IF_ERROR(CheckOption(band_px > 0 && band_px <= 64, "band_px", band_px, "(0, 64]"));
+  VEDUTA_RETURN_IF_ERROR(
+      CheckOption(ratio_max > 0 && ratio_max <= 1, "ratio_max", ratio_max, "(0, 1]"));
+  VEDUTA_RETURN_IF_ERROR(CheckOption(apart_px >= 0, "apart_px", apart_px, "[0, inf]"));
+  return CheckOption(scale_ratio_max >= 1, "scale_ratio_max", scale_ratio_max, "[1, inf]");
 }
 
 Result<std::vector<DescriptorMatch>> MatchGuided(const Features& a, const Features& b,
@@ -139,11 +133,11 @@ Result<std::vector<DescriptorMatch>> MatchGuided(const Features& a, const Featur
     return Status::InvalidArgument("the grid is of " + std::to_string(b_grid.feature_count()) +
                                    " features, image b has " + std::to_string(b.size()));
   }
-  const MatcherKernels& kernels = MatcherKernelsFor(options.isa.value_or(BestMatcherIsa()));
+  const MatcherKernels& kernels = BestMatcherKernels();
   const BandSearch search(b, b_grid, Normalized(b_from_a), options);
 
-  // The band is symmetric, so one walk over a finds every pair: b's best comes out of the same
-  // distances.
+  // The band is symmetric, so one walk over the features of a finds every pair, and the same
+  // distances tell the best of each feature of b.
   std::vector<DescriptorMatch> best_of_a;
   std::vector<Nearest> best_of_b(b.size(), {kNoMatch, kNoMatch});
   GuidedScratch scratch;
@@ -171,8 +165,7 @@ std::optional<NearFeature> FindNear(const FeatureGrid& grid, const Features& fea
   grid.FindNearPoint(ContrastClassOf(query.contrast_sign), query.x_px, query.y_px, query.radius_px,
                      &scratch->candidates);
   if (scratch->candidates.empty()) return std::nullopt;
-  static const MatcherKernels& kernels = MatcherKernelsFor(BestMatcherIsa());
-  MeasureDistances(kernels, query.descriptor, features, scratch);
+  MeasureDistances(BestMatcherKernels(), query.descriptor, features, scratch);
   const BestTwo best = PickBest(features, *scratch, query.apart_px);
   if (best.distance > query.distance_squared_max) return std::nullopt;
   return NearFeature{best.feature, best.distance, best.second_distance};

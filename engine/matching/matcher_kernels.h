@@ -1,13 +1,15 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
-// The vector kernels below the matchers, and the layout they share. Included by files built with -m
-// flags: nothing but plain structs here, for an inline function compiled there could end up being
-// called on a lesser processor.
+// The inner loops of the matchers, as kernels of one isa each (storage/base/cpu_isa.h), and the
+// layout that they share. Files built with wider vectors include this: there is nothing but plain
+// structs here, for an inline function compiled there could be called on a processor without them.
 
 #include <cstddef>
 #include <cstdint>
 
 namespace veduta {
+
+enum class CpuIsa : uint8_t;  // storage/base/cpu_isa.h
 
 inline constexpr int kPanelColumns = 16;  // descriptors side by side in a panel
 inline constexpr int kPanelGroups = 32;   // groups of 4 bytes in a descriptor
@@ -33,8 +35,8 @@ struct PanelSpan {
 
 inline constexpr uint32_t kNoMatch = UINT32_MAX;
 
-// Where a descriptor's nearest neighbours in the other set are. kNoMatch throughout where there are
-// none.
+// Where a descriptor's nearest neighbors in the other set are. All fields are kNoMatch where there
+// is none.
 struct NearestPair {
   uint32_t best;             // ordinal in the other set; the lowest of equals
   uint32_t distance;         // squared
@@ -58,10 +60,14 @@ struct MatcherKernels {
                     size_t count, uint32_t* distances);
 };
 
-extern const MatcherKernels kPortableKernels;
-#if defined(__x86_64__)
-extern const MatcherKernels kAvx2Kernels;
-extern const MatcherKernels kAvx512VnniKernels;
-#endif
+// The kernels written for exactly this isa; null where there are none, or the processor lacks it.
+const MatcherKernels* FindMatcherKernels(CpuIsa isa);
+// The fastest that this processor can run. Thread-safe; a few nanoseconds.
+const MatcherKernels& BestMatcherKernels();
+
+// Each is defined in its own file; the vector ones are null off x86-64.
+extern const MatcherKernels* const kMatcherKernelsPortable;
+extern const MatcherKernels* const kMatcherKernelsAvx2;
+extern const MatcherKernels* const kMatcherKernelsAvx512Vnni;
 
 }  // namespace veduta

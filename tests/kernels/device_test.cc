@@ -15,6 +15,7 @@
 
 #include "kernels/opencl.h"
 #include "storage/base/content_hash.h"
+#include "tests/option_bounds.h"
 
 namespace veduta {
 namespace {
@@ -65,6 +66,11 @@ TEST(ChooseDevice, NamesWhatIsMissing) {
             StatusCode::kNotFound);
 }
 
+TEST(DeviceOptions, EveryBoundIsNoticed) {
+  ExpectBounds<DeviceOptions, uint32_t>(&DeviceOptions::thread_count, "thread_count",
+                                        {4097, UINT32_MAX}, {0, 4096});
+}
+
 TEST(DeviceOpen, RefusesBadOptions) {
   EXPECT_EQ(Device::Open({.thread_count = 4097}).status().code(), StatusCode::kInvalidArgument);
   EXPECT_EQ(Device::Open({.wanted = "cpp"}).status().code(), StatusCode::kNotFound);
@@ -98,7 +104,8 @@ class DeviceTest : public testing::Test {
 };
 
 const char kFloats[] = R"(
-kernel void floats(global const float* a, global const float* b, global const float* c, global float* out) {
+kernel void floats(global const float* a, global const float* b, global const float* c,
+                   global float* out) {
   const size_t i = get_global_id(0);
   out[3 * i] = a[i] * b[i] + c[i];
   out[3 * i + 1] = a[i] / b[i];
