@@ -79,9 +79,7 @@ DatabaseOpener::DatabaseOpener(std::string path, const DatabaseOptions& options)
 
 Result<std::shared_ptr<DatabaseFiles>> DatabaseOpener::Open() {
   if (files_->path_.empty()) return Status::InvalidArgument("the database's path is empty");
-  if (options_.create && options_.read_only) {
-    return Status::InvalidArgument("a database cannot be created for reading only");
-  }
+  VEDUTA_RETURN_IF_ERROR(options_.Check());
   VEDUTA_RETURN_IF_ERROR(ListFolder());
   if (options_.create) {
     VEDUTA_RETURN_IF_ERROR(PrepareFolder());

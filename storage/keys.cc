@@ -118,6 +118,10 @@ std::string JournalKey(uint64_t sequence) {
 std::string PhotoMarkKey(const ContentHash& photo) {
   return Tagged(MarkKind::kPhoto, HashBytes(photo));
 }
+bool ParsePhotoMarkKey(std::string_view key, ContentHash* photo) {
+  if (key.empty() || key[0] != static_cast<char>(MarkKind::kPhoto)) return false;
+  return ParseHashKey(key.substr(1), photo);
+}
 std::string PointBlocksMarkKey(ReconstructionId reconstruction, uint32_t generation) {
   return Tagged(MarkKind::kPointBlocks, Key32x2(reconstruction.value, generation));
 }

@@ -58,6 +58,7 @@ std::string PostingsKey(uint32_t generation, WordId word);
 std::string JournalKey(uint64_t sequence);
 
 std::string PhotoMarkKey(const ContentHash& photo);
+bool ParsePhotoMarkKey(std::string_view key, ContentHash* photo);  // false: another mark
 std::string PointBlocksMarkKey(ReconstructionId reconstruction, uint32_t generation);
 std::string VocabularyMarkKey(uint32_t generation);
 

@@ -51,19 +51,26 @@ void Read(schema::Rigid::Reader from, Eigen::Quaterniond* rotation, Eigen::Vecto
 
 Result<std::string> Encode(const DatabaseState& state) {
   VEDUTA_RETURN_IF_ERROR(Check(state));
-  return WriteMessage<schema::State>(state.pending_propagation.size() * sizeof(ImageId),
-                                     [&](auto to) {
-                                       to.setNextImage(state.next_image);
-                                       to.setNextCamera(state.next_camera);
-                                       to.setNextReconstruction(state.next_reconstruction);
-                                       to.setNextJournal(state.next_journal);
-                                       to.setNextBlob(state.next_blob);
-                                       to.setVocabularyGeneration(state.vocabulary_generation);
-                                       to.setImagesAtVocabulary(state.images_at_vocabulary);
-                                       to.setVocabularyImported(state.vocabulary_imported);
-                                       to.setRetrievableImageCount(state.retrievable_image_count);
-                                       to.setPendingPropagation(AsData(state.pending_propagation));
-                                     });
+  const size_t payload = state.pending_propagation.size() * sizeof(ImageId);
+  return WriteMessage<schema::State>(payload, [&](auto to) {
+    to.setNextImage(state.next_image);
+    to.setNextCamera(state.next_camera);
+    to.setNextReconstruction(state.next_reconstruction);
+    to.setNextJournal(state.next_journal);
+    to.setNextBlob(state.next_blob);
+    to.setVocabularyGeneration(state.vocabulary_generation);
+    to.setImagesAtVocabulary(state.images_at_vocabulary);
+    to.setVocabularyImported(state.vocabulary_imported);
+    to.setRetrievableImageCount(state.retrievable_image_count);
+    to.setPendingPropagation(AsData(state.pending_propagation));
+    to.setCountsKnown(state.counts.has_value());
+    if (!state.counts) return;
+    to.setImageCount(state.counts->images);
+    to.setPlacedCount(state.counts->placed);
+    to.setPostponedCount(state.counts->postponed);
+    to.setRejectedCount(state.counts->rejected);
+    to.setCameraCount(state.counts->cameras);
+  });
 }
 
 Status Decode(std::string_view value, DatabaseState* state) {
@@ -79,6 +86,14 @@ Status Decode(std::string_view value, DatabaseState* state) {
     state->retrievable_image_count = from.getRetrievableImageCount();
     if (!CopyRows(from.getPendingPropagation(), &state->pending_propagation))
       return BadRows("pending_propagation");
+    state->counts.reset();
+    if (from.getCountsKnown()) {
+      state->counts = {.images = from.getImageCount(),
+                       .placed = from.getPlacedCount(),
+                       .postponed = from.getPostponedCount(),
+                       .rejected = from.getRejectedCount(),
+                       .cameras = from.getCameraCount()};
+    }
     return Damaged(Check(*state));
   });
 }

@@ -29,6 +29,14 @@ struct State {
   vocabularyImported @7 :Bool;
   retrievableImageCount @8 :UInt32;
   pendingPropagation @9 :Data;  # rows: image u32
+  # The counts mean something only where countsKnown is set: a program from before there were counts
+  # writes the state without them.
+  countsKnown @10 :Bool;
+  imageCount @11 :UInt64;
+  placedCount @12 :UInt64;
+  postponedCount @13 :UInt64;
+  rejectedCount @14 :UInt64;
+  cameraCount @15 :UInt64;
 }
 
 struct Camera {
