@@ -6,10 +6,9 @@
 #include <utility>
 
 #include "storage/database_files.h"
-#include "storage/keys.h"
 #include "storage/maintenance.h"
-#include "storage/record_codec.h"
 #include "storage/record_counts.h"
+#include "storage/records/state_record.h"
 #include "storage/snapshot_view.h"
 #include "storage/write_ahead.h"
 #include "storage/write_buffer.h"

@@ -20,7 +20,7 @@
 
 #include "storage/base/status.h"
 #include "storage/database.h"
-#include "storage/families.h"
+#include "storage/records/families.h"
 
 namespace veduta {
 

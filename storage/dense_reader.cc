@@ -1,9 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <utility>
 
-#include "storage/dense_codec.h"
 #include "storage/dense_view.h"
-#include "storage/keys.h"
+#include "storage/records/dense_settings.h"
+#include "storage/records/depth_record.h"
+#include "storage/records/tile_record.h"
 #include "storage/stored_bytes.h"
 
 namespace veduta {
@@ -133,11 +134,11 @@ class View final : public DenseReader {
     const auto bytes = [](std::string_view text) {
       return std::span(reinterpret_cast<const uint8_t*>(text.data()), text.size());
     };
-    for (const Family family :
-         {Family::kDense, Family::kDepth, Family::kVolume, Family::kSurface}) {
+    for (const FamilyTraits& traits : AllFamilies()) {
+      if (!traits.digested_whole) continue;
       VEDUTA_RETURN_IF_ERROR(reader_.Scan(
-          family, "", "", [&](std::string_view key, std::string_view value, bool* /*more*/) {
-            visit(static_cast<uint8_t>(family), bytes(key), bytes(value));
+          traits.family, "", "", [&](std::string_view key, std::string_view value, bool* /*more*/) {
+            visit(static_cast<uint8_t>(traits.family), bytes(key), bytes(value));
             return Status::Ok();
           }));
     }

@@ -8,10 +8,19 @@
 #include <vector>
 
 #include "storage/dense_view.h"
-#include "storage/keys.h"
-#include "storage/record_check.h"
-#include "storage/record_codec.h"
 #include "storage/record_counts.h"
+#include "storage/records/camera_record.h"
+#include "storage/records/image_record.h"
+#include "storage/records/journal_record.h"
+#include "storage/records/pair_record.h"
+#include "storage/records/photo_record.h"
+#include "storage/records/point_block.h"
+#include "storage/records/pose_record.h"
+#include "storage/records/reconstruction_record.h"
+#include "storage/records/record_parts.h"
+#include "storage/records/state_record.h"
+#include "storage/records/vocabulary_record.h"
+#include "storage/records/write_ahead_mark.h"
 #include "storage/snapshot_view.h"
 #include "storage/write_buffer.h"
 #include "storage/write_transaction.h"
@@ -140,8 +149,8 @@ class WriteTransaction final : public Transaction {
     return *buffer_;
   }
 
-  // The state record with the counts as they will be. Where the counts change, it is written even if
-  // nobody has put it: so another transaction that changes them is a conflict.
+  // The state record with the counts as they will be. Where the counts change, it is written even
+  // if nobody has put it: so another transaction that changes them is a conflict.
   Status PutCountedState() {
     if (!state_ && count_changes_.empty()) return Status::Ok();
     VEDUTA_ASSIGN_OR_RETURN(const DatabaseState before, base_->GetState());

@@ -6,7 +6,7 @@
 #include <algorithm>
 #include <memory>
 
-#include "storage/keys.h"
+#include "storage/records/key_bytes.h"
 #include "storage/rocksdb_status.h"
 
 namespace veduta {

@@ -5,8 +5,13 @@
 
 #include <string_view>
 
-#include "storage/keys.h"
-#include "storage/record_codec.h"
+#include "storage/records/key_bytes.h"
+#include "storage/records/photo_record.h"
+#include "storage/records/point_block.h"
+#include "storage/records/reconstruction_record.h"
+#include "storage/records/state_record.h"
+#include "storage/records/vocabulary_record.h"
+#include "storage/records/write_ahead_mark.h"
 #include "storage/rocksdb_status.h"
 #include "storage/value_reader.h"
 #include "storage/write_buffer.h"
@@ -18,7 +23,8 @@ std::string_view AsText(std::span<const uint8_t> bytes) {
   return {reinterpret_cast<const char*>(bytes.data()), bytes.size()};
 }
 
-// The generation of point blocks that the reconstruction's record names; 0 where there is no record.
+// The generation of point blocks that the reconstruction's record names; 0 where there is no
+// record.
 Result<uint32_t> CurrentPointsGeneration(const ValueReader& reader, ReconstructionId id) {
   ReconstructionRecord record;
   const auto decode = [&](std::string_view value) { return Decode(value, id, &record); };

@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "storage/write_buffer.h"
 
-#include "storage/keys.h"
+#include "storage/records/key_bytes.h"
+#include "storage/records/vocabulary_record.h"
 #include "storage/rocksdb_status.h"
 
 namespace veduta {

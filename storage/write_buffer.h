@@ -14,8 +14,8 @@
 
 namespace veduta {
 
-// Not thread-safe. After the files have been closed (Database::Reopen), all that is added is refused
-// with their reason.
+// Not thread-safe. After the files have been closed (Database::Reopen), all that is added is
+// refused with their reason.
 class WriteBuffer final {
  public:
   explicit WriteBuffer(DatabaseFiles& files) : files_(files) {}

@@ -3,6 +3,9 @@
 //   two conflicting transactions through, and names what is damaged.
 // Method: real folders; values changed through RocksDB itself.
 #include "storage/database.h"
+#include "storage/records/families.h"
+#include "storage/records/image_record.h"
+#include "storage/records/state_record.h"
 
 #include <gtest/gtest.h>
 #include <rocksdb/db.h>
@@ -14,9 +17,6 @@
 
 #include "damage.h"
 #include "samples.h"
-#include "storage/families.h"
-#include "storage/keys.h"
-#include "storage/record_codec.h"
 
 namespace veduta {
 namespace {

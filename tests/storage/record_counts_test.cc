@@ -5,14 +5,13 @@
 // Method: random transactions against a walk over all records; a state as the program before the
 //   counts encoded it, byte by byte; every write of the upgrade failing, with the power cut.
 #include "storage/record_counts.h"
+#include "storage/records/state_record.h"
 
 #include <gtest/gtest.h>
 
 #include "damage.h"
 #include "fault_file_system.h"
 #include "samples.h"
-#include "storage/keys.h"
-#include "storage/record_codec.h"
 
 namespace veduta {
 namespace {

@@ -1,16 +1,19 @@
 // SPDX-License-Identifier: Apache-2.0
-// The PointBlock part of storage/record_codec.h: points as columns.
+#include "storage/records/point_block.h"
+
+#include <cmath>
 #include <cstring>
-#include <string>
 #include <vector>
 
-#include "storage/message.h"
-#include "storage/record_check.h"
-#include "storage/record_codec.h"
-#include "storage/schema.capnp.h"
+#include "storage/records/key_bytes.h"
+#include "storage/records/message.h"
+#include "storage/records/record_parts.h"
+#include "storage/records/schema.capnp.h"
 
 namespace veduta {
 namespace {
+
+static_assert(sizeof(TrackElement) == 8);  // rows are copied as they lie (schema.capnp)
 
 struct Columns {
   std::vector<uint32_t> ordinals;
@@ -64,7 +67,49 @@ Status ReadColumns(schema::PointBlock::Reader from, Columns* c) {
   return Status::Ok();
 }
 
+Status CheckPoint(const PointRecord& point, ImageId home, uint32_t next_ordinal) {
+  if (point.id.home != home) return Broken("point's home", point.id.home.value, "the block's");
+  if (point.id.ordinal == 0 || point.id.ordinal >= next_ordinal) {
+    return Broken("point's ordinal", point.id.ordinal,
+                  "from 1 up and below next_ordinal " + std::to_string(next_ordinal));
+  }
+  if (!point.position.allFinite())
+    return Broken("point's position", point.position.sum(), "finite");
+  if (!std::isfinite(point.error_px)) return Broken("point's error_px", point.error_px, "finite");
+  if (point.track.size() < 2)
+    return Broken("point's track length", point.track.size(), "2 or more");
+  for (size_t i = 0; i < point.track.size(); ++i) {
+    VEDUTA_RETURN_IF_ERROR(CheckId("image in a track", point.track[i].image));
+    if (i > 0 && point.track[i].image <= point.track[i - 1].image) {
+      return Broken("image in a track", point.track[i].image.value, "ascending");
+    }
+  }
+  return Status::Ok();
+}
+
 }  // namespace
+
+std::string PointBlockPrefix(ReconstructionId reconstruction, uint32_t generation) {
+  return Key32x2(reconstruction.value, generation);
+}
+
+std::string PointBlockKey(ReconstructionId reconstruction, uint32_t generation, ImageId home) {
+  std::string key = PointBlockPrefix(reconstruction, generation);
+  AppendBigEndian32(&key, home.value);
+  return key;
+}
+
+Status Check(const PointBlock& block) {
+  VEDUTA_RETURN_IF_ERROR(CheckId("block's home", block.home));
+  if (block.next_ordinal == 0) return Broken("next_ordinal", 0, "1 or more");
+  for (size_t i = 0; i < block.points.size(); ++i) {
+    VEDUTA_RETURN_IF_ERROR(CheckPoint(block.points[i], block.home, block.next_ordinal));
+    if (i > 0 && block.points[i].id.ordinal <= block.points[i - 1].id.ordinal) {
+      return Broken("point's ordinal", block.points[i].id.ordinal, "ascending");
+    }
+  }
+  return Status::Ok();
+}
 
 Result<std::string> Encode(const PointBlock& block) {
   VEDUTA_RETURN_IF_ERROR(Check(block));

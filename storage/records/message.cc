@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "storage/message.h"
+#include "storage/records/message.h"
 
 namespace veduta {
 

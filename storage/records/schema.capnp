@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
-# The values of the database; keys and raw values are in storage/FORMAT.md. Fields are only ever added, with new
-# numbers. What the key says is not repeated in the value. Bulk arrays are Data of fixed little-endian rows, so that
-# reading one is a copy of memory; their rows are described where they stand.
+# The values of the database; keys and raw values are in storage/FORMAT.md. Fields are only ever
+# added, with new numbers. What the key says is not repeated in the value. Bulk arrays are Data of
+# fixed little-endian rows, so that reading one is a copy of memory; a comment says what a row is.
 @0xa40a7d1c2f6b9e53;
 
 using Cxx = import "/capnp/c++.capnp";
@@ -70,7 +70,8 @@ struct Image {
 }
 
 struct Features {
-  keypoints @0 :Data;    # rows of 24 bytes: x, y, scale, angle, response f32; contrast sign i8; r, g, b u8
+  # rows of 24 bytes: x, y, scale, angle, response f32; contrast sign i8; r, g, b u8
+  keypoints @0 :Data;
   descriptors @1 :Data;  # rows of 128 bytes
 }
 
@@ -107,7 +108,7 @@ struct Observations {
   rows @0 :Data;  # rows: feature u32, point's home u32, point's ordinal u32
 }
 
-# Columns of equal length, one entry a point; the tracks lie end to end in trackElements.
+# Columns of equal length, one entry per point; the tracks lie end to end in trackElements.
 struct PointBlock {
   nextOrdinal @0 :UInt32;
   ordinals @1 :Data;       # rows: u32
@@ -127,7 +128,7 @@ struct Journal {
   detail @5 :Text;
 }
 
-# The offline pass (storage/dense.h).
+# The offline pass.
 struct DenseSettings {
   voxelSize @0 :Float64;
   depthSidePx @1 :UInt32;
