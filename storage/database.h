@@ -89,7 +89,7 @@ class Snapshot {
   virtual Status ScanPointBlocks(ReconstructionId reconstruction, uint32_t generation,
                                  const std::function<bool(const PointBlock&)>& visit) const = 0;
 
-  // The serialised vocabulary tree of a generation.
+  // The serialized vocabulary tree of a generation.
   virtual Result<StoredBytes> GetVocabulary(uint32_t generation) const = 0;
   // Distinct words of one image, ascending.
   virtual Result<std::vector<WordId>> GetWords(uint32_t generation, ImageId image) const = 0;
@@ -162,8 +162,8 @@ class Transaction {
   // written ahead before. kIoError leaves nothing visible; all later writes through this database
   // fail, too, until it is opened again, and only then is it known whether the log had kept this
   // commit: whole, or not at all. kBusy when another transaction has committed a state record, or a
-  // change of the counts, since this one began: nothing was applied. The transaction is spent either
-  // way: a second Commit is kInvalidArgument, a Put after it aborts.
+  // change of the counts, since this one began: nothing was applied. The transaction is spent
+  // either way: a second Commit is kInvalidArgument, a Put after it aborts.
   virtual Status Commit() = 0;
 };
 

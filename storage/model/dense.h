@@ -21,13 +21,13 @@ struct GridPlace {
 };
 inline constexpr uint32_t kTileBlockCount = 64;  // blocks in a tile, numbered x + 4 y + 16 z
 
-// One a reconstruction: what its depth maps and tiles are made with, until somebody asks for
+// One per reconstruction: what its depth maps and tiles are made with, until somebody asks for
 // something else.
 struct DenseSettings {
   ReconstructionId reconstruction;
   double voxel_size = 0;       // edge, world units; it is the grid
   uint32_t depth_side_px = 0;  // longer side of a depth map; 0: that of the photo
-  uint32_t sensor_count = 0;   // sensor views a key view
+  uint32_t sensor_count = 0;   // sensor views of each key view
   bool operator==(const DenseSettings&) const = default;
 };
 
@@ -65,7 +65,7 @@ struct SeenBlock {
   bool operator==(const SeenBlock&) const = default;
 };
 
-// A depth map after the check against its neighbours: what is integrated into the volume.
+// A depth map after the check against its neighbors: what is integrated into the volume.
 struct CheckedDepthRecord {
   ImageId image;
   ReconstructionId reconstruction;
@@ -83,7 +83,7 @@ struct CheckedDepthRecord {
 struct DepthPixels {
   std::vector<uint16_t>
       codes;  // [height x width] 0: not known; else 1 (far) to 65535 (near), even in inverse depth
-  std::vector<uint8_t> confidence;  // likewise
+  std::vector<uint8_t> confidence;  // [height x width]; 0 where depth is not known
 };
 
 // A tile and the versions of its parts; 0 where a part is not there.
@@ -99,13 +99,13 @@ struct TileRecord {
   uint64_t triangle_count = 0, vertex_count = 0;
 };
 
-// Parts of a tile's surface, as fusion/ serialises them. Values are stored: append only, never
+// Parts of a tile's surface, as fusion/ serializes them. Values are stored: append only, never
 // renumber.
 enum class SurfacePart : uint8_t {
   kSolution = 1,
   kMesh = 2,
   kColors = 3,
-  kFirstRound = 4,  // the solution before that of the neighbours was known
+  kFirstRound = 4,  // the solution before that of the neighbors was known
 };
 
 }  // namespace veduta

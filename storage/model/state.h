@@ -31,9 +31,9 @@ struct DatabaseState {
   bool vocabulary_imported = false;      // given by a person: not re-trained
   uint32_t retrievable_image_count = 0;  // images with features, N of eq 5
   std::vector<ImageId>
-      pending_propagation;  // placed views whose neighbours are still to be tried, oldest first
-  // Kept by Transaction::Commit, whatever was given to PutState. None in a state that was written by
-  // a program that did not count yet: see Snapshot::GetCounts.
+      pending_propagation;  // placed views whose neighbors are still to be tried, oldest first
+  // Kept by Transaction::Commit, whatever was given to PutState. None in a state that was written
+  // by a program that did not count yet: see Snapshot::GetCounts.
   std::optional<DatabaseCounts> counts = DatabaseCounts{};
   bool operator==(const DatabaseState&) const = default;
 };

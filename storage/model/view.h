@@ -11,7 +11,7 @@
 
 namespace veduta {
 
-// Where an image was taken from and how it projects. Pixels: the centre of the top-left pixel is
+// Where an image was taken from and how it projects. Pixels: the center of the top-left pixel is
 // (0, 0).
 struct ViewGeometry {
   uint32_t width_px = 0, height_px = 0;
@@ -23,7 +23,8 @@ struct View {
   ImageId image;
   ViewGeometry geometry;
   std::vector<uint8_t> gray;  // [height x width], row-major; empty where nobody asked for it
-  std::vector<uint8_t> rgb;   // [height x width x 3], row-major, sRGB; likewise
+  std::vector<uint8_t>
+      rgb;  // [height x width x 3], row-major, sRGB; empty where nobody asked for it
 };
 
 }  // namespace veduta

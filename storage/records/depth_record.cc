@@ -165,7 +165,7 @@ Status Check(const CheckedDepthRecord& depth) {
   VEDUTA_RETURN_IF_ERROR(CheckGeometry(depth));
   for (const DepthVersion& neighbor : depth.neighbors) {
     if (!neighbor.image.valid())
-      return Status::InvalidArgument("a neighbouring depth map of image 0");
+      return Status::InvalidArgument("a neighboring depth map of image 0");
   }
   const auto not_above = [](const SeenBlock& a, const SeenBlock& b) {
     return !(a.place < b.place);

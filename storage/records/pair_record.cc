@@ -75,7 +75,7 @@ Status Decode(std::string_view value, ImageId a, ImageId b, PairRecord* pair) {
 }
 
 Status Check(const PairNeighbor& neighbor) {
-  VEDUTA_RETURN_IF_ERROR(CheckId("neighbour", neighbor.image));
+  VEDUTA_RETURN_IF_ERROR(CheckId("neighbor", neighbor.image));
   if (Known(neighbor.geometry)) return Status::Ok();
   return Broken("pair's geometry", static_cast<uint64_t>(neighbor.geometry), "a known one");
 }
