@@ -46,7 +46,7 @@ Result<CameraId> Engine::AddCamera(const std::string& name, const CameraModel& m
   if (name.empty()) return Status::InvalidArgument("a camera needs a name");
   Writer::Turn turn = parts_->writer->Take();
   const std::unique_ptr<Transaction> transaction = turn.database().BeginTransaction();
-  const std::shared_ptr<const Snapshot> snapshot = turn.database().GetSnapshot();
+  const std::shared_ptr<const Snapshot> snapshot = transaction->base();
   const Result<CameraRecord> known = FindCamera(*snapshot, name);
   if (known.ok()) {
     if (known->model == model) return known->id;

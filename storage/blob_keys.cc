@@ -3,7 +3,6 @@
 
 #include <rocksdb/utilities/debug.h>
 
-#include <limits>
 #include <string>
 #include <vector>
 
@@ -18,43 +17,60 @@ constexpr int kTypeBlobIndex = 0x11;
 
 constexpr size_t kVersionsPerPage = 32;  // some are whole photos
 
+bool IsDeletion(int type) {
+  return type != kTypeValue && type != kTypeBlobIndex;
+}
+
+// Reads up to `count` versions of keys from `begin` on, and says whether there are no others.
+Result<bool> ReadPage(const DatabaseFiles& files, Family family, const std::string& begin,
+                      size_t count, std::vector<rocksdb::KeyVersion>* versions) {
+  const FilesLease lease(files);
+  VEDUTA_RETURN_IF_ERROR(lease.status());
+  const std::string end(64, '\xFF');  // above every key of ours
+  VEDUTA_RETURN_IF_ERROR(FromRocksdb(
+      rocksdb::GetAllKeyVersions(&files.db(), files.handle(family), begin, end, count, versions),
+      std::string("list family ") + FamilyName(family)));
+  return versions->size() < count;
+}
+
+// The end of the run of versions of one key that begins at `first`, and whether the newest of them
+// that is not newer than `newest` is a value.
+size_t EndOfKey(const std::vector<rocksdb::KeyVersion>& versions, size_t first,
+                rocksdb::SequenceNumber newest, bool* is_there) {
+  *is_there = false;
+  bool decided = false;
+  size_t past = first;
+  for (; past < versions.size() && versions[past].user_key == versions[first].user_key; ++past) {
+    if (decided || versions[past].sequence > newest) continue;  // newest first
+    decided = true;
+    *is_there = !IsDeletion(versions[past].type);
+  }
+  return past;
+}
+
 }  // namespace
 
-Status ScanBlobKeys(const DatabaseFiles& files, Family family, const rocksdb::Snapshot* snapshot,
+Status ScanBlobKeys(const DatabaseFiles& files, Family family, uint64_t newest,
                     const std::function<Result<bool>(std::string_view key)>& visit) {
-  const rocksdb::SequenceNumber newest = snapshot != nullptr
-                                             ? snapshot->GetSequenceNumber()
-                                             : std::numeric_limits<rocksdb::SequenceNumber>::max();
-  const std::string end(64, '\xFF');
   std::string begin;
   size_t page = kVersionsPerPage;
   for (;;) {
     std::vector<rocksdb::KeyVersion> versions;
-    VEDUTA_RETURN_IF_ERROR(FromRocksdb(
-        rocksdb::GetAllKeyVersions(&files.db(), files.handle(family), begin, end, page, &versions),
-        std::string("list family ") + FamilyName(family)));
-    const bool last_page = versions.size() < page;
+    VEDUTA_ASSIGN_OR_RETURN(const bool last_page, ReadPage(files, family, begin, page, &versions));
     if (!last_page && versions.front().user_key == versions.back().user_key) {
       page *= 2;  // one key has more versions than a page holds
       continue;
     }
-    size_t i = 0;
-    while (i < versions.size()) {
+    for (size_t i = 0; i < versions.size();) {
       const std::string& key = versions[i].user_key;
       // The last key of a page that is not the last may have versions on the next one: it begins
       // that.
       if (!last_page && key == versions.back().user_key) break;
-      size_t past = i;
-      int type = -1;
-      for (; past < versions.size() && versions[past].user_key == key; ++past) {
-        if (type < 0 && versions[past].sequence <= newest)
-          type = versions[past].type;  // newest first
-      }
-      if (type == kTypeValue || type == kTypeBlobIndex) {
-        VEDUTA_ASSIGN_OR_RETURN(const bool more, visit(key));
-        if (!more) return Status::Ok();
-      }
-      i = past;
+      bool is_there = false;
+      i = EndOfKey(versions, i, newest, &is_there);
+      if (!is_there) continue;
+      VEDUTA_ASSIGN_OR_RETURN(const bool more, visit(key));
+      if (!more) return Status::Ok();
     }
     if (last_page) return Status::Ok();
     begin = versions.back().user_key;

@@ -3,8 +3,7 @@
 // Lists the keys of a family of large values without reading the values: an ordinary iterator would
 // fetch every blob.
 
-#include <rocksdb/snapshot.h>
-
+#include <cstdint>
 #include <functional>
 #include <string_view>
 
@@ -13,9 +12,10 @@
 
 namespace veduta {
 
-// Calls visit(key) -> whether to go on, ascending, on the keys that `snapshot` sees. Values that
-// are still in memory are copied in small groups. The family must never have had a DeleteRange.
-Status ScanBlobKeys(const DatabaseFiles& files, Family family, const rocksdb::Snapshot* snapshot,
+// Calls visit(key) -> whether to go on, ascending, on the keys that were there at the sequence
+// number `newest`, of a snapshot that is still held. Values that are in memory are copied in small
+// groups; no lease of the files is held during visit. The family must never have had a DeleteRange.
+Status ScanBlobKeys(const DatabaseFiles& files, Family family, uint64_t newest,
                     const std::function<Result<bool>(std::string_view key)>& visit);
 
 }  // namespace veduta

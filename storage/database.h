@@ -6,8 +6,11 @@
 //   Snapshot     an unchanging view; readers never wait for writers
 //   Transaction  writes that become visible and durable together, or not at all
 //
-// Snapshots, pinned values and transactions that are not committed keep the files open and locked
-// after their Database is gone: closing is complete when the last of them goes.
+// What a snapshot returns owns its bytes: it stays valid when the snapshot and the database go.
+//
+// Snapshots, and transactions that are not committed, keep the files open and locked after their
+// Database is gone: closing is complete when the last of them goes. They do not hold up
+// Database::Reopen: it closes the files under them, and from then on each use of them is kIoError.
 //
 // Every function is thread-safe unless it says otherwise. Errors: kIoError with the operating
 // system's word (a full disk is named as such), kCorruption naming family and key, kNotFound naming
@@ -23,6 +26,7 @@
 #include <vector>
 
 #include "storage/base/status.h"
+#include "storage/database_options.h"
 #include "storage/dense.h"
 #include "storage/model/camera.h"
 #include "storage/model/features.h"
@@ -32,50 +36,26 @@
 #include "storage/model/points.h"
 #include "storage/model/reconstruction.h"
 #include "storage/model/state.h"
-
-namespace rocksdb {
-class FileSystem;
-}
+#include "storage/stored_bytes.h"
 
 namespace veduta {
 
 inline constexpr uint32_t kFormatVersion = 2;  // 2 since there is an offline pass
 
-struct DatabaseOptions {
-  Status Check() const { return Status::Ok(); }
-  bool create = false;  // make a new database; kAlreadyExists if one is there
-  // No lock is taken, nothing is written and nothing swept; sees the state at the time of opening.
-  // A value whose file another process's compaction has deleted since is kIoError: open again.
-  bool read_only = false;
-  bool sync_wal =
-      true;  // false: a power cut may lose the last photos (a crash of the process does not)
-  uint64_t block_cache_bytes = 256ull << 20;
-  std::shared_ptr<rocksdb::FileSystem> file_system =
-      nullptr;  // for tests; null is the operating system's
-};
-
-// A value read in place, not necessarily aligned: the bytes stay valid as long as this lives.
-class PinnedBytes {
- public:
-  PinnedBytes();
-  ~PinnedBytes();
-  PinnedBytes(PinnedBytes&&) noexcept;
-  PinnedBytes& operator=(PinnedBytes&&) noexcept;
-  std::span<const uint8_t> bytes() const;
-
-  struct Impl;
-  explicit PinnedBytes(std::unique_ptr<Impl> impl);
-
- private:
-  std::unique_ptr<Impl> impl_;
-};
-
+// The functions that call `visit` do so without holding anything that others wait for: visit may
+// take its time, and read more from the database.
 class Snapshot {
  public:
   virtual ~Snapshot() = default;
 
+  // The snapshot's name: it grows with every commit (and with other writes, by more than one), also
+  // over reopening. Two snapshots of one name show the same. 0 where the files were closed already.
+  virtual uint64_t sequence() const = 0;
+
   virtual Result<DatabaseState> GetState() const = 0;
-  uint64_t sequence() const { return 1; }
+  // The counts of the state record; where it has none (an older program wrote it, and this database
+  // is open for reading only), counts all images and cameras.
+  virtual Result<DatabaseCounts> GetCounts() const = 0;
 
   virtual Result<CameraRecord> GetCamera(CameraId id) const = 0;
   virtual Result<std::vector<CameraRecord>> ListCameras() const = 0;  // ascending ids
@@ -86,7 +66,7 @@ class Snapshot {
   // Calls visit in ascending ids until it returns false.
   virtual Status ScanImages(const std::function<bool(const ImageRecord&)>& visit) const = 0;
 
-  virtual Result<PinnedBytes> GetPhoto(const ContentHash& photo) const = 0;
+  virtual Result<StoredBytes> GetPhoto(const ContentHash& photo) const = 0;
   virtual Result<Features> GetFeatures(const ContentHash& photo) const = 0;
 
   virtual Result<PairRecord> GetPair(ImageId a,
@@ -109,8 +89,8 @@ class Snapshot {
   virtual Status ScanPointBlocks(ReconstructionId reconstruction, uint32_t generation,
                                  const std::function<bool(const PointBlock&)>& visit) const = 0;
 
-  // The serialised vocabulary tree of a generation.
-  virtual Result<PinnedBytes> GetVocabulary(uint32_t generation) const = 0;
+  // The serialized vocabulary tree of a generation.
+  virtual Result<StoredBytes> GetVocabulary(uint32_t generation) const = 0;
   // Distinct words of one image, ascending.
   virtual Result<std::vector<WordId>> GetWords(uint32_t generation, ImageId image) const = 0;
   // images[i] are those that contain words[i], ascending; words ascend.
@@ -134,9 +114,12 @@ class Snapshot {
   virtual Result<bool> IsWrittenAhead(const ContentHash& photo) const = 0;
 };
 
-// Collects writes in memory; nothing is visible before Commit. Not thread-safe. Reads go to a
-// Snapshot, to be taken after BeginTransaction: what was committed in between is then a conflict,
-// and not overlooked.
+// Collects writes in memory; nothing is visible before Commit. Not thread-safe.
+//
+// Reads on which the writes depend go to base(). It is taken after the version of the state that
+// Commit compares: whatever another transaction has changed is either in base(), or a conflict.
+// Write-aheads that the commit will name are to be written after BeginTransaction, too: Reopen
+// deletes those of generations, and refuses the commit.
 //
 // A record that breaks an invariant of its struct (storage/record_check.h: a number that is not
 // finite, a list out of order, an id of 0, ...) makes Commit fail with kInvalidArgument, and
@@ -145,8 +128,13 @@ class Transaction {
  public:
   virtual ~Transaction() = default;
 
-  virtual void PutState(
-      const DatabaseState& state) = 0;  // clears vocabulary_generation's write-ahead mark
+  // The database as it was when the transaction began. Aborts after Commit; a copy that was taken
+  // before stays valid.
+  virtual std::shared_ptr<const Snapshot> base() const = 0;
+
+  // Clears vocabulary_generation's write-ahead mark. `state.counts` is ignored: Commit writes the
+  // counts of base() with what PutImage and PutCamera have changed.
+  virtual void PutState(const DatabaseState& state) = 0;
   virtual void PutCamera(const CameraRecord& camera) = 0;
   // Also indexes the image by name (unless it is rejected with kNameTaken: the name stays with its
   // owner) and, unless it is rejected, by photo hash; clears its write-ahead mark, so what was
@@ -173,9 +161,9 @@ class Transaction {
   // All or nothing; durable on return when the database syncs its WAL, together with everything
   // written ahead before. kIoError leaves nothing visible; all later writes through this database
   // fail, too, until it is opened again, and only then is it known whether the log had kept this
-  // commit: whole, or not at all. kBusy when another transaction has committed a state record since
-  // this one began: nothing was applied. The transaction is spent either way: a second Commit is
-  // kInvalidArgument, a Put after it aborts.
+  // commit: whole, or not at all. kBusy when another transaction has committed a state record, or a
+  // change of the counts, since this one began: nothing was applied. The transaction is spent
+  // either way: a second Commit is kInvalidArgument, a Put after it aborts.
   virtual Status Commit() = 0;
 };
 
@@ -188,7 +176,7 @@ class Database {
  public:
   // kNotFound where there is no database, kBusy when another process has it open, kCorruption when
   // it is damaged or its format is not ours (saying which versions). Sweeps what a crash left
-  // half-written.
+  // half-written. kInvalidArgument for options outside their bounds.
   static Result<std::unique_ptr<Database>> Open(const std::string& path,
                                                 const DatabaseOptions& options);
   virtual ~Database() = default;
@@ -196,6 +184,15 @@ class Database {
 
   virtual std::shared_ptr<const Snapshot> GetSnapshot() const = 0;
   virtual std::unique_ptr<Transaction> BeginTransaction() = 0;
+
+  // Closes the files and opens them again, as is necessary after a failed write: all that was
+  // acknowledged is there then. Waits for reads and writes that are running, each of which is short
+  // (and for a checkpoint or the compaction of one family), not for whoever holds a snapshot or a
+  // transaction. Those made before are of no use afterwards: a scan ends at its next record, and
+  // every function fails with kIoError, "the database was opened again: ask again". Photos written
+  // ahead stay; what else was written ahead and not committed is deleted. Where opening fails, the
+  // database stays closed, every use says why, and Reopen may be called again.
+  virtual Status Reopen() = 0;
 
   // Writes ahead of a commit: a photo and its features, marked so that the next Open deletes them
   // unless an image with this photo has been committed by then. Idempotent; writes nothing for a
@@ -209,7 +206,8 @@ class Database {
   // Point blocks of a generation that no record names yet; Open deletes those that stay unnamed.
   virtual Status WritePointBlocksAhead(ReconstructionId reconstruction, uint32_t generation,
                                        std::span<const PointBlock> blocks) = 0;
-  // Vocabulary tree, words and postings of a generation that is not active yet; likewise.
+  // Vocabulary tree, words and postings of a generation that is not active yet; Open deletes those
+  // of a generation that has not become active.
   virtual Status WriteVocabularyAhead(uint32_t generation, std::span<const uint8_t> tree) = 0;
   virtual Status WriteWordsAhead(uint32_t generation, ImageId image,
                                  std::span<const WordId> words) = 0;

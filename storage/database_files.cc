@@ -8,19 +8,67 @@
 namespace veduta {
 
 DatabaseFiles::~DatabaseFiles() {
+  Close(Status::IoError("the database is closed"));
+}
+
+void DatabaseFiles::Close(const Status& reason) {
+  {
+    const std::lock_guard lock(dependents_mutex_);
+    if (closed_reason_.ok()) closed_reason_ = reason;
+  }
+  closing_.store(true);
+  const std::lock_guard alone(use_mutex_);
   if (!db_) return;
-  for (rocksdb::ColumnFamilyHandle* handle : handles_) {
+  {
+    const std::lock_guard lock(dependents_mutex_);
+    for (Dependent* dependent : dependents_) dependent->GiveBack();
+    dependents_.clear();
+  }
+  for (rocksdb::ColumnFamilyHandle*& handle : handles_) {
     if (handle != nullptr) db_->DestroyColumnFamilyHandle(handle).PermitUncheckedError();
+    handle = nullptr;
   }
   if (default_handle_ != nullptr)
     db_->DestroyColumnFamilyHandle(default_handle_).PermitUncheckedError();
+  default_handle_ = nullptr;
   // Nothing can be lost here: what was acknowledged is in the log, whatever Close says.
   db_->Close().PermitUncheckedError();
+  db_.reset();
+}
+
+void DatabaseFiles::Explain(const Status& reason) {
+  const std::lock_guard lock(dependents_mutex_);
+  closed_reason_ = reason;
+}
+
+void DatabaseFiles::Register(Dependent* dependent) const {
+  const std::lock_guard lock(dependents_mutex_);
+  dependents_.insert(dependent);
+}
+
+void DatabaseFiles::Unregister(Dependent* dependent) const {
+  // Close holds the same mutex while it calls GiveBack, and RocksDB is open until it lets go of it.
+  const std::lock_guard lock(dependents_mutex_);
+  if (dependents_.erase(dependent) > 0) dependent->GiveBack();
+}
+
+FilesLease::FilesLease(const DatabaseFiles& files) {
+  // Whoever sees that the files are being closed does not ask for the lock: Close gets it as soon
+  // as the leases that are held end, however many readers there are.
+  if (!files.closing_.load()) {
+    lock_ = std::shared_lock(files.use_mutex_);
+    if (!files.closing_.load()) return;
+    lock_.unlock();
+  }
+  const std::lock_guard lock(files.dependents_mutex_);
+  status_ = files.closed_reason_;
 }
 
 Status DatabaseFiles::Write(rocksdb::WriteBatch* batch, bool sync, std::string_view doing) {
   if (read_only_)
     return Status::InvalidArgument("cannot " + std::string(doing) + ": opened for reading only");
+  const FilesLease lease(*this);
+  VEDUTA_RETURN_IF_ERROR(lease.status());
   {
     const std::lock_guard lock(failure_mutex_);
     if (!failure_.ok()) {

@@ -1,7 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
-// One open RocksDB with its families. Shared by the Database, its snapshots, transactions and
-// pinned values: the files are closed, and the lock given up, when the last of them goes.
+// One open RocksDB with its families. The Database, its snapshots and its transactions share it.
+//
+// It can be closed while they still hold it (Database::Reopen does so): every use begins with a
+// FilesLease, which keeps the files open for the time of one read or write and is refused once they
+// are being closed. What RocksDB wants back before it closes (snapshots, iterators) is registered
+// here, and Close gives it back.
 
 #include <rocksdb/db.h>
 
@@ -9,24 +13,37 @@
 #include <atomic>
 #include <memory>
 #include <mutex>
+#include <set>
+#include <shared_mutex>
 #include <string>
 #include <string_view>
 
 #include "storage/base/status.h"
 #include "storage/database.h"
-#include "storage/families.h"
+#include "storage/records/families.h"
 
 namespace veduta {
 
 class DatabaseFiles final {
  public:
-  // As Database::Open says, without the sweep.
+  // Something of RocksDB's that must be given back before the database closes.
+  class Dependent {
+   public:
+    // Called by Close, once, while no lease is held.
+    virtual void GiveBack() = 0;
+
+   protected:
+    ~Dependent() = default;
+  };
+
+  // As Database::Open says, without sweeping and counting.
   static Result<std::shared_ptr<DatabaseFiles>> Open(const std::string& path,
                                                      const DatabaseOptions& options);
   ~DatabaseFiles();
   DatabaseFiles(const DatabaseFiles&) = delete;
   DatabaseFiles& operator=(const DatabaseFiles&) = delete;
 
+  // The following two are for the holder of a lease, and for whoever opens the files.
   rocksdb::DB& db() const { return *db_; }
   rocksdb::ColumnFamilyHandle* handle(Family family) const {
     return handles_[static_cast<size_t>(family)];
@@ -44,8 +61,20 @@ class DatabaseFiles final {
   // Held while a commit is decided and applied; also by what must not run beside one.
   std::mutex& commit_mutex() { return commit_mutex_; }
 
+  // Closes RocksDB and gives up its lock. Refuses new leases with `reason` from the start, waits
+  // for those that are held, and calls GiveBack on all dependents. A second call changes nothing.
+  void Close(const Status& reason);
+  // Why leases are refused, from now on. For files that are closed.
+  void Explain(const Status& reason);
+
+  // A dependent registers itself while it holds a lease. Unregister calls its GiveBack unless Close
+  // has done so.
+  void Register(Dependent* dependent) const;
+  void Unregister(Dependent* dependent) const;
+
  private:
   friend class DatabaseOpener;
+  friend class FilesLease;
   DatabaseFiles() = default;
 
   // Destruction runs from the bottom up: the handles, the database, then what it stands on.
@@ -59,10 +88,32 @@ class DatabaseFiles final {
   rocksdb::ColumnFamilyHandle* default_handle_ =
       nullptr;  // RocksDB insists on a family named so; it stays empty
 
+  mutable std::shared_mutex use_mutex_;  // shared by leases, exclusive for Close
+  std::atomic<bool> closing_{false};
+  mutable std::mutex dependents_mutex_;
+  mutable std::set<Dependent*> dependents_;
+  Status closed_reason_;  // guarded by dependents_mutex_
+
   std::mutex commit_mutex_;
   std::atomic<uint64_t> state_version_{0};
   std::mutex failure_mutex_;
   Status failure_;  // of the first write that failed
+};
+
+// Keeps the files open while one read or write runs. Held for a bounded time, and never while a
+// caller's code runs, because Close waits for it. A thread holds at most one.
+class FilesLease final {
+ public:
+  explicit FilesLease(const DatabaseFiles& files);
+  FilesLease(const FilesLease&) = delete;
+  FilesLease& operator=(const FilesLease&) = delete;
+
+  // Why the files cannot be used. Not to be used then.
+  const Status& status() const { return status_; }
+
+ private:
+  std::shared_lock<std::shared_mutex> lock_;
+  Status status_;
 };
 
 }  // namespace veduta

@@ -7,8 +7,9 @@
 #include <algorithm>
 #include <filesystem>
 
-#include "storage/keys.h"
-#include "storage/record_codec.h"
+#include "storage/family_options.h"
+#include "storage/records/record_parts.h"
+#include "storage/records/state_record.h"
 #include "storage/rocksdb_status.h"
 
 namespace veduta {
@@ -79,9 +80,7 @@ DatabaseOpener::DatabaseOpener(std::string path, const DatabaseOptions& options)
 
 Result<std::shared_ptr<DatabaseFiles>> DatabaseOpener::Open() {
   if (files_->path_.empty()) return Status::InvalidArgument("the database's path is empty");
-  if (options_.create && options_.read_only) {
-    return Status::InvalidArgument("a database cannot be created for reading only");
-  }
+  VEDUTA_RETURN_IF_ERROR(options_.Check());
   VEDUTA_RETURN_IF_ERROR(ListFolder());
   if (options_.create) {
     VEDUTA_RETURN_IF_ERROR(PrepareFolder());
@@ -286,14 +285,14 @@ Status DatabaseOpener::CheckFormat() {
                               "; this program knows format " + std::to_string(kFormatVersion));
   }
   if (options_.create) return Status::AlreadyExists("there is a database at " + path + " already");
-  return CheckFamilies(kFamilyCount);
+  return CheckFamilies(kFormatVersion);
 }
 
-Status DatabaseOpener::CheckFamilies(size_t count) const {
-  for (size_t i = 0; i < count; ++i) {
-    if (files_->handles_[i] != nullptr) continue;
+Status DatabaseOpener::CheckFamilies(uint32_t format) const {
+  for (const FamilyTraits& traits : AllFamilies()) {
+    if (traits.since_format > format || files_->handle(traits.family) != nullptr) continue;
     return Status::Corruption("the database at " + files_->path_ + " has lost its family " +
-                              FamilyName(static_cast<Family>(i)));
+                              traits.name);
   }
   return Status::Ok();
 }
@@ -301,7 +300,7 @@ Status DatabaseOpener::CheckFamilies(size_t count) const {
 // Format 1 had no families for the offline pass, and is the same otherwise. The version is written
 // last: whoever is killed on the way upgrades again.
 Status DatabaseOpener::UpgradeToDense() {
-  VEDUTA_RETURN_IF_ERROR(CheckFamilies(static_cast<size_t>(Family::kDense)));
+  VEDUTA_RETURN_IF_ERROR(CheckFamilies(kFormatBeforeDense));
   VEDUTA_RETURN_IF_ERROR(CreateMissingFamilies());
   rocksdb::WriteBatch batch;
   const rocksdb::Status put =

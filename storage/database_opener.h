@@ -35,7 +35,7 @@ class DatabaseOpener final {
   Status OpenRocksdb();
   Status CreateMissingFamilies();
   Status CheckFormat();
-  Status CheckFamilies(size_t count) const;
+  Status CheckFamilies(uint32_t format) const;  // those that the format has
   Status UpgradeToDense();
   Status FinishCreation();
   bool Holds(const std::string& file) const;

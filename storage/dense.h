@@ -16,10 +16,9 @@
 #include "storage/base/ids.h"
 #include "storage/base/status.h"
 #include "storage/model/dense.h"
+#include "storage/stored_bytes.h"
 
 namespace veduta {
-
-class PinnedBytes;
 
 class DenseReader {
  public:
@@ -46,9 +45,9 @@ class DenseReader {
   virtual Status ScanTiles(ReconstructionId reconstruction,
                            const std::function<bool(const TileRecord&)>& visit) const = 0;
   // kNotFound where it is not allocated.
-  virtual Result<PinnedBytes> GetVolumeBlock(ReconstructionId reconstruction, GridPlace tile,
+  virtual Result<StoredBytes> GetVolumeBlock(ReconstructionId reconstruction, GridPlace tile,
                                              uint8_t block) const = 0;
-  virtual Result<PinnedBytes> GetSurface(SurfacePart part, ReconstructionId reconstruction,
+  virtual Result<StoredBytes> GetSurface(SurfacePart part, ReconstructionId reconstruction,
                                          GridPlace tile) const = 0;
 
   // Every key and value of the pass, for the digest: family's number, key, value.

@@ -1,10 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <utility>
 
-#include "storage/dense_codec.h"
 #include "storage/dense_view.h"
-#include "storage/keys.h"
-#include "storage/pinned_bytes.h"
+#include "storage/records/dense_settings.h"
+#include "storage/records/depth_record.h"
+#include "storage/records/tile_record.h"
+#include "storage/stored_bytes.h"
 
 namespace veduta {
 namespace {
@@ -19,8 +20,7 @@ std::string_view Prefix(const std::string& key) {
 
 class View final : public DenseReader {
  public:
-  View(std::shared_ptr<const DatabaseFiles> files, const ValueReader& reader)
-      : files_(std::move(files)), reader_(reader) {}
+  explicit View(const ValueReader& reader) : reader_(reader) {}
 
   Result<std::optional<DenseSettings>> FindSettings(
       ReconstructionId reconstruction) const override {
@@ -116,13 +116,13 @@ class View final : public DenseReader {
         });
   }
 
-  Result<PinnedBytes> GetVolumeBlock(ReconstructionId reconstruction, GridPlace tile,
+  Result<StoredBytes> GetVolumeBlock(ReconstructionId reconstruction, GridPlace tile,
                                      uint8_t block) const override {
     return GetBytes(Family::kVolume, VolumeKey(reconstruction, tile, block),
                     "block " + std::to_string(block) + " of tile " + Place(tile));
   }
 
-  Result<PinnedBytes> GetSurface(SurfacePart part, ReconstructionId reconstruction,
+  Result<StoredBytes> GetSurface(SurfacePart part, ReconstructionId reconstruction,
                                  GridPlace tile) const override {
     return GetBytes(Family::kSurface, SurfaceKey(part, reconstruction, tile),
                     "surface of tile " + Place(tile) + " of reconstruction " +
@@ -134,11 +134,11 @@ class View final : public DenseReader {
     const auto bytes = [](std::string_view text) {
       return std::span(reinterpret_cast<const uint8_t*>(text.data()), text.size());
     };
-    for (const Family family :
-         {Family::kDense, Family::kDepth, Family::kVolume, Family::kSurface}) {
+    for (const FamilyTraits& traits : AllFamilies()) {
+      if (!traits.digested_whole) continue;
       VEDUTA_RETURN_IF_ERROR(reader_.Scan(
-          family, "", "", [&](std::string_view key, std::string_view value, bool* /*more*/) {
-            visit(static_cast<uint8_t>(family), bytes(key), bytes(value));
+          traits.family, "", "", [&](std::string_view key, std::string_view value, bool* /*more*/) {
+            visit(static_cast<uint8_t>(traits.family), bytes(key), bytes(value));
             return Status::Ok();
           }));
     }
@@ -148,11 +148,10 @@ class View final : public DenseReader {
  private:
   template <typename Record>
   Result<std::optional<Record>> Find(Family family, const std::string& key, Record record) const {
-    rocksdb::PinnableSlice value;
-    VEDUTA_ASSIGN_OR_RETURN(const bool found, reader_.Find(family, key, &value));
-    if (!found) return std::optional<Record>();
-    VEDUTA_RETURN_IF_ERROR(InValue(family, key, Decode(value.ToStringView(), &record)));
-    return std::optional<Record>(std::move(record));
+    VEDUTA_ASSIGN_OR_RETURN(
+        const bool found,
+        reader_.Read(family, key, [&](std::string_view value) { return Decode(value, &record); }));
+    return found ? std::optional<Record>(std::move(record)) : std::nullopt;
   }
 
   Result<DepthPixels> GetPixels(const std::string& key, const std::string& what) const {
@@ -161,24 +160,21 @@ class View final : public DenseReader {
     return std::move(*found);
   }
 
-  Result<PinnedBytes> GetBytes(Family family, const std::string& key,
+  Result<StoredBytes> GetBytes(Family family, const std::string& key,
                                const std::string& what) const {
-    auto impl = std::make_unique<PinnedBytes::Impl>();
-    impl->files = files_;
-    VEDUTA_ASSIGN_OR_RETURN(const bool found, reader_.Find(family, key, &impl->value));
+    std::string value;
+    VEDUTA_ASSIGN_OR_RETURN(const bool found, reader_.Copy(family, key, &value));
     if (!found) return Status::NotFound("there is no " + what);
-    return PinnedBytes(std::move(impl));
+    return StoredBytes(std::move(value));
   }
 
-  const std::shared_ptr<const DatabaseFiles> files_;
   const ValueReader& reader_;
 };
 
 }  // namespace
 
-std::unique_ptr<const DenseReader> MakeDenseReader(std::shared_ptr<const DatabaseFiles> files,
-                                                   const ValueReader& reader) {
-  return std::make_unique<View>(std::move(files), reader);
+std::unique_ptr<const DenseReader> MakeDenseReader(const ValueReader& reader) {
+  return std::make_unique<View>(reader);
 }
 
 }  // namespace veduta

@@ -10,9 +10,8 @@
 
 namespace veduta {
 
-// Reads by `reader`, which outlives it; pinned values hold the files.
-std::unique_ptr<const DenseReader> MakeDenseReader(std::shared_ptr<const DatabaseFiles> files,
-                                                   const ValueReader& reader);
+// Reads by `reader`, which outlives it.
+std::unique_ptr<const DenseReader> MakeDenseReader(const ValueReader& reader);
 // Writes into the buffer that `buffer` names at each call.
 std::unique_ptr<DenseWriter> MakeDenseWriter(std::function<WriteBuffer&()> buffer);
 

@@ -1,8 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <utility>
 
-#include "storage/dense_codec.h"
 #include "storage/dense_view.h"
+#include "storage/records/dense_settings.h"
+#include "storage/records/depth_record.h"
+#include "storage/records/tile_record.h"
 
 namespace veduta {
 namespace {

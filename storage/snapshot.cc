@@ -4,10 +4,21 @@
 
 #include "storage/blob_keys.h"
 #include "storage/dense_view.h"
-#include "storage/keys.h"
-#include "storage/pinned_bytes.h"
-#include "storage/record_check.h"
-#include "storage/record_codec.h"
+#include "storage/record_counts.h"
+#include "storage/records/camera_record.h"
+#include "storage/records/image_record.h"
+#include "storage/records/journal_record.h"
+#include "storage/records/key_bytes.h"
+#include "storage/records/pair_record.h"
+#include "storage/records/photo_record.h"
+#include "storage/records/point_block.h"
+#include "storage/records/pose_record.h"
+#include "storage/records/reconstruction_record.h"
+#include "storage/records/record_parts.h"
+#include "storage/records/state_record.h"
+#include "storage/records/vocabulary_record.h"
+#include "storage/records/write_ahead_mark.h"
+#include "storage/snapshot_handle.h"
 #include "storage/snapshot_view.h"
 #include "storage/value_reader.h"
 
@@ -31,16 +42,23 @@ class SnapshotView final : public Snapshot {
  public:
   explicit SnapshotView(std::shared_ptr<const DatabaseFiles> files)
       : files_(std::move(files)),
-        snapshot_(files_->db().GetSnapshot()),
-        reader_(*files_, snapshot_),
-        dense_(MakeDenseReader(files_, reader_)) {}
-  ~SnapshotView() override { files_->db().ReleaseSnapshot(snapshot_); }
+        snapshot_(files_),
+        reader_(*files_, snapshot_.get()),
+        dense_(MakeDenseReader(reader_)) {}
+
+  uint64_t sequence() const override { return snapshot_.sequence(); }
 
   Result<DatabaseState> GetState() const override {
     DatabaseState state;
     VEDUTA_RETURN_IF_ERROR(GetRecord(
         Family::kMeta, kStateKey, [] { return "the state"; }, &state));
     return state;
+  }
+
+  Result<DatabaseCounts> GetCounts() const override {
+    VEDUTA_ASSIGN_OR_RETURN(const DatabaseState state, GetState());
+    if (state.counts) return *state.counts;
+    return CountRecords(*this);
   }
 
   Result<CameraRecord> GetCamera(CameraId id) const override {
@@ -74,7 +92,7 @@ class SnapshotView final : public Snapshot {
     return ScanRecords<ImageId, ImageRecord>(Family::kImages, "", visit);
   }
 
-  Result<PinnedBytes> GetPhoto(const ContentHash& photo) const override {
+  Result<StoredBytes> GetPhoto(const ContentHash& photo) const override {
     return GetBytes(Family::kPhotos, HashKey(photo), [&] { return "photo " + photo.Hex(); });
   }
 
@@ -152,22 +170,21 @@ class SnapshotView final : public Snapshot {
                                             PointBlockPrefix(reconstruction, generation), visit);
   }
 
-  Result<PinnedBytes> GetVocabulary(uint32_t generation) const override {
+  Result<StoredBytes> GetVocabulary(uint32_t generation) const override {
     return GetBytes(Family::kVocabulary, VocabularyKey(generation),
                     [&] { return "vocabulary generation " + Number(generation); });
   }
 
   Result<std::vector<WordId>> GetWords(uint32_t generation, ImageId image) const override {
     const std::string key = WordsKey(generation, image);
-    rocksdb::PinnableSlice value;
-    VEDUTA_ASSIGN_OR_RETURN(const bool found, reader_.Find(Family::kWords, key, &value));
-    if (!found) {
-      return Status::NotFound("there are no words of image " + Number(image.value) +
-                              " in vocabulary generation " + Number(generation));
-    }
     std::vector<WordId> words;
-    VEDUTA_RETURN_IF_ERROR(InValue(Family::kWords, key, DecodeWords(value.ToStringView(), &words)));
-    return words;
+    VEDUTA_ASSIGN_OR_RETURN(const bool found,
+                            reader_.Read(Family::kWords, key, [&](std::string_view value) {
+                              return DecodeWords(value, &words);
+                            }));
+    if (found) return words;
+    return Status::NotFound("there are no words of image " + Number(image.value) +
+                            " in vocabulary generation " + Number(generation));
   }
 
   Result<std::vector<std::vector<ImageId>>> GetPostings(
@@ -176,13 +193,10 @@ class SnapshotView final : public Snapshot {
     std::vector<std::string> keys;
     keys.reserve(words.size());
     for (const WordId word : words) keys.push_back(PostingsKey(generation, word));
-    std::vector<rocksdb::PinnableSlice> values;
-    VEDUTA_RETURN_IF_ERROR(reader_.FindMany(Family::kPostings, keys, &values));
     std::vector<std::vector<ImageId>> images(words.size());
-    for (size_t i = 0; i < keys.size(); ++i) {
-      VEDUTA_RETURN_IF_ERROR(
-          InValue(Family::kPostings, keys[i], DecodeImages(values[i].ToStringView(), &images[i])));
-    }
+    VEDUTA_RETURN_IF_ERROR(reader_.ReadMany(
+        Family::kPostings, keys,
+        [&](size_t i, std::string_view value) { return DecodeImages(value, &images[i]); }));
     return images;
   }
 
@@ -229,19 +243,15 @@ class SnapshotView final : public Snapshot {
   }
 
   Result<bool> IsWrittenAhead(const ContentHash& photo) const override {
-    rocksdb::PinnableSlice mark;
-    return reader_.Find(Family::kQueue, PhotoMarkKey(photo), &mark);
+    return reader_.Has(Family::kQueue, PhotoMarkKey(photo));
   }
 
  private:
   // False where there is none. `ids` are those the key holds.
   template <typename Record, typename... Ids>
   Result<bool> FindRecord(Family family, std::string_view key, Record* record, Ids... ids) const {
-    rocksdb::PinnableSlice value;
-    VEDUTA_ASSIGN_OR_RETURN(const bool found, reader_.Find(family, key, &value));
-    if (found)
-      VEDUTA_RETURN_IF_ERROR(InValue(family, key, Decode(value.ToStringView(), ids..., record)));
-    return found;
+    return reader_.Read(family, key,
+                        [&](std::string_view value) { return Decode(value, ids..., record); });
   }
 
   template <typename What, typename Record, typename... Ids>
@@ -252,22 +262,21 @@ class SnapshotView final : public Snapshot {
   }
 
   template <typename What>
-  Result<PinnedBytes> GetBytes(Family family, std::string_view key, What&& what) const {
-    auto impl = std::make_unique<PinnedBytes::Impl>();
-    impl->files = files_;
-    VEDUTA_ASSIGN_OR_RETURN(const bool found, reader_.Find(family, key, &impl->value));
+  Result<StoredBytes> GetBytes(Family family, std::string_view key, What&& what) const {
+    std::string value;
+    VEDUTA_ASSIGN_OR_RETURN(const bool found, reader_.Copy(family, key, &value));
     if (!found) return Status::NotFound("there is no " + what());
-    return PinnedBytes(std::move(impl));
+    return StoredBytes(std::move(value));
   }
 
   Result<std::optional<ImageId>> FindImage(Family family, std::string_view key) const {
-    rocksdb::PinnableSlice value;
-    VEDUTA_ASSIGN_OR_RETURN(const bool found, reader_.Find(family, key, &value));
-    if (!found) return std::optional<ImageId>();
     ImageId image;
-    VEDUTA_RETURN_IF_ERROR(InValue(family, key, DecodeU32(value.ToStringView(), &image.value)));
-    if (!image.valid()) return InValue(family, key, Status::Corruption("image id 0"));
-    return std::optional(image);
+    VEDUTA_ASSIGN_OR_RETURN(
+        const bool found, reader_.Read(family, key, [&](std::string_view value) {
+          VEDUTA_RETURN_IF_ERROR(DecodeU32(value, &image.value));
+          return image.valid() ? Status::Ok() : Status::Corruption("image id 0");
+        }));
+    return found ? std::optional(image) : std::nullopt;
   }
 
   // Records of one run of keys, each the prefix and an id.
@@ -297,7 +306,7 @@ class SnapshotView final : public Snapshot {
   }
 
   Status ScanHashes(Family family, const std::function<bool(const ContentHash&)>& visit) const {
-    return ScanBlobKeys(*files_, family, snapshot_, [&](std::string_view key) -> Result<bool> {
+    return ScanBlobKeys(*files_, family, sequence(), [&](std::string_view key) -> Result<bool> {
       ContentHash hash;
       if (!ParseHashKey(key, &hash))
         return InValue(family, key, Status::Corruption("a key of wrong length"));
@@ -306,7 +315,7 @@ class SnapshotView final : public Snapshot {
   }
 
   const std::shared_ptr<const DatabaseFiles> files_;
-  const rocksdb::Snapshot* const snapshot_;
+  const SnapshotHandle snapshot_;
   const ValueReader reader_;
   const std::unique_ptr<const DenseReader> dense_;
 };

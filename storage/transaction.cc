@@ -8,9 +8,20 @@
 #include <vector>
 
 #include "storage/dense_view.h"
-#include "storage/keys.h"
-#include "storage/record_check.h"
-#include "storage/record_codec.h"
+#include "storage/record_counts.h"
+#include "storage/records/camera_record.h"
+#include "storage/records/image_record.h"
+#include "storage/records/journal_record.h"
+#include "storage/records/pair_record.h"
+#include "storage/records/photo_record.h"
+#include "storage/records/point_block.h"
+#include "storage/records/pose_record.h"
+#include "storage/records/reconstruction_record.h"
+#include "storage/records/record_parts.h"
+#include "storage/records/state_record.h"
+#include "storage/records/vocabulary_record.h"
+#include "storage/records/write_ahead_mark.h"
+#include "storage/snapshot_view.h"
 #include "storage/write_buffer.h"
 #include "storage/write_transaction.h"
 
@@ -22,23 +33,30 @@ class WriteTransaction final : public Transaction {
   WriteTransaction(std::shared_ptr<DatabaseFiles> files, std::shared_ptr<PhotoClaims> claims)
       : files_(std::move(files)),
         claims_(std::move(claims)),
-        state_version_(files_->state_version()) {
+        state_version_(files_->state_version()),
+        base_(MakeSnapshot(files_)) {
     buffer_.emplace(*files_);
     dense_ = MakeDenseWriter([this]() -> WriteBuffer& { return buffer(); });
   }
 
+  std::shared_ptr<const Snapshot> base() const override {
+    VEDUTA_CHECK(base_ != nullptr, "a transaction was read from after its Commit");
+    return base_;
+  }
+
   void PutState(const DatabaseState& state) override {
-    buffer().Put(Family::kMeta, kStateKey, Encode(state));
+    state_ = state;
     if (state.vocabulary_generation != 0)
       buffer().Delete(Family::kQueue, VocabularyMarkKey(state.vocabulary_generation));
-    changes_state_ = true;
   }
 
   void PutCamera(const CameraRecord& camera) override {
+    buffer().Note(count_changes_.NotePut(*base_, camera));
     buffer().Put(Family::kCameras, CameraKey(camera.id), Encode(camera));
   }
 
   void PutImage(const ImageRecord& image) override {
+    buffer().Note(count_changes_.NotePut(*base_, image));
     buffer().Put(Family::kImages, ImageKey(image.id), Encode(image));
     const std::string id = EncodeU32(image.id.value);
     // The name stays with the image that had it first.
@@ -98,7 +116,7 @@ class WriteTransaction final : public Transaction {
   }
 
   void AddPostings(uint32_t generation, std::span<const WordId> words, ImageId image) override {
-    if (!image.valid()) return buffer().Fail(Status::InvalidArgument("postings of image id 0"));
+    if (!image.valid()) return buffer().Note(Status::InvalidArgument("postings of image id 0"));
     const std::string operand = EncodeU32(image.value);
     for (const WordId word : words)
       buffer().Merge(Family::kPostings, PostingsKey(generation, word), operand);
@@ -120,6 +138,7 @@ class WriteTransaction final : public Transaction {
     // A spent transaction must not keep the database open.
     spent_size_bytes_ = buffer_->size_bytes();
     buffer_.reset();
+    base_.reset();
     files_.reset();
     return status;
   }
@@ -130,21 +149,38 @@ class WriteTransaction final : public Transaction {
     return *buffer_;
   }
 
+  // The state record with the counts as they will be. Where the counts change, it is written even
+  // if nobody has put it: so another transaction that changes them is a conflict.
+  Status PutCountedState() {
+    if (!state_ && count_changes_.empty()) return Status::Ok();
+    VEDUTA_ASSIGN_OR_RETURN(const DatabaseState before, base_->GetState());
+    if (!state_) state_ = before;
+    state_->counts = count_changes_.ApplyTo(before.counts);
+    buffer_->Put(Family::kMeta, kStateKey, Encode(*state_));
+    return Status::Ok();
+  }
+
   Status Apply() {
     VEDUTA_RETURN_IF_ERROR(buffer_->status());
-    VEDUTA_RETURN_IF_ERROR(files_->Commit(buffer_->batch(), changes_state_, state_version_));
+    VEDUTA_RETURN_IF_ERROR(PutCountedState());
+    VEDUTA_RETURN_IF_ERROR(buffer_->status());
+    for (const ContentHash& photo : kept_photos_) VEDUTA_RETURN_IF_ERROR(claims_->CheckKept(photo));
+    VEDUTA_RETURN_IF_ERROR(files_->Commit(buffer_->batch(), state_.has_value(), state_version_));
     for (const ContentHash& photo : kept_photos_) claims_->Forget(photo);
     return Status::Ok();
   }
 
   std::shared_ptr<DatabaseFiles> files_;
   const std::shared_ptr<PhotoClaims> claims_;
+  // In this order: what is committed after the version was read is a conflict or in the snapshot.
   const uint64_t state_version_;
+  std::shared_ptr<const Snapshot> base_;  // none once spent
+  std::optional<DatabaseState> state_;
+  CountChanges count_changes_;
   std::optional<WriteBuffer> buffer_;  // none once spent
   std::unique_ptr<DenseWriter> dense_;
   size_t spent_size_bytes_ = 0;
   std::vector<ContentHash> kept_photos_;
-  bool changes_state_ = false;
 };
 
 }  // namespace

@@ -1,9 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "storage/value_reader.h"
 
+#include <rocksdb/slice.h>
+
+#include <algorithm>
 #include <memory>
 
-#include "storage/keys.h"
+#include "storage/records/key_bytes.h"
 #include "storage/rocksdb_status.h"
 
 namespace veduta {
@@ -16,6 +19,61 @@ rocksdb::Slice AsSlice(std::string_view text) {
 std::string Doing(Family family) {
   return std::string("read family ") + FamilyName(family);
 }
+
+// An iterator over one run of keys, which closing the files takes away.
+class Cursor final : private DatabaseFiles::Dependent {
+ public:
+  Cursor(const DatabaseFiles& files, Family family, const rocksdb::ReadOptions& options,
+         std::string_view prefix, std::string_view first)
+      : files_(files),
+        family_(family),
+        prefix_(prefix),
+        end_(prefix.empty() ? std::string() : PrefixEnd(prefix)),
+        end_slice_(end_),
+        options_(options) {
+    if (!prefix.empty()) options_.iterate_upper_bound = &end_slice_;
+    const FilesLease lease(files_);
+    status_ = lease.status();
+    if (!status_.ok()) return;
+    iterator_.reset(files_.db().NewIterator(options_, files_.handle(family)));
+    files_.Register(this);
+    iterator_->Seek(AsSlice(std::max(prefix, first)));
+  }
+  ~Cursor() { files_.Unregister(this); }
+  Cursor(const Cursor&) = delete;
+  Cursor& operator=(const Cursor&) = delete;
+
+  // Copies the next entry; false at the end.
+  Result<bool> Take(std::string* key, std::string* value) {
+    VEDUTA_RETURN_IF_ERROR(status_);
+    const FilesLease lease(files_);
+    VEDUTA_RETURN_IF_ERROR(lease.status());
+    // Not before somebody asks for the next entry: a step may read a whole photo.
+    if (started_) iterator_->Next();
+    started_ = true;
+    if (!iterator_->Valid()) {
+      VEDUTA_RETURN_IF_ERROR(
+          FromRocksdb(iterator_->status(), Doing(family_) + " from key " + KeyText(prefix_)));
+      return false;
+    }
+    key->assign(iterator_->key().data(), iterator_->key().size());
+    value->assign(iterator_->value().data(), iterator_->value().size());
+    return true;
+  }
+
+ private:
+  void GiveBack() override { iterator_.reset(); }
+
+  const DatabaseFiles& files_;
+  const Family family_;
+  const std::string prefix_;
+  const std::string end_;
+  const rocksdb::Slice end_slice_;
+  rocksdb::ReadOptions options_;
+  Status status_;
+  bool started_ = false;
+  std::unique_ptr<rocksdb::Iterator> iterator_;
+};
 
 }  // namespace
 
@@ -31,43 +89,59 @@ ValueReader::ValueReader(const DatabaseFiles& files, const rocksdb::Snapshot* sn
   options_.verify_checksums = true;
 }
 
-Result<bool> ValueReader::Find(Family family, std::string_view key,
-                               rocksdb::PinnableSlice* value) const {
+Result<bool> ValueReader::Read(Family family, std::string_view key, const Use& use) const {
+  const FilesLease lease(files_);
+  VEDUTA_RETURN_IF_ERROR(lease.status());
+  rocksdb::PinnableSlice value;
+  const rocksdb::Status status =
+      files_.db().Get(options_, files_.handle(family), AsSlice(key), &value);
+  if (status.IsNotFound()) return false;
+  VEDUTA_RETURN_IF_ERROR(InValue(family, key, FromRocksdb(status, Doing(family))));
+  VEDUTA_RETURN_IF_ERROR(InValue(family, key, use(value.ToStringView())));
+  return true;
+}
+
+Result<bool> ValueReader::Has(Family family, std::string_view key) const {
+  return Read(family, key, [](std::string_view) { return Status::Ok(); });
+}
+
+Result<bool> ValueReader::Copy(Family family, std::string_view key, std::string* value) const {
+  const FilesLease lease(files_);
+  VEDUTA_RETURN_IF_ERROR(lease.status());
+  // RocksDB reads right into the string where the value is not in its cache.
   const rocksdb::Status status =
       files_.db().Get(options_, files_.handle(family), AsSlice(key), value);
-  if (status.ok()) return true;
   if (status.IsNotFound()) return false;
-  return InValue(family, key, FromRocksdb(status, Doing(family)));
+  VEDUTA_RETURN_IF_ERROR(InValue(family, key, FromRocksdb(status, Doing(family))));
+  return true;
+}
+
+Status ValueReader::ReadMany(Family family, const std::vector<std::string>& keys,
+                             const UseOne& use) const {
+  const FilesLease lease(files_);
+  VEDUTA_RETURN_IF_ERROR(lease.status());
+  const std::vector<rocksdb::Slice> slices(keys.begin(), keys.end());
+  std::vector<rocksdb::Status> statuses(keys.size());
+  std::vector<rocksdb::PinnableSlice> values(keys.size());
+  files_.db().MultiGet(options_, files_.handle(family), keys.size(), slices.data(), values.data(),
+                       statuses.data(),
+                       /*sorted_input=*/true);
+  for (size_t i = 0; i < keys.size(); ++i) {
+    if (!statuses[i].IsNotFound())
+      VEDUTA_RETURN_IF_ERROR(InValue(family, keys[i], FromRocksdb(statuses[i], Doing(family))));
+    VEDUTA_RETURN_IF_ERROR(InValue(family, keys[i], use(i, values[i].ToStringView())));
+  }
+  return Status::Ok();
 }
 
 Status ValueReader::Scan(Family family, std::string_view prefix, std::string_view first,
                          const Visit& visit) const {
-  const std::string end = prefix.empty() ? std::string() : PrefixEnd(prefix);
-  const rocksdb::Slice end_slice(end);
-  rocksdb::ReadOptions options = options_;
-  if (!prefix.empty()) options.iterate_upper_bound = &end_slice;
-  const std::unique_ptr<rocksdb::Iterator> it(
-      files_.db().NewIterator(options, files_.handle(family)));
-  bool more = true;
-  for (it->Seek(AsSlice(std::max(prefix, first))); more && it->Valid(); it->Next()) {
-    const std::string_view key = it->key().ToStringView();
-    VEDUTA_RETURN_IF_ERROR(InValue(family, key, visit(key, it->value().ToStringView(), &more)));
-  }
-  if (!more) return Status::Ok();
-  return FromRocksdb(it->status(), Doing(family) + " from key " + KeyText(prefix));
-}
-
-Status ValueReader::FindMany(Family family, const std::vector<std::string>& keys,
-                             std::vector<rocksdb::PinnableSlice>* values) const {
-  std::vector<rocksdb::Slice> slices(keys.begin(), keys.end());
-  std::vector<rocksdb::Status> statuses(keys.size());
-  *values = std::vector<rocksdb::PinnableSlice>(keys.size());
-  files_.db().MultiGet(options_, files_.handle(family), keys.size(), slices.data(), values->data(),
-                       statuses.data(),
-                       /*sorted_input=*/true);
-  for (size_t i = 0; i < keys.size(); ++i) {
-    if (statuses[i].ok() || statuses[i].IsNotFound()) continue;
-    return InValue(family, keys[i], FromRocksdb(statuses[i], Doing(family)));
+  Cursor cursor(files_, family, options_, prefix, first);
+  std::string key, value;
+  for (bool more = true; more;) {
+    VEDUTA_ASSIGN_OR_RETURN(const bool found, cursor.Take(&key, &value));
+    if (!found) return Status::Ok();
+    VEDUTA_RETURN_IF_ERROR(InValue(family, key, visit(key, value, &more)));
   }
   return Status::Ok();
 }

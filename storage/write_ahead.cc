@@ -5,8 +5,13 @@
 
 #include <string_view>
 
-#include "storage/keys.h"
-#include "storage/record_codec.h"
+#include "storage/records/key_bytes.h"
+#include "storage/records/photo_record.h"
+#include "storage/records/point_block.h"
+#include "storage/records/reconstruction_record.h"
+#include "storage/records/state_record.h"
+#include "storage/records/vocabulary_record.h"
+#include "storage/records/write_ahead_mark.h"
 #include "storage/rocksdb_status.h"
 #include "storage/value_reader.h"
 #include "storage/write_buffer.h"
@@ -18,24 +23,22 @@ std::string_view AsText(std::span<const uint8_t> bytes) {
   return {reinterpret_cast<const char*>(bytes.data()), bytes.size()};
 }
 
-// The number a mark's record has now: the generation that is current. 0 where there is no record.
+// The generation of point blocks that the reconstruction's record names; 0 where there is no
+// record.
 Result<uint32_t> CurrentPointsGeneration(const ValueReader& reader, ReconstructionId id) {
-  rocksdb::PinnableSlice value;
-  const std::string key = ReconstructionKey(id);
-  VEDUTA_ASSIGN_OR_RETURN(const bool found, reader.Find(Family::kReconstructions, key, &value));
-  if (!found) return uint32_t{0};
   ReconstructionRecord record;
-  VEDUTA_RETURN_IF_ERROR(
-      InValue(Family::kReconstructions, key, Decode(value.ToStringView(), id, &record)));
-  return record.points_generation;
+  const auto decode = [&](std::string_view value) { return Decode(value, id, &record); };
+  VEDUTA_ASSIGN_OR_RETURN(const bool found,
+                          reader.Read(Family::kReconstructions, ReconstructionKey(id), decode));
+  return found ? record.points_generation : uint32_t{0};
 }
 
+// The generation of the vocabulary that the state names.
 Result<uint32_t> CurrentVocabularyGeneration(const ValueReader& reader) {
-  rocksdb::PinnableSlice value;
-  VEDUTA_ASSIGN_OR_RETURN(const bool found, reader.Find(Family::kMeta, kStateKey, &value));
-  if (!found) return Status::Corruption("family meta, key 'state': missing");
   DatabaseState state;
-  VEDUTA_RETURN_IF_ERROR(InValue(Family::kMeta, kStateKey, Decode(value.ToStringView(), &state)));
+  const auto decode = [&](std::string_view value) { return Decode(value, &state); };
+  VEDUTA_ASSIGN_OR_RETURN(const bool found, reader.Read(Family::kMeta, kStateKey, decode));
+  if (!found) return Status::Corruption("family meta, key 'state': missing");
   return state.vocabulary_generation;
 }
 
@@ -43,8 +46,7 @@ Status SweepPhoto(const ValueReader& reader, std::string_view rest, WriteBuffer*
   ContentHash photo;
   if (!ParseHashKey(rest, &photo)) return Status::Corruption("no content hash");
   const std::string key = HashKey(photo);
-  rocksdb::PinnableSlice value;
-  VEDUTA_ASSIGN_OR_RETURN(const bool committed, reader.Find(Family::kHashes, key, &value));
+  VEDUTA_ASSIGN_OR_RETURN(const bool committed, reader.Has(Family::kHashes, key));
   if (committed) return Status::Ok();
   batch->Delete(Family::kPhotos, key);
   batch->Delete(Family::kFeatures, key);
@@ -93,6 +95,7 @@ Status SweepMark(const ValueReader& reader, std::string_view key, WriteBuffer* b
 void PhotoClaims::Add(const ContentHash& photo) {
   const std::lock_guard lock(mutex_);
   ++counts_[photo];
+  lost_.erase(photo);
 }
 
 bool PhotoClaims::Release(const ContentHash& photo) {
@@ -109,19 +112,44 @@ void PhotoClaims::Forget(const ContentHash& photo) {
   counts_.erase(photo);
 }
 
+bool PhotoClaims::Has(const ContentHash& photo) const {
+  const std::lock_guard lock(mutex_);
+  return counts_.contains(photo);
+}
+
+void PhotoClaims::LoseAllBut(const std::set<ContentHash>& kept) {
+  const std::lock_guard lock(mutex_);
+  for (const auto& [photo, count] : counts_) {
+    if (!kept.contains(photo)) lost_.insert(photo);
+  }
+  for (const ContentHash& photo : lost_) counts_.erase(photo);
+}
+
+Status PhotoClaims::CheckKept(const ContentHash& photo) const {
+  const std::lock_guard lock(mutex_);
+  if (!lost_.contains(photo)) return Status::Ok();
+  return Status::IoError("photo " + photo.Hex() +
+                         " was lost when a write failed: it has to be written ahead again");
+}
+
 Status WritePhotoAhead(DatabaseFiles& files, PhotoClaims& claims, const ContentHash& photo,
                        std::span<const uint8_t> bytes, const Features& features) {
   const std::string key = HashKey(photo);
-  rocksdb::PinnableSlice value;
+  // Before the look, so that nobody who drops the same photo deletes it in between.
   claims.Add(photo);
-  VEDUTA_ASSIGN_OR_RETURN(const bool committed,
-                          ValueReader(files, nullptr).Find(Family::kHashes, key, &value));
-  if (committed) return Status::Ok();
-  WriteBuffer batch(files);
-  batch.Put(Family::kPhotos, key, AsText(bytes));
-  batch.Put(Family::kFeatures, key, Encode(features));
-  batch.Put(Family::kQueue, PhotoMarkKey(photo), std::string_view());
-  return batch.Write(/*sync=*/false, "write a photo ahead");
+  const auto write = [&]() -> Status {
+    VEDUTA_ASSIGN_OR_RETURN(const bool committed,
+                            ValueReader(files, nullptr).Has(Family::kHashes, key));
+    if (committed) return Status::Ok();
+    WriteBuffer batch(files);
+    batch.Put(Family::kPhotos, key, AsText(bytes));
+    batch.Put(Family::kFeatures, key, Encode(features));
+    batch.Put(Family::kQueue, PhotoMarkKey(photo), std::string_view());
+    return batch.Write(/*sync=*/false, "write a photo ahead");
+  };
+  const Status status = write();
+  if (!status.ok()) claims.Release(photo);
+  return status;
 }
 
 Status DropPhotoAhead(DatabaseFiles& files, PhotoClaims& claims, const ContentHash& photo) {
@@ -130,8 +158,7 @@ Status DropPhotoAhead(DatabaseFiles& files, PhotoClaims& claims, const ContentHa
   if (!claims.Release(photo)) return Status::Ok();
   const ValueReader reader(files, nullptr);
   const std::string mark = PhotoMarkKey(photo);
-  rocksdb::PinnableSlice value;
-  VEDUTA_ASSIGN_OR_RETURN(const bool marked, reader.Find(Family::kQueue, mark, &value));
+  VEDUTA_ASSIGN_OR_RETURN(const bool marked, reader.Has(Family::kQueue, mark));
   if (!marked) return Status::Ok();
   WriteBuffer batch(files);
   VEDUTA_RETURN_IF_ERROR(InValue(Family::kQueue, mark, SweepMark(reader, mark, &batch)));
@@ -173,13 +200,20 @@ Status WritePostingsAhead(DatabaseFiles& files, uint32_t generation, WordId word
   return batch.Write(/*sync=*/false, "write postings ahead");
 }
 
-Status SweepWriteAheads(DatabaseFiles& files) {
+Status SweepWriteAheads(DatabaseFiles& files, PhotoClaims& claims) {
   const ValueReader reader(files, nullptr);
   WriteBuffer batch(files);
+  std::set<ContentHash> kept;
   VEDUTA_RETURN_IF_ERROR(
       reader.Scan(Family::kQueue, "", "", [&](std::string_view key, std::string_view, bool*) {
+        ContentHash photo;
+        if (ParsePhotoMarkKey(key, &photo) && claims.Has(photo)) {
+          kept.insert(photo);
+          return Status::Ok();
+        }
         return SweepMark(reader, key, &batch);
       }));
+  claims.LoseAllBut(kept);
   return batch.Write(/*sync=*/false, "sweep what an interruption left behind");
 }
 

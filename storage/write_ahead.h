@@ -7,6 +7,7 @@
 #include <cstdint>
 #include <map>
 #include <mutex>
+#include <set>
 #include <span>
 #include <vector>
 
@@ -16,7 +17,8 @@
 namespace veduta {
 
 // How many writers count on a photo that is not committed yet: the same bytes may come under two
-// names, and one of them being dropped must not take the photo from the other. Thread-safe.
+// names, and one of them being dropped must not take the photo from the other. Claims outlive
+// Database::Reopen, which keeps the photos that are claimed. Thread-safe.
 class PhotoClaims final {
  public:
   void Add(const ContentHash& photo);
@@ -24,10 +26,18 @@ class PhotoClaims final {
   bool Release(const ContentHash& photo);
   // After a commit: the record keeps the photo from now on.
   void Forget(const ContentHash& photo);
+  bool Has(const ContentHash& photo) const;
+
+  // After the database has been opened again: the claimed photos that are not among `kept` are not
+  // on the disk. They count as lost until somebody claims them anew.
+  void LoseAllBut(const std::set<ContentHash>& kept);
+  // kIoError when the photo is lost: no record may name it then.
+  Status CheckKept(const ContentHash& photo) const;
 
  private:
-  std::mutex mutex_;
+  mutable std::mutex mutex_;
   std::map<ContentHash, uint32_t> counts_;
+  std::set<ContentHash> lost_;
 };
 
 // The functions below are those of Database, on its files. Thread-safe.
@@ -43,8 +53,9 @@ Status WriteWordsAhead(DatabaseFiles& files, uint32_t generation, ImageId image,
 Status WritePostingsAhead(DatabaseFiles& files, uint32_t generation, WordId word,
                           std::span<const ImageId> images);
 
-// Deletes what marks name and records do not, and the marks. Proportional to the number of marks.
-// Not durable by itself: a sweep that is lost is repeated.
-Status SweepWriteAheads(DatabaseFiles& files);
+// Deletes what marks name and records do not, and the marks; photos that are claimed stay, with
+// their marks. Proportional to the number of marks. Not durable by itself: a sweep that is lost is
+// repeated.
+Status SweepWriteAheads(DatabaseFiles& files, PhotoClaims& claims);
 
 }  // namespace veduta

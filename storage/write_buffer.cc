@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "storage/write_buffer.h"
 
-#include "storage/keys.h"
+#include "storage/records/key_bytes.h"
+#include "storage/records/vocabulary_record.h"
 #include "storage/rocksdb_status.h"
 
 namespace veduta {
@@ -13,16 +14,21 @@ rocksdb::Slice AsSlice(std::string_view text) {
 
 }  // namespace
 
-void WriteBuffer::Fail(Status status) {
-  if (status_.ok()) status_ = std::move(status);
+void WriteBuffer::Note(const Status& status) {
+  if (status_.ok()) status_ = status;
 }
 
-void WriteBuffer::Note(const rocksdb::Status& status) {
-  if (!status.ok()) Fail(FromRocksdb(status, "collect writes"));
+template <typename Add>
+void WriteBuffer::Collect(Family family, Add&& add) {
+  const FilesLease lease(files_);
+  Note(lease.status());
+  if (!lease.status().ok()) return;
+  const rocksdb::Status added = add(files_.handle(family));
+  if (!added.ok()) Note(FromRocksdb(added, "collect writes"));
 }
 
 void WriteBuffer::Put(Family family, std::string_view key, std::string_view value) {
-  Note(batch_.Put(files_.handle(family), AsSlice(key), AsSlice(value)));
+  Collect(family, [&](auto* handle) { return batch_.Put(handle, AsSlice(key), AsSlice(value)); });
 }
 
 void WriteBuffer::Put(Family family, std::string_view key, const Result<std::string>& value) {
@@ -30,21 +36,24 @@ void WriteBuffer::Put(Family family, std::string_view key, const Result<std::str
     Put(family, key, std::string_view(*value));
     return;
   }
-  Fail(Status(value.status().code(), std::string("a record cannot be stored in family ") +
+  Note(Status(value.status().code(), std::string("a record cannot be stored in family ") +
                                          FamilyName(family) + ", key " + KeyText(key) + ": " +
                                          value.status().message()));
 }
 
 void WriteBuffer::Merge(Family family, std::string_view key, std::string_view operand) {
-  Note(batch_.Merge(files_.handle(family), AsSlice(key), AsSlice(operand)));
+  Collect(family,
+          [&](auto* handle) { return batch_.Merge(handle, AsSlice(key), AsSlice(operand)); });
 }
 
 void WriteBuffer::Delete(Family family, std::string_view key) {
-  Note(batch_.Delete(files_.handle(family), AsSlice(key)));
+  Collect(family, [&](auto* handle) { return batch_.Delete(handle, AsSlice(key)); });
 }
 
 void WriteBuffer::DeletePrefix(Family family, std::string_view prefix) {
-  Note(batch_.DeleteRange(files_.handle(family), AsSlice(prefix), PrefixEnd(prefix)));
+  const std::string end = PrefixEnd(prefix);
+  Collect(family,
+          [&](auto* handle) { return batch_.DeleteRange(handle, AsSlice(prefix), AsSlice(end)); });
 }
 
 void WriteBuffer::DeleteVocabulary(uint32_t generation) {

@@ -14,7 +14,8 @@
 
 namespace veduta {
 
-// Not thread-safe.
+// Not thread-safe. After the files have been closed (Database::Reopen), all that is added is
+// refused with their reason.
 class WriteBuffer final {
  public:
   explicit WriteBuffer(DatabaseFiles& files) : files_(files) {}
@@ -26,7 +27,8 @@ class WriteBuffer final {
   void Delete(Family family, std::string_view key);
   void DeletePrefix(Family family, std::string_view prefix);
   void DeleteVocabulary(uint32_t generation);
-  void Fail(Status status);
+  // Makes a failure this buffer's; nothing where `status` is Ok.
+  void Note(const Status& status);
 
   const Status& status() const { return status_; }
   size_t size_bytes() const { return batch_.GetDataSize(); }
@@ -38,7 +40,9 @@ class WriteBuffer final {
   Status Write(bool sync, std::string_view doing);
 
  private:
-  void Note(const rocksdb::Status& status);
+  // Calls add(handle) -> rocksdb::Status with the family's handle, while the files are open.
+  template <typename Add>
+  void Collect(Family family, Add&& add);
 
   DatabaseFiles& files_;
   rocksdb::WriteBatch batch_;

@@ -115,15 +115,12 @@ Result<CameraRecord> FindCamera(const Snapshot& snapshot, const std::string& nam
 
 Result<StatusAnswer> StatusOf(const Snapshot& snapshot, const DatabaseSizes& sizes) {
   StatusAnswer status;
-  VEDUTA_RETURN_IF_ERROR(snapshot.ScanImages([&](const ImageRecord& image) {
-    ++status.images;
-    status.rejected += image.verdict == Verdict::kRejected;
-    status.postponed += image.verdict == Verdict::kPostponed;
-    return true;
-  }));
-  status.placed = status.images - status.rejected - status.postponed;
-  VEDUTA_ASSIGN_OR_RETURN(const std::vector<CameraRecord> cameras, snapshot.ListCameras());
-  status.cameras = cameras.size();
+  VEDUTA_ASSIGN_OR_RETURN(const DatabaseCounts counts, snapshot.GetCounts());
+  status.images = counts.images;
+  status.placed = counts.placed;
+  status.postponed = counts.postponed;
+  status.rejected = counts.rejected;
+  status.cameras = counts.cameras;
   VEDUTA_ASSIGN_OR_RETURN(const DatabaseState state, snapshot.GetState());
   status.backlog = state.pending_propagation.size();
   status.vocabulary_generation = state.vocabulary_generation;

@@ -38,7 +38,7 @@ Status AddImage(const Snapshot& snapshot, const ImageRecord& image, uint32_t gen
                 ContentFeed* feed) {
   Add(image, feed);
   if (image.verdict == Verdict::kRejected) return Status::Ok();
-  VEDUTA_ASSIGN_OR_RETURN(const PinnedBytes photo, snapshot.GetPhoto(image.photo));
+  VEDUTA_ASSIGN_OR_RETURN(const StoredBytes photo, snapshot.GetPhoto(image.photo));
   *feed << HashContent(photo.bytes());
   VEDUTA_ASSIGN_OR_RETURN(const Features features, snapshot.GetFeatures(image.photo));
   for (const Keypoint& k : features.keypoints)
@@ -98,7 +98,7 @@ Result<ContentHash> DigestOf(const Snapshot& snapshot) {
         }));
   }
   if (state.vocabulary_generation != 0) {
-    VEDUTA_ASSIGN_OR_RETURN(const PinnedBytes tree,
+    VEDUTA_ASSIGN_OR_RETURN(const StoredBytes tree,
                             snapshot.GetVocabulary(state.vocabulary_generation));
     feed << HashContent(tree.bytes());
     VEDUTA_RETURN_IF_ERROR(snapshot.ScanPostings(

@@ -74,7 +74,7 @@ class Checker {
     for (const auto& [id, image] : images_) {
       if (image.verdict == Verdict::kRejected) continue;
       wanted.insert(image.photo);
-      const Result<PinnedBytes> photo = snapshot_.GetPhoto(image.photo);
+      const Result<StoredBytes> photo = snapshot_.GetPhoto(image.photo);
       Expect(photo.ok(), Name(id) + ": " + photo.status().message());
       if (photo.ok())
         Expect(HashContent(photo->bytes()) == image.photo,
@@ -236,7 +236,7 @@ class Checker {
   Status CheckVocabulary() {
     const uint32_t generation = state_.vocabulary_generation;
     if (generation == 0) return Status::Ok();
-    const Result<PinnedBytes> tree = snapshot_.GetVocabulary(generation);
+    const Result<StoredBytes> tree = snapshot_.GetVocabulary(generation);
     Expect(tree.ok(), "vocabulary: " + tree.status().message());
     std::map<WordId, std::set<ImageId>> expected;
     for (const auto& [id, image] : images_) {

@@ -52,7 +52,7 @@ Result<std::shared_ptr<const VocabularyTree>> Retrieval::ActiveTree(const Snapsh
   if (state.vocabulary_generation == 0) return std::shared_ptr<const VocabularyTree>();
   const std::lock_guard lock(mutex_);
   if (generation_ != state.vocabulary_generation) {
-    VEDUTA_ASSIGN_OR_RETURN(const PinnedBytes stored,
+    VEDUTA_ASSIGN_OR_RETURN(const StoredBytes stored,
                             snapshot.GetVocabulary(state.vocabulary_generation));
     VEDUTA_ASSIGN_OR_RETURN(VocabularyTree tree, VocabularyTree::Parse(stored.bytes()));
     tree_ = std::make_shared<const VocabularyTree>(std::move(tree));
@@ -150,6 +150,10 @@ Result<Retrieval::Prepared> Retrieval::WriteAhead(Database* database, const Snap
   prepared.image_count = static_cast<uint32_t>(images.size());
   prepared.next_image = ImageId(state.next_image);
   prepared.alone = std::move(alone);
+  // What an earlier attempt wrote under this number, and did not activate, must not stay among it.
+  const std::unique_ptr<Transaction> sweep = database->BeginTransaction();
+  sweep->DeleteVocabulary(prepared.generation);
+  VEDUTA_RETURN_IF_ERROR(sweep->Commit());
   VEDUTA_RETURN_IF_ERROR(
       database->WriteVocabularyAhead(prepared.generation, prepared.tree->Serialize()));
 
@@ -177,7 +181,7 @@ Result<Retrieval::Prepared> Retrieval::WriteAhead(Database* database, const Snap
 
 Status Retrieval::Activate(Database* database, Prepared prepared) {
   const std::unique_ptr<Transaction> transaction = database->BeginTransaction();
-  const std::shared_ptr<const Snapshot> snapshot = database->GetSnapshot();
+  const std::shared_ptr<const Snapshot> snapshot = transaction->base();
   VEDUTA_ASSIGN_OR_RETURN(DatabaseState state, snapshot->GetState());
   if (state.vocabulary_generation + 1 != prepared.generation) {
     return Status::Busy("another vocabulary became active meanwhile: train again");

@@ -58,7 +58,7 @@ Result<std::vector<HistogramAt>> LoadHistograms(const Snapshot& snapshot, const 
   std::vector<HistogramAt> blocks;
   VEDUTA_RETURN_IF_ERROR(
       VisitReach(tiles, tile, [&](const GridPlace& block, const TileRecord& owner) -> Status {
-        VEDUTA_ASSIGN_OR_RETURN(const PinnedBytes bytes,
+        VEDUTA_ASSIGN_OR_RETURN(const StoredBytes bytes,
                                 snapshot.dense().GetVolumeBlock(owner.reconstruction, owner.place,
                                                                 NumberInTile(block)));
         VEDUTA_ASSIGN_OR_RETURN(std::unique_ptr<HistogramBlock> histogram,
@@ -80,7 +80,7 @@ Result<std::vector<SolvedBlock>> LoadSolutions(const Snapshot& snapshot, const T
           return Status::Ok();
         if (!solved.contains(owner.place)) {
           VEDUTA_ASSIGN_OR_RETURN(
-              const PinnedBytes bytes,
+              const StoredBytes bytes,
               snapshot.dense().GetSurface(part, owner.reconstruction, owner.place));
           VEDUTA_ASSIGN_OR_RETURN(solved[owner.place], ParseSolution(bytes.bytes()));
         }
@@ -105,10 +105,10 @@ std::vector<uint8_t> SerializeSolution(std::span<const SolvedBlock> blocks) {
 Result<TileSurface> LoadSurface(const Snapshot& snapshot, const TileRecord& tile) {
   TileSurface surface;
   const DenseReader& dense = snapshot.dense();
-  VEDUTA_ASSIGN_OR_RETURN(const PinnedBytes bytes,
+  VEDUTA_ASSIGN_OR_RETURN(const StoredBytes bytes,
                           dense.GetSurface(SurfacePart::kMesh, tile.reconstruction, tile.place));
   VEDUTA_ASSIGN_OR_RETURN(surface.piece, ParseSurfacePiece(bytes.bytes()));
-  const Result<PinnedBytes> stored =
+  const Result<StoredBytes> stored =
       dense.GetSurface(SurfacePart::kColors, tile.reconstruction, tile.place);
   if (!stored.ok())
     return stored.status().code() == StatusCode::kNotFound ? Result(std::move(surface))

@@ -171,7 +171,7 @@ class VolumeStage final {
       work.is_new = from_nothing || !(last.blocks & bit);
       if (!work.is_new) {
         VEDUTA_ASSIGN_OR_RETURN(
-            const PinnedBytes bytes,
+            const StoredBytes bytes,
             snapshot_->dense().GetVolumeBlock(tile.reconstruction, tile.place, work.number));
         VEDUTA_ASSIGN_OR_RETURN(work.histogram, ParseHistogramBlock(bytes.bytes()));
       }

@@ -9,14 +9,14 @@
 
 namespace veduta {
 
-// Pinhole with the paper's radial distortion about its own centre. All in px of the (upright)
-// photo; k1 and k2 in normalised coordinates: x_d = c + (x - c)(1 + k1 r^2 + k2 r^4), r = |x - c|,
+// Pinhole with the paper's radial distortion about its own center. All in px of the (upright)
+// photo; k1 and k2 in normalized coordinates: x_d = c + (x - c)(1 + k1 r^2 + k2 r^4), r = |x - c|,
 // c = ((u0 - cx) / fx, (v0 - cy) / fy).
 struct CameraModel {
   uint32_t width_px = 0, height_px = 0;
   double fx = 0, fy = 0, cx = 0, cy = 0;
   double k1 = 0, k2 = 0;
-  double u0 = 0, v0 = 0;  // centre of distortion; equals (cx, cy) unless said otherwise
+  double u0 = 0, v0 = 0;  // center of distortion; equals (cx, cy) unless said otherwise
 
   bool operator==(const CameraModel&) const = default;
 };

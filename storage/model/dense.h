@@ -61,7 +61,7 @@ struct SeenBlock {
   bool operator==(const SeenBlock&) const = default;
 };
 
-// A depth map after the check against its neighbours: what is integrated into the volume.
+// A depth map after the check against its neighbors: what is integrated into the volume.
 struct CheckedDepthRecord {
   ImageId image;
   ReconstructionId reconstruction;
@@ -95,13 +95,13 @@ struct TileRecord {
   uint64_t triangle_count = 0, vertex_count = 0;
 };
 
-// Parts of a tile's surface, as fusion/ serialises them. Values are stored: append only, never
+// Parts of a tile's surface, as fusion/ serializes them. Values are stored: append only, never
 // renumber.
 enum class SurfacePart : uint8_t {
   kSolution = 1,
   kMesh = 2,
   kColors = 3,
-  kFirstRound = 4,  // the solution before that of the neighbours was known
+  kFirstRound = 4,  // the solution before that of the neighbors was known
 };
 
 }  // namespace veduta

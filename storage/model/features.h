@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
-// What is found in one photo to recognise it by, and what two photos have in common.
+// What is found in one photo to recognize it by, and what two photos have in common.
 
 #include <array>
 #include <cstdint>
@@ -10,7 +10,7 @@
 
 namespace veduta {
 
-inline constexpr int kDescriptorSize = 128;  // bytes a SIFT descriptor takes, one a bin
+inline constexpr int kDescriptorSize = 128;  // bytes of a SIFT descriptor, one per bin
 
 // One SIFT feature of the undistorted image.
 struct Keypoint {

@@ -3,13 +3,23 @@
 // The one record that changes with almost every transaction.
 
 #include <cstdint>
+#include <optional>
 #include <vector>
 
 #include "storage/base/ids.h"
 
 namespace veduta {
 
-// Counters and switches that change with almost every transaction.
+// How many records there are. Not part of the digest.
+struct DatabaseCounts {
+  uint64_t images = 0;                               // of all verdicts
+  uint64_t placed = 0, postponed = 0, rejected = 0;  // placed: merged and founded ones too
+  uint64_t cameras = 0;
+  bool operator==(const DatabaseCounts&) const = default;
+};
+
+// Counters and switches that change with almost every transaction. As it stands here, that of an
+// empty database.
 struct DatabaseState {
   uint32_t next_image = 1;
   uint32_t next_camera = 1;
@@ -21,7 +31,10 @@ struct DatabaseState {
   bool vocabulary_imported = false;      // given by a person: not re-trained
   uint32_t retrievable_image_count = 0;  // images with features, N of eq 5
   std::vector<ImageId>
-      pending_propagation;  // placed views whose neighbours are still to be tried, oldest first
+      pending_propagation;  // placed views whose neighbors are still to be tried, oldest first
+  // Kept by Transaction::Commit, whatever was given to PutState. None in a state that was written
+  // by a program that did not count yet: see Snapshot::GetCounts.
+  std::optional<DatabaseCounts> counts = DatabaseCounts{};
   bool operator==(const DatabaseState&) const = default;
 };
 

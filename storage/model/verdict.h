@@ -21,14 +21,14 @@ enum class Reason : uint8_t {
   kRegistered = 1,  // placed in one reconstruction
   kJoinedReconstructions = 2,
   kGoodTriple = 3,  // founded a reconstruction with two other views
-  kPropagated = 4,  // placed when a neighbour was
+  kPropagated = 4,  // placed when a neighbor was
   // why it is postponed
   kNoCandidates = 20,           // nothing in the database looks like it
   kNoVerifiedNeighbor = 21,     // candidates failed the geometric check
-  kTooFewStructurePoints = 22,  // neighbours are placed, but too few of their points are seen
+  kTooFewStructurePoints = 22,  // neighbors are placed, but too few of their points are seen
   kResectionFailed = 23,        // points are seen, but no pose explains enough of them
-  kNoGoodTriple = 24,           // neighbours are not placed, and no three views make a sound start
-  kContradictsNeighbors = 25,   // the pose found disagrees with other verified neighbours
+  kNoGoodTriple = 24,           // neighbors are not placed, and no three views make a sound start
+  kContradictsNeighbors = 25,   // the pose found disagrees with other verified neighbors
   kTooFewFeatures = 26,
   // why it is rejected
   kUnreadable = 40,

@@ -11,7 +11,7 @@
 
 namespace veduta {
 
-// Where an image was taken from and how it projects. Pixels: the centre of the top-left pixel is
+// Where an image was taken from and how it projects. Pixels: the center of the top-left pixel is
 // (0, 0).
 struct ViewGeometry {
   uint32_t width_px = 0, height_px = 0;

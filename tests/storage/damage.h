@@ -4,14 +4,13 @@
 
 #include <gtest/gtest.h>
 #include <rocksdb/db.h>
+#include "storage/family_options.h"
 
 #include <algorithm>
 #include <functional>
 #include <optional>
 #include <string>
 #include <vector>
-
-#include "storage/families.h"
 
 namespace veduta {
 

@@ -13,8 +13,8 @@
 #include "damage.h"
 #include "samples.h"
 #include "storage/database.h"
-#include "storage/families.h"
-#include "storage/record_codec.h"
+#include "storage/family_options.h"
+#include "storage/records/record_parts.h"
 
 namespace veduta {
 namespace {

@@ -4,6 +4,7 @@
 // Method: a plain map of sets beside the database; the operator alone against every split of
 //   its operands.
 #include "storage/postings_merge.h"
+#include "storage/records/record_parts.h"
 
 #include <gtest/gtest.h>
 #include <rocksdb/merge_operator.h>
@@ -12,7 +13,6 @@
 #include <set>
 
 #include "samples.h"
-#include "storage/record_codec.h"
 
 namespace veduta {
 namespace {

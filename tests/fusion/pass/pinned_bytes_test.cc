@@ -108,7 +108,7 @@ struct BallMaps {
   }
 };
 
-TEST(PinnedBytes, Views) {
+TEST(StoredBytes, Views) {
   TemporaryFolder folder;
   const View wall = WallFrom(1, 0);
   const std::string path = folder.path() + "/wall.png";
@@ -141,7 +141,7 @@ TEST(PinnedBytes, Views) {
   ExpectPinned("kViewVersion", kViewVersion, {1, "?"}, &feed);
 }
 
-TEST(PinnedBytes, DepthRange) {
+TEST(StoredBytes, DepthRange) {
   std::vector<double> depths;
   for (int i = 0; i < 300; ++i) depths.push_back(1 + 0.1 * (i * 37 % 300));
   const auto range = DepthRangeOf(depths, 0.25);
@@ -151,7 +151,7 @@ TEST(PinnedBytes, DepthRange) {
   ExpectPinned("kDepthRangeVersion", kDepthRangeVersion, {1, "?"}, &feed);
 }
 
-TEST(PinnedBytes, SensorViews) {
+TEST(StoredBytes, SensorViews) {
   const std::vector<ImageId> track = {ImageId(1), ImageId(2), ImageId(3), ImageId(4)};
   std::map<ImageId, Eigen::Vector3d> centers;
   for (const ImageId id : track) centers[id] = {0.3 * (id.value - 1.0), 0, 0};
@@ -173,7 +173,7 @@ TEST(PinnedBytes, SensorViews) {
   ExpectPinned("kSensorViewsVersion", kSensorViewsVersion, {1, "?"}, &feed);
 }
 
-TEST(PinnedBytes, DepthEstimation) {
+TEST(StoredBytes, DepthEstimation) {
   ThreadPool pool(1);
   const std::vector<View> sensors = {WallFrom(2, -0.4), WallFrom(3, 0.4)};
   const auto map = EstimateDepth(WallFrom(1, 0), sensors, {2, 8}, DepthOptions(), nullptr, pool);
@@ -184,7 +184,7 @@ TEST(PinnedBytes, DepthEstimation) {
   ExpectPinned("kDepthEstimationVersion", kDepthEstimationVersion, {1, "?"}, &feed);
 }
 
-TEST(PinnedBytes, DepthCodes) {
+TEST(StoredBytes, DepthCodes) {
   const BallMaps ball;
   const DepthPixels pixels = EncodeDepth(ball.maps[0], {1, 3});
   ContentFeed feed;
@@ -193,7 +193,7 @@ TEST(PinnedBytes, DepthCodes) {
   ExpectPinned("kDepthCodesVersion", kDepthCodesVersion, {1, "?"}, &feed);
 }
 
-TEST(PinnedBytes, Consistency) {
+TEST(StoredBytes, Consistency) {
   ThreadPool pool(1);
   BallMaps ball;
   // What the sureness of the key map decides must show, too.
@@ -260,7 +260,7 @@ TEST_F(PinnedVolume, Meshes) {
   ExpectPinned("kExtractionVersion", kExtractionVersion, {1, "?"}, &feed);
 }
 
-TEST(PinnedBytes, Exposures) {
+TEST(StoredBytes, Exposures) {
   std::vector<ColorObservation> observations;
   for (uint32_t image = 1; image <= 4; ++image) {
     for (uint32_t point = 0; point < 60; ++point) {
@@ -278,7 +278,7 @@ TEST(PinnedBytes, Exposures) {
   ExpectPinned("kExposureVersion", kExposureVersion, {1, "?"}, &feed);
 }
 
-TEST(PinnedBytes, Colors) {
+TEST(StoredBytes, Colors) {
   ThreadPool pool(1);
   // The wall z = 4, bulging a little, with its vertices towards the cameras.
   TriangleMesh mesh;

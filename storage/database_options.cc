@@ -1,0 +1,28 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "storage/database_options.h"
+
+#include <string>
+
+namespace veduta {
+namespace {
+
+// Below, RocksDB's cache (16 shards, each with whole blocks of 4 KiB) keeps hardly anything; above,
+// somebody has taken another unit for bytes. Both were chosen by hand; not measured.
+constexpr uint64_t kBlockCacheBytesMin = 1ull << 20;
+constexpr uint64_t kBlockCacheBytesMax = 1ull << 40;
+
+}  // namespace
+
+Status DatabaseOptions::Check() const {
+  if (create && read_only)
+    return Status::InvalidArgument(
+        "create and read_only are both set: a database cannot be created for reading only");
+  if (block_cache_bytes < kBlockCacheBytesMin || block_cache_bytes > kBlockCacheBytesMax) {
+    return Status::InvalidArgument("block_cache_bytes is " + std::to_string(block_cache_bytes) +
+                                   ", but must be " + std::to_string(kBlockCacheBytesMin) + " to " +
+                                   std::to_string(kBlockCacheBytesMax));
+  }
+  return Status::Ok();
+}
+
+}  // namespace veduta

@@ -1,0 +1,34 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+// How a database is opened.
+
+#include <cstdint>
+#include <memory>
+
+#include "storage/base/status.h"
+
+namespace rocksdb {
+class FileSystem;
+}
+
+namespace veduta {
+
+struct DatabaseOptions {
+  // Makes a new database; kAlreadyExists if one is there.
+  bool create = false;
+  // No lock is taken, nothing is written and nothing swept; sees the state at the time of opening.
+  // A value whose file another process's compaction has deleted since is kIoError: open again.
+  bool read_only = false;
+  // False: a power cut may lose the last photos (a crash of the process does not).
+  bool sync_wal = true;
+  // Memory for blocks of table files that were read: 1 MiB to 1 TiB. The default was chosen by
+  // hand; not measured.
+  uint64_t block_cache_bytes = 256ull << 20;
+  // For tests; null is the operating system's.
+  std::shared_ptr<rocksdb::FileSystem> file_system = nullptr;
+
+  // kInvalidArgument naming the first violated bound with its value.
+  Status Check() const;
+};
+
+}  // namespace veduta

@@ -1,0 +1,87 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "storage/maintenance.h"
+
+#include <rocksdb/file_system.h>
+#include <rocksdb/metadata.h>
+#include <rocksdb/utilities/checkpoint.h>
+
+#include <memory>
+#include <vector>
+
+#include "storage/database_opener.h"
+#include "storage/rocksdb_status.h"
+
+namespace veduta {
+namespace {
+
+// Files and memory of one family.
+uint64_t FamilyBytes(const DatabaseFiles& files, Family family) {
+  rocksdb::ColumnFamilyMetaData data;
+  files.db().GetColumnFamilyMetaData(files.handle(family), &data);
+  uint64_t in_memory = 0;
+  files.db().GetIntProperty(files.handle(family), rocksdb::DB::Properties::kCurSizeAllMemTables,
+                            &in_memory);
+  return data.size + data.blob_file_size + in_memory;
+}
+
+// 0 for a folder, and for a file that a compaction has deleted meanwhile.
+uint64_t FileBytes(rocksdb::FileSystem& fs, const std::string& path) {
+  bool is_folder = false;
+  if (!fs.IsDirectory(path, rocksdb::IOOptions(), &is_folder, nullptr).ok() || is_folder) return 0;
+  uint64_t size_bytes = 0;
+  return fs.GetFileSize(path, rocksdb::IOOptions(), &size_bytes, nullptr).ok() ? size_bytes : 0;
+}
+
+}  // namespace
+
+Result<DatabaseSizes> SizesOf(const DatabaseFiles& files) {
+  const FilesLease lease(files);
+  VEDUTA_RETURN_IF_ERROR(lease.status());
+  rocksdb::FileSystem& fs = files.file_system();
+  std::vector<std::string> children;
+  VEDUTA_RETURN_IF_ERROR(
+      FromRocksdb(fs.GetChildren(files.path(), rocksdb::IOOptions(), &children, nullptr),
+                  "list folder " + files.path()));
+  DatabaseSizes sizes;
+  for (const std::string& child : children)
+    sizes.total_bytes += FileBytes(fs, files.path() + "/" + child);
+  sizes.photo_bytes = FamilyBytes(files, Family::kPhotos);
+  sizes.feature_bytes = FamilyBytes(files, Family::kFeatures);
+  return sizes;
+}
+
+Status MakeCheckpoint(const DatabaseFiles& files, const std::string& path) {
+  if (files.read_only())
+    return Status::InvalidArgument("a database that is open for reading only makes no checkpoint");
+  const FilesLease lease(files);
+  VEDUTA_RETURN_IF_ERROR(lease.status());
+  rocksdb::FileSystem& fs = files.file_system();
+  if (fs.FileExists(path, rocksdb::IOOptions(), nullptr).ok())
+    return Status::AlreadyExists(path + " exists already");
+  rocksdb::Checkpoint* raw = nullptr;
+  const std::string doing = "make a checkpoint at " + path;
+  VEDUTA_RETURN_IF_ERROR(FromRocksdb(rocksdb::Checkpoint::Create(&files.db(), &raw), doing));
+  const std::unique_ptr<rocksdb::Checkpoint> checkpoint(raw);
+  VEDUTA_RETURN_IF_ERROR(FromRocksdb(checkpoint->CreateCheckpoint(path), doing));
+  return WriteMarker(fs, path);  // last: a folder without it is not taken for a database
+}
+
+Status CompactFiles(const DatabaseFiles& files) {
+  if (files.read_only())
+    return Status::InvalidArgument("a database that is open for reading only is not compacted");
+  rocksdb::CompactRangeOptions options;
+  options.bottommost_level_compaction = rocksdb::BottommostLevelCompaction::kForceOptimized;
+  for (size_t i = 0; i < kFamilyCount; ++i) {
+    const FilesLease lease(files);
+    VEDUTA_RETURN_IF_ERROR(lease.status());
+    const Family family = static_cast<Family>(i);
+    const std::string doing = std::string("compact family ") + FamilyName(family);
+    VEDUTA_RETURN_IF_ERROR(
+        FromRocksdb(files.db().Flush(rocksdb::FlushOptions(), files.handle(family)), doing));
+    VEDUTA_RETURN_IF_ERROR(FromRocksdb(
+        files.db().CompactRange(options, files.handle(family), nullptr, nullptr), doing));
+  }
+  return Status::Ok();
+}
+
+}  // namespace veduta

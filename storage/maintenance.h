@@ -1,0 +1,18 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+// What is done with a database's files as a whole: their sizes, a copy, compaction. Database says
+// what each function does. While a copy is made or a family is compacted, the files are not closed:
+// Database::Reopen waits.
+
+#include <string>
+
+#include "storage/base/status.h"
+#include "storage/database_files.h"
+
+namespace veduta {
+
+Result<DatabaseSizes> SizesOf(const DatabaseFiles& files);
+Status MakeCheckpoint(const DatabaseFiles& files, const std::string& path);
+Status CompactFiles(const DatabaseFiles& files);
+
+}  // namespace veduta

@@ -1,0 +1,88 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "storage/record_counts.h"
+
+#include <algorithm>
+
+namespace veduta {
+namespace {
+
+// The counter of images that have this verdict.
+uint64_t DatabaseCounts::*CounterOf(Verdict verdict) {
+  switch (verdict) {
+    case Verdict::kPlaced:
+    case Verdict::kMerged:
+    case Verdict::kFounded:
+      return &DatabaseCounts::placed;
+    case Verdict::kPostponed:
+      return &DatabaseCounts::postponed;
+    case Verdict::kRejected:
+      return &DatabaseCounts::rejected;
+  }
+  return &DatabaseCounts::rejected;  // no such verdict is ever stored (Check of an ImageRecord)
+}
+
+}  // namespace
+
+Result<DatabaseCounts> CountRecords(const Snapshot& snapshot) {
+  DatabaseCounts counts;
+  VEDUTA_RETURN_IF_ERROR(snapshot.ScanImages([&](const ImageRecord& image) {
+    ++counts.images;
+    ++(counts.*CounterOf(image.verdict));
+    return true;
+  }));
+  VEDUTA_ASSIGN_OR_RETURN(const std::vector<CameraRecord> cameras, snapshot.ListCameras());
+  counts.cameras = cameras.size();
+  return counts;
+}
+
+Status CountChanges::NotePut(const Snapshot& base, const ImageRecord& image) {
+  const auto known = images_.find(image.id);
+  if (known != images_.end()) {
+    known->second.after = image.verdict;
+    return Status::Ok();
+  }
+  const Result<ImageRecord> stored = base.GetImage(image.id);
+  if (stored.ok()) {
+    images_.insert({image.id, {stored->verdict, image.verdict}});
+    return Status::Ok();
+  }
+  if (stored.status().code() != StatusCode::kNotFound) return stored.status();
+  images_.insert({image.id, {std::nullopt, image.verdict}});
+  return Status::Ok();
+}
+
+Status CountChanges::NotePut(const Snapshot& base, const CameraRecord& camera) {
+  const Status stored = base.GetCamera(camera.id).status();
+  if (stored.code() == StatusCode::kNotFound) {
+    new_cameras_.insert(camera.id);
+    return Status::Ok();
+  }
+  return stored;
+}
+
+bool CountChanges::empty() const {
+  return new_cameras_.empty() && std::ranges::all_of(images_, [](const auto& entry) {
+           const Change& change = entry.second;
+           return change.before && CounterOf(*change.before) == CounterOf(change.after);
+         });
+}
+
+std::optional<DatabaseCounts> CountChanges::ApplyTo(
+    const std::optional<DatabaseCounts>& base) const {
+  if (!base) return std::nullopt;
+  DatabaseCounts counts = *base;
+  counts.cameras += new_cameras_.size();
+  for (const auto& [id, change] : images_) {
+    ++(counts.*CounterOf(change.after));
+    if (!change.before) {
+      ++counts.images;
+      continue;
+    }
+    uint64_t& left = counts.*CounterOf(*change.before);
+    if (left == 0) return std::nullopt;
+    --left;
+  }
+  return counts;
+}
+
+}  // namespace veduta

@@ -1,0 +1,58 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "storage/records/camera_record.h"
+
+#include "storage/records/key_bytes.h"
+#include "storage/records/message.h"
+#include "storage/records/record_parts.h"
+#include "storage/records/schema.capnp.h"
+
+namespace veduta {
+
+std::string CameraKey(CameraId id) {
+  return Key32(id.value);
+}
+
+Status Check(const CameraRecord& camera) {
+  VEDUTA_RETURN_IF_ERROR(CheckId("camera", camera.id));
+  const CameraModel& m = camera.model;
+  return CheckFinite({{"fx", m.fx},
+                      {"fy", m.fy},
+                      {"cx", m.cx},
+                      {"cy", m.cy},
+                      {"k1", m.k1},
+                      {"k2", m.k2},
+                      {"u0", m.u0},
+                      {"v0", m.v0}});
+}
+
+Result<std::string> Encode(const CameraRecord& camera) {
+  VEDUTA_RETURN_IF_ERROR(Check(camera));
+  return WriteMessage<schema::Camera>(camera.name.size() + camera.source.size(), [&](auto to) {
+    to.setName(AsText(camera.name));
+    to.setSource(AsText(camera.source));
+    to.setWidthPx(camera.model.width_px);
+    to.setHeightPx(camera.model.height_px);
+    to.setFx(camera.model.fx);
+    to.setFy(camera.model.fy);
+    to.setCx(camera.model.cx);
+    to.setCy(camera.model.cy);
+    to.setK1(camera.model.k1);
+    to.setK2(camera.model.k2);
+    to.setU0(camera.model.u0);
+    to.setV0(camera.model.v0);
+  });
+}
+
+Status Decode(std::string_view value, CameraId id, CameraRecord* camera) {
+  return ReadMessage<schema::Camera>(value, [&](schema::Camera::Reader from) {
+    camera->id = id;
+    camera->name = FromText(from.getName());
+    camera->source = FromText(from.getSource());
+    camera->model = {from.getWidthPx(), from.getHeightPx(), from.getFx(), from.getFy(),
+                     from.getCx(),      from.getCy(),       from.getK1(), from.getK2(),
+                     from.getU0(),      from.getV0()};
+    return Damaged(Check(*camera));
+  });
+}
+
+}  // namespace veduta

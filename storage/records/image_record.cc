@@ -1,0 +1,108 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "storage/records/image_record.h"
+
+#include <algorithm>
+
+#include "storage/records/key_bytes.h"
+#include "storage/records/message.h"
+#include "storage/records/record_parts.h"
+#include "storage/records/schema.capnp.h"
+
+namespace veduta {
+namespace {
+
+// No default in these switches: the compiler names an enumerator that was forgotten.
+bool Known(Verdict verdict) {
+  switch (verdict) {
+    case Verdict::kPlaced:
+    case Verdict::kMerged:
+    case Verdict::kFounded:
+    case Verdict::kPostponed:
+    case Verdict::kRejected:
+      return true;
+  }
+  return false;
+}
+
+bool Known(Reason reason) {
+  switch (reason) {
+    case Reason::kNone:
+    case Reason::kRegistered:
+    case Reason::kJoinedReconstructions:
+    case Reason::kGoodTriple:
+    case Reason::kPropagated:
+    case Reason::kNoCandidates:
+    case Reason::kNoVerifiedNeighbor:
+    case Reason::kTooFewStructurePoints:
+    case Reason::kResectionFailed:
+    case Reason::kNoGoodTriple:
+    case Reason::kContradictsNeighbors:
+    case Reason::kTooFewFeatures:
+    case Reason::kUnreadable:
+    case Reason::kUnsupportedFormat:
+    case Reason::kTooLarge:
+    case Reason::kWrongSize:
+    case Reason::kNoTexture:
+    case Reason::kEmptyFile:
+    case Reason::kNameTaken:
+      return true;
+  }
+  return false;
+}
+
+}  // namespace
+
+std::string ImageKey(ImageId id) {
+  return Key32(id.value);
+}
+
+Status Check(const ImageRecord& image) {
+  VEDUTA_RETURN_IF_ERROR(CheckId("image", image.id));
+  if (!Known(image.verdict))
+    return Broken("verdict", static_cast<uint64_t>(image.verdict), "a known one");
+  if (!Known(image.reason))
+    return Broken("reason", static_cast<uint64_t>(image.reason), "a known one");
+  return Status::Ok();
+}
+
+Result<std::string> Encode(const ImageRecord& image) {
+  VEDUTA_RETURN_IF_ERROR(Check(image));
+  const size_t payload = image.name.size() + image.contributor.size() + image.detail.size() + 32;
+  return WriteMessage<schema::Image>(payload, [&](auto to) {
+    to.setName(AsText(image.name));
+    to.setPhoto(AsData(image.photo.bytes.data(), image.photo.bytes.size()));
+    to.setCamera(image.camera.value);
+    to.setWidthPx(image.width_px);
+    to.setHeightPx(image.height_px);
+    to.setSizeBytes(image.size_bytes);
+    to.setFeatureCount(image.feature_count);
+    to.setContributor(AsText(image.contributor));
+    to.setTimeUnixS(image.time_unix_s);
+    to.setVerdict(static_cast<uint8_t>(image.verdict));
+    to.setReason(static_cast<uint8_t>(image.reason));
+    to.setDetail(AsText(image.detail));
+  });
+}
+
+Status Decode(std::string_view value, ImageId id, ImageRecord* image) {
+  return ReadMessage<schema::Image>(value, [&](schema::Image::Reader from) {
+    image->id = id;
+    image->name = FromText(from.getName());
+    const capnp::Data::Reader photo = from.getPhoto();
+    if (photo.size() != image->photo.bytes.size()) return BadRows("photo");
+    std::copy(photo.begin(), photo.end(), image->photo.bytes.begin());
+    image->camera = CameraId(from.getCamera());
+    image->width_px = from.getWidthPx();
+    image->height_px = from.getHeightPx();
+    image->size_bytes = from.getSizeBytes();
+    image->feature_count = from.getFeatureCount();
+    image->contributor = FromText(from.getContributor());
+    image->time_unix_s = from.getTimeUnixS();
+    image->verdict = static_cast<Verdict>(from.getVerdict());
+    image->reason = static_cast<Reason>(from.getReason());
+    image->detail = FromText(from.getDetail());
+    return Damaged(Check(*image));
+  });
+}
+
+}  // namespace veduta
