@@ -180,7 +180,6 @@ class Database {
   static Result<std::unique_ptr<Database>> Open(const std::string& path,
                                                 const DatabaseOptions& options);
   virtual ~Database() = default;
-  Status Reopen() { return Status::Ok(); }
 
   virtual std::shared_ptr<const Snapshot> GetSnapshot() const = 0;
   virtual std::unique_ptr<Transaction> BeginTransaction() = 0;
