@@ -24,5 +24,4 @@ class StoredBytes final {
   std::string value_;
 };
 
-
 }  // namespace veduta

@@ -13,7 +13,7 @@ import sys
 import tempfile
 
 CODE = ('.h', '.cc', '.cl', '.capnp', '.sh', '.py', '.inc', '.cmake', 'CMakeLists.txt')
-NARROW = (*CODE, '.md', '.json', 'tools/packages', 'tools/packages-dev', '.clang-tidy')
+NARROW = (*CODE, '.md', 'CMakePresets.json', 'tools/packages', 'tools/packages-dev', '.clang-tidy')
 INCLUDERS = ('.h', '.cc', '.cl', '.inc')
 ROOMS = {'storage/base': 0, 'storage/model': 5, 'storage/records': 8, 'storage': 10,
          'index': 20, 'kernels': 20,

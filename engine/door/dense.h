@@ -64,8 +64,8 @@ struct DensifyReport {
   ReconstructionId reconstruction;
   std::string device;   // its name, or "C++"
   std::string why_cpp;  // a sentence, where C++ works because "auto" found no device
-  // Valid: the reconstruction was merged into this one while the pass ran. The pass ended there, and
-  // what it had made is deleted.
+  // Valid: the reconstruction was merged into this one while the pass ran. The pass ended there,
+  // and what it had made is deleted.
   ReconstructionId merged_into;
   double voxel_size = 0;
   uint32_t depth_side_px = 0, sensor_count = 0;

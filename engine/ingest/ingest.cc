@@ -476,18 +476,28 @@ std::optional<FollowUp> Ingest::RunNextStep() {
   if (!state.ok()) return std::nullopt;
   if (!state->pending_propagation.empty()) {
     auto r = RetryNext(*state);
-    if (!r.ok()) { map_.Clear(); step.status = r.status(); } else step.placed = *r;
+    if (!r.ok()) {
+      map_.Clear();
+      step.status = r.status();
+    } else
+      step.placed = *r;
     return step;
   }
   auto adjusted = AdjustNext();
   step.kind = FollowUpKind::kAdjustment;
-  if (!adjusted.ok()) { map_.Clear(); step.status = adjusted.status(); return step; }
+  if (!adjusted.ok()) {
+    map_.Clear();
+    step.status = adjusted.status();
+    return step;
+  }
   if (*adjusted) return step;
   if (!retrieval_->IsTrainingDue(*state)) return std::nullopt;
   step.kind = FollowUpKind::kVocabulary;
   auto t = retrieval_->TrainAndActivate(database_, pool_);
-  if (!t.ok()) step.status = t.status();
-  else if (!*t) return std::nullopt;
+  if (!t.ok())
+    step.status = t.status();
+  else if (!*t)
+    return std::nullopt;
   return step;
 }
 

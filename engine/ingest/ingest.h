@@ -34,7 +34,7 @@ struct IngestOptions {
   uint32_t matched_count_max = 1500;   // features of an image that are matched; R11
   uint32_t thorough_count_max = 4096;  // >= matched_count_max: of a photo that those do not place
   Status Check() const { return Status::Ok(); }
-  uint32_t thorough_pairs_max = 10;    // images that it is then matched with
+  uint32_t thorough_pairs_max = 10;  // images that it is then matched with
   uint32_t ample_match_count =
       250;  // a neighbour with so many verified matches makes that unnecessary
 };

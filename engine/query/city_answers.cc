@@ -84,9 +84,8 @@ PlainPose ToPlain(const Rigid3& cam_from_world) {
   const Eigen::Quaterniond& q = cam_from_world.rotation;
   const Eigen::Vector3d& t = cam_from_world.translation;
   const Eigen::Vector3d center = cam_from_world.Center();
-  return {{q.w(), q.x(), q.y(), q.z()},
-          {t.x(), t.y(), t.z()},
-          {center.x(), center.y(), center.z()}};
+  return {
+      {q.w(), q.x(), q.y(), q.z()}, {t.x(), t.y(), t.z()}, {center.x(), center.y(), center.z()}};
 }
 
 Result<ImageRecord> FindImage(const Snapshot& snapshot, const std::string& name) {
@@ -108,9 +107,9 @@ Result<CameraRecord> FindCamera(const Snapshot& snapshot, const std::string& nam
     if (camera.name == name) return camera;
     known += (known.empty() ? "" : ", ") + camera.name;
   }
-  return Status::NotFound("there is no camera '" + name + "'; " +
-                          (known.empty() ? "add one with `veduta camera add`"
-                                         : "the database has: " + known));
+  return Status::NotFound(
+      "there is no camera '" + name + "'; " +
+      (known.empty() ? "add one with `veduta camera add`" : "the database has: " + known));
 }
 
 Result<StatusAnswer> StatusOf(const Snapshot& snapshot, const DatabaseSizes& sizes) {

@@ -142,10 +142,9 @@ class Checker {
     for (const ReconstructionRecord& record : all) reconstructions_[record.id] = record;
     VEDUTA_RETURN_IF_ERROR(snapshot_.ScanPoses([&](const PoseRecord& pose) {
       const auto reconstruction = reconstructions_.find(pose.reconstruction);
-      Expect(
-          reconstruction != reconstructions_.end() && reconstruction->second.is_living(),
-          Name(pose.image) + " is placed in " + Name(pose.reconstruction) +
-              ", which does not live");
+      Expect(reconstruction != reconstructions_.end() && reconstruction->second.is_living(),
+             Name(pose.image) + " is placed in " + Name(pose.reconstruction) +
+                 ", which does not live");
       poses_[pose.image] = pose;
       ++members_[pose.reconstruction];
       return true;

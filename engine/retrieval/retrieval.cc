@@ -39,7 +39,8 @@ Status RetrievalOptions::Check() const {
   };
   if (compare_all_max < 1) return broken("compare_all_max", compare_all_max, "1 or more");
   if (retrain_factor < 2) return broken("retrain_factor", retrain_factor, "2 or more");
-  if (candidate_count_min < 1) return broken("candidate_count_min", candidate_count_min, "1 or more");
+  if (candidate_count_min < 1)
+    return broken("candidate_count_min", candidate_count_min, "1 or more");
   if (!(candidate_share > 0 && candidate_share <= 1)) {
     return broken("candidate_share", candidate_share, "in (0, 1]");
   }
@@ -163,9 +164,8 @@ Result<Retrieval::Prepared> Retrieval::WriteAhead(Database* database, const Snap
   for (size_t begin = 0; begin < images.size(); begin += kBatchImages) {
     const size_t count = std::min(kBatchImages, images.size() - begin);
     std::vector<Result<std::vector<WordId>>> words(count, std::vector<WordId>());
-    pool->ParallelFor(count, [&](size_t i) {
-      words[i] = WordsOf(snapshot, images[begin + i], *prepared.tree);
-    });
+    pool->ParallelFor(
+        count, [&](size_t i) { words[i] = WordsOf(snapshot, images[begin + i], *prepared.tree); });
     for (size_t i = 0; i < count; ++i) {
       if (!words[i].ok()) return words[i].status();
       const ImageId id = images[begin + i].id;

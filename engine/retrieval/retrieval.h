@@ -18,10 +18,10 @@ namespace veduta {
 
 // Where not said otherwise, the numbers were chosen by hand.
 struct RetrievalOptions {
-  uint32_t compare_all_max = 60;  // >= 1; images up to which there is no vocabulary
-  uint32_t retrain_factor = 4;    // >= 2; trained again when the city has grown so many times
-  uint32_t candidate_count_min = 24;      // >= 1; images that a photo is matched with, at least
-  double candidate_share = 0.01;          // (0, 1]; of all images, where that is more; R10
+  uint32_t compare_all_max = 60;      // >= 1; images up to which there is no vocabulary
+  uint32_t retrain_factor = 4;        // >= 2; trained again when the city has grown so many times
+  uint32_t candidate_count_min = 24;  // >= 1; images that a photo is matched with, at least
+  double candidate_share = 0.01;      // (0, 1]; of all images, where that is more; R10
   uint32_t training_count_max = 500'000;  // >= 1; descriptors sampled for training
 
   Status Check() const;  // the first violated bound, named with its value
@@ -50,8 +50,8 @@ class Retrieval final {
     VocabularyInfo info;
     std::shared_ptr<const VocabularyTree> tree;
     bool imported = false;
-    uint32_t image_count = 0;   // that have words
-    ImageId next_image;         // images from here on came later and have none yet
+    uint32_t image_count = 0;            // that have words
+    ImageId next_image;                  // images from here on came later and have none yet
     std::unique_lock<std::mutex> alone;  // no other vocabulary is prepared meanwhile
   };
   // Trains a tree from the descriptors of all images and writes it ahead, for Activate. Wants no
@@ -72,8 +72,7 @@ class Retrieval final {
   Result<Prepared> TrainAlone(Database* database, ThreadPool* pool,
                               std::unique_lock<std::mutex> alone);
   Result<Prepared> WriteAhead(Database* database, const Snapshot& snapshot, VocabularyTree tree,
-                              bool imported, ThreadPool* pool,
-                              std::unique_lock<std::mutex> alone);
+                              bool imported, ThreadPool* pool, std::unique_lock<std::mutex> alone);
 
   const RetrievalOptions options_;
   std::mutex preparing_;  // held from the first thing written ahead to the switch

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
-// The engine's own thread: it prepares photos ahead on the pool, applies them in turn, and does what
-// follows from them when nobody waits.
+// The engine's own thread: it prepares photos ahead on the pool, applies them in turn, and does
+// what follows from them when nobody waits.
 //
 // Which piece is next, in this order:
 //   1. after eight photos in a row, one step of what follows, so that a stream cannot starve it;
@@ -30,7 +30,8 @@ namespace veduta {
 
 class Scheduler final {
  public:
-  // `ingest` may be exchanged by its owner during a turn of the writer, so it is given by its place.
+  // `ingest` may be exchanged by its owner during a turn of the writer, so it is given by its
+  // place.
   Scheduler(Writer* writer, const PhotoPreparer* preparer, std::unique_ptr<Ingest>* ingest,
             ThreadPool* pool);
   // Finishes the piece at hand; photos that are not applied by then are answered kCancelled.

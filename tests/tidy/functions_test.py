@@ -36,6 +36,12 @@ def is_function(head):
     return '(' in head and '=' not in head.split('(')[0]
 
 
+def name_of(head):
+    """The function's name; of a test its suite and its own."""
+    found = re.search(r'(TEST\w*\([^()]*\)|[\w:~]+)\s*(?:\(|$)', TEMPLATE.sub('', head).strip())
+    return ' '.join(found[1].split()) if found else '?'
+
+
 def cpp_functions(text):
     """(first line, lines, name) of each function; a lambda counts as lines of the one around it."""
     text = SKIPPED.sub(blank, text)
@@ -61,8 +67,7 @@ def cpp_functions(text):
                 if re.match(r'\s*[,{]', text[at + 1:]) and ':' in kind[1].split(')')[-1]:
                     continue
                 first, last = text.count('\n', 0, kind[0]) + 1, text.count('\n', 0, at) + 1
-                name = re.search(r'([\w:~]+(?:\([^()]*\))?)\s*\(', kind[1] + '(')
-                yield first, last - first + 1, ' '.join(name[1].split()) if name else '?'
+                yield first, last - first + 1, name_of(kind[1])
             if all(kind == 'scope' for kind in stack):
                 begin = at + 1
         elif sign == ';' and in_scope and depth == 0:

@@ -26,6 +26,7 @@ PACKAGES = {
     'rocksdb/': ('RocksDB::rocksdb-shared',),
     'capnp/': ('CapnProto::capnp',),
     'kj/': ('CapnProto::capnp', 'CapnProto::kj'),
+    'suitesparse/': ('SuiteSparse::CHOLMOD',),
     'ceres/': ('Ceres::ceres',),
     'glog/': ('glog::glog',),
     'opengv/': ('opengv',),
@@ -82,7 +83,8 @@ class Declarations:
         if name is None and not tidy_test.is_under(path, 'tests'):
             name = self.folders.get(folder)
         if name is None or not self.is_library(name):
-            return PROGRAM if folder in self.folders else None
+            is_beside = folder in self.folders or tidy_test.is_under(path, 'tests')
+            return PROGRAM if is_beside else None
         return name
 
     def resolve(self, path, header):

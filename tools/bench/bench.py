@@ -19,6 +19,7 @@ import shutil
 import statistics
 import subprocess
 import sys
+import textwrap
 import time
 
 ROOT = os.path.dirname(os.path.dirname(os.path.dirname(os.path.abspath(__file__))))
@@ -278,12 +279,19 @@ def version():
                           text=True).stdout.strip() or 'unknown version'
 
 
+def shell_block(command):
+    """A command as Markdown, in lines of at most 100 columns."""
+    lines = textwrap.wrap(command, 96, subsequent_indent='  ', break_long_words=False,
+                          break_on_hyphens=False)
+    return ['```sh', *[line + ' \\' for line in lines[:-1]], lines[-1], '```']
+
+
 def section(name, runs, colmaps, photo_count, load, command):
     lines = [line for one in runs for line in one['lines']]
     text = [f'## {name}', '',
             f'{datetime.date.today().isoformat()} · {machine()}, load {load:.1f} at the start · '
             f'{version()} · '
-            f'seeds {", ".join(str(one["seed"]) for one in runs)}', '', f'`{command}`', '',
+            f'seeds {", ".join(str(one["seed"]) for one in runs)}', '', *shell_block(command), '',
             '| | Veduta | worst photo | COLMAP | paper, 2007 |',
             '| --- | ---: | ---: | ---: | ---: |',
             '| **median ms of a photo** | | | | |']

@@ -36,11 +36,11 @@ struct Outline {
   double contrast_gray = 0;  // the median step across the edge
 };
 
-// Fits the ellipse to the edges from dark inside to bright outside near `start`. Its centre is right
-// to a fraction of a pixel. The half axes of a large, sharp outline come out short, by at most 0.06
-// of them and 4 px, because the edge is the place where two points that far apart differ most, and
-// of equally good places the innermost is taken. Nothing if less than half of the outline shows such
-// an edge.
+// Fits the ellipse to the edges from dark inside to bright outside near `start`. Its centre is
+// right to a fraction of a pixel. The half axes of a large, sharp outline come out short, by at
+// most 0.06 of them and 4 px, because the edge is the place where two points that far apart differ
+// most, and of equally good places the innermost is taken. Nothing if less than half of the outline
+// shows such an edge.
 std::optional<Outline> RefineOutline(const cv::Mat& gray, const Ellipse& start);
 
 }  // namespace veduta

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // Goal: the outline of a marker is found to about a pixel, also where a third of it is covered, and
 //   is then refined: its centre to a small part of a pixel, its half axes to the reach of the steps
-//   that the edge is looked for with; the share of it that is seen and its contrast are told; images
-//   without outlines give none.
+//   that the edge is looked for with; the share of it that is seen and its contrast are told;
+//   images without outlines give none.
 // Method: markers drawn with known half axes, whole and covered; images of one grey, of noise, and
 //   too small.
 #include "engine/camera/markers/outline.h"
