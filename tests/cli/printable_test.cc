@@ -32,17 +32,21 @@ TEST(Printable, EscapesWhatATerminalActsOn) {
   EXPECT_EQ(Printable("a\nb\r\tc"), R"(a\nb\r\tc)");
   EXPECT_EQ(Printable("\x1b[31mred\x07\x7f"), R"(\x1b[31mred\x07\x7f)");
   EXPECT_EQ(Printable(std::string_view("a\0b", 3)), R"(a\x00b)");
-  EXPECT_EQ(Printable("\xc2\x9b" "31m"), R"(\xc2\x9b31m)");  // CSI as one character
+  EXPECT_EQ(Printable("\xc2\x9b"
+                      "31m"),
+            R"(\xc2\x9b31m)");  // CSI as one character
 }
 
 TEST(Printable, EscapesWhatIsNotUtf8) {
   EXPECT_EQ(Printable("caf\xe9.jpg"), R"(caf\xe9.jpg)");
-  EXPECT_EQ(Printable("\xc3"), R"(\xc3)");                      // cut off
-  EXPECT_EQ(Printable("\xe4\xb8" "a"), R"(\xe4\xb8a)");         // cut off by another character
-  EXPECT_EQ(Printable("\xc0\x8a"), R"(\xc0\x8a)");              // a line's end in two bytes
-  EXPECT_EQ(Printable("\xe0\x80\x8a"), R"(\xe0\x80\x8a)");      // and in three
+  EXPECT_EQ(Printable("\xc3"), R"(\xc3)");  // cut off
+  EXPECT_EQ(Printable("\xe4\xb8"
+                      "a"),
+            R"(\xe4\xb8a)");                                // cut off by another character
+  EXPECT_EQ(Printable("\xc0\x8a"), R"(\xc0\x8a)");          // a line's end in two bytes
+  EXPECT_EQ(Printable("\xe0\x80\x8a"), R"(\xe0\x80\x8a)");  // and in three
   EXPECT_EQ(Printable("\xf0\x80\x80\x8a"), R"(\xf0\x80\x80\x8a)");
-  EXPECT_EQ(Printable("\xed\xa0\x80"), R"(\xed\xa0\x80)");      // half of a surrogate pair
+  EXPECT_EQ(Printable("\xed\xa0\x80"), R"(\xed\xa0\x80)");          // half of a surrogate pair
   EXPECT_EQ(Printable("\xf4\x90\x80\x80"), R"(\xf4\x90\x80\x80)");  // above U+10FFFF
 }
 

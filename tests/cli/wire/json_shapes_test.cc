@@ -120,8 +120,7 @@ TEST(Answers, ImageWithAll) {
   image.depth_map = DepthMapAnswer{160, 120, 0.75, 2, 9, {"b.jpg", "c.jpg"}, 6};
   const Json json = ToJson(image);
   EXPECT_EQ(json["reconstruction"], 3);
-  EXPECT_EQ(JsonLine(json["neighbors"]),
-            R"([{"image":"b.jpg","matches":55,"verdict":"founded"}])");
+  EXPECT_EQ(JsonLine(json["neighbors"]), R"([{"image":"b.jpg","matches":55,"verdict":"founded"}])");
   EXPECT_EQ(JsonLine(json["depth_map"]),
             R"({"width":160,"height":120,"known_share":0.75,"depth_near":2.0,"depth_far":9.0,)"
             R"("sensors":["b.jpg","c.jpg"],"geometry_version":6})");
@@ -133,9 +132,10 @@ TEST(Answers, ImageWithAll) {
 TEST(Answers, Small) {
   EXPECT_EQ(JsonLine(CandidateJson({ImageId(9), "b.jpg", Verdict::kPlaced, 0, 0.25})),
             R"({"image":"b.jpg","score":0.25,"verdict":"placed"})");
-  EXPECT_EQ(JsonLine(ToJson(CameraAnswer{
-                CameraId(1), "lens", {640, 480, 500, 510, 319.5, 239.5, 0, 0, 319.5, 239.5}, "me"})),
-            R"({"name":"lens","size":"640x480","params":"500,510,319.5,239.5","source":"me"})");
+  EXPECT_EQ(
+      JsonLine(ToJson(CameraAnswer{
+          CameraId(1), "lens", {640, 480, 500, 510, 319.5, 239.5, 0, 0, 319.5, 239.5}, "me"})),
+      R"({"name":"lens","size":"640x480","params":"500,510,319.5,239.5","source":"me"})");
   EXPECT_EQ(JsonLine(ToJson(VocabularyAnswer{1, 2, 10, 3, 1000, 50000, 60, true})),
             R"({"generation":2,"branch":10,"depth":3,"words":1000,"training_descriptors":50000,)"
             R"("images_at_training":60,"imported":true})");
