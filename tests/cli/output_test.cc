@@ -24,21 +24,26 @@ struct Child {
   std::string out, err;
 };
 
+// Empty for what is no file: one could read from /dev/full for ever.
 std::string ReadAll(const std::string& path) {
   std::stringstream text;
+  if (!std::filesystem::is_regular_file(path)) return "";
   text << std::ifstream(path).rdbuf();
   return text.str();
 }
 
 // Runs `body` in a process of its own; its result is the exit code. Empty paths: closed.
 Child RunChild(const std::string& out, const std::string& err, const std::function<int()>& body) {
+  std::fflush(stdout);  // or the child would print what this process has not printed yet
   const pid_t child = fork();
   if (child == 0) {
     for (const auto& [path, number] : {std::pair(out, STDOUT_FILENO), {err, STDERR_FILENO}}) {
       close(number);
       if (path.empty()) continue;
       const int file = open(path.c_str(), O_WRONLY | O_CREAT | O_TRUNC, 0600);
-      if (file != number) dup2(file, number);
+      if (file == number) continue;
+      dup2(file, number);
+      close(file);
     }
     const int code = body();
     std::fflush(stdout);
