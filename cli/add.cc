@@ -4,7 +4,6 @@
 #include <algorithm>
 #include <cstdlib>
 #include <map>
-#include <set>
 
 #include "cli/command.h"
 #include "cli/follow_ups.h"
@@ -23,10 +22,8 @@ struct AddArguments {
   bool json = false, no_sync = false;
 };
 
-// Every photo with its camera. Fails before anything is added where the database does not know one
-// of the cameras.
-Result<std::vector<PhotoSubmission>> Submissions(const Questions& ask,
-                                                 const AddArguments& arguments) {
+// Every photo with its camera.
+Result<std::vector<PhotoSubmission>> Submissions(const AddArguments& arguments) {
   std::vector<ListedPhoto> listed;
   if (!arguments.list.empty()) {
     const std::string folder = arguments.paths.empty() ? "" : arguments.paths.front();
@@ -34,16 +31,11 @@ Result<std::vector<PhotoSubmission>> Submissions(const Questions& ask,
   } else {
     VEDUTA_ASSIGN_OR_RETURN(listed, ListPhotos(arguments.paths));
   }
-  std::set<std::string> known_cameras;
   std::vector<PhotoSubmission> submissions;
   for (ListedPhoto& photo : listed) {
-    const std::string& camera = photo.camera.empty() ? arguments.camera : photo.camera;
-    if (known_cameras.insert(camera).second) {
-      const Result<CameraAnswer> known = ask.Camera(camera);
-      if (!known.ok()) return known.status();
-    }
-    submissions.push_back(
-        {{std::move(photo.name), std::move(photo.path), {}}, camera, arguments.contributor});
+    submissions.push_back({{std::move(photo.name), std::move(photo.path), {}},
+                           photo.camera.empty() ? arguments.camera : std::move(photo.camera),
+                           arguments.contributor});
   }
   return submissions;
 }
@@ -54,23 +46,21 @@ class AddReport final {
   AddReport(const Engine& engine, const AddArguments& arguments, size_t photo_count)
       : engine_(engine), arguments_(arguments), progress_(photo_count) {}
 
-  // A step that followed from a photo; told before the photo itself.
+  // A step that followed from a photo, told before the photo itself. What a step placed stands in
+  // the photo's outcome; a step that failed is said here.
   void Followed(const FollowUp& step) {
-    placed_later_.insert(placed_later_.end(), step.placed.begin(), step.placed.end());
     if (step.status.ok()) return;
     progress_.Say(FollowUpFailure(step, engine_.Ask(), arguments_.db));
     exit_code_ = std::max(exit_code_, ExitCodeOf(step.status));
   }
 
-  void Added(AddOutcome outcome) {
+  void Added(const AddOutcome& outcome) {
     const std::string word = OutcomeWord(outcome);
     ++counts_[word];
     if (!outcome.duplicate && outcome.verdict == Verdict::kRejected) {
       exit_code_ = std::max<int>(exit_code_, kNotDone);
     }
-    outcome.propagated.insert(outcome.propagated.end(), placed_later_.begin(), placed_later_.end());
-    placed_later_.clear();
-    placed_later_count_ += outcome.propagated.size();
+    placed_later_ += outcome.propagated.size();
     if (arguments_.json) {
       PrintJson(ToJson(outcome));
     } else {
@@ -87,8 +77,8 @@ class AddReport final {
     for (const auto& [word, count] : counts_) {
       summary += (summary.empty() ? "" : ", ") + std::to_string(count) + " " + word;
     }
-    if (placed_later_count_ > 0) {
-      summary += "; " + std::to_string(placed_later_count_) + " that had waited got a pose too";
+    if (placed_later_ > 0) {
+      summary += "; " + std::to_string(placed_later_) + " that had waited got a pose too";
     }
     return summary;
   }
@@ -101,8 +91,7 @@ class AddReport final {
   const AddArguments& arguments_;
   Progress progress_;
   std::map<std::string, size_t> counts_;  // by verdict
-  std::vector<ImageId> placed_later_;     // by the steps since the last photo
-  size_t placed_later_count_ = 0;
+  size_t placed_later_ = 0;
   int exit_code_ = kDone;
 };
 
@@ -113,7 +102,7 @@ int Add(const AddArguments& arguments) {
   options.sync = !arguments.no_sync;
   const auto engine = OpenToWrite(arguments.db, options);
   if (!engine.ok()) return Fail(engine.status());
-  const auto submissions = Submissions((*engine)->Ask(), arguments);
+  const auto submissions = Submissions(arguments);
   if (!submissions.ok()) return Fail(submissions.status());
 
   std::string summary;
