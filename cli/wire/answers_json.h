@@ -23,5 +23,7 @@ Json PoseJson(const ImageAnswer& image);
 // What Questions::Verify found; none: the database is sound.
 Json ViolationsJson(const std::vector<std::string>& violations);
 Json DigestJson(const std::string& digest);
+// The camera file that a calibration made; docs/calibration.md lists its keys.
+Json CameraFileJson(const CalibrationAnswer& calibration);
 
 }  // namespace veduta

@@ -147,6 +147,12 @@ TEST(Answers, Small) {
   EXPECT_EQ(JsonLine(DigestJson("63d5")), R"({"digest":"63d5"})");
 }
 
+TEST(Answers, ACameraFileIsHandedOnInItsOrder) {
+  CalibrationAnswer calibration;
+  calibration.camera_file = "{\n  \"width\": 3,\n  \"a\": [0.1]\n}\n";
+  EXPECT_EQ(JsonLine(CameraFileJson(calibration)), R"({"width":3,"a":[0.1]})");
+}
+
 TEST(Added, Outcome) {
   AddOutcome outcome;
   outcome.name = "a.jpg";
