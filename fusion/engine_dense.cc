@@ -16,7 +16,7 @@ Result<std::vector<DensifyReport>> Engine::Densify(const DensifyRequest& request
 }
 
 Result<std::vector<ExportedModel>> Questions::Export(const ExportRequest& request) const {
-  return ExportReconstructions(*view_->snapshot, request, *view_->parts->pool);
+  return ExportReconstructions(*view_->snapshot, request);
 }
 
 Result<RenderReport> Questions::Render(const RenderRequest& request) const {
