@@ -1,13 +1,16 @@
 // SPDX-License-Identifier: Apache-2.0
-// veduta add DB --camera NAME PHOTO|FOLDER... [--list FILE] [--threads N] [--json]
+// veduta add DB --camera NAME PHOTO|FOLDER... [--list FILE] [--threads N] [--contributor WHO]
+// [--json] [--no-sync]
+#include <algorithm>
 #include <cstdlib>
 #include <map>
 
 #include "cli/command.h"
+#include "cli/follow_ups.h"
 #include "cli/photo_list.h"
 #include "cli/progress.h"
 #include "cli/stop_on_signal.h"
-#include "engine/query/verdict_text.h"
+#include "cli/wire/added_json.h"
 
 namespace veduta {
 namespace {
@@ -19,62 +22,8 @@ struct AddArguments {
   bool json = false, no_sync = false;
 };
 
-std::string VerdictWord(const AddOutcome& outcome) {
-  return outcome.duplicate ? "duplicate" : VerdictText(outcome.verdict);
-}
-
-std::string ReasonSentence(const AddOutcome& outcome) {
-  if (outcome.duplicate) return outcome.detail;
-  const std::string reason = ReasonText(outcome.reason);
-  return outcome.detail.empty() ? reason : reason + ": " + outcome.detail;
-}
-
-void PrintJson(const AddOutcome& outcome) {
-  const StepTimes& t = outcome.times;
-  nlohmann::ordered_json propagated = nlohmann::ordered_json::array();
-  for (const ImageId id : outcome.propagated) propagated.push_back(id.value);
-  const nlohmann::ordered_json line = {{"image", outcome.name},
-                                       {"id", ToJson(outcome.id)},
-                                       {"verdict", VerdictWord(outcome)},
-                                       {"reason", ReasonSentence(outcome)},
-                                       {"reconstruction", ToJson(outcome.reconstruction)},
-                                       {"neighbors", outcome.neighbor_count},
-                                       {"inliers", outcome.inlier_count},
-                                       {"pairs_tried", outcome.pairs_tried},
-                                       {"propagated", propagated},
-                                       {"ms",
-                                        {{"decode", t.decode_ms},
-                                         {"undistort", t.undistort_ms},
-                                         {"features", t.features_ms},
-                                         {"retrieve", t.retrieve_ms},
-                                         {"match", t.match_ms},
-                                         {"verify", t.verify_ms},
-                                         {"map", t.map_ms},
-                                         {"adjust", t.adjust_ms},
-                                         {"commit", t.commit_ms},
-                                         {"follow", t.follow_ms},
-                                         {"total", t.total_ms}}}};
-  // Names come from file systems, which do not promise UTF-8.
-  std::printf("%s\n",
-              line.dump(-1, ' ', false, nlohmann::ordered_json::error_handler_t::replace).c_str());
-  std::fflush(stdout);
-}
-
-// The verdict, and on lines of their own the photos before it that got a pose with it.
-void PrintText(const Queries& ask, const AddOutcome& outcome) {
-  std::printf("%-10s %s: %s\n", VerdictWord(outcome).c_str(), outcome.name.c_str(),
-              ReasonSentence(outcome).c_str());
-  for (const ImageId id : outcome.propagated) {
-    const Result<ImageRecord> image = ask.snapshot().GetImage(id);
-    if (image.ok())
-      std::printf("%-10s %s: %s\n", "  then", image->name.c_str(), image->detail.c_str());
-  }
-  std::fflush(stdout);
-}
-
-// Every photo with its camera; cameras that a list names are looked up once.
-Result<std::vector<PhotoSubmission>> Submissions(const Engine& engine,
-                                                 const AddArguments& arguments) {
+// Every photo with its camera.
+Result<std::vector<PhotoSubmission>> Submissions(const AddArguments& arguments) {
   std::vector<ListedPhoto> listed;
   if (!arguments.list.empty()) {
     const std::string folder = arguments.paths.empty() ? "" : arguments.paths.front();
@@ -82,60 +31,93 @@ Result<std::vector<PhotoSubmission>> Submissions(const Engine& engine,
   } else {
     VEDUTA_ASSIGN_OR_RETURN(listed, ListPhotos(arguments.paths));
   }
-  std::map<std::string, CameraRecord> cameras;
   std::vector<PhotoSubmission> submissions;
   for (ListedPhoto& photo : listed) {
-    const std::string& name = photo.camera.empty() ? arguments.camera : photo.camera;
-    if (!cameras.contains(name)) {
-      VEDUTA_ASSIGN_OR_RETURN(cameras[name], engine.FindCamera(name));
-    }
-    submissions.push_back(
-        {{std::move(photo.name), std::move(photo.path), {}}, cameras[name], arguments.contributor});
+    submissions.push_back({{std::move(photo.name), std::move(photo.path), {}},
+                           photo.camera.empty() ? arguments.camera : std::move(photo.camera),
+                           arguments.contributor});
   }
   return submissions;
 }
+
+// Says what becomes of the photos, one after the other, and keeps count.
+class AddReport final {
+ public:
+  AddReport(const Engine& engine, const AddArguments& arguments, size_t photo_count)
+      : engine_(engine), arguments_(arguments), progress_(photo_count) {}
+
+  // A step that followed from a photo, told before the photo itself. What a step placed stands in
+  // the photo's outcome; a step that failed is said here.
+  void Followed(const FollowUp& step) {
+    if (step.status.ok()) return;
+    progress_.Say(FollowUpFailure(step, engine_.Ask(), arguments_.db));
+    exit_code_ = std::max(exit_code_, ExitCodeOf(step.status));
+  }
+
+  void Added(const AddOutcome& outcome) {
+    const std::string word = OutcomeWord(outcome);
+    ++counts_[word];
+    if (!outcome.duplicate && outcome.verdict == Verdict::kRejected) {
+      exit_code_ = std::max<int>(exit_code_, kNotDone);
+    }
+    placed_later_ += outcome.propagated.size();
+    if (arguments_.json) {
+      PrintJson(ToJson(outcome));
+    } else {
+      PrintLine("%-10s %s: %s", word.c_str(), Printable(outcome.name).c_str(),
+                Printable(OutcomeReason(outcome)).c_str());
+      if (!outcome.propagated.empty()) PrintPlacedLater(outcome.propagated, engine_.Ask());
+    }
+    progress_.Advance(word);
+  }
+
+  // "9 placed, 1 postponed; 2 that had waited got a pose too"; empty where no photo was added.
+  std::string Summary() const {
+    std::string summary;
+    for (const auto& [word, count] : counts_) {
+      summary += (summary.empty() ? "" : ", ") + std::to_string(count) + " " + word;
+    }
+    if (placed_later_ > 0) {
+      summary += "; " + std::to_string(placed_later_) + " that had waited got a pose too";
+    }
+    return summary;
+  }
+
+  // kDone, or the worst that was told.
+  int exit_code() const { return exit_code_; }
+
+ private:
+  const Engine& engine_;
+  const AddArguments& arguments_;
+  Progress progress_;
+  std::map<std::string, size_t> counts_;  // by verdict
+  size_t placed_later_ = 0;
+  int exit_code_ = kDone;
+};
 
 int Add(const AddArguments& arguments) {
   const StopOnSignal stop;
   EngineOptions options;
   options.thread_count = arguments.threads;
-  options.database.sync_wal = !arguments.no_sync;
+  options.sync = !arguments.no_sync;
   const auto engine = OpenToWrite(arguments.db, options);
   if (!engine.ok()) return Fail(engine.status());
-  const auto submissions = Submissions(**engine, arguments);
+  const auto submissions = Submissions(arguments);
   if (!submissions.ok()) return Fail(submissions.status());
 
-  std::map<std::string, size_t> counts;
-  size_t placed_later = 0;
-  bool refused = false;
+  std::string summary;
+  int exit_code = kDone;
   Status added;
   {
-    Progress progress(submissions->size());
+    AddReport report(**engine, arguments, submissions->size());
     added = (*engine)->AddPhotos(
-        *submissions,
-        [&](const AddOutcome& outcome) {
-          const std::string word = VerdictWord(outcome);
-          ++counts[word];
-          placed_later += outcome.propagated.size();
-          refused |= !outcome.duplicate && outcome.verdict == Verdict::kRejected;
-          if (arguments.json) {
-            PrintJson(outcome);
-          } else {
-            PrintText((*engine)->Ask(), outcome);
-          }
-          progress.Advance(word);
-        },
-        stop.token());
-  }
-  std::string summary;
-  for (const auto& [word, count] : counts) {
-    summary += (summary.empty() ? "" : ", ") + std::to_string(count) + " " + word;
-  }
-  if (placed_later > 0)
-    summary += "; " + std::to_string(placed_later) + " that had waited got a pose too";
+        *submissions, [&](const AddOutcome& outcome) { report.Added(outcome); }, stop.token(),
+        [&](const FollowUp& step) { report.Followed(step); });
+    summary = report.Summary();
+    exit_code = report.exit_code();
+  }  // which erases the bar
   if (!summary.empty()) std::fprintf(stderr, "%s\n", summary.c_str());
-  if (!added.ok()) return Fail(added);
-  return refused ? kNotDone : kDone;
+  return added.ok() ? exit_code : Fail(added);
 }
 
 }  // namespace
@@ -150,13 +132,13 @@ void RegisterAdd(CLI::App* app, int* exit_code) {
                       "Photos, or folders of photos; with --list the folder of its paths");
   command->add_option("--camera", arguments->camera, "The camera that took them")->required();
   command->add_option("--list", arguments->list,
-                      "File with a path a line, in the order of submission; after a tab a line may "
-                      "name its camera");
-  command->add_option("--threads", arguments->threads, "Threads (default: one a core)")
+                      "File with one path per line, in the order of submission; after a tab a line "
+                      "may name its camera");
+  command->add_option("--threads", arguments->threads, "Threads (default: one per core)")
       ->check(CLI::Range(1, 1024));
   command->add_option("--contributor", arguments->contributor,
                       "Who sends them (default: the user)");
-  command->add_flag("--json", arguments->json, "One JSON object a photo");
+  command->add_flag("--json", arguments->json, "One JSON object per photo");
   command->add_flag("--no-sync", arguments->no_sync,
                     "Do not wait for the disk at each photo: a power cut may lose the last ones (a "
                     "crash does not)");

@@ -2,10 +2,10 @@
 // veduta calibrate PHOTO|FOLDER... --out camera.json [--report report.html] [--markers N]
 //                  [--threads N] [--json]
 // veduta calibrate --points points.json --out camera.json [--report report.html] [--json]
-#include <fstream>
-
 #include "cli/command.h"
 #include "cli/photo_list.h"
+#include "cli/result_file.h"
+#include "cli/wire/answers_json.h"
 
 namespace veduta {
 namespace {
@@ -17,25 +17,18 @@ struct CalibrateArguments {
   bool json = false;
 };
 
-Status Write(const std::string& path, const std::string& text) {
-  std::ofstream file(path, std::ios::binary);
-  file << text;
-  file.close();
-  return file ? Status::Ok() : Status::IoError("cannot write " + path);
-}
-
-void Print(const CalibrationAnswer& answer) {
+void PrintCalibration(const CalibrationAnswer& answer) {
   for (size_t i = 0; i < answer.intrinsics.size(); ++i) {
     const std::string& name = answer.intrinsic_names[i];
     const bool is_coefficient = name == "k1" || name == "k2";
     const int digits = is_coefficient ? 6 : 3;
-    std::printf("%s %.*f +- %.*f%s\n", name.c_str(), digits, answer.intrinsics[i], digits,
-                answer.sigmas[i], is_coefficient ? "" : " px");
+    PrintLine("%s %.*f +- %.*f%s", name.c_str(), digits, answer.intrinsics[i], digits,
+              answer.sigmas[i], is_coefficient ? "" : " px");
   }
-  std::printf("reprojection error: mean %.3f px, RMS %.3f px, in %u of %u photos\n",
-              answer.error_px_mean, answer.error_px_rms, answer.photos_used, answer.photos);
-  std::printf("distortion known to %.2f px all over the photo\n", answer.distortion_sigma_px);
-  std::printf("%s\n", answer.is_good ? "good" : "uncertain: see the warnings");
+  PrintLine("reprojection error: mean %.3f px, RMS %.3f px, in %u of %u photos",
+            answer.error_px_mean, answer.error_px_rms, answer.photos_used, answer.photos);
+  PrintLine("distortion known to %.2f px all over the photo", answer.distortion_sigma_px);
+  PrintLine("%s", answer.is_good ? "good" : "uncertain: see the warnings");
 }
 
 int RunCalibrate(const CalibrateArguments& arguments) {
@@ -47,16 +40,17 @@ int RunCalibrate(const CalibrateArguments& arguments) {
   if (!answer.ok()) return Fail(answer.status());
   for (const CalibrationMessage& message : answer->messages) {
     std::fprintf(stderr, "veduta: %s: %s\n", message.is_warning ? "warning" : "note",
-                 message.text.c_str());
+                 Printable(message.text).c_str());
   }
-  Status written = Write(arguments.out, answer->camera_file);
-  if (written.ok() && !arguments.report.empty())
-    written = Write(arguments.report, answer->report_html);
+  Status written = WriteResultFile(arguments.out, answer->camera_file);
+  if (written.ok() && !arguments.report.empty()) {
+    written = WriteResultFile(arguments.report, answer->report_html);
+  }
   if (!written.ok()) return Fail(written);
   if (arguments.json) {
-    std::printf("%s", answer->camera_file.c_str());
+    PrintJson(CameraFileJson(*answer));
   } else {
-    Print(*answer);
+    PrintCalibration(*answer);
   }
   return kDone;
 }
@@ -65,21 +59,18 @@ int RunCalibrate(const CalibrateArguments& arguments) {
 
 void RegisterCalibrate(CLI::App* app, int* exit_code) {
   auto arguments = std::make_shared<CalibrateArguments>();
+  CalibrateRequest& request = arguments->request;
   CLI::App* command =
       app->add_subcommand("calibrate", "Calibrate a camera from photos of flat targets on a floor");
   CLI::Option* photos = command->add_option("PHOTO", arguments->photos,
                                             "Photos, or folders of them, of printed markers");
   CLI::Option* points =
-      command->add_option("--points", arguments->request.points_path,
+      command->add_option("--points", request.points_path,
                           "Instead: JSON file of points seen in the photos (docs/calibration.md)");
   points->excludes(photos);
-  command
-      ->add_option("--markers", arguments->request.marker_count,
-                   "How many markers were printed (96)")
-      ->check(CLI::Range(1u, 178u));  // as CalibrateRequest::Check
-  command
-      ->add_option("--threads", arguments->request.thread_count,
-                   "Photos looked at side by side (1)")
+  command->add_option("--markers", request.marker_count, "How many markers were printed (96)")
+      ->check(CLI::Range(1u, kMarkerCountMax));
+  command->add_option("--threads", request.thread_count, "Photos looked at side by side (1)")
       ->check(CLI::Range(1, 256));
   command->add_option("--out", arguments->out, "Camera file to write; `camera add --from` reads it")
       ->required();

@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 // veduta camera add DB NAME --size WxH --params fx,fy,cx,cy[,k1,k2[,u0,v0]]
 // veduta camera add DB NAME --from FILE [--id N]
-// veduta camera list DB
+// veduta camera list DB [--json]
 #include "cli/command.h"
+#include "cli/wire/answers_json.h"
 
 namespace veduta {
 namespace {
@@ -13,45 +14,45 @@ struct CameraArguments {
   bool json = false;
 };
 
-Result<CameraFromFile> CameraOf(const CameraArguments& arguments) {
-  if (!arguments.from.empty()) return ReadCameraFile(arguments.from, arguments.id);
-  VEDUTA_ASSIGN_OR_RETURN(const CameraModel model, ParseCamera(arguments.size, arguments.params));
-  return CameraFromFile{model, "given on the command line", {}};
+int AddTo(const std::string& db, const std::string& name, const CameraFromFile& camera) {
+  const auto engine = OpenToWrite(db);
+  if (!engine.ok()) return Fail(engine.status());
+  const Result<CameraId> id = (*engine)->AddCamera(name, camera.model, camera.source);
+  if (!id.ok()) return Fail(id.status());
+  for (const std::string& message : camera.messages) {
+    std::fprintf(stderr, "veduta: %s\n", Printable(message).c_str());
+  }
+  return kDone;
 }
 
 int AddCamera(const CameraArguments& arguments) {
-  if (arguments.from.empty() && (arguments.size.empty() || arguments.params.empty())) {
-    return Fail(Status::InvalidArgument("camera add wants --from FILE, or --size and --params")),
-           kBadUsage;
+  if (!arguments.from.empty()) {
+    const Result<CameraFromFile> camera = ReadCameraFile(arguments.from, arguments.id);
+    return camera.ok() ? AddTo(arguments.db, arguments.name, *camera) : Fail(camera.status());
   }
-  const auto camera = CameraOf(arguments);
-  if (!camera.ok())
-    return arguments.from.empty() ? (Fail(camera.status()), kBadUsage) : Fail(camera.status());
-  const auto engine = OpenToWrite(arguments.db);
-  if (!engine.ok()) return Fail(engine.status());
-  const Result<CameraId> id = (*engine)->AddCamera(arguments.name, camera->model, camera->source);
-  if (!id.ok()) return Fail(id.status());
-  for (const std::string& message : camera->messages)
-    std::fprintf(stderr, "veduta: %s\n", message.c_str());
-  return kDone;
+  if (arguments.size.empty() || arguments.params.empty()) {
+    return FailUsage(
+        Status::InvalidArgument("camera add wants --from FILE, or --size and --params"));
+  }
+  const Result<CameraModel> model = ParseCamera(arguments.size, arguments.params);
+  if (!model.ok()) return FailUsage(model.status());
+  return AddTo(arguments.db, arguments.name, {*model, "given on the command line", {}});
 }
 
 int ListCameras(const CameraArguments& arguments) {
   const auto engine = OpenToRead(arguments.db);
   if (!engine.ok()) return Fail(engine.status());
-  const auto cameras = (*engine)->Ask().snapshot().ListCameras();
+  const auto cameras = (*engine)->Ask().Cameras();
   if (!cameras.ok()) return Fail(cameras.status());
-  nlohmann::ordered_json list = nlohmann::ordered_json::array();
-  for (const CameraRecord& camera : *cameras) {
-    const std::string size = CameraSizeText(camera.model);
-    const std::string params = CameraParamsText(camera.model);
-    if (!arguments.json)
-      std::printf("%s  %s  %s  (%s)\n", camera.name.c_str(), size.c_str(), params.c_str(),
-                  camera.source.c_str());
-    list.push_back(
-        {{"name", camera.name}, {"size", size}, {"params", params}, {"source", camera.source}});
+  if (arguments.json) {
+    PrintJson(ToJson(*cameras));
+    return kDone;
   }
-  if (arguments.json) std::printf("%s\n", list.dump().c_str());
+  for (const CameraAnswer& camera : *cameras) {
+    PrintLine("%s  %s  %s  (%s)", Printable(camera.name).c_str(),
+              CameraSizeText(camera.model).c_str(), CameraParamsText(camera.model).c_str(),
+              Printable(camera.source).c_str());
+  }
   return kDone;
 }
 

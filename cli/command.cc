@@ -5,9 +5,10 @@
 
 namespace veduta {
 
-int Fail(const Status& status) {
-  std::fprintf(stderr, "veduta: %s\n", status.message().c_str());
+int ExitCodeOf(const Status& status) {
   switch (status.code()) {
+    case StatusCode::kOk:
+      return kDone;
     case StatusCode::kBusy:
     case StatusCode::kCorruption:
       return kDatabaseUnusable;
@@ -16,23 +17,24 @@ int Fail(const Status& status) {
   }
 }
 
+int Fail(const Status& status) {
+  std::fprintf(stderr, "veduta: %s\n", Printable(status.message()).c_str());
+  return ExitCodeOf(status);
+}
+
+int FailUsage(const Status& status) {
+  Fail(status);
+  return kBadUsage;
+}
+
 Result<std::unique_ptr<Engine>> OpenToRead(const std::string& path) {
   EngineOptions options;
-  options.database.read_only = true;
+  options.read_only = true;
   return Engine::Open(path, options);
 }
 
-Result<std::unique_ptr<Engine>> OpenToWrite(const std::string& path, EngineOptions options) {
-  return Engine::Open(path, std::move(options));
-}
-
-nlohmann::ordered_json PoseJson(const Rigid3& pose) {
-  const Eigen::Quaterniond& q = pose.rotation;
-  const Eigen::Vector3d& t = pose.translation;
-  const Eigen::Vector3d c = pose.Center();
-  return {{"rotation_wxyz", {q.w(), q.x(), q.y(), q.z()}},
-          {"translation", {t.x(), t.y(), t.z()}},
-          {"center", {c.x(), c.y(), c.z()}}};
+Result<std::unique_ptr<Engine>> OpenToWrite(const std::string& path, const EngineOptions& options) {
+  return Engine::Open(path, options);
 }
 
 }  // namespace veduta

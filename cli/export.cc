@@ -1,31 +1,39 @@
 // SPDX-License-Identifier: Apache-2.0
-// veduta export DB OUT --format colmap|ply|gltf [--error E]
+// veduta export DB OUT --format colmap|ply|gltf [--error E] [--json]
 #include "cli/command.h"
-#include "fusion/export/exporter.h"
+#include "cli/wire/dense_json.h"
 
 namespace veduta {
 namespace {
 
 struct ExportArguments {
-  std::string db, out, format = "colmap";
-  double error_max = 0;
+  std::string db;
+  ExportRequest request;
+  bool json = false;
 };
+
+void PrintModel(const ExportedModel& model, const std::string& format) {
+  std::string surface;
+  if (model.triangles > 0) {
+    surface = ", " + std::to_string(model.vertices) + " vertices, " +
+              std::to_string(model.triangles) + " triangles";
+  } else if (format != "colmap") {  // COLMAP's models have no surface
+    surface = ", no surface yet: 'veduta densify' makes one";
+  }
+  PrintLine("%s: reconstruction %u, %lu images, %lu points%s", Printable(model.folder).c_str(),
+            model.reconstruction.value, model.images, model.points, surface.c_str());
+}
 
 int Export(const ExportArguments& arguments) {
   const auto engine = OpenToRead(arguments.db);
   if (!engine.ok()) return Fail(engine.status());
-  const auto models = ExportReconstructions((*engine)->Ask().snapshot(),
-                                            {arguments.out, arguments.format, arguments.error_max});
+  const auto models = (*engine)->Ask().Export(arguments.request);
   if (!models.ok()) return Fail(models.status());
   for (const ExportedModel& model : *models) {
-    std::printf("%s: reconstruction %u, %lu images, %lu points", model.folder.c_str(),
-                model.reconstruction.value, model.images, model.points);
-    if (arguments.format == "colmap") {
-      std::printf("\n");
-    } else if (model.triangles > 0) {
-      std::printf(", %lu vertices, %lu triangles\n", model.vertices, model.triangles);
+    if (arguments.json) {
+      PrintJson(ToJson(model));
     } else {
-      std::printf(", no surface yet: 'veduta densify' makes one\n");
+      PrintModel(model, arguments.request.format);
     }
   }
   return kDone;
@@ -35,20 +43,22 @@ int Export(const ExportArguments& arguments) {
 
 void RegisterExport(CLI::App* app, int* exit_code) {
   auto arguments = std::make_shared<ExportArguments>();
+  arguments->request.format = "colmap";
   CLI::App* command =
       app->add_subcommand("export", "Write the reconstructions for other programs, largest first");
   command->add_option("DB", arguments->db, "Database")->required();
-  command->add_option("OUT", arguments->out, "Folder to make")->required();
+  command->add_option("OUT", arguments->request.folder, "Folder to make")->required();
+  command
+      ->add_option("--format", arguments->request.format,
+                   "colmap: a text model per folder; ply: points, mesh, cameras; gltf: all in one "
+                   "model.glb")
+      ->check(CLI::IsMember(ExportFormats()));
   command
       ->add_option(
-          "--format", arguments->format,
-          "colmap: text model a folder; ply: points, mesh, cameras; gltf: all in one model.glb")
-      ->check(CLI::IsMember({"colmap", "ply", "gltf"}));
-  command
-      ->add_option(
-          "--error", arguments->error_max,
+          "--error", arguments->request.error_max,
           "Fewer triangles: the surface may move by so much, in the reconstruction's units")
       ->check(CLI::PositiveNumber);
+  command->add_flag("--json", arguments->json, "One JSON object per reconstruction");
   command->callback([=] { *exit_code = Export(*arguments); });
 }
 

@@ -10,7 +10,7 @@ void RegisterInit(CLI::App* app, int* exit_code) {
   command->add_option("DB", *path, "Folder to make")->required();
   command->callback([=] {
     EngineOptions options;
-    options.database.create = true;
+    options.create = true;
     const auto engine = Engine::Open(*path, options);
     *exit_code = engine.ok() ? kDone : Fail(engine.status());
   });

@@ -8,51 +8,80 @@
 #include <cstdio>
 #include <exception>
 #include <opencv2/core/utility.hpp>
+#include <sstream>
 
 #include "cli/command.h"
 
-int main(int argc, char** argv) {
-  // Photos come and go by the tens of megabytes: keep their pages rather than fault them in anew
-  // each time.
+namespace veduta {
+namespace {
+
+void SetUpProcess() {
+  KeepOutputForResults();
+  // Photos come and go by the tens of megabytes. With these limits the C library keeps their pages
+  // instead of giving them back and faulting them in anew for each photo. 1 GiB is above any photo
+  // that is read; chosen by hand, not measured.
   mallopt(M_MMAP_THRESHOLD, 1 << 30);
   mallopt(M_TRIM_THRESHOLD, 1 << 30);
-  std::signal(SIGXFSZ,
-              SIG_IGN);  // a file at its limit is a failed write with a message, not the end
-  FLAGS_minloglevel = google::GLOG_FATAL;  // Ceres tells of steps that it then mends by itself
-  cv::setNumThreads(1);  // one photo a thread serves better than many threads a photo
+  // A file that reaches its limit is a failed write with a message, not the end of the process.
+  std::signal(SIGXFSZ, SIG_IGN);
+  // Ceres logs steps that fail and that it then mends by itself.
+  FLAGS_minloglevel = google::GLOG_FATAL;
+  // One photo on each thread serves better than many threads on one photo.
+  cv::setNumThreads(1);
+}
 
+void RegisterCommands(CLI::App* app, int* exit_code) {
+  RegisterInit(app, exit_code);
+  RegisterCamera(app, exit_code);
+  RegisterMarkers(app, exit_code);
+  RegisterCalibrate(app, exit_code);
+  RegisterAdd(app, exit_code);
+  RegisterSettle(app, exit_code);
+  RegisterStatus(app, exit_code);
+  RegisterReconstruction(app, exit_code);
+  RegisterShow(app, exit_code);
+  RegisterNeighbors(app, exit_code);
+  RegisterPose(app, exit_code);
+  RegisterExport(app, exit_code);
+  RegisterDensify(app, exit_code);
+  RegisterRender(app, exit_code);
+  RegisterVerify(app, exit_code);
+  RegisterDigest(app, exit_code);
+  RegisterVocabulary(app, exit_code);
+  RegisterJournal(app, exit_code);
+  RegisterBackup(app, exit_code);
+  RegisterDevices(app, exit_code);
+}
+
+int Run(int argc, char** argv) {
   CLI::App app(
       "Veduta: a database of a city's photographs that knows where each was taken and what the "
       "city looks like in 3D.");
   app.set_version_flag("--version", VEDUTA_VERSION);
   app.require_subcommand(1);
-  int exit_code = veduta::kDone;
-  veduta::RegisterInit(&app, &exit_code);
-  veduta::RegisterCamera(&app, &exit_code);
-  veduta::RegisterMarkers(&app, &exit_code);
-  veduta::RegisterCalibrate(&app, &exit_code);
-  veduta::RegisterAdd(&app, &exit_code);
-  veduta::RegisterStatus(&app, &exit_code);
-  veduta::RegisterShow(&app, &exit_code);
-  veduta::RegisterNeighbors(&app, &exit_code);
-  veduta::RegisterPose(&app, &exit_code);
-  veduta::RegisterExport(&app, &exit_code);
-  veduta::RegisterDensify(&app, &exit_code);
-  veduta::RegisterRender(&app, &exit_code);
-  veduta::RegisterVerify(&app, &exit_code);
-  veduta::RegisterDigest(&app, &exit_code);
-  veduta::RegisterVocabulary(&app, &exit_code);
-  veduta::RegisterJournal(&app, &exit_code);
-  veduta::RegisterBackup(&app, &exit_code);
-  veduta::RegisterDevices(&app, &exit_code);
+  int exit_code = kDone;
+  RegisterCommands(&app, &exit_code);
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {
-    return app.exit(error) == 0 ? veduta::kDone : veduta::kBadUsage;
+    std::ostringstream help, complaint;
+    exit_code = app.exit(error, help, complaint) == 0 ? kDone : kBadUsage;
+    PrintBytes(help.str());
+    std::fprintf(stderr, "%s", complaint.str().c_str());
   } catch (const std::exception& error) {  // out of memory, mostly
-    std::fprintf(stderr, "veduta: %s\n", error.what());
-    return veduta::kNotDone;
+    return Fail(Status::IoError(error.what()));
   }
-  std::fflush(stdout);
   return exit_code;
+}
+
+}  // namespace
+}  // namespace veduta
+
+int main(int argc, char** argv) {
+  veduta::SetUpProcess();
+  const int exit_code = veduta::Run(argc, argv);
+  const veduta::Status written = veduta::OutputStatus();
+  if (written.ok()) return exit_code;
+  const int failed = veduta::Fail(written);
+  return exit_code == veduta::kDone ? failed : exit_code;
 }

@@ -3,6 +3,7 @@
 #include <filesystem>
 
 #include "cli/command.h"
+#include "cli/wire/answers_json.h"
 
 namespace veduta {
 namespace {
@@ -13,65 +14,45 @@ struct NeighborArguments {
   bool json = false;
 };
 
-int Print(const nlohmann::ordered_json& list, const NeighborArguments& arguments,
-          const char* measure) {
-  if (arguments.json) {
-    std::printf(
-        "%s\n",
-        list.dump(-1, ' ', false, nlohmann::ordered_json::error_handler_t::replace).c_str());
+int PrintNeighbors(const std::vector<NeighborAnswer>& neighbors, bool json) {
+  if (json) {
+    PrintJson(ToJson(neighbors));
     return kDone;
   }
-  for (const auto& entry : list)
-    std::printf("%10s  %s\n", entry[measure].dump().c_str(),
-                entry["image"].get<std::string>().c_str());
+  for (const NeighborAnswer& neighbor : neighbors) {
+    PrintLine("%10u  %s", neighbor.matches, Printable(neighbor.name).c_str());
+  }
   return kDone;
 }
 
-int Stored(const Queries& ask, const ImageRecord& image, const NeighborArguments& arguments) {
-  const auto neighbors = ask.Neighbors(image.id);
-  if (!neighbors.ok()) return Fail(neighbors.status());
-  nlohmann::ordered_json list = nlohmann::ordered_json::array();
-  for (const PairNeighbor& neighbor : *neighbors) {
-    const Result<ImageRecord> other = ask.snapshot().GetImage(neighbor.image);
-    if (!other.ok()) return Fail(other.status());
-    list.push_back({{"image", other->name}, {"matches", neighbor.match_count}});
+int PrintCandidates(const std::vector<NeighborAnswer>& candidates, bool json) {
+  if (json) {
+    Json list = Json::array();
+    for (const NeighborAnswer& candidate : candidates) list.push_back(CandidateJson(candidate));
+    PrintJson(list);
+    return kDone;
   }
-  return Print(list, arguments, "matches");
-}
-
-int Unknown(const Engine& engine, const NeighborArguments& arguments) {
-  std::optional<CameraModel> model;
-  if (!arguments.camera.empty()) {
-    const Result<CameraRecord> camera = engine.FindCamera(arguments.camera);
-    if (!camera.ok()) return Fail(camera.status());
-    model = camera->model;
+  for (const NeighborAnswer& candidate : candidates) {
+    PrintLine("%10.6f  %s", candidate.score, Printable(candidate.name).c_str());
   }
-  const auto ranked =
-      engine.RankPhoto({arguments.image, arguments.image, {}}, model, arguments.count);
-  if (!ranked.ok()) return Fail(ranked.status());
-  nlohmann::ordered_json list = nlohmann::ordered_json::array();
-  const Queries ask = engine.Ask();
-  for (const RankedImage& candidate : *ranked) {
-    const Result<ImageRecord> other = ask.snapshot().GetImage(candidate.image);
-    if (!other.ok()) return Fail(other.status());
-    list.push_back({{"image", other->name}, {"score", candidate.score}});
-  }
-  return Print(list, arguments, "score");
+  return kDone;
 }
 
 int Neighbors(const NeighborArguments& arguments) {
   const auto engine = OpenToRead(arguments.db);
   if (!engine.ok()) return Fail(engine.status());
-  const Queries ask = (*engine)->Ask();
-  const Result<ImageRecord> image = ask.FindImage(arguments.image);
-  if (image.ok()) return Stored(ask, *image, arguments);
-  if (image.status().code() != StatusCode::kNotFound) return Fail(image.status());
+  const Questions ask = (*engine)->Ask();
+  const auto stored = ask.Neighbors(arguments.image);
+  if (stored.ok()) return PrintNeighbors(*stored, arguments.json);
+  if (stored.status().code() != StatusCode::kNotFound) return Fail(stored.status());
   std::error_code error;
   if (!std::filesystem::is_regular_file(arguments.image, error)) {
     return Fail(Status::NotFound("'" + arguments.image +
                                  "' is neither an image in the database nor a file"));
   }
-  return Unknown(**engine, arguments);
+  const auto ranked =
+      ask.Rank({arguments.image, arguments.image, {}}, arguments.camera, arguments.count);
+  return ranked.ok() ? PrintCandidates(*ranked, arguments.json) : Fail(ranked.status());
 }
 
 }  // namespace

@@ -15,9 +15,11 @@ Status AppendFolder(const fs::path& folder, std::vector<ListedPhoto>* photos) {
   std::error_code error;
   for (auto it = fs::recursive_directory_iterator(folder, error); !error && it != fs::end(it);
        it.increment(error)) {
+    // What cannot be looked at (a link that leads in a circle) is no photo.
+    std::error_code unknown;
     const bool hidden = it->path().filename().string().starts_with(".");
-    if (hidden && it->is_directory()) it.disable_recursion_pending();
-    if (!hidden && it->is_regular_file()) files.push_back(it->path());
+    if (hidden && it->is_directory(unknown)) it.disable_recursion_pending();
+    if (!hidden && it->is_regular_file(unknown)) files.push_back(it->path());
   }
   if (error)
     return Status::NotFound("cannot read folder " + folder.string() + ": " + error.message());

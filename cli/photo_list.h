@@ -12,17 +12,20 @@ namespace veduta {
 struct ListedPhoto {
   std::string name;  // in the database
   std::string path;
-  std::string camera;  // empty: the command's
+  std::string camera;  // empty: the one that the command names
 };
 
-// Files as they are, named by their file name; folders with all regular files below them, in the
-// order of their names, named relative to the folder; hidden files and folders are passed over.
-// kNotFound for what does not exist.
+// A path that is a file stands for itself and is named by its file name. A path that is a folder
+// stands for all regular files below it, in the order of their paths, named relative to the folder;
+// files and folders whose names begin with a dot are passed over. kNotFound for a path that does
+// not exist.
 Result<std::vector<ListedPhoto>> ListPhotos(const std::vector<std::string>& paths);
 
-// A list file: a path a line, optionally a tab and a camera's name; `#` starts a comment; order is
-// kept. Paths are relative to `folder` where one is given and named relative to it; otherwise they
-// are named relative to the deepest folder common to all.
+// Reads a list file: one path per line, with a tab and the name of a camera after it where the
+// photo has another than the command names. Empty lines and lines that begin with '#' are passed
+// over; the order is kept. Where `folder` is given, the paths are relative to it and are the names;
+// otherwise the names are relative to the deepest folder that all paths have in common. kNotFound
+// where the list cannot be read.
 Result<std::vector<ListedPhoto>> ReadPhotoList(const std::string& list_path,
                                                const std::string& folder);
 

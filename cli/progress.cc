@@ -13,7 +13,11 @@ namespace {
 
 using Clock = std::chrono::steady_clock;
 
-std::string Duration(double seconds) {
+// Chosen by hand, not measured: a bar that moves, and a log that stays short.
+constexpr std::chrono::milliseconds kBarPause(100), kLinePause(5000);
+constexpr size_t kBarWidth = 30;  // characters; a bar with its numbers fits 80 columns
+
+std::string DurationText(double seconds) {
   const long s = std::lround(seconds);
   char text[32];
   if (s < 3600) {
@@ -24,11 +28,39 @@ std::string Duration(double seconds) {
   return text;
 }
 
+double RateOf(const ProgressState& state) {
+  return state.elapsed_s > 0 ? static_cast<double>(state.done) / state.elapsed_s : 0;
+}
+
+// "0:06", or "?" as long as nothing is done.
+std::string LeftText(const ProgressState& state) {
+  const double rate = RateOf(state);
+  if (rate == 0) return "?";
+  const size_t left = state.total - std::min(state.done, state.total);
+  return DurationText(static_cast<double>(left) / rate);
+}
+
 }  // namespace
 
+std::string ProgressLine(const ProgressState& state) {
+  char numbers[64];
+  std::snprintf(numbers, sizeof(numbers), "%zu of %zu ", state.done, state.total);
+  char rate[32];
+  std::snprintf(rate, sizeof(rate), ", %.2f a second, ", RateOf(state));
+  return numbers + state.what + rate + LeftText(state) + " left";
+}
+
+std::string ProgressBar(const ProgressState& state) {
+  const size_t filled = state.done < state.total ? kBarWidth * state.done / state.total : kBarWidth;
+  char numbers[96];
+  std::snprintf(numbers, sizeof(numbers), "] %zu/%zu  %.2f/s  ", state.done, state.total,
+                RateOf(state));
+  return "[" + std::string(filled, '#') + std::string(kBarWidth - filled, '.') + numbers +
+         LeftText(state) + " left  " + state.last_word;
+}
+
 Progress::Progress(size_t total, std::string what)
-    : total_(total),
-      what_(std::move(what)),
+    : state_{0, total, 0, std::move(what), ""},
       is_terminal_(isatty(STDERR_FILENO)),
       start_(Clock::now()),
       drawn_(start_) {}
@@ -48,39 +80,32 @@ void Progress::Say(const std::string& line) {
 }
 
 void Progress::Advance(const std::string& word) {
-  ++done_;
-  last_word_ = word;
+  ++state_.done;
+  state_.last_word = word;
   Tick();
 }
 
 void Progress::Set(size_t done) {
-  done_ = done;
-  last_word_ = what_;
+  state_.done = done;
+  state_.last_word = state_.what;
   Tick();
 }
 
 void Progress::Tick() {
   const auto now = Clock::now();
-  const auto pause = is_terminal_ ? std::chrono::milliseconds(100) : std::chrono::seconds(5);
-  if (now - drawn_ < pause && done_ != total_) return;
+  if (now - drawn_ < (is_terminal_ ? kBarPause : kLinePause) && state_.done != state_.total) return;
   drawn_ = now;
   Draw();
 }
 
 void Progress::Draw() {
-  const double elapsed = std::chrono::duration<double>(Clock::now() - start_).count();
-  const double rate = elapsed > 0 ? static_cast<double>(done_) / elapsed : 0;
-  const std::string left = rate > 0 ? Duration(static_cast<double>(total_ - done_) / rate) : "?";
+  state_.elapsed_s = std::chrono::duration<double>(Clock::now() - start_).count();
   if (!is_terminal_) {
-    std::fprintf(stderr, "%zu of %zu %s, %.2f a second, %s left\n", done_, total_, what_.c_str(),
-                 rate, left.c_str());
+    std::fprintf(stderr, "%s\n", ProgressLine(state_).c_str());
     return;
   }
-  constexpr size_t kWidth = 30;
-  const size_t filled = total_ ? kWidth * done_ / total_ : kWidth;
-  std::fprintf(stderr, "\r\033[K[%s%s] %zu/%zu  %.2f/s  %s left  %s",
-               std::string(filled, '#').c_str(), std::string(kWidth - filled, '.').c_str(), done_,
-               total_, rate, left.c_str(), last_word_.c_str());
+  Erase();
+  std::fprintf(stderr, "%s", ProgressBar(state_).c_str());
   std::fflush(stderr);
 }
 

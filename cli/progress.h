@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
-// How far a long command is, on standard error: a bar on a terminal, a line every so often
-// otherwise.
+// How far a long command is, on standard error: a bar on a terminal, otherwise one line every few
+// seconds.
 
 #include <chrono>
 #include <cstddef>
@@ -9,10 +9,24 @@
 
 namespace veduta {
 
-class Progress {
+// What is known of a long command at one moment.
+struct ProgressState {
+  size_t done = 0, total = 0;
+  double elapsed_s = 0;
+  std::string what;       // the things that are counted
+  std::string last_word;  // what became of the last one
+};
+
+// "3 of 12 photos, 1.50 a second, 0:06 left", without the line's end.
+std::string ProgressLine(const ProgressState& state);
+// "[#######...] 3/12  1.50/s  0:06 left  placed", without control characters.
+std::string ProgressBar(const ProgressState& state);
+
+class Progress final {
  public:
   // `what` names the things that are counted.
   explicit Progress(size_t total, std::string what = "photos");
+  // Erases the bar.
   ~Progress();
   Progress(const Progress&) = delete;
   Progress& operator=(const Progress&) = delete;
@@ -21,20 +35,17 @@ class Progress {
   void Advance(const std::string& word);
   // `done` things are done now.
   void Set(size_t done);
-  // Prints a whole line above the bar.
+  // Prints a line of its own above the bar.
   void Say(const std::string& line);
 
  private:
+  // Draws when the last drawing is long enough ago, and when everything is done.
+  void Tick();
   void Draw();
   void Erase();
 
-  void Tick();
-
-  const size_t total_;
-  const std::string what_;
-  size_t done_ = 0;
+  ProgressState state_;
   const bool is_terminal_;
-  std::string last_word_;
   const std::chrono::steady_clock::time_point start_;
   std::chrono::steady_clock::time_point drawn_;
 };

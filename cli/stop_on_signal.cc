@@ -7,6 +7,14 @@
 #include <ctime>
 
 namespace veduta {
+namespace {
+
+// How long the destructor may have to wait for the thread. Chosen by hand, not measured.
+constexpr timespec kPause = {0, 50'000'000};
+// What shells report of a process that Ctrl-C ended: 128 + SIGINT.
+constexpr int kInterrupted = 130;
+
+}  // namespace
 
 StopOnSignal::StopOnSignal() {
   sigemptyset(&signals_);
@@ -15,9 +23,8 @@ StopOnSignal::StopOnSignal() {
   pthread_sigmask(SIG_BLOCK, &signals_, nullptr);
   waiter_ = std::jthread([this](std::stop_token done) {
     while (!done.stop_requested()) {
-      const timespec pause = {0, 50'000'000};
-      if (sigtimedwait(&signals_, nullptr, &pause) < 0) continue;
-      if (source_.stop_requested()) _exit(130);
+      if (sigtimedwait(&signals_, nullptr, &kPause) < 0) continue;
+      if (source_.stop_requested()) _exit(kInterrupted);
       std::fprintf(stderr,
                    "\nveduta: finishing the photo at hand; press Ctrl-C again to stop at once\n");
       source_.request_stop();

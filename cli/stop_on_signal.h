@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
-// Ctrl-C as a request: the first lets the photo at hand finish, the second ends the process (which
-// loses nothing).
+// Ctrl-C as a request: the first one lets the photo at hand finish, the second one ends the
+// process, which loses nothing that was acknowledged.
 
 #include <csignal>
 #include <stop_token>
@@ -9,14 +9,16 @@
 
 namespace veduta {
 
-// Make it before any other thread: they inherit the blocked signals.
-class StopOnSignal {
+// While it lives, SIGINT and SIGTERM are taken by a thread of its own. It is to be made before any
+// other thread, so that all of them inherit the blocked signals.
+class StopOnSignal final {
  public:
   StopOnSignal();
   ~StopOnSignal();
   StopOnSignal(const StopOnSignal&) = delete;
   StopOnSignal& operator=(const StopOnSignal&) = delete;
 
+  // Stop is requested at the first signal.
   std::stop_token token() const { return source_.get_token(); }
 
  private:

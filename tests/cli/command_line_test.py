@@ -6,6 +6,7 @@
 # usage: tests/cli/command_line_test.py VEDUTA VEDUTA_STREET
 import os
 import random
+import re
 import struct
 import zlib
 
@@ -51,13 +52,15 @@ class Usage(Case):
 
     def test_help_names_every_command(self):
         listed = must('--help')
-        for command in ('init', 'camera', 'add', 'status', 'show', 'neighbors', 'pose', 'export',
-                        'verify', 'digest',
-                        'vocabulary', 'journal', 'backup', 'calibrate'):
+        without_database = {'camera': 'SUBCOMMAND', 'vocabulary': 'SUBCOMMAND',
+                            'devices': '--device', 'calibrate': '--points', 'markers': '--out'}
+        for command in ('init', 'camera', 'markers', 'calibrate', 'add', 'settle', 'status',
+                        'reconstruction', 'show', 'neighbors', 'pose', 'export', 'densify',
+                        'render', 'verify', 'digest', 'vocabulary', 'journal', 'backup', 'devices'):
             self.assertRegex(listed, rf'(?m)^  {command} ')
-            wanted = {'camera': 'SUBCOMMAND', 'vocabulary': 'SUBCOMMAND',
-                      'calibrate': '--points'}.get(command, 'DB')
-            self.assertIn(wanted, must(command, '--help'))
+            self.assertIn(without_database.get(command, 'DB'), must(command, '--help'))
+        count = len(re.findall(r'(?m)^  [a-z]+ ', listed.split('Subcommands:')[1]))
+        self.assertEqual(count, 20, 'a command is not in this list')
         self.assertRegex(must('--version'), r'^\d+\.\d+\.\d+\n$')
 
     def test_init_again_changes_nothing(self):
@@ -77,6 +80,14 @@ class Usage(Case):
                 self.refused(1, words, command[0], path, *command[1:])
         self.assertFalse(os.path.exists(at('missing')))
         self.assertEqual(os.listdir(at('nothing in it')), [])
+
+
+class Settle(Case):
+    def test_nothing_is_left_after_an_add(self):
+        self.assertEqual(must('settle', WHOLE), '')
+        self.assertEqual(must('settle', WHOLE, '--json', '--threads', '1'), '')
+        self.assertEqual(must('digest', WHOLE), WHOLE_DIGEST)
+        self.refused(1, 'there is no database', 'settle', at('nowhere'))
 
 
 class Camera(Case):

@@ -25,7 +25,7 @@ SEED = int(os.environ.get('SEED', '1'))
 # after it.
 FIRST, MORE = range(9, 14), range(14, 16)
 COMMAND = ('densify', '--size', '160', '--device', 'cpp')
-STAGES = ('depth_maps', 'checks', 'volume', 'fusion', 'surface', 'exposures', 'colours')
+STAGES = ('depth_maps', 'checks', 'volume', 'fusion', 'surface', 'exposures', 'colors')
 
 
 def densify(db, *more):
@@ -143,7 +143,7 @@ class Densify(Case):
         self.assertLess(coarse['triangles'], REPORT['triangles'])
         again = densify(db)
         self.assertEqual(again['voxel_size'], voxel)
-        self.assertEqual(again['colours']['computed'], 0)
+        self.assertEqual(again['colors']['computed'], 0)
         self.assertEqual(must('verify', db), 'sound\n')
 
     def test_readers_go_on(self):

@@ -1,0 +1,45 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "cli/follow_ups.h"
+
+#include "cli/output.h"
+#include "cli/printable.h"
+
+namespace veduta {
+namespace {
+
+// Its name, for a person; "#7" where the database cannot tell it.
+std::string NameOf(ImageId id, const Questions& ask) {
+  const std::string number = "#" + std::to_string(id.value);
+  const Result<ImageAnswer> image = ask.Image(number);
+  return image.ok() ? Printable(image->name) : number;
+}
+
+}  // namespace
+
+std::string FollowUpText(const FollowUp& step, const Questions& ask) {
+  switch (step.kind) {
+    case FollowUpKind::kPropagation:
+      return "the new attempt to place " + NameOf(step.image, ask);
+    case FollowUpKind::kAdjustment:
+      return "the adjustment of reconstruction " + std::to_string(step.reconstruction.value);
+    case FollowUpKind::kVocabulary:
+      return "the training of a vocabulary";
+  }
+  return "a step";
+}
+
+std::string FollowUpFailure(const FollowUp& step, const Questions& ask, const std::string& db) {
+  return "veduta: " + FollowUpText(step, ask) + " failed: " + Printable(step.status.message()) +
+         "; the photos are stored, and `veduta settle " + Printable(db) + "` tries it again";
+}
+
+void PrintPlacedLater(const std::vector<ImageId>& placed, const Questions& ask) {
+  for (const ImageId id : placed) {
+    const Result<ImageAnswer> image = ask.Image("#" + std::to_string(id.value));
+    if (!image.ok()) continue;
+    PrintLine("%-10s %s: %s", "  then", Printable(image->name).c_str(),
+              Printable(image->detail).c_str());
+  }
+}
+
+}  // namespace veduta

@@ -1,0 +1,23 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+// The JSON shapes of what became of photos that came in. docs/json.md lists every key.
+
+#include <string>
+
+#include "cli/wire/json.h"
+#include "engine/engine.h"
+
+namespace veduta {
+
+// "placed", "merged", "founded", "postponed", "rejected" or "duplicate".
+std::string OutcomeWord(const AddOutcome& outcome);
+// Why, as a person reads it.
+std::string OutcomeReason(const AddOutcome& outcome);
+// "propagation", "adjustment" or "vocabulary".
+std::string FollowUpWord(FollowUpKind kind);
+
+Json ToJson(const AddOutcome& outcome);
+Json ToJson(const StepTimes& times);
+Json ToJson(const FollowUp& step);
+
+}  // namespace veduta

@@ -1,0 +1,130 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "cli/wire/answers_json.h"
+
+namespace veduta {
+namespace {
+
+// Where a reconstruction went that was merged away; null for a living one.
+Json MergedIntoJson(const ReconstructionAnswer& r) {
+  if (!r.merged_into.valid()) return nullptr;
+  return {{"reconstruction", r.merged_into.value},
+          {"scale", r.merged_scale},
+          {"rotation_wxyz", r.merged_pose.rotation_wxyz},
+          {"translation", r.merged_pose.translation}};
+}
+
+}  // namespace
+
+Json ToJson(const StatusAnswer& status) {
+  return {{"images", status.images},
+          {"placed", status.placed},
+          {"postponed", status.postponed},
+          {"rejected", status.rejected},
+          {"cameras", status.cameras},
+          {"backlog", status.backlog},
+          {"vocabulary_generation", status.vocabulary_generation},
+          {"bytes", status.total_bytes},
+          {"reconstructions", ToJson(status.reconstructions)}};
+}
+
+Json ToJson(const ReconstructionAnswer& r) {
+  return {{"id", r.id.value},
+          {"images", r.images},
+          {"points", r.points},
+          {"observations", r.observations},
+          {"reprojection_error_px_mean", r.reprojection_error_px_mean},
+          {"geometry_version", r.geometry_version},
+          {"depth_maps", r.depth_maps},
+          {"tiles", r.tiles},
+          {"triangles", r.triangles},
+          {"merged_into", MergedIntoJson(r)}};
+}
+
+Json ToJson(const ImageAnswer& image) {
+  return {{"image", image.name},
+          {"id", image.id.value},
+          {"verdict", VerdictWord(image.verdict)},
+          {"reason", ReasonSentence(image.reason, image.detail)},
+          {"reconstruction", ToJson(image.reconstruction)},
+          {"camera", image.camera.value},
+          {"width", image.width_px},
+          {"height", image.height_px},
+          {"bytes", image.size_bytes},
+          {"sha256", image.sha256},
+          {"contributor", image.contributor},
+          {"time", image.time_unix_s},
+          {"features", image.features},
+          {"observations", image.observations},
+          {"neighbors", ToJson(image.neighbors)},
+          {"depth_map", ToJson(image.depth_map)}};
+}
+
+Json ToJson(const DepthMapAnswer& depth_map) {
+  return {{"width", depth_map.width_px},
+          {"height", depth_map.height_px},
+          {"known_share", depth_map.known_share},
+          {"depth_near", depth_map.depth_near},
+          {"depth_far", depth_map.depth_far},
+          {"sensors", depth_map.sensors},
+          {"geometry_version", depth_map.geometry_version}};
+}
+
+Json ToJson(const NeighborAnswer& neighbor) {
+  return {{"image", neighbor.name},
+          {"matches", neighbor.matches},
+          {"verdict", VerdictWord(neighbor.verdict)}};
+}
+
+Json CandidateJson(const NeighborAnswer& candidate) {
+  return {{"image", candidate.name},
+          {"score", candidate.score},
+          {"verdict", VerdictWord(candidate.verdict)}};
+}
+
+Json ToJson(const CameraAnswer& camera) {
+  return {{"name", camera.name},
+          {"size", CameraSizeText(camera.model)},
+          {"params", CameraParamsText(camera.model)},
+          {"source", camera.source}};
+}
+
+Json ToJson(const VocabularyAnswer& vocabulary) {
+  return {{"generation", vocabulary.generation},
+          {"branch", vocabulary.branch},
+          {"depth", vocabulary.depth},
+          {"words", vocabulary.words},
+          {"training_descriptors", vocabulary.training_descriptors},
+          {"images_at_training", vocabulary.images_at_training},
+          {"imported", vocabulary.imported}};
+}
+
+Json ToJson(const JournalAnswer& entry) {
+  return {{"sequence", entry.sequence},   {"time", entry.time_unix_s},
+          {"actor", entry.actor},         {"action", entry.action},
+          {"image", ToJson(entry.image)}, {"reconstruction", ToJson(entry.reconstruction)},
+          {"detail", entry.detail}};
+}
+
+Json PoseJson(const ImageAnswer& image) {
+  const PlainPose pose = image.cam_from_world.value_or(PlainPose{});
+  return {{"image", image.name},
+          {"reconstruction", ToJson(image.reconstruction)},
+          {"rotation_wxyz", pose.rotation_wxyz},
+          {"translation", pose.translation},
+          {"center", pose.center}};
+}
+
+Json ViolationsJson(const std::vector<std::string>& violations) {
+  return {{"sound", violations.empty()}, {"violations", violations}};
+}
+
+Json DigestJson(const std::string& digest) {
+  return Json::object({{"digest", digest}});
+}
+
+Json CameraFileJson(const CalibrationAnswer& calibration) {
+  // The door makes the file; it is handed on as it is, on one line.
+  return Json::parse(calibration.camera_file);
+}
+
+}  // namespace veduta

@@ -1,0 +1,29 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+// The JSON shapes of what the city answers. docs/json.md lists every key.
+
+#include "cli/wire/json.h"
+#include "engine/engine.h"
+
+namespace veduta {
+
+Json ToJson(const StatusAnswer& status);
+Json ToJson(const ReconstructionAnswer& reconstruction);
+Json ToJson(const ImageAnswer& image);
+Json ToJson(const DepthMapAnswer& depth_map);
+Json ToJson(const NeighborAnswer& neighbor);  // of a stored image: its matches were verified
+Json ToJson(const CameraAnswer& camera);
+Json ToJson(const VocabularyAnswer& vocabulary);
+Json ToJson(const JournalAnswer& entry);
+
+// A ranked candidate for a photo that is not stored: it has a score instead of matches.
+Json CandidateJson(const NeighborAnswer& candidate);
+// An image that has a pose: where it was taken.
+Json PoseJson(const ImageAnswer& image);
+// What Questions::Verify found; none: the database is sound.
+Json ViolationsJson(const std::vector<std::string>& violations);
+Json DigestJson(const std::string& digest);
+// The camera file that a calibration made; docs/calibration.md lists its keys.
+Json CameraFileJson(const CalibrationAnswer& calibration);
+
+}  // namespace veduta

@@ -1,0 +1,244 @@
+// SPDX-License-Identifier: Apache-2.0
+// Goal: every struct that the door answers with becomes the JSON that docs/json.md describes: each
+//   field under its key, in the order of the page, null where there is nothing.
+// Method: structs filled with values that no two fields share, compared with the text that is
+//   expected; the types of the keys are those of tests/cli/json_test.py.
+#include <gtest/gtest.h>
+
+#include <limits>
+
+#include "cli/wire/added_json.h"
+#include "cli/wire/answers_json.h"
+#include "cli/wire/dense_json.h"
+
+namespace veduta {
+namespace {
+
+ReconstructionAnswer SomeReconstruction() {
+  ReconstructionAnswer r;
+  r.id = ReconstructionId(3);
+  r.images = 12;
+  r.points = 1000;
+  r.observations = 4000;
+  r.reprojection_error_px_mean = 0.5;
+  r.geometry_version = 7;
+  r.depth_maps = 5;
+  r.tiles = 2;
+  r.triangles = 900;
+  return r;
+}
+
+constexpr char kReconstruction[] =
+    R"({"id":3,"images":12,"points":1000,"observations":4000,"reprojection_error_px_mean":0.5,)"
+    R"("geometry_version":7,"depth_maps":5,"tiles":2,"triangles":900,"merged_into":null})";
+
+TEST(JsonLine, IsOneLineOfUtf8) {
+  EXPECT_EQ(JsonLine(Json::object({{"name", "a\nb\x1b\"\\"}})), R"({"name":"a\nb\u001b\"\\"})");
+  EXPECT_EQ(JsonLine(Json("caf\xe9")), "\"caf\xef\xbf\xbd\"");
+  EXPECT_EQ(JsonLine(Json("caf\xc3\xa9")), "\"caf\xc3\xa9\"");
+  EXPECT_EQ(JsonLine(Json(std::numeric_limits<double>::quiet_NaN())), "null");
+}
+
+TEST(JsonLine, NumbersComeBackAsTheyWere) {
+  for (const double value : {0.1, 1.0 / 3, 1e-300, 123456789.123456789, -0.0}) {
+    EXPECT_EQ(Json::parse(JsonLine(Json(value))).get<double>(), value);
+  }
+  const uint64_t large = std::numeric_limits<uint64_t>::max();
+  EXPECT_EQ(Json::parse(JsonLine(Json(large))).get<uint64_t>(), large);
+}
+
+TEST(Ids, AreNumbersOrNull) {
+  EXPECT_EQ(JsonLine(ToJson(ImageId(7))), "7");
+  EXPECT_EQ(JsonLine(ToJson(ImageId())), "null");
+  EXPECT_EQ(JsonLine(ToJson(std::vector<ImageId>{})), "[]");
+  EXPECT_EQ(JsonLine(ToJson(std::vector{ImageId(7), ImageId(9)})), "[7,9]");
+}
+
+TEST(Answers, Reconstruction) {
+  EXPECT_EQ(JsonLine(ToJson(SomeReconstruction())), kReconstruction);
+  ReconstructionAnswer gone = SomeReconstruction();
+  gone.merged_into = ReconstructionId(1);
+  gone.merged_scale = 2;
+  gone.merged_pose = {{0.5, 0.5, 0.5, -0.5}, {1, 2, 3}, {9, 9, 9}};
+  EXPECT_EQ(JsonLine(ToJson(gone)["merged_into"]),
+            R"({"reconstruction":1,"scale":2.0,"rotation_wxyz":[0.5,0.5,0.5,-0.5],)"
+            R"("translation":[1.0,2.0,3.0]})");
+}
+
+TEST(Answers, Status) {
+  StatusAnswer status;
+  status.images = 20;
+  status.placed = 12;
+  status.postponed = 5;
+  status.rejected = 3;
+  status.cameras = 2;
+  status.backlog = 4;
+  status.vocabulary_generation = 1;
+  status.total_bytes = 123456;
+  const std::string counts =
+      R"({"images":20,"placed":12,"postponed":5,"rejected":3,"cameras":2,"backlog":4,)"
+      R"("vocabulary_generation":1,"bytes":123456,"reconstructions":[)";
+  EXPECT_EQ(JsonLine(ToJson(status)), counts + "]}");
+  status.reconstructions = {SomeReconstruction(), SomeReconstruction()};
+  EXPECT_EQ(JsonLine(ToJson(status)), counts + kReconstruction + "," + kReconstruction + "]}");
+}
+
+ImageAnswer SomeImage() {
+  ImageAnswer image;
+  image.id = ImageId(8);
+  image.name = "a.jpg";
+  image.verdict = Verdict::kPostponed;
+  image.reason = Reason::kNoGoodTriple;
+  image.detail = "3 neighbours";
+  image.camera = CameraId(2);
+  image.width_px = 640;
+  image.height_px = 480;
+  image.size_bytes = 5000;
+  image.sha256 = "ab12";
+  image.contributor = "anna";
+  image.time_unix_s = 1700000000;
+  image.features = 900;
+  image.observations = 300;
+  return image;
+}
+
+TEST(Answers, ImageWithoutAPose) {
+  const std::string reason = ReasonSentence(Reason::kNoGoodTriple, "3 neighbours");
+  EXPECT_EQ(JsonLine(ToJson(SomeImage())),
+            R"({"image":"a.jpg","id":8,"verdict":"postponed","reason":")" + reason +
+                R"(","reconstruction":null,"camera":2,"width":640,"height":480,"bytes":5000,)"
+                R"("sha256":"ab12","contributor":"anna","time":1700000000,"features":900,)"
+                R"("observations":300,"neighbors":[],"depth_map":null})");
+}
+
+TEST(Answers, ImageWithAll) {
+  ImageAnswer image = SomeImage();
+  image.verdict = Verdict::kPlaced;
+  image.reconstruction = ReconstructionId(3);
+  image.cam_from_world = PlainPose{{1, 0, 0, 0}, {4, 5, 6}, {-4, -5, -6}};
+  image.neighbors = {{ImageId(9), "b.jpg", Verdict::kFounded, 55, 0}};
+  image.depth_map = DepthMapAnswer{160, 120, 0.75, 2, 9, {"b.jpg", "c.jpg"}, 6};
+  const Json json = ToJson(image);
+  EXPECT_EQ(json["reconstruction"], 3);
+  EXPECT_EQ(JsonLine(json["neighbors"]), R"([{"image":"b.jpg","matches":55,"verdict":"founded"}])");
+  EXPECT_EQ(JsonLine(json["depth_map"]),
+            R"({"width":160,"height":120,"known_share":0.75,"depth_near":2.0,"depth_far":9.0,)"
+            R"("sensors":["b.jpg","c.jpg"],"geometry_version":6})");
+  EXPECT_EQ(JsonLine(PoseJson(image)),
+            R"({"image":"a.jpg","reconstruction":3,"rotation_wxyz":[1.0,0.0,0.0,0.0],)"
+            R"("translation":[4.0,5.0,6.0],"center":[-4.0,-5.0,-6.0]})");
+}
+
+TEST(Answers, Small) {
+  EXPECT_EQ(JsonLine(CandidateJson({ImageId(9), "b.jpg", Verdict::kPlaced, 0, 0.25})),
+            R"({"image":"b.jpg","score":0.25,"verdict":"placed"})");
+  EXPECT_EQ(
+      JsonLine(ToJson(CameraAnswer{
+          CameraId(1), "lens", {640, 480, 500, 510, 319.5, 239.5, 0, 0, 319.5, 239.5}, "me"})),
+      R"({"name":"lens","size":"640x480","params":"500,510,319.5,239.5","source":"me"})");
+  EXPECT_EQ(JsonLine(ToJson(VocabularyAnswer{1, 2, 10, 3, 1000, 50000, 60, true})),
+            R"({"generation":2,"branch":10,"depth":3,"words":1000,"training_descriptors":50000,)"
+            R"("images_at_training":60,"imported":true})");
+  EXPECT_EQ(JsonLine(ToJson(JournalAnswer{4, 1700000000, "anna", "add", ImageId(8), {}, "placed"})),
+            R"({"sequence":4,"time":1700000000,"actor":"anna","action":"add","image":8,)"
+            R"("reconstruction":null,"detail":"placed"})");
+  EXPECT_EQ(JsonLine(ViolationsJson({})), R"({"sound":true,"violations":[]})");
+  EXPECT_EQ(JsonLine(ViolationsJson({"a", "b"})), R"({"sound":false,"violations":["a","b"]})");
+  EXPECT_EQ(JsonLine(DigestJson("63d5")), R"({"digest":"63d5"})");
+}
+
+TEST(Answers, ACameraFileIsHandedOnInItsOrder) {
+  CalibrationAnswer calibration;
+  calibration.camera_file = "{\n  \"width\": 3,\n  \"a\": [0.1]\n}\n";
+  EXPECT_EQ(JsonLine(CameraFileJson(calibration)), R"({"width":3,"a":[0.1]})");
+}
+
+TEST(Added, Outcome) {
+  AddOutcome outcome;
+  outcome.name = "a.jpg";
+  outcome.id = ImageId(8);
+  outcome.verdict = Verdict::kMerged;
+  outcome.reason = Reason::kJoinedReconstructions;
+  outcome.detail = "1 and 2";
+  outcome.reconstruction = ReconstructionId(1);
+  outcome.neighbor_count = 5;
+  outcome.inlier_count = 77;
+  outcome.pairs_tried = 24;
+  outcome.propagated = {ImageId(2), ImageId(4)};
+  outcome.times = {1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 55};
+  EXPECT_EQ(JsonLine(ToJson(outcome)),
+            R"({"image":"a.jpg","id":8,"verdict":"merged","reason":")" +
+                ReasonSentence(outcome.reason, "1 and 2") +
+                R"(","reconstruction":1,"neighbors":5,"inliers":77,"pairs_tried":24,)"
+                R"("propagated":[2,4],"ms":{"decode":1.0,"undistort":2.0,"features":3.0,)"
+                R"("retrieve":4.0,"match":5.0,"verify":6.0,"map":7.0,"adjust":8.0,"commit":9.0,)"
+                R"("follow":10.0,"total":55.0}})");
+  outcome.duplicate = true;
+  EXPECT_EQ(ToJson(outcome)["verdict"], "duplicate");
+  EXPECT_EQ(ToJson(outcome)["reason"], "1 and 2");
+}
+
+TEST(Added, FollowUps) {
+  FollowUp step;
+  step.kind = FollowUpKind::kAdjustment;
+  step.reconstruction = ReconstructionId(2);
+  EXPECT_EQ(JsonLine(ToJson(step)),
+            R"({"step":"adjustment","image":null,"reconstruction":2,"placed":[],"error":null})");
+  step = {};
+  step.image = ImageId(5);
+  step.placed = {ImageId(5), ImageId(6)};
+  step.status = Status::IoError("the disk is full");
+  EXPECT_EQ(JsonLine(ToJson(step)),
+            R"({"step":"propagation","image":5,"reconstruction":null,"placed":[5,6],)"
+            R"("error":"the disk is full"})");
+  EXPECT_EQ(FollowUpWord(FollowUpKind::kVocabulary), "vocabulary");
+}
+
+TEST(Dense, Report) {
+  DensifyReport report;
+  report.reconstruction = ReconstructionId(1);
+  report.device = "C++";
+  report.voxel_size = 0.25;
+  report.depth_side_px = 512;
+  report.sensor_count = 2;
+  report.depths = {1, 2, 3, 999, 4};
+  report.volume.units = 17;
+  report.colors.computed = 6;
+  report.without_depth = {{ImageId(3), "c.jpg", "no sensor"}};
+  report.tiles = 10;
+  report.vertices = 11;
+  report.triangles = 12;
+  const std::string none = R"({"computed":0,"kept":0,"removed":0,"ms":0.0})";
+  EXPECT_EQ(JsonLine(ToJson(report)),
+            R"({"reconstruction":1,"device":"C++","voxel_size":0.25,"depth_side_px":512,)"
+            R"("sensor_count":2,"without_depth":[{"image":"c.jpg","reason":"no sensor"}],)"
+            R"("depth_maps":{"computed":1,"kept":2,"removed":3,"ms":4.0},"checks":)" +
+                none + R"(,"volume":)" + none + R"(,"blocks_changed":17,"fusion":)" + none +
+                R"(,"surface":)" + none + R"(,"exposures":)" + none +
+                R"(,"colors":{"computed":6,"kept":0,"removed":0,"ms":0.0},)"
+                R"("tiles":10,"vertices":11,"triangles":12})");
+}
+
+TEST(Dense, Devices) {
+  EXPECT_EQ(JsonLine(ToJson(DeviceList{})), R"({"devices":[]})");
+  DeviceList list;
+  list.devices = {{0, "a", "p", "1.0", DeviceKind::kCpu, 4, 1000, 10},
+                  {1, "b", "q", "2.0", DeviceKind::kGpu, 64, 2000, 20}};
+  list.chosen = 1;
+  EXPECT_EQ(JsonLine(ToJson(list)),
+            R"({"devices":[{"index":0,"name":"a","platform":"p","driver":"1.0","kind":"cpu",)"
+            R"("compute_units":4,"memory_bytes":1000,"chosen":false},{"index":1,"name":"b",)"
+            R"("platform":"q","driver":"2.0","kind":"gpu","compute_units":64,)"
+            R"("memory_bytes":2000,"chosen":true}]})");
+}
+
+TEST(Dense, Outputs) {
+  EXPECT_EQ(JsonLine(ToJson(ExportedModel{ReconstructionId(1), "out/0", 2, 3, 4, 5})),
+            R"({"reconstruction":1,"folder":"out/0","images":2,"points":3,"vertices":4,)"
+            R"("triangles":5})");
+  EXPECT_EQ(JsonLine(ToJson(RenderReport{0.5, 7, 6})),
+            R"({"covered_share":0.5,"error_median":7.0,"error_median_balanced":6.0})");
+}
+
+}  // namespace
+}  // namespace veduta
