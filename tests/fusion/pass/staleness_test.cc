@@ -74,7 +74,7 @@ TYPED_TEST(StageTest, EveryFieldIsInTheVersion) {
     const std::string name = FlipOne(i, &flipped);
     EXPECT_NE(VersionOf(flipped), version) << TypeParam::kStage << ": " << name;
   }
-  RecordProperty("fields_flipped", static_cast<int>(count));
+  this->RecordProperty("fields_flipped", static_cast<int>(count));
   std::cout << TypeParam::kStage << ": " << count << " fields flipped\n";
 }
 
