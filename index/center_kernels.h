@@ -19,12 +19,9 @@ namespace veduta {
 inline constexpr int kCenterSize = 128;     // bytes of a center and of a descriptor
 inline constexpr int kCenterCountMax = 64;  // centers of one node
 
-enum class CenterIsa : uint8_t { kPortable, kAvx2, kAvx512Vnni };
+enum class CpuIsa : uint8_t;  // storage/base/cpu_isa.h
 
 struct CenterKernels {
-  CenterIsa isa;
-  const char* name;
-
   // The lowest index among the centres of least score; the score itself goes to *score.
   // centers [count x 128] row-major, biases [count] as CenterBias gives them, count in [1, 64].
   uint32_t (*nearest)(const uint8_t* descriptor, const uint8_t* centers, const int32_t* biases,
@@ -37,17 +34,18 @@ struct CenterKernels {
   void (*accumulate)(const uint8_t* descriptors, size_t n, const uint8_t* nearest, uint32_t* sums);
 };
 
-// Null where this processor, or this build, lacks the instructions.
-const CenterKernels* FindCenterKernels(CenterIsa isa);
-// The fastest there is. Thread-safe; the choice is made once.
+// The kernels written for exactly this isa; null where there are none, or the processor lacks it.
+const CenterKernels* FindCenterKernels(CpuIsa isa);
+// The fastest that this processor can run. Thread-safe.
 const CenterKernels& BestCenterKernels();
 
 int32_t CenterBias(const uint8_t* center);
 // |d|^2, in [0, 128 * 255^2].
 int32_t DescriptorNorm(const uint8_t* descriptor);
 
-// Each defined in its own file; null off x86-64.
+// Each is defined in its own file; the vector ones are null off x86-64.
+extern const CenterKernels* const kCenterKernelsPortable;
 extern const CenterKernels* const kCenterKernelsAvx2;
-extern const CenterKernels* const kCenterKernelsVnni;
+extern const CenterKernels* const kCenterKernelsAvx512Vnni;
 
 }  // namespace veduta

@@ -42,7 +42,7 @@ void NearestEach(const uint8_t* descriptors, size_t n, const uint8_t* centers,
   }
 }
 
-constexpr CenterKernels kKernels{CenterIsa::kAvx2, "avx2", Nearest, NearestEach, Accumulate};
+constexpr CenterKernels kKernels = {Nearest, NearestEach, Accumulate};
 
 }  // namespace
 

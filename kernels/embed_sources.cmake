@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-# Writes the C++ file OUT that holds the text of each of FILES (separated by |): cmake -D OUT=... -D FILES=... -P this
+# Writes the C++ file OUT that holds the text of each of FILES (separated by |):
+#   cmake -D OUT=... -D FILES=... -P embed_sources.cmake
 string(REPLACE "|" ";" files "${FILES}")
 set(entries "")
 foreach(file IN LISTS files)
@@ -28,7 +29,9 @@ ${entries}    {},  // so that there is one even where no file is
 
 }  // namespace
 
-std::span<const KernelSource> KernelSources() { return std::span(kSources).first(std::size(kSources) - 1); }
+std::span<const KernelSource> KernelSources() {
+  return std::span(kSources).first(std::size(kSources) - 1);
+}
 
 }  // namespace veduta
 ")

@@ -6,8 +6,9 @@
 #include <cmath>
 #include <string>
 
-#include "kernels/total_variation_lanes.h"
+#include "kernels/total_variation_kernels.h"
 #include "kernels/total_variation_rows.h"
+#include "storage/base/cpu_isa.h"
 
 namespace veduta {
 namespace {
@@ -15,19 +16,18 @@ namespace {
 constexpr size_t kPadding =
     kTvRow;  // floats before and behind the voxels: rows are read shifted by one
 
-TvSteps StepsOf(TvIsa isa) {
-#if defined(__x86_64__)
-  if (isa == TvIsa::kAvx512) return TvStepsAvx512();
-  if (isa == TvIsa::kAvx2) return TvStepsAvx2();
-#endif
-  return TvStepsBaseline();
+CpuVariants<TvKernels> Variants() {
+  return {.portable = kTvKernelsPortable, .avx2 = kTvKernelsAvx2, .avx512 = kTvKernelsAvx512};
 }
 
 class CppTotalVariation final : public TotalVariation {
  public:
-  CppTotalVariation(TvIsa isa, const TvProblem& problem, std::span<const float> u,
-                    std::span<const float> p, ThreadPool& pool)
-      : problem_(problem), bits_of_row_(BitsOfRows(problem)), steps_(StepsOf(isa)), pool_(pool) {
+  CppTotalVariation(const TvProblem& problem, std::span<const float> u, std::span<const float> p,
+                    ThreadPool& pool)
+      : problem_(problem),
+        bits_of_row_(BitsOfRows(problem)),
+        kernels_(Variants().Best()),
+        pool_(pool) {
     for (auto* array : {&u_, &u_bar_}) {
       array->assign(u.size() + 2 * kPadding, 0.f);
       std::copy(u.begin(), u.end(), array->begin() + kPadding);
@@ -52,9 +52,9 @@ class CppTotalVariation final : public TotalVariation {
   Status Iterate(uint32_t count) override {
     for (uint32_t i = 0; i < count; ++i) {
       pool_.ParallelFor(problem_.block_count,
-                        [&](size_t b) { steps_.dual(arrays_, static_cast<uint32_t>(b)); });
+                        [&](size_t b) { kernels_.dual(arrays_, static_cast<uint32_t>(b)); });
       pool_.ParallelFor(problem_.block_count,
-                        [&](size_t b) { steps_.primal(arrays_, static_cast<uint32_t>(b)); });
+                        [&](size_t b) { kernels_.primal(arrays_, static_cast<uint32_t>(b)); });
     }
     return Status::Ok();
   }
@@ -62,7 +62,7 @@ class CppTotalVariation final : public TotalVariation {
   Result<TvEnergy> Energy() override {
     std::vector<TvBlockEnergy> energies(problem_.block_count);
     pool_.ParallelFor(problem_.block_count, [&](size_t b) {
-      energies[b] = steps_.energy(arrays_, static_cast<uint32_t>(b));
+      energies[b] = kernels_.energy(arrays_, static_cast<uint32_t>(b));
     });
     TvBlockEnergy sum;
     for (const TvBlockEnergy& energy : energies) {
@@ -87,7 +87,7 @@ class CppTotalVariation final : public TotalVariation {
  private:
   const TvProblem problem_;
   const std::vector<uint32_t> bits_of_row_;
-  const TvSteps steps_;
+  const TvKernels& kernels_;
   ThreadPool& pool_;
   std::vector<float> u_, u_bar_, p_[3];
   TvArrays arrays_{};
@@ -178,33 +178,13 @@ Status TvProblem::Check() const {
   return Status::Ok();
 }
 
-TvIsa BestTvIsa() {
-#if defined(__x86_64__)
-  if (__builtin_cpu_supports("avx512f") && __builtin_cpu_supports("avx512bw") &&
-      __builtin_cpu_supports("avx512vl") && __builtin_cpu_supports("avx512dq")) {
-    return TvIsa::kAvx512;
-  }
-  if (__builtin_cpu_supports("avx2")) return TvIsa::kAvx2;
-#endif
-  return TvIsa::kBaseline;
-}
-
-Result<std::unique_ptr<TotalVariation>> StartTotalVariationOn(TvIsa isa, const TvProblem& problem,
-                                                              std::span<const float> u,
-                                                              std::span<const float> p,
-                                                              ThreadPool& pool) {
-  VEDUTA_RETURN_IF_ERROR(CheckStart(problem, u, p));
-  return std::unique_ptr<TotalVariation>(
-      std::make_unique<CppTotalVariation>(isa, problem, u, p, pool));
-}
-
 Result<std::unique_ptr<TotalVariation>> TotalVariation::Start(const TvProblem& problem,
                                                               std::span<const float> u,
                                                               std::span<const float> p,
                                                               Device* device, ThreadPool& pool) {
   VEDUTA_RETURN_IF_ERROR(CheckStart(problem, u, p));
   if (device) return StartTotalVariationOn(*device, problem, u, p);
-  return StartTotalVariationOn(BestTvIsa(), problem, u, p, pool);
+  return std::unique_ptr<TotalVariation>(std::make_unique<CppTotalVariation>(problem, u, p, pool));
 }
 
 float HistogramProx(float v, float tau_lambda, std::span<const float> centers,

@@ -74,13 +74,6 @@ class TotalVariation {
   virtual Result<std::vector<float>> ReadDual() = 0;  // p
 };
 
-// What instruction sets the C++ path can use; tests compare them.
-enum class TvIsa : uint8_t { kBaseline = 0, kAvx2 = 1, kAvx512 = 2 };
-TvIsa BestTvIsa();
-Result<std::unique_ptr<TotalVariation>> StartTotalVariationOn(TvIsa isa, const TvProblem& problem,
-                                                              std::span<const float> u,
-                                                              std::span<const float> p,
-                                                              ThreadPool& pool);
 // kernels/total_variation.cl, one work item a row of 16 voxels.
 Result<std::unique_ptr<TotalVariation>> StartTotalVariationOn(Device& device,
                                                               const TvProblem& problem,

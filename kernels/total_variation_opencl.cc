@@ -5,7 +5,7 @@
 
 #include "kernels/opencl.h"
 #include "kernels/total_variation.h"
-#include "kernels/total_variation_lanes.h"
+#include "kernels/total_variation_kernels.h"
 #include "kernels/total_variation_rows.h"
 
 namespace veduta {

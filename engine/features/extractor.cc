@@ -240,7 +240,7 @@ Result<Features> ExtractFeaturesWith(const SiftKernels& kernels, const GrayView&
 
 Result<Features> ExtractFeatures(const GrayView& image, const FeatureOptions& options,
                                  FeatureScratch* scratch) {
-  return ExtractFeaturesWith(BestKernels(), image, options, scratch, nullptr);
+  return ExtractFeaturesWith(BestSiftKernels(), image, options, scratch, nullptr);
 }
 
 }  // namespace veduta

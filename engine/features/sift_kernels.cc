@@ -1,33 +1,23 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "engine/features/sift_kernels.h"
 
-#include <initializer_list>
+#include "storage/base/cpu_isa.h"
 
 namespace veduta {
+namespace {
 
-const SiftKernels* KernelsOf(SimdPath path) {
-  switch (path) {
-    case SimdPath::kPortable:
-      return kSiftKernelsPortable;
-#if defined(__x86_64__)
-    case SimdPath::kAvx2:
-      return __builtin_cpu_supports("avx2") ? kSiftKernelsAvx2 : nullptr;
-    case SimdPath::kAvx512:
-      return __builtin_cpu_supports("avx512f") && __builtin_cpu_supports("avx512bw") &&
-                     __builtin_cpu_supports("avx512dq") && __builtin_cpu_supports("avx512vl")
-                 ? kSiftKernelsAvx512
-                 : nullptr;
-#endif
-    default:
-      return nullptr;
-  }
+CpuVariants<SiftKernels> Variants() {
+  return {.portable = kSiftKernelsPortable, .avx2 = kSiftKernelsAvx2, .avx512 = kSiftKernelsAvx512};
 }
 
-const SiftKernels& BestKernels() {
-  for (SimdPath path : {SimdPath::kAvx512, SimdPath::kAvx2}) {
-    if (const SiftKernels* kernels = KernelsOf(path)) return *kernels;
-  }
-  return *kSiftKernelsPortable;
+}  // namespace
+
+const SiftKernels* FindSiftKernels(CpuIsa isa) {
+  return Variants().Find(isa);
+}
+
+const SiftKernels& BestSiftKernels() {
+  return Variants().Best();
 }
 
 }  // namespace veduta

@@ -16,6 +16,8 @@
 
 namespace veduta {
 
+enum class CpuIsa : uint8_t;  // storage/base/cpu_isa.h
+
 inline constexpr int kGrayUnit = 128;   // int16 units a grey level
 inline constexpr int kRowGranule = 64;  // rows are computed in blocks of so many values
 inline constexpr int kRowPad = 64;  // readable values on both sides of a row that blur_row reads
@@ -89,14 +91,12 @@ struct SiftKernels {
   void (*quantize_descriptor)(const float histogram[128], uint8_t* descriptor);
 };
 
-enum class SimdPath { kPortable, kAvx2, kAvx512 };
+// The kernels written for exactly this isa; null where there are none, or the processor lacks it.
+const SiftKernels* FindSiftKernels(CpuIsa isa);
+// The fastest that this processor can run. Thread-safe.
+const SiftKernels& BestSiftKernels();
 
-// The table of a path, or nullptr when this build or this processor has none.
-const SiftKernels* KernelsOf(SimdPath path);
-// The fastest that this processor has.
-const SiftKernels& BestKernels();
-
-// By the three kernel sources; nullptr when not built for this processor's family.
+// Each is defined in its own file; the vector ones are null off x86-64.
 extern const SiftKernels* const kSiftKernelsPortable;
 extern const SiftKernels* const kSiftKernelsAvx2;
 extern const SiftKernels* const kSiftKernelsAvx512;

@@ -5,6 +5,8 @@
 #include <cmath>
 #include <string>
 
+#include "engine/matching/matcher_kernels.h"
+
 namespace veduta {
 namespace {
 
@@ -139,7 +141,7 @@ Result<std::vector<DescriptorMatch>> MatchGuided(const Features& a, const Featur
     return Status::InvalidArgument("the grid is of " + std::to_string(b_grid.feature_count()) +
                                    " features, image b has " + std::to_string(b.size()));
   }
-  const MatcherKernels& kernels = MatcherKernelsFor(options.isa.value_or(BestMatcherIsa()));
+  const MatcherKernels& kernels = BestMatcherKernels();
   const BandSearch search(b, b_grid, Normalized(b_from_a), options);
 
   // The band is symmetric, so one walk over a finds every pair: b's best comes out of the same
@@ -171,8 +173,7 @@ std::optional<NearFeature> FindNear(const FeatureGrid& grid, const Features& fea
   grid.FindNearPoint(ContrastClassOf(query.contrast_sign), query.x_px, query.y_px, query.radius_px,
                      &scratch->candidates);
   if (scratch->candidates.empty()) return std::nullopt;
-  static const MatcherKernels& kernels = MatcherKernelsFor(BestMatcherIsa());
-  MeasureDistances(kernels, query.descriptor, features, scratch);
+  MeasureDistances(BestMatcherKernels(), query.descriptor, features, scratch);
   const BestTwo best = PickBest(features, *scratch, query.apart_px);
   if (best.distance > query.distance_squared_max) return std::nullopt;
   return NearFeature{best.feature, best.distance, best.second_distance};

@@ -25,7 +25,6 @@ struct GuidedMatchOptions {
       4.0;  // >= 0; the second best lies farther than this from the best, else it is the same thing
   double scale_ratio_max =
       std::numeric_limits<double>::infinity();  // >= 1; larger over smaller scale_px; infinity: off
-  std::optional<MatcherIsa> isa;                // unset: the best of this machine
 
   Status Check() const;
 };

@@ -9,6 +9,8 @@
 
 namespace veduta {
 
+enum class CpuIsa : uint8_t;  // storage/base/cpu_isa.h
+
 inline constexpr int kPanelColumns = 16;  // descriptors side by side in a panel
 inline constexpr int kPanelGroups = 32;   // groups of 4 bytes in a descriptor
 
@@ -58,10 +60,14 @@ struct MatcherKernels {
                     size_t count, uint32_t* distances);
 };
 
-extern const MatcherKernels kPortableKernels;
-#if defined(__x86_64__)
-extern const MatcherKernels kAvx2Kernels;
-extern const MatcherKernels kAvx512VnniKernels;
-#endif
+// The kernels written for exactly this isa; null where there are none, or the processor lacks it.
+const MatcherKernels* FindMatcherKernels(CpuIsa isa);
+// The fastest that this processor can run. Thread-safe; a few nanoseconds.
+const MatcherKernels& BestMatcherKernels();
+
+// Each is defined in its own file; the vector ones are null off x86-64.
+extern const MatcherKernels* const kMatcherKernelsPortable;
+extern const MatcherKernels* const kMatcherKernelsAvx2;
+extern const MatcherKernels* const kMatcherKernelsAvx512Vnni;
 
 }  // namespace veduta

@@ -206,9 +206,15 @@ void Distances(const uint8_t* query, const uint8_t* descriptors, const uint32_t*
   }
 }
 
+constexpr MatcherKernels kKernels = {&NearestBothWays, &Distances};
+
 }  // namespace
 
-const MatcherKernels kAvx2Kernels = {&NearestBothWays, &Distances};
+const MatcherKernels* const kMatcherKernelsAvx2 = &kKernels;
 
 }  // namespace veduta
+#else
+namespace veduta {
+const MatcherKernels* const kMatcherKernelsAvx2 = nullptr;
+}
 #endif

@@ -225,9 +225,15 @@ void Distances(const uint8_t* query, const uint8_t* descriptors, const uint32_t*
   }
 }
 
+constexpr MatcherKernels kKernels = {&NearestBothWays, &Distances};
+
 }  // namespace
 
-const MatcherKernels kAvx512VnniKernels = {&NearestBothWays, &Distances};
+const MatcherKernels* const kMatcherKernelsAvx512Vnni = &kKernels;
 
 }  // namespace veduta
+#else
+namespace veduta {
+const MatcherKernels* const kMatcherKernelsAvx512Vnni = nullptr;
+}
 #endif

@@ -81,8 +81,10 @@ void Distances(const uint8_t* query, const uint8_t* descriptors, const uint32_t*
   }
 }
 
+constexpr MatcherKernels kKernels = {&NearestBothWays, &Distances};
+
 }  // namespace
 
-const MatcherKernels kPortableKernels = {&NearestBothWays, &Distances};
+const MatcherKernels* const kMatcherKernelsPortable = &kKernels;
 
 }  // namespace veduta

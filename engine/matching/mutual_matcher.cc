@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <string>
 
+#include "engine/matching/matcher_kernels.h"
+
 namespace veduta {
 namespace {
 
@@ -26,7 +28,7 @@ Status MatchOptions::Check() const {
 std::vector<DescriptorMatch> MatchMutual(const PackedDescriptors& a, const PackedDescriptors& b,
                                          const MatchOptions& options) {
   std::vector<DescriptorMatch> matches;
-  const MatcherKernels& kernels = MatcherKernelsFor(options.isa.value_or(BestMatcherIsa()));
+  const MatcherKernels& kernels = BestMatcherKernels();
   std::vector<NearestPair> rows;
   std::vector<Nearest> columns;
   std::vector<int32_t> column_keys;

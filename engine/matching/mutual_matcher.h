@@ -3,10 +3,8 @@
 // Mutual nearest neighbours between two images' descriptors, exactly.
 
 #include <cstdint>
-#include <optional>
 #include <vector>
 
-#include "engine/matching/matcher_isa.h"
 #include "engine/matching/packed_descriptors.h"
 #include "storage/base/ids.h"
 #include "storage/base/status.h"
@@ -25,8 +23,7 @@ struct DescriptorMatch {
 // No limits by default: geometry sorts mutual neighbours out better than a threshold does.
 struct MatchOptions {
   uint32_t distance_squared_max = UINT32_MAX;  // [0, UINT32_MAX]; UINT32_MAX: off
-  double ratio_max = 1.0;         // (0, 1]; distance over second distance (not squared); 1: off
-  std::optional<MatcherIsa> isa;  // unset: the best of this machine; tests compare them
+  double ratio_max = 1.0;  // (0, 1]; distance over second distance (not squared); 1: off
 
   Status Check() const;
 };

@@ -12,6 +12,7 @@
 #include <string>
 
 #include "index/vocabulary_trainer.h"
+#include "storage/base/cpu_isa.h"
 #include "tests/index/synthetic_descriptors.h"
 
 namespace veduta {
@@ -107,11 +108,11 @@ TEST(VocabularyTree, DescendsAsDefinedOnEveryInstructionSet) {
     const VocabularyTree tree = VocabularyTree::FromParts(parts).value();
     const std::vector<uint8_t> descriptors = RandomDescriptors(101, MixSeed(branch, 5));
     const std::vector<WordId> expected = PlainWords(parts, descriptors);
-    for (const CenterIsa isa : {CenterIsa::kPortable, CenterIsa::kAvx2, CenterIsa::kAvx512Vnni}) {
+    for (const CpuIsa isa : kCpuIsas) {
       const CenterKernels* kernels = FindCenterKernels(isa);
       if (kernels == nullptr) continue;
       EXPECT_EQ(tree.QuantizeAll(descriptors, *kernels), expected)
-          << kernels->name << ", branch " << branch;
+          << CpuIsaName(isa) << ", branch " << branch;
     }
     for (size_t i = 0; i < expected.size(); i += 7) {
       const std::span<const uint8_t, kCenterSize> one(&descriptors[i * kCenterSize],

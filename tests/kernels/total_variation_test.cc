@@ -14,8 +14,9 @@
 #include <map>
 
 #include "kernels/device.h"
-#include "kernels/total_variation_lanes.h"
+#include "kernels/total_variation_kernels.h"
 #include "storage/base/content_hash.h"
+#include "storage/base/cpu_isa.h"
 
 namespace veduta {
 namespace {
@@ -195,27 +196,34 @@ TEST(HistogramProx, MinimisesItsTerm) {
   }
 }
 
+// In C++, with the kernels that a processor with `isa` at best runs.
+Result<std::unique_ptr<TotalVariation>> StartOnIsa(CpuIsa isa, const TvProblem& problem,
+                                                   std::span<const float> u,
+                                                   std::span<const float> p, ThreadPool& pool) {
+  const CpuIsaLimit limit(isa);
+  return TotalVariation::Start(problem, u, p, nullptr, pool);
+}
+
 TEST(TotalVariation, StepsAreTheirEquations) {
   const TvProblem problem = RandomProblem(1);
   const std::vector<float> start = RandomStart(2);
   PlainMinimisation plain(problem, start);
   for (int i = 0; i < 9; ++i) plain.Iterate();
   ThreadPool pool(0);
-  EXPECT_EQ(RunOn(StartTotalVariationOn(TvIsa::kBaseline, problem, start, {}, pool), 3).u,
-            plain.u());
+  EXPECT_EQ(RunOn(StartOnIsa(CpuIsa::kPortable, problem, start, {}, pool), 3).u, plain.u());
 }
 
-TEST(TotalVariation, EveryPathGivesTheSameBits) {
+TEST(TotalVariation, EveryIsaGivesTheSameBits) {
   const TvProblem problem = RandomProblem(3);
   const std::vector<float> start = RandomStart(4);
   ThreadPool none(0), some(3);
-  const Trace baseline =
-      RunOn(StartTotalVariationOn(TvIsa::kBaseline, problem, start, RandomDual(), none), 20);
-  EXPECT_EQ(RunOn(StartTotalVariationOn(TvIsa::kBaseline, problem, start, RandomDual(), some), 20),
-            baseline);
-  for (const TvIsa isa : {TvIsa::kAvx2, TvIsa::kAvx512}) {
-    if (isa > BestTvIsa()) continue;
-    EXPECT_EQ(RunOn(StartTotalVariationOn(isa, problem, start, RandomDual(), none), 20), baseline);
+  const Trace portable =
+      RunOn(StartOnIsa(CpuIsa::kPortable, problem, start, RandomDual(), none), 20);
+  for (const CpuIsa isa : kCpuIsas) {
+    EXPECT_EQ(RunOn(StartOnIsa(isa, problem, start, RandomDual(), none), 20), portable)
+        << CpuIsaName(isa);
+    EXPECT_EQ(RunOn(StartOnIsa(isa, problem, start, RandomDual(), some), 20), portable)
+        << CpuIsaName(isa);
   }
 }
 
@@ -226,7 +234,7 @@ TEST(TotalVariation, TheDeviceGivesTheSameBits) {
   const std::vector<float> start = RandomStart(6);
   ThreadPool pool(0);
   const Trace reference =
-      RunOn(StartTotalVariationOn(TvIsa::kBaseline, problem, start, RandomDual(), pool), 20);
+      RunOn(StartOnIsa(CpuIsa::kPortable, problem, start, RandomDual(), pool), 20);
   const Trace run = RunOn(StartTotalVariationOn(*device, problem, start, RandomDual()), 20);
   EXPECT_EQ(run.u, reference.u);
   EXPECT_EQ(run.p, reference.p);

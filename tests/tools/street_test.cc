@@ -10,6 +10,7 @@
 #include <cstring>
 #include <vector>
 
+#include "storage/base/cpu_isa.h"
 #include "street_view.h"
 #include "tools/street/truth_file.h"
 
@@ -17,8 +18,7 @@ namespace veduta::street {
 namespace {
 
 TEST(Street, EveryInstructionSetGivesTheSameBits) {
-  const Shader* shaders[3];
-  const int count = RunnableShaders(shaders);
+  const ShaderKernels& portable = *FindShaderKernels(CpuIsa::kPortable);
   SeededRandom random(5);
   QuadMesh mesh;
   for (int i = 0; i < 200; ++i) {
@@ -42,16 +42,20 @@ TEST(Street, EveryInstructionSetGivesTheSameBits) {
     for (float& o : in.origin) o = static_cast<float>(random.Unit() * 10);
     in.pixel_angle = 0.002f;
     ShadeOutput first;
-    shaders[0]->shade(in, first);
+    portable.shade(in, first);
     float linear[3 * 37];
-    uint8_t toned[3][3 * 37];
+    uint8_t first_toned[3 * 37];
     for (float& x : linear) x = static_cast<float>(random.Unit());
-    for (int k = 0; k < count; ++k) {
+    portable.tone({linear, first_toned, 37, 5, {1.1f, 1, 0.9f}, 3, 77});
+    for (const CpuIsa isa : kCpuIsas) {
+      const ShaderKernels* kernels = FindShaderKernels(isa);
+      if (kernels == nullptr) continue;
       ShadeOutput out;
-      shaders[k]->shade(in, out);
-      ASSERT_EQ(std::memcmp(&first, &out, sizeof out), 0) << shaders[k]->name << " round " << round;
-      shaders[k]->tone({linear, toned[k], 37, 5, {1.1f, 1, 0.9f}, 3, 77});
-      ASSERT_EQ(std::memcmp(toned[0], toned[k], sizeof toned[0]), 0) << shaders[k]->name;
+      uint8_t toned[3 * 37];
+      kernels->shade(in, out);
+      ASSERT_EQ(std::memcmp(&first, &out, sizeof out), 0) << CpuIsaName(isa) << ", round " << round;
+      kernels->tone({linear, toned, 37, 5, {1.1f, 1, 0.9f}, 3, 77});
+      ASSERT_EQ(std::memcmp(first_toned, toned, sizeof toned), 0) << CpuIsaName(isa);
     }
   }
 }
@@ -61,7 +65,7 @@ TEST(Street, NoiseHasTheSigmaAskedFor) {
       30000 * 3, 0.25f);  // grey 127.5: where coarse noise would round away from the mean
   std::vector<uint8_t> out(linear.size());
   for (const float sigma : {2.0f, 4.0f, 9.0f}) {
-    BestShader().tone({linear.data(), out.data(), 30000, 0, {1, 1, 1}, sigma, 9});
+    BestShaderKernels().tone({linear.data(), out.data(), 30000, 0, {1, 1, 1}, sigma, 9});
     double sum = 0, squares = 0;
     for (const uint8_t x : out) sum += x, squares += double{1} * x * x;
     const double mean = sum / out.size();

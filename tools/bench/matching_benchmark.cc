@@ -10,8 +10,10 @@
 #include <string>
 
 #include "engine/matching/guided_matcher.h"
+#include "engine/matching/matcher_kernels.h"
 #include "engine/matching/mutual_matcher.h"
 #include "storage/base/content_hash.h"
+#include "storage/base/cpu_isa.h"
 #include "tools/bench/multiply_peak.h"
 
 namespace veduta {
@@ -36,24 +38,23 @@ Features RandomFeatures(uint32_t count, bool one_sign, uint64_t seed) {
 }
 
 // Products a second, in thousands of millions; the best of many short runs.
-double MeasurePeak(MatcherIsa isa) {
-  if (isa == MatcherIsa::kPortable) return 0;
+double MeasurePeak(CpuIsa isa) {
+  if (isa == CpuIsa::kPortable) return 0;
   double best = 0;
   for (int run = 0; run < 30; ++run) {
     const auto start = std::chrono::steady_clock::now();
     const uint64_t products =
-        isa == MatcherIsa::kAvx2 ? MultiplyAvx2(200'000) : MultiplyAvx512Vnni(200'000);
+        isa == CpuIsa::kAvx2 ? MultiplyAvx2(200'000) : MultiplyAvx512Vnni(200'000);
     const std::chrono::duration<double> elapsed = std::chrono::steady_clock::now() - start;
     best = std::max(best, static_cast<double>(products) * 1e-9 / elapsed.count());
   }
   return best;
 }
 
-void MatchMutualPairs(benchmark::State& state, MatcherIsa isa, bool one_sign) {
+void MatchMutualPairs(benchmark::State& state, CpuIsa isa, bool one_sign) {
   const auto a = PackedDescriptors::Pack(RandomFeatures(kMutualCount, one_sign, 1), kMutualCount);
   const auto b = PackedDescriptors::Pack(RandomFeatures(kMutualCount, one_sign, 2), kMutualCount);
-  MatchOptions options;
-  options.isa = isa;
+  const CpuIsaLimit limit(isa);
   double products = 0;
   for (int contrast = 0; contrast < kContrastClassCount; ++contrast) {
     products += 128.0 * a->span(contrast).count * b->span(contrast).count;
@@ -62,7 +63,7 @@ void MatchMutualPairs(benchmark::State& state, MatcherIsa isa, bool one_sign) {
   double fastest_s = 1e9;
   for (auto _ : state) {
     const auto start = std::chrono::steady_clock::now();
-    benchmark::DoNotOptimize(MatchMutual(*a, *b, options));
+    benchmark::DoNotOptimize(MatchMutual(*a, *b));
     const std::chrono::duration<double> elapsed = std::chrono::steady_clock::now() - start;
     fastest_s = std::min(fastest_s, elapsed.count());
   }
@@ -100,14 +101,13 @@ Eigen::Matrix3d MovedCamera(const Eigen::Vector3d& translation) {
   return k.inverse().transpose() * skew * turned * k.inverse();
 }
 
-void MatchGuidedPairs(benchmark::State& state, MatcherIsa isa, const Eigen::Vector3d& translation) {
+void MatchGuidedPairs(benchmark::State& state, CpuIsa isa, const Eigen::Vector3d& translation) {
   const Features a = RandomFeatures(kGuidedCount, false, 1);
   const Features b = RandomFeatures(kGuidedCount, false, 2);
   const FeatureGrid grid(b);
   const Eigen::Matrix3d b_from_a = MovedCamera(translation);
-  GuidedMatchOptions options;
-  options.isa = isa;
-  for (auto _ : state) benchmark::DoNotOptimize(MatchGuided(a, b, grid, b_from_a, options));
+  const CpuIsaLimit limit(isa);
+  for (auto _ : state) benchmark::DoNotOptimize(MatchGuided(a, b, grid, b_from_a, {}));
 }
 
 void FindNearPoints(benchmark::State& state) {
@@ -129,9 +129,9 @@ void FindNearPoints(benchmark::State& state) {
 }
 
 void RegisterAll() {
-  for (const MatcherIsa isa : {MatcherIsa::kPortable, MatcherIsa::kAvx2, MatcherIsa::kAvx512Vnni}) {
-    if (isa > BestMatcherIsa()) continue;
-    const std::string name = MatcherIsaName(isa);
+  for (const CpuIsa isa : kCpuIsas) {
+    if (FindMatcherKernels(isa) == nullptr) continue;
+    const std::string name = CpuIsaName(isa);
     benchmark::RegisterBenchmark(("mutual_1500x1500_one_sign/" + name).c_str(), MatchMutualPairs,
                                  isa, true)
         ->Unit(benchmark::kMillisecond);

@@ -50,7 +50,7 @@ class Exposure final {
 
   const Scene& scene_;
   const RayTable& rays_;
-  const Shader& shader_ = BestShader();
+  const ShaderKernels& shader_ = BestShaderKernels();
   const uint32_t width_, height_;
   std::vector<float> linear_;            // [height x width x 3]
   std::vector<const Surface*> surface_;  // [height x width]
@@ -236,7 +236,7 @@ Result<StreetPhoto> RenderPhoto(const Scene& scene, const StreetCamera& camera,
   tone.gain[2] = gain * draw(options.exposure_stops / 4);
   tone.noise_sigma = static_cast<float>(options.noise_sigma);
   tone.seed = static_cast<uint32_t>(random.Next());
-  BestShader().tone(tone);
+  BestShaderKernels().tone(tone);
   return photo;
 }
 

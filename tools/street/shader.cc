@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "tools/street/shader.h"
 
+#include "storage/base/cpu_isa.h"
+
 namespace veduta::street {
 
 // clang-format off
@@ -21,25 +23,22 @@ const MaterialLook kMaterialLooks[static_cast<int>(Material::kCount)] = {
 };
 // clang-format on
 
-int RunnableShaders(const Shader* out[3]) {
-  int count = 0;
-  out[count++] = &shader_baseline::kShader;
-#if defined(__x86_64__)
-  if (__builtin_cpu_supports("avx2")) out[count++] = &shader_avx2::kShader;
-  if (__builtin_cpu_supports("avx512f") && __builtin_cpu_supports("avx512dq") &&
-      __builtin_cpu_supports("avx512bw") && __builtin_cpu_supports("avx512vl")) {
-    out[count++] = &shader_avx512::kShader;
-  }
-#endif
-  return count;
+namespace {
+
+CpuVariants<ShaderKernels> Variants() {
+  return {.portable = kShaderKernelsPortable,
+          .avx2 = kShaderKernelsAvx2,
+          .avx512 = kShaderKernelsAvx512};
 }
 
-const Shader& BestShader() {
-  static const Shader& best = [&]() -> const Shader& {
-    const Shader* all[3];
-    return *all[RunnableShaders(all) - 1];
-  }();
-  return best;
+}  // namespace
+
+const ShaderKernels* FindShaderKernels(CpuIsa isa) {
+  return Variants().Find(isa);
+}
+
+const ShaderKernels& BestShaderKernels() {
+  return Variants().Best();
 }
 
 }  // namespace veduta::street

@@ -2,12 +2,16 @@
 #pragma once
 // Shades sixteen rays at a time: where a ray meets its plane, and the colour of the texture there.
 //
-// One source (shader_lanes.inc) is compiled for SSE2, AVX2 and AVX-512. All use the same IEEE
-// operations in the same order without contraction, so all give the same bits.
+// One source (shader_kernels.inc) is compiled for each isa (storage/base/cpu_isa.h). All use the
+// same IEEE operations in the same order without contraction, so all give the same bits.
 
 #include <cstdint>
 
 #include "tools/street/surface.h"
+
+namespace veduta {
+enum class CpuIsa : uint8_t;  // storage/base/cpu_isa.h
+}
 
 namespace veduta::street {
 
@@ -38,29 +42,22 @@ struct ToneInput {
   uint32_t seed;
 };
 
-struct Shader {
-  const char* name;
+struct ShaderKernels {
   void (*shade)(const ShadeInput&, ShadeOutput&);
   void (*tone)(const ToneInput&);
 };
 
-// The fastest shader that this processor runs.
-const Shader& BestShader();
-// All that this processor runs, the baseline first; for tests. Returns how many were written (at
-// most 3).
-int RunnableShaders(const Shader* out[3]);
+// The kernels written for exactly this isa; null where there are none, or the processor lacks it.
+const ShaderKernels* FindShaderKernels(CpuIsa isa);
+// The fastest that this processor can run. Thread-safe.
+const ShaderKernels& BestShaderKernels();
 
 // Indexed by Material.
 extern const MaterialLook kMaterialLooks[static_cast<int>(Material::kCount)];
 
-namespace shader_baseline {
-extern const Shader kShader;
-}
-namespace shader_avx2 {
-extern const Shader kShader;
-}
-namespace shader_avx512 {
-extern const Shader kShader;
-}
+// Each is defined in its own file; the vector ones are null off x86-64.
+extern const ShaderKernels* const kShaderKernelsPortable;
+extern const ShaderKernels* const kShaderKernelsAvx2;
+extern const ShaderKernels* const kShaderKernelsAvx512;
 
 }  // namespace veduta::street

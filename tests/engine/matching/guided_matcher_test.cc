@@ -14,6 +14,7 @@
 #include <vector>
 
 #include "storage/base/content_hash.h"
+#include "storage/base/cpu_isa.h"
 
 namespace veduta {
 namespace {
@@ -191,9 +192,9 @@ TEST(GuidedMatcher, EveryIsaGivesTheSame) {
   GuidedMatchOptions options;
   const std::vector<DescriptorMatch> expected = Match(scene, options);
   EXPECT_GT(expected.size(), 300u);
-  for (const MatcherIsa isa : {MatcherIsa::kPortable, MatcherIsa::kAvx2, MatcherIsa::kAvx512Vnni}) {
-    options.isa = isa;
-    EXPECT_EQ(Match(scene, options), expected) << MatcherIsaName(isa);
+  for (const CpuIsa isa : kCpuIsas) {
+    const CpuIsaLimit limit(isa);
+    EXPECT_EQ(Match(scene, options), expected) << CpuIsaName(isa);
   }
 }
 

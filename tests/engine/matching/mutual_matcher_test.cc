@@ -11,15 +11,17 @@
 #include <algorithm>
 #include <vector>
 
+#include "engine/matching/matcher_kernels.h"
 #include "storage/base/content_hash.h"
+#include "storage/base/cpu_isa.h"
 
 namespace veduta {
 namespace {
 
-std::vector<MatcherIsa> Isas() {
-  std::vector<MatcherIsa> isas;
-  for (const MatcherIsa isa : {MatcherIsa::kPortable, MatcherIsa::kAvx2, MatcherIsa::kAvx512Vnni}) {
-    if (isa <= BestMatcherIsa()) isas.push_back(isa);
+std::vector<CpuIsa> Isas() {
+  std::vector<CpuIsa> isas;
+  for (const CpuIsa isa : kCpuIsas) {
+    if (FindMatcherKernels(isa) != nullptr) isas.push_back(isa);
   }
   return isas;
 }
@@ -97,11 +99,11 @@ void ExpectExact(const Features& a, const Features& b, uint32_t count) {
   const auto packed_a = PackedDescriptors::Pack(a, count);
   const auto packed_b = PackedDescriptors::Pack(b, count);
   ASSERT_TRUE(packed_a.ok() && packed_b.ok());
-  for (const MatcherIsa isa : Isas()) {
+  for (const CpuIsa isa : Isas()) {
+    const CpuIsaLimit limit(isa);
     MatchOptions options;
-    options.isa = isa;
     const std::vector<DescriptorMatch> matches = MatchMutual(*packed_a, *packed_b, options);
-    EXPECT_EQ(matches, expected) << MatcherIsaName(isa) << ": " << a.size() << " x " << b.size();
+    EXPECT_EQ(matches, expected) << CpuIsaName(isa) << ": " << a.size() << " x " << b.size();
   }
 }
 
@@ -150,12 +152,12 @@ TEST(MutualMatcher, ExtremeDistancesDoNotOverflow) {
   const auto packed_a = PackedDescriptors::Pack(a, 1500);
   const auto packed_b = PackedDescriptors::Pack(b, 1500);
   ASSERT_TRUE(packed_a.ok() && packed_b.ok());
-  for (const MatcherIsa isa : Isas()) {
+  for (const CpuIsa isa : Isas()) {
+    const CpuIsaLimit limit(isa);
     MatchOptions options;
-    options.isa = isa;
     const std::vector<DescriptorMatch> expected = {{0, 0, 128 * 255 * 255, 128 * 255 * 255}};
-    EXPECT_EQ(MatchMutual(*packed_a, *packed_b, options), expected) << MatcherIsaName(isa);
-    EXPECT_EQ(MatchMutual(*packed_b, *packed_a, options), expected) << MatcherIsaName(isa);
+    EXPECT_EQ(MatchMutual(*packed_a, *packed_b, options), expected) << CpuIsaName(isa);
+    EXPECT_EQ(MatchMutual(*packed_b, *packed_a, options), expected) << CpuIsaName(isa);
   }
   ExpectExact(a, a, 1500);
   ExpectExact(b, b, 1500);
@@ -174,12 +176,12 @@ TEST(MutualMatcher, TiesGoToTheLowestIndexAcrossBlocks) {
   const auto packed_a = PackedDescriptors::Pack(a, 600);
   const auto packed_b = PackedDescriptors::Pack(b, 5000);
   ASSERT_TRUE(packed_a.ok() && packed_b.ok());
-  for (const MatcherIsa isa : Isas()) {
+  for (const CpuIsa isa : Isas()) {
+    const CpuIsaLimit limit(isa);
     MatchOptions options;
-    options.isa = isa;
     options.distance_squared_max = 0;
     const std::vector<DescriptorMatch> expected = {{7, 33, 0, 0}};
-    EXPECT_EQ(MatchMutual(*packed_a, *packed_b, options), expected) << MatcherIsaName(isa);
+    EXPECT_EQ(MatchMutual(*packed_a, *packed_b, options), expected) << CpuIsaName(isa);
   }
 }
 
@@ -194,9 +196,9 @@ TEST(MutualMatcher, ContrastSignsStayApart) {
   const auto packed_a = PackedDescriptors::Pack(a, 3);
   const auto packed_b = PackedDescriptors::Pack(b, 3);
   ASSERT_TRUE(packed_a.ok() && packed_b.ok());
-  for (const MatcherIsa isa : Isas()) {
+  for (const CpuIsa isa : Isas()) {
+    const CpuIsaLimit limit(isa);
     MatchOptions options;
-    options.isa = isa;
     const std::vector<DescriptorMatch> matches = MatchMutual(*packed_a, *packed_b, options);
     ASSERT_EQ(matches.size(), 2u);
     EXPECT_EQ(matches[0],
@@ -254,12 +256,12 @@ TEST(DescriptorDistances, EqualLoopsOnEveryIsa) {
     std::vector<uint32_t> indices;
     SeededRandom random(82);
     for (int i = 0; i < 300; ++i) indices.push_back(random.Below(500));
-    for (const MatcherIsa isa : Isas()) {
+    for (const CpuIsa isa : Isas()) {
       std::vector<uint32_t> distances(indices.size());
-      MatcherKernelsFor(isa).distances(features.descriptor(3), features.descriptors.data(),
-                                       indices.data(), indices.size(), distances.data());
+      FindMatcherKernels(isa)->distances(features.descriptor(3), features.descriptors.data(),
+                                         indices.data(), indices.size(), distances.data());
       for (size_t i = 0; i < indices.size(); ++i) {
-        ASSERT_EQ(distances[i], Distance(features, 3, features, indices[i])) << MatcherIsaName(isa);
+        ASSERT_EQ(distances[i], Distance(features, 3, features, indices[i])) << CpuIsaName(isa);
       }
     }
   }

@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
-// Within kernels/: the C++ path's three steps on one block, once per instruction set. Plain data,
-// no templates: the files behind this are compiled for wider vectors than the rest of the program.
+// Within kernels/: the three steps of total variation in C++ on one block, as kernels of one isa
+// each (storage/base/cpu_isa.h). Plain data, no templates: the files that define them are compiled
+// for wider vectors than the rest of the program.
 
 #include <cstdint>
 
@@ -26,13 +27,15 @@ struct TvBlockEnergy {
 };
 inline constexpr float kTvEnergyOne = 1048576.f;
 
-struct TvSteps {
+struct TvKernels {
   void (*dual)(const TvArrays& arrays, uint32_t block);
   void (*primal)(const TvArrays& arrays, uint32_t block);
   TvBlockEnergy (*energy)(const TvArrays& arrays, uint32_t block);
 };
-TvSteps TvStepsBaseline();
-TvSteps TvStepsAvx2();
-TvSteps TvStepsAvx512();
+
+// Each is defined in its own file; the vector ones are null off x86-64.
+extern const TvKernels* const kTvKernelsPortable;
+extern const TvKernels* const kTvKernelsAvx2;
+extern const TvKernels* const kTvKernelsAvx512;
 
 }  // namespace veduta

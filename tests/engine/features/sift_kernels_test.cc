@@ -1,23 +1,24 @@
 // SPDX-License-Identifier: Apache-2.0
 // Goal: every instruction set gives the same bytes, and so does every repetition.
 // Method: whole extractions of texture, noise and extreme images, in sizes that straddle the
-//   vectors' widths, compared with the portable path's; blurs compared with sums written out.
+//   vectors' widths, compared with the portable kernels'; blurs compared with sums written out.
 
 #include <gtest/gtest.h>
 
 #include "engine/features/extraction.h"
 #include "engine/features/gaussian_taps.h"
+#include "storage/base/cpu_isa.h"
 #include "tests/engine/features/blob_scene.h"
 
 namespace veduta {
 namespace {
 
-std::vector<const SiftKernels*> Paths() {
-  std::vector<const SiftKernels*> paths;
-  for (SimdPath path : {SimdPath::kPortable, SimdPath::kAvx2, SimdPath::kAvx512}) {
-    if (const SiftKernels* kernels = KernelsOf(path)) paths.push_back(kernels);
+std::vector<const SiftKernels*> AllKernels() {
+  std::vector<const SiftKernels*> all;
+  for (const CpuIsa isa : kCpuIsas) {
+    if (const SiftKernels* kernels = FindSiftKernels(isa)) all.push_back(kernels);
   }
-  return paths;
+  return all;
 }
 
 void ExpectSame(const Features& a, const Features& b) {
@@ -26,48 +27,48 @@ void ExpectSame(const Features& a, const Features& b) {
   EXPECT_TRUE(a.descriptors == b.descriptors);
 }
 
-void ExpectPathsAgree(const GrayImage& image, const FeatureOptions& options, size_t count_min) {
-  const auto expected =
-      ExtractFeaturesWith(*KernelsOf(SimdPath::kPortable), image.View(), options, nullptr, nullptr);
+void ExpectKernelsAgree(const GrayImage& image, const FeatureOptions& options, size_t count_min) {
+  const auto expected = ExtractFeaturesWith(*FindSiftKernels(CpuIsa::kPortable), image.View(),
+                                            options, nullptr, nullptr);
   ASSERT_TRUE(expected.ok()) << expected.status().message();
   EXPECT_GE(expected->size(), count_min);
-  for (const SiftKernels* kernels : Paths()) {
+  for (const SiftKernels* kernels : AllKernels()) {
     const auto features = ExtractFeaturesWith(*kernels, image.View(), options, nullptr, nullptr);
     ASSERT_TRUE(features.ok());
     ExpectSame(*features, *expected);
   }
 }
 
-TEST(SimdPaths, AgreeOnTexture) {
-  ExpectPathsAgree(Draw(333, 257, 128, MakeTexture(1, 700, 333, 257)), {}, 200);
+TEST(SiftKernels, AgreeOnTexture) {
+  ExpectKernelsAgree(Draw(333, 257, 128, MakeTexture(1, 700, 333, 257)), {}, 200);
   FeatureOptions plain;
   plain.upsample = false;
-  ExpectPathsAgree(Draw(333, 257, 128, MakeTexture(1, 700, 333, 257)), plain, 50);
+  ExpectKernelsAgree(Draw(333, 257, 128, MakeTexture(1, 700, 333, 257)), plain, 50);
 }
 
-TEST(SimdPaths, AgreeOnAllWidths) {
+TEST(SiftKernels, AgreeOnAllWidths) {
   for (int width = 16; width < 90; width += 3) {
-    ExpectPathsAgree(Draw(width, 101 - width / 2, 128, MakeTexture(width, 60, width, 90)), {}, 1);
+    ExpectKernelsAgree(Draw(width, 101 - width / 2, 128, MakeTexture(width, 60, width, 90)), {}, 1);
   }
 }
 
-TEST(SimdPaths, AgreeOnNoiseAndExtremes) {
+TEST(SiftKernels, AgreeOnNoiseAndExtremes) {
   FeatureOptions options;
   options.contrast_threshold = 0.01;
-  ExpectPathsAgree(MakeNoise(3, 160, 120), options, 40);
+  ExpectKernelsAgree(MakeNoise(3, 160, 120), options, 40);
   GrayImage board = MakeNoise(4, 200, 150);
   for (size_t i = 0; i < board.pixels.size(); ++i) {
     board.pixels[i] =
         (i % 200 / 8 + i / 200 / 8) % 2 == 0 ? 0 : 255;  // the largest steps there are
   }
-  ExpectPathsAgree(board, options, 20);
+  ExpectKernelsAgree(board, options, 20);
   options.sigma = 4.0;  // the widest blurs
-  ExpectPathsAgree(MakeNoise(5, 130, 140), options, 1);
+  ExpectKernelsAgree(MakeNoise(5, 130, 140), options, 1);
 }
 
-TEST(SimdPaths, BlursAreTheSumsTheySay) {
+TEST(SiftKernels, BlursAreTheSumsTheySay) {
   SeededRandom random(9);
-  for (const SiftKernels* kernels : Paths()) {
+  for (const SiftKernels* kernels : AllKernels()) {
     for (double sigma : {0.5, 1.2, 1.9, 3.1, 7.7}) {
       const GaussianTaps taps = MakeGaussianTaps(sigma);
       const int r = taps.radius, width = 2 * kRowGranule;
@@ -103,7 +104,7 @@ TEST(SimdPaths, BlursAreTheSumsTheySay) {
   }
 }
 
-TEST(SimdPaths, ScratchAndRepetitionChangeNothing) {
+TEST(SiftKernels, ScratchAndRepetitionChangeNothing) {
   FeatureScratch scratch;
   const GrayImage large = Draw(333, 257, 128, MakeTexture(1, 700, 333, 257));
   const GrayImage small = Draw(120, 90, 128, MakeTexture(2, 100, 120, 90));
@@ -119,7 +120,7 @@ TEST(SimdPaths, ScratchAndRepetitionChangeNothing) {
   }
 }
 
-TEST(SimdPaths, StrideDoesNotMatter) {
+TEST(SiftKernels, StrideDoesNotMatter) {
   const GrayImage image = Draw(120, 90, 128, MakeTexture(2, 100, 120, 90));
   GrayImage wide{147, 90, std::vector<uint8_t>(147 * 90, 77)};
   for (int y = 0; y < 90; ++y) std::copy_n(&image.pixels[y * 120], 120, &wide.pixels[y * 147]);

@@ -43,16 +43,15 @@ void NearestEach(const uint8_t* descriptors, size_t n, const uint8_t* centers,
   }
 }
 
-constexpr CenterKernels kKernels{CenterIsa::kAvx512Vnni, "avx512vnni", Nearest, NearestEach,
-                                 Accumulate};
+constexpr CenterKernels kKernels = {Nearest, NearestEach, Accumulate};
 
 }  // namespace
 
-const CenterKernels* const kCenterKernelsVnni = &kKernels;
+const CenterKernels* const kCenterKernelsAvx512Vnni = &kKernels;
 
 }  // namespace veduta
 #else
 namespace veduta {
-const CenterKernels* const kCenterKernelsVnni = nullptr;
+const CenterKernels* const kCenterKernelsAvx512Vnni = nullptr;
 }
 #endif

@@ -1,0 +1,16 @@
+// SPDX-License-Identifier: Apache-2.0
+// The shading code with the vectors that CMakeLists.txt asks for in this file.
+#include "tools/street/shader.h"
+
+#if defined(__AVX512BW__)
+#define VEDUTA_SHADER_NAMESPACE shader_avx512
+#include "tools/street/shader_kernels.inc"
+
+namespace veduta::street {
+const ShaderKernels* const kShaderKernelsAvx512 = &shader_avx512::kKernels;
+}  // namespace veduta::street
+#else
+namespace veduta::street {
+const ShaderKernels* const kShaderKernelsAvx512 = nullptr;
+}  // namespace veduta::street
+#endif
