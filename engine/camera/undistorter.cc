@@ -16,13 +16,14 @@ namespace veduta {
 namespace {
 
 constexpr uint32_t kTableSideMax = 32766;  // cv::remap wants less than SHRT_MAX
-constexpr size_t kSlotOverheadBytes =
-    512;  // list, map and headers, so that tiny tables are bounded in number too
+// What a table costs besides its pixels (list, map and headers), so that tiny tables are bounded in
+// number too. Chosen by hand; not measured.
+constexpr size_t kOverheadBytes = 512;
 constexpr int kStepsPerPixel = cv::INTER_TAB_SIZE;  // 32
 static_assert(kStepsPerPixel == 32 && cv::INTER_BITS == 5);
 
-// Rounds a position to 1/32 px. Positions outside are pulled to where all four neighbours still are
-// outside, which keeps them within 16 bits.
+// Rounds a position to 1/32 px. Positions outside of the photo are pulled to where all four
+// neighbours still are outside, which keeps them within 16 bits.
 int Steps(double position_px, double side_px) {
   return static_cast<int>(
       std::lrint(std::clamp(position_px, -2.0, side_px + 1.0) * kStepsPerPixel));
@@ -107,67 +108,43 @@ Result<cv::Mat> UndistortCache::Undistort(const CameraModel& model, const cv::Ma
 }
 
 Result<std::shared_ptr<const UndistortTable>> UndistortCache::Table(const CameraModel& model) {
-  VEDUTA_RETURN_IF_ERROR(
-      CheckCamera(model));  // also keeps numbers that do not equal themselves out of the map
-  std::shared_ptr<Slot> slot;
+  // Also keeps numbers that do not equal themselves out of the maps.
+  VEDUTA_RETURN_IF_ERROR(CheckCamera(model));
+  std::shared_ptr<Build> build;
   {
     std::unique_lock lock(mutex_);
-    if (const auto found = slot_of_.find(model); found != slot_of_.end()) {
-      ++stats_.hit_count;
-      slots_.splice(slots_.begin(), slots_, found->second);
-      slot = *found->second;
-      built_.wait(lock, [&] { return slot->is_built; });
-      if (!slot->failure.ok()) return slot->failure;
-      return slot->table;
+    if (TablePtr kept = tables_.Find(model)) {
+      ++hit_count_;
+      return kept;
     }
-    ++stats_.build_count;
-    slot = std::make_shared<Slot>();
-    slot->model = model;
-    slots_.push_front(slot);
-    slot_of_.emplace(model, slots_.begin());
+    if (const auto found = builds_.find(model); found != builds_.end()) {
+      ++hit_count_;
+      build = found->second;
+      built_.wait(lock, [&] { return build->result.has_value(); });
+      return *build->result;
+    }
+    ++build_count_;
+    build = std::make_shared<Build>();
+    builds_.emplace(model, build);
   }
-  auto built =
-      UndistortTable::Build(model);  // catches its exceptions: a slot never stays unfinished
+  // Build catches its exceptions, so that nobody waits for ever.
+  Result<TablePtr> table = UndistortTable::Build(model);
   {
     const std::lock_guard lock(mutex_);
-    FinishLocked(slot, built);
+    if (table.ok()) {
+      const size_t cost = table.value()->size_bytes() + kOverheadBytes;
+      if (cost <= size_bytes_max_) tables_.Put(model, table.value(), cost);
+    }
+    build->result = table;
+    builds_.erase(model);
   }
   built_.notify_all();
-  return built;
-}
-
-void UndistortCache::FinishLocked(const std::shared_ptr<Slot>& slot,
-                                  Result<std::shared_ptr<const UndistortTable>> built) {
-  slot->is_built = true;
-  if (!built.ok()) {
-    slot->failure = built.status();
-    const auto found = slot_of_.find(slot->model);
-    slots_.erase(found->second);
-    slot_of_.erase(found);
-    return;
-  }
-  slot->table = std::move(built).value();
-  stats_.size_bytes += slot->table->size_bytes() + kSlotOverheadBytes;
-  EvictLocked();
-}
-
-void UndistortCache::EvictLocked() {
-  for (auto last = slots_.end(); stats_.size_bytes > size_bytes_max_ && last != slots_.begin();) {
-    --last;
-    if (!(*last)->is_built) continue;  // somebody waits for it, and it holds no bytes yet
-    stats_.size_bytes -= (*last)->table->size_bytes() + kSlotOverheadBytes;
-    slot_of_.erase((*last)->model);
-    last = slots_.erase(last);
-  }
+  return table;
 }
 
 UndistortCache::Stats UndistortCache::stats() const {
   const std::lock_guard lock(mutex_);
-  Stats stats = stats_;
-  stats.table_count = static_cast<size_t>(
-      std::count_if(slots_.begin(), slots_.end(),
-                    [](const std::shared_ptr<Slot>& slot) { return slot->is_built; }));
-  return stats;
+  return {hit_count_, build_count_, tables_.size(), tables_.cost()};
 }
 
 }  // namespace veduta

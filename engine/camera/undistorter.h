@@ -5,27 +5,29 @@
 //
 // The undistorted image is a pinhole image with the photo's size and fx, fy, cx, cy. Where it looks
 // past the photo's edge it is black, and along that border a pixel is blended with black;
-// IsInsidePhoto (projection.h) tells.
+// IsInsidePhoto (projection.h) tells which pixels lie inside.
 
 #include <condition_variable>
 #include <cstddef>
 #include <cstdint>
-#include <list>
 #include <memory>
 #include <mutex>
 #include <opencv2/core.hpp>
+#include <optional>
 #include <unordered_map>
 
+#include "storage/base/lru_cache.h"
 #include "storage/base/status.h"
 #include "storage/model/camera.h"
 
 namespace veduta {
 
-// The table of one camera: 6 bytes a pixel. Immutable, so one table serves any number of threads.
+// The table of one camera: 6 bytes for each pixel. Immutable, so one table serves any number of
+// threads.
 class UndistortTable final {
  public:
-  // One double-precision distortion a pixel; about 8 ns each. kInvalidArgument if CheckCamera
-  // refuses the model or a side exceeds 32766 px (positions are 16-bit numbers).
+  // Computes the distortion of each pixel in double precision, about 8 ns each. kInvalidArgument if
+  // CheckCamera refuses the model or a side exceeds 32766 px (positions are 16-bit numbers).
   static Result<std::shared_ptr<const UndistortTable>> Build(const CameraModel& model);
 
   // Bilinear, with positions rounded to 1/32 px and integer arithmetic: the same bytes on every
@@ -43,8 +45,8 @@ class UndistortTable final {
 
   CameraModel model_;
   cv::Mat whole_px_;  // CV_16SC2: x, y of the pixel up and left of the position
-  cv::Mat fraction_;  // CV_16UC1: 32 * (y in 1/32 px) + (x in 1/32 px), the index of OpenCV's table
-                      // of weights
+  // CV_16UC1: 32 * (y in 1/32 px) + (x in 1/32 px), the index into OpenCV's table of weights.
+  cv::Mat fraction_;
 };
 
 // Least recently used tables are dropped once all of them together exceed the bound. Thread-safe:
@@ -55,16 +57,17 @@ class UndistortCache final {
     uint64_t hit_count = 0;  // served from the cache, or by waiting for another thread's build
     uint64_t build_count = 0;
     size_t table_count = 0;
-    size_t size_bytes = 0;  // of finished tables held
+    size_t size_bytes = 0;  // of all tables held, with 512 bytes of bookkeeping for each
   };
 
   // A table that alone exceeds `size_bytes_max` is built each time and never kept.
-  explicit UndistortCache(size_t size_bytes_max) : size_bytes_max_(size_bytes_max) {}
+  explicit UndistortCache(size_t size_bytes_max)
+      : size_bytes_max_(size_bytes_max), tables_(size_bytes_max) {}
   UndistortCache(const UndistortCache&) = delete;
   UndistortCache& operator=(const UndistortCache&) = delete;
 
   // The undistorted image of a photo; the photo itself, not a copy, if the camera has no
-  // distortion. Errors as UndistortTable's.
+  // distortion. The errors are those of UndistortTable's Build and Apply.
   Result<cv::Mat> Undistort(const CameraModel& model, const cv::Mat& photo);
 
   // The camera's table, found or built. It outlives its place in the cache.
@@ -73,28 +76,23 @@ class UndistortCache final {
   Stats stats() const;
 
  private:
-  // What the threads that want one table share. Guarded by mutex_.
-  struct Slot {
-    CameraModel model;
-    bool is_built = false;
-    Status failure;  // not Ok if the build failed
-    std::shared_ptr<const UndistortTable> table;
+  using TablePtr = std::shared_ptr<const UndistortTable>;
+  // One table under construction, shared by the threads that wait for it.
+  struct Build {
+    std::optional<Result<TablePtr>> result;  // set once the build has ended
   };
   struct ModelHash {
     size_t operator()(const CameraModel& model) const;
   };
-  using Slots = std::list<std::shared_ptr<Slot>>;
-
-  void FinishLocked(const std::shared_ptr<Slot>& slot,
-                    Result<std::shared_ptr<const UndistortTable>> built);
-  void EvictLocked();
 
   const size_t size_bytes_max_;
+  LruCache<CameraModel, TablePtr, ModelHash> tables_;
+  // Guards what follows. It is held while a table goes from builds_ to tables_, so that no thread
+  // misses it in both.
   mutable std::mutex mutex_;
   std::condition_variable built_;
-  Slots slots_;                                                          // most recently used first
-  std::unordered_map<CameraModel, Slots::iterator, ModelHash> slot_of_;  // exactly the slots listed
-  Stats stats_;
+  std::unordered_map<CameraModel, std::shared_ptr<Build>, ModelHash> builds_;
+  uint64_t hit_count_ = 0, build_count_ = 0;
 };
 
 }  // namespace veduta

@@ -11,9 +11,11 @@
 #include <map>
 #include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
+#include <utility>
 
 #include "fusion/depth/depth_consistency.h"
 #include "fusion/depth/sweep_geometry.h"
+#include "storage/base/median.h"
 #include "tools/dense/depth_benchmark.h"
 #include "tools/street/truth_file.h"
 
@@ -95,9 +97,7 @@ double Score(const Photo& key, const Photo& sensor) {
   const double overlap =
       count == 0 ? 0 : static_cast<double>(angles.size()) / static_cast<double>(count);
   if (angles.empty() || overlap < kOverlapMin) return 0;
-  std::nth_element(angles.begin(), angles.begin() + static_cast<long>(angles.size() / 2),
-                   angles.end());
-  const double angle = angles[angles.size() / 2];
+  const double angle = MedianOf(std::move(angles));
   return overlap * angle * angle * std::exp(-2 * angle / kBestAngleDeg);
 }
 

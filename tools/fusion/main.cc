@@ -12,6 +12,7 @@
 #include <fstream>
 
 #include "kernels/device.h"
+#include "storage/base/median.h"
 #include "tools/fusion/fused_street.h"
 #include "tools/fusion/rendered_maps.h"
 #include "tools/fusion/true_surface.h"
@@ -42,10 +43,7 @@ double PeakMegabytes() {
 }
 
 double Quantile(std::vector<double> values, double share) {
-  if (values.empty()) return 0;
-  const auto at = static_cast<size_t>(share * static_cast<double>(values.size() - 1));
-  std::nth_element(values.begin(), values.begin() + static_cast<std::ptrdiff_t>(at), values.end());
-  return values[at];
+  return values.empty() ? 0 : QuantileInPlace(values, share);
 }
 
 void WritePly(const SurfacePiece& piece, const std::string& path) {
