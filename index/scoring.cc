@@ -6,6 +6,8 @@
 #include <string>
 #include <unordered_map>
 
+#include "storage/base/option_check.h"
+
 namespace veduta {
 namespace {
 
@@ -55,11 +57,7 @@ void AddWeights(std::span<const std::vector<ImageId>> postings, std::span<const 
 }  // namespace
 
 Status RankOptions::Check() const {
-  if (!(score_min >= 0 && score_min <= 1)) {
-    return Status::InvalidArgument("scoring: score_min " + std::to_string(score_min) +
-                                   " is outside [0, 1]");
-  }
-  return Status::Ok();
+  return CheckOption(score_min >= 0 && score_min <= 1, "score_min", score_min, "[0, 1]");
 }
 
 Result<std::vector<RankedImage>> Rank(std::span<const std::vector<ImageId>> postings,

@@ -24,10 +24,10 @@
 namespace veduta {
 
 struct RankOptions {
-  uint32_t count_max = 100;  // images to return; R10 takes 1 % of the database
+  uint32_t count_max = 100;  // [0, 2^32) images to return; R10 takes 1 % of the database
   double score_min = 0;      // [0, 1]; images below are left out, and those at zero always
 
-  Status Check() const;  // the violated bound, named with its value
+  Status Check() const;  // the first violated bound, named with its value
 };
 
 struct RankedImage {

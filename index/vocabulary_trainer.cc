@@ -8,14 +8,10 @@
 
 #include "index/kmeans.h"
 #include "storage/base/content_hash.h"
+#include "storage/base/option_check.h"
 
 namespace veduta {
 namespace {
-
-Status OutOfRange(const char* name, uint64_t value, const char* range) {
-  return Status::InvalidArgument(std::string("vocabulary training: ") + name + " " +
-                                 std::to_string(value) + " is outside " + range);
-}
 
 // An interior node to be split: the descriptors that came to it are a range of the trainer's order.
 struct Node {
@@ -162,19 +158,18 @@ class Trainer final {
 }  // namespace
 
 Status VocabularyTrainerOptions::Check() const {
-  if (branch < kVocabularyBranchMin || branch > kVocabularyBranchMax)
-    return OutOfRange("branch", branch, "[2, 64]");
-  if (depth_max < 1 || depth_max > kVocabularyDepthMax)
-    return OutOfRange("depth_max", depth_max, "[1, 7]");
-  if (attempts_per_node < 1 || attempts_per_node > 64) {
-    return OutOfRange("attempts_per_node", attempts_per_node, "[1, 64]");
-  }
-  if (iterations_max < 1 || iterations_max > 1000)
-    return OutOfRange("iterations_max", iterations_max, "[1, 1000]");
-  if (descriptors_per_leaf < 1)
-    return OutOfRange("descriptors_per_leaf", descriptors_per_leaf, "[1, 2^32)");
-  if (node_sample_max < 1000) return OutOfRange("node_sample_max", node_sample_max, "[1000, 2^32)");
-  return Status::Ok();
+  VEDUTA_RETURN_IF_ERROR(
+      CheckOption(branch >= kVocabularyBranchMin && branch <= kVocabularyBranchMax, "branch",
+                  branch, "[2, 64]"));
+  VEDUTA_RETURN_IF_ERROR(CheckOption(depth_max >= 1 && depth_max <= kVocabularyDepthMax,
+                                     "depth_max", depth_max, "[1, 7]"));
+  VEDUTA_RETURN_IF_ERROR(CheckOption(attempts_per_node >= 1 && attempts_per_node <= 64,
+                                     "attempts_per_node", attempts_per_node, "[1, 64]"));
+  VEDUTA_RETURN_IF_ERROR(CheckOption(iterations_max >= 1 && iterations_max <= 1000,
+                                     "iterations_max", iterations_max, "[1, 1000]"));
+  VEDUTA_RETURN_IF_ERROR(CheckOption(descriptors_per_leaf >= 1, "descriptors_per_leaf",
+                                     descriptors_per_leaf, "[1, 2^32)"));
+  return CheckOption(node_sample_max >= 1000, "node_sample_max", node_sample_max, "[1000, 2^32)");
 }
 
 VocabularyTrainerOptions OptionsForSample(size_t descriptor_count) {

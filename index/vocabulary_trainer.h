@@ -12,16 +12,20 @@
 namespace veduta {
 
 struct VocabularyTrainerOptions {
-  uint32_t branch = 10;    // [2, 64]; R8
-  uint32_t depth_max = 7;  // [1, 7]; R8
-  uint32_t attempts_per_node =
-      3;  // [1, 64] seeds of k-means, of which the lowest distortion is kept; R8: several
-  uint32_t iterations_max = 11;  // [1, 1000] rounds of k-means; more gain under 1 % of distortion
-  uint32_t descriptors_per_leaf =
-      2;  // >= 1; a node of n is split into min(branch, n / this) children, if two or more
-  uint32_t node_sample_max =
-      20'000;         // >= 1000; a node's k-means sees this many at most, all are then assigned
-  uint64_t seed = 1;  // mixed with the sample's content
+  uint32_t branch = 10;    // [2, 64] children of a node at most; R8
+  uint32_t depth_max = 7;  // [1, 7] levels; R8
+  // [1, 64] runs of k-means per node, of which the one of lowest distortion is kept. R8 says
+  // "several".
+  uint32_t attempts_per_node = 3;
+  // [1, 1000] rounds of k-means; more of them gain under 1 % of distortion.
+  uint32_t iterations_max = 11;
+  // >= 1: a node of n descriptors is split into min(branch, n / this) children, if that is two or
+  // more. See OptionsForSample.
+  uint32_t descriptors_per_leaf = 2;
+  // >= 1000: a node's k-means sees this many descriptors at most; all are then assigned. Chosen by
+  // hand; not measured.
+  uint32_t node_sample_max = 20'000;
+  uint64_t seed = 1;  // any; mixed with the sample's content
 
   Status Check() const;  // the first violated bound, named with its value
 };

@@ -7,11 +7,12 @@
 #include <utility>
 
 #include "kernels/opencl.h"
+#include "storage/base/option_check.h"
 
 namespace veduta {
 namespace {
 
-constexpr uint32_t kThreadCountMax = 4096;
+constexpr uint32_t kThreadCountMax = 4096;  // more than any processor has; chosen by hand
 
 DeviceKind KindOf(cl_device_type type) {
   if (type & CL_DEVICE_TYPE_GPU) return DeviceKind::kGpu;
@@ -154,11 +155,7 @@ Result<DeviceInfo> ChooseDevice(std::string_view wanted, const std::vector<Devic
 }
 
 Status DeviceOptions::Check() const {
-  if (thread_count > kThreadCountMax) {
-    return Status::InvalidArgument("thread_count is " + std::to_string(thread_count) +
-                                   "; it must be at most " + std::to_string(kThreadCountMax));
-  }
-  return Status::Ok();
+  return CheckOption(thread_count <= kThreadCountMax, "thread_count", thread_count, "[0, 4096]");
 }
 
 Device::Device(std::unique_ptr<Parts> parts) : parts_(std::move(parts)) {}

@@ -31,12 +31,13 @@ bool WantsNoDevice(std::string_view wanted);
 
 struct DeviceOptions {
   std::string wanted = "auto";  // as ChooseDevice takes it
-  std::string cache_folder =
-      {};  // built programs are kept here, made if missing; empty: kept in memory only
-  uint32_t thread_count =
-      0;  // [0, 4096]; threads of a CPU device; 0: all that it has. Other devices ignore it
+  // Built programs are kept in this folder, which is made if it is missing. Empty: they are kept in
+  // memory only.
+  std::string cache_folder = {};
+  // [0, 4096] threads of a CPU device; 0: all that it has. Other devices ignore it.
+  uint32_t thread_count = 0;
 
-  Status Check() const;
+  Status Check() const;  // the first violated bound, named with its value
 };
 
 // A device with its queue and its built programs. The programs' results do not depend on the

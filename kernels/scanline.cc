@@ -5,10 +5,12 @@
 
 #include "kernels/plane_sweep_device.h"
 #include "kernels/plane_sweep_reference.h"
+#include "storage/base/option_check.h"
 
 namespace veduta {
 namespace {
 
+// Sums of a cost (127 at most) and a penalty stay within a byte.
 constexpr uint8_t kPenaltySmallMax = 127, kPenaltyLargeMax = 128;
 
 PlaneChoice EmptyChoice(size_t pixels) {
@@ -44,15 +46,11 @@ Status CheckVolume(const CostVolume& volume, const GrayView& key) {
 }  // namespace
 
 Status ScanlineOptions::Check() const {
-  if (penalty_small > kPenaltySmallMax) {
-    return Status::InvalidArgument("penalty_small is " + std::to_string(penalty_small) +
-                                   "; it must be at most 127");
-  }
+  VEDUTA_RETURN_IF_ERROR(
+      CheckOption(penalty_small <= kPenaltySmallMax, "penalty_small", penalty_small, "[0, 127]"));
   for (const uint8_t penalty : penalty_large) {
-    if (penalty > kPenaltyLargeMax) {
-      return Status::InvalidArgument("penalty_large is " + std::to_string(penalty) +
-                                     "; it must be at most 128");
-    }
+    VEDUTA_RETURN_IF_ERROR(
+        CheckOption(penalty <= kPenaltyLargeMax, "penalty_large", penalty, "[0, 128]"));
   }
   return Status::Ok();
 }

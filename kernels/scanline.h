@@ -14,11 +14,13 @@ namespace veduta {
 inline constexpr uint32_t kScanDirections = 8;
 
 struct ScanlineOptions {
-  uint8_t penalty_small = 10;  // [0, 127] cost units; between planes k and k +- 1
-  // [0, 128]; between planes further apart, by the difference in gray level of the two pixels.
+  // [0, 127] units of cost, between planes k and k +- 1. Chosen by hand; not measured.
+  uint8_t penalty_small = 10;
+  // [0, 128] units of cost, between planes further apart, by the difference in gray level of the
+  // two pixels. The caller sets them (fusion/depth/depth_estimation.cc).
   std::array<uint8_t, 256> penalty_large{};
 
-  Status Check() const;
+  Status Check() const;  // the first violated bound, named with its value
 };
 
 // Of each pixel; [height x width]. Costs are summed over the eight directions.

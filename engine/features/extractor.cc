@@ -15,6 +15,7 @@
 #include "engine/features/extraction.h"
 #include "engine/features/orientation.h"
 #include "engine/features/scale_space.h"
+#include "storage/base/option_check.h"
 
 namespace veduta {
 
@@ -27,21 +28,13 @@ FeatureScratch::FeatureScratch() : memory_(std::make_unique<Memory>()) {}
 FeatureScratch::~FeatureScratch() = default;
 
 Status FeatureOptions::Check() const {
-  const auto bad = [](const char* name, double value, const char* bound) {
-    return Status::InvalidArgument(std::string(name) + " is " + std::to_string(value) +
-                                   ", must be in " + bound);
-  };
-  if (feature_count_max < 1 || feature_count_max > 65535) {
-    return bad("feature_count_max", feature_count_max, "[1, 65535]");
-  }
-  // Written so that NaN fails.
-  if (!(contrast_threshold > 0 && contrast_threshold < 1)) {
-    return bad("contrast_threshold", contrast_threshold, "(0, 1)");
-  }
-  if (!(edge_ratio_max > 1 && edge_ratio_max <= 1000))
-    return bad("edge_ratio_max", edge_ratio_max, "(1, 1000]");
-  if (!(sigma >= 1.4 && sigma <= 4)) return bad("sigma", sigma, "[1.4, 4]");
-  return Status::Ok();
+  VEDUTA_RETURN_IF_ERROR(CheckOption(feature_count_max >= 1 && feature_count_max <= 65535,
+                                     "feature_count_max", feature_count_max, "[1, 65535]"));
+  VEDUTA_RETURN_IF_ERROR(CheckOption(contrast_threshold > 0 && contrast_threshold < 1,
+                                     "contrast_threshold", contrast_threshold, "(0, 1)"));
+  VEDUTA_RETURN_IF_ERROR(CheckOption(edge_ratio_max > 1 && edge_ratio_max <= 1000, "edge_ratio_max",
+                                     edge_ratio_max, "(1, 1000]"));
+  return CheckOption(sigma >= 1.4 && sigma <= 4, "sigma", sigma, "[1.4, 4]");
 }
 
 namespace {

@@ -19,13 +19,19 @@ struct GrayView {
 };
 
 struct FeatureOptions {
-  uint32_t feature_count_max = 8192;  // [1, 65535]; the strongest by |DoG| are kept
-  double contrast_threshold = 0.04;   // (0, 1); Lowe 2004, as OpenCV's SIFT reads it
-  double edge_ratio_max = 10.0;       // (1, 1000]; Lowe 2004, section 4.1
-  double sigma = 1.6;    // [1.4, 4]; blur of the first scale, px; Lowe 2004, section 3.3
-  bool upsample = true;  // start at twice the photo's size
+  // [1, 65535]: the strongest by |DoG| are kept. Chosen by hand; not measured.
+  uint32_t feature_count_max = 8192;
+  // (0, 1) of the gray range: the default of OpenCV's SIFT. As there, |DoG| must exceed a third of
+  // it, since an octave has three scales (Lowe 2004, section 4, takes 0.03 undivided).
+  double contrast_threshold = 0.04;
+  // (1, 1000]: of the principal curvatures; Lowe 2004, section 4.1.
+  double edge_ratio_max = 10.0;
+  // [1.4, 4] px: blur of the first scale; Lowe 2004, section 3.3.
+  double sigma = 1.6;
+  // Whether to start at twice the photo's size; Lowe 2004, section 3.3.
+  bool upsample = true;
 
-  Status Check() const;
+  Status Check() const;  // the first violated bound, named with its value
 };
 
 // Memory that extractions leave for the next, about 9 bytes a pixel of the doubled photo: touching

@@ -6,6 +6,7 @@
 #include <string>
 
 #include "engine/matching/matcher_kernels.h"
+#include "storage/base/option_check.h"
 
 namespace veduta {
 namespace {
@@ -114,20 +115,11 @@ bool Passes(const DescriptorMatch& match, const GuidedMatchOptions& options) {
 }  // namespace
 
 Status GuidedMatchOptions::Check() const {
-  if (!(band_px > 0 && band_px <= 64)) {
-    return Status::InvalidArgument("band_px is " + std::to_string(band_px) + ", outside (0, 64]");
-  }
-  if (!(ratio_max > 0 && ratio_max <= 1)) {
-    return Status::InvalidArgument("ratio_max is " + std::to_string(ratio_max) +
-                                   ", outside (0, 1]");
-  }
-  if (!(apart_px >= 0))
-    return Status::InvalidArgument("apart_px is " + std::to_string(apart_px) + ", below 0");
-  if (!(scale_ratio_max >= 1)) {
-    return Status::InvalidArgument("scale_ratio_max is " + std::to_string(scale_ratio_max) +
-                                   ", below 1");
-  }
-  return Status::Ok();
+  VEDUTA_RETURN_IF_ERROR(CheckOption(band_px > 0 && band_px <= 64, "band_px", band_px, "(0, 64]"));
+  VEDUTA_RETURN_IF_ERROR(
+      CheckOption(ratio_max > 0 && ratio_max <= 1, "ratio_max", ratio_max, "(0, 1]"));
+  VEDUTA_RETURN_IF_ERROR(CheckOption(apart_px >= 0, "apart_px", apart_px, "[0, inf]"));
+  return CheckOption(scale_ratio_max >= 1, "scale_ratio_max", scale_ratio_max, "[1, inf]");
 }
 
 Result<std::vector<DescriptorMatch>> MatchGuided(const Features& a, const Features& b,

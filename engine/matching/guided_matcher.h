@@ -16,17 +16,20 @@
 namespace veduta {
 
 struct GuidedMatchOptions {
-  double band_px = 2.0;  // (0, 64]; of each feature from the other's epipolar line
-  // [0, UINT32_MAX]; (0.7 * 512)^2, as root-SIFT's norm is 512. UINT32_MAX: off
+  // (0, 64] px: the greatest distance of each feature from the other's epipolar line. By hand.
+  double band_px = 2.0;
+  // [0, 2^32) of squared byte distance: (0.7 * 512)^2, as root-SIFT's norm is 512; the share of 0.7
+  // is chosen by hand. The greatest number: off.
   uint32_t distance_squared_max = 128'450;
-  double ratio_max =
-      0.85;  // (0, 1]; distance (not squared) over that of the second best in the band; 1: off
-  double apart_px =
-      4.0;  // >= 0; the second best lies farther than this from the best, else it is the same thing
-  double scale_ratio_max =
-      std::numeric_limits<double>::infinity();  // >= 1; larger over smaller scale_px; infinity: off
+  // (0, 1]: distance (not squared) over that of the second best in the band; 1: off. By hand.
+  double ratio_max = 0.85;
+  // >= 0 px: the second best lies farther than this from the best, else both show the same thing.
+  // Chosen by hand.
+  double apart_px = 4.0;
+  // >= 1: the larger of two matched features' scale_px over the smaller; infinity: off.
+  double scale_ratio_max = std::numeric_limits<double>::infinity();
 
-  Status Check() const;
+  Status Check() const;  // the first violated bound, named with its value
 };
 
 // Buffers that calls from one thread share, so that they allocate nothing.

@@ -2,9 +2,9 @@
 #include "engine/matching/mutual_matcher.h"
 
 #include <algorithm>
-#include <string>
 
 #include "engine/matching/matcher_kernels.h"
+#include "storage/base/option_check.h"
 
 namespace veduta {
 namespace {
@@ -18,11 +18,7 @@ bool Passes(const NearestPair& nearest, const MatchOptions& options) {
 }  // namespace
 
 Status MatchOptions::Check() const {
-  if (!(ratio_max > 0.0 && ratio_max <= 1.0)) {
-    return Status::InvalidArgument("ratio_max is " + std::to_string(ratio_max) +
-                                   ", outside (0, 1]");
-  }
-  return Status::Ok();
+  return CheckOption(ratio_max > 0 && ratio_max <= 1, "ratio_max", ratio_max, "(0, 1]");
 }
 
 std::vector<DescriptorMatch> MatchMutual(const PackedDescriptors& a, const PackedDescriptors& b,

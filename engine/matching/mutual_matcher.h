@@ -20,12 +20,14 @@ struct DescriptorMatch {
   bool operator==(const DescriptorMatch&) const = default;
 };
 
-// No limits by default: geometry sorts mutual neighbours out better than a threshold does.
+// No limits by default: geometry sorts mutual neighbors out better than a threshold does.
 struct MatchOptions {
-  uint32_t distance_squared_max = UINT32_MAX;  // [0, UINT32_MAX]; UINT32_MAX: off
-  double ratio_max = 1.0;  // (0, 1]; distance over second distance (not squared); 1: off
+  // [0, 2^32) of squared byte distance; the greatest number: off.
+  uint32_t distance_squared_max = UINT32_MAX;
+  // (0, 1]: distance over the second best's distance (not squared); 1: off.
+  double ratio_max = 1.0;
 
-  Status Check() const;
+  Status Check() const;  // the first violated bound, named with its value
 };
 
 // Features of one contrast sign that are each other's nearest (ties: lowest index), then filtered
@@ -34,7 +36,7 @@ struct MatchOptions {
 // By |x - y|^2 = |x|^2 + |y|^2 - 2 x.y in integers: the same answer on every processor.
 // Deterministic; thread-safe; single-threaded. O(count_a * count_b) time: about 1.4 ms (VNNI)
 // or 3.6 ms (AVX2) for 1500 x 1500 of one sign, half of that for signs in equal parts (Zen 4);
-// O(count_a + count_b) scratch.
+// O(count_a + count_b) scratch. `options` must pass their Check; whoever sets them asks it.
 std::vector<DescriptorMatch> MatchMutual(const PackedDescriptors& a, const PackedDescriptors& b,
                                          const MatchOptions& options = {});
 

@@ -11,6 +11,7 @@
 #include <opengv/relative_pose/methods.hpp>
 
 #include "engine/matching/sampling.h"
+#include "storage/base/option_check.h"
 
 namespace veduta {
 namespace {
@@ -125,16 +126,22 @@ BestPose SearchPose(std::span<const Eigen::Vector2d> x_a, std::span<const Eigen:
 }  // namespace
 
 Status TwoViewOptions::Check() const {
-  const auto fail = [](const char* name, double value, const char* range) {
-    return Status::InvalidArgument(std::string("two-view option ") + name + " is " +
-                                   std::to_string(value) + ", must be in " + range);
-  };
-  if (!(error_px_max > 0 && error_px_max < 100))
-    return fail("error_px_max", error_px_max, "(0, 100)");
-  if (!(confidence > 0 && confidence < 1)) return fail("confidence", confidence, "(0, 1)");
-  if (inlier_count_min < 5) return fail("inlier_count_min", inlier_count_min, "[5, inf)");
-  if (samples_max < 1) return fail("samples_max", samples_max, "[1, inf)");
-  return Status::Ok();
+  const auto is_share = [](double value) { return value >= 0 && value <= 1; };
+  VEDUTA_RETURN_IF_ERROR(CheckOption(error_px_max > 0 && error_px_max < 100, "error_px_max",
+                                     error_px_max, "(0, 100)"));
+  VEDUTA_RETURN_IF_ERROR(
+      CheckOption(confidence > 0 && confidence < 1, "confidence", confidence, "(0, 1)"));
+  VEDUTA_RETURN_IF_ERROR(
+      CheckOption(inlier_count_min >= 5, "inlier_count_min", inlier_count_min, "[5, 2^32)"));
+  VEDUTA_RETURN_IF_ERROR(
+      CheckOption(is_share(inlier_share_min), "inlier_share_min", inlier_share_min, "[0, 1]"));
+  VEDUTA_RETURN_IF_ERROR(CheckOption(samples_max >= 1, "samples_max", samples_max, "[1, 2^32)"));
+  VEDUTA_RETURN_IF_ERROR(
+      CheckOption(samples_min <= samples_max, "samples_min", samples_min, "[0, samples_max]"));
+  VEDUTA_RETURN_IF_ERROR(
+      CheckOption(is_share(planar_share_min), "planar_share_min", planar_share_min, "[0, 1]"));
+  return CheckOption(is_share(rotation_share_min), "rotation_share_min", rotation_share_min,
+                     "[0, 1]");
 }
 
 double SampsonDistance(const Eigen::Matrix3d& e, const Eigen::Vector2d& x_a,

@@ -14,20 +14,27 @@
 namespace veduta {
 
 struct TwoViewOptions {
-  double error_px_max = 2.0;       // (0, 100): Sampson distance of an inlier
-  double confidence = 1.0 - 1e-4;  // (0, 1); the paper's section 3.2
-  uint32_t inlier_count_min = 20;  // >= 5; the paper's section 3.2
-  double inlier_share_min =
-      0.3;  // [0, 1]: of the matches; fewer is what chance finds on repeated texture
-  uint32_t samples_min = 50;   // the usual stopping rule is too hopeful where texture repeats
-  uint32_t samples_max = 800;  // >= 1; five-point samples
-  uint32_t samples_hopeless =
-      100;  // after so many with less than half of what is needed the pair is given up
-  double planar_share_min =
-      0.85;  // inliers that a homography explains, over all: the pair is planar
-  double rotation_share_min = 0.85;  // likewise for a rotation alone
+  // (0, 100) px: the greatest Sampson distance of an inlier. Chosen by hand; not measured.
+  double error_px_max = 2.0;
+  // (0, 1): with this probability one sample is free of outliers; the paper's section 3.2.
+  double confidence = 1.0 - 1e-4;
+  // >= 5; the paper's section 3.2.
+  uint32_t inlier_count_min = 20;
+  // [0, 1] of the matches: fewer is what chance finds on repeated texture. Chosen by hand.
+  double inlier_share_min = 0.3;
+  // [0, samples_max]: the usual stopping rule is too hopeful where texture repeats. By hand.
+  uint32_t samples_min = 50;
+  // >= 1 samples of five matches each. Chosen by hand.
+  uint32_t samples_max = 800;
+  // After so many samples with less than half of the inliers that are needed the pair is given up.
+  // Any number; chosen by hand.
+  uint32_t samples_hopeless = 100;
+  // [0, 1] of the inliers: where one homography explains so many, the pair is planar. By hand.
+  double planar_share_min = 0.85;
+  // [0, 1] of the inliers: where a rotation alone explains so many, the pair is one. By hand.
+  double rotation_share_min = 0.85;
 
-  Status Check() const;
+  Status Check() const;  // the first violated bound, named with its value
 };
 
 enum class TwoViewOutcome : uint8_t { kVerified, kTooFewMatches, kTooFewInliers };
@@ -43,6 +50,7 @@ struct TwoViewGeometry {
 // (Pinhole::Normalize), ordered with the most trustworthy first: samples are drawn from the front
 // before the whole (as PROSAC does, Chum and Matas 2005). `focal_px` turns pixel thresholds into
 // normalised ones. Deterministic in its inputs. Thread-safe.
+// `options` must pass their Check; whoever sets them asks it.
 TwoViewGeometry EstimateTwoView(std::span<const Eigen::Vector2d> x_a,
                                 std::span<const Eigen::Vector2d> x_b, double focal_px,
                                 uint64_t seed, const TwoViewOptions& options);

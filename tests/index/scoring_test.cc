@@ -11,6 +11,7 @@
 #include <limits>
 
 #include "storage/base/content_hash.h"
+#include "tests/option_bounds.h"
 
 namespace veduta {
 namespace {
@@ -174,9 +175,13 @@ TEST(Scoring, RefusesWrongInput) {
   EXPECT_EQ(code({{two, one}}, 2), StatusCode::kInvalidArgument);
   EXPECT_EQ(code({{one, one}}, 2), StatusCode::kInvalidArgument);
   EXPECT_EQ(code({{none}}, 2), StatusCode::kInvalidArgument);
-  for (const double bad : {-0.1, 1.1, std::nan("")}) {
-    EXPECT_EQ(code({{one}}, 2, {.score_min = bad}), StatusCode::kInvalidArgument) << bad;
-  }
+  EXPECT_EQ(code({{one}}, 2, {.score_min = 1.1}), StatusCode::kInvalidArgument);
+}
+
+TEST(RankOptions, EveryBoundIsNoticed) {
+  ExpectBounds<RankOptions, double>(&RankOptions::score_min, "score_min", {-0.1, 1.1, std::nan("")},
+                                    {0, 1});
+  ExpectBounds<RankOptions, uint32_t>(&RankOptions::count_max, "count_max", {}, {0, UINT32_MAX});
 }
 
 }  // namespace

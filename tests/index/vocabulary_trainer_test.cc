@@ -11,6 +11,7 @@
 #include <string>
 
 #include "tests/index/synthetic_descriptors.h"
+#include "tests/option_bounds.h"
 
 namespace veduta {
 namespace {
@@ -151,28 +152,21 @@ TEST(VocabularyTrainer, RefusesWhatCannotBeTrainedOn) {
   EXPECT_EQ(tree.info().leaf_count, 2u);
 }
 
-TEST(VocabularyTrainer, NamesTheOptionThatIsWrong) {
-  const auto message = [](auto&& change) {
-    VocabularyTrainerOptions options;
-    change(options);
-    const Status status = options.Check();
-    EXPECT_EQ(status.code(), StatusCode::kInvalidArgument);
-    ThreadPool pool(0);
-    EXPECT_FALSE(TrainVocabulary(RandomDescriptors(100, 1), options, pool).ok());
-    return status.message();
-  };
-  const auto has = [](const std::string& text, const char* part) {
-    return text.find(part) != std::string::npos;
-  };
-  EXPECT_TRUE(VocabularyTrainerOptions{}.Check().ok());
-  EXPECT_TRUE(has(message([](auto& o) { o.branch = 1; }), "branch 1 "));
-  EXPECT_TRUE(has(message([](auto& o) { o.branch = 65; }), "branch 65 "));
-  EXPECT_TRUE(has(message([](auto& o) { o.depth_max = 0; }), "depth_max 0 "));
-  EXPECT_TRUE(has(message([](auto& o) { o.depth_max = 8; }), "depth_max 8 "));
-  EXPECT_TRUE(has(message([](auto& o) { o.attempts_per_node = 0; }), "attempts_per_node 0 "));
-  EXPECT_TRUE(has(message([](auto& o) { o.iterations_max = 0; }), "iterations_max 0 "));
-  EXPECT_TRUE(has(message([](auto& o) { o.descriptors_per_leaf = 0; }), "descriptors_per_leaf 0 "));
-  EXPECT_TRUE(has(message([](auto& o) { o.node_sample_max = 999; }), "node_sample_max 999 "));
+TEST(VocabularyTrainer, EveryBoundOfItsOptionsIsNoticed) {
+  using Options = VocabularyTrainerOptions;
+  ExpectBounds<Options, uint32_t>(&Options::branch, "branch", {0, 1, 65}, {2, 64});
+  ExpectBounds<Options, uint32_t>(&Options::depth_max, "depth_max", {0, 8}, {1, 7});
+  ExpectBounds<Options, uint32_t>(&Options::attempts_per_node, "attempts_per_node", {0, 65},
+                                  {1, 64});
+  ExpectBounds<Options, uint32_t>(&Options::iterations_max, "iterations_max", {0, 1001}, {1, 1000});
+  ExpectBounds<Options, uint32_t>(&Options::descriptors_per_leaf, "descriptors_per_leaf", {0},
+                                  {1, UINT32_MAX});
+  ExpectBounds<Options, uint32_t>(&Options::node_sample_max, "node_sample_max", {0, 999},
+                                  {1000, UINT32_MAX});
+  ExpectBounds<Options, uint64_t>(&Options::seed, "seed", {}, {0, UINT64_MAX});
+  ThreadPool pool(0);
+  EXPECT_EQ(TrainVocabulary(RandomDescriptors(100, 1), {.branch = 1}, pool).status().code(),
+            StatusCode::kInvalidArgument);
 }
 
 }  // namespace

@@ -15,6 +15,7 @@
 
 #include "kernels/opencl.h"
 #include "storage/base/content_hash.h"
+#include "tests/option_bounds.h"
 
 namespace veduta {
 namespace {
@@ -63,6 +64,11 @@ TEST(ChooseDevice, NamesWhatIsMissing) {
   EXPECT_NE(ChooseDevice("", {}).status().message().find("install"), std::string::npos);
   EXPECT_EQ(ChooseDevice("gpu", {Made(0, "a", DeviceKind::kCpu)}).status().code(),
             StatusCode::kNotFound);
+}
+
+TEST(DeviceOptions, EveryBoundIsNoticed) {
+  ExpectBounds<DeviceOptions, uint32_t>(&DeviceOptions::thread_count, "thread_count",
+                                        {4097, UINT32_MAX}, {0, 4096});
 }
 
 TEST(DeviceOpen, RefusesBadOptions) {

@@ -15,6 +15,7 @@
 
 #include "kernels/scanline.h"
 #include "storage/base/content_hash.h"
+#include "tests/option_bounds.h"
 
 namespace veduta {
 namespace {
@@ -293,6 +294,18 @@ TEST(PlaneSweep, RefusesBadInput) {
   refuses("geometry is not finite", [](SweepProblem& p) {
     p.sensors[0].rotation[3] = std::numeric_limits<float>::quiet_NaN();
   });
+}
+
+TEST(ScanlineOptions, EveryBoundIsNoticed) {
+  ExpectBounds<ScanlineOptions, uint8_t>(&ScanlineOptions::penalty_small, "penalty_small",
+                                         {128, 255}, {0, 127});
+  for (const size_t difference : {size_t{0}, size_t{100}, size_t{255}}) {
+    ScanlineOptions options;
+    options.penalty_large[difference] = 128;
+    EXPECT_TRUE(options.Check().ok());
+    options.penalty_large[difference] = 129;
+    EXPECT_EQ(options.Check().message(), "penalty_large is 129; it must be in [0, 128]");
+  }
 }
 
 TEST(Scanline, RefusesBadInput) {

@@ -11,39 +11,25 @@
 #include "engine/features/exact_math.h"
 #include "engine/features/gaussian_taps.h"
 #include "tests/engine/features/blob_scene.h"
+#include "tests/option_bounds.h"
 
 namespace veduta {
 namespace {
 
-TEST(FeatureOptions, BadOnesAreNamed) {
-  const auto message = [](auto change) {
-    FeatureOptions options;
-    change(&options);
-    const GrayImage image = MakeNoise(1, 32, 32);
-    const auto result = ExtractFeatures(image.View(), options);
-    EXPECT_FALSE(result.ok());
-    EXPECT_EQ(result.status().code(), StatusCode::kInvalidArgument);
-    return result.status().message();
-  };
-  const double nan = std::numeric_limits<double>::quiet_NaN();
-  EXPECT_NE(message([](auto* o) { o->feature_count_max = 0; }).find("feature_count_max"),
-            std::string::npos);
-  EXPECT_NE(message([](auto* o) { o->feature_count_max = 65536; }).find("feature_count_max"),
-            std::string::npos);
-  EXPECT_NE(message([](auto* o) { o->contrast_threshold = 0; }).find("contrast_threshold"),
-            std::string::npos);
-  EXPECT_NE(message([](auto* o) { o->contrast_threshold = 1; }).find("contrast_threshold"),
-            std::string::npos);
-  EXPECT_NE(message([=](auto* o) { o->contrast_threshold = nan; }).find("contrast_threshold"),
-            std::string::npos);
-  EXPECT_NE(message([](auto* o) { o->edge_ratio_max = 1; }).find("edge_ratio_max"),
-            std::string::npos);
-  EXPECT_NE(message([=](auto* o) { o->edge_ratio_max = nan; }).find("edge_ratio_max"),
-            std::string::npos);
-  EXPECT_NE(message([](auto* o) { o->sigma = 1.3; }).find("sigma"), std::string::npos);
-  EXPECT_NE(message([](auto* o) { o->sigma = 4.1; }).find("sigma"), std::string::npos);
-  EXPECT_NE(message([=](auto* o) { o->sigma = nan; }).find("sigma"), std::string::npos);
-  EXPECT_TRUE(FeatureOptions{}.Check().ok());
+TEST(FeatureOptions, EveryBoundIsNoticed) {
+  using Options = FeatureOptions;
+  constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
+  ExpectBounds<Options, uint32_t>(&Options::feature_count_max, "feature_count_max", {0, 65536},
+                                  {1, 65535});
+  ExpectBounds<Options, double>(&Options::contrast_threshold, "contrast_threshold", {0, 1, kNan},
+                                {0.001, 0.9});
+  ExpectBounds<Options, double>(&Options::edge_ratio_max, "edge_ratio_max", {1, 1001, kNan},
+                                {1.1, 1000});
+  ExpectBounds<Options, double>(&Options::sigma, "sigma", {1.3, 4.1, kNan}, {1.4, 4});
+  ExpectBounds<Options, bool>(&Options::upsample, "upsample", {}, {false, true});
+  const GrayImage image = MakeNoise(1, 32, 32);
+  EXPECT_EQ(ExtractFeatures(image.View(), {.sigma = 9}).status().code(),
+            StatusCode::kInvalidArgument);
 }
 
 TEST(ExtractFeatures, BadImagesAreRefused) {

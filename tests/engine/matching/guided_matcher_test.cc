@@ -15,6 +15,7 @@
 
 #include "storage/base/content_hash.h"
 #include "storage/base/cpu_isa.h"
+#include "tests/option_bounds.h"
 
 namespace veduta {
 namespace {
@@ -258,21 +259,24 @@ TEST(GuidedMatcher, NamesWhatIsWrong) {
   EXPECT_EQ(code(options), StatusCode::kOk);
   options.band_px = 1000;
   EXPECT_EQ(code(options), StatusCode::kInvalidArgument);
-  options = {};
-  options.ratio_max = std::numeric_limits<double>::quiet_NaN();
-  EXPECT_EQ(code(options), StatusCode::kInvalidArgument);
-  options = {};
-  options.scale_ratio_max = 0.5;
-  EXPECT_EQ(code(options), StatusCode::kInvalidArgument);
-  options = {};
-  options.apart_px = -1;
-  EXPECT_EQ(code(options), StatusCode::kInvalidArgument);
   Scene smaller = RandomScene(5, {-1, 0, 0}, 15);
   EXPECT_EQ(
       MatchGuided(scene.a, scene.b, FeatureGrid(smaller.b), scene.b_from_a, {}).status().code(),
       StatusCode::kInvalidArgument);
   scene.a.descriptors.pop_back();
   EXPECT_EQ(code({}), StatusCode::kInvalidArgument);
+}
+
+TEST(GuidedMatcher, EveryBoundOfItsOptionsIsNoticed) {
+  using Options = GuidedMatchOptions;
+  constexpr double kInfinity = std::numeric_limits<double>::infinity();
+  ExpectBounds<Options, double>(&Options::band_px, "band_px", {-1, 0, 64.1, NAN}, {0.1, 64});
+  ExpectBounds<Options, uint32_t>(&Options::distance_squared_max, "distance_squared_max", {},
+                                  {0, UINT32_MAX});
+  ExpectBounds<Options, double>(&Options::ratio_max, "ratio_max", {0, 1.1, NAN}, {0.1, 1});
+  ExpectBounds<Options, double>(&Options::apart_px, "apart_px", {-1, NAN}, {0, 100});
+  ExpectBounds<Options, double>(&Options::scale_ratio_max, "scale_ratio_max", {0.5, NAN},
+                                {1, kInfinity});
 }
 
 TEST(FindNear, EqualsLoops) {

@@ -9,11 +9,13 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <cmath>
 #include <vector>
 
 #include "engine/matching/matcher_kernels.h"
 #include "storage/base/content_hash.h"
 #include "storage/base/cpu_isa.h"
+#include "tests/option_bounds.h"
 
 namespace veduta {
 namespace {
@@ -234,8 +236,13 @@ TEST(MutualMatcher, LimitsFilterMutualMatches) {
   EXPECT_GT(expected.size(), 50u);
   EXPECT_LT(expected.size(), all.size());
   EXPECT_EQ(MatchMutual(*packed_a, *packed_b, options), expected);
-  options.ratio_max = 0;
-  EXPECT_EQ(options.Check().code(), StatusCode::kInvalidArgument);
+}
+
+TEST(MutualMatcher, EveryBoundOfItsOptionsIsNoticed) {
+  using Options = MatchOptions;
+  ExpectBounds<Options, double>(&Options::ratio_max, "ratio_max", {-1, 0, 1.1, NAN}, {0.1, 1});
+  ExpectBounds<Options, uint32_t>(&Options::distance_squared_max, "distance_squared_max", {},
+                                  {0, UINT32_MAX});
 }
 
 TEST(PackedDescriptors, TakesTheStrongestAndRefusesWhatDoesNotFit) {

@@ -10,6 +10,7 @@
 #include <cmath>
 
 #include "storage/base/content_hash.h"
+#include "tests/option_bounds.h"
 
 namespace veduta {
 namespace {
@@ -101,11 +102,22 @@ TEST(TwoView, SurvivesDegenerateInput) {
   EXPECT_NE(EstimateTwoView(nan, nan, kFocal, 1, {}).outcome, TwoViewOutcome::kVerified);
 }
 
-TEST(TwoView, OptionsNameWhatIsWrong) {
-  TwoViewOptions options;
-  EXPECT_TRUE(options.Check().ok());
-  options.error_px_max = -1;
-  EXPECT_NE(options.Check().message().find("error_px_max"), std::string::npos);
+TEST(TwoView, EveryBoundOfItsOptionsIsNoticed) {
+  using Options = TwoViewOptions;
+  ExpectBounds<Options, double>(&Options::error_px_max, "error_px_max", {-1, 0, 100, NAN},
+                                {0.1, 99});
+  ExpectBounds<Options, double>(&Options::confidence, "confidence", {0, 1, NAN}, {0.5, 0.999});
+  ExpectBounds<Options, uint32_t>(&Options::inlier_count_min, "inlier_count_min", {0, 4}, {5, 500});
+  ExpectBounds<Options, double>(&Options::inlier_share_min, "inlier_share_min", {-0.1, 1.1, NAN},
+                                {0, 1});
+  ExpectBounds<Options, uint32_t>(&Options::samples_min, "samples_min", {801}, {0, 800});
+  ExpectBounds<Options, uint32_t>(&Options::samples_max, "samples_max", {0}, {50, 10'000});
+  ExpectBounds<Options, uint32_t>(&Options::samples_hopeless, "samples_hopeless", {},
+                                  {0, UINT32_MAX});
+  ExpectBounds<Options, double>(&Options::planar_share_min, "planar_share_min", {-0.1, 1.1, NAN},
+                                {0, 1});
+  ExpectBounds<Options, double>(&Options::rotation_share_min, "rotation_share_min",
+                                {-0.1, 1.1, NAN}, {0, 1});
 }
 
 }  // namespace
