@@ -7,9 +7,9 @@
 // c.d, which the same centre minimises as the distance. The kernels compute it as
 //     score = bias(c) - 2 sum c_j (d_j - 128),   bias(c) = |c|^2 - 256 sum c_j,
 // so that one factor is signed, as VNNI's dot product wants it. All of it is integer and exact:
-// |score| < 2^25, and every kernel gives the same bits on every processor. This header stays free
-// of Eigen and of std templates, because it is included where the compiler is told to use wider
-// vectors.
+// |score| < 2^25, and the kernels of every isa (storage/base/cpu_isa.h) give the same bits. This
+// header stays free of Eigen and of the standard library's templates, because files that are built
+// with wider vectors include it.
 
 #include <cstddef>
 #include <cstdint>
@@ -30,7 +30,7 @@ struct CenterKernels {
   void (*nearest_each)(const uint8_t* descriptors, size_t n, const uint8_t* centers,
                        const int32_t* biases, uint32_t count, uint8_t* nearest, int32_t* scores);
   // sums[nearest[i]][j] += descriptors[i][j]; sums is [count x 128] row-major. At most 2^24
-  // descriptors a sum.
+  // descriptors may go into one sum.
   void (*accumulate)(const uint8_t* descriptors, size_t n, const uint8_t* nearest, uint32_t* sums);
 };
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Built with -mavx2. Bytes are widened to 16 bits: vpmaddubsw, which would save that, saturates.
+// Built with -mavx2. Bytes are widened to 16 bits; vpmaddubsw needs no widening, but it saturates.
 #include "index/center_kernels.h"
 
 #if defined(__AVX2__)

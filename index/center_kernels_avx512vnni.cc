@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Built with -mavx512vl and -mavx512vnni. vpdpbusd multiplies unsigned (the centre) by signed
-// (descriptor - 128) bytes and adds four products to 32 bits without saturation. 256 bits wide: as
-// fast as 512 for so few centres, for those would have to be folded first.
+// (descriptor - 128) bytes and adds four products to 32 bits without saturation. Vectors are 256
+// bits wide: for so few centers they are as fast as 512 bits, which would have to be folded first.
 #include "index/center_kernels.h"
 
 #if defined(__AVX512VNNI__) && defined(__AVX512VL__)

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
-// What the AVX2 and the VNNI kernels share. In an unnamed namespace on purpose: each of the two
-// files is compiled for other instructions and must keep its own copy.
+// What the AVX2 and the AVX-512 VNNI kernels share. It is in an unnamed namespace on purpose: each
+// of the two files is compiled for other instructions and must keep its own copy.
 
 #include <immintrin.h>
 

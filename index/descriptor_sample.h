@@ -13,7 +13,8 @@ namespace veduta {
 // thread-safe.
 class DescriptorSample final {
  public:
-  // Keeps count_max descriptors at most (128 bytes and 32 of bookkeeping each, taken as they come).
+  // Keeps at most count_max descriptors. Each takes 128 bytes and 32 of bookkeeping, allocated as
+  // descriptors come.
   explicit DescriptorSample(size_t count_max);
 
   // descriptors [n x 128] of one image; image_seed is its ContentHash::Seed(). Add an image once.
@@ -23,7 +24,7 @@ class DescriptorSample final {
   size_t count() const { return kept_.size(); }
   uint64_t seen_count() const { return seen_count_; }
 
-  // The sample, [count x 128], in the order of the numbers drawn; the sample is empty after.
+  // The sample, [count x 128], in the order of the numbers drawn. This object is empty afterwards.
   std::vector<uint8_t> Take();
 
  private:

@@ -10,7 +10,7 @@
 namespace veduta {
 namespace {
 
-constexpr size_t kChunk = 8192;  // descriptors a piece of parallel work; 1 MB
+constexpr size_t kChunk = 8192;  // descriptors in one piece of parallel work: 1 MB; chosen by hand
 
 size_t ChunkCount(size_t n) {
   return (n + kChunk - 1) / kChunk;

@@ -14,7 +14,7 @@ namespace veduta {
 struct KMeansCenters {
   std::vector<uint8_t> rows;    // [count x 128] row-major, no two equal
   std::vector<int32_t> biases;  // [count], see center_kernels.h
-  uint32_t count = 0;  // under what was asked for where the descriptors hold fewer distinct values
+  uint32_t count = 0;           // fewer than asked for where there are fewer distinct descriptors
   uint64_t distortion = 0;  // sum of squared distances from the descriptors to their nearest centre
 };
 

@@ -44,7 +44,7 @@ Status CheckPostings(std::span<const std::vector<ImageId>> postings, uint32_t im
   return Status::Ok();
 }
 
-// Calls add(image) -> uint64_t& for each posting and adds the word's weight to it.
+// Adds each word's weight to the sum of every image that has the word.
 template <typename Sums>
 void AddWeights(std::span<const std::vector<ImageId>> postings, std::span<const uint64_t> weights,
                 Sums& sums) {

@@ -2,13 +2,14 @@
 #pragma once
 // How much stored images look like a query: eq 5 of the paper (R9).
 //
-//   score(Q, D) = sum over distinct words t in Q and D of w(t)  /  sum over distinct words t in Q
-//   of w(t), w(t) = log(N / max(n(t), 1)),
+//   score(Q, D) = (sum of w(t) over the distinct words t in both Q and D)
+//               / (sum of w(t) over the distinct words t in Q),
+//   w(t) = log(N / max(n(t), 1)),
 //
-// N images in the collection, n(t) of them with word t. A word that no stored image has counts as
-// if one had it: it weighs the most and lowers the score of all, for it is something of the query
-// that the collection does not show. Where all weights are zero (one image stored, or every word in
-// every image) each word weighs the same instead.
+// with N images in the collection, of which n(t) have the word t. A word that no stored image has
+// counts as if one had it: it weighs the most and lowers the score of every image, for it is
+// something in the query that the collection does not show. Where all weights are zero (one image
+// is stored, or every image has every word) each word weighs the same instead.
 //
 // Weights are rounded to 2^-32 and summed as integers, so a score does not depend on the order of
 // the sums, and an image that has all of the query's words, as a stored image queried with itself,

@@ -30,9 +30,9 @@ struct VocabularyTrainerOptions {
   Status Check() const;  // the first violated bound, named with its value
 };
 
-// What ranked best on 569 real photos: with few descriptors nearly every one its own word (the more
-// words the better), from some 300,000 on two descriptors a word, which lets the views of one spot
-// share theirs.
+// What ranked best on 569 real photos (the command is not recorded): with few descriptors, nearly
+// every one is its own word, for more words rank better; from some 300,000 descriptors on, a word
+// has two, so that the views of one spot share words.
 VocabularyTrainerOptions OptionsForSample(size_t descriptor_count);
 
 struct TrainedVocabulary {
@@ -46,9 +46,9 @@ struct TrainedVocabulary {
 // Nodes, attempts and, where a node is large, its descriptors are spread over the pool. The tree is
 // the same on any number of threads and on any processor: all sums are integers, and each node's
 // seed comes from the options, the sample's hash and the node's place. O(n * branch * depth *
-// attempts * iterations) time at most; scratch of some 20 bytes a descriptor, a node's sample a
-// thread, and the tree twice. Thread-safe. kInvalidArgument: bad options, a size that is no
-// multiple of 128, fewer than two distinct descriptors.
+// attempts * iterations) time at most. Scratch: some 20 bytes for each descriptor, one node's
+// sample for each thread, and the tree twice. Thread-safe. kInvalidArgument: bad options, a size
+// that is no multiple of 128, fewer than two distinct descriptors.
 Result<TrainedVocabulary> TrainVocabulary(std::span<const uint8_t> descriptors,
                                           const VocabularyTrainerOptions& options,
                                           ThreadPool& pool);

@@ -13,7 +13,7 @@ namespace {
 constexpr char kMagic[8] = {'V', 'E', 'D', 'U', 'V', 'O', 'C', 'A'};
 constexpr uint32_t kVersion = 1;
 constexpr size_t kHeaderSize = 32, kHashSize = 32;
-constexpr size_t kBatch = 32;  // descriptors that descend side by side
+constexpr size_t kBatch = 32;  // descriptors that descend side by side; chosen by hand
 
 void AppendNumber(std::vector<uint8_t>* bytes, uint64_t value, size_t size) {
   for (size_t i = 0; i < size; ++i) bytes->push_back(static_cast<uint8_t>(value >> (8 * i)));
@@ -185,8 +185,8 @@ WordId VocabularyTree::Quantize(std::span<const uint8_t, kCenterSize> descriptor
 }
 
 void VocabularyTree::Prefetch(size_t line) const {
-  // Most nodes are full; a line too many costs less than looking at the count, which is not in the
-  // cache yet.
+  // Most nodes are full. To fetch a line too many costs less than to look at the count of children,
+  // which is not in the cache yet.
   const size_t end = std::min(line + LinesOf(std::min(info_.branch, 16u)), lines_.size());
   for (; line < end; ++line) __builtin_prefetch(&lines_[line]);
 }

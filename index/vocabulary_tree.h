@@ -54,10 +54,17 @@ class VocabularyTree final {
   // times bytes.size().
   static Result<VocabularyTree> Parse(std::span<const uint8_t> bytes);
 
-  // Little-endian:
-  //   magic "VEDUVOCA" · version u32 = 1 · branch u32 · training_size u64 · interior nodes u32 ·
-  //   centres u32 child_counts u8 [interior nodes] · child_is_node u8 [centres] · centres u8
-  //   [centres x 128] SHA-256 of all before, 32 bytes
+  // Little-endian, in this order:
+  //   magic "VEDUVOCA"
+  //   version u32 = 1
+  //   branch u32
+  //   training_size u64
+  //   count of interior nodes u32
+  //   count of centers u32
+  //   child_counts u8 [interior nodes]
+  //   child_is_node u8 [centers]
+  //   centers u8 [centers x 128]
+  //   SHA-256 of all before, 32 bytes
   // Equal trees give equal bytes.
   std::vector<uint8_t> Serialize() const;
 
@@ -66,10 +73,10 @@ class VocabularyTree final {
   // The word of one descriptor; at every node the nearest centre in squared L2, ties to the first.
   WordId Quantize(std::span<const uint8_t, kCenterSize> descriptor) const;
 
-  // Words of descriptors [n x 128], one each, in their order. Faster than one by one: several
-  // descend at a time and the next nodes are fetched ahead. 0.2 us a descriptor and level on one
-  // core where the tree exceeds the cache. Aborts if the size is no multiple of 128. `kernels` is
-  // for tests: all give the same words.
+  // The words of descriptors [n x 128], in their order. Faster than one by one: several descend at
+  // a time, and the next nodes are fetched ahead. Each takes 0.2 us per level on one core where the
+  // tree exceeds the cache. Aborts if the size is no multiple of 128. `kernels` is for tests: all
+  // kernels give the same words.
   std::vector<WordId> QuantizeAll(std::span<const uint8_t> descriptors,
                                   const CenterKernels& kernels = BestCenterKernels()) const;
 

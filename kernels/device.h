@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
-// An OpenCL device to compute on: a graphics card, or the processor through PoCL. Without one, the
-// C++ paths work.
+// An OpenCL device to compute on: a graphics card, or the processor through PoCL. Without a device
+// the same is computed in C++.
 
 #include <cstdint>
 #include <memory>
@@ -14,8 +14,8 @@
 
 namespace veduta {
 
-// Every device of every driver. Empty where no driver or no device is; a driver that fails is
-// passed over. Thread-safe.
+// Every device of every driver. Empty where there is no driver or no device; a driver that fails is
+// left out. Thread-safe.
 std::vector<DeviceInfo> ListDevices();
 
 // The device that `wanted` names among `devices`:
@@ -44,12 +44,12 @@ struct DeviceOptions {
 // device: they compute in integers, or in floats without contraction and with correctly rounded
 // division where the driver can.
 //
-// Thread-safe: each operation makes its kernel and its buffers itself; the queue works in order.
+// Thread-safe: each operation makes its own kernel and buffers, and the queue works in order.
 class Device final {
  public:
   // kNotFound if there is no such device, or if `wanted` asks for none; kInvalidArgument on bad
-  // options; kIoError with the device's name if its driver fails. A cache folder that cannot be
-  // written costs building anew, no more.
+  // options; kIoError with the device's name if its driver fails. Where the cache folder cannot be
+  // written, programs are built anew each time.
   static Result<std::unique_ptr<Device>> Open(const DeviceOptions& options);
 
   ~Device();

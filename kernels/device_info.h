@@ -13,7 +13,7 @@ struct DeviceInfo {
   uint32_t index = 0;  // in the drivers' order
   std::string name, platform, driver_version;
   DeviceKind kind = DeviceKind::kOther;
-  uint32_t compute_units = 0;  // of a CPU: the threads that work
+  uint32_t compute_units = 0;  // of a CPU: how many threads work
   uint64_t memory_bytes = 0;
   uint64_t allocation_bytes_max = 0;  // of one buffer
 };

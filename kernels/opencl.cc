@@ -9,9 +9,9 @@
 namespace veduta {
 namespace {
 
-constexpr size_t kLogBytesMax = 4000;
+constexpr size_t kLogBytesMax = 4000;  // of a compiler's log in an error; chosen by hand
 
-// From a kept binary; nothing if the driver does not take it.
+// Makes the program from its kept binary; false if there is none or the driver refuses it.
 bool LoadProgram(Device::Parts& parts, const std::string& key, const std::string& options,
                  cl::Program* program) {
   const auto binary = parts.cache.Find(key);
@@ -30,7 +30,7 @@ void KeepProgram(Device::Parts& parts, const std::string& key, const cl::Program
     const std::vector<std::vector<unsigned char>> binaries = program.getInfo<CL_PROGRAM_BINARIES>();
     if (binaries.size() == 1) parts.cache.Keep(key, binaries[0]);
   } catch (const cl::Error&) {
-    // A driver that does not give its binaries: they are built anew each time.
+    // This driver does not give out its binaries, so programs are built anew each time.
   }
 }
 

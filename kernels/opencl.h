@@ -13,7 +13,7 @@
 //     });
 //   }
 
-// 1.2 is what every driver has.
+// Every driver has at least OpenCL 1.2.
 #define CL_HPP_ENABLE_EXCEPTIONS
 #define CL_HPP_TARGET_OPENCL_VERSION 120
 #define CL_HPP_MINIMUM_OPENCL_VERSION 120
@@ -37,7 +37,7 @@ struct Device::Parts {
   cl::Context context;
   cl::CommandQueue queue;  // in order
   ProgramCache cache;
-  std::mutex mutex;  // of what follows
+  std::mutex mutex;  // guards what follows
   std::map<std::string, cl::Program> programs;
   uint32_t programs_built = 0, programs_loaded = 0;
 };
@@ -47,14 +47,14 @@ std::string OpenClErrorName(int code);
 // kIoError: "DEVICE: TASK: CALL failed with CODE".
 Status OpenClFailure(const DeviceInfo& info, std::string_view task, const cl::Error& error);
 
-// A kernel of its own, by its name, from an embedded file of kernels/ ("scale.cl"). `options` are
-// the compiler's
-// (-D DIM=128); those that keep floats exact, and FP_CONTRACT OFF, are added. The first call for
-// (file, options) builds or loads the program: up to a second on PoCL. Thread-safe; the kernel
-// itself is one thread's. kIoError with the compiler's log if it does not build.
+// A new kernel object, by the kernel's name, from an embedded file of kernels/ ("scale.cl").
+// `options` go to the compiler (-D DIM=128); those that keep floats exact, and FP_CONTRACT OFF, are
+// added. The first call for a file with these options builds or loads the program, which takes up
+// to a second on PoCL. Thread-safe, but only one thread may use the kernel. kIoError with the
+// compiler's log if the program does not build.
 Result<cl::Kernel> MakeKernel(Device& device, std::string_view file, const char* name,
                               const std::string& options = {});
-// Likewise from source text.
+// The same as MakeKernel, from source text.
 Result<cl::Kernel> MakeKernelFromSource(Device& device, std::string_view source, const char* name,
                                         const std::string& options = {});
 
@@ -73,7 +73,7 @@ Status WithOpenCl(Device& device, std::string_view task, Body&& body) {
   }
 }
 
-// The least multiple of `unit` that is not less than `count`: global sizes.
+// The least multiple of `unit` that is not less than `count`; for global sizes.
 inline size_t RoundUp(size_t count, size_t unit) {
   return (count + unit - 1) / unit * unit;
 }

@@ -1,20 +1,26 @@
 // SPDX-License-Identifier: Apache-2.0
-// Plane sweep; kernels/plane_sweep.h says what is computed, plane_sweep_reference.cc does the same in C++.
-// Planes are swept in blocks of 16, which lie next to each other in the volume.
-// -D COST_MAX, UNSEEN_COST: of kernels/plane_sweep.h.
+// Plane sweep. kernels/plane_sweep.h says what is computed; plane_sweep_reference.cc does the same
+// in C++. Planes are swept in blocks of 16, which lie next to each other in the volume.
+// -D COST_MAX, UNSEEN_COST: the constants of kernels/plane_sweep.h.
 
 #define RADIUS_X 3
 #define RADIUS_Y 2
 #define GRADIENT_MAX 32
-#define PAD 16  // columns that a row has more on either side: its ends repeated
+// A row has so many columns more on either side, in which its ends are repeated.
+#define PAD 16
 
 // Carries one sensor view to the key view on 16 planes. Global size (padded columns, rows, 16).
-// geometry: rotation [9], translation [3]; planes [planes, padded x 3]. base [height x width] where has_base is not 0.
-// warped, seen [16 x height x stride] from `offset` on: gray level, and 255 where the sensor view sees the point.
-kernel void warp_block(global const uchar* image, int image_width, int image_height, constant float* geometry,
-                       global const float* base, int has_base, global const float* planes, int first_plane,
-                       int width, int height, int stride, ulong offset, global uchar* warped, global uchar* seen) {
-  const int column = (int)get_global_id(0), y = (int)get_global_id(1), plane = (int)get_global_id(2);
+//
+// geometry: rotation [9], then translation [3]. planes [padded number of planes x 3].
+// base [height x width]; read only where has_base is not 0.
+// warped, seen [16 x height x stride] from `offset` on: the gray level, and 255 where the sensor
+// view sees the point.
+kernel void warp_block(global const uchar* image, int image_width, int image_height,
+                       constant float* geometry, global const float* base, int has_base,
+                       global const float* planes, int first_plane, int width, int height,
+                       int stride, ulong offset, global uchar* warped, global uchar* seen) {
+  const int column = (int)get_global_id(0), y = (int)get_global_id(1),
+            plane = (int)get_global_id(2);
   const int x = clamp(column - PAD, 0, width - 1);
   constant float* r = geometry;
   constant float* t = geometry + 9;
@@ -31,7 +37,7 @@ kernel void warp_block(global const uchar* image, int image_width, int image_hei
   const float scale = 1.0f / nz;
   const float u = nx * scale, v = ny * scale;
   const int is_seen = nz > 0 && u >= 0 && u <= limit_x && v >= 0 && v <= limit_y;
-  // What is no number becomes 0 here.
+  // A position that is not a number becomes 0 here.
   const float cu = u > 0 ? (u < limit_x ? u : limit_x) : 0.0f;
   const float cv = v > 0 ? (v < limit_y ? v : limit_y) : 0.0f;
   const int iu = (int)(cu * 256.0f + 0.5f), iv = (int)(cv * 256.0f + 0.5f);
@@ -45,13 +51,17 @@ kernel void warp_block(global const uchar* image, int image_width, int image_hei
   seen[at] = is_seen ? 255 : 0;
 }
 
-ushort16 load_ushort16(global const uchar* p) { return convert_ushort16(vload16(0, p)); }
+ushort16 load_ushort16(global const uchar* p) {
+  return convert_ushort16(vload16(0, p));
+}
 
-// The cost of 16 neighbouring pixels at once; `key` and `warped` are the images' first rows, at the first one's column.
-uchar16 compare(global const uchar* key, global const uchar* warped, int y, int height, int stride) {
+// The cost of 16 neighboring pixels at once. `key` and `warped` point into the first rows of the
+// images, at the column of the first of these pixels.
+uchar16 compare(global const uchar* key, global const uchar* warped, int y, int height,
+                int stride) {
   const size_t center = (size_t)y * stride;
   const uchar16 key_center = vload16(0, key + center), warped_center = vload16(0, warped + center);
-  char16 different = (char16)(0);  // counts down: true is -1
+  char16 different = (char16)(0);  // counts down, for true is -1
   for (int dy = -RADIUS_Y; dy <= RADIUS_Y; ++dy) {
     const size_t row = (size_t)clamp(y + dy, 0, height - 1) * stride;
     for (int dx = -RADIUS_X; dx <= RADIUS_X; ++dx) {
@@ -61,20 +71,25 @@ uchar16 compare(global const uchar* key, global const uchar* warped, int y, int 
       different += in_key ^ in_warped;
     }
   }
-  const size_t above = (size_t)max(y - 1, 0) * stride, below = (size_t)min(y + 1, height - 1) * stride;
-  const ushort16 across = abs_diff(load_ushort16(key + center + 1) + load_ushort16(warped + center - 1),
-                                   load_ushort16(key + center - 1) + load_ushort16(warped + center + 1));
+  const size_t above = (size_t)max(y - 1, 0) * stride,
+               below = (size_t)min(y + 1, height - 1) * stride;
+  const ushort16 across =
+      abs_diff(load_ushort16(key + center + 1) + load_ushort16(warped + center - 1),
+               load_ushort16(key + center - 1) + load_ushort16(warped + center + 1));
   const ushort16 down = abs_diff(load_ushort16(key + below) + load_ushort16(warped + above),
                                  load_ushort16(key + above) + load_ushort16(warped + below));
   const uchar16 gradient = convert_uchar16(min(across + down, (ushort16)(GRADIENT_MAX)));
   return (as_uchar16(-different) << (uchar16)(1)) + gradient;
 }
 
-// Costs of 16 planes at 16 neighbouring pixels of a row. Global size (blocks of columns, rows).
-// key [height x stride], warped and seen [sensors x 16 x height x stride]; costs [height x width x plane_stride].
-kernel void cost_block(global const uchar* key, global const uchar* warped, global const uchar* seen, int width,
-                       int height, int stride, int sensors, global const float* planes, int first_plane,
-                       int plane_stride, global uchar* costs) {
+// Costs of 16 planes at 16 neighboring pixels of a row. Global size (blocks of columns, rows).
+//
+// key [height x stride]; warped, seen [sensors x 16 x height x stride];
+// costs [height x width x plane_stride].
+kernel void cost_block(global const uchar* key, global const uchar* warped,
+                       global const uchar* seen, int width, int height, int stride, int sensors,
+                       global const float* planes, int first_plane, int plane_stride,
+                       global uchar* costs) {
   const int x = 16 * (int)get_global_id(0), y = (int)get_global_id(1);
   uchar block[256];  // [plane][pixel]
   for (int k = 0; k < 16; ++k) {
@@ -86,9 +101,10 @@ kernel void cost_block(global const uchar* key, global const uchar* warped, glob
       second = min(second, max(best, cost));
       best = min(best, cost);
     }
-    // Of more than two views the mean of the best two, where two see the point.
+    // With more than two views, the mean of the best two where at least two see the point.
     const char16 is_mean = (char16)(sensors > 2 ? -1 : 0) & (second != (uchar16)(255));
-    const uchar16 combined = select(best, (best & second) + ((best ^ second) >> (uchar16)(1)), is_mean);
+    const uchar16 combined =
+        select(best, (best & second) + ((best ^ second) >> (uchar16)(1)), is_mean);
     const uchar16 known = select(combined, (uchar16)(UNSEEN_COST), best == (uchar16)(255));
     // A gap, or padding.
     vstore16(isnan(planes[3 * (first_plane + k) + 2]) ? (uchar16)(COST_MAX) : known, k, block);

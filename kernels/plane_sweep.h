@@ -14,15 +14,15 @@
 
 namespace veduta {
 
-// A gray image by rows, somebody else's memory.
+// A gray image, row by row, in memory that the caller owns.
 struct GrayView {
   uint32_t width_px = 0, height_px = 0;
   const uint8_t* pixels = nullptr;
 };
 
 // A sensor view and how the key view's pixels come to it: (x, y) at inverse depth w is seen where
-// (u, v, 1) ~ rotation (x, y, 1) + w translation, in px; rows first. In front of it where the third
-// row is positive.
+// (u, v, 1) ~ rotation (x, y, 1) + w translation, in px; the rotation is row-major. The point is in
+// front of the sensor view where the third row of the sum is positive.
 struct SweepSensor {
   GrayView image;
   std::array<float, 9> rotation;
@@ -39,8 +39,8 @@ struct SweepPlane {
   bool is_gap() const { return constant != constant; }
 };
 
-// Plane k is seen by pixel i at the inverse depth base[i] + planes[k]'s, without a base at
-// planes[k]'s own.
+// Pixel i sees plane k at the inverse depth base[i] + that of planes[k], or without a base at that
+// of planes[k].
 struct SweepProblem {
   GrayView key;
   std::vector<SweepSensor> sensors;  // 1 to 16
@@ -54,8 +54,8 @@ inline constexpr uint32_t kSweepSensorsMax = 16;
 inline constexpr uint32_t kSweepPlanesMax = 1024;
 // Planes are padded to a multiple of this.
 inline constexpr uint32_t kPlaneBlock = 16;
-// Least and greatest of a cost; a plane that no sensor view sees costs kUnseenCost, a gap and
-// padding kCostMax.
+// A gap and padding cost kCostMax, the greatest cost that leaves room for penalties in a byte. A
+// plane that no sensor view sees costs kUnseenCost, half of the worst cost of one that is seen.
 inline constexpr uint8_t kCostMax = 127, kUnseenCost = 50;
 
 struct CostVolume {
@@ -68,15 +68,17 @@ inline uint32_t PlaneStride(uint32_t plane_count) {
 }
 
 // The cost of every plane at every pixel. A sensor view is warped by bilinear interpolation in
-// fixed point (8 bits of fraction). Its cost at a pixel is 2 c + min(g, 32), at most 100: c counts
-// the 34 neighbours in a window of 7 x 5 that are darker than the centre in one view and not in the
-// other (census; Zabih, Woodfill 1994), g is the difference of the gradients, |dx| + |dy| by
-// central differences. Neither feels a change of brightness, the first no change of contrast
-// either. Of one or two views that see the point the better counts, of more the mean of the best
-// two, so that a view whose sight is blocked does no harm. Outside an image its edge is repeated.
+// fixed point (8 bits of fraction). Its cost at a pixel is 2 c + min(g, 32), at most 100. c counts
+// those of the 34 neighbors in a window of 7 x 5 that are darker than the center in one view and
+// not in the other (census; Zabih and Woodfill 1994); g is the difference of the gradients, |dx| +
+// |dy| by central differences. A change of brightness changes neither; a change of contrast does
+// not change c. With one or two sensor views the better cost counts, with more the mean of the best
+// two of those that see the point, so that a view whose sight is blocked does no harm. Outside of
+// an image its edge is repeated.
 //
-// On the device, or in C++ on the pool where it is null: the same bits. O(pixels * planes *
-// sensors) time. Thread-safe. kInvalidArgument as Check says, kIoError from the device.
+// Computed on the device, or in C++ on the pool where the device is null, with the same bits.
+// O(pixels * planes * sensors) time. Thread-safe. kInvalidArgument as Check says, kIoError from the
+// device.
 Result<CostVolume> SweepPlanes(const SweepProblem& problem, Device* device, ThreadPool& pool);
 
 }  // namespace veduta

@@ -11,7 +11,7 @@ namespace veduta {
 namespace {
 
 constexpr uint32_t kPad = 16;         // PAD of plane_sweep.cl
-constexpr uint32_t kPixelBlock = 16;  // that one work item of cost_block serves
+constexpr uint32_t kPixelBlock = 16;  // pixels that one work item of cost_block serves
 // Group sizes are stated throughout: PoCL compiles a kernel anew for each size that it chooses
 // itself.
 
@@ -27,8 +27,8 @@ void SetArguments(cl::Kernel& kernel, const Arguments&... arguments) {
   (kernel.setArg(index++, arguments), ...);
 }
 
-// The key view with PAD columns more on either side, and to a multiple of the block: its rows' ends
-// repeated.
+// The key view with the ends of its rows repeated: PAD columns more on either side, and on the
+// right up to a multiple of the block.
 std::vector<uint8_t> PadRows(const GrayView& view, uint32_t stride) {
   std::vector<uint8_t> padded(static_cast<size_t>(stride) * view.height_px);
   for (uint32_t y = 0; y < view.height_px; ++y) {
@@ -131,8 +131,8 @@ void ScanAndRead(Device::Parts& parts, const GrayView& key, uint32_t plane_count
                  static_cast<cl_uchar>(options.penalty_small), static_cast<cl_int>(width),
                  static_cast<cl_int>(height), blocks, static_cast<cl_int>(direction.dx),
                  static_cast<cl_int>(direction.dy), is_first, sums);
-    // One line a group: neighbouring lines share nothing, and groups are what a processor's threads
-    // take.
+    // One line for each group: neighboring lines share nothing, and a processor's threads take one
+    // group at a time.
     parts.queue.enqueueNDRangeKernel(kernels.scan, cl::NullRange,
                                      cl::NDRange(direction.LineCount(width, height)),
                                      cl::NDRange(1));

@@ -9,7 +9,7 @@ namespace {
 
 constexpr int kRadiusX = 3, kRadiusY = 2;  // of the census window
 constexpr int kGradientMax = 32;
-constexpr uint32_t kBandRows = 48;  // a task
+constexpr uint32_t kBandRows = 48;  // rows of one piece of parallel work; chosen by hand
 
 void WarpRow(const SweepProblem& problem, const SweepSensor& sensor, const SweepPlane& plane,
              uint32_t y, uint8_t* gray, uint8_t* seen) {
@@ -33,7 +33,7 @@ void WarpRow(const SweepProblem& problem, const SweepSensor& sensor, const Sweep
     const float scale = 1.0f / nz;
     const float u = nx * scale, v = ny * scale;
     seen[x] = nz > 0 && u >= 0 && u <= limit_x && v >= 0 && v <= limit_y ? 255 : 0;
-    // What is no number becomes 0 here.
+    // A position that is not a number becomes 0 here.
     const float cu = u > 0 ? (u < limit_x ? u : limit_x) : 0.0f;
     const float cv = v > 0 ? (v < limit_y ? v : limit_y) : 0.0f;
     const int iu = static_cast<int>(cu * 256.0f + 0.5f), iv = static_cast<int>(cv * 256.0f + 0.5f);
@@ -61,7 +61,8 @@ struct PaddedRows {
 };
 
 // The cost of a row: how many neighbours are on different sides of their centre in the two views,
-// and how far the gradients are apart. Rows from -kRadiusY to kRadiusY around it.
+// and how far the gradients are apart. The row pointers go from kRadiusY rows above it to kRadiusY
+// rows below.
 void CompareRow(const uint8_t* const* key_rows, const uint8_t* const* warped_rows, uint32_t width,
                 uint8_t* cost) {
   const uint8_t* __restrict key = key_rows[kRadiusY];
@@ -90,7 +91,7 @@ void CompareRow(const uint8_t* const* key_rows, const uint8_t* const* warped_row
   }
 }
 
-// The best two views' costs so far; UINT8_MAX: no view.
+// The costs of the best two views so far; UINT8_MAX where there is no view.
 struct BestCosts {
   std::vector<uint8_t> first, second;
 };
@@ -105,7 +106,7 @@ void AddView(const uint8_t* cost, const uint8_t* seen, uint32_t width, BestCosts
   }
 }
 
-// Of up to two views the better one, of more the mean of the best two.
+// The better cost of up to two views, or the mean of the best two of more views.
 uint8_t CombineCosts(uint8_t first, uint8_t second, bool many) {
   if (first == UINT8_MAX) return kUnseenCost;
   return many && second != UINT8_MAX ? static_cast<uint8_t>((first + second) / 2) : first;

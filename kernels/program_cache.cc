@@ -21,7 +21,7 @@ ContentHash HashOf(std::span<const unsigned char> bytes) {
   return HashContent(bytes);
 }
 
-// Unlike any other writer's, in this process or another.
+// A name that no other writer uses, in this process or another.
 std::string TemporaryName(const std::string& path) {
   static std::atomic<uint64_t> count = 0;
   return path + "." + std::to_string(getpid()) + "." + std::to_string(count++) + ".tmp";

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
-// Built programs on disk, by a key that says all they depend on.
+// Built programs on disk, by a key that names everything that they depend on.
 //
 // A file is named by the key's SHA-256 and holds the bytes "VDCL1\n", the SHA-256 of the rest (32
 // bytes) and the driver's binary. Anything else under that name counts as absent and is written
@@ -14,8 +14,8 @@
 
 namespace veduta {
 
-// Thread-safe, also between processes: a file appears whole or not at all. Nothing here fails: what
-// cannot be read is absent, what cannot be written is not kept.
+// Thread-safe, also between processes: a file appears whole or not at all. No call fails: what
+// cannot be read counts as absent, and what cannot be written is not kept.
 class ProgramCache final {
  public:
   ProgramCache() = default;  // keeps nothing

@@ -18,8 +18,8 @@ struct ScanDirection {
     if (dy == 0) return height;
     return dx == 0 ? width : width + height - 1;
   }
-  // The first pixel of a line: on the border that the direction leaves. Diagonals start on the top
-  // or bottom row, then on what is left of the side.
+  // The first pixel of a line, on the border that the direction points away from. Diagonals start
+  // on the top or bottom row first, and then on the rest of one side.
   ScanStart Start(uint32_t line, uint32_t width, uint32_t height) const {
     const int w = static_cast<int>(width), h = static_cast<int>(height), i = static_cast<int>(line);
     const int side = dx > 0 ? 0 : w - 1, row = dy > 0 ? 0 : h - 1;

@@ -2,7 +2,8 @@
 // Scanline optimisation; kernels/scanline.h has the equations. Planes come in blocks of 16.
 
 #define PLANES_MAX 1024
-// Greater than any normalised cost may be, so that there is nothing to gain beyond the first and the last plane.
+// Greater than any normalized cost can be, so that there is nothing to gain beyond the first and
+// the last plane.
 #define BEYOND 128
 
 uchar least_of(uchar16 values) {
@@ -19,12 +20,14 @@ ushort least_of_sums(ushort16 values) {
   return min(two.x, two.y);
 }
 
-// One work item a line; the lines of one direction share no pixel. Lines start as kernels/scan_direction.h says.
-// costs [height x width x 16 blocks], gray [height x width], penalty_large [256]; sums [as costs]: set by the first
-// direction, added to by the others.
-kernel void run_scanlines(global const uchar* costs, global const uchar* gray, constant uchar* penalty_large,
-                          uchar penalty_small, int width, int height, int blocks, int dx, int dy, int is_first,
-                          global ushort* sums) {
+// One work item for each line; the lines of one direction share no pixel. They start where
+// kernels/scan_direction.h says.
+//
+// costs [height x width x 16 blocks], gray [height x width], penalty_large [256].
+// sums [height x width x 16 blocks]: the first direction sets them, the others add to them.
+kernel void run_scanlines(global const uchar* costs, global const uchar* gray,
+                          constant uchar* penalty_large, uchar penalty_small, int width, int height,
+                          int blocks, int dx, int dy, int is_first, global ushort* sums) {
   const int line = (int)get_global_id(0);
   const int side = dx > 0 ? 0 : width - 1, row = dy > 0 ? 0 : height - 1;
   int x, y;
@@ -38,7 +41,7 @@ kernel void run_scanlines(global const uchar* costs, global const uchar* gray, c
     x = side;
     y = row + dy * (line - width + 1);
   }
-  uchar before[PLANES_MAX + 32];  // normalised costs of the pixel before; plane k at 16 + k
+  uchar before[PLANES_MAX + 32];  // normalized costs of the pixel before; plane k is at 16 + k
   uchar path[PLANES_MAX];
   for (int b = 0; b < blocks; ++b) vstore16((uchar16)(0), b, before + 16);
   before[15] = before[16 + 16 * blocks] = BEYOND;
@@ -60,13 +63,15 @@ kernel void run_scanlines(global const uchar* costs, global const uchar* gray, c
     if (x < 0 || y < 0 || x >= width || y >= height) return;
     const uchar penalty = penalty_large[abs_diff(gray[pixel], gray[(size_t)y * width + x])];
     const uchar16 lowest = (uchar16)(least_of(least));
-    for (int b = 0; b < blocks; ++b) vstore16(min(vload16(b, path) - lowest, (uchar16)(penalty)), b, before + 16);
+    for (int b = 0; b < blocks; ++b)
+      vstore16(min(vload16(b, path) - lowest, (uchar16)(penalty)), b, before + 16);
   }
 }
 
-// One work item a pixel, more are idle. out [5 x pixels]: the plane, the costs before, at and after it, the least of
-// the others.
-kernel void choose_planes(global const ushort* sums, int plane_count, int blocks, uint pixels, global ushort* out) {
+// One work item for each pixel; those beyond do nothing. out [5 x pixels]: the plane, the costs
+// before, at and after it, and the least cost of all other planes.
+kernel void choose_planes(global const ushort* sums, int plane_count, int blocks, uint pixels,
+                          global ushort* out) {
   const size_t pixel = get_global_id(0);
   if (pixel >= pixels) return;
   global const ushort* sum = sums + pixel * blocks * 16;
@@ -81,7 +86,8 @@ kernel void choose_planes(global const ushort* sums, int plane_count, int blocks
   ushort16 first = none;
   for (int b = 0; b < blocks; ++b) {
     const ushort16 plane = lanes + (ushort)(16 * b);
-    first = min(first, select(none, plane, vload16(b, sum) == (ushort16)(best_sum) && plane < count));
+    first =
+        min(first, select(none, plane, vload16(b, sum) == (ushort16)(best_sum) && plane < count));
   }
   const ushort best = least_of_sums(first);
   ushort16 others = none;

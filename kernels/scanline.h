@@ -23,12 +23,12 @@ struct ScanlineOptions {
   Status Check() const;  // the first violated bound, named with its value
 };
 
-// Of each pixel; [height x width]. Costs are summed over the eight directions.
+// One number for each pixel, [height x width]. Costs are summed over the eight directions.
 struct PlaneChoice {
-  std::vector<uint16_t> plane;  // the cheapest; of equals the lowest
-  std::vector<uint16_t> cost_before, cost,
-      cost_after;                     // of plane - 1, plane, plane + 1; at an end UINT16_MAX
-  std::vector<uint16_t> cost_second;  // the least of the others; UINT16_MAX if there is none
+  std::vector<uint16_t> plane;  // the cheapest plane; of equally cheap ones the lowest
+  // Of plane - 1, of plane and of plane + 1; UINT16_MAX where there is no such plane.
+  std::vector<uint16_t> cost_before, cost, cost_after;
+  std::vector<uint16_t> cost_second;  // the least of all other planes; UINT16_MAX if there is none
 };
 
 // Along each of eight directions, L(p, k) = C(p, k) + min(m(q, k), m(q, k -+ 1) + penalty_small),
@@ -36,7 +36,8 @@ struct PlaneChoice {
 // I_q|)); then the plane of the least sum. In integers throughout: the same bits on the device and,
 // where it is null, in C++ on the pool.
 //
-// O(pixels * planes) time; 2 bytes a pixel and plane of memory besides the volume. Thread-safe.
+// O(pixels * planes) time. Memory: 2 bytes for each pixel and plane, besides the volume.
+// Thread-safe.
 // kInvalidArgument if sizes do not fit, kIoError from the device.
 Result<PlaneChoice> ChoosePlanes(const CostVolume& volume, const GrayView& key,
                                  const ScanlineOptions& options, Device* device, ThreadPool& pool);

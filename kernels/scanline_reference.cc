@@ -8,11 +8,11 @@
 namespace veduta {
 namespace {
 
-// Greater than any m may be, so that there is nothing to gain beyond the first and the last plane.
+// Greater than any m can be, so that there is nothing to gain beyond the first and the last plane.
 constexpr uint8_t kBeyond = 128;
 
-// L of one pixel from its predecessor's m (with one cell more on either side); adds it to the sums.
-// Returns its minimum.
+// Computes L of one pixel from its predecessor's m (with one cell more on either side), adds it to
+// the sums and returns its minimum.
 uint8_t StepCosts(const uint8_t* __restrict cost, const uint8_t* __restrict before, uint32_t count,
                   uint8_t penalty_small, uint8_t* __restrict path, uint16_t* __restrict sum) {
   uint8_t least = UINT8_MAX;
@@ -26,7 +26,7 @@ uint8_t StepCosts(const uint8_t* __restrict cost, const uint8_t* __restrict befo
   return least;
 }
 
-// m of that pixel, for its successor.
+// Computes m of that pixel, for its successor.
 void NormalizeCosts(const uint8_t* __restrict path, uint32_t count, uint8_t least,
                     uint8_t penalty_large, uint8_t* __restrict before) {
   for (uint32_t k = 0; k < count; ++k) {

@@ -1,11 +1,16 @@
 // SPDX-License-Identifier: Apache-2.0
-// The three steps of kernels/total_variation.h, operation by operation as total_variation_lanes.inc has them; whoever
-// changes one changes the other. A work item is a row of 16 voxels: global id r is row r % 256 of block r / 256, its
-// first voxel 16 r.
+// The three steps of kernels/total_variation.h, with the same operations in the same order as in
+// total_variation_kernels.inc; whoever changes one changes the other. A work item is a row of 16
+// voxels: global id r is row r % 256 of block r / 256, and its first voxel is 16 r.
 //
-// u, u_bar, p0, p1, p2 [blocks x 4096] float, with 16 floats before (so voxel v lies at 16 + v) and behind them;
-// neighbors [blocks x 6] int; weights [blocks x 8 x 4096] ushort; centers [blocks x 7 x 4096] uchar;
-// bits_of_row [blocks x 256] uint: bit j < 8: bin j is not empty somewhere in the row; bit 16 + i: voxel i is observed.
+// u, u_bar, p0, p1, p2  [blocks x 4096] float, with 16 floats before (so voxel v lies at 16 + v)
+//                       and 16 behind them
+// neighbors             [blocks x 6] int
+// weights               [blocks x 8 x 4096] ushort
+// centers               [blocks x 7 x 4096] uchar
+// bits_of_row           [blocks x 256] uint: bit j < 8 says that bin j is not empty somewhere in
+//                       the row, bit 16 + i that voxel i is observed
+//
 // Rows that nobody saw stay as they are. -D TAU, SIGMA: exact floats.
 
 #define SIDE 16
@@ -15,9 +20,15 @@
 #define PADDING 16
 #define ENERGY_ONE 1048576.f
 
-static float16 Min(float16 a, float16 b) { return select(b, a, a < b); }
-static float16 Max(float16 a, float16 b) { return select(b, a, a > b); }
-static float16 Abs(float16 a) { return Max(a, -a); }
+static float16 Min(float16 a, float16 b) {
+  return select(b, a, a < b);
+}
+static float16 Max(float16 a, float16 b) {
+  return select(b, a, a > b);
+}
+static float16 Abs(float16 a) {
+  return Max(a, -a);
+}
 
 typedef struct {
   float16 x, y, z;
@@ -30,8 +41,8 @@ static float16 Keep(float16 values, uint lanes) {
 }
 
 // Forward differences of f; 0 where the voxel or the next one is not observed.
-static Gradient GradientAt(__global const float* f, __global const int* neighbors, __global const uint* bits_of_row,
-                           int row) {
+static Gradient GradientAt(__global const float* f, __global const int* neighbors,
+                           __global const uint* bits_of_row, int row) {
   const int in_block = row & 255, y = row & 15, z = in_block >> 4;
   __global const int* n = neighbors + 6 * (row >> 8);
   const float16 here = vload16(row, f);
@@ -52,8 +63,8 @@ static Gradient GradientAt(__global const float* f, __global const int* neighbor
   return g;
 }
 
-static float16 DivergenceAt(__global const float* p0, __global const float* p1, __global const float* p2,
-                            __global const int* neighbors, int row) {
+static float16 DivergenceAt(__global const float* p0, __global const float* p1,
+                            __global const float* p2, __global const int* neighbors, int row) {
   const int in_block = row & 255, y = row & 15, z = in_block >> 4;
   __global const int* n = neighbors + 6 * (row >> 8);
   float16 before_x = vload16(0, p0 + row * SIDE - 1);
@@ -69,7 +80,8 @@ static float16 DivergenceAt(__global const float* p0, __global const float* p1, 
   } else if (n[4] >= 0) {
     before_z = vload16(n[4] * 256 + 15 * SIDE + y, p2);
   }
-  return ((vload16(row, p0) - before_x) + (vload16(row, p1) - before_y)) + (vload16(row, p2) - before_z);
+  return ((vload16(row, p0) - before_x) + (vload16(row, p1) - before_y)) +
+         (vload16(row, p2) - before_z);
 }
 
 // The histograms of a row.
@@ -80,7 +92,8 @@ static float16 CenterAt(__global const uchar* centers, int row, int bin) {
   if (bin == NEAR) return (float16)(1.f);
   const float step = 2.f / (7.f * 256.f);
   return (-1.f + 2.f / 7.f * (float)bin) +
-         convert_float16(vload16((row >> 8) * (NEAR * 256) + bin * 256 + (row & 255), centers)) * step;
+         convert_float16(vload16((row >> 8) * (NEAR * 256) + bin * 256 + (row & 255), centers)) *
+             step;
 }
 static float16 TotalAt(__global const ushort* weights, int row, uint bins) {
   float16 total = (float16)(0.f);
@@ -90,8 +103,9 @@ static float16 TotalAt(__global const ushort* weights, int row, uint bins) {
   return total;
 }
 
-__kernel void DualStep(__global const float* u_bar, __global float* p0, __global float* p1, __global float* p2,
-                       __global const int* neighbors, __global const uint* bits_of_row, int rows) {
+__kernel void DualStep(__global const float* u_bar, __global float* p0, __global float* p1,
+                       __global float* p2, __global const int* neighbors,
+                       __global const uint* bits_of_row, int rows) {
   const int row = get_global_id(0);
   if (row >= rows || bits_of_row[row] == 0) return;
   p0 += PADDING, p1 += PADDING, p2 += PADDING;
@@ -106,9 +120,11 @@ __kernel void DualStep(__global const float* u_bar, __global float* p0, __global
   vstore16(z * scale, row, p2);
 }
 
-__kernel void PrimalStep(__global float* u, __global float* u_bar, __global const float* p0, __global const float* p1,
-                         __global const float* p2, __global const int* neighbors, __global const ushort* weights,
-                         __global const uchar* centers, __global const uint* bits_of_row, float lambda, int rows) {
+__kernel void PrimalStep(__global float* u, __global float* u_bar, __global const float* p0,
+                         __global const float* p1, __global const float* p2,
+                         __global const int* neighbors, __global const ushort* weights,
+                         __global const uchar* centers, __global const uint* bits_of_row,
+                         float lambda, int rows) {
   const int row = get_global_id(0);
   if (row >= rows || bits_of_row[row] == 0) return;
   u += PADDING, u_bar += PADDING, p0 += PADDING, p1 += PADDING, p2 += PADDING;
@@ -137,17 +153,20 @@ static long Sum(float16 row) {
 }
 
 // energies [blocks x 256 x 2] long: primal and dual energy of each row, in parts of ENERGY_ONE.
-__kernel void RowEnergies(__global const float* u, __global const float* p0, __global const float* p1,
-                          __global const float* p2, __global const int* neighbors, __global const ushort* weights,
-                          __global const uchar* centers, __global const uint* bits_of_row, float lambda,
-                          __global long* energies, int rows) {
+__kernel void RowEnergies(__global const float* u, __global const float* p0,
+                          __global const float* p1, __global const float* p2,
+                          __global const int* neighbors, __global const ushort* weights,
+                          __global const uchar* centers, __global const uint* bits_of_row,
+                          float lambda, __global long* energies, int rows) {
   const int row = get_global_id(0);
   if (row >= rows) return;
   u += PADDING, p0 += PADDING, p1 += PADDING, p2 += PADDING;
   const Gradient g = GradientAt(u, neighbors, bits_of_row, row);
-  const float16 here = vload16(row, u), q = DivergenceAt(p0, p1, p2, neighbors, row), one = (float16)(1.f);
+  const float16 here = vload16(row, u), q = DivergenceAt(p0, p1, p2, neighbors, row),
+                one = (float16)(1.f);
   const uint bins = bits_of_row[row];
-  float16 distance_sum = (float16)(0.f), at_low = (float16)(0.f), below = -TotalAt(weights, row, bins);
+  float16 distance_sum = (float16)(0.f), at_low = (float16)(0.f),
+          below = -TotalAt(weights, row, bins);
   for (int bin = 0; bin < ALL; ++bin) {
     if (!(bins >> bin & 1)) continue;
     const float16 weight = WeightAt(weights, row, bin), center = CenterAt(centers, row, bin);

@@ -14,7 +14,7 @@
 //
 //   prox(v) = clamp(min(v + tau lambda W_0, min_j max(c_j, v + tau lambda W_j)), -1, 1)
 //
-// in which an empty bin changes nothing, not even a bit, and is skipped.
+// An empty bin changes nothing in it, not even the last bit, and is skipped.
 
 #include <cstdint>
 #include <memory>
@@ -49,8 +49,9 @@ struct TvProblem {
 
 struct TvEnergy {
   double primal = 0;  // E(u)
-  double dual =
-      0;  // of p: min E is not below (up to rounding), so primal - dual bounds what is left to gain
+  // Of p. The minimum of E is not below it (up to rounding), so primal - dual bounds how far E(u)
+  // is from its minimum.
+  double dual = 0;
 };
 
 // A minimisation under way. Every implementation computes the same bits: floats in a fixed order
@@ -58,10 +59,10 @@ struct TvEnergy {
 class TotalVariation {
  public:
   // From `u` [block_count x 4096], in [-1, 1]; voxels without data keep it. `p` [3 x block_count x
-  // 4096], along x, y, z: empty for 0, or what ReadDual gave before the data changed a little,
-  // which saves iterations; it is made to fit. `device` null: C++ on `pool`, by the widest vectors
-  // that this machine has. The problem is copied. kInvalidArgument naming what is wrong; kIoError
-  // if the device fails.
+  // 4096], along x, y, z: empty for zeros, or what ReadDual gave before the data changed a little,
+  // which saves iterations; Start makes it fit the new data. Where `device` is null, C++ computes
+  // on `pool`, by the widest vectors that this processor has. The problem is copied.
+  // kInvalidArgument naming what is wrong; kIoError if the device fails.
   static Result<std::unique_ptr<TotalVariation>> Start(const TvProblem& problem,
                                                        std::span<const float> u,
                                                        std::span<const float> p, Device* device,
@@ -74,14 +75,14 @@ class TotalVariation {
   virtual Result<std::vector<float>> ReadDual() = 0;  // p
 };
 
-// kernels/total_variation.cl, one work item a row of 16 voxels.
+// On the device by kernels/total_variation.cl, one work item for each row of 16 voxels.
 Result<std::unique_ptr<TotalVariation>> StartTotalVariationOn(Device& device,
                                                               const TvProblem& problem,
                                                               std::span<const float> u,
                                                               std::span<const float> p);
 
-// The formula of prox above for one voxel, as plain as can be: the reference that tests compare by
-// brute force.
+// The formula of prox above for one voxel, as plainly as possible: tests compare it with a search
+// by brute force.
 float HistogramProx(float v, float tau_lambda, std::span<const float> centers,
                     std::span<const float> weights);
 

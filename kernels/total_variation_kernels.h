@@ -8,11 +8,11 @@
 
 namespace veduta {
 
-// tau sigma |grad|^2 = 1, with |grad|^2 < 12 in three dimensions. The smaller tau suits what starts
-// near its end: 0.25 and 0.05 took half as many iterations again.
+// tau sigma |grad|^2 = 1 (Chambolle and Pock 2011), with |grad|^2 < 12 in three dimensions. This
+// tau suits a start near the minimum: 0.25 and 0.05 took half as many iterations again.
 inline constexpr float kTvTau = 0.1f, kTvSigma = 1.f / (12.f * 0.1f);
 
-// Pointers to voxel 0; what lies 16 floats before and behind the arrays may be read.
+// Pointers to voxel 0. Kernels may read 16 floats before and behind each array.
 struct TvArrays {
   float *u, *u_bar, *p[3];
   const int32_t* neighbors;

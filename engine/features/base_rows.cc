@@ -32,7 +32,7 @@ void BaseRows::Start(const SiftKernels& kernels, const GrayView& image, double s
   kernels_ = &kernels;
   image_ = image;
   upsample_ = upsample;
-  const double scale = upsample ? 0.5 : 1.0;  // photo px a px of the output
+  const double scale = upsample ? 0.5 : 1.0;  // photo px per px of the output
   const double missing = std::sqrt(sigma * sigma * scale * scale - kPhotoSigma * kPhotoSigma);
   down_ = upsample ? MakeQuarterStepTaps(missing) : Unfold(MakeGaussianTaps(missing));
   up_ = down_;

@@ -9,22 +9,23 @@
 
 namespace veduta {
 
-// The blur that a photo is taken to have, px. Lowe takes 0.5, but doubles by linear interpolation,
-// which blurs as much again; on Strecha's photos 0.25 with our sharper doubling finds as many
-// features as that and places them best.
+// The blur that a photo is taken to have, in px. Lowe 2004, section 3.3, takes 0.5 and doubles by
+// linear interpolation, which blurs as much again. Our doubling is sharper: on Strecha's photos
+// (fountain-P11, castle-P19) it finds as many features with 0.25 and places them best.
 inline constexpr double kPhotoSigma = 0.25;
 
-// Row u of the doubled image lies at y = u / 2 - 1 / 4 of the photo, columns likewise: every sample
-// is a quarter px from its nearest photo pixel, so that all have the same blur. Doubling and
-// blurring are one filter. Not thread-safe.
+// Row u of the doubled image lies at y = u / 2 - 1 / 4 of the photo, and column u at x = u / 2 -
+// 1 / 4: every sample is a quarter px from its nearest photo pixel, so that all samples have the
+// same blur. Doubling and blurring are one filter. Not thread-safe.
 class BaseRows final {
  public:
-  // Blurs to `sigma` (px of the output). `image` must stay until the last row.
+  // Prepares to blur to `sigma` (px of the output). `image` must live until the last row is made.
   void Start(const SiftKernels& kernels, const GrayView& image, double sigma, bool upsample);
 
   int width() const { return upsample_ ? 2 * image_.width_px : image_.width_px; }
   int height() const { return upsample_ ? 2 * image_.height_px : image_.height_px; }
-  // Writes row y, up to the granule above the width; rows in ascending order.
+  // Writes row y, its width rounded up to a multiple of kRowGranule. Ask for rows in ascending
+  // order.
   void Make(int y, int16_t* out);
 
  private:

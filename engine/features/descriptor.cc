@@ -9,10 +9,10 @@
 namespace veduta {
 namespace {
 
-constexpr double kBinSigma = 3.0;  // width of a spatial bin, in the keypoint's scale
-constexpr double kWindowSigma =
-    2.0;  // of the Gaussian window, in bins: half the descriptor's width
-constexpr double kSamplesPerBin = 4.0;
+constexpr double kBinSigma = 3.0;  // width of a spatial bin, in the keypoint's scale; as OpenCV
+// Sigma of the Gaussian window, in bins: half of the descriptor's width; Lowe 2004, section 6.1.
+constexpr double kWindowSigma = 2.0;
+constexpr double kSamplesPerBin = 4.0;  // Lowe 2004, figure 7: 16 x 16 samples for 4 x 4 bins
 
 }  // namespace
 

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
-// 4 x 4 x 8 histograms of gradients, as bytes. Lowe 2004, section 6; square root after Arandjelovic
-// and Zisserman 2012.
+// Descriptors: 4 x 4 histograms of 8 gradient directions each, as bytes. Lowe 2004, section 6; the
+// square root is from Arandjelovic and Zisserman 2012.
 
 #include <cstdint>
 

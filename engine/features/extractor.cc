@@ -80,7 +80,7 @@ Oriented Place(const Extremum& extremum, const FeatureOptions& options) {
   result.sigma =
       options.sigma * ExactExp2((extremum.level + extremum.level_offset) / kScalesPerOctave);
   const double scale =
-      std::ldexp(options.upsample ? 0.5 : 1.0, extremum.octave);  // photo px a px of the octave
+      std::ldexp(options.upsample ? 0.5 : 1.0, extremum.octave);  // photo px per px of the octave
   const double shift = options.upsample ? -0.25 : 0.0;            // see BaseRows
   result.keypoint.x_px = static_cast<float>(result.x * scale + shift);
   result.keypoint.y_px = static_cast<float>(result.y * scale + shift);
@@ -90,8 +90,8 @@ Oriented Place(const Extremum& extremum, const FeatureOptions& options) {
   return result;
 }
 
-// The order in which neighbours in memory follow one another: patches are then read while their
-// rows are in the cache.
+// The order of memory: keypoints whose patches lie near each other follow each other, so that a
+// patch is read while its rows are still in the cache.
 bool IsBeforeInMemory(const Oriented& a, const Oriented& b) {
   constexpr int kStripRows = 16;
   const auto key = [](const Oriented& o) {
@@ -118,10 +118,11 @@ std::vector<Oriented> SelectKeypoints(const std::vector<Extremum>& extrema,
   return keypoints;
 }
 
-// Reads a value of every cache line that a keypoint's orientation and descriptor will read. The
-// planes are larger than the caches, and the processor fetches independent reads side by side, but
-// not those that come between branches: this saves a quarter of the time. (Prefetch instructions do
-// not: they are dropped where the address is not translated yet.)
+// Reads one value of every cache line that a keypoint's orientation and descriptor will read. The
+// planes are larger than the caches. The processor fetches many lines side by side when the reads
+// do not depend on each other and no branches lie between them, as here: this saved a quarter of
+// the time of description. Prefetch instructions saved nothing: the processor drops them where it
+// has not translated the address yet.
 void TouchWindow(const GrayPlane& plane, const Oriented& keypoint) {
   constexpr double kReachSigma = 11.0;  // to the corners of the rotated grid
   constexpr ptrdiff_t kLineValues = 32;

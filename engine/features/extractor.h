@@ -34,8 +34,9 @@ struct FeatureOptions {
   Status Check() const;  // the first violated bound, named with its value
 };
 
-// Memory that extractions leave for the next, about 9 bytes a pixel of the doubled photo: touching
-// fresh pages adds a fifth to an extraction. One photo at a time; not thread-safe.
+// Memory that one extraction leaves for the next, about 9 bytes for each pixel of the doubled
+// photo: touching fresh pages adds a fifth to the time of an extraction. One photo at a time; not
+// thread-safe.
 class FeatureScratch final {
  public:
   FeatureScratch();
@@ -55,8 +56,8 @@ class FeatureScratch final {
 // gives several features. Descriptors are root-SIFT quantised to bytes: 4 x 4 x 8 (row, column,
 // direction), of norm 512 but for rounding. Deterministic: the same bytes on every processor, with
 // or without scratch. Single-threaded; thread-safe if no scratch is shared. kInvalidArgument on bad
-// options, an image under 16 px in width or height, or of more than 2^26 px; kIoError when memory
-// runs out.
+// options, an image under 16 px in width or height, or an image of more than 2^26 px; kIoError when
+// memory runs out.
 Result<Features> ExtractFeatures(const GrayView& image, const FeatureOptions& options,
                                  FeatureScratch* scratch = nullptr);
 

@@ -65,7 +65,7 @@ Quadric FitQuadric(const Neighborhood& n) {
 // takes the curvature of the middle's scale; over half a level it changes by a tenth, and so would
 // the offset. The differences at the scale in between come from a parabola through the three
 // levels, the extremum from a paraboloid through those, whose derivatives along an axis are
-// averaged over the three lines, 1 : 4 : 1.
+// averaged over the three lines with weights 1 : 4 : 1.
 void PlaceAtItsScale(const Neighborhood& n, Quadric* q) {
   double m[3][3];
   for (int i = 0; i < 3; ++i) {
@@ -90,8 +90,8 @@ void PlaceAtItsScale(const Neighborhood& n, Quadric* q) {
   q->oy = oy;
 }
 
-// Above a half, so that an extremum midway between samples does not send the search to and fro
-// until it is lost: this keeps a tenth of all features.
+// Above a half: with a half, an extremum midway between two samples would send the search to and
+// fro until it ran out of steps. This saves a tenth of all features.
 constexpr double kStepOffset = 0.6;
 
 int StepOf(double offset) {

@@ -10,8 +10,8 @@
 namespace veduta {
 
 struct ExtremumLimits {
-  double contrast_min = 0.0133;  // |DoG| at the extremum, in shares of the grey range
-  double edge_ratio_max = 10.0;  // of the principal curvatures
+  double contrast_min = 0.04 / 3;  // |DoG| at the extremum, in shares of the gray range
+  double edge_ratio_max = 10.0;    // of the principal curvatures; Lowe 2004, section 4.1
 };
 
 // Fits a quadric to the 3 x 3 x 3 differences about (level, y, x) of `octave` and steps to the

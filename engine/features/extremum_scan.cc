@@ -12,8 +12,8 @@ void ExtremumScan::Start(const SiftKernels& kernels, const OctaveRows* octave, i
   octave_index_ = octave_index;
   limits_ = limits;
   const int width = (octave->width + kRowGranule - 1) / kRowGranule * kRowGranule;
-  stride_ = width + 2 * kRowPad +
-            32;  // an odd number of cache lines: rows do not compete for the same sets
+  // An odd number of cache lines, so that rows do not compete for the same sets of the cache.
+  stride_ = width + 2 * kRowPad + 32;
   for (GrayBuffer& buffer : differences_) buffer.Reserve(static_cast<size_t>(kRing * stride_));
   columns_.resize(octave->width);
   next_row_ = kExtremumBorder;
@@ -23,7 +23,8 @@ void ExtremumScan::Start(const SiftKernels& kernels, const OctaveRows* octave, i
 void ExtremumScan::ScanTo(int end, std::vector<Extremum>* extrema) {
   const OctaveRows& octave = *octave_;
   const int width = (octave.width + kRowGranule - 1) / kRowGranule * kRowGranule;
-  // Half of the limit at the sample found: the interpolated extremum may be higher. As OpenCV.
+  // Half of the limit at the sample found, for the interpolated extremum may be higher. As in
+  // OpenCV's SIFT.
   const int threshold = static_cast<int>(0.5 * limits_.contrast_min * 255.0 * kGrayUnit);
   end = std::min(end, octave.height - kExtremumBorder);
   for (; next_row_ < end; ++next_row_) {

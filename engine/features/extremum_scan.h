@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
-// Finds an octave's extrema row by row, as its levels grow.
+// Finds the extrema of an octave row by row, while its levels are being made.
 
 #include <vector>
 
@@ -16,12 +16,12 @@ inline constexpr int kScanLag = kRefineReach;
 // Not thread-safe; memory is kept from octave to octave.
 class ExtremumScan final {
  public:
-  // `octave` must stay until the scan ends.
+  // `octave` must live until the scan ends.
   void Start(const SiftKernels& kernels, const OctaveRows* octave, int octave_index,
              const ExtremumLimits& limits);
-  // Scans the rows not scanned yet below `end`, appending what it finds in (row, level, column)
-  // order. Rows [first - kRefineReach, end + kRefineReach) of all levels, as far as inside the
-  // octave, are in memory, where `first` is the first row not scanned yet.
+  // Scans the rows before `end` that are not scanned yet and appends what it finds in (row, level,
+  // column) order. With `first` as the first row not scanned yet, rows [first - kRefineReach, end +
+  // kRefineReach) of all levels must be in memory, as far as they lie in the octave.
   void ScanTo(int end, std::vector<Extremum>* extrema);
 
  private:

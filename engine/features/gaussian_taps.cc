@@ -10,7 +10,7 @@ namespace veduta {
 namespace {
 
 constexpr int kOne = 1 << 15;
-constexpr double kReachSigma = 3.6;
+constexpr double kReachSigma = 3.6;  // where the filters end; chosen by hand
 
 }  // namespace
 
@@ -21,8 +21,8 @@ GaussianTaps MakeGaussianTaps(double sigma) {
   double weights[kTapRadiusMax + 1];
   double width = sigma;
   double sum = 0;
-  for (int pass = 0; pass < 8;
-       ++pass) {  // truncation and sampling change the variance: correct the width
+  // Truncation and sampling change the variance: each pass corrects the width by what is missing.
+  for (int pass = 0; pass < 8; ++pass) {
     sum = 0;
     double variance = 0;
     for (int k = 0; k <= result.radius; ++k) {

@@ -10,7 +10,7 @@ inline constexpr int kTapRadiusMax = 60;
 
 struct GaussianTaps {
   int radius = 0;
-  int16_t taps[kTapRadiusMax + 2] = {};  // the centre's, then outwards; zero after the last
+  int16_t taps[kTapRadiusMax + 2] = {};  // from the center outwards; zero after the last
 };
 
 // A symmetric filter whose variance, after truncation at about 3.6 sigma, is sigma^2. sigma in
@@ -22,9 +22,9 @@ struct ShiftedTaps {
   int16_t taps[2 * kTapRadiusMax + 2] = {};
 };
 
-// The filter for a position a quarter of a sample before the middle tap: its mean is there exactly,
-// so doubling an image with it (and with its mirror image for the other half of the samples) shifts
-// nothing. sigma in [0.4, 16].
+// The filter for a position a quarter of a sample before the middle tap. Its mean lies exactly
+// there, so doubling an image with it (and with its mirror image for the other half of the samples)
+// does not shift the image. sigma in [0.4, 16].
 ShiftedTaps MakeQuarterStepTaps(double sigma);
 
 }  // namespace veduta

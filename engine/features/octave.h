@@ -10,10 +10,12 @@
 
 namespace veduta {
 
-inline constexpr int kScalesPerOctave = 3;
+inline constexpr int kScalesPerOctave = 3;  // Lowe 2004, section 3.1
 inline constexpr int kLevels = kScalesPerOctave + 3;
-inline constexpr int kExtremumBorder = 5;  // px of an octave: no extrema nearer its border
-inline constexpr int kRefineSteps = 5;  // samples that an extremum may lie from where it was found
+// No extrema are sought within so many px of an octave's border; as in OpenCV's SIFT.
+inline constexpr int kExtremumBorder = 5;
+// An extremum may lie so many samples from where it was found; as in OpenCV's SIFT.
+inline constexpr int kRefineSteps = 5;
 inline constexpr int kRefineReach = kRefineSteps + 1;
 
 // The rows of one level that are in memory: row y lies at y modulo the capacity.

@@ -6,9 +6,9 @@
 namespace veduta {
 namespace {
 
-constexpr double kWindowSigma = 1.5;  // of the keypoint's scale
-constexpr double kWindowReach = 3.0;  // of the window's sigma
-constexpr float kPeakShare = 0.8f;
+constexpr double kWindowSigma = 1.5;  // times the keypoint's scale; Lowe 2004, section 5
+constexpr double kWindowReach = 3.0;  // times the window's sigma; as in OpenCV's SIFT
+constexpr float kPeakShare = 0.8f;    // of the highest peak; Lowe 2004, section 5
 constexpr float kBinDeg = 360.0f / kOrientationBins;
 
 }  // namespace
@@ -22,7 +22,7 @@ Directions FindDirections(const SiftKernels& kernels, const GrayPlane& plane, do
   kernels.orientation_histogram(plane, static_cast<float>(x), static_cast<float>(y),
                                 static_cast<float>(window), radius, raw);
   const auto at = [&raw](int i) { return raw[(i + kOrientationBins) % kOrientationBins]; };
-  float smooth[kOrientationBins];
+  float smooth[kOrientationBins];  // by 1 : 4 : 6 : 4 : 1, as in OpenCV's SIFT
   for (int i = 0; i < kOrientationBins; ++i) {
     smooth[i] = (at(i - 2) + at(i + 2)) * (1.0f / 16) + (at(i - 1) + at(i + 1)) * (4.0f / 16) +
                 at(i) * (6.0f / 16);
@@ -43,7 +43,7 @@ Directions FindDirections(const SiftKernels& kernels, const GrayPlane& plane, do
     if (angle >= 360.0f) angle -= 360.0f;
     result.angle_deg[result.count++] = angle;
   }
-  // A plateau has no peak: its first bin serves.
+  // A plateau has no peak. Its first bin serves instead.
   if (result.count == 0) result.angle_deg[result.count++] = static_cast<float>(highest) * kBinDeg;
   return result;
 }

@@ -9,15 +9,15 @@
 namespace veduta {
 namespace {
 
-constexpr int kOctaveSizeMin = 16;        // px: smaller octaves are not made
+constexpr int kOctaveSizeMin = 16;        // px: smaller octaves are not made; chosen by hand
 constexpr int kBatchRows = kBlurRowsMax;  // rows of a level made at a time
 
 int RoundUp(int value) {
   return (value + kRowGranule - 1) / kRowGranule * kRowGranule;
 }
 
-// Values from row to row: readable beyond the width, and an odd number of cache lines, so that the
-// rows of a column do not compete for the same sets of the cache.
+// Values from one row to the next: enough to be read beyond the width, and an odd number of cache
+// lines, so that the rows of a column do not compete for the same sets of the cache.
 ptrdiff_t StrideOf(int width) {
   return RoundUp(width) + kRowPad + (RoundUp(width) / 32 % 2 == 0 ? 32 : 0);
 }
@@ -51,13 +51,13 @@ void ScaleSpace::Build(const GrayView& image, const FeatureOptions& options,
   for (int octave = 0; octave < octave_count_; ++octave) BuildOctave(octave, extrema);
 }
 
-// Gives every level of an octave its memory. The rings are shared by the octaves; the first needs
-// the longest rows.
+// Gives every level of an octave its memory. The octaves share the rings; the first octave, which
+// has the longest rows, comes first.
 void ScaleSpace::PlaceRows(int octave) {
   OctaveMemory& memory = *octaves_[octave];
   OctaveRows& rows = memory.rows;
   const ptrdiff_t stride = StrideOf(rows.width);
-  // How far level 0 may be ahead of the row scanned, and what the scan looks back.
+  // How far level 0 may be ahead of the scanned row, and how far back the scan looks.
   int lag = kScanLag + kRefineReach + 2 * kBatchRows;
   for (int i = 1; i < kLevels; ++i) lag += taps_[i].radius + kBatchRows;
   for (int i = 0; i < kLevels; ++i) {

@@ -30,8 +30,8 @@ int16_t* GrayBuffer::Reserve(size_t count) {
     count_ = 0;
     data_ = static_cast<int16_t*>(::operator new(count * sizeof(int16_t), AlignmentOf(count)));
 #if defined(__linux__)
-    // A column of a patch touches a page a row: with small pages most of these addresses have to be
-    // looked up. Only advice, so a refusal changes nothing but the time.
+    // A column of a patch touches one small page in each row, and the processor would have to look
+    // up most of these addresses. This is only advice: a refusal changes nothing but the time.
     const size_t bytes = count * sizeof(int16_t);
     if (bytes >= kHugePageBytes)
       (void)madvise(data_, bytes / kHugePageBytes * kHugePageBytes, MADV_HUGEPAGE);

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
-// Memory that is kept from one photo to the next: the first touch of fresh pages costs more than
-// some blurs.
+// Memory that is kept from one photo to the next: touching fresh pages for the first time costs
+// more than some of the blurs.
 
 #include <cstddef>
 #include <cstdint>

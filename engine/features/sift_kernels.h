@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
-// The inner loops of SIFT, one table of them for each vector instruction set. All tables give the
-// same bytes: blurs are integer arithmetic, and the floating-point loops use the same operations in
-// the same order without fused rounding.
+// The inner loops of SIFT, as kernels of one isa each (storage/base/cpu_isa.h). All kernels give
+// the same bytes: blurs are integer arithmetic, and the floating-point loops use the same
+// operations in the same order without fused rounding.
 //
-// Grey values are int16: (pixel - 128) * 128, so 1 grey level is 128 units, and the sum of any two
-// fits 16 bits. Blur taps are int16 and sum to 2^15; a blur is a convex combination rounded once,
-// so it never leaves the input's range.
+// Gray values are int16: (pixel - 128) * 128, so one gray level is 128 units, and the sum of any
+// two values fits 16 bits. Blur taps are int16 and sum to 2^15; a blur is a convex combination
+// rounded once, so it never leaves the input's range.
 //
 // This header is included by sources with their own -m flags: no Eigen, and no library templates
 // that the linker could merge with those of other sources.
@@ -18,15 +18,15 @@ namespace veduta {
 
 enum class CpuIsa : uint8_t;  // storage/base/cpu_isa.h
 
-inline constexpr int kGrayUnit = 128;   // int16 units a grey level
+inline constexpr int kGrayUnit = 128;   // int16 units per gray level
 inline constexpr int kRowGranule = 64;  // rows are computed in blocks of so many values
 inline constexpr int kRowPad = 64;  // readable values on both sides of a row that blur_row reads
 inline constexpr int kBlurRowsMax = 4;  // rows that blur_columns makes in one call
 inline constexpr int kOrientationBins = 36;
 inline constexpr int kOrientationRadiusMax = 60;
 
-// The descriptor's window: 20 x 20 gradients, 4 a spatial bin, over the 5 bins' width that
-// interpolation between 4 bins reaches, from 22 x 22 grey values.
+// The descriptor's window: 20 x 20 gradients from 22 x 22 gray values. Each spatial bin is 4
+// gradients wide; interpolation between 4 bins reaches over the width of 5.
 inline constexpr int kGridGradients = 20;
 inline constexpr int kGridValues = kGridGradients + 2;
 // A gradient's weight in the (up to two) spatial bins of its column or row, the Gaussian window
@@ -47,8 +47,8 @@ struct SiftKernels {
   // kRowGranule. `rows` has row_count + 2 radius.
   void (*blur_columns)(const int16_t* const* rows, int row_count, const int16_t* taps, int radius,
                        int16_t* const* out, int width);
-  // Likewise along one row. in[-radius .. width + radius] are read and up to kRowPad values beyond
-  // (but not used).
+  // The same sum along one row: out[x] from in[x + k]. It reads in[-radius .. width + radius], and
+  // up to kRowPad values beyond, whose values do not matter.
   void (*blur_row)(const int16_t* in, const int16_t* taps, int radius, int16_t* out, int width);
 
   // out[x] = sum over k of taps[k] * rows[k][x], k in [0, tap_count).
@@ -68,8 +68,8 @@ struct SiftKernels {
 
   // Columns x in [begin, end) where dog[1][1][x] exceeds `threshold` in magnitude and is the
   // largest (if positive) or smallest (if negative) of its 3 x 3 x 3 neighbourhood dog[level][row].
-  // Of equal neighbours the first in (level, row, column) counts. Writes at most end - begin
-  // ascending columns and returns their number.
+  // Where neighbors are equal, only the first in (level, row, column) is an extremum. Writes at
+  // most end - begin ascending columns and returns their number.
   int (*find_extrema)(const int16_t* const dog[3][3], int threshold, int begin, int end,
                       int32_t* columns);
 
@@ -82,9 +82,9 @@ struct SiftKernels {
 
   // The raw 4 x 4 x 8 descriptor (row, column, direction) about (x, y). Lowe takes every pixel of
   // the window and looks up its bins; here the window is resampled on a grid that turns and grows
-  // with the keypoint, so that the bins and weights are the same for all, and there is nothing to
-  // branch on. At 3 / 4 of the keypoint's scale the grid misses nothing that the blur has left.
-  // step_cos, step_sin: of the keypoint's direction, times the grid's spacing in px.
+  // with the keypoint, so that the bins and weights are the same for all keypoints, and no branch
+  // is needed. With a spacing of 3 / 4 of the keypoint's scale the grid misses nothing that the
+  // blur has left. step_cos, step_sin: of the keypoint's direction, times the grid's spacing in px.
   void (*describe)(const GrayPlane& plane, float x, float y, float step_cos, float step_sin,
                    const DescriptorWeights& weights, float histogram[128]);
   // Clips, takes the square root of the share in the sum, and rounds to bytes.

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
-// Vectors of 8 floats and of 8 32-bit integers, on any processor: the compiler splits them where
-// registers are narrower, so the operations and their order are the same. In an unnamed namespace:
-// each including source has its own.
+// Vectors of 8 floats and of 8 integers of 32 bits, on any processor: the compiler splits them
+// where registers are narrower, so the operations and their order are the same everywhere. They are
+// in an unnamed namespace, so that each including source has its own.
 
 #include <cstdint>
 
@@ -60,8 +60,8 @@ inline F8 RootF(F8 a) {
   return a;
 #endif
 }
-// Eight differences a[i] - b[i], which must fit 16 bits, widened. What a caller reads beyond a row
-// and drops may be anything, so the subtraction is one that wraps.
+// Eight differences a[i] - b[i], widened. Those that count fit 16 bits; what a caller reads beyond
+// a row and drops may be anything, so the subtraction wraps.
 inline N8 WidenDifference(const int16_t* a, const int16_t* b) {
   typedef uint16_t Word8 __attribute__((vector_size(16)));
   Word8 u, v;

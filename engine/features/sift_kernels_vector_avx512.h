@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
-// The vectors of sift_kernels_vector.h, which says what each operation does, in 512 bits: AVX-512
-// BW.
+// The vectors of sift_kernels_vector.h, which says what each operation does, in 512 bits:
+// AVX-512 BW.
 
 #include <immintrin.h>
 

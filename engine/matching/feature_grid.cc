@@ -7,11 +7,13 @@
 namespace veduta {
 namespace {
 
-// Best for lines over 4200 keypoints of 1536 x 1024, of 32 to 256 by 4 to 16: short runs cost more
-// than long ones, whose entries are tested without a branch.
+// The fastest of slabs of 32 to 256 px and cells of 4 to 16 px for lines over 4200 keypoints of
+// 1536 x 1024 px (veduta_matching_benchmark): many short runs cost more than a few long ones, whose
+// entries are tested without a branch.
 constexpr double kSlabPx = 128;
 constexpr double kCellPx = 8;
-// Cells a keypoint at most, so that a few keypoints far apart take no more room than their number.
+// At most so many cells per keypoint, so that a few keypoints that are far apart do not take much
+// memory. Chosen by hand.
 constexpr double kCellsPerEntry = 4;
 // Rounding never moves a position by this share of a cell or slab.
 constexpr double kSlack = 1e-6;
@@ -135,7 +137,8 @@ void FeatureGrid::FindNearLine(int contrast, const ImageLine& line, double band_
   const bool level = std::abs(line.b) >= std::abs(line.a);
   const Slabs& slabs = level ? across_x_[contrast] : across_y_[contrast];
   if (slabs.entries.empty()) return;
-  // On the line v = slope u + offset, with |slope| <= 1; below in cells over slabs.
+  // The line is v = slope u + offset with |slope| <= 1. From here on v counts in cells and u in
+  // slabs.
   const double slope = level ? -line.a / line.b : -line.b / line.a;
   const double offset = -line.c / (level ? line.b : line.a);
   const double cells_per_slab = slope * slabs.slab_px * slabs.cells_per_px;
@@ -145,8 +148,8 @@ void FeatureGrid::FindNearLine(int contrast, const ImageLine& line, double band_
   const double before = std::min(cells_per_slab, 0.0) - reach;
   const double after = std::max(cells_per_slab, 0.0) + reach;
   const double limit = band_px * length;
-  // Most entries of a run are outside the band, in no order a processor could predict: no branch on
-  // it.
+  // Most entries of a run are outside of the band, in an order that no processor can predict: so
+  // there is no branch on it.
   std::array<FeatureIndex, 128> kept;
   size_t kept_count = 0;
   for (uint32_t slab = 0; slab < slabs.slab_count; ++slab) {

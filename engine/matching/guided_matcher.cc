@@ -64,7 +64,7 @@ Eigen::Matrix3d Normalized(const Eigen::Matrix3d& f) {
   return f / largest;
 }
 
-// The epipolar side of MatchGuided: candidates in b for one feature of a.
+// Finds the candidates in b along the epipolar line of one feature of a.
 class BandSearch final {
  public:
   BandSearch(const Features& b, const FeatureGrid& b_grid, const Eigen::Matrix3d& f,
@@ -84,8 +84,8 @@ class BandSearch final {
   }
 
  private:
-  // x_a is within the band of x_b's epipolar line. False where x_b is the epipole, which has no
-  // line.
+  // Whether x_a is within the band of x_b's epipolar line. False where x_b is the epipole, which
+  // has no line.
   bool InBandOfB(const Eigen::Vector3d& x_a, const Keypoint& b) const {
     const Eigen::Vector3d line = f_.transpose() * Eigen::Vector3d(b.x_px, b.y_px, 1.0);
     const double residual = line.dot(x_a);
@@ -136,8 +136,8 @@ Result<std::vector<DescriptorMatch>> MatchGuided(const Features& a, const Featur
   const MatcherKernels& kernels = BestMatcherKernels();
   const BandSearch search(b, b_grid, Normalized(b_from_a), options);
 
-  // The band is symmetric, so one walk over a finds every pair: b's best comes out of the same
-  // distances.
+  // The band is symmetric, so one walk over the features of a finds every pair, and the same
+  // distances tell the best of each feature of b.
   std::vector<DescriptorMatch> best_of_a;
   std::vector<Nearest> best_of_b(b.size(), {kNoMatch, kNoMatch});
   GuidedScratch scratch;

@@ -32,7 +32,7 @@ struct GuidedMatchOptions {
   Status Check() const;  // the first violated bound, named with its value
 };
 
-// Buffers that calls from one thread share, so that they allocate nothing.
+// Buffers that the calls of one thread share, so that only the first allocates.
 struct GuidedScratch {
   std::vector<FeatureIndex> candidates;
   std::vector<uint32_t> distances;
@@ -47,7 +47,7 @@ struct GuidedScratch {
 // `b_grid` was built from `b`. A degenerate F (zero, not finite) has no lines, so no matches.
 // Deterministic, the same on every processor; thread-safe; single-threaded; 2 to 3 ms for 4200 x
 // 4200 features. kInvalidArgument on bad options, a grid of other features, or descriptors that are
-// not 128 bytes a keypoint.
+// not 128 bytes for each keypoint.
 Result<std::vector<DescriptorMatch>> MatchGuided(const Features& a, const Features& b,
                                                  const FeatureGrid& b_grid,
                                                  const Eigen::Matrix3d& b_from_a,
@@ -74,8 +74,8 @@ struct NearFeature {
 
 // The feature whose descriptor is nearest (ties: lowest index) among those within the radius that
 // have the sign; none if there is none, or it is farther than distance_squared_max, or the query is
-// not finite. `grid` was built from `features`. Deterministic; thread-safe, a scratch a thread.
-// Some 0.05 us with a handful of candidates.
+// not finite. `grid` was built from `features`. Deterministic; thread-safe where each thread has
+// its own scratch. Some 0.05 us with a handful of candidates (veduta_matching_benchmark).
 std::optional<NearFeature> FindNear(const FeatureGrid& grid, const Features& features,
                                     const NearQuery& query, GuidedScratch* scratch);
 

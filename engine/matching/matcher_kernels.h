@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
-// The vector kernels below the matchers, and the layout they share. Included by files built with -m
-// flags: nothing but plain structs here, for an inline function compiled there could end up being
-// called on a lesser processor.
+// The inner loops of the matchers, as kernels of one isa each (storage/base/cpu_isa.h), and the
+// layout that they share. Files built with wider vectors include this: there is nothing but plain
+// structs here, for an inline function compiled there could be called on a processor without them.
 
 #include <cstddef>
 #include <cstdint>
@@ -35,8 +35,8 @@ struct PanelSpan {
 
 inline constexpr uint32_t kNoMatch = UINT32_MAX;
 
-// Where a descriptor's nearest neighbours in the other set are. kNoMatch throughout where there are
-// none.
+// Where a descriptor's nearest neighbors in the other set are. All fields are kNoMatch where there
+// is none.
 struct NearestPair {
   uint32_t best;             // ordinal in the other set; the lowest of equals
   uint32_t distance;         // squared

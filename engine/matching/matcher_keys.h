@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 // Sort keys of the vector kernels: 24 bits of (partial) squared distance over 8 bits of where it
-// was found. The smallest key is the nearest neighbour, the lowest index first among equals. Only
-// kernel files include this; every function is static, so that none compiled for a better processor
-// is ever called on a lesser one.
+// was found. The smallest key is the nearest neighbor, the lowest index first among equals. Only
+// kernel files include this. Every function is static, so that no processor ever calls one that was
+// compiled for wider vectors than it has.
 
 #include "engine/matching/matcher_kernels.h"
 

@@ -17,13 +17,14 @@ namespace veduta {
 
 inline constexpr uint32_t kPackedCountMax = 65535;
 
-// Immutable: thread-safe. About 140 bytes a descriptor.
+// Immutable: thread-safe. About 140 bytes for each descriptor.
 class PackedDescriptors final {
  public:
   PackedDescriptors() = default;
 
   // Packs the first min(count_max, size()) features: the strongest. About 0.1 ms for 1500.
-  // kInvalidArgument when count_max exceeds 65535 or `features` has not 128 bytes a keypoint.
+  // kInvalidArgument when count_max exceeds 65535 or `features` has not 128 bytes for
+  // each keypoint.
   static Result<PackedDescriptors> Pack(const Features& features, uint32_t count_max);
 
   uint32_t count() const { return static_cast<uint32_t>(feature_of_.size()); }

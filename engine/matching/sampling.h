@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
-// What every RANSAC here shares: drawing distinct samples, from the front first, and how many are
-// enough.
+// What every RANSAC here shares: how to draw samples of distinct matches, the most trustworthy
+// first, and how many samples are enough.
 
 #include <Eigen/Core>
 #include <algorithm>
@@ -25,13 +25,15 @@ inline void DrawDistinct(SeededRandom& random, uint32_t n, std::vector<int>& sam
   }
 }
 
-// How many of the n best-first matches sample number t may draw from: `front` at first, all after
-// 200 samples.
+// Matches are sorted best first. Sample number t may draw from the first so many of them: from
+// `front` at first, from all n after 200 samples (chosen by hand; PROSAC, Chum and Matas 2005, has
+// the idea).
 inline uint32_t FrontCount(uint32_t n, uint32_t t, uint32_t front) {
   return std::min(n, std::max(front, static_cast<uint32_t>(uint64_t{n} * t / 200)));
 }
 
-// Samples of `size` needed to draw one clean with the given confidence (Fischler and Bolles 1981).
+// How many samples of `size` matches it takes until one of them is free of outliers with the given
+// confidence (Fischler and Bolles 1981).
 inline uint32_t SamplesNeeded(double confidence, double inlier_share, int size) {
   const double clean = std::pow(inlier_share, size);
   if (clean >= 1) return 1;

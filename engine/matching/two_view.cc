@@ -66,13 +66,13 @@ struct BestPose {
   uint32_t inliers = 0;
 };
 
-// Refines a sample's solution on what it explains: noise in five matches hides most of the inliers
-// (Chum, Matas and Kittler 2003).
+// Refines the solution of one sample on all matches that it explains: the noise of five matches
+// hides most of the inliers (Chum, Matas and Kittler 2003).
 BestPose Optimize(const Eigen::Matrix3d& essential, std::span<const Eigen::Vector2d> x_a,
                   std::span<const Eigen::Vector2d> x_b, double distance_max) {
   BestPose best{PoseFromEssential(essential, x_a, x_b), 0};
   for (int round = 0; round < 2; ++round) {
-    // The first round takes in what the noise pushed out.
+    // The first round also takes matches that noise pushed just out of reach.
     const std::vector<uint32_t> near =
         FindTwoViewInliers(best.b_from_a, x_a, x_b, (round == 0 ? 2.0 : 1.0) * distance_max);
     if (near.size() < 8) return best;
@@ -84,7 +84,8 @@ BestPose Optimize(const Eigen::Matrix3d& essential, std::span<const Eigen::Vecto
   return best;
 }
 
-// Five samples a draw (OpenGV's own RANSAC takes eight, which costs seconds at 70 % outliers).
+// RANSAC over samples of five matches. (OpenGV's own RANSAC draws eight, which costs seconds at 70
+// % outliers.)
 BestPose SearchPose(std::span<const Eigen::Vector2d> x_a, std::span<const Eigen::Vector2d> x_b,
                     double distance_max, uint32_t inliers_needed, uint64_t seed,
                     const TwoViewOptions& options) {

@@ -104,7 +104,8 @@ class DeviceTest : public testing::Test {
 };
 
 const char kFloats[] = R"(
-kernel void floats(global const float* a, global const float* b, global const float* c, global float* out) {
+kernel void floats(global const float* a, global const float* b, global const float* c,
+                   global float* out) {
   const size_t i = get_global_id(0);
   out[3 * i] = a[i] * b[i] + c[i];
   out[3 * i + 1] = a[i] / b[i];
