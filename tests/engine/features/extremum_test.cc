@@ -19,7 +19,7 @@ namespace {
 constexpr int kSize = 48;
 
 struct Top {
-  double x = 20.3, y = 17.6, level = 2.2;
+  double x = 20.3, y = 17.7, level = 2.2;
   double height = 3000;
   double x_bend = 30, y_bend = 25, level_bend = 200;
 };
@@ -85,9 +85,9 @@ TEST(Extremum, RefusesWeakOnesEdgesAndSaddles) {
   EXPECT_TRUE(is_found({}, kLimits));
   EXPECT_FALSE(is_found({}, {0.095, 10})) << "its contrast is 0.092";
   EXPECT_FALSE(is_found({.height = 300}, kLimits)) << "its contrast is 0.0092";
-  EXPECT_TRUE(is_found({.x_bend = 36, .y_bend = 4}, kLimits)) << "a ratio of 9";
-  EXPECT_FALSE(is_found({.x_bend = 44, .y_bend = 4}, kLimits)) << "a ratio of 11";
-  EXPECT_TRUE(is_found({.x_bend = 44, .y_bend = 4}, {0.0133, 12}));
+  EXPECT_TRUE(is_found({.x_bend = 270, .y_bend = 30}, kLimits)) << "a ratio of 9";
+  EXPECT_FALSE(is_found({.x_bend = 330, .y_bend = 30}, kLimits)) << "a ratio of 11";
+  EXPECT_TRUE(is_found({.x_bend = 330, .y_bend = 30}, {0.0133, 12}));
   EXPECT_FALSE(is_found({.y_bend = -25}, kLimits)) << "a saddle";
 }
 

@@ -186,7 +186,7 @@ TEST(ScaleSpace, IsThatOfWholeImagesWithOtherOptions) {
   FeatureOptions options;
   options.sigma = 2.3;
   options.contrast_threshold = 0.01;
-  ExpectPlain(MakeNoise(2, 97, 64), options, 10);
+  ExpectPlain(MakeNoise(2, 97, 64), options, 5);
   ExpectPlain(Draw(16, 33, 128, MakeTexture(3, 10, 16, 33)), {}, 0);
 }
 
