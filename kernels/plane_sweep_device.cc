@@ -61,53 +61,67 @@ Status MakeScanKernels(Device& device, Kernels* kernels) {
   return Status::Ok();
 }
 
-void EnqueueSweep(Device::Parts& parts, const SweepProblem& problem, Kernels& kernels,
-                  const cl::Buffer& costs) {
-  const cl_int width = static_cast<cl_int>(problem.key.width_px),
-               height = static_cast<cl_int>(problem.key.height_px);
-  const uint32_t stride =
-      static_cast<uint32_t>(RoundUp(problem.key.width_px, kPixelBlock)) + 2 * kPad;
-  const uint32_t plane_stride = PlaneStride(static_cast<uint32_t>(problem.planes.size()));
-  const size_t image_bytes = static_cast<size_t>(stride) * problem.key.height_px;
-  const size_t block_bytes = image_bytes * kPlaneBlock;
-  const std::vector<uint8_t> padded = PadRows(problem.key, stride);
-  const cl::Buffer key = Upload(parts, padded.data(), padded.size());
-  const cl_int has_base = problem.base.empty() ? 0 : 1;
-  const cl::Buffer base =
-      has_base ? Upload(parts, problem.base.data(), problem.base.size() * sizeof(float))
-               : cl::Buffer(parts.context, CL_MEM_READ_ONLY, sizeof(float));
-  std::vector<SweepPlane> padded_planes = problem.planes;
-  padded_planes.resize(plane_stride, SweepPlane::Gap());
+// What a sweep reads and writes on the device besides the costs.
+struct SweepBuffers {
+  uint32_t stride = 0;     // of a padded row
+  size_t block_bytes = 0;  // of one sensor view on a block of planes
+  cl::Buffer key, base, planes, warped, seen;
+  std::vector<cl::Buffer> images, geometries;  // of each sensor view
+};
+
+SweepBuffers UploadSweep(Device::Parts& parts, const SweepProblem& problem) {
+  SweepBuffers buffers;
+  buffers.stride = static_cast<uint32_t>(RoundUp(problem.key.width_px, kPixelBlock)) + 2 * kPad;
+  buffers.block_bytes = static_cast<size_t>(buffers.stride) * problem.key.height_px * kPlaneBlock;
+  const std::vector<uint8_t> padded = PadRows(problem.key, buffers.stride);
+  buffers.key = Upload(parts, padded.data(), padded.size());
+  buffers.base = problem.base.empty()
+                     ? cl::Buffer(parts.context, CL_MEM_READ_ONLY, sizeof(float))
+                     : Upload(parts, problem.base.data(), problem.base.size() * sizeof(float));
+  std::vector<SweepPlane> planes = problem.planes;
+  planes.resize(PlaneStride(static_cast<uint32_t>(planes.size())), SweepPlane::Gap());
   static_assert(sizeof(SweepPlane) == 3 * sizeof(float));
-  const cl::Buffer planes =
-      Upload(parts, padded_planes.data(), padded_planes.size() * sizeof(SweepPlane));
-  std::vector<cl::Buffer> images, geometries;
+  buffers.planes = Upload(parts, planes.data(), planes.size() * sizeof(SweepPlane));
   for (const SweepSensor& sensor : problem.sensors) {
     float geometry[12];
     std::copy(sensor.translation.begin(), sensor.translation.end(),
               std::copy(sensor.rotation.begin(), sensor.rotation.end(), geometry));
-    geometries.push_back(Upload(parts, geometry, sizeof(geometry)));
-    images.push_back(Upload(parts, sensor.image.pixels,
-                            static_cast<size_t>(sensor.image.width_px) * sensor.image.height_px));
+    buffers.geometries.push_back(Upload(parts, geometry, sizeof(geometry)));
+    buffers.images.push_back(
+        Upload(parts, sensor.image.pixels,
+               static_cast<size_t>(sensor.image.width_px) * sensor.image.height_px));
   }
-  const size_t all_bytes = block_bytes * problem.sensors.size();
-  const cl::Buffer warped(parts.context, CL_MEM_READ_WRITE, all_bytes);
-  const cl::Buffer seen(parts.context, CL_MEM_READ_WRITE, all_bytes);
+  const size_t all_bytes = buffers.block_bytes * problem.sensors.size();
+  buffers.warped = cl::Buffer(parts.context, CL_MEM_READ_WRITE, all_bytes);
+  buffers.seen = cl::Buffer(parts.context, CL_MEM_READ_WRITE, all_bytes);
+  return buffers;
+}
+
+void EnqueueSweep(Device::Parts& parts, const SweepProblem& problem, Kernels& kernels,
+                  const cl::Buffer& costs) {
+  const SweepBuffers buffers = UploadSweep(parts, problem);
+  const cl_int width = static_cast<cl_int>(problem.key.width_px),
+               height = static_cast<cl_int>(problem.key.height_px),
+               stride = static_cast<cl_int>(buffers.stride),
+               sensor_count = static_cast<cl_int>(problem.sensors.size()),
+               has_base = problem.base.empty() ? 0 : 1;
+  const uint32_t plane_stride = PlaneStride(static_cast<uint32_t>(problem.planes.size()));
   for (uint32_t first = 0; first < plane_stride; first += kPlaneBlock) {
     const cl_int first_plane = static_cast<cl_int>(first);
     for (size_t s = 0; s < problem.sensors.size(); ++s) {
       const GrayView& image = problem.sensors[s].image;
-      SetArguments(kernels.warp, images[s], static_cast<cl_int>(image.width_px),
-                   static_cast<cl_int>(image.height_px), geometries[s], base, has_base, planes,
-                   first_plane, width, height, static_cast<cl_int>(stride),
-                   static_cast<cl_ulong>(s * block_bytes), warped, seen);
-      parts.queue.enqueueNDRangeKernel(kernels.warp, cl::NullRange,
-                                       cl::NDRange(stride, problem.key.height_px, kPlaneBlock),
-                                       cl::NDRange(kPixelBlock, 1, 1));
+      SetArguments(kernels.warp, buffers.images[s], static_cast<cl_int>(image.width_px),
+                   static_cast<cl_int>(image.height_px), buffers.geometries[s], buffers.base,
+                   has_base, buffers.planes, first_plane, width, height, stride,
+                   static_cast<cl_ulong>(s * buffers.block_bytes), buffers.warped, buffers.seen);
+      parts.queue.enqueueNDRangeKernel(
+          kernels.warp, cl::NullRange,
+          cl::NDRange(buffers.stride, problem.key.height_px, kPlaneBlock),
+          cl::NDRange(kPixelBlock, 1, 1));
     }
-    SetArguments(kernels.cost, key, warped, seen, width, height, static_cast<cl_int>(stride),
-                 static_cast<cl_int>(problem.sensors.size()), planes, first_plane,
-                 static_cast<cl_int>(plane_stride), costs);
+    SetArguments(kernels.cost, buffers.key, buffers.warped, buffers.seen, width, height, stride,
+                 sensor_count, buffers.planes, first_plane, static_cast<cl_int>(plane_stride),
+                 costs);
     parts.queue.enqueueNDRangeKernel(
         kernels.cost, cl::NullRange,
         cl::NDRange((problem.key.width_px + kPixelBlock - 1) / kPixelBlock, problem.key.height_px));
