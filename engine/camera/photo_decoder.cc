@@ -6,8 +6,10 @@
 #include <utility>
 
 #include "engine/camera/gray_image.h"
+#include "engine/camera/option_check.h"
 #include "engine/camera/orientation.h"
 #include "engine/camera/pixel_decoders.h"
+#include "engine/camera/projection.h"
 
 namespace veduta {
 namespace {
@@ -109,21 +111,20 @@ DecodedPhoto DecodeWithin(std::span<const uint8_t> bytes, const DecodeLimits& li
 }  // namespace
 
 Status DecodeLimits::Check() const {
-  if (size_bytes_max < 1) return Status::InvalidArgument("size_bytes_max = 0 is not at least 1");
-  if (pixels_max < 1) return Status::InvalidArgument("pixels_max = 0 is not at least 1");
-  if (side_px_max < 1 || side_px_max > 65535) {
-    return Status::InvalidArgument("side_px_max = " + std::to_string(side_px_max) +
-                                   " is not in 1..65535");
-  }
-  return Status::Ok();
+  return CheckFields(
+      "DecodeLimits",
+      {{"size_bytes_max", static_cast<double>(size_bytes_max), size_bytes_max >= 1, "[1, inf)"},
+       {"pixels_max", static_cast<double>(pixels_max), pixels_max >= 1, "[1, inf)"},
+       {"side_px_max", static_cast<double>(side_px_max),
+        side_px_max >= 1 && side_px_max <= kCameraSideMax, "[1, 65535]"}});
 }
 
 DecodedPhoto DecodePhoto(std::span<const uint8_t> bytes, const DecodeLimits& limits,
                          ImageSize wanted) {
   try {
     return DecodeWithin(bytes, limits, wanted);
-  } catch (const std::exception&) {  // the libraries' other failures are dealt with where they are
-                                     // called
+  } catch (const std::exception&) {
+    // No memory. Other failures of the libraries are handled where the libraries are called.
     return Failed({}, DecodeOutcome::kTooLarge, "the photo does not fit into memory");
   }
 }

@@ -13,24 +13,27 @@
 
 namespace veduta {
 
+// What a photo may be at most. The defaults are chosen by hand: larger than the photos of any
+// camera that we know of, small enough that hostile files cannot exhaust the memory.
 struct DecodeLimits {
-  uint64_t size_bytes_max = 256ull << 20;  // >= 1; of the file
-  uint64_t pixels_max =
-      200'000'000;               // >= 1; bounds memory: 16 bytes a pixel at most while decoding
-  uint32_t side_px_max = 32768;  // [1, 65535]
+  uint64_t size_bytes_max = 256ull << 20;  // bytes of the file; >= 1
+  // >= 1. Bounds the memory: decoding takes at most 16 bytes for each pixel.
+  uint64_t pixels_max = 200'000'000;
+  uint32_t side_px_max = 32768;  // px of the longer side; [1, 65535], as in CameraModel
 
-  Status Check() const;
+  Status Check() const;  // the first violated bound, named with its value
 };
 
 enum class DecodeOutcome : uint8_t {
   kDecoded,
-  kEmpty,              // no bytes
-  kUnsupportedFormat,  // not a JPEG, PNG or TIFF, or a kind of these that is not read; the file may
-                       // be sound
-  kUnreadable,         // one of these, but cut short or damaged
-  kTooLarge,   // a limit is exceeded; said by the file's size or its header, before anything is
-               // decoded
-  kWrongSize,  // sound as far as its header tells, but not of the size wanted; not decoded
+  kEmpty,  // no bytes
+  // Not a JPEG, PNG or TIFF, or a kind of these that is not read. The file may be sound.
+  kUnsupportedFormat,
+  kUnreadable,  // one of these, but cut short or damaged
+  // Over a limit. The file's size or its header says so: nothing was decoded.
+  kTooLarge,
+  // Not of the size wanted. The header is sound; nothing was decoded.
+  kWrongSize,
 };
 
 // Which way round the pixels are.
@@ -44,7 +47,7 @@ struct DecodedPhoto {
   ImageSize stored_size, upright_size;         // zero if the header was not read
   PhotoLayout layout = PhotoLayout::kUpright;  // of the images below
   cv::Mat bgr;                                 // CV_8UC3, blue first; empty unless kDecoded
-  cv::Mat gray;                                // CV_8UC1 by GrayFromBgr's formula; likewise
+  cv::Mat gray;  // CV_8UC1 by GrayFromBgr's formula; empty unless kDecoded
 };
 
 // Decodes a JPEG, PNG or TIFF (its first page), recognised by its content, never by a name. 16-bit

@@ -12,7 +12,8 @@
 namespace veduta {
 namespace {
 
-constexpr png_alloc_size_t kChunkSizeMax = 8 << 20;  // bytes of one chunk other than the picture's
+// Bytes of one chunk other than the picture's; chosen by hand.
+constexpr png_alloc_size_t kChunkSizeMax = 8 << 20;
 
 // libpng's view of the file, and where its complaint goes.
 struct Source {
@@ -48,7 +49,7 @@ void AskForBgr(png_structp png, png_infop info) {
   png_set_bgr(png);
 }
 
-// Only plain data in this frame: libpng's errors jump out of it.
+// libpng's errors jump out of this function, so it must hold nothing that has a destructor.
 bool ReadRows(Source* source, const ImageSize& size, png_bytepp rows) {
   png_structp const png =
       png_create_read_struct(PNG_LIBPNG_VER_STRING, source, KeepError, DropWarning);
@@ -63,8 +64,8 @@ bool ReadRows(Source* source, const ImageSize& size, png_bytepp rows) {
   png_set_read_fn(png, source, Read);
   png_set_user_limits(png, size.width_px, size.height_px);
   png_set_chunk_malloc_max(png, kChunkSizeMax);
-  png_set_keep_unknown_chunks(png, PNG_HANDLE_CHUNK_NEVER, nullptr,
-                              -1);  // no text, no profiles: nothing to inflate
+  // Texts and profiles are skipped, so that nothing but the picture is ever inflated.
+  png_set_keep_unknown_chunks(png, PNG_HANDLE_CHUNK_NEVER, nullptr, -1);
   png_read_info(png, info);
   AskForBgr(png, info);
   png_set_interlace_handling(png);

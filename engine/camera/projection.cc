@@ -14,8 +14,9 @@
 namespace veduta {
 namespace {
 
-constexpr double kFocalPerSideMin = 0.01;      // 179 degrees of view
-constexpr double kFocalPerSideMax = 1000.0;    // 0.06 degrees of view
+// Wider than any camera, so that only nonsense is refused; chosen by hand.
+constexpr double kFocalPerSideMin = 0.01;      // of the longer side: 179 degrees of view
+constexpr double kFocalPerSideMax = 1000.0;    // of the longer side: 0.06 degrees of view
 constexpr double kDistortionFactorMax = 10.0;  // how much farther out a corner may be moved
 constexpr double kCoefficientMax = 1e6;        // keeps the arithmetic below free of overflow
 constexpr double kInfinity = std::numeric_limits<double>::infinity();

@@ -102,7 +102,7 @@ std::string Unsupported(TIFF* tiff) {
   const uint16_t samples = ShortTag(tiff, TIFFTAG_SAMPLESPERPIXEL, 1);
   const uint16_t photometric = ShortTag(tiff, TIFFTAG_PHOTOMETRIC, 0xFFFF);
   const uint16_t compression = ShortTag(tiff, TIFFTAG_COMPRESSION, COMPRESSION_NONE);
-  const bool is_grey =
+  const bool is_gray =
       photometric == PHOTOMETRIC_MINISBLACK || photometric == PHOTOMETRIC_MINISWHITE;
   const bool is_rgb = photometric == PHOTOMETRIC_RGB;
   const bool is_palette = photometric == PHOTOMETRIC_PALETTE;
@@ -115,19 +115,19 @@ std::string Unsupported(TIFF* tiff) {
   if (ShortTag(tiff, TIFFTAG_SAMPLEFORMAT, SAMPLEFORMAT_UINT) != SAMPLEFORMAT_UINT)
     return "samples that are no whole numbers";
   if (bits != 8 && !(bits == 16 && !is_palette)) return std::to_string(bits) + " bits a sample";
-  if (!is_grey && !is_rgb && !is_palette)
+  if (!is_gray && !is_rgb && !is_palette)
     return "colours of kind " + std::to_string(photometric) + " (grey, palette and RGB are read)";
   const bool is_planar =
       ShortTag(tiff, TIFFTAG_PLANARCONFIG, PLANARCONFIG_CONTIG) != PLANARCONFIG_CONTIG;
   const int color_count = is_rgb ? 3 : 1;
-  const int alpha_max = is_palette || (is_grey && is_planar) ? 0 : 1;
+  const int alpha_max = is_palette || (is_gray && is_planar) ? 0 : 1;
   if (samples < color_count || samples > color_count + alpha_max)
     return std::to_string(samples) + " samples a pixel";
   return "";
 }
 
 // Rows that are decoded at a time: whole strips or tiles, about 64 rows, so that the scratch stays
-// small.
+// small. 64 is chosen by hand.
 uint32_t BandHeight(TIFF* tiff, uint32_t height_px) {
   uint32_t unit = 0;
   if (TIFFIsTiled(tiff) != 0) {

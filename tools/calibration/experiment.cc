@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 // Synthetic calibration sessions of known truth: how far off the calibration is, beside OpenCV's,
-// which is told where the points lie. Prints a line a session and the figures of all. usage:
-// veduta-calibration-experiment [--sessions N]
-// [--first N] [--no-opencv] [--poor]
+// which is told where the points lie. Prints one line for each session, and the figures of all.
+// usage: veduta-calibration-experiment [--sessions N] [--first N] [--no-opencv] [--poor]
 //                                      [--rendered [--threads N] [--keep FOLDER]]
-// Points only, but for --rendered: markers found in rendered photos, which --keep writes.
-// --poor: sessions that leave much open; what counts is that none of them fails silently.
+// Sessions are of points only. With --rendered they are markers found in rendered photos, which
+// --keep writes to a folder. --poor makes sessions that leave much open; what counts there is that
+// none of them fails silently.
 #include <algorithm>
 #include <chrono>
 #include <cmath>
@@ -26,12 +26,7 @@
 namespace veduta {
 namespace {
 
-double Quantile(std::vector<double> values, double share) {
-  if (values.empty()) return std::nan("");
-  std::sort(values.begin(), values.end());
-  return values[std::min(values.size() - 1,
-                         static_cast<size_t>(share * static_cast<double>(values.size())))];
-}
+using floor::Percentile;
 
 double MillisecondsSince(std::chrono::steady_clock::time_point start) {
   return std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start)
@@ -80,7 +75,7 @@ double MedianSigmaPx(const CalibrationInput& input) {
   for (const ViewObservations& view : input.views) {
     for (const PointObservation& o : view.points) sigmas.push_back(o.sigma_px);
   }
-  return Quantile(std::move(sigmas), 0.5);
+  return Percentile(std::move(sigmas), 0.5);
 }
 
 void RunSession(uint32_t index, const SyntheticSession& session, bool with_opencv,
@@ -106,7 +101,8 @@ void RunSession(uint32_t index, const SyntheticSession& session, bool with_openc
   figures->distortion_errors_px.push_back(distortion_px);
   figures->focal_errors_in_sigma.push_back(in_sigma);
   const bool is_warned = made->status != CalibrationStatus::kGood;
-  // Three times the bounds that the 95th percentile and the median are to keep.
+  // Three times the bounds that the 95th percentile of the focal length's error and the median of
+  // the distortion's error must keep.
   const bool is_bad = std::abs(error) > 0.009 || distortion_px > 0.001 * truth.width_px + 3;
   figures->warned += is_warned;
   figures->silent += is_bad && !is_warned;
@@ -127,29 +123,30 @@ void RunSession(uint32_t index, const SyntheticSession& session, bool with_openc
 
 void Print(const Figures& f, uint32_t sessions, bool with_opencv) {
   std::printf("focal length: median %.4f %%, 95th percentile %.4f %%, largest %.4f %%\n",
-              100 * Quantile(f.focal_errors, 0.5), 100 * Quantile(f.focal_errors, 0.95),
-              100 * Quantile(f.focal_errors, 1));
+              100 * Percentile(f.focal_errors, 0.5), 100 * Percentile(f.focal_errors, 0.95),
+              100 * Percentile(f.focal_errors, 1));
   if (with_opencv) {
     std::printf(
         "OpenCV's:     median %.4f %%, 95th percentile %.4f %%; ours over theirs: %.2f and %.2f\n",
-        100 * Quantile(f.opencv_errors, 0.5), 100 * Quantile(f.opencv_errors, 0.95),
-        Quantile(f.focal_errors, 0.5) / Quantile(f.opencv_errors, 0.5),
-        Quantile(f.focal_errors, 0.95) / Quantile(f.opencv_errors, 0.95));
+        100 * Percentile(f.opencv_errors, 0.5), 100 * Percentile(f.opencv_errors, 0.95),
+        Percentile(f.focal_errors, 0.5) / Percentile(f.opencv_errors, 0.5),
+        Percentile(f.focal_errors, 0.95) / Percentile(f.opencv_errors, 0.95));
   }
   std::printf(
       "focal error over its sigma: median %.2f, 95th percentile %.2f (0.67 and 1.96 if all is "
       "normal)\n",
-      Quantile(f.focal_errors_in_sigma, 0.5), Quantile(f.focal_errors_in_sigma, 0.95));
+      Percentile(f.focal_errors_in_sigma, 0.5), Percentile(f.focal_errors_in_sigma, 0.95));
   std::printf("mean reprojection error: median %.3f px, from %.3f to %.3f\n",
-              Quantile(f.mean_errors_px, 0.5), Quantile(f.mean_errors_px, 0),
-              Quantile(f.mean_errors_px, 1));
+              Percentile(f.mean_errors_px, 0.5), Percentile(f.mean_errors_px, 0),
+              Percentile(f.mean_errors_px, 1));
   std::printf("largest distortion error over the image: median %.3f px, 95th percentile %.3f\n",
-              Quantile(f.distortion_errors_px, 0.5), Quantile(f.distortion_errors_px, 0.95));
+              Percentile(f.distortion_errors_px, 0.5), Percentile(f.distortion_errors_px, 0.95));
   std::printf("focal search alone: %u of %u within 5 %%, median %.1f ms, slowest %.1f\n",
-              f.within_5_percent, sessions, Quantile(f.search_ms, 0.5), Quantile(f.search_ms, 1));
+              f.within_5_percent, sessions, Percentile(f.search_ms, 0.5),
+              Percentile(f.search_ms, 1));
   std::printf("refused %u, with a warning %u, failed silently %u; median %.0f ms, slowest %.0f\n",
-              f.refused, f.warned, f.silent, Quantile(f.calibrate_ms, 0.5),
-              Quantile(f.calibrate_ms, 1));
+              f.refused, f.warned, f.silent, Percentile(f.calibrate_ms, 0.5),
+              Percentile(f.calibrate_ms, 1));
   if (f.photos == 0) return;
   std::vector<double> diameters_px;
   for (const floor::PhotoOutcome& photo : f.found) {
@@ -159,7 +156,7 @@ void Print(const Figures& f, uint32_t sessions, bool with_opencv) {
   std::printf(
       "photos without use: %u of %u; markers %.0f px across (5th percentile %.0f); found of those "
       "whole in view:\n",
-      f.useless_photos, f.photos, Quantile(diameters_px, 0.5), Quantile(diameters_px, 0.05));
+      f.useless_photos, f.photos, Percentile(diameters_px, 0.5), Percentile(diameters_px, 0.05));
   floor::PrintOutcome("", f.found, std::nullopt);
 }
 
@@ -171,7 +168,7 @@ bool Parse(int argc, char** argv, Arguments* a) {
       a->with_opencv = false;
     } else if (name == "--poor") {
       a->is_poor = true;
-      a->with_opencv = false;  // it takes every id at its word
+      a->with_opencv = false;  // OpenCV would believe every misread id
     } else if (name == "--rendered") {
       a->is_rendered = true;
     } else if (has_value && name == "--keep") {

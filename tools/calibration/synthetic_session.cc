@@ -114,12 +114,12 @@ SyntheticSession MakeSession(const SessionOptions& options) {
       const Eigen::Vector2d noise =
           options.noise_px * Eigen::Vector2d(dice.Gaussian(), dice.Gaussian());
       if (!undistorted || is_missed) continue;
-      // Before the fold of the distortion alone: what lies far outside of the photo could fold back
-      // into it.
+      // Only what lies before the fold of the distortion: what lies far outside of the photo could
+      // be folded back into it.
       const Eigen::Vector2d px = DistortPixel(session.truth, *undistorted);
       const auto back = UndistortPixel(session.truth, px);
       if (!back || (*back - *undistorted).norm() > 1e-3) continue;
-      constexpr double kMargin = 8;  // a marker is no point: its centre keeps off the edge
+      constexpr double kMargin = 8;  // px; a marker at the very edge is cut and not found
       if (px.x() < kMargin || px.y() < kMargin || px.x() > options.size.width_px - 1 - kMargin ||
           px.y() > options.size.height_px - 1 - kMargin) {
         continue;

@@ -16,11 +16,11 @@ namespace veduta {
 struct SessionOptions {
   ImageSize size = {2272, 1704};
   double focal_per_width = 1.2;  // 0.6 to 2.5 in the experiment
-  double distortion_at_corner =
-      -0.05;  // how far r^2's term moves a corner, over its radius; -0.15 is strong
-  double second_share = -0.2;       // of r^4's term, over the term of r^2
-  double principal_offset = 0.02;   // up to this share of the width, each way
-  double distortion_offset = 0.03;  // of the centre of distortion, likewise
+  // How far the term of r^2 moves a corner, over the corner's radius; -0.15 is strong.
+  double distortion_at_corner = -0.05;
+  double second_share = -0.2;       // the term of r^4 over the term of r^2, at the corner
+  double principal_offset = 0.02;   // of the principal point: up to this share of the width
+  double distortion_offset = 0.03;  // of the centre of distortion: up to this share of the width
   uint32_t photo_count = 12;
   double noise_px = 0.1;                        // standard deviation of each coordinate
   double tilt_deg_min = 10, tilt_deg_max = 55;  // of the optical axis against the floor's normal
@@ -46,8 +46,8 @@ SyntheticSession MakeSession(const SessionOptions& options);
 SessionOptions ExperimentOptions(uint32_t index);
 
 // A session as nobody should take it: few photos, little tilt, hardly any change of distance, many
-// markers missed, much noise, and in some a sheet that moved and misread ids. What it leaves open
-// has to be said.
+// markers missed, much noise; some have misread ids and a sheet that moved. A calibration must say
+// what such a session leaves open.
 SyntheticSession MakePoorSession(uint32_t index);
 
 // The largest difference, over a grid of the photo, between the displacements that two models undo;

@@ -2,9 +2,9 @@
 #pragma once
 // A floor with sheets of markers on it, as somebody lays them out who wants to calibrate a camera.
 //
-// World: metres, z up, the floor at z = 0; its sheets lie around the origin. A sheet's frame is the
-// paper's of SheetLayout, so x right and y down as printed; turned and laid down, its y runs
-// against the world's.
+// World: metres, z up, the floor at z = 0; the sheets lie around the origin. A sheet's frame is
+// that of the paper in SheetLayout: x to the right and y down as printed. Once the sheet lies on
+// the floor, its y axis runs against the world's.
 
 #include <Eigen/Core>
 #include <cstdint>
@@ -20,8 +20,8 @@ enum class Flooring : uint8_t {
   kPlain,
   kWood,
   kTile,
-  kTerrazzo
-};  // the last is full of dark and bright pebbles
+  kTerrazzo,  // full of dark and bright pebbles
+};
 
 // Something that lies on the sheets: a rectangle or an ellipse, flat, of one colour.
 struct Cover {
@@ -39,7 +39,7 @@ struct FloorOptions {
   double bend_mm = 2;          // [0, 50]; a sheet's farthest corner rises by a random part of it
   Flooring flooring = Flooring::kWood;
   uint32_t cover_count = 0;   // [0, 1000]; random things lying about, some on the sheets
-  std::vector<Cover> covers;  // and these
+  std::vector<Cover> covers;  // more things that lie about, at given places
   uint64_t seed = 1;
 
   Status Check() const;  // the first violated bound, named with its value
@@ -59,8 +59,8 @@ class Floor final {
   // kInvalidArgument on bad options.
   static Result<Floor> Build(const FloorOptions& options);
 
-  // What a ray from `origin` along `direction` (any length) meets, in [0, 1] of the light; above
-  // the horizon a wall.
+  // The reflectance of what a ray from `origin` along `direction` (of any length) meets, [0, 1].
+  // Above the horizon there is a wall.
   float Reflectance(const Eigen::Vector3d& origin, const Eigen::Vector3d& direction) const;
   const std::vector<FloorMarker>& markers() const { return markers_; }
   bool IsCovered(const Eigen::Vector2d& place_m) const;
@@ -101,7 +101,7 @@ class Floor final {
   std::vector<std::vector<uint16_t>> grid_;  // sheets that may be in a cell
 };
 
-// The bare floor's reflectance; a function of the place alone.
+// The reflectance of the bare floor. It depends on the place alone.
 float FlooringReflectance(Flooring flooring, const Eigen::Vector2d& place_m, uint64_t seed);
 
 }  // namespace veduta::floor

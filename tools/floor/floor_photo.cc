@@ -14,8 +14,8 @@ namespace veduta::floor {
 namespace {
 
 constexpr int kNodeStepPx = 4;
-constexpr float kEdge = 0.07f;  // of the light, more than the grain of wood: neighbours so
-                                // different are looked at closely
+// Neighbours whose light differs by more than this get 25 rays; the grain of wood differs by less.
+constexpr float kEdge = 0.07f;
 constexpr int kSamplesPerSide = 5;
 
 // Rays of pixels and of places between them: exact at nodes 4 px apart, bilinear between, which is
@@ -93,7 +93,7 @@ class Exposure final {
 
   // The mean over the pixel's square.
   float Closely(int u, int v) const {
-    // Each pixel draws its samples elsewhere in their cells: no pattern that all edges share.
+    // Each pixel has its own random places, so that edges share no pattern.
     SeededRandom random(MixSeed(static_cast<uint64_t>(u), static_cast<uint64_t>(v)));
     float sum = 0;
     for (int j = 0; j < kSamplesPerSide; ++j) {

@@ -31,7 +31,7 @@ struct FloorPhotoOptions {
   Status Check() const;  // the first violated bound, named with its value
 };
 
-// Where a marker is in a photo, whether it can be found or not.
+// Where a marker is in a photo, even if nothing could find it there.
 struct MarkerTruth {
   MarkerId id = 0;
   Eigen::Vector2d px = Eigen::Vector2d::Zero();  // of the feature point, in the photo as taken
@@ -46,8 +46,9 @@ struct MarkerTruth {
 // Markers whose feature point is in the photo, ascending ids. Thread-safe.
 std::vector<MarkerTruth> TrueMarkers(const Floor& floor, const FloorCamera& camera);
 
-// The photo, CV_8UC1: a ray a pixel, 25 where neighbours differ, then blur, light, tone curve
-// (gamma 2.2), noise. Deterministic; one thread; thread-safe. About 1 s a core for 3 megapixels.
+// The photo, CV_8UC1: one ray for each pixel, or 25 where neighbours differ; then blur, light, tone
+// curve (gamma 2.2) and noise. Deterministic; one thread; thread-safe. 3 megapixels take about 1 s
+// of one core.
 // kInvalidArgument on bad options or a camera that CheckCamera refuses.
 Result<cv::Mat> RenderFloorPhoto(const Floor& floor, const FloorCamera& camera,
                                  const FloorPhotoOptions& options);

@@ -44,7 +44,8 @@ double Tile(double x, double y, uint64_t seed) {
          0.03 * std::sin(90 * x) * std::sin(70 * y);
 }
 
-// Round pebbles up to 6 cm across, at most one a cell of 7 cm, dark or bright, some of them rings.
+// Round pebbles up to 6 cm across, at most one in each cell of 7 cm, dark or bright, some of them
+// rings.
 double Terrazzo(double x, double y, uint64_t seed) {
   constexpr double kCellM = 0.07;
   const int64_t i = Cell(x / kCellM), j = Cell(y / kCellM);

@@ -15,16 +15,15 @@ struct SessionOptions {
   FloorPhotoOptions photo;  // its seed is mixed with the photo's number
   CameraModel model;
   uint32_t photos = 12;  // [1, 1000]
-  double tilt_deg_max =
-      55;  // [0, 75]; the first photo looks nearly straight down, the others up to this
+  // [0, 75]; the first photo looks nearly straight down, the others are tilted up to this.
+  double tilt_deg_max = 55;
   double coverage = 0.8;  // [0.1, 5]; width of the floor seen, in diameters of the laid-out sheets
-  double motion_px_max = 0;  // [0, 100]; each photo smeared by up to this, in any direction
-  double blur_sigma_px_max =
-      0;                  // [0, 20]; each photo blurred by up to this beyond photo.blur_sigma_px
-  int jpeg_quality = 90;  // [1, 100]
-  uint32_t threads = 1;   // [1, 256]; one photo a thread; the bytes do not depend on it
-  std::string command;    // for the README: how to make the same again
-  uint64_t seed = 1;      // of the poses
+  double motion_px_max = 0;      // [0, 100]; each photo smeared by up to this, in any direction
+  double blur_sigma_px_max = 0;  // [0, 20]; each photo is blurred by up to this more
+  int jpeg_quality = 90;         // [1, 100]
+  uint32_t threads = 1;          // [1, 256]; one photo a thread; the bytes do not depend on it
+  std::string command;           // for the README: how to make the same again
+  uint64_t seed = 1;             // of the poses
 
   Status Check() const;  // the first violated bound, named with its value
 };
@@ -47,14 +46,15 @@ Result<cv::Mat> RenderSessionPhoto(const Floor& floor, const FloorCamera& camera
 // Writes into a new or empty folder:
 //   photos/NAME            grey JPEG
 //   truth/NAME.camera      pose and intrinsics, as tools/street/truth_file.h has them
-//   truth/NAME.markers     a line a marker whose feature point is in the photo: id, u, v (px), its
-//   diameter (px), tilt
-//                          (degrees), covered part of the ring, 1 if all of it is in the photo
-//   markers.txt            a line a marker: id, its place in metres (x y z)
-//   camera.txt             the intrinsics with the distortion; README: how it was made
+//   truth/NAME.markers     one line for each marker whose feature point is in the photo: id,
+//                          u, v (px), its diameter (px), tilt (degrees), covered part of the ring,
+//                          and 1 if all of it is in the photo
+//   markers.txt            one line for each marker: id, its place in metres (x y z)
+//   camera.txt             the intrinsics with the distortion
+//   README                 how it was made
 //
-// `progress` as RenderStreet's. kInvalidArgument on bad options; kAlreadyExists if the folder is
-// not empty; kIoError.
+// `progress` is called as RenderStreet calls it. kInvalidArgument on bad options; kAlreadyExists if
+// the folder is not empty; kIoError.
 Status RenderSession(const SessionOptions& options, const std::string& folder,
                      const std::function<void(size_t)>& progress);
 

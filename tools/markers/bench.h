@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
-// The measurements of veduta-marker-bench, a function a command. They print to standard output.
+// The measurements of veduta-marker-bench, one function for each command. They print to standard
+// output.
 
 #include <optional>
 #include <string>
@@ -32,18 +33,18 @@ PhotoOutcome Compare(const std::vector<MarkerTruth>& truths,
 
 double Percentile(std::vector<double> values, double part);  // NaN of none
 
-// One line: rate over markers that are whole and uncovered, errors, sigma, wrong ids; ms of a core
-// a photo if timed.
+// One line: the rate over markers that are whole and uncovered, errors, sigma, wrong ids, and, if
+// timed, the milliseconds of one core for each photo.
 void PrintOutcome(const std::string& label, const std::vector<PhotoOutcome>& outcomes,
                   std::optional<double> seconds);
 
 // Each returns the exit code.
 int RunSession(const std::string& folder);  // of veduta-floor
-int RunSweep(uint32_t photos,
-             const std::string& only);  // size, tilt, blur, cover ...; those that begin so
+// Size, tilt, blur, cover and so on: the settings whose names begin with `only`.
+int RunSweep(uint32_t photos, const std::string& only);
 int RunFalse(const std::vector<std::string>& paths);  // photos without markers
-int RunDraw(const std::string& photo, const std::string& out,
-            bool is_inverted);  // a PNG with what was found
+// Draws what was found in a photo into a PNG.
+int RunDraw(const std::string& photo, const std::string& out, bool is_inverted);
 int RunMutations(const std::vector<std::string>& paths, uint32_t count);  // damaged files
 
 }  // namespace veduta::floor

@@ -10,6 +10,7 @@
 #include <sstream>
 
 #include "engine/camera/photo_decoder.h"
+#include "storage/base/median.h"
 #include "tools/markers/bench.h"
 #include "tools/markers/photo_file.h"
 
@@ -59,9 +60,7 @@ PhotoOutcome Compare(const std::vector<MarkerTruth>& truths,
 
 double Percentile(std::vector<double> values, double part) {
   if (values.empty()) return std::numeric_limits<double>::quiet_NaN();
-  std::sort(values.begin(), values.end());
-  return values[std::min(values.size() - 1,
-                         static_cast<size_t>(part * static_cast<double>(values.size())))];
+  return QuantileInPlace(values, part);
 }
 
 void PrintOutcome(const std::string& label, const std::vector<PhotoOutcome>& outcomes,

@@ -14,8 +14,8 @@ std::vector<uint8_t> ReadBytes(const std::string& path);  // empty if it cannot 
 // Decoded as the engine does.
 DecodedPhoto ReadPhoto(const std::string& path);
 
-// Files as they are, folders with all below them; what ends as photos do, in the order of their
-// names.
+// The files given, and all files below the folders given whose names end as photos' do, in the
+// order of their names.
 std::vector<std::string> PhotosBelow(const std::vector<std::string>& paths);
 
 }  // namespace veduta::floor

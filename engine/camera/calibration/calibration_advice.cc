@@ -14,14 +14,15 @@
 namespace veduta {
 namespace {
 
-constexpr double kFocalSigmaGood = 0.003;     // relative; the 95th percentile of the error
-constexpr double kPrincipalSigmaGood = 0.01;  // of the longer side
+// What a good calibration keeps; beyond, there is a warning. Chosen by hand; not measured.
+constexpr double kFocalSigmaGood = 0.003;       // of the focal length
+constexpr double kPrincipalSigmaGood = 0.01;    // of the longer side
 constexpr double kDistortionSigmaGood = 0.001;  // of the longer side, 1.6 px of 1600
 constexpr double kErrorGood = 0.0005;           // of the longer side, 0.8 px of 1600
 constexpr double kLeftOutGood = 0.15;           // of the observations in photos that were used
 constexpr uint32_t kPhotosGood = 8;
-constexpr double kDistanceRatioGood = 1.25;
-constexpr size_t kListedMax = 12;
+constexpr double kDistanceRatioGood = 1.25;  // of the farthest photo over the nearest
+constexpr size_t kListedMax = 12;            // items of a list in a message
 
 std::string Number(double value, int digits) {
   std::array<char, 32> text;
@@ -62,13 +63,13 @@ void AdviseOnPhotos(const Calibration& c, Warnings* warnings) {
 }
 
 void AdviseOnPoints(const Calibration& c, Warnings* warnings) {
-  std::map<uint32_t, std::set<uint32_t>> photos_of;  // left out, by id
-  std::map<uint32_t, uint32_t> used_count_of;        // likewise
+  std::map<uint32_t, std::set<uint32_t>> photos_of;  // by id: the photos in which it was left out
+  std::map<uint32_t, uint32_t> used_count_of;        // by id: in how many photos it was used
   for (const CalibrationResidual& r : c.residuals) used_count_of[r.id] += r.is_used;
   size_t count = 0, left_out = 0;
   for (const CalibrationResidual& r : c.residuals) {
-    if (!c.photos[r.photo].why_left_out.empty() || used_count_of[r.id] < 2)
-      continue;  // too rare to contradict
+    // A point that is used in fewer than 2 photos contradicts nothing.
+    if (!c.photos[r.photo].why_left_out.empty() || used_count_of[r.id] < 2) continue;
     ++count;
     if (!r.is_used) {
       photos_of[r.id].insert(r.photo);
@@ -121,7 +122,7 @@ std::string TiltAdvice(const Calibration& c) {
          Number(most, 0) + " degrees off the upright; take some at 30 to 50 degrees from each side";
 }
 
-// The corners of the photo, a sixth of its sides, that hold no observation.
+// Names the corners of the photo, a sixth of each side wide, that hold no observation.
 std::string CornerAdvice(const Calibration& c) {
   std::array<bool, 4> has = {false, false, false, false};
   for (const CalibrationResidual& r : c.residuals) {

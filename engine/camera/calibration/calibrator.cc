@@ -15,29 +15,32 @@
 #include "engine/camera/calibration/readmission.h"
 #include "engine/camera/calibration/scene_initialization.h"
 #include "engine/camera/calibration/view_focal.h"
+#include "engine/camera/option_check.h"
 #include "engine/camera/projection.h"
+#include "storage/base/median.h"
 
 namespace veduta {
 namespace {
 
-constexpr double kFirstLimit = 0.02;  // of the longer side: what the initialisation may be wrong by
-constexpr double kReadmittedLimit = 0.005;    // likewise, of a second chance
-constexpr double kRoundTolerance = 1e-5;      // of an adjustment that another follows
-constexpr double kFocalDifferenceMin = 0.01;  // a photo's own focal length, over the common one
+// Chosen by hand; not measured one by one (veduta-calibration-experiment measures all together).
+//
+// The largest error of an observation, over the longer side: in the first round, where the
+// initialization may be wrong by as much; and where a photo or a point gets a second chance.
+constexpr double kFirstLimit = 0.02;
+constexpr double kReadmittedLimit = 0.005;
+constexpr double kRoundTolerance = 1e-5;  // of an adjustment that another one follows
+// A photo is of another camera if its own focal length differs from the common one by this share
+// and by this many standard deviations, and explains the photo to this RMS error, in sigma.
+constexpr double kFocalDifferenceMin = 0.01;
 constexpr double kFocalSigmas = 6;
-constexpr double kOtherCameraErrorMax =
-    5;  // RMS in sigma of a photo that another focal length explains
-constexpr double kOtherCameraShareMax =
-    0.3;  // of the photos; more, and nobody knows which camera is meant
+constexpr double kOtherCameraErrorMax = 5;
+// If more than this share of the photos are of other cameras, nobody knows which camera is meant.
+constexpr double kOtherCameraShareMax = 0.3;
+// fy differs from fx if their ratio differs from 1 by this many standard deviations and by this
+// much.
 constexpr double kAspectSigmas = 4, kAspectDifferenceMin = 1e-3;
-constexpr double kFocalSigmaMax = 0.05;  // relative: beyond, there is no calibration
-
-double Median(std::vector<double> values) {
-  if (values.empty()) return 0;
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
-}
+// The largest standard deviation of the focal length, over it, that still is a calibration.
+constexpr double kFocalSigmaMax = 0.05;
 
 Status CheckInput(const CalibrationInput& input) {
   if (input.views.size() < 3) {
@@ -75,7 +78,7 @@ class Calibrator final {
   Result<Calibration> Run() {
     VEDUTA_RETURN_IF_ERROR(CheckInput(input_));
     VEDUTA_RETURN_IF_ERROR(Initialize());
-    // Gross errors show ever better as the scene settles.
+    // Gross errors stand out better from round to round, for the scene gets better.
     VEDUTA_RETURN_IF_ERROR(Round(0));
     for (const double times : {4., 3., 2., 1.})
       VEDUTA_RETURN_IF_ERROR(Round(times * options_.outlier_sigmas));
@@ -119,8 +122,8 @@ class Calibrator final {
     return {Eigen::Quaterniond::Identity(), Eigen::Vector3d::Constant(std::nan(""))};
   }
 
-  // Projected - observed, with the scene as it is; not finite for what is behind the camera or
-  // unknown.
+  // The projected pixel minus the observed one, with the scene as it is. Not finite for a point
+  // that is behind the camera, and for a point or a photo without a place.
   Eigen::Vector2d ResidualPx(const PlaneObservation& o) const {
     const CameraModel& c = whole_.camera;
     const std::array<double, kLensSize> lens = {c.fx, c.fy / c.fx, c.cx, c.cy,
@@ -135,8 +138,8 @@ class Calibrator final {
     return px - o.px;
   }
 
-  // Chooses the observations whose errors are below `sigmas` of what is usual (0: below the first
-  // limit), and adjusts.
+  // Chooses the observations whose errors are below `sigmas` times the usual error, and adjusts the
+  // scene to them. With 0 the limit is kFirstLimit.
   Status Round(double sigmas) {
     if (sigmas > 0) PlaceWhatWasLeftOut(observations_, choice_, other_camera_, &whole_);
     std::vector<double> errors, in_sigma;
@@ -146,9 +149,8 @@ class Calibrator final {
         in_sigma.push_back(errors[i] / observations_[i].sigma_px);
     }
     if (sigmas > 0) {
-      const double usual =
-          Median(in_sigma) /
-          std::sqrt(2 * std::numbers::ln2);  // the median of Rayleigh's distribution
+      // The denominator is the median of Rayleigh's distribution.
+      const double usual = MedianOf(in_sigma) / std::sqrt(2 * std::numbers::ln2);
       for (PlaneObservation& o : observations_) o.sigma_px *= std::max(usual, 1e-9);
     }
     const std::vector<bool> is_settled = Settled();
@@ -211,7 +213,7 @@ class Calibrator final {
     if (difference < kFocalDifferenceMin * scene.camera.fx ||
         difference < kFocalSigmas * own.sigma_px)
       return {};
-    if (own.error_sigmas > kOtherCameraErrorMax) return {};  // nor does that one explain it
+    if (own.error_sigmas > kOtherCameraErrorMax) return {};  // that one does not explain it either
     return own;
   }
 
@@ -222,8 +224,9 @@ class Calibrator final {
                           " px: another camera or zoom";
   }
 
-  // One photo at a time, the most conspicuous first, for each bends the focal lengths of all. Then,
-  // those that had fitted so badly that they are out already.
+  // Leaves out the photos of other cameras one at a time, the most conspicuous first, because each
+  // of them bends the focal lengths of all the others. Then says of photos that are out already,
+  // for they fitted badly, whether another camera is the reason.
   Status LeaveOutOtherCameras() {
     for (;;) {
       const CompactScene compact = Compact(observations_, choice_, whole_);
@@ -359,7 +362,7 @@ class Calibrator final {
     std::vector<double> distances;
     for (const Rigid3& pose : compact.scene.cams_from_world)
       distances.push_back((pose.Center() - mean).norm());
-    const double usual = Median(distances);
+    const double usual = MedianOf(distances);
     for (size_t v = 0; v < made_.photos.size(); ++v) {
       CalibrationPhoto& photo = made_.photos[v];
       photo.why_left_out = choice_.why_left_out[v];
@@ -378,27 +381,28 @@ class Calibrator final {
   PlaneScene whole_;  // all views and points, also those that are not used
   std::vector<PlaneObservation> observations_;
   ObservationChoice choice_;
-  std::vector<std::string>
-      other_camera_;  // of each view; empty but for those found to be of another camera
+  // Of each view: why it is of another camera; empty for those that are not.
+  std::vector<std::string> other_camera_;
   PlaneAdjustment adjustment_;
   Calibration made_;
 };
 
 }  // namespace
 
+uint32_t Calibration::UsedPhotoCount() const {
+  return static_cast<uint32_t>(
+      std::count_if(photos.begin(), photos.end(),
+                    [](const CalibrationPhoto& photo) { return photo.why_left_out.empty(); }));
+}
+
 Status CalibrationOptions::Check() const {
-  if (!(outlier_sigmas > 2)) {
-    return Status::InvalidArgument("calibration option outlier_sigmas must exceed 2, not " +
-                                   std::to_string(outlier_sigmas));
-  }
-  if (photo_points_min < 4) {
-    return Status::InvalidArgument("calibration option photo_points_min must be at least 4, not " +
-                                   std::to_string(photo_points_min));
-  }
-  if (!(photo_share_min > 0 && photo_share_min <= 1)) {
-    return Status::InvalidArgument("calibration option photo_share_min must lie in (0, 1], not " +
-                                   std::to_string(photo_share_min));
-  }
+  VEDUTA_RETURN_IF_ERROR(CheckFields(
+      "CalibrationOptions", {{"outlier_sigmas", outlier_sigmas,
+                              outlier_sigmas > 2 && IsPositive(outlier_sigmas), "(2, inf)"},
+                             {"photo_points_min", static_cast<double>(photo_points_min),
+                              photo_points_min >= 4, "[4, inf)"},
+                             {"photo_share_min", photo_share_min,
+                              photo_share_min > 0 && photo_share_min <= 1, "(0, 1]"}}));
   return adjustment.Check();
 }
 

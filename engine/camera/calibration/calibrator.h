@@ -17,19 +17,20 @@
 namespace veduta {
 
 enum class CalibrationStatus : uint8_t {
-  kGood,       // as good as the photos' noise lets it be; there may be notes
-  kUncertain,  // a warning says what is not known well and what to photograph
+  kGood,       // as good as the photos' noise allows; there may be notes
+  kUncertain,  // a warning says what is not known well, and what to photograph
 };
 
 enum class CalibrationAdvice : uint8_t {
-  kPhotoQuality,    // a note of whoever looked at the photo itself: not sharp, of no use
-  kPhotoLeftOut,    // a note: what the others say is not touched
-  kPointsLeftOut,   // likewise
-  kFewPhotos,       // a warning from here on
+  // Notes: they say nothing against the result.
+  kPhotoQuality,   // what the photo itself shows: it is not sharp, it has too few markers
+  kPhotoLeftOut,   // a photo was left out
+  kPointsLeftOut,  // points were left out
+  // Warnings.
+  kFewPhotos,
   kFocalLength,     // sigma of the focal length over 0.3 %: tilt more
   kPrincipalPoint,  // sigma over 1 % of the longer side
-  kDistortion,      // sigma somewhere in the photo over 1/1000 of the longer side: photograph the
-                    // corners
+  kDistortion,      // sigma over 1/1000 of the longer side: photograph the corners
   kOneDistance,     // with one of the above, where the photos are all from one distance
   kResidual,        // the model does not explain the observations
   kManyLeftOut,     // so many observations contradict the rest that the rest may be wrong
@@ -45,11 +46,11 @@ struct CalibrationWarning {
 struct CalibrationPhoto {
   std::string name;
   std::string why_left_out;  // empty for a photo that was used
-  uint32_t used_count = 0;   // observations
+  uint32_t used_count = 0;   // of its observations
   uint32_t left_out_count = 0;
-  double error_px_rms = 0;  // of those used: length of the residual
+  double error_px_rms = 0;  // RMS length of the residuals of those used
   double tilt_deg = 0;      // of the optical axis against the plane's normal
-  double distance = 0;      // to the points' mean; 1 is the median photo's
+  double distance = 0;      // from the points' mean, over that of the median photo
 };
 
 struct CalibrationResidual {
@@ -67,31 +68,36 @@ struct Calibration {
   std::vector<CalibrationPhoto> photos;  // in the order of the input
   std::vector<CalibrationResidual> residuals;
   double error_px_mean = 0, error_px_rms = 0;  // lengths of the residuals used
-  double focal_search_px = 0;                  // what R4's search had said
-  double distortion_sigma_px = 0;  // largest over the photo, of the displacement that is undone
-  bool is_aspect_free = false;     // fy was found to differ from fx
-  double aspect_sigmas = 0;        // how far fy / fx is from 1, in its standard deviation
+  double focal_search_px = 0;                  // what the search for the focal length said (R4)
+  double distortion_sigma_px = 0;              // LargestDistortionSigma
+  bool is_aspect_free = false;                 // the photos prove that fy differs from fx
+  double aspect_sigmas = 0;  // how far fy / fx is from 1, in its standard deviations
   double height_rms = 0;  // of the points over their plane, over their RMS distance from its middle
 
+  uint32_t UsedPhotoCount() const;
   double Sigma(int intrinsic) const { return std::sqrt(covariance(intrinsic, intrinsic)); }
 };
 
 struct CalibrationOptions {
-  double outlier_sigmas = 4.5;    // > 2: errors longer than this are gross
-  uint32_t photo_points_min = 8;  // >= 4; a photo with fewer is left out
-  double photo_share_min = 0.5;   // (0, 1]; of a photo's points that must fit
+  // Standard deviations; > 2. An observation with a longer error is a gross one and left out.
+  // Errors of normal noise are longer than 4.5 in 1 of 25,000 cases (Rayleigh's distribution).
+  double outlier_sigmas = 4.5;
+  // >= 4; a photo with fewer points that fit is left out. Twice what a homography needs.
+  uint32_t photo_points_min = 8;
+  // (0, 1]; the share of a photo's points that must fit. Half: the majority decides.
+  double photo_share_min = 0.5;
   PlaneAdjustmentOptions adjustment;
 
   Status Check() const;  // the first violated bound
 };
 
-// Photos of one size (a view of another one is an error that says so: two cameras, or one turned
-// upright). Points that contradict the rest, and photos most of whose points do or whose focal
-// length is another, are left out with a word.
+// All photos must have one size; a photo of another size is an error that says whether it looks
+// like another camera or like this one turned upright. Points that contradict the rest are left out
+// with a note, and so are photos most of whose points do, and photos with a focal length of their
+// own.
 //
-// fy = fx unless the photos prove otherwise: the aspect is set free where that lowers the misfit by
-// more than chance (4 sigma, and more than 1/1000); sensors have square pixels, and an aspect that
-// the photos leave open would spoil f.
+// fy = fx unless the photos prove otherwise, by 4 standard deviations and by more than 1/1000.
+// Sensors have square pixels, and an aspect that the photos leave open would spoil f.
 //
 // kInvalidArgument, with what to photograph, if nothing can be told: too few photos or points in
 // common, no tilt, photos of several cameras. Deterministic, one thread, about 1 s for 20 photos of

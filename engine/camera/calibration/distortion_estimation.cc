@@ -5,12 +5,19 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <set>
+
+#include "engine/camera/option_check.h"
+#include "storage/base/median.h"
 
 namespace veduta {
 namespace {
 
 using RowMatrix3 = Eigen::Matrix<double, 3, 3, Eigen::RowMajor>;
+using Pairs = std::set<std::pair<uint32_t, uint32_t>>;  // of views
+
+constexpr int kIterationsMax = 60;  // of Levenberg and Marquardt's; chosen by hand
 
 // One adjacent homography on the way from view i to view j.
 struct Step {
@@ -67,8 +74,8 @@ class TransferCost {
     const T r2 = d.squaredNorm();
     const T across = T(1) + r2 * (theta[2] + theta[3] * r2);
     const T along = T(1) + r2 * (T(3) * theta[2] + T(5) * theta[3] * r2);
-    if (!(across > T(0.05)) || !(along > T(0.05)))
-      return false;  // folded over: this step is refused
+    // Nearly folded over, or beyond: Ceres then tries a smaller step. 0.05 is chosen by hand.
+    if (!(across > T(0.05)) || !(along > T(0.05))) return false;
     const Vector2 in_photo =
         error / across -
         d * (d.dot(error) * (T(2) * theta[2] + T(4) * theta[3] * r2) / (across * along));
@@ -91,7 +98,7 @@ class TransferCost {
   const double sigma_;
 };
 
-// What is thought of theta before any photo is seen.
+// The prior of theta: what is thought of it before any photo is seen.
 struct ThetaPrior {
   double center_sigma, coefficient_sigma;
   template <typename T>
@@ -102,10 +109,11 @@ struct ThetaPrior {
   }
 };
 
-// The adjacent pairs, and for each view those it shares most points with besides.
-std::set<std::pair<uint32_t, uint32_t>> ChoosePairs(const std::vector<PlanarView>& views,
-                                                    const ViewTree& tree, uint32_t extra_pairs) {
-  std::set<std::pair<uint32_t, uint32_t>> pairs;
+// The adjacent pairs of the tree, and for each view the `extra_pairs` others that it shares most
+// points with.
+Pairs ChoosePairs(const std::vector<PlanarView>& views, const ViewTree& tree,
+                  uint32_t extra_pairs) {
+  Pairs pairs;
   for (const uint32_t v : tree.order) {
     if (v != tree.root) pairs.insert(std::minmax(v, tree.parent[v]));
   }
@@ -123,86 +131,126 @@ std::set<std::pair<uint32_t, uint32_t>> ChoosePairs(const std::vector<PlanarView
   return pairs;
 }
 
-double MedianResidual(ceres::Problem* problem, const std::vector<ceres::ResidualBlockId>& blocks,
-                      const std::vector<double>& sigmas) {
-  std::vector<double> lengths;
-  for (size_t i = 0; i < blocks.size(); ++i) {
-    double cost = 0;
-    std::array<double, 2> residual;
-    if (!problem->EvaluateResidualBlock(blocks[i], false, &cost, residual.data(), nullptr))
-      continue;
-    lengths.push_back(std::hypot(residual[0], residual[1]) * sigmas[i]);
+// Sigmas are relative, while the loss is in the photo's units: all sigmas are brought to the mean.
+double MeanSigma(const std::vector<PlanarView>& views, const ViewTree& tree) {
+  double sum = 0, count = 0;
+  for (const uint32_t v : tree.order) {
+    for (const PlanarPoint& p : views[v]) sum += p.sigma, count += 1;
   }
-  if (lengths.empty()) return 0;
-  const auto middle = lengths.begin() + static_cast<std::ptrdiff_t>(lengths.size() / 2);
-  std::nth_element(lengths.begin(), middle, lengths.end());
-  return *middle;
+  return sum / std::max(count, 1.0);
 }
 
-}  // namespace
+class Estimator final {
+ public:
+  Estimator(const std::vector<PlanarView>& views, const DistortionOptions& options, ViewTree* tree)
+      : views_(views), options_(options), tree_(tree) {}
 
-Result<DistortionEstimate> EstimateDistortion(const std::vector<PlanarView>& views,
-                                              const DistortionOptions& options, ViewTree* tree) {
-  const InverseDistortion& start = options.start;
-  // theta, then a homography a view: in one array, so that nothing depends on addresses.
-  std::vector<double> parameters = {start.center.x(), start.center.y(), start.k1, start.k2};
-  for (const Eigen::Matrix3d& h : tree->view_from_parent) {
-    const RowMatrix3 unit = h / h.norm();
-    parameters.insert(parameters.end(), unit.data(), unit.data() + 9);
+  Result<DistortionEstimate> Run() {
+    SetStart();
+    AddResiduals();
+    ceres::Solver::Options solver;
+    solver.linear_solver_type = ceres::SPARSE_NORMAL_CHOLESKY;
+    solver.num_threads = 1;
+    solver.max_num_iterations = kIterationsMax;
+    solver.logging_type = ceres::SILENT;
+    ceres::Solver::Summary summary;
+    ceres::Solve(solver, &problem_, &summary);
+    if (!summary.IsSolutionUsable()) {
+      return Status::InvalidArgument("calibration: the distortion cannot be estimated: " +
+                                     summary.message);
+    }
+    for (const uint32_t v : tree_->order) {
+      if (v != tree_->root)
+        tree_->view_from_parent[v] = Eigen::Map<const RowMatrix3>(Homography(v));
+    }
+    const double* const theta = Theta();
+    return DistortionEstimate{{{theta[0], theta[1]}, theta[2], theta[3]}, MedianResidual()};
   }
-  double* const theta = parameters.data();
-  const auto homography = [&](uint32_t view) { return theta + 4 + 9 * view; };
 
-  ceres::Problem problem;
-  std::vector<ceres::ResidualBlockId> blocks;
-  std::vector<double> sigmas;
-  // Sigmas are relative; the loss is in the photo's units, so all are brought to the mean.
-  double sigma_mean = 0, count = 0;
-  for (const uint32_t v : tree->order) {
-    for (const PlanarPoint& p : views[v]) sigma_mean += p.sigma, count += 1;
+ private:
+  double* Theta() { return parameters_.data(); }
+  double* Homography(uint32_t view) { return parameters_.data() + 4 + 9 * view; }
+
+  void SetStart() {
+    const InverseDistortion& start = options_.start;
+    parameters_ = {start.center.x(), start.center.y(), start.k1, start.k2};
+    for (const Eigen::Matrix3d& h : tree_->view_from_parent) {
+      const RowMatrix3 unit = h / h.norm();
+      parameters_.insert(parameters_.end(), unit.data(), unit.data() + 9);
+    }
   }
-  sigma_mean /= std::max(count, 1.0);
-  auto* loss = new ceres::CauchyLoss(options.loss_scale / sigma_mean);
-  for (const auto& [i, j] : ChoosePairs(views, *tree, options.extra_pairs)) {
-    const std::vector<Step> path = PathBetween(*tree, i, j);
-    std::vector<double*> blocks_of_pair = {theta};
-    for (const Step& step : path) blocks_of_pair.push_back(homography(step.child));
-    for (const auto& [a, b] : CommonPoints(views[i], views[j])) {
-      const double sigma = std::hypot(views[i][a].sigma, views[j][b].sigma);
+
+  void AddResiduals() {
+    auto* loss = new ceres::CauchyLoss(options_.loss_scale / MeanSigma(views_, *tree_));
+    for (const auto& [i, j] : ChoosePairs(views_, *tree_, options_.extra_pairs))
+      AddPair(i, j, loss);
+    problem_.AddResidualBlock(new ceres::AutoDiffCostFunction<ThetaPrior, 4, 4>(new ThetaPrior{
+                                  options_.center_sigma, options_.coefficient_sigma}),
+                              nullptr, Theta());
+    for (const uint32_t v : tree_->order) {
+      if (v != tree_->root) problem_.SetManifold(Homography(v), new ceres::SphereManifold<9>());
+    }
+  }
+
+  // The points that views i and j both see.
+  void AddPair(uint32_t i, uint32_t j, ceres::LossFunction* loss) {
+    const std::vector<Step> path = PathBetween(*tree_, i, j);
+    std::vector<double*> parameter_blocks = {Theta()};
+    for (const Step& step : path) parameter_blocks.push_back(Homography(step.child));
+    for (const auto& [a, b] : CommonPoints(views_[i], views_[j])) {
+      const double sigma = std::hypot(views_[i][a].sigma, views_[j][b].sigma);
       auto* cost = new ceres::DynamicAutoDiffCostFunction<TransferCost, 7>(
-          new TransferCost(path, views[i][a].x, views[j][b].x, sigma));
+          new TransferCost(path, views_[i][a].x, views_[j][b].x, sigma));
       cost->AddParameterBlock(4);
       for (size_t s = 0; s < path.size(); ++s) cost->AddParameterBlock(9);
       cost->SetNumResiduals(2);
-      blocks.push_back(problem.AddResidualBlock(cost, loss, blocks_of_pair));
-      sigmas.push_back(sigma);
+      residual_blocks_.push_back(problem_.AddResidualBlock(cost, loss, parameter_blocks));
+      sigmas_.push_back(sigma);
     }
   }
-  problem.AddResidualBlock(new ceres::AutoDiffCostFunction<ThetaPrior, 4, 4>(
-                               new ThetaPrior{options.center_sigma, options.coefficient_sigma}),
-                           nullptr, theta);
-  for (const uint32_t v : tree->order) {
-    if (v != tree->root) problem.SetManifold(homography(v), new ceres::SphereManifold<9>());
+
+  double MedianResidual() {
+    std::vector<double> lengths;
+    for (size_t i = 0; i < residual_blocks_.size(); ++i) {
+      double cost = 0;
+      std::array<double, 2> residual;
+      if (!problem_.EvaluateResidualBlock(residual_blocks_[i], false, &cost, residual.data(),
+                                          nullptr))
+        continue;
+      lengths.push_back(std::hypot(residual[0], residual[1]) * sigmas_[i]);
+    }
+    return MedianOf(std::move(lengths));
   }
 
-  ceres::Solver::Options solver;
-  solver.linear_solver_type = ceres::SPARSE_NORMAL_CHOLESKY;
-  solver.num_threads = 1;
-  solver.max_num_iterations = 60;
-  solver.logging_type = ceres::SILENT;
-  ceres::Solver::Summary summary;
-  ceres::Solve(solver, &problem, &summary);
-  if (!summary.IsSolutionUsable()) {
-    return Status::InvalidArgument("calibration: the distortion cannot be estimated: " +
-                                   summary.message);
-  }
-  DistortionEstimate estimate;
-  estimate.distortion = {{theta[0], theta[1]}, theta[2], theta[3]};
-  estimate.residual_median = MedianResidual(&problem, blocks, sigmas);
-  for (const uint32_t v : tree->order) {
-    if (v != tree->root) tree->view_from_parent[v] = Eigen::Map<const RowMatrix3>(homography(v));
-  }
-  return estimate;
+  const std::vector<PlanarView>& views_;
+  const DistortionOptions& options_;
+  ViewTree* const tree_;
+  // Theta, then one homography for each view: in one array, because Ceres orders parameter blocks
+  // by their addresses and the result must not depend on where the memory lies.
+  std::vector<double> parameters_;
+  std::vector<ceres::ResidualBlockId> residual_blocks_;  // of the points; the prior is not in it
+  std::vector<double> sigmas_;                           // of each of residual_blocks_
+  ceres::Problem problem_;
+};
+
+}  // namespace
+
+Status DistortionOptions::Check() const {
+  return CheckFields(
+      "DistortionOptions",
+      {{"start.center.x", start.center.x(), std::isfinite(start.center.x()), "(-inf, inf)"},
+       {"start.center.y", start.center.y(), std::isfinite(start.center.y()), "(-inf, inf)"},
+       {"start.k1", start.k1, std::isfinite(start.k1), "(-inf, inf)"},
+       {"start.k2", start.k2, std::isfinite(start.k2), "(-inf, inf)"},
+       {"center_sigma", center_sigma, IsPositive(center_sigma), "(0, inf)"},
+       {"coefficient_sigma", coefficient_sigma, IsPositive(coefficient_sigma), "(0, inf)"},
+       {"loss_scale", loss_scale, IsPositive(loss_scale), "(0, inf)"}});
+}
+
+Result<DistortionEstimate> EstimateDistortion(const std::vector<PlanarView>& views,
+                                              const DistortionOptions& options, ViewTree* tree) {
+  VEDUTA_RETURN_IF_ERROR(options.Check());
+  return Estimator(views, options, tree).Run();
 }
 
 }  // namespace veduta

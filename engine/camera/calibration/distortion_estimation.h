@@ -12,14 +12,21 @@
 namespace veduta {
 
 struct DistortionOptions {
-  InverseDistortion start;   // the paper's: the image's centre and no distortion
-  uint32_t extra_pairs = 3;  // a view, besides the adjacent ones of the tree
-  double center_sigma =
-      0.05;  // > 0, ImageUnits; how far from the image's centre c is thought to lie
-  double coefficient_sigma =
-      2;  // > 0; likewise of k1 and k2, which a few points near the centre leave open
-  double loss_scale =
-      0.004;  // > 0, ImageUnits; where errors start to count less (Cauchy), 6 px of 1600
+  InverseDistortion start;  // the paper's start: the image's centre and no distortion
+  // >= 0; the pairs added for each view, besides the adjacent ones of the tree. Chosen by hand; not
+  // measured.
+  uint32_t extra_pairs = 3;
+  // ImageUnits; > 0. How far the centre of distortion is thought to lie from the image's centre.
+  // Chosen by hand; not measured.
+  double center_sigma = 0.05;
+  // > 0; how large k1 and k2 are thought to be. Points near the centre alone leave them open.
+  // Chosen by hand; not measured.
+  double coefficient_sigma = 2;
+  // ImageUnits; > 0. Where Cauchy's loss begins to weigh an error less: 6 px of 1600. Chosen by
+  // hand; not measured.
+  double loss_scale = 0.004;
+
+  Status Check() const;  // the first violated bound, named with its value
 };
 
 struct DistortionEstimate {
@@ -33,7 +40,8 @@ struct DistortionEstimate {
 // H_ij being the product of the adjacent homographies along the tree. Equation 1 has no J, the
 // derivative of D~ at x_j^k: with it errors are measured in the photo, and a distortion that merely
 // shrinks everything does not look good. Starts at the given homographies. Ceres, sparse
-// Levenberg-Marquardt with Cauchy's loss; one thread. kInvalidArgument if the solver fails.
+// Levenberg-Marquardt with Cauchy's loss; one thread. kInvalidArgument on bad options, or if the
+// solver fails.
 Result<DistortionEstimate> EstimateDistortion(const std::vector<PlanarView>& views,
                                               const DistortionOptions& options, ViewTree* tree);
 

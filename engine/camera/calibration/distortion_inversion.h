@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
-// From one radial model to the other, by least squares: the polynomial is not closed under
-// inversion.
+// From the paper's inverse distortion to CameraModel's forward distortion, by least squares: the
+// inverse of such a polynomial is no such polynomial.
 
 #include "engine/camera/calibration/inverse_distortion.h"
 #include "engine/camera/calibration/planar_views.h"
@@ -9,7 +9,7 @@
 
 namespace veduta {
 
-// How far the model found is from the one that was asked for, over a grid of the image.
+// How far a model that was found is from the model that was asked for, over a grid of the image.
 struct ConversionResidual {
   double mean_px = 0, largest_px = 0;
 };

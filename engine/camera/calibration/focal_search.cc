@@ -8,6 +8,7 @@
 #include <numbers>
 
 #include "engine/camera/calibration/homography_decomposition.h"
+#include "engine/camera/option_check.h"
 
 namespace veduta {
 namespace {
@@ -52,9 +53,20 @@ std::pair<double, Eigen::Vector3d> BestMean(const std::vector<NormalPair>& norma
 
 }  // namespace
 
+Status FocalSearchOptions::Check() const {
+  return CheckFields(
+      "FocalSearchOptions",
+      {{"focal_min", focal_min, IsPositive(focal_min), "(0, inf)"},
+       {"focal_max", focal_max, IsPositive(focal_max) && focal_max > focal_min, "(focal_min, inf)"},
+       {"step_count", static_cast<double>(step_count), step_count >= 8 && step_count <= 10'000,
+        "[8, 10000]"}});
+}
+
 std::optional<FocalEstimate> SearchFocalLength(
     std::span<const std::vector<Eigen::Matrix3d>> other_from_reference,
     const FocalSearchOptions& options) {
+  const Status status = options.Check();
+  VEDUTA_CHECK(status.ok(), status.message());
   size_t count = 0;
   for (const auto& homographies : other_from_reference) count += homographies.size();
   if (count == 0) return std::nullopt;
@@ -76,7 +88,8 @@ std::optional<FocalEstimate> SearchFocalLength(
   // Golden section between the neighbours of the best step.
   double left = std::max(best - step, low), right = std::min(best + step, high);
   constexpr double kGolden = 1 / std::numbers::phi;
-  for (int i = 0; i < 10; ++i) {
+  constexpr int kRefinements = 10;  // leave 2 * 5 % * phi^-10 = 0.08 % open; chosen by hand
+  for (int i = 0; i < kRefinements; ++i) {
     const double a = right - kGolden * (right - left), b = left + kGolden * (right - left);
     score(a) < score(b) ? right = b : left = a;
   }

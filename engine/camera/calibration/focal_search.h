@@ -7,18 +7,25 @@
 #include <span>
 #include <vector>
 
+#include "storage/base/status.h"
+
 namespace veduta {
 
+// What is searched. Focal lengths are in the units of the homographies' coordinates.
 struct FocalSearchOptions {
-  double focal_min = 0.3,
-         focal_max = 3;  // > 0; in units of the homographies' coordinates; the paper's section 2
-  uint32_t step_count = 48;  // >= 8; in equal ratios, 5 % apart; then refined between steps
+  double focal_min = 0.3;  // > 0; the paper's section 2
+  double focal_max = 3;    // > focal_min; the paper's section 2
+  // [8, 10000]; steps in equal ratios, 5 % each from 0.3 to 3. The best one is refined afterwards.
+  // Chosen by hand; not measured.
+  uint32_t step_count = 48;
+
+  Status Check() const;  // the first violated bound, named with its value
 };
 
 struct FocalEstimate {
   double focal = 0;  // in the same units
-  double disagreement_deg =
-      0;  // mean angle between the views' normals and their mean at that focal length
+  // The mean angle between the views' normals and their mean at that focal length.
+  double disagreement_deg = 0;
 };
 
 // Each candidate f makes K = diag(f, f, 1), and each homography a pair of normals of the plane in

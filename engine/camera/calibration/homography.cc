@@ -13,9 +13,11 @@
 namespace veduta {
 namespace {
 
+// 1000 samples suffice where a third of the pairs agree: 1000 (1/3)^4 = 12 good samples, and none
+// with a chance of e^-12.
 constexpr uint32_t kSamplesMax = 1000;
-constexpr double kConfidence = 1 - 1e-6;
-constexpr size_t kInliersMin = 6;  // two more than always agree
+constexpr double kConfidence = 1 - 1e-6;  // that one sample is free of outliers; chosen by hand
+constexpr size_t kInliersMin = 6;         // two more than the four that always agree
 
 // The similarity that brings points to mean 0 and mean distance sqrt(2).
 std::optional<Eigen::Matrix3d> Normalization(std::span<const Eigen::Vector2d> points) {
@@ -31,7 +33,7 @@ std::optional<Eigen::Matrix3d> Normalization(std::span<const Eigen::Vector2d> po
   return t;
 }
 
-// Unit norm, and positive third coordinates for most of the points.
+// Scales H to unit norm, with the sign that gives most of the points a positive third coordinate.
 Eigen::Matrix3d Oriented(const Eigen::Matrix3d& h, std::span<const Eigen::Vector2d> a) {
   const auto behind = std::count_if(a.begin(), a.end(), [&](const Eigen::Vector2d& p) {
     return h.row(2).dot(p.homogeneous()) < 0;
@@ -58,7 +60,8 @@ std::optional<Eigen::Matrix3d> FitFour(const std::array<Eigen::Vector2d, 4>& a,
   return result;
 }
 
-// Sum of squared errors, each cut off at the bound; infinite for a point that goes behind.
+// The sum of squared errors, each cut off at the bound. A point that goes behind counts as the
+// bound.
 double Score(const Eigen::Matrix3d& h, std::span<const Eigen::Vector2d> a,
              std::span<const Eigen::Vector2d> b, double error_max, std::vector<uint32_t>* inliers) {
   inliers->clear();
@@ -135,8 +138,8 @@ std::optional<Eigen::Matrix3d> FitHomography(std::span<const Eigen::Vector2d> a,
     rows.block<1, 3>(row + 1, 6) = -to.y() * from;
   }
   const Eigen::SelfAdjointEigenSolver<Eigen::Matrix<double, 9, 9>> eigen(rows.transpose() * rows);
-  constexpr double kRankTolerance =
-      1e-12;  // of squared singular values: a second vanishing one leaves H open
+  // Of squared singular values, about rounding. A second one that vanishes leaves H open.
+  constexpr double kRankTolerance = 1e-12;
   if (!(eigen.eigenvalues()[1] > kRankTolerance * eigen.eigenvalues()[8])) return std::nullopt;
   const Eigen::Matrix<double, 9, 1> h = eigen.eigenvectors().col(0);
   Eigen::Matrix3d normalized;

@@ -18,7 +18,7 @@ struct RobustHomography {
   std::vector<uint32_t> inliers;  // ascending
 };
 
-// a where H takes it; expects that it does not go to infinity.
+// Where H takes the place `a`, which must not go to infinity.
 inline Eigen::Vector2d Transfer(const Eigen::Matrix3d& b_from_a, const Eigen::Vector2d& a) {
   return (b_from_a * a.homogeneous()).hnormalized();
 }
@@ -29,17 +29,18 @@ inline Eigen::Vector2d Transfer(const Eigen::Matrix3d& b_from_a, const Eigen::Ve
 std::optional<Eigen::Matrix3d> FitHomography(std::span<const Eigen::Vector2d> a,
                                              std::span<const Eigen::Vector2d> b);
 
-// The same for the pairs that agree within `error_max` (in b, units of its coordinates): samples of
-// four, scored by the truncated squared error, then fitted again on the inliers. Nothing if fewer
-// than 6 agree. Deterministic in its inputs and the seed. O(samples * N), at most 1000 samples.
-// Thread-safe.
+// The homography that most pairs agree on within `error_max`, measured in b in the units of its
+// coordinates. Samples of four pairs are scored by the truncated squared error, and the best one is
+// fitted again to its inliers. Nothing if fewer than 6 pairs agree. Deterministic in its inputs and
+// the seed. O(samples * N), at most 1000 samples. Thread-safe.
 std::optional<RobustHomography> EstimateHomography(std::span<const Eigen::Vector2d> a,
                                                    std::span<const Eigen::Vector2d> b,
                                                    double error_max, uint64_t seed);
 
 // The gold standard: moves H and the true place of every point in a so that the squared distances
-// to what was measured in both views, divided by their variances, are least. sigma_*: one a pair.
-// Levenberg-Marquardt from `start`. [Hartley and Zisserman 2004, algorithm 4.3]
+// to what was measured in both views, divided by their variances, are least. sigma_a and sigma_b
+// hold one standard deviation for each pair. Levenberg-Marquardt from `start`. [Hartley and
+// Zisserman 2004, algorithm 4.3]
 Eigen::Matrix3d RefineHomography(const Eigen::Matrix3d& start, std::span<const Eigen::Vector2d> a,
                                  std::span<const Eigen::Vector2d> b,
                                  std::span<const double> sigma_a, std::span<const double> sigma_b);

@@ -7,7 +7,8 @@
 
 namespace veduta {
 
-// H ~ R + t n^T: the plane is {X : n^T X = 1} times its distance, so n points away from camera a.
+// H ~ R + t n^T. With the plane's distance from camera a as the unit, the plane is {X : n^T X = 1};
+// so n points away from camera a.
 struct PlaneMotion {
   Eigen::Matrix3d b_from_a = Eigen::Matrix3d::Identity();  // R
   Eigen::Vector3d translation_per_distance =
@@ -15,10 +16,10 @@ struct PlaneMotion {
   Eigen::Vector3d normal_in_a = Eigen::Vector3d::UnitZ();  // unit
 };
 
-// The two motions, of the four that the algebra gives, whose plane lies before camera a where it
-// looks. `h` (b from a) is in normalised image coordinates, its scale and sign are free. Where the
-// views differ by a rotation alone the normal is open and comes out as any. [Ma, Soatto, Kosecka
-// and Sastry 2004, section 5.3.3]
+// The algebra gives four motions; these are the two whose plane lies in front of camera a. `h` (b
+// from a) is in normalized image coordinates; its scale and sign are free. Where the views differ
+// by a rotation alone the normal is open, and any may be returned. [Ma, Soatto, Kosecka and Sastry
+// 2004, section 5.3.3]
 std::array<PlaneMotion, 2> DecomposeHomography(const Eigen::Matrix3d& h);
 
 }  // namespace veduta

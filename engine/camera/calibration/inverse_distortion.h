@@ -8,8 +8,8 @@
 namespace veduta {
 
 // x_undistorted = c + (x - c)(1 + k1 r^2 + k2 r^4), r = |x - c|; all in ImageUnits. Equation 2
-// leaves out the first c, which shifts every view alike; with it the undistorted image stays where
-// the photo was.
+// leaves out the first c, which shifts all views by the same amount. With it the undistorted image
+// stays where the photo was.
 struct InverseDistortion {
   Eigen::Vector2d center = Eigen::Vector2d::Zero();
   double k1 = 0, k2 = 0;

@@ -15,9 +15,10 @@
 namespace veduta {
 namespace {
 
-constexpr size_t kCoefficientsMax = 12;
-constexpr double kDifferenceMax = 0.005;  // of the longer side
-constexpr int kDirections = 64, kSteps = 64;
+constexpr size_t kCoefficientsMax = 12;  // OpenCV's, but for those of tilted sensors
+// How far the two models may be apart somewhere in the photo, over the longer side. Chosen by hand.
+constexpr double kDifferenceMax = 0.005;
+constexpr int kDirections = 64, kSteps = 64;  // of rays from the principal point; chosen by hand
 
 using Coefficients = std::array<double, kCoefficientsMax>;
 
@@ -36,7 +37,8 @@ struct Ray {
   Eigen::Vector2d px;  // where the known camera sees it
 };
 
-// Outwards from the principal point until they leave the photo, or the known model folds over.
+// Rays from the principal point outwards, in all directions, until they leave the photo or until
+// the known model folds over.
 std::vector<Ray> RaysThatReachThePhoto(const KnownCamera& known, const Coefficients& k) {
   const double width = known.size.width_px, height = known.size.height_px;
   const double across = std::hypot(width / known.fx, height / known.fy);
@@ -73,7 +75,8 @@ struct DifferenceCost {
   }
 };
 
-// Holds the centre where a lens hardly distorts.
+// Holds the centre of distortion near the principal point where a lens hardly distorts. The weight
+// is so small that it changes nothing elsewhere; chosen by hand.
 struct CenterCost {
   template <typename T>
   bool operator()(const T* lens, T* residual) const {
@@ -107,8 +110,8 @@ void FitLens(const std::vector<Ray>& rays, CameraModel* model) {
   model->v0 = model->cy + model->fy * lens[3];
 }
 
-// The rays that the model has at a grid of the photo, corners included, and where the known camera
-// sees them.
+// The rays that our model sees at a grid of the photo's pixels, corners included, and where the
+// known camera sees them.
 std::vector<Ray> RaysOfGrid(const CameraModel& model, const Coefficients& k,
                             std::vector<Eigen::Vector2d>* ours_px) {
   constexpr int kAcross = 32, kDown = 24;
@@ -117,8 +120,8 @@ std::vector<Ray> RaysOfGrid(const CameraModel& model, const Coefficients& k,
   for (int i = 0; i < (kAcross + 1) * (kDown + 1); ++i) {
     const Eigen::Vector2d px(i % (kAcross + 1) * (model.width_px - 1.0) / kAcross,
                              i / (kAcross + 1) * (model.height_px - 1.0) / kDown);
-    const Eigen::Vector2d undistorted =
-        UndistortPixel(model, px).value_or(px);  // CheckCamera: there always is one
+    // The model has passed CheckCamera, so there always is an undistorted pixel.
+    const Eigen::Vector2d undistorted = UndistortPixel(model, px).value_or(px);
     const Eigen::Vector2d x = (undistorted - center).cwiseQuotient(focal);
     rays.push_back({x, center + focal.cwiseProduct(Distort(k, x))});
     ours_px->push_back(px);
@@ -126,8 +129,8 @@ std::vector<Ray> RaysOfGrid(const CameraModel& model, const Coefficients& k,
   return rays;
 }
 
-// First on rays that certainly reach the photo, then on those that our model has at its very
-// corners.
+// Fits our model first to rays that certainly reach the photo, then to the rays that our model sees
+// at the photo's pixels, its corners included.
 Status FitLens(const KnownCamera& known, const Coefficients& k, ConvertedCamera* made) {
   FitLens(RaysThatReachThePhoto(known, k), &made->model);
   std::vector<Eigen::Vector2d> ours_px;

@@ -14,8 +14,9 @@
 
 namespace veduta {
 
-// The centre of the top-left pixel is (0, 0). Coefficients in OpenCV's order, the rest being 0:
-// k1 k2 p1 p2 k3 k4 k5 k6 s1 s2 s3 s4; at most 12 (no tilted sensors).
+// The centre of the top-left pixel is (0, 0). The coefficients are in OpenCV's order,
+// k1 k2 p1 p2 k3 k4 k5 k6 s1 s2 s3 s4; those that are not given are 0. There are at most 12, for
+// tilted sensors are not supported.
 struct KnownCamera {
   ImageSize size;
   double fx = 0, fy = 0, cx = 0, cy = 0;

@@ -11,7 +11,7 @@
 namespace veduta {
 namespace {
 
-constexpr size_t kCamerasMax = 100'000;
+constexpr size_t kCamerasMax = 100'000;  // in one cameras.txt; chosen by hand
 
 std::vector<std::string_view> Words(std::string_view line) {
   std::vector<std::string_view> words;
@@ -34,7 +34,7 @@ bool IsSide(double side) {
   return side >= 1 && side <= kCameraSideMax && side == std::floor(side);
 }
 
-// Where each parameter of a model of COLMAP's goes.
+// Puts the parameters of one of COLMAP's models to their places.
 void SetParameters(const std::string& model, const std::vector<double>& p, KnownCamera* camera) {
   const bool is_pinhole = model == "PINHOLE" || model == "OPENCV";
   const size_t first = is_pinhole ? 4 : 3;  // of the distortion

@@ -7,11 +7,12 @@
 
 #include "engine/camera/calibration/focal_search.h"
 #include "engine/camera/calibration/plane_pose.h"
+#include "engine/camera/option_check.h"
 
 namespace veduta {
 namespace {
 
-// Where each view placed so far saw a point, on the plane.
+// For each point: the places on the plane where the views that have a pose saw it.
 using Sightings = std::vector<std::vector<Eigen::Vector2d>>;
 
 void AddSightings(const PlanarView& view, const Rigid3& cam_from_world, double focal,
@@ -50,8 +51,19 @@ std::optional<Eigen::Vector2d> Consensus(const std::vector<Eigen::Vector2d>& pla
   return best;
 }
 
+Status MetricOptions::Check() const {
+  return CheckFields("MetricOptions",
+                     {{"error_max", error_max, IsPositive(error_max), "(0, inf)"},
+                      {"agreeing_count_min", static_cast<double>(agreeing_count_min),
+                       agreeing_count_min >= 6, "[6, inf)"},
+                      {"agreeing_share_min", agreeing_share_min,
+                       agreeing_share_min > 0 && agreeing_share_min <= 1, "(0, 1]"}});
+}
+
 MetricReconstruction InitializeMetric(const std::vector<PlanarView>& views, const ViewTree& tree,
                                       double focal, const MetricOptions& options) {
+  const Status status = options.Check();
+  VEDUTA_CHECK(status.ok(), status.message());
   MetricReconstruction made;
   made.cams_from_world.resize(views.size());
   uint32_t point_count = 0;
@@ -66,7 +78,8 @@ MetricReconstruction InitializeMetric(const std::vector<PlanarView>& views, cons
     if (v != tree.root) from_root.push_back(tree.ViewFromRoot(v));
   }
   Sightings sightings(point_count);
-  // On the plane, an error in the image grows with the distance, about 1, and with the slant.
+  // An error in the image becomes larger on the plane, with the distance, which is about 1, and
+  // with the slant. The factor of 2 for the slant is chosen by hand; not measured.
   const double distance_max = 2 * options.error_max / focal;
   const auto place = [&](uint32_t view, const Rigid3& pose) {
     made.cams_from_world[view] = pose;

@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <set>
 
+#include "engine/camera/option_check.h"
+
 namespace veduta {
 namespace {
 
@@ -13,9 +15,18 @@ uint32_t NewNumber(const std::vector<uint32_t>& kept, uint32_t old) {
 
 }  // namespace
 
+Status ChoiceOptions::Check() const {
+  return CheckFields("ChoiceOptions", {{"photo_points_min", static_cast<double>(photo_points_min),
+                                        photo_points_min >= 4, "[4, inf)"},
+                                       {"photo_share_min", photo_share_min,
+                                        photo_share_min > 0 && photo_share_min <= 1, "(0, 1]"}});
+}
+
 void ChooseObservations(const std::vector<PlaneObservation>& observations,
                         const std::vector<double>& errors, const ChoiceOptions& options,
                         ObservationChoice* choice) {
+  const Status status = options.Check();
+  VEDUTA_CHECK(status.ok(), status.message());
   std::vector<uint32_t> seen(choice->why_left_out.size()), fitting(seen);
   for (size_t i = 0; i < observations.size(); ++i) {
     ++seen[observations[i].view];

@@ -14,11 +14,11 @@
 namespace veduta {
 
 struct PointObservation {
-  uint32_t id = 0;  // the same physical point in all views; at most once a view
-  Eigen::Vector2d
-      px;  // in the upright photo as taken (distorted); the centre of the top-left pixel is (0, 0)
-  double sigma_px = 1.;  // > 0; standard deviation of each coordinate. Only the ratios matter: the
-                         // scale is estimated
+  uint32_t id = 0;  // of the physical point, the same in all views; at most once in each view
+  // In the upright photo as it was taken, distorted. The centre of the top-left pixel is (0, 0).
+  Eigen::Vector2d px;
+  // > 0; the standard deviation of each coordinate. Only the ratios matter: the scale is estimated.
+  double sigma_px = 1;
 };
 
 struct ViewObservations {

@@ -41,11 +41,12 @@ struct PlanarViews {
   std::vector<uint32_t> point_ids;  // ascending; the id of each dense point
 };
 
-// Expects views of one size. A point that a view lists twice is dropped from that view: one of them
-// is misread.
+// Expects views of one size. A point that a view lists twice is dropped from that view, because one
+// of the two is misread.
 PlanarViews MakePlanarViews(const CalibrationInput& input);
 
-// Positions in a and in b of what both see, ascending by point. O(|a| + |b|).
+// Of each point that both views see: its index in a and its index in b, ascending by point. O(|a| +
+// |b|).
 std::vector<std::pair<uint32_t, uint32_t>> CommonPoints(const PlanarView& a, const PlanarView& b);
 
 }  // namespace veduta

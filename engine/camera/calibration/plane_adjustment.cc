@@ -9,6 +9,7 @@
 #include <cmath>
 
 #include "engine/camera/calibration/plane_reprojection_cost.h"
+#include "engine/camera/option_check.h"
 
 namespace veduta {
 namespace {
@@ -43,8 +44,8 @@ double RmsDistanceFromMean(const std::vector<Eigen::Vector3d>& points) {
   return std::sqrt(sum);
 }
 
-// The point farthest from the mean, and that farthest from it: their x and y hold place, turn and
-// scale.
+// Two points that lie far apart: the one farthest from the mean, and the one farthest from that
+// one. Their x and y are held, which fixes the scene's place, turn and scale.
 std::pair<size_t, size_t> GaugePoints(const std::vector<Eigen::Vector3d>& points) {
   Eigen::Vector3d mean = Eigen::Vector3d::Zero();
   for (const Eigen::Vector3d& p : points) mean += p / static_cast<double>(points.size());
@@ -162,12 +163,12 @@ class Adjuster final {
     std::vector<double> residuals;
     ceres::CRSMatrix crs;
     if (!problem_.Evaluate(evaluate, nullptr, &residuals, nullptr, &crs)) return;
-    // By the observations alone: the priors are not made of noise.
+    // The scale comes from the observations alone, for the priors hold no noise.
     const size_t observed = 2 * observations_.size();
     double sum = 0;
     for (size_t i = 0; i < observed; ++i) sum += residuals[i] * residuals[i];
-    for (size_t i = 0; i < observations_.size();
-         ++i) {  // residual blocks come in the order they were added
+    // Residual blocks are evaluated in the order in which they were added.
+    for (size_t i = 0; i < observations_.size(); ++i) {
       made->residuals_px.push_back(observations_[i].sigma_px *
                                    Eigen::Vector2d(residuals[2 * i], residuals[2 * i + 1]));
     }
@@ -180,8 +181,8 @@ class Adjuster final {
     SetCovariance(CameraInformation(jacobian.transpose() * jacobian), made);
   }
 
-  // The normal matrix of lens and poses with the points eliminated (Schur's complement). Empty if a
-  // point is open.
+  // The normal matrix of lens and poses with the points eliminated, which is Schur's complement.
+  // Empty if a point is not determined.
   Eigen::MatrixXd CameraInformation(const Eigen::SparseMatrix<double>& normal) {
     Eigen::Index first = normal.cols();
     for (Eigen::Vector3d& p : scene_->points) first -= problem_.ParameterBlockTangentSize(p.data());
@@ -202,11 +203,12 @@ class Adjuster final {
     return information;
   }
 
-  // Of the lens' free parameters from the information, then of the intrinsics by their derivatives.
+  // The covariance of the lens's free parameters is a part of the inverse of the information; their
+  // derivatives then give the covariance of the intrinsics.
   void SetCovariance(Eigen::MatrixXd information, PlaneAdjustment* made) const {
     if (information.size() == 0) return;
     const Eigen::VectorXd scale = information.diagonal().cwiseMax(0).cwiseSqrt();
-    constexpr double kPivotMin = 1e-13;  // of a unit diagonal: below it lies rounding alone
+    constexpr double kPivotMin = 1e-13;  // of a matrix with a unit diagonal; less is rounding
     if (!(scale.minCoeff() > 0)) return;
     information =
         scale.cwiseInverse().asDiagonal() * information * scale.cwiseInverse().asDiagonal();
@@ -235,13 +237,13 @@ class Adjuster final {
   const std::vector<PlaneObservation>& observations_;
   const PlaneAdjustmentOptions options_;
   PlaneScene* const scene_;
-  // The lens, then each view's rotation (x y z w) and translation: in one array, for Ceres orders
-  // blocks by address.
+  // The lens, then each view's rotation (x y z w) and translation: in one array, because Ceres
+  // orders parameter blocks by their addresses.
   std::vector<double> cameras_;
   ceres::EigenQuaternionManifold quaternion_;
   ceres::SubsetManifold height_only_{3, {0, 1}};
   ceres::SubsetManifold held_aspect_{kLensSize, {1}};
-  ceres::Problem problem_;  // last: it refers to what is above
+  ceres::Problem problem_;  // refers to the members above, and so must be destroyed before them
 };
 
 }  // namespace
@@ -263,18 +265,15 @@ CameraModel WithIntrinsics(CameraModel model, const std::array<double, 8>& value
 }
 
 Status PlaneAdjustmentOptions::Check() const {
-  for (const auto& [name, value] : {std::pair("plane_sigma", plane_sigma),
-                                    {"distortion_center_sigma", distortion_center_sigma},
-                                    {"loss_scale", loss_scale},
-                                    {"function_tolerance", function_tolerance}}) {
-    if (!(value > 0)) {
-      return Status::InvalidArgument(std::string("adjustment option ") + name +
-                                     " must be positive, not " + std::to_string(value));
-    }
-  }
-  if (iterations_max < 1)
-    return Status::InvalidArgument("adjustment option iterations_max must be at least 1");
-  return Status::Ok();
+  return CheckFields(
+      "PlaneAdjustmentOptions",
+      {{"plane_sigma", plane_sigma, IsPositive(plane_sigma), "(0, inf)"},
+       {"distortion_center_sigma", distortion_center_sigma, IsPositive(distortion_center_sigma),
+        "(0, inf)"},
+       {"loss_scale", loss_scale, IsPositive(loss_scale), "(0, inf)"},
+       {"iterations_max", static_cast<double>(iterations_max),
+        iterations_max >= 1 && iterations_max <= 1'000'000, "[1, 1000000]"},
+       {"function_tolerance", function_tolerance, IsPositive(function_tolerance), "(0, inf)"}});
 }
 
 Result<PlaneAdjustment> AdjustPlane(const std::vector<PlaneObservation>& observations,

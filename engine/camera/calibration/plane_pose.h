@@ -20,9 +20,9 @@ struct PlanePose {
 // plane  [N] x, y on the plane z = 0 of the world.
 // x      [N] where they are seen, normalised image coordinates without distortion.
 //
-// The robust homography from the plane to the image is (r1 r2 t) up to scale; the rotation nearest
-// to it is taken. error_max: of x. Nothing if fewer than 6 points agree. Deterministic in its
-// inputs and the seed. [Zhang 2000]
+// The robust homography from the plane to the image is (r1 r2 t) up to scale; the nearest rotation
+// is taken. A point agrees if its error is below error_max, in the units of x. Nothing if fewer
+// than 6 points agree. Deterministic in its inputs and the seed. [Zhang 2000]
 std::optional<PlanePose> EstimatePlanePose(std::span<const Eigen::Vector2d> plane,
                                            std::span<const Eigen::Vector2d> x, double error_max,
                                            uint64_t seed);

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
-// A second chance, by the scene as it has become, for photos and points that an adjustment did not
-// use.
+// A second chance for photos and points that an adjustment did not use: the scene is better by now.
 
 #include <string>
 #include <vector>
@@ -11,10 +10,10 @@
 
 namespace veduta {
 
-// Photos without a used observation get a pose from the points that are used, where enough of them
-// agree; those named in `never` (not empty) are passed over. Then points without a used observation
-// get the place on the plane where most photos with a pose see them. What cannot be placed keeps
-// what it had.
+// A photo none of whose observations is used gets a pose from the points that are used, if enough
+// of them agree. Photos with a reason in `never` are passed over. Then a point none of whose
+// observations is used gets the place on the plane where most photos with a pose see it. Photos and
+// points that cannot be placed stay as they are.
 void PlaceWhatWasLeftOut(const std::vector<PlaneObservation>& observations,
                          const ObservationChoice& choice, const std::vector<std::string>& never,
                          PlaneScene* scene);

@@ -12,7 +12,10 @@
 namespace veduta {
 namespace {
 
-constexpr size_t kViewsMin = 3;
+constexpr size_t kViewsMin = 3;  // two views of one plane leave the focal length open
+// What is allowed once the lens is undone, ImageUnits. Chosen by hand; not measured.
+constexpr double kNarrowErrorMax = 0.006;
+constexpr double kNarrowLossScale = 0.001;
 
 std::vector<PlanarView> Undistort(std::vector<PlanarView> views,
                                   const InverseDistortion& distortion) {
@@ -48,18 +51,18 @@ std::vector<std::vector<Eigen::Matrix3d>> HomographiesFromReferences(const ViewT
 }
 
 Result<InitialScene> InitializeScene(const PlanarViews& planar, ImageSize size) {
-  // Once with room for what the lens bends, and again without the lens: views that it had kept
-  // apart are joined.
+  // The tree is grown twice. The first one leaves room for what the lens bends. The second one is
+  // of points that are undistorted already, so that it may join views that the lens kept apart.
   ViewTree tree = GrowViewTree(planar.views);
   if (tree.order.size() < kViewsMin) return TooFewJoined(tree.order.size(), planar.views.size());
   VEDUTA_ASSIGN_OR_RETURN(DistortionEstimate lens, EstimateDistortion(planar.views, {}, &tree));
   ViewTreeOptions narrow;
-  narrow.error_max = 0.006;
+  narrow.error_max = kNarrowErrorMax;
   ViewTree narrow_tree = GrowViewTree(Undistort(planar.views, lens.distortion), narrow);
   if (narrow_tree.order.size() >= tree.order.size()) {
     tree = std::move(narrow_tree);
     DistortionOptions options;
-    options.loss_scale = 0.001;
+    options.loss_scale = kNarrowLossScale;
     options.start = lens.distortion;
     VEDUTA_ASSIGN_OR_RETURN(lens, EstimateDistortion(planar.views, options, &tree));
   }
@@ -81,8 +84,9 @@ Result<InitialScene> InitializeScene(const PlanarViews& planar, ImageSize size) 
   pinhole.cy = planar.units.center_px.y();
   ConversionResidual residual;
   scene.camera = InvertDistortion(lens.distortion, planar.units, pinhole, &residual);
-  if (!CheckCamera(scene.camera)
-           .ok()) {  // points near the centre alone can bend the corners over: begin without
+  if (!CheckCamera(scene.camera).ok()) {
+    // Points that all lie near the centre may give a distortion that folds the corners over. The
+    // adjustment then starts without any.
     scene.camera = pinhole;
     scene.camera.u0 = pinhole.cx;
     scene.camera.v0 = pinhole.cy;

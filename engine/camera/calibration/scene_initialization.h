@@ -25,10 +25,10 @@ struct InitialScene {
 // common. Deterministic. About 0.1 s for 20 photos.
 Result<InitialScene> InitializeScene(const PlanarViews& planar, ImageSize size);
 
-inline constexpr size_t kFocalReferences = 6;  // views that vote on the focal length
+inline constexpr size_t kFocalReferences = 6;  // views that vote on the focal length; by hand
 
-// Homographies between undistorted views from each of up to `references` views of the tree to all
-// others; what SearchFocalLength takes.
+// The homographies between undistorted views, from each of the first `references` views of the tree
+// to all others. SearchFocalLength takes them.
 std::vector<std::vector<Eigen::Matrix3d>> HomographiesFromReferences(const ViewTree& tree,
                                                                      size_t references);
 

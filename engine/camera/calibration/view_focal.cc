@@ -11,10 +11,13 @@
 #include "engine/camera/calibration/plane_reprojection_cost.h"
 
 namespace veduta {
-
 namespace {
-constexpr double kLossScale = 3;  // in sigma
-}
+
+constexpr double kLossScale = 3;   // of Cauchy's loss, in sigma; chosen by hand
+constexpr int kParameters = 7;     // the focal length and a pose
+constexpr int kResidualsMin = 10;  // 3 more than the parameters, so that the residuals tell a sigma
+
+}  // namespace
 
 ViewFocal EstimateViewFocal(const std::vector<PlaneObservation>& observations,
                             const PlaneScene& scene, uint32_t view) {
@@ -23,7 +26,7 @@ ViewFocal EstimateViewFocal(const std::vector<PlaneObservation>& observations,
   Eigen::Vector4d rotation = scene.cams_from_world[view].rotation.coeffs();
   Eigen::Vector3d translation = scene.cams_from_world[view].translation;
   ceres::CauchyLoss loss(kLossScale);
-  std::vector<Eigen::Vector3d> points = scene.points;  // held, but Ceres wants them writable
+  std::vector<Eigen::Vector3d> points = scene.points;  // they do not move; Ceres wants them mutable
   ceres::Problem::Options problem_options;
   problem_options.loss_function_ownership = ceres::DO_NOT_TAKE_OWNERSHIP;
   ceres::Problem problem(problem_options);
@@ -36,7 +39,7 @@ ViewFocal EstimateViewFocal(const std::vector<PlaneObservation>& observations,
     problem.SetParameterBlockConstant(points[o.point].data());
   }
   ViewFocal estimate{c.fx, std::numeric_limits<double>::infinity()};
-  if (problem.NumResiduals() < 10) return estimate;
+  if (problem.NumResiduals() < kResidualsMin) return estimate;
   problem.SetManifold(lens.data(), new ceres::SubsetManifold(kLensSize, {1, 2, 3, 4, 5, 6, 7}));
   problem.SetManifold(rotation.data(), new ceres::EigenQuaternionManifold());
   ceres::Solver::Options options;
@@ -57,7 +60,7 @@ ViewFocal EstimateViewFocal(const std::vector<PlaneObservation>& observations,
   const Eigen::MatrixXd dense(jacobian);
   const Eigen::FullPivLU<Eigen::MatrixXd> lu(dense.transpose() * dense);
   if (!lu.isInvertible()) return estimate;
-  const double variance = 2 * summary.final_cost / (problem.NumResiduals() - 7);
+  const double variance = 2 * summary.final_cost / (problem.NumResiduals() - kParameters);
   estimate.error_sigmas = std::sqrt(variance);
   estimate.focal_px = lens[0];
   estimate.sigma_px = std::sqrt(variance * lu.inverse()(0, 0));

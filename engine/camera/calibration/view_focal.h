@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
-// The focal length that one photo alone would have: a photo of another camera, or of another zoom,
-// stands out by it.
+// The focal length that one photo alone would have. It tells photos of another camera or of another
+// zoom.
 
 #include <Eigen/Core>
 #include <cstdint>
@@ -13,10 +13,10 @@ namespace veduta {
 
 struct ViewFocal {
   double focal_px = 0;
-  double sigma_px =
-      0;  // standard deviation from the photo's own residuals; large for a photo without tilt
-  double error_sigmas =
-      0;  // RMS of the residuals' coordinates, over the observations' sigma, at that focal length
+  // The standard deviation, from the photo's own residuals. Large for a photo without tilt.
+  double sigma_px = 0;
+  // RMS of the residuals' coordinates at that focal length, over the observations' sigma.
+  double error_sigmas = 0;
 };
 
 // Adjusts fx (and fy with it) and the pose of view `view` to its observations by Cauchy's loss, all

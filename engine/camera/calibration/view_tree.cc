@@ -6,6 +6,7 @@
 #include <optional>
 
 #include "engine/camera/calibration/homography.h"
+#include "engine/camera/option_check.h"
 #include "storage/base/content_hash.h"
 
 namespace veduta {
@@ -37,6 +38,7 @@ std::optional<Eigen::Matrix3d> Join(const PlanarView& a, const PlanarView& b,
   return RefineHomography(robust->b_from_a, pairs.a, pairs.b, pairs.sigma_a, pairs.sigma_b);
 }
 
+// How many points each two views share.
 std::vector<std::vector<uint32_t>> CommonCounts(const std::vector<PlanarView>& views) {
   std::vector<std::vector<uint32_t>> counts(views.size(), std::vector<uint32_t>(views.size()));
   for (size_t i = 0; i < views.size(); ++i) {
@@ -55,7 +57,18 @@ Eigen::Matrix3d ViewTree::ViewFromRoot(uint32_t view) const {
   return product / product.norm();
 }
 
+Status ViewTreeOptions::Check() const {
+  return CheckFields("ViewTreeOptions",
+                     {{"common_count_min", static_cast<double>(common_count_min),
+                       common_count_min >= 6, "[6, inf)"},
+                      {"common_count_full", static_cast<double>(common_count_full),
+                       common_count_full >= common_count_min, "[common_count_min, inf)"},
+                      {"error_max", error_max, IsPositive(error_max), "(0, inf)"}});
+}
+
 ViewTree GrowViewTree(const std::vector<PlanarView>& views, const ViewTreeOptions& options) {
+  const Status status = options.Check();
+  VEDUTA_CHECK(status.ok(), status.message());
   const auto n = static_cast<uint32_t>(views.size());
   std::vector<std::vector<uint32_t>> common = CommonCounts(views);
   for (auto& row : common) {
@@ -80,7 +93,7 @@ ViewTree GrowViewTree(const std::vector<PlanarView>& views, const ViewTreeOption
     tree.order = {root};
     tree.parent.assign(n, kNoView);
     tree.view_from_parent.assign(n, Eigen::Matrix3d::Identity());
-    std::vector<std::vector<uint32_t>> weight = common;  // a join that failed weighs nothing
+    std::vector<std::vector<uint32_t>> weight = common;  // 0 for a pair that was tried
     for (;;) {
       uint32_t parent = kNoView, child = kNoView, most = 0;
       for (const uint32_t p : tree.order) {  // ties go to the view nearest the root

@@ -18,12 +18,14 @@
 namespace veduta {
 namespace {
 
-// Half a turn of the board is the board again, so its second harmonic along a circle tells its
-// angle.
+// The angle of the board's x axis. A board turned by half a turn looks the same, so the second
+// harmonic of the grey values along circles tells its angle. Nothing if that harmonic is weak.
 std::optional<double> AngleOfBoard(const cv::Mat& gray, const Ellipse& ellipse,
                                    double contrast_gray) {
   constexpr int kPlaces = 32;
-  constexpr double kAmplitudeMin = 0.2;  // of the contrast; a sharp board has 0.32
+  // The least amplitude of the harmonic, over the contrast. A sharp board's is 1/pi = 0.32, that of
+  // the second harmonic of a square wave between 0 and 1. Chosen by hand; not measured.
+  constexpr double kAmplitudeMin = 0.2;
   std::complex<double> sum = 0;
   int count = 0;
   for (const double radius : {0.2, 0.3, 0.4}) {
@@ -36,15 +38,18 @@ std::optional<double> AngleOfBoard(const cv::Mat& gray, const Ellipse& ellipse,
       ++count;
     }
   }
+  // 0.6: the outline's contrast is measured from dark ring to paper, and blur costs the board more.
+  // Chosen by hand; not measured.
   if (std::abs(sum) / count < kAmplitudeMin * 0.6 * contrast_gray) return std::nullopt;
-  // Gray is -sign(sin 2(phi - angle)), whose coefficient is (i/2) exp(-2i angle) times a positive
-  // number.
+  // The grey value is -sign(sin 2(phi - angle)), whose second Fourier coefficient is
+  // (i/2) exp(-2i angle) times a positive number.
   return (std::numbers::pi / 2 - std::arg(sum)) / 2;
 }
 
+// Grey values on a grid over the board, in the unit disc of the ellipse.
 std::vector<BoardSample> SampleDisc(const cv::Mat& gray, const Ellipse& ellipse) {
-  constexpr int kHalf = 9;
-  constexpr double kRadius = 0.48;
+  constexpr int kHalf = 9;          // 19 by 19 places; chosen by hand
+  constexpr double kRadius = 0.48;  // inside kMarkerBoardRadius, for the centre may be off
   std::vector<BoardSample> samples;
   for (int j = -kHalf; j <= kHalf; ++j) {
     for (int i = -kHalf; i <= kHalf; ++i) {
@@ -56,6 +61,8 @@ std::vector<BoardSample> SampleDisc(const cv::Mat& gray, const Ellipse& ellipse)
   return samples;
 }
 
+// The share of the grey values' variance that a model with half the squared residuals `cost`
+// explains.
 double Explained(const std::vector<BoardSample>& samples, double cost) {
   double mean = 0, total = 0;
   for (const BoardSample& sample : samples)
@@ -68,7 +75,8 @@ Eigen::Vector2d Map(const Eigen::Matrix3d& homography, const Eigen::Vector2d& x)
   return (homography * x.homogeneous()).hnormalized();
 }
 
-// The image's pixels within `radius_unit` of the corner; of a large board those near it.
+// The image's pixels that lie within `radius_unit` of the corner in the marker's frame and within
+// `reach_px` of it in the image.
 std::vector<BoardSample> SamplePixels(const cv::Mat& gray, const Eigen::Matrix3d& image_from_unit,
                                       const Eigen::Vector2d& center_px, double radius_unit,
                                       double reach_px) {
@@ -93,6 +101,8 @@ double AngleOf(const Eigen::Vector2d& v) {
   return std::atan2(v.y(), v.x());
 }
 
+// Contrast and brightness to start with, from the darkest and the brightest pixel. 0.4 of their
+// difference is chosen by hand; not measured.
 void StartLevels(const std::vector<BoardSample>& samples, BoardCost::Parameters* x) {
   const auto [low, high] = std::minmax_element(
       samples.begin(), samples.end(), [](const auto& a, const auto& b) { return a.gray < b.gray; });
@@ -100,12 +110,13 @@ void StartLevels(const std::vector<BoardSample>& samples, BoardCost::Parameters*
   (*x)[BoardCost::kLevel] = 0.5 * (high->gray + low->gray);
 }
 
-// The normal of a line along `along` that has `side` on its positive side.
+// The angle of the normal of a line along `along`, so that `side` is on the normal's side.
 double NormalAngle(const Eigen::Vector2d& along, const Eigen::Vector2d& side) {
   const Eigen::Vector2d normal(-along.y(), along.x());
   return AngleOf(normal.dot(side) > 0 ? normal : Eigen::Vector2d(-normal));
 }
 
+// The two lines as the marker's frame tells them, unbent.
 BoardCost::Parameters StartLines(const Eigen::Matrix3d& image_from_unit,
                                  const Eigen::Vector2d& center_px, double blur_px) {
   const Eigen::Vector2d along_x = Map(image_from_unit, {0.3, 0}) - center_px;
@@ -117,7 +128,8 @@ BoardCost::Parameters StartLines(const Eigen::Matrix3d& image_from_unit,
   return x;
 }
 
-// The board's extent in the image: from its corner to its rim, along and across the slant.
+// How large the board is in the image: the least and the largest distance of its rim from its
+// corner.
 struct BoardExtent {
   double near_px, far_px;
 };
@@ -135,8 +147,9 @@ BoardExtent ExtentOf(const Eigen::Matrix3d& image_from_unit, const Eigen::Vector
   return extent;
 }
 
-// The part of the board that its surroundings, which are not symmetric about the corner, are not
-// blurred into.
+// The radius, in the marker's frame, of the part of the board that is free of its surroundings.
+// These are not symmetric about the corner, and blur carries them inwards: 2.2 sigma away it
+// carries 1.4 % of an edge. The limits are chosen by hand; not measured.
 double CleanRadius(const BoardExtent& extent, double blur_px) {
   constexpr double kBlursAway = 2.2, kPartMin = 0.5, kPartMax = 0.86;
   return kMarkerBoardRadius *
@@ -147,6 +160,8 @@ double CleanRadius(const BoardExtent& extent, double blur_px) {
 
 std::optional<BoardPose> FindBoard(const cv::Mat& gray, const Ellipse& ellipse,
                                    double contrast_gray) {
+  // The share of the variance that the board must explain; how far from the outline's centre its
+  // corner may lie, in radii; its contrast over the outline's. Chosen by hand; not measured.
   constexpr double kExplainedMin = 0.6, kShiftMax = 0.3, kGainMin = 0.15;
   const std::optional<double> angle = AngleOfBoard(gray, ellipse, contrast_gray);
   if (!angle) return std::nullopt;
@@ -159,7 +174,7 @@ std::optional<BoardPose> FindBoard(const cv::Mat& gray, const Ellipse& ellipse,
   ceres::TinySolver<CoarseBoardCost> solver;
   solver.options.max_num_iterations = 12;
   solver.options.function_tolerance = 1e-4;
-  for (const double width : {0.25, 0.1}) {
+  for (const double width : {0.25, 0.1}) {  // of an edge: wide ones draw from farther away
     cost.width = width;
     solver.Solve(cost, &x);
   }
@@ -172,9 +187,11 @@ std::optional<BoardPose> FindBoard(const cv::Mat& gray, const Ellipse& ellipse,
 
 std::optional<BoardFit> AlignBoard(const cv::Mat& gray, const Eigen::Matrix3d& image_from_unit,
                                    double blur_px) {
-  constexpr double kExplainedMin = 0.6;
-  constexpr size_t kPixelsMin = 14;
-  constexpr double kReachPxMax = 28;  // enough pixels; beyond, lines bend more
+  constexpr double kExplainedMin = 0.6;  // as in FindBoard
+  constexpr size_t kPixelsMin = 14;      // two more than the parameters
+  // px. The area holds pixels enough, and farther out lines bend more than the model's parabola.
+  // Chosen by hand; not measured.
+  constexpr double kReachPxMax = 28;
   constexpr int kRounds = 3;
   const Eigen::Vector2d start_px = Map(image_from_unit, Eigen::Vector2d::Zero());
   if (!start_px.allFinite()) return std::nullopt;
@@ -184,7 +201,8 @@ std::optional<BoardFit> AlignBoard(const cv::Mat& gray, const Eigen::Matrix3d& i
   fit.center_px = start_px;
   Eigen::Matrix3d frame = image_from_unit;
   BoardCost::Parameters x = StartLines(image_from_unit, start_px, blur_px);
-  // First to learn place and blur, then on the pixels around that place that the blur leaves clean.
+  // The first round finds place and blur. The others use only the pixels around that place that are
+  // free of the blurred surroundings.
   for (int round = 0; round < kRounds; ++round) {
     const double radius_unit = CleanRadius(extent, round == 0 ? 0 : fit.blur_px);
     const double reach_px = std::min(extent.far_px * radius_unit / kMarkerBoardRadius, kReachPxMax);
@@ -209,7 +227,8 @@ std::optional<BoardFit> AlignBoard(const cv::Mat& gray, const Eigen::Matrix3d& i
     fit.center_px += shift_px;
     frame = Eigen::Affine2d(Eigen::Translation2d(shift_px)).matrix() * frame;
     x.head<2>().setZero();
-    if (round > 0 && shift_px.norm() < 0.05) break;  // the same pixels again
+    // A shift this small, in px, selects the same pixels again.
+    if (round > 0 && shift_px.norm() < 0.05) break;
   }
   return fit;
 }

@@ -10,24 +10,25 @@
 namespace veduta {
 namespace {
 
-// Weights of the priors, in grey levels a unit: next to some hundred pixels with noise of a few
-// grey levels they matter only where the pixels say nothing.
-constexpr double kBendWeight = 40;      // a px at the patch's edge
-constexpr double kBlurRatioWeight = 4;  // a unit of the logarithm
-constexpr double kBlurWeight = 2;
+// Weights of the priors, in grey levels for each unit. Beside some hundred pixels with a noise of a
+// few grey levels they matter only where the pixels say nothing. Chosen by hand; not measured.
+constexpr double kBendWeight = 40;      // for each px of bend at the patch's edge
+constexpr double kBlurRatioWeight = 4;  // for each unit of the logarithm of the blurs' ratio
+constexpr double kBlurWeight = 2;       // for each unit of the logarithm of the mean blur
 
 struct Line {
   Eigen::Vector2d normal, along;
   double bend, blur;
 };
 
+// The soft sign s of a line at one place, and its derivatives.
 struct LineValue {
   double s, s_by_d, s_by_log_blur;
   Eigen::Vector2d d_by_corner;
   double d_by_angle, d_by_bend;
 };
 
-LineValue Look(const Line& line, const Eigen::Vector2d& from_corner, double reach_px) {
+LineValue ValueAt(const Line& line, const Eigen::Vector2d& from_corner, double reach_px) {
   const double across = line.normal.dot(from_corner), length = line.along.dot(from_corner);
   const double scale = 1 / (reach_px * reach_px);
   const double d = across - line.bend * length * length * scale;
@@ -48,7 +49,7 @@ Line MakeLine(const double* x, int k) {
   line.normal = {std::cos(angle), std::sin(angle)};
   line.along = {-std::sin(angle), std::cos(angle)};
   line.bend = x[BoardCost::kBend + k];
-  // Bounded, so that a step too far does not end in numbers that are none.
+  // Bounded to [0.14, 55] px, so that no step of the solver ends in numbers that are not finite.
   line.blur = std::exp(std::clamp(x[BoardCost::kLogBlur + k], -2.0, 4.0));
   return line;
 }
@@ -85,7 +86,8 @@ bool BoardCost::operator()(const double* x, double* residuals, double* jacobian)
     const BoardSample& sample = samples_[i];
     const Eigen::Vector2d from = sample.at - Eigen::Vector2d(x[0], x[1]);
     const Eigen::Vector2d place = sample.at / reach_px_;
-    const LineValue values[2] = {Look(lines[0], from, reach_px_), Look(lines[1], from, reach_px_)};
+    const LineValue values[2] = {ValueAt(lines[0], from, reach_px_),
+                                 ValueAt(lines[1], from, reach_px_)};
     const double product = values[0].s * values[1].s;
     const double light = 1 + x[kSlope] * place.x() + x[kSlope + 1] * place.y(),
                  gray = x[kLevel] - gain * product;

@@ -6,24 +6,26 @@
 #include <cmath>
 #include <map>
 #include <opencv2/imgproc.hpp>
-#include <string>
 
 #include "engine/camera/markers/board.h"
 #include "engine/camera/markers/outline.h"
 #include "engine/camera/markers/ring.h"
+#include "engine/camera/option_check.h"
 
 namespace veduta {
 namespace {
 
+// px. Copies of the photo whose shorter side is smaller are not searched. Chosen by hand; not
+// measured.
 constexpr int kLevelSidePxMin = 40;
 
-// The residuals of neighbouring pixels are not independent (JPEG, tone curve), and no model is
-// exact: measured on rendered photos by veduta-marker-bench, where these make errors and sigmas
-// agree.
+// The residuals of neighbouring pixels are not independent (JPEG and the tone curve join them), and
+// no model is exact. With these two numbers errors and sigmas agree on the rendered photos of
+// veduta-marker-bench.
 constexpr double kSigmaFactor = 0.7;
 constexpr double kSigmaFloorPx = 0.008;
 
-// From a photo halved `level` times to the photo.
+// A copy of the photo, halved `index` times, and the way back from its pixels to the photo's.
 struct Level {
   int index;
   cv::Mat gray;
@@ -44,8 +46,8 @@ struct Level {
   }
 };
 
-// Whether the outline is that of a marker already found: found in the finer image it is better
-// there.
+// Whether the outline is that of a marker already found. Finer copies are looked at first, and what
+// is found there is better. The limits are chosen by hand; not measured.
 bool IsKnown(const std::vector<MarkerDetection>& found, const Ellipse& outline) {
   return std::any_of(found.begin(), found.end(), [&](const MarkerDetection& marker) {
     const double size = std::sqrt(marker.outline.major * marker.outline.minor);
@@ -55,8 +57,8 @@ bool IsKnown(const std::vector<MarkerDetection>& found, const Ellipse& outline) 
   });
 }
 
-// The marker's frame to the level's image: the outline and the board's corner say all but the turn,
-// the board that.
+// From the marker's frame to the level's image. The outline and the board's corner tell all but the
+// turn about the corner, and the board's axes tell the turn.
 Eigen::Matrix3d FrameOf(const Ellipse& outline, const BoardPose& board) {
   const Eigen::Matrix3d circle = HomographyFromCircle(outline, outline.At(board.center_unit));
   const Eigen::Vector2d axis(std::cos(board.angle_rad), std::sin(board.angle_rad));
@@ -68,6 +70,7 @@ Eigen::Matrix3d FrameOf(const Ellipse& outline, const BoardPose& board) {
   return circle * turn;
 }
 
+// Examines one outline.
 std::optional<MarkerDetection> Look(const cv::Mat& photo, const Level& level,
                                     const Ellipse& candidate, const MarkerOptions& options) {
   const std::optional<Outline> outline = RefineOutline(level.gray, candidate);
@@ -79,6 +82,7 @@ std::optional<MarkerDetection> Look(const cv::Mat& photo, const Level& level,
   const std::optional<RingReading> ring = ReadRing(level.gray, frame, options.code_budget);
   if (!ring || ring->id >= options.id_count) return std::nullopt;
   const std::optional<BoardFit> fit =
+      // 0.8 px of the copy, the blur to start with, is chosen by hand; not measured.
       AlignBoard(photo, level.PhotoFromLevel() * frame, 0.8 * level.scale());
   if (!fit) return std::nullopt;
   MarkerDetection marker;
@@ -109,17 +113,16 @@ void DropAmbiguous(MarkerSearch* search) {
 }  // namespace
 
 Status MarkerOptions::Check() const {
-  const auto refused = [](const char* name, double value, const char* bounds) {
-    return Status::InvalidArgument("marker option " + std::string(name) + " = " +
-                                   std::to_string(value) + " is not in " + bounds);
-  };
-  if (offset_gray < 1 || offset_gray > 100) return refused("offset_gray", offset_gray, "[1, 100]");
-  if (code_budget < 0 || code_budget > 6) return refused("code_budget", code_budget, "[0, 6]");
-  if (!(support_min >= 0.5 && support_min <= 1))
-    return refused("support_min", support_min, "[0.5, 1]");
-  if (id_count < 1 || id_count > kMarkerIdCount) return refused("id_count", id_count, "[1, 178]");
-  if (!(sigma_px_max > 0)) return refused("sigma_px_max", sigma_px_max, "(0, inf)");
-  return Status::Ok();
+  return CheckFields(
+      "MarkerOptions",
+      {{"offset_gray", static_cast<double>(offset_gray), offset_gray >= 1 && offset_gray <= 100,
+        "[1, 100]"},
+       {"code_budget", static_cast<double>(code_budget),
+        code_budget >= 0 && code_budget < kMarkerDistanceMin, "[0, 6]"},
+       {"support_min", support_min, support_min >= 0.5 && support_min <= 1, "[0.5, 1]"},
+       {"id_count", static_cast<double>(id_count), id_count >= 1 && id_count <= kMarkerIdCount,
+        "[1, 178]"},
+       {"sigma_px_max", sigma_px_max, IsPositive(sigma_px_max), "(0, inf)"}});
 }
 
 double MarkerDetection::SigmaPx() const {
@@ -141,7 +144,7 @@ Result<MarkerSearch> DetectMarkers(const cv::Mat& gray, const MarkerOptions& opt
         if (!IsKnown(search.markers, marker->outline)) search.markers.push_back(std::move(*marker));
       }
     }
-    // An odd last row or column is left out: the scale is 2 exactly.
+    // An odd last row or column is left out, so that the scale is exactly 2.
     const cv::Size size(level.gray.cols / 2, level.gray.rows / 2);
     cv::Mat half;
     cv::resize(level.gray({0, 0, 2 * size.width, 2 * size.height}), half, size, 0, 0,

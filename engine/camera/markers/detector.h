@@ -13,13 +13,19 @@
 namespace veduta {
 
 struct MarkerOptions {
-  int offset_gray = 6;  // [1, 100]; ink is at least this much darker than its surroundings' mean
-  int code_budget =
-      5;  // [0, 6]; 2 x errors (1 at most) + erasures: up to 5 of 23 sectors may be covered
-  double support_min = 0.6;  // [0.5, 1]; the part of the outline that must be seen
-  uint32_t id_count =
-      kMarkerIdCount;  // [1, kMarkerIdCount]; ids from here on are not on the sheets: misread
-  double sigma_px_max = 0.5;  // > 0; feature points less certain than this are left out
+  // Grey levels; [1, 100]. Ink is at least this much darker than the mean of its surroundings.
+  // Chosen by hand; not measured.
+  int offset_gray = 6;
+  // [0, 6]. Twice the wrong sectors (1 at most) and the unreadable ones together may be this many
+  // of the ring's 23. The code allows 6; one is kept in reserve.
+  int code_budget = 5;
+  // [0.5, 1]; the share of the outline that must be seen. Chosen by hand; not measured.
+  double support_min = 0.6;
+  // [1, 178]; how many ids were printed. A marker with a higher id was misread and is dropped.
+  uint32_t id_count = kMarkerIdCount;
+  // px; > 0. A feature point whose standard deviation is larger is left out. Chosen by hand, far
+  // above the 0.015 px that veduta-marker-bench finds for sharp markers.
+  double sigma_px_max = 0.5;
 
   Status Check() const;  // the first violated bound, named with its value
 };
@@ -27,15 +33,14 @@ struct MarkerOptions {
 // Pixels of the photo as it was taken: the centre of the top-left one is (0, 0).
 struct MarkerDetection {
   MarkerId id = 0;
-  Eigen::Vector2d center_px =
-      Eigen::Vector2d::Zero();  // of the feature point, the checkerboard's corner
-  Eigen::Matrix2d covariance_px2 =
-      Eigen::Matrix2d::Zero();  // of center_px; calibrated on rendered photos
-  Ellipse
-      outline;  // of the dark ring; its centre is not the feature point where the view is slanted
+  // The feature point, which is the checkerboard's corner.
+  Eigen::Vector2d center_px = Eigen::Vector2d::Zero();
+  // Of center_px. Its scale comes from rendered photos of known truth.
+  Eigen::Matrix2d covariance_px2 = Eigen::Matrix2d::Zero();
+  Ellipse outline;        // of the dark ring. In a slanted view its centre is not the feature point
   double blur_px = 0;     // sigma of the checkerboard's edges
   int error_count = 0;    // sectors of the code that were corrected
-  int erasure_count = 0;  // sectors that could not be read
+  int erasure_count = 0;  // sectors of the code that could not be read
 
   // The mean standard deviation of the two coordinates.
   double SigmaPx() const;
@@ -43,18 +48,19 @@ struct MarkerDetection {
 
 struct MarkerSearch {
   std::vector<MarkerDetection> markers;  // ascending ids, each once
-  std::vector<MarkerId>
-      ambiguous;               // ids seen at two places or more, ascending: not among the markers
+  // Ids seen at two places or more, ascending. They are not among the markers.
+  std::vector<MarkerId> ambiguous;
   uint32_t outline_count = 0;  // ellipses that were looked at
 };
 
-// Finds markers 10 px across and larger. Looks for outlines in the photo and in its halvings down
-// to 40 px, so that neither large markers nor noise matter; reads the code where outline and
-// checkerboard are found; aligns the checkerboard in the photo's own pixels.
+// Finds markers that are about 20 px across or larger. Outlines are looked for in the photo and in
+// copies of it that are halved again and again, down to a side of 40 px: noise and the size of a
+// marker then do not matter. Where an outline and a checkerboard are found, the code is read, and
+// the checkerboard is aligned in the photo's own pixels.
 //
 // `gray`: CV_8UC1 of any size, any content. Deterministic, one thread, thread-safe.
-// kInvalidArgument on bad options or another type of image. About 100 ms a core for 3 megapixels
-// with 70 markers, 350 ms for 12.
+// kInvalidArgument on bad options or another type of image. On one core a photo of 3 Mpx takes
+// 0.14 s and one of 12 Mpx 0.45 s (veduta-marker-bench; docs/calibration.md).
 Result<MarkerSearch> DetectMarkers(const cv::Mat& gray, const MarkerOptions& options = {});
 
 }  // namespace veduta

@@ -15,8 +15,8 @@ std::optional<Ellipse> EllipseFromConic(const Conic& q) {
   Eigen::Matrix2d quadric;
   quadric << q[0], q[1] / 2, q[1] / 2, q[2];
   const double determinant = quadric.determinant();
-  if (!(determinant > 1e-12 * quadric.squaredNorm()))
-    return std::nullopt;  // a hyperbola, or as good as a parabola
+  // A hyperbola, or a parabola up to rounding.
+  if (!(determinant > 1e-12 * quadric.squaredNorm())) return std::nullopt;
   const Eigen::Vector2d linear(q[3], q[4]);
   const Eigen::Vector2d center = -0.5 * (quadric.inverse() * linear);
   const double value = q[5] + 0.5 * linear.dot(center);  // of the conic at the centre
@@ -60,7 +60,7 @@ std::optional<Ellipse> FitEllipse(std::span<const Eigen::Vector2d> points) {
     by_y << 0, x, 2 * y, 0, 1;
     gradients.noalias() += by_x * by_x.transpose() + by_y * by_y.transpose();
   }
-  // f has no gradient: eliminated, which leaves a regular problem of five.
+  // f does not enter the gradients. With it eliminated the problem of the other five is regular.
   const Eigen::Matrix<double, 5, 1> column = m.topRightCorner<5, 1>();
   const Eigen::Matrix<double, 5, 5> reduced =
       m.topLeftCorner<5, 5>() - column * column.transpose() / m(5, 5);
@@ -90,7 +90,9 @@ double OutlineDistance(const Ellipse& ellipse, const Eigen::Vector2d& point) {
 Eigen::Matrix3d HomographyFromCircle(const Ellipse& ellipse, const Eigen::Vector2d& center_image) {
   const Eigen::Matrix2d axes = ellipse.AxisMatrix();
   Eigen::Vector2d v = axes.inverse() * (center_image - ellipse.center);
-  if (v.norm() > 0.9) v *= 0.9 / v.norm();  // beyond, the marker would be seen from its own plane
+  // Towards 1 the marker would be seen from within its own plane. 0.9 is chosen by hand.
+  constexpr double kSlantMax = 0.9;
+  if (v.norm() > kSlantMax) v *= kSlantMax / v.norm();
   const double gamma = 1 / std::sqrt(1 - v.squaredNorm());
   Eigen::Matrix3d boost;
   boost.topLeftCorner<2, 2>() =

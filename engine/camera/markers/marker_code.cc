@@ -17,7 +17,7 @@ namespace {
 constexpr uint32_t kGenerator = 0b1010'1110'0011;  // x^11 + x^9 + x^7 + x^6 + x^5 + x + 1
 constexpr uint32_t kMessageCount = 1u << 12;
 
-// The product of two polynomials over GF(2); of degree 22 at most here, so a word.
+// The product of two polynomials over GF(2). Its degree is 22 at most here, so it is a word.
 constexpr uint32_t Multiply(uint32_t a, uint32_t b) {
   uint32_t product = 0;
   for (; b != 0; b >>= 1, a <<= 1) {
@@ -39,7 +39,8 @@ std::array<uint32_t, kMarkerIdCount> MakeWords() {
     const uint32_t word = Multiply(message, kGenerator);
     if (word != kMarkerWordMask && word == SmallestRotation(word)) words.push_back(word);
   }
-  // A ring of one colour is the easiest to mistake something for: the most balanced come first.
+  // Nearly one-coloured rings are what other things look like most easily, so the words with the
+  // most balanced colours come first.
   const auto rank = [](uint32_t word) {
     return std::tuple(std::abs(2 * std::popcount(word) - kMarkerBitCount), word);
   };

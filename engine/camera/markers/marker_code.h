@@ -4,9 +4,10 @@
 //
 // The ring has 23 sectors, dark or bright. Golay's [23, 12, 7] code is cyclic, so all 23 rotations
 // of a word are words again, and any two of its 4096 words differ in at least 7 sectors. Without
-// the two words of one colour that makes 4094 / 23 = 178 classes under rotation, one an id: a ring
-// turned in any way differs in 7 sectors from every rotation of every other id and from every other
-// rotation of its own. Source: M. Golay, Notes on digital coding, Proc. IRE 37, 1949; generator
+// the two words of one colour there are 4094 / 23 = 178 classes under rotation, and each class is
+// one id. A ring turned in any way differs in 7 sectors or more from every rotation of every other
+// id and from every other rotation of itself. Source: M. Golay, Notes on digital coding, Proc. IRE
+// 37, 1949; generator
 // x^11 + x^9 + x^7 + x^6 + x^5 + x + 1.
 
 #include <cstdint>
@@ -32,15 +33,15 @@ constexpr uint32_t RotateMarkerWord(uint32_t word, int count) {
 
 struct MarkerReading {
   MarkerId id = 0;
-  int rotation =
-      0;  // the word read is RotateMarkerWord(MarkerWord(id), rotation) but for the errors
+  // But for the errors, the word read is RotateMarkerWord(MarkerWord(id), rotation).
+  int rotation = 0;
   int error_count = 0;
 };
 
-// The word nearest to the sectors read, if it is near enough: 2 x errors + erasures <= `budget`,
-// where the erasures are the sectors that `known` leaves out (bit 0: not read). At a budget of 6 or
-// less no other word can be meant: the answer is unique, and wrong only if more went wrong than was
-// seen. About 4 us. Thread-safe.
+// The word nearest to the sectors read, if it is near enough: 2 x errors + erasures <= `budget`.
+// Erasures are the sectors whose bit in `known` is 0: they were not read. At a budget of 6 or less
+// the answer is unique. It is wrong only if more sectors went wrong than the budget allows for.
+// About 4 us. Thread-safe.
 std::optional<MarkerReading> DecodeMarkerWord(uint32_t word, uint32_t known, int budget);
 
 }  // namespace veduta

@@ -7,19 +7,21 @@
 #include <numbers>
 #include <opencv2/imgproc.hpp>
 
+#include "storage/base/median.h"
+
 namespace veduta {
 namespace {
 
 using Border = std::vector<cv::Point>;
 
-constexpr int kWindowPx = 31;
-constexpr int kBorderPxMin =
-    16;  // of a border or arc worth a look; an ellipse of 10 by 4 px has 20
-constexpr double kMinorPxMin = 1.8;  // half axis
-constexpr double kAxesRatioMin = 0.2;
-constexpr size_t kFitPoints = 64;  // taken from a border, evenly
+// Chosen by hand unless a reason is given; not measured.
+constexpr int kWindowPx = 31;          // the side of the area whose mean decides what is dark
+constexpr int kBorderPxMin = 16;       // shorter borders are passed over; 10 by 4 px have 20
+constexpr double kMinorPxMin = 1.8;    // of the shorter half axis
+constexpr double kAxesRatioMin = 0.2;  // minor over major: a tilt of 78 degrees
+constexpr size_t kFitPoints = 64;      // taken evenly from a border
 
-// Points of the border from index `first`, `count` of them, thinned.
+// The `count` points of the border from index `first` on, thinned to kFitPoints.
 std::vector<Eigen::Vector2d> Thin(const Border& border, size_t first, size_t count) {
   std::vector<Eigen::Vector2d> points;
   const size_t taken = std::min(count, kFitPoints);
@@ -35,6 +37,7 @@ std::optional<Ellipse> FitBorder(const std::vector<Eigen::Vector2d>& points, con
   if (!ellipse || ellipse->minor < kMinorPxMin || ellipse->minor < kAxesRatioMin * ellipse->major)
     return std::nullopt;
   if (ellipse->major > std::max(size.width, size.height)) return std::nullopt;
+  // The RMS distance that is allowed: 0.6 px, or 3 % of a large outline's size. Chosen by hand.
   const double tolerance_px = std::max(0.6, 0.03 * std::sqrt(ellipse->major * ellipse->minor));
   double sum = 0;
   for (const Eigen::Vector2d& p : points) {
@@ -42,14 +45,15 @@ std::optional<Ellipse> FitBorder(const std::vector<Eigen::Vector2d>& points, con
     sum += distance * distance;
   }
   if (sum > tolerance_px * tolerance_px * static_cast<double>(points.size())) return std::nullopt;
-  // A border runs along the outermost dark pixels' centres: half a pixel inside of the edge.
+  // A border runs through the centres of the outermost dark pixels, half a pixel inside of the
+  // edge.
   ellipse->major += 0.5;
   ellipse->minor += 0.5;
   return ellipse;
 }
 
-// The turn of the border at each point, between chords of `step` points before and after, radians;
-// positive where the border turns as a circle of its orientation does.
+// How far the border turns at each point, radians: from the chord of the `step` points before it to
+// the chord of the `step` points after it.
 std::vector<double> Turns(const Border& border, int step) {
   const int n = static_cast<int>(border.size());
   std::vector<double> turns(border.size());
@@ -61,18 +65,18 @@ std::vector<double> Turns(const Border& border, int step) {
   return turns;
 }
 
-// Arcs between places where the border bends the wrong way or too sharply.
+// Ellipses of the border's arcs. An arc ends where the border bends the wrong way or too sharply.
 void AddArcs(const Border& border, const cv::Size& size, std::vector<Ellipse>* found) {
-  constexpr int kStep = 6;
-  constexpr double kTurnMin = -0.4, kTurnMax = 1.0;
+  constexpr int kStep = 6;                           // points of a chord
+  constexpr double kTurnMin = -0.4, kTurnMax = 1.0;  // radians; outside, the arc ends
   constexpr double kArcTurnMin = 150 * std::numbers::pi / 180;
   if (border.size() < 40) return;
   std::vector<double> turns = Turns(border, kStep);
   double total = 0;
   for (const double turn : turns) total += turn;
   const double sense = total < 0 ? -1 : 1;
-  // Dark regions' outer borders and the borders of holes in them run opposite ways round: arcs of
-  // either sense count.
+  // The outer border of a dark region and the border of a hole in it run opposite ways round, so
+  // arcs of either sense count.
   for (const double wanted : {sense, -sense}) {
     const auto is_break = [&](size_t i) {
       return turns[i] * wanted < kTurnMin || turns[i] * wanted > kTurnMax;
@@ -97,7 +101,7 @@ void AddArcs(const Border& border, const cv::Size& size, std::vector<Ellipse>* f
   }
 }
 
-// Outward normal of the outline where the unit circle's point `unit` lies.
+// The outward normal of an ellipse at the image of the unit circle's point `unit`.
 Eigen::Vector2d Normal(const Eigen::Matrix2d& unit_from_image, const Eigen::Vector2d& unit) {
   return (unit_from_image.transpose() * unit).normalized();
 }
@@ -111,7 +115,7 @@ struct Edge {
 std::optional<Edge> FindEdge(const cv::Mat& gray, const Eigen::Vector2d& from,
                              const Eigen::Vector2d& normal, double reach_px, double width_px) {
   constexpr double kStepPx = 0.5;
-  constexpr double kRiseMin = 6;  // grey levels
+  constexpr double kRiseMin = 6;  // grey levels, as MarkerOptions::offset_gray
   const int half = static_cast<int>(std::ceil(reach_px / kStepPx));
   std::vector<double> rises(2 * half + 1, -1);
   int best = -1;
@@ -130,13 +134,7 @@ std::optional<Edge> FindEdge(const cv::Mat& gray, const Eigen::Vector2d& from,
   return Edge{from + (best - half + shift) * kStepPx * normal, rises[best]};
 }
 
-double Median(std::vector<double> values) {
-  const auto middle = values.begin() + static_cast<ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
-}
-
-constexpr int kEdgePlaces = 60;
+constexpr int kEdgePlaces = 60;  // around an outline, where its edge is looked for
 
 std::vector<Edge> FindEdges(const cv::Mat& gray, const Ellipse& ellipse) {
   const Eigen::Matrix2d axes = ellipse.AxisMatrix(), unit_from_image = axes.inverse();
@@ -145,8 +143,8 @@ std::vector<Edge> FindEdges(const cv::Mat& gray, const Ellipse& ellipse) {
     const double angle = 2 * std::numbers::pi * i / kEdgePlaces;
     const Eigen::Vector2d unit(std::cos(angle), std::sin(angle));
     const Eigen::Vector2d normal = Normal(unit_from_image, unit);
-    // The dark ring is 0.17 of the radius wide; half of that, along the normal, and at least 1.5
-    // px.
+    // The dark ring is 0.17 of the radius wide. The edge is looked for within about half of that
+    // along the normal, and within 1.5 px at least.
     const double depth_px = 1 / (unit_from_image.transpose() * unit).norm();
     const double reach_px = std::clamp(0.1 * depth_px, 1.5, 8.0),
                  width_px = std::clamp(0.06 * depth_px, 0.75, 4.0);
@@ -188,7 +186,7 @@ std::optional<Outline> RefineOutline(const cv::Mat& gray, const Ellipse& start) 
     if (edges.size() < kEdgePlaces / 2) return std::nullopt;
     std::vector<double> steps;
     for (const Edge& edge : edges) steps.push_back(edge.step_gray);
-    outline.contrast_gray = Median(steps);
+    outline.contrast_gray = MedianOf(steps);
     std::erase_if(edges,
                   [&](const Edge& edge) { return edge.step_gray < 0.3 * outline.contrast_gray; });
     // Two fits, the second without what lies far from the first.
@@ -203,7 +201,7 @@ std::optional<Outline> RefineOutline(const cv::Mat& gray, const Ellipse& start) 
       }
       for (const Eigen::Vector2d& p : points)
         distances.push_back(std::abs(OutlineDistance(*ellipse, p)));
-      const double limit_px = std::max(0.4, 3 * Median(distances));
+      const double limit_px = std::max(0.4, 3 * MedianOf(distances));
       std::erase_if(edges, [&](const Edge& e) {
         return std::abs(OutlineDistance(*ellipse, e.px)) > limit_px;
       });

@@ -15,7 +15,9 @@
 #include <set>
 #include <sstream>
 
+#include "engine/camera/option_check.h"
 #include "engine/camera/orientation.h"
+#include "storage/base/median.h"
 
 namespace veduta {
 namespace {
@@ -61,12 +63,13 @@ std::vector<PhotoNote> MakeNotes(const std::vector<std::string>& paths) {
   return notes;
 }
 
+// The two sizes of one photo: by its EXIF orientation, and as stored.
 struct Sizes {
   ImageSize upright, stored;
 };
 
-// The size that most photos have one way or the other; upright before stored, the larger before the
-// smaller.
+// The size that most photos have, upright or as stored. Of sizes that equally many photos have, the
+// larger one.
 ImageSize CommonSize(const std::vector<Sizes>& sizes) {
   ImageSize best;
   size_t best_count = 0;
@@ -88,13 +91,6 @@ ImageSize CommonSize(const std::vector<Sizes>& sizes) {
   return best;
 }
 
-double Median(std::vector<double> values) {
-  if (values.empty()) return 0;
-  const auto middle = values.begin() + static_cast<ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
-}
-
 std::string TooFewText(size_t count, const PhotoMarkersOptions& options) {
   std::ostringstream text;
   text
@@ -106,9 +102,9 @@ std::string TooFewText(size_t count, const PhotoMarkersOptions& options) {
   return text.str();
 }
 
-// Edges wider than this part of a marker cost markers: on rendered photos of markers 55 and 80 px
-// across all are found at 0.027, 88 to 97 % at 0.037, 60 % at 0.045, 25 % at 0.055
-// (veduta-marker-bench).
+// Markers are lost where edges are wider than this share of the marker's diameter. On rendered
+// photos of markers 55 and 80 px across all are found at 0.027, 88 to 97 % at 0.037, 60 % at 0.045
+// and 25 % at 0.055 (veduta-marker-bench).
 constexpr double kBlurShareMax = 1.0 / 30;
 
 std::string AdviceFor(const PhotoNote& note) {
@@ -127,7 +123,7 @@ std::string AdviceFor(const PhotoNote& note) {
   return text.str();
 }
 
-// One photo of the size agreed on: its view, or a note that says why not.
+// Reads one photo of the common size: fills its view, or says in its note why there is none.
 void DetectInPhoto(ImageSize size, const PhotoMarkersOptions& options, PhotoNote* note,
                    ViewObservations* view) {
   const auto bytes = ReadFile(note->path, options.decode.size_bytes_max, &note->detail);
@@ -143,8 +139,8 @@ void DetectInPhoto(ImageSize size, const PhotoMarkersOptions& options, PhotoNote
     return;
   }
   const Result<MarkerSearch> search = DetectMarkers(photo.gray, options.markers);
-  VEDUTA_CHECK(search.ok(),
-               search.status().message());  // the options have been checked, and the photo is grey
+  // Cannot fail: the options have been checked, and the photo is grey.
+  VEDUTA_CHECK(search.ok(), search.status().message());
   note->ambiguous = search->ambiguous;
   note->marker_count = static_cast<uint32_t>(search->markers.size());
   std::vector<double> blurs_px, blur_shares;
@@ -153,8 +149,8 @@ void DetectInPhoto(ImageSize size, const PhotoMarkersOptions& options, PhotoNote
     blur_shares.push_back(marker.blur_px /
                           (2 * std::sqrt(marker.outline.major * marker.outline.minor)));
   }
-  note->blur_px = Median(std::move(blurs_px));
-  note->blur_share = Median(std::move(blur_shares));
+  note->blur_px = MedianOf(std::move(blurs_px));
+  note->blur_share = MedianOf(std::move(blur_shares));
   const std::string advice = AdviceFor(*note);
   if (note->marker_count < options.marker_count_min) {
     note->use = PhotoUse::kTooFewMarkers;
@@ -175,9 +171,9 @@ void DetectInPhoto(ImageSize size, const PhotoMarkersOptions& options, PhotoNote
 Status PhotoMarkersOptions::Check() const {
   VEDUTA_RETURN_IF_ERROR(markers.Check());
   VEDUTA_RETURN_IF_ERROR(decode.Check());
-  if (marker_count_min < 1)
-    return Status::InvalidArgument("marker_count_min = 0 is not at least 1");
-  return Status::Ok();
+  return CheckFields("PhotoMarkersOptions",
+                     {{"marker_count_min", static_cast<double>(marker_count_min),
+                       marker_count_min >= 1, "[1, inf)"}});
 }
 
 Result<PhotoMarkers> DetectInPhotos(const std::vector<std::string>& paths,
@@ -188,8 +184,8 @@ Result<PhotoMarkers> DetectInPhotos(const std::vector<std::string>& paths,
   PhotoMarkers result;
   result.notes = MakeNotes(paths);
   const size_t count = result.notes.size();
-  // The size has to be known before a photo is decoded one way round or the other; headers are
-  // cheap.
+  // The common size decides which way round a photo is decoded, so it comes first, from the
+  // headers.
   std::vector<Sizes> sizes(count);
   pool->ParallelFor(count, [&](size_t i) {
     std::string detail;

@@ -15,8 +15,8 @@ namespace veduta {
 
 enum class PhotoUse : uint8_t {
   kUsed,
-  kUnreadable,  // no such file, not a photo, or damaged
-  kOtherSize,   // not of the size that most photos have: another camera, a crop, or a zoomed copy
+  kUnreadable,     // no such file, not a photo, or damaged
+  kOtherSize,      // not of the size that most photos have: of another camera, cropped, or resized
   kTooFewMarkers,  // fewer than a photo needs to say anything
 };
 
@@ -28,14 +28,17 @@ struct PhotoNote {
   uint32_t marker_count = 0;        // found and taken
   std::vector<MarkerId> ambiguous;  // seen twice in this photo and left out
   double blur_px = 0;               // median sigma of the markers' edges
-  double blur_share = 0;  // the same over the marker's diameter, the root of width times height
-  std::string advice;     // what a photo that was used could do better, for a person; may be empty
+  // The median of the blur over the marker's diameter, which is the root of width times height.
+  double blur_share = 0;
+  std::string advice;  // how a photo that was used could be better, for a person; may be empty
 };
 
 struct PhotoMarkersOptions {
   MarkerOptions markers;
   DecodeLimits decode;
-  uint32_t marker_count_min = 5;  // >= 1; a homography has 8 unknowns, 4 points would all fit
+  // >= 1; a photo with fewer markers is not used. A homography fits any 4 points exactly, so that
+  // only a fifth can contradict it.
+  uint32_t marker_count_min = 5;
 
   Status Check() const;  // the first violated bound, named with its value
 };
@@ -46,15 +49,16 @@ struct PhotoMarkers {
   ImageSize size;                // of the photos used
 };
 
-// Decodes the photos, a photo a thread, and detects their markers. The camera's size is the one
-// that most of the photos have; a photo that was turned by its EXIF orientation and has it as
-// stored is taken as stored, which is how DecodePhoto treats it when it is added to a database. A
-// photo is named by its file's name, or by its path where two files have the same name; the same
-// path twice counts once.
+// Decodes the photos, each on one thread, and detects their markers. The camera's size is the one
+// that most of the photos have. A photo that has this size only as stored, and not once its EXIF
+// orientation is applied, is taken as stored; DecodePhoto does the same when the photo is added to
+// a database. A photo is named by its file's name, or by its path where two files have the same
+// name. A path that is given twice counts once.
 //
-// progress  called with the number of photos done, one call at a time, from any thread; may be
-// empty. Deterministic in the files and options. kInvalidArgument on bad options, or if there are
-// no photos; what is wrong with a single photo is in its note.
+// progress  is called with the number of photos done, by one thread at a time; may be empty.
+//
+// Deterministic in the files and options. kInvalidArgument on bad options, or if there are no
+// photos. What is wrong with a single photo is in its note.
 Result<PhotoMarkers> DetectInPhotos(const std::vector<std::string>& paths,
                                     const PhotoMarkersOptions& options, ThreadPool* pool,
                                     const std::function<void(size_t)>& progress = nullptr);

@@ -7,24 +7,27 @@
 #include <bit>
 #include <cmath>
 #include <numbers>
+#include <vector>
 
 #include "engine/camera/markers/marker_pattern.h"
 #include "engine/camera/markers/outline.h"
+#include "storage/base/median.h"
 
 namespace veduta {
 namespace {
 
-constexpr double kDarkRadius = (1 + kMarkerCodeRadius) / 2;
-constexpr double kBrightRadius = 1.13;
-constexpr double kContrastGrayMin = 10;
-constexpr double kContrastPartMin = 0.4;  // of the median: less, and something lies there
-constexpr int kSharpenedBudget = 4;
-constexpr int kErrorsMax =
-    1;  // a sector that says the opposite is rarer than one that says nothing
-constexpr double kSaidMin = 0.2;  // of the way from the middle to dark or bright: less is grey
+constexpr double kDarkRadius = (1 + kMarkerCodeRadius) / 2;  // the middle of the dark ring
+constexpr double kBrightRadius = 1.13;                       // the middle of the quiet zone
 
-// Mean over the middle of a sector, at one or three radii; nothing if some of it is outside of the
-// image.
+// Chosen by hand; not measured one by one (veduta-marker-bench measures all of them together).
+constexpr double kContrastGrayMin = 10;   // from the dark ring to the paper, grey levels
+constexpr double kContrastPartMin = 0.4;  // of the median contrast; less where something covers
+constexpr int kSharpenedBudget = 4;       // of the second reading, which takes blur off
+constexpr int kErrorsMax = 1;             // a sector that is covered is mostly grey, not opposite
+constexpr double kBrightnessMin = 0.2;    // of the way from grey to dark or bright; less is grey
+
+// The mean grey value over the middle of a sector, at one or three radii. Nothing if a part of it
+// is outside of the image.
 template <size_t N>
 std::optional<double> SectorMean(const cv::Mat& gray, const Eigen::Matrix3d& image_from_unit,
                                  double start_rad, const std::array<double, N>& radii) {
@@ -44,13 +47,13 @@ std::optional<double> SectorMean(const cv::Mat& gray, const Eigen::Matrix3d& ima
 
 // How bright each sector is: -1 as the dark ring, +1 as the paper.
 struct Sectors {
-  std::array<double, kMarkerBitCount> said{};
-  uint32_t seen = 0;   // sectors in the image that show the marker's contrast; the others say 0
-  double clarity = 0;  // mean distance from grey
+  std::array<double, kMarkerBitCount> brightness{};
+  uint32_t seen = 0;   // bits of the sectors that show the marker's contrast; the others are 0
+  double clarity = 0;  // mean distance from grey, [0, 1]
 };
 
 Sectors ReadSectors(const cv::Mat& gray, const Eigen::Matrix3d& image_from_unit, double turn_rad) {
-  // Within the code's ring, away from its borders.
+  // Three circles within the code's ring, away from its borders.
   constexpr std::array<double, 3> kCodeRadii = {0.64, 0.69, 0.74};
   Sectors sectors;
   std::array<double, kMarkerBitCount> contrast{};
@@ -61,35 +64,33 @@ Sectors ReadSectors(const cv::Mat& gray, const Eigen::Matrix3d& image_from_unit,
     const auto code = SectorMean<3>(gray, image_from_unit, start_rad, kCodeRadii);
     if (!dark || !bright || !code) continue;
     contrast[i] = *bright - *dark;
-    sectors.said[i] = (*code - 0.5 * (*dark + *bright)) / std::max(0.5 * contrast[i], 1.0);
+    sectors.brightness[i] = (*code - 0.5 * (*dark + *bright)) / std::max(0.5 * contrast[i], 1.0);
   }
-  std::array<double, kMarkerBitCount> sorted = contrast;
-  std::nth_element(sorted.begin(), sorted.begin() + kMarkerBitCount / 2, sorted.end());
-  const double contrast_min =
-      std::max(kContrastGrayMin, kContrastPartMin * sorted[kMarkerBitCount / 2]);
+  const double usual = MedianOf(std::vector<double>(contrast.begin(), contrast.end()));
+  const double contrast_min = std::max(kContrastGrayMin, kContrastPartMin * usual);
   for (int i = 0; i < kMarkerBitCount; ++i) {
     if (contrast[i] < contrast_min) {
-      sectors.said[i] = 0;
+      sectors.brightness[i] = 0;
       continue;
     }
     sectors.seen |= 1u << i;
-    sectors.clarity += std::min(std::abs(sectors.said[i]), 1.0) / kMarkerBitCount;
+    sectors.clarity += std::min(std::abs(sectors.brightness[i]), 1.0) / kMarkerBitCount;
   }
   return sectors;
 }
 
-// Reads the sectors after a part of their neighbours' mean has been taken off each, as much as blur
-// put there.
+// Decodes the sectors. Blur adds a part of each sector's neighbours to it; `blurred_part` of their
+// mean is taken off first.
 std::optional<RingReading> Decode(const Sectors& sectors, double blurred_part, int budget) {
   uint32_t word = 0, known = 0;
   for (int i = 0; i < kMarkerBitCount; ++i) {
-    const double before = sectors.said[(i + kMarkerBitCount - 1) % kMarkerBitCount];
-    const double after = sectors.said[(i + 1) % kMarkerBitCount];
-    const double said =
-        (sectors.said[i] - blurred_part * 0.5 * (before + after)) / (1 - blurred_part);
-    if ((sectors.seen >> i & 1) == 0 || std::abs(said) < kSaidMin) continue;
+    const double before = sectors.brightness[(i + kMarkerBitCount - 1) % kMarkerBitCount];
+    const double after = sectors.brightness[(i + 1) % kMarkerBitCount];
+    const double brightness =
+        (sectors.brightness[i] - blurred_part * 0.5 * (before + after)) / (1 - blurred_part);
+    if ((sectors.seen >> i & 1) == 0 || std::abs(brightness) < kBrightnessMin) continue;
     known |= 1u << i;
-    if (said > 0) word |= 1u << i;
+    if (brightness > 0) word |= 1u << i;
   }
   const std::optional<MarkerReading> reading = DecodeMarkerWord(word, known, budget);
   if (!reading || reading->rotation != 0 || reading->error_count > kErrorsMax) return std::nullopt;
@@ -101,13 +102,13 @@ std::optional<RingReading> Decode(const Sectors& sectors, double blurred_part, i
 std::optional<RingReading> ReadRing(const cv::Mat& gray, const Eigen::Matrix3d& image_from_unit,
                                     int budget) {
   constexpr double kBlurredPart = 0.3;
-  // 23 sectors are odd: half a turn on, each looks at halves of two. The clearer of the two is the
-  // right one.
+  // 23 is odd, so that a reading that is off by half a turn sees one half each of two sectors. The
+  // clearer of the two readings is therefore the right one.
   const Sectors ahead = ReadSectors(gray, image_from_unit, 0);
   const Sectors back = ReadSectors(gray, image_from_unit, std::numbers::pi);
   const bool is_ahead = ahead.clarity >= back.clarity;
   std::optional<RingReading> ring = Decode(is_ahead ? ahead : back, 0, budget);
-  // A second chance, with less leave to be wrong.
+  // A second reading takes blur off, and may be wrong in fewer sectors.
   if (!ring)
     ring = Decode(is_ahead ? ahead : back, kBlurredPart, std::min(budget, kSharpenedBudget));
   if (ring && !is_ahead) ring->turn_rad = std::numbers::pi;

@@ -12,23 +12,25 @@ namespace veduta {
 
 struct RingReading {
   MarkerId id = 0;
-  double turn_rad =
-      0;  // the marker's x axis is this much further than the board said: 0 or half a turn
-  int error_count = 0;  // sectors that said the opposite
-  int erasure_count =
-      0;  // sectors that said nothing: covered, outside of the image, or blurred to grey
+  // From the x axis that the board told to the marker's: 0 or half a turn.
+  double turn_rad = 0;
+  int error_count = 0;  // sectors that were read as the opposite of what they are
+  // Sectors that could not be read: covered, outside of the image, or blurred to grey.
+  int erasure_count = 0;
 };
 
-// The ring between dark ring and checkerboard: each sector is dark or bright by the dark ring on
-// its one side and the paper outside on the other, so neither light nor shadow matters, and
-// whatever covers it covers one of these too.
+// Reads the ring between the dark ring and the checkerboard. Each sector is compared with the dark
+// ring and with the paper around the marker, both at the sector's angle: so neither light nor
+// shadow matters, and what covers a sector covers one of these too.
 //
 // gray             CV_8UC1.
-// image_from_unit  the marker's frame to the image, as the board tells it: up to half a turn. The
-// code must begin at
-//                  one of its two ends, so a word read by chance must also be turned rightly.
-// budget           2 x errors + erasures that may be, at most 6 (kMarkerDistanceMin - 1); never
-// more than one error. Thread-safe. About 10 us.
+// image_from_unit  from the marker's frame to the image, as the board tells it: up to half a turn.
+//                  The code must begin at one of the axis' two ends, so a word that is read by
+//                  chance must also be turned rightly.
+// budget           the most that twice the errors and the erasures may be together, at most 6
+//                  (kMarkerDistanceMin - 1). More than one error is never allowed.
+//
+// Nothing if no word of the code is near enough. Thread-safe. About 10 us.
 std::optional<RingReading> ReadRing(const cv::Mat& gray, const Eigen::Matrix3d& image_from_unit,
                                     int budget);
 

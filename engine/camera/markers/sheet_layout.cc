@@ -11,7 +11,7 @@ namespace {
 
 constexpr int kColumns = 2, kRows = 3;
 static_assert(kColumns * kRows == kMarkersPerSheet);
-constexpr double kMarginMm = 10;  // most printers leave 4 to 6 mm white
+constexpr double kMarginMm = 10;  // most printers leave 4 to 6 mm white; chosen by hand
 constexpr double kFootMm = 14;    // for the lines of text below the markers
 
 }  // namespace

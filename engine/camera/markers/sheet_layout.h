@@ -35,8 +35,8 @@ struct SheetLayout {
 
 std::optional<Paper> PaperFromName(std::string_view name);  // "a4" or "letter"
 
-// Markers 0 to count - 1, six a sheet; the last sheet may have fewer. kInvalidArgument unless count
-// is in [1, kMarkerIdCount].
+// Markers 0 to count - 1, six on each sheet; the last sheet may have fewer. kInvalidArgument unless
+// count is in [1, kMarkerIdCount].
 Result<SheetLayout> LayOutSheets(Paper paper, uint32_t count);
 
 }  // namespace veduta

@@ -30,8 +30,8 @@ class Page final {
 
   void Marker(const SheetMarker& marker, double radius_mm) {
     BeginAt(marker, radius_mm);
-    // A sector of the ring at a time leaves hair lines between two of one colour in some viewers:
-    // runs are one path.
+    // Some viewers show hair lines between two paths that touch, so each run of dark sectors is one
+    // path.
     FillRing(kMarkerCodeRadius, 1, 0, kMarkerBitCount);
     const uint32_t word = MarkerWord(marker.id);
     for (int first = 0; first < kMarkerBitCount; ++first) {
@@ -87,8 +87,9 @@ class Page final {
     HPDF_Page_LineTo(page_, MarkerX(radius, turn), MarkerY(radius, turn));
   }
 
-  // Along the circle from one turn to another, either way, in pieces of at most 1/23: a cubic with
-  // its handles at 4/3 tan(angle / 4) of the radius.
+  // Along the circle from one turn to another, either way, in pieces of at most 1/23 of a turn.
+  // Each piece is a cubic whose handles are 4/3 tan(angle / 4) of the radius long, the usual
+  // approximation of an arc.
   void ArcTo(double radius, double from, double to) {
     const int pieces = static_cast<int>(std::ceil(std::abs(to - from) * kMarkerBitCount - 1e-9));
     const double step = (to - from) / pieces;
@@ -104,8 +105,8 @@ class Page final {
     }
   }
 
-  // Ink between two radii, from the start of sector `first` to the start of sector `end`; 23
-  // sectors are the whole.
+  // Ink between two radii, from the start of sector `first` to the start of sector `end`. 23
+  // sectors make the whole ring.
   void FillRing(double inner, double outer, int first, int end) {
     const double from = static_cast<double>(first) / kMarkerBitCount,
                  to = static_cast<double>(end) / kMarkerBitCount;
@@ -132,7 +133,7 @@ void DrawSheet(const SheetLayout& layout, const Sheet& sheet, HPDF_Font font, Pa
   const double quiet_mm = kMarkerQuietRadius * layout.radius_mm;
   for (const SheetMarker& marker : sheet.markers) {
     page->Marker(marker, layout.radius_mm);
-    // In the corner between the circles, where the quiet zone leaves room.
+    // The corner between the circles is free, for the quiet zone is round.
     page->Text(marker.x_mm - quiet_mm, marker.y_mm + quiet_mm - 1, font, 7,
                "sheet " + std::to_string(sheet.number) + " id " + std::to_string(marker.id));
   }
@@ -151,7 +152,7 @@ void DrawSheet(const SheetLayout& layout, const Sheet& sheet, HPDF_Font font, Pa
 }  // namespace
 
 Result<std::vector<uint8_t>> SheetPdf(const SheetLayout& layout) {
-  // Without a handler libharu notes its first error in the document and does nothing from there on.
+  // Without an error handler libharu keeps its first error in the document and does nothing more.
   const Document document(HPDF_New(nullptr, nullptr));
   if (document == nullptr) return Status::IoError("libharu cannot begin a PDF: not enough memory");
   HPDF_SetCompressionMode(document.get(), HPDF_COMP_ALL);

@@ -9,10 +9,10 @@
 
 namespace veduta {
 
-// A PDF of vectors, a page a sheet: markers, each with the numbers of its sheet and its own beside
-// it, and a line that says what to do. The same bytes for the same layout. A marker's edges are
-// exact: arcs are Bezier curves that leave the circle by less than 1e-4 of the radius. kIoError if
-// libharu fails, with its number.
+// A PDF of vector drawings with one page for each sheet. Beside each marker stand the number of its
+// sheet and its own; below them stands what to do. The same layout gives the same bytes. Arcs are
+// Bezier curves that leave the circle by less than 1e-4 of the radius. kIoError, with libharu's
+// number of the error, if libharu fails.
 Result<std::vector<uint8_t>> SheetPdf(const SheetLayout& layout);
 
 }  // namespace veduta

@@ -80,7 +80,7 @@ void ExpectUpright(const DecodedPhoto& photo, const cv::Mat& stored, int orienta
   EXPECT_EQ(LargestDifference(photo.gray, GrayFromBgr(photo.bgr)), 0);
 }
 
-TEST(GrayFromBgr, IsTheFixedFormulaAndKeepsGrey) {
+TEST(GrayFromBgr, IsTheFixedFormulaAndKeepsGray) {
   cv::Mat bgr(1, 259, CV_8UC3);
   for (int i = 0; i < 256; ++i) bgr.at<cv::Vec3b>(0, i) = cv::Vec3b::all(static_cast<uint8_t>(i));
   bgr.at<cv::Vec3b>(0, 256) = {255, 0, 0};

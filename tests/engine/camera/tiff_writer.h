@@ -59,16 +59,11 @@ struct TiffMemory {
   static toff_t Size(thandle_t handle) { return static_cast<TiffMemory*>(handle)->bytes.size(); }
 };
 
-// `rows`: contiguous samples in the machine's byte order, 8 or 16 bits. Tiles are 32 x 16 px.
-inline FileBytes TiffFile(int width_px, int height_px, const TiffKind& kind,
-                          const std::vector<uint8_t>& rows) {
-  TiffMemory memory;
-  TIFF* tiff = TIFFClientOpen("test", kind.is_big_endian ? "wb" : "wl", &memory, TiffMemory::Read,
-                              TiffMemory::Write, TiffMemory::Seek, TiffMemory::Close,
-                              TiffMemory::Size, nullptr, nullptr);
-  const int sample_bytes = kind.bit_count / 8;
-  const size_t pixel_bytes = size_t{1} * kind.sample_count * sample_bytes;
-  const size_t stride = width_px * pixel_bytes;
+inline size_t TiffPixelBytes(const TiffKind& kind) {
+  return size_t{1} * kind.sample_count * kind.bit_count / 8;
+}
+
+inline void SetTiffTags(TIFF* tiff, int width_px, int height_px, const TiffKind& kind) {
   TIFFSetField(tiff, TIFFTAG_IMAGEWIDTH, width_px);
   TIFFSetField(tiff, TIFFTAG_IMAGELENGTH, height_px);
   TIFFSetField(tiff, TIFFTAG_SAMPLESPERPIXEL, kind.sample_count);
@@ -92,34 +87,53 @@ inline FileBytes TiffFile(int width_px, int height_px, const TiffKind& kind,
     }
     TIFFSetField(tiff, TIFFTAG_COLORMAP, red.data(), green.data(), blue.data());
   }
-  if (kind.is_tiled) {
-    TIFFSetField(tiff, TIFFTAG_TILEWIDTH, 32);
-    TIFFSetField(tiff, TIFFTAG_TILELENGTH, 16);
-    std::vector<uint8_t> tile(32 * 16 * pixel_bytes);
-    for (int top = 0; top < height_px; top += 16) {
-      for (int left = 0; left < width_px; left += 32) {
-        const size_t count = std::min(32, width_px - left) * pixel_bytes;
-        for (int v = top; v < std::min(top + 16, height_px); ++v) {
-          std::memcpy(tile.data() + (v - top) * 32 * pixel_bytes,
-                      rows.data() + v * stride + left * pixel_bytes, count);
-        }
-        TIFFWriteTile(tiff, tile.data(), left, top, 0, 0);
+}
+
+inline void WriteTiffTiles(TIFF* tiff, int width_px, int height_px, const TiffKind& kind,
+                           const std::vector<uint8_t>& rows) {
+  const size_t pixel_bytes = TiffPixelBytes(kind), stride = width_px * pixel_bytes;
+  TIFFSetField(tiff, TIFFTAG_TILEWIDTH, 32);
+  TIFFSetField(tiff, TIFFTAG_TILELENGTH, 16);
+  std::vector<uint8_t> tile(32 * 16 * pixel_bytes);
+  for (int top = 0; top < height_px; top += 16) {
+    for (int left = 0; left < width_px; left += 32) {
+      const size_t count = std::min(32, width_px - left) * pixel_bytes;
+      for (int v = top; v < std::min(top + 16, height_px); ++v) {
+        std::memcpy(tile.data() + (v - top) * 32 * pixel_bytes,
+                    rows.data() + v * stride + left * pixel_bytes, count);
       }
-    }
-  } else {
-    TIFFSetField(tiff, TIFFTAG_ROWSPERSTRIP, kind.rows_per_strip);
-    for (int plane = 0; plane < (kind.is_planar ? kind.sample_count : 1); ++plane) {
-      for (int v = 0; v < height_px; ++v) {
-        std::vector<uint8_t> row(rows.begin() + v * stride, rows.begin() + (v + 1) * stride);
-        for (int u = 0; kind.is_planar && u < width_px; ++u) {
-          std::memcpy(row.data() + u * sample_bytes,
-                      rows.data() + v * stride + u * pixel_bytes + plane * sample_bytes,
-                      sample_bytes);
-        }
-        TIFFWriteScanline(tiff, row.data(), v, static_cast<uint16_t>(plane));
-      }
+      TIFFWriteTile(tiff, tile.data(), left, top, 0, 0);
     }
   }
+}
+
+inline void WriteTiffStrips(TIFF* tiff, int width_px, int height_px, const TiffKind& kind,
+                            const std::vector<uint8_t>& rows) {
+  const size_t pixel_bytes = TiffPixelBytes(kind), stride = width_px * pixel_bytes;
+  const int sample_bytes = kind.bit_count / 8;
+  TIFFSetField(tiff, TIFFTAG_ROWSPERSTRIP, kind.rows_per_strip);
+  for (int plane = 0; plane < (kind.is_planar ? kind.sample_count : 1); ++plane) {
+    for (int v = 0; v < height_px; ++v) {
+      std::vector<uint8_t> row(rows.begin() + v * stride, rows.begin() + (v + 1) * stride);
+      for (int u = 0; kind.is_planar && u < width_px; ++u) {
+        std::memcpy(row.data() + u * sample_bytes,
+                    rows.data() + v * stride + u * pixel_bytes + plane * sample_bytes,
+                    sample_bytes);
+      }
+      TIFFWriteScanline(tiff, row.data(), v, static_cast<uint16_t>(plane));
+    }
+  }
+}
+
+// `rows`: contiguous samples in the machine's byte order, 8 or 16 bits. Tiles are 32 x 16 px.
+inline FileBytes TiffFile(int width_px, int height_px, const TiffKind& kind,
+                          const std::vector<uint8_t>& rows) {
+  TiffMemory memory;
+  TIFF* tiff = TIFFClientOpen("test", kind.is_big_endian ? "wb" : "wl", &memory, TiffMemory::Read,
+                              TiffMemory::Write, TiffMemory::Seek, TiffMemory::Close,
+                              TiffMemory::Size, nullptr, nullptr);
+  SetTiffTags(tiff, width_px, height_px, kind);
+  (kind.is_tiled ? WriteTiffTiles : WriteTiffStrips)(tiff, width_px, height_px, kind, rows);
   TIFFClose(tiff);
   return memory.bytes;
 }

@@ -50,7 +50,7 @@ Eigen::Matrix3d TrueHomography(const SyntheticSession& session, const ImageUnits
   return h / h.norm();
 }
 
-TEST(PlanarViews, NumberedDenselyAboutTheCentre) {
+TEST(PlanarViews, NumberedDenselyAboutTheCenter) {
   CalibrationInput input;
   input.views.resize(2);
   for (ViewObservations& view : input.views) view.size = {201, 101};

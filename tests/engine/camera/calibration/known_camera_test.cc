@@ -10,7 +10,7 @@
 #include <cmath>
 
 #include "engine/camera/projection.h"
-#include "storage/base/content_hash.h"
+#include "tests/engine/camera/mutated_text.h"
 
 namespace veduta {
 namespace {
@@ -50,7 +50,7 @@ TEST(KnownCamera, ColmapsHalfPixelAndModels) {
   EXPECT_EQ((*cameras)[4].camera.coefficients.size(), 0u);
 }
 
-TEST(KnownCamera, TangentialDistortionByACentreOfItsOwn) {
+TEST(KnownCamera, TangentialDistortionByACenterOfItsOwn) {
   const KnownCamera known = (*ParseColmapCameras(kColmap))[3].camera;
   const auto made = ConvertCamera(known);
   ASSERT_TRUE(made.ok()) << made.status().message();
@@ -143,34 +143,12 @@ TEST(KnownCamera, MessagesNameTheFault) {
   }
 }
 
-// Bytes changed, taken out and doubled.
-std::string Mutated(const std::string& text, SeededRandom* random) {
-  std::string changed = text;
-  for (uint32_t i = 0, count = 1 + random->Below(6); i < count && !changed.empty(); ++i) {
-    const size_t at = random->Below(static_cast<uint32_t>(changed.size()));
-    switch (random->Below(4)) {
-      case 0:
-        changed[at] = static_cast<char>(random->Below(256));
-        break;
-      case 1:
-        changed.erase(at, 1 + random->Below(20));
-        break;
-      case 2:
-        changed.insert(at, changed.substr(at, 1 + random->Below(30)));
-        break;
-      default:
-        changed.resize(at);
-    }
-  }
-  return changed;
-}
-
 TEST(KnownCamera, AnyBytesAreAnswered) {
   SeededRandom random(1);
   uint32_t accepted = 0, refused = 0;
   for (int i = 0; i < 3000; ++i) {
-    const auto known = ParseOpenCvCamera(Mutated(kOpenCv, &random));
-    const auto cameras = ParseColmapCameras(Mutated(kColmap, &random));
+    const auto known = ParseOpenCvCamera(testing::MutatedText(kOpenCv, &random));
+    const auto cameras = ParseColmapCameras(testing::MutatedText(kColmap, &random));
     accepted += known.ok() + cameras.ok();
     refused += !known.ok() + !cameras.ok();
     if (i % 20 == 0 && known.ok()) {

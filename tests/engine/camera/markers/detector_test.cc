@@ -16,6 +16,7 @@
 
 #include "engine/camera/photo_decoder.h"
 #include "storage/base/content_hash.h"
+#include "storage/base/median.h"
 #include "tests/engine/camera/markers/floor_view.h"
 
 namespace veduta {
@@ -33,9 +34,9 @@ struct Score {
   std::vector<double> error_px, ellipse_error_px, chi2;
 };
 
-double Median(std::vector<double> values) {
-  std::sort(values.begin(), values.end());
-  return values.empty() ? 1e9 : values[values.size() / 2];
+// Where nothing was found it is far from every bound.
+double Median(const std::vector<double>& values) {
+  return MedianOf(values, 1e9);
 }
 
 Score ScoreOf(const FloorView& view, const MarkerSearch& search) {

@@ -1,0 +1,101 @@
+// SPDX-License-Identifier: Apache-2.0
+// Goal: the header of a photo tells format, stored size and orientation without any decoding; what
+//   is no photo is said to be none; the tags of a TIFF structure are read in both byte orders, and
+//   senseless ones are as good as absent; the eight orientations turn pixels and size alike.
+// Method: small files of every format; tags written byte by byte; a picture of six different
+//   pixels, turned by the definition of each orientation.
+#include "engine/camera/photo_header.h"
+
+#include <gtest/gtest.h>
+
+#include "engine/camera/orientation.h"
+#include "engine/camera/tiff_tags.h"
+#include "tests/engine/camera/tiff_writer.h"
+
+namespace veduta {
+namespace {
+
+using testing::Append;
+using testing::FileBytes;
+using testing::TestPicture;
+
+TEST(PhotoHeader, SizeFormatAndOrientationOfEveryFormat) {
+  const cv::Mat picture = TestPicture(48, 32);
+  const FileBytes jpeg = testing::JpegFile(picture);
+  testing::TiffKind turned;
+  turned.orientation = 6;
+  struct Case {
+    FileBytes bytes;
+    PhotoFormat format;
+    int orientation;
+  };
+  for (const Case& c :
+       {Case{jpeg, PhotoFormat::kJpeg, 1},
+        Case{testing::WithExif(jpeg, testing::ExifBlock(8, true)), PhotoFormat::kJpeg, 8},
+        Case{testing::WithExif(jpeg, testing::ExifBlock(3, false)), PhotoFormat::kJpeg, 3},
+        Case{testing::WithExif(jpeg, testing::ExifBlock(9, false)), PhotoFormat::kJpeg, 1},
+        Case{testing::PngFile(picture), PhotoFormat::kPng, 1},
+        Case{testing::PngFile(picture, false, 5), PhotoFormat::kPng, 5},
+        Case{testing::TiffFile(picture), PhotoFormat::kTiff, 1},
+        Case{testing::TiffFile(picture, turned), PhotoFormat::kTiff, 6}}) {
+    const PhotoHeader header = ReadPhotoHeader(c.bytes);
+    EXPECT_EQ(header.outcome, HeaderOutcome::kRead) << header.detail;
+    EXPECT_EQ(header.format, c.format);
+    EXPECT_EQ(header.stored_size, (ImageSize{48, 32}));
+    EXPECT_EQ(header.orientation, c.orientation);
+    // Any beginning of the file is answered too, and never by another size.
+    for (size_t size = 0; size < c.bytes.size(); size += 7) {
+      const PhotoHeader part = ReadPhotoHeader({c.bytes.data(), size});
+      EXPECT_TRUE(part.outcome == HeaderOutcome::kRead ? part.stored_size == header.stored_size
+                                                       : !part.detail.empty());
+    }
+  }
+}
+
+TEST(PhotoHeader, WhatIsNoPhotoIsSaid) {
+  const std::string text = "hello, this is a text";
+  const FileBytes bytes(text.begin(), text.end());
+  EXPECT_EQ(ReadPhotoHeader(bytes).outcome, HeaderOutcome::kUnsupportedFormat);
+  EXPECT_EQ(ReadPhotoHeader({}).outcome, HeaderOutcome::kUnsupportedFormat);
+  const FileBytes big_tiff = {'I', 'I', '+', 0, 8, 0, 0, 0, 16, 0, 0, 0, 0, 0, 0, 0};
+  EXPECT_NE(ReadPhotoHeader(big_tiff).detail.find("BigTIFF"), std::string::npos);
+}
+
+TEST(TiffTags, TheFirstOfEqualTagsAndNoneOfAWrongType) {
+  FileBytes bytes;
+  Append(&bytes, {'I', 'I', 42, 0, 8, 0, 0, 0, 5, 0});
+  Append(&bytes, {0, 1, 4, 0, 1, 0, 0, 0, 0x10, 0x27, 0, 0});  // width 10000, a long
+  Append(&bytes, {1, 1, 3, 0, 1, 0, 0, 0, 200, 0, 9, 9});      // height 200, a short
+  Append(&bytes, {1, 1, 3, 0, 1, 0, 0, 0, 201, 0, 0, 0});      // another height
+  Append(&bytes, {18, 1, 2, 0, 1, 0, 0, 0, 6, 0, 0, 0});       // orientation as a text
+  Append(&bytes, {18, 1, 3, 0, 2, 0, 0, 0, 6, 0, 0, 0});       // two orientations
+  const auto tags = ReadTiffTags(bytes);
+  ASSERT_TRUE(tags);
+  EXPECT_EQ(tags->width_px, 10000u);
+  EXPECT_EQ(tags->height_px, 200u);
+  EXPECT_FALSE(tags->orientation);
+  for (size_t size = 0; size < bytes.size(); ++size)
+    EXPECT_FALSE(ReadTiffTags({bytes.data(), size})) << "the directory ends after the bytes";
+  bytes[2] = 43;
+  EXPECT_FALSE(ReadTiffTags(bytes));
+}
+
+TEST(Orientation, TurnsPixelsAndSizeAlike) {
+  cv::Mat stored(2, 3, CV_8UC1);
+  for (int i = 0; i < 6; ++i) stored.at<uint8_t>(i / 3, i % 3) = static_cast<uint8_t>(i);
+  // Of each orientation (EXIF 2.32, tag 274): the stored pixel that the upright picture's top left
+  // and top right show.
+  const int corners[8][2] = {{0, 2}, {2, 0}, {5, 3}, {3, 5}, {0, 3}, {3, 0}, {5, 2}, {2, 5}};
+  for (int orientation = 1; orientation <= 8; ++orientation) {
+    const cv::Mat upright = Upright(stored, orientation);
+    const ImageSize size = UprightSize({3, 2}, orientation);
+    EXPECT_EQ(size, orientation < 5 ? (ImageSize{3, 2}) : (ImageSize{2, 3})) << orientation;
+    ASSERT_EQ(upright.cols, static_cast<int>(size.width_px)) << orientation;
+    ASSERT_EQ(upright.rows, static_cast<int>(size.height_px)) << orientation;
+    EXPECT_EQ(upright.at<uint8_t>(0, 0), corners[orientation - 1][0]) << orientation;
+    EXPECT_EQ(upright.at<uint8_t>(0, upright.cols - 1), corners[orientation - 1][1]) << orientation;
+  }
+}
+
+}  // namespace
+}  // namespace veduta
