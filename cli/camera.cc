@@ -2,9 +2,8 @@
 // veduta camera add DB NAME --size WxH --params fx,fy,cx,cy[,k1,k2[,u0,v0]]
 // veduta camera add DB NAME --from FILE [--id N]
 // veduta camera list DB
-#include "cli/calibration/camera_file.h"
 #include "cli/command.h"
-#include "engine/camera/camera_text.h"
+#include "engine/calibration_door.h"
 
 namespace veduta {
 namespace {
@@ -17,8 +16,7 @@ struct CameraArguments {
 
 Result<CameraFromFile> CameraOf(const CameraArguments& arguments) {
   if (!arguments.from.empty()) return ReadCameraFile(arguments.from, arguments.id);
-  VEDUTA_ASSIGN_OR_RETURN(const ImageSize size, ParseSize(arguments.size));
-  VEDUTA_ASSIGN_OR_RETURN(const CameraModel model, ParseCameraParams(arguments.params, size));
+  VEDUTA_ASSIGN_OR_RETURN(const CameraModel model, ParseCamera(arguments.size, arguments.params));
   return CameraFromFile{model, "given on the command line", {}};
 }
 
@@ -46,7 +44,7 @@ int ListCameras(const CameraArguments& arguments) {
   if (!cameras.ok()) return Fail(cameras.status());
   nlohmann::ordered_json list = nlohmann::ordered_json::array();
   for (const CameraRecord& camera : *cameras) {
-    const std::string size = ImageSize{camera.model.width_px, camera.model.height_px}.Text();
+    const std::string size = CameraSizeText(camera.model);
     const std::string params = CameraParamsText(camera.model);
     if (!arguments.json)
       std::printf("%s  %s  %s  (%s)\n", camera.name.c_str(), size.c_str(), params.c_str(),

@@ -5,7 +5,7 @@
 #include <fstream>
 
 #include "cli/command.h"
-#include "engine/camera/markers/sheet_pdf.h"
+#include "engine/calibration_door.h"
 
 namespace veduta {
 namespace {
@@ -16,18 +16,16 @@ struct MarkersArguments {
 };
 
 int WriteMarkers(const MarkersArguments& arguments) {
-  const Result<SheetLayout> layout = LayOutSheets(*PaperFromName(arguments.paper), arguments.count);
-  if (!layout.ok()) return Fail(layout.status()), kBadUsage;
-  const Result<std::vector<uint8_t>> bytes = SheetPdf(*layout);
-  if (!bytes.ok()) return Fail(bytes.status());
+  const Result<MarkerSheets> sheets = MakeMarkerSheets(arguments.paper, arguments.count);
+  if (!sheets.ok()) return Fail(sheets.status());
   std::ofstream file(arguments.out, std::ios::binary);
-  file.write(reinterpret_cast<const char*>(bytes->data()),
-             static_cast<std::streamsize>(bytes->size()));
+  file.write(reinterpret_cast<const char*>(sheets->pdf.data()),
+             static_cast<std::streamsize>(sheets->pdf.size()));
   file.close();
   if (!file)
     return Fail(Status::IoError("cannot write " + arguments.out + ": " + std::strerror(errno)));
-  std::printf("%s: %u markers on %zu sheets of %s\n", arguments.out.c_str(), arguments.count,
-              layout->sheets.size(), arguments.paper.c_str());
+  std::printf("%s: %u markers on %u sheets of %s\n", arguments.out.c_str(), arguments.count,
+              sheets->sheet_count, arguments.paper.c_str());
   return kDone;
 }
 
@@ -40,8 +38,8 @@ void RegisterMarkers(CLI::App* app, int* exit_code) {
   markers->add_option("--out", arguments->out, "The PDF to write")->required();
   markers->add_option("--paper", arguments->paper, "a4 or letter (a4)")
       ->check(CLI::IsMember({"a4", "letter"}));
-  markers->add_option("--count", arguments->count, "How many different markers, 6 a sheet (96)")
-      ->check(CLI::Range(1u, kMarkerIdCount));
+  markers->add_option("--count", arguments->count, "How many different markers, 6 to a sheet (96)")
+      ->check(CLI::Range(1u, 178u));  // as MakeMarkerSheets
   markers->callback([=] { *exit_code = WriteMarkers(*arguments); });
 }
 

@@ -1,23 +1,26 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "cli/calibration/calibration_report.h"
+#include "engine/camera/files/calibration_report.h"
 
 #include <array>
 
-#include "cli/calibration/calibration_figures.h"
 #include "engine/camera/calibration/calibration_advice.h"
+#include "engine/camera/files/calibration_figures.h"
 
 namespace veduta {
 namespace {
 
 constexpr const char* kHead = R"(<!DOCTYPE html>
 <html lang="en"><head><meta charset="utf-8"><title>Calibration report</title><style>
-body { font-family: sans-serif; color: #1f2933; max-width: 680px; margin: 2em auto; padding: 0 1em; line-height: 1.4 }
-h1 { font-size: 1.5em } h2 { font-size: 1.1em; margin-top: 2em } svg { max-width: 100%; height: auto }
-table { border-collapse: collapse } td, th { padding: 0.2em 1em 0.2em 0; text-align: right } th { font-weight: normal }
+body { font-family: sans-serif; color: #1f2933; max-width: 680px; margin: 2em auto;
+padding: 0 1em; line-height: 1.4 }
+h1 { font-size: 1.5em } h2 { font-size: 1.1em; margin-top: 2em }
+svg { max-width: 100%; height: auto } table { border-collapse: collapse }
+td, th { padding: 0.2em 1em 0.2em 0; text-align: right } th { font-weight: normal }
 td:first-child, th:first-child { text-align: left } tr { border-bottom: 1px solid #e4e7eb }
-.warning { border-left: 4px solid #c0392b; padding-left: 0.8em } .note { border-left: 4px solid #9aa5b1;
-padding-left: 0.8em }
-.good { border-left: 4px solid #2d8653; padding-left: 0.8em } p.caption { color: #52606d; font-size: 0.9em }
+.warning { border-left: 4px solid #c0392b; padding-left: 0.8em }
+.note { border-left: 4px solid #9aa5b1; padding-left: 0.8em }
+.good { border-left: 4px solid #2d8653; padding-left: 0.8em }
+p.caption { color: #52606d; font-size: 0.9em }
 </style></head><body>
 )";
 
@@ -66,13 +69,12 @@ std::string ParametersOf(const Calibration& c) {
 }
 
 std::string SummaryOf(const Calibration& c, const std::string& from) {
-  size_t used = 0;
-  for (const CalibrationPhoto& photo : c.photos) used += photo.why_left_out.empty();
-  return "From " + from + ": " + std::to_string(used) + " of " + std::to_string(c.photos.size()) +
-         " photos of " + ImageSize{c.model.width_px, c.model.height_px}.Text() +
-         " px. Mean reprojection error " + Fixed(c.error_px_mean, 3) +
-         " px. The focal length is known to " + Fixed(100 * c.Sigma(0) / c.model.fx, 3) +
-         " %, the distortion to " + Fixed(c.distortion_sigma_px, 2) + " px all over the photo.";
+  return "From " + from + ": " + std::to_string(c.UsedPhotoCount()) + " of " +
+         std::to_string(c.photos.size()) + " photos of " +
+         ImageSize{c.model.width_px, c.model.height_px}.Text() + " px. Mean reprojection error " +
+         Fixed(c.error_px_mean, 3) + " px. The focal length is known to " +
+         Fixed(100 * c.Sigma(0) / c.model.fx, 3) + " %, the distortion to " +
+         Fixed(c.distortion_sigma_px, 2) + " px all over the photo.";
 }
 
 std::string PixelsOf(const Calibration& c) {

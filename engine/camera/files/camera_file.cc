@@ -1,14 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "cli/calibration/camera_file.h"
+#include "engine/camera/files/camera_file.h"
 
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstdio>
-#include <filesystem>
 #include <nlohmann/json.hpp>
 
-#include "cli/calibration/points_file.h"
 #include "engine/camera/calibration/known_camera.h"
 #include "engine/camera/projection.h"
 
@@ -17,9 +15,11 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-constexpr size_t kCameraFileBytesMax = 16 << 20;
 constexpr const char* kFormat = "veduta camera";
-constexpr double kResidualGoodPx = 0.3;  // of a conversion; more is worth a warning
+// A conversion that is off by more than this somewhere in the photo gets a warning. Chosen by hand;
+// not measured.
+constexpr double kResidualGoodPx = 0.3;
+constexpr size_t kIdsListedMax = 10;  // cameras of a cameras.txt that a message lists
 
 std::string Rounded(double value, int digits) {
   std::array<char, 48> text;
@@ -81,11 +81,11 @@ Result<CameraFromFile> FromColmap(const std::string& text, std::optional<uint32_
   VEDUTA_ASSIGN_OR_RETURN(const std::vector<ColmapCamera> cameras, ParseColmapCameras(text));
   if (!id && cameras.size() > 1) {
     std::string ids;
-    for (size_t i = 0; i < std::min<size_t>(cameras.size(), 10); ++i) {
+    for (size_t i = 0; i < std::min(cameras.size(), kIdsListedMax); ++i) {
       ids += (i ? ", " : "") + std::to_string(cameras[i].id);
     }
-    return Wrong("it has " + std::to_string(cameras.size()) +
-                 " cameras; choose one by --id: " + ids + (cameras.size() > 10 ? ", ..." : ""));
+    return Wrong("it has " + std::to_string(cameras.size()) + " cameras; choose one by --id: " +
+                 ids + (cameras.size() > kIdsListedMax ? ", ..." : ""));
   }
   const auto chosen = std::find_if(cameras.begin(), cameras.end(), [&](const ColmapCamera& camera) {
     return !id || camera.id == *id;
@@ -94,8 +94,9 @@ Result<CameraFromFile> FromColmap(const std::string& text, std::optional<uint32_
   return FromKnown(chosen->camera, "COLMAP's " + chosen->model);
 }
 
-// By its first line that says something: COLMAP's begins with a number, FileStorage's XML with <,
-// its YAML with %.
+// Decides by the first line that is neither empty nor a comment: COLMAP's begins with a camera's
+// number, while OpenCV's FileStorage begins with < in XML and with % in YAML. COLMAP's own first
+// comment decides too.
 bool LooksLikeColmap(const std::string& text) {
   for (size_t at = 0; at < text.size();) {
     const size_t end = std::min(text.find('\n', at), text.size());
@@ -117,10 +118,8 @@ std::string CameraFileText(const Calibration& c, const std::string& from) {
     sigmas[kIntrinsicNames[i]] = c.Sigma(static_cast<int>(i));
   }
   Json warnings = Json::array(), notes = Json::array(), photos = Json::array();
-  uint32_t used = 0;
   for (const CalibrationWarning& w : c.warnings) (w.IsNote() ? notes : warnings).push_back(w.text);
   for (const CalibrationPhoto& photo : c.photos) {
-    used += photo.why_left_out.empty();
     photos.push_back(
         {{"name", photo.name},
          {"points", photo.used_count},
@@ -137,7 +136,7 @@ std::string CameraFileText(const Calibration& c, const std::string& from) {
                      {"calibration",
                       {{"from", from},
                        {"status", c.status == CalibrationStatus::kGood ? "good" : "uncertain"},
-                       {"photos_used", used},
+                       {"photos_used", c.UsedPhotoCount()},
                        {"error_px_mean", c.error_px_mean},
                        {"error_px_rms", c.error_px_rms},
                        {"distortion_sigma_px", c.distortion_sigma_px},
@@ -162,13 +161,6 @@ Result<CameraFromFile> ParseCameraFile(const std::string& text, std::optional<ui
   }
   VEDUTA_ASSIGN_OR_RETURN(const KnownCamera known, ParseOpenCvCamera(text));
   return FromKnown(known, "OpenCV's calibration");
-}
-
-Result<CameraFromFile> ReadCameraFile(const std::string& path, std::optional<uint32_t> colmap_id) {
-  VEDUTA_ASSIGN_OR_RETURN(const std::string text, ReadWholeFile(path, kCameraFileBytesMax));
-  auto read = ParseCameraFile(text, colmap_id);
-  if (!read.ok()) return Status(read.status().code(), path + ": " + read.status().message());
-  return read;
 }
 
 }  // namespace veduta

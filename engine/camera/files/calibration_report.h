@@ -8,8 +8,8 @@
 
 namespace veduta {
 
-// Advice, parameters with their standard deviations, and the figures. `from` says what was
-// calibrated from.
+// The advice, the parameters with their standard deviations, and the figures. `from` says in words
+// what was calibrated from.
 std::string CalibrationReport(const Calibration& calibration, const std::string& from);
 
 }  // namespace veduta

@@ -1,9 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "cli/calibration/points_file.h"
+#include "engine/camera/files/points_file.h"
 
 #include <cmath>
-#include <filesystem>
-#include <fstream>
 #include <nlohmann/json.hpp>
 #include <set>
 #include <stdexcept>
@@ -15,10 +13,16 @@ namespace {
 
 using Json = nlohmann::json;
 
+// The format nests 5 deep; members that are ignored may nest a little deeper. Chosen by hand.
 constexpr int kDepthMax = 8;
-constexpr double kCoordinateMax = 1e6;  // px
+// In px, either way. 15 times the longest side that a camera may have; chosen by hand.
+constexpr double kCoordinateMax = 1e6;
+// Bounds of a sigma, px: so far apart that only nonsense is refused. Chosen by hand.
+constexpr double kSigmaMin = 1e-6, kSigmaMax = 1e6;
+constexpr size_t kNameShownMax = 80;  // letters of a photo's name that a message repeats
 
-// Thrown and caught in this file alone: where it happens, the parser is deep inside.
+// What is wrong with the file, in words. Thrown deep inside the reading of the JSON and caught by
+// ParsePoints; it never leaves this file.
 struct Fault : std::runtime_error {
   using std::runtime_error::runtime_error;
 };
@@ -58,7 +62,7 @@ ViewObservations ViewOf(const Json& object, ImageSize size, size_t index) {
   if (!name.is_string() || name.get_ref<const std::string&>().empty())
     throw Fault(place + ": \"name\" is no name");
   view.name = name.get<std::string>();
-  const std::string where = place + " '" + view.name.substr(0, 80) + "'";
+  const std::string where = place + " '" + view.name.substr(0, kNameShownMax) + "'";
   view.size = object.contains("width") || object.contains("height") ? SizeOf(object, where) : size;
   const Json& points = Member(object, "points", where);
   if (!points.is_array()) throw Fault(where + ": \"points\" is not a list");
@@ -69,7 +73,7 @@ ViewObservations ViewOf(const Json& object, ImageSize size, size_t index) {
     seen.px.x() = Number(Member(point, "x", at), -kCoordinateMax, kCoordinateMax, at + ": \"x\"");
     seen.px.y() = Number(Member(point, "y", at), -kCoordinateMax, kCoordinateMax, at + ": \"y\"");
     if (point.contains("sigma"))
-      seen.sigma_px = Number(point["sigma"], 1e-6, 1e6, at + ": \"sigma\"");
+      seen.sigma_px = Number(point["sigma"], kSigmaMin, kSigmaMax, at + ": \"sigma\"");
     view.points.push_back(seen);
   }
   return view;
@@ -90,7 +94,7 @@ CalibrationInput InputOf(const Json& root) {
     input.views.push_back(ViewOf(object, size, input.views.size()));
     const ViewObservations& view = input.views.back();
     if (!names.insert(view.name).second)
-      throw Fault("two views are named '" + view.name.substr(0, 80) + "'");
+      throw Fault("two views are named '" + view.name.substr(0, kNameShownMax) + "'");
     for (const PointObservation& point : view.points) ids.insert(point.id);
     if (ids.size() > kDistinctPointsMax) {
       throw Fault("more than " + std::to_string(kDistinctPointsMax) + " different points");
@@ -100,23 +104,6 @@ CalibrationInput InputOf(const Json& root) {
 }
 
 }  // namespace
-
-Result<std::string> ReadWholeFile(const std::string& path, size_t size_bytes_max) {
-  if (std::filesystem::is_directory(path)) return Status::IoError(path + " is a folder");
-  std::ifstream file(path, std::ios::binary);
-  if (!file) return Status::IoError("cannot open " + path);
-  std::string bytes(64 << 10, '\0');
-  std::string text;
-  while (file.read(bytes.data(), static_cast<std::streamsize>(bytes.size())), file.gcount() > 0) {
-    text.append(bytes.data(), static_cast<size_t>(file.gcount()));
-    if (text.size() > size_bytes_max) {
-      return Status::InvalidArgument(path + " has more than " + std::to_string(size_bytes_max) +
-                                     " bytes");
-    }
-  }
-  if (file.bad()) return Status::IoError("cannot read " + path);
-  return text;
-}
 
 Result<CalibrationInput> ParsePoints(std::string_view text) {
   const auto stop_at_depth = [](int depth, Json::parse_event_t, Json&) {
