@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
-// What the offline pass keeps: depth maps, histograms of signed distances, surfaces. Each artefact
+// What the dense pass keeps: depth maps, histograms of signed distances, surfaces. Each artefact
 // has a version, a hash of everything that it was computed from; what has the version that it would
 // get again is not computed again. Small records lie apart from pixels, voxels and triangles, so
 // that looking for work reads little.

@@ -287,6 +287,7 @@ Result<std::string> Encode(const DepthRecord& depth) {
         to.setKnownCount(depth.known_count);
         to.setCheckedVersion(depth.checked_version);
         to.setGain(AsData(depth.gain.data(), depth.gain.size()));
+        to.setExposureVersion(depth.exposure_version);
       });
 }
 
@@ -309,6 +310,7 @@ Status Decode(std::string_view value, DepthRecord* depth) {
     std::vector<std::array<float, 3>> gain;
     if (!CopyRows(from.getGain(), &gain) || gain.size() != 1) return BadRows("gain");
     depth->gain = gain.front();
+    depth->exposure_version = from.getExposureVersion();
     return Damaged(Check(*depth));
   });
 }

@@ -149,6 +149,7 @@ struct Depth {
   knownCount @6 :UInt32;
   checkedVersion @7 :UInt64;
   gain @8 :Data;         # r, g, b f32
+  exposureVersion @9 :UInt64;
 }
 
 struct CheckedDepth {

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
-// What the offline pass keeps: depth maps, histograms of signed distances, surfaces. Each artefact
+// What the dense pass keeps: depth maps, histograms of signed distances, surfaces. Each artefact
 // has a version, a hash of everything that it was computed from.
 
 #include <array>
@@ -10,24 +10,19 @@
 
 #include "storage/base/ids.h"
 #include "storage/base/transform.h"
+#include "storage/model/grid_place.h"
 
 namespace veduta {
 
-// Blocks of voxels and tiles of blocks (fusion/volume/), by their place in the reconstruction's
-// grid.
-struct GridPlace {
-  int32_t x = 0, y = 0, z = 0;
-  auto operator<=>(const GridPlace&) const = default;
-};
 inline constexpr uint32_t kTileBlockCount = 64;  // blocks in a tile, numbered x + 4 y + 16 z
 
-// One a reconstruction: what its depth maps and tiles are made with, until somebody asks for
+// One for each reconstruction: what its depth maps and tiles are made with, until somebody asks for
 // something else.
 struct DenseSettings {
   ReconstructionId reconstruction;
   double voxel_size = 0;       // edge, world units; it is the grid
   uint32_t depth_side_px = 0;  // longer side of a depth map; 0: that of the photo
-  uint32_t sensor_count = 0;   // sensor views a key view
+  uint32_t sensor_count = 0;   // sensor views of each key view
   bool operator==(const DenseSettings&) const = default;
 };
 
@@ -50,6 +45,7 @@ struct DepthRecord {
   uint32_t known_count = 0;               // pixels that have a depth
   uint64_t checked_version = 0;           // of its CheckedDepthRecord; 0: none yet
   std::array<float, 3> gain{};            // exposure, multiplies linear light; 0: not yet known
+  uint64_t exposure_version = 0;          // of the gain
 };
 
 struct DepthVersion {
@@ -83,7 +79,7 @@ struct CheckedDepthRecord {
 struct DepthPixels {
   std::vector<uint16_t>
       codes;  // [height x width] 0: not known; else 1 (far) to 65535 (near), even in inverse depth
-  std::vector<uint8_t> confidence;  // likewise
+  std::vector<uint8_t> confidence;  // [height x width] 0 (none) to 255
 };
 
 // A tile and the versions of its parts; 0 where a part is not there.

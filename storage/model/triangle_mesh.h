@@ -12,8 +12,8 @@ namespace veduta {
 struct TriangleMesh {
   std::vector<Eigen::Vector3f> positions;  // world frame of the reconstruction
   std::vector<Eigen::Vector3f>
-      normals;  // unit, outward (towards the cameras); empty, or one a position
-  std::vector<std::array<uint8_t, 3>> colors;  // sRGB; empty, or one a position
+      normals;  // unit, outward (towards the cameras); empty, or one for each position
+  std::vector<std::array<uint8_t, 3>> colors;  // sRGB; empty, or one for each position
   std::vector<std::array<uint32_t, 3>>
       triangles;  // indices of positions, counter-clockwise seen from outside
 };

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
-// A photo as the offline pass sees it: without its lens, at the size that depth is computed at.
+// A photo as the dense pass sees it: without its lens, at the size that depth is computed at.
 
 #include <cstdint>
 #include <vector>
@@ -23,7 +23,8 @@ struct View {
   ImageId image;
   ViewGeometry geometry;
   std::vector<uint8_t> gray;  // [height x width], row-major; empty where nobody asked for it
-  std::vector<uint8_t> rgb;   // [height x width x 3], row-major, sRGB; likewise
+  std::vector<uint8_t>
+      rgb;  // [height x width x 3], row-major, sRGB; empty where nobody asked for it
 };
 
 }  // namespace veduta
