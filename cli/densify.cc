@@ -2,12 +2,12 @@
 // veduta densify DB [--reconstruction ID] [--threads N] [--device D] [--size PX] [--sensors N]
 // [--voxel V] [--json]
 #include <cstdlib>
+#include <mutex>
 
 #include "cli/command.h"
 #include "cli/progress.h"
 #include "cli/stop_on_signal.h"
-#include "fusion/pass/densify.h"
-#include "kernels/device.h"
+#include "fusion/dense_door.h"
 
 namespace veduta {
 namespace {
@@ -27,27 +27,6 @@ std::string ProgramCacheFolder() {
   if (const char* home = std::getenv("HOME"); home && *home)
     return std::string(home) + "/.cache/veduta";
   return "";
-}
-
-// The device asked for; null, with a word why, where the C++ paths are to work.
-Result<std::unique_ptr<Device>> OpenDevice(const DensifyArguments& arguments) {
-  if (WantsNoDevice(arguments.device)) return std::unique_ptr<Device>();
-  Result<std::unique_ptr<Device>> device = Device::Open({.wanted = arguments.device,
-                                                         .cache_folder = ProgramCacheFolder(),
-                                                         .thread_count = arguments.threads});
-  if (device.ok() || arguments.device != "auto") return device;
-  std::fprintf(stderr, "%s; C++ does the work\n", device.status().message().c_str());
-  return std::unique_ptr<Device>();
-}
-
-Result<std::vector<ReconstructionId>> Wanted(const Engine& engine, uint32_t reconstruction) {
-  if (reconstruction != 0) return std::vector{ReconstructionId(reconstruction)};
-  std::vector<ReconstructionId> wanted;
-  VEDUTA_ASSIGN_OR_RETURN(const auto records, engine.Ask().snapshot().ListReconstructions());
-  for (const ReconstructionRecord& record : records) {
-    if (!record.merged_into.valid()) wanted.push_back(record.id);
-  }
-  return wanted;
 }
 
 // A bar or lines for each stage.
@@ -73,16 +52,16 @@ nlohmann::ordered_json ToJson(const StageCount& count) {
           {"ms", count.ms}};
 }
 
-void PrintJson(ReconstructionId id, const DensifyReport& report, const std::string& device) {
+void PrintJson(const DensifyReport& report) {
   nlohmann::ordered_json without_depth = nlohmann::ordered_json::array();
   for (const PassedOver& photo : report.without_depth) {
     without_depth.push_back({{"image", photo.name}, {"reason", photo.reason}});
   }
-  const nlohmann::ordered_json line = {{"reconstruction", id.value},
-                                       {"device", device},
-                                       {"voxel_size", report.settings.voxel_size},
-                                       {"depth_side_px", report.settings.depth_side_px},
-                                       {"sensor_count", report.settings.sensor_count},
+  const nlohmann::ordered_json line = {{"reconstruction", report.reconstruction.value},
+                                       {"device", report.device},
+                                       {"voxel_size", report.voxel_size},
+                                       {"depth_side_px", report.depth_side_px},
+                                       {"sensor_count", report.sensor_count},
                                        {"without_depth", without_depth},
                                        {"depth_maps", ToJson(report.depths)},
                                        {"checks", ToJson(report.checks)},
@@ -107,10 +86,10 @@ void PrintStage(const char* name, const StageCount& count) {
               removed.c_str(), count.ms / 1000);
 }
 
-void PrintText(ReconstructionId id, const DensifyReport& report, const std::string& device) {
+void PrintText(const DensifyReport& report) {
   std::printf("reconstruction %u on %s: %lu tiles, %lu vertices, %lu triangles, voxel %.4g\n",
-              id.value, device.c_str(), report.tiles, report.vertices, report.triangles,
-              report.settings.voxel_size);
+              report.reconstruction.value, report.device.c_str(), report.tiles, report.vertices,
+              report.triangles, report.voxel_size);
   PrintStage("depth maps", report.depths);
   PrintStage("checks", report.checks);
   PrintStage("volume", report.volume);
@@ -132,28 +111,25 @@ int Densify(DensifyArguments arguments) {
   options.thread_count = arguments.threads;
   const auto engine = OpenToWrite(arguments.db, options);
   if (!engine.ok()) return Fail(engine.status());
-  const auto device = OpenDevice(arguments);
-  if (!device.ok()) return Fail(device.status());
-  const std::string device_name = *device ? (*device)->info().name : "C++";
-  const auto swept = SweepMerged(*(*engine)->database());
-  if (!swept.ok()) return Fail(swept.status());
-  const auto wanted = Wanted(**engine, arguments.reconstruction);
-  if (!wanted.ok()) return Fail(wanted.status());
-  if (wanted->empty())
-    return Fail(Status::NotFound("there is no reconstruction yet: add photos first"));
-  for (const ReconstructionId id : *wanted) {
-    StageProgress progress;
-    arguments.options.progress = [&](std::string_view stage, size_t done, size_t total) {
-      progress(stage, done, total);
-    };
-    const auto report = veduta::Densify(*(*engine)->database(), id, arguments.options,
-                                        device->get(), *(*engine)->pool(), stop.token());
-    if (!report.ok()) return Fail(report.status());
-    progress = {};
+  Writer writer((*engine)->database());
+  std::mutex one_pass;
+  StageProgress progress;
+  DensifyRequest request;
+  request.reconstruction = ReconstructionId(arguments.reconstruction);
+  request.device = arguments.device;
+  request.cache_folder = ProgramCacheFolder();
+  request.options = arguments.options;
+  request.progress = [&](std::string_view stage, size_t done, size_t total) {
+    progress(stage, done, total);
+  };
+  const auto reports = DensifyAll(writer, *(*engine)->pool(), one_pass, request, stop.token());
+  if (!reports.ok()) return Fail(reports.status());
+  progress = {};
+  for (const DensifyReport& report : *reports) {
     if (arguments.json) {
-      PrintJson(id, *report, device_name);
+      PrintJson(report);
     } else {
-      PrintText(id, *report, device_name);
+      PrintText(report);
     }
   }
   return kDone;

@@ -1,8 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // veduta export DB OUT --format colmap|ply|gltf [--error E]
 #include "cli/command.h"
-#include "engine/query/colmap_export.h"
-#include "fusion/pass/dense_export.h"
+#include "fusion/export/exporter.h"
 
 namespace veduta {
 namespace {
@@ -12,38 +11,24 @@ struct ExportArguments {
   double error_max = 0;
 };
 
-int ExportToColmap(const Engine& engine, const std::string& out) {
-  const auto models = ExportColmap(engine.Ask().snapshot(), out);
-  if (!models.ok()) return Fail(models.status());
-  for (const ExportedModel& model : *models) {
-    std::printf("%s: reconstruction %u, %lu images, %lu points\n", model.folder.c_str(),
-                model.reconstruction.value, model.images, model.points);
-  }
-  return kDone;
-}
-
-int ExportWithSurface(const Engine& engine, const ExportArguments& arguments) {
-  const ModelFormat format = arguments.format == "ply" ? ModelFormat::kPly : ModelFormat::kGltf;
-  const auto models = ExportSurfaces(engine.Ask().snapshot(), arguments.out,
-                                     {format, arguments.error_max}, *engine.pool());
-  if (!models.ok()) return Fail(models.status());
-  for (const ExportedSurface& model : *models) {
-    std::printf("%s: reconstruction %u, %lu images, %lu points, ", model.folder.c_str(),
-                model.reconstruction.value, model.images, model.points);
-    if (model.triangles > 0) {
-      std::printf("%lu vertices, %lu triangles\n", model.vertices, model.triangles);
-    } else {
-      std::printf("no surface yet: 'veduta densify' makes one\n");
-    }
-  }
-  return kDone;
-}
-
 int Export(const ExportArguments& arguments) {
   const auto engine = OpenToRead(arguments.db);
   if (!engine.ok()) return Fail(engine.status());
-  return arguments.format == "colmap" ? ExportToColmap(**engine, arguments.out)
-                                      : ExportWithSurface(**engine, arguments);
+  const auto models = ExportReconstructions((*engine)->Ask().snapshot(),
+                                            {arguments.out, arguments.format, arguments.error_max});
+  if (!models.ok()) return Fail(models.status());
+  for (const ExportedModel& model : *models) {
+    std::printf("%s: reconstruction %u, %lu images, %lu points", model.folder.c_str(),
+                model.reconstruction.value, model.images, model.points);
+    if (arguments.format == "colmap") {
+      std::printf("\n");
+    } else if (model.triangles > 0) {
+      std::printf(", %lu vertices, %lu triangles\n", model.vertices, model.triangles);
+    } else {
+      std::printf(", no surface yet: 'veduta densify' makes one\n");
+    }
+  }
+  return kDone;
 }
 
 }  // namespace

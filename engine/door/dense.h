@@ -58,6 +58,9 @@ struct PassedOver {
 // What one pass did to one reconstruction.
 struct DensifyReport {
   ReconstructionId reconstruction;
+  // Valid: the reconstruction was merged into this one while the pass ran. The pass ended there, and
+  // what it had made is deleted.
+  ReconstructionId merged_into;
   std::string device;  // its name, or "C++"
   double voxel_size = 0;
   uint32_t depth_side_px = 0, sensor_count = 0;

@@ -10,6 +10,10 @@
 
 namespace veduta {
 
+// Part of the version of every depth map: raise it whenever a change of the code changes what
+// EncodeDepth returns (tests/fusion/pass/pinned_bytes_test.cc notices).
+inline constexpr uint32_t kDepthCodesVersion = 1;
+
 // Depths outside of the range become its ends; the error is below (1/near - 1/far) / 131068 of
 // inverse depth.
 DepthPixels EncodeDepth(const DepthMap& map, const DepthRange& range);

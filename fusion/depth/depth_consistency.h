@@ -2,8 +2,10 @@
 #pragma once
 // The depth maps of several key views against each other: what two of them agree on stays.
 
+#include <cstdint>
 #include <span>
 
+#include "storage/base/option_fields.h"
 #include "storage/base/status.h"
 #include "storage/base/thread_pool.h"
 #include "storage/model/depth_map.h"
@@ -17,6 +19,11 @@ struct NeighborDepth {
   const DepthMap* map = nullptr;
 };
 
+// Part of the version of every checked depth map: raise it whenever a change of the code changes
+// what CheckConsistency returns (tests/fusion/pass/pinned_bytes_test.cc notices).
+// 2: uncertain depth wants one neighbour more.
+inline constexpr uint32_t kConsistencyVersion = 2;
+
 struct ConsistencyOptions {
   double depth_error_max = 0.01;  // (0, 1); relative: depths that differ by less agree
   double pixel_error_max =
@@ -27,6 +34,8 @@ struct ConsistencyOptions {
 
   Status Check() const;
 };
+VEDUTA_OPTION_FIELDS(ConsistencyOptions, depth_error_max, pixel_error_max, agreement_count_min,
+                     confidence_sure)
 
 // `key_map` without the pixels that fewer than agreement_count_min neighbours confirm, or that more
 // neighbours contradict than confirm. A neighbour confirms a point when its own depth where the

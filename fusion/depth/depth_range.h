@@ -2,11 +2,16 @@
 #pragma once
 // The depths that are swept for a key view.
 
+#include <cstdint>
 #include <vector>
 
 #include "storage/base/status.h"
 
 namespace veduta {
+
+// Part of the version of every raw depth map: raise it whenever a change of the code changes what
+// DepthRangeOf returns (tests/fusion/pass/pinned_bytes_test.cc notices).
+inline constexpr uint32_t kDepthRangeVersion = 1;
 
 // Along the key view's z, world units; 0 < near < far.
 struct DepthRange {

@@ -104,7 +104,7 @@ std::vector<PlaneInView> FindDominantPlanes(const InverseDepthMap& map,
     if (best_count < count_min) break;
     for (int i = 0; i < kRefinements; ++i) Refine(points, difference_max, &best);
     planes.push_back(best);
-    // What is near it is of it too, or the next plane would be the same once more.
+    // Pixels near the plane belong to it as well, or the next plane would be the same again.
     std::erase_if(points, [&](const GridPoint& p) { return IsOn(best, p, 3 * difference_max); });
   }
   return planes;

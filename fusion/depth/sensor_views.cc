@@ -6,6 +6,8 @@
 #include <numbers>
 #include <string>
 
+#include "storage/base/median.h"
+
 namespace veduta {
 namespace {
 
@@ -74,12 +76,6 @@ double AngleDeg(const Eigen::Vector3d& a, const Eigen::Vector3d& b) {
   return std::atan2(a.cross(b).norm(), a.dot(b)) * kDegrees;
 }
 
-double Median(std::vector<double> values) {
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
-}
-
 }  // namespace
 
 Status SensorViewOptions::Check() const {
@@ -132,8 +128,8 @@ Result<std::vector<SensorView>> RankSensorViews(const KeyView& key,
     const double overlap =
         cells.empty() ? 0 : static_cast<double>(covered) / static_cast<double>(cells.size());
     if (overlap < options.overlap_min) continue;
-    views.push_back({image, overlap, overlap * Median(std::move(preferences)),
-                     Median(std::move(angles)), static_cast<uint32_t>(points.size())});
+    views.push_back({image, overlap, overlap * MedianOf(std::move(preferences)),
+                     MedianOf(std::move(angles)), static_cast<uint32_t>(points.size())});
   }
   std::ranges::stable_sort(
       views, [](const SensorView& a, const SensorView& b) { return a.score > b.score; });

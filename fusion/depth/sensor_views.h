@@ -10,9 +10,14 @@
 #include <vector>
 
 #include "storage/base/ids.h"
+#include "storage/base/option_fields.h"
 #include "storage/base/status.h"
 
 namespace veduta {
+
+// Part of the version of every depth map: raise it whenever a change of the code changes which
+// views RankSensorViews chooses (tests/fusion/pass/pinned_bytes_test.cc notices).
+inline constexpr uint32_t kSensorViewsVersion = 1;
 
 struct SensorViewOptions {
   double overlap_min = 0.3;   // [0, 1]; the paper's: below it a view is of no use
@@ -26,6 +31,8 @@ struct SensorViewOptions {
 
   Status Check() const;  // the first violated bound, named with its value
 };
+VEDUTA_OPTION_FIELDS(SensorViewOptions, overlap_min, angle_best_deg, point_count_min, cells_across,
+                     cell_feature_count_min)
 
 // A point of the structure as the key view sees it.
 struct SeenPoint {
@@ -56,8 +63,7 @@ double AnglePreference(double angle_deg, double angle_best_deg);
 // All views that overlap enough, highest score first (ties: lower id).
 //
 // overlap  area of the convex hull of the common points' measurements, over the relevant area of
-// the key view, both
-//          counted in cells: a cell is relevant where the photo has features at all, so sky, water
+//          the key view, both counted in cells: a cell is relevant where the photo has features at all, so sky, water
 //          and blank ground count for nothing. score = overlap * median over the common points of
 //          psi(angle).
 //

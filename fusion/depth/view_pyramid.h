@@ -7,7 +7,7 @@
 namespace veduta {
 
 // Each pixel is the mean of four; an odd last row or column is left out. The camera is scaled
-// likewise. Both sides must be at least 2 px. Only the gray image is made.
+// in the same way. Both sides must be at least 2 px. Only the gray image is made.
 View HalveView(const View& view);
 
 }  // namespace veduta

@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-// A gain for every photo that has none yet, and the colours of every tile whose surface, photos or
+// One gain for every photo that has none, and the colours of every tile whose surface, photos or
 // occluders changed.
 #include <algorithm>
 #include <string>
 
-#include "fusion/pass/pass.h"
 #include "fusion/pass/range_images.h"
+#include "fusion/pass/stage.h"
 #include "fusion/pass/tile_parts.h"
 #include "fusion/pass/view_loader.h"
 #include "fusion/surface/color_view.h"
@@ -13,11 +13,13 @@
 #include "fusion/surface/ray_tile_cache.h"
 #include "fusion/surface/tiles_between.h"
 #include "fusion/surface/vertex_color.h"
+#include "storage/base/lru_cache.h"
 #include "storage/base/stopwatch.h"
 
 namespace veduta {
 namespace {
 
+// Chosen by hand; not measured.
 constexpr size_t kColorViewsKept = 48;
 constexpr size_t kRayTilesBytesMax = 512ull << 20;
 
@@ -29,39 +31,36 @@ struct ColorSource {
 };
 
 // Images of this reconstruction that have a depth map.
-Result<std::map<ImageId, DepthRecord>> LoadDepths(const Pass& pass) {
+Result<std::map<ImageId, DepthRecord>> LoadDepths(const DensePass& pass) {
   std::map<ImageId, DepthRecord> depths;
-  VEDUTA_RETURN_IF_ERROR(
-      pass.database.GetSnapshot()->dense().ScanDepths([&](const DepthRecord& depth) {
-        if (depth.reconstruction == pass.scene.reconstruction.id) depths[depth.image] = depth;
-        return true;
-      }));
+  VEDUTA_RETURN_IF_ERROR(pass.GetSnapshot()->dense().ScanDepths([&](const DepthRecord& depth) {
+    const bool is_in_scene = pass.scene().images.contains(depth.image);
+    if (depth.reconstruction == pass.reconstruction() && is_in_scene) depths[depth.image] = depth;
+    return true;
+  }));
   return depths;
 }
 
-bool HasGain(const DepthRecord& depth) {
-  return depth.gain[0] > 0;
-}
-
-// What photos say about the points that those without a gain see.
-Result<std::vector<ColorObservation>> Observe(const Pass& pass,
-                                              const std::map<ImageId, DepthRecord>& depths) {
-  std::vector<uint8_t> wanted(pass.scene.points.size());
+// What photos say about the points that those without a gain (not in `fixed`) see.
+Result<std::vector<ColorObservation>> Observe(const DensePass& pass,
+                                              const std::map<ImageId, DepthRecord>& depths,
+                                              const std::map<ImageId, Eigen::Vector3f>& fixed) {
+  const Scene& scene = pass.scene();
+  std::vector<uint8_t> wanted(scene.points.size());
   for (const auto& [id, depth] : depths) {
-    if (HasGain(depth)) continue;
-    for (const SceneObservation& o : pass.scene.images.at(id).observations) wanted[o.point] = 1;
+    if (fixed.contains(id)) continue;
+    for (const SceneObservation& o : scene.images.at(id).observations) wanted[o.point] = 1;
   }
-  const auto snapshot = pass.database.GetSnapshot();
+  const auto snapshot = pass.GetSnapshot();
   std::vector<ColorObservation> observations;
   for (const auto& [id, depth] : depths) {
-    const SceneImage& image = pass.scene.images.at(id);
+    const SceneImage& image = scene.images.at(id);
     const auto is_wanted = [&](const SceneObservation& o) { return wanted[o.point] != 0; };
     if (std::ranges::none_of(image.observations, is_wanted)) continue;
     VEDUTA_ASSIGN_OR_RETURN(const Features features, snapshot->GetFeatures(image.record.photo));
     for (const SceneObservation& o : image.observations) {
       if (!is_wanted(o) || o.feature >= features.size()) continue;
-      observations.push_back(
-          {id, pass.scene.points[o.point].id, features.keypoints[o.feature].rgb});
+      observations.push_back({id, scene.points[o.point].id, features.keypoints[o.feature].rgb});
     }
   }
   return observations;
@@ -69,12 +68,12 @@ Result<std::vector<ColorObservation>> Observe(const Pass& pass,
 
 class ColorStage final {
  public:
-  explicit ColorStage(const Pass& pass)
-      : pass_(pass),
-        snapshot_(pass.database.GetSnapshot()),
-        loader_(snapshot_, pass.settings.depth_side_px, /*view_count_max=*/1) {
-    coloring_.voxel_size = pass.settings.voxel_size;
-  }
+  ColorStage(const ColorStageOptions& options, DensePass* pass)
+      : options_(options),
+        coloring_(options.coloring),
+        pass_(*pass),
+        snapshot_(pass->GetSnapshot()),
+        loader_(snapshot_, options.side_px, /*view_count_max=*/1) {}
 
   Result<StageCount> Run() {
     VEDUTA_ASSIGN_OR_RETURN(const auto depths, LoadDepths(pass_));
@@ -84,14 +83,14 @@ class ColorStage final {
       sources_[id] = {GeometryOf(checked), depth.gain};
     }
     VEDUTA_ASSIGN_OR_RETURN(const TileRecords tiles,
-                            LoadTileRecords(*snapshot_, pass_.scene.reconstruction.id));
-    const double side = kTileSide * pass_.settings.voxel_size;
+                            LoadTileRecords(*snapshot_, pass_.reconstruction()));
+    const double side = kTileSide * coloring_.voxel_size;
     for (const auto& [place, tile] : tiles) {
       if (tile.triangle_count == 0) continue;
       tiles_.push_back(tile);
       const Eigen::Vector3d low = Eigen::Vector3d(place.x, place.y, place.z) * side;
       // Cells reach over to the first voxels of the next tile.
-      boxes_.emplace_back(low, low + Eigen::Vector3d::Constant(side + pass_.settings.voxel_size));
+      boxes_.emplace_back(low, low + Eigen::Vector3d::Constant(side + coloring_.voxel_size));
     }
     VEDUTA_ASSIGN_OR_RETURN(ray_device_, RayDevice::Open());
     RayTileCache rays(
@@ -117,15 +116,15 @@ class ColorStage final {
     for (const auto& [id, source] : sources_) {
       const double far =
           coloring_.voxels_per_pixel_max * coloring_.voxel_size * source.geometry.camera.fx;
-      if (MaySeeTile(source.geometry, far, tiles_[tile].place, pass_.grid())) views.push_back(id);
+      if (MaySeeTile(source.geometry, far, tiles_[tile].place, options_.grid)) views.push_back(id);
     }
     return views;
   }
 
   uint64_t VersionOfColors(size_t tile, std::span<const ImageId> views,
                            std::span<const uint32_t> between) const {
-    VersionFeed feed("colors");
-    feed << tiles_[tile].mesh_version << pass_.settings.depth_side_px;
+    VersionFeed feed(options_);
+    feed << tiles_[tile].mesh_version;
     for (const ImageId id : views) {
       feed << id << sources_.at(id).geometry.cam_from_world;
       for (const float gain : sources_.at(id).gain) feed << gain;
@@ -136,38 +135,33 @@ class ColorStage final {
   }
 
   Result<std::shared_ptr<const ColorView>> GetView(ImageId id) {
-    for (auto it = views_.begin(); it != views_.end(); ++it) {
-      if ((*it)->image() != id) continue;
-      views_.splice(views_.begin(), views_, it);
-      return views_.front();
-    }
-    VEDUTA_ASSIGN_OR_RETURN(const std::shared_ptr<const View> view,
-                            loader_.Load(pass_.scene.images.at(id)));
-    const std::array<float, 3>& gain = sources_.at(id).gain;
-    View placed = *view;
-    placed.geometry.cam_from_world = sources_.at(id).geometry.cam_from_world;
-    VEDUTA_ASSIGN_OR_RETURN(ColorView made,
-                            ColorView::Make(placed, Eigen::Vector3f(gain[0], gain[1], gain[2])));
-    views_.push_front(std::make_shared<const ColorView>(std::move(made)));
-    if (views_.size() > kColorViewsKept) views_.pop_back();
-    return views_.front();
+    const auto make = [&]() -> Result<std::shared_ptr<const ColorView>> {
+      VEDUTA_ASSIGN_OR_RETURN(const std::shared_ptr<const View> view,
+                              loader_.Load(pass_.scene().images.at(id)));
+      const std::array<float, 3>& gain = sources_.at(id).gain;
+      View placed = *view;
+      placed.geometry.cam_from_world = sources_.at(id).geometry.cam_from_world;
+      VEDUTA_ASSIGN_OR_RETURN(ColorView made,
+                              ColorView::Make(placed, Eigen::Vector3f(gain[0], gain[1], gain[2])));
+      return std::make_shared<const ColorView>(std::move(made));
+    };
+    return views_.GetOrMake(id.value, make, [](const auto&) { return uint64_t{1}; });
   }
 
-  Status Update(size_t tile, RayTileCache* rays) {
-    const std::vector<ImageId> views = ViewsOf(tile);
+  // The tiles that may stand between a tile and the photos that may see it.
+  std::vector<uint32_t> TilesAround(size_t tile, std::span<const ImageId> views) const {
+    if (views.empty()) return {static_cast<uint32_t>(tile)};
     std::vector<Eigen::Vector3d> centers;
     for (const ImageId id : views)
       centers.push_back(sources_.at(id).geometry.cam_from_world.Center());
     Eigen::AlignedBox3d around = boxes_[tile];
     around.min().array() -= ColoringReach(coloring_);
     around.max().array() += ColoringReach(coloring_);
-    std::vector<uint32_t> between = TilesBetween(boxes_, around, centers);
-    if (views.empty()) between = {static_cast<uint32_t>(tile)};
-    const uint64_t version = VersionOfColors(tile, views, between);
-    if (tiles_[tile].color_version == version) {
-      ++count_.kept;
-      return Status::Ok();
-    }
+    return TilesBetween(boxes_, around, centers);
+  }
+
+  Result<VertexColors> Color(size_t tile, std::span<const ImageId> views,
+                             std::span<const uint32_t> between, RayTileCache* rays) {
     std::vector<std::shared_ptr<const ColorView>> held;
     std::vector<const ColorView*> used;
     for (const ImageId id : views) {
@@ -182,63 +176,83 @@ class ColorStage final {
     }
     VEDUTA_ASSIGN_OR_RETURN(const auto scene, RayScene::Make(ray_device_, std::move(scene_tiles)));
     VEDUTA_ASSIGN_OR_RETURN(const auto own, rays->Get(tile));
-    VEDUTA_ASSIGN_OR_RETURN(const VertexColors colors,
-                            ColorVertices(own->mesh(), *scene, used, coloring_, pass_.pool));
-    TileRecord record = tiles_[tile];
-    record.color_version = version;
-    const auto transaction = pass_.database.BeginTransaction();
-    transaction->dense().PutSurface(
-        SurfacePart::kColors, record.reconstruction, record.place,
-        SerializeColors(record.mesh_version, colors.colors, colors.view_counts));
-    transaction->dense().PutTile(record);
-    ++count_.computed;
-    return transaction->Commit();
+    return ColorVertices(own->mesh(), *scene, used, coloring_, pass_.pool());
   }
 
-  const Pass& pass_;
+  Status Update(size_t tile, RayTileCache* rays) {
+    const std::vector<ImageId> views = ViewsOf(tile);
+    const std::vector<uint32_t> between = TilesAround(tile, views);
+    const uint64_t version = VersionOfColors(tile, views, between);
+    if (tiles_[tile].color_version == version) {
+      ++count_.kept;
+      return Status::Ok();
+    }
+    VEDUTA_ASSIGN_OR_RETURN(const VertexColors colors, Color(tile, views, between, rays));
+    TileRecord record = tiles_[tile];
+    record.color_version = version;
+    const std::vector<uint8_t> bytes =
+        SerializeColors(record.mesh_version, colors.colors, colors.view_counts);
+    ++count_.computed;
+    return pass_.Commit([&](const Snapshot&, Transaction* transaction) {
+      transaction->dense().PutSurface(SurfacePart::kColors, record.reconstruction, record.place,
+                                      bytes);
+      transaction->dense().PutTile(record);
+      return Status::Ok();
+    });
+  }
+
+  const ColorStageOptions& options_;
+  const ColoringOptions& coloring_;
+  DensePass& pass_;
   const std::shared_ptr<const Snapshot> snapshot_;  // meshes do not change in this stage
   ViewLoader loader_;
-  ColoringOptions coloring_;
   std::map<ImageId, ColorSource> sources_;
   std::vector<TileRecord> tiles_;  // those with triangles; ascending places
   std::vector<Eigen::AlignedBox3d> boxes_;
   std::shared_ptr<const RayDevice> ray_device_;
-  std::list<std::shared_ptr<const ColorView>> views_;  // newest first
+  LruCache<uint32_t, std::shared_ptr<const ColorView>> views_{kColorViewsKept};  // by image
   StageCount count_;
 };
 
 }  // namespace
 
-Result<StageCount> UpdateExposures(const Pass& pass) {
+Result<StageCount> UpdateExposures(const ExposureStageOptions& options, DensePass* pass) {
   Stopwatch watch;
   StageCount count;
-  VEDUTA_RETURN_IF_ERROR(pass.Tell("exposures", 0, 1));
-  VEDUTA_ASSIGN_OR_RETURN(auto depths, LoadDepths(pass));
+  VEDUTA_RETURN_IF_ERROR(pass->Tell("exposures", 0, 1));
+  VEDUTA_ASSIGN_OR_RETURN(auto depths, LoadDepths(*pass));
+  // A gain stays once it is known, so that colours do not change with every photo that is added:
+  // its version names no photo.
+  const uint64_t version = VersionFeed(options).Version();
   std::map<ImageId, Eigen::Vector3f> fixed;
   for (const auto& [id, depth] : depths) {
-    if (HasGain(depth)) fixed[id] = Eigen::Vector3f(depth.gain[0], depth.gain[1], depth.gain[2]);
+    if (depth.gain[0] > 0 && depth.exposure_version == version)
+      fixed[id] = Eigen::Vector3f(depth.gain[0], depth.gain[1], depth.gain[2]);
   }
   count.kept = fixed.size();
   if (fixed.size() == depths.size()) return count;
-  VEDUTA_ASSIGN_OR_RETURN(const std::vector<ColorObservation> observations, Observe(pass, depths));
-  VEDUTA_ASSIGN_OR_RETURN(const auto gains, SolveExposures(observations, fixed, ExposureOptions()));
-  const auto transaction = pass.database.BeginTransaction();
-  for (auto& [id, depth] : depths) {
-    if (HasGain(depth)) continue;
-    const auto found = gains.find(id);
-    const Eigen::Vector3f gain = found == gains.end() ? Eigen::Vector3f::Ones() : found->second;
-    depth.gain = {gain.x(), gain.y(), gain.z()};
-    transaction->dense().PutDepth(depth);
-    ++count.computed;
-  }
-  VEDUTA_RETURN_IF_ERROR(transaction->Commit());
+  VEDUTA_ASSIGN_OR_RETURN(const std::vector<ColorObservation> observations,
+                          Observe(*pass, depths, fixed));
+  VEDUTA_ASSIGN_OR_RETURN(const auto gains, SolveExposures(observations, fixed, options.exposure));
+  VEDUTA_RETURN_IF_ERROR(pass->Commit([&](const Snapshot&, Transaction* transaction) {
+    for (auto& [id, depth] : depths) {
+      if (fixed.contains(id)) continue;
+      const auto found = gains.find(id);
+      const Eigen::Vector3f gain = found == gains.end() ? Eigen::Vector3f::Ones() : found->second;
+      depth.gain = {gain.x(), gain.y(), gain.z()};
+      depth.exposure_version = version;
+      transaction->dense().PutDepth(depth);
+      ++count.computed;
+    }
+    return Status::Ok();
+  }));
   count.ms = watch.LapMs();
   return count;
 }
 
-Result<StageCount> ColorTiles(const Pass& pass) {
+Result<StageCount> ColorTiles(const ColorStageOptions& options, DensePass* pass) {
   Stopwatch watch;
-  VEDUTA_ASSIGN_OR_RETURN(StageCount count, ColorStage(pass).Run());
+  VEDUTA_ASSIGN_OR_RETURN(StageCount count, ColorStage(options, pass).Run());
   count.ms = watch.LapMs();
   return count;
 }

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
-// Checks every invariant of what the offline pass stores.
+// Checks every invariant of what the dense pass stores.
 
 #include <string>
 #include <vector>

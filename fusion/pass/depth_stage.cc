@@ -7,43 +7,47 @@
 #include "engine/photo/image_features.h"
 #include "fusion/depth/depth_codes.h"
 #include "fusion/pass/movement.h"
-#include "fusion/pass/pass.h"
+#include "fusion/pass/stage.h"
 #include "fusion/pass/view_loader.h"
 #include "storage/base/stopwatch.h"
 
 namespace veduta {
 namespace {
 
-constexpr size_t kViewsKept = 16;
+constexpr size_t kViewsKept = 16;  // chosen by hand; not measured: a key view and its neighbours
 
 class DepthStage final {
  public:
-  DepthStage(const Pass& pass, std::vector<PassedOver>* without_depth)
-      : pass_(pass),
+  DepthStage(const DepthStageOptions& options, const MovementTolerance& tolerance, DensePass* pass,
+             std::vector<PassedOver>* without_depth)
+      : options_(options),
+        tolerance_(tolerance),
+        pass_(*pass),
         without_depth_(without_depth),
-        loader_(pass.database.GetSnapshot(), pass.settings.depth_side_px, kViewsKept) {
-    for (const auto& [id, image] : pass.scene.images) centers_[id] = image.cam_from_world.Center();
+        loader_(pass->GetSnapshot(), options.side_px, kViewsKept) {
+    for (const auto& [id, image] : pass->scene().images)
+      centers_[id] = image.cam_from_world.Center();
   }
 
   Result<StageCount> Run() {
     size_t done = 0;
-    for (const auto& [id, image] : pass_.scene.images) {
-      VEDUTA_RETURN_IF_ERROR(pass_.Tell("depth maps", done++, pass_.scene.images.size()));
+    for (const auto& [id, image] : pass_.scene().images) {
+      VEDUTA_RETURN_IF_ERROR(pass_.Tell("depth maps", done++, pass_.scene().images.size()));
       VEDUTA_RETURN_IF_ERROR(Update(image));
     }
-    VEDUTA_RETURN_IF_ERROR(pass_.Tell("depth maps", done, pass_.scene.images.size()));
+    VEDUTA_RETURN_IF_ERROR(pass_.Tell("depth maps", done, pass_.scene().images.size()));
     return count_;
   }
 
  private:
   // Of what a depth map is made from, as its record says it; 0 when a view that it names is gone.
   uint64_t VersionOfDepth(const DepthRecord& depth) const {
-    VersionFeed feed("depth");
-    feed << pass_.options.depth_margin << depth.width_px << depth.height_px << depth.fx << depth.fy
-         << depth.cx << depth.cy << depth.cam_from_world << depth.depth_near << depth.depth_far;
+    VersionFeed feed(options_);
+    feed << depth.width_px << depth.height_px << depth.fx << depth.fy << depth.cx << depth.cy
+         << depth.cam_from_world << depth.depth_near << depth.depth_far;
     const auto add = [&](ImageId id) {
-      const auto found = pass_.scene.images.find(id);
-      if (found == pass_.scene.images.end()) return false;
+      const auto found = pass_.scene().images.find(id);
+      if (found == pass_.scene().images.end()) return false;
       const CameraModel& m = found->second.camera;
       feed << found->second.record.photo << m.fx << m.fy << m.cx << m.cy << m.k1 << m.k2 << m.u0
            << m.v0;
@@ -60,20 +64,19 @@ class DepthStage final {
   // Whether the stored map may stay: made by this program with these settings, from views that have
   // hardly moved since against each other.
   bool IsCurrent(const DepthRecord& depth, const SceneImage& image) const {
-    const ViewGeometry geometry = ViewGeometryOf(image, pass_.settings.depth_side_px);
-    if (depth.reconstruction != pass_.scene.reconstruction.id ||
-        depth.version != VersionOfDepth(depth))
+    const ViewGeometry geometry = ViewGeometryOf(image, options_.side_px);
+    if (depth.reconstruction != pass_.reconstruction() || depth.version != VersionOfDepth(depth))
       return false;
     if (depth.width_px != geometry.width_px || depth.height_px != geometry.height_px) return false;
-    if (depth.sensors.size() != pass_.settings.sensor_count)
+    if (depth.sensors.size() != options_.sensor_count)
       return false;  // fewer: there may be more by now
     for (const SensorPose& sensor : depth.sensors) {
-      const SceneImage& other = pass_.scene.images.at(sensor.image);
+      const SceneImage& other = pass_.scene().images.at(sensor.image);
       const Rigid3 now = other.cam_from_world * image.cam_from_world.Inverse();
       const Rigid3 then = sensor.cam_from_world * depth.cam_from_world.Inverse();
-      const ViewGeometry seen_by = ViewGeometryOf(other, pass_.settings.depth_side_px);
-      if (MovedPx(PointsInCamera(pass_.scene, image), seen_by.camera, then, now) >
-          pass_.options.moved_px_max) {
+      const ViewGeometry seen_by = ViewGeometryOf(other, options_.side_px);
+      if (MovedPx(PointsInCamera(pass_.scene(), image), seen_by.camera, then, now) >
+          tolerance_.moved_px_max) {
         return false;
       }
     }
@@ -92,10 +95,10 @@ class DepthStage final {
         return Status::Corruption("image " + image.record.name +
                                   " observes by a feature that it does not have");
       }
-      const ScenePoint& point = pass_.scene.points[o.point];
+      const ScenePoint& point = pass_.scene().points[o.point];
       key.points.push_back({key.features[o.feature], point.position, point.track});
     }
-    return RankSensorViews(key, centers_, SensorViewOptions());
+    return RankSensorViews(key, centers_, options_.sensor_views);
   }
 
   // What the map would be made from; without sensors, and with the reason, where there is nothing
@@ -103,18 +106,18 @@ class DepthStage final {
   Result<DepthRecord> Plan(const SceneImage& image, std::string* reason) {
     DepthRecord plan;
     plan.image = image.record.id;
-    plan.reconstruction = pass_.scene.reconstruction.id;
-    plan.geometry_version = pass_.scene.reconstruction.geometry_version;
+    plan.reconstruction = pass_.reconstruction();
+    plan.geometry_version = pass_.scene().reconstruction.geometry_version;
     plan.cam_from_world = image.cam_from_world;
-    const ViewGeometry geometry = ViewGeometryOf(image, pass_.settings.depth_side_px);
+    const ViewGeometry geometry = ViewGeometryOf(image, options_.side_px);
     plan.width_px = geometry.width_px, plan.height_px = geometry.height_px;
     plan.fx = geometry.camera.fx, plan.fy = geometry.camera.fy;
     plan.cx = geometry.camera.cx, plan.cy = geometry.camera.cy;
     std::vector<double> depths;
     for (const SceneObservation& o : image.observations) {
-      depths.push_back((image.cam_from_world * pass_.scene.points[o.point].position).z());
+      depths.push_back((image.cam_from_world * pass_.scene().points[o.point].position).z());
     }
-    const Result<DepthRange> range = DepthRangeOf(std::move(depths), pass_.options.depth_margin);
+    const Result<DepthRange> range = DepthRangeOf(std::move(depths), options_.depth_margin);
     if (!range.ok()) {
       *reason = range.status().message();
       return plan;
@@ -122,8 +125,8 @@ class DepthStage final {
     plan.depth_near = range->near, plan.depth_far = range->far;
     VEDUTA_ASSIGN_OR_RETURN(const std::vector<SensorView> views, Rank(image));
     for (const SensorView& view : views) {
-      if (plan.sensors.size() == pass_.settings.sensor_count) break;
-      plan.sensors.push_back({view.image, pass_.scene.images.at(view.image).cam_from_world});
+      if (plan.sensors.size() == options_.sensor_count) break;
+      plan.sensors.push_back({view.image, pass_.scene().images.at(view.image).cam_from_world});
     }
     if (plan.sensors.empty()) *reason = "no other photo overlaps enough";
     if (!plan.sensors.empty()) plan.version = VersionOfDepth(plan);
@@ -132,7 +135,7 @@ class DepthStage final {
 
   Status Update(const SceneImage& image) {
     VEDUTA_ASSIGN_OR_RETURN(const std::optional<DepthRecord> stored,
-                            pass_.database.GetSnapshot()->dense().FindDepth(image.record.id));
+                            pass_.GetSnapshot()->dense().FindDepth(image.record.id));
     if (stored && IsCurrent(*stored, image)) {
       ++count_.kept;
       return Status::Ok();
@@ -148,6 +151,7 @@ class DepthStage final {
     if (stored && stored->reconstruction == plan.reconstruction) {
       plan.checked_version = stored->checked_version;
       plan.gain = stored->gain;
+      plan.exposure_version = stored->exposure_version;
     }
     return Make(image, std::move(plan), stored.has_value());
   }
@@ -155,10 +159,11 @@ class DepthStage final {
   Status PassOver(const SceneImage& image, const std::string& reason, bool is_stored) {
     without_depth_->push_back({image.record.id, image.record.name, reason});
     if (!is_stored) return Status::Ok();
-    const auto transaction = pass_.database.BeginTransaction();
-    transaction->dense().DeleteDepth(image.record.id);
     ++count_.removed;
-    return transaction->Commit();
+    return pass_.Commit([&](const Snapshot&, Transaction* transaction) {
+      transaction->dense().DeleteDepth(image.record.id);
+      return Status::Ok();
+    });
   }
 
   Status Make(const SceneImage& image, DepthRecord plan, bool is_stored) {
@@ -166,12 +171,12 @@ class DepthStage final {
     std::vector<View> sensors;
     for (const SensorPose& sensor : plan.sensors) {
       VEDUTA_ASSIGN_OR_RETURN(const std::shared_ptr<const View> view,
-                              loader_.Load(pass_.scene.images.at(sensor.image)));
+                              loader_.Load(pass_.scene().images.at(sensor.image)));
       sensors.push_back(*view);
     }
     const DepthRange range{plan.depth_near, plan.depth_far};
     const Result<DepthMap> map =
-        EstimateDepth(*key, sensors, range, DepthOptions(), pass_.device, pass_.pool);
+        EstimateDepth(*key, sensors, range, options_.estimation, pass_.device(), pass_.pool());
     // A view that nothing can be made of must not keep the city from its surface.
     if (map.status().code() == StatusCode::kInvalidArgument)
       return PassOver(image, map.status().message(), is_stored);
@@ -179,16 +184,19 @@ class DepthStage final {
     const DepthPixels pixels = EncodeDepth(*map, range);
     plan.known_count = static_cast<uint32_t>(
         std::ranges::count_if(pixels.codes, [](uint16_t code) { return code != 0; }));
-    const auto transaction = pass_.database.BeginTransaction();
-    transaction->dense().PutDepth(plan);
-    transaction->dense().PutDepthPixels(plan.image, pixels);
-    VEDUTA_RETURN_IF_ERROR(transaction->Commit());
+    VEDUTA_RETURN_IF_ERROR(pass_.Commit([&](const Snapshot&, Transaction* transaction) {
+      transaction->dense().PutDepth(plan);
+      transaction->dense().PutDepthPixels(plan.image, pixels);
+      return Status::Ok();
+    }));
     ++count_.computed;
     count_.units += plan.known_count;
     return Status::Ok();
   }
 
-  const Pass& pass_;
+  const DepthStageOptions& options_;
+  const MovementTolerance& tolerance_;
+  DensePass& pass_;
   std::vector<PassedOver>* const without_depth_;
   ViewLoader loader_;
   std::map<ImageId, Eigen::Vector3d> centers_;
@@ -197,9 +205,12 @@ class DepthStage final {
 
 }  // namespace
 
-Result<StageCount> UpdateDepths(const Pass& pass, std::vector<PassedOver>* without_depth) {
+Result<StageCount> UpdateDepths(const DepthStageOptions& options,
+                                const MovementTolerance& tolerance, DensePass* pass,
+                                std::vector<PassedOver>* without_depth) {
   Stopwatch watch;
-  VEDUTA_ASSIGN_OR_RETURN(StageCount count, DepthStage(pass, without_depth).Run());
+  VEDUTA_ASSIGN_OR_RETURN(StageCount count,
+                          DepthStage(options, tolerance, pass, without_depth).Run());
   count.ms = watch.LapMs();
   return count;
 }

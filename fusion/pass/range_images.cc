@@ -32,20 +32,16 @@ bool MaySeeTile(const ViewGeometry& view, double far, GridPlace tile, const Volu
 }
 
 Result<std::shared_ptr<const RangeImage>> RangeImages::Get(ImageId image, uint64_t version) {
-  for (auto it = entries_.begin(); it != entries_.end(); ++it) {
-    if (it->image != image || it->version != version) continue;
-    entries_.splice(entries_.begin(), entries_, it);
-    return entries_.front().value;
-  }
-  const DenseReader& dense = snapshot_->dense();
-  VEDUTA_ASSIGN_OR_RETURN(const CheckedDepthRecord depth, dense.GetCheckedDepth(image, version));
-  VEDUTA_ASSIGN_OR_RETURN(const DepthPixels pixels, dense.GetCheckedDepthPixels(image, version));
-  VEDUTA_ASSIGN_OR_RETURN(const DepthMap map, DecodeDepth(pixels, depth.width_px, depth.height_px,
-                                                          {depth.depth_near, depth.depth_far}));
-  VEDUTA_ASSIGN_OR_RETURN(RangeImage range_image, RangeImage::Make(map, GeometryOf(depth)));
-  entries_.push_front({image, version, std::make_shared<const RangeImage>(std::move(range_image))});
-  if (entries_.size() > image_count_max_) entries_.pop_back();
-  return entries_.front().value;
+  const auto load = [&]() -> Result<std::shared_ptr<const RangeImage>> {
+    const DenseReader& dense = snapshot_->dense();
+    VEDUTA_ASSIGN_OR_RETURN(const CheckedDepthRecord depth, dense.GetCheckedDepth(image, version));
+    VEDUTA_ASSIGN_OR_RETURN(const DepthPixels pixels, dense.GetCheckedDepthPixels(image, version));
+    VEDUTA_ASSIGN_OR_RETURN(const DepthMap map, DecodeDepth(pixels, depth.width_px, depth.height_px,
+                                                            {depth.depth_near, depth.depth_far}));
+    VEDUTA_ASSIGN_OR_RETURN(RangeImage made, RangeImage::Make(map, GeometryOf(depth)));
+    return std::make_shared<const RangeImage>(std::move(made));
+  };
+  return images_.GetOrMake(version, load, [](const auto&) { return uint64_t{1}; });
 }
 
 }  // namespace veduta

@@ -2,10 +2,11 @@
 #pragma once
 // Checked depth maps from the database, ready for fusion.
 
-#include <list>
 #include <memory>
+#include <utility>
 
 #include "fusion/volume/range_image.h"
+#include "storage/base/lru_cache.h"
 #include "storage/database.h"
 
 namespace veduta {
@@ -16,25 +17,19 @@ ViewGeometry GeometryOf(const CheckedDepthRecord& depth);
 // truncation. Conservative, by the tile's bounding sphere.
 bool MaySeeTile(const ViewGeometry& view, double far, GridPlace tile, const VolumeGrid& grid);
 
-// Not thread-safe; the images are. Keeps those last asked for.
+// Keeps the images that were asked for last. Thread-safe.
 class RangeImages final {
  public:
-  // 9 bytes a pixel for each of at most image_count_max >= 1.
+  // 9 bytes for each pixel of at most image_count_max >= 1 images.
   RangeImages(std::shared_ptr<const Snapshot> snapshot, size_t image_count_max)
-      : snapshot_(std::move(snapshot)), image_count_max_(image_count_max) {}
+      : snapshot_(std::move(snapshot)), images_(image_count_max) {}
 
   Result<std::shared_ptr<const RangeImage>> Get(ImageId image, uint64_t version);
 
  private:
-  struct Entry {
-    ImageId image;
-    uint64_t version;
-    std::shared_ptr<const RangeImage> value;
-  };
-
   const std::shared_ptr<const Snapshot> snapshot_;
-  const size_t image_count_max_;
-  std::list<Entry> entries_;  // newest first
+  // By version, which is a hash of all that the map was made from.
+  LruCache<uint64_t, std::shared_ptr<const RangeImage>> images_;
 };
 
 }  // namespace veduta

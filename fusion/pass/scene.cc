@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "fusion/pass/scene.h"
 
+#include <algorithm>
 #include <string>
 
 namespace veduta {
@@ -43,6 +44,15 @@ Result<Scene> LoadScene(const Snapshot& snapshot, ReconstructionId reconstructio
         return true;
       }));
   return scene;
+}
+
+Result<std::vector<ReconstructionRecord>> LivingReconstructions(const Snapshot& snapshot) {
+  VEDUTA_ASSIGN_OR_RETURN(std::vector<ReconstructionRecord> records,
+                          snapshot.ListReconstructions());
+  std::erase_if(records, [](const ReconstructionRecord& r) { return r.merged_into.valid(); });
+  std::ranges::stable_sort(
+      records, [](const auto& a, const auto& b) { return a.image_count > b.image_count; });
+  return records;
 }
 
 }  // namespace veduta

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
-// One reconstruction's photos, poses and points in memory, as the offline pass reads them.
+// One reconstruction's photos, poses and points in memory, as the dense pass reads them.
 
 #include <map>
 #include <vector>
@@ -36,5 +36,8 @@ struct Scene {
 // kNotFound when there is no such reconstruction; kInvalidArgument, naming the other, when it was
 // merged into another. Some 100 bytes a point and 8 an observation.
 Result<Scene> LoadScene(const Snapshot& snapshot, ReconstructionId reconstruction);
+
+// The reconstructions that were not merged into others, largest first (ties: lower id).
+Result<std::vector<ReconstructionRecord>> LivingReconstructions(const Snapshot& snapshot);
 
 }  // namespace veduta

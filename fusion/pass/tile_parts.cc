@@ -12,8 +12,8 @@ constexpr size_t kColorRow = 4;  // r, g, b, views
 // Calls visit(block) on the allocated blocks in reach of a tile, ascending, until it fails.
 template <typename Visit>
 Status VisitReach(const TileRecords& tiles, GridPlace place, Visit&& visit) {
-  for (const BlockIndex& block : BlocksInReach(TileAt(place))) {
-    const auto tile = tiles.find(PlaceOf(TileOf(block)));
+  for (const GridPlace& block : BlocksInReach(place)) {
+    const auto tile = tiles.find(TileOf(block));
     if (tile == tiles.end() || !(tile->second.blocks >> NumberInTile(block) & 1)) continue;
     VEDUTA_RETURN_IF_ERROR(visit(block, tile->second));
   }
@@ -38,8 +38,8 @@ Result<SolvedTile> ParseSolution(std::span<const uint8_t> bytes) {
 
 }  // namespace
 
-uint8_t NumberInTile(const BlockIndex& block) {
-  const BlockIndex first = FirstBlock(TileOf(block));
+uint8_t NumberInTile(const GridPlace& block) {
+  const GridPlace first = FirstBlock(TileOf(block));
   return static_cast<uint8_t>(block.x - first.x + 4 * (block.y - first.y) +
                               16 * (block.z - first.z));
 }
@@ -57,7 +57,7 @@ Result<std::vector<HistogramAt>> LoadHistograms(const Snapshot& snapshot, const 
                                                 GridPlace tile) {
   std::vector<HistogramAt> blocks;
   VEDUTA_RETURN_IF_ERROR(
-      VisitReach(tiles, tile, [&](const BlockIndex& block, const TileRecord& owner) -> Status {
+      VisitReach(tiles, tile, [&](const GridPlace& block, const TileRecord& owner) -> Status {
         VEDUTA_ASSIGN_OR_RETURN(const PinnedBytes bytes,
                                 snapshot.dense().GetVolumeBlock(owner.reconstruction, owner.place,
                                                                 NumberInTile(block)));
@@ -74,7 +74,7 @@ Result<std::vector<SolvedBlock>> LoadSolutions(const Snapshot& snapshot, const T
   std::map<GridPlace, SolvedTile> solved;
   std::vector<SolvedBlock> blocks;
   VEDUTA_RETURN_IF_ERROR(
-      VisitReach(tiles, tile, [&](const BlockIndex& block, const TileRecord& owner) -> Status {
+      VisitReach(tiles, tile, [&](const GridPlace& block, const TileRecord& owner) -> Status {
         const bool is_last = part == SurfacePart::kSolution;
         if ((is_last ? owner.solution_version : owner.first_round_version) == 0)
           return Status::Ok();

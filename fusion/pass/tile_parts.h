@@ -14,14 +14,8 @@
 
 namespace veduta {
 
-inline GridPlace PlaceOf(const TileIndex& tile) {
-  return {tile.x, tile.y, tile.z};
-}
-inline TileIndex TileAt(GridPlace place) {
-  return {place.x, place.y, place.z};
-}
 // The number of a block in its tile, as in storage/dense.h.
-uint8_t NumberInTile(const BlockIndex& block);
+uint8_t NumberInTile(const GridPlace& block);
 
 // The records of a reconstruction's tiles, by place.
 using TileRecords = std::map<GridPlace, TileRecord>;
@@ -29,7 +23,7 @@ Result<TileRecords> LoadTileRecords(const Snapshot& snapshot, ReconstructionId r
 
 // Histograms of all allocated blocks that solving the tile reads, ascending.
 struct HistogramAt {
-  BlockIndex index;
+  GridPlace index;
   std::unique_ptr<HistogramBlock> histogram;
 };
 Result<std::vector<HistogramAt>> LoadHistograms(const Snapshot& snapshot, const TileRecords& tiles,

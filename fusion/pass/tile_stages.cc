@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <string>
 
-#include "fusion/pass/pass.h"
+#include "fusion/pass/stage.h"
 #include "fusion/pass/tile_parts.h"
 #include "fusion/volume/solver.h"
 #include "storage/base/stopwatch.h"
@@ -14,10 +14,11 @@ namespace {
 
 // Of a tile's part that is made from the same part, named by `version_of`, of the 27 tiles around
 // and with it.
-template <typename VersionOfPart>
-uint64_t VersionAround(const std::string& stage, const TileRecords& tiles, GridPlace place,
-                       VersionOfPart&& version_of) {
-  VersionFeed feed(stage);
+template <typename StageOptions, typename VersionOfPart>
+uint64_t VersionAround(const StageOptions& options, const std::string& part,
+                       const TileRecords& tiles, GridPlace place, VersionOfPart&& version_of) {
+  VersionFeed feed(options);
+  feed << part;
   for (int32_t x = place.x - 1; x <= place.x + 1; ++x) {
     for (int32_t y = place.y - 1; y <= place.y + 1; ++y) {
       for (int32_t z = place.z - 1; z <= place.z + 1; ++z) {
@@ -43,9 +44,9 @@ constexpr Round kFirstRound = {"first round", SurfacePart::kSolution, SurfacePar
 constexpr Round kSecondRound = {"solution", SurfacePart::kFirstRound, SurfacePart::kSolution,
                                 &TileRecord::first_round_version, &TileRecord::solution_version};
 
-Status Solve(const Pass& pass, const Round& round, const TileRecords& tiles,
-             const TileRecord& tile) {
-  const auto snapshot = pass.database.GetSnapshot();
+Status Solve(const FusionStageOptions& options, const Round& round, const TileRecords& tiles,
+             const TileRecord& tile, DensePass* pass) {
+  const auto snapshot = pass->GetSnapshot();
   VEDUTA_ASSIGN_OR_RETURN(const std::vector<HistogramAt> histograms,
                           LoadHistograms(*snapshot, tiles, tile.place));
   VEDUTA_ASSIGN_OR_RETURN(const std::vector<SolvedBlock> start,
@@ -54,26 +55,26 @@ Status Solve(const Pass& pass, const Round& round, const TileRecords& tiles,
   for (const HistogramAt& block : histograms) {
     const auto found = std::ranges::find(start, block.index, &SolvedBlock::index);
     const SolutionBlock* previous = found == start.end() ? nullptr : found->solution.get();
-    const bool is_border = &round == &kSecondRound && !IsInTile(block.index, TileAt(tile.place));
+    const bool is_border = &round == &kSecondRound && !IsInTile(block.index, tile.place);
     blocks.push_back(
         {block.index, block.histogram.get(), previous, is_border ? previous : nullptr});
   }
-  VEDUTA_ASSIGN_OR_RETURN(
-      const TileSolution solution,
-      SolveTile(TileAt(tile.place), blocks, SolverOptions(), pass.device, pass.pool));
-  const auto transaction = pass.database.BeginTransaction();
-  transaction->dense().PutSurface(round.result, tile.reconstruction, tile.place,
-                                  SerializeSolution(solution.blocks));
-  transaction->dense().PutTile(tile);
-  return transaction->Commit();
+  VEDUTA_ASSIGN_OR_RETURN(const TileSolution solution, SolveTile(tile.place, blocks, options.solver,
+                                                                 pass->device(), pass->pool()));
+  const std::vector<uint8_t> bytes = SerializeSolution(solution.blocks);
+  return pass->Commit([&](const Snapshot&, Transaction* transaction) {
+    transaction->dense().PutSurface(round.result, tile.reconstruction, tile.place, bytes);
+    transaction->dense().PutTile(tile);
+    return Status::Ok();
+  });
 }
 
 // Solves the tiles whose version of this round is stale, `looked_at` of 2 x tiles before it.
-Status SolveRound(const Pass& pass, const Round& round, TileRecords* tiles, size_t looked_at,
-                  StageCount* count) {
+Status SolveRound(const FusionStageOptions& options, const Round& round, size_t looked_at,
+                  DensePass* pass, TileRecords* tiles, StageCount* count) {
   for (auto& [place, tile] : *tiles) {
-    VEDUTA_RETURN_IF_ERROR(pass.Tell("fusion", looked_at++, 2 * tiles->size()));
-    const uint64_t version = VersionAround(round.name, *tiles, place,
+    VEDUTA_RETURN_IF_ERROR(pass->Tell("fusion", looked_at++, 2 * tiles->size()));
+    const uint64_t version = VersionAround(options, round.name, *tiles, place,
                                            [&](const TileRecord& t) { return t.*round.made_from; });
     if (tile.*round.version == version) {
       ++count->kept;
@@ -81,7 +82,7 @@ Status SolveRound(const Pass& pass, const Round& round, TileRecords* tiles, size
     }
     TileRecord solved = tile;
     solved.*round.version = version;
-    VEDUTA_RETURN_IF_ERROR(Solve(pass, round, *tiles, solved));
+    VEDUTA_RETURN_IF_ERROR(Solve(options, round, *tiles, solved, pass));
     tile = solved;
     ++count->computed;
   }
@@ -94,53 +95,54 @@ struct Extraction {
   Result<SurfacePiece> piece = Status::Cancelled("not extracted");
 };
 
-Result<SurfacePiece> Extract(const Pass& pass, const Snapshot& snapshot, const TileRecords& tiles,
-                             GridPlace place) {
+Result<SurfacePiece> Extract(const MeshStageOptions& options, const Snapshot& snapshot,
+                             const TileRecords& tiles, GridPlace place) {
   VEDUTA_ASSIGN_OR_RETURN(const std::vector<SolvedBlock> solved,
                           LoadSolutions(snapshot, tiles, place));
   std::vector<ExtractionBlock> blocks;
   for (const SolvedBlock& block : solved) blocks.push_back({block.index, block.solution.get()});
-  return ExtractSurface(TileAt(place), blocks, pass.grid(), ExtractionOptions());
+  return ExtractSurface(place, blocks, options.grid, options.extraction);
 }
 
-Status Commit(const Pass& pass, Extraction* extraction) {
+Status Commit(Extraction* extraction, DensePass* pass) {
   VEDUTA_RETURN_IF_ERROR(extraction->piece.status());
   TileRecord& tile = extraction->tile;
   const SurfacePiece& piece = *extraction->piece;
   tile.triangle_count = piece.triangles.size();
   tile.vertex_count = piece.keys.size();
-  const auto transaction = pass.database.BeginTransaction();
-  transaction->dense().PutSurface(SurfacePart::kMesh, tile.reconstruction, tile.place,
-                                  Serialize(piece));
-  transaction->dense().PutTile(tile);
-  return transaction->Commit();
+  const std::vector<uint8_t> bytes = Serialize(piece);
+  return pass->Commit([&](const Snapshot&, Transaction* transaction) {
+    transaction->dense().PutSurface(SurfacePart::kMesh, tile.reconstruction, tile.place, bytes);
+    transaction->dense().PutTile(tile);
+    return Status::Ok();
+  });
 }
 
 }  // namespace
 
-Result<StageCount> SolveTiles(const Pass& pass) {
+Result<StageCount> SolveTiles(const FusionStageOptions& options, DensePass* pass) {
   Stopwatch watch;
   StageCount count;
-  VEDUTA_ASSIGN_OR_RETURN(TileRecords tiles, LoadTileRecords(*pass.database.GetSnapshot(),
-                                                             pass.scene.reconstruction.id));
+  VEDUTA_ASSIGN_OR_RETURN(TileRecords tiles,
+                          LoadTileRecords(*pass->GetSnapshot(), pass->reconstruction()));
   StageCount first;
-  VEDUTA_RETURN_IF_ERROR(SolveRound(pass, kFirstRound, &tiles, 0, &first));
-  VEDUTA_RETURN_IF_ERROR(SolveRound(pass, kSecondRound, &tiles, tiles.size(), &count));
-  VEDUTA_RETURN_IF_ERROR(pass.Tell("fusion", 2 * tiles.size(), 2 * tiles.size()));
+  VEDUTA_RETURN_IF_ERROR(SolveRound(options, kFirstRound, 0, pass, &tiles, &first));
+  VEDUTA_RETURN_IF_ERROR(SolveRound(options, kSecondRound, tiles.size(), pass, &tiles, &count));
+  VEDUTA_RETURN_IF_ERROR(pass->Tell("fusion", 2 * tiles.size(), 2 * tiles.size()));
   count.ms = watch.LapMs();
   return count;
 }
 
-Result<StageCount> ExtractTiles(const Pass& pass) {
+Result<StageCount> ExtractTiles(const MeshStageOptions& options, DensePass* pass) {
   Stopwatch watch;
   StageCount count;
-  const auto snapshot = pass.database.GetSnapshot();
+  const auto snapshot = pass->GetSnapshot();
   VEDUTA_ASSIGN_OR_RETURN(const TileRecords tiles,
-                          LoadTileRecords(*snapshot, pass.scene.reconstruction.id));
+                          LoadTileRecords(*snapshot, pass->reconstruction()));
   std::vector<Extraction> stale;
   for (const auto& [place, tile] : tiles) {
-    const uint64_t version =
-        VersionAround("mesh", tiles, place, [](const TileRecord& t) { return t.solution_version; });
+    const uint64_t version = VersionAround(options, "mesh", tiles, place,
+                                           [](const TileRecord& t) { return t.solution_version; });
     if (tile.mesh_version == version) {
       ++count.kept;
       continue;
@@ -148,20 +150,20 @@ Result<StageCount> ExtractTiles(const Pass& pass) {
     stale.push_back({tile});
     stale.back().tile.mesh_version = version;
   }
-  const size_t together = pass.pool.thread_count() + 1;
+  const size_t together = pass->pool().thread_count() + 1;
   for (size_t first = 0; first < stale.size(); first += together) {
-    VEDUTA_RETURN_IF_ERROR(pass.Tell("surface", count.kept + first, tiles.size()));
+    VEDUTA_RETURN_IF_ERROR(pass->Tell("surface", count.kept + first, tiles.size()));
     const size_t last = std::min(stale.size(), first + together);
-    pass.pool.ParallelFor(last - first, [&](size_t i) {
-      stale[first + i].piece = Extract(pass, *snapshot, tiles, stale[first + i].tile.place);
+    pass->pool().ParallelFor(last - first, [&](size_t i) {
+      stale[first + i].piece = Extract(options, *snapshot, tiles, stale[first + i].tile.place);
     });
     for (size_t i = first; i < last; ++i) {
-      VEDUTA_RETURN_IF_ERROR(Commit(pass, &stale[i]));
+      VEDUTA_RETURN_IF_ERROR(Commit(&stale[i], pass));
       stale[i].piece = Status::Cancelled("committed");  // gives back its memory
       ++count.computed;
     }
   }
-  VEDUTA_RETURN_IF_ERROR(pass.Tell("surface", tiles.size(), tiles.size()));
+  VEDUTA_RETURN_IF_ERROR(pass->Tell("surface", tiles.size(), tiles.size()));
   count.ms = watch.LapMs();
   return count;
 }

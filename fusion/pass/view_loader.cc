@@ -73,15 +73,11 @@ ViewGeometry ViewGeometryOf(const SceneImage& image, uint32_t side_px) {
 }
 
 Result<std::shared_ptr<const View>> ViewLoader::Load(const SceneImage& image) {
-  for (auto it = views_.begin(); it != views_.end(); ++it) {
-    if ((*it)->image != image.record.id) continue;
-    views_.splice(views_.begin(), views_, it);
-    return views_.front();
-  }
-  VEDUTA_ASSIGN_OR_RETURN(View view, Make(image));
-  views_.push_front(std::make_shared<const View>(std::move(view)));
-  if (views_.size() > view_count_max_) views_.pop_back();
-  return views_.front();
+  const auto make = [&]() -> Result<std::shared_ptr<const View>> {
+    VEDUTA_ASSIGN_OR_RETURN(View view, Make(image));
+    return std::make_shared<const View>(std::move(view));
+  };
+  return views_.GetOrMake(image.record.id.value, make, [](const auto&) { return uint64_t{1}; });
 }
 
 Result<View> ViewLoader::Make(const SceneImage& image) {

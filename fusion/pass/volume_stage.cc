@@ -6,8 +6,8 @@
 #include <map>
 #include <string>
 
-#include "fusion/pass/pass.h"
 #include "fusion/pass/range_images.h"
+#include "fusion/pass/stage.h"
 #include "fusion/pass/tile_parts.h"
 #include "fusion/volume/histogram.h"
 #include "storage/base/stopwatch.h"
@@ -15,7 +15,7 @@
 namespace veduta {
 namespace {
 
-constexpr size_t kRangeImagesKept = 48;
+constexpr size_t kRangeImagesKept = 48;  // chosen by hand; not measured
 
 // How much of all maps' surface lies in a block.
 struct Naming {
@@ -30,7 +30,7 @@ struct Vote {
 
 // What becomes of one block.
 struct BlockWork {
-  BlockIndex index;
+  GridPlace index;
   uint8_t number = 0;
   std::unique_ptr<HistogramBlock> histogram;
   bool is_new = false, changed = false;
@@ -39,8 +39,12 @@ struct BlockWork {
 
 class VolumeStage final {
  public:
-  explicit VolumeStage(const Pass& pass)
-      : pass_(pass), snapshot_(pass.database.GetSnapshot()), images_(snapshot_, kRangeImagesKept) {}
+  VolumeStage(const VolumeStageOptions& options, const BlockAllocation& allocation, DensePass* pass)
+      : options_(options),
+        allocation_(allocation),
+        pass_(*pass),
+        snapshot_(pass->GetSnapshot()),
+        images_(snapshot_, kRangeImagesKept) {}
 
   Result<StageCount> Run() {
     VEDUTA_RETURN_IF_ERROR(FindTiles());
@@ -59,16 +63,16 @@ class VolumeStage final {
   Status FindTiles() {
     std::map<ImageId, uint64_t> current;
     VEDUTA_RETURN_IF_ERROR(snapshot_->dense().ScanDepths([&](const DepthRecord& depth) {
-      if (depth.reconstruction == pass_.scene.reconstruction.id)
+      if (depth.reconstruction == pass_.reconstruction())
         current[depth.image] = depth.checked_version;
       return true;
     }));
-    std::map<BlockIndex, Naming> named;
+    std::map<GridPlace, Naming> named;
     VEDUTA_RETURN_IF_ERROR(snapshot_->dense().ScanCheckedDepths([&](CheckedDepthRecord depth) {
       const auto found = current.find(depth.image);
       if (found == current.end() || found->second != depth.version) return true;
       for (const SeenBlock& seen : depth.blocks) {
-        Naming& naming = named[{seen.place.x, seen.place.y, seen.place.z}];
+        Naming& naming = named[seen.place];
         naming.pixels += seen.pixel_count;
         ++naming.maps;
       }
@@ -77,40 +81,39 @@ class VolumeStage final {
       return true;
     }));
     VEDUTA_RETURN_IF_ERROR(
-        snapshot_->dense().ScanTiles(pass_.scene.reconstruction.id, [&](const TileRecord& tile) {
+        snapshot_->dense().ScanTiles(pass_.reconstruction(), [&](const TileRecord& tile) {
           tiles_[tile.place] = 0;
           return true;
         }));
     for (const auto& [block, naming] : named) {
-      if (naming.pixels < pass_.options.block_pixel_count_min ||
-          naming.maps < pass_.options.block_map_count_min)
+      if (naming.pixels < allocation_.block_pixel_count_min ||
+          naming.maps < allocation_.block_map_count_min)
         continue;
-      const TileIndex tile = TileOf(block);
-      tiles_[{tile.x, tile.y, tile.z}] |= 1ull << NumberInTile(block);
+      tiles_[TileOf(block)] |= 1ull << NumberInTile(block);
     }
     return Status::Ok();
   }
 
   uint64_t VersionOfVolume(const TileRecord& tile) const {
-    VersionFeed feed("volume");
-    feed << pass_.settings.voxel_size << tile.blocks;
+    VersionFeed feed(options_);
+    feed << tile.blocks;
     for (const DepthVersion& depth : tile.depths) feed << depth.image << depth.version;
     return feed.Version();
   }
 
   Status Update(GridPlace place, uint64_t wanted) {
     VEDUTA_ASSIGN_OR_RETURN(const std::optional<TileRecord> found,
-                            snapshot_->dense().FindTile(pass_.scene.reconstruction.id, place));
+                            snapshot_->dense().FindTile(pass_.reconstruction(), place));
     if (wanted == 0) return Drop(place);
     TileRecord tile;
     if (found) tile = *found;
-    tile.reconstruction = pass_.scene.reconstruction.id;
+    tile.reconstruction = pass_.reconstruction();
     tile.place = place;
     const TileRecord last = tile;
     tile.blocks = wanted;
     tile.depths.clear();
     for (const CheckedDepthRecord& depth : depths_) {
-      if (MaySeeTile(GeometryOf(depth), depth.depth_far, place, pass_.grid()))
+      if (MaySeeTile(GeometryOf(depth), depth.depth_far, place, options_.grid))
         tile.depths.push_back({depth.image, 0, depth.version});
     }
     std::ranges::sort(tile.depths);
@@ -124,19 +127,22 @@ class VolumeStage final {
   }
 
   Status Drop(GridPlace place) {
-    const auto transaction = pass_.database.BeginTransaction();
-    transaction->dense().DeleteTile(pass_.scene.reconstruction.id, place);
     ++count_.removed;
-    return transaction->Commit();
+    return pass_.Commit([&](const Snapshot&, Transaction* transaction) {
+      transaction->dense().DeleteTile(pass_.reconstruction(), place);
+      return Status::Ok();
+    });
   }
 
-  // The changes from `last` to `tile`; all maps of `tile` where that is less work.
+  // The changes from `last` to `tile`; all maps of `tile` where that is less work, or where what is
+  // stored was made with other options or by another algorithm.
   Result<std::vector<Vote>> VotesBetween(const TileRecord& last, const TileRecord& tile,
                                          bool* from_nothing) {
     std::vector<DepthVersion> added, withdrawn;
     std::ranges::set_difference(tile.depths, last.depths, std::back_inserter(added));
     std::ranges::set_difference(last.depths, tile.depths, std::back_inserter(withdrawn));
-    *from_nothing = added.size() + withdrawn.size() >= tile.depths.size();
+    *from_nothing = last.volume_version != VersionOfVolume(last) ||
+                    added.size() + withdrawn.size() >= tile.depths.size();
     if (*from_nothing) return VotesOf(tile.depths, +1);
     VEDUTA_ASSIGN_OR_RETURN(std::vector<Vote> votes, VotesOf(withdrawn, -1));
     VEDUTA_ASSIGN_OR_RETURN(const std::vector<Vote> more, VotesOf(added, +1));
@@ -157,7 +163,7 @@ class VolumeStage final {
   Result<std::vector<BlockWork>> Prepare(const TileRecord& last, const TileRecord& tile,
                                          bool from_nothing) const {
     std::vector<BlockWork> works;
-    for (const BlockIndex& index : BlocksOfTile({tile.place.x, tile.place.y, tile.place.z})) {
+    for (const GridPlace& index : BlocksOfTile(tile.place)) {
       BlockWork work{index, NumberInTile(index), std::make_unique<HistogramBlock>(), false, false,
                      {}};
       const uint64_t bit = 1ull << work.number;
@@ -176,9 +182,9 @@ class VolumeStage final {
 
   Status CastVotes(std::span<const Vote> votes, BlockWork* work) const {
     for (const Vote& vote : votes) {
-      if (!vote.image->MaySee(work->index, pass_.grid())) continue;
+      if (!vote.image->MaySee(work->index, options_.grid)) continue;
       VEDUTA_ASSIGN_OR_RETURN(const Integration done,
-                              veduta::Integrate(*vote.image, pass_.grid(), work->index, vote.sign,
+                              veduta::Integrate(*vote.image, options_.grid, work->index, vote.sign,
                                                 work->histogram.get()));
       work->changed |= done.changed;
     }
@@ -196,11 +202,18 @@ class VolumeStage final {
     if (!from_nothing && some_new) {
       VEDUTA_ASSIGN_OR_RETURN(all, VotesOf(tile.depths, +1));
     }
-    pass_.pool.ParallelFor(works.size(), [&](size_t i) {
+    pass_.pool().ParallelFor(works.size(), [&](size_t i) {
       works[i].status = CastVotes(works[i].is_new ? all : votes, &works[i]);
     });
-    const auto transaction = pass_.database.BeginTransaction();
-    DenseWriter& dense = transaction->dense();
+    return pass_.Commit([&](const Snapshot&, Transaction* transaction) {
+      return Write(last, works, std::move(tile), &transaction->dense());
+    });
+  }
+
+  // The blocks that have changed, and the tile's record.
+  Status Write(const TileRecord& last, std::span<const BlockWork> works, TileRecord tile,
+               DenseWriter* writer) {
+    DenseWriter& dense = *writer;
     if (last.blocks != tile.blocks) tile.histogram_version = tile.volume_version;
     for (const BlockWork& work : works) {
       VEDUTA_RETURN_IF_ERROR(work.status);
@@ -216,10 +229,12 @@ class VolumeStage final {
         dense.DeleteVolumeBlock(tile.reconstruction, tile.place, number);
     }
     dense.PutTile(tile);
-    return transaction->Commit();
+    return Status::Ok();
   }
 
-  const Pass& pass_;
+  const VolumeStageOptions& options_;
+  const BlockAllocation& allocation_;
+  DensePass& pass_;
   const std::shared_ptr<const Snapshot> snapshot_;  // each tile is looked at once
   RangeImages images_;
   std::vector<CheckedDepthRecord> depths_;  // current ones, without their blocks; ascending
@@ -229,9 +244,10 @@ class VolumeStage final {
 
 }  // namespace
 
-Result<StageCount> UpdateVolume(const Pass& pass) {
+Result<StageCount> UpdateVolume(const VolumeStageOptions& options,
+                                const BlockAllocation& allocation, DensePass* pass) {
   Stopwatch watch;
-  VEDUTA_ASSIGN_OR_RETURN(StageCount count, VolumeStage(pass).Run());
+  VEDUTA_ASSIGN_OR_RETURN(StageCount count, VolumeStage(options, allocation, pass).Run());
   count.ms = watch.LapMs();
   return count;
 }

@@ -228,7 +228,7 @@ bool Collapser::Turn(HalfedgeHandle halfedge) {
 bool Collapser::IsAllowed(HalfedgeHandle halfedge) {
   if (!mesh_.is_collapse_ok(halfedge)) return false;
   const VertexHandle from = mesh_.from_vertex_handle(halfedge);
-  // On a border one slides along it: otherwise the border would be cut.
+  // A border vertex may only slide along the border, which would be cut otherwise.
   if (mesh_.is_boundary(from) && !mesh_.is_boundary(mesh_.edge_handle(halfedge))) return false;
   if (!Turn(halfedge)) return false;
   GatherLost(from);

@@ -36,8 +36,8 @@ struct Problem {
   size_t point_count() const { return first.size() - 1; }
 };
 
-// Observations that say something, in an order that does not depend on the caller's; one a photo
-// and point.
+// Observations that say something, in an order that does not depend on the caller's; one for each
+// photo and point.
 std::vector<ColorObservation> Useful(std::span<const ColorObservation> observations,
                                      const ExposureOptions& options) {
   std::vector<ColorObservation> useful;

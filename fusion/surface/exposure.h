@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
-// Exposures evened out: one gain a photo, from the colours of points that several photos see.
+// Exposures evened out: one gain for each photo, from the colours of points that several photos see.
 
 #include <Eigen/Core>
 #include <array>
@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "storage/base/ids.h"
+#include "storage/base/option_fields.h"
 #include "storage/base/status.h"
 
 namespace veduta {
@@ -19,6 +20,10 @@ struct ColorObservation {
   PointId point;
   std::array<uint8_t, 3> rgb;  // sRGB, of the photo as it is
 };
+
+// Part of the version of every gain: raise it whenever a change of the code changes what
+// SolveExposures returns (tests/fusion/pass/pinned_bytes_test.cc notices).
+inline constexpr uint32_t kExposureVersion = 1;
 
 struct ExposureOptions {
   bool per_channel = true;  // red, green and blue each; false: one gain for the three
@@ -32,6 +37,8 @@ struct ExposureOptions {
 
   Status Check() const;  // the first violated bound, named with its value
 };
+VEDUTA_OPTION_FIELDS(ExposureOptions, per_channel, residual_scale, iterations_max, observations_min,
+                     views_per_point_max, dark, bright)
 
 // Minimises sum of rho(log gain_i + log light_ij - log point_j) over gains and points: iteratively
 // re-weighted least squares, the points eliminated, the rest by sparse Cholesky.

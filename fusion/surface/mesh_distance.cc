@@ -78,7 +78,7 @@ class NearestSurface final {
   NearestSurface(const NearestSurface&) = delete;
   NearestSurface& operator=(const NearestSurface&) = delete;
 
-  // Quick where it is asked for places near each other: the distance of the last one bounds that of
+  // Quick for places that lie near each other, because the distance of the last one bounds that of
   // the next.
   double Distance(const Eigen::Vector3d& place) {
     const double bound = (last_distance_ + (place - last_place_).norm()) * (1 + 1e-5) + 1e-30;

@@ -60,7 +60,7 @@ class RayTile final {
  public:
   // Takes the mesh over. An empty mesh is valid and never hit. kInvalidArgument as CheckMesh
   // (mesh_check.h), kIoError if Embree runs out of memory. Builds in the calling thread: about 0.3
-  // us and 100 bytes a triangle.
+  // us and 100 bytes for each triangle.
   static Result<std::shared_ptr<const RayTile>> Make(std::shared_ptr<const RayDevice> device,
                                                      TriangleMesh mesh);
   ~RayTile();

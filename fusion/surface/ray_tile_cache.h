@@ -2,14 +2,13 @@
 #pragma once
 // The tiles that were last asked for, so that a city's tiles pass through bounded memory.
 
+#include <atomic>
 #include <cstdint>
 #include <functional>
-#include <list>
 #include <memory>
-#include <mutex>
-#include <unordered_map>
 
 #include "fusion/surface/ray_scene.h"
+#include "storage/base/lru_cache.h"
 
 namespace veduta {
 
@@ -26,24 +25,16 @@ class RayTileCache final {
   // The tile, from memory or loaded. Errors: those of `load` and of RayTile::Make.
   Result<std::shared_ptr<const RayTile>> Get(uint64_t tile);
   // Forgets a tile that has changed.
-  void Drop(uint64_t tile);
+  void Drop(uint64_t tile) { tiles_.Erase(tile); }
 
-  size_t size_bytes() const;
-  size_t load_count() const;  // how often `load` was called
+  size_t size_bytes() const { return tiles_.cost(); }
+  size_t load_count() const { return load_count_; }  // how often `load` was called
 
  private:
-  struct Entry {
-    uint64_t tile;
-    std::shared_ptr<const RayTile> value;
-  };
-
   const std::shared_ptr<const RayDevice> device_;
   const Load load_;
-  const size_t size_bytes_max_;
-  mutable std::mutex mutex_;
-  std::list<Entry> entries_;  // newest first
-  std::unordered_map<uint64_t, std::list<Entry>::iterator> where_;
-  size_t size_bytes_ = 0, load_count_ = 0;
+  LruCache<uint64_t, std::shared_ptr<const RayTile>> tiles_;  // by their bytes
+  std::atomic<size_t> load_count_ = 0;
 };
 
 }  // namespace veduta

@@ -13,7 +13,7 @@ struct ReprojectedColor {
   double covered_share = 0;  // of the photo's pixels
   double median_error = 0;   // median over covered pixels and channels of |picture - photo|, 0..255
   double median_error_balanced =
-      0;  // likewise with the photo's light multiplied by its gain (exposure.h)
+      0;  // the same median with the photo's light multiplied by its gain (exposure.h)
   double mean_error_balanced = 0;
 };
 

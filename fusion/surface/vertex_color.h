@@ -9,10 +9,15 @@
 
 #include "fusion/surface/color_view.h"
 #include "fusion/surface/ray_scene.h"
+#include "storage/base/option_fields.h"
 #include "storage/base/thread_pool.h"
 #include "storage/model/triangle_mesh.h"
 
 namespace veduta {
+
+// Part of the version of every tile's colours: raise it whenever a change of the code changes what
+// ColorVertices returns (tests/fusion/pass/pinned_bytes_test.cc notices).
+inline constexpr uint32_t kColoringVersion = 1;
 
 struct ColoringOptions {
   double voxel_size = 0;       // > 0, world units: how exact the surface is; there is no default
@@ -36,9 +41,12 @@ struct ColoringOptions {
 
   Status Check() const;  // the first violated bound, named with its value
 };
+VEDUTA_OPTION_FIELDS(ColoringOptions, voxel_size, offset_voxels, incidence_deg_max,
+                     voxels_per_pixel_max, border_margin_px, silhouette_margin_px,
+                     outlier_deviations, outlier_tolerance, views_per_vertex_max, fill_rings_max)
 
 struct VertexColors {
-  std::vector<std::array<uint8_t, 3>> colors;  // sRGB, one a vertex
+  std::vector<std::array<uint8_t, 3>> colors;  // sRGB, one for each vertex
   std::vector<uint8_t>
       view_counts;  // photos behind each colour; 0: no photo sees it, its colour is filled in
 };
@@ -49,7 +57,7 @@ double ColoringReach(const ColoringOptions& options);
 
 // Colours a tile.
 //
-// mesh    with a unit normal a vertex. scene: all tiles between the tile's box, enlarged by
+// mesh    with a unit normal for each vertex. scene: all tiles between the tile's box, enlarged by
 // ColoringReach, and the views
 //         (tiles_between.h), the tile itself included.
 // views   every photo that may see the tile (MaySee), in any order.

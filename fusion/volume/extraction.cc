@@ -29,9 +29,9 @@ struct Window {
 };
 constexpr size_t kStep[3] = {1, kSide, static_cast<size_t>(kSide) * kSide};
 
-Window MakeWindow(const TileIndex& tile, std::span<const ExtractionBlock> blocks) {
+Window MakeWindow(const GridPlace& tile, std::span<const ExtractionBlock> blocks) {
   Window window;
-  const BlockIndex low = FirstBlock(tile);
+  const GridPlace low = FirstBlock(tile);
   for (const ExtractionBlock& block : blocks) {
     const int32_t x = (block.index.x - low.x + 1) * kBlockSide,
                   y = (block.index.y - low.y + 1) * kBlockSide;
@@ -193,10 +193,10 @@ void AddVertex(const Window& window, const VertexKey& key, size_t from, const Vo
   piece->near_maps.push_back(support > 0 ? support - 1 : 0);
 }
 
-SurfacePiece MakePiece(const Window& window, const TileIndex& tile,
+SurfacePiece MakePiece(const Window& window, const GridPlace& tile,
                        const std::vector<std::array<size_t, 3>>& triangles,
                        const VolumeGrid& grid) {
-  const BlockIndex low = FirstBlock(tile);
+  const GridPlace low = FirstBlock(tile);
   const auto key_of = [&](size_t vertex) {
     const auto axis = static_cast<int32_t>(vertex % 3), at = static_cast<int32_t>(vertex / 3);
     return VertexKey{(low.x - 1) * kBlockSide + at % kSide,
@@ -221,9 +221,9 @@ SurfacePiece MakePiece(const Window& window, const TileIndex& tile,
   return piece;
 }
 
-Status CheckBlocks(const TileIndex& tile, std::span<const ExtractionBlock> blocks) {
+Status CheckBlocks(const GridPlace& tile, std::span<const ExtractionBlock> blocks) {
   for (size_t i = 0; i < blocks.size(); ++i) {
-    const BlockIndex& at = blocks[i].index;
+    const GridPlace& at = blocks[i].index;
     const char* wrong = !IsInReach(at, tile)                   ? "is out of the tile's reach"
                         : i > 0 && !(blocks[i - 1].index < at) ? "is not in ascending order"
                         : blocks[i].solution == nullptr        ? "has no solution"
@@ -252,7 +252,7 @@ Status ExtractionOptions::Check() const {
   return Status::Ok();
 }
 
-Result<SurfacePiece> ExtractSurface(const TileIndex& tile, std::span<const ExtractionBlock> blocks,
+Result<SurfacePiece> ExtractSurface(const GridPlace& tile, std::span<const ExtractionBlock> blocks,
                                     const VolumeGrid& grid, const ExtractionOptions& options) {
   VEDUTA_RETURN_IF_ERROR(options.Check());
   VEDUTA_RETURN_IF_ERROR(grid.Check());

@@ -15,9 +15,14 @@
 
 #include "fusion/volume/grid.h"
 #include "fusion/volume/solution.h"
+#include "storage/base/option_fields.h"
 #include "storage/base/status.h"
 
 namespace veduta {
+
+// Part of the version of every tile's mesh: raise it whenever a change of the code changes what
+// ExtractSurface returns (tests/fusion/pass/pinned_bytes_test.cc notices).
+inline constexpr uint32_t kExtractionVersion = 1;
 
 struct ExtractionOptions {
   uint32_t near_maps_min =
@@ -27,6 +32,7 @@ struct ExtractionOptions {
 
   Status Check() const;  // the first violated bound, named with its value
 };
+VEDUTA_OPTION_FIELDS(ExtractionOptions, near_maps_min, piece_extent_cells_min)
 
 // The edge that a vertex lies on: from the voxel (x, y, z) to the next one along `axis` (0: x, 1:
 // y, 2: z).
@@ -39,10 +45,10 @@ struct VertexKey {
 // border are in both tiles' pieces, with the same key, place and normal.
 struct SurfacePiece {
   std::vector<VertexKey> keys;             // ascending, each once
-  std::vector<Eigen::Vector3f> positions;  // one a key; frame of the reconstruction
-  std::vector<Eigen::Vector3f> normals;    // likewise; unit, towards free space
+  std::vector<Eigen::Vector3f> positions;  // one for each key; frame of the reconstruction
+  std::vector<Eigen::Vector3f> normals;    // one for each key; unit, towards free space
   std::vector<uint8_t>
-      near_maps;  // likewise; how many maps saw surface there, the lesser of both voxels
+      near_maps;  // one for each key; how many maps saw surface there, the lesser of both voxels
   std::vector<std::array<uint32_t, 3>>
       triangles;  // indices of keys, counter-clockwise seen from free space
 
@@ -51,7 +57,7 @@ struct SurfacePiece {
 
 // One block of the tile or of its halo that is solved.
 struct ExtractionBlock {
-  BlockIndex index;
+  GridPlace index;
   const SolutionBlock* solution = nullptr;  // never null
 };
 
@@ -63,11 +69,11 @@ struct ExtractionBlock {
 //
 // Deterministic; thread-safe; single-threaded; O(voxels), about 10 ms. kInvalidArgument on blocks
 // out of reach, out of order or without a solution, or bad options.
-Result<SurfacePiece> ExtractSurface(const TileIndex& tile, std::span<const ExtractionBlock> blocks,
+Result<SurfacePiece> ExtractSurface(const GridPlace& tile, std::span<const ExtractionBlock> blocks,
                                     const VolumeGrid& grid, const ExtractionOptions& options);
 
 // One mesh of all pieces, vertices of equal keys once, in the order of their keys; triangles in the
-// order of the pieces. Positions and normals take 24 bytes a vertex: for what fits into memory.
+// order of the pieces. Positions and normals take 24 bytes for each vertex: for what fits into memory.
 SurfacePiece WeldPieces(std::span<const SurfacePiece* const> pieces);
 
 // piece = version:u8 (1), vertices:u32, triangles:u32, then for each vertex key (i32 x, y, z, u8

@@ -9,9 +9,9 @@ namespace {
 
 constexpr double kTruncationVoxelsMin = 2, kTruncationVoxelsMax = 8;
 
-std::vector<BlockIndex> BlocksAround(const TileIndex& tile, int32_t margin) {
-  const BlockIndex low = FirstBlock(tile);
-  std::vector<BlockIndex> blocks;
+std::vector<GridPlace> BlocksAround(const GridPlace& tile, int32_t margin) {
+  const GridPlace low = FirstBlock(tile);
+  std::vector<GridPlace> blocks;
   for (int32_t x = -margin; x < kTileBlocks + margin; ++x) {
     for (int32_t y = -margin; y < kTileBlocks + margin; ++y) {
       for (int32_t z = -margin; z < kTileBlocks + margin; ++z)
@@ -23,21 +23,21 @@ std::vector<BlockIndex> BlocksAround(const TileIndex& tile, int32_t margin) {
 
 }  // namespace
 
-std::vector<BlockIndex> BlocksInReach(const TileIndex& tile) {
+std::vector<GridPlace> BlocksInReach(const GridPlace& tile) {
   return BlocksAround(tile, 1);
 }
 
-std::vector<BlockIndex> BlocksOfTile(const TileIndex& tile) {
+std::vector<GridPlace> BlocksOfTile(const GridPlace& tile) {
   return BlocksAround(tile, 0);
 }
 
-std::vector<TileIndex> TilesThatReach(const BlockIndex& block) {
-  const TileIndex own = TileOf(block);
-  std::vector<TileIndex> tiles;
+std::vector<GridPlace> TilesThatReach(const GridPlace& block) {
+  const GridPlace own = TileOf(block);
+  std::vector<GridPlace> tiles;
   for (int32_t x = -1; x <= 1; ++x) {
     for (int32_t y = -1; y <= 1; ++y) {
       for (int32_t z = -1; z <= 1; ++z) {
-        const TileIndex tile = {own.x + x, own.y + y, own.z + z};
+        const GridPlace tile = {own.x + x, own.y + y, own.z + z};
         if (IsInReach(block, tile)) tiles.push_back(tile);
       }
     }

@@ -60,7 +60,7 @@ void Revert(const Addition& addition, int sign, size_t voxel, HistogramBlock* bl
   block->near_maps[voxel] = static_cast<uint16_t>(block->near_maps[voxel] - sign);
 }
 
-std::string NameOf(const BlockIndex& index) {
+std::string NameOf(const GridPlace& index) {
   return "block (" + std::to_string(index.x) + ", " + std::to_string(index.y) + ", " +
          std::to_string(index.z) + ")";
 }
@@ -84,7 +84,7 @@ float HistogramBlock::CenterOf(int bin, size_t voxel) const {
 }
 
 Result<Integration> Integrate(const RangeImage& image, const VolumeGrid& grid,
-                              const BlockIndex& index, int sign, HistogramBlock* block) {
+                              const GridPlace& index, int sign, HistogramBlock* block) {
   VEDUTA_RETURN_IF_ERROR(grid.Check());
   if (sign != 1 && sign != -1)
     return Status::InvalidArgument("sign is " + std::to_string(sign) + ", not 1 or -1");

@@ -17,6 +17,10 @@
 
 namespace veduta {
 
+// Part of the version of every histogram: raise it whenever a change of the code changes what
+// Integrate adds (tests/fusion/pass/pinned_bytes_test.cc notices).
+inline constexpr uint32_t kHistogramVersion = 1;
+
 // Distances in [-1, 1] (of the truncation) fall into kNearBins bins of equal width, from behind the
 // surface to before it; what lies farther in front is free space and falls into the last bin, whose
 // centre is 1. What lies farther behind is not seen.
@@ -47,7 +51,7 @@ struct Integration {
   bool changed = false;
 };
 Result<Integration> Integrate(const RangeImage& image, const VolumeGrid& grid,
-                              const BlockIndex& index, int sign, HistogramBlock* block);
+                              const GridPlace& index, int sign, HistogramBlock* block);
 
 // Bytes for storage: equal blocks give equal bytes, most voxels take one to six. Parse validates
 // all that Integrate guarantees and returns kCorruption otherwise, never reading outside of

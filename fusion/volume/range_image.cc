@@ -148,7 +148,7 @@ std::optional<RangeVote> RangeImage::VoteOn(const Eigen::Vector3d& point_in_worl
   return vote;
 }
 
-bool RangeImage::MaySee(const BlockIndex& block, const VolumeGrid& grid) const {
+bool RangeImage::MaySee(const GridPlace& block, const VolumeGrid& grid) const {
   if (depth_max_ == 0) return false;
   const double side = kBlockSide * grid.voxel_size;
   const double radius = 0.5 * std::sqrt(3.0) * side;
@@ -173,14 +173,14 @@ bool RangeImage::MaySee(const BlockIndex& block, const VolumeGrid& grid) const {
 }
 
 std::vector<NamedBlock> RangeImage::BlocksNearSurface(const VolumeGrid& grid) const {
-  std::map<BlockIndex, uint32_t> named;
+  std::map<GridPlace, uint32_t> named;
   const Rigid3 world_from_cam = geometry_.cam_from_world.Inverse();
   const Eigen::Matrix3d rotation = world_from_cam.rotation.toRotationMatrix();
   const double side = kBlockSide * grid.voxel_size;
   const Eigen::Array3d reach = Eigen::Array3d::Constant(grid.truncation());
   uint32_t* last_count = nullptr;  // neighbouring pixels mostly name one and the same block
-  BlockIndex last;
-  const auto name = [&](const BlockIndex& block) {
+  GridPlace last;
+  const auto name = [&](const GridPlace& block) {
     if (!last_count || block != last) {
       last = block;
       last_count = &named[block];

@@ -13,9 +13,13 @@
 
 namespace veduta {
 
+// Part of the version of every checked depth map and histogram: raise it whenever a change of the
+// code changes votes or the blocks that are named (tests/fusion/pass/pinned_bytes_test.cc notices).
+inline constexpr uint32_t kRangeImageVersion = 1;
+
 // A block that a depth map puts surface into, and by how many of its pixels.
 struct NamedBlock {
-  BlockIndex block;
+  GridPlace block;
   uint32_t pixel_count = 0;
   bool operator==(const NamedBlock&) const = default;
 };
@@ -34,7 +38,7 @@ class RangeImage final {
  public:
   // Keeps inverse depths (linear across a plane, so they are interpolated) and, by least squares
   // over 7x7 pixels, the plane that each pixel lies on. Deterministic; single-threaded; some 50 ns
-  // and 9 bytes a pixel. kInvalidArgument if sizes disagree, a depth is negative or not finite, or
+  // and 9 bytes for each pixel. kInvalidArgument if sizes disagree, a depth is negative or not finite, or
   // the camera is degenerate.
   static Result<RangeImage> Make(const DepthMap& map, const ViewGeometry& geometry);
 
@@ -47,7 +51,7 @@ class RangeImage final {
 
   // Whether any voxel of the block might get a vote: if not, Integrate would change nothing.
   // Conservative and quick: the block's bounding sphere against the frustum and the farthest depth.
-  bool MaySee(const BlockIndex& block, const VolumeGrid& grid) const;
+  bool MaySee(const GridPlace& block, const VolumeGrid& grid) const;
 
   // The blocks within the truncation band of any depth sample, ascending: this map's evidence of
   // where surface is. Pixels wider than 2 voxels, and what lies beyond kBlockCoordinateMax, name
@@ -63,8 +67,9 @@ class RangeImage final {
   Eigen::Matrix3d rotation_;          // cam_from_world
   float depth_max_ = 0;               // 0: the map is empty
   std::vector<float> inverse_depth_;  // [height x width]; 0: not known
-  std::vector<float> tilt_;  // likewise: distance to the tangent plane per difference of depth
-  std::vector<uint8_t> confidence_;  // likewise
+  std::vector<float>
+      tilt_;  // [height x width]; distance to the tangent plane per difference of depth
+  std::vector<uint8_t> confidence_;  // [height x width]
 };
 
 }  // namespace veduta

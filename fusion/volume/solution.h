@@ -38,7 +38,7 @@ uint8_t SupportOf(const HistogramBlock& block, size_t voxel);
 
 // A solved block beside where it lies.
 struct SolvedBlock {
-  BlockIndex index;
+  GridPlace index;
   std::unique_ptr<SolutionBlock> solution;
 };
 

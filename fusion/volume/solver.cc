@@ -59,7 +59,7 @@ Status SolverOptions::Check() const {
   return Status::Ok();
 }
 
-Result<TileSolution> SolveTile(const TileIndex& tile, std::span<const TileBlock> blocks,
+Result<TileSolution> SolveTile(const GridPlace& tile, std::span<const TileBlock> blocks,
                                const SolverOptions& options, Device* device, ThreadPool& pool) {
   VEDUTA_RETURN_IF_ERROR(options.Check());
   VEDUTA_RETURN_IF_ERROR(CheckTileBlocks(tile, blocks));
@@ -94,7 +94,7 @@ Result<TileSolution> SolveTile(const TileIndex& tile, std::span<const TileBlock>
   return solution;
 }
 
-Result<TileSolution> AverageTile(const TileIndex& tile, std::span<const TileBlock> blocks) {
+Result<TileSolution> AverageTile(const GridPlace& tile, std::span<const TileBlock> blocks) {
   VEDUTA_RETURN_IF_ERROR(CheckTileBlocks(tile, blocks));
   std::vector<float> u(blocks.size() * kBlockVoxels);
   for (size_t b = 0; b < blocks.size(); ++b) {

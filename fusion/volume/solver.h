@@ -18,12 +18,17 @@
 #include "fusion/volume/grid.h"
 #include "fusion/volume/histogram.h"
 #include "fusion/volume/solution.h"
+#include "storage/base/option_fields.h"
 #include "storage/base/status.h"
 #include "storage/base/thread_pool.h"
 
 namespace veduta {
 
 class Device;  // kernels/device.h; null: the C++ path
+
+// Part of the version of every tile's fused signed distance: raise it whenever a change of the code
+// changes what SolveTile returns (tests/fusion/pass/pinned_bytes_test.cc notices).
+inline constexpr uint32_t kSolverVersion = 1;
 
 struct SolverOptions {
   double lambda =
@@ -35,10 +40,11 @@ struct SolverOptions {
 
   Status Check() const;  // the first violated bound, named with its value
 };
+VEDUTA_OPTION_FIELDS(SolverOptions, lambda, iterations_max, check_every, gap_max)
 
 // One block of the tile or of its halo (IsInReach) that is allocated.
 struct TileBlock {
-  BlockIndex index;
+  GridPlace index;
   const HistogramBlock* histogram = nullptr;  // never null
   const SolutionBlock* previous =
       nullptr;  // where to start from; null: from the mean of the histogram
@@ -72,14 +78,14 @@ struct TileSolution {
 // blocks of its own gives no blocks.
 //
 // Pure and deterministic: the same bytes on the device, on any instruction set and at any number of
-// threads. Thread-safe. Some 100 bytes a voxel of `blocks` while it runs: 90 MB at most.
+// threads. Thread-safe. Some 100 bytes for each voxel of `blocks` while it runs: 90 MB at most.
 // kInvalidArgument on bad options, blocks out of reach, out of order or without a histogram;
 // kIoError if the device fails.
-Result<TileSolution> SolveTile(const TileIndex& tile, std::span<const TileBlock> blocks,
+Result<TileSolution> SolveTile(const GridPlace& tile, std::span<const TileBlock> blocks,
                                const SolverOptions& options, Device* device, ThreadPool& pool);
 
 // The peer: every voxel the weighted mean of its votes (Curless and Levoy, SIGGRAPH 1996), voxels
 // without votes 0. Errors as SolveTile.
-Result<TileSolution> AverageTile(const TileIndex& tile, std::span<const TileBlock> blocks);
+Result<TileSolution> AverageTile(const GridPlace& tile, std::span<const TileBlock> blocks);
 
 }  // namespace veduta

@@ -15,10 +15,10 @@ constexpr int kFilledFacesMin =
 static_assert(kTvBlockVoxels == kBlockVoxels && kTvRow == kBlockSide && kTvBins == kHistogramBins);
 
 // The place of a block among the ascending `blocks`; -1: it is not there.
-int32_t Find(std::span<const TileBlock> blocks, const BlockIndex& index) {
+int32_t Find(std::span<const TileBlock> blocks, const GridPlace& index) {
   const auto found = std::lower_bound(
       blocks.begin(), blocks.end(), index,
-      [](const TileBlock& block, const BlockIndex& at) { return block.index < at; });
+      [](const TileBlock& block, const GridPlace& at) { return block.index < at; });
   return found != blocks.end() && found->index == index
              ? static_cast<int32_t>(found - blocks.begin())
              : -1;
@@ -44,8 +44,8 @@ void FillBlock(const HistogramBlock& histogram, size_t block, TvProblem* problem
 
 // Holds observed voxels that lie farther than kFreeHalo from the tile where `border` has them: data
 // so heavy that nothing moves it, to 1/500 of the truncation.
-void HoldBorder(const TileIndex& tile, const TileBlock& block, size_t number, TvProblem* problem) {
-  const BlockIndex low = FirstBlock(tile);
+void HoldBorder(const GridPlace& tile, const TileBlock& block, size_t number, TvProblem* problem) {
+  const GridPlace low = FirstBlock(tile);
   const auto distance = [](int32_t at, int32_t from) {
     return std::max({from - at, at - (from + kTileSide - 1), 0});
   };
@@ -84,7 +84,7 @@ class UnobservedFiller {
       std::array<int32_t, 3> at = {voxel % kBlockSide, voxel / kBlockSide % kBlockSide,
                                    voxel / (kBlockSide * kBlockSide)};
       at[side / 2] += side % 2 == 0 ? -1 : 1;
-      BlockIndex index = blocks_[block].index;
+      GridPlace index = blocks_[block].index;
       int32_t* const along[3] = {&index.x, &index.y, &index.z};
       const int32_t step = FloorDivide(at[side / 2], kBlockSide);
       *along[side / 2] += step;
@@ -105,9 +105,9 @@ class UnobservedFiller {
 
 }  // namespace
 
-Status CheckTileBlocks(const TileIndex& tile, std::span<const TileBlock> blocks) {
+Status CheckTileBlocks(const GridPlace& tile, std::span<const TileBlock> blocks) {
   for (size_t i = 0; i < blocks.size(); ++i) {
-    const BlockIndex& at = blocks[i].index;
+    const GridPlace& at = blocks[i].index;
     const char* wrong = !IsInReach(at, tile)                   ? "is out of the tile's reach"
                         : i > 0 && !(blocks[i - 1].index < at) ? "is not in ascending order"
                         : blocks[i].histogram == nullptr       ? "has no histogram"
@@ -123,7 +123,7 @@ Status CheckTileBlocks(const TileIndex& tile, std::span<const TileBlock> blocks)
   return Status::Ok();
 }
 
-TvProblem MakeTileProblem(const TileIndex& tile, std::span<const TileBlock> blocks,
+TvProblem MakeTileProblem(const GridPlace& tile, std::span<const TileBlock> blocks,
                           float lambda_of_weight, ThreadPool& pool) {
   TvProblem problem;
   problem.block_count = static_cast<uint32_t>(blocks.size());
@@ -131,11 +131,11 @@ TvProblem MakeTileProblem(const TileIndex& tile, std::span<const TileBlock> bloc
   problem.weights.assign(blocks.size() * kHistogramBins * kBlockVoxels, 0);
   problem.centers.assign(blocks.size() * kNearBins * kBlockVoxels, 0);
   for (const TileBlock& block : blocks) {
-    const BlockIndex& at = block.index;
-    for (const BlockIndex& next :
-         {BlockIndex{at.x - 1, at.y, at.z}, BlockIndex{at.x + 1, at.y, at.z},
-          BlockIndex{at.x, at.y - 1, at.z}, BlockIndex{at.x, at.y + 1, at.z},
-          BlockIndex{at.x, at.y, at.z - 1}, BlockIndex{at.x, at.y, at.z + 1}}) {
+    const GridPlace& at = block.index;
+    for (const GridPlace& next :
+         {GridPlace{at.x - 1, at.y, at.z}, GridPlace{at.x + 1, at.y, at.z},
+          GridPlace{at.x, at.y - 1, at.z}, GridPlace{at.x, at.y + 1, at.z},
+          GridPlace{at.x, at.y, at.z - 1}, GridPlace{at.x, at.y, at.z + 1}}) {
       problem.neighbors.push_back(Find(blocks, next));
     }
   }
@@ -157,7 +157,7 @@ float MeanOf(const HistogramBlock& histogram, size_t voxel) {
   return weight > 0 ? std::clamp(sum / weight, -1.f, 1.f) : 0.f;
 }
 
-std::vector<SolvedBlock> KeepOwnBlocks(const TileIndex& tile, std::span<const TileBlock> blocks,
+std::vector<SolvedBlock> KeepOwnBlocks(const GridPlace& tile, std::span<const TileBlock> blocks,
                                        std::span<const float> u, std::span<const float> p) {
   std::vector<SolvedBlock> own;
   const UnobservedFiller filler(blocks, u);

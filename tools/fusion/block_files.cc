@@ -37,7 +37,7 @@ std::vector<uint8_t> BlockFiles::Read(const std::string& name) const {
   return bytes;
 }
 
-std::string NameOf(const char* kind, const BlockIndex& block) {
+std::string NameOf(const char* kind, const GridPlace& block) {
   return std::string(kind) + "_" + std::to_string(block.x) + "_" + std::to_string(block.y) + "_" +
          std::to_string(block.z);
 }

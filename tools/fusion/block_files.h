@@ -26,6 +26,6 @@ class BlockFiles final {
   std::string folder_;
 };
 
-std::string NameOf(const char* kind, const BlockIndex& block);
+std::string NameOf(const char* kind, const GridPlace& block);
 
 }  // namespace veduta::fusion_benchmark

@@ -10,7 +10,7 @@
 namespace veduta::fusion_benchmark {
 namespace {
 
-std::string PieceName(const std::string& kind, const TileIndex& tile) {
+std::string PieceName(const std::string& kind, const GridPlace& tile) {
   return NameOf((kind + "_piece").c_str(), {tile.x, tile.y, tile.z});
 }
 
@@ -27,34 +27,34 @@ void FusedStreet::Name(const RangeImage& image) {
     named_[block.block] += block.pixel_count;
 }
 
-std::vector<BlockIndex> FusedStreet::blocks() const {
-  std::vector<BlockIndex> blocks;
+std::vector<GridPlace> FusedStreet::blocks() const {
+  std::vector<GridPlace> blocks;
   for (const auto& [block, pixels] : named_) {
     if (pixels >= pixels_min_) blocks.push_back(block);
   }
   return blocks;
 }
 
-std::set<TileIndex> FusedStreet::tiles() const {
-  std::set<TileIndex> tiles;
-  for (const BlockIndex& block : blocks()) tiles.insert(TileOf(block));
+std::set<GridPlace> FusedStreet::tiles() const {
+  std::set<GridPlace> tiles;
+  for (const GridPlace& block : blocks()) tiles.insert(TileOf(block));
   return tiles;
 }
 
-std::unique_ptr<HistogramBlock> FusedStreet::ReadHistogram(const BlockIndex& block) const {
+std::unique_ptr<HistogramBlock> FusedStreet::ReadHistogram(const GridPlace& block) const {
   const std::vector<uint8_t> bytes = files_.Read(NameOf("histogram", block));
   return bytes.empty() ? std::make_unique<HistogramBlock>() : ParseHistogramBlock(bytes).value();
 }
 
 std::unique_ptr<SolutionBlock> FusedStreet::ReadSolution(const std::string& kind,
-                                                         const BlockIndex& block) const {
+                                                         const GridPlace& block) const {
   const std::vector<uint8_t> bytes = files_.Read(NameOf(kind.c_str(), block));
   return bytes.empty() ? nullptr : ParseSolutionBlock(bytes).value();
 }
 
-std::vector<BlockIndex> FusedStreet::Add(const RangeImage& image, int sign) {
-  std::vector<BlockIndex> seen;
-  for (const BlockIndex& block : blocks()) {
+std::vector<GridPlace> FusedStreet::Add(const RangeImage& image, int sign) {
+  std::vector<GridPlace> seen;
+  for (const GridPlace& block : blocks()) {
     if (image.MaySee(block, grid_)) seen.push_back(block);
   }
   std::vector<uint64_t> sizes(seen.size());
@@ -65,7 +65,7 @@ std::vector<BlockIndex> FusedStreet::Add(const RangeImage& image, int sign) {
     sizes[i] = bytes.size();
     files_.Write(NameOf("histogram", seen[i]), bytes);
   });
-  std::vector<BlockIndex> changed;
+  std::vector<GridPlace> changed;
   for (size_t i = 0; i < seen.size(); ++i) {
     histogram_bytes_ += sizes[i];
     if (sizes[i] > 0) changed.push_back(seen[i]);
@@ -73,10 +73,10 @@ std::vector<BlockIndex> FusedStreet::Add(const RangeImage& image, int sign) {
   return changed;
 }
 
-FusedStreet::Loaded FusedStreet::Load(const TileIndex& tile, const std::string& previous,
+FusedStreet::Loaded FusedStreet::Load(const GridPlace& tile, const std::string& previous,
                                       const std::string& border) const {
   Loaded loaded;
-  for (const BlockIndex& block : BlocksInReach(tile)) {
+  for (const GridPlace& block : BlocksInReach(tile)) {
     const auto found = named_.find(block);
     if (found == named_.end() || found->second < pixels_min_) continue;
     loaded.histograms.push_back(ReadHistogram(block));
@@ -89,11 +89,11 @@ FusedStreet::Loaded FusedStreet::Load(const TileIndex& tile, const std::string& 
   return loaded;
 }
 
-SolveReport FusedStreet::SolveTiles(const std::set<TileIndex>& tiles, const char* kind,
+SolveReport FusedStreet::SolveTiles(const std::set<GridPlace>& tiles, const char* kind,
                                     const std::string& previous, const SolverOptions& options,
                                     Device* device, const std::string& border) {
   SolveReport report;
-  for (const TileIndex& tile : tiles) {
+  for (const GridPlace& tile : tiles) {
     const Loaded loaded = Load(tile, previous, border);
     const auto start = std::chrono::steady_clock::now();
     const TileSolution solution = SolveTile(tile, loaded.blocks, options, device, pool_).value();
@@ -112,14 +112,14 @@ SolveReport FusedStreet::SolveTiles(const std::set<TileIndex>& tiles, const char
 }
 
 void FusedStreet::Average(const char* kind) {
-  for (const TileIndex& tile : tiles()) {
+  for (const GridPlace& tile : tiles()) {
     WriteSolutions(kind, AverageTile(tile, Load(tile, "").blocks).value(), &files_);
   }
 }
 
 SolveReport FusedStreet::SolveWhole(const char* kind, uint32_t iterations, double lambda) {
   Loaded all;
-  for (const BlockIndex& block : blocks()) {
+  for (const GridPlace& block : blocks()) {
     all.histograms.push_back(ReadHistogram(block));
     all.blocks.push_back({block, all.histograms.back().get(), nullptr, nullptr});
   }
@@ -144,7 +144,7 @@ SolveReport FusedStreet::SolveWhole(const char* kind, uint32_t iterations, doubl
   report.voxel_iterations = uint64_t{iterations} * all.blocks.size() * kBlockVoxels;
   report.energy_end = energy.primal;
   report.lower_bound = energy.dual;
-  for (const TileIndex& tile : tiles()) {
+  for (const GridPlace& tile : tiles()) {
     TileSolution solution;
     solution.blocks = KeepOwnBlocks(tile, all.blocks, u, {});
     WriteSolutions(kind, solution, &files_);
@@ -154,7 +154,7 @@ SolveReport FusedStreet::SolveWhole(const char* kind, uint32_t iterations, doubl
 
 void FusedStreet::Scatter(const char* kind, uint64_t seed) {
   SeededRandom random(seed);
-  for (const BlockIndex& block : blocks()) {
+  for (const GridPlace& block : blocks()) {
     SolutionBlock solution;
     for (int16_t& value : solution.value) {
       value = seed == 0 ? int16_t{0}
@@ -164,17 +164,17 @@ void FusedStreet::Scatter(const char* kind, uint64_t seed) {
   }
 }
 
-std::vector<EnergyReport> FusedStreet::EnergiesOf(const TileIndex& tile,
+std::vector<EnergyReport> FusedStreet::EnergiesOf(const GridPlace& tile,
                                                   const SolverOptions& options, Device* device) {
   return SolveTile(tile, Load(tile, "").blocks, options, device, pool_).value().energies;
 }
 
 size_t FusedStreet::Extract(const char* kind, const ExtractionOptions& options) {
   size_t triangles = 0;
-  for (const TileIndex& tile : tiles()) {
+  for (const GridPlace& tile : tiles()) {
     std::vector<std::unique_ptr<SolutionBlock>> solutions;
     std::vector<ExtractionBlock> blocks;
-    for (const BlockIndex& block : BlocksInReach(tile)) {
+    for (const GridPlace& block : BlocksInReach(tile)) {
       std::unique_ptr<SolutionBlock> solution = ReadSolution(kind, block);
       if (!solution) continue;
       solutions.push_back(std::move(solution));
@@ -190,7 +190,7 @@ size_t FusedStreet::Extract(const char* kind, const ExtractionOptions& options) 
 SurfacePiece FusedStreet::Weld(const char* kind) const {
   std::vector<SurfacePiece> pieces;
   std::vector<const SurfacePiece*> all;
-  for (const TileIndex& tile : tiles()) {
+  for (const GridPlace& tile : tiles()) {
     pieces.push_back(ParseSurfacePiece(files_.Read(PieceName(kind, tile))).value());
   }
   for (const SurfacePiece& piece : pieces) all.push_back(&piece);

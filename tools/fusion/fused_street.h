@@ -30,7 +30,7 @@ class FusedStreet final {
   // First of all maps, then the second of all maps: the blocks must be known before a vote is cast.
   void Name(const RangeImage& image);
   // Returns the blocks that changed.
-  std::vector<BlockIndex> Add(const RangeImage& image, int sign = 1);
+  std::vector<GridPlace> Add(const RangeImage& image, int sign = 1);
 
   // Solves every tile; solutions go under `kind`. `previous`: the kind to start from; empty: from
   // the means. `border`: the kind that neighbours' borders are taken from; empty: a first round.
@@ -38,7 +38,7 @@ class FusedStreet final {
                     Device* device, const std::string& border = "") {
     return SolveTiles(tiles(), kind, previous, options, device, border);
   }
-  SolveReport SolveTiles(const std::set<TileIndex>& tiles, const char* kind,
+  SolveReport SolveTiles(const std::set<GridPlace>& tiles, const char* kind,
                          const std::string& previous, const SolverOptions& options, Device* device,
                          const std::string& border = "");
   void Average(const char* kind);
@@ -47,34 +47,34 @@ class FusedStreet final {
   // A start for Solve: every voxel -1 to 1 at random (seed > 0), or 0.
   void Scatter(const char* kind, uint64_t seed);
   // The energies of solving one tile.
-  std::vector<EnergyReport> EnergiesOf(const TileIndex& tile, const SolverOptions& options,
+  std::vector<EnergyReport> EnergiesOf(const GridPlace& tile, const SolverOptions& options,
                                        Device* device);
 
   // Extracts every tile; the pieces go under `kind`, and their triangles are counted.
   size_t Extract(const char* kind, const ExtractionOptions& options);
   SurfacePiece Weld(const char* kind) const;
 
-  std::vector<BlockIndex> blocks() const;  // allocated ones
-  std::set<TileIndex> tiles() const;
+  std::vector<GridPlace> blocks() const;  // allocated ones
+  std::set<GridPlace> tiles() const;
   const VolumeGrid& grid() const { return grid_; }
   uint64_t histogram_bytes() const { return histogram_bytes_; }
-  std::unique_ptr<HistogramBlock> ReadHistogram(const BlockIndex& block) const;
+  std::unique_ptr<HistogramBlock> ReadHistogram(const GridPlace& block) const;
   std::unique_ptr<SolutionBlock> ReadSolution(const std::string& kind,
-                                              const BlockIndex& block) const;
+                                              const GridPlace& block) const;
   // The tile's blocks in reach, as SolveTile takes them.
   struct Loaded {
     std::vector<std::unique_ptr<HistogramBlock>> histograms;
     std::vector<std::unique_ptr<SolutionBlock>> previous, border;
     std::vector<TileBlock> blocks;
   };
-  Loaded Load(const TileIndex& tile, const std::string& previous,
+  Loaded Load(const GridPlace& tile, const std::string& previous,
               const std::string& border = "") const;
 
  private:
   VolumeGrid grid_;
   uint32_t pixels_min_;
   ThreadPool& pool_;
-  std::map<BlockIndex, uint32_t> named_;
+  std::map<GridPlace, uint32_t> named_;
   uint64_t histogram_bytes_ = 0;
   BlockFiles files_;
 };

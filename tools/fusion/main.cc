@@ -214,10 +214,10 @@ void CompareStarts(const Arguments& a, FusedStreet* fused) {
 void CompareUpdate(const Arguments& a, const RangeImage& last, FusedStreet* fused) {
   fused->Add(last, -1);
   fused->Solve("before", "", a.solver, nullptr);
-  const std::vector<BlockIndex> changed = fused->Add(last);
-  std::set<TileIndex> dirty;
-  for (const BlockIndex& block : changed) {
-    for (const TileIndex& tile : TilesThatReach(block)) {
+  const std::vector<GridPlace> changed = fused->Add(last);
+  std::set<GridPlace> dirty;
+  for (const GridPlace& block : changed) {
+    for (const GridPlace& tile : TilesThatReach(block)) {
       if (fused->tiles().count(tile)) dirty.insert(tile);
     }
   }
@@ -234,9 +234,9 @@ void PrintEnergies(const Arguments& a, FusedStreet* fused) {
   SolverOptions longer = a.solver;
   longer.gap_max = 0;
   longer.iterations_max = 10 * a.solver.iterations_max;
-  TileIndex fullest;
+  GridPlace fullest;
   size_t most = 0;
-  for (const TileIndex& tile : fused->tiles()) {
+  for (const GridPlace& tile : fused->tiles()) {
     const size_t blocks = fused->Load(tile, "").blocks.size();
     if (blocks > most) fullest = tile;
     most = std::max(most, blocks);

@@ -82,7 +82,7 @@ DepthMap MakeWorse(const DepthMap& truth, double focal_px, const MapOptions& opt
   return map;
 }
 
-constexpr size_t kSensorCount = 2, kNeighborCount = 6;  // as fusion/pass/densify.h has them
+constexpr size_t kSensorCount = 2, kNeighborCount = 6;  // as engine/door/dense.h has them
 
 // The nearest views that look the same way, from at least a third of a metre away.
 std::vector<size_t> NearestViews(const std::vector<RenderedMap>& maps, size_t key,

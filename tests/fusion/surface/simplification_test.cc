@@ -178,7 +178,7 @@ TEST(NearestPoint, NothingOnTheTriangleIsNearer) {
     const Eigen::Vector3d p = 1.5 * point(), a = point();
     Eigen::Vector3d b = point(), c = point();
     if (round % 10 == 1) c = b;                  // a segment
-    if (round % 10 == 2) c = 0.3 * a + 0.7 * b;  // likewise
+    if (round % 10 == 2) c = 0.3 * a + 0.7 * b;  // a segment, too
     if (round % 10 == 3) b = c = a;              // a point
     const double distance = (NearestOnTriangle(p, a, b, c) - p).norm();
     double least = std::numeric_limits<double>::infinity();

@@ -38,8 +38,8 @@ SmallVolume VolumeOf(const Field& field, int32_t blocks_each_way) {
               static_cast<int16_t>(std::lround(std::clamp(field(at) / 4, -1., 1.) * kSolutionOne));
           solution->support[i] = std::abs(solution->value[i]) < kSolutionOne ? 6 : 1;
         }
-        volume.solutions.emplace(BlockIndex{x, y, z}, std::move(solution));
-        volume.histograms.emplace(BlockIndex{x, y, z}, nullptr);  // names the tiles
+        volume.solutions.emplace(GridPlace{x, y, z}, std::move(solution));
+        volume.histograms.emplace(GridPlace{x, y, z}, nullptr);  // names the tiles
       }
     }
   }
@@ -67,7 +67,7 @@ TEST(ExtractSurface, FitsAcrossTiles) {
   const SmallVolume volume = VolumeOf(Ball({0.3, 0.2, -0.4}, 21.3), 3);
   std::map<VertexKey, std::pair<Eigen::Vector3f, Eigen::Vector3f>> seen;
   size_t shared = 0;
-  for (const TileIndex& tile : volume.Tiles()) {
+  for (const GridPlace& tile : volume.Tiles()) {
     const SurfacePiece piece = volume.Extract(tile, {});
     EXPECT_TRUE(std::is_sorted(piece.keys.begin(), piece.keys.end()));
     EXPECT_FALSE(piece.triangles.empty());
@@ -100,7 +100,7 @@ TEST(ExtractSurface, DropsFloatersOnBothSidesOfABorder) {
     // Across the border x = 0, in turn more on the one side and on the other.
     for (const double x : {-4.0, 0.1, 3.0}) {
       const SmallVolume volume = VolumeOf(Both(wall, Ball({x, 3.2, 14.1}, radius)), 2);
-      const auto count_above = [&](uint32_t extent, const TileIndex& tile) {
+      const auto count_above = [&](uint32_t extent, const GridPlace& tile) {
         size_t count = 0;
         const SurfacePiece piece = volume.Extract(tile, {.piece_extent_cells_min = extent});
         for (const auto& t : piece.triangles) count += piece.positions[t[0]].z() > 0.3 ? 1 : 0;
@@ -108,7 +108,7 @@ TEST(ExtractSurface, DropsFloatersOnBothSidesOfABorder) {
       };
       // A ball of radius r takes between 2 r and 2 r + 2 cells.
       const bool is_floater = 2 * radius + 2 <= 15;
-      for (const TileIndex& tile : {TileIndex{-1, 0, 0}, TileIndex{0, 0, 0}}) {
+      for (const GridPlace& tile : {GridPlace{-1, 0, 0}, GridPlace{0, 0, 0}}) {
         EXPECT_GT(count_above(0, tile), 0u);
         if (is_floater) {
           EXPECT_EQ(count_above(15, tile), 0u) << radius << " at " << x;
@@ -210,18 +210,18 @@ TEST(Grid, KnowsWhoReachesWhom) {
   EXPECT_EQ(FloorDivide(-16, 16), -1);
   EXPECT_EQ(FloorDivide(-17, 16), -2);
   EXPECT_EQ(FloorDivide(15, 16), 0);
-  EXPECT_EQ(TileOf({-1, 4, 3}), (TileIndex{-1, 1, 0}));
+  EXPECT_EQ(TileOf({-1, 4, 3}), (GridPlace{-1, 1, 0}));
   SeededRandom random(9);
   for (int i = 0; i < 100; ++i) {
     const auto coordinate = [&] { return static_cast<int32_t>(random.Below(41)) - 20; };
-    const BlockIndex block = {coordinate(), coordinate(), coordinate()};
-    const std::vector<TileIndex> tiles = TilesThatReach(block);
+    const GridPlace block = {coordinate(), coordinate(), coordinate()};
+    const std::vector<GridPlace> tiles = TilesThatReach(block);
     EXPECT_NE(std::find(tiles.begin(), tiles.end(), TileOf(block)), tiles.end());
-    for (const TileIndex& tile : tiles) {
-      const std::vector<BlockIndex> reach = BlocksInReach(tile);
+    for (const GridPlace& tile : tiles) {
+      const std::vector<GridPlace> reach = BlocksInReach(tile);
       EXPECT_TRUE(std::binary_search(reach.begin(), reach.end(), block));
     }
-    const std::vector<BlockIndex> own = BlocksOfTile(TileOf(block));
+    const std::vector<GridPlace> own = BlocksOfTile(TileOf(block));
     EXPECT_TRUE(std::binary_search(own.begin(), own.end(), block));
     const bool is_corner = tiles.size() == 8, is_inner = tiles.size() == 1;
     EXPECT_TRUE(is_corner || is_inner || tiles.size() == 2 || tiles.size() == 4);

@@ -72,13 +72,13 @@ TEST(RangeImage, NamesTheBlocksNearSurface) {
   const RangeImage image = RangeImage::Make(map, view).value();
   // Every pixel's cube of one truncation each way, corner by corner: less than a block, so corners
   // name all.
-  std::map<BlockIndex, uint32_t> expected;
+  std::map<GridPlace, uint32_t> expected;
   for (uint32_t i = 0; i < map.depth.size(); ++i) {
     if (map.depth[i] == 0) continue;
     const Eigen::Vector2d at = view.camera.Normalize(Eigen::Vector2d(i % 96, i / 96));
     const Eigen::Vector3d point =
         view.cam_from_world.Inverse() * (map.depth[i] * Eigen::Vector3d(at.x(), at.y(), 1));
-    std::set<BlockIndex> blocks;
+    std::set<GridPlace> blocks;
     for (int corner = 0; corner < 8; ++corner) {
       const Eigen::Vector3d sign(corner & 1 ? 1 : -1, corner & 2 ? 1 : -1, corner & 4 ? 1 : -1);
       const Eigen::Array3d block =
@@ -86,7 +86,7 @@ TEST(RangeImage, NamesTheBlocksNearSurface) {
       blocks.insert(
           {static_cast<int>(block.x()), static_cast<int>(block.y()), static_cast<int>(block.z())});
     }
-    for (const BlockIndex& block : blocks) ++expected[block];
+    for (const GridPlace& block : blocks) ++expected[block];
   }
   std::vector<NamedBlock> all;
   for (const auto& [block, count] : expected) all.push_back({block, count});
@@ -97,7 +97,7 @@ TEST(RangeImage, SeesNothingWhereItSaysSo) {
   const RangeImage image = BallImages(0)[0];
   int unseen = 0;
   for (int32_t i = 0; i < 125; ++i) {
-    const BlockIndex at = {2 * (i % 5) - 5, 2 * (i / 5 % 5) - 5, 2 * (i / 25) - 5};
+    const GridPlace at = {2 * (i % 5) - 5, 2 * (i / 5 % 5) - 5, 2 * (i / 25) - 5};
     HistogramBlock block;
     if (image.MaySee(at, kGrid)) continue;
     ++unseen;
@@ -126,7 +126,7 @@ TEST(RangeImage, RefusesWhatIsNoDepth) {
 
 TEST(HistogramBlock, IsTheSameInAnyOrderAndAfterWithdrawal) {
   const std::vector<RangeImage> images = BallImages(0.02);
-  const BlockIndex at = {0, 0, 0};
+  const GridPlace at = {0, 0, 0};
   HistogramBlock forward, backward, without;
   for (size_t i = 0; i < images.size(); ++i) {
     ASSERT_TRUE(Integrate(images[i], kGrid, at, 1, &forward).value().changed);

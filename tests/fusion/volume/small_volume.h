@@ -16,11 +16,11 @@ namespace veduta {
 
 struct SmallVolume {
   VolumeGrid grid;
-  std::map<BlockIndex, std::unique_ptr<HistogramBlock>> histograms;
-  std::map<BlockIndex, std::unique_ptr<SolutionBlock>> solutions;
+  std::map<GridPlace, std::unique_ptr<HistogramBlock>> histograms;
+  std::map<GridPlace, std::unique_ptr<SolutionBlock>> solutions;
 
   void Integrate(const std::vector<RangeImage>& images, uint32_t pixels_min) {
-    std::map<BlockIndex, uint32_t> named;
+    std::map<GridPlace, uint32_t> named;
     for (const RangeImage& image : images) {
       for (const NamedBlock& block : image.BlocksNearSurface(grid))
         named[block.block] += block.pixel_count;
@@ -33,14 +33,14 @@ struct SmallVolume {
       histograms.emplace(block, std::move(histogram));
     }
   }
-  std::set<TileIndex> Tiles() const {
-    std::set<TileIndex> tiles;
+  std::set<GridPlace> Tiles() const {
+    std::set<GridPlace> tiles;
     for (const auto& block : histograms) tiles.insert(TileOf(block.first));
     return tiles;
   }
-  std::vector<TileBlock> InReach(const TileIndex& tile) const {
+  std::vector<TileBlock> InReach(const GridPlace& tile) const {
     std::vector<TileBlock> blocks;
-    for (const BlockIndex& at : BlocksInReach(tile)) {
+    for (const GridPlace& at : BlocksInReach(tile)) {
       const auto found = histograms.find(at);
       if (found != histograms.end()) blocks.push_back({at, found->second.get(), nullptr, nullptr});
     }
@@ -50,15 +50,15 @@ struct SmallVolume {
     for (SolvedBlock& block : solution.blocks) solutions[block.index] = std::move(block.solution);
   }
   void Solve(const SolverOptions& options, ThreadPool& pool) {
-    for (const TileIndex& tile : Tiles())
+    for (const GridPlace& tile : Tiles())
       Keep(SolveTile(tile, InReach(tile), options, nullptr, pool).value());
   }
   void Average() {
-    for (const TileIndex& tile : Tiles()) Keep(AverageTile(tile, InReach(tile)).value());
+    for (const GridPlace& tile : Tiles()) Keep(AverageTile(tile, InReach(tile)).value());
   }
-  SurfacePiece Extract(const TileIndex& tile, const ExtractionOptions& options) const {
+  SurfacePiece Extract(const GridPlace& tile, const ExtractionOptions& options) const {
     std::vector<ExtractionBlock> blocks;
-    for (const BlockIndex& at : BlocksInReach(tile)) {
+    for (const GridPlace& at : BlocksInReach(tile)) {
       const auto found = solutions.find(at);
       if (found != solutions.end()) blocks.push_back({at, found->second.get()});
     }
@@ -66,7 +66,7 @@ struct SmallVolume {
   }
   SurfacePiece Surface(const ExtractionOptions& options) const {
     std::vector<SurfacePiece> pieces;
-    for (const TileIndex& tile : Tiles()) pieces.push_back(Extract(tile, options));
+    for (const GridPlace& tile : Tiles()) pieces.push_back(Extract(tile, options));
     std::vector<const SurfacePiece*> all;
     for (const SurfacePiece& piece : pieces) all.push_back(&piece);
     return WeldPieces(all);

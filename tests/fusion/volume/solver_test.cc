@@ -125,7 +125,7 @@ TEST(SolveTile, FindsTheSameSurfaceFromAnyStart) {
   SmallVolume volume = BallVolume(kNoise, kOutliers);
   const SolverOptions options = {.iterations_max = 600, .gap_max = 0};
   ThreadPool pool(1);
-  const TileIndex tile = {0, 0, 0};
+  const GridPlace tile = {0, 0, 0};
   std::vector<TileBlock> blocks = volume.InReach(tile);
   const auto surface_from = [&](uint64_t seed) {
     SeededRandom random(seed);
@@ -168,7 +168,7 @@ TEST(SolveTile, LowersTheEnergyToItsEnd) {
 TEST(SolveTile, StartsWarm) {
   SmallVolume volume = BallVolume(kNoise, kOutliers);
   ThreadPool pool(1);
-  const TileIndex tile = {0, 0, 0};
+  const GridPlace tile = {0, 0, 0};
   const SolverOptions options = {.check_every = 2};
   volume.Solve(options, pool);
   const std::vector<RangeImage> images = BallImages(kNoise, kOutliers);
@@ -215,7 +215,7 @@ TEST(SolveTile, TheDeviceDoesNotMatter) {
 TEST(SolveTile, HoldsTheBordersOfTheRoundBefore) {
   SmallVolume volume = BallVolume(kNoise, kOutliers);
   ThreadPool pool(1);
-  const TileIndex tile = {0, 0, 0};
+  const GridPlace tile = {0, 0, 0};
   volume.Solve({}, pool);
   std::vector<TileBlock> blocks = volume.InReach(tile);
   for (TileBlock& block : blocks) {
@@ -285,7 +285,7 @@ TEST(SolveTile, RefusesWhatDoesNotFit) {
   const SmallVolume volume = BallVolume(0, 0);
   ThreadPool pool(0);
   std::vector<TileBlock> blocks = volume.InReach({0, 0, 0});
-  const auto code = [&](const TileIndex& tile, const SolverOptions& options) {
+  const auto code = [&](const GridPlace& tile, const SolverOptions& options) {
     return SolveTile(tile, blocks, options, nullptr, pool).status().code();
   };
   EXPECT_EQ(code({5, 0, 0}, {}), StatusCode::kInvalidArgument);

@@ -1,15 +1,19 @@
 // SPDX-License-Identifier: Apache-2.0
-// Goal: the offline pass redoes what is stale and nothing else: depth maps that are withdrawn
+// Goal: the dense pass makes anew what is stale and nothing else: depth maps that are withdrawn
 //   and added leave the bytes of a pass from nothing; poses that hardly move keep what was made
-//   from them; what was merged away goes; damage is named.
+//   from them; what was merged away goes; damage is named; photos may be added while it runs.
 // Method: photos of a rendered street in a real database; small depth maps, C++ paths; the pass
 //   run again after one change at a time, its report and its stored bytes compared.
-#include "fusion/pass/densify.h"
+#include "fusion/pass/dense_pass.h"
 
 #include <gtest/gtest.h>
 
+#include <functional>
+#include <thread>
+
 #include "fusion/pass/dense_invariants.h"
 #include "fusion/pass/scene.h"
+#include "fusion/pass/stage.h"
 #include "tests/engine/street_fixture.h"
 
 namespace veduta {
@@ -24,7 +28,7 @@ DensifyOptions SmallOptions() {
 }
 
 // A database of six photos of one stretch of the street, filled once and copied for each test.
-class DensifyTest : public testing::Test {
+class DensePassTest : public testing::Test {
  protected:
   void SetUp() override {
     std::vector<Stand> stands;
@@ -38,9 +42,14 @@ class DensifyTest : public testing::Test {
     ASSERT_EQ(records->front().image_count, stands.size());
   }
 
+  Result<DensifyReport> TryPass(const DensifyOptions& options, DenseProgress progress = {},
+                                std::stop_token stop = {}) {
+    return RunDensePass({writer_, *engine_->pool(), /*device=*/nullptr, std::move(progress), stop},
+                        id_, options);
+  }
+
   DensifyReport Pass(const DensifyOptions& options = SmallOptions()) {
-    auto report =
-        Densify(*engine_->database(), id_, options, /*device=*/nullptr, *engine_->pool(), {});
+    auto report = TryPass(options);
     EXPECT_OK(report);
     return report.ok() ? *report : DensifyReport();
   }
@@ -74,12 +83,13 @@ class DensifyTest : public testing::Test {
 
   City city_;
   Engine* const engine_ = &city_.engine();
+  Writer writer_{engine_->database()};
   ReconstructionId id_;
 };
 
 constexpr uint8_t kVolumeFamily = 19;  // Family::kVolume, which only storage/ may name
 
-TEST_F(DensifyTest, WithdrawnAndAddedMapsLeaveTheBytesOfAPassFromNothing) {
+TEST_F(DensePassTest, WithdrawnAndAddedMapsLeaveTheBytesOfAPassFromNothing) {
   DensifyOptions few = SmallOptions();
   few.neighbor_count = 1;  // other checks, so other maps
   Pass(few);
@@ -99,7 +109,7 @@ TEST_F(DensifyTest, WithdrawnAndAddedMapsLeaveTheBytesOfAPassFromNothing) {
   Pass();
   const std::vector<ContentHash> again = Stored(kVolumeFamily);
   // One map moves: it alone is withdrawn and added, in tiles that hold others too.
-  MovePose(ImageId(2), grown.settings.voxel_size);
+  MovePose(ImageId(2), grown.voxel_size);
   const DensifyReport moved = Pass();
   EXPECT_GT(moved.volume.computed, 0u);
   const std::vector<ContentHash> changed = Stored(kVolumeFamily);
@@ -108,12 +118,12 @@ TEST_F(DensifyTest, WithdrawnAndAddedMapsLeaveTheBytesOfAPassFromNothing) {
   cleared->dense().DeleteReconstruction(id_);
   ASSERT_OK(cleared->Commit());
   DensifyOptions same_grid = SmallOptions();
-  same_grid.voxel_size = moved.settings.voxel_size;
+  same_grid.voxel_size = moved.voxel_size;
   Pass(same_grid);
   EXPECT_TRUE(Stored(kVolumeFamily) == changed) << "step by step as all at once";
 }
 
-TEST_F(DensifyTest, WhatHardlyMovesStays) {
+TEST_F(DensePassTest, WhatHardlyMovesStays) {
   const DensifyReport first = Pass();
   ASSERT_EQ(first.depths.computed, 6u);
   MovePose(ImageId(3), 1e-5);
@@ -129,23 +139,25 @@ TEST_F(DensifyTest, WhatHardlyMovesStays) {
   ExpectSound();
 }
 
-TEST_F(DensifyTest, SettingsAreKeptAndChangeable) {
+TEST_F(DensePassTest, SettingsAreKeptAndChangeable) {
   const DensifyReport first = Pass();
-  EXPECT_EQ(first.settings.depth_side_px, kSidePx);
-  EXPECT_EQ(first.settings.sensor_count, 2u);
+  EXPECT_EQ(first.depth_side_px, kSidePx);
+  EXPECT_EQ(first.sensor_count, 2u);
   DensifyOptions unset;
   const DensifyReport same = Pass(unset);
-  EXPECT_EQ(same.settings, first.settings);
+  EXPECT_EQ(same.depth_side_px, first.depth_side_px);
+  EXPECT_EQ(same.sensor_count, first.sensor_count);
+  EXPECT_EQ(same.voxel_size, first.voxel_size);
   EXPECT_EQ(same.depths.kept, 6u);
   unset.sensor_count = 3;
   const DensifyReport three = Pass(unset);
-  EXPECT_EQ(three.settings.sensor_count, 3u);
+  EXPECT_EQ(three.sensor_count, 3u);
   EXPECT_GT(three.depths.computed, 0u);
-  EXPECT_EQ(three.settings.voxel_size, first.settings.voxel_size);
-  EXPECT_EQ(Pass().settings.sensor_count, 3u);
+  EXPECT_EQ(three.voxel_size, first.voxel_size);
+  EXPECT_EQ(Pass().sensor_count, 3u);
 }
 
-TEST_F(DensifyTest, WhatWasMergedAwayGoes) {
+TEST_F(DensePassTest, WhatWasMergedAwayGoes) {
   Pass();
   auto record = engine_->database()->GetSnapshot()->GetReconstruction(id_);
   ASSERT_OK(record);
@@ -153,20 +165,19 @@ TEST_F(DensifyTest, WhatWasMergedAwayGoes) {
   const auto transaction = engine_->database()->BeginTransaction();
   transaction->PutReconstruction(*record);
   ASSERT_OK(transaction->Commit());
-  const auto swept = SweepMerged(*engine_->database());
+  const auto swept = SweepMerged(writer_);
   ASSERT_OK(swept);
   EXPECT_EQ(*swept, 1u);
   size_t left = 0;
   ASSERT_OK(
       engine_->database()->GetSnapshot()->dense().ScanAll([&](uint8_t, auto, auto) { ++left; }));
   EXPECT_EQ(left, 0u);
-  const Status merged =
-      Densify(*engine_->database(), id_, SmallOptions(), nullptr, *engine_->pool(), {}).status();
+  const Status merged = TryPass(SmallOptions()).status();
   EXPECT_EQ(merged.code(), StatusCode::kInvalidArgument);
   EXPECT_NE(merged.message().find("merged into 99"), std::string::npos) << merged.message();
 }
 
-TEST_F(DensifyTest, SweepsItsOwnSupersededMapsOnly) {
+TEST_F(DensePassTest, SweepsItsOwnSupersededMapsOnly) {
   Pass();
   const auto snapshot = engine_->database()->GetSnapshot();
   const auto depth = snapshot->dense().FindDepth(ImageId(1));
@@ -191,7 +202,7 @@ TEST_F(DensifyTest, SweepsItsOwnSupersededMapsOnly) {
   EXPECT_OK(later->dense().GetCheckedDepth(ImageId(1), (*depth)->checked_version));
 }
 
-TEST_F(DensifyTest, DamageIsNamed) {
+TEST_F(DensePassTest, DamageIsNamed) {
   Pass();
   ExpectSound();
   const auto snapshot = engine_->database()->GetSnapshot();
@@ -231,29 +242,148 @@ TEST_F(DensifyTest, DamageIsNamed) {
       << "no more than asked for";
 }
 
-TEST_F(DensifyTest, StopsBetweenPiecesAndRefusesNonsense) {
+TEST_F(DensePassTest, StopsBetweenPiecesAndRefusesNonsense) {
   std::stop_source stop;
   DensifyOptions options = SmallOptions();
-  options.progress = [&](std::string_view stage, size_t done, size_t) {
+  const DenseProgress stop_soon = [&](std::string_view stage, size_t done, size_t) {
     if (stage == "depth maps" && done == 2) stop.request_stop();
   };
-  const Status stopped =
-      Densify(*engine_->database(), id_, options, nullptr, *engine_->pool(), stop.get_token())
-          .status();
+  const Status stopped = TryPass(options, stop_soon, stop.get_token()).status();
   EXPECT_EQ(stopped.code(), StatusCode::kCancelled);
   const DensifyReport rest = Pass();
   EXPECT_EQ(rest.depths.kept, 2u);
   EXPECT_EQ(rest.depths.computed, 4u);
   options = SmallOptions();
   options.neighbor_count = 0;
-  EXPECT_EQ(
-      Densify(*engine_->database(), id_, options, nullptr, *engine_->pool(), {}).status().code(),
-      StatusCode::kInvalidArgument);
-  EXPECT_EQ(Densify(*engine_->database(), ReconstructionId(9), SmallOptions(), nullptr,
-                    *engine_->pool(), {})
-                .status()
-                .code(),
-            StatusCode::kNotFound);
+  EXPECT_EQ(TryPass(options).status().code(), StatusCode::kInvalidArgument);
+  id_ = ReconstructionId(9);
+  EXPECT_EQ(TryPass(SmallOptions()).status().code(), StatusCode::kNotFound);
+}
+
+TEST_F(DensePassTest, EveryStageNoticesItsOptions) {
+  Pass();
+  const auto settings = engine_->database()->GetSnapshot()->dense().FindSettings(id_);
+  ASSERT_TRUE(settings.ok() && *settings);
+  DenseStageOptions options = StageOptionsOf(SmallOptions(), **settings);
+  const auto scene = LoadScene(*engine_->database()->GetSnapshot(), id_);
+  ASSERT_OK(scene);
+  const auto computed = [&] {
+    const DensePassTools tools{writer_, *engine_->pool(), nullptr, {}, {}};
+    DensePass pass(tools, *scene);
+    DensifyReport r;
+    EXPECT_OK(RunStages(options, &pass, &r));
+    return std::vector{r.depths.computed > 0,    r.checks.computed > 0, r.volume.computed > 0,
+                       r.solutions.computed > 0, r.meshes.computed > 0, r.exposures.computed > 0,
+                       r.colors.computed > 0};
+  };
+  EXPECT_EQ(computed(), std::vector(7, false)) << "nothing is stale yet";
+  // From the last stage to the first: what a stage makes anew may leave nothing to do after it, but
+  // nothing before it is made anew.
+  const std::vector<std::pair<size_t, std::function<void()>>> changes = {
+      {6, [&] { options.colors.coloring.outlier_deviations += 0.5; }},
+      {5, [&] { options.exposures.exposure.observations_min += 1; }},
+      {4, [&] { options.meshes.extraction.piece_extent_cells_min -= 1; }},
+      {3, [&] { options.fusion.solver.lambda += 0.25; }},
+      {2, [&] { options.volume.grid.truncation_voxels += 0.5; }},
+      {1, [&] { options.checks.consistency.confidence_sure += 8; }},
+      {0, [&] { options.depths.estimation.penalty_small += 1; }},
+  };
+  for (const auto& [stage, change] : changes) {
+    change();
+    const std::vector<bool> made = computed();
+    EXPECT_TRUE(made[stage]) << "stage " << stage;
+    for (size_t before = 0; before < stage; ++before)
+      EXPECT_FALSE(made[before]) << "stage " << before << " before " << stage;
+    EXPECT_EQ(computed(), std::vector(7, false)) << "after stage " << stage;
+  }
+  ExpectSound();
+}
+
+TEST_F(DensePassTest, AVolumeOfOtherOptionsIsMadeFromNothing) {
+  Pass();
+  const std::vector<ContentHash> first = Stored(kVolumeFamily);
+  const auto settings = engine_->database()->GetSnapshot()->dense().FindSettings(id_);
+  ASSERT_TRUE(settings.ok() && *settings);
+  const auto scene = LoadScene(*engine_->database()->GetSnapshot(), id_);
+  ASSERT_OK(scene);
+  const DensePassTools tools{writer_, *engine_->pool(), nullptr, {}, {}};
+  DensePass pass(tools, *scene);
+  DenseStageOptions options = StageOptionsOf(SmallOptions(), **settings);
+  options.volume.grid.truncation_voxels = 5;
+  ASSERT_OK(UpdateVolume(options.volume, options.allocation, &pass));
+  EXPECT_FALSE(Stored(kVolumeFamily) == first) << "the same maps, but not the same votes";
+  options.volume.grid.truncation_voxels = 4;
+  ASSERT_OK(UpdateVolume(options.volume, options.allocation, &pass));
+  EXPECT_TRUE(Stored(kVolumeFamily) == first);
+}
+
+// Adds photos as the engine does: in turns of the same writer.
+void AddInTurns(const std::vector<Stand>& stands, Writer* writer, City* city) {
+  for (const Stand& stand : stands) {
+    const Writer::Turn turn = writer->Take();
+    city->Add(std::vector{stand});
+  }
+}
+
+TEST_F(DensePassTest, PhotosMayBeAddedWhileItRuns) {
+  const std::vector<Stand> more = {{24.2, 90}, {24.9, 90}};
+  for (const Stand& stand : more) TakePhoto(stand);  // rendered beforehand
+  std::thread adding;
+  const DenseProgress add_meanwhile = [&](std::string_view stage, size_t done, size_t) {
+    if (stage == "depth maps" && done == 1)
+      adding = std::thread([&] { AddInTurns(more, &writer_, &city_); });
+    if (stage == "surface" && adding.joinable()) adding.join();  // before the pass ends
+  };
+  const auto during = TryPass(SmallOptions(), add_meanwhile);
+  ASSERT_OK(during);
+  EXPECT_FALSE(during->merged_into.valid());
+  EXPECT_EQ(during->depths.computed, 6u) << "those that were there when it began";
+  EXPECT_EQ(city_.Counts().placed, 8u);
+  ExpectSound();
+  EXPECT_TRUE(IsSound(city_.Ask().snapshot()));
+  const DensifyReport after = Pass();
+  EXPECT_GE(after.depths.computed, 2u);
+  ExpectSound();
+
+  // Nobody can tell from the database whether the photos came during the pass or after it.
+  City one_by_one;
+  one_by_one.Add({{20.0, 90}, {20.7, 90}, {21.4, 90}, {22.1, 90}, {22.8, 90}, {23.5, 90}});
+  Writer writer(one_by_one.engine().database());
+  const DensePassTools tools{writer, *one_by_one.engine().pool(), nullptr, {}, {}};
+  ASSERT_OK(RunDensePass(tools, id_, SmallOptions()));
+  AddInTurns(more, &writer, &one_by_one);
+  ASSERT_OK(RunDensePass(tools, id_, SmallOptions()));
+  EXPECT_EQ(city_.Digest(), one_by_one.Digest());
+}
+
+TEST_F(DensePassTest, EndsWhereItsReconstructionIsMergedAway) {
+  const DenseProgress merge = [&](std::string_view stage, size_t done, size_t) {
+    if (stage != "checks" || done != 2) return;
+    Writer::Turn turn = writer_.Take();
+    auto record = turn.database().GetSnapshot()->GetReconstruction(id_);
+    ASSERT_OK(record);
+    record->merged_into = ReconstructionId(99);
+    const auto transaction = turn.database().BeginTransaction();
+    transaction->PutReconstruction(*record);
+    ASSERT_OK(transaction->Commit());
+  };
+  const auto report = TryPass(SmallOptions(), merge);
+  ASSERT_OK(report);
+  EXPECT_EQ(report->merged_into, ReconstructionId(99));
+  EXPECT_EQ(report->depths.computed, 6u);
+  EXPECT_EQ(report->triangles, 0u);
+  const auto dense_entries = [&] {
+    size_t count = 0;
+    EXPECT_OK(
+        engine_->database()->GetSnapshot()->dense().ScanAll([&](uint8_t, auto, auto) { ++count; }));
+    return count;
+  };
+  EXPECT_GT(dense_entries(), 0u);
+  const auto swept = SweepMerged(writer_);
+  ASSERT_OK(swept);
+  EXPECT_EQ(*swept, 1u);
+  EXPECT_EQ(dense_entries(), 0u);
+  EXPECT_EQ(*SweepMerged(writer_), 0u);
 }
 
 }  // namespace

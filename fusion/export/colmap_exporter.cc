@@ -1,5 +1,4 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "engine/query/colmap_export.h"
 
 #include <algorithm>
 #include <cerrno>
@@ -9,9 +8,11 @@
 #include <fstream>
 #include <iomanip>
 #include <map>
+#include <optional>
 #include <set>
 
 #include "engine/camera/projection.h"
+#include "fusion/export/exporter.h"
 
 namespace veduta {
 namespace {
@@ -46,14 +47,13 @@ Status Close(std::ofstream* file, const std::filesystem::path& path) {
                : Status::IoError("cannot write " + path.string() + ": " + std::strerror(errno));
 }
 
-class ModelWriter {
+class ColmapModel final {
  public:
-  ModelWriter(const Snapshot& snapshot, const ReconstructionRecord& record,
+  ColmapModel(const Snapshot& snapshot, const ReconstructionRecord& record,
               std::filesystem::path folder)
       : snapshot_(snapshot), record_(record), folder_(std::move(folder)) {}
 
   Status Write(const std::vector<PoseRecord>& poses) {
-    std::filesystem::create_directories(folder_);
     VEDUTA_RETURN_IF_ERROR(WritePoints());
     VEDUTA_RETURN_IF_ERROR(WriteImages(poses));
     return WriteCameras();
@@ -102,21 +102,28 @@ class ModelWriter {
       file << image.id.value << ' ' << q.w() << ' ' << q.x() << ' ' << q.y() << ' ' << q.z() << ' '
            << t.x() << ' ' << t.y() << ' ' << t.z() << ' ' << image.camera.value << ' '
            << OnOneLine(image.name) << '\n';
-      auto next = observations.begin();
-      for (FeatureIndex f = 0; f < features.size(); ++f) {
-        Eigen::Vector2d x(features.keypoints[f].x_px, features.keypoints[f].y_px);
-        if (IsOpenCvModel(camera.model)) x = DistortPixel(camera.model, x);
-        file << (f ? " " : "") << x.x() + kColmapPixelOffset << ' ' << x.y() + kColmapPixelOffset
-             << ' ';
-        if (next != observations.end() && next->feature == f) {
-          file << numbers_.at((next++)->point);
-        } else {
-          file << -1;
-        }
-      }
-      file << '\n';
+      WriteFeatures(features, observations, camera.model, &file);
     }
     return Close(&file, path);
+  }
+
+  // All features of an image on one line, each with its point's number, or -1.
+  void WriteFeatures(const Features& features, const std::vector<Observation>& observations,
+                     const CameraModel& camera, std::ofstream* out) const {
+    std::ofstream& file = *out;
+    auto next = observations.begin();
+    for (FeatureIndex f = 0; f < features.size(); ++f) {
+      Eigen::Vector2d x(features.keypoints[f].x_px, features.keypoints[f].y_px);
+      if (IsOpenCvModel(camera)) x = DistortPixel(camera, x);
+      file << (f ? " " : "") << x.x() + kColmapPixelOffset << ' ' << x.y() + kColmapPixelOffset
+           << ' ';
+      if (next != observations.end() && next->feature == f) {
+        file << numbers_.at((next++)->point);
+      } else {
+        file << -1;
+      }
+    }
+    file << '\n';
   }
 
   Status WriteCameras() {
@@ -142,33 +149,34 @@ class ModelWriter {
   std::set<CameraId> cameras_;
 };
 
+class ColmapExporter final : public Exporter {
+ public:
+  explicit ColmapExporter(const Snapshot& snapshot) : snapshot_(snapshot) {}
+
+  Result<ExportedModel> Write(const ReconstructionRecord& record,
+                              const std::string& folder) override {
+    if (!poses_) {
+      poses_.emplace();
+      VEDUTA_RETURN_IF_ERROR(snapshot_.ScanPoses([&](const PoseRecord& pose) {
+        (*poses_)[pose.reconstruction].push_back(pose);
+        return true;
+      }));
+    }
+    const std::vector<PoseRecord>& poses = (*poses_)[record.id];
+    ColmapModel model(snapshot_, record, folder);
+    VEDUTA_RETURN_IF_ERROR(model.Write(poses));
+    return ExportedModel{record.id, folder, poses.size(), model.point_count(), 0, 0};
+  }
+
+ private:
+  const Snapshot& snapshot_;
+  std::optional<std::map<ReconstructionId, std::vector<PoseRecord>>> poses_;  // once asked for
+};
+
 }  // namespace
 
-Result<std::vector<ExportedModel>> ExportColmap(const Snapshot& snapshot, const std::string& out) {
-  std::error_code error;
-  if (std::filesystem::exists(out, error) && !std::filesystem::is_empty(out, error)) {
-    return Status::AlreadyExists(out + " exists and is not empty; name a new folder");
-  }
-  VEDUTA_ASSIGN_OR_RETURN(std::vector<ReconstructionRecord> records,
-                          snapshot.ListReconstructions());
-  std::erase_if(records, [](const ReconstructionRecord& r) { return r.merged_into.valid(); });
-  std::stable_sort(records.begin(), records.end(),
-                   [](const auto& a, const auto& b) { return a.image_count > b.image_count; });
-  std::map<ReconstructionId, std::vector<PoseRecord>> poses;
-  VEDUTA_RETURN_IF_ERROR(snapshot.ScanPoses([&](const PoseRecord& pose) {
-    poses[pose.reconstruction].push_back(pose);
-    return true;
-  }));
-  std::filesystem::create_directories(out, error);
-  if (error) return Status::IoError("cannot make folder " + out + ": " + error.message());
-  std::vector<ExportedModel> models;
-  for (const ReconstructionRecord& record : records) {
-    const auto folder = std::filesystem::path(out) / std::to_string(models.size());
-    ModelWriter writer(snapshot, record, folder);
-    VEDUTA_RETURN_IF_ERROR(writer.Write(poses[record.id]));
-    models.push_back({record.id, folder.string(), poses[record.id].size(), writer.point_count()});
-  }
-  return models;
+std::unique_ptr<Exporter> MakeColmapExporter(const Snapshot& snapshot, const ExportRequest&) {
+  return std::make_unique<ColmapExporter>(snapshot);
 }
 
 }  // namespace veduta

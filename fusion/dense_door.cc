@@ -1,0 +1,228 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "fusion/dense_door.h"
+
+#include <algorithm>
+#include <array>
+#include <optional>
+#include <string_view>
+
+#include "fusion/export/reconstruction_picture.h"
+#include "fusion/export/surface_model.h"
+#include "fusion/pass/dense_pass.h"
+#include "fusion/pass/scene.h"
+#include "fusion/surface/model_writer.h"
+#include "kernels/device.h"
+
+namespace veduta {
+namespace {
+
+// The size of a picture that no photo gives a size. Chosen by hand; not measured.
+constexpr uint32_t kPictureWidthPx = 1600, kPictureHeightPx = 1200;
+constexpr uint32_t kPictureSideMin = 16, kPictureSideMax = 16384;
+
+// A word of a request and what it means.
+template <typename Meaning>
+struct Word {
+  std::string_view word;
+  Meaning meaning;
+};
+constexpr std::array kSides = {Word<size_t>{"front", 0}, Word<size_t>{"left", 1},
+                               Word<size_t>{"right", 2}};  // the order of ThreeSides
+constexpr std::array kShadings = {Word<Shading>{"color", Shading::kColor},
+                                  Word<Shading>{"clay", Shading::kClay},
+                                  Word<Shading>{"normal", Shading::kNormal}};
+
+template <typename Words>
+Status CheckWord(const char* field, const std::string& word, const Words& words) {
+  std::string known;
+  for (const auto& one : words) {
+    if (one.word == word) return Status::Ok();
+    known += (known.empty() ? "" : ", ") + std::string(one.word);
+  }
+  return Status::InvalidArgument(std::string(field) + " is '" + word + "', but must be one of " +
+                                 known);
+}
+
+// The meaning of a word that CheckWord has let pass.
+template <typename Words>
+auto MeaningOf(const std::string& word, const Words& words) {
+  return std::ranges::find_if(words, [&](const auto& one) { return one.word == word; })->meaning;
+}
+
+// Null where the C++ paths are to work.
+Result<std::unique_ptr<Device>> OpenDevice(const DensifyRequest& request, ThreadPool& pool) {
+  if (WantsNoDevice(request.device)) return std::unique_ptr<Device>();
+  Result<std::unique_ptr<Device>> device =
+      Device::Open({.wanted = request.device,
+                    .cache_folder = request.cache_folder,
+                    .thread_count = static_cast<uint32_t>(pool.thread_count() + 1)});
+  const bool may_do_without = request.device.empty() || request.device == "auto";
+  if (!device.ok() && may_do_without) return std::unique_ptr<Device>();
+  return device;
+}
+
+Result<std::vector<ReconstructionId>> WantedReconstructions(const Snapshot& snapshot,
+                                                            ReconstructionId wanted) {
+  if (wanted.valid()) return std::vector{wanted};
+  VEDUTA_ASSIGN_OR_RETURN(const std::vector<ReconstructionRecord> records,
+                          LivingReconstructions(snapshot));
+  if (records.empty()) return Status::NotFound("there is no reconstruction yet: add photos first");
+  std::vector<ReconstructionId> ids;
+  for (const ReconstructionRecord& record : records) ids.push_back(record.id);
+  return ids;
+}
+
+// A pass over one reconstruction; a report that says so where it was merged away before its turn
+// came.
+Result<DensifyReport> DensifyOne(const DensePassTools& tools, ReconstructionId id,
+                                 const DensifyRequest& request) {
+  if (!request.reconstruction.valid()) {
+    VEDUTA_ASSIGN_OR_RETURN(const ReconstructionRecord record,
+                            tools.writer.GetSnapshot()->GetReconstruction(id));
+    if (record.merged_into.valid()) {
+      DensifyReport report;
+      report.reconstruction = id;
+      report.merged_into = record.merged_into;
+      return report;
+    }
+  }
+  return RunDensePass(tools, id, request.options);
+}
+
+RenderOptions RenderOptionsOf(const RenderRequest& request) {
+  RenderOptions options;
+  options.shading = MeaningOf(request.shading, kShadings);
+  return options;
+}
+
+Drawn WhatToDraw(const RenderRequest& request) {
+  return request.points ? Drawn::kPoints : Drawn::kSurfaceOrPoints;
+}
+
+Result<RenderReport> RenderFromPhoto(std::shared_ptr<const Snapshot> snapshot, ThreadPool& pool,
+                                     const RenderRequest& request, ImageId image) {
+  VEDUTA_ASSIGN_OR_RETURN(const ViewGeometry view,
+                          PhotoGeometry(*snapshot, image, request.side_px));
+  VEDUTA_ASSIGN_OR_RETURN(const std::optional<PoseRecord> pose, snapshot->FindPose(image));
+  VEDUTA_ASSIGN_OR_RETURN(Picture picture,
+                          DrawReconstruction(*snapshot, pose->reconstruction, WhatToDraw(request),
+                                             view, RenderOptionsOf(request), pool));
+  RenderReport report;
+  if (request.compare) {
+    VEDUTA_ASSIGN_OR_RETURN(const BalancedPhoto photo,
+                            LoadBalancedPhoto(snapshot, image, request.side_px));
+    VEDUTA_ASSIGN_OR_RETURN(const ReprojectedColor error,
+                            CompareWithPhoto(picture, photo.view, photo.gain));
+    report = {error.covered_share, error.median_error, error.median_error_balanced};
+    VEDUTA_ASSIGN_OR_RETURN(picture, SideBySide(picture, photo.view, photo.gain));
+  }
+  VEDUTA_RETURN_IF_ERROR(WritePng(request.path, picture.width_px, picture.height_px, picture.rgb));
+  return report;
+}
+
+// From outside, where most photos of the reconstruction look at it from.
+Result<ViewGeometry> SideView(const Snapshot& snapshot, ReconstructionId id,
+                              const RenderRequest& request) {
+  VEDUTA_ASSIGN_OR_RETURN(const Eigen::AlignedBox3d box, BoxOf(snapshot, id));
+  std::vector<ViewGeometry> cameras;
+  Eigen::Vector3d forward = Eigen::Vector3d::Zero();
+  VEDUTA_RETURN_IF_ERROR(snapshot.ScanPoses([&](const PoseRecord& pose) {
+    if (pose.reconstruction != id) return true;
+    cameras.push_back({1, 1, {}, pose.cam_from_world});
+    forward += pose.cam_from_world.rotation.conjugate() * Eigen::Vector3d::UnitZ();
+    return true;
+  }));
+  const uint32_t width = request.side_px ? request.side_px : kPictureWidthPx;
+  VEDUTA_ASSIGN_OR_RETURN(const auto views, ThreeSides(box, MeanUp(cameras), forward, width,
+                                                       width * kPictureHeightPx / kPictureWidthPx));
+  return views[MeaningOf(request.side, kSides)];
+}
+
+Status RenderFromSide(const Snapshot& snapshot, ThreadPool& pool, const RenderRequest& request) {
+  ReconstructionId id = request.reconstruction;
+  if (!id.valid()) {
+    VEDUTA_ASSIGN_OR_RETURN(const std::vector<ReconstructionId> all,
+                            WantedReconstructions(snapshot, id));
+    id = all.front();
+  }
+  VEDUTA_ASSIGN_OR_RETURN(const ViewGeometry view, SideView(snapshot, id, request));
+  RenderOptions options = RenderOptionsOf(request);
+  options.back_faces = BackFaces::kCull;  // so that one looks into a courtyard from outside
+  VEDUTA_ASSIGN_OR_RETURN(
+      const Picture picture,
+      DrawReconstruction(snapshot, id, WhatToDraw(request), view, options, pool));
+  return WritePng(request.path, picture.width_px, picture.height_px, picture.rgb);
+}
+
+}  // namespace
+
+Status RenderRequest::Check() const {
+  if (path.empty()) return Status::InvalidArgument("path is empty, but must name a file to write");
+  VEDUTA_RETURN_IF_ERROR(CheckWord("side", side, kSides));
+  VEDUTA_RETURN_IF_ERROR(CheckWord("shading", shading, kShadings));
+  if (compare && from.empty())
+    return Status::InvalidArgument("compare is set, but needs `from`, the photo to compare with");
+  if (!from.empty() && reconstruction.valid()) {
+    return Status::InvalidArgument(
+        "reconstruction is set, but must not be together with `from`: the photo tells it");
+  }
+  if (side_px != 0 && (side_px < kPictureSideMin || side_px > kPictureSideMax)) {
+    return Status::InvalidArgument("side_px is " + std::to_string(side_px) +
+                                   ", but must be 0 or in [16, 16384]");
+  }
+  return Status::Ok();
+}
+
+Result<std::vector<DensifyReport>> DensifyAll(Writer& writer, ThreadPool& pool,
+                                              std::mutex& one_pass, const DensifyRequest& request,
+                                              std::stop_token stop) {
+  VEDUTA_RETURN_IF_ERROR(request.options.Check());
+  const std::unique_lock lock(one_pass, std::try_to_lock);
+  if (!lock.owns_lock()) {
+    return Status::Busy("another dense pass runs on this database: wait for its end, or stop it");
+  }
+  VEDUTA_ASSIGN_OR_RETURN(const std::unique_ptr<Device> device, OpenDevice(request, pool));
+  VEDUTA_RETURN_IF_ERROR(SweepMerged(writer).status());
+  VEDUTA_ASSIGN_OR_RETURN(const std::vector<ReconstructionId> wanted,
+                          WantedReconstructions(*writer.GetSnapshot(), request.reconstruction));
+  const DensePassTools tools{writer, pool, device.get(), request.progress, stop};
+  std::vector<DensifyReport> reports;
+  bool some_merged = false;
+  for (const ReconstructionId id : wanted) {
+    VEDUTA_ASSIGN_OR_RETURN(reports.emplace_back(), DensifyOne(tools, id, request));
+    some_merged |= reports.back().merged_into.valid();
+  }
+  if (some_merged) VEDUTA_RETURN_IF_ERROR(SweepMerged(writer).status());
+  return reports;
+}
+
+Result<RenderReport> RenderToFile(std::shared_ptr<const Snapshot> snapshot, ThreadPool& pool,
+                                  const RenderRequest& request, const FindImage& find_image) {
+  VEDUTA_RETURN_IF_ERROR(request.Check());
+  if (request.from.empty()) {
+    VEDUTA_RETURN_IF_ERROR(RenderFromSide(*snapshot, pool, request));
+    return RenderReport();
+  }
+  VEDUTA_ASSIGN_OR_RETURN(const ImageId image, find_image(*snapshot, request.from));
+  return RenderFromPhoto(std::move(snapshot), pool, request, image);
+}
+
+Result<DeviceList> ListDevicesFor(const std::string& wanted) {
+  DeviceList list;
+  list.devices = ListDevices();
+  if (WantsNoDevice(wanted)) {
+    list.why_none = "'" + wanted + "' asks for no device: C++ does the work";
+    return list;
+  }
+  const Result<DeviceInfo> chosen = ChooseDevice(wanted, list.devices);
+  if (chosen.ok()) {
+    list.chosen = chosen->index;
+  } else if (wanted.empty() || wanted == "auto") {
+    list.why_none = chosen.status().message();
+  } else {
+    return chosen.status();
+  }
+  return list;
+}
+
+}  // namespace veduta

@@ -1,0 +1,47 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+// The dense half of the door (engine/engine.h): what Engine::Densify, Questions::Export,
+// Questions::Render, ListDevices and ExportFormats do, as functions of what the engine holds.
+
+#include <functional>
+#include <memory>
+#include <mutex>
+#include <stop_token>
+#include <string>
+#include <vector>
+
+#include "engine/door/dense.h"
+#include "engine/writer/writer.h"
+#include "storage/base/thread_pool.h"
+#include "storage/database.h"
+
+namespace veduta {
+
+// Engine::Densify. First sweeps what belongs to reconstructions that were merged away, and again at
+// the end if one was merged away meanwhile.
+//
+// one_pass  one for each database: kBusy while another pass holds it.
+//
+// Errors: kInvalidArgument on bad options or a reconstruction that was merged; kNotFound when there
+// is no such reconstruction, none at all, or no such device; kCancelled after a stop request. With
+// the device "auto" and none that works, C++ does the work.
+Result<std::vector<DensifyReport>> DensifyAll(Writer& writer, ThreadPool& pool,
+                                              std::mutex& one_pass, const DensifyRequest& request,
+                                              std::stop_token stop);
+
+// Questions::Export is ExportReconstructions of fusion/export/exporter.h, and ExportFormats is
+// defined there too.
+
+// An image by its name, or by "#" and its number; kNotFound.
+using FindImage = std::function<Result<ImageId>(const Snapshot&, const std::string&)>;
+
+// Questions::Render. kInvalidArgument on a bad request; kNotFound when there is no such image or
+// reconstruction, no pose, or nothing to draw; kIoError with the path.
+Result<RenderReport> RenderToFile(std::shared_ptr<const Snapshot> snapshot, ThreadPool& pool,
+                                  const RenderRequest& request, const FindImage& find_image);
+
+// ListDevices of engine/engine.h. That no device is there is an answer (`why_none`); that the one
+// asked for is not there is kNotFound.
+Result<DeviceList> ListDevicesFor(const std::string& wanted);
+
+}  // namespace veduta

@@ -1,0 +1,73 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "fusion/export/exporter.h"
+
+#include <algorithm>
+#include <filesystem>
+
+#include "fusion/pass/scene.h"
+
+namespace veduta {
+namespace {
+
+constexpr ExportFormat kFormats[] = {
+    {"colmap", MakeColmapExporter}, {"ply", MakePlyExporter}, {"gltf", MakeGltfExporter}};
+
+Status MakeFolder(const std::string& path) {
+  std::error_code error;
+  std::filesystem::create_directories(path, error);
+  return error ? Status::IoError("cannot make folder " + path + ": " + error.message())
+               : Status::Ok();
+}
+
+}  // namespace
+
+std::span<const ExportFormat> ListExportFormats() {
+  return kFormats;
+}
+
+std::vector<std::string> ExportFormats() {
+  std::vector<std::string> names;
+  for (const ExportFormat& format : kFormats) names.emplace_back(format.name);
+  return names;
+}
+
+Status ExportRequest::Check() const {
+  if (folder.empty()) return Status::InvalidArgument("folder is empty, but must name one to make");
+  if (std::ranges::none_of(kFormats, [&](const ExportFormat& f) { return format == f.name; })) {
+    std::string known;
+    for (const ExportFormat& f : kFormats)
+      known += (known.empty() ? "" : ", ") + std::string(f.name);
+    return Status::InvalidArgument("format is '" + format + "', but must be one of " + known);
+  }
+  if (!(error_max >= 0)) {
+    return Status::InvalidArgument("error_max is " + std::to_string(error_max) +
+                                   ", but must be 0 or more");
+  }
+  return Status::Ok();
+}
+
+Result<std::vector<ExportedModel>> ExportReconstructions(const Snapshot& snapshot,
+                                                         const ExportRequest& request) {
+  VEDUTA_RETURN_IF_ERROR(request.Check());
+  const std::filesystem::path out = request.folder;
+  std::error_code error;
+  if (std::filesystem::exists(out, error) && !std::filesystem::is_empty(out, error)) {
+    return Status::AlreadyExists(request.folder +
+                                 " exists and is not empty: choose another folder");
+  }
+  VEDUTA_RETURN_IF_ERROR(MakeFolder(request.folder));
+  VEDUTA_ASSIGN_OR_RETURN(const std::vector<ReconstructionRecord> records,
+                          LivingReconstructions(snapshot));
+  const auto format = std::ranges::find_if(
+      kFormats, [&](const ExportFormat& f) { return request.format == f.name; });
+  const std::unique_ptr<Exporter> exporter = format->make(snapshot, request);
+  std::vector<ExportedModel> models;
+  for (const ReconstructionRecord& record : records) {
+    const std::string folder = (out / std::to_string(models.size())).string();
+    VEDUTA_RETURN_IF_ERROR(MakeFolder(folder));
+    VEDUTA_ASSIGN_OR_RETURN(models.emplace_back(), exporter->Write(record, folder));
+  }
+  return models;
+}
+
+}  // namespace veduta

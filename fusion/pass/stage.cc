@@ -1,0 +1,67 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "fusion/pass/stage.h"
+
+#include <set>
+
+namespace veduta {
+
+Status DensePass::Tell(std::string_view stage, size_t done, size_t total) const {
+  if (tools_.progress) tools_.progress(stage, done, total);
+  return tools_.stop.stop_requested()
+             ? Status::Cancelled("stopped on request: what is finished is stored")
+             : Status::Ok();
+}
+
+Status DensePass::Commit(const Write& write) {
+  Writer::Turn turn = tools_.writer.Take();
+  const auto transaction = turn.database().BeginTransaction();
+  const auto snapshot = turn.database().GetSnapshot();
+  VEDUTA_ASSIGN_OR_RETURN(const ReconstructionRecord record,
+                          snapshot->GetReconstruction(reconstruction()));
+  if (record.merged_into.valid()) {
+    merged_into_ = record.merged_into;
+    return Status::Cancelled("reconstruction " + std::to_string(record.id.value) +
+                             " was merged into " + std::to_string(record.merged_into.value) +
+                             " while the dense pass worked on it");
+  }
+  VEDUTA_RETURN_IF_ERROR(write(*snapshot, transaction.get()));
+  return transaction->Commit();
+}
+
+Status RunStages(const DenseStageOptions& options, DensePass* pass, DensifyReport* report) {
+  VEDUTA_ASSIGN_OR_RETURN(report->depths, UpdateDepths(options.depths, options.tolerance, pass,
+                                                       &report->without_depth));
+  VEDUTA_ASSIGN_OR_RETURN(report->checks, CheckDepths(options.checks, options.tolerance, pass));
+  VEDUTA_ASSIGN_OR_RETURN(report->volume, UpdateVolume(options.volume, options.allocation, pass));
+  VEDUTA_ASSIGN_OR_RETURN(report->solutions, SolveTiles(options.fusion, pass));
+  VEDUTA_ASSIGN_OR_RETURN(report->meshes, ExtractTiles(options.meshes, pass));
+  VEDUTA_ASSIGN_OR_RETURN(report->exposures, UpdateExposures(options.exposures, pass));
+  VEDUTA_ASSIGN_OR_RETURN(report->colors, ColorTiles(options.colors, pass));
+  return SweepStale(pass);
+}
+
+Status SweepStale(DensePass* pass) {
+  const auto snapshot = pass->GetSnapshot();
+  std::set<DepthVersion> named;
+  VEDUTA_RETURN_IF_ERROR(snapshot->dense().ScanDepths([&](const DepthRecord& depth) {
+    named.insert({depth.image, 0, depth.checked_version});
+    return true;
+  }));
+  std::vector<DepthVersion> stale;
+  VEDUTA_RETURN_IF_ERROR(snapshot->dense().ScanCheckedDepths([&](const CheckedDepthRecord& depth) {
+    // The pass over another reconstruction may have been killed, and then still has to withdraw
+    // its superseded maps from its tiles.
+    const bool is_own = depth.reconstruction == pass->reconstruction();
+    const DepthVersion version{depth.image, 0, depth.version};
+    if (is_own && !named.contains(version)) stale.push_back(version);
+    return true;
+  }));
+  if (stale.empty()) return Status::Ok();
+  return pass->Commit([&](const Snapshot&, Transaction* transaction) {
+    for (const DepthVersion& depth : stale)
+      transaction->dense().DeleteCheckedDepth(depth.image, depth.version);
+    return Status::Ok();
+  });
+}
+
+}  // namespace veduta

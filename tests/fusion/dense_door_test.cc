@@ -1,0 +1,164 @@
+// SPDX-License-Identifier: Apache-2.0
+// Goal: the dense half of the door does what its requests say, and refuses by name what it cannot.
+// Method: a street of a few photos in a real database; passes over all reconstructions and over
+//   one; pictures from outside and from a photo; requests that break one rule each.
+#include "fusion/dense_door.h"
+
+#include <gtest/gtest.h>
+
+#include <filesystem>
+#include <functional>
+#include <mutex>
+#include <string>
+#include <thread>
+
+#include "tests/engine/street_fixture.h"
+
+namespace veduta {
+namespace {
+
+Result<ImageId> FindByName(const Snapshot& snapshot, const std::string& name) {
+  const auto found = snapshot.FindImageByName(name);
+  if (!found.ok()) return found.status();
+  return *found ? Result<ImageId>(**found) : Status::NotFound("no image " + name);
+}
+
+class DenseDoorTest : public testing::Test {
+ protected:
+  void SetUp() override {
+    city_.Add({{20.0, 90}, {20.7, 90}, {21.4, 90}, {22.1, 90}});
+    request_.device = "cpp";
+    request_.options.depth_side_px = 96;
+    render_.path = folder_.path() + "/out.png";
+    render_.side_px = 128;
+  }
+
+  Result<std::vector<DensifyReport>> Densify() {
+    return DensifyAll(writer_, *city_.engine().pool(), one_pass_, request_, {});
+  }
+  Result<RenderReport> Render() {
+    return RenderToFile(city_.engine().database()->GetSnapshot(), *city_.engine().pool(), render_,
+                        FindByName);
+  }
+
+  City city_;
+  Writer writer_{city_.engine().database()};
+  std::mutex one_pass_;
+  TemporaryFolder folder_;
+  DensifyRequest request_;
+  RenderRequest render_;
+};
+
+TEST_F(DenseDoorTest, DensifiesAllOrOneAndOnePassAtATime) {
+  size_t told = 0;
+  request_.progress = [&](std::string_view, size_t, size_t) { ++told; };
+  const auto all = Densify();
+  ASSERT_OK(all);
+  ASSERT_EQ(all->size(), 1u);
+  EXPECT_EQ(all->front().reconstruction, ReconstructionId(1));
+  EXPECT_EQ(all->front().device, "C++");
+  EXPECT_EQ(all->front().depth_side_px, 96u);
+  EXPECT_EQ(all->front().depths.computed, 4u);
+  EXPECT_GT(all->front().triangles, 0u);
+  EXPECT_GT(told, 10u);
+  request_.reconstruction = ReconstructionId(1);
+  const auto one = Densify();
+  ASSERT_OK(one);
+  EXPECT_EQ(one->front().depths.kept, 4u);
+  request_.reconstruction = ReconstructionId(8);
+  EXPECT_EQ(Densify().status().code(), StatusCode::kNotFound);
+  request_.options.neighbor_count = 0;
+  EXPECT_EQ(Densify().status().code(), StatusCode::kInvalidArgument);
+  request_ = {};
+  request_.device = "a device that nobody sells";
+  EXPECT_EQ(Densify().status().code(), StatusCode::kNotFound);
+  request_.device = "cpp";
+  const std::lock_guard lock(one_pass_);
+  StatusCode while_another_runs = StatusCode::kOk;
+  std::thread([&] { while_another_runs = Densify().status().code(); }).join();
+  EXPECT_EQ(while_another_runs, StatusCode::kBusy);
+}
+
+TEST_F(DenseDoorTest, WithoutReconstructionsSaysWhatToDo) {
+  City empty;
+  Writer writer(empty.engine().database());
+  const Status status =
+      DensifyAll(writer, *empty.engine().pool(), one_pass_, request_, {}).status();
+  EXPECT_EQ(status.code(), StatusCode::kNotFound);
+  EXPECT_NE(status.message().find("add photos first"), std::string::npos);
+}
+
+TEST_F(DenseDoorTest, WhatIsMergedAwayMeanwhileIsSwept) {
+  request_.progress = [&](std::string_view stage, size_t done, size_t) {
+    if (stage != "volume" || done != 1) return;
+    Writer::Turn turn = writer_.Take();
+    auto record = turn.database().GetSnapshot()->GetReconstruction(ReconstructionId(1));
+    ASSERT_OK(record);
+    record->merged_into = ReconstructionId(9);
+    const auto transaction = turn.database().BeginTransaction();
+    transaction->PutReconstruction(*record);
+    ASSERT_OK(transaction->Commit());
+  };
+  const auto reports = Densify();
+  ASSERT_OK(reports);
+  EXPECT_EQ(reports->front().merged_into, ReconstructionId(9));
+  size_t left = 0;
+  ASSERT_OK(writer_.GetSnapshot()->dense().ScanAll([&](uint8_t, auto, auto) { ++left; }));
+  EXPECT_EQ(left, 0u);
+}
+
+TEST_F(DenseDoorTest, DrawsFromOutsideAndFromAPhoto) {
+  EXPECT_OK(Render()) << "the points, where there is no surface yet";
+  ASSERT_OK(Densify());
+  for (const char* side : {"front", "left", "right"}) {
+    for (const char* shading : {"color", "clay", "normal"}) {
+      render_.side = side, render_.shading = shading;
+      EXPECT_OK(Render());
+    }
+  }
+  std::filesystem::remove(render_.path);
+  render_.from = TakePhoto({20.7, 90}).name;
+  render_.compare = true;
+  const auto report = Render();
+  ASSERT_OK(report);
+  EXPECT_GT(report->covered_share, 0.3);
+  EXPECT_LT(report->error_median_balanced, 60);
+  EXPECT_TRUE(std::filesystem::exists(render_.path));
+  render_.from = "nobody.jpg";
+  EXPECT_EQ(Render().status().code(), StatusCode::kNotFound);
+}
+
+TEST_F(DenseDoorTest, RefusesByName) {
+  const auto expect_refused = [&](const char* field, const std::function<void()>& spoil) {
+    const RenderRequest sound = render_;
+    spoil();
+    const Status status = render_.Check();
+    EXPECT_EQ(status.code(), StatusCode::kInvalidArgument) << field;
+    EXPECT_EQ(status.message().find(field), 0u) << status.message();
+    EXPECT_EQ(Render().status().code(), StatusCode::kInvalidArgument) << field;
+    render_ = sound;
+  };
+  ASSERT_OK(render_.Check());
+  expect_refused("path", [&] { render_.path = ""; });
+  expect_refused("side", [&] { render_.side = "back"; });
+  expect_refused("shading", [&] { render_.shading = "pink"; });
+  expect_refused("compare", [&] { render_.compare = true; });
+  expect_refused("reconstruction",
+                 [&] { render_.from = "x", render_.reconstruction = ReconstructionId(1); });
+  expect_refused("side_px", [&] { render_.side_px = 15; });
+}
+
+TEST(ListDevices, SaysWhichOneWorksOrWhyNone) {
+  const auto none = ListDevicesFor("cpp");
+  ASSERT_OK(none);
+  EXPECT_FALSE(none->chosen.has_value());
+  EXPECT_NE(none->why_none, "");
+  const auto by_default = ListDevicesFor("");
+  ASSERT_OK(by_default);
+  EXPECT_EQ(by_default->chosen.has_value(), !by_default->devices.empty());
+  EXPECT_EQ(by_default->why_none.empty(), by_default->chosen.has_value());
+  EXPECT_EQ(ListDevicesFor("a device that nobody sells").status().code(), StatusCode::kNotFound);
+}
+
+}  // namespace
+}  // namespace veduta

@@ -1,0 +1,116 @@
+// SPDX-License-Identifier: Apache-2.0
+// Goal: every format writes the living reconstructions, largest first, into folders of their own,
+//   and refuses what it cannot do, naming it.
+// Method: a street of a few photos in a real database, written in every format with and without a
+//   surface; a second, larger reconstruction by hand for the order; bad requests one by one.
+#include "fusion/export/exporter.h"
+
+#include <gtest/gtest.h>
+
+#include <filesystem>
+#include <fstream>
+#include <functional>
+#include <iterator>
+#include <set>
+
+#include "fusion/pass/dense_pass.h"
+#include "fusion/pass/scene.h"
+#include "tests/engine/street_fixture.h"
+
+namespace veduta {
+namespace {
+
+std::set<std::string> FilesIn(const std::string& folder) {
+  std::set<std::string> names;
+  for (const auto& entry : std::filesystem::directory_iterator(folder)) {
+    EXPECT_GT(entry.file_size(), 0u) << entry.path();
+    names.insert(entry.path().filename().string());
+  }
+  return names;
+}
+
+class ExporterTest : public testing::Test {
+ protected:
+  void SetUp() override { city_.Add({{20.0, 90}, {20.7, 90}, {21.4, 90}, {22.1, 90}}); }
+
+  Result<std::vector<ExportedModel>> Export(const std::string& folder, const std::string& format,
+                                            double error_max = 0) {
+    return ExportReconstructions(city_.Ask().snapshot(),
+                                 {folder_.path() + "/" + folder, format, error_max});
+  }
+
+  City city_;
+  TemporaryFolder folder_;
+};
+
+TEST_F(ExporterTest, WritesEveryFormatBeforeThereIsASurfaceAndAfter) {
+  const std::vector<std::string> formats = ExportFormats();
+  ASSERT_EQ(formats, (std::vector<std::string>{"colmap", "ply", "gltf"}));
+  for (const std::string& format : formats) {
+    const auto models = Export("sparse-" + format, format);
+    ASSERT_OK(models);
+    ASSERT_EQ(models->size(), 1u) << format;
+    EXPECT_EQ(models->front().images, 4u);
+    EXPECT_GT(models->front().points, 100u);
+    EXPECT_EQ(models->front().triangles, 0u);
+    EXPECT_EQ(models->front().folder, folder_.path() + "/sparse-" + format + "/0");
+  }
+  EXPECT_EQ(FilesIn(folder_.path() + "/sparse-colmap/0"),
+            (std::set<std::string>{"cameras.txt", "images.txt", "points3D.txt"}));
+  EXPECT_EQ(FilesIn(folder_.path() + "/sparse-ply/0"),
+            (std::set<std::string>{"cameras.json", "cameras.ply", "points.ply"}));
+  EXPECT_EQ(FilesIn(folder_.path() + "/sparse-gltf/0"), (std::set<std::string>{"model.glb"}));
+
+  Writer writer(city_.engine().database());
+  DensifyOptions options;
+  options.depth_side_px = 96;
+  const auto dense =
+      RunDensePass({writer, *city_.engine().pool(), nullptr, {}, {}}, ReconstructionId(1), options);
+  ASSERT_OK(dense);
+  const auto ply = Export("ply", "ply"), coarse = Export("coarse", "ply", dense->voxel_size / 2),
+             gltf = Export("gltf", "gltf");
+  ASSERT_OK(ply);
+  ASSERT_OK(coarse);
+  ASSERT_OK(gltf);
+  EXPECT_TRUE(FilesIn(folder_.path() + "/ply/0").contains("mesh.ply"));
+  EXPECT_GT(ply->front().triangles, 100u);
+  EXPECT_LT(coarse->front().triangles, ply->front().triangles);
+  EXPECT_EQ(gltf->front().triangles, ply->front().triangles);
+}
+
+TEST_F(ExporterTest, LivingReconstructionsComeLargestFirst) {
+  const auto first = city_.Ask().snapshot().GetReconstruction(ReconstructionId(1));
+  ASSERT_OK(first);
+  const auto transaction = city_.engine().database()->BeginTransaction();
+  ReconstructionRecord other = *first;
+  other.id = ReconstructionId(5);
+  other.image_count = first->image_count + 3;
+  transaction->PutReconstruction(other);
+  other.id = ReconstructionId(6);
+  other.image_count = first->image_count;
+  transaction->PutReconstruction(other);
+  other.id = ReconstructionId(7);
+  other.image_count = first->image_count + 9;
+  other.merged_into = ReconstructionId(1);
+  transaction->PutReconstruction(other);
+  ASSERT_OK(transaction->Commit());
+  const auto living = LivingReconstructions(city_.Ask().snapshot());
+  ASSERT_OK(living);
+  std::vector<uint32_t> ids;
+  for (const ReconstructionRecord& record : *living) ids.push_back(record.id.value);
+  EXPECT_EQ(ids, (std::vector<uint32_t>{5, 1, 6}));
+}
+
+TEST_F(ExporterTest, RefusesByName) {
+  EXPECT_EQ(Export("out", "obj").status().code(), StatusCode::kInvalidArgument);
+  EXPECT_NE(Export("out", "obj").status().message().find("colmap, ply, gltf"), std::string::npos);
+  EXPECT_EQ(Export("out", "ply", -1).status().code(), StatusCode::kInvalidArgument);
+  EXPECT_EQ(ExportRequest().Check().code(), StatusCode::kInvalidArgument) << "no folder";
+  std::filesystem::create_directories(folder_.path() + "/full/x");
+  EXPECT_EQ(Export("full", "colmap").status().code(), StatusCode::kAlreadyExists);
+  std::ofstream(folder_.path() + "/file") << "in the way";
+  EXPECT_FALSE(Export("file/out", "ply").ok());
+}
+
+}  // namespace
+}  // namespace veduta
