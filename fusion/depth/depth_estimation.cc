@@ -16,7 +16,8 @@
 namespace veduta {
 namespace {
 
-constexpr uint32_t kBytesPerCost = 3;   // a byte in the volume, two in the sums over directions
+constexpr uint32_t kBytesPerCost = 3;  // a byte in the volume, two in the sums over directions
+// Chosen by hand; no measurement is recorded.
 constexpr uint32_t kHalfSideMin = 48;   // px; smaller views are not halved to look for planes
 constexpr uint32_t kFamilyPlanes = 16;  // parallel to a dominant plane, half a step apart
 constexpr uint32_t kRefinementPlanes =

@@ -61,8 +61,8 @@ VEDUTA_OPTION_FIELDS(DepthOptions, plane_step_px, plane_count_max, volume_bytes_
 // CheckConsistency takes it out again. `key` and `sensors` (1 to 16) have their gray images; sizes
 // and cameras may differ. `far` may be infinite.
 //
-// device  null: C++ on the pool, which takes 1.5 times the processor time of PoCL. The answer is the same, bit
-// for bit.
+// device  null: C++ on the pool, which takes 1.5 times the processor time of PoCL. The answer is
+// the same, bit for bit.
 //
 // Deterministic at any number of threads. Thread-safe. Errors: kInvalidArgument naming what is
 // wrong with a view, the range or the options, or by how much the smallest volume exceeds

@@ -10,6 +10,7 @@ namespace veduta {
 namespace {
 
 constexpr float kUnknown = std::numeric_limits<float>::quiet_NaN();
+// Chosen by hand; no measurement is recorded.
 constexpr int kRadius = 2;
 
 // In [-0.5, 0.5] steps.

@@ -63,9 +63,9 @@ double AnglePreference(double angle_deg, double angle_best_deg);
 // All views that overlap enough, highest score first (ties: lower id).
 //
 // overlap  area of the convex hull of the common points' measurements, over the relevant area of
-//          the key view, both counted in cells: a cell is relevant where the photo has features at all, so sky, water
-//          and blank ground count for nothing. score = overlap * median over the common points of
-//          psi(angle).
+//          the key view, both counted in cells: a cell is relevant where the photo has features at
+//          all, so sky, water and blank ground count for nothing. score = overlap * median over the
+//          common points of psi(angle).
 //
 // centers  world, of every image that a track may name; images without one are passed over.
 //

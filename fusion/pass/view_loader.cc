@@ -11,6 +11,7 @@
 namespace veduta {
 namespace {
 
+// Chosen by hand; no measurement is recorded.
 constexpr double kBorderPx =
     1.5;  // undistorted pixels nearer to the photo's edge are blended with black
 constexpr int kBorderStepPx = 8;  // between looks along an edge: it bends slowly

@@ -20,8 +20,8 @@ uint8_t SrgbFromLight(float light);
 class ColorView final {
  public:
   // view  with rgb. gain multiplies the light of each channel (exposure.h), (1, 1, 1) for none.
-  // 8 bytes and about 10 ns for each pixel. kInvalidArgument if sizes do not fit, or a gain, a focal
-  // length or the pose is not finite and positive.
+  // 8 bytes and about 10 ns for each pixel. kInvalidArgument if sizes do not fit, or a gain, a
+  // focal length or the pose is not finite and positive.
   static Result<ColorView> Make(const View& view, const Eigen::Vector3f& gain);
 
   ImageId image() const { return image_; }

@@ -15,7 +15,8 @@ namespace veduta {
 namespace {
 
 constexpr double kDegree = 0.017453292519943295;
-constexpr size_t kLostMax = 12;   // remembered a triangle: those furthest from it
+// Chosen by hand; no measurement is recorded.
+constexpr size_t kLostMax = 12;   // places that a triangle remembers: those furthest from it
 constexpr double kNeedle = 1e-3;  // twice the area by the longer edge squared
 constexpr double kLengthCost =
     1e-6;  // of an edge to the fourth beside the quadric: on planes, short edges first

@@ -14,6 +14,7 @@
 namespace veduta {
 namespace {
 
+// Chosen by hand; no measurement is recorded.
 constexpr double kConverged = 1e-6;  // change of a log gain
 constexpr size_t kTripletsMax =
     1u << 22;  // summed into the matrix before more are gathered: bounds the memory

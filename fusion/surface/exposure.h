@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
-// Exposures evened out: one gain for each photo, from the colours of points that several photos see.
+// Exposures evened out: one gain for each photo, from the colours of points that several photos
+// see.
 
 #include <Eigen/Core>
 #include <array>

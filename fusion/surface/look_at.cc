@@ -13,6 +13,7 @@ namespace veduta {
 namespace {
 
 constexpr double kDegree = 0.017453292519943295;
+// Chosen by hand; no measurement is recorded.
 constexpr double kSideDeg = 50, kAboveDeg = 20, kFovDeg = 50;
 constexpr double kFill = 0.95;  // of the picture by the box
 

@@ -69,18 +69,20 @@ class ModelWriter {
 Result<std::unique_ptr<ModelWriter>> OpenPly(const std::string& path,
                                              const ModelContents& contents);
 
-// Binary glTF 2.0 (.glb): one mesh of triangles, one of points (without normals), a node for each camera,
-// all below a root node that turns the world so that `up_in_world` becomes glTF's +y. Colours are
-// light, as glTF wants them (16 bits a channel), on an unlit material (KHR_materials_unlit). A
-// camera's node and camera bear the photo's name; the camera's extras hold width, height, fx, fy,
-// cx, cy in px, (0, 0) the centre of the top-left pixel: glTF's own cameras look along -z with y up
-// and have their principal point in the middle. kInvalidArgument if `up_in_world` has no direction.
+// Binary glTF 2.0 (.glb): one mesh of triangles, one of points (without normals), a node for each
+// camera, all below a root node that turns the world so that `up_in_world` becomes glTF's +y.
+// Colours are light, as glTF wants them (16 bits a channel), on an unlit material
+// (KHR_materials_unlit). A camera's node and camera bear the photo's name; the camera's extras hold
+// width, height, fx, fy, cx, cy in px, (0, 0) the centre of the top-left pixel: glTF's own cameras
+// look along -z with y up and have their principal point in the middle. kInvalidArgument if
+// `up_in_world` has no direction.
 Result<std::unique_ptr<ModelWriter>> OpenGlb(const std::string& path, const ModelContents& contents,
                                              const Eigen::Vector3d& up_in_world);
 
 // Cameras for a PLY: `PREFIX.json` (an array of objects: name, width, height, fx, fy, cx, cy,
-// center [3], world_from_cam [3][3], x right, y down, z forward) and `PREFIX.ply`, a pyramid for each
-// camera, `depth` world units long, which every viewer of meshes shows. kIoError with the path.
+// center [3], world_from_cam [3][3], x right, y down, z forward) and `PREFIX.ply`, a pyramid for
+// each camera, `depth` world units long, which every viewer of meshes shows. kIoError with the
+// path.
 Status WriteCameras(const std::string& prefix, std::span<const ExportedCamera> cameras,
                     double depth);
 

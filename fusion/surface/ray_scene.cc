@@ -15,7 +15,7 @@ namespace {
 
 // Embree reads vertices 16 bytes at a time: this many positions must be readable behind the last.
 constexpr size_t kPositionsBehind = 2;
-constexpr size_t kHierarchyBytes = 80;  // a triangle, Embree 3.13's default build
+constexpr size_t kHierarchyBytes = 80;  // for each triangle, Embree 3.13's default build
 
 RTCDevice Device(void* device) {
   return static_cast<RTCDevice>(device);

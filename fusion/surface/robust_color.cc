@@ -9,7 +9,7 @@
 namespace veduta {
 namespace {
 
-constexpr float kSigmaOfMad = 1.4826f;
+constexpr float kSigmaOfMad = 1.4826f;  // 1 / the normal distribution's 0.75 quantile
 
 struct Weighted {
   float value, weight;

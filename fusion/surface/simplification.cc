@@ -12,6 +12,7 @@
 namespace veduta {
 namespace {
 
+// Chosen by hand; no measurement is recorded.
 constexpr double kFirstShare = 0.8,
                  kNextShare = 0.6;  // of the bound: old vertices near does not mean all is near
 constexpr int kAttempts = 5;

@@ -14,12 +14,13 @@ namespace veduta {
 namespace {
 
 constexpr double kDegree = 0.017453292519943295;
+// Chosen by hand; no measurement is recorded.
 constexpr double kClippedWeight = 0.1;
 constexpr double kPixelsPerVoxelMax =
     2;  // finer photos say no more about a voxel: they must not outvote others
 constexpr double kAroundVoxelsMax = 4;  // how far aside clear sight is looked for
 constexpr double kBehindVoxelsMax = 6;  // how far behind that a surface must follow
-constexpr size_t kChunk = 256;          // vertices a task
+constexpr size_t kChunk = 256;          // vertices of one task
 
 struct Segment {
   Eigen::Vector3f from, to;
@@ -183,9 +184,9 @@ void Colorer::Gather(const ColorView& view, size_t first, size_t last, Heard* he
   }
 }
 
-// Fills in what no photo sees: from clearly seen vertices, across those that are seen near an
-// outline, for it is behind outlines that unseen surface begins; then, where there are none, from
-// any seen ones. Returns who has a colour now.
+// Fills in what no photo sees. Colours spread from the vertices that are seen clearly, also across
+// those that are seen near an outline, because unseen surface begins behind outlines; where no
+// clearly seen vertex is connected, they spread from any seen one. Returns who has a colour now.
 std::vector<uint8_t> FillUnseen(const TriangleMesh& mesh, uint32_t rings_max,
                                 const std::vector<uint8_t>& view_counts,
                                 std::vector<uint8_t> is_clear,

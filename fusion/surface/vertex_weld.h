@@ -21,9 +21,9 @@ class VertexWeld final {
     std::vector<std::array<uint32_t, 3>> triangles;  // in the numbering of all pieces
   };
 
-  // mesh must pass CheckMesh; keys: one for each vertex, or none. Vertices get ascending numbers as they
-  // come. Vertices of no triangle and triangles that name a vertex twice, also after welding, are
-  // left out. O(n log n) of the piece.
+  // mesh must pass CheckMesh; keys: one for each vertex, or none. Vertices get ascending numbers as
+  // they come. Vertices of no triangle and triangles that name a vertex twice, also after welding,
+  // are left out. O(n log n) of the piece.
   Piece Add(const TriangleMesh& mesh, std::span<const uint64_t> keys);
 
   uint64_t vertex_count() const { return vertex_count_; }

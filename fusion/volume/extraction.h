@@ -73,7 +73,8 @@ Result<SurfacePiece> ExtractSurface(const GridPlace& tile, std::span<const Extra
                                     const VolumeGrid& grid, const ExtractionOptions& options);
 
 // One mesh of all pieces, vertices of equal keys once, in the order of their keys; triangles in the
-// order of the pieces. Positions and normals take 24 bytes for each vertex: for what fits into memory.
+// order of the pieces. Positions and normals take 24 bytes for each vertex: for what fits into
+// memory.
 SurfacePiece WeldPieces(std::span<const SurfacePiece* const> pieces);
 
 // piece = version:u8 (1), vertices:u32, triangles:u32, then for each vertex key (i32 x, y, z, u8

@@ -7,6 +7,7 @@
 namespace veduta {
 namespace {
 
+// Chosen by hand; no measurement is recorded.
 constexpr double kTruncationVoxelsMin = 2, kTruncationVoxelsMax = 8;
 
 std::vector<GridPlace> BlocksAround(const GridPlace& tile, int32_t margin) {

@@ -38,8 +38,8 @@ class RangeImage final {
  public:
   // Keeps inverse depths (linear across a plane, so they are interpolated) and, by least squares
   // over 7x7 pixels, the plane that each pixel lies on. Deterministic; single-threaded; some 50 ns
-  // and 9 bytes for each pixel. kInvalidArgument if sizes disagree, a depth is negative or not finite, or
-  // the camera is degenerate.
+  // and 9 bytes for each pixel. kInvalidArgument if sizes disagree, a depth is negative or not
+  // finite, or the camera is degenerate.
   static Result<RangeImage> Make(const DepthMap& map, const ViewGeometry& geometry);
 
   // The vote on a point of the world; none where the camera does not look, depth is not known, a
