@@ -31,6 +31,9 @@ struct ExportFormat {
 // All formats, in the order in which a person is told of them.
 std::span<const ExportFormat> ListExportFormats();
 
+// Their names; engine/engine.h declares the same function.
+std::vector<std::string> ExportFormats();
+
 // Writes every living reconstruction into FOLDER/0, FOLDER/1, ... largest first (ties: lower id).
 // kInvalidArgument on a bad request; kAlreadyExists when the folder exists and is not empty;
 // kIoError with the path.
