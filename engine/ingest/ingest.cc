@@ -5,6 +5,7 @@
 #include <ctime>
 #include <map>
 
+#include "engine/journal/journal.h"
 #include "storage/base/stopwatch.h"
 
 namespace veduta {
@@ -52,15 +53,9 @@ void CountTimes(const PreparedPhoto& photo, StepTimes* times) {
 
 void Journal(std::string actor, std::string action, ImageId image, ReconstructionId reconstruction,
              std::string detail, DatabaseState* state, Transaction* transaction) {
-  JournalRecord record;
-  record.sequence = state->next_journal++;
-  record.time_unix_s = std::time(nullptr);
-  record.actor = std::move(actor);
-  record.action = std::move(action);
-  record.image = image;
-  record.reconstruction = reconstruction;
-  record.detail = std::move(detail);
-  transaction->AddJournal(record);
+  AppendJournal(
+      {0, 0, std::move(actor), std::move(action), image, reconstruction, std::move(detail)}, state,
+      transaction);
 }
 
 void Ingest::TrimMap() {
