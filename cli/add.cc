@@ -90,7 +90,7 @@ Result<std::vector<PhotoSubmission>> Submissions(const Engine& engine,
       VEDUTA_ASSIGN_OR_RETURN(cameras[name], engine.FindCamera(name));
     }
     submissions.push_back(
-        {{std::move(photo.name), std::move(photo.path), {}}, cameras[name], arguments.contributor});
+        {{std::move(photo.name), std::move(photo.path), {}}, name, arguments.contributor});
   }
   return submissions;
 }

@@ -4,15 +4,18 @@
 #include <condition_variable>
 #include <thread>
 
+#include "engine/journal/journal.h"
+
 namespace veduta {
 
 // Prepares a window of photos ahead of the one being applied. Whoever waits for a photo helps.
 class Engine::Lookahead {
  public:
   Lookahead(const PhotoPreparer& preparer, std::span<const PhotoSubmission> photos,
-            ThreadPool* pool)
+            std::span<const CameraRecord> cameras, ThreadPool* pool)
       : preparer_(preparer),
         photos_(photos),
+        cameras_(cameras),
         pool_(pool),
         window_(2 * pool->thread_count() + 1),
         slots_(photos.size()) {}
@@ -58,7 +61,7 @@ class Engine::Lookahead {
     if (started_ >= limit_) return false;
     const size_t i = started_++;
     lock.unlock();
-    Result<PreparedPhoto> prepared = preparer_.Prepare(photos_[i].photo, photos_[i].camera.model);
+    Result<PreparedPhoto> prepared = preparer_.Prepare(photos_[i].photo, cameras_[i].model);
     lock.lock();
     slots_[i] = std::move(prepared);
     changed_.notify_all();
@@ -67,6 +70,7 @@ class Engine::Lookahead {
 
   const PhotoPreparer& preparer_;
   const std::span<const PhotoSubmission> photos_;
+  const std::span<const CameraRecord> cameras_;
   ThreadPool* const pool_;
   const size_t window_;
   std::mutex mutex_;
@@ -125,7 +129,11 @@ Result<CameraId> Engine::AddCamera(const std::string& name, const CameraModel& m
   const std::unique_ptr<Transaction> transaction = database_->BeginTransaction();
   const CameraId id(state.next_camera++);
   transaction->PutCamera({id, name, model, source});
-  Journal("veduta", "camera", {}, {}, name, &state, transaction.get());
+  JournalRecord entry;
+  entry.actor = "veduta";
+  entry.action = "camera";
+  entry.detail = name;
+  AppendJournal(std::move(entry), &state, transaction.get());
   transaction->PutState(state);
   VEDUTA_RETURN_IF_ERROR(transaction->Commit());
   return id;
@@ -135,8 +143,14 @@ Status Engine::AddPhotos(std::span<const PhotoSubmission> photos,
                          const std::function<void(const AddOutcome&)>& report,
                          std::stop_token stop) {
   const std::lock_guard lock(writer_);
-  VEDUTA_RETURN_IF_ERROR(ingest_->FinishDue().status());  // what an earlier process left undone
-  Lookahead lookahead(*preparer_, photos, pool_.get());
+  while (const std::optional<FollowUp> step = ingest_->RunNextStep())  // left by an earlier process
+    VEDUTA_RETURN_IF_ERROR(step->status);
+  std::vector<CameraRecord> cameras;
+  for (const PhotoSubmission& photo : photos) {
+    VEDUTA_ASSIGN_OR_RETURN(CameraRecord camera, FindCamera(photo.camera));
+    cameras.push_back(std::move(camera));
+  }
+  Lookahead lookahead(*preparer_, photos, cameras, pool_.get());
   for (size_t i = 0; i < photos.size(); ++i) {
     if (stop.stop_requested()) {
       return Status::Cancelled("stopped after " + std::to_string(i) + " of " +
@@ -144,11 +158,13 @@ Status Engine::AddPhotos(std::span<const PhotoSubmission> photos,
                                " photos; run the same command again to go on");
     }
     VEDUTA_ASSIGN_OR_RETURN(PreparedPhoto photo, lookahead.Take(i));
-    VEDUTA_ASSIGN_OR_RETURN(AddOutcome outcome, ingest_->Apply(std::move(photo), photos[i].camera,
-                                                               photos[i].contributor));
+    VEDUTA_ASSIGN_OR_RETURN(AddOutcome outcome,
+                            ingest_->Apply(std::move(photo), cameras[i], photos[i].contributor));
     Stopwatch watch;
-    VEDUTA_ASSIGN_OR_RETURN(const std::vector<ImageId> followed, ingest_->FinishDue());
-    outcome.propagated.insert(outcome.propagated.end(), followed.begin(), followed.end());
+    while (const std::optional<FollowUp> step = ingest_->RunNextStep()) {
+      VEDUTA_RETURN_IF_ERROR(step->status);
+      outcome.propagated.insert(outcome.propagated.end(), step->placed.begin(), step->placed.end());
+    }
     outcome.times.follow_ms = watch.LapMs();
     outcome.times.total_ms += outcome.times.follow_ms;
     report(outcome);

@@ -26,13 +26,6 @@ struct EngineOptions {
   size_t undistort_cache_bytes = 256ull << 20;
 };
 
-// A photo with the camera that took it and who sends it.
-struct PhotoSubmission {
-  PhotoSource photo;
-  CameraRecord camera;
-  std::string contributor;
-};
-
 class Engine final {
  public:
   static Result<std::unique_ptr<Engine>> Open(const std::string& path, EngineOptions options);

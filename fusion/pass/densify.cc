@@ -6,7 +6,7 @@
 #include <set>
 #include <string>
 
-#include "engine/ingest/ingest.h"
+#include "engine/journal/journal.h"
 #include "fusion/pass/pass.h"
 #include "fusion/pass/tile_parts.h"
 #include "fusion/pass/view_loader.h"
@@ -79,13 +79,18 @@ Status Note(Database& database, const DensifyReport& report) {
   if (done == 0) return Status::Ok();
   const auto transaction = database.BeginTransaction();
   VEDUTA_ASSIGN_OR_RETURN(DatabaseState state, database.GetSnapshot()->GetState());
-  Journal("veduta", "densify", {}, report.settings.reconstruction,
-          std::to_string(report.depths.computed) + " depth maps made, " +
-              std::to_string(report.depths.kept) + " kept; " +
-              std::to_string(report.meshes.computed) + " tiles made, " +
-              std::to_string(report.meshes.kept) + " kept; " + std::to_string(report.triangles) +
-              " triangles",
-          &state, transaction.get());
+  AppendJournal(
+      {0,
+       0,
+       "veduta",
+       "densify",
+       {},
+       report.settings.reconstruction,
+       std::to_string(report.depths.computed) + " depth maps made, " +
+           std::to_string(report.depths.kept) + " kept; " + std::to_string(report.meshes.computed) +
+           " tiles made, " + std::to_string(report.meshes.kept) + " kept; " +
+           std::to_string(report.triangles) + " triangles"},
+      &state, transaction.get());
   transaction->PutState(state);
   return transaction->Commit();
 }
