@@ -64,8 +64,8 @@ Status CountMerges(const Placement& placement, TouchedRecords* records, Transact
   return Status::Ok();
 }
 
-// Adds what the map's points have changed. A reconstruction that is merged away gives its changes to
-// the one that it is in now.
+// Adds what the map's points have changed. A reconstruction that is merged away gives its changes
+// to the one that it is in now.
 Status AddCounts(const CityMap& map, const Placement& placement, TouchedRecords* records) {
   for (const auto& [id, change] : map.changes().counts) {
     const bool is_merged_away =

@@ -17,14 +17,14 @@ std::vector<Observation> ObservationsOf(const MapImage& image);
 void WritePosesAndObservations(const CityMap& map, Transaction* transaction);
 
 // All that placing a photo changed: poses, observations, point blocks, and the records of the
-// reconstructions with their counts, merged ones too. `snapshot` is the state that the map was loaded
-// from. The map's record of changes stays as it is.
+// reconstructions with their counts, merged ones too. `snapshot` is the state that the map was
+// loaded from. The map's record of changes stays as it is.
 Status WritePlacementChanges(const CityMap& map, const Snapshot& snapshot,
                              const Placement& placement, Transaction* transaction);
 
-// All that the adjustment of a whole reconstruction changed. Every point has moved, so every block is
-// written, ahead of the commit, as a new generation of blocks to which the commit switches; the old
-// generation is deleted. Returns the new record, which is in the transaction.
+// All that the adjustment of a whole reconstruction changed. Every point has moved, so every block
+// is written, ahead of the commit, as a new generation of blocks to which the commit switches; the
+// old generation is deleted. Returns the new record, which is in the transaction.
 Result<ReconstructionRecord> WriteAdjustment(const CityMap& map, const ReconstructionRecord& before,
                                              Database* database, Transaction* transaction);
 

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
-// Which work follows from the photos that are stored. It is read from the database's state and never
-// remembered, so that a process goes on where a killed one stopped.
+// Which work follows from the photos that are stored. It is read from the database's state and
+// never remembered, so that a process goes on where a killed one stopped.
 
 #include <optional>
 #include <set>

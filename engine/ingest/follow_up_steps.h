@@ -9,13 +9,13 @@
 
 namespace veduta {
 
-// Tries a photo without a pose once more by its stored pairs, and takes it off the photos that wait.
-// Does only the latter where the photo has got a pose since. Returns the images that got a pose. After
-// an error nothing is committed and the map may be half changed: the caller clears it.
+// Tries a photo without a pose once more by its stored pairs, and takes it off the photos that
+// wait. Does only the latter where the photo has got a pose since. Returns the images that got a
+// pose. After an error nothing is committed and the map may be half changed: the caller clears it.
 Result<std::vector<ImageId>> RetryPhoto(const IngestParts& parts, ImageId image, WriteScope scope);
 
-// Adjusts a whole reconstruction. After an error nothing is visible and the map may be half changed:
-// the caller clears it.
+// Adjusts a whole reconstruction. After an error nothing is visible and the map may be half
+// changed: the caller clears it.
 Status AdjustWhole(const IngestParts& parts, ReconstructionId reconstruction, WriteScope scope);
 
 }  // namespace veduta

@@ -10,8 +10,8 @@
 
 namespace veduta {
 
-// The photo, those of its verified neighbours that have no pose (the ones with most matches first, up
-// to `count_max` views in all), the photo's pairs with them and the stored pairs among them.
+// The photo, those of its verified neighbours that have no pose (the ones with most matches first,
+// up to `count_max` views in all), the photo's pairs with them and the stored pairs among them.
 Result<FoundingViews> GatherFoundingViews(MapLoader* loader, const CityMap& map,
                                           const ImageFeatures& photo,
                                           std::span<const PairMatches> pairs, uint32_t count_max);

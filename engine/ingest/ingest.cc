@@ -59,8 +59,8 @@ AddOutcome OutcomeOf(const ImageRecord& record, const LocatedPhoto& located) {
   return outcome;
 }
 
-// The image with its pairs and words, its placement, and the photos that wait and may have waited for
-// this photo's pairs alone.
+// The image with its pairs and words, its placement, and the photos that wait and may have waited
+// for this photo's pairs alone.
 Status WritePhoto(const IngestParts& parts, const ImageRecord& record, const LocatedPhoto& located,
                   std::span<const WordId> words, DatabaseState* state, const WriteScope& scope) {
   Transaction* const transaction = scope.transaction.get();

@@ -16,7 +16,8 @@
 
 namespace veduta {
 
-// One thread at a time, guarded by its owner (the engine's writer). The four pointers must outlive it.
+// One thread at a time, guarded by its owner (the engine's writer). The four pointers must outlive
+// it.
 class Ingest final {
  public:
   // The options must have passed their Check.
@@ -28,15 +29,15 @@ class Ingest final {
   Ingest& operator=(const Ingest&) = delete;
 
   // Commits the photo with its verdict, and with whatever its verdict brings about in the same
-  // commit: `propagated` of the outcome names the earlier photos that it founded with. An error means
-  // that nothing of the photo is visible.
+  // commit: `propagated` of the outcome names the earlier photos that it founded with. An error
+  // means that nothing of the photo is visible.
   Result<AddOutcome> Apply(PreparedPhoto photo, const CameraRecord& camera,
                            const std::string& contributor);
 
   // Runs and commits the next step that is due; none when nothing is. A step that fails says so in
-  // `status`, leaves nothing visible and is passed over from then on, until this object is made anew.
-  // Where the state cannot even be read, one FollowUp says so and no step is run any more. So a loop
-  // until none always ends.
+  // `status`, leaves nothing visible and is passed over from then on, until this object is made
+  // anew. Where the state cannot even be read, one FollowUp says so and no step is run any more. So
+  // a loop until none always ends.
   std::optional<FollowUp> RunNextStep();
 
   // Whether RunNextStep would run a step now. As cheap as FindDueStep.

@@ -1,19 +1,19 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "engine/ingest/ingest_options.h"
 
-#include "storage/base/option_check.h"
+#include "storage/base/option_bounds.h"
 
 namespace veduta {
 
 Status AdjustmentSchedule::Check() const {
-  return OptionCheck()
+  return OptionBounds()
       .AtLeast("views_step", views_step, 1)
       .Above("growth_share", growth_share, 0)
       .status();
 }
 
 Status IngestOptions::Check() const {
-  return OptionCheck()
+  return OptionBounds()
       .Part("neighbors", neighbors.Check())
       .Part("mapper", mapper.Check())
       .Part("schedule", schedule.Check())

@@ -28,7 +28,8 @@ struct IngestOptions {
   NeighborOptions neighbors;
   MapperOptions mapper;
   AdjustmentSchedule schedule;
-  // >= 1. Images up to which the map is kept in memory between photos. Chosen by hand; not measured.
+  // >= 1. Images up to which the map is kept in memory between photos. Chosen by hand; not
+  // measured.
   uint32_t map_images_max = 400;
   // >= 1. Chosen by hand; not measured.
   size_t feature_cache_bytes = 768ull << 20;

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
-// Brings stored images and points into the map in memory. The map doubles as a cache between photos:
-// what is loaded and has not changed since equals the last commit.
+// Brings stored images and points into the map in memory. The map doubles as a cache between
+// photos: what is loaded and has not changed since equals the last commit.
 
 #include <map>
 #include <memory>
@@ -27,11 +27,11 @@ class MapLoader final {
   Status LoadImages(std::span<const ImageId> images);
   // These images, and the blocks of the points that they see.
   Status LoadStructure(std::span<const ImageId> images);
-  // What LoadStructure loads, and every image in the tracks of those points and their homes: all that
-  // a change of these images may touch.
+  // What LoadStructure loads, and every image in the tracks of those points and their homes: all
+  // that a change of these images may touch.
   Status LoadNeighborhood(std::span<const ImageId> images);
-  // A whole reconstruction with its surroundings. `images` receives its members, ascending. Scans all
-  // poses of the database.
+  // A whole reconstruction with its surroundings. `images` receives its members, ascending. Scans
+  // all poses of the database.
   Status LoadReconstruction(ReconstructionId id, std::vector<ImageId>* images);
 
   // The record as it is stored; read once.

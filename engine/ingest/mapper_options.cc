@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "engine/ingest/mapper_options.h"
 
-#include "storage/base/option_check.h"
+#include "storage/base/option_bounds.h"
 
 namespace veduta {
 
 Status MapperOptions::Check() const {
-  return OptionCheck()
+  return OptionBounds()
       .Part("resection", resection.Check())
       .AboveUpTo("putative_ratio_max", putative_ratio_max, 0, 1)
       .AtLeast("neighbor_match_count_min", neighbor_match_count_min, 1)

@@ -18,14 +18,14 @@ struct MapperOptions {
   // (0, 1]. Distance to the best candidate over that to the second best, of the matches by which a
   // pose is sought. Chosen by hand; not measured.
   double putative_ratio_max = 0.88;
-  // >= 1. Verified matches with one placed image from which on that image's geometry may lead to the
-  // pose, where P3P finds none. Chosen by hand; not measured.
+  // >= 1. Verified matches with one placed image from which on that image's geometry may lead to
+  // the pose, where P3P finds none. Chosen by hand; not measured.
   uint32_t neighbor_match_count_min = 100;
-  // Of a pose along the baseline to such a neighbour. It has one degree of freedom instead of six, so
-  // fewer points serve; that they are 10 and 0.35 was chosen by hand and not measured.
+  // Of a pose along the baseline to such a neighbour. It has one degree of freedom instead of six,
+  // so fewer points serve; that they are 10 and 0.35 was chosen by hand and not measured.
   ResectionOptions along_neighbor = {.inlier_count_min = 10, .inlier_share_min = 0.35};
-  // >= 1. A pose by fewer points is weak while more verified matches lead to photos without a pose: it
-  // gives way to founding with them. Chosen by hand; not measured.
+  // >= 1. A pose by fewer points is weak while more verified matches lead to photos without a pose:
+  // it gives way to founding with them. Chosen by hand; not measured.
   uint32_t sure_inlier_count = 60;
   // >= 1. A weak pose is taken, where nothing is founded, from so many points. Chosen by hand; not
   // measured.

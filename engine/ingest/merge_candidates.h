@@ -18,10 +18,10 @@ struct PointPair {
   auto operator<=>(const PointPair&) const = default;
 };
 
-// Pairs of points that verified matches name as one place: a point of the photo's reconstruction and
-// one of another. The matches are those of the `near` images, which lie in the photo's reconstruction,
-// and the photo's own `pairs`, which are not stored yet. By the other reconstruction; pairs ascend.
-// Loads the points that it names, with the images around them.
+// Pairs of points that verified matches name as one place: a point of the photo's reconstruction
+// and one of another. The matches are those of the `near` images, which lie in the photo's
+// reconstruction, and the photo's own `pairs`, which are not stored yet. By the other
+// reconstruction; pairs ascend. Loads the points that it names, with the images around them.
 Result<std::map<ReconstructionId, std::vector<PointPair>>> FindCommonPoints(
     MapLoader* loader, const CityMap& map, std::span<const ImageId> near, ImageId photo,
     std::span<const PairMatches> pairs);
@@ -31,10 +31,10 @@ struct PointAlignment {
   std::vector<PointPair> agreeing;
 };
 
-// The similarity under which most pairs coincide, judged in the photos: each point, carried over, must
-// fall within `error_px_max` of where the first and the last image of the other point's track see it.
-// Nothing when fewer than `count_min` distinct points of either reconstruction agree. Deterministic in
-// its inputs and the seed.
+// The similarity under which most pairs coincide, judged in the photos: each point, carried over,
+// must fall within `error_px_max` of where the first and the last image of the other point's track
+// see it. Nothing when fewer than `count_min` distinct points of either reconstruction agree.
+// Deterministic in its inputs and the seed.
 std::optional<PointAlignment> AlignPoints(const CityMap& map, std::span<const PointPair> pairs,
                                           double error_px_max, uint32_t count_min, uint64_t seed);
 

@@ -23,10 +23,10 @@ struct MergeOutcome {
   std::vector<Merge> merges;  // in the order in which they were made; empty where nothing merged
 };
 
-// Merges the reconstructions that verified pairs of the `near` images and of the photo (`pairs`) lead
-// to, wherever enough of their common points agree. Of the first two that merge, the one with more
-// images keeps its frame; it is the one that is published longer. Further ones are merged into it.
-// Loads what it needs. Deterministic in its inputs and the seed.
+// Merges the reconstructions that verified pairs of the `near` images and of the photo (`pairs`)
+// lead to, wherever enough of their common points agree. Of the first two that merge, the one with
+// more images keeps its frame; it is the one that is published longer. Further ones are merged into
+// it. Loads what it needs. Deterministic in its inputs and the seed.
 Result<MergeOutcome> MergeAround(const MappingContext& context, const MergeRequest& request,
                                  std::span<const ImageId> near, std::span<const PairMatches> pairs,
                                  uint64_t seed);

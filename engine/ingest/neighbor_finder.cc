@@ -5,7 +5,7 @@
 #include <map>
 #include <set>
 
-#include "storage/base/option_check.h"
+#include "storage/base/option_bounds.h"
 
 namespace veduta {
 namespace {
@@ -115,7 +115,7 @@ class Finder {
 }  // namespace
 
 Status NeighborOptions::Check() const {
-  return OptionCheck()
+  return OptionBounds()
       .Part("pair", pair.Check())
       .AtLeast("extended_per_image_max", extended_per_image_max, 1)
       .status();

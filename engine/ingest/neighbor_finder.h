@@ -18,11 +18,11 @@ struct NeighborOptions {
   // >= 0. Best-ranked images whose neighbours are tried too; R10 of docs/paper.md does so and names
   // no number. Chosen by hand; not measured.
   uint32_t ranked_extended_max = 3;
-  // >= 1. Neighbours of one image that are tried, those with most matches first. Chosen by hand; not
-  // measured.
+  // >= 1. Neighbours of one image that are tried, those with most matches first. Chosen by hand;
+  // not measured.
   uint32_t extended_per_image_max = 8;
-  // >= 0. Neighbours that are tried in all; 0 tries none but the candidates. The last image that adds
-  // some may exceed it. Chosen by hand; not measured.
+  // >= 0. Neighbours that are tried in all; 0 tries none but the candidates. The last image that
+  // adds some may exceed it. Chosen by hand; not measured.
   uint32_t extended_count_max = 40;
 
   Status Check() const;
@@ -46,8 +46,8 @@ Result<NeighborSearch> FindNeighbors(const ImageFeatures& photo,
                                      MapLoader* loader, const CityMap& map, ThreadPool* pool,
                                      const NeighborOptions& options);
 
-// Adds to `search` what a second search by the same photo found among the same candidates. Of a pair
-// that both have verified, the one with more matches is kept.
+// Adds to `search` what a second search by the same photo found among the same candidates. Of a
+// pair that both have verified, the one with more matches is kept.
 void JoinSearches(ImageId photo, NeighborSearch found, NeighborSearch* search);
 
 }  // namespace veduta

@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "storage/base/option_check.h"
+#include "storage/base/option_bounds.h"
 #include "storage/base/stopwatch.h"
 
 namespace veduta {
@@ -35,8 +35,8 @@ RankedMatches Rank(std::vector<DescriptorMatch> matches, const ImageFeatures& ph
   return ranked;
 }
 
-// candidate_from_photo by the photo's pose against the candidate's points. False when there are too few
-// of them.
+// candidate_from_photo by the photo's pose against the candidate's points. False when there are too
+// few of them.
 bool EstimateFromStructure(const RankedMatches& ranked, const ImageFeatures& photo,
                            const MapImage& placed, const CityMap& map, uint64_t seed,
                            const PairOptions& options, Rigid3* candidate_from_photo) {
@@ -59,8 +59,8 @@ bool EstimateFromStructure(const RankedMatches& ranked, const ImageFeatures& pho
   return true;
 }
 
-// The geometry of the pair: by the candidate's points where there are enough of them, otherwise by the
-// five-point algorithm.
+// The geometry of the pair: by the candidate's points where there are enough of them, otherwise by
+// the five-point algorithm.
 TwoViewGeometry Estimate(const RankedMatches& ranked, const ImageFeatures& photo,
                          const ImageFeatures& candidate, const CityMap& map, uint64_t seed,
                          const PairOptions& options) {
@@ -104,7 +104,7 @@ PairRecord RecordOf(const TwoViewGeometry& geometry, const RankedMatches& ranked
 }  // namespace
 
 Status PairOptions::Check() const {
-  return OptionCheck()
+  return OptionBounds()
       .Part("two_view", two_view.Check())
       .Part("structure", structure.Check())
       .AboveUpTo("ratio_max", ratio_max, 0, 1)

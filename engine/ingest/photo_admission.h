@@ -20,8 +20,8 @@ enum class AdmissionOutcome : uint8_t {
 struct Admission {
   AdmissionOutcome outcome = AdmissionOutcome::kNew;
   ImageRecord stored;  // kDuplicate: the image with these bytes
-  // kNew and kRejected: the record to store, without a verdict. Its id is valid() where it replaces a
-  // rejected photo of the same name, which may be sent again once it is mended.
+  // kNew and kRejected: the record to store, without a verdict. Its id is valid() where it replaces
+  // a rejected photo of the same name, which may be sent again once it is mended.
   ImageRecord record;
 };
 

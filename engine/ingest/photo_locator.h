@@ -18,10 +18,10 @@ struct LocatedPhoto {
   StepTimes times;        // match, verify, map and adjust
 };
 
-// Places the photo by its neighbours among `candidates`, which retrieval ranked. Where that fails, or
-// where no neighbour shares much with it, the most promising candidates are searched once more by
-// more features. `new_reconstruction`: as in PlacePhoto. After an error the map may be half changed:
-// the caller clears it. Deterministic in its inputs and the seed.
+// Places the photo by its neighbours among `candidates`, which retrieval ranked. Where that fails,
+// or where no neighbour shares much with it, the most promising candidates are searched once more
+// by more features. `new_reconstruction`: as in PlacePhoto. After an error the map may be half
+// changed: the caller clears it. Deterministic in its inputs and the seed.
 Result<LocatedPhoto> LocatePhoto(const MappingContext& context, const IngestOptions& options,
                                  const ImageFeatures& photo, const CameraModel& camera,
                                  std::span<const RankedImage> candidates,

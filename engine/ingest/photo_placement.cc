@@ -43,8 +43,8 @@ Status MergeWhatItJoins(const MappingContext& context, const PhotoAtHand& at_han
   return Status::Ok();
 }
 
-// The third case. Changes `placement` where a reconstruction is founded, and says why none was where
-// no other reason is known.
+// The third case. Changes `placement` where a reconstruction is founded, and says why none was
+// where no other reason is known.
 Status TryToFound(const MappingContext& context, const PhotoAtHand& at_hand, ReconstructionId id,
                   Placement* placement) {
   VEDUTA_ASSIGN_OR_RETURN(
@@ -103,8 +103,8 @@ Status PlaceAt(const MappingContext& context, const PhotoAtHand& at_hand, const 
   if (!placement->merges.empty())
     GrowFromAgreeing(context.map, id, at_hand.putative, options.growth);
   placement->map_ms = watch->LapMs();
-  // A pose leads to further matches only once the verified ones have settled it: on repeated texture
-  // a pose that is a little wrong finds many matches that agree with it.
+  // A pose leads to further matches only once the verified ones have settled it: on repeated
+  // texture a pose that is a little wrong finds many matches that agree with it.
   VEDUTA_RETURN_IF_ERROR(AdjustAround(context, id, options.settled_images_max));
   placement->adjust_ms = watch->LapMs();
   VEDUTA_RETURN_IF_ERROR(GrowAround(context, id));

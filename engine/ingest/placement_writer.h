@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
-// Writes a placement into a transaction: what changed in the map, the founding triple's verdicts, the
-// journal of merges, and the photos that are to be tried again because of it (R16).
+// Writes a placement into a transaction: what changed in the map, the founding triple's verdicts,
+// the journal of merges, and the photos that are to be tried again because of it (R16).
 
 #include <span>
 #include <vector>
@@ -13,8 +13,8 @@
 namespace veduta {
 
 // Writes nothing for a postponed photo. The photo's own image record is the caller's. `snapshot` is
-// the state that the map was loaded from. Changes `state`, which the caller puts into the transaction
-// last.
+// the state that the map was loaded from. Changes `state`, which the caller puts into the
+// transaction last.
 Status WritePlacement(const CityMap& map, const Snapshot& snapshot, const Placement& placement,
                       DatabaseState* state, Transaction* transaction);
 

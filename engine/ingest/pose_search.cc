@@ -15,8 +15,8 @@ bool IsIn(const CityMap& map, ImageId image, ReconstructionId reconstruction) {
   return map.HasImage(image) && map.image(image).reconstruction == reconstruction;
 }
 
-// Where the points alone give no pose: one by the verified geometry with the placed neighbour of most
-// matches, and by the points.
+// Where the points alone give no pose: one by the verified geometry with the placed neighbour of
+// most matches, and by the points.
 void TryAlongNeighbor(const CityMap& map, const ImageFeatures& photo,
                       std::span<const PairMatches> pairs, const StructureMatches& structure,
                       const MapperOptions& options, PoseCandidate* candidate) {

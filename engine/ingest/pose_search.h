@@ -41,15 +41,15 @@ struct PoseSearch {
 };
 
 // The photo's mutual nearest neighbours, right or wrong, with those of the pairs' images that are
-// placed: a pair's own geometry may have chosen, among repeated windows, what the pose by all of them
-// does not. Spread over the pool; the result does not depend on it.
+// placed: a pair's own geometry may have chosen, among repeated windows, what the pose by all of
+// them does not. Spread over the pool; the result does not depend on it.
 Result<std::vector<PairMatches>> MatchPlacedNeighbors(const MappingContext& context,
                                                       const ImageFeatures& photo,
                                                       std::span<const PairMatches> pairs);
 
 // A pose in each reconstruction of a placed neighbour. `pairs` are the verified matches, `putative`
-// those of MatchPlacedNeighbors. The neighbours must be loaded with their points. Reads the map only.
-// Deterministic in its inputs and the seed.
+// those of MatchPlacedNeighbors. The neighbours must be loaded with their points. Reads the map
+// only. Deterministic in its inputs and the seed.
 PoseSearch FindPoses(const CityMap& map, const ImageFeatures& photo,
                      std::span<const PairMatches> pairs, std::span<const PairMatches> putative,
                      uint64_t seed, const MapperOptions& options);

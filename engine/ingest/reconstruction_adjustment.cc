@@ -64,8 +64,8 @@ Status AdjustReconstruction(const MappingContext& context, ReconstructionId id) 
   std::vector<ImageId> images;
   VEDUTA_RETURN_IF_ERROR(context.loader->LoadReconstruction(id, &images));
   VEDUTA_RETURN_IF_ERROR(ReconsiderPoses(context, images));
-  // Twice, for what the first adjustment has corrected lets tracks grow and filters judge anew. That
-  // two rounds are enough was chosen by hand and not measured.
+  // Twice, for what the first adjustment has corrected lets tracks grow and filters judge anew.
+  // That two rounds are enough was chosen by hand and not measured.
   for (int round = 0; round < 2; ++round) {
     for (const ImageId image : images) {
       GrowByProjection(map, image,

@@ -12,9 +12,9 @@ namespace veduta {
 // that have one. The images must be loaded with their surroundings, all of one reconstruction.
 Status ReconsiderPoses(const MappingContext& context, std::span<const ImageId> images);
 
-// Reconsiders the poses of a reconstruction; then, twice, completes its tracks, adjusts all its poses
-// and points, and filters. Loads all of it. The frame stays (AdjustBundle). After an error the map may
-// be half changed: the caller clears it.
+// Reconsiders the poses of a reconstruction; then, twice, completes its tracks, adjusts all its
+// poses and points, and filters. Loads all of it. The frame stays (AdjustBundle). After an error
+// the map may be half changed: the caller clears it.
 Status AdjustReconstruction(const MappingContext& context, ReconstructionId id);
 
 }  // namespace veduta

@@ -21,8 +21,8 @@ struct ReconstructionStart {
 };
 
 // Where it succeeds, the three images are in the map under `id`, with their surroundings grown and
-// adjusted; otherwise the map is as before, but for what was loaded. Deterministic in its inputs and
-// the seed.
+// adjusted; otherwise the map is as before, but for what was loaded. Deterministic in its inputs
+// and the seed.
 Result<ReconstructionStart> StartReconstruction(const MappingContext& context,
                                                 const ImageFeatures& photo,
                                                 std::span<const PairMatches> pairs,

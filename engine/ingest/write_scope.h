@@ -13,8 +13,8 @@ struct WriteScope {
   std::shared_ptr<const Snapshot> base;
 };
 
-// The transaction begins before the snapshot is taken: whatever another transaction commits after the
-// snapshot makes this one's commit fail with kBusy, and is never overwritten unseen.
+// The transaction begins before the snapshot is taken: whatever another transaction commits after
+// the snapshot makes this one's commit fail with kBusy, and is never overwritten unseen.
 inline WriteScope BeginWrite(Database* database) {
   WriteScope scope;
   scope.transaction = database->BeginTransaction();

@@ -9,8 +9,8 @@
 namespace veduta {
 namespace {
 
-// A pose has six degrees of freedom and a point gives two equations, so 3 points determine it; twice
-// as many let one of them be wrong. Chosen by hand; not measured.
+// A pose has six degrees of freedom and a point gives two equations, so 3 points determine it;
+// twice as many let one of them be wrong. Chosen by hand; not measured.
 constexpr size_t kRefinedPointsMin = 6;
 
 void RefineByPoints(CityMap* map, ImageId id, double error_px_max) {

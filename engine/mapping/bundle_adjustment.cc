@@ -9,7 +9,7 @@
 #include "engine/mapping/bundle_problem.h"
 #include "engine/mapping/bundle_solver.h"
 #include "engine/mapping/similarity.h"
-#include "storage/base/option_check.h"
+#include "storage/base/option_bounds.h"
 
 namespace veduta {
 namespace {
@@ -23,8 +23,8 @@ struct Excerpt {
   bool keeps_gauge = false;
 };
 
-// Puts the free images that see one of the points first and the held ones that do after them, both in
-// ascending ids. Images that see none of the points are left out: nothing would determine them.
+// Puts the free images that see one of the points first and the held ones that do after them, both
+// in ascending ids. Images that see none of the points are left out: nothing would determine them.
 void OrderImages(const std::vector<const MapImage*>& loaded, const std::vector<bool>& is_seen,
                  std::span<const ImageId> free_images, Excerpt* excerpt) {
   const std::set<ImageId> free(free_images.begin(), free_images.end());
@@ -120,7 +120,7 @@ void Apply(CityMap* map, std::span<const PointId> points, const Excerpt& excerpt
 }  // namespace
 
 Status BundleOptions::Check() const {
-  return OptionCheck()
+  return OptionBounds()
       .Above("loss_scale_px", loss_scale_px, 0)
       .AtLeast("iterations_max", iterations_max, 1)
       .Above("function_tolerance", function_tolerance, 0)

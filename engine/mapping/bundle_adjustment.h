@@ -32,10 +32,11 @@ struct BundleSummary {
 };
 
 // Refines the poses of `free_images` and the positions of `points`. Every image in the points'
-// tracks must be loaded; those that are not free are held where they are. Where no image is held, the
-// frame is kept all the same: the result is carried back by the similarity that best fits the cameras
-// to where they were, so that a published frame stays what it was. Deterministic with any number of
-// threads; `pool` may be null. kInvalidArgument on bad options or when there is no usable step.
+// tracks must be loaded; those that are not free are held where they are. Where no image is held,
+// the frame is kept all the same: the result is carried back by the similarity that best fits the
+// cameras to where they were, so that a published frame stays what it was. Deterministic with any
+// number of threads; `pool` may be null. kInvalidArgument on bad options or when there is no usable
+// step.
 Result<BundleSummary> AdjustBundle(CityMap* map, std::span<const ImageId> free_images,
                                    std::span<const PointId> points, const BundleOptions& options,
                                    ThreadPool* pool);

@@ -38,8 +38,9 @@ using Vector6d = Eigen::Matrix<double, 6, 1>;
 using Matrix23d = Eigen::Matrix<double, 2, 3, Eigen::RowMajor>;
 
 // projection(x_cam) - x_px, and its derivative by x_cam. A point behind the camera gets a large
-// constant error without derivatives, so that the step that took it there is refused. Both constants
-// were chosen by hand: any error far above a photo's errors will do, and any depth near 0.
+// constant error without derivatives, so that the step that took it there is refused. Both
+// constants were chosen by hand: any error far above a photo's errors will do, and any depth near
+// 0.
 inline Eigen::Vector2d ReprojectionError(const Pinhole& camera, const Eigen::Vector3d& x_cam,
                                          const Eigen::Vector2d& x_px, Matrix23d* derivative) {
   constexpr double kDepthMin = 1e-9, kBehindError_px = 1e4;

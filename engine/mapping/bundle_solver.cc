@@ -11,9 +11,9 @@
 namespace veduta {
 namespace {
 
-// The points are worked on in pieces, whose number depends on the problem alone, so that sums do not
-// depend on the number of threads. All three limits were chosen by hand and not measured: pieces at
-// most, points in a piece at least, bytes that the pieces' sums take at most.
+// The points are worked on in pieces, whose number depends on the problem alone, so that sums do
+// not depend on the number of threads. All three limits were chosen by hand and not measured:
+// pieces at most, points in a piece at least, bytes that the pieces' sums take at most.
 constexpr size_t kPieces = 8;
 constexpr size_t kPointsOfAPiece = 64;
 constexpr size_t kBytesOfPieces = 128 << 20;

@@ -1,16 +1,16 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
-// The part of the city that is being worked on, in memory: poses, points and tracks, with a record of
-// what has changed. It knows nothing of storage: its owner loads images and point blocks into it
+// The part of the city that is being worked on, in memory: poses, points and tracks, with a record
+// of what has changed. It knows nothing of storage: its owner loads images and point blocks into it
 // before an algorithm needs them, and writes the changes out afterwards. Every function keeps these
 // invariants:
-//   1. image.points[f] == p exactly when the track of p holds (image, f), as far as both are loaded.
+//   1. image.points[f] == p exactly when the track of p holds (image, f), as far as both are
+//      loaded.
 //   2. The track of a point that exists has two or more elements, in ascending images, at most one
 //      for each image, and all its images are in one reconstruction.
 //   3. A point lies in the block of its home image, and the blocks and images of one reconstruction
-//      share its frame.
-// Iteration is always in ascending ids, so that results do not depend on the history of loading. Not
-// thread-safe; const functions may run in parallel.
+//      share its frame. Iteration is always in ascending ids, so that results do not depend on the
+//      history of loading. Not thread-safe; const functions may run in parallel.
 
 #include <map>
 #include <memory>

@@ -8,7 +8,7 @@
 #include "engine/mapping/pair_matches.h"
 #include "engine/mapping/structure_matches.h"
 #include "storage/base/content_hash.h"
-#include "storage/base/option_check.h"
+#include "storage/base/option_bounds.h"
 #include "storage/base/transform.h"
 #include "storage/model/pair.h"
 
@@ -123,7 +123,7 @@ bool AdjustTriple(CityMap* map, const FoundingOptions& options) {
 }  // namespace
 
 Status FoundingOptions::Check() const {
-  return OptionCheck()
+  return OptionBounds()
       .AtLeast("common_points_min", common_points_min, 3)
       .Inside("angle_deg_min", angle_deg_min, 0, 90)
       .AtLeast("pairs_tried_max", pairs_tried_max, 1)

@@ -40,23 +40,23 @@ enum class FoundingOutcome : uint8_t {
   kTooFewPoints,  // too few points common to the three, or their angles too small
 };
 
-// Candidate views, which are not placed yet (id, camera, features and grid are set), and the verified
-// pairs between them.
+// Candidate views, which are not placed yet (id, camera, features and grid are set), and the
+// verified pairs between them.
 struct FoundingViews {
   std::vector<MapImage> images;   // ascending ids
   std::vector<PairRecord> pairs;  // a < b
 };
 
-// The paper's equation 6 with the 1/N of a least-squares estimate: (1/N^2) sum of 1 / sin^2(alpha_i)
-// over the matches; lower is better. Infinite for a pair without parallax.
+// The paper's equation 6 with the 1/N of a least-squares estimate: (1/N^2) sum of 1 /
+// sin^2(alpha_i) over the matches; lower is better. Infinite for a pair without parallax.
 double DepthVariance(const PairRecord& pair, const MapImage& a, const MapImage& b);
 
-// Chooses the pair of least depth variance, and to it the third view of least depth variance; places
-// the pair by its five-point geometry and the third view by P3P; adjusts and filters. `required` must
-// be among the three, for triples without it were tried before. On success `map` holds exactly the
-// three placed images and their points under `reconstruction`, with the first pair's baseline as unit
-// of length and the frame of the first camera; otherwise it is empty. Deterministic in its inputs and
-// the seed.
+// Chooses the pair of least depth variance, and to it the third view of least depth variance;
+// places the pair by its five-point geometry and the third view by P3P; adjusts and filters.
+// `required` must be among the three, for triples without it were tried before. On success `map`
+// holds exactly the three placed images and their points under `reconstruction`, with the first
+// pair's baseline as unit of length and the frame of the first camera; otherwise it is empty.
+// Deterministic in its inputs and the seed.
 FoundingOutcome TryFounding(const FoundingViews& views, ImageId required,
                             ReconstructionId reconstruction, uint64_t seed,
                             const FoundingOptions& options, CityMap* map);

@@ -10,7 +10,7 @@
 #include "engine/matching/guided_matcher.h"
 #include "engine/matching/two_view.h"
 
-#include "storage/base/option_check.h"
+#include "storage/base/option_bounds.h"
 
 namespace veduta {
 namespace {
@@ -137,7 +137,7 @@ const TrackElement& MostAlike(const CityMap& map, const PointRecord& point,
 }  // namespace
 
 Status GrowthOptions::Check() const {
-  return OptionCheck()
+  return OptionBounds()
       .Above("error_px_max", error_px_max, 0)
       .Require("angle_deg_min", angle_deg_min, angle_deg_min >= 0 && angle_deg_min < 90,
                "0 or more and less than 90")

@@ -23,13 +23,13 @@ struct GrowthOptions {
   // bytes have a norm of 512, so 90 000 (a distance of 300) is an angle of 34 degrees. Chosen by
   // hand; not measured.
   uint32_t descriptor_distance_squared_max = 90'000;
-  // >= 1. A feature's measured scale over the scale that the depth predicts, or the inverse, at most.
-  // 1.6 is two thirds of an octave. Chosen by hand; not measured.
+  // >= 1. A feature's measured scale over the scale that the depth predicts, or the inverse, at
+  // most. 1.6 is two thirds of an octave. Chosen by hand; not measured.
   double scale_ratio_max = 1.6;
   // >= 2. Views that a new point needs; two rays are the least that meet in a point.
   uint32_t views_min = 2;
-  // >= 2. Views that a new point needs when its matches were found by means of known poses: two such
-  // matches agree by chance too easily, a third seldom does. Chosen by hand; not measured.
+  // >= 2. Views that a new point needs when its matches were found by means of known poses: two
+  // such matches agree by chance too easily, a third seldom does. Chosen by hand; not measured.
   uint32_t guided_views_min = 3;
   // (0, 64], px. Distance from the epipolar line up to which features are compared. Chosen by hand;
   // not measured. The upper bound is the matcher's (GuidedMatchOptions).
@@ -47,8 +47,8 @@ struct GrowthCounts {
 
 // Joins the features of a placed image to the points that its verified matches lead to, merging
 // points that turn out to be one, and triangulates matches that have none yet. Pairs with images of
-// other reconstructions are passed over. The matched images must be loaded with their points, and so
-// must all images in the tracks of those points.
+// other reconstructions are passed over. The matched images must be loaded with their points, and
+// so must all images in the tracks of those points.
 GrowthCounts GrowFromMatches(CityMap* map, ImageId image, std::span<const PairMatches> pairs,
                              const GrowthOptions& options);
 
@@ -57,13 +57,14 @@ GrowthCounts GrowFromMatches(CityMap* map, ImageId image, std::span<const PairMa
 PairMatches MatchPlaced(const CityMap& map, ImageId image, ImageId other,
                         const GrowthOptions& options);
 
-// Two points are one when a single position explains both tracks within `error_px_max`; the track of
-// `drop` then joins that of `keep`. Returns false and changes nothing when no position does, when the
-// two share an image, or when one of them no longer exists. All their images must be loaded.
+// Two points are one when a single position explains both tracks within `error_px_max`; the track
+// of `drop` then joins that of `keep`. Returns false and changes nothing when no position does,
+// when the two share an image, or when one of them no longer exists. All their images must be
+// loaded.
 bool TryMergePoints(CityMap* map, PointId keep, PointId drop, double error_px_max);
 
-// Projects `points` into a placed image. A point that lands near a feature that has no point yet and
-// looks the same gets it as an observation.
+// Projects `points` into a placed image. A point that lands near a feature that has no point yet
+// and looks the same gets it as an observation.
 GrowthCounts GrowByProjection(CityMap* map, ImageId image, std::span<const PointId> points,
                               const GrowthOptions& options);
 

@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "engine/mapping/point_filter.h"
 
-#include "storage/base/option_check.h"
+#include "storage/base/option_bounds.h"
 
 namespace veduta {
 
 Status PointFilterOptions::Check() const {
-  return OptionCheck()
+  return OptionBounds()
       .Above("observation_error_px_max", observation_error_px_max, 0)
       .Above("point_error_px_max", point_error_px_max, 0)
       .Require("angle_deg_min", angle_deg_min, angle_deg_min >= 0 && angle_deg_min < 90,

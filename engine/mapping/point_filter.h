@@ -15,7 +15,8 @@ struct PointFilterOptions {
   double observation_error_px_max = 2.6;
   // > 0, px. A point with a larger mean error over its track is removed; the paper's section 3.3.
   double point_error_px_max = 1.3;
-  // [0, 90), degrees. A point whose rays meet at smaller angles is removed; the paper's section 3.3.
+  // [0, 90), degrees. A point whose rays meet at smaller angles is removed; the paper's section
+  // 3.3.
   double angle_deg_min = 2.0;
 
   Status Check() const;

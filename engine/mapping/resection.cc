@@ -7,7 +7,7 @@
 #include <opengv/absolute_pose/methods.hpp>
 
 #include "engine/matching/sampling.h"
-#include "storage/base/option_check.h"
+#include "storage/base/option_bounds.h"
 #include "storage/base/transform.h"
 
 namespace veduta {
@@ -96,7 +96,7 @@ Resection FinishResection(Rigid3 pose, std::span<const Eigen::Vector2d> x,
 }  // namespace
 
 Status ResectionOptions::Check() const {
-  return OptionCheck()
+  return OptionBounds()
       .Inside("error_px_max", error_px_max, 0, 100)
       .AtLeast("inlier_count_min", inlier_count_min, 4)
       .Between("inlier_share_min", inlier_share_min, 0, 1)

@@ -15,8 +15,8 @@ namespace veduta {
 struct ResectionOptions {
   // (0, 100), px. Reprojection error of an inlier. Chosen by hand; not measured.
   double error_px_max = 4.0;
-  // >= 4. A pose that fewer points agree with is none; the paper's section 3.2. Three points are what
-  // P3P needs, and a fourth tells its solutions apart.
+  // >= 4. A pose that fewer points agree with is none; the paper's section 3.2. Three points are
+  // what P3P needs, and a fourth tells its solutions apart.
   uint32_t inlier_count_min = 20;
   // [0, 1]. A pose that a smaller share of the correspondences agrees with is none. Chosen by hand;
   // not measured.

@@ -9,8 +9,8 @@
 namespace veduta {
 namespace {
 
-// At the confidence below, 2000 triples suffice where a share of 0.166 of the correspondences agrees,
-// and 30 where 0.64 does (Fischler and Bolles 1981). Chosen by hand; not measured.
+// At the confidence below, 2000 triples suffice where a share of 0.166 of the correspondences
+// agrees, and 30 where 0.64 does (Fischler and Bolles 1981). Chosen by hand; not measured.
 constexpr uint32_t kSamplesMax = 2000, kSamplesMin = 30;
 constexpr double kConfidence = 1 - 1e-4;  // as the paper's section 3.2 has it for pairs
 constexpr int kRefits = 3;                // to all inliers; chosen by hand, not measured

@@ -126,8 +126,8 @@ BestPose SearchPose(std::span<const Eigen::Vector2d> x_a, std::span<const Eigen:
 
 Status TwoViewOptions::Check() const {
   const auto fail = [](const char* name, double value, const char* range) {
-    return Status::InvalidArgument(std::string(name) + " is " + std::to_string(value) +
-                                   ", must be in " + range);
+    return Status::InvalidArgument(std::string("two-view option ") + name + " is " +
+                                   std::to_string(value) + ", must be in " + range);
   };
   if (!(error_px_max > 0 && error_px_max < 100))
     return fail("error_px_max", error_px_max, "(0, 100)");

@@ -33,8 +33,8 @@ struct ImageFeatures {
                                                            uint32_t matched_count_max);
 };
 
-// A bounded cache of stored images' features, least recently used out first; the newest stays, however
-// large. Thread-safe. Two threads that miss at once both load, and one result is kept.
+// A bounded cache of stored images' features, least recently used out first; the newest stays,
+// however large. Thread-safe. Two threads that miss at once both load, and one result is kept.
 class ImageFeatureCache final {
  public:
   ImageFeatureCache(size_t size_bytes_max, uint32_t matched_count_max)

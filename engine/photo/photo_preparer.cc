@@ -7,15 +7,15 @@
 #include <fstream>
 
 #include "engine/camera/projection.h"
-#include "storage/base/option_check.h"
+#include "storage/base/option_bounds.h"
 #include "storage/base/stopwatch.h"
 
 namespace veduta {
 namespace {
 
-// After a photo of more pixels its scratch memory is given back, for each thread would keep some: 16 Mpx
-// of the 9 bytes for each pixel of the doubled photo (FeatureScratch) are 600 MB. Chosen by hand; not
-// measured.
+// After a photo of more pixels its scratch memory is given back, for each thread would keep some:
+// 16 Mpx of the 9 bytes for each pixel of the doubled photo (FeatureScratch) are 600 MB. Chosen by
+// hand; not measured.
 constexpr size_t kScratchPixelsMax = 16 << 20;
 
 Reason ReasonOf(DecodeOutcome outcome) {
@@ -51,8 +51,8 @@ void DropBorder(const CameraModel& camera, double border_px, Features* features)
   features->descriptors.resize(kept * kDescriptorSize);
 }
 
-// Colours come from the photo as it was taken. `camera` tells where each feature lies there; where it is
-// null, the photo was not distorted and the feature lies where it was found.
+// Colours come from the photo as it was taken. `camera` tells where each feature lies there; where
+// it is null, the photo was not distorted and the feature lies where it was found.
 void ColorFeatures(const cv::Mat& bgr, const CameraModel* camera, Features* features) {
   for (Keypoint& k : features->keypoints) {
     const Eigen::Vector2d seen =
@@ -67,7 +67,7 @@ void ColorFeatures(const cv::Mat& bgr, const CameraModel* camera, Features* feat
 }  // namespace
 
 Status PrepareOptions::Check() const {
-  return OptionCheck()
+  return OptionBounds()
       .Part("limits", limits.Check())
       .Part("features", features.Check())
       .AtLeast("feature_count_min", feature_count_min, 1)

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
-// The part of adding a photo that depends on the photo alone: it is read, decoded and undistorted, and
-// its features are extracted. This runs on all cores, ahead of the photos' turns.
+// The part of adding a photo that depends on the photo alone: it is read, decoded and undistorted,
+// and its features are extracted. This runs on all cores, ahead of the photos' turns.
 
 #include <cstdint>
 #include <memory>
@@ -24,8 +24,8 @@ struct PrepareOptions {
   // >= 1. A photo with fewer features is rejected: there is nothing to recognise it by. Chosen by
   // hand; not measured.
   uint32_t feature_count_min = 60;
-  // >= 0, px. Features so near to where the undistorted photo ends are dropped: the artificial border
-  // has corners of its own. Chosen by hand; not measured.
+  // >= 0, px. Features so near to where the undistorted photo ends are dropped: the artificial
+  // border has corners of its own. Chosen by hand; not measured.
   double border_px = 4;
 
   // The first violated bound, named with its value.

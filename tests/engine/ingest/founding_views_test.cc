@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Goal: the views that could found a reconstruction are the photo and its neighbours without a pose,
-//   those with most matches first, with all pairs among them.
+// Goal: the views that could found a reconstruction are the photo and its neighbours without a
+//   pose, those with most matches first, with all pairs among them.
 // Method: a synthetic scene in a database, two of its images placed.
 #include "engine/ingest/founding_views.h"
 

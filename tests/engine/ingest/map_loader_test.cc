@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // Goal: the loader brings in what it is asked for and what belongs to it, exactly as it is stored,
 //   records no change, and names an image whose records contradict each other.
-// Method: a synthetic scene written to a database in a temporary folder; the map is compared with the
-//   one that was written.
+// Method: a synthetic scene written to a database in a temporary folder; the map is compared with
+//   the one that was written.
 #include "engine/ingest/map_loader.h"
 
 #include <gtest/gtest.h>

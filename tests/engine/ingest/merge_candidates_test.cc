@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Goal: places that two reconstructions both hold as points are found through the view graph and the
-//   photo's own matches, and only agreeing ones give the similarity between the two frames.
+// Goal: places that two reconstructions both hold as points are found through the view graph and
+//   the photo's own matches, and only agreeing ones give the similarity between the two frames.
 // Method: one synthetic scene stored as two reconstructions in different frames.
 #include "engine/ingest/merge_candidates.h"
 

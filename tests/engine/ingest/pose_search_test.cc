@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Goal: a photo's pose is found in each reconstruction that its neighbours belong to, and every way of
-//   failing says so with its reason: too few points, no pose, contradiction, a weak pose.
+// Goal: a photo's pose is found in each reconstruction that its neighbours belong to, and every way
+//   of failing says so with its reason: too few points, no pose, contradiction, a weak pose.
 // Method: a synthetic scene; matches are shifted or thinned where a search is to fail.
 #include "engine/ingest/pose_search.h"
 

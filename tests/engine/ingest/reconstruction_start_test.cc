@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Goal: a photo founds a reconstruction with two of its neighbours that have no pose, which then sees
-//   what the scene holds; where it cannot, the reason says why and the map stays empty.
+// Goal: a photo founds a reconstruction with two of its neighbours that have no pose, which then
+//   sees what the scene holds; where it cannot, the reason says why and the map stays empty.
 // Method: a synthetic scene in a database without any pose.
 #include "engine/ingest/reconstruction_start.h"
 

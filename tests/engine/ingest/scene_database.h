@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
-// A synthetic scene (tests/engine/mapping/synthetic_scene.h) as a database in a temporary folder, for
-// tests of the parts that adding a photo is made of. Nothing is rendered, so it takes milliseconds.
+// A synthetic scene (tests/engine/mapping/synthetic_scene.h) as a database in a temporary folder,
+// for tests of the parts that adding a photo is made of. Nothing is rendered, so it takes
+// milliseconds.
 
 #include <gtest/gtest.h>
 
@@ -43,8 +44,8 @@ class SceneDatabase {
     return model;
   }
 
-  // Stores cameras [begin, end) of the scene as postponed images, ids from 1, with their features and
-  // their pairs among each other and with those stored before.
+  // Stores cameras [begin, end) of the scene as postponed images, ids from 1, with their features
+  // and their pairs among each other and with those stored before.
   void AddImages(uint32_t begin, uint32_t end) {
     DatabaseState state = State();
     const auto transaction = database_->BeginTransaction();
@@ -77,8 +78,8 @@ class SceneDatabase {
     EXPECT_OK(transaction->Commit());
   }
 
-  // Stores the poses of these cameras and all points that two of them see as a reconstruction, in the
-  // frame that `world_from_truth` gives. The next id is its id.
+  // Stores the poses of these cameras and all points that two of them see as a reconstruction, in
+  // the frame that `world_from_truth` gives. The next id is its id.
   ReconstructionId AddReconstruction(const std::vector<uint32_t>& cameras,
                                      const Sim3& world_from_truth = {}) {
     DatabaseState state = State();

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Goal: tracks grow to what the scene holds, and points that turn out to be one are merged.
-// Method: a synthetic scene; every image's features are compared with the points that they truly see.
+// Method: a synthetic scene; every image's features are compared with the points that they truly
+//   see.
 #include "engine/mapping/growth.h"
 
 #include <gtest/gtest.h>

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Goal: a pose is found among outliers, along a baseline from few points, and not where there is none.
+// Goal: a pose is found among outliers, along a baseline from few points, and not where there is
+//   none.
 // Method: a synthetic scene of known truth, with outliers.
 #include "engine/mapping/resection.h"
 

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Goal: a similarity is found exactly and among outliers, and refused where points do not determine it.
+// Goal: a similarity is found exactly and among outliers, and refused where points do not determine
+//   it.
 // Method: points carried over by a known similarity, a third of them replaced.
 #include "engine/mapping/similarity.h"
 

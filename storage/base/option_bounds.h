@@ -13,31 +13,31 @@ namespace veduta {
 // Takes one call for each field, in the order of the fields. The first violation is kept, as
 // kInvalidArgument: "inlier_count_min is 0, but must be 4 or more". Every comparison is written so
 // that a value that is not a number (NaN) violates its bound.
-class OptionCheck final {
+class OptionBounds final {
  public:
-  OptionCheck& AtLeast(const char* name, double value, double bound) {
+  OptionBounds& AtLeast(const char* name, double value, double bound) {
     return Require(name, value, value >= bound, Text(bound) + " or more");
   }
-  OptionCheck& Above(const char* name, double value, double bound) {
+  OptionBounds& Above(const char* name, double value, double bound) {
     return Require(name, value, value > bound, "more than " + Text(bound));
   }
   // From `low` to `high`, both allowed.
-  OptionCheck& Between(const char* name, double value, double low, double high) {
+  OptionBounds& Between(const char* name, double value, double low, double high) {
     return Require(name, value, value >= low && value <= high,
                    "from " + Text(low) + " to " + Text(high));
   }
   // More than `low`, and `high` at most.
-  OptionCheck& AboveUpTo(const char* name, double value, double low, double high) {
+  OptionBounds& AboveUpTo(const char* name, double value, double low, double high) {
     return Require(name, value, value > low && value <= high,
                    "more than " + Text(low) + " and at most " + Text(high));
   }
   // More than `low` and less than `high`.
-  OptionCheck& Inside(const char* name, double value, double low, double high) {
+  OptionBounds& Inside(const char* name, double value, double low, double high) {
     return Require(name, value, value > low && value < high,
                    "more than " + Text(low) + " and less than " + Text(high));
   }
   // `bound` completes the sentence "..., but must be".
-  OptionCheck& Require(const char* name, double value, bool holds, const std::string& bound) {
+  OptionBounds& Require(const char* name, double value, bool holds, const std::string& bound) {
     if (status_.ok() && !holds) {
       status_ = Status::InvalidArgument(std::string(name) + " is " + Text(value) +
                                         ", but must be " + bound);
@@ -45,7 +45,7 @@ class OptionCheck final {
     return *this;
   }
   // The check of a struct inside this one: its message is led by the struct's name and a dot.
-  OptionCheck& Part(const char* name, const Status& part) {
+  OptionBounds& Part(const char* name, const Status& part) {
     if (status_.ok() && !part.ok())
       status_ = Status(part.code(), std::string(name) + "." + part.message());
     return *this;
