@@ -6,51 +6,46 @@
 
 #include "engine/parts.h"
 #include "engine/query/city_answers.h"
+#include "storage/base/option_bounds.h"
 
 namespace veduta {
 namespace {
 
-constexpr uint32_t kThreadCountMax = 1024;  // far above any machine; a bound for mistaken input
-
-Status Named(const char* where, const Status& status) {
-  if (status.ok()) return status;
-  return Status(status.code(), std::string(where) + "." + status.message());
-}
+// Far above any machine of today; a bound for mistaken input.
+constexpr uint32_t kThreadCountMax = 1024;
 
 }  // namespace
 
 Status EngineOptions::Check() const {
-  const auto broken = [](const char* field, uint64_t value, const char* rule) {
-    return Status::InvalidArgument(std::string(field) + " is " + std::to_string(value) +
-                                   ", but must be " + rule);
-  };
   if (create && read_only) {
     return Status::InvalidArgument("create and read_only exclude each other");
   }
-  if (thread_count > kThreadCountMax) return broken("thread_count", thread_count, "1024 or less");
-  if (block_cache_bytes < 1) return broken("block_cache_bytes", 0, "1 or more");
-  if (feature_cache_bytes < 1) return broken("feature_cache_bytes", 0, "1 or more");
-  if (undistort_cache_bytes < 1) return broken("undistort_cache_bytes", 0, "1 or more");
-  return Status::Ok();
+  return OptionBounds()
+      .Between("thread_count", thread_count, 0, kThreadCountMax)
+      .AtLeast("block_cache_bytes", static_cast<double>(block_cache_bytes), 1)
+      .AtLeast("feature_cache_bytes", static_cast<double>(feature_cache_bytes), 1)
+      .AtLeast("undistort_cache_bytes", static_cast<double>(undistort_cache_bytes), 1)
+      .status();
 }
 
 Status EngineTuning::Check() const {
-  VEDUTA_RETURN_IF_ERROR(Named("database", database.Check()));
-  VEDUTA_RETURN_IF_ERROR(Named("prepare", prepare.Check()));
-  return Named("ingest", ingest.Check());
+  return OptionBounds()
+      .Part("database", database.Check())
+      .Part("prepare", prepare.Check())
+      .Part("ingest", ingest.Check())
+      .status();
 }
 
 Result<std::unique_ptr<Engine>> EngineParts::Open(const std::string& path,
                                                   const EngineOptions& options,
                                                   EngineTuning tuning) {
-  const Status checked = options.Check();
-  if (!checked.ok()) return Status(checked.code(), "options." + checked.message());
+  VEDUTA_RETURN_IF_ERROR(OptionBounds().Part("options", options.Check()).status());
   tuning.database.create = options.create;
   tuning.database.read_only = options.read_only;
   tuning.database.sync_wal = options.sync;
   tuning.database.block_cache_bytes = options.block_cache_bytes;
   tuning.ingest.feature_cache_bytes = options.feature_cache_bytes;
-  VEDUTA_RETURN_IF_ERROR(Named("options", tuning.Check()));
+  VEDUTA_RETURN_IF_ERROR(OptionBounds().Part("options", tuning.Check()).status());
 
   auto parts = std::make_unique<EngineParts>();
   parts->options = options;

@@ -5,12 +5,16 @@
 
 namespace veduta {
 
-std::vector<Observation> ObservationsOf(const MapImage& image) {
-  std::vector<Observation> observations;
-  for (FeatureIndex f = 0; f < image.points.size(); ++f) {
-    if (image.points[f].valid()) observations.push_back({f, image.points[f]});
-  }
-  return observations;
+MapImage UnplacedImage(const ImageFeatures& features) {
+  MapImage image;
+  image.id = features.id;
+  image.camera = features.camera;
+  image.width_px = features.width_px;
+  image.height_px = features.height_px;
+  image.features = features.features;
+  image.grid = features.grid;
+  image.points.resize(features.features->size());
+  return image;
 }
 
 Result<ReconstructionRecord> MapLoader::GetReconstruction(ReconstructionId id) {
@@ -26,16 +30,9 @@ Status MapLoader::LoadImages(std::span<const ImageId> images) {
     if (!pose) continue;
     VEDUTA_ASSIGN_OR_RETURN(const std::shared_ptr<const ImageFeatures> features,
                             features_->Get(*snapshot_, id));
-    MapImage image;
-    image.id = id;
+    MapImage image = UnplacedImage(*features);
     image.reconstruction = pose->reconstruction;
     image.cam_from_world = pose->cam_from_world;
-    image.camera = features->camera;
-    image.width_px = features->width_px;
-    image.height_px = features->height_px;
-    image.features = features->features;
-    image.grid = features->grid;
-    image.points.resize(features->features->size());
     VEDUTA_ASSIGN_OR_RETURN(const std::vector<Observation> observations,
                             snapshot_->GetObservations(id));
     for (const Observation& observation : observations) {

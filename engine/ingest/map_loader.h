@@ -1,33 +1,40 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
-// Brings stored images and points into a Map, and writes a Map's changes into a transaction. The
-// Map doubles as the ingest engine's cache: what is loaded and unchanged equals the last commit.
+// Brings stored images and points into the map in memory. The map doubles as a cache between
+// photos: what is loaded and has not changed since equals the last commit.
 
 #include <map>
 #include <memory>
 #include <span>
 
-#include "engine/mapping/map.h"
+#include "engine/mapping/city_map.h"
 #include "engine/photo/image_features.h"
 #include "storage/database.h"
 
 namespace veduta {
 
+// The image as a map holds it, without a pose and observing nothing.
+MapImage UnplacedImage(const ImageFeatures& features);
+
+// Loads from one snapshot. What is in the map already is not loaded again. A pose, observation or
+// block that contradicts another record is kCorruption, naming the image. Not thread-safe.
 class MapLoader final {
  public:
-  MapLoader(std::shared_ptr<const Snapshot> snapshot, ImageFeatureCache* features, Map* map)
+  MapLoader(std::shared_ptr<const Snapshot> snapshot, ImageFeatureCache* features, CityMap* map)
       : snapshot_(std::move(snapshot)), features_(features), map_(map) {}
 
-  // Those of the images that have a pose and are not loaded yet.
+  // Those of the images that have a pose, with the points that their features see.
   Status LoadImages(std::span<const ImageId> images);
-  // The images and the points they see.
+  // These images, and the blocks of the points that they see.
   Status LoadStructure(std::span<const ImageId> images);
-  // That, and every image in the tracks of those points and their homes: what may be changed.
+  // What LoadStructure loads, and every image in the tracks of those points and their homes: all
+  // that a change of these images may touch.
   Status LoadNeighborhood(std::span<const ImageId> images);
-  // All of it. `images` receives its members, ascending.
+  // A whole reconstruction with its surroundings. `images` receives its members, ascending. Scans
+  // all poses of the database.
   Status LoadReconstruction(ReconstructionId id, std::vector<ImageId>* images);
 
-  // The record as stored; cached.
+  // The record as it is stored; read once.
   Result<ReconstructionRecord> GetReconstruction(ReconstructionId id);
   const Snapshot& snapshot() const { return *snapshot_; }
   ImageFeatureCache* features() const { return features_; }
@@ -37,10 +44,8 @@ class MapLoader final {
 
   std::shared_ptr<const Snapshot> snapshot_;
   ImageFeatureCache* features_;
-  Map* map_;
+  CityMap* map_;
   std::map<ReconstructionId, ReconstructionRecord> reconstructions_;
 };
-
-std::vector<Observation> ObservationsOf(const MapImage& image);
 
 }  // namespace veduta

@@ -9,7 +9,7 @@
 namespace veduta {
 namespace {
 
-void AppendCommon(const Map& map, ImageId image, const PairMatches& pair,
+void AppendCommon(const CityMap& map, ImageId image, const PairMatches& pair,
                   std::set<PointPair>* common) {
   for (const FeatureMatch& match : pair.matches) {
     const PointId into = map.image(image).points[match.a],
@@ -19,8 +19,8 @@ void AppendCommon(const Map& map, ImageId image, const PairMatches& pair,
   }
 }
 
-// Whether `position` falls where the point's first and last views see it.
-bool FallsOnViews(const Map& map, const PointRecord& point, const Eigen::Vector3d& position,
+// Whether `position` falls where the first and the last image of the point's track see it.
+bool FallsOnViews(const CityMap& map, const PointRecord& point, const Eigen::Vector3d& position,
                   double error_px_max) {
   for (const TrackElement& element : {point.track.front(), point.track.back()}) {
     if (ReprojectionErrorPx(map.image(element.image).ViewOf(element.feature), position) >
@@ -33,7 +33,7 @@ bool FallsOnViews(const Map& map, const PointRecord& point, const Eigen::Vector3
 }  // namespace
 
 Result<std::map<ReconstructionId, std::vector<PointPair>>> FindCommonPoints(
-    MapLoader* loader, const Map& map, std::span<const ImageId> near, ImageId photo,
+    MapLoader* loader, const CityMap& map, std::span<const ImageId> near, ImageId photo,
     std::span<const PairMatches> pairs) {
   const ReconstructionId into = map.image(photo).reconstruction;
   std::map<ReconstructionId, std::set<PointPair>> common;
@@ -64,7 +64,7 @@ Result<std::map<ReconstructionId, std::vector<PointPair>>> FindCommonPoints(
   return found;
 }
 
-std::optional<PointAlignment> AlignPoints(const Map& map, std::span<const PointPair> pairs,
+std::optional<PointAlignment> AlignPoints(const CityMap& map, std::span<const PointPair> pairs,
                                           double error_px_max, uint32_t count_min, uint64_t seed) {
   std::vector<Eigen::Vector3d> into, from;
   for (const PointPair& pair : pairs) {
@@ -86,54 +86,6 @@ std::optional<PointAlignment> AlignPoints(const Map& map, std::span<const PointP
   }
   if (std::min(distinct_into.size(), distinct_from.size()) < count_min) return std::nullopt;
   return alignment;
-}
-
-Result<FoundingViews> GatherFoundingViews(MapLoader* loader, const Map& map,
-                                          const ImageFeatures& photo,
-                                          std::span<const PairMatches> pairs, uint32_t count_max) {
-  const Snapshot& snapshot = loader->snapshot();
-  std::vector<const PairMatches*> unplaced;
-  for (const PairMatches& pair : pairs) {
-    if (!map.HasImage(pair.other)) unplaced.push_back(&pair);
-  }
-  std::stable_sort(unplaced.begin(), unplaced.end(),
-                   [](const PairMatches* a, const PairMatches* b) {
-                     return a->matches.size() > b->matches.size();
-                   });
-  if (unplaced.size() + 1 > count_max) unplaced.resize(count_max - 1);
-
-  FoundingViews views;
-  std::set<ImageId> members;
-  const auto add = [&](const ImageFeatures& features) {
-    MapImage image;
-    image.id = features.id;
-    image.camera = features.camera;
-    image.width_px = features.width_px;
-    image.height_px = features.height_px;
-    image.features = features.features;
-    image.grid = features.grid;
-    views.images.push_back(std::move(image));
-    members.insert(features.id);
-  };
-  add(photo);
-  for (const PairMatches* pair : unplaced) {
-    VEDUTA_ASSIGN_OR_RETURN(const auto features, loader->features()->Get(snapshot, pair->other));
-    add(*features);
-    views.pairs.push_back(RecordOf(*pair, photo.id));
-  }
-  std::sort(views.images.begin(), views.images.end(),
-            [](const MapImage& a, const MapImage& b) { return a.id < b.id; });
-  for (const ImageId id : members) {
-    if (id == photo.id) continue;
-    VEDUTA_ASSIGN_OR_RETURN(const std::vector<PairNeighbor> neighbors, snapshot.ListNeighbors(id));
-    for (const PairNeighbor& neighbor : neighbors) {
-      if (neighbor.image <= id || neighbor.image == photo.id || !members.contains(neighbor.image))
-        continue;
-      VEDUTA_ASSIGN_OR_RETURN(PairRecord stored, snapshot.GetPair(id, neighbor.image));
-      views.pairs.push_back(std::move(stored));
-    }
-  }
-  return views;
 }
 
 }  // namespace veduta

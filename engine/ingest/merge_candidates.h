@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
-// What the view graph offers a mapper beyond one photo's own pairs: points common to two
-// reconstructions, and the views that could found one.
+// Points that two reconstructions have in common, and the similarity that they give (R15).
 
 #include <map>
 #include <optional>
@@ -9,8 +8,7 @@
 #include <vector>
 
 #include "engine/ingest/map_loader.h"
-#include "engine/mapping/founding.h"
-#include "engine/mapping/placement.h"
+#include "engine/mapping/pair_matches.h"
 
 namespace veduta {
 
@@ -20,11 +18,12 @@ struct PointPair {
   auto operator<=>(const PointPair&) const = default;
 };
 
-// What verified matches name as points of `into` and of another reconstruction: by the pairs of the
-// images `near`, all of `into`, and by `pairs` of `photo`, which are not stored yet. Ascending, by
-// the other reconstruction. Loads what it names, with the images around.
+// Pairs of points that verified matches name as one place: a point of the photo's reconstruction
+// and one of another. The matches are those of the `near` images, which lie in the photo's
+// reconstruction, and the photo's own `pairs`, which are not stored yet. By the other
+// reconstruction; pairs ascend. Loads the points that it names, with the images around them.
 Result<std::map<ReconstructionId, std::vector<PointPair>>> FindCommonPoints(
-    MapLoader* loader, const Map& map, std::span<const ImageId> near, ImageId photo,
+    MapLoader* loader, const CityMap& map, std::span<const ImageId> near, ImageId photo,
     std::span<const PairMatches> pairs);
 
 struct PointAlignment {
@@ -33,15 +32,10 @@ struct PointAlignment {
 };
 
 // The similarity under which most pairs coincide, judged in the photos: each point, carried over,
-// must fall within `error_px_max` of where the other is seen. Nothing with fewer than `count_min`
-// distinct points agreeing.
-std::optional<PointAlignment> AlignPoints(const Map& map, std::span<const PointPair> pairs,
+// must fall within `error_px_max` of where the first and the last image of the other point's track
+// see it. Nothing when fewer than `count_min` distinct points of either reconstruction agree.
+// Deterministic in its inputs and the seed.
+std::optional<PointAlignment> AlignPoints(const CityMap& map, std::span<const PointPair> pairs,
                                           double error_px_max, uint32_t count_min, uint64_t seed);
-
-// The photo, its neighbours without a pose (most matches first, up to `count_max` views in all) and
-// the stored pairs among them.
-Result<FoundingViews> GatherFoundingViews(MapLoader* loader, const Map& map,
-                                          const ImageFeatures& photo,
-                                          std::span<const PairMatches> pairs, uint32_t count_max);
 
 }  // namespace veduta

@@ -2,7 +2,10 @@
 #include "engine/ingest/neighbor_finder.h"
 
 #include <algorithm>
+#include <map>
 #include <set>
+
+#include "storage/base/option_bounds.h"
 
 namespace veduta {
 namespace {
@@ -24,70 +27,134 @@ Status AppendNeighbors(const Snapshot& snapshot, ImageId image, const NeighborOp
   return Status::Ok();
 }
 
+// One search, round by round: what a round verifies leads to the images of the next.
+class Finder {
+ public:
+  Finder(const ImageFeatures& photo, MapLoader* loader, const NeighborOptions& options)
+      : photo_(photo), loader_(loader), options_(options), tried_{photo.id} {}
+
+  // Candidates in the order of their rank, each once.
+  std::vector<ImageId> FirstRound(std::span<const RankedImage> candidates) {
+    std::vector<ImageId> round;
+    for (const RankedImage& candidate : candidates) {
+      if (tried_.insert(candidate.image).second) round.push_back(candidate.image);
+    }
+    const size_t count = std::min<size_t>(options_.ranked_extended_max, candidates.size());
+    for (size_t i = 0; i < count; ++i) leads_.push_back(candidates[i].image);
+    return round;
+  }
+
+  // Matches and verifies the photo with each image of the round, side by side over the pool.
+  std::vector<Result<PairVerification>> Verify(const std::vector<ImageId>& round,
+                                               const CityMap& map, uint64_t seed,
+                                               ThreadPool* pool) const {
+    std::vector<Result<PairVerification>> verified(round.size(), PairVerification());
+    pool->ParallelFor(round.size(), [&](size_t i) {
+      const auto candidate = loader_->features()->Get(loader_->snapshot(), round[i]);
+      verified[i] = candidate.ok()
+                        ? Result(VerifyPair(photo_, **candidate, map, MixSeed(seed, round[i].value),
+                                            options_.pair))
+                        : candidate.status();
+    });
+    return verified;
+  }
+
+  void Note(ImageId image, PairVerification verification) {
+    ++search_.tried_count;
+    search_.match_ms += verification.match_ms;
+    search_.verify_ms += verification.verify_ms;
+    if (verification.outcome == TwoViewOutcome::kVerified) {
+      search_.pairs.push_back(std::move(verification.pair));
+      search_.promising.push_back({image, 0});
+      leads_.push_back(image);
+      return;
+    }
+    failed_.emplace_back(verification.inlier_count, image);
+    if (verification.inlier_count > search_.best_inlier_count || !search_.best_failed.valid()) {
+      search_.best_inlier_count = verification.inlier_count;
+      search_.best_failed = image;
+    }
+  }
+
+  // The neighbours of the images that lead further.
+  Result<std::vector<ImageId>> NextRound() {
+    std::vector<ImageId> round;
+    for (const ImageId id : leads_) {
+      if (extended_count_ >= options_.extended_count_max) break;
+      const size_t before = round.size();
+      VEDUTA_RETURN_IF_ERROR(AppendNeighbors(loader_->snapshot(), id, options_, &tried_, &round));
+      extended_count_ += static_cast<uint32_t>(round.size() - before);
+    }
+    leads_.clear();
+    return round;
+  }
+
+  NeighborSearch Take() {
+    std::stable_sort(failed_.begin(), failed_.end(),
+                     [](const auto& a, const auto& b) { return a.first > b.first; });
+    for (const auto& [inliers, id] : failed_) search_.promising.push_back({id, 0});
+    const auto other = [&](const PairRecord& pair) {
+      return pair.a == photo_.id ? pair.b : pair.a;
+    };
+    std::sort(search_.pairs.begin(), search_.pairs.end(),
+              [&](const PairRecord& x, const PairRecord& y) { return other(x) < other(y); });
+    return std::move(search_);
+  }
+
+ private:
+  const ImageFeatures& photo_;
+  MapLoader* const loader_;
+  const NeighborOptions& options_;
+  std::set<ImageId> tried_;
+  std::vector<ImageId> leads_;  // images whose neighbours the next round tries
+  uint32_t extended_count_ = 0;
+  std::vector<std::pair<uint32_t, ImageId>> failed_;  // by how many matches were consistent
+  NeighborSearch search_;
+};
+
 }  // namespace
+
+Status NeighborOptions::Check() const {
+  return OptionBounds()
+      .Part("pair", pair.Check())
+      .AtLeast("extended_per_image_max", extended_per_image_max, 1)
+      .status();
+}
 
 Result<NeighborSearch> FindNeighbors(const ImageFeatures& photo,
                                      std::span<const RankedImage> candidates, uint64_t seed,
-                                     MapLoader* loader, const Map& map, ImageFeatureCache* features,
-                                     ThreadPool* pool, const NeighborOptions& options) {
-  NeighborSearch search;
-  const Snapshot& snapshot = loader->snapshot();
-  std::set<ImageId> tried = {photo.id};
-  std::vector<ImageId> next;
-  for (const RankedImage& candidate : candidates) {
-    if (tried.insert(candidate.image).second) next.push_back(candidate.image);
-  }
-  uint32_t extended = 0;
-  std::vector<std::pair<uint32_t, ImageId>> failed;  // by how many matches were consistent
-  for (bool first = true; !next.empty(); first = false) {
-    VEDUTA_RETURN_IF_ERROR(loader->LoadStructure(next));
-    std::vector<Result<PairVerification>> verified(next.size(), PairVerification());
-    pool->ParallelFor(next.size(), [&](size_t i) {
-      const auto candidate = features->Get(snapshot, next[i]);
-      verified[i] = candidate.ok() ? Result(VerifyPair(photo, **candidate, map,
-                                                       MixSeed(seed, next[i].value), options.pair))
-                                   : candidate.status();
-    });
-    std::vector<ImageId> extend;
-    if (first) {
-      for (size_t i = 0; i < std::min<size_t>(options.ranked_extended_max, candidates.size());
-           ++i) {
-        extend.push_back(candidates[i].image);
-      }
-    }
-    for (size_t i = 0; i < next.size(); ++i) {
+                                     MapLoader* loader, const CityMap& map, ThreadPool* pool,
+                                     const NeighborOptions& options) {
+  Finder finder(photo, loader, options);
+  std::vector<ImageId> round = finder.FirstRound(candidates);
+  while (!round.empty()) {
+    VEDUTA_RETURN_IF_ERROR(loader->LoadStructure(round));
+    std::vector<Result<PairVerification>> verified = finder.Verify(round, map, seed, pool);
+    for (size_t i = 0; i < round.size(); ++i) {
       if (!verified[i].ok()) return verified[i].status();
-      PairVerification& v = *verified[i];
-      ++search.tried_count;
-      search.match_ms += v.match_ms;
-      search.verify_ms += v.verify_ms;
-      if (v.outcome == TwoViewOutcome::kVerified) {
-        search.pairs.push_back(std::move(v.pair));
-        search.promising.push_back({next[i], 0});
-        extend.push_back(next[i]);
-        continue;
-      }
-      failed.emplace_back(v.inlier_count, next[i]);
-      if (v.inlier_count > search.best_inlier_count || !search.best_failed.valid()) {
-        search.best_inlier_count = v.inlier_count;
-        search.best_failed = next[i];
-      }
+      finder.Note(round[i], std::move(*verified[i]));
     }
-    next.clear();
-    for (const ImageId id : extend) {
-      if (extended >= options.extended_count_max) break;
-      const size_t before = next.size();
-      VEDUTA_RETURN_IF_ERROR(AppendNeighbors(snapshot, id, options, &tried, &next));
-      extended += static_cast<uint32_t>(next.size() - before);
+    VEDUTA_ASSIGN_OR_RETURN(round, finder.NextRound());
+  }
+  return finder.Take();
+}
+
+void JoinSearches(ImageId photo, NeighborSearch found, NeighborSearch* search) {
+  std::map<ImageId, PairRecord> pairs;
+  for (std::vector<PairRecord>* some : {&search->pairs, &found.pairs}) {
+    for (PairRecord& pair : *some) {
+      PairRecord& best = pairs[pair.a == photo ? pair.b : pair.a];
+      if (pair.matches.size() > best.matches.size()) best = std::move(pair);
     }
   }
-  std::stable_sort(failed.begin(), failed.end(),
-                   [](const auto& a, const auto& b) { return a.first > b.first; });
-  for (const auto& [inliers, id] : failed) search.promising.push_back({id, 0});
-  const auto other = [&](const PairRecord& pair) { return pair.a == photo.id ? pair.b : pair.a; };
-  std::sort(search.pairs.begin(), search.pairs.end(),
-            [&](const PairRecord& x, const PairRecord& y) { return other(x) < other(y); });
-  return search;
+  search->pairs.clear();
+  for (auto& [other, pair] : pairs) search->pairs.push_back(std::move(pair));
+  if (search->tried_count == 0) search->tried_count = found.tried_count;
+  if (found.best_inlier_count >= search->best_inlier_count && found.best_failed.valid()) {
+    search->best_inlier_count = found.best_inlier_count;
+    search->best_failed = found.best_failed;
+  }
+  search->promising = std::move(found.promising);
 }
 
 }  // namespace veduta

@@ -4,7 +4,6 @@
 // of ranked and of verified images (R10), each matched and verified.
 
 #include <span>
-#include <string>
 #include <vector>
 
 #include "engine/ingest/map_loader.h"
@@ -16,26 +15,39 @@ namespace veduta {
 
 struct NeighborOptions {
   PairOptions pair;
-  uint32_t ranked_extended_max = 3;     // best-ranked images whose neighbours are tried as well
-  uint32_t extended_per_image_max = 8;  // neighbours of one image, those with most matches first
-  uint32_t extended_count_max = 40;     // in all
+  // >= 0. Best-ranked images whose neighbours are tried too; R10 of docs/paper.md does so and names
+  // no number. Chosen by hand; not measured.
+  uint32_t ranked_extended_max = 3;
+  // >= 1. Neighbours of one image that are tried, those with most matches first. Chosen by hand;
+  // not measured.
+  uint32_t extended_per_image_max = 8;
+  // >= 0. Neighbours that are tried in all; 0 tries none but the candidates. The last image that
+  // adds some may exceed it. Chosen by hand; not measured.
+  uint32_t extended_count_max = 40;
+
+  Status Check() const;
 };
 
 struct NeighborSearch {
-  std::vector<PairRecord> pairs;  // ascending other images
+  std::vector<PairRecord> pairs;  // verified; ascending other images
   uint32_t tried_count = 0;
   uint32_t best_inlier_count = 0;  // of those that failed
   ImageId best_failed;
-  std::vector<RankedImage>
-      promising;  // verified, then those that failed with most consistent matches
-  double match_ms = 0, verify_ms = 0;  // summed over pairs, of one core
+  // Images worth another look: the verified ones, then those that failed, most consistent matches
+  // first.
+  std::vector<RankedImage> promising;
+  double match_ms = 0, verify_ms = 0;  // summed over pairs, time of one core
 };
 
-// Pairs are spread over the pool; the result does not depend on it. Also loads the structure of the
-// candidates.
+// Pairs are spread over the pool; the result does not depend on it. Loads the structure of the
+// candidates into `map`, which is the loader's. Deterministic in its inputs and the seed.
 Result<NeighborSearch> FindNeighbors(const ImageFeatures& photo,
                                      std::span<const RankedImage> candidates, uint64_t seed,
-                                     MapLoader* loader, const Map& map, ImageFeatureCache* features,
-                                     ThreadPool* pool, const NeighborOptions& options);
+                                     MapLoader* loader, const CityMap& map, ThreadPool* pool,
+                                     const NeighborOptions& options);
+
+// Adds to `search` what a second search by the same photo found among the same candidates. Of a
+// pair that both have verified, the one with more matches is kept.
+void JoinSearches(ImageId photo, NeighborSearch found, NeighborSearch* search);
 
 }  // namespace veduta

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "storage/base/option_bounds.h"
 #include "storage/base/stopwatch.h"
 
 namespace veduta {
@@ -34,10 +35,10 @@ RankedMatches Rank(std::vector<DescriptorMatch> matches, const ImageFeatures& ph
   return ranked;
 }
 
-// candidate_from_photo by the photo's pose against the candidate's points; false when there is too
-// little of them.
+// candidate_from_photo by the photo's pose against the candidate's points. False when there are too
+// few of them.
 bool EstimateFromStructure(const RankedMatches& ranked, const ImageFeatures& photo,
-                           const MapImage& placed, const Map& map, uint64_t seed,
+                           const MapImage& placed, const CityMap& map, uint64_t seed,
                            const PairOptions& options, Rigid3* candidate_from_photo) {
   std::vector<Eigen::Vector2d> x;
   std::vector<Eigen::Vector3d> points;
@@ -58,10 +59,10 @@ bool EstimateFromStructure(const RankedMatches& ranked, const ImageFeatures& pho
   return true;
 }
 
-// The geometry of the pair, by structure where there is enough of it, otherwise by the five-point
-// algorithm.
+// The geometry of the pair: by the candidate's points where there are enough of them, otherwise by
+// the five-point algorithm.
 TwoViewGeometry Estimate(const RankedMatches& ranked, const ImageFeatures& photo,
-                         const ImageFeatures& candidate, const Map& map, uint64_t seed,
+                         const ImageFeatures& candidate, const CityMap& map, uint64_t seed,
                          const PairOptions& options) {
   const double focal_px = std::min(photo.camera.focal_px(), candidate.camera.focal_px());
   const double distance_max = options.two_view.error_px_max / focal_px;
@@ -84,7 +85,33 @@ TwoViewGeometry Estimate(const RankedMatches& ranked, const ImageFeatures& photo
   return EstimateTwoView(ranked.x_photo, ranked.x_candidate, focal_px, seed, options.two_view);
 }
 
+// The record of a verified pair, with a < b and matches ascending in a.
+PairRecord RecordOf(const TwoViewGeometry& geometry, const RankedMatches& ranked, ImageId photo,
+                    ImageId candidate) {
+  PairRecord pair{photo, candidate, geometry.geometry, geometry.b_from_a, {}};
+  for (const uint32_t i : geometry.inliers)
+    pair.matches.push_back({ranked.matches[i].a, ranked.matches[i].b});
+  if (pair.b < pair.a) {
+    std::swap(pair.a, pair.b);
+    pair.b_from_a = pair.b_from_a.Inverse();
+    for (FeatureMatch& m : pair.matches) std::swap(m.a, m.b);
+  }
+  std::sort(pair.matches.begin(), pair.matches.end(),
+            [](const FeatureMatch& x, const FeatureMatch& y) { return x.a < y.a; });
+  return pair;
+}
+
 }  // namespace
+
+Status PairOptions::Check() const {
+  return OptionBounds()
+      .Part("two_view", two_view.Check())
+      .Part("structure", structure.Check())
+      .AboveUpTo("ratio_max", ratio_max, 0, 1)
+      .AtLeast("distinct_count_min", distinct_count_min, 1)
+      .AtLeast("structure_count_min", structure_count_min, 4)
+      .status();
+}
 
 std::vector<DescriptorMatch> MatchImages(const ImageFeatures& photo, const ImageFeatures& candidate,
                                          const MatchOptions& options) {
@@ -96,7 +123,7 @@ std::vector<DescriptorMatch> MatchImages(const ImageFeatures& photo, const Image
 }
 
 PairVerification VerifyPair(const ImageFeatures& photo, const ImageFeatures& candidate,
-                            const Map& map, uint64_t seed, const PairOptions& options) {
+                            const CityMap& map, uint64_t seed, const PairOptions& options) {
   PairVerification verification;
   Stopwatch watch;
   const RankedMatches ranked =
@@ -107,22 +134,8 @@ PairVerification VerifyPair(const ImageFeatures& photo, const ImageFeatures& can
   const TwoViewGeometry geometry = Estimate(ranked, photo, candidate, map, seed, options);
   verification.outcome = geometry.outcome;
   verification.inlier_count = static_cast<uint32_t>(geometry.inliers.size());
-  if (geometry.outcome == TwoViewOutcome::kVerified) {
-    PairRecord& pair = verification.pair;
-    pair.a = photo.id;
-    pair.b = candidate.id;
-    pair.geometry = geometry.geometry;
-    pair.b_from_a = geometry.b_from_a;
-    for (const uint32_t i : geometry.inliers)
-      pair.matches.push_back({ranked.matches[i].a, ranked.matches[i].b});
-    if (pair.b < pair.a) {
-      std::swap(pair.a, pair.b);
-      pair.b_from_a = pair.b_from_a.Inverse();
-      for (FeatureMatch& m : pair.matches) std::swap(m.a, m.b);
-    }
-    std::sort(pair.matches.begin(), pair.matches.end(),
-              [](const FeatureMatch& x, const FeatureMatch& y) { return x.a < y.a; });
-  }
+  if (geometry.outcome == TwoViewOutcome::kVerified)
+    verification.pair = RecordOf(geometry, ranked, photo.id, candidate.id);
   verification.verify_ms = watch.LapMs();
   return verification;
 }

@@ -9,18 +9,22 @@
 #include "engine/mapping/bundle_problem.h"
 #include "engine/mapping/bundle_solver.h"
 #include "engine/mapping/similarity.h"
+#include "storage/base/option_bounds.h"
 
 namespace veduta {
 namespace {
 
+// The part of the map that is adjusted.
 struct Excerpt {
   BundleProblem problem;
-  std::vector<ImageId> images;  // of the problem's poses
-  bool keeps_gauge = false;     // no image was held but the first, which stands at the end
+  std::vector<ImageId> images;  // whose poses the problem holds, in its order
+  // True when every image is free. The problem then holds the first image all the same, as its last
+  // pose, and the result is carried back afterwards.
+  bool keeps_gauge = false;
 };
 
-// Puts the free images that see a point first, the others that do after them, each in ascending
-// ids. A free image that sees none would be left floating.
+// Puts the free images that see one of the points first and the held ones that do after them, both
+// in ascending ids. Images that see none of the points are left out: nothing would determine them.
 void OrderImages(const std::vector<const MapImage*>& loaded, const std::vector<bool>& is_seen,
                  std::span<const ImageId> free_images, Excerpt* excerpt) {
   const std::set<ImageId> free(free_images.begin(), free_images.end());
@@ -45,7 +49,7 @@ void OrderImages(const std::vector<const MapImage*>& loaded, const std::vector<b
     observation.image = place_of[observation.image];
 }
 
-Excerpt MakeExcerpt(const Map& map, std::span<const ImageId> free_images,
+Excerpt MakeExcerpt(const CityMap& map, std::span<const ImageId> free_images,
                     std::span<const PointId> points) {
   std::vector<const MapImage*> loaded;
   for (const auto& [id, image] : map.images()) loaded.push_back(&image);
@@ -92,13 +96,13 @@ std::vector<Eigen::Vector3d> Frame(std::span<const Rigid3> cams_from_world) {
   return frame;
 }
 
-Sim3 OldFromNew(const Map& map, const Excerpt& excerpt) {
+Sim3 OldFromNew(const CityMap& map, const Excerpt& excerpt) {
   std::vector<Rigid3> poses_old;
   for (const ImageId id : excerpt.images) poses_old.push_back(map.image(id).cam_from_world);
   return FitSimilarity(Frame(excerpt.problem.cams_from_world), Frame(poses_old)).value_or(Sim3{});
 }
 
-void Apply(Map* map, std::span<const PointId> points, const Excerpt& excerpt) {
+void Apply(CityMap* map, std::span<const PointId> points, const Excerpt& excerpt) {
   const BundleProblem& problem = excerpt.problem;
   const Sim3 old_from_new = excerpt.keeps_gauge ? OldFromNew(*map, excerpt) : Sim3{};
   const size_t moved = excerpt.keeps_gauge ? excerpt.images.size() : problem.free_count;
@@ -116,16 +120,14 @@ void Apply(Map* map, std::span<const PointId> points, const Excerpt& excerpt) {
 }  // namespace
 
 Status BundleOptions::Check() const {
-  if (!(loss_scale_px > 0))
-    return Status::InvalidArgument("bundle option loss_scale_px must be positive");
-  if (iterations_max < 1)
-    return Status::InvalidArgument("bundle option iterations_max must be at least 1");
-  if (!(function_tolerance > 0))
-    return Status::InvalidArgument("bundle option function_tolerance must be positive");
-  return Status::Ok();
+  return OptionBounds()
+      .Above("loss_scale_px", loss_scale_px, 0)
+      .AtLeast("iterations_max", iterations_max, 1)
+      .Above("function_tolerance", function_tolerance, 0)
+      .status();
 }
 
-Result<BundleSummary> AdjustBundle(Map* map, std::span<const ImageId> free_images,
+Result<BundleSummary> AdjustBundle(CityMap* map, std::span<const ImageId> free_images,
                                    std::span<const PointId> points, const BundleOptions& options,
                                    ThreadPool* pool) {
   VEDUTA_RETURN_IF_ERROR(options.Check());

@@ -1,22 +1,26 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
-// Joint least-squares refinement of poses and points (R18) in the map; bundle_solver.h does the
-// work.
+// Joint least-squares refinement of poses and points in the map (R18); bundle_solver.h solves it.
 
 #include <cstdint>
 #include <span>
 
-#include "engine/mapping/map.h"
+#include "engine/mapping/city_map.h"
 #include "storage/base/status.h"
 #include "storage/base/thread_pool.h"
 
 namespace veduta {
 
 struct BundleOptions {
-  double loss_scale_px = 1.0;        // > 0: Cauchy loss; errors beyond it lose weight
-  uint32_t iterations_max = 25;      // >= 1
-  double function_tolerance = 1e-6;  // > 0: stop when the cost falls by less than this share
-  uint32_t dense_images_max = 40;    // free images up to which the reduced camera system is dense
+  // > 0, px. Scale of the Cauchy loss: larger errors lose weight. Chosen by hand; not measured.
+  double loss_scale_px = 1.0;
+  // >= 1. Steps tried. Chosen by hand; not measured.
+  uint32_t iterations_max = 25;
+  // > 0. Stops when a step lowers the cost by a smaller share; Ceres's default.
+  double function_tolerance = 1e-6;
+  // Up to so many free images the reduced camera system is solved densely, above by CHOLMOD; any
+  // number will do, 0 is never dense. Chosen by hand; not measured.
+  uint32_t dense_images_max = 40;
 
   Status Check() const;
 };
@@ -28,11 +32,12 @@ struct BundleSummary {
 };
 
 // Refines the poses of `free_images` and the positions of `points`. Every image in the points'
-// tracks must be loaded; those that are not free are held. Where no image is held, the gauge is
-// kept: the result is carried back by the similarity that best fits the cameras to where they were,
-// so a published frame stays what it was. Deterministic with any number of threads; `pool` may be
-// null. kInvalidArgument on bad options or when there is no usable step.
-Result<BundleSummary> AdjustBundle(Map* map, std::span<const ImageId> free_images,
+// tracks must be loaded; those that are not free are held where they are. Where no image is held,
+// the frame is kept all the same: the result is carried back by the similarity that best fits the
+// cameras to where they were, so that a published frame stays what it was. Deterministic with any
+// number of threads; `pool` may be null. kInvalidArgument on bad options or when there is no usable
+// step.
+Result<BundleSummary> AdjustBundle(CityMap* map, std::span<const ImageId> free_images,
                                    std::span<const PointId> points, const BundleOptions& options,
                                    ThreadPool* pool);
 

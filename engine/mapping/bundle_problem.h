@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
-// The least-squares problem of a bundle adjustment, in arrays of its own: apart from the map until
-// a solve succeeded.
+// The least-squares problem of a bundle adjustment, in arrays of its own, so that the map changes
+// only after a solve has succeeded.
 
 #include <Eigen/Core>
 #include <Eigen/Geometry>
@@ -20,8 +20,8 @@ struct BundleObservation {
 };
 
 struct BundleProblem {
-  std::vector<Rigid3> cams_from_world;  // of the images, the free ones first
-  std::vector<Pinhole> cameras;         // likewise
+  std::vector<Rigid3> cams_from_world;  // one for each image, the free ones first
+  std::vector<Pinhole> cameras;         // one for each image, in the same order
   uint32_t free_count = 0;
   std::vector<Eigen::Vector3d> points;
   std::vector<uint32_t> first_observation;      // [points + 1]
@@ -38,7 +38,9 @@ using Vector6d = Eigen::Matrix<double, 6, 1>;
 using Matrix23d = Eigen::Matrix<double, 2, 3, Eigen::RowMajor>;
 
 // projection(x_cam) - x_px, and its derivative by x_cam. A point behind the camera gets a large
-// constant error without derivatives, so that the step that took it there is refused.
+// constant error without derivatives, so that the step that took it there is refused. Both
+// constants were chosen by hand: any error far above a photo's errors will do, and any depth near
+// 0.
 inline Eigen::Vector2d ReprojectionError(const Pinhole& camera, const Eigen::Vector3d& x_cam,
                                          const Eigen::Vector2d& x_px, Matrix23d* derivative) {
   constexpr double kDepthMin = 1e-9, kBehindError_px = 1e4;

@@ -11,13 +11,17 @@
 namespace veduta {
 namespace {
 
-constexpr size_t kPieces = 8;  // of the points; fixed, so that sums do not depend on the threads
-constexpr size_t kPointsOfAPiece = 64;        // at least
-constexpr size_t kBytesOfPieces = 128 << 20;  // at most
-constexpr double kRadiusMax = 1e16, kRadiusMin = 1e-32;
+// The points are worked on in pieces, whose number depends on the problem alone, so that sums do
+// not depend on the number of threads. All three limits were chosen by hand and not measured:
+// pieces at most, points in a piece at least, bytes that the pieces' sums take at most.
+constexpr size_t kPieces = 8;
+constexpr size_t kPointsOfAPiece = 64;
+constexpr size_t kBytesOfPieces = 128 << 20;
+// The radius of trust: where it starts, and its bounds. Ceres's defaults.
+constexpr double kRadiusStart = 1e4, kRadiusMax = 1e16, kRadiusMin = 1e-32;
 
 using Matrix63d = Eigen::Matrix<double, 6, 3>;
-// Of one point with the free poses that see it, ascending.
+// One point's coupling with each free pose that sees it; poses ascend.
 using Couplings = std::vector<std::pair<uint32_t, Matrix63d>>;
 
 // A pose as it is used: rotation matrix, and the camera of its image.
@@ -35,14 +39,15 @@ struct Term {
   double weight;            // rho'
 };
 
-// The normal equations of one point, damped, and without damping what the quality of a step is
-// judged by.
+// One point's normal equations: the inverse with damping, and without damping the gradient and the
+// diagonal, by which the quality of a step is judged.
 struct PointSystem {
   Eigen::Matrix3d inverse;
   Eigen::Vector3d gradient, diagonal;
 };
 
-// of the tangent of a pose: [-[R X]x | I] transposed, times a 3-vector or 3x3 matrix
+// The derivative by the tangent of a pose from that by the point in the camera frame: the transpose
+// of [-[R X]x | I], times a 3-vector or a 3x3 matrix.
 template <typename Derived>
 Eigen::Matrix<double, 6, Derived::ColsAtCompileTime> ByPose(
     const Eigen::Vector3d& rotated, const Eigen::MatrixBase<Derived>& by_cam) {
@@ -73,7 +78,7 @@ class Solver {
     double cost = solution.initial_cost = solution.final_cost = Cost(projectors_, problem_.points);
     if (!std::isfinite(cost)) return solution;
     solution.is_usable = true;
-    double radius = 1e4, shrink = 2;
+    double radius = kRadiusStart, shrink = 2;
     std::vector<Rigid3> poses;
     std::vector<Eigen::Vector3d> points;
     std::vector<Projector> projectors;
@@ -158,7 +163,8 @@ class Solver {
     return term;
   }
 
-  // Adds the point's equations to the piece's, with the point eliminated at damping `lambda`.
+  // Adds one point's equations to the sum of its piece, with the point eliminated at damping
+  // `lambda`.
   void Eliminate(size_t point, double lambda, Couplings* couplings, CameraSystem* sum) {
     couplings->clear();
     PointSystem& system = systems_[point];
@@ -267,9 +273,9 @@ class Solver {
   const BlockPattern pattern_;
   size_t piece_count_ = 1;
   std::vector<Projector> projectors_;
-  std::vector<PointSystem> systems_;  // of each point
+  std::vector<PointSystem> systems_;  // one for each point
   std::vector<CameraSystem> pieces_;
-  std::vector<double> costs_;  // of each piece
+  std::vector<double> costs_;  // one for each piece
 };
 
 }  // namespace

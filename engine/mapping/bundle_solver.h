@@ -10,10 +10,10 @@
 
 namespace veduta {
 
-// Refines the free poses and all points; the problem holds the best found. Cauchy loss by
-// reweighting. Points are worked on in pieces over the pool (null: on the caller alone), whose sums
-// are joined in one order: the same bits with any number of threads. Not usable if the first cost
-// is not finite.
+// Refines the free poses and all points; the problem then holds the best that was found. The Cauchy
+// loss is applied by reweighting. The points are worked on in pieces, side by side over `pool`
+// (null: on the caller's thread alone), and the sums of the pieces are joined in one order: the
+// same bits with any number of threads. The solution is not usable if the first cost is not finite.
 BundleSolution SolveBundle(const BundleOptions& options, ThreadPool* pool, BundleProblem* problem);
 
 }  // namespace veduta

@@ -23,7 +23,8 @@ Eigen::MatrixXd DenseLower(const BlockPattern& pattern, const CameraSystem& syst
   return matrix;
 }
 
-// The rows of the lower triangle are the columns of the upper one.
+// The upper triangle, which CHOLMOD wants column by column: the rows of the lower triangle are the
+// columns of the upper one.
 Eigen::SparseMatrix<double> SparseUpper(const BlockPattern& pattern, const CameraSystem& system) {
   Eigen::SparseMatrix<double> matrix(At(pattern.row_count()), At(pattern.row_count()));
   matrix.reserve(static_cast<Eigen::Index>(36 * pattern.block_count()));
@@ -110,8 +111,12 @@ std::optional<Eigen::VectorXd> SolveSystem(const BlockPattern& pattern, const Ca
   }
   Eigen::SparseMatrix<double> matrix = SparseUpper(pattern, system);
   matrix.diagonal() += lambda * system.diagonal;
-  return SolveBy(Eigen::CholmodDecomposition<Eigen::SparseMatrix<double>, Eigen::Upper>(matrix),
-                 right);
+  Eigen::CholmodDecomposition<Eigen::SparseMatrix<double>, Eigen::Upper> factor;
+  // CHOLMOD says on standard output, where results go, that a matrix is not positive definite. A
+  // level of 0 keeps it silent; the caller learns of it from the answer.
+  factor.cholmod().print = 0;
+  factor.compute(matrix);
+  return SolveBy(factor, right);
 }
 
 }  // namespace veduta

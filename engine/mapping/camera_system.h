@@ -24,7 +24,7 @@ class BlockPattern final {
   size_t RowBegin(uint32_t row) const { return row_begin_[row]; }
   size_t Diagonal(uint32_t row) const { return row_begin_[row + 1] - 1; }
   uint32_t Column(size_t block) const { return columns_[block]; }
-  // The block of a column in a row, at `from` or behind it; it must be there.
+  // The block of a column in a row. The search starts at block `from`; the block must exist.
   size_t Find(uint32_t row, size_t from, uint32_t column) const;
 
  private:
@@ -32,20 +32,22 @@ class BlockPattern final {
   std::vector<uint32_t> columns_;  // of each block
 };
 
-// The system, or what some of the points add to it.
+// The whole system, or the part of it that some of the points add.
 struct CameraSystem {
-  std::vector<Matrix6d> blocks;  // as the pattern has them; of diagonal ones the whole
-  Eigen::VectorXd right;     // [6 rows]: what the eliminated points leave on the right-hand side
-  Eigen::VectorXd gradient;  // [6 rows]: by the poses
-  Eigen::VectorXd
-      diagonal;  // [6 rows]: of the normal equations of the poses, before points are eliminated
+  std::vector<Matrix6d> blocks;  // in the pattern's order; diagonal blocks are kept whole
+  // [6 rows]: what the eliminated points leave on the right-hand side.
+  Eigen::VectorXd right;
+  // [6 rows]: derivative of the cost by the poses.
+  Eigen::VectorXd gradient;
+  // [6 rows]: diagonal of the poses' normal equations, before points are eliminated.
+  Eigen::VectorXd diagonal;
 
   void SetZero(const BlockPattern& pattern);
   void Add(const CameraSystem& other);
 };
 
-// The poses' tangents that solve the system with its diagonal damped by lambda: densely (Eigen), or
-// by CHOLMOD. Nothing if it is not positive definite.
+// The poses' tangents that solve the system with its diagonal damped by `lambda`: densely by Eigen,
+// or sparsely by CHOLMOD. Nothing if the system is not positive definite. Never prints.
 std::optional<Eigen::VectorXd> SolveSystem(const BlockPattern& pattern, const CameraSystem& system,
                                            double lambda, bool is_dense);
 

@@ -5,7 +5,10 @@
 #include <cmath>
 #include <limits>
 
+#include "engine/mapping/pair_matches.h"
+#include "engine/mapping/structure_matches.h"
 #include "storage/base/content_hash.h"
+#include "storage/base/option_bounds.h"
 #include "storage/base/transform.h"
 #include "storage/model/pair.h"
 
@@ -44,8 +47,8 @@ struct ThirdView {
   double depth_variance = std::numeric_limits<double>::infinity();
 };
 
-// The best third view for a map that holds the first two.
-ThirdView ChooseThird(const FoundingViews& views, const Map& map, const PairRecord& first,
+// The third view of least depth variance, for a map that holds the first two.
+ThirdView ChooseThird(const FoundingViews& views, const CityMap& map, const PairRecord& first,
                       ImageId required, ReconstructionId reconstruction, uint64_t seed,
                       const FoundingOptions& options) {
   ThirdView best;
@@ -81,7 +84,7 @@ ThirdView ChooseThird(const FoundingViews& views, const Map& map, const PairReco
 }
 
 bool PlacePair(const FoundingViews& views, const PairRecord& pair, ReconstructionId reconstruction,
-               const FoundingOptions& options, Map* map) {
+               const FoundingOptions& options, CityMap* map) {
   map->Clear();
   map->PlaceImage(Placed(Find(views, pair.a), reconstruction, Rigid3{}));
   map->PlaceImage(Placed(Find(views, pair.b), reconstruction, pair.b_from_a));
@@ -91,7 +94,7 @@ bool PlacePair(const FoundingViews& views, const PairRecord& pair, Reconstructio
   return map->PointsSeenBy(both).size() >= options.common_points_min;
 }
 
-uint32_t CountCommonPoints(const Map& map, double angle_deg_min) {
+uint32_t CountCommonPoints(const CityMap& map, double angle_deg_min) {
   std::vector<ImageId> ids;
   for (const auto& [id, image] : map.images()) ids.push_back(id);
   uint32_t count = 0;
@@ -103,8 +106,8 @@ uint32_t CountCommonPoints(const Map& map, double angle_deg_min) {
   return count;
 }
 
-// Adjusts and filters twice; false when the views do not fit together.
-bool AdjustTriple(Map* map, const FoundingOptions& options) {
+// Adjusts and filters twice. False when the views do not fit together.
+bool AdjustTriple(CityMap* map, const FoundingOptions& options) {
   std::vector<ImageId> ids;
   for (const auto& [id, image] : map->images()) ids.push_back(id);
   for (int round = 0; round < 2; ++round) {
@@ -118,6 +121,20 @@ bool AdjustTriple(Map* map, const FoundingOptions& options) {
 }
 
 }  // namespace
+
+Status FoundingOptions::Check() const {
+  return OptionBounds()
+      .AtLeast("common_points_min", common_points_min, 3)
+      .Inside("angle_deg_min", angle_deg_min, 0, 90)
+      .AtLeast("pairs_tried_max", pairs_tried_max, 1)
+      .Between("explained_share_min", explained_share_min, 0, 1)
+      .Above("rms_px_max", rms_px_max, 0)
+      .Part("resection", resection.Check())
+      .Part("growth", growth.Check())
+      .Part("bundle", bundle.Check())
+      .Part("filter", filter.Check())
+      .status();
+}
 
 double DepthVariance(const PairRecord& pair, const MapImage& a, const MapImage& b) {
   if (pair.geometry == PairGeometry::kRotation || pair.matches.empty())
@@ -135,8 +152,9 @@ double DepthVariance(const PairRecord& pair, const MapImage& a, const MapImage& 
   return sum / (n * n);
 }
 
-FoundingOutcome Found(const FoundingViews& views, ImageId required, ReconstructionId reconstruction,
-                      uint64_t seed, const FoundingOptions& options, Map* map) {
+FoundingOutcome TryFounding(const FoundingViews& views, ImageId required,
+                            ReconstructionId reconstruction, uint64_t seed,
+                            const FoundingOptions& options, CityMap* map) {
   std::vector<std::pair<double, const PairRecord*>> ranked;
   for (const PairRecord& pair : views.pairs) {
     const double variance = DepthVariance(pair, Find(views, pair.a), Find(views, pair.b));

@@ -10,8 +10,15 @@
 #include "engine/matching/guided_matcher.h"
 #include "engine/matching/two_view.h"
 
+#include "storage/base/option_bounds.h"
+
 namespace veduta {
 namespace {
+
+// Largest angle between the direction that a point is looked at from and the nearest direction that
+// it was seen from: descriptors of one place seen from further apart differ. Chosen by hand; not
+// measured.
+constexpr double kViewAngleDegMax = 45;
 
 // Everything that the matches say about one feature of the new image.
 struct FeatureEvidence {
@@ -20,7 +27,7 @@ struct FeatureEvidence {
       unplaced;  // matched features that have no point yet, in the order of the pairs
 };
 
-std::vector<FeatureEvidence> GatherEvidence(const Map& map, const MapImage& image,
+std::vector<FeatureEvidence> GatherEvidence(const CityMap& map, const MapImage& image,
                                             std::span<const PairMatches> pairs) {
   std::vector<FeatureEvidence> evidence(image.features->size());
   for (const PairMatches& pair : pairs) {
@@ -55,7 +62,7 @@ bool SeesImage(const PointRecord& point, ImageId image) {
 }
 
 // Joins the feature to the candidate that it fits best.
-std::optional<PointId> JoinBest(Map* map, ImageId image, FeatureIndex feature,
+std::optional<PointId> JoinBest(CityMap* map, ImageId image, FeatureIndex feature,
                                 const std::vector<PointId>& candidates, double error_px_max) {
   const Sighting view = map->image(image).ViewOf(feature);
   std::optional<PointId> best;
@@ -72,7 +79,7 @@ std::optional<PointId> JoinBest(Map* map, ImageId image, FeatureIndex feature,
 
 // Triangulates the feature with the match that gives the widest angle, and takes in the others that
 // agree.
-bool TryTriangulate(Map* map, ImageId image, FeatureIndex feature,
+bool TryTriangulate(CityMap* map, ImageId image, FeatureIndex feature,
                     const std::vector<TrackElement>& matched, const GrowthOptions& options) {
   const Sighting view = map->image(image).ViewOf(feature);
   std::vector<TrackElement> best_track;
@@ -115,7 +122,7 @@ bool TryTriangulate(Map* map, ImageId image, FeatureIndex feature,
 
 // The element of the track seen from the direction nearest to `center`: what the point should look
 // like from there.
-const TrackElement& MostAlike(const Map& map, const PointRecord& point,
+const TrackElement& MostAlike(const CityMap& map, const PointRecord& point,
                               const Eigen::Vector3d& center) {
   const TrackElement* best = &point.track.front();
   double smallest = std::numeric_limits<double>::infinity();
@@ -129,7 +136,22 @@ const TrackElement& MostAlike(const Map& map, const PointRecord& point,
 
 }  // namespace
 
-bool TryMergePoints(Map* map, PointId keep, PointId drop, double error_px_max) {
+Status GrowthOptions::Check() const {
+  return OptionBounds()
+      .Above("error_px_max", error_px_max, 0)
+      .Require("angle_deg_min", angle_deg_min, angle_deg_min >= 0 && angle_deg_min < 90,
+               "0 or more and less than 90")
+      .Above("search_radius_px", search_radius_px, 0)
+      .AtLeast("descriptor_distance_squared_max", descriptor_distance_squared_max, 1)
+      .AtLeast("scale_ratio_max", scale_ratio_max, 1)
+      .AtLeast("views_min", views_min, 2)
+      .AtLeast("guided_views_min", guided_views_min, 2)
+      .AboveUpTo("guided_band_px", guided_band_px, 0, 64)
+      .AboveUpTo("guided_ratio_max", guided_ratio_max, 0, 1)
+      .status();
+}
+
+bool TryMergePoints(CityMap* map, PointId keep, PointId drop, double error_px_max) {
   const PointRecord *a = map->FindPoint(keep), *b = map->FindPoint(drop);
   if (a == nullptr || b == nullptr || keep == drop || map->SharesImage(*a, *b)) return false;
   std::vector<Sighting> views = map->ViewsOf(*a);
@@ -142,7 +164,7 @@ bool TryMergePoints(Map* map, PointId keep, PointId drop, double error_px_max) {
   return true;
 }
 
-GrowthCounts GrowFromMatches(Map* map, ImageId image, std::span<const PairMatches> pairs,
+GrowthCounts GrowFromMatches(CityMap* map, ImageId image, std::span<const PairMatches> pairs,
                              const GrowthOptions& options) {
   GrowthCounts counts;
   const std::vector<FeatureEvidence> evidence = GatherEvidence(*map, map->image(image), pairs);
@@ -175,7 +197,7 @@ GrowthCounts GrowFromMatches(Map* map, ImageId image, std::span<const PairMatche
   return counts;
 }
 
-PairMatches MatchPlaced(const Map& map, ImageId image_id, ImageId other_id,
+PairMatches MatchPlaced(const CityMap& map, ImageId image_id, ImageId other_id,
                         const GrowthOptions& options) {
   const MapImage &image = map.image(image_id), &other = map.image(other_id);
   const auto inverse_intrinsics = [](const Pinhole& c) {
@@ -203,7 +225,7 @@ PairMatches MatchPlaced(const Map& map, ImageId image_id, ImageId other_id,
   return pair;
 }
 
-GrowthCounts GrowByProjection(Map* map, ImageId image_id, std::span<const PointId> points,
+GrowthCounts GrowByProjection(CityMap* map, ImageId image_id, std::span<const PointId> points,
                               const GrowthOptions& options) {
   GrowthCounts counts;
   GuidedScratch scratch;
@@ -219,7 +241,8 @@ GrowthCounts GrowByProjection(Map* map, ImageId image_id, std::span<const PointI
       continue;
     const TrackElement& alike = MostAlike(*map, *point, center);
     const MapImage& known = map->image(alike.image);
-    if (RayAngleDeg(known.cam_from_world.Center(), center, point->position) > 45) continue;
+    if (RayAngleDeg(known.cam_from_world.Center(), center, point->position) > kViewAngleDegMax)
+      continue;
     const auto found = FindNear(
         *image.grid, *image.features,
         {x_px.x(), x_px.y(), options.search_radius_px, known.features->descriptor(alike.feature),

@@ -1,9 +1,20 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "engine/mapping/point_filter.h"
 
+#include "storage/base/option_bounds.h"
+
 namespace veduta {
 
-PointFilterCounts FilterPoints(Map* map, std::span<const PointId> points,
+Status PointFilterOptions::Check() const {
+  return OptionBounds()
+      .Above("observation_error_px_max", observation_error_px_max, 0)
+      .Above("point_error_px_max", point_error_px_max, 0)
+      .Require("angle_deg_min", angle_deg_min, angle_deg_min >= 0 && angle_deg_min < 90,
+               "0 or more and less than 90")
+      .status();
+}
+
+PointFilterCounts FilterPoints(CityMap* map, std::span<const PointId> points,
                                const PointFilterOptions& options) {
   PointFilterCounts counts;
   for (const PointId id : points) {

@@ -1,26 +1,33 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
-// Removes what adjustment has shown to be wrong (R18).
+// Removes the observations and points that adjustment has shown to be wrong (R18).
 
 #include <span>
 
-#include "engine/mapping/map.h"
+#include "engine/mapping/city_map.h"
+#include "storage/base/status.h"
 
 namespace veduta {
 
 struct PointFilterOptions {
-  double observation_error_px_max =
-      2.6;                          // > 0: a worse observation leaves its track; twice the next
-  double point_error_px_max = 1.3;  // > 0: mean over the track; the paper's section 3.3
-  double angle_deg_min = 2.0;  // [0, 90): largest angle between two rays; the paper's section 3.3
+  // > 0, px. An observation with a larger reprojection error leaves its track. Twice the limit for
+  // points below; the factor was chosen by hand and not measured.
+  double observation_error_px_max = 2.6;
+  // > 0, px. A point with a larger mean error over its track is removed; the paper's section 3.3.
+  double point_error_px_max = 1.3;
+  // [0, 90), degrees. A point whose rays meet at smaller angles is removed; the paper's section
+  // 3.3.
+  double angle_deg_min = 2.0;
+
+  Status Check() const;
 };
 
 struct PointFilterCounts {
   uint32_t observations_removed = 0, points_removed = 0;
 };
 
-// Judges the live ones among `points`; every image in their tracks must be loaded.
-PointFilterCounts FilterPoints(Map* map, std::span<const PointId> points,
+// Judges those of `points` that still exist; every image in their tracks must be loaded.
+PointFilterCounts FilterPoints(CityMap* map, std::span<const PointId> points,
                                const PointFilterOptions& options);
 
 }  // namespace veduta

@@ -7,6 +7,7 @@
 #include <opengv/absolute_pose/methods.hpp>
 
 #include "engine/matching/sampling.h"
+#include "storage/base/option_bounds.h"
 #include "storage/base/transform.h"
 
 namespace veduta {
@@ -95,15 +96,13 @@ Resection FinishResection(Rigid3 pose, std::span<const Eigen::Vector2d> x,
 }  // namespace
 
 Status ResectionOptions::Check() const {
-  if (!(error_px_max > 0 && error_px_max < 100)) {
-    return Status::InvalidArgument("resection option error_px_max is " +
-                                   std::to_string(error_px_max) + ", must be in (0, 100)");
-  }
-  if (inlier_count_min < 4)
-    return Status::InvalidArgument("resection option inlier_count_min must be at least 4");
-  if (samples_max < 1)
-    return Status::InvalidArgument("resection option samples_max must be at least 1");
-  return Status::Ok();
+  return OptionBounds()
+      .Inside("error_px_max", error_px_max, 0, 100)
+      .AtLeast("inlier_count_min", inlier_count_min, 4)
+      .Between("inlier_share_min", inlier_share_min, 0, 1)
+      .Inside("confidence", confidence, 0, 1)
+      .AtLeast("samples_max", samples_max, 1)
+      .status();
 }
 
 Rigid3 RefinePose(const Rigid3& start, std::span<const Eigen::Vector2d> x,

@@ -13,11 +13,19 @@
 namespace veduta {
 
 struct ResectionOptions {
-  double error_px_max = 4.0;       // (0, 100): reprojection error of an inlier
-  uint32_t inlier_count_min = 20;  // >= 4; the paper's section 3.2
-  double inlier_share_min = 0.15;  // [0, 1]; fewer of the correspondences than this explain nothing
-  double confidence = 1.0 - 1e-4;  // (0, 1); the paper's section 3.2
-  uint32_t samples_max = 3000;     // >= 1
+  // (0, 100), px. Reprojection error of an inlier. Chosen by hand; not measured.
+  double error_px_max = 4.0;
+  // >= 4. A pose that fewer points agree with is none; the paper's section 3.2. Three points are
+  // what P3P needs, and a fourth tells its solutions apart.
+  uint32_t inlier_count_min = 20;
+  // [0, 1]. A pose that a smaller share of the correspondences agrees with is none. Chosen by hand;
+  // not measured.
+  double inlier_share_min = 0.15;
+  // (0, 1). Of having drawn a sample without outliers; the paper's section 3.2.
+  double confidence = 1.0 - 1e-4;
+  // >= 1. Enough for a confidence of 1 - 1e-4 at a share of inliers of 0.145 (Fischler and Bolles
+  // 1981, samples of 3), which is just below inlier_share_min.
+  uint32_t samples_max = 3000;
 
   Status Check() const;
 };
@@ -40,11 +48,11 @@ struct Resection {
 Resection Resect(std::span<const Eigen::Vector2d> x, std::span<const Eigen::Vector3d> points,
                  double focal_px, uint64_t seed, const ResectionOptions& options);
 
-// Estimates cam_from_world along the baseline to a neighbour of known pose: their verified
-// geometry, `cam_from_neighbor` with a translation of unit length, gives all but the baseline's
-// length, and the points that. Fewer of them do than for P3P: whoever moves forward shares many
-// matches with the last photo, and few of them are points yet. x, points, outcome: as above.
-// O(N^2).
+// Estimates cam_from_world along the baseline to a neighbour whose pose is known. The verified
+// geometry of the two, `cam_from_neighbor` with a translation of unit length, gives everything but
+// the length of the baseline, and one point is enough to give that. So fewer points are needed than
+// for P3P: whoever walks forward shares many matches with the last photo, few of which are points
+// yet. x, points and outcome are as in Resect. O(N^2).
 Resection ResectAlong(const Rigid3& cam_from_neighbor, const Rigid3& neighbor_from_world,
                       std::span<const Eigen::Vector2d> x, std::span<const Eigen::Vector3d> points,
                       double focal_px, const ResectionOptions& options);

@@ -22,10 +22,10 @@ struct RobustSimilarity {
   std::vector<uint32_t> inliers;  // ascending
 };
 
-// RANSAC over triples of correspondences. `is_inlier(b_from_a, i)` judges correspondence i: the
-// caller measures in the photos, where errors are in pixels, rather than in space, where they grow
-// with distance. The best similarity is fitted again to all its inliers. Deterministic in its
-// inputs. Nothing with fewer than `inlier_count_min`.
+// RANSAC over triples of correspondences. `is_inlier(b_from_a, i)` judges correspondence i, so that
+// the caller can measure in the photos, where errors are in pixels, rather than in space, where
+// they grow with distance. The best similarity is fitted again to all its inliers. Deterministic in
+// its inputs. Nothing when fewer than `inlier_count_min` correspondences agree. O(samples * N).
 std::optional<RobustSimilarity> EstimateSimilarity(
     std::span<const Eigen::Vector3d> points_a, std::span<const Eigen::Vector3d> points_b,
     const std::function<bool(const Sim3&, size_t)>& is_inlier, uint32_t inlier_count_min,

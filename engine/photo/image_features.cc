@@ -26,35 +26,21 @@ Result<std::shared_ptr<const ImageFeatures>> ImageFeatures::Make(
 
 Result<std::shared_ptr<const ImageFeatures>> ImageFeatureCache::Get(const Snapshot& snapshot,
                                                                     ImageId id) {
-  {
-    const std::lock_guard lock(mutex_);
-    if (const auto it = by_id_.find(id); it != by_id_.end()) {
-      order_.splice(order_.begin(), order_, it->second);
-      return *it->second;
-    }
-  }
-  VEDUTA_ASSIGN_OR_RETURN(const ImageRecord image, snapshot.GetImage(id));
-  VEDUTA_ASSIGN_OR_RETURN(const CameraRecord camera, snapshot.GetCamera(image.camera));
-  VEDUTA_ASSIGN_OR_RETURN(Features features, snapshot.GetFeatures(image.photo));
-  VEDUTA_ASSIGN_OR_RETURN(
-      auto made,
-      ImageFeatures::Make(id, camera.model, std::make_shared<const Features>(std::move(features)),
-                          matched_count_max_));
-  Put(made);
-  return made;
+  const auto load = [&]() -> Result<std::shared_ptr<const ImageFeatures>> {
+    VEDUTA_ASSIGN_OR_RETURN(const ImageRecord image, snapshot.GetImage(id));
+    VEDUTA_ASSIGN_OR_RETURN(const CameraRecord camera, snapshot.GetCamera(image.camera));
+    VEDUTA_ASSIGN_OR_RETURN(Features features, snapshot.GetFeatures(image.photo));
+    return ImageFeatures::Make(id, camera.model,
+                               std::make_shared<const Features>(std::move(features)),
+                               matched_count_max_);
+  };
+  return cache_.GetOrMake(id, load, [](const auto& made) { return made->size_bytes(); });
 }
 
 void ImageFeatureCache::Put(std::shared_ptr<const ImageFeatures> features) {
-  const std::lock_guard lock(mutex_);
-  if (by_id_.contains(features->id)) return;
-  size_bytes_ += features->size_bytes();
-  order_.push_front(std::move(features));
-  by_id_[order_.front()->id] = order_.begin();
-  while (size_bytes_ > size_bytes_max_ && order_.size() > 1) {
-    size_bytes_ -= order_.back()->size_bytes();
-    by_id_.erase(order_.back()->id);
-    order_.pop_back();
-  }
+  const ImageId id = features->id;
+  const size_t size_bytes = features->size_bytes();
+  cache_.Put(id, std::move(features), size_bytes);
 }
 
 }  // namespace veduta

@@ -7,12 +7,16 @@
 #include <fstream>
 
 #include "engine/camera/projection.h"
+#include "storage/base/option_bounds.h"
 #include "storage/base/stopwatch.h"
 
 namespace veduta {
 namespace {
 
-constexpr size_t kScratchPixelsMax = 16 << 20;  // memory of larger photos is given back
+// After a photo of more pixels its scratch memory is given back, for each thread would keep some:
+// 16 Mpx of the 9 bytes for each pixel of the doubled photo (FeatureScratch) are 600 MB. Chosen by
+// hand; not measured.
+constexpr size_t kScratchPixelsMax = 16 << 20;
 
 Reason ReasonOf(DecodeOutcome outcome) {
   switch (outcome) {
@@ -32,7 +36,7 @@ Reason ReasonOf(DecodeOutcome outcome) {
   return Reason::kUnreadable;
 }
 
-// Drops features on the artificial border of the undistorted photo; the order stays.
+// Drops features on the artificial border of the undistorted photo; the others keep their order.
 void DropBorder(const CameraModel& camera, double border_px, Features* features) {
   size_t kept = 0;
   for (size_t i = 0; i < features->size(); ++i) {
@@ -47,8 +51,8 @@ void DropBorder(const CameraModel& camera, double border_px, Features* features)
   features->descriptors.resize(kept * kDescriptorSize);
 }
 
-// Colours come from the photo as it was taken: `camera` tells where each feature lies there; null:
-// where it is.
+// Colours come from the photo as it was taken. `camera` tells where each feature lies there; where
+// it is null, the photo was not distorted and the feature lies where it was found.
 void ColorFeatures(const cv::Mat& bgr, const CameraModel* camera, Features* features) {
   for (Keypoint& k : features->keypoints) {
     const Eigen::Vector2d seen =
@@ -62,22 +66,46 @@ void ColorFeatures(const cv::Mat& bgr, const CameraModel* camera, Features* feat
 
 }  // namespace
 
-Result<std::vector<uint8_t>> PhotoPreparer::ReadBytes(const PhotoSource& source) const {
+Status PrepareOptions::Check() const {
+  return OptionBounds()
+      .Part("limits", limits.Check())
+      .Part("features", features.Check())
+      .AtLeast("feature_count_min", feature_count_min, 1)
+      .AtLeast("border_px", border_px, 0)
+      .status();
+}
+
+Result<std::vector<uint8_t>> PhotoPreparer::ReadFile(const std::string& path) const {
   std::error_code error;
-  const auto size = std::filesystem::file_size(source.path, error);
-  if (error) return Status::NotFound("cannot read " + source.path + ": " + error.message());
+  const auto size = std::filesystem::file_size(path, error);
+  if (error) return Status::NotFound("cannot read " + path + ": " + error.message());
   if (size > options_.limits.size_bytes_max) {
     return Status::InvalidArgument("the file has " + std::to_string(size) + " bytes; at most " +
                                    std::to_string(options_.limits.size_bytes_max) +
                                    " are accepted");
   }
-  std::ifstream file(source.path, std::ios::binary);
+  std::ifstream file(path, std::ios::binary);
   std::vector<uint8_t> bytes(size);
   if (!file ||
       !file.read(reinterpret_cast<char*>(bytes.data()), static_cast<std::streamsize>(size))) {
-    return Status::NotFound("cannot read " + source.path);
+    return Status::NotFound("cannot read " + path);
   }
   return bytes;
+}
+
+std::optional<std::vector<uint8_t>> PhotoPreparer::ReadBytes(const PhotoSource& source,
+                                                             PreparedPhoto* photo) const {
+  photo->name = source.name;
+  Result<std::vector<uint8_t>> read = source.bytes ? Result(*source.bytes) : ReadFile(source.path);
+  if (!read.ok()) {
+    const bool too_large = read.status().code() == StatusCode::kInvalidArgument;
+    photo->reason = too_large ? Reason::kTooLarge : Reason::kUnreadable;
+    photo->detail = read.status().message();
+    return std::nullopt;
+  }
+  photo->size_bytes = read->size();
+  photo->hash = HashContent(*read);
+  return std::move(*read);
 }
 
 Result<Features> PhotoPreparer::ExtractFeaturesOf(const cv::Mat& gray) const {
@@ -145,17 +173,8 @@ void PhotoPreparer::ExtractBytes(std::span<const uint8_t> bytes,
 PreparedPhoto PhotoPreparer::Extract(const PhotoSource& source,
                                      const std::optional<CameraModel>& camera) const {
   PreparedPhoto photo;
-  photo.name = source.name;
-  Result<std::vector<uint8_t>> read = source.bytes ? Result(*source.bytes) : ReadBytes(source);
-  if (!read.ok()) {
-    photo.reason = read.status().code() == StatusCode::kInvalidArgument ? Reason::kTooLarge
-                                                                        : Reason::kUnreadable;
-    photo.detail = read.status().message();
-    return photo;
-  }
-  photo.size_bytes = read->size();
-  photo.hash = HashContent(*read);
-  ExtractBytes(*read, camera, &photo);
+  const std::optional<std::vector<uint8_t>> bytes = ReadBytes(source, &photo);
+  if (bytes) ExtractBytes(*bytes, camera, &photo);
   return photo;
 }
 
@@ -163,24 +182,16 @@ Result<PreparedPhoto> PhotoPreparer::Prepare(const PhotoSource& source,
                                              const CameraModel& camera) const {
   Stopwatch watch;
   PreparedPhoto photo;
-  photo.name = source.name;
-  Result<std::vector<uint8_t>> read = source.bytes ? Result(*source.bytes) : ReadBytes(source);
-  if (!read.ok()) {
-    photo.reason = read.status().code() == StatusCode::kInvalidArgument ? Reason::kTooLarge
-                                                                        : Reason::kUnreadable;
-    photo.detail = read.status().message();
-    return photo;
-  }
-  photo.size_bytes = read->size();
-  photo.hash = HashContent(*read);
+  const std::optional<std::vector<uint8_t>> bytes = ReadBytes(source, &photo);
+  if (!bytes) return photo;
   VEDUTA_ASSIGN_OR_RETURN(const std::optional<ImageId> stored,
                           database_->GetSnapshot()->FindImageByPhoto(photo.hash));
   photo.known = stored.has_value();
   photo.decode_ms = watch.LapMs();
   if (photo.known) return photo;
-  ExtractBytes(*read, camera, &photo);
+  ExtractBytes(*bytes, camera, &photo);
   if (photo.reason == Reason::kNone) {
-    VEDUTA_RETURN_IF_ERROR(database_->WritePhotoAhead(photo.hash, *read, photo.features));
+    VEDUTA_RETURN_IF_ERROR(database_->WritePhotoAhead(photo.hash, *bytes, photo.features));
   }
   return photo;
 }

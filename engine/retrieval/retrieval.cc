@@ -7,6 +7,7 @@
 
 #include "engine/journal/journal.h"
 #include "index/descriptor_sample.h"
+#include "storage/base/option_bounds.h"
 
 namespace veduta {
 namespace {
@@ -33,19 +34,13 @@ Result<std::vector<WordId>> WordsOf(const Snapshot& snapshot, const ImageRecord&
 }  // namespace
 
 Status RetrievalOptions::Check() const {
-  const auto broken = [](const char* field, double value, const char* rule) {
-    return Status::InvalidArgument(std::string(field) + " is " + std::to_string(value) +
-                                   ", but must be " + rule);
-  };
-  if (compare_all_max < 1) return broken("compare_all_max", compare_all_max, "1 or more");
-  if (retrain_factor < 2) return broken("retrain_factor", retrain_factor, "2 or more");
-  if (candidate_count_min < 1)
-    return broken("candidate_count_min", candidate_count_min, "1 or more");
-  if (!(candidate_share > 0 && candidate_share <= 1)) {
-    return broken("candidate_share", candidate_share, "in (0, 1]");
-  }
-  if (training_count_max < 1) return broken("training_count_max", training_count_max, "1 or more");
-  return Status::Ok();
+  return OptionBounds()
+      .AtLeast("compare_all_max", compare_all_max, 1)
+      .AtLeast("retrain_factor", retrain_factor, 2)
+      .AtLeast("candidate_count_min", candidate_count_min, 1)
+      .AboveUpTo("candidate_share", candidate_share, 0, 1)
+      .AtLeast("training_count_max", training_count_max, 1)
+      .status();
 }
 
 Result<std::shared_ptr<const VocabularyTree>> Retrieval::ActiveTree(const Snapshot& snapshot) {

@@ -177,7 +177,7 @@ TEST(EngineOptions, OpenNamesTheFirstViolatedBound) {
   options.thread_count = 5000;
   const auto opened = Engine::Open(folder / "db", options);
   EXPECT_EQ(opened.status().code(), StatusCode::kInvalidArgument);
-  EXPECT_EQ(opened.status().message(), "options.thread_count is 5000, but must be 1024 or less");
+  EXPECT_EQ(opened.status().message(), "options.thread_count is 5000, but must be from 0 to 1024");
   EngineTuning tuning;
   tuning.ingest.retrieval.retrain_factor = 1;
   options.thread_count = 1;

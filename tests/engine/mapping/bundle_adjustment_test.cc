@@ -11,19 +11,18 @@
 
 #include "ceres_bundle.h"
 #include "engine/mapping/bundle_solver.h"
-#include "engine/mapping/point_filter.h"
 #include "synthetic_scene.h"
 
 namespace veduta {
 namespace {
 
-std::vector<ImageId> AllImages(const Map& map) {
+std::vector<ImageId> AllImages(const CityMap& map) {
   std::vector<ImageId> ids;
   for (const auto& [id, image] : map.images()) ids.push_back(id);
   return ids;
 }
 
-void Disturb(Map* map, double amount, uint64_t seed) {
+void Disturb(CityMap* map, double amount, uint64_t seed) {
   SeededRandom random(seed);
   const auto small = [&] { return amount * (2 * random.Unit() - 1); };
   for (const ImageId id : AllImages(*map)) {
@@ -39,7 +38,7 @@ void Disturb(Map* map, double amount, uint64_t seed) {
   }
 }
 
-double MeanError(const Map& map) {
+double MeanError(const CityMap& map) {
   double sum = 0;
   const auto points = map.PointsSeenBy(AllImages(map));
   for (const PointId id : points) sum += map.point(id).error_px;
@@ -87,7 +86,7 @@ TEST(ReprojectionCost, DerivativesAreTheNumericOnes) {
 // Some observations are far off.
 BundleProblem DisturbedProblem(uint32_t held_count, uint64_t seed) {
   const SyntheticScene scene = MakeScene({});
-  Map map = MakeMap(scene);
+  CityMap map = MakeMap(scene);
   Disturb(&map, 0.05, seed);
   SeededRandom random(seed);
   BundleProblem problem;
@@ -183,7 +182,7 @@ TEST(BundleSolver, WhatIsNotDeterminedStaysFinite) {
 
 TEST(BundleAdjustment, FindsTheTruthAndKeepsTheFrame) {
   const SyntheticScene scene = MakeScene({});
-  Map map = MakeMap(scene);
+  CityMap map = MakeMap(scene);
   Disturb(&map, 0.05, 3);
   EXPECT_GT(MeanError(map), 3.0);
   const auto summary =
@@ -200,7 +199,7 @@ TEST(BundleAdjustment, FindsTheTruthAndKeepsTheFrame) {
 
 TEST(BundleAdjustment, HoldsImagesThatAreNotFree) {
   const SyntheticScene scene = MakeScene({});
-  Map map = MakeMap(scene);
+  CityMap map = MakeMap(scene);
   const ImageId free[] = {ImageId(3)};
   Rigid3 wrong = scene.poses[2];
   wrong.translation.x() += 0.05;
@@ -213,7 +212,7 @@ TEST(BundleAdjustment, HoldsImagesThatAreNotFree) {
 TEST(BundleAdjustment, RepeatsBitForBit) {
   Rigid3 first;
   for (int run = 0; run < 2; ++run) {
-    Map map = MakeMap(MakeScene({}));
+    CityMap map = MakeMap(MakeScene({}));
     Disturb(&map, 0.03, 8);
     ASSERT_TRUE(
         AdjustBundle(&map, AllImages(map), map.PointsSeenBy(AllImages(map)), {}, nullptr).ok());
@@ -222,24 +221,6 @@ TEST(BundleAdjustment, RepeatsBitForBit) {
     EXPECT_EQ(pose.translation, first.translation);
     EXPECT_EQ(pose.rotation.coeffs(), first.rotation.coeffs());
   }
-}
-
-TEST(PointFilter, RemovesWrongObservationsAndFlatPoints) {
-  const SyntheticScene scene = MakeScene({});
-  Map map = MakeMap(scene);
-  const auto points = map.PointsSeenBy(AllImages(map));
-  const PointId moved = points[3], kept = points[5];
-  ASSERT_GE(map.point(moved).track.size(), 3u);
-  map.SetPosition(moved, map.point(moved).position + Eigen::Vector3d(0, 0.5, 0));
-  const PointFilterCounts counts = FilterPoints(&map, points, {});
-  EXPECT_EQ(map.FindPoint(moved), nullptr);
-  EXPECT_NE(map.FindPoint(kept), nullptr);
-  EXPECT_GE(counts.points_removed, 1u);
-  EXPECT_LT(counts.points_removed, 10u);
-  PointFilterOptions wide;
-  wide.angle_deg_min = 80;  // nothing is seen from so far apart
-  FilterPoints(&map, points, wide);
-  EXPECT_TRUE(map.PointsSeenBy(AllImages(map)).empty());
 }
 
 }  // namespace

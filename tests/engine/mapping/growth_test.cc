@@ -1,50 +1,19 @@
 // SPDX-License-Identifier: Apache-2.0
-// Goal: tracks grow to what the scene holds, founding finds the scene from matches alone and
-//   refuses planes of no depth and rotations, neighbours that contradict a pose are counted,
-//   and the map's invariants survive every change.
-// Method: a synthetic scene; every image's features are compared with the points that they
-//   truly see.
+// Goal: tracks grow to what the scene holds, and points that turn out to be one are merged.
+// Method: a synthetic scene; every image's features are compared with the points that they truly
+//   see.
 #include "engine/mapping/growth.h"
 
 #include <gtest/gtest.h>
 
-#include <map>
-
-#include "engine/mapping/founding.h"
-#include "storage/base/transform.h"
-#include "storage/model/pair.h"
-#include "synthetic_scene.h"
+#include "scene_checks.h"
 
 namespace veduta {
 namespace {
 
-// Each track must hold features of one true point only. Returns the number of observations.
-size_t CheckTracks(const Map& map, const SyntheticScene& scene) {
-  size_t observations = 0;
-  for (const auto& [id, image] : map.images()) {
-    for (FeatureIndex f = 0; f < image.points.size(); ++f) {
-      if (!image.points[f].valid()) continue;
-      ++observations;
-      const PointRecord& point = map.point(image.points[f]);
-      const TrackElement& first = point.track.front();
-      EXPECT_EQ(scene.seen[id.value - 1][f], scene.seen[first.image.value - 1][first.feature]);
-      bool listed = false;
-      for (const TrackElement& e : point.track) listed |= e.image == id && e.feature == f;
-      EXPECT_TRUE(listed);
-    }
-  }
-  return observations;
-}
-
-MapImage Unplaced(const MapImage& image) {
-  MapImage copy = image;
-  copy.points.assign(image.features->size(), PointId{});
-  return copy;
-}
-
 TEST(Growth, MatchesBecomePointsAndTracks) {
   const SyntheticScene scene = MakeScene({});
-  Map map;
+  CityMap map;
   for (uint32_t k = 0; k < 4; ++k) {
     map.PlaceImage(Unplaced(scene.images[k]));
     std::vector<PairMatches> pairs;
@@ -68,7 +37,7 @@ TEST(Growth, MatchesBecomePointsAndTracks) {
 
 TEST(Growth, ProjectionFindsWhatMatchingMissed) {
   const SyntheticScene scene = MakeScene({});
-  Map map = MakeMap(scene);
+  CityMap map = MakeMap(scene);
   const ImageId self[] = {ImageId(4)};
   const std::vector<PointId> points = map.PointsSeenBy(self);
   const size_t before = CheckTracks(map, scene);
@@ -84,7 +53,7 @@ TEST(Growth, ProjectionFindsWhatMatchingMissed) {
 
 TEST(Growth, SplitPointsAreMerged) {
   const SyntheticScene scene = MakeScene({});
-  Map map;
+  CityMap map;
   for (uint32_t k = 0; k < 5; ++k) map.PlaceImage(Unplaced(scene.images[k]));
   // One true point twice: seen by images 1 and 2, and by 4 and 5.
   uint32_t target = 0;
@@ -110,66 +79,6 @@ TEST(Growth, SplitPointsAreMerged) {
   ASSERT_NE(kept, nullptr);
   EXPECT_EQ(kept->track.size(), 5u);
   EXPECT_TRUE(map.FindPoint(one) == nullptr || map.FindPoint(two) == nullptr);
-}
-
-FoundingViews ViewsOf(const SyntheticScene& scene, uint32_t count) {
-  FoundingViews views;
-  for (uint32_t k = 0; k < count; ++k) views.images.push_back(Unplaced(scene.images[k]));
-  for (uint32_t i = 0; i < count; ++i) {
-    for (uint32_t j = i + 1; j < count; ++j) views.pairs.push_back(scene.Pair(i, j));
-  }
-  return views;
-}
-
-TEST(Founding, FindsTheSceneFromMatches) {
-  const SyntheticScene scene = MakeScene({});
-  Map map;
-  ASSERT_EQ(Found(ViewsOf(scene, 5), ImageId(2), ReconstructionId(7), 1, {}, &map),
-            FoundingOutcome::kFounded);
-  EXPECT_EQ(map.images().size(), 3u);
-  EXPECT_TRUE(map.HasImage(ImageId(2)));
-  CheckTracks(map, scene);
-  // Relative rotations do not depend on the frame.
-  const auto first = map.images().begin(), last = std::prev(map.images().end());
-  const Rigid3 found = last->second.cam_from_world * first->second.cam_from_world.Inverse();
-  const Rigid3 truth =
-      scene.poses[last->first.value - 1] * scene.poses[first->first.value - 1].Inverse();
-  EXPECT_LT(RotationErrorDeg(found, truth), 0.3);
-}
-
-TEST(Founding, RefusesRotations) {
-  SceneOptions options;
-  options.rotation = true;
-  const SyntheticScene scene = MakeScene(options);
-  FoundingViews views = ViewsOf(scene, 4);
-  for (PairRecord& pair :
-       views.pairs) {  // what two-view estimation would name, and what it might miss
-    pair.geometry = PairGeometry::kRotation;
-    pair.b_from_a.translation = Eigen::Vector3d::UnitX();
-  }
-  Map map;
-  EXPECT_EQ(Found(views, ImageId(1), ReconstructionId(1), 1, {}, &map), FoundingOutcome::kNoPair);
-  for (PairRecord& pair : views.pairs) pair.geometry = PairGeometry::kGeneral;
-  EXPECT_NE(Found(views, ImageId(1), ReconstructionId(1), 1, {}, &map), FoundingOutcome::kFounded);
-  EXPECT_TRUE(map.images().empty());
-}
-
-TEST(Placement, CountsNeighborsThatContradict) {
-  const SyntheticScene scene = MakeScene({});
-  const Map map = MakeMap(scene);
-  std::vector<PairMatches> pairs;
-  for (const uint32_t j : {0u, 1u, 3u}) pairs.push_back(MatchesFrom(scene.Pair(j, 2), ImageId(3)));
-  const MapImage& image = scene.images[2];
-  NeighborAgreement agreement = CheckNeighbors(map, ReconstructionId(1), scene.poses[2],
-                                               *image.features, image.camera, pairs, 4);
-  EXPECT_EQ(agreement.agreeing_images, 3u);
-  EXPECT_EQ(agreement.contradicting_images, 0u);
-  Rigid3 elsewhere = scene.poses[2];  // one window further along a repeated facade
-  elsewhere.translation += Eigen::Vector3d(0, 1.0, 0);
-  agreement =
-      CheckNeighbors(map, ReconstructionId(1), elsewhere, *image.features, image.camera, pairs, 4);
-  EXPECT_EQ(agreement.agreeing_images, 0u);
-  EXPECT_EQ(agreement.contradicting_images, 3u);
 }
 
 }  // namespace

@@ -7,8 +7,8 @@
 #include <memory>
 #include <vector>
 
-#include "engine/mapping/map.h"
-#include "engine/mapping/placement.h"
+#include "engine/mapping/city_map.h"
+#include "engine/mapping/pair_matches.h"
 #include "storage/base/content_hash.h"
 #include "storage/base/transform.h"
 #include "storage/model/pair.h"
@@ -116,8 +116,8 @@ inline SyntheticScene MakeScene(const SceneOptions& options) {
 }
 
 // All cameras placed at the truth, all points seen by at least two.
-inline Map MakeMap(const SyntheticScene& scene) {
-  Map map;
+inline CityMap MakeMap(const SyntheticScene& scene) {
+  CityMap map;
   for (const MapImage& image : scene.images) map.PlaceImage(image);
   for (uint32_t i = 0; i < scene.points.size(); ++i) {
     std::vector<TrackElement> track;

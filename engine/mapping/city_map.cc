@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "engine/mapping/map.h"
+#include "engine/mapping/city_map.h"
 
 #include <algorithm>
 #include <cmath>
@@ -21,17 +21,17 @@ auto FindElement(auto& track, ImageId image) {
 
 }  // namespace
 
-const MapImage& Map::image(ImageId id) const {
+const MapImage& CityMap::image(ImageId id) const {
   const auto it = images_.find(id);
   VEDUTA_CHECK(it != images_.end(), "image " + std::to_string(id.value) + " is not loaded");
   return it->second;
 }
 
-MapImage& Map::MutableImage(ImageId id) {
+MapImage& CityMap::MutableImage(ImageId id) {
   return const_cast<MapImage&>(image(id));
 }
 
-const PointRecord* Map::FindPoint(PointId id) const {
+const PointRecord* CityMap::FindPoint(PointId id) const {
   const auto block = blocks_.find(id.home);
   if (block == blocks_.end() || id.ordinal == 0 || id.ordinal > block->second.points.size())
     return nullptr;
@@ -39,18 +39,18 @@ const PointRecord* Map::FindPoint(PointId id) const {
   return point.track.empty() ? nullptr : &point;
 }
 
-const PointRecord& Map::point(PointId id) const {
+const PointRecord& CityMap::point(PointId id) const {
   const PointRecord* found = FindPoint(id);
   VEDUTA_CHECK(found != nullptr, Name(id) + " is not loaded or gone");
   return *found;
 }
 
-PointRecord& Map::MutablePoint(PointId id) {
+PointRecord& CityMap::MutablePoint(PointId id) {
   changes_.blocks.insert(id.home);
   return const_cast<PointRecord&>(point(id));
 }
 
-PointBlock Map::StoredBlock(ImageId home) const {
+PointBlock CityMap::StoredBlock(ImageId home) const {
   const auto it = blocks_.find(home);
   VEDUTA_CHECK(it != blocks_.end(),
                "points of image " + std::to_string(home.value) + " are not loaded");
@@ -63,7 +63,7 @@ PointBlock Map::StoredBlock(ImageId home) const {
   return block;
 }
 
-std::vector<PointId> Map::PointsSeenBy(std::span<const ImageId> images) const {
+std::vector<PointId> CityMap::PointsSeenBy(std::span<const ImageId> images) const {
   std::vector<PointId> seen;
   for (const ImageId id : images) {
     for (const PointId point : image(id).points) {
@@ -75,7 +75,7 @@ std::vector<PointId> Map::PointsSeenBy(std::span<const ImageId> images) const {
   return seen;
 }
 
-std::vector<Sighting> Map::ViewsOf(const PointRecord& point) const {
+std::vector<Sighting> CityMap::ViewsOf(const PointRecord& point) const {
   std::vector<Sighting> views;
   views.reserve(point.track.size());
   for (const TrackElement& element : point.track) {
@@ -85,21 +85,21 @@ std::vector<Sighting> Map::ViewsOf(const PointRecord& point) const {
   return views;
 }
 
-void Map::LoadImage(MapImage image) {
+void CityMap::LoadImage(MapImage image) {
   VEDUTA_CHECK(image.features != nullptr && image.points.size() == image.features->size(),
                "features and points differ");
   const ImageId id = image.id;
   images_.insert_or_assign(id, std::move(image));
 }
 
-void Map::LoadBlock(const PointBlock& block) {
+void CityMap::LoadBlock(const PointBlock& block) {
   Block loaded;
   loaded.points.resize(block.next_ordinal - 1);
   for (const PointRecord& point : block.points) loaded.points[point.id.ordinal - 1] = point;
   blocks_.insert_or_assign(block.home, std::move(loaded));
 }
 
-void Map::PlaceImage(MapImage image) {
+void CityMap::PlaceImage(MapImage image) {
   VEDUTA_CHECK(!HasImage(image.id),
                "image " + std::to_string(image.id.value) + " has a pose already");
   const ImageId id = image.id;
@@ -109,12 +109,12 @@ void Map::PlaceImage(MapImage image) {
   changes_.observations.insert(id);
 }
 
-void Map::SetPose(ImageId id, const Rigid3& cam_from_world) {
+void CityMap::SetPose(ImageId id, const Rigid3& cam_from_world) {
   MutableImage(id).cam_from_world = cam_from_world;
   changes_.poses.insert(id);
 }
 
-void Map::CountPoint(const PointRecord& point, int sign) {
+void CityMap::CountPoint(const PointRecord& point, int sign) {
   CountChange& change = changes_.counts[image(point.track.front().image).reconstruction];
   change.points += sign;
   change.observations += sign * static_cast<int64_t>(point.track.size());
@@ -122,7 +122,7 @@ void Map::CountPoint(const PointRecord& point, int sign) {
       sign * static_cast<double>(point.error_px) * static_cast<double>(point.track.size());
 }
 
-void Map::Measure(PointRecord* point) const {
+void CityMap::Measure(PointRecord* point) const {
   double sum = 0;
   const std::vector<Sighting> views = ViewsOf(*point);
   for (const Sighting& view : views)
@@ -131,8 +131,8 @@ void Map::Measure(PointRecord* point) const {
       views.empty() ? 0.0f : static_cast<float>(sum / static_cast<double>(views.size()));
 }
 
-PointId Map::AddPoint(ImageId home, const Eigen::Vector3d& position,
-                      std::vector<TrackElement> track) {
+PointId CityMap::AddPoint(ImageId home, const Eigen::Vector3d& position,
+                          std::vector<TrackElement> track) {
   VEDUTA_CHECK(track.size() >= 2, "a track of " + std::to_string(track.size()));
   const auto it = blocks_.find(home);
   VEDUTA_CHECK(it != blocks_.end(),
@@ -160,7 +160,7 @@ PointId Map::AddPoint(ImageId home, const Eigen::Vector3d& position,
   return it->second.points.back().id;
 }
 
-void Map::AddObservation(PointId id, TrackElement element) {
+void CityMap::AddObservation(PointId id, TrackElement element) {
   MapImage& seen_in = MutableImage(element.image);
   VEDUTA_CHECK(!seen_in.points[element.feature].valid(),
                "the feature has a point already, not " + Name(id));
@@ -176,7 +176,7 @@ void Map::AddObservation(PointId id, TrackElement element) {
   CountPoint(point, 1);
 }
 
-void Map::RemoveObservation(PointId id, ImageId image) {
+void CityMap::RemoveObservation(PointId id, ImageId image) {
   if (point(id).track.size() <= 2) return RemovePoint(id);
   PointRecord& point = MutablePoint(id);
   CountPoint(point, -1);
@@ -190,7 +190,7 @@ void Map::RemoveObservation(PointId id, ImageId image) {
   CountPoint(point, 1);
 }
 
-void Map::RemovePoint(PointId id) {
+void CityMap::RemovePoint(PointId id) {
   PointRecord& point = MutablePoint(id);
   CountPoint(point, -1);
   for (const TrackElement& element : point.track) {
@@ -200,7 +200,7 @@ void Map::RemovePoint(PointId id) {
   point = {};
 }
 
-bool Map::SharesImage(const PointRecord& a, const PointRecord& b) const {
+bool CityMap::SharesImage(const PointRecord& a, const PointRecord& b) const {
   auto i = a.track.begin(), j = b.track.begin();
   while (i != a.track.end() && j != b.track.end()) {
     if (i->image == j->image) return true;
@@ -209,7 +209,7 @@ bool Map::SharesImage(const PointRecord& a, const PointRecord& b) const {
   return false;
 }
 
-void Map::MergePoints(PointId keep_id, PointId drop_id) {
+void CityMap::MergePoints(PointId keep_id, PointId drop_id) {
   const std::vector<TrackElement> moved = point(drop_id).track;
   RemovePoint(drop_id);
   PointRecord& keep = MutablePoint(keep_id);
@@ -225,7 +225,7 @@ void Map::MergePoints(PointId keep_id, PointId drop_id) {
   CountPoint(keep, 1);
 }
 
-void Map::SetPosition(PointId id, const Eigen::Vector3d& position) {
+void CityMap::SetPosition(PointId id, const Eigen::Vector3d& position) {
   PointRecord& point = MutablePoint(id);
   CountPoint(point, -1);
   point.position = position;
@@ -233,21 +233,21 @@ void Map::SetPosition(PointId id, const Eigen::Vector3d& position) {
   CountPoint(point, 1);
 }
 
-void Map::MoveImage(ImageId id, ReconstructionId into, const Sim3& into_from_old) {
+void CityMap::MoveImage(ImageId id, ReconstructionId into, const Sim3& into_from_old) {
   MapImage& image = MutableImage(id);
   image.reconstruction = into;
   image.cam_from_world = TransformCameraWorld(into_from_old, image.cam_from_world);
   changes_.poses.insert(id);
 }
 
-void Map::MoveBlock(ImageId home, ReconstructionId into, const Sim3& into_from_old) {
+void CityMap::MoveBlock(ImageId home, ReconstructionId into, const Sim3& into_from_old) {
   for (PointRecord& point : blocks_.at(home).points) {
     if (!point.track.empty()) point.position = into_from_old * point.position;
   }
   changes_.blocks.insert(home);
 }
 
-void Map::Clear() {
+void CityMap::Clear() {
   images_.clear();
   blocks_.clear();
   ClearChanges();

@@ -1,16 +1,16 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
-// The part of the city that is being worked on, in memory: poses, points and tracks, with the
-// record of what changed. It knows nothing of storage: whoever owns it loads images and point
-// blocks into it before an algorithm needs them, and writes the changes out after. Invariants, kept
-// by every function:
-//   1. image.points[f] == p  exactly when p's track holds (image, f), as far as both are loaded.
-//   2. A live point's track has two or more elements, in ascending images, one an image, all in one
-//   reconstruction.
-//   3. A point's block is that of its home image, and blocks and images of one reconstruction share
-//   its frame.
-// Iteration is always in ascending ids, so that results do not depend on the history of loading.
-// Not thread-safe; const functions may run in parallel.
+// The part of the city that is being worked on, in memory: poses, points and tracks, with a record
+// of what has changed. It knows nothing of storage: its owner loads images and point blocks into it
+// before an algorithm needs them, and writes the changes out afterwards. Every function keeps these
+// invariants:
+//   1. image.points[f] == p exactly when the track of p holds (image, f), as far as both are
+//      loaded.
+//   2. The track of a point that exists has two or more elements, in ascending images, at most one
+//      for each image, and all its images are in one reconstruction.
+//   3. A point lies in the block of its home image, and the blocks and images of one reconstruction
+//      share its frame. Iteration is always in ascending ids, so that results do not depend on the
+//      history of loading. Not thread-safe; const functions may run in parallel.
 
 #include <map>
 #include <memory>
@@ -36,7 +36,7 @@ struct MapImage {
   uint32_t width_px = 0, height_px = 0;
   std::shared_ptr<const Features> features;
   std::shared_ptr<const FeatureGrid> grid;  // of the same features
-  std::vector<PointId> points;  // [features.size()]; not valid() where the feature has no point
+  std::vector<PointId> points;              // [features.size()]; not valid() where there is none
 
   Sighting ViewOf(FeatureIndex feature) const {
     const Keypoint& k = features->keypoints[feature];
@@ -50,12 +50,14 @@ struct CountChange {
   double reprojection_error_px_sum = 0;
 };
 
-struct MapChanges {
-  std::set<ImageId> poses, observations, blocks;
+struct CityMapChanges {
+  std::set<ImageId> poses;         // whose poses are new or moved
+  std::set<ImageId> observations;  // whose features got or lost points
+  std::set<ImageId> blocks;        // homes of points that are new, changed or gone
   std::map<ReconstructionId, CountChange> counts;
 };
 
-class Map {
+class CityMap {
  public:
   bool HasImage(ImageId id) const { return images_.contains(id); }
   const MapImage& image(ImageId id) const;
@@ -63,15 +65,16 @@ class Map {
   bool HasBlock(ImageId home) const { return blocks_.contains(home); }
   // The block's points as they would be stored; the block must be loaded.
   PointBlock StoredBlock(ImageId home) const;
-  // Null when the point is gone or its block is not loaded.
+  // Null when the point no longer exists or its block is not loaded.
   const PointRecord* FindPoint(PointId id) const;
   const PointRecord& point(PointId id) const;
-  // Live points that a loaded image observes and whose blocks are loaded, ascending and distinct.
+  // The points that one of these loaded images observes and whose blocks are loaded; ascending,
+  // each once.
   std::vector<PointId> PointsSeenBy(std::span<const ImageId> images) const;
   // Views of a point from its loaded images.
   std::vector<Sighting> ViewsOf(const PointRecord& point) const;
 
-  // Loading: stored state, no change is recorded.
+  // Loading brings in stored state, so no change is recorded.
   void LoadImage(MapImage image);
   void LoadBlock(const PointBlock& block);
 
@@ -86,7 +89,7 @@ class Map {
   // Deletes the point when fewer than two elements remain.
   void RemoveObservation(PointId id, ImageId image);
   void RemovePoint(PointId id);
-  // Moves drop's track to keep. They must not share an image.
+  // Moves the track of `drop` to `keep`. The two must not share an image.
   void MergePoints(PointId keep, PointId drop);
   bool SharesImage(const PointRecord& a, const PointRecord& b) const;
   // Also measures the mean reprojection error anew.
@@ -95,7 +98,7 @@ class Map {
   void MoveImage(ImageId id, ReconstructionId into, const Sim3& into_from_old);
   void MoveBlock(ImageId home, ReconstructionId into, const Sim3& into_from_old);
 
-  const MapChanges& changes() const { return changes_; }
+  const CityMapChanges& changes() const { return changes_; }
   void ClearChanges() { changes_ = {}; }
   void Clear();
 
@@ -111,7 +114,7 @@ class Map {
 
   std::map<ImageId, MapImage> images_;
   std::map<ImageId, Block> blocks_;
-  MapChanges changes_;
+  CityMapChanges changes_;
 };
 
 }  // namespace veduta

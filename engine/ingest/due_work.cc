@@ -1,0 +1,63 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "engine/ingest/due_work.h"
+
+#include <algorithm>
+
+namespace veduta {
+
+void StepsSetAside::Add(const DueStep& step) {
+  switch (step.kind) {
+    case FollowUpKind::kPropagation:
+      propagations_.insert(step.image);
+      return;
+    case FollowUpKind::kAdjustment:
+      adjustments_.insert(step.reconstruction);
+      return;
+    case FollowUpKind::kVocabulary:
+      vocabulary_ = true;
+      return;
+  }
+}
+
+bool StepsSetAside::Contains(const DueStep& step) const {
+  switch (step.kind) {
+    case FollowUpKind::kPropagation:
+      return propagations_.contains(step.image);
+    case FollowUpKind::kAdjustment:
+      return adjustments_.contains(step.reconstruction);
+    case FollowUpKind::kVocabulary:
+      break;
+  }
+  return vocabulary_;
+}
+
+bool IsAdjustmentDue(const ReconstructionRecord& record, const AdjustmentSchedule& schedule) {
+  if (record.merged_into.valid()) return false;
+  const double step =
+      std::max<double>(schedule.views_step, schedule.growth_share * record.images_at_adjustment);
+  return record.image_count >= record.images_at_adjustment + step ||
+         (record.images_at_adjustment == 0 && record.image_count > 0);
+}
+
+Result<std::optional<DueStep>> FindDueStep(const Snapshot& snapshot,
+                                           const AdjustmentSchedule& schedule,
+                                           const Retrieval& retrieval,
+                                           const StepsSetAside& set_aside) {
+  const auto is_open = [&](const DueStep& step) { return !set_aside.Contains(step); };
+  VEDUTA_ASSIGN_OR_RETURN(const DatabaseState state, snapshot.GetState());
+  for (const ImageId id : state.pending_propagation) {
+    const DueStep step{FollowUpKind::kPropagation, id, {}};
+    if (is_open(step)) return std::optional(step);
+  }
+  VEDUTA_ASSIGN_OR_RETURN(const std::vector<ReconstructionRecord> reconstructions,
+                          snapshot.ListReconstructions());
+  for (const ReconstructionRecord& record : reconstructions) {
+    const DueStep step{FollowUpKind::kAdjustment, {}, record.id};
+    if (IsAdjustmentDue(record, schedule) && is_open(step)) return std::optional(step);
+  }
+  const DueStep training{FollowUpKind::kVocabulary, {}, {}};
+  if (retrieval.IsTrainingDue(state) && is_open(training)) return std::optional(training);
+  return std::optional<DueStep>();
+}
+
+}  // namespace veduta

@@ -1,0 +1,47 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+// Which work follows from the photos that are stored. It is read from the database's state and
+// never remembered, so that a process goes on where a killed one stopped.
+
+#include <optional>
+#include <set>
+
+#include "engine/door/submission.h"
+#include "engine/ingest/ingest_options.h"
+#include "engine/retrieval/retrieval.h"
+#include "storage/database.h"
+
+namespace veduta {
+
+// One step that is due.
+struct DueStep {
+  FollowUpKind kind = FollowUpKind::kPropagation;
+  ImageId image;                    // kPropagation: the photo to try again
+  ReconstructionId reconstruction;  // kAdjustment: the one to adjust
+};
+
+// Steps that have failed and are passed over.
+class StepsSetAside final {
+ public:
+  void Add(const DueStep& step);
+  bool Contains(const DueStep& step) const;
+
+ private:
+  std::set<ImageId> propagations_;
+  std::set<ReconstructionId> adjustments_;
+  bool vocabulary_ = false;
+};
+
+// A reconstruction is due when it has grown enough since all of it was last adjusted, or was merged
+// with another since; one that is merged away never is.
+bool IsAdjustmentDue(const ReconstructionRecord& record, const AdjustmentSchedule& schedule);
+
+// The next step that is due, or none: photos to be tried again come first, oldest first (R16); then
+// the adjustment of whole reconstructions, in ascending ids (R18); then a new vocabulary. Reads the
+// state and, where no photo waits, the records of all reconstructions: O(reconstructions).
+Result<std::optional<DueStep>> FindDueStep(const Snapshot& snapshot,
+                                           const AdjustmentSchedule& schedule,
+                                           const Retrieval& retrieval,
+                                           const StepsSetAside& set_aside);
+
+}  // namespace veduta

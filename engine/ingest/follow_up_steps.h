@@ -1,0 +1,21 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+// Carries out the work that follows from stored photos, each step a transaction of its own.
+
+#include <vector>
+
+#include "engine/ingest/ingest_parts.h"
+#include "engine/ingest/write_scope.h"
+
+namespace veduta {
+
+// Tries a photo without a pose once more by its stored pairs, and takes it off the photos that
+// wait. Does only the latter where the photo has got a pose since. Returns the images that got a
+// pose. After an error nothing is committed and the map may be half changed: the caller clears it.
+Result<std::vector<ImageId>> RetryPhoto(const IngestParts& parts, ImageId image, WriteScope scope);
+
+// Adjusts a whole reconstruction. After an error nothing is visible and the map may be half
+// changed: the caller clears it.
+Status AdjustWhole(const IngestParts& parts, ReconstructionId reconstruction, WriteScope scope);
+
+}  // namespace veduta

@@ -1,0 +1,30 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "engine/ingest/ingest_options.h"
+
+#include "storage/base/option_bounds.h"
+
+namespace veduta {
+
+Status AdjustmentSchedule::Check() const {
+  return OptionBounds()
+      .AtLeast("views_step", views_step, 1)
+      .Above("growth_share", growth_share, 0)
+      .status();
+}
+
+Status IngestOptions::Check() const {
+  return OptionBounds()
+      .Part("retrieval", retrieval.Check())
+      .Part("neighbors", neighbors.Check())
+      .Part("mapper", mapper.Check())
+      .Part("schedule", schedule.Check())
+      .AtLeast("map_images_max", map_images_max, 1)
+      .AtLeast("feature_cache_bytes", static_cast<double>(feature_cache_bytes), 1)
+      .Between("matched_count_max", matched_count_max, 1, kPackedCountMax)
+      .Between("thorough_count_max", thorough_count_max, matched_count_max, kPackedCountMax)
+      .AtLeast("thorough_pairs_max", thorough_pairs_max, 1)
+      .AtLeast("ample_match_count", ample_match_count, 1)
+      .status();
+}
+
+}  // namespace veduta

@@ -1,0 +1,52 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+// Numbers by which photos are added.
+
+#include <cstddef>
+#include <cstdint>
+
+#include "engine/ingest/mapper_options.h"
+#include "engine/ingest/neighbor_finder.h"
+#include "engine/retrieval/retrieval.h"
+#include "storage/base/status.h"
+
+namespace veduta {
+
+// When the adjustment of a whole reconstruction is due.
+struct AdjustmentSchedule {
+  // >= 1. After so many more images; M in the paper's section 3.3.
+  uint32_t views_step = 15;
+  // > 0. After such a share of more images, where that is more than views_step: it bounds what
+  // adjustments cost for each photo added. Chosen by hand; not measured.
+  double growth_share = 0.10;
+
+  Status Check() const;
+};
+
+struct IngestOptions {
+  RetrievalOptions retrieval;
+  NeighborOptions neighbors;
+  MapperOptions mapper;
+  AdjustmentSchedule schedule;
+  // >= 1. Images up to which the map is kept in memory between photos. Chosen by hand; not
+  // measured.
+  uint32_t map_images_max = 400;
+  // >= 1. Chosen by hand; not measured.
+  size_t feature_cache_bytes = 768ull << 20;
+  // [1, 65535]. Features of an image that are matched, the strongest; R11 of docs/paper.md.
+  uint32_t matched_count_max = 1500;
+  // [matched_count_max, 65535]. Features of a photo that those do not place. Chosen by hand; not
+  // measured.
+  uint32_t thorough_count_max = 4096;
+  // >= 1. Images that such a photo is then matched with. Chosen by hand; not measured.
+  uint32_t thorough_pairs_max = 10;
+  // >= 1. A neighbour with so many verified matches makes the second search unnecessary, unless the
+  // photo is postponed. Chosen by hand; not measured.
+  uint32_t ample_match_count = 250;
+
+  // The first violated bound of these and of all options inside them, named with its value:
+  // "mapper.resection.inlier_count_min is 0, but must be 4 or more".
+  Status Check() const;
+};
+
+}  // namespace veduta

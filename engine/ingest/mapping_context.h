@@ -1,0 +1,20 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+// What every step of mapping works on.
+
+#include "engine/ingest/map_loader.h"
+#include "engine/ingest/mapper_options.h"
+#include "engine/mapping/city_map.h"
+#include "storage/base/thread_pool.h"
+
+namespace veduta {
+
+// All four outlive whoever holds this. `loader` loads into `map`.
+struct MappingContext {
+  MapLoader* loader;
+  CityMap* map;
+  ThreadPool* pool;
+  const MapperOptions& options;
+};
+
+}  // namespace veduta

@@ -1,0 +1,82 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "engine/ingest/merging.h"
+
+#include <set>
+
+#include "storage/base/content_hash.h"
+
+namespace veduta {
+namespace {
+
+// How many images the photo's reconstruction has, with the fresh ones.
+Result<size_t> CountOwn(MapLoader* loader, const MergeRequest& request) {
+  if (request.is_new) return request.fresh.size();
+  VEDUTA_ASSIGN_OR_RETURN(const ReconstructionRecord own,
+                          loader->GetReconstruction(request.reconstruction));
+  return request.fresh.size() + own.image_count;
+}
+
+// Carries the images and points of `merge.from` over into `into`.
+Status MoveAll(const MappingContext& context, const MergeRequest& request, const Merge& merge,
+               ReconstructionId into) {
+  std::vector<ImageId> members;
+  if (!request.is_new || merge.from != request.reconstruction)
+    VEDUTA_RETURN_IF_ERROR(context.loader->LoadReconstruction(merge.from, &members));
+  std::set<ImageId> moved(members.begin(), members.end());
+  for (const ImageId id : request.fresh) {
+    if (context.map->image(id).reconstruction == merge.from) moved.insert(id);
+  }
+  for (const ImageId id : moved) {
+    context.map->MoveImage(id, into, merge.into_from);
+    context.map->MoveBlock(id, into, merge.into_from);
+  }
+  return Status::Ok();
+}
+
+// Merges `other` with the photo's reconstruction where the common points agree.
+Status TryMerge(const MappingContext& context, const MergeRequest& request,
+                std::span<const PointPair> common, ReconstructionId other, uint64_t seed,
+                MergeOutcome* outcome) {
+  const MapperOptions& options = context.options;
+  const auto alignment = AlignPoints(*context.map, common, options.merge_error_px_max,
+                                     options.common_points_min, seed);
+  if (!alignment) return Status::Ok();
+  Merge merge{other, alignment->into_from, static_cast<uint32_t>(alignment->agreeing.size())};
+  ReconstructionId into = outcome->into;
+  VEDUTA_ASSIGN_OR_RETURN(const ReconstructionRecord other_record,
+                          context.loader->GetReconstruction(other));
+  VEDUTA_ASSIGN_OR_RETURN(const size_t own_count, CountOwn(context.loader, request));
+  if (outcome->merges.empty() && other_record.image_count > own_count) {
+    merge = {into, alignment->into_from.Inverse(), merge.common_point_count};
+    into = other;
+  }
+  VEDUTA_RETURN_IF_ERROR(MoveAll(context, request, merge, into));
+  for (const PointPair& pair : alignment->agreeing) {
+    TryMergePoints(context.map, pair.into, pair.from, options.growth.error_px_max);
+  }
+  outcome->into = into;
+  outcome->merges.push_back(merge);
+  return Status::Ok();
+}
+
+}  // namespace
+
+Result<MergeOutcome> MergeAround(const MappingContext& context, const MergeRequest& request,
+                                 std::span<const ImageId> near, std::span<const PairMatches> pairs,
+                                 uint64_t seed) {
+  MergeOutcome outcome;
+  outcome.into = request.reconstruction;
+  VEDUTA_ASSIGN_OR_RETURN(const auto common, FindCommonPoints(context.loader, *context.map, near,
+                                                              request.fresh.front(), pairs));
+  for (auto [other, points] : common) {
+    // An earlier merge may have made two points one.
+    std::erase_if(points, [&](const PointPair& pair) {
+      return !context.map->FindPoint(pair.into) || !context.map->FindPoint(pair.from);
+    });
+    VEDUTA_RETURN_IF_ERROR(
+        TryMerge(context, request, points, other, MixSeed(seed, other.value), &outcome));
+  }
+  return outcome;
+}
+
+}  // namespace veduta

@@ -1,0 +1,34 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+// Merges reconstructions that turn out to share points: the paper's second case (R13, R15).
+
+#include <span>
+#include <vector>
+
+#include "engine/ingest/mapping_context.h"
+#include "engine/ingest/merge_candidates.h"
+#include "engine/ingest/placement.h"
+
+namespace veduta {
+
+// The reconstruction that a photo has just got a pose in.
+struct MergeRequest {
+  ReconstructionId reconstruction;
+  bool is_new = false;             // it was founded with the photo and is not stored yet
+  std::span<const ImageId> fresh;  // images that have just got a pose, the photo first
+};
+
+struct MergeOutcome {
+  ReconstructionId into;      // where the photo is now
+  std::vector<Merge> merges;  // in the order in which they were made; empty where nothing merged
+};
+
+// Merges the reconstructions that verified pairs of the `near` images and of the photo (`pairs`)
+// lead to, wherever enough of their common points agree. Of the first two that merge, the one with
+// more images keeps its frame; it is the one that is published longer. Further ones are merged into
+// it. Loads what it needs. Deterministic in its inputs and the seed.
+Result<MergeOutcome> MergeAround(const MappingContext& context, const MergeRequest& request,
+                                 std::span<const ImageId> near, std::span<const PairMatches> pairs,
+                                 uint64_t seed);
+
+}  // namespace veduta

@@ -1,0 +1,32 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+// Whether a prepared photo is new to the database: the answers that need no look at the photo's
+// content.
+
+#include <string>
+
+#include "engine/photo/photo_preparer.h"
+#include "storage/database.h"
+
+namespace veduta {
+
+enum class AdmissionOutcome : uint8_t {
+  kNew,        // to be placed
+  kDuplicate,  // the same bytes are stored
+  kNameTaken,  // another photo is stored under this name
+  kRejected,   // preparation found a reason to reject it
+};
+
+struct Admission {
+  AdmissionOutcome outcome = AdmissionOutcome::kNew;
+  ImageRecord stored;  // kDuplicate: the image with these bytes
+  // kNew and kRejected: the record to store, without a verdict. Its id is valid() where it replaces
+  // a rejected photo of the same name, which may be sent again once it is mended.
+  ImageRecord record;
+};
+
+// Reads the snapshot only.
+Result<Admission> Admit(const Snapshot& snapshot, const PreparedPhoto& photo, CameraId camera,
+                        const std::string& contributor);
+
+}  // namespace veduta

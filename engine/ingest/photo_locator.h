@@ -1,0 +1,30 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+// Finds a photo's verified neighbours and places it by them.
+
+#include <span>
+
+#include "engine/door/submission.h"
+#include "engine/ingest/ingest_options.h"
+#include "engine/ingest/mapping_context.h"
+#include "engine/ingest/neighbor_finder.h"
+#include "engine/ingest/placement.h"
+
+namespace veduta {
+
+struct LocatedPhoto {
+  Placement placement;
+  NeighborSearch search;  // the verified pairs, to be stored whatever the verdict
+  StepTimes times;        // match, verify, map and adjust
+};
+
+// Places the photo by its neighbours among `candidates`, which retrieval ranked. Where that fails,
+// or where no neighbour shares much with it, the most promising candidates are searched once more
+// by more features. `new_reconstruction`: as in PlacePhoto. After an error the map may be half
+// changed: the caller clears it. Deterministic in its inputs and the seed.
+Result<LocatedPhoto> LocatePhoto(const MappingContext& context, const IngestOptions& options,
+                                 const ImageFeatures& photo, const CameraModel& camera,
+                                 std::span<const RankedImage> candidates,
+                                 ReconstructionId new_reconstruction, uint64_t seed);
+
+}  // namespace veduta

@@ -1,0 +1,160 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "engine/ingest/photo_placement.h"
+
+#include <algorithm>
+
+#include "engine/ingest/merging.h"
+#include "engine/ingest/pose_search.h"
+#include "engine/ingest/reconstruction_start.h"
+#include "engine/ingest/surroundings.h"
+#include "engine/mapping/agreeing_growth.h"
+#include "storage/base/stopwatch.h"
+
+namespace veduta {
+namespace {
+
+// What one photo is placed by.
+struct PhotoAtHand {
+  const ImageFeatures& photo;
+  std::span<const PairMatches> pairs;     // verified
+  std::span<const PairMatches> putative;  // with placed images, right or wrong
+  uint64_t seed;
+};
+
+void NoteMerges(MergeOutcome outcome, Placement* placement) {
+  for (const Merge& merge : outcome.merges) {
+    placement->verdict = Verdict::kMerged;
+    placement->reason = Reason::kJoinedReconstructions;
+    placement->detail += "; reconstructions " + std::to_string(merge.from.value) + " and " +
+                         std::to_string(outcome.into.value) + " merged by " +
+                         std::to_string(merge.common_point_count) + " common points";
+  }
+  placement->reconstruction = outcome.into;
+  placement->merges = std::move(outcome.merges);
+}
+
+Status MergeWhatItJoins(const MappingContext& context, const PhotoAtHand& at_hand,
+                        std::span<const ImageId> near, Placement* placement) {
+  const MergeRequest request{placement->reconstruction, placement->founded.valid(),
+                             placement->placed};
+  VEDUTA_ASSIGN_OR_RETURN(MergeOutcome merged,
+                          MergeAround(context, request, near, at_hand.pairs, at_hand.seed));
+  NoteMerges(std::move(merged), placement);
+  return Status::Ok();
+}
+
+// The third case. Changes `placement` where a reconstruction is founded, and says why none was
+// where no other reason is known.
+Status TryToFound(const MappingContext& context, const PhotoAtHand& at_hand, ReconstructionId id,
+                  Placement* placement) {
+  VEDUTA_ASSIGN_OR_RETURN(
+      ReconstructionStart start,
+      StartReconstruction(context, at_hand.photo, at_hand.pairs, id, at_hand.seed));
+  if (start.outcome != FoundingOutcome::kFounded) {
+    if (placement->reason != Reason::kNone) return Status::Ok();
+    placement->reason = Reason::kNoGoodTriple;
+    placement->detail = NoStartDetail(start, at_hand.pairs.size());
+    return Status::Ok();
+  }
+  placement->verdict = Verdict::kFounded;
+  placement->reason = Reason::kGoodTriple;
+  placement->founded = placement->reconstruction = id;
+  placement->placed = std::move(start.placed);
+  placement->inlier_count = start.point_count;
+  placement->detail = "founded with " + std::to_string(start.point_count) + " points";
+  const std::vector<ImageId> near = placement->placed;
+  VEDUTA_RETURN_IF_ERROR(MergeWhatItJoins(context, at_hand, near, placement));
+  return placement->merges.empty()
+             ? Status::Ok()
+             : AdjustAround(context, at_hand.photo.id, context.options.local_images_max);
+}
+
+void NotePlaced(const ImageFeatures& photo, const PoseCandidate& pose, Placement* placement) {
+  placement->verdict = Verdict::kPlaced;
+  placement->reason = Reason::kRegistered;
+  placement->reconstruction = pose.reconstruction;
+  placement->placed = {photo.id};
+  placement->inlier_count = static_cast<uint32_t>(pose.resection.inliers.size());
+  placement->detail = "agrees with " + std::to_string(placement->inlier_count) + " of " +
+                      std::to_string(pose.point_count) + " points";
+  if (pose.along.valid()) {
+    placement->detail += ", along the baseline to image " + std::to_string(pose.along.value);
+  }
+}
+
+uint32_t CountPoints(const MapImage& image) {
+  return static_cast<uint32_t>(std::count_if(image.points.begin(), image.points.end(),
+                                             [](PointId id) { return id.valid(); }));
+}
+
+// The first case, and the second where it joins reconstructions.
+Status PlaceAt(const MappingContext& context, const PhotoAtHand& at_hand, const PoseCandidate& pose,
+               Stopwatch* watch, Placement* placement) {
+  const MapperOptions& options = context.options;
+  const ImageId id = at_hand.photo.id;
+  MapImage image = UnplacedImage(at_hand.photo);
+  image.reconstruction = pose.reconstruction;
+  image.cam_from_world = pose.resection.cam_from_world;
+  context.map->PlaceImage(std::move(image));
+  GrowAndRefine(context.map, id, at_hand.putative, options.growth);
+  NotePlaced(at_hand.photo, pose, placement);
+  const std::vector<ImageId> near = CovisibleImages(*context.map, id, options.local_images_max);
+  VEDUTA_RETURN_IF_ERROR(MergeWhatItJoins(context, at_hand, near, placement));
+  if (!placement->merges.empty())
+    GrowFromAgreeing(context.map, id, at_hand.putative, options.growth);
+  placement->map_ms = watch->LapMs();
+  // A pose leads to further matches only once the verified ones have settled it: on repeated
+  // texture a pose that is a little wrong finds many matches that agree with it.
+  VEDUTA_RETURN_IF_ERROR(AdjustAround(context, id, options.settled_images_max));
+  placement->adjust_ms = watch->LapMs();
+  VEDUTA_RETURN_IF_ERROR(GrowAround(context, id));
+  placement->map_ms += watch->LapMs();
+  VEDUTA_RETURN_IF_ERROR(AdjustAround(context, id, options.local_images_max));
+  placement->adjust_ms += watch->LapMs();
+  return Status::Ok();
+}
+
+Placement PostponedForPoints(uint32_t seen, uint32_t needed) {
+  Placement postponed;
+  postponed.reason = Reason::kResectionFailed;
+  postponed.detail = "only " + std::to_string(seen) + " points are left after adjustment; " +
+                     std::to_string(needed) + " are needed";
+  return postponed;
+}
+
+}  // namespace
+
+Result<Placement> PlacePhoto(const MappingContext& context, const ImageFeatures& photo,
+                             std::span<const PairMatches> pairs,
+                             ReconstructionId new_reconstruction, uint64_t seed) {
+  Stopwatch watch;
+  std::vector<ImageId> neighbors;
+  for (const PairMatches& pair : pairs) neighbors.push_back(pair.other);
+  VEDUTA_RETURN_IF_ERROR(context.loader->LoadNeighborhood(neighbors));
+  VEDUTA_ASSIGN_OR_RETURN(const std::vector<PairMatches> putative,
+                          MatchPlacedNeighbors(context, photo, pairs));
+  const PoseSearch search = FindPoses(*context.map, photo, pairs, putative, seed, context.options);
+  const PhotoAtHand at_hand{photo, pairs, putative, seed};
+  Placement placement;
+  placement.reason = search.reason;
+  placement.detail = search.detail;
+  const bool has_sure_pose = !search.found.empty() && !search.found.front().is_weak;
+  if (!has_sure_pose && new_reconstruction.valid())
+    VEDUTA_RETURN_IF_ERROR(TryToFound(context, at_hand, new_reconstruction, &placement));
+  const auto pose =
+      std::find_if(search.found.begin(), search.found.end(),
+                   [&](const PoseCandidate& c) { return IsGoodEnough(c, context.options); });
+  if (pose == search.found.end() || placement.verdict != Verdict::kPostponed) {
+    placement.map_ms = watch.LapMs();
+    return placement;
+  }
+  VEDUTA_RETURN_IF_ERROR(PlaceAt(context, at_hand, *pose, &watch, &placement));
+  const uint32_t seen = CountPoints(context.map->image(photo.id));
+  if (seen < context.options.observations_min) {
+    context.map->Clear();
+    return PostponedForPoints(seen, context.options.observations_min);
+  }
+  return placement;
+}
+
+}  // namespace veduta

@@ -1,0 +1,35 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+// What became of a photo in the map.
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "storage/base/ids.h"
+#include "storage/base/transform.h"
+#include "storage/model/verdict.h"
+
+namespace veduta {
+
+// One reconstruction that was merged into another.
+struct Merge {
+  ReconstructionId from;
+  Sim3 into_from;
+  uint32_t common_point_count = 0;
+};
+
+// The answer to one photo, and what it changed in the map besides.
+struct Placement {
+  Verdict verdict = Verdict::kPostponed;
+  Reason reason = Reason::kNone;
+  std::string detail;                // the reason's numbers, for a person
+  ReconstructionId reconstruction;   // valid unless postponed
+  ReconstructionId founded;          // valid if one was founded, also if it was merged at once
+  std::vector<ImageId> placed;       // got a pose: the photo first, then those it founded with
+  std::vector<Merge> merges;         // in the order in which they were made
+  uint32_t inlier_count = 0;         // of the pose, or of the founding points
+  double map_ms = 0, adjust_ms = 0;  // wall time
+};
+
+}  // namespace veduta

@@ -1,0 +1,73 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "engine/ingest/placement_writer.h"
+
+#include <algorithm>
+
+#include "engine/ingest/change_writer.h"
+#include "engine/journal/journal.h"
+
+namespace veduta {
+namespace {
+
+// The other two of the triple were postponed until now.
+Status WriteTriple(const Snapshot& snapshot, const Placement& placement, Transaction* transaction) {
+  for (size_t i = 1; i < placement.placed.size(); ++i) {
+    VEDUTA_ASSIGN_OR_RETURN(ImageRecord member, snapshot.GetImage(placement.placed[i]));
+    member.verdict = Verdict::kFounded;
+    member.reason = Reason::kGoodTriple;
+    member.detail = "founded with image " + std::to_string(placement.placed.front().value);
+    transaction->PutImage(member);
+  }
+  return Status::Ok();
+}
+
+void JournalMerges(const Placement& placement, DatabaseState* state, Transaction* transaction) {
+  for (const Merge& merge : placement.merges) {
+    JournalRecord entry;
+    entry.actor = "veduta";
+    entry.action = "merge";
+    entry.reconstruction = placement.reconstruction;
+    entry.detail = "reconstruction " + std::to_string(merge.from.value) + " by " +
+                   std::to_string(merge.common_point_count) + " common points";
+    AppendJournal(std::move(entry), state, transaction);
+  }
+}
+
+// The neighbours of newly placed images that have no pose, in the map or stored.
+Status AppendNeighbors(const CityMap& map, const Snapshot& snapshot,
+                       std::span<const ImageId> placed, DatabaseState* state) {
+  for (const ImageId id : placed) {
+    VEDUTA_ASSIGN_OR_RETURN(const std::vector<PairNeighbor> neighbors, snapshot.ListNeighbors(id));
+    for (const PairNeighbor& neighbor : neighbors) {
+      if (map.HasImage(neighbor.image)) continue;
+      VEDUTA_ASSIGN_OR_RETURN(const std::optional<PoseRecord> pose,
+                              snapshot.FindPose(neighbor.image));
+      if (!pose) AppendRetries(map, {&neighbor.image, 1}, state);
+    }
+  }
+  return Status::Ok();
+}
+
+}  // namespace
+
+void AppendRetries(const CityMap& map, std::span<const ImageId> images, DatabaseState* state) {
+  std::vector<ImageId>& retries = state->pending_propagation;
+  for (const ImageId id : images) {
+    if (!map.HasImage(id) && std::find(retries.begin(), retries.end(), id) == retries.end())
+      retries.push_back(id);
+  }
+}
+
+Status WritePlacement(const CityMap& map, const Snapshot& snapshot, const Placement& placement,
+                      DatabaseState* state, Transaction* transaction) {
+  if (placement.verdict == Verdict::kPostponed) return Status::Ok();
+  VEDUTA_RETURN_IF_ERROR(WritePlacementChanges(map, snapshot, placement, transaction));
+  if (placement.founded.valid()) {
+    ++state->next_reconstruction;
+    VEDUTA_RETURN_IF_ERROR(WriteTriple(snapshot, placement, transaction));
+  }
+  JournalMerges(placement, state, transaction);
+  return AppendNeighbors(map, snapshot, placement.placed, state);
+}
+
+}  // namespace veduta

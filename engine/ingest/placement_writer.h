@@ -1,0 +1,25 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+// Writes a placement into a transaction: what changed in the map, the founding triple's verdicts,
+// the journal of merges, and the photos that are to be tried again because of it (R16).
+
+#include <span>
+#include <vector>
+
+#include "engine/ingest/placement.h"
+#include "engine/mapping/city_map.h"
+#include "storage/database.h"
+
+namespace veduta {
+
+// Writes nothing for a postponed photo. The photo's own image record is the caller's. `snapshot` is
+// the state that the map was loaded from. Changes `state`, which the caller puts into the
+// transaction last.
+Status WritePlacement(const CityMap& map, const Snapshot& snapshot, const Placement& placement,
+                      DatabaseState* state, Transaction* transaction);
+
+// Appends those of `images` that have no pose in the map and do not wait already to the photos that
+// are to be tried again.
+void AppendRetries(const CityMap& map, std::span<const ImageId> images, DatabaseState* state);
+
+}  // namespace veduta

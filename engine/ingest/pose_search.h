@@ -1,0 +1,60 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+// Finds the pose of a photo in the reconstructions that its verified neighbours belong to (R14).
+
+#include <span>
+#include <string>
+#include <vector>
+
+#include "engine/ingest/mapping_context.h"
+#include "engine/mapping/neighbor_agreement.h"
+#include "engine/mapping/pair_matches.h"
+#include "engine/mapping/resection.h"
+
+namespace veduta {
+
+enum class PoseOutcome : uint8_t {
+  kFound,
+  kTooFewPoints,          // the photo sees too few points of the reconstruction
+  kTooFewInliers,         // no pose explains enough of them
+  kContradictsNeighbors,  // the pose contradicts too many verified matches
+};
+
+// The pose of the photo in one reconstruction.
+struct PoseCandidate {
+  ReconstructionId reconstruction;
+  PoseOutcome outcome = PoseOutcome::kTooFewPoints;
+  Resection resection;
+  uint32_t point_count = 0;     // points of the reconstruction that the photo sees
+  NeighborAgreement agreement;  // set unless there is no pose
+  ImageId along;                // the neighbour whose geometry led to the pose, or not valid()
+  // The pose rests on few points, while more of the photo's verified matches lead to photos without
+  // a pose: they had better be heard first, for a few points may agree on repeated texture alone.
+  bool is_weak = false;
+};
+
+struct PoseSearch {
+  std::vector<PoseCandidate> found;  // sure ones first, then by inliers; kFound only
+  // Why there is no pose, or no sure one; kNone when no neighbour is placed.
+  Reason reason = Reason::kNone;
+  std::string detail;
+};
+
+// The photo's mutual nearest neighbours, right or wrong, with those of the pairs' images that are
+// placed: a pair's own geometry may have chosen, among repeated windows, what the pose by all of
+// them does not. Spread over the pool; the result does not depend on it.
+Result<std::vector<PairMatches>> MatchPlacedNeighbors(const MappingContext& context,
+                                                      const ImageFeatures& photo,
+                                                      std::span<const PairMatches> pairs);
+
+// A pose in each reconstruction of a placed neighbour. `pairs` are the verified matches, `putative`
+// those of MatchPlacedNeighbors. The neighbours must be loaded with their points. Reads the map
+// only. Deterministic in its inputs and the seed.
+PoseSearch FindPoses(const CityMap& map, const ImageFeatures& photo,
+                     std::span<const PairMatches> pairs, std::span<const PairMatches> putative,
+                     uint64_t seed, const MapperOptions& options);
+
+// Whether a weak pose has enough points to be taken where nothing could be founded; a sure one has.
+bool IsGoodEnough(const PoseCandidate& candidate, const MapperOptions& options);
+
+}  // namespace veduta

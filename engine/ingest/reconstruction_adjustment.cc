@@ -1,0 +1,83 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "engine/ingest/reconstruction_adjustment.h"
+
+#include <algorithm>
+
+#include "engine/ingest/pose_search.h"
+#include "engine/ingest/surroundings.h"
+#include "engine/mapping/agreeing_growth.h"
+#include "engine/mapping/better_pose.h"
+#include "storage/base/content_hash.h"
+
+namespace veduta {
+namespace {
+
+// Matches of a placed image with its neighbours in its reconstruction, those with most verified
+// matches first.
+Result<std::vector<PairMatches>> MatchNeighbors(const MappingContext& context, ImageId id) {
+  const CityMap& map = *context.map;
+  VEDUTA_ASSIGN_OR_RETURN(std::vector<PairNeighbor> neighbors,
+                          context.loader->snapshot().ListNeighbors(id));
+  std::erase_if(neighbors, [&](const PairNeighbor& n) {
+    return !map.HasImage(n.image) ||
+           map.image(n.image).reconstruction != map.image(id).reconstruction;
+  });
+  std::stable_sort(
+      neighbors.begin(), neighbors.end(),
+      [](const PairNeighbor& a, const PairNeighbor& b) { return a.match_count > b.match_count; });
+  const uint32_t count_max = context.options.local_images_max;
+  if (neighbors.size() > count_max) neighbors.resize(count_max);
+  std::vector<PairMatches> pairs;
+  for (const PairNeighbor& neighbor : neighbors) pairs.push_back({neighbor.image, {}, {}, {}});
+  VEDUTA_ASSIGN_OR_RETURN(const auto features,
+                          context.loader->features()->Get(context.loader->snapshot(), id));
+  return MatchPlacedNeighbors(context, *features, pairs);
+}
+
+}  // namespace
+
+Status ReconsiderPoses(const MappingContext& context, std::span<const ImageId> images) {
+  CityMap* const map = context.map;
+  std::vector<std::vector<PairMatches>> putative;
+  for (const ImageId id : images) {
+    VEDUTA_ASSIGN_OR_RETURN(std::vector<PairMatches> matches, MatchNeighbors(context, id));
+    putative.push_back(std::move(matches));
+  }
+  std::vector<std::optional<Resection>> better(images.size());
+  context.pool->ParallelFor(images.size(), [&](size_t i) {
+    better[i] = FindBetterPose(*map, images[i], putative[i], MixSeed(images[i].value, 2),
+                               context.options.resection);
+  });
+  for (size_t i = 0; i < images.size(); ++i) {
+    if (!better[i]) continue;
+    const ImageId self[] = {images[i]};
+    for (const PointId point : map->PointsSeenBy(self)) map->RemoveObservation(point, images[i]);
+    map->SetPose(images[i], better[i]->cam_from_world);
+    GrowAndRefine(map, images[i], putative[i], context.options.growth);
+  }
+  return Status::Ok();
+}
+
+Status AdjustReconstruction(const MappingContext& context, ReconstructionId id) {
+  CityMap* const map = context.map;
+  const MapperOptions& options = context.options;
+  std::vector<ImageId> images;
+  VEDUTA_RETURN_IF_ERROR(context.loader->LoadReconstruction(id, &images));
+  VEDUTA_RETURN_IF_ERROR(ReconsiderPoses(context, images));
+  // Twice, for what the first adjustment has corrected lets tracks grow and filters judge anew.
+  // That two rounds are enough was chosen by hand and not measured.
+  for (int round = 0; round < 2; ++round) {
+    for (const ImageId image : images) {
+      GrowByProjection(map, image,
+                       map->PointsSeenBy(CovisibleImages(*map, image, options.local_images_max)),
+                       options.growth);
+    }
+    const std::vector<PointId> points = map->PointsSeenBy(images);
+    VEDUTA_RETURN_IF_ERROR(
+        AdjustBundle(map, images, points, options.global_bundle, context.pool).status());
+    FilterPoints(map, points, options.filter);
+  }
+  return Status::Ok();
+}
+
+}  // namespace veduta

@@ -1,0 +1,20 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+// The adjustment of a whole reconstruction (R18).
+
+#include <span>
+
+#include "engine/ingest/mapping_context.h"
+
+namespace veduta {
+
+// Looks for better poses of the images by all that is mapped now (better_pose.h), and moves those
+// that have one. The images must be loaded with their surroundings, all of one reconstruction.
+Status ReconsiderPoses(const MappingContext& context, std::span<const ImageId> images);
+
+// Reconsiders the poses of a reconstruction; then, twice, completes its tracks, adjusts all its
+// poses and points, and filters. Loads all of it. The frame stays (AdjustBundle). After an error
+// the map may be half changed: the caller clears it.
+Status AdjustReconstruction(const MappingContext& context, ReconstructionId id);
+
+}  // namespace veduta

@@ -1,0 +1,23 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+// The images around a placed image: how the map grows among them and is adjusted.
+
+#include <vector>
+
+#include "engine/ingest/mapping_context.h"
+
+namespace veduta {
+
+// Images that share points with `image`, those with most first, `count_max` at most.
+std::vector<ImageId> CovisibleImages(const CityMap& map, ImageId image, size_t count_max);
+
+// Matches the image with those around it along the epipolar lines that their poses give, projects
+// what they see into it, and what it sees into them. Loads what it needs.
+Status GrowAround(const MappingContext& context, ImageId image);
+
+// Adjusts the poses of the image and of those around it, `images_max` in all, and the points that
+// they see, then filters these points. Everything else is held. Loads what it needs.
+// kInvalidArgument when there is nothing to adjust.
+Status AdjustAround(const MappingContext& context, ImageId image, size_t images_max);
+
+}  // namespace veduta

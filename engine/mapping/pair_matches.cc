@@ -1,0 +1,29 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "engine/mapping/pair_matches.h"
+
+#include <algorithm>
+#include <utility>
+
+namespace veduta {
+
+PairMatches MatchesFrom(const PairRecord& pair, ImageId image) {
+  PairMatches seen{image == pair.a ? pair.b : pair.a, pair.geometry, pair.b_from_a, pair.matches};
+  if (image == pair.b) {
+    seen.other_from_photo = pair.b_from_a.Inverse();
+    for (FeatureMatch& match : seen.matches) std::swap(match.a, match.b);
+  }
+  return seen;
+}
+
+PairRecord RecordOf(const PairMatches& pair, ImageId photo) {
+  if (photo < pair.other)
+    return {photo, pair.other, pair.geometry, pair.other_from_photo, pair.matches};
+  PairRecord record{pair.other, photo, pair.geometry, pair.other_from_photo.Inverse(),
+                    pair.matches};
+  for (FeatureMatch& match : record.matches) std::swap(match.a, match.b);
+  std::sort(record.matches.begin(), record.matches.end(),
+            [](const FeatureMatch& x, const FeatureMatch& y) { return x.a < y.a; });
+  return record;
+}
+
+}  // namespace veduta

@@ -1,0 +1,74 @@
+// SPDX-License-Identifier: Apache-2.0
+// Goal: the next due step is read from the state: waiting photos first, then adjustments, then the
+//   vocabulary; steps set aside are passed over.
+// Method: a synthetic scene in a database whose state is set by hand.
+#include "engine/ingest/due_work.h"
+
+#include <gtest/gtest.h>
+
+#include "tests/engine/ingest/scene_database.h"
+
+namespace veduta {
+namespace {
+
+TEST(DueWork, AdjustmentsFollowTheGrowth) {
+  const AdjustmentSchedule schedule{.views_step = 15, .growth_share = 0.1};
+  ReconstructionRecord record;
+  record.id = ReconstructionId(1);
+  EXPECT_FALSE(IsAdjustmentDue(record, schedule)) << "an empty one";
+  record.image_count = 3;
+  EXPECT_TRUE(IsAdjustmentDue(record, schedule)) << "never adjusted, or merged since";
+  record.images_at_adjustment = 3;
+  record.image_count = 17;
+  EXPECT_FALSE(IsAdjustmentDue(record, schedule));
+  record.image_count = 18;
+  EXPECT_TRUE(IsAdjustmentDue(record, schedule));
+  record.images_at_adjustment = 1000;
+  record.image_count = 1099;
+  EXPECT_FALSE(IsAdjustmentDue(record, schedule));
+  record.image_count = 1100;
+  EXPECT_TRUE(IsAdjustmentDue(record, schedule));
+  record.merged_into = ReconstructionId(2);
+  EXPECT_FALSE(IsAdjustmentDue(record, schedule));
+}
+
+TEST(DueWork, StepsComeInTheirOrderAndFailedOnesAreSetAside) {
+  SceneDatabase scene;
+  scene.AddImages(0, 6);
+  scene.AddReconstruction({0, 1, 2});
+  const ReconstructionId second = scene.AddReconstruction({3, 4});
+  const auto transaction = scene.database()->BeginTransaction();
+  DatabaseState state = scene.State();
+  state.pending_propagation = {ImageId(6), ImageId(5)};
+  transaction->PutState(state);
+  ReconstructionRecord grown = *scene.Snap()->GetReconstruction(second);
+  grown.images_at_adjustment = 0;
+  transaction->PutReconstruction(grown);
+  ASSERT_OK(transaction->Commit());
+
+  const Retrieval retrieval({.compare_all_max = 6});
+  StepsSetAside set_aside;
+  const auto next = [&]() -> std::optional<DueStep> {
+    auto step = FindDueStep(*scene.Snap(), {}, retrieval, set_aside);
+    EXPECT_OK(step);
+    return step.ok() ? *step : std::nullopt;
+  };
+  const DueStep expected[] = {{FollowUpKind::kPropagation, ImageId(6), {}},
+                              {FollowUpKind::kPropagation, ImageId(5), {}},
+                              {FollowUpKind::kAdjustment, {}, second},
+                              {FollowUpKind::kVocabulary, {}, {}}};
+  for (const DueStep& step : expected) {
+    const auto due = next();
+    ASSERT_TRUE(due.has_value());
+    EXPECT_EQ(due->kind, step.kind);
+    EXPECT_EQ(due->image, step.image);
+    EXPECT_EQ(due->reconstruction, step.reconstruction);
+    EXPECT_FALSE(set_aside.Contains(step));
+    set_aside.Add(step);
+    EXPECT_TRUE(set_aside.Contains(step));
+  }
+  EXPECT_FALSE(next().has_value());
+}
+
+}  // namespace
+}  // namespace veduta

@@ -1,0 +1,86 @@
+// SPDX-License-Identifier: Apache-2.0
+// Goal: the loader brings in what it is asked for and what belongs to it, exactly as it is stored,
+//   records no change, and names an image whose records contradict each other.
+// Method: a synthetic scene written to a database in a temporary folder; the map is compared with
+//   the one that was written.
+#include "engine/ingest/map_loader.h"
+
+#include <gtest/gtest.h>
+
+#include "tests/engine/ingest/scene_database.h"
+
+namespace veduta {
+namespace {
+
+void ExpectSamePoints(const CityMap& loaded, const CityMap& written, ImageId image) {
+  const std::vector<PointId>& points = written.image(image).points;
+  ASSERT_EQ(loaded.image(image).points, points);
+  for (const PointId id : points) {
+    if (!id.valid()) continue;
+    ASSERT_NE(loaded.FindPoint(id), nullptr);
+    EXPECT_EQ(loaded.point(id).track, written.point(id).track);
+    EXPECT_EQ(loaded.point(id).position, written.point(id).position);
+  }
+}
+
+TEST(MapLoader, LoadsWhatIsAskedForAndNoMore) {
+  SceneDatabase scene;
+  scene.AddImages(0, 6);
+  const ReconstructionId id = scene.AddReconstruction({0, 1, 2, 3, 4});
+  const CityMap written = scene.MapOf({0, 1, 2, 3, 4}, id);
+  SceneWork work(&scene);
+  const ImageId images[] = {ImageId(2), ImageId(6)};
+  ASSERT_OK(work.loader.LoadImages(images));
+  EXPECT_TRUE(work.map.HasImage(ImageId(2)));
+  EXPECT_FALSE(work.map.HasImage(ImageId(6))) << "it has no pose";
+  EXPECT_EQ(work.map.image(ImageId(2)).cam_from_world.translation,
+            scene.scene().poses[1].translation);
+  EXPECT_TRUE(work.map.PointsSeenBy({images, 1}).empty()) << "no block is loaded yet";
+
+  ASSERT_OK(work.loader.LoadStructure(images));
+  ExpectSamePoints(work.map, written, ImageId(2));
+  EXPECT_EQ(work.map.images().size(), 1u);
+
+  ASSERT_OK(work.loader.LoadNeighborhood(images));
+  EXPECT_EQ(work.map.images().size(), 5u) << "every image shares a track with image 2";
+  EXPECT_TRUE(work.map.changes().poses.empty());
+  EXPECT_TRUE(work.map.changes().blocks.empty());
+  EXPECT_TRUE(work.map.changes().counts.empty());
+}
+
+TEST(MapLoader, LoadsAWholeReconstruction) {
+  SceneDatabase scene;
+  scene.AddImages(0, 6);
+  const ReconstructionId first = scene.AddReconstruction({0, 1, 2});
+  const ReconstructionId second = scene.AddReconstruction({3, 4, 5}, AnotherFrame());
+  const CityMap written = scene.MapOf({3, 4, 5}, second, AnotherFrame());
+  SceneWork work(&scene);
+  std::vector<ImageId> members = {ImageId(99)};
+  ASSERT_OK(work.loader.LoadReconstruction(second, &members));
+  EXPECT_EQ(members, (std::vector{ImageId(4), ImageId(5), ImageId(6)}));
+  for (const ImageId id : members) ExpectSamePoints(work.map, written, id);
+  EXPECT_FALSE(work.map.HasImage(ImageId(1)));
+  const auto record = work.loader.GetReconstruction(first);
+  ASSERT_OK(record);
+  EXPECT_EQ(record->image_count, 3u);
+  EXPECT_EQ(work.loader.GetReconstruction(ReconstructionId(9)).status().code(),
+            StatusCode::kNotFound);
+}
+
+TEST(MapLoader, ContradictingRecordsAreCorruption) {
+  SceneDatabase scene;
+  scene.AddImages(0, 3);
+  scene.AddReconstruction({0, 1, 2});
+  const auto transaction = scene.database()->BeginTransaction();
+  const Observation beyond = {1'000'000, {ImageId(1), 1}};
+  transaction->PutObservations(ImageId(2), {&beyond, 1});
+  ASSERT_OK(transaction->Commit());
+  SceneWork work(&scene);
+  const ImageId images[] = {ImageId(2)};
+  const Status status = work.loader.LoadImages(images);
+  EXPECT_EQ(status.code(), StatusCode::kCorruption);
+  EXPECT_NE(status.message().find("image 2"), std::string::npos) << status.message();
+}
+
+}  // namespace
+}  // namespace veduta

@@ -1,0 +1,69 @@
+// SPDX-License-Identifier: Apache-2.0
+// Goal: reconstructions that share places become one, in the frame of the larger; ones that do not
+//   stay apart.
+// Method: one synthetic scene stored as two reconstructions in different frames.
+#include "engine/ingest/merging.h"
+
+#include <gtest/gtest.h>
+
+#include "tests/engine/ingest/scene_database.h"
+
+namespace veduta {
+namespace {
+
+// Merges around image 5 (camera 4), which `own` holds already.
+MergeOutcome Merge(SceneDatabase* scene, SceneWork* work, ReconstructionId own,
+                   const std::vector<ImageId>& members) {
+  EXPECT_OK(work->loader.LoadNeighborhood(members));
+  const std::vector<ImageId> fresh = {ImageId(5)};
+  auto merged = MergeAround(work->context, {own, false, fresh}, members,
+                            scene->MatchesOf(4, {0, 1, 2, 3}), 1);
+  EXPECT_OK(merged);
+  return merged.ok() ? *merged : MergeOutcome();
+}
+
+TEST(Merging, TheLargerKeepsItsFrame) {
+  SceneDatabase scene({.camera_count = 7});
+  scene.AddImages(0, 7);
+  const ReconstructionId large = scene.AddReconstruction({0, 1, 2, 3});
+  const ReconstructionId small = scene.AddReconstruction({4, 5}, AnotherFrame());
+  SceneWork work(&scene);
+  const MergeOutcome merged = Merge(&scene, &work, small, {ImageId(5), ImageId(6)});
+  EXPECT_EQ(merged.into, large);
+  ASSERT_EQ(merged.merges.size(), 1u);
+  EXPECT_EQ(merged.merges[0].from, small);
+  EXPECT_GE(merged.merges[0].common_point_count, 20u);
+  EXPECT_NEAR(merged.merges[0].into_from.scale, 2, 1e-6);
+  for (const uint32_t k : {4u, 5u}) {
+    const MapImage& image = work.map.image(ImageId(k + 1));
+    EXPECT_EQ(image.reconstruction, large);
+    EXPECT_LT((image.cam_from_world.Center() - scene.scene().poses[k].Center()).norm(), 1e-6);
+  }
+  EXPECT_EQ(work.map.image(ImageId(1)).cam_from_world.translation,
+            scene.scene().poses[0].translation);
+  // A place that both knew is one point now.
+  size_t joined = 0;
+  const ImageId first[] = {ImageId(1)};
+  for (const PointId id : work.map.PointsSeenBy(first)) {
+    const auto& track = work.map.point(id).track;
+    joined += std::any_of(track.begin(), track.end(),
+                          [](const TrackElement& e) { return e.image == ImageId(5); });
+  }
+  EXPECT_GE(joined, 20u);
+}
+
+TEST(Merging, TooFewCommonPointsStayApart) {
+  SceneDatabase scene;
+  scene.AddImages(0, 6);
+  scene.AddReconstruction({0, 1, 2, 3});
+  const ReconstructionId own = scene.AddReconstruction({4, 5}, AnotherFrame());
+  SceneWork work(&scene);
+  work.options.common_points_min = 100'000;
+  const MergeOutcome merged = Merge(&scene, &work, own, {ImageId(5), ImageId(6)});
+  EXPECT_EQ(merged.into, own);
+  EXPECT_TRUE(merged.merges.empty());
+  EXPECT_EQ(work.map.image(ImageId(5)).reconstruction, own);
+}
+
+}  // namespace
+}  // namespace veduta

@@ -1,0 +1,73 @@
+// SPDX-License-Identifier: Apache-2.0
+// Goal: the same bytes are a duplicate, a name belongs to its photo unless that was rejected, and
+//   what preparation rejected stays rejected.
+// Method: prepared photos made by hand against a database of two images.
+#include "engine/ingest/photo_admission.h"
+
+#include <gtest/gtest.h>
+
+#include "tests/engine/ingest/scene_database.h"
+
+namespace veduta {
+namespace {
+
+PreparedPhoto Prepared(const std::string& name, const std::string& content) {
+  PreparedPhoto photo;
+  photo.name = name;
+  const std::vector<uint8_t> bytes(content.begin(), content.end());
+  photo.hash = HashContent(bytes);
+  photo.size_bytes = bytes.size();
+  photo.width_px = 1000;
+  photo.height_px = 800;
+  photo.features.keypoints.resize(7);
+  return photo;
+}
+
+Admission AdmitOk(const SceneDatabase& scene, const PreparedPhoto& photo) {
+  auto admission = Admit(*scene.Snap(), photo, CameraId(1), "berta");
+  EXPECT_OK(admission);
+  return admission.ok() ? *admission : Admission();
+}
+
+TEST(PhotoAdmission, TellsNewFromKnown) {
+  SceneDatabase scene;
+  scene.AddImages(0, 2);  // image0 and image1, whose bytes are their names
+  const Admission fresh = AdmitOk(scene, Prepared("new", "new"));
+  EXPECT_EQ(fresh.outcome, AdmissionOutcome::kNew);
+  EXPECT_FALSE(fresh.record.id.valid());
+  EXPECT_EQ(fresh.record.name, "new");
+  EXPECT_EQ(fresh.record.contributor, "berta");
+  EXPECT_EQ(fresh.record.camera, CameraId(1));
+  EXPECT_EQ(fresh.record.feature_count, 7u);
+  EXPECT_EQ(fresh.record.size_bytes, 3u);
+
+  const Admission same = AdmitOk(scene, Prepared("another name", "image1"));
+  EXPECT_EQ(same.outcome, AdmissionOutcome::kDuplicate);
+  EXPECT_EQ(same.stored.id, ImageId(2));
+  EXPECT_EQ(AdmitOk(scene, Prepared("image1", "other bytes")).outcome,
+            AdmissionOutcome::kNameTaken);
+
+  PreparedPhoto blank = Prepared("blank", "blank");
+  blank.reason = Reason::kNoTexture;
+  EXPECT_EQ(AdmitOk(scene, blank).outcome, AdmissionOutcome::kRejected);
+}
+
+TEST(PhotoAdmission, ARejectedPhotosNameIsFree) {
+  SceneDatabase scene;
+  scene.AddImages(0, 1);
+  ImageRecord rejected = *scene.Snap()->GetImage(ImageId(1));
+  rejected.id = ImageId(2);
+  rejected.name = "spoilt";
+  rejected.photo = Prepared("", "spoilt").hash;
+  rejected.verdict = Verdict::kRejected;
+  rejected.reason = Reason::kUnreadable;
+  const auto transaction = scene.database()->BeginTransaction();
+  transaction->PutImage(rejected);
+  ASSERT_OK(transaction->Commit());
+  const Admission mended = AdmitOk(scene, Prepared("spoilt", "mended"));
+  EXPECT_EQ(mended.outcome, AdmissionOutcome::kNew);
+  EXPECT_EQ(mended.record.id, ImageId(2));
+}
+
+}  // namespace
+}  // namespace veduta

@@ -1,0 +1,90 @@
+// SPDX-License-Identifier: Apache-2.0
+// Goal: a photo is placed, merges reconstructions, founds one or is postponed, as the paper's four
+//   cases have it, and its answer names what it did.
+// Method: a synthetic scene in a database, of which different parts are placed already.
+#include "engine/ingest/photo_placement.h"
+
+#include <gtest/gtest.h>
+
+#include "tests/engine/ingest/scene_database.h"
+
+namespace veduta {
+namespace {
+
+Placement Place(SceneDatabase* scene, SceneWork* work, uint32_t camera,
+                const std::vector<uint32_t>& neighbors, ReconstructionId new_reconstruction) {
+  auto placed = PlacePhoto(work->context, *scene->Photo(camera),
+                           scene->MatchesOf(camera, neighbors), new_reconstruction, 1);
+  EXPECT_OK(placed);
+  return placed.ok() ? *placed : Placement();
+}
+
+TEST(PhotoPlacement, PlacesInOneReconstruction) {
+  SceneDatabase scene;
+  scene.AddImages(0, 4);
+  const ReconstructionId id = scene.AddReconstruction({0, 1, 2});
+  SceneWork work(&scene);
+  const Placement placed = Place(&scene, &work, 4, {0, 1, 2, 3}, ReconstructionId(2));
+  EXPECT_EQ(placed.verdict, Verdict::kPlaced) << placed.detail;
+  EXPECT_EQ(placed.reason, Reason::kRegistered);
+  EXPECT_EQ(placed.reconstruction, id);
+  EXPECT_EQ(placed.placed, std::vector{ImageId(5)});
+  EXPECT_FALSE(placed.founded.valid());
+  EXPECT_GE(placed.inlier_count, 100u);
+  EXPECT_LT(RelativeRotationErrorDeg(work.map, scene.scene(), 0, 4), 0.1);
+  EXPECT_TRUE(work.map.changes().poses.contains(ImageId(5)));
+}
+
+TEST(PhotoPlacement, MergesWhatItJoins) {
+  SceneDatabase scene({.camera_count = 8});
+  scene.AddImages(0, 7);
+  const ReconstructionId first = scene.AddReconstruction({0, 1, 2, 3});
+  const ReconstructionId second = scene.AddReconstruction({5, 6}, AnotherFrame());
+  SceneWork work(&scene);
+  const Placement placed = Place(&scene, &work, 4, {0, 1, 2, 3, 5, 6}, ReconstructionId(3));
+  EXPECT_EQ(placed.verdict, Verdict::kMerged) << placed.detail;
+  EXPECT_EQ(placed.reason, Reason::kJoinedReconstructions);
+  EXPECT_EQ(placed.reconstruction, first);
+  ASSERT_EQ(placed.merges.size(), 1u);
+  EXPECT_EQ(placed.merges[0].from, second);
+  EXPECT_NE(placed.detail.find("reconstructions 2 and 1 merged by"), std::string::npos)
+      << placed.detail;
+  EXPECT_LT(RelativeRotationErrorDeg(work.map, scene.scene(), 0, 6), 0.2);
+}
+
+TEST(PhotoPlacement, FoundsOnlyWhereItMay) {
+  SceneDatabase scene;
+  scene.AddImages(0, 3);
+  SceneWork work(&scene);
+  const Placement founded = Place(&scene, &work, 3, {0, 1, 2}, ReconstructionId(1));
+  EXPECT_EQ(founded.verdict, Verdict::kFounded) << founded.detail;
+  EXPECT_EQ(founded.founded, ReconstructionId(1));
+  EXPECT_EQ(founded.placed.size(), 3u);
+  EXPECT_EQ(founded.placed.front(), ImageId(4));
+  SceneWork other(&scene);
+  const Placement refused = Place(&scene, &other, 3, {0, 1, 2}, ReconstructionId());
+  EXPECT_EQ(refused.verdict, Verdict::kPostponed);
+  EXPECT_TRUE(other.map.images().empty());
+}
+
+TEST(PhotoPlacement, PostponesWithItsReason) {
+  SceneDatabase scene;
+  scene.AddImages(0, 3);
+  SceneWork work(&scene);
+  const Placement lonely = Place(&scene, &work, 3, {1}, ReconstructionId(1));
+  EXPECT_EQ(lonely.verdict, Verdict::kPostponed);
+  EXPECT_EQ(lonely.reason, Reason::kNoGoodTriple);
+  EXPECT_TRUE(lonely.placed.empty());
+
+  scene.AddReconstruction({0, 1, 2});
+  SceneWork strict(&scene);
+  strict.options.observations_min = 100'000;
+  const Placement few = Place(&scene, &strict, 3, {0, 1, 2}, ReconstructionId(2));
+  EXPECT_EQ(few.verdict, Verdict::kPostponed);
+  EXPECT_EQ(few.reason, Reason::kResectionFailed);
+  EXPECT_NE(few.detail.find("are left after adjustment"), std::string::npos) << few.detail;
+  EXPECT_TRUE(strict.map.images().empty()) << "what was changed is dropped";
+}
+
+}  // namespace
+}  // namespace veduta

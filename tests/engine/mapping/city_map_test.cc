@@ -1,0 +1,121 @@
+// SPDX-License-Identifier: Apache-2.0
+// Goal: the map's invariants hold through every change, its record of changes names what changed
+//   and counts what grew, and what is loaded is no change.
+// Method: a synthetic scene placed at the truth, changed in each way.
+#include "engine/mapping/city_map.h"
+
+#include <gtest/gtest.h>
+
+#include "scene_checks.h"
+
+namespace veduta {
+namespace {
+
+CountChange Totals(const CityMap& map) {
+  CountChange totals;
+  for (const auto& [id, image] : map.images()) {
+    for (const PointRecord& point : map.StoredBlock(id).points) {
+      ++totals.points;
+      totals.observations += static_cast<int64_t>(point.track.size());
+      totals.reprojection_error_px_sum += point.error_px * static_cast<double>(point.track.size());
+    }
+  }
+  return totals;
+}
+
+void ExpectCounted(const CityMap& map) {
+  const CountChange totals = Totals(map), counted = map.changes().counts.begin()->second;
+  EXPECT_EQ(counted.points, totals.points);
+  EXPECT_EQ(counted.observations, totals.observations);
+  EXPECT_NEAR(counted.reprojection_error_px_sum, totals.reprojection_error_px_sum, 1e-6);
+}
+
+PointId LongTrack(const CityMap& map, size_t length) {
+  const ImageId first[] = {ImageId(1)};
+  for (const PointId id : map.PointsSeenBy(first)) {
+    if (map.point(id).track.size() >= length) return id;
+  }
+  ADD_FAILURE() << "no such track";
+  return {};
+}
+
+TEST(CityMap, CountsWhatChanges) {
+  const SyntheticScene scene = MakeScene({});
+  CityMap map = MakeMap(scene);
+  ExpectCounted(map);
+  EXPECT_EQ(static_cast<size_t>(Totals(map).observations), CheckTracks(map, scene));
+  const PointId id = LongTrack(map, 4);
+  map.RemoveObservation(id, ImageId(1));
+  EXPECT_EQ(map.point(id).track.size() + 1, MakeMap(scene).point(id).track.size());
+  map.SetPosition(id, map.point(id).position + Eigen::Vector3d(0.1, 0, 0));
+  ExpectCounted(map);
+  map.RemovePoint(id);
+  EXPECT_EQ(map.FindPoint(id), nullptr);
+  ExpectCounted(map);
+  CheckTracks(map, scene);
+}
+
+TEST(CityMap, ATrackOfOneIsNoPoint) {
+  CityMap map = MakeMap(MakeScene({.camera_count = 2}));
+  const PointId id = LongTrack(map, 2);
+  const FeatureIndex feature = map.point(id).track[1].feature;
+  map.RemoveObservation(id, ImageId(1));
+  EXPECT_EQ(map.FindPoint(id), nullptr);
+  EXPECT_FALSE(map.image(ImageId(2)).points[feature].valid());
+  ExpectCounted(map);
+}
+
+TEST(CityMap, MergedPointsShareTheirTracks) {
+  const SyntheticScene scene = MakeScene({});
+  CityMap map = MakeMap(scene);
+  const PointId whole = LongTrack(map, 4);
+  const std::vector<TrackElement> track = map.point(whole).track;
+  const Eigen::Vector3d position = map.point(whole).position;
+  map.RemovePoint(whole);
+  const PointId keep = map.AddPoint(track[0].image, position, {track[1], track[0]});
+  const PointId drop = map.AddPoint(track[2].image, position, {track[2], track[3]});
+  EXPECT_FALSE(map.SharesImage(map.point(keep), map.point(drop)));
+  map.MergePoints(keep, drop);
+  EXPECT_EQ(map.FindPoint(drop), nullptr);
+  EXPECT_EQ(map.point(keep).track, std::vector(track.begin(), track.begin() + 4));
+  for (size_t i = 0; i < 4; ++i)
+    EXPECT_EQ(map.image(track[i].image).points[track[i].feature], keep);
+  ExpectCounted(map);
+}
+
+TEST(CityMap, LoadedStateIsNoChangeAndOrdinalsAreNotUsedAgain) {
+  const SyntheticScene scene = MakeScene({});
+  CityMap map = MakeMap(scene), loaded;
+  map.RemovePoint(LongTrack(map, 3));
+  for (const auto& [id, image] : map.images()) {
+    loaded.LoadImage(image);
+    loaded.LoadBlock(map.StoredBlock(id));
+  }
+  EXPECT_TRUE(loaded.changes().poses.empty() && loaded.changes().blocks.empty() &&
+              loaded.changes().observations.empty() && loaded.changes().counts.empty());
+  EXPECT_EQ(CheckTracks(loaded, scene), CheckTracks(map, scene));
+  EXPECT_EQ(loaded.StoredBlock(ImageId(1)).next_ordinal, map.StoredBlock(ImageId(1)).next_ordinal);
+}
+
+TEST(CityMap, MovesIntoAnotherFrame) {
+  CityMap map = MakeMap(MakeScene({}));
+  const Sim3 into_from_old{
+      2, Eigen::Quaterniond(Eigen::AngleAxisd(1, Eigen::Vector3d::UnitX())), {1, 2, 3}};
+  const PointId id = LongTrack(map, 3);
+  const Eigen::Vector3d position = map.point(id).position;
+  const Eigen::Vector3d seen = map.image(ImageId(1)).cam_from_world * position;
+  map.ClearChanges();
+  map.MoveImage(ImageId(1), ReconstructionId(5), into_from_old);
+  map.MoveBlock(id.home, ReconstructionId(5), into_from_old);
+  EXPECT_EQ(map.image(ImageId(1)).reconstruction, ReconstructionId(5));
+  EXPECT_LT((map.point(id).position - into_from_old * position).norm(), 1e-12);
+  const Eigen::Vector3d still = map.image(ImageId(1)).cam_from_world * map.point(id).position;
+  EXPECT_LT((still / still.z() - seen / seen.z()).norm(), 1e-12);
+  EXPECT_TRUE(map.changes().poses.contains(ImageId(1)));
+  EXPECT_TRUE(map.changes().blocks.contains(id.home));
+  map.Clear();
+  EXPECT_TRUE(map.images().empty() && map.changes().poses.empty());
+}
+
+}  // namespace
+}  // namespace veduta

@@ -1,0 +1,108 @@
+// SPDX-License-Identifier: Apache-2.0
+// Goal: an image's features come from the database as they were stored, with its camera; the cache
+//   keeps the newest within its bound and gives the same object again.
+// Method: two images written to a database in a temporary folder.
+#include "engine/photo/image_features.h"
+
+#include <gtest/gtest.h>
+
+#include "tests/storage/samples.h"
+
+namespace veduta {
+namespace {
+
+Features MadeFeatures(uint64_t seed, size_t count) {
+  SeededRandom random(seed);
+  Features features;
+  for (size_t i = 0; i < count; ++i) {
+    Keypoint keypoint;
+    keypoint.x_px = static_cast<float>(100 * random.Unit());
+    keypoint.y_px = static_cast<float>(80 * random.Unit());
+    keypoint.scale_px = 2;
+    keypoint.contrast_sign = i % 2 ? 1 : -1;
+    features.keypoints.push_back(keypoint);
+  }
+  features.descriptors = SampleBytes(seed, count * kDescriptorSize);
+  return features;
+}
+
+CameraModel Model() {
+  CameraModel model;
+  model.width_px = 100;
+  model.height_px = 80;
+  model.fx = model.fy = 90;
+  model.cx = model.u0 = 50;
+  model.cy = model.v0 = 40;
+  return model;
+}
+
+class ImageFeaturesTest : public testing::Test {
+ protected:
+  void SetUp() override {
+    auto opened = Database::Open(folder_ / "db", {.create = true, .sync_wal = false});
+    ASSERT_OK(opened);
+    database_ = std::move(*opened);
+    const auto transaction = database_->BeginTransaction();
+    transaction->PutCamera({CameraId(1), "camera", Model(), "made"});
+    for (const uint32_t id : {1u, 2u}) {
+      ImageRecord image;
+      image.id = ImageId(id);
+      image.name = "image" + std::to_string(id);
+      image.photo = HashContent(SampleBytes(id, 10));
+      image.camera = CameraId(1);
+      image.width_px = 100;
+      image.height_px = 80;
+      image.verdict = Verdict::kPostponed;
+      image.reason = Reason::kNoCandidates;
+      ASSERT_OK(database_->WritePhotoAhead(image.photo, SampleBytes(id, 10), MadeFeatures(id, 30)));
+      transaction->PutImage(image);
+    }
+    ASSERT_OK(transaction->Commit());
+  }
+
+  TemporaryFolder folder_;
+  std::unique_ptr<Database> database_;
+};
+
+TEST_F(ImageFeaturesTest, AreThoseStored) {
+  ImageFeatureCache cache(1 << 20, 20);
+  const auto image = cache.Get(*database_->GetSnapshot(), ImageId(2));
+  ASSERT_OK(image);
+  EXPECT_EQ((*image)->id, ImageId(2));
+  EXPECT_EQ((*image)->features->descriptors, MadeFeatures(2, 30).descriptors);
+  EXPECT_EQ((*image)->features->keypoints, MadeFeatures(2, 30).keypoints);
+  EXPECT_EQ((*image)->width_px, 100u);
+  EXPECT_EQ((*image)->camera.fx, 90);
+  EXPECT_EQ((*image)->grid->feature_count(), 30u);
+  EXPECT_EQ((*image)->packed.count(), 20u) << "the strongest alone are matched";
+  EXPECT_GT((*image)->size_bytes(), 30u * kDescriptorSize);
+  EXPECT_EQ(cache.Get(*database_->GetSnapshot(), ImageId(3)).status().code(),
+            StatusCode::kNotFound);
+}
+
+TEST_F(ImageFeaturesTest, TheCacheKeepsTheNewest) {
+  const auto snapshot = database_->GetSnapshot();
+  ImageFeatureCache roomy(1 << 20, 20), tight(1, 20);
+  const auto first = *roomy.Get(*snapshot, ImageId(1));
+  EXPECT_OK(roomy.Get(*snapshot, ImageId(2)).status());
+  EXPECT_EQ(*roomy.Get(*snapshot, ImageId(1)), first) << "kept";
+  const auto kept = *tight.Get(*snapshot, ImageId(1));
+  EXPECT_EQ(*tight.Get(*snapshot, ImageId(1)), kept) << "the newest stays, however large";
+  EXPECT_OK(tight.Get(*snapshot, ImageId(2)).status());
+  EXPECT_NE(*tight.Get(*snapshot, ImageId(1)), kept) << "it was given up for image 2";
+  const auto made = *ImageFeatures::Make(ImageId(7), Model(),
+                                         std::make_shared<const Features>(MadeFeatures(7, 5)), 20);
+  roomy.Put(made);
+  EXPECT_EQ(*roomy.Get(*snapshot, ImageId(7)), made) << "it needs not be stored";
+}
+
+TEST_F(ImageFeaturesTest, MoreThanCanBePackedIsRefused) {
+  EXPECT_EQ(ImageFeatures::Make(ImageId(1), Model(),
+                                std::make_shared<const Features>(MadeFeatures(1, 5)), 65536)
+                .status()
+                .code(),
+            StatusCode::kInvalidArgument);
+}
+
+}  // namespace
+}  // namespace veduta
