@@ -34,15 +34,15 @@ class DenseDoorTest : public testing::Test {
   }
 
   Result<std::vector<DensifyReport>> Densify() {
-    return DensifyAll(writer_, *city_.engine().pool(), one_pass_, request_, {});
+    return DensifyAll(writer_, *city_.parts().pool, one_pass_, request_, {});
   }
   Result<RenderReport> Render() {
-    return RenderToFile(city_.engine().database()->GetSnapshot(), *city_.engine().pool(), render_,
+    return RenderToFile(city_.parts().database->GetSnapshot(), *city_.parts().pool, render_,
                         FindByName);
   }
 
   City city_;
-  Writer writer_{city_.engine().database()};
+  Writer& writer_ = *city_.parts().writer;
   std::mutex one_pass_;
   TemporaryFolder folder_;
   DensifyRequest request_;
@@ -81,9 +81,8 @@ TEST_F(DenseDoorTest, DensifiesAllOrOneAndOnePassAtATime) {
 
 TEST_F(DenseDoorTest, WithoutReconstructionsSaysWhatToDo) {
   City empty;
-  Writer writer(empty.engine().database());
   const Status status =
-      DensifyAll(writer, *empty.engine().pool(), one_pass_, request_, {}).status();
+      DensifyAll(*empty.parts().writer, *empty.parts().pool, one_pass_, request_, {}).status();
   EXPECT_EQ(status.code(), StatusCode::kNotFound);
   EXPECT_NE(status.message().find("add photos first"), std::string::npos);
 }

@@ -11,7 +11,7 @@
 
 #include "engine/camera/projection.h"
 #include "tests/storage/samples.h"
-#include "tools/street/data_set.h"
+#include "tools/render/street/data_set.h"
 
 namespace veduta {
 namespace {

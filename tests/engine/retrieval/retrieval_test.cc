@@ -81,7 +81,9 @@ class PhotoCity {
     transaction->PutState(state);
     ASSERT_OK(transaction->Commit());
     if (retrieval_.IsTrainingDue(state)) {
-      ASSERT_OK(retrieval_.Train(database_.get(), &pool_));
+      const Result<bool> trained = retrieval_.TrainAndActivate(database_.get(), &pool_);
+      ASSERT_OK(trained);
+      ASSERT_TRUE(*trained);
     }
   }
   void AddUntil(size_t count) {
@@ -96,7 +98,9 @@ class PhotoCity {
   uint32_t count() const { return count_; }
   std::shared_ptr<const Snapshot> Look() const { return database_->GetSnapshot(); }
   Status Import(const VocabularyTree& tree) {
-    return retrieval_.Import(database_.get(), tree, &pool_);
+    VEDUTA_ASSIGN_OR_RETURN(Retrieval::Prepared prepared,
+                            retrieval_.Import(database_.get(), tree, &pool_));
+    return retrieval_.Activate(database_.get(), std::move(prepared));
   }
   std::vector<WordId> Words(const Snapshot& snapshot, ImageId image) {
     auto words = retrieval_.Words(snapshot, PhotoOf(image));

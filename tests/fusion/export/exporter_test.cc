@@ -61,11 +61,10 @@ TEST_F(ExporterTest, WritesEveryFormatBeforeThereIsASurfaceAndAfter) {
             (std::set<std::string>{"cameras.json", "cameras.ply", "points.ply"}));
   EXPECT_EQ(FilesIn(folder_.path() + "/sparse-gltf/0"), (std::set<std::string>{"model.glb"}));
 
-  Writer writer(city_.engine().database());
   DensifyOptions options;
   options.depth_side_px = 96;
-  const auto dense =
-      RunDensePass({writer, *city_.engine().pool(), nullptr, {}, {}}, ReconstructionId(1), options);
+  const auto dense = RunDensePass({*city_.parts().writer, *city_.parts().pool, nullptr, {}, {}},
+                                  ReconstructionId(1), options);
   ASSERT_OK(dense);
   const auto ply = Export("ply", "ply"), coarse = Export("coarse", "ply", dense->voxel_size / 2),
              gltf = Export("gltf", "gltf");
@@ -81,7 +80,7 @@ TEST_F(ExporterTest, WritesEveryFormatBeforeThereIsASurfaceAndAfter) {
 TEST_F(ExporterTest, LivingReconstructionsComeLargestFirst) {
   const auto first = city_.Ask().snapshot().GetReconstruction(ReconstructionId(1));
   ASSERT_OK(first);
-  const auto transaction = city_.engine().database()->BeginTransaction();
+  const auto transaction = city_.parts().database->BeginTransaction();
   ReconstructionRecord other = *first;
   other.id = ReconstructionId(5);
   other.image_count = first->image_count + 3;

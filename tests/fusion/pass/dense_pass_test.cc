@@ -30,12 +30,14 @@ DensifyOptions SmallOptions() {
 // A database of six photos of one stretch of the street, filled once and copied for each test.
 class DensePassTest : public testing::Test {
  protected:
+  Database* database() const { return city_.parts().database.get(); }
+  ThreadPool& pool() const { return *city_.parts().pool; }
   void SetUp() override {
     std::vector<Stand> stands;
     for (const double along_m : {20.0, 20.7, 21.4, 22.1, 22.8, 23.5})
       stands.push_back({along_m, 90});
     city_.Add(stands);
-    const auto records = engine_->Ask().snapshot().ListReconstructions();
+    const auto records = city_.Ask().snapshot().ListReconstructions();
     ASSERT_OK(records);
     ASSERT_EQ(records->size(), 1u);
     id_ = records->front().id;
@@ -44,8 +46,8 @@ class DensePassTest : public testing::Test {
 
   Result<DensifyReport> TryPass(const DensifyOptions& options, DenseProgress progress = {},
                                 std::stop_token stop = {}) {
-    return RunDensePass({writer_, *engine_->pool(), /*device=*/nullptr, std::move(progress), stop},
-                        id_, options);
+    return RunDensePass({writer_, pool(), /*device=*/nullptr, std::move(progress), stop}, id_,
+                        options);
   }
 
   DensifyReport Pass(const DensifyOptions& options = SmallOptions()) {
@@ -57,33 +59,31 @@ class DensePassTest : public testing::Test {
   // Keys and values of one family, hashed.
   std::vector<ContentHash> Stored(uint8_t wanted) {
     std::vector<ContentHash> hashes;
-    EXPECT_OK(engine_->database()->GetSnapshot()->dense().ScanAll(
-        [&](uint8_t family, auto key, auto value) {
-          if (family != wanted) return;
-          hashes.push_back(HashContent(key));
-          hashes.push_back(HashContent(value));
-        }));
+    EXPECT_OK(database()->GetSnapshot()->dense().ScanAll([&](uint8_t family, auto key, auto value) {
+      if (family != wanted) return;
+      hashes.push_back(HashContent(key));
+      hashes.push_back(HashContent(value));
+    }));
     return hashes;
   }
 
   void ExpectSound() {
-    const auto violations = FindDenseViolations(*engine_->database()->GetSnapshot(), 10);
+    const auto violations = FindDenseViolations(*database()->GetSnapshot(), 10);
     ASSERT_OK(violations);
     for (const std::string& violation : *violations) ADD_FAILURE() << violation;
   }
 
   void MovePose(ImageId image, double distance) {
-    auto pose = engine_->database()->GetSnapshot()->FindPose(image);
+    auto pose = database()->GetSnapshot()->FindPose(image);
     ASSERT_OK(pose);
     (*pose)->cam_from_world.translation.x() += distance;
-    const auto transaction = engine_->database()->BeginTransaction();
+    const auto transaction = database()->BeginTransaction();
     transaction->PutPose(**pose);
     ASSERT_OK(transaction->Commit());
   }
 
   City city_;
-  Engine* const engine_ = &city_.engine();
-  Writer writer_{engine_->database()};
+  Writer& writer_ = *city_.parts().writer;
   ReconstructionId id_;
 };
 
@@ -101,7 +101,7 @@ TEST_F(DensePassTest, WithdrawnAndAddedMapsLeaveTheBytesOfAPassFromNothing) {
   EXPECT_GT(grown.volume.computed, 0u);
   EXPECT_FALSE(Stored(kVolumeFamily) == from_nothing);
   ExpectSound();
-  const auto transaction = engine_->database()->BeginTransaction();
+  const auto transaction = database()->BeginTransaction();
   transaction->dense().DeleteReconstruction(id_);
   ASSERT_OK(transaction->Commit());
   const std::vector<ContentHash> none = Stored(kVolumeFamily);
@@ -114,7 +114,7 @@ TEST_F(DensePassTest, WithdrawnAndAddedMapsLeaveTheBytesOfAPassFromNothing) {
   EXPECT_GT(moved.volume.computed, 0u);
   const std::vector<ContentHash> changed = Stored(kVolumeFamily);
   EXPECT_FALSE(changed == again);
-  const auto cleared = engine_->database()->BeginTransaction();
+  const auto cleared = database()->BeginTransaction();
   cleared->dense().DeleteReconstruction(id_);
   ASSERT_OK(cleared->Commit());
   DensifyOptions same_grid = SmallOptions();
@@ -159,18 +159,17 @@ TEST_F(DensePassTest, SettingsAreKeptAndChangeable) {
 
 TEST_F(DensePassTest, WhatWasMergedAwayGoes) {
   Pass();
-  auto record = engine_->database()->GetSnapshot()->GetReconstruction(id_);
+  auto record = database()->GetSnapshot()->GetReconstruction(id_);
   ASSERT_OK(record);
   record->merged_into = ReconstructionId(99);
-  const auto transaction = engine_->database()->BeginTransaction();
+  const auto transaction = database()->BeginTransaction();
   transaction->PutReconstruction(*record);
   ASSERT_OK(transaction->Commit());
   const auto swept = SweepMerged(writer_);
   ASSERT_OK(swept);
   EXPECT_EQ(*swept, 1u);
   size_t left = 0;
-  ASSERT_OK(
-      engine_->database()->GetSnapshot()->dense().ScanAll([&](uint8_t, auto, auto) { ++left; }));
+  ASSERT_OK(database()->GetSnapshot()->dense().ScanAll([&](uint8_t, auto, auto) { ++left; }));
   EXPECT_EQ(left, 0u);
   const Status merged = TryPass(SmallOptions()).status();
   EXPECT_EQ(merged.code(), StatusCode::kInvalidArgument);
@@ -179,7 +178,7 @@ TEST_F(DensePassTest, WhatWasMergedAwayGoes) {
 
 TEST_F(DensePassTest, SweepsItsOwnSupersededMapsOnly) {
   Pass();
-  const auto snapshot = engine_->database()->GetSnapshot();
+  const auto snapshot = database()->GetSnapshot();
   const auto depth = snapshot->dense().FindDepth(ImageId(1));
   ASSERT_TRUE(depth.ok() && *depth);
   auto checked = snapshot->dense().GetCheckedDepth(ImageId(1), (*depth)->checked_version);
@@ -187,7 +186,7 @@ TEST_F(DensePassTest, SweepsItsOwnSupersededMapsOnly) {
       snapshot->dense().GetCheckedDepthPixels(ImageId(1), (*depth)->checked_version);
   ASSERT_OK(checked);
   ASSERT_OK(pixels);
-  const auto transaction = engine_->database()->BeginTransaction();
+  const auto transaction = database()->BeginTransaction();
   checked->version = 1;
   transaction->dense().PutCheckedDepth(*checked, *pixels);
   checked->version = 2;
@@ -196,7 +195,7 @@ TEST_F(DensePassTest, SweepsItsOwnSupersededMapsOnly) {
   transaction->dense().PutCheckedDepth(*checked, *pixels);
   ASSERT_OK(transaction->Commit());
   Pass();
-  const auto later = engine_->database()->GetSnapshot();
+  const auto later = database()->GetSnapshot();
   EXPECT_EQ(later->dense().GetCheckedDepth(ImageId(1), 1).status().code(), StatusCode::kNotFound);
   EXPECT_OK(later->dense().GetCheckedDepth(ImageId(1), 2));
   EXPECT_OK(later->dense().GetCheckedDepth(ImageId(1), (*depth)->checked_version));
@@ -205,7 +204,7 @@ TEST_F(DensePassTest, SweepsItsOwnSupersededMapsOnly) {
 TEST_F(DensePassTest, DamageIsNamed) {
   Pass();
   ExpectSound();
-  const auto snapshot = engine_->database()->GetSnapshot();
+  const auto snapshot = database()->GetSnapshot();
   std::vector<TileRecord> tiles;
   ASSERT_OK(snapshot->dense().ScanTiles(id_, [&](const TileRecord& tile) {
     tiles.push_back(tile);
@@ -215,7 +214,7 @@ TEST_F(DensePassTest, DamageIsNamed) {
   auto depth = snapshot->dense().FindDepth(ImageId(1));
   ASSERT_TRUE(depth.ok() && *depth);
   const std::vector<uint8_t> rubbish = {1, 2, 3};
-  const auto transaction = engine_->database()->BeginTransaction();
+  const auto transaction = database()->BeginTransaction();
   (*depth)->known_count += 1;
   transaction->dense().PutDepth(**depth);
   const uint8_t block = static_cast<uint8_t>(std::countr_zero(tiles[0].blocks));
@@ -224,7 +223,7 @@ TEST_F(DensePassTest, DamageIsNamed) {
   transaction->dense().DeleteCheckedDepth(
       ImageId(2), (*snapshot->dense().FindDepth(ImageId(2)))->checked_version);
   ASSERT_OK(transaction->Commit());
-  const auto violations = FindDenseViolations(*engine_->database()->GetSnapshot(), 1000);
+  const auto violations = FindDenseViolations(*database()->GetSnapshot(), 1000);
   ASSERT_OK(violations);
   const auto named = [&](const std::string& words) {
     return std::ranges::any_of(
@@ -238,7 +237,7 @@ TEST_F(DensePassTest, DamageIsNamed) {
   EXPECT_TRUE(named("depth map of image 2: there is no such"));
   EXPECT_TRUE(named(name(tiles[0])));
   EXPECT_TRUE(named(name(tiles[1])));
-  EXPECT_EQ(FindDenseViolations(*engine_->database()->GetSnapshot(), 1)->size(), 1u)
+  EXPECT_EQ(FindDenseViolations(*database()->GetSnapshot(), 1)->size(), 1u)
       << "no more than asked for";
 }
 
@@ -262,13 +261,13 @@ TEST_F(DensePassTest, StopsBetweenPiecesAndRefusesNonsense) {
 
 TEST_F(DensePassTest, EveryStageNoticesItsOptions) {
   Pass();
-  const auto settings = engine_->database()->GetSnapshot()->dense().FindSettings(id_);
+  const auto settings = database()->GetSnapshot()->dense().FindSettings(id_);
   ASSERT_TRUE(settings.ok() && *settings);
   DenseStageOptions options = StageOptionsOf(SmallOptions(), **settings);
-  const auto scene = LoadScene(*engine_->database()->GetSnapshot(), id_);
+  const auto scene = LoadScene(*database()->GetSnapshot(), id_);
   ASSERT_OK(scene);
   const auto computed = [&] {
-    const DensePassTools tools{writer_, *engine_->pool(), nullptr, {}, {}};
+    const DensePassTools tools{writer_, pool(), nullptr, {}, {}};
     DensePass pass(tools, *scene);
     DensifyReport r;
     EXPECT_OK(RunStages(options, &pass, &r));
@@ -302,11 +301,11 @@ TEST_F(DensePassTest, EveryStageNoticesItsOptions) {
 TEST_F(DensePassTest, AVolumeOfOtherOptionsIsMadeFromNothing) {
   Pass();
   const std::vector<ContentHash> first = Stored(kVolumeFamily);
-  const auto settings = engine_->database()->GetSnapshot()->dense().FindSettings(id_);
+  const auto settings = database()->GetSnapshot()->dense().FindSettings(id_);
   ASSERT_TRUE(settings.ok() && *settings);
-  const auto scene = LoadScene(*engine_->database()->GetSnapshot(), id_);
+  const auto scene = LoadScene(*database()->GetSnapshot(), id_);
   ASSERT_OK(scene);
-  const DensePassTools tools{writer_, *engine_->pool(), nullptr, {}, {}};
+  const DensePassTools tools{writer_, pool(), nullptr, {}, {}};
   DensePass pass(tools, *scene);
   DenseStageOptions options = StageOptionsOf(SmallOptions(), **settings);
   options.volume.grid.truncation_voxels = 5;
@@ -317,21 +316,12 @@ TEST_F(DensePassTest, AVolumeOfOtherOptionsIsMadeFromNothing) {
   EXPECT_TRUE(Stored(kVolumeFamily) == first);
 }
 
-// Adds photos as the engine does: in turns of the same writer.
-void AddInTurns(const std::vector<Stand>& stands, Writer* writer, City* city) {
-  for (const Stand& stand : stands) {
-    const Writer::Turn turn = writer->Take();
-    city->Add(std::vector{stand});
-  }
-}
-
 TEST_F(DensePassTest, PhotosMayBeAddedWhileItRuns) {
   const std::vector<Stand> more = {{24.2, 90}, {24.9, 90}};
   for (const Stand& stand : more) TakePhoto(stand);  // rendered beforehand
   std::thread adding;
   const DenseProgress add_meanwhile = [&](std::string_view stage, size_t done, size_t) {
-    if (stage == "depth maps" && done == 1)
-      adding = std::thread([&] { AddInTurns(more, &writer_, &city_); });
+    if (stage == "depth maps" && done == 1) adding = std::thread([&] { city_.Add(more); });
     if (stage == "surface" && adding.joinable()) adding.join();  // before the pass ends
   };
   const auto during = TryPass(SmallOptions(), add_meanwhile);
@@ -348,10 +338,9 @@ TEST_F(DensePassTest, PhotosMayBeAddedWhileItRuns) {
   // Nobody can tell from the database whether the photos came during the pass or after it.
   City one_by_one;
   one_by_one.Add({{20.0, 90}, {20.7, 90}, {21.4, 90}, {22.1, 90}, {22.8, 90}, {23.5, 90}});
-  Writer writer(one_by_one.engine().database());
-  const DensePassTools tools{writer, *one_by_one.engine().pool(), nullptr, {}, {}};
+  const DensePassTools tools{*one_by_one.parts().writer, *one_by_one.parts().pool, nullptr, {}, {}};
   ASSERT_OK(RunDensePass(tools, id_, SmallOptions()));
-  AddInTurns(more, &writer, &one_by_one);
+  one_by_one.Add(more);
   ASSERT_OK(RunDensePass(tools, id_, SmallOptions()));
   EXPECT_EQ(city_.Digest(), one_by_one.Digest());
 }
@@ -374,8 +363,7 @@ TEST_F(DensePassTest, EndsWhereItsReconstructionIsMergedAway) {
   EXPECT_EQ(report->triangles, 0u);
   const auto dense_entries = [&] {
     size_t count = 0;
-    EXPECT_OK(
-        engine_->database()->GetSnapshot()->dense().ScanAll([&](uint8_t, auto, auto) { ++count; }));
+    EXPECT_OK(database()->GetSnapshot()->dense().ScanAll([&](uint8_t, auto, auto) { ++count; }));
     return count;
   };
   EXPECT_GT(dense_entries(), 0u);
