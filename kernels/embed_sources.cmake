@@ -32,7 +32,7 @@ ${entries}};
 }  // namespace
 
 std::span<const KernelSource> KernelSources() {
-  return std::span(kSources).first(std::size(kSources) - 1);
+  return kSources;
 }
 
 }  // namespace veduta
