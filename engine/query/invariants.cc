@@ -5,6 +5,8 @@
 #include <map>
 #include <set>
 
+#include "storage/record_counts.h"
+
 namespace veduta {
 namespace {
 
@@ -16,6 +18,12 @@ std::string Name(PointId id) {
 }
 std::string Name(ReconstructionId id) {
   return "reconstruction " + std::to_string(id.value);
+}
+
+std::string Text(const DatabaseCounts& counts) {
+  return std::to_string(counts.images) + " images (" + std::to_string(counts.placed) + " placed, " +
+         std::to_string(counts.postponed) + " postponed, " + std::to_string(counts.rejected) +
+         " rejected) and " + std::to_string(counts.cameras) + " cameras";
 }
 
 class Checker {
@@ -40,6 +48,14 @@ class Checker {
     if (!holds && violations_.size() < count_max_) violations_.push_back(violation);
   }
 
+  // The counts that `status` answers by, against the records.
+  Status CheckCounts() {
+    VEDUTA_ASSIGN_OR_RETURN(const DatabaseCounts counts, snapshot_.GetCounts());
+    VEDUTA_ASSIGN_OR_RETURN(const DatabaseCounts found, CountRecords(snapshot_));
+    Expect(counts == found, "the state counts " + Text(counts) + ", and there are " + Text(found));
+    return Status::Ok();
+  }
+
   Status LoadImages() {
     std::set<std::string> names;
     VEDUTA_RETURN_IF_ERROR(snapshot_.ScanImages([&](const ImageRecord& image) {
@@ -50,6 +66,7 @@ class Checker {
              Name(image.id) + " is not below the next id " + std::to_string(state_.next_image));
       return true;
     }));
+    VEDUTA_RETURN_IF_ERROR(CheckCounts());
     uint32_t retrievable = 0;
     for (const auto& [id, image] : images_) {
       VEDUTA_ASSIGN_OR_RETURN(const std::optional<ImageId> by_name,
