@@ -40,7 +40,7 @@
 
 namespace veduta {
 
-inline constexpr uint32_t kFormatVersion = 2;  // 2 since there is an offline pass
+inline constexpr uint32_t kFormatVersion = 2;  // 2 since there is a dense pass
 
 // The functions that call `visit` do so without holding anything that others wait for: visit may
 // take its time, and read more from the database.
@@ -104,7 +104,7 @@ class Snapshot {
   virtual Status ScanJournal(uint64_t first,
                              const std::function<bool(const JournalRecord&)>& visit) const = 0;
 
-  // What the offline pass made; lives as long as the snapshot.
+  // What the dense pass made; lives as long as the snapshot.
   virtual const DenseReader& dense() const = 0;
 
   // Keys of blobs that are stored: for `verify`.
@@ -154,7 +154,7 @@ class Transaction {
   virtual void DeleteVocabulary(uint32_t generation) = 0;  // tree, words and postings
   virtual void AddJournal(const JournalRecord& record) = 0;
 
-  // Writes of the offline pass, part of the same commit.
+  // Writes of the dense pass, part of the same commit.
   virtual DenseWriter& dense() = 0;
 
   virtual size_t size_bytes() const = 0;

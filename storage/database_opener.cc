@@ -297,7 +297,7 @@ Status DatabaseOpener::CheckFamilies(uint32_t format) const {
   return Status::Ok();
 }
 
-// Format 1 had no families for the offline pass, and is the same otherwise. The version is written
+// Format 1 had no families for the dense pass, and is the same otherwise. The version is written
 // last: whoever is killed on the way upgrades again.
 Status DatabaseOpener::UpgradeToDense() {
   VEDUTA_RETURN_IF_ERROR(CheckFamilies(kFormatBeforeDense));

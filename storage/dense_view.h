@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
-// The offline pass's side of a Snapshot and of a Transaction, over RocksDB.
+// The dense pass's side of a Snapshot and of a Transaction, over RocksDB.
 
 #include <memory>
 

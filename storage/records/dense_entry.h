@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
-// Family `dense`: the small records of the offline pass, four kinds of entry. The first three also
+// Family `dense`: the small records of the dense pass, four kinds of entry. The first three also
 // name the pixels in `depth`.
 
 #include <cstdint>

@@ -128,7 +128,7 @@ struct Journal {
   detail @5 :Text;
 }
 
-# The offline pass.
+# The dense pass.
 struct DenseSettings {
   voxelSize @0 :Float64;
   depthSidePx @1 :UInt32;

@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: Apache-2.0
-# Goal: the offline pass can be killed at any instant and ends in the same database; it redoes only
+# Goal: the dense pass can be killed at any instant and ends in the same database; it redoes only
 #   what is stale; the C++ path and the device give the same bytes; others read meanwhile; what it
 #   makes can be exported and drawn.
 # Method: a rendered street of a few photos, small depth maps; kills at random instants, as many as

@@ -99,7 +99,7 @@ TEST(DatabaseOpen, SecondHandleAndSecondProcessAreBusy) {
   EXPECT_NE(MustOpen(folder / "db", {}), nullptr);
 }
 
-// As format 1 left it: without the families of the offline pass.
+// As format 1 left it: without the families of the dense pass.
 void MakeFormatOne(const std::string& path, bool drop_points) {
   WithRocksdb(
       path,

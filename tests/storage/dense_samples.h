@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
-// Records of the offline pass with every field set, for the tests of storage/.
+// Records of the dense pass with every field set, for the tests of storage/.
 
 #include "storage/model/dense.h"
 #include "tests/storage/samples.h"

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Goal: what the offline pass stores is read back as it was, sorts by signed places, goes when
+// Goal: what the dense pass stores is read back as it was, sorts by signed places, goes when
 //   it is deleted.
 // Method: one of everything, written, closed, opened and compared.
 #include "storage/dense.h"

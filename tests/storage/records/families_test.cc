@@ -40,7 +40,7 @@ TEST(Families, DigestTakesTheOfflinePassWhole) {
   }
   EXPECT_EQ(whole, (std::vector<Family>{Family::kDense, Family::kDepth, Family::kVolume,
                                         Family::kSurface}));
-  EXPECT_EQ(since_two, whole) << "format 2 came with the offline pass";
+  EXPECT_EQ(since_two, whole) << "format 2 came with the dense pass";
 }
 
 }  // namespace

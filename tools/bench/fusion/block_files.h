@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
-// Bytes by name in a folder of their own: what a database is to the offline pass, so that memory
+// Bytes by name in a folder of their own: what a database is to the dense pass, so that memory
 // can be measured.
 
 #include <cstdint>

@@ -21,7 +21,7 @@ struct SessionOptions {
   double motion_px_max = 0;      // [0, 100]; each photo smeared by up to this, in any direction
   double blur_sigma_px_max = 0;  // [0, 20]; each photo is blurred by up to this more
   int jpeg_quality = 90;         // [1, 100]
-  uint32_t threads = 1;          // [1, 256]; one photo a thread; the bytes do not depend on it
+  uint32_t threads = 1;          // [1, 256]; one photo per thread; the bytes do not depend on it
   std::string command;           // for the README: how to make the same again
   uint64_t seed = 1;             // of the poses
 
