@@ -8,7 +8,7 @@ cd "$(dirname "$0")/.."
 tools/install.sh
 cmake --preset dev
 # Headers that the build makes must be there before they are read.
-ninja -C build/dev storage/schema.capnp.c++ kernels/kernel_sources.cc
+ninja -C build/dev storage/records/schema.capnp.c++ kernels/kernel_sources.cc
 files=()
 for file in "$@"; do files+=("^$PWD/$file\$"); done
 [ ${#files[@]} -gt 0 ] || files=("^$PWD/(storage|index|engine|kernels|fusion|cli|tools|tests)/")
