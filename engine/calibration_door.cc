@@ -13,6 +13,7 @@
 #include "engine/camera/files/whole_file.h"
 #include "engine/camera/markers/photo_markers.h"
 #include "engine/camera/markers/sheet_pdf.h"
+#include "storage/base/option_bounds.h"
 #include "storage/base/thread_pool.h"
 #include "storage/model/image_size.h"
 
@@ -96,15 +97,10 @@ Status CalibrateRequest::Check() const {
   if (photo_paths.empty() && points_path.empty()) {
     return Status::InvalidArgument("calibrate wants photos or a points file; none are given");
   }
-  if (marker_count < 1 || marker_count > kMarkerIdCount) {
-    return Status::InvalidArgument("marker_count = " + std::to_string(marker_count) +
-                                   " is not in [1, " + std::to_string(kMarkerIdCount) + "]");
-  }
-  if (thread_count < 1 || thread_count > kThreadsMax) {
-    return Status::InvalidArgument("thread_count = " + std::to_string(thread_count) +
-                                   " is not in [1, " + std::to_string(kThreadsMax) + "]");
-  }
-  return Status::Ok();
+  return OptionBounds()
+      .Between("marker_count", marker_count, 1, kMarkerIdCount)
+      .Between("thread_count", thread_count, 1, kThreadsMax)
+      .status();
 }
 
 Result<CalibrationAnswer> Calibrate(const CalibrateRequest& request) {

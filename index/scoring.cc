@@ -6,7 +6,7 @@
 #include <string>
 #include <unordered_map>
 
-#include "storage/base/option_check.h"
+#include "storage/base/option_bounds.h"
 
 namespace veduta {
 namespace {
@@ -57,7 +57,7 @@ void AddWeights(std::span<const std::vector<ImageId>> postings, std::span<const 
 }  // namespace
 
 Status RankOptions::Check() const {
-  return CheckOption(score_min >= 0 && score_min <= 1, "score_min", score_min, "[0, 1]");
+  return OptionBounds().Between("score_min", score_min, 0, 1).status();
 }
 
 Result<std::vector<RankedImage>> Rank(std::span<const std::vector<ImageId>> postings,

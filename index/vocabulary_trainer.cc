@@ -8,7 +8,7 @@
 
 #include "index/kmeans.h"
 #include "storage/base/content_hash.h"
-#include "storage/base/option_check.h"
+#include "storage/base/option_bounds.h"
 
 namespace veduta {
 namespace {
@@ -158,18 +158,14 @@ class Trainer final {
 }  // namespace
 
 Status VocabularyTrainerOptions::Check() const {
-  VEDUTA_RETURN_IF_ERROR(
-      CheckOption(branch >= kVocabularyBranchMin && branch <= kVocabularyBranchMax, "branch",
-                  branch, "[2, 64]"));
-  VEDUTA_RETURN_IF_ERROR(CheckOption(depth_max >= 1 && depth_max <= kVocabularyDepthMax,
-                                     "depth_max", depth_max, "[1, 7]"));
-  VEDUTA_RETURN_IF_ERROR(CheckOption(attempts_per_node >= 1 && attempts_per_node <= 64,
-                                     "attempts_per_node", attempts_per_node, "[1, 64]"));
-  VEDUTA_RETURN_IF_ERROR(CheckOption(iterations_max >= 1 && iterations_max <= 1000,
-                                     "iterations_max", iterations_max, "[1, 1000]"));
-  VEDUTA_RETURN_IF_ERROR(CheckOption(descriptors_per_leaf >= 1, "descriptors_per_leaf",
-                                     descriptors_per_leaf, "[1, 2^32)"));
-  return CheckOption(node_sample_max >= 1000, "node_sample_max", node_sample_max, "[1000, 2^32)");
+  return OptionBounds()
+      .Between("branch", branch, kVocabularyBranchMin, kVocabularyBranchMax)
+      .Between("depth_max", depth_max, 1, kVocabularyDepthMax)
+      .Between("attempts_per_node", attempts_per_node, 1, 64)
+      .Between("iterations_max", iterations_max, 1, 1000)
+      .AtLeast("descriptors_per_leaf", descriptors_per_leaf, 1)
+      .AtLeast("node_sample_max", node_sample_max, 1000)
+      .status();
 }
 
 VocabularyTrainerOptions OptionsForSample(size_t descriptor_count) {

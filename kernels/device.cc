@@ -7,7 +7,7 @@
 #include <utility>
 
 #include "kernels/opencl.h"
-#include "storage/base/option_check.h"
+#include "storage/base/option_bounds.h"
 
 namespace veduta {
 namespace {
@@ -155,7 +155,7 @@ Result<DeviceInfo> ChooseDevice(std::string_view wanted, const std::vector<Devic
 }
 
 Status DeviceOptions::Check() const {
-  return CheckOption(thread_count <= kThreadCountMax, "thread_count", thread_count, "[0, 4096]");
+  return OptionBounds().Between("thread_count", thread_count, 0, kThreadCountMax).status();
 }
 
 Device::Device(std::unique_ptr<Parts> parts) : parts_(std::move(parts)) {}

@@ -5,7 +5,7 @@
 
 #include "kernels/plane_sweep_device.h"
 #include "kernels/plane_sweep_reference.h"
-#include "storage/base/option_check.h"
+#include "storage/base/option_bounds.h"
 
 namespace veduta {
 namespace {
@@ -46,13 +46,11 @@ Status CheckVolume(const CostVolume& volume, const GrayView& key) {
 }  // namespace
 
 Status ScanlineOptions::Check() const {
-  VEDUTA_RETURN_IF_ERROR(
-      CheckOption(penalty_small <= kPenaltySmallMax, "penalty_small", penalty_small, "[0, 127]"));
-  for (const uint8_t penalty : penalty_large) {
-    VEDUTA_RETURN_IF_ERROR(
-        CheckOption(penalty <= kPenaltyLargeMax, "penalty_large", penalty, "[0, 128]"));
-  }
-  return Status::Ok();
+  OptionBounds bounds;
+  bounds.Between("penalty_small", penalty_small, 0, kPenaltySmallMax);
+  for (const uint8_t penalty : penalty_large)
+    bounds.Between("penalty_large", penalty, 0, kPenaltyLargeMax);
+  return bounds.status();
 }
 
 Result<PlaneChoice> ChoosePlanes(const CostVolume& volume, const GrayView& key,

@@ -9,6 +9,7 @@
 #include "kernels/total_variation_kernels.h"
 #include "kernels/total_variation_rows.h"
 #include "storage/base/cpu_isa.h"
+#include "storage/base/option_bounds.h"
 
 namespace veduta {
 namespace {
@@ -163,9 +164,7 @@ Status TvProblem::Check() const {
     return Status::InvalidArgument("neighbours, weights or centres do not fit " +
                                    std::to_string(block_count) + " blocks");
   }
-  if (!(lambda > 0) || !std::isfinite(lambda)) {
-    return Status::InvalidArgument("lambda is " + std::to_string(lambda) + "; it must be above 0");
-  }
+  VEDUTA_RETURN_IF_ERROR(OptionBounds().FiniteAbove("lambda", lambda, 0).status());
   for (size_t i = 0; i < neighbors.size(); ++i) {
     const int32_t other = neighbors[i];
     if (other < -1 || other >= static_cast<int32_t>(block_count) ||

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "storage/database_options.h"
 
-#include <string>
+#include "storage/base/option_bounds.h"
 
 namespace veduta {
 namespace {
@@ -17,12 +17,10 @@ Status DatabaseOptions::Check() const {
   if (create && read_only)
     return Status::InvalidArgument(
         "create and read_only are both set: a database cannot be created for reading only");
-  if (block_cache_bytes < kBlockCacheBytesMin || block_cache_bytes > kBlockCacheBytesMax) {
-    return Status::InvalidArgument("block_cache_bytes is " + std::to_string(block_cache_bytes) +
-                                   ", but must be " + std::to_string(kBlockCacheBytesMin) + " to " +
-                                   std::to_string(kBlockCacheBytesMax));
-  }
-  return Status::Ok();
+  return OptionBounds()
+      .Between("block_cache_bytes", static_cast<double>(block_cache_bytes),
+               static_cast<double>(kBlockCacheBytesMin), static_cast<double>(kBlockCacheBytesMax))
+      .status();
 }
 
 }  // namespace veduta

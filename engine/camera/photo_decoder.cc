@@ -6,10 +6,10 @@
 #include <utility>
 
 #include "engine/camera/gray_image.h"
-#include "engine/camera/option_check.h"
 #include "engine/camera/orientation.h"
 #include "engine/camera/pixel_decoders.h"
 #include "engine/camera/projection.h"
+#include "storage/base/option_bounds.h"
 
 namespace veduta {
 namespace {
@@ -67,7 +67,8 @@ Pixels DecodePixels(std::span<const uint8_t> bytes, const PhotoHeader& header) {
 DecodedPhoto DecodeWithin(std::span<const uint8_t> bytes, const DecodeLimits& limits,
                           ImageSize wanted) {
   DecodedPhoto photo;
-  if (const Status status = limits.Check(); !status.ok()) {
+  const Status status = OptionBounds().Part("limits", limits.Check()).status();
+  if (!status.ok()) {
     return Failed(std::move(photo), DecodeOutcome::kTooLarge, status.message());
   }
   if (bytes.empty()) return Failed(std::move(photo), DecodeOutcome::kEmpty, "the file is empty");
@@ -111,12 +112,11 @@ DecodedPhoto DecodeWithin(std::span<const uint8_t> bytes, const DecodeLimits& li
 }  // namespace
 
 Status DecodeLimits::Check() const {
-  return CheckFields(
-      "DecodeLimits",
-      {{"size_bytes_max", static_cast<double>(size_bytes_max), size_bytes_max >= 1, "[1, inf)"},
-       {"pixels_max", static_cast<double>(pixels_max), pixels_max >= 1, "[1, inf)"},
-       {"side_px_max", static_cast<double>(side_px_max),
-        side_px_max >= 1 && side_px_max <= kCameraSideMax, "[1, 65535]"}});
+  return OptionBounds()
+      .AtLeast("size_bytes_max", static_cast<double>(size_bytes_max), 1)
+      .AtLeast("pixels_max", static_cast<double>(pixels_max), 1)
+      .Between("side_px_max", side_px_max, 1, kCameraSideMax)
+      .status();
 }
 
 DecodedPhoto DecodePhoto(std::span<const uint8_t> bytes, const DecodeLimits& limits,

@@ -15,7 +15,7 @@
 #include "engine/features/extraction.h"
 #include "engine/features/orientation.h"
 #include "engine/features/scale_space.h"
-#include "storage/base/option_check.h"
+#include "storage/base/option_bounds.h"
 
 namespace veduta {
 
@@ -28,13 +28,12 @@ FeatureScratch::FeatureScratch() : memory_(std::make_unique<Memory>()) {}
 FeatureScratch::~FeatureScratch() = default;
 
 Status FeatureOptions::Check() const {
-  VEDUTA_RETURN_IF_ERROR(CheckOption(feature_count_max >= 1 && feature_count_max <= 65535,
-                                     "feature_count_max", feature_count_max, "[1, 65535]"));
-  VEDUTA_RETURN_IF_ERROR(CheckOption(contrast_threshold > 0 && contrast_threshold < 1,
-                                     "contrast_threshold", contrast_threshold, "(0, 1)"));
-  VEDUTA_RETURN_IF_ERROR(CheckOption(edge_ratio_max > 1 && edge_ratio_max <= 1000, "edge_ratio_max",
-                                     edge_ratio_max, "(1, 1000]"));
-  return CheckOption(sigma >= 1.4 && sigma <= 4, "sigma", sigma, "[1.4, 4]");
+  return OptionBounds()
+      .Between("feature_count_max", feature_count_max, 1, 65535)
+      .Inside("contrast_threshold", contrast_threshold, 0, 1)
+      .AboveUpTo("edge_ratio_max", edge_ratio_max, 1, 1000)
+      .Between("sigma", sigma, 1.4, 4)
+      .status();
 }
 
 namespace {

@@ -2,11 +2,10 @@
 #include "engine/matching/guided_matcher.h"
 
 #include <algorithm>
-#include <cmath>
 #include <string>
 
 #include "engine/matching/matcher_kernels.h"
-#include "storage/base/option_check.h"
+#include "storage/base/option_bounds.h"
 
 namespace veduta {
 namespace {
@@ -115,11 +114,12 @@ bool Passes(const DescriptorMatch& match, const GuidedMatchOptions& options) {
 }  // namespace
 
 Status GuidedMatchOptions::Check() const {
-  VEDUTA_RETURN_IF_ERROR(CheckOption(band_px > 0 && band_px <= 64, "band_px", band_px, "(0, 64]"));
-  VEDUTA_RETURN_IF_ERROR(
-      CheckOption(ratio_max > 0 && ratio_max <= 1, "ratio_max", ratio_max, "(0, 1]"));
-  VEDUTA_RETURN_IF_ERROR(CheckOption(apart_px >= 0, "apart_px", apart_px, "[0, inf]"));
-  return CheckOption(scale_ratio_max >= 1, "scale_ratio_max", scale_ratio_max, "[1, inf]");
+  return OptionBounds()
+      .AboveUpTo("band_px", band_px, 0, 64)
+      .AboveUpTo("ratio_max", ratio_max, 0, 1)
+      .AtLeast("apart_px", apart_px, 0)
+      .AtLeast("scale_ratio_max", scale_ratio_max, 1)
+      .status();
 }
 
 Result<std::vector<DescriptorMatch>> MatchGuided(const Features& a, const Features& b,

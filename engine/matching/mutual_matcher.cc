@@ -4,7 +4,7 @@
 #include <algorithm>
 
 #include "engine/matching/matcher_kernels.h"
-#include "storage/base/option_check.h"
+#include "storage/base/option_bounds.h"
 
 namespace veduta {
 namespace {
@@ -18,7 +18,7 @@ bool Passes(const NearestPair& nearest, const MatchOptions& options) {
 }  // namespace
 
 Status MatchOptions::Check() const {
-  return CheckOption(ratio_max > 0 && ratio_max <= 1, "ratio_max", ratio_max, "(0, 1]");
+  return OptionBounds().AboveUpTo("ratio_max", ratio_max, 0, 1).status();
 }
 
 std::vector<DescriptorMatch> MatchMutual(const PackedDescriptors& a, const PackedDescriptors& b,

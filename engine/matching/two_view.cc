@@ -11,7 +11,7 @@
 #include <opengv/relative_pose/methods.hpp>
 
 #include "engine/matching/sampling.h"
-#include "storage/base/option_check.h"
+#include "storage/base/option_bounds.h"
 
 namespace veduta {
 namespace {
@@ -127,22 +127,16 @@ BestPose SearchPose(std::span<const Eigen::Vector2d> x_a, std::span<const Eigen:
 }  // namespace
 
 Status TwoViewOptions::Check() const {
-  const auto is_share = [](double value) { return value >= 0 && value <= 1; };
-  VEDUTA_RETURN_IF_ERROR(CheckOption(error_px_max > 0 && error_px_max < 100, "error_px_max",
-                                     error_px_max, "(0, 100)"));
-  VEDUTA_RETURN_IF_ERROR(
-      CheckOption(confidence > 0 && confidence < 1, "confidence", confidence, "(0, 1)"));
-  VEDUTA_RETURN_IF_ERROR(
-      CheckOption(inlier_count_min >= 5, "inlier_count_min", inlier_count_min, "[5, 2^32)"));
-  VEDUTA_RETURN_IF_ERROR(
-      CheckOption(is_share(inlier_share_min), "inlier_share_min", inlier_share_min, "[0, 1]"));
-  VEDUTA_RETURN_IF_ERROR(CheckOption(samples_max >= 1, "samples_max", samples_max, "[1, 2^32)"));
-  VEDUTA_RETURN_IF_ERROR(
-      CheckOption(samples_min <= samples_max, "samples_min", samples_min, "[0, samples_max]"));
-  VEDUTA_RETURN_IF_ERROR(
-      CheckOption(is_share(planar_share_min), "planar_share_min", planar_share_min, "[0, 1]"));
-  return CheckOption(is_share(rotation_share_min), "rotation_share_min", rotation_share_min,
-                     "[0, 1]");
+  return OptionBounds()
+      .Inside("error_px_max", error_px_max, 0, 100)
+      .Inside("confidence", confidence, 0, 1)
+      .AtLeast("inlier_count_min", inlier_count_min, 5)
+      .Between("inlier_share_min", inlier_share_min, 0, 1)
+      .AtLeast("samples_max", samples_max, 1)
+      .Between("samples_min", samples_min, 0, samples_max)
+      .Between("planar_share_min", planar_share_min, 0, 1)
+      .Between("rotation_share_min", rotation_share_min, 0, 1)
+      .status();
 }
 
 double SampsonDistance(const Eigen::Matrix3d& e, const Eigen::Vector2d& x_a,

@@ -3,6 +3,7 @@
 // What the Check() of an options struct is written with: it names the first bound that a value
 // violates, with the value.
 
+#include <cmath>
 #include <sstream>
 #include <string>
 
@@ -20,6 +21,14 @@ class OptionBounds final {
   }
   OptionBounds& Above(const char* name, double value, double bound) {
     return Require(name, value, value > bound, "more than " + Text(bound));
+  }
+  // More than `bound`, and not infinite.
+  OptionBounds& FiniteAbove(const char* name, double value, double bound) {
+    return Require(name, value, value > bound && std::isfinite(value),
+                   "finite and more than " + Text(bound));
+  }
+  OptionBounds& Finite(const char* name, double value) {
+    return Require(name, value, std::isfinite(value), "finite");
   }
   // From `low` to `high`, both allowed.
   OptionBounds& Between(const char* name, double value, double low, double high) {
@@ -56,7 +65,9 @@ class OptionBounds final {
  private:
   static std::string Text(double value) {
     std::ostringstream text;
-    text.precision(10);
+    // Counts, of bytes too, are shown whole: below 10^15 a double holds every integer.
+    const bool is_count = std::abs(value) < 1e15 && std::trunc(value) == value;
+    text.precision(is_count ? 15 : 10);
     text << value;
     return text.str();
   }

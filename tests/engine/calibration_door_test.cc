@@ -71,10 +71,10 @@ TEST_F(CalibrationDoor, RequestsOutOfBoundsAreRefusedByName) {
   expect_refused("none are given", [](CalibrateRequest* r) { r->points_path.clear(); });
   expect_refused("not both", [](CalibrateRequest* r) { r->photo_paths = {"a.jpg"}; });
   for (const uint32_t count : {0u, 179u}) {
-    expect_refused("marker_count = ", [&](CalibrateRequest* r) { r->marker_count = count; });
+    expect_refused("marker_count is ", [&](CalibrateRequest* r) { r->marker_count = count; });
   }
   for (const uint32_t count : {0u, 257u}) {
-    expect_refused("thread_count = ", [&](CalibrateRequest* r) { r->thread_count = count; });
+    expect_refused("thread_count is ", [&](CalibrateRequest* r) { r->thread_count = count; });
   }
 }
 

@@ -304,7 +304,7 @@ TEST(ScanlineOptions, EveryBoundIsNoticed) {
     options.penalty_large[difference] = 128;
     EXPECT_TRUE(options.Check().ok());
     options.penalty_large[difference] = 129;
-    EXPECT_EQ(options.Check().message(), "penalty_large is 129; it must be in [0, 128]");
+    EXPECT_EQ(options.Check().message(), "penalty_large is 129, but must be from 0 to 128");
   }
 }
 

@@ -15,9 +15,9 @@
 #include "engine/camera/calibration/readmission.h"
 #include "engine/camera/calibration/scene_initialization.h"
 #include "engine/camera/calibration/view_focal.h"
-#include "engine/camera/option_check.h"
 #include "engine/camera/projection.h"
 #include "storage/base/median.h"
+#include "storage/base/option_bounds.h"
 
 namespace veduta {
 namespace {
@@ -396,14 +396,12 @@ uint32_t Calibration::UsedPhotoCount() const {
 }
 
 Status CalibrationOptions::Check() const {
-  VEDUTA_RETURN_IF_ERROR(CheckFields(
-      "CalibrationOptions", {{"outlier_sigmas", outlier_sigmas,
-                              outlier_sigmas > 2 && IsPositive(outlier_sigmas), "(2, inf)"},
-                             {"photo_points_min", static_cast<double>(photo_points_min),
-                              photo_points_min >= 4, "[4, inf)"},
-                             {"photo_share_min", photo_share_min,
-                              photo_share_min > 0 && photo_share_min <= 1, "(0, 1]"}}));
-  return adjustment.Check();
+  return OptionBounds()
+      .FiniteAbove("outlier_sigmas", outlier_sigmas, 2)
+      .AtLeast("photo_points_min", photo_points_min, 4)
+      .AboveUpTo("photo_share_min", photo_share_min, 0, 1)
+      .Part("adjustment", adjustment.Check())
+      .status();
 }
 
 Result<Calibration> CalibrateCamera(const CalibrationInput& input,

@@ -8,8 +8,8 @@
 #include <cmath>
 #include <set>
 
-#include "engine/camera/option_check.h"
 #include "storage/base/median.h"
+#include "storage/base/option_bounds.h"
 
 namespace veduta {
 namespace {
@@ -236,15 +236,15 @@ class Estimator final {
 }  // namespace
 
 Status DistortionOptions::Check() const {
-  return CheckFields(
-      "DistortionOptions",
-      {{"start.center.x", start.center.x(), std::isfinite(start.center.x()), "(-inf, inf)"},
-       {"start.center.y", start.center.y(), std::isfinite(start.center.y()), "(-inf, inf)"},
-       {"start.k1", start.k1, std::isfinite(start.k1), "(-inf, inf)"},
-       {"start.k2", start.k2, std::isfinite(start.k2), "(-inf, inf)"},
-       {"center_sigma", center_sigma, IsPositive(center_sigma), "(0, inf)"},
-       {"coefficient_sigma", coefficient_sigma, IsPositive(coefficient_sigma), "(0, inf)"},
-       {"loss_scale", loss_scale, IsPositive(loss_scale), "(0, inf)"}});
+  return OptionBounds()
+      .Finite("start.center.x", start.center.x())
+      .Finite("start.center.y", start.center.y())
+      .Finite("start.k1", start.k1)
+      .Finite("start.k2", start.k2)
+      .FiniteAbove("center_sigma", center_sigma, 0)
+      .FiniteAbove("coefficient_sigma", coefficient_sigma, 0)
+      .FiniteAbove("loss_scale", loss_scale, 0)
+      .status();
 }
 
 Result<DistortionEstimate> EstimateDistortion(const std::vector<PlanarView>& views,

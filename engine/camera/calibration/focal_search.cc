@@ -8,7 +8,7 @@
 #include <numbers>
 
 #include "engine/camera/calibration/homography_decomposition.h"
-#include "engine/camera/option_check.h"
+#include "storage/base/option_bounds.h"
 
 namespace veduta {
 namespace {
@@ -54,12 +54,11 @@ std::pair<double, Eigen::Vector3d> BestMean(const std::vector<NormalPair>& norma
 }  // namespace
 
 Status FocalSearchOptions::Check() const {
-  return CheckFields(
-      "FocalSearchOptions",
-      {{"focal_min", focal_min, IsPositive(focal_min), "(0, inf)"},
-       {"focal_max", focal_max, IsPositive(focal_max) && focal_max > focal_min, "(focal_min, inf)"},
-       {"step_count", static_cast<double>(step_count), step_count >= 8 && step_count <= 10'000,
-        "[8, 10000]"}});
+  return OptionBounds()
+      .FiniteAbove("focal_min", focal_min, 0)
+      .FiniteAbove("focal_max", focal_max, focal_min)
+      .Between("step_count", step_count, 8, 10'000)
+      .status();
 }
 
 std::optional<FocalEstimate> SearchFocalLength(

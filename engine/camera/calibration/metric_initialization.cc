@@ -7,7 +7,7 @@
 
 #include "engine/camera/calibration/focal_search.h"
 #include "engine/camera/calibration/plane_pose.h"
-#include "engine/camera/option_check.h"
+#include "storage/base/option_bounds.h"
 
 namespace veduta {
 namespace {
@@ -52,12 +52,11 @@ std::optional<Eigen::Vector2d> Consensus(const std::vector<Eigen::Vector2d>& pla
 }
 
 Status MetricOptions::Check() const {
-  return CheckFields("MetricOptions",
-                     {{"error_max", error_max, IsPositive(error_max), "(0, inf)"},
-                      {"agreeing_count_min", static_cast<double>(agreeing_count_min),
-                       agreeing_count_min >= 6, "[6, inf)"},
-                      {"agreeing_share_min", agreeing_share_min,
-                       agreeing_share_min > 0 && agreeing_share_min <= 1, "(0, 1]"}});
+  return OptionBounds()
+      .FiniteAbove("error_max", error_max, 0)
+      .AtLeast("agreeing_count_min", agreeing_count_min, 6)
+      .AboveUpTo("agreeing_share_min", agreeing_share_min, 0, 1)
+      .status();
 }
 
 MetricReconstruction InitializeMetric(const std::vector<PlanarView>& views, const ViewTree& tree,

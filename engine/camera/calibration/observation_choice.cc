@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <set>
 
-#include "engine/camera/option_check.h"
+#include "storage/base/option_bounds.h"
 
 namespace veduta {
 namespace {
@@ -16,10 +16,10 @@ uint32_t NewNumber(const std::vector<uint32_t>& kept, uint32_t old) {
 }  // namespace
 
 Status ChoiceOptions::Check() const {
-  return CheckFields("ChoiceOptions", {{"photo_points_min", static_cast<double>(photo_points_min),
-                                        photo_points_min >= 4, "[4, inf)"},
-                                       {"photo_share_min", photo_share_min,
-                                        photo_share_min > 0 && photo_share_min <= 1, "(0, 1]"}});
+  return OptionBounds()
+      .AtLeast("photo_points_min", photo_points_min, 4)
+      .AboveUpTo("photo_share_min", photo_share_min, 0, 1)
+      .status();
 }
 
 void ChooseObservations(const std::vector<PlaneObservation>& observations,

@@ -9,7 +9,7 @@
 #include <cmath>
 
 #include "engine/camera/calibration/plane_reprojection_cost.h"
-#include "engine/camera/option_check.h"
+#include "storage/base/option_bounds.h"
 
 namespace veduta {
 namespace {
@@ -265,15 +265,13 @@ CameraModel WithIntrinsics(CameraModel model, const std::array<double, 8>& value
 }
 
 Status PlaneAdjustmentOptions::Check() const {
-  return CheckFields(
-      "PlaneAdjustmentOptions",
-      {{"plane_sigma", plane_sigma, IsPositive(plane_sigma), "(0, inf)"},
-       {"distortion_center_sigma", distortion_center_sigma, IsPositive(distortion_center_sigma),
-        "(0, inf)"},
-       {"loss_scale", loss_scale, IsPositive(loss_scale), "(0, inf)"},
-       {"iterations_max", static_cast<double>(iterations_max),
-        iterations_max >= 1 && iterations_max <= 1'000'000, "[1, 1000000]"},
-       {"function_tolerance", function_tolerance, IsPositive(function_tolerance), "(0, inf)"}});
+  return OptionBounds()
+      .FiniteAbove("plane_sigma", plane_sigma, 0)
+      .FiniteAbove("distortion_center_sigma", distortion_center_sigma, 0)
+      .FiniteAbove("loss_scale", loss_scale, 0)
+      .Between("iterations_max", iterations_max, 1, 1'000'000)
+      .FiniteAbove("function_tolerance", function_tolerance, 0)
+      .status();
 }
 
 Result<PlaneAdjustment> AdjustPlane(const std::vector<PlaneObservation>& observations,

@@ -6,8 +6,8 @@
 #include <optional>
 
 #include "engine/camera/calibration/homography.h"
-#include "engine/camera/option_check.h"
 #include "storage/base/content_hash.h"
+#include "storage/base/option_bounds.h"
 
 namespace veduta {
 namespace {
@@ -58,12 +58,11 @@ Eigen::Matrix3d ViewTree::ViewFromRoot(uint32_t view) const {
 }
 
 Status ViewTreeOptions::Check() const {
-  return CheckFields("ViewTreeOptions",
-                     {{"common_count_min", static_cast<double>(common_count_min),
-                       common_count_min >= 6, "[6, inf)"},
-                      {"common_count_full", static_cast<double>(common_count_full),
-                       common_count_full >= common_count_min, "[common_count_min, inf)"},
-                      {"error_max", error_max, IsPositive(error_max), "(0, inf)"}});
+  return OptionBounds()
+      .AtLeast("common_count_min", common_count_min, 6)
+      .AtLeast("common_count_full", common_count_full, common_count_min)
+      .FiniteAbove("error_max", error_max, 0)
+      .status();
 }
 
 ViewTree GrowViewTree(const std::vector<PlanarView>& views, const ViewTreeOptions& options) {

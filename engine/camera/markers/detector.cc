@@ -10,7 +10,7 @@
 #include "engine/camera/markers/board.h"
 #include "engine/camera/markers/outline.h"
 #include "engine/camera/markers/ring.h"
-#include "engine/camera/option_check.h"
+#include "storage/base/option_bounds.h"
 
 namespace veduta {
 namespace {
@@ -113,16 +113,13 @@ void DropAmbiguous(MarkerSearch* search) {
 }  // namespace
 
 Status MarkerOptions::Check() const {
-  return CheckFields(
-      "MarkerOptions",
-      {{"offset_gray", static_cast<double>(offset_gray), offset_gray >= 1 && offset_gray <= 100,
-        "[1, 100]"},
-       {"code_budget", static_cast<double>(code_budget),
-        code_budget >= 0 && code_budget < kMarkerDistanceMin, "[0, 6]"},
-       {"support_min", support_min, support_min >= 0.5 && support_min <= 1, "[0.5, 1]"},
-       {"id_count", static_cast<double>(id_count), id_count >= 1 && id_count <= kMarkerIdCount,
-        "[1, 178]"},
-       {"sigma_px_max", sigma_px_max, IsPositive(sigma_px_max), "(0, inf)"}});
+  return OptionBounds()
+      .Between("offset_gray", offset_gray, 1, 100)
+      .Between("code_budget", code_budget, 0, kMarkerDistanceMin - 1)
+      .Between("support_min", support_min, 0.5, 1)
+      .Between("id_count", id_count, 1, kMarkerIdCount)
+      .FiniteAbove("sigma_px_max", sigma_px_max, 0)
+      .status();
 }
 
 double MarkerDetection::SigmaPx() const {

@@ -15,9 +15,9 @@
 #include <set>
 #include <sstream>
 
-#include "engine/camera/option_check.h"
 #include "engine/camera/orientation.h"
 #include "storage/base/median.h"
+#include "storage/base/option_bounds.h"
 
 namespace veduta {
 namespace {
@@ -169,11 +169,11 @@ void DetectInPhoto(ImageSize size, const PhotoMarkersOptions& options, PhotoNote
 }  // namespace
 
 Status PhotoMarkersOptions::Check() const {
-  VEDUTA_RETURN_IF_ERROR(markers.Check());
-  VEDUTA_RETURN_IF_ERROR(decode.Check());
-  return CheckFields("PhotoMarkersOptions",
-                     {{"marker_count_min", static_cast<double>(marker_count_min),
-                       marker_count_min >= 1, "[1, inf)"}});
+  return OptionBounds()
+      .Part("markers", markers.Check())
+      .Part("decode", decode.Check())
+      .AtLeast("marker_count_min", marker_count_min, 1)
+      .status();
 }
 
 Result<PhotoMarkers> DetectInPhotos(const std::vector<std::string>& paths,

@@ -24,7 +24,7 @@ void ExpectRefused(Field Options::*field, const std::string& name,
     options.*field = value;
     const Status status = options.Check();
     EXPECT_EQ(status.code(), StatusCode::kInvalidArgument) << name << " = " << value;
-    EXPECT_NE(status.message().find(name + " = "), std::string::npos) << status.message();
+    EXPECT_EQ(status.message().rfind(name + " is ", 0), 0u) << status.message();
   }
 }
 

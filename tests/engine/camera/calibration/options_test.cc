@@ -48,7 +48,8 @@ TEST(Options, Calibration) {
   ExpectAccepted(&Options::photo_share_min, {1.});
   Options nested;
   nested.adjustment.loss_scale = 0;
-  EXPECT_NE(nested.Check().message().find("loss_scale"), std::string::npos);
+  EXPECT_EQ(nested.Check().message(),
+            "adjustment.loss_scale is 0, but must be finite and more than 0");
 }
 
 TEST(Options, Distortion) {
