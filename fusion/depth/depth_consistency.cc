@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "fusion/depth/sweep_geometry.h"
+#include "storage/base/option_bounds.h"
 
 namespace veduta {
 namespace {
@@ -63,23 +64,12 @@ Status CheckMap(const DepthMap& map, const ViewGeometry& view, const std::string
 }  // namespace
 
 Status ConsistencyOptions::Check() const {
-  if (!(depth_error_max > 0 && depth_error_max < 1)) {
-    return Status::InvalidArgument("depth_error_max is " + std::to_string(depth_error_max) +
-                                   "; it must be in (0, 1)");
-  }
-  if (!(pixel_error_max > 0 && pixel_error_max <= 100)) {
-    return Status::InvalidArgument("pixel_error_max is " + std::to_string(pixel_error_max) +
-                                   "; it must be in (0, 100]");
-  }
-  if (agreement_count_min < 1 || agreement_count_min > kAgreementsMax) {
-    return Status::InvalidArgument("agreement_count_min is " + std::to_string(agreement_count_min) +
-                                   "; it must be from 1 to 64");
-  }
-  if (confidence_sure > 255) {
-    return Status::InvalidArgument("confidence_sure is " + std::to_string(confidence_sure) +
-                                   "; it must be at most 255");
-  }
-  return Status::Ok();
+  return OptionBounds()
+      .Inside("depth_error_max", depth_error_max, 0, 1)
+      .AboveUpTo("pixel_error_max", pixel_error_max, 0, 100)
+      .Between("agreement_count_min", agreement_count_min, 1, kAgreementsMax)
+      .Between("confidence_sure", confidence_sure, 0, 255)
+      .status();
 }
 
 Result<DepthMap> CheckConsistency(const DepthMap& key_map, const ViewGeometry& key,

@@ -12,6 +12,7 @@
 #include "fusion/depth/sweep_geometry.h"
 #include "fusion/depth/view_pyramid.h"
 #include "kernels/scanline.h"
+#include "storage/base/option_bounds.h"
 
 namespace veduta {
 namespace {
@@ -357,39 +358,20 @@ class Estimator final {
   uint32_t distinctness_width_ = 0, distinctness_height_ = 0;
 };
 
-std::string Bound(const char* name, double value, const char* bound) {
-  return std::string(name) + " is " + std::to_string(value) + "; it must be " + bound;
-}
-
 }  // namespace
 
 Status DepthOptions::Check() const {
-  if (!(plane_step_px >= 0.25 && plane_step_px <= 8)) {
-    return Status::InvalidArgument(Bound("plane_step_px", plane_step_px, "from 0.25 to 8"));
-  }
-  if (plane_count_max < 16 || plane_count_max > 768) {
-    return Status::InvalidArgument(Bound("plane_count_max", plane_count_max, "from 16 to 768"));
-  }
-  if (volume_bytes_max < (1ull << 20) || volume_bytes_max > (1ull << 36)) {
-    return Status::InvalidArgument(
-        Bound("volume_bytes_max", static_cast<double>(volume_bytes_max), "from 2^20 to 2^36"));
-  }
-  if (slanted_plane_count > 8) {
-    return Status::InvalidArgument(Bound("slanted_plane_count", slanted_plane_count, "at most 8"));
-  }
-  if (refinement_count > 8)
-    return Status::InvalidArgument(Bound("refinement_count", refinement_count, "at most 8"));
-  if (penalty_small > 127)
-    return Status::InvalidArgument(Bound("penalty_small", penalty_small, "at most 127"));
-  if (penalty_large > 128)
-    return Status::InvalidArgument(Bound("penalty_large", penalty_large, "at most 128"));
-  if (penalty_large_min > penalty_large) {
-    return Status::InvalidArgument(
-        Bound("penalty_large_min", penalty_large_min, "at most penalty_large"));
-  }
-  if (confidence_min > 255)
-    return Status::InvalidArgument(Bound("confidence_min", confidence_min, "at most 255"));
-  return Status::Ok();
+  return OptionBounds()
+      .Between("plane_step_px", plane_step_px, 0.25, 8)
+      .Between("plane_count_max", plane_count_max, 16, 768)
+      .Between("volume_bytes_max", static_cast<double>(volume_bytes_max), 0x1p20, 0x1p36)
+      .Between("slanted_plane_count", slanted_plane_count, 0, 8)
+      .Between("refinement_count", refinement_count, 0, 8)
+      .Between("penalty_small", penalty_small, 0, 127)
+      .Between("penalty_large", penalty_large, 0, 128)
+      .Between("penalty_large_min", penalty_large_min, 0, penalty_large)
+      .Between("confidence_min", confidence_min, 0, 255)
+      .status();
 }
 
 Result<DepthMap> EstimateDepth(const View& key, std::span<const View> sensors,

@@ -4,9 +4,9 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
-#include <string>
 
 #include "storage/base/median.h"
+#include "storage/base/option_bounds.h"
 
 namespace veduta {
 namespace {
@@ -79,19 +79,13 @@ double AngleDeg(const Eigen::Vector3d& a, const Eigen::Vector3d& b) {
 }  // namespace
 
 Status SensorViewOptions::Check() const {
-  const auto broken = [](const char* field, double value, const char* rule) {
-    return Status::InvalidArgument(std::string(field) + " is " + std::to_string(value) +
-                                   ", but must be " + rule);
-  };
-  if (!(overlap_min >= 0 && overlap_min <= 1))
-    return broken("overlap_min", overlap_min, "in [0, 1]");
-  if (!(angle_best_deg > 0 && angle_best_deg <= 90))
-    return broken("angle_best_deg", angle_best_deg, "in (0, 90]");
-  if (point_count_min < 3) return broken("point_count_min", point_count_min, "3 or more");
-  if (cells_across < 4 || cells_across > 256)
-    return broken("cells_across", cells_across, "in [4, 256]");
-  if (cell_feature_count_min == 0) return broken("cell_feature_count_min", 0, "1 or more");
-  return Status::Ok();
+  return OptionBounds()
+      .Between("overlap_min", overlap_min, 0, 1)
+      .AboveUpTo("angle_best_deg", angle_best_deg, 0, 90)
+      .AtLeast("point_count_min", point_count_min, 3)
+      .Between("cells_across", cells_across, 4, 256)
+      .AtLeast("cell_feature_count_min", cell_feature_count_min, 1)
+      .status();
 }
 
 double AnglePreference(double angle_deg, double angle_best_deg) {

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "fusion/pass/dense_pass.h"
 
-#include <cmath>
 #include <optional>
 #include <set>
 #include <string>
@@ -11,6 +10,7 @@
 #include "fusion/pass/view_loader.h"
 #include "kernels/device.h"
 #include "storage/base/median.h"
+#include "storage/base/option_bounds.h"
 
 namespace veduta {
 namespace {
@@ -107,29 +107,22 @@ Status RunPass(const DensifyOptions& options, const DenseSettings& settings, Den
 }  // namespace
 
 Status DensifyOptions::Check() const {
-  const auto broken = [](const char* field, double value, const char* rule) {
-    return Status::InvalidArgument(std::string(field) + " is " + std::to_string(value) +
-                                   ", but must be " + rule);
-  };
-  if (depth_side_px && *depth_side_px != 0 && (*depth_side_px < 64 || *depth_side_px > kSideMax)) {
-    return broken("depth_side_px", *depth_side_px, "0 (the photo's) or in [64, 65535]");
+  OptionBounds bounds;
+  if (depth_side_px && *depth_side_px != 0) {
+    const double side = *depth_side_px;
+    bounds.Require("depth_side_px", side, side >= 64 && side <= kSideMax,
+                   "0 (the photo's) or from 64 to " + std::to_string(kSideMax));
   }
-  if (sensor_count && (*sensor_count < 1 || *sensor_count > 16))
-    return broken("sensor_count", *sensor_count, "in [1, 16]");
-  if (voxel_size && !(*voxel_size > 0 && std::isfinite(*voxel_size)))
-    return broken("voxel_size", *voxel_size, "above 0");
-  if (!(voxel_px > 0 && voxel_px <= 100)) return broken("voxel_px", voxel_px, "in (0, 100]");
-  if (neighbor_count < 1 || neighbor_count > 16)
-    return broken("neighbor_count", neighbor_count, "in [1, 16]");
-  if (!(moved_px_max > 0 && moved_px_max <= 10))
-    return broken("moved_px_max", moved_px_max, "in (0, 10]");
-  if (!(moved_voxels_max > 0 && moved_voxels_max <= 10))
-    return broken("moved_voxels_max", moved_voxels_max, "in (0, 10]");
-  if (!(depth_margin >= 0 && depth_margin <= 10))
-    return broken("depth_margin", depth_margin, "in [0, 10]");
-  if (block_pixel_count_min == 0) return broken("block_pixel_count_min", 0, "1 or more");
-  if (block_map_count_min == 0) return broken("block_map_count_min", 0, "1 or more");
-  return Status::Ok();
+  if (sensor_count) bounds.Between("sensor_count", *sensor_count, 1, 16);
+  if (voxel_size) bounds.FiniteAbove("voxel_size", *voxel_size, 0);
+  return bounds.AboveUpTo("voxel_px", voxel_px, 0, 100)
+      .Between("neighbor_count", neighbor_count, 1, 16)
+      .AboveUpTo("moved_px_max", moved_px_max, 0, 10)
+      .AboveUpTo("moved_voxels_max", moved_voxels_max, 0, 10)
+      .Between("depth_margin", depth_margin, 0, 10)
+      .AtLeast("block_pixel_count_min", block_pixel_count_min, 1)
+      .AtLeast("block_map_count_min", block_map_count_min, 1)
+      .status();
 }
 
 Result<DensifyReport> RunDensePass(const DensePassTools& tools, ReconstructionId reconstruction,

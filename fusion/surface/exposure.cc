@@ -10,6 +10,7 @@
 #include <utility>
 
 #include "fusion/surface/color_view.h"
+#include "storage/base/option_bounds.h"
 
 namespace veduta {
 namespace {
@@ -232,22 +233,14 @@ Status SolveGains(const ExposureOptions& options, Problem* problem) {
 }  // namespace
 
 Status ExposureOptions::Check() const {
-  if (!(residual_scale > 0 && residual_scale <= 10)) {
-    return Status::InvalidArgument("residual scale " + std::to_string(residual_scale) +
-                                   " is outside (0, 10]");
-  }
-  if (iterations_max < 1) return Status::InvalidArgument("iterations must be at least 1");
-  if (observations_min < 1)
-    return Status::InvalidArgument("observations a photo must be at least 1");
-  if (views_per_point_max < 2 || views_per_point_max > 1000) {
-    return Status::InvalidArgument("views per point " + std::to_string(views_per_point_max) +
-                                   " is outside [2, 1000]");
-  }
-  if (dark < 1 || bright <= dark) {
-    return Status::InvalidArgument("dark " + std::to_string(dark) + " and bright " +
-                                   std::to_string(bright) + ": 1 <= dark < bright is wanted");
-  }
-  return {};
+  return OptionBounds()
+      .AboveUpTo("residual_scale", residual_scale, 0, 10)
+      .AtLeast("iterations_max", iterations_max, 1)
+      .AtLeast("observations_min", observations_min, 1)
+      .Between("views_per_point_max", views_per_point_max, 2, 1000)
+      .AtLeast("dark", dark, 1)
+      .Above("bright", bright, dark)
+      .status();
 }
 
 Result<std::map<ImageId, Eigen::Vector3f>> SolveExposures(

@@ -7,6 +7,7 @@
 #include <string>
 
 #include "storage/base/denormals_off.h"
+#include "storage/base/option_bounds.h"
 
 namespace veduta {
 namespace {
@@ -166,14 +167,10 @@ struct Projected {
 }  // namespace
 
 Status RenderOptions::Check() const {
-  if (!(point_radius_px > 0 && point_radius_px <= 100)) {
-    return Status::InvalidArgument("radius of points " + std::to_string(point_radius_px) +
-                                   " px is outside (0, 100]");
-  }
-  if (!(depth_min > 0) || !std::isfinite(depth_min)) {
-    return Status::InvalidArgument("least depth " + std::to_string(depth_min) + " is not positive");
-  }
-  return {};
+  return OptionBounds()
+      .AboveUpTo("point_radius_px", point_radius_px, 0, 100)
+      .FiniteAbove("depth_min", depth_min, 0)
+      .status();
 }
 
 Result<Picture> BlankPicture(const ViewGeometry& view, const RenderOptions& options) {

@@ -2,12 +2,11 @@
 #include "fusion/surface/simplification.h"
 
 #include <algorithm>
-#include <cmath>
-#include <string>
 #include <utility>
 
 #include "fusion/surface/edge_collapse.h"
 #include "fusion/surface/mesh_check.h"
+#include "storage/base/option_bounds.h"
 
 namespace veduta {
 namespace {
@@ -48,19 +47,11 @@ SimplifiedMesh Compact(const TriangleMesh& mesh,
 }  // namespace
 
 Status SimplificationOptions::Check() const {
-  if (!(distance_max > 0) || !std::isfinite(distance_max)) {
-    return Status::InvalidArgument("simplification: distance " + std::to_string(distance_max) +
-                                   " is not positive");
-  }
-  if (!(normal_turn_deg_max > 0 && normal_turn_deg_max <= 90)) {
-    return Status::InvalidArgument("simplification: turn of normals " +
-                                   std::to_string(normal_turn_deg_max) + " is outside (0, 90]");
-  }
-  if (!(color_error_max > 0 && color_error_max <= 442)) {
-    return Status::InvalidArgument("simplification: error of colour " +
-                                   std::to_string(color_error_max) + " is outside (0, 442]");
-  }
-  return {};
+  return OptionBounds()
+      .FiniteAbove("distance_max", distance_max, 0)
+      .AboveUpTo("normal_turn_deg_max", normal_turn_deg_max, 0, 90)
+      .AboveUpTo("color_error_max", color_error_max, 0, 442)
+      .status();
 }
 
 Result<SimplifiedMesh> Simplify(const TriangleMesh& mesh, const SimplificationOptions& options) {

@@ -3,12 +3,12 @@
 
 #include <algorithm>
 #include <cmath>
-#include <string>
 
 #include "fusion/surface/color_fill.h"
 #include "fusion/surface/mesh_check.h"
 #include "fusion/surface/robust_color.h"
 #include "storage/base/denormals_off.h"
+#include "storage/base/option_bounds.h"
 
 namespace veduta {
 namespace {
@@ -205,33 +205,17 @@ std::vector<uint8_t> FillUnseen(const TriangleMesh& mesh, uint32_t rings_max,
 }  // namespace
 
 Status ColoringOptions::Check() const {
-  const auto wrong = [](const char* name, double value, const char* range) {
-    return Status::InvalidArgument(std::string(name) + " " + std::to_string(value) +
-                                   " is outside " + range);
-  };
-  if (!(voxel_size > 0) || !std::isfinite(voxel_size))
-    return wrong("voxel size", voxel_size, "(0, inf)");
-  if (!(offset_voxels >= 0 && offset_voxels <= 10))
-    return wrong("offset in voxels", offset_voxels, "[0, 10]");
-  if (!(incidence_deg_max > 0 && incidence_deg_max < 90))
-    return wrong("incidence", incidence_deg_max, "(0, 90)");
-  if (!(voxels_per_pixel_max > 0 && voxels_per_pixel_max <= 1000)) {
-    return wrong("voxels per pixel", voxels_per_pixel_max, "(0, 1000]");
-  }
-  if (!(border_margin_px >= 0 && border_margin_px <= 1000))
-    return wrong("border", border_margin_px, "[0, 1000]");
-  if (!(silhouette_margin_px >= 0 && silhouette_margin_px <= 20)) {
-    return wrong("silhouette margin", silhouette_margin_px, "[0, 20]");
-  }
-  if (!(outlier_deviations >= 1 && outlier_deviations <= 100)) {
-    return wrong("outlier deviations", outlier_deviations, "[1, 100]");
-  }
-  if (!(outlier_tolerance >= 0 && outlier_tolerance <= 1))
-    return wrong("tolerance", outlier_tolerance, "[0, 1]");
-  if (views_per_vertex_max < 1 || views_per_vertex_max > 255) {
-    return wrong("views per vertex", views_per_vertex_max, "[1, 255]");
-  }
-  return {};
+  return OptionBounds()
+      .FiniteAbove("voxel_size", voxel_size, 0)
+      .Between("offset_voxels", offset_voxels, 0, 10)
+      .Inside("incidence_deg_max", incidence_deg_max, 0, 90)
+      .AboveUpTo("voxels_per_pixel_max", voxels_per_pixel_max, 0, 1000)
+      .Between("border_margin_px", border_margin_px, 0, 1000)
+      .Between("silhouette_margin_px", silhouette_margin_px, 0, 20)
+      .Between("outlier_deviations", outlier_deviations, 1, 100)
+      .Between("outlier_tolerance", outlier_tolerance, 0, 1)
+      .Between("views_per_vertex_max", views_per_vertex_max, 1, 255)
+      .status();
 }
 
 double ColoringReach(const ColoringOptions& options) {

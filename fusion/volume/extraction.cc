@@ -2,11 +2,11 @@
 #include "fusion/volume/extraction.h"
 
 #include <algorithm>
-#include <cmath>
 #include <numeric>
 #include <string>
 
 #include "fusion/volume/marching_cubes.h"
+#include "storage/base/option_bounds.h"
 
 namespace veduta {
 namespace {
@@ -240,16 +240,11 @@ Status CheckBlocks(const GridPlace& tile, std::span<const ExtractionBlock> block
 }  // namespace
 
 Status ExtractionOptions::Check() const {
-  if (near_maps_min > 254) {
-    return Status::InvalidArgument("near_maps_min is " + std::to_string(near_maps_min) +
-                                   "; it must be at most 254");
-  }
-  if (piece_extent_cells_min > kBlockSide - 1) {
-    return Status::InvalidArgument(
-        "piece_extent_cells_min is " + std::to_string(piece_extent_cells_min) +
-        "; it must be at most 15, or the halo does not show such pieces whole");
-  }
-  return Status::Ok();
+  // A larger piece reaches past the halo, which then does not show it whole.
+  return OptionBounds()
+      .Between("near_maps_min", near_maps_min, 0, 254)
+      .Between("piece_extent_cells_min", piece_extent_cells_min, 0, kBlockSide - 1)
+      .status();
 }
 
 Result<SurfacePiece> ExtractSurface(const GridPlace& tile, std::span<const ExtractionBlock> blocks,

@@ -1,8 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "fusion/volume/grid.h"
 
-#include <cmath>
-#include <string>
+#include "storage/base/option_bounds.h"
 
 namespace veduta {
 namespace {
@@ -47,15 +46,10 @@ std::vector<GridPlace> TilesThatReach(const GridPlace& block) {
 }
 
 Status VolumeGrid::Check() const {
-  if (!(voxel_size > 0) || !std::isfinite(voxel_size)) {
-    return Status::InvalidArgument("voxel_size is " + std::to_string(voxel_size) +
-                                   "; it must be above 0");
-  }
-  if (!(truncation_voxels >= kTruncationVoxelsMin && truncation_voxels <= kTruncationVoxelsMax)) {
-    return Status::InvalidArgument("truncation_voxels is " + std::to_string(truncation_voxels) +
-                                   "; it must be from 2 to 8");
-  }
-  return Status::Ok();
+  return OptionBounds()
+      .FiniteAbove("voxel_size", voxel_size, 0)
+      .Between("truncation_voxels", truncation_voxels, kTruncationVoxelsMin, kTruncationVoxelsMax)
+      .status();
 }
 
 }  // namespace veduta

@@ -2,18 +2,13 @@
 #include "fusion/volume/solver.h"
 
 #include <algorithm>
-#include <string>
 
 #include "fusion/volume/tile_problem.h"
 #include "kernels/total_variation.h"
+#include "storage/base/option_bounds.h"
 
 namespace veduta {
 namespace {
-
-Status OutOfRange(const char* name, double value, const char* bound) {
-  return Status::InvalidArgument(std::string(name) + " is " + std::to_string(value) +
-                                 "; it must be " + bound);
-}
 
 std::vector<float> StartOf(std::span<const TileBlock> blocks, ThreadPool& pool) {
   std::vector<float> u(blocks.size() * kBlockVoxels);
@@ -49,14 +44,12 @@ std::vector<float> DualStartOf(std::span<const TileBlock> blocks) {
 }  // namespace
 
 Status SolverOptions::Check() const {
-  if (!(lambda > 0 && lambda <= 100))
-    return OutOfRange("lambda", lambda, "above 0 and at most 100");
-  if (iterations_max < 1 || iterations_max > 100'000)
-    return OutOfRange("iterations_max", iterations_max, "from 1 to 100000");
-  if (check_every < 1 || check_every > 10'000)
-    return OutOfRange("check_every", check_every, "from 1 to 10000");
-  if (!(gap_max >= 0 && gap_max < 1)) return OutOfRange("gap_max", gap_max, "in [0, 1)");
-  return Status::Ok();
+  return OptionBounds()
+      .AboveUpTo("lambda", lambda, 0, 100)
+      .Between("iterations_max", iterations_max, 1, 100'000)
+      .Between("check_every", check_every, 1, 10'000)
+      .Require("gap_max", gap_max, gap_max >= 0 && gap_max < 1, "0 or more and less than 1")
+      .status();
 }
 
 Result<TileSolution> SolveTile(const GridPlace& tile, std::span<const TileBlock> blocks,

@@ -318,7 +318,7 @@ TEST(VertexColor, SaysWhatIsWrong) {
     return result.ok() ? std::string("ok") : result.status().message();
   };
   EXPECT_EQ(message({}, {}, Options()), "ok");
-  EXPECT_NE(message({}, {}, {}).find("voxel size"), std::string::npos);
+  EXPECT_NE(message({}, {}, {}).find("voxel_size"), std::string::npos);
   EXPECT_NE(message({}, {nullptr}, Options()).find("null"), std::string::npos);
   TriangleMesh mesh = FlatSheet(2, 2, 1);
   mesh.normals.clear();
