@@ -143,9 +143,8 @@ Result<ViewGeometry> SideView(const Snapshot& snapshot, ReconstructionId id,
 Status RenderFromSide(const Snapshot& snapshot, ThreadPool& pool, const RenderRequest& request) {
   ReconstructionId id = request.reconstruction;
   if (!id.valid()) {
-    VEDUTA_ASSIGN_OR_RETURN(const std::vector<ReconstructionId> all,
-                            WantedReconstructions(snapshot, id));
-    id = all.front();
+    VEDUTA_ASSIGN_OR_RETURN(const ReconstructionRecord largest, LargestLiving(snapshot));
+    id = largest.id;
   }
   VEDUTA_ASSIGN_OR_RETURN(const ViewGeometry view, SideView(snapshot, id, request));
   RenderOptions options = RenderOptionsOf(request);
