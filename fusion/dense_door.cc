@@ -6,10 +6,11 @@
 #include <optional>
 #include <string_view>
 
+#include "engine/query/city_answers.h"
+#include "engine/query/living.h"
 #include "fusion/export/reconstruction_picture.h"
 #include "fusion/export/surface_model.h"
 #include "fusion/pass/dense_pass.h"
-#include "fusion/pass/scene.h"
 #include "fusion/surface/model_writer.h"
 #include "kernels/device.h"
 
@@ -66,8 +67,7 @@ Result<std::unique_ptr<Device>> OpenDevice(const DensifyRequest& request, Thread
 Result<std::vector<ReconstructionId>> WantedReconstructions(const Snapshot& snapshot,
                                                             ReconstructionId wanted) {
   if (wanted.valid()) return std::vector{wanted};
-  VEDUTA_ASSIGN_OR_RETURN(const std::vector<ReconstructionRecord> records,
-                          LivingReconstructions(snapshot));
+  VEDUTA_ASSIGN_OR_RETURN(const std::vector<ReconstructionRecord> records, ListLiving(snapshot));
   if (records.empty()) return Status::NotFound("there is no reconstruction yet: add photos first");
   std::vector<ReconstructionId> ids;
   for (const ReconstructionRecord& record : records) ids.push_back(record.id);
@@ -81,7 +81,7 @@ Result<DensifyReport> DensifyOne(const DensePassTools& tools, ReconstructionId i
   if (!request.reconstruction.valid()) {
     VEDUTA_ASSIGN_OR_RETURN(const ReconstructionRecord record,
                             tools.writer.GetSnapshot()->GetReconstruction(id));
-    if (record.merged_into.valid()) {
+    if (!record.is_living()) {
       DensifyReport report;
       report.reconstruction = id;
       report.merged_into = record.merged_into;
@@ -143,9 +143,8 @@ Result<ViewGeometry> SideView(const Snapshot& snapshot, ReconstructionId id,
 Status RenderFromSide(const Snapshot& snapshot, ThreadPool& pool, const RenderRequest& request) {
   ReconstructionId id = request.reconstruction;
   if (!id.valid()) {
-    VEDUTA_ASSIGN_OR_RETURN(const std::vector<ReconstructionId> all,
-                            WantedReconstructions(snapshot, id));
-    id = all.front();
+    VEDUTA_ASSIGN_OR_RETURN(const ReconstructionRecord largest, LargestLiving(snapshot));
+    id = largest.id;
   }
   VEDUTA_ASSIGN_OR_RETURN(const ViewGeometry view, SideView(snapshot, id, request));
   RenderOptions options = RenderOptionsOf(request);
@@ -203,14 +202,14 @@ Result<std::vector<DensifyReport>> DensifyAll(Writer& writer, ThreadPool& pool,
 }
 
 Result<RenderReport> RenderToFile(std::shared_ptr<const Snapshot> snapshot, ThreadPool& pool,
-                                  const RenderRequest& request, const ImageFinder& find_image) {
+                                  const RenderRequest& request) {
   VEDUTA_RETURN_IF_ERROR(request.Check());
   if (request.from.empty()) {
     VEDUTA_RETURN_IF_ERROR(RenderFromSide(*snapshot, pool, request));
     return RenderReport();
   }
-  VEDUTA_ASSIGN_OR_RETURN(const ImageId image, find_image(*snapshot, request.from));
-  return RenderFromPhoto(std::move(snapshot), pool, request, image);
+  VEDUTA_ASSIGN_OR_RETURN(const ImageRecord image, FindImage(*snapshot, request.from));
+  return RenderFromPhoto(std::move(snapshot), pool, request, image.id);
 }
 
 Result<DeviceList> ListDevicesFor(const std::string& wanted) {

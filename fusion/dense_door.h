@@ -3,7 +3,6 @@
 // The dense half of the door (engine/engine.h): what Engine::Densify, Questions::Export,
 // Questions::Render, ListDevices and ExportFormats do, as functions of what the engine holds.
 
-#include <functional>
 #include <memory>
 #include <mutex>
 #include <stop_token>
@@ -32,13 +31,10 @@ Result<std::vector<DensifyReport>> DensifyAll(Writer& writer, ThreadPool& pool,
 // Questions::Export is ExportReconstructions of fusion/export/exporter.h, and ExportFormats is
 // defined there too.
 
-// An image by its name, or by "#" and its number; kNotFound.
-using ImageFinder = std::function<Result<ImageId>(const Snapshot&, const std::string&)>;
-
 // Questions::Render. kInvalidArgument on a bad request; kNotFound when there is no such image or
 // reconstruction, no pose, or nothing to draw; kIoError with the path.
 Result<RenderReport> RenderToFile(std::shared_ptr<const Snapshot> snapshot, ThreadPool& pool,
-                                  const RenderRequest& request, const ImageFinder& find_image);
+                                  const RenderRequest& request);
 
 // ListDevices of engine/engine.h. That no device is there is an answer (`why_none`); that the one
 // asked for is not there is kNotFound.

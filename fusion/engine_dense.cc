@@ -2,7 +2,6 @@
 // The members of the door that need the dense pass. The door's header lies below this folder; what
 // it declares is defined where it is known how it is done.
 #include "engine/parts.h"
-#include "engine/query/city_answers.h"
 #include "engine/query/invariants.h"
 #include "fusion/dense_door.h"
 #include "fusion/export/exporter.h"
@@ -20,11 +19,7 @@ Result<std::vector<ExportedModel>> Questions::Export(const ExportRequest& reques
 }
 
 Result<RenderReport> Questions::Render(const RenderRequest& request) const {
-  const auto find_image = [](const Snapshot& snapshot, const std::string& name) -> Result<ImageId> {
-    VEDUTA_ASSIGN_OR_RETURN(const ImageRecord image, FindImage(snapshot, name));
-    return image.id;
-  };
-  return RenderToFile(view_->snapshot, *view_->parts->pool, request, find_image);
+  return RenderToFile(view_->snapshot, *view_->parts->pool, request);
 }
 
 Result<std::vector<std::string>> Questions::Verify(uint32_t count_max) const {

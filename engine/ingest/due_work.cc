@@ -32,7 +32,7 @@ bool StepsSetAside::Contains(const DueStep& step) const {
 }
 
 bool IsAdjustmentDue(const ReconstructionRecord& record, const AdjustmentSchedule& schedule) {
-  if (record.merged_into.valid()) return false;
+  if (!record.is_living()) return false;
   const double step =
       std::max<double>(schedule.views_step, schedule.growth_share * record.images_at_adjustment);
   return record.image_count >= record.images_at_adjustment + step ||

@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <filesystem>
 
-#include "fusion/pass/scene.h"
+#include "engine/query/living.h"
 
 namespace veduta {
 namespace {
@@ -56,8 +56,7 @@ Result<std::vector<ExportedModel>> ExportReconstructions(const Snapshot& snapsho
                                  " exists and is not empty: choose another folder");
   }
   VEDUTA_RETURN_IF_ERROR(MakeFolder(request.folder));
-  VEDUTA_ASSIGN_OR_RETURN(const std::vector<ReconstructionRecord> records,
-                          LivingReconstructions(snapshot));
+  VEDUTA_ASSIGN_OR_RETURN(const std::vector<ReconstructionRecord> records, ListLiving(snapshot));
   const auto format = std::ranges::find_if(
       kFormats, [&](const ExportFormat& f) { return request.format == f.name; });
   const std::unique_ptr<Exporter> exporter = format->make(snapshot, request);

@@ -152,7 +152,7 @@ Result<uint64_t> SweepMerged(Writer& writer) {
                           snapshot->ListReconstructions());
   std::set<ReconstructionId> merged, swept;
   for (const ReconstructionRecord& record : records) {
-    if (record.merged_into.valid()) merged.insert(record.id);
+    if (!record.is_living()) merged.insert(record.id);
   }
   if (merged.empty()) return uint64_t{0};
   DenseWriter& dense = transaction->dense();

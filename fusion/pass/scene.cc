@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "fusion/pass/scene.h"
 
-#include <algorithm>
 #include <string>
 
 namespace veduta {
@@ -9,7 +8,7 @@ namespace veduta {
 Result<Scene> LoadScene(const Snapshot& snapshot, ReconstructionId reconstruction) {
   Scene scene;
   VEDUTA_ASSIGN_OR_RETURN(scene.reconstruction, snapshot.GetReconstruction(reconstruction));
-  if (scene.reconstruction.merged_into.valid()) {
+  if (!scene.reconstruction.is_living()) {
     return Status::InvalidArgument(
         "reconstruction " + std::to_string(reconstruction.value) + " was merged into " +
         std::to_string(scene.reconstruction.merged_into.value) + ": name that one");
@@ -44,15 +43,6 @@ Result<Scene> LoadScene(const Snapshot& snapshot, ReconstructionId reconstructio
         return true;
       }));
   return scene;
-}
-
-Result<std::vector<ReconstructionRecord>> LivingReconstructions(const Snapshot& snapshot) {
-  VEDUTA_ASSIGN_OR_RETURN(std::vector<ReconstructionRecord> records,
-                          snapshot.ListReconstructions());
-  std::erase_if(records, [](const ReconstructionRecord& r) { return r.merged_into.valid(); });
-  std::ranges::stable_sort(
-      records, [](const auto& a, const auto& b) { return a.image_count > b.image_count; });
-  return records;
 }
 
 }  // namespace veduta

@@ -37,7 +37,4 @@ struct Scene {
 // merged into another. Some 100 bytes a point and 8 an observation.
 Result<Scene> LoadScene(const Snapshot& snapshot, ReconstructionId reconstruction);
 
-// The reconstructions that were not merged into others, largest first (ties: lower id).
-Result<std::vector<ReconstructionRecord>> LivingReconstructions(const Snapshot& snapshot);
-
 }  // namespace veduta

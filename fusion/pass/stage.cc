@@ -18,7 +18,7 @@ Status DensePass::Commit(const Write& write) {
   const auto snapshot = turn.database().GetSnapshot();
   VEDUTA_ASSIGN_OR_RETURN(const ReconstructionRecord record,
                           snapshot->GetReconstruction(reconstruction()));
-  if (record.merged_into.valid()) {
+  if (!record.is_living()) {
     merged_into_ = record.merged_into;
     return Status::Cancelled("reconstruction " + std::to_string(record.id.value) +
                              " was merged into " + std::to_string(record.merged_into.value) +

@@ -6,6 +6,9 @@
 #include <gtest/gtest.h>
 
 #include <atomic>
+#include <functional>
+#include <memory>
+#include <string>
 #include <thread>
 
 #include "engine/query/ranking.h"
@@ -44,6 +47,63 @@ void ExpectConsistent(const CityQuestions& ask, StatusAnswer* previous) {
   *previous = *status;
 }
 
+// The snapshot is sound, and its digest does not change under its reader.
+void ExpectProven(const CityQuestions& ask) {
+  EXPECT_TRUE(IsSound(ask.snapshot()));
+  const auto once = DigestOf(ask.snapshot()), twice = DigestOf(ask.snapshot());
+  ASSERT_OK(once);
+  ASSERT_OK(twice);
+  EXPECT_EQ(once->Hex(), twice->Hex()) << "a snapshot changed under its reader";
+}
+
+// A new photo can be ranked, and a stored one is ranked first by its own features, on the snapshot
+// that they come from.
+void ExpectRanked(const City& city, const PhotoSource& fresh, const std::string& stored,
+                  size_t count_max, EngineCaches* caches) {
+  const CityQuestions ask = city.Ask();
+  const auto state = ask.snapshot().GetState();
+  ASSERT_OK(state);
+  const auto ranked = city.Ask().door().Rank(fresh, "street", 100);
+  EXPECT_OK(ranked);
+  if (ranked.ok()) {
+    EXPECT_LE(ranked->size(), count_max);
+  }
+  const auto first = ask.snapshot().FindImageByName(stored);
+  ASSERT_OK(first);
+  if (!*first) return;  // not added yet
+  const auto own = ask.snapshot().GetFeatures(ask.snapshot().GetImage(**first)->photo);
+  ASSERT_OK(own);
+  const auto found = RankFeatures(ask.snapshot(), *own, 3, &caches->retrieval, &caches->features,
+                                  city.parts().pool.get());
+  ASSERT_OK(found);
+  EXPECT_TRUE(!found->empty() && (*found)[0].image == **first);
+  EXPECT_LE(found->size(), state->retrievable_image_count);
+}
+
+// A thread that does `body` again and again until the writer is done, and counts how often. Once
+// more after the end, so that each has run however fast the writer was.
+class Reader final {
+ public:
+  Reader(const std::atomic<bool>* done, std::function<void()> body)
+      : thread_([this, done, body = std::move(body)] {
+          for (bool last = false; !last && !testing::Test::HasFailure();) {
+            last = *done;
+            body();
+            ++count_;
+          }
+        }) {}
+  Reader(const Reader&) = delete;
+  Reader& operator=(const Reader&) = delete;
+  uint32_t Join() {
+    thread_.join();
+    return count_;
+  }
+
+ private:
+  uint32_t count_ = 0;
+  std::thread thread_;  // last: it writes the count
+};
+
 TEST(Concurrency, ReadersSeeWholePhotosOnly) {
   CityOptions options = City::Options(2);
   options.ingest.schedule.views_step = 3;
@@ -53,70 +113,22 @@ TEST(Concurrency, ReadersSeeWholePhotosOnly) {
   const std::vector<Stand> stands = Walk(6, 0.9, 8);
   for (const Stand& stand : stands) TakePhoto(stand);
   const PhotoSubmission query = city.Submit({9.1, 90});
+  const std::string& first = TakePhoto(stands[0]).name;
 
   std::atomic<bool> done = false;
-  std::atomic<uint32_t> looks = 0, proofs = 0, ranks = 0;
-  const auto until_done = [&done](const auto& body) {
-    // Once more after the end, so that each has run however fast the writer was.
-    for (bool last = false; !last && !testing::Test::HasFailure();) {
-      last = done;
-      body();
-    }
-  };
-  std::thread asks([&] {
-    StatusAnswer previous;
-    until_done([&] {
-      ExpectConsistent(city.Ask(), &previous);
-      ++looks;
-    });
-  });
-  std::thread proves([&] {
-    until_done([&] {
-      const CityQuestions ask = city.Ask();
-      EXPECT_TRUE(IsSound(ask.snapshot()));
-      const auto once = DigestOf(ask.snapshot()), twice = DigestOf(ask.snapshot());
-      EXPECT_OK(once);
-      EXPECT_EQ(once->Hex(), twice->Hex()) << "a snapshot changed under its reader";
-      ++proofs;
-    });
-  });
-  std::thread looks_up([&] {
-    const std::shared_ptr<EngineCaches> caches = city.parts().GetCaches();
-    Features features;
-    until_done([&] {
-      const CityQuestions ask = city.Ask();
-      const auto state = ask.snapshot().GetState();
-      EXPECT_OK(state);
-      const auto ranked = city.engine().Ask().Rank(query.photo, "street", 100);
-      EXPECT_OK(ranked);
-      if (ranked.ok()) {
-        EXPECT_LE(ranked->size(), stands.size());
-      }
-      // A stored photo's own features, on the snapshot that they come from.
-      const auto first = ask.snapshot().FindImageByName(TakePhoto(stands[0]).name);
-      EXPECT_OK(first);
-      if (first.ok() && *first) {
-        const auto own = ask.snapshot().GetFeatures(ask.snapshot().GetImage(**first)->photo);
-        EXPECT_OK(own);
-        const auto found = RankFeatures(ask.snapshot(), *own, 3, &caches->retrieval,
-                                        &caches->features, city.parts().pool.get());
-        EXPECT_OK(found);
-        EXPECT_TRUE(found.ok() && !found->empty() && (*found)[0].image == **first);
-        EXPECT_LE(found->size(), state->retrievable_image_count);
-      }
-      ++ranks;
-    });
-  });
+  StatusAnswer previous;
+  const std::shared_ptr<EngineCaches> caches = city.parts().GetCaches();
+  Reader asks(&done, [&] { ExpectConsistent(city.Ask(), &previous); });
+  Reader proves(&done, [&] { ExpectProven(city.Ask()); });
+  Reader looks_up(&done,
+                  [&] { ExpectRanked(city, query.photo, first, stands.size(), caches.get()); });
   const std::vector<AddOutcome> outcomes = city.Add(stands);
   done = true;
-  asks.join();
-  proves.join();
-  looks_up.join();
+  EXPECT_GT(asks.Join(), 1u);
+  EXPECT_GT(proves.Join(), 1u);
+  EXPECT_GT(looks_up.Join(), 1u);
   EXPECT_EQ(city.Counts().placed, stands.size()) << Told(outcomes);
   EXPECT_GE(city.Counts().vocabulary_generation, 1u);
-  EXPECT_GT(looks, 1u);
-  EXPECT_GT(proofs, 1u);
-  EXPECT_GT(ranks, 1u);
 
   // Readers have changed nothing.
   City alone(options);

@@ -17,12 +17,6 @@
 namespace veduta {
 namespace {
 
-Result<ImageId> FindByName(const Snapshot& snapshot, const std::string& name) {
-  const auto found = snapshot.FindImageByName(name);
-  if (!found.ok()) return found.status();
-  return *found ? Result<ImageId>(**found) : Status::NotFound("no image " + name);
-}
-
 class DenseDoorTest : public testing::Test {
  protected:
   void SetUp() override {
@@ -37,8 +31,7 @@ class DenseDoorTest : public testing::Test {
     return DensifyAll(writer_, *city_.parts().pool, one_pass_, request_, {});
   }
   Result<RenderReport> Render() {
-    return RenderToFile(city_.parts().database->GetSnapshot(), *city_.parts().pool, render_,
-                        FindByName);
+    return RenderToFile(city_.parts().database->GetSnapshot(), *city_.parts().pool, render_);
   }
 
   City city_;
@@ -123,6 +116,8 @@ TEST_F(DenseDoorTest, DrawsFromOutsideAndFromAPhoto) {
   EXPECT_GT(report->covered_share, 0.3);
   EXPECT_LT(report->error_median_balanced, 60);
   EXPECT_TRUE(std::filesystem::exists(render_.path));
+  render_.from = "#2";
+  EXPECT_OK(Render()) << "the same photo by its number";
   render_.from = "nobody.jpg";
   EXPECT_EQ(Render().status().code(), StatusCode::kNotFound);
 }

@@ -6,7 +6,10 @@
 
 #include <gtest/gtest.h>
 
-#include <limits>
+#include <algorithm>
+#include <memory>
+#include <tuple>
+#include <vector>
 
 #include "dense_samples.h"
 
@@ -29,40 +32,58 @@ void ExpectSameGeometry(const Record& a, const Record& b) {
   EXPECT_TRUE(Same(a.cam_from_world, b.cam_from_world));
 }
 
-TEST(Dense, EverythingIsReadBackAfterReopening) {
-  const TemporaryFolder folder;
-  const std::vector<GridPlace> places = {{-1, 0, 0}, {0, -7, 2}, {0, 0, 0}, {5, 0, -1}};
-  const std::vector<uint8_t> block = {1, 2, 3};
-  {
-    auto database = MustCreate(folder / "db");
-    auto transaction = database->BeginTransaction();
-    DenseWriter& dense = transaction->dense();
-    dense.PutSettings({kCity, 0.05, 512, 2});
+const std::vector<GridPlace> kPlaces = {{-1, 0, 0}, {0, -7, 2}, {0, 0, 0}, {5, 0, -1}};
+const std::vector<uint8_t> kBlock = {1, 2, 3};
+
+// One of everything, written in no order; then the database is closed and opened again.
+class DenseTest : public testing::Test {
+ protected:
+  void SetUp() override {
+    {
+      const auto database = MustCreate(folder_ / "db");
+      const auto transaction = database->BeginTransaction();
+      PutEverything(&transaction->dense());
+      ASSERT_OK(transaction->Commit());
+    }
+    database_ = MustOpen(folder_ / "db", {});
+    snapshot_ = database_->GetSnapshot();
+  }
+
+  static void PutEverything(DenseWriter* dense) {
+    dense->PutSettings({kCity, 0.05, 512, 2});
     for (const uint32_t image : {7u, 1u}) {
-      dense.PutDepth(SampleDepth(image));
-      dense.PutDepthPixels(ImageId(image), SamplePixels());
+      dense->PutDepth(SampleDepth(image));
+      dense->PutDepthPixels(ImageId(image), SamplePixels());
     }
     for (const uint64_t version : {6u, 5u})
-      dense.PutCheckedDepth(SampleChecked(7, version), SamplePixels());
-    for (const GridPlace place : {places[2], places[0], places[3], places[1]}) {
-      dense.PutTile(SampleTile(place));
-      dense.PutVolumeBlock(kCity, place, 63, block);
+      dense->PutCheckedDepth(SampleChecked(7, version), SamplePixels());
+    for (const GridPlace place : {kPlaces[2], kPlaces[0], kPlaces[3], kPlaces[1]}) {
+      dense->PutTile(SampleTile(place));
+      dense->PutVolumeBlock(kCity, place, 63, kBlock);
       for (const SurfacePart part : {SurfacePart::kSolution, SurfacePart::kMesh,
                                      SurfacePart::kColors, SurfacePart::kFirstRound}) {
-        dense.PutSurface(part, kCity, place, block);
+        dense->PutSurface(part, kCity, place, kBlock);
       }
     }
-    ASSERT_OK(transaction->Commit());
   }
-  auto database = MustOpen(folder / "db", {});
-  const auto snapshot = database->GetSnapshot();
-  const DenseReader& dense = snapshot->dense();
-  const auto settings = dense.FindSettings(kCity);
+
+  const DenseReader& dense() const { return snapshot_->dense(); }
+
+  TemporaryFolder folder_;
+  std::unique_ptr<Database> database_;
+  std::shared_ptr<const Snapshot> snapshot_;
+};
+
+TEST_F(DenseTest, SettingsAreReadBack) {
+  const auto settings = dense().FindSettings(kCity);
   ASSERT_TRUE(settings.ok() && *settings);
   EXPECT_EQ(**settings, (DenseSettings{kCity, 0.05, 512, 2}));
-  EXPECT_EQ(dense.ListSettings()->size(), 1u);
+  EXPECT_EQ(dense().ListSettings()->size(), 1u);
+}
+
+TEST_F(DenseTest, DepthMapsAreReadBackByAscendingImages) {
   std::vector<uint32_t> images;
-  ASSERT_OK(dense.ScanDepths([&](const DepthRecord& depth) {
+  ASSERT_OK(dense().ScanDepths([&](const DepthRecord& depth) {
     images.push_back(depth.image.value);
     const DepthRecord expected = SampleDepth(depth.image.value);
     ExpectSameGeometry(depth, expected);
@@ -75,9 +96,12 @@ TEST(Dense, EverythingIsReadBackAfterReopening) {
     return true;
   }));
   EXPECT_EQ(images, (std::vector<uint32_t>{1, 7}));
-  EXPECT_EQ(dense.GetDepthPixels(ImageId(1))->codes, SamplePixels().codes);
+  EXPECT_EQ(dense().GetDepthPixels(ImageId(1))->codes, SamplePixels().codes);
+}
+
+TEST_F(DenseTest, CheckedDepthMapsAreReadBackByAscendingVersions) {
   std::vector<uint64_t> versions;
-  ASSERT_OK(dense.ScanCheckedDepths([&](const CheckedDepthRecord& depth) {
+  ASSERT_OK(dense().ScanCheckedDepths([&](const CheckedDepthRecord& depth) {
     versions.push_back(depth.version);
     ExpectSameGeometry(depth, SampleChecked(7, depth.version));
     EXPECT_EQ(depth.blocks, SampleChecked(7, 5).blocks);
@@ -85,9 +109,12 @@ TEST(Dense, EverythingIsReadBackAfterReopening) {
     return true;
   }));
   EXPECT_EQ(versions, (std::vector<uint64_t>{5, 6}));
-  EXPECT_EQ(dense.GetCheckedDepthPixels(ImageId(7), 6)->confidence, SamplePixels().confidence);
+  EXPECT_EQ(dense().GetCheckedDepthPixels(ImageId(7), 6)->confidence, SamplePixels().confidence);
+}
+
+TEST_F(DenseTest, TilesAreReadBackBySignedPlaces) {
   std::vector<GridPlace> seen;
-  ASSERT_OK(dense.ScanTiles(kCity, [&](const TileRecord& tile) {
+  ASSERT_OK(dense().ScanTiles(kCity, [&](const TileRecord& tile) {
     seen.push_back(tile.place);
     const TileRecord expected = SampleTile(tile.place);
     EXPECT_EQ(tile.depths, expected.depths);
@@ -101,37 +128,40 @@ TEST(Dense, EverythingIsReadBackAfterReopening) {
     EXPECT_EQ(tile.vertex_count, 300u);
     return true;
   }));
-  EXPECT_EQ(seen, places) << "ascending, below zero first";
-  const auto stored = dense.GetVolumeBlock(kCity, places[1], 63);
+  EXPECT_EQ(seen, kPlaces) << "ascending, below zero first";
+  const auto stored = dense().GetVolumeBlock(kCity, kPlaces[1], 63);
   ASSERT_OK(stored);
-  EXPECT_TRUE(std::ranges::equal(stored->bytes(), block));
-  EXPECT_EQ(dense.GetVolumeBlock(kCity, places[1], 62).status().code(), StatusCode::kNotFound);
+  EXPECT_TRUE(std::ranges::equal(stored->bytes(), kBlock));
+  EXPECT_EQ(dense().GetVolumeBlock(kCity, kPlaces[1], 62).status().code(), StatusCode::kNotFound);
+}
 
-  auto transaction = database->BeginTransaction();
-  transaction->dense().DeleteTile(kCity, places[1]);
+TEST_F(DenseTest, WhatIsDeletedGoesWithItsBytesAndNothingElseDoes) {
+  const auto transaction = database_->BeginTransaction();
+  transaction->dense().DeleteTile(kCity, kPlaces[1]);
   transaction->dense().DeleteDepth(ImageId(1));
   transaction->dense().DeleteCheckedDepth(ImageId(7), 5);
   ASSERT_OK(transaction->Commit());
-  const auto later = database->GetSnapshot();
-  EXPECT_FALSE(later->dense().FindTile(kCity, places[1])->has_value());
-  EXPECT_EQ(later->dense().GetVolumeBlock(kCity, places[1], 63).status().code(),
+  const auto later = database_->GetSnapshot();
+  EXPECT_FALSE(later->dense().FindTile(kCity, kPlaces[1])->has_value());
+  EXPECT_EQ(later->dense().GetVolumeBlock(kCity, kPlaces[1], 63).status().code(),
             StatusCode::kNotFound);
-  EXPECT_EQ(later->dense().GetSurface(SurfacePart::kMesh, kCity, places[1]).status().code(),
+  EXPECT_EQ(later->dense().GetSurface(SurfacePart::kMesh, kCity, kPlaces[1]).status().code(),
             StatusCode::kNotFound);
-  EXPECT_TRUE(later->dense().GetSurface(SurfacePart::kMesh, kCity, places[2]).ok());
+  EXPECT_TRUE(later->dense().GetSurface(SurfacePart::kMesh, kCity, kPlaces[2]).ok());
   EXPECT_FALSE(later->dense().FindDepth(ImageId(1))->has_value());
   EXPECT_EQ(later->dense().GetDepthPixels(ImageId(1)).status().code(), StatusCode::kNotFound);
   EXPECT_EQ(later->dense().GetCheckedDepth(ImageId(7), 5).status().code(), StatusCode::kNotFound);
   EXPECT_TRUE(later->dense().GetCheckedDepth(ImageId(7), 6).ok());
-  EXPECT_TRUE(snapshot->dense().FindTile(kCity, places[1])->has_value())
-      << "a snapshot does not change";
+  EXPECT_TRUE(dense().FindTile(kCity, kPlaces[1])->has_value()) << "a snapshot does not change";
+}
 
-  transaction = database->BeginTransaction();
+TEST_F(DenseTest, AReconstructionGoesWithItsTilesAndKeepsTheMapsOfPhotos) {
+  const auto transaction = database_->BeginTransaction();
   transaction->dense().DeleteReconstruction(kCity);
   ASSERT_OK(transaction->Commit());
   size_t left = 0;
-  ASSERT_OK(database->GetSnapshot()->dense().ScanAll([&](uint8_t, auto, auto) { ++left; }));
-  EXPECT_EQ(left, 4u) << "image 7: depth map and its checked one, record and pixels each";
+  ASSERT_OK(database_->GetSnapshot()->dense().ScanAll([&](uint8_t, auto, auto) { ++left; }));
+  EXPECT_EQ(left, 8u) << "two depth maps and two checked ones, record and pixels each";
 }
 
 }  // namespace

@@ -130,11 +130,16 @@ TEST(Ingest, ANameBelongsToItsPhoto) {
   EXPECT_TRUE(IsSound(city.Ask().snapshot()));
 }
 
-TEST(Ingest, EachBadPhotoHasItsReason) {
-  CityOptions options = City::Options(2);
-  options.prepare.limits.size_bytes_max = 2'000'000;
-  City city(options);
-  const TakenPhoto& good = TakePhoto({8, 90});
+struct Bad {
+  std::string name;
+  std::vector<uint8_t> bytes;
+  Reason reason;
+};
+
+constexpr uint64_t kSizeBytesMax = 2'000'000;
+
+// A file for every reason to reject one, where at most kSizeBytesMax bytes are taken.
+std::vector<Bad> BadFiles(const TakenPhoto& good) {
   const CameraModel camera = StreetCameraModel();
   std::vector<uint8_t> cut(good.jpeg.begin(),
                            good.jpeg.begin() + static_cast<std::ptrdiff_t>(good.jpeg.size() / 2));
@@ -143,12 +148,7 @@ TEST(Ingest, EachBadPhotoHasItsReason) {
   const auto blurred = [](uint32_t x, uint32_t y) {
     return static_cast<uint8_t>(128 + 60 * std::sin(x / 90.0) * std::sin(y / 90.0));
   };
-  struct Bad {
-    std::string name;
-    std::vector<uint8_t> bytes;
-    Reason reason;
-  };
-  const std::vector<Bad> bad = {
+  return {
       {"empty.jpg", {}, Reason::kEmptyFile},
       {"letter.jpg", {text.begin(), text.end()}, Reason::kUnsupportedFormat},
       {"cut.jpg", cut, Reason::kUnreadable},
@@ -157,8 +157,16 @@ TEST(Ingest, EachBadPhotoHasItsReason) {
        Reason::kWrongSize},
       {"black.jpg", MadePhoto(camera.width_px, camera.height_px, black), Reason::kNoTexture},
       {"blurred.jpg", MadePhoto(camera.width_px, camera.height_px, blurred), Reason::kNoTexture},
-      {"huge.jpg", std::vector<uint8_t>(2'000'001, 7), Reason::kTooLarge},
+      {"huge.jpg", std::vector<uint8_t>(kSizeBytesMax + 1, 7), Reason::kTooLarge},
   };
+}
+
+TEST(Ingest, EachBadPhotoHasItsReason) {
+  CityOptions options = City::Options(2);
+  options.prepare.limits.size_bytes_max = kSizeBytesMax;
+  City city(options);
+  const TakenPhoto& good = TakePhoto({8, 90});
+  const std::vector<Bad> bad = BadFiles(good);
   std::vector<PhotoSubmission> photos = {city.Submit("good.jpg", good.jpeg)};
   for (const Bad& b : bad) photos.push_back(city.Submit(b.name, b.bytes));
   // Read from disk: a file that is not there, and a folder.

@@ -29,8 +29,8 @@ struct SyntheticScene {
   Pinhole camera;
   std::vector<Rigid3> poses;  // cam_from_world
   std::vector<Eigen::Vector3d> points;
-  std::vector<MapImage>
-      images;  // ids from 1, reconstruction 1; feature i of image k is points[seen[k][i]]
+  // Ids from 1, reconstruction 1; feature i of image k is points[seen[k][i]].
+  std::vector<MapImage> images;
   std::vector<std::vector<uint32_t>> seen;
   std::vector<std::vector<int>> feature_of;  // [camera][point], -1 where it is not seen
 
@@ -53,6 +53,23 @@ inline double Gaussian(SeededRandom& random) {  // Box and Muller
   return std::sqrt(-2 * std::log(1 - random.Unit())) * std::cos(6.283185307179586 * random.Unit());
 }
 
+// cam_from_world of camera `index` on the arc, which looks at the middle of the points.
+inline Rigid3 PoseOnArc(const SceneOptions& options, uint32_t index) {
+  const double turn = options.camera_count > 1 ? index / (options.camera_count - 1.0) - 0.5 : 0;
+  const double angle = options.arc_deg * turn * 0.017453292519943295;
+  const Eigen::Matrix3d look =
+      Eigen::AngleAxisd(options.rotation ? 0.3 * angle : angle, Eigen::Vector3d::UnitY())
+          .toRotationMatrix();
+  const Eigen::Vector3d center =
+      options.rotation
+          ? Eigen::Vector3d(0, 0, -8)
+          : Eigen::Vector3d(look * Eigen::Vector3d(0, 0, -8) + Eigen::Vector3d(0, 0.2 * turn, 0));
+  Rigid3 pose;
+  pose.rotation = Eigen::Quaterniond(Eigen::Matrix3d(look.transpose()));
+  pose.translation = -(pose.rotation * center);
+  return pose;
+}
+
 inline SyntheticScene MakeScene(const SceneOptions& options) {
   SyntheticScene scene;
   scene.camera.fx = scene.camera.fy = 900;
@@ -69,18 +86,7 @@ inline SyntheticScene MakeScene(const SceneOptions& options) {
     descriptors.push_back(std::move(descriptor));
   }
   for (uint32_t k = 0; k < options.camera_count; ++k) {
-    const double turn = options.camera_count > 1 ? k / (options.camera_count - 1.0) - 0.5 : 0;
-    const double angle = options.arc_deg * turn * 0.017453292519943295;
-    const Eigen::Matrix3d look =
-        Eigen::AngleAxisd(options.rotation ? 0.3 * angle : angle, Eigen::Vector3d::UnitY())
-            .toRotationMatrix();
-    const Eigen::Vector3d center =
-        options.rotation
-            ? Eigen::Vector3d(0, 0, -8)
-            : Eigen::Vector3d(look * Eigen::Vector3d(0, 0, -8) + Eigen::Vector3d(0, 0.2 * turn, 0));
-    Rigid3 pose;
-    pose.rotation = Eigen::Quaterniond(Eigen::Matrix3d(look.transpose()));
-    pose.translation = -(pose.rotation * center);
+    const Rigid3 pose = PoseOnArc(options, k);
     scene.poses.push_back(pose);
 
     auto features = std::make_shared<Features>();

@@ -14,7 +14,6 @@
 #include <set>
 
 #include "fusion/pass/dense_pass.h"
-#include "fusion/pass/scene.h"
 #include "tests/engine/street_fixture.h"
 
 namespace veduta {
@@ -93,10 +92,10 @@ TEST_F(ExporterTest, LivingReconstructionsComeLargestFirst) {
   other.merged_into = ReconstructionId(1);
   transaction->PutReconstruction(other);
   ASSERT_OK(transaction->Commit());
-  const auto living = LivingReconstructions(city_.Ask().snapshot());
-  ASSERT_OK(living);
+  const auto models = Export("order", "colmap");
+  ASSERT_OK(models);
   std::vector<uint32_t> ids;
-  for (const ReconstructionRecord& record : *living) ids.push_back(record.id.value);
+  for (const ExportedModel& model : *models) ids.push_back(model.reconstruction.value);
   EXPECT_EQ(ids, (std::vector<uint32_t>{5, 1, 6}));
 }
 
