@@ -135,8 +135,8 @@ class Engine final {
                    const std::function<void(const FollowUp&)>& followed = {});
 
   // Does everything that follows from the photos there are. The first failure of a step, after all
-  // that can be done is done; a step that failed since the last Settle, when nobody was told, counts
-  // too.
+  // that can be done is done. A step that failed since the last Settle, when nobody was there to be
+  // told, counts too.
   Status Settle(std::stop_token stop = {},
                 const std::function<void(const FollowUp&)>& followed = {});
 

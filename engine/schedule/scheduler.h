@@ -36,8 +36,8 @@ class Scheduler final {
             ThreadPool* pool);
   ~Scheduler();
 
-  // Finishes the piece at hand and answers the photos that are not applied by then: kCancelled. So
-  // it is with photos that are submitted, and with Settle, from then on. A second call does nothing.
+  // Finishes the piece at hand and answers the photos that are not applied by then: kCancelled.
+  // Submit and Settle fail with kCancelled from then on. A second call does nothing.
   void Close();
 
   Result<Ticket> Submit(PhotoSource photo, CameraRecord camera, std::string contributor,

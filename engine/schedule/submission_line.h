@@ -38,8 +38,8 @@ struct Lane {
   std::string name;      // the contributor; empty for a list
   bool settles = false;  // a list: what follows from a photo is done before the next is applied
   std::stop_token stop;  // of a list: no further photo is applied after a request
-  // Of a list, guarded by the scheduler: no further photo is applied after an error, nor once whoever
-  // gave the list has gone, nor before the last one's report has returned.
+  // Of a list, guarded by the scheduler: no further photo is applied after an error, nor once
+  // AddPhotos has been left, nor before the last photo's report has returned.
   bool has_ended = false;
   bool is_held = false;
 };
