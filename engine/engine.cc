@@ -24,10 +24,37 @@ Result<VocabularyTree> ReadVocabulary(const std::string& path) {
   return Status::InvalidArgument(path + " is not a vocabulary: " + tree.status().message());
 }
 
+// Ends the list however AddPhotos is left: by its end, by an error, or by a report that throws.
+class ListEnd final {
+ public:
+  ListEnd(Scheduler* scheduler, Lane* lane) : scheduler_(scheduler), lane_(lane) {}
+  ListEnd(const ListEnd&) = delete;
+  ListEnd& operator=(const ListEnd&) = delete;
+  ~ListEnd() { scheduler_->EndList(lane_); }
+
+ private:
+  Scheduler* const scheduler_;
+  Lane* const lane_;
+};
+
+// A new vocabulary is prepared without a turn of the writer, and Reopen deletes what is prepared: a
+// commit may not name it then. For who has the writer's turn.
+Status ActivateUnlessReopened(EngineParts& parts, const std::shared_ptr<EngineCaches>& caches,
+                              Database* database, Retrieval::Prepared prepared) {
+  if (parts.GetCaches() != caches) {
+    return Status::Busy("the database was opened again while a vocabulary was prepared: try again");
+  }
+  return caches->retrieval.Activate(database, std::move(prepared));
+}
+
 }  // namespace
 
 Engine::Engine() = default;
-Engine::~Engine() = default;
+
+Engine::~Engine() {
+  // Others may hold the parts for a while: Questions, and calls that are still running.
+  if (parts_) parts_->scheduler->Close();
+}
 
 Result<std::unique_ptr<Engine>> Engine::Open(const std::string& path,
                                              const EngineOptions& options) {
@@ -38,7 +65,7 @@ Questions Engine::Ask() const {
   // The caches first: they may know less than the snapshot, never more.
   std::shared_ptr<EngineCaches> caches = parts_->GetCaches();
   return Questions(std::make_unique<Questions::View>(
-      Questions::View{parts_.get(), std::move(caches), parts_->database->GetSnapshot()}));
+      Questions::View{parts_, std::move(caches), parts_->database->GetSnapshot()}));
 }
 
 Result<CameraId> Engine::AddCamera(const std::string& name, const CameraModel& model,
@@ -84,8 +111,10 @@ Status Engine::AddPhotos(std::span<const PhotoSubmission> photos,
     cameras.push_back(std::move(camera));
   }
   if (photos.empty()) return Settle(stop, followed);
-  Scheduler& scheduler = *parts_->scheduler;
+  const std::shared_ptr<EngineParts> parts = parts_;  // the engine may be closed meanwhile
+  Scheduler& scheduler = *parts->scheduler;
   const std::shared_ptr<Lane> lane = scheduler.OpenList(stop);
+  const ListEnd end(&scheduler, lane.get());
   std::deque<Ticket> tickets;
   size_t submitted = 0;
   for (size_t i = 0; i < photos.size(); ++i) {
@@ -108,7 +137,7 @@ Status Engine::AddPhotos(std::span<const PhotoSubmission> photos,
       if (followed) followed(step);
       outcome->propagated.insert(outcome->propagated.end(), step.placed.begin(), step.placed.end());
     }
-    report(*outcome);
+    if (report) report(*outcome);
     scheduler.Release(lane.get());
   }
   return Status::Ok();
@@ -116,7 +145,8 @@ Status Engine::AddPhotos(std::span<const PhotoSubmission> photos,
 
 Status Engine::Settle(std::stop_token stop, const std::function<void(const FollowUp&)>& followed) {
   std::vector<FollowUp> steps;
-  const Status settled = parts_->scheduler->Settle(std::move(stop), &steps);
+  const std::shared_ptr<EngineParts> parts = parts_;  // the engine may be closed meanwhile
+  const Status settled = parts->scheduler->Settle(std::move(stop), &steps);
   if (followed) {
     for (const FollowUp& step : steps) followed(step);
   }
@@ -129,7 +159,7 @@ Status Engine::TrainVocabulary() {
   VEDUTA_ASSIGN_OR_RETURN(Retrieval::Prepared prepared,
                           caches->retrieval.Train(database, parts_->pool.get()));
   Writer::Turn turn = parts_->writer->Take();
-  return caches->retrieval.Activate(&turn.database(), std::move(prepared));
+  return ActivateUnlessReopened(*parts_, caches, &turn.database(), std::move(prepared));
 }
 
 Status Engine::ImportVocabulary(const std::string& path) {
@@ -139,7 +169,7 @@ Status Engine::ImportVocabulary(const std::string& path) {
   VEDUTA_ASSIGN_OR_RETURN(Retrieval::Prepared prepared,
                           caches->retrieval.Import(database, std::move(tree), parts_->pool.get()));
   Writer::Turn turn = parts_->writer->Take();
-  return caches->retrieval.Activate(&turn.database(), std::move(prepared));
+  return ActivateUnlessReopened(*parts_, caches, &turn.database(), std::move(prepared));
 }
 
 Status Engine::Backup(const std::string& folder) {

@@ -105,7 +105,9 @@ class Engine final {
  public:
   static Result<std::unique_ptr<Engine>> Open(const std::string& path,
                                               const EngineOptions& options = {});
-  // Finishes the piece at hand; photos whose turn has not come are cancelled.
+  // Finishes the piece at hand; photos whose turn has not come are cancelled, and so are AddPhotos
+  // and Settle where they run. Tickets and Questions may be used afterwards; the files stay open
+  // until the last Questions goes. No other function of the engine may be running.
   ~Engine();
 
   Questions Ask() const;
@@ -133,7 +135,8 @@ class Engine final {
                    const std::function<void(const FollowUp&)>& followed = {});
 
   // Does everything that follows from the photos there are. The first failure of a step, after all
-  // that can be done is done.
+  // that can be done is done. A step that failed since the last Settle, when nobody was there to be
+  // told, counts too.
   Status Settle(std::stop_token stop = {},
                 const std::function<void(const FollowUp&)>& followed = {});
 
@@ -157,7 +160,7 @@ class Engine final {
  private:
   friend struct EngineParts;
   Engine();
-  std::unique_ptr<EngineParts> parts_;
+  std::shared_ptr<EngineParts> parts_;
 };
 
 // --- Cameras: no database is needed. Deterministic and thread-safe. ---

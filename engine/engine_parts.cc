@@ -47,7 +47,7 @@ Result<std::unique_ptr<Engine>> EngineParts::Open(const std::string& path,
   tuning.ingest.feature_cache_bytes = options.feature_cache_bytes;
   VEDUTA_RETURN_IF_ERROR(OptionBounds().Part("options", tuning.Check()).status());
 
-  auto parts = std::make_unique<EngineParts>();
+  auto parts = std::make_shared<EngineParts>();
   parts->options = options;
   if (options.thread_count == 0) {
     parts->options.thread_count = std::max(1u, std::thread::hardware_concurrency());

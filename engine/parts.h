@@ -72,7 +72,7 @@ struct EngineParts {
 
 // One snapshot and what is asked through it.
 struct Questions::View {
-  EngineParts* parts;
+  std::shared_ptr<EngineParts> parts;
   std::shared_ptr<EngineCaches> caches;
   std::shared_ptr<const Snapshot> snapshot;
 };

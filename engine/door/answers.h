@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
-// What the city answers. Every answer owns what it holds; `snapshot` names the commit that it was
-// read from: answers of one Questions object have the same, and a later commit's is greater.
+// What the city answers. Every answer owns what it holds. All answers of one Questions object are
+// read from one commit, which Questions::snapshot() names, and `snapshot` where an answer has it; a
+// later commit's is greater.
 
 #include <array>
 #include <cstdint>

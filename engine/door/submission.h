@@ -85,8 +85,10 @@ class Ticket final {
   std::shared_ptr<PhotoProgress> progress_;
 };
 
-// Called once, from the engine's own thread and without any lock held: it may ask and submit, and
-// should be quick.
+// Called once and without any lock held, from the engine's own thread, or from the one that closes
+// the engine. It may ask, submit and cancel, and should be quick. It must neither throw, nor close
+// the engine, nor call what waits for photos (Ticket::Wait, AddPhotos, Settle): the thread that it
+// runs on is the one that applies them.
 using AnswerCallback = std::function<void(const Result<AddOutcome>&)>;
 
 }  // namespace veduta

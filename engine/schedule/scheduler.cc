@@ -11,6 +11,16 @@ namespace {
 
 constexpr uint32_t kPhotosInRowMax = 8;  // chosen by hand; not measured
 
+Status ClosedEarly() {
+  return Status::Cancelled("the engine was closed before the photo's turn came");
+}
+
+// Whether the photos keep their order. A contributor's lane is made anew whenever the line has run
+// out of photos, so its name counts.
+bool IsSameLane(const Lane& a, const Lane& b) {
+  return &a == &b || (!a.settles && !b.settles && a.name == b.name);
+}
+
 }  // namespace
 
 Scheduler::Scheduler(Writer* writer, const PhotoPreparer* preparer, std::unique_ptr<Ingest>* ingest,
@@ -23,28 +33,36 @@ Scheduler::Scheduler(Writer* writer, const PhotoPreparer* preparer, std::unique_
       thread_([this] { Run(); }) {}
 
 Scheduler::~Scheduler() {
+  Close();
+}
+
+void Scheduler::Close() {
   std::unique_lock lock(mutex_);
   stopping_ = true;
   NotifyChanged();
   lock.unlock();
-  thread_.join();
+  if (thread_.joinable()) thread_.join();
   lock.lock();
   changed_.wait(lock, [&] { return preparing_ == 0; });
   for (WaitingPhoto photo; line_.Take(&photo);) entries_.push_back({std::move(photo), true, {}});
-  for (Settling* settling : settling_) settling->is_done = true;
-  NotifyChanged();
+  const Entries left = std::move(entries_);
+  entries_.clear();
   lock.unlock();
-  for (const Entry& entry : entries_) {
-    if (!TakeUp(entry.photo.ticket.get())) continue;
-    Answer(entry.photo, Status::Cancelled("the engine was closed before the photo's turn came"),
-           false);
+  for (const Entry& entry : left) {
+    const WaitingPhoto& photo = entry.photo;
+    if (TakeUp(photo.ticket.get())) {
+      Answer(photo, ClosedEarly(), false);
+    } else if (photo.answered) {  // cancelled, and not told yet
+      photo.answered(photo.ticket->answer);
+    }
   }
   MarkSettled();
 }
 
-Ticket Scheduler::Submit(PhotoSource photo, CameraRecord camera, std::string contributor,
-                         AnswerCallback answered) {
+Result<Ticket> Scheduler::Submit(PhotoSource photo, CameraRecord camera, std::string contributor,
+                                 AnswerCallback answered) {
   const std::lock_guard lock(mutex_);
+  if (stopping_) return Status::Cancelled("the engine is being closed: it takes no photo any more");
   may_follow_ = true;
   Ticket ticket = line_.Join(nullptr, std::move(photo), std::move(camera), std::move(contributor),
                              std::move(answered));
@@ -57,6 +75,7 @@ Ticket Scheduler::SubmitToList(const std::shared_ptr<Lane>& lane, PhotoSource ph
   const std::lock_guard lock(mutex_);
   may_follow_ = true;
   Ticket ticket = line_.Join(lane, std::move(photo), std::move(camera), std::move(contributor), {});
+  if (stopping_) ticket.Cancel();  // nobody takes it out of the line any more
   NotifyChanged();
   return ticket;
 }
@@ -76,6 +95,12 @@ void Scheduler::Release(Lane* lane) {
   NotifyChanged();
 }
 
+void Scheduler::EndList(Lane* lane) {
+  const std::lock_guard lock(mutex_);
+  lane->has_ended = true;
+  NotifyChanged();
+}
+
 Status Scheduler::Settle(std::stop_token stop, std::vector<FollowUp>* followed) {
   Settling settling{std::move(stop), followed, false};
   const std::stop_callback wake(settling.stop, [this] {
@@ -84,9 +109,13 @@ Status Scheduler::Settle(std::stop_token stop, std::vector<FollowUp>* followed) 
   });
   std::unique_lock lock(mutex_);
   may_follow_ = true;
+  follows_ = true;  // somebody has to look, and to say that nothing follows
+  followed->insert(followed->end(), untold_.begin(), untold_.end());
+  untold_.clear();
   settling_.push_back(&settling);
   NotifyChanged();
-  changed_.wait(lock, [&] { return settling.is_done || settling.stop.stop_requested(); });
+  changed_.wait(lock,
+                [&] { return settling.is_done || stopping_ || settling.stop.stop_requested(); });
   settling_.remove(&settling);
   if (!settling.is_done) return Status::Cancelled("stopped before everything was settled");
   for (const FollowUp& step : *followed) VEDUTA_RETURN_IF_ERROR(step.status);
@@ -117,17 +146,20 @@ bool Scheduler::DoPiece(std::unique_lock<std::mutex>* lock) {
   const bool all_settle = std::all_of(entries_.begin(), entries_.end(),
                                       [](const Entry& e) { return e.photo.lane->settles; });
   if (may_step && all_settle) return DoStep(lock);
-  // A photo that is ready is applied as soon as its list goes on: no long work meanwhile.
+  // A photo that is ready is applied as soon as its list goes on: no other list's is prepared
+  // meanwhile. Who told of the list's last photo may wait for a contributor's.
   const bool is_one_ready = std::any_of(entries_.begin(), entries_.end(),
                                         [](const Entry& e) { return e.prepared.has_value(); });
-  return !is_one_ready && PrepareOne(lock);
+  return PrepareOne(lock, !is_one_ready);
 }
 
 void Scheduler::FillWindow(std::unique_lock<std::mutex>* lock) {
   size_t offered = 0;
-  while (entries_.size() < window_) {
-    WaitingPhoto photo;
-    if (!line_.Take(&photo)) break;
+  for (WaitingPhoto photo;;) {
+    const auto of_lists = static_cast<size_t>(std::count_if(
+        entries_.begin(), entries_.end(), [](const Entry& e) { return e.photo.lane->settles; }));
+    const size_t of_contributors = entries_.size() - of_lists;
+    if (!line_.Take(&photo, of_lists < window_, of_contributors < window_)) break;
     entries_.push_back({std::move(photo), false, {}});
     ++offered;
   }
@@ -137,7 +169,7 @@ void Scheduler::FillWindow(std::unique_lock<std::mutex>* lock) {
   for (; offered > 0; --offered) {
     pool_->Submit([this] {
       std::unique_lock task_lock(mutex_);
-      PrepareOne(&task_lock);
+      if (!stopping_) PrepareOne(&task_lock);
       --preparing_;
       NotifyChanged();
     });
@@ -145,9 +177,10 @@ void Scheduler::FillWindow(std::unique_lock<std::mutex>* lock) {
   lock->lock();
 }
 
-bool Scheduler::PrepareOne(std::unique_lock<std::mutex>* lock) {
-  const auto entry =
-      std::find_if(entries_.begin(), entries_.end(), [](const Entry& e) { return !e.is_started; });
+bool Scheduler::PrepareOne(std::unique_lock<std::mutex>* lock, bool also_of_lists) {
+  const auto entry = std::find_if(entries_.begin(), entries_.end(), [&](const Entry& e) {
+    return !e.is_started && (also_of_lists || !e.photo.lane->settles);
+  });
   if (entry == entries_.end()) return false;
   entry->is_started = true;
   lock->unlock();
@@ -164,7 +197,7 @@ Scheduler::Entries::iterator Scheduler::FindApplicable() {
   return std::find_if(entries_.begin(), entries_.end(), [&](const Entry& e) {
     // Within a lane the order stays, so a list waits for its first photo.
     const bool is_first = std::none_of(entries_.begin(), entries_.end(), [&](const Entry& other) {
-      return other.photo.lane == e.photo.lane &&
+      return IsSameLane(*other.photo.lane, *e.photo.lane) &&
              other.photo.ticket->number < e.photo.ticket->number;
     });
     return is_first && e.prepared &&
@@ -195,7 +228,7 @@ void Scheduler::DropCancelled(std::unique_lock<std::mutex>* lock) {
   for (auto entry = entries_.begin(); entry != entries_.end();) {
     const bool is_busy = entry->is_started && !entry->prepared;
     const Lane& lane = *entry->photo.lane;
-    const bool has_ended = lane.has_failed || lane.stop.stop_requested();
+    const bool has_ended = lane.has_ended || lane.stop.stop_requested();
     bool was_cancelled = false;
     {
       const std::lock_guard ticket_lock(entry->photo.ticket->mutex);
@@ -241,7 +274,7 @@ bool Scheduler::Apply(Entries::iterator entry, std::unique_lock<std::mutex>* loc
   lock->lock();
   ++photos_in_row_;
   follows_ = true;
-  if (is_of_list && failed) taken.photo.lane->has_failed = true;
+  if (is_of_list && failed) taken.photo.lane->has_ended = true;
   if (is_of_list && !failed) {
     settling_photo_ = taken.photo.ticket;
     taken.photo.lane->is_held = true;
@@ -286,6 +319,7 @@ bool Scheduler::DoStep(std::unique_lock<std::mutex>* lock) {
     return true;
   }
   for (Settling* settling : settling_) settling->followed->push_back(*step);
+  if (!photo && settling_.empty() && !step->status.ok()) untold_.push_back(std::move(*step));
   return true;
 }
 

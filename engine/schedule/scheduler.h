@@ -34,11 +34,14 @@ class Scheduler final {
   // place.
   Scheduler(Writer* writer, const PhotoPreparer* preparer, std::unique_ptr<Ingest>* ingest,
             ThreadPool* pool);
-  // Finishes the piece at hand; photos that are not applied by then are answered kCancelled.
   ~Scheduler();
 
-  Ticket Submit(PhotoSource photo, CameraRecord camera, std::string contributor,
-                AnswerCallback answered);
+  // Finishes the piece at hand and answers the photos that are not applied by then: kCancelled.
+  // Submit and Settle fail with kCancelled from then on. A second call does nothing.
+  void Close();
+
+  Result<Ticket> Submit(PhotoSource photo, CameraRecord camera, std::string contributor,
+                        AnswerCallback answered);
   // The same into a list's lane (OpenList).
   Ticket SubmitToList(const std::shared_ptr<Lane>& lane, PhotoSource photo, CameraRecord camera,
                       std::string contributor);
@@ -47,12 +50,16 @@ class Scheduler final {
   // not applied before Release: whoever is told of this one may still stop the list.
   static Result<AddOutcome> WaitSettled(const Ticket& ticket, std::vector<FollowUp>* followed);
   void Release(Lane* lane);
+  // The list's photos that are not applied yet never will be. For whoever gave the list and goes.
+  void EndList(Lane* lane);
 
-  // Waits until nothing follows any more. `followed` receives the steps that ran meanwhile; returns
-  // the first failure among them.
+  // Waits until nothing follows any more. `followed` receives the steps that ran meanwhile, after
+  // those that failed earlier when nobody was there to be told; returns the first failure among
+  // them.
   Status Settle(std::stop_token stop, std::vector<FollowUp>* followed);
 
-  // How many photos a list had better keep in line, so that preparation never runs dry.
+  // How many photos a list had better keep in line, so that preparation never runs dry. So many of
+  // lists are prepared ahead, and so many of contributors: neither fill the other's place.
   size_t window() const { return window_; }
 
  private:
@@ -74,7 +81,8 @@ class Scheduler final {
   bool DoPiece(std::unique_lock<std::mutex>* lock);
   // Moves photos from the line into the window and offers their preparation to the pool.
   void FillWindow(std::unique_lock<std::mutex>* lock);
-  bool PrepareOne(std::unique_lock<std::mutex>* lock);
+  // Prepares a photo that nobody has begun with; false when there is none.
+  bool PrepareOne(std::unique_lock<std::mutex>* lock, bool also_of_lists = true);
   // The first that is ready and may be applied; end() when there is none.
   Entries::iterator FindApplicable();
   // Both: true, for a piece was done.
@@ -103,6 +111,7 @@ class Scheduler final {
   size_t preparing_ = 0;                           // tasks of the pool that are not done
   std::shared_ptr<PhotoProgress> settling_photo_;  // of a list: applied, what follows is not done
   std::list<Settling*> settling_;                  // callers of Settle
+  std::vector<FollowUp> untold_;                   // steps that failed when nobody was to be told
   bool may_follow_ = false;  // somebody has submitted or settled: what is due is done from then on
   bool follows_ = true;      // there may be a step; false once there was none, until the next photo
   uint32_t photos_in_row_ = 0;

@@ -60,10 +60,12 @@ Ticket SubmissionLine::Join(std::shared_ptr<Lane> lane, PhotoSource photo, Camer
   return Ticket(state);
 }
 
-bool SubmissionLine::Take(WaitingPhoto* photo) {
+bool SubmissionLine::Take(WaitingPhoto* photo, bool of_lists, bool of_contributors) {
   const std::lock_guard lock(mutex_);
-  if (queues_.empty()) return false;
-  const auto first = queues_.begin();
+  const auto first = std::find_if(queues_.begin(), queues_.end(), [&](const Queue& queue) {
+    return queue.lane->settles ? of_lists : of_contributors;
+  });
+  if (first == queues_.end()) return false;
   *photo = std::move(first->photos.front());
   first->photos.pop_front();
   if (first->photos.empty()) {

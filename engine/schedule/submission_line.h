@@ -38,9 +38,9 @@ struct Lane {
   std::string name;      // the contributor; empty for a list
   bool settles = false;  // a list: what follows from a photo is done before the next is applied
   std::stop_token stop;  // of a list: no further photo is applied after a request
-  // Of a list, guarded by the scheduler: no further photo is applied after an error, nor before the
-  // last one's report has returned.
-  bool has_failed = false;
+  // Of a list, guarded by the scheduler: no further photo is applied after an error, nor once
+  // AddPhotos has been left, nor before the last photo's report has returned.
+  bool has_ended = false;
   bool is_held = false;
 };
 
@@ -61,8 +61,9 @@ class SubmissionLine final {
   // Joins the lane, or, without one, that of the contributor.
   Ticket Join(std::shared_ptr<Lane> lane, PhotoSource photo, CameraRecord camera,
               std::string contributor, AnswerCallback answered);
-  // The next photo by turns; false when nobody waits.
-  bool Take(WaitingPhoto* photo);
+  // The next photo by turns; false when nobody waits. Passes over the photos of lists, or those of
+  // contributors, where they are not wanted.
+  bool Take(WaitingPhoto* photo, bool of_lists = true, bool of_contributors = true);
   bool is_empty() const;
 
   // A handle of the photo's state, for the scheduler.

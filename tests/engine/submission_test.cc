@@ -2,7 +2,7 @@
 // Goal: many clients submit at once: Submit returns a ticket at once, one client's many photos do
 //   not hold up another's one, a cancelled photo leaves nothing, callbacks may ask and submit, the
 //   journal has the order of application, a closed engine answers every ticket, and a list of
-//   photos gives the same digest while others submit nothing.
+//   photos gives the same digest while others submit nothing and holds up nobody else's photo.
 // Method: photos of one rendered street, submitted from several threads to an engine of two
 //   threads; the outcome is compared with the journal, with verify, and with lists added alone.
 #include <gtest/gtest.h>
@@ -10,6 +10,7 @@
 #include <algorithm>
 #include <atomic>
 #include <chrono>
+#include <stdexcept>
 #include <thread>
 #include <vector>
 
@@ -168,6 +169,99 @@ TEST(Submission, AListIsItsPhotosOneByOneEachSettled) {
     ASSERT_OK(single.engine().Settle());
   }
   EXPECT_EQ(list.Digest(), single.Digest());
+}
+
+// Settling a city that is settled already returns at once.
+TEST(Submission, SettlesTwice) {
+  City city;
+  city.Add(Walk(6, 0.9, 2));
+  ASSERT_OK(city.engine().Settle());
+  ASSERT_OK(city.engine().Settle());
+  ASSERT_OK(city.engine().AddPhotos({}, {}));
+}
+
+// Whoever is told of a list's photo may wait for another's: the list's photos do not fill the line.
+TEST(Submission, AListDoesNotHoldUpASinglePhoto) {
+  for (const uint32_t thread_count : {1u, 2u}) {
+    City city(City::Options(thread_count));
+    const std::vector<Stand> stands = Walk(6, 0.9, 8);
+    std::vector<PhotoSubmission> list;
+    for (size_t i = 0; i + 1 < stands.size(); ++i) list.push_back(city.Submit(stands[i]));
+    bool is_first = true;
+    ASSERT_OK(city.engine().AddPhotos(list, [&](const AddOutcome&) {
+      if (!is_first) return;
+      is_first = false;
+      EXPECT_OK(city.engine().Submit(From(&city, stands.back(), "bela"))->Wait());
+    }));
+    EXPECT_EQ(city.Counts().images, stands.size());
+  }
+}
+
+// A caller who breaks off leaves a list that ends, and nobody waits for it.
+TEST(Submission, AListEndsWhereItsReportThrows) {
+  City city;
+  const std::vector<Stand> stands = Walk(6, 0.9, 8);
+  std::vector<PhotoSubmission> list;
+  for (size_t i = 0; i + 1 < stands.size(); ++i) list.push_back(city.Submit(stands[i]));
+  const auto thrower = [](const AddOutcome&) { throw std::runtime_error("enough"); };
+  EXPECT_THROW((void)city.engine().AddPhotos(list, thrower), std::runtime_error);
+  EXPECT_OK(city.engine().Submit(From(&city, stands.back(), "bela"))->Wait());
+  EXPECT_EQ(city.Counts().images, 2u);
+}
+
+// One callback for each photo, whether it was cancelled, applied, or overtaken by the closing; and
+// what a callback submits while the engine is being closed is refused.
+TEST(Submission, EachPhotoIsAnsweredOnceWhenTheEngineCloses) {
+  const std::vector<Stand> stands = Walk(6, 0.9, 6);
+  for (const Stand& stand : stands) TakePhoto(stand);
+  for (const bool submits_again : {false, true}) {
+    City city;
+    Engine& engine = city.engine();
+    std::vector<std::atomic<int>> calls(stands.size());
+    std::vector<Ticket> tickets, again;
+    for (size_t i = 0; i < stands.size(); ++i) {
+      const auto answered = [&, i](const Result<AddOutcome>& outcome) {
+        ++calls[i];
+        if (outcome.ok() || !submits_again) return;
+        Result<Ticket> ticket = engine.Submit(From(&city, stands[i], "anna"));
+        if (ticket.ok()) again.push_back(*ticket);
+      };
+      tickets.push_back(*city.engine().Submit(From(&city, stands[i], "anna"), answered));
+    }
+    if (!submits_again) {
+      for (Ticket& ticket : tickets) ticket.Cancel();
+    }
+    city.Close();
+    for (const std::atomic<int>& count : calls) EXPECT_EQ(count, 1);
+    for (const Ticket& ticket : again) EXPECT_TRUE(ticket.IsDone());
+  }
+}
+
+// Questions may be asked, and AddPhotos comes to its end, when the engine is closed meanwhile.
+TEST(Submission, QuestionsAndWaitersOutliveTheEngine) {
+  City city;
+  const std::vector<Stand> stands = Walk(6, 0.9, 6);
+  std::vector<PhotoSubmission> list;
+  for (const Stand& stand : stands) list.push_back(city.Submit(stand));
+  Questions questions = city.engine().Ask();
+  std::atomic<size_t> told = 0;
+  std::atomic<bool> closing = false;
+  Status added;
+  std::thread adds([&, &engine = city.engine()] {
+    added = engine.AddPhotos(list, [&](const auto&) {
+      ++told;
+      while (!closing) std::this_thread::yield();
+    });
+  });
+  while (told == 0) std::this_thread::yield();
+  closing = true;
+  city.Close();
+  adds.join();
+  EXPECT_EQ(added.code(), StatusCode::kCancelled);
+  const auto status = questions.Status();
+  ASSERT_OK(status);
+  EXPECT_EQ(status->images, 0u);
+  EXPECT_OK(questions.Rank(list.front().photo, "street", 5));
 }
 
 TEST(EngineOptions, OpenNamesTheFirstViolatedBound) {

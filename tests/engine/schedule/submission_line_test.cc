@@ -54,6 +54,20 @@ TEST(SubmissionLine, AListIsALaneOfItsOwnAndKeepsItsOrder) {
   EXPECT_EQ(TakeAll(&line), "l1 a1 l2 a2 l3 ");
 }
 
+TEST(SubmissionLine, ListsAndContributorsArePassedOverWhereNotWanted) {
+  SubmissionLine line;
+  const std::shared_ptr<Lane> list = line.OpenList({});
+  Join(&line, list, "l1", "anna");
+  Join(&line, nullptr, "a1", "anna");
+  WaitingPhoto photo;
+  EXPECT_FALSE(line.Take(&photo, false, false));
+  ASSERT_TRUE(line.Take(&photo, false, true));
+  EXPECT_EQ(photo.photo.name, "a1");
+  EXPECT_FALSE(line.Take(&photo, false, true));
+  ASSERT_TRUE(line.Take(&photo, true, false));
+  EXPECT_EQ(photo.photo.name, "l1");
+}
+
 TEST(SubmissionLine, TicketsAreNumberedAndCancelled) {
   SubmissionLine line;
   Ticket first = Join(&line, nullptr, "a1", "anna"), second = Join(&line, nullptr, "a2", "anna");
