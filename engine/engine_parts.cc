@@ -92,7 +92,7 @@ std::shared_ptr<EngineCaches> EngineParts::GetCaches() {
 }
 
 void EngineParts::RenewCaches() {
-  auto renewed = std::make_shared<EngineCaches>(tuning.ingest);
+  auto renewed = std::make_shared<EngineCaches>(tuning.ingest, preparing_vocabulary);
   ingest = std::make_unique<Ingest>(database.get(), &renewed->retrieval, &renewed->features,
                                     pool.get(), tuning.ingest);
   const std::lock_guard lock(caches_mutex);

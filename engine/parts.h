@@ -32,8 +32,8 @@ struct EngineTuning {
 // What one generation of open files is read by. Exchanged by Engine::Reopen: what was kept of a
 // commit that failed must not be found again.
 struct EngineCaches {
-  EngineCaches(const IngestOptions& options)
-      : retrieval(options.retrieval),
+  EngineCaches(const IngestOptions& options, std::shared_ptr<std::mutex> preparing_vocabulary)
+      : retrieval(options.retrieval, std::move(preparing_vocabulary)),
         features(options.feature_cache_bytes, options.matched_count_max) {}
 
   Retrieval retrieval;
@@ -62,6 +62,7 @@ struct EngineParts {
   std::unique_ptr<PhotoPreparer> preparer;
   std::unique_ptr<ThreadPool> pool;
   std::unique_ptr<Writer> writer;
+  std::shared_ptr<std::mutex> preparing_vocabulary = std::make_shared<std::mutex>();
   std::mutex caches_mutex;  // of `caches` and `cameras`
   std::shared_ptr<EngineCaches> caches;
   std::map<std::string, CameraRecord> cameras;

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // The members of the door that need the dense pass. The door's header lies below this folder; what
 // it declares is defined where it is known how it is done.
+#include <algorithm>
+
 #include "engine/parts.h"
 #include "engine/query/invariants.h"
 #include "fusion/dense_door.h"
@@ -25,8 +27,10 @@ Result<RenderReport> Questions::Render(const RenderRequest& request) const {
 Result<std::vector<std::string>> Questions::Verify(uint32_t count_max) const {
   VEDUTA_ASSIGN_OR_RETURN(std::vector<std::string> violations,
                           FindViolations(*view_->snapshot, count_max));
-  VEDUTA_ASSIGN_OR_RETURN(const std::vector<std::string> dense,
-                          FindDenseViolations(*view_->snapshot, count_max - violations.size()));
+  VEDUTA_ASSIGN_OR_RETURN(
+      const std::vector<std::string> dense,
+      FindDenseViolations(*view_->snapshot,
+                          count_max - std::min<size_t>(count_max, violations.size())));
   violations.insert(violations.end(), dense.begin(), dense.end());
   return violations;
 }

@@ -117,6 +117,13 @@ bool PhotoClaims::Has(const ContentHash& photo) const {
   return counts_.contains(photo);
 }
 
+std::vector<ContentHash> PhotoClaims::List() const {
+  const std::lock_guard lock(mutex_);
+  std::vector<ContentHash> photos;
+  for (const auto& [photo, count] : counts_) photos.push_back(photo);
+  return photos;
+}
+
 void PhotoClaims::LoseAllBut(const std::set<ContentHash>& kept) {
   const std::lock_guard lock(mutex_);
   for (const auto& [photo, count] : counts_) {
@@ -213,6 +220,12 @@ Status SweepWriteAheads(DatabaseFiles& files, PhotoClaims& claims) {
         }
         return SweepMark(reader, key, &batch);
       }));
+  // A photo may be committed although it is still claimed: by a copy of it, or because the log had
+  // kept a commit that failed.
+  for (const ContentHash& photo : claims.List()) {
+    VEDUTA_ASSIGN_OR_RETURN(const bool committed, reader.Has(Family::kHashes, HashKey(photo)));
+    if (committed) claims.Forget(photo);
+  }
   claims.LoseAllBut(kept);
   return batch.Write(/*sync=*/false, "sweep what an interruption left behind");
 }

@@ -27,6 +27,7 @@ class PhotoClaims final {
   // After a commit: the record keeps the photo from now on.
   void Forget(const ContentHash& photo);
   bool Has(const ContentHash& photo) const;
+  std::vector<ContentHash> List() const;
 
   // After the database has been opened again: the claimed photos that are not among `kept` are not
   // on the disk. They count as lost until somebody claims them anew.

@@ -151,6 +151,8 @@ Result<AddOutcome> Ingest::Apply(PreparedPhoto photo, const CameraRecord& camera
   VEDUTA_ASSIGN_OR_RETURN(Admission admission, Admit(*scope.base, photo, camera.id, contributor));
   switch (admission.outcome) {
     case AdmissionOutcome::kDuplicate:
+      if (!photo.known && photo.reason == Reason::kNone)
+        VEDUTA_RETURN_IF_ERROR(parts_.database->DropPhotoAhead(photo.hash));
       return DuplicateOf(admission.stored, photo);
     case AdmissionOutcome::kNameTaken:
       if (photo.reason == Reason::kNone)

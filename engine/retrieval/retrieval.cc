@@ -31,6 +31,17 @@ Result<std::vector<WordId>> WordsOf(const Snapshot& snapshot, const ImageRecord&
   return DistinctWords(tree.QuantizeAll(features.descriptors));
 }
 
+// What an earlier attempt wrote under this number, and did not activate, must not stay among it. A
+// photo that is committed at this moment makes the deletion begin again.
+Status DeleteLeftovers(Database* database, uint32_t generation) {
+  for (;;) {
+    const std::unique_ptr<Transaction> transaction = database->BeginTransaction();
+    transaction->DeleteVocabulary(generation);
+    const Status deleted = transaction->Commit();
+    if (deleted.code() != StatusCode::kBusy) return deleted;
+  }
+}
+
 }  // namespace
 
 Status RetrievalOptions::Check() const {
@@ -91,6 +102,8 @@ Result<std::vector<RankedImage>> Retrieval::Candidates(const Snapshot& snapshot,
 
 bool Retrieval::IsTrainingDue(const DatabaseState& state) const {
   if (state.vocabulary_imported) return false;
+  const std::unique_lock nobody_prepares(*preparing_, std::try_to_lock);
+  if (!nobody_prepares.owns_lock()) return false;
   if (state.vocabulary_generation == 0)
     return state.retrievable_image_count >= options_.compare_all_max;
   return state.retrievable_image_count >=
@@ -98,11 +111,11 @@ bool Retrieval::IsTrainingDue(const DatabaseState& state) const {
 }
 
 Result<Retrieval::Prepared> Retrieval::Train(Database* database, ThreadPool* pool) {
-  return TrainAlone(database, pool, std::unique_lock(preparing_));
+  return TrainAlone(database, pool, std::unique_lock(*preparing_));
 }
 
 Result<bool> Retrieval::TrainAndActivate(Database* database, ThreadPool* pool) {
-  std::unique_lock alone(preparing_, std::try_to_lock);
+  std::unique_lock alone(*preparing_, std::try_to_lock);
   if (!alone.owns_lock()) return false;
   VEDUTA_ASSIGN_OR_RETURN(Prepared prepared, TrainAlone(database, pool, std::move(alone)));
   VEDUTA_RETURN_IF_ERROR(Activate(database, std::move(prepared)));
@@ -127,7 +140,7 @@ Result<Retrieval::Prepared> Retrieval::TrainAlone(Database* database, ThreadPool
 
 Result<Retrieval::Prepared> Retrieval::Import(Database* database, VocabularyTree tree,
                                               ThreadPool* pool) {
-  std::unique_lock alone(preparing_);
+  std::unique_lock alone(*preparing_);
   const std::shared_ptr<const Snapshot> snapshot = database->GetSnapshot();
   return WriteAhead(database, *snapshot, std::move(tree), true, pool, std::move(alone));
 }
@@ -143,13 +156,9 @@ Result<Retrieval::Prepared> Retrieval::WriteAhead(Database* database, const Snap
   prepared.info = tree.info();
   prepared.tree = std::make_shared<const VocabularyTree>(std::move(tree));
   prepared.imported = imported;
-  prepared.image_count = static_cast<uint32_t>(images.size());
-  prepared.next_image = ImageId(state.next_image);
+  for (const ImageRecord& image : images) prepared.images.push_back(image.id);
   prepared.alone = std::move(alone);
-  // What an earlier attempt wrote under this number, and did not activate, must not stay among it.
-  const std::unique_ptr<Transaction> sweep = database->BeginTransaction();
-  sweep->DeleteVocabulary(prepared.generation);
-  VEDUTA_RETURN_IF_ERROR(sweep->Commit());
+  VEDUTA_RETURN_IF_ERROR(DeleteLeftovers(database, prepared.generation));
   VEDUTA_RETURN_IF_ERROR(
       database->WriteVocabularyAhead(prepared.generation, prepared.tree->Serialize()));
 
@@ -182,24 +191,25 @@ Status Retrieval::Activate(Database* database, Prepared prepared) {
     return Status::Busy("another vocabulary became active meanwhile: train again");
   }
   VEDUTA_ASSIGN_OR_RETURN(const std::vector<ImageRecord> images, ListRetrievable(*snapshot));
+  const std::vector<ImageId> known = prepared.images;
   for (const ImageRecord& image : images) {
-    if (image.id < prepared.next_image) continue;
+    if (std::binary_search(known.begin(), known.end(), image.id)) continue;
     VEDUTA_ASSIGN_OR_RETURN(const std::vector<WordId> words,
                             WordsOf(*snapshot, image, *prepared.tree));
     transaction->PutWords(prepared.generation, image.id, words);
     transaction->AddPostings(prepared.generation, words, image.id);
-    ++prepared.image_count;
+    prepared.images.push_back(image.id);
   }
   const uint32_t old_generation = state.vocabulary_generation;
   state.vocabulary_generation = prepared.generation;
-  state.images_at_vocabulary = prepared.image_count;
+  state.images_at_vocabulary = static_cast<uint32_t>(prepared.images.size());
   state.vocabulary_imported = prepared.imported;
   JournalRecord entry;
   entry.actor = "veduta";
   entry.action = "vocabulary";
   entry.detail = (prepared.imported ? "imported " : "trained ") +
                  std::to_string(prepared.info.leaf_count) + " words for " +
-                 std::to_string(prepared.image_count) + " images";
+                 std::to_string(prepared.images.size()) + " images";
   AppendJournal(std::move(entry), &state, transaction.get());
   transaction->PutState(state);
   if (old_generation != 0) transaction->DeleteVocabulary(old_generation);

@@ -29,7 +29,9 @@ struct RetrievalOptions {
 
 class Retrieval final {
  public:
-  explicit Retrieval(RetrievalOptions options) : options_(std::move(options)) {}
+  explicit Retrieval(RetrievalOptions options,
+                     std::shared_ptr<std::mutex> preparing = std::make_shared<std::mutex>())
+      : options_(std::move(options)), preparing_(std::move(preparing)) {}
 
   // Best first; without a vocabulary all images that have features, newest first, with a score of
   // 0. Thread-safe.
@@ -41,6 +43,7 @@ class Retrieval final {
                                              std::span<const WordId> words, uint32_t count_max);
 
   // Depends on what was submitted only, so the same photos train the same vocabularies.
+  // False while a vocabulary is being prepared.
   bool IsTrainingDue(const DatabaseState& state) const;
 
   // A vocabulary that is written, with the words and postings of the images of one snapshot, and
@@ -50,8 +53,7 @@ class Retrieval final {
     VocabularyInfo info;
     std::shared_ptr<const VocabularyTree> tree;
     bool imported = false;
-    uint32_t image_count = 0;            // that have words
-    ImageId next_image;                  // images from here on came later and have none yet
+    std::vector<ImageId> images;         // that have words, ascending
     std::unique_lock<std::mutex> alone;  // no other vocabulary is prepared meanwhile
   };
   // Trains a tree from the descriptors of all images and writes it ahead, for Activate. Wants no
@@ -75,7 +77,9 @@ class Retrieval final {
                               bool imported, ThreadPool* pool, std::unique_lock<std::mutex> alone);
 
   const RetrievalOptions options_;
-  std::mutex preparing_;  // held from the first thing written ahead to the switch
+  // Held from the first thing written ahead to the switch. Shared by all that stand for one
+  // database, one after another.
+  const std::shared_ptr<std::mutex> preparing_;
   std::mutex mutex_;
   uint32_t generation_ = 0;  // of tree_
   std::shared_ptr<const VocabularyTree> tree_;

@@ -140,7 +140,12 @@ bool Scheduler::DoPiece(std::unique_lock<std::mutex>* lock) {
   FillWindow(lock);
   DropCancelled(lock);
   const bool may_step = may_follow_ && follows_;
-  if (may_step && photos_in_row_ >= kPhotosInRowMax) return DoStep(lock);
+  // Lists and Settle wait until nothing follows any more: for them every other piece is a step.
+  const bool somebody_settles =
+      !settling_.empty() || std::any_of(entries_.begin(), entries_.end(),
+                                        [](const Entry& e) { return e.photo.lane->settles; });
+  const uint32_t photos_max = somebody_settles ? 1 : kPhotosInRowMax;
+  if (may_step && photos_in_row_ >= photos_max) return DoStep(lock);
   if (const auto entry = FindApplicable(); entry != entries_.end()) return Apply(entry, lock);
   // Nobody's answer is delayed by a step when nobody waits, or when lists alone wait, for it.
   const bool all_settle = std::all_of(entries_.begin(), entries_.end(),
@@ -286,6 +291,9 @@ bool Scheduler::Apply(Entries::iterator entry, std::unique_lock<std::mutex>* loc
 }
 
 Result<AddOutcome> Scheduler::ApplyInTurn(Entry* entry) {
+  // What failed while the database was opened again, say, may do now.
+  if (!entry->prepared->ok())
+    entry->prepared = preparer_->Prepare(entry->photo.photo, entry->photo.camera.model);
   if (!entry->prepared->ok()) return entry->prepared->status();
   Writer::Turn turn = writer_->Take();
   return (*ingest_)->Apply(std::move(**entry->prepared), entry->photo.camera,

@@ -4,7 +4,8 @@
 // what follows from them when nobody waits.
 //
 // Which piece is next, in this order:
-//   1. after eight photos in a row, one step of what follows, so that a stream cannot starve it;
+//   1. after eight photos in a row, or after one where a list or Settle waits for it, one step of
+//      what follows, so that a stream of photos cannot starve it;
 //   2. the first photo of the window that is prepared and may be applied. A photo of a list may be
 //      applied when nothing follows from earlier photos any more, other photos at any time;
 //   3. one step of what follows from photos.
