@@ -1,17 +1,15 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
-// The one door to a database of a city's photographs. A program that embeds
-// Veduta includes this header and nothing else (docs/embedding.md).
+// The one door to a database of a city's photographs. A program that embeds Veduta includes this
+// header and nothing else (docs/embedding.md).
 //
-// One handle, which many threads share. Everything that writes goes through one
-// writer inside, a bounded piece at a time, first come first served: photos,
-// the work that follows from them, cameras, vocabularies, the dense pass,
-// backups take turns. Readers never wait for it.
+// One handle, which many threads share. Everything that writes goes through one writer inside, a
+// bounded piece at a time, first come first served: photos, the work that follows from them,
+// cameras, vocabularies, the dense pass, backups take turns. Readers never wait for it.
 //
-// Every function is thread-safe. Errors: kNotFound and kInvalidArgument name
-// the thing and what to do; kBusy when another process writes to the database;
-// kCorruption names family and key; kIoError has the operating system's word.
-// After a failed write all later ones fail until Reopen.
+// Every function is thread-safe. Errors: kNotFound and kInvalidArgument name the thing and what to
+// do; kBusy when another process writes to the database; kCorruption names family and key; kIoError
+// has the operating system's word. After a failed write all later ones fail until Reopen.
 
 #include <cstdint>
 #include <functional>
@@ -37,7 +35,7 @@ struct EngineOptions {
   bool create = false;        // make a new database; kAlreadyExists if one is there
   bool read_only = false;     // takes no lock, writes nothing; sees the last commit at opening
   bool sync = true;           // false: a power cut may lose the last photos (a crash does not)
-  uint32_t thread_count = 0;  // [0, 1024]; 0: one a core
+  uint32_t thread_count = 0;  // [0, 1024]; 0: one per core
   uint64_t block_cache_bytes = 256ull << 20;      // >= 1; of the database's files
   uint64_t feature_cache_bytes = 768ull << 20;    // >= 1; of images' features
   uint64_t undistort_cache_bytes = 256ull << 20;  // >= 1; of cameras' lookup tables
@@ -45,8 +43,8 @@ struct EngineOptions {
   Status Check() const;  // the first violated bound, named with its value
 };
 
-// Questions to one snapshot of the city. Answers own what they hold. Cheap to
-// make; holding one keeps the disk space of what was deleted since.
+// Questions to one snapshot of the city. Answers own what they hold. Cheap to make; holding one
+// keeps the disk space of what was deleted since.
 class Questions final {
  public:
   ~Questions();
@@ -55,14 +53,15 @@ class Questions final {
 
   uint64_t snapshot() const;  // its name; greater after each commit
 
-  // O(reconstructions); no walk over images.
+  // O(reconstructions), and where the dense pass ran O(its depth maps and tiles). No walk over
+  // images.
   Result<StatusAnswer> Status() const;
   // By name, or by "#" and its number. kNotFound names it.
   Result<ImageAnswer> Image(const std::string& name) const;
   // The verified neighbours of a stored image, most matches first.
   Result<std::vector<NeighborAnswer>> Neighbors(const std::string& name) const;
-  // Ranked candidates for a photo that is not stored, best first; `camera` (a
-  // name; empty: none) undistorts it.
+  // Ranked candidates for a photo that is not stored, best first; `camera` (a name; empty: none)
+  // undistorts it.
   Result<std::vector<NeighborAnswer>> Rank(const PhotoSource& photo, const std::string& camera,
                                            uint32_t count_max) const;
   // Living reconstructions, largest first, then ascending ids.
@@ -79,18 +78,15 @@ class Questions final {
   // At most `count_max` entries from `first` on.
   Result<std::vector<JournalAnswer>> Journal(uint64_t first, uint32_t count_max) const;
 
-  // A sentence a violated invariant; empty when the database is sound. Parses
-  // every value.
+  // A sentence a violated invariant; empty when the database is sound. Parses every value.
   Result<std::vector<std::string>> Verify(uint32_t count_max) const;
   // One hash over the logical content, in hexadecimal: equal for equal cities.
   Result<std::string> Digest() const;
 
-  // Writes every living reconstruction for other programs into FOLDER/0,
-  // FOLDER/1, ..., largest first. kAlreadyExists when the folder exists and is
-  // not empty.
+  // Writes every living reconstruction for other programs into FOLDER/0, FOLDER/1, ..., largest
+  // first. kAlreadyExists when the folder exists and is not empty.
   Result<std::vector<ExportedModel>> Export(const ExportRequest& request) const;
-  // A picture of a surface, or of points where there is none. The report is of
-  // `compare`.
+  // A picture of a surface, or of points where there is none. The report is of `compare`.
   Result<RenderReport> Render(const RenderRequest& request) const;
 
  private:
@@ -112,24 +108,20 @@ class Engine final {
 
   Questions Ask() const;
 
-  // kAlreadyExists when the name is in use with other intrinsics; the same
-  // again is a no-op.
+  // kAlreadyExists when the name is in use with other intrinsics; the same again is a no-op.
   Result<CameraId> AddCamera(const std::string& name, const CameraModel& model,
                              const std::string& source);
 
-  // Puts a photo in line and returns at once. Contributors take turns; the
-  // journal records the order in which photos were applied. The answer comes
-  // with the photo's own commit; what follows from it is done when nobody
-  // waits. kNotFound for an unknown camera.
+  // Puts a photo in line and returns at once. Contributors take turns; the journal records the
+  // order in which photos were applied. The answer comes with the photo's own commit; what follows
+  // from it is done when nobody waits. kNotFound for an unknown camera.
   Result<Ticket> Submit(PhotoSubmission photo, AnswerCallback answered = {});
 
-  // Adds photos in their order and returns when all are done. Whatever follows
-  // from a photo is done before the next one is applied, so the same list gives
-  // the same digest; `report` is called from the calling thread, once a photo
-  // and in order, after that. `followed` is told of every step that followed,
-  // and of its failure, which fails no photo. A stop request finishes the photo
-  // at hand: kCancelled. Any other error means that the photos not reported are
-  // not stored.
+  // Adds photos in their order and returns when all are done. Whatever follows from a photo is done
+  // before the next one is applied, so the same list gives the same digest; `report` is called from
+  // the calling thread, once a photo and in order, after that. `followed` is told of every step
+  // that followed, and of its failure, which fails no photo. A stop request finishes the photo at
+  // hand: kCancelled. Any other error means that the photos not reported are not stored.
   Status AddPhotos(std::span<const PhotoSubmission> photos,
                    const std::function<void(const AddOutcome&)>& report, std::stop_token stop = {},
                    const std::function<void(const FollowUp&)>& followed = {});
@@ -143,18 +135,16 @@ class Engine final {
   Status TrainVocabulary();
   Status ImportVocabulary(const std::string& path);
 
-  // The dense pass over one or all reconstructions: depth maps and surfaces of
-  // what is stale, in pieces, each a commit. kCancelled after a stop request:
-  // what is finished is stored. One pass runs at a time: kBusy.
+  // The dense pass over one or all reconstructions: depth maps and surfaces of what is stale, in
+  // pieces, each a commit. kCancelled after a stop request: what is finished is stored. One pass
+  // runs at a time: kBusy.
   Result<std::vector<DensifyReport>> Densify(const DensifyRequest& request,
                                              std::stop_token stop = {});
 
-  // A consistent copy that can be opened on its own; files are hard-linked
-  // where possible.
+  // A consistent copy that can be opened on its own; files are hard-linked where possible.
   Status Backup(const std::string& folder);
-  // Closes and opens the files again, after a failed write: what the disk holds
-  // is then known. Does not wait for readers; Questions asked before answer
-  // kIoError from then on.
+  // Closes and opens the files again, after a failed write: what the disk holds is then known. Does
+  // not wait for readers; Questions asked before answer kIoError from then on.
   Status Reopen();
 
  private:
