@@ -146,7 +146,7 @@ Status Engine::AddPhotos(std::span<const PhotoSubmission> photos,
 Status Engine::Settle(std::stop_token stop, const std::function<void(const FollowUp&)>& followed) {
   std::vector<FollowUp> steps;
   const std::shared_ptr<EngineParts> parts = parts_;  // the engine may be closed meanwhile
-  const Status settled = parts->scheduler->Settle(std::move(stop), &steps);
+  Status settled = parts->scheduler->Settle(std::move(stop), &steps);
   if (followed) {
     for (const FollowUp& step : steps) followed(step);
   }
