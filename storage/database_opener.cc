@@ -94,7 +94,7 @@ Result<std::shared_ptr<DatabaseFiles>> DatabaseOpener::Open() {
                                  " already, in use by another process");
   }
   VEDUTA_RETURN_IF_ERROR(opened);
-  VEDUTA_RETURN_IF_ERROR(CheckFormat());
+  VEDUTA_RETURN_IF_ERROR(options_.salvage ? CheckFamilies(kFormatVersion) : CheckFormat());
   return std::move(files_);
 }
 
@@ -162,8 +162,8 @@ rocksdb::DBOptions DatabaseOpener::RocksdbOptions() const {
   if (files_->env_) options.env = files_->env_.get();
   if (options_.read_only) {
     options.info_log = std::make_shared<SilentLogger>();
-    options.max_open_files =
-        -1;  // opens every table now: a process that writes may delete its name later
+    // Opens every table now: a process that writes may delete its name later.
+    if (!options_.salvage) options.max_open_files = -1;
   }
   return options;
 }
