@@ -59,7 +59,9 @@ Whole Look(const std::string& path) {
   const Questions questions = (*engine)->Ask();
   const auto violations = questions.Verify(20);
   EXPECT_OK(violations);
-  if (violations.ok()) EXPECT_EQ(*violations, std::vector<std::string>());
+  if (violations.ok()) {
+    EXPECT_EQ(*violations, std::vector<std::string>());
+  }
   const auto status = questions.Status();
   EXPECT_OK(status);
   if (status.ok()) {
