@@ -71,6 +71,36 @@ std::vector<rocksdb::ColumnFamilyDescriptor> AllDescriptors() {
   return descriptors;
 }
 
+// Above every number that RocksDB has given to a file. Chosen by hand.
+constexpr uint64_t kSeedNumber = 100'000'000;
+
+// Adds a table to each family. RocksDB's repair knows families by their tables alone: without one,
+// it would drop from the logs what a young database has in them. The families get the numbers that
+// they have in every database, since they are created in the same order. The one key sorts last,
+// and is none of ours.
+Status SeedFamilies(const std::string& scratch) {
+  const std::string folder = scratch + "/seed";
+  DatabaseOptions create;
+  create.create = true;
+  VEDUTA_ASSIGN_OR_RETURN(std::shared_ptr<DatabaseFiles> files,
+                          DatabaseFiles::Open(folder, create));
+  for (const FamilyTraits& traits : AllFamilies()) {
+    rocksdb::ColumnFamilyHandle* const handle = files->handle(traits.family);
+    rocksdb::Status status = files->db().Put(rocksdb::WriteOptions(), handle, "\xFF", "");
+    if (status.ok()) status = files->db().Flush(rocksdb::FlushOptions(), handle);
+    VEDUTA_RETURN_IF_ERROR(FromRocksdb(status, "make a table in " + folder));
+  }
+  files->Close(Status::IoError("the database is closed"));
+  std::error_code error;
+  uint64_t number = kSeedNumber;
+  for (const auto& entry : fs::directory_iterator(folder, error)) {
+    if (entry.path().extension() != ".sst") continue;
+    const fs::path link = fs::path(scratch) / (std::to_string(++number) + ".sst");
+    VEDUTA_RETURN_IF_ERROR(TakeFile(entry.path(), link));
+  }
+  return FromSystem(error, "list folder " + folder);
+}
+
 // Makes the families that the files have lost, empty.
 Status AddLostFamilies(const std::string& folder) {
   rocksdb::DBOptions options = DatabaseWideOptions();
@@ -153,6 +183,7 @@ Status Salvage::RefuseLaterFormat(const Status& opened) const {
 // RocksDB's own repair finds the tables without the manifest, and reads the logs. It does not know
 // blob files: BlobSearch does.
 Status Salvage::PieceTogether() {
+  VEDUTA_RETURN_IF_ERROR(SeedFamilies(scratch_));
   const std::vector<rocksdb::ColumnFamilyDescriptor> descriptors = AllDescriptors();
   VEDUTA_RETURN_IF_ERROR(
       FromRocksdb(rocksdb::RepairDB(scratch_, DatabaseWideOptions(), descriptors),

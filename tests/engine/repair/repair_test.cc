@@ -200,6 +200,20 @@ TEST(Repair, PiecesFilesTogetherWithoutAManifest) {
   }
 }
 
+TEST(Repair, FindsWhatLiesInLogsAlone) {
+  City city;
+  city.Add(Walk(4, 1.2, 3));
+  const std::string path = city.path();
+  city.Close();
+  for (const auto& entry : std::filesystem::directory_iterator(path)) {
+    if (entry.path().filename().string().starts_with("MANIFEST-"))
+      std::filesystem::remove(entry.path());
+  }
+  const RepairAnswer answer = Repaired(path, true);
+  EXPECT_TRUE(answer.is_repaired);
+  EXPECT_EQ(Look(path).photos, 3u) << Told(answer);
+}
+
 TEST(Repair, RecoversImagesFromTheirIndexes) {
   const DamagedCity city;
   city.DeleteTables(Family::kImages);
