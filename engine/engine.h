@@ -5,8 +5,9 @@
 //
 // One handle, which many threads share. Everything that writes goes through one writer inside, a
 // piece at a time, first come first served: photos, the steps that follow from them, cameras,
-// vocabularies, the dense pass, backups take turns. Adjusting a whole reconstruction is one piece,
-// and so is training a vocabulary that falls due: others wait for its end. Readers never wait.
+// vocabularies, the dense pass, backups take turns. Adjusting a whole reconstruction is one piece:
+// others wait for its end. Vocabularies and the dense pass are computed without a turn, and take
+// one for each commit. Readers never wait.
 //
 // Every function is thread-safe. Errors: kNotFound and kInvalidArgument name the thing and what to
 // do; kBusy when another process writes to the database; kCorruption names family and key; kIoError
