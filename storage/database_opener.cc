@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <filesystem>
 
+#include "storage/durable_folder.h"
 #include "storage/family_options.h"
 #include "storage/records/record_parts.h"
 #include "storage/records/state_record.h"
@@ -31,14 +32,6 @@ bool EndsWith(std::string_view text, std::string_view end) {
   return text.ends_with(end);
 }
 
-Status SyncFolder(rocksdb::FileSystem& file_system, const std::string& folder) {
-  std::unique_ptr<rocksdb::FSDirectory> directory;
-  rocksdb::IOStatus status =
-      file_system.NewDirectory(folder, rocksdb::IOOptions(), &directory, nullptr);
-  if (status.ok()) status = directory->Fsync(rocksdb::IOOptions(), nullptr);
-  return FromRocksdb(status, "make folder " + folder + " durable");
-}
-
 // RocksDB has one code for every trouble with its LOCK file; only the words tell a held lock from,
 // say, a folder without permission.
 bool IsLockHeld(const rocksdb::Status& status) {
@@ -55,14 +48,14 @@ Status WriteMarker(rocksdb::FileSystem& file_system, const std::string& folder) 
   VEDUTA_RETURN_IF_ERROR(FromRocksdb(
       rocksdb::WriteStringToFile(&file_system, kMarkerText, marker, /*should_sync=*/true),
       "write " + marker));
-  VEDUTA_RETURN_IF_ERROR(SyncFolder(file_system, folder));
+  VEDUTA_RETURN_IF_ERROR(MakeFolderDurable(file_system, folder));
   const std::filesystem::path absolute =
       std::filesystem::path(folder).is_absolute()
           ? std::filesystem::path(folder).lexically_normal()
           : (std::filesystem::path(".") / folder).lexically_normal();
   const std::filesystem::path trimmed = absolute.has_filename() ? absolute : absolute.parent_path();
   const std::string parent = trimmed.has_parent_path() ? trimmed.parent_path().string() : ".";
-  return SyncFolder(file_system, parent);
+  return MakeFolderDurable(file_system, parent);
 }
 
 DatabaseOpener::DatabaseOpener(std::string path, const DatabaseOptions& options)
