@@ -54,10 +54,10 @@ Result<std::optional<Slot>> ReadNewestSlot(rocksdb::FileSystem& file_system,
   for (size_t i = 0; i < kSlots; ++i) {
     std::array<char, kSlotBytes> scratch{};
     rocksdb::Slice got;
-    VEDUTA_RETURN_IF_ERROR(FromRocksdb(file->Read(i * kSlotStrideBytes, kSlotBytes,
-                                                  rocksdb::IOOptions(), &got, scratch.data(),
-                                                  nullptr),
-                                       "read " + path));
+    VEDUTA_RETURN_IF_ERROR(
+        FromRocksdb(file->Read(i * kSlotStrideBytes, kSlotBytes, rocksdb::IOOptions(), &got,
+                               scratch.data(), nullptr),
+                    "read " + path));
     const std::optional<Slot> slot = DecodeSlot({got.data(), got.size()});
     if (slot && (!newest || slot->turn > newest->turn)) newest = slot;
   }
@@ -90,9 +90,9 @@ Result<std::unique_ptr<AcknowledgedFile>> AcknowledgedFile::Open(
   VEDUTA_ASSIGN_OR_RETURN(const std::optional<Slot> newest, ReadNewestSlot(*file_system, path));
   if (!newest) VEDUTA_RETURN_IF_ERROR(MakeFile(*file_system, folder, path));
   std::unique_ptr<AcknowledgedFile> file(new AcknowledgedFile);
-  VEDUTA_RETURN_IF_ERROR(FromRocksdb(
-      file_system->NewRandomRWFile(path, rocksdb::FileOptions(), &file->file_, nullptr),
-      "write " + path));
+  VEDUTA_RETURN_IF_ERROR(
+      FromRocksdb(file_system->NewRandomRWFile(path, rocksdb::FileOptions(), &file->file_, nullptr),
+                  "write " + path));
   file->file_system_ = std::move(file_system);
   file->mark_ = mark;
   file->turn_ = newest ? newest->turn : 0;
@@ -108,17 +108,20 @@ void AcknowledgedFile::Advance(uint64_t sequence, uint64_t log) {
   WriteSlot().IgnoreBecause("an older mark claims less, and the next one is written anew");
 }
 
-void AcknowledgedFile::Sync() {
+void AcknowledgedFile::Finish(uint64_t sequence) {
   const std::lock_guard lock(mutex_);
+  if (sequence > mark_.sequence) {
+    mark_.sequence = sequence;
+    WriteSlot().IgnoreBecause("an older mark claims less");
+  }
   file_->Sync(rocksdb::IOOptions(), nullptr).PermitUncheckedError();
 }
 
 Status AcknowledgedFile::WriteSlot() {
   ++turn_;
-  return FromRocksdb(
-      file_->Write((turn_ % kSlots) * kSlotStrideBytes, EncodeSlot({turn_, mark_}),
-                   rocksdb::IOOptions(), nullptr),
-      std::string("write ") + kAcknowledgedFile);
+  return FromRocksdb(file_->Write((turn_ % kSlots) * kSlotStrideBytes, EncodeSlot({turn_, mark_}),
+                                  rocksdb::IOOptions(), nullptr),
+                     std::string("write ") + kAcknowledgedFile);
 }
 
 }  // namespace veduta

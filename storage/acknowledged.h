@@ -23,8 +23,10 @@ namespace veduta {
 inline constexpr const char* kAcknowledgedFile = "ACKNOWLEDGED";
 
 struct AcknowledgedMark {
-  uint64_t sequence = 0;   // all writes up to and with this number were durable
-  uint64_t log = 0;        // the last of them is in the log of this number, or in a later one
+  uint64_t sequence = 0;  // all writes up to and with this number were durable
+  // The last of them is in the log of this number, or in a later one; 0 where it is in no log,
+  // because RocksDB has made tables of the logs before when the database was opened.
+  uint64_t log = 0;
   uint64_t first_log = 0;  // the log that was begun when the database was last opened for writing
 
   bool operator==(const AcknowledgedMark&) const = default;
@@ -46,7 +48,9 @@ class AcknowledgedFile final {
   // Moves the mark on; one that claims no more than the last changes nothing. A failure to write is
   // not told: the file then claims less than it could, and what was acknowledged is durable anyway.
   void Advance(uint64_t sequence, uint64_t log);
-  void Sync();  // as Advance about failures
+  // Moves the mark to what is durable when the database closes, wherever in the log that lies, and
+  // makes the mark durable, too.
+  void Finish(uint64_t sequence);
 
  private:
   AcknowledgedFile() = default;

@@ -8,7 +8,8 @@
 namespace veduta {
 namespace {
 
-constexpr uint32_t kReversedPolynomial = 0x82f63b78u;  // 0x1edc6f41 of RFC 3720 with its bits turned
+constexpr uint32_t kReversedPolynomial =
+    0x82f63b78u;  // 0x1edc6f41 of RFC 3720 with its bits turned
 constexpr size_t kStride = 8;
 
 using Tables = std::array<std::array<uint32_t, 256>, kStride>;
@@ -42,8 +43,7 @@ uint32_t ExtendCrc32c(uint32_t crc, std::string_view bytes) {
     std::memcpy(&word, bytes.data(), kStride);
     word ^= crc;
     crc = 0;
-    for (size_t k = 0; k < kStride; ++k)
-      crc ^= kTables[kStride - 1 - k][(word >> (8 * k)) & 0xff];
+    for (size_t k = 0; k < kStride; ++k) crc ^= kTables[kStride - 1 - k][(word >> (8 * k)) & 0xff];
     bytes.remove_prefix(kStride);
   }
   for (const char c : bytes) crc = (crc >> 8) ^ kTables[0][(crc ^ static_cast<uint8_t>(c)) & 0xff];

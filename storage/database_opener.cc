@@ -9,9 +9,12 @@
 
 #include "storage/durable_folder.h"
 #include "storage/family_options.h"
+#include "storage/log_inspection.h"
 #include "storage/records/record_parts.h"
 #include "storage/records/state_record.h"
+#include "storage/replay_limit.h"
 #include "storage/rocksdb_status.h"
+#include "storage/silent_logger.h"
 
 namespace veduta {
 namespace {
@@ -20,13 +23,6 @@ constexpr uint32_t kFormatBeforeDense = 1;
 constexpr const char* kMarkerText =
     "This folder is a veduta database. Its files belong together: do not edit, add or remove "
     "any.\n";
-
-// RocksDB's log is for its own developers; a reader must not leave files behind.
-class SilentLogger final : public rocksdb::Logger {
- public:
-  using rocksdb::Logger::Logv;
-  void Logv(const char* /*format*/, va_list /*arguments*/) override {}
-};
 
 bool EndsWith(std::string_view text, std::string_view end) {
   return text.ends_with(end);
@@ -80,13 +76,17 @@ Result<std::shared_ptr<DatabaseFiles>> DatabaseOpener::Open() {
   } else {
     VEDUTA_RETURN_IF_ERROR(CheckFolder());
   }
-  if (Holds("CURRENT")) VEDUTA_RETURN_IF_ERROR(ListFamilies());
+  if (Holds("CURRENT")) {
+    VEDUTA_RETURN_IF_ERROR(ListFamilies());
+    VEDUTA_RETURN_IF_ERROR(CheckLogs());
+  }
   const Status opened = OpenRocksdb();
   if (opened.code() == StatusCode::kBusy && options_.create) {
     return Status::AlreadyExists("there is a database at " + files_->path_ +
                                  " already, in use by another process");
   }
   VEDUTA_RETURN_IF_ERROR(opened);
+  if (!options_.read_only) VEDUTA_RETURN_IF_ERROR(files_->BeginAcknowledging());
   VEDUTA_RETURN_IF_ERROR(CheckFormat());
   return std::move(files_);
 }
@@ -204,6 +204,26 @@ Status DatabaseOpener::ReportUnknownFamily(const std::string& name) {
                             std::to_string(kFormatVersion));
 }
 
+// Before RocksDB is opened for writing: it deletes the logs, whole or not.
+Status DatabaseOpener::CheckLogs() {
+  if (accepts_damaged_log_) return Status::Ok();
+  rocksdb::FileSystem& fs = files_->file_system();
+  rocksdb::FileLock* lock = nullptr;
+  if (!options_.read_only &&
+      !fs.LockFile(files_->path_ + "/LOCK", rocksdb::IOOptions(), &lock, nullptr).ok()) {
+    return Status::Ok();  // RocksDB will not get it, either, and OpenRocksdb says why
+  }
+  const Result<LogDamage> found = InspectLogs(files_->path_, options_);
+  if (lock != nullptr)
+    VEDUTA_RETURN_IF_ERROR(FromRocksdb(fs.UnlockFile(lock, rocksdb::IOOptions(), nullptr),
+                                       "unlock the database at " + files_->path_));
+  VEDUTA_RETURN_IF_ERROR(found.status());
+  if (found->damaged()) return DamagedLogStatus(files_->path_, *found);
+  if (found->last_replayed_sequence)
+    files_->replay_limit_ = MakeReplayLimit(*found->last_replayed_sequence);
+  return Status::Ok();
+}
+
 Status DatabaseOpener::OpenRocksdb() {
   cache_ = rocksdb::NewLRUCache(options_.block_cache_bytes);
   std::vector<rocksdb::ColumnFamilyDescriptor> descriptors = {
@@ -212,6 +232,7 @@ Status DatabaseOpener::OpenRocksdb() {
     descriptors.emplace_back(FamilyName(family), FamilyOptions(family, cache_));
   rocksdb::DBOptions options = RocksdbOptions();
   options.create_if_missing = options_.create;
+  options.wal_filter = files_->replay_limit_.get();
 
   rocksdb::DB* db = nullptr;
   std::vector<rocksdb::ColumnFamilyHandle*> handles;

@@ -24,6 +24,8 @@ Status WriteMarker(rocksdb::FileSystem& file_system, const std::string& folder);
 class DatabaseOpener final {
  public:
   DatabaseOpener(std::string path, const DatabaseOptions& options);
+  // For salvage: opens whatever RocksDB can read of the log.
+  void AcceptDamagedLog() { accepts_damaged_log_ = true; }
   Result<std::shared_ptr<DatabaseFiles>> Open();
 
  private:
@@ -32,6 +34,7 @@ class DatabaseOpener final {
   Status PrepareFolder();
   Status ListFamilies();
   Status ReportUnknownFamily(const std::string& name);
+  Status CheckLogs();
   Status OpenRocksdb();
   Status CreateMissingFamilies();
   Status CheckFormat();
@@ -48,6 +51,7 @@ class DatabaseOpener final {
   std::vector<Family> families_;       // that the database has already
   std::shared_ptr<rocksdb::Cache> cache_;
   bool folder_exists_ = false;
+  bool accepts_damaged_log_ = false;
 };
 
 }  // namespace veduta

@@ -8,7 +8,9 @@
 // A record is one full fragment, or a first one, any number of middle ones and a last one. A record
 // of the write-ahead log is a batch:
 //
-//   batch := sequence u64 | count u32 | its writes, which have the numbers sequence, sequence + 1 ...
+//   batch := sequence u64 | count u32 | the writes
+//
+// Its writes have the numbers sequence, sequence + 1 and so on.
 //
 // All numbers are little-endian. Types 5 to 8 belong to logs that are used again, which this
 // project does not do (DBOptions::recycle_log_file_num is 0).

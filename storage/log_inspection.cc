@@ -26,17 +26,20 @@ struct Stop {
   uint64_t begin_bytes = 0, end_bytes = 0;
   bool unreadable = false;        // otherwise a record does not follow on the one before
   bool may_be_unwritten = false;  // of what is unreadable
-  bool has_more = false;          // something readable follows in the same log
+  bool is_inside = false;         // of a log: something readable follows in the same one
 };
 
 // Walks over the logs in their order, as RocksDB's recovery to a point in time does.
 class LogWalk final {
  public:
-  // `sequence` is the last one that the mark claims; 0 without a mark.
-  explicit LogWalk(uint64_t acknowledged) : acknowledged_(acknowledged) {}
+  // `acknowledged` is the last sequence number that the mark claims, 0 without a mark; the first
+  // record follows on `in_manifest`, or repeats what came before it.
+  LogWalk(uint64_t acknowledged, uint64_t in_manifest)
+      : acknowledged_(acknowledged), last_readable_(in_manifest) {}
 
   Status ReadNext(rocksdb::FileSystem& file_system, const std::string& folder, uint64_t log) {
     log_ = log;
+    is_first_in_log_ = true;
     bool spoiled = false;
     VEDUTA_RETURN_IF_ERROR(ReadLog(file_system, folder + "/" + LogName(log), [&](const auto& p) {
       if (p.readable) {
@@ -52,10 +55,8 @@ class LogWalk final {
   }
 
   // Counts what is missing between the last record and the mark.
-  LogDamage Finish(uint64_t durable_sequence) {
-    durable_sequence = std::max(durable_sequence, last_readable_);
-    if (acknowledged_ > durable_sequence)
-      damage_.writes_missing += acknowledged_ - durable_sequence;
+  LogDamage Finish() {
+    damage_.writes_missing += MissingUpTo(acknowledged_);
     return damage_;
   }
 
@@ -74,23 +75,28 @@ class LogWalk final {
 
   void TakeRecord(const LogPiece& piece) {
     const uint64_t last = piece.sequence + piece.count - 1;
-    const bool follows = last_readable_ == 0 || piece.sequence == last_readable_ + 1;
-    if (!follows && piece.sequence > last_readable_)
-      damage_.writes_missing += MissingUpTo(piece.sequence - 1);
-    last_readable_ = std::max(last_readable_, last);
+    const bool follows =
+        any_readable_ ? piece.sequence == last_readable_ + 1 : piece.sequence <= last_readable_ + 1;
+    if (!follows) damage_.writes_missing += MissingUpTo(piece.sequence - 1);
+    any_readable_ = true;
+    last_readable_ = last;
     // RocksDB goes on in a later log that follows on what it has replayed.
     if (stop_ && stop_->log != log_ && reached_ != 0 && piece.sequence == reached_ + 1) {
       if (damage_.records_after == 0) stop_.reset();
     } else if (!stop_ && !follows) {
-      stop_ = Stop{.log = log_, .begin_bytes = piece.begin_bytes, .end_bytes = piece.begin_bytes};
+      stop_ = Stop{.log = log_,
+                   .begin_bytes = piece.begin_bytes,
+                   .end_bytes = piece.begin_bytes,
+                   .is_inside = !is_first_in_log_};
     }
+    is_first_in_log_ = false;
     if (!stop_) {
       ++damage_.records_before;
       reached_ = last;
       return;
     }
     ++damage_.records_after;
-    if (stop_->log == log_) stop_->has_more = true;
+    if (stop_->log == log_ && stop_->unreadable) stop_->is_inside = true;
   }
 
   // Of the writes behind the last readable one, those up to `last` that were acknowledged.
@@ -102,7 +108,9 @@ class LogWalk final {
   const uint64_t acknowledged_;
   LogDamage damage_;
   std::optional<Stop> stop_;
-  uint64_t log_ = 0, reached_ = 0, last_readable_ = 0;
+  uint64_t log_ = 0, reached_ = 0;
+  bool is_first_in_log_ = true, any_readable_ = false;
+  uint64_t last_readable_;
 };
 
 // Logs that the mark and the manifest want and that are not there.
@@ -112,7 +120,7 @@ std::vector<std::string> MissingLogs(const AcknowledgedMark& mark, const Manifes
   const auto want = [&](uint64_t log) {
     if (std::find(logs.begin(), logs.end(), log) == logs.end()) missing.push_back(LogName(log));
   };
-  if (manifest.first_log > mark.log) {
+  if (manifest.first_log > std::max(mark.log, mark.first_log)) {
     // All that was acknowledged is in tables. The log that was begun since has any number.
     if (logs.empty()) missing.push_back(LogName(manifest.first_log));
     return missing;
@@ -151,8 +159,7 @@ std::string Sentence(const std::string& path, const std::optional<Stop>& stop,
 // A power cut has left this, as far as anybody can tell. What was acknowledged is there.
 bool IsForgiven(const Stop& stop, bool has_mark, uint64_t records_after) {
   if (records_after == 0) return true;
-  if (stop.unreadable && stop.has_more) return stop.may_be_unwritten;
-  return stop.unreadable && stop.may_be_unwritten && has_mark;
+  return stop.is_inside ? stop.unreadable && stop.may_be_unwritten : has_mark;
 }
 
 Result<LogDamage> InspectOnce(const std::string& path, const DatabaseOptions& options) {
@@ -164,13 +171,13 @@ Result<LogDamage> InspectOnce(const std::string& path, const DatabaseOptions& op
   VEDUTA_ASSIGN_OR_RETURN(const ManifestFacts manifest, ReadManifestFacts(path, file_system));
   VEDUTA_ASSIGN_OR_RETURN(std::vector<uint64_t> logs, ListLogs(*file_system, path));
   std::erase_if(logs, [&](uint64_t log) { return log < manifest.first_log; });
-  LogWalk walk(mark ? mark->sequence : 0);
+  LogWalk walk(mark ? mark->sequence : 0, manifest.last_sequence);
   for (const uint64_t log : logs) VEDUTA_RETURN_IF_ERROR(walk.ReadNext(*file_system, path, log));
 
   const bool in_tables = !mark || manifest.first_log > mark->log;
   const uint64_t in_manifest = in_tables ? manifest.last_sequence : 0;
   const uint64_t reached = std::max(walk.reached(), in_manifest);
-  LogDamage damage = walk.Finish(in_manifest);
+  LogDamage damage = walk.Finish();
   if (mark) damage.missing_logs = MissingLogs(*mark, manifest, logs);
   const std::optional<Stop>& stop = walk.stop();
   const bool forgiven = !stop || IsForgiven(*stop, mark.has_value(), damage.records_after);

@@ -29,9 +29,9 @@ struct LogDamage {
   std::vector<std::string> missing_logs;
   // A record is what one write to the database added: a commit, or something written ahead. It
   // holds many writes of a key and value each.
-  uint64_t records_before = 0;    // that can be read before the first damage
-  uint64_t records_after = 0;     // that can be read behind it
-  uint64_t writes_missing = 0;    // that were acknowledged, and that nothing readable holds
+  uint64_t records_before = 0;  // that can be read before the first damage
+  uint64_t records_after = 0;   // that can be read behind it
+  uint64_t writes_missing = 0;  // that were acknowledged, and that nothing readable holds
   // What RocksDB may replay: where an end that was never synced has a hole, no write behind it.
   std::optional<uint64_t> last_replayed_sequence;
 

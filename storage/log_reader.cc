@@ -131,7 +131,7 @@ class LogParser final {
   void Spoil(uint64_t begin_bytes, uint64_t end_bytes, bool may_be_unwritten) {
     if (in_record_) begin_bytes = std::min(begin_bytes, record_begin_bytes_);
     in_record_ = false;
-    if (!spoiled_) spoiled_ = LogPiece{.begin_bytes = begin_bytes};
+    if (!spoiled_) spoiled_.emplace().begin_bytes = begin_bytes;
     spoiled_->end_bytes = std::max(spoiled_->end_bytes, end_bytes);
     spoiled_->may_be_unwritten = spoiled_->may_be_unwritten || may_be_unwritten;
   }
@@ -166,10 +166,9 @@ Status ReadLog(rocksdb::FileSystem& file_system, const std::string& path,
     size_t filled = 0;
     while (filled < kReadBytes && !at_end) {
       rocksdb::Slice got;
-      VEDUTA_RETURN_IF_ERROR(
-          FromRocksdb(file->Read(kReadBytes - filled, rocksdb::IOOptions(), &got,
-                                 buffer.data() + filled, nullptr),
-                      doing));
+      VEDUTA_RETURN_IF_ERROR(FromRocksdb(file->Read(kReadBytes - filled, rocksdb::IOOptions(), &got,
+                                                    buffer.data() + filled, nullptr),
+                                         doing));
       if (!got.empty() && got.data() != buffer.data() + filled)
         std::memmove(buffer.data() + filled, got.data(), got.size());
       filled += got.size();

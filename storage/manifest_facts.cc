@@ -46,13 +46,13 @@ Result<ManifestFacts> ReadManifestFacts(const std::string& path,
   std::vector<rocksdb::ColumnFamilyDescriptor> families;
   for (const std::string& name : names) {
     const std::optional<Family> known = FindFamily(name);
-    families.emplace_back(
-        name, known ? FamilyOptions(*known, nullptr) : rocksdb::ColumnFamilyOptions());
+    families.emplace_back(name,
+                          known ? FamilyOptions(*known, nullptr) : rocksdb::ColumnFamilyOptions());
   }
   std::vector<rocksdb::ColumnFamilyHandle*> handles;
   rocksdb::DB* raw = nullptr;
-  VEDUTA_RETURN_IF_ERROR(FromRocksdb(
-      rocksdb::DB::OpenForReadOnly(options, path, families, &handles, &raw), doing));
+  VEDUTA_RETURN_IF_ERROR(
+      FromRocksdb(rocksdb::DB::OpenForReadOnly(options, path, families, &handles, &raw), doing));
   const std::unique_ptr<rocksdb::DB> db(raw);
   ManifestFacts facts;
   facts.last_sequence = db->GetLatestSequenceNumber();
