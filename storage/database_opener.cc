@@ -5,11 +5,14 @@
 #include <rocksdb/write_batch.h>
 
 #include <algorithm>
+#include <chrono>
 #include <filesystem>
+#include <thread>
 
 #include "storage/durable_folder.h"
 #include "storage/family_options.h"
 #include "storage/log_inspection.h"
+#include "storage/log_names.h"
 #include "storage/records/record_parts.h"
 #include "storage/records/state_record.h"
 #include "storage/replay_limit.h"
@@ -59,12 +62,11 @@ DatabaseOpener::DatabaseOpener(std::string path, const DatabaseOptions& options)
   files_->path_ = std::move(path);
   files_->read_only_ = options.read_only;
   files_->sync_wal_ = options.sync_wal;
-  if (options.file_system) {
-    files_->file_system_ = options.file_system;
-    files_->env_ = rocksdb::NewCompositeEnv(options.file_system);
-  } else {
-    files_->file_system_ = rocksdb::FileSystem::Default();
-  }
+  files_->file_system_ = options.file_system ? options.file_system : rocksdb::FileSystem::Default();
+  if (options.read_only)
+    files_->file_system_ = held_files_ = std::make_shared<HeldFiles>(files_->file_system_);
+  if (options.read_only || options.file_system)
+    files_->env_ = rocksdb::NewCompositeEnv(files_->file_system_);
 }
 
 Result<std::shared_ptr<DatabaseFiles>> DatabaseOpener::Open() {
@@ -86,7 +88,7 @@ Result<std::shared_ptr<DatabaseFiles>> DatabaseOpener::Open() {
                                  " already, in use by another process");
   }
   VEDUTA_RETURN_IF_ERROR(opened);
-  if (!options_.read_only) VEDUTA_RETURN_IF_ERROR(files_->BeginAcknowledging());
+  VEDUTA_RETURN_IF_ERROR(options_.read_only ? HoldView() : files_->BeginAcknowledging());
   VEDUTA_RETURN_IF_ERROR(CheckFormat());
   return std::move(files_);
 }
@@ -155,8 +157,7 @@ rocksdb::DBOptions DatabaseOpener::RocksdbOptions() const {
   if (files_->env_) options.env = files_->env_.get();
   if (options_.read_only) {
     options.info_log = std::make_shared<SilentLogger>();
-    options.max_open_files =
-        -1;  // opens every table now: a process that writes may delete its name later
+    options.max_open_files = -1;  // opens every table now, and keeps it open: held_files.h
   }
   return options;
 }
@@ -253,6 +254,25 @@ Status DatabaseOpener::OpenRocksdb() {
   return options_.create ? CreateMissingFamilies() : Status::Ok();
 }
 
+// Makes sure that what RocksDB has just opened is one state of the database, and stays readable.
+Status DatabaseOpener::HoldView() {
+  for (const Family family : families_)
+    VEDUTA_RETURN_IF_ERROR(held_files_->HoldBlobFiles(files_->db(), files_->handle(family)));
+  // RocksDB has read the manifest and then the logs. A log that a writer has deleted in between is
+  // in table files that this manifest does not name.
+  uint64_t first_log = 0;
+  files_->db().GetIntProperty(rocksdb::DB::Properties::kMinLogNumberToKeep, &first_log);
+  VEDUTA_ASSIGN_OR_RETURN(const std::vector<uint64_t> logs,
+                          ListLogs(files_->file_system(), files_->path_));
+  for (const std::string& name : children_) {
+    const std::optional<uint64_t> log = ParseLogName(name);
+    if (log && *log >= first_log && std::find(logs.begin(), logs.end(), *log) == logs.end())
+      return Status::IoError(name + " of the database at " + files_->path_ +
+                             " was deleted while it was opened: open it again");
+  }
+  return Status::Ok();
+}
+
 Status DatabaseOpener::CreateMissingFamilies() {
   if (families_.size() == kFamilyCount) return Status::Ok();
   std::vector<rocksdb::ColumnFamilyDescriptor> missing;
@@ -336,9 +356,36 @@ Status DatabaseOpener::FinishCreation() {
   return files_->Write(&batch, /*sync=*/true, "create the database at " + files_->path_);
 }
 
+namespace {
+
+// A writer's flush or compaction moves files within milliseconds, and makes some ten a second at
+// most. Both chosen by hand; tools/readers_beside_writer.sh never needed more than a few attempts.
+constexpr int kAttemptsBesideWriter = 30;
+constexpr std::chrono::milliseconds kBetweenAttempts(20);
+
+std::vector<std::string> NamesIn(rocksdb::FileSystem& file_system, const std::string& folder) {
+  std::vector<std::string> names;
+  file_system.GetChildren(folder, rocksdb::IOOptions(), &names, nullptr).PermitUncheckedError();
+  std::sort(names.begin(), names.end());
+  return names;
+}
+
+}  // namespace
+
 Result<std::shared_ptr<DatabaseFiles>> DatabaseFiles::Open(const std::string& path,
                                                            const DatabaseOptions& options) {
-  return DatabaseOpener(path, options).Open();
+  if (!options.read_only) return DatabaseOpener(path, options).Open();
+  AllowManyOpenFiles();
+  const std::shared_ptr<rocksdb::FileSystem> file_system =
+      options.file_system ? options.file_system : rocksdb::FileSystem::Default();
+  for (int attempt = 1;; ++attempt) {
+    const std::vector<std::string> before = NamesIn(*file_system, path);
+    Result<std::shared_ptr<DatabaseFiles>> opened = DatabaseOpener(path, options).Open();
+    // Where no file has come or gone, nobody was writing, and the reason is the database's own.
+    if (opened.ok() || attempt == kAttemptsBesideWriter || NamesIn(*file_system, path) == before)
+      return opened;
+    std::this_thread::sleep_for(kBetweenAttempts);
+  }
 }
 
 }  // namespace veduta

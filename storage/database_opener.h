@@ -12,6 +12,7 @@
 
 #include "storage/base/status.h"
 #include "storage/database_files.h"
+#include "storage/held_files.h"
 
 namespace veduta {
 
@@ -36,6 +37,7 @@ class DatabaseOpener final {
   Status ReportUnknownFamily(const std::string& name);
   Status CheckLogs();
   Status OpenRocksdb();
+  Status HoldView();
   Status CreateMissingFamilies();
   Status CheckFormat();
   Status CheckFamilies(uint32_t format) const;  // those that the format has
@@ -50,6 +52,7 @@ class DatabaseOpener final {
   std::vector<std::string> children_;  // of the folder, as it was found
   std::vector<Family> families_;       // that the database has already
   std::shared_ptr<rocksdb::Cache> cache_;
+  std::shared_ptr<HeldFiles> held_files_;  // null for writing
   bool folder_exists_ = false;
   bool accepts_damaged_log_ = false;
 };

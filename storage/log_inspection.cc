@@ -4,9 +4,7 @@
 #include <rocksdb/db.h>
 
 #include <algorithm>
-#include <chrono>
 #include <memory>
-#include <thread>
 
 #include "storage/acknowledged.h"
 #include "storage/log_names.h"
@@ -15,10 +13,6 @@
 
 namespace veduta {
 namespace {
-
-// A writer's flush changes the manifest and then deletes logs, within milliseconds. Chosen by hand.
-constexpr int kAttemptsBesideWriter = 5;
-constexpr std::chrono::milliseconds kBetweenAttempts(50);
 
 // Where RocksDB's replay ends.
 struct Stop {
@@ -162,7 +156,9 @@ bool IsForgiven(const Stop& stop, bool has_mark, uint64_t records_after) {
   return stop.is_inside ? stop.unreadable && stop.may_be_unwritten : has_mark;
 }
 
-Result<LogDamage> InspectOnce(const std::string& path, const DatabaseOptions& options) {
+}  // namespace
+
+Result<LogDamage> InspectLogs(const std::string& path, const DatabaseOptions& options) {
   const std::shared_ptr<rocksdb::FileSystem> file_system =
       options.file_system ? options.file_system : rocksdb::FileSystem::Default();
   // In this order: beside a writer, what is read later is newer, and promises more.
@@ -187,18 +183,6 @@ Result<LogDamage> InspectOnce(const std::string& path, const DatabaseOptions& op
     damage.last_replayed_sequence = walk.reached();
   }
   return damage;
-}
-
-}  // namespace
-
-Result<LogDamage> InspectLogs(const std::string& path, const DatabaseOptions& options) {
-  Result<LogDamage> found = InspectOnce(path, options);
-  if (!options.read_only) return found;
-  for (int i = 1; i < kAttemptsBesideWriter && (!found.ok() || found->damaged()); ++i) {
-    std::this_thread::sleep_for(kBetweenAttempts);
-    found = InspectOnce(path, options);
-  }
-  return found;
 }
 
 Status DamagedLogStatus(const std::string& path, const LogDamage& damage) {

@@ -38,8 +38,8 @@ struct LogDamage {
   bool damaged() const { return !sentence.empty(); }
 };
 
-// Reads the whole log: 0.25 s for 256 MiB in memory. A process that writes beside this changes the
-// files while they are read: for options.read_only, what looks like damage is looked at again.
+// Reads the whole log: 0.25 s for 256 MiB in memory. A process that writes beside this may delete a
+// log meanwhile, which looks like damage: where the names in the folder have changed, look again.
 // kNotFound where there is no database, kIoError, and what RocksDB says where its other files are
 // damaged.
 Result<LogDamage> InspectLogs(const std::string& path, const DatabaseOptions& options);
