@@ -8,9 +8,11 @@
 #include <filesystem>
 #include <utility>
 
+#include "storage/acknowledged.h"
 #include "storage/database_files.h"
 #include "storage/database_opener.h"
 #include "storage/family_options.h"
+#include "storage/log_salvage.h"
 #include "storage/records/photo_record.h"
 #include "storage/records/record_parts.h"
 #include "storage/records/state_record.h"
@@ -144,6 +146,8 @@ Result<std::unique_ptr<Salvage>> Salvage::Open(const std::string& path, const st
   VEDUTA_RETURN_IF_ERROR(salvage->RefuseLaterFormat(opened));
   if (opened.ok()) return salvage;
   salvage->damage_.push_back("the files do not open as they are: " + opened.message());
+  SalvageLogs(scratch, options).IgnoreBecause("whether it helped, opening them again tells");
+  if (salvage->OpenScratch().ok()) return salvage;
   salvage->is_pieced_together_ = true;
   if (salvage->PieceTogether().ok()) return salvage;
   salvage->damage_.push_back("what the files of records hold cannot be found");
@@ -183,6 +187,8 @@ Status Salvage::RefuseLaterFormat(const Status& opened) const {
 // RocksDB's own repair finds the tables without the manifest, and reads the logs. It does not know
 // blob files: BlobSearch does.
 Status Salvage::PieceTogether() {
+  std::error_code ignored;  // what was acknowledged may not be there any more
+  fs::remove(fs::path(scratch_) / kAcknowledgedFile, ignored);
   VEDUTA_RETURN_IF_ERROR(SeedFamilies(scratch_));
   const std::vector<rocksdb::ColumnFamilyDescriptor> descriptors = AllDescriptors();
   VEDUTA_RETURN_IF_ERROR(

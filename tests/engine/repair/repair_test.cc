@@ -214,6 +214,23 @@ TEST(Repair, FindsWhatLiesInLogsAlone) {
   EXPECT_EQ(Look(path).photos, 3u) << Told(answer);
 }
 
+TEST(Repair, ReadsTheLogPastItsDamage) {
+  City city;
+  city.Add(Walk(4, 1.2, 5));
+  const std::string path = city.path();
+  city.Close();
+  std::string log;
+  for (const std::string& file : FilesWith(path, ".log")) {
+    if (log.empty() || FileBytes(file).size() > FileBytes(log).size()) log = file;
+  }
+  FlipByte(log, FileBytes(log).size() / 4);
+  EXPECT_FALSE(Engine::Open(path).ok());
+  const RepairAnswer answer = Repaired(path, true);
+  EXPECT_TRUE(answer.is_repaired);
+  // The damaged record holds one photo at most, ahead of its commit or with it.
+  EXPECT_GE(Look(path).photos, 4u) << Told(answer);
+}
+
 TEST(Repair, RecoversImagesFromTheirIndexes) {
   const DamagedCity city;
   city.DeleteTables(Family::kImages);
