@@ -143,7 +143,7 @@ Result<std::unique_ptr<Salvage>> Salvage::Open(const std::string& path, const st
     VEDUTA_RETURN_IF_ERROR(WriteMarker(*rocksdb::FileSystem::Default(), scratch));
   }
   const Status opened = salvage->OpenScratch();
-  VEDUTA_RETURN_IF_ERROR(salvage->RefuseLaterFormat(opened));
+  VEDUTA_RETURN_IF_ERROR(salvage->RefuseOtherFormat(opened));
   if (opened.ok()) return salvage;
   salvage->damage_.push_back("the files do not open as they are: " + opened.message());
   SalvageLogs(scratch, options).IgnoreBecause("whether it helped, opening them again tells");
@@ -168,8 +168,9 @@ Status Salvage::OpenScratch() {
   return Status::Ok();
 }
 
-// What a later program has written looks like damage to this one, and is none.
-Status Salvage::RefuseLaterFormat(const Status& opened) const {
+// What a later program has written looks like damage to this one, and is none. What an earlier one
+// has written is to be upgraded first.
+Status Salvage::RefuseOtherFormat(const Status& opened) const {
   if (!opened.ok()) {
     const bool is_later = opened.message().find("this program knows format") != std::string::npos;
     return is_later ? opened : Status::Ok();
@@ -177,11 +178,13 @@ Status Salvage::RefuseLaterFormat(const Status& opened) const {
   std::string value;
   uint32_t number = 0;
   const Result<bool> found = ValueReader(*files_, nullptr).Copy(Family::kMeta, kFormatKey, &value);
-  if (!found.ok() || !*found || !DecodeU32(value, &number).ok() || number <= kFormatVersion)
+  if (!found.ok() || !*found || !DecodeU32(value, &number).ok() || number == kFormatVersion)
     return Status::Ok();
-  return Status::Corruption("the database at " + path_ + " has format " + std::to_string(number) +
-                            "; this program knows format " + std::to_string(kFormatVersion) +
-                            ": repair it with the program that wrote it");
+  return Status::InvalidArgument(
+      "the database at " + path_ + " has format " + std::to_string(number) +
+      "; this program repairs format " + std::to_string(kFormatVersion) +
+      (number > kFormatVersion ? ": repair it with the program that wrote it"
+                               : ": open it for writing first, which upgrades it"));
 }
 
 // RocksDB's own repair finds the tables without the manifest, and reads the logs. It does not know
@@ -213,11 +216,13 @@ const BlobSearch& Salvage::blobs() const {
   return *blobs_;
 }
 
-Result<std::vector<uint8_t>> Salvage::GetPhoto(const ContentHash& photo) const {
+Result<std::vector<uint8_t>> Salvage::GetPhoto(const ContentHash& photo,
+                                               uint64_t size_bytes) const {
   const Result<StoredBytes> stored = snapshot_->GetPhoto(photo);
   if (stored.ok() && HashContent(stored->bytes()) == photo)
     return std::vector<uint8_t>(stored->bytes().begin(), stored->bytes().end());
-  if (std::optional<std::vector<uint8_t>> found = blobs().Find(photo)) return std::move(*found);
+  if (std::optional<std::vector<uint8_t>> found = blobs().Find(photo, size_bytes))
+    return std::move(*found);
   if (!stored.ok()) return stored.status();
   return Status::Corruption("the stored photo has another hash than " + photo.Hex());
 }

@@ -85,7 +85,8 @@ Status WritePhoto(const ImageRecord& image, const std::vector<uint8_t>& bytes,
 }
 
 Status HealPhoto(ImageRecord* image, Healing* healing) {
-  const Result<std::vector<uint8_t>> bytes = healing->source.GetPhoto(image->photo);
+  const Result<std::vector<uint8_t>> bytes =
+      healing->source.GetPhoto(image->photo, image->size_bytes);
   if (!bytes.ok()) {
     if (!IsDamage(bytes.status())) return bytes.status();
     SetAside("its bytes cannot be read: " + bytes.status().message(),
