@@ -33,8 +33,8 @@ RecordHeader ParseHeader(const char* bytes) {
   return header;
 }
 
-// Lengths of the keys of the families that are kept as blobs: vocabulary, depth (two kinds), surface,
-// photos and features.
+// Lengths of the keys of the families that are kept as blobs: vocabulary, depth (two kinds),
+// surface, photos and features.
 bool IsKeyLength(uint64_t bytes) {
   return bytes == 4 || bytes == 5 || bytes == 13 || bytes == 17 || bytes == kKeyBytes;
 }
