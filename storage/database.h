@@ -175,8 +175,9 @@ struct DatabaseSizes {
 class Database {
  public:
   // kNotFound where there is no database, kBusy when another process has it open, kCorruption when
-  // it is damaged or its format is not ours (saying which versions). Sweeps what a crash left
-  // half-written. kInvalidArgument for options outside their bounds.
+  // it is damaged or its format is not ours (saying which versions). A damaged log is noticed
+  // before anything is changed (storage/log_inspection.h). Sweeps what a crash left half-written.
+  // kInvalidArgument for options outside their bounds.
   static Result<std::unique_ptr<Database>> Open(const std::string& path,
                                                 const DatabaseOptions& options);
   virtual ~Database() = default;

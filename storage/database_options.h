@@ -16,8 +16,9 @@ namespace veduta {
 struct DatabaseOptions {
   // Makes a new database; kAlreadyExists if one is there.
   bool create = false;
-  // No lock is taken, nothing is written and nothing swept; sees the state at the time of opening.
-  // A value whose file another process's compaction has deleted since is kIoError: open again.
+  // No lock is taken, nothing is written and nothing swept; sees the state at the time of opening,
+  // whatever another process writes meanwhile. Holds every table and blob file open
+  // (storage/held_files.h), and raises the process's soft limit of open files for that.
   bool read_only = false;
   // False: a power cut may lose the last photos (a crash of the process does not).
   bool sync_wal = true;
