@@ -135,6 +135,7 @@ Result<AddOutcome> Ingest::Place(PreparedPhoto photo, const CameraModel& camera,
   record.reason = located.placement.reason;
   record.detail = located.placement.detail;
   VEDUTA_RETURN_IF_ERROR(WritePhoto(parts_, record, located, words, &state, scope));
+  scope.transaction->KeepFeatures(record.photo, features);
   VEDUTA_RETURN_IF_ERROR(scope.transaction->Commit());
   map_.ClearChanges();
   parts_.features->Put(image);
@@ -151,12 +152,8 @@ Result<AddOutcome> Ingest::Apply(PreparedPhoto photo, const CameraRecord& camera
   VEDUTA_ASSIGN_OR_RETURN(Admission admission, Admit(*scope.base, photo, camera.id, contributor));
   switch (admission.outcome) {
     case AdmissionOutcome::kDuplicate:
-      if (!photo.known && photo.reason == Reason::kNone)
-        VEDUTA_RETURN_IF_ERROR(parts_.database->DropPhotoAhead(photo.hash));
       return DuplicateOf(admission.stored, photo);
     case AdmissionOutcome::kNameTaken:
-      if (photo.reason == Reason::kNone)
-        VEDUTA_RETURN_IF_ERROR(parts_.database->DropPhotoAhead(photo.hash));
       return NameTakenBy(photo);
     case AdmissionOutcome::kRejected:
       return StoreRejection(photo, std::move(admission.record), std::move(scope));

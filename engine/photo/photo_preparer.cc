@@ -192,6 +192,7 @@ Result<PreparedPhoto> PhotoPreparer::Prepare(const PhotoSource& source,
   ExtractBytes(*bytes, camera, &photo);
   if (photo.reason == Reason::kNone) {
     VEDUTA_RETURN_IF_ERROR(database_->WritePhotoAhead(photo.hash, *bytes, photo.features));
+    photo.written_ahead = WrittenAhead::Photo(database_, photo.hash);
   }
   return photo;
 }

@@ -15,6 +15,7 @@
 #include "engine/door/submission.h"
 #include "engine/features/extractor.h"
 #include "storage/database.h"
+#include "storage/written_ahead.h"
 
 namespace veduta {
 
@@ -41,6 +42,7 @@ struct PreparedPhoto {
   std::string detail;
   bool known = false;  // these bytes were in the database already; not decoded
   Features features;
+  WrittenAhead written_ahead;  // gives photo and features up unless they are committed
   double decode_ms = 0, undistort_ms = 0, features_ms = 0;
 };
 

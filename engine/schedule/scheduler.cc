@@ -246,13 +246,7 @@ void Scheduler::DropCancelled(std::unique_lock<std::mutex>* lock) {
     Entry dropped = std::move(*entry);
     entry = entries_.erase(entry);
     lock->unlock();
-    if (dropped.prepared && dropped.prepared->ok() && !(*dropped.prepared)->known &&
-        (*dropped.prepared)->reason == Reason::kNone) {
-      Writer::Turn turn = writer_->Take();
-      turn.database()
-          .DropPhotoAhead((*dropped.prepared)->hash)
-          .IgnoreBecause("the next opening sweeps what is left of it");
-    }
+    dropped.prepared.reset();  // which gives up what was written ahead
     if (was_cancelled) {
       if (dropped.photo.answered) dropped.photo.answered(dropped.photo.ticket->answer);
     } else if (TakeUp(dropped.photo.ticket.get())) {
