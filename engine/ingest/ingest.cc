@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "engine/ingest/ingest.h"
 
+#include <exception>
+
 #include "engine/ingest/follow_up_steps.h"
 #include "engine/ingest/photo_locator.h"
 #include "engine/ingest/placement_writer.h"
@@ -162,8 +164,15 @@ Result<AddOutcome> Ingest::Apply(PreparedPhoto photo, const CameraRecord& camera
   }
   const double decode_ms = photo.decode_ms, undistort_ms = photo.undistort_ms,
                features_ms = photo.features_ms;
-  Result<AddOutcome> outcome =
-      Place(std::move(photo), camera.model, std::move(admission.record), std::move(scope));
+  const auto place = [&]() -> Result<AddOutcome> {
+    try {
+      return Place(std::move(photo), camera.model, std::move(admission.record), std::move(scope));
+    } catch (const std::exception& e) {  // nothing else is thrown by the libraries used here
+      return Status::NoMemory(std::string("there is not enough memory to place the photo: ") +
+                              e.what());
+    }
+  };
+  Result<AddOutcome> outcome = place();
   if (!outcome.ok()) {
     map_.Clear();
     return outcome;

@@ -15,6 +15,18 @@ Status ClosedEarly() {
   return Status::Cancelled("the engine was closed before the photo's turn came");
 }
 
+AddOutcome NotJudged(const WaitingPhoto& photo, Status failure) {
+  AddOutcome outcome;
+  outcome.name = photo.photo.name;
+  outcome.failure = std::move(failure);
+  return outcome;
+}
+
+// A failure that need not befall the next photo. After a failed write all others fail, too.
+bool IsOfOnePhoto(const Status& status) {
+  return status.code() != StatusCode::kIoError && status.code() != StatusCode::kBusy;
+}
+
 // Whether the photos keep their order. A contributor's lane is made anew whenever the line has run
 // out of photos, so its name counts.
 bool IsSameLane(const Lane& a, const Lane& b) {
@@ -269,6 +281,8 @@ bool Scheduler::Apply(Entries::iterator entry, std::unique_lock<std::mutex>* loc
     return true;
   }
   Result<AddOutcome> outcome = ApplyInTurn(&taken);
+  // Who waits for one photo learns of a failure as an error; a list goes on.
+  if (!is_of_list && outcome.ok() && !outcome->failure.ok()) outcome = Status(outcome->failure);
   const bool failed = !outcome.ok();
   lock->lock();
   ++photos_in_row_;
@@ -285,13 +299,21 @@ bool Scheduler::Apply(Entries::iterator entry, std::unique_lock<std::mutex>* loc
 }
 
 Result<AddOutcome> Scheduler::ApplyInTurn(Entry* entry) {
-  // What failed while the database was opened again, say, may do now.
-  if (!entry->prepared->ok())
-    entry->prepared = preparer_->Prepare(entry->photo.photo, entry->photo.camera.model);
+  // What failed while the database was opened again, say, or when others took the memory, may do
+  // now.
+  if (!entry->prepared->ok() || !(*entry->prepared)->failure.ok()) {
+    entry->prepared = preparer_->Prepare(entry->photo.photo, entry->photo.camera.model,
+                                         PhotoPreparer::Company::kAlone);
+  }
   if (!entry->prepared->ok()) return entry->prepared->status();
+  if (!(*entry->prepared)->failure.ok())
+    return NotJudged(entry->photo, (*entry->prepared)->failure);
   Writer::Turn turn = writer_->Take();
-  return (*ingest_)->Apply(std::move(**entry->prepared), entry->photo.camera,
-                           entry->photo.contributor);
+  Result<AddOutcome> outcome = (*ingest_)->Apply(std::move(**entry->prepared), entry->photo.camera,
+                                                 entry->photo.contributor);
+  if (!outcome.ok() && IsOfOnePhoto(outcome.status()))
+    return NotJudged(entry->photo, outcome.status());
+  return outcome;
 }
 
 bool Scheduler::DoStep(std::unique_lock<std::mutex>* lock) {
