@@ -1,18 +1,25 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "engine/query/checked_city.h"
 
+#include <cstring>
+
 #include "engine/query/stored_records.h"
 #include "storage/records/state_record.h"
 
 namespace veduta {
 namespace {
 
-// The state, and the number of the format, which Open has compared already.
+// The state, and the number of the format.
 Status LoadMeta(CheckedCity* city, Violations* violations) {
-  bool has_state = false;
+  bool has_state = false, has_format = false;
   VEDUTA_RETURN_IF_ERROR(WalkStored(
       city->snapshot, Family::kMeta, violations, [&](std::string_view key, std::string_view value) {
-        if (key == kFormatKey) return;
+        if (key == kFormatKey) {
+          uint32_t format = 0;
+          if (value.size() == sizeof(format)) std::memcpy(&format, value.data(), sizeof(format));
+          has_format = format == kFormatVersion;
+          return;
+        }
         if (key != kStateKey) {
           violations->Add(PlaceOf(Family::kMeta, key) + ": no such key is known");
           return;
@@ -21,6 +28,7 @@ Status LoadMeta(CheckedCity* city, Violations* violations) {
         has_state = read.ok();
         if (!read.ok()) violations->Add(PlaceOf(Family::kMeta, key) + ": " + read.message());
       }));
+  violations->Expect(has_format, "the number of the format is missing or not the program's");
   violations->Expect(has_state, "there is no state that can be read");
   return Status::Ok();
 }

@@ -11,6 +11,7 @@
 #include <utility>
 #include <vector>
 
+#include "engine/photo/photo_preparer.h"
 #include "engine/query/violations.h"
 #include "storage/base/lru_cache.h"
 #include "storage/database.h"
@@ -22,10 +23,12 @@ namespace veduta {
 using KeypointPlaces = std::vector<Eigen::Vector2f>;
 
 struct CheckedCity {
-  CheckedCity(const Snapshot& of, bool is_deep) : snapshot(of), deep(is_deep) {}
+  CheckedCity(const Snapshot& of, bool is_deep, const PhotoPreparer* prepares)
+      : snapshot(of), deep(is_deep), preparer(prepares) {}
 
   const Snapshot& snapshot;
-  const bool deep;  // derive again what can be derived, however long it takes
+  const bool deep;                      // derive again what can be derived, however long it takes
+  const PhotoPreparer* const preparer;  // with it, features too; may be null
 
   DatabaseState state;
   std::map<CameraId, CameraRecord> cameras;

@@ -140,6 +140,21 @@ Status CheckIndexes(const CheckedCity& city, Violations* violations) {
   return Status::Ok();
 }
 
+// The features again, from the photo: they depend on it and on its camera alone.
+void CompareFeatures(const CheckedCity& city, const ImageRecord& image,
+                     std::span<const uint8_t> photo, Violations* violations) {
+  const auto camera = city.cameras.find(image.camera);
+  const Result<Features> stored = city.snapshot.GetFeatures(image.photo);
+  if (camera == city.cameras.end() || !stored.ok()) return;  // other checks say so
+  const PhotoSource source{image.name, image.name,
+                           std::vector<uint8_t>(photo.begin(), photo.end())};
+  const PreparedPhoto again = city.preparer->Extract(source, camera->second.model);
+  violations->Expect(
+      again.reason == Reason::kNone && again.features.keypoints == stored->keypoints &&
+          again.features.descriptors == stored->descriptors,
+      [&] { return NameOf(image.id) + ": its features are not those of its photo"; });
+}
+
 using Owners = std::map<ContentHash, ImageId>;
 
 // Reports what is stored under a hash that no image has and no mark names.
@@ -168,6 +183,7 @@ void CheckPhoto(const CheckedCity& city, const ImageRecord& image, std::string_v
       header.outcome == HeaderOutcome::kRead &&
           upright == ImageSize{image.width_px, image.height_px},
       [&] { return NameOf(image.id) + ": the stored photo is not of the recorded size"; });
+  if (city.preparer != nullptr) CompareFeatures(city, image, bytes, violations);
 }
 
 // Features as extraction leaves them: within the photo, strongest first.

@@ -8,7 +8,7 @@ namespace veduta {
 Result<std::vector<std::string>> FindViolations(const Snapshot& snapshot,
                                                 const CheckOptions& options) {
   Violations violations(options.count_max);
-  CheckedCity city(snapshot, options.deep);
+  CheckedCity city(snapshot, options.deep, options.preparer);
   if (options.deep) VEDUTA_RETURN_IF_ERROR(violations.Note(snapshot.VerifyChecksums()));
   VEDUTA_RETURN_IF_ERROR(LoadCity(&city, &violations));
   for (const auto check : {CheckImages, CheckJournal, CheckPairs, CheckStructure, CheckVocabulary})

@@ -5,15 +5,19 @@
 #include <string>
 #include <vector>
 
+#include "engine/photo/photo_preparer.h"
 #include "storage/database.h"
 
 namespace veduta {
 
 struct CheckOptions {
   size_t count_max = 1000;  // of violations
-  // Also reads every file's checksums, decodes the headers of photos, and derives words from
+  // Also compares the checksums of all files, reads the headers of photos, and derives words from
   // features again.
   bool deep = false;
+  // Where deep: extracts the features of every photo again, and compares them. May be null. To be
+  // left out where the photos were added by a version with another extraction.
+  const PhotoPreparer* preparer = nullptr;
 };
 
 // A sentence for each violation, naming the records; empty when the database is sound. Stops after

@@ -14,6 +14,7 @@ namespace {
 struct Told {
   struct Image {
     std::string contributor, detail;
+    bool propagated = false;
   };
   std::map<ImageId, Image> images;
   std::map<ReconstructionId, uint64_t> images_at_adjustment;
@@ -34,8 +35,11 @@ std::optional<uint64_t> NumberBefore(std::string_view suffix, std::string_view t
 }
 
 void Take(const JournalRecord& entry, Told* told) {
-  if (entry.action == "add") told->images[entry.image] = {entry.actor, entry.detail};
-  if (entry.action == "propagate") told->images[entry.image].detail = entry.detail;
+  if (entry.action == "add") told->images[entry.image] = {entry.actor, entry.detail, false};
+  if (entry.action == "propagate") {
+    told->images[entry.image].detail = entry.detail;
+    told->images[entry.image].propagated = true;
+  }
   if (entry.action == "camera") told->cameras.insert(entry.detail);
   if (entry.action == "merge") told->images_at_adjustment[entry.reconstruction] = 0;
   if (entry.action == "adjust") {
@@ -85,9 +89,11 @@ void CompareImages(const CheckedCity& city, const Told& told, Violations* violat
         [&, id = id] { return NameOf(id) + " is not in the journal as one of its contributor"; });
     if (found == told.images.end() || HasItsOwnDetail(image)) continue;
     const std::string before = image.verdict == Verdict::kRejected ? "rejected: " : "";
-    violations->Expect(found->second.detail == before + image.detail, [&, id = id] {
-      return NameOf(id) + " has another reason than the journal says";
-    });
+    const bool has_wrong_reason = image.verdict == Verdict::kPlaced &&
+                                  found->second.propagated != (image.reason == Reason::kPropagated);
+    violations->Expect(
+        !has_wrong_reason && found->second.detail == before + image.detail,
+        [&, id = id] { return NameOf(id) + " has another reason than the journal says"; });
   }
 }
 

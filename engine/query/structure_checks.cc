@@ -10,10 +10,11 @@
 namespace veduta {
 namespace {
 
-// How far the error that a point has by its positions and poses may be from the one it records.
-// Merging carries points into another frame, which rounds them.
-constexpr double kErrorSlackPx = 0.01;
-// Of rotations, whose norm is 1 up to rounding. Both chosen by hand; MEASURE.
+// How far the error that a point has by its position and the poses may be from the one it records:
+// 6e-8 px at most on fountain-P11 and castle-P19, the rounding of a float; merging carries points
+// into another frame, which rounds them once more.
+constexpr double kErrorSlackPx = 1e-4;
+// Of rotations, whose norm is 1 up to rounding. Chosen by hand; not measured.
 constexpr double kNormSlack = 1e-6;
 
 struct Tally {
