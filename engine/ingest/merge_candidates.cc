@@ -55,8 +55,7 @@ Result<std::map<ReconstructionId, std::vector<PointPair>>> FindCommonPoints(
       VEDUTA_RETURN_IF_ERROR(loader->LoadImages(other));
       if (!map.HasImage(neighbor.image) || map.image(neighbor.image).reconstruction == into)
         continue;
-      VEDUTA_ASSIGN_OR_RETURN(const PairRecord stored,
-                              loader->snapshot().GetPair(image, neighbor.image));
+      VEDUTA_ASSIGN_OR_RETURN(const PairRecord stored, loader->GetPair(image, neighbor.image));
       VEDUTA_RETURN_IF_ERROR(append(image, MatchesFrom(stored, image)));
     }
   }

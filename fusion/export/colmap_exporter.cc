@@ -102,9 +102,22 @@ class ColmapModel final {
       file << image.id.value << ' ' << q.w() << ' ' << q.x() << ' ' << q.y() << ' ' << q.z() << ' '
            << t.x() << ' ' << t.y() << ' ' << t.z() << ' ' << image.camera.value << ' '
            << OnOneLine(image.name) << '\n';
+      VEDUTA_RETURN_IF_ERROR(CheckObservations(image, features, observations));
       WriteFeatures(features, observations, camera.model, &file);
     }
     return Close(&file, path);
+  }
+
+  Status CheckObservations(const ImageRecord& image, const Features& features,
+                           const std::vector<Observation>& observations) const {
+    for (const Observation& o : observations) {
+      if (o.feature < features.size() && numbers_.contains(o.point)) continue;
+      return Status::Corruption("family observations: image " + image.name + " observes point " +
+                                std::to_string(o.point.home.value) + "/" +
+                                std::to_string(o.point.ordinal) +
+                                ", which does not exist, or by a feature that does not");
+    }
+    return Status::Ok();
   }
 
   // All features of an image on one line, each with its point's number, or -1.
