@@ -78,7 +78,8 @@ Result<CameraId> Engine::AddCamera(const std::string& name, const CameraModel& m
   JournalRecord entry;
   entry.actor = "veduta";
   entry.action = "camera";
-  entry.detail = name;
+  // With the intrinsics: nothing else in the database tells them, should the record be damaged.
+  entry.detail = name + ": " + CameraSizeText(model) + " " + CameraParamsText(model);
   AppendJournal(std::move(entry), &state, transaction.get());
   transaction->PutState(state);
   VEDUTA_RETURN_IF_ERROR(transaction->Commit());

@@ -111,6 +111,13 @@ class Engine final {
  public:
   static Result<std::unique_ptr<Engine>> Open(const std::string& path,
                                               const EngineOptions& options = {});
+  // Finds what is damaged in a database that no program has open for writing, and with `apply`
+  // makes a sound one of it. It writes a new database beside, checks it, and exchanges the two: the
+  // damaged one is kept until the user deletes it, and the disk has to hold both. A repair that
+  // was killed is finished, or begun anew, by the next one. Photos whose bytes are whole are there
+  // afterwards; what is lost is named. kBusy, kNotFound, kIoError.
+  static Result<RepairAnswer> Repair(const std::string& path, const RepairRequest& request);
+
   // Finishes the piece at hand; photos whose turn has not come are cancelled, and so are AddPhotos
   // and Settle where they run. Tickets and Questions may be used afterwards; the files stay open
   // until the last Questions goes. No other function of the engine may be running.

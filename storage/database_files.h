@@ -52,6 +52,7 @@ class DatabaseFiles final {
     return handles_[static_cast<size_t>(family)];
   }
   rocksdb::FileSystem& file_system() const { return *file_system_; }
+  const std::shared_ptr<rocksdb::FileSystem>& shared_file_system() const { return file_system_; }
   const std::string& path() const { return path_; }
   bool read_only() const { return read_only_; }
 

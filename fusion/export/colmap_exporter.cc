@@ -12,12 +12,17 @@
 #include <set>
 
 #include "engine/camera/projection.h"
+#include "engine/camera/undistorter.h"
+#include "engine/photo/derived_features.h"
 #include "fusion/export/exporter.h"
 
 namespace veduta {
 namespace {
 
 constexpr double kColmapPixelOffset = 0.5;
+
+// For features that are computed again: a table or two. Chosen by hand; not measured.
+constexpr uint64_t kTablesBytesMax = 64ull << 20;
 
 bool IsOpenCvModel(const CameraModel& m) {
   return IsDistorted(m) && m.u0 == m.cx && m.v0 == m.cy;
@@ -93,7 +98,8 @@ class ColmapModel final {
     for (const PoseRecord& pose : poses) {
       VEDUTA_ASSIGN_OR_RETURN(const ImageRecord image, snapshot_.GetImage(pose.image));
       VEDUTA_ASSIGN_OR_RETURN(const CameraRecord camera, snapshot_.GetCamera(image.camera));
-      VEDUTA_ASSIGN_OR_RETURN(const Features features, snapshot_.GetFeatures(image.photo));
+      VEDUTA_ASSIGN_OR_RETURN(const Features features,
+                              ReadOrDeriveFeatures(snapshot_, image, camera.model, &tables_));
       VEDUTA_ASSIGN_OR_RETURN(const std::vector<Observation> observations,
                               snapshot_.GetObservations(image.id));
       cameras_.insert(image.camera);
@@ -160,6 +166,7 @@ class ColmapModel final {
   const std::filesystem::path folder_;
   std::map<PointId, uint64_t> numbers_;
   std::set<CameraId> cameras_;
+  UndistortCache tables_{kTablesBytesMax};
 };
 
 class ColmapExporter final : public Exporter {
