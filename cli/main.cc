@@ -68,7 +68,7 @@ int Run(int argc, char** argv) {
     std::ostringstream help, complaint;
     exit_code = app.exit(error, help, complaint) == 0 ? kDone : kBadUsage;
     PrintBytes(help.str());
-    std::fprintf(stderr, "%s", complaint.str().c_str());
+    std::fprintf(stderr, "%s", PrintableLines(complaint.str()).c_str());
   } catch (const std::exception& error) {  // out of memory, mostly
     return Fail(Status::IoError(error.what()));
   }

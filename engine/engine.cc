@@ -2,10 +2,9 @@
 #include "engine/engine.h"
 
 #include <deque>
-#include <fstream>
-#include <iterator>
 #include <utility>
 
+#include "engine/camera/whole_file.h"
 #include "engine/journal/journal.h"
 #include "engine/parts.h"
 #include "engine/query/city_answers.h"
@@ -14,10 +13,9 @@ namespace veduta {
 namespace {
 
 Result<VocabularyTree> ReadVocabulary(const std::string& path) {
-  std::ifstream file(path, std::ios::binary);
-  const std::vector<char> bytes((std::istreambuf_iterator<char>(file)),
-                                std::istreambuf_iterator<char>());
-  if (!file) return Status::NotFound("cannot read " + path);
+  // The largest vocabulary that is read, in bytes; chosen by hand, not measured: 8 million words.
+  constexpr size_t kVocabularyBytesMax = size_t{1} << 30;
+  VEDUTA_ASSIGN_OR_RETURN(const std::string bytes, ReadWholeFile(path, kVocabularyBytesMax));
   Result<VocabularyTree> tree =
       VocabularyTree::Parse({reinterpret_cast<const uint8_t*>(bytes.data()), bytes.size()});
   if (tree.ok()) return tree;

@@ -45,6 +45,13 @@ Result<std::unique_ptr<Engine>> EngineParts::Open(const std::string& path,
   tuning.database.sync_wal = options.sync;
   tuning.database.block_cache_bytes = options.block_cache_bytes;
   tuning.ingest.feature_cache_bytes = options.feature_cache_bytes;
+  if (options.prepare_memory_bytes != 0) {
+    tuning.prepare.memory_bytes = options.prepare_memory_bytes;
+  } else {
+    tuning.prepare.memory_bytes = DefaultPrepareMemoryBytes(
+        UsableMemoryBytes(),
+        options.block_cache_bytes + options.feature_cache_bytes + options.undistort_cache_bytes);
+  }
   VEDUTA_RETURN_IF_ERROR(OptionBounds().Part("options", tuning.Check()).status());
 
   auto parts = std::make_shared<EngineParts>();

@@ -35,6 +35,13 @@ struct ReconstructionAnswer {
   uint64_t depth_maps = 0, tiles = 0, triangles = 0;  // what the dense pass has made of it
 };
 
+struct VerifyRequest {
+  uint32_t count_max = 1000;  // of violations that are told
+  // Also compares the checksums of all files, and derives again what can be derived from photos:
+  // their sizes, features and words.
+  bool deep = false;
+};
+
 struct StatusAnswer {
   uint64_t snapshot = 0;
   uint64_t images = 0, placed = 0, postponed = 0, rejected = 0;

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "engine/ingest/ingest.h"
 
+#include <exception>
+
 #include "engine/ingest/follow_up_steps.h"
 #include "engine/ingest/photo_locator.h"
 #include "engine/ingest/placement_writer.h"
@@ -127,6 +129,7 @@ Result<AddOutcome> Ingest::Place(PreparedPhoto photo, const CameraModel& camera,
   record.reason = located.placement.reason;
   record.detail = located.placement.detail;
   VEDUTA_RETURN_IF_ERROR(WritePhoto(parts_, record, located, words, &state, scope));
+  scope.transaction->KeepFeatures(record.photo, features);
   VEDUTA_RETURN_IF_ERROR(scope.transaction->Commit());
   map_.ClearChanges();
   parts_.features->Put(image);
@@ -143,12 +146,8 @@ Result<AddOutcome> Ingest::Apply(PreparedPhoto photo, const CameraRecord& camera
   VEDUTA_ASSIGN_OR_RETURN(Admission admission, Admit(*scope.base, photo, camera.id, contributor));
   switch (admission.outcome) {
     case AdmissionOutcome::kDuplicate:
-      if (!photo.known && photo.reason == Reason::kNone)
-        VEDUTA_RETURN_IF_ERROR(parts_.database->DropPhotoAhead(photo.hash));
       return DuplicateOf(admission.stored, photo);
     case AdmissionOutcome::kNameTaken:
-      if (photo.reason == Reason::kNone)
-        VEDUTA_RETURN_IF_ERROR(parts_.database->DropPhotoAhead(photo.hash));
       return NameTakenBy(photo);
     case AdmissionOutcome::kRejected:
       return StoreRejection(photo, std::move(admission.record), std::move(scope));
@@ -157,8 +156,15 @@ Result<AddOutcome> Ingest::Apply(PreparedPhoto photo, const CameraRecord& camera
   }
   const double decode_ms = photo.decode_ms, undistort_ms = photo.undistort_ms,
                features_ms = photo.features_ms;
-  Result<AddOutcome> outcome =
-      Place(std::move(photo), camera.model, std::move(admission.record), std::move(scope));
+  const auto place = [&]() -> Result<AddOutcome> {
+    try {
+      return Place(std::move(photo), camera.model, std::move(admission.record), std::move(scope));
+    } catch (const std::exception& e) {  // nothing else is thrown by the libraries used here
+      return Status::NoMemory(std::string("there is not enough memory to place the photo: ") +
+                              e.what());
+    }
+  };
+  Result<AddOutcome> outcome = place();
   if (!outcome.ok()) {
     map_.Clear();
     return outcome;

@@ -163,6 +163,7 @@ Result<Retrieval::Prepared> Retrieval::WriteAhead(Database* database, const Snap
   for (const ImageRecord& image : images) prepared.images.push_back(image.id);
   prepared.alone = std::move(alone);
   VEDUTA_RETURN_IF_ERROR(DeleteLeftovers(database, prepared.generation));
+  prepared.written_ahead = WrittenAhead::Vocabulary(database, prepared.generation);
   VEDUTA_RETURN_IF_ERROR(
       database->WriteVocabularyAhead(prepared.generation, prepared.tree->Serialize()));
 

@@ -14,6 +14,7 @@
 #include "index/vocabulary_tree.h"
 #include "storage/base/thread_pool.h"
 #include "storage/database.h"
+#include "storage/written_ahead.h"
 
 namespace veduta {
 
@@ -56,6 +57,7 @@ class Retrieval final {
     bool imported = false;
     std::vector<ImageId> images;         // that have words, ascending
     std::unique_lock<std::mutex> alone;  // no other vocabulary is prepared meanwhile
+    WrittenAhead written_ahead;          // gives it up, unless it became active
   };
   // Trains a tree from the descriptors of all images and writes it ahead, for Activate. Wants no
   // turn of the writer. Waits for another one's that is being prepared.

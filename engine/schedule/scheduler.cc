@@ -15,6 +15,18 @@ Status ClosedEarly() {
   return Status::Cancelled("the engine was closed before the photo's turn came");
 }
 
+AddOutcome NotJudged(const WaitingPhoto& photo, Status failure) {
+  AddOutcome outcome;
+  outcome.name = photo.photo.name;
+  outcome.failure = std::move(failure);
+  return outcome;
+}
+
+// A failure that need not befall the next photo. After a failed write all others fail, too.
+bool IsOfOnePhoto(const Status& status) {
+  return status.code() != StatusCode::kIoError && status.code() != StatusCode::kBusy;
+}
+
 // Whether the photos keep their order. A contributor's lane is made anew whenever the line has run
 // out of photos, so its name counts.
 bool IsSameLane(const Lane& a, const Lane& b) {
@@ -248,13 +260,7 @@ void Scheduler::DropCancelled(std::unique_lock<std::mutex>* lock) {
     Entry dropped = std::move(*entry);
     entry = entries_.erase(entry);
     lock->unlock();
-    if (dropped.prepared && dropped.prepared->ok() && !(*dropped.prepared)->known &&
-        (*dropped.prepared)->reason == Reason::kNone) {
-      Writer::Turn turn = writer_->Take();
-      turn.database()
-          .DropPhotoAhead((*dropped.prepared)->hash)
-          .IgnoreBecause("the next opening sweeps what is left of it");
-    }
+    dropped.prepared.reset();  // which gives up what was written ahead
     if (was_cancelled) {
       if (dropped.photo.answered) dropped.photo.answered(dropped.photo.ticket->answer);
     } else if (TakeUp(dropped.photo.ticket.get())) {
@@ -277,6 +283,8 @@ bool Scheduler::Apply(Entries::iterator entry, std::unique_lock<std::mutex>* loc
     return true;
   }
   Result<AddOutcome> outcome = ApplyInTurn(&taken);
+  // Who waits for one photo learns of a failure as an error; a list goes on.
+  if (!is_of_list && outcome.ok() && !outcome->failure.ok()) outcome = Status(outcome->failure);
   const bool failed = !outcome.ok();
   lock->lock();
   ++photos_in_row_;
@@ -293,13 +301,21 @@ bool Scheduler::Apply(Entries::iterator entry, std::unique_lock<std::mutex>* loc
 }
 
 Result<AddOutcome> Scheduler::ApplyInTurn(Entry* entry) {
-  // What failed while the database was opened again, say, may do now.
-  if (!entry->prepared->ok())
-    entry->prepared = preparer_->Prepare(entry->photo.photo, entry->photo.camera.model);
+  // What failed while the database was opened again, say, or when others took the memory, may do
+  // now.
+  if (!entry->prepared->ok() || !(*entry->prepared)->failure.ok()) {
+    entry->prepared = preparer_->Prepare(entry->photo.photo, entry->photo.camera.model,
+                                         PhotoPreparer::Company::kAlone);
+  }
   if (!entry->prepared->ok()) return entry->prepared->status();
+  if (!(*entry->prepared)->failure.ok())
+    return NotJudged(entry->photo, (*entry->prepared)->failure);
   Writer::Turn turn = writer_->Take();
-  return (*ingest_)->Apply(std::move(**entry->prepared), entry->photo.camera,
-                           entry->photo.contributor);
+  Result<AddOutcome> outcome = (*ingest_)->Apply(std::move(**entry->prepared), entry->photo.camera,
+                                                 entry->photo.contributor);
+  if (!outcome.ok() && IsOfOnePhoto(outcome.status()))
+    return NotJudged(entry->photo, outcome.status());
+  return outcome;
 }
 
 bool Scheduler::DoStep(std::unique_lock<std::mutex>* lock) {

@@ -95,6 +95,7 @@ class Scheduler final {
   Entries::iterator FindApplicable();
   // Both: true, for a piece was done.
   bool Apply(Entries::iterator entry, std::unique_lock<std::mutex>* lock);
+  // A photo that cannot be judged is an outcome with a failure.
   Result<AddOutcome> ApplyInTurn(Entry* entry);
   bool DoStep(std::unique_lock<std::mutex>* lock);
   // With the lock held.

@@ -86,8 +86,7 @@ class ColorStage final {
                               snapshot_->dense().GetCheckedDepth(id, depth.checked_version));
       sources_[id] = {GeometryOf(checked), depth.gain};
     }
-    VEDUTA_ASSIGN_OR_RETURN(const TileRecords tiles,
-                            LoadTileRecords(*snapshot_, pass_.reconstruction()));
+    VEDUTA_ASSIGN_OR_RETURN(const TileRecords tiles, LoadTileRecords(*snapshot_, pass_.surface()));
     const double side = kTileSide * coloring_.voxel_size;
     for (const auto& [place, tile] : tiles) {
       if (tile.triangle_count == 0) continue;

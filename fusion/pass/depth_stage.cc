@@ -69,7 +69,8 @@ class DepthStage final {
   // hardly moved since against each other.
   bool IsCurrent(const DepthRecord& depth, const SceneImage& image) const {
     const ViewGeometry geometry = ViewGeometryOf(image, options_.side_px);
-    if (depth.reconstruction != pass_.reconstruction() || depth.version != VersionOfDepth(depth))
+    const uint64_t version = VersionOfDepth(depth);
+    if (depth.reconstruction != pass_.reconstruction() || version == 0 || depth.version != version)
       return false;
     if (depth.width_px != geometry.width_px || depth.height_px != geometry.height_px) return false;
     if (depth.sensors.size() != options_.sensor_count)

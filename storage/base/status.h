@@ -17,6 +17,7 @@ enum class StatusCode {
   kIoError,          // the operating system refused; includes a full disk
   kBusy,             // another process holds the database
   kCancelled,        // the user asked to stop
+  kNoMemory,         // the machine has too little memory; the input may be sound
 };
 
 class [[nodiscard]] Status {
@@ -41,6 +42,10 @@ class [[nodiscard]] Status {
   static Status Busy(std::string message) { return {StatusCode::kBusy, std::move(message)}; }
   static Status Cancelled(std::string message) {
     return {StatusCode::kCancelled, std::move(message)};
+  }
+
+  static Status NoMemory(std::string message) {
+    return {StatusCode::kNoMemory, std::move(message)};
   }
 
   bool ok() const { return code_ == StatusCode::kOk; }

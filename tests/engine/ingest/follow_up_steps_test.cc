@@ -113,5 +113,32 @@ TEST(FollowUpSteps, ACommitInBetweenIsAConflict) {
   EXPECT_TRUE(scene.Snap()->FindPose(ImageId(4))->has_value());
 }
 
+TEST(FollowUpSteps, AFailedAdjustmentLeavesNoPointBlocks) {
+  SceneDatabase scene;
+  Prepare(&scene, false);
+  Retrieval retrieval({});
+  const IngestOptions options = Options();
+  CityMap map;
+  const IngestParts parts{scene.database(), &retrieval, scene.features(),
+                          scene.pool(),     options,    &map};
+  const ReconstructionRecord before = *scene.Snap()->GetReconstruction(ReconstructionId(1));
+  const auto count_blocks = [&](uint32_t generation) {
+    size_t count = 0;
+    EXPECT_OK(scene.Snap()->ScanPointBlocks(before.id, generation,
+                                            [&](const PointBlock&) { return ++count, true; }));
+    return count;
+  };
+  WriteScope scope = BeginWrite(scene.database());
+  const auto other = scene.database()->BeginTransaction();
+  other->PutState(scene.State());
+  ASSERT_OK(other->Commit());
+  EXPECT_EQ(AdjustWhole(parts, before.id, std::move(scope)).code(), StatusCode::kBusy);
+  EXPECT_EQ(count_blocks(before.points_generation + 1), 0u);
+  map.Clear();
+  ASSERT_OK(AdjustWhole(parts, before.id, BeginWrite(scene.database())));
+  EXPECT_GT(count_blocks(before.points_generation + 1), 0u);
+  EXPECT_EQ(count_blocks(before.points_generation), 0u);
+}
+
 }  // namespace
 }  // namespace veduta
