@@ -76,11 +76,13 @@ Remains ReadRemains(const Salvage& source) {
 
 // The cameras that may have taken the photo, each with the features that it leads to. Where those
 // that are stored are among them, that camera alone: extraction is deterministic.
-std::vector<std::pair<const CameraRecord*, PreparedPhoto>> FittingCameras(
-    const std::vector<uint8_t>& bytes, const Result<Features>& stored, const Healing& healing) {
-  std::vector<std::pair<const CameraRecord*, PreparedPhoto>> fitting;
+using Fitting = std::vector<std::pair<const CameraRecord*, PreparedPhoto>>;
+Result<Fitting> FittingCameras(const std::vector<uint8_t>& bytes, const Result<Features>& stored,
+                               const Healing& healing) {
+  Fitting fitting;
   for (const auto& [id, camera] : healing.cameras) {
     PreparedPhoto photo = healing.preparer.Extract({"", "", bytes}, camera.model);
+    VEDUTA_RETURN_IF_ERROR(photo.failure);
     if (photo.reason != Reason::kNone) continue;
     if (SameDescriptors(stored, photo.features)) {
       fitting.clear();
@@ -129,7 +131,7 @@ Status RecoverImage(ImageId id, const Remains& remains, const std::string& damag
     return Status::Ok();
   }
   const Result<Features> stored = healing->from().GetFeatures(record.photo);
-  const auto fitting = FittingCameras(*bytes, stored, *healing);
+  VEDUTA_ASSIGN_OR_RETURN(const Fitting fitting, FittingCameras(*bytes, stored, *healing));
   if (fitting.size() != 1) {
     healing->notes.Add(damage, "its camera cannot be told, so the photo is written to a folder");
     healing->notes.loose.push_back({record.name, record.photo, "", record.contributor});
@@ -165,7 +167,8 @@ Status RecoverStrays(const Remains& remains, Healing* healing) {
     const Result<bool> is_coming = healing->from().IsWrittenAhead(photo);
     const Result<std::vector<uint8_t>> bytes = healing->source.GetPhoto(photo);
     if ((is_coming.ok() && *is_coming) || !bytes.ok()) continue;
-    const auto fitting = FittingCameras(*bytes, healing->from().GetFeatures(photo), *healing);
+    VEDUTA_ASSIGN_OR_RETURN(const Fitting fitting,
+                            FittingCameras(*bytes, healing->from().GetFeatures(photo), *healing));
     const std::string name = "recovered/" + photo.Hex().substr(0, 16);
     healing->notes.Add("a photo belongs to no image, while records of images are lost",
                        fitting.size() == 1 ? "it is added again as '" + name + "'"

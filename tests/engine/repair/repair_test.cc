@@ -57,7 +57,7 @@ Whole Look(const std::string& path) {
   EXPECT_OK(engine);
   if (!engine.ok()) return whole;
   const Questions questions = (*engine)->Ask();
-  const auto violations = questions.Verify(20);
+  const auto violations = questions.Verify({.count_max = 20});
   EXPECT_OK(violations);
   if (violations.ok()) {
     EXPECT_EQ(*violations, std::vector<std::string>());
