@@ -172,6 +172,17 @@ struct DatabaseSizes {
   uint64_t photo_bytes = 0, feature_bytes = 0;  // in files, and in memory by the MiB
 };
 
+// What was written and read since the database was opened by this process; by RocksDB's counters.
+struct DatabaseStatistics {
+  // Written: the sum of these three is everything but what RocksDB writes about itself.
+  uint64_t log_bytes = 0;         // to the write-ahead log
+  uint64_t flush_bytes = 0;       // to tables and blob files, from memory
+  uint64_t compaction_bytes = 0;  // to tables and blob files, from older ones
+  // Parts of that: to blob files, and of these what was copied to be rid of garbage beside it.
+  uint64_t blob_bytes = 0, blob_copied_bytes = 0;
+  uint64_t cache_hits = 0, cache_misses = 0;  // of blocks of tables
+};
+
 class Database {
  public:
   // kNotFound where there is no database, kBusy when another process has it open, kCorruption when
@@ -215,6 +226,7 @@ class Database {
                                     std::span<const ImageId> images) = 0;
 
   virtual Result<DatabaseSizes> GetSizes() const = 0;
+  virtual Result<DatabaseStatistics> GetStatistics() const = 0;
   // A consistent copy that can be opened on its own; files are hard-linked where possible.
   virtual Status CreateCheckpoint(const std::string& path) = 0;
   // Flushes memtables and merges files; for benchmarks and before a backup.

@@ -18,7 +18,7 @@ struct DatabaseOptions {
   bool create = false;
   // No lock is taken, nothing is written and nothing swept; sees the state at the time of opening,
   // whatever another process writes meanwhile. Holds every table and blob file open
-  // (storage/held_files.h), and raises the process's soft limit of open files for that.
+  // (storage/held_files.h).
   bool read_only = false;
   // False: a power cut may lose the last photos (a crash of the process does not).
   bool sync_wal = true;
