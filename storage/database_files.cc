@@ -125,13 +125,14 @@ void DatabaseFiles::EndAcknowledging() {
 // new log in between, RocksDB's synced write syncs every log that is not synced yet, oldest first,
 // and the directory, before it returns (DBImpl::WriteToWAL walks logs_; a flush syncs the closed
 // logs before it installs its files, too). tests/storage/durability_test.cc cuts the power there.
-Status DatabaseFiles::Commit(rocksdb::WriteBatch* batch, bool changes_state,
-                             uint64_t state_version) {
+Status DatabaseFiles::Commit(rocksdb::WriteBatch* batch, bool changes_state, uint64_t state_version,
+                             const std::function<Status()>& finish) {
   const std::lock_guard lock(commit_mutex_);
   if (state_version_.load() != state_version) {
     return Status::Busy(
         "another transaction has changed the state since this one began: begin again");
   }
+  VEDUTA_RETURN_IF_ERROR(finish());
   VEDUTA_RETURN_IF_ERROR(Write(batch, sync_wal_, "commit the transaction"));
   if (changes_state) ++state_version_;
   return Status::Ok();

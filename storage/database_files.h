@@ -12,6 +12,7 @@
 
 #include <array>
 #include <atomic>
+#include <functional>
 #include <memory>
 #include <mutex>
 #include <set>
@@ -51,6 +52,7 @@ class DatabaseFiles final {
     return handles_[static_cast<size_t>(family)];
   }
   rocksdb::FileSystem& file_system() const { return *file_system_; }
+  const std::shared_ptr<rocksdb::FileSystem>& shared_file_system() const { return file_system_; }
   const std::string& path() const { return path_; }
   bool read_only() const { return read_only_; }
 
@@ -58,7 +60,10 @@ class DatabaseFiles final {
   // its reason: what the disk holds is known only after the log has been read again.
   Status Write(rocksdb::WriteBatch* batch, bool sync, std::string_view doing);
   // Applies a commit; kBusy when the state record has changed since `state_version` was read.
-  Status Commit(rocksdb::WriteBatch* batch, bool changes_state, uint64_t state_version);
+  // `finish` is called before that, with the commit mutex held: it may add to the batch, and its
+  // failure is returned with nothing applied.
+  Status Commit(rocksdb::WriteBatch* batch, bool changes_state, uint64_t state_version,
+                const std::function<Status()>& finish);
   uint64_t state_version() const { return state_version_.load(); }
   // Held while a commit is decided and applied; also by what must not run beside one.
   std::mutex& commit_mutex() { return commit_mutex_; }

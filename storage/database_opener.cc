@@ -63,10 +63,9 @@ DatabaseOpener::DatabaseOpener(std::string path, const DatabaseOptions& options)
   files_->read_only_ = options.read_only;
   files_->sync_wal_ = options.sync_wal;
   files_->file_system_ = options.file_system ? options.file_system : rocksdb::FileSystem::Default();
-  if (options.read_only)
-    files_->file_system_ = held_files_ = std::make_shared<HeldFiles>(files_->file_system_);
-  if (options.read_only || options.file_system)
-    files_->env_ = rocksdb::NewCompositeEnv(files_->file_system_);
+  const bool holds = options.read_only && !options.salvage;
+  if (holds) files_->file_system_ = held_files_ = std::make_shared<HeldFiles>(files_->file_system_);
+  if (holds || options.file_system) files_->env_ = rocksdb::NewCompositeEnv(files_->file_system_);
 }
 
 Result<std::shared_ptr<DatabaseFiles>> DatabaseOpener::Open() {
@@ -88,6 +87,10 @@ Result<std::shared_ptr<DatabaseFiles>> DatabaseOpener::Open() {
                                  " already, in use by another process");
   }
   VEDUTA_RETURN_IF_ERROR(opened);
+  if (options_.salvage) {
+    VEDUTA_RETURN_IF_ERROR(CheckFamilies(kFormatVersion));
+    return std::move(files_);
+  }
   VEDUTA_RETURN_IF_ERROR(options_.read_only ? HoldView() : files_->BeginAcknowledging());
   VEDUTA_RETURN_IF_ERROR(CheckFormat());
   return std::move(files_);
@@ -157,7 +160,8 @@ rocksdb::DBOptions DatabaseOpener::RocksdbOptions() const {
   if (files_->env_) options.env = files_->env_.get();
   if (options_.read_only) {
     options.info_log = std::make_shared<SilentLogger>();
-    options.max_open_files = -1;  // opens every table now, and keeps it open: held_files.h
+    // Opens every table now, and keeps it open: held_files.h.
+    if (!options_.salvage) options.max_open_files = -1;
   }
   return options;
 }
