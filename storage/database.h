@@ -27,6 +27,7 @@
 
 #include "storage/base/status.h"
 #include "storage/database_options.h"
+#include "storage/database_sizes.h"
 #include "storage/dense.h"
 #include "storage/model/camera.h"
 #include "storage/model/features.h"
@@ -108,9 +109,9 @@ class Snapshot {
   // What the dense pass made; lives as long as the snapshot.
   virtual const DenseReader& dense() const = 0;
 
-  // Every key of a family with its value as it lies, not decoded: for `verify`. Ascending keys, until
-  // visit returns false. A value in a blob file that cannot be read comes as the failure of reading
-  // it, and the scan goes on; a table file that cannot be read ends it with kCorruption.
+  // Every key of a family with its value as it lies, not decoded: for `verify`. Ascending keys,
+  // until visit returns false. A value in a blob file that cannot be read comes as the failure of
+  // reading it, and the scan goes on; a table file that cannot be read ends it with kCorruption.
   using VisitStored = std::function<bool(std::string_view key, const Result<StoredBytes>& value)>;
   virtual Status ScanStored(Family family, const VisitStored& visit) const = 0;
   // Reads all table files and compares their checksums: kCorruption names the file. Blob files are
@@ -180,22 +181,6 @@ class Transaction {
   // change of the counts, since this one began: nothing was applied. The transaction is spent
   // either way: a second Commit is kInvalidArgument, a Put after it aborts.
   virtual Status Commit() = 0;
-};
-
-struct DatabaseSizes {
-  uint64_t total_bytes = 0;                     // files on disk
-  uint64_t photo_bytes = 0, feature_bytes = 0;  // in files, and in memory by the MiB
-};
-
-// What was written and read since the database was opened by this process; by RocksDB's counters.
-struct DatabaseStatistics {
-  // Written: the sum of these three is everything but what RocksDB writes about itself.
-  uint64_t log_bytes = 0;         // to the write-ahead log
-  uint64_t flush_bytes = 0;       // to tables and blob files, from memory
-  uint64_t compaction_bytes = 0;  // to tables and blob files, from older ones
-  // Parts of that: to blob files, and of these what was copied to be rid of garbage beside it.
-  uint64_t blob_bytes = 0, blob_copied_bytes = 0;
-  uint64_t cache_hits = 0, cache_misses = 0;  // of blocks of tables
 };
 
 class Database {

@@ -37,8 +37,8 @@ rocksdb::ColumnFamilyOptions FamilyOptions(Family family,
   table.filter_policy.reset(rocksdb::NewBloomFilterPolicy(10));
   table.cache_index_and_filter_blocks = true;  // so that block_cache_bytes bounds them too
   table.pin_l0_filter_and_index_blocks_in_cache = true;
-  // Index and filter of a table are cut into blocks, of which a read needs one each. Only the top of
-  // the index stays in memory with the open table.
+  // Index and filter of a table are cut into blocks, of which a read needs one each. Only the top
+  // of the index stays in memory with the open table.
   table.index_type = rocksdb::BlockBasedTableOptions::kTwoLevelIndexSearch;
   table.partition_filters = true;
   table.pin_top_level_index_and_filter = true;

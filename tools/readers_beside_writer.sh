@@ -11,8 +11,8 @@
 set -euo pipefail
 root=$(cd "$(dirname "$0")/.." && pwd)
 if [ $# -lt 3 ] || ! [ -d "$1" ]; then
-  echo "usage: tools/readers_beside_writer.sh FOLDER_OF_PHOTOS WxH fx,fy,cx,cy [READERS] [SECONDS]" \
-    >&2
+  usage="FOLDER_OF_PHOTOS WxH fx,fy,cx,cy [READERS] [SECONDS]"
+  echo "usage: tools/readers_beside_writer.sh $usage" >&2
   exit 2
 fi
 photos=$1 size=$2 params=$3 readers=${4:-50} seconds=${5:-600}
@@ -70,8 +70,9 @@ while [ $SECONDS -lt $end ]; do
 done
 wait
 
-reads=$(cat "$work"/done.* 2>/dev/null | wc -l)
-failures=$(cat "$work"/failed.* 2>/dev/null | wc -l)
+touch "$work/done.none" "$work/failed.none"
+reads=$(cat "$work"/done.* | wc -l)
+failures=$(cat "$work"/failed.* | wc -l)
 echo "$count photos added to $databases databases; $reads readings, $failures failures"
-cat "$work"/failed.* 2>/dev/null | sort | uniq -c | sort -rn | head -n 10
+cat "$work"/failed.* | sort | uniq -c | sort -rn | head -n 10
 [ "$failures" -eq 0 ]
