@@ -60,8 +60,8 @@ Status WrongField(const std::string& name, const std::string& what) {
 
 constexpr size_t kNumbersMax = 64;  // in a matrix; OpenCV's models have 14 at most
 
-// A field of a file of OpenCV's FileStorage: a number, or the data of a matrix; empty where there is
-// no such field.
+// A field of a file of OpenCV's FileStorage: a number, or the data of a matrix; empty where there
+// is no such field.
 using FieldReader = std::function<Result<std::vector<double>>(const std::string& name)>;
 
 Result<std::vector<double>> YamlNumbers(const YAML::Node& file, const std::string& name) {
