@@ -57,7 +57,9 @@ class AddReport final {
   void Added(const AddOutcome& outcome) {
     const std::string word = OutcomeWord(outcome);
     ++counts_[word];
-    if (!outcome.duplicate && outcome.verdict == Verdict::kRejected) {
+    if (!outcome.failure.ok()) {
+      exit_code_ = std::max(exit_code_, ExitCodeOf(outcome.failure));
+    } else if (!outcome.duplicate && outcome.verdict == Verdict::kRejected) {
       exit_code_ = std::max<int>(exit_code_, kNotDone);
     }
     placed_later_ += outcome.propagated.size();

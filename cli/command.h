@@ -51,6 +51,7 @@ void RegisterDigest(CLI::App* app, int* exit_code);
 void RegisterVocabulary(CLI::App* app, int* exit_code);
 void RegisterJournal(CLI::App* app, int* exit_code);
 void RegisterBackup(CLI::App* app, int* exit_code);
+void RegisterRepair(CLI::App* app, int* exit_code);
 void RegisterDevices(CLI::App* app, int* exit_code);
 
 }  // namespace veduta

@@ -50,6 +50,7 @@ void RegisterCommands(CLI::App* app, int* exit_code) {
   RegisterVocabulary(app, exit_code);
   RegisterJournal(app, exit_code);
   RegisterBackup(app, exit_code);
+  RegisterRepair(app, exit_code);
   RegisterDevices(app, exit_code);
 }
 

@@ -35,16 +35,6 @@ class ListEnd final {
   Lane* const lane_;
 };
 
-// A new vocabulary is prepared without a turn of the writer, and Reopen deletes what is prepared: a
-// commit may not name it then. For who has the writer's turn.
-Status ActivateUnlessReopened(EngineParts& parts, const std::shared_ptr<EngineCaches>& caches,
-                              Database* database, Retrieval::Prepared prepared) {
-  if (parts.GetCaches() != caches) {
-    return Status::Busy("the database was opened again while a vocabulary was prepared: try again");
-  }
-  return caches->retrieval.Activate(database, std::move(prepared));
-}
-
 }  // namespace
 
 Engine::Engine() = default;
@@ -86,7 +76,8 @@ Result<CameraId> Engine::AddCamera(const std::string& name, const CameraModel& m
   JournalRecord entry;
   entry.actor = "veduta";
   entry.action = "camera";
-  entry.detail = name;
+  // With the intrinsics: nothing else in the database tells them, should the record be damaged.
+  entry.detail = name + ": " + CameraSizeText(model) + " " + CameraParamsText(model);
   AppendJournal(std::move(entry), &state, transaction.get());
   transaction->PutState(state);
   VEDUTA_RETURN_IF_ERROR(transaction->Commit());
@@ -156,8 +147,7 @@ Status Engine::TrainVocabulary() {
   const std::shared_ptr<EngineCaches> caches = parts_->GetCaches();
   VEDUTA_ASSIGN_OR_RETURN(Retrieval::Prepared prepared,
                           caches->retrieval.Train(database, parts_->pool.get()));
-  Writer::Turn turn = parts_->writer->Take();
-  return ActivateUnlessReopened(*parts_, caches, &turn.database(), std::move(prepared));
+  return parts_->Activate(caches, std::move(prepared));
 }
 
 Status Engine::ImportVocabulary(const std::string& path) {
@@ -166,8 +156,7 @@ Status Engine::ImportVocabulary(const std::string& path) {
   const std::shared_ptr<EngineCaches> caches = parts_->GetCaches();
   VEDUTA_ASSIGN_OR_RETURN(Retrieval::Prepared prepared,
                           caches->retrieval.Import(database, std::move(tree), parts_->pool.get()));
-  Writer::Turn turn = parts_->writer->Take();
-  return ActivateUnlessReopened(*parts_, caches, &turn.database(), std::move(prepared));
+  return parts_->Activate(caches, std::move(prepared));
 }
 
 Status Engine::Backup(const std::string& folder) {

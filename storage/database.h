@@ -36,6 +36,7 @@
 #include "storage/model/points.h"
 #include "storage/model/reconstruction.h"
 #include "storage/model/state.h"
+#include "storage/records/families.h"
 #include "storage/stored_bytes.h"
 
 namespace veduta {
@@ -107,6 +108,15 @@ class Snapshot {
   // What the dense pass made; lives as long as the snapshot.
   virtual const DenseReader& dense() const = 0;
 
+  // Every key of a family with its value as it lies, not decoded: for `verify`. Ascending keys, until
+  // visit returns false. A value in a blob file that cannot be read comes as the failure of reading
+  // it, and the scan goes on; a table file that cannot be read ends it with kCorruption.
+  using VisitStored = std::function<bool(std::string_view key, const Result<StoredBytes>& value)>;
+  virtual Status ScanStored(Family family, const VisitStored& visit) const = 0;
+  // Reads all table files and compares their checksums: kCorruption names the file. Blob files are
+  // not read: their values are compared with their checksums whenever they are read.
+  virtual Status VerifyChecksums() const = 0;
+
   // Keys of blobs that are stored: for `verify`.
   virtual Status ScanPhotoKeys(const std::function<bool(const ContentHash&)>& visit) const = 0;
   virtual Status ScanFeatureKeys(const std::function<bool(const ContentHash&)>& visit) const = 0;
@@ -137,9 +147,14 @@ class Transaction {
   virtual void PutState(const DatabaseState& state) = 0;
   virtual void PutCamera(const CameraRecord& camera) = 0;
   // Also indexes the image by name (unless it is rejected with kNameTaken: the name stays with its
-  // owner) and, unless it is rejected, by photo hash; clears its write-ahead mark, so what was
-  // written ahead stays even if rejected.
+  // owner). Unless it is rejected, indexes it by photo hash, too, and clears the photo's mark, so
+  // that what was written ahead stays. A rejected image changes nothing of what is written ahead:
+  // the same bytes may be on their way in another submission.
   virtual void PutImage(const ImageRecord& image) = 0;
+  // What is stored for the photo of a kept image are these features, also where another submission
+  // of the same bytes, with another camera, has written its own ahead. Costs nothing where none
+  // has.
+  virtual void KeepFeatures(const ContentHash& photo, std::shared_ptr<const Features> features) = 0;
   virtual void PutPair(const PairRecord& pair) = 0;
   virtual void PutReconstruction(
       const ReconstructionRecord& reconstruction) = 0;  // clears points_generation's mark
@@ -175,8 +190,9 @@ struct DatabaseSizes {
 class Database {
  public:
   // kNotFound where there is no database, kBusy when another process has it open, kCorruption when
-  // it is damaged or its format is not ours (saying which versions). Sweeps what a crash left
-  // half-written. kInvalidArgument for options outside their bounds.
+  // it is damaged or its format is not ours (saying which versions). A damaged log is noticed
+  // before anything is changed (storage/log_inspection.h). Sweeps what a crash left half-written.
+  // kInvalidArgument for options outside their bounds.
   static Result<std::unique_ptr<Database>> Open(const std::string& path,
                                                 const DatabaseOptions& options);
   virtual ~Database() = default;
@@ -194,14 +210,20 @@ class Database {
   virtual Status Reopen() = 0;
 
   // Writes ahead of a commit: a photo and its features, marked so that the next Open deletes them
-  // unless an image with this photo has been committed by then. Idempotent; writes nothing for a
-  // photo that is committed already.
+  // unless an image with this photo has been committed by then. Writes nothing for a photo that is
+  // committed already. Whoever writes ahead drops it when the commit has not come, so that a
+  // process that runs for long keeps nothing that belongs to no image: WrittenAhead
+  // (storage/written_ahead.h) does so by itself.
   virtual Status WritePhotoAhead(const ContentHash& photo, std::span<const uint8_t> bytes,
                                  const Features& features) = 0;
   // Takes back one WritePhotoAhead when the photo turned out not to be wanted: removes both unless
   // an image with this photo has been committed, or another WritePhotoAhead of the same bytes has
   // not been taken back.
   virtual Status DropPhotoAhead(const ContentHash& photo) = 0;
+  // Deletes point blocks, or the tree, words and postings of a vocabulary, that were written ahead
+  // and that no commit has named; does nothing where one has, or where nothing was written.
+  virtual Status DropPointBlocksAhead(ReconstructionId reconstruction, uint32_t generation) = 0;
+  virtual Status DropVocabularyAhead(uint32_t generation) = 0;
   // Point blocks of a generation that no record names yet; Open deletes those that stay unnamed.
   virtual Status WritePointBlocksAhead(ReconstructionId reconstruction, uint32_t generation,
                                        std::span<const PointBlock> blocks) = 0;

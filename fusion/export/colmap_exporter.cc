@@ -12,12 +12,17 @@
 #include <set>
 
 #include "engine/camera/projection.h"
+#include "engine/camera/undistorter.h"
+#include "engine/photo/derived_features.h"
 #include "fusion/export/exporter.h"
 
 namespace veduta {
 namespace {
 
 constexpr double kColmapPixelOffset = 0.5;
+
+// For features that are computed again: a table or two. Chosen by hand; not measured.
+constexpr uint64_t kTablesBytesMax = 64ull << 20;
 
 bool IsOpenCvModel(const CameraModel& m) {
   return IsDistorted(m) && m.u0 == m.cx && m.v0 == m.cy;
@@ -97,7 +102,8 @@ class ColmapModel final {
     for (const PoseRecord& pose : poses) {
       VEDUTA_ASSIGN_OR_RETURN(const ImageRecord image, snapshot_.GetImage(pose.image));
       VEDUTA_ASSIGN_OR_RETURN(const CameraRecord camera, snapshot_.GetCamera(image.camera));
-      VEDUTA_ASSIGN_OR_RETURN(const Features features, snapshot_.GetFeatures(image.photo));
+      VEDUTA_ASSIGN_OR_RETURN(const Features features,
+                              ReadOrDeriveFeatures(snapshot_, image, camera.model, &tables_));
       VEDUTA_ASSIGN_OR_RETURN(const std::vector<Observation> observations,
                               snapshot_.GetObservations(image.id));
       cameras_.insert(image.camera);
@@ -106,9 +112,22 @@ class ColmapModel final {
       file << image.id.value << ' ' << q.w() << ' ' << q.x() << ' ' << q.y() << ' ' << q.z() << ' '
            << t.x() << ' ' << t.y() << ' ' << t.z() << ' ' << image.camera.value << ' '
            << ColmapName(image.name) << '\n';
+      VEDUTA_RETURN_IF_ERROR(CheckObservations(image, features, observations));
       WriteFeatures(features, observations, camera.model, &file);
     }
     return Close(&file, path);
+  }
+
+  Status CheckObservations(const ImageRecord& image, const Features& features,
+                           const std::vector<Observation>& observations) const {
+    for (const Observation& o : observations) {
+      if (o.feature < features.size() && numbers_.contains(o.point)) continue;
+      return Status::Corruption("family observations: image " + image.name + " observes point " +
+                                std::to_string(o.point.home.value) + "/" +
+                                std::to_string(o.point.ordinal) +
+                                ", which does not exist, or by a feature that does not");
+    }
+    return Status::Ok();
   }
 
   // All features of an image on one line, each with its point's number, or -1.
@@ -151,6 +170,7 @@ class ColmapModel final {
   const std::filesystem::path folder_;
   std::map<PointId, uint64_t> numbers_;
   std::set<CameraId> cameras_;
+  UndistortCache tables_{kTablesBytesMax};
 };
 
 class ColmapExporter final : public Exporter {
