@@ -33,7 +33,7 @@ class Full(Case):
                 ('pose', WHOLE, '#6', '--json'), ('neighbors', WHOLE, '#1'),
                 ('neighbors', WHOLE, '#1', '--json'), ('camera', 'list', WHOLE),
                 ('camera', 'list', WHOLE, '--json'), ('verify', WHOLE), ('verify', WHOLE, '--json'),
-                ('vocabulary', 'info', WHOLE), ('devices', '--json'), ('--help',),
+                ('devices', '--json'), ('--help',),
                 ('--version',), add_command(WHOLE, PHOTOS))
 
     @unittest.skipUnless(os.path.exists('/dev/full'), 'no device that is always full here')
