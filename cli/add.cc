@@ -32,7 +32,7 @@ Result<std::vector<PhotoSubmission>> Submissions(const AddArguments& arguments) 
     const std::string folder = arguments.paths.empty() ? "" : arguments.paths.front();
     VEDUTA_ASSIGN_OR_RETURN(listed, ReadPhotoList(arguments.list, folder));
   } else {
-    VEDUTA_ASSIGN_OR_RETURN(listed, ListPhotos(arguments.paths));
+    VEDUTA_ASSIGN_OR_RETURN(listed, ListPhotosAndWarn(arguments.paths));
   }
   std::vector<PhotoSubmission> submissions;
   for (ListedPhoto& photo : listed) {

@@ -5,8 +5,9 @@
 //
 // One handle, which many threads share. Everything that writes goes through one writer inside, a
 // piece at a time, first come first served: photos, the steps that follow from them, cameras,
-// vocabularies, the dense pass, backups take turns. Adjusting a whole reconstruction is one piece,
-// and so is training a vocabulary that falls due: others wait for its end. Readers never wait.
+// vocabularies, the dense pass, backups take turns. Adjusting a whole reconstruction is one piece:
+// others wait for its end. Vocabularies and the dense pass are computed without a turn, and take
+// one for each commit. Readers never wait.
 //
 // Every function is thread-safe. Errors: kNotFound and kInvalidArgument name the thing and what to
 // do; kBusy when another process writes to the database; kCorruption names family and key; kIoError
@@ -84,8 +85,11 @@ class Questions final {
   // At most `count_max` entries from `first` on.
   Result<std::vector<JournalAnswer>> Journal(uint64_t first, uint32_t count_max) const;
 
-  // A sentence a violated invariant; empty when the database is sound. Parses every value.
-  Result<std::vector<std::string>> Verify(uint32_t count_max) const;
+  // A sentence for each violated invariant; empty when the database is sound. Parses every value: one
+  // that cannot be read is a violation, and the others are checked all the same. Works on a database
+  // that is open for reading, beside a writer. O(database); a deep one also takes as long as adding
+  // the photos took without placing them.
+  Result<std::vector<std::string>> Verify(const VerifyRequest& request) const;
   // One hash over the logical content, in hexadecimal: equal for equal cities.
   Result<std::string> Digest() const;
 
@@ -107,6 +111,13 @@ class Engine final {
  public:
   static Result<std::unique_ptr<Engine>> Open(const std::string& path,
                                               const EngineOptions& options = {});
+  // Finds what is damaged in a database that no program has open for writing, and with `apply`
+  // makes a sound one of it. It writes a new database beside, checks it, and exchanges the two: the
+  // damaged one is kept until the user deletes it, and the disk has to hold both. A repair that
+  // was killed is finished, or begun anew, by the next one. Photos whose bytes are whole are there
+  // afterwards; what is lost is named. kBusy, kNotFound, kIoError.
+  static Result<RepairAnswer> Repair(const std::string& path, const RepairRequest& request);
+
   // Finishes the piece at hand; photos whose turn has not come are cancelled, and so are AddPhotos
   // and Settle where they run. Tickets and Questions may be used afterwards; the files stay open
   // until the last Questions goes. No other function of the engine may be running.

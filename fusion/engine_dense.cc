@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // The members of the door that need the dense pass. The door's header lies below this folder; what
 // it declares is defined where it is known how it is done.
-#include <algorithm>
-
 #include "engine/parts.h"
 #include "engine/query/invariants.h"
 #include "fusion/dense_door.h"
@@ -24,13 +22,15 @@ Result<RenderReport> Questions::Render(const RenderRequest& request) const {
   return RenderToFile(view_->snapshot, *view_->parts->pool, request);
 }
 
-Result<std::vector<std::string>> Questions::Verify(uint32_t count_max) const {
+Result<std::vector<std::string>> Questions::Verify(const VerifyRequest& request) const {
+  const CheckOptions options{.count_max = request.count_max,
+                             .deep = request.deep,
+                             .preparer = view_->parts->preparer.get()};
   VEDUTA_ASSIGN_OR_RETURN(std::vector<std::string> violations,
-                          FindViolations(*view_->snapshot, count_max));
+                          FindViolations(*view_->snapshot, options));
   VEDUTA_ASSIGN_OR_RETURN(
       const std::vector<std::string> dense,
-      FindDenseViolations(*view_->snapshot,
-                          count_max - std::min<size_t>(count_max, violations.size())));
+      FindDenseViolations(*view_->snapshot, options.count_max - violations.size()));
   violations.insert(violations.end(), dense.begin(), dense.end());
   return violations;
 }

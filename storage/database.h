@@ -36,6 +36,7 @@
 #include "storage/model/points.h"
 #include "storage/model/reconstruction.h"
 #include "storage/model/state.h"
+#include "storage/records/families.h"
 #include "storage/stored_bytes.h"
 
 namespace veduta {
@@ -106,6 +107,15 @@ class Snapshot {
 
   // What the dense pass made; lives as long as the snapshot.
   virtual const DenseReader& dense() const = 0;
+
+  // Every key of a family with its value as it lies, not decoded: for `verify`. Ascending keys, until
+  // visit returns false. A value in a blob file that cannot be read comes as the failure of reading
+  // it, and the scan goes on; a table file that cannot be read ends it with kCorruption.
+  using VisitStored = std::function<bool(std::string_view key, const Result<StoredBytes>& value)>;
+  virtual Status ScanStored(Family family, const VisitStored& visit) const = 0;
+  // Reads all table files and compares their checksums: kCorruption names the file. Blob files are
+  // not read: their values are compared with their checksums whenever they are read.
+  virtual Status VerifyChecksums() const = 0;
 
   // Keys of blobs that are stored: for `verify`.
   virtual Status ScanPhotoKeys(const std::function<bool(const ContentHash&)>& visit) const = 0;
@@ -180,8 +190,9 @@ struct DatabaseSizes {
 class Database {
  public:
   // kNotFound where there is no database, kBusy when another process has it open, kCorruption when
-  // it is damaged or its format is not ours (saying which versions). Sweeps what a crash left
-  // half-written. kInvalidArgument for options outside their bounds.
+  // it is damaged or its format is not ours (saying which versions). A damaged log is noticed
+  // before anything is changed (storage/log_inspection.h). Sweeps what a crash left half-written.
+  // kInvalidArgument for options outside their bounds.
   static Result<std::unique_ptr<Database>> Open(const std::string& path,
                                                 const DatabaseOptions& options);
   virtual ~Database() = default;

@@ -18,6 +18,7 @@
 #include "storage/records/state_record.h"
 #include "storage/records/vocabulary_record.h"
 #include "storage/records/write_ahead_mark.h"
+#include "storage/rocksdb_status.h"
 #include "storage/snapshot_handle.h"
 #include "storage/snapshot_view.h"
 #include "storage/value_reader.h"
@@ -233,6 +234,30 @@ class SnapshotView final : public Snapshot {
   }
 
   const DenseReader& dense() const override { return *dense_; }
+
+  Status ScanStored(Family family, const VisitStored& visit) const override {
+    if (TraitsOf(family).store == ValueStore::kTable) {
+      return reader_.Scan(family, "", "",
+                          [&](std::string_view key, std::string_view value, bool* more) {
+                            *more = visit(key, StoredBytes(std::string(value)));
+                            return Status::Ok();
+                          });
+    }
+    return ScanBlobKeys(*files_, family, sequence(), [&](std::string_view key) -> Result<bool> {
+      std::string value;
+      const Result<bool> found = reader_.Copy(family, key, &value);
+      if (!found.ok()) return visit(key, found.status());
+      return visit(key, StoredBytes(std::move(value)));
+    });
+  }
+
+  Status VerifyChecksums() const override {
+    const FilesLease lease(*files_);
+    VEDUTA_RETURN_IF_ERROR(lease.status());
+    rocksdb::ReadOptions options;
+    options.fill_cache = false;
+    return FromRocksdb(files_->db().VerifyChecksum(options), "verify the checksums of the files");
+  }
 
   Status ScanPhotoKeys(const std::function<bool(const ContentHash&)>& visit) const override {
     return ScanHashes(Family::kPhotos, visit);

@@ -35,6 +35,13 @@ struct ReconstructionAnswer {
   uint64_t depth_maps = 0, tiles = 0, triangles = 0;  // what the dense pass has made of it
 };
 
+struct VerifyRequest {
+  uint32_t count_max = 1000;  // of violations that are told
+  // Also compares the checksums of all files, and derives again what can be derived from photos:
+  // their sizes, features and words.
+  bool deep = false;
+};
+
 struct StatusAnswer {
   uint64_t snapshot = 0;
   uint64_t images = 0, placed = 0, postponed = 0, rejected = 0;
@@ -105,6 +112,29 @@ struct JournalAnswer {
   ImageId image;                    // valid where it is about one
   ReconstructionId reconstruction;  // valid where it is about one
   std::string detail;
+};
+
+struct RepairRequest {
+  bool apply = false;         // false: nothing is changed, and the answer says what would be done
+  uint32_t thread_count = 0;  // [0, 1024]; 0: one per core
+};
+
+// One damage, and what a repair does about it. Both are clauses for people.
+struct RepairFinding {
+  std::string damage, remedy;
+};
+
+struct RepairAnswer {
+  bool is_sound = false;     // nothing is damaged, and nothing was done
+  bool is_repaired = false;  // the database at the path is the new one, and sound
+  std::vector<RepairFinding> findings;
+  std::vector<std::string> lost;         // names of photos whose bytes are gone
+  std::vector<std::string> retried;      // names of photos that lost their place
+  std::vector<std::string> written_out;  // names of photos to be added again, with their camera
+  bool is_rebuilt = false;               // the map was made anew from the photos
+  std::string kept_path;                 // where the damaged database is kept
+  std::string report_path;               // a text file with everything that is said here
+  std::string photos_path;               // the folder of `written_out`; empty where there are none
 };
 
 // "a clause: its numbers", as a person reads it.

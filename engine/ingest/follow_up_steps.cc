@@ -15,11 +15,12 @@ namespace veduta {
 namespace {
 
 // The image's verified pairs, as they are stored.
-Result<std::vector<PairMatches>> StoredMatches(const Snapshot& snapshot, ImageId image) {
-  VEDUTA_ASSIGN_OR_RETURN(const std::vector<PairNeighbor> neighbors, snapshot.ListNeighbors(image));
+Result<std::vector<PairMatches>> StoredMatches(const MapLoader& loader, ImageId image) {
+  VEDUTA_ASSIGN_OR_RETURN(const std::vector<PairNeighbor> neighbors,
+                          loader.snapshot().ListNeighbors(image));
   std::vector<PairMatches> pairs;
   for (const PairNeighbor& neighbor : neighbors) {
-    VEDUTA_ASSIGN_OR_RETURN(const PairRecord pair, snapshot.GetPair(image, neighbor.image));
+    VEDUTA_ASSIGN_OR_RETURN(const PairRecord pair, loader.GetPair(image, neighbor.image));
     pairs.push_back(MatchesFrom(pair, image));
   }
   return pairs;
@@ -33,8 +34,8 @@ Result<Placement> PlaceAgain(const IngestParts& parts, const std::shared_ptr<con
   VEDUTA_ASSIGN_OR_RETURN(const auto features,
                           ImageFeatures::Make(record.id, camera.model, known->features,
                                               parts.options.thorough_count_max));
-  VEDUTA_ASSIGN_OR_RETURN(const std::vector<PairMatches> pairs, StoredMatches(*base, record.id));
   MapLoader loader(base, parts.features, parts.map);
+  VEDUTA_ASSIGN_OR_RETURN(const std::vector<PairMatches> pairs, StoredMatches(loader, record.id));
   return PlacePhoto({&loader, parts.map, parts.pool, parts.options.mapper}, *features, pairs,
                     new_reconstruction, MixSeed(record.photo.Seed(), 1));
 }

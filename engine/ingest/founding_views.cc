@@ -24,13 +24,14 @@ std::vector<const PairMatches*> UnplacedNeighbors(const CityMap& map,
 }
 
 // The stored pairs between `id` and members of greater ids, without the photo's.
-Status AppendStoredPairs(const Snapshot& snapshot, ImageId id, ImageId photo,
+Status AppendStoredPairs(const MapLoader& loader, ImageId id, ImageId photo,
                          const std::set<ImageId>& members, FoundingViews* views) {
-  VEDUTA_ASSIGN_OR_RETURN(const std::vector<PairNeighbor> neighbors, snapshot.ListNeighbors(id));
+  VEDUTA_ASSIGN_OR_RETURN(const std::vector<PairNeighbor> neighbors,
+                          loader.snapshot().ListNeighbors(id));
   for (const PairNeighbor& neighbor : neighbors) {
     if (neighbor.image <= id || neighbor.image == photo || !members.contains(neighbor.image))
       continue;
-    VEDUTA_ASSIGN_OR_RETURN(PairRecord stored, snapshot.GetPair(id, neighbor.image));
+    VEDUTA_ASSIGN_OR_RETURN(PairRecord stored, loader.GetPair(id, neighbor.image));
     views->pairs.push_back(std::move(stored));
   }
   return Status::Ok();
@@ -55,7 +56,7 @@ Result<FoundingViews> GatherFoundingViews(MapLoader* loader, const CityMap& map,
             [](const MapImage& a, const MapImage& b) { return a.id < b.id; });
   for (const ImageId id : members) {
     if (id == photo.id) continue;
-    VEDUTA_RETURN_IF_ERROR(AppendStoredPairs(snapshot, id, photo.id, members, &views));
+    VEDUTA_RETURN_IF_ERROR(AppendStoredPairs(*loader, id, photo.id, members, &views));
   }
   return views;
 }

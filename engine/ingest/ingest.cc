@@ -12,14 +12,6 @@
 namespace veduta {
 namespace {
 
-// A new vocabulary, unless somebody else is preparing one at this moment.
-Status TrainAlone(const IngestParts& parts) {
-  VEDUTA_ASSIGN_OR_RETURN(const bool trained,
-                          parts.retrieval->TrainAndActivate(parts.database, parts.pool));
-  if (trained) return Status::Ok();
-  return Status::Busy("another vocabulary is being prepared at this moment");
-}
-
 void JournalAdded(const ImageRecord& record, ReconstructionId reconstruction, std::string detail,
                   DatabaseState* state, Transaction* transaction) {
   JournalRecord entry;
@@ -190,10 +182,9 @@ Result<std::optional<DueStep>> Ingest::FindStep(const Snapshot& snapshot) const 
   return FindDueStep(snapshot, options_.schedule, *parts_.retrieval, set_aside_);
 }
 
-Result<bool> Ingest::IsStepDue() const {
-  VEDUTA_ASSIGN_OR_RETURN(const std::optional<DueStep> step,
-                          FindStep(*parts_.database->GetSnapshot()));
-  return step.has_value();
+bool Ingest::IsTrainingDue() const {
+  const Result<std::optional<DueStep>> step = FindStep(*parts_.database->GetSnapshot());
+  return step.ok() && *step && (*step)->kind == FollowUpKind::kVocabulary;
 }
 
 FollowUp Ingest::Run(const DueStep& step, WriteScope scope) {
@@ -211,9 +202,7 @@ FollowUp Ingest::Run(const DueStep& step, WriteScope scope) {
     case FollowUpKind::kAdjustment:
       done.status = AdjustWhole(parts_, step.reconstruction, std::move(scope));
       break;
-    case FollowUpKind::kVocabulary:
-      scope = {};  // training has a transaction of its own
-      done.status = TrainAlone(parts_);
+    case FollowUpKind::kVocabulary:  // RunNextStep leaves it to others
       break;
   }
   return done;
@@ -228,7 +217,7 @@ std::optional<FollowUp> Ingest::RunNextStep() {
     unread.status = step.status();
     return unread;
   }
-  if (!*step) return std::nullopt;
+  if (!*step || (*step)->kind == FollowUpKind::kVocabulary) return std::nullopt;
   FollowUp done = Run(**step, std::move(scope));
   if (!done.status.ok()) {
     map_.Clear();

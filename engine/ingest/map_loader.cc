@@ -1,9 +1,30 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "engine/ingest/map_loader.h"
 
+#include <algorithm>
 #include <set>
+#include <string>
 
 namespace veduta {
+namespace {
+
+// Points that were ever made from one photo: their places are memory. A photo has 8192 features by
+// default, so each may have been triangulated 500 times. Chosen by hand; not measured.
+constexpr uint32_t kOrdinalsMax = 1 << 22;
+
+std::string Name(ImageId id) {
+  return "image " + std::to_string(id.value);
+}
+std::string Name(PointId id) {
+  return "point " + std::to_string(id.home.value) + "/" + std::to_string(id.ordinal);
+}
+
+Status Contradiction(const std::string& what) {
+  return Status::Corruption("families points and observations: " + what +
+                            "; `veduta verify` lists all that is damaged");
+}
+
+}  // namespace
 
 MapImage UnplacedImage(const ImageFeatures& features) {
   MapImage image;
@@ -44,6 +65,46 @@ Status MapLoader::LoadImages(std::span<const ImageId> images) {
       image.points[observation.feature] = observation.point;
     }
     map_->LoadImage(std::move(image));
+    has_loaded_ = true;
+  }
+  return Status::Ok();
+}
+
+Result<PairRecord> MapLoader::GetPair(ImageId a, ImageId b) const {
+  VEDUTA_ASSIGN_OR_RETURN(PairRecord pair, snapshot_->GetPair(a, b));
+  VEDUTA_ASSIGN_OR_RETURN(const ImageRecord image_a, snapshot_->GetImage(pair.a));
+  VEDUTA_ASSIGN_OR_RETURN(const ImageRecord image_b, snapshot_->GetImage(pair.b));
+  for (const FeatureMatch& match : pair.matches) {
+    if (match.a < image_a.feature_count && match.b < image_b.feature_count) continue;
+    return Status::Corruption("family pairs: the pair of " + Name(pair.a) + " and " + Name(pair.b) +
+                              " matches a feature that does not exist");
+  }
+  return pair;
+}
+
+Status MapLoader::CheckSeen(std::span<const ImageId> images) const {
+  for (const ImageId id : images) {
+    if (!map_->HasImage(id)) continue;
+    const MapImage& image = map_->image(id);
+    for (FeatureIndex f = 0; f < image.points.size(); ++f) {
+      const PointId point = image.points[f];
+      if (!point.valid()) continue;
+      const PointRecord* const record = map_->FindPoint(point);
+      const auto is_own = [&](const TrackElement& e) { return e.image == id && e.feature == f; };
+      if (record == nullptr || std::ranges::none_of(record->track, is_own))
+        return Contradiction(Name(id) + " observes " + Name(point) +
+                             ", whose track says no such thing");
+      for (const TrackElement& element : record->track) {
+        const MapImage* const other =
+            map_->HasImage(element.image) ? &map_->image(element.image) : nullptr;
+        if (other == nullptr || element.feature >= other->points.size() ||
+            other->points[element.feature] != point ||
+            other->reconstruction != image.reconstruction) {
+          return Contradiction(Name(point) + " is seen in " + Name(element.image) +
+                               ", which says no such thing");
+        }
+      }
+    }
   }
   return Status::Ok();
 }
@@ -59,7 +120,12 @@ Status MapLoader::LoadBlocks(std::span<const ImageId> homes) {
                             GetReconstruction(pose->reconstruction));
     VEDUTA_ASSIGN_OR_RETURN(const PointBlock block,
                             snapshot_->GetPointBlock(record.id, record.points_generation, home));
+    if (block.next_ordinal > kOrdinalsMax) {
+      return Status::Corruption("family points: " + Name(home) + " gives its next point number " +
+                                std::to_string(block.next_ordinal));
+    }
     map_->LoadBlock(block);
+    has_loaded_ = true;
   }
   return Status::Ok();
 }
@@ -89,7 +155,10 @@ Status MapLoader::LoadNeighborhood(std::span<const ImageId> images) {
       for (const TrackElement& element : record->track) seen.insert(element.image);
     }
   }
-  return LoadImages(std::vector(seen.begin(), seen.end()));
+  VEDUTA_RETURN_IF_ERROR(LoadImages(std::vector(seen.begin(), seen.end())));
+  if (!has_loaded_) return Status::Ok();
+  has_loaded_ = false;
+  return CheckSeen(images);
 }
 
 Status MapLoader::LoadReconstruction(ReconstructionId id, std::vector<ImageId>* images) {

@@ -34,6 +34,8 @@ class MapLoader final {
   // all poses of the database.
   Status LoadReconstruction(ReconstructionId id, std::vector<ImageId>* images);
 
+  // A stored pair whose matches name features that both images have: kCorruption otherwise.
+  Result<PairRecord> GetPair(ImageId a, ImageId b) const;
   // The record as it is stored; read once.
   Result<ReconstructionRecord> GetReconstruction(ReconstructionId id);
   const Snapshot& snapshot() const { return *snapshot_; }
@@ -41,10 +43,14 @@ class MapLoader final {
 
  private:
   Status LoadBlocks(std::span<const ImageId> homes);
+  // That what these images see, and what is said of it elsewhere, is the same: the first invariants
+  // of CityMap, on which all that changes the map relies.
+  Status CheckSeen(std::span<const ImageId> images) const;
 
   std::shared_ptr<const Snapshot> snapshot_;
   ImageFeatureCache* features_;
   CityMap* map_;
+  bool has_loaded_ = false;  // something since the last CheckSeen
   std::map<ReconstructionId, ReconstructionRecord> reconstructions_;
 };
 

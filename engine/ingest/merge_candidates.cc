@@ -40,8 +40,9 @@ Result<std::map<ReconstructionId, std::vector<PointPair>>> FindCommonPoints(
   const auto append = [&](ImageId image, const PairMatches& pair) {
     if (!map.HasImage(pair.other) || map.image(pair.other).reconstruction == into)
       return Status::Ok();
-    const ImageId other[] = {pair.other};
-    VEDUTA_RETURN_IF_ERROR(loader->LoadNeighborhood(other));
+    // With all that sees a point of either: whether points coincide is judged in these images.
+    const ImageId both[] = {image, pair.other};
+    VEDUTA_RETURN_IF_ERROR(loader->LoadNeighborhood(both));
     AppendCommon(map, image, pair, &common[map.image(pair.other).reconstruction]);
     return Status::Ok();
   };
@@ -54,8 +55,7 @@ Result<std::map<ReconstructionId, std::vector<PointPair>>> FindCommonPoints(
       VEDUTA_RETURN_IF_ERROR(loader->LoadImages(other));
       if (!map.HasImage(neighbor.image) || map.image(neighbor.image).reconstruction == into)
         continue;
-      VEDUTA_ASSIGN_OR_RETURN(const PairRecord stored,
-                              loader->snapshot().GetPair(image, neighbor.image));
+      VEDUTA_ASSIGN_OR_RETURN(const PairRecord stored, loader->GetPair(image, neighbor.image));
       VEDUTA_RETURN_IF_ERROR(append(image, MatchesFrom(stored, image)));
     }
   }

@@ -49,8 +49,8 @@ void OrderImages(const std::vector<const MapImage*>& loaded, const std::vector<b
     observation.image = place_of[observation.image];
 }
 
-Excerpt MakeExcerpt(const CityMap& map, std::span<const ImageId> free_images,
-                    std::span<const PointId> points) {
+Result<Excerpt> MakeExcerpt(const CityMap& map, std::span<const ImageId> free_images,
+                            std::span<const PointId> points) {
   std::vector<const MapImage*> loaded;
   for (const auto& [id, image] : map.images()) loaded.push_back(&image);
   std::vector<bool> is_seen(loaded.size());
@@ -58,14 +58,21 @@ Excerpt MakeExcerpt(const CityMap& map, std::span<const ImageId> free_images,
   BundleProblem& problem = excerpt.problem;
   for (const PointId id : points) {
     const PointRecord& point = map.point(id);
+    const auto missing = [&](const TrackElement& element, const char* what) {
+      return Status::Corruption("family points: point " + std::to_string(id.home.value) + "/" +
+                                std::to_string(id.ordinal) + " is seen in image " +
+                                std::to_string(element.image.value) + " by a feature of " + what);
+    };
     problem.points.push_back(point.position);
     problem.first_observation.push_back(static_cast<uint32_t>(problem.observations.size()));
     for (const TrackElement& element : point.track) {
       const auto found =
           std::lower_bound(loaded.begin(), loaded.end(), element.image,
                            [](const MapImage* image, ImageId id) { return image->id < id; });
-      VEDUTA_CHECK(found != loaded.end() && (*found)->id == element.image,
-                   "image " + std::to_string(element.image.value) + " is not loaded");
+      if (found == loaded.end() || (*found)->id != element.image)
+        return missing(element, "an image that has no pose");
+      if (element.feature >= (*found)->features->size())
+        return missing(element, "which there are fewer");
       const Keypoint& keypoint = (*found)->features->keypoints[element.feature];
       const auto place = static_cast<size_t>(found - loaded.begin());
       problem.observations.push_back(
@@ -133,7 +140,7 @@ Result<BundleSummary> AdjustBundle(CityMap* map, std::span<const ImageId> free_i
   VEDUTA_RETURN_IF_ERROR(options.Check());
   BundleSummary summary;
   if (free_images.empty() || points.empty()) return summary;
-  Excerpt excerpt = MakeExcerpt(*map, free_images, points);
+  VEDUTA_ASSIGN_OR_RETURN(Excerpt excerpt, MakeExcerpt(*map, free_images, points));
   const BundleSolution solution = SolveBundle(options, pool, &excerpt.problem);
   if (!solution.is_usable) return Status::InvalidArgument("bundle adjustment found no usable step");
   Apply(map, points, excerpt);

@@ -30,6 +30,12 @@ Result<std::shared_ptr<const ImageFeatures>> ImageFeatureCache::Get(const Snapsh
     VEDUTA_ASSIGN_OR_RETURN(const ImageRecord image, snapshot.GetImage(id));
     VEDUTA_ASSIGN_OR_RETURN(const CameraRecord camera, snapshot.GetCamera(image.camera));
     VEDUTA_ASSIGN_OR_RETURN(Features features, snapshot.GetFeatures(image.photo));
+    if (features.size() != image.feature_count) {
+      return Status::Corruption("family features: photo " + image.photo.Hex() + " has " +
+                                std::to_string(features.size()) + " features, and image " +
+                                std::to_string(id.value) + " says " +
+                                std::to_string(image.feature_count));
+    }
     return ImageFeatures::Make(id, camera.model,
                                std::make_shared<const Features>(std::move(features)),
                                matched_count_max_);

@@ -36,11 +36,12 @@ bool IsSameLane(const Lane& a, const Lane& b) {
 }  // namespace
 
 Scheduler::Scheduler(Writer* writer, const PhotoPreparer* preparer, std::unique_ptr<Ingest>* ingest,
-                     ThreadPool* pool)
+                     ThreadPool* pool, TrainIfDue train_if_due)
     : writer_(writer),
       preparer_(preparer),
       ingest_(ingest),
       pool_(pool),
+      train_if_due_(std::move(train_if_due)),
       window_(2 * pool->thread_count() + 1),
       thread_([this] { Run(); }) {}
 
@@ -54,6 +55,7 @@ void Scheduler::Close() {
   NotifyChanged();
   lock.unlock();
   if (thread_.joinable()) thread_.join();
+  if (trainer_.joinable()) trainer_.join();
   lock.lock();
   changed_.wait(lock, [&] { return preparing_ == 0; });
   for (WaitingPhoto photo; line_.Take(&photo);) entries_.push_back({std::move(photo), true, {}});
@@ -210,7 +212,7 @@ bool Scheduler::PrepareOne(std::unique_lock<std::mutex>* lock, bool also_of_list
 }
 
 Scheduler::Entries::iterator Scheduler::FindApplicable() {
-  const bool list_may = !settling_photo_ && !follows_;
+  const bool list_may = !settling_photo_ && !follows_ && !is_training_;
   return std::find_if(entries_.begin(), entries_.end(), [&](const Entry& e) {
     // Within a lane the order stays, so a list waits for its first photo.
     const bool is_first = std::none_of(entries_.begin(), entries_.end(), [&](const Entry& other) {
@@ -318,33 +320,66 @@ Result<AddOutcome> Scheduler::ApplyInTurn(Entry* entry) {
 
 bool Scheduler::DoStep(std::unique_lock<std::mutex>* lock) {
   photos_in_row_ = 0;
-  const std::shared_ptr<PhotoProgress> photo = settling_photo_;
   lock->unlock();
   Stopwatch watch;
   std::optional<FollowUp> step;
+  bool is_training_due = false;
   {
     Writer::Turn turn = writer_->Take();
     step = (*ingest_)->RunNextStep();
+    is_training_due = !step && (*ingest_)->IsTrainingDue();
   }
   const double ms = watch.LapMs();
-  if (photo) {
-    const std::lock_guard ticket_lock(photo->mutex);
-    if (photo->answer.ok()) {
-      photo->answer->times.follow_ms += ms;
-      photo->answer->times.total_ms += ms;
-    }
-    if (step) photo->followed.push_back(*step);
-  }
   lock->lock();
-  if (!step) {
-    follows_ = false;
-    MarkSettled();
-    FinishSettling();
+  if (step) {
+    Tell(std::move(*step), ms);
     return true;
   }
-  for (Settling* settling : settling_) settling->followed->push_back(*step);
-  if (!photo && settling_.empty() && !step->status.ok()) untold_.push_back(std::move(*step));
+  follows_ = false;
+  if (is_training_due && !is_training_ && !stopping_) StartTraining();
+  if (is_training_) return true;  // its end makes this function look again
+  MarkSettled();
+  FinishSettling();
   return true;
+}
+
+void Scheduler::StartTraining() {
+  if (trainer_.joinable()) trainer_.join();  // it has let go of the lock, and ends
+  is_training_ = true;
+  trainer_ = std::thread([this] { Train(); });
+}
+
+void Scheduler::Train() {
+  Stopwatch watch;
+  const Result<bool> trained = train_if_due_();
+  if (!trained.ok()) {
+    Writer::Turn turn = writer_->Take();
+    (*ingest_)->SetTrainingAside();
+  }
+  const std::lock_guard lock(mutex_);
+  if (!trained.ok() || *trained) {
+    FollowUp step;
+    step.kind = FollowUpKind::kVocabulary;
+    step.status = trained.status();
+    Tell(std::move(step), watch.LapMs());
+  }
+  is_training_ = false;
+  follows_ = true;
+  NotifyChanged();
+}
+
+void Scheduler::Tell(FollowUp step, double ms) {
+  if (settling_photo_) {
+    const std::lock_guard ticket_lock(settling_photo_->mutex);
+    if (settling_photo_->answer.ok()) {
+      settling_photo_->answer->times.follow_ms += ms;
+      settling_photo_->answer->times.total_ms += ms;
+    }
+    settling_photo_->followed.push_back(step);
+  }
+  for (Settling* settling : settling_) settling->followed->push_back(step);
+  if (!settling_photo_ && settling_.empty() && !step.status.ok())
+    untold_.push_back(std::move(step));
 }
 
 void Scheduler::MarkSettled() {

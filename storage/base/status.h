@@ -68,9 +68,9 @@ class [[nodiscard]] Status {
 template <typename T>
 class [[nodiscard]] Result {
  public:
-  Result(T value)
-      : value_(std::move(value)) {}  // NOLINT: implicit so that `return value;` reads well
-  Result(Status status) : status_(std::move(status)) {  // NOLINT: likewise
+  // Both are implicit, so that `return value;` and `return status;` read well.
+  Result(T value) : value_(std::move(value)) {}         // NOLINT
+  Result(Status status) : status_(std::move(status)) {  // NOLINT
     if (status_.ok())
       AbortWithMessage(__FILE__, __LINE__, "Result built from an Ok status without a value");
   }

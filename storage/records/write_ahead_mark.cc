@@ -30,4 +30,25 @@ std::string VocabularyMarkKey(uint32_t generation) {
   return MarkKey(MarkKind::kVocabulary, Key32(generation));
 }
 
+Status ParseMarkKey(std::string_view key, WriteAheadMark* mark) {
+  if (key.empty()) return Status::Corruption("an empty mark");
+  mark->kind = static_cast<MarkKind>(key[0]);
+  std::string_view rest = key.substr(1);
+  switch (mark->kind) {
+    case MarkKind::kPhoto:
+      if (ParsePhotoMarkKey(key, &mark->photo)) return Status::Ok();
+      return Status::Corruption("a photo's mark without a content hash");
+    case MarkKind::kPointBlocks:
+      if (TakeBigEndian32(&rest, &mark->reconstruction.value) &&
+          TakeBigEndian32(&rest, &mark->generation) && rest.empty())
+        return Status::Ok();
+      return Status::Corruption("a mark of points without reconstruction and generation");
+    case MarkKind::kVocabulary:
+      if (TakeBigEndian32(&rest, &mark->generation) && rest.empty()) return Status::Ok();
+      return Status::Corruption("a mark of a vocabulary without its generation");
+  }
+  return Status::Corruption("a mark of unknown kind " +
+                            std::to_string(static_cast<unsigned char>(key[0])));
+}
+
 }  // namespace veduta

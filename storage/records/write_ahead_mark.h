@@ -9,6 +9,7 @@
 
 #include "storage/base/content_hash.h"
 #include "storage/base/ids.h"
+#include "storage/base/status.h"
 
 namespace veduta {
 
@@ -23,5 +24,15 @@ std::string PhotoMarkKey(const ContentHash& photo);
 bool ParsePhotoMarkKey(std::string_view key, ContentHash* photo);  // false: another mark
 std::string PointBlocksMarkKey(ReconstructionId reconstruction, uint32_t generation);
 std::string VocabularyMarkKey(uint32_t generation);
+
+// What a mark stands for. Only the fields of its kind are set.
+struct WriteAheadMark {
+  MarkKind kind = MarkKind::kPhoto;
+  ContentHash photo;
+  ReconstructionId reconstruction;
+  uint32_t generation = 0;
+};
+// kCorruption where the key is no mark.
+Status ParseMarkKey(std::string_view key, WriteAheadMark* mark);
 
 }  // namespace veduta

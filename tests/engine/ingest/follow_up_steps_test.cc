@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Goal: RunNextStep carries out waiting photos and adjustments one by one until nothing is due; a
+// Goal: RunNextStep carries out waiting photos and adjustments one by one until nothing is due but
+//   a vocabulary, which it leaves to others; a
 //   step that fails leaves nothing visible, says so once, and is passed over until the object is
 //   made anew.
 // Method: a synthetic scene in a database; a step fails where another transaction commits under it,
@@ -41,7 +42,7 @@ TEST(FollowUpSteps, RunOneByOneUntilNothingIsDue) {
   Prepare(&scene, false);
   Retrieval retrieval({});
   Ingest ingest(scene.database(), &retrieval, scene.features(), scene.pool(), Options());
-  EXPECT_TRUE(*ingest.IsStepDue());
+  EXPECT_FALSE(ingest.IsTrainingDue()) << "other steps come first";
   const auto retried = ingest.RunNextStep();
   ASSERT_TRUE(retried.has_value());
   EXPECT_OK(retried->status);
@@ -55,7 +56,7 @@ TEST(FollowUpSteps, RunOneByOneUntilNothingIsDue) {
   EXPECT_EQ(adjusted->kind, FollowUpKind::kAdjustment);
   EXPECT_EQ(adjusted->reconstruction, ReconstructionId(1));
   EXPECT_FALSE(ingest.RunNextStep().has_value());
-  EXPECT_FALSE(*ingest.IsStepDue());
+  EXPECT_FALSE(ingest.IsTrainingDue());
   EXPECT_TRUE(FindViolations(*scene.Snap(), 9)->empty());
 }
 
@@ -78,6 +79,18 @@ TEST(FollowUpSteps, AFailedStepIsPassedOverUntilTheNextProcess) {
     EXPECT_EQ(done, process == 0 ? 2u : 0u) << "the others are not held up";
     EXPECT_EQ(scene.State().pending_propagation, std::vector{ImageId(5)});
   }
+}
+
+TEST(FollowUpSteps, ATrainingIsLeftToOthers) {
+  SceneDatabase scene;
+  Prepare(&scene, false);
+  Retrieval retrieval({.compare_all_max = 3});
+  Ingest ingest(scene.database(), &retrieval, scene.features(), scene.pool(), Options());
+  while (ingest.RunNextStep()) EXPECT_FALSE(testing::Test::HasFailure());
+  EXPECT_TRUE(ingest.IsTrainingDue());
+  EXPECT_EQ(scene.State().vocabulary_generation, 0u);
+  ingest.SetTrainingAside();
+  EXPECT_FALSE(ingest.IsTrainingDue());
 }
 
 TEST(FollowUpSteps, ACommitInBetweenIsAConflict) {

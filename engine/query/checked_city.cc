@@ -1,0 +1,96 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "engine/query/checked_city.h"
+
+#include <cstring>
+
+#include "engine/query/stored_records.h"
+#include "storage/records/state_record.h"
+
+namespace veduta {
+namespace {
+
+// The state, and the number of the format.
+Status LoadMeta(CheckedCity* city, Violations* violations) {
+  bool has_state = false, has_format = false;
+  VEDUTA_RETURN_IF_ERROR(WalkStored(
+      city->snapshot, Family::kMeta, violations, [&](std::string_view key, std::string_view value) {
+        if (key == kFormatKey) {
+          uint32_t format = 0;
+          if (value.size() == sizeof(format)) std::memcpy(&format, value.data(), sizeof(format));
+          has_format = format == kFormatVersion;
+          return;
+        }
+        if (key != kStateKey) {
+          violations->Add(PlaceOf(Family::kMeta, key) + ": no such key is known");
+          return;
+        }
+        const Status read = Decode(value, &city->state);
+        has_state = read.ok();
+        if (!read.ok()) violations->Add(PlaceOf(Family::kMeta, key) + ": " + read.message());
+      }));
+  violations->Expect(has_format, "the number of the format is missing or not the program's");
+  violations->Expect(has_state, "there is no state that can be read");
+  return Status::Ok();
+}
+
+Status LoadMarks(CheckedCity* city, Violations* violations) {
+  return WalkRecords<WriteAheadMark>(
+      city->snapshot, Family::kQueue, violations, [&](const WriteAheadMark& mark) {
+        switch (mark.kind) {
+          case MarkKind::kPhoto:
+            city->photos_ahead.insert(mark.photo);
+            break;
+          case MarkKind::kPointBlocks:
+            city->points_ahead.insert({mark.reconstruction, mark.generation});
+            break;
+          case MarkKind::kVocabulary:
+            city->vocabularies_ahead.insert(mark.generation);
+            break;
+        }
+      });
+}
+
+}  // namespace
+
+bool CheckedCity::HasFeatures(ImageId id) const {
+  const auto found = images.find(id);
+  return found != images.end() && found->second.verdict != Verdict::kRejected;
+}
+
+uint32_t CheckedCity::FeatureCount(ImageId id) const {
+  return HasFeatures(id) ? images.at(id).feature_count : 0;
+}
+
+std::shared_ptr<const CheckedCity::Eye> CheckedCity::EyeOf(ImageId id) const {
+  if (!HasFeatures(id)) return nullptr;
+  if (std::shared_ptr<const Eye> kept = eyes_.Find(id)) return kept;
+  const ImageRecord& image = images.at(id);
+  const auto camera = cameras.find(image.camera);
+  const Result<Features> features = snapshot.GetFeatures(image.photo);
+  if (camera == cameras.end() || !features.ok()) return nullptr;
+  auto eye = std::make_shared<Eye>();
+  eye->camera = Pinhole(camera->second.model);
+  eye->keypoints.reserve(features->size());
+  for (const Keypoint& k : features->keypoints) eye->keypoints.emplace_back(k.x_px, k.y_px);
+  eyes_.Put(id, eye, sizeof(Eye) + eye->keypoints.size() * sizeof(Eigen::Vector2f));
+  return eye;
+}
+
+Status LoadCity(CheckedCity* city, Violations* violations) {
+  VEDUTA_RETURN_IF_ERROR(LoadMeta(city, violations));
+  VEDUTA_RETURN_IF_ERROR(LoadMarks(city, violations));
+  const Snapshot& snapshot = city->snapshot;
+  VEDUTA_RETURN_IF_ERROR(
+      WalkRecords<CameraRecord>(snapshot, Family::kCameras, violations,
+                                [&](const CameraRecord& r) { city->cameras[r.id] = r; }));
+  VEDUTA_RETURN_IF_ERROR(
+      WalkRecords<ImageRecord>(snapshot, Family::kImages, violations,
+                               [&](const ImageRecord& r) { city->images[r.id] = r; }));
+  VEDUTA_RETURN_IF_ERROR(WalkRecords<ReconstructionRecord>(
+      snapshot, Family::kReconstructions, violations,
+      [&](const ReconstructionRecord& r) { city->reconstructions[r.id] = r; }));
+  return WalkRecords<PoseRecord>(snapshot, Family::kPoses, violations,
+                                 [&](const PoseRecord& r) { city->poses[r.image] = r; });
+}
+
+}  // namespace veduta
