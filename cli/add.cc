@@ -7,7 +7,7 @@
 
 #include "cli/command.h"
 #include "cli/follow_ups.h"
-#include "cli/photo_list.h"
+#include "cli/photos/photo_list.h"
 #include "cli/progress.h"
 #include "cli/stop_on_signal.h"
 #include "cli/wire/added_json.h"
