@@ -81,7 +81,7 @@ std::vector<std::pair<const CameraRecord*, PreparedPhoto>> FittingCameras(
   std::vector<std::pair<const CameraRecord*, PreparedPhoto>> fitting;
   for (const auto& [id, camera] : healing.cameras) {
     PreparedPhoto photo = healing.preparer.Extract({"", "", bytes}, camera.model);
-    if (photo.reason != Reason::kNone) continue;
+    if (photo.reason != Reason::kNone || !photo.failure.ok()) continue;
     if (SameDescriptors(stored, photo.features)) {
       fitting.clear();
       fitting.push_back({&camera, std::move(photo)});
