@@ -108,9 +108,9 @@ class Snapshot {
   // What the dense pass made; lives as long as the snapshot.
   virtual const DenseReader& dense() const = 0;
 
-  // Every key of a family with its value as it lies, not decoded: for `verify`. Ascending keys, until
-  // visit returns false. A value in a blob file that cannot be read comes as the failure of reading
-  // it, and the scan goes on; a table file that cannot be read ends it with kCorruption.
+  // Every key of a family with its value as it lies, not decoded: for `verify`. Ascending keys,
+  // until visit returns false. A value in a blob file that cannot be read comes as the failure of
+  // reading it, and the scan goes on; a table file that cannot be read ends it with kCorruption.
   using VisitStored = std::function<bool(std::string_view key, const Result<StoredBytes>& value)>;
   virtual Status ScanStored(Family family, const VisitStored& visit) const = 0;
   // Reads all table files and compares their checksums: kCorruption names the file. Blob files are

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// The journal, and what it says once more of things that nothing else determines: who contributed an
-// image and why it is where it is, what a camera is called, when all of a reconstruction was last
-// adjusted, how many images the vocabulary was made for.
+// The journal, and what it says once more of things that nothing else determines: who contributed
+// an image and why it is where it is, what a camera is called, when all of a reconstruction was
+// last adjusted, how many images the vocabulary was made for.
 #include <charconv>
 
 #include "engine/query/checked_city.h"
