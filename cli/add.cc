@@ -29,7 +29,7 @@ Result<std::vector<PhotoSubmission>> Submissions(const AddArguments& arguments) 
     const std::string folder = arguments.paths.empty() ? "" : arguments.paths.front();
     VEDUTA_ASSIGN_OR_RETURN(listed, ReadPhotoList(arguments.list, folder));
   } else {
-    VEDUTA_ASSIGN_OR_RETURN(listed, ListPhotos(arguments.paths));
+    VEDUTA_ASSIGN_OR_RETURN(listed, ListPhotosAndWarn(arguments.paths));
   }
   std::vector<PhotoSubmission> submissions;
   for (ListedPhoto& photo : listed) {
@@ -57,7 +57,9 @@ class AddReport final {
   void Added(const AddOutcome& outcome) {
     const std::string word = OutcomeWord(outcome);
     ++counts_[word];
-    if (!outcome.duplicate && outcome.verdict == Verdict::kRejected) {
+    if (!outcome.failure.ok()) {
+      exit_code_ = std::max(exit_code_, ExitCodeOf(outcome.failure));
+    } else if (!outcome.duplicate && outcome.verdict == Verdict::kRejected) {
       exit_code_ = std::max<int>(exit_code_, kNotDone);
     }
     placed_later_ += outcome.propagated.size();

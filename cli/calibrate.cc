@@ -33,7 +33,7 @@ void PrintCalibration(const CalibrationAnswer& answer) {
 
 int RunCalibrate(const CalibrateArguments& arguments) {
   CalibrateRequest request = arguments.request;
-  const auto listed = ListPhotos(arguments.photos);
+  const auto listed = ListPhotosAndWarn(arguments.photos);
   if (!listed.ok()) return Fail(listed.status());
   for (const ListedPhoto& photo : *listed) request.photo_paths.push_back(photo.path);
   const Result<CalibrationAnswer> answer = Calibrate(request);

@@ -27,6 +27,14 @@ int FailUsage(const Status& status) {
   return kBadUsage;
 }
 
+Result<std::vector<ListedPhoto>> ListPhotosAndWarn(const std::vector<std::string>& paths) {
+  std::vector<std::string> passed_over;
+  auto photos = ListPhotos(paths, &passed_over);
+  for (const std::string& text : passed_over)
+    std::fprintf(stderr, "veduta: warning: %s\n", Printable(text).c_str());
+  return photos;
+}
+
 Result<std::unique_ptr<Engine>> OpenToRead(const std::string& path) {
   EngineOptions options;
   options.read_only = true;

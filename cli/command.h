@@ -5,8 +5,10 @@
 #include <CLI/CLI.hpp>
 #include <memory>
 #include <string>
+#include <vector>
 
 #include "cli/output.h"
+#include "cli/photo_list.h"
 #include "cli/printable.h"
 #include "engine/engine.h"
 
@@ -20,6 +22,9 @@ int ExitCodeOf(const Status& status);
 int Fail(const Status& status);
 // Prints the sentence to standard error; kBadUsage.
 int FailUsage(const Status& status);
+
+// ListPhotos; says on standard error what is passed over.
+Result<std::vector<ListedPhoto>> ListPhotosAndWarn(const std::vector<std::string>& paths);
 
 // For commands that only ask: takes no lock, so it works while another process adds.
 Result<std::unique_ptr<Engine>> OpenToRead(const std::string& path);
@@ -46,6 +51,7 @@ void RegisterDigest(CLI::App* app, int* exit_code);
 void RegisterVocabulary(CLI::App* app, int* exit_code);
 void RegisterJournal(CLI::App* app, int* exit_code);
 void RegisterBackup(CLI::App* app, int* exit_code);
+void RegisterRepair(CLI::App* app, int* exit_code);
 void RegisterDevices(CLI::App* app, int* exit_code);
 
 }  // namespace veduta

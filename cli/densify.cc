@@ -56,8 +56,8 @@ void PrintStage(const char* name, const StageCount& count) {
 
 void PrintReport(const DensifyReport& report) {
   PrintLine("reconstruction %u on %s: %lu tiles, %lu vertices, %lu triangles, voxel %.4g",
-            report.reconstruction.value, report.device.c_str(), report.tiles, report.vertices,
-            report.triangles, report.voxel_size);
+            report.reconstruction.value, Printable(report.device).c_str(), report.tiles,
+            report.vertices, report.triangles, report.voxel_size);
   PrintStage("depth maps", report.depths);
   PrintStage("checks", report.checks);
   PrintStage("volume", report.volume);
@@ -88,7 +88,7 @@ int Densify(const DensifyArguments& arguments) {
   request.report = [&](const DensifyReport& report) {
     progress.End();
     if (!report.why_cpp.empty()) {
-      std::fprintf(stderr, "%s; C++ does the work\n", report.why_cpp.c_str());
+      std::fprintf(stderr, "%s; C++ does the work\n", Printable(report.why_cpp).c_str());
     }
     if (arguments.json) {
       PrintJson(ToJson(report));

@@ -15,11 +15,11 @@ int PrintDevices(const std::string& wanted, bool json) {
   }
   for (const DeviceInfo& d : list->devices) {
     PrintLine("%c %u: %s (%s, %u compute units, %.1f GB; %s, driver %s)",
-              list->chosen == d.index ? '*' : ' ', d.index, d.name.c_str(), DeviceKindName(d.kind),
-              d.compute_units, static_cast<double>(d.memory_bytes) / 1e9, d.platform.c_str(),
-              d.driver_version.c_str());
+              list->chosen == d.index ? '*' : ' ', d.index, Printable(d.name).c_str(),
+              DeviceKindName(d.kind), d.compute_units, static_cast<double>(d.memory_bytes) / 1e9,
+              Printable(d.platform).c_str(), Printable(d.driver_version).c_str());
   }
-  if (!list->chosen) PrintLine("%s: C++ does the work", list->why_none.c_str());
+  if (!list->chosen) PrintLine("%s: C++ does the work", Printable(list->why_none).c_str());
   return kDone;
 }
 

@@ -50,6 +50,7 @@ void RegisterCommands(CLI::App* app, int* exit_code) {
   RegisterVocabulary(app, exit_code);
   RegisterJournal(app, exit_code);
   RegisterBackup(app, exit_code);
+  RegisterRepair(app, exit_code);
   RegisterDevices(app, exit_code);
 }
 
@@ -67,7 +68,7 @@ int Run(int argc, char** argv) {
     std::ostringstream help, complaint;
     exit_code = app.exit(error, help, complaint) == 0 ? kDone : kBadUsage;
     PrintBytes(help.str());
-    std::fprintf(stderr, "%s", complaint.str().c_str());
+    std::fprintf(stderr, "%s", PrintableLines(complaint.str()).c_str());
   } catch (const std::exception& error) {  // out of memory, mostly
     return Fail(Status::IoError(error.what()));
   }

@@ -12,5 +12,7 @@ namespace veduta {
 // through it on their way to a person: a file's name may hold any byte but '/' and 0. JSON has
 // escapes of its own.
 std::string Printable(std::string_view text);
+// The same for text of several lines, whose line ends stay.
+std::string PrintableLines(std::string_view text);
 
 }  // namespace veduta

@@ -10,7 +10,7 @@
 #include "engine/camera/files/calibration_report.h"
 #include "engine/camera/files/camera_file.h"
 #include "engine/camera/files/points_file.h"
-#include "engine/camera/files/whole_file.h"
+#include "engine/camera/whole_file.h"
 #include "engine/camera/markers/photo_markers.h"
 #include "engine/camera/markers/sheet_pdf.h"
 #include "storage/base/option_bounds.h"

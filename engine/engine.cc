@@ -2,10 +2,9 @@
 #include "engine/engine.h"
 
 #include <deque>
-#include <fstream>
-#include <iterator>
 #include <utility>
 
+#include "engine/camera/whole_file.h"
 #include "engine/journal/journal.h"
 #include "engine/parts.h"
 #include "engine/query/city_answers.h"
@@ -14,10 +13,9 @@ namespace veduta {
 namespace {
 
 Result<VocabularyTree> ReadVocabulary(const std::string& path) {
-  std::ifstream file(path, std::ios::binary);
-  const std::vector<char> bytes((std::istreambuf_iterator<char>(file)),
-                                std::istreambuf_iterator<char>());
-  if (!file) return Status::NotFound("cannot read " + path);
+  // The largest vocabulary that is read, in bytes; chosen by hand, not measured: 8 million words.
+  constexpr size_t kVocabularyBytesMax = size_t{1} << 30;
+  VEDUTA_ASSIGN_OR_RETURN(const std::string bytes, ReadWholeFile(path, kVocabularyBytesMax));
   Result<VocabularyTree> tree =
       VocabularyTree::Parse({reinterpret_cast<const uint8_t*>(bytes.data()), bytes.size()});
   if (tree.ok()) return tree;
@@ -36,16 +34,6 @@ class ListEnd final {
   Scheduler* const scheduler_;
   Lane* const lane_;
 };
-
-// A new vocabulary is prepared without a turn of the writer, and Reopen deletes what is prepared: a
-// commit may not name it then. For who has the writer's turn.
-Status ActivateUnlessReopened(EngineParts& parts, const std::shared_ptr<EngineCaches>& caches,
-                              Database* database, Retrieval::Prepared prepared) {
-  if (parts.GetCaches() != caches) {
-    return Status::Busy("the database was opened again while a vocabulary was prepared: try again");
-  }
-  return caches->retrieval.Activate(database, std::move(prepared));
-}
 
 }  // namespace
 
@@ -88,7 +76,8 @@ Result<CameraId> Engine::AddCamera(const std::string& name, const CameraModel& m
   JournalRecord entry;
   entry.actor = "veduta";
   entry.action = "camera";
-  entry.detail = name;
+  // With the intrinsics: nothing else in the database tells them, should the record be damaged.
+  entry.detail = name + ": " + CameraSizeText(model) + " " + CameraParamsText(model);
   AppendJournal(std::move(entry), &state, transaction.get());
   transaction->PutState(state);
   VEDUTA_RETURN_IF_ERROR(transaction->Commit());
@@ -158,8 +147,7 @@ Status Engine::TrainVocabulary() {
   const std::shared_ptr<EngineCaches> caches = parts_->GetCaches();
   VEDUTA_ASSIGN_OR_RETURN(Retrieval::Prepared prepared,
                           caches->retrieval.Train(database, parts_->pool.get()));
-  Writer::Turn turn = parts_->writer->Take();
-  return ActivateUnlessReopened(*parts_, caches, &turn.database(), std::move(prepared));
+  return parts_->Activate(caches, std::move(prepared));
 }
 
 Status Engine::ImportVocabulary(const std::string& path) {
@@ -168,8 +156,7 @@ Status Engine::ImportVocabulary(const std::string& path) {
   const std::shared_ptr<EngineCaches> caches = parts_->GetCaches();
   VEDUTA_ASSIGN_OR_RETURN(Retrieval::Prepared prepared,
                           caches->retrieval.Import(database, std::move(tree), parts_->pool.get()));
-  Writer::Turn turn = parts_->writer->Take();
-  return ActivateUnlessReopened(*parts_, caches, &turn.database(), std::move(prepared));
+  return parts_->Activate(caches, std::move(prepared));
 }
 
 Status Engine::Backup(const std::string& folder) {

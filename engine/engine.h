@@ -5,8 +5,9 @@
 //
 // One handle, which many threads share. Everything that writes goes through one writer inside, a
 // piece at a time, first come first served: photos, the steps that follow from them, cameras,
-// vocabularies, the dense pass, backups take turns. Adjusting a whole reconstruction is one piece,
-// and so is training a vocabulary that falls due: others wait for its end. Readers never wait.
+// vocabularies, the dense pass, backups take turns. Adjusting a whole reconstruction is one piece:
+// others wait for its end. Vocabularies and the dense pass are computed without a turn, and take
+// one for each commit. Readers never wait.
 //
 // Every function is thread-safe. Errors: kNotFound and kInvalidArgument name the thing and what to
 // do; kBusy when another process writes to the database; kCorruption names family and key; kIoError
@@ -40,6 +41,11 @@ struct EngineOptions {
   uint64_t block_cache_bytes = 256ull << 20;      // >= 1; of the database's files
   uint64_t feature_cache_bytes = 768ull << 20;    // >= 1; of images' features
   uint64_t undistort_cache_bytes = 256ull << 20;  // >= 1; of cameras' lookup tables
+  // Memory for photos that are decoded and whose features are extracted at the same time, on
+  // however many threads; a photo that needs more (about 40 bytes for each of its pixels up to 33
+  // Mpx, 16 beyond) is prepared alone. 0: half of what the three caches leave of the memory that
+  // the process may use, at least 256 MiB. Changes no photo's verdict.
+  uint64_t prepare_memory_bytes = 0;
 
   Status Check() const;  // the first violated bound, named with its value
 };
@@ -105,6 +111,13 @@ class Engine final {
  public:
   static Result<std::unique_ptr<Engine>> Open(const std::string& path,
                                               const EngineOptions& options = {});
+  // Finds what is damaged in a database that no program has open for writing, and with `apply`
+  // makes a sound one of it. It writes a new database beside, checks it, and exchanges the two: the
+  // damaged one is kept until the user deletes it, and the disk has to hold both. A repair that
+  // was killed is finished, or begun anew, by the next one. Photos whose bytes are whole are there
+  // afterwards; what is lost is named. kBusy, kNotFound, kIoError.
+  static Result<RepairAnswer> Repair(const std::string& path, const RepairRequest& request);
+
   // Finishes the piece at hand; photos whose turn has not come are cancelled, and so are AddPhotos
   // and Settle where they run. Tickets and Questions may be used afterwards; the files stay open
   // until the last Questions goes. No other function of the engine may be running.
@@ -124,8 +137,10 @@ class Engine final {
   // Adds photos in their order and returns when all are done. Whatever follows from a photo is done
   // before the next one is applied, so the same list gives the same digest; `report` is called from
   // the calling thread, once a photo and in order, after that. `followed` is told of every step
-  // that followed, and of its failure, which fails no photo. A stop request finishes the photo at
-  // hand: kCancelled. Any other error means that the photos not reported are not stored.
+  // that followed, and of its failure, which fails no photo. A photo that cannot be judged (its file
+  // cannot be read, the memory is too short, what it needs is damaged) is reported with a `failure`
+  // and not stored; the others go on. A stop request finishes the photo at hand: kCancelled. Any
+  // other error means that the photos not reported are not stored.
   Status AddPhotos(std::span<const PhotoSubmission> photos,
                    const std::function<void(const AddOutcome&)>& report, std::stop_token stop = {},
                    const std::function<void(const FollowUp&)>& followed = {});

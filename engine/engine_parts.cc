@@ -45,6 +45,13 @@ Result<std::unique_ptr<Engine>> EngineParts::Open(const std::string& path,
   tuning.database.sync_wal = options.sync;
   tuning.database.block_cache_bytes = options.block_cache_bytes;
   tuning.ingest.feature_cache_bytes = options.feature_cache_bytes;
+  if (options.prepare_memory_bytes != 0) {
+    tuning.prepare.memory_bytes = options.prepare_memory_bytes;
+  } else {
+    tuning.prepare.memory_bytes = DefaultPrepareMemoryBytes(
+        UsableMemoryBytes(),
+        options.block_cache_bytes + options.feature_cache_bytes + options.undistort_cache_bytes);
+  }
   VEDUTA_RETURN_IF_ERROR(OptionBounds().Part("options", tuning.Check()).status());
 
   auto parts = std::make_shared<EngineParts>();
@@ -61,7 +68,8 @@ Result<std::unique_ptr<Engine>> EngineParts::Open(const std::string& path,
   parts->writer = std::make_unique<Writer>(parts->database.get());
   parts->RenewCaches();
   parts->scheduler = std::make_unique<Scheduler>(parts->writer.get(), parts->preparer.get(),
-                                                 &parts->ingest, parts->pool.get());
+                                                 &parts->ingest, parts->pool.get(),
+                                                 [raw = parts.get()] { return raw->TrainIfDue(); });
   std::unique_ptr<Engine> engine(new Engine);
   engine->parts_ = std::move(parts);
   return engine;
@@ -98,6 +106,31 @@ void EngineParts::RenewCaches() {
   const std::lock_guard lock(caches_mutex);
   caches = std::move(renewed);
   cameras.clear();
+}
+
+// A vocabulary is prepared without a turn of the writer, and Reopen deletes what is prepared: a
+// commit may not name it then.
+Status EngineParts::Activate(const std::shared_ptr<EngineCaches>& from,
+                             Retrieval::Prepared prepared) {
+  Writer::Turn turn = writer->Take();
+  if (GetCaches() != from) {
+    return Status::Busy("the database was opened again while a vocabulary was prepared: try again");
+  }
+  return from->retrieval.Activate(&turn.database(), std::move(prepared));
+}
+
+Result<bool> EngineParts::TrainIfDue() {
+  const std::shared_ptr<EngineCaches> from = GetCaches();
+  const auto train = [&]() -> Result<bool> {
+    VEDUTA_ASSIGN_OR_RETURN(std::optional<Retrieval::Prepared> prepared,
+                            from->retrieval.TrainIfDue(database.get(), pool.get()));
+    if (!prepared) return false;
+    VEDUTA_RETURN_IF_ERROR(Activate(from, std::move(*prepared)));
+    return true;
+  };
+  Result<bool> trained = train();
+  if (!trained.ok() && GetCaches() != from) return false;
+  return trained;
 }
 
 }  // namespace veduta

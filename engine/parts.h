@@ -54,6 +54,12 @@ struct EngineParts {
   std::shared_ptr<EngineCaches> GetCaches();
   // Retrieval, features and the ingest engine anew; for who has the writer's turn.
   void RenewCaches();
+  // Takes a turn and switches to a vocabulary that was prepared while the database was read by
+  // `from`. kBusy where the database was opened again since.
+  Status Activate(const std::shared_ptr<EngineCaches>& from, Retrieval::Prepared prepared);
+  // Trains the vocabulary that is due and switches to it. False when none is due any more, or when
+  // the database was opened again meanwhile: then look again whether one is due.
+  Result<bool> TrainIfDue();
 
   EngineOptions options;
   EngineTuning tuning;

@@ -50,6 +50,7 @@ Result<std::vector<NeighborAnswer>> Questions::Rank(const PhotoSource& photo,
     model = record.model;
   }
   const PreparedPhoto prepared = parts.preparer->Extract(photo, model);
+  VEDUTA_RETURN_IF_ERROR(prepared.failure);
   if (prepared.reason != Reason::kNone) {
     return veduta::Status::InvalidArgument(photo.path + ": " + prepared.detail);
   }

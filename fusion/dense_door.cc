@@ -67,8 +67,8 @@ Result<std::unique_ptr<Device>> OpenDevice(const DensifyRequest& request, Thread
 Result<std::vector<ReconstructionId>> WantedReconstructions(const Snapshot& snapshot,
                                                             ReconstructionId wanted) {
   if (wanted.valid()) return std::vector{wanted};
-  VEDUTA_ASSIGN_OR_RETURN(const std::vector<ReconstructionRecord> records, ListLiving(snapshot));
-  if (records.empty()) return Status::NotFound("there is no reconstruction yet: add photos first");
+  VEDUTA_ASSIGN_OR_RETURN(const std::vector<ReconstructionRecord> records,
+                          ListSomeLiving(snapshot));
   std::vector<ReconstructionId> ids;
   for (const ReconstructionRecord& record : records) ids.push_back(record.id);
   return ids;

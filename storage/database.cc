@@ -75,6 +75,12 @@ class DatabaseView final : public Database {
   Status DropPhotoAhead(const ContentHash& photo) override {
     return veduta::DropPhotoAhead(*files(), *claims_, photo);
   }
+  Status DropPointBlocksAhead(ReconstructionId reconstruction, uint32_t generation) override {
+    return veduta::DropPointBlocksAhead(*files(), reconstruction, generation);
+  }
+  Status DropVocabularyAhead(uint32_t generation) override {
+    return veduta::DropVocabularyAhead(*files(), generation);
+  }
   Status WritePointBlocksAhead(ReconstructionId reconstruction, uint32_t generation,
                                std::span<const PointBlock> blocks) override {
     return veduta::WritePointBlocksAhead(*files(), reconstruction, generation, blocks);

@@ -147,9 +147,14 @@ class Transaction {
   virtual void PutState(const DatabaseState& state) = 0;
   virtual void PutCamera(const CameraRecord& camera) = 0;
   // Also indexes the image by name (unless it is rejected with kNameTaken: the name stays with its
-  // owner) and, unless it is rejected, by photo hash; clears its write-ahead mark, so what was
-  // written ahead stays even if rejected.
+  // owner). Unless it is rejected, indexes it by photo hash, too, and clears the photo's mark, so
+  // that what was written ahead stays. A rejected image changes nothing of what is written ahead:
+  // the same bytes may be on their way in another submission.
   virtual void PutImage(const ImageRecord& image) = 0;
+  // What is stored for the photo of a kept image are these features, also where another submission
+  // of the same bytes, with another camera, has written its own ahead. Costs nothing where none
+  // has.
+  virtual void KeepFeatures(const ContentHash& photo, std::shared_ptr<const Features> features) = 0;
   virtual void PutPair(const PairRecord& pair) = 0;
   virtual void PutReconstruction(
       const ReconstructionRecord& reconstruction) = 0;  // clears points_generation's mark
@@ -185,8 +190,9 @@ struct DatabaseSizes {
 class Database {
  public:
   // kNotFound where there is no database, kBusy when another process has it open, kCorruption when
-  // it is damaged or its format is not ours (saying which versions). Sweeps what a crash left
-  // half-written. kInvalidArgument for options outside their bounds.
+  // it is damaged or its format is not ours (saying which versions). A damaged log is noticed
+  // before anything is changed (storage/log_inspection.h). Sweeps what a crash left half-written.
+  // kInvalidArgument for options outside their bounds.
   static Result<std::unique_ptr<Database>> Open(const std::string& path,
                                                 const DatabaseOptions& options);
   virtual ~Database() = default;
@@ -204,14 +210,20 @@ class Database {
   virtual Status Reopen() = 0;
 
   // Writes ahead of a commit: a photo and its features, marked so that the next Open deletes them
-  // unless an image with this photo has been committed by then. Idempotent; writes nothing for a
-  // photo that is committed already.
+  // unless an image with this photo has been committed by then. Writes nothing for a photo that is
+  // committed already. Whoever writes ahead drops it when the commit has not come, so that a
+  // process that runs for long keeps nothing that belongs to no image: WrittenAhead
+  // (storage/written_ahead.h) does so by itself.
   virtual Status WritePhotoAhead(const ContentHash& photo, std::span<const uint8_t> bytes,
                                  const Features& features) = 0;
   // Takes back one WritePhotoAhead when the photo turned out not to be wanted: removes both unless
   // an image with this photo has been committed, or another WritePhotoAhead of the same bytes has
   // not been taken back.
   virtual Status DropPhotoAhead(const ContentHash& photo) = 0;
+  // Deletes point blocks, or the tree, words and postings of a vocabulary, that were written ahead
+  // and that no commit has named; does nothing where one has, or where nothing was written.
+  virtual Status DropPointBlocksAhead(ReconstructionId reconstruction, uint32_t generation) = 0;
+  virtual Status DropVocabularyAhead(uint32_t generation) = 0;
   // Point blocks of a generation that no record names yet; Open deletes those that stay unnamed.
   virtual Status WritePointBlocksAhead(ReconstructionId reconstruction, uint32_t generation,
                                        std::span<const PointBlock> blocks) = 0;

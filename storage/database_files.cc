@@ -1,7 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "storage/database_files.h"
 
+#include <rocksdb/transaction_log.h>
 #include <rocksdb/write_batch.h>
+
+#include <memory>
 
 #include "storage/rocksdb_status.h"
 
@@ -31,6 +34,7 @@ void DatabaseFiles::Close(const Status& reason) {
   if (default_handle_ != nullptr)
     db_->DestroyColumnFamilyHandle(default_handle_).PermitUncheckedError();
   default_handle_ = nullptr;
+  EndAcknowledging();
   // Nothing can be lost here: what was acknowledged is in the log, whatever Close says.
   db_->Close().PermitUncheckedError();
   db_.reset();
@@ -69,21 +73,51 @@ Status DatabaseFiles::Write(rocksdb::WriteBatch* batch, bool sync, std::string_v
     return Status::InvalidArgument("cannot " + std::string(doing) + ": opened for reading only");
   const FilesLease lease(*this);
   VEDUTA_RETURN_IF_ERROR(lease.status());
-  {
-    const std::lock_guard lock(failure_mutex_);
-    if (!failure_.ok()) {
-      return Status(failure_.code(),
-                    "an earlier write failed; open the database again: " + failure_.message());
-    }
-  }
+  VEDUTA_RETURN_IF_ERROR(CheckNoFailure());
   rocksdb::WriteOptions options;
   options.sync = sync;
+  const bool acknowledges = sync && acknowledged_ != nullptr;
+  LogPosition before;
+  if (acknowledges) {
+    VEDUTA_ASSIGN_OR_RETURN(before, Position());
+  }
   const Status status = FromRocksdb(db_->Write(options, batch), doing);
   if (!status.ok()) {
     const std::lock_guard lock(failure_mutex_);
     if (failure_.ok()) failure_ = status;
+    return status;
   }
-  return status;
+  // Others may have written in between: the batch ends here, or later.
+  if (acknowledges) acknowledged_->Advance(before.sequence + batch->Count(), before.log);
+  return Status::Ok();
+}
+
+Status DatabaseFiles::CheckNoFailure() {
+  const std::lock_guard lock(failure_mutex_);
+  if (failure_.ok()) return Status::Ok();
+  return Status(failure_.code(),
+                "an earlier write failed; open the database again: " + failure_.message());
+}
+
+// A log that is begun after this only makes the position older than it need be.
+Result<DatabaseFiles::LogPosition> DatabaseFiles::Position() const {
+  std::unique_ptr<rocksdb::LogFile> log;
+  VEDUTA_RETURN_IF_ERROR(
+      FromRocksdb(db_->GetCurrentWalFile(&log), "look at the log of the database at " + path_));
+  return LogPosition{db_->GetLatestSequenceNumber(), log->LogNumber()};
+}
+
+Status DatabaseFiles::BeginAcknowledging() {
+  VEDUTA_ASSIGN_OR_RETURN(const LogPosition now, Position());
+  VEDUTA_ASSIGN_OR_RETURN(acknowledged_,
+                          AcknowledgedFile::Open(file_system_, path_, {now.sequence, 0, now.log}));
+  return Status::Ok();
+}
+
+void DatabaseFiles::EndAcknowledging() {
+  if (acknowledged_ == nullptr || !CheckNoFailure().ok()) return;
+  const uint64_t sequence = db_->GetLatestSequenceNumber();
+  acknowledged_->Finish(db_->SyncWAL().ok() ? sequence : 0);
 }
 
 // Earlier unsynced writes (the write-aheads) become durable with a synced commit: all families
@@ -91,13 +125,14 @@ Status DatabaseFiles::Write(rocksdb::WriteBatch* batch, bool sync, std::string_v
 // new log in between, RocksDB's synced write syncs every log that is not synced yet, oldest first,
 // and the directory, before it returns (DBImpl::WriteToWAL walks logs_; a flush syncs the closed
 // logs before it installs its files, too). tests/storage/durability_test.cc cuts the power there.
-Status DatabaseFiles::Commit(rocksdb::WriteBatch* batch, bool changes_state,
-                             uint64_t state_version) {
+Status DatabaseFiles::Commit(rocksdb::WriteBatch* batch, bool changes_state, uint64_t state_version,
+                             const std::function<Status()>& finish) {
   const std::lock_guard lock(commit_mutex_);
   if (state_version_.load() != state_version) {
     return Status::Busy(
         "another transaction has changed the state since this one began: begin again");
   }
+  VEDUTA_RETURN_IF_ERROR(finish());
   VEDUTA_RETURN_IF_ERROR(Write(batch, sync_wal_, "commit the transaction"));
   if (changes_state) ++state_version_;
   return Status::Ok();

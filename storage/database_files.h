@@ -8,9 +8,11 @@
 // here, and Close gives it back.
 
 #include <rocksdb/db.h>
+#include <rocksdb/wal_filter.h>
 
 #include <array>
 #include <atomic>
+#include <functional>
 #include <memory>
 #include <mutex>
 #include <set>
@@ -18,6 +20,7 @@
 #include <string>
 #include <string_view>
 
+#include "storage/acknowledged.h"
 #include "storage/base/status.h"
 #include "storage/database.h"
 #include "storage/records/families.h"
@@ -49,6 +52,7 @@ class DatabaseFiles final {
     return handles_[static_cast<size_t>(family)];
   }
   rocksdb::FileSystem& file_system() const { return *file_system_; }
+  const std::shared_ptr<rocksdb::FileSystem>& shared_file_system() const { return file_system_; }
   const std::string& path() const { return path_; }
   bool read_only() const { return read_only_; }
 
@@ -56,7 +60,10 @@ class DatabaseFiles final {
   // its reason: what the disk holds is known only after the log has been read again.
   Status Write(rocksdb::WriteBatch* batch, bool sync, std::string_view doing);
   // Applies a commit; kBusy when the state record has changed since `state_version` was read.
-  Status Commit(rocksdb::WriteBatch* batch, bool changes_state, uint64_t state_version);
+  // `finish` is called before that, with the commit mutex held: it may add to the batch, and its
+  // failure is returned with nothing applied.
+  Status Commit(rocksdb::WriteBatch* batch, bool changes_state, uint64_t state_version,
+                const std::function<Status()>& finish);
   uint64_t state_version() const { return state_version_.load(); }
   // Held while a commit is decided and applied; also by what must not run beside one.
   std::mutex& commit_mutex() { return commit_mutex_; }
@@ -77,13 +84,26 @@ class DatabaseFiles final {
   friend class FilesLease;
   DatabaseFiles() = default;
 
+  // Where the log stood before a write that is to be acknowledged.
+  struct LogPosition {
+    uint64_t sequence = 0, log = 0;
+  };
+  // Opens the file ACKNOWLEDGED: all that the database holds now is durable, because RocksDB has
+  // just made tables of its log.
+  Status BeginAcknowledging();
+  Result<LogPosition> Position() const;
+  Status CheckNoFailure();
+  void EndAcknowledging();  // at a clean close
+
   // Destruction runs from the bottom up: the handles, the database, then what it stands on.
   std::string path_;
   bool read_only_ = false;
   bool sync_wal_ = true;
   std::shared_ptr<rocksdb::FileSystem> file_system_;
-  std::unique_ptr<rocksdb::Env> env_;  // null for the default
+  std::unique_ptr<rocksdb::Env> env_;                 // null for the default
+  std::unique_ptr<rocksdb::WalFilter> replay_limit_;  // null where all of the log is replayed
   std::unique_ptr<rocksdb::DB> db_;
+  std::unique_ptr<AcknowledgedFile> acknowledged_;  // null where only reading
   std::array<rocksdb::ColumnFamilyHandle*, kFamilyCount> handles_{};
   rocksdb::ColumnFamilyHandle* default_handle_ =
       nullptr;  // RocksDB insists on a family named so; it stays empty

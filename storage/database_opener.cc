@@ -5,12 +5,19 @@
 #include <rocksdb/write_batch.h>
 
 #include <algorithm>
+#include <chrono>
 #include <filesystem>
+#include <thread>
 
+#include "storage/durable_folder.h"
 #include "storage/family_options.h"
+#include "storage/log_inspection.h"
+#include "storage/log_names.h"
 #include "storage/records/record_parts.h"
 #include "storage/records/state_record.h"
+#include "storage/replay_limit.h"
 #include "storage/rocksdb_status.h"
+#include "storage/silent_logger.h"
 
 namespace veduta {
 namespace {
@@ -20,23 +27,8 @@ constexpr const char* kMarkerText =
     "This folder is a veduta database. Its files belong together: do not edit, add or remove "
     "any.\n";
 
-// RocksDB's log is for its own developers; a reader must not leave files behind.
-class SilentLogger final : public rocksdb::Logger {
- public:
-  using rocksdb::Logger::Logv;
-  void Logv(const char* /*format*/, va_list /*arguments*/) override {}
-};
-
 bool EndsWith(std::string_view text, std::string_view end) {
   return text.ends_with(end);
-}
-
-Status SyncFolder(rocksdb::FileSystem& file_system, const std::string& folder) {
-  std::unique_ptr<rocksdb::FSDirectory> directory;
-  rocksdb::IOStatus status =
-      file_system.NewDirectory(folder, rocksdb::IOOptions(), &directory, nullptr);
-  if (status.ok()) status = directory->Fsync(rocksdb::IOOptions(), nullptr);
-  return FromRocksdb(status, "make folder " + folder + " durable");
 }
 
 // RocksDB has one code for every trouble with its LOCK file; only the words tell a held lock from,
@@ -55,14 +47,14 @@ Status WriteMarker(rocksdb::FileSystem& file_system, const std::string& folder) 
   VEDUTA_RETURN_IF_ERROR(FromRocksdb(
       rocksdb::WriteStringToFile(&file_system, kMarkerText, marker, /*should_sync=*/true),
       "write " + marker));
-  VEDUTA_RETURN_IF_ERROR(SyncFolder(file_system, folder));
+  VEDUTA_RETURN_IF_ERROR(MakeFolderDurable(file_system, folder));
   const std::filesystem::path absolute =
       std::filesystem::path(folder).is_absolute()
           ? std::filesystem::path(folder).lexically_normal()
           : (std::filesystem::path(".") / folder).lexically_normal();
   const std::filesystem::path trimmed = absolute.has_filename() ? absolute : absolute.parent_path();
   const std::string parent = trimmed.has_parent_path() ? trimmed.parent_path().string() : ".";
-  return SyncFolder(file_system, parent);
+  return MakeFolderDurable(file_system, parent);
 }
 
 DatabaseOpener::DatabaseOpener(std::string path, const DatabaseOptions& options)
@@ -70,12 +62,10 @@ DatabaseOpener::DatabaseOpener(std::string path, const DatabaseOptions& options)
   files_->path_ = std::move(path);
   files_->read_only_ = options.read_only;
   files_->sync_wal_ = options.sync_wal;
-  if (options.file_system) {
-    files_->file_system_ = options.file_system;
-    files_->env_ = rocksdb::NewCompositeEnv(options.file_system);
-  } else {
-    files_->file_system_ = rocksdb::FileSystem::Default();
-  }
+  files_->file_system_ = options.file_system ? options.file_system : rocksdb::FileSystem::Default();
+  const bool holds = options.read_only && !options.salvage;
+  if (holds) files_->file_system_ = held_files_ = std::make_shared<HeldFiles>(files_->file_system_);
+  if (holds || options.file_system) files_->env_ = rocksdb::NewCompositeEnv(files_->file_system_);
 }
 
 Result<std::shared_ptr<DatabaseFiles>> DatabaseOpener::Open() {
@@ -87,13 +77,21 @@ Result<std::shared_ptr<DatabaseFiles>> DatabaseOpener::Open() {
   } else {
     VEDUTA_RETURN_IF_ERROR(CheckFolder());
   }
-  if (Holds("CURRENT")) VEDUTA_RETURN_IF_ERROR(ListFamilies());
+  if (Holds("CURRENT")) {
+    VEDUTA_RETURN_IF_ERROR(ListFamilies());
+    VEDUTA_RETURN_IF_ERROR(CheckLogs());
+  }
   const Status opened = OpenRocksdb();
   if (opened.code() == StatusCode::kBusy && options_.create) {
     return Status::AlreadyExists("there is a database at " + files_->path_ +
                                  " already, in use by another process");
   }
   VEDUTA_RETURN_IF_ERROR(opened);
+  if (options_.salvage) {
+    VEDUTA_RETURN_IF_ERROR(CheckFamilies(kFormatVersion));
+    return std::move(files_);
+  }
+  VEDUTA_RETURN_IF_ERROR(options_.read_only ? HoldView() : files_->BeginAcknowledging());
   VEDUTA_RETURN_IF_ERROR(CheckFormat());
   return std::move(files_);
 }
@@ -162,8 +160,8 @@ rocksdb::DBOptions DatabaseOpener::RocksdbOptions() const {
   if (files_->env_) options.env = files_->env_.get();
   if (options_.read_only) {
     options.info_log = std::make_shared<SilentLogger>();
-    options.max_open_files =
-        -1;  // opens every table now: a process that writes may delete its name later
+    // Opens every table now, and keeps it open: held_files.h.
+    if (!options_.salvage) options.max_open_files = -1;
   }
   return options;
 }
@@ -211,6 +209,26 @@ Status DatabaseOpener::ReportUnknownFamily(const std::string& name) {
                             std::to_string(kFormatVersion));
 }
 
+// Before RocksDB is opened for writing: it deletes the logs, whole or not.
+Status DatabaseOpener::CheckLogs() {
+  if (accepts_damaged_log_) return Status::Ok();
+  rocksdb::FileSystem& fs = files_->file_system();
+  rocksdb::FileLock* lock = nullptr;
+  if (!options_.read_only &&
+      !fs.LockFile(files_->path_ + "/LOCK", rocksdb::IOOptions(), &lock, nullptr).ok()) {
+    return Status::Ok();  // RocksDB will not get it, either, and OpenRocksdb says why
+  }
+  const Result<LogDamage> found = InspectLogs(files_->path_, options_);
+  if (lock != nullptr)
+    VEDUTA_RETURN_IF_ERROR(FromRocksdb(fs.UnlockFile(lock, rocksdb::IOOptions(), nullptr),
+                                       "unlock the database at " + files_->path_));
+  VEDUTA_RETURN_IF_ERROR(found.status());
+  if (found->damaged()) return DamagedLogStatus(files_->path_, *found);
+  if (found->last_replayed_sequence)
+    files_->replay_limit_ = MakeReplayLimit(*found->last_replayed_sequence);
+  return Status::Ok();
+}
+
 Status DatabaseOpener::OpenRocksdb() {
   cache_ = rocksdb::NewLRUCache(options_.block_cache_bytes);
   std::vector<rocksdb::ColumnFamilyDescriptor> descriptors = {
@@ -219,6 +237,7 @@ Status DatabaseOpener::OpenRocksdb() {
     descriptors.emplace_back(FamilyName(family), FamilyOptions(family, cache_));
   rocksdb::DBOptions options = RocksdbOptions();
   options.create_if_missing = options_.create;
+  options.wal_filter = files_->replay_limit_.get();
 
   rocksdb::DB* db = nullptr;
   std::vector<rocksdb::ColumnFamilyHandle*> handles;
@@ -237,6 +256,25 @@ Status DatabaseOpener::OpenRocksdb() {
     files_->handles_[static_cast<size_t>(families_[i])] = handles[i + 1];
 
   return options_.create ? CreateMissingFamilies() : Status::Ok();
+}
+
+// Makes sure that what RocksDB has just opened is one state of the database, and stays readable.
+Status DatabaseOpener::HoldView() {
+  for (const Family family : families_)
+    VEDUTA_RETURN_IF_ERROR(held_files_->HoldBlobFiles(files_->db(), files_->handle(family)));
+  // RocksDB has read the manifest and then the logs. A log that a writer has deleted in between is
+  // in table files that this manifest does not name.
+  uint64_t first_log = 0;
+  files_->db().GetIntProperty(rocksdb::DB::Properties::kMinLogNumberToKeep, &first_log);
+  VEDUTA_ASSIGN_OR_RETURN(const std::vector<uint64_t> logs,
+                          ListLogs(files_->file_system(), files_->path_));
+  for (const std::string& name : children_) {
+    const std::optional<uint64_t> log = ParseLogName(name);
+    if (log && *log >= first_log && std::find(logs.begin(), logs.end(), *log) == logs.end())
+      return Status::IoError(name + " of the database at " + files_->path_ +
+                             " was deleted while it was opened: open it again");
+  }
+  return Status::Ok();
 }
 
 Status DatabaseOpener::CreateMissingFamilies() {
@@ -322,9 +360,36 @@ Status DatabaseOpener::FinishCreation() {
   return files_->Write(&batch, /*sync=*/true, "create the database at " + files_->path_);
 }
 
+namespace {
+
+// A writer's flush or compaction moves files within milliseconds, and makes some ten a second at
+// most. Both chosen by hand; tools/readers_beside_writer.sh never needed more than a few attempts.
+constexpr int kAttemptsBesideWriter = 30;
+constexpr std::chrono::milliseconds kBetweenAttempts(20);
+
+std::vector<std::string> NamesIn(rocksdb::FileSystem& file_system, const std::string& folder) {
+  std::vector<std::string> names;
+  file_system.GetChildren(folder, rocksdb::IOOptions(), &names, nullptr).PermitUncheckedError();
+  std::sort(names.begin(), names.end());
+  return names;
+}
+
+}  // namespace
+
 Result<std::shared_ptr<DatabaseFiles>> DatabaseFiles::Open(const std::string& path,
                                                            const DatabaseOptions& options) {
-  return DatabaseOpener(path, options).Open();
+  if (!options.read_only) return DatabaseOpener(path, options).Open();
+  AllowManyOpenFiles();
+  const std::shared_ptr<rocksdb::FileSystem> file_system =
+      options.file_system ? options.file_system : rocksdb::FileSystem::Default();
+  for (int attempt = 1;; ++attempt) {
+    const std::vector<std::string> before = NamesIn(*file_system, path);
+    Result<std::shared_ptr<DatabaseFiles>> opened = DatabaseOpener(path, options).Open();
+    // Where no file has come or gone, nobody was writing, and the reason is the database's own.
+    if (opened.ok() || attempt == kAttemptsBesideWriter || NamesIn(*file_system, path) == before)
+      return opened;
+    std::this_thread::sleep_for(kBetweenAttempts);
+  }
 }
 
 }  // namespace veduta

@@ -12,6 +12,7 @@
 
 #include "storage/base/status.h"
 #include "storage/database_files.h"
+#include "storage/held_files.h"
 
 namespace veduta {
 
@@ -24,6 +25,8 @@ Status WriteMarker(rocksdb::FileSystem& file_system, const std::string& folder);
 class DatabaseOpener final {
  public:
   DatabaseOpener(std::string path, const DatabaseOptions& options);
+  // For salvage: opens whatever RocksDB can read of the log.
+  void AcceptDamagedLog() { accepts_damaged_log_ = true; }
   Result<std::shared_ptr<DatabaseFiles>> Open();
 
  private:
@@ -32,7 +35,9 @@ class DatabaseOpener final {
   Status PrepareFolder();
   Status ListFamilies();
   Status ReportUnknownFamily(const std::string& name);
+  Status CheckLogs();
   Status OpenRocksdb();
+  Status HoldView();
   Status CreateMissingFamilies();
   Status CheckFormat();
   Status CheckFamilies(uint32_t format) const;  // those that the format has
@@ -47,7 +52,9 @@ class DatabaseOpener final {
   std::vector<std::string> children_;  // of the folder, as it was found
   std::vector<Family> families_;       // that the database has already
   std::shared_ptr<rocksdb::Cache> cache_;
+  std::shared_ptr<HeldFiles> held_files_;  // null for writing
   bool folder_exists_ = false;
+  bool accepts_damaged_log_ = false;
 };
 
 }  // namespace veduta

@@ -16,9 +16,13 @@ namespace veduta {
 struct DatabaseOptions {
   // Makes a new database; kAlreadyExists if one is there.
   bool create = false;
-  // No lock is taken, nothing is written and nothing swept; sees the state at the time of opening.
-  // A value whose file another process's compaction has deleted since is kIoError: open again.
+  // No lock is taken, nothing is written and nothing swept; sees the state at the time of opening,
+  // whatever another process writes meanwhile. Holds every table and blob file open
+  // (storage/held_files.h), and raises the process's soft limit of open files for that.
   bool read_only = false;
+  // With read_only, for a repair: the format is not looked at, and tables are opened when they are
+  // read, so that one that is damaged does not keep the others from being read.
+  bool salvage = false;
   // False: a power cut may lose the last photos (a crash of the process does not).
   bool sync_wal = true;
   // Memory for blocks of table files that were read: 1 MiB to 1 TiB. The default was chosen by

@@ -5,11 +5,15 @@
 #include <rocksdb/metadata.h>
 #include <rocksdb/utilities/checkpoint.h>
 
+#include <filesystem>
 #include <memory>
 #include <vector>
 
+#include "storage/blob_keys.h"
 #include "storage/database_opener.h"
+#include "storage/records/key_bytes.h"
 #include "storage/rocksdb_status.h"
+#include "storage/value_reader.h"
 
 namespace veduta {
 namespace {
@@ -30,6 +34,42 @@ uint64_t FileBytes(rocksdb::FileSystem& fs, const std::string& path) {
   if (!fs.IsDirectory(path, rocksdb::IOOptions(), &is_folder, nullptr).ok() || is_folder) return 0;
   uint64_t size_bytes = 0;
   return fs.GetFileSize(path, rocksdb::IOOptions(), &size_bytes, nullptr).ok() ? size_bytes : 0;
+}
+
+// Reads every value of a family by its checksums. A failure names family and key.
+Status ReadFamily(const DatabaseFiles& files, Family family) {
+  const ValueReader reader(files, nullptr);
+  if (TraitsOf(family).store == ValueStore::kTable) {
+    std::string last;
+    const Status read =
+        reader.Scan(family, "", "", [&](std::string_view key, std::string_view, bool*) {
+          last = key;
+          return Status::Ok();
+        });
+    if (read.ok() || last.empty()) return read;
+    return Status(read.code(), std::string("family ") + FamilyName(family) + ", after key " +
+                                   KeyText(last) + ": " + read.message());
+  }
+  // Key by key, for an iterator would not say which value it could not read.
+  std::string value;
+  return ScanBlobKeys(files, family, UINT64_MAX, [&](std::string_view key) -> Result<bool> {
+    VEDUTA_RETURN_IF_ERROR(reader.Copy(family, key, &value).status());
+    return true;
+  });
+}
+
+// Reads all of a copy, as far as checksums guard it: tables with their indexes, and blobs.
+Status CheckCopy(const std::string& path, std::shared_ptr<rocksdb::FileSystem> file_system) {
+  DatabaseOptions options;
+  options.read_only = true;
+  options.file_system = std::move(file_system);
+  VEDUTA_ASSIGN_OR_RETURN(const std::shared_ptr<DatabaseFiles> copy,
+                          DatabaseFiles::Open(path, options));
+  for (const FamilyTraits& traits : AllFamilies())
+    VEDUTA_RETURN_IF_ERROR(ReadFamily(*copy, traits.family));
+  const FilesLease lease(*copy);
+  VEDUTA_RETURN_IF_ERROR(lease.status());
+  return FromRocksdb(copy->db().VerifyChecksum(), "read the copy at " + path);
 }
 
 }  // namespace
@@ -63,7 +103,14 @@ Status MakeCheckpoint(const DatabaseFiles& files, const std::string& path) {
   VEDUTA_RETURN_IF_ERROR(FromRocksdb(rocksdb::Checkpoint::Create(&files.db(), &raw), doing));
   const std::unique_ptr<rocksdb::Checkpoint> checkpoint(raw);
   VEDUTA_RETURN_IF_ERROR(FromRocksdb(checkpoint->CreateCheckpoint(path), doing));
-  return WriteMarker(fs, path);  // last: a folder without it is not taken for a database
+  VEDUTA_RETURN_IF_ERROR(WriteMarker(fs, path));
+  const Status checked = CheckCopy(path, files.shared_file_system());
+  if (checked.ok()) return checked;
+  std::error_code ignored;  // what is left says that it is incomplete by the failure
+  std::filesystem::remove_all(path, ignored);
+  return Status(checked.code(),
+                "the copy was deleted, for it cannot be read: " + checked.message() +
+                    ": 'veduta repair " + files.path() + "' says what is damaged");
 }
 
 Status CompactFiles(const DatabaseFiles& files) {

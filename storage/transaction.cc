@@ -65,8 +65,13 @@ class WriteTransaction final : public Transaction {
     if (image.verdict != Verdict::kRejected) {
       buffer().Put(Family::kHashes, HashKey(image.photo), std::string_view(id));
       kept_photos_.push_back(image.photo);
+      // A rejected image keeps nothing, so the mark of another submission of its bytes stays.
+      buffer().Delete(Family::kQueue, PhotoMarkKey(image.photo));
     }
-    buffer().Delete(Family::kQueue, PhotoMarkKey(image.photo));
+  }
+
+  void KeepFeatures(const ContentHash& photo, std::shared_ptr<const Features> features) override {
+    kept_features_.emplace_back(photo, std::move(features));
   }
 
   void PutPair(const PairRecord& pair) override {
@@ -160,12 +165,22 @@ class WriteTransaction final : public Transaction {
     return Status::Ok();
   }
 
+  // With the commit mutex held, so that no submission of the same bytes writes in between.
+  Status CheckWrittenAhead() {
+    for (const ContentHash& photo : kept_photos_) VEDUTA_RETURN_IF_ERROR(claims_->CheckKept(photo));
+    for (const auto& [photo, features] : kept_features_) {
+      if (claims_->HasOtherFeatures(photo))
+        buffer_->Put(Family::kFeatures, HashKey(photo), Encode(*features));
+    }
+    return buffer_->status();
+  }
+
   Status Apply() {
     VEDUTA_RETURN_IF_ERROR(buffer_->status());
     VEDUTA_RETURN_IF_ERROR(PutCountedState());
     VEDUTA_RETURN_IF_ERROR(buffer_->status());
-    for (const ContentHash& photo : kept_photos_) VEDUTA_RETURN_IF_ERROR(claims_->CheckKept(photo));
-    VEDUTA_RETURN_IF_ERROR(files_->Commit(buffer_->batch(), state_.has_value(), state_version_));
+    VEDUTA_RETURN_IF_ERROR(files_->Commit(buffer_->batch(), state_.has_value(), state_version_,
+                                          [this] { return CheckWrittenAhead(); }));
     for (const ContentHash& photo : kept_photos_) claims_->Forget(photo);
     return Status::Ok();
   }
@@ -181,6 +196,7 @@ class WriteTransaction final : public Transaction {
   std::unique_ptr<DenseWriter> dense_;
   size_t spent_size_bytes_ = 0;
   std::vector<ContentHash> kept_photos_;
+  std::vector<std::pair<ContentHash, std::shared_ptr<const Features>>> kept_features_;
 };
 
 }  // namespace

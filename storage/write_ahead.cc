@@ -90,51 +90,89 @@ Status SweepMark(const ValueReader& reader, std::string_view key, WriteBuffer* b
   return Status::Corruption("a mark of an unknown kind");
 }
 
+// Sweeps what this one mark stands for; nothing where there is no such mark. For who holds the
+// commit mutex.
+Status SweepOne(DatabaseFiles& files, const std::string& mark, std::string_view doing) {
+  const ValueReader reader(files, nullptr);
+  VEDUTA_ASSIGN_OR_RETURN(const bool marked, reader.Has(Family::kQueue, mark));
+  if (!marked) return Status::Ok();
+  WriteBuffer batch(files);
+  VEDUTA_RETURN_IF_ERROR(InValue(Family::kQueue, mark, SweepMark(reader, mark, &batch)));
+  return batch.Write(/*sync=*/false, doing);
+}
+
+// Whether exactly these features are stored.
+Result<bool> HasFeatures(const ValueReader& reader, std::string_view key,
+                         std::string_view encoded) {
+  bool same = false;
+  const auto compare = [&](std::string_view value) {
+    same = value == encoded;
+    return Status::Ok();
+  };
+  VEDUTA_RETURN_IF_ERROR(reader.Read(Family::kFeatures, key, compare).status());
+  return same;
+}
+
 }  // namespace
 
-void PhotoClaims::Add(const ContentHash& photo) {
+bool PhotoClaims::Add(const ContentHash& photo) {
   const std::lock_guard lock(mutex_);
-  ++counts_[photo];
-  lost_.erase(photo);
+  return claims_[photo].count++ > 0;
 }
 
 bool PhotoClaims::Release(const ContentHash& photo) {
   const std::lock_guard lock(mutex_);
-  const auto found = counts_.find(photo);
-  if (found == counts_.end()) return true;
-  if (--found->second > 0) return false;
-  counts_.erase(found);
+  const auto found = claims_.find(photo);
+  if (found == claims_.end()) return true;
+  if (--found->second.count > 0) return false;
+  claims_.erase(found);
   return true;
 }
 
 void PhotoClaims::Forget(const ContentHash& photo) {
   const std::lock_guard lock(mutex_);
-  counts_.erase(photo);
+  claims_.erase(photo);
 }
 
 bool PhotoClaims::Has(const ContentHash& photo) const {
   const std::lock_guard lock(mutex_);
-  return counts_.contains(photo);
+  return claims_.contains(photo);
 }
 
 std::vector<ContentHash> PhotoClaims::List() const {
   const std::lock_guard lock(mutex_);
   std::vector<ContentHash> photos;
-  for (const auto& [photo, count] : counts_) photos.push_back(photo);
+  for (const auto& [photo, claim] : claims_) photos.push_back(photo);
   return photos;
+}
+
+void PhotoClaims::NoteOtherFeatures(const ContentHash& photo) {
+  const std::lock_guard lock(mutex_);
+  const auto found = claims_.find(photo);
+  if (found != claims_.end()) found->second.has_other_features = true;
+}
+
+bool PhotoClaims::HasOtherFeatures(const ContentHash& photo) const {
+  const std::lock_guard lock(mutex_);
+  const auto found = claims_.find(photo);
+  return found != claims_.end() && found->second.has_other_features;
 }
 
 void PhotoClaims::LoseAllBut(const std::set<ContentHash>& kept) {
   const std::lock_guard lock(mutex_);
-  for (const auto& [photo, count] : counts_) {
-    if (!kept.contains(photo)) lost_.insert(photo);
-  }
-  for (const ContentHash& photo : lost_) counts_.erase(photo);
+  for (auto& [photo, claim] : claims_) claim.is_lost = claim.is_lost || !kept.contains(photo);
+}
+
+void PhotoClaims::NoteWritten(const ContentHash& photo) {
+  const std::lock_guard lock(mutex_);
+  const auto found = claims_.find(photo);
+  if (found != claims_.end()) found->second.is_lost = false;
 }
 
 Status PhotoClaims::CheckKept(const ContentHash& photo) const {
   const std::lock_guard lock(mutex_);
-  if (!lost_.contains(photo)) return Status::Ok();
+  const auto found = claims_.find(photo);
+  if (found == claims_.end() || !found->second.is_lost) return Status::Ok();
   return Status::IoError("photo " + photo.Hex() +
                          " was lost when a write failed: it has to be written ahead again");
 }
@@ -142,20 +180,30 @@ Status PhotoClaims::CheckKept(const ContentHash& photo) const {
 Status WritePhotoAhead(DatabaseFiles& files, PhotoClaims& claims, const ContentHash& photo,
                        std::span<const uint8_t> bytes, const Features& features) {
   const std::string key = HashKey(photo);
-  // Before the look, so that nobody who drops the same photo deletes it in between.
-  claims.Add(photo);
+  const Result<std::string> encoded = Encode(features);
+  // No commit may name the photo, and nobody may drop it, between the looks and the write.
+  const std::lock_guard lock(files.commit_mutex());
+  const ValueReader reader(files, nullptr);
+  VEDUTA_ASSIGN_OR_RETURN(const bool committed, reader.Has(Family::kHashes, key));
+  if (committed) return Status::Ok();
+  const bool was_claimed = claims.Add(photo);
   const auto write = [&]() -> Status {
-    VEDUTA_ASSIGN_OR_RETURN(const bool committed,
-                            ValueReader(files, nullptr).Has(Family::kHashes, key));
-    if (committed) return Status::Ok();
+    if (was_claimed && encoded.ok()) {
+      VEDUTA_ASSIGN_OR_RETURN(const bool same, HasFeatures(reader, key, *encoded));
+      if (!same) claims.NoteOtherFeatures(photo);
+    }
     WriteBuffer batch(files);
     batch.Put(Family::kPhotos, key, AsText(bytes));
-    batch.Put(Family::kFeatures, key, Encode(features));
+    batch.Put(Family::kFeatures, key, encoded);
     batch.Put(Family::kQueue, PhotoMarkKey(photo), std::string_view());
     return batch.Write(/*sync=*/false, "write a photo ahead");
   };
   const Status status = write();
-  if (!status.ok()) claims.Release(photo);
+  if (status.ok()) {
+    claims.NoteWritten(photo);
+  } else {
+    claims.Release(photo);
+  }
   return status;
 }
 
@@ -163,13 +211,19 @@ Status DropPhotoAhead(DatabaseFiles& files, PhotoClaims& claims, const ContentHa
   // No commit may name the photo between the look and the deletion.
   const std::lock_guard lock(files.commit_mutex());
   if (!claims.Release(photo)) return Status::Ok();
-  const ValueReader reader(files, nullptr);
-  const std::string mark = PhotoMarkKey(photo);
-  VEDUTA_ASSIGN_OR_RETURN(const bool marked, reader.Has(Family::kQueue, mark));
-  if (!marked) return Status::Ok();
-  WriteBuffer batch(files);
-  VEDUTA_RETURN_IF_ERROR(InValue(Family::kQueue, mark, SweepMark(reader, mark, &batch)));
-  return batch.Write(/*sync=*/false, "drop a photo written ahead");
+  return SweepOne(files, PhotoMarkKey(photo), "drop a photo written ahead");
+}
+
+Status DropPointBlocksAhead(DatabaseFiles& files, ReconstructionId reconstruction,
+                            uint32_t generation) {
+  const std::lock_guard lock(files.commit_mutex());
+  return SweepOne(files, PointBlocksMarkKey(reconstruction, generation),
+                  "drop point blocks written ahead");
+}
+
+Status DropVocabularyAhead(DatabaseFiles& files, uint32_t generation) {
+  const std::lock_guard lock(files.commit_mutex());
+  return SweepOne(files, VocabularyMarkKey(generation), "drop a vocabulary written ahead");
 }
 
 Status WritePointBlocksAhead(DatabaseFiles& files, ReconstructionId reconstruction,

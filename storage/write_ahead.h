@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 // What is written before its commit: photos with their features, generations of point blocks and of
-// the vocabulary. Each lies under a mark in `queue` until a commit names it; what is still marked
-// when the database is opened, and not named by any record, is deleted then.
+// the vocabulary. Each lies under a mark in `queue` until a commit names it. Whoever wrote it gives
+// it up when the commit has not come (the Drop functions, called by WrittenAhead); what is still
+// marked when the database is opened, and not named by any record, is deleted then.
 
 #include <cstdint>
 #include <map>
@@ -16,12 +17,13 @@
 
 namespace veduta {
 
-// How many writers count on a photo that is not committed yet: the same bytes may come under two
-// names, and one of them being dropped must not take the photo from the other. Claims outlive
+// How many submissions count on a photo that is not committed yet: the same bytes may come under
+// two names, and one of them being dropped must not take the photo from the other. Claims outlive
 // Database::Reopen, which keeps the photos that are claimed. Thread-safe.
 class PhotoClaims final {
  public:
-  void Add(const ContentHash& photo);
+  // One claim more; true when the photo was claimed already.
+  bool Add(const ContentHash& photo);
   // One claim less; true when none is left.
   bool Release(const ContentHash& photo);
   // After a commit: the record keeps the photo from now on.
@@ -29,22 +31,35 @@ class PhotoClaims final {
   bool Has(const ContentHash& photo) const;
   std::vector<ContentHash> List() const;
 
+  // The features that are stored now are not those of every submission that claims the photo: the
+  // same bytes came with two cameras.
+  void NoteOtherFeatures(const ContentHash& photo);
+  bool HasOtherFeatures(const ContentHash& photo) const;
+
   // After the database has been opened again: the claimed photos that are not among `kept` are not
-  // on the disk. They count as lost until somebody claims them anew.
+  // on the disk. They count as lost until somebody writes them ahead anew.
   void LoseAllBut(const std::set<ContentHash>& kept);
+  void NoteWritten(const ContentHash& photo);
   // kIoError when the photo is lost: no record may name it then.
   Status CheckKept(const ContentHash& photo) const;
 
  private:
+  struct Claim {
+    uint32_t count = 0;
+    bool is_lost = false;
+    bool has_other_features = false;
+  };
   mutable std::mutex mutex_;
-  std::map<ContentHash, uint32_t> counts_;
-  std::set<ContentHash> lost_;
+  std::map<ContentHash, Claim> claims_;
 };
 
 // The functions below are those of Database, on its files. Thread-safe.
 Status WritePhotoAhead(DatabaseFiles& files, PhotoClaims& claims, const ContentHash& photo,
                        std::span<const uint8_t> bytes, const Features& features);
 Status DropPhotoAhead(DatabaseFiles& files, PhotoClaims& claims, const ContentHash& photo);
+Status DropPointBlocksAhead(DatabaseFiles& files, ReconstructionId reconstruction,
+                            uint32_t generation);
+Status DropVocabularyAhead(DatabaseFiles& files, uint32_t generation);
 Status WritePointBlocksAhead(DatabaseFiles& files, ReconstructionId reconstruction,
                              uint32_t generation, std::span<const PointBlock> blocks);
 Status WriteVocabularyAhead(DatabaseFiles& files, uint32_t generation,

@@ -7,6 +7,7 @@ import collections
 import json
 import os
 import random
+import shutil
 import signal
 import subprocess
 import sys
@@ -43,6 +44,7 @@ camera = camera_text.beside(photos)
 if camera is None:
     sys.exit(f'kill_test.sh: no camera.txt with size, fx, fy, cx and cy in {photos} or above')
 size, params = camera
+list_path = sent_folder = None  # set below
 
 
 def new_database(path):
@@ -57,18 +59,55 @@ def new_database(path):
     code, out, err = run('init', path)
     if code != 0 and run('status', path)[0] != 0:
         fail(f'init after a killed init: {err}')
+    add_cameras(path)
+
+
+def write_list():
+    """Every photo, and beside every third one the same bytes once more: under a wrong camera, under
+    another camera of the same size, or under the name of another photo; before the photo itself or
+    after it. A name is taken by a folder `again` whose `..` is elsewhere than the text says."""
+    elsewhere = os.path.join(work, 'elsewhere', 'inside')
+    os.makedirs(elsewhere)
+    sent = os.path.join(work, 'sent')
+    shutil.copytree(photos, sent)
+    os.symlink(elsewhere, os.path.join(sent, 'again'))
+    names = sorted(name for name in os.listdir(photos)
+                   if os.path.isfile(os.path.join(photos, name)))
+    lines = []
+    for i, name in enumerate(names):
+        again = []
+        if i % 3 == 0:
+            again = [(f'copy_{i}_{name}', ('wrong', 'bent')[i // 3 % 2])]
+            shutil.copy(os.path.join(photos, name), os.path.join(sent, again[0][0]))
+        elif i % 3 == 1 and i > 2:
+            # The name of a photo two before this one, with this one's bytes.
+            again = [(f'again/../{names[i - 2]}', 'c')]
+            shutil.copy(os.path.join(photos, name), os.path.join(work, 'elsewhere', names[i - 2]))
+        here = [(name, 'c')]
+        lines += again + here if rng.random() < 0.5 else here + again
+    path = os.path.join(work, 'list.txt')
+    with open(path, 'w') as file:
+        file.writelines(f'{name}\t{name_of_camera}\n' for name, name_of_camera in lines)
+    return path, sent
+
+
+def add_cameras(path):
+    width, height = size.split('x')
     must('camera', 'add', path, 'c', '--size', size, '--params', params)
+    must('camera', 'add', path, 'wrong', '--size', f'{int(width) + 2}x{height}', '--params', params)
+    bent = ','.join(params.split(',')[:4] + ['-0.05', '0'])
+    must('camera', 'add', path, 'bent', '--size', size, '--params', bent)
 
 
 def add_command(path, threads):
-    return [veduta, 'add', path, '--camera', 'c', photos, '--threads', str(threads), '--json',
-            '--contributor', 'kill_test']
+    return [veduta, 'add', path, '--camera', 'c', '--list', list_path, sent_folder, '--threads',
+            str(threads), '--json', '--contributor', 'kill_test']
 
 
 def undisturbed(threads):
     path = os.path.join(work, f'undisturbed_{threads}')
     must('init', path)
-    must('camera', 'add', path, 'c', '--size', size, '--params', params)
+    add_cameras(path)
     start = time.monotonic()
     done = subprocess.run(add_command(path, threads), capture_output=True, text=True)
     elapsed = time.monotonic() - start
@@ -160,10 +199,9 @@ def one_database(index, threads, kills_max):
     number of kills."""
     path = os.path.join(work, f'killed_{index}')
     new_database(path)
-    acknowledged, kills, history = {}, 0, []
+    acknowledged, kills, history, done = {}, 0, [], 0
     while not failures:
         adding = Adding(path, threads)
-        done = len(acknowledged)
         kind, seconds, lines = pick_instant(done)
         if kills == kills_max or (done == photo_count and rng.random() < 0.5):
             seconds, lines = 1e9, 0  # enough: let it end
@@ -172,17 +210,23 @@ def one_database(index, threads, kills_max):
         for line in adding.lines:
             if line['id'] is None or line['image'] in acknowledged:
                 continue
+            own = f'the same bytes are stored as {line["image"]}'
+            if line['verdict'] == 'duplicate' and line['reason'] != own:
+                continue  # stored under another name
             # A duplicate that nobody was told of: it was killed between its commit and its line.
             fresh[line['image']] = {**line,
                                     'verdict': None} if line['verdict'] == 'duplicate' else line
         acknowledged.update(fresh)
+        told = len(adding.lines)
         if not killed:
-            if adding.process.returncode != end_code:
+            # What was rejected is a duplicate by now where the same bytes were kept since.
+            if adding.process.returncode not in (0, end_code):
                 fail(f'the last run ended with {adding.process.returncode}, undisturbed it ends '
                      f'with {end_code}')
             break
         kills += 1
-        phases[phase_of(len(adding.lines), done)] += 1
+        phases[phase_of(told, done)] += 1
+        done = max(done, told)
         history.append(f'{kind} {seconds:.3f} s, {len(adding.lines)} lines')
         check_after_kill(path, fresh, acknowledged)
     check_after_kill(path, acknowledged, acknowledged)
@@ -198,6 +242,7 @@ def one_database(index, threads, kills_max):
 
 
 counts = {'init': 0, 'photos': 0}
+list_path, sent_folder = write_list()
 phases = collections.Counter()
 digest, photo_count, elapsed, end_code = undisturbed(1)
 print(f'undisturbed, 1 thread: {photo_count} photos in {elapsed:.1f} s, digest {digest[:16]}',

@@ -2,7 +2,9 @@
 # SPDX-License-Identifier: Apache-2.0
 # Kills `veduta add` at random instants, again and again, and checks that nothing acknowledged is
 # ever lost, that the database is sound after every kill, and that the city ends up the same to the
-# last bit as without any kill. This prepares the photos; tools/kill_test.py does the killing.
+# last bit as without any kill. Some photos are sent twice, in both orders: under a wrong camera,
+# under another camera of the same size, or under a name that is taken. This prepares the photos;
+# tools/kill_test.py does the killing.
 # usage: tools/kill_test.sh [KILLS] [FOLDER OF PHOTOS, with camera.txt in it or one above]
 #   default: 200 kills over a rendered street of 30 small photos
 # environment: VEDUTA_BUILD  build tree to take the programs from

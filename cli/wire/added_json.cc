@@ -4,10 +4,12 @@
 namespace veduta {
 
 std::string OutcomeWord(const AddOutcome& outcome) {
+  if (!outcome.failure.ok()) return "failed";
   return outcome.duplicate ? "duplicate" : VerdictWord(outcome.verdict);
 }
 
 std::string OutcomeReason(const AddOutcome& outcome) {
+  if (!outcome.failure.ok()) return outcome.failure.message();
   return outcome.duplicate ? outcome.detail : ReasonSentence(outcome.reason, outcome.detail);
 }
 

@@ -75,6 +75,22 @@ Json ToJson(const NeighborAnswer& neighbor) {
           {"verdict", VerdictWord(neighbor.verdict)}};
 }
 
+Json ToJson(const RepairAnswer& repair) {
+  Json findings = Json::array();
+  for (const RepairFinding& finding : repair.findings)
+    findings.push_back({{"damage", finding.damage}, {"remedy", finding.remedy}});
+  return {{"sound", repair.is_sound},
+          {"repaired", repair.is_repaired},
+          {"rebuilt", repair.is_rebuilt},
+          {"findings", std::move(findings)},
+          {"lost", repair.lost},
+          {"retried", repair.retried},
+          {"written_out", repair.written_out},
+          {"kept_path", repair.kept_path},
+          {"report_path", repair.report_path},
+          {"photos_path", repair.photos_path}};
+}
+
 Json CandidateJson(const NeighborAnswer& candidate) {
   return {{"image", candidate.name},
           {"score", candidate.score},

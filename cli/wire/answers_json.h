@@ -15,6 +15,7 @@ Json ToJson(const NeighborAnswer& neighbor);  // of a stored image: its matches 
 Json ToJson(const CameraAnswer& camera);
 Json ToJson(const VocabularyAnswer& vocabulary);
 Json ToJson(const JournalAnswer& entry);
+Json ToJson(const RepairAnswer& repair);
 
 // A ranked candidate for a photo that is not stored: it has a score instead of matches.
 Json CandidateJson(const NeighborAnswer& candidate);

@@ -21,6 +21,12 @@ bool IsHarmless(std::string_view warning, const PhotoHeader& header) {
          warning.find("extraneous bytes before marker 0xd9") != std::string_view::npos;
 }
 
+// libjpeg's and TurboJPEG's words where malloc has returned nothing.
+bool IsShortage(std::string_view reason) {
+  return reason.find("Insufficient memory") != std::string_view::npos ||
+         reason.find("Memory allocation failure") != std::string_view::npos;
+}
+
 }  // namespace
 
 // libjpeg fills what is missing with grey and only warns; the first warning ends the decoding here.
@@ -28,8 +34,7 @@ bool IsHarmless(std::string_view warning, const PhotoHeader& header) {
 // unit.
 Pixels DecodeJpegPixels(std::span<const uint8_t> bytes, const PhotoHeader& header) {
   const std::unique_ptr<void, DestroyHandle> handle(tjInitDecompress());
-  if (handle == nullptr)
-    return {PixelOutcome::kUnreadable, "the JPEG decoder could not be started", {}};
+  if (handle == nullptr) return {PixelOutcome::kNoMemory, "", {}};
   const int width = static_cast<int>(header.stored_size.width_px);
   const int height = static_cast<int>(header.stored_size.height_px);
   cv::Mat bgr(height, width, CV_8UC3);
@@ -48,6 +53,7 @@ Pixels DecodeJpegPixels(std::span<const uint8_t> bytes, const PhotoHeader& heade
     reason = tjGetErrorStr2(handle.get());
     if (IsHarmless(reason, header)) return {PixelOutcome::kDecoded, "", std::move(bgr)};
   }
+  if (IsShortage(reason)) return {PixelOutcome::kNoMemory, "", {}};
   return {PixelOutcome::kUnreadable, "the JPEG is cut short or damaged (" + reason + ")", {}};
 }
 

@@ -64,6 +64,25 @@ Pixels DecodePixels(std::span<const uint8_t> bytes, const PhotoHeader& header) {
   return {PixelOutcome::kUnsupportedFormat, "the file is not a JPEG, PNG or TIFF", {}};
 }
 
+DecodeOutcome OutcomeOf(PixelOutcome outcome) {
+  switch (outcome) {
+    case PixelOutcome::kDecoded:
+      return DecodeOutcome::kDecoded;
+    case PixelOutcome::kUnsupportedFormat:
+      return DecodeOutcome::kUnsupportedFormat;
+    case PixelOutcome::kUnreadable:
+      return DecodeOutcome::kUnreadable;
+    case PixelOutcome::kNoMemory:
+      break;
+  }
+  return DecodeOutcome::kNoMemory;
+}
+
+DecodedPhoto NoMemory(DecodedPhoto photo) {
+  return Failed(std::move(photo), DecodeOutcome::kNoMemory,
+                "there is not enough memory to decode the photo");
+}
+
 DecodedPhoto DecodeWithin(std::span<const uint8_t> bytes, const DecodeLimits& limits,
                           ImageSize wanted) {
   DecodedPhoto photo;
@@ -96,11 +115,9 @@ DecodedPhoto DecodeWithin(std::span<const uint8_t> bytes, const DecodeLimits& li
     return Failed(std::move(photo), DecodeOutcome::kWrongSize, std::move(text));
   }
   Pixels pixels = DecodePixels(bytes, header);
+  if (pixels.outcome == PixelOutcome::kNoMemory) return NoMemory(std::move(photo));
   if (pixels.outcome != PixelOutcome::kDecoded) {
-    const bool is_unsupported = pixels.outcome == PixelOutcome::kUnsupportedFormat;
-    return Failed(std::move(photo),
-                  is_unsupported ? DecodeOutcome::kUnsupportedFormat : DecodeOutcome::kUnreadable,
-                  std::move(pixels.detail));
+    return Failed(std::move(photo), OutcomeOf(pixels.outcome), std::move(pixels.detail));
   }
   photo.outcome = DecodeOutcome::kDecoded;
   photo.bgr =
@@ -124,8 +141,8 @@ DecodedPhoto DecodePhoto(std::span<const uint8_t> bytes, const DecodeLimits& lim
   try {
     return DecodeWithin(bytes, limits, wanted);
   } catch (const std::exception&) {
-    // No memory. Other failures of the libraries are handled where the libraries are called.
-    return Failed({}, DecodeOutcome::kTooLarge, "the photo does not fit into memory");
+    // Other failures of the libraries are handled where the libraries are called.
+    return NoMemory({});
   }
 }
 

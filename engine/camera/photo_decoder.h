@@ -34,6 +34,7 @@ enum class DecodeOutcome : uint8_t {
   kTooLarge,
   // Not of the size wanted. The header is sound; nothing was decoded.
   kWrongSize,
+  kNoMemory,  // the machine has too little memory: this says nothing about the photo
 };
 
 // Which way round the pixels are.
@@ -60,8 +61,8 @@ struct DecodedPhoto {
 // calibrated on files read without EXIF); otherwise kWrongSize. An empty `wanted` takes any size
 // and returns the photo upright.
 //
-// Deterministic; one thread; thread-safe. Never throws, never prints. Limits that Check refuses,
-// and a want of memory, are reported as kTooLarge.
+// Deterministic; one thread; thread-safe. Never throws, never prints. Limits that Check refuses
+// are reported as kTooLarge.
 DecodedPhoto DecodePhoto(std::span<const uint8_t> bytes, const DecodeLimits& limits,
                          ImageSize wanted = {});
 

@@ -13,7 +13,7 @@
 
 namespace veduta {
 
-enum class PixelOutcome : uint8_t { kDecoded, kUnsupportedFormat, kUnreadable };
+enum class PixelOutcome : uint8_t { kDecoded, kUnsupportedFormat, kUnreadable, kNoMemory };
 
 struct Pixels {
   PixelOutcome outcome = PixelOutcome::kUnreadable;

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <array>
 #include <csetjmp>
+#include <cstdlib>
 #include <cstring>
 #include <vector>
 
@@ -20,7 +21,19 @@ struct Source {
   std::span<const uint8_t> bytes;
   size_t next = 0;
   std::array<char, 128> error{};
+  bool is_memory_short = false;
 };
+
+// libpng and its zlib allocate by these. What a damaged file may ask for is bounded before
+// (png_set_user_limits, png_set_chunk_malloc_max).
+png_voidp Allocate(png_structp png, png_alloc_size_t size) {
+  void* const memory = std::malloc(size);
+  if (memory == nullptr) static_cast<Source*>(png_get_mem_ptr(png))->is_memory_short = true;
+  return memory;
+}
+void Free(png_structp, png_voidp memory) {
+  std::free(memory);
+}
 
 void Read(png_structp png, png_bytep to, size_t count) {
   auto* source = static_cast<Source*>(png_get_io_ptr(png));
@@ -51,8 +64,8 @@ void AskForBgr(png_structp png, png_infop info) {
 
 // libpng's errors jump out of this function, so it must hold nothing that has a destructor.
 bool ReadRows(Source* source, const ImageSize& size, png_bytepp rows) {
-  png_structp const png =
-      png_create_read_struct(PNG_LIBPNG_VER_STRING, source, KeepError, DropWarning);
+  png_structp const png = png_create_read_struct_2(PNG_LIBPNG_VER_STRING, source, KeepError,
+                                                   DropWarning, source, Allocate, Free);
   if (png == nullptr) return false;
   png_infop const info = png_create_info_struct(png);
   if (info == nullptr || setjmp(png_jmpbuf(png)) != 0) {
@@ -92,6 +105,7 @@ Pixels DecodePngPixels(std::span<const uint8_t> bytes, const PhotoHeader& header
   for (size_t v = 0; v < rows.size(); ++v) rows[v] = bgr.ptr(static_cast<int>(v));
   Source source{bytes};
   if (!ReadRows(&source, header.stored_size, rows.data())) {
+    if (source.is_memory_short) return {PixelOutcome::kNoMemory, "", {}};
     return {PixelOutcome::kUnreadable,
             std::string("the PNG is cut short or damaged (") + source.error.data() + ")",
             {}};

@@ -6,6 +6,7 @@
 #include <cstdio>
 #include <cstring>
 #include <memory>
+#include <string_view>
 #include <vector>
 
 #include "engine/camera/pixel_decoders.h"
@@ -67,6 +68,16 @@ int KeepError(TIFF*, void* user_data, const char*, const char* format, va_list a
 }
 int DropWarning(TIFF*, void*, const char*, const char*, va_list) {
   return 1;
+}
+
+// libtiff's words where malloc has returned nothing; it has no hook for its allocations. What a
+// damaged file may ask for is bounded before (Open), with other words.
+bool IsShortage(std::string_view error) {
+  if (error.find("beyond the") != std::string_view::npos) return false;
+  for (const char* const words : {"emory", "No space", "llocate"}) {
+    if (error.find(words) != std::string_view::npos) return true;
+  }
+  return false;
 }
 
 struct CloseTiff {
@@ -174,6 +185,7 @@ bool ReadBands(TIFF* tiff, cv::Mat* bgr) {
 Pixels DecodeTiffPixels(std::span<const uint8_t> bytes, const PhotoHeader& header) {
   Source source{bytes};
   const auto damaged = [&source](const char* otherwise) {
+    if (IsShortage(source.error)) return Pixels{PixelOutcome::kNoMemory, "", {}};
     return Pixels{PixelOutcome::kUnreadable,
                   "the TIFF is cut short or damaged (" +
                       (source.error.empty() ? otherwise : source.error) + ")",

@@ -72,7 +72,8 @@ Result<std::shared_ptr<const UndistortTable>> UndistortTable::Build(const Camera
     }
     return std::shared_ptr<const UndistortTable>(std::move(table));
   } catch (const std::exception& e) {  // memory
-    return Status::IoError(std::string("no memory for a table of undistortion: ") + e.what());
+    return Status::NoMemory(std::string("there is not enough memory to undistort the photo: ") +
+                            e.what());
   }
 }
 
@@ -84,7 +85,8 @@ Result<cv::Mat> UndistortTable::Apply(const cv::Mat& photo) const {
               cv::Scalar::all(0));
     return undistorted;
   } catch (const std::exception& e) {
-    return Status::IoError(std::string("undistortion failed: ") + e.what());
+    return Status::NoMemory(std::string("there is not enough memory to undistort the photo: ") +
+                            e.what());
   }
 }
 

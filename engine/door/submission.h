@@ -48,6 +48,10 @@ struct AddOutcome {
   uint32_t inlier_count = 0;        // of the pose, or of the best pair when not placed
   std::vector<ImageId> propagated;  // earlier photos that got a pose in the same commit
   StepTimes times;
+  // Not Ok: the photo was not judged, for a reason that says nothing about it: its file cannot be
+  // read, the memory is too short, something stored that it needs is damaged. Nothing was stored,
+  // `verdict` and `reason` mean nothing, and the photo may be sent again.
+  Status failure;
 };
 
 // One step of the work that follows from photos: postponed neighbours tried again, the adjustment

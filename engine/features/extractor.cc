@@ -226,8 +226,9 @@ Result<Features> ExtractFeaturesWith(const SiftKernels& kernels, const GrayView&
     FeatureScratch own;
     return Extract(kernels, image, options, &own.memory(), times ? times : &unused);
   } catch (const std::bad_alloc&) {
-    return Status::IoError("no memory for the features of a photo of " +
-                           std::to_string(image.width_px) + "x" + std::to_string(image.height_px));
+    return Status::NoMemory("there is not enough memory for the features of a photo of " +
+                            std::to_string(image.width_px) + "x" + std::to_string(image.height_px) +
+                            " px");
   }
 }
 

@@ -9,6 +9,7 @@
 #include "engine/ingest/reconstruction_adjustment.h"
 #include "engine/journal/journal.h"
 #include "storage/base/content_hash.h"
+#include "storage/written_ahead.h"
 
 namespace veduta {
 namespace {
@@ -83,6 +84,8 @@ Status AdjustWhole(const IngestParts& parts, ReconstructionId reconstruction, Wr
   MapLoader loader(scope.base, parts.features, parts.map);
   VEDUTA_RETURN_IF_ERROR(
       AdjustReconstruction({&loader, parts.map, parts.pool, parts.options.mapper}, reconstruction));
+  const WrittenAhead blocks =
+      WrittenAhead::PointBlocks(parts.database, reconstruction, before.points_generation + 1);
   VEDUTA_ASSIGN_OR_RETURN(
       const ReconstructionRecord after,
       WriteAdjustment(*parts.map, before, parts.database, scope.transaction.get()));

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "engine/ingest/ingest.h"
 
+#include <exception>
+
 #include "engine/ingest/follow_up_steps.h"
 #include "engine/ingest/photo_locator.h"
 #include "engine/ingest/placement_writer.h"
@@ -9,14 +11,6 @@
 
 namespace veduta {
 namespace {
-
-// A new vocabulary, unless somebody else is preparing one at this moment.
-Status TrainAlone(const IngestParts& parts) {
-  VEDUTA_ASSIGN_OR_RETURN(const bool trained,
-                          parts.retrieval->TrainAndActivate(parts.database, parts.pool));
-  if (trained) return Status::Ok();
-  return Status::Busy("another vocabulary is being prepared at this moment");
-}
 
 void JournalAdded(const ImageRecord& record, ReconstructionId reconstruction, std::string detail,
                   DatabaseState* state, Transaction* transaction) {
@@ -135,6 +129,7 @@ Result<AddOutcome> Ingest::Place(PreparedPhoto photo, const CameraModel& camera,
   record.reason = located.placement.reason;
   record.detail = located.placement.detail;
   VEDUTA_RETURN_IF_ERROR(WritePhoto(parts_, record, located, words, &state, scope));
+  scope.transaction->KeepFeatures(record.photo, features);
   VEDUTA_RETURN_IF_ERROR(scope.transaction->Commit());
   map_.ClearChanges();
   parts_.features->Put(image);
@@ -151,12 +146,8 @@ Result<AddOutcome> Ingest::Apply(PreparedPhoto photo, const CameraRecord& camera
   VEDUTA_ASSIGN_OR_RETURN(Admission admission, Admit(*scope.base, photo, camera.id, contributor));
   switch (admission.outcome) {
     case AdmissionOutcome::kDuplicate:
-      if (!photo.known && photo.reason == Reason::kNone)
-        VEDUTA_RETURN_IF_ERROR(parts_.database->DropPhotoAhead(photo.hash));
       return DuplicateOf(admission.stored, photo);
     case AdmissionOutcome::kNameTaken:
-      if (photo.reason == Reason::kNone)
-        VEDUTA_RETURN_IF_ERROR(parts_.database->DropPhotoAhead(photo.hash));
       return NameTakenBy(photo);
     case AdmissionOutcome::kRejected:
       return StoreRejection(photo, std::move(admission.record), std::move(scope));
@@ -165,8 +156,15 @@ Result<AddOutcome> Ingest::Apply(PreparedPhoto photo, const CameraRecord& camera
   }
   const double decode_ms = photo.decode_ms, undistort_ms = photo.undistort_ms,
                features_ms = photo.features_ms;
-  Result<AddOutcome> outcome =
-      Place(std::move(photo), camera.model, std::move(admission.record), std::move(scope));
+  const auto place = [&]() -> Result<AddOutcome> {
+    try {
+      return Place(std::move(photo), camera.model, std::move(admission.record), std::move(scope));
+    } catch (const std::exception& e) {  // nothing else is thrown by the libraries used here
+      return Status::NoMemory(std::string("there is not enough memory to place the photo: ") +
+                              e.what());
+    }
+  };
+  Result<AddOutcome> outcome = place();
   if (!outcome.ok()) {
     map_.Clear();
     return outcome;
@@ -183,10 +181,9 @@ Result<std::optional<DueStep>> Ingest::FindStep(const Snapshot& snapshot) const 
   return FindDueStep(snapshot, options_.schedule, *parts_.retrieval, set_aside_);
 }
 
-Result<bool> Ingest::IsStepDue() const {
-  VEDUTA_ASSIGN_OR_RETURN(const std::optional<DueStep> step,
-                          FindStep(*parts_.database->GetSnapshot()));
-  return step.has_value();
+bool Ingest::IsTrainingDue() const {
+  const Result<std::optional<DueStep>> step = FindStep(*parts_.database->GetSnapshot());
+  return step.ok() && *step && (*step)->kind == FollowUpKind::kVocabulary;
 }
 
 FollowUp Ingest::Run(const DueStep& step, WriteScope scope) {
@@ -204,9 +201,7 @@ FollowUp Ingest::Run(const DueStep& step, WriteScope scope) {
     case FollowUpKind::kAdjustment:
       done.status = AdjustWhole(parts_, step.reconstruction, std::move(scope));
       break;
-    case FollowUpKind::kVocabulary:
-      scope = {};  // training has a transaction of its own
-      done.status = TrainAlone(parts_);
+    case FollowUpKind::kVocabulary:  // RunNextStep leaves it to others
       break;
   }
   return done;
@@ -221,7 +216,7 @@ std::optional<FollowUp> Ingest::RunNextStep() {
     unread.status = step.status();
     return unread;
   }
-  if (!*step) return std::nullopt;
+  if (!*step || (*step)->kind == FollowUpKind::kVocabulary) return std::nullopt;
   FollowUp done = Run(**step, std::move(scope));
   if (!done.status.ok()) {
     map_.Clear();

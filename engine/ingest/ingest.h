@@ -34,14 +34,17 @@ class Ingest final {
   Result<AddOutcome> Apply(PreparedPhoto photo, const CameraRecord& camera,
                            const std::string& contributor);
 
-  // Runs and commits the next step that is due; none when nothing is. A step that fails says so in
-  // `status`, leaves nothing visible and is passed over from then on, until this object is made
-  // anew. Where the state cannot even be read, one FollowUp says so and no step is run any more. So
-  // a loop until none always ends.
+  // Runs and commits the next step that is due; none when nothing is, or nothing but a vocabulary
+  // (IsTrainingDue). A step that fails says so in `status`, leaves nothing visible and is passed
+  // over from then on, until this object is made anew. Where the state cannot even be read, one
+  // FollowUp says so and no step is run any more. So a loop until none always ends.
   std::optional<FollowUp> RunNextStep();
 
-  // Whether RunNextStep would run a step now. As cheap as FindDueStep.
-  Result<bool> IsStepDue() const;
+  // Whether nothing is due but a vocabulary, which is trained without a turn of the writer, and so
+  // not here. As cheap as FindDueStep.
+  bool IsTrainingDue() const;
+  // A training that has failed is passed over from then on, until this object is made anew.
+  void SetTrainingAside() { set_aside_.Add({FollowUpKind::kVocabulary, {}, {}}); }
 
  private:
   Result<AddOutcome> StoreRejection(const PreparedPhoto& photo, ImageRecord record,

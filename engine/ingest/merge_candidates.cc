@@ -40,8 +40,9 @@ Result<std::map<ReconstructionId, std::vector<PointPair>>> FindCommonPoints(
   const auto append = [&](ImageId image, const PairMatches& pair) {
     if (!map.HasImage(pair.other) || map.image(pair.other).reconstruction == into)
       return Status::Ok();
-    const ImageId other[] = {pair.other};
-    VEDUTA_RETURN_IF_ERROR(loader->LoadNeighborhood(other));
+    // With all that sees a point of either: whether points coincide is judged in these images.
+    const ImageId both[] = {image, pair.other};
+    VEDUTA_RETURN_IF_ERROR(loader->LoadNeighborhood(both));
     AppendCommon(map, image, pair, &common[map.image(pair.other).reconstruction]);
     return Status::Ok();
   };

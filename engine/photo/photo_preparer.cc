@@ -3,10 +3,11 @@
 
 #include <algorithm>
 #include <cmath>
-#include <filesystem>
-#include <fstream>
+#include <exception>
 
 #include "engine/camera/projection.h"
+#include "engine/photo/photo_features.h"
+#include "engine/photo/photo_file.h"
 #include "storage/base/option_bounds.h"
 #include "storage/base/stopwatch.h"
 
@@ -27,6 +28,7 @@ Reason ReasonOf(DecodeOutcome outcome) {
     case DecodeOutcome::kUnsupportedFormat:
       return Reason::kUnsupportedFormat;
     case DecodeOutcome::kUnreadable:
+    case DecodeOutcome::kNoMemory:  // never a verdict; told before
       return Reason::kUnreadable;
     case DecodeOutcome::kTooLarge:
       return Reason::kTooLarge;
@@ -64,6 +66,11 @@ void ColorFeatures(const cv::Mat& bgr, const CameraModel* camera, Features* feat
   }
 }
 
+// For what standard and other libraries throw: nothing else is thrown here.
+Status NotEnoughMemory() {
+  return Status::NoMemory("there is not enough memory to prepare the photo");
+}
+
 }  // namespace
 
 Status PrepareOptions::Check() const {
@@ -72,57 +79,74 @@ Status PrepareOptions::Check() const {
       .Part("features", features.Check())
       .AtLeast("feature_count_min", feature_count_min, 1)
       .AtLeast("border_px", border_px, 0)
+      .AtLeast("memory_bytes", static_cast<double>(memory_bytes), 1)
       .status();
 }
 
-Result<std::vector<uint8_t>> PhotoPreparer::ReadFile(const std::string& path) const {
-  std::error_code error;
-  const auto size = std::filesystem::file_size(path, error);
-  if (error) return Status::NotFound("cannot read " + path + ": " + error.message());
-  if (size > options_.limits.size_bytes_max) {
-    return Status::InvalidArgument("the file has " + std::to_string(size) + " bytes; at most " +
-                                   std::to_string(options_.limits.size_bytes_max) +
-                                   " are accepted");
+uint64_t PrepareBytes(uint64_t size_bytes, uint64_t pixel_count) {
+  const uint64_t decoding = 16 * pixel_count;
+  const uint64_t extraction = 5 * pixel_count + ExtractionBytes(pixel_count);
+  return size_bytes + std::max(decoding, extraction);
+}
+
+std::optional<std::span<const uint8_t>> PhotoPreparer::ReadBytes(const PhotoSource& source,
+                                                                 std::vector<uint8_t>* own,
+                                                                 PreparedPhoto* photo) const {
+  photo->name = source.name;
+  if (!source.bytes) {
+    const uint64_t size_bytes_max = options_.limits.size_bytes_max;
+    if (const uint64_t size = PhotoFileSize(source.path); size > size_bytes_max) {
+      photo->reason = Reason::kTooLarge;
+      photo->detail = "the file has " + std::to_string(size) + " bytes; at most " +
+                      std::to_string(size_bytes_max) + " are accepted";
+      return std::nullopt;
+    }
+    Result<std::vector<uint8_t>> read = ReadPhotoFile(source.path, size_bytes_max);
+    if (!read.ok()) {
+      photo->failure = read.status();
+      return std::nullopt;
+    }
+    *own = std::move(*read);
   }
-  std::ifstream file(path, std::ios::binary);
-  std::vector<uint8_t> bytes(size);
-  if (!file ||
-      !file.read(reinterpret_cast<char*>(bytes.data()), static_cast<std::streamsize>(size))) {
-    return Status::NotFound("cannot read " + path);
-  }
+  const std::span<const uint8_t> bytes = source.bytes ? *source.bytes : *own;
+  photo->size_bytes = bytes.size();
+  photo->hash = HashContent(bytes);
   return bytes;
 }
 
-std::optional<std::vector<uint8_t>> PhotoPreparer::ReadBytes(const PhotoSource& source,
-                                                             PreparedPhoto* photo) const {
-  photo->name = source.name;
-  Result<std::vector<uint8_t>> read = source.bytes ? Result(*source.bytes) : ReadFile(source.path);
-  if (!read.ok()) {
-    const bool too_large = read.status().code() == StatusCode::kInvalidArgument;
-    photo->reason = too_large ? Reason::kTooLarge : Reason::kUnreadable;
-    photo->detail = read.status().message();
-    return std::nullopt;
-  }
-  photo->size_bytes = read->size();
-  photo->hash = HashContent(*read);
-  return std::move(*read);
+void PhotoPreparer::DropIdleScratch() const {
+  std::vector<IdleScratch> dropped;
+  const std::lock_guard lock(mutex_);
+  dropped.swap(idle_scratch_);
+}
+
+MemoryBudget::Share PhotoPreparer::TakeMemory(uint64_t bytes) const {
+  return budget_.Take(bytes, [this] { DropIdleScratch(); });
 }
 
 Result<Features> PhotoPreparer::ExtractFeaturesOf(const cv::Mat& gray) const {
-  std::unique_ptr<FeatureScratch> scratch;
+  IdleScratch idle;
   {
     const std::lock_guard lock(mutex_);
     if (!idle_scratch_.empty()) {
-      scratch = std::move(idle_scratch_.back());
+      idle = std::move(idle_scratch_.back());
       idle_scratch_.pop_back();
     }
   }
-  if (!scratch) scratch = std::make_unique<FeatureScratch>();
-  Result<Features> features = ExtractFeatures({gray.data, gray.cols, gray.rows, gray.step},
-                                              options_.features, scratch.get());
-  if (gray.total() > kScratchPixelsMax) return features;
-  const std::lock_guard lock(mutex_);
-  idle_scratch_.push_back(std::move(scratch));
+  if (!idle.scratch) idle.scratch = std::make_unique<FeatureScratch>();
+  Result<Features> features = ExtractPhotoFeatures(gray, options_.features, idle.scratch.get());
+  if (!features.ok() || gray.total() > kScratchPixelsMax) return features;
+  idle.size_bytes = std::max(idle.size_bytes, ExtractionBytes(gray.total()));
+  idle.share = {};
+  std::optional<MemoryBudget::Share> share = budget_.TryTake(idle.size_bytes);
+  if (!share) return features;
+  idle.share = std::move(*share);
+  {
+    const std::lock_guard lock(mutex_);
+    idle_scratch_.push_back(std::move(idle));
+  }
+  // Whoever began to wait before the scratch lay there has not dropped it.
+  if (budget_.HasWaiters()) DropIdleScratch();
   return features;
 }
 
@@ -133,6 +157,10 @@ void PhotoPreparer::ExtractBytes(std::span<const uint8_t> bytes,
   const ImageSize wanted = camera ? ImageSize{camera->width_px, camera->height_px} : ImageSize{};
   DecodedPhoto decoded = DecodePhoto(bytes, options_.limits, wanted);
   photo->decode_ms += watch.LapMs();
+  if (decoded.outcome == DecodeOutcome::kNoMemory) {
+    photo->failure = Status::NoMemory(decoded.detail);
+    return;
+  }
   photo->reason = ReasonOf(decoded.outcome);
   photo->detail = decoded.detail;
   if (decoded.outcome != DecodeOutcome::kDecoded) return;
@@ -143,6 +171,10 @@ void PhotoPreparer::ExtractBytes(std::span<const uint8_t> bytes,
   const bool distorted = camera && IsDistorted(*camera);
   if (distorted) {
     Result<cv::Mat> straight = tables_->Undistort(*camera, gray);
+    if (straight.status().code() == StatusCode::kNoMemory) {
+      photo->failure = straight.status();
+      return;
+    }
     if (!straight.ok()) {
       photo->reason = Reason::kTooLarge;
       photo->detail = straight.status().message();
@@ -153,6 +185,10 @@ void PhotoPreparer::ExtractBytes(std::span<const uint8_t> bytes,
   photo->undistort_ms = watch.LapMs();
 
   Result<Features> features = ExtractFeaturesOf(gray);
+  if (features.status().code() == StatusCode::kNoMemory) {
+    photo->failure = features.status();
+    return;
+  }
   if (!features.ok()) {
     photo->reason = Reason::kNoTexture;
     photo->detail = features.status().message();
@@ -173,16 +209,25 @@ void PhotoPreparer::ExtractBytes(std::span<const uint8_t> bytes,
 PreparedPhoto PhotoPreparer::Extract(const PhotoSource& source,
                                      const std::optional<CameraModel>& camera) const {
   PreparedPhoto photo;
-  const std::optional<std::vector<uint8_t>> bytes = ReadBytes(source, &photo);
-  if (bytes) ExtractBytes(*bytes, camera, &photo);
+  try {
+    std::vector<uint8_t> own;
+    const auto bytes = ReadBytes(source, &own, &photo);
+    if (!bytes) return photo;
+    const uint64_t pixel_count = ReadPhotoHeader(*bytes).stored_size.pixel_count();
+    const MemoryBudget::Share share = TakeMemory(PrepareBytes(bytes->size(), pixel_count));
+    ExtractBytes(*bytes, camera, &photo);
+  } catch (const std::exception&) {
+    photo.failure = NotEnoughMemory();
+  }
   return photo;
 }
 
-Result<PreparedPhoto> PhotoPreparer::Prepare(const PhotoSource& source,
-                                             const CameraModel& camera) const {
+Result<PreparedPhoto> PhotoPreparer::PrepareWithin(const PhotoSource& source,
+                                                   const CameraModel& camera) const {
   Stopwatch watch;
   PreparedPhoto photo;
-  const std::optional<std::vector<uint8_t>> bytes = ReadBytes(source, &photo);
+  std::vector<uint8_t> own;
+  const auto bytes = ReadBytes(source, &own, &photo);
   if (!bytes) return photo;
   VEDUTA_ASSIGN_OR_RETURN(const std::optional<ImageId> stored,
                           database_->GetSnapshot()->FindImageByPhoto(photo.hash));
@@ -190,10 +235,30 @@ Result<PreparedPhoto> PhotoPreparer::Prepare(const PhotoSource& source,
   photo.decode_ms = watch.LapMs();
   if (photo.known) return photo;
   ExtractBytes(*bytes, camera, &photo);
-  if (photo.reason == Reason::kNone) {
+  if (photo.reason == Reason::kNone && photo.failure.ok()) {
     VEDUTA_RETURN_IF_ERROR(database_->WritePhotoAhead(photo.hash, *bytes, photo.features));
+    photo.written_ahead = WrittenAhead::Photo(database_, photo.hash);
   }
   return photo;
+}
+
+Result<PreparedPhoto> PhotoPreparer::Prepare(const PhotoSource& source, const CameraModel& camera,
+                                             Company company) const {
+  // A photo of another size than the camera's is not decoded.
+  const uint64_t pixel_count = ImageSize{camera.width_px, camera.height_px}.pixel_count();
+  const uint64_t size_bytes = source.bytes ? source.bytes->size() : PhotoFileSize(source.path);
+  const uint64_t needed =
+      PrepareBytes(std::min(size_bytes, options_.limits.size_bytes_max), pixel_count);
+  const MemoryBudget::Share share =
+      TakeMemory(company == Company::kAlone ? std::max(needed, budget_.bytes_max()) : needed);
+  try {
+    return PrepareWithin(source, camera);
+  } catch (const std::exception&) {
+    PreparedPhoto photo;
+    photo.name = source.name;
+    photo.failure = NotEnoughMemory();
+    return photo;
+  }
 }
 
 }  // namespace veduta

@@ -14,7 +14,9 @@
 #include "engine/camera/undistorter.h"
 #include "engine/door/submission.h"
 #include "engine/features/extractor.h"
+#include "engine/photo/memory_budget.h"
 #include "storage/database.h"
+#include "storage/written_ahead.h"
 
 namespace veduta {
 
@@ -27,10 +29,19 @@ struct PrepareOptions {
   // >= 0, px. Features so near to where the undistorted photo ends are dropped: the artificial
   // border has corners of its own. Chosen by hand; not measured.
   double border_px = 4;
+  // >= 1, bytes that photos may take at once while they are decoded and their features extracted. A
+  // photo that needs more is prepared alone. It decides when a photo is prepared and never what
+  // becomes of it.
+  uint64_t memory_bytes = DefaultPrepareMemoryBytes(UsableMemoryBytes(), 0);
 
   // The first violated bound, named with its value.
   Status Check() const;
 };
+
+// What preparing a photo takes at most, by its file's size and its pixels: decoding takes up to 16
+// bytes for each pixel (DecodeLimits), extraction 5 for the pixels, grey and straightened, besides
+// ExtractionBytes. Measured in engine/photo/photo_preparer.cc.
+uint64_t PrepareBytes(uint64_t size_bytes, uint64_t pixel_count);
 
 struct PreparedPhoto {
   std::string name;
@@ -39,41 +50,64 @@ struct PreparedPhoto {
   uint32_t width_px = 0, height_px = 0;
   Reason reason = Reason::kNone;  // not kNone: rejected, and why
   std::string detail;
+  // Why the photo could not be prepared, where this says nothing about the photo: its file cannot
+  // be read, or the memory is too short. There is no verdict, and it may be sent again.
+  Status failure;
   bool known = false;  // these bytes were in the database already; not decoded
   Features features;
+  WrittenAhead written_ahead;  // gives photo and features up unless they are committed
   double decode_ms = 0, undistort_ms = 0, features_ms = 0;
 };
 
-// The database and the tables must outlive it. Thread-safe.
+// The database and the tables must outlive it. Thread-safe; a call waits while photos of others
+// take the memory that its photo needs.
 class PhotoPreparer final {
  public:
   PhotoPreparer(Database* database, UndistortCache* tables, PrepareOptions options)
-      : database_(database), tables_(tables), options_(std::move(options)) {}
+      : database_(database),
+        tables_(tables),
+        options_(std::move(options)),
+        budget_(options_.memory_bytes) {}
+
+  // Whether others may be prepared meanwhile. Alone is for a second attempt where the first one's
+  // memory was too short.
+  enum class Company : uint8_t { kOthers, kAlone };
 
   // Also writes photo and features ahead of the commit, unless the photo is rejected or known. An
-  // error means that the database failed; whatever is wrong with the photo is in its `reason`.
-  Result<PreparedPhoto> Prepare(const PhotoSource& source, const CameraModel& camera) const;
+  // error means that the database failed; whatever is wrong with the photo is in its `reason`, and
+  // whatever kept it from being judged in its `failure`.
+  Result<PreparedPhoto> Prepare(const PhotoSource& source, const CameraModel& camera,
+                                Company company = Company::kOthers) const;
   // The same without the database, for queries by a photo that is not added. Without a camera the
   // photo is taken for one without distortion, of any size.
   PreparedPhoto Extract(const PhotoSource& source, const std::optional<CameraModel>& camera) const;
 
  private:
-  Result<std::vector<uint8_t>> ReadFile(const std::string& path) const;
-  // The photo's bytes, with the hash and the size noted in `photo`; empty where they cannot be had,
-  // with the reason noted.
-  std::optional<std::vector<uint8_t>> ReadBytes(const PhotoSource& source,
-                                                PreparedPhoto* photo) const;
+  // The photo's bytes: those of its source, or read into `own`, with the hash and the size noted in
+  // `photo`; none where they cannot be had, with the reason or the failure noted.
+  std::optional<std::span<const uint8_t>> ReadBytes(const PhotoSource& source,
+                                                    std::vector<uint8_t>* own,
+                                                    PreparedPhoto* photo) const;
+  MemoryBudget::Share TakeMemory(uint64_t bytes) const;
   void ExtractBytes(std::span<const uint8_t> bytes, const std::optional<CameraModel>& camera,
                     PreparedPhoto* photo) const;
 
+  Result<PreparedPhoto> PrepareWithin(const PhotoSource& source, const CameraModel& camera) const;
   // Extracts with the memory of an earlier extraction, where one has left some.
   Result<Features> ExtractFeaturesOf(const cv::Mat& gray) const;
+  void DropIdleScratch() const;
 
   Database* database_;
   UndistortCache* tables_;
   const PrepareOptions options_;
-  mutable std::mutex mutex_;
-  mutable std::vector<std::unique_ptr<FeatureScratch>> idle_scratch_;
+  mutable MemoryBudget budget_;
+  mutable std::mutex mutex_;  // of idle_scratch_
+  struct IdleScratch {
+    std::unique_ptr<FeatureScratch> scratch;
+    uint64_t size_bytes = 0;
+    MemoryBudget::Share share;
+  };
+  mutable std::vector<IdleScratch> idle_scratch_;
 };
 
 }  // namespace veduta

@@ -25,8 +25,13 @@ Result<std::map<ReconstructionId, DenseCounts>> CountDense(const Snapshot& snaps
     ++counts[depth.reconstruction].depth_maps;
     return true;
   }));
+  std::map<ReconstructionId, double> voxel_sizes;
   for (const DenseSettings& one : settings) {
-    DenseCounts* const count = &counts[one.reconstruction];
+    // A staged surface counts from the moment when it is the one that readers see.
+    const ReconstructionId owner = OwnerOfSurface(one.reconstruction);
+    if (owner == one.reconstruction) voxel_sizes[owner] = one.voxel_size;
+    if (voxel_sizes[owner] != one.voxel_size) continue;
+    DenseCounts* const count = &counts[owner];
     VEDUTA_RETURN_IF_ERROR(
         snapshot.dense().ScanTiles(one.reconstruction, [count](const TileRecord& tile) {
           ++count->tiles;

@@ -15,9 +15,14 @@ Result<std::vector<ReconstructionRecord>> ListLiving(const Snapshot& snapshot) {
   return records;
 }
 
-Result<ReconstructionRecord> LargestLiving(const Snapshot& snapshot) {
-  VEDUTA_ASSIGN_OR_RETURN(const std::vector<ReconstructionRecord> living, ListLiving(snapshot));
+Result<std::vector<ReconstructionRecord>> ListSomeLiving(const Snapshot& snapshot) {
+  VEDUTA_ASSIGN_OR_RETURN(std::vector<ReconstructionRecord> living, ListLiving(snapshot));
   if (living.empty()) return Status::NotFound("there is no reconstruction yet: add photos first");
+  return living;
+}
+
+Result<ReconstructionRecord> LargestLiving(const Snapshot& snapshot) {
+  VEDUTA_ASSIGN_OR_RETURN(const std::vector<ReconstructionRecord> living, ListSomeLiving(snapshot));
   return living.front();
 }
 

@@ -11,6 +11,9 @@ namespace veduta {
 // Those that were not merged away; most images first, then ascending ids. O(reconstructions).
 Result<std::vector<ReconstructionRecord>> ListLiving(const Snapshot& snapshot);
 
+// The same, kNotFound, saying what to do, while there is none.
+Result<std::vector<ReconstructionRecord>> ListSomeLiving(const Snapshot& snapshot);
+
 // The one with most images; kNotFound, saying what to do, while there is none.
 Result<ReconstructionRecord> LargestLiving(const Snapshot& snapshot);
 

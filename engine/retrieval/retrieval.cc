@@ -100,26 +100,30 @@ Result<std::vector<RankedImage>> Retrieval::Candidates(const Snapshot& snapshot,
                    std::max(options_.candidate_count_min, static_cast<uint32_t>(share)));
 }
 
-bool Retrieval::IsTrainingDue(const DatabaseState& state) const {
+bool Retrieval::HasOutgrown(const DatabaseState& state) const {
   if (state.vocabulary_imported) return false;
-  const std::unique_lock nobody_prepares(*preparing_, std::try_to_lock);
-  if (!nobody_prepares.owns_lock()) return false;
   if (state.vocabulary_generation == 0)
     return state.retrievable_image_count >= options_.compare_all_max;
   return state.retrievable_image_count >=
          uint64_t{options_.retrain_factor} * state.images_at_vocabulary;
 }
 
+bool Retrieval::IsTrainingDue(const DatabaseState& state) const {
+  const std::unique_lock nobody_prepares(*preparing_, std::try_to_lock);
+  return nobody_prepares.owns_lock() && HasOutgrown(state);
+}
+
 Result<Retrieval::Prepared> Retrieval::Train(Database* database, ThreadPool* pool) {
   return TrainAlone(database, pool, std::unique_lock(*preparing_));
 }
 
-Result<bool> Retrieval::TrainAndActivate(Database* database, ThreadPool* pool) {
-  std::unique_lock alone(*preparing_, std::try_to_lock);
-  if (!alone.owns_lock()) return false;
+Result<std::optional<Retrieval::Prepared>> Retrieval::TrainIfDue(Database* database,
+                                                                 ThreadPool* pool) {
+  std::unique_lock alone(*preparing_);
+  VEDUTA_ASSIGN_OR_RETURN(const DatabaseState state, database->GetSnapshot()->GetState());
+  if (!HasOutgrown(state)) return std::optional<Prepared>();
   VEDUTA_ASSIGN_OR_RETURN(Prepared prepared, TrainAlone(database, pool, std::move(alone)));
-  VEDUTA_RETURN_IF_ERROR(Activate(database, std::move(prepared)));
-  return true;
+  return std::optional(std::move(prepared));
 }
 
 Result<Retrieval::Prepared> Retrieval::TrainAlone(Database* database, ThreadPool* pool,
@@ -166,6 +170,7 @@ Result<Retrieval::Prepared> Retrieval::WriteAhead(Database* database, const Snap
   for (const ImageRecord& image : images) prepared.images.push_back(image.id);
   prepared.alone = std::move(alone);
   VEDUTA_RETURN_IF_ERROR(DeleteLeftovers(database, prepared.generation));
+  prepared.written_ahead = WrittenAhead::Vocabulary(database, prepared.generation);
   VEDUTA_RETURN_IF_ERROR(
       database->WriteVocabularyAhead(prepared.generation, prepared.tree->Serialize()));
 

@@ -6,6 +6,7 @@
 
 #include <memory>
 #include <mutex>
+#include <optional>
 #include <vector>
 
 #include "index/scoring.h"
@@ -13,6 +14,7 @@
 #include "index/vocabulary_tree.h"
 #include "storage/base/thread_pool.h"
 #include "storage/database.h"
+#include "storage/written_ahead.h"
 
 namespace veduta {
 
@@ -55,18 +57,18 @@ class Retrieval final {
     bool imported = false;
     std::vector<ImageId> images;         // that have words, ascending
     std::unique_lock<std::mutex> alone;  // no other vocabulary is prepared meanwhile
+    WrittenAhead written_ahead;          // gives it up, unless it became active
   };
   // Trains a tree from the descriptors of all images and writes it ahead, for Activate. Wants no
   // turn of the writer. Waits for another one's that is being prepared.
   Result<Prepared> Train(Database* database, ThreadPool* pool);
+  // The same where training is due; none where it is not, or not any more.
+  Result<std::optional<Prepared>> TrainIfDue(Database* database, ThreadPool* pool);
   // The same with a given tree; it is then never trained again by itself.
   Result<Prepared> Import(Database* database, VocabularyTree tree, ThreadPool* pool);
   // Gives words to the images that came meanwhile and switches to the vocabulary, in one
   // transaction. For who has the writer's turn.
   Status Activate(Database* database, Prepared prepared);
-  // All of it as one piece, for who has the writer's turn; false when somebody else is preparing a
-  // vocabulary at this moment, which makes this one unnecessary.
-  Result<bool> TrainAndActivate(Database* database, ThreadPool* pool);
 
   Result<std::shared_ptr<const VocabularyTree>> ActiveTree(const Snapshot& snapshot);
 
@@ -75,6 +77,9 @@ class Retrieval final {
                               std::unique_lock<std::mutex> alone);
   Result<Prepared> WriteAhead(Database* database, const Snapshot& snapshot, VocabularyTree tree,
                               bool imported, ThreadPool* pool, std::unique_lock<std::mutex> alone);
+
+  // IsTrainingDue, whoever may be preparing one.
+  bool HasOutgrown(const DatabaseState& state) const;
 
   const RetrievalOptions options_;
   // Held from the first thing written ahead to the switch. Shared by all that stand for one

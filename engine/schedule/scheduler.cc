@@ -15,6 +15,18 @@ Status ClosedEarly() {
   return Status::Cancelled("the engine was closed before the photo's turn came");
 }
 
+AddOutcome NotJudged(const WaitingPhoto& photo, Status failure) {
+  AddOutcome outcome;
+  outcome.name = photo.photo.name;
+  outcome.failure = std::move(failure);
+  return outcome;
+}
+
+// A failure that need not befall the next photo. After a failed write all others fail, too.
+bool IsOfOnePhoto(const Status& status) {
+  return status.code() != StatusCode::kIoError && status.code() != StatusCode::kBusy;
+}
+
 // Whether the photos keep their order. A contributor's lane is made anew whenever the line has run
 // out of photos, so its name counts.
 bool IsSameLane(const Lane& a, const Lane& b) {
@@ -24,11 +36,12 @@ bool IsSameLane(const Lane& a, const Lane& b) {
 }  // namespace
 
 Scheduler::Scheduler(Writer* writer, const PhotoPreparer* preparer, std::unique_ptr<Ingest>* ingest,
-                     ThreadPool* pool)
+                     ThreadPool* pool, TrainIfDue train_if_due)
     : writer_(writer),
       preparer_(preparer),
       ingest_(ingest),
       pool_(pool),
+      train_if_due_(std::move(train_if_due)),
       window_(2 * pool->thread_count() + 1),
       thread_([this] { Run(); }) {}
 
@@ -42,6 +55,7 @@ void Scheduler::Close() {
   NotifyChanged();
   lock.unlock();
   if (thread_.joinable()) thread_.join();
+  if (trainer_.joinable()) trainer_.join();
   lock.lock();
   changed_.wait(lock, [&] { return preparing_ == 0; });
   for (WaitingPhoto photo; line_.Take(&photo);) entries_.push_back({std::move(photo), true, {}});
@@ -198,7 +212,7 @@ bool Scheduler::PrepareOne(std::unique_lock<std::mutex>* lock, bool also_of_list
 }
 
 Scheduler::Entries::iterator Scheduler::FindApplicable() {
-  const bool list_may = !settling_photo_ && !follows_;
+  const bool list_may = !settling_photo_ && !follows_ && !is_training_;
   return std::find_if(entries_.begin(), entries_.end(), [&](const Entry& e) {
     // Within a lane the order stays, so a list waits for its first photo.
     const bool is_first = std::none_of(entries_.begin(), entries_.end(), [&](const Entry& other) {
@@ -246,13 +260,7 @@ void Scheduler::DropCancelled(std::unique_lock<std::mutex>* lock) {
     Entry dropped = std::move(*entry);
     entry = entries_.erase(entry);
     lock->unlock();
-    if (dropped.prepared && dropped.prepared->ok() && !(*dropped.prepared)->known &&
-        (*dropped.prepared)->reason == Reason::kNone) {
-      Writer::Turn turn = writer_->Take();
-      turn.database()
-          .DropPhotoAhead((*dropped.prepared)->hash)
-          .IgnoreBecause("the next opening sweeps what is left of it");
-    }
+    dropped.prepared.reset();  // which gives up what was written ahead
     if (was_cancelled) {
       if (dropped.photo.answered) dropped.photo.answered(dropped.photo.ticket->answer);
     } else if (TakeUp(dropped.photo.ticket.get())) {
@@ -275,6 +283,8 @@ bool Scheduler::Apply(Entries::iterator entry, std::unique_lock<std::mutex>* loc
     return true;
   }
   Result<AddOutcome> outcome = ApplyInTurn(&taken);
+  // Who waits for one photo learns of a failure as an error; a list goes on.
+  if (!is_of_list && outcome.ok() && !outcome->failure.ok()) outcome = Status(outcome->failure);
   const bool failed = !outcome.ok();
   lock->lock();
   ++photos_in_row_;
@@ -291,44 +301,85 @@ bool Scheduler::Apply(Entries::iterator entry, std::unique_lock<std::mutex>* loc
 }
 
 Result<AddOutcome> Scheduler::ApplyInTurn(Entry* entry) {
-  // What failed while the database was opened again, say, may do now.
-  if (!entry->prepared->ok())
-    entry->prepared = preparer_->Prepare(entry->photo.photo, entry->photo.camera.model);
+  // What failed while the database was opened again, say, or when others took the memory, may do
+  // now.
+  if (!entry->prepared->ok() || !(*entry->prepared)->failure.ok()) {
+    entry->prepared = preparer_->Prepare(entry->photo.photo, entry->photo.camera.model,
+                                         PhotoPreparer::Company::kAlone);
+  }
   if (!entry->prepared->ok()) return entry->prepared->status();
+  if (!(*entry->prepared)->failure.ok())
+    return NotJudged(entry->photo, (*entry->prepared)->failure);
   Writer::Turn turn = writer_->Take();
-  return (*ingest_)->Apply(std::move(**entry->prepared), entry->photo.camera,
-                           entry->photo.contributor);
+  Result<AddOutcome> outcome = (*ingest_)->Apply(std::move(**entry->prepared), entry->photo.camera,
+                                                 entry->photo.contributor);
+  if (!outcome.ok() && IsOfOnePhoto(outcome.status()))
+    return NotJudged(entry->photo, outcome.status());
+  return outcome;
 }
 
 bool Scheduler::DoStep(std::unique_lock<std::mutex>* lock) {
   photos_in_row_ = 0;
-  const std::shared_ptr<PhotoProgress> photo = settling_photo_;
   lock->unlock();
   Stopwatch watch;
   std::optional<FollowUp> step;
+  bool is_training_due = false;
   {
     Writer::Turn turn = writer_->Take();
     step = (*ingest_)->RunNextStep();
+    is_training_due = !step && (*ingest_)->IsTrainingDue();
   }
   const double ms = watch.LapMs();
-  if (photo) {
-    const std::lock_guard ticket_lock(photo->mutex);
-    if (photo->answer.ok()) {
-      photo->answer->times.follow_ms += ms;
-      photo->answer->times.total_ms += ms;
-    }
-    if (step) photo->followed.push_back(*step);
-  }
   lock->lock();
-  if (!step) {
-    follows_ = false;
-    MarkSettled();
-    FinishSettling();
+  if (step) {
+    Tell(std::move(*step), ms);
     return true;
   }
-  for (Settling* settling : settling_) settling->followed->push_back(*step);
-  if (!photo && settling_.empty() && !step->status.ok()) untold_.push_back(std::move(*step));
+  follows_ = false;
+  if (is_training_due && !is_training_ && !stopping_) StartTraining();
+  if (is_training_) return true;  // its end makes this function look again
+  MarkSettled();
+  FinishSettling();
   return true;
+}
+
+void Scheduler::StartTraining() {
+  if (trainer_.joinable()) trainer_.join();  // it has let go of the lock, and ends
+  is_training_ = true;
+  trainer_ = std::thread([this] { Train(); });
+}
+
+void Scheduler::Train() {
+  Stopwatch watch;
+  const Result<bool> trained = train_if_due_();
+  if (!trained.ok()) {
+    Writer::Turn turn = writer_->Take();
+    (*ingest_)->SetTrainingAside();
+  }
+  const std::lock_guard lock(mutex_);
+  if (!trained.ok() || *trained) {
+    FollowUp step;
+    step.kind = FollowUpKind::kVocabulary;
+    step.status = trained.status();
+    Tell(std::move(step), watch.LapMs());
+  }
+  is_training_ = false;
+  follows_ = true;
+  NotifyChanged();
+}
+
+void Scheduler::Tell(FollowUp step, double ms) {
+  if (settling_photo_) {
+    const std::lock_guard ticket_lock(settling_photo_->mutex);
+    if (settling_photo_->answer.ok()) {
+      settling_photo_->answer->times.follow_ms += ms;
+      settling_photo_->answer->times.total_ms += ms;
+    }
+    settling_photo_->followed.push_back(step);
+  }
+  for (Settling* settling : settling_) settling->followed->push_back(step);
+  if (!settling_photo_ && settling_.empty() && !step.status.ok())
+    untold_.push_back(std::move(step));
 }
 
 void Scheduler::MarkSettled() {

@@ -10,9 +10,12 @@
 //      applied when nothing follows from earlier photos any more, other photos at any time;
 //   3. one step of what follows from photos.
 // Every piece takes its turn of the Writer, so that the dense pass and others write in between.
+// A vocabulary is trained on a second thread, without a turn, while photos go on; only lists and
+// Settle wait for its end.
 
 #include <condition_variable>
 #include <cstdint>
+#include <functional>
 #include <list>
 #include <memory>
 #include <mutex>
@@ -31,10 +34,14 @@ namespace veduta {
 
 class Scheduler final {
  public:
+  // Trains the vocabulary that is due and switches to it, taking its own turn of the writer for the
+  // switch; false when there was nothing to do.
+  using TrainIfDue = std::function<Result<bool>()>;
+
   // `ingest` may be exchanged by its owner during a turn of the writer, so it is given by its
-  // place.
+  // place. All that is given must outlive the scheduler.
   Scheduler(Writer* writer, const PhotoPreparer* preparer, std::unique_ptr<Ingest>* ingest,
-            ThreadPool* pool);
+            ThreadPool* pool, TrainIfDue train_if_due);
   ~Scheduler();
 
   // Finishes the piece at hand and answers the photos that are not applied by then: kCancelled.
@@ -88,8 +95,14 @@ class Scheduler final {
   Entries::iterator FindApplicable();
   // Both: true, for a piece was done.
   bool Apply(Entries::iterator entry, std::unique_lock<std::mutex>* lock);
+  // A photo that cannot be judged is an outcome with a failure.
   Result<AddOutcome> ApplyInTurn(Entry* entry);
   bool DoStep(std::unique_lock<std::mutex>* lock);
+  // With the lock held.
+  void StartTraining();
+  void Train();  // on the second thread
+  // Tells whoever waits, or will ask, of a step that took so long. With the lock held.
+  void Tell(FollowUp step, double ms);
   // Answers photos that were cancelled, or whose list has ended, without applying them.
   void DropCancelled(std::unique_lock<std::mutex>* lock);
   // Takes a waiting photo up; false when it was cancelled.
@@ -103,6 +116,7 @@ class Scheduler final {
   const PhotoPreparer* const preparer_;
   std::unique_ptr<Ingest>* const ingest_;
   ThreadPool* const pool_;
+  const TrainIfDue train_if_due_;
   const size_t window_;
 
   std::mutex mutex_;
@@ -115,9 +129,11 @@ class Scheduler final {
   std::vector<FollowUp> untold_;                   // steps that failed when nobody was to be told
   bool may_follow_ = false;  // somebody has submitted or settled: what is due is done from then on
   bool follows_ = true;      // there may be a step; false once there was none, until the next photo
+  bool is_training_ = false;
   uint32_t photos_in_row_ = 0;
   bool stopping_ = false;
   uint64_t changes_ = 0;  // counts what the scheduler's thread may have missed while it worked
+  std::thread trainer_;
   std::thread thread_;
 };
 

@@ -12,6 +12,8 @@
 #include <set>
 
 #include "engine/camera/projection.h"
+#include "engine/camera/undistorter.h"
+#include "engine/photo/derived_features.h"
 #include "fusion/export/exporter.h"
 
 namespace veduta {
@@ -19,16 +21,23 @@ namespace {
 
 constexpr double kColmapPixelOffset = 0.5;
 
+// For features that are computed again: a table or two. Chosen by hand; not measured.
+constexpr uint64_t kTablesBytesMax = 64ull << 20;
+
 bool IsOpenCvModel(const CameraModel& m) {
   return IsDistorted(m) && m.u0 == m.cx && m.v0 == m.cy;
 }
 
-// A line break in a name would end the image's line: control characters are written as in a URL.
-std::string OnOneLine(const std::string& name) {
+// COLMAP takes a name for ended at the first space (src/colmap/scene/reconstruction_io_text.cc) and
+// the line at its end. So a name is written as in a URL (RFC 3986, section 2.1) where it has a space
+// or a control character, or a % that would be taken for such an escape.
+std::string ColmapName(const std::string& name) {
   std::string text;
   for (const char c : name) {
+    const auto byte = static_cast<unsigned char>(c);
     char escaped[4] = {c, 0, 0, 0};
-    if (static_cast<unsigned char>(c) < ' ') std::snprintf(escaped, sizeof(escaped), "%%%02X", c);
+    if (byte <= ' ' || byte == 0x7F || c == '%')
+      std::snprintf(escaped, sizeof(escaped), "%%%02X", byte);
     text += escaped;
   }
   return text;
@@ -88,12 +97,13 @@ class ColmapModel final {
   Status WriteImages(const std::vector<PoseRecord>& poses) {
     const auto path = folder_ / "images.txt";
     VEDUTA_ASSIGN_OR_RETURN(std::ofstream file, Create(path));
-    file << "# IMAGE_ID, QW, QX, QY, QZ, TX, TY, TZ, CAMERA_ID, NAME\n# POINTS2D[] as (X, Y, "
-            "POINT3D_ID)\n";
+    file << "# IMAGE_ID, QW, QX, QY, QZ, TX, TY, TZ, CAMERA_ID, NAME (as in a URL: %20 is a space)\n"
+            "# POINTS2D[] as (X, Y, POINT3D_ID)\n";
     for (const PoseRecord& pose : poses) {
       VEDUTA_ASSIGN_OR_RETURN(const ImageRecord image, snapshot_.GetImage(pose.image));
       VEDUTA_ASSIGN_OR_RETURN(const CameraRecord camera, snapshot_.GetCamera(image.camera));
-      VEDUTA_ASSIGN_OR_RETURN(const Features features, snapshot_.GetFeatures(image.photo));
+      VEDUTA_ASSIGN_OR_RETURN(const Features features,
+                              ReadOrDeriveFeatures(snapshot_, image, camera.model, &tables_));
       VEDUTA_ASSIGN_OR_RETURN(const std::vector<Observation> observations,
                               snapshot_.GetObservations(image.id));
       cameras_.insert(image.camera);
@@ -101,7 +111,7 @@ class ColmapModel final {
       const Eigen::Vector3d& t = pose.cam_from_world.translation;
       file << image.id.value << ' ' << q.w() << ' ' << q.x() << ' ' << q.y() << ' ' << q.z() << ' '
            << t.x() << ' ' << t.y() << ' ' << t.z() << ' ' << image.camera.value << ' '
-           << OnOneLine(image.name) << '\n';
+           << ColmapName(image.name) << '\n';
       VEDUTA_RETURN_IF_ERROR(CheckObservations(image, features, observations));
       WriteFeatures(features, observations, camera.model, &file);
     }
@@ -160,6 +170,7 @@ class ColmapModel final {
   const std::filesystem::path folder_;
   std::map<PointId, uint64_t> numbers_;
   std::set<CameraId> cameras_;
+  UndistortCache tables_{kTablesBytesMax};
 };
 
 class ColmapExporter final : public Exporter {

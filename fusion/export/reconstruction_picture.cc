@@ -56,12 +56,8 @@ Result<Picture> DrawReconstruction(const Snapshot& snapshot, ReconstructionId re
                                    Drawn drawn, const ViewGeometry& view,
                                    const RenderOptions& options, ThreadPool& pool) {
   VEDUTA_ASSIGN_OR_RETURN(Picture picture, BlankPicture(view, options));
-  VEDUTA_ASSIGN_OR_RETURN(const TileRecords tiles, LoadTileRecords(snapshot, reconstruction));
+  VEDUTA_ASSIGN_OR_RETURN(const TileRecords tiles, LoadCurrentTiles(snapshot, reconstruction));
   const bool has_surface = HasSurface(tiles);
-  if (drawn == Drawn::kSurface && !has_surface) {
-    return Status::NotFound("reconstruction " + std::to_string(reconstruction.value) +
-                            " has no surface: make one with 'veduta densify'");
-  }
   if (has_surface && drawn != Drawn::kPoints) {
     VEDUTA_RETURN_IF_ERROR(DrawTiles(snapshot, tiles, view, options, pool, &picture));
     return picture;

@@ -15,7 +15,7 @@ namespace veduta {
 // when it has no pose.
 Result<ViewGeometry> PhotoGeometry(const Snapshot& snapshot, ImageId image, uint32_t side_px);
 
-enum class Drawn : uint8_t { kSurfaceOrPoints, kSurface, kPoints };
+enum class Drawn : uint8_t { kSurfaceOrPoints, kPoints };
 
 // A picture of a reconstruction: the surface, some tiles at a time, or the sparse points where
 // there is none or they are asked for. kNotFound when the surface is asked for and there is none.

@@ -53,7 +53,7 @@ Result<SurfaceModel> LoadSurfaceModel(const Snapshot& snapshot,
   VEDUTA_ASSIGN_OR_RETURN(model.points, LoadPoints(snapshot, record));
   for (const auto& [id, image] : scene.images)
     model.cameras.push_back({image.record.name, ViewGeometryOf(image, 0)});
-  VEDUTA_ASSIGN_OR_RETURN(model.tiles, LoadTileRecords(snapshot, record.id));
+  VEDUTA_ASSIGN_OR_RETURN(model.tiles, LoadCurrentTiles(snapshot, record.id));
   return model;
 }
 
@@ -83,7 +83,7 @@ Result<Eigen::AlignedBox3d> BoxOf(const Snapshot& snapshot, ReconstructionId rec
   const auto add = [&](const Eigen::Vector3f& x) {
     for (int axis = 0; axis < 3; ++axis) coordinates[axis].push_back(x[axis]);
   };
-  VEDUTA_ASSIGN_OR_RETURN(const TileRecords tiles, LoadTileRecords(snapshot, reconstruction));
+  VEDUTA_ASSIGN_OR_RETURN(const TileRecords tiles, LoadCurrentTiles(snapshot, reconstruction));
   for (const auto& [place, tile] : tiles) {
     if (tile.triangle_count == 0) continue;
     VEDUTA_ASSIGN_OR_RETURN(const TileSurface surface, LoadSurface(snapshot, tile));

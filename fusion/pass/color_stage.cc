@@ -3,6 +3,7 @@
 // occluders changed.
 #include <algorithm>
 #include <string>
+#include <utility>
 
 #include "fusion/pass/range_images.h"
 #include "fusion/pass/stage.h"
@@ -57,7 +58,10 @@ Result<std::vector<ColorObservation>> Observe(const DensePass& pass,
     const SceneImage& image = scene.images.at(id);
     const auto is_wanted = [&](const SceneObservation& o) { return wanted[o.point] != 0; };
     if (std::ranges::none_of(image.observations, is_wanted)) continue;
-    VEDUTA_ASSIGN_OR_RETURN(const Features features, snapshot->GetFeatures(image.record.photo));
+    const Result<Features> stored = snapshot->GetFeatures(image.record.photo);
+    if (stored.status().code() == StatusCode::kCorruption) continue;  // the others will do
+    VEDUTA_RETURN_IF_ERROR(stored.status());
+    const Features& features = *stored;
     for (const SceneObservation& o : image.observations) {
       if (!is_wanted(o) || o.feature >= features.size()) continue;
       observations.push_back({id, scene.points[o.point].id, features.keypoints[o.feature].rgb});
@@ -82,8 +86,7 @@ class ColorStage final {
                               snapshot_->dense().GetCheckedDepth(id, depth.checked_version));
       sources_[id] = {GeometryOf(checked), depth.gain};
     }
-    VEDUTA_ASSIGN_OR_RETURN(const TileRecords tiles,
-                            LoadTileRecords(*snapshot_, pass_.reconstruction()));
+    VEDUTA_ASSIGN_OR_RETURN(const TileRecords tiles, LoadTileRecords(*snapshot_, pass_.surface()));
     const double side = kTileSide * coloring_.voxel_size;
     for (const auto& [place, tile] : tiles) {
       if (tile.triangle_count == 0) continue;
@@ -136,8 +139,9 @@ class ColorStage final {
 
   Result<std::shared_ptr<const ColorView>> GetView(ImageId id) {
     const auto make = [&]() -> Result<std::shared_ptr<const ColorView>> {
-      VEDUTA_ASSIGN_OR_RETURN(const std::shared_ptr<const View> view,
-                              loader_.Load(pass_.scene().images.at(id)));
+      const auto loaded = loader_.Load(pass_.scene().images.at(id));
+      if (loaded.status().code() == StatusCode::kCorruption) damaged_ = id;
+      VEDUTA_ASSIGN_OR_RETURN(const std::shared_ptr<const View> view, loaded);
       const std::array<float, 3>& gain = sources_.at(id).gain;
       View placed = *view;
       placed.geometry.cam_from_world = sources_.at(id).geometry.cam_from_world;
@@ -187,7 +191,13 @@ class ColorStage final {
       ++count_.kept;
       return Status::Ok();
     }
-    VEDUTA_ASSIGN_OR_RETURN(const VertexColors colors, Color(tile, views, between, rays));
+    const Result<VertexColors> colored = Color(tile, views, between, rays);
+    if (damaged_.valid()) {
+      // The other photos give the colours.
+      sources_.erase(std::exchange(damaged_, ImageId()));
+      return Update(tile, rays);
+    }
+    VEDUTA_ASSIGN_OR_RETURN(const VertexColors colors, colored);
     TileRecord record = tiles_[tile];
     record.color_version = version;
     const std::vector<uint8_t> bytes =
@@ -207,6 +217,7 @@ class ColorStage final {
   const std::shared_ptr<const Snapshot> snapshot_;  // meshes do not change in this stage
   ViewLoader loader_;
   std::map<ImageId, ColorSource> sources_;
+  ImageId damaged_;                // valid: its photo could not be read just now
   std::vector<TileRecord> tiles_;  // those with triangles; ascending places
   std::vector<Eigen::AlignedBox3d> boxes_;
   std::shared_ptr<const RayDevice> ray_device_;

@@ -1,13 +1,18 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "fusion/pass/dense_pass.h"
 
+#include <algorithm>
+#include <cmath>
 #include <optional>
 #include <set>
+#include <sstream>
 #include <string>
 
 #include "engine/journal/journal.h"
 #include "fusion/pass/stage.h"
+#include "fusion/pass/staged_surface.h"
 #include "fusion/pass/view_loader.h"
+#include "fusion/volume/grid.h"
 #include "kernels/device.h"
 #include "storage/base/median.h"
 #include "storage/base/option_bounds.h"
@@ -38,10 +43,57 @@ Result<double> FootprintOf(const Scene& scene, uint32_t side_px) {
                                  " has no points to take a voxel size from");
 }
 
+// How wide the reconstruction is: the longest side of the box that holds its points, without the
+// hundredth of them that lies farthest out on either side.
+double WidthOf(const Scene& scene) {
+  constexpr double kOutside = 0.01;  // chosen by hand; not measured: mistriangulated points
+  double width = 0;
+  for (int axis = 0; axis < 3; ++axis) {
+    std::vector<double> values;
+    for (const ScenePoint& point : scene.points) values.push_back(point.position[axis]);
+    if (values.empty()) return 0;
+    const double low = QuantileInPlace(values, kOutside);
+    width = std::max(width, QuantileInPlace(values, 1 - kOutside) - low);
+  }
+  return width;
+}
+
+std::string Short(double value) {
+  std::ostringstream text;
+  text.precision(4);
+  text << value;
+  return text.str();
+}
+
+// A grid on which there can be a surface. At least, one block is as wide as a pixel of a depth map:
+// through a narrower one hardly any pixel passes, and it is not allocated. At most, the
+// reconstruction is as wide as one block.
+Status CheckVoxelSize(const Scene& scene, const DenseSettings& settings) {
+  VEDUTA_ASSIGN_OR_RETURN(const double footprint, FootprintOf(scene, settings.depth_side_px));
+  const double width = WidthOf(scene);
+  const double least = footprint / kBlockSide, most = width / kBlockSide;
+  if (settings.voxel_size >= least && settings.voxel_size <= most) return Status::Ok();
+  const double blocks = std::pow(std::max(1.0, width / (kBlockSide * settings.voxel_size)), 2);
+  const std::string size = "voxel size " + Short(settings.voxel_size);
+  const std::string model = "reconstruction " + std::to_string(scene.reconstruction.id.value) +
+                            ", which is " + Short(width) + " wide";
+  const std::string range =
+      "; give --voxel a size from " + Short(least) + " to " + Short(most) + ". Nothing was changed";
+  if (settings.voxel_size > most) {
+    return Status::InvalidArgument(size + " is too large for " + model +
+                                   ": all of it would lie in one block of " +
+                                   std::to_string(kBlockSide) + " voxels a side" + range);
+  }
+  return Status::InvalidArgument(
+      size + " is too small for " + model + ": a surface across it would take some " +
+      Short(blocks) + " blocks (" + Short(blocks * kBlockVoxels) + " bytes and more), each " +
+      "narrower than a pixel of the depth maps, which is " + Short(footprint) + " wide" + range);
+}
+
 Result<DenseSettings> ChooseSettings(const Snapshot& snapshot, const Scene& scene,
                                      const DensifyOptions& options) {
   VEDUTA_ASSIGN_OR_RETURN(const std::optional<DenseSettings> last,
-                          snapshot.dense().FindSettings(scene.reconstruction.id));
+                          FindLastSettings(snapshot, scene.reconstruction.id));
   DenseSettings settings =
       last.value_or(DenseSettings{scene.reconstruction.id, 0, kDepthSidePx, kSensorCount});
   settings.depth_side_px = options.depth_side_px.value_or(settings.depth_side_px);
@@ -52,20 +104,9 @@ Result<DenseSettings> ChooseSettings(const Snapshot& snapshot, const Scene& scen
     VEDUTA_ASSIGN_OR_RETURN(const double footprint, FootprintOf(scene, settings.depth_side_px));
     settings.voxel_size = options.voxel_px * footprint;
   }
+  if (!last || last->voxel_size != settings.voxel_size)
+    VEDUTA_RETURN_IF_ERROR(CheckVoxelSize(scene, settings));
   return settings;
-}
-
-Status PutSettings(const DenseSettings& settings, DensePass* pass) {
-  VEDUTA_ASSIGN_OR_RETURN(const std::optional<DenseSettings> last,
-                          pass->GetSnapshot()->dense().FindSettings(settings.reconstruction));
-  if (last && *last == settings) return Status::Ok();
-  return pass->Commit([&](const Snapshot&, Transaction* transaction) {
-    // On another grid no tile means anything.
-    if (last && last->voxel_size != settings.voxel_size)
-      transaction->dense().DeleteReconstruction(settings.reconstruction);
-    transaction->dense().PutSettings(settings);
-    return Status::Ok();
-  });
 }
 
 // Writes a pass that has done something into the journal.
@@ -90,10 +131,17 @@ Status NoteInJournal(const DensifyReport& report, DensePass* pass) {
   });
 }
 
-Status RunPass(const DensifyOptions& options, const DenseSettings& settings, DensePass* pass,
-               DensifyReport* report) {
-  VEDUTA_RETURN_IF_ERROR(PutSettings(settings, pass));
+Status RunPass(const DensifyOptions& options, DensePass* pass, DensifyReport* report) {
+  VEDUTA_RETURN_IF_ERROR(FinishMove(pass));
+  VEDUTA_ASSIGN_OR_RETURN(const DenseSettings settings,
+                          ChooseSettings(*pass->GetSnapshot(), pass->scene(), options));
+  report->voxel_size = settings.voxel_size;
+  report->depth_side_px = settings.depth_side_px;
+  report->sensor_count = settings.sensor_count;
+  VEDUTA_ASSIGN_OR_RETURN(const ReconstructionId surface, BeginSurface(settings, pass));
+  pass->set_surface(surface);
   VEDUTA_RETURN_IF_ERROR(RunStages(StageOptionsOf(options, settings), pass, report));
+  VEDUTA_RETURN_IF_ERROR(FinishMove(pass));
   VEDUTA_RETURN_IF_ERROR(
       pass->GetSnapshot()->dense().ScanTiles(pass->reconstruction(), [&](const TileRecord& tile) {
         ++report->tiles;
@@ -130,15 +178,11 @@ Result<DensifyReport> RunDensePass(const DensePassTools& tools, ReconstructionId
   VEDUTA_RETURN_IF_ERROR(options.Check());
   const auto snapshot = tools.writer.GetSnapshot();
   VEDUTA_ASSIGN_OR_RETURN(const Scene scene, LoadScene(*snapshot, reconstruction));
-  VEDUTA_ASSIGN_OR_RETURN(const DenseSettings settings, ChooseSettings(*snapshot, scene, options));
   DensifyReport report;
   report.reconstruction = reconstruction;
   report.device = tools.device ? tools.device->info().name : "C++";
-  report.voxel_size = settings.voxel_size;
-  report.depth_side_px = settings.depth_side_px;
-  report.sensor_count = settings.sensor_count;
   DensePass pass(tools, scene);
-  const Status status = RunPass(options, settings, &pass, &report);
+  const Status status = RunPass(options, &pass, &report);
   report.merged_into = pass.merged_into();
   if (!status.ok() && !report.merged_into.valid()) return status;
   return report;
@@ -159,9 +203,10 @@ Result<uint64_t> SweepMerged(Writer& writer) {
   VEDUTA_ASSIGN_OR_RETURN(const std::vector<DenseSettings> settings,
                           snapshot->dense().ListSettings());
   for (const DenseSettings& one : settings) {
-    if (!merged.contains(one.reconstruction)) continue;
+    const ReconstructionId owner = OwnerOfSurface(one.reconstruction);
+    if (!merged.contains(owner)) continue;
     dense.DeleteReconstruction(one.reconstruction);
-    swept.insert(one.reconstruction);
+    swept.insert(owner);
   }
   VEDUTA_RETURN_IF_ERROR(snapshot->dense().ScanDepths([&](const DepthRecord& depth) {
     if (!merged.contains(depth.reconstruction)) return true;

@@ -2,9 +2,10 @@
 // Raw depth maps: which are stale, and those made anew.
 #include <algorithm>
 #include <cmath>
+#include <set>
 #include <string>
 
-#include "engine/photo/image_features.h"
+#include "engine/photo/derived_features.h"
 #include "fusion/depth/depth_codes.h"
 #include "fusion/pass/movement.h"
 #include "fusion/pass/stage.h"
@@ -13,6 +14,9 @@
 
 namespace veduta {
 namespace {
+
+// For features that are computed again: a table or two. Chosen by hand; not measured.
+constexpr uint64_t kTablesBytesMax = 64ull << 20;
 
 constexpr size_t kViewsKept = 16;  // chosen by hand; not measured: a key view and its neighbours
 
@@ -85,8 +89,9 @@ class DepthStage final {
   }
 
   Result<std::vector<SensorView>> Rank(const SceneImage& image) {
-    VEDUTA_ASSIGN_OR_RETURN(const Features features,
-                            loader_.snapshot().GetFeatures(image.record.photo));
+    VEDUTA_ASSIGN_OR_RETURN(
+        const Features features,
+        ReadOrDeriveFeatures(loader_.snapshot(), image.record, image.camera, &tables_));
     KeyView key{
         image.record.width_px, image.record.height_px, image.cam_from_world.Center(), {}, {}};
     key.features.reserve(features.size());
@@ -127,6 +132,7 @@ class DepthStage final {
     VEDUTA_ASSIGN_OR_RETURN(const std::vector<SensorView> views, Rank(image));
     for (const SensorView& view : views) {
       if (plan.sensors.size() == options_.sensor_count) break;
+      if (damaged_.contains(view.image)) continue;
       plan.sensors.push_back({view.image, pass_.scene().images.at(view.image).cam_from_world});
     }
     if (plan.sensors.empty()) *reason = "no other photo overlaps enough";
@@ -142,7 +148,12 @@ class DepthStage final {
       return Status::Ok();
     }
     std::string reason;
-    VEDUTA_ASSIGN_OR_RETURN(DepthRecord plan, Plan(image, &reason));
+    const Result<DepthRecord> planned = Plan(image, &reason);
+    // What is damaged keeps no other photo from its depth map; a map that is there stays.
+    if (planned.status().code() == StatusCode::kCorruption)
+      return PassOver(image, planned.status().message(), /*is_stored=*/false);
+    VEDUTA_RETURN_IF_ERROR(planned.status());
+    DepthRecord plan = *planned;
     if (plan.sensors.empty()) return PassOver(image, reason, stored.has_value());
     if (stored && stored->version ==
                       plan.version) {  // it has fewer sensors than asked for, and there are no more
@@ -168,16 +179,24 @@ class DepthStage final {
   }
 
   Status Make(const SceneImage& image, DepthRecord plan, bool is_stored) {
-    VEDUTA_ASSIGN_OR_RETURN(const std::shared_ptr<const View> key, loader_.Load(image));
+    const Result<std::shared_ptr<const View>> key = loader_.Load(image);
+    if (key.status().code() == StatusCode::kCorruption)
+      return PassOver(image, key.status().message(), /*is_stored=*/false);
+    VEDUTA_RETURN_IF_ERROR(key.status());
     std::vector<View> sensors;
     for (const SensorPose& sensor : plan.sensors) {
-      VEDUTA_ASSIGN_OR_RETURN(const std::shared_ptr<const View> view,
-                              loader_.Load(pass_.scene().images.at(sensor.image)));
-      sensors.push_back(*view);
+      const Result<std::shared_ptr<const View>> view =
+          loader_.Load(pass_.scene().images.at(sensor.image));
+      if (view.status().code() == StatusCode::kCorruption) {
+        damaged_.insert(sensor.image);
+        return Update(image);  // by others, of which there are fewer now
+      }
+      VEDUTA_RETURN_IF_ERROR(view.status());
+      sensors.push_back(**view);
     }
     const DepthRange range{plan.depth_near, plan.depth_far};
     const Result<DepthMap> map =
-        EstimateDepth(*key, sensors, range, options_.estimation, pass_.device(), pass_.pool());
+        EstimateDepth(**key, sensors, range, options_.estimation, pass_.device(), pass_.pool());
     // A view that nothing can be made of must not keep the city from its surface.
     if (map.status().code() == StatusCode::kInvalidArgument)
       return PassOver(image, map.status().message(), is_stored);
@@ -200,7 +219,9 @@ class DepthStage final {
   DensePass& pass_;
   std::vector<PassedOver>* const without_depth_;
   ViewLoader loader_;
+  UndistortCache tables_{kTablesBytesMax};
   std::map<ImageId, Eigen::Vector3d> centers_;
+  std::set<ImageId> damaged_;  // photos that cannot be read
   StageCount count_;
 };
 

@@ -3,6 +3,8 @@
 
 #include <set>
 
+#include "fusion/pass/staged_surface.h"
+
 namespace veduta {
 
 Status DensePass::Tell(std::string_view stage, size_t done, size_t total) const {
@@ -37,6 +39,7 @@ Status RunStages(const DenseStageOptions& options, DensePass* pass, DensifyRepor
   VEDUTA_ASSIGN_OR_RETURN(report->meshes, ExtractTiles(options.meshes, pass));
   VEDUTA_ASSIGN_OR_RETURN(report->exposures, UpdateExposures(options.exposures, pass));
   VEDUTA_ASSIGN_OR_RETURN(report->colors, ColorTiles(options.colors, pass));
+  VEDUTA_RETURN_IF_ERROR(SwitchToStaged(pass));
   return SweepStale(pass);
 }
 

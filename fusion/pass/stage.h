@@ -23,10 +23,15 @@ namespace veduta {
 class DensePass final {
  public:
   // Both must outlive the pass.
-  DensePass(const DensePassTools& tools, const Scene& scene) : tools_(tools), scene_(scene) {}
+  DensePass(const DensePassTools& tools, const Scene& scene)
+      : tools_(tools), scene_(scene), surface_(scene.reconstruction.id) {}
 
   const Scene& scene() const { return scene_; }
   ReconstructionId reconstruction() const { return scene_.reconstruction.id; }
+  // The id that tiles go under: the reconstruction's own until another is set
+  // (fusion/pass/staged_surface.h).
+  ReconstructionId surface() const { return surface_; }
+  void set_surface(ReconstructionId surface) { surface_ = surface; }
   ThreadPool& pool() const { return tools_.pool; }
   Device* device() const { return tools_.device; }  // null: C++
   std::shared_ptr<const Snapshot> GetSnapshot() const { return tools_.writer.GetSnapshot(); }
@@ -44,6 +49,7 @@ class DensePass final {
  private:
   const DensePassTools& tools_;
   const Scene& scene_;
+  ReconstructionId surface_;
   ReconstructionId merged_into_;
 };
 

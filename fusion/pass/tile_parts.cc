@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <cstring>
 
+#include "fusion/pass/staged_surface.h"
+
 namespace veduta {
 namespace {
 
@@ -50,6 +52,16 @@ Result<TileRecords> LoadTileRecords(const Snapshot& snapshot, ReconstructionId r
     tiles[tile.place] = tile;
     return true;
   }));
+  return tiles;
+}
+
+Result<TileRecords> LoadCurrentTiles(const Snapshot& snapshot, ReconstructionId reconstruction) {
+  VEDUTA_ASSIGN_OR_RETURN(TileRecords tiles, LoadTileRecords(snapshot, reconstruction));
+  VEDUTA_ASSIGN_OR_RETURN(const bool moves, IsMoving(snapshot, reconstruction));
+  if (!moves) return tiles;
+  VEDUTA_ASSIGN_OR_RETURN(TileRecords others,
+                          LoadTileRecords(snapshot, StagedSurfaceOf(reconstruction)));
+  tiles.merge(others);
   return tiles;
 }
 

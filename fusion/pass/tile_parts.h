@@ -20,6 +20,9 @@ uint8_t NumberInTile(const GridPlace& block);
 // The records of a reconstruction's tiles, by place.
 using TileRecords = std::map<GridPlace, TileRecord>;
 Result<TileRecords> LoadTileRecords(const Snapshot& snapshot, ReconstructionId reconstruction);
+// Those of the surface that readers see, also while it moves (fusion/pass/staged_surface.h). Their
+// `reconstruction` says under which id their parts are stored.
+Result<TileRecords> LoadCurrentTiles(const Snapshot& snapshot, ReconstructionId reconstruction);
 
 // Histograms of all allocated blocks that solving the tile reads, ascending.
 struct HistogramAt {

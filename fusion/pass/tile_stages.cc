@@ -124,7 +124,7 @@ Result<StageCount> SolveTiles(const FusionStageOptions& options, DensePass* pass
   Stopwatch watch;
   StageCount count;
   VEDUTA_ASSIGN_OR_RETURN(TileRecords tiles,
-                          LoadTileRecords(*pass->GetSnapshot(), pass->reconstruction()));
+                          LoadTileRecords(*pass->GetSnapshot(), pass->surface()));
   StageCount first;
   VEDUTA_RETURN_IF_ERROR(SolveRound(options, kFirstRound, 0, pass, &tiles, &first));
   VEDUTA_RETURN_IF_ERROR(SolveRound(options, kSecondRound, tiles.size(), pass, &tiles, &count));
@@ -137,8 +137,7 @@ Result<StageCount> ExtractTiles(const MeshStageOptions& options, DensePass* pass
   Stopwatch watch;
   StageCount count;
   const auto snapshot = pass->GetSnapshot();
-  VEDUTA_ASSIGN_OR_RETURN(const TileRecords tiles,
-                          LoadTileRecords(*snapshot, pass->reconstruction()));
+  VEDUTA_ASSIGN_OR_RETURN(const TileRecords tiles, LoadTileRecords(*snapshot, pass->surface()));
   std::vector<Extraction> stale;
   for (const auto& [place, tile] : tiles) {
     const uint64_t version = VersionAround(options, "mesh", tiles, place,

@@ -85,6 +85,9 @@ Result<View> ViewLoader::Make(const SceneImage& image) {
   VEDUTA_ASSIGN_OR_RETURN(const StoredBytes bytes, snapshot_->GetPhoto(image.record.photo));
   const DecodedPhoto photo =
       DecodePhoto(bytes.bytes(), DecodeLimits(), {image.camera.width_px, image.camera.height_px});
+  if (photo.outcome == DecodeOutcome::kNoMemory) {
+    return Status::NoMemory(image.record.name + ": " + photo.detail);
+  }
   if (photo.outcome != DecodeOutcome::kDecoded) {
     return Status::Corruption("the stored photo " + image.record.name +
                               " cannot be decoded: " + photo.detail);

@@ -81,7 +81,7 @@ class VolumeStage final {
       return true;
     }));
     VEDUTA_RETURN_IF_ERROR(
-        snapshot_->dense().ScanTiles(pass_.reconstruction(), [&](const TileRecord& tile) {
+        snapshot_->dense().ScanTiles(pass_.surface(), [&](const TileRecord& tile) {
           tiles_[tile.place] = 0;
           return true;
         }));
@@ -103,11 +103,11 @@ class VolumeStage final {
 
   Status Update(GridPlace place, uint64_t wanted) {
     VEDUTA_ASSIGN_OR_RETURN(const std::optional<TileRecord> found,
-                            snapshot_->dense().FindTile(pass_.reconstruction(), place));
+                            snapshot_->dense().FindTile(pass_.surface(), place));
     if (wanted == 0) return Drop(place);
     TileRecord tile;
     if (found) tile = *found;
-    tile.reconstruction = pass_.reconstruction();
+    tile.reconstruction = pass_.surface();
     tile.place = place;
     const TileRecord last = tile;
     tile.blocks = wanted;
@@ -129,7 +129,7 @@ class VolumeStage final {
   Status Drop(GridPlace place) {
     ++count_.removed;
     return pass_.Commit([&](const Snapshot&, Transaction* transaction) {
-      transaction->dense().DeleteTile(pass_.reconstruction(), place);
+      transaction->dense().DeleteTile(pass_.surface(), place);
       return Status::Ok();
     });
   }

@@ -50,7 +50,7 @@ Result<Picture> BlankPicture(const ViewGeometry& view, const RenderOptions& opti
 Status DrawSurface(const RayScene& scene, const ViewGeometry& view, const RenderOptions& options,
                    ThreadPool& pool, Picture* picture);
 
-// Likewise points, as discs that face the camera; of equally near ones the first stays.
+// As DrawSurface, but points, as discs that face the camera; of equally near ones the first stays.
 Status DrawPoints(std::span<const CloudPoint> points, const ViewGeometry& view,
                   const RenderOptions& options, ThreadPool& pool, Picture* picture);
 

@@ -17,6 +17,7 @@ enum class StatusCode {
   kIoError,          // the operating system refused; includes a full disk
   kBusy,             // another process holds the database
   kCancelled,        // the user asked to stop
+  kNoMemory,         // the machine has too little memory; the input may be sound
 };
 
 class [[nodiscard]] Status {
@@ -43,6 +44,10 @@ class [[nodiscard]] Status {
     return {StatusCode::kCancelled, std::move(message)};
   }
 
+  static Status NoMemory(std::string message) {
+    return {StatusCode::kNoMemory, std::move(message)};
+  }
+
   bool ok() const { return code_ == StatusCode::kOk; }
   StatusCode code() const { return code_; }
   const std::string& message() const { return message_; }
@@ -63,9 +68,9 @@ class [[nodiscard]] Status {
 template <typename T>
 class [[nodiscard]] Result {
  public:
-  Result(T value)
-      : value_(std::move(value)) {}  // NOLINT: implicit so that `return value;` reads well
-  Result(Status status) : status_(std::move(status)) {  // NOLINT: likewise
+  // Both are implicit, so that `return value;` and `return status;` read well.
+  Result(T value) : value_(std::move(value)) {}         // NOLINT
+  Result(Status status) : status_(std::move(status)) {  // NOLINT
     if (status_.ok())
       AbortWithMessage(__FILE__, __LINE__, "Result built from an Ok status without a value");
   }

@@ -26,6 +26,16 @@ struct DenseSettings {
   bool operator==(const DenseSettings&) const = default;
 };
 
+// A surface on another grid is made beside the one that is there, under the reconstruction's id
+// with this bit set (FORMAT.md, "tile_record"). No reconstruction has such an id.
+inline constexpr uint32_t kStagedSurfaceBit = 1u << 31;
+constexpr ReconstructionId StagedSurfaceOf(ReconstructionId reconstruction) {
+  return ReconstructionId(reconstruction.value | kStagedSurfaceBit);
+}
+constexpr ReconstructionId OwnerOfSurface(ReconstructionId surface) {
+  return ReconstructionId(surface.value & ~kStagedSurfaceBit);
+}
+
 struct SensorPose {
   ImageId image;
   Rigid3 cam_from_world;  // as used, which need not be the current pose

@@ -104,7 +104,7 @@ class Calibrate(Case):
         two = session()
         two['views'][3].update(width=HEIGHT, height=WIDTH)
         self.refused(1, 'same way round', 'calibrate', '--points', points_file('two', two), *out)
-        self.refused(1, 'cannot open', 'calibrate', '--points', at('missing'), *out)
+        self.refused(1, 'cannot read', 'calibrate', '--points', at('missing'), *out)
         self.assertFalse(os.path.exists(at('never.json')))
         self.refused(1, 'cannot write', 'calibrate', '--points', points_file('good', session()),
                      '--out',

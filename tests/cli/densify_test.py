@@ -176,6 +176,10 @@ class Densify(Case):
         self.refused(1, 'abacus', 'densify', DENSE, '--device', 'abacus')
         self.refused(1, 'there is no reconstruction 77', 'densify', DENSE, '--reconstruction', '77')
         self.refused(1, 'depth_side_px is 5', 'densify', DENSE, '--size', '5')
+        before = must('digest', DENSE)
+        self.refused(1, 'too small', 'densify', DENSE, '--voxel', '1e-12')
+        self.refused(1, 'too large', 'densify', DENSE, '--voxel', '1e300')
+        self.assertEqual(must('digest', DENSE), before)
         for wrong in (('--voxel', '-1'), ('--sensors', '0'), ('--threads', '0')):
             self.assertEqual(run('densify', DENSE, *wrong)[0], 2, wrong)
         empty = new_database('empty')

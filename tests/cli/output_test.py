@@ -27,8 +27,13 @@ def setUpModule():
 
 
 class Full(Case):
-    COMMANDS = (('digest', WHOLE), ('status', WHOLE), ('status', WHOLE, '--json'),
-                ('journal', WHOLE), ('show', WHOLE, '#1'), ('camera', 'list', WHOLE), ('--help',),
+    COMMANDS = (('digest', WHOLE), ('digest', WHOLE, '--json'), ('status', WHOLE),
+                ('status', WHOLE, '--json'), ('journal', WHOLE), ('show', WHOLE, '#1'),
+                ('show', WHOLE, '#1', '--json'), ('pose', WHOLE, '#1'),
+                ('pose', WHOLE, '#1', '--json'), ('neighbors', WHOLE, '#1'),
+                ('neighbors', WHOLE, '#1', '--json'), ('camera', 'list', WHOLE),
+                ('camera', 'list', WHOLE, '--json'), ('verify', WHOLE), ('verify', WHOLE, '--json'),
+                ('vocabulary', 'info', WHOLE), ('devices',), ('devices', '--json'), ('--help',),
                 ('--version',), add_command(WHOLE, PHOTOS))
 
     @unittest.skipUnless(os.path.exists('/dev/full'), 'no device that is always full here')
@@ -84,10 +89,17 @@ class Names(Case):
             self.check_safe(out + err)
             # JSON keeps the name: only what is not UTF-8 is replaced.
             self.assertEqual(ask('show', db, stored)['image'], name.decode(errors='replace'))
+            self.check_safe(must('show', db, stored, '--json'))
             code, out, err = run('show', db, stored + '\x1b[2J')
             self.assertEqual((code, out), (1, ''))
             self.check_safe(err)
             self.assertIn(NAMES[name] + r'\x1b[2J', err)
+
+    def test_complaints_about_the_command_line_are_safe(self):
+        code, out, err = run('status', 'db', '--x\x1b[2J')
+        self.assertEqual((code, out), (2, ''))
+        self.check_safe(err)
+        self.assertIn(r'--x\x1b[2J', err)
 
     def test_other_text_is_safe_too(self):
         db, name = at('odd camera'), 'lens\x1b[31m\n'
@@ -106,6 +118,28 @@ class Names(Case):
         _, again, _ = run('add', db, '--camera', name, at('twin'))
         self.check_safe(again)  # a duplicate's reason names the other photo
         self.assertIn(r'a\x1b[31m.jpg', again.splitlines()[1])
+
+
+class Pipes(Case):
+    def test_nobody_waits_for_a_pipe(self):
+        db, pipe = new_database('pipes'), at('pipe')
+        os.mkfifo(pipe)
+        for command in (('camera', 'add', db, 'b', '--from', pipe),
+                        ('vocabulary', 'import', db, pipe), add_command(db, '--list', pipe),
+                        ('calibrate', '--points', pipe, '--out', at('never.json'))):
+            done = subprocess.run([VEDUTA, *command], stdout=subprocess.PIPE,
+                                  stderr=subprocess.PIPE, timeout=60)
+            self.assertEqual(done.returncode, 1, command)
+            self.assertIn(b'is a pipe, not a file', done.stderr)
+        for path in ('/dev/zero', '/dev/full'):
+            self.refused(1, 'is a device, not a file', 'camera', 'add', db, 'b', '--from', path)
+        write(at('mixed', 'a.jpg'), photo(1))
+        os.mkfifo(at('mixed', 'p.jpg'))
+        os.symlink('circle.jpg', at('mixed', 'circle.jpg'))
+        code, out, err = run(*add_command(db, at('mixed')))
+        self.assertEqual((code, len(out.splitlines())), (0, 1))
+        self.assertIn('circle.jpg is passed over', err)
+        self.assertIn('p.jpg is passed over: it is no file', err)
 
 
 if __name__ == '__main__':

@@ -1,10 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 // Goal: files, folders and lists become the photos that they mean, under the names that they are to
 //   have, in the right order.
-// Method: a folder of empty files and links in a temporary place.
+// Method: a folder of empty files, links and a pipe in a temporary place.
 #include "cli/photo_list.h"
 
 #include <gtest/gtest.h>
+#include <sys/stat.h>
 #include <unistd.h>
 
 #include <filesystem>
@@ -47,30 +48,53 @@ std::vector<std::string> Names(const Result<std::vector<ListedPhoto>>& photos) {
 
 using Strings = std::vector<std::string>;
 
+Result<std::vector<ListedPhoto>> ListQuietly(const Strings& paths) {
+  Strings passed_over;
+  auto photos = ListPhotos(paths, &passed_over);
+  EXPECT_EQ(passed_over, Strings{});
+  return photos;
+}
+
 TEST_F(PhotoList, AFolderStandsForAllBelowIt) {
-  const auto photos = ListPhotos({At("")});
+  const auto photos = ListQuietly({At("")});
   EXPECT_EQ(Names(photos),
             (Strings{"a.jpg", "b.jpg", "line\nbreak.jpg", "sub/c.jpg", "sub/deep/d.jpg"}));
   EXPECT_EQ(fs::path(photos->back().path), fs::path(At("sub/deep/d.jpg")));
   EXPECT_EQ(photos->back().camera, "");
-  EXPECT_EQ(Names(ListPhotos({At("sub")})), (Strings{"c.jpg", "deep/d.jpg"}));
+  EXPECT_EQ(Names(ListQuietly({At("sub")})), (Strings{"c.jpg", "deep/d.jpg"}));
 }
 
 TEST_F(PhotoList, FilesKeepTheirOrder) {
-  EXPECT_EQ(Names(ListPhotos({At("b.jpg"), At("sub/c.jpg"), At("a.jpg"), At("sub/.f.jpg")})),
+  EXPECT_EQ(Names(ListQuietly({At("b.jpg"), At("sub/c.jpg"), At("a.jpg"), At("sub/.f.jpg")})),
             (Strings{"b.jpg", "c.jpg", "a.jpg", ".f.jpg"}));
-  EXPECT_EQ(Names(ListPhotos({})), Strings{});
+  EXPECT_EQ(Names(ListQuietly({})), Strings{});
 }
 
-TEST_F(PhotoList, LinksThatLeadNowhereArePassedOver) {
+TEST_F(PhotoList, WhatIsNoFileIsPassedOverByName) {
   fs::create_symlink(At("missing"), At("sub/broken.jpg"));
   fs::create_symlink(At("sub/circle.jpg"), At("sub/circle.jpg"));
+  fs::create_symlink(At("sub/there"), At("sub/back"));
+  fs::create_symlink(At("sub/back"), At("sub/there"));
+  fs::create_symlink(At(""), At("sub/up"));
   fs::create_symlink(At("a.jpg"), At("sub/link.jpg"));
-  EXPECT_EQ(Names(ListPhotos({At("sub")})), (Strings{"c.jpg", "deep/d.jpg", "link.jpg"}));
+  fs::create_symlink(At("sub/.circle.jpg"), At("sub/.circle.jpg"));  // hidden: not even named
+  ASSERT_EQ(mkfifo(At("sub/pipe.jpg").c_str(), 0600), 0);
+  Strings passed_over;
+  EXPECT_EQ(Names(ListPhotos({At("sub")}, &passed_over)),
+            (Strings{"c.jpg", "deep/d.jpg", "link.jpg"}));
+  ASSERT_EQ(passed_over.size(), 6u);
+  const std::pair<const char*, const char*> expected[] = {
+      {"sub/back", "symbolic links"},  {"sub/broken.jpg", "a link to nothing"},
+      {"sub/circle.jpg", "symbolic"},  {"sub/pipe.jpg", "no file"},
+      {"sub/there", "symbolic links"}, {"sub/up", "a link to a folder"}};
+  for (size_t i = 0; i < passed_over.size(); ++i) {
+    EXPECT_NE(passed_over[i].find(expected[i].first), std::string::npos) << passed_over[i];
+    EXPECT_NE(passed_over[i].find(expected[i].second), std::string::npos) << passed_over[i];
+  }
 }
 
 TEST_F(PhotoList, WhatIsMissingIsNamed) {
-  const auto photos = ListPhotos({At("a.jpg"), At("nowhere")});
+  const auto photos = ListQuietly({At("a.jpg"), At("nowhere")});
   ASSERT_FALSE(photos.ok());
   EXPECT_EQ(photos.status().code(), StatusCode::kNotFound);
   EXPECT_NE(photos.status().message().find("nowhere"), std::string::npos);
@@ -91,6 +115,22 @@ TEST_F(PhotoList, AListOfItsOwnNamesByTheCommonFolder) {
   EXPECT_EQ(Names(ReadPhotoList(List(At("sub/c.jpg") + "\n" + At("a.jpg") + "\n"), "")),
             (Strings{"sub/c.jpg", "a.jpg"}));
   EXPECT_EQ(Names(ReadPhotoList(List("# nothing\n"), "")), Strings{});
+}
+
+TEST_F(PhotoList, ALineWithoutAFileIsNamed) {
+  for (const std::string& text : {std::string("a.jpg\n\tlens\n"), std::string("a\nb\0c\n", 6)}) {
+    for (const char* folder : {"", "photos"}) {
+      const Status status = ParsePhotoList(text, folder).status();
+      EXPECT_EQ(status.code(), StatusCode::kInvalidArgument);
+      EXPECT_EQ(status.message(), "line 2 names no file");
+    }
+  }
+}
+
+TEST_F(PhotoList, AListThatIsAPipeIsRefused) {
+  ASSERT_EQ(mkfifo(At("pipe").c_str(), 0600), 0);
+  const Status status = ReadPhotoList(At("pipe"), "").status();
+  EXPECT_NE(status.message().find("is a pipe"), std::string::npos) << status.message();
 }
 
 TEST_F(PhotoList, AListThatCannotBeReadIsNamed) {

@@ -50,6 +50,12 @@ TEST(Printable, EscapesWhatIsNotUtf8) {
   EXPECT_EQ(Printable("\xf4\x90\x80\x80"), R"(\xf4\x90\x80\x80)");  // above U+10FFFF
 }
 
+TEST(Printable, LineEndsOfSeveralLinesStay) {
+  EXPECT_EQ(PrintableLines(""), "");
+  EXPECT_EQ(PrintableLines("a\x1b[2J\n\nb\r\n"), "a\\x1b[2J\n\nb\\r\n");
+  EXPECT_EQ(PrintableLines("no end"), "no end");
+}
+
 TEST(Printable, IsSafeForAnyBytes) {
   std::mt19937 random(1);
   for (int first = 0; first < 256; ++first) {

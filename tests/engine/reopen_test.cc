@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Goal: after a failed write the engine says so until it is opened again; opening again does not
-//   wait for readers, loses nothing that was acknowledged, and adding goes on to the same city.
+//   wait for readers, loses nothing that was acknowledged, and adding goes on to the same city; a
+//   vocabulary that was prepared before does not become active.
 // Method: a disk that fails one write while photos are added; Questions that were asked before stay
 //   held over the reopening; the end is compared with an undisturbed city.
 #include <gtest/gtest.h>
@@ -50,6 +51,25 @@ TEST(Reopen, GoesOnAfterAFailedWriteWithoutWaitingForReaders) {
   City undisturbed;
   undisturbed.Add(stands);
   EXPECT_EQ(city.Digest(), undisturbed.Digest());
+}
+
+// Opening again deletes what was written ahead of a vocabulary, so no commit may name it.
+TEST(Reopen, AVocabularyThatWasPreparedBeforeIsNotActivated) {
+  CityOptions options = City::Options(2);
+  options.ingest.retrieval.training_count_max = 2000;
+  City city(options);
+  city.Add(Walk(6, 0.9, 3));
+  EngineParts& parts = city.parts();
+  const std::shared_ptr<EngineCaches> from = parts.GetCaches();
+  Result<Retrieval::Prepared> prepared =
+      from->retrieval.Train(parts.database.get(), parts.pool.get());
+  ASSERT_OK(prepared);
+  ASSERT_OK(city.engine().Reopen());
+  EXPECT_EQ(parts.Activate(from, std::move(*prepared)).code(), StatusCode::kBusy);
+  EXPECT_EQ(city.Counts().vocabulary_generation, 0u);
+  EXPECT_OK(city.engine().TrainVocabulary());
+  EXPECT_EQ(city.Counts().vocabulary_generation, 1u);
+  EXPECT_TRUE(IsSound(city.Ask().snapshot()));
 }
 
 TEST(Reopen, SnapshotsHaveNamesThatGrow) {

@@ -36,6 +36,12 @@ std::vector<uint32_t> AddedOrder(City* city) {
   return order;
 }
 
+size_t CountPhotos(const City& city) {
+  size_t count = 0;
+  EXPECT_OK(city.Ask().snapshot().ScanPhotoKeys([&](const ContentHash&) { return ++count, true; }));
+  return count;
+}
+
 TEST(Submission, ManyClientsAtOnce) {
   City city;
   const std::vector<Stand> stands = Walk(6, 0.9, 8);
@@ -97,9 +103,41 @@ TEST(Submission, ACancelledPhotoLeavesNothing) {
   EXPECT_TRUE(cancelled) << "the sixth photo of one lane was applied before it was cancelled";
   ASSERT_OK(city.engine().Settle());
   EXPECT_EQ(city.Counts().images, stands.size() - 1);
+  // Who adds a photo after it knows that the cancelled one was dropped before.
+  ASSERT_OK(city.engine().Submit(From(&city, stands.front(), "anna"))->Wait());
+  EXPECT_EQ(CountPhotos(city), stands.size() - 1) << "without another opening";
   city.Reopen();
   EXPECT_TRUE(IsSound(city.Ask().snapshot()));
   EXPECT_FALSE(city.Ask().FindImage(TakePhoto(stands.back()).name).ok());
+}
+
+// The same bytes under a camera of another size, under a bent camera, and under a taken name, at
+// once: nothing of them is left, without another opening, and an image has its own features.
+TEST(Submission, TheSameBytesTwiceLeaveOnePhotoWithItsOwnFeatures) {
+  const std::vector<Stand> stands = Walk(6, 0.9, 4);
+  std::vector<std::string> digests;
+  for (int round = 0; round < 4; ++round) {
+    City city(City::Options(round % 2 == 0 ? 1 : 3));
+    CameraModel wrong = StreetCameraModel(), bent = StreetCameraModel();
+    wrong.width_px += 2;
+    bent.k1 = -0.05;
+    ASSERT_OK(city.engine().AddCamera("wrong", wrong, "a test"));
+    ASSERT_OK(city.engine().AddCamera("bent", bent, "a test"));
+    std::vector<PhotoSubmission> photos;
+    for (size_t i = 0; i < stands.size(); ++i) {
+      PhotoSubmission copy = city.Submit(stands[i]);
+      copy.photo.name = i == 3 ? photos.front().photo.name : "copy of " + copy.photo.name;
+      if (i < 3) copy.camera = i == 0 ? "wrong" : "bent";
+      if (i != 1) photos.push_back(copy);
+      photos.push_back(city.Submit(stands[i]));
+      if (i == 1) photos.push_back(copy);
+    }
+    city.Add(photos);
+    EXPECT_EQ(CountPhotos(city), stands.size());
+    EXPECT_TRUE(IsSound(city.Ask().snapshot()));
+    digests.push_back(city.Digest());
+  }
+  EXPECT_EQ(std::count(digests.begin(), digests.end(), digests.front()), 4);
 }
 
 TEST(Submission, CallbacksMayAskAndSubmit) {

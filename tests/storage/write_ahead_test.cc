@@ -9,6 +9,8 @@
 
 #include "samples.h"
 #include "storage/database.h"
+#include "storage/write_ahead.h"
+#include "storage/written_ahead.h"
 
 namespace veduta {
 namespace {
@@ -35,6 +37,14 @@ void CommitImage(Database& database, const ImageRecord& image) {
   auto transaction = database.BeginTransaction();
   transaction->PutImage(image);
   ASSERT_OK(transaction->Commit());
+}
+
+size_t CountBlocks(const Database& database, uint32_t reconstruction, uint32_t generation) {
+  size_t count = 0;
+  EXPECT_OK(
+      database.GetSnapshot()->ScanPointBlocks(ReconstructionId(reconstruction), generation,
+                                              [&](const PointBlock&) { return ++count, true; }));
+  return count;
 }
 
 TEST(WriteAhead, UncommittedPhotosAreSwept) {
@@ -118,6 +128,83 @@ TEST(WriteAhead, DroppingOneOfTwoClaimsKeepsThePhoto) {
   EXPECT_EQ(PhotoKeys(*database).size(), 0u);
 }
 
+// The same bytes under a wrong camera, or under a name that is taken: such an image keeps nothing.
+ImageRecord RejectedImage(uint32_t id, uint32_t photo_seed, Reason reason) {
+  ImageRecord image = SampleImage(id);
+  image.photo = SampleHash(photo_seed);
+  image.verdict = Verdict::kRejected;
+  image.reason = reason;
+  return image;
+}
+
+TEST(WriteAhead, RejectedImageLeavesTheMarkOfAnotherSubmission) {
+  for (const Reason reason : {Reason::kWrongSize, Reason::kNameTaken}) {
+    const TemporaryFolder folder;
+    auto database = MustCreate(folder / "db");
+    ASSERT_OK(WritePhoto(*database, 1));
+    CommitImage(*database, RejectedImage(7, 1, reason));
+    EXPECT_TRUE(*database->GetSnapshot()->IsWrittenAhead(SampleHash(1)));
+    // A kill, before the other submission's commit.
+    database.reset();
+    database = MustOpen(folder / "db", {});
+    EXPECT_TRUE(PhotoKeys(*database).empty());
+    EXPECT_TRUE(FeatureKeys(*database).empty());
+    // The other order, and a submission whose commit comes.
+    ASSERT_OK(WritePhoto(*database, 1));
+    CommitImage(*database, SampleImage(1));
+    CommitImage(*database, RejectedImage(8, 1, reason));
+    database.reset();
+    database = MustOpen(folder / "db", {});
+    EXPECT_EQ(PhotoKeys(*database), (std::set<ContentHash>{SampleHash(1)}));
+    EXPECT_FALSE(*database->GetSnapshot()->IsWrittenAhead(SampleHash(1)));
+  }
+}
+
+TEST(WriteAhead, ClaimsOfAPhotoThatWasLostAreCountedOn) {
+  const TemporaryFolder folder;
+  PhotoClaims claims;
+  EXPECT_FALSE(claims.Add(SampleHash(1)));
+  claims.LoseAllBut({});
+  EXPECT_FALSE(claims.CheckKept(SampleHash(1)).ok());
+  EXPECT_TRUE(claims.Add(SampleHash(1)));  // another submission writes it anew
+  claims.NoteWritten(SampleHash(1));
+  EXPECT_OK(claims.CheckKept(SampleHash(1)));
+  EXPECT_FALSE(claims.Release(SampleHash(1))) << "the first one is dropped, the second counts on";
+  EXPECT_TRUE(claims.Release(SampleHash(1)));
+}
+
+TEST(WriteAhead, FeaturesAreThoseOfTheSubmissionThatIsKept) {
+  const TemporaryFolder folder;
+  auto database = MustCreate(folder / "db");
+  const auto of_first = std::make_shared<const Features>(SampleFeatures(1, 20));
+  const auto of_second = std::make_shared<const Features>(SampleFeatures(2, 30));
+  for (const bool first_is_kept : {true, false}) {
+    const uint32_t seed = first_is_kept ? 1 : 2;
+    const auto& kept = first_is_kept ? of_first : of_second;
+    for (const auto& features :
+         {of_first, of_second})  // two cameras, both submissions on their way
+      ASSERT_OK(database->WritePhotoAhead(SampleHash(seed), SampleBytes(seed, 10), *features));
+    auto transaction = database->BeginTransaction();
+    transaction->PutImage(SampleImage(seed));
+    transaction->KeepFeatures(SampleHash(seed), kept);
+    ASSERT_OK(transaction->Commit());
+    // The other one comes again, after the commit.
+    ASSERT_OK(database->WritePhotoAhead(SampleHash(seed), SampleBytes(seed, 10),
+                                        first_is_kept ? *of_second : *of_first));
+    ASSERT_OK(database->DropPhotoAhead(SampleHash(seed)));
+    EXPECT_EQ(database->GetSnapshot()->GetFeatures(SampleHash(seed))->size(), kept->size());
+  }
+}
+
+TEST(WriteAhead, PhotoWrittenAfterItsCommitIsNotClaimed) {
+  const TemporaryFolder folder;
+  auto database = MustCreate(folder / "db");
+  ASSERT_OK(WritePhoto(*database, 1));
+  CommitImage(*database, SampleImage(1));
+  ASSERT_OK(WritePhoto(*database, 1));
+  EXPECT_FALSE(*database->GetSnapshot()->IsWrittenAhead(SampleHash(1))) << "no mark comes back";
+}
+
 TEST(WriteAhead, AbandonedCommitLeavesTheMark) {
   const TemporaryFolder folder;
   auto database = MustCreate(folder / "db");
@@ -131,12 +218,39 @@ TEST(WriteAhead, AbandonedCommitLeavesTheMark) {
   EXPECT_TRUE(PhotoKeys(*database).empty());
 }
 
-size_t CountBlocks(const Database& database, uint32_t reconstruction, uint32_t generation) {
-  size_t count = 0;
-  EXPECT_OK(
-      database.GetSnapshot()->ScanPointBlocks(ReconstructionId(reconstruction), generation,
-                                              [&](const PointBlock&) { return ++count, true; }));
-  return count;
+// Whatever its holder does not commit is gone without another opening.
+TEST(WriteAhead, HolderGivesUpWhatIsNotCommitted) {
+  const TemporaryFolder folder;
+  auto database = MustCreate(folder / "db");
+  for (const uint32_t seed : {1u, 2u}) {
+    ASSERT_OK(WritePhoto(*database, seed));
+    WrittenAhead held;
+    held = WrittenAhead::Photo(database.get(), SampleHash(seed));
+    const WrittenAhead moved = std::move(held);
+    EXPECT_EQ(PhotoKeys(*database).count(SampleHash(seed)), 1u);
+    if (seed == 2) CommitImage(*database, SampleImage(2));
+  }
+  EXPECT_EQ(PhotoKeys(*database), (std::set<ContentHash>{SampleHash(2)}));
+  for (const uint32_t generation : {1u, 2u}) {
+    const auto held_tree = WrittenAhead::Vocabulary(database.get(), generation);
+    const auto held_blocks =
+        WrittenAhead::PointBlocks(database.get(), ReconstructionId(1), generation);
+    ASSERT_OK(database->WriteVocabularyAhead(generation, SampleBytes(generation, 100)));
+    ASSERT_OK(database->WritePointBlocksAhead(ReconstructionId(1), generation,
+                                              std::vector{SampleBlock(1, 3)}));
+    if (generation == 1) continue;
+    auto transaction = database->BeginTransaction();
+    DatabaseState state = SampleState(2);
+    state.vocabulary_generation = 2;
+    transaction->PutState(state);
+    transaction->PutReconstruction(SampleReconstruction(1, 2));
+    ASSERT_OK(transaction->Commit());
+  }
+  const auto snapshot = database->GetSnapshot();
+  EXPECT_EQ(snapshot->GetVocabulary(1).status().code(), StatusCode::kNotFound);
+  EXPECT_OK(snapshot->GetVocabulary(2));
+  EXPECT_EQ(CountBlocks(*database, 1, 1), 0u);
+  EXPECT_EQ(CountBlocks(*database, 1, 2), 1u);
 }
 
 TEST(WriteAhead, PointBlocksOfUnnamedGenerationsAreSwept) {

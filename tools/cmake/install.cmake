@@ -7,7 +7,7 @@ include(CMakePackageConfigHelpers)
 
 # The libraries that define what the door declares. What they depend on comes along.
 set(VEDUTA_DOOR engine/engine.h)
-set(VEDUTA_DOOR_LIBRARIES veduta_engine veduta_fusion)
+set(VEDUTA_DOOR_LIBRARIES veduta_engine veduta_fusion veduta_repair)
 
 # Sets OUT to the project's headers that HEADER reaches, itself included, as paths from the root. A
 # change of one of them makes CMake look again.

@@ -2,20 +2,19 @@
 #include "engine/camera/markers/photo_markers.h"
 
 #include <algorithm>
-#include <cerrno>
 #include <cmath>
-#include <cstring>
 #include <filesystem>
-#include <fstream>
 #include <iomanip>
-#include <iterator>
 #include <map>
 #include <mutex>
 #include <optional>
 #include <set>
+#include <span>
 #include <sstream>
+#include <string>
 
 #include "engine/camera/orientation.h"
+#include "engine/camera/whole_file.h"
 #include "storage/base/median.h"
 #include "storage/base/option_bounds.h"
 
@@ -24,25 +23,8 @@ namespace {
 
 namespace fs = std::filesystem;
 
-std::optional<std::vector<uint8_t>> ReadFile(const std::string& path, uint64_t size_bytes_max,
-                                             std::string* detail) {
-  std::error_code error;
-  if (fs::is_directory(path, error)) {
-    *detail = "it is a folder";
-    return std::nullopt;
-  }
-  std::ifstream file(path, std::ios::binary);
-  if (!file) {
-    *detail = std::string("it cannot be read: ") + std::strerror(errno);
-    return std::nullopt;
-  }
-  const uint64_t size = fs::file_size(path, error);
-  if (!error && size > size_bytes_max) {
-    *detail = "the file has " + std::to_string(size) + " bytes; at most " +
-              std::to_string(size_bytes_max) + " are taken";
-    return std::nullopt;
-  }
-  return std::vector<uint8_t>(std::istreambuf_iterator<char>(file), {});
+std::span<const uint8_t> BytesOf(const std::string& text) {
+  return {reinterpret_cast<const uint8_t*>(text.data()), text.size()};
 }
 
 std::vector<PhotoNote> MakeNotes(const std::vector<std::string>& paths) {
@@ -126,9 +108,12 @@ std::string AdviceFor(const PhotoNote& note) {
 // Reads one photo of the common size: fills its view, or says in its note why there is none.
 void DetectInPhoto(ImageSize size, const PhotoMarkersOptions& options, PhotoNote* note,
                    ViewObservations* view) {
-  const auto bytes = ReadFile(note->path, options.decode.size_bytes_max, &note->detail);
-  if (!bytes) return;
-  const DecodedPhoto photo = DecodePhoto(*bytes, options.decode, size);
+  const Result<std::string> bytes = ReadWholeFile(note->path, options.decode.size_bytes_max);
+  if (!bytes.ok()) {
+    note->detail = bytes.status().message();
+    return;
+  }
+  const DecodedPhoto photo = DecodePhoto(BytesOf(*bytes), options.decode, size);
   if (photo.outcome != DecodeOutcome::kDecoded) {
     note->use =
         photo.outcome == DecodeOutcome::kWrongSize ? PhotoUse::kOtherSize : PhotoUse::kUnreadable;
@@ -188,10 +173,9 @@ Result<PhotoMarkers> DetectInPhotos(const std::vector<std::string>& paths,
   // headers.
   std::vector<Sizes> sizes(count);
   pool->ParallelFor(count, [&](size_t i) {
-    std::string detail;
-    const auto bytes = ReadFile(result.notes[i].path, options.decode.size_bytes_max, &detail);
-    if (!bytes) return;
-    const PhotoHeader header = ReadPhotoHeader(*bytes);
+    const auto bytes = ReadWholeFile(result.notes[i].path, options.decode.size_bytes_max);
+    if (!bytes.ok()) return;
+    const PhotoHeader header = ReadPhotoHeader(BytesOf(*bytes));
     if (header.outcome != HeaderOutcome::kRead) return;
     sizes[i] = {UprightSize(header.stored_size, header.orientation), header.stored_size};
   });

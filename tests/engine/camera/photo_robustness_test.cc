@@ -5,8 +5,12 @@
 //   headers that declare pictures of gigabytes, with the process's memory counted before and
 //   after.
 #include <gtest/gtest.h>
+#include <malloc.h>
 #include <sys/resource.h>
+#include <sys/wait.h>
+#include <unistd.h>
 
+#include <fstream>
 #include <string>
 #include <vector>
 
@@ -235,6 +239,43 @@ TEST(HostilePhotos, PngThatInflatesWithoutEndIsBounded) {
   ExpectSound(photo);
   EXPECT_EQ(photo.outcome, DecodeOutcome::kDecoded) << photo.detail;
 }
+
+#if !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)
+// The address space that the process has, in bytes.
+rlim_t AddressSpace() {
+  std::ifstream file("/proc/self/statm");
+  rlim_t pages = 0;
+  file >> pages;
+  return pages * static_cast<rlim_t>(sysconf(_SC_PAGESIZE));
+}
+
+// Decodes with `spare_bytes` of address space besides what is there, and ends the process: with 0
+// where the photo was decoded, 3 where the memory was too short, 1 where the photo was blamed.
+[[noreturn]] void DecodeWithLittleMemory(const FileBytes& bytes, size_t spare_bytes) {
+  const rlimit limit{AddressSpace() + spare_bytes, RLIM_INFINITY};
+  if (setrlimit(RLIMIT_AS, &limit) != 0) _exit(2);
+  const DecodeOutcome outcome = DecodePhoto(bytes, kLimits).outcome;
+  _exit(outcome == DecodeOutcome::kDecoded ? 0 : outcome == DecodeOutcome::kNoMemory ? 3 : 1);
+}
+
+TEST(PhotoRobustness, ShortageOfMemoryIsNotThePhotosFault) {
+  mallopt(M_MMAP_THRESHOLD, 1 << 16);  // so that freed memory is not there again at once
+  size_t short_count = 0;
+  for (const Specimen& specimen : Specimens(1500, 1000)) {
+    for (size_t spare_bytes = 0; spare_bytes < (14 << 20); spare_bytes += 1'300'000) {
+      const pid_t child = fork();
+      if (child == 0) DecodeWithLittleMemory(specimen.bytes, spare_bytes);
+      int status = 0;
+      ASSERT_EQ(waitpid(child, &status, 0), child);
+      ASSERT_TRUE(WIFEXITED(status)) << specimen.name << ", " << spare_bytes;
+      EXPECT_TRUE(WEXITSTATUS(status) == 0 || WEXITSTATUS(status) == 3)
+          << specimen.name << ", " << spare_bytes << ": " << WEXITSTATUS(status);
+      if (WEXITSTATUS(status) == 3) ++short_count;
+    }
+  }
+  EXPECT_GT(short_count, 20u);
+}
+#endif
 
 }  // namespace
 }  // namespace veduta

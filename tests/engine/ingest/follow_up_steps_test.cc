@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Goal: RunNextStep carries out waiting photos and adjustments one by one until nothing is due; a
+// Goal: RunNextStep carries out waiting photos and adjustments one by one until nothing is due but
+//   a vocabulary, which it leaves to others; a
 //   step that fails leaves nothing visible, says so once, and is passed over until the object is
 //   made anew.
 // Method: a synthetic scene in a database; a step fails where another transaction commits under it,
@@ -41,7 +42,7 @@ TEST(FollowUpSteps, RunOneByOneUntilNothingIsDue) {
   Prepare(&scene, false);
   Retrieval retrieval({});
   Ingest ingest(scene.database(), &retrieval, scene.features(), scene.pool(), Options());
-  EXPECT_TRUE(*ingest.IsStepDue());
+  EXPECT_FALSE(ingest.IsTrainingDue()) << "other steps come first";
   const auto retried = ingest.RunNextStep();
   ASSERT_TRUE(retried.has_value());
   EXPECT_OK(retried->status);
@@ -55,7 +56,7 @@ TEST(FollowUpSteps, RunOneByOneUntilNothingIsDue) {
   EXPECT_EQ(adjusted->kind, FollowUpKind::kAdjustment);
   EXPECT_EQ(adjusted->reconstruction, ReconstructionId(1));
   EXPECT_FALSE(ingest.RunNextStep().has_value());
-  EXPECT_FALSE(*ingest.IsStepDue());
+  EXPECT_FALSE(ingest.IsTrainingDue());
   EXPECT_TRUE(FindViolations(*scene.Snap(), 9)->empty());
 }
 
@@ -80,6 +81,18 @@ TEST(FollowUpSteps, AFailedStepIsPassedOverUntilTheNextProcess) {
   }
 }
 
+TEST(FollowUpSteps, ATrainingIsLeftToOthers) {
+  SceneDatabase scene;
+  Prepare(&scene, false);
+  Retrieval retrieval({.compare_all_max = 3});
+  Ingest ingest(scene.database(), &retrieval, scene.features(), scene.pool(), Options());
+  while (ingest.RunNextStep()) EXPECT_FALSE(testing::Test::HasFailure());
+  EXPECT_TRUE(ingest.IsTrainingDue());
+  EXPECT_EQ(scene.State().vocabulary_generation, 0u);
+  ingest.SetTrainingAside();
+  EXPECT_FALSE(ingest.IsTrainingDue());
+}
+
 TEST(FollowUpSteps, ACommitInBetweenIsAConflict) {
   SceneDatabase scene;
   Prepare(&scene, false);
@@ -98,6 +111,33 @@ TEST(FollowUpSteps, ACommitInBetweenIsAConflict) {
   map.Clear();
   EXPECT_OK(RetryPhoto(parts, ImageId(4), BeginWrite(scene.database())).status());
   EXPECT_TRUE(scene.Snap()->FindPose(ImageId(4))->has_value());
+}
+
+TEST(FollowUpSteps, AFailedAdjustmentLeavesNoPointBlocks) {
+  SceneDatabase scene;
+  Prepare(&scene, false);
+  Retrieval retrieval({});
+  const IngestOptions options = Options();
+  CityMap map;
+  const IngestParts parts{scene.database(), &retrieval, scene.features(),
+                          scene.pool(),     options,    &map};
+  const ReconstructionRecord before = *scene.Snap()->GetReconstruction(ReconstructionId(1));
+  const auto count_blocks = [&](uint32_t generation) {
+    size_t count = 0;
+    EXPECT_OK(scene.Snap()->ScanPointBlocks(before.id, generation,
+                                            [&](const PointBlock&) { return ++count, true; }));
+    return count;
+  };
+  WriteScope scope = BeginWrite(scene.database());
+  const auto other = scene.database()->BeginTransaction();
+  other->PutState(scene.State());
+  ASSERT_OK(other->Commit());
+  EXPECT_EQ(AdjustWhole(parts, before.id, std::move(scope)).code(), StatusCode::kBusy);
+  EXPECT_EQ(count_blocks(before.points_generation + 1), 0u);
+  map.Clear();
+  ASSERT_OK(AdjustWhole(parts, before.id, BeginWrite(scene.database())));
+  EXPECT_GT(count_blocks(before.points_generation + 1), 0u);
+  EXPECT_EQ(count_blocks(before.points_generation), 0u);
 }
 
 }  // namespace

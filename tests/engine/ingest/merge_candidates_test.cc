@@ -44,6 +44,25 @@ TEST(MergeCandidates, FindsAndAlignsCommonPoints) {
   EXPECT_FALSE(AlignPoints(work.map, disturbed, 4, too_many, 1).has_value());
 }
 
+// In a large city the points of a nearby image are loaded for another image's sake, and the images
+// that see them are not.
+TEST(MergeCandidates, LoadsTheImagesThatSeeACommonPoint) {
+  SceneDatabase scene;
+  scene.AddImages(0, 6);
+  scene.AddReconstruction({0, 1, 2});
+  const ReconstructionId other = scene.AddReconstruction({3, 4, 5}, AnotherFrame());
+  SceneWork work(&scene);
+  const ImageId photo[] = {ImageId(3)};
+  ASSERT_OK(work.loader.LoadStructure(photo));
+  ASSERT_FALSE(work.map.HasImage(ImageId(1)));
+  const auto common = FindCommonPoints(&work.loader, work.map, photo, photo[0], {});
+  ASSERT_OK(common);
+  ASSERT_TRUE(common->contains(other));
+  const auto alignment = AlignPoints(work.map, common->at(other), 4, 20, 1);
+  ASSERT_TRUE(alignment.has_value());
+  EXPECT_NEAR(alignment->into_from.scale, 2, 1e-6);
+}
+
 TEST(MergeCandidates, OneReconstructionAloneHasNone) {
   SceneDatabase scene;
   scene.AddImages(0, 5);

@@ -8,6 +8,7 @@
 #include <gtest/gtest.h>
 
 #include <fstream>
+#include <thread>
 
 #include "engine/camera/projection.h"
 #include "tests/storage/samples.h"
@@ -101,8 +102,35 @@ TEST_F(PhotoPreparerTest, AKnownPhotoIsNotDecoded) {
   EXPECT_EQ(photo.features.size(), 0u);
 }
 
+TEST_F(PhotoPreparerTest, AFileThatCannotBeReadIsNoVerdict) {
+  const PreparedPhoto absent = Prepare({"absent.jpg", folder_ / "absent.jpg", {}});
+  EXPECT_EQ(absent.failure.code(), StatusCode::kNotFound);
+  EXPECT_EQ(absent.reason, Reason::kNone);
+  const PreparedPhoto of_folder = Prepare({"folder.jpg", folder_ / "", {}});
+  EXPECT_EQ(of_folder.failure.code(), StatusCode::kIoError);
+}
+
+// Each photo is prepared alone, and the result is the same.
+TEST_F(PhotoPreparerTest, ASmallBudgetOfMemoryChangesTheTimeOnly) {
+  const std::vector<uint8_t> bytes = BlockPhoto(6);
+  PrepareOptions options;
+  options.memory_bytes = 1;
+  const PhotoPreparer small(database_.get(), &tables_, options);
+  const PreparedPhoto plenty = PhotoPreparer(nullptr, &tables_, {}).Extract({"a", "", bytes}, {});
+  std::vector<std::thread> threads;
+  for (int i = 0; i < 4; ++i) {
+    threads.emplace_back([&] {
+      const auto photo = small.Prepare({"a", "", bytes}, Model());
+      ASSERT_OK(photo);
+      EXPECT_OK(photo->failure);
+      EXPECT_EQ(photo->features.descriptors, plenty.features.descriptors);
+      EXPECT_OK(small.Prepare({"a", "", bytes}, Model(), PhotoPreparer::Company::kAlone));
+    });
+  }
+  for (std::thread& thread : threads) thread.join();
+}
+
 TEST_F(PhotoPreparerTest, WhatIsWrongIsTheReason) {
-  EXPECT_EQ(Prepare({"absent.jpg", folder_ / "absent.jpg", {}}).reason, Reason::kUnreadable);
   EXPECT_EQ(Prepare({"empty.jpg", "", std::vector<uint8_t>()}).reason, Reason::kEmptyFile);
   EXPECT_EQ(Prepare({"text.jpg", "", std::vector<uint8_t>{'a', 'b', 'c', 'd'}}).reason,
             Reason::kUnsupportedFormat);

@@ -60,19 +60,26 @@ class PhotoCity {
 
   // As the ingest does: the image with its words in one commit, then a vocabulary if one is due.
   void AddNext() {
-    const uint32_t i = count_++;
-    const Features& features = PhotoOf(ImageId(i + 1));
-    ASSERT_OK(database_->WritePhotoAhead(SampleHash(i), SampleBytes(i, 10), features));
+    AddAs(ImageId(++count_));
+    const bool is_due = retrieval_.IsTrainingDue(State());
+    auto prepared = retrieval_.TrainIfDue(database_.get(), &pool_);
+    ASSERT_OK(prepared);
+    ASSERT_EQ(prepared->has_value(), is_due);
+    if (!is_due) return;
+    ASSERT_OK(Activate(std::move(**prepared)));
+  }
+  void AddAs(ImageId id) {
+    const Features& features = PhotoOf(id);
+    ASSERT_OK(
+        database_->WritePhotoAhead(SampleHash(id.value), SampleBytes(id.value, 10), features));
     const auto transaction = database_->BeginTransaction();
-    const auto snapshot = database_->GetSnapshot();
-    DatabaseState state = *snapshot->GetState();
-    const ImageId id(state.next_image++);
+    DatabaseState state = *transaction->base()->GetState();
+    state.next_image = std::max(state.next_image, id.value + 1);
     ImageRecord image = SampleImage(id.value);
-    image.photo = SampleHash(i);
     image.verdict = Verdict::kPostponed;
     ++state.retrievable_image_count;
     if (state.vocabulary_generation != 0) {
-      const auto words = retrieval_.Words(*snapshot, features);
+      const auto words = retrieval_.Words(*transaction->base(), features);
       ASSERT_OK(words);
       transaction->PutWords(state.vocabulary_generation, id, *words);
       transaction->AddPostings(state.vocabulary_generation, *words, id);
@@ -80,11 +87,19 @@ class PhotoCity {
     transaction->PutImage(image);
     transaction->PutState(state);
     ASSERT_OK(transaction->Commit());
-    if (retrieval_.IsTrainingDue(state)) {
-      const Result<bool> trained = retrieval_.TrainAndActivate(database_.get(), &pool_);
-      ASSERT_OK(trained);
-      ASSERT_TRUE(*trained);
-    }
+  }
+  // The next image is one that was rejected.
+  void Reject() {
+    ImageRecord image = SampleImage(++count_);
+    image.verdict = Verdict::kRejected;
+    image.reason = Reason::kNoTexture;
+    const auto transaction = database_->BeginTransaction();
+    transaction->PutImage(image);
+    ASSERT_OK(transaction->Commit());
+  }
+  Result<Retrieval::Prepared> Train() { return retrieval_.Train(database_.get(), &pool_); }
+  Status Activate(Retrieval::Prepared prepared) {
+    return retrieval_.Activate(database_.get(), std::move(prepared));
   }
   void AddUntil(size_t count) {
     while (count_ < count && !testing::Test::HasFailure()) AddNext();
@@ -100,7 +115,7 @@ class PhotoCity {
   Status Import(const VocabularyTree& tree) {
     VEDUTA_ASSIGN_OR_RETURN(Retrieval::Prepared prepared,
                             retrieval_.Import(database_.get(), tree, &pool_));
-    return retrieval_.Activate(database_.get(), std::move(prepared));
+    return Activate(std::move(prepared));
   }
   std::vector<WordId> Words(const Snapshot& snapshot, ImageId image) {
     auto words = retrieval_.Words(snapshot, PhotoOf(image));
@@ -217,6 +232,21 @@ TEST(EngineRetrieval, AGenerationSwitchesAsAWhole) {
   for (uint32_t id = 1; id <= 18; ++id) words += after->GetWords(2, ImageId(id))->size();
   EXPECT_EQ(old_lists, 0u);
   EXPECT_EQ(new_entries, words);
+}
+
+// A rejected photo's number is given to the next photo of its name. Where that one comes while a
+// vocabulary is prepared, its number is lower than those of images that have words already.
+TEST(EngineRetrieval, ALateImageWithAnEarlyNumberGetsWords) {
+  PhotoCity city;
+  city.AddUntil(2);
+  city.Reject();
+  city.AddUntil(5);
+  auto prepared = city.Train();
+  ASSERT_OK(prepared);
+  city.AddAs(ImageId(3));
+  ASSERT_OK(city.Activate(std::move(*prepared)));
+  EXPECT_EQ(*city.Look()->GetWords(1, ImageId(3)), city.Words(*city.Look(), ImageId(3)));
+  EXPECT_EQ(city.State().images_at_vocabulary, 5u);
 }
 
 TEST(EngineRetrieval, ThreadsDoNotMatter) {

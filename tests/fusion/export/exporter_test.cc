@@ -12,6 +12,7 @@
 #include <functional>
 #include <iterator>
 #include <set>
+#include <sstream>
 
 #include "fusion/pass/dense_pass.h"
 #include "tests/engine/street_fixture.h"
@@ -97,6 +98,44 @@ TEST_F(ExporterTest, LivingReconstructionsComeLargestFirst) {
   std::vector<uint32_t> ids;
   for (const ExportedModel& model : *models) ids.push_back(model.reconstruction.value);
   EXPECT_EQ(ids, (std::vector<uint32_t>{5, 1, 6}));
+}
+
+// The tokens of a line, divided as COLMAP's reader does (src/colmap/scene/reconstruction_io_text.cc).
+std::vector<std::string> ColmapTokens(const std::string& line) {
+  std::vector<std::string> tokens;
+  std::istringstream stream(line);
+  for (std::string token; std::getline(stream, token, ' ');) tokens.push_back(token);
+  return tokens;
+}
+
+TEST_F(ExporterTest, ColmapReadsEveryNameBack) {
+  Database& database = *city_.parts().database;
+  const std::pair<std::string, std::string> names[] = {
+      {"a b\nc.jpg", "a%20b%0Ac.jpg"},
+      {"a%20b.jpg", "a%2520b.jpg"},
+      {" #\x7f.jpg\r", "%20#%7F.jpg%0D"},
+      {"gut \xc3\xa9/\xe9.jpg", "gut%20\xc3\xa9/\xe9.jpg"}};
+  const auto transaction = database.BeginTransaction();
+  for (uint32_t id = 1; id <= 4; ++id) {
+    auto image = database.GetSnapshot()->GetImage(ImageId(id));
+    ASSERT_OK(image);
+    image->name = names[id - 1].first;
+    transaction->PutImage(*image);
+  }
+  ASSERT_OK(transaction->Commit());
+  const auto models = Export("names", "colmap");
+  ASSERT_OK(models);
+  std::ifstream file(models->front().folder + "/images.txt");
+  size_t read = 0;
+  for (std::string line, points; std::getline(file, line);) {
+    if (line[0] == '#') continue;
+    std::getline(file, points);
+    const std::vector<std::string> tokens = ColmapTokens(line);
+    ASSERT_EQ(tokens.size(), 10u) << line;
+    EXPECT_EQ(tokens[9], names[std::stoul(tokens[0]) - 1].second);
+    ++read;
+  }
+  EXPECT_EQ(read, 4u);
 }
 
 TEST_F(ExporterTest, RefusesByName) {

@@ -2,10 +2,13 @@
 // Goal: a file is read whole up to the limit, byte by byte, and refused beyond it; what cannot be
 //   read is an error that names the path.
 // Method: files of the limit's size and one byte more, larger than the reader's buffer; a missing
-//   file, a folder.
-#include "engine/camera/files/whole_file.h"
+//   file, a folder, a pipe that nobody writes to, a socket, a device without end.
+#include "engine/camera/whole_file.h"
 
 #include <gtest/gtest.h>
+#include <sys/socket.h>
+#include <sys/stat.h>
+#include <sys/un.h>
 #include <unistd.h>
 
 #include <filesystem>
@@ -39,6 +42,37 @@ TEST(WholeFile, WhatCannotBeReadIsNamed) {
     EXPECT_EQ(status.code(), StatusCode::kIoError) << path;
     EXPECT_NE(status.message().find(path), std::string::npos);
   }
+}
+
+TEST(WholeFile, NeverWaitsForAnotherProcess) {
+  const std::string folder =
+      (std::filesystem::path(::testing::TempDir()) / ("veduta_no_file_" + std::to_string(getpid())))
+          .string();
+  std::filesystem::create_directories(folder);
+  const std::string pipe = folder + "/pipe", unix_socket = folder + "/socket";
+  ASSERT_EQ(mkfifo(pipe.c_str(), 0600), 0);
+  sockaddr_un address = {};
+  address.sun_family = AF_UNIX;
+  ASSERT_LT(unix_socket.size(), sizeof(address.sun_path));
+  unix_socket.copy(address.sun_path, sizeof(address.sun_path) - 1);
+  const int number = socket(AF_UNIX, SOCK_STREAM, 0);
+  ASSERT_EQ(bind(number, reinterpret_cast<const sockaddr*>(&address), sizeof(address)), 0);
+  const std::pair<std::string, std::string> kinds[] = {
+      {pipe, "a pipe"}, {unix_socket, "a socket"}, {"/dev/zero", "a device"}, {folder, "a folder"}};
+  for (const auto& [path, what] : kinds) {
+    const Status status = ReadWholeFile(path, 10).status();
+    EXPECT_EQ(status.code(), StatusCode::kIoError) << path;
+    EXPECT_EQ(status.message(), path + " is " + what + ", not a file");
+  }
+  close(number);
+  std::filesystem::remove_all(folder);
+}
+
+TEST(WholeFile, FilesOfNoSizeAreReadToTheirEnd) {
+  const Result<std::string> read = ReadWholeFile("/proc/self/stat", 1 << 20);
+  ASSERT_TRUE(read.ok()) << read.status().message();
+  EXPECT_GT(read->size(), 10u);
+  EXPECT_EQ(ReadWholeFile("/proc/self/stat", 3).status().code(), StatusCode::kInvalidArgument);
 }
 
 }  // namespace

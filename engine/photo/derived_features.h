@@ -1,0 +1,17 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+// Features that are there in any case: where those that are stored are damaged, they are computed
+// again from the photo.
+
+#include "engine/camera/undistorter.h"
+#include "storage/database.h"
+
+namespace veduta {
+
+// The features of a stored image; the same ones, however they are had. Computing them takes about a
+// second, and nothing is stored. The failure of reading them where the photo does not give them
+// either. Thread-safe as the tables are.
+Result<Features> ReadOrDeriveFeatures(const Snapshot& snapshot, const ImageRecord& image,
+                                      const CameraModel& camera, UndistortCache* tables);
+
+}  // namespace veduta

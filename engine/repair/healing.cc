@@ -1,0 +1,137 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "engine/repair/healing.h"
+
+#include <algorithm>
+
+#include "engine/journal/journal.h"
+
+namespace veduta {
+namespace {
+
+// The newest vocabulary that can be read, where the state does not say which one it was.
+constexpr uint32_t kGenerationMax = 1000;  // far more than are ever trained; chosen by hand
+
+Status FindVocabulary(Healing* healing) {
+  DatabaseState& state = healing->state;
+  for (uint32_t generation = kGenerationMax; generation > 0; --generation) {
+    const Result<StoredBytes> tree = healing->from().GetVocabulary(generation);
+    if (!tree.ok()) continue;
+    state.vocabulary_generation = generation;
+    return Status::Ok();
+  }
+  return Status::Ok();
+}
+
+Status HealVocabulary(Healing* healing) {
+  DatabaseState& state = healing->state;
+  if (healing->state_is_lost) VEDUTA_RETURN_IF_ERROR(FindVocabulary(healing));
+  if (state.vocabulary_generation == 0) return Status::Ok();
+  Status damage;
+  const Result<StoredBytes> bytes = healing->from().GetVocabulary(state.vocabulary_generation);
+  if (bytes.ok()) {
+    Result<VocabularyTree> tree = VocabularyTree::Parse(bytes->bytes());
+    damage = tree.status();
+    if (tree.ok()) healing->vocabulary = std::move(*tree);
+  } else {
+    damage = bytes.status();
+  }
+  Database* const target = healing->writer.target();
+  if (healing->vocabulary) {
+    return target == nullptr
+               ? Status::Ok()
+               : target->WriteVocabularyAhead(state.vocabulary_generation, bytes->bytes());
+  }
+  if (!IsDamage(damage)) return damage;
+  healing->notes.Add("the vocabulary cannot be read: " + damage.message(),
+                     state.vocabulary_imported
+                         ? "all photos are compared until one is trained: it had been imported, so "
+                           "import it again"
+                         : "all photos are compared until it is trained again");
+  state.vocabulary_generation = state.images_at_vocabulary = 0;
+  state.vocabulary_imported = false;
+  return Status::Ok();
+}
+
+// The state as the records have turned out to be, with a word in the journal.
+Status WriteState(Healing* healing) {
+  DatabaseState& state = healing->state;
+  uint32_t retrievable = 0;
+  for (const auto& [id, image] : healing->images) {
+    state.next_image = std::max(state.next_image, id.value + 1);
+    if (image.verdict != Verdict::kRejected) ++retrievable;
+  }
+  if (!healing->cameras.empty())
+    state.next_camera = std::max(state.next_camera, healing->cameras.rbegin()->first.value + 1);
+  state.retrievable_image_count = retrievable;
+  if (healing->state_is_lost && state.vocabulary_generation != 0)
+    state.images_at_vocabulary = retrievable;
+  std::erase_if(state.pending_propagation,
+                [&](ImageId id) { return healing->FindPhoto(id) == nullptr; });
+  return healing->writer.Put([&](Transaction& transaction) {
+    JournalRecord entry;
+    entry.actor = "veduta";
+    entry.action = "repair";
+    entry.detail = std::to_string(healing->notes.findings.size()) + " damages, " +
+                   std::to_string(healing->notes.lost.size()) + " photos lost";
+    AppendJournal(std::move(entry), &state, &transaction);
+    transaction.PutState(state);
+  });
+}
+
+}  // namespace
+
+bool IsDamage(const Status& status) {
+  return status.code() == StatusCode::kCorruption || status.code() == StatusCode::kNotFound ||
+         status.code() == StatusCode::kIoError;
+}
+
+std::string PhotoText(const ImageRecord& image) {
+  return "photo '" + image.name + "' (image " + std::to_string(image.id.value) + ")";
+}
+
+const ImageRecord* Healing::FindPhoto(ImageId id) const {
+  const auto found = images.find(id);
+  return found == images.end() || found->second.verdict == Verdict::kRejected ? nullptr
+                                                                              : &found->second;
+}
+
+Status Healing::TryAgain(ImageId id) {
+  ImageRecord& image = images.at(id);
+  image.verdict = Verdict::kPostponed;
+  image.reason = Reason::kResectionFailed;
+  image.detail = "its place was damaged, and it is tried again";
+  notes.retried.push_back(image.name);
+  if (std::ranges::find(state.pending_propagation, id) == state.pending_propagation.end())
+    state.pending_propagation.push_back(id);
+  return writer.Put([&](Transaction& transaction) { transaction.PutImage(image); });
+}
+
+Status HealState(Healing* healing) {
+  Result<DatabaseState> state = healing->from().GetState();
+  if (state.ok()) {
+    healing->state = std::move(*state);
+  } else {
+    if (!IsDamage(state.status())) return state.status();
+    healing->state_is_lost = true;
+    healing->notes.Add("the state cannot be read: " + state.status().message(),
+                       "it is derived from the records");
+  }
+  return HealVocabulary(healing);
+}
+
+Status HealAll(Healing* healing) {
+  for (const std::string& damage : healing->source.damage())
+    healing->notes.Add(damage, "what the other files hold is read past it");
+  VEDUTA_RETURN_IF_ERROR(HealState(healing));
+  VEDUTA_RETURN_IF_ERROR(HealJournal(healing));
+  VEDUTA_RETURN_IF_ERROR(HealCameras(healing));
+  VEDUTA_RETURN_IF_ERROR(HealImages(healing));
+  VEDUTA_RETURN_IF_ERROR(HealPhotos(healing));
+  VEDUTA_RETURN_IF_ERROR(HealPairs(healing));
+  VEDUTA_RETURN_IF_ERROR(HealMap(healing));
+  VEDUTA_RETURN_IF_ERROR(HealDense(healing));
+  VEDUTA_RETURN_IF_ERROR(WriteState(healing));
+  return healing->writer.Commit();
+}
+
+}  // namespace veduta

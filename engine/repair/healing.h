@@ -1,0 +1,119 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+// Heals a database by writing a new one, record by record: what can be read is taken over, what is
+// derived from it is derived again, and the rest is named. Indexes, counts, posting lists and both
+// directions of pairs are always written anew, so nothing that contradicts them comes along.
+
+#include <cstdint>
+#include <map>
+#include <optional>
+#include <set>
+#include <string>
+#include <vector>
+
+#include "engine/photo/photo_preparer.h"
+#include "engine/repair/healed_writer.h"
+#include "index/vocabulary_tree.h"
+#include "storage/salvage.h"
+
+namespace veduta {
+
+// A photo that is whole, and whose record is not.
+struct LoosePhoto {
+  std::string name;
+  ContentHash photo;
+  std::string camera;  // the name of the camera to add it with; empty where nobody can tell
+  std::string contributor;
+};
+
+// What a repair has found and what it does about it. Sentences are for people.
+struct RepairNotes {
+  struct Finding {
+    std::string damage, remedy;
+  };
+  std::vector<Finding> findings;
+  std::vector<std::string> lost;     // names of photos whose bytes are gone
+  std::vector<std::string> retried;  // names of photos that have lost their pose
+  std::vector<LoosePhoto> loose;
+
+  void Add(std::string damage, std::string remedy) {
+    findings.push_back({std::move(damage), std::move(remedy)});
+  }
+};
+
+struct HealOptions {
+  bool keeps_words = true;  // false: the words of all images are computed again
+  bool keeps_dense = true;  // false: nothing of the dense pass is taken over
+};
+
+// What the steps of one healing share. The maps hold what the new database will hold.
+struct Healing {
+  // A null target: nothing is written.
+  Healing(const Salvage& from, const PhotoPreparer& preparing, Database* target,
+          const HealOptions& wanted)
+      : source(from), preparer(preparing), options(wanted), writer(target) {}
+
+  const Salvage& source;
+  const PhotoPreparer& preparer;
+  const HealOptions options;
+  HealedWriter writer;
+  RepairNotes notes;
+
+  DatabaseState state;
+  bool state_is_lost = false;
+  std::optional<VocabularyTree> vocabulary;
+  std::map<CameraId, CameraRecord> cameras;
+  std::map<ImageId, ImageRecord> images;
+  std::set<ReconstructionId> reconstructions;  // living ones
+  std::map<ImageId, JournalRecord> added;      // the journal's entry about each photo
+  std::vector<JournalRecord> camera_entries;   // in their order
+
+  const Snapshot& from() const { return source.snapshot(); }
+  // The image where it has a photo, else null.
+  const ImageRecord* FindPhoto(ImageId id) const;
+  // The photo is tried again by whoever opens the database next.
+  Status TryAgain(ImageId id);
+};
+
+// Whether the failure is about what is stored: the record cannot be read.
+bool IsDamage(const Status& status);
+// "photo 'walk/1.jpg' (image 7)"
+std::string PhotoText(const ImageRecord& image);
+
+// The steps, in this order. Each is O(what it is about); a failure is one of the new database, or a
+// lack of memory.
+Status HealState(Healing* healing);
+Status HealJournal(Healing* healing);
+Status HealCameras(Healing* healing);
+Status HealImages(Healing* healing);
+Status HealPhotos(Healing* healing);
+Status HealPairs(Healing* healing);
+Status HealMap(Healing* healing);
+Status HealDense(Healing* healing);
+
+// All of them. `target` is a database that was just created; null: nothing is written. Afterwards
+// `healing` says what was found.
+Status HealAll(Healing* healing);
+
+// Calls visit on the ids of a kind that may be there: those below `next`, and where that number
+// cannot be trusted, on more of them until many in a row were not there. visit says whether one
+// was.
+template <typename Id, typename Visit>
+Status VisitIds(const Healing& healing, decltype(Id::value) next, Visit&& visit);
+
+// Ids that are probed in a row where nobody knows how many there are. Chosen by hand; not measured.
+inline constexpr uint32_t kMissesMax = 1000;
+
+template <typename Id, typename Visit>
+Status VisitIds(const Healing& healing, decltype(Id::value) next, Visit&& visit) {
+  const bool probes = healing.state_is_lost || healing.source.is_pieced_together();
+  uint32_t misses = 0;
+  for (decltype(Id::value) id = 1; id < next || (probes && misses < kMissesMax); ++id) {
+    Result<bool> found = visit(Id(id));
+    if (!found.ok()) return found.status();
+    misses = *found ? 0 : misses + 1;
+  }
+  return Status::Ok();
+}
+
+}  // namespace veduta

@@ -1,0 +1,20 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+// Makes a city anew from its photos, by the ordinary engine: slow, and sound by construction.
+
+#include <string>
+
+#include "engine/engine.h"
+#include "engine/repair/healing.h"
+
+namespace veduta {
+
+// Adds the loose photos whose camera is known, and does what follows from what the healing has left
+// to do. O(photos that lost their place).
+Status AddLoosePhotos(const Healing& healing, Engine* engine);
+
+// Adds the cameras and all photos of the healing to a new database, in the order of their ids. The
+// images get new ids; the dense pass is left to the user. `healing` was run without a target.
+Status RebuildFromPhotos(const Healing& healing, Engine* engine);
+
+}  // namespace veduta

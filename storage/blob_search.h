@@ -1,0 +1,44 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+// Finds photos in blob files that no table leads to: after a loss of RocksDB's manifest or of a
+// table. A photo's key is the hash of its bytes, so whatever is found proves itself.
+
+#include <cstdint>
+#include <functional>
+#include <map>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "storage/base/content_hash.h"
+#include "storage/base/status.h"
+
+namespace veduta {
+
+// Where the records of all blob files of a folder lie whose keys may be those of photos. Reads the
+// headers of the records only, and searches byte by byte where a header is damaged. The layout is
+// that of RocksDB 7.8's blob_log_format.h. Not thread-safe.
+class BlobSearch final {
+ public:
+  // Files that cannot be read are passed over.
+  explicit BlobSearch(const std::string& folder);
+
+  // The bytes whose hash is `photo`, where any record holds them whole.
+  std::optional<std::vector<uint8_t>> Find(const ContentHash& photo) const;
+  // Calls visit on the hash of every photo that is there whole, ascending, until it returns false.
+  // Reads all of them.
+  void Scan(const std::function<bool(const ContentHash&)>& visit) const;
+
+ private:
+  struct Place {
+    size_t file = 0;  // index in paths_
+    uint64_t offset = 0, size_bytes = 0;
+  };
+  void Index(size_t file);
+  std::optional<std::vector<uint8_t>> Read(const Place& place, const ContentHash& photo) const;
+
+  std::vector<std::string> paths_;
+  std::multimap<ContentHash, Place> places_;
+};
+
+}  // namespace veduta

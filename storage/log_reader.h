@@ -1,0 +1,38 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+// Reads one file of RocksDB's write-ahead log, and goes on behind what is damaged in it. RocksDB
+// itself stops there, and does not say what follows.
+
+#include <rocksdb/file_system.h>
+
+#include <cstdint>
+#include <functional>
+#include <string>
+#include <string_view>
+
+#include "storage/base/status.h"
+
+namespace veduta {
+
+// A run of bytes of a log: one batch, or something that is none.
+struct LogPiece {
+  uint64_t begin_bytes = 0, end_bytes = 0;  // in the file
+  bool readable = false;
+
+  // Where it is readable:
+  uint64_t sequence = 0;   // of the batch's first write
+  uint32_t count = 0;      // of its writes
+  std::string_view batch;  // its bytes, for rocksdb::WriteBatch; gone when visit returns
+
+  // Where it is not: a power cut may leave this, because the disk need not have got everything that
+  // was never synced. It lacks its end, or a whole page of it is zeros.
+  bool may_be_unwritten = false;
+};
+
+// Calls visit for the pieces of the log in their order. What only fills a block is no piece.
+// Reads the file once, about 1 GB/s from memory, and keeps the largest batch in memory.
+// kIoError where the file cannot be read, kNotFound where there is none.
+Status ReadLog(rocksdb::FileSystem& file_system, const std::string& path,
+               const std::function<Status(const LogPiece&)>& visit);
+
+}  // namespace veduta

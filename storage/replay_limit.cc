@@ -1,0 +1,33 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "storage/replay_limit.h"
+
+#include <rocksdb/write_batch.h>
+
+#include "storage/log_format.h"
+
+namespace veduta {
+namespace {
+
+class ReplayLimit final : public rocksdb::WalFilter {
+ public:
+  explicit ReplayLimit(uint64_t last_sequence) : last_sequence_(last_sequence) {}
+  const char* Name() const override { return "veduta.ReplayLimit"; }
+  WalProcessingOption LogRecordFound(unsigned long long /*log*/, const std::string& /*file*/,
+                                     const rocksdb::WriteBatch& batch,
+                                     rocksdb::WriteBatch* /*changed*/,
+                                     bool* /*is_changed*/) override {
+    const bool is_behind = LittleEndianAt<uint64_t>(batch.Data(), 0) > last_sequence_;
+    return is_behind ? WalProcessingOption::kStopReplay : WalProcessingOption::kContinueProcessing;
+  }
+
+ private:
+  const uint64_t last_sequence_;
+};
+
+}  // namespace
+
+std::unique_ptr<rocksdb::WalFilter> MakeReplayLimit(uint64_t last_sequence) {
+  return std::make_unique<ReplayLimit>(last_sequence);
+}
+
+}  // namespace veduta

@@ -1,0 +1,63 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+// Reads what can be read of a damaged database. It never writes to the database's folder: it works
+// in a folder of links beside it.
+
+#include <functional>
+#include <memory>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "storage/blob_search.h"
+#include "storage/database.h"
+
+namespace veduta {
+
+class DatabaseFiles;
+
+// Not thread-safe.
+class Salvage final {
+ public:
+  // `scratch` is a folder on the same disk that must not exist. It is made, and it has to stay as
+  // long as the Salvage lives; whoever asked for it deletes it. Where RocksDB does not open the
+  // files, its own repair is tried on the links; where that fails too, an empty database stands in
+  // for them and only GetPhoto and ScanStrayPhotos find anything. kNotFound where there is no
+  // folder of a database; kIoError where the scratch folder cannot be made.
+  static Result<std::unique_ptr<Salvage>> Open(const std::string& path, const std::string& scratch,
+                                               const DatabaseOptions& options);
+  ~Salvage();
+
+  // What was wrong with the files as a whole, one sentence each.
+  const std::vector<std::string>& damage() const { return damage_; }
+  // The files had to be put together anew: what is missing may have been lost without a trace.
+  bool is_pieced_together() const { return is_pieced_together_; }
+  const Snapshot& snapshot() const { return *snapshot_; }
+
+  // The photo's bytes, which have this hash; from wherever they are found.
+  Result<std::vector<uint8_t>> GetPhoto(const ContentHash& photo) const;
+  // The photos in blob files, whether or not any record knows them. Reads all of them.
+  void ScanStrayPhotos(const std::function<bool(const ContentHash&)>& visit) const;
+  // Every entry of `names` and of `hashes` up to the first that cannot be read.
+  Status ScanNames(const std::function<void(std::string_view name, ImageId image)>& visit) const;
+  Status ScanHashes(const std::function<void(const ContentHash&, ImageId image)>& visit) const;
+
+ private:
+  Salvage(std::string path, std::string scratch, const DatabaseOptions& options);
+  Status OpenScratch();
+  Status RefuseLaterFormat(const Status& opened) const;
+  Status PieceTogether();
+  Status StandIn();
+  const BlobSearch& blobs() const;
+
+  const std::string path_, scratch_;
+  DatabaseOptions options_;
+  std::vector<std::string> damage_;
+  bool is_pieced_together_ = false;
+  std::shared_ptr<DatabaseFiles> files_;
+  std::shared_ptr<const Snapshot> snapshot_;
+  mutable std::optional<BlobSearch> blobs_;
+};
+
+}  // namespace veduta

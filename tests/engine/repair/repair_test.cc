@@ -1,0 +1,270 @@
+// SPDX-License-Identifier: Apache-2.0
+// Goal: whatever is damaged, a repair tells it without changing anything, and then makes a sound
+//   database that has every photo whose bytes are whole; what is lost is named; a repair that is
+//   killed is finished by the next one.
+// Method: one street database is copied and damaged in each way: bits of tables, of blobs, whole
+//   files, records that contradict each other. Where all that is damaged can be derived, the digest
+//   has to be the one from before.
+#include "engine/repair/repair.h"
+
+#include <algorithm>
+#include <map>
+
+#include "storage/records/image_record.h"
+#include "storage/records/photo_record.h"
+#include "storage/records/pose_record.h"
+#include "tests/engine/repair/damaged_city.h"
+
+namespace veduta {
+namespace {
+
+std::string Told(const RepairAnswer& answer) {
+  std::string text;
+  for (const RepairFinding& finding : answer.findings)
+    text += finding.damage + "; " + finding.remedy + "\n";
+  for (const std::string& name : answer.lost) text += "lost " + name + "\n";
+  for (const std::string& name : answer.retried) text += "retried " + name + "\n";
+  return text;
+}
+
+// Every file of the folder with its bytes.
+std::map<std::string, std::string> Contents(const std::string& folder) {
+  std::map<std::string, std::string> files;
+  for (const auto& entry : std::filesystem::recursive_directory_iterator(folder)) {
+    const std::string name = entry.path().filename().string();
+    if (entry.is_regular_file() && name != "LOCK") files[entry.path()] = FileBytes(entry.path());
+  }
+  return files;
+}
+
+RepairAnswer Repaired(const std::string& path, bool apply) {
+  const Result<RepairAnswer> answer = Engine::Repair(path, {.apply = apply, .thread_count = 2});
+  EXPECT_OK(answer);
+  return answer.ok() ? *answer : RepairAnswer();
+}
+
+// What a repaired database has to be.
+struct Whole {
+  std::string digest;
+  uint64_t photos = 0, placed = 0;
+};
+
+Whole Look(const std::string& path) {
+  Whole whole;
+  EngineOptions options;
+  options.thread_count = 2;
+  auto engine = Engine::Open(path, options);
+  EXPECT_OK(engine);
+  if (!engine.ok()) return whole;
+  const Questions questions = (*engine)->Ask();
+  const auto violations = questions.Verify(20);
+  EXPECT_OK(violations);
+  if (violations.ok()) {
+    EXPECT_EQ(*violations, std::vector<std::string>());
+  }
+  const auto status = questions.Status();
+  EXPECT_OK(status);
+  if (status.ok()) {
+    whole.photos = status->placed + status->postponed;
+    whole.placed = status->placed;
+  }
+  const auto digest = questions.Digest();
+  EXPECT_OK(digest);
+  if (digest.ok()) whole.digest = *digest;
+  // Adding goes on: the photo is one that nobody has sent yet.
+  const TakenPhoto& photo = TakePhoto({4 + 1.2 * kStreetPhotos, 90});
+  AddOutcome added;
+  EXPECT_OK((*engine)->AddPhotos(
+      std::vector<PhotoSubmission>{{{photo.name, "", photo.jpeg}, "street", "anna"}},
+      [&](const AddOutcome& outcome) { added = outcome; }));
+  EXPECT_NE(added.verdict, Verdict::kRejected) << added.detail;
+  return whole;
+}
+
+// Tells the damage without changing anything, then repairs.
+Whole RepairAndLook(const DamagedCity& city, RepairAnswer* answer) {
+  const auto before = Contents(city.folder().path());
+  const RepairAnswer told = Repaired(city.path(), false);
+  EXPECT_FALSE(told.is_sound);
+  EXPECT_FALSE(told.findings.empty());
+  EXPECT_TRUE(before == Contents(city.folder().path())) << "a repair without --yes changed files";
+  *answer = Repaired(city.path(), true);
+  EXPECT_TRUE(answer->is_repaired) << Told(*answer);
+  EXPECT_FALSE(answer->is_rebuilt) << Told(*answer);
+  EXPECT_TRUE(std::filesystem::exists(answer->kept_path));
+  EXPECT_TRUE(std::filesystem::exists(answer->report_path));
+  EXPECT_EQ(answer->lost, told.lost);
+  return Look(city.path());
+}
+
+// All photos are there.
+Whole ExpectNothingLost(const DamagedCity& city) {
+  RepairAnswer answer;
+  const Whole whole = RepairAndLook(city, &answer);
+  EXPECT_EQ(answer.lost, std::vector<std::string>()) << Told(answer);
+  EXPECT_EQ(whole.photos, kStreetPhotos) << Told(answer);
+  return whole;
+}
+
+TEST(Repair, LeavesASoundDatabaseAlone) {
+  const DamagedCity city;
+  const auto before = Contents(city.folder().path());
+  const RepairAnswer answer = Repaired(city.path(), true);
+  EXPECT_TRUE(answer.is_sound) << Told(answer);
+  EXPECT_FALSE(answer.is_repaired);
+  EXPECT_TRUE(before == Contents(city.folder().path()));
+}
+
+TEST(Repair, SaysWhereThereIsNoDatabase) {
+  const TemporaryFolder folder;
+  EXPECT_EQ(Engine::Repair(folder / "none", {}).status().code(), StatusCode::kNotFound);
+}
+
+TEST(Repair, WaitsForNobodyWhoHasTheDatabaseOpen) {
+  const DamagedCity city;
+  const auto engine = Engine::Open(city.path());
+  ASSERT_OK(engine);
+  EXPECT_EQ(Engine::Repair(city.path(), {}).status().code(), StatusCode::kBusy);
+}
+
+// A family whose records follow from others: the city is the same afterwards.
+class DerivedFamily : public testing::TestWithParam<Family> {};
+
+TEST_P(DerivedFamily, IsDerivedAgain) {
+  const DamagedCity city;
+  city.DamageTables(GetParam());
+  EXPECT_EQ(ExpectNothingLost(city).digest, city.digest());
+}
+
+INSTANTIATE_TEST_SUITE_P(Repair, DerivedFamily,
+                         testing::Values(Family::kNames, Family::kHashes, Family::kWords,
+                                         Family::kPostings, Family::kObservations, Family::kJournal,
+                                         Family::kCameras, Family::kFeatures),
+                         [](const auto& info) { return std::string(FamilyName(info.param)); });
+
+// A family that is not the same afterwards, without a photo being lost.
+class RecoveredFamily : public testing::TestWithParam<Family> {};
+
+TEST_P(RecoveredFamily, LosesNoPhoto) {
+  const DamagedCity city;
+  city.DamageTables(GetParam());
+  EXPECT_GE(ExpectNothingLost(city).placed, 3u);
+}
+
+INSTANTIATE_TEST_SUITE_P(Repair, RecoveredFamily,
+                         testing::Values(Family::kMeta, Family::kImages, Family::kPairs,
+                                         Family::kReconstructions, Family::kPoses, Family::kPoints,
+                                         Family::kVocabulary, Family::kPhotos),
+                         [](const auto& info) { return std::string(FamilyName(info.param)); });
+
+TEST(Repair, ComputesDamagedFeaturesAgain) {
+  const DamagedCity city;
+  const auto snapshot = WholeCity().Ask();
+  const auto image = snapshot.snapshot().GetImage(ImageId(2));
+  ASSERT_OK(image);
+  const auto features = snapshot.snapshot().GetFeatures(image->photo);
+  ASSERT_OK(features);
+  const auto value = Encode(*features);
+  ASSERT_OK(value);
+  city.DamageBlob(value->substr(0, 3000));
+  EXPECT_EQ(ExpectNothingLost(city).digest, city.digest());
+}
+
+TEST(Repair, NamesAPhotoWhoseBytesAreDamaged) {
+  const DamagedCity city;
+  const TakenPhoto& photo = TakePhoto(Walk(4, 1.2, kStreetPhotos)[3]);
+  city.DamagePhoto(photo.jpeg);
+  RepairAnswer answer;
+  const Whole whole = RepairAndLook(city, &answer);
+  EXPECT_EQ(answer.lost, std::vector<std::string>{photo.name});
+  EXPECT_NE(FileBytes(answer.report_path).find(photo.name), std::string::npos);
+  EXPECT_EQ(whole.photos, kStreetPhotos - 1);
+  // The file can be added again under its name.
+  auto engine = Engine::Open(city.path());
+  ASSERT_OK(engine);
+  AddOutcome added;
+  ASSERT_OK((*engine)->AddPhotos(
+      std::vector<PhotoSubmission>{{{photo.name, "", photo.jpeg}, "street", "anna"}},
+      [&](const AddOutcome& outcome) { added = outcome; }));
+  EXPECT_EQ(added.verdict, Verdict::kPlaced) << added.detail;
+}
+
+TEST(Repair, PiecesFilesTogetherWithoutAManifest) {
+  for (const char* prefix : {"CURRENT", "MANIFEST-"}) {
+    const DamagedCity city;
+    for (const auto& entry : std::filesystem::directory_iterator(city.path())) {
+      if (entry.path().filename().string().starts_with(prefix))
+        std::filesystem::remove(entry.path());
+    }
+    ExpectNothingLost(city);
+  }
+}
+
+TEST(Repair, FindsWhatLiesInLogsAlone) {
+  City city;
+  city.Add(Walk(4, 1.2, 3));
+  const std::string path = city.path();
+  city.Close();
+  for (const auto& entry : std::filesystem::directory_iterator(path)) {
+    if (entry.path().filename().string().starts_with("MANIFEST-"))
+      std::filesystem::remove(entry.path());
+  }
+  const RepairAnswer answer = Repaired(path, true);
+  EXPECT_TRUE(answer.is_repaired);
+  EXPECT_EQ(Look(path).photos, 3u) << Told(answer);
+}
+
+TEST(Repair, ReadsTheLogPastItsDamage) {
+  City city;
+  city.Add(Walk(4, 1.2, 5));
+  const std::string path = city.path();
+  city.Close();
+  std::string log;
+  for (const std::string& file : FilesWith(path, ".log")) {
+    if (log.empty() || FileBytes(file).size() > FileBytes(log).size()) log = file;
+  }
+  FlipByte(log, FileBytes(log).size() / 4);
+  EXPECT_FALSE(Engine::Open(path).ok());
+  const RepairAnswer answer = Repaired(path, true);
+  EXPECT_TRUE(answer.is_repaired);
+  // The damaged record holds one photo at most, ahead of its commit or with it.
+  EXPECT_GE(Look(path).photos, 4u) << Told(answer);
+}
+
+TEST(Repair, RecoversImagesFromTheirIndexes) {
+  const DamagedCity city;
+  city.DeleteTables(Family::kImages);
+  ExpectNothingLost(city);
+}
+
+TEST(Repair, LeavesOutWhatContradictsItself) {
+  const DamagedCity city;
+  // A track that names an image of another number, an image twice, a pose of nobody.
+  const auto whole = WholeCity().Ask();
+  const auto pose = whole.snapshot().FindPose(ImageId(1));
+  ASSERT_OK(pose);
+  PoseRecord stray = pose->value();
+  stray.image = ImageId(77);
+  city.Overwrite(Family::kPoses, ImageKey(stray.image), *Encode(stray));
+  city.Overwrite(Family::kObservations, ImageKey(ImageId(2)), "");
+  EXPECT_EQ(ExpectNothingLost(city).digest, city.digest());
+}
+
+TEST(Repair, IsFinishedAfterAKillAtAnyStep) {
+  for (const RepairStep last :
+       {RepairStep::kSourceLinked, RepairStep::kExamined, RepairStep::kWritten,
+        RepairStep::kComplete, RepairStep::kMovedAway}) {
+    const DamagedCity city;
+    city.DamageTables(Family::kWords);
+    const auto killed = RunRepair(city.path(), {.apply = true, .thread_count = 2},
+                                  [&](RepairStep step) { return step != last; });
+    ASSERT_EQ(killed.status().code(), StatusCode::kCancelled);
+    Repaired(city.path(), true);
+    EXPECT_EQ(Look(city.path()).digest, city.digest());
+    for (const auto& entry : std::filesystem::directory_iterator(city.folder().path()))
+      EXPECT_EQ(entry.path().string().find(".repair"), std::string::npos) << entry.path();
+  }
+}
+
+}  // namespace
+}  // namespace veduta

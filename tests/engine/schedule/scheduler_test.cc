@@ -1,0 +1,225 @@
+// SPDX-License-Identifier: Apache-2.0
+// Goal: photos of one contributor keep their order however fast each is prepared; a preparation
+//   that failed is tried again; a step that fails when nobody waits is told to the next Settle; a
+//   vocabulary is trained while photos go on, and lists and Settle wait for its end; a stream of
+//   photos holds up neither a list nor Settle.
+// Method: photos of a rendered street, and files that are no photos and so are prepared at once.
+//   The training of a scheduler of the test's own is held up until the test lets it go on.
+#include "engine/schedule/scheduler.h"
+
+#include <gtest/gtest.h>
+
+#include <atomic>
+#include <future>
+#include <string>
+#include <thread>
+#include <vector>
+
+#include "tests/engine/street_fixture.h"
+#include "tests/storage/fault_file_system.h"
+
+namespace veduta {
+namespace {
+
+// A file that is rejected after a look at its first bytes.
+PhotoSubmission NoPhoto(City* city, uint32_t number) {
+  const std::string text = "no photo " + std::to_string(number);
+  return city->Submit("no-photo-" + std::to_string(number), {text.begin(), text.end()});
+}
+
+// Waits for what another thread does.
+void WaitUntil(const std::function<bool()>& holds) {
+  while (!holds()) std::this_thread::yield();
+}
+
+TEST(Scheduler, APhotoThatIsPreparedFasterDoesNotOvertake) {
+  City city;
+  const std::vector<Stand> stands = Walk(6, 0.9, 3);
+  for (size_t i = 0; i < stands.size(); ++i) {
+    const PhotoSubmission slow = city.Submit(stands[i]);
+    const Ticket first = *city.engine().Submit(slow);
+    const Ticket second = *city.engine().Submit(NoPhoto(&city, static_cast<uint32_t>(i)));
+    ASSERT_OK(first.Wait());
+    ASSERT_OK(second.Wait());
+    EXPECT_LT(first.Wait()->id.value, second.Wait()->id.value);
+  }
+}
+
+TEST(Scheduler, APreparationThatFailedIsTriedAgain) {
+  const auto disk = std::make_shared<FaultFileSystem>();
+  CityOptions options = City::Options(2);
+  options.database.sync_wal = true;
+  options.database.file_system = disk;
+  City city(options);
+  const PhotoSubmission photo = city.Submit(Walk(6, 0.9, 1)[0]);
+  EngineParts& parts = city.parts();
+  Ticket blocked, failing;
+  std::atomic<bool> has_submitted = false, has_turn = false;
+  // The scheduler takes both into its window at once, and then waits for the turn with the first.
+  const auto submit_both = [&](const Result<AddOutcome>&) {
+    blocked = *city.engine().Submit(NoPhoto(&city, 2));
+    failing = *city.engine().Submit(photo);
+    has_submitted = true;
+    WaitUntil([&] { return has_turn.load(); });
+  };
+  ASSERT_OK(city.engine().Submit(NoPhoto(&city, 1), submit_both));
+  WaitUntil([&] { return has_submitted.load(); });
+  {
+    Writer::Turn turn = parts.writer->Take();
+    disk->FailWrites(1, Fault::kIoError, 1);
+    has_turn = true;
+    WaitUntil([&] { return disk->fault_count() > 0; });
+    disk->Heal();
+    ASSERT_OK(turn.database().Reopen());
+    parts.RenewCaches();
+  }
+  EXPECT_OK(blocked.Wait());
+  EXPECT_OK(failing.Wait());
+  EXPECT_EQ(city.Counts().images, 3u);
+  EXPECT_TRUE(IsSound(city.Ask().snapshot()));
+}
+
+TEST(Scheduler, AStepThatFailedUnseenIsToldLater) {
+  City city;
+  const auto transaction = city.parts().database->BeginTransaction();
+  DatabaseState state = *transaction->base()->GetState();
+  state.pending_propagation = {ImageId(99)};  // to be tried again, and not there
+  transaction->PutState(state);
+  ASSERT_OK(transaction->Commit());
+  // At the latest after eight photos in a row a step is done, and there are no others.
+  std::vector<Ticket> tickets;
+  for (uint32_t i = 0; i < 10; ++i) tickets.push_back(*city.engine().Submit(NoPhoto(&city, i)));
+  for (const Ticket& ticket : tickets) ASSERT_OK(ticket.Wait());
+  std::vector<FollowUp> told;
+  const auto tell = [&](const FollowUp& step) { told.push_back(step); };
+  EXPECT_EQ(city.engine().Settle({}, tell).code(), StatusCode::kNotFound);
+  ASSERT_EQ(told.size(), 1u);
+  EXPECT_EQ(told[0].image, ImageId(99));
+  EXPECT_OK(city.engine().Settle({}, tell)) << "once is enough";
+  EXPECT_EQ(told.size(), 1u);
+}
+
+CityOptions TrainingEarly() {
+  CityOptions options = City::Options(2);
+  options.ingest.retrieval.compare_all_max = 3;
+  options.ingest.retrieval.training_count_max = 2000;
+  return options;
+}
+
+// A scheduler whose training waits until it is let go.
+class HeldTraining {
+ public:
+  explicit HeldTraining(EngineParts* parts)
+      : scheduler_(parts->writer.get(), parts->preparer.get(), &parts->ingest, parts->pool.get(),
+                   [this, parts] {
+                     has_begun = true;
+                     let_go.get_future().wait();
+                     return parts->TrainIfDue();
+                   }) {}
+  Scheduler* operator->() { return &scheduler_; }
+
+  std::atomic<bool> has_begun = false;
+  std::promise<void> let_go;
+
+ private:
+  Scheduler scheduler_;  // last: its threads use the above
+};
+
+TEST(Scheduler, PhotosGoOnWhileAVocabularyIsTrained) {
+  City city(TrainingEarly());
+  HeldTraining scheduler(&city.parts());
+  const CameraRecord camera = *city.parts().FindCamera("street");
+  const auto submit = [&](const Stand& stand) {
+    return scheduler->Submit(city.Submit(stand).photo, camera, "anna", {})->Wait();
+  };
+  const std::vector<Stand> stands = Walk(6, 0.9, 5);
+  for (size_t i = 0; i < 3; ++i) ASSERT_OK(submit(stands[i]));
+  WaitUntil([&] { return scheduler.has_begun.load(); });
+  ASSERT_OK(submit(stands[3]));
+  ASSERT_OK(submit(stands[4]));
+  EXPECT_EQ(city.Counts().vocabulary_generation, 0u);
+
+  std::atomic<bool> has_settled = false;
+  std::vector<FollowUp> followed;
+  std::thread settler([&] {
+    EXPECT_OK(scheduler->Settle({}, &followed));
+    has_settled = true;
+  });
+  ASSERT_OK(scheduler->Submit(NoPhoto(&city, 1).photo, camera, "bela", {})->Wait());
+  EXPECT_FALSE(has_settled);
+  scheduler.let_go.set_value();
+  settler.join();
+  ASSERT_FALSE(followed.empty());
+  EXPECT_EQ(followed.back().kind, FollowUpKind::kVocabulary);
+  EXPECT_EQ(city.Counts().vocabulary_generation, 1u);
+  EXPECT_TRUE(IsSound(city.Ask().snapshot())) << "also the photos that came meanwhile have words";
+}
+
+TEST(Scheduler, AListWaitsForATrainingThatAnEarlierPhotoBegan) {
+  City city(TrainingEarly());
+  HeldTraining scheduler(&city.parts());
+  const CameraRecord camera = *city.parts().FindCamera("street");
+  const std::vector<Stand> stands = Walk(6, 0.9, 4);
+  for (size_t i = 0; i < 3; ++i)
+    ASSERT_OK(scheduler->Submit(city.Submit(stands[i]).photo, camera, "anna", {})->Wait());
+  WaitUntil([&] { return scheduler.has_begun.load(); });
+  const std::shared_ptr<Lane> lane = scheduler->OpenList({});
+  const Ticket of_list =
+      scheduler->SubmitToList(lane, city.Submit(stands[3]).photo, camera, "anna");
+  // Another contributor's photo overtakes the list's, which waits.
+  ASSERT_OK(scheduler->Submit(NoPhoto(&city, 1).photo, camera, "bela", {})->Wait());
+  EXPECT_FALSE(of_list.IsDone());
+  scheduler.let_go.set_value();
+  std::vector<FollowUp> steps;
+  ASSERT_OK(Scheduler::WaitSettled(of_list, &steps));
+  EXPECT_EQ(city.Counts().vocabulary_generation, 1u);
+  scheduler->EndList(lane.get());
+}
+
+TEST(Scheduler, AFailedTrainingIsToldAndSetAside) {
+  City city(TrainingEarly());
+  EngineParts& parts = city.parts();
+  std::atomic<int> trainings = 0;
+  Scheduler scheduler(parts.writer.get(), parts.preparer.get(), &parts.ingest, parts.pool.get(),
+                      [&]() -> Result<bool> {
+                        ++trainings;
+                        return Status::IoError("no luck today");
+                      });
+  const CameraRecord camera = *parts.FindCamera("street");
+  for (const Stand& stand : Walk(6, 0.9, 4))
+    ASSERT_OK(scheduler.Submit(city.Submit(stand).photo, camera, "anna", {})->Wait());
+  std::vector<FollowUp> followed;
+  EXPECT_EQ(scheduler.Settle({}, &followed).message(), "no luck today");
+  EXPECT_EQ(trainings, 1);
+  followed.clear();
+  EXPECT_OK(scheduler.Settle({}, &followed));
+  EXPECT_EQ(trainings, 1);
+}
+
+// Somebody always has a photo in line.
+TEST(Scheduler, AStreamOfPhotosHoldsUpNeitherAListNorSettle) {
+  City city;
+  std::atomic<bool> is_enough = false;
+  std::atomic<uint32_t> streamed = 0;
+  std::thread stream([&] {
+    std::vector<Ticket> tickets;
+    for (uint32_t i = 0; !is_enough; ++i) {
+      tickets.push_back(*city.engine().Submit(NoPhoto(&city, i)));
+      if (i >= 20) {
+        EXPECT_OK(tickets[i - 20].Wait());
+      }
+      ++streamed;
+    }
+  });
+  WaitUntil([&] { return streamed > 20; });
+  city.Add(Walk(6, 0.9, 3));
+  EXPECT_OK(city.engine().Settle());
+  const uint32_t meanwhile = streamed;
+  is_enough = true;
+  stream.join();
+  EXPECT_GT(meanwhile, 21u);
+  EXPECT_EQ(city.Counts().placed, 3u);
+}
+
+}  // namespace
+}  // namespace veduta

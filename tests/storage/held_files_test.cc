@@ -1,0 +1,106 @@
+// SPDX-License-Identifier: Apache-2.0
+// Goal: whoever reads beside a writer sees one whole state to the end, whatever the writer deletes,
+//   and opening never fails because of it.
+// Method: a writer that commits, flushes, compacts and collects blob files without a pause; readers
+//   that open the database again and again and read all of it slowly. A longer run with processes
+//   is tools/readers_beside_writer.sh.
+#include "storage/held_files.h"
+
+#include <gtest/gtest.h>
+
+#include <atomic>
+#include <thread>
+
+#include "log_damage.h"
+
+namespace veduta {
+namespace {
+
+constexpr size_t kPhotoBytes = 20'000;
+
+// Adds images, and leaves blobs behind that nobody needs any more.
+void Write(Database& database, const std::atomic<bool>& stop, std::atomic<uint32_t>& compactions) {
+  for (uint32_t id = 2; !stop; ++id) {
+    ASSERT_OK(AddImage(database, id, kPhotoBytes));
+    ASSERT_OK(database.WriteVocabularyAhead(id, SampleBytes(id, 200'000)));
+    const auto transaction = database.BeginTransaction();
+    if (id > 2) transaction->DeleteVocabulary(id - 1);
+    transaction->DeletePointBlocks(ReconstructionId(id), 1);
+    ASSERT_OK(transaction->Commit());
+    ASSERT_OK(database.WritePhotoAhead(SampleHash(1'000'000 + id), SampleBytes(id, 50'000), {}));
+    ASSERT_OK(database.DropPhotoAhead(SampleHash(1'000'000 + id)));
+    if (id % 4 == 0) {
+      ASSERT_OK(database.Compact());
+      ++compactions;
+    }
+  }
+}
+
+// Reads everything, while the writer goes on for at least two compactions.
+void ReadWhole(const Database& database, const std::atomic<uint32_t>& compactions,
+               const std::atomic<bool>& stop) {
+  const auto snapshot = database.GetSnapshot();
+  const auto state = snapshot->GetState();
+  ASSERT_OK(state);
+  const uint32_t before = compactions;
+  while (compactions < before + 2 && !stop) std::this_thread::yield();
+  uint32_t count = 0;
+  ASSERT_OK(snapshot->ScanImages([&](const ImageRecord& image) {
+    ++count;
+    const auto photo = snapshot->GetPhoto(image.photo);
+    EXPECT_OK(photo);
+    EXPECT_TRUE(!photo.ok() || photo->bytes().size() == kPhotoBytes);
+    EXPECT_OK(snapshot->GetFeatures(image.photo));
+    return !testing::Test::HasFailure();
+  }));
+  EXPECT_EQ(count + 1, state->next_image) << "one state, and all of it";
+}
+
+TEST(HeldFiles, ReadersBesideAWriterNeverFail) {
+  const TemporaryFolder folder;
+  const auto database = MustCreate(folder / "db");
+  ASSERT_OK(AddImage(*database, 1, kPhotoBytes));
+  std::atomic<bool> stop = false;
+  std::atomic<uint32_t> compactions = 0, readings = 0;
+  std::thread writer([&] { Write(*database, stop, compactions); });
+  std::vector<std::thread> readers;
+  for (int i = 0; i < 4; ++i) {
+    readers.emplace_back([&] {
+      while (!stop && !testing::Test::HasFailure()) {
+        const auto reader = MustOpen(folder / "db", {.read_only = true});
+        ASSERT_NE(reader, nullptr);
+        ReadWhole(*reader, compactions, stop);
+        ++readings;
+      }
+    });
+  }
+  for (int i = 0; i < 80 && !testing::Test::HasFailure(); ++i)
+    std::this_thread::sleep_for(std::chrono::milliseconds(100));
+  stop = true;
+  writer.join();
+  for (std::thread& reader : readers) reader.join();
+  EXPECT_GT(readings, 4u);
+  EXPECT_GT(compactions, 4u);
+}
+
+TEST(HeldFiles, ReaderLeavesNothingBehindAndChangesNothing) {
+  const TemporaryFolder folder;
+  auto database = MustCreate(folder / "db");
+  ASSERT_OK(AddImage(*database, 1, kPhotoBytes));
+  ASSERT_OK(database->Compact());
+  const auto list = [&] {
+    std::map<std::string, std::filesystem::file_time_type> files;
+    for (const auto& entry : std::filesystem::directory_iterator(folder / "db"))
+      files[entry.path().filename()] = entry.last_write_time();
+    return files;
+  };
+  database.reset();
+  const auto before = list();
+  const auto reader = MustOpen(folder / "db", {.read_only = true});
+  ASSERT_NE(reader, nullptr);
+  EXPECT_OK(reader->GetSnapshot()->GetPhoto(SampleHash(1)));
+  EXPECT_EQ(list(), before);
+}
+
+}  // namespace
+}  // namespace veduta

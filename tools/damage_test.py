@@ -1,0 +1,208 @@
+#!/usr/bin/env python3
+# SPDX-License-Identifier: Apache-2.0
+"""Damages the files of a database at random, one damage at a time, and looks who notices.
+
+usage: tools/damage_test.py VEDUTA DATABASE [--flips N] [--cuts N] [--repair-every N] [--seed N]
+
+The database is copied; the original is only read. Each trial flips one bit of one file of the copy,
+or cuts the file's end off, each byte of the database being equally likely. It asks `veduta verify
+--deep`, and where that finds the database sound, `veduta digest`. A trial ends in one of these ways:
+
+  noticed    verify names something, or the database does not open: exit code 3
+  harmless   verify says "sound", and the digest is what it was
+  SILENT     verify says "sound", and the digest is another, or cannot be told
+  BROKEN     a program was ended by a signal, or by a code that it should not end with
+
+Every N-th noticed trial is repaired in a second copy, with `veduta repair --yes`. Afterwards verify
+must find nothing, and no photo may be missing but one whose own bytes were damaged: where the
+damage lies in a photo, one may be missing, elsewhere none.
+
+Exit codes: 0 nothing was silent, broken or lost; 1 something was; 2 bad usage.
+"""
+import argparse
+import collections
+import os
+import random
+import re
+import shutil
+import subprocess
+import sys
+import tempfile
+
+TRIAL_SECONDS_MAX = 300
+UNUSABLE = 3  # the exit code of a database that is damaged
+
+
+class Trial:
+    """What one damage did."""
+
+    def __init__(self, way, text):
+        self.way = way
+        self.text = text
+
+
+def run(veduta, *arguments):
+    """The exit code, negative for a signal, and what was printed."""
+    try:
+        done = subprocess.run([veduta, *arguments], stdout=subprocess.PIPE,
+                              stderr=subprocess.STDOUT, timeout=TRIAL_SECONDS_MAX, check=False)
+    except subprocess.TimeoutExpired:
+        return -1, f'did not end within {TRIAL_SECONDS_MAX} s'
+    return done.returncode, done.stdout.decode(errors='replace').strip()
+
+
+def files_of(folder):
+    """The files that are not empty, with their sizes. LOCK and RocksDB's own logs hold nothing."""
+    found = []
+    for name in sorted(os.listdir(folder)):
+        path = os.path.join(folder, name)
+        if os.path.isfile(path) and os.path.getsize(path) > 0:
+            found.append((name, os.path.getsize(path)))
+    return found
+
+
+def kind_of(name):
+    """Groups files for the table: 000012.sst is a .sst, MANIFEST-000004 a MANIFEST."""
+    return os.path.splitext(name)[1] or re.sub(r'-\d+$', '', name)
+
+
+def choose(files, generator):
+    """One byte, each being equally likely: the file's name and the place."""
+    place = generator.randrange(sum(size for _, size in files))
+    for name, size in files:
+        if place < size:
+            return name, place
+        place -= size
+    raise AssertionError('the place lies behind the last file')
+
+
+class Damage:
+    """One flipped bit or one cut, to be made and taken back."""
+
+    def __init__(self, folder, name, place, bit):
+        self.path = os.path.join(folder, name)
+        self.name, self.place, self.bit = name, place, bit
+        with open(self.path, 'rb') as file:
+            file.seek(place)
+            self.lost = file.read(1 if bit is not None else -1)
+
+    def make(self):
+        if self.bit is None:
+            os.truncate(self.path, self.place)
+        else:
+            self.write(bytes([self.lost[0] ^ (1 << self.bit)]))
+
+    def take_back(self):
+        self.write(self.lost)
+
+    def write(self, data):
+        with open(self.path, 'r+b') as file:
+            file.seek(self.place)
+            file.write(data)
+
+    def __str__(self):
+        if self.bit is None:
+            return f'{self.name} cut at byte {self.place}'
+        return f'{self.name}, byte {self.place}, bit {self.bit}'
+
+
+def look(veduta, database, digest):
+    """What verify and digest say of the damaged database."""
+    code, text = run(veduta, 'verify', '--deep', database)
+    if code == UNUSABLE:
+        return Trial('noticed', text)
+    if code != 0:
+        return Trial('BROKEN', f'verify ended with {code}: {text[-300:]}')
+    code, text = run(veduta, 'digest', database)
+    if code == 0:
+        return Trial('harmless' if text == digest else 'SILENT', text)
+    way = 'SILENT' if code == UNUSABLE else 'BROKEN'
+    return Trial(way, f'digest ended with {code}: {text[-300:]}')
+
+
+def names_of(veduta, database):
+    """The photos that the database holds, by the journal-independent list of `show`."""
+    code, text = run(veduta, 'status', database, '--json')
+    match = re.search(r'"images":\s*(\d+)', text)
+    return int(match.group(1)) if code == 0 and match else -1
+
+
+def repair(veduta, database, copy, photos, may_lose):
+    """Repairs a copy of the damaged database; what is wrong then, or nothing."""
+    shutil.rmtree(copy, ignore_errors=True)
+    shutil.copytree(database, copy)
+    code, text = run(veduta, 'repair', copy, '--yes')
+    if code != 0:
+        return f'repair ended with {code}: {text[-300:]}'
+    code, text = run(veduta, 'verify', copy)
+    if code != 0:
+        return f'verify after repair ended with {code}: {text[-300:]}'
+    left = names_of(veduta, copy)
+    if left < photos - may_lose:
+        return f'{left} of {photos} photos are left after repair'
+    return None
+
+
+def parse_arguments():
+    parser = argparse.ArgumentParser(description=__doc__,
+                                     formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument('veduta')
+    parser.add_argument('database')
+    parser.add_argument('--flips', type=int, default=1000)
+    parser.add_argument('--cuts', type=int, default=200)
+    parser.add_argument('--repair-every', type=int, default=20, help='0: never')
+    parser.add_argument('--seed', type=int, default=1)
+    return parser.parse_args()
+
+
+def measure(arguments, work):
+    """All trials; the table by kind of file and way, and what failed."""
+    veduta = os.path.abspath(arguments.veduta)
+    database, copy = os.path.join(work, 'db'), os.path.join(work, 'copy')
+    shutil.copytree(arguments.database, database)
+    code, digest = run(veduta, 'digest', database)
+    if code != 0 or run(veduta, 'verify', '--deep', database)[0] != 0:
+        sys.exit(f'damage_test.py: {arguments.database} is not sound')
+    photos = names_of(veduta, database)
+    generator = random.Random(arguments.seed)
+    table, failures, noticed, repaired = collections.Counter(), [], 0, 0
+    for number in range(arguments.flips + arguments.cuts):
+        name, place = choose(files_of(database), generator)
+        is_flip = number < arguments.flips
+        damage = Damage(database, name, place, generator.randrange(8) if is_flip else None)
+        damage.make()
+        trial = look(veduta, database, digest)
+        table[('flip' if is_flip else 'cut', kind_of(name), trial.way)] += 1
+        if trial.way in ('SILENT', 'BROKEN'):
+            failures.append(f'{damage}: {trial.way}: {trial.text}')
+        noticed += trial.way == 'noticed'
+        if trial.way == 'noticed' and arguments.repair_every:
+            if noticed % arguments.repair_every == 0:
+                # A cut may take many photos with it: only what a flip leaves is counted.
+                wrong = repair(veduta, database, copy, photos,
+                               (1 if kind_of(name) in ('.blob', '.log') else 0) if is_flip
+                               else photos)
+                repaired += 1
+                if wrong:
+                    failures.append(f'{damage}: {wrong}')
+        damage.take_back()
+        if failures and len(failures) <= 20 and failures[-1].startswith(str(damage)):
+            print(failures[-1], flush=True)
+    return table, failures, repaired
+
+
+def main():
+    arguments = parse_arguments()
+    with tempfile.TemporaryDirectory(prefix='veduta_damage_') as work:
+        table, failures, repaired = measure(arguments, work)
+    print('| damage | file | what became of it | trials |')
+    print('| --- | --- | --- | ---: |')
+    for (damage, kind, way), count in sorted(table.items()):
+        print(f'| {damage} | {kind} | {way} | {count} |')
+    print(f'{arguments.flips} flips, {arguments.cuts} cuts, {repaired} repaired: '
+          f'{len(failures)} failures')
+    return 1 if failures else 0
+
+
+if __name__ == '__main__':
+    sys.exit(main())
