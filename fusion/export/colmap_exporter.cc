@@ -97,8 +97,9 @@ class ColmapModel final {
   Status WriteImages(const std::vector<PoseRecord>& poses) {
     const auto path = folder_ / "images.txt";
     VEDUTA_ASSIGN_OR_RETURN(std::ofstream file, Create(path));
-    file << "# IMAGE_ID, QW, QX, QY, QZ, TX, TY, TZ, CAMERA_ID, NAME (as in a URL: %20 is a space)\n"
-            "# POINTS2D[] as (X, Y, POINT3D_ID)\n";
+    file
+        << "# IMAGE_ID, QW, QX, QY, QZ, TX, TY, TZ, CAMERA_ID, NAME (as in a URL: %20 is a space)\n"
+           "# POINTS2D[] as (X, Y, POINT3D_ID)\n";
     for (const PoseRecord& pose : poses) {
       VEDUTA_ASSIGN_OR_RETURN(const ImageRecord image, snapshot_.GetImage(pose.image));
       VEDUTA_ASSIGN_OR_RETURN(const CameraRecord camera, snapshot_.GetCamera(image.camera));
