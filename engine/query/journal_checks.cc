@@ -34,13 +34,22 @@ std::optional<uint64_t> NumberBefore(std::string_view suffix, std::string_view t
   return number;
 }
 
+// The name of a camera's entry, "NAME: SIZE PARAMS"; older programs wrote the name alone.
+std::string CameraNameIn(const std::string& detail) {
+  const size_t params = detail.rfind(' ');
+  if (params == std::string::npos || params == 0) return detail;
+  const size_t size = detail.rfind(' ', params - 1);
+  if (size == std::string::npos || size == 0 || detail[size - 1] != ':') return detail;
+  return detail.substr(0, size - 1);
+}
+
 void Take(const JournalRecord& entry, Told* told) {
   if (entry.action == "add") told->images[entry.image] = {entry.actor, entry.detail, false};
   if (entry.action == "propagate") {
     told->images[entry.image].detail = entry.detail;
     told->images[entry.image].propagated = true;
   }
-  if (entry.action == "camera") told->cameras.insert(entry.detail);
+  if (entry.action == "camera") told->cameras.insert(CameraNameIn(entry.detail));
   if (entry.action == "merge") told->images_at_adjustment[entry.reconstruction] = 0;
   if (entry.action == "adjust") {
     if (const auto count = NumberBefore(" images", entry.detail))
