@@ -85,10 +85,10 @@ class Questions final {
   // At most `count_max` entries from `first` on.
   Result<std::vector<JournalAnswer>> Journal(uint64_t first, uint32_t count_max) const;
 
-  // A sentence for each violated invariant; empty when the database is sound. Parses every value: one
-  // that cannot be read is a violation, and the others are checked all the same. Works on a database
-  // that is open for reading, beside a writer. O(database); a deep one also takes as long as adding
-  // the photos took without placing them.
+  // A sentence for each violated invariant; empty when the database is sound. Parses every value:
+  // one that cannot be read is a violation, and the others are checked all the same. Works on a
+  // database that is open for reading, beside a writer. O(database); a deep one also takes as long
+  // as extracting the features of all photos.
   Result<std::vector<std::string>> Verify(const VerifyRequest& request) const;
   // One hash over the logical content, in hexadecimal: equal for equal cities.
   Result<std::string> Digest() const;

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// The journal, and what it says once more of things that nothing else determines: who contributed an
-// image and why it is where it is, what a camera is called, when all of a reconstruction was last
-// adjusted, how many images the vocabulary was made for.
+// The journal, and what it says once more of things that nothing else determines: who contributed
+// an image and why it is where it is, what a camera is called, when all of a reconstruction was
+// last adjusted, how many images the vocabulary was made for.
 #include <charconv>
 
 #include "engine/query/checked_city.h"
@@ -34,13 +34,22 @@ std::optional<uint64_t> NumberBefore(std::string_view suffix, std::string_view t
   return number;
 }
 
+// The name of a camera's entry, "NAME: SIZE PARAMS"; older programs wrote the name alone.
+std::string CameraNameIn(const std::string& detail) {
+  const size_t params = detail.rfind(' ');
+  if (params == std::string::npos || params == 0) return detail;
+  const size_t size = detail.rfind(' ', params - 1);
+  if (size == std::string::npos || size == 0 || detail[size - 1] != ':') return detail;
+  return detail.substr(0, size - 1);
+}
+
 void Take(const JournalRecord& entry, Told* told) {
   if (entry.action == "add") told->images[entry.image] = {entry.actor, entry.detail, false};
   if (entry.action == "propagate") {
     told->images[entry.image].detail = entry.detail;
     told->images[entry.image].propagated = true;
   }
-  if (entry.action == "camera") told->cameras.insert(entry.detail);
+  if (entry.action == "camera") told->cameras.insert(CameraNameIn(entry.detail));
   if (entry.action == "merge") told->images_at_adjustment[entry.reconstruction] = 0;
   if (entry.action == "adjust") {
     if (const auto count = NumberBefore(" images", entry.detail))
@@ -104,7 +113,9 @@ void CompareRest(const CheckedCity& city, const Told& told, Violations* violatio
   for (const auto& [id, record] : city.reconstructions) {
     const auto found = told.images_at_adjustment.find(id);
     const uint64_t wanted = found == told.images_at_adjustment.end() ? 3 : found->second;
-    violations->Expect(record.images_at_adjustment == wanted, [&, id = id] {
+    // 0 makes the adjustment due, and the next one puts it right.
+    const bool is_due = record.images_at_adjustment == 0;
+    violations->Expect(is_due || record.images_at_adjustment == wanted, [&, id = id] {
       return NameOf(id) + " was last adjusted with " + std::to_string(wanted) +
              " images, and its record says " + std::to_string(record.images_at_adjustment);
     });
