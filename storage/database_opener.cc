@@ -379,7 +379,6 @@ std::vector<std::string> NamesIn(rocksdb::FileSystem& file_system, const std::st
 Result<std::shared_ptr<DatabaseFiles>> DatabaseFiles::Open(const std::string& path,
                                                            const DatabaseOptions& options) {
   if (!options.read_only) return DatabaseOpener(path, options).Open();
-  AllowManyOpenFiles();
   const std::shared_ptr<rocksdb::FileSystem> file_system =
       options.file_system ? options.file_system : rocksdb::FileSystem::Default();
   for (int attempt = 1;; ++attempt) {

@@ -36,7 +36,7 @@ Result<std::optional<Features>> FeaturesOf(const std::vector<uint8_t>& bytes, Im
   if (!stored.ok() && !IsDamage(stored.status())) return stored.status();
   const CameraModel& camera = healing->cameras.at(image->camera).model;
   PreparedPhoto photo = healing->preparer.Extract({image->name, "", bytes}, camera);
-  VEDUTA_RETURN_IF_ERROR(photo.failure);
+  VEDUTA_RETURN_IF_ERROR(photo.failure);  // the memory was too short: nothing is lost
   if (photo.reason != Reason::kNone) {
     SetAside("its features cannot be read, and it gives none: " + photo.detail,
              "the features were damaged and could not be computed again", image, healing);

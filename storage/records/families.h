@@ -48,9 +48,15 @@ struct FamilyTraits {
   const char* name;  // stored: never renamed
   ValueStore store = ValueStore::kTable;
   uint32_t write_buffer_mib = 8;
+  // Keys are written once and hardly ever deleted, so blob files hold next to no garbage: they are
+  // never copied to be rid of it. A blob file goes when nothing in it is needed any more.
+  bool written_once = false;
   // Values are ascending arrays of u32, each number once, and a write may be an array to unite
   // with.
   bool unites_ids = false;
+  // Grows with the city, and is scanned in long runs: what a scan reads is not kept in the cache,
+  // where it would push out what other reads need.
+  bool scanned_in_long_runs = false;
   // The digest takes every key and value as it lies. The other families enter it record by record.
   bool digested_whole = false;
   uint32_t since_format = 1;  // of the database, which has the family from then on

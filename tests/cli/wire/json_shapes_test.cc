@@ -75,9 +75,12 @@ TEST(Answers, Status) {
   status.backlog = 4;
   status.vocabulary_generation = 1;
   status.total_bytes = 123456;
+  status.storage = {1, 2, 3, 4, 5, 6, 7};
   const std::string counts =
       R"({"images":20,"placed":12,"postponed":5,"rejected":3,"cameras":2,"backlog":4,)"
-      R"("vocabulary_generation":1,"bytes":123456,"reconstructions":[)";
+      R"("vocabulary_generation":1,"bytes":123456,)"
+      R"("storage":{"log_bytes":1,"flush_bytes":2,"compaction_bytes":3,"blob_bytes":4,)"
+      R"("blob_copied_bytes":5,"cache_hits":6,"cache_misses":7},"reconstructions":[)";
   EXPECT_EQ(JsonLine(ToJson(status)), counts + "]}");
   status.reconstructions = {SomeReconstruction(), SomeReconstruction()};
   EXPECT_EQ(JsonLine(ToJson(status)), counts + kReconstruction + "," + kReconstruction + "]}");

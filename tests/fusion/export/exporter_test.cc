@@ -124,7 +124,8 @@ TEST_F(ExporterTest, LivingReconstructionsComeLargestFirst) {
   EXPECT_EQ(ids, (std::vector<uint32_t>{5, 1, 6}));
 }
 
-// The tokens of a line, divided as COLMAP's reader does (src/colmap/scene/reconstruction_io_text.cc).
+// The tokens of a line, divided as COLMAP's reader does
+// (src/colmap/scene/reconstruction_io_text.cc).
 std::vector<std::string> ColmapTokens(const std::string& line) {
   std::vector<std::string> tokens;
   std::istringstream stream(line);
