@@ -86,7 +86,8 @@ Status WritePhoto(const ImageRecord& image, const std::vector<uint8_t>& bytes,
 }
 
 Status HealPhoto(ImageRecord* image, Healing* healing) {
-  const Result<std::vector<uint8_t>> bytes = healing->source.GetPhoto(image->photo);
+  const Result<std::vector<uint8_t>> bytes =
+      healing->source.GetPhoto(image->photo, image->size_bytes);
   if (!bytes.ok()) {
     if (!IsDamage(bytes.status())) return bytes.status();
     SetAside("its bytes cannot be read: " + bytes.status().message(),
@@ -116,15 +117,12 @@ bool IsTakenAlready(const ImageRecord& image, std::set<std::string>* names,
 Status HealPhotos(Healing* healing) {
   std::set<std::string> names;
   std::set<ContentHash> photos;
-  for (auto it = healing->images.begin(); it != healing->images.end();) {
-    ImageRecord& image = it->second;
+  for (auto& [id, image] : healing->images) {
     if (IsTakenAlready(image, &names, &photos)) {
       healing->notes.Add(PhotoText(image) + " has the name or the photo of another image",
                          "its record is left out");
-      it = healing->images.erase(it);
-      continue;
+      healing->StandIn(image.id, "");
     }
-    ++it;
     if (image.verdict != Verdict::kRejected) {
       VEDUTA_RETURN_IF_ERROR(HealPhoto(&image, healing));
     } else {

@@ -57,11 +57,12 @@ class Usage(Case):
                             'devices': '--device', 'calibrate': '--points', 'markers': '--out'}
         for command in ('init', 'camera', 'markers', 'calibrate', 'add', 'settle', 'status',
                         'reconstruction', 'show', 'neighbors', 'pose', 'export', 'densify',
-                        'render', 'verify', 'digest', 'vocabulary', 'journal', 'backup', 'devices'):
+                        'render', 'verify', 'digest', 'vocabulary', 'journal', 'backup', 'repair',
+                        'devices'):
             self.assertRegex(listed, rf'(?m)^  {command} ')
             self.assertIn(without_database.get(command, 'DB'), must(command, '--help'))
         count = len(re.findall(r'(?m)^  [a-z]+ ', listed.split('Subcommands:')[1]))
-        self.assertEqual(count, 20, 'a command is not in this list')
+        self.assertEqual(count, 21, 'a command is not in this list')
         self.assertRegex(must('--version'), r'^\d+\.\d+\.\d+\n$')
 
     def test_init_again_changes_nothing(self):

@@ -150,6 +150,18 @@ TEST(Answers, Small) {
   EXPECT_EQ(JsonLine(DigestJson("63d5")), R"({"digest":"63d5"})");
 }
 
+TEST(Answers, Repair) {
+  RepairAnswer repair;
+  repair.is_repaired = true;
+  repair.findings = {{"a", "b"}};
+  repair.lost = {"c"};
+  repair.kept_path = "d";
+  EXPECT_EQ(JsonLine(ToJson(repair)),
+            R"({"findings":[{"damage":"a","remedy":"b"}],"kept_path":"d","lost":["c"],)"
+            R"("photos_path":"","rebuilt":false,"repaired":true,"report_path":"","retried":[],)"
+            R"("sound":false,"written_out":[]})");
+}
+
 TEST(Answers, ACameraFileIsHandedOnInItsOrder) {
   CalibrationAnswer calibration;
   calibration.camera_file = "{\n  \"width\": 3,\n  \"a\": [0.1]\n}\n";

@@ -15,7 +15,9 @@
 #include <sstream>
 
 #include "fusion/pass/dense_pass.h"
+#include "storage/records/photo_record.h"
 #include "tests/engine/street_fixture.h"
+#include "tests/storage/damage.h"
 
 namespace veduta {
 namespace {
@@ -75,6 +77,28 @@ TEST_F(ExporterTest, WritesEveryFormatBeforeThereIsASurfaceAndAfter) {
   EXPECT_GT(ply->front().triangles, 100u);
   EXPECT_LT(coarse->front().triangles, ply->front().triangles);
   EXPECT_EQ(gltf->front().triangles, ply->front().triangles);
+}
+
+std::string FileText(const std::string& path) {
+  std::ifstream file(path);
+  return {std::istreambuf_iterator<char>(file), std::istreambuf_iterator<char>()};
+}
+
+TEST_F(ExporterTest, DamagedFeaturesAreComputedAgain) {
+  ASSERT_OK(Export("whole", "colmap"));
+  const auto image = city_.Ask().snapshot().GetImage(ImageId(2));
+  ASSERT_OK(image);
+  city_.Close();
+  WithRocksdb(
+      city_.path(),
+      [&](rocksdb::DB& db, rocksdb::ColumnFamilyHandle* handle) {
+        ASSERT_TRUE(db.Put({}, handle, HashKey(image->photo), "damaged").ok());
+      },
+      Family::kFeatures);
+  city_.Open();
+  ASSERT_OK(Export("damaged", "colmap"));
+  EXPECT_EQ(FileText(folder_.path() + "/whole/0/images.txt"),
+            FileText(folder_.path() + "/damaged/0/images.txt"));
 }
 
 TEST_F(ExporterTest, LivingReconstructionsComeLargestFirst) {
