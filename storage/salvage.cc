@@ -98,10 +98,10 @@ std::set<std::string> FamiliesOfTables(const std::string& folder) {
   return names;
 }
 
-// Adds a table to each family that has none. RocksDB's repair knows families by their tables alone: without one,
-// it would drop from the logs what a young database has in them. The families get the numbers that
-// they have in every database, since they are created in the same order. The one key sorts last,
-// and is none of ours.
+// Adds a table to each family that has none. RocksDB's repair knows families by their tables alone:
+// without one, it would drop from the logs what a young database has in them. The families get the
+// numbers that they have in every database, since they are created in the same order. The one key
+// sorts last, and is none of ours.
 Status SeedFamilies(const std::string& scratch) {
   const std::string folder = scratch + "/seed";
   rocksdb::DBOptions options = DatabaseWideOptions();

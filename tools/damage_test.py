@@ -2,7 +2,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """Damages the files of a database at random, one damage at a time, and looks who notices.
 
-usage: tools/damage_test.py VEDUTA DATABASE [--flips N] [--cuts N] [--repair-every N] [--seed N]
+usage: tools/damage_test.py VEDUTA DATABASE [--flips N] [--cuts N] [--repair-every N]
+                            [--seed N]
 
 The database is copied; the original is only read. Each trial flips one bit of one file of the copy,
 or cuts the file's end off, each byte of the database being equally likely. It asks `veduta verify
