@@ -36,7 +36,8 @@ Status Switch(Database* database, ThreadPool* pool) {
   RetrievalOptions options;
   options.training_count_max = 60;  // a word is a write
   Retrieval retrieval(options);
-  return retrieval.TrainAndActivate(database, pool).status();
+  VEDUTA_ASSIGN_OR_RETURN(Retrieval::Prepared prepared, retrieval.Train(database, pool));
+  return retrieval.Activate(database, std::move(prepared));
 }
 
 // Words and postings of the active generation are those of its tree and of all images, and there is
