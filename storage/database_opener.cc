@@ -315,7 +315,7 @@ Status DatabaseOpener::CheckFormat() {
   if (version == kFormatBeforeDense && !options_.create) {
     if (!options_.read_only) return UpgradeToDense();
     return Status::Corruption("the database at " + path +
-                              " has format 1 of an earlier veduta: 'veduta verify " + path +
+                              " has format 1 of an earlier veduta: 'veduta settle " + path +
                               "' brings it to format " + std::to_string(kFormatVersion));
   }
   if (version != kFormatVersion) {

@@ -8,6 +8,7 @@ import os
 import random
 import re
 import struct
+import subprocess
 import zlib
 from urllib.parse import unquote
 
