@@ -51,6 +51,9 @@ struct FamilyTraits {
   // Values are ascending arrays of u32, each number once, and a write may be an array to unite
   // with.
   bool unites_ids = false;
+  // Runs of keys are deleted at once, as a range. It costs a second look at what is scanned
+  // (storage/value_reader.h).
+  bool deletes_ranges = false;
   // The digest takes every key and value as it lies. The other families enter it record by record.
   bool digested_whole = false;
   uint32_t since_format = 1;  // of the database, which has the family from then on

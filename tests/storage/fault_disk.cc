@@ -14,7 +14,8 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr uint64_t kPageBytes = 4096;  // what Linux writes to a disk at once
+constexpr uint64_t kPageBytes = 4096;   // what Linux writes to a disk at once
+constexpr uint64_t kSectorBytes = 512;  // what a disk writes whole
 
 // Whether a thing that is not durable outlives the power cut.
 class Choices final {
@@ -52,7 +53,8 @@ void LoseTail(const std::string& path, const FaultDisk::Content& content, Choice
     const uint64_t next = std::min(end, (begin / kPageBytes + 1) * kPageBytes);
     const bool is_torn = choices->Between(0, 7) == 0;
     if (is_torn || !choices->Keeps()) {
-      const uint64_t from = is_torn ? choices->Between(begin, next) : begin;
+      const uint64_t tear = choices->Between(begin, next) / kSectorBytes * kSectorBytes;
+      const uint64_t from = is_torn ? std::max(begin, tear) : begin;
       WriteAt(&file, from, std::string(next - from, '\0'));
     }
     begin = next;
