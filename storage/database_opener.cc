@@ -219,10 +219,13 @@ Status DatabaseOpener::CheckLogs() {
     return Status::Ok();  // RocksDB will not get it, either, and OpenRocksdb says why
   }
   const Result<LogDamage> found = InspectLogs(files_->path_, options_);
+  Status cut;
+  if (lock != nullptr && found.ok()) cut = CutForgivenEnd(fs, files_->path_, *found);
   if (lock != nullptr)
     VEDUTA_RETURN_IF_ERROR(FromRocksdb(fs.UnlockFile(lock, rocksdb::IOOptions(), nullptr),
                                        "unlock the database at " + files_->path_));
   VEDUTA_RETURN_IF_ERROR(found.status());
+  VEDUTA_RETURN_IF_ERROR(cut);
   if (found->damaged()) return DamagedLogStatus(files_->path_, *found);
   if (found->last_replayed_sequence)
     files_->replay_limit_ = MakeReplayLimit(*found->last_replayed_sequence);

@@ -2,6 +2,7 @@
 #include "storage/log_inspection.h"
 
 #include <rocksdb/db.h>
+#include <rocksdb/file_system.h>
 
 #include <algorithm>
 #include <memory>
@@ -10,6 +11,7 @@
 #include "storage/log_names.h"
 #include "storage/log_reader.h"
 #include "storage/manifest_facts.h"
+#include "storage/rocksdb_status.h"
 
 namespace veduta {
 namespace {
@@ -156,6 +158,30 @@ bool IsForgiven(const Stop& stop, bool has_mark, uint64_t records_after) {
   return stop.is_inside ? stop.unreadable && stop.may_be_unwritten : has_mark;
 }
 
+// RocksDB replays nothing from the stop on.
+std::vector<LogDamage::CutLog> EndFrom(const Stop& stop, const std::vector<uint64_t>& logs) {
+  std::vector<LogDamage::CutLog> end;
+  for (const uint64_t log : logs) {
+    if (log >= stop.log) end.push_back({LogName(log), log == stop.log ? stop.begin_bytes : 0});
+  }
+  return end;
+}
+
+Status CutLogTo(rocksdb::FileSystem& file_system, const std::string& path, uint64_t size_bytes) {
+  const std::string doing = "cut the end off " + path;
+  uint64_t now = 0;
+  VEDUTA_RETURN_IF_ERROR(
+      FromRocksdb(file_system.GetFileSize(path, rocksdb::IOOptions(), &now, nullptr), doing));
+  if (now <= size_bytes) return Status::Ok();
+  std::unique_ptr<rocksdb::FSWritableFile> file;
+  VEDUTA_RETURN_IF_ERROR(FromRocksdb(
+      file_system.ReopenWritableFile(path, rocksdb::FileOptions(), &file, nullptr), doing));
+  rocksdb::IOStatus status = file->Truncate(size_bytes, rocksdb::IOOptions(), nullptr);
+  if (status.ok()) status = file->Fsync(rocksdb::IOOptions(), nullptr);
+  const rocksdb::IOStatus closed = file->Close(rocksdb::IOOptions(), nullptr);
+  return FromRocksdb(status.ok() ? closed : status, doing);
+}
+
 }  // namespace
 
 Result<LogDamage> InspectLogs(const std::string& path, const DatabaseOptions& options) {
@@ -179,10 +205,19 @@ Result<LogDamage> InspectLogs(const std::string& path, const DatabaseOptions& op
   const bool forgiven = !stop || IsForgiven(*stop, mark.has_value(), damage.records_after);
   if ((mark && reached < mark->sequence) || !damage.missing_logs.empty() || !forgiven) {
     damage.sentence = Sentence(path, stop, damage);
-  } else if (stop && damage.records_after > 0) {
-    damage.last_replayed_sequence = walk.reached();
+  } else if (stop) {
+    if (damage.records_after > 0) damage.last_replayed_sequence = walk.reached();
+    damage.forgiven_end = EndFrom(*stop, logs);
   }
   return damage;
+}
+
+// From the last log to the first: what is left in between is the same end, and shorter.
+Status CutForgivenEnd(rocksdb::FileSystem& file_system, const std::string& path,
+                      const LogDamage& damage) {
+  for (auto log = damage.forgiven_end.rbegin(); log != damage.forgiven_end.rend(); ++log)
+    VEDUTA_RETURN_IF_ERROR(CutLogTo(file_system, path + "/" + log->name, log->size_bytes));
+  return Status::Ok();
 }
 
 Status DamagedLogStatus(const std::string& path, const LogDamage& damage) {

@@ -18,6 +18,10 @@
 #include "storage/base/status.h"
 #include "storage/database_options.h"
 
+namespace rocksdb {
+class FileSystem;
+}
+
 namespace veduta {
 
 struct LogDamage {
@@ -34,6 +38,13 @@ struct LogDamage {
   uint64_t writes_missing = 0;  // that were acknowledged, and that nothing readable holds
   // What RocksDB may replay: where an end that was never synced has a hole, no write behind it.
   std::optional<uint64_t> last_replayed_sequence;
+  // The end that is forgiven: of each log, in their order, the length of what counts. Empty where
+  // the log is damaged, or whole.
+  struct CutLog {
+    std::string name;
+    uint64_t size_bytes = 0;
+  };
+  std::vector<CutLog> forgiven_end;
 
   bool damaged() const { return !sentence.empty(); }
 };
@@ -43,6 +54,12 @@ struct LogDamage {
 // kNotFound where there is no database, kIoError, and what RocksDB says where its other files are
 // damaged.
 Result<LogDamage> InspectLogs(const std::string& path, const DatabaseOptions& options);
+
+// Cuts off the end that is forgiven, durably. Before anything is written to a new log: RocksDB keeps
+// a log of which it could read nothing, and at the next opening it would stop there, and forget what
+// was acknowledged since. For the holder of the database's lock. kIoError; may be called again.
+Status CutForgivenEnd(rocksdb::FileSystem& file_system, const std::string& path,
+                      const LogDamage& damage);
 
 // What to tell whoever opens the database: kCorruption with the sentence, and what to do.
 Status DamagedLogStatus(const std::string& path, const LogDamage& damage);

@@ -11,8 +11,10 @@
 namespace veduta {
 namespace {
 
-// What the operating system writes at once, or not at all.
+// What Linux writes to a disk at once. A page that was written again as the log grew may lack its
+// later part; a disk may write it to a boundary of its own.
 constexpr size_t kPageBytes = 4096;
+constexpr size_t kSectorBytes = 512;  // the smallest there are
 
 bool IsZeros(std::string_view bytes) {
   return std::all_of(bytes.begin(), bytes.end(), [](char c) { return c == 0; });
@@ -80,11 +82,13 @@ class LogParser final {
     return block.size();
   }
 
-  // Blocks begin at multiples of the page's size.
+  // Whether some page ends in zeros, as far as [begin, end) reaches back. Blocks begin at multiples
+  // of the page's size.
   static bool HasUnwrittenPage(std::string_view block, size_t begin, size_t end) {
-    size_t page = (begin + kPageBytes - 1) / kPageBytes * kPageBytes;
-    for (; page + kPageBytes <= end; page += kPageBytes) {
-      if (IsZeros(block.substr(page, kPageBytes))) return true;
+    size_t page_end = (begin / kPageBytes + 1) * kPageBytes;
+    for (; page_end <= end; page_end += kPageBytes) {
+      const size_t from = std::max(begin, page_end - kSectorBytes);
+      if (IsZeros(block.substr(from, page_end - from))) return true;
     }
     return false;
   }

@@ -247,6 +247,7 @@ class SnapshotView final : public Snapshot {
       std::string value;
       const Result<bool> found = reader_.Copy(family, key, &value);
       if (!found.ok()) return visit(key, found.status());
+      if (!*found) return true;  // deleted with a range of keys
       return visit(key, StoredBytes(std::move(value)));
     });
   }

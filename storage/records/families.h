@@ -57,6 +57,9 @@ struct FamilyTraits {
   // Grows with the city, and is scanned in long runs: what a scan reads is not kept in the cache,
   // where it would push out what other reads need.
   bool scanned_in_long_runs = false;
+  // Runs of keys are deleted at once, as a range. It costs a second look at what is scanned
+  // (storage/value_reader.h).
+  bool deletes_ranges = false;
   // The digest takes every key and value as it lies. The other families enter it record by record.
   bool digested_whole = false;
   uint32_t since_format = 1;  // of the database, which has the family from then on

@@ -6,8 +6,10 @@
 
 #include <gtest/gtest.h>
 
+#include <filesystem>
 #include <set>
 
+#include "log_damage.h"
 #include "samples.h"
 
 namespace veduta {
@@ -47,6 +49,36 @@ TEST(BlobKeys, EverySnapshotSeesItsOwn) {
   held.emplace_back(database->GetSnapshot(), expected);
   for (const auto& [snapshot, keys] : held) EXPECT_EQ(KeysOf(*snapshot), keys);
   EXPECT_GT(expected.size(), 32u) << "more than one page";
+}
+
+std::string Content(const std::filesystem::path& path) {
+  std::ifstream file(path, std::ios::binary);
+  return {std::istreambuf_iterator<char>(file), {}};
+}
+
+// The only block of the table, with the keys, begins the file. The family meta, which opening reads,
+// has the key "state".
+TEST(BlobKeys, DamagedTableIsNoEnd) {
+  const TemporaryFolder folder;
+  {
+    const auto database = MustCreate(folder / "db");
+    ASSERT_OK(database->WritePhotoAhead(SampleHash(1), SampleBytes(1, 100), SampleFeatures(1, 1)));
+    const auto transaction = database->BeginTransaction();
+    transaction->PutImage(SampleImage(1));
+    ASSERT_OK(transaction->Commit());
+    ASSERT_OK(database->Compact());
+  }
+  for (const auto& file : std::filesystem::directory_iterator(folder / "db")) {
+    const bool is_table = file.path().extension() == ".sst";
+    if (is_table && Content(file.path()).find("state") == std::string::npos)
+      FlipBit(file.path(), 3);
+  }
+  const auto database = MustOpen(folder / "db", {.read_only = true});
+  ASSERT_NE(database, nullptr);
+  const auto snapshot = database->GetSnapshot();
+  const auto visit = [](const ContentHash&) { return true; };
+  EXPECT_EQ(snapshot->ScanPhotoKeys(visit).code(), StatusCode::kCorruption);
+  EXPECT_EQ(snapshot->ScanFeatureKeys(visit).code(), StatusCode::kCorruption);
 }
 
 TEST(BlobKeys, StopsWhenToldTo) {

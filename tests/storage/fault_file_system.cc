@@ -2,71 +2,121 @@
 #include "tests/storage/fault_file_system.h"
 
 #include <algorithm>
-#include <fstream>
-#include <iterator>
-#include <system_error>
+#include <filesystem>
+#include <utility>
 
 namespace veduta {
 
-std::filesystem::path FaultFileSystem::Disk::Normal(const std::string& path) {
-  std::filesystem::path normal = std::filesystem::absolute(path).lexically_normal();
-  return normal.has_filename() ? normal : normal.parent_path();
-}
+class FaultFileSystem::SequentialFile final : public rocksdb::FSSequentialFileOwnerWrapper {
+ public:
+  SequentialFile(std::unique_ptr<rocksdb::FSSequentialFile> target, std::shared_ptr<FaultDisk> disk)
+      : FSSequentialFileOwnerWrapper(std::move(target)), disk_(std::move(disk)) {}
 
-// Called with the mutex held, before every write operation.
-rocksdb::IOStatus FaultFileSystem::Disk::Count() {
-  if (power_out) return rocksdb::IOStatus::IOError("the power is out");
-  ++write_count;
-  if (failing_count == 0 || write_count < first_failing ||
-      write_count - first_failing >= failing_count) {
+  rocksdb::IOStatus Read(size_t n, const rocksdb::IOOptions& options, rocksdb::Slice* result,
+                         char* scratch, rocksdb::IODebugContext* debug) override {
+    const rocksdb::IOStatus fault = BeginRead(*disk_);
+    return fault.ok() ? target()->Read(n, options, result, scratch, debug) : fault;
+  }
+
+ private:
+  const std::shared_ptr<FaultDisk> disk_;
+};
+
+class FaultFileSystem::RandomAccessFile final : public rocksdb::FSRandomAccessFileOwnerWrapper {
+ public:
+  RandomAccessFile(std::unique_ptr<rocksdb::FSRandomAccessFile> target,
+                   std::shared_ptr<FaultDisk> disk)
+      : FSRandomAccessFileOwnerWrapper(std::move(target)), disk_(std::move(disk)) {}
+
+  rocksdb::IOStatus Read(uint64_t offset, size_t n, const rocksdb::IOOptions& options,
+                         rocksdb::Slice* result, char* scratch,
+                         rocksdb::IODebugContext* debug) const override {
+    const rocksdb::IOStatus fault = BeginRead(*disk_);
+    return fault.ok() ? target()->Read(offset, n, options, result, scratch, debug) : fault;
+  }
+  rocksdb::IOStatus MultiRead(rocksdb::FSReadRequest* requests, size_t count,
+                              const rocksdb::IOOptions& options,
+                              rocksdb::IODebugContext* debug) override {
+    for (size_t i = 0; i < count; ++i) {
+      rocksdb::FSReadRequest& r = requests[i];
+      r.status = Read(r.offset, r.len, options, &r.result, r.scratch, debug);
+    }
     return rocksdb::IOStatus::OK();
   }
-  ++fault_count;
-  return fault == Fault::kNoSpace
-             ? rocksdb::IOStatus::NoSpace("injected fault", "No space left on device")
-             : rocksdb::IOStatus::IOError("injected fault");
-}
-
-void FaultFileSystem::Disk::Made(const std::string& path) {
-  changes.push_back({Normal(path).string(), "", {}});
-}
-
-// Renames what is tracked under `from`, a file or a folder, along with it.
-void FaultFileSystem::Disk::MoveTracked(const std::string& from, const std::string& to) {
-  std::map<std::string, std::shared_ptr<FileLength>> moved;
-  for (auto it = files.begin(); it != files.end();) {
-    if (it->first == from || it->first.starts_with(from + "/")) {
-      moved[to + it->first.substr(from.size())] = it->second;
-      it = files.erase(it);
-    } else {
-      ++it;
-    }
+  // RocksDB reads by itself what was not fetched before.
+  rocksdb::IOStatus Prefetch(uint64_t, size_t, const rocksdb::IOOptions&,
+                             rocksdb::IODebugContext*) override {
+    return rocksdb::IOStatus::NotSupported("FaultFileSystem does not prefetch");
   }
-  for (auto& [path, length] : moved) files[path] = length;
-}
 
-std::optional<std::string> FaultFileSystem::ReadAll(const std::string& path) {
-  if (!std::filesystem::is_regular_file(path)) return std::nullopt;
-  std::ifstream stream(path, std::ios::binary);
-  return std::string(std::istreambuf_iterator<char>(stream), {});
-}
+ private:
+  const std::shared_ptr<FaultDisk> disk_;
+};
+
+class FaultFileSystem::RandomRWFile final : public rocksdb::FSRandomRWFileOwnerWrapper {
+ public:
+  RandomRWFile(std::unique_ptr<rocksdb::FSRandomRWFile> target, std::shared_ptr<FaultDisk> disk,
+               std::string path, std::shared_ptr<FaultDisk::Content> content)
+      : FSRandomRWFileOwnerWrapper(std::move(target)),
+        disk_(std::move(disk)),
+        path_(std::move(path)),
+        content_(std::move(content)) {}
+
+  rocksdb::IOStatus Read(uint64_t offset, size_t n, const rocksdb::IOOptions& options,
+                         rocksdb::Slice* result, char* scratch,
+                         rocksdb::IODebugContext* debug) const override {
+    const rocksdb::IOStatus fault = BeginRead(*disk_);
+    return fault.ok() ? target()->Read(offset, n, options, result, scratch, debug) : fault;
+  }
+  rocksdb::IOStatus Write(uint64_t offset, const rocksdb::Slice& data,
+                          const rocksdb::IOOptions& options,
+                          rocksdb::IODebugContext* debug) override {
+    const std::lock_guard lock(disk_->mutex());
+    const rocksdb::IOStatus fault = disk_->Begin(Operation::kOverwrite);
+    if (disk_->power_is_out()) return fault;
+    const size_t size = fault.ok() ? data.size() : data.size() / 2;
+    disk_->BeforeOverwrite(path_, content_.get(), offset, offset + size);
+    const rocksdb::IOStatus written =
+        target()->Write(offset, rocksdb::Slice(data.data(), size), options, debug);
+    content_->size = std::max(content_->size, offset + size);
+    return fault.ok() ? written : fault;
+  }
+  rocksdb::IOStatus Sync(const rocksdb::IOOptions& /*options*/,
+                         rocksdb::IODebugContext* /*debug*/) override {
+    const std::lock_guard lock(disk_->mutex());
+    const rocksdb::IOStatus fault = disk_->Begin(Operation::kSync);
+    if (!fault.ok()) return fault;
+    content_->synced = content_->size;
+    content_->pages_before.clear();
+    return fault;
+  }
+  rocksdb::IOStatus Fsync(const rocksdb::IOOptions& options,
+                          rocksdb::IODebugContext* debug) override {
+    return Sync(options, debug);
+  }
+
+ private:
+  const std::shared_ptr<FaultDisk> disk_;
+  const std::string path_;
+  const std::shared_ptr<FaultDisk::Content> content_;
+};
 
 class FaultFileSystem::File final : public rocksdb::FSWritableFileOwnerWrapper {
  public:
-  File(std::unique_ptr<rocksdb::FSWritableFile> target, std::shared_ptr<Disk> disk,
-       std::shared_ptr<FileLength> length)
+  File(std::unique_ptr<rocksdb::FSWritableFile> target, std::shared_ptr<FaultDisk> disk,
+       std::shared_ptr<FaultDisk::Content> content)
       : FSWritableFileOwnerWrapper(std::move(target)),
         disk_(std::move(disk)),
-        length_(std::move(length)) {}
+        content_(std::move(content)) {}
 
   rocksdb::IOStatus Append(const rocksdb::Slice& data, const rocksdb::IOOptions& options,
                            rocksdb::IODebugContext* debug) override {
-    const std::lock_guard lock(disk_->mutex);
-    const rocksdb::IOStatus fault = disk_->Count();
-    const size_t size = fault.ok() ? data.size() : disk_->power_out ? 0 : data.size() / 2;
+    const std::lock_guard lock(disk_->mutex());
+    const rocksdb::IOStatus fault = disk_->Begin(Operation::kWrite);
+    const size_t size = fault.ok() ? data.size() : disk_->power_is_out() ? 0 : data.size() / 2;
     const rocksdb::IOStatus written =
         target()->Append(rocksdb::Slice(data.data(), size), options, debug);
-    if (written.ok()) length_->size += size;
+    if (written.ok()) content_->size += size;
     return fault.ok() ? written : fault;
   }
   rocksdb::IOStatus Append(const rocksdb::Slice& data, const rocksdb::IOOptions& options,
@@ -85,18 +135,21 @@ class FaultFileSystem::File final : public rocksdb::FSWritableFileOwnerWrapper {
   }
   rocksdb::IOStatus Truncate(uint64_t size, const rocksdb::IOOptions& options,
                              rocksdb::IODebugContext* debug) override {
-    const std::lock_guard lock(disk_->mutex);
-    const rocksdb::IOStatus fault = disk_->Count();
+    const std::lock_guard lock(disk_->mutex());
+    const rocksdb::IOStatus fault = disk_->Begin(Operation::kWrite);
     if (!fault.ok()) return fault;
     const rocksdb::IOStatus cut = target()->Truncate(size, options, debug);
-    if (cut.ok()) *length_ = {size, std::min(size, length_->synced)};
+    if (cut.ok()) {
+      content_->size = size;
+      content_->synced = std::min(size, content_->synced);
+    }
     return cut;
   }
   rocksdb::IOStatus Sync(const rocksdb::IOOptions& /*options*/,
                          rocksdb::IODebugContext* /*debug*/) override {
-    const std::lock_guard lock(disk_->mutex);
-    const rocksdb::IOStatus fault = disk_->Count();
-    if (fault.ok()) length_->synced = length_->size;
+    const std::lock_guard lock(disk_->mutex());
+    const rocksdb::IOStatus fault = disk_->Begin(Operation::kSync);
+    if (fault.ok()) content_->synced = content_->size;
     return fault;
   }
   rocksdb::IOStatus Fsync(const rocksdb::IOOptions& options,
@@ -116,21 +169,21 @@ class FaultFileSystem::File final : public rocksdb::FSWritableFileOwnerWrapper {
   }
 
  private:
-  const std::shared_ptr<Disk> disk_;
-  const std::shared_ptr<FileLength> length_;
+  const std::shared_ptr<FaultDisk> disk_;
+  const std::shared_ptr<FaultDisk::Content> content_;
 };
 
 class FaultFileSystem::Folder final : public rocksdb::FSDirectoryWrapper {
  public:
-  Folder(std::unique_ptr<rocksdb::FSDirectory> target, std::shared_ptr<Disk> disk, std::string path)
+  Folder(std::unique_ptr<rocksdb::FSDirectory> target, std::shared_ptr<FaultDisk> disk,
+         std::string path)
       : FSDirectoryWrapper(std::move(target)), disk_(std::move(disk)), path_(std::move(path)) {}
 
   rocksdb::IOStatus Fsync(const rocksdb::IOOptions& /*options*/,
                           rocksdb::IODebugContext* /*debug*/) override {
-    const std::lock_guard lock(disk_->mutex);
-    const rocksdb::IOStatus fault = disk_->Count();
-    if (fault.ok())
-      std::erase_if(disk_->changes, [&](const Change& c) { return Disk::Folder(c.path) == path_; });
+    const std::lock_guard lock(disk_->mutex());
+    const rocksdb::IOStatus fault = disk_->Begin(Operation::kSync);
+    if (fault.ok()) disk_->FolderSynced(path_);
     return fault;
   }
   rocksdb::IOStatus FsyncWithDirOptions(const rocksdb::IOOptions& options,
@@ -140,42 +193,88 @@ class FaultFileSystem::Folder final : public rocksdb::FSDirectoryWrapper {
   }
 
  private:
-  const std::shared_ptr<Disk> disk_;
+  const std::shared_ptr<FaultDisk> disk_;
   const std::string path_;
 };
+
+rocksdb::IOStatus FaultFileSystem::NewSequentialFile(
+    const std::string& name, const rocksdb::FileOptions& options,
+    std::unique_ptr<rocksdb::FSSequentialFile>* result, rocksdb::IODebugContext* debug) {
+  const rocksdb::IOStatus fault = BeginRead(*disk_);
+  if (!fault.ok()) return fault;
+  std::unique_ptr<rocksdb::FSSequentialFile> file;
+  const rocksdb::IOStatus opened = target()->NewSequentialFile(name, options, &file, debug);
+  if (opened.ok()) *result = std::make_unique<SequentialFile>(std::move(file), disk_);
+  return opened;
+}
+
+rocksdb::IOStatus FaultFileSystem::NewRandomAccessFile(
+    const std::string& name, const rocksdb::FileOptions& options,
+    std::unique_ptr<rocksdb::FSRandomAccessFile>* result, rocksdb::IODebugContext* debug) {
+  const rocksdb::IOStatus fault = BeginRead(*disk_);
+  if (!fault.ok()) return fault;
+  std::unique_ptr<rocksdb::FSRandomAccessFile> file;
+  const rocksdb::IOStatus opened = target()->NewRandomAccessFile(name, options, &file, debug);
+  if (opened.ok()) *result = std::make_unique<RandomAccessFile>(std::move(file), disk_);
+  return opened;
+}
+
+rocksdb::IOStatus FaultFileSystem::NewRandomRWFile(const std::string& name,
+                                                   const rocksdb::FileOptions& options,
+                                                   std::unique_ptr<rocksdb::FSRandomRWFile>* result,
+                                                   rocksdb::IODebugContext* debug) {
+  const rocksdb::IOStatus fault = BeginRead(*disk_);
+  if (!fault.ok()) return fault;
+  std::unique_ptr<rocksdb::FSRandomRWFile> file;
+  const rocksdb::IOStatus opened = target()->NewRandomRWFile(name, options, &file, debug);
+  if (!opened.ok()) return opened;
+  const std::lock_guard lock(disk_->mutex());
+  *result = std::make_unique<RandomRWFile>(std::move(file), disk_, name, disk_->Track(name));
+  return opened;
+}
+
+rocksdb::IOStatus FaultFileSystem::GetChildren(const std::string& name,
+                                               const rocksdb::IOOptions& options,
+                                               std::vector<std::string>* result,
+                                               rocksdb::IODebugContext* debug) {
+  const rocksdb::IOStatus fault = BeginRead(*disk_);
+  return fault.ok() ? target()->GetChildren(name, options, result, debug) : fault;
+}
+
+rocksdb::IOStatus FaultFileSystem::GetFileSize(const std::string& name,
+                                               const rocksdb::IOOptions& options, uint64_t* size,
+                                               rocksdb::IODebugContext* debug) {
+  const rocksdb::IOStatus fault = BeginRead(*disk_);
+  return fault.ok() ? target()->GetFileSize(name, options, size, debug) : fault;
+}
 
 rocksdb::IOStatus FaultFileSystem::NewWritableFile(const std::string& name,
                                                    const rocksdb::FileOptions& options,
                                                    std::unique_ptr<rocksdb::FSWritableFile>* result,
                                                    rocksdb::IODebugContext* debug) {
-  const std::lock_guard lock(disk_->mutex);
-  const rocksdb::IOStatus fault = disk_->Count();
+  const std::lock_guard lock(disk_->mutex());
+  const rocksdb::IOStatus fault = disk_->Begin(Operation::kCreate);
   if (!fault.ok()) return fault;
   const bool is_new = !std::filesystem::exists(name);
   std::unique_ptr<rocksdb::FSWritableFile> file;
   const rocksdb::IOStatus made = target()->NewWritableFile(name, options, &file, debug);
-  if (!made.ok()) return made;
-  if (is_new) disk_->Made(name);
-  auto& length = disk_->files[Disk::Normal(name).string()] = std::make_shared<FileLength>();
-  *result = std::make_unique<File>(std::move(file), disk_, length);
+  if (made.ok())
+    *result = std::make_unique<File>(std::move(file), disk_, disk_->StartAnew(name, is_new));
   return made;
 }
 
 rocksdb::IOStatus FaultFileSystem::ReopenWritableFile(
     const std::string& name, const rocksdb::FileOptions& options,
     std::unique_ptr<rocksdb::FSWritableFile>* result, rocksdb::IODebugContext* debug) {
-  const std::lock_guard lock(disk_->mutex);
-  const rocksdb::IOStatus fault = disk_->Count();
+  const std::lock_guard lock(disk_->mutex());
+  const rocksdb::IOStatus fault = disk_->Begin(Operation::kCreate);
   if (!fault.ok()) return fault;
   const bool is_new = !std::filesystem::exists(name);
-  const uint64_t size = is_new ? 0 : std::filesystem::file_size(name);
   std::unique_ptr<rocksdb::FSWritableFile> file;
   const rocksdb::IOStatus opened = target()->ReopenWritableFile(name, options, &file, debug);
   if (!opened.ok()) return opened;
-  if (is_new) disk_->Made(name);
-  auto& length = disk_->files[Disk::Normal(name).string()];
-  if (!length) length = std::make_shared<FileLength>(FileLength{size, size});
-  *result = std::make_unique<File>(std::move(file), disk_, length);
+  auto content = is_new ? disk_->StartAnew(name, is_new) : disk_->Track(name);
+  *result = std::make_unique<File>(std::move(file), disk_, std::move(content));
   return opened;
 }
 
@@ -186,34 +285,34 @@ rocksdb::IOStatus FaultFileSystem::NewDirectory(const std::string& name,
   std::unique_ptr<rocksdb::FSDirectory> folder;
   const rocksdb::IOStatus opened = target()->NewDirectory(name, options, &folder, debug);
   if (opened.ok())
-    *result = std::make_unique<Folder>(std::move(folder), disk_, Disk::Normal(name).string());
+    *result = std::make_unique<Folder>(std::move(folder), disk_, FaultDisk::Normal(name));
   return opened;
 }
 
 rocksdb::IOStatus FaultFileSystem::DeleteFile(const std::string& name,
                                               const rocksdb::IOOptions& options,
                                               rocksdb::IODebugContext* debug) {
-  const std::lock_guard lock(disk_->mutex);
-  if (disk_->power_out) return rocksdb::IOStatus::IOError("the power is out");
+  const std::lock_guard lock(disk_->mutex());
+  const rocksdb::IOStatus fault = disk_->Begin(Operation::kDelete);
+  if (!fault.ok()) return fault;
+  if (!std::filesystem::is_regular_file(name)) return target()->DeleteFile(name, options, debug);
+  disk_->BeforeDelete(name);
   const rocksdb::IOStatus deleted = target()->DeleteFile(name, options, debug);
-  if (deleted.ok()) {
-    const std::string path = Disk::Normal(name).string();
-    disk_->files.erase(path);
-    std::erase_if(disk_->changes, [&](const Change& c) { return c.path == path; });
-  }
+  deleted.ok() ? disk_->Happened() : disk_->UndoLast();
   return deleted;
 }
 
 rocksdb::IOStatus FaultFileSystem::Truncate(const std::string& name, size_t size,
                                             const rocksdb::IOOptions& options,
                                             rocksdb::IODebugContext* debug) {
-  const std::lock_guard lock(disk_->mutex);
-  const rocksdb::IOStatus fault = disk_->Count();
+  const std::lock_guard lock(disk_->mutex());
+  const rocksdb::IOStatus fault = disk_->Begin(Operation::kWrite);
   if (!fault.ok()) return fault;
+  const auto content = disk_->Track(name);
   const rocksdb::IOStatus cut = target()->Truncate(name, size, options, debug);
-  const auto tracked = disk_->files.find(Disk::Normal(name).string());
-  if (cut.ok() && tracked != disk_->files.end()) {
-    *tracked->second = {size, std::min<uint64_t>(size, tracked->second->synced)};
+  if (cut.ok()) {
+    content->size = size;
+    content->synced = std::min<uint64_t>(size, content->synced);
   }
   return cut;
 }
@@ -221,11 +320,11 @@ rocksdb::IOStatus FaultFileSystem::Truncate(const std::string& name, size_t size
 rocksdb::IOStatus FaultFileSystem::CreateDir(const std::string& name,
                                              const rocksdb::IOOptions& options,
                                              rocksdb::IODebugContext* debug) {
-  const std::lock_guard lock(disk_->mutex);
-  const rocksdb::IOStatus fault = disk_->Count();
+  const std::lock_guard lock(disk_->mutex());
+  const rocksdb::IOStatus fault = disk_->Begin(Operation::kCreate);
   if (!fault.ok()) return fault;
   const rocksdb::IOStatus made = target()->CreateDir(name, options, debug);
-  if (made.ok()) disk_->Made(name);
+  if (made.ok()) disk_->FolderMade(name);
   return made;
 }
 
@@ -239,62 +338,25 @@ rocksdb::IOStatus FaultFileSystem::CreateDirIfMissing(const std::string& name,
 rocksdb::IOStatus FaultFileSystem::RenameFile(const std::string& from, const std::string& to,
                                               const rocksdb::IOOptions& options,
                                               rocksdb::IODebugContext* debug) {
-  const std::lock_guard lock(disk_->mutex);
-  const rocksdb::IOStatus fault = disk_->Count();
+  const std::lock_guard lock(disk_->mutex());
+  const rocksdb::IOStatus fault = disk_->Begin(Operation::kRename);
   if (!fault.ok()) return fault;
-  std::optional<std::string> replaced = ReadAll(to);
-  const std::string old_path = Disk::Normal(from).string(), new_path = Disk::Normal(to).string();
-  const auto overwritten = disk_->files.find(new_path);
-  // Of a file that was written over, a power cut brings back what was durable of it.
-  if (replaced && overwritten != disk_->files.end())
-    replaced->resize(std::min<size_t>(replaced->size(), overwritten->second->synced));
+  if (!std::filesystem::exists(from)) return target()->RenameFile(from, to, options, debug);
+  disk_->BeforeRename(from, to);
   const rocksdb::IOStatus renamed = target()->RenameFile(from, to, options, debug);
-  if (!renamed.ok()) return renamed;
-  disk_->files.erase(new_path);
-  disk_->MoveTracked(old_path, new_path);
-  disk_->changes.push_back({new_path, old_path, std::move(replaced)});
+  renamed.ok() ? disk_->Happened() : disk_->UndoLast();
   return renamed;
 }
 
 rocksdb::IOStatus FaultFileSystem::LinkFile(const std::string& from, const std::string& to,
                                             const rocksdb::IOOptions& options,
                                             rocksdb::IODebugContext* debug) {
-  const std::lock_guard lock(disk_->mutex);
-  const rocksdb::IOStatus fault = disk_->Count();
+  const std::lock_guard lock(disk_->mutex());
+  const rocksdb::IOStatus fault = disk_->Begin(Operation::kCreate);
   if (!fault.ok()) return fault;
   const rocksdb::IOStatus linked = target()->LinkFile(from, to, options, debug);
-  if (!linked.ok()) return linked;
-  disk_->Made(to);
-  const auto source = disk_->files.find(Disk::Normal(from).string());
-  if (source != disk_->files.end()) disk_->files[Disk::Normal(to).string()] = source->second;
+  if (linked.ok()) disk_->Linked(from, to);
   return linked;
-}
-
-void FaultFileSystem::DropUnsyncedData() {
-  const std::lock_guard lock(disk_->mutex);
-  for (auto change = disk_->changes.rbegin(); change != disk_->changes.rend(); ++change) {
-    std::error_code ignored;  // a folder above may be gone already, and the entry with it
-    if (change->renamed_from.empty()) {
-      std::filesystem::remove_all(change->path, ignored);
-      std::erase_if(disk_->files, [&](const auto& file) {
-        return file.first == change->path || file.first.starts_with(change->path + "/");
-      });
-      continue;
-    }
-    std::filesystem::rename(change->path, change->renamed_from, ignored);
-    if (!ignored) disk_->MoveTracked(change->path, change->renamed_from);
-    if (change->replaced) std::ofstream(change->path, std::ios::binary) << *change->replaced;
-  }
-  disk_->changes.clear();
-  for (const auto& [path, length] : disk_->files) {
-    if (std::filesystem::is_regular_file(path) &&
-        std::filesystem::file_size(path) > length->synced) {
-      std::filesystem::resize_file(path, length->synced);
-    }
-  }
-  disk_->files.clear();
-  disk_->power_out = false;
-  disk_->failing_count = 0;
 }
 
 }  // namespace veduta

@@ -22,6 +22,12 @@ TEST(RocksdbStatus, CodesAreOurs) {
   EXPECT_TRUE(io.message().starts_with("cannot read the file: ")) << io.message();
 }
 
+TEST(RocksdbStatus, FileThatCouldNotBeReadOnceIsNoInvalidArgument) {
+  const auto status =
+      rocksdb::Status::InvalidArgument("Direct I/O is not supported by the specified DB.");
+  EXPECT_EQ(FromRocksdb(status, "open").code(), StatusCode::kIoError);
+}
+
 TEST(RocksdbStatus, FullDiskIsNamed) {
   for (const rocksdb::Status& full :
        {rocksdb::Status::NoSpace(), rocksdb::Status::IOError("No space left on device"),
