@@ -64,7 +64,8 @@ class Checker final {
         DenseSettings settings;
         VEDUTA_RETURN_IF_ERROR(ParseDenseKey(key, &settings.reconstruction));
         VEDUTA_RETURN_IF_ERROR(Decode(value, &settings));
-        Expect(snapshot_.GetReconstruction(settings.reconstruction).status(), "dense settings");
+        Expect(snapshot_.GetReconstruction(OwnerOfSurface(settings.reconstruction)).status(),
+               "dense settings");
         settings_[settings.reconstruction] = settings;
         return Status::Ok();
       }
