@@ -175,6 +175,15 @@ TEST_F(LogInspection, EachLogOfSeveralIsMissed) {
   }
 }
 
+TEST_F(LogInspection, DamageAtTheBeginIsFoundWhereOneFamilyWasFlushedByItself) {
+  CopyWithPhotosFlushed(folder_ / "whole", path_, 3);
+  const auto logs = LogsOf(path_);
+  ASSERT_EQ(logs.size(), 2u);
+  FlipBit(logs.front(), 20);
+  ExpectRefused(std::filesystem::path(logs.front()).filename().string() +
+                " cannot be read from byte 0 ");
+}
+
 TEST_F(LogInspection, WithoutSyncsAPowerCutIsForgivenAndACleanCloseIsNot) {
   const auto fs = std::make_shared<FaultFileSystem>();
   DatabaseOptions options{.create = true, .sync_wal = false, .file_system = fs};
