@@ -154,8 +154,8 @@ std::string Sentence(const std::string& path, const std::optional<Stop>& stop,
 
 // A power cut has left this, as far as anybody can tell. What was acknowledged is there.
 bool IsForgiven(const Stop& stop, bool has_mark, uint64_t records_after) {
-  if (records_after == 0) return true;
-  return stop.is_inside ? stop.unreadable && stop.may_be_unwritten : has_mark;
+  if (records_after == 0 || (stop.unreadable && stop.may_be_unwritten)) return true;
+  return !stop.is_inside && has_mark;
 }
 
 // RocksDB replays nothing from the stop on.

@@ -3,8 +3,9 @@
 // Is the write-ahead log whole? RocksDB takes the first damaged byte of its log for the log's end,
 // forgets what follows and deletes the file. So the log is read here first, and nothing is changed.
 //
-// These are forgiven, because a power cut leaves them: an end that is torn, and pages of zeros in
-// an end that was never synced. Damage is everything else:
+// These are forgiven, because a power cut leaves them: an end that is torn, also where a later log
+// follows it, and zeros in place of pages or sectors in an end that was never synced. Damage is
+// everything else:
 //   - the log ends before what was acknowledged (storage/acknowledged.h),
 //   - a log is missing that should be there,
 //   - something unreadable is followed by what can be read.

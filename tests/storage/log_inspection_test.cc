@@ -12,6 +12,7 @@
 #include "fault_file_system.h"
 #include "log_damage.h"
 #include "storage/acknowledged.h"
+#include "storage/log_writer.h"
 
 namespace veduta {
 namespace {
@@ -136,6 +137,22 @@ TEST_F(LogInspection, EndThatWasNeverSyncedIsForgiven) {
     EXPECT_FALSE(MustOpen(path_, {})->GetSnapshot()->GetPhoto(SampleHash(91)).ok())
         << "nothing behind the hole";
   }
+}
+
+TEST_F(LogInspection, WithoutAMarkATornEndBeforeALaterLogIsForgivenAndAFlippedBitIsNot) {
+  std::filesystem::remove(path_ + "/" + kAcknowledgedFile);
+  const LogPiece& torn = pieces_[2 * 10 + 1];  // what was written ahead for image 11
+  auto later = LogWriter::Make(*rocksdb::FileSystem::Default(), path_ + "/000900.log");
+  ASSERT_OK(later);
+  ASSERT_OK(ReadLog(*rocksdb::FileSystem::Default(), log_, [&](const LogPiece& piece) {
+    return piece.begin_bytes > torn.begin_bytes ? later->Add(piece.batch) : Status::Ok();
+  }));
+  ASSERT_OK(later->Finish());
+  std::filesystem::resize_file(log_, torn.end_bytes);
+  FlipBit(log_, torn.begin_bytes + 100);
+  ExpectRefused("cannot be read from byte " + std::to_string(torn.begin_bytes));
+  std::filesystem::resize_file(log_, torn.begin_bytes + 100);
+  ExpectOpens(10);
 }
 
 TEST_F(LogInspection, MarkIsMadeWhereAnOlderProgramLeftNone) {
