@@ -200,6 +200,7 @@ Result<LogDamage> InspectLogs(const std::string& path, const DatabaseOptions& op
   const uint64_t in_manifest = in_tables ? manifest.last_sequence : 0;
   const uint64_t reached = std::max(walk.reached(), in_manifest);
   LogDamage damage = walk.Finish();
+  if (!logs.empty()) damage.last_log = logs.back();
   if (mark) damage.missing_logs = MissingLogs(*mark, manifest, logs);
   const std::optional<Stop>& stop = walk.stop();
   const bool forgiven = !stop || IsForgiven(*stop, mark.has_value(), damage.records_after);
