@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
+#include <optional>
 #include <string>
 #include <utility>
 
@@ -243,7 +244,20 @@ class SnapshotView final : public Snapshot {
                             return Status::Ok();
                           });
     }
+    // ScanBlobKeys would miss what a later write than this snapshot has deleted with a range of
+    // keys. An iterator does not, but ends at a value that it cannot read.
+    std::optional<std::string> last;
+    if (TraitsOf(family).deletes_ranges) {
+      const Status scanned = reader_.Scan(
+          family, "", "", [&](std::string_view key, std::string_view value, bool* more) {
+            last = key;
+            *more = visit(key, StoredBytes(std::string(value)));
+            return Status::Ok();
+          });
+      if (scanned.ok()) return scanned;
+    }
     return ScanBlobKeys(*files_, family, sequence(), [&](std::string_view key) -> Result<bool> {
+      if (last && key <= *last) return true;
       std::string value;
       const Result<bool> found = reader_.Copy(family, key, &value);
       if (!found.ok()) return visit(key, found.status());

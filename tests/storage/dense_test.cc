@@ -164,5 +164,33 @@ TEST_F(DenseTest, AReconstructionGoesWithItsTilesAndKeepsTheMapsOfPhotos) {
   EXPECT_EQ(left, 8u) << "two depth maps and two checked ones, record and pixels each";
 }
 
+TEST(Dense, SnapshotHasTheStoredSurfaceThatWasDeletedLater) {
+  const TemporaryFolder folder;
+  const auto database = MustCreate(folder / "db");
+  const GridPlace place{1, 2, 3};
+  for (const bool is_flushed : {false, true}) {
+    auto transaction = database->BeginTransaction();
+    transaction->dense().PutSurface(SurfacePart::kMesh, kCity, place, SampleBytes(1, 500));
+    ASSERT_OK(transaction->Commit());
+    if (is_flushed) {
+      ASSERT_OK(database->Compact());
+    }
+    const auto snapshot = database->GetSnapshot();
+    transaction = database->BeginTransaction();
+    transaction->dense().DeleteReconstruction(kCity);
+    ASSERT_OK(transaction->Commit());
+    const auto count = [](const Snapshot& seen) {
+      int stored = 0;
+      EXPECT_OK(seen.ScanStored(Family::kSurface, [&](std::string_view, const auto& value) {
+        EXPECT_OK(value);
+        return ++stored, true;
+      }));
+      return stored;
+    };
+    EXPECT_EQ(count(*snapshot), 1);
+    EXPECT_EQ(count(*database->GetSnapshot()), 0);
+  }
+}
+
 }  // namespace
 }  // namespace veduta
