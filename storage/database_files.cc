@@ -106,8 +106,8 @@ Status DatabaseFiles::CheckNoFailure() {
                 "an earlier write failed; open the database again: " + failure_.message());
 }
 
-// A log that is begun after this only makes the position older than it need be. RocksDB asks for the
-// number of its log and then for the file's size, and deletes logs in between.
+// A log that is begun after this only makes the position older than it need be. RocksDB looks up
+// the number of its log and then the file's size, and may delete the log in between.
 Result<DatabaseFiles::LogPosition> DatabaseFiles::Position() const {
   std::unique_ptr<rocksdb::LogFile> log;
   rocksdb::Status found;
