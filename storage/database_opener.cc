@@ -270,9 +270,15 @@ Status DatabaseOpener::HoldView() {
   files_->db().GetIntProperty(rocksdb::DB::Properties::kMinLogNumberToKeep, &first_log);
   VEDUTA_ASSIGN_OR_RETURN(const std::vector<uint64_t> logs,
                           ListLogs(files_->file_system(), files_->path_));
+  // RocksDB deletes logs in their order: where the newest of those that were found before is still
+  // there, no log has come and gone since.
+  uint64_t newest = 0;
+  for (const std::string& name : children_)
+    newest = std::max(newest, ParseLogName(name).value_or(0));
   for (const std::string& name : children_) {
     const std::optional<uint64_t> log = ParseLogName(name);
-    if (log && *log >= first_log && std::find(logs.begin(), logs.end(), *log) == logs.end())
+    const bool is_needed = log && (*log >= first_log || *log == newest);
+    if (is_needed && std::find(logs.begin(), logs.end(), *log) == logs.end())
       return Status::IoError(name + " of the database at " + files_->path_ +
                              " was deleted while it was opened: open it again");
   }

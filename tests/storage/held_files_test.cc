@@ -2,14 +2,20 @@
 // Goal: whoever reads beside a writer sees one whole state to the end, whatever the writer deletes,
 //   and opening never fails because of it.
 // Method: a writer that commits, flushes, compacts and collects blob files without a pause; readers
-//   that open the database again and again and read all of it slowly. A longer run with processes
-//   is tools/readers_beside_writer.sh.
+//   that open the database again and again and read all of it slowly; and a writer that replaces
+//   its log at each moment of an opening. A longer run with processes is
+//   tools/readers_beside_writer.sh.
 #include "storage/held_files.h"
 
 #include <gtest/gtest.h>
+#include <rocksdb/file_system.h>
 
 #include <atomic>
+#include <functional>
+#include <memory>
+#include <string>
 #include <thread>
+#include <vector>
 
 #include "log_damage.h"
 
@@ -81,6 +87,63 @@ TEST(HeldFiles, ReadersBesideAWriterNeverFail) {
   for (std::thread& reader : readers) reader.join();
   EXPECT_GT(readings, 4u);
   EXPECT_GT(compactions, 4u);
+}
+
+// Lets a writer replace its log when RocksDB is about to read the manifest or to list the folder:
+// at the moment of this number, and at the next one.
+class WriterInBetween final : public rocksdb::FileSystemWrapper {
+ public:
+  WriterInBetween(int moment, std::function<void()> write)
+      : FileSystemWrapper(rocksdb::FileSystem::Default()),
+        left_(moment),
+        write_(std::move(write)) {}
+  const char* Name() const override { return "WriterInBetween"; }
+  rocksdb::IOStatus NewSequentialFile(const std::string& path, const rocksdb::FileOptions& options,
+                                      std::unique_ptr<rocksdb::FSSequentialFile>* file,
+                                      rocksdb::IODebugContext* debug) override {
+    if (path.find("MANIFEST") != std::string::npos) Count();
+    return target()->NewSequentialFile(path, options, file, debug);
+  }
+  rocksdb::IOStatus GetChildren(const std::string& folder, const rocksdb::IOOptions& options,
+                                std::vector<std::string>* names,
+                                rocksdb::IODebugContext* debug) override {
+    Count();
+    return target()->GetChildren(folder, options, names, debug);
+  }
+  bool has_written() const { return left_ <= 0; }
+
+ private:
+  void Count() {
+    --left_;
+    if (left_ == 0 || left_ == -1) write_();
+  }
+
+  int left_;
+  const std::function<void()> write_;
+};
+
+TEST(HeldFiles, NoLogIsMissedThatComesAndGoesWhileAReaderOpens) {
+  const TemporaryFolder folder;
+  const auto writer = MustCreate(folder / "db");
+  uint32_t id = 0;
+  const auto write = [&] {
+    ASSERT_OK(AddImage(*writer, ++id, 100));
+    ASSERT_OK(writer->Compact());
+    ASSERT_OK(AddImage(*writer, ++id, 100));
+  };
+  write();
+  bool reached = true;
+  for (int moment = 1; reached; ++moment) {
+    SCOPED_TRACE("moment " + std::to_string(moment));
+    const auto file_system = std::make_shared<WriterInBetween>(moment, write);
+    DatabaseOptions options;
+    options.read_only = true;
+    options.file_system = file_system;
+    const auto reader = MustOpen(folder / "db", options);
+    ASSERT_NE(reader, nullptr);
+    EXPECT_EQ(CountImages(*reader) + 1, reader->GetSnapshot()->GetState()->next_image);
+    reached = file_system->has_written();
+  }
 }
 
 TEST(HeldFiles, ReaderLeavesNothingBehindAndChangesNothing) {
