@@ -16,9 +16,10 @@
 namespace veduta {
 namespace {
 
-class Salvage final {
+// Keeps damaged logs as they are, and writes them anew.
+class LogRewriter final {
  public:
-  Salvage(rocksdb::FileSystem& file_system, std::string folder)
+  LogRewriter(rocksdb::FileSystem& file_system, std::string folder)
       : file_system_(file_system), folder_(std::move(folder)) {}
 
   // Afterwards every log is readable from its begin to its end, and nothing is claimed of it.
@@ -89,7 +90,7 @@ Status SalvageLogs(const std::string& path, const DatabaseOptions& options) {
     VEDUTA_ASSIGN_OR_RETURN(const FolderLock lock, FolderLock::Take(path, options.file_system));
     VEDUTA_ASSIGN_OR_RETURN(const LogDamage damage, InspectLogs(path, writing));
     if (!damage.damaged()) return Status::Ok();
-    VEDUTA_RETURN_IF_ERROR(Salvage(*file_system, path).Run(damage));
+    VEDUTA_RETURN_IF_ERROR(LogRewriter(*file_system, path).Run(damage));
   }
   // RocksDB makes tables of what the logs hold, and the mark is made anew.
   DatabaseOpener opener(path, writing);
