@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <utility>
 
+#include "storage/base/memory_shortage.h"
 #include "storage/base/stopwatch.h"
 
 namespace veduta {
@@ -351,7 +352,7 @@ void Scheduler::StartTraining() {
 
 void Scheduler::Train() {
   Stopwatch watch;
-  const Result<bool> trained = train_if_due_();
+  const Result<bool> trained = CatchShortage("train the vocabulary", train_if_due_);
   if (!trained.ok()) {
     Writer::Turn turn = writer_->Take();
     (*ingest_)->SetTrainingAside();
