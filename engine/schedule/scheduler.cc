@@ -23,6 +23,11 @@ AddOutcome NotJudged(const WaitingPhoto& photo, Status failure) {
   return outcome;
 }
 
+// Why the photo was not prepared; OK where it was.
+Status FailureOf(const Result<PreparedPhoto>& prepared) {
+  return prepared.ok() ? prepared->failure : prepared.status();
+}
+
 // A failure that need not befall the next photo. After a failed write all others fail, too.
 bool IsOfOnePhoto(const Status& status) {
   return status.code() != StatusCode::kIoError && status.code() != StatusCode::kBusy;
@@ -303,10 +308,12 @@ bool Scheduler::Apply(Entries::iterator entry, std::unique_lock<std::mutex>* loc
 
 Result<AddOutcome> Scheduler::ApplyInTurn(Entry* entry) {
   // What failed while the database was opened again, say, or when others took the memory, may do
-  // now.
-  if (!entry->prepared->ok() || !(*entry->prepared)->failure.ok()) {
-    entry->prepared = preparer_->Prepare(entry->photo.photo, entry->photo.camera.model,
-                                         PhotoPreparer::Company::kAlone);
+  // now. Only where memory was short do the others wait: a folder of files that are gone must not
+  // hold them up.
+  if (const Status failure = FailureOf(*entry->prepared); !failure.ok()) {
+    const auto company = failure.code() == StatusCode::kNoMemory ? PhotoPreparer::Company::kAlone
+                                                                 : PhotoPreparer::Company::kOthers;
+    entry->prepared = preparer_->Prepare(entry->photo.photo, entry->photo.camera.model, company);
   }
   if (!entry->prepared->ok()) return entry->prepared->status();
   if (!(*entry->prepared)->failure.ok())
