@@ -260,7 +260,11 @@ TEST(Repair, IsFinishedAfterAKillAtAnyStep) {
     const auto killed = RunRepair(city.path(), {.apply = true, .thread_count = 2},
                                   [&](RepairStep step) { return step != last; });
     ASSERT_EQ(killed.status().code(), StatusCode::kCancelled);
+    if (last == RepairStep::kMovedAway) {
+      EXPECT_TRUE(std::filesystem::exists(city.path())) << "an instant without a database";
+    }
     Repaired(city.path(), true);
+    EXPECT_TRUE(std::filesystem::exists(city.path() + ".damaged-1"));
     EXPECT_EQ(Look(city.path()).digest, city.digest());
     for (const auto& entry : std::filesystem::directory_iterator(city.folder().path()))
       EXPECT_EQ(entry.path().string().find(".repair"), std::string::npos) << entry.path();
