@@ -56,13 +56,24 @@ class Repairer final {
     if (answer_.is_sound || !request_.apply) return Status::Ok();
     VEDUTA_RETURN_IF_ERROR(CheckRoom(folders_));
     for (const Way way : {Way::kHeal, Way::kHealDerivingMore, Way::kRebuild}) {
+      if (way == Way::kRebuild && !request_.may_rebuild) break;
       VEDUTA_ASSIGN_OR_RETURN(const bool is_sound, Make(way, examined));
       if (!is_sound) continue;
       VEDUTA_RETURN_IF_ERROR(Pass(RepairStep::kWritten));
       return Switch();
     }
-    return Status::Corruption("no sound database could be made of " + folders_.database +
-                              ", not even from its photos alone; it is unchanged");
+    return NothingSound();
+  }
+
+  Status NothingSound() const {
+    const std::string what = "no sound database could be made of " + folders_.database;
+    if (request_.may_rebuild)
+      return Status::Corruption(what + ", not even from its photos alone; it is unchanged");
+    return Status::Corruption(
+        what +
+        " by leaving out what is damaged; it is unchanged. 'veduta repair --yes --rebuild' adds "
+        "its "
+        "photos to a new database instead: the images get new numbers, and the map is made anew");
   }
 
   Status Pass(RepairStep step) const {
@@ -124,6 +135,11 @@ class Repairer final {
     VEDUTA_RETURN_IF_ERROR(made);
     TakeNotes(notes);
     answer_.is_rebuilt = way == Way::kRebuild;
+    if (way == Way::kHealDerivingMore) {  // a rebuild, which may follow, makes them anew as well
+      answer_.findings.push_back({"words of photos or records of surfaces contradict other records",
+                                  "words are looked up again, and 'veduta densify' makes the "
+                                  "surfaces again"});
+    }
     return Finish(way, examined, notes);
   }
 
