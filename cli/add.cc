@@ -2,12 +2,12 @@
 // veduta add DB --camera NAME PHOTO|FOLDER... [--list FILE] [--threads N] [--contributor WHO]
 // [--json] [--no-sync]
 #include <algorithm>
-#include <cstdlib>
 #include <map>
+#include <set>
 
 #include "cli/command.h"
 #include "cli/follow_ups.h"
-#include "cli/photo_list.h"
+#include "cli/photos/photo_list.h"
 #include "cli/progress.h"
 #include "cli/stop_on_signal.h"
 #include "cli/wire/added_json.h"
@@ -16,7 +16,10 @@ namespace veduta {
 namespace {
 
 struct AddArguments {
-  std::string db, camera, list, contributor;
+  std::string db, camera, list;
+  // Content of the database like a photo's name, so it does not come from the environment: the same
+  // photos give the same digest, whoever adds them.
+  std::string contributor = "anonymous";
   std::vector<std::string> paths;
   uint32_t threads = 0;
   bool json = false, no_sync = false;
@@ -55,6 +58,11 @@ class AddReport final {
   }
 
   void Added(const AddOutcome& outcome) {
+    for (const DamagedImage& damaged : outcome.damaged) {
+      if (!damaged_.insert(damaged.image).second) continue;  // said already
+      progress_.Say(DamagedImageText(damaged, engine_.Ask(), arguments_.db));
+      exit_code_ = std::max<int>(exit_code_, kDatabaseUnusable);
+    }
     const std::string word = OutcomeWord(outcome);
     ++counts_[word];
     if (!outcome.failure.ok()) {
@@ -93,6 +101,7 @@ class AddReport final {
   const AddArguments& arguments_;
   Progress progress_;
   std::map<std::string, size_t> counts_;  // by verdict
+  std::set<ImageId> damaged_;             // that were named
   size_t placed_later_ = 0;
   int exit_code_ = kDone;
 };
@@ -126,7 +135,6 @@ int Add(const AddArguments& arguments) {
 
 void RegisterAdd(CLI::App* app, int* exit_code) {
   auto arguments = std::make_shared<AddArguments>();
-  if (const char* user = std::getenv("USER")) arguments->contributor = user;
   CLI::App* command =
       app->add_subcommand("add", "Add photos, each placed against all that came before");
   command->add_option("DB", arguments->db, "Database")->required();
@@ -139,7 +147,7 @@ void RegisterAdd(CLI::App* app, int* exit_code) {
   command->add_option("--threads", arguments->threads, "Threads (default: one per core)")
       ->check(CLI::Range(1, 1024));
   command->add_option("--contributor", arguments->contributor,
-                      "Who sends them (default: the user)");
+                      "Who sends them (default: anonymous)");
   command->add_flag("--json", arguments->json, "One JSON object per photo");
   command->add_flag("--no-sync", arguments->no_sync,
                     "Do not wait for the disk at each photo: a power cut may lose the last ones (a "

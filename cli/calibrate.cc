@@ -3,7 +3,7 @@
 //                  [--threads N] [--json]
 // veduta calibrate --points points.json --out camera.json [--report report.html] [--json]
 #include "cli/command.h"
-#include "cli/photo_list.h"
+#include "cli/photos/photo_list.h"
 #include "cli/result_file.h"
 #include "cli/wire/answers_json.h"
 

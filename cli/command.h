@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "cli/output.h"
-#include "cli/photo_list.h"
+#include "cli/photos/photo_list.h"
 #include "cli/printable.h"
 #include "engine/engine.h"
 

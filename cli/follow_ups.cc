@@ -33,6 +33,14 @@ std::string FollowUpFailure(const FollowUp& step, const Questions& ask, const st
          "; the photos are stored, and `veduta settle " + Printable(db) + "` tries it again";
 }
 
+std::string DamagedImageText(const DamagedImage& damaged, const Questions& ask,
+                             const std::string& db) {
+  return "veduta: what is stored of " + NameOf(damaged.image, ask) +
+         " is damaged: " + Printable(damaged.what) +
+         "; photos are added without it, and `veduta verify " + Printable(db) +
+         "` names all that is damaged";
+}
+
 void PrintPlacedLater(const std::vector<ImageId>& placed, const Questions& ask) {
   for (const ImageId id : placed) {
     const Result<ImageAnswer> image = ask.Image("#" + std::to_string(id.value));

@@ -13,6 +13,9 @@ namespace veduta {
 std::string FollowUpText(const FollowUp& step, const Questions& ask);
 // A sentence about a step that failed: which one, why, and what to do about it.
 std::string FollowUpFailure(const FollowUp& step, const Questions& ask, const std::string& db);
+// A sentence about a stored image that photos could not be compared with.
+std::string DamagedImageText(const DamagedImage& damaged, const Questions& ask,
+                             const std::string& db);
 // One line per image that got a pose: "  then     NAME: why".
 void PrintPlacedLater(const std::vector<ImageId>& placed, const Questions& ask);
 

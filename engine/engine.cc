@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "engine/camera/whole_file.h"
+#include "engine/journal/camera_entry.h"
 #include "engine/journal/journal.h"
 #include "engine/parts.h"
 #include "engine/query/city_answers.h"
@@ -72,12 +73,12 @@ Result<CameraId> Engine::AddCamera(const std::string& name, const CameraModel& m
   if (known.status().code() != StatusCode::kNotFound) return known.status();
   VEDUTA_ASSIGN_OR_RETURN(DatabaseState state, snapshot->GetState());
   const CameraId id(state.next_camera++);
-  transaction->PutCamera({id, name, model, source});
+  const CameraRecord camera{id, name, model, source};
+  transaction->PutCamera(camera);
   JournalRecord entry;
   entry.actor = "veduta";
   entry.action = "camera";
-  // With the intrinsics: nothing else in the database tells them, should the record be damaged.
-  entry.detail = name + ": " + CameraSizeText(model) + " " + CameraParamsText(model);
+  entry.detail = CameraEntry(camera);
   AppendJournal(std::move(entry), &state, transaction.get());
   transaction->PutState(state);
   VEDUTA_RETURN_IF_ERROR(transaction->Commit());

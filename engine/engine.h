@@ -85,10 +85,10 @@ class Questions final {
   // At most `count_max` entries from `first` on.
   Result<std::vector<JournalAnswer>> Journal(uint64_t first, uint32_t count_max) const;
 
-  // A sentence for each violated invariant; empty when the database is sound. Parses every value: one
-  // that cannot be read is a violation, and the others are checked all the same. Works on a database
-  // that is open for reading, beside a writer. O(database); a deep one also takes as long as adding
-  // the photos took without placing them.
+  // A sentence for each violated invariant; empty when the database is sound. Parses every value:
+  // one that cannot be read is a violation, and the others are checked all the same. Works on a
+  // database that is open for reading, beside a writer. O(database); a deep one also takes as long
+  // as extracting the features of all photos.
   Result<std::vector<std::string>> Verify(const VerifyRequest& request) const;
   // One hash over the logical content, in hexadecimal: equal for equal cities.
   Result<std::string> Digest() const;
@@ -137,10 +137,10 @@ class Engine final {
   // Adds photos in their order and returns when all are done. Whatever follows from a photo is done
   // before the next one is applied, so the same list gives the same digest; `report` is called from
   // the calling thread, once a photo and in order, after that. `followed` is told of every step
-  // that followed, and of its failure, which fails no photo. A photo that cannot be judged (its file
-  // cannot be read, the memory is too short, what it needs is damaged) is reported with a `failure`
-  // and not stored; the others go on. A stop request finishes the photo at hand: kCancelled. Any
-  // other error means that the photos not reported are not stored.
+  // that followed, and of its failure, which fails no photo. A photo that cannot be judged (its
+  // file cannot be read, the memory is too short, what it needs is damaged) is reported with a
+  // `failure` and not stored; the others go on. A stop request finishes the photo at hand:
+  // kCancelled. Any other error means that the photos not reported are not stored.
   Status AddPhotos(std::span<const PhotoSubmission> photos,
                    const std::function<void(const AddOutcome&)>& report, std::stop_token stop = {},
                    const std::function<void(const FollowUp&)>& followed = {});

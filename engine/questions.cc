@@ -21,10 +21,27 @@ uint64_t Questions::snapshot() const {
   return view_->snapshot->sequence();
 }
 
+namespace {
+
+StorageAnswer ToAnswer(const DatabaseStatistics& statistics) {
+  return {.log_bytes = statistics.log_bytes,
+          .flush_bytes = statistics.flush_bytes,
+          .compaction_bytes = statistics.compaction_bytes,
+          .blob_bytes = statistics.blob_bytes,
+          .blob_copied_bytes = statistics.blob_copied_bytes,
+          .cache_hits = statistics.cache_hits,
+          .cache_misses = statistics.cache_misses};
+}
+
+}  // namespace
+
 Result<StatusAnswer> Questions::Status() const {
   VEDUTA_ASSIGN_OR_RETURN(const DatabaseSizes sizes, view_->parts->database->GetSizes());
   VEDUTA_ASSIGN_OR_RETURN(StatusAnswer answer, StatusOf(*view_->snapshot, sizes));
   answer.snapshot = snapshot();
+  VEDUTA_ASSIGN_OR_RETURN(const DatabaseStatistics statistics,
+                          view_->parts->database->GetStatistics());
+  answer.storage = ToAnswer(statistics);
   return answer;
 }
 

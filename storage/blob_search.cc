@@ -5,6 +5,7 @@
 #include <cstring>
 #include <filesystem>
 #include <fstream>
+#include <string_view>
 
 namespace veduta {
 namespace {
@@ -32,11 +33,15 @@ RecordHeader ParseHeader(const char* bytes) {
   return header;
 }
 
-// Whether a record of any family may lie there, with `left` bytes from its header to the file's
-// end.
+// Lengths of the keys of the families that are kept as blobs: vocabulary, depth (two kinds),
+// surface, photos and features.
+bool IsKeyLength(uint64_t bytes) {
+  return bytes == 4 || bytes == 5 || bytes == 13 || bytes == 17 || bytes == kKeyBytes;
+}
+
+// Whether a record may lie there, with `left` bytes from its header to the file's end.
 bool IsPlausible(const RecordHeader& header, uint64_t left) {
-  return header.expiration == 0 && header.key_bytes >= 1 && header.key_bytes <= left &&
-         header.value_bytes <= left &&
+  return header.expiration == 0 && IsKeyLength(header.key_bytes) && header.value_bytes <= left &&
          kRecordHeaderBytes + header.key_bytes + header.value_bytes <= left;
 }
 
@@ -80,12 +85,17 @@ void BlobSearch::Index(size_t file_index) {
   std::ifstream file(paths_[file_index], std::ios::binary);
   if (error || !file) return;
   uint64_t offset = kFileHeaderBytes;
+  uint64_t previous = 0;  // the header that led here; 0: none
   char bytes[kRecordHeaderBytes + kKeyBytes];
   while (offset + sizeof(bytes) <= end) {
     if (!ReadAt(file, offset, bytes, sizeof(bytes))) return;
     const RecordHeader header = ParseHeader(bytes);
     if (!IsPlausible(header, end - offset)) {
-      offset = NextHeader(file, offset + 1, end);
+      // Either this header is damaged or the length that led here.
+      const uint64_t from = previous != 0 ? previous : offset;
+      offset = NextHeader(file, from + 1, end);
+      gaps_.push_back({file_index, from, offset - from});
+      previous = 0;
       continue;
     }
     if (header.key_bytes == kKeyBytes) {
@@ -94,6 +104,7 @@ void BlobSearch::Index(size_t file_index) {
       places_.insert(
           {hash, {file_index, offset + kRecordHeaderBytes + kKeyBytes, header.value_bytes}});
     }
+    previous = offset;
     offset += kRecordHeaderBytes + header.key_bytes + header.value_bytes;
   }
 }
@@ -108,17 +119,44 @@ std::optional<std::vector<uint8_t>> BlobSearch::Read(const Place& place,
   return bytes;
 }
 
-std::optional<std::vector<uint8_t>> BlobSearch::Find(const ContentHash& photo) const {
+std::optional<std::vector<uint8_t>> BlobSearch::FindInGap(const Place& gap,
+                                                          const ContentHash& photo,
+                                                          uint64_t size_bytes) const {
+  std::ifstream file(paths_[gap.file], std::ios::binary);
+  std::string bytes(gap.size_bytes, '\0');
+  if (!ReadAt(file, gap.offset, bytes.data(), bytes.size())) return std::nullopt;
+  const std::string_view key(reinterpret_cast<const char*>(photo.bytes.data()), kKeyBytes);
+  for (size_t at = bytes.find(key); at != std::string::npos; at = bytes.find(key, at + 1)) {
+    if (auto found = Read({gap.file, gap.offset + at + kKeyBytes, size_bytes}, photo)) return found;
+  }
+  return std::nullopt;
+}
+
+std::optional<std::vector<uint8_t>> BlobSearch::Find(const ContentHash& photo,
+                                                     uint64_t size_bytes) const {
   const auto [first, last] = places_.equal_range(photo);
   for (auto it = first; it != last; ++it) {
     if (auto bytes = Read(it->second, photo)) return bytes;
+  }
+  if (size_bytes == 0) return std::nullopt;
+  for (auto it = first; it != last; ++it) {
+    // The length is damaged.
+    if (auto bytes = Read({it->second.file, it->second.offset, size_bytes}, photo)) return bytes;
+  }
+  for (const auto& [key, place] : places_) {
+    if (place.size_bytes != size_bytes) continue;
+    // The key is damaged.
+    if (auto bytes = Read(place, photo)) return bytes;
+  }
+  for (const Place& gap : gaps_) {
+    if (auto bytes = FindInGap(gap, photo, size_bytes)) return bytes;
   }
   return std::nullopt;
 }
 
 void BlobSearch::Scan(const std::function<bool(const ContentHash&)>& visit) const {
   for (auto it = places_.begin(); it != places_.end(); it = places_.upper_bound(it->first)) {
-    if (Find(it->first) && !visit(it->first)) return;
+    if (Find(it->first, 0) && !visit(it->first)) return;
   }
 }
 

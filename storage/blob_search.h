@@ -23,8 +23,9 @@ class BlobSearch final {
   // Files that cannot be read are passed over.
   explicit BlobSearch(const std::string& folder);
 
-  // The bytes whose hash is `photo`, where any record holds them whole.
-  std::optional<std::vector<uint8_t>> Find(const ContentHash& photo) const;
+  // The bytes whose hash is `photo`, where they are anywhere whole. `size_bytes` is how many there
+  // are, or 0 where that is not known: then a record with a damaged key or length is not found.
+  std::optional<std::vector<uint8_t>> Find(const ContentHash& photo, uint64_t size_bytes) const;
   // Calls visit on the hash of every photo that is there whole, ascending, until it returns false.
   // Reads all of them.
   void Scan(const std::function<bool(const ContentHash&)>& visit) const;
@@ -36,9 +37,12 @@ class BlobSearch final {
   };
   void Index(size_t file);
   std::optional<std::vector<uint8_t>> Read(const Place& place, const ContentHash& photo) const;
+  std::optional<std::vector<uint8_t>> FindInGap(const Place& gap, const ContentHash& photo,
+                                                uint64_t size_bytes) const;
 
   std::vector<std::string> paths_;
   std::multimap<ContentHash, Place> places_;
+  std::vector<Place> gaps_;  // what no header leads to
 };
 
 }  // namespace veduta

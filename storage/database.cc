@@ -98,6 +98,7 @@ class DatabaseView final : public Database {
   }
 
   Result<DatabaseSizes> GetSizes() const override { return SizesOf(*files()); }
+  Result<DatabaseStatistics> GetStatistics() const override { return StatisticsOf(*files()); }
   Status CreateCheckpoint(const std::string& path) override {
     return MakeCheckpoint(*files(), path);
   }

@@ -27,6 +27,7 @@
 
 #include "storage/base/status.h"
 #include "storage/database_options.h"
+#include "storage/database_sizes.h"
 #include "storage/dense.h"
 #include "storage/model/camera.h"
 #include "storage/model/features.h"
@@ -108,9 +109,9 @@ class Snapshot {
   // What the dense pass made; lives as long as the snapshot.
   virtual const DenseReader& dense() const = 0;
 
-  // Every key of a family with its value as it lies, not decoded: for `verify`. Ascending keys, until
-  // visit returns false. A value in a blob file that cannot be read comes as the failure of reading
-  // it, and the scan goes on; a table file that cannot be read ends it with kCorruption.
+  // Every key of a family with its value as it lies, not decoded: for `verify`. Ascending keys,
+  // until visit returns false. A value in a blob file that cannot be read comes as the failure of
+  // reading it, and the scan goes on; a table file that cannot be read ends it with kCorruption.
   using VisitStored = std::function<bool(std::string_view key, const Result<StoredBytes>& value)>;
   virtual Status ScanStored(Family family, const VisitStored& visit) const = 0;
   // Reads all table files and compares their checksums: kCorruption names the file. Blob files are
@@ -182,11 +183,6 @@ class Transaction {
   virtual Status Commit() = 0;
 };
 
-struct DatabaseSizes {
-  uint64_t total_bytes = 0;                     // files on disk
-  uint64_t photo_bytes = 0, feature_bytes = 0;  // in files, and in memory by the MiB
-};
-
 class Database {
  public:
   // kNotFound where there is no database, kBusy when another process has it open, kCorruption when
@@ -236,6 +232,7 @@ class Database {
                                     std::span<const ImageId> images) = 0;
 
   virtual Result<DatabaseSizes> GetSizes() const = 0;
+  virtual Result<DatabaseStatistics> GetStatistics() const = 0;
   // A consistent copy that can be opened on its own; files are hard-linked where possible.
   virtual Status CreateCheckpoint(const std::string& path) = 0;
   // Flushes memtables and merges files; for benchmarks and before a backup.

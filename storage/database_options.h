@@ -18,7 +18,7 @@ struct DatabaseOptions {
   bool create = false;
   // No lock is taken, nothing is written and nothing swept; sees the state at the time of opening,
   // whatever another process writes meanwhile. Holds every table and blob file open
-  // (storage/held_files.h), and raises the process's soft limit of open files for that.
+  // (storage/held_files.h).
   bool read_only = false;
   // With read_only, for a repair: the format is not looked at, and tables are opened when they are
   // read, so that one that is damaged does not keep the others from being read.

@@ -3,8 +3,13 @@
 
 #include <rocksdb/filter_policy.h>
 #include <rocksdb/listener.h>
+#include <rocksdb/statistics.h>
 #include <rocksdb/table.h>
 
+#include <algorithm>
+#include <thread>
+
+#include "storage/open_files.h"
 #include "storage/postings_merge.h"
 
 namespace veduta {
@@ -32,6 +37,11 @@ rocksdb::ColumnFamilyOptions FamilyOptions(Family family,
   table.filter_policy.reset(rocksdb::NewBloomFilterPolicy(10));
   table.cache_index_and_filter_blocks = true;  // so that block_cache_bytes bounds them too
   table.pin_l0_filter_and_index_blocks_in_cache = true;
+  // Index and filter of a table are cut into blocks, of which a read needs one each. Only the top
+  // of the index stays in memory with the open table.
+  table.index_type = rocksdb::BlockBasedTableOptions::kTwoLevelIndexSearch;
+  table.partition_filters = true;
+  table.pin_top_level_index_and_filter = true;
 
   const FamilyTraits& traits = TraitsOf(family);
   rocksdb::ColumnFamilyOptions options;
@@ -45,7 +55,7 @@ rocksdb::ColumnFamilyOptions FamilyOptions(Family family,
     options.enable_blob_files = true;
     options.min_blob_size = 64;
     options.blob_file_size = 256u << 20;
-    options.enable_blob_garbage_collection = true;
+    options.enable_blob_garbage_collection = !traits.written_once;
     options.blob_compression_type =
         traits.store == ValueStore::kCompressedBlob ? rocksdb::kZSTD : rocksdb::kNoCompression;
   }
@@ -56,6 +66,27 @@ rocksdb::ColumnFamilyOptions FamilyOptions(Family family,
   return options;
 }
 
+namespace {
+
+// One job for each core, for flushes and compactions together: at least 2, so that a flush does not
+// wait for a compaction, and at most 8, which write more than most disks take. Chosen by hand; not
+// measured.
+int BackgroundJobs() {
+  return static_cast<int>(std::clamp(std::thread::hardware_concurrency(), 2u, 8u));
+}
+
+// A database of 1 TB has about 8,000 tables and blob files: 256 MiB is the size of a blob file, and
+// 64 MiB that of a table. An open one costs some KiB of memory. The other half of what the process
+// may open is left to it. Chosen by hand; not measured.
+constexpr uint64_t kOpenFilesMax = 8192;
+
+int OpenFiles() {
+  AllowManyOpenFiles();
+  return static_cast<int>(std::min(kOpenFilesMax, OpenFilesAllowed() / 2));
+}
+
+}  // namespace
+
 rocksdb::DBOptions DatabaseWideOptions() {
   rocksdb::DBOptions options;
   options.paranoid_checks = true;
@@ -64,14 +95,17 @@ rocksdb::DBOptions DatabaseWideOptions() {
   // A failed write stays failed until the database is opened again.
   options.max_bgerror_resume_count = 0;
   options.listeners = {std::make_shared<NoAutoRecovery>()};
-  options.max_background_jobs = 2;
-  options.max_open_files = 1000;
+  options.max_background_jobs = BackgroundJobs();
+  options.max_open_files = OpenFiles();
   options.db_write_buffer_size = 192u << 20;  // memory bound over all families
   options.max_total_wal_size = 256u << 20;    // bound on what Open has to replay
   options.bytes_per_sync = 1u << 20;
   options.info_log_level = rocksdb::InfoLogLevel::WARN_LEVEL;
   options.keep_log_file_num = 2;
   options.max_log_file_size = 1u << 20;
+  // Counters without clocks: DatabaseStatistics.
+  options.statistics = rocksdb::CreateDBStatistics();
+  options.statistics->set_stats_level(rocksdb::StatsLevel::kExceptHistogramOrTimers);
   options.stats_dump_period_sec = 0;
   options.stats_persist_period_sec = 0;
   return options;

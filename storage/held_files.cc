@@ -2,7 +2,6 @@
 #include "storage/held_files.h"
 
 #include <rocksdb/metadata.h>
-#include <sys/resource.h>
 
 #include <filesystem>
 #include <utility>
@@ -70,13 +69,6 @@ rocksdb::IOStatus HeldFiles::GetFileSize(const std::string& name, const rocksdb:
   if (held == nullptr) return target()->GetFileSize(name, options, size_bytes, debug);
   *size_bytes = held->size_bytes;
   return rocksdb::IOStatus::OK();
-}
-
-void AllowManyOpenFiles() {
-  rlimit limit{};
-  if (getrlimit(RLIMIT_NOFILE, &limit) != 0 || limit.rlim_cur == limit.rlim_max) return;
-  limit.rlim_cur = limit.rlim_max;
-  (void)setrlimit(RLIMIT_NOFILE, &limit);
 }
 
 }  // namespace veduta

@@ -50,8 +50,4 @@ class HeldFiles final : public rocksdb::FileSystemWrapper {
   std::map<std::string, Held> held_;  // by their names in the folder; never removed
 };
 
-// Raises this process's soft limit of open files to the hard one. A reader of a large database may
-// need more than the usual 1,024. Where it fails, opening says that there are too many open files.
-void AllowManyOpenFiles();
-
 }  // namespace veduta

@@ -8,36 +8,13 @@
 #include "storage/acknowledged.h"
 #include "storage/database_opener.h"
 #include "storage/durable_folder.h"
+#include "storage/folder_lock.h"
 #include "storage/log_reader.h"
 #include "storage/log_writer.h"
 #include "storage/rocksdb_status.h"
 
 namespace veduta {
 namespace {
-
-// Holds the database against other processes; the lock is RocksDB's.
-class FolderLock final {
- public:
-  FolderLock(rocksdb::FileSystem& file_system, const std::string& folder)
-      : file_system_(file_system) {
-    if (!file_system.LockFile(folder + "/LOCK", rocksdb::IOOptions(), &lock_, nullptr).ok())
-      status_ = Status::Busy("the database at " + folder +
-                             " is in use by another veduta process; wait for it or stop it");
-  }
-  ~FolderLock() {
-    if (lock_ != nullptr)
-      file_system_.UnlockFile(lock_, rocksdb::IOOptions(), nullptr).PermitUncheckedError();
-  }
-  FolderLock(const FolderLock&) = delete;
-  FolderLock& operator=(const FolderLock&) = delete;
-
-  const Status& status() const { return status_; }
-
- private:
-  rocksdb::FileSystem& file_system_;
-  rocksdb::FileLock* lock_ = nullptr;
-  Status status_;
-};
 
 class Salvage final {
  public:
@@ -109,8 +86,7 @@ Status SalvageLogs(const std::string& path, const DatabaseOptions& options) {
   const std::shared_ptr<rocksdb::FileSystem> file_system =
       options.file_system ? options.file_system : rocksdb::FileSystem::Default();
   {
-    const FolderLock lock(*file_system, path);
-    VEDUTA_RETURN_IF_ERROR(lock.status());
+    VEDUTA_ASSIGN_OR_RETURN(const FolderLock lock, FolderLock::Take(path, options.file_system));
     VEDUTA_ASSIGN_OR_RETURN(const LogDamage damage, InspectLogs(path, writing));
     if (!damage.damaged()) return Status::Ok();
     VEDUTA_RETURN_IF_ERROR(Salvage(*file_system, path).Run(damage));

@@ -3,6 +3,7 @@
 
 #include <rocksdb/file_system.h>
 #include <rocksdb/metadata.h>
+#include <rocksdb/statistics.h>
 #include <rocksdb/utilities/checkpoint.h>
 
 #include <filesystem>
@@ -88,6 +89,22 @@ Result<DatabaseSizes> SizesOf(const DatabaseFiles& files) {
   sizes.photo_bytes = FamilyBytes(files, Family::kPhotos);
   sizes.feature_bytes = FamilyBytes(files, Family::kFeatures);
   return sizes;
+}
+
+Result<DatabaseStatistics> StatisticsOf(const DatabaseFiles& files) {
+  const FilesLease lease(files);
+  VEDUTA_RETURN_IF_ERROR(lease.status());
+  const std::shared_ptr<rocksdb::Statistics> counters = files.db().GetDBOptions().statistics;
+  if (counters == nullptr) return Status::NotFound("RocksDB counts nothing");
+  DatabaseStatistics statistics;
+  statistics.log_bytes = counters->getTickerCount(rocksdb::WAL_FILE_BYTES);
+  statistics.flush_bytes = counters->getTickerCount(rocksdb::FLUSH_WRITE_BYTES);
+  statistics.compaction_bytes = counters->getTickerCount(rocksdb::COMPACT_WRITE_BYTES);
+  statistics.blob_bytes = counters->getTickerCount(rocksdb::BLOB_DB_BLOB_FILE_BYTES_WRITTEN);
+  statistics.blob_copied_bytes = counters->getTickerCount(rocksdb::BLOB_DB_GC_BYTES_RELOCATED);
+  statistics.cache_hits = counters->getTickerCount(rocksdb::BLOCK_CACHE_HIT);
+  statistics.cache_misses = counters->getTickerCount(rocksdb::BLOCK_CACHE_MISS);
+  return statistics;
 }
 
 Status MakeCheckpoint(const DatabaseFiles& files, const std::string& path) {

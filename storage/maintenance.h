@@ -12,6 +12,7 @@
 namespace veduta {
 
 Result<DatabaseSizes> SizesOf(const DatabaseFiles& files);
+Result<DatabaseStatistics> StatisticsOf(const DatabaseFiles& files);
 Status MakeCheckpoint(const DatabaseFiles& files, const std::string& path);
 Status CompactFiles(const DatabaseFiles& files);
 

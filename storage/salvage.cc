@@ -4,8 +4,12 @@
 #include <rocksdb/convenience.h>
 #include <rocksdb/db.h>
 #include <rocksdb/file_system.h>
+#include <rocksdb/sst_file_reader.h>
+#include <rocksdb/table_properties.h>
+#include <rocksdb/write_batch.h>
 
 #include <filesystem>
+#include <set>
 #include <utility>
 
 #include "storage/acknowledged.h"
@@ -76,23 +80,49 @@ std::vector<rocksdb::ColumnFamilyDescriptor> AllDescriptors() {
 // Above every number that RocksDB has given to a file. Chosen by hand.
 constexpr uint64_t kSeedNumber = 100'000'000;
 
-// Adds a table to each family. RocksDB's repair knows families by their tables alone: without one,
-// it would drop from the logs what a young database has in them. The families get the numbers that
-// they have in every database, since they are created in the same order. The one key sorts last,
-// and is none of ours.
+// Two tables of one family must not end with the same write. Chosen by hand, far above what a young
+// database has written before its first table.
+constexpr uint32_t kSeedSequence = 100'003;
+
+// The names of the families that have a table.
+std::set<std::string> FamiliesOfTables(const std::string& folder) {
+  std::set<std::string> names;
+  std::error_code error;
+  for (const auto& entry : fs::directory_iterator(folder, error)) {
+    if (entry.path().extension() != ".sst") continue;
+    rocksdb::SstFileReader reader{rocksdb::Options()};
+    if (!reader.Open(entry.path().string()).ok()) continue;
+    if (const auto properties = reader.GetTableProperties())
+      names.insert(properties->column_family_name);
+  }
+  return names;
+}
+
+// Adds a table to each family that has none. RocksDB's repair knows families by their tables alone:
+// without one, it would drop from the logs what a young database has in them. The families get the
+// numbers that they have in every database, since they are created in the same order. The one key
+// sorts last, and is none of ours.
 Status SeedFamilies(const std::string& scratch) {
   const std::string folder = scratch + "/seed";
-  DatabaseOptions create;
-  create.create = true;
-  VEDUTA_ASSIGN_OR_RETURN(std::shared_ptr<DatabaseFiles> files,
-                          DatabaseFiles::Open(folder, create));
-  for (const FamilyTraits& traits : AllFamilies()) {
-    rocksdb::ColumnFamilyHandle* const handle = files->handle(traits.family);
-    rocksdb::Status status = files->db().Put(rocksdb::WriteOptions(), handle, "\xFF", "");
-    if (status.ok()) status = files->db().Flush(rocksdb::FlushOptions(), handle);
-    VEDUTA_RETURN_IF_ERROR(FromRocksdb(status, "make a table in " + folder));
+  rocksdb::DBOptions options = DatabaseWideOptions();
+  options.create_if_missing = options.create_missing_column_families = true;
+  std::vector<rocksdb::ColumnFamilyHandle*> handles;
+  rocksdb::DB* db = nullptr;
+  rocksdb::Status status = rocksdb::DB::Open(options, folder, AllDescriptors(), &handles, &db);
+  rocksdb::WriteBatch batch;
+  for (uint32_t i = 0; i < kSeedSequence; ++i)
+    if (status.ok()) status = batch.Delete("\xFF");
+  if (status.ok()) status = db->Write(rocksdb::WriteOptions(), &batch);
+  const std::set<std::string> known = FamiliesOfTables(scratch);
+  for (rocksdb::ColumnFamilyHandle* handle : handles) {
+    if (!known.contains(handle->GetName())) {
+      if (status.ok()) status = db->Put(rocksdb::WriteOptions(), handle, "\xFF", "");
+      if (status.ok()) status = db->Flush(rocksdb::FlushOptions(), handle);
+    }
+    db->DestroyColumnFamilyHandle(handle).PermitUncheckedError();
   }
-  files->Close(Status::IoError("the database is closed"));
+  delete db;
+  VEDUTA_RETURN_IF_ERROR(FromRocksdb(status, "make tables in " + folder));
   std::error_code error;
   uint64_t number = kSeedNumber;
   for (const auto& entry : fs::directory_iterator(folder, error)) {
@@ -143,14 +173,15 @@ Result<std::unique_ptr<Salvage>> Salvage::Open(const std::string& path, const st
     VEDUTA_RETURN_IF_ERROR(WriteMarker(*rocksdb::FileSystem::Default(), scratch));
   }
   const Status opened = salvage->OpenScratch();
-  VEDUTA_RETURN_IF_ERROR(salvage->RefuseLaterFormat(opened));
+  VEDUTA_RETURN_IF_ERROR(salvage->RefuseOtherFormat(opened));
   if (opened.ok()) return salvage;
   salvage->damage_.push_back("the files do not open as they are: " + opened.message());
   SalvageLogs(scratch, options).IgnoreBecause("whether it helped, opening them again tells");
   if (salvage->OpenScratch().ok()) return salvage;
   salvage->is_pieced_together_ = true;
-  if (salvage->PieceTogether().ok()) return salvage;
-  salvage->damage_.push_back("what the files of records hold cannot be found");
+  const Status pieced = salvage->PieceTogether();
+  if (pieced.ok()) return salvage;
+  salvage->damage_.push_back("what the files of records hold cannot be found: " + pieced.message());
   VEDUTA_RETURN_IF_ERROR(salvage->StandIn());
   return salvage;
 }
@@ -168,8 +199,9 @@ Status Salvage::OpenScratch() {
   return Status::Ok();
 }
 
-// What a later program has written looks like damage to this one, and is none.
-Status Salvage::RefuseLaterFormat(const Status& opened) const {
+// What a later program has written looks like damage to this one, and is none. What an earlier one
+// has written is to be upgraded first.
+Status Salvage::RefuseOtherFormat(const Status& opened) const {
   if (!opened.ok()) {
     const bool is_later = opened.message().find("this program knows format") != std::string::npos;
     return is_later ? opened : Status::Ok();
@@ -177,11 +209,13 @@ Status Salvage::RefuseLaterFormat(const Status& opened) const {
   std::string value;
   uint32_t number = 0;
   const Result<bool> found = ValueReader(*files_, nullptr).Copy(Family::kMeta, kFormatKey, &value);
-  if (!found.ok() || !*found || !DecodeU32(value, &number).ok() || number <= kFormatVersion)
+  if (!found.ok() || !*found || !DecodeU32(value, &number).ok() || number == kFormatVersion)
     return Status::Ok();
-  return Status::Corruption("the database at " + path_ + " has format " + std::to_string(number) +
-                            "; this program knows format " + std::to_string(kFormatVersion) +
-                            ": repair it with the program that wrote it");
+  return Status::InvalidArgument(
+      "the database at " + path_ + " has format " + std::to_string(number) +
+      "; this program repairs format " + std::to_string(kFormatVersion) +
+      (number > kFormatVersion ? ": repair it with the program that wrote it"
+                               : ": open it for writing first, which upgrades it"));
 }
 
 // RocksDB's own repair finds the tables without the manifest, and reads the logs. It does not know
@@ -213,11 +247,13 @@ const BlobSearch& Salvage::blobs() const {
   return *blobs_;
 }
 
-Result<std::vector<uint8_t>> Salvage::GetPhoto(const ContentHash& photo) const {
+Result<std::vector<uint8_t>> Salvage::GetPhoto(const ContentHash& photo,
+                                               uint64_t size_bytes) const {
   const Result<StoredBytes> stored = snapshot_->GetPhoto(photo);
   if (stored.ok() && HashContent(stored->bytes()) == photo)
     return std::vector<uint8_t>(stored->bytes().begin(), stored->bytes().end());
-  if (std::optional<std::vector<uint8_t>> found = blobs().Find(photo)) return std::move(*found);
+  if (std::optional<std::vector<uint8_t>> found = blobs().Find(photo, size_bytes))
+    return std::move(*found);
   if (!stored.ok()) return stored.status();
   return Status::Corruption("the stored photo has another hash than " + photo.Hex());
 }

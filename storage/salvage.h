@@ -24,7 +24,8 @@ class Salvage final {
   // long as the Salvage lives; whoever asked for it deletes it. Where RocksDB does not open the
   // files, its own repair is tried on the links; where that fails too, an empty database stands in
   // for them and only GetPhoto and ScanStrayPhotos find anything. kNotFound where there is no
-  // folder of a database; kIoError where the scratch folder cannot be made.
+  // folder of a database; kInvalidArgument for a database of another format; kIoError where the
+  // scratch folder cannot be made.
   static Result<std::unique_ptr<Salvage>> Open(const std::string& path, const std::string& scratch,
                                                const DatabaseOptions& options);
   ~Salvage();
@@ -35,8 +36,9 @@ class Salvage final {
   bool is_pieced_together() const { return is_pieced_together_; }
   const Snapshot& snapshot() const { return *snapshot_; }
 
-  // The photo's bytes, which have this hash; from wherever they are found.
-  Result<std::vector<uint8_t>> GetPhoto(const ContentHash& photo) const;
+  // The photo's bytes, which have this hash; from wherever they are found. `size_bytes` says how
+  // many there are; 0: not known, and then fewer damages are got round.
+  Result<std::vector<uint8_t>> GetPhoto(const ContentHash& photo, uint64_t size_bytes = 0) const;
   // The photos in blob files, whether or not any record knows them. Reads all of them.
   void ScanStrayPhotos(const std::function<bool(const ContentHash&)>& visit) const;
   // Every entry of `names` and of `hashes` up to the first that cannot be read.
@@ -46,7 +48,7 @@ class Salvage final {
  private:
   Salvage(std::string path, std::string scratch, const DatabaseOptions& options);
   Status OpenScratch();
-  Status RefuseLaterFormat(const Status& opened) const;
+  Status RefuseOtherFormat(const Status& opened) const;
   Status PieceTogether();
   Status StandIn();
   const BlobSearch& blobs() const;

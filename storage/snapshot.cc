@@ -106,7 +106,7 @@ class SnapshotView final : public Snapshot {
   }
 
   Result<PairRecord> GetPair(ImageId a, ImageId b) const override {
-    const auto [smaller, larger] = std::minmax(a, b);
+    const ImageId smaller = std::min(a, b), larger = std::max(a, b);
     PairRecord pair;
     VEDUTA_RETURN_IF_ERROR(GetRecord(
         Family::kPairs, PairKey(smaller, larger),

@@ -38,6 +38,7 @@ class Cursor final : private DatabaseFiles::Dependent {
         end_slice_(end_),
         begin_(std::max(prefix, first)),
         options_(options) {
+    options_.fill_cache = !TraitsOf(family).scanned_in_long_runs;
     if (!prefix.empty()) options_.iterate_upper_bound = &end_slice_;
     const FilesLease lease(files_);
     status_ = lease.status();

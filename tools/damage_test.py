@@ -2,15 +2,17 @@
 # SPDX-License-Identifier: Apache-2.0
 """Damages the files of a database at random, one damage at a time, and looks who notices.
 
-usage: tools/damage_test.py VEDUTA DATABASE [--flips N] [--cuts N] [--repair-every N] [--seed N]
+usage: tools/damage_test.py VEDUTA DATABASE [--flips N] [--cuts N] [--repair-every N]
+                            [--seed N]
 
-The database is copied; the original is only read. Each trial flips one bit of one file of the copy,
-or cuts the file's end off, each byte of the database being equally likely. It asks `veduta verify
---deep`, and where that finds the database sound, `veduta digest`. A trial ends in one of these ways:
+The database is copied; the original is only read. Each trial flips one bit of one file of the
+copy, or cuts the file's end off, each byte of the database being equally likely. It asks `veduta
+verify`, and where that finds the database sound, `veduta digest`. A trial ends in one of these
+ways:
 
-  noticed    verify names something, or the database does not open: exit code 3
+  noticed    verify or digest names something: exit code 3
   harmless   verify says "sound", and the digest is what it was
-  SILENT     verify says "sound", and the digest is another, or cannot be told
+  SILENT     verify says "sound", and the digest is another
   BROKEN     a program was ended by a signal, or by a code that it should not end with
 
 Every N-th noticed trial is repaired in a second copy, with `veduta repair --yes`. Afterwards verify
@@ -108,7 +110,7 @@ class Damage:
 
 def look(veduta, database, digest):
     """What verify and digest say of the damaged database."""
-    code, text = run(veduta, 'verify', '--deep', database)
+    code, text = run(veduta, 'verify', database)
     if code == UNUSABLE:
         return Trial('noticed', text)
     if code != 0:
@@ -116,12 +118,12 @@ def look(veduta, database, digest):
     code, text = run(veduta, 'digest', database)
     if code == 0:
         return Trial('harmless' if text == digest else 'SILENT', text)
-    way = 'SILENT' if code == UNUSABLE else 'BROKEN'
+    way = 'noticed' if code == UNUSABLE else 'BROKEN'
     return Trial(way, f'digest ended with {code}: {text[-300:]}')
 
 
-def names_of(veduta, database):
-    """The photos that the database holds, by the journal-independent list of `show`."""
+def count_photos(veduta, database):
+    """How many photos the database holds; -1 where `status` cannot tell."""
     code, text = run(veduta, 'status', database, '--json')
     match = re.search(r'"images":\s*(\d+)', text)
     return int(match.group(1)) if code == 0 and match else -1
@@ -137,7 +139,7 @@ def repair(veduta, database, copy, photos, may_lose):
     code, text = run(veduta, 'verify', copy)
     if code != 0:
         return f'verify after repair ended with {code}: {text[-300:]}'
-    left = names_of(veduta, copy)
+    left = count_photos(veduta, copy)
     if left < photos - may_lose:
         return f'{left} of {photos} photos are left after repair'
     return None
@@ -163,7 +165,7 @@ def measure(arguments, work):
     code, digest = run(veduta, 'digest', database)
     if code != 0 or run(veduta, 'verify', '--deep', database)[0] != 0:
         sys.exit(f'damage_test.py: {arguments.database} is not sound')
-    photos = names_of(veduta, database)
+    photos = count_photos(veduta, database)
     generator = random.Random(arguments.seed)
     table, failures, noticed, repaired = collections.Counter(), [], 0, 0
     for number in range(arguments.flips + arguments.cuts):

@@ -25,6 +25,10 @@ std::string FollowUpWord(FollowUpKind kind) {
   return "unknown";
 }
 
+Json ToJson(const DamagedImage& damaged) {
+  return {{"id", ToJson(damaged.image)}, {"what", damaged.what}};
+}
+
 Json ToJson(const AddOutcome& outcome) {
   return {{"image", outcome.name},
           {"id", ToJson(outcome.id)},
@@ -35,6 +39,7 @@ Json ToJson(const AddOutcome& outcome) {
           {"inliers", outcome.inlier_count},
           {"pairs_tried", outcome.pairs_tried},
           {"propagated", ToJson(outcome.propagated)},
+          {"damaged", ToJson(outcome.damaged)},
           {"ms", ToJson(outcome.times)}};
 }
 

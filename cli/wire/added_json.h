@@ -9,13 +9,14 @@
 
 namespace veduta {
 
-// "placed", "merged", "founded", "postponed", "rejected" or "duplicate".
+// "placed", "merged", "founded", "postponed", "rejected", "duplicate" or "failed".
 std::string OutcomeWord(const AddOutcome& outcome);
 // Why, as a person reads it.
 std::string OutcomeReason(const AddOutcome& outcome);
 // "propagation", "adjustment" or "vocabulary".
 std::string FollowUpWord(FollowUpKind kind);
 
+Json ToJson(const DamagedImage& damaged);
 Json ToJson(const AddOutcome& outcome);
 Json ToJson(const StepTimes& times);
 Json ToJson(const FollowUp& step);

@@ -13,6 +13,16 @@ Json MergedIntoJson(const ReconstructionAnswer& r) {
           {"translation", r.merged_pose.translation}};
 }
 
+Json ToJson(const StorageAnswer& storage) {
+  return {{"log_bytes", storage.log_bytes},
+          {"flush_bytes", storage.flush_bytes},
+          {"compaction_bytes", storage.compaction_bytes},
+          {"blob_bytes", storage.blob_bytes},
+          {"blob_copied_bytes", storage.blob_copied_bytes},
+          {"cache_hits", storage.cache_hits},
+          {"cache_misses", storage.cache_misses}};
+}
+
 }  // namespace
 
 Json ToJson(const StatusAnswer& status) {
@@ -24,6 +34,7 @@ Json ToJson(const StatusAnswer& status) {
           {"backlog", status.backlog},
           {"vocabulary_generation", status.vocabulary_generation},
           {"bytes", status.total_bytes},
+          {"storage", ToJson(status.storage)},
           {"reconstructions", ToJson(status.reconstructions)}};
 }
 

@@ -42,6 +42,14 @@ struct VerifyRequest {
   bool deep = false;
 };
 
+// What this process has written to the database's files and read from them since it opened it, in
+// bytes; storage/database.h says what each is.
+struct StorageAnswer {
+  uint64_t log_bytes = 0, flush_bytes = 0, compaction_bytes = 0;  // together all that was written
+  uint64_t blob_bytes = 0, blob_copied_bytes = 0;                 // parts of that
+  uint64_t cache_hits = 0, cache_misses = 0;                      // of blocks of tables
+};
+
 struct StatusAnswer {
   uint64_t snapshot = 0;
   uint64_t images = 0, placed = 0, postponed = 0, rejected = 0;
@@ -50,6 +58,7 @@ struct StatusAnswer {
   uint32_t vocabulary_generation = 0;                 // 0: none yet
   std::vector<ReconstructionAnswer> reconstructions;  // living ones; most images first, then ids
   uint64_t total_bytes = 0, photo_bytes = 0, feature_bytes = 0;  // on disk
+  StorageAnswer storage;
 };
 
 struct NeighborAnswer {

@@ -35,6 +35,12 @@ struct StepTimes {
          verify_ms = 0, map_ms = 0, adjust_ms = 0, commit_ms = 0, follow_ms = 0, total_ms = 0;
 };
 
+// A stored image that cannot be read.
+struct DamagedImage {
+  ImageId image;
+  std::string what;  // for a person: family and key of what is damaged
+};
+
 // What became of one photo.
 struct AddOutcome {
   std::string name;
@@ -47,6 +53,8 @@ struct AddOutcome {
   uint32_t neighbor_count = 0, pairs_tried = 0;
   uint32_t inlier_count = 0;        // of the pose, or of the best pair when not placed
   std::vector<ImageId> propagated;  // earlier photos that got a pose in the same commit
+  // Stored images that the photo was not compared with, because they are damaged; ascending.
+  std::vector<DamagedImage> damaged;
   StepTimes times;
   // Not Ok: the photo was not judged, for a reason that says nothing about it: its file cannot be
   // read, the memory is too short, something stored that it needs is damaged. Nothing was stored,

@@ -56,8 +56,8 @@ class FeatureScratch final {
 // gives several features. Descriptors are root-SIFT quantised to bytes: 4 x 4 x 8 (row, column,
 // direction), of norm 512 but for rounding. Deterministic: the same bytes on every processor, with
 // or without scratch. Single-threaded; thread-safe if no scratch is shared. kInvalidArgument on bad
-// options, an image under 16 px in width or height, or an image of more than 2^26 px; kNoMemory when
-// memory runs out.
+// options, an image under 16 px in width or height, or an image of more than 2^26 px; kNoMemory
+// when memory runs out.
 Result<Features> ExtractFeatures(const GrayView& image, const FeatureOptions& options,
                                  FeatureScratch* scratch = nullptr);
 

@@ -57,6 +57,7 @@ AddOutcome OutcomeOf(const ImageRecord& record, const LocatedPhoto& located) {
   outcome.neighbor_count = static_cast<uint32_t>(located.search.pairs.size());
   if (!placement.placed.empty())
     outcome.propagated.assign(placement.placed.begin() + 1, placement.placed.end());
+  for (const auto& [image, what] : located.search.damaged) outcome.damaged.push_back({image, what});
   outcome.times = located.times;
   return outcome;
 }

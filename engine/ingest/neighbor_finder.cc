@@ -27,6 +27,12 @@ Status AppendNeighbors(const Snapshot& snapshot, ImageId image, const NeighborOp
   return Status::Ok();
 }
 
+// What is stored of one image is broken or missing. All else that fails is everybody's: the disk,
+// the memory.
+bool IsDamage(const Status& status) {
+  return status.code() == StatusCode::kCorruption || status.code() == StatusCode::kNotFound;
+}
+
 // One search, round by round: what a round verifies leads to the images of the next.
 class Finder {
  public:
@@ -75,6 +81,8 @@ class Finder {
       search_.best_failed = image;
     }
   }
+
+  void PassOver(ImageId image, std::string what) { search_.damaged[image] = std::move(what); }
 
   // The neighbours of the images that lead further.
   Result<std::vector<ImageId>> NextRound() {
@@ -131,6 +139,10 @@ Result<NeighborSearch> FindNeighbors(const ImageFeatures& photo,
     VEDUTA_RETURN_IF_ERROR(loader->LoadStructure(round));
     std::vector<Result<PairVerification>> verified = finder.Verify(round, map, seed, pool);
     for (size_t i = 0; i < round.size(); ++i) {
+      if (IsDamage(verified[i].status())) {
+        finder.PassOver(round[i], verified[i].status().message());
+        continue;
+      }
       if (!verified[i].ok()) return verified[i].status();
       finder.Note(round[i], std::move(*verified[i]));
     }
@@ -155,6 +167,7 @@ void JoinSearches(ImageId photo, NeighborSearch found, NeighborSearch* search) {
     search->best_failed = found.best_failed;
   }
   search->promising = std::move(found.promising);
+  search->damaged.merge(found.damaged);
 }
 
 }  // namespace veduta

@@ -3,7 +3,9 @@
 // The verified neighbours of a new photo: candidates from retrieval, then the view-graph neighbours
 // of ranked and of verified images (R10), each matched and verified.
 
+#include <map>
 #include <span>
+#include <string>
 #include <vector>
 
 #include "engine/ingest/map_loader.h"
@@ -36,10 +38,13 @@ struct NeighborSearch {
   // Images worth another look: the verified ones, then those that failed, most consistent matches
   // first.
   std::vector<RankedImage> promising;
+  // Candidates that could not be compared, since something stored of them is damaged, and what.
+  std::map<ImageId, std::string> damaged;
   double match_ms = 0, verify_ms = 0;  // summed over pairs, time of one core
 };
 
-// Pairs are spread over the pool; the result does not depend on it. Loads the structure of the
+// A candidate that is damaged is passed over: it must not keep photos from being added. Pairs are
+// spread over the pool; the result does not depend on it. Loads the structure of the
 // candidates into `map`, which is the loader's. Deterministic in its inputs and the seed.
 Result<NeighborSearch> FindNeighbors(const ImageFeatures& photo,
                                      std::span<const RankedImage> candidates, uint64_t seed,

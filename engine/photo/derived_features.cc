@@ -16,6 +16,7 @@ Result<Features> ReadOrDeriveFeatures(const Snapshot& snapshot, const ImageRecor
   const PhotoPreparer preparer(nullptr, tables, PrepareOptions());
   PreparedPhoto photo = preparer.Extract(
       {image.name, "", std::vector<uint8_t>(bytes->bytes().begin(), bytes->bytes().end())}, camera);
+  VEDUTA_RETURN_IF_ERROR(photo.failure);
   const bool is_same = photo.hash == image.photo && photo.reason == Reason::kNone &&
                        photo.features.size() == image.feature_count;
   return is_same ? Result<Features>(std::move(photo.features)) : std::move(stored);

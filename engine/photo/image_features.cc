@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "engine/photo/image_features.h"
 
+#include "engine/camera/projection.h"
+
 namespace veduta {
 
 size_t ImageFeatures::size_bytes() const {
@@ -29,6 +31,10 @@ Result<std::shared_ptr<const ImageFeatures>> ImageFeatureCache::Get(const Snapsh
   const auto load = [&]() -> Result<std::shared_ptr<const ImageFeatures>> {
     VEDUTA_ASSIGN_OR_RETURN(const ImageRecord image, snapshot.GetImage(id));
     VEDUTA_ASSIGN_OR_RETURN(const CameraRecord camera, snapshot.GetCamera(image.camera));
+    if (const Status usable = CheckCamera(camera.model); !usable.ok()) {
+      return Status::Corruption("family cameras: camera " + std::to_string(camera.id.value) + ": " +
+                                usable.message());
+    }
     VEDUTA_ASSIGN_OR_RETURN(Features features, snapshot.GetFeatures(image.photo));
     if (features.size() != image.feature_count) {
       return Status::Corruption("family features: photo " + image.photo.Hex() + " has " +

@@ -39,8 +39,8 @@ struct PrepareOptions {
 };
 
 // What preparing a photo takes at most, by its file's size and its pixels: decoding takes up to 16
-// bytes for each pixel (DecodeLimits), extraction 5 for the pixels, grey and straightened, besides
-// ExtractionBytes. Measured in engine/photo/photo_preparer.cc.
+// bytes for each pixel (DecodeLimits); extraction takes ExtractionBytes besides 5 bytes for each
+// pixel as it was decoded, grey and straightened. Counted from the buffers; not measured.
 uint64_t PrepareBytes(uint64_t size_bytes, uint64_t pixel_count);
 
 struct PreparedPhoto {

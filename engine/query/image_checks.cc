@@ -3,6 +3,7 @@
 #include <cmath>
 
 #include "engine/camera/photo_header.h"
+#include "engine/camera/projection.h"
 #include "engine/query/checked_city.h"
 #include "engine/query/stored_records.h"
 #include "storage/record_counts.h"
@@ -261,9 +262,8 @@ Status CheckImages(const CheckedCity& city, Violations* violations) {
     });
   }
   for (const auto& [id, camera] : city.cameras) {
-    violations->Expect(camera.model.fx > 0 && camera.model.fy > 0 && camera.model.width_px > 0 &&
-                           camera.model.height_px > 0,
-                       [&] { return NameOf(id) + " has no focal length or no size"; });
+    const Status usable = CheckCamera(camera.model);
+    violations->Expect(usable.ok(), [&] { return NameOf(id) + ": " + usable.message(); });
   }
   VEDUTA_RETURN_IF_ERROR(CheckIndexes(city, violations));
   return CheckBlobs(city, violations);

@@ -13,8 +13,9 @@ class DenseHealer {
   Status Run() {
     if (!healing_->options.keeps_dense) return Status::Ok();
     for (const auto& [id, image] : healing_->images) VEDUTA_RETURN_IF_ERROR(TakeDepth(id));
-    for (const ReconstructionId id : healing_->reconstructions)
-      VEDUTA_RETURN_IF_ERROR(TakeReconstruction(id));
+    for (const auto& [id, record] : healing_->reconstructions) {
+      if (record.is_living()) VEDUTA_RETURN_IF_ERROR(TakeReconstruction(id));
+    }
     Note(lost_depths_, "depth maps");
     Note(lost_tiles_, "tiles of surfaces");
     return Status::Ok();
@@ -38,7 +39,7 @@ class DenseHealer {
     const Result<std::optional<DepthRecord>> depth = from_.FindDepth(image);
     if (IsRead(depth) && !*depth) return Status::Ok();
     const bool wanted = depth.ok() && healing_->FindPhoto(image) != nullptr &&
-                        healing_->reconstructions.contains((*depth)->reconstruction);
+                        healing_->IsLiving((*depth)->reconstruction);
     if (depth.ok() && !wanted) return Status::Ok();
     bool kept = depth.ok();
     if (kept) {

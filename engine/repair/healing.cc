@@ -17,7 +17,7 @@ Status FindVocabulary(Healing* healing) {
     const Result<StoredBytes> tree = healing->from().GetVocabulary(generation);
     if (!tree.ok()) continue;
     state.vocabulary_generation = generation;
-    return Status::Ok();
+    return Status::Ok();  // how many images it was made for, the journal tells: RestateJournal
   }
   return Status::Ok();
 }
@@ -63,10 +63,10 @@ Status WriteState(Healing* healing) {
   if (!healing->cameras.empty())
     state.next_camera = std::max(state.next_camera, healing->cameras.rbegin()->first.value + 1);
   state.retrievable_image_count = retrievable;
-  if (healing->state_is_lost && state.vocabulary_generation != 0)
-    state.images_at_vocabulary = retrievable;
-  std::erase_if(state.pending_propagation,
-                [&](ImageId id) { return healing->FindPhoto(id) == nullptr; });
+  std::set<ImageId> once;
+  std::erase_if(state.pending_propagation, [&](ImageId id) {
+    return healing->FindPhoto(id) == nullptr || !once.insert(id).second;
+  });
   return healing->writer.Put([&](Transaction& transaction) {
     JournalRecord entry;
     entry.actor = "veduta";
@@ -93,6 +93,27 @@ const ImageRecord* Healing::FindPhoto(ImageId id) const {
   const auto found = images.find(id);
   return found == images.end() || found->second.verdict == Verdict::kRejected ? nullptr
                                                                               : &found->second;
+}
+
+bool Healing::IsLiving(ReconstructionId id) const {
+  const auto found = reconstructions.find(id);
+  return found != reconstructions.end() && found->second.is_living();
+}
+
+void Healing::StandIn(ImageId id, std::string name) {
+  if (cameras.empty()) return;  // no image can be without one
+  ImageRecord& image = images[id];
+  image = {};
+  image.id = id;
+  image.name = name.empty() ? "lost/" + std::to_string(id.value) : std::move(name);
+  const std::string_view text = image.name;
+  image.photo = HashContent({reinterpret_cast<const uint8_t*>(text.data()), text.size()});
+  image.camera = cameras.begin()->first;
+  const auto told_of_it = told.images.find(id);
+  image.contributor = told_of_it == told.images.end() ? "veduta" : told_of_it->second.contributor;
+  image.verdict = Verdict::kRejected;
+  image.reason = Reason::kUnreadable;
+  image.detail = "its record was damaged";
 }
 
 Status Healing::TryAgain(ImageId id) {
@@ -130,6 +151,7 @@ Status HealAll(Healing* healing) {
   VEDUTA_RETURN_IF_ERROR(HealPairs(healing));
   VEDUTA_RETURN_IF_ERROR(HealMap(healing));
   VEDUTA_RETURN_IF_ERROR(HealDense(healing));
+  VEDUTA_RETURN_IF_ERROR(RestateJournal(healing));
   VEDUTA_RETURN_IF_ERROR(WriteState(healing));
   return healing->writer.Commit();
 }

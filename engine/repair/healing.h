@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "engine/photo/photo_preparer.h"
+#include "engine/query/told_by_journal.h"
 #include "engine/repair/healed_writer.h"
 #include "index/vocabulary_tree.h"
 #include "storage/salvage.h"
@@ -64,13 +65,18 @@ struct Healing {
   std::optional<VocabularyTree> vocabulary;
   std::map<CameraId, CameraRecord> cameras;
   std::map<ImageId, ImageRecord> images;
-  std::set<ReconstructionId> reconstructions;  // living ones
-  std::map<ImageId, JournalRecord> added;      // the journal's entry about each photo
-  std::vector<JournalRecord> camera_entries;   // in their order
+  std::map<ReconstructionId, ReconstructionRecord> reconstructions;  // merged ones too
+  std::map<ImageId, JournalRecord> added;         // the journal's entry about each photo
+  std::map<CameraId, CameraRecord> told_cameras;  // as the journal describes them
+  ToldByJournal told;
 
   const Snapshot& from() const { return source.snapshot(); }
   // The image where it has a photo, else null.
   const ImageRecord* FindPhoto(ImageId id) const;
+  // Whether the reconstruction will be there, not merged away.
+  bool IsLiving(ReconstructionId id) const;
+  // An image of which nothing is left but its number: a rejected one, for numbers have no gaps.
+  void StandIn(ImageId id, std::string name);
   // The photo is tried again by whoever opens the database next.
   Status TryAgain(ImageId id);
 };
@@ -90,6 +96,8 @@ Status HealPhotos(Healing* healing);
 Status HealPairs(Healing* healing);
 Status HealMap(Healing* healing);
 Status HealDense(Healing* healing);
+// New entries, where records have come to say something else than the journal does.
+Status RestateJournal(Healing* healing);
 
 // All of them. `target` is a database that was just created; null: nothing is written. Afterwards
 // `healing` says what was found.

@@ -1,57 +1,18 @@
 // SPDX-License-Identifier: Apache-2.0
-// Journal, cameras and images: the records that say what there is.
+// Cameras and images: the records that say what there is.
 #include <algorithm>
 
-#include "engine/engine.h"
 #include "engine/repair/healing.h"
 
 namespace veduta {
 namespace {
 
-// Reads the journal from `first` up to the first entry that cannot be read, and says which one
-// comes next.
-uint64_t ReadEntries(const Snapshot& from, uint64_t first, std::map<uint64_t, JournalRecord>* all) {
-  uint64_t next = first;
-  const Status read = from.ScanJournal(first, [&](const JournalRecord& entry) {
-    (*all)[entry.sequence] = entry;
-    next = entry.sequence + 1;
-    return true;
-  });
-  return read.ok() ? UINT64_MAX : next;
-}
-
-void Remember(const JournalRecord& entry, Healing* healing) {
-  if (entry.action == "camera") healing->camera_entries.push_back(entry);
-  if (entry.action == "add" && entry.image.valid()) healing->added.insert({entry.image, entry});
-}
-
-JournalRecord LostEntry(uint64_t sequence) {
-  JournalRecord entry;
-  entry.sequence = sequence;
-  entry.actor = "veduta";
-  entry.action = "repair";
-  entry.detail = "this entry was damaged";
-  return entry;
-}
-
-// The camera that the journal's entry describes: "NAME: SIZE PARAMS".
-std::optional<CameraRecord> CameraFrom(const JournalRecord& entry, CameraId id) {
-  const size_t params = entry.detail.rfind(' ');
-  if (params == std::string::npos || params == 0) return std::nullopt;
-  const size_t size = entry.detail.rfind(' ', params - 1);
-  if (size == std::string::npos || size == 0 || entry.detail[size - 1] != ':') return std::nullopt;
-  const Result<CameraModel> model = ParseCamera(entry.detail.substr(size + 1, params - size - 1),
-                                                entry.detail.substr(params + 1));
-  if (!model.ok()) return std::nullopt;
-  return CameraRecord{id, entry.detail.substr(0, size - 1), *model, "the journal, by repair"};
-}
-
-// Each camera has one entry in the journal, in the order of their ids.
 bool RecoverCamera(CameraId id, Healing* healing) {
-  if (id.value > healing->camera_entries.size()) return false;
-  const auto camera = CameraFrom(healing->camera_entries[id.value - 1], id);
-  if (camera) healing->cameras[id] = *camera;
-  return camera.has_value();
+  const auto told = healing->told_cameras.find(id);
+  if (told == healing->told_cameras.end()) return false;
+  healing->cameras[id] = told->second;
+  healing->cameras[id].source = "the journal, by repair";
+  return true;
 }
 
 bool SameDescriptors(const Result<Features>& stored, const Features& features) {
@@ -76,11 +37,13 @@ Remains ReadRemains(const Salvage& source) {
 
 // The cameras that may have taken the photo, each with the features that it leads to. Where those
 // that are stored are among them, that camera alone: extraction is deterministic.
-std::vector<std::pair<const CameraRecord*, PreparedPhoto>> FittingCameras(
-    const std::vector<uint8_t>& bytes, const Result<Features>& stored, const Healing& healing) {
-  std::vector<std::pair<const CameraRecord*, PreparedPhoto>> fitting;
+using Fitting = std::vector<std::pair<const CameraRecord*, PreparedPhoto>>;
+Result<Fitting> FittingCameras(const std::vector<uint8_t>& bytes, const Result<Features>& stored,
+                               const Healing& healing) {
+  Fitting fitting;
   for (const auto& [id, camera] : healing.cameras) {
     PreparedPhoto photo = healing.preparer.Extract({"", "", bytes}, camera.model);
+    VEDUTA_RETURN_IF_ERROR(photo.failure);
     if (photo.reason != Reason::kNone) continue;
     if (SameDescriptors(stored, photo.features)) {
       fitting.clear();
@@ -92,12 +55,19 @@ std::vector<std::pair<const CameraRecord*, PreparedPhoto>> FittingCameras(
   return fitting;
 }
 
-void FillFromJournal(const Healing& healing, ImageRecord* record) {
+// Why the image is where it is, as the journal has it.
+void FillFromJournal(const Healing& healing, bool has_pose, ImageRecord* record) {
+  record->verdict = has_pose ? Verdict::kPlaced : Verdict::kPostponed;
+  record->reason = has_pose ? Reason::kRegistered : Reason::kNoVerifiedNeighbor;
+  record->contributor = "veduta";
+  const auto told = healing.told.images.find(record->id);
+  if (told != healing.told.images.end()) {
+    record->contributor = told->second.contributor;
+    record->detail = told->second.detail;
+    if (has_pose && told->second.propagated) record->reason = Reason::kPropagated;
+  }
   const auto entry = healing.added.find(record->id);
-  record->contributor = entry == healing.added.end() ? "veduta" : entry->second.actor;
-  if (entry == healing.added.end()) return;
-  record->time_unix_s = entry->second.time_unix_s;
-  record->detail = entry->second.detail;
+  if (entry != healing.added.end()) record->time_unix_s = entry->second.time_unix_s;
 }
 
 std::string NameFor(const Remains& remains, ImageId id, const ContentHash& photo) {
@@ -114,25 +84,29 @@ Status RecoverImage(ImageId id, const Remains& remains, const std::string& damag
     healing->notes.Add(damage, name == remains.names.end()
                                    ? "nothing else names it; it may have been a rejected photo"
                                    : "it was the rejected photo '" + name->second + "'");
+    healing->StandIn(id, name == remains.names.end() ? "" : name->second);
     return Status::Ok();
   }
   ImageRecord record;
   record.id = id;
   record.photo = photo->second;
   record.name = NameFor(remains, id, record.photo);
-  FillFromJournal(*healing, &record);
+  const Result<std::optional<PoseRecord>> pose = healing->from().FindPose(id);
+  FillFromJournal(*healing, pose.ok() && pose->has_value(), &record);
   const Result<std::vector<uint8_t>> bytes = healing->source.GetPhoto(record.photo);
   if (!bytes.ok()) {
     if (!IsDamage(bytes.status())) return bytes.status();
     healing->notes.Add(damage, "its photo cannot be read either");
     healing->notes.lost.push_back(record.name);
+    healing->StandIn(id, record.name);
     return Status::Ok();
   }
   const Result<Features> stored = healing->from().GetFeatures(record.photo);
-  const auto fitting = FittingCameras(*bytes, stored, *healing);
+  VEDUTA_ASSIGN_OR_RETURN(const Fitting fitting, FittingCameras(*bytes, stored, *healing));
   if (fitting.size() != 1) {
     healing->notes.Add(damage, "its camera cannot be told, so the photo is written to a folder");
     healing->notes.loose.push_back({record.name, record.photo, "", record.contributor});
+    healing->StandIn(id, record.name);
     return Status::Ok();
   }
   const PreparedPhoto& prepared = fitting.front().second;
@@ -141,10 +115,6 @@ Status RecoverImage(ImageId id, const Remains& remains, const std::string& damag
   record.height_px = prepared.height_px;
   record.size_bytes = bytes->size();
   record.feature_count = static_cast<uint32_t>(prepared.features.size());
-  const Result<std::optional<PoseRecord>> pose = healing->from().FindPose(id);
-  const bool placed = pose.ok() && pose->has_value();
-  record.verdict = placed ? Verdict::kPlaced : Verdict::kPostponed;
-  record.reason = placed ? Reason::kRegistered : Reason::kNoVerifiedNeighbor;
   healing->notes.Add(damage, "the record of photo '" + record.name + "' is made again");
   healing->images[id] = std::move(record);
   return Status::Ok();
@@ -165,7 +135,8 @@ Status RecoverStrays(const Remains& remains, Healing* healing) {
     const Result<bool> is_coming = healing->from().IsWrittenAhead(photo);
     const Result<std::vector<uint8_t>> bytes = healing->source.GetPhoto(photo);
     if ((is_coming.ok() && *is_coming) || !bytes.ok()) continue;
-    const auto fitting = FittingCameras(*bytes, healing->from().GetFeatures(photo), *healing);
+    VEDUTA_ASSIGN_OR_RETURN(const Fitting fitting,
+                            FittingCameras(*bytes, healing->from().GetFeatures(photo), *healing));
     const std::string name = "recovered/" + photo.Hex().substr(0, 16);
     healing->notes.Add("a photo belongs to no image, while records of images are lost",
                        fitting.size() == 1 ? "it is added again as '" + name + "'"
@@ -177,33 +148,6 @@ Status RecoverStrays(const Remains& remains, Healing* healing) {
 }
 
 }  // namespace
-
-Status HealJournal(Healing* healing) {
-  std::map<uint64_t, JournalRecord> all;
-  for (uint64_t next = 1; next != UINT64_MAX;) {
-    const uint64_t after = ReadEntries(healing->from(), next, &all);
-    next = after == next ? next + 1 : after;
-    const uint64_t end = std::max<uint64_t>(healing->state.next_journal,
-                                            (all.empty() ? 0 : all.rbegin()->first) + kMissesMax);
-    if (next >= end) break;
-  }
-  if (!all.empty())
-    healing->state.next_journal = std::max(healing->state.next_journal, all.rbegin()->first + 1);
-  uint64_t lost = 0;
-  for (uint64_t sequence = 1; sequence < healing->state.next_journal; ++sequence) {
-    const auto found = all.find(sequence);
-    if (found == all.end()) ++lost;
-    const JournalRecord entry = found == all.end() ? LostEntry(sequence) : found->second;
-    Remember(entry, healing);
-    VEDUTA_RETURN_IF_ERROR(
-        healing->writer.Put([&](Transaction& transaction) { transaction.AddJournal(entry); }));
-  }
-  if (lost > 0) {
-    healing->notes.Add(std::to_string(lost) + " entries of the journal cannot be read",
-                       "entries that say so stand in their place");
-  }
-  return Status::Ok();
-}
 
 Status HealCameras(Healing* healing) {
   const auto read = [&](CameraId id) -> Result<bool> {
@@ -252,6 +196,14 @@ Status HealImages(Healing* healing) {
   const Remains remains = ReadRemains(healing->source);
   // Images of which nothing is left but an entry of an index.
   for (const auto& [id, photo] : remains.photos) {
+    if (!healing->images.contains(id) && !lost.contains(id))
+      lost[id] = "the record of image " + std::to_string(id.value) + " is missing";
+  }
+  // Numbers have no gaps, also where nothing tells of an image any more.
+  const uint32_t last =
+      std::max(healing->images.empty() ? 0 : healing->images.rbegin()->first.value,
+               lost.empty() ? 0 : lost.rbegin()->first.value);
+  for (ImageId id(1); id.value < last; ++id.value) {
     if (!healing->images.contains(id) && !lost.contains(id))
       lost[id] = "the record of image " + std::to_string(id.value) + " is missing";
   }

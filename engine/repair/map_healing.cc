@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "engine/mapping/triangulation.h"
+#include "engine/query/checked_city.h"
 #include "engine/repair/healing.h"
 
 namespace veduta {
@@ -18,9 +20,10 @@ constexpr double kErrorSumShare = 1e-3;
 
 class ReconstructionHealer {
  public:
+  // `city` has the cameras and the images of the healing: it tells where features lie.
   ReconstructionHealer(const ReconstructionRecord& record, std::map<ImageId, PoseRecord> poses,
-                       Healing* healing)
-      : record_(record), poses_(std::move(poses)), healing_(healing) {}
+                       const CheckedCity& city, Healing* healing)
+      : record_(record), poses_(std::move(poses)), city_(city), healing_(healing) {}
 
   Status Run() {
     VEDUTA_RETURN_IF_ERROR(ReadBlocks());
@@ -32,6 +35,7 @@ class ReconstructionHealer {
     return Write();
   }
   bool is_given_up() const { return poses_.empty(); }
+  const ReconstructionRecord& record() const { return record_; }
 
  private:
   // The features of a point that are there and that no other point has.
@@ -44,17 +48,39 @@ class ReconstructionHealer {
     });
   }
 
+  // The mean error of a point whose track has changed; a track that cannot be measured is emptied.
+  void MeasureAgain(PointRecord* point) {
+    double sum = 0;
+    for (const TrackElement& element : point->track) {
+      const auto eye = city_.EyeOf(element.image);
+      if (eye == nullptr || element.feature >= eye->keypoints.size()) {
+        DropTrack(point);
+        return;
+      }
+      const Sighting seen{poses_.at(element.image).cam_from_world, eye->camera,
+                          eye->keypoints[element.feature].cast<double>()};
+      sum += ReprojectionErrorPx(seen, point->position);
+    }
+    point->error_px = static_cast<float>(sum / static_cast<double>(point->track.size()));
+  }
+
+  void DropTrack(PointRecord* point) {
+    for (const TrackElement& element : point->track) taken_.erase({element.image, element.feature});
+    point->track.clear();
+  }
+
   void TakePoints(PointBlock block) {
     const size_t before = block.points.size();
     for (PointRecord& point : block.points) {
       const size_t length = point.track.size();
       CleanTrack(&point);
-      if (point.track.size() != length) ++shortened_;
-    }
-    for (PointRecord& point : block.points) {
-      if (point.track.size() >= 2) continue;
-      for (const TrackElement& element : point.track)
-        taken_.erase({element.image, element.feature});
+      if (point.track.size() == length) continue;
+      ++shortened_;
+      if (point.track.size() < 2) {
+        DropTrack(&point);
+      } else {
+        MeasureAgain(&point);
+      }
     }
     std::erase_if(block.points, [](const PointRecord& point) { return point.track.size() < 2; });
     dropped_ += before - block.points.size();
@@ -176,7 +202,6 @@ class ReconstructionHealer {
     record_.image_count = static_cast<uint32_t>(poses_.size());
     record_.point_count = points;
     record_.observation_count = observations;
-    record_.images_at_adjustment = std::min(record_.images_at_adjustment, record_.image_count);
     const bool sum_holds =
         std::abs(error_sum - record_.reprojection_error_px_sum) <= kErrorSumShare * (1 + error_sum);
     if (!sum_holds) record_.reprojection_error_px_sum = error_sum;
@@ -207,6 +232,7 @@ class ReconstructionHealer {
 
   ReconstructionRecord record_;
   std::map<ImageId, PoseRecord> poses_;
+  const CheckedCity& city_;
   Healing* const healing_;
   std::map<ImageId, PointBlock> blocks_;
   std::map<ImageId, std::vector<Observation>> observations_;
@@ -222,6 +248,39 @@ struct StoredMap {
   std::map<ReconstructionId, std::map<ImageId, PoseRecord>> poses;
 };
 
+// Far more than a reconstruction is ever adjusted. Chosen by hand.
+constexpr uint32_t kGenerationMax = 1000;
+
+// The generation of which there are points; 0 where there is none.
+uint32_t FindGeneration(ReconstructionId id, const Healing& healing) {
+  for (uint32_t generation = 1; generation <= kGenerationMax; ++generation) {
+    bool found = false;
+    healing.from()
+        .ScanPointBlocks(id, generation,
+                         [&](const PointBlock&) {
+                           found = true;
+                           return false;
+                         })
+        .IgnoreBecause("a block that cannot be read is noticed when its points are taken");
+    if (found) return generation;
+  }
+  return 0;
+}
+
+// A record that is lost, anew: its sums are counted in any case. Whether any pose names it shows
+// later.
+std::optional<ReconstructionRecord> RecoverReconstruction(ReconstructionId id,
+                                                          const Healing& healing) {
+  ReconstructionRecord record;
+  record.id = id;
+  record.points_generation = FindGeneration(id, healing);
+  if (record.points_generation == 0) return std::nullopt;
+  record.images_at_adjustment = static_cast<uint32_t>(healing.told.ImagesAtAdjustment(id));
+  // Every change of the geometry has an entry in the journal: no earlier version is greater.
+  record.geometry_version = healing.state.next_journal;
+  return record;
+}
+
 Status ReadReconstructions(StoredMap* map, Healing* healing) {
   const auto read = [&](ReconstructionId id) -> Result<bool> {
     const Result<ReconstructionRecord> record = healing->from().GetReconstruction(id);
@@ -230,9 +289,14 @@ Status ReadReconstructions(StoredMap* map, Healing* healing) {
       return true;
     }
     if (!IsDamage(record.status())) return record.status();
-    if (record.status().code() == StatusCode::kNotFound) return false;
+    if (record.status().code() == StatusCode::kNotFound &&
+        id.value >= healing->state.next_reconstruction)
+      return false;
+    const auto recovered = RecoverReconstruction(id, *healing);
+    if (recovered) map->living[id] = *recovered;
     healing->notes.Add(Name(id) + " cannot be read: " + record.status().message(),
-                       "the photos that are in it are tried again");
+                       recovered ? "its record is made again from its points"
+                                 : "the photos that are in it are tried again");
     return true;
   };
   VEDUTA_RETURN_IF_ERROR(
@@ -269,23 +333,38 @@ Status ReadPose(const ImageRecord& image, StoredMap* map, Healing* healing) {
   return healing->TryAgain(image.id);
 }
 
-// Records of reconstructions that were merged into one that is still there.
-Status WriteMerged(StoredMap* map, Healing* healing) {
-  for (bool changed = true; changed;) {
-    const size_t before = map->merged.size();
-    std::erase_if(map->merged, [&](const auto& entry) {
-      const ReconstructionId into = entry.second.merged_into;
-      return into == entry.first || (!map->living.contains(into) && !map->merged.contains(into));
-    });
-    changed = map->merged.size() != before;
+// Follows merges to the end.
+bool LeadsToLiving(const StoredMap& map, ReconstructionId id) {
+  for (size_t step = 0; step <= map.merged.size(); ++step) {
+    if (map.living.contains(id)) return true;
+    const auto merged = map.merged.find(id);
+    if (merged == map.merged.end()) return false;
+    id = merged->second.merged_into;
   }
-  for (const auto& [id, record] : map->merged) {
-    ReconstructionRecord emptied = record;
-    emptied.image_count = 0;
-    emptied.point_count = emptied.observation_count = 0;
-    emptied.reprojection_error_px_sum = 0;
+  return false;  // they go round in a circle
+}
+
+// Reconstructions that are no more. Numbers have no gaps: one of which nothing is left counts as
+// merged into the first that lives.
+Status WriteMerged(const StoredMap& map, Healing* healing) {
+  if (map.living.empty()) return Status::Ok();
+  for (uint32_t number = 1; number < healing->state.next_reconstruction; ++number) {
+    const ReconstructionId id(number);
+    if (map.living.contains(id)) continue;
+    ReconstructionRecord record;
+    if (LeadsToLiving(map, id)) {
+      record = map.merged.at(id);
+    } else {
+      record.merged_into = map.living.begin()->first;
+      record.images_at_adjustment = static_cast<uint32_t>(healing->told.ImagesAtAdjustment(id));
+    }
+    record.id = id;
+    record.image_count = 0;
+    record.point_count = record.observation_count = 0;
+    record.reprojection_error_px_sum = 0;
+    healing->reconstructions[id] = record;
     VEDUTA_RETURN_IF_ERROR(healing->writer.Put(
-        [&](Transaction& transaction) { transaction.PutReconstruction(emptied); }));
+        [&](Transaction& transaction) { transaction.PutReconstruction(record); }));
   }
   return Status::Ok();
 }
@@ -299,13 +378,16 @@ Status HealMap(Healing* healing) {
     if (healing->FindPhoto(id) == nullptr) continue;
     VEDUTA_RETURN_IF_ERROR(ReadPose(image, &map, healing));
   }
+  CheckedCity city(healing->from(), /*is_deep=*/false, /*prepares=*/nullptr);
+  city.cameras = healing->cameras;
+  city.images = healing->images;
   for (auto it = map.living.begin(); it != map.living.end();) {
-    ReconstructionHealer healer(it->second, map.poses[it->first], healing);
+    ReconstructionHealer healer(it->second, map.poses[it->first], city, healing);
     VEDUTA_RETURN_IF_ERROR(healer.Run());
-    if (!healer.is_given_up()) healing->reconstructions.insert(it->first);
+    if (!healer.is_given_up()) healing->reconstructions[it->first] = healer.record();
     it = healer.is_given_up() ? map.living.erase(it) : std::next(it);
   }
-  return WriteMerged(&map, healing);
+  return WriteMerged(map, healing);
 }
 
 }  // namespace veduta

@@ -36,6 +36,7 @@ Result<std::optional<Features>> FeaturesOf(const std::vector<uint8_t>& bytes, Im
   if (!stored.ok() && !IsDamage(stored.status())) return stored.status();
   const CameraModel& camera = healing->cameras.at(image->camera).model;
   PreparedPhoto photo = healing->preparer.Extract({image->name, "", bytes}, camera);
+  VEDUTA_RETURN_IF_ERROR(photo.failure);  // the memory was too short: nothing is lost
   if (photo.reason != Reason::kNone) {
     SetAside("its features cannot be read, and it gives none: " + photo.detail,
              "the features were damaged and could not be computed again", image, healing);
@@ -85,7 +86,8 @@ Status WritePhoto(const ImageRecord& image, const std::vector<uint8_t>& bytes,
 }
 
 Status HealPhoto(ImageRecord* image, Healing* healing) {
-  const Result<std::vector<uint8_t>> bytes = healing->source.GetPhoto(image->photo);
+  const Result<std::vector<uint8_t>> bytes =
+      healing->source.GetPhoto(image->photo, image->size_bytes);
   if (!bytes.ok()) {
     if (!IsDamage(bytes.status())) return bytes.status();
     SetAside("its bytes cannot be read: " + bytes.status().message(),
@@ -115,15 +117,12 @@ bool IsTakenAlready(const ImageRecord& image, std::set<std::string>* names,
 Status HealPhotos(Healing* healing) {
   std::set<std::string> names;
   std::set<ContentHash> photos;
-  for (auto it = healing->images.begin(); it != healing->images.end();) {
-    ImageRecord& image = it->second;
+  for (auto& [id, image] : healing->images) {
     if (IsTakenAlready(image, &names, &photos)) {
       healing->notes.Add(PhotoText(image) + " has the name or the photo of another image",
                          "its record is left out");
-      it = healing->images.erase(it);
-      continue;
+      healing->StandIn(image.id, "");
     }
-    ++it;
     if (image.verdict != Verdict::kRejected) {
       VEDUTA_RETURN_IF_ERROR(HealPhoto(&image, healing));
     } else {

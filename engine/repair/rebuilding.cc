@@ -10,6 +10,7 @@ constexpr size_t kPhotosAtOnce = 16;
 struct PhotoToAdd {
   std::string name;
   ContentHash photo;
+  uint64_t size_bytes = 0;  // 0: not known
   std::string camera, contributor;
 };
 
@@ -20,7 +21,8 @@ Status AddAll(const std::vector<PhotoToAdd>& photos, const Salvage& source, Engi
   std::vector<PhotoSubmission> batch;
   for (size_t i = 0; i < photos.size(); ++i) {
     const PhotoToAdd& photo = photos[i];
-    VEDUTA_ASSIGN_OR_RETURN(std::vector<uint8_t> bytes, source.GetPhoto(photo.photo));
+    VEDUTA_ASSIGN_OR_RETURN(std::vector<uint8_t> bytes,
+                            source.GetPhoto(photo.photo, photo.size_bytes));
     batch.push_back({{photo.name, "", std::move(bytes)}, photo.camera, photo.contributor});
     if (batch.size() < kPhotosAtOnce && i + 1 < photos.size()) continue;
     VEDUTA_RETURN_IF_ERROR(engine->AddPhotos(batch, {}, {}, IgnoreStep));
@@ -33,7 +35,7 @@ std::vector<PhotoToAdd> LoosePhotosOf(const Healing& healing) {
   std::vector<PhotoToAdd> photos;
   for (const LoosePhoto& loose : healing.notes.loose) {
     if (!loose.camera.empty())
-      photos.push_back({loose.name, loose.photo, loose.camera, loose.contributor});
+      photos.push_back({loose.name, loose.photo, 0, loose.camera, loose.contributor});
   }
   return photos;
 }
@@ -53,8 +55,8 @@ Status RebuildFromPhotos(const Healing& healing, Engine* engine) {
   std::vector<PhotoToAdd> photos;
   for (const auto& [id, image] : healing.images) {
     if (healing.FindPhoto(id) == nullptr) continue;
-    photos.push_back(
-        {image.name, image.photo, healing.cameras.at(image.camera).name, image.contributor});
+    photos.push_back({image.name, image.photo, image.size_bytes,
+                      healing.cameras.at(image.camera).name, image.contributor});
   }
   VEDUTA_RETURN_IF_ERROR(AddAll(photos, healing.source, engine));
   return AddLoosePhotos(healing, engine);

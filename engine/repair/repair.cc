@@ -77,7 +77,7 @@ class Repairer final {
     options.thread_count = request_.thread_count;
     const auto engine = Engine::Open(folders_.source, options);
     const Result<std::vector<std::string>> violations =
-        engine.ok() ? (*engine)->Ask().Verify(kViolationsMax)
+        engine.ok() ? (*engine)->Ask().Verify({.count_max = kViolationsMax})
                     : Result<std::vector<std::string>>(engine.status());
     const std::string remedy = "what contradicts the photos is left out or derived again";
     if (!violations.ok()) {
@@ -138,7 +138,7 @@ class Repairer final {
     } else if (!notes.loose.empty() || !notes.retried.empty()) {
       VEDUTA_RETURN_IF_ERROR(AddLoosePhotos(examined, engine.get()));
     }
-    const auto violations = engine->Ask().Verify(1);
+    const auto violations = engine->Ask().Verify({.count_max = 1});
     if (!violations.ok() && !IsDamage(violations.status())) return violations.status();
     return violations.ok() && violations->empty();
   }

@@ -130,6 +130,13 @@ Result<Retrieval::Prepared> Retrieval::TrainAlone(Database* database, ThreadPool
                                                   std::unique_lock<std::mutex> alone) {
   const std::shared_ptr<const Snapshot> snapshot = database->GetSnapshot();
   VEDUTA_ASSIGN_OR_RETURN(const std::vector<ImageRecord> images, ListRetrievable(*snapshot));
+  VEDUTA_ASSIGN_OR_RETURN(const DatabaseState state, snapshot->GetState());
+  // Training falls due by this count: by a wrong one it would fall due again and again.
+  if (images.size() != state.retrievable_image_count) {
+    return Status::Corruption(
+        "family meta, key 'state': it counts " + std::to_string(state.retrievable_image_count) +
+        " images with features, and there are " + std::to_string(images.size()));
+  }
   DescriptorSample sample(options_.training_count_max);
   for (const ImageRecord& image : images) {
     VEDUTA_ASSIGN_OR_RETURN(const Features features, snapshot->GetFeatures(image.photo));

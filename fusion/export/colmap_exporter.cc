@@ -28,9 +28,9 @@ bool IsOpenCvModel(const CameraModel& m) {
   return IsDistorted(m) && m.u0 == m.cx && m.v0 == m.cy;
 }
 
-// COLMAP takes a name for ended at the first space (src/colmap/scene/reconstruction_io_text.cc) and
-// the line at its end. So a name is written as in a URL (RFC 3986, section 2.1) where it has a space
-// or a control character, or a % that would be taken for such an escape.
+// COLMAP reads a name up to the first space (src/colmap/scene/reconstruction_io_text.cc) or the end
+// of the line. So a space, a control character, and a % that would be taken for an escape, are
+// written as in a URL (RFC 3986, section 2.1).
 std::string ColmapName(const std::string& name) {
   std::string text;
   for (const char c : name) {
@@ -97,8 +97,8 @@ class ColmapModel final {
   Status WriteImages(const std::vector<PoseRecord>& poses) {
     const auto path = folder_ / "images.txt";
     VEDUTA_ASSIGN_OR_RETURN(std::ofstream file, Create(path));
-    file << "# IMAGE_ID, QW, QX, QY, QZ, TX, TY, TZ, CAMERA_ID, NAME (as in a URL: %20 is a space)\n"
-            "# POINTS2D[] as (X, Y, POINT3D_ID)\n";
+    file << "# IMAGE_ID, QW, QX, QY, QZ, TX, TY, TZ, CAMERA_ID, NAME (as in a URL: %20 is a "
+            "space)\n# POINTS2D[] as (X, Y, POINT3D_ID)\n";
     for (const PoseRecord& pose : poses) {
       VEDUTA_ASSIGN_OR_RETURN(const ImageRecord image, snapshot_.GetImage(pose.image));
       VEDUTA_ASSIGN_OR_RETURN(const CameraRecord camera, snapshot_.GetCamera(image.camera));

@@ -2,13 +2,26 @@
 #include "fusion/pass/dense_invariants.h"
 
 #include <algorithm>
+#include <cmath>
+#include <map>
 #include <set>
 
+#include "engine/query/stored_records.h"
 #include "fusion/depth/depth_codes.h"
 #include "fusion/pass/tile_parts.h"
+#include "fusion/pass/view_loader.h"
+#include "storage/records/dense_entry.h"
+#include "storage/records/dense_settings.h"
+#include "storage/records/depth_record.h"
+#include "storage/records/tile_record.h"
 
 namespace veduta {
 namespace {
+
+// Of a vertex from its edge, in voxels: positions are floats, and a city spans a million voxels at
+// most. Chosen by hand; not measured.
+constexpr double kVertexSlack = 0.1;
+constexpr double kPinholeSlack = 1e-9;  // relative: the same operations, rounded; chosen by hand
 
 std::string Name(const TileRecord& tile) {
   return "tile " + std::to_string(tile.place.x) + "," + std::to_string(tile.place.y) + "," +
@@ -16,30 +29,69 @@ std::string Name(const TileRecord& tile) {
          std::to_string(tile.reconstruction.value);
 }
 
+bool IsNear(double a, double b) {
+  return std::abs(a - b) <= kPinholeSlack * std::max(std::abs(a), std::abs(b));
+}
+
 class Checker final {
  public:
-  Checker(const Snapshot& snapshot, size_t count_max)
-      : snapshot_(snapshot), dense_(snapshot.dense()), count_max_(count_max) {}
+  Checker(const Snapshot& snapshot, Violations* violations)
+      : snapshot_(snapshot), dense_(snapshot.dense()), violations_(*violations) {}
 
   Status Run() {
-    VEDUTA_RETURN_IF_ERROR(CheckDepths());
-    VEDUTA_RETURN_IF_ERROR(CheckCheckedDepths());
-    VEDUTA_ASSIGN_OR_RETURN(const std::vector<DenseSettings> settings, dense_.ListSettings());
-    for (const DenseSettings& one : settings) {
-      VEDUTA_ASSIGN_OR_RETURN(const TileRecords tiles,
-                              LoadTileRecords(snapshot_, one.reconstruction));
-      for (const auto& [place, tile] : tiles) CheckTile(tile);
-    }
-    return Status::Ok();
+    VEDUTA_RETURN_IF_ERROR(WalkStored(
+        snapshot_, Family::kDense, &violations_, [&](std::string_view key, std::string_view value) {
+          const Status read = ReadRecord(key, value);
+          if (!read.ok()) violations_.Add(PlaceOf(Family::kDense, key) + ": " + read.message());
+        }));
+    for (const auto& [id, depth] : depths_) CheckDepth(depth);
+    for (const auto& [version, depth] : checked_) CheckChecked(depth);
+    for (const auto& [key, tile] : tiles_) CheckTile(tile);
+    VEDUTA_RETURN_IF_ERROR(ExpectNamed(Family::kDepth));
+    VEDUTA_RETURN_IF_ERROR(ExpectNamed(Family::kVolume));
+    return ExpectNamed(Family::kSurface);
   }
-  std::vector<std::string> Take() { return std::move(violations_); }
 
  private:
-  void Expect(bool holds, const std::string& violation) {
-    if (!holds && violations_.size() < count_max_) violations_.push_back(violation);
-  }
+  void Expect(bool holds, const std::string& violation) { violations_.Expect(holds, violation); }
   void Expect(const Status& status, const std::string& what) {
-    Expect(status.ok(), what + ": " + status.message());
+    violations_.Expect(status.ok(), [&] { return what + ": " + status.message(); });
+  }
+
+  Status ReadRecord(std::string_view key, std::string_view value) {
+    switch (static_cast<DenseEntry>(key.empty() ? 0 : key[0])) {
+      case DenseEntry::kSettings: {
+        DenseSettings settings;
+        VEDUTA_RETURN_IF_ERROR(ParseDenseKey(key, &settings.reconstruction));
+        VEDUTA_RETURN_IF_ERROR(Decode(value, &settings));
+        Expect(snapshot_.GetReconstruction(OwnerOfSurface(settings.reconstruction)).status(),
+               "dense settings");
+        settings_[settings.reconstruction] = settings;
+        return Status::Ok();
+      }
+      case DenseEntry::kDepth: {
+        DepthRecord depth;
+        VEDUTA_RETURN_IF_ERROR(ParseDenseKey(key, &depth.image));
+        VEDUTA_RETURN_IF_ERROR(Decode(value, &depth));
+        depths_[depth.image] = depth;
+        return Status::Ok();
+      }
+      case DenseEntry::kCheckedDepth: {
+        CheckedDepthRecord depth;
+        VEDUTA_RETURN_IF_ERROR(ParseDenseKey(key, &depth.image, &depth.version));
+        VEDUTA_RETURN_IF_ERROR(Decode(value, &depth));
+        checked_[{depth.image, 0, depth.version}] = depth;
+        return Status::Ok();
+      }
+      case DenseEntry::kTile: {
+        TileRecord tile;
+        VEDUTA_RETURN_IF_ERROR(ParseDenseKey(key, &tile.reconstruction, &tile.place));
+        VEDUTA_RETURN_IF_ERROR(Decode(value, &tile));
+        tiles_[std::string(key)] = tile;
+        return Status::Ok();
+      }
+    }
+    return Status::Corruption("a key of an unknown kind");
   }
 
   // Pixels that do not parse, do not fit, or are not as many as the record says.
@@ -59,39 +111,76 @@ class Checker final {
                                            std::to_string(depth.known_count));
   }
 
-  Status CheckDepths() {
-    return dense_.ScanDepths([&](const DepthRecord& depth) {
-      const std::string name = "depth map of image " + std::to_string(depth.image.value);
-      Expect(snapshot_.GetImage(depth.image).status(), name);
-      Expect(snapshot_.GetReconstruction(depth.reconstruction).status(), name);
-      CheckPixels(depth, dense_.GetDepthPixels(depth.image), name);
-      if (depth.checked_version != 0) {
-        Expect(dense_.GetCheckedDepth(depth.image, depth.checked_version).status(), name);
-      }
-      return violations_.size() < count_max_;
-    });
+  // A depth map's pinhole follows from its photo's camera and its own size.
+  template <typename Record>
+  void CheckView(const Record& depth, const std::string& name) {
+    Expect(snapshot_.GetReconstruction(depth.reconstruction).status(), name);
+    const Result<ImageRecord> image = snapshot_.GetImage(depth.image);
+    Expect(image.status(), name);
+    if (!image.ok()) return;
+    const Result<CameraRecord> camera = snapshot_.GetCamera(image->camera);
+    Expect(camera.status(), name);
+    if (!camera.ok()) return;
+    const ViewGeometry view = ViewGeometryOf({*image, camera->model, depth.cam_from_world, {}},
+                                             std::max(depth.width_px, depth.height_px));
+    Expect(view.width_px == depth.width_px && view.height_px == depth.height_px &&
+               IsNear(view.camera.fx, depth.fx) && IsNear(view.camera.fy, depth.fy) &&
+               IsNear(view.camera.cx, depth.cx) && IsNear(view.camera.cy, depth.cy),
+           name + ": its size and pinhole are not those of its photo's camera");
   }
 
-  Status CheckCheckedDepths() {
-    return dense_.ScanCheckedDepths([&](const CheckedDepthRecord& depth) {
-      const std::string name = "checked depth map of image " + std::to_string(depth.image.value);
-      CheckPixels(depth, dense_.GetCheckedDepthPixels(depth.image, depth.version), name);
-      checked_.insert({depth.image, 0, depth.version});
-      return violations_.size() < count_max_;
-    });
+  void CheckDepth(const DepthRecord& depth) {
+    const std::string name = "depth map of image " + std::to_string(depth.image.value);
+    CheckView(depth, name);
+    for (const SensorPose& sensor : depth.sensors)
+      Expect(snapshot_.GetImage(sensor.image).status(), name);
+    named_[Family::kDepth].insert(DepthKey(depth.image));
+    CheckPixels(depth, dense_.GetDepthPixels(depth.image), name);
+    Expect(depth.checked_version == 0 || checked_.contains({depth.image, 0, depth.checked_version}),
+           name + ": there is no such checked depth map");
+  }
+
+  void CheckChecked(const CheckedDepthRecord& depth) {
+    const std::string name = "checked depth map of image " + std::to_string(depth.image.value);
+    CheckView(depth, name);
+    for (const DepthVersion& neighbor : depth.neighbors)
+      Expect(snapshot_.GetImage(neighbor.image).status(), name);
+    named_[Family::kDepth].insert(CheckedDepthKey(depth.image, depth.version));
+    CheckPixels(depth, dense_.GetCheckedDepthPixels(depth.image, depth.version), name);
+  }
+
+  // The keys of the tile's parts; what is stored beside them is named by nothing.
+  void NameParts(const TileRecord& tile) {
+    for (uint8_t block = 0; block < kTileBlockCount; ++block) {
+      if (tile.blocks >> block & 1)
+        named_[Family::kVolume].insert(VolumeKey(tile.reconstruction, tile.place, block));
+    }
+    const std::pair<SurfacePart, uint64_t> parts[] = {
+        {SurfacePart::kSolution, tile.solution_version},
+        {SurfacePart::kMesh, tile.mesh_version},
+        {SurfacePart::kColors, tile.color_version},
+        {SurfacePart::kFirstRound, tile.first_round_version}};
+    for (const auto& [part, version] : parts) {
+      if (version != 0)
+        named_[Family::kSurface].insert(SurfaceKey(part, tile.reconstruction, tile.place));
+    }
   }
 
   void CheckTile(const TileRecord& tile) {
     const std::string name = Name(tile);
+    const auto settings = settings_.find(tile.reconstruction);
+    Expect(settings != settings_.end(), name + " is of a reconstruction without dense settings");
     Expect(tile.blocks != 0, name + " has no blocks");
     for (const DepthVersion& depth : tile.depths) {
       Expect(checked_.contains(depth), name + " holds a depth map of image " +
                                            std::to_string(depth.image.value) +
                                            " that is not there");
     }
+    NameParts(tile);
     const TileRecords alone = {{tile.place, tile}};
     Expect(LoadHistograms(snapshot_, alone, tile.place).status(), name);
-    Expect(LoadSolutions(snapshot_, alone, tile.place).status(), name);
+    for (const SurfacePart round : {SurfacePart::kFirstRound, SurfacePart::kSolution})
+      Expect(LoadSolutions(snapshot_, alone, tile.place, round).status(), name);
     if (tile.mesh_version == 0) return;
     const Result<TileSurface> surface = LoadSurface(snapshot_, tile);
     Expect(surface.status(), name);
@@ -100,21 +189,56 @@ class Checker final {
                surface->piece.keys.size() == tile.vertex_count,
            name + " has " + std::to_string(surface->piece.triangles.size()) +
                " triangles; its record says " + std::to_string(tile.triangle_count));
+    if (settings != settings_.end())
+      Expect(LiesOnItsEdges(surface->piece, settings->second.voxel_size),
+             name + " has a vertex beside the edge that it names");
+  }
+
+  static bool LiesOnItsEdges(const SurfacePiece& piece, double voxel_size) {
+    for (size_t i = 0; i < piece.keys.size(); ++i) {
+      const VertexKey& key = piece.keys[i];
+      const Eigen::Vector3d from_voxel =
+          piece.positions[i].cast<double>() / voxel_size -
+          (Eigen::Vector3d(key.x, key.y, key.z) + Eigen::Vector3d::Constant(0.5));
+      Eigen::Vector3d beside = from_voxel;
+      beside[key.axis] = 0;
+      const double along = from_voxel[key.axis];
+      if (!(beside.norm() <= kVertexSlack && along >= -kVertexSlack && along <= 1 + kVertexSlack &&
+            std::abs(piece.normals[i].norm() - 1) <= kVertexSlack))
+        return false;
+    }
+    return true;
+  }
+
+  // What no record names, and what a record names that is not there.
+  Status ExpectNamed(Family family) {
+    std::set<std::string>& named = named_[family];
+    VEDUTA_RETURN_IF_ERROR(WalkStored(
+        snapshot_, family, &violations_, [&](std::string_view key, std::string_view /*value*/) {
+          Expect(named.erase(std::string(key)) == 1,
+                 PlaceOf(family, key) + ": no record of the dense pass names it");
+        }));
+    for (const std::string& key : named)
+      Expect(false, PlaceOf(family, key) + ": is named by a record, and cannot be read");
+    return Status::Ok();
   }
 
   const Snapshot& snapshot_;
   const DenseReader& dense_;
-  const size_t count_max_;
-  std::set<DepthVersion> checked_;
-  std::vector<std::string> violations_;
+  Violations& violations_;
+  std::map<ReconstructionId, DenseSettings> settings_;
+  std::map<ImageId, DepthRecord> depths_;
+  std::map<DepthVersion, CheckedDepthRecord> checked_;
+  std::map<std::string, TileRecord> tiles_;  // by key
+  std::map<Family, std::set<std::string>> named_;
 };
 
 }  // namespace
 
 Result<std::vector<std::string>> FindDenseViolations(const Snapshot& snapshot, size_t count_max) {
-  Checker checker(snapshot, count_max);
-  VEDUTA_RETURN_IF_ERROR(checker.Run());
-  return checker.Take();
+  Violations violations(count_max);
+  VEDUTA_RETURN_IF_ERROR(Checker(snapshot, &violations).Run());
+  return violations.Take();
 }
 
 }  // namespace veduta

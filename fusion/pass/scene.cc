@@ -3,6 +3,8 @@
 
 #include <string>
 
+#include "engine/camera/projection.h"
+
 namespace veduta {
 
 Result<Scene> LoadScene(const Snapshot& snapshot, ReconstructionId reconstruction) {
@@ -26,6 +28,10 @@ Result<Scene> LoadScene(const Snapshot& snapshot, ReconstructionId reconstructio
     const auto camera = cameras.find(image.record.camera);
     if (camera == cameras.end())
       return Status::Corruption("image " + image.record.name + " has no camera");
+    if (const Status usable = CheckCamera(camera->second); !usable.ok()) {
+      return Status::Corruption("family cameras: the camera of image " + image.record.name + ": " +
+                                usable.message());
+    }
     image.camera = camera->second;
   }
   VEDUTA_RETURN_IF_ERROR(snapshot.ScanPointBlocks(

@@ -48,9 +48,15 @@ struct FamilyTraits {
   const char* name;  // stored: never renamed
   ValueStore store = ValueStore::kTable;
   uint32_t write_buffer_mib = 8;
+  // Keys are written once and hardly ever deleted, so blob files hold next to no garbage: they are
+  // never copied to be rid of it. A blob file goes when nothing in it is needed any more.
+  bool written_once = false;
   // Values are ascending arrays of u32, each number once, and a write may be an array to unite
   // with.
   bool unites_ids = false;
+  // Grows with the city, and is scanned in long runs: what a scan reads is not kept in the cache,
+  // where it would push out what other reads need.
+  bool scanned_in_long_runs = false;
   // Runs of keys are deleted at once, as a range. It costs a second look at what is scanned
   // (storage/value_reader.h).
   bool deletes_ranges = false;

@@ -144,7 +144,7 @@ class CameraFrom(Case):
         self.refused(2, '--from', 'camera', 'add', db, 'a')
         self.refused(2, 'excludes', 'camera', 'add', db, 'a', '--from', good, '--size', '640x480')
         self.refused(2, '--id', 'camera', 'add', db, 'a', '--id', '1')
-        self.refused(1, 'cannot open', 'camera', 'add', db, 'a', '--from', at('missing'))
+        self.refused(1, 'cannot read', 'camera', 'add', db, 'a', '--from', at('missing'))
         self.refused(1, 'is a folder', 'camera', 'add', db, 'a', '--from', db)
         for content in ('', 'rubbish', '{}', '%YAML:1.0\n---\nx: [', '{"format": "veduta camera"}',
                         '\0' * 100):

@@ -8,6 +8,7 @@ import os
 import random
 import re
 import struct
+import subprocess
 import zlib
 from urllib.parse import unquote
 
@@ -57,11 +58,12 @@ class Usage(Case):
                             'devices': '--device', 'calibrate': '--points', 'markers': '--out'}
         for command in ('init', 'camera', 'markers', 'calibrate', 'add', 'settle', 'status',
                         'reconstruction', 'show', 'neighbors', 'pose', 'export', 'densify',
-                        'render', 'verify', 'digest', 'vocabulary', 'journal', 'backup', 'devices'):
+                        'render', 'verify', 'digest', 'vocabulary', 'journal', 'backup', 'repair',
+                        'devices'):
             self.assertRegex(listed, rf'(?m)^  {command} ')
             self.assertIn(without_database.get(command, 'DB'), must(command, '--help'))
         count = len(re.findall(r'(?m)^  [a-z]+ ', listed.split('Subcommands:')[1]))
-        self.assertEqual(count, 20, 'a command is not in this list')
+        self.assertEqual(count, 21, 'a command is not in this list')
         self.assertRegex(must('--version'), r'^\d+\.\d+\.\d+\n$')
 
     def test_init_again_changes_nothing(self):
@@ -226,6 +228,26 @@ class Add(Case):
         self.assertEqual(must('verify', db), 'sound\n')
         self.assertEqual(ask('status', db)['images'], 2)
 
+    def test_the_digest_knows_neither_the_user_nor_the_folder(self):
+        digests = set()
+        for user in 'anna', 'bela':
+            folder = at(f'photos of {user}')
+            for number in 1, 2:
+                write(os.path.join(folder, f'photo{number}.jpg'), photo(number))
+            write(os.path.join(folder, 'broken.jpg'), photo(3)[:700])
+            write(os.path.join(folder, 'empty.jpg'), b'')
+            with open(at(f'list of {user}'), 'w') as file:
+                file.write('photo1.jpg\nbroken.jpg\nempty.jpg\nabsent.jpg\nphoto2.jpg\n')
+            db = new_database(f'city of {user}')
+            done = subprocess.run([VEDUTA, 'add', db, '--camera', 'c', folder, '--list',
+                                   at(f'list of {user}')], capture_output=True,
+                                  env={**os.environ, 'USER': user})
+            self.assertEqual(done.returncode, 1)
+            self.assertIn(b'failed', done.stdout)
+            self.assertEqual(ask('show', db, 'photo1.jpg')['contributor'], 'anonymous')
+            digests.add(must('digest', db))
+        self.assertEqual(len(digests), 1)
+
     def test_lists(self):
         db = new_database('listed')
         must('camera', 'add', db, 'other', '--size', '600x384', '--params', PARAMS)
@@ -238,7 +260,9 @@ class Add(Case):
                          ['photo0003.jpg', 'photo0001.jpg', 'photo0002.jpg', 'photo0004.jpg',
                           'photo0099.jpg'])
         self.assertIn('not the size of its camera', lines[3]['reason'])
-        self.assertIn('cannot be read', lines[4]['reason'])
+        self.assertIn('No such file', lines[4]['reason'])
+        self.assertEqual((lines[4]['verdict'], lines[4]['id']), ('failed', None))
+        self.assertEqual(ask('status', db)['images'], 4, 'an absent file is not stored')
         with open(at('absolute'), 'w') as file:
             file.write(f'{PHOTOS}/photo0002.jpg\n{at("street")}/camera.txt\n')
         code, lines, _ = add(db, '--list', at('absolute'))

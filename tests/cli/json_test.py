@@ -18,9 +18,12 @@ PAGE = os.path.join(os.path.dirname(__file__), '..', '..', 'docs', 'json.md')
 ELSEWHERE = {'veduta calibrate'}
 # Keys of what these databases have none of; tests/cli/wire sees them.
 NOT_HERE = {
+    'veduta add': {'damaged[].id', 'damaged[].what'},
     'veduta settle': {'step', 'image', 'reconstruction', 'placed', 'placed[]', 'error'},
     'veduta densify': {'without_depth[].image', 'without_depth[].reason'},
     'veduta verify': {'violations[]'},
+    'veduta repair': {'findings[].damage', 'findings[].remedy', 'lost[]', 'retried[]',
+                      'written_out[]'},
 }
 ROW = re.compile(r'\| `([^`]+)` \| ([a-z]+(?: or null)?) \|')
 
@@ -108,7 +111,7 @@ def setUpModule():
     must('vocabulary', 'train', dense)
     keep('vocabulary info', 'vocabulary', 'info', dense)
     for db, names in ((WHOLE, sorted(os.listdir(PHOTOS))), (dense, sorted(os.listdir(at('five'))))):
-        for command in ('status', 'journal', 'verify', 'digest'):
+        for command in ('status', 'journal', 'verify', 'digest', 'repair'):
             keep(command, command, db)
         keep('camera list', 'camera', 'list', db)
         for name in names:

@@ -29,11 +29,11 @@ def setUpModule():
 class Full(Case):
     COMMANDS = (('digest', WHOLE), ('digest', WHOLE, '--json'), ('status', WHOLE),
                 ('status', WHOLE, '--json'), ('journal', WHOLE), ('show', WHOLE, '#1'),
-                ('show', WHOLE, '#1', '--json'), ('pose', WHOLE, '#1'),
-                ('pose', WHOLE, '#1', '--json'), ('neighbors', WHOLE, '#1'),
+                ('show', WHOLE, '#1', '--json'), ('pose', WHOLE, '#6'),
+                ('pose', WHOLE, '#6', '--json'), ('neighbors', WHOLE, '#1'),
                 ('neighbors', WHOLE, '#1', '--json'), ('camera', 'list', WHOLE),
                 ('camera', 'list', WHOLE, '--json'), ('verify', WHOLE), ('verify', WHOLE, '--json'),
-                ('vocabulary', 'info', WHOLE), ('devices',), ('devices', '--json'), ('--help',),
+                ('devices', '--json'), ('--help',),
                 ('--version',), add_command(WHOLE, PHOTOS))
 
     @unittest.skipUnless(os.path.exists('/dev/full'), 'no device that is always full here')

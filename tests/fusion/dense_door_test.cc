@@ -12,7 +12,9 @@
 #include <string>
 #include <thread>
 
+#include "storage/records/photo_record.h"
 #include "tests/engine/street_fixture.h"
+#include "tests/storage/damage.h"
 
 namespace veduta {
 namespace {
@@ -41,6 +43,32 @@ class DenseDoorTest : public testing::Test {
   DensifyRequest request_;
   RenderRequest render_;
 };
+
+TEST(DenseDoor, PassesOverAPhotoThatCannotBeRead) {
+  City city;
+  city.Add({{20.0, 90}, {20.7, 90}, {21.4, 90}, {22.1, 90}});
+  const auto image = city.Ask().snapshot().GetImage(ImageId(2));
+  ASSERT_OK(image);
+  city.Close();
+  for (const Family family : {Family::kPhotos, Family::kFeatures}) {
+    WithRocksdb(
+        city.path(),
+        [&](rocksdb::DB& db, rocksdb::ColumnFamilyHandle* handle) {
+          ASSERT_TRUE(db.Put({}, handle, HashKey(image->photo), "damaged").ok());
+        },
+        family);
+  }
+  city.Open();
+  DensifyRequest request;
+  request.device = "cpp";
+  request.options.depth_side_px = 96;
+  const auto reports = city.engine().Densify(request);
+  ASSERT_OK(reports);
+  ASSERT_EQ(reports->front().without_depth.size(), 1u);
+  EXPECT_EQ(reports->front().without_depth.front().name, image->name);
+  EXPECT_EQ(reports->front().depths.computed, 3u);
+  EXPECT_GT(reports->front().triangles, 0u);
+}
 
 TEST_F(DenseDoorTest, DensifiesAllOrOneAndOnePassAtATime) {
   size_t told = 0;

@@ -131,7 +131,7 @@ TEST(DatabaseOpen, FormatOneIsUpgradedByWhoeverWrites) {
   MakeFormatOne(folder / "db", /*drop_points=*/false);
   const Status reader = Database::Open(folder / "db", {.read_only = true}).status();
   EXPECT_EQ(reader.code(), StatusCode::kCorruption);
-  EXPECT_NE(reader.message().find("veduta verify"), std::string::npos) << reader.message();
+  EXPECT_NE(reader.message().find("veduta settle"), std::string::npos) << reader.message();
   MustOpen(folder / "db", {}).reset();
   database = MustOpen(folder / "db", {.read_only = true});
   EXPECT_EQ(database->GetSnapshot()->ListCameras()->size(), 1u);

@@ -40,6 +40,8 @@ PACKAGES = {
     'turbojpeg.h': ('turbojpeg::turbojpeg',),
     'png.h': ('PNG::PNG',),
     'tiffio.h': ('TIFF::TIFF',),
+    'tinyxml2.h': ('tinyxml2::tinyxml2',),
+    'yaml-cpp/': ('yaml-cpp',),
     'hpdf.h': ('hpdf::hpdf',),
     'gtest/': ('GTest::gtest_main',),
     'benchmark/': ('benchmark::benchmark',),

@@ -1,9 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
-// The files of COLMAP and OpenCV.
+// The files of COLMAP and OpenCV. OpenCV's own FileStorage is not used: version 4.6 reads past the
+// end of damaged files.
+#include <tinyxml2.h>
+#include <yaml-cpp/yaml.h>
+
+#include <algorithm>
 #include <charconv>
 #include <cmath>
+#include <functional>
 #include <map>
-#include <opencv2/core.hpp>
 
 #include "engine/camera/calibration/known_camera.h"
 #include "engine/camera/projection.h"
@@ -16,9 +21,9 @@ constexpr size_t kCamerasMax = 100'000;  // in one cameras.txt; chosen by hand
 std::vector<std::string_view> Words(std::string_view line) {
   std::vector<std::string_view> words;
   for (size_t at = 0;;) {
-    at = line.find_first_not_of(" \t\r", at);
+    at = line.find_first_not_of(" \t\r\n", at);
     if (at == std::string_view::npos) return words;
-    const size_t end = std::min(line.find_first_of(" \t\r", at), line.size());
+    const size_t end = std::min(line.find_first_of(" \t\r\n", at), line.size());
     words.push_back(line.substr(at, end - at));
     at = end;
   }
@@ -49,54 +54,87 @@ std::string Quoted(std::string_view word) {
   return "'" + std::string(word.substr(0, 40)) + "'";
 }
 
-Result<std::vector<double>> Numbers(const cv::FileNode& node, const std::string& name) {
-  const cv::FileNode data = node.isMap() ? node["data"] : node;
-  if (!data.isSeq())
-    return Status::InvalidArgument("camera file: " + name + " is missing or no matrix");
+Status WrongField(const std::string& name, const std::string& what) {
+  return Status::InvalidArgument("camera file: " + name + " " + what);
+}
+
+constexpr size_t kNumbersMax = 64;  // in a matrix; OpenCV's models have 14 at most
+
+// A field of a file of OpenCV's FileStorage: a number, or the data of a matrix; empty where there
+// is no such field.
+using FieldReader = std::function<Result<std::vector<double>>(const std::string& name)>;
+
+Result<std::vector<double>> YamlNumbers(const YAML::Node& file, const std::string& name) {
+  YAML::Node node = file[name];
+  if (!node) return std::vector<double>();
+  if (node.IsScalar()) return std::vector<double>{node.as<double>()};
+  if (node.IsMap()) node.reset(node["data"]);
+  if (!node || !node.IsSequence()) return WrongField(name, "is no matrix");
   std::vector<double> numbers;
-  for (const cv::FileNode& number : data) {
-    if (numbers.size() == 64)
-      return Status::InvalidArgument("camera file: " + name + " has too many numbers");
-    if (!number.isReal() && !number.isInt()) {
-      return Status::InvalidArgument("camera file: " + name +
-                                     " holds something that is not a number");
-    }
-    numbers.push_back(static_cast<double>(number));
+  for (const YAML::Node& number : node) {
+    if (numbers.size() == kNumbersMax) return WrongField(name, "has too many numbers");
+    numbers.push_back(number.as<double>());
   }
   return numbers;
 }
 
-Result<KnownCamera> ReadStorage(const std::string& text) {
-  const cv::FileStorage storage(text, cv::FileStorage::READ | cv::FileStorage::MEMORY);
-  if (!storage.isOpened())
-    return Status::InvalidArgument("camera file: not a file of OpenCV's FileStorage");
+Result<std::vector<double>> XmlNumbers(const tinyxml2::XMLElement& file, const std::string& name) {
+  const tinyxml2::XMLElement* node = file.FirstChildElement(name.c_str());
+  if (node != nullptr && node->FirstChildElement("data")) node = node->FirstChildElement("data");
+  std::vector<double> numbers;
+  if (node == nullptr || node->GetText() == nullptr) return numbers;
+  for (const std::string_view word : Words(node->GetText())) {
+    if (numbers.size() == kNumbersMax) return WrongField(name, "has too many numbers");
+    if (!Parse(word, &numbers.emplace_back())) {
+      return WrongField(name, "holds " + Quoted(word) + ", which is not a number");
+    }
+  }
+  return numbers;
+}
+
+Result<KnownCamera> ReadFields(const FieldReader& field) {
   KnownCamera camera;
   for (const auto& [name, side] : {std::pair("image_width", &camera.size.width_px),
                                    std::pair("image_height", &camera.size.height_px)}) {
-    const cv::FileNode node = storage[name];
-    const double value = node.isInt() || node.isReal() ? static_cast<double>(node) : 0;
-    if (!IsSide(value)) {
-      return Status::InvalidArgument(std::string("camera file: ") + name +
-                                     " is missing or not in 1..65535");
-    }
-    *side = static_cast<uint32_t>(value);
+    VEDUTA_ASSIGN_OR_RETURN(const std::vector<double> value, field(name));
+    if (value.size() != 1 || !IsSide(value[0]))
+      return WrongField(name, "is missing or not in 1..65535");
+    *side = static_cast<uint32_t>(value[0]);
   }
-  VEDUTA_ASSIGN_OR_RETURN(const std::vector<double> k,
-                          Numbers(storage["camera_matrix"], "camera_matrix"));
-  if (k.size() != 9)
-    return Status::InvalidArgument("camera file: camera_matrix does not have 9 numbers");
-  if (k[1] != 0 || k[3] != 0 || k[6] != 0 || k[7] != 0 || k[8] != 1) {
-    return Status::InvalidArgument("camera file: camera_matrix is not [fx 0 cx; 0 fy cy; 0 0 1]");
-  }
+  VEDUTA_ASSIGN_OR_RETURN(const std::vector<double> k, field("camera_matrix"));
+  if (k.size() != 9) return WrongField("camera_matrix", "does not have 9 numbers");
+  if (k[1] != 0 || k[3] != 0 || k[6] != 0 || k[7] != 0 || k[8] != 1)
+    return WrongField("camera_matrix", "is not [fx 0 cx; 0 fy cy; 0 0 1]");
   camera.fx = k[0];
   camera.cx = k[2];
   camera.fy = k[4];
   camera.cy = k[5];
-  VEDUTA_ASSIGN_OR_RETURN(camera.coefficients,
-                          Numbers(storage["distortion_coefficients"], "distortion_coefficients"));
+  VEDUTA_ASSIGN_OR_RETURN(camera.coefficients, field("distortion_coefficients"));
+  if (camera.coefficients.empty()) return WrongField("distortion_coefficients", "is missing");
   while (!camera.coefficients.empty() && camera.coefficients.back() == 0)
     camera.coefficients.pop_back();
   return camera;
+}
+
+// YAML, and JSON, which is a part of it. OpenCV's first line, %YAML:1.0, is no YAML.
+Result<KnownCamera> ReadYaml(const std::string& text) {
+  const size_t first = text.find_first_not_of(" \t\r\n");
+  const bool has_version = text.compare(first, 5, "%YAML") == 0;
+  const size_t begin = has_version ? std::min(text.find('\n', first), text.size()) : first;
+  const YAML::Node file = YAML::Load(text.substr(begin));
+  if (!file.IsMap())
+    return Status::InvalidArgument("camera file: not a file of OpenCV's FileStorage");
+  return ReadFields([&](const std::string& name) { return YamlNumbers(file, name); });
+}
+
+Result<KnownCamera> ReadXml(const std::string& text) {
+  tinyxml2::XMLDocument document;
+  if (document.Parse(text.data(), text.size()) != tinyxml2::XML_SUCCESS)
+    return Status::InvalidArgument("camera file: damaged XML: " + std::string(document.ErrorStr()));
+  const tinyxml2::XMLElement* const file = document.FirstChildElement("opencv_storage");
+  if (file == nullptr)
+    return Status::InvalidArgument("camera file: not a file of OpenCV's FileStorage");
+  return ReadFields([&](const std::string& name) { return XmlNumbers(*file, name); });
 }
 
 }  // namespace
@@ -146,12 +184,13 @@ Result<std::vector<ColmapCamera>> ParseColmapCameras(std::string_view text) {
 }
 
 Result<KnownCamera> ParseOpenCvCamera(const std::string& text) {
+  const size_t first = text.find_first_not_of(" \t\r\n");
+  if (first == std::string::npos) return Status::InvalidArgument("camera file: it is empty");
+  if (text[first] == '<') return ReadXml(text);
   try {
-    // Plain YAML, as ROS writes it, lacks the line that FileStorage wants first.
-    const bool is_plain = text.find_first_of("%<{") != text.find_first_not_of(" \t\r\n");
-    return ReadStorage(is_plain ? "%YAML:1.0\n---\n" + text : text);
-  } catch (const std::exception& error) {  // cv::Exception among them
-    return Status::InvalidArgument("camera file: OpenCV cannot read it: " +
+    return ReadYaml(text);
+  } catch (const std::exception& error) {  // YAML::Exception among them
+    return Status::InvalidArgument("camera file: damaged YAML or JSON: " +
                                    std::string(error.what()));
   }
 }

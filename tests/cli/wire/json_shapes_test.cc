@@ -75,9 +75,12 @@ TEST(Answers, Status) {
   status.backlog = 4;
   status.vocabulary_generation = 1;
   status.total_bytes = 123456;
+  status.storage = {1, 2, 3, 4, 5, 6, 7};
   const std::string counts =
       R"({"images":20,"placed":12,"postponed":5,"rejected":3,"cameras":2,"backlog":4,)"
-      R"("vocabulary_generation":1,"bytes":123456,"reconstructions":[)";
+      R"("vocabulary_generation":1,"bytes":123456,)"
+      R"("storage":{"log_bytes":1,"flush_bytes":2,"compaction_bytes":3,"blob_bytes":4,)"
+      R"("blob_copied_bytes":5,"cache_hits":6,"cache_misses":7},"reconstructions":[)";
   EXPECT_EQ(JsonLine(ToJson(status)), counts + "]}");
   status.reconstructions = {SomeReconstruction(), SomeReconstruction()};
   EXPECT_EQ(JsonLine(ToJson(status)), counts + kReconstruction + "," + kReconstruction + "]}");
@@ -147,6 +150,18 @@ TEST(Answers, Small) {
   EXPECT_EQ(JsonLine(DigestJson("63d5")), R"({"digest":"63d5"})");
 }
 
+TEST(Answers, Repair) {
+  RepairAnswer repair;
+  repair.is_repaired = true;
+  repair.findings = {{"a", "b"}};
+  repair.lost = {"c"};
+  repair.kept_path = "d";
+  EXPECT_EQ(JsonLine(ToJson(repair)),
+            R"({"sound":false,"repaired":true,"rebuilt":false,)"
+            R"("findings":[{"damage":"a","remedy":"b"}],"lost":["c"],"retried":[],)"
+            R"("written_out":[],"kept_path":"d","report_path":"","photos_path":""})");
+}
+
 TEST(Answers, ACameraFileIsHandedOnInItsOrder) {
   CalibrationAnswer calibration;
   calibration.camera_file = "{\n  \"width\": 3,\n  \"a\": [0.1]\n}\n";
@@ -166,13 +181,14 @@ TEST(Added, Outcome) {
   outcome.pairs_tried = 24;
   outcome.propagated = {ImageId(2), ImageId(4)};
   outcome.times = {1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 55};
-  EXPECT_EQ(JsonLine(ToJson(outcome)),
-            R"({"image":"a.jpg","id":8,"verdict":"merged","reason":")" +
-                ReasonSentence(outcome.reason, "1 and 2") +
-                R"(","reconstruction":1,"neighbors":5,"inliers":77,"pairs_tried":24,)"
-                R"("propagated":[2,4],"ms":{"decode":1.0,"undistort":2.0,"features":3.0,)"
-                R"("retrieve":4.0,"match":5.0,"verify":6.0,"map":7.0,"adjust":8.0,"commit":9.0,)"
-                R"("follow":10.0,"total":55.0}})");
+  EXPECT_EQ(
+      JsonLine(ToJson(outcome)),
+      R"({"image":"a.jpg","id":8,"verdict":"merged","reason":")" +
+          ReasonSentence(outcome.reason, "1 and 2") +
+          R"(","reconstruction":1,"neighbors":5,"inliers":77,"pairs_tried":24,)"
+          R"("propagated":[2,4],"damaged":[],"ms":{"decode":1.0,"undistort":2.0,"features":3.0,)"
+          R"("retrieve":4.0,"match":5.0,"verify":6.0,"map":7.0,"adjust":8.0,"commit":9.0,)"
+          R"("follow":10.0,"total":55.0}})");
   outcome.duplicate = true;
   EXPECT_EQ(ToJson(outcome)["verdict"], "duplicate");
   EXPECT_EQ(ToJson(outcome)["reason"], "1 and 2");

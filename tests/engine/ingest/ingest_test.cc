@@ -169,16 +169,11 @@ TEST(Ingest, EachBadPhotoHasItsReason) {
   const std::vector<Bad> bad = BadFiles(good);
   std::vector<PhotoSubmission> photos = {city.Submit("good.jpg", good.jpeg)};
   for (const Bad& b : bad) photos.push_back(city.Submit(b.name, b.bytes));
-  // Read from disk: a file that is not there, and a folder.
-  photos.push_back(city.Submit("absent.jpg", {}));
-  photos.back().photo = {"absent.jpg", city.path() + "/absent.jpg", {}};
-  photos.push_back(city.Submit("folder.jpg", {}));
-  photos.back().photo = {"folder.jpg", city.path(), {}};
   const std::vector<AddOutcome> outcomes = city.Add(photos);
   SCOPED_TRACE(Told(outcomes));
   EXPECT_EQ(outcomes[0].verdict, Verdict::kPostponed);
   for (size_t i = 1; i < photos.size(); ++i) {
-    const Reason expected = i <= bad.size() ? bad[i - 1].reason : Reason::kUnreadable;
+    const Reason expected = bad[i - 1].reason;
     EXPECT_EQ(outcomes[i].verdict, Verdict::kRejected) << outcomes[i].name;
     EXPECT_EQ(outcomes[i].reason, expected)
         << outcomes[i].name << ": " << ReasonText(outcomes[i].reason);
@@ -199,6 +194,24 @@ TEST(Ingest, EachBadPhotoHasItsReason) {
     EXPECT_EQ(again[i].id, outcomes[i].id);
   }
   EXPECT_EQ(city.Digest(), digest);
+}
+
+// What cannot be read says nothing about the photo: no verdict is stored, and the others go on.
+TEST(Ingest, WhatCannotBeReadIsNoVerdict) {
+  City city;
+  const TakenPhoto& good = TakePhoto({8, 90});
+  std::vector<PhotoSubmission> photos(2, city.Submit("absent.jpg", {}));
+  photos[0].photo = {"absent.jpg", city.path() + "/absent.jpg", {}};
+  photos[1].photo = {"folder.jpg", city.path(), {}};
+  photos.push_back(city.Submit("good.jpg", good.jpeg));
+  const std::vector<AddOutcome> outcomes = city.Add(photos);
+  for (size_t i = 0; i < 2; ++i) {
+    EXPECT_FALSE(outcomes[i].failure.ok()) << outcomes[i].name;
+    EXPECT_FALSE(outcomes[i].id.valid());
+    EXPECT_FALSE(city.Ask().FindImage(outcomes[i].name).ok());
+  }
+  EXPECT_OK(outcomes[2].failure);
+  EXPECT_EQ(city.Counts().images, 1u);
 }
 
 TEST(Ingest, ARejectedPhotoMayComeAgainMended) {

@@ -48,6 +48,46 @@ TEST(MapLoader, LoadsWhatIsAskedForAndNoMore) {
   EXPECT_TRUE(work.map.changes().counts.empty());
 }
 
+TEST(MapLoader, NamesWhatContradictsItself) {
+  SceneDatabase scene;
+  scene.AddImages(0, 4);
+  const ReconstructionId id = scene.AddReconstruction({0, 1, 2, 3});
+  const ImageId images[] = {ImageId(2)};
+  const auto fails = [&](const auto& damage, const std::string& words) {
+    const auto transaction = scene.database()->BeginTransaction();
+    damage(transaction.get());
+    ASSERT_OK(transaction->Commit());
+    const Status status = SceneWork(&scene).loader.LoadNeighborhood(images);
+    EXPECT_EQ(status.code(), StatusCode::kCorruption) << words;
+    EXPECT_NE(status.message().find(words), std::string::npos) << status.message();
+  };
+  const std::vector<Observation> seen = *scene.Snap()->GetObservations(ImageId(3));
+  fails(
+      [&](Transaction* t) {
+        t->PutObservations(ImageId(3), {seen.data(), seen.size() - 1});
+      },
+      "is seen in image 3, which says no such thing");
+  const auto mended = scene.database()->BeginTransaction();
+  mended->PutObservations(ImageId(3), seen);
+  ASSERT_OK(mended->Commit());
+  PointBlock block = *scene.Snap()->GetPointBlock(id, 1, ImageId(1));
+  block.next_ordinal = 1u << 31;
+  fails([&](Transaction* t) { t->PutPointBlock(id, 1, block); }, "gives its next point number");
+}
+
+TEST(MapLoader, APairsMatchesNameFeaturesThatThereAre) {
+  SceneDatabase scene;
+  scene.AddImages(0, 2);
+  PairRecord pair = *scene.Snap()->GetPair(ImageId(1), ImageId(2));
+  EXPECT_OK(SceneWork(&scene).loader.GetPair(ImageId(1), ImageId(2)));
+  pair.matches.back().b = 1'000'000;
+  const auto transaction = scene.database()->BeginTransaction();
+  transaction->PutPair(pair);
+  ASSERT_OK(transaction->Commit());
+  EXPECT_EQ(SceneWork(&scene).loader.GetPair(ImageId(1), ImageId(2)).status().code(),
+            StatusCode::kCorruption);
+}
+
 TEST(MapLoader, LoadsAWholeReconstruction) {
   SceneDatabase scene;
   scene.AddImages(0, 6);

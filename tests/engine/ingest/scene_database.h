@@ -13,6 +13,7 @@
 
 #include "engine/ingest/change_writer.h"
 #include "engine/ingest/mapping_context.h"
+#include "engine/journal/journal.h"
 #include "engine/photo/image_features.h"
 #include "engine/query/invariants.h"
 #include "tests/engine/mapping/synthetic_scene.h"
@@ -28,7 +29,10 @@ class SceneDatabase {
     EXPECT_OK(opened);
     database_ = std::move(*opened);
     const auto transaction = database_->BeginTransaction();
+    DatabaseState state;
+    state.next_camera = 2;
     transaction->PutCamera({ImageCamera(), "scene", Model(), "the truth"});
+    Note({0, 0, "veduta", "camera", {}, {}, "scene"}, &state, transaction.get());
     EXPECT_OK(transaction->Commit());
   }
 
@@ -42,6 +46,12 @@ class SceneDatabase {
     model.cx = model.u0 = scene_.camera.cx;
     model.cy = model.v0 = scene_.camera.cy;
     return model;
+  }
+
+  // Puts the state with one more entry of the journal.
+  static void Note(JournalRecord entry, DatabaseState* state, Transaction* transaction) {
+    AppendJournal(std::move(entry), state, transaction);
+    transaction->PutState(*state);
   }
 
   // Stores cameras [begin, end) of the scene as postponed images, ids from 1, with their features
@@ -65,6 +75,7 @@ class SceneDatabase {
       record.reason = Reason::kNoGoodTriple;
       EXPECT_OK(database_->WritePhotoAhead(record.photo, bytes, *scene_.images[k].features));
       transaction->PutImage(record);
+      AppendJournal({0, 0, "anna", "add", record.id, {}, ""}, &state, transaction.get());
       for (uint32_t j = 0; j < k; ++j) {
         if (j < begin && !IsStored(j)) continue;
         PairRecord pair = scene_.Pair(j, k);
@@ -97,7 +108,8 @@ class SceneDatabase {
       record.reason = Reason::kGoodTriple;
       transaction->PutImage(record);
     }
-    transaction->PutState(state);
+    const std::string count = std::to_string(placement.placed.size()) + " images";
+    Note({0, 0, "veduta", "adjust", {}, id, count}, &state, transaction.get());
     EXPECT_OK(transaction->Commit());
     return id;
   }

@@ -23,7 +23,7 @@ TEST(Rebuilding, AddsEveryPhotoUnderItsName) {
   ASSERT_OK(engine);
   ASSERT_OK(RebuildFromPhotos(examined, engine->get()));
   const Questions questions = (*engine)->Ask();
-  const auto violations = questions.Verify(20);
+  const auto violations = questions.Verify({.count_max = 20});
   ASSERT_OK(violations);
   EXPECT_EQ(*violations, std::vector<std::string>());
   for (const Stand& stand : Walk(4, 1.2, kStreetPhotos)) {

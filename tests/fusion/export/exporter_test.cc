@@ -15,7 +15,9 @@
 #include <sstream>
 
 #include "fusion/pass/dense_pass.h"
+#include "storage/records/photo_record.h"
 #include "tests/engine/street_fixture.h"
+#include "tests/storage/damage.h"
 
 namespace veduta {
 namespace {
@@ -77,6 +79,28 @@ TEST_F(ExporterTest, WritesEveryFormatBeforeThereIsASurfaceAndAfter) {
   EXPECT_EQ(gltf->front().triangles, ply->front().triangles);
 }
 
+std::string FileText(const std::string& path) {
+  std::ifstream file(path);
+  return {std::istreambuf_iterator<char>(file), std::istreambuf_iterator<char>()};
+}
+
+TEST_F(ExporterTest, DamagedFeaturesAreComputedAgain) {
+  ASSERT_OK(Export("whole", "colmap"));
+  const auto image = city_.Ask().snapshot().GetImage(ImageId(2));
+  ASSERT_OK(image);
+  city_.Close();
+  WithRocksdb(
+      city_.path(),
+      [&](rocksdb::DB& db, rocksdb::ColumnFamilyHandle* handle) {
+        ASSERT_TRUE(db.Put({}, handle, HashKey(image->photo), "damaged").ok());
+      },
+      Family::kFeatures);
+  city_.Open();
+  ASSERT_OK(Export("damaged", "colmap"));
+  EXPECT_EQ(FileText(folder_.path() + "/whole/0/images.txt"),
+            FileText(folder_.path() + "/damaged/0/images.txt"));
+}
+
 TEST_F(ExporterTest, LivingReconstructionsComeLargestFirst) {
   const auto first = city_.Ask().snapshot().GetReconstruction(ReconstructionId(1));
   ASSERT_OK(first);
@@ -100,7 +124,8 @@ TEST_F(ExporterTest, LivingReconstructionsComeLargestFirst) {
   EXPECT_EQ(ids, (std::vector<uint32_t>{5, 1, 6}));
 }
 
-// The tokens of a line, divided as COLMAP's reader does (src/colmap/scene/reconstruction_io_text.cc).
+// The tokens of a line, divided as COLMAP's reader does
+// (src/colmap/scene/reconstruction_io_text.cc).
 std::vector<std::string> ColmapTokens(const std::string& line) {
   std::vector<std::string> tokens;
   std::istringstream stream(line);

@@ -121,25 +121,26 @@ class Formats(unittest.TestCase):
             self.check_counts(fixture, json.loads(out))
         else:
             self.assertEqual((code, out), (3, ''), err)
-            self.assertIn(f"'veduta verify {city}'", err)
+            self.assertIn(f"'veduta settle {city}'", err)
         return code
 
     def check_kills(self, fixture):
         """The first writer is killed again and again, and the next one finds and loses nothing."""
         rng = random.Random(SEED)
         start = time.monotonic()
-        must('verify', fixture.copy('timed'))
+        must('settle', fixture.copy('timed'))
         seconds = time.monotonic() - start
         killed_before_end = 0
         for number in range(KILLS):
             city = fixture.copy(f'killed{number}')
             for _ in range(rng.randint(1, 3)):
-                process = subprocess.Popen([VEDUTA, 'verify', city], stdout=subprocess.DEVNULL,
+                process = subprocess.Popen([VEDUTA, 'settle', city], stdout=subprocess.DEVNULL,
                                            stderr=subprocess.DEVNULL)
                 time.sleep(rng.uniform(0, 1.1 * seconds))
                 process.kill()
                 killed_before_end += process.wait() == -signal.SIGKILL
                 self.check_reader_before_upgrade(fixture, city)
+            must('settle', city)
             self.check_city(fixture, city)
             if number % 5 == 0:
                 self.check_growing(fixture, city)
@@ -153,11 +154,12 @@ class Formats(unittest.TestCase):
             code, out, err = run(command[0], fixture.city, *command[1:])
             self.assertEqual((code, out), (3, ''), command)
             self.assertIn('has format 1 of an earlier veduta', err)
-            self.assertIn(f"'veduta verify {fixture.city}'", err)
+            self.assertIn(f"'veduta settle {fixture.city}'", err)
 
-    def test_format_1_is_upgraded_by_verify(self):
+    def test_format_1_is_upgraded_by_settle(self):
         fixture = self.fixture('format1')
         self.assertEqual(self.check_reader_before_upgrade(fixture, fixture.city), 3)
+        must('settle', fixture.city)
         self.check_city(fixture, fixture.city)
         self.check_growing(fixture, fixture.city)
 

@@ -29,5 +29,23 @@ TEST(WriteAheadMark, OnlyAPhotosMarkReadsAsOne) {
   EXPECT_FALSE(ParsePhotoMarkKey(VocabularyMarkKey(1), &read));
 }
 
+TEST(WriteAheadMark, EachKindReadsBackAndNothingElseDoes) {
+  WriteAheadMark mark;
+  ASSERT_OK(ParseMarkKey(PhotoMarkKey(SampleHash(1)), &mark));
+  EXPECT_EQ(mark.kind, MarkKind::kPhoto);
+  EXPECT_EQ(mark.photo, SampleHash(1));
+  ASSERT_OK(ParseMarkKey(PointBlocksMarkKey(ReconstructionId(5), 6), &mark));
+  EXPECT_EQ(mark.kind, MarkKind::kPointBlocks);
+  EXPECT_EQ(mark.reconstruction, ReconstructionId(5));
+  EXPECT_EQ(mark.generation, 6u);
+  ASSERT_OK(ParseMarkKey(VocabularyMarkKey(7), &mark));
+  EXPECT_EQ(mark.kind, MarkKind::kVocabulary);
+  EXPECT_EQ(mark.generation, 7u);
+  for (const std::string& key : {std::string(), std::string("\1"), std::string("\x2xy"),
+                                 VocabularyMarkKey(7) + "x", std::string("\x9xxxx")}) {
+    EXPECT_EQ(ParseMarkKey(key, &mark).code(), StatusCode::kCorruption) << key;
+  }
+}
+
 }  // namespace
 }  // namespace veduta

@@ -94,6 +94,44 @@ TEST(KnownCamera, OpenCvYaml) {
   EXPECT_TRUE(plain->coefficients.empty());
 }
 
+constexpr const char* kOpenCvXml =
+    "<?xml version=\"1.0\"?>\n<opencv_storage>\n<image_width>640</image_width>\n<image_height>480"
+    "</image_height>\n<camera_matrix type_id=\"opencv-matrix\">\n<rows>3</rows>\n<cols>3</cols>\n"
+    "<dt>d</dt>\n<data>\n  533.5 0. 341.6 0. 534.25\n  232.9 0. 0. 1.</data></camera_matrix>\n"
+    "<distortion_coefficients type_id=\"opencv-matrix\"><rows>1</rows><cols>4</cols><dt>d</dt>"
+    "<data>-2.8e-01 0.025 0. 0.</data></distortion_coefficients>\n</opencv_storage>\n";
+
+TEST(KnownCamera, OpenCvXmlAndJson) {
+  const auto xml = ParseOpenCvCamera(kOpenCvXml);
+  ASSERT_TRUE(xml.ok()) << xml.status().message();
+  const auto json = ParseOpenCvCamera(
+      "{\"image_width\":640,\"image_height\":480,\"camera_matrix\":{\"type_id\":"
+      "\"opencv-matrix\",\"rows\":3,\"cols\":3,\"dt\":\"d\",\"data\":[533.5,0.0,341.6,0.0,"
+      "534.25,232.9,0.0,0.0,1.0]},\"distortion_coefficients\":[-0.28,0.025,0,0]}");
+  ASSERT_TRUE(json.ok()) << json.status().message();
+  for (const KnownCamera& known : {*xml, *json}) {
+    EXPECT_EQ(known.size, (ImageSize{640, 480}));
+    EXPECT_EQ(known.fy, 534.25);
+    EXPECT_EQ(known.cx, 341.6);
+    EXPECT_EQ(known.coefficients, (std::vector<double>{-0.28, 0.025}));
+  }
+}
+
+// OpenCV's own reader of XML reads past the end of these.
+TEST(KnownCamera, XmlCutAnywhereIsAnswered) {
+  const std::string whole = kOpenCvXml;
+  const size_t end = whole.rfind('>');
+  for (size_t length = 0; length < end; ++length)
+    EXPECT_FALSE(ParseOpenCvCamera(whole.substr(0, length)).ok()) << length;
+  SeededRandom random(2);
+  for (int i = 0; i < 3000; ++i) {
+    const auto known = ParseOpenCvCamera(testing::MutatedText(kOpenCvXml, &random));
+    EXPECT_TRUE(!known.ok() || !known->size.empty());
+  }
+  EXPECT_FALSE(ParseOpenCvCamera("<a>" + std::string(100'000, '<')).ok());
+  EXPECT_FALSE(ParseOpenCvCamera(std::string(100'000, '[')).ok());
+}
+
 TEST(KnownCamera, AModelThatOursCannotExpress) {
   KnownCamera known{{640, 480}, 300, 300, 320, 240, {-0.3, 0.1, 0.03, 0.03}};
   const auto strong = ConvertCamera(known);

@@ -2,7 +2,7 @@
 // Goal: files, folders and lists become the photos that they mean, under the names that they are to
 //   have, in the right order.
 // Method: a folder of empty files, links and a pipe in a temporary place.
-#include "cli/photo_list.h"
+#include "cli/photos/photo_list.h"
 
 #include <gtest/gtest.h>
 #include <sys/stat.h>

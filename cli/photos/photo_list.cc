@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "cli/photo_list.h"
+#include "cli/photos/photo_list.h"
 
 #include <algorithm>
 #include <filesystem>

@@ -23,8 +23,8 @@ struct ListedPhoto {
 // A path that is a file stands for itself and is named by its file name. A path that is a folder
 // stands for all regular files below it, in the order of their paths, named relative to the folder;
 // files and folders whose names begin with a dot are passed over. What else is passed over below a
-// folder (links that lead in a circle, to nothing or to a folder; pipes, sockets, devices) goes into
-// `passed_over`, one sentence each, with its path. kNotFound for a path that does not exist.
+// folder (links that lead in a circle, to nothing or to a folder; pipes, sockets, devices) goes
+// into `passed_over`, one sentence each, with its path. kNotFound for a path that does not exist.
 Result<std::vector<ListedPhoto>> ListPhotos(const std::vector<std::string>& paths,
                                             std::vector<std::string>* passed_over);
 

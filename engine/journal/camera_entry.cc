@@ -1,0 +1,45 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "engine/journal/camera_entry.h"
+
+#include <charconv>
+#include <string_view>
+
+#include "engine/camera/camera_text.h"
+
+namespace veduta {
+namespace {
+
+constexpr std::string_view kBeforeId = " (camera ", kAfterId = "): ";
+
+}  // namespace
+
+std::string CameraEntry(const CameraRecord& camera) {
+  const CameraModel& model = camera.model;
+  return camera.name + std::string(kBeforeId) + std::to_string(camera.id.value) +
+         std::string(kAfterId) + std::to_string(model.width_px) + "x" +
+         std::to_string(model.height_px) + " " + CameraParamsText(model);
+}
+
+std::optional<CameraRecord> ParseCameraEntry(const std::string& detail) {
+  const size_t before = detail.rfind(kBeforeId), after = detail.rfind(kAfterId);
+  const size_t params = detail.rfind(' ');
+  if (before == std::string::npos || after == std::string::npos || before == 0 || after < before ||
+      params < after + kAfterId.size()) {
+    return std::nullopt;
+  }
+  CameraRecord camera;
+  camera.name = detail.substr(0, before);
+  const char* const id_end = detail.data() + after;
+  const auto [end, error] =
+      std::from_chars(detail.data() + before + kBeforeId.size(), id_end, camera.id.value);
+  if (error != std::errc() || end != id_end || !camera.id.valid()) return std::nullopt;
+  const size_t size = after + kAfterId.size();
+  const Result<ImageSize> parsed = ParseSize(detail.substr(size, params - size));
+  if (!parsed.ok()) return std::nullopt;
+  const Result<CameraModel> model = ParseCameraParams(detail.substr(params + 1), *parsed);
+  if (!model.ok()) return std::nullopt;
+  camera.model = *model;
+  return camera;
+}
+
+}  // namespace veduta

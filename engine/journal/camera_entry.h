@@ -1,0 +1,19 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+// The journal's entry of a camera. It has the intrinsics, for nothing else in the database tells
+// them should the camera's record be damaged.
+
+#include <optional>
+#include <string>
+
+#include "storage/model/camera.h"
+
+namespace veduta {
+
+// "NAME (camera ID): WIDTHxHEIGHT fx,fy,cx,cy[,k1,k2[,u0,v0]]"
+std::string CameraEntry(const CameraRecord& camera);
+// The camera that an entry describes, without its source. None for an entry of an older program:
+// that is the name alone.
+std::optional<CameraRecord> ParseCameraEntry(const std::string& detail);
+
+}  // namespace veduta

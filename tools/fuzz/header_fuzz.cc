@@ -1,0 +1,32 @@
+// SPDX-License-Identifier: Apache-2.0
+// ReadPhotoHeader, with the EXIF block inside: sizes and orientation, before anything is decoded.
+#include "engine/camera/photo_header.h"
+#include "tests/engine/camera/photo_writer.h"
+#include "tests/engine/camera/tiff_writer.h"
+#include "tools/fuzz/fuzz_target.h"
+
+namespace veduta::fuzz {
+
+std::vector<std::string> Seeds() {
+  const cv::Mat picture = testing::TestPicture(8, 6);
+  std::vector<std::string> seeds = {Text(testing::PngFile(picture, true, 8)),
+                                    Text(testing::TiffFile(picture, testing::TiffKind()))};
+  for (const bool is_little_endian : {false, true}) {
+    seeds.push_back(Text(
+        testing::WithExif(testing::JpegFile(picture), testing::ExifBlock(6, is_little_endian))));
+  }
+  return seeds;
+}
+
+}  // namespace veduta::fuzz
+
+extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
+  using veduta::fuzz::Expect;
+  const veduta::PhotoHeader header = veduta::ReadPhotoHeader({data, size});
+  const bool is_read = header.outcome == veduta::HeaderOutcome::kRead;
+  Expect(is_read == header.detail.empty(), "there is a reason where the header is not read");
+  Expect(header.orientation >= 1 && header.orientation <= 8, "an orientation is one of EXIF's");
+  Expect(!is_read || (header.stored_size.width_px > 0 && header.stored_size.height_px > 0),
+         "a header that is read has a size");
+  return 0;
+}
