@@ -3,7 +3,7 @@
 // Is the write-ahead log whole? RocksDB takes the first damaged byte of its log for the log's end,
 // forgets what follows and deletes the file. So the log is read here first, and nothing is changed.
 //
-// These are forgiven, because a power cut leaves them: an end that is torn, and pages of zeros in
+// These are forgiven, because a power cut leaves them: an end that is torn, and pages that end in zeros, in
 // an end that was never synced. Damage is everything else:
 //   - the log ends before what was acknowledged (storage/acknowledged.h),
 //   - a log is missing that should be there,

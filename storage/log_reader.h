@@ -25,7 +25,7 @@ struct LogPiece {
   std::string_view batch;  // its bytes, for rocksdb::WriteBatch; gone when visit returns
 
   // Where it is not: a power cut may leave this, because the disk need not have got everything that
-  // was never synced. It lacks its end, or a whole page of it is zeros.
+  // was never synced. It lacks its end, or a page of it ends in zeros.
   bool may_be_unwritten = false;
 };
 

@@ -161,6 +161,23 @@ TEST(LogReader, TornEndAndMissingPageMayBeUnwritten) {
   }
 }
 
+// A page that was synced half full, and was not written again although the next one was.
+TEST(LogReader, PageThatEndsInZerosMayBeUnwritten) {
+  const TemporaryFolder folder;
+  WriteLog(folder / "log", kSizes);
+  const auto whole = PiecesOf(folder / "log");
+  const uint64_t begin = whole[10].piece.begin_bytes, page_end = (begin / 4096 + 1) * 4096;
+  ASSERT_NE(begin % 4096, 0u);
+  Change(folder / "log", begin, std::string(page_end - begin, '\0'));
+  EXPECT_TRUE(OnlyUnreadable(folder / "log", {11}).piece.may_be_unwritten);
+  WriteLog(folder / "log", kSizes);
+  Change(folder / "log", page_end + 4096 - 512, std::string(512, '\0'));
+  EXPECT_TRUE(OnlyUnreadable(folder / "log", {11}).piece.may_be_unwritten) << "a torn page";
+  WriteLog(folder / "log", kSizes);
+  Change(folder / "log", page_end + 512, std::string(512, '\0'));
+  EXPECT_FALSE(OnlyUnreadable(folder / "log", {11}).piece.may_be_unwritten);
+}
+
 TEST(LogReader, NamesAreThoseOfRocksdb) {
   EXPECT_EQ(LogName(7), "000007.log");
   EXPECT_EQ(LogName(12'345'678), "12345678.log");

@@ -81,7 +81,9 @@ class FaultSweep : public testing::Test {
     const OperationCounts faults = disk->faults();
     // Some that fail need not be told: a deletion, or the mark of what was acknowledged.
     if (!added.ok()) ExpectNamed(added, disaster.fault);
-    if (disk->fault_count() == 0) EXPECT_OK(added);
+    if (disk->fault_count() == 0) {
+      EXPECT_OK(added);
+    }
     if (disaster.power_cut) disk->CutPower();
     city.Close();
     if (!disaster.power_cut) disk->Heal();
