@@ -400,7 +400,7 @@ TEST(BadDays, NothingAcknowledgedIsLost) {
   constexpr int kEvents = 60;
   if (const char* seed = std::getenv("VEDUTA_SEED")) return Live(std::stoull(seed), 1, kEvents);
   const char* sweep = std::getenv("VEDUTA_SWEEP");
-  Live(1, sweep != nullptr ? 1000 : 8, kEvents);
+  Live(1, sweep != nullptr ? 200 : 5, kEvents);
 }
 
 }  // namespace
