@@ -3,8 +3,8 @@
 // Is the write-ahead log whole? RocksDB takes the first damaged byte of its log for the log's end,
 // forgets what follows and deletes the file. So the log is read here first, and nothing is changed.
 //
-// These are forgiven, because a power cut leaves them: an end that is torn, and pages that end in zeros, in
-// an end that was never synced. Damage is everything else:
+// These are forgiven, because a power cut leaves them: an end that is torn, and pages that end in
+// zeros, in an end that was never synced. Damage is everything else:
 //   - the log ends before what was acknowledged (storage/acknowledged.h),
 //   - a log is missing that should be there,
 //   - something unreadable is followed by what can be read.
@@ -55,9 +55,9 @@ struct LogDamage {
 // damaged.
 Result<LogDamage> InspectLogs(const std::string& path, const DatabaseOptions& options);
 
-// Cuts off the end that is forgiven, durably. Before anything is written to a new log: RocksDB keeps
-// a log of which it could read nothing, and at the next opening it would stop there, and forget what
-// was acknowledged since. For the holder of the database's lock. kIoError; may be called again.
+// Cuts off the end that is forgiven, durably. Before anything is written to a new log: RocksDB
+// keeps a log of which it could read nothing, and at the next opening it would stop there, and
+// forget what was acknowledged since. For the holder of the database's lock. kIoError; may be called again.
 Status CutForgivenEnd(rocksdb::FileSystem& file_system, const std::string& path,
                       const LogDamage& damage);
 

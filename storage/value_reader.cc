@@ -23,10 +23,10 @@ std::string Doing(Family family) {
 
 // An iterator over one run of keys, which closing the files takes away.
 //
-// An iterator of RocksDB 7.8 that heeds deleted ranges may pass over a table that it cannot read, and
-// end without a word, or crash, even when it is made and given back (found by tests/storage/bad_days_test.cc). One that
-// ignores them says so. Where ranges are deleted, such a one reads the whole run before the other is
-// made, as a witness.
+// An iterator of RocksDB 7.8 that heeds deleted ranges may pass over a table that it cannot read,
+// and end without a word, or crash, even when it is only made and given back (found by
+// tests/storage/bad_days_test.cc). One that ignores them says so. Where ranges are deleted, such a
+// one reads the whole run before the other is made, as a witness.
 class Cursor final : private DatabaseFiles::Dependent {
  public:
   Cursor(const DatabaseFiles& files, Family family, const rocksdb::ReadOptions& options,
