@@ -143,7 +143,8 @@ class FaultSweep : public testing::Test {
     for (size_t kind = 0; kind < kOperationKinds; ++kind)
       std::cout << " " << OperationName(static_cast<Operation>(kind)) << " " << failed[kind];
     std::cout << "\n";
-    EXPECT_GT(runs * stride, 60u) << "the walk has hardly done anything";
+    // Photos that are being added are in memory mostly: there are six reads, and 140 others.
+    EXPECT_GE(runs * stride, disaster.kinds == kReads ? 4u : 60u) << "it has hardly done anything";
   }
 
   static inline std::string digest_;
@@ -156,7 +157,7 @@ TEST_F(FaultSweep, AWriteFailsThenTheProcessDies) {
   Sweep({.power_cut = false}, 100);
 }
 TEST_F(FaultSweep, AReadFailsThenTheProcessDies) {
-  Sweep({.kinds = kReads, .power_cut = false}, 60);
+  Sweep({.kinds = kReads, .power_cut = false}, 2);
 }
 TEST_F(FaultSweep, TheDiskIsFullThenTheProcessDies) {
   Sweep({.fault = Fault::kNoSpace, .failing_count = FaultFileSystem::kForever, .power_cut = false},
