@@ -6,7 +6,7 @@
 //   clean ends, crashes, power cuts that lose any part of what was not synced, failing operations of
 //   every kind, and flipped bits in copies. After each opening every key and value is compared with
 //   a model in memory (modeled_city.h). VEDUTA_SWEEP=all in the environment makes many lives, and
-//   VEDUTA_SEED=n the one of this seed.
+//   VEDUTA_SEED=n the one of this seed, with what happens in it.
 #include <gtest/gtest.h>
 #include <rocksdb/env.h>
 
