@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Goal: whichever write, sync, renaming, deletion or read of the operating system fails, every commit that was acknowledged is
-//   there afterwards, whole, and of the one that was not there is all or nothing; what was
-//   written ahead and not committed is gone.
+// Goal: whichever write, sync, renaming, deletion or read of the operating system fails, every
+//   commit that was acknowledged is there afterwards, whole, and of the one that was not there is
+//   all or nothing; what was written ahead and not committed is gone.
 // Method: one scenario of several commits, run again and again with the n-th operation of the disk
 //   failing; then the process "crashes" (reopen) or the power is cut (unsynced data dropped, all or
 //   some of it, then reopen). A sample of all n, which the seeds choose; VEDUTA_SWEEP=all in the
@@ -155,7 +155,8 @@ const std::string& EmptyDatabase() {
   return path;
 }
 
-// Runs the scenario with the n-th operation failing; those that failed, none where n lies behind it.
+// Runs the scenario with the n-th operation failing; those that failed, none where n lies behind
+// it.
 OperationCounts RunCase(uint64_t n, const Case& c) {
   const TemporaryFolder folder;
   const std::string path = folder / "db";

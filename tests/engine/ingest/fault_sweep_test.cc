@@ -5,8 +5,8 @@
 //   disk is named as such.
 // Method: a short walk with a founding, adjustments of the whole and a vocabulary trained twice
 //   runs over a faulty disk (tests/storage/fault_file_system.h) again and again, each time with
-//   another operation failing; then the power is cut, or the process dies. A sample, which the seeds
-//   choose; VEDUTA_SWEEP=all in the environment takes every operation.
+//   another operation failing; then the power is cut, or the process dies. A sample, which the
+//   seeds choose; VEDUTA_SWEEP=all in the environment takes every operation.
 #include <gtest/gtest.h>
 #include <rocksdb/env.h>
 
@@ -90,6 +90,12 @@ class FaultSweep : public testing::Test {
     if (disaster.power_cut) n % 2 == 0 ? disk->DropUnsyncedData() : disk->LoseUnsyncedData(n);
     city.Open();
     if (!HasFailure()) ExpectNothingLost(&city, photos, acknowledged);
+    // A step that could not read is set aside until the next opening, and photos go on without it:
+    // another city than the undisturbed one.
+    const bool set_aside = !added.ok() && acknowledged.size() == photos.size();
+    if (!HasFailure() && !set_aside) {
+      EXPECT_EQ(city.Digest(), digest_);
+    }
     return faults;
   }
 
@@ -111,7 +117,6 @@ class FaultSweep : public testing::Test {
       EXPECT_TRUE(again[i].duplicate) << again[i].name << " was acknowledged and is lost";
       EXPECT_EQ(again[i].id, acknowledged[i].id);
     }
-    EXPECT_EQ(city->Digest(), digest_);
     EXPECT_TRUE(IsSound(city->Ask().snapshot()));
   }
 
