@@ -171,9 +171,15 @@ rocksdb::DBOptions DatabaseOpener::RocksdbOptions() const {
 
 Status DatabaseOpener::ListFamilies() {
   std::vector<std::string> names;
-  VEDUTA_RETURN_IF_ERROR(
-      FromRocksdb(rocksdb::DB::ListColumnFamilies(RocksdbOptions(), files_->path_, &names),
-                  "open the database at " + files_->path_));
+  const rocksdb::Status listed =
+      rocksdb::DB::ListColumnFamilies(RocksdbOptions(), files_->path_, &names);
+  if (listed.IsPathNotFound() && listed.ToString().find("MANIFEST") != std::string::npos) {
+    return Status::Corruption("the database at " + files_->path_ +
+                              " is damaged: its file CURRENT names a file that is not there (" +
+                              listed.ToString() + "). 'veduta repair " + files_->path_ +
+                              "' brings back what can be read");
+  }
+  VEDUTA_RETURN_IF_ERROR(FromRocksdb(listed, "open the database at " + files_->path_));
   for (const std::string& name : names) {
     if (name == rocksdb::kDefaultColumnFamilyName) continue;
     const std::optional<Family> family = FindFamily(name);

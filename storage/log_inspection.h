@@ -58,9 +58,10 @@ struct LogDamage {
 // damaged.
 Result<LogDamage> InspectLogs(const std::string& path, const DatabaseOptions& options);
 
-// Cuts off the end that is forgiven, durably. Before anything is written to a new log: RocksDB keeps
-// a log of which it could read nothing, and at the next opening it would stop there, and forget what
-// was acknowledged since. For the holder of the database's lock. kIoError; may be called again.
+// Cuts off the end that is forgiven, durably. Before anything is written to a new log: RocksDB
+// keeps a log of which it could read nothing, and at the next opening it would stop there, and
+// forget what was acknowledged since. For the holder of the database's lock; may be called again.
+// kIoError.
 Status CutForgivenEnd(rocksdb::FileSystem& file_system, const std::string& path,
                       const LogDamage& damage);
 
