@@ -11,6 +11,7 @@
 #include <string>
 #include <vector>
 
+#include "storage/family_options.h"
 #include "storage/rocksdb_status.h"
 
 namespace veduta {
@@ -51,7 +52,8 @@ Status CheckTables(const DatabaseFiles& files, Family family) {
   const FilesLease lease(files);
   VEDUTA_RETURN_IF_ERROR(lease.status());
   const std::unique_ptr<rocksdb::Env> env = rocksdb::NewCompositeEnv(files.shared_file_system());
-  rocksdb::Options options;
+  // Opened as the database opens them, so that what fails there fails here.
+  rocksdb::Options options(rocksdb::DBOptions(), FamilyOptions(family, nullptr));
   options.env = env.get();
   rocksdb::ColumnFamilyMetaData data;
   files.db().GetColumnFamilyMetaData(files.handle(family), &data);

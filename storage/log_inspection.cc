@@ -58,6 +58,8 @@ class LogWalk final {
 
   const std::optional<Stop>& stop() const { return stop_; }
   uint64_t reached() const { return reached_; }  // 0 where nothing was replayed
+  // Whether sequence numbers are missing between records.
+  bool misses_writes() const { return misses_writes_; }
 
  private:
   void TakeUnreadable(const LogPiece& piece) {
@@ -73,7 +75,10 @@ class LogWalk final {
     const uint64_t last = piece.sequence + piece.count - 1;
     const bool follows =
         any_readable_ ? piece.sequence == last_readable_ + 1 : piece.sequence <= last_readable_ + 1;
-    if (!follows) damage_.writes_missing += MissingUpTo(piece.sequence - 1);
+    if (!follows) {
+      misses_writes_ = true;
+      damage_.writes_missing += MissingUpTo(piece.sequence - 1);
+    }
     any_readable_ = true;
     last_readable_ = last;
     // RocksDB goes on in a later log that follows on what it has replayed.
@@ -105,7 +110,7 @@ class LogWalk final {
   LogDamage damage_;
   std::optional<Stop> stop_;
   uint64_t log_ = 0, reached_ = 0;
-  bool is_first_in_log_ = true, any_readable_ = false;
+  bool is_first_in_log_ = true, any_readable_ = false, misses_writes_ = false;
   uint64_t last_readable_;
 };
 
@@ -152,9 +157,12 @@ std::string Sentence(const std::string& path, const std::optional<Stop>& stop,
   return sentence;
 }
 
-// A power cut has left this, as far as anybody can tell. What was acknowledged is there.
-bool IsForgiven(const Stop& stop, bool has_mark, uint64_t records_after) {
-  if (records_after == 0 || (stop.unreadable && stop.may_be_unwritten)) return true;
+// A power cut or a write that failed has left this, as far as anybody can tell. What was
+// acknowledged is there. Where a write fails halfway, RocksDB may write the same record once more
+// when it closes the log: then nothing is missing between the records.
+bool IsForgiven(const Stop& stop, bool has_mark, uint64_t records_after, bool misses_writes) {
+  if (records_after == 0 || !misses_writes) return true;
+  if (stop.unreadable && stop.may_be_unwritten) return true;
   return !stop.is_inside && has_mark;
 }
 
@@ -203,7 +211,8 @@ Result<LogDamage> InspectLogs(const std::string& path, const DatabaseOptions& op
   if (!logs.empty()) damage.last_log = logs.back();
   if (mark) damage.missing_logs = MissingLogs(*mark, manifest, logs);
   const std::optional<Stop>& stop = walk.stop();
-  const bool forgiven = !stop || IsForgiven(*stop, mark.has_value(), damage.records_after);
+  const bool forgiven =
+      !stop || IsForgiven(*stop, mark.has_value(), damage.records_after, walk.misses_writes());
   if ((mark && reached < mark->sequence) || !damage.missing_logs.empty() || !forgiven) {
     damage.sentence = Sentence(path, stop, damage);
   } else if (stop) {

@@ -16,8 +16,8 @@ Status FromRocksdb(const rocksdb::Status& status, std::string_view doing) {
     return Status::IoError("the disk is full: free some space, then open the database again (" +
                            message + ")");
   }
-  // RocksDB 7.8 opens CURRENT or the manifest once more where the first attempt fails, and takes the
-  // second one's success for the lack of direct I/O, which we never ask for.
+  // RocksDB 7.8 opens CURRENT or the manifest once more where the first attempt fails, and takes
+  // the second one's success for the lack of direct I/O, which we never ask for.
   if (words.find("Direct I/O is not supported by the specified DB") != std::string::npos) {
     return Status::IoError("cannot " + std::string(doing) +
                            ": a file could not be read, and then could: try again");

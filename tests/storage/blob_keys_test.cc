@@ -56,8 +56,8 @@ std::string Content(const std::filesystem::path& path) {
   return {std::istreambuf_iterator<char>(file), {}};
 }
 
-// The only block of the table, with the keys, begins the file. The family meta, which opening reads,
-// has the key "state".
+// The only block of the table, with the keys, begins the file. The family meta, which opening
+// reads, has the key "state".
 TEST(BlobKeys, DamagedTableIsNoEnd) {
   const TemporaryFolder folder;
   {

@@ -65,6 +65,17 @@ TEST(DatabaseOpen, OpenRefusesWhatIsNone) {
             StatusCode::kAlreadyExists);
 }
 
+TEST(DatabaseOpen, ManifestThatIsNotThereIsDamage) {
+  const TemporaryFolder folder;
+  MustCreate(folder / "db").reset();
+  std::ofstream(folder / "db/CURRENT") << "MANIFEST-777777\n";
+  for (const bool read_only : {false, true}) {
+    const Status status = Database::Open(folder / "db", {.read_only = read_only}).status();
+    EXPECT_EQ(status.code(), StatusCode::kCorruption) << status.message();
+    EXPECT_NE(status.message().find("CURRENT"), std::string::npos) << status.message();
+  }
+}
+
 TEST(DatabaseOpen, SecondHandleAndSecondProcessAreBusy) {
   const TemporaryFolder folder;
   auto database = MustCreate(folder / "db");

@@ -46,7 +46,8 @@ void LoseTail(const std::string& path, const FaultDisk::Content& content, Choice
   const uint64_t size = fs::file_size(path);
   if (size <= content.synced) return;
   if (choices->is_worst()) return fs::resize_file(path, content.synced);
-  const uint64_t end = choices->Keeps() ? size : choices->Between(content.synced, size);
+  uint64_t end = choices->Between(0, 2) == 0 ? content.synced : size;
+  if (!choices->Keeps() && end == size) end = choices->Between(content.synced, size);
   fs::resize_file(path, end);
   std::fstream file(path, std::ios::in | std::ios::out | std::ios::binary);
   for (uint64_t begin = content.synced; begin < end;) {

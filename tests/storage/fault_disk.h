@@ -21,8 +21,8 @@ namespace veduta {
 enum class Fault { kIoError, kNoSpace };
 
 // kCreate: a file, a folder or a link. kWrite: an append or a truncation. kOverwrite: a write in
-// place. kSync: of a file or a folder. kRead: opening for reading, reading, listing a folder, asking
-// for a size.
+// place. kSync: of a file or a folder. kRead: opening for reading, reading, listing a folder,
+// asking for a size.
 enum class Operation : uint8_t { kCreate, kWrite, kOverwrite, kSync, kRename, kDelete, kRead };
 inline constexpr size_t kOperationKinds = 7;
 const char* OperationName(Operation operation);

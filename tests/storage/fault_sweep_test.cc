@@ -1,16 +1,19 @@
 // SPDX-License-Identifier: Apache-2.0
-// Goal: whichever write of the operating system fails, every commit that was acknowledged is
-//   there afterwards, whole, and of the one that was not there is all or nothing; what was
-//   written ahead and not committed is gone.
-// Method: one scenario of several commits, run again and again with the n-th write operation
-//   failing, for every n; then the process "crashes" (reopen) or the power is cut (unsynced
-//   data dropped, then reopen).
+// Goal: whichever write, sync, renaming, deletion or read of the operating system fails, every
+//   commit that was acknowledged is there afterwards, whole, and of the one that was not there is
+//   all or nothing; what was written ahead and not committed is gone.
+// Method: one scenario of several commits, run again and again with the n-th operation of the disk
+//   failing; then the process "crashes" (reopen) or the power is cut (unsynced data dropped, all or
+//   some of it, then reopen). A sample of all n, which the seeds choose; VEDUTA_SWEEP=all in the
+//   environment takes every n.
 #include <gtest/gtest.h>
 #include <rocksdb/env.h>
 
+#include <array>
 #include <atomic>
 #include <cstdlib>
 #include <filesystem>
+#include <iostream>
 #include <set>
 #include <thread>
 
@@ -44,7 +47,8 @@ Status CommitImage(Database& database, uint32_t id) {
 }
 
 // Commits until something fails; the number of commits that were acknowledged.
-uint32_t RunScenario(const std::string& path, const DatabaseOptions& options, bool compacts) {
+uint32_t RunScenario(const std::string& path, const DatabaseOptions& options, bool compacts,
+                     const FaultFileSystem& fs) {
   auto opened = Database::Open(path, options);
   if (!opened.ok()) return 0;
   Database& database = **opened;
@@ -53,7 +57,9 @@ uint32_t RunScenario(const std::string& path, const DatabaseOptions& options, bo
     const Status status = CommitImage(database, id);
     if (!status.ok()) {
       EXPECT_EQ(status.code(), StatusCode::kIoError) << status.message();
-      // Once failed, it must stay failed: what the disk holds is not known.
+      // A read that failed has changed nothing.
+      if (fs.faults()[static_cast<size_t>(Operation::kRead)] > 0) return acknowledged;
+      // A write once failed must stay failed: what the disk holds is not known.
       EXPECT_FALSE(CommitImage(database, id + 1).ok());
       EXPECT_FALSE(CommitImage(database, id + 1).ok());
       return acknowledged;
@@ -131,8 +137,9 @@ void ExpectWholeCommits(const Database& database, uint32_t acknowledged) {
 }
 
 struct Case {
+  Operations kinds;
   Fault fault;
-  uint64_t count;  // how many writes fail from the n-th on
+  uint64_t count;  // how many operations of these kinds fail from the n-th on
   bool power_cut;
   bool compacts;
   bool create;  // the failing run creates the database; otherwise it was there before
@@ -148,8 +155,9 @@ const std::string& EmptyDatabase() {
   return path;
 }
 
-// Runs the scenario with the n-th write failing; whether n was within it.
-bool RunCase(uint64_t n, const Case& c) {
+// Runs the scenario with the n-th operation failing; those that failed, none where n lies behind
+// it.
+OperationCounts RunCase(uint64_t n, const Case& c) {
   const TemporaryFolder folder;
   const std::string path = folder / "db";
   const auto fs = std::make_shared<FaultFileSystem>();
@@ -161,11 +169,12 @@ bool RunCase(uint64_t n, const Case& c) {
     std::filesystem::copy(EmptyDatabase(), path, std::filesystem::copy_options::recursive);
     options.create = false;
   }
-  fs->FailWrites(n, c.fault, c.count);
-  const uint32_t acknowledged = RunScenario(path, options, c.compacts);
+  fs->Fail(c.kinds, n, c.fault, c.count);
+  const uint32_t acknowledged = RunScenario(path, options, c.compacts, *fs);
+  const OperationCounts faults = fs->faults();
   const bool reached = fs->fault_count() > 0;
   if (c.power_cut) {
-    fs->DropUnsyncedData();
+    n % 2 == 0 ? fs->DropUnsyncedData() : fs->LoseUnsyncedData(n);
   } else {
     fs->Heal();
   }
@@ -178,7 +187,7 @@ bool RunCase(uint64_t n, const Case& c) {
     database = Database::Open(path, options);
   }
   EXPECT_OK(database) << "n = " << n;
-  if (!database.ok()) return reached;
+  if (!database.ok()) return faults;
   ExpectWholeCommits(**database, acknowledged);
   if (!reached) {
     EXPECT_EQ(acknowledged, kImages);
@@ -187,58 +196,77 @@ bool RunCase(uint64_t n, const Case& c) {
   const uint32_t next = (*database)->GetSnapshot()->GetState()->next_image;
   EXPECT_OK(CommitImage(**database, next)) << "n = " << n;
   EXPECT_EQ((*database)->GetSnapshot()->GetPostings(1, kWords)->at(0).size(), next);
-  return reached;
+  return faults;
 }
 
-// Runs every step-th n until one lies behind the scenario's last write. After a failed flush
-// RocksDB sleeps a second, so the runs, which share nothing, go side by side, and so must its
-// background threads. VEDUTA_FULL_SWEEP in the environment makes every step 1.
-void Sweep(const Case& c, uint64_t step) {
-  if (std::getenv("VEDUTA_FULL_SWEEP") != nullptr) step = 1;
+// Runs one n of each `stride` until one lies behind the scenario's last operation. After a failed
+// flush RocksDB sleeps a second, so the runs, which share nothing, go side by side, and so must its
+// background threads.
+void Sweep(const Case& c, uint64_t stride) {
+  if (std::getenv("VEDUTA_SWEEP") != nullptr) stride = 1;
   EmptyDatabase();
-  constexpr int kThreads = 24;
+  constexpr int kThreads = 8;
   rocksdb::Env::Default()->SetBackgroundThreads(kThreads, rocksdb::Env::Priority::LOW);
   rocksdb::Env::Default()->SetBackgroundThreads(kThreads, rocksdb::Env::Priority::HIGH);
-  std::atomic<uint64_t> next = 1;
+  std::atomic<uint64_t> next = 0, runs = 0;
   std::atomic<bool> behind = false;
+  std::array<std::atomic<uint64_t>, kOperationKinds> failed{};
   std::vector<std::thread> threads;
   for (int i = 0; i < kThreads; ++i) {
     threads.emplace_back([&] {
       while (!behind && !testing::Test::HasFailure()) {
-        const uint64_t n = next.fetch_add(step);
-        SCOPED_TRACE("write operation " + std::to_string(n) + " failed");
-        if (!RunCase(n, c)) behind = true;
+        const uint64_t window = next++;
+        const uint64_t n = window * stride + 1 + MixSeed(window, c.kinds) % stride;
+        SCOPED_TRACE("operation " + std::to_string(n) + " failed");
+        const OperationCounts faults = RunCase(n, c);
+        uint64_t sum = 0;
+        for (size_t kind = 0; kind < kOperationKinds; ++kind) {
+          failed[kind] += faults[kind];
+          sum += faults[kind];
+        }
+        sum > 0 ? void(++runs) : void(behind = true);
       }
     });
   }
   for (std::thread& thread : threads) thread.join();
-  testing::Test::RecordProperty("writes", static_cast<int>(next.load()));
-  EXPECT_GT(next.load(), 40u) << "the scenario has hardly written anything";
+  std::cout << runs << " runs, one of each " << stride << "; operations that failed:";
+  for (size_t kind = 0; kind < kOperationKinds; ++kind)
+    std::cout << " " << OperationName(static_cast<Operation>(kind)) << " " << failed[kind];
+  std::cout << "\n";
+  EXPECT_GT(runs * stride, 40u) << "the scenario has hardly done anything";
 }
 
 constexpr uint64_t kForever = FaultFileSystem::kForever;
+constexpr Operations kReads = Only(Operation::kRead);
+constexpr Operations kNoReads = kAllOperations & ~kReads;
 
 TEST(FaultSweep, OneWriteOfACommitFails) {
-  Sweep({Fault::kIoError, 1, false, false, false}, 3);
+  Sweep({kNoReads, Fault::kIoError, 1, false, false, false}, 5);
 }
 TEST(FaultSweep, OneWriteOfACommitFailsThenThePowerIsCut) {
-  Sweep({Fault::kIoError, 1, true, false, false}, 1);
+  Sweep({kNoReads, Fault::kIoError, 1, true, false, false}, 3);
 }
-// Compaction writes much, and most of it alike: a sample.
+TEST(FaultSweep, OneReadFails) {
+  Sweep({kReads, Fault::kIoError, 1, false, true, false}, 30);
+}
+TEST(FaultSweep, ReadsFailThenThePowerIsCut) {
+  Sweep({kReads, Fault::kIoError, kForever, true, true, false}, 40);
+}
+// Compaction writes much, and most of it alike.
 TEST(FaultSweep, OneWriteFails) {
-  Sweep({Fault::kIoError, 1, false, true, false}, 9);
+  Sweep({kNoReads, Fault::kIoError, 1, false, true, false}, 40);
 }
 TEST(FaultSweep, OneWriteFailsThenThePowerIsCut) {
-  Sweep({Fault::kIoError, 1, true, true, false}, 7);
+  Sweep({kNoReads, Fault::kIoError, 1, true, true, false}, 30);
 }
 TEST(FaultSweep, DiskIsFullThenTheProcessDies) {
-  Sweep({Fault::kNoSpace, kForever, false, true, false}, 9);
+  Sweep({kNoReads, Fault::kNoSpace, kForever, false, true, false}, 40);
 }
 TEST(FaultSweep, DiskDiesThenThePowerIsCut) {
-  Sweep({Fault::kIoError, kForever, true, true, false}, 11);
+  Sweep({kAllOperations, Fault::kIoError, kForever, true, true, false}, 60);
 }
 TEST(FaultSweep, CreationFailsAndThePowerIsCut) {
-  Sweep({Fault::kIoError, kForever, true, false, true}, 9);
+  Sweep({kNoReads, Fault::kIoError, kForever, true, false, true}, 40);
 }
 
 TEST(FaultSweep, FullDiskIsNamed) {

@@ -17,8 +17,13 @@ function(veduta_tests folder)
       DEPENDS ${ARG_UNPARSED_ARGUMENTS}
       PRIVATE ${ARG_PRIVATE} GTest::gtest_main)
     target_compile_definitions(${target} PRIVATE VEDUTA_TEST_DATA="${VEDUTA_TEST_DATA}")
+    # The preset nightly runs all of these, and not a sample.
+    set(timeout_s 600)
+    if(name MATCHES "^(fault_sweep|bad_days)_test$")
+      set(timeout_s 14400)
+    endif()
     gtest_discover_tests(${target}
-      TEST_PREFIX ${prefix}. DISCOVERY_TIMEOUT 120 PROPERTIES TIMEOUT 600)
+      TEST_PREFIX ${prefix}. DISCOVERY_TIMEOUT 120 PROPERTIES TIMEOUT ${timeout_s})
   endforeach()
   set_property(GLOBAL APPEND PROPERTY VEDUTA_TEST_FILES ${files})
 endfunction()

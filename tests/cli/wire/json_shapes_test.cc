@@ -157,9 +157,9 @@ TEST(Answers, Repair) {
   repair.lost = {"c"};
   repair.kept_path = "d";
   EXPECT_EQ(JsonLine(ToJson(repair)),
-            R"({"findings":[{"damage":"a","remedy":"b"}],"kept_path":"d","lost":["c"],)"
-            R"("photos_path":"","rebuilt":false,"repaired":true,"report_path":"","retried":[],)"
-            R"("sound":false,"written_out":[]})");
+            R"({"sound":false,"repaired":true,"rebuilt":false,)"
+            R"("findings":[{"damage":"a","remedy":"b"}],"lost":["c"],"retried":[],)"
+            R"("written_out":[],"kept_path":"d","report_path":"","photos_path":""})");
 }
 
 TEST(Answers, ACameraFileIsHandedOnInItsOrder) {
@@ -181,13 +181,14 @@ TEST(Added, Outcome) {
   outcome.pairs_tried = 24;
   outcome.propagated = {ImageId(2), ImageId(4)};
   outcome.times = {1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 55};
-  EXPECT_EQ(JsonLine(ToJson(outcome)),
-            R"({"image":"a.jpg","id":8,"verdict":"merged","reason":")" +
-                ReasonSentence(outcome.reason, "1 and 2") +
-                R"(","reconstruction":1,"neighbors":5,"inliers":77,"pairs_tried":24,)"
-                R"("propagated":[2,4],"ms":{"decode":1.0,"undistort":2.0,"features":3.0,)"
-                R"("retrieve":4.0,"match":5.0,"verify":6.0,"map":7.0,"adjust":8.0,"commit":9.0,)"
-                R"("follow":10.0,"total":55.0}})");
+  EXPECT_EQ(
+      JsonLine(ToJson(outcome)),
+      R"({"image":"a.jpg","id":8,"verdict":"merged","reason":")" +
+          ReasonSentence(outcome.reason, "1 and 2") +
+          R"(","reconstruction":1,"neighbors":5,"inliers":77,"pairs_tried":24,)"
+          R"("propagated":[2,4],"damaged":[],"ms":{"decode":1.0,"undistort":2.0,"features":3.0,)"
+          R"("retrieve":4.0,"match":5.0,"verify":6.0,"map":7.0,"adjust":8.0,"commit":9.0,)"
+          R"("follow":10.0,"total":55.0}})");
   outcome.duplicate = true;
   EXPECT_EQ(ToJson(outcome)["verdict"], "duplicate");
   EXPECT_EQ(ToJson(outcome)["reason"], "1 and 2");

@@ -1,17 +1,19 @@
 // SPDX-License-Identifier: Apache-2.0
-// Goal: whichever write of the operating system fails while photos are added, whatever was
+// Goal: whichever operation of the operating system fails while photos are added, whatever was
 //   acknowledged is there when the engine is opened again, the database is sound, and the same
 //   command once more makes the city that an undisturbed run makes, to the last bit. A full
 //   disk is named as such.
 // Method: a short walk with a founding, adjustments of the whole and a vocabulary trained twice
 //   runs over a faulty disk (tests/storage/fault_file_system.h) again and again, each time with
-//   another write failing; then the power is cut, or the process dies. Every stride-th write;
-//   VEDUTA_FAULT_STRIDE=1 in the environment takes all of them.
+//   another operation failing; then the power is cut, or the process dies. A sample, which the
+//   seeds choose; VEDUTA_SWEEP=all in the environment takes every operation.
 #include <gtest/gtest.h>
 #include <rocksdb/env.h>
 
+#include <array>
 #include <atomic>
 #include <cstdlib>
+#include <iostream>
 #include <thread>
 
 #include "tests/engine/street_fixture.h"
@@ -38,9 +40,13 @@ std::vector<PhotoSubmission> SweptPhotos(City* city) {
   return photos;
 }
 
+constexpr Operations kReads = Only(Operation::kRead);
+constexpr Operations kNoReads = kAllOperations & ~kReads;
+
 struct Disaster {
+  Operations kinds = kNoReads;
   Fault fault = Fault::kIoError;
-  uint64_t failing_count = 1;  // writes that fail, from the n-th on
+  uint64_t failing_count = 1;  // operations that fail, from the n-th on
   bool power_cut = true;       // else the process dies, and what it wrote stays
   uint32_t thread_count = 1;
 };
@@ -62,25 +68,35 @@ class FaultSweep : public testing::Test {
     }
   }
 
-  // Whether the n-th write lies within the scenario.
-  static bool Survives(uint64_t n, const Disaster& disaster) {
+  // Those that failed; none where the n-th operation lies behind the scenario.
+  static OperationCounts Survives(uint64_t n, const Disaster& disaster) {
     const auto disk = std::make_shared<FaultFileSystem>();
     CityOptions options = SweptOptions(disaster.thread_count);
     options.database.file_system = disk;
     City city(options);
     const std::vector<PhotoSubmission> photos = SweptPhotos(&city);
-    disk->FailWrites(n, disaster.fault, disaster.failing_count);
+    disk->Fail(disaster.kinds, n, disaster.fault, disaster.failing_count);
     std::vector<AddOutcome> acknowledged;
     const Status added = city.TryAdd(photos, &acknowledged);
-    const bool reached = disk->fault_count() > 0;
-    EXPECT_EQ(added.ok(), !reached) << added.message();
-    if (reached) ExpectNamed(added, disaster.fault);
+    const OperationCounts faults = disk->faults();
+    // Some that fail need not be told: a deletion, or the mark of what was acknowledged.
+    if (!added.ok()) ExpectNamed(added, disaster.fault);
+    if (disk->fault_count() == 0) {
+      EXPECT_OK(added);
+    }
     if (disaster.power_cut) disk->CutPower();
     city.Close();
-    disaster.power_cut ? disk->DropUnsyncedData() : disk->Heal();
+    if (!disaster.power_cut) disk->Heal();
+    if (disaster.power_cut) n % 2 == 0 ? disk->DropUnsyncedData() : disk->LoseUnsyncedData(n);
     city.Open();
     if (!HasFailure()) ExpectNothingLost(&city, photos, acknowledged);
-    return reached;
+    // A step that could not read is set aside until the next opening, and photos go on without it:
+    // another city than the undisturbed one.
+    const bool set_aside = !added.ok() && acknowledged.size() == photos.size();
+    if (!HasFailure() && !set_aside) {
+      EXPECT_EQ(city.Digest(), digest_);
+    }
+    return faults;
   }
 
   static void ExpectNamed(const Status& status, Fault fault) {
@@ -101,52 +117,61 @@ class FaultSweep : public testing::Test {
       EXPECT_TRUE(again[i].duplicate) << again[i].name << " was acknowledged and is lost";
       EXPECT_EQ(again[i].id, acknowledged[i].id);
     }
-    EXPECT_EQ(city->Digest(), digest_);
     EXPECT_TRUE(IsSound(city->Ask().snapshot()));
   }
 
   // The runs share nothing and go side by side; RocksDB's threads for the background must not be
   // what they wait for.
   static void Sweep(const Disaster& disaster, uint64_t stride) {
-    if (const char* wanted = std::getenv("VEDUTA_FAULT_STRIDE"))
-      stride = std::max(1, std::atoi(wanted));
+    if (std::getenv("VEDUTA_SWEEP") != nullptr) stride = 1;
     constexpr int kThreads = 3;
     rocksdb::Env::Default()->SetBackgroundThreads(kThreads, rocksdb::Env::Priority::LOW);
     rocksdb::Env::Default()->SetBackgroundThreads(kThreads, rocksdb::Env::Priority::HIGH);
-    std::atomic<uint64_t> next = 1, faults = 0;
+    std::atomic<uint64_t> next = 0, runs = 0;
+    std::array<std::atomic<uint64_t>, kOperationKinds> failed{};
     std::atomic<bool> behind = false;
     std::vector<std::thread> threads;
     for (int i = 0; i < kThreads; ++i) {
       threads.emplace_back([&] {
         while (!behind && !HasFailure()) {
-          const uint64_t n = next.fetch_add(stride);
-          SCOPED_TRACE("write " + std::to_string(n) + " failed");
-          Survives(n, disaster) ? void(++faults) : void(behind = true);
+          const uint64_t window = next++;
+          const uint64_t n = window * stride + 1 + MixSeed(window, disaster.kinds) % stride;
+          SCOPED_TRACE("operation " + std::to_string(n) + " failed");
+          const OperationCounts faults = Survives(n, disaster);
+          for (size_t kind = 0; kind < kOperationKinds; ++kind) failed[kind] += faults[kind];
+          faults == OperationCounts{} ? void(behind = true) : void(++runs);
         }
       });
     }
     for (std::thread& thread : threads) thread.join();
-    std::cout << "every " << stride << ". write: " << faults << " faults injected\n";
-    EXPECT_GT(faults * stride, 60u) << "the walk has hardly written anything";
+    std::cout << runs << " runs, one of each " << stride << "; operations that failed:";
+    for (size_t kind = 0; kind < kOperationKinds; ++kind)
+      std::cout << " " << OperationName(static_cast<Operation>(kind)) << " " << failed[kind];
+    std::cout << "\n";
+    // Photos that are being added are in memory mostly: there are six reads, and 140 others.
+    EXPECT_GE(runs * stride, disaster.kinds == kReads ? 4u : 60u) << "it has hardly done anything";
   }
 
   static inline std::string digest_;
 };
 
 TEST_F(FaultSweep, AWriteFailsThenThePowerIsCut) {
-  Sweep({}, 7);
+  Sweep({}, 60);
 }
 TEST_F(FaultSweep, AWriteFailsThenTheProcessDies) {
-  Sweep({.power_cut = false}, 31);
+  Sweep({.power_cut = false}, 100);
+}
+TEST_F(FaultSweep, AReadFailsThenTheProcessDies) {
+  Sweep({.kinds = kReads, .power_cut = false}, 2);
 }
 TEST_F(FaultSweep, TheDiskIsFullThenTheProcessDies) {
   Sweep({.fault = Fault::kNoSpace, .failing_count = FaultFileSystem::kForever, .power_cut = false},
-        31);
+        100);
 }
 // Photos are prepared ahead here: it may be a later one's write that fails.
 TEST_F(FaultSweep, TheDiskIsFullForTwoThreads) {
   Sweep({.fault = Fault::kNoSpace, .failing_count = FaultFileSystem::kForever, .thread_count = 2},
-        31);
+        100);
 }
 
 }  // namespace

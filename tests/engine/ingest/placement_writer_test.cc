@@ -46,6 +46,7 @@ TEST(PlacementWriter, JournalsMergesAndWritesNothingForAPostponedPhoto) {
   ASSERT_OK(placed);
   ASSERT_EQ(placed->merges.size(), 1u);
   DatabaseState state = scene.State();
+  const uint64_t first_entry = state.next_journal;
   const auto transaction = scene.database()->BeginTransaction();
   ASSERT_OK(WritePlacement(work.map, *scene.Snap(), Placement(), &state, transaction.get()));
   EXPECT_EQ(state, scene.State());
@@ -53,7 +54,7 @@ TEST(PlacementWriter, JournalsMergesAndWritesNothingForAPostponedPhoto) {
   transaction->PutState(state);
   ASSERT_OK(transaction->Commit());
   std::vector<JournalRecord> entries;
-  ASSERT_OK(scene.Snap()->ScanJournal(1, [&](const JournalRecord& entry) {
+  ASSERT_OK(scene.Snap()->ScanJournal(first_entry, [&](const JournalRecord& entry) {
     entries.push_back(entry);
     return true;
   }));

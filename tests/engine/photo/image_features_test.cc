@@ -54,6 +54,7 @@ class ImageFeaturesTest : public testing::Test {
       image.height_px = 80;
       image.verdict = Verdict::kPostponed;
       image.reason = Reason::kNoCandidates;
+      image.feature_count = 30;
       ASSERT_OK(database_->WritePhotoAhead(image.photo, SampleBytes(id, 10), MadeFeatures(id, 30)));
       transaction->PutImage(image);
     }
