@@ -22,6 +22,8 @@ Status FromRocksdb(const rocksdb::Status& status, std::string_view doing) {
     return Status::IoError("cannot " + std::string(doing) +
                            ": a file could not be read, and then could: try again");
   }
+  // RocksDB 7.8 calls a folder damaged that it could not list just now.
+  if (words.find("Can't list files in") != std::string::npos) return Status::IoError(message);
   switch (status.code()) {
     case rocksdb::Status::kNotFound:
       return Status::NotFound(message);

@@ -26,6 +26,8 @@ TEST(RocksdbStatus, FileThatCouldNotBeReadOnceIsNoInvalidArgument) {
   const auto status =
       rocksdb::Status::InvalidArgument("Direct I/O is not supported by the specified DB.");
   EXPECT_EQ(FromRocksdb(status, "open").code(), StatusCode::kIoError);
+  const auto folder = rocksdb::Status::Corruption("Can't list files in a: IO error: broken");
+  EXPECT_EQ(FromRocksdb(folder, "open").code(), StatusCode::kIoError);
 }
 
 TEST(RocksdbStatus, FullDiskIsNamed) {
