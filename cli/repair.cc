@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// veduta repair DB [--yes] [--threads N] [--json]
+// veduta repair DB [--yes [--rebuild]] [--threads N] [--json]
 #include "cli/command.h"
 #include "cli/wire/answers_json.h"
 
@@ -43,6 +43,7 @@ void PrintAnswer(const std::string& db, const RepairAnswer& answer) {
     PrintLine("sound");
   } else {
     PrintLine("nothing was changed; 'veduta repair %s --yes' does this", Printable(db).c_str());
+    PrintLine("if that gives no sound database, it changes nothing and asks for --rebuild");
   }
 }
 
@@ -67,6 +68,8 @@ void RegisterRepair(CLI::App* app, int* exit_code) {
       "repair", "Say what is damaged; with --yes, make a sound database and keep the damaged one");
   command->add_option("DB", *db, "Database")->required();
   command->add_flag("--yes", request->apply, "Do it; without, nothing is changed");
+  command->add_flag("--rebuild", request->may_rebuild,
+                    "With --yes: where nothing less helps, add all photos to a new database");
   command->add_option("--threads", request->thread_count, "Threads; 0: one per core");
   command->add_flag("--json", *json, "JSON");
   command->callback([=] { *exit_code = Repair(*db, *request, *json); });

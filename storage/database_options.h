@@ -20,8 +20,9 @@ struct DatabaseOptions {
   // whatever another process writes meanwhile. Holds every table and blob file open
   // (storage/held_files.h).
   bool read_only = false;
-  // With read_only, for a repair: the format is not looked at, and tables are opened when they are
-  // read, so that one that is damaged does not keep the others from being read.
+  // With read_only, for a repair and the check of a copy, whose files nobody writes: the format is
+  // not looked at, and files are opened when they are read, at most a quarter of those that the
+  // process may open, so that one that is damaged does not keep the others from being read.
   bool salvage = false;
   // False: a power cut may lose the last photos (a crash of the process does not).
   bool sync_wal = true;

@@ -162,7 +162,8 @@ std::string Sentence(const std::string& path, const std::optional<Stop>& stop,
 // when it closes the log: then nothing is missing between the records.
 bool IsForgiven(const Stop& stop, bool has_mark, uint64_t records_after, bool misses_writes) {
   if (records_after == 0 || !misses_writes) return true;
-  return stop.is_inside ? stop.unreadable && stop.may_be_unwritten : has_mark;
+  if (stop.unreadable && stop.may_be_unwritten) return true;
+  return !stop.is_inside && has_mark;
 }
 
 // RocksDB replays nothing from the stop on.
@@ -207,6 +208,7 @@ Result<LogDamage> InspectLogs(const std::string& path, const DatabaseOptions& op
   const uint64_t in_manifest = in_tables ? manifest.last_sequence : 0;
   const uint64_t reached = std::max(walk.reached(), in_manifest);
   LogDamage damage = walk.Finish();
+  if (!logs.empty()) damage.last_log = logs.back();
   if (mark) damage.missing_logs = MissingLogs(*mark, manifest, logs);
   const std::optional<Stop>& stop = walk.stop();
   const bool forgiven =

@@ -3,8 +3,9 @@
 // Is the write-ahead log whole? RocksDB takes the first damaged byte of its log for the log's end,
 // forgets what follows and deletes the file. So the log is read here first, and nothing is changed.
 //
-// These are forgiven, because a power cut leaves them: an end that is torn, and pages that end in
-// zeros, in an end that was never synced. Damage is everything else:
+// These are forgiven, because a power cut leaves them: an end that is torn, also where a later log
+// follows it, and zeros in place of pages or sectors in an end that was never synced. Damage is
+// everything else:
 //   - the log ends before what was acknowledged (storage/acknowledged.h),
 //   - a log is missing that should be there,
 //   - something unreadable is followed by what can be read.
@@ -36,8 +37,10 @@ struct LogDamage {
   uint64_t records_before = 0;  // that can be read before the first damage
   uint64_t records_after = 0;   // that can be read behind it
   uint64_t writes_missing = 0;  // that were acknowledged, and that nothing readable holds
-  // What RocksDB may replay: where an end that was never synced has a hole, no write behind it.
+  // What RocksDB may replay of the logs up to last_log, the newest that was read: where an end that
+  // was never synced has a hole, no write behind it.
   std::optional<uint64_t> last_replayed_sequence;
+  uint64_t last_log = 0;
   // The end that is forgiven: of each log, in their order, the length of what counts. Empty where
   // the log is damaged, or whole.
   struct CutLog {

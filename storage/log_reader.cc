@@ -53,7 +53,8 @@ class LogParser final {
         continue;
       }
       const size_t next = NextFragment(block, offset);
-      Spoil(begin_bytes + offset, begin_bytes + next, HasUnwrittenPage(block, offset, next));
+      Spoil(begin_bytes + offset, begin_bytes + next,
+            EndsWithin(block, offset) || HasUnwrittenPart(block, offset, next));
       offset = next;
     }
     if (block.size() < kLogBlockBytes && offset < block.size())  // a header without its end
@@ -65,8 +66,6 @@ class LogParser final {
     if (in_record_) {
       Spoil(record_begin_bytes_, size_bytes, true);
     }
-    // Nothing follows: it may be an end that a power cut has torn.
-    if (spoiled_) spoiled_->may_be_unwritten = true;
     return TellSpoiled();
   }
 
@@ -82,13 +81,22 @@ class LogParser final {
     return block.size();
   }
 
-  // Whether some page ends in zeros, as far as [begin, end) reaches back. Blocks begin at multiples
-  // of the page's size.
-  static bool HasUnwrittenPage(std::string_view block, size_t begin, size_t end) {
-    size_t page_end = (begin / kPageBytes + 1) * kPageBytes;
-    for (; page_end <= end; page_end += kPageBytes) {
-      const size_t from = std::max(begin, page_end - kSectorBytes);
-      if (IsZeros(block.substr(from, page_end - from))) return true;
+  // Whether the file ends before the fragment at `offset` does: only its last block is shorter.
+  static bool EndsWithin(std::string_view block, size_t offset) {
+    const size_t length = LittleEndianAt<uint16_t>(block, offset + 4);
+    return block.size() < kLogBlockBytes && offset + kFragmentHeaderBytes + length > block.size();
+  }
+
+  // Whether within [begin, end) a whole sector is zeros, or what lies there of the last sector of a
+  // page or of the file. Blocks begin at multiples of the page's size.
+  static bool HasUnwrittenPart(std::string_view block, size_t begin, size_t end) {
+    for (size_t sector = begin / kSectorBytes * kSectorBytes; sector < end;
+         sector += kSectorBytes) {
+      const size_t sector_end = std::min(sector + kSectorBytes, block.size());
+      const bool ends_page = sector_end % kPageBytes == 0 || sector_end == block.size();
+      if (sector_end > end || (sector < begin && !ends_page)) continue;
+      const size_t from = std::max(begin, sector);
+      if (IsZeros(block.substr(from, sector_end - from))) return true;
     }
     return false;
   }

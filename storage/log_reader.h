@@ -25,7 +25,8 @@ struct LogPiece {
   std::string_view batch;  // its bytes, for rocksdb::WriteBatch; gone when visit returns
 
   // Where it is not: a power cut may leave this, because the disk need not have got everything that
-  // was never synced. It lacks its end, or a page of it ends in zeros.
+  // was never synced. The file ends within it, or a page of it ends in zeros, or a whole sector of
+  // it is zeros.
   bool may_be_unwritten = false;
 };
 

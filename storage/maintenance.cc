@@ -62,7 +62,7 @@ Status ReadFamily(const DatabaseFiles& files, Family family) {
 // Reads all of a copy, as far as checksums guard it: tables with their indexes, and blobs.
 Status CheckCopy(const std::string& path, std::shared_ptr<rocksdb::FileSystem> file_system) {
   DatabaseOptions options;
-  options.read_only = true;
+  options.read_only = options.salvage = true;  // nobody writes to it: no file need be held open
   options.file_system = std::move(file_system);
   VEDUTA_ASSIGN_OR_RETURN(const std::shared_ptr<DatabaseFiles> copy,
                           DatabaseFiles::Open(path, options));
@@ -107,19 +107,28 @@ Result<DatabaseStatistics> StatisticsOf(const DatabaseFiles& files) {
   return statistics;
 }
 
-Status MakeCheckpoint(const DatabaseFiles& files, const std::string& path) {
-  if (files.read_only())
-    return Status::InvalidArgument("a database that is open for reading only makes no checkpoint");
+namespace {
+
+// As long as this runs, the files are not closed.
+Status LinkFiles(const DatabaseFiles& files, const std::string& path) {
   const FilesLease lease(files);
   VEDUTA_RETURN_IF_ERROR(lease.status());
-  rocksdb::FileSystem& fs = files.file_system();
-  if (fs.FileExists(path, rocksdb::IOOptions(), nullptr).ok())
-    return Status::AlreadyExists(path + " exists already");
   rocksdb::Checkpoint* raw = nullptr;
   const std::string doing = "make a checkpoint at " + path;
   VEDUTA_RETURN_IF_ERROR(FromRocksdb(rocksdb::Checkpoint::Create(&files.db(), &raw), doing));
   const std::unique_ptr<rocksdb::Checkpoint> checkpoint(raw);
-  VEDUTA_RETURN_IF_ERROR(FromRocksdb(checkpoint->CreateCheckpoint(path), doing));
+  return FromRocksdb(checkpoint->CreateCheckpoint(path), doing);
+}
+
+}  // namespace
+
+Status MakeCheckpoint(const DatabaseFiles& files, const std::string& path) {
+  if (files.read_only())
+    return Status::InvalidArgument("a database that is open for reading only makes no checkpoint");
+  rocksdb::FileSystem& fs = files.file_system();
+  if (fs.FileExists(path, rocksdb::IOOptions(), nullptr).ok())
+    return Status::AlreadyExists(path + " exists already");
+  VEDUTA_RETURN_IF_ERROR(LinkFiles(files, path));
   VEDUTA_RETURN_IF_ERROR(WriteMarker(fs, path));
   const Status checked = CheckCopy(path, files.shared_file_system());
   if (checked.ok()) return checked;

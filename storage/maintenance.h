@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 // What is done with a database's files as a whole: their sizes, a copy, compaction. Database says
-// what each function does. While a copy is made or a family is compacted, the files are not closed:
-// Database::Reopen waits.
+// what each function does. While the files of a copy are linked or a family is compacted, the files
+// are not closed: Database::Reopen waits. It does not wait while a copy is read.
 
 #include <string>
 

@@ -7,8 +7,10 @@
 
 namespace veduta {
 
-// Has RocksDB replay its log up to and with the write of this number, and nothing behind it. Its
-// own recovery passes over a block of zeros in the log as if nothing had been there.
-std::unique_ptr<rocksdb::WalFilter> MakeReplayLimit(uint64_t last_sequence);
+// Has RocksDB replay its logs up to and with the write of the number last_sequence, and nothing
+// behind it. Its own recovery passes over a block of zeros in the log as if nothing had been there.
+// Logs with a number above last_log were begun later, by a process that has cut off what lies
+// behind the limit: they are replayed.
+std::unique_ptr<rocksdb::WalFilter> MakeReplayLimit(uint64_t last_sequence, uint64_t last_log);
 
 }  // namespace veduta

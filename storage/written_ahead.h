@@ -41,8 +41,12 @@ class WrittenAhead final {
  private:
   explicit WrittenAhead(std::function<Status()> drop) : drop_(std::move(drop)) {}
 
-  void Drop() {
-    if (drop_) drop_().IgnoreBecause("the next opening sweeps what is left of it");
+  // Called while an exception is on its way, too: whatever is thrown here would end the program.
+  void Drop() noexcept {
+    try {
+      if (drop_) drop_().IgnoreBecause("the next opening sweeps what is left of it");
+    } catch (...) {  // memory is short: the next opening sweeps it
+    }
     drop_ = nullptr;
   }
 

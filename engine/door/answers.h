@@ -126,6 +126,9 @@ struct JournalAnswer {
 struct RepairRequest {
   bool apply = false;         // false: nothing is changed, and the answer says what would be done
   uint32_t thread_count = 0;  // [0, 1024]; 0: one per core
+  // Whether the map may be made anew from the photos, with new numbers for the images, where
+  // nothing less gives a sound database.
+  bool may_rebuild = false;
 };
 
 // One damage, and what a repair does about it. Both are clauses for people.

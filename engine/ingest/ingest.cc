@@ -1,12 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "engine/ingest/ingest.h"
 
-#include <exception>
-
 #include "engine/ingest/follow_up_steps.h"
 #include "engine/ingest/photo_locator.h"
 #include "engine/ingest/placement_writer.h"
 #include "engine/journal/journal.h"
+#include "storage/base/memory_shortage.h"
 #include "storage/base/stopwatch.h"
 
 namespace veduta {
@@ -140,8 +139,8 @@ Result<AddOutcome> Ingest::Place(PreparedPhoto photo, const CameraModel& camera,
   return outcome;
 }
 
-Result<AddOutcome> Ingest::Apply(PreparedPhoto photo, const CameraRecord& camera,
-                                 const std::string& contributor) {
+Result<AddOutcome> Ingest::AdmitAndPlace(PreparedPhoto photo, const CameraRecord& camera,
+                                         const std::string& contributor) {
   Stopwatch total;
   WriteScope scope = BeginWrite(parts_.database);
   VEDUTA_ASSIGN_OR_RETURN(Admission admission, Admit(*scope.base, photo, camera.id, contributor));
@@ -157,29 +156,28 @@ Result<AddOutcome> Ingest::Apply(PreparedPhoto photo, const CameraRecord& camera
   }
   const double decode_ms = photo.decode_ms, undistort_ms = photo.undistort_ms,
                features_ms = photo.features_ms;
-  const auto place = [&]() -> Result<AddOutcome> {
-    try {
-      return Place(std::move(photo), camera.model, std::move(admission.record), std::move(scope));
-    } catch (const std::exception& e) {  // nothing else is thrown by the libraries used here
-      return Status::NoMemory(std::string("there is not enough memory to place the photo: ") +
-                              e.what());
-    }
-  };
-  Result<AddOutcome> outcome = place();
-  if (!outcome.ok()) {
-    map_.Clear();
-    return outcome;
-  }
-  outcome->times.decode_ms = decode_ms;
-  outcome->times.undistort_ms = undistort_ms;
-  outcome->times.features_ms = features_ms;
-  outcome->times.total_ms = total.LapMs() + decode_ms + undistort_ms + features_ms;
+  VEDUTA_ASSIGN_OR_RETURN(AddOutcome outcome, Place(std::move(photo), camera.model,
+                                                    std::move(admission.record), std::move(scope)));
+  outcome.times.decode_ms = decode_ms;
+  outcome.times.undistort_ms = undistort_ms;
+  outcome.times.features_ms = features_ms;
+  outcome.times.total_ms = total.LapMs() + decode_ms + undistort_ms + features_ms;
+  return outcome;
+}
+
+Result<AddOutcome> Ingest::Apply(PreparedPhoto photo, const CameraRecord& camera,
+                                 const std::string& contributor) {
+  Result<AddOutcome> outcome = CatchShortage(
+      "place the photo", [&] { return AdmitAndPlace(std::move(photo), camera, contributor); });
+  if (!outcome.ok()) map_.Clear();
   return outcome;
 }
 
 Result<std::optional<DueStep>> Ingest::FindStep(const Snapshot& snapshot) const {
   if (is_state_unreadable_) return std::optional<DueStep>();
-  return FindDueStep(snapshot, options_.schedule, *parts_.retrieval, set_aside_);
+  return CatchShortage("find the next step", [&] {
+    return FindDueStep(snapshot, options_.schedule, *parts_.retrieval, set_aside_);
+  });
 }
 
 bool Ingest::IsTrainingDue() const {
@@ -192,19 +190,13 @@ FollowUp Ingest::Run(const DueStep& step, WriteScope scope) {
   done.kind = step.kind;
   done.image = step.image;
   done.reconstruction = step.reconstruction;
-  switch (step.kind) {
-    case FollowUpKind::kPropagation: {
-      Result<std::vector<ImageId>> placed = RetryPhoto(parts_, step.image, std::move(scope));
-      done.status = placed.status();
-      if (placed.ok()) done.placed = std::move(*placed);
-      break;
-    }
-    case FollowUpKind::kAdjustment:
-      done.status = AdjustWhole(parts_, step.reconstruction, std::move(scope));
-      break;
-    case FollowUpKind::kVocabulary:  // RunNextStep leaves it to others
-      break;
-  }
+  done.status = CatchShortage("place or adjust the photos again", [&]() -> Status {
+    if (step.kind == FollowUpKind::kAdjustment)
+      return AdjustWhole(parts_, step.reconstruction, std::move(scope));
+    if (step.kind == FollowUpKind::kVocabulary) return Status::Ok();  // RunNextStep leaves it
+    VEDUTA_ASSIGN_OR_RETURN(done.placed, RetryPhoto(parts_, step.image, std::move(scope)));
+    return Status::Ok();
+  });
   return done;
 }
 

@@ -30,7 +30,7 @@ class Ingest final {
 
   // Commits the photo with its verdict, and with whatever its verdict brings about in the same
   // commit: `propagated` of the outcome names the earlier photos that it founded with. An error
-  // means that nothing of the photo is visible.
+  // means that nothing of the photo is visible; kNoMemory where the memory is too short.
   Result<AddOutcome> Apply(PreparedPhoto photo, const CameraRecord& camera,
                            const std::string& contributor);
 
@@ -47,6 +47,8 @@ class Ingest final {
   void SetTrainingAside() { set_aside_.Add({FollowUpKind::kVocabulary, {}, {}}); }
 
  private:
+  Result<AddOutcome> AdmitAndPlace(PreparedPhoto photo, const CameraRecord& camera,
+                                   const std::string& contributor);
   Result<AddOutcome> StoreRejection(const PreparedPhoto& photo, ImageRecord record,
                                     WriteScope scope);
   Result<AddOutcome> Place(PreparedPhoto photo, const CameraModel& camera, ImageRecord record,

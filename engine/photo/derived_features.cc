@@ -3,14 +3,16 @@
 
 #include <utility>
 
+#include "engine/camera/projection.h"
 #include "engine/photo/photo_preparer.h"
 
 namespace veduta {
+namespace {
 
-Result<Features> ReadOrDeriveFeatures(const Snapshot& snapshot, const ImageRecord& image,
-                                      const CameraModel& camera, UndistortCache* tables) {
-  Result<Features> stored = snapshot.GetFeatures(image.photo);
-  if (stored.status().code() != StatusCode::kCorruption) return stored;
+// The features from the photo; `stored`, a failure, where it does not give them.
+Result<Features> Derive(const Snapshot& snapshot, const ImageRecord& image,
+                        const CameraModel& camera, UndistortCache* tables,
+                        Result<Features> stored) {
   const Result<StoredBytes> bytes = snapshot.GetPhoto(image.photo);
   if (!bytes.ok()) return stored;
   const PhotoPreparer preparer(nullptr, tables, PrepareOptions());
@@ -20,6 +22,24 @@ Result<Features> ReadOrDeriveFeatures(const Snapshot& snapshot, const ImageRecor
   const bool is_same = photo.hash == image.photo && photo.reason == Reason::kNone &&
                        photo.features.size() == image.feature_count;
   return is_same ? Result<Features>(std::move(photo.features)) : std::move(stored);
+}
+
+}  // namespace
+
+Result<Features> ReadOrDeriveFeatures(const Snapshot& snapshot, const ImageRecord& image,
+                                      const CameraModel& camera, UndistortCache* tables) {
+  Result<Features> stored = snapshot.GetFeatures(image.photo);
+  if (stored.status().code() != StatusCode::kCorruption) return stored;
+  return Derive(snapshot, image, camera, tables, std::move(stored));
+}
+
+Result<Features> ReadOrDeriveFeatures(const Snapshot& snapshot, const ImageRecord& image) {
+  Result<Features> stored = snapshot.GetFeatures(image.photo);
+  if (stored.status().code() != StatusCode::kCorruption) return stored;
+  const Result<CameraRecord> camera = snapshot.GetCamera(image.camera);
+  if (!camera.ok() || !CheckCamera(camera->model).ok()) return stored;
+  UndistortCache tables(0);
+  return Derive(snapshot, image, camera->model, &tables, std::move(stored));
 }
 
 }  // namespace veduta

@@ -13,5 +13,7 @@ namespace veduta {
 // either. Thread-safe as the tables are.
 Result<Features> ReadOrDeriveFeatures(const Snapshot& snapshot, const ImageRecord& image,
                                       const CameraModel& camera, UndistortCache* tables);
+// The same with the camera from the snapshot, and with a table that is built for this photo alone.
+Result<Features> ReadOrDeriveFeatures(const Snapshot& snapshot, const ImageRecord& image);
 
 }  // namespace veduta

@@ -2,6 +2,7 @@
 #include "engine/photo/image_features.h"
 
 #include "engine/camera/projection.h"
+#include "engine/photo/derived_features.h"
 
 namespace veduta {
 
@@ -35,7 +36,7 @@ Result<std::shared_ptr<const ImageFeatures>> ImageFeatureCache::Get(const Snapsh
       return Status::Corruption("family cameras: camera " + std::to_string(camera.id.value) + ": " +
                                 usable.message());
     }
-    VEDUTA_ASSIGN_OR_RETURN(Features features, snapshot.GetFeatures(image.photo));
+    VEDUTA_ASSIGN_OR_RETURN(Features features, ReadOrDeriveFeatures(snapshot, image));
     if (features.size() != image.feature_count) {
       return Status::Corruption("family features: photo " + image.photo.Hex() + " has " +
                                 std::to_string(features.size()) + " features, and image " +

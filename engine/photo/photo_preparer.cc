@@ -244,14 +244,14 @@ Result<PreparedPhoto> PhotoPreparer::PrepareWithin(const PhotoSource& source,
 
 Result<PreparedPhoto> PhotoPreparer::Prepare(const PhotoSource& source, const CameraModel& camera,
                                              Company company) const {
-  // A photo of another size than the camera's is not decoded.
-  const uint64_t pixel_count = ImageSize{camera.width_px, camera.height_px}.pixel_count();
-  const uint64_t size_bytes = source.bytes ? source.bytes->size() : PhotoFileSize(source.path);
-  const uint64_t needed =
-      PrepareBytes(std::min(size_bytes, options_.limits.size_bytes_max), pixel_count);
-  const MemoryBudget::Share share =
-      TakeMemory(company == Company::kAlone ? std::max(needed, budget_.bytes_max()) : needed);
   try {
+    // A photo of another size than the camera's is not decoded.
+    const uint64_t pixel_count = ImageSize{camera.width_px, camera.height_px}.pixel_count();
+    const uint64_t size_bytes = source.bytes ? source.bytes->size() : PhotoFileSize(source.path);
+    const uint64_t needed =
+        PrepareBytes(std::min(size_bytes, options_.limits.size_bytes_max), pixel_count);
+    const MemoryBudget::Share share =
+        TakeMemory(company == Company::kAlone ? std::max(needed, budget_.bytes_max()) : needed);
     return PrepareWithin(source, camera);
   } catch (const std::exception&) {
     PreparedPhoto photo;

@@ -55,6 +55,18 @@ struct CheckedCity {
   mutable LruCache<ImageId, std::shared_ptr<const Eye>> eyes_{256 << 20};
 };
 
+// What `verify` asks of one pair, and of the error that a point records: engine/repair asks the
+// same. Features that are missing or damaged are no violation here. CheckPair refines the pair's
+// geometry, which takes time linear in its matches.
+void CheckPair(const CheckedCity& city, const PairRecord& pair, Violations* violations);
+// How far a point is seen from where its position and `poses` put it, px, on the average of its
+// track; none where a pose or a feature of the track is missing or damaged.
+std::optional<double> MeasureErrorPx(const CheckedCity& city,
+                                     const std::map<ImageId, PoseRecord>& poses,
+                                     const PointRecord& point);
+// Whether the error that the point records is the one that was measured.
+bool IsErrorRecorded(const PointRecord& point, double error_px);
+
 // The state, the marks, and the records that are small: cameras, images, reconstructions, poses.
 Status LoadCity(CheckedCity* city, Violations* violations);
 

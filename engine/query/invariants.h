@@ -22,7 +22,8 @@ struct CheckOptions {
 
 // A sentence for each violation, naming the records; empty when the database is sound. Stops after
 // `count_max`. Parses every value: one that cannot be read is a violation, and the rest is checked
-// all the same. What is half-written under a mark is none. O(database). Thread-safe.
+// all the same. What is half-written under a mark is none. Where the memory is too short to extract
+// features, that is the failure, and no violation. O(database). Thread-safe.
 Result<std::vector<std::string>> FindViolations(const Snapshot& snapshot,
                                                 const CheckOptions& options);
 inline Result<std::vector<std::string>> FindViolations(const Snapshot& snapshot, size_t count_max) {

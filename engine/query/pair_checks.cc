@@ -62,6 +62,14 @@ bool MatchesFit(const PairRecord& pair, const CheckedCity::Eye& a, const Checked
   return CostOf(pair.b_from_a, x, scale) - CostOf(best, x, scale) <= kCostSlack;
 }
 
+struct Direction {
+  uint32_t match_count = 0;
+  PairGeometry geometry = PairGeometry::kGeneral;
+  bool operator==(const Direction&) const = default;
+};
+
+}  // namespace
+
 void CheckPair(const CheckedCity& city, const PairRecord& pair, Violations* violations) {
   const std::string name = NameOfPair(pair.a, pair.b);
   const auto eye_a = city.EyeOf(pair.a), eye_b = city.EyeOf(pair.b);
@@ -81,14 +89,6 @@ void CheckPair(const CheckedCity& city, const PairRecord& pair, Violations* viol
   violations->Expect(!exist || MatchesFit(pair, *eye_a, *eye_b),
                      [&] { return name + " has a match that its geometry does not explain"; });
 }
-
-struct Direction {
-  uint32_t match_count = 0;
-  PairGeometry geometry = PairGeometry::kGeneral;
-  bool operator==(const Direction&) const = default;
-};
-
-}  // namespace
 
 Status CheckPairs(const CheckedCity& city, Violations* violations) {
   std::map<ImagePair, Direction> told, recorded;

@@ -75,19 +75,9 @@ class StructureChecker final {
 
   // Where the point is seen, against where its position and the poses put it.
   void CheckError(const PointRecord& point) {
-    double sum = 0;
-    for (const TrackElement& element : point.track) {
-      const auto eye = city_.EyeOf(element.image);
-      const auto pose = city_.poses.find(element.image);
-      if (eye == nullptr || pose == city_.poses.end()) return;
-      if (element.feature >= eye->keypoints.size()) return;
-      const Sighting seen{pose->second.cam_from_world, eye->camera,
-                          eye->keypoints[element.feature].cast<double>()};
-      sum += ReprojectionErrorPx(seen, point.position);
-    }
-    const double error_px = sum / static_cast<double>(point.track.size());
-    Expect(std::abs(error_px - point.error_px) <= kErrorSlackPx, [&] {
-      return NameOf(point.id) + " is seen " + std::to_string(error_px) +
+    const std::optional<double> error_px = MeasureErrorPx(city_, city_.poses, point);
+    Expect(!error_px || IsErrorRecorded(point, *error_px), [&] {
+      return NameOf(point.id) + " is seen " + std::to_string(*error_px) +
              " px from where it should be, and its record says " + std::to_string(point.error_px);
     });
   }
@@ -216,6 +206,26 @@ class StructureChecker final {
 };
 
 }  // namespace
+
+std::optional<double> MeasureErrorPx(const CheckedCity& city,
+                                     const std::map<ImageId, PoseRecord>& poses,
+                                     const PointRecord& point) {
+  double sum = 0;
+  for (const TrackElement& element : point.track) {
+    const auto eye = city.EyeOf(element.image);
+    const auto pose = poses.find(element.image);
+    if (eye == nullptr || pose == poses.end()) return std::nullopt;
+    if (element.feature >= eye->keypoints.size()) return std::nullopt;
+    const Sighting seen{pose->second.cam_from_world, eye->camera,
+                        eye->keypoints[element.feature].cast<double>()};
+    sum += ReprojectionErrorPx(seen, point.position);
+  }
+  return sum / static_cast<double>(point.track.size());
+}
+
+bool IsErrorRecorded(const PointRecord& point, double error_px) {
+  return std::abs(error_px - point.error_px) <= kErrorSlackPx;
+}
 
 Status CheckStructure(const CheckedCity& city, Violations* violations) {
   return StructureChecker(city, violations).Run();

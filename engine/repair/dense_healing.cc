@@ -6,6 +6,13 @@
 namespace veduta {
 namespace {
 
+std::string NameOfSurface(ReconstructionId id) {
+  const ReconstructionId owner = OwnerOfSurface(id);
+  return (owner == id ? "the surface of reconstruction "
+                      : "the unfinished surface of reconstruction ") +
+         std::to_string(owner.value);
+}
+
 class DenseHealer {
  public:
   explicit DenseHealer(Healing* healing) : healing_(healing), from_(healing->from().dense()) {}
@@ -14,7 +21,10 @@ class DenseHealer {
     if (!healing_->options.keeps_dense) return Status::Ok();
     for (const auto& [id, image] : healing_->images) VEDUTA_RETURN_IF_ERROR(TakeDepth(id));
     for (const auto& [id, record] : healing_->reconstructions) {
-      if (record.is_living()) VEDUTA_RETURN_IF_ERROR(TakeReconstruction(id));
+      if (!record.is_living()) continue;
+      // A surface on another grid is made, or moves, under an id of its own.
+      for (const ReconstructionId surface : {id, StagedSurfaceOf(id)})
+        VEDUTA_RETURN_IF_ERROR(TakeSurface(surface));
     }
     Note(lost_depths_, "depth maps");
     Note(lost_tiles_, "tiles of surfaces");
@@ -73,11 +83,10 @@ class DenseHealer {
     return true;
   }
 
-  Status TakeReconstruction(ReconstructionId id) {
+  Status TakeSurface(ReconstructionId id) {
     const Result<std::optional<DenseSettings>> settings = from_.FindSettings(id);
     if (!IsRead(settings)) {
-      healing_->notes.Add("the settings of the surface of reconstruction " +
-                              std::to_string(id.value) + " cannot be read",
+      healing_->notes.Add("the settings of " + NameOfSurface(id) + " cannot be read",
                           "the surface is left out; 'veduta densify' makes it again");
       return status_;
     }
@@ -91,9 +100,9 @@ class DenseHealer {
     });
     if (!scanned.ok()) {
       if (!IsDamage(scanned)) return scanned;
-      healing_->notes.Add("the list of the tiles of reconstruction " + std::to_string(id.value) +
-                              " cannot be read: " + scanned.message(),
-                          "'veduta densify' makes those again that are not found");
+      healing_->notes.Add(
+          "the list of the tiles of " + NameOfSurface(id) + " cannot be read: " + scanned.message(),
+          "'veduta densify' makes those again that are not found");
     }
     for (const TileRecord& tile : tiles) VEDUTA_RETURN_IF_ERROR(TakeTile(tile));
     return Status::Ok();

@@ -2,6 +2,8 @@
 #include "engine/repair/healing.h"
 
 #include <algorithm>
+#include <cerrno>
+#include <cstring>
 
 #include "engine/journal/journal.h"
 
@@ -15,6 +17,7 @@ Status FindVocabulary(Healing* healing) {
   DatabaseState& state = healing->state;
   for (uint32_t generation = kGenerationMax; generation > 0; --generation) {
     const Result<StoredBytes> tree = healing->from().GetVocabulary(generation);
+    if (!tree.ok() && !IsDamage(tree.status())) return tree.status();
     if (!tree.ok()) continue;
     state.vocabulary_generation = generation;
     return Status::Ok();  // how many images it was made for, the journal tells: RestateJournal
@@ -81,8 +84,11 @@ Status WriteState(Healing* healing) {
 }  // namespace
 
 bool IsDamage(const Status& status) {
-  return status.code() == StatusCode::kCorruption || status.code() == StatusCode::kNotFound ||
-         status.code() == StatusCode::kIoError;
+  if (status.code() == StatusCode::kCorruption || status.code() == StatusCode::kNotFound)
+    return true;
+  // A file of the database that is gone. RocksDB has no code of its own for it.
+  return status.code() == StatusCode::kIoError &&
+         status.message().find(std::strerror(ENOENT)) != std::string::npos;
 }
 
 std::string PhotoText(const ImageRecord& image) {

@@ -81,7 +81,9 @@ struct Healing {
   Status TryAgain(ImageId id);
 };
 
-// Whether the failure is about what is stored: the record cannot be read.
+// Whether the failure is about what is stored: the record is damaged, or it or its file is gone.
+// Other failures are about the machine, such as a disk that does not answer or too many open files:
+// a record that cannot be read now may be whole, and the repair ends.
 bool IsDamage(const Status& status);
 // "photo 'walk/1.jpg' (image 7)"
 std::string PhotoText(const ImageRecord& image);

@@ -92,6 +92,7 @@ Status RecoverImage(ImageId id, const Remains& remains, const std::string& damag
   record.photo = photo->second;
   record.name = NameFor(remains, id, record.photo);
   const Result<std::optional<PoseRecord>> pose = healing->from().FindPose(id);
+  if (!pose.ok() && !IsDamage(pose.status())) return pose.status();
   FillFromJournal(*healing, pose.ok() && pose->has_value(), &record);
   const Result<std::vector<uint8_t>> bytes = healing->source.GetPhoto(record.photo);
   if (!bytes.ok()) {
@@ -102,6 +103,7 @@ Status RecoverImage(ImageId id, const Remains& remains, const std::string& damag
     return Status::Ok();
   }
   const Result<Features> stored = healing->from().GetFeatures(record.photo);
+  if (!stored.ok() && !IsDamage(stored.status())) return stored.status();
   VEDUTA_ASSIGN_OR_RETURN(const Fitting fitting, FittingCameras(*bytes, stored, *healing));
   if (fitting.size() != 1) {
     healing->notes.Add(damage, "its camera cannot be told, so the photo is written to a folder");
@@ -134,6 +136,7 @@ Status RecoverStrays(const Remains& remains, Healing* healing) {
   for (const ContentHash& photo : strays) {
     const Result<bool> is_coming = healing->from().IsWrittenAhead(photo);
     const Result<std::vector<uint8_t>> bytes = healing->source.GetPhoto(photo);
+    if (!bytes.ok() && !IsDamage(bytes.status())) return bytes.status();
     if ((is_coming.ok() && *is_coming) || !bytes.ok()) continue;
     VEDUTA_ASSIGN_OR_RETURN(const Fitting fitting,
                             FittingCameras(*bytes, healing->from().GetFeatures(photo), *healing));
@@ -158,9 +161,8 @@ Status HealCameras(Healing* healing) {
     }
     if (!IsDamage(camera.status())) return camera.status();
     const bool is_missing = camera.status().code() == StatusCode::kNotFound;
-    if (is_missing && id.value >= healing->state.next_camera && !RecoverCamera(id, healing))
-      return false;
     const bool recovered = RecoverCamera(id, healing);
+    if (is_missing && id.value >= healing->state.next_camera && !recovered) return false;
     healing->notes.Add(
         "camera " + std::to_string(id.value) + " cannot be read: " + camera.status().message(),
         recovered ? "it is taken from the journal"

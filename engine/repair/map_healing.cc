@@ -4,7 +4,6 @@
 #include <algorithm>
 #include <cmath>
 
-#include "engine/mapping/triangulation.h"
 #include "engine/query/checked_city.h"
 #include "engine/repair/healing.h"
 
@@ -48,20 +47,20 @@ class ReconstructionHealer {
     });
   }
 
-  // The mean error of a point whose track has changed; a track that cannot be measured is emptied.
+  // The mean error of a point anew; a track that cannot be measured is emptied.
   void MeasureAgain(PointRecord* point) {
-    double sum = 0;
-    for (const TrackElement& element : point->track) {
-      const auto eye = city_.EyeOf(element.image);
-      if (eye == nullptr || element.feature >= eye->keypoints.size()) {
-        DropTrack(point);
-        return;
-      }
-      const Sighting seen{poses_.at(element.image).cam_from_world, eye->camera,
-                          eye->keypoints[element.feature].cast<double>()};
-      sum += ReprojectionErrorPx(seen, point->position);
-    }
-    point->error_px = static_cast<float>(sum / static_cast<double>(point->track.size()));
+    const std::optional<double> error_px = MeasureErrorPx(city_, poses_, *point);
+    if (!error_px || !std::isfinite(*error_px)) return DropTrack(point);
+    point->error_px = static_cast<float>(*error_px);
+  }
+
+  // A point of which verify would say that its error is not the one that it records.
+  void CheckError(PointRecord* point) {
+    const std::optional<double> error_px = MeasureErrorPx(city_, poses_, *point);
+    if (!error_px || IsErrorRecorded(*point, *error_px)) return;
+    ++remeasured_;
+    MeasureAgain(point);
+    if (point->track.empty()) ++unmeasurable_;
   }
 
   void DropTrack(PointRecord* point) {
@@ -74,7 +73,10 @@ class ReconstructionHealer {
     for (PointRecord& point : block.points) {
       const size_t length = point.track.size();
       CleanTrack(&point);
-      if (point.track.size() == length) continue;
+      if (point.track.size() == length) {
+        CheckError(&point);
+        continue;
+      }
       ++shortened_;
       if (point.track.size() < 2) {
         DropTrack(&point);
@@ -161,11 +163,17 @@ class ReconstructionHealer {
                     Name(record_.id) + " cannot be read",
                 "they are left out; later photos bring new ones");
     }
+    dropped_ -= unmeasurable_;
     if (dropped_ + shortened_ > 0) {
       notes.Add(std::to_string(shortened_) + " points of " + Name(record_.id) +
                     " are seen by features that are not there",
                 "those features are left out, and with them " + std::to_string(dropped_) +
                     " points that fewer than two photos see");
+    }
+    if (remeasured_ > 0) {
+      notes.Add(std::to_string(remeasured_) + " points of " + Name(record_.id) +
+                    " have another error than the one that they record",
+                "their errors are measured again, and points that no photo can see are left out");
     }
     if (other_observations_ > 0) {
       notes.Add("the observations of " + std::to_string(other_observations_) + " photos in " +
@@ -240,7 +248,8 @@ class ReconstructionHealer {
   std::set<std::pair<ImageId, FeatureIndex>> taken_;
   std::set<ImageId> lost_blocks_;
   std::vector<ImageId> unseen_;
-  uint64_t dropped_ = 0, shortened_ = 0, other_observations_ = 0;
+  uint64_t dropped_ = 0, shortened_ = 0, remeasured_ = 0, unmeasurable_ = 0,
+           other_observations_ = 0;
 };
 
 struct StoredMap {

@@ -2,6 +2,7 @@
 // Pairs of images. Each is written with both of its directions.
 #include <algorithm>
 
+#include "engine/query/checked_city.h"
 #include "engine/repair/healing.h"
 
 namespace veduta {
@@ -39,30 +40,55 @@ bool NamesFeatures(const PairRecord& pair, const Healing& healing) {
   });
 }
 
+// What verify would say against the pair; empty where it would say nothing.
+std::string ObjectionTo(const PairRecord& pair, const CheckedCity& city) {
+  Violations violations(1);
+  CheckPair(city, pair, &violations);
+  const std::vector<std::string> found = violations.Take();
+  return found.empty() ? "" : found.front();
+}
+
+void NoteLosses(uint32_t unreadable, uint32_t lost, const std::vector<std::string>& objections,
+                RepairNotes* notes) {
+  if (unreadable > 0) {
+    notes->Add("the lists of neighbors of " + std::to_string(unreadable) + " photos cannot be read",
+               "they are made again from the records of pairs");
+  }
+  const std::string remedy = "they are left out: the photos stay, with fewer neighbors";
+  if (lost > 0) notes->Add(std::to_string(lost) + " pairs of photos cannot be read", remedy);
+  if (objections.empty()) return;
+  notes->Add(std::to_string(objections.size()) +
+                 " pairs of photos contradict their features, the first: " + objections.front(),
+             remedy);
+}
+
 }  // namespace
 
 Status HealPairs(Healing* healing) {
   uint32_t unreadable = 0, lost = 0;
+  std::vector<std::string> objections;
+  CheckedCity city(healing->from(), /*is_deep=*/false, /*prepares=*/nullptr);
+  city.cameras = healing->cameras;
+  city.images = healing->images;
   VEDUTA_ASSIGN_OR_RETURN(const auto pairs, FindPairs(*healing, &unreadable));
   for (const auto& [a, b] : pairs) {
     const Result<PairRecord> pair = healing->from().GetPair(a, b);
-    if (pair.ok() && NamesFeatures(*pair, *healing)) {
-      VEDUTA_RETURN_IF_ERROR(
-          healing->writer.Put([&](Transaction& transaction) { transaction.PutPair(*pair); }));
+    if (!pair.ok() && !IsDamage(pair.status())) return pair.status();
+    if (!pair.ok()) {
+      if (pair.status().code() != StatusCode::kNotFound) ++lost;
       continue;
     }
-    if (!pair.ok() && !IsDamage(pair.status())) return pair.status();
-    if (pair.ok() || pair.status().code() != StatusCode::kNotFound) ++lost;
+    std::string objection = NamesFeatures(*pair, *healing)
+                                ? ObjectionTo(*pair, city)
+                                : "a match names a feature that does not exist";
+    if (!objection.empty()) {
+      objections.push_back(std::move(objection));
+      continue;
+    }
+    VEDUTA_RETURN_IF_ERROR(
+        healing->writer.Put([&](Transaction& transaction) { transaction.PutPair(*pair); }));
   }
-  if (unreadable > 0) {
-    healing->notes.Add(
-        "the lists of neighbors of " + std::to_string(unreadable) + " photos cannot be read",
-        "they are made again from the records of pairs");
-  }
-  if (lost > 0) {
-    healing->notes.Add(std::to_string(lost) + " pairs of photos cannot be read",
-                       "they are left out: the photos stay, with fewer neighbors");
-  }
+  NoteLosses(unreadable, lost, objections, &healing->notes);
   return Status::Ok();
 }
 

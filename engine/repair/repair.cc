@@ -56,13 +56,24 @@ class Repairer final {
     if (answer_.is_sound || !request_.apply) return Status::Ok();
     VEDUTA_RETURN_IF_ERROR(CheckRoom(folders_));
     for (const Way way : {Way::kHeal, Way::kHealDerivingMore, Way::kRebuild}) {
+      if (way == Way::kRebuild && !request_.may_rebuild) break;
       VEDUTA_ASSIGN_OR_RETURN(const bool is_sound, Make(way, examined));
       if (!is_sound) continue;
       VEDUTA_RETURN_IF_ERROR(Pass(RepairStep::kWritten));
       return Switch();
     }
-    return Status::Corruption("no sound database could be made of " + folders_.database +
-                              ", not even from its photos alone; it is unchanged");
+    return NothingSound();
+  }
+
+  Status NothingSound() const {
+    const std::string what = "no sound database could be made of " + folders_.database;
+    if (request_.may_rebuild)
+      return Status::Corruption(what + ", not even from its photos alone; it is unchanged");
+    return Status::Corruption(
+        what +
+        " by leaving out what is damaged; it is unchanged. 'veduta repair --yes --rebuild' adds "
+        "its "
+        "photos to a new database instead: the images get new numbers, and the map is made anew");
   }
 
   Status Pass(RepairStep step) const {
@@ -124,6 +135,11 @@ class Repairer final {
     VEDUTA_RETURN_IF_ERROR(made);
     TakeNotes(notes);
     answer_.is_rebuilt = way == Way::kRebuild;
+    if (way == Way::kHealDerivingMore) {  // a rebuild, which may follow, makes them anew as well
+      answer_.findings.push_back({"words of photos or records of surfaces contradict other records",
+                                  "words are looked up again, and 'veduta densify' makes the "
+                                  "surfaces again"});
+    }
     return Finish(way, examined, notes);
   }
 
@@ -148,7 +164,8 @@ class Repairer final {
       const auto photo = std::ranges::find(loose_, name, &LoosePhoto::name);
       if (photo == loose_.end()) continue;
       VEDUTA_ASSIGN_OR_RETURN(const std::vector<uint8_t> bytes, source_->GetPhoto(photo->photo));
-      VEDUTA_RETURN_IF_ERROR(WriteFileInside(folders_.photos, name, bytes));
+      const std::string prefix = photo->photo.Hex().substr(0, 16);
+      VEDUTA_RETURN_IF_ERROR(WriteFileInside(folders_.photos, name, prefix, bytes));
       answer_.photos_path = folders_.photos;
     }
     return Status::Ok();
@@ -160,9 +177,9 @@ class Repairer final {
     answer_.report_path = folders_.report;
     VEDUTA_RETURN_IF_ERROR(
         WriteTextDurably(folders_.report, RepairReport(folders_.database, answer_)));
-    VEDUTA_RETURN_IF_ERROR(RenameDurably(folders_.repairing, folders_.repaired));
+    VEDUTA_RETURN_IF_ERROR(CompleteSwitch(folders_));
     VEDUTA_RETURN_IF_ERROR(Pass(RepairStep::kComplete));
-    VEDUTA_RETURN_IF_ERROR(RenameDurably(folders_.database, folders_.kept));
+    VEDUTA_RETURN_IF_ERROR(BeginSwitch(folders_));
     VEDUTA_RETURN_IF_ERROR(Pass(RepairStep::kMovedAway));
     VEDUTA_RETURN_IF_ERROR(FinishSwitch(folders_));
     answer_.is_repaired = true;
@@ -187,18 +204,24 @@ Result<RepairAnswer> RunRepair(const std::string& path, const RepairRequest& req
   options.thread_count = request.thread_count;
   VEDUTA_RETURN_IF_ERROR(options.Check());
   const RepairFolders folders = RepairFoldersFor(path);
-  const bool unfinished = IsSwitchUnfinished(folders);
+  const SwitchState state = FindSwitch(folders);
+  const bool unfinished = state == SwitchState::kMovedAway || state == SwitchState::kExchanged;
   if (unfinished && !request.apply) {
     RepairAnswer answer;
     answer.findings.push_back({"a repair was interrupted when its new database was complete",
                                "the new database takes the place of the damaged one"});
     return answer;
   }
-  if (unfinished) VEDUTA_RETURN_IF_ERROR(FinishSwitch(folders));
+  if (unfinished) {
+    // Another program may be about to do the last step.
+    VEDUTA_ASSIGN_OR_RETURN(const FolderLock lock, FolderLock::Take(folders.repaired, nullptr));
+    VEDUTA_RETURN_IF_ERROR(FinishSwitch(folders));
+  }
   std::error_code error;
   if (!std::filesystem::is_directory(folders.database, error))
     return Status::NotFound("there is no database at " + path + ": create one with 'veduta init'");
-  return Repairer(folders, request, watch).Run();
+  VEDUTA_RETURN_IF_ERROR(CheckCanBeRenamed(folders));
+  return Repairer(RepairFoldersFor(path), request, watch).Run();
 }
 
 Result<RepairAnswer> Engine::Repair(const std::string& path, const RepairRequest& request) {

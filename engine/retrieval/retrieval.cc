@@ -6,6 +6,7 @@
 #include <map>
 
 #include "engine/journal/journal.h"
+#include "engine/photo/derived_features.h"
 #include "index/descriptor_sample.h"
 #include "storage/base/option_bounds.h"
 
@@ -24,10 +25,19 @@ Result<std::vector<ImageRecord>> ListRetrievable(const Snapshot& snapshot) {
   return images;
 }
 
+// Derived from the photo where they are damaged. A failure names the image.
+Result<Features> FeaturesOf(const Snapshot& snapshot, const ImageRecord& image) {
+  Result<Features> features = ReadOrDeriveFeatures(snapshot, image);
+  if (features.status().code() != StatusCode::kCorruption) return features;
+  return Status::Corruption(
+      "the features of image " + std::to_string(image.id.value) +
+      " cannot be read, and cannot be extracted from its photo: " + features.status().message());
+}
+
 // The distinct words of a stored image.
 Result<std::vector<WordId>> WordsOf(const Snapshot& snapshot, const ImageRecord& image,
                                     const VocabularyTree& tree) {
-  VEDUTA_ASSIGN_OR_RETURN(const Features features, snapshot.GetFeatures(image.photo));
+  VEDUTA_ASSIGN_OR_RETURN(const Features features, FeaturesOf(snapshot, image));
   return DistinctWords(tree.QuantizeAll(features.descriptors));
 }
 
@@ -139,7 +149,7 @@ Result<Retrieval::Prepared> Retrieval::TrainAlone(Database* database, ThreadPool
   }
   DescriptorSample sample(options_.training_count_max);
   for (const ImageRecord& image : images) {
-    VEDUTA_ASSIGN_OR_RETURN(const Features features, snapshot->GetFeatures(image.photo));
+    VEDUTA_ASSIGN_OR_RETURN(const Features features, FeaturesOf(*snapshot, image));
     sample.Add(image.photo.Seed(), features.descriptors);
   }
   const std::vector<uint8_t> descriptors = sample.Take();

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <utility>
 
+#include "storage/base/memory_shortage.h"
 #include "storage/base/stopwatch.h"
 
 namespace veduta {
@@ -20,6 +21,11 @@ AddOutcome NotJudged(const WaitingPhoto& photo, Status failure) {
   outcome.name = photo.photo.name;
   outcome.failure = std::move(failure);
   return outcome;
+}
+
+// Why the photo was not prepared; OK where it was.
+Status FailureOf(const Result<PreparedPhoto>& prepared) {
+  return prepared.ok() ? prepared->failure : prepared.status();
 }
 
 // A failure that need not befall the next photo. After a failed write all others fail, too.
@@ -302,10 +308,12 @@ bool Scheduler::Apply(Entries::iterator entry, std::unique_lock<std::mutex>* loc
 
 Result<AddOutcome> Scheduler::ApplyInTurn(Entry* entry) {
   // What failed while the database was opened again, say, or when others took the memory, may do
-  // now.
-  if (!entry->prepared->ok() || !(*entry->prepared)->failure.ok()) {
-    entry->prepared = preparer_->Prepare(entry->photo.photo, entry->photo.camera.model,
-                                         PhotoPreparer::Company::kAlone);
+  // now. Only where memory was short do the others wait: a folder of files that are gone must not
+  // hold them up.
+  if (const Status failure = FailureOf(*entry->prepared); !failure.ok()) {
+    const auto company = failure.code() == StatusCode::kNoMemory ? PhotoPreparer::Company::kAlone
+                                                                 : PhotoPreparer::Company::kOthers;
+    entry->prepared = preparer_->Prepare(entry->photo.photo, entry->photo.camera.model, company);
   }
   if (!entry->prepared->ok()) return entry->prepared->status();
   if (!(*entry->prepared)->failure.ok())
@@ -351,7 +359,7 @@ void Scheduler::StartTraining() {
 
 void Scheduler::Train() {
   Stopwatch watch;
-  const Result<bool> trained = train_if_due_();
+  const Result<bool> trained = CatchShortage("train the vocabulary", train_if_due_);
   if (!trained.ok()) {
     Writer::Turn turn = writer_->Take();
     (*ingest_)->SetTrainingAside();

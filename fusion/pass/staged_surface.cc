@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "fusion/pass/staged_surface.h"
 
-#include <bit>
+#include <map>
 #include <optional>
 #include <string>
 
@@ -24,26 +24,45 @@ Result<SurfaceCounts> CountTiles(const Snapshot& snapshot, ReconstructionId surf
   return counts;
 }
 
-// Everything of a tile, from one id to another, in one transaction.
-Status MoveTile(const Snapshot& snapshot, TileRecord tile, ReconstructionId to,
-                DenseWriter* writer) {
-  const ReconstructionId from = tile.reconstruction;
+// What is stored of a tile beside its record.
+struct TileParts {
+  std::map<uint8_t, StoredBytes> blocks;
+  std::map<SurfacePart, StoredBytes> surface;
+};
+
+Result<TileParts> ReadParts(const Snapshot& snapshot, const TileRecord& tile) {
+  TileParts parts;
   for (uint8_t number = 0; number < kTileBlockCount; ++number) {
     if (!(tile.blocks & (1ull << number))) continue;
-    VEDUTA_ASSIGN_OR_RETURN(const StoredBytes bytes,
-                            snapshot.dense().GetVolumeBlock(from, tile.place, number));
-    writer->PutVolumeBlock(to, tile.place, number, bytes.bytes());
+    VEDUTA_ASSIGN_OR_RETURN(parts.blocks[number], snapshot.dense().GetVolumeBlock(
+                                                      tile.reconstruction, tile.place, number));
   }
   for (const SurfacePart part : {SurfacePart::kSolution, SurfacePart::kMesh, SurfacePart::kColors,
                                  SurfacePart::kFirstRound}) {
-    const Result<StoredBytes> bytes = snapshot.dense().GetSurface(part, from, tile.place);
+    Result<StoredBytes> bytes = snapshot.dense().GetSurface(part, tile.reconstruction, tile.place);
     if (bytes.status().code() == StatusCode::kNotFound) continue;  // a tile without triangles
     VEDUTA_RETURN_IF_ERROR(bytes.status());
-    writer->PutSurface(part, to, tile.place, bytes->bytes());
+    parts.surface[part] = std::move(*bytes);
   }
+  return parts;
+}
+
+// Everything of a tile, from one id to another, in one transaction. A tile that is damaged is
+// deleted instead: the next stages make it again, and no pass could ever move it.
+Status MoveTile(const Snapshot& snapshot, TileRecord tile, ReconstructionId to,
+                DenseWriter* writer) {
+  const Result<TileParts> parts = ReadParts(snapshot, tile);
+  const StatusCode code = parts.status().code();
+  const bool is_damaged = code == StatusCode::kCorruption || code == StatusCode::kNotFound;
+  if (!parts.ok() && !is_damaged) return parts.status();
+  writer->DeleteTile(tile.reconstruction, tile.place);
+  if (!parts.ok()) return Status::Ok();
+  for (const auto& [number, bytes] : parts->blocks)
+    writer->PutVolumeBlock(to, tile.place, number, bytes.bytes());
+  for (const auto& [part, bytes] : parts->surface)
+    writer->PutSurface(part, to, tile.place, bytes.bytes());
   tile.reconstruction = to;
   writer->PutTile(tile);
-  writer->DeleteTile(from, tile.place);
   return Status::Ok();
 }
 

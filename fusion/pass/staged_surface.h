@@ -38,8 +38,8 @@ Result<ReconstructionId> BeginSurface(const DenseSettings& settings, DensePass* 
 // have some.
 Status SwitchToStaged(DensePass* pass);
 
-// Step 3, from wherever it is. One commit per tile, which rewrites the tile. Nothing where no
-// surface moves.
+// Step 3, from wherever it is. One commit per tile, which rewrites the tile. A tile that is damaged
+// is deleted instead, and the next pass makes it again. Nothing where no surface moves.
 Status FinishMove(DensePass* pass);
 
 }  // namespace veduta

@@ -2,10 +2,32 @@
 #include "storage/base/thread_pool.h"
 
 #include <algorithm>
+#include <exception>
 #include <memory>
 
 namespace veduta {
 namespace {
+
+// The exception of the lowest index: which one is kept does not depend on who comes first.
+struct FirstException {
+  void Note(size_t i, std::exception_ptr thrown) {
+    if (exception && index < i) return;
+    index = i;
+    exception = std::move(thrown);
+  }
+
+  size_t index = 0;
+  std::exception_ptr exception;
+};
+
+std::exception_ptr RunIndex(const std::function<void(size_t)>& body, size_t i) {
+  try {
+    body(i);
+  } catch (...) {  // ParallelFor throws it again
+    return std::current_exception();
+  }
+  return nullptr;
+}
 
 // Shared by the caller and the helpers of one loop; a helper that comes late finds nothing left and
 // leaves.
@@ -17,8 +39,9 @@ struct Loop {
     while (next < count) {
       const size_t i = next++;
       lock.unlock();
-      body(i);
+      std::exception_ptr thrown = RunIndex(body, i);
       lock.lock();
+      if (thrown) first_exception.Note(i, std::move(thrown));
       if (++done == count) finished.notify_all();
     }
   }
@@ -27,9 +50,25 @@ struct Loop {
   std::condition_variable finished;
   size_t next = 0;
   size_t done = 0;
+  FirstException first_exception;
   const size_t count;
   const std::function<void(size_t)> body;
 };
+
+void RunTask(const std::function<void()>& task) {
+  try {
+    task();
+  } catch (...) {  // nobody waits for the task who could be told
+  }
+}
+
+void RunSerially(size_t count, const std::function<void(size_t)>& body) {
+  FirstException first;
+  for (size_t i = 0; i < count; ++i) {
+    if (std::exception_ptr thrown = RunIndex(body, i)) first.Note(i, std::move(thrown));
+  }
+  if (first.exception) std::rethrow_exception(std::move(first.exception));
+}
 
 }  // namespace
 
@@ -49,7 +88,7 @@ ThreadPool::~ThreadPool() {
 
 void ThreadPool::Submit(std::function<void()> task) {
   if (threads_.empty()) {
-    task();
+    RunTask(task);
     return;
   }
   {
@@ -62,19 +101,28 @@ void ThreadPool::Submit(std::function<void()> task) {
 void ThreadPool::ParallelFor(size_t count, const std::function<void(size_t)>& body) {
   if (count == 0) return;
   if (count == 1 || threads_.empty()) {
-    for (size_t i = 0; i < count; ++i) body(i);
+    RunSerially(count, body);
     return;
   }
   const auto loop = std::make_shared<Loop>(count, body);
-  const size_t helper_count = std::min(count - 1, threads_.size());
-  {
-    const std::lock_guard lock(mutex_);
-    for (size_t i = 0; i < helper_count; ++i) tasks_.push_front([loop] { loop->Run(); });
-  }
-  wake_.notify_all();
+  AddHelpers(std::min(count - 1, threads_.size()), [loop] { loop->Run(); });
   loop->Run();
   std::unique_lock lock(loop->mutex);
   loop->finished.wait(lock, [&] { return loop->done == loop->count; });
+  std::exception_ptr thrown = std::move(loop->first_exception.exception);
+  lock.unlock();
+  if (thrown) std::rethrow_exception(std::move(thrown));
+}
+
+void ThreadPool::AddHelpers(size_t count, const std::function<void()>& help) {
+  {
+    const std::lock_guard lock(mutex_);
+    try {
+      for (size_t i = 0; i < count; ++i) tasks_.push_front(help);
+    } catch (...) {  // there is no memory for more helpers, and the caller manages without them
+    }
+  }
+  wake_.notify_all();
 }
 
 void ThreadPool::Work() {
@@ -87,7 +135,7 @@ void ThreadPool::Work() {
       task = std::move(tasks_.front());
       tasks_.pop_front();
     }
-    task();
+    RunTask(task);
   }
 }
 

@@ -11,6 +11,7 @@
 #include <system_error>
 #include <vector>
 
+#include "damage.h"
 #include "samples.h"
 #include "storage/log_names.h"
 #include "storage/log_reader.h"
@@ -46,6 +47,22 @@ inline void CopyAsKilled(const std::string& from, const std::string& to) {
     if (!failed && list() == before) return;
   }
   ADD_FAILURE() << from << " never stays as it is";
+}
+
+// Copies the database as a killed process leaves it that has made a table of the family photos
+// alone: the first log is still needed, and holds `records` records.
+inline void CopyWithPhotosFlushed(const std::string& from, const std::string& to, int records) {
+  const auto act = [&](rocksdb::DB& db, rocksdb::ColumnFamilyHandle* photos) {
+    for (int i = 0; i < records; ++i) {
+      ASSERT_TRUE(db.Put({}, "key " + std::to_string(i), "of the unused default family").ok());
+    }
+    ASSERT_TRUE(db.Put({}, photos, "photo", "its bytes").ok());
+    ASSERT_TRUE(db.Flush({}, photos).ok());
+    ASSERT_TRUE(db.Put({}, "last key", "in the second log").ok());
+    CopyAsKilled(from, to);
+    ASSERT_TRUE(db.Delete({}, photos, "photo").ok());
+  };
+  WithRocksdb(from, act, Family::kPhotos);
 }
 
 inline std::vector<std::string> LogsOf(const std::string& folder) {

@@ -12,6 +12,7 @@
 #include "fault_file_system.h"
 #include "log_damage.h"
 #include "storage/acknowledged.h"
+#include "storage/log_writer.h"
 
 namespace veduta {
 namespace {
@@ -138,6 +139,22 @@ TEST_F(LogInspection, EndThatWasNeverSyncedIsForgiven) {
   }
 }
 
+TEST_F(LogInspection, WithoutAMarkATornEndBeforeALaterLogIsForgivenAndAFlippedBitIsNot) {
+  std::filesystem::remove(path_ + "/" + kAcknowledgedFile);
+  const LogPiece& torn = pieces_[2 * 10 + 1];  // what was written ahead for image 11
+  auto later = LogWriter::Make(*rocksdb::FileSystem::Default(), path_ + "/000900.log");
+  ASSERT_OK(later);
+  ASSERT_OK(ReadLog(*rocksdb::FileSystem::Default(), log_, [&](const LogPiece& piece) {
+    return piece.begin_bytes > torn.begin_bytes ? later->Add(piece.batch) : Status::Ok();
+  }));
+  ASSERT_OK(later->Finish());
+  std::filesystem::resize_file(log_, torn.end_bytes);
+  FlipBit(log_, torn.begin_bytes + 100);
+  ExpectRefused("cannot be read from byte " + std::to_string(torn.begin_bytes));
+  std::filesystem::resize_file(log_, torn.begin_bytes + 100);
+  ExpectOpens(10);
+}
+
 TEST_F(LogInspection, MarkIsMadeWhereAnOlderProgramLeftNone) {
   std::filesystem::remove(path_ + "/" + kAcknowledgedFile);
   MustOpen(path_, {.read_only = true}).reset();
@@ -173,6 +190,15 @@ TEST_F(LogInspection, EachLogOfSeveralIsMissed) {
     std::filesystem::remove(log);
     EXPECT_EQ(Database::Open(path_, {}).status().code(), StatusCode::kCorruption) << log;
   }
+}
+
+TEST_F(LogInspection, DamageAtTheBeginIsFoundWhereOneFamilyWasFlushedByItself) {
+  CopyWithPhotosFlushed(folder_ / "whole", path_, 3);
+  const auto logs = LogsOf(path_);
+  ASSERT_EQ(logs.size(), 2u);
+  FlipBit(logs.front(), 20);
+  ExpectRefused(std::filesystem::path(logs.front()).filename().string() +
+                " cannot be read from byte 0 ");
 }
 
 TEST_F(LogInspection, WithoutSyncsAPowerCutIsForgivenAndACleanCloseIsNot) {

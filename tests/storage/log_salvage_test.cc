@@ -63,6 +63,20 @@ TEST_F(LogSalvage, WhatFollowsDamageComesBack) {
   ExpectAllBut(5);
 }
 
+TEST_F(LogSalvage, FirstRecordMayBeDamagedWhereOneFamilyWasFlushedByItself) {
+  CopyWithPhotosFlushed(folder_ / "whole", path_, 3);
+  FlipBit(LogsOf(path_).front(), 20);
+  ASSERT_OK(SalvageLogs(path_, {}));
+  const auto get = [](rocksdb::DB& db, rocksdb::ColumnFamilyHandle*) {
+    std::string value;
+    EXPECT_TRUE(db.Get({}, "key 0", &value).IsNotFound());
+    for (const char* key : {"key 1", "key 2", "last key"})
+      EXPECT_TRUE(db.Get({}, key, &value).ok());
+  };
+  WithRocksdb(path_, get, Family::kPhotos);
+  ExpectAllBut(0);
+}
+
 TEST_F(LogSalvage, SecondDamageGetsAFolderOfItsOwn) {
   FlipBit(log_, pieces_[2 * 5].begin_bytes + 30);
   ASSERT_OK(SalvageLogs(path_, {}));

@@ -1,13 +1,22 @@
 // SPDX-License-Identifier: Apache-2.0
 // Goal: a backup is a copy that can be read to its last byte, or there is none and the failure says
 //   what is damaged.
-// Method: a byte of a stored photo, and one of a table, is flipped before a checkpoint is made.
+// Method: a byte of a stored photo, and one of a table, is flipped before a checkpoint is made; one
+//   is made of more files than the process may open, and one during which the files are closed.
 #include "storage/maintenance.h"
 
 #include <gtest/gtest.h>
+#include <rocksdb/file_system.h>
+#include <sys/resource.h>
 
+#include <chrono>
+#include <cstdlib>
 #include <filesystem>
 #include <fstream>
+#include <functional>
+#include <future>
+#include <iostream>
+#include <mutex>
 
 #include "tests/storage/samples.h"
 
@@ -62,6 +71,63 @@ class CheckpointTest : public testing::Test {
 
 TEST_F(CheckpointTest, OfAWholeDatabaseIsThere) {
   EXPECT_OK(Copy());
+}
+
+// Ends the process with 0 where a checkpoint of many files was made.
+void CopyManyFilesWithFewOpen(const std::string& folder) {
+  const rlimit limit{96, 96};
+  if (setrlimit(RLIMIT_NOFILE, &limit) != 0) std::exit(1);
+  const auto database = MustCreate(folder + "/many");
+  Status done;
+  for (uint64_t i = 0; i < 40 && done.ok(); ++i) {  // two blob files each
+    done = database->WritePhotoAhead(SampleHash(i), SampleBytes(i, 5000), SampleFeatures(i, 4));
+    if (done.ok()) done = database->Compact();
+  }
+  if (done.ok()) done = database->CreateCheckpoint(folder + "/copy");
+  if (!done.ok()) std::cerr << done.message() << std::endl;
+  std::exit(done.ok() ? 0 : 1);
+}
+
+TEST_F(CheckpointTest, NeedsFewOpenFiles) {
+  testing::FLAGS_gtest_death_test_style = "threadsafe";
+  EXPECT_EXIT(CopyManyFilesWithFewOpen(folder_ / "."), testing::ExitedWithCode(0), "");
+}
+
+// Does something when the first table is opened whose path contains `part`.
+class OnFirstTable final : public rocksdb::FileSystemWrapper {
+ public:
+  OnFirstTable(std::string part, std::function<void()> act)
+      : FileSystemWrapper(rocksdb::FileSystem::Default()),
+        part_(std::move(part)),
+        act_(std::move(act)) {}
+  const char* Name() const override { return "OnFirstTable"; }
+  rocksdb::IOStatus NewRandomAccessFile(const std::string& path,
+                                        const rocksdb::FileOptions& options,
+                                        std::unique_ptr<rocksdb::FSRandomAccessFile>* file,
+                                        rocksdb::IODebugContext* debug) override {
+    if (path.find(part_) != std::string::npos) std::call_once(once_, act_);
+    return target()->NewRandomAccessFile(path, options, file, debug);
+  }
+
+ private:
+  const std::string part_;
+  const std::function<void()> act_;
+  std::once_flag once_;
+};
+
+TEST_F(CheckpointTest, IsReadWhileTheDatabaseMayBeOpenedAgain) {
+  std::unique_ptr<Database> database;
+  std::future<Status> reopened;
+  bool has_ended = false;
+  DatabaseOptions options;
+  options.file_system = std::make_shared<OnFirstTable>("/copy/", [&] {
+    reopened = std::async(std::launch::async, [&] { return database->Reopen(); });
+    has_ended = reopened.wait_for(std::chrono::seconds(20)) == std::future_status::ready;
+  });
+  database = MustOpen(path_, options);
+  ASSERT_OK(database->CreateCheckpoint(folder_ / "copy"));
+  EXPECT_TRUE(has_ended);
+  EXPECT_OK(reopened.get());
 }
 
 TEST_F(CheckpointTest, NamesADamagedPhoto) {

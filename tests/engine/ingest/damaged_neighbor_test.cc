@@ -1,9 +1,15 @@
 // SPDX-License-Identifier: Apache-2.0
-// Goal: features that cannot be read do not end the adding of photos: a photo is placed without
-//   their image, or is set aside with the reason where it needs it, and the others go on; the
-//   answers and verify name the damage.
+// Goal: features that cannot be read do not end the adding of photos. They are derived from the
+//   photo, and all comes out as without the damage, also a vocabulary. Where the photo is damaged
+//   too, a photo is placed without their image, or is set aside with the reason where it needs it,
+//   and the others go on; the answers and verify name the damage.
 // Method: one image's features are overwritten behind the database's back; the walk goes on.
 #include <gtest/gtest.h>
+
+#include <initializer_list>
+#include <string>
+#include <utility>
+#include <vector>
 
 #include "storage/records/photo_record.h"
 #include "tests/engine/street_fixture.h"
@@ -12,22 +18,77 @@
 namespace veduta {
 namespace {
 
+// Overwrites what is stored of the photo in these families, behind the database's back.
+void Damage(City* city, const ContentHash& photo, std::initializer_list<Family> families) {
+  city->Close();
+  for (const Family family : families) {
+    WithRocksdb(
+        city->path(),
+        [&](rocksdb::DB& db, rocksdb::ColumnFamilyHandle* handle) {
+          ASSERT_TRUE(db.Put({}, handle, HashKey(photo), "no features").ok());
+        },
+        family);
+  }
+  city->Open();
+}
+
+// All keys and values of a family.
+std::vector<std::pair<std::string, std::string>> Stored(const City& city, Family family) {
+  std::vector<std::pair<std::string, std::string>> stored;
+  EXPECT_OK(city.Ask().snapshot().ScanStored(
+      family, [&](std::string_view key, const Result<StoredBytes>& value) {
+        EXPECT_OK(value);
+        if (value.ok())
+          stored.emplace_back(key, std::string(value->bytes().begin(), value->bytes().end()));
+        return true;
+      }));
+  return stored;
+}
+
+// Adds the first part of the walk, then the rest; in between the fifth photo's features are damaged,
+// and a vocabulary falls due with the eighth photo.
+void AddWalk(City* city, const std::vector<Stand>& stands, bool is_damaged) {
+  city->Add(std::vector<Stand>(stands.begin(), stands.begin() + 6));
+  const ImageRecord image = *city->Ask().FindImage(TakePhoto(stands[4]).name);
+  if (is_damaged) {
+    Damage(city, image.photo, {Family::kFeatures});
+    EXPECT_EQ(city->Ask().snapshot().GetFeatures(image.photo).status().code(),
+              StatusCode::kCorruption);
+  } else {
+    city->Reopen();
+  }
+  for (const AddOutcome& outcome :
+       city->Add(std::vector<Stand>(stands.begin() + 6, stands.end()))) {
+    EXPECT_EQ(outcome.verdict, Verdict::kPlaced) << outcome.detail;
+    EXPECT_TRUE(outcome.damaged.empty());
+  }
+}
+
+TEST(DamagedNeighbor, IsDerivedFromItsPhoto) {
+  const std::vector<Stand> stands = Walk(6, 0.9, 9);
+  CityOptions options = City::Options(2);
+  options.ingest.retrieval.compare_all_max = 8;
+  options.ingest.retrieval.training_count_max = 2000;
+  City whole(options), damaged(options);
+  AddWalk(&whole, stands, false);
+  AddWalk(&damaged, stands, true);
+  for (const Family family :
+       {Family::kPoses, Family::kPoints, Family::kObservations, Family::kPairs, Family::kWords}) {
+    const auto expected = Stored(whole, family);
+    EXPECT_FALSE(expected.empty());
+    EXPECT_TRUE(Stored(damaged, family) == expected) << static_cast<int>(family);
+  }
+  EXPECT_EQ(damaged.Counts().vocabulary_generation, 1u);
+  EXPECT_EQ(whole.Counts().vocabulary_generation, 1u);
+}
+
 TEST(DamagedNeighbor, KeepsNoPhotoFromBeingAdded) {
   const std::vector<Stand> stands = Walk(6, 0.9, 9);
   City city;
   city.Add(std::vector<Stand>(stands.begin(), stands.begin() + 6));
   const ImageRecord damaged = *city.Ask().FindImage(TakePhoto(stands[4]).name);
-  city.Close();
   // With the photo, so that the features cannot be derived again.
-  for (const Family family : {Family::kFeatures, Family::kPhotos}) {
-    WithRocksdb(
-        city.path(),
-        [&](rocksdb::DB& db, rocksdb::ColumnFamilyHandle* handle) {
-          ASSERT_TRUE(db.Put({}, handle, HashKey(damaged.photo), "no features").ok());
-        },
-        family);
-  }
-  city.Open();
+  Damage(&city, damaged.photo, {Family::kFeatures, Family::kPhotos});
   std::vector<AddOutcome> outcomes;
   std::vector<PhotoSubmission> photos;
   for (size_t i = 6; i < stands.size(); ++i) photos.push_back(city.Submit(stands[i]));

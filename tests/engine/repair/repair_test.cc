@@ -10,9 +10,13 @@
 #include <algorithm>
 #include <map>
 
+#include "engine/repair/repair_folders.h"
 #include "storage/records/image_record.h"
+#include "storage/records/pair_record.h"
 #include "storage/records/photo_record.h"
+#include "storage/records/point_block.h"
 #include "storage/records/pose_record.h"
+#include "storage/records/reconstruction_record.h"
 #include "tests/engine/repair/damaged_city.h"
 
 namespace veduta {
@@ -37,8 +41,9 @@ std::map<std::string, std::string> Contents(const std::string& folder) {
   return files;
 }
 
-RepairAnswer Repaired(const std::string& path, bool apply) {
-  const Result<RepairAnswer> answer = Engine::Repair(path, {.apply = apply, .thread_count = 2});
+RepairAnswer Repaired(const std::string& path, bool apply, bool may_rebuild = false) {
+  const Result<RepairAnswer> answer =
+      Engine::Repair(path, {.apply = apply, .thread_count = 2, .may_rebuild = may_rebuild});
   EXPECT_OK(answer);
   return answer.ok() ? *answer : RepairAnswer();
 }
@@ -88,7 +93,7 @@ Whole RepairAndLook(const DamagedCity& city, RepairAnswer* answer, bool may_rebu
   EXPECT_FALSE(told.is_sound);
   EXPECT_FALSE(told.findings.empty());
   EXPECT_TRUE(before == Contents(city.folder().path())) << "a repair without --yes changed files";
-  *answer = Repaired(city.path(), true);
+  *answer = Repaired(city.path(), true, may_rebuild);
   EXPECT_TRUE(answer->is_repaired) << Told(*answer);
   EXPECT_TRUE(may_rebuild || !answer->is_rebuilt) << Told(*answer);
   EXPECT_TRUE(std::filesystem::exists(answer->kept_path));
@@ -251,6 +256,63 @@ TEST(Repair, LeavesOutWhatContradictsItself) {
   EXPECT_EQ(ExpectNothingLost(city).digest, city.digest());
 }
 
+TEST(Repair, LeavesOutAPairThatItsGeometryDoesNotExplain) {
+  const DamagedCity city;
+  const auto whole = WholeCity().Ask();
+  auto pair = whole.snapshot().GetPair(ImageId(1), ImageId(2));
+  ASSERT_OK(pair);
+  const Eigen::Quaterniond turn(Eigen::AngleAxisd(0.3, Eigen::Vector3d::UnitY()));
+  pair->b_from_a.rotation = turn * pair->b_from_a.rotation;
+  city.Overwrite(Family::kPairs, PairKey(pair->a, pair->b), *Encode(*pair));
+  ExpectNothingLost(city);
+}
+
+TEST(Repair, MeasuresAPointAgainThatRecordsAnotherError) {
+  const DamagedCity city;
+  const auto whole = WholeCity().Ask();
+  const auto map = whole.snapshot().ListReconstructions();
+  ASSERT_OK(map);
+  const ReconstructionRecord& record = map->front();
+  auto block = whole.snapshot().GetPointBlock(record.id, record.points_generation, ImageId(1));
+  ASSERT_OK(block);
+  ASSERT_FALSE(block->points.empty());
+  block->points.front().error_px += 0.125f;
+  city.Overwrite(Family::kPoints, PointBlockKey(record.id, record.points_generation, block->home),
+                 *Encode(*block));
+  EXPECT_EQ(ExpectNothingLost(city).placed, kStreetPhotos);
+}
+
+// A living reconstruction that says how it was moved into another: no step mends that.
+TEST(Repair, RebuildsWhereItMay) {
+  const DamagedCity city;
+  auto map = WholeCity().Ask().snapshot().ListReconstructions();
+  ASSERT_OK(map);
+  ReconstructionRecord record = map->front();
+  record.merged_from_this.scale = 2;
+  city.Overwrite(Family::kReconstructions, ReconstructionKey(record.id), *Encode(record));
+  const auto before = Contents(city.folder().path());
+  const Status refused = Engine::Repair(city.path(), {.apply = true, .thread_count = 2}).status();
+  EXPECT_EQ(refused.code(), StatusCode::kCorruption);
+  EXPECT_NE(refused.message().find("--rebuild"), std::string::npos) << refused.message();
+  EXPECT_TRUE(before == Contents(city.folder().path()))
+      << "it was rebuilt, and nobody asked for it";
+  RepairAnswer answer;
+  EXPECT_EQ(RepairAndLook(city, &answer, /*may_rebuild=*/true).photos, kStreetPhotos);
+  EXPECT_TRUE(answer.is_rebuilt);
+}
+
+TEST(Repair, KnowsADatabaseByAnyPathThatLeadsToIt) {
+  const DamagedCity city;
+  city.DamageTables(Family::kWords);
+  const auto before = std::filesystem::current_path();
+  std::filesystem::current_path(city.path());
+  const RepairAnswer answer = Repaired(".", true);
+  std::filesystem::current_path(before);
+  EXPECT_TRUE(answer.is_repaired);
+  EXPECT_EQ(answer.kept_path, RepairFoldersFor(city.path()).database + ".damaged-1");
+  EXPECT_EQ(Look(city.path()).digest, city.digest());
+}
+
 TEST(Repair, IsFinishedAfterAKillAtAnyStep) {
   for (const RepairStep last :
        {RepairStep::kSourceLinked, RepairStep::kExamined, RepairStep::kWritten,
@@ -260,7 +322,11 @@ TEST(Repair, IsFinishedAfterAKillAtAnyStep) {
     const auto killed = RunRepair(city.path(), {.apply = true, .thread_count = 2},
                                   [&](RepairStep step) { return step != last; });
     ASSERT_EQ(killed.status().code(), StatusCode::kCancelled);
+    if (last == RepairStep::kMovedAway) {
+      EXPECT_TRUE(std::filesystem::exists(city.path())) << "an instant without a database";
+    }
     Repaired(city.path(), true);
+    EXPECT_TRUE(std::filesystem::exists(city.path() + ".damaged-1"));
     EXPECT_EQ(Look(city.path()).digest, city.digest());
     for (const auto& entry : std::filesystem::directory_iterator(city.folder().path()))
       EXPECT_EQ(entry.path().string().find(".repair"), std::string::npos) << entry.path();

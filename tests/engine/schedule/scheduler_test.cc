@@ -11,6 +11,7 @@
 
 #include <atomic>
 #include <future>
+#include <new>
 #include <string>
 #include <thread>
 #include <vector>
@@ -194,6 +195,20 @@ TEST(Scheduler, AFailedTrainingIsToldAndSetAside) {
   followed.clear();
   EXPECT_OK(scheduler.Settle({}, &followed));
   EXPECT_EQ(trainings, 1);
+}
+
+TEST(Scheduler, ATrainingWithoutMemoryIsAFailureThatIsTold) {
+  City city(TrainingEarly());
+  EngineParts& parts = city.parts();
+  Scheduler scheduler(parts.writer.get(), parts.preparer.get(), &parts.ingest, parts.pool.get(),
+                      []() -> Result<bool> { throw std::bad_alloc(); });
+  const CameraRecord camera = *parts.FindCamera("street");
+  for (const Stand& stand : Walk(6, 0.9, 3))
+    ASSERT_OK(scheduler.Submit(city.Submit(stand).photo, camera, "anna", {})->Wait());
+  std::vector<FollowUp> followed;
+  const Status settled = scheduler.Settle({}, &followed);
+  EXPECT_EQ(settled.code(), StatusCode::kNoMemory);
+  EXPECT_NE(settled.message().find("train the vocabulary"), std::string::npos);
 }
 
 // Somebody always has a photo in line.

@@ -9,6 +9,7 @@
 
 #include <gtest/gtest.h>
 
+#include <bit>
 #include <cmath>
 #include <limits>
 
@@ -119,6 +120,33 @@ TEST_F(StagedSurfaceTest, OneWholeSurfaceAtEveryInstant) {
   fresh.voxel_size = Coarse().voxel_size;
   ASSERT_OK(TryPass(fresh));
   EXPECT_EQ(city_.Digest(), staged) << "a pass on the new grid alone";
+}
+
+TEST_F(StagedSurfaceTest, ADamagedTileIsMadeAgainWhereTilesMove) {
+  Database& database = *city_.parts().database;
+  const auto moves = [&] { return *IsMoving(*database.GetSnapshot(), id_); };
+  size_t stops = 0;
+  Status status = StoppedAt(30, Coarse());
+  while (status.code() == StatusCode::kCancelled && !moves()) {
+    ASSERT_LT(++stops, 100u);
+    status = StoppedAt(30 + stops, DensifyOptions());
+  }
+  ASSERT_TRUE(moves()) << status.message();
+  const ReconstructionId staged = StagedSurfaceOf(id_);
+  const auto tiles = LoadTileRecords(*database.GetSnapshot(), staged);
+  ASSERT_OK(tiles);
+  const auto victim =
+      std::ranges::find_if(*tiles, [](const auto& entry) { return entry.second.blocks != 0; });
+  ASSERT_NE(victim, tiles->end());
+  const uint64_t tiles_before = LoadCurrentTiles(*database.GetSnapshot(), id_)->size();
+  const auto transaction = database.BeginTransaction();
+  const auto block = static_cast<uint8_t>(std::countr_zero(victim->second.blocks));
+  transaction->dense().DeleteVolumeBlock(staged, victim->first, block);
+  ASSERT_OK(transaction->Commit());
+  ASSERT_OK(TryPass(DensifyOptions()));
+  EXPECT_FALSE(moves());
+  EXPECT_EQ(LoadCurrentTiles(*database.GetSnapshot(), id_)->size(), tiles_before);
+  ExpectSound();
 }
 
 TEST_F(StagedSurfaceTest, TheFormerGridCanBeAskedForAgain) {
