@@ -22,6 +22,12 @@ Status FromRocksdb(const rocksdb::Status& status, std::string_view doing) {
     return Status::IoError("cannot " + std::string(doing) +
                            ": a file could not be read, and then could: try again");
   }
+  // RocksDB 7.8 calls damaged what it could not list or look at just now.
+  const bool is_unread = words.find("Can't list files in") != std::string::npos ||
+                         words.find("Can't access ") != std::string::npos;
+  const bool is_missing = words.find("No such file") != std::string::npos;
+  if (is_unread && !is_missing && words.find("IO error") != std::string::npos)
+    return Status::IoError(message);
   switch (status.code()) {
     case rocksdb::Status::kNotFound:
       return Status::NotFound(message);

@@ -19,6 +19,8 @@
 
 #include "fault_file_system.h"
 #include "modeled_city.h"
+#include "samples.h"
+#include "storage/records/key_bytes.h"
 
 namespace veduta {
 namespace {

@@ -26,6 +26,12 @@ TEST(RocksdbStatus, FileThatCouldNotBeReadOnceIsNoInvalidArgument) {
   const auto status =
       rocksdb::Status::InvalidArgument("Direct I/O is not supported by the specified DB.");
   EXPECT_EQ(FromRocksdb(status, "open").code(), StatusCode::kIoError);
+  const auto folder = rocksdb::Status::Corruption("Can't list files in a: IO error: broken");
+  EXPECT_EQ(FromRocksdb(folder, "open").code(), StatusCode::kIoError);
+  const auto table = rocksdb::Status::Corruption("Can't access /1.sst: IO error: broken");
+  EXPECT_EQ(FromRocksdb(table, "open").code(), StatusCode::kIoError);
+  const auto missing = rocksdb::Status::Corruption("Can't access /1.sst: IO error: No such file");
+  EXPECT_EQ(FromRocksdb(missing, "open").code(), StatusCode::kCorruption);
 }
 
 TEST(RocksdbStatus, FullDiskIsNamed) {
