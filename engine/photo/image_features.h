@@ -40,8 +40,8 @@ class ImageFeatureCache final {
   ImageFeatureCache(size_t size_bytes_max, uint32_t matched_count_max)
       : cache_(size_bytes_max), matched_count_max_(matched_count_max) {}
 
-  // kNotFound where the image has no stored features. Damaged ones are derived from the photo, which
-  // takes about a second; kCorruption where that fails.
+  // kNotFound where the image has no stored features. Damaged ones are derived from the photo,
+  // which takes about a second; kCorruption where that fails.
   Result<std::shared_ptr<const ImageFeatures>> Get(const Snapshot& snapshot, ImageId id);
   // Keeps the features of an image that was just stored, unless some are kept already.
   void Put(std::shared_ptr<const ImageFeatures> features);

@@ -60,8 +60,8 @@ class Retrieval final {
     WrittenAhead written_ahead;          // gives it up, unless it became active
   };
   // Trains a tree from the descriptors of all images and writes it ahead, for Activate. Wants no
-  // turn of the writer. Waits for another one's that is being prepared. Damaged features are derived
-  // from the photo; kCorruption names an image where that fails, too.
+  // turn of the writer. Waits for another one's that is being prepared. Damaged features are
+  // derived from the photo; kCorruption names an image where that fails, too.
   Result<Prepared> Train(Database* database, ThreadPool* pool);
   // The same where training is due; none where it is not, or not any more.
   Result<std::optional<Prepared>> TrainIfDue(Database* database, ThreadPool* pool);

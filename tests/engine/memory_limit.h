@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 // This program's own `operator new`, which can refuse large pieces on one thread. To be included by
-// one source of a program. RocksDB does not bear a refusal: what a test reads of it meanwhile must be
-// smaller than the limit.
+// one source of a program. RocksDB does not bear a refusal: what a test reads of it meanwhile must
+// be smaller than the limit.
 
 #include <cstdlib>
 #include <limits>

@@ -45,8 +45,8 @@ std::vector<std::pair<std::string, std::string>> Stored(const City& city, Family
   return stored;
 }
 
-// Adds the first part of the walk, then the rest; in between the fifth photo's features are damaged,
-// and a vocabulary falls due with the eighth photo.
+// Adds the first part of the walk, then the rest; in between the fifth photo's features are
+// damaged, and a vocabulary falls due with the eighth photo.
 void AddWalk(City* city, const std::vector<Stand>& stands, bool is_damaged) {
   city->Add(std::vector<Stand>(stands.begin(), stands.begin() + 6));
   const ImageRecord image = *city->Ask().FindImage(TakePhoto(stands[4]).name);
