@@ -79,6 +79,9 @@ class LogWalk final {
       misses_writes_ = true;
       damage_.writes_missing += MissingUpTo(piece.sequence - 1);
     }
+    // What was before the first readable record is not known from numbers: the manifest may have
+    // that of one family alone, which was flushed by itself.
+    if (!any_readable_ && stop_) misses_writes_ = true;
     any_readable_ = true;
     last_readable_ = last;
     // RocksDB goes on in a later log that follows on what it has replayed.
