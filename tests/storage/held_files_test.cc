@@ -80,13 +80,11 @@ TEST(HeldFiles, ReadersBesideAWriterNeverFail) {
       }
     });
   }
-  for (int i = 0; i < 80 && !testing::Test::HasFailure(); ++i)
-    std::this_thread::sleep_for(std::chrono::milliseconds(100));
+  while ((readings <= 4 || compactions <= 4) && !testing::Test::HasFailure())
+    std::this_thread::sleep_for(std::chrono::milliseconds(10));
   stop = true;
   writer.join();
   for (std::thread& reader : readers) reader.join();
-  EXPECT_GT(readings, 4u);
-  EXPECT_GT(compactions, 4u);
 }
 
 // Lets a writer replace its log when RocksDB is about to read the manifest or to list the folder:
