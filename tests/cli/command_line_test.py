@@ -12,8 +12,8 @@ import subprocess
 import zlib
 from urllib.parse import unquote
 
-from city import (PARAMS, PHOTOS, PLACED, SIZE, VEDUTA, WHOLE, Case, add, add_command, ask, at, main,
-                  make_whole, must, new_database, photo, read, render, run, write)
+from city import (PARAMS, PHOTOS, PLACED, SIZE, VEDUTA, WHOLE, Case, add, add_command, ask, at,
+                  main, make_whole, must, new_database, photo, read, render, run, write)
 
 ADD_FIELDS = {'image', 'id', 'verdict', 'reason', 'reconstruction', 'neighbors', 'inliers', 'ms'}
 MS_FIELDS = {'decode', 'undistort', 'features', 'retrieve', 'match', 'verify', 'map', 'adjust',
