@@ -82,6 +82,21 @@ class Finder {
     }
   }
 
+  // Loads the candidates with their points, and returns those that are not damaged.
+  Result<std::vector<ImageId>> LoadSound(std::span<const ImageId> round) {
+    std::vector<ImageId> sound;
+    for (const ImageId id : round) {
+      const Status loaded = loader_->LoadStructure({&id, 1});
+      if (IsDamage(loaded)) {
+        PassOver(id, loaded.message());
+        continue;
+      }
+      VEDUTA_RETURN_IF_ERROR(loaded);
+      sound.push_back(id);
+    }
+    return sound;
+  }
+
   void PassOver(ImageId image, std::string what) { search_.damaged[image] = std::move(what); }
 
   // The neighbours of the images that lead further.
@@ -136,7 +151,7 @@ Result<NeighborSearch> FindNeighbors(const ImageFeatures& photo,
   Finder finder(photo, loader, options);
   std::vector<ImageId> round = finder.FirstRound(candidates);
   while (!round.empty()) {
-    VEDUTA_RETURN_IF_ERROR(loader->LoadStructure(round));
+    VEDUTA_ASSIGN_OR_RETURN(round, finder.LoadSound(round));
     std::vector<Result<PairVerification>> verified = finder.Verify(round, map, seed, pool);
     for (size_t i = 0; i < round.size(); ++i) {
       if (IsDamage(verified[i].status())) {
