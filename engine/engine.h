@@ -160,7 +160,7 @@ class Engine final {
   Result<std::vector<DensifyReport>> Densify(const DensifyRequest& request,
                                              std::stop_token stop = {});
 
-  // A consistent copy that can be opened on its own; files are hard-linked where possible.
+  // A consistent copy that opens on its own: linked where possible, and read once by checksums.
   Status Backup(const std::string& folder);
   // Closes and opens the files again, after a failed write: what the disk holds is then known. Does
   // not wait for readers; Questions asked before answer kIoError from then on.

@@ -198,7 +198,7 @@ class Database {
 
   // Closes the files and opens them again, as is necessary after a failed write: all that was
   // acknowledged is there then. Waits for reads and writes that are running, each of which is short
-  // (and for a checkpoint or the compaction of one family), not for whoever holds a snapshot or a
+  // (a checkpoint's links, or one family's compaction), not for whoever holds a snapshot or a
   // transaction. Those made before are of no use afterwards: a scan ends at its next record, and
   // every function fails with kIoError, "the database was opened again: ask again". Photos written
   // ahead stay; what else was written ahead and not committed is deleted. Where opening fails, the
@@ -233,7 +233,7 @@ class Database {
 
   virtual Result<DatabaseSizes> GetSizes() const = 0;
   virtual Result<DatabaseStatistics> GetStatistics() const = 0;
-  // A consistent copy that can be opened on its own; files are hard-linked where possible.
+  // A consistent copy that opens on its own: linked where possible, and read once by checksums.
   virtual Status CreateCheckpoint(const std::string& path) = 0;
   // Flushes memtables and merges files; for benchmarks and before a backup.
   virtual Status Compact() = 0;

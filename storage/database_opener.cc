@@ -213,6 +213,7 @@ Status DatabaseOpener::ReportUnknownFamily(const std::string& name) {
       db->DestroyColumnFamilyHandle(handle).PermitUncheckedError();
     delete db;
   }
+  trouble_ = OpenTrouble::kOtherFormat;
   return Status::Corruption("the database at " + files_->path_ + " has " + version +
                             " with a family '" + name + "'; this program knows format " +
                             std::to_string(kFormatVersion));
@@ -333,6 +334,7 @@ Status DatabaseOpener::CheckFormat() {
                               "' brings it to format " + std::to_string(kFormatVersion));
   }
   if (version != kFormatVersion) {
+    trouble_ = OpenTrouble::kOtherFormat;
     return Status::Corruption("the database at " + path + " has format " + std::to_string(version) +
                               "; this program knows format " + std::to_string(kFormatVersion));
   }
@@ -340,9 +342,10 @@ Status DatabaseOpener::CheckFormat() {
   return CheckFamilies(kFormatVersion);
 }
 
-Status DatabaseOpener::CheckFamilies(uint32_t format) const {
+Status DatabaseOpener::CheckFamilies(uint32_t format) {
   for (const FamilyTraits& traits : AllFamilies()) {
     if (traits.since_format > format || files_->handle(traits.family) != nullptr) continue;
+    trouble_ = OpenTrouble::kLostFamily;
     return Status::Corruption("the database at " + files_->path_ + " has lost its family " +
                               traits.name);
   }

@@ -6,6 +6,7 @@
 // complete once meta/format is there, which creation writes last. A creation that was cut short is
 // finished by creating again.
 
+#include <cstdint>
 #include <memory>
 #include <string>
 #include <vector>
@@ -22,12 +23,20 @@ inline constexpr const char* kMarkerFile = "VEDUTA";
 // durable.
 Status WriteMarker(rocksdb::FileSystem& file_system, const std::string& folder);
 
+// Why a database did not open, where whoever repairs it does something else then.
+enum class OpenTrouble : uint8_t {
+  kAny,          // or none
+  kOtherFormat,  // its format, or a family, is not ours: no damage
+  kLostFamily,   // a family that its format has is not there
+};
+
 class DatabaseOpener final {
  public:
   DatabaseOpener(std::string path, const DatabaseOptions& options);
   // For salvage: opens whatever RocksDB can read of the log.
   void AcceptDamagedLog() { accepts_damaged_log_ = true; }
   Result<std::shared_ptr<DatabaseFiles>> Open();
+  OpenTrouble trouble() const { return trouble_; }  // of Open
 
  private:
   Status ListFolder();
@@ -40,7 +49,7 @@ class DatabaseOpener final {
   Status HoldView();
   Status CreateMissingFamilies();
   Status CheckFormat();
-  Status CheckFamilies(uint32_t format) const;  // those that the format has
+  Status CheckFamilies(uint32_t format);  // those that the format has
   Status UpgradeToDense();
   Status FinishCreation();
   bool Holds(const std::string& file) const;
@@ -55,6 +64,7 @@ class DatabaseOpener final {
   std::shared_ptr<HeldFiles> held_files_;  // null for writing
   bool folder_exists_ = false;
   bool accepts_damaged_log_ = false;
+  OpenTrouble trouble_ = OpenTrouble::kAny;
 };
 
 }  // namespace veduta

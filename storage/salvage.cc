@@ -13,6 +13,7 @@
 #include <utility>
 
 #include "storage/acknowledged.h"
+#include "storage/base/system_status.h"
 #include "storage/database_files.h"
 #include "storage/database_opener.h"
 #include "storage/family_options.h"
@@ -28,11 +29,6 @@ namespace veduta {
 namespace {
 
 namespace fs = std::filesystem;
-
-Status FromSystem(const std::error_code& error, const std::string& doing) {
-  if (!error) return Status::Ok();
-  return Status::IoError("cannot " + doing + ": " + error.message());
-}
 
 // RocksDB never changes a table or a blob file once it is written: links to them will do.
 bool IsNeverChanged(const fs::path& file) {
@@ -187,11 +183,16 @@ Result<std::unique_ptr<Salvage>> Salvage::Open(const std::string& path, const st
 }
 
 Status Salvage::OpenScratch() {
-  Result<std::shared_ptr<DatabaseFiles>> opened = DatabaseFiles::Open(scratch_, options_);
-  if (!opened.ok() && opened.status().message().find("lost its family") != std::string::npos) {
-    // Format 1 has no families of the dense pass.
+  const auto open = [&] {
+    DatabaseOpener opener(scratch_, options_);
+    Result<std::shared_ptr<DatabaseFiles>> opened = opener.Open();
+    trouble_ = opener.trouble();
+    return opened;
+  };
+  Result<std::shared_ptr<DatabaseFiles>> opened = open();
+  if (trouble_ == OpenTrouble::kLostFamily) {  // format 1 has no families of the dense pass
     VEDUTA_RETURN_IF_ERROR(AddLostFamilies(scratch_));
-    opened = DatabaseFiles::Open(scratch_, options_);
+    opened = open();
   }
   VEDUTA_RETURN_IF_ERROR(opened.status());
   files_ = std::move(*opened);
@@ -202,10 +203,7 @@ Status Salvage::OpenScratch() {
 // What a later program has written looks like damage to this one, and is none. What an earlier one
 // has written is to be upgraded first.
 Status Salvage::RefuseOtherFormat(const Status& opened) const {
-  if (!opened.ok()) {
-    const bool is_later = opened.message().find("this program knows format") != std::string::npos;
-    return is_later ? opened : Status::Ok();
-  }
+  if (!opened.ok()) return trouble_ == OpenTrouble::kOtherFormat ? opened : Status::Ok();
   std::string value;
   uint32_t number = 0;
   const Result<bool> found = ValueReader(*files_, nullptr).Copy(Family::kMeta, kFormatKey, &value);

@@ -3,6 +3,7 @@
 // Reads what can be read of a damaged database. It never writes to the database's folder: it works
 // in a folder of links beside it.
 
+#include <cstdint>
 #include <functional>
 #include <memory>
 #include <optional>
@@ -14,6 +15,8 @@
 #include "storage/database.h"
 
 namespace veduta {
+
+enum class OpenTrouble : uint8_t;  // storage/database_opener.h
 
 class DatabaseFiles;
 
@@ -56,6 +59,7 @@ class Salvage final {
   const std::string path_, scratch_;
   DatabaseOptions options_;
   std::vector<std::string> damage_;
+  OpenTrouble trouble_{};  // of the last OpenScratch
   bool is_pieced_together_ = false;
   std::shared_ptr<DatabaseFiles> files_;
   std::shared_ptr<const Snapshot> snapshot_;

@@ -12,15 +12,12 @@
 #include <filesystem>
 #include <fstream>
 
+#include "storage/base/system_status.h"
+
 namespace veduta {
 namespace {
 
 namespace fs = std::filesystem;
-
-Status FromSystem(const std::error_code& error, const std::string& doing) {
-  if (!error) return Status::Ok();
-  return Status::IoError("cannot " + doing + ": " + error.message());
-}
 
 bool Exists(const std::string& path) {
   std::error_code error;
