@@ -1,0 +1,52 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+// What a photo fails to see: points that must be in the picture if its pose is right, and are not
+// found there. Zach, Irschara and Bischof, "What can missing correspondences tell us about 3D
+// structure and motion?", CVPR 2008. A repeated facade gives a wrong pose as many matches as a
+// right one, but not the trees, cars and signs in front of it.
+
+#include <cstdint>
+#include <span>
+
+#include "engine/mapping/city_map.h"
+#include "storage/base/status.h"
+
+namespace veduta {
+
+struct VisibilityOptions {
+  // (0, 90), degrees. A point is expected where another image sees it from a direction that differs
+  // by less: SIFT finds most features again up to there (Lowe 2004, section 6).
+  double angle_deg_max = 15.0;
+  // > 1. And from a distance that is at most so many times larger or smaller. Chosen by hand.
+  double distance_ratio_max = 1.5;
+  // > 0, px. Where a point falls, a feature that looks like it is sought within this distance.
+  double search_radius_px = 6.0;
+  // >= 1. Squared distance of two descriptors up to which they may show the same place; as that of
+  // GrowthOptions.
+  uint32_t descriptor_distance_squared_max = 90'000;
+  // >= 1. The picture is judged in so many cells each way.
+  uint32_t cells_each_way = 8;
+  // >= 1. Expected points that a cell is judged by, at least.
+  uint32_t cell_points_min = 6;
+  // [0, 1]. A cell contradicts the pose when a smaller share of its points is found.
+  double cell_found_share_min = 0.1;
+
+  Status Check() const;
+};
+
+struct VisibleStructure {
+  uint32_t expected = 0, found = 0;       // points
+  uint32_t cells = 0, missing_cells = 0;  // cells that were judged, and those that contradict
+
+  double missing_share() const {
+    return cells == 0 ? 0.0 : static_cast<double>(missing_cells) / static_cast<double>(cells);
+  }
+};
+
+// How much of `points` is found in a view whose pose is given in their frame. Only points that two
+// images other than the view see are asked. The view need not be in the map; the images of the
+// points' tracks must be. Reads the map only. O(points * track length).
+VisibleStructure FindVisible(const CityMap& map, const MapImage& view,
+                             std::span<const PointId> points, const VisibilityOptions& options);
+
+}  // namespace veduta
