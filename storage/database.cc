@@ -7,6 +7,7 @@
 
 #include "storage/database_files.h"
 #include "storage/maintenance.h"
+#include "storage/purge.h"
 #include "storage/record_counts.h"
 #include "storage/records/state_record.h"
 #include "storage/snapshot_view.h"
@@ -103,6 +104,7 @@ class DatabaseView final : public Database {
     return MakeCheckpoint(*files(), path);
   }
   Status Compact() override { return CompactFiles(*files()); }
+  Status PurgeDeleted() override { return PurgeDeletedFrom(*files()); }
 
  private:
   std::shared_ptr<DatabaseFiles> files() const {

@@ -31,6 +31,7 @@
 #include "storage/dense.h"
 #include "storage/model/camera.h"
 #include "storage/model/features.h"
+#include "storage/model/forbidden.h"
 #include "storage/model/image.h"
 #include "storage/model/journal.h"
 #include "storage/model/pair.h"
@@ -39,6 +40,7 @@
 #include "storage/model/state.h"
 #include "storage/records/families.h"
 #include "storage/stored_bytes.h"
+#include "storage/transaction.h"
 
 namespace veduta {
 
@@ -106,6 +108,12 @@ class Snapshot {
   virtual Status ScanJournal(uint64_t first,
                              const std::function<bool(const JournalRecord&)>& visit) const = 0;
 
+  // What people have forbidden; ascending kinds, then ids.
+  virtual Result<std::vector<ForbiddenRecord>> ListForbidden() const = 0;
+  // Whether the two, in either order, are forbidden: these photos, or exactly these records of
+  // reconstructions, wherever they have been merged to since (engine/query/forbidden.h follows).
+  virtual Result<bool> IsForbidden(ForbiddenKind kind, uint32_t a, uint32_t b) const = 0;
+
   // What the dense pass made; lives as long as the snapshot.
   virtual const DenseReader& dense() const = 0;
 
@@ -123,64 +131,6 @@ class Snapshot {
   virtual Status ScanFeatureKeys(const std::function<bool(const ContentHash&)>& visit) const = 0;
   // The photo was written ahead of a commit that has not come yet.
   virtual Result<bool> IsWrittenAhead(const ContentHash& photo) const = 0;
-};
-
-// Collects writes in memory; nothing is visible before Commit. Not thread-safe.
-//
-// Reads on which the writes depend go to base(). It is taken after the version of the state that
-// Commit compares: whatever another transaction has changed is either in base(), or a conflict.
-// Write-aheads that the commit will name are to be written after BeginTransaction, too: Reopen
-// deletes those of generations, and refuses the commit.
-//
-// A record that breaks an invariant of its struct (storage/record_check.h: a number that is not
-// finite, a list out of order, an id of 0, ...) makes Commit fail with kInvalidArgument, and
-// nothing is applied.
-class Transaction {
- public:
-  virtual ~Transaction() = default;
-
-  // The database as it was when the transaction began. Aborts after Commit; a copy that was taken
-  // before stays valid.
-  virtual std::shared_ptr<const Snapshot> base() const = 0;
-
-  // Clears vocabulary_generation's write-ahead mark. `state.counts` is ignored: Commit writes the
-  // counts of base() with what PutImage and PutCamera have changed.
-  virtual void PutState(const DatabaseState& state) = 0;
-  virtual void PutCamera(const CameraRecord& camera) = 0;
-  // Also indexes the image by name (unless it is rejected with kNameTaken: the name stays with its
-  // owner). Unless it is rejected, indexes it by photo hash, too, and clears the photo's mark, so
-  // that what was written ahead stays. A rejected image changes nothing of what is written ahead:
-  // the same bytes may be on their way in another submission.
-  virtual void PutImage(const ImageRecord& image) = 0;
-  // What is stored for the photo of a kept image are these features, also where another submission
-  // of the same bytes, with another camera, has written its own ahead. Costs nothing where none
-  // has.
-  virtual void KeepFeatures(const ContentHash& photo, std::shared_ptr<const Features> features) = 0;
-  virtual void PutPair(const PairRecord& pair) = 0;
-  virtual void PutReconstruction(
-      const ReconstructionRecord& reconstruction) = 0;  // clears points_generation's mark
-  virtual void PutPose(const PoseRecord& pose) = 0;
-  virtual void PutObservations(ImageId image, std::span<const Observation> observations) = 0;
-  // Deletes the block when it holds no points and never did (next_ordinal 1).
-  virtual void PutPointBlock(ReconstructionId reconstruction, uint32_t generation,
-                             const PointBlock& block) = 0;
-  virtual void DeletePointBlocks(ReconstructionId reconstruction, uint32_t generation) = 0;
-  virtual void PutWords(uint32_t generation, ImageId image, std::span<const WordId> words) = 0;
-  virtual void AddPostings(uint32_t generation, std::span<const WordId> words, ImageId image) = 0;
-  virtual void DeleteVocabulary(uint32_t generation) = 0;  // tree, words and postings
-  virtual void AddJournal(const JournalRecord& record) = 0;
-
-  // Writes of the dense pass, part of the same commit.
-  virtual DenseWriter& dense() = 0;
-
-  virtual size_t size_bytes() const = 0;
-  // All or nothing; durable on return when the database syncs its WAL, together with everything
-  // written ahead before. kIoError leaves nothing visible; all later writes through this database
-  // fail, too, until it is opened again, and only then is it known whether the log had kept this
-  // commit: whole, or not at all. kBusy when another transaction has committed a state record, or a
-  // change of the counts, since this one began: nothing was applied. The transaction is spent
-  // either way: a second Commit is kInvalidArgument, a Put after it aborts.
-  virtual Status Commit() = 0;
 };
 
 class Database {
@@ -237,6 +187,10 @@ class Database {
   virtual Status CreateCheckpoint(const std::string& path) = 0;
   // Flushes memtables and merges files; for benchmarks and before a backup.
   virtual Status Compact() = 0;
+  // Rewrites all files without what was deleted: afterwards no file of the folder has bytes of a
+  // photo that was removed before. O(database), blob files too. kBusy while somebody holds a
+  // snapshot or a transaction from before the call: their bytes stay, and it may be called again.
+  virtual Status PurgeDeleted() = 0;
 };
 
 }  // namespace veduta

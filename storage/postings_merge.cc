@@ -13,24 +13,42 @@
 namespace veduta {
 namespace {
 
-// Appends an operand's ids; false when it is no array of ids.
-bool AppendIds(const rocksdb::Slice& value, std::vector<uint32_t>* ids) {
-  if (value.size() % sizeof(uint32_t) != 0) return false;
-  const size_t before = ids->size();
-  ids->resize(before + value.size() / sizeof(uint32_t));
-  if (!value.empty()) std::memcpy(ids->data() + before, value.data(), value.size());
-  return true;
-}
+// What operands say: ids to unite with, and ids to take out, which an operand has behind a 0. An
+// image that is taken out is never added again, since ids are not used twice. So taking out counts
+// whatever the order, and operands may be combined in any grouping.
+struct Change {
+  std::vector<uint32_t> added, removed;
 
-// Images are mostly added in ascending order: then the concatenation is the union already.
-void SortUnique(std::vector<uint32_t>* ids) {
-  if (std::adjacent_find(ids->begin(), ids->end(), std::greater_equal<>()) == ids->end()) return;
-  std::sort(ids->begin(), ids->end());
-  ids->erase(std::unique(ids->begin(), ids->end()), ids->end());
-}
+  // False when the value is no array of ids.
+  bool Take(const rocksdb::Slice& value) {
+    if (value.size() % sizeof(uint32_t) != 0) return false;
+    std::vector<uint32_t> ids(value.size() / sizeof(uint32_t));
+    if (!value.empty()) std::memcpy(ids.data(), value.data(), value.size());
+    const auto zero = std::find(ids.begin(), ids.end(), 0u);
+    added.insert(added.end(), ids.begin(), zero);
+    if (zero != ids.end()) removed.insert(removed.end(), zero + 1, ids.end());
+    return true;
+  }
 
-void Assign(const std::vector<uint32_t>& ids, std::string* value) {
-  value->assign(reinterpret_cast<const char*>(ids.data()), ids.size() * sizeof(uint32_t));
+  void Normalize() {
+    SortUnique(&added);
+    if (removed.empty()) return;
+    SortUnique(&removed);
+    std::erase_if(
+        added, [&](uint32_t id) { return std::binary_search(removed.begin(), removed.end(), id); });
+  }
+
+ private:
+  // Images are mostly added in ascending order: then the concatenation is the union already.
+  static void SortUnique(std::vector<uint32_t>* ids) {
+    if (std::adjacent_find(ids->begin(), ids->end(), std::greater_equal<>()) == ids->end()) return;
+    std::sort(ids->begin(), ids->end());
+    ids->erase(std::unique(ids->begin(), ids->end()), ids->end());
+  }
+};
+
+void Append(const std::vector<uint32_t>& ids, std::string* value) {
+  value->append(reinterpret_cast<const char*>(ids.data()), ids.size() * sizeof(uint32_t));
 }
 
 // Takes all operands of a key at once: two by two would copy a long list once an operand.
@@ -39,24 +57,29 @@ class PostingsMerge final : public rocksdb::MergeOperator {
   const char* Name() const override { return "veduta.postings"; }
 
   bool FullMergeV2(const MergeOperationInput& input, MergeOperationOutput* output) const override {
-    std::vector<uint32_t> ids;
-    if (input.existing_value != nullptr && !AppendIds(*input.existing_value, &ids)) return false;
+    Change change;
+    if (input.existing_value != nullptr && !change.Take(*input.existing_value)) return false;
     for (const rocksdb::Slice& operand : input.operand_list) {
-      if (!AppendIds(operand, &ids)) return false;
+      if (!change.Take(operand)) return false;
     }
-    SortUnique(&ids);
-    Assign(ids, &output->new_value);
+    change.Normalize();
+    output->new_value.clear();
+    Append(change.added, &output->new_value);
     return true;
   }
 
   bool PartialMergeMulti(const rocksdb::Slice& /*key*/, const std::deque<rocksdb::Slice>& operands,
                          std::string* new_value, rocksdb::Logger* /*logger*/) const override {
-    std::vector<uint32_t> ids;
+    Change change;
     for (const rocksdb::Slice& operand : operands) {
-      if (!AppendIds(operand, &ids)) return false;
+      if (!change.Take(operand)) return false;
     }
-    SortUnique(&ids);
-    Assign(ids, new_value);
+    change.Normalize();
+    new_value->clear();
+    Append(change.added, new_value);
+    if (change.removed.empty()) return true;
+    Append({0}, new_value);
+    Append(change.removed, new_value);
     return true;
   }
 };

@@ -35,20 +35,24 @@ Result<DatabaseCounts> CountRecords(const Snapshot& snapshot) {
   return counts;
 }
 
-Status CountChanges::NotePut(const Snapshot& base, const ImageRecord& image) {
-  const auto known = images_.find(image.id);
+Status CountChanges::Note(const Snapshot& base, ImageId id, std::optional<Verdict> after) {
+  const auto known = images_.find(id);
   if (known != images_.end()) {
-    known->second.after = image.verdict;
+    known->second.after = after;
     return Status::Ok();
   }
-  const Result<ImageRecord> stored = base.GetImage(image.id);
-  if (stored.ok()) {
-    images_.insert({image.id, {stored->verdict, image.verdict}});
-    return Status::Ok();
-  }
-  if (stored.status().code() != StatusCode::kNotFound) return stored.status();
-  images_.insert({image.id, {std::nullopt, image.verdict}});
+  const Result<ImageRecord> stored = base.GetImage(id);
+  if (!stored.ok() && stored.status().code() != StatusCode::kNotFound) return stored.status();
+  images_.insert({id, {stored.ok() ? std::optional(stored->verdict) : std::nullopt, after}});
   return Status::Ok();
+}
+
+Status CountChanges::NotePut(const Snapshot& base, const ImageRecord& image) {
+  return Note(base, image.id, image.verdict);
+}
+
+Status CountChanges::NoteRemoval(const Snapshot& base, ImageId image) {
+  return Note(base, image, std::nullopt);
 }
 
 Status CountChanges::NotePut(const Snapshot& base, const CameraRecord& camera) {
@@ -63,7 +67,8 @@ Status CountChanges::NotePut(const Snapshot& base, const CameraRecord& camera) {
 bool CountChanges::empty() const {
   return new_cameras_.empty() && std::ranges::all_of(images_, [](const auto& entry) {
            const Change& change = entry.second;
-           return change.before && CounterOf(*change.before) == CounterOf(change.after);
+           if (!change.before || !change.after) return change.before == change.after;
+           return CounterOf(*change.before) == CounterOf(*change.after);
          });
 }
 
@@ -73,13 +78,14 @@ std::optional<DatabaseCounts> CountChanges::ApplyTo(
   DatabaseCounts counts = *base;
   counts.cameras += new_cameras_.size();
   for (const auto& [id, change] : images_) {
-    ++(counts.*CounterOf(change.after));
-    if (!change.before) {
+    if (change.after) {
       ++counts.images;
-      continue;
+      ++(counts.*CounterOf(*change.after));
     }
+    if (!change.before) continue;
     uint64_t& left = counts.*CounterOf(*change.before);
-    if (left == 0) return std::nullopt;
+    if (left == 0 || counts.images == 0) return std::nullopt;
+    --counts.images;
     --left;
   }
   return counts;

@@ -23,6 +23,7 @@ class CountChanges final {
  public:
   Status NotePut(const Snapshot& base, const ImageRecord& image);
   Status NotePut(const Snapshot& base, const CameraRecord& camera);
+  Status NoteRemoval(const Snapshot& base, ImageId image);
   bool empty() const;
 
   // The counts after the transaction. None where those before it are not known, or where they
@@ -31,9 +32,10 @@ class CountChanges final {
 
  private:
   struct Change {
-    std::optional<Verdict> before;
-    Verdict after;
+    std::optional<Verdict> before, after;
   };
+  Status Note(const Snapshot& base, ImageId id, std::optional<Verdict> after);
+
   std::map<ImageId, Change> images_;
   std::set<CameraId> new_cameras_;
 };

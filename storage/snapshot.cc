@@ -7,6 +7,7 @@
 #include "storage/dense_view.h"
 #include "storage/record_counts.h"
 #include "storage/records/camera_record.h"
+#include "storage/records/forbidden_record.h"
 #include "storage/records/image_record.h"
 #include "storage/records/journal_record.h"
 #include "storage/records/key_bytes.h"
@@ -214,7 +215,8 @@ class SnapshotView final : public Snapshot {
                           if (!TakeBigEndian32(&rest, &word) || !rest.empty())
                             return Status::Corruption("a key of wrong length");
                           VEDUTA_RETURN_IF_ERROR(DecodeImages(value, &images));
-                          *more = visit(word, images);
+                          // All images that had the word were removed.
+                          if (!images.empty()) *more = visit(word, images);
                           return Status::Ok();
                         });
   }
@@ -232,6 +234,22 @@ class SnapshotView final : public Snapshot {
                           *more = visit(record);
                           return Status::Ok();
                         });
+  }
+
+  Result<std::vector<ForbiddenRecord>> ListForbidden() const override {
+    std::vector<ForbiddenRecord> all;
+    VEDUTA_RETURN_IF_ERROR(
+        reader_.Scan(Family::kMeta, std::string(kForbiddenPrefix), "",
+                     [&](std::string_view key, std::string_view value, bool* /*more*/) {
+                       ForbiddenRecord& record = all.emplace_back();
+                       VEDUTA_RETURN_IF_ERROR(ParseForbiddenKey(key, &record));
+                       return Decode(value, &record);
+                     }));
+    return all;
+  }
+
+  Result<bool> IsForbidden(ForbiddenKind kind, uint32_t a, uint32_t b) const override {
+    return reader_.Has(Family::kMeta, ForbiddenKey(kind, std::min(a, b), std::max(a, b)));
   }
 
   const DenseReader& dense() const override { return *dense_; }

@@ -2,6 +2,9 @@
 // A write batch and one version number do what RocksDB's optimistic transactions would do here, for
 // less: this process alone has the database open, only the state record is fought over, reads go to
 // snapshots, and a batch can delete ranges, which those transactions cannot.
+#include "storage/transaction.h"
+
+#include <algorithm>
 #include <optional>
 #include <string>
 #include <utility>
@@ -10,6 +13,7 @@
 #include "storage/dense_view.h"
 #include "storage/record_counts.h"
 #include "storage/records/camera_record.h"
+#include "storage/records/forbidden_record.h"
 #include "storage/records/image_record.h"
 #include "storage/records/journal_record.h"
 #include "storage/records/pair_record.h"
@@ -83,6 +87,23 @@ class WriteTransaction final : public Transaction {
                  Encode(PairNeighbor{pair.a, count, pair.geometry}));
   }
 
+  void DeletePair(ImageId a, ImageId b) override {
+    buffer().Delete(Family::kPairs, PairKey(std::min(a, b), std::max(a, b)));
+    buffer().Delete(Family::kPairs, NeighborKey(a, b));
+    buffer().Delete(Family::kPairs, NeighborKey(b, a));
+  }
+
+  void RemoveImage(ImageId image) override { buffer().Note(RemoveStored(image)); }
+
+  void PutForbidden(const ForbiddenRecord& forbidden) override {
+    buffer().Put(Family::kMeta, ForbiddenKey(forbidden.kind, forbidden.a, forbidden.b),
+                 Encode(forbidden));
+  }
+
+  void DeleteForbidden(ForbiddenKind kind, uint32_t a, uint32_t b) override {
+    buffer().Delete(Family::kMeta, ForbiddenKey(kind, std::min(a, b), std::max(a, b)));
+  }
+
   void PutReconstruction(const ReconstructionRecord& reconstruction) override {
     buffer().Put(Family::kReconstructions, ReconstructionKey(reconstruction.id),
                  Encode(reconstruction));
@@ -122,9 +143,12 @@ class WriteTransaction final : public Transaction {
 
   void AddPostings(uint32_t generation, std::span<const WordId> words, ImageId image) override {
     if (!image.valid()) return buffer().Note(Status::InvalidArgument("postings of image id 0"));
-    const std::string operand = EncodeU32(image.value);
-    for (const WordId word : words)
-      buffer().Merge(Family::kPostings, PostingsKey(generation, word), operand);
+    MergePostings(generation, words, EncodeU32(image.value));
+  }
+
+  void RemovePostings(uint32_t generation, std::span<const WordId> words, ImageId image) override {
+    if (!image.valid()) return buffer().Note(Status::InvalidArgument("postings of image id 0"));
+    MergePostings(generation, words, EncodePostingsRemoval(image));
   }
 
   void DeleteVocabulary(uint32_t generation) override { buffer().DeleteVocabulary(generation); }
@@ -152,6 +176,31 @@ class WriteTransaction final : public Transaction {
   WriteBuffer& buffer() {
     VEDUTA_CHECK(buffer_.has_value(), "a transaction was written to after its Commit");
     return *buffer_;
+  }
+
+  void MergePostings(uint32_t generation, std::span<const WordId> words,
+                     const std::string& operand) {
+    for (const WordId word : words)
+      buffer().Merge(Family::kPostings, PostingsKey(generation, word), operand);
+  }
+
+  Status RemoveStored(ImageId id) {
+    VEDUTA_ASSIGN_OR_RETURN(const ImageRecord image, base_->GetImage(id));
+    VEDUTA_RETURN_IF_ERROR(count_changes_.NoteRemoval(*base_, id));
+    buffer().Delete(Family::kImages, ImageKey(id));
+    if (image.reason != Reason::kNameTaken) buffer().Delete(Family::kNames, image.name);
+    if (image.verdict == Verdict::kRejected) return Status::Ok();  // nothing else is kept of it
+    for (const Family family : {Family::kHashes, Family::kPhotos, Family::kFeatures})
+      buffer().Delete(family, HashKey(image.photo));
+    VEDUTA_ASSIGN_OR_RETURN(const std::vector<PairNeighbor> neighbors, base_->ListNeighbors(id));
+    for (const PairNeighbor& neighbor : neighbors) DeletePair(id, neighbor.image);
+    VEDUTA_ASSIGN_OR_RETURN(const DatabaseState state, base_->GetState());
+    if (state.vocabulary_generation == 0) return Status::Ok();
+    VEDUTA_ASSIGN_OR_RETURN(const std::vector<WordId> words,
+                            base_->GetWords(state.vocabulary_generation, id));
+    buffer().Delete(Family::kWords, WordsKey(state.vocabulary_generation, id));
+    RemovePostings(state.vocabulary_generation, words, id);
+    return Status::Ok();
   }
 
   // The state record with the counts as they will be. Where the counts change, it is written even

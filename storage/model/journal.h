@@ -12,8 +12,9 @@ namespace veduta {
 struct JournalRecord {
   uint64_t sequence = 0;
   int64_t time_unix_s = 0;
-  std::string actor;   // the contributor, or "veduta"
-  std::string action;  // add, propagate, adjust, merge, vocabulary, camera, densify
+  std::string actor;  // the contributor, or "veduta"
+  // add, propagate, adjust, merge, vocabulary, camera, densify, repair, backup, remove, forbid, allow
+  std::string action;
   ImageId image;
   ReconstructionId reconstruction;
   std::string detail;

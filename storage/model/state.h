@@ -32,6 +32,9 @@ struct DatabaseState {
   uint32_t retrievable_image_count = 0;  // images with features, N of eq 5
   std::vector<ImageId>
       pending_propagation;  // placed views whose neighbors are still to be tried, oldest first
+  // Photos were removed, and the files have not been rewritten without their bytes since
+  // (Database::PurgeDeleted). No part of the digest.
+  bool removed_bytes_left = false;
   // Kept by Transaction::Commit, whatever was given to PutState. None in a state that was written
   // by a program that did not count yet: see Snapshot::GetCounts.
   std::optional<DatabaseCounts> counts = DatabaseCounts{};

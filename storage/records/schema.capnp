@@ -37,6 +37,13 @@ struct State {
   postponedCount @13 :UInt64;
   rejectedCount @14 :UInt64;
   cameraCount @15 :UInt64;
+  removedBytesLeft @16 :Bool;  # photos were removed, and files may still have their bytes
+}
+
+struct Forbidden {
+  timeUnixS @0 :Int64;
+  actor @1 :Text;
+  reason @2 :Text;
 }
 
 struct Camera {

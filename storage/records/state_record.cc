@@ -31,6 +31,7 @@ Result<std::string> Encode(const DatabaseState& state) {
     to.setVocabularyImported(state.vocabulary_imported);
     to.setRetrievableImageCount(state.retrievable_image_count);
     to.setPendingPropagation(AsData(state.pending_propagation));
+    to.setRemovedBytesLeft(state.removed_bytes_left);
     to.setCountsKnown(state.counts.has_value());
     if (!state.counts) return;
     to.setImageCount(state.counts->images);
@@ -54,6 +55,7 @@ Status Decode(std::string_view value, DatabaseState* state) {
     state->retrievable_image_count = from.getRetrievableImageCount();
     if (!CopyRows(from.getPendingPropagation(), &state->pending_propagation))
       return BadRows("pending_propagation");
+    state->removed_bytes_left = from.getRemovedBytesLeft();
     state->counts.reset();
     if (from.getCountsKnown()) {
       state->counts = {.images = from.getImageCount(),

@@ -52,6 +52,10 @@ Result<std::string> EncodeImages(std::span<const ImageId> images) {
   return std::string(reinterpret_cast<const char*>(images.data()), images.size_bytes());
 }
 
+std::string EncodePostingsRemoval(ImageId image) {
+  return EncodeU32(0) + EncodeU32(image.value);
+}
+
 Status DecodeImages(std::string_view value, std::vector<ImageId>* images) {
   if (!CopyRows(value.data(), value.size(), images)) return BadRows("images");
   return Damaged(CheckImages(*images));

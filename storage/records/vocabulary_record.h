@@ -25,5 +25,7 @@ Status DecodeWords(std::string_view value, std::vector<WordId>* words);
 Status CheckImages(std::span<const ImageId> images);
 Result<std::string> EncodeImages(std::span<const ImageId> images);
 Status DecodeImages(std::string_view value, std::vector<ImageId>* images);
+// An operand for family `postings` that takes the image out of a list.
+std::string EncodePostingsRemoval(ImageId image);
 
 }  // namespace veduta
