@@ -293,7 +293,8 @@ void AddHouses(const WallFrame& frame, double from_m, double to_m, double length
 }
 
 // Two houses where there is room for two. They are built at the origin and copied, so that nothing
-// depends on where they stand but what `signs` draws.
+// depends on where they stand but what `signs` draws. No setback: near a corner the next row's side
+// wall would come through their windows.
 void AddTwinHouses(const WallFrame& frame, const TwinHouses& twins, SeededRandom& signs,
                    QuadMesh& mesh) {
   SeededRandom row(twins.seed);
@@ -302,8 +303,8 @@ void AddTwinHouses(const WallFrame& frame, const TwinHouses& twins, SeededRandom
   QuadMesh part;
   for (int i = 0; i < count; ++i) {
     SeededRandom random(row.Next());
-    AddHouse(WallFrame().Moved(i * first, 0, 0), i == 0 ? first : twins.length_m - first,
-             Between(row, 0, 0.5), false, false, false, random, signs, part);
+    AddHouse(WallFrame().Moved(i * first, 0, 0), i == 0 ? first : twins.length_m - first, 0, false,
+             false, false, random, signs, part);
   }
   mesh.AddCopy(part, frame.Moved(twins.from_m, 0, 0));
 }

@@ -2,7 +2,6 @@
 #include "tools/render/street/twin_facades.h"
 
 #include <algorithm>
-#include <cmath>
 #include <string>
 
 namespace veduta::street {
@@ -59,7 +58,7 @@ std::vector<TwinPlace> PlaceInStreet(TwinFacades twins, double length, double ma
 
 std::vector<TwinPlace> PlaceInGrid(TwinFacades twins, const Plan& plan) {
   std::vector<TwinPlace> places;
-  const size_t count = static_cast<size_t>(std::lround(std::sqrt(plan.lanes.size() / 2)));
+  const size_t count = plan.lanes.size() / 2;
   // Blocks (1, 1) and (count, count) of the rows of count + 1 blocks.
   const size_t low = count + 2, high = count * (count + 1) + count;
   const double from = 4;  // the middle of an edge of 46 m holds two places and what lies between
