@@ -9,6 +9,7 @@
 
 #include "storage/base/thread_pool.h"
 #include "tools/render/street/truth_file.h"
+#include "tools/render/street/twin_facades.h"
 
 namespace veduta::street {
 namespace {
@@ -39,6 +40,20 @@ Status WriteBytes(const std::vector<uint8_t>& bytes, const fs::path& path) {
   return {};
 }
 
+// Which facades are alike, for whoever asks what misled a reconstruction.
+void WriteTwins(const SceneOptions& options, std::ostream& out) {
+  const Plan plan = MakePlan(options);
+  if (plan.twins.empty()) return;
+  out << "\nThe facades of these places are exactly alike, signs and posters excepted. Trees, "
+         "cars,\n"
+         "pavements and neighbours differ. PAIR, the place's length in metres, x and y of its "
+         "middle:\n";
+  for (const TwinPlace& place : plan.twins) {
+    const Eigen::Vector2d middle = MiddleOf(place, plan);
+    out << place.pair << " " << place.length_m << " " << middle.x() << " " << middle.y() << "\n";
+  }
+}
+
 Status WriteReadme(const DataSetOptions& options, const fs::path& path) {
   std::ofstream file(path);
   file << "A synthetic street by veduta-street"
@@ -60,6 +75,7 @@ Status WriteReadme(const DataSetOptions& options, const fs::path& path) {
             "little-endian\n";
   }
   if (options.mesh) file << "scene.ply           the geometry, metres\n";
+  WriteTwins(options.scene, file);
   file << "\nScore a reconstruction: score_poses.py truth OUT/<reconstruction>/images.txt\n";
   file.close();
   if (!file) return Status::IoError("cannot write " + path.string());

@@ -231,8 +231,9 @@ void AddShell(const WallFrame& frame, const House& house, double inset_left, dou
       house.width, kHouseDepthM - run);
 }
 
+// `signs` draws what hangs on the house, `random` everything else; they may be the same.
 void AddHouse(const WallFrame& row, double width, double setback, bool first, bool last,
-              bool repeated, SeededRandom& random, QuadMesh& mesh) {
+              bool repeated, SeededRandom& random, SeededRandom& signs, QuadMesh& mesh) {
   const House house = DrawHouse(width, repeated, random);
   const WallFrame frame = row.Moved(0, -setback, 0);
   const Eigen::Vector3d up = Eigen::Vector3d::UnitZ();
@@ -251,8 +252,8 @@ void AddHouse(const WallFrame& row, double width, double setback, bool first, bo
   band(house.height() - 0.35, 0.22, 0.18);
   band(house.height() - 0.17, 0.42, 0.17);
   if (!repeated) {
-    if (house.shop_sign) AddShopSign(frame, house, random, mesh);
-    AddPosters(frame, house, random, mesh);
+    if (house.shop_sign) AddShopSign(frame, house, signs, mesh);
+    AddPosters(frame, house, signs, mesh);
   }
   // Around the corner the next row's windows reach into this house.
   AddShell(frame, house, first ? kCornerInsetM : kInsetM, last ? kCornerInsetM : kInsetM, random,
@@ -268,29 +269,59 @@ void AddRemainder(const WallFrame& frame, double width, SeededRandom& random, Qu
   AddShell(frame, house, kInsetM, kInsetM, random, mesh);
 }
 
-}  // namespace
-
-void AddHouseRow(const WallFrame& frame, double length_m, uint64_t seed, bool repeated,
-                 QuadMesh& mesh) {
-  SeededRandom row(MixSeed(seed, 1));
-  double at = 0;
-  for (uint64_t i = 0; length_m - at > 0.5; ++i) {
-    const double left = length_m - at;
+// Houses from `from_m` to `to_m` of a row of `length_m`; `row` and `seed` belong to them.
+void AddHouses(const WallFrame& frame, double from_m, double to_m, double length_m, uint64_t seed,
+               bool repeated, SeededRandom& row, QuadMesh& mesh) {
+  double at = from_m;
+  while (to_m - at > 0.5) {
+    const double left = to_m - at;
     double width = repeated ? kRepeatPeriodM : Between(row, 7, 15);
     if (!repeated && left - width < 7) width = left <= 15 ? left : left / 2;
     if (left < width) width = left;
     SeededRandom random(repeated ? MixSeed(seed, 2) : row.Next());
-    const bool first = i == 0, last = left - width <= 0.5;
+    const bool first = at == 0, last = length_m - at - width <= 0.5;
     const double setback =
         repeated || first || last ? 0 : Between(row, 0, 0.5);  // corners meet the next row's
     const WallFrame place = frame.Moved(at, 0, 0);
     if (width >= 1.5) {
-      AddHouse(place, width, setback, first, last, repeated, random, mesh);
+      AddHouse(place, width, setback, first, last, repeated, random, random, mesh);
     } else {
       AddRemainder(place, width, random, mesh);
     }
     at += width;
   }
+}
+
+// Two houses where there is room for two. They are built at the origin and copied, so that nothing
+// depends on where they stand but what `signs` draws. No setback: near a corner the next row's side
+// wall would come through their windows.
+void AddTwinHouses(const WallFrame& frame, const TwinHouses& twins, SeededRandom& signs,
+                   QuadMesh& mesh) {
+  SeededRandom row(twins.seed);
+  const int count = twins.length_m < 14 ? 1 : 2;
+  const double first = count == 1 ? twins.length_m : twins.length_m * Between(row, 0.47, 0.53);
+  QuadMesh part;
+  for (int i = 0; i < count; ++i) {
+    SeededRandom random(row.Next());
+    AddHouse(WallFrame().Moved(i * first, 0, 0), i == 0 ? first : twins.length_m - first, 0, false,
+             false, false, random, signs, part);
+  }
+  mesh.AddCopy(part, frame.Moved(twins.from_m, 0, 0));
+}
+
+}  // namespace
+
+void AddHouseRow(const WallFrame& frame, double length_m, uint64_t seed, bool repeated,
+                 std::span<const TwinHouses> twins, QuadMesh& mesh) {
+  SeededRandom row(MixSeed(seed, 1));
+  double at = 0;
+  for (const TwinHouses& place : twins) {
+    AddHouses(frame, at, place.from_m, length_m, seed, repeated, row, mesh);
+    SeededRandom signs(row.Next());
+    AddTwinHouses(frame, place, signs, mesh);
+    at = place.from_m + place.length_m;
+  }
+  AddHouses(frame, at, length_m, length_m, seed, repeated, row, mesh);
 }
 
 }  // namespace veduta::street

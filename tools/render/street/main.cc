@@ -14,7 +14,8 @@ namespace veduta::street {
 namespace {
 
 struct Arguments {
-  std::string folder, size = "1024x768", trajectory = "street", shuffle = "no";
+  std::string folder, size = "1024x768", trajectory = "street", shuffle = "no",
+                      twin_facades = "none";
   uint32_t photos = 0, threads = 1;
   uint64_t seed = 1;
   double length_m = 0, focal_px = 0, k1 = 0, k2 = 0, position_jitter_m = 0.15,
@@ -36,6 +37,10 @@ Result<DataSetOptions> MakeOptions(const Arguments& arguments) {
       {"loop", Trajectory::kLoop},
       {"orbit", Trajectory::kOrbit},
       {"two-sites", Trajectory::kTwoSites}};
+  static const std::map<std::string, TwinFacades> twins = {{"none", TwinFacades::kNone},
+                                                           {"near", TwinFacades::kNear},
+                                                           {"far", TwinFacades::kFar},
+                                                           {"ends", TwinFacades::kEnds}};
   DataSetOptions options;
   CameraModel& model = options.rig.model;
   char rest = 0;
@@ -67,6 +72,7 @@ Result<DataSetOptions> MakeOptions(const Arguments& arguments) {
   options.scene = SceneForTrajectory(options.rig.trajectory, photos, arguments.length_m);
   options.scene.seed = arguments.seed;
   options.scene.repeated_windows = arguments.repeated_windows;
+  options.scene.twin_facades = twins.at(arguments.twin_facades);
   options.render = arguments.render;
   options.render.seed = arguments.seed;
   options.render.depth = arguments.depth;
@@ -90,6 +96,10 @@ void AddCommandLine(CLI::App& app, Arguments& a) {
   app.add_option("--shuffle", a.shuffle, "names in random order: yes or no")
       ->check(CLI::IsMember({"yes", "no"}));
   app.add_flag("--repeated-windows", a.repeated_windows, "all facades repeat every 3 m");
+  app.add_option("--twin-facades", a.twin_facades,
+                 "places that look alike but for signs, trees, cars and neighbours: near each "
+                 "other, far, at both ends of a loop, or none")
+      ->check(CLI::IsMember({"none", "near", "far", "ends"}));
   app.add_option("--size", a.size, "WIDTHxHEIGHT in px (1024x768)");
   app.add_option("--focal", a.focal_px, "focal length in px (0.88 of the width)")
       ->check(CLI::Range(10.0, 100000.0));

@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "tools/render/street/twin_facades.h"
+
 namespace veduta::street {
 namespace {
 
@@ -53,7 +55,7 @@ Plan MakeGrid(int count, double pitch) {
 }
 
 Plan MakeRing(double length) {
-  const double pitch = std::max(length / 4, kStreetWidthM + 10);
+  const double pitch = RingPitch(length);
   Plan plan = MakeGrid(2, pitch);
   plan.lanes = {{{0, 0}, {pitch, 0}},
                 {{pitch, 0}, {pitch, pitch}},
@@ -84,10 +86,30 @@ Status SceneOptions::Check() const {
     return Status::InvalidArgument("threads " + std::to_string(build_threads) +
                                    " is outside [1, 256]");
   }
-  return {};
+  return CheckTwinFacades(*this);
 }
 
-Plan MakePlan(const SceneOptions& options) {
+double RingPitch(double length_m) {
+  return std::max(length_m / 4, kStreetWidthM + 10);
+}
+
+BlockEdge EdgeOf(const Block& block, int side) {
+  const Eigen::Vector2d size = block.high - block.low;
+  switch (side) {
+    case 0:
+      return {block.low, {1, 0}, size.x()};
+    case 1:
+      return {{block.high.x(), block.low.y()}, {0, 1}, size.y()};
+    case 2:
+      return {block.high, {-1, 0}, size.x()};
+    default:
+      return {{block.low.x(), block.high.y()}, {0, -1}, size.y()};
+  }
+}
+
+namespace {
+
+Plan MakeLayout(const SceneOptions& options) {
   switch (options.layout) {
     case Layout::kStreet:
       return MakeStreet(options.length_m);
@@ -102,6 +124,14 @@ Plan MakePlan(const SceneOptions& options) {
       return MakeSquare(options.length_m);
   }
   return {};
+}
+
+}  // namespace
+
+Plan MakePlan(const SceneOptions& options) {
+  Plan plan = MakeLayout(options);
+  plan.twins = PlaceTwins(options, plan);
+  return plan;
 }
 
 }  // namespace veduta::street

@@ -73,4 +73,27 @@ void QuadMesh::AddBox(const WallFrame& corner, const Eigen::Vector3d& size, cons
   face(corner.At(0, 0, 0), along, out, size.x(), size.y());                 // underside
 }
 
+void QuadMesh::AddCopy(const QuadMesh& part, const WallFrame& frame) {
+  Eigen::Matrix3d turn;
+  turn << frame.along, -frame.outward(), Eigen::Vector3d::UnitZ();
+  const auto put = [&](const float* from, const Eigen::Vector3d& shift, float* to) {
+    const Eigen::Vector3d moved =
+        turn * Eigen::Map<const Eigen::Vector3f>(from).cast<double>() + shift;
+    Eigen::Map<Eigen::Vector3f> out(to);
+    out = moved.cast<float>();
+  };
+  const uint32_t first = static_cast<uint32_t>(surfaces_.size());
+  for (Surface surface : part.surfaces_) {
+    put(surface.origin, frame.origin, surface.origin);
+    for (float* const direction : {surface.u, surface.v, surface.normal})
+      put(direction, Eigen::Vector3d::Zero(), direction);
+    surfaces_.push_back(surface);
+  }
+  const size_t vertices = vertices_.size();
+  vertices_.resize(vertices + part.vertices_.size());
+  for (size_t i = 0; i < part.vertices_.size(); i += 3)
+    put(&part.vertices_[i], frame.origin, &vertices_[vertices + i]);
+  for (const uint32_t surface : part.surface_of_quad_) surface_of_quad_.push_back(first + surface);
+}
+
 }  // namespace veduta::street

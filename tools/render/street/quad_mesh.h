@@ -48,6 +48,10 @@ class QuadMesh final {
   void AddBox(const WallFrame& corner, const Eigen::Vector3d& size, const Finish& finish,
               SeededRandom& random);
 
+  // Adds a copy of `part` with its origin and +x axis laid on those of `frame`. It keeps the light
+  // that fell on it where it was made.
+  void AddCopy(const QuadMesh& part, const WallFrame& frame);
+
   size_t quad_count() const { return surface_of_quad_.size(); }
   const std::vector<float>& vertices() const { return vertices_; }  // [4 quad_count x 3], world, m
   const std::vector<uint32_t>& surface_of_quad() const { return surface_of_quad_; }

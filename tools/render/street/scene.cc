@@ -22,21 +22,24 @@ namespace {
 constexpr size_t kRayTablesMax = 4;
 constexpr float kNearM = 0.02f;
 
-void AddBlock(const Block& block, uint64_t seed, const SceneOptions& options, QuadMesh& mesh) {
-  const Eigen::Vector2d size = block.high - block.low;
-  const Eigen::Vector3d corners[4] = {{block.low.x(), block.low.y(), 0},
-                                      {block.high.x(), block.low.y(), 0},
-                                      {block.high.x(), block.high.y(), 0},
-                                      {block.low.x(), block.high.y(), 0}};
-  const Eigen::Vector3d directions[4] = {{1, 0, 0}, {0, 1, 0}, {-1, 0, 0}, {0, -1, 0}};
+void AddBlock(const Plan& plan, size_t index, uint64_t seed, const SceneOptions& options,
+              QuadMesh& mesh) {
+  const Block& block = plan.blocks[index];
   for (int side = 0; side < 4; ++side) {
     if ((block.sides >> side & 1) == 0) continue;
-    const WallFrame frame = {corners[side], directions[side]};
-    const double length = side % 2 == 0 ? size.x() : size.y();
+    const BlockEdge edge = EdgeOf(block, side);
+    const WallFrame frame = {{edge.from.x(), edge.from.y(), 0},
+                             {edge.along.x(), edge.along.y(), 0}};
     const uint64_t own = MixSeed(seed, side);
-    AddHouseRow(frame, length, options.repeated_windows ? options.seed : own,
-                options.repeated_windows, mesh);
-    AddPavement(frame, length, MixSeed(own, 1), mesh);
+    std::vector<TwinHouses> twins;
+    for (const TwinPlace& place : plan.twins) {
+      if (place.block != index || place.side != side) continue;
+      const uint64_t pair = MixSeed(MixSeed(options.seed, 3), place.pair);
+      twins.push_back({place.from_m, place.length_m, pair});
+    }
+    AddHouseRow(frame, edge.length_m, options.repeated_windows ? options.seed : own,
+                options.repeated_windows, twins, mesh);
+    AddPavement(frame, edge.length_m, MixSeed(own, 1), mesh);
   }
 }
 
@@ -45,7 +48,7 @@ QuadMesh MakeMesh(const SceneOptions& options, const Plan& plan) {
   AddGround(plan.low, plan.high, MixSeed(options.seed, 1), mesh);
   const uint64_t blocks = MixSeed(options.seed, 2);
   for (size_t i = 0; i < plan.blocks.size(); ++i)
-    AddBlock(plan.blocks[i], MixSeed(blocks, i), options, mesh);
+    AddBlock(plan, i, MixSeed(blocks, i), options, mesh);
   return mesh;
 }
 
