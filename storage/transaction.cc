@@ -115,6 +115,11 @@ class WriteTransaction final : public Transaction {
     buffer().Put(Family::kPoses, ImageKey(pose.image), Encode(pose));
   }
 
+  void DeletePose(ImageId image) override {
+    buffer().Delete(Family::kPoses, ImageKey(image));
+    buffer().Delete(Family::kObservations, ImageKey(image));
+  }
+
   void PutObservations(ImageId image, std::span<const Observation> observations) override {
     if (observations.empty()) {
       buffer().Delete(Family::kObservations, ImageKey(image));

@@ -59,6 +59,7 @@ class Transaction {
   virtual void PutReconstruction(
       const ReconstructionRecord& reconstruction) = 0;  // clears points_generation's mark
   virtual void PutPose(const PoseRecord& pose) = 0;
+  virtual void DeletePose(ImageId image) = 0;  // with its observations
   virtual void PutObservations(ImageId image, std::span<const Observation> observations) = 0;
   // Deletes the block when it holds no points and never did (next_ordinal 1).
   virtual void PutPointBlock(ReconstructionId reconstruction, uint32_t generation,

@@ -71,6 +71,8 @@ struct FollowUp {
   ImageId image;                    // kPropagation: the one that was tried again
   ReconstructionId reconstruction;  // kAdjustment: the one that was adjusted
   std::vector<ImageId> placed;      // images that got a pose
+  std::vector<ImageId> unplaced;    // kAdjustment: that lost theirs, for evidence has turned
+  uint32_t split_count = 0;         // kAdjustment: reconstructions that were split off
   Status status;  // a failure is the step's own; it is set aside until the database is opened again
 };
 

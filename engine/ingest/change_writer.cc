@@ -130,29 +130,29 @@ Status WritePlacementChanges(const CityMap& map, const Snapshot& snapshot,
   return Status::Ok();
 }
 
-Result<ReconstructionRecord> WriteAdjustment(const CityMap& map, const ReconstructionRecord& before,
-                                             Database* database, Transaction* transaction) {
-  ReconstructionRecord record = before;
-  record.points_generation = before.points_generation + 1;
-  const auto change = map.changes().counts.find(record.id);
-  if (change != map.changes().counts.end()) {
-    record.point_count += change->second.points;
-    record.observation_count += change->second.observations;
-  }
-  // The sum is taken anew, so that rounding errors do not add up over the years.
-  record.reprojection_error_px_sum = 0;
-  record.images_at_adjustment = record.image_count;
-  ++record.geometry_version;
-  for (const ImageId home : MembersOf(map, record.id)) {
+void WriteUnplaced(const CityMap& map, Transaction* transaction) {
+  for (const auto& [image, reconstruction] : map.changes().unplaced) transaction->DeletePose(image);
+}
+
+Status WriteWhole(const CityMap& map, Database* database, Transaction* transaction,
+                  ReconstructionRecord* record) {
+  // Counted anew, so that rounding errors of the sum do not add up over the years.
+  record->point_count = record->observation_count = 0;
+  record->reprojection_error_px_sum = 0;
+  const std::vector<ImageId> members = MembersOf(map, record->id);
+  record->image_count = record->images_at_adjustment = static_cast<uint32_t>(members.size());
+  record->is_dissolved = members.empty();
+  ++record->geometry_version;
+  for (const ImageId home : members) {
     const PointBlock block = map.StoredBlock(home);
-    record.reprojection_error_px_sum += SumErrors(block);
+    record->point_count += block.points.size();
+    for (const PointRecord& point : block.points) record->observation_count += point.track.size();
+    record->reprojection_error_px_sum += SumErrors(block);
     VEDUTA_RETURN_IF_ERROR(
-        database->WritePointBlocksAhead(record.id, record.points_generation, {&block, 1}));
+        database->WritePointBlocksAhead(record->id, record->points_generation, {&block, 1}));
   }
-  WritePosesAndObservations(map, transaction);
-  transaction->DeletePointBlocks(record.id, before.points_generation);
-  transaction->PutReconstruction(record);
-  return record;
+  transaction->PutReconstruction(*record);
+  return Status::Ok();
 }
 
 }  // namespace veduta

@@ -22,10 +22,14 @@ void WritePosesAndObservations(const CityMap& map, Transaction* transaction);
 Status WritePlacementChanges(const CityMap& map, const Snapshot& snapshot,
                              const Placement& placement, Transaction* transaction);
 
-// All that the adjustment of a whole reconstruction changed. Every point has moved, so every block
-// is written, ahead of the commit, as a new generation of blocks to which the commit switches; the
-// old generation is deleted. Returns the new record, which is in the transaction.
-Result<ReconstructionRecord> WriteAdjustment(const CityMap& map, const ReconstructionRecord& before,
-                                             Database* database, Transaction* transaction);
+// Deletes what is stored of the poses that images have lost. Their point blocks are the caller's.
+void WriteUnplaced(const CityMap& map, Transaction* transaction);
+
+// A whole reconstruction as it is in the map, all of whose points may have moved: every block is
+// written, ahead of the commit, as the generation that `record` names and to which the commit
+// switches. Fills in the counts of `record`, which goes into the transaction; it is dissolved where
+// it has no image any more. Deleting an older generation is the caller's.
+Status WriteWhole(const CityMap& map, Database* database, Transaction* transaction,
+                  ReconstructionRecord* record);
 
 }  // namespace veduta

@@ -40,15 +40,52 @@ Result<Placement> PlaceAgain(const IngestParts& parts, const std::shared_ptr<con
                     new_reconstruction, MixSeed(record.photo.Seed(), 1));
 }
 
-void JournalRetry(ImageId image, const Placement& placement, DatabaseState* state,
-                  Transaction* transaction) {
+void Journal(const char* action, ImageId image, ReconstructionId reconstruction, std::string detail,
+             DatabaseState* state, Transaction* transaction) {
   JournalRecord entry;
   entry.actor = "veduta";
-  entry.action = "propagate";
+  entry.action = action;
   entry.image = image;
-  entry.reconstruction = placement.reconstruction;
-  entry.detail = placement.detail;
+  entry.reconstruction = reconstruction;
+  entry.detail = std::move(detail);
   AppendJournal(std::move(entry), state, transaction);
+}
+
+// The images become a reconstruction of their own. Its frame is the one that they had, so the
+// similarity between the two is the identity.
+Status SplitOff(const IngestParts& parts, std::span<const ImageId> images, ReconstructionId from,
+                std::vector<WrittenAhead>* blocks, DatabaseState* state, Transaction* transaction) {
+  ReconstructionRecord record;
+  record.id = ReconstructionId(state->next_reconstruction++);
+  record.points_generation = 1;
+  for (const ImageId id : images) {
+    parts.map->MoveImage(id, record.id, Sim3());
+    parts.map->MoveBlock(id, record.id, Sim3());
+  }
+  blocks->push_back(WrittenAhead::PointBlocks(parts.database, record.id, 1));
+  VEDUTA_RETURN_IF_ERROR(WriteWhole(*parts.map, parts.database, transaction, &record));
+  Journal("split", {}, record.id,
+          std::to_string(images.size()) + " images of reconstruction " +
+              std::to_string(from.value) + ", whose frame it keeps",
+          state, transaction);
+  return Status::Ok();
+}
+
+// The images wait again, and are tried again at once.
+Status PostponeUnplaced(const Snapshot& base, const Healing& healing, ReconstructionId from,
+                        DatabaseState* state, Transaction* transaction) {
+  for (const DoubtedImage& unplaced : healing.unplaced) {
+    VEDUTA_ASSIGN_OR_RETURN(ImageRecord image, base.GetImage(unplaced.image));
+    image.verdict = Verdict::kPostponed;
+    image.reason = Reason::kDoubted;
+    image.detail = "in reconstruction " + std::to_string(from.value) + ", " + unplaced.why;
+    transaction->PutImage(image);
+    Journal("doubt", image.id, from, image.detail, state, transaction);
+    std::vector<ImageId>& retries = state->pending_propagation;
+    if (std::find(retries.begin(), retries.end(), image.id) == retries.end())
+      retries.push_back(image.id);
+  }
+  return Status::Ok();
 }
 
 }  // namespace
@@ -70,7 +107,10 @@ Result<std::vector<ImageId>> RetryPhoto(const IngestParts& parts, ImageId image,
     scope.transaction->PutImage(record);
     VEDUTA_RETURN_IF_ERROR(
         WritePlacement(*parts.map, *scope.base, placement, &state, scope.transaction.get()));
-    if (!placement.placed.empty()) JournalRetry(image, placement, &state, scope.transaction.get());
+    if (!placement.placed.empty()) {
+      Journal("propagate", image, placement.reconstruction, placement.detail, &state,
+              scope.transaction.get());
+    }
   }
   scope.transaction->PutState(state);
   VEDUTA_RETURN_IF_ERROR(scope.transaction->Commit());
@@ -78,28 +118,35 @@ Result<std::vector<ImageId>> RetryPhoto(const IngestParts& parts, ImageId image,
   return placement.placed;
 }
 
-Status AdjustWhole(const IngestParts& parts, ReconstructionId reconstruction, WriteScope scope) {
-  VEDUTA_ASSIGN_OR_RETURN(const ReconstructionRecord before,
+Result<Healing> AdjustWhole(const IngestParts& parts, ReconstructionId reconstruction,
+                            WriteScope scope) {
+  VEDUTA_ASSIGN_OR_RETURN(ReconstructionRecord record,
                           scope.base->GetReconstruction(reconstruction));
   MapLoader loader(scope.base, parts.features, parts.map);
-  VEDUTA_RETURN_IF_ERROR(
-      AdjustReconstruction({&loader, parts.map, parts.pool, parts.options.mapper}, reconstruction));
-  const WrittenAhead blocks =
-      WrittenAhead::PointBlocks(parts.database, reconstruction, before.points_generation + 1);
   VEDUTA_ASSIGN_OR_RETURN(
-      const ReconstructionRecord after,
-      WriteAdjustment(*parts.map, before, parts.database, scope.transaction.get()));
+      const Healing healing,
+      AdjustReconstruction({&loader, parts.map, parts.pool, parts.options.mapper}, reconstruction));
+  Transaction* const transaction = scope.transaction.get();
   VEDUTA_ASSIGN_OR_RETURN(DatabaseState state, scope.base->GetState());
-  JournalRecord entry;
-  entry.actor = "veduta";
-  entry.action = "adjust";
-  entry.reconstruction = after.id;
-  entry.detail = std::to_string(after.image_count) + " images";
-  AppendJournal(std::move(entry), &state, scope.transaction.get());
-  scope.transaction->PutState(state);
-  VEDUTA_RETURN_IF_ERROR(scope.transaction->Commit());
+  std::vector<WrittenAhead> blocks;
+  for (const std::vector<ImageId>& part : healing.parts) {
+    VEDUTA_RETURN_IF_ERROR(SplitOff(parts, part, reconstruction, &blocks, &state, transaction));
+  }
+  transaction->DeletePointBlocks(reconstruction, record.points_generation);
+  ++record.points_generation;
+  blocks.push_back(
+      WrittenAhead::PointBlocks(parts.database, reconstruction, record.points_generation));
+  VEDUTA_RETURN_IF_ERROR(WriteWhole(*parts.map, parts.database, transaction, &record));
+  WriteUnplaced(*parts.map, transaction);
+  WritePosesAndObservations(*parts.map, transaction);
+  VEDUTA_RETURN_IF_ERROR(
+      PostponeUnplaced(*scope.base, healing, reconstruction, &state, transaction));
+  Journal("adjust", {}, reconstruction, std::to_string(record.image_count) + " images", &state,
+          transaction);
+  transaction->PutState(state);
+  VEDUTA_RETURN_IF_ERROR(transaction->Commit());
   parts.map->ClearChanges();
-  return Status::Ok();
+  return healing;
 }
 
 }  // namespace veduta

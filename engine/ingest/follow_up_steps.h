@@ -4,6 +4,7 @@
 
 #include <vector>
 
+#include "engine/ingest/doubt.h"
 #include "engine/ingest/ingest_parts.h"
 #include "engine/ingest/write_scope.h"
 
@@ -14,8 +15,10 @@ namespace veduta {
 // pose. After an error nothing is committed and the map may be half changed: the caller clears it.
 Result<std::vector<ImageId>> RetryPhoto(const IngestParts& parts, ImageId image, WriteScope scope);
 
-// Adjusts a whole reconstruction. After an error nothing is visible and the map may be half
-// changed: the caller clears it.
-Status AdjustWhole(const IngestParts& parts, ReconstructionId reconstruction, WriteScope scope);
+// Adjusts a whole reconstruction, and heals it where its evidence has turned: images that lose
+// their poses wait again, parts that are split off become reconstructions of their own. After an
+// error nothing is visible and the map may be half changed: the caller clears it.
+Result<Healing> AdjustWhole(const IngestParts& parts, ReconstructionId reconstruction,
+                            WriteScope scope);
 
 }  // namespace veduta

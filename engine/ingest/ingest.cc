@@ -191,8 +191,13 @@ FollowUp Ingest::Run(const DueStep& step, WriteScope scope) {
   done.image = step.image;
   done.reconstruction = step.reconstruction;
   done.status = CatchShortage("place or adjust the photos again", [&]() -> Status {
-    if (step.kind == FollowUpKind::kAdjustment)
-      return AdjustWhole(parts_, step.reconstruction, std::move(scope));
+    if (step.kind == FollowUpKind::kAdjustment) {
+      VEDUTA_ASSIGN_OR_RETURN(const Healing healing,
+                              AdjustWhole(parts_, step.reconstruction, std::move(scope)));
+      for (const DoubtedImage& image : healing.unplaced) done.unplaced.push_back(image.image);
+      done.split_count = static_cast<uint32_t>(healing.parts.size());
+      return Status::Ok();
+    }
     if (step.kind == FollowUpKind::kVocabulary) return Status::Ok();  // RunNextStep leaves it
     VEDUTA_ASSIGN_OR_RETURN(done.placed, RetryPhoto(parts_, step.image, std::move(scope)));
     return Status::Ok();

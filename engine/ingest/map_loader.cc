@@ -161,6 +161,15 @@ Status MapLoader::LoadNeighborhood(std::span<const ImageId> images) {
   return CheckSeen(images);
 }
 
+Status MapLoader::LoadToUnplace(ImageId image) {
+  VEDUTA_RETURN_IF_ERROR(LoadNeighborhood({&image, 1}));
+  std::set<ImageId> seen;
+  for (const PointRecord& point : map_->StoredBlock(image).points) {
+    for (const TrackElement& element : point.track) seen.insert(element.image);
+  }
+  return LoadStructure(std::vector(seen.begin(), seen.end()));
+}
+
 Status MapLoader::LoadReconstruction(ReconstructionId id, std::vector<ImageId>* images) {
   images->clear();
   VEDUTA_RETURN_IF_ERROR(snapshot_->ScanPoses([&](const PoseRecord& pose) {

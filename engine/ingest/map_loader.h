@@ -30,6 +30,9 @@ class MapLoader final {
   // What LoadStructure loads, and every image in the tracks of those points and their homes: all
   // that a change of these images may touch.
   Status LoadNeighborhood(std::span<const ImageId> images);
+  // What LoadNeighborhood loads of one image, and what sees the points that it is home to: all that
+  // taking its pose away may touch.
+  Status LoadToUnplace(ImageId image);
   // A whole reconstruction with its surroundings. `images` receives its members, ascending. Scans
   // all poses of the database.
   Status LoadReconstruction(ReconstructionId id, std::vector<ImageId>* images);

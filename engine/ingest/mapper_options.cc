@@ -14,7 +14,7 @@ Status MapperOptions::Check() const {
       .AtLeast("sure_inlier_count", sure_inlier_count, 1)
       .AtLeast("weak_inlier_count_min", weak_inlier_count_min, 1)
       .Between("weak_inlier_share_min", weak_inlier_share_min, 0, 1)
-      .Above("neighbor_error_px_max", neighbor_error_px_max, 0)
+      .Part("agreement", agreement.Check())
       .Above("contradiction_share_max", contradiction_share_max, 0)
       .AtLeast("local_images_max", local_images_max, 2)
       .AtLeast("settled_images_max", settled_images_max, 2)
@@ -26,6 +26,18 @@ Status MapperOptions::Check() const {
       .Above("merge_error_px_max", merge_error_px_max, 0)
       .AtLeast("founding_views_max", founding_views_max, 3)
       .Part("founding", founding.Check())
+      .Part("doubt", doubt.Check())
+      .status();
+}
+
+Status DoubtOptions::Check() const {
+  return OptionBounds()
+      .Part("visibility", visibility.Check())
+      .AtLeast("images_max", images_max, 1)
+      .AtLeast("missing_cells_min", missing_cells_min, 1)
+      .AboveUpTo("missing_share_max", missing_share_max, 0, 1)
+      .AtLeast("seam_pairs_min", seam_pairs_min, 1)
+      .Part("parts", parts.Check())
       .status();
 }
 

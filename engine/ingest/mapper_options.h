@@ -2,9 +2,11 @@
 #pragma once
 // Numbers by which photos find their place in the map.
 
+#include "engine/ingest/doubt_options.h"
 #include "engine/mapping/bundle_adjustment.h"
 #include "engine/mapping/founding.h"
 #include "engine/mapping/growth.h"
+#include "engine/mapping/neighbor_agreement.h"
 #include "engine/mapping/point_filter.h"
 #include "engine/mapping/resection.h"
 #include "storage/base/status.h"
@@ -32,9 +34,7 @@ struct MapperOptions {
   uint32_t weak_inlier_count_min = 30;
   // [0, 1]. And it must agree with such a share of the points seen. Chosen by hand; not measured.
   double weak_inlier_share_min = 0.5;
-  // > 0, px. Distance from the epipolar line at which a match still agrees with a pose. Chosen by
-  // hand; not measured.
-  double neighbor_error_px_max = 6.0;
+  AgreementOptions agreement;  // of a pose with verified neighbours
   // > 0. Matches that contradict a pose over those that agree with it; above, the pose is dropped.
   // Chosen by hand; not measured.
   double contradiction_share_max = 0.5;
@@ -68,6 +68,8 @@ struct MapperOptions {
   // >= 3. Views among which the triple that founds is chosen. Chosen by hand; not measured.
   uint32_t founding_views_max = 12;
   FoundingOptions founding;
+
+  DoubtOptions doubt;  // what is believed, and for how long (doubt.h, seam.h)
 
   // The first violated bound, named with its value.
   Status Check() const;

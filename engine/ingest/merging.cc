@@ -3,10 +3,17 @@
 
 #include <set>
 
+#include "engine/ingest/seam.h"
 #include "storage/base/content_hash.h"
 
 namespace veduta {
 namespace {
+
+// Where a merge is sought: images of the photo's reconstruction, and the photo's pairs.
+struct NearSeam {
+  std::span<const ImageId> images;
+  std::span<const PairMatches> pairs;
+};
 
 // How many images the photo's reconstruction has, with the fresh ones.
 Result<size_t> CountOwn(MapLoader* loader, const MergeRequest& request) {
@@ -33,14 +40,23 @@ Status MoveAll(const MappingContext& context, const MergeRequest& request, const
   return Status::Ok();
 }
 
-// Merges `other` with the photo's reconstruction where the common points agree.
+// Merges `other` with the photo's reconstruction where the common points agree, and nothing else
+// speaks against it.
 Status TryMerge(const MappingContext& context, const MergeRequest& request,
-                std::span<const PointPair> common, ReconstructionId other, uint64_t seed,
-                MergeOutcome* outcome) {
+                const NearSeam& near_seam, std::span<const PointPair> common,
+                ReconstructionId other, uint64_t seed, MergeOutcome* outcome) {
   const MapperOptions& options = context.options;
   const auto alignment = AlignPoints(*context.map, common, options.merge_error_px_max,
                                      options.common_points_min, seed);
   if (!alignment) return Status::Ok();
+  VEDUTA_ASSIGN_OR_RETURN(const std::vector<SeamPair> pairs,
+                          ListSeamPairs(context.loader, *context.map, request.fresh.front(),
+                                        near_seam.pairs, near_seam.images, other));
+  const SeamEvidence evidence = JudgeSeam(*context.map, pairs, alignment->into_from, options);
+  if (!evidence.Holds(options.doubt)) {
+    outcome->refused.push_back({other, evidence.Text()});
+    return Status::Ok();
+  }
   Merge merge{other, alignment->into_from, static_cast<uint32_t>(alignment->agreeing.size())};
   ReconstructionId into = outcome->into;
   VEDUTA_ASSIGN_OR_RETURN(const ReconstructionRecord other_record,
@@ -73,8 +89,8 @@ Result<MergeOutcome> MergeAround(const MappingContext& context, const MergeReque
     std::erase_if(points, [&](const PointPair& pair) {
       return !context.map->FindPoint(pair.into) || !context.map->FindPoint(pair.from);
     });
-    VEDUTA_RETURN_IF_ERROR(
-        TryMerge(context, request, points, other, MixSeed(seed, other.value), &outcome));
+    VEDUTA_RETURN_IF_ERROR(TryMerge(context, request, {near, pairs}, points, other,
+                                    MixSeed(seed, other.value), &outcome));
   }
   return outcome;
 }

@@ -3,6 +3,7 @@
 // Merges reconstructions that turn out to share points: the paper's second case (R13, R15).
 
 #include <span>
+#include <string>
 #include <vector>
 
 #include "engine/ingest/mapping_context.h"
@@ -18,9 +19,16 @@ struct MergeRequest {
   std::span<const ImageId> fresh;  // images that have just got a pose, the photo first
 };
 
+// A merge by points that agree, against which something else speaks.
+struct RefusedMerge {
+  ReconstructionId other;
+  std::string evidence;  // for a person
+};
+
 struct MergeOutcome {
   ReconstructionId into;      // where the photo is now
   std::vector<Merge> merges;  // in the order in which they were made; empty where nothing merged
+  std::vector<RefusedMerge> refused;
 };
 
 // Merges the reconstructions that verified pairs of the `near` images and of the photo (`pairs`)

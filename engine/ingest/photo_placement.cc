@@ -3,6 +3,7 @@
 
 #include <algorithm>
 
+#include "engine/ingest/doubt.h"
 #include "engine/ingest/merging.h"
 #include "engine/ingest/pose_search.h"
 #include "engine/ingest/reconstruction_start.h"
@@ -28,6 +29,10 @@ void NoteMerges(MergeOutcome outcome, Placement* placement) {
     placement->detail += "; reconstructions " + std::to_string(merge.from.value) + " and " +
                          std::to_string(outcome.into.value) + " merged by " +
                          std::to_string(merge.common_point_count) + " common points";
+  }
+  for (const RefusedMerge& refused : outcome.refused) {
+    placement->detail += "; not merged with reconstruction " + std::to_string(refused.other.value) +
+                         ": " + refused.evidence;
   }
   placement->reconstruction = outcome.into;
   placement->merges = std::move(outcome.merges);
@@ -87,9 +92,18 @@ uint32_t CountPoints(const MapImage& image) {
                                              [](PointId id) { return id.valid(); }));
 }
 
-// The first case, and the second where it joins reconstructions.
+// What the pictures around the placed photo see, and it does not.
+Result<VisibleStructure> JudgePlaced(const MappingContext& context, ImageId photo) {
+  const DoubtOptions& options = context.options.doubt;
+  const std::vector<ImageId> around = CovisibleImages(*context.map, photo, options.images_max);
+  VEDUTA_RETURN_IF_ERROR(context.loader->LoadNeighborhood(around));
+  return FindAround(*context.map, context.map->image(photo), around, options);
+}
+
+// The first case, and the second where it joins reconstructions. Stops where the photo is
+// contradicted, and says so in `visible`.
 Status PlaceAt(const MappingContext& context, const PhotoAtHand& at_hand, const PoseCandidate& pose,
-               Stopwatch* watch, Placement* placement) {
+               Stopwatch* watch, Placement* placement, VisibleStructure* visible) {
   const MapperOptions& options = context.options;
   const ImageId id = at_hand.photo.id;
   MapImage image = UnplacedImage(at_hand.photo);
@@ -98,6 +112,8 @@ Status PlaceAt(const MappingContext& context, const PhotoAtHand& at_hand, const 
   context.map->PlaceImage(std::move(image));
   GrowAndRefine(context.map, id, at_hand.putative, options.growth);
   NotePlaced(at_hand.photo, pose, placement);
+  VEDUTA_ASSIGN_OR_RETURN(*visible, JudgePlaced(context, id));
+  if (IsContradicted(*visible, options.doubt)) return Status::Ok();
   const std::vector<ImageId> near = CovisibleImages(*context.map, id, options.local_images_max);
   VEDUTA_RETURN_IF_ERROR(MergeWhatItJoins(context, at_hand, near, placement));
   if (!placement->merges.empty())
@@ -111,6 +127,7 @@ Status PlaceAt(const MappingContext& context, const PhotoAtHand& at_hand, const 
   placement->map_ms += watch->LapMs();
   VEDUTA_RETURN_IF_ERROR(AdjustAround(context, id, options.local_images_max));
   placement->adjust_ms += watch->LapMs();
+  VEDUTA_ASSIGN_OR_RETURN(*visible, JudgePlaced(context, id));
   return Status::Ok();
 }
 
@@ -119,6 +136,14 @@ Placement PostponedForPoints(uint32_t seen, uint32_t needed) {
   postponed.reason = Reason::kResectionFailed;
   postponed.detail = "only " + std::to_string(seen) + " points are left after adjustment; " +
                      std::to_string(needed) + " are needed";
+  return postponed;
+}
+
+Placement PostponedForMissing(const VisibleStructure& visible, ReconstructionId reconstruction) {
+  Placement postponed;
+  postponed.reason = Reason::kMissingStructure;
+  postponed.detail = "of the pose in reconstruction " + std::to_string(reconstruction.value) +
+                     ", " + MissingText(visible);
   return postponed;
 }
 
@@ -148,7 +173,12 @@ Result<Placement> PlacePhoto(const MappingContext& context, const ImageFeatures&
     placement.map_ms = watch.LapMs();
     return placement;
   }
-  VEDUTA_RETURN_IF_ERROR(PlaceAt(context, at_hand, *pose, &watch, &placement));
+  VisibleStructure visible;
+  VEDUTA_RETURN_IF_ERROR(PlaceAt(context, at_hand, *pose, &watch, &placement, &visible));
+  if (IsContradicted(visible, context.options.doubt)) {
+    context.map->Clear();
+    return PostponedForMissing(visible, pose->reconstruction);
+  }
   const uint32_t seen = CountPoints(context.map->image(photo.id));
   if (seen < context.options.observations_min) {
     context.map->Clear();

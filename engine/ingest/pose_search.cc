@@ -67,9 +67,9 @@ PoseCandidate FindPoseIn(const CityMap& map, ReconstructionId reconstruction,
                             : PoseOutcome::kTooFewInliers;
     return candidate;
   }
-  candidate.agreement =
-      CheckNeighbors(map, reconstruction, candidate.resection.cam_from_world, *photo.features,
-                     photo.camera, pairs, options.neighbor_error_px_max);
+  MapImage view = UnplacedImage(photo);
+  view.cam_from_world = candidate.resection.cam_from_world;
+  candidate.agreement = CheckNeighbors(map, reconstruction, view, pairs, options.agreement);
   const bool contradicts =
       static_cast<double>(candidate.agreement.contradicting_matches) >
       options.contradiction_share_max * static_cast<double>(candidate.agreement.agreeing_matches);

@@ -34,6 +34,23 @@ Result<std::vector<PairMatches>> MatchNeighbors(const MappingContext& context, I
   return MatchPlacedNeighbors(context, *features, pairs);
 }
 
+// Completes the tracks of images that share points with no others, adjusts them and their points,
+// and filters.
+Status GrowAndAdjust(const MappingContext& context, std::span<const ImageId> images) {
+  CityMap* const map = context.map;
+  const MapperOptions& options = context.options;
+  for (const ImageId image : images) {
+    GrowByProjection(map, image,
+                     map->PointsSeenBy(CovisibleImages(*map, image, options.local_images_max)),
+                     options.growth);
+  }
+  const std::vector<PointId> points = map->PointsSeenBy(images);
+  VEDUTA_RETURN_IF_ERROR(
+      AdjustBundle(map, images, points, options.global_bundle, context.pool).status());
+  FilterPoints(map, points, options.filter);
+  return Status::Ok();
+}
+
 }  // namespace
 
 Status ReconsiderPoses(const MappingContext& context, std::span<const ImageId> images) {
@@ -58,26 +75,22 @@ Status ReconsiderPoses(const MappingContext& context, std::span<const ImageId> i
   return Status::Ok();
 }
 
-Status AdjustReconstruction(const MappingContext& context, ReconstructionId id) {
-  CityMap* const map = context.map;
-  const MapperOptions& options = context.options;
+Result<Healing> AdjustReconstruction(const MappingContext& context, ReconstructionId id) {
   std::vector<ImageId> images;
   VEDUTA_RETURN_IF_ERROR(context.loader->LoadReconstruction(id, &images));
   VEDUTA_RETURN_IF_ERROR(ReconsiderPoses(context, images));
   // Twice, for what the first adjustment has corrected lets tracks grow and filters judge anew.
   // That two rounds are enough was chosen by hand and not measured.
-  for (int round = 0; round < 2; ++round) {
-    for (const ImageId image : images) {
-      GrowByProjection(map, image,
-                       map->PointsSeenBy(CovisibleImages(*map, image, options.local_images_max)),
-                       options.growth);
-    }
-    const std::vector<PointId> points = map->PointsSeenBy(images);
-    VEDUTA_RETURN_IF_ERROR(
-        AdjustBundle(map, images, points, options.global_bundle, context.pool).status());
-    FilterPoints(map, points, options.filter);
+  for (int round = 0; round < 2; ++round) VEDUTA_RETURN_IF_ERROR(GrowAndAdjust(context, images));
+  VEDUTA_ASSIGN_OR_RETURN(Healing healing, HealReconstruction(context, images));
+  if (healing.empty()) return healing;
+  for (const DoubtedImage& unplaced : healing.unplaced) std::erase(images, unplaced.image);
+  for (const std::vector<ImageId>& part : healing.parts) {
+    VEDUTA_RETURN_IF_ERROR(GrowAndAdjust(context, part));
+    for (const ImageId image : part) std::erase(images, image);
   }
-  return Status::Ok();
+  if (!images.empty()) VEDUTA_RETURN_IF_ERROR(GrowAndAdjust(context, images));
+  return healing;
 }
 
 }  // namespace veduta

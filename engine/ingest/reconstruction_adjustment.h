@@ -4,6 +4,7 @@
 
 #include <span>
 
+#include "engine/ingest/doubt.h"
 #include "engine/ingest/mapping_context.h"
 
 namespace veduta {
@@ -13,8 +14,9 @@ namespace veduta {
 Status ReconsiderPoses(const MappingContext& context, std::span<const ImageId> images);
 
 // Reconsiders the poses of a reconstruction; then, twice, completes its tracks, adjusts all its
-// poses and points, and filters. Loads all of it. The frame stays (AdjustBundle). After an error
-// the map may be half changed: the caller clears it.
-Status AdjustReconstruction(const MappingContext& context, ReconstructionId id);
+// poses and points, and filters. What its own evidence speaks against then loses its pose, or is
+// cut off (doubt.h), and the rest is adjusted once more. Loads all of it. The frame stays
+// (AdjustBundle). After an error the map may be half changed: the caller clears it.
+Result<Healing> AdjustReconstruction(const MappingContext& context, ReconstructionId id);
 
 }  // namespace veduta

@@ -114,6 +114,45 @@ void CityMap::SetPose(ImageId id, const Rigid3& cam_from_world) {
   changes_.poses.insert(id);
 }
 
+PointId CityMap::MoveHome(PointId id, ImageId home) {
+  const PointRecord moved = point(id);
+  RemovePoint(id);
+  return AddPoint(home, moved.position, moved.track);
+}
+
+void CityMap::UnplaceImage(ImageId id) {
+  const ReconstructionId reconstruction = image(id).reconstruction;
+  for (const PointId point : std::vector<PointId>(image(id).points)) {
+    if (point.valid()) RemoveObservation(point, id);
+  }
+  for (const PointRecord& point : StoredBlock(id).points)
+    MoveHome(point.id, point.track.front().image);
+  images_.erase(id);
+  blocks_.erase(id);
+  changes_.poses.erase(id);
+  changes_.observations.erase(id);
+  changes_.blocks.erase(id);
+  changes_.unplaced[id] = reconstruction;
+}
+
+void CityMap::CutOff(const std::set<ImageId>& part) {
+  std::vector<ImageId> all;
+  for (const auto& [id, image] : images_) all.push_back(id);
+  for (const PointId id : PointsSeenBy(all)) {
+    const std::vector<TrackElement> track = point(id).track;
+    const auto is_in = [&](const TrackElement& e) { return part.contains(e.image); };
+    const size_t inside = std::count_if(track.begin(), track.end(), is_in);
+    const bool stays_inside = 2 * inside >= track.size();
+    for (const TrackElement& element : track) {
+      if (is_in(element) != stays_inside && FindPoint(id) != nullptr)
+        RemoveObservation(id, element.image);
+    }
+    const PointRecord* const kept = FindPoint(id);
+    if (kept != nullptr && part.contains(id.home) != stays_inside)
+      MoveHome(id, kept->track.front().image);
+  }
+}
+
 void CityMap::CountPoint(const PointRecord& point, int sign) {
   CountChange& change = changes_.counts[image(point.track.front().image).reconstruction];
   change.points += sign;

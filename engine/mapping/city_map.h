@@ -51,9 +51,10 @@ struct CountChange {
 };
 
 struct CityMapChanges {
-  std::set<ImageId> poses;         // whose poses are new or moved
-  std::set<ImageId> observations;  // whose features got or lost points
-  std::set<ImageId> blocks;        // homes of points that are new, changed or gone
+  std::map<ImageId, ReconstructionId> unplaced;  // that lost their pose, and where they had it
+  std::set<ImageId> poses;                       // whose poses are new or moved
+  std::set<ImageId> observations;                // whose features got or lost points
+  std::set<ImageId> blocks;                      // homes of points that are new, changed or gone
   std::map<ReconstructionId, CountChange> counts;
 };
 
@@ -81,6 +82,10 @@ class CityMap {
   // A newly placed image, observing nothing yet, with an empty block of its own.
   void PlaceImage(MapImage image);
   void SetPose(ImageId id, const Rigid3& cam_from_world);
+  // The image loses its pose and is forgotten, with its observations. Points that it was home to
+  // get another of their images as their home, the first, and so another name. Loaded must be all
+  // that MapLoader::LoadToUnplace loads.
+  void UnplaceImage(ImageId id);
   // `track` in any order, two or more images of one reconstruction, whose features have no point
   // yet. The home must be one of the reconstruction's images.
   PointId AddPoint(ImageId home, const Eigen::Vector3d& position, std::vector<TrackElement> track);
@@ -97,6 +102,10 @@ class CityMap {
   // Carries a loaded image, or a loaded block's points, into another reconstruction's frame.
   void MoveImage(ImageId id, ReconstructionId into, const Sim3& into_from_old);
   void MoveBlock(ImageId home, ReconstructionId into, const Sim3& into_from_old);
+  // Makes the loaded images that are given the only ones that see points together with each other:
+  // every point that they and other images see keeps the views of the side that has more of them
+  // (the given ones, where both have as many), and has its home there.
+  void CutOff(const std::set<ImageId>& part);
 
   const CityMapChanges& changes() const { return changes_; }
   void ClearChanges() { changes_ = {}; }
@@ -109,6 +118,7 @@ class CityMap {
 
   MapImage& MutableImage(ImageId id);
   PointRecord& MutablePoint(PointId id);
+  PointId MoveHome(PointId id, ImageId home);
   void CountPoint(const PointRecord& point, int sign);
   void Measure(PointRecord* point) const;
 

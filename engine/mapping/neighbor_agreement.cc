@@ -4,29 +4,55 @@
 #include <algorithm>
 
 #include "engine/matching/two_view.h"
+#include "storage/base/option_bounds.h"
 
 namespace veduta {
+namespace {
+
+// Whether the point that `feature` of `from` has, if it has one, falls near `seen` of `view`.
+bool FallsNear(const CityMap& map, const MapImage& from, FeatureIndex feature, const MapImage& view,
+               FeatureIndex seen, double error_px_max) {
+  const PointId id = from.points[feature];
+  const PointRecord* const point = id.valid() ? map.FindPoint(id) : nullptr;
+  return point == nullptr || ReprojectionErrorPx(view.ViewOf(seen), point->position) < error_px_max;
+}
+
+}  // namespace
+
+Status AgreementOptions::Check() const {
+  return OptionBounds()
+      .Above("line_error_px_max", line_error_px_max, 0)
+      .Above("point_error_px_max", point_error_px_max, 0)
+      .status();
+}
+
+bool ExplainsMatches(const CityMap& map, const MapImage& view, const MapImage& other,
+                     std::span<const FeatureMatch> matches, const AgreementOptions& options) {
+  const Rigid3 other_from_view = other.cam_from_world * view.cam_from_world.Inverse();
+  const Eigen::Matrix3d essential = EssentialFromPose(other_from_view);
+  const double distance_max =
+      options.line_error_px_max / std::min(view.camera.focal_px(), other.camera.focal_px());
+  const double point_error_px_max = options.point_error_px_max;
+  size_t explained = 0;
+  for (const FeatureMatch& match : matches) {
+    const Eigen::Vector2d x = view.camera.Normalize(view.features->keypoints[match.a]),
+                          x_other = other.camera.Normalize(other.features->keypoints[match.b]);
+    explained += SampsonDistance(essential, x, x_other) < distance_max &&
+                 FallsNear(map, view, match.a, other, match.b, point_error_px_max) &&
+                 FallsNear(map, other, match.b, view, match.a, point_error_px_max);
+  }
+  return 2 * explained >= matches.size();
+}
 
 NeighborAgreement CheckNeighbors(const CityMap& map, ReconstructionId reconstruction,
-                                 const Rigid3& cam_from_world, const Features& features,
-                                 const Pinhole& camera, std::span<const PairMatches> pairs,
-                                 double error_px_max) {
+                                 const MapImage& view, std::span<const PairMatches> pairs,
+                                 const AgreementOptions& options) {
   NeighborAgreement agreement;
   for (const PairMatches& pair : pairs) {
     if (!map.HasImage(pair.other) || map.image(pair.other).reconstruction != reconstruction)
       continue;
     if (pair.geometry == PairGeometry::kRotation) continue;
-    const MapImage& other = map.image(pair.other);
-    const Rigid3 other_from_cam = other.cam_from_world * cam_from_world.Inverse();
-    const Eigen::Matrix3d essential = EssentialFromPose(other_from_cam);
-    const double distance_max = error_px_max / std::min(camera.focal_px(), other.camera.focal_px());
-    uint64_t explained = 0;
-    for (const FeatureMatch& match : pair.matches) {
-      explained += SampsonDistance(essential, camera.Normalize(features.keypoints[match.a]),
-                                   other.camera.Normalize(other.features->keypoints[match.b])) <
-                   distance_max;
-    }
-    const bool agrees = 2 * explained >= pair.matches.size();
+    const bool agrees = ExplainsMatches(map, view, map.image(pair.other), pair.matches, options);
     ++(agrees ? agreement.agreeing_images : agreement.contradicting_images);
     (agrees ? agreement.agreeing_matches : agreement.contradicting_matches) += pair.matches.size();
   }

@@ -41,7 +41,10 @@ bool IsSeenBy(const PointRecord& point, ImageId view) {
 class Cells {
  public:
   Cells(const MapImage& view, uint32_t each_way)
-      : view_(view), each_way_(each_way), expected_(each_way * each_way), found_(expected_.size()) {}
+      : view_(view),
+        each_way_(each_way),
+        expected_(each_way * each_way),
+        found_(expected_.size()) {}
 
   void Note(const Eigen::Vector2d& x_px, bool is_found) {
     const auto at = [&](double x, uint32_t size) {
@@ -96,8 +99,8 @@ VisibleStructure FindVisible(const CityMap& map, const MapImage& view,
     const Eigen::Vector3d x_cam = view.cam_from_world * point->position;
     if (!(x_cam.z() > 0)) continue;
     const Eigen::Vector2d x_px = view.camera.Project(x_cam);
-    if (!(x_px.x() >= border_px && x_px.y() >= border_px &&
-          x_px.x() < view.width_px - border_px && x_px.y() < view.height_px - border_px))
+    if (!(x_px.x() >= border_px && x_px.y() >= border_px && x_px.x() < view.width_px - border_px &&
+          x_px.y() < view.height_px - border_px))
       continue;
     const TrackElement* alike = FindAlike(map, *point, view.id, center, options);
     if (alike == nullptr) continue;
@@ -106,12 +109,11 @@ VisibleStructure FindVisible(const CityMap& map, const MapImage& view,
       continue;
     }
     const Features& known = *map.image(alike->image).features;
-    const auto found =
-        FindNear(*view.grid, *view.features,
-                 {x_px.x(), x_px.y(), options.search_radius_px, known.descriptor(alike->feature),
-                  known.keypoints[alike->feature].contrast_sign,
-                  options.descriptor_distance_squared_max},
-                 &scratch);
+    const auto found = FindNear(
+        *view.grid, *view.features,
+        {x_px.x(), x_px.y(), options.search_radius_px, known.descriptor(alike->feature),
+         known.keypoints[alike->feature].contrast_sign, options.descriptor_distance_squared_max},
+        &scratch);
     cells.Note(x_px, found.has_value());
   }
   return cells.Judge(options);

@@ -47,6 +47,10 @@ const char* ReasonText(Reason reason) {
       return "the pose found contradicts other verified neighbours";
     case Reason::kTooFewFeatures:
       return "too few features";
+    case Reason::kMissingStructure:
+      return "what other photos see there is missing";
+    case Reason::kDoubted:
+      return "its pose was taken back";
     case Reason::kUnreadable:
       return "cannot be read";
     case Reason::kUnsupportedFormat:

@@ -20,8 +20,9 @@ struct ReconstructionRecord {
   uint64_t geometry_version = 0;         // grows whenever a pose or point of it moves
   uint32_t points_generation = 0;        // which generation of point blocks is current
   uint32_t images_at_adjustment = 0;     // image_count when all of it was last adjusted
+  bool is_dissolved = false;             // all its images have lost their poses
 
-  bool is_living() const { return !merged_into.valid(); }
+  bool is_living() const { return !merged_into.valid() && !is_dissolved; }
 };
 
 struct PoseRecord {

@@ -38,6 +38,8 @@ bool Known(Reason reason) {
     case Reason::kNoGoodTriple:
     case Reason::kContradictsNeighbors:
     case Reason::kTooFewFeatures:
+    case Reason::kMissingStructure:
+    case Reason::kDoubted:
     case Reason::kUnreadable:
     case Reason::kUnsupportedFormat:
     case Reason::kTooLarge:

@@ -40,6 +40,7 @@ Result<std::string> Encode(const ReconstructionRecord& reconstruction) {
     to.setGeometryVersion(reconstruction.geometry_version);
     to.setPointsGeneration(reconstruction.points_generation);
     to.setImagesAtAdjustment(reconstruction.images_at_adjustment);
+    to.setDissolved(reconstruction.is_dissolved);
   });
 }
 
@@ -57,6 +58,7 @@ Status Decode(std::string_view value, ReconstructionId id, ReconstructionRecord*
     reconstruction->geometry_version = from.getGeometryVersion();
     reconstruction->points_generation = from.getPointsGeneration();
     reconstruction->images_at_adjustment = from.getImagesAtAdjustment();
+    reconstruction->is_dissolved = from.getDissolved();
     return Damaged(Check(*reconstruction));
   });
 }

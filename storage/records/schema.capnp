@@ -104,6 +104,7 @@ struct Reconstruction {
   geometryVersion @7 :UInt64;
   pointsGeneration @8 :UInt32;
   imagesAtAdjustment @9 :UInt32;
+  dissolved @10 :Bool;
 }
 
 struct Pose {

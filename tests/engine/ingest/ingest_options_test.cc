@@ -84,7 +84,7 @@ std::vector<Violation> MapperViolations() {
   add("sure_inlier_count is 0", [](M& o) { o.sure_inlier_count = 0; });
   add("weak_inlier_count_min is 0", [](M& o) { o.weak_inlier_count_min = 0; });
   add("weak_inlier_share_min is 2", [](M& o) { o.weak_inlier_share_min = 2; });
-  add("neighbor_error_px_max is 0", [](M& o) { o.neighbor_error_px_max = 0; });
+  add("agreement.line_error_px_max is 0", [](M& o) { o.agreement.line_error_px_max = 0; });
   add("contradiction_share_max is 0", [](M& o) { o.contradiction_share_max = 0; });
   add("local_images_max is 1", [](M& o) { o.local_images_max = 1; });
   add("settled_images_max is 1", [](M& o) { o.settled_images_max = 1; });

@@ -15,15 +15,15 @@ TEST(NeighborAgreement, CountsThoseThatContradict) {
   const CityMap map = MakeMap(scene);
   std::vector<PairMatches> pairs;
   for (const uint32_t j : {0u, 1u, 3u}) pairs.push_back(MatchesFrom(scene.Pair(j, 2), ImageId(3)));
-  const MapImage& image = scene.images[2];
-  NeighborAgreement agreement = CheckNeighbors(map, ReconstructionId(1), scene.poses[2],
-                                               *image.features, image.camera, pairs, 4);
+  const AgreementOptions options{.line_error_px_max = 4};
+  MapImage view = scene.images[2];
+  view.cam_from_world = scene.poses[2];
+  NeighborAgreement agreement = CheckNeighbors(map, ReconstructionId(1), view, pairs, options);
   EXPECT_EQ(agreement.agreeing_images, 3u);
   EXPECT_EQ(agreement.contradicting_images, 0u);
-  Rigid3 elsewhere = scene.poses[2];  // one window further along a repeated facade
-  elsewhere.translation += Eigen::Vector3d(0, 1.0, 0);
-  agreement =
-      CheckNeighbors(map, ReconstructionId(1), elsewhere, *image.features, image.camera, pairs, 4);
+  // One window further along a repeated facade.
+  view.cam_from_world.translation += Eigen::Vector3d(0, 1.0, 0);
+  agreement = CheckNeighbors(map, ReconstructionId(1), view, pairs, options);
   EXPECT_EQ(agreement.agreeing_images, 0u);
   EXPECT_EQ(agreement.contradicting_images, 3u);
 }

@@ -1,0 +1,47 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+// Doubt after belief: what of a reconstruction its own evidence speaks against. Images whose
+// pictures lack what the others say must be there, and parts that few points hold together against
+// many verified matches.
+
+#include <set>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "engine/ingest/mapping_context.h"
+#include "engine/mapping/visibility.h"
+
+namespace veduta {
+
+// How much of what the images around it see is found in a view with a pose in their frame. The view
+// need not be in the map; `around` must be loaded with its neighbourhood.
+VisibleStructure FindAround(const CityMap& map, const MapImage& view,
+                            std::span<const ImageId> around, const DoubtOptions& options);
+
+// Whether so much is missing that the pose cannot be right.
+bool IsContradicted(const VisibleStructure& visible, const DoubtOptions& options);
+// "12 of 46 cells of the picture lack what other photos see there".
+std::string MissingText(const VisibleStructure& visible);
+
+struct DoubtedImage {
+  ImageId image;
+  std::string why;  // for a person
+};
+
+// What becomes of a reconstruction that is not believed any more as it is.
+struct Healing {
+  std::vector<DoubtedImage> unplaced;      // in the order in which they lost their poses
+  std::vector<std::vector<ImageId>> parts;  // that are split off: images ascending, three or more
+
+  bool empty() const { return unplaced.empty() && parts.empty(); }
+};
+
+// Takes the poses of images that are contradicted, the most contradicted first, then cuts off parts
+// that do not agree with the largest one (agreeing_parts.h); images of parts of less than three
+// lose their poses, too. `images` are all of one reconstruction, which must be loaded whole, with
+// nothing else unwritten. What is split off stays in the reconstruction until the caller moves it.
+// Deterministic.
+Result<Healing> HealReconstruction(const MappingContext& context, std::span<const ImageId> images);
+
+}  // namespace veduta

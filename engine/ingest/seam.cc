@@ -1,0 +1,144 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "engine/ingest/seam.h"
+
+#include <algorithm>
+#include <map>
+#include <set>
+
+#include "engine/ingest/doubt.h"
+
+namespace veduta {
+namespace {
+
+// The image as it would be in another frame: its own points are of the frame that it leaves.
+MapImage CarriedOver(const MapImage& image, const Sim3& new_from_old) {
+  MapImage carried = image;
+  carried.cam_from_world = TransformCameraWorld(new_from_old, image.cam_from_world);
+  carried.points.assign(carried.points.size(), PointId{});
+  return carried;
+}
+
+// Both sides' images with pairs across the seam, each in the frame of the other side.
+class Sides {
+ public:
+  Sides(const CityMap& map, std::span<const SeamPair> pairs, const Sim3& into_from_other)
+      : map_(map) {
+    const Sim3 other_from_into = into_from_other.Inverse();
+    for (const SeamPair& pair : pairs) {
+      into_.try_emplace(pair.a, CarriedOver(map.image(pair.a), other_from_into));
+      other_.try_emplace(pair.matches.other,
+                         CarriedOver(map.image(pair.matches.other), into_from_other));
+    }
+  }
+
+  bool Explain(const SeamPair& pair, const AgreementOptions& options) const {
+    const ImageId a = pair.a, b = pair.matches.other;
+    return ExplainsMatches(map_, map_.image(a), other_.at(b), pair.matches.matches, options) &&
+           ExplainsMatches(map_, into_.at(a), map_.image(b), pair.matches.matches, options);
+  }
+
+  VisibleStructure CountVisible(const DoubtOptions& options) const {
+    VisibleStructure sum;
+    AddVisible(into_, IdsOf(other_), options, &sum);
+    AddVisible(other_, IdsOf(into_), options, &sum);
+    return sum;
+  }
+
+ private:
+  static std::vector<ImageId> IdsOf(const std::map<ImageId, MapImage>& images) {
+    std::vector<ImageId> ids;
+    for (const auto& [id, image] : images) ids.push_back(id);
+    return ids;
+  }
+
+  void AddVisible(const std::map<ImageId, MapImage>& views, const std::vector<ImageId>& around,
+                  const DoubtOptions& options, VisibleStructure* sum) const {
+    const std::vector<PointId> points = map_.PointsSeenBy(around);
+    for (const auto& [id, view] : views) {
+      const VisibleStructure visible = FindVisible(map_, view, points, options.visibility);
+      sum->expected += visible.expected;
+      sum->found += visible.found;
+      sum->cells += visible.cells;
+      sum->missing_cells += visible.missing_cells;
+    }
+  }
+
+  const CityMap& map_;
+  std::map<ImageId, MapImage> into_, other_;
+};
+
+// Appends the stored pairs of `image` with images of the reconstruction, loaded.
+Status AppendStored(MapLoader* loader, const CityMap& map, ImageId image, ReconstructionId wanted,
+                    std::map<std::pair<ImageId, ImageId>, PairMatches>* pairs) {
+  VEDUTA_ASSIGN_OR_RETURN(const std::vector<PairNeighbor> neighbors,
+                          loader->snapshot().ListNeighbors(image));
+  for (const PairNeighbor& neighbor : neighbors) {
+    VEDUTA_RETURN_IF_ERROR(loader->LoadImages({&neighbor.image, 1}));
+    if (!map.HasImage(neighbor.image) || map.image(neighbor.image).reconstruction != wanted)
+      continue;
+    VEDUTA_ASSIGN_OR_RETURN(const PairRecord stored, loader->GetPair(image, neighbor.image));
+    pairs->try_emplace({image, neighbor.image}, MatchesFrom(stored, image));
+  }
+  return Status::Ok();
+}
+
+}  // namespace
+
+bool SeamEvidence::Holds(const DoubtOptions& options) const {
+  return agreeing_pairs >= options.seam_pairs_min &&
+         static_cast<double>(contradicting_matches) <=
+             options.parts.contradiction_share_max * static_cast<double>(agreeing_matches) &&
+         !IsContradicted(visible, options);
+}
+
+std::string SeamEvidence::Text() const {
+  return std::to_string(agreeing_pairs) + " pairs agree, " + std::to_string(contradicting_pairs) +
+         " contradict; " + MissingText(visible);
+}
+
+Result<std::vector<SeamPair>> ListSeamPairs(MapLoader* loader, const CityMap& map, ImageId photo,
+                                            std::span<const PairMatches> pairs,
+                                            std::span<const ImageId> near, ReconstructionId other) {
+  const ReconstructionId own = map.image(photo).reconstruction;
+  std::map<std::pair<ImageId, ImageId>, PairMatches> found;
+  for (const PairMatches& pair : pairs) {
+    if (map.HasImage(pair.other) && map.image(pair.other).reconstruction == other)
+      found[{photo, pair.other}] = pair;
+  }
+  for (const ImageId image : near) {
+    if (image != photo) VEDUTA_RETURN_IF_ERROR(AppendStored(loader, map, image, other, &found));
+  }
+  std::set<ImageId> across;
+  for (const auto& [ids, pair] : found) across.insert(ids.second);
+  for (const ImageId image : across) {
+    std::map<std::pair<ImageId, ImageId>, PairMatches> back;
+    VEDUTA_RETURN_IF_ERROR(AppendStored(loader, map, image, own, &back));
+    for (const auto& [ids, pair] : back)
+      found.try_emplace({ids.second, ids.first}, MatchesFrom(RecordOf(pair, image), ids.second));
+  }
+  std::set<ImageId> images;
+  std::vector<SeamPair> list;
+  for (auto& [ids, pair] : found) {
+    images.insert({ids.first, ids.second});
+    list.push_back({ids.first, std::move(pair)});
+  }
+  VEDUTA_RETURN_IF_ERROR(loader->LoadNeighborhood(std::vector(images.begin(), images.end())));
+  return list;
+}
+
+SeamEvidence JudgeSeam(const CityMap& map, std::span<const SeamPair> pairs,
+                       const Sim3& into_from_other, const MapperOptions& options) {
+  const Sides sides(map, pairs, into_from_other);
+  SeamEvidence evidence;
+  for (const SeamPair& pair : pairs) {
+    if (pair.matches.geometry == PairGeometry::kRotation) continue;
+    const bool agrees = sides.Explain(pair, options.agreement);
+    ++(agrees ? evidence.agreeing_pairs : evidence.contradicting_pairs);
+    (agrees ? evidence.agreeing_matches : evidence.contradicting_matches) +=
+        pair.matches.matches.size();
+  }
+  evidence.visible = sides.CountVisible(options.doubt);
+  return evidence;
+}
+
+}  // namespace veduta

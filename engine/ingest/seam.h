@@ -1,0 +1,48 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+// What speaks for and against joining two reconstructions by a similarity: not only the points that
+// agree, but all verified pairs across the seam, and what the pictures of one side lack of the
+// other.
+
+#include <span>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "engine/ingest/mapping_context.h"
+#include "engine/mapping/pair_matches.h"
+#include "engine/mapping/visibility.h"
+
+namespace veduta {
+
+// A verified pair across a seam: `a` lies in the one reconstruction, the pair's `other` in the
+// other.
+struct SeamPair {
+  ImageId a;
+  PairMatches matches;
+};
+
+struct SeamEvidence {
+  uint32_t agreeing_pairs = 0, contradicting_pairs = 0;
+  uint64_t agreeing_matches = 0, contradicting_matches = 0;
+  VisibleStructure visible;  // summed over the images of the pairs, of both sides
+
+  // Whether the two are believed to be one.
+  bool Holds(const DoubtOptions& options) const;
+  // "12 pairs agree, 3 contradict; 4 of 120 parts of the pictures lack ...".
+  std::string Text() const;
+};
+
+// The verified pairs between two reconstructions that images near the seam have: those of the
+// photo (`pairs`, which are not stored yet), of the `near` images, which lie with it, and of the
+// images that these lead to. Loads the images with their neighbourhoods. Ascending images.
+Result<std::vector<SeamPair>> ListSeamPairs(MapLoader* loader, const CityMap& map, ImageId photo,
+                                            std::span<const PairMatches> pairs,
+                                            std::span<const ImageId> near, ReconstructionId other);
+
+// Judges the similarity that carries the frame of the pairs' other side into that of their `a`
+// side. What ListSeamPairs loads must be loaded. Reads the map only.
+SeamEvidence JudgeSeam(const CityMap& map, std::span<const SeamPair> pairs,
+                       const Sim3& into_from_other, const MapperOptions& options);
+
+}  // namespace veduta
