@@ -37,6 +37,7 @@ Status DoubtOptions::Check() const {
       .AtLeast("missing_cells_min", missing_cells_min, 1)
       .AboveUpTo("missing_share_max", missing_share_max, 0, 1)
       .AtLeast("seam_pairs_min", seam_pairs_min, 1)
+      .AboveUpTo("seam_missing_share_max", seam_missing_share_max, 0, 1)
       .Part("parts", parts.Check())
       .status();
 }

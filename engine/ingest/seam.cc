@@ -6,9 +6,16 @@
 #include <set>
 
 #include "engine/ingest/doubt.h"
+#include "engine/mapping/resection.h"
 
 namespace veduta {
 namespace {
+
+// Points that a carried view is moved by, at least: a pose has six degrees of freedom, and a point
+// gives two equations. Chosen by hand; not measured.
+constexpr size_t kRefinedPointsMin = 8;
+// Error at which a point loses weight. Chosen by hand; not measured.
+constexpr double kRefinedErrorPx = 2.0;
 
 // The image as it would be in another frame: its own points are of the frame that it leaves.
 MapImage CarriedOver(const MapImage& image, const Sim3& new_from_old) {
@@ -18,16 +25,46 @@ MapImage CarriedOver(const MapImage& image, const Sim3& new_from_old) {
   return carried;
 }
 
+// Moves a view that was carried over to the pose that the points which it is matched with give, as
+// far as they agree already: a similarity by few points is right to some pixels only, and what is
+// missing is judged to a few.
+void RefineView(const CityMap& map, const std::map<FeatureIndex, PointId>& matched,
+                double error_px_max, MapImage* view) {
+  std::vector<Eigen::Vector2d> x;
+  std::vector<Eigen::Vector3d> positions;
+  for (const auto& [feature, id] : matched) {
+    const PointRecord* const point = map.FindPoint(id);
+    if (point == nullptr ||
+        ReprojectionErrorPx(view->ViewOf(feature), point->position) > error_px_max)
+      continue;
+    x.push_back(view->camera.Normalize(view->features->keypoints[feature]));
+    positions.push_back(point->position);
+  }
+  if (x.size() < kRefinedPointsMin) return;
+  view->cam_from_world =
+      RefinePose(view->cam_from_world, x, positions, kRefinedErrorPx / view->camera.focal_px());
+}
+
 // Both sides' images with pairs across the seam, each in the frame of the other side.
 class Sides {
  public:
-  Sides(const CityMap& map, std::span<const SeamPair> pairs, const Sim3& into_from_other)
+  Sides(const CityMap& map, std::span<const SeamPair> pairs, const Sim3& into_from_other,
+        const AgreementOptions& options)
       : map_(map) {
     const Sim3 other_from_into = into_from_other.Inverse();
+    std::map<ImageId, std::map<FeatureIndex, PointId>> matched;
     for (const SeamPair& pair : pairs) {
-      into_.try_emplace(pair.a, CarriedOver(map.image(pair.a), other_from_into));
-      other_.try_emplace(pair.matches.other,
-                         CarriedOver(map.image(pair.matches.other), into_from_other));
+      const MapImage &a = map.image(pair.a), &b = map.image(pair.matches.other);
+      into_.try_emplace(a.id, CarriedOver(a, other_from_into));
+      other_.try_emplace(b.id, CarriedOver(b, into_from_other));
+      for (const FeatureMatch& match : pair.matches.matches) {
+        if (b.points[match.b].valid()) matched[a.id].try_emplace(match.a, b.points[match.b]);
+        if (a.points[match.a].valid()) matched[b.id].try_emplace(match.b, a.points[match.a]);
+      }
+    }
+    for (auto* const side : {&into_, &other_}) {
+      for (auto& [id, view] : *side)
+        RefineView(map, matched[id], options.point_error_px_max, &view);
     }
   }
 
@@ -88,7 +125,8 @@ bool SeamEvidence::Holds(const DoubtOptions& options) const {
   return agreeing_pairs >= options.seam_pairs_min &&
          static_cast<double>(contradicting_matches) <=
              options.parts.contradiction_share_max * static_cast<double>(agreeing_matches) &&
-         !IsContradicted(visible, options);
+         (visible.missing_cells < options.missing_cells_min ||
+          visible.missing_share() <= options.seam_missing_share_max);
 }
 
 std::string SeamEvidence::Text() const {
@@ -128,7 +166,7 @@ Result<std::vector<SeamPair>> ListSeamPairs(MapLoader* loader, const CityMap& ma
 
 SeamEvidence JudgeSeam(const CityMap& map, std::span<const SeamPair> pairs,
                        const Sim3& into_from_other, const MapperOptions& options) {
-  const Sides sides(map, pairs, into_from_other);
+  const Sides sides(map, pairs, into_from_other, options.agreement);
   SeamEvidence evidence;
   for (const SeamPair& pair : pairs) {
     if (pair.matches.geometry == PairGeometry::kRotation) continue;
