@@ -79,8 +79,8 @@ struct DepthMapAnswer {
 };
 
 // How sure a pose is, given where the other images are: their poses are held, and points are known
-// only as well as they are seen. It does not tell how far a large reconstruction has drifted, and it
-// means nothing where the pose is wrong, rather than inexact.
+// only as well as they are seen. It does not tell how far a large reconstruction has drifted, and
+// it means nothing where the pose is wrong, rather than inexact.
 struct PoseUncertainty {
   // Of (omega, d), row by row: the true rotation is exp([omega]x) R with the R of the pose, omega a
   // rotation vector in the camera's frame (x to the right, y down, z forward) in radians; the true

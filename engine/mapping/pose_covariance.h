@@ -23,8 +23,8 @@ struct PoseCovariance {
 // that of the other images, so it says nothing of how a large reconstruction drifts.
 //
 // The problem is at its minimum under the Cauchy loss of scale `loss_scale_px` (bundle_solver.h).
-// With psi = w e the derivative of the loss at the error e, w = 1 / (1 + |e|^2 / scale^2), and J the
-// Jacobian by pose and points, the covariance is
+// Let psi = w e be the derivative of the loss at the error e, with w = 1 / (1 + |e|^2 / scale^2),
+// and J the Jacobian by pose and points. The covariance is
 //   K s^2 / m (sum of w^2 J' J)^-1,       s^2 = sum of |psi|^2 / (n - p),   m = mean of w^2,
 //   K = 1 + p / n var(w^2) / m^2,         n numbers observed, p numbers estimated
 // (Huber, Robust Statistics, 1981, equation 6.6 of chapter 7): w^2 is the second derivative of the
