@@ -105,10 +105,12 @@ TEST(OrderScore, APhotoThatIsOffIsNamed) {
 TEST(OrderScore, TheRobustFitBlamesNoOther) {
   const Truth truth = Courtyard(20);
   OrderRun run = MakeRun(truth, 20);
-  for (const int photo : {2, 3, 11}) Move(&run, photo, 60);
+  for (const int photo : {2, 3}) Move(&run, photo, 60);
+  Move(&run, 11, 90);
   const OrderScore score = ScoreRun(run, truth, kLimits);
   EXPECT_GT(score.all.wrong, 10u);  // the three have bent the fit
   EXPECT_EQ(score.all.wrong_robust, 3u);
+  EXPECT_EQ(score.all.worst, Name(11));
 }
 
 TEST(OrderScore, EachReconstructionHasItsOwnFit) {

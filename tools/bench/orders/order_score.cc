@@ -25,6 +25,13 @@ struct Posed {
   Rigid3 truth;
 };
 
+struct PhotoError {
+  std::string name;
+  double center_m = 0, rotation_deg = 0;
+  double excess = 0;         // how many times the limit the error is, of centre or of rotation
+  double excess_robust = 0;  // the same after the robust fit
+};
+
 struct Alignment {
   Sim3 truth_from_estimate;
   Eigen::Quaterniond rotation;  // for comparing rotations
@@ -135,15 +142,12 @@ std::optional<Alignment> AlignRobustly(const std::vector<Posed>& photos, const L
   return Align(near, limits);
 }
 
-uint32_t CountWrong(const std::vector<Posed>& photos, const Alignment& alignment,
-                    const Limits& limits) {
-  return static_cast<uint32_t>(std::ranges::count_if(photos, [&](const Posed& posed) {
-    return CenterError(alignment.truth_from_estimate, posed) > limits.center_m ||
-           RotationErrorDeg(alignment.rotation, posed) > limits.rotation_deg;
-  }));
+double Excess(const Posed& posed, const Alignment& alignment, const Limits& limits) {
+  return std::max(CenterError(alignment.truth_from_estimate, posed) / limits.center_m,
+                  RotationErrorDeg(alignment.rotation, posed) / limits.rotation_deg);
 }
 
-void Summarize(const std::vector<PhotoError>& errors, const Limits& limits, GroupScore* score) {
+void Summarize(const std::vector<PhotoError>& errors, GroupScore* score) {
   std::vector<double> centers;
   double worst = -1;
   for (const PhotoError& error : errors) {
@@ -151,10 +155,9 @@ void Summarize(const std::vector<PhotoError>& errors, const Limits& limits, Grou
     score->center_mean_m += error.center_m / static_cast<double>(errors.size());
     score->center_max_m = std::max(score->center_max_m, error.center_m);
     score->rotation_max_deg = std::max(score->rotation_max_deg, error.rotation_deg);
-    const double share =
-        std::max(error.center_m / limits.center_m, error.rotation_deg / limits.rotation_deg);
-    score->wrong += share > 1 ? 1 : 0;
-    if (share > worst) worst = share, score->worst = error.name;
+    score->wrong += error.excess > 1 ? 1 : 0;
+    score->wrong_robust += error.excess_robust > 1 ? 1 : 0;
+    if (error.excess_robust > worst) worst = error.excess_robust, score->worst = error.name;
   }
   score->center_median_m = MedianOf(std::move(centers));
 }
@@ -166,16 +169,16 @@ GroupScore ScoreGroup(const std::vector<Posed>& photos, const Limits& limits,
   score.photos = static_cast<uint32_t>(photos.size());
   const std::optional<Alignment> alignment = Align(photos, limits);
   if (!alignment) return score;
+  const Alignment robust = AlignRobustly(photos, limits).value_or(*alignment);
   score.is_fitted = true;
   score.is_rotation_apart = alignment->is_rotation_apart;
   std::vector<PhotoError> errors;
   for (const Posed& posed : photos) {
     errors.push_back({posed.photo->name, CenterError(alignment->truth_from_estimate, posed),
-                      RotationErrorDeg(alignment->rotation, posed)});
+                      RotationErrorDeg(alignment->rotation, posed),
+                      Excess(posed, *alignment, limits), Excess(posed, robust, limits)});
   }
-  Summarize(errors, limits, &score);
-  const std::optional<Alignment> robust = AlignRobustly(photos, limits);
-  score.wrong_robust = CountWrong(photos, robust ? *robust : *alignment, limits);
+  Summarize(errors, &score);
   all->insert(all->end(), errors.begin(), errors.end());
   return score;
 }
@@ -203,12 +206,11 @@ OrderScore ScoreRun(const OrderRun& run, const Truth& truth, const Limits& limit
   std::vector<PhotoError> all;
   for (const auto& [id, photos] : groups) {
     score.reconstructions.push_back(ScoreGroup(photos, limits, &all));
-    score.all.wrong_robust += score.reconstructions.back().wrong_robust;
   }
   std::ranges::stable_sort(score.reconstructions, std::ranges::greater(), &GroupScore::photos);
   score.all.photos = static_cast<uint32_t>(all.size());
   score.all.is_fitted = !all.empty();
-  Summarize(all, limits, &score.all);
+  Summarize(all, &score.all);
   score.is_wrong = !run.failure.empty() || score.all.wrong > 0;
   return score;
 }

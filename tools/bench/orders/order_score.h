@@ -24,11 +24,6 @@ struct Limits {
 double CenterLimit(std::optional<double> error_m, std::optional<double> error_share,
                    double extent_m);
 
-struct PhotoError {
-  std::string name;
-  double center_m = 0, rotation_deg = 0;
-};
-
 // Of one reconstruction, or of all placed photos of a run, each against the fit of its own
 // reconstruction.
 struct GroupScore {
@@ -40,9 +35,10 @@ struct GroupScore {
   bool is_rotation_apart = false;
   double center_mean_m = 0, center_median_m = 0, center_max_m = 0;
   double rotation_max_deg = 0;
-  std::string worst;   // the name of the photo whose centre or rotation is over its limit most
-  uint32_t wrong = 0;  // photos over the limits
+  uint32_t wrong = 0;         // photos over the limits
   uint32_t wrong_robust = 0;  // the same after a robust fit, which a few bad photos do not bend
+  // The photo that is farthest over the limits, or nearest to them, after the robust fit.
+  std::string worst;
 };
 
 struct OrderScore {
