@@ -15,6 +15,13 @@ std::string VerdictWithReason(const ImageAnswer& image) {
   return VerdictWord(image.verdict) + ", " + Printable(ReasonSentence(image.reason, image.detail));
 }
 
+void PrintDeviations(const PoseUncertainty& uncertainty) {
+  PrintLine(
+      "standard deviation of the centre %.3g, of the rotation %.3g degrees, with the poses of %u "
+      "images held",
+      uncertainty.center_stddev, uncertainty.rotation_stddev_deg, uncertainty.images_held);
+}
+
 void PrintImage(const ImageAnswer& image) {
   PrintLine("%s (#%u): %s", Printable(image.name).c_str(), image.id.value,
             VerdictWithReason(image).c_str());
@@ -24,6 +31,7 @@ void PrintImage(const ImageAnswer& image) {
   }
   PrintLine("%ux%u px, %u features, %u of them see points%s", image.width_px, image.height_px,
             image.features, image.observations, of_reconstruction.c_str());
+  if (image.uncertainty) PrintDeviations(*image.uncertainty);
   if (image.depth_map) {
     std::string sensors;
     for (const std::string& name : image.depth_map->sensors) sensors += " " + Printable(name);
@@ -58,6 +66,14 @@ int PrintPose(const ImageAnswer& image, bool json) {
   PrintLine("cam_from_world rotation (w x y z) %.12g %.12g %.12g %.12g", q[0], q[1], q[2], q[3]);
   PrintLine("translation %.12g %.12g %.12g", t[0], t[1], t[2]);
   PrintLine("centre %.12g %.12g %.12g", c[0], c[1], c[2]);
+  if (image.uncertainty) {
+    PrintDeviations(*image.uncertainty);
+    PrintLine("covariance of rotation (x y z of the camera, radians) and centre (x y z)");
+    for (const std::array<double, 6>& row : image.uncertainty->covariance) {
+      PrintLine("  %12.5g %12.5g %12.5g %12.5g %12.5g %12.5g", row[0], row[1], row[2], row[3],
+                row[4], row[5]);
+    }
+  }
   return kDone;
 }
 
@@ -74,8 +90,17 @@ void RegisterImageCommand(CLI::App* app, const char* name, const char* help,
       *exit_code = Fail(engine.status());
       return;
     }
-    const Result<ImageAnswer> image = (*engine)->Ask().Image(arguments->image);
-    *exit_code = image.ok() ? print(*image, arguments->json) : Fail(image.status());
+    const Questions questions = (*engine)->Ask();
+    Result<ImageAnswer> image = questions.Image(arguments->image);
+    if (!image.ok()) {
+      *exit_code = Fail(image.status());
+      return;
+    }
+    // What is damaged in other images does not hide what is known of this one.
+    auto uncertainty = questions.Uncertainty(arguments->image);
+    if (uncertainty.ok()) image->uncertainty = *uncertainty;
+    *exit_code = print(*image, arguments->json);
+    if (!uncertainty.ok()) *exit_code = Fail(uncertainty.status());
   });
 }
 

@@ -65,6 +65,9 @@ class Questions final {
   Result<StatusAnswer> Status() const;
   // By name, or by "#" and its number. kNotFound names it.
   Result<ImageAnswer> Image(const std::string& name) const;
+  // How sure its pose is; nothing where it has none, or too little is seen to tell. Computed anew
+  // each time: it reads the features of every image that sees a point of this one.
+  Result<std::optional<PoseUncertainty>> Uncertainty(const std::string& name) const;
   // The verified neighbours of a stored image, most matches first.
   Result<std::vector<NeighborAnswer>> Neighbors(const std::string& name) const;
   // Ranked candidates for a photo that is not stored, best first; `camera` (a name; empty: none)

@@ -8,6 +8,7 @@
 #include "engine/query/city_answers.h"
 #include "engine/query/digest.h"
 #include "engine/query/living.h"
+#include "engine/query/pose_uncertainty.h"
 #include "engine/query/ranking.h"
 
 namespace veduta {
@@ -50,6 +51,11 @@ Result<ImageAnswer> Questions::Image(const std::string& name) const {
   VEDUTA_ASSIGN_OR_RETURN(ImageAnswer answer, ImageAnswerOf(*view_->snapshot, image));
   answer.snapshot = snapshot();
   return answer;
+}
+
+Result<std::optional<PoseUncertainty>> Questions::Uncertainty(const std::string& name) const {
+  VEDUTA_ASSIGN_OR_RETURN(const ImageRecord image, FindImage(*view_->snapshot, name));
+  return UncertaintyOf(*view_->snapshot, image.id);
 }
 
 Result<std::vector<NeighborAnswer>> Questions::Neighbors(const std::string& name) const {

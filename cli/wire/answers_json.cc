@@ -67,7 +67,17 @@ Json ToJson(const ImageAnswer& image) {
           {"features", image.features},
           {"observations", image.observations},
           {"neighbors", ToJson(image.neighbors)},
-          {"depth_map", ToJson(image.depth_map)}};
+          {"depth_map", ToJson(image.depth_map)},
+          {"uncertainty", ToJson(image.uncertainty)}};
+}
+
+Json ToJson(const PoseUncertainty& uncertainty) {
+  return {{"center_stddev", uncertainty.center_stddev},
+          {"rotation_stddev_deg", uncertainty.rotation_stddev_deg},
+          {"covariance", uncertainty.covariance},
+          {"error_px", uncertainty.error_px},
+          {"points", uncertainty.points},
+          {"images_held", uncertainty.images_held}};
 }
 
 Json ToJson(const DepthMapAnswer& depth_map) {
@@ -138,7 +148,8 @@ Json PoseJson(const ImageAnswer& image) {
           {"reconstruction", ToJson(image.reconstruction)},
           {"rotation_wxyz", pose.rotation_wxyz},
           {"translation", pose.translation},
-          {"center", pose.center}};
+          {"center", pose.center},
+          {"uncertainty", ToJson(image.uncertainty)}};
 }
 
 Json ViolationsJson(const std::vector<std::string>& violations) {

@@ -11,6 +11,7 @@ Json ToJson(const StatusAnswer& status);
 Json ToJson(const ReconstructionAnswer& reconstruction);
 Json ToJson(const ImageAnswer& image);
 Json ToJson(const DepthMapAnswer& depth_map);
+Json ToJson(const PoseUncertainty& uncertainty);
 Json ToJson(const NeighborAnswer& neighbor);  // of a stored image: its matches were verified
 Json ToJson(const CameraAnswer& camera);
 Json ToJson(const VocabularyAnswer& vocabulary);

@@ -78,6 +78,21 @@ struct DepthMapAnswer {
   uint64_t geometry_version = 0;         // of the reconstruction when it was made
 };
 
+// How sure a pose is, given where the other images are: their poses are held, and points are known
+// only as well as they are seen. It does not tell how far a large reconstruction has drifted, and
+// it means nothing where the pose is wrong, rather than inexact.
+struct PoseUncertainty {
+  // Of (omega, d), row by row: the true rotation is exp([omega]x) R with the R of the pose, omega a
+  // rotation vector in the camera's frame (x to the right, y down, z forward) in radians; the true
+  // centre is center + d, along the world's axes, in world units.
+  std::array<std::array<double, 6>, 6> covariance{};
+  double rotation_stddev_deg = 0;  // root of the expected squared angle, of all three axes together
+  double center_stddev = 0;        // root of the expected squared distance, world units
+  double error_px = 0;       // standard deviation of features along each axis that this rests on
+  uint32_t points = 0;       // that the image sees
+  uint32_t images_held = 0;  // others that see one of them
+};
+
 struct ImageAnswer {
   uint64_t snapshot = 0;
   ImageId id;
@@ -96,6 +111,8 @@ struct ImageAnswer {
   uint32_t features = 0, observations = 0;  // observations: features that see a point
   std::vector<NeighborAnswer> neighbors;    // verified ones, most matches first
   std::optional<DepthMapAnswer> depth_map;
+  // Left empty by Questions::Image: Questions::Uncertainty computes it.
+  std::optional<PoseUncertainty> uncertainty;
 };
 
 struct CameraAnswer {

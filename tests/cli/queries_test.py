@@ -5,6 +5,7 @@
 # Method: photos of a rendered street; every answer is compared with another command's.
 # usage: tests/cli/queries_test.py VEDUTA VEDUTA_STREET
 import json
+import math
 import os
 
 from city import (PARAMS, PHOTOS, SIZE, WHOLE, Case, add, ask, at, main, make_whole, must,
@@ -65,6 +66,7 @@ class Ask(Case):
             self.assertIn(shown['verdict'], must('show', WHOLE, line['image']))
             if shown['reconstruction'] is None:
                 self.assertEqual(shown['verdict'], 'postponed')
+                self.assertIsNone(shown['uncertainty'])
                 self.refused(1, 'has no pose', 'pose', WHOLE, line['image'])
                 continue
             placed += 1
@@ -73,8 +75,19 @@ class Ask(Case):
             back = rotate(pose['rotation_wxyz'], pose['center'])
             for a, b in zip(back, pose['translation']):
                 self.assertAlmostEqual(a, -b, places=9)  # x_in_cam = R x + t, so R c = -t
-            self.assertIn(f'reconstruction {pose["reconstruction"]}\n',
-                          must('pose', WHOLE, line['image']))
+            told = must('pose', WHOLE, line['image'])
+            self.assertIn(f'reconstruction {pose["reconstruction"]}\n', told)
+            sure = pose['uncertainty']
+            self.assertEqual(shown['uncertainty'], sure)
+            variances = [sure['covariance'][i][i] for i in range(6)]
+            self.assertGreater(min(variances), 0)
+            self.assertAlmostEqual(math.degrees(math.sqrt(sum(variances[:3]))),
+                                   sure['rotation_stddev_deg'])
+            self.assertAlmostEqual(math.sqrt(sum(variances[3:])), sure['center_stddev'])
+            self.assertLess(sure['rotation_stddev_deg'], 1)
+            self.assertEqual(sure['points'], shown['observations'])
+            self.assertIn(f'{variances[5]:.5g}', told.splitlines()[-1])
+            self.assertIn('standard deviation', must('show', WHOLE, line['image']))
         self.assertEqual(placed, ask('status', WHOLE)['placed'])
         for command in ('show', 'pose'):
             for name in ('nobody.jpg', '#99', '#', ''):

@@ -111,7 +111,7 @@ TEST(Answers, ImageWithoutAPose) {
             R"({"image":"a.jpg","id":8,"verdict":"postponed","reason":")" + reason +
                 R"(","reconstruction":null,"camera":2,"width":640,"height":480,"bytes":5000,)"
                 R"("sha256":"ab12","contributor":"anna","time":1700000000,"features":900,)"
-                R"("observations":300,"neighbors":[],"depth_map":null})");
+                R"("observations":300,"neighbors":[],"depth_map":null,"uncertainty":null})");
 }
 
 TEST(Answers, ImageWithAll) {
@@ -121,15 +121,24 @@ TEST(Answers, ImageWithAll) {
   image.cam_from_world = PlainPose{{1, 0, 0, 0}, {4, 5, 6}, {-4, -5, -6}};
   image.neighbors = {{ImageId(9), "b.jpg", Verdict::kFounded, 55, 0}};
   image.depth_map = DepthMapAnswer{160, 120, 0.75, 2, 9, {"b.jpg", "c.jpg"}, 6};
+  image.uncertainty = PoseUncertainty{{}, 0.25, 0.5, 0.75, 70, 8};
+  image.uncertainty->covariance[1][2] = 4;
+  const std::string zeros = "[0.0,0.0,0.0,0.0,0.0,0.0]";
+  const std::string uncertainty =
+      R"({"center_stddev":0.5,"rotation_stddev_deg":0.25,"covariance":[)" + zeros +
+      ",[0.0,0.0,4.0,0.0,0.0,0.0]," + zeros + "," + zeros + "," + zeros + "," + zeros +
+      R"(],"error_px":0.75,"points":70,"images_held":8})";
   const Json json = ToJson(image);
   EXPECT_EQ(json["reconstruction"], 3);
+  EXPECT_EQ(JsonLine(json["uncertainty"]), uncertainty);
   EXPECT_EQ(JsonLine(json["neighbors"]), R"([{"image":"b.jpg","matches":55,"verdict":"founded"}])");
   EXPECT_EQ(JsonLine(json["depth_map"]),
             R"({"width":160,"height":120,"known_share":0.75,"depth_near":2.0,"depth_far":9.0,)"
             R"("sensors":["b.jpg","c.jpg"],"geometry_version":6})");
   EXPECT_EQ(JsonLine(PoseJson(image)),
             R"({"image":"a.jpg","reconstruction":3,"rotation_wxyz":[1.0,0.0,0.0,0.0],)"
-            R"("translation":[4.0,5.0,6.0],"center":[-4.0,-5.0,-6.0]})");
+            R"("translation":[4.0,5.0,6.0],"center":[-4.0,-5.0,-6.0],"uncertainty":)" +
+                uncertainty + "}");
 }
 
 TEST(Answers, Small) {

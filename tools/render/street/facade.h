@@ -9,8 +9,8 @@
 
 namespace veduta::street {
 
-// A stretch of a row of houses whose facades stand elsewhere, too: the same seed and length make the
-// same facades, lit the same. Their signs and posters differ from row to row and place to place.
+// A stretch of a row of houses whose facades stand elsewhere, too: the same seed and length make
+// the same facades, lit the same. Their signs and posters differ.
 struct TwinHouses {
   double from_m = 0, length_m = 0;  // in the row; at least 7 m long
   uint64_t seed = 1;
