@@ -36,13 +36,21 @@ class TouchedRecords {
   std::map<ReconstructionId, ReconstructionRecord> records_;
 };
 
+// A part that is merged makes the adjustment of the whole due at once. In a whole that is more than
+// so many times larger its images count as new ones instead (AdjustmentSchedule): a city that grows
+// in order merges a part with every dozen photos. Chosen by hand. Measured with a street of 1,500
+// photos: one adjustment of 532 images took 55 s for a part of 8, and moved the mean error from
+// 0.346 to 0.345 px.
+constexpr uint32_t kWholeOverPartMax = 20;
+
 // Moves the counts of the merged reconstruction over, and notes in its record where it went.
 void MergeRecords(const Merge& merge, ReconstructionRecord* from, ReconstructionRecord* into) {
+  if (into->image_count <= uint64_t{kWholeOverPartMax} * from->image_count)
+    into->images_at_adjustment = 0;
   into->image_count += from->image_count;
   into->point_count += from->point_count;
   into->observation_count += from->observation_count;
   into->reprojection_error_px_sum += from->reprojection_error_px_sum;
-  into->images_at_adjustment = 0;  // makes the adjustment of the whole due at once
   from->merged_into = into->id;
   from->merged_from_this = merge.into_from;
   from->image_count = 0;

@@ -47,7 +47,7 @@ void CompareRest(const CheckedCity& city, const ToldByJournal& told, Violations*
   violations->Expect(names == told.cameras, "the cameras have other names than the journal says");
   for (const auto& [id, record] : city.reconstructions) {
     const uint64_t wanted = told.ImagesAtAdjustment(id);
-    // 0 makes the adjustment due, and the next one puts it right.
+    // 0 makes the adjustment due: a merge may do so, and the next adjustment puts it right.
     const bool is_due = record.images_at_adjustment == 0;
     violations->Expect(is_due || record.images_at_adjustment == wanted, [&, id = id] {
       return NameOf(id) + " was last adjusted with " + std::to_string(wanted) +

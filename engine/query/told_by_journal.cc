@@ -43,7 +43,6 @@ void ToldByJournal::Take(const JournalRecord& entry) {
     const std::optional<CameraRecord> camera = ParseCameraEntry(entry.detail);
     cameras.insert(camera ? camera->name : entry.detail);
   }
-  if (entry.action == "merge") images_at_adjustment[entry.reconstruction] = 0;
   if (entry.action == "adjust" || (restates && entry.reconstruction.valid())) {
     if (const auto count = NumberBefore(" images", entry.detail))
       images_at_adjustment[entry.reconstruction] = *count;

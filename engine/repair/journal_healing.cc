@@ -114,7 +114,8 @@ Status RestateJournal(Healing* healing) {
   for (const auto& [id, image] : healing->images)
     VEDUTA_RETURN_IF_ERROR(RestateImage(image, healing));
   for (const auto& [id, record] : healing->reconstructions) {
-    if (healing->told.ImagesAtAdjustment(id) == record.images_at_adjustment) continue;
+    const bool is_due = record.images_at_adjustment == 0;
+    if (is_due || healing->told.ImagesAtAdjustment(id) == record.images_at_adjustment) continue;
     VEDUTA_RETURN_IF_ERROR(Append("veduta", "repair", {}, id,
                                   std::to_string(record.images_at_adjustment) + " images",
                                   healing));

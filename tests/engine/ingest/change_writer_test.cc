@@ -7,6 +7,8 @@
 
 #include <gtest/gtest.h>
 
+#include <numeric>
+
 #include "engine/ingest/photo_placement.h"
 #include "engine/ingest/reconstruction_adjustment.h"
 #include "tests/engine/ingest/scene_database.h"
@@ -92,6 +94,36 @@ TEST(ChangeWriter, WritesAPlacedPhotoAndAMerge) {
   EXPECT_NEAR(gone.merged_from_this.scale, 2, 1e-6);
   ExpectTrueCounts(*snapshot, into);
   ExpectSound(*snapshot);
+}
+
+// Whether an adjustment of the whole is due after a photo has merged two images into so many.
+bool IsDueAfterMergeInto(uint32_t image_count) {
+  SceneDatabase scene({.camera_count = image_count + 3, .point_count = 60});
+  scene.AddImages(0, image_count + 3);
+  std::vector<uint32_t> cameras(image_count), near;
+  std::iota(cameras.begin(), cameras.end(), 0u);
+  const ReconstructionId into = scene.AddReconstruction(cameras);
+  scene.AddReconstruction({image_count + 1, image_count + 2}, AnotherFrame());
+  for (uint32_t k = image_count - 4; k < image_count + 3; ++k) {
+    if (k != image_count) near.push_back(k);
+  }
+  SceneWork work(&scene);
+  const auto placement = PlacePhoto(work.context, *scene.Photo(image_count),
+                                    scene.MatchesOf(image_count, near), {}, 1);
+  EXPECT_OK(placement);
+  EXPECT_EQ(placement->merges.size(), 1u);
+  EXPECT_EQ(placement->reconstruction, into);
+  Commit(&scene, work.map, *placement);
+  ExpectSound(*scene.Snap());
+  const ReconstructionRecord record = *scene.Snap()->GetReconstruction(into);
+  EXPECT_EQ(record.image_count, image_count + 3);
+  EXPECT_TRUE(record.images_at_adjustment == 0 || record.images_at_adjustment == image_count);
+  return record.images_at_adjustment == 0;
+}
+
+TEST(ChangeWriter, AMuchSmallerPartDoesNotMakeTheWholeDue) {
+  EXPECT_TRUE(IsDueAfterMergeInto(38)) << "39 with the photo";
+  EXPECT_FALSE(IsDueAfterMergeInto(42)) << "43 with the photo";
 }
 
 TEST(ChangeWriter, WritesAnAdjustmentAsANewGeneration) {
