@@ -41,6 +41,13 @@ AddOutcome NameTakenBy(const PreparedPhoto& photo) {
   return outcome;
 }
 
+AddOutcome Outdated(const PreparedPhoto& photo) {
+  AddOutcome outcome;
+  outcome.name = photo.name;
+  outcome.failure = Status::Busy("a copy of the photo was removed while it waited: send it again");
+  return outcome;
+}
+
 // What the caller learns of a photo that was located.
 AddOutcome OutcomeOf(const ImageRecord& record, const LocatedPhoto& located) {
   const Placement& placement = located.placement;
@@ -151,6 +158,8 @@ Result<AddOutcome> Ingest::AdmitAndPlace(PreparedPhoto photo, const CameraRecord
       return NameTakenBy(photo);
     case AdmissionOutcome::kRejected:
       return StoreRejection(photo, std::move(admission.record), std::move(scope));
+    case AdmissionOutcome::kOutdated:
+      return Outdated(photo);
     case AdmissionOutcome::kNew:
       break;
   }
