@@ -2,7 +2,9 @@
 #include "engine/ingest/ingest.h"
 
 #include "engine/ingest/follow_up_steps.h"
+#include "engine/ingest/forbidding.h"
 #include "engine/ingest/photo_locator.h"
+#include "engine/ingest/photo_removal.h"
 #include "engine/ingest/placement_writer.h"
 #include "engine/journal/journal.h"
 #include "storage/base/memory_shortage.h"
@@ -180,6 +182,22 @@ Result<AddOutcome> Ingest::Apply(PreparedPhoto photo, const CameraRecord& camera
       "place the photo", [&] { return AdmitAndPlace(std::move(photo), camera, contributor); });
   if (!outcome.ok()) map_.Clear();
   return outcome;
+}
+
+Result<RemovedPhoto> Ingest::Remove(ImageId image, const std::string& actor,
+                                    const std::string& why) {
+  Result<RemovedPhoto> removed = CatchShortage("remove the photo", [&] {
+    return RemovePhoto(parts_, image, actor, why, BeginWrite(parts_.database));
+  });
+  if (!removed.ok()) map_.Clear();
+  return removed;
+}
+
+Status Ingest::Forbid(ForbiddenRecord forbidden, WriteScope scope) {
+  const Status done = CatchShortage(
+      "forbid it", [&] { return veduta::Forbid(parts_, std::move(forbidden), std::move(scope)); });
+  if (!done.ok()) map_.Clear();
+  return done;
 }
 
 Result<std::optional<DueStep>> Ingest::FindStep(const Snapshot& snapshot) const {

@@ -6,6 +6,7 @@
 #include <optional>
 #include <string>
 
+#include "engine/door/removal.h"
 #include "engine/door/submission.h"
 #include "engine/ingest/due_work.h"
 #include "engine/ingest/ingest_options.h"
@@ -34,6 +35,12 @@ class Ingest final {
   // kBusy in the outcome: a copy was removed since the photo was prepared, so prepare it again.
   Result<AddOutcome> Apply(PreparedPhoto photo, const CameraRecord& camera,
                            const std::string& contributor);
+
+  // Takes a stored photo out and commits: RemovePhoto. An error means that nothing has changed.
+  Result<RemovedPhoto> Remove(ImageId image, const std::string& actor, const std::string& why);
+
+  // veduta::Forbid (forbidding.h). An error means that nothing has changed.
+  Status Forbid(ForbiddenRecord forbidden, WriteScope scope);
 
   // Runs and commits the next step that is due; none when nothing is, or nothing but a vocabulary
   // (IsTrainingDue). A step that fails says so in `status`, leaves nothing visible and is passed

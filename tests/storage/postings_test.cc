@@ -95,7 +95,7 @@ TEST(Postings, ARemovedImageStaysOutHoweverFilesAreMerged) {
     for (const WordId word : words) model[word].insert(image);
     if (image % 3 == 0) {
       const uint32_t gone = 1 + random.Below(image);  // some twice: the second time changes nothing
-      transaction->RemovePostings(4, words, ImageId(gone));
+      transaction->RemoveWords(4, words, ImageId(gone));
       for (const WordId word : words) model[word].erase(gone);
     }
     ASSERT_OK(transaction->Commit());
@@ -107,13 +107,11 @@ TEST(Postings, ARemovedImageStaysOutHoweverFilesAreMerged) {
   ASSERT_OK(database->Compact());
   ExpectEqual(*database->GetSnapshot(), 4, model);
   auto transaction = database->BeginTransaction();
-  for (uint32_t image = 1; image <= 40; ++image)
-    transaction->RemovePostings(4, words, ImageId(image));
-  transaction->RemovePostings(4, words, {});
+  for (uint32_t image = 1; image <= 40; ++image) transaction->RemoveWords(4, words, ImageId(image));
+  transaction->RemoveWords(4, words, {});
   EXPECT_EQ(transaction->Commit().code(), StatusCode::kInvalidArgument);
   transaction = database->BeginTransaction();
-  for (uint32_t image = 1; image <= 40; ++image)
-    transaction->RemovePostings(4, words, ImageId(image));
+  for (uint32_t image = 1; image <= 40; ++image) transaction->RemoveWords(4, words, ImageId(image));
   ASSERT_OK(transaction->Commit());
   ExpectEqual(*database->GetSnapshot(), 4, {});
 }
