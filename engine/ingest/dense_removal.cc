@@ -8,23 +8,26 @@
 namespace veduta {
 namespace {
 
-bool HasSensor(const DepthRecord& depth, ImageId image) {
-  return std::ranges::any_of(depth.sensors,
-                             [&](const SensorPose& sensor) { return sensor.image == image; });
+using Images = std::set<ImageId>;
+
+bool IsMadeWith(const DepthRecord& depth, const Images& images) {
+  return images.contains(depth.image) ||
+         std::ranges::any_of(depth.sensors,
+                             [&](const auto& sensor) { return images.contains(sensor.image); });
 }
 
-// Depth maps, raw and checked, that are of the image or were made with it.
+// Depth maps, raw and checked, that are of the images or were made with them.
 struct MadeWith {
   std::set<ImageId> depths;
   std::set<DepthVersion> checked;
   std::vector<DepthRecord> left_unchecked;  // depth maps that stay, without a checked one
 };
 
-Result<MadeWith> FindMadeWith(const Snapshot& snapshot, ImageId image) {
+Result<MadeWith> FindMadeWith(const Snapshot& snapshot, const Images& images) {
   MadeWith made;
   std::vector<DepthRecord> others;
   VEDUTA_RETURN_IF_ERROR(snapshot.dense().ScanDepths([&](const DepthRecord& depth) {
-    if (depth.image == image || HasSensor(depth, image)) {
+    if (IsMadeWith(depth, images)) {
       made.depths.insert(depth.image);
     } else {
       others.push_back(depth);
@@ -33,8 +36,8 @@ Result<MadeWith> FindMadeWith(const Snapshot& snapshot, ImageId image) {
   }));
   VEDUTA_RETURN_IF_ERROR(snapshot.dense().ScanCheckedDepths([&](const CheckedDepthRecord& depth) {
     const bool is_against = std::ranges::any_of(
-        depth.neighbors, [&](const DepthVersion& other) { return other.image == image; });
-    if (is_against || made.depths.contains(depth.image) || depth.image == image)
+        depth.neighbors, [&](const DepthVersion& other) { return images.contains(other.image); });
+    if (is_against || made.depths.contains(depth.image) || images.contains(depth.image))
       made.checked.insert({depth.image, 0, depth.version});
     return true;
   }));
@@ -66,8 +69,10 @@ Result<bool> DeleteTiles(const Snapshot& snapshot, const MadeWith& made, Transac
 
 }  // namespace
 
-Result<bool> RemoveFromDense(const Snapshot& snapshot, ImageId image, Transaction* transaction) {
-  VEDUTA_ASSIGN_OR_RETURN(const MadeWith made, FindMadeWith(snapshot, image));
+Result<bool> RemoveFromDense(const Snapshot& snapshot, std::span<const ImageId> images,
+                             Transaction* transaction) {
+  VEDUTA_ASSIGN_OR_RETURN(const MadeWith made,
+                          FindMadeWith(snapshot, Images(images.begin(), images.end())));
   VEDUTA_ASSIGN_OR_RETURN(const bool has_tiles, DeleteTiles(snapshot, made, transaction));
   for (const DepthVersion& depth : made.checked)
     transaction->dense().DeleteCheckedDepth(depth.image, depth.version);

@@ -2,6 +2,7 @@
 #include "engine/ingest/photo_removal.h"
 
 #include "engine/ingest/dense_removal.h"
+#include "engine/ingest/local_unplacing.h"
 #include "engine/journal/journal.h"
 
 namespace veduta {
@@ -18,6 +19,25 @@ Status DeleteForbidden(const Snapshot& snapshot, ImageId image, Transaction* tra
   return Status::Ok();
 }
 
+// Takes the photo's pose, and heals what is around it.
+Status Unplace(const IngestParts& parts, const WriteScope& scope, DatabaseState* state,
+               RemovedPhoto* removed) {
+  parts.TrimMap();
+  VEDUTA_ASSIGN_OR_RETURN(const std::vector<Observation> observations,
+                          scope.base->GetObservations(removed->image));
+  removed->observations = observations.size();
+  MapLoader loader(scope.base, parts.features, parts.map);
+  VEDUTA_ASSIGN_OR_RETURN(
+      removed->unplaced,
+      UnplaceWithDependents(removed->image, parts.options.mapper.observations_min, &loader,
+                            parts.map));
+  VEDUTA_RETURN_IF_ERROR(WriteUnplacedLocally(*parts.map, *scope.base, scope.transaction.get()));
+  return PostponeImages(
+      *scope.base, removed->unplaced, removed->reconstruction,
+      "too few points hold it since image " + std::to_string(removed->image.value) + " was removed",
+      state, scope.transaction.get());
+}
+
 }  // namespace
 
 Result<RemovedPhoto> RemovePhoto(const IngestParts& parts, ImageId image, const std::string& actor,
@@ -29,8 +49,13 @@ Result<RemovedPhoto> RemovePhoto(const IngestParts& parts, ImageId image, const 
   RemovedPhoto removed;
   removed.image = image;
   removed.name = record.name;
-  if (pose) return Status::InvalidArgument("photos with a pose cannot be removed yet");
-  VEDUTA_ASSIGN_OR_RETURN(removed.was_dense, RemoveFromDense(*scope.base, image, transaction));
+  if (pose) {
+    removed.reconstruction = pose->reconstruction;
+    VEDUTA_RETURN_IF_ERROR(Unplace(parts, scope, &state, &removed));
+  }
+  std::vector<ImageId> shaken = removed.unplaced;
+  shaken.push_back(image);
+  VEDUTA_ASSIGN_OR_RETURN(removed.was_dense, RemoveFromDense(*scope.base, shaken, transaction));
   VEDUTA_RETURN_IF_ERROR(DeleteForbidden(*scope.base, image, transaction));
   transaction->RemoveImage(image);
   std::erase(state.pending_propagation, image);
