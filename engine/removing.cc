@@ -134,7 +134,7 @@ Status Engine::Forbid(const ForbidRequest& request) {
   Writer::Turn turn = parts_->writer->Take();
   WriteScope scope = BeginWrite(&turn.database());
   VEDUTA_ASSIGN_OR_RETURN(ForbiddenRecord record, RecordOf(*scope.base, request));
-  return parts_->ingest->Forbid(std::move(record), std::move(scope));
+  return veduta::Forbid(std::move(record), std::move(scope));
 }
 
 Status Engine::Allow(const ForbidRequest& request) {

@@ -38,6 +38,18 @@ Status CheckReconstructions(const Snapshot& snapshot, ReconstructionId a, Recons
                                  " are one already: reconstruction " + std::to_string(end_a.value));
 }
 
+// A reconstruction that holds both is judged anew, without the pair, by its next adjustment.
+Status MakeAdjustmentDue(const Snapshot& snapshot, ImageId a, ImageId b, Transaction* transaction) {
+  VEDUTA_ASSIGN_OR_RETURN(const std::optional<PoseRecord> pose_a, snapshot.FindPose(a));
+  VEDUTA_ASSIGN_OR_RETURN(const std::optional<PoseRecord> pose_b, snapshot.FindPose(b));
+  if (!pose_a || !pose_b || pose_a->reconstruction != pose_b->reconstruction) return Status::Ok();
+  VEDUTA_ASSIGN_OR_RETURN(ReconstructionRecord record,
+                          snapshot.GetReconstruction(pose_a->reconstruction));
+  record.images_at_adjustment = 0;
+  transaction->PutReconstruction(record);
+  return Status::Ok();
+}
+
 Status Journal(const std::string& action, const std::string& actor, const std::string& detail,
                const WriteScope& scope) {
   VEDUTA_ASSIGN_OR_RETURN(DatabaseState state, scope.base->GetState());
@@ -48,7 +60,7 @@ Status Journal(const std::string& action, const std::string& actor, const std::s
 
 }  // namespace
 
-Status Forbid(const IngestParts& /*parts*/, ForbiddenRecord forbidden, WriteScope scope) {
+Status Forbid(ForbiddenRecord forbidden, WriteScope scope) {
   if (forbidden.a > forbidden.b) std::swap(forbidden.a, forbidden.b);
   const bool is_pair = forbidden.kind == ForbiddenKind::kPair;
   VEDUTA_RETURN_IF_ERROR(is_pair
@@ -60,7 +72,11 @@ Status Forbid(const IngestParts& /*parts*/, ForbiddenRecord forbidden, WriteScop
   if (is_known) return Status::Ok();
   forbidden.time_unix_s = std::time(nullptr);
   scope.transaction->PutForbidden(forbidden);
-  if (is_pair) scope.transaction->DeletePair(ImageId(forbidden.a), ImageId(forbidden.b));
+  if (is_pair) {
+    const ImageId a(forbidden.a), b(forbidden.b);
+    scope.transaction->DeletePair(a, b);
+    VEDUTA_RETURN_IF_ERROR(MakeAdjustmentDue(*scope.base, a, b, scope.transaction.get()));
+  }
   return Journal("forbid", forbidden.actor,
                  EntryText(forbidden.kind, forbidden.a, forbidden.b, forbidden.reason), scope);
 }

@@ -2,7 +2,6 @@
 #include "engine/ingest/ingest.h"
 
 #include "engine/ingest/follow_up_steps.h"
-#include "engine/ingest/forbidding.h"
 #include "engine/ingest/photo_locator.h"
 #include "engine/ingest/photo_removal.h"
 #include "engine/ingest/placement_writer.h"
@@ -191,13 +190,6 @@ Result<RemovedPhoto> Ingest::Remove(ImageId image, const std::string& actor,
   });
   if (!removed.ok()) map_.Clear();
   return removed;
-}
-
-Status Ingest::Forbid(ForbiddenRecord forbidden, WriteScope scope) {
-  const Status done = CatchShortage(
-      "forbid it", [&] { return veduta::Forbid(parts_, std::move(forbidden), std::move(scope)); });
-  if (!done.ok()) map_.Clear();
-  return done;
 }
 
 Result<std::optional<DueStep>> Ingest::FindStep(const Snapshot& snapshot) const {
