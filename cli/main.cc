@@ -37,6 +37,8 @@ void RegisterCommands(CLI::App* app, int* exit_code) {
   RegisterCalibrate(app, exit_code);
   RegisterAdd(app, exit_code);
   RegisterSettle(app, exit_code);
+  RegisterRemove(app, exit_code);
+  RegisterForbid(app, exit_code);
   RegisterStatus(app, exit_code);
   RegisterReconstruction(app, exit_code);
   RegisterShow(app, exit_code);

@@ -2,6 +2,7 @@
 #include "engine/engine.h"
 
 #include <deque>
+#include <filesystem>
 #include <utility>
 
 #include "engine/camera/whole_file.h"
@@ -136,11 +137,14 @@ Status Engine::AddPhotos(std::span<const PhotoSubmission> photos,
 Status Engine::Settle(std::stop_token stop, const std::function<void(const FollowUp&)>& followed) {
   std::vector<FollowUp> steps;
   const std::shared_ptr<EngineParts> parts = parts_;  // the engine may be closed meanwhile
-  Status settled = parts->scheduler->Settle(std::move(stop), &steps);
+  const Status settled = parts->scheduler->Settle(std::move(stop), &steps);
   if (followed) {
     for (const FollowUp& step : steps) followed(step);
   }
-  return settled;
+  VEDUTA_RETURN_IF_ERROR(settled);
+  // A removal was killed before it had rewritten the files; one that runs does it itself.
+  const std::unique_lock alone(parts->dense_pass, std::try_to_lock);
+  return alone.owns_lock() ? parts->PurgeRemoved() : Status::Ok();
 }
 
 Status Engine::TrainVocabulary() {
@@ -162,7 +166,16 @@ Status Engine::ImportVocabulary(const std::string& path) {
 
 Status Engine::Backup(const std::string& folder) {
   Writer::Turn turn = parts_->writer->Take();
-  return turn.database().CreateCheckpoint(folder);
+  VEDUTA_RETURN_IF_ERROR(turn.database().CreateCheckpoint(folder));
+  // So that a removal can say where copies are.
+  std::error_code failure;
+  const std::filesystem::path where = std::filesystem::absolute(folder, failure);
+  const std::unique_ptr<Transaction> transaction = turn.database().BeginTransaction();
+  VEDUTA_ASSIGN_OR_RETURN(DatabaseState state, transaction->base()->GetState());
+  AppendJournal({0, 0, "veduta", "backup", {}, {}, failure ? folder : where.string()}, &state,
+                transaction.get());
+  transaction->PutState(state);
+  return transaction->Commit();
 }
 
 Status Engine::Reopen() {

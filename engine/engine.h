@@ -26,6 +26,7 @@
 #include "engine/door/answers.h"
 #include "engine/door/calibration.h"
 #include "engine/door/dense.h"
+#include "engine/door/removal.h"
 #include "engine/door/submission.h"
 
 namespace veduta {
@@ -85,6 +86,7 @@ class Questions final {
   Result<VocabularyAnswer> Vocabulary() const;
   // The active tree as a file that ImportVocabulary takes.
   veduta::Status ExportVocabulary(const std::string& path) const;
+  Result<std::vector<ForbiddenAnswer>> Forbidden() const;  // what people have forbidden
   // At most `count_max` entries from `first` on.
   Result<std::vector<JournalAnswer>> Journal(uint64_t first, uint32_t count_max) const;
 
@@ -153,6 +155,21 @@ class Engine final {
   // told, counts too.
   Status Settle(std::stop_token stop = {},
                 const std::function<void(const FollowUp&)>& followed = {});
+
+  // Takes photos out with everything that was derived from them, each in a commit of its own, and
+  // then rewrites the files without their bytes; `report` is told of each from the calling thread.
+  // What stood on them heals; Settle tries photos again that lost their pose. The journal keeps who,
+  // when and why, and the photos' numbers alone. Copies elsewhere are out of reach, and named.
+  // Without photos and contributor it only finishes the rewriting that an earlier one has left.
+  // kNotFound, and nothing is removed, for an unknown photo; kBusy while a dense pass or another
+  // removal runs; kCancelled after a stop request: those reported are gone.
+  Result<RemoveAnswer> Remove(const RemoveRequest& request, std::stop_token stop = {},
+                              const std::function<void(const RemovedPhoto&)>& report = {});
+  // A fact that a person states and that placing photos obeys from then on: a forbidden pair is
+  // deleted where there is one, and never verified again; a forbidden merge is not made. kNotFound;
+  // kInvalidArgument where the two are one.
+  Status Forbid(const ForbidRequest& request);
+  Status Allow(const ForbidRequest& request);  // takes it back; kNotFound where it was not stated
 
   Status TrainVocabulary();
   Status ImportVocabulary(const std::string& path);

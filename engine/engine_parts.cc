@@ -55,6 +55,7 @@ Result<std::unique_ptr<Engine>> EngineParts::Open(const std::string& path,
   VEDUTA_RETURN_IF_ERROR(OptionBounds().Part("options", tuning.Check()).status());
 
   auto parts = std::make_shared<EngineParts>();
+  parts->path = path;
   parts->options = options;
   if (options.thread_count == 0) {
     parts->options.thread_count = std::max(1u, std::thread::hardware_concurrency());

@@ -61,6 +61,11 @@ struct EngineParts {
   // the database was opened again meanwhile: then look again whether one is due.
   Result<bool> TrainIfDue();
 
+  // Rids the files of the bytes of removed photos, where there may be some. For who holds
+  // `dense_pass`. Takes a turn.
+  Status PurgeRemoved();
+
+  std::string path;  // of the database, as it was opened
   EngineOptions options;
   EngineTuning tuning;
   std::unique_ptr<Database> database;
@@ -73,7 +78,7 @@ struct EngineParts {
   std::shared_ptr<EngineCaches> caches;
   std::map<std::string, CameraRecord> cameras;
   std::unique_ptr<Ingest> ingest;  // used with the writer's turn only
-  std::mutex dense_pass;           // held while a dense pass runs: one at a time
+  std::mutex dense_pass;           // held while a dense pass or a removal runs: one at a time
   std::unique_ptr<Scheduler> scheduler;
 };
 

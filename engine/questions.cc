@@ -142,6 +142,10 @@ Status Questions::ExportVocabulary(const std::string& path) const {
   return veduta::Status::IoError("cannot write " + path + ": " + std::strerror(errno));
 }
 
+Result<std::vector<ForbiddenAnswer>> Questions::Forbidden() const {
+  return ForbiddenOf(*view_->snapshot);
+}
+
 Result<std::vector<JournalAnswer>> Questions::Journal(uint64_t first, uint32_t count_max) const {
   return JournalOf(*view_->snapshot, first, count_max);
 }

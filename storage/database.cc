@@ -104,7 +104,7 @@ class DatabaseView final : public Database {
     return MakeCheckpoint(*files(), path);
   }
   Status Compact() override { return CompactFiles(*files()); }
-  Status PurgeDeleted() override { return PurgeDeletedFrom(*files()); }
+  Status PurgeDeleted() override { return PurgeDeletedFrom(*files(), kPurgeWait); }
 
  private:
   std::shared_ptr<DatabaseFiles> files() const {

@@ -187,9 +187,11 @@ class Database {
   virtual Status CreateCheckpoint(const std::string& path) = 0;
   // Flushes memtables and merges files; for benchmarks and before a backup.
   virtual Status Compact() = 0;
-  // Rewrites all files without what was deleted: afterwards no file of the folder has bytes of a
-  // photo that was removed before. O(database), blob files too. kBusy while somebody holds a
-  // snapshot or a transaction from before the call: their bytes stay, and it may be called again.
+  // Rewrites the files without what was deleted: afterwards none has bytes of a photo that was
+  // removed before. O(database), without blob files that are younger than all that was deleted.
+  // RocksDB's manifest may have the names of removed photos until the database is opened again.
+  // kBusy while somebody holds a snapshot or a transaction from before the call: their bytes stay,
+  // and it may be called again.
   virtual Status PurgeDeleted() = 0;
 };
 

@@ -5,7 +5,6 @@
 #include <rocksdb/metadata.h>
 
 #include <algorithm>
-#include <chrono>
 #include <string>
 #include <thread>
 #include <vector>
@@ -16,9 +15,7 @@
 namespace veduta {
 namespace {
 
-// How long snapshots of others are waited for, and how often they are looked at. Chosen by hand;
-// not measured.
-constexpr std::chrono::seconds kSnapshotWait{10};
+// How often snapshots of others are looked at. Chosen by hand; not measured.
 constexpr std::chrono::milliseconds kSnapshotLook{20};
 
 std::string Doing(Family family) {
@@ -35,14 +32,14 @@ Result<bool> IsOlderSnapshotHeld(const DatabaseFiles& files, uint64_t sequence) 
   return oldest != 0 && oldest < sequence;
 }
 
-Status WaitForSnapshots(const DatabaseFiles& files) {
+Status WaitForSnapshots(const DatabaseFiles& files, std::chrono::milliseconds wait) {
   uint64_t sequence = 0;
   {
     const FilesLease lease(files);
     VEDUTA_RETURN_IF_ERROR(lease.status());
     sequence = files.db().GetLatestSequenceNumber();
   }
-  const auto end = std::chrono::steady_clock::now() + kSnapshotWait;
+  const auto end = std::chrono::steady_clock::now() + wait;
   for (;;) {
     VEDUTA_ASSIGN_OR_RETURN(const bool held, IsOlderSnapshotHeld(files, sequence));
     if (!held) return Status::Ok();
@@ -130,10 +127,10 @@ Status DeleteSetAside(const DatabaseFiles& files) {
 
 }  // namespace
 
-Status PurgeDeletedFrom(const DatabaseFiles& files) {
+Status PurgeDeletedFrom(const DatabaseFiles& files, std::chrono::milliseconds wait) {
   if (files.read_only())
     return Status::InvalidArgument("a database that is open for reading only is not rewritten");
-  VEDUTA_RETURN_IF_ERROR(WaitForSnapshots(files));
+  VEDUTA_RETURN_IF_ERROR(WaitForSnapshots(files, wait));
   VEDUTA_RETURN_IF_ERROR(FlushAll(files));
   for (const FamilyTraits& traits : AllFamilies())
     VEDUTA_RETURN_IF_ERROR(PurgeFamily(files, traits.family));

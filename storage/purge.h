@@ -4,6 +4,8 @@
 // until it has another reason to rewrite them; blob files of families that are `written_once`
 // would never be rewritten.
 
+#include <chrono>
+
 #include "storage/base/status.h"
 #include "storage/database_files.h"
 
@@ -13,7 +15,11 @@ namespace veduta {
 // tables, which drops deleted keys and counts what they leave in blob files; then rewrites blob
 // files, from the oldest to the youngest that has something deleted in it: younger ones are spared.
 // Deletes the folder set-aside, too, whose logs nobody can rewrite. Killed at any time, it may
-// begin again. Waits a while for snapshots from before the call.
-Status PurgeDeletedFrom(const DatabaseFiles& files);
+// begin again. Snapshots and transactions from before the call are waited for; kBusy, and nothing is
+// rewritten, where one of them is held for longer.
+Status PurgeDeletedFrom(const DatabaseFiles& files, std::chrono::milliseconds wait);
+
+// Chosen by hand; not measured.
+inline constexpr std::chrono::seconds kPurgeWait{10};
 
 }  // namespace veduta

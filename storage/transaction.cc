@@ -151,8 +151,9 @@ class WriteTransaction final : public Transaction {
     MergePostings(generation, words, EncodeU32(image.value));
   }
 
-  void RemovePostings(uint32_t generation, std::span<const WordId> words, ImageId image) override {
-    if (!image.valid()) return buffer().Note(Status::InvalidArgument("postings of image id 0"));
+  void RemoveWords(uint32_t generation, std::span<const WordId> words, ImageId image) override {
+    if (!image.valid()) return buffer().Note(Status::InvalidArgument("words of image id 0"));
+    buffer().Delete(Family::kWords, WordsKey(generation, image));
     MergePostings(generation, words, EncodePostingsRemoval(image));
   }
 
@@ -203,8 +204,7 @@ class WriteTransaction final : public Transaction {
     if (state.vocabulary_generation == 0) return Status::Ok();
     VEDUTA_ASSIGN_OR_RETURN(const std::vector<WordId> words,
                             base_->GetWords(state.vocabulary_generation, id));
-    buffer().Delete(Family::kWords, WordsKey(state.vocabulary_generation, id));
-    RemovePostings(state.vocabulary_generation, words, id);
+    RemoveWords(state.vocabulary_generation, words, id);
     return Status::Ok();
   }
 

@@ -68,10 +68,9 @@ class Transaction {
   virtual void PutWords(uint32_t generation, ImageId image, std::span<const WordId> words) = 0;
   virtual void AddPostings(uint32_t generation, std::span<const WordId> words, ImageId image) = 0;
   virtual void DeleteVocabulary(uint32_t generation) = 0;  // tree, words and postings
-  // The image is no longer among those that contain these words, nor ever again: postings that are
-  // added to it in this generation, before or after, count for nothing.
-  virtual void RemovePostings(uint32_t generation, std::span<const WordId> words,
-                              ImageId image) = 0;
+  // Takes back PutWords and AddPostings of the image with these words, for ever: postings of it that
+  // are added in this generation, before or after, count for nothing.
+  virtual void RemoveWords(uint32_t generation, std::span<const WordId> words, ImageId image) = 0;
   // Deletes all that is stored of this image alone: its record, its name, its photo with hash and
   // features, its pairs, its words and its place in the posting lists. What the map holds of it
   // (pose, observations, points) and what the dense pass made of it is the caller's. Reads base().

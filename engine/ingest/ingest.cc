@@ -3,6 +3,7 @@
 
 #include "engine/ingest/follow_up_steps.h"
 #include "engine/ingest/photo_locator.h"
+#include "engine/ingest/photo_removal.h"
 #include "engine/ingest/placement_writer.h"
 #include "engine/journal/journal.h"
 #include "storage/base/memory_shortage.h"
@@ -38,6 +39,13 @@ AddOutcome NameTakenBy(const PreparedPhoto& photo) {
   outcome.name = photo.name;
   outcome.reason = Reason::kNameTaken;
   outcome.detail = "another photo is stored under this name; rename the file to add it";
+  return outcome;
+}
+
+AddOutcome Outdated(const PreparedPhoto& photo) {
+  AddOutcome outcome;
+  outcome.name = photo.name;
+  outcome.failure = Status::Busy("a copy of the photo was removed while it waited: send it again");
   return outcome;
 }
 
@@ -151,6 +159,8 @@ Result<AddOutcome> Ingest::AdmitAndPlace(PreparedPhoto photo, const CameraRecord
       return NameTakenBy(photo);
     case AdmissionOutcome::kRejected:
       return StoreRejection(photo, std::move(admission.record), std::move(scope));
+    case AdmissionOutcome::kOutdated:
+      return Outdated(photo);
     case AdmissionOutcome::kNew:
       break;
   }
@@ -171,6 +181,15 @@ Result<AddOutcome> Ingest::Apply(PreparedPhoto photo, const CameraRecord& camera
       "place the photo", [&] { return AdmitAndPlace(std::move(photo), camera, contributor); });
   if (!outcome.ok()) map_.Clear();
   return outcome;
+}
+
+Result<RemovedPhoto> Ingest::Remove(ImageId image, const std::string& actor,
+                                    const std::string& why) {
+  Result<RemovedPhoto> removed = CatchShortage("remove the photo", [&] {
+    return RemovePhoto(parts_, image, actor, why, BeginWrite(parts_.database));
+  });
+  if (!removed.ok()) map_.Clear();
+  return removed;
 }
 
 Result<std::optional<DueStep>> Ingest::FindStep(const Snapshot& snapshot) const {

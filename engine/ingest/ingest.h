@@ -6,6 +6,7 @@
 #include <optional>
 #include <string>
 
+#include "engine/door/removal.h"
 #include "engine/door/submission.h"
 #include "engine/ingest/due_work.h"
 #include "engine/ingest/ingest_options.h"
@@ -30,9 +31,13 @@ class Ingest final {
 
   // Commits the photo with its verdict, and with whatever its verdict brings about in the same
   // commit: `propagated` of the outcome names the earlier photos that it founded with. An error
-  // means that nothing of the photo is visible; kNoMemory where the memory is too short.
+  // means that nothing of the photo is visible; kNoMemory where the memory is too short. A failure of
+  // kBusy in the outcome: a copy was removed since the photo was prepared, so prepare it again.
   Result<AddOutcome> Apply(PreparedPhoto photo, const CameraRecord& camera,
                            const std::string& contributor);
+
+  // Takes a stored photo out and commits: RemovePhoto. An error means that nothing has changed.
+  Result<RemovedPhoto> Remove(ImageId image, const std::string& actor, const std::string& why);
 
   // Runs and commits the next step that is due; none when nothing is, or nothing but a vocabulary
   // (IsTrainingDue). A step that fails says so in `status`, leaves nothing visible and is passed

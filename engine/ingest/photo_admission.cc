@@ -42,7 +42,13 @@ Result<Admission> Admit(const Snapshot& snapshot, const PreparedPhoto& photo, Ca
     }
     admission.record.id = *namesake;
   }
-  if (photo.reason != Reason::kNone) admission.outcome = AdmissionOutcome::kRejected;
+  if (photo.reason != Reason::kNone) {
+    admission.outcome = AdmissionOutcome::kRejected;
+    return admission;
+  }
+  // What is known was not prepared, and what was written ahead of a copy went with the copy.
+  VEDUTA_ASSIGN_OR_RETURN(const bool is_there, snapshot.IsWrittenAhead(photo.hash));
+  if (photo.known || !is_there) admission.outcome = AdmissionOutcome::kOutdated;
   return admission;
 }
 

@@ -15,6 +15,7 @@ enum class AdmissionOutcome : uint8_t {
   kDuplicate,  // the same bytes are stored
   kNameTaken,  // another photo is stored under this name
   kRejected,   // preparation found a reason to reject it
+  kOutdated,   // the same bytes were stored when it was prepared, and were removed since
 };
 
 struct Admission {

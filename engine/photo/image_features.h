@@ -45,6 +45,8 @@ class ImageFeatureCache final {
   Result<std::shared_ptr<const ImageFeatures>> Get(const Snapshot& snapshot, ImageId id);
   // Keeps the features of an image that was just stored, unless some are kept already.
   void Put(std::shared_ptr<const ImageFeatures> features);
+  // Keeps those of an image that was removed no longer.
+  void Forget(ImageId id) { cache_.Erase(id); }
   uint32_t matched_count_max() const { return matched_count_max_; }
 
  private:

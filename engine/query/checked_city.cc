@@ -4,6 +4,7 @@
 #include <cstring>
 
 #include "engine/query/stored_records.h"
+#include "storage/records/forbidden_record.h"
 #include "storage/records/state_record.h"
 
 namespace veduta {
@@ -21,7 +22,11 @@ Status LoadMeta(CheckedCity* city, Violations* violations) {
           return;
         }
         if (key != kStateKey) {
-          violations->Add(PlaceOf(Family::kMeta, key) + ": no such key is known");
+          ForbiddenRecord forbidden;
+          Status read = ParseForbiddenKey(key, &forbidden);
+          if (read.ok()) read = Decode(value, &forbidden);
+          if (read.ok()) city->forbidden.push_back(forbidden);
+          if (!read.ok()) violations->Add(PlaceOf(Family::kMeta, key) + ": " + read.message());
           return;
         }
         const Status read = Decode(value, &city->state);

@@ -31,6 +31,7 @@ struct CheckedCity {
   const PhotoPreparer* const preparer;  // with it, features too; may be null
 
   DatabaseState state;
+  std::vector<ForbiddenRecord> forbidden;
   std::map<CameraId, CameraRecord> cameras;
   std::map<ImageId, ImageRecord> images;
   std::map<ReconstructionId, ReconstructionRecord> reconstructions;
@@ -67,7 +68,7 @@ std::optional<double> MeasureErrorPx(const CheckedCity& city,
 // Whether the error that the point records is the one that was measured.
 bool IsErrorRecorded(const PointRecord& point, double error_px);
 
-// The state, the marks, and the records that are small: cameras, images, reconstructions, poses.
+// The state, what is forbidden, the marks, and the records that are small: cameras, images, reconstructions, poses.
 Status LoadCity(CheckedCity* city, Violations* violations);
 
 // Counters of the state; names, hashes, photos and features of images; their cameras.

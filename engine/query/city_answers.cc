@@ -195,6 +195,30 @@ Result<std::vector<CameraAnswer>> CamerasOf(const Snapshot& snapshot) {
   return cameras;
 }
 
+Result<std::vector<ForbiddenAnswer>> ForbiddenOf(const Snapshot& snapshot) {
+  VEDUTA_ASSIGN_OR_RETURN(const std::vector<ForbiddenRecord> all, snapshot.ListForbidden());
+  std::vector<ForbiddenAnswer> answers;
+  for (const ForbiddenRecord& record : all) {
+    ForbiddenAnswer& answer = answers.emplace_back();
+    answer.time_unix_s = record.time_unix_s;
+    answer.actor = record.actor;
+    answer.reason = record.reason;
+    if (record.kind == ForbiddenKind::kMerge) {
+      answer.kind = ForbidKind::kMerge;
+      answer.reconstruction_a = ReconstructionId(record.a);
+      answer.reconstruction_b = ReconstructionId(record.b);
+      continue;
+    }
+    answer.image_a = ImageId(record.a);
+    answer.image_b = ImageId(record.b);
+    VEDUTA_ASSIGN_OR_RETURN(const ImageRecord a, snapshot.GetImage(answer.image_a));
+    VEDUTA_ASSIGN_OR_RETURN(const ImageRecord b, snapshot.GetImage(answer.image_b));
+    answer.name_a = a.name;
+    answer.name_b = b.name;
+  }
+  return answers;
+}
+
 Result<std::vector<JournalAnswer>> JournalOf(const Snapshot& snapshot, uint64_t first,
                                              uint32_t count_max) {
   std::vector<JournalAnswer> entries;

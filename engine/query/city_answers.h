@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "engine/door/answers.h"
+#include "engine/door/removal.h"
 #include "storage/database.h"
 
 namespace veduta {
@@ -24,6 +25,7 @@ Result<std::vector<NeighborAnswer>> NeighborsOf(const Snapshot& snapshot, ImageI
 Result<ReconstructionAnswer> ReconstructionAnswerOf(const Snapshot& snapshot,
                                                     const ReconstructionRecord& record);
 Result<std::vector<CameraAnswer>> CamerasOf(const Snapshot& snapshot);
+Result<std::vector<ForbiddenAnswer>> ForbiddenOf(const Snapshot& snapshot);
 Result<std::vector<JournalAnswer>> JournalOf(const Snapshot& snapshot, uint64_t first,
                                              uint32_t count_max);
 

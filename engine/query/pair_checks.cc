@@ -112,6 +112,14 @@ Status CheckPairs(const CheckedCity& city, Violations* violations) {
       if (found != told.end()) told.erase(found);
     }
   }
+  for (const ForbiddenRecord& forbidden : city.forbidden) {
+    const bool is_stored = forbidden.kind == ForbiddenKind::kPair &&
+                           recorded.contains({ImageId(forbidden.a), ImageId(forbidden.b)});
+    violations->Expect(!is_stored, [&] {
+      return NameOfPair(ImageId(forbidden.a), ImageId(forbidden.b)) +
+             " is stored, and somebody has forbidden it";
+    });
+  }
   for (const auto& [way, direction] : told) {
     violations->Add(NameOf(way.first) + " has " + NameOf(way.second) +
                     " for a neighbor, and there is no such pair");

@@ -124,16 +124,16 @@ class StructureChecker final {
     }
   }
 
-  // Where one was merged into, followed to the end, is a living one.
-  bool LeadsToLiving(const ReconstructionRecord& record) const {
-    ReconstructionId at = record.id;
+  // Where one was merged into, followed to the end; none where that is no living one.
+  std::optional<ReconstructionId> LivingEndOf(ReconstructionId id) const {
+    ReconstructionId at = id;
     for (size_t step = 0; step <= city_.reconstructions.size(); ++step) {
       const auto found = city_.reconstructions.find(at);
-      if (found == city_.reconstructions.end()) return false;
-      if (found->second.is_living()) return true;
+      if (found == city_.reconstructions.end()) return std::nullopt;
+      if (found->second.is_living()) return at;
       at = found->second.merged_into;
     }
-    return false;  // they go round in a circle
+    return std::nullopt;  // they go round in a circle
   }
 
   void CheckReconstruction(const ReconstructionRecord& record) {
@@ -157,7 +157,7 @@ class StructureChecker final {
            [&] { return name + ": the sum of its errors is off"; });
     Expect(!record.is_living() || record.image_count >= 3,
            [&] { return name + " has fewer than three images"; });
-    Expect(LeadsToLiving(record),
+    Expect(LivingEndOf(record.id).has_value(),
            [&] { return name + " was merged into one that does not exist, or into itself"; });
     const Sim3& s = record.merged_from_this;
     Expect(std::abs(s.rotation.norm() - 1) < kNormSlack,
@@ -168,8 +168,26 @@ class StructureChecker final {
            [&] { return name + " lives, and says how it was moved into another"; });
   }
 
+  void CheckForbidden(const ForbiddenRecord& forbidden) {
+    if (forbidden.kind == ForbiddenKind::kPair) {
+      for (const ImageId id : {ImageId(forbidden.a), ImageId(forbidden.b)}) {
+        Expect(city_.HasFeatures(id),
+               [&] { return "a pair is forbidden with " + NameOf(id) + ", which does not exist"; });
+      }
+      return;
+    }
+    const auto a = LivingEndOf(ReconstructionId(forbidden.a)),
+               b = LivingEndOf(ReconstructionId(forbidden.b));
+    Expect(a && b && *a != *b, [&] {
+      return NameOf(ReconstructionId(forbidden.a)) + " and " +
+             NameOf(ReconstructionId(forbidden.b)) +
+             " do not exist or are one, and somebody has forbidden that they are merged";
+    });
+  }
+
   void CheckReconstructions() {
     for (const auto& [id, record] : city_.reconstructions) CheckReconstruction(record);
+    for (const ForbiddenRecord& forbidden : city_.forbidden) CheckForbidden(forbidden);
     std::set<ReconstructionId> named;
     for (const auto& [id, tally] : tallies_) {
       Expect(city_.reconstructions.contains(id),

@@ -39,6 +39,10 @@ void ToldByJournal::Take(const JournalRecord& entry) {
     images[entry.image].detail = entry.detail;
     images[entry.image].propagated = true;
   }
+  if (entry.action == "remove" && entry.image.valid()) {
+    removed.insert(entry.image);
+    images.erase(entry.image);
+  }
   if (entry.action == "camera") {
     const std::optional<CameraRecord> camera = ParseCameraEntry(entry.detail);
     cameras.insert(camera ? camera->name : entry.detail);

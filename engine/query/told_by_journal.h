@@ -22,6 +22,7 @@ struct ToldByJournal {
     bool propagated = false;
   };
   std::map<ImageId, Image> images;
+  std::set<ImageId> removed;  // images that were there and are not any more
   std::map<ReconstructionId, uint64_t> images_at_adjustment;
   std::multiset<std::string> cameras;
   std::optional<uint64_t> images_at_vocabulary;

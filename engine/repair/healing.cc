@@ -63,6 +63,9 @@ Status WriteState(Healing* healing) {
     state.next_image = std::max(state.next_image, id.value + 1);
     if (image.verdict != Verdict::kRejected) ++retrievable;
   }
+  if (!healing->told.removed.empty())
+    state.next_image = std::max(state.next_image, healing->told.removed.rbegin()->value + 1);
+  state.removed_bytes_left = false;  // the files are new
   if (!healing->cameras.empty())
     state.next_camera = std::max(state.next_camera, healing->cameras.rbegin()->first.value + 1);
   state.retrievable_image_count = retrievable;
@@ -146,6 +149,48 @@ Status HealState(Healing* healing) {
   return HealVocabulary(healing);
 }
 
+namespace {
+
+// The living one that it has become; not valid() where there is none.
+ReconstructionId LivingEndOf(const Healing& healing, ReconstructionId id) {
+  for (size_t step = 0; step <= healing.reconstructions.size(); ++step) {
+    const auto found = healing.reconstructions.find(id);
+    if (found == healing.reconstructions.end()) break;
+    if (found->second.is_living()) return id;
+    id = found->second.merged_into;
+  }
+  return {};
+}
+
+bool AreTwo(const Healing& healing, ReconstructionId a, ReconstructionId b) {
+  const ReconstructionId end_a = LivingEndOf(healing, a), end_b = LivingEndOf(healing, b);
+  return end_a.valid() && end_b.valid() && end_a != end_b;
+}
+
+// Those whose photos or reconstructions are there and are two.
+Status HealForbidden(Healing* healing) {
+  const Result<std::vector<ForbiddenRecord>> all = healing->from().ListForbidden();
+  if (!all.ok()) {
+    if (!IsDamage(all.status())) return all.status();
+    healing->notes.Add("what people have forbidden cannot be read: " + all.status().message(),
+                       "nothing is forbidden any more: `veduta journal` tells what was");
+    return Status::Ok();
+  }
+  for (const ForbiddenRecord& forbidden : *all) {
+    const bool holds =
+        forbidden.kind == ForbiddenKind::kPair
+            ? healing->FindPhoto(ImageId(forbidden.a)) != nullptr &&
+                  healing->FindPhoto(ImageId(forbidden.b)) != nullptr
+            : AreTwo(*healing, ReconstructionId(forbidden.a), ReconstructionId(forbidden.b));
+    if (!holds) continue;
+    VEDUTA_RETURN_IF_ERROR(healing->writer.Put(
+        [&](Transaction& transaction) { transaction.PutForbidden(forbidden); }));
+  }
+  return Status::Ok();
+}
+
+}  // namespace
+
 Status HealAll(Healing* healing) {
   for (const std::string& damage : healing->source.damage())
     healing->notes.Add(damage, "what the other files hold is read past it");
@@ -157,6 +202,7 @@ Status HealAll(Healing* healing) {
   VEDUTA_RETURN_IF_ERROR(HealPairs(healing));
   VEDUTA_RETURN_IF_ERROR(HealMap(healing));
   VEDUTA_RETURN_IF_ERROR(HealDense(healing));
+  VEDUTA_RETURN_IF_ERROR(HealForbidden(healing));
   VEDUTA_RETURN_IF_ERROR(RestateJournal(healing));
   VEDUTA_RETURN_IF_ERROR(WriteState(healing));
   return healing->writer.Commit();

@@ -186,8 +186,9 @@ Status HealImages(Healing* healing) {
       return true;
     }
     if (!IsDamage(image.status())) return image.status();
-    if (image.status().code() == StatusCode::kNotFound && id.value >= healing->state.next_image)
-      return false;
+    const bool is_missing = image.status().code() == StatusCode::kNotFound;
+    if (is_missing && healing->told.removed.contains(id)) return true;
+    if (is_missing && id.value >= healing->state.next_image) return false;
     lost[id] = "the record of image " + std::to_string(id.value) +
                " cannot be read: " + image.status().message();
     return true;
@@ -206,12 +207,15 @@ Status HealImages(Healing* healing) {
       std::max(healing->images.empty() ? 0 : healing->images.rbegin()->first.value,
                lost.empty() ? 0 : lost.rbegin()->first.value);
   for (ImageId id(1); id.value < last; ++id.value) {
-    if (!healing->images.contains(id) && !lost.contains(id))
+    const bool is_known = healing->images.contains(id) || healing->told.removed.contains(id);
+    if (!is_known && !lost.contains(id))
       lost[id] = "the record of image " + std::to_string(id.value) + " is missing";
   }
   for (const auto& [id, damage] : lost)
     VEDUTA_RETURN_IF_ERROR(RecoverImage(id, remains, damage, healing));
   if (lost.empty() && !healing->source.is_pieced_together()) return Status::Ok();
+  // Files may still have photos that somebody has removed: those are not recovered.
+  if (healing->state.removed_bytes_left) return Status::Ok();
   return RecoverStrays(remains, healing);
 }
 

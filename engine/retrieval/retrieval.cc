@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
+#include <set>
 
 #include "engine/journal/journal.h"
 #include "engine/photo/derived_features.h"
@@ -39,6 +40,21 @@ Result<std::vector<WordId>> WordsOf(const Snapshot& snapshot, const ImageRecord&
                                     const VocabularyTree& tree) {
   VEDUTA_ASSIGN_OR_RETURN(const Features features, FeaturesOf(snapshot, image));
   return DistinctWords(tree.QuantizeAll(features.descriptors));
+}
+
+// Images that were removed while the vocabulary was prepared have words in it that nobody may find.
+Status RemoveGone(const Snapshot& snapshot, std::span<const ImageRecord> images,
+                  Retrieval::Prepared* prepared, Transaction* transaction) {
+  std::set<ImageId> there;
+  for (const ImageRecord& image : images) there.insert(image.id);
+  for (const ImageId id : prepared->images) {
+    if (there.contains(id)) continue;
+    VEDUTA_ASSIGN_OR_RETURN(const std::vector<WordId> words,
+                            snapshot.GetWords(prepared->generation, id));
+    transaction->RemoveWords(prepared->generation, words, id);
+  }
+  std::erase_if(prepared->images, [&](ImageId id) { return !there.contains(id); });
+  return Status::Ok();
 }
 
 // What an earlier attempt wrote under this number, and did not activate, must not stay among it. A
@@ -222,6 +238,7 @@ Status Retrieval::Activate(Database* database, Prepared prepared) {
     transaction->AddPostings(prepared.generation, words, image.id);
     prepared.images.push_back(image.id);
   }
+  VEDUTA_RETURN_IF_ERROR(RemoveGone(*snapshot, images, &prepared, transaction.get()));
   const uint32_t old_generation = state.vocabulary_generation;
   state.vocabulary_generation = prepared.generation;
   state.images_at_vocabulary = static_cast<uint32_t>(prepared.images.size());

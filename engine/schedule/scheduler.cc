@@ -306,6 +306,12 @@ bool Scheduler::Apply(Entries::iterator entry, std::unique_lock<std::mutex>* loc
   return true;
 }
 
+Result<AddOutcome> Scheduler::ApplyPrepared(Entry* entry) {
+  Writer::Turn turn = writer_->Take();
+  return (*ingest_)->Apply(std::move(**entry->prepared), entry->photo.camera,
+                           entry->photo.contributor);
+}
+
 Result<AddOutcome> Scheduler::ApplyInTurn(Entry* entry) {
   // What failed while the database was opened again, say, or when others took the memory, may do
   // now. Only where memory was short do the others wait: a folder of files that are gone must not
@@ -318,9 +324,15 @@ Result<AddOutcome> Scheduler::ApplyInTurn(Entry* entry) {
   if (!entry->prepared->ok()) return entry->prepared->status();
   if (!(*entry->prepared)->failure.ok())
     return NotJudged(entry->photo, (*entry->prepared)->failure);
-  Writer::Turn turn = writer_->Take();
-  Result<AddOutcome> outcome = (*ingest_)->Apply(std::move(**entry->prepared), entry->photo.camera,
-                                                 entry->photo.contributor);
+  Result<AddOutcome> outcome = ApplyPrepared(entry);
+  // Once more where a copy of the photo was removed since it was prepared.
+  if (outcome.ok() && outcome->failure.code() == StatusCode::kBusy) {
+    entry->prepared = preparer_->Prepare(entry->photo.photo, entry->photo.camera.model);
+    if (!entry->prepared->ok()) return entry->prepared->status();
+    if (!(*entry->prepared)->failure.ok())
+      return NotJudged(entry->photo, (*entry->prepared)->failure);
+    outcome = ApplyPrepared(entry);
+  }
   if (!outcome.ok() && IsOfOnePhoto(outcome.status()))
     return NotJudged(entry->photo, outcome.status());
   return outcome;

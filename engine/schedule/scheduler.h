@@ -97,6 +97,7 @@ class Scheduler final {
   bool Apply(Entries::iterator entry, std::unique_lock<std::mutex>* lock);
   // A photo that cannot be judged is an outcome with a failure.
   Result<AddOutcome> ApplyInTurn(Entry* entry);
+  Result<AddOutcome> ApplyPrepared(Entry* entry);  // takes the turn
   bool DoStep(std::unique_lock<std::mutex>* lock);
   // With the lock held.
   void StartTraining();

@@ -18,6 +18,7 @@ PAGE = os.path.join(os.path.dirname(__file__), '..', '..', 'docs', 'json.md')
 ELSEWHERE = {'veduta calibrate'}
 # Keys of what these databases have none of; tests/cli/wire sees them.
 NOT_HERE = {
+    'veduta remove': {'removed[].unplaced[]', 'copies[]'},
     'veduta add': {'damaged[].id', 'damaged[].what'},
     'veduta settle': {'step', 'image', 'reconstruction', 'placed', 'placed[]', 'error'},
     'veduta densify': {'without_depth[].image', 'without_depth[].reason'},
@@ -119,6 +120,9 @@ def setUpModule():
             keep('neighbors', 'neighbors', db, name)
             if PRINTED['veduta show'][-1]['reconstruction'] is not None:
                 keep('pose', 'pose', db, name)
+    must('forbid', merged, 'photo0001.jpg', 'photo0024.jpg')
+    keep('forbidden', 'forbidden', merged)
+    keep('remove', 'remove', merged, 'photo0012.jpg')
     write(at('new.jpg'), photo(5) + b'\0')
     keep('neighbors (of a photo that is not stored)', 'neighbors', WHOLE, at('new.jpg'))
 

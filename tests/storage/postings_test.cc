@@ -82,6 +82,40 @@ TEST(Postings, WrittenAheadThenAddedTo) {
   ExpectEqual(*database->GetSnapshot(), 1, {{9, {2, 3, 5, 8}}});
 }
 
+TEST(Postings, ARemovedImageStaysOutHoweverFilesAreMerged) {
+  const TemporaryFolder folder;
+  auto database = MustCreate(folder / "db");
+  Model model;
+  SeededRandom random(3);
+  std::vector<WordId> words;
+  for (WordId word = 0; word < 50; ++word) words.push_back(word);
+  for (uint32_t image = 1; image <= 40; ++image) {
+    auto transaction = database->BeginTransaction();
+    transaction->AddPostings(4, words, ImageId(image));
+    for (const WordId word : words) model[word].insert(image);
+    if (image % 3 == 0) {
+      const uint32_t gone = 1 + random.Below(image);  // some twice: the second time changes nothing
+      transaction->RemoveWords(4, words, ImageId(gone));
+      for (const WordId word : words) model[word].erase(gone);
+    }
+    ASSERT_OK(transaction->Commit());
+    if (image % 7 == 0) {
+      ASSERT_OK(database->Compact());
+    }
+    if (image % 5 == 0) ExpectEqual(*database->GetSnapshot(), 4, model);
+  }
+  ASSERT_OK(database->Compact());
+  ExpectEqual(*database->GetSnapshot(), 4, model);
+  auto transaction = database->BeginTransaction();
+  for (uint32_t image = 1; image <= 40; ++image) transaction->RemoveWords(4, words, ImageId(image));
+  transaction->RemoveWords(4, words, {});
+  EXPECT_EQ(transaction->Commit().code(), StatusCode::kInvalidArgument);
+  transaction = database->BeginTransaction();
+  for (uint32_t image = 1; image <= 40; ++image) transaction->RemoveWords(4, words, ImageId(image));
+  ASSERT_OK(transaction->Commit());
+  ExpectEqual(*database->GetSnapshot(), 4, {});
+}
+
 TEST(Postings, WordsMustAscend) {
   const TemporaryFolder folder;
   auto database = MustCreate(folder / "db");
@@ -97,9 +131,10 @@ std::string Operand(const std::vector<uint32_t>& ids) {
 
 TEST(Postings, OperatorIsAssociative) {
   const auto merge = MakePostingsMerge();
-  const std::vector<std::string> operands = {Operand({5}),          Operand({1, 9}), Operand({}),
-                                             Operand({9, 10, 300}), Operand({2}),    Operand({5})};
-  const std::string expected = Operand({1, 2, 5, 9, 10, 300});
+  const std::vector<std::string> operands = {
+      Operand({5}),     Operand({1, 9}), Operand({}),        Operand({0, 9}), Operand({9, 10, 300}),
+      Operand({0, 77}), Operand({2}),    Operand({4, 0, 1}), Operand({5})};
+  const std::string expected = Operand({2, 4, 5, 10, 300});
   for (size_t cut = 0; cut <= operands.size(); ++cut) {
     // The first `cut` operands are a stored value, the others are merged among themselves first.
     const std::deque<rocksdb::Slice> head(operands.begin(), operands.begin() + cut),

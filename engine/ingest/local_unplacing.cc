@@ -1,0 +1,144 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "engine/ingest/local_unplacing.h"
+
+#include <algorithm>
+#include <map>
+#include <set>
+
+#include "engine/ingest/change_writer.h"
+#include "engine/journal/journal.h"
+
+namespace veduta {
+namespace {
+
+// A reconstruction is of three images at least.
+constexpr uint32_t kImagesMin = 3;
+
+// The images that see a point together with this one.
+std::set<ImageId> ImagesAround(const CityMap& map, ImageId image) {
+  std::set<ImageId> around;
+  for (const PointId point : map.PointsSeenBy({&image, 1})) {
+    for (const TrackElement& element : map.point(point).track) around.insert(element.image);
+  }
+  around.erase(image);
+  return around;
+}
+
+uint32_t CountObservations(const MapImage& image) {
+  return static_cast<uint32_t>(
+      std::ranges::count_if(image.points, [](PointId point) { return point.valid(); }));
+}
+
+// Takes poses one after another.
+class Unplacer final {
+ public:
+  Unplacer(uint32_t observations_min, MapLoader* loader, CityMap* map)
+      : observations_min_(observations_min), loader_(*loader), map_(*map) {}
+
+  Status Unplace(ImageId image) {
+    VEDUTA_RETURN_IF_ERROR(loader_.LoadToUnplace(image));
+    const std::set<ImageId> around = ImagesAround(map_, image);
+    map_.UnplaceImage(image);
+    shaken_.erase(image);
+    shaken_.insert(around.begin(), around.end());
+    unplaced_.insert(image);
+    return Status::Ok();
+  }
+
+  // The first of those around that sees too little now.
+  std::optional<ImageId> FindDependent() const {
+    for (const ImageId id : shaken_) {
+      if (CountObservations(map_.image(id)) < observations_min_) return id;
+    }
+    return std::nullopt;
+  }
+
+  const std::set<ImageId>& unplaced() const { return unplaced_; }
+
+ private:
+  const uint32_t observations_min_;
+  MapLoader& loader_;
+  CityMap& map_;
+  std::set<ImageId> shaken_, unplaced_;
+};
+
+}  // namespace
+
+Result<std::vector<ImageId>> UnplaceWithDependents(ImageId image, uint32_t observations_min,
+                                                   MapLoader* loader, CityMap* map) {
+  VEDUTA_RETURN_IF_ERROR(loader->LoadToUnplace(image));
+  const ReconstructionId reconstruction = map->image(image).reconstruction;
+  VEDUTA_ASSIGN_OR_RETURN(const ReconstructionRecord record,
+                          loader->GetReconstruction(reconstruction));
+  Unplacer unplacer(observations_min, loader, map);
+  VEDUTA_RETURN_IF_ERROR(unplacer.Unplace(image));
+  while (const std::optional<ImageId> next = unplacer.FindDependent())
+    VEDUTA_RETURN_IF_ERROR(unplacer.Unplace(*next));
+  const size_t left = record.image_count - unplacer.unplaced().size();
+  if (left > 0 && left < kImagesMin) {
+    std::vector<ImageId> members;
+    VEDUTA_RETURN_IF_ERROR(loader->snapshot().ScanPoses([&](const PoseRecord& pose) {
+      const bool is_left =
+          pose.reconstruction == reconstruction && !unplacer.unplaced().contains(pose.image);
+      if (is_left) members.push_back(pose.image);
+      return members.size() < left;
+    }));
+    for (const ImageId id : members) VEDUTA_RETURN_IF_ERROR(unplacer.Unplace(id));
+  }
+  std::set<ImageId> others = unplacer.unplaced();
+  others.erase(image);
+  return std::vector<ImageId>(others.begin(), others.end());
+}
+
+Status WriteUnplacedLocally(const CityMap& map, const Snapshot& snapshot,
+                            Transaction* transaction) {
+  std::map<ReconstructionId, ReconstructionRecord> records;
+  for (const auto& [image, reconstruction] : map.changes().unplaced) {
+    if (!records.contains(reconstruction)) {
+      VEDUTA_ASSIGN_OR_RETURN(records[reconstruction], snapshot.GetReconstruction(reconstruction));
+      ++records[reconstruction].geometry_version;
+    }
+    ReconstructionRecord& record = records[reconstruction];
+    --record.image_count;
+    transaction->DeletePose(image);
+    PointBlock none;
+    none.home = image;
+    transaction->PutPointBlock(reconstruction, record.points_generation, none);
+  }
+  for (auto& [id, record] : records) {
+    if (const auto change = map.changes().counts.find(id); change != map.changes().counts.end()) {
+      record.point_count += change->second.points;
+      record.observation_count += change->second.observations;
+      record.reprojection_error_px_sum += change->second.reprojection_error_px_sum;
+    }
+    record.images_at_adjustment = 0;  // makes the adjustment of the whole due
+    record.is_dissolved = record.image_count == 0;
+    transaction->PutReconstruction(record);
+  }
+  WritePosesAndObservations(map, transaction);
+  for (const ImageId home : map.changes().blocks) {
+    const auto record = records.find(map.image(home).reconstruction);
+    VEDUTA_CHECK(record != records.end(), "a point of another reconstruction has changed");
+    transaction->PutPointBlock(record->first, record->second.points_generation,
+                               map.StoredBlock(home));
+  }
+  return Status::Ok();
+}
+
+Status PostponeImages(const Snapshot& snapshot, std::span<const ImageId> images,
+                      ReconstructionId from, const std::string& detail, DatabaseState* state,
+                      Transaction* transaction) {
+  for (const ImageId id : images) {
+    VEDUTA_ASSIGN_OR_RETURN(ImageRecord image, snapshot.GetImage(id));
+    image.verdict = Verdict::kPostponed;
+    image.reason = Reason::kDoubted;
+    image.detail = detail;
+    transaction->PutImage(image);
+    AppendJournal({0, 0, "veduta", "doubt", id, from, detail}, state, transaction);
+    std::vector<ImageId>& retries = state->pending_propagation;
+    if (std::ranges::find(retries, id) == retries.end()) retries.push_back(id);
+  }
+  return Status::Ok();
+}
+
+}  // namespace veduta

@@ -1,0 +1,33 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+// Takes the pose of one image, and of those that cannot stand without it, touching only what is
+// around them. What is left is adjusted, and split where it falls apart, by the next adjustment of
+// the whole reconstruction, which this makes due.
+
+#include <string>
+#include <vector>
+
+#include "engine/ingest/ingest_options.h"
+#include "engine/ingest/map_loader.h"
+#include "storage/database.h"
+
+namespace veduta {
+
+// Takes the image's pose in the map. Then, in ascending ids and until nothing changes, those of the
+// images that shared points with one that lost its own and see fewer than `observations_min` points
+// now; and all of them where fewer than three images would be left in the reconstruction. Returns
+// the others, ascending. Deterministic. O(neighbourhood of these images).
+Result<std::vector<ImageId>> UnplaceWithDependents(ImageId image, uint32_t observations_min,
+                                                   MapLoader* loader, CityMap* map);
+
+// Writes what that has changed in the map: poses, observations, point blocks, and the record of the
+// reconstruction, whose adjustment is due; it is dissolved where no image is left. The map's record
+// of changes stays as it is.
+Status WriteUnplacedLocally(const CityMap& map, const Snapshot& snapshot, Transaction* transaction);
+
+// The images wait with that detail, and are tried again at once. Not for one that is removed.
+Status PostponeImages(const Snapshot& snapshot, std::span<const ImageId> images,
+                      ReconstructionId from, const std::string& detail, DatabaseState* state,
+                      Transaction* transaction);
+
+}  // namespace veduta

@@ -1,0 +1,34 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "engine/query/forbidden.h"
+
+#include <set>
+
+namespace veduta {
+
+Result<ReconstructionId> LivingEnd(const Snapshot& snapshot, ReconstructionId id) {
+  std::set<ReconstructionId> seen;
+  for (ReconstructionId at = id;;) {
+    VEDUTA_ASSIGN_OR_RETURN(const ReconstructionRecord record, snapshot.GetReconstruction(at));
+    if (record.is_living()) return at;
+    if (!seen.insert(at).second) {
+      return Status::Corruption("family reconstructions: reconstruction " +
+                                std::to_string(id.value) + " was merged into itself");
+    }
+    at = record.merged_into;
+  }
+}
+
+Result<bool> IsMergeForbidden(const Snapshot& snapshot, ReconstructionId a, ReconstructionId b) {
+  VEDUTA_ASSIGN_OR_RETURN(const std::vector<ForbiddenRecord> all, snapshot.ListForbidden());
+  for (const ForbiddenRecord& forbidden : all) {
+    if (forbidden.kind != ForbiddenKind::kMerge) continue;
+    VEDUTA_ASSIGN_OR_RETURN(const ReconstructionId first,
+                            LivingEnd(snapshot, ReconstructionId(forbidden.a)));
+    VEDUTA_ASSIGN_OR_RETURN(const ReconstructionId second,
+                            LivingEnd(snapshot, ReconstructionId(forbidden.b)));
+    if ((first == a && second == b) || (first == b && second == a)) return true;
+  }
+  return false;
+}
+
+}  // namespace veduta

@@ -1,0 +1,148 @@
+// SPDX-License-Identifier: Apache-2.0
+// The members of Engine that take photos out, and those by which people forbid and allow.
+#include <charconv>
+#include <filesystem>
+#include <set>
+
+#include "engine/engine.h"
+#include "engine/ingest/forbidding.h"
+#include "engine/parts.h"
+#include "engine/query/city_answers.h"
+#include "storage/base/option_bounds.h"
+
+namespace veduta {
+namespace {
+
+// The images that are asked for, in the order of the request, each once.
+Result<std::vector<ImageId>> ImagesToRemove(const Snapshot& snapshot,
+                                            const RemoveRequest& request) {
+  std::vector<ImageId> images;
+  if (!request.contributor.empty()) {
+    VEDUTA_RETURN_IF_ERROR(snapshot.ScanImages([&](const ImageRecord& image) {
+      if (image.contributor == request.contributor) images.push_back(image.id);
+      return true;
+    }));
+    return images;
+  }
+  std::set<ImageId> once;
+  for (const std::string& name : request.photos) {
+    VEDUTA_ASSIGN_OR_RETURN(const ImageRecord image, FindImage(snapshot, name));
+    if (once.insert(image.id).second) images.push_back(image.id);
+  }
+  return images;
+}
+
+// Copies of the database that somebody made and that may still be there.
+Result<std::vector<std::string>> CopiesOf(const Snapshot& snapshot, const std::string& path) {
+  std::set<std::string> copies;
+  VEDUTA_RETURN_IF_ERROR(snapshot.ScanJournal(1, [&](const JournalRecord& entry) {
+    if (entry.action == "backup") copies.insert(entry.detail);
+    return true;
+  }));
+  // Beside the database, where repairs keep what they found: engine/repair/repair_folders.cc.
+  namespace fs = std::filesystem;
+  std::error_code failure;
+  const fs::path database = fs::absolute(path, failure).lexically_normal();
+  const std::string own = (database.has_filename() ? database : database.parent_path()).string();
+  for (fs::directory_iterator entry(fs::path(own).parent_path(), failure), end;
+       !failure && entry != end; entry.increment(failure)) {
+    const std::string name = entry->path().string();
+    if (name.starts_with(own + ".damaged-") && !name.ends_with(".txt")) copies.insert(name);
+  }
+  return std::vector<std::string>(copies.begin(), copies.end());
+}
+
+Result<ReconstructionId> ParseReconstruction(const std::string& text) {
+  uint32_t number = 0;
+  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), number);
+  if (error != std::errc() || end != text.data() + text.size() || number == 0)
+    return Status::InvalidArgument("'" + text + "' is no number of a reconstruction");
+  return ReconstructionId(number);
+}
+
+// The two that a request names.
+Result<ForbiddenRecord> RecordOf(const Snapshot& snapshot, const ForbidRequest& request) {
+  ForbiddenRecord record;
+  record.actor = request.actor;
+  record.reason = request.reason;
+  uint32_t* const ids[] = {&record.a, &record.b};
+  const std::string* const names[] = {&request.a, &request.b};
+  for (int i = 0; i < 2; ++i) {
+    if (request.kind == ForbidKind::kPair) {
+      VEDUTA_ASSIGN_OR_RETURN(const ImageRecord image, FindImage(snapshot, *names[i]));
+      *ids[i] = image.id.value;
+    } else {
+      VEDUTA_ASSIGN_OR_RETURN(const ReconstructionId id, ParseReconstruction(*names[i]));
+      *ids[i] = id.value;
+    }
+  }
+  record.kind = request.kind == ForbidKind::kPair ? ForbiddenKind::kPair : ForbiddenKind::kMerge;
+  return record;
+}
+
+}  // namespace
+
+Status RemoveRequest::Check() const {
+  if (!photos.empty() && !contributor.empty())
+    return Status::InvalidArgument("photos and a contributor exclude each other");
+  return Status::Ok();
+}
+
+// The dense pass reads photos for hours, and would store what it has made from a removed one.
+Result<RemoveAnswer> Engine::Remove(const RemoveRequest& request, std::stop_token stop,
+                                    const std::function<void(const RemovedPhoto&)>& report) {
+  VEDUTA_RETURN_IF_ERROR(request.Check());
+  const std::shared_ptr<EngineParts> parts = parts_;
+  const std::unique_lock alone(parts->dense_pass, std::try_to_lock);
+  if (!alone.owns_lock()) {
+    return Status::Busy("a dense pass or another removal is at work: wait for its end, or stop it");
+  }
+  VEDUTA_ASSIGN_OR_RETURN(const std::vector<ImageId> images,
+                          ImagesToRemove(*parts->database->GetSnapshot(), request));
+  RemoveAnswer answer;
+  for (const ImageId image : images) {
+    if (stop.stop_requested()) {
+      return Status::Cancelled("stopped after " + std::to_string(answer.removed.size()) + " of " +
+                               std::to_string(images.size()) +
+                               " photos; run the same command again to go on");
+    }
+    Writer::Turn turn = parts->writer->Take();
+    VEDUTA_ASSIGN_OR_RETURN(RemovedPhoto removed,
+                            parts->ingest->Remove(image, request.actor, request.why));
+    if (report) report(removed);
+    answer.removed.push_back(std::move(removed));
+  }
+  answer.purged = parts->PurgeRemoved();
+  VEDUTA_ASSIGN_OR_RETURN(answer.copies, CopiesOf(*parts->database->GetSnapshot(), parts->path));
+  return answer;
+}
+
+// Compacts without a turn, so photos are added meanwhile.
+Status EngineParts::PurgeRemoved() {
+  VEDUTA_ASSIGN_OR_RETURN(const DatabaseState before, database->GetSnapshot()->GetState());
+  if (!before.removed_bytes_left) return Status::Ok();
+  VEDUTA_RETURN_IF_ERROR(database->PurgeDeleted());
+  Writer::Turn turn = writer->Take();
+  const std::unique_ptr<Transaction> transaction = turn.database().BeginTransaction();
+  VEDUTA_ASSIGN_OR_RETURN(DatabaseState state, transaction->base()->GetState());
+  state.removed_bytes_left = false;
+  transaction->PutState(state);
+  return transaction->Commit();
+}
+
+Status Engine::Forbid(const ForbidRequest& request) {
+  Writer::Turn turn = parts_->writer->Take();
+  WriteScope scope = BeginWrite(&turn.database());
+  VEDUTA_ASSIGN_OR_RETURN(ForbiddenRecord record, RecordOf(*scope.base, request));
+  return veduta::Forbid(std::move(record), std::move(scope));
+}
+
+Status Engine::Allow(const ForbidRequest& request) {
+  Writer::Turn turn = parts_->writer->Take();
+  WriteScope scope = BeginWrite(&turn.database());
+  VEDUTA_ASSIGN_OR_RETURN(const ForbiddenRecord record, RecordOf(*scope.base, request));
+  return veduta::Allow(record.kind, record.a, record.b, record.actor, record.reason,
+                       std::move(scope));
+}
+
+}  // namespace veduta
