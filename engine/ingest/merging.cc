@@ -70,6 +70,8 @@ Status TryMerge(const MappingContext& context, const MergeRequest& request,
   for (const PointPair& pair : alignment->agreeing) {
     TryMergePoints(context.map, pair.into, pair.from, options.growth.error_px_max);
   }
+  for (const SeamPair& pair : pairs)
+    GrowFromMatches(context.map, pair.a, {&pair.matches, 1}, options.growth);
   outcome->into = into;
   outcome->merges.push_back(merge);
   return Status::Ok();

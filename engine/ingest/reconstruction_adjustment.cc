@@ -34,6 +34,26 @@ Result<std::vector<PairMatches>> MatchNeighbors(const MappingContext& context, I
   return MatchPlacedNeighbors(context, *features, pairs);
 }
 
+// Joins tracks by all verified pairs among the images. What two parts saw before they were merged
+// stands in the map twice, and only what is one holds a seam together.
+Status GrowFromPairs(const MappingContext& context, std::span<const ImageId> images) {
+  const CityMap& map = *context.map;
+  for (const ImageId id : images) {
+    VEDUTA_ASSIGN_OR_RETURN(const std::vector<PairNeighbor> neighbors,
+                            context.loader->snapshot().ListNeighbors(id));
+    std::vector<PairMatches> pairs;
+    for (const PairNeighbor& neighbor : neighbors) {
+      if (neighbor.image > id || !map.HasImage(neighbor.image) ||
+          map.image(neighbor.image).reconstruction != map.image(id).reconstruction)
+        continue;
+      VEDUTA_ASSIGN_OR_RETURN(const PairRecord stored, context.loader->GetPair(id, neighbor.image));
+      pairs.push_back(MatchesFrom(stored, id));
+    }
+    GrowFromMatches(context.map, id, pairs, context.options.growth);
+  }
+  return Status::Ok();
+}
+
 // Completes the tracks of images that share points with no others, adjusts them and their points,
 // and filters.
 Status GrowAndAdjust(const MappingContext& context, std::span<const ImageId> images) {
@@ -81,7 +101,9 @@ Result<Healing> AdjustReconstruction(const MappingContext& context, Reconstructi
   VEDUTA_RETURN_IF_ERROR(ReconsiderPoses(context, images));
   // Twice, for what the first adjustment has corrected lets tracks grow and filters judge anew.
   // That two rounds are enough was chosen by hand and not measured.
-  for (int round = 0; round < 2; ++round) VEDUTA_RETURN_IF_ERROR(GrowAndAdjust(context, images));
+  VEDUTA_RETURN_IF_ERROR(GrowAndAdjust(context, images));
+  VEDUTA_RETURN_IF_ERROR(GrowFromPairs(context, images));
+  VEDUTA_RETURN_IF_ERROR(GrowAndAdjust(context, images));
   VEDUTA_ASSIGN_OR_RETURN(Healing healing, HealReconstruction(context, images));
   if (healing.empty()) return healing;
   for (const DoubtedImage& unplaced : healing.unplaced) std::erase(images, unplaced.image);
