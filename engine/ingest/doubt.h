@@ -31,7 +31,7 @@ struct DoubtedImage {
 
 // What becomes of a reconstruction that is not believed any more as it is.
 struct Healing {
-  std::vector<DoubtedImage> unplaced;      // in the order in which they lost their poses
+  std::vector<DoubtedImage> unplaced;       // in the order in which they lost their poses
   std::vector<std::vector<ImageId>> parts;  // that are split off: images ascending, three or more
 
   bool empty() const { return unplaced.empty() && parts.empty(); }

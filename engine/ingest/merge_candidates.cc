@@ -9,6 +9,9 @@
 namespace veduta {
 namespace {
 
+// Points that a similarity is fitted to, at least: three determine it. Chosen by hand; not measured.
+constexpr uint32_t kFittedPointsMin = 6;
+
 void AppendCommon(const CityMap& map, ImageId image, const PairMatches& pair,
                   std::set<PointPair>* common) {
   for (const FeatureMatch& match : pair.matches) {
@@ -28,6 +31,22 @@ bool FallsOnViews(const CityMap& map, const PointRecord& point, const Eigen::Vec
       return false;
   }
   return true;
+}
+
+// Whether one position explains all views of both points, those of `from` carried over. Two small
+// reconstructions know the depth of what is far away badly, and where their points lie says less
+// than where they are seen.
+bool IsOnePlace(const CityMap& map, const PointRecord& into, const PointRecord& from,
+                const Sim3& into_from, double error_px_max) {
+  std::vector<Sighting> views = map.ViewsOf(into);
+  for (Sighting view : map.ViewsOf(from)) {
+    view.cam_from_world = TransformCameraWorld(into_from, view.cam_from_world);
+    views.push_back(view);
+  }
+  const auto position = Triangulate(views);
+  return position && std::all_of(views.begin(), views.end(), [&](const Sighting& view) {
+           return ReprojectionErrorPx(view, *position) <= error_px_max;
+         });
 }
 
 }  // namespace
@@ -75,14 +94,17 @@ std::optional<PointAlignment> AlignPoints(const CityMap& map, std::span<const Po
     return FallsOnViews(map, map.point(pairs[i].into), into_from * from[i], error_px_max) &&
            FallsOnViews(map, map.point(pairs[i].from), into_from.Inverse() * into[i], error_px_max);
   };
-  const auto fit = EstimateSimilarity(from, into, agrees, count_min, seed);
+  const auto fit =
+      EstimateSimilarity(from, into, agrees, std::max(kFittedPointsMin, count_min / 2), seed);
   if (!fit) return std::nullopt;
   PointAlignment alignment{fit->b_from_a, {}};
   std::set<PointId> distinct_into, distinct_from;
-  for (const uint32_t i : fit->inliers) {
-    alignment.agreeing.push_back(pairs[i]);
-    distinct_into.insert(pairs[i].into);
-    distinct_from.insert(pairs[i].from);
+  for (const PointPair& pair : pairs) {
+    if (!IsOnePlace(map, map.point(pair.into), map.point(pair.from), fit->b_from_a, error_px_max))
+      continue;
+    alignment.agreeing.push_back(pair);
+    distinct_into.insert(pair.into);
+    distinct_from.insert(pair.from);
   }
   if (std::min(distinct_into.size(), distinct_from.size()) < count_min) return std::nullopt;
   return alignment;

@@ -33,7 +33,8 @@ struct PointAlignment {
 
 // The similarity under which most pairs coincide, judged in the photos: each point, carried over,
 // must fall within `error_px_max` of where the first and the last image of the other point's track
-// see it. Nothing when fewer than `count_min` distinct points of either reconstruction agree.
+// see it. Then all pairs agree that one position explains in all photos of both tracks, to the same
+// error. Nothing when fewer than `count_min` distinct points of either reconstruction agree.
 // Deterministic in its inputs and the seed.
 std::optional<PointAlignment> AlignPoints(const CityMap& map, std::span<const PointPair> pairs,
                                           double error_px_max, uint32_t count_min, uint64_t seed);

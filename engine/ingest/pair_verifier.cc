@@ -79,6 +79,8 @@ TwoViewGeometry Estimate(const RankedMatches& ranked, const ImageFeatures& photo
         static_cast<double>(geometry.inliers.size()) >=
             options.two_view.inlier_share_min * static_cast<double>(ranked.matches.size())) {
       geometry.outcome = TwoViewOutcome::kVerified;
+      geometry.geometry = Classify(ranked.x_photo, ranked.x_candidate, geometry.inliers, focal_px,
+                                   seed, options.two_view);
       return geometry;
     }
   }

@@ -70,11 +70,17 @@ PoseCandidate FindPoseIn(const CityMap& map, ReconstructionId reconstruction,
   MapImage view = UnplacedImage(photo);
   view.cam_from_world = candidate.resection.cam_from_world;
   candidate.agreement = CheckNeighbors(map, reconstruction, view, pairs, options.agreement);
+  candidate.rival_inlier_count = CountRivalInliers(
+      structure.x, structure.positions, photo.camera.focal_px(), candidate.resection,
+      MixSeed(seed, reconstruction.value), options.resection);
   const bool contradicts =
       static_cast<double>(candidate.agreement.contradicting_matches) >
       options.contradiction_share_max * static_cast<double>(candidate.agreement.agreeing_matches);
   candidate.outcome = contradicts ? PoseOutcome::kContradictsNeighbors : PoseOutcome::kFound;
-  candidate.is_weak = !contradicts && !candidate.along.valid() &&
+  if (!contradicts && options.resection.IsAmbiguous(candidate.resection.inliers.size(),
+                                                    candidate.rival_inlier_count))
+    candidate.outcome = PoseOutcome::kAmbiguous;
+  candidate.is_weak = candidate.outcome == PoseOutcome::kFound && !candidate.along.valid() &&
                       IsWeak(map, candidate.resection.inliers.size(), pairs, options);
   return candidate;
 }
@@ -109,6 +115,12 @@ void Explain(const PoseCandidate& candidate, const MapperOptions& options, PoseS
           Of(candidate.agreement.contradicting_images,
              candidate.agreement.contradicting_images + candidate.agreement.agreeing_images) +
           " verified neighbours";
+      return;
+    case PoseOutcome::kAmbiguous:
+      search->reason = Reason::kAmbiguous;
+      search->detail = "one pose agrees with " + Of(inliers, points) + where +
+                       ", and quite another one with " +
+                       std::to_string(candidate.rival_inlier_count);
       return;
     case PoseOutcome::kFound:
       if (!candidate.is_weak) return;

@@ -18,6 +18,7 @@ enum class PoseOutcome : uint8_t {
   kTooFewPoints,          // the photo sees too few points of the reconstruction
   kTooFewInliers,         // no pose explains enough of them
   kContradictsNeighbors,  // the pose contradicts too many verified matches
+  kAmbiguous,             // quite another pose explains nearly as many points
 };
 
 // The pose of the photo in one reconstruction.
@@ -25,9 +26,10 @@ struct PoseCandidate {
   ReconstructionId reconstruction;
   PoseOutcome outcome = PoseOutcome::kTooFewPoints;
   Resection resection;
-  uint32_t point_count = 0;     // points of the reconstruction that the photo sees
-  NeighborAgreement agreement;  // set unless there is no pose
-  ImageId along;                // the neighbour whose geometry led to the pose, or not valid()
+  uint32_t point_count = 0;         // points of the reconstruction that the photo sees
+  uint32_t rival_inlier_count = 0;  // points that the best of quite other poses explains
+  NeighborAgreement agreement;      // set unless there is no pose
+  ImageId along;                    // the neighbour whose geometry led to the pose, or not valid()
   // The pose rests on few points, while more of the photo's verified matches lead to photos without
   // a pose: they had better be heard first, for a few points may agree on repeated texture alone.
   bool is_weak = false;

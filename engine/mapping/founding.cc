@@ -68,6 +68,10 @@ ThirdView ChooseThird(const FoundingViews& views, const CityMap& map, const Pair
             options.explained_share_min * static_cast<double>(structure.x.size())) {
       continue;
     }
+    const uint32_t rival =
+        CountRivalInliers(structure.x, structure.positions, image.camera.focal_px(), placed,
+                          MixSeed(seed, image.id.value), options.resection);
+    if (options.resection.IsAmbiguous(placed.inliers.size(), rival)) continue;
     const Eigen::Vector3d center = placed.cam_from_world.Center();
     double sum = 0;
     for (const uint32_t i : placed.inliers) {
@@ -160,8 +164,12 @@ FoundingOutcome TryFounding(const FoundingViews& views, ImageId required,
     const double variance = DepthVariance(pair, Find(views, pair.a), Find(views, pair.b));
     if (std::isfinite(variance)) ranked.emplace_back(variance, &pair);
   }
-  std::stable_sort(ranked.begin(), ranked.end(),
-                   [](const auto& x, const auto& y) { return x.first < y.first; });
+  // A plane has two essential matrices that explain it: pairs with depth come first.
+  std::stable_sort(ranked.begin(), ranked.end(), [](const auto& x, const auto& y) {
+    const bool x_plane = x.second->geometry == PairGeometry::kPlanar,
+               y_plane = y.second->geometry == PairGeometry::kPlanar;
+    return x_plane != y_plane ? y_plane : x.first < y.first;
+  });
   if (ranked.size() > options.pairs_tried_max) ranked.resize(options.pairs_tried_max);
 
   FoundingOutcome outcome = FoundingOutcome::kNoPair;

@@ -13,6 +13,10 @@
 namespace veduta {
 namespace {
 
+// Enough to find, with a confidence of 1 - 1e-3, a pose that a fifth of the correspondences agrees
+// with (Fischler and Bolles 1981, samples of 3).
+constexpr uint32_t kRivalSamplesMax = 1000;
+
 bool IsInlier(const Eigen::Matrix3d& r, const Eigen::Vector3d& t, const Eigen::Vector2d& x,
               const Eigen::Vector3d& point, double error_squared_max) {
   const Eigen::Vector3d p = r * point + t;
@@ -102,6 +106,8 @@ Status ResectionOptions::Check() const {
       .Between("inlier_share_min", inlier_share_min, 0, 1)
       .Inside("confidence", confidence, 0, 1)
       .AtLeast("samples_max", samples_max, 1)
+      .Above("rival_error_px_min", rival_error_px_min, 0)
+      .Between("rival_share_max", rival_share_max, 0, 1)
       .status();
 }
 
@@ -183,6 +189,26 @@ Resection ResectAlong(const Rigid3& cam_from_neighbor, const Rigid3& neighbor_fr
     }
   }
   return best < 4 ? result : FinishResection(pose, x, points, error_max, options);
+}
+
+uint32_t CountRivalInliers(std::span<const Eigen::Vector2d> x,
+                           std::span<const Eigen::Vector3d> points, double focal_px,
+                           const Resection& found, uint64_t seed, const ResectionOptions& options) {
+  std::vector<Eigen::Vector2d> other_x;
+  std::vector<Eigen::Vector3d> other_points;
+  const double distance_min = options.rival_error_px_min / focal_px;
+  for (size_t i = 0; i < x.size(); ++i) {
+    const Eigen::Vector3d x_cam = found.cam_from_world * points[i];
+    if (x_cam.z() > 0 && (x_cam.hnormalized() - x[i]).norm() < distance_min) continue;
+    other_x.push_back(x[i]);
+    other_points.push_back(points[i]);
+  }
+  ResectionOptions rival_options = options;
+  rival_options.inlier_share_min = 0;
+  rival_options.samples_max = std::min(options.samples_max, kRivalSamplesMax);
+  const Resection rival = Resect(other_x, other_points, focal_px, seed, rival_options);
+  return rival.outcome == ResectionOutcome::kPlaced ? static_cast<uint32_t>(rival.inliers.size())
+                                                    : 0;
 }
 
 }  // namespace veduta

@@ -54,7 +54,7 @@ uint32_t CountSampson(const Eigen::Matrix3d& e, const MatchArrays& m, double dis
 }
 
 template <typename T>
-std::vector<T> Select(std::span<const T> values, const std::vector<uint32_t>& indices) {
+std::vector<T> Select(std::span<const T> values, std::span<const uint32_t> indices) {
   std::vector<T> selected;
   selected.reserve(indices.size());
   for (const uint32_t i : indices) selected.push_back(values[i]);
@@ -293,6 +293,21 @@ uint32_t CountHomographyInliers(std::span<const Eigen::Vector2d> x_a,
   return best;
 }
 
+PairGeometry Classify(std::span<const Eigen::Vector2d> x_a, std::span<const Eigen::Vector2d> x_b,
+                      std::span<const uint32_t> inliers, double focal_px, uint64_t seed,
+                      const TwoViewOptions& options) {
+  const std::vector<Eigen::Vector2d> in_a = Select(x_a, inliers), in_b = Select(x_b, inliers);
+  const double count = static_cast<double>(inliers.size());
+  const double distance_max = options.error_px_max / focal_px;
+  if (CountRotationInliers(in_a, in_b, distance_max, MixSeed(seed, 1)) >=
+      options.rotation_share_min * count)
+    return PairGeometry::kRotation;
+  if (CountHomographyInliers(in_a, in_b, distance_max, MixSeed(seed, 2)) >=
+      options.planar_share_min * count)
+    return PairGeometry::kPlanar;
+  return PairGeometry::kGeneral;
+}
+
 TwoViewGeometry EstimateTwoView(std::span<const Eigen::Vector2d> x_a,
                                 std::span<const Eigen::Vector2d> x_b, double focal_px,
                                 uint64_t seed, const TwoViewOptions& options) {
@@ -309,17 +324,7 @@ TwoViewGeometry EstimateTwoView(std::span<const Eigen::Vector2d> x_a,
   result.inliers = FindTwoViewInliers(best.b_from_a, x_a, x_b, distance_max);
   if (result.inliers.size() < needed) return result;
   result.outcome = TwoViewOutcome::kVerified;
-
-  const std::vector<Eigen::Vector2d> in_a = Select(x_a, result.inliers),
-                                     in_b = Select(x_b, result.inliers);
-  const double count = static_cast<double>(result.inliers.size());
-  if (CountRotationInliers(in_a, in_b, distance_max, MixSeed(seed, 1)) >=
-      options.rotation_share_min * count) {
-    result.geometry = PairGeometry::kRotation;
-  } else if (CountHomographyInliers(in_a, in_b, distance_max, MixSeed(seed, 2)) >=
-             options.planar_share_min * count) {
-    result.geometry = PairGeometry::kPlanar;
-  }
+  result.geometry = Classify(x_a, x_b, result.inliers, focal_px, seed, options);
   return result;
 }
 

@@ -55,6 +55,11 @@ TwoViewGeometry EstimateTwoView(std::span<const Eigen::Vector2d> x_a,
                                 std::span<const Eigen::Vector2d> x_b, double focal_px,
                                 uint64_t seed, const TwoViewOptions& options);
 
+// What kind of geometry the inliers (indices into x_a and x_b, as in EstimateTwoView) have.
+PairGeometry Classify(std::span<const Eigen::Vector2d> x_a, std::span<const Eigen::Vector2d> x_b,
+                      std::span<const uint32_t> inliers, double focal_px, uint64_t seed,
+                      const TwoViewOptions& options);
+
 // Sampson distance, in normalised units, of a match to the essential matrix (Hartley and
 // Zisserman 11.4.3).
 double SampsonDistance(const Eigen::Matrix3d& b_essential_a, const Eigen::Vector2d& x_a,

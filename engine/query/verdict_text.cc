@@ -49,6 +49,8 @@ const char* ReasonText(Reason reason) {
       return "too few features";
     case Reason::kMissingStructure:
       return "what other photos see there is missing";
+    case Reason::kAmbiguous:
+      return "two poses explain it nearly as well";
     case Reason::kDoubted:
       return "its pose was taken back";
     case Reason::kUnreadable:

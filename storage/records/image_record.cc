@@ -39,6 +39,7 @@ bool Known(Reason reason) {
     case Reason::kContradictsNeighbors:
     case Reason::kTooFewFeatures:
     case Reason::kMissingStructure:
+    case Reason::kAmbiguous:
     case Reason::kDoubted:
     case Reason::kUnreadable:
     case Reason::kUnsupportedFormat:
