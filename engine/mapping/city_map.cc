@@ -66,12 +66,13 @@ PointBlock CityMap::StoredBlock(ImageId home) const {
 std::vector<PointId> CityMap::PointsSeenBy(std::span<const ImageId> images) const {
   std::vector<PointId> seen;
   for (const ImageId id : images) {
-    for (const PointId point : image(id).points) {
-      if (point.valid() && FindPoint(point) != nullptr) seen.push_back(point);
-    }
+    const std::vector<PointId>& points = image(id).points;
+    std::copy_if(points.begin(), points.end(), std::back_inserter(seen),
+                 [](PointId point) { return point.valid(); });
   }
   std::sort(seen.begin(), seen.end());
   seen.erase(std::unique(seen.begin(), seen.end()), seen.end());
+  std::erase_if(seen, [&](PointId point) { return FindPoint(point) == nullptr; });
   return seen;
 }
 
