@@ -158,8 +158,8 @@ class Engine final {
 
   // Takes photos out with everything that was derived from them, each in a commit of its own, and
   // then rewrites the files without their bytes; `report` is told of each from the calling thread.
-  // What stood on them heals; Settle tries photos again that lost their pose. The journal keeps who,
-  // when and why, and the photos' numbers alone. Copies elsewhere are out of reach, and named.
+  // What stood on them heals; Settle tries photos again that lost their pose. The journal keeps who
+  // and when and why, and the photos' numbers alone. Copies elsewhere are out of reach, and named.
   // Without photos and contributor it only finishes the rewriting that an earlier one has left.
   // kNotFound, and nothing is removed, for an unknown photo; kBusy while a dense pass or another
   // removal runs; kCancelled after a stop request: those reported are gone.

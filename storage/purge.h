@@ -15,8 +15,8 @@ namespace veduta {
 // tables, which drops deleted keys and counts what they leave in blob files; then rewrites blob
 // files, from the oldest to the youngest that has something deleted in it: younger ones are spared.
 // Deletes the folder set-aside, too, whose logs nobody can rewrite. Killed at any time, it may
-// begin again. Snapshots and transactions from before the call are waited for; kBusy, and nothing is
-// rewritten, where one of them is held for longer.
+// begin again. Snapshots and transactions from before the call are waited for; kBusy, and nothing
+// is rewritten, where one of them is held for longer.
 Status PurgeDeletedFrom(const DatabaseFiles& files, std::chrono::milliseconds wait);
 
 // Chosen by hand; not measured.

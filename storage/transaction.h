@@ -68,7 +68,7 @@ class Transaction {
   virtual void PutWords(uint32_t generation, ImageId image, std::span<const WordId> words) = 0;
   virtual void AddPostings(uint32_t generation, std::span<const WordId> words, ImageId image) = 0;
   virtual void DeleteVocabulary(uint32_t generation) = 0;  // tree, words and postings
-  // Takes back PutWords and AddPostings of the image with these words, for ever: postings of it that
+  // Takes back PutWords and AddPostings of the image with these words, for ever: its postings that
   // are added in this generation, before or after, count for nothing.
   virtual void RemoveWords(uint32_t generation, std::span<const WordId> words, ImageId image) = 0;
   // Deletes all that is stored of this image alone: its record, its name, its photo with hash and

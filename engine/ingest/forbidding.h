@@ -10,8 +10,8 @@
 namespace veduta {
 
 // Stores that these two (images with features, or living reconstructions) are forbidden, with an
-// entry in the journal. A verified pair that there is goes with its matches, and where both have poses
-// in one reconstruction, its adjustment is due, which judges it anew. Nothing where they are
+// entry in the journal. A verified pair that there is goes with its matches, and where both have
+// poses in one reconstruction, its adjustment is due, which judges it anew. Nothing where they are
 // forbidden already. kNotFound; kInvalidArgument where the two are one.
 Status Forbid(ForbiddenRecord forbidden, WriteScope scope);
 

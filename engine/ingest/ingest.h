@@ -31,8 +31,8 @@ class Ingest final {
 
   // Commits the photo with its verdict, and with whatever its verdict brings about in the same
   // commit: `propagated` of the outcome names the earlier photos that it founded with. An error
-  // means that nothing of the photo is visible; kNoMemory where the memory is too short. A failure of
-  // kBusy in the outcome: a copy was removed since the photo was prepared, so prepare it again.
+  // means that nothing of the photo is visible; kNoMemory where the memory is too short. A
+  // failure of kBusy in the outcome: a copy was removed since it was prepared: prepare it again.
   Result<AddOutcome> Apply(PreparedPhoto photo, const CameraRecord& camera,
                            const std::string& contributor);
 

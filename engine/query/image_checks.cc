@@ -50,8 +50,8 @@ DatabaseCounts Count(const CheckedCity& city) {
   return counts;
 }
 
-// Ids are given one after the other, and cameras and reconstructions are never deleted. CheckJournal
-// asks the same of images, since it knows which were removed.
+// Ids are given one after the other, and cameras and reconstructions are never deleted.
+// CheckJournal asks the same of images, since it knows which were removed.
 template <typename Records>
 void ExpectAllIds(const Records& records, uint32_t next, const std::string& what,
                   Violations* violations) {

@@ -13,7 +13,7 @@ struct JournalRecord {
   uint64_t sequence = 0;
   int64_t time_unix_s = 0;
   std::string actor;  // the contributor, or "veduta"
-  // add, propagate, adjust, merge, vocabulary, camera, densify, repair, backup, remove, forbid, allow
+  // add propagate adjust split doubt merge vocabulary camera densify backup remove forbid allow
   std::string action;
   ImageId image;
   ReconstructionId reconstruction;

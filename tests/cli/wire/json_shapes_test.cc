@@ -10,6 +10,7 @@
 #include "cli/wire/added_json.h"
 #include "cli/wire/answers_json.h"
 #include "cli/wire/dense_json.h"
+#include "cli/wire/removal_json.h"
 
 namespace veduta {
 namespace {
@@ -255,6 +256,40 @@ TEST(Dense, Devices) {
             R"("compute_units":4,"memory_bytes":1000,"chosen":false},{"index":1,"name":"b",)"
             R"("platform":"q","driver":"2.0","kind":"gpu","compute_units":64,)"
             R"("memory_bytes":2000,"chosen":true}]})");
+}
+
+TEST(Removal, Answer) {
+  RemoveAnswer answer;
+  answer.removed = {{ImageId(4), "a.jpg", ReconstructionId(2), 77, {ImageId(5)}, true}};
+  answer.copies = {"/copy"};
+  const std::string removed =
+      R"({"removed":[{"image":"a.jpg","id":4,"reconstruction":2,"observations":77,"unplaced":[5],)"
+      R"("was_dense":true}],"purged":)";
+  EXPECT_EQ(JsonLine(ToJson(answer)), removed + R"(true,"why_not":null,"copies":["/copy"]})");
+  answer.purged = Status::Busy("read by somebody");
+  EXPECT_EQ(JsonLine(ToJson(answer)),
+            removed + R"(false,"why_not":"read by somebody","copies":["/copy"]})");
+}
+
+TEST(Removal, Forbidden) {
+  ForbiddenAnswer pair;
+  pair.image_a = ImageId(1);
+  pair.image_b = ImageId(2);
+  pair.name_a = "a.jpg";
+  pair.name_b = "b.jpg";
+  pair.time_unix_s = 9;
+  pair.actor = "bea";
+  pair.reason = "two towers";
+  EXPECT_EQ(JsonLine(ToJson(pair)),
+            R"({"kind":"pair","a":1,"b":2,"image_a":"a.jpg","image_b":"b.jpg","time":9,)"
+            R"("actor":"bea","reason":"two towers"})");
+  ForbiddenAnswer merge;
+  merge.kind = ForbidKind::kMerge;
+  merge.reconstruction_a = ReconstructionId(3);
+  merge.reconstruction_b = ReconstructionId(4);
+  EXPECT_EQ(JsonLine(ToJson(merge)),
+            R"({"kind":"merge","a":3,"b":4,"image_a":null,"image_b":null,"time":0,"actor":"",)"
+            R"("reason":""})");
 }
 
 TEST(Dense, Outputs) {

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-// Goal: a removed photo is gone with its points, and the rest is a sound map: points keep their other
-//   views under a home that is there, images that stood on it wait, a reconstruction of two is
-//   dissolved, and the adjustment that is due goes through. What people forbid deletes a pair.
-// Method: a synthetic scene in a database; after each removal all invariants are checked, and points
-//   are compared with those of a map that never had the image.
+// Goal: a removed photo is gone with its points, and the rest is a sound map: points keep their
+//   other views under a home that is there, images that stood on it wait, a reconstruction of two
+//   is dissolved, and the adjustment that is due goes through. What people forbid deletes a pair.
+// Method: a synthetic scene in a database; after each removal all invariants are checked, and
+//   points are compared with those of a map that never had the image.
 #include "engine/ingest/photo_removal.h"
 
 #include <gtest/gtest.h>
@@ -36,7 +36,7 @@ class Remover {
     ExpectSound();
   }
   void ExpectSound() const {
-    const auto violations = FindViolations(*scene_.Snap(), {.count_max = 5});
+    const auto violations = FindViolations(*scene_.Snap(), 5);
     ASSERT_OK(violations);
     for (const std::string& violation : *violations) ADD_FAILURE() << violation;
   }
