@@ -31,8 +31,8 @@ Status CheckPhotos(const Snapshot& snapshot, ImageId a, ImageId b) {
 }
 
 Status CheckReconstructions(const Snapshot& snapshot, ReconstructionId a, ReconstructionId b) {
-  VEDUTA_ASSIGN_OR_RETURN(const ReconstructionId end_a, LivingEnd(snapshot, a));
-  VEDUTA_ASSIGN_OR_RETURN(const ReconstructionId end_b, LivingEnd(snapshot, b));
+  VEDUTA_ASSIGN_OR_RETURN(const ReconstructionId end_a, MergedEnd(snapshot, a));
+  VEDUTA_ASSIGN_OR_RETURN(const ReconstructionId end_b, MergedEnd(snapshot, b));
   if (end_a != end_b) return Status::Ok();
   return Status::InvalidArgument(TwoText(ForbiddenKind::kMerge, a.value, b.value) +
                                  " are one already: reconstruction " + std::to_string(end_a.value));

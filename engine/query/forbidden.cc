@@ -5,11 +5,11 @@
 
 namespace veduta {
 
-Result<ReconstructionId> LivingEnd(const Snapshot& snapshot, ReconstructionId id) {
+Result<ReconstructionId> MergedEnd(const Snapshot& snapshot, ReconstructionId id) {
   std::set<ReconstructionId> seen;
   for (ReconstructionId at = id;;) {
     VEDUTA_ASSIGN_OR_RETURN(const ReconstructionRecord record, snapshot.GetReconstruction(at));
-    if (record.is_living()) return at;
+    if (!record.merged_into.valid()) return at;
     if (!seen.insert(at).second) {
       return Status::Corruption("family reconstructions: reconstruction " +
                                 std::to_string(id.value) + " was merged into itself");
@@ -23,9 +23,9 @@ Result<bool> IsMergeForbidden(const Snapshot& snapshot, ReconstructionId a, Reco
   for (const ForbiddenRecord& forbidden : all) {
     if (forbidden.kind != ForbiddenKind::kMerge) continue;
     VEDUTA_ASSIGN_OR_RETURN(const ReconstructionId first,
-                            LivingEnd(snapshot, ReconstructionId(forbidden.a)));
+                            MergedEnd(snapshot, ReconstructionId(forbidden.a)));
     VEDUTA_ASSIGN_OR_RETURN(const ReconstructionId second,
-                            LivingEnd(snapshot, ReconstructionId(forbidden.b)));
+                            MergedEnd(snapshot, ReconstructionId(forbidden.b)));
     if ((first == a && second == b) || (first == b && second == a)) return true;
   }
   return false;

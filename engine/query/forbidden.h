@@ -7,9 +7,9 @@
 
 namespace veduta {
 
-// The living reconstruction that `id` has become by merges; `id` itself where it lives. kNotFound;
+// The reconstruction that `id` has become by merges; `id` itself where it was not merged. kNotFound;
 // kCorruption where merges lead round in a circle. O(merges).
-Result<ReconstructionId> LivingEnd(const Snapshot& snapshot, ReconstructionId id);
+Result<ReconstructionId> MergedEnd(const Snapshot& snapshot, ReconstructionId id);
 
 // Whether somebody has forbidden that these two, or two of which they have come by merges, are
 // merged. O(what is forbidden), a few reads each.

@@ -124,16 +124,17 @@ class StructureChecker final {
     }
   }
 
-  // Where one was merged into, followed to the end; none where that is no living one.
-  std::optional<ReconstructionId> LivingEndOf(ReconstructionId id) const {
+  // Where one was merged into, followed to the end, which lives or is dissolved; none where merges
+  // lead nowhere or round in a circle.
+  std::optional<ReconstructionId> EndOf(ReconstructionId id) const {
     ReconstructionId at = id;
     for (size_t step = 0; step <= city_.reconstructions.size(); ++step) {
       const auto found = city_.reconstructions.find(at);
       if (found == city_.reconstructions.end()) return std::nullopt;
-      if (found->second.is_living()) return at;
+      if (!found->second.merged_into.valid()) return at;
       at = found->second.merged_into;
     }
-    return std::nullopt;  // they go round in a circle
+    return std::nullopt;
   }
 
   void CheckReconstruction(const ReconstructionRecord& record) {
@@ -155,9 +156,11 @@ class StructureChecker final {
     Expect(std::abs(tally.error_px_sum - record.reprojection_error_px_sum) <=
                1e-3 * (1 + tally.error_px_sum),
            [&] { return name + ": the sum of its errors is off"; });
+    Expect(!record.is_dissolved || (record.image_count == 0 && !record.merged_into.valid()),
+           [&] { return name + " is dissolved, and has images or was merged"; });
     Expect(!record.is_living() || record.image_count >= 3,
            [&] { return name + " has fewer than three images"; });
-    Expect(LivingEndOf(record.id).has_value(),
+    Expect(EndOf(record.id).has_value(),
            [&] { return name + " was merged into one that does not exist, or into itself"; });
     const Sim3& s = record.merged_from_this;
     Expect(std::abs(s.rotation.norm() - 1) < kNormSlack,
@@ -176,8 +179,7 @@ class StructureChecker final {
       }
       return;
     }
-    const auto a = LivingEndOf(ReconstructionId(forbidden.a)),
-               b = LivingEndOf(ReconstructionId(forbidden.b));
+    const auto a = EndOf(ReconstructionId(forbidden.a)), b = EndOf(ReconstructionId(forbidden.b));
     Expect(a && b && *a != *b, [&] {
       return NameOf(ReconstructionId(forbidden.a)) + " and " +
              NameOf(ReconstructionId(forbidden.b)) +

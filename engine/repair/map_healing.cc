@@ -342,29 +342,29 @@ Status ReadPose(const ImageRecord& image, StoredMap* map, Healing* healing) {
   return healing->TryAgain(image.id);
 }
 
-// Follows merges to the end.
-bool LeadsToLiving(const StoredMap& map, ReconstructionId id) {
+// Follows merges to the end: whether that is one that lives or was dissolved.
+bool LeadsToEnd(const StoredMap& map, ReconstructionId id) {
   for (size_t step = 0; step <= map.merged.size(); ++step) {
     if (map.living.contains(id)) return true;
     const auto merged = map.merged.find(id);
     if (merged == map.merged.end()) return false;
+    if (merged->second.is_dissolved) return true;
     id = merged->second.merged_into;
   }
   return false;  // they go round in a circle
 }
 
 // Reconstructions that are no more. Numbers have no gaps: one of which nothing is left counts as
-// merged into the first that lives.
+// dissolved.
 Status WriteMerged(const StoredMap& map, Healing* healing) {
-  if (map.living.empty()) return Status::Ok();
   for (uint32_t number = 1; number < healing->state.next_reconstruction; ++number) {
     const ReconstructionId id(number);
     if (map.living.contains(id)) continue;
     ReconstructionRecord record;
-    if (LeadsToLiving(map, id)) {
+    if (LeadsToEnd(map, id)) {
       record = map.merged.at(id);
     } else {
-      record.merged_into = map.living.begin()->first;
+      record.is_dissolved = true;
       record.images_at_adjustment = static_cast<uint32_t>(healing->told.ImagesAtAdjustment(id));
     }
     record.id = id;
