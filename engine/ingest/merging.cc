@@ -4,6 +4,7 @@
 #include <set>
 
 #include "engine/ingest/seam.h"
+#include "engine/query/forbidden.h"
 #include "storage/base/content_hash.h"
 
 namespace veduta {
@@ -40,6 +41,19 @@ Status MoveAll(const MappingContext& context, const MergeRequest& request, const
   return Status::Ok();
 }
 
+// Whether somebody has forbidden to join `other` with what the photo's reconstruction is by now.
+Result<bool> IsForbidden(const MappingContext& context, const MergeRequest& request,
+                         const MergeOutcome& outcome, ReconstructionId other) {
+  std::set<ReconstructionId> joined = {request.reconstruction, outcome.into};
+  for (const Merge& merge : outcome.merges) joined.insert(merge.from);
+  for (const ReconstructionId id : joined) {
+    VEDUTA_ASSIGN_OR_RETURN(const bool forbidden,
+                            IsMergeForbidden(context.loader->snapshot(), id, other));
+    if (forbidden) return true;
+  }
+  return false;
+}
+
 // Merges `other` with the photo's reconstruction where the common points agree, and nothing else
 // speaks against it.
 Status TryMerge(const MappingContext& context, const MergeRequest& request,
@@ -49,6 +63,11 @@ Status TryMerge(const MappingContext& context, const MergeRequest& request,
   const auto alignment = AlignPoints(*context.map, common, options.merge_error_px_max,
                                      options.common_points_min, seed);
   if (!alignment) return Status::Ok();
+  VEDUTA_ASSIGN_OR_RETURN(const bool forbidden, IsForbidden(context, request, *outcome, other));
+  if (forbidden) {
+    outcome->refused.push_back({other, "somebody has forbidden that they are merged"});
+    return Status::Ok();
+  }
   VEDUTA_ASSIGN_OR_RETURN(const std::vector<SeamPair> pairs,
                           ListSeamPairs(context.loader, *context.map, request.fresh.front(),
                                         near_seam.pairs, near_seam.images, other));

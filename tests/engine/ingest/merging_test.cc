@@ -6,6 +6,7 @@
 
 #include <gtest/gtest.h>
 
+#include "engine/ingest/forbidding.h"
 #include "tests/engine/ingest/scene_database.h"
 
 namespace veduta {
@@ -63,6 +64,26 @@ TEST(Merging, TooFewCommonPointsStayApart) {
   EXPECT_EQ(merged.into, own);
   EXPECT_TRUE(merged.merges.empty());
   EXPECT_EQ(work.map.image(ImageId(5)).reconstruction, own);
+}
+
+TEST(Merging, WhatSomebodyHasForbiddenStaysApart) {
+  SceneDatabase scene({.camera_count = 7});
+  scene.AddImages(0, 7);
+  const ReconstructionId large = scene.AddReconstruction({0, 1, 2, 3});
+  const ReconstructionId small = scene.AddReconstruction({4, 5}, AnotherFrame());
+  ASSERT_OK(Forbid({ForbiddenKind::kMerge, small.value, large.value, 0, "bea", ""},
+                   BeginWrite(scene.database())));
+  SceneWork work(&scene);
+  MergeOutcome merged = Merge(&scene, &work, small, {ImageId(5), ImageId(6)});
+  EXPECT_TRUE(merged.merges.empty());
+  ASSERT_EQ(merged.refused.size(), 1u);
+  EXPECT_EQ(merged.refused[0].other, large);
+  EXPECT_NE(merged.refused[0].evidence.find("forbidden"), std::string::npos);
+  ASSERT_OK(Allow(ForbiddenKind::kMerge, small.value, large.value, "bea", "",
+                  BeginWrite(scene.database())));
+  SceneWork again(&scene);
+  merged = Merge(&scene, &again, small, {ImageId(5), ImageId(6)});
+  EXPECT_EQ(merged.merges.size(), 1u);
 }
 
 }  // namespace
