@@ -186,6 +186,59 @@ TEST(LocalUnplacing, PostponedImagesWaitOnce) {
   EXPECT_EQ(scene.Snap()->GetImage(ImageId(1))->detail, "why");
 }
 
+// Writes something that contradicts another record, and returns the first violation.
+template <typename Write>
+std::string ViolationAfter(SceneDatabase* scene, const Write& write) {
+  DatabaseState state = scene->State();
+  const auto transaction = scene->database()->BeginTransaction();
+  write(transaction.get(), &state);
+  transaction->PutState(state);
+  EXPECT_OK(transaction->Commit());
+  const auto violations = FindViolations(*scene->Snap(), 9);
+  EXPECT_OK(violations);
+  return violations.ok() && !violations->empty() ? violations->front() : "";
+}
+
+TEST(RemovalChecks, NoticeWhatContradictsTheJournal) {
+  {
+    SceneDatabase scene;
+    scene.AddImages(0, 3);
+    EXPECT_NE(ViolationAfter(&scene,
+                             [](Transaction* transaction, DatabaseState* state) {
+                               transaction->RemoveImage(ImageId(2));
+                               --state->retrievable_image_count;
+                             }),
+              "")
+        << "image 2 is gone, and the journal does not say so";
+  }
+  SceneDatabase scene;
+  scene.AddImages(0, 3);
+  const std::string still_there =
+      ViolationAfter(&scene, [](Transaction* transaction, DatabaseState* state) {
+        AppendJournal({0, 0, "bea", "remove", ImageId(2), {}, ""}, state, transaction);
+      });
+  EXPECT_NE(still_there.find("removed"), std::string::npos) << still_there;
+}
+
+TEST(RemovalChecks, NoticeWhatContradictsAStatement) {
+  SceneDatabase scene;
+  scene.AddImages(0, 3);
+  const std::string stored = ViolationAfter(&scene, [](Transaction* transaction, DatabaseState*) {
+    transaction->PutForbidden({ForbiddenKind::kPair, 1, 2, 0, "bea", ""});
+  });
+  EXPECT_NE(stored.find("forbidden"), std::string::npos) << stored;
+  const std::string no_image = ViolationAfter(&scene, [](Transaction* transaction, DatabaseState*) {
+    transaction->DeleteForbidden(ForbiddenKind::kPair, 1, 2);
+    transaction->PutForbidden({ForbiddenKind::kPair, 1, 9, 0, "bea", ""});
+  });
+  EXPECT_NE(no_image.find("does not exist"), std::string::npos) << no_image;
+  const std::string no_merge = ViolationAfter(&scene, [](Transaction* transaction, DatabaseState*) {
+    transaction->DeleteForbidden(ForbiddenKind::kPair, 1, 9);
+    transaction->PutForbidden({ForbiddenKind::kMerge, 1, 2, 0, "bea", ""});
+  });
+  EXPECT_NE(no_merge.find("do not exist"), std::string::npos) << no_merge;
+}
+
 DepthRecord DepthOf(uint32_t image, std::vector<uint32_t> sensors, uint64_t checked) {
   DepthRecord depth;
   depth.image = ImageId(image);

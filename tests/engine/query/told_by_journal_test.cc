@@ -37,6 +37,21 @@ TEST(ToldByJournal, TheLastEntryCounts) {
   EXPECT_FALSE(told.HasContributorOf(image));
 }
 
+TEST(ToldByJournal, ARemovedImageIsToldOfNoMore) {
+  ToldByJournal told;
+  ImageRecord image;
+  image.id = ImageId(1);
+  image.contributor = "anna";
+  told.Take(Entry("anna", "add", 1, 0, "seen"));
+  told.Take(Entry("anna", "add", 2, 0, "seen"));
+  EXPECT_TRUE(told.HasContributorOf(image));
+  told.Take(Entry("bea", "remove", 1, 0, "my door"));
+  EXPECT_FALSE(told.HasContributorOf(image));
+  EXPECT_EQ(told.removed, std::set<ImageId>{ImageId(1)});
+  image.id = ImageId(2);
+  EXPECT_TRUE(told.HasContributorOf(image));
+}
+
 TEST(ToldByJournal, NamesCamerasAdjustmentsAndTheVocabulary) {
   ToldByJournal told;
   DatabaseState state;
