@@ -2,7 +2,8 @@
 # SPDX-License-Identifier: Apache-2.0
 # Goal: what is removed is gone: no command finds it, no file of the database has 64 bytes in a row
 #   of it, `verify` is content, the rest is a city as before, and a removal that is killed is
-#   finished by the next one. What people forbid is kept, obeyed, listed and taken back.
+#   finished by the next one, with the same digest. What people forbid is kept, obeyed, listed and
+#   taken back.
 # Method: photos of a rendered street in copies of one database; every file is searched for every
 #   window of the removed photos that no other photo has (JPEG files share their tables), before
 #   the removal too, where it must be found.
@@ -161,6 +162,9 @@ class Remove(Case):
     def test_killed(self):
         removed = NAMES[2:6]
         timer = random.Random(7)
+        never_killed = copy_of_whole('never killed')
+        must('remove', never_killed, *removed, '--threads', '2')
+        digest = must('digest', never_killed)
         for attempt in range(int(os.environ.get('KILLS', '4'))):
             db = copy_of_whole(f'killed {attempt}')
             process = subprocess.Popen([VEDUTA, 'remove', db, *removed, '--threads', '1'],
@@ -174,6 +178,7 @@ class Remove(Case):
             left = [name for name in removed if run('show', db, name)[0] == 0]
             must('remove', db, *left)
             self.expect_gone(db, removed)
+            self.assertEqual(must('digest', db), digest)
             shutil.rmtree(db)
 
     def test_of_an_image_that_repair_knows(self):

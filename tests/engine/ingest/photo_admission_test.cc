@@ -23,6 +23,12 @@ PreparedPhoto Prepared(const std::string& name, const std::string& content) {
   return photo;
 }
 
+// As preparation leaves a photo that is new.
+void WriteAhead(SceneDatabase* scene, const std::string& content) {
+  const std::vector<uint8_t> bytes(content.begin(), content.end());
+  ASSERT_OK(scene->database()->WritePhotoAhead(HashContent(bytes), bytes, SampleFeatures(1, 7)));
+}
+
 Admission AdmitOk(const SceneDatabase& scene, const PreparedPhoto& photo) {
   auto admission = Admit(*scene.Snap(), photo, CameraId(1), "berta");
   EXPECT_OK(admission);
@@ -32,6 +38,7 @@ Admission AdmitOk(const SceneDatabase& scene, const PreparedPhoto& photo) {
 TEST(PhotoAdmission, TellsNewFromKnown) {
   SceneDatabase scene;
   scene.AddImages(0, 2);  // image0 and image1, whose bytes are their names
+  WriteAhead(&scene, "new");
   const Admission fresh = AdmitOk(scene, Prepared("new", "new"));
   EXPECT_EQ(fresh.outcome, AdmissionOutcome::kNew);
   EXPECT_FALSE(fresh.record.id.valid());
@@ -64,9 +71,27 @@ TEST(PhotoAdmission, ARejectedPhotosNameIsFree) {
   const auto transaction = scene.database()->BeginTransaction();
   transaction->PutImage(rejected);
   ASSERT_OK(transaction->Commit());
+  WriteAhead(&scene, "mended");
   const Admission mended = AdmitOk(scene, Prepared("spoilt", "mended"));
   EXPECT_EQ(mended.outcome, AdmissionOutcome::kNew);
   EXPECT_EQ(mended.record.id, ImageId(2));
+}
+
+TEST(PhotoAdmission, APhotoWhoseCopyWasRemovedIsOutdated) {
+  SceneDatabase scene;
+  scene.AddImages(0, 2);
+  PreparedPhoto known = Prepared("another name", "image1");
+  known.known = true;
+  EXPECT_EQ(AdmitOk(scene, known).outcome, AdmissionOutcome::kDuplicate);
+  const auto transaction = scene.database()->BeginTransaction();
+  transaction->RemoveImage(ImageId(2));
+  ASSERT_OK(transaction->Commit());
+  EXPECT_EQ(AdmitOk(scene, known).outcome, AdmissionOutcome::kOutdated);
+  // What it had written ahead went with its copy; prepared anew it is written ahead again.
+  PreparedPhoto photo = Prepared("another name", "image1");
+  EXPECT_EQ(AdmitOk(scene, photo).outcome, AdmissionOutcome::kOutdated);
+  WriteAhead(&scene, "image1");
+  EXPECT_EQ(AdmitOk(scene, photo).outcome, AdmissionOutcome::kNew);
 }
 
 }  // namespace
