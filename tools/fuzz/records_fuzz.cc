@@ -6,6 +6,7 @@
 #include "storage/records/camera_record.h"
 #include "storage/records/dense_settings.h"
 #include "storage/records/depth_record.h"
+#include "storage/records/forbidden_record.h"
 #include "storage/records/image_record.h"
 #include "storage/records/journal_record.h"
 #include "storage/records/key_bytes.h"
@@ -76,6 +77,10 @@ void Settings(std::string_view value) {
   Plain(value, DenseSettings{.reconstruction = kCity});
 }
 
+ForbiddenRecord SampleForbidden() {
+  return {ForbiddenKind::kPair, 1, 2, 1'700'000'000, "anna", "two towers"};
+}
+
 // Every reader of keys on the same bytes: none may read past them.
 void Keys(std::string_view key) {
   ContentHash hash;
@@ -88,6 +93,8 @@ void Keys(std::string_view key) {
   ParsePhotoMarkKey(key, &hash);
   (void)ParseId(key, &id).ok();
   (void)ParseJournalKey(key, &number).ok();
+  ForbiddenRecord forbidden;
+  (void)ParseForbiddenKey(key, &forbidden).ok();
   (void)KeyText(key).size();
   (void)PrefixEnd(key).size();
   if (key.empty()) return;  // the entry's number led to these readers
@@ -98,7 +105,7 @@ void Keys(std::string_view key) {
 }
 
 using Kind = void (*)(std::string_view);
-constexpr std::array<Kind, 18> kKinds = {
+constexpr std::array<Kind, 19> kKinds = {
     [](std::string_view v) { Keyed<CameraRecord>(v, CameraId(1)); },
     [](std::string_view v) { Keyed<ImageRecord>(v, ImageId(1)); },
     [](std::string_view v) { Keyed<JournalRecord>(v, uint64_t{1}); },
@@ -118,7 +125,8 @@ constexpr std::array<Kind, 18> kKinds = {
     [](std::string_view v) { Plain(v, DepthPixels()); },
     [](std::string_view v) {
       Plain(v, SampleTile({1, 2, 3}));
-    }};
+    },
+    [](std::string_view v) { Plain(v, SampleForbidden()); }};
 
 std::string Bytes(const Result<std::string>& encoded) {
   Expect(encoded.status(), "a seed is a record");
@@ -149,7 +157,8 @@ std::vector<std::string> Values() {
           Bytes(Encode(SampleDepth(1))),
           Bytes(Encode(SampleChecked(1, 4))),
           Bytes(Encode(SamplePixels())),
-          Bytes(Encode(SampleTile({1, 2, 3})))};
+          Bytes(Encode(SampleTile({1, 2, 3}))),
+          Bytes(Encode(SampleForbidden()))};
 }
 
 }  // namespace
@@ -162,6 +171,7 @@ std::vector<std::string> Seeds() {
   seeds.push_back(keys + TileKey(kCity, {1, -2, 3}));
   seeds.push_back(keys + CheckedDepthKey(ImageId(1), 7));
   seeds.push_back(keys + PhotoMarkKey(SampleHash(1)));
+  seeds.push_back(keys + ForbiddenKey(ForbiddenKind::kMerge, 1, 2));
   return seeds;
 }
 
