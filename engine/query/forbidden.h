@@ -7,7 +7,7 @@
 
 namespace veduta {
 
-// The reconstruction that `id` has become by merges; `id` itself where it was not merged. kNotFound;
+// The reconstruction that `id` has become by merges; `id` itself where none merged it. kNotFound;
 // kCorruption where merges lead round in a circle. O(merges).
 Result<ReconstructionId> MergedEnd(const Snapshot& snapshot, ReconstructionId id);
 
