@@ -31,15 +31,15 @@ struct DoubtedImage {
 
 // What becomes of a reconstruction that is not believed any more as it is.
 struct Healing {
-  std::vector<DoubtedImage> unplaced;      // in the order in which they lost their poses
+  std::vector<DoubtedImage> unplaced;       // in the order in which they lost their poses
   std::vector<std::vector<ImageId>> parts;  // that are split off: images ascending, three or more
 
   bool empty() const { return unplaced.empty() && parts.empty(); }
 };
 
 // Takes the poses of images that are contradicted, the most contradicted first, then cuts off parts
-// that do not agree with the largest one (agreeing_parts.h); images of parts of less than three
-// lose their poses, too. `images` are all of one reconstruction, which must be loaded whole, with
+// that do not agree with the largest one (agreeing_parts.h); images of parts of less than three,
+// be it the largest, lose their poses, too. `images` are all of one reconstruction, which must be loaded whole, with
 // nothing else unwritten. What is split off stays in the reconstruction until the caller moves it.
 // Deterministic.
 Result<Healing> HealReconstruction(const MappingContext& context, std::span<const ImageId> images);

@@ -9,7 +9,7 @@ Result<ReconstructionId> LivingEnd(const Snapshot& snapshot, ReconstructionId id
   std::set<ReconstructionId> seen;
   for (ReconstructionId at = id;;) {
     VEDUTA_ASSIGN_OR_RETURN(const ReconstructionRecord record, snapshot.GetReconstruction(at));
-    if (record.is_living()) return at;
+    if (!record.merged_into.valid()) return at;
     if (!seen.insert(at).second) {
       return Status::Corruption("family reconstructions: reconstruction " +
                                 std::to_string(id.value) + " was merged into itself");

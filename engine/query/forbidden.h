@@ -7,8 +7,9 @@
 
 namespace veduta {
 
-// The living reconstruction that `id` has become by merges; `id` itself where it lives. kNotFound;
-// kCorruption where merges lead round in a circle. O(merges).
+// The reconstruction that `id` has become by merges: `id` itself where it was not merged; one that
+// lives, or was dissolved since. kNotFound; kCorruption where merges lead round in a circle.
+// O(merges).
 Result<ReconstructionId> LivingEnd(const Snapshot& snapshot, ReconstructionId id);
 
 // Whether somebody has forbidden that these two, or two of which they have come by merges, are

@@ -124,13 +124,14 @@ class StructureChecker final {
     }
   }
 
-  // Where one was merged into, followed to the end; none where that is no living one.
-  std::optional<ReconstructionId> LivingEndOf(ReconstructionId id) const {
+  // Where one was merged into, followed to the end: one that lives or was dissolved later; none where
+  // there is no end.
+  std::optional<ReconstructionId> EndOf(ReconstructionId id) const {
     ReconstructionId at = id;
     for (size_t step = 0; step <= city_.reconstructions.size(); ++step) {
       const auto found = city_.reconstructions.find(at);
       if (found == city_.reconstructions.end()) return std::nullopt;
-      if (found->second.is_living()) return at;
+      if (!found->second.merged_into.valid()) return at;
       at = found->second.merged_into;
     }
     return std::nullopt;  // they go round in a circle
@@ -157,15 +158,17 @@ class StructureChecker final {
            [&] { return name + ": the sum of its errors is off"; });
     Expect(!record.is_living() || record.image_count >= 3,
            [&] { return name + " has fewer than three images"; });
-    Expect(LivingEndOf(record.id).has_value(),
+    Expect(EndOf(record.id).has_value(),
            [&] { return name + " was merged into one that does not exist, or into itself"; });
+    Expect(!record.is_dissolved || (!record.merged_into.valid() && record.image_count == 0),
+           [&] { return name + " is said to be dissolved, and has images or was merged"; });
     const Sim3& s = record.merged_from_this;
     Expect(std::abs(s.rotation.norm() - 1) < kNormSlack,
            [&] { return name + ": the rotation of its merge is not of unit length"; });
     const bool is_identity = s.scale == 1 && s.translation.isZero(0) &&
                              s.rotation.coeffs() == Eigen::Quaterniond::Identity().coeffs();
-    Expect(!record.is_living() || is_identity,
-           [&] { return name + " lives, and says how it was moved into another"; });
+    Expect(record.merged_into.valid() || is_identity,
+           [&] { return name + " was not merged, and says how it was moved into another"; });
   }
 
   void CheckForbidden(const ForbiddenRecord& forbidden) {
@@ -176,8 +179,8 @@ class StructureChecker final {
       }
       return;
     }
-    const auto a = LivingEndOf(ReconstructionId(forbidden.a)),
-               b = LivingEndOf(ReconstructionId(forbidden.b));
+    const auto a = EndOf(ReconstructionId(forbidden.a)),
+               b = EndOf(ReconstructionId(forbidden.b));
     Expect(a && b && *a != *b, [&] {
       return NameOf(ReconstructionId(forbidden.a)) + " and " +
              NameOf(ReconstructionId(forbidden.b)) +

@@ -151,19 +151,19 @@ Status HealState(Healing* healing) {
 
 namespace {
 
-// The living one that it has become; not valid() where there is none.
-ReconstructionId LivingEndOf(const Healing& healing, ReconstructionId id) {
+// What it has become by merges, living or dissolved; not valid() where there is no end.
+ReconstructionId EndOf(const Healing& healing, ReconstructionId id) {
   for (size_t step = 0; step <= healing.reconstructions.size(); ++step) {
     const auto found = healing.reconstructions.find(id);
     if (found == healing.reconstructions.end()) break;
-    if (found->second.is_living()) return id;
+    if (!found->second.merged_into.valid()) return id;
     id = found->second.merged_into;
   }
   return {};
 }
 
 bool AreTwo(const Healing& healing, ReconstructionId a, ReconstructionId b) {
-  const ReconstructionId end_a = LivingEndOf(healing, a), end_b = LivingEndOf(healing, b);
+  const ReconstructionId end_a = EndOf(healing, a), end_b = EndOf(healing, b);
   return end_a.valid() && end_b.valid() && end_a != end_b;
 }
 
