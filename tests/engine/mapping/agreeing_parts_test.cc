@@ -98,5 +98,11 @@ TEST(AgreeingParts, ImagesOfWhichNothingIsKnownStandAlone) {
   EXPECT_TRUE(FindAgreeingParts({}, {}, {}).empty());
 }
 
+TEST(AgreeingParts, RefusesWhatIsOutOfBounds) {
+  ExpectBounds(&AgreementBounds::shared_points_min, "shared_points_min", {0u}, {1u, 100u});
+  ExpectBounds(&AgreementBounds::contradiction_share_max, "contradiction_share_max", {0.0, -1.0},
+               {0.01, 5.0});
+}
+
 }  // namespace
 }  // namespace veduta
