@@ -71,17 +71,21 @@ class AddReport final {
       exit_code_ = std::max<int>(exit_code_, kNotDone);
     }
     placed_later_ += outcome.propagated.size();
+    lost_poses_ += outcome.unplaced.size();
+    split_off_ += outcome.split_off.size();
     if (arguments_.json) {
       PrintJson(ToJson(outcome));
     } else {
       PrintLine("%-10s %s: %s", word.c_str(), Printable(outcome.name).c_str(),
                 Printable(OutcomeReason(outcome)).c_str());
+      PrintHealed(outcome.unplaced, outcome.split_off, engine_.Ask());
       if (!outcome.propagated.empty()) PrintPlacedLater(outcome.propagated, engine_.Ask());
     }
     progress_.Advance(word);
   }
 
-  // "9 placed, 1 postponed; 2 that had waited got a pose too"; empty where no photo was added.
+  // "9 placed, 1 postponed; 2 that had waited got a pose too; 1 lost their poses"; empty where no photo
+  // was added.
   std::string Summary() const {
     std::string summary;
     for (const auto& [word, count] : counts_) {
@@ -90,6 +94,9 @@ class AddReport final {
     if (placed_later_ > 0) {
       summary += "; " + std::to_string(placed_later_) + " that had waited got a pose too";
     }
+    if (lost_poses_ > 0) summary += "; " + std::to_string(lost_poses_) + " lost their poses";
+    if (split_off_ > 0)
+      summary += "; " + std::to_string(split_off_) + " reconstructions were split off";
     return summary;
   }
 
@@ -102,7 +109,7 @@ class AddReport final {
   Progress progress_;
   std::map<std::string, size_t> counts_;  // by verdict
   std::set<ImageId> damaged_;             // that were named
-  size_t placed_later_ = 0;
+  size_t placed_later_ = 0, lost_poses_ = 0, split_off_ = 0;
   int exit_code_ = kDone;
 };
 

@@ -50,4 +50,14 @@ void PrintPlacedLater(const std::vector<ImageId>& placed, const Questions& ask) 
   }
 }
 
+void PrintHealed(const std::vector<LostPose>& unplaced,
+                 const std::vector<ReconstructionId>& split_off, const Questions& ask) {
+  for (const LostPose& image : unplaced) {
+    PrintLine("%-10s %s: lost its pose: %s", "  then", NameOf(image.image, ask).c_str(),
+              Printable(image.detail).c_str());
+  }
+  for (const ReconstructionId id : split_off)
+    PrintLine("%-10s reconstruction %u was split off", "  then", id.value);
+}
+
 }  // namespace veduta

@@ -19,4 +19,9 @@ std::string DamagedImageText(const DamagedImage& damaged, const Questions& ask,
 // One line per image that got a pose: "  then     NAME: why".
 void PrintPlacedLater(const std::vector<ImageId>& placed, const Questions& ask);
 
+// What a step took back: "  then     NAME: lost its pose: why", "  then     reconstruction 7 was
+// split off".
+void PrintHealed(const std::vector<LostPose>& unplaced,
+                 const std::vector<ReconstructionId>& split_off, const Questions& ask);
+
 }  // namespace veduta

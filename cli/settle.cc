@@ -28,6 +28,7 @@ int Settle(const SettleArguments& arguments) {
       PrintJson(ToJson(step));
     } else if (step.status.ok()) {
       PrintLine("done: %s", FollowUpText(step, ask).c_str());
+      PrintHealed(step.unplaced, step.split_off, ask);
       PrintPlacedLater(step.placed, ask);
     }
     if (!step.status.ok()) {

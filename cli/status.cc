@@ -43,6 +43,9 @@ int PrintOneReconstruction(const std::string& db, ReconstructionId id, bool json
   if (!answer.ok()) return Fail(answer.status());
   if (json) {
     PrintJson(ToJson(*answer));
+  } else if (answer->dissolved) {
+    PrintLine("reconstruction %u was dissolved: all its images have lost their poses",
+              answer->id.value);
   } else if (answer->merged_into.valid()) {
     PrintLine("reconstruction %u was merged into reconstruction %u, at scale %.6g",
               answer->id.value, answer->merged_into.value, answer->merged_scale);

@@ -127,6 +127,9 @@ Status Engine::AddPhotos(std::span<const PhotoSubmission> photos,
     for (const FollowUp& step : steps) {
       if (followed) followed(step);
       outcome->propagated.insert(outcome->propagated.end(), step.placed.begin(), step.placed.end());
+      outcome->unplaced.insert(outcome->unplaced.end(), step.unplaced.begin(), step.unplaced.end());
+      outcome->split_off.insert(outcome->split_off.end(), step.split_off.begin(),
+                                step.split_off.end());
     }
     if (report) report(*outcome);
     scheduler.Release(lane.get());

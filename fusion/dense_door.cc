@@ -85,6 +85,7 @@ Result<DensifyReport> DensifyOne(const DensePassTools& tools, ReconstructionId i
       DensifyReport report;
       report.reconstruction = id;
       report.merged_into = record.merged_into;
+      report.dissolved = record.is_dissolved;
       return report;
     }
   }
@@ -190,14 +191,14 @@ Result<std::vector<DensifyReport>> DensifyAll(Writer& writer, ThreadPool& pool,
                           WantedReconstructions(*writer.GetSnapshot(), request.reconstruction));
   const DensePassTools tools{writer, pool, device.get(), request.progress, stop};
   std::vector<DensifyReport> reports;
-  bool some_merged = false;
+  bool some_gone = false;
   for (const ReconstructionId id : wanted) {
     VEDUTA_ASSIGN_OR_RETURN(reports.emplace_back(), DensifyOne(tools, id, request));
     reports.back().why_cpp = why_cpp;
-    some_merged |= reports.back().merged_into.valid();
+    some_gone |= reports.back().merged_into.valid() || reports.back().dissolved;
     if (request.report) request.report(reports.back());
   }
-  if (some_merged) VEDUTA_RETURN_IF_ERROR(SweepMerged(writer).status());
+  if (some_gone) VEDUTA_RETURN_IF_ERROR(SweepMerged(writer).status());
   return reports;
 }
 

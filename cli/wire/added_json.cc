@@ -39,8 +39,14 @@ Json ToJson(const AddOutcome& outcome) {
           {"inliers", outcome.inlier_count},
           {"pairs_tried", outcome.pairs_tried},
           {"propagated", ToJson(outcome.propagated)},
+          {"unplaced", ToJson(outcome.unplaced)},
+          {"split_off", ToJson(outcome.split_off)},
           {"damaged", ToJson(outcome.damaged)},
           {"ms", ToJson(outcome.times)}};
+}
+
+Json ToJson(const LostPose& lost) {
+  return {{"id", lost.image.value}, {"why", lost.detail}};
 }
 
 Json ToJson(const StepTimes& times) {
@@ -57,6 +63,8 @@ Json ToJson(const FollowUp& step) {
           {"image", ToJson(step.image)},
           {"reconstruction", ToJson(step.reconstruction)},
           {"placed", ToJson(step.placed)},
+          {"unplaced", ToJson(step.unplaced)},
+          {"split_off", ToJson(step.split_off)},
           {"error", step.status.ok() ? Json(nullptr) : Json(step.status.message())}};
 }
 

@@ -17,6 +17,7 @@ std::string OutcomeReason(const AddOutcome& outcome);
 std::string FollowUpWord(FollowUpKind kind);
 
 Json ToJson(const DamagedImage& damaged);
+Json ToJson(const LostPose& lost);
 Json ToJson(const AddOutcome& outcome);
 Json ToJson(const StepTimes& times);
 Json ToJson(const FollowUp& step);

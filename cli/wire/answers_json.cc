@@ -48,7 +48,8 @@ Json ToJson(const ReconstructionAnswer& r) {
           {"depth_maps", r.depth_maps},
           {"tiles", r.tiles},
           {"triangles", r.triangles},
-          {"merged_into", MergedIntoJson(r)}};
+          {"merged_into", MergedIntoJson(r)},
+          {"dissolved", r.dissolved}};
 }
 
 Json ToJson(const ImageAnswer& image) {

@@ -30,6 +30,7 @@ struct ReconstructionAnswer {
   double reprojection_error_px_mean = 0;
   uint64_t geometry_version = 0;  // grows whenever a pose or a point of it moves
   ReconstructionId merged_into;   // valid once it was merged away
+  bool dissolved = false;         // all its images have lost their poses
   double merged_scale = 1;        // x_into = merged_scale R x_this + translation; with
   PlainPose merged_pose;          // R and the translation of `merged_pose` (its center is unset)
   uint64_t depth_maps = 0, tiles = 0, triangles = 0;  // what the dense pass has made of it

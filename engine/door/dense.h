@@ -67,6 +67,7 @@ struct DensifyReport {
   // Valid: the reconstruction was merged into this one while the pass ran. The pass ended there,
   // and what it had made is deleted.
   ReconstructionId merged_into;
+  bool dissolved = false;  // all its photos lost their poses meanwhile; the pass ended as well
   double voxel_size = 0;
   uint32_t depth_side_px = 0, sensor_count = 0;
   StageCount depths, checks, volume, solutions, meshes, exposures, colors;

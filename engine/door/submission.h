@@ -41,6 +41,12 @@ struct DamagedImage {
   std::string what;  // for a person: family and key of what is damaged
 };
 
+// An image that lost its pose, for the evidence turned against it.
+struct LostPose {
+  ImageId image;
+  std::string detail;  // where it was, and what spoke against it, for a person
+};
+
 // What became of one photo.
 struct AddOutcome {
   std::string name;
@@ -53,6 +59,8 @@ struct AddOutcome {
   uint32_t neighbor_count = 0, pairs_tried = 0;
   uint32_t inlier_count = 0;        // of the pose, or of the best pair when not placed
   std::vector<ImageId> propagated;  // earlier photos that got a pose in the same commit
+  std::vector<LostPose> unplaced;      // that lost theirs by what followed from the photo
+  std::vector<ReconstructionId> split_off;  // reconstructions that were split off thereby
   // Stored images that the photo was not compared with, because they are damaged; ascending.
   std::vector<DamagedImage> damaged;
   StepTimes times;
@@ -71,8 +79,8 @@ struct FollowUp {
   ImageId image;                    // kPropagation: the one that was tried again
   ReconstructionId reconstruction;  // kAdjustment: the one that was adjusted
   std::vector<ImageId> placed;      // images that got a pose
-  std::vector<ImageId> unplaced;    // kAdjustment: that lost theirs, for evidence has turned
-  uint32_t split_count = 0;         // kAdjustment: reconstructions that were split off
+  std::vector<LostPose> unplaced;      // kAdjustment: in the order in which they lost theirs
+  std::vector<ReconstructionId> split_off;  // kAdjustment: new ones, made of a part of it
   Status status;  // a failure is the step's own; it is set aside until the database is opened again
 };
 

@@ -92,22 +92,28 @@ Result<std::vector<PairEvidence>> GatherEvidence(const MappingContext& context,
   return all;
 }
 
-// Cuts off all parts but the largest.
+// A reconstruction is of three images at least.
+constexpr size_t kImagesMin = 3;
+
+// Cuts off all parts but the largest. No part of less than three images keeps a pose, the largest
+// neither.
 Status CutDisagreeing(const MappingContext& context, const std::set<ImageId>& members,
                       Healing* healing) {
   VEDUTA_ASSIGN_OR_RETURN(const std::vector<PairEvidence> evidence,
                           GatherEvidence(context, members));
   std::vector<std::vector<ImageId>> parts = FindAgreeingParts(
       std::vector(members.begin(), members.end()), evidence, context.options.doubt.parts);
-  for (size_t i = 1; i < parts.size(); ++i) {
-    if (parts[i].size() >= 3) {
+  for (size_t i = 0; i < parts.size(); ++i) {
+    if (parts[i].size() >= kImagesMin) {
+      if (i == 0) continue;
       context.map->CutOff(std::set(parts[i].begin(), parts[i].end()));
       healing->parts.push_back(std::move(parts[i]));
       continue;
     }
     for (const ImageId id : parts[i]) {
       context.map->UnplaceImage(id);
-      healing->unplaced.push_back({id, "its verified neighbours contradict where it was"});
+      healing->unplaced.push_back({id, i == 0 ? "less than three images are left there that agree"
+                                              : "its verified neighbours contradict where it was"});
     }
   }
   return Status::Ok();

@@ -4,6 +4,7 @@
 #include <algorithm>
 
 #include "engine/ingest/change_writer.h"
+#include "engine/ingest/local_unplacing.h"
 #include "engine/ingest/photo_placement.h"
 #include "engine/ingest/placement_writer.h"
 #include "engine/ingest/reconstruction_adjustment.h"
@@ -53,8 +54,9 @@ void Journal(const char* action, ImageId image, ReconstructionId reconstruction,
 
 // The images become a reconstruction of their own. Its frame is the one that they had, so the
 // similarity between the two is the identity.
-Status SplitOff(const IngestParts& parts, std::span<const ImageId> images, ReconstructionId from,
-                std::vector<WrittenAhead>* blocks, DatabaseState* state, Transaction* transaction) {
+Result<ReconstructionId> SplitOff(const IngestParts& parts, std::span<const ImageId> images,
+                                  ReconstructionId from, std::vector<WrittenAhead>* blocks,
+                                  DatabaseState* state, Transaction* transaction) {
   ReconstructionRecord record;
   record.id = ReconstructionId(state->next_reconstruction++);
   record.points_generation = 1;
@@ -68,24 +70,22 @@ Status SplitOff(const IngestParts& parts, std::span<const ImageId> images, Recon
           std::to_string(images.size()) + " images of reconstruction " +
               std::to_string(from.value) + ", whose frame it keeps",
           state, transaction);
-  return Status::Ok();
+  return record.id;
 }
 
 // The images wait again, and are tried again at once.
-Status PostponeUnplaced(const Snapshot& base, const Healing& healing, ReconstructionId from,
-                        DatabaseState* state, Transaction* transaction) {
+Result<std::vector<LostPose>> PostponeUnplaced(const Snapshot& base, const Healing& healing,
+                                                    ReconstructionId from, DatabaseState* state,
+                                                    Transaction* transaction) {
+  std::vector<LostPose> postponed;
   for (const DoubtedImage& unplaced : healing.unplaced) {
-    VEDUTA_ASSIGN_OR_RETURN(ImageRecord image, base.GetImage(unplaced.image));
-    image.verdict = Verdict::kPostponed;
-    image.reason = Reason::kDoubted;
-    image.detail = "in reconstruction " + std::to_string(from.value) + ", " + unplaced.why;
-    transaction->PutImage(image);
-    Journal("doubt", image.id, from, image.detail, state, transaction);
-    std::vector<ImageId>& retries = state->pending_propagation;
-    if (std::find(retries.begin(), retries.end(), image.id) == retries.end())
-      retries.push_back(image.id);
+    const std::string detail =
+        "in reconstruction " + std::to_string(from.value) + ", " + unplaced.why;
+    VEDUTA_RETURN_IF_ERROR(
+        PostponeImages(base, {&unplaced.image, 1}, from, detail, state, transaction));
+    postponed.push_back({unplaced.image, detail});
   }
-  return Status::Ok();
+  return postponed;
 }
 
 }  // namespace
@@ -118,8 +118,8 @@ Result<std::vector<ImageId>> RetryPhoto(const IngestParts& parts, ImageId image,
   return placement.placed;
 }
 
-Result<Healing> AdjustWhole(const IngestParts& parts, ReconstructionId reconstruction,
-                            WriteScope scope) {
+Result<AdjustedWhole> AdjustWhole(const IngestParts& parts, ReconstructionId reconstruction,
+                                  WriteScope scope) {
   VEDUTA_ASSIGN_OR_RETURN(ReconstructionRecord record,
                           scope.base->GetReconstruction(reconstruction));
   MapLoader loader(scope.base, parts.features, parts.map);
@@ -129,8 +129,10 @@ Result<Healing> AdjustWhole(const IngestParts& parts, ReconstructionId reconstru
   Transaction* const transaction = scope.transaction.get();
   VEDUTA_ASSIGN_OR_RETURN(DatabaseState state, scope.base->GetState());
   std::vector<WrittenAhead> blocks;
+  AdjustedWhole adjusted;
   for (const std::vector<ImageId>& part : healing.parts) {
-    VEDUTA_RETURN_IF_ERROR(SplitOff(parts, part, reconstruction, &blocks, &state, transaction));
+    VEDUTA_ASSIGN_OR_RETURN(adjusted.split_off.emplace_back(),
+                            SplitOff(parts, part, reconstruction, &blocks, &state, transaction));
   }
   transaction->DeletePointBlocks(reconstruction, record.points_generation);
   ++record.points_generation;
@@ -139,14 +141,15 @@ Result<Healing> AdjustWhole(const IngestParts& parts, ReconstructionId reconstru
   VEDUTA_RETURN_IF_ERROR(WriteWhole(*parts.map, parts.database, transaction, &record));
   WriteUnplaced(*parts.map, transaction);
   WritePosesAndObservations(*parts.map, transaction);
-  VEDUTA_RETURN_IF_ERROR(
+  VEDUTA_ASSIGN_OR_RETURN(
+      adjusted.unplaced,
       PostponeUnplaced(*scope.base, healing, reconstruction, &state, transaction));
   Journal("adjust", {}, reconstruction, std::to_string(record.image_count) + " images", &state,
           transaction);
   transaction->PutState(state);
   VEDUTA_RETURN_IF_ERROR(transaction->Commit());
   parts.map->ClearChanges();
-  return healing;
+  return adjusted;
 }
 
 }  // namespace veduta

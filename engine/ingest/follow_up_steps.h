@@ -4,7 +4,7 @@
 
 #include <vector>
 
-#include "engine/ingest/doubt.h"
+#include "engine/door/submission.h"
 #include "engine/ingest/ingest_parts.h"
 #include "engine/ingest/write_scope.h"
 
@@ -15,10 +15,16 @@ namespace veduta {
 // pose. After an error nothing is committed and the map may be half changed: the caller clears it.
 Result<std::vector<ImageId>> RetryPhoto(const IngestParts& parts, ImageId image, WriteScope scope);
 
+struct AdjustedWhole {
+  std::vector<LostPose> unplaced;      // in the order in which they lost their poses
+  std::vector<ReconstructionId> split_off;  // ascending
+};
+
 // Adjusts a whole reconstruction, and heals it where its evidence has turned: images that lose
-// their poses wait again, parts that are split off become reconstructions of their own. After an
-// error nothing is visible and the map may be half changed: the caller clears it.
-Result<Healing> AdjustWhole(const IngestParts& parts, ReconstructionId reconstruction,
-                            WriteScope scope);
+// their poses wait again, parts that are split off become reconstructions of their own. One of
+// which nothing is left is dissolved. After an error nothing is visible and the map may be half
+// changed: the caller clears it.
+Result<AdjustedWhole> AdjustWhole(const IngestParts& parts, ReconstructionId reconstruction,
+                                  WriteScope scope);
 
 }  // namespace veduta

@@ -211,10 +211,10 @@ FollowUp Ingest::Run(const DueStep& step, WriteScope scope) {
   done.reconstruction = step.reconstruction;
   done.status = CatchShortage("place or adjust the photos again", [&]() -> Status {
     if (step.kind == FollowUpKind::kAdjustment) {
-      VEDUTA_ASSIGN_OR_RETURN(const Healing healing,
+      VEDUTA_ASSIGN_OR_RETURN(AdjustedWhole adjusted,
                               AdjustWhole(parts_, step.reconstruction, std::move(scope)));
-      for (const DoubtedImage& image : healing.unplaced) done.unplaced.push_back(image.image);
-      done.split_count = static_cast<uint32_t>(healing.parts.size());
+      done.unplaced = std::move(adjusted.unplaced);
+      done.split_off = std::move(adjusted.split_off);
       return Status::Ok();
     }
     if (step.kind == FollowUpKind::kVocabulary) return Status::Ok();  // RunNextStep leaves it

@@ -54,6 +54,7 @@ ReconstructionAnswer ToAnswer(const ReconstructionRecord& record, const DenseCou
   }
   answer.geometry_version = record.geometry_version;
   answer.merged_into = record.merged_into;
+  answer.dissolved = record.is_dissolved;
   const Sim3& into_from_this = record.merged_from_this;
   answer.merged_scale = into_from_this.scale;
   answer.merged_pose = ToPlain({into_from_this.rotation, into_from_this.translation});

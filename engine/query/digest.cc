@@ -23,6 +23,8 @@ void Add(const ReconstructionRecord& record, ContentFeed* feed) {
         << record.merged_from_this.rotation << record.merged_from_this.translation
         << record.image_count << record.point_count << record.observation_count
         << record.images_at_adjustment;
+  // Only where it is so: databases from before there were any keep their digests.
+  if (record.is_dissolved) *feed << record.is_dissolved;
 }
 
 void Add(const PointBlock& block, ContentFeed* feed) {

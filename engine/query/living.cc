@@ -29,9 +29,12 @@ Result<ReconstructionRecord> LargestLiving(const Snapshot& snapshot) {
 Result<ReconstructionRecord> GetLiving(const Snapshot& snapshot, ReconstructionId id) {
   VEDUTA_ASSIGN_OR_RETURN(const ReconstructionRecord record, snapshot.GetReconstruction(id));
   if (record.is_living()) return record;
-  const std::string name = "reconstruction " + std::to_string(id.value);
-  if (record.is_dissolved) return Status::NotFound(name + " was dissolved: its photos are gone");
-  return Status::NotFound(name + " was merged into reconstruction " +
+  if (record.is_dissolved) {
+    return Status::NotFound("reconstruction " + std::to_string(id.value) +
+                            " was dissolved: all its images have lost their poses");
+  }
+  return Status::NotFound("reconstruction " + std::to_string(id.value) +
+                          " was merged into reconstruction " +
                           std::to_string(record.merged_into.value));
 }
 

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
-// Which reconstructions there are: those that were merged into others are only remembered.
+// Which reconstructions there are: those that were merged into others or dissolved are only
+// remembered.
 
 #include <vector>
 
@@ -8,7 +9,7 @@
 
 namespace veduta {
 
-// Those that were not merged away; most images first, then ascending ids. O(reconstructions).
+// Those that were not merged away or dissolved; most images first, then ascending ids. O(reconstructions).
 Result<std::vector<ReconstructionRecord>> ListLiving(const Snapshot& snapshot);
 
 // The same, kNotFound, saying what to do, while there is none.
@@ -17,7 +18,8 @@ Result<std::vector<ReconstructionRecord>> ListSomeLiving(const Snapshot& snapsho
 // The one with most images; kNotFound, saying what to do, while there is none.
 Result<ReconstructionRecord> LargestLiving(const Snapshot& snapshot);
 
-// kNotFound for an unknown one, and, naming where it went, for one that was merged away.
+// kNotFound for an unknown one, for one that was merged away, naming where it went, and for one that
+// was dissolved.
 Result<ReconstructionRecord> GetLiving(const Snapshot& snapshot, ReconstructionId id);
 
 }  // namespace veduta

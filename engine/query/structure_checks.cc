@@ -162,13 +162,15 @@ class StructureChecker final {
            [&] { return name + " has fewer than three images"; });
     Expect(EndOf(record.id).has_value(),
            [&] { return name + " was merged into one that does not exist, or into itself"; });
+    Expect(!record.is_dissolved || (!record.merged_into.valid() && record.image_count == 0),
+           [&] { return name + " is said to be dissolved, and has images or was merged"; });
     const Sim3& s = record.merged_from_this;
     Expect(std::abs(s.rotation.norm() - 1) < kNormSlack,
            [&] { return name + ": the rotation of its merge is not of unit length"; });
     const bool is_identity = s.scale == 1 && s.translation.isZero(0) &&
                              s.rotation.coeffs() == Eigen::Quaterniond::Identity().coeffs();
-    Expect(!record.is_living() || is_identity,
-           [&] { return name + " lives, and says how it was moved into another"; });
+    Expect(record.merged_into.valid() || is_identity,
+           [&] { return name + " was not merged, and says how it was moved into another"; });
   }
 
   void CheckForbidden(const ForbiddenRecord& forbidden) {

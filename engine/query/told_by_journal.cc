@@ -23,9 +23,18 @@ std::optional<uint64_t> NumberBefore(std::string_view suffix, std::string_view t
   return number;
 }
 
+// The number that a sentence begins with.
+std::optional<uint64_t> NumberAtFront(std::string_view text) {
+  uint64_t number = 0;
+  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), number);
+  if (error != std::errc()) return std::nullopt;
+  return number;
+}
+
 // Images that others founded a reconstruction with, and those that wait, changed without an entry.
+// One that lost its pose has an entry, until it was tried again.
 bool HasItsOwnDetail(const ImageRecord& image) {
-  return image.verdict == Verdict::kPostponed ||
+  return (image.verdict == Verdict::kPostponed && image.reason != Reason::kDoubted) ||
          (image.verdict == Verdict::kFounded && image.detail.starts_with("founded with image "));
 }
 
@@ -38,6 +47,12 @@ void ToldByJournal::Take(const JournalRecord& entry) {
   if (entry.action == "propagate") {
     images[entry.image].detail = entry.detail;
     images[entry.image].propagated = true;
+  }
+  if (entry.action == "doubt") images[entry.image].detail = entry.detail;
+  if (entry.action == "split") {
+    // "5 images of reconstruction 1, whose frame it keeps"
+    if (const auto count = NumberAtFront(entry.detail))
+      images_at_adjustment[entry.reconstruction] = *count;
   }
   if (entry.action == "remove" && entry.image.valid()) {
     removed.insert(entry.image);

@@ -253,7 +253,7 @@ class ReconstructionHealer {
 };
 
 struct StoredMap {
-  std::map<ReconstructionId, ReconstructionRecord> living, merged;
+  std::map<ReconstructionId, ReconstructionRecord> living, gone;  // gone: merged or dissolved
   std::map<ReconstructionId, std::map<ImageId, PoseRecord>> poses;
 };
 
@@ -294,7 +294,7 @@ Status ReadReconstructions(StoredMap* map, Healing* healing) {
   const auto read = [&](ReconstructionId id) -> Result<bool> {
     const Result<ReconstructionRecord> record = healing->from().GetReconstruction(id);
     if (record.ok()) {
-      (record->is_living() ? map->living : map->merged)[id] = *record;
+      (record->is_living() ? map->living : map->gone)[id] = *record;
       return true;
     }
     if (!IsDamage(record.status())) return record.status();
@@ -310,7 +310,7 @@ Status ReadReconstructions(StoredMap* map, Healing* healing) {
   };
   VEDUTA_RETURN_IF_ERROR(
       VisitIds<ReconstructionId>(*healing, healing->state.next_reconstruction, read));
-  for (const auto& records : {map->living, map->merged}) {
+  for (const auto& records : {map->living, map->gone}) {
     if (records.empty()) continue;
     healing->state.next_reconstruction =
         std::max(healing->state.next_reconstruction, records.rbegin()->first.value + 1);
@@ -342,32 +342,33 @@ Status ReadPose(const ImageRecord& image, StoredMap* map, Healing* healing) {
   return healing->TryAgain(image.id);
 }
 
-// Follows merges to the end: whether that is one that lives or was dissolved.
-bool LeadsToEnd(const StoredMap& map, ReconstructionId id) {
-  for (size_t step = 0; step <= map.merged.size(); ++step) {
+// Follows merges to the end: one that lives, or was dissolved.
+bool HasEnd(const StoredMap& map, ReconstructionId id) {
+  for (size_t step = 0; step <= map.gone.size(); ++step) {
     if (map.living.contains(id)) return true;
-    const auto merged = map.merged.find(id);
-    if (merged == map.merged.end()) return false;
-    if (merged->second.is_dissolved) return true;
-    id = merged->second.merged_into;
+    const auto gone = map.gone.find(id);
+    if (gone == map.gone.end()) return false;
+    if (gone->second.is_dissolved) return true;
+    id = gone->second.merged_into;
   }
   return false;  // they go round in a circle
 }
 
 // Reconstructions that are no more. Numbers have no gaps: one of which nothing is left counts as
 // dissolved.
-Status WriteMerged(const StoredMap& map, Healing* healing) {
+Status WriteGone(const StoredMap& map, Healing* healing) {
   for (uint32_t number = 1; number < healing->state.next_reconstruction; ++number) {
     const ReconstructionId id(number);
     if (map.living.contains(id)) continue;
     ReconstructionRecord record;
-    if (LeadsToEnd(map, id)) {
-      record = map.merged.at(id);
+    if (HasEnd(map, id)) {
+      record = map.gone.at(id);
     } else {
       record.is_dissolved = true;
       record.images_at_adjustment = static_cast<uint32_t>(healing->told.ImagesAtAdjustment(id));
     }
     record.id = id;
+    if (record.is_dissolved) record.merged_into = {}, record.merged_from_this = {};
     record.image_count = 0;
     record.point_count = record.observation_count = 0;
     record.reprojection_error_px_sum = 0;
@@ -396,7 +397,7 @@ Status HealMap(Healing* healing) {
     if (!healer.is_given_up()) healing->reconstructions[it->first] = healer.record();
     it = healer.is_given_up() ? map.living.erase(it) : std::next(it);
   }
-  return WriteMerged(map, healing);
+  return WriteGone(map, healing);
 }
 
 }  // namespace veduta

@@ -184,7 +184,8 @@ Result<DensifyReport> RunDensePass(const DensePassTools& tools, ReconstructionId
   DensePass pass(tools, scene);
   const Status status = RunPass(options, &pass, &report);
   report.merged_into = pass.merged_into();
-  if (!status.ok() && !report.merged_into.valid()) return status;
+  report.dissolved = pass.dissolved();
+  if (!status.ok() && !report.merged_into.valid() && !report.dissolved) return status;
   return report;
 }
 

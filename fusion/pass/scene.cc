@@ -10,6 +10,10 @@ namespace veduta {
 Result<Scene> LoadScene(const Snapshot& snapshot, ReconstructionId reconstruction) {
   Scene scene;
   VEDUTA_ASSIGN_OR_RETURN(scene.reconstruction, snapshot.GetReconstruction(reconstruction));
+  if (scene.reconstruction.is_dissolved) {
+    return Status::InvalidArgument("reconstruction " + std::to_string(reconstruction.value) +
+                                   " was dissolved: all its images have lost their poses");
+  }
   if (!scene.reconstruction.is_living()) {
     return Status::InvalidArgument(
         "reconstruction " + std::to_string(reconstruction.value) + " was merged into " +

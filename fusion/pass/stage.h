@@ -40,17 +40,19 @@ class DensePass final {
   Status Tell(std::string_view stage, size_t done, size_t total) const;
 
   // One piece: takes a turn, begins a transaction and then a snapshot, lets `write` fill it, and
-  // commits. kCancelled, and nothing is written, when the reconstruction has been merged away:
-  // merged_into() tells from then on.
+  // commits. kCancelled, and nothing is written, when the reconstruction has been merged away or
+  // dissolved: merged_into() and dissolved() tell from then on.
   using Write = std::function<Status(const Snapshot&, Transaction*)>;
   Status Commit(const Write& write);
   ReconstructionId merged_into() const { return merged_into_; }
+  bool dissolved() const { return dissolved_; }
 
  private:
   const DensePassTools& tools_;
   const Scene& scene_;
   ReconstructionId surface_;
   ReconstructionId merged_into_;
+  bool dissolved_ = false;
 };
 
 // What an artefact is made from, fed piece by piece after the options and the algorithms of its

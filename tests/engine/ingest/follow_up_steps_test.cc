@@ -132,10 +132,10 @@ TEST(FollowUpSteps, AFailedAdjustmentLeavesNoPointBlocks) {
   const auto other = scene.database()->BeginTransaction();
   other->PutState(scene.State());
   ASSERT_OK(other->Commit());
-  EXPECT_EQ(AdjustWhole(parts, before.id, std::move(scope)).code(), StatusCode::kBusy);
+  EXPECT_EQ(AdjustWhole(parts, before.id, std::move(scope)).status().code(), StatusCode::kBusy);
   EXPECT_EQ(count_blocks(before.points_generation + 1), 0u);
   map.Clear();
-  ASSERT_OK(AdjustWhole(parts, before.id, BeginWrite(scene.database())));
+  ASSERT_OK(AdjustWhole(parts, before.id, BeginWrite(scene.database())).status());
   EXPECT_GT(count_blocks(before.points_generation + 1), 0u);
   EXPECT_EQ(count_blocks(before.points_generation), 0u);
 }

@@ -23,17 +23,28 @@ namespace veduta {
 
 class SceneDatabase {
  public:
-  explicit SceneDatabase(const SceneOptions& options = {}, size_t thread_count = 1)
-      : scene_(MakeScene(options)), pool_(thread_count) {
-    auto opened = Database::Open(folder_ / "db", {.create = true, .sync_wal = false});
-    EXPECT_OK(opened);
-    database_ = std::move(*opened);
+  // `disk` may be a faulty one; without one the operating system's is written to, without syncing.
+  explicit SceneDatabase(const SceneOptions& options = {}, size_t thread_count = 1,
+                         std::shared_ptr<rocksdb::FileSystem> disk = nullptr)
+      : scene_(MakeScene(options)), pool_(thread_count), disk_(std::move(disk)) {
+    Open(true);
     const auto transaction = database_->BeginTransaction();
     DatabaseState state;
     state.next_camera = 2;
     transaction->PutCamera({ImageCamera(), "scene", Model(), "the truth"});
     Note({0, 0, "veduta", "camera", {}, {}, "scene"}, &state, transaction.get());
     EXPECT_OK(transaction->Commit());
+  }
+
+  void Close() { database_.reset(); }
+  void Open(bool create = false) {
+    DatabaseOptions options;
+    options.create = create;
+    options.sync_wal = disk_ != nullptr;
+    options.file_system = disk_;
+    auto opened = Database::Open(folder_ / "db", options);
+    ASSERT_OK(opened);
+    database_ = std::move(*opened);
   }
 
   static CameraId ImageCamera() { return CameraId(1); }
@@ -167,6 +178,7 @@ class SceneDatabase {
   std::unique_ptr<Database> database_;
   ImageFeatureCache features_{64 << 20, 1500};
   ThreadPool pool_;
+  std::shared_ptr<rocksdb::FileSystem> disk_;
   std::vector<uint32_t> stored_;
 };
 

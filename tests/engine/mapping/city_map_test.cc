@@ -117,5 +117,116 @@ TEST(CityMap, MovesIntoAnotherFrame) {
   EXPECT_TRUE(map.images().empty() && map.changes().poses.empty());
 }
 
+// Every point lies in a block that is there, in a reconstruction with all its images.
+void ExpectHomes(const CityMap& map) {
+  for (const auto& [id, image] : map.images()) {
+    for (const PointRecord& point : map.StoredBlock(id).points) {
+      EXPECT_EQ(point.id.home, id);
+      EXPECT_GE(point.track.size(), 2u);
+      for (const TrackElement& element : point.track)
+        EXPECT_EQ(map.image(element.image).points[element.feature], point.id);
+    }
+  }
+}
+
+TEST(CityMap, AnImageIsUnplaced) {
+  const SyntheticScene scene = MakeScene({});
+  CityMap map = MakeMap(scene);
+  const PointId id = LongTrack(map, 4);
+  ASSERT_EQ(id.home, ImageId(1));
+  const PointRecord before = map.point(id);
+  map.ClearChanges();
+  const CountChange total = Totals(map);
+  map.UnplaceImage(ImageId(1));
+  EXPECT_FALSE(map.HasImage(ImageId(1)));
+  EXPECT_FALSE(map.HasBlock(ImageId(1)));
+  EXPECT_EQ(map.changes().unplaced,
+            (std::map<ImageId, ReconstructionId>{{ImageId(1), ReconstructionId(1)}}));
+  EXPECT_FALSE(map.changes().poses.contains(ImageId(1)));
+  EXPECT_FALSE(map.changes().blocks.contains(ImageId(1)));
+  EXPECT_FALSE(map.changes().observations.contains(ImageId(1)));
+  CheckTracks(map, scene);
+  ExpectHomes(map);
+  // What grew is what there is now beyond what there was.
+  const CountChange change = map.changes().counts.at(ReconstructionId(1)), now = Totals(map);
+  EXPECT_EQ(total.points + change.points, now.points);
+  EXPECT_EQ(total.observations + change.observations, now.observations);
+  EXPECT_NEAR(total.reprojection_error_px_sum + change.reprojection_error_px_sum,
+              now.reprojection_error_px_sum, 1e-6);
+  // The point that it was home to lives with the first of the others.
+  const TrackElement& second = before.track[1];
+  const PointId moved = map.image(second.image).points[second.feature];
+  EXPECT_EQ(moved.home, second.image);
+  EXPECT_EQ(map.point(moved).position, before.position);
+  EXPECT_EQ(map.point(moved).track, std::vector(before.track.begin() + 1, before.track.end()));
+  // No other point is lost but those that only one image sees now.
+  size_t seen_by_two = 0;
+  for (uint32_t i = 0; i < scene.points.size(); ++i) {
+    size_t views = 0;
+    for (uint32_t k = 1; k < scene.images.size(); ++k) views += scene.feature_of[k][i] >= 0;
+    seen_by_two += views >= 2;
+  }
+  EXPECT_EQ(static_cast<size_t>(now.points), seen_by_two);
+}
+
+TEST(CityMap, AnImageThatIsHomeToNothingIsUnplaced) {
+  const SyntheticScene scene = MakeScene({});
+  CityMap map = MakeMap(scene);
+  map.UnplaceImage(ImageId(6));
+  EXPECT_EQ(map.images().size(), 5u);
+  CheckTracks(map, scene);
+  ExpectHomes(map);
+  ExpectCounted(map);
+}
+
+TEST(CityMap, APartIsCutOff) {
+  const SyntheticScene scene = MakeScene({});
+  CityMap map = MakeMap(scene);
+  const std::set<ImageId> part = {ImageId(1), ImageId(2), ImageId(4)};
+  // Every other point of image 1 is seen by more images outside of the part.
+  for (const PointRecord& point : map.StoredBlock(ImageId(1)).points) {
+    if (point.id.ordinal % 2 == 0 && point.track.size() > 2)
+      map.RemoveObservation(point.id, ImageId(1));
+  }
+  std::map<PointId, PointRecord> before;
+  for (const ImageId id : {ImageId(1), ImageId(2), ImageId(3), ImageId(4), ImageId(5), ImageId(6)})
+    for (const PointRecord& point : map.StoredBlock(id).points) before[point.id] = point;
+  map.CutOff(part);
+  EXPECT_TRUE(map.changes().unplaced.empty());
+  ExpectHomes(map);
+  ExpectCounted(map);
+  CheckTracks(map, scene);
+  size_t kept_inside = 0, kept_outside = 0;
+  for (const auto& [id, point] : before) {
+    std::vector<TrackElement> inside, outside;
+    for (const TrackElement& e : point.track)
+      (part.contains(e.image) ? inside : outside).push_back(e);
+    const bool stays_inside = inside.size() >= outside.size();
+    const std::vector<TrackElement>& kept = stays_inside ? inside : outside;
+    const std::vector<TrackElement>& lost = stays_inside ? outside : inside;
+    for (const TrackElement& e : lost)
+      EXPECT_FALSE(map.image(e.image).points[e.feature].valid());
+    const PointId now = map.image(kept.front().image).points[kept.front().feature];
+    EXPECT_EQ(now.valid(), kept.size() >= 2);
+    if (!now.valid()) continue;
+    EXPECT_EQ(map.point(now).track, kept);
+    EXPECT_EQ(map.point(now).position, point.position);
+    EXPECT_EQ(part.contains(now.home), stays_inside);
+    ++(stays_inside ? kept_inside : kept_outside);
+  }
+  EXPECT_GT(kept_inside, 20u);
+  EXPECT_GT(kept_outside, 20u);
+}
+
+TEST(CityMap, CuttingOffWhatStandsAloneChangesNothing) {
+  const SyntheticScene scene = MakeScene({});
+  CityMap map = MakeMap(scene);
+  map.CutOff({ImageId(1), ImageId(2), ImageId(3)});
+  map.ClearChanges();
+  map.CutOff({ImageId(1), ImageId(2), ImageId(3)});
+  EXPECT_TRUE(map.changes().blocks.empty());
+  EXPECT_TRUE(map.changes().observations.empty());
+}
+
 }  // namespace
 }  // namespace veduta

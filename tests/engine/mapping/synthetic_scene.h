@@ -21,6 +21,10 @@ struct SceneOptions {
   double arc_deg = 40;    // over which the cameras are spread
   bool planar = false;    // all points on one slanted plane
   bool rotation = false;  // all cameras in one place
+  // > 0: the second half of the cameras, and of the points, stands so far to the right of the first,
+  // and only these few points between the two sides are seen from both.
+  double beside = 0;
+  uint32_t seam_point_count = 15;
   uint64_t seed = 1;
 };
 
@@ -70,6 +74,28 @@ inline Rigid3 PoseOnArc(const SceneOptions& options, uint32_t index) {
   return pose;
 }
 
+// The two sides of a scene each have their cameras on an arc of their own.
+inline Rigid3 PoseInScene(const SceneOptions& options, uint32_t index) {
+  if (options.beside == 0) return PoseOnArc(options, index);
+  SceneOptions side = options;
+  side.camera_count = options.camera_count / 2;
+  Rigid3 pose = PoseOnArc(side, index % side.camera_count);
+  if (index >= side.camera_count)
+    pose.translation -= pose.rotation * Eigen::Vector3d(options.beside, 0, 0);
+  return pose;
+}
+
+// Where a point of a scene of two sides lies: those of the seam come last.
+inline Eigen::Vector3d BesidePoint(const SceneOptions& options, uint32_t index,
+                                   Eigen::Vector3d point) {
+  if (options.beside == 0) return point;
+  const uint32_t sides_count = options.point_count - options.seam_point_count;
+  if (index >= sides_count) return {options.beside / 2 + 0.1 * point.x(), point.y(), point.z()};
+  point.x() *= 0.8;
+  if (index % 2 == 1) point.x() += options.beside;
+  return point;
+}
+
 inline SyntheticScene MakeScene(const SceneOptions& options) {
   SyntheticScene scene;
   scene.camera.fx = scene.camera.fy = 900;
@@ -80,13 +106,14 @@ inline SyntheticScene MakeScene(const SceneOptions& options) {
   for (uint32_t i = 0; i < options.point_count; ++i) {
     Eigen::Vector3d p(6 * random.Unit() - 3, 4 * random.Unit() - 2, 3 * random.Unit() - 1.5);
     if (options.planar) p.z() = 0.3 * p.x();
+    p = BesidePoint(options, i, p);
     scene.points.push_back(p);
     std::vector<uint8_t> descriptor(kDescriptorSize);
     for (uint8_t& byte : descriptor) byte = static_cast<uint8_t>(random.Below(90));
     descriptors.push_back(std::move(descriptor));
   }
   for (uint32_t k = 0; k < options.camera_count; ++k) {
-    const Rigid3 pose = PoseOnArc(options, k);
+    const Rigid3 pose = PoseInScene(options, k);
     scene.poses.push_back(pose);
 
     auto features = std::make_shared<Features>();

@@ -1,0 +1,105 @@
+// SPDX-License-Identifier: Apache-2.0
+// Goal: of a reconstruction that the evidence speaks against, images at wrong poses are un-placed,
+//   parts that many verified pairs contradict are cut off, and all the rest stays.
+// Method: synthetic scenes in a database: an image whose pose is shifted, and two sides with a few
+//   common points and many verified matches that the poses do not explain.
+#include "engine/ingest/doubt.h"
+
+#include <gtest/gtest.h>
+
+#include "tests/engine/ingest/scene_database.h"
+#include "tests/engine/ingest/torn_scene.h"
+#include "tests/option_bounds.h"
+
+namespace veduta {
+namespace {
+
+std::vector<ImageId> LoadWhole(SceneWork* work, ReconstructionId id) {
+  std::vector<ImageId> images;
+  EXPECT_OK(work->loader.LoadReconstruction(id, &images));
+  return images;
+}
+
+Healing Heal(SceneWork* work, const std::vector<ImageId>& images) {
+  auto healing = HealReconstruction(work->context, images);
+  EXPECT_OK(healing);
+  return healing.ok() ? *healing : Healing();
+}
+
+TEST(Doubt, NothingIsTakenFromWhatIsRight) {
+  SceneDatabase scene({.point_count = 2000});
+  scene.AddImages(0, 6);
+  const ReconstructionId id = scene.AddReconstruction({0, 1, 2, 3, 4, 5});
+  SceneWork work(&scene);
+  EXPECT_TRUE(Heal(&work, LoadWhole(&work, id)).empty());
+  EXPECT_EQ(work.map.images().size(), 6u);
+  EXPECT_TRUE(work.map.changes().blocks.empty());
+}
+
+TEST(Doubt, AnImageAtAWrongPoseIsUnplacedAndTheRestStays) {
+  SceneDatabase scene({.point_count = 2000});
+  scene.AddImages(0, 6);
+  const ReconstructionId id = scene.AddReconstruction({0, 1, 2, 3, 4, 5});
+  SceneWork work(&scene);
+  const auto images = LoadWhole(&work, id);
+  const ImageId wrong(3), self[] = {wrong};
+  // It keeps a few of its points, as a repeated facade would give them.
+  const std::vector<PointId> points = work.map.PointsSeenBy(self);
+  for (size_t i = 40; i < points.size(); ++i) work.map.RemoveObservation(points[i], wrong);
+  Rigid3 shifted = scene.scene().poses[2];
+  shifted.translation.x() += 0.5;
+  work.map.SetPose(wrong, shifted);
+  const VisibleStructure visible =
+      FindAround(work.map, work.map.image(wrong), images, work.options.doubt);
+  EXPECT_TRUE(IsContradicted(visible, work.options.doubt)) << MissingText(visible);
+  const Healing healing = Heal(&work, images);
+  ASSERT_EQ(healing.unplaced.size(), 1u);
+  EXPECT_EQ(healing.unplaced[0].image, wrong);
+  EXPECT_NE(healing.unplaced[0].why.find("lack what other photos see"), std::string::npos)
+      << healing.unplaced[0].why;
+  EXPECT_TRUE(healing.parts.empty());
+  EXPECT_EQ(work.map.images().size(), 5u);
+  EXPECT_EQ(work.map.changes().unplaced.size(), 1u);
+}
+
+TEST(Doubt, APartThatPairsContradictIsCutOff) {
+  SceneDatabase scene(kTwoSides);
+  const ReconstructionId id = AddTwoSides(&scene);
+  SceneWork before(&scene);
+  EXPECT_TRUE(Heal(&before, LoadWhole(&before, id)).empty()) << "nothing speaks against it yet";
+  ContradictSeam(&scene);
+  SceneWork work(&scene);
+  const Healing healing = Heal(&work, LoadWhole(&work, id));
+  EXPECT_TRUE(healing.unplaced.empty());
+  ASSERT_EQ(healing.parts.size(), 1u);
+  EXPECT_EQ(healing.parts[0], SideImages(1));
+  for (const PointId point : work.map.PointsSeenBy(healing.parts[0])) {
+    for (const TrackElement& element : work.map.point(point).track)
+      EXPECT_GE(element.image, healing.parts[0].front());
+  }
+}
+
+TEST(Doubt, LessThanThreeImagesAreNoReconstruction) {
+  SceneDatabase scene;
+  scene.AddImages(0, 4);
+  const ReconstructionId id = scene.AddReconstruction({0, 1, 2, 3});
+  SceneWork work(&scene);
+  work.options.doubt.parts.shared_points_min = 1'000'000;
+  const Healing healing = Heal(&work, LoadWhole(&work, id));
+  EXPECT_EQ(healing.unplaced.size(), 4u);
+  EXPECT_EQ(healing.unplaced[0].why, "less than three images are left there that agree");
+  EXPECT_TRUE(healing.parts.empty());
+  EXPECT_TRUE(work.map.images().empty());
+}
+
+TEST(Doubt, RefusesWhatIsOutOfBounds) {
+  using O = DoubtOptions;
+  ExpectBounds(&O::images_max, "images_max", {0u}, {1u});
+  ExpectBounds(&O::missing_cells_min, "missing_cells_min", {0u}, {1u});
+  ExpectBounds(&O::missing_share_max, "missing_share_max", {0.0, 1.1}, {0.01, 1.0});
+  ExpectBounds(&O::seam_pairs_min, "seam_pairs_min", {0u}, {1u});
+  ExpectBounds(&O::seam_missing_share_max, "seam_missing_share_max", {0.0, 1.1}, {0.01, 1.0});
+}
+
+}  // namespace
+}  // namespace veduta

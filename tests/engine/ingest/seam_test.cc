@@ -1,0 +1,102 @@
+// SPDX-License-Identifier: Apache-2.0
+// Goal: all that is known across a seam speaks for the right similarity and against one that is
+//   wrong by a window; too few pairs are not believed.
+// Method: a synthetic scene stored as two reconstructions in different frames.
+#include "engine/ingest/seam.h"
+
+#include <gtest/gtest.h>
+
+#include "tests/engine/ingest/scene_database.h"
+
+namespace veduta {
+namespace {
+
+constexpr ReconstructionId kOther(1), kOwn(2);
+
+class Seam : public testing::Test {
+ protected:
+  Seam() : scene_({.camera_count = 8, .point_count = 2000}) {
+    scene_.AddImages(0, 8);
+    EXPECT_EQ(scene_.AddReconstruction({0, 1, 2, 3}), kOther);
+    EXPECT_EQ(scene_.AddReconstruction({4, 5, 6, 7}, AnotherFrame()), kOwn);
+    work_.emplace(&scene_);
+    EXPECT_OK(work_->loader.LoadNeighborhood(near_));
+    auto pairs = ListSeamPairs(&work_->loader, work_->map, ImageId(5),
+                               scene_.MatchesOf(4, {0, 1, 2, 3}), near_, kOther);
+    EXPECT_OK(pairs);
+    if (pairs.ok()) pairs_ = std::move(*pairs);
+  }
+
+  SeamEvidence Judge(const Sim3& into_from_other) const {
+    return JudgeSeam(work_->map, pairs_, into_from_other, work_->options);
+  }
+
+  SceneDatabase scene_;
+  std::optional<SceneWork> work_;
+  const std::vector<ImageId> near_ = {ImageId(5), ImageId(6), ImageId(7), ImageId(8)};
+  std::vector<SeamPair> pairs_;
+};
+
+TEST_F(Seam, ListsEachPairAcrossOnce) {
+  std::vector<std::pair<uint32_t, uint32_t>> wanted, listed;
+  for (uint32_t a = 5; a <= 8; ++a) {
+    for (uint32_t b = 1; b <= 4; ++b) wanted.push_back({a, b});
+  }
+  for (const SeamPair& pair : pairs_) {
+    listed.push_back({pair.a.value, pair.matches.other.value});
+    EXPECT_EQ(work_->map.image(pair.a).reconstruction, kOwn);
+    EXPECT_EQ(work_->map.image(pair.matches.other).reconstruction, kOther);
+    EXPECT_EQ(pair.matches.matches.size(),
+              scene_.scene().Pair(pair.matches.other.value - 1, pair.a.value - 1).matches.size());
+    EXPECT_TRUE(work_->map.HasBlock(pair.matches.other));
+  }
+  EXPECT_EQ(listed, wanted);
+}
+
+TEST_F(Seam, TheRightSimilarityHolds) {
+  const SeamEvidence evidence = Judge(AnotherFrame());
+  EXPECT_EQ(evidence.agreeing_pairs, 16u);
+  EXPECT_EQ(evidence.contradicting_pairs, 0u);
+  EXPECT_GT(evidence.visible.cells, 50u);
+  EXPECT_LT(evidence.visible.missing_share(), 0.05);
+  EXPECT_TRUE(evidence.Holds(work_->options.doubt)) << evidence.Text();
+  // As the points that it was found by have it: right to some pixels.
+  const Sim3 about{1.001, Eigen::Quaterniond::Identity(), {0.01, 0, 0}};
+  EXPECT_TRUE(Judge(AnotherFrame() * about).Holds(work_->options.doubt));
+}
+
+TEST_F(Seam, OneThatIsShiftedByAWindowDoesNot) {
+  const Sim3 shift{1, Eigen::Quaterniond::Identity(), {1, 0, 0}};
+  const SeamEvidence evidence = Judge(AnotherFrame() * shift);
+  EXPECT_EQ(evidence.agreeing_pairs, 0u);
+  EXPECT_EQ(evidence.contradicting_pairs, 16u);
+  EXPECT_GT(evidence.visible.missing_share(), 0.8);
+  EXPECT_FALSE(evidence.Holds(work_->options.doubt)) << evidence.Text();
+  EXPECT_NE(evidence.Text().find("0 pairs agree, 16 contradict"), std::string::npos);
+}
+
+TEST_F(Seam, OnePairIsNotEnough) {
+  pairs_.resize(1);
+  EXPECT_FALSE(Judge(AnotherFrame()).Holds(work_->options.doubt));
+  work_->options.doubt.seam_pairs_min = 1;
+  EXPECT_TRUE(Judge(AnotherFrame()).Holds(work_->options.doubt));
+}
+
+TEST(SeamEvidence, EachKindOfEvidenceIsHeard) {
+  const DoubtOptions options;
+  SeamEvidence evidence;
+  evidence.agreeing_pairs = options.seam_pairs_min;
+  evidence.agreeing_matches = 1000;
+  evidence.visible = {.expected = 900, .found = 800, .cells = 100, .missing_cells = 10};
+  EXPECT_TRUE(evidence.Holds(options));
+  SeamEvidence few = evidence, contradicted = evidence, missing = evidence;
+  few.agreeing_pairs = options.seam_pairs_min - 1;
+  EXPECT_FALSE(few.Holds(options));
+  contradicted.contradicting_matches = 501;
+  EXPECT_FALSE(contradicted.Holds(options));
+  missing.visible.missing_cells = 60;
+  EXPECT_FALSE(missing.Holds(options));
+}
+
+}  // namespace
+}  // namespace veduta
