@@ -128,6 +128,11 @@ Status WritePlacementChanges(const CityMap& map, const Snapshot& snapshot,
   TouchedRecords records(snapshot, placement);
   VEDUTA_RETURN_IF_ERROR(CountMerges(placement, &records, transaction));
   VEDUTA_RETURN_IF_ERROR(AddCounts(map, placement, &records));
+  if (placement.raises_doubt) {
+    VEDUTA_ASSIGN_OR_RETURN(ReconstructionRecord* const record,
+                            records.Get(placement.reconstruction));
+    record->images_at_adjustment = 0;  // makes its adjustment due, which judges all of it
+  }
   WritePosesAndObservations(map, transaction);
   for (const ImageId home : map.changes().blocks) {
     VEDUTA_ASSIGN_OR_RETURN(ReconstructionRecord* const record,

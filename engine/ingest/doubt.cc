@@ -2,6 +2,7 @@
 #include "engine/ingest/doubt.h"
 
 #include <algorithm>
+#include <cmath>
 #include <map>
 #include <optional>
 
@@ -10,6 +11,8 @@
 
 namespace veduta {
 namespace {
+
+constexpr double kRadPerDeg = 0.017453292519943295;
 
 using Judgements = std::map<ImageId, VisibleStructure>;
 
@@ -67,6 +70,57 @@ std::map<std::pair<ImageId, ImageId>, PairEvidence> CountShared(const CityMap& m
   return evidence;
 }
 
+// The images whose cameras stand nearest and look the same way.
+std::vector<ImageId> FindBeside(const CityMap& map, ImageId image, const std::set<ImageId>& members,
+                                const DoubtOptions& options) {
+  const Rigid3& pose = map.image(image).cam_from_world;
+  const double cosine_min = std::cos(options.beside_angle_deg_max * kRadPerDeg);
+  std::vector<std::pair<double, ImageId>> ranked;
+  for (const ImageId id : members) {
+    if (id == image) continue;
+    const Rigid3& other = map.image(id).cam_from_world;
+    const double cosine = (pose.rotation * other.rotation.conjugate()).toRotationMatrix()(2, 2);
+    if (cosine < cosine_min) continue;
+    ranked.emplace_back((pose.Center() - other.Center()).squaredNorm(), id);
+  }
+  const size_t count = std::min<size_t>(ranked.size(), options.images_max);
+  std::partial_sort(ranked.begin(), ranked.begin() + static_cast<ptrdiff_t>(count), ranked.end());
+  std::vector<ImageId> beside;
+  for (size_t i = 0; i < count; ++i) beside.push_back(ranked[i].second);
+  return beside;
+}
+
+// Images that stand side by side and look the same way, share hardly a point, and lack most of what
+// the other sees: two places that were taken for one. What is missing counts as contradicting.
+void AddMissing(const MappingContext& context, const std::vector<ImageId>& members,
+                std::map<std::pair<ImageId, ImageId>, PairEvidence>* evidence) {
+  const CityMap& map = *context.map;
+  const DoubtOptions& options = context.options.doubt;
+  const std::set<ImageId> all(members.begin(), members.end());
+  std::vector<std::vector<std::pair<ImageId, uint32_t>>> missing(members.size());
+  context.pool->ParallelFor(members.size(), [&](size_t i) {
+    const ImageId id = members[i];
+    for (const ImageId other : FindBeside(map, id, all, options)) {
+      const auto known = evidence->find(std::minmax(id, other));
+      if (known != evidence->end() &&
+          known->second.shared_points >= options.parts.shared_points_min)
+        continue;
+      const VisibleStructure visible = FindAround(map, map.image(id), {&other, 1}, options);
+      if (visible.missing_cells >= options.missing_cells_min &&
+          visible.missing_share() > options.seam_missing_share_max)
+        missing[i].emplace_back(other, visible.expected - visible.found);
+    }
+  });
+  for (size_t i = 0; i < members.size(); ++i) {
+    for (const auto& [other, count] : missing[i]) {
+      const auto [a, b] = std::minmax(members[i], other);
+      PairEvidence& pair = (*evidence)[{a, b}];
+      pair.a = a, pair.b = b;
+      pair.contradicting_matches += count;
+    }
+  }
+}
+
 Result<std::vector<PairEvidence>> GatherEvidence(const MappingContext& context,
                                                  const std::set<ImageId>& members) {
   const CityMap& map = *context.map;
@@ -87,6 +141,7 @@ Result<std::vector<PairEvidence>> GatherEvidence(const MappingContext& context,
           static_cast<uint32_t>(stored.matches.size());
     }
   }
+  AddMissing(context, std::vector(members.begin(), members.end()), &evidence);
   std::vector<PairEvidence> all;
   for (const auto& [ids, pair] : evidence) all.push_back(pair);
   return all;
@@ -95,28 +150,12 @@ Result<std::vector<PairEvidence>> GatherEvidence(const MappingContext& context,
 // A reconstruction is of three images at least.
 constexpr size_t kImagesMin = 3;
 
-// Cuts off all parts but the largest. No part of less than three images keeps a pose, the largest
-// neither.
-Status CutDisagreeing(const MappingContext& context, const std::set<ImageId>& members,
-                      Healing* healing) {
-  VEDUTA_ASSIGN_OR_RETURN(const std::vector<PairEvidence> evidence,
-                          GatherEvidence(context, members));
-  std::vector<std::vector<ImageId>> parts = FindAgreeingParts(
-      std::vector(members.begin(), members.end()), evidence, context.options.doubt.parts);
-  for (size_t i = 0; i < parts.size(); ++i) {
-    if (parts[i].size() >= kImagesMin) {
-      if (i == 0) continue;
-      context.map->CutOff(std::set(parts[i].begin(), parts[i].end()));
-      healing->parts.push_back(std::move(parts[i]));
-      continue;
-    }
-    for (const ImageId id : parts[i]) {
-      context.map->UnplaceImage(id);
-      healing->unplaced.push_back({id, i == 0 ? "less than three images are left there that agree"
-                                              : "its verified neighbours contradict where it was"});
-    }
+void Unplace(CityMap* map, const std::set<ImageId>& images, const std::string& why,
+             Healing* healing) {
+  for (const ImageId id : images) {
+    map->UnplaceImage(id);
+    healing->unplaced.push_back({id, why});
   }
-  return Status::Ok();
 }
 
 }  // namespace
@@ -137,10 +176,25 @@ std::string MissingText(const VisibleStructure& visible) {
 }
 
 Result<Healing> HealReconstruction(const MappingContext& context, std::span<const ImageId> images) {
+  VEDUTA_ASSIGN_OR_RETURN(const std::vector<PairEvidence> evidence,
+                          GatherEvidence(context, std::set(images.begin(), images.end())));
   Healing healing;
-  std::set<ImageId> members(images.begin(), images.end());
-  UnplaceContradicted(context, &members, &healing);
-  VEDUTA_RETURN_IF_ERROR(CutDisagreeing(context, members, &healing));
+  std::vector<std::set<ImageId>> parts;
+  for (const auto& part : FindAgreeingParts(images, evidence, context.options.doubt.parts)) {
+    parts.emplace_back(part.begin(), part.end());
+    if (part.size() < kImagesMin)
+      Unplace(context.map, parts.back(), "what is known of it contradicts where it was", &healing);
+  }
+  std::erase_if(parts, [](const std::set<ImageId>& part) { return part.size() < kImagesMin; });
+  for (size_t i = 1; i < parts.size(); ++i) context.map->CutOff(parts[i]);
+  for (size_t i = 0; i < parts.size(); ++i) {
+    UnplaceContradicted(context, &parts[i], &healing);
+    if (parts[i].size() < kImagesMin) {
+      Unplace(context.map, parts[i], "less than three images are left there that agree", &healing);
+    } else if (i > 0) {
+      healing.parts.emplace_back(parts[i].begin(), parts[i].end());
+    }
+  }
   return healing;
 }
 

@@ -37,11 +37,11 @@ struct Healing {
   bool empty() const { return unplaced.empty() && parts.empty(); }
 };
 
-// Takes the poses of images that are contradicted, the most contradicted first, then cuts off parts
-// that do not agree with the largest one (agreeing_parts.h); images of parts of less than three,
-// be it the largest, lose their poses, too. `images` are all of one reconstruction, which must be loaded whole, with
-// nothing else unwritten. What is split off stays in the reconstruction until the caller moves it.
-// Deterministic.
+// Cuts off parts that do not agree with the largest one (agreeing_parts.h), by verified pairs and by
+// what cameras side by side lack of each other. Then takes the poses of images that are
+// contradicted, the most contradicted first. Images of parts of less than three lose theirs, too.
+// `images` are all of one reconstruction, which must be loaded whole, with nothing else unwritten.
+// What is split off stays in the reconstruction until the caller moves it. Deterministic.
 Result<Healing> HealReconstruction(const MappingContext& context, std::span<const ImageId> images);
 
 }  // namespace veduta

@@ -12,6 +12,9 @@ struct DoubtOptions {
   VisibilityOptions visibility;
   // >= 1. Images around a view whose points it is asked for. Chosen by hand; not measured.
   uint32_t images_max = 12;
+  // (0, 90), degrees. Cameras side by side whose axes differ by less see the same, unless something
+  // hides it. Chosen by hand; not measured.
+  double beside_angle_deg_max = 30.0;
   // >= 1. Cells that must be missing before a pose is doubted, and (0, 1] their share of those that
   // were judged. Right poses on castle-P19, fountain-P11, museum and four streets lack 6 cells and
   // 9 % at most where 20 cells or more are judged; wrong ones on repeated facades lack 4 to 33

@@ -75,8 +75,8 @@ Result<ReconstructionId> SplitOff(const IngestParts& parts, std::span<const Imag
 
 // The images wait again, and are tried again at once.
 Result<std::vector<LostPose>> PostponeUnplaced(const Snapshot& base, const Healing& healing,
-                                                    ReconstructionId from, DatabaseState* state,
-                                                    Transaction* transaction) {
+                                               ReconstructionId from, DatabaseState* state,
+                                               Transaction* transaction) {
   std::vector<LostPose> postponed;
   for (const DoubtedImage& unplaced : healing.unplaced) {
     const std::string detail =
@@ -141,9 +141,8 @@ Result<AdjustedWhole> AdjustWhole(const IngestParts& parts, ReconstructionId rec
   VEDUTA_RETURN_IF_ERROR(WriteWhole(*parts.map, parts.database, transaction, &record));
   WriteUnplaced(*parts.map, transaction);
   WritePosesAndObservations(*parts.map, transaction);
-  VEDUTA_ASSIGN_OR_RETURN(
-      adjusted.unplaced,
-      PostponeUnplaced(*scope.base, healing, reconstruction, &state, transaction));
+  VEDUTA_ASSIGN_OR_RETURN(adjusted.unplaced, PostponeUnplaced(*scope.base, healing, reconstruction,
+                                                              &state, transaction));
   Journal("adjust", {}, reconstruction, std::to_string(record.image_count) + " images", &state,
           transaction);
   transaction->PutState(state);

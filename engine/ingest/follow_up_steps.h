@@ -16,7 +16,7 @@ namespace veduta {
 Result<std::vector<ImageId>> RetryPhoto(const IngestParts& parts, ImageId image, WriteScope scope);
 
 struct AdjustedWhole {
-  std::vector<LostPose> unplaced;      // in the order in which they lost their poses
+  std::vector<LostPose> unplaced;           // in the order in which they lost their poses
   std::vector<ReconstructionId> split_off;  // ascending
 };
 

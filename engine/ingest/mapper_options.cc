@@ -34,6 +34,7 @@ Status DoubtOptions::Check() const {
   return OptionBounds()
       .Part("visibility", visibility.Check())
       .AtLeast("images_max", images_max, 1)
+      .Inside("beside_angle_deg_max", beside_angle_deg_max, 0, 90)
       .AtLeast("missing_cells_min", missing_cells_min, 1)
       .AboveUpTo("missing_share_max", missing_share_max, 0, 1)
       .AtLeast("seam_pairs_min", seam_pairs_min, 1)

@@ -76,13 +76,14 @@ Status TryMerge(const MappingContext& context, const MergeRequest& request,
     outcome->refused.push_back({other, evidence.Text()});
     return Status::Ok();
   }
-  Merge merge{other, alignment->into_from, static_cast<uint32_t>(alignment->agreeing.size())};
+  Merge merge{other, alignment->into_from, static_cast<uint32_t>(alignment->agreeing.size()),
+              evidence.Text()};
   ReconstructionId into = outcome->into;
   VEDUTA_ASSIGN_OR_RETURN(const ReconstructionRecord other_record,
                           context.loader->GetReconstruction(other));
   VEDUTA_ASSIGN_OR_RETURN(const size_t own_count, CountOwn(context.loader, request));
   if (outcome->merges.empty() && other_record.image_count > own_count) {
-    merge = {into, alignment->into_from.Inverse(), merge.common_point_count};
+    merge.from = into, merge.into_from = alignment->into_from.Inverse();
     into = other;
   }
   VEDUTA_RETURN_IF_ERROR(MoveAll(context, request, merge, into));

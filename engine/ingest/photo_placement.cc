@@ -28,7 +28,8 @@ void NoteMerges(MergeOutcome outcome, Placement* placement) {
     placement->reason = Reason::kJoinedReconstructions;
     placement->detail += "; reconstructions " + std::to_string(merge.from.value) + " and " +
                          std::to_string(outcome.into.value) + " merged by " +
-                         std::to_string(merge.common_point_count) + " common points";
+                         std::to_string(merge.common_point_count) + " common points (" +
+                         merge.evidence + ")";
   }
   for (const RefusedMerge& refused : outcome.refused) {
     placement->detail += "; not merged with reconstruction " + std::to_string(refused.other.value) +
@@ -100,6 +101,22 @@ Result<VisibleStructure> JudgePlaced(const MappingContext& context, ImageId phot
   return FindAround(*context.map, context.map->image(photo), around, options);
 }
 
+// Whether an image around the photo lacks what must be there, now that the photo is placed.
+Result<bool> RaisesDoubt(const MappingContext& context, ImageId photo) {
+  const DoubtOptions& options = context.options.doubt;
+  const CityMap& map = *context.map;
+  const std::vector<ImageId> near = CovisibleImages(map, photo, options.images_max);
+  for (const ImageId id : near)
+    VEDUTA_RETURN_IF_ERROR(
+        context.loader->LoadNeighborhood(CovisibleImages(map, id, options.images_max)));
+  std::vector<char> is_doubtful(near.size());
+  context.pool->ParallelFor(near.size(), [&](size_t i) {
+    const std::vector<ImageId> around = CovisibleImages(map, near[i], options.images_max);
+    is_doubtful[i] = IsContradicted(FindAround(map, map.image(near[i]), around, options), options);
+  });
+  return std::ranges::any_of(is_doubtful, [](char c) { return c != 0; });
+}
+
 // The first case, and the second where it joins reconstructions. Stops where the photo is
 // contradicted, and says so in `visible`.
 Status PlaceAt(const MappingContext& context, const PhotoAtHand& at_hand, const PoseCandidate& pose,
@@ -128,6 +145,7 @@ Status PlaceAt(const MappingContext& context, const PhotoAtHand& at_hand, const 
   VEDUTA_RETURN_IF_ERROR(AdjustAround(context, id, options.local_images_max));
   placement->adjust_ms += watch->LapMs();
   VEDUTA_ASSIGN_OR_RETURN(*visible, JudgePlaced(context, id));
+  VEDUTA_ASSIGN_OR_RETURN(placement->raises_doubt, RaisesDoubt(context, id));
   return Status::Ok();
 }
 

@@ -17,17 +17,20 @@ struct Merge {
   ReconstructionId from;
   Sim3 into_from;
   uint32_t common_point_count = 0;
+  std::string evidence;  // for and against, for a person
 };
 
 // The answer to one photo, and what it changed in the map besides.
 struct Placement {
   Verdict verdict = Verdict::kPostponed;
   Reason reason = Reason::kNone;
-  std::string detail;                // the reason's numbers, for a person
-  ReconstructionId reconstruction;   // valid unless postponed
-  ReconstructionId founded;          // valid if one was founded, also if it was merged at once
-  std::vector<ImageId> placed;       // got a pose: the photo first, then those it founded with
-  std::vector<Merge> merges;         // in the order in which they were made
+  std::string detail;               // the reason's numbers, for a person
+  ReconstructionId reconstruction;  // valid unless postponed
+  ReconstructionId founded;         // valid if one was founded, also if it was merged at once
+  std::vector<ImageId> placed;      // got a pose: the photo first, then those it founded with
+  std::vector<Merge> merges;        // in the order in which they were made
+  // An image around is contradicted by what is known now: the whole reconstruction is to be judged.
+  bool raises_doubt = false;
   uint32_t inlier_count = 0;         // of the pose, or of the founding points
   double map_ms = 0, adjust_ms = 0;  // wall time
 };
