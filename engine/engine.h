@@ -152,7 +152,8 @@ class Engine final {
 
   // Does everything that follows from the photos there are. The first failure of a step, after all
   // that can be done is done. A step that failed since the last Settle, when nobody was there to be
-  // told, counts too.
+  // told, counts too. Also rewrites the files where a killed Remove has left bytes in them: kBusy
+  // while somebody asks an earlier state.
   Status Settle(std::stop_token stop = {},
                 const std::function<void(const FollowUp&)>& followed = {});
 
