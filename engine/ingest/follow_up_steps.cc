@@ -4,6 +4,7 @@
 #include <algorithm>
 
 #include "engine/ingest/change_writer.h"
+#include "engine/ingest/dense_removal.h"
 #include "engine/ingest/local_unplacing.h"
 #include "engine/ingest/photo_placement.h"
 #include "engine/ingest/placement_writer.h"
@@ -88,6 +89,16 @@ Result<std::vector<LostPose>> PostponeUnplaced(const Snapshot& base, const Heali
   return postponed;
 }
 
+// What the dense pass has made of images that are not where they were any more.
+Status RemoveOutdatedDense(const Snapshot& base, const Healing& healing, Transaction* transaction) {
+  std::vector<ImageId> moved;
+  for (const DoubtedImage& unplaced : healing.unplaced) moved.push_back(unplaced.image);
+  for (const std::vector<ImageId>& part : healing.parts)
+    moved.insert(moved.end(), part.begin(), part.end());
+  if (moved.empty()) return Status::Ok();
+  return RemoveFromDense(base, moved, transaction).status();
+}
+
 }  // namespace
 
 Result<std::vector<ImageId>> RetryPhoto(const IngestParts& parts, ImageId image, WriteScope scope) {
@@ -140,6 +151,7 @@ Result<AdjustedWhole> AdjustWhole(const IngestParts& parts, ReconstructionId rec
       WrittenAhead::PointBlocks(parts.database, reconstruction, record.points_generation));
   VEDUTA_RETURN_IF_ERROR(WriteWhole(*parts.map, parts.database, transaction, &record));
   WriteUnplaced(*parts.map, transaction);
+  VEDUTA_RETURN_IF_ERROR(RemoveOutdatedDense(*scope.base, healing, transaction));
   WritePosesAndObservations(*parts.map, transaction);
   VEDUTA_ASSIGN_OR_RETURN(adjusted.unplaced, PostponeUnplaced(*scope.base, healing, reconstruction,
                                                               &state, transaction));

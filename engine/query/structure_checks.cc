@@ -156,8 +156,6 @@ class StructureChecker final {
     Expect(std::abs(tally.error_px_sum - record.reprojection_error_px_sum) <=
                1e-3 * (1 + tally.error_px_sum),
            [&] { return name + ": the sum of its errors is off"; });
-    Expect(!record.is_dissolved || (record.image_count == 0 && !record.merged_into.valid()),
-           [&] { return name + " is dissolved, and has images or was merged"; });
     Expect(!record.is_living() || record.image_count >= 3,
            [&] { return name + " has fewer than three images"; });
     Expect(EndOf(record.id).has_value(),

@@ -14,6 +14,7 @@
 #include "engine/ingest/local_unplacing.h"
 #include "engine/query/forbidden.h"
 #include "tests/engine/ingest/scene_database.h"
+#include "tests/engine/ingest/torn_scene.h"
 
 namespace veduta {
 namespace {
@@ -308,6 +309,29 @@ TEST(DenseRemoval, DeletesWhatWasMadeWithTheImagesAndNothingElse) {
   }
   transaction = scene.database()->BeginTransaction();
   EXPECT_FALSE(*RemoveFromDense(*snapshot, one, transaction.get())) << "nothing is left of it";
+}
+
+TEST(DenseRemoval, WhatIsSplitOffLosesItsDepthMaps) {
+  SceneDatabase scene(kTwoSides);
+  const ReconstructionId id = AddTwoSides(&scene);
+  ContradictSeam(&scene);
+  const ImageId stays = SideImages(0)[0], goes = SideImages(1)[0];
+  const auto transaction = scene.database()->BeginTransaction();
+  for (const ImageId image : {stays, goes}) {
+    transaction->dense().PutDepth(DepthOf(image.value, {}, 0));
+    transaction->dense().PutDepthPixels(image, {{1}, {2}});
+  }
+  ReconstructionRecord record = *scene.Snap()->GetReconstruction(id);
+  record.images_at_adjustment = 0;
+  transaction->PutReconstruction(record);
+  ASSERT_OK(transaction->Commit());
+  Remover remover(&scene);
+  const auto step = remover.ingest().RunNextStep();
+  ASSERT_TRUE(step.has_value());
+  EXPECT_OK(step->status);
+  EXPECT_EQ(scene.Snap()->FindPose(goes).value()->reconstruction, ReconstructionId(2));
+  EXPECT_TRUE((*scene.Snap()->dense().FindDepth(stays)).has_value());
+  EXPECT_FALSE((*scene.Snap()->dense().FindDepth(goes)).has_value());
 }
 
 WriteScope Begin(SceneDatabase* scene) {
