@@ -71,5 +71,16 @@ TEST_F(OnADatabase, AFailedStepIsNamedWithWhatToDo) {
             "stored, and `veduta settle my.city` tries it again");
 }
 
+TEST_F(OnADatabase, WhatAStepTookBackIsTold) {
+  const auto engine = OpenToRead(path_);
+  ASSERT_TRUE(engine.ok()) << engine.status().message();
+  testing::internal::CaptureStdout();
+  PrintHealed({{ImageId(7), "in reconstruction 1,\nit contradicts"}}, {ReconstructionId(3)},
+              (*engine)->Ask());
+  EXPECT_EQ(testing::internal::GetCapturedStdout(),
+            "  then     #7: lost its pose: in reconstruction 1,\\nit contradicts\n"
+            "  then     reconstruction 3 was split off\n");
+}
+
 }  // namespace
 }  // namespace veduta

@@ -31,7 +31,8 @@ ReconstructionAnswer SomeReconstruction() {
 
 constexpr char kReconstruction[] =
     R"({"id":3,"images":12,"points":1000,"observations":4000,"reprojection_error_px_mean":0.5,)"
-    R"("geometry_version":7,"depth_maps":5,"tiles":2,"triangles":900,"merged_into":null})";
+    R"("geometry_version":7,"depth_maps":5,"tiles":2,"triangles":900,"merged_into":null,)"
+    R"("dissolved":false})";
 
 TEST(JsonLine, IsOneLineOfUtf8) {
   EXPECT_EQ(JsonLine(Json::object({{"name", "a\nb\x1b\"\\"}})), R"({"name":"a\nb\u001b\"\\"})");
@@ -190,13 +191,16 @@ TEST(Added, Outcome) {
   outcome.inlier_count = 77;
   outcome.pairs_tried = 24;
   outcome.propagated = {ImageId(2), ImageId(4)};
+  outcome.unplaced = {{ImageId(3), "it contradicts"}};
+  outcome.split_off = {ReconstructionId(6)};
   outcome.times = {1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 55};
   EXPECT_EQ(
       JsonLine(ToJson(outcome)),
       R"({"image":"a.jpg","id":8,"verdict":"merged","reason":")" +
           ReasonSentence(outcome.reason, "1 and 2") +
           R"(","reconstruction":1,"neighbors":5,"inliers":77,"pairs_tried":24,)"
-          R"("propagated":[2,4],"damaged":[],"ms":{"decode":1.0,"undistort":2.0,"features":3.0,)"
+          R"("propagated":[2,4],"unplaced":[{"id":3,"why":"it contradicts"}],"split_off":[6],)"
+          R"("damaged":[],"ms":{"decode":1.0,"undistort":2.0,"features":3.0,)"
           R"("retrieve":4.0,"match":5.0,"verify":6.0,"map":7.0,"adjust":8.0,"commit":9.0,)"
           R"("follow":10.0,"total":55.0}})");
   outcome.duplicate = true;
@@ -209,14 +213,19 @@ TEST(Added, FollowUps) {
   step.kind = FollowUpKind::kAdjustment;
   step.reconstruction = ReconstructionId(2);
   EXPECT_EQ(JsonLine(ToJson(step)),
-            R"({"step":"adjustment","image":null,"reconstruction":2,"placed":[],"error":null})");
+            R"({"step":"adjustment","image":null,"reconstruction":2,"placed":[],"unplaced":[],)"
+            R"("split_off":[],"error":null})");
+  step.unplaced = {{ImageId(5), "parts are missing"}};
+  step.split_off = {ReconstructionId(7)};
+  EXPECT_EQ(JsonLine(ToJson(step)["unplaced"]), R"([{"id":5,"why":"parts are missing"}])");
+  EXPECT_EQ(JsonLine(ToJson(step)["split_off"]), "[7]");
   step = {};
   step.image = ImageId(5);
   step.placed = {ImageId(5), ImageId(6)};
   step.status = Status::IoError("the disk is full");
   EXPECT_EQ(JsonLine(ToJson(step)),
-            R"({"step":"propagation","image":5,"reconstruction":null,"placed":[5,6],)"
-            R"("error":"the disk is full"})");
+            R"({"step":"propagation","image":5,"reconstruction":null,"placed":[5,6],"unplaced":[],)"
+            R"("split_off":[],"error":"the disk is full"})");
   EXPECT_EQ(FollowUpWord(FollowUpKind::kVocabulary), "vocabulary");
 }
 

@@ -3,6 +3,9 @@
 // A reconstruction of two sides that a few points hold together, and that verified pairs come to
 // contradict: what a wrong merge looks like.
 
+#include <set>
+
+#include "engine/matching/two_view.h"
 #include "tests/engine/ingest/scene_database.h"
 
 namespace veduta {
@@ -23,15 +26,40 @@ inline ReconstructionId AddTwoSides(SceneDatabase* scene) {
   return scene->AddReconstruction({0, 1, 2, 3, 4, 5, 6, 7});
 }
 
-// Four verified pairs between the sides, with many matches that no pose explains.
+// A pair as if camera `b`, of the second side, saw what its twin in the first side sees: each
+// feature of `a` is matched with one of `b` that lies on its epipolar line.
+inline PairRecord FalsePair(const SyntheticScene& scene, uint32_t a, uint32_t b) {
+  PairRecord pair = scene.Pair(a, b);
+  pair.matches.clear();
+  pair.b_from_a = scene.poses[b - 4] * scene.poses[a].Inverse();
+  pair.b_from_a.translation.normalize();
+  const auto ray = [&](uint32_t k, FeatureIndex f) {
+    return scene.camera.Normalize(scene.images[k].features->keypoints[f]);
+  };
+  const double error = 0.3 / scene.camera.fx;
+  std::vector<Eigen::Vector2d> rays_a, rays_b;
+  std::set<FeatureIndex> taken;
+  for (FeatureIndex f = 0; f < scene.seen[a].size() && pair.matches.size() < 200; ++f) {
+    for (FeatureIndex g = 0; g < scene.seen[b].size(); ++g) {
+      const Eigen::Vector2d x_a[] = {ray(a, f)}, x_b[] = {ray(b, g)};
+      if (taken.contains(g) || FindTwoViewInliers(pair.b_from_a, x_a, x_b, error).empty()) continue;
+      taken.insert(g);
+      pair.matches.push_back({f, g});
+      rays_a.push_back(x_a[0]), rays_b.push_back(x_b[0]);
+      break;
+    }
+  }
+  // The geometry is the best for the matches, as that of a pair that was verified.
+  pair.b_from_a = RefineTwoView(pair.b_from_a, rays_a, rays_b,
+                                0.5 * TwoViewOptions().error_px_max / scene.camera.fx);
+  return pair;
+}
+
+// Four verified pairs between the sides, with many matches that the poses do not explain.
 inline void ContradictSeam(SceneDatabase* scene) {
   const auto transaction = scene->database()->BeginTransaction();
-  for (uint32_t k = 0; k < 4; ++k) {
-    PairRecord pair = scene->scene().Pair(k, k + 4);
-    pair.matches.clear();
-    for (FeatureIndex f = 0; f < 200; ++f) pair.matches.push_back({f, (f * 83) % 200});
-    transaction->PutPair(pair);
-  }
+  for (uint32_t k = 0; k < 4; ++k)
+    transaction->PutPair(FalsePair(scene->scene(), k, 4 + (k + 1) % 4));
   ASSERT_OK(transaction->Commit());
 }
 

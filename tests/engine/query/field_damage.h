@@ -74,7 +74,8 @@ inline std::vector<FieldDamage> ReconstructionDamages() {
        {"reprojectionErrorPxSum", [](R* r) { r->reprojection_error_px_sum += 10; }},
        {"geometryVersion", [](R* r) { r->geometry_version += 1; }},
        {"pointsGeneration", [](R* r) { r->points_generation += 1; }},
-       {"imagesAtAdjustment", [](R* r) { r->images_at_adjustment += 1; }}});
+       {"imagesAtAdjustment", [](R* r) { r->images_at_adjustment += 1; }},
+       {"dissolved", [](R* r) { r->is_dissolved = !r->is_dissolved; }}});
 }
 
 inline std::vector<FieldDamage> PoseDamages() {

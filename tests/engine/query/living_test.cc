@@ -81,5 +81,21 @@ TEST_F(LivingTest, OneThatWasMergedAwayIsNotFoundWhereItWent) {
   EXPECT_NE(unknown.message().find("6"), std::string::npos) << unknown.message();
 }
 
+TEST_F(LivingTest, OneThatWasDissolvedIsRememberedOnly) {
+  ReconstructionRecord record;
+  record.id = ReconstructionId(1);
+  record.is_dissolved = true;
+  const auto transaction = database_->BeginTransaction();
+  transaction->PutReconstruction(record);
+  ASSERT_OK(transaction->Commit());
+  const auto snapshot = database_->GetSnapshot();
+  EXPECT_TRUE(ListLiving(*snapshot)->empty());
+  EXPECT_EQ(LargestLiving(*snapshot).status().code(), StatusCode::kNotFound);
+  const Status dissolved = GetLiving(*snapshot, ReconstructionId(1)).status();
+  EXPECT_EQ(dissolved.code(), StatusCode::kNotFound);
+  EXPECT_EQ(dissolved.message(),
+            "reconstruction 1 was dissolved: all its images have lost their poses");
+}
+
 }  // namespace
 }  // namespace veduta

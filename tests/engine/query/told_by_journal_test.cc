@@ -76,5 +76,31 @@ TEST(ToldByJournal, NamesCamerasAdjustmentsAndTheVocabulary) {
   EXPECT_TRUE(told.AgreesWith(DatabaseState()));
 }
 
+TEST(ToldByJournal, AnImageThatLostItsPoseHasItsReasonThere) {
+  ToldByJournal told;
+  told.Take(Entry("anna", "add", 1, 1, "agrees"));
+  told.Take(Entry("veduta", "doubt", 1, 1, "in reconstruction 1, it contradicts"));
+  ImageRecord image;
+  image.id = ImageId(1);
+  image.contributor = "anna";
+  image.verdict = Verdict::kPostponed;
+  image.reason = Reason::kDoubted;
+  image.detail = "in reconstruction 1, it contradicts";
+  EXPECT_TRUE(told.AgreesWith(image));
+  image.detail = "another";
+  EXPECT_FALSE(told.AgreesWith(image));
+  // A new attempt that fails has no entry.
+  image.reason = Reason::kResectionFailed;
+  EXPECT_TRUE(told.AgreesWith(image));
+}
+
+TEST(ToldByJournal, APartThatIsSplitOffWasAdjustedThen) {
+  ToldByJournal told;
+  told.Take(Entry("veduta", "split", 0, 2, "5 images of reconstruction 1, whose frame it keeps"));
+  EXPECT_EQ(told.ImagesAtAdjustment(ReconstructionId(2)), 5u);
+  told.Take(Entry("veduta", "adjust", 0, 2, "9 images"));
+  EXPECT_EQ(told.ImagesAtAdjustment(ReconstructionId(2)), 9u);
+}
+
 }  // namespace
 }  // namespace veduta

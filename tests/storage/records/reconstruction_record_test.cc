@@ -28,6 +28,18 @@ TEST(ReconstructionRecord, RoundTrips) {
   EXPECT_EQ(decoded.geometry_version, record.geometry_version);
   EXPECT_EQ(decoded.points_generation, record.points_generation);
   EXPECT_EQ(decoded.images_at_adjustment, record.images_at_adjustment);
+  EXPECT_FALSE(decoded.is_dissolved);
+}
+
+TEST(ReconstructionRecord, OneThatIsDissolvedRoundTrips) {
+  ReconstructionRecord record, decoded;
+  record.id = ReconstructionId(8);
+  EXPECT_TRUE(record.is_living());
+  record.is_dissolved = true;
+  ASSERT_OK(Decode(*Encode(record), record.id, &decoded));
+  EXPECT_TRUE(decoded.is_dissolved);
+  EXPECT_FALSE(decoded.is_living());
+  EXPECT_FALSE(decoded.merged_into.valid());
 }
 
 TEST(ReconstructionRecord, RefusesWhatBreaksARule) {

@@ -1,0 +1,207 @@
+// SPDX-License-Identifier: Apache-2.0
+// Goal: the adjustment of a whole reconstruction heals it in one transaction: what was merged
+//   wrongly is split and each side is as accurate as before, images that lose their poses wait and
+//   are tried again, one of which nothing is left is dissolved; the journal tells, `verify` is
+//   content, the digest is the same at any thread count, and a step that fails or dies at any
+//   operation of the disk leaves nothing half done.
+// Method: two sides of a synthetic scene that pairs come to contradict, in a database on a disk
+//   that fails at each operation in turn.
+#include <gtest/gtest.h>
+
+#include "engine/ingest/follow_up_steps.h"
+#include "engine/ingest/ingest.h"
+#include "engine/query/digest.h"
+#include "engine/query/living.h"
+#include "tests/engine/ingest/torn_scene.h"
+#include "tests/storage/fault_file_system.h"
+
+namespace veduta {
+namespace {
+
+constexpr ReconstructionId kWhole(1), kSplit(2);
+
+struct Healer {
+  explicit Healer(SceneDatabase* in) : scene(*in) {}
+
+  Result<AdjustedWhole> Adjust() {
+    map.Clear();
+    return AdjustWhole(
+        {scene.database(), &retrieval, scene.features(), scene.pool(), options, &map}, kWhole,
+        BeginWrite(scene.database()));
+  }
+
+  SceneDatabase& scene;
+  IngestOptions options;
+  Retrieval retrieval{{}};
+  CityMap map;
+};
+
+std::string DigestHex(const SceneDatabase& scene) {
+  const auto digest = DigestOf(*scene.Snap());
+  EXPECT_OK(digest);
+  return digest.ok() ? digest->Hex() : "";
+}
+
+void ExpectSound(const SceneDatabase& scene) {
+  const auto violations = FindViolations(*scene.Snap(), 9);
+  ASSERT_OK(violations);
+  for (const std::string& violation : *violations) ADD_FAILURE() << violation;
+}
+
+void Tear(SceneDatabase* scene) {
+  EXPECT_EQ(AddTwoSides(scene), kWhole);
+  ContradictSeam(scene);
+}
+
+// The entries that an action has in the journal: "image reconstruction detail".
+std::vector<std::string> Entries(const SceneDatabase& scene, const std::string& action) {
+  std::vector<std::string> entries;
+  EXPECT_OK(scene.Snap()->ScanJournal(1, [&](const JournalRecord& entry) {
+    if (entry.action == action) {
+      entries.push_back(std::to_string(entry.image.value) + " " +
+                        std::to_string(entry.reconstruction.value) + " " + entry.detail);
+    }
+    return true;
+  }));
+  return entries;
+}
+
+TEST(HealingSteps, AWrongMergeIsSplit) {
+  std::string digest;
+  for (const size_t thread_count : {1, 2}) {
+    SceneDatabase scene(kTwoSides, thread_count);
+    Tear(&scene);
+    Healer healer(&scene);
+    const auto adjusted = healer.Adjust();
+    ASSERT_OK(adjusted);
+    EXPECT_TRUE(adjusted->unplaced.empty());
+    EXPECT_EQ(adjusted->split_off, std::vector{kSplit});
+    ExpectSound(scene);
+    for (const uint32_t k : {0, 1, 2, 3, 4, 5, 6, 7}) {
+      const auto pose = *scene.Snap()->FindPose(ImageId(k + 1));
+      ASSERT_TRUE(pose.has_value());
+      EXPECT_EQ(pose->reconstruction, k < 4 ? kWhole : kSplit);
+      // The frame stays, so the truth is that of both.
+      EXPECT_LT((pose->cam_from_world.Center() - scene.scene().poses[k].Center()).norm(), 0.02);
+    }
+    for (const ReconstructionId id : {kWhole, kSplit}) {
+      const auto record = GetLiving(*scene.Snap(), id);
+      ASSERT_OK(record);
+      EXPECT_EQ(record->image_count, 4u);
+      EXPECT_EQ(record->images_at_adjustment, 4u);
+      EXPECT_GT(record->point_count, 400u);
+    }
+    EXPECT_EQ(Entries(scene, "split"),
+              std::vector<std::string>{"0 2 4 images of reconstruction 1, whose frame it keeps"});
+    if (digest.empty()) digest = DigestHex(scene);
+    EXPECT_EQ(DigestHex(scene), digest);
+    // Nothing speaks against either any more.
+    const auto again = healer.Adjust();
+    ASSERT_OK(again);
+    EXPECT_TRUE(again->split_off.empty());
+    ExpectSound(scene);
+  }
+}
+
+TEST(HealingSteps, ImagesThatLoseTheirPosesWaitAndAreTriedAgain) {
+  SceneDatabase scene;
+  scene.AddImages(0, 4);
+  EXPECT_EQ(scene.AddReconstruction({0, 1, 2, 3}), kWhole);
+  Healer healer(&scene);
+  healer.options.mapper.doubt.parts.shared_points_min = 1'000'000;
+  const auto adjusted = healer.Adjust();
+  ASSERT_OK(adjusted);
+  ASSERT_EQ(adjusted->unplaced.size(), 4u);
+  EXPECT_EQ(adjusted->unplaced[0].detail,
+            "in reconstruction 1, less than three images are left there that agree");
+  ExpectSound(scene);
+  EXPECT_TRUE(scene.Snap()->GetReconstruction(kWhole)->is_dissolved);
+  EXPECT_EQ(GetLiving(*scene.Snap(), kWhole).status().message(),
+            "reconstruction 1 was dissolved: all its images have lost their poses");
+  EXPECT_TRUE(ListLiving(*scene.Snap())->empty());
+  EXPECT_EQ(scene.State().pending_propagation, SideImages(0));
+  EXPECT_EQ(Entries(scene, "doubt").size(), 4u);
+  for (const ImageId id : SideImages(0)) {
+    const ImageRecord image = *scene.Snap()->GetImage(id);
+    EXPECT_EQ(image.verdict, Verdict::kPostponed);
+    EXPECT_EQ(image.reason, Reason::kDoubted);
+    EXPECT_FALSE(scene.Snap()->FindPose(id)->has_value());
+    EXPECT_TRUE(scene.Snap()->GetObservations(id)->empty());
+  }
+  // They found another one, of which nothing is doubted.
+  Ingest ingest(scene.database(), &healer.retrieval, scene.features(), scene.pool(), {});
+  while (const auto step = ingest.RunNextStep()) ASSERT_OK(step->status);
+  ExpectSound(scene);
+  EXPECT_EQ(ListLiving(*scene.Snap())->size(), 1u);
+  EXPECT_EQ(ListLiving(*scene.Snap())->front().id, kSplit);
+  EXPECT_TRUE(scene.State().pending_propagation.empty());
+}
+
+TEST(HealingSteps, TheStepTellsWhatItTookBack) {
+  SceneDatabase scene(kTwoSides);
+  Tear(&scene);
+  const auto transaction = scene.database()->BeginTransaction();
+  ReconstructionRecord record = *scene.Snap()->GetReconstruction(kWhole);
+  record.images_at_adjustment = 0;
+  transaction->PutReconstruction(record);
+  ASSERT_OK(transaction->Commit());
+  Retrieval retrieval({});
+  Ingest ingest(scene.database(), &retrieval, scene.features(), scene.pool(), {});
+  const auto step = ingest.RunNextStep();
+  ASSERT_TRUE(step.has_value());
+  ASSERT_OK(step->status);
+  EXPECT_EQ(step->kind, FollowUpKind::kAdjustment);
+  EXPECT_EQ(step->split_off, std::vector{kSplit});
+  EXPECT_TRUE(step->unplaced.empty());
+  EXPECT_FALSE(ingest.RunNextStep().has_value());
+}
+
+// One operation fails, and what comes then is either nothing or the whole step.
+bool FailsAt(uint64_t n, bool power_cut, const std::string& torn, const std::string& healed) {
+  const auto disk = std::make_shared<FaultFileSystem>();
+  SceneDatabase scene(kTwoSides, 1, disk);
+  Tear(&scene);
+  EXPECT_EQ(DigestHex(scene), torn);
+  disk->FailWrites(n, Fault::kIoError, 1);
+  {
+    Healer healer(&scene);
+    const auto adjusted = healer.Adjust();
+    const bool is_behind = disk->fault_count() == 0;
+    if (is_behind) {
+      EXPECT_OK(adjusted);
+      return false;
+    }
+  }
+  if (power_cut) disk->CutPower();
+  scene.Close();
+  disk->Heal();
+  if (power_cut) n % 2 == 0 ? disk->DropUnsyncedData() : disk->LoseUnsyncedData(n);
+  scene.Open();
+  ExpectSound(scene);
+  const std::string found = DigestHex(scene);
+  EXPECT_TRUE(found == torn || found == healed) << "operation " << n << " left half a step";
+  if (found == torn) {
+    Healer healer(&scene);
+    EXPECT_OK(healer.Adjust());
+  }
+  EXPECT_EQ(DigestHex(scene), healed);
+  ExpectSound(scene);
+  return true;
+}
+
+TEST(HealingSteps, WhateverFailsNothingIsHalfDone) {
+  SceneDatabase undisturbed(kTwoSides);
+  Tear(&undisturbed);
+  const std::string torn = DigestHex(undisturbed);
+  ASSERT_OK(Healer(&undisturbed).Adjust());
+  const std::string healed = DigestHex(undisturbed);
+  ASSERT_NE(torn, healed);
+  for (const bool power_cut : {false, true}) {
+    uint64_t n = 1;
+    while (!HasFailure() && FailsAt(n, power_cut, torn, healed)) ++n;
+    EXPECT_GT(n, 3u) << "the step writes";
+  }
+}
+
+}  // namespace
+}  // namespace veduta
