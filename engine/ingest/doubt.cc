@@ -107,7 +107,7 @@ void AddMissing(const MappingContext& context, const std::vector<ImageId>& membe
         continue;
       const VisibleStructure visible = FindAround(map, map.image(id), {&other, 1}, options);
       if (visible.missing_cells >= options.missing_cells_min &&
-          visible.missing_share() > options.seam_missing_share_max)
+          visible.missing_share() > options.beside_missing_share_max)
         missing[i].emplace_back(other, visible.expected - visible.found);
     }
   });
@@ -133,8 +133,8 @@ Result<std::vector<PairEvidence>> GatherEvidence(const MappingContext& context,
           neighbor.geometry == PairGeometry::kRotation)
         continue;
       VEDUTA_ASSIGN_OR_RETURN(const PairRecord stored, context.loader->GetPair(id, neighbor.image));
-      const bool agrees = ExplainsMatches(map, map.image(id), map.image(neighbor.image),
-                                          stored.matches, context.options.agreement);
+      const bool agrees = ExplainsPair(map, map.image(id), map.image(neighbor.image),
+                                       MatchesFrom(stored, id), context.options.agreement);
       PairEvidence& pair = evidence[{id, neighbor.image}];
       pair.a = id, pair.b = neighbor.image;
       (agrees ? pair.agreeing_matches : pair.contradicting_matches) +=

@@ -25,9 +25,15 @@ struct DoubtOptions {
   // by hand; not measured.
   uint32_t seam_pairs_min = 2;
   // (0, 1]. Share of the cells that a merge may leave missing. More than a pose may, for two small
-  // reconstructions are less exact than one: right merges on a street leave 9 to 25 %, wrong ones on
-  // castle-P19 84 and 90 %.
-  double seam_missing_share_max = 0.35;
+  // reconstructions are less exact than one: right merges on a street leave 0 to 20 %, wrong ones on
+  // castle-P19 84 and 90 %, on twin facades 30 % and more.
+  double seam_missing_share_max = 0.25;
+  // (0, 1]. Cameras side by side that lack a larger share of what the other sees speak against each
+  // other. Chosen by hand; not measured.
+  double beside_missing_share_max = 0.35;
+  // >= 1. A photo that raises doubt has the whole reconstruction judged when so many images have
+  // come since it was judged last, or 1 % of it. Chosen by hand; not measured.
+  uint32_t images_between_min = 3;
   AgreementBounds parts;
 
   Status Check() const;

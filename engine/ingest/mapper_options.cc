@@ -39,6 +39,8 @@ Status DoubtOptions::Check() const {
       .AboveUpTo("missing_share_max", missing_share_max, 0, 1)
       .AtLeast("seam_pairs_min", seam_pairs_min, 1)
       .AboveUpTo("seam_missing_share_max", seam_missing_share_max, 0, 1)
+      .AboveUpTo("beside_missing_share_max", beside_missing_share_max, 0, 1)
+      .AtLeast("images_between_min", images_between_min, 1)
       .Part("parts", parts.Check())
       .status();
 }

@@ -105,6 +105,10 @@ Result<VisibleStructure> JudgePlaced(const MappingContext& context, ImageId phot
 Result<bool> RaisesDoubt(const MappingContext& context, ImageId photo) {
   const DoubtOptions& options = context.options.doubt;
   const CityMap& map = *context.map;
+  VEDUTA_ASSIGN_OR_RETURN(const ReconstructionRecord record,
+                          context.loader->GetReconstruction(map.image(photo).reconstruction));
+  const uint32_t between = std::max(options.images_between_min, record.image_count / 100);
+  if (record.image_count + 1 < record.images_at_adjustment + between) return false;
   const std::vector<ImageId> near = CovisibleImages(map, photo, options.images_max);
   for (const ImageId id : near)
     VEDUTA_RETURN_IF_ERROR(
@@ -145,7 +149,9 @@ Status PlaceAt(const MappingContext& context, const PhotoAtHand& at_hand, const 
   VEDUTA_RETURN_IF_ERROR(AdjustAround(context, id, options.local_images_max));
   placement->adjust_ms += watch->LapMs();
   VEDUTA_ASSIGN_OR_RETURN(*visible, JudgePlaced(context, id));
-  VEDUTA_ASSIGN_OR_RETURN(placement->raises_doubt, RaisesDoubt(context, id));
+  if (placement->merges.empty()) {
+    VEDUTA_ASSIGN_OR_RETURN(placement->raises_doubt, RaisesDoubt(context, id));
+  }
   return Status::Ok();
 }
 

@@ -9,6 +9,8 @@
 namespace veduta {
 namespace {
 
+constexpr double kRadPerDeg = 0.017453292519943295;
+
 // Whether the point that `feature` of `from` has, if it has one, falls near `seen` of `view`.
 bool FallsNear(const CityMap& map, const MapImage& from, FeatureIndex feature, const MapImage& view,
                FeatureIndex seen, double error_px_max) {
@@ -23,12 +25,19 @@ Status AgreementOptions::Check() const {
   return OptionBounds()
       .Above("line_error_px_max", line_error_px_max, 0)
       .Above("point_error_px_max", point_error_px_max, 0)
+      .Inside("rotation_deg_max", rotation_deg_max, 0, 180)
+      .AtLeast("rotation_matches_min", rotation_matches_min, 1)
       .status();
 }
 
-bool ExplainsMatches(const CityMap& map, const MapImage& view, const MapImage& other,
-                     std::span<const FeatureMatch> matches, const AgreementOptions& options) {
+bool ExplainsPair(const CityMap& map, const MapImage& view, const MapImage& other,
+                  const PairMatches& pair, const AgreementOptions& options) {
+  const std::vector<FeatureMatch>& matches = pair.matches;
   const Rigid3 other_from_view = other.cam_from_world * view.cam_from_world.Inverse();
+  if (pair.geometry == PairGeometry::kGeneral && matches.size() >= options.rotation_matches_min &&
+      other_from_view.rotation.angularDistance(pair.other_from_photo.rotation) >
+          options.rotation_deg_max * kRadPerDeg)
+    return false;
   const Eigen::Matrix3d essential = EssentialFromPose(other_from_view);
   const double distance_max =
       options.line_error_px_max / std::min(view.camera.focal_px(), other.camera.focal_px());
@@ -52,7 +61,7 @@ NeighborAgreement CheckNeighbors(const CityMap& map, ReconstructionId reconstruc
     if (!map.HasImage(pair.other) || map.image(pair.other).reconstruction != reconstruction)
       continue;
     if (pair.geometry == PairGeometry::kRotation) continue;
-    const bool agrees = ExplainsMatches(map, view, map.image(pair.other), pair.matches, options);
+    const bool agrees = ExplainsPair(map, view, map.image(pair.other), pair, options);
     ++(agrees ? agreement.agreeing_images : agreement.contradicting_images);
     (agrees ? agreement.agreeing_matches : agreement.contradicting_matches) += pair.matches.size();
   }
