@@ -47,6 +47,12 @@ void Shift(SceneWork* work, const SyntheticScene& scene) {
   work->map.SetPose(wrong, shifted);
 }
 
+// Every pose explains every pair.
+void BelievePairs(SceneWork* work) {
+  work->options.agreement.line_error_px_max = 1e6;
+  work->options.agreement.point_error_px_max = 1e6;
+}
+
 TEST(Doubt, AnImageAtAWrongPoseIsUnplacedAndTheRestStays) {
   SceneDatabase scene({.point_count = 2000});
   scene.AddImages(0, 6);
@@ -54,7 +60,7 @@ TEST(Doubt, AnImageAtAWrongPoseIsUnplacedAndTheRestStays) {
   // By what verified pairs say, and where these are not heard by what the picture lacks.
   for (const bool hears_pairs : {true, false}) {
     SceneWork work(&scene);
-    if (!hears_pairs) work.options.doubt.parts.contradiction_share_max = 1e9;
+    if (!hears_pairs) BelievePairs(&work);
     const auto images = LoadWhole(&work, id);
     Shift(&work, scene.scene());
     const VisibleStructure visible =
@@ -95,7 +101,7 @@ TEST(Doubt, LessThanThreeImagesAreNoReconstruction) {
   scene.AddImages(0, 3);
   const ReconstructionId id = scene.AddReconstruction({0, 1, 2});
   SceneWork work(&scene);
-  work.options.doubt.parts.contradiction_share_max = 1e9;
+  BelievePairs(&work);
   const auto images = LoadWhole(&work, id);
   Shift(&work, scene.scene());
   const Healing healing = Heal(&work, images);
