@@ -36,8 +36,8 @@ TEST(Doubt, NothingIsTakenFromWhatIsRight) {
   EXPECT_TRUE(work.map.changes().blocks.empty());
 }
 
-// Image 3 stands wrong by half a unit, and keeps a few of its points, as a repeated facade would give
-// them.
+// Image 3 stands wrong by half a unit, and keeps a few of its points, as a repeated facade would
+// give them.
 void Shift(SceneWork* work, const SyntheticScene& scene) {
   const ImageId wrong(3), self[] = {wrong};
   const std::vector<PointId> points = work->map.PointsSeenBy(self);
