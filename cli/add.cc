@@ -84,8 +84,8 @@ class AddReport final {
     progress_.Advance(word);
   }
 
-  // "9 placed, 1 postponed; 2 that had waited got a pose too; 1 lost their poses"; empty where no photo
-  // was added.
+  // "9 placed, 1 postponed; 2 that had waited got a pose too; 3 lost their poses"; empty where no
+  // photo was added.
   std::string Summary() const {
     std::string summary;
     for (const auto& [word, count] : counts_) {

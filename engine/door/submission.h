@@ -57,9 +57,9 @@ struct AddOutcome {
   std::string detail;               // the reason's numbers, for a person
   ReconstructionId reconstruction;  // valid if placed
   uint32_t neighbor_count = 0, pairs_tried = 0;
-  uint32_t inlier_count = 0;        // of the pose, or of the best pair when not placed
-  std::vector<ImageId> propagated;  // earlier photos that got a pose in the same commit
-  std::vector<LostPose> unplaced;      // that lost theirs by what followed from the photo
+  uint32_t inlier_count = 0;                // of the pose, or of the best pair when not placed
+  std::vector<ImageId> propagated;          // earlier photos that got a pose in the same commit
+  std::vector<LostPose> unplaced;           // that lost theirs by what followed from the photo
   std::vector<ReconstructionId> split_off;  // reconstructions that were split off thereby
   // Stored images that the photo was not compared with, because they are damaged; ascending.
   std::vector<DamagedImage> damaged;
@@ -76,10 +76,10 @@ enum class FollowUpKind : uint8_t { kPropagation, kAdjustment, kVocabulary };
 
 struct FollowUp {
   FollowUpKind kind = FollowUpKind::kPropagation;
-  ImageId image;                    // kPropagation: the one that was tried again
-  ReconstructionId reconstruction;  // kAdjustment: the one that was adjusted
-  std::vector<ImageId> placed;      // images that got a pose
-  std::vector<LostPose> unplaced;      // kAdjustment: in the order in which they lost theirs
+  ImageId image;                            // kPropagation: the one that was tried again
+  ReconstructionId reconstruction;          // kAdjustment: the one that was adjusted
+  std::vector<ImageId> placed;              // images that got a pose
+  std::vector<LostPose> unplaced;           // kAdjustment: in the order in which they lost theirs
   std::vector<ReconstructionId> split_off;  // kAdjustment: new ones, made of a part of it
   Status status;  // a failure is the step's own; it is set aside until the database is opened again
 };

@@ -37,8 +37,8 @@ struct Healing {
   bool empty() const { return unplaced.empty() && parts.empty(); }
 };
 
-// Cuts off parts that do not agree with the largest one (agreeing_parts.h), by verified pairs and by
-// what cameras side by side lack of each other. Then takes the poses of images that are
+// Cuts off parts that do not agree with the largest one (agreeing_parts.h), by verified pairs and
+// by what cameras side by side lack of each other. Then takes the poses of images that are
 // contradicted, the most contradicted first. Images of parts of less than three lose theirs, too.
 // `images` are all of one reconstruction, which must be loaded whole, with nothing else unwritten.
 // What is split off stays in the reconstruction until the caller moves it. Deterministic.

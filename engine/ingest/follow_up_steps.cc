@@ -2,6 +2,8 @@
 #include "engine/ingest/follow_up_steps.h"
 
 #include <algorithm>
+#include <set>
+#include <string_view>
 
 #include "engine/ingest/change_writer.h"
 #include "engine/ingest/dense_removal.h"
@@ -74,16 +76,38 @@ Result<ReconstructionId> SplitOff(const IngestParts& parts, std::span<const Imag
   return record.id;
 }
 
-// The images wait again, and are tried again at once.
+// The images that have lost their poses since anybody last did anything: what follows by itself is
+// walked over, from the end of the journal. O(its entries).
+Result<std::set<ImageId>> AlreadyDoubted(const Snapshot& base, uint64_t next_journal) {
+  static constexpr std::string_view kFollowing[] = {"adjust", "doubt", "propagate", "split",
+                                                    "vocabulary"};
+  std::set<ImageId> doubted;
+  for (uint64_t sequence = next_journal - 1; sequence > 0; --sequence) {
+    JournalRecord entry;
+    VEDUTA_RETURN_IF_ERROR(base.ScanJournal(sequence, [&](const JournalRecord& read) {
+      entry = read;
+      return false;
+    }));
+    if (std::ranges::find(kFollowing, entry.action) == std::end(kFollowing)) break;
+    if (entry.action == "doubt") doubted.insert(entry.image);
+  }
+  return doubted;
+}
+
+// The images wait again, and are tried again at once. One that loses its pose for the second time
+// since anybody did anything waits for a neighbour: placing and doubting it would never end.
 Result<std::vector<LostPose>> PostponeUnplaced(const Snapshot& base, const Healing& healing,
                                                ReconstructionId from, DatabaseState* state,
                                                Transaction* transaction) {
+  VEDUTA_ASSIGN_OR_RETURN(const std::set<ImageId> doubted,
+                          AlreadyDoubted(base, state->next_journal));
   std::vector<LostPose> postponed;
   for (const DoubtedImage& unplaced : healing.unplaced) {
     const std::string detail =
         "in reconstruction " + std::to_string(from.value) + ", " + unplaced.why;
     VEDUTA_RETURN_IF_ERROR(
         PostponeImages(base, {&unplaced.image, 1}, from, detail, state, transaction));
+    if (doubted.contains(unplaced.image)) std::erase(state->pending_propagation, unplaced.image);
     postponed.push_back({unplaced.image, detail});
   }
   return postponed;

@@ -14,9 +14,10 @@ namespace veduta {
 Status ReconsiderPoses(const MappingContext& context, std::span<const ImageId> images);
 
 // Reconsiders the poses of a reconstruction; then, twice, completes its tracks, adjusts all its
-// poses and points, and filters; in between it joins tracks by all verified pairs. What its own evidence speaks against then loses its pose, or is
-// cut off (doubt.h), and the rest is adjusted once more. Loads all of it. The frame stays
-// (AdjustBundle). After an error the map may be half changed: the caller clears it.
+// poses and points, and filters; in between it joins tracks by all verified pairs. What its own
+// evidence speaks against then loses its pose, or is cut off (doubt.h), and the rest is adjusted
+// once more. Loads all of it. The frame stays (AdjustBundle). After an error the map may be half
+// changed: the caller clears it.
 Result<Healing> AdjustReconstruction(const MappingContext& context, ReconstructionId id);
 
 }  // namespace veduta

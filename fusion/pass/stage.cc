@@ -23,10 +23,10 @@ Status DensePass::Commit(const Write& write) {
   if (!record.is_living()) {
     merged_into_ = record.merged_into;
     dissolved_ = record.is_dissolved;
-    return Status::Cancelled("reconstruction " + std::to_string(record.id.value) + " was " +
-                             (dissolved_ ? "dissolved"
-                                         : "merged into " + std::to_string(merged_into_.value)) +
-                             " while the dense pass worked on it");
+    return Status::Cancelled(
+        "reconstruction " + std::to_string(record.id.value) + " was " +
+        (dissolved_ ? "dissolved" : "merged into " + std::to_string(merged_into_.value)) +
+        " while the dense pass worked on it");
   }
   VEDUTA_RETURN_IF_ERROR(write(*snapshot, transaction.get()));
   return transaction->Commit();

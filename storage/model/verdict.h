@@ -30,9 +30,9 @@ enum class Reason : uint8_t {
   kNoGoodTriple = 24,           // neighbors are not placed, and no three views make a sound start
   kContradictsNeighbors = 25,   // the pose found disagrees with other verified neighbors
   kTooFewFeatures = 26,
-  kAmbiguous = 29,         // two poses explain it nearly as well
-  kMissingStructure = 27,  // where the pose found would put it, the picture lacks what must be there
+  kMissingStructure = 27,  // at the pose found, the picture lacks what must be there
   kDoubted = 28,           // it had a pose, and evidence has turned against it
+  kAmbiguous = 29,         // two poses explain it nearly as well
   // why it is rejected
   kUnreadable = 40,
   kUnsupportedFormat = 41,

@@ -36,30 +36,47 @@ TEST(Doubt, NothingIsTakenFromWhatIsRight) {
   EXPECT_TRUE(work.map.changes().blocks.empty());
 }
 
+// Image 3 stands wrong by half a unit, and keeps a few of its points, as a repeated facade would
+// give them.
+void Shift(SceneWork* work, const SyntheticScene& scene) {
+  const ImageId wrong(3), self[] = {wrong};
+  const std::vector<PointId> points = work->map.PointsSeenBy(self);
+  for (size_t i = 40; i < points.size(); ++i) work->map.RemoveObservation(points[i], wrong);
+  Rigid3 shifted = scene.poses[2];
+  shifted.translation.x() += 0.5;
+  work->map.SetPose(wrong, shifted);
+}
+
+// Every pose explains every pair.
+void BelievePairs(SceneWork* work) {
+  work->options.agreement.line_error_px_max = 1e6;
+  work->options.agreement.point_error_px_max = 1e6;
+}
+
 TEST(Doubt, AnImageAtAWrongPoseIsUnplacedAndTheRestStays) {
   SceneDatabase scene({.point_count = 2000});
   scene.AddImages(0, 6);
   const ReconstructionId id = scene.AddReconstruction({0, 1, 2, 3, 4, 5});
-  SceneWork work(&scene);
-  const auto images = LoadWhole(&work, id);
-  const ImageId wrong(3), self[] = {wrong};
-  // It keeps a few of its points, as a repeated facade would give them.
-  const std::vector<PointId> points = work.map.PointsSeenBy(self);
-  for (size_t i = 40; i < points.size(); ++i) work.map.RemoveObservation(points[i], wrong);
-  Rigid3 shifted = scene.scene().poses[2];
-  shifted.translation.x() += 0.5;
-  work.map.SetPose(wrong, shifted);
-  const VisibleStructure visible =
-      FindAround(work.map, work.map.image(wrong), images, work.options.doubt);
-  EXPECT_TRUE(IsContradicted(visible, work.options.doubt)) << MissingText(visible);
-  const Healing healing = Heal(&work, images);
-  ASSERT_EQ(healing.unplaced.size(), 1u);
-  EXPECT_EQ(healing.unplaced[0].image, wrong);
-  EXPECT_NE(healing.unplaced[0].why.find("lack what other photos see"), std::string::npos)
-      << healing.unplaced[0].why;
-  EXPECT_TRUE(healing.parts.empty());
-  EXPECT_EQ(work.map.images().size(), 5u);
-  EXPECT_EQ(work.map.changes().unplaced.size(), 1u);
+  // By what verified pairs say, and where these are not heard by what the picture lacks.
+  for (const bool hears_pairs : {true, false}) {
+    SceneWork work(&scene);
+    if (!hears_pairs) BelievePairs(&work);
+    const auto images = LoadWhole(&work, id);
+    Shift(&work, scene.scene());
+    const VisibleStructure visible =
+        FindAround(work.map, work.map.image(ImageId(3)), images, work.options.doubt);
+    EXPECT_TRUE(IsContradicted(visible, work.options.doubt)) << MissingText(visible);
+    const Healing healing = Heal(&work, images);
+    ASSERT_EQ(healing.unplaced.size(), 1u);
+    EXPECT_EQ(healing.unplaced[0].image, ImageId(3));
+    EXPECT_NE(healing.unplaced[0].why.find(hears_pairs ? "contradicts where it was"
+                                                       : "lack what other photos see"),
+              std::string::npos)
+        << healing.unplaced[0].why;
+    EXPECT_TRUE(healing.parts.empty());
+    EXPECT_EQ(work.map.images().size(), 5u);
+    EXPECT_EQ(work.map.changes().unplaced.size(), 1u);
+  }
 }
 
 TEST(Doubt, APartThatPairsContradictIsCutOff) {
@@ -80,14 +97,16 @@ TEST(Doubt, APartThatPairsContradictIsCutOff) {
 }
 
 TEST(Doubt, LessThanThreeImagesAreNoReconstruction) {
-  SceneDatabase scene;
-  scene.AddImages(0, 4);
-  const ReconstructionId id = scene.AddReconstruction({0, 1, 2, 3});
+  SceneDatabase scene({.point_count = 2000});
+  scene.AddImages(0, 3);
+  const ReconstructionId id = scene.AddReconstruction({0, 1, 2});
   SceneWork work(&scene);
-  work.options.doubt.parts.shared_points_min = 1'000'000;
-  const Healing healing = Heal(&work, LoadWhole(&work, id));
-  EXPECT_EQ(healing.unplaced.size(), 4u);
-  EXPECT_EQ(healing.unplaced[0].why, "less than three images are left there that agree");
+  BelievePairs(&work);
+  const auto images = LoadWhole(&work, id);
+  Shift(&work, scene.scene());
+  const Healing healing = Heal(&work, images);
+  ASSERT_EQ(healing.unplaced.size(), 3u);
+  EXPECT_EQ(healing.unplaced.back().why, "less than three images are left there that agree");
   EXPECT_TRUE(healing.parts.empty());
   EXPECT_TRUE(work.map.images().empty());
 }
@@ -95,6 +114,7 @@ TEST(Doubt, LessThanThreeImagesAreNoReconstruction) {
 TEST(Doubt, RefusesWhatIsOutOfBounds) {
   using O = DoubtOptions;
   ExpectBounds(&O::images_max, "images_max", {0u}, {1u});
+  ExpectBounds(&O::beside_angle_deg_max, "beside_angle_deg_max", {0.0, 90.0}, {1.0, 89.0});
   ExpectBounds(&O::missing_cells_min, "missing_cells_min", {0u}, {1u});
   ExpectBounds(&O::missing_share_max, "missing_share_max", {0.0, 1.1}, {0.01, 1.0});
   ExpectBounds(&O::seam_pairs_min, "seam_pairs_min", {0u}, {1u});

@@ -113,7 +113,7 @@ TEST(HealingSteps, ImagesThatLoseTheirPosesWaitAndAreTriedAgain) {
   ASSERT_OK(adjusted);
   ASSERT_EQ(adjusted->unplaced.size(), 4u);
   EXPECT_EQ(adjusted->unplaced[0].detail,
-            "in reconstruction 1, less than three images are left there that agree");
+            "in reconstruction 1, what is known of it contradicts where it was");
   ExpectSound(scene);
   EXPECT_TRUE(scene.Snap()->GetReconstruction(kWhole)->is_dissolved);
   EXPECT_EQ(GetLiving(*scene.Snap(), kWhole).status().message(),
@@ -134,6 +134,28 @@ TEST(HealingSteps, ImagesThatLoseTheirPosesWaitAndAreTriedAgain) {
   ExpectSound(scene);
   EXPECT_EQ(ListLiving(*scene.Snap())->size(), 1u);
   EXPECT_EQ(ListLiving(*scene.Snap())->front().id, kSplit);
+  EXPECT_TRUE(scene.State().pending_propagation.empty());
+}
+
+TEST(HealingSteps, DoubtEnds) {
+  // Whatever is placed is doubted by the adjustment that is due at once.
+  SceneDatabase scene;
+  scene.AddImages(0, 6);
+  EXPECT_EQ(scene.AddReconstruction({0, 1, 2, 3, 4}), kWhole);
+  Healer healer(&scene);
+  IngestOptions options;
+  options.schedule.views_step = 1;
+  options.mapper.doubt.parts.shared_points_min = 1'000'000;
+  healer.options = options;
+  ASSERT_OK(healer.Adjust().status());
+  Ingest ingest(scene.database(), &healer.retrieval, scene.features(), scene.pool(), options);
+  size_t steps = 0;
+  while (const auto step = ingest.RunNextStep()) {
+    ASSERT_OK(step->status);
+    ASSERT_LT(++steps, 50u) << "placing and doubting go on for ever";
+  }
+  EXPECT_GT(steps, 5u) << "each was tried again once";
+  ExpectSound(scene);
   EXPECT_TRUE(scene.State().pending_propagation.empty());
 }
 

@@ -204,8 +204,7 @@ TEST(CityMap, APartIsCutOff) {
     const bool stays_inside = inside.size() >= outside.size();
     const std::vector<TrackElement>& kept = stays_inside ? inside : outside;
     const std::vector<TrackElement>& lost = stays_inside ? outside : inside;
-    for (const TrackElement& e : lost)
-      EXPECT_FALSE(map.image(e.image).points[e.feature].valid());
+    for (const TrackElement& e : lost) EXPECT_FALSE(map.image(e.image).points[e.feature].valid());
     const PointId now = map.image(kept.front().image).points[kept.front().feature];
     EXPECT_EQ(now.valid(), kept.size() >= 2);
     if (!now.valid()) continue;

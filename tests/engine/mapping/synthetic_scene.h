@@ -21,7 +21,7 @@ struct SceneOptions {
   double arc_deg = 40;    // over which the cameras are spread
   bool planar = false;    // all points on one slanted plane
   bool rotation = false;  // all cameras in one place
-  // > 0: the second half of the cameras, and of the points, stands so far to the right of the first,
+  // > 0: the second half of the cameras, and of the points, stands so far to the right of the rest,
   // and only these few points between the two sides are seen from both.
   double beside = 0;
   uint32_t seam_point_count = 15;
