@@ -116,7 +116,7 @@ void AddMissing(const MappingContext& context, const std::vector<ImageId>& membe
       const auto [a, b] = std::minmax(members[i], other);
       PairEvidence& pair = (*evidence)[{a, b}];
       pair.a = a, pair.b = b;
-      pair.contradicting_matches += count;
+      pair.contradicting_matches += std::min(count, options.pair_weight_max);
     }
   }
 }
@@ -137,8 +137,8 @@ Result<std::vector<PairEvidence>> GatherEvidence(const MappingContext& context,
                                        MatchesFrom(stored, id), context.options.agreement);
       PairEvidence& pair = evidence[{id, neighbor.image}];
       pair.a = id, pair.b = neighbor.image;
-      (agrees ? pair.agreeing_matches : pair.contradicting_matches) +=
-          static_cast<uint32_t>(stored.matches.size());
+      (agrees ? pair.agreeing_matches : pair.contradicting_matches) += std::min(
+          static_cast<uint32_t>(stored.matches.size()), context.options.doubt.pair_weight_max);
     }
   }
   AddMissing(context, std::vector(members.begin(), members.end()), &evidence);

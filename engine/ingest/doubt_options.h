@@ -24,8 +24,15 @@ struct DoubtOptions {
   // >= 1. Verified pairs that must agree across a seam: one alone may be a repeated facade. Chosen
   // by hand; not measured.
   uint32_t seam_pairs_min = 2;
+  // >= 1. Matches of one pair, or points missing between two images, that count at most: on
+  // castle-P19 two pairs of lookalike facades have 376 and 307 matches and are wrong, and a pair is
+  // one witness. Chosen by hand; not measured.
+  uint32_t pair_weight_max = 100;
+  // > 0. Matches across a seam that contradict a merge over those that agree. As that of the parts.
+  double seam_contradiction_share_max = 0.7;
   // (0, 1]. Share of the cells that a merge may leave missing. More than a pose may, for two small
-  // reconstructions are less exact than one: right merges on a street leave 0 to 20 %, wrong ones on
+  // reconstructions are less exact than one: right merges on a street leave 0 to 20 %, wrong ones
+  // on
   // castle-P19 84 and 90 %, on twin facades 30 % and more.
   double seam_missing_share_max = 0.25;
   // (0, 1]. Cameras side by side that lack a larger share of what the other sees speak against each

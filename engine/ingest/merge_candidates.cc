@@ -9,7 +9,8 @@
 namespace veduta {
 namespace {
 
-// Points that a similarity is fitted to, at least: three determine it. Chosen by hand; not measured.
+// Points that a similarity is fitted to, at least: three determine it. Chosen by hand; not
+// measured.
 constexpr uint32_t kFittedPointsMin = 6;
 
 void AppendCommon(const CityMap& map, ImageId image, const PairMatches& pair,

@@ -124,7 +124,7 @@ Status AppendStored(MapLoader* loader, const CityMap& map, ImageId image, Recons
 bool SeamEvidence::Holds(const DoubtOptions& options) const {
   return agreeing_pairs >= options.seam_pairs_min &&
          static_cast<double>(contradicting_matches) <=
-             options.parts.contradiction_share_max * static_cast<double>(agreeing_matches) &&
+             options.seam_contradiction_share_max * static_cast<double>(agreeing_matches) &&
          (visible.missing_cells < options.missing_cells_min ||
           visible.missing_share() <= options.seam_missing_share_max);
 }
@@ -173,7 +173,7 @@ SeamEvidence JudgeSeam(const CityMap& map, std::span<const SeamPair> pairs,
     const bool agrees = sides.Explain(pair, options.agreement);
     ++(agrees ? evidence.agreeing_pairs : evidence.contradicting_pairs);
     (agrees ? evidence.agreeing_matches : evidence.contradicting_matches) +=
-        pair.matches.matches.size();
+        std::min<size_t>(pair.matches.matches.size(), options.doubt.pair_weight_max);
   }
   evidence.visible = sides.CountVisible(options.doubt);
   return evidence;

@@ -25,11 +25,11 @@ struct AgreementOptions {
   // the epipolar lines of one window are those of all windows beside it: only this tells them
   // apart. Chosen by hand; not measured.
   double point_error_px_max = 15.0;
-  // (0, 180), degrees, and >= 1. The rotation that a pair of so many matches has found by itself may
-  // differ from that of the poses by so much; pairs of planes are not asked. Two halves of a street
-  // that lean against each other by what is seen far away may have a kink that every epipolar line
-  // bears. On right models of a street, of castle-P19 and of museum 1 pair in 20 of 60 matches and
-  // more differs by more.
+  // (0, 180), degrees, and >= 1. The rotation that a pair of so many matches has found by itself
+  // may differ from that of the poses by so much; pairs of planes are not asked. Two halves of a
+  // street that lean against each other by what is seen far away may have a kink that every
+  // epipolar line bears. On right models of a street, of castle-P19 and of museum 1 pair in 20 of
+  // 60 matches and more differs by more.
   double rotation_deg_max = 2.0;
   uint32_t rotation_matches_min = 60;
 
@@ -38,8 +38,8 @@ struct AgreementOptions {
 
 // Whether the poses of two views explain their verified pair: at least half of its matches lie near
 // their epipolar lines, and, as far as the matched features have points in one frame, near these;
-// and the pair's rotation is theirs. `other` gives the pose and the points of the pair's other image
-// in the frame of `view`.
+// and the pair's rotation is theirs. `other` gives the pose and the points of the pair's other
+// image in the frame of `view`.
 bool ExplainsPair(const CityMap& map, const MapImage& view, const MapImage& other,
                   const PairMatches& pair, const AgreementOptions& options);
 

@@ -29,9 +29,10 @@ struct ResectionOptions {
   // > 0, px. A correspondence that lies farther from where a pose puts it may speak for quite
   // another pose. Chosen by hand; not measured.
   double rival_error_px_min = 15.0;
-  // [0, 1]. Where quite another pose explains such a share of what the best one explains, neither is
-  // believed. Right poses on a street of 150 photos and on castle-P19 have no rival in 98 of 100, and
-  // one of 0.3 at most; on a facade that repeats every 3 m half of them have one of 0.3 and more.
+  // [0, 1]. Where quite another pose explains such a share of what the best one explains, neither
+  // is believed. Right poses on a street of 150 photos and on castle-P19 have no rival in 98 of
+  // 100, and one of 0.3 at most; on a facade that repeats every 3 m half of all have one of 0.3 and
+  // more.
   double rival_share_max = 0.25;
 
   bool IsAmbiguous(size_t inlier_count, size_t rival_count) const {
