@@ -133,12 +133,18 @@ Result<std::vector<PairEvidence>> GatherEvidence(const MappingContext& context,
           neighbor.geometry == PairGeometry::kRotation)
         continue;
       VEDUTA_ASSIGN_OR_RETURN(const PairRecord stored, context.loader->GetPair(id, neighbor.image));
-      const bool agrees = ExplainsPair(map, map.image(id), map.image(neighbor.image),
-                                       MatchesFrom(stored, id), context.options.agreement);
+      const PairMatches matches = MatchesFrom(stored, id);
+      const MapImage &image = map.image(id), &other = map.image(neighbor.image);
+      const uint32_t weight = std::min(static_cast<uint32_t>(stored.matches.size()),
+                                       context.options.doubt.pair_weight_max);
       PairEvidence& pair = evidence[{id, neighbor.image}];
       pair.a = id, pair.b = neighbor.image;
-      (agrees ? pair.agreeing_matches : pair.contradicting_matches) += std::min(
-          static_cast<uint32_t>(stored.matches.size()), context.options.doubt.pair_weight_max);
+      if (!ExplainsPair(map, image, other, matches, context.options.agreement)) {
+        pair.contradicting_matches += weight;
+        continue;
+      }
+      pair.agreeing_matches += weight;
+      if (IsTurned(image, other, matches, context.options.agreement)) pair.turned_matches += weight;
     }
   }
   AddMissing(context, std::vector(members.begin(), members.end()), &evidence);
@@ -149,6 +155,32 @@ Result<std::vector<PairEvidence>> GatherEvidence(const MappingContext& context,
 
 // A reconstruction is of three images at least.
 constexpr size_t kImagesMin = 3;
+
+// The parts that agree. Rotations of pairs may part large ones; an image or two that they alone
+// speak against stay where they are.
+std::vector<std::vector<ImageId>> FindParts(std::span<const ImageId> images,
+                                            std::span<const PairEvidence> evidence,
+                                            AgreementBounds bounds) {
+  std::vector<std::vector<ImageId>> parts = FindAgreeingParts(images, evidence, bounds);
+  bounds.counts_turned = false;
+  const std::vector<std::vector<ImageId>> whole = FindAgreeingParts(images, evidence, bounds);
+  if (parts.front().size() < kImagesMin) return parts;
+  const std::vector<ImageId> largest = parts.front();
+  const auto holds = [](const std::vector<ImageId>& part, ImageId id) {
+    return std::ranges::binary_search(part, id);
+  };
+  const std::vector<ImageId>& around = *std::ranges::find_if(
+      whole, [&](const std::vector<ImageId>& part) { return holds(part, largest.front()); });
+  std::vector<ImageId> back;
+  std::erase_if(parts, [&](const std::vector<ImageId>& part) {
+    if (part.size() >= kImagesMin || !holds(around, part.front())) return false;
+    back.insert(back.end(), part.begin(), part.end());
+    return true;
+  });
+  parts.front().insert(parts.front().end(), back.begin(), back.end());
+  std::ranges::sort(parts.front());
+  return parts;
+}
 
 void Unplace(CityMap* map, const std::set<ImageId>& images, const std::string& why,
              Healing* healing) {
@@ -180,7 +212,7 @@ Result<Healing> HealReconstruction(const MappingContext& context, std::span<cons
                           GatherEvidence(context, std::set(images.begin(), images.end())));
   Healing healing;
   std::vector<std::set<ImageId>> parts;
-  for (const auto& part : FindAgreeingParts(images, evidence, context.options.doubt.parts)) {
+  for (const auto& part : FindParts(images, evidence, context.options.doubt.parts)) {
     parts.emplace_back(part.begin(), part.end());
     if (part.size() < kImagesMin)
       Unplace(context.map, parts.back(), "what is known of it contradicts where it was", &healing);

@@ -6,7 +6,6 @@
 #include <optional>
 #include <string>
 
-#include "engine/door/removal.h"
 #include "engine/door/submission.h"
 #include "engine/ingest/due_work.h"
 #include "engine/ingest/ingest_options.h"

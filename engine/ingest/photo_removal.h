@@ -4,7 +4,7 @@
 
 #include <string>
 
-#include "engine/door/removal.h"
+#include "engine/door/submission.h"
 #include "engine/ingest/ingest_parts.h"
 #include "engine/ingest/write_scope.h"
 

@@ -70,7 +70,8 @@ class Sides {
 
   bool Explain(const SeamPair& pair, const AgreementOptions& options) const {
     const ImageId a = pair.a, b = pair.matches.other;
-    return ExplainsPair(map_, map_.image(a), other_.at(b), pair.matches, options) &&
+    return !IsTurned(map_.image(a), other_.at(b), pair.matches, options) &&
+           ExplainsPair(map_, map_.image(a), other_.at(b), pair.matches, options) &&
            ExplainsPair(map_, into_.at(a), map_.image(b), pair.matches, options);
   }
 

@@ -28,10 +28,13 @@ struct Balance {
 // The parts while they are being joined: each is known by one of its images.
 class Parts {
  public:
-  Parts(std::span<const ImageId> images, std::span<const PairEvidence> evidence) {
+  Parts(std::span<const ImageId> images, std::span<const PairEvidence> evidence,
+        bool counts_turned) {
     for (const ImageId id : images) parts_[id] = {{id}, {}};
     for (const PairEvidence& e : evidence) {
-      const Balance balance{e.shared_points, e.agreeing_matches, e.contradicting_matches};
+      const uint32_t turned = counts_turned ? e.turned_matches : 0;
+      const Balance balance{e.shared_points, e.agreeing_matches - turned,
+                            e.contradicting_matches + turned};
       parts_.at(e.a).others[e.b].Add(balance);
       parts_.at(e.b).others[e.a].Add(balance);
     }
@@ -99,7 +102,7 @@ std::vector<std::vector<ImageId>> FindAgreeingParts(std::span<const ImageId> ima
     return x.shared_points != y.shared_points ? x.shared_points > y.shared_points
                                               : std::pair(x.a, x.b) < std::pair(y.a, y.b);
   });
-  Parts parts(images, evidence);
+  Parts parts(images, evidence, bounds.counts_turned);
   // What two parts did not bear, larger ones may: again until nothing is joined any more.
   for (bool has_joined = true; has_joined;) {
     has_joined = false;

@@ -18,6 +18,7 @@ struct PairEvidence {
   uint32_t shared_points = 0;
   // Verified matches of pairs that the poses explain, and of those that they do not.
   uint32_t agreeing_matches = 0, contradicting_matches = 0;
+  uint32_t turned_matches = 0;  // of those that agree: of pairs with another rotation (IsTurned)
 };
 
 struct AgreementBounds {
@@ -26,6 +27,9 @@ struct AgreementBounds {
   // > 0. Matches across a seam that contradict it over those that agree; above, the parts do not
   // belong together. A street with a kink had 0.8, a right model of castle-P19 up to 0.6.
   double contradiction_share_max = 0.7;
+
+  // Whether pairs with another rotation contradict.
+  bool counts_turned = true;
 
   Status Check() const;
 };

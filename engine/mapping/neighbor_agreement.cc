@@ -26,6 +26,7 @@ Status AgreementOptions::Check() const {
       .Above("line_error_px_max", line_error_px_max, 0)
       .Above("point_error_px_max", point_error_px_max, 0)
       .Inside("rotation_deg_max", rotation_deg_max, 0, 180)
+      .Above("rotation_px_max", rotation_px_max, 0)
       .AtLeast("rotation_matches_min", rotation_matches_min, 1)
       .status();
 }
@@ -34,13 +35,9 @@ bool ExplainsPair(const CityMap& map, const MapImage& view, const MapImage& othe
                   const PairMatches& pair, const AgreementOptions& options) {
   const std::vector<FeatureMatch>& matches = pair.matches;
   const Rigid3 other_from_view = other.cam_from_world * view.cam_from_world.Inverse();
-  if (pair.geometry == PairGeometry::kGeneral && matches.size() >= options.rotation_matches_min &&
-      other_from_view.rotation.angularDistance(pair.other_from_photo.rotation) >
-          options.rotation_deg_max * kRadPerDeg)
-    return false;
+  const double focal_px = std::min(view.camera.focal_px(), other.camera.focal_px());
   const Eigen::Matrix3d essential = EssentialFromPose(other_from_view);
-  const double distance_max =
-      options.line_error_px_max / std::min(view.camera.focal_px(), other.camera.focal_px());
+  const double distance_max = options.line_error_px_max / focal_px;
   const double point_error_px_max = options.point_error_px_max;
   size_t explained = 0;
   for (const FeatureMatch& match : matches) {
@@ -51,6 +48,17 @@ bool ExplainsPair(const CityMap& map, const MapImage& view, const MapImage& othe
                  FallsNear(map, other, match.b, view, match.a, point_error_px_max);
   }
   return 2 * explained >= matches.size();
+}
+
+bool IsTurned(const MapImage& view, const MapImage& other, const PairMatches& pair,
+              const AgreementOptions& options) {
+  const Rigid3 other_from_view = other.cam_from_world * view.cam_from_world.Inverse();
+  const double focal_px = std::min(view.camera.focal_px(), other.camera.focal_px());
+  const double angle_max =
+      std::max(options.rotation_deg_max * kRadPerDeg, options.rotation_px_max / focal_px);
+  return pair.geometry == PairGeometry::kGeneral &&
+         pair.matches.size() >= options.rotation_matches_min &&
+         other_from_view.rotation.angularDistance(pair.other_from_photo.rotation) > angle_max;
 }
 
 NeighborAgreement CheckNeighbors(const CityMap& map, ReconstructionId reconstruction,

@@ -25,23 +25,29 @@ struct AgreementOptions {
   // the epipolar lines of one window are those of all windows beside it: only this tells them
   // apart. Chosen by hand; not measured.
   double point_error_px_max = 15.0;
-  // (0, 180), degrees, and >= 1. The rotation that a pair of so many matches has found by itself
-  // may differ from that of the poses by so much; pairs of planes are not asked. Two halves of a
-  // street that lean against each other by what is seen far away may have a kink that every
-  // epipolar line bears. On right models of a street, of castle-P19 and of museum 1 pair in 20 of
-  // 60 matches and more differs by more.
+  // (0, 180), degrees; > 0, px; and >= 1. The rotation that a pair of so many matches has found by
+  // itself may differ from that of the poses by so many degrees, or by as much as moves the picture
+  // by so many px where that is more: a small picture tells less. Pairs of planes are not asked.
+  // Two halves of a street that lean against each other by what is seen far away may have a kink
+  // that every epipolar line bears. On right models of a street, of castle-P19 and of museum 1 pair
+  // in 20 of 60 matches and more differs by more.
   double rotation_deg_max = 2.0;
+  double rotation_px_max = 24.0;
   uint32_t rotation_matches_min = 60;
 
   Status Check() const;
 };
 
 // Whether the poses of two views explain their verified pair: at least half of its matches lie near
-// their epipolar lines, and, as far as the matched features have points in one frame, near these;
-// and the pair's rotation is theirs. `other` gives the pose and the points of the pair's other
-// image in the frame of `view`.
+// their epipolar lines, and, as far as the matched features have points in one frame, near these.
+// `other` gives the pose and the points of the pair's other image in the frame of `view`.
 bool ExplainsPair(const CityMap& map, const MapImage& view, const MapImage& other,
                   const PairMatches& pair, const AgreementOptions& options);
+
+// Whether the pair by itself has found another rotation than the poses have. One pair may be wrong
+// in this; many across a seam tell of a kink.
+bool IsTurned(const MapImage& view, const MapImage& other, const PairMatches& pair,
+              const AgreementOptions& options);
 
 // Counts the placed neighbours in `reconstruction` whose verified matches the view's pose explains,
 // and those that it contradicts. Repeated facades bring contradictions about. Neighbours seen by a

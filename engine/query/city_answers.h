@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "engine/door/answers.h"
-#include "engine/door/removal.h"
+#include "engine/door/submission.h"
 #include "storage/database.h"
 
 namespace veduta {

@@ -19,8 +19,11 @@ ELSEWHERE = {'veduta calibrate'}
 # Keys of what these databases have none of; tests/cli/wire sees them.
 NOT_HERE = {
     'veduta remove': {'removed[].unplaced[]', 'copies[]'},
-    'veduta add': {'damaged[].id', 'damaged[].what'},
-    'veduta settle': {'step', 'image', 'reconstruction', 'placed', 'placed[]', 'error'},
+    'veduta add': {'damaged[].id', 'damaged[].what', 'unplaced[].id', 'unplaced[].why',
+                   'split_off[]'},
+    'veduta settle': {'step', 'image', 'reconstruction', 'placed', 'placed[]', 'error',
+                      'unplaced', 'unplaced[].id', 'unplaced[].why', 'split_off',
+                      'split_off[]'},
     'veduta densify': {'without_depth[].image', 'without_depth[].reason'},
     'veduta verify': {'violations[]'},
     'veduta repair': {'findings[].damage', 'findings[].remedy', 'lost[]', 'retried[]',

@@ -92,7 +92,7 @@ TEST(SeamEvidence, EachKindOfEvidenceIsHeard) {
   SeamEvidence few = evidence, contradicted = evidence, missing = evidence;
   few.agreeing_pairs = options.seam_pairs_min - 1;
   EXPECT_FALSE(few.Holds(options));
-  contradicted.contradicting_matches = 501;
+  contradicted.contradicting_matches = 701;
   EXPECT_FALSE(contradicted.Holds(options));
   missing.visible.missing_cells = 60;
   EXPECT_FALSE(missing.Holds(options));

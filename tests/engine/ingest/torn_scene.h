@@ -55,11 +55,13 @@ inline PairRecord FalsePair(const SyntheticScene& scene, uint32_t a, uint32_t b)
   return pair;
 }
 
-// Four verified pairs between the sides, with many matches that the poses do not explain.
+// Eight verified pairs between the sides, with many matches that the poses do not explain.
 inline void ContradictSeam(SceneDatabase* scene) {
   const auto transaction = scene->database()->BeginTransaction();
-  for (uint32_t k = 0; k < 4; ++k)
-    transaction->PutPair(FalsePair(scene->scene(), k, 4 + (k + 1) % 4));
+  for (uint32_t k = 0; k < 4; ++k) {
+    for (const uint32_t along : {1u, 2u})
+      transaction->PutPair(FalsePair(scene->scene(), k, 4 + (k + along) % 4));
+  }
   ASSERT_OK(transaction->Commit());
 }
 

@@ -48,11 +48,11 @@ TEST(AgreeingParts, FewPointsAgainstManyMatchesDoNotHoldTwoGroupsTogether) {
 
 TEST(AgreeingParts, ContradictionsAreWeighedAgainstWhatAgrees) {
   std::vector<PairEvidence> evidence = TwoGroups();
-  evidence.push_back({ImageId(5), ImageId(6), 40, 100, 49});
+  evidence.push_back({ImageId(5), ImageId(6), 40, 100, 69});
   EXPECT_EQ(FindAgreeingParts(Ids(1, 9), evidence, {}).size(), 1u);
-  evidence.back().contradicting_matches = 51;
+  evidence.back().contradicting_matches = 71;
   EXPECT_EQ(FindAgreeingParts(Ids(1, 9), evidence, {}).size(), 2u);
-  EXPECT_EQ(FindAgreeingParts(Ids(1, 9), evidence, {.contradiction_share_max = 0.6}).size(), 1u);
+  EXPECT_EQ(FindAgreeingParts(Ids(1, 9), evidence, {.contradiction_share_max = 0.8}).size(), 1u);
 }
 
 TEST(AgreeingParts, NoiseSplitsNothing) {
