@@ -16,9 +16,9 @@ struct DoubtOptions {
   // hides it. Chosen by hand; not measured.
   double beside_angle_deg_max = 30.0;
   // >= 1. Cells that must be missing before a pose is doubted, and (0, 1] their share of those that
-  // were judged. Right poses on castle-P19, fountain-P11, museum and five streets lack 6 cells and
-  // 11 % at most where 20 cells or more are judged; wrong ones on repeated facades lack 4 to 33
-  // cells, 8 to 60 %.
+  // were judged. Right poses on castle-P19, fountain-P11, museum, a street, a loop and a test's
+  // street lacked 6 cells and 11 % at most where 20 cells or more were judged. Of wrong poses on
+  // repeated facades this notices the grossest: they lacked from 2 to 33 cells, 5 to 60 %.
   uint32_t missing_cells_min = 5;
   double missing_share_max = 0.12;
   // >= 1. Verified pairs that must agree across a seam: one alone may be a repeated facade. Chosen
@@ -31,9 +31,8 @@ struct DoubtOptions {
   // > 0. Matches across a seam that contradict a merge over those that agree. As that of the parts.
   double seam_contradiction_share_max = 0.7;
   // (0, 1]. Share of the cells that a merge may leave missing. More than a pose may, for two small
-  // reconstructions are less exact than one: right merges on a street leave 0 to 20 %, wrong ones
-  // on
-  // castle-P19 84 and 90 %, on twin facades 30 % and more.
+  // reconstructions are less exact than one. Merges of an order of a street that came out right
+  // left 0 to 19 % (of 17 cells and more); wrong ones on castle-P19 84 and 90 %.
   double seam_missing_share_max = 0.25;
   // (0, 1]. Cameras side by side that lack a larger share of what the other sees speak against each
   // other. Chosen by hand; not measured.

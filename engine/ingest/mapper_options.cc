@@ -30,21 +30,4 @@ Status MapperOptions::Check() const {
       .status();
 }
 
-Status DoubtOptions::Check() const {
-  return OptionBounds()
-      .Part("visibility", visibility.Check())
-      .AtLeast("images_max", images_max, 1)
-      .Inside("beside_angle_deg_max", beside_angle_deg_max, 0, 90)
-      .AtLeast("missing_cells_min", missing_cells_min, 1)
-      .AboveUpTo("missing_share_max", missing_share_max, 0, 1)
-      .AtLeast("seam_pairs_min", seam_pairs_min, 1)
-      .AtLeast("pair_weight_max", pair_weight_max, 1)
-      .Above("seam_contradiction_share_max", seam_contradiction_share_max, 0)
-      .AboveUpTo("seam_missing_share_max", seam_missing_share_max, 0, 1)
-      .AboveUpTo("beside_missing_share_max", beside_missing_share_max, 0, 1)
-      .AtLeast("images_between_min", images_between_min, 1)
-      .Part("parts", parts.Check())
-      .status();
-}
-
 }  // namespace veduta

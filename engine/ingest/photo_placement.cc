@@ -110,6 +110,8 @@ Result<bool> RaisesDoubt(const MappingContext& context, ImageId photo) {
   const uint32_t between = std::max(options.images_between_min, record.image_count / 100);
   if (record.image_count + 1 < record.images_at_adjustment + between) return false;
   const std::vector<ImageId> near = CovisibleImages(map, photo, options.images_max);
+  // Which images share points with another is only known where its points are loaded.
+  VEDUTA_RETURN_IF_ERROR(context.loader->LoadNeighborhood(near));
   for (const ImageId id : near)
     VEDUTA_RETURN_IF_ERROR(
         context.loader->LoadNeighborhood(CovisibleImages(map, id, options.images_max)));

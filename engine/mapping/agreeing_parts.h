@@ -25,7 +25,7 @@ struct AgreementBounds {
   // >= 1. Points that hold two parts together. Chosen by hand; not measured.
   uint32_t shared_points_min = 10;
   // > 0. Matches across a seam that contradict it over those that agree; above, the parts do not
-  // belong together. A street with a kink had 0.8, a right model of castle-P19 up to 0.6.
+  // belong together. Chosen by hand: the two halves of a street with a kink had 0.8.
   double contradiction_share_max = 0.7;
 
   // Whether pairs with another rotation contradict.

@@ -30,7 +30,7 @@ struct AgreementOptions {
   // by so many px where that is more: a small picture tells less. Pairs of planes are not asked.
   // Two halves of a street that lean against each other by what is seen far away may have a kink
   // that every epipolar line bears. On right models of a street, of castle-P19 and of museum 1 pair
-  // in 20 of 60 matches and more differs by more.
+  // in 20 of 60 matches and more differs by more. The limit in px was chosen by hand.
   double rotation_deg_max = 2.0;
   double rotation_px_max = 24.0;
   uint32_t rotation_matches_min = 60;

@@ -21,7 +21,7 @@ const TrackElement* FindAlike(const CityMap& map, const PointRecord& point, Imag
   uint32_t others = 0;
   const double distance = (point.position - center).norm();
   for (const TrackElement& element : point.track) {
-    if (element.image == view || !map.HasImage(element.image)) continue;
+    if (element.image == view) continue;
     ++others;
     const Eigen::Vector3d other = map.image(element.image).cam_from_world.Center();
     const double ratio = distance / (point.position - other).norm();

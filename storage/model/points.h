@@ -34,7 +34,7 @@ struct PointRecord {
 // All points that one image is home to: the unit in which points are read and written.
 struct PointBlock {
   ImageId home;
-  uint32_t next_ordinal = 1;        // ordinals are never used again
+  uint32_t next_ordinal = 1;        // never used again while the home has a pose
   std::vector<PointRecord> points;  // ascending ordinals
 };
 
