@@ -7,6 +7,7 @@
 #include "engine/ingest/surroundings.h"
 #include "engine/mapping/agreeing_growth.h"
 #include "engine/mapping/better_pose.h"
+#include "engine/mapping/projection_growth.h"
 #include "storage/base/content_hash.h"
 
 namespace veduta {
@@ -59,11 +60,7 @@ Status GrowFromPairs(const MappingContext& context, std::span<const ImageId> ima
 Status GrowAndAdjust(const MappingContext& context, std::span<const ImageId> images) {
   CityMap* const map = context.map;
   const MapperOptions& options = context.options;
-  for (const ImageId image : images) {
-    GrowByProjection(map, image,
-                     map->PointsSeenBy(CovisibleImages(*map, image, options.local_images_max)),
-                     options.growth);
-  }
+  GrowAllByProjection(map, images, options.local_images_max, options.growth, context.pool);
   const std::vector<PointId> points = map->PointsSeenBy(images);
   VEDUTA_RETURN_IF_ERROR(
       AdjustBundle(map, images, points, options.global_bundle, context.pool).status());

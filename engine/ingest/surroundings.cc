@@ -2,27 +2,11 @@
 #include "engine/ingest/surroundings.h"
 
 #include <algorithm>
-#include <map>
+#include <vector>
+
+#include "engine/mapping/projection_growth.h"
 
 namespace veduta {
-
-std::vector<ImageId> CovisibleImages(const CityMap& map, ImageId image, size_t count_max) {
-  std::map<ImageId, uint32_t> shared;
-  for (const PointId id : map.image(image).points) {
-    const PointRecord* point = id.valid() ? map.FindPoint(id) : nullptr;
-    if (point == nullptr) continue;
-    for (const TrackElement& element : point->track) {
-      if (element.image != image) ++shared[element.image];
-    }
-  }
-  std::vector<std::pair<ImageId, uint32_t>> ranked(shared.begin(), shared.end());
-  std::stable_sort(ranked.begin(), ranked.end(),
-                   [](const auto& a, const auto& b) { return a.second > b.second; });
-  if (ranked.size() > count_max) ranked.resize(count_max);
-  std::vector<ImageId> images;
-  for (const auto& [id, count] : ranked) images.push_back(id);
-  return images;
-}
 
 Status GrowAround(const MappingContext& context, ImageId image) {
   CityMap* const map = context.map;

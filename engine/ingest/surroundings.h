@@ -2,14 +2,10 @@
 #pragma once
 // The images around a placed image: how the map grows among them and is adjusted.
 
-#include <vector>
-
 #include "engine/ingest/mapping_context.h"
+#include "engine/mapping/covisible_images.h"
 
 namespace veduta {
-
-// Images that share points with `image`, those with most first, `count_max` at most.
-std::vector<ImageId> CovisibleImages(const CityMap& map, ImageId image, size_t count_max);
 
 // Matches the image with those around it along the epipolar lines that their poses give, projects
 // what they see into it, and what it sees into them. Loads what it needs.

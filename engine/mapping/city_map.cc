@@ -2,7 +2,9 @@
 #include "engine/mapping/city_map.h"
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
+#include <unordered_map>
 
 #include "storage/base/status.h"
 #include "storage/base/transform.h"
@@ -22,9 +24,15 @@ auto FindElement(auto& track, ImageId image) {
 }  // namespace
 
 const MapImage& CityMap::image(ImageId id) const {
-  const auto it = images_.find(id);
-  VEDUTA_CHECK(it != images_.end(), "image " + std::to_string(id.value) + " is not loaded");
-  return it->second;
+  const MapImage* const found = image_table_.Find(id);
+  VEDUTA_CHECK(found != nullptr, "image " + std::to_string(id.value) + " is not loaded");
+  return *found;
+}
+
+CityMap::Block& CityMap::MakeBlock(ImageId home) {
+  Block& block = blocks_[home];
+  block_table_.Set(home, &block);
+  return block;
 }
 
 MapImage& CityMap::MutableImage(ImageId id) {
@@ -32,10 +40,9 @@ MapImage& CityMap::MutableImage(ImageId id) {
 }
 
 const PointRecord* CityMap::FindPoint(PointId id) const {
-  const auto block = blocks_.find(id.home);
-  if (block == blocks_.end() || id.ordinal == 0 || id.ordinal > block->second.points.size())
-    return nullptr;
-  const PointRecord& point = block->second.points[id.ordinal - 1];
+  const Block* const block = block_table_.Find(id.home);
+  if (block == nullptr || id.ordinal == 0 || id.ordinal > block->points.size()) return nullptr;
+  const PointRecord& point = block->points[id.ordinal - 1];
   return point.track.empty() ? nullptr : &point;
 }
 
@@ -51,37 +58,61 @@ PointRecord& CityMap::MutablePoint(PointId id) {
 }
 
 PointBlock CityMap::StoredBlock(ImageId home) const {
-  const auto it = blocks_.find(home);
-  VEDUTA_CHECK(it != blocks_.end(),
+  const Block* const held = block_table_.Find(home);
+  VEDUTA_CHECK(held != nullptr,
                "points of image " + std::to_string(home.value) + " are not loaded");
   PointBlock block;
   block.home = home;
-  block.next_ordinal = static_cast<uint32_t>(it->second.points.size()) + 1;
-  for (const PointRecord& point : it->second.points) {
+  block.next_ordinal = static_cast<uint32_t>(held->points.size()) + 1;
+  for (const PointRecord& point : held->points) {
     if (!point.track.empty()) block.points.push_back(point);
   }
   return block;
 }
 
 std::vector<PointId> CityMap::PointsSeenBy(std::span<const ImageId> images) const {
-  std::vector<PointId> seen;
+  // A bit for each point of each home: that sorts and takes each once.
+  struct Home {
+    ImageId id;
+    const Block* block;
+    std::vector<uint64_t> seen;
+  };
+  std::vector<Home> homes;
+  std::unordered_map<ImageId, size_t> place_of;
   for (const ImageId id : images) {
-    const std::vector<PointId>& points = image(id).points;
-    std::copy_if(points.begin(), points.end(), std::back_inserter(seen),
-                 [](PointId point) { return point.valid(); });
+    for (const PointId point : image(id).points) {
+      if (!point.valid()) continue;
+      const auto [place, is_new] = place_of.try_emplace(point.home, homes.size());
+      if (is_new) {
+        const Block* const block = block_table_.Find(point.home);
+        const size_t count = block == nullptr ? 0 : block->points.size();
+        homes.push_back({point.home, block, std::vector<uint64_t>((count + 63) / 64)});
+      }
+      Home& home = homes[place->second];
+      const uint32_t bit = point.ordinal - 1;
+      if (home.block != nullptr && bit < home.block->points.size())
+        home.seen[bit / 64] |= uint64_t{1} << bit % 64;
+    }
   }
-  std::sort(seen.begin(), seen.end());
-  seen.erase(std::unique(seen.begin(), seen.end()), seen.end());
-  std::erase_if(seen, [&](PointId point) { return FindPoint(point) == nullptr; });
-  return seen;
+  std::sort(homes.begin(), homes.end(), [](const Home& a, const Home& b) { return a.id < b.id; });
+  std::vector<PointId> points;
+  for (const Home& home : homes) {
+    for (uint32_t word = 0; word < home.seen.size(); ++word) {
+      for (uint64_t left = home.seen[word]; left != 0; left &= left - 1) {
+        const uint32_t bit = 64 * word + static_cast<uint32_t>(std::countr_zero(left));
+        if (!home.block->points[bit].track.empty()) points.push_back({home.id, bit + 1});
+      }
+    }
+  }
+  return points;
 }
 
 std::vector<Sighting> CityMap::ViewsOf(const PointRecord& point) const {
   std::vector<Sighting> views;
   views.reserve(point.track.size());
   for (const TrackElement& element : point.track) {
-    const auto it = images_.find(element.image);
-    if (it != images_.end()) views.push_back(it->second.ViewOf(element.feature));
+    const MapImage* const image = image_table_.Find(element.image);
+    if (image != nullptr) views.push_back(image->ViewOf(element.feature));
   }
   return views;
 }
@@ -90,14 +121,13 @@ void CityMap::LoadImage(MapImage image) {
   VEDUTA_CHECK(image.features != nullptr && image.points.size() == image.features->size(),
                "features and points differ");
   const ImageId id = image.id;
-  images_.insert_or_assign(id, std::move(image));
+  image_table_.Set(id, &images_.insert_or_assign(id, std::move(image)).first->second);
 }
 
 void CityMap::LoadBlock(const PointBlock& block) {
-  Block loaded;
-  loaded.points.resize(block.next_ordinal - 1);
-  for (const PointRecord& point : block.points) loaded.points[point.id.ordinal - 1] = point;
-  blocks_.insert_or_assign(block.home, std::move(loaded));
+  std::vector<PointRecord> points(block.next_ordinal - 1);
+  for (const PointRecord& point : block.points) points[point.id.ordinal - 1] = point;
+  MakeBlock(block.home).points = std::move(points);
 }
 
 void CityMap::PlaceImage(MapImage image) {
@@ -105,7 +135,7 @@ void CityMap::PlaceImage(MapImage image) {
                "image " + std::to_string(image.id.value) + " has a pose already");
   const ImageId id = image.id;
   LoadImage(std::move(image));
-  blocks_[id];
+  MakeBlock(id);
   changes_.poses.insert(id);
   changes_.observations.insert(id);
 }
@@ -128,6 +158,8 @@ void CityMap::UnplaceImage(ImageId id) {
   }
   for (const PointRecord& point : StoredBlock(id).points)
     MoveHome(point.id, point.track.front().image);
+  image_table_.Erase(id);
+  block_table_.Erase(id);
   images_.erase(id);
   blocks_.erase(id);
   changes_.poses.erase(id);
@@ -174,13 +206,13 @@ void CityMap::Measure(PointRecord* point) const {
 PointId CityMap::AddPoint(ImageId home, const Eigen::Vector3d& position,
                           std::vector<TrackElement> track) {
   VEDUTA_CHECK(track.size() >= 2, "a track of " + std::to_string(track.size()));
-  const auto it = blocks_.find(home);
-  VEDUTA_CHECK(it != blocks_.end(),
+  Block* const block = block_table_.Find(home);
+  VEDUTA_CHECK(block != nullptr,
                "points of image " + std::to_string(home.value) + " are not loaded");
   std::sort(track.begin(), track.end(),
             [](const TrackElement& a, const TrackElement& b) { return a.image < b.image; });
   PointRecord point;
-  point.id = {home, static_cast<uint32_t>(it->second.points.size()) + 1};
+  point.id = {home, static_cast<uint32_t>(block->points.size()) + 1};
   point.position = position;
   std::array<uint32_t, 3> rgb{};
   for (const TrackElement& element : track) {
@@ -195,9 +227,9 @@ PointId CityMap::AddPoint(ImageId home, const Eigen::Vector3d& position,
   point.track = std::move(track);
   Measure(&point);
   CountPoint(point, 1);
-  it->second.points.push_back(std::move(point));
+  block->points.push_back(std::move(point));
   changes_.blocks.insert(home);
-  return it->second.points.back().id;
+  return block->points.back().id;
 }
 
 void CityMap::AddObservation(PointId id, TrackElement element) {
@@ -288,6 +320,8 @@ void CityMap::MoveBlock(ImageId home, ReconstructionId into, const Sim3& into_fr
 }
 
 void CityMap::Clear() {
+  image_table_.Clear();
+  block_table_.Clear();
   images_.clear();
   blocks_.clear();
   ClearChanges();

@@ -19,6 +19,7 @@
 #include <span>
 #include <vector>
 
+#include "engine/mapping/image_table.h"
 #include "engine/mapping/triangulation.h"
 #include "engine/matching/feature_grid.h"
 #include "storage/base/transform.h"
@@ -60,17 +61,17 @@ struct CityMapChanges {
 
 class CityMap {
  public:
-  bool HasImage(ImageId id) const { return images_.contains(id); }
+  bool HasImage(ImageId id) const { return image_table_.Find(id) != nullptr; }
   const MapImage& image(ImageId id) const;
   const std::map<ImageId, MapImage>& images() const { return images_; }
-  bool HasBlock(ImageId home) const { return blocks_.contains(home); }
+  bool HasBlock(ImageId home) const { return block_table_.Find(home) != nullptr; }
   // The block's points as they would be stored; the block must be loaded.
   PointBlock StoredBlock(ImageId home) const;
   // Null when the point no longer exists or its block is not loaded.
   const PointRecord* FindPoint(PointId id) const;
   const PointRecord& point(PointId id) const;
   // The points that one of these loaded images observes and whose blocks are loaded; ascending,
-  // each once.
+  // each once. O(their features + images log images).
   std::vector<PointId> PointsSeenBy(std::span<const ImageId> images) const;
   // Views of a point from its loaded images.
   std::vector<Sighting> ViewsOf(const PointRecord& point) const;
@@ -116,6 +117,7 @@ class CityMap {
     std::vector<PointRecord> points;  // [ordinal - 1]; an empty track where none lives
   };
 
+  Block& MakeBlock(ImageId home);
   MapImage& MutableImage(ImageId id);
   PointRecord& MutablePoint(PointId id);
   PointId MoveHome(PointId id, ImageId home);
@@ -124,6 +126,8 @@ class CityMap {
 
   std::map<ImageId, MapImage> images_;
   std::map<ImageId, Block> blocks_;
+  ImageTable<MapImage> image_table_;  // of images_
+  ImageTable<Block> block_table_;     // of blocks_
   CityMapChanges changes_;
 };
 

@@ -2,8 +2,6 @@
 #include "engine/mapping/growth.h"
 
 #include <algorithm>
-#include <cmath>
-#include <limits>
 #include <optional>
 #include <set>
 
@@ -14,11 +12,6 @@
 
 namespace veduta {
 namespace {
-
-// Largest angle between the direction that a point is looked at from and the nearest direction that
-// it was seen from: descriptors of one place seen from further apart differ. Chosen by hand; not
-// measured.
-constexpr double kViewAngleDegMax = 45;
 
 // Everything that the matches say about one feature of the new image.
 struct FeatureEvidence {
@@ -120,20 +113,6 @@ bool TryTriangulate(CityMap* map, ImageId image, FeatureIndex feature,
   return true;
 }
 
-// The element of the track seen from the direction nearest to `center`: what the point should look
-// like from there.
-const TrackElement& MostAlike(const CityMap& map, const PointRecord& point,
-                              const Eigen::Vector3d& center) {
-  const TrackElement* best = &point.track.front();
-  double smallest = std::numeric_limits<double>::infinity();
-  for (const TrackElement& element : point.track) {
-    const double angle =
-        RayAngleDeg(map.image(element.image).cam_from_world.Center(), center, point.position);
-    if (angle < smallest) smallest = angle, best = &element;
-  }
-  return *best;
-}
-
 }  // namespace
 
 Status GrowthOptions::Check() const {
@@ -223,42 +202,6 @@ PairMatches MatchPlaced(const CityMap& map, ImageId image_id, ImageId other_id,
   if (!found.ok()) return pair;
   for (const DescriptorMatch& m : *found) pair.matches.push_back({m.a, m.b});
   return pair;
-}
-
-GrowthCounts GrowByProjection(CityMap* map, ImageId image_id, std::span<const PointId> points,
-                              const GrowthOptions& options) {
-  GrowthCounts counts;
-  GuidedScratch scratch;
-  const MapImage& image = map->image(image_id);
-  const Eigen::Vector3d center = image.cam_from_world.Center();
-  for (const PointId id : points) {
-    const PointRecord* point = map->FindPoint(id);
-    if (point == nullptr || SeesImage(*point, image_id)) continue;
-    const Eigen::Vector3d x_cam = image.cam_from_world * point->position;
-    if (!(x_cam.z() > 0)) continue;
-    const Eigen::Vector2d x_px = image.camera.Project(x_cam);
-    if (x_px.x() < 0 || x_px.y() < 0 || x_px.x() >= image.width_px || x_px.y() >= image.height_px)
-      continue;
-    const TrackElement& alike = MostAlike(*map, *point, center);
-    const MapImage& known = map->image(alike.image);
-    if (RayAngleDeg(known.cam_from_world.Center(), center, point->position) > kViewAngleDegMax)
-      continue;
-    const auto found = FindNear(
-        *image.grid, *image.features,
-        {x_px.x(), x_px.y(), options.search_radius_px, known.features->descriptor(alike.feature),
-         known.features->keypoints[alike.feature].contrast_sign,
-         options.descriptor_distance_squared_max},
-        &scratch);
-    if (!found || image.points[found->feature].valid()) continue;
-    const double depth_known = (known.cam_from_world * point->position).z();
-    const double scale_predicted = known.features->keypoints[alike.feature].scale_px * depth_known /
-                                   x_cam.z() * image.camera.focal_px() / known.camera.focal_px();
-    const double ratio = image.features->keypoints[found->feature].scale_px / scale_predicted;
-    if (ratio > options.scale_ratio_max || ratio < 1 / options.scale_ratio_max) continue;
-    map->AddObservation(id, {image_id, found->feature});
-    ++counts.observations_added;
-  }
-  return counts;
 }
 
 }  // namespace veduta

@@ -63,9 +63,4 @@ PairMatches MatchPlaced(const CityMap& map, ImageId image, ImageId other,
 // loaded.
 bool TryMergePoints(CityMap* map, PointId keep, PointId drop, double error_px_max);
 
-// Projects `points` into a placed image. A point that lands near a feature that has no point yet
-// and looks the same gets it as an observation.
-GrowthCounts GrowByProjection(CityMap* map, ImageId image, std::span<const PointId> points,
-                              const GrowthOptions& options);
-
 }  // namespace veduta

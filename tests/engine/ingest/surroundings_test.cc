@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Goal: the images around one are ranked by shared points; growing finds observations that were
-//   missing, and adjusting moves a wrong pose to the truth while the rest is held.
+// Goal: growing finds observations that were missing, and adjusting moves a wrong pose to the truth
+//   while the rest is held.
 // Method: a synthetic scene in a database, disturbed in memory.
 #include "engine/ingest/surroundings.h"
 
@@ -24,17 +24,6 @@ struct Loaded {
   SceneWork work;
   std::vector<ImageId> members;
 };
-
-TEST(Surroundings, RanksBySharedPoints) {
-  Loaded loaded;
-  const auto all = CovisibleImages(loaded.work.map, ImageId(1), 10);
-  ASSERT_EQ(all.size(), 5u);
-  const auto shared = [&](ImageId other) {
-    return loaded.scene.scene().Pair(0, other.value - 1).matches.size();
-  };
-  for (size_t i = 1; i < all.size(); ++i) EXPECT_GE(shared(all[i - 1]), shared(all[i]));
-  EXPECT_EQ(CovisibleImages(loaded.work.map, ImageId(1), 2), (std::vector{all[0], all[1]}));
-}
 
 TEST(Surroundings, GrowsWhatIsMissing) {
   Loaded loaded;

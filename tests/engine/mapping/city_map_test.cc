@@ -6,6 +6,8 @@
 
 #include <gtest/gtest.h>
 
+#include <set>
+
 #include "scene_checks.h"
 
 namespace veduta {
@@ -53,6 +55,24 @@ TEST(CityMap, CountsWhatChanges) {
   EXPECT_EQ(map.FindPoint(id), nullptr);
   ExpectCounted(map);
   CheckTracks(map, scene);
+}
+
+TEST(CityMap, ListsThePointsThatImagesSee) {
+  CityMap map = MakeMap(MakeScene({.camera_count = 8}));
+  for (uint32_t ordinal = 2; ordinal < 40; ordinal += 3) {
+    if (map.FindPoint({ImageId(1), ordinal}) != nullptr) map.RemovePoint({ImageId(1), ordinal});
+  }
+  std::vector<ImageId> some;
+  for (uint32_t id = 1; id <= 8; ++id) {
+    some.insert(some.begin(), ImageId(id));  // in any order
+    std::set<PointId> expected;
+    for (const ImageId image : some) {
+      for (const PointId point : map.image(image).points) {
+        if (point.valid()) expected.insert(point);
+      }
+    }
+    EXPECT_EQ(map.PointsSeenBy(some), std::vector(expected.begin(), expected.end()));
+  }
 }
 
 TEST(CityMap, ATrackOfOneIsNoPoint) {

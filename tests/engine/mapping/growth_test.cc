@@ -35,22 +35,6 @@ TEST(Growth, MatchesBecomePointsAndTracks) {
   EXPECT_EQ(static_cast<size_t>(points), map.PointsSeenBy(ids).size());
 }
 
-TEST(Growth, ProjectionFindsWhatMatchingMissed) {
-  const SyntheticScene scene = MakeScene({});
-  CityMap map = MakeMap(scene);
-  const ImageId self[] = {ImageId(4)};
-  const std::vector<PointId> points = map.PointsSeenBy(self);
-  const size_t before = CheckTracks(map, scene);
-  size_t removed = 0;
-  for (const PointId id : points) {
-    if (map.point(id).track.size() > 3 && removed < 50)
-      map.RemoveObservation(id, ImageId(4)), ++removed;
-  }
-  ASSERT_EQ(removed, 50u);
-  EXPECT_GE(GrowByProjection(&map, ImageId(4), points, {}).observations_added, 48u);
-  EXPECT_GE(CheckTracks(map, scene), before - 2);
-}
-
 TEST(Growth, SplitPointsAreMerged) {
   const SyntheticScene scene = MakeScene({});
   CityMap map;

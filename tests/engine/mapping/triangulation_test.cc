@@ -35,6 +35,34 @@ TEST(Triangulation, RefusesParallelRaysAndPointsBehind) {
   EXPECT_FALSE(Triangulate(std::vector{a, b}).has_value());
 }
 
+TEST(Triangulation, NearestDirectionIsTheFirstOfTheSmallestAngle) {
+  SeededRandom random(3);
+  const auto draw = [&] {
+    return Eigen::Vector3d(random.Unit(), random.Unit(), random.Unit() - 0.5);
+  };
+  for (int round = 0; round < 500; ++round) {
+    const Eigen::Vector3d center = draw(), point = 5 * draw();
+    std::vector<Eigen::Vector3d> places;
+    for (int i = 0; i < 12; ++i) {
+      places.push_back(i % 4 == 3 ? places[random.Below(i)] : draw());      // some twice
+      if (i % 5 == 4) places.back() = point + 3 * (places[i - 2] - point);  // some on one ray
+    }
+    size_t best = 0;
+    for (size_t i = 1; i < places.size(); ++i) {
+      if (RayAngleDeg(places[i], center, point) < RayAngleDeg(places[best], center, point))
+        best = i;
+    }
+    NearestDirection nearest(center, point);
+    size_t found = places.size();
+    for (size_t i = 0; i < places.size(); ++i) {
+      if (nearest.IsNearer(places[i])) found = i;
+    }
+    EXPECT_EQ(found, best);
+    EXPECT_EQ(nearest.angle_deg(), RayAngleDeg(places[best], center, point));
+  }
+  EXPECT_TRUE(std::isinf(NearestDirection({0, 0, 0}, {0, 0, 1}).angle_deg()));
+}
+
 TEST(Triangulation, MeasuresAnglesAndErrors) {
   EXPECT_NEAR(RayAngleDeg({-1, 0, 0}, {1, 0, 0}, {0, 0, 1}), 90, 1e-9);
   EXPECT_NEAR(RayAngleDeg({0, 0, 0}, {0, 0, 0}, {0, 0, 1}), 0, 1e-9);

@@ -1,0 +1,17 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+// Which images look at the same places.
+
+#include <cstddef>
+#include <vector>
+
+#include "engine/mapping/city_map.h"
+
+namespace veduta {
+
+// Images that share points with `image`, those with most first, and of two with as many the one of
+// the lower id first; at most `count_max`. Only `image` and the blocks of its points need to be
+// loaded. O(sum of the lengths of its tracks). Reads the map only.
+std::vector<ImageId> CovisibleImages(const CityMap& map, ImageId image, size_t count_max);
+
+}  // namespace veduta
