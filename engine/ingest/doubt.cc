@@ -5,6 +5,7 @@
 #include <cmath>
 #include <map>
 #include <optional>
+#include <unordered_map>
 
 #include "engine/ingest/surroundings.h"
 #include "engine/mapping/neighbor_agreement.h"
@@ -54,19 +55,19 @@ void UnplaceContradicted(const MappingContext& context, std::set<ImageId>* membe
   }
 }
 
-// How many points each two images share.
-std::map<std::pair<ImageId, ImageId>, PairEvidence> CountShared(const CityMap& map,
-                                                                std::span<const ImageId> images) {
-  std::map<std::pair<ImageId, ImageId>, PairEvidence> evidence;
-  for (const PointId id : map.PointsSeenBy(images)) {
-    const std::vector<TrackElement>& track = map.point(id).track;
-    for (size_t i = 0; i < track.size(); ++i) {
-      for (size_t j = i + 1; j < track.size(); ++j) {
-        PairEvidence& pair = evidence[{track[i].image, track[j].image}];
-        pair.a = track[i].image, pair.b = track[j].image;
-        ++pair.shared_points;
-      }
+using EvidenceOfPairs = std::map<std::pair<ImageId, ImageId>, PairEvidence>;
+
+// How many points the image shares with each image of a higher id.
+std::vector<PairEvidence> CountShared(const CityMap& map, ImageId id) {
+  std::unordered_map<ImageId, uint32_t> shared;
+  for (const PointId point : map.PointsSeenBy({&id, 1})) {
+    for (const TrackElement& element : map.point(point).track) {
+      if (id < element.image) ++shared[element.image];
     }
+  }
+  std::vector<PairEvidence> evidence;
+  for (const auto& [other, count] : shared) {
+    evidence.push_back({.a = id, .b = other, .shared_points = count});
   }
   return evidence;
 }
@@ -94,7 +95,7 @@ std::vector<ImageId> FindBeside(const CityMap& map, ImageId image, const std::se
 // Images that stand side by side and look the same way, share hardly a point, and lack most of what
 // the other sees: two places that were taken for one. What is missing counts as contradicting.
 void AddMissing(const MappingContext& context, const std::vector<ImageId>& members,
-                std::map<std::pair<ImageId, ImageId>, PairEvidence>* evidence) {
+                EvidenceOfPairs* evidence) {
   const CityMap& map = *context.map;
   const DoubtOptions& options = context.options.doubt;
   const std::set<ImageId> all(members.begin(), members.end());
@@ -122,33 +123,54 @@ void AddMissing(const MappingContext& context, const std::vector<ImageId>& membe
   }
 }
 
+// What the image's verified pairs with members of higher ids say.
+Status AddStoredPairs(const MappingContext& context, const std::set<ImageId>& members, ImageId id,
+                      std::vector<PairEvidence>* evidence) {
+  const CityMap& map = *context.map;
+  VEDUTA_ASSIGN_OR_RETURN(const std::vector<PairNeighbor> neighbors,
+                          context.loader->snapshot().ListNeighbors(id));
+  for (const PairNeighbor& neighbor : neighbors) {
+    if (neighbor.image <= id || !members.contains(neighbor.image) ||
+        neighbor.geometry == PairGeometry::kRotation)
+      continue;
+    VEDUTA_ASSIGN_OR_RETURN(const PairRecord stored, context.loader->GetPair(id, neighbor.image));
+    const PairMatches matches = MatchesFrom(stored, id);
+    const MapImage &image = map.image(id), &other = map.image(neighbor.image);
+    const uint32_t weight = std::min(static_cast<uint32_t>(stored.matches.size()),
+                                     context.options.doubt.pair_weight_max);
+    PairEvidence& pair = evidence->emplace_back(PairEvidence{.a = id, .b = neighbor.image});
+    if (!ExplainsPair(map, image, other, matches, context.options.agreement)) {
+      pair.contradicting_matches = weight;
+      continue;
+    }
+    pair.agreeing_matches = weight;
+    if (IsTurned(image, other, matches, context.options.agreement)) pair.turned_matches = weight;
+  }
+  return Status::Ok();
+}
+
 Result<std::vector<PairEvidence>> GatherEvidence(const MappingContext& context,
                                                  const std::set<ImageId>& members) {
-  const CityMap& map = *context.map;
-  auto evidence = CountShared(map, std::vector(members.begin(), members.end()));
-  for (const ImageId id : members) {
-    VEDUTA_ASSIGN_OR_RETURN(const std::vector<PairNeighbor> neighbors,
-                            context.loader->snapshot().ListNeighbors(id));
-    for (const PairNeighbor& neighbor : neighbors) {
-      if (neighbor.image <= id || !members.contains(neighbor.image) ||
-          neighbor.geometry == PairGeometry::kRotation)
-        continue;
-      VEDUTA_ASSIGN_OR_RETURN(const PairRecord stored, context.loader->GetPair(id, neighbor.image));
-      const PairMatches matches = MatchesFrom(stored, id);
-      const MapImage &image = map.image(id), &other = map.image(neighbor.image);
-      const uint32_t weight = std::min(static_cast<uint32_t>(stored.matches.size()),
-                                       context.options.doubt.pair_weight_max);
-      PairEvidence& pair = evidence[{id, neighbor.image}];
-      pair.a = id, pair.b = neighbor.image;
-      if (!ExplainsPair(map, image, other, matches, context.options.agreement)) {
-        pair.contradicting_matches += weight;
-        continue;
-      }
-      pair.agreeing_matches += weight;
-      if (IsTurned(image, other, matches, context.options.agreement)) pair.turned_matches += weight;
+  const std::vector<ImageId> images(members.begin(), members.end());
+  std::vector<std::vector<PairEvidence>> found(images.size());
+  std::vector<Status> statuses(images.size());
+  context.pool->ParallelFor(images.size(), [&](size_t i) {
+    found[i] = CountShared(*context.map, images[i]);
+    statuses[i] = AddStoredPairs(context, members, images[i], &found[i]);
+  });
+  EvidenceOfPairs evidence;
+  for (size_t i = 0; i < images.size(); ++i) {
+    VEDUTA_RETURN_IF_ERROR(statuses[i]);
+    for (const PairEvidence& part : found[i]) {
+      PairEvidence& pair = evidence[{part.a, part.b}];
+      pair.a = part.a, pair.b = part.b;
+      pair.shared_points += part.shared_points;
+      pair.agreeing_matches += part.agreeing_matches;
+      pair.contradicting_matches += part.contradicting_matches;
+      pair.turned_matches += part.turned_matches;
     }
   }
-  AddMissing(context, std::vector(members.begin(), members.end()), &evidence);
+  AddMissing(context, images, &evidence);
   std::vector<PairEvidence> all;
   for (const auto& [ids, pair] : evidence) all.push_back(pair);
   return all;

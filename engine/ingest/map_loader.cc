@@ -44,38 +44,64 @@ Result<ReconstructionRecord> MapLoader::GetReconstruction(ReconstructionId id) {
   return reconstructions_[id] = record;
 }
 
+Result<std::optional<MapImage>> MapLoader::ReadImage(ImageId id) const {
+  VEDUTA_ASSIGN_OR_RETURN(const std::optional<PoseRecord> pose, snapshot_->FindPose(id));
+  if (!pose) return std::optional<MapImage>();
+  VEDUTA_ASSIGN_OR_RETURN(const std::shared_ptr<const ImageFeatures> features,
+                          features_->Get(*snapshot_, id));
+  MapImage image = UnplacedImage(*features);
+  image.reconstruction = pose->reconstruction;
+  image.cam_from_world = pose->cam_from_world;
+  VEDUTA_ASSIGN_OR_RETURN(const std::vector<Observation> observations,
+                          snapshot_->GetObservations(id));
+  for (const Observation& observation : observations) {
+    if (observation.feature >= image.points.size()) {
+      return Status::Corruption(
+          "image " + std::to_string(id.value) + " observes a point by feature " +
+          std::to_string(observation.feature) + " of " + std::to_string(image.points.size()));
+    }
+    image.points[observation.feature] = observation.point;
+  }
+  return std::optional(std::move(image));
+}
+
 Status MapLoader::LoadImages(std::span<const ImageId> images) {
   for (const ImageId id : images) {
     if (map_->HasImage(id)) continue;
-    VEDUTA_ASSIGN_OR_RETURN(const std::optional<PoseRecord> pose, snapshot_->FindPose(id));
-    if (!pose) continue;
-    VEDUTA_ASSIGN_OR_RETURN(const std::shared_ptr<const ImageFeatures> features,
-                            features_->Get(*snapshot_, id));
-    MapImage image = UnplacedImage(*features);
-    image.reconstruction = pose->reconstruction;
-    image.cam_from_world = pose->cam_from_world;
-    VEDUTA_ASSIGN_OR_RETURN(const std::vector<Observation> observations,
-                            snapshot_->GetObservations(id));
-    for (const Observation& observation : observations) {
-      if (observation.feature >= image.points.size()) {
-        return Status::Corruption(
-            "image " + std::to_string(id.value) + " observes a point by feature " +
-            std::to_string(observation.feature) + " of " + std::to_string(image.points.size()));
-      }
-      image.points[observation.feature] = observation.point;
-    }
-    map_->LoadImage(std::move(image));
+    VEDUTA_ASSIGN_OR_RETURN(std::optional<MapImage> image, ReadImage(id));
+    if (!image) continue;
+    map_->LoadImage(std::move(*image));
     has_loaded_ = true;
   }
   return Status::Ok();
 }
 
+Status MapLoader::LoadImages(std::span<const ImageId> images, ThreadPool* pool) {
+  std::vector<Result<std::optional<MapImage>>> read(images.size(), std::optional<MapImage>());
+  pool->ParallelFor(images.size(), [&](size_t i) {
+    if (!map_->HasImage(images[i])) read[i] = ReadImage(images[i]);
+  });
+  for (Result<std::optional<MapImage>>& image : read) {
+    VEDUTA_RETURN_IF_ERROR(image.status());
+    if (!*image) continue;
+    map_->LoadImage(std::move(**image));
+    has_loaded_ = true;
+  }
+  return Status::Ok();
+}
+
+Result<uint32_t> MapLoader::CountFeatures(ImageId id) const {
+  if (map_->HasImage(id)) return static_cast<uint32_t>(map_->image(id).features->size());
+  VEDUTA_ASSIGN_OR_RETURN(const ImageRecord image, snapshot_->GetImage(id));
+  return image.feature_count;
+}
+
 Result<PairRecord> MapLoader::GetPair(ImageId a, ImageId b) const {
   VEDUTA_ASSIGN_OR_RETURN(PairRecord pair, snapshot_->GetPair(a, b));
-  VEDUTA_ASSIGN_OR_RETURN(const ImageRecord image_a, snapshot_->GetImage(pair.a));
-  VEDUTA_ASSIGN_OR_RETURN(const ImageRecord image_b, snapshot_->GetImage(pair.b));
+  VEDUTA_ASSIGN_OR_RETURN(const uint32_t count_a, CountFeatures(pair.a));
+  VEDUTA_ASSIGN_OR_RETURN(const uint32_t count_b, CountFeatures(pair.b));
   for (const FeatureMatch& match : pair.matches) {
-    if (match.a < image_a.feature_count && match.b < image_b.feature_count) continue;
+    if (match.a < count_a && match.b < count_b) continue;
     return Status::Corruption("family pairs: the pair of " + Name(pair.a) + " and " + Name(pair.b) +
                               " matches a feature that does not exist");
   }
@@ -170,12 +196,14 @@ Status MapLoader::LoadToUnplace(ImageId image) {
   return LoadStructure(std::vector(seen.begin(), seen.end()));
 }
 
-Status MapLoader::LoadReconstruction(ReconstructionId id, std::vector<ImageId>* images) {
+Status MapLoader::LoadReconstruction(ReconstructionId id, std::vector<ImageId>* images,
+                                     ThreadPool* pool) {
   images->clear();
   VEDUTA_RETURN_IF_ERROR(snapshot_->ScanPoses([&](const PoseRecord& pose) {
     if (pose.reconstruction == id) images->push_back(pose.image);
     return true;
   }));
+  if (pool != nullptr) VEDUTA_RETURN_IF_ERROR(LoadImages(*images, pool));
   return LoadNeighborhood(*images);
 }
 

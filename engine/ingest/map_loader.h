@@ -5,10 +5,12 @@
 
 #include <map>
 #include <memory>
+#include <optional>
 #include <span>
 
 #include "engine/mapping/city_map.h"
 #include "engine/photo/image_features.h"
+#include "storage/base/thread_pool.h"
 #include "storage/database.h"
 
 namespace veduta {
@@ -34,10 +36,12 @@ class MapLoader final {
   // taking its pose away may touch.
   Status LoadToUnplace(ImageId image);
   // A whole reconstruction with its surroundings. `images` receives its members, ascending. Scans
-  // all poses of the database.
-  Status LoadReconstruction(ReconstructionId id, std::vector<ImageId>* images);
+  // all poses of the database. Images are read on all threads of the pool, if there is one.
+  Status LoadReconstruction(ReconstructionId id, std::vector<ImageId>* images,
+                            ThreadPool* pool = nullptr);
 
   // A stored pair whose matches name features that both images have: kCorruption otherwise.
+  // Thread-safe while nothing is loaded and nobody changes the map.
   Result<PairRecord> GetPair(ImageId a, ImageId b) const;
   // The record as it is stored; read once.
   Result<ReconstructionRecord> GetReconstruction(ReconstructionId id);
@@ -45,6 +49,11 @@ class MapLoader final {
   ImageFeatureCache* features() const { return features_; }
 
  private:
+  // Nothing where the image has no pose. Thread-safe.
+  Result<std::optional<MapImage>> ReadImage(ImageId id) const;
+  // LoadImages with the reading spread over the threads. Of several errors, that of the first.
+  Status LoadImages(std::span<const ImageId> images, ThreadPool* pool);
+  Result<uint32_t> CountFeatures(ImageId id) const;
   Status LoadBlocks(std::span<const ImageId> homes);
   // That what these images see, and what is said of it elsewhere, is the same: the first invariants
   // of CityMap, on which all that changes the map relies.

@@ -13,6 +13,9 @@
 namespace veduta {
 namespace {
 
+// Images whose pairs are read side by side, and held in memory. Chosen by hand; not measured.
+constexpr size_t kImagesReadAtOnce = 64;
+
 // Matches of a placed image with its neighbours in its reconstruction, those with most verified
 // matches first.
 Result<std::vector<PairMatches>> MatchNeighbors(const MappingContext& context, ImageId id) {
@@ -35,22 +38,34 @@ Result<std::vector<PairMatches>> MatchNeighbors(const MappingContext& context, I
   return MatchPlacedNeighbors(context, *features, pairs);
 }
 
+// The image's verified pairs with images of its reconstruction that have lower ids.
+Result<std::vector<PairMatches>> ReadPairs(const MappingContext& context, ImageId id) {
+  const CityMap& map = *context.map;
+  VEDUTA_ASSIGN_OR_RETURN(const std::vector<PairNeighbor> neighbors,
+                          context.loader->snapshot().ListNeighbors(id));
+  std::vector<PairMatches> pairs;
+  for (const PairNeighbor& neighbor : neighbors) {
+    if (neighbor.image > id || !map.HasImage(neighbor.image) ||
+        map.image(neighbor.image).reconstruction != map.image(id).reconstruction)
+      continue;
+    VEDUTA_ASSIGN_OR_RETURN(const PairRecord stored, context.loader->GetPair(id, neighbor.image));
+    pairs.push_back(MatchesFrom(stored, id));
+  }
+  return pairs;
+}
+
 // Joins tracks by all verified pairs among the images. What two parts saw before they were merged
 // stands in the map twice, and only what is one holds a seam together.
 Status GrowFromPairs(const MappingContext& context, std::span<const ImageId> images) {
-  const CityMap& map = *context.map;
-  for (const ImageId id : images) {
-    VEDUTA_ASSIGN_OR_RETURN(const std::vector<PairNeighbor> neighbors,
-                            context.loader->snapshot().ListNeighbors(id));
-    std::vector<PairMatches> pairs;
-    for (const PairNeighbor& neighbor : neighbors) {
-      if (neighbor.image > id || !map.HasImage(neighbor.image) ||
-          map.image(neighbor.image).reconstruction != map.image(id).reconstruction)
-        continue;
-      VEDUTA_ASSIGN_OR_RETURN(const PairRecord stored, context.loader->GetPair(id, neighbor.image));
-      pairs.push_back(MatchesFrom(stored, id));
+  for (size_t begin = 0; begin < images.size(); begin += kImagesReadAtOnce) {
+    const auto some = images.subspan(begin, std::min(kImagesReadAtOnce, images.size() - begin));
+    std::vector<Result<std::vector<PairMatches>>> pairs(some.size(), std::vector<PairMatches>());
+    context.pool->ParallelFor(some.size(),
+                              [&](size_t i) { pairs[i] = ReadPairs(context, some[i]); });
+    for (size_t i = 0; i < some.size(); ++i) {
+      VEDUTA_RETURN_IF_ERROR(pairs[i].status());
+      GrowFromMatches(context.map, some[i], *pairs[i], context.options.growth);
     }
-    GrowFromMatches(context.map, id, pairs, context.options.growth);
   }
   return Status::Ok();
 }
@@ -94,7 +109,7 @@ Status ReconsiderPoses(const MappingContext& context, std::span<const ImageId> i
 
 Result<Healing> AdjustReconstruction(const MappingContext& context, ReconstructionId id) {
   std::vector<ImageId> images;
-  VEDUTA_RETURN_IF_ERROR(context.loader->LoadReconstruction(id, &images));
+  VEDUTA_RETURN_IF_ERROR(context.loader->LoadReconstruction(id, &images, context.pool));
   VEDUTA_RETURN_IF_ERROR(ReconsiderPoses(context, images));
   // Twice, for what the first adjustment has corrected lets tracks grow and filters judge anew.
   // That two rounds are enough was chosen by hand and not measured.

@@ -32,8 +32,7 @@ PointFilterCounts FilterPoints(CityMap* map, std::span<const PointId> points,
     if (point == nullptr) {
       ++counts.points_removed;
     } else if (point->error_px > options.point_error_px_max ||
-               TriangulationAngleDeg(map->ViewsOf(*point), point->position) <
-                   options.angle_deg_min) {
+               !HasAngle(map->ViewsOf(*point), point->position, options.angle_deg_min)) {
       map->RemovePoint(id);
       ++counts.points_removed;
     }

@@ -31,6 +31,18 @@ double TriangulationAngleDeg(std::span<const Sighting> views, const Eigen::Vecto
   return largest;
 }
 
+bool HasAngle(std::span<const Sighting> views, const Eigen::Vector3d& point, double angle_deg_min) {
+  std::vector<Eigen::Vector3d> centers;
+  centers.reserve(views.size());
+  for (size_t i = 0; i < views.size(); ++i) {
+    centers.push_back(views[i].cam_from_world.Center());
+    for (size_t j = 0; j < i; ++j) {
+      if (RayAngleDeg(centers[j], centers[i], point) >= angle_deg_min) return true;
+    }
+  }
+  return !(angle_deg_min > 0);
+}
+
 double ReprojectionErrorPx(const Sighting& view, const Eigen::Vector3d& point) {
   const Eigen::Vector3d x_cam = view.cam_from_world * point;
   if (!(x_cam.z() > 0)) return std::numeric_limits<double>::infinity();

@@ -3,7 +3,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <vector>
 
 #include "engine/matching/guided_matcher.h"
@@ -16,8 +15,8 @@ namespace {
 // where none is alike, or where fewer than two other images see the point.
 const TrackElement* FindAlike(const CityMap& map, const PointRecord& point, ImageId view,
                               const Eigen::Vector3d& center, const VisibilityOptions& options) {
+  NearestDirection nearest(center, point.position);
   const TrackElement* best = nullptr;
-  double smallest = options.angle_deg_max;
   uint32_t others = 0;
   const double distance = (point.position - center).norm();
   for (const TrackElement& element : point.track) {
@@ -26,10 +25,9 @@ const TrackElement* FindAlike(const CityMap& map, const PointRecord& point, Imag
     const Eigen::Vector3d other = map.image(element.image).cam_from_world.Center();
     const double ratio = distance / (point.position - other).norm();
     if (!(ratio < options.distance_ratio_max && ratio * options.distance_ratio_max > 1)) continue;
-    const double angle = RayAngleDeg(other, center, point.position);
-    if (angle < smallest) smallest = angle, best = &element;
+    if (nearest.IsNearer(other)) best = &element;
   }
-  return others >= 2 ? best : nullptr;
+  return others >= 2 && nearest.angle_deg() < options.angle_deg_max ? best : nullptr;
 }
 
 bool IsSeenBy(const PointRecord& point, ImageId view) {
