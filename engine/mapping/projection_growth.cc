@@ -2,9 +2,10 @@
 #include "engine/mapping/projection_growth.h"
 
 #include <algorithm>
-#include <cmath>
-#include <limits>
+#include <iterator>
 #include <optional>
+#include <unordered_set>
+#include <utility>
 #include <vector>
 
 #include "engine/mapping/covisible_images.h"
@@ -85,46 +86,97 @@ class Look {
   GuidedScratch scratch_;
 };
 
-constexpr FeatureIndex kNoFeature = std::numeric_limits<FeatureIndex>::max();
-
-// What was found for one point while its track had so many elements. Tracks only grow here, so one
-// of that length is the same still.
 struct Finding {
   PointId point;
-  uint32_t track_size;
-  FeatureIndex feature;  // kNoFeature where none was
+  FeatureIndex feature;
 };
 
-std::vector<Finding> FindAround(const CityMap& map, ImageId image, size_t covisible_max,
-                                const GrowthOptions& options) {
-  Look look(map, image, options);
-  std::vector<Finding> findings;
-  for (const PointId id : map.PointsSeenBy(CovisibleImages(map, image, covisible_max))) {
-    const PointRecord& point = map.point(id);
-    findings.push_back(
-        {id, static_cast<uint32_t>(point.track.size()), look.Find(point).value_or(kNoFeature)});
-  }
-  return findings;
+// What one image was found to see when its surroundings were those.
+struct Surroundings {
+  std::vector<ImageId> near;      // ascending; the images whose points were looked for
+  std::vector<Finding> findings;  // ascending points
+};
+
+std::vector<ImageId> FindNearImages(const CityMap& map, ImageId image, size_t covisible_max) {
+  std::vector<ImageId> near = CovisibleImages(map, image, covisible_max);
+  std::sort(near.begin(), near.end());
+  return near;
 }
 
-// Adds what was found to the map, and finds anew what is out of date. `findings` ascend.
-uint32_t AddFindings(CityMap* map, ImageId image, size_t covisible_max,
-                     const GrowthOptions& options, const std::vector<Finding>& findings) {
-  Look look(*map, image, options);
-  uint32_t added = 0;
-  auto known = findings.begin();
-  for (const PointId id : map->PointsSeenBy(CovisibleImages(*map, image, covisible_max))) {
-    const PointRecord& point = map->point(id);
-    while (known != findings.end() && known->point < id) ++known;
-    const bool is_known =
-        known != findings.end() && known->point == id && known->track_size == point.track.size();
-    const FeatureIndex feature = is_known ? known->feature : look.Find(point).value_or(kNoFeature);
-    if (feature == kNoFeature || map->image(image).points[feature].valid()) continue;
-    map->AddObservation(id, {image, feature});
-    ++added;
+Surroundings LookAround(const CityMap& map, ImageId image, size_t covisible_max,
+                        const GrowthOptions& options) {
+  Look look(map, image, options);
+  Surroundings around{FindNearImages(map, image, covisible_max), {}};
+  for (const PointId id : map.PointsSeenBy(around.near)) {
+    if (const auto feature = look.Find(map.point(id))) around.findings.push_back({id, *feature});
   }
-  return added;
+  return around;
 }
+
+// Adds to the map what images were found to see side by side, one image after another, and finds
+// anew what the images before have made untrue.
+class Addition {
+ public:
+  Addition(CityMap* map, size_t covisible_max, const GrowthOptions& options)
+      : map_(map), covisible_max_(covisible_max), options_(options) {}
+
+  // Returns how many observations were added.
+  uint32_t Add(ImageId image, Surroundings around) {
+    Update(image, &around);
+    uint32_t added = 0;
+    for (const Finding& finding : around.findings) {
+      if (map_->image(image).points[finding.feature].valid()) continue;
+      map_->AddObservation(finding.point, {image, finding.feature});
+      changed_.insert(finding.point);
+      for (const TrackElement& element : map_->point(finding.point).track)
+        touched_.insert(element.image);
+      ++added;
+    }
+    return added;
+  }
+
+ private:
+  // Makes the surroundings those that the image has by now.
+  void Update(ImageId image, Surroundings* around) {
+    // The rank of the images around changes where a point that the image sees got another view.
+    std::vector<ImageId> near =
+        touched_.contains(image) ? FindNearImages(*map_, image, covisible_max_) : around->near;
+    std::vector<Finding>& findings = around->findings;
+    std::erase_if(findings, [&](const Finding& finding) {
+      return changed_.contains(finding.point) || !SeesOneOf(finding.point, near);
+    });
+    std::vector<PointId> again = map_->PointsSeenBy(Without(near, around->near));
+    std::ranges::copy_if(changed_, std::back_inserter(again),
+                         [&](PointId id) { return SeesOneOf(id, near); });
+    Look look(*map_, image, options_);
+    for (const PointId id : again) {
+      if (const auto feature = look.Find(map_->point(id))) findings.push_back({id, *feature});
+    }
+    std::ranges::sort(findings, {}, &Finding::point);
+    const auto repeated = std::ranges::unique(findings, {}, &Finding::point);
+    findings.erase(repeated.begin(), repeated.end());
+    around->near = std::move(near);
+  }
+
+  // Both ascend.
+  static std::vector<ImageId> Without(std::span<const ImageId> all, std::span<const ImageId> some) {
+    std::vector<ImageId> rest;
+    std::ranges::set_difference(all, some, std::back_inserter(rest));
+    return rest;
+  }
+
+  bool SeesOneOf(PointId id, std::span<const ImageId> ascending) const {
+    return std::ranges::any_of(map_->point(id).track, [&](const TrackElement& element) {
+      return std::ranges::binary_search(ascending, element.image);
+    });
+  }
+
+  CityMap* const map_;
+  const size_t covisible_max_;
+  const GrowthOptions& options_;
+  std::unordered_set<PointId> changed_;  // points whose track has grown
+  std::unordered_set<ImageId> touched_;  // images that see one of them
+};
 
 }  // namespace
 
@@ -149,19 +201,18 @@ GrowthCounts GrowAllByProjection(CityMap* map, std::span<const ImageId> images,
   GrowthCounts counts;
   for (size_t begin = 0; begin < images.size(); begin += kImagesAtOnce) {
     const auto some = images.subspan(begin, std::min(kImagesAtOnce, images.size() - begin));
-    std::vector<std::vector<Finding>> findings(some.size());
-    const auto find = [&](size_t i) {
-      findings[i] = FindAround(*map, some[i], covisible_max, options);
+    std::vector<Surroundings> around(some.size());
+    const auto look = [&](size_t i) {
+      around[i] = LookAround(*map, some[i], covisible_max, options);
     };
     if (pool != nullptr) {
-      pool->ParallelFor(some.size(), find);
+      pool->ParallelFor(some.size(), look);
     } else {
-      for (size_t i = 0; i < some.size(); ++i) find(i);
+      for (size_t i = 0; i < some.size(); ++i) look(i);
     }
-    for (size_t i = 0; i < some.size(); ++i) {
-      counts.observations_added += AddFindings(map, some[i], covisible_max, options, findings[i]);
-      findings[i] = {};
-    }
+    Addition addition(map, covisible_max, options);
+    for (size_t i = 0; i < some.size(); ++i)
+      counts.observations_added += addition.Add(some[i], std::move(around[i]));
   }
   return counts;
 }

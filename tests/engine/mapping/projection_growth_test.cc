@@ -47,8 +47,23 @@ CityMap TornMap(const SyntheticScene& scene) {
   return map;
 }
 
-void ExpectSameAtAnyThreads(const SyntheticScene& scene, size_t covisible_max) {
-  CityMap plain = TornMap(scene);
+// Three of four observations are gone, so that a few images around another one see few of its
+// points, and with each that is found again other images may share most.
+CityMap SparseMap(const SyntheticScene& scene) {
+  CityMap map = MakeMap(scene);
+  SeededRandom random(7);
+  for (const ImageId id : AllImages(map)) {
+    for (const PointId point : map.PointsSeenBy({&id, 1})) {
+      if (map.point(point).track.size() > 2 && random.Below(4) > 0)
+        map.RemoveObservation(point, id);
+    }
+  }
+  return map;
+}
+
+void ExpectSameAtAnyThreads(const SyntheticScene& scene, size_t covisible_max,
+                            CityMap (*torn)(const SyntheticScene&)) {
+  CityMap plain = torn(scene);
   uint32_t added = 0;
   for (const ImageId id : AllImages(plain)) {
     const std::vector<ImageId> near = CovisibleImages(plain, id, covisible_max);
@@ -57,7 +72,7 @@ void ExpectSameAtAnyThreads(const SyntheticScene& scene, size_t covisible_max) {
   EXPECT_GT(added, 1000u);
   for (const size_t threads : {0, 1, 3}) {
     ThreadPool pool(threads);
-    CityMap map = TornMap(scene);
+    CityMap map = torn(scene);
     const auto counts = GrowAllByProjection(&map, AllImages(map), covisible_max, {}, &pool);
     EXPECT_EQ(counts.observations_added, added);
     for (const auto& [id, image] : plain.images()) EXPECT_EQ(map.image(id).points, image.points);
@@ -69,13 +84,9 @@ TEST(ProjectionGrowth, ManyAtOnceEqualOneAfterAnother) {
   // cameras further along the arc which of those between have joined a track already.
   const SceneOptions options{
       .camera_count = 75, .point_count = 200, .noise_px = 1.5, .arc_deg = 150};
-  ExpectSameAtAnyThreads(MakeScene(options), 40);
-  // A row of cameras, each of which sees other points than those far from it: points reach an image
-  // by way of images that have just got them themselves.
-  SceneOptions row{.camera_count = 64, .point_count = 800, .noise_px = 1.0, .arc_deg = 25};
-  row.beside = 3;
-  row.seam_point_count = 200;
-  ExpectSameAtAnyThreads(MakeScene(row), 3);
+  ExpectSameAtAnyThreads(MakeScene(options), 40, TornMap);
+  for (const size_t covisible_max : {2, 4, 8})
+    ExpectSameAtAnyThreads(MakeScene(options), covisible_max, SparseMap);
 }
 
 }  // namespace
