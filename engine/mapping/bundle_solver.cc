@@ -62,7 +62,11 @@ Eigen::Matrix<double, 6, Derived::ColsAtCompileTime> ByPose(
 class Solver {
  public:
   Solver(const BundleOptions& options, ThreadPool* pool, BundleProblem* problem)
-      : options_(options), pool_(pool), problem_(*problem), pattern_(*problem) {
+      : options_(options),
+        pool_(pool),
+        problem_(*problem),
+        pattern_(*problem),
+        system_solver_(pattern_, problem->free_count <= options.dense_images_max) {
     const size_t points = problem_.points.size();
     const size_t affordable =
         std::max<size_t>(kBytesOfPieces / (pattern_.block_count() * sizeof(Matrix6d) + 1), 1);
@@ -220,8 +224,7 @@ class Solver {
     });
     CameraSystem& whole = pieces_.front();
     for (size_t piece = 1; piece < piece_count_; ++piece) whole.Add(pieces_[piece]);
-    const auto solved =
-        SolveSystem(pattern_, whole, lambda, problem_.free_count <= options_.dense_images_max);
+    const auto solved = system_solver_.Solve(whole, lambda);
     if (!solved) return false;
     const Eigen::VectorXd& tangent = *solved;
     *poses = problem_.cams_from_world;
@@ -271,6 +274,7 @@ class Solver {
   ThreadPool* pool_;
   BundleProblem& problem_;
   const BlockPattern pattern_;
+  SystemSolver system_solver_;
   size_t piece_count_ = 1;
   std::vector<Projector> projectors_;
   std::vector<PointSystem> systems_;  // one for each point

@@ -101,22 +101,34 @@ void CameraSystem::Add(const CameraSystem& other) {
   diagonal += other.diagonal;
 }
 
-std::optional<Eigen::VectorXd> SolveSystem(const BlockPattern& pattern, const CameraSystem& system,
-                                           double lambda, bool is_dense) {
+struct SystemSolver::SparseFactor {
+  Eigen::CholmodDecomposition<Eigen::SparseMatrix<double>, Eigen::Upper> factor;
+  bool has_order = false;
+};
+
+SystemSolver::SystemSolver(const BlockPattern& pattern, bool is_dense) : pattern_(pattern) {
+  if (is_dense) return;
+  sparse_ = std::make_unique<SparseFactor>();
+  // CHOLMOD says on standard output, where results go, that a matrix is not positive definite. A
+  // level of 0 keeps it silent; the caller learns of it from the answer.
+  sparse_->factor.cholmod().print = 0;
+}
+
+SystemSolver::~SystemSolver() = default;
+
+std::optional<Eigen::VectorXd> SystemSolver::Solve(const CameraSystem& system, double lambda) {
   const Eigen::VectorXd right = system.right - system.gradient;
-  if (is_dense) {
-    Eigen::MatrixXd matrix = DenseLower(pattern, system);
+  if (sparse_ == nullptr) {
+    Eigen::MatrixXd matrix = DenseLower(pattern_, system);
     matrix.diagonal() += lambda * system.diagonal;
     return SolveBy(Eigen::LLT<Eigen::Ref<Eigen::MatrixXd>>(matrix), right);
   }
-  Eigen::SparseMatrix<double> matrix = SparseUpper(pattern, system);
+  Eigen::SparseMatrix<double> matrix = SparseUpper(pattern_, system);
   matrix.diagonal() += lambda * system.diagonal;
-  Eigen::CholmodDecomposition<Eigen::SparseMatrix<double>, Eigen::Upper> factor;
-  // CHOLMOD says on standard output, where results go, that a matrix is not positive definite. A
-  // level of 0 keeps it silent; the caller learns of it from the answer.
-  factor.cholmod().print = 0;
-  factor.compute(matrix);
-  return SolveBy(factor, right);
+  if (!sparse_->has_order) sparse_->factor.analyzePattern(matrix);
+  sparse_->has_order = true;
+  sparse_->factor.factorize(matrix);
+  return SolveBy(sparse_->factor, right);
 }
 
 }  // namespace veduta

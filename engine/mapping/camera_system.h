@@ -3,6 +3,7 @@
 // The reduced camera system of a bundle adjustment: 6x6 blocks where two free images share a point.
 
 #include <Eigen/Core>
+#include <memory>
 #include <optional>
 #include <vector>
 
@@ -46,9 +47,23 @@ struct CameraSystem {
   void Add(const CameraSystem& other);
 };
 
-// The poses' tangents that solve the system with its diagonal damped by `lambda`: densely by Eigen,
-// or sparsely by CHOLMOD. Nothing if the system is not positive definite. Never prints.
-std::optional<Eigen::VectorXd> SolveSystem(const BlockPattern& pattern, const CameraSystem& system,
-                                           double lambda, bool is_dense);
+// Solves systems of one pattern, one after another: densely by Eigen, or sparsely by CHOLMOD, which
+// seeks the order of elimination once. What was solved before does not change an answer.
+class SystemSolver final {
+ public:
+  // The pattern must outlive it.
+  SystemSolver(const BlockPattern& pattern, bool is_dense);
+  ~SystemSolver();
+
+  // The poses' tangents that solve the system with its diagonal damped by `lambda`. Nothing if the
+  // system is not positive definite. Never prints.
+  std::optional<Eigen::VectorXd> Solve(const CameraSystem& system, double lambda);
+
+ private:
+  struct SparseFactor;
+
+  const BlockPattern& pattern_;
+  std::unique_ptr<SparseFactor> sparse_;  // null where it solves densely
+};
 
 }  // namespace veduta

@@ -71,14 +71,31 @@ TEST(CameraSystem, ThePatternIsTheLowerTriangle) {
 TEST(CameraSystem, DenseAndSparseAgree) {
   const BlockPattern pattern = Pattern();
   const CameraSystem system = System(pattern, 2);
-  const auto dense = SolveSystem(pattern, system, 0.5, true),
-             sparse = SolveSystem(pattern, system, 0.5, false);
+  const auto dense = SystemSolver(pattern, true).Solve(system, 0.5),
+             sparse = SystemSolver(pattern, false).Solve(system, 0.5);
   ASSERT_TRUE(dense && sparse);
   EXPECT_LT((*dense - *sparse).norm(), 1e-12);
   // (0.1 ones + 2.5 I) x = right
   const Eigen::VectorXd back =
       2.5 * *dense + Eigen::VectorXd::Constant(dense->size(), 0.1 * dense->sum());
   EXPECT_LT((back - system.right).norm(), 1e-12);
+}
+
+TEST(CameraSystem, WhatWasSolvedBeforeChangesNothing) {
+  const BlockPattern pattern = Pattern(20);
+  for (const bool is_dense : {false, true}) {
+    SystemSolver solver(pattern, is_dense);
+    for (const double diagonal : {2.0, -5.0, 3.0, 2.5}) {  // -5: not positive definite
+      const CameraSystem system = System(pattern, diagonal);
+      const auto solved = solver.Solve(system, 0.5);
+      const auto alone = SystemSolver(pattern, is_dense).Solve(system, 0.5);
+      ASSERT_EQ(solved.has_value(), diagonal > 0);
+      ASSERT_EQ(alone.has_value(), diagonal > 0);
+      if (solved) {
+        EXPECT_TRUE(*solved == *alone) << diagonal;
+      }
+    }
+  }
 }
 
 TEST(CameraSystem, PiecesAddUp) {
@@ -98,9 +115,10 @@ TEST(CameraSystem, AMatrixThatIsNotPositiveDefiniteIsRefusedInSilence) {
   EXPECT_EQ(CaughtOutput([] { std::printf("heard"); }), "heard") << "the test hears nothing";
   for (const bool is_dense : {false, true}) {
     bool is_solved = true;
-    EXPECT_EQ(
-        CaughtOutput([&] { is_solved = SolveSystem(pattern, system, 0, is_dense).has_value(); }),
-        "");
+    EXPECT_EQ(CaughtOutput([&] {
+                is_solved = SystemSolver(pattern, is_dense).Solve(system, 0).has_value();
+              }),
+              "");
     EXPECT_FALSE(is_solved);
   }
 }
