@@ -2,12 +2,14 @@
 #include "engine/ingest/reconstruction_adjustment.h"
 
 #include <algorithm>
+#include <map>
+#include <utility>
 
-#include "engine/ingest/pose_search.h"
 #include "engine/ingest/surroundings.h"
 #include "engine/mapping/agreeing_growth.h"
 #include "engine/mapping/better_pose.h"
 #include "engine/mapping/projection_growth.h"
+#include "engine/matching/mutual_matcher.h"
 #include "storage/base/content_hash.h"
 
 namespace veduta {
@@ -16,9 +18,9 @@ namespace {
 // Images whose pairs are read side by side, and held in memory. Chosen by hand; not measured.
 constexpr size_t kImagesReadAtOnce = 64;
 
-// Matches of a placed image with its neighbours in its reconstruction, those with most verified
-// matches first.
-Result<std::vector<PairMatches>> MatchNeighbors(const MappingContext& context, ImageId id) {
+// A placed image's neighbours in its reconstruction, those with most verified matches first. Their
+// matches are still to be found.
+Result<std::vector<PairMatches>> ListPlacedNeighbors(const MappingContext& context, ImageId id) {
   const CityMap& map = *context.map;
   VEDUTA_ASSIGN_OR_RETURN(std::vector<PairNeighbor> neighbors,
                           context.loader->snapshot().ListNeighbors(id));
@@ -33,9 +35,72 @@ Result<std::vector<PairMatches>> MatchNeighbors(const MappingContext& context, I
   if (neighbors.size() > count_max) neighbors.resize(count_max);
   std::vector<PairMatches> pairs;
   for (const PairNeighbor& neighbor : neighbors) pairs.push_back({neighbor.image, {}, {}, {}});
-  VEDUTA_ASSIGN_OR_RETURN(const auto features,
-                          context.loader->features()->Get(context.loader->snapshot(), id));
-  return MatchPlacedNeighbors(context, *features, pairs);
+  return pairs;
+}
+
+std::vector<FeatureMatch> FeaturesOf(std::span<const DescriptorMatch> found) {
+  std::vector<FeatureMatch> matches;
+  matches.reserve(found.size());
+  for (const DescriptorMatch& match : found) matches.push_back({match.a, match.b});
+  return matches;
+}
+
+// Two images whose matches are wanted: those of the first with the second, and the other way round.
+// Null where that way is not wanted.
+struct WantedMatches {
+  ImageId first, second;
+  PairMatches *from_first = nullptr, *from_second = nullptr;
+};
+
+// Each two images once, in ascending ids, whichever of them is a neighbour of the other.
+std::vector<WantedMatches> ListWanted(std::span<const ImageId> images,
+                                      std::span<std::vector<PairMatches>> neighbors) {
+  std::map<std::pair<ImageId, ImageId>, WantedMatches> wanted;
+  for (size_t i = 0; i < images.size(); ++i) {
+    for (PairMatches& pair : neighbors[i]) {
+      const auto [first, second] = std::minmax(images[i], pair.other);
+      WantedMatches& both = wanted[{first, second}];
+      both.first = first, both.second = second;
+      (images[i] == first ? both.from_first : both.from_second) = &pair;
+    }
+  }
+  std::vector<WantedMatches> list;
+  for (const auto& [ids, both] : wanted) list.push_back(both);
+  return list;
+}
+
+Status FindMatches(const MappingContext& context, const WantedMatches& wanted) {
+  const auto features = [&](ImageId id) {
+    return context.loader->features()->Get(context.loader->snapshot(), id);
+  };
+  VEDUTA_ASSIGN_OR_RETURN(const auto first, features(wanted.first));
+  VEDUTA_ASSIGN_OR_RETURN(const auto second, features(wanted.second));
+  MatchOptions options;
+  options.ratio_max = context.options.putative_ratio_max;
+  const MatchesBothWays found = MatchBothWays(first->packed, second->packed, options);
+  if (wanted.from_first != nullptr) wanted.from_first->matches = FeaturesOf(found.from_a);
+  if (wanted.from_second != nullptr) wanted.from_second->matches = FeaturesOf(found.from_b);
+  return Status::Ok();
+}
+
+// Matches of each image with its neighbours in its reconstruction, those with most verified matches
+// first.
+Result<std::vector<std::vector<PairMatches>>> MatchNeighbors(const MappingContext& context,
+                                                             std::span<const ImageId> images) {
+  std::vector<std::vector<PairMatches>> matches(images.size());
+  std::vector<Status> listed(images.size());
+  context.pool->ParallelFor(images.size(), [&](size_t i) {
+    Result<std::vector<PairMatches>> neighbors = ListPlacedNeighbors(context, images[i]);
+    listed[i] = neighbors.status();
+    if (neighbors.ok()) matches[i] = *std::move(neighbors);
+  });
+  for (const Status& status : listed) VEDUTA_RETURN_IF_ERROR(status);
+  const std::vector<WantedMatches> wanted = ListWanted(images, matches);
+  std::vector<Status> found(wanted.size());
+  context.pool->ParallelFor(wanted.size(),
+                            [&](size_t i) { found[i] = FindMatches(context, wanted[i]); });
+  for (const Status& status : found) VEDUTA_RETURN_IF_ERROR(status);
+  return matches;
 }
 
 // The image's verified pairs with images of its reconstruction that have lower ids.
@@ -87,11 +152,8 @@ Status GrowAndAdjust(const MappingContext& context, std::span<const ImageId> ima
 
 Status ReconsiderPoses(const MappingContext& context, std::span<const ImageId> images) {
   CityMap* const map = context.map;
-  std::vector<std::vector<PairMatches>> putative;
-  for (const ImageId id : images) {
-    VEDUTA_ASSIGN_OR_RETURN(std::vector<PairMatches> matches, MatchNeighbors(context, id));
-    putative.push_back(std::move(matches));
-  }
+  VEDUTA_ASSIGN_OR_RETURN(const std::vector<std::vector<PairMatches>> putative,
+                          MatchNeighbors(context, images));
   std::vector<std::optional<Resection>> better(images.size());
   context.pool->ParallelFor(images.size(), [&](size_t i) {
     better[i] = FindBetterPose(*map, images[i], putative[i], MixSeed(images[i].value, 2),

@@ -48,11 +48,11 @@ struct Nearest {
 };
 
 struct MatcherKernels {
-  // The two nearest columns of every row, and the nearest row of every column, in one pass over the
-  // products. rows_out[rows.count], columns_out[columns.count]; column_keys is scratch,
-  // ceil(columns.count / 16) * 16 long. Exact; ties go to the lowest ordinal.
+  // The two nearest columns of every row, and the two nearest rows of every column, in one pass
+  // over the products. rows_out[rows.count], columns_out[columns.count]; column_keys is scratch,
+  // twice ceil(columns.count / 16) * 16 long. Exact; ties go to the lowest ordinal.
   void (*nearest_both_ways)(PanelSpan rows, PanelSpan columns, NearestPair* rows_out,
-                            Nearest* columns_out, int32_t* column_keys);
+                            NearestPair* columns_out, int32_t* column_keys);
 
   // distances[i] = squared distance of `query` to descriptor indices[i] of `descriptors`, 128 bytes
   // each, any alignment. Exact.

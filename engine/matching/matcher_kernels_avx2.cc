@@ -74,27 +74,31 @@ static_assert(kTileRows == 4);
 template <int... kRows>
 inline void TakeKeys(TileRows<kRows...>, const __m256i* products, const int32_t* norms,
                      uint32_t name, const int32_t* row_keys, __m256i* best, __m256i* second,
-                     int32_t* column_keys) {
+                     int32_t* column_keys, int32_t* column_seconds) {
   const __m256i row_key = _mm256_or_si256(_mm256_slli_epi32(LoadLanes(norms), kKeyBits),
                                           _mm256_set1_epi32(static_cast<int>(name)));
   __m256i column_best = LoadLanes(column_keys);
+  __m256i column_second = LoadLanes(column_seconds);
   const auto take = [&](int r) __attribute__((always_inline)) {
     const __m256i doubled = _mm256_slli_epi32(products[r], kKeyBits + 1);
-    column_best =
-        _mm256_min_epi32(column_best, _mm256_sub_epi32(_mm256_set1_epi32(row_keys[r]), doubled));
+    const __m256i column_key = _mm256_sub_epi32(_mm256_set1_epi32(row_keys[r]), doubled);
+    column_second = _mm256_min_epi32(column_second, _mm256_max_epi32(column_best, column_key));
+    column_best = _mm256_min_epi32(column_best, column_key);
     const __m256i key = _mm256_sub_epi32(row_key, doubled);
     second[r] = _mm256_min_epi32(second[r], _mm256_max_epi32(best[r], key));
     best[r] = _mm256_min_epi32(best[r], key);
   };
   (take(kRows), ...);
   StoreLanes(column_keys, column_best);
+  StoreLanes(column_seconds, column_second);
 }
 
 // Four rows by a panel of columns.
 template <int... kRows>
 inline void MultiplyTile(TileRows<kRows...> tile_rows, const int32_t* rows, const int32_t* row_keys,
                          const WidePanel& columns, const int32_t* norms, uint32_t name,
-                         __m256i* best, __m256i* second, int32_t* column_keys) {
+                         __m256i* best, __m256i* second, int32_t* column_keys,
+                         int32_t* column_seconds) {
   __m256i left[kTileRows] = {((void)kRows, _mm256_setzero_si256())...};
   __m256i right[kTileRows] = {((void)kRows, _mm256_setzero_si256())...};
 #pragma GCC unroll 4
@@ -110,9 +114,9 @@ inline void MultiplyTile(TileRows<kRows...> tile_rows, const int32_t* rows, cons
     };
     (multiply(left[kRows], right[kRows], kRows), ...);
   }
-  TakeKeys(tile_rows, left, norms, name, row_keys, best, second, column_keys);
-  TakeKeys(tile_rows, right, norms + kLanes, name + 1, row_keys, best, second,
-           column_keys + kLanes);
+  TakeKeys(tile_rows, left, norms, name, row_keys, best, second, column_keys, column_seconds);
+  TakeKeys(tile_rows, right, norms + kLanes, name + 1, row_keys, best, second, column_keys + kLanes,
+           column_seconds + kLanes);
 }
 
 // Joins a row's lanes over one block of columns with what the row had before.
@@ -130,7 +134,7 @@ void MergeRow(__m256i best, __m256i second, int32_t norm, uint32_t first_column,
     if (i != lane && keys[i] < second_key) second_key = keys[i];
   }
   const uint32_t name = static_cast<uint32_t>(key & (kGroupsPerBlock - 1));
-  MergeIntoRow(
+  MergeNearest(
       first_column + name * kLanes + static_cast<uint32_t>(lane),
       static_cast<uint32_t>((key >> kKeyBits) + norm),
       second_key >= kPaddingKey ? kNoMatch : static_cast<uint32_t>((second_key >> kKeyBits) + norm),
@@ -154,7 +158,7 @@ void SweepColumns(const RowPanel& rows, const int32_t* norms, uint32_t row_count
       for (uint32_t r = 0; r < row_count; r += kTileRows) {
         MultiplyTile(AllTileRows(), rows.wide.steps[0] + r, rows.column_keys + r, wide,
                      panel.norms_squared, c / kLanes, state.best + r, state.second + r,
-                     column_keys + first + c);
+                     column_keys + first + c, column_keys + PaddedCount(columns) + first + c);
       }
     }
     for (uint32_t r = 0; r < row_count; ++r)
@@ -162,8 +166,8 @@ void SweepColumns(const RowPanel& rows, const int32_t* norms, uint32_t row_count
   }
 }
 
-void NearestBothWays(PanelSpan rows, PanelSpan columns, NearestPair* rows_out, Nearest* columns_out,
-                     int32_t* column_keys) {
+void NearestBothWays(PanelSpan rows, PanelSpan columns, NearestPair* rows_out,
+                     NearestPair* columns_out, int32_t* column_keys) {
   ClearNearest(rows, columns, rows_out, columns_out);
   RowPanel prepared;
   for (uint32_t block = 0; block < rows.count; block += kRowsPerBlock) {

@@ -32,8 +32,8 @@ struct alignas(64) TileState {
   __m512i second[kTileRows];
 };
 
-// Rows past `count` repeat the last one under its own name: they change nothing. (Rows of zeros
-// would: the key of |a|^2 + |b|^2 may take 25 bits.)
+// Rows past `count` repeat the last one under its own name: equal keys are passed over. (Rows of
+// zeros would change something: the key of |a|^2 + |b|^2 may take 25 bits.)
 void PrepareRows(const DescriptorPanel& panel, uint32_t first_in_block, uint32_t count,
                  RowPanel* out) {
   const __m512i last =
@@ -72,24 +72,35 @@ struct TileRows {};
 using AllTileRows = TileRows<0, 1, 2, 3, 4, 5, 6, 7>;
 static_assert(kTileRows == 8);
 
+// Takes a row's keys into the two smallest keys of each column. A key that is the smallest already
+// is that of the same row.
+inline void TakeColumnKeys(__m512i key, __m512i* best, __m512i* second) {
+  const __mmask16 is_other = _mm512_cmpneq_epi32_mask(key, *best);
+  *second = _mm512_mask_min_epi32(*second, is_other, *second, _mm512_max_epi32(key, *best));
+  *best = _mm512_min_epi32(*best, key);
+}
+
 // Takes the finished lanes of one or two panels into the rows' and the columns' keys.
 template <int kPanels, int... kRows>
 inline void TakeKeys(TileRows<kRows...>, const __m512i* left, const __m512i* right,
                      const DescriptorPanel* panels, uint32_t panel_in_block,
-                     const int32_t* row_keys, TileState* state, int32_t* column_keys) {
+                     const int32_t* row_keys, TileState* state, int32_t* column_keys,
+                     int32_t* column_seconds) {
   const __m512i left_key = RowKeyOf(panels[0], panel_in_block);
   const __m512i right_key = RowKeyOf(panels[kPanels - 1], panel_in_block + 1);
   __m512i left_best = _mm512_loadu_si512(column_keys);
   __m512i right_best = _mm512_loadu_si512(column_keys + (kPanels - 1) * kPanelColumns);
+  __m512i left_second = _mm512_loadu_si512(column_seconds);
+  __m512i right_second = _mm512_loadu_si512(column_seconds + (kPanels - 1) * kPanelColumns);
   const auto take = [&](int r) __attribute__((always_inline)) {
     const __m512i name = _mm512_set1_epi32(row_keys[r]);
     __m512i doubled = _mm512_slli_epi32(left[r], kKeyBits + 1);
-    left_best = _mm512_min_epi32(left_best, _mm512_add_epi32(doubled, name));
+    TakeColumnKeys(_mm512_add_epi32(doubled, name), &left_best, &left_second);
     __m512i nearer = _mm512_add_epi32(doubled, left_key);
     __m512i second = state->second[r];
     if constexpr (kPanels == 2) {
       doubled = _mm512_slli_epi32(right[r], kKeyBits + 1);
-      right_best = _mm512_min_epi32(right_best, _mm512_add_epi32(doubled, name));
+      TakeColumnKeys(_mm512_add_epi32(doubled, name), &right_best, &right_second);
       const __m512i other = _mm512_add_epi32(doubled, right_key);
       second = _mm512_min_epi32(second, _mm512_max_epi32(nearer, other));
       nearer = _mm512_min_epi32(nearer, other);
@@ -100,7 +111,11 @@ inline void TakeKeys(TileRows<kRows...>, const __m512i* left, const __m512i* rig
   };
   (take(kRows), ...);
   _mm512_storeu_si512(column_keys, left_best);
-  if constexpr (kPanels == 2) _mm512_storeu_si512(column_keys + kPanelColumns, right_best);
+  _mm512_storeu_si512(column_seconds, left_second);
+  if constexpr (kPanels == 2) {
+    _mm512_storeu_si512(column_keys + kPanelColumns, right_best);
+    _mm512_storeu_si512(column_seconds + kPanelColumns, right_second);
+  }
 }
 
 // Without instructions: tells g++ 12 that an accumulator lives in one register. It copies each of
@@ -113,7 +128,7 @@ inline void KeepInRegister(__m512i& value) {
 template <int kPanels, int... kRows>
 inline void MultiplyTile(TileRows<kRows...> tile_rows, const int32_t* rows, const int32_t* row_keys,
                          const DescriptorPanel* panels, uint32_t panel_in_block, TileState* state,
-                         int32_t* column_keys) {
+                         int32_t* column_keys, int32_t* column_seconds) {
   constexpr int kLast = kPanels - 1;
   __m512i left[kTileRows] = {((void)kRows, StartOf(panels[0]))...};
   __m512i right[kTileRows] = {((void)kRows, StartOf(panels[kLast]))...};
@@ -134,7 +149,8 @@ inline void MultiplyTile(TileRows<kRows...> tile_rows, const int32_t* rows, cons
     };
     (multiply(left[kRows], right[kRows], kRows), ...);
   }
-  TakeKeys<kPanels>(tile_rows, left, right, panels, panel_in_block, row_keys, state, column_keys);
+  TakeKeys<kPanels>(tile_rows, left, right, panels, panel_in_block, row_keys, state, column_keys,
+                    column_seconds);
 }
 
 // Joins a row's lanes over one block of panels with what the row had before.
@@ -147,7 +163,7 @@ inline void MergeRow(__m512i best, __m512i second, int32_t norm, uint32_t first_
   const __m512i others = _mm512_mask_mov_epi32(best, static_cast<__mmask16>(1u << lane), second);
   const int32_t second_key = _mm512_reduce_min_epi32(others);
   const uint32_t panel = first_panel + static_cast<uint32_t>(key & (kGroupsPerBlock - 1));
-  MergeIntoRow(
+  MergeNearest(
       panel * kPanelColumns + lane, static_cast<uint32_t>((key >> kKeyBits) + norm),
       second_key >= kPaddingKey ? kNoMatch : static_cast<uint32_t>((second_key >> kKeyBits) + norm),
       row);
@@ -158,6 +174,7 @@ void SweepColumns(const int32_t* rows, const int32_t* row_keys, const int32_t* n
                   uint32_t row_count, PanelSpan columns, int32_t* column_keys,
                   NearestPair* rows_out) {
   const uint32_t panel_count = (columns.count + kPanelColumns - 1) / kPanelColumns;
+  int32_t* const column_seconds = column_keys + PaddedCount(columns);
   for (uint32_t first = 0; first < panel_count; first += kGroupsPerBlock) {
     const uint32_t count =
         panel_count - first < kGroupsPerBlock ? panel_count - first : kGroupsPerBlock;
@@ -167,19 +184,21 @@ void SweepColumns(const int32_t* rows, const int32_t* row_keys, const int32_t* n
     uint32_t p = 0;
     for (; p + 2 <= count; p += 2) {
       MultiplyTile<2>(AllTileRows(), rows, row_keys, columns.panels + first + p, p, &state,
-                      column_keys + (first + p) * kPanelColumns);
+                      column_keys + (first + p) * kPanelColumns,
+                      column_seconds + (first + p) * kPanelColumns);
     }
     if (p < count) {
       MultiplyTile<1>(AllTileRows(), rows, row_keys, columns.panels + first + p, p, &state,
-                      column_keys + (first + p) * kPanelColumns);
+                      column_keys + (first + p) * kPanelColumns,
+                      column_seconds + (first + p) * kPanelColumns);
     }
     for (uint32_t r = 0; r < row_count; ++r)
       MergeRow(state.best[r], state.second[r], norms[r], first, &rows_out[r]);
   }
 }
 
-void NearestBothWays(PanelSpan rows, PanelSpan columns, NearestPair* rows_out, Nearest* columns_out,
-                     int32_t* column_keys) {
+void NearestBothWays(PanelSpan rows, PanelSpan columns, NearestPair* rows_out,
+                     NearestPair* columns_out, int32_t* column_keys) {
   ClearNearest(rows, columns, rows_out, columns_out);
   RowPanel prepared;
   for (uint32_t block = 0; block < rows.count; block += kRowsPerBlock) {

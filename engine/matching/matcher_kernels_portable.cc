@@ -32,20 +32,20 @@ uint32_t ColumnsIn(uint32_t count, uint32_t first) {
   return count - first < kPanelColumns ? count - first : kPanelColumns;
 }
 
-void UpdateRow(uint32_t column, uint32_t distance, NearestPair* row) {
-  if (distance < row->distance) {
-    row->second_distance = row->distance;
-    row->distance = distance;
-    row->best = column;
-  } else if (distance < row->second_distance) {
-    row->second_distance = distance;
+void UpdateNearest(uint32_t other, uint32_t distance, NearestPair* nearest) {
+  if (distance < nearest->distance) {
+    nearest->second_distance = nearest->distance;
+    nearest->distance = distance;
+    nearest->best = other;
+  } else if (distance < nearest->second_distance) {
+    nearest->second_distance = distance;
   }
 }
 
-void NearestBothWays(PanelSpan rows, PanelSpan columns, NearestPair* rows_out, Nearest* columns_out,
-                     int32_t* /*column_keys*/) {
+void NearestBothWays(PanelSpan rows, PanelSpan columns, NearestPair* rows_out,
+                     NearestPair* columns_out, int32_t* /*column_keys*/) {
   for (uint32_t r = 0; r < rows.count; ++r) rows_out[r] = {kNoMatch, kNoMatch, kNoMatch};
-  for (uint32_t c = 0; c < columns.count; ++c) columns_out[c] = {kNoMatch, kNoMatch};
+  for (uint32_t c = 0; c < columns.count; ++c) columns_out[c] = {kNoMatch, kNoMatch, kNoMatch};
   int32_t products[kPanelColumns][kPanelColumns];
   for (uint32_t first_row = 0; first_row < rows.count; first_row += kPanelColumns) {
     const DescriptorPanel& row_panel = rows.panels[first_row / kPanelColumns];
@@ -58,9 +58,8 @@ void NearestBothWays(PanelSpan rows, PanelSpan columns, NearestPair* rows_out, N
         for (uint32_t c = 0; c < column_count; ++c) {
           const uint32_t distance = static_cast<uint32_t>(
               row_panel.norms_squared[r] + column_panel.norms_squared[c] - 2 * products[r][c]);
-          UpdateRow(first_column + c, distance, &rows_out[first_row + r]);
-          Nearest& column = columns_out[first_column + c];
-          if (distance < column.distance) column = {first_row + r, distance};
+          UpdateNearest(first_column + c, distance, &rows_out[first_row + r]);
+          UpdateNearest(first_row + r, distance, &columns_out[first_column + c]);
         }
       }
     }

@@ -40,4 +40,12 @@ struct MatchOptions {
 std::vector<DescriptorMatch> MatchMutual(const PackedDescriptors& a, const PackedDescriptors& b,
                                          const MatchOptions& options = {});
 
+struct MatchesBothWays {
+  std::vector<DescriptorMatch> from_a, from_b;
+};
+
+// What MatchMutual gives of (a, b) and of (b, a), at the price of one.
+MatchesBothWays MatchBothWays(const PackedDescriptors& a, const PackedDescriptors& b,
+                              const MatchOptions& options = {});
+
 }  // namespace veduta

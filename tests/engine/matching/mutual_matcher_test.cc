@@ -98,6 +98,7 @@ std::vector<DescriptorMatch> Reference(const Features& a, const Features& b, siz
 
 void ExpectExact(const Features& a, const Features& b, uint32_t count) {
   const std::vector<DescriptorMatch> expected = Reference(a, b, count);
+  const std::vector<DescriptorMatch> expected_back = Reference(b, a, count);
   const auto packed_a = PackedDescriptors::Pack(a, count);
   const auto packed_b = PackedDescriptors::Pack(b, count);
   ASSERT_TRUE(packed_a.ok() && packed_b.ok());
@@ -106,6 +107,10 @@ void ExpectExact(const Features& a, const Features& b, uint32_t count) {
     MatchOptions options;
     const std::vector<DescriptorMatch> matches = MatchMutual(*packed_a, *packed_b, options);
     EXPECT_EQ(matches, expected) << CpuIsaName(isa) << ": " << a.size() << " x " << b.size();
+    const MatchesBothWays both = MatchBothWays(*packed_a, *packed_b, options);
+    EXPECT_EQ(both.from_a, expected) << CpuIsaName(isa) << ": " << a.size() << " x " << b.size();
+    EXPECT_EQ(both.from_b, expected_back)
+        << CpuIsaName(isa) << ": " << a.size() << " x " << b.size();
   }
 }
 
@@ -236,6 +241,8 @@ TEST(MutualMatcher, LimitsFilterMutualMatches) {
   EXPECT_GT(expected.size(), 50u);
   EXPECT_LT(expected.size(), all.size());
   EXPECT_EQ(MatchMutual(*packed_a, *packed_b, options), expected);
+  EXPECT_EQ(MatchBothWays(*packed_a, *packed_b, options).from_a, expected);
+  EXPECT_EQ(MatchBothWays(*packed_b, *packed_a, options).from_b, expected);
 }
 
 TEST(MutualMatcher, EveryBoundOfItsOptionsIsNoticed) {
