@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <bit>
 #include <cmath>
-#include <unordered_map>
+#include <deque>
 
 #include "storage/base/status.h"
 #include "storage/base/transform.h"
@@ -77,21 +77,22 @@ std::vector<PointId> CityMap::PointsSeenBy(std::span<const ImageId> images) cons
     const Block* block;
     std::vector<uint64_t> seen;
   };
-  std::vector<Home> homes;
-  std::unordered_map<ImageId, size_t> place_of;
+  std::deque<Home> homes;  // the table points into it
+  ImageTable<Home> home_of;
   for (const ImageId id : images) {
     for (const PointId point : image(id).points) {
       if (!point.valid()) continue;
-      const auto [place, is_new] = place_of.try_emplace(point.home, homes.size());
-      if (is_new) {
+      Home* home = home_of.Find(point.home);
+      if (home == nullptr) {
         const Block* const block = block_table_.Find(point.home);
         const size_t count = block == nullptr ? 0 : block->points.size();
-        homes.push_back({point.home, block, std::vector<uint64_t>((count + 63) / 64)});
+        home =
+            &homes.emplace_back(Home{point.home, block, std::vector<uint64_t>((count + 63) / 64)});
+        home_of.Set(point.home, home);
       }
-      Home& home = homes[place->second];
       const uint32_t bit = point.ordinal - 1;
-      if (home.block != nullptr && bit < home.block->points.size())
-        home.seen[bit / 64] |= uint64_t{1} << bit % 64;
+      if (home->block != nullptr && bit < home->block->points.size())
+        home->seen[bit / 64] |= uint64_t{1} << bit % 64;
     }
   }
   std::sort(homes.begin(), homes.end(), [](const Home& a, const Home& b) { return a.id < b.id; });
