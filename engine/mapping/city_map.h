@@ -71,7 +71,7 @@ class CityMap {
   const PointRecord* FindPoint(PointId id) const;
   const PointRecord& point(PointId id) const;
   // The points that one of these loaded images observes and whose blocks are loaded; ascending,
-  // each once. O(their features + images log images).
+  // each once. O(their features + the points of the blocks).
   std::vector<PointId> PointsSeenBy(std::span<const ImageId> images) const;
   // Views of a point from its loaded images.
   std::vector<Sighting> ViewsOf(const PointRecord& point) const;
