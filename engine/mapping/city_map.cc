@@ -85,14 +85,13 @@ std::vector<PointId> CityMap::PointsSeenBy(std::span<const ImageId> images) cons
       Home* home = home_of.Find(point.home);
       if (home == nullptr) {
         const Block* const block = block_table_.Find(point.home);
-        const size_t count = block == nullptr ? 0 : block->points.size();
-        home =
-            &homes.emplace_back(Home{point.home, block, std::vector<uint64_t>((count + 63) / 64)});
+        if (block == nullptr) continue;
+        const size_t words = (block->points.size() + 63) / 64;
+        home = &homes.emplace_back(Home{point.home, block, std::vector<uint64_t>(words)});
         home_of.Set(point.home, home);
       }
       const uint32_t bit = point.ordinal - 1;
-      if (home->block != nullptr && bit < home->block->points.size())
-        home->seen[bit / 64] |= uint64_t{1} << bit % 64;
+      if (bit < home->block->points.size()) home->seen[bit / 64] |= uint64_t{1} << bit % 64;
     }
   }
   std::sort(homes.begin(), homes.end(), [](const Home& a, const Home& b) { return a.id < b.id; });
