@@ -189,6 +189,51 @@ Status HealForbidden(Healing* healing) {
   return Status::Ok();
 }
 
+bool IsMergeForbidden(const Healing& healing, std::span<const ForbiddenRecord> forbidden,
+                      const HypothesisRecord& hypothesis) {
+  return std::ranges::any_of(forbidden, [&](const ForbiddenRecord& record) {
+    if (record.kind != ForbiddenKind::kMerge) return false;
+    const ReconstructionId a = MergedEndOf(healing, ReconstructionId(record.a)),
+                           b = MergedEndOf(healing, ReconstructionId(record.b));
+    return (a == hypothesis.a && b == hypothesis.b) || (a == hypothesis.b && b == hypothesis.a);
+  });
+}
+
+// Leaves out what the hypothesis names and is not there any more. Whether anything is left.
+bool MendHypothesis(const Healing& healing, HypothesisRecord* hypothesis) {
+  const auto is_missing = [&](ImageId image) { return healing.FindPhoto(image) == nullptr; };
+  if (hypothesis->image.valid() && is_missing(hypothesis->image)) hypothesis->image = {};
+  if (std::erase_if(hypothesis->images, is_missing) > 0) hypothesis->is_due = true;
+  return healing.IsLiving(hypothesis->a) && healing.IsLiving(hypothesis->b) &&
+         !hypothesis->images.empty();
+}
+
+// Those whose reconstructions live and whose photos are there; the rest is proposed anew.
+Status HealHypotheses(Healing* healing) {
+  const Result<std::vector<HypothesisRecord>> all = healing->from().ListHypotheses();
+  if (!all.ok()) {
+    if (!IsDamage(all.status())) return all.status();
+    healing->notes.Add("the hypotheses cannot be read: " + all.status().message(),
+                       "there are none any more: later photos propose them anew");
+    return Status::Ok();
+  }
+  const Result<std::vector<ForbiddenRecord>> forbidden = healing->from().ListForbidden();
+  size_t left_out = 0;
+  for (HypothesisRecord hypothesis : *all) {
+    const bool holds = MendHypothesis(*healing, &hypothesis) &&
+                       !(forbidden.ok() && IsMergeForbidden(*healing, *forbidden, hypothesis));
+    if (!holds) ++left_out;
+    if (!holds) continue;
+    VEDUTA_RETURN_IF_ERROR(healing->writer.Put(
+        [&](Transaction& transaction) { transaction.PutHypothesis(hypothesis); }));
+  }
+  if (left_out > 0) {
+    healing->notes.Add(std::to_string(left_out) + " hypotheses are of what is not there",
+                       "they are left out: later photos propose them anew");
+  }
+  return Status::Ok();
+}
+
 }  // namespace
 
 Status HealAll(Healing* healing) {
@@ -203,6 +248,7 @@ Status HealAll(Healing* healing) {
   VEDUTA_RETURN_IF_ERROR(HealMap(healing));
   VEDUTA_RETURN_IF_ERROR(HealDense(healing));
   VEDUTA_RETURN_IF_ERROR(HealForbidden(healing));
+  VEDUTA_RETURN_IF_ERROR(HealHypotheses(healing));
   VEDUTA_RETURN_IF_ERROR(RestateJournal(healing));
   VEDUTA_RETURN_IF_ERROR(WriteState(healing));
   return healing->writer.Commit();

@@ -63,6 +63,11 @@ TEST_F(OnADatabase, AFailedStepIsNamedWithWhatToDo) {
   EXPECT_EQ(FollowUpText(step, ask), "the new attempt to place #7");
   step.kind = FollowUpKind::kVocabulary;
   EXPECT_EQ(FollowUpText(step, ask), "the training of a vocabulary");
+  step.kind = FollowUpKind::kJudgment;
+  step.reconstruction = ReconstructionId(1);
+  step.other = ReconstructionId(4);
+  EXPECT_EQ(FollowUpText(step, ask),
+            "the new judgment of whether reconstructions 1 and 4 are one");
   step.kind = FollowUpKind::kAdjustment;
   step.reconstruction = ReconstructionId(2);
   step.status = Status::IoError("the disk\nis full");
