@@ -7,8 +7,8 @@ namespace veduta {
 
 void PrintHypothesis(const HypothesisAnswer& hypothesis) {
   PrintLine("  reconstructions %u and %u are not believed to be one: %s; judged %u times%s",
-            hypothesis.a.value, hypothesis.b.value, hypothesis.reason.c_str(),
-            hypothesis.judgments, hypothesis.due ? ", and to be judged anew" : "");
+            hypothesis.a.value, hypothesis.b.value, hypothesis.reason.c_str(), hypothesis.judgments,
+            hypothesis.due ? ", and to be judged anew" : "");
 }
 
 }  // namespace veduta

@@ -39,9 +39,9 @@ struct ReconstructionAnswer {
 // A merge of two reconstructions that is proposed and not believed yet. "For" and "against" are
 // counted over the seam between the two.
 struct HypothesisAnswer {
-  ReconstructionId a, b;          // a < b
-  std::string reason;             // why it is not believed, for a person
-  uint32_t common_points = 0;     // that agree; 0 where they are too few by now
+  ReconstructionId a, b;                          // a < b
+  std::string reason;                             // why it is not believed, for a person
+  uint32_t common_points = 0;                     // that agree; 0 where they are too few by now
   uint32_t pairs_for = 0, pairs_against = 0;      // verified pairs of photos
   uint64_t matches_for = 0, matches_against = 0;  // of these pairs, each as far as it counts
   // Parts of pictures that were asked for what they must show, and those that lack it.

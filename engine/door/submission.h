@@ -78,7 +78,7 @@ enum class FollowUpKind : uint8_t { kPropagation, kAdjustment, kJudgment, kVocab
 
 struct FollowUp {
   FollowUpKind kind = FollowUpKind::kPropagation;
-  ImageId image;                            // kPropagation: the one that was tried again
+  ImageId image;  // kPropagation: the one that was tried again
   // kAdjustment: the one that was adjusted. kJudgment: the first of the two that were judged.
   ReconstructionId reconstruction;
   ReconstructionId other;                   // kJudgment: the second

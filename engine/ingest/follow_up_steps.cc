@@ -181,9 +181,8 @@ Result<AdjustedWhole> AdjustWhole(const IngestParts& parts, ReconstructionId rec
   VEDUTA_ASSIGN_OR_RETURN(adjusted.unplaced, PostponeUnplaced(*scope.base, healing, reconstruction,
                                                               &state, transaction));
   const bool is_as_it_was = adjusted.split_off.empty() && !record.is_dissolved;
-  VEDUTA_RETURN_IF_ERROR(is_as_it_was
-                             ? MakeHypothesesDue(*scope.base, reconstruction, transaction)
-                             : DropHypotheses(*scope.base, reconstruction, transaction));
+  VEDUTA_RETURN_IF_ERROR(is_as_it_was ? MakeHypothesesDue(*scope.base, reconstruction, transaction)
+                                      : DropHypotheses(*scope.base, reconstruction, transaction));
   Journal("adjust", {}, reconstruction, std::to_string(record.image_count) + " images", &state,
           transaction);
   transaction->PutState(state);

@@ -220,8 +220,8 @@ FollowUp Ingest::Run(const DueStep& step, WriteScope scope) {
       return Status::Ok();
     }
     if (step.kind == FollowUpKind::kJudgment) {
-      VEDUTA_ASSIGN_OR_RETURN(
-          done.merged_into, JudgeAnew(parts_, step.reconstruction, step.other, std::move(scope)));
+      VEDUTA_ASSIGN_OR_RETURN(done.merged_into,
+                              JudgeAnew(parts_, step.reconstruction, step.other, std::move(scope)));
       return Status::Ok();
     }
     if (step.kind == FollowUpKind::kVocabulary) return Status::Ok();  // RunNextStep leaves it

@@ -49,14 +49,14 @@ Result<Side> FindSide(const Snapshot& base, const HypothesisRecord& hypothesis) 
 // The votes for the similarity that was proposed before, since no points give a better one.
 Result<std::optional<HypothesisRecord>> JudgeAsBefore(const MappingContext& context,
                                                       const Side& side) {
-  VEDUTA_ASSIGN_OR_RETURN(const std::vector<SeamPair> pairs,
-                          ListSeamPairs(context.loader, *context.map, side.near.front(), {},
-                                        side.near, side.other));
+  VEDUTA_ASSIGN_OR_RETURN(
+      const std::vector<SeamPair> pairs,
+      ListSeamPairs(context.loader, *context.map, side.near.front(), {}, side.near, side.other));
   if (pairs.empty()) return std::optional<HypothesisRecord>();
-  HypothesisRecord judged = HypothesisOf(
-      side.own, side.other, side.own_from_other,
-      JudgeSeam(*context.map, pairs, side.own_from_other, context.options),
-      RefusalReason::kFewPoints);
+  HypothesisRecord judged =
+      HypothesisOf(side.own, side.other, side.own_from_other,
+                   JudgeSeam(*context.map, pairs, side.own_from_other, context.options),
+                   RefusalReason::kFewPoints);
   judged.images = SeamImages(pairs);
   return std::optional(std::move(judged));
 }
@@ -68,9 +68,9 @@ Result<Placement> Judge(const MappingContext& context, const Side& side) {
   VEDUTA_ASSIGN_OR_RETURN(const ImageRecord first,
                           context.loader->snapshot().GetImage(side.near.front()));
   const MergeRequest request{side.own, false, {}, side.other};
-  VEDUTA_ASSIGN_OR_RETURN(MergeOutcome outcome,
-                          MergeAround(context, request, side.near, {},
-                                      MixSeed(first.photo.Seed(), kSeedOfJudgments)));
+  VEDUTA_ASSIGN_OR_RETURN(
+      MergeOutcome outcome,
+      MergeAround(context, request, side.near, {}, MixSeed(first.photo.Seed(), kSeedOfJudgments)));
   Placement placement;
   placement.verdict = Verdict::kMerged;
   placement.reconstruction = outcome.into;
@@ -101,12 +101,11 @@ Result<ReconstructionId> JudgeAnew(const IngestParts& parts, ReconstructionId a,
   Placement placement;
   if (!side.near.empty()) {
     MapLoader loader(scope.base, parts.features, parts.map);
-    VEDUTA_ASSIGN_OR_RETURN(
-        placement, Judge({&loader, parts.map, parts.pool, parts.options.mapper}, side));
+    VEDUTA_ASSIGN_OR_RETURN(placement,
+                            Judge({&loader, parts.map, parts.pool, parts.options.mapper}, side));
   }
   if (!placement.merges.empty()) {
-    VEDUTA_RETURN_IF_ERROR(
-        WritePlacement(*parts.map, *scope.base, placement, &state, transaction));
+    VEDUTA_RETURN_IF_ERROR(WritePlacement(*parts.map, *scope.base, placement, &state, transaction));
   } else if (!placement.refused.empty()) {
     VEDUTA_RETURN_IF_ERROR(WriteHypotheses(*scope.base, placement, &state, transaction));
   } else {

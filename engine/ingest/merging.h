@@ -16,7 +16,7 @@ namespace veduta {
 // The reconstruction that a photo has just got a pose in.
 struct MergeRequest {
   ReconstructionId reconstruction;
-  bool is_new = false;             // it was founded with the photo and is not stored yet
+  bool is_new = false;  // it was founded with the photo and is not stored yet
   // Images that have just got a pose, the photo first; none where no photo leads to the merge.
   std::span<const ImageId> fresh;
   ReconstructionId only = {};  // where valid, no other one is merged

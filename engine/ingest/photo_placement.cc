@@ -42,9 +42,8 @@ void NoteMerges(MergeOutcome outcome, Placement* placement) {
 
 Status MergeWhatItJoins(const MappingContext& context, const PhotoAtHand& at_hand,
                         std::span<const ImageId> near, Placement* placement) {
-  const MergeRequest request{placement->reconstruction, placement->founded.valid(),
-                             placement->placed,
-                             {}};
+  const MergeRequest request{
+      placement->reconstruction, placement->founded.valid(), placement->placed, {}};
   VEDUTA_ASSIGN_OR_RETURN(MergeOutcome merged,
                           MergeAround(context, request, near, at_hand.pairs, at_hand.seed));
   NoteMerges(std::move(merged), placement);

@@ -153,8 +153,7 @@ Result<std::vector<SeamPair>> ListSeamPairs(MapLoader* loader, const CityMap& ma
   }
   for (const ImageId image : near) {
     const bool has_stored_pairs = image != photo || pairs.empty();
-    if (has_stored_pairs)
-      VEDUTA_RETURN_IF_ERROR(AppendStored(loader, map, image, other, &found));
+    if (has_stored_pairs) VEDUTA_RETURN_IF_ERROR(AppendStored(loader, map, image, other, &found));
   }
   std::set<ImageId> across;
   for (const auto& [ids, pair] : found) across.insert(ids.second);

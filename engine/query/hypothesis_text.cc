@@ -34,8 +34,8 @@ std::string RefusalText(const HypothesisRecord& h) {
          Number(h.agreeing_matches, "match", "matches") + "), " +
          std::to_string(h.contradicting_pairs) + " contradict (" +
          Number(h.contradicting_matches, "match", "matches") + "); " +
-         std::to_string(h.missing_cells) + " of " +
-         Number(h.judged_cells, "part", "parts") + " of the pictures lack what they must show";
+         std::to_string(h.missing_cells) + " of " + Number(h.judged_cells, "part", "parts") +
+         " of the pictures lack what they must show";
 }
 
 }  // namespace veduta

@@ -202,8 +202,7 @@ class StructureChecker final {
     for (const ReconstructionId id : {hypothesis.a, hypothesis.b}) {
       const auto found = city_.reconstructions.find(id);
       Expect(found != city_.reconstructions.end() && found->second.is_living(), [&] {
-        return "a hypothesis says that " + merge + " are one, and " + NameOf(id) +
-               " does not live";
+        return "a hypothesis says that " + merge + " are one, and " + NameOf(id) + " does not live";
       });
     }
     std::vector<ImageId> named = hypothesis.images;

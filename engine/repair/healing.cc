@@ -199,13 +199,14 @@ bool IsMergeForbidden(const Healing& healing, std::span<const ForbiddenRecord> f
   });
 }
 
-// Leaves out what the hypothesis names and is not there any more. Whether anything is left.
+// Leaves out the photos that the hypothesis names and that are not there. Whether there were any.
 bool MendHypothesis(const Healing& healing, HypothesisRecord* hypothesis) {
   const auto is_missing = [&](ImageId image) { return healing.FindPhoto(image) == nullptr; };
-  if (hypothesis->image.valid() && is_missing(hypothesis->image)) hypothesis->image = {};
-  if (std::erase_if(hypothesis->images, is_missing) > 0) hypothesis->is_due = true;
-  return healing.IsLiving(hypothesis->a) && healing.IsLiving(hypothesis->b) &&
-         !hypothesis->images.empty();
+  const bool lost_proposer = hypothesis->image.valid() && is_missing(hypothesis->image);
+  if (lost_proposer) hypothesis->image = {};
+  const bool lost_images = std::erase_if(hypothesis->images, is_missing) > 0;
+  hypothesis->is_due = hypothesis->is_due || lost_images;
+  return lost_proposer || lost_images;
 }
 
 // Those whose reconstructions live and whose photos are there; the rest is proposed anew.
@@ -218,14 +219,23 @@ Status HealHypotheses(Healing* healing) {
     return Status::Ok();
   }
   const Result<std::vector<ForbiddenRecord>> forbidden = healing->from().ListForbidden();
-  size_t left_out = 0;
+  size_t left_out = 0, mended = 0;
   for (HypothesisRecord hypothesis : *all) {
-    const bool holds = MendHypothesis(*healing, &hypothesis) &&
+    const bool was_mended = MendHypothesis(*healing, &hypothesis);
+    const bool holds = healing->IsLiving(hypothesis.a) && healing->IsLiving(hypothesis.b) &&
+                       !hypothesis.images.empty() &&
                        !(forbidden.ok() && IsMergeForbidden(*healing, *forbidden, hypothesis));
-    if (!holds) ++left_out;
-    if (!holds) continue;
+    if (!holds) {
+      ++left_out;
+      continue;
+    }
+    if (was_mended) ++mended;
     VEDUTA_RETURN_IF_ERROR(healing->writer.Put(
         [&](Transaction& transaction) { transaction.PutHypothesis(hypothesis); }));
+  }
+  if (mended > 0) {
+    healing->notes.Add(std::to_string(mended) + " hypotheses name photos that are not there",
+                       "those are left out, and the hypotheses are judged anew");
   }
   if (left_out > 0) {
     healing->notes.Add(std::to_string(left_out) + " hypotheses are of what is not there",

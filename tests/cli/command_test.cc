@@ -66,8 +66,7 @@ TEST_F(OnADatabase, AFailedStepIsNamedWithWhatToDo) {
   step.kind = FollowUpKind::kJudgment;
   step.reconstruction = ReconstructionId(1);
   step.other = ReconstructionId(4);
-  EXPECT_EQ(FollowUpText(step, ask),
-            "the new judgment of whether reconstructions 1 and 4 are one");
+  EXPECT_EQ(FollowUpText(step, ask), "the new judgment of whether reconstructions 1 and 4 are one");
   step.kind = FollowUpKind::kAdjustment;
   step.reconstruction = ReconstructionId(2);
   step.status = Status::IoError("the disk\nis full");

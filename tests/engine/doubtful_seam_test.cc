@@ -19,8 +19,9 @@ CityOptions Unbelieving(uint32_t thread_count) {
 }
 
 const std::vector<Stand>& BothEnds() {
-  static const std::vector<Stand> stands = {{6, 90},  {11, 90},  {16, 90},   {8.5, 90}, {20.5, 90},
-                                            {22, 95}, {23.5, 85}, {13.5, 90}, {18, 90},  {19.2, 90}};
+  static const std::vector<Stand> stands = {{6, 90},    {11, 90},  {16, 90},   {8.5, 90},
+                                            {20.5, 90}, {22, 95},  {23.5, 85}, {13.5, 90},
+                                            {18, 90},   {19.2, 90}};
   return stands;
 }
 

@@ -86,8 +86,8 @@ class Hypotheses : public testing::Test {
 
 TEST(GoOver, CarriesTheFrameOfEitherSide) {
   const Sim3 into_from = AnotherFrame();
-  const Sim3 a_from_b{2, Eigen::Quaterniond(Eigen::AngleAxisd(0.3, Eigen::Vector3d::UnitZ())),
-                      {1, -2, 3}};
+  const Sim3 a_from_b{
+      2, Eigen::Quaterniond(Eigen::AngleAxisd(0.3, Eigen::Vector3d::UnitZ())), {1, -2, 3}};
   const Eigen::Vector3d x_b(0.3, 0.4, 0.5);
   const Eigen::Vector3d x_a = a_from_b * x_b;
   HypothesisRecord of_a = Merged(kSecond, kThird, a_from_b), of_b = of_a, of_neither = of_a;
@@ -204,7 +204,8 @@ TEST_F(Hypotheses, AWholeReconstructionMakesAllOfItDueOrDropsThem) {
   Open(kFirst, kSecond);
   Open(kSecond, kThird);
   Open(kThird, kFourth);
-  Commit([](const Snapshot& base, Transaction* to) { return MakeHypothesesDue(base, kSecond, to); });
+  Commit(
+      [](const Snapshot& base, Transaction* to) { return MakeHypothesesDue(base, kSecond, to); });
   EXPECT_TRUE(All()[0].is_due && All()[1].is_due);
   EXPECT_FALSE(All()[2].is_due);
   Commit([](const Snapshot& base, Transaction* to) { return DropHypotheses(base, kThird, to); });

@@ -12,6 +12,7 @@
 #include "engine/ingest/ingest.h"
 #include "engine/query/digest.h"
 #include "tests/engine/ingest/scene_database.h"
+#include "tests/storage/fault_file_system.h"
 
 namespace veduta {
 namespace {
@@ -31,8 +32,8 @@ IngestOptions Unbelieving() {
 
 class Judging : public testing::Test {
  protected:
-  explicit Judging(size_t thread_count = 1)
-      : scene_({.camera_count = 8, .point_count = 2000}, thread_count) {
+  explicit Judging(size_t thread_count = 1, std::shared_ptr<rocksdb::FileSystem> disk = nullptr)
+      : scene_({.camera_count = 8, .point_count = 2000}, thread_count, std::move(disk)) {
     scene_.AddImages(0, 8);
     scene_.AddReconstruction({0, 1, 2, 3});
     scene_.AddReconstruction({4, 5, 6, 7}, AnotherFrame());
@@ -197,11 +198,67 @@ TEST_F(Judging, ACommitInBetweenIsAConflictAndNothingHasHappened) {
   const auto other = scene_.database()->BeginTransaction();
   other->PutState(scene_.State());
   ASSERT_OK(other->Commit());
-  EXPECT_EQ(JudgeAnew(parts, kFirst, kSecond, std::move(scope)).status().code(),
-            StatusCode::kBusy);
+  EXPECT_EQ(JudgeAnew(parts, kFirst, kSecond, std::move(scope)).status().code(), StatusCode::kBusy);
   EXPECT_TRUE(Stored()->is_due);
   EXPECT_TRUE(scene_.Snap()->GetReconstruction(kSecond)->is_living());
   EXPECT_TRUE(IsSound());
+}
+
+// The same outside of a test's own fixture.
+class Scenario final : public Judging {
+ public:
+  explicit Scenario(std::shared_ptr<rocksdb::FileSystem> disk = nullptr)
+      : Judging(1, std::move(disk)) {}
+  void TestBody() override {}
+
+  std::string Digest() { return DigestOf(*scene_.Snap())->Hex(); }
+  std::string SettledDigest(const IngestOptions& options) {
+    Settle(options);
+    return Digest();
+  }
+  Result<ReconstructionId> Judge() {
+    Retrieval retrieval({});
+    CityMap map;
+    const IngestOptions options = Believing();
+    return JudgeAnew(
+        {scene_.database(), &retrieval, scene_.features(), scene_.pool(), options, &map}, kFirst,
+        kSecond, BeginWrite(scene_.database()));
+  }
+  void Reopen(FaultFileSystem* disk, uint64_t n) {
+    disk->CutPower();
+    scene_.Close();
+    disk->Heal();
+    n % 2 == 0 ? disk->DropUnsyncedData() : disk->LoseUnsyncedData(n);
+    scene_.Open();
+  }
+  using Judging::IsSound;
+};
+
+TEST(JudgingFaults, APowerCutAtAnyOperationLeavesNothingOrAll) {
+  Scenario undisturbed;
+  const std::string before = undisturbed.Digest();
+  ASSERT_OK(undisturbed.Judge());
+  const std::string judged = undisturbed.Digest();
+  const std::string settled = undisturbed.SettledDigest(Believing());
+  ASSERT_NE(before, judged);
+  uint64_t n = 1;
+  for (bool is_behind = false; !is_behind && !HasFailure(); ++n) {
+    const auto disk = std::make_shared<FaultFileSystem>();
+    Scenario scenario(disk);
+    disk->FailWrites(n, Fault::kIoError, 1);
+    const auto merged = scenario.Judge();
+    is_behind = disk->fault_count() == 0;
+    if (is_behind) {
+      EXPECT_OK(merged);
+      break;
+    }
+    scenario.Reopen(disk.get(), n);
+    EXPECT_TRUE(scenario.IsSound());
+    const std::string found = scenario.Digest();
+    EXPECT_TRUE(found == before || found == judged) << "operation " << n << " left half a step";
+    EXPECT_EQ(scenario.SettledDigest(Believing()), settled) << n;
+  }
+  EXPECT_GT(n, 1u) << "the step writes";
 }
 
 class JudgingOnThreads : public Judging {
@@ -210,16 +267,9 @@ class JudgingOnThreads : public Judging {
 };
 
 TEST_F(JudgingOnThreads, GiveTheSame) {
-  class Alone : public Judging {
-   public:
-    std::string Run(const IngestOptions& options) {
-      Settle(options);
-      return DigestOf(*scene_.Snap())->Hex();
-    }
-    void TestBody() override {}
-  };
-  Alone refused, merged;
-  const std::string expected = refused.Run(Unbelieving()), after_merge = merged.Run(Believing());
+  Scenario refused, merged;
+  const std::string expected = refused.SettledDigest(Unbelieving()),
+                    after_merge = merged.SettledDigest(Believing());
   Settle(Unbelieving());
   EXPECT_EQ(DigestOf(*scene_.Snap())->Hex(), expected);
   Put({ImageId(4), ImageId(5)}, true);

@@ -30,7 +30,7 @@ const std::set<std::string> kFree = {
     "images.reason within its verdict",  // and of postponed ones
     "images.sizeBytes",
     "images.widthPx",
-    "images.detail",  // of postponed photos
+    "images.detail",            // of postponed photos
     "meta.hypothesis: aFromB",  // this and the others: only judging it anew tells them
     "meta.hypothesis: aFromBScale",
     "meta.hypothesis: agreeingMatches",

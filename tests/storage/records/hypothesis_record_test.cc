@@ -96,9 +96,9 @@ TEST(HypothesisRecord, DamagedKeysAreCorruption) {
     EXPECT_EQ(ParseHypothesisKey(key.substr(0, length), &record).code(), StatusCode::kCorruption);
   EXPECT_EQ(ParseHypothesisKey(key + "x", &record).code(), StatusCode::kCorruption);
   EXPECT_EQ(ParseHypothesisKey("state", &record).code(), StatusCode::kCorruption);
-  EXPECT_EQ(ParseHypothesisKey(HypothesisKey(ReconstructionId(2), ReconstructionId(1)), &record)
-                .code(),
-            StatusCode::kCorruption);
+  EXPECT_EQ(
+      ParseHypothesisKey(HypothesisKey(ReconstructionId(2), ReconstructionId(1)), &record).code(),
+      StatusCode::kCorruption);
 }
 
 }  // namespace
