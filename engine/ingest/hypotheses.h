@@ -4,7 +4,8 @@
 // and not believed yet (storage/model/hypothesis.h).
 //
 // One is judged anew by each photo whose own search for a merge leads to it. It becomes due, and is
-// judged by a step of its own (engine/ingest/judging.h), when what it rests on has changed otherwise:
+// judged by a step of its own (engine/ingest/judging.h), when what it rests on has changed in
+// another way:
 //   - a photo got a pose that shares points or a verified pair with an image at the seam;
 //   - one of its two reconstructions was adjusted as a whole, or took in another one;
 //   - one of the two was merged into a third, to which the hypothesis went over;
@@ -26,8 +27,8 @@ void GoOver(const Merge& merge, ReconstructionId into, HypothesisRecord* hypothe
 
 // Stores what the placement has judged: refused merges with their votes, anew where they were known
 // (the first time with an entry of the journal); those that were made, or that people forbid by
-// now, are deleted; those of a reconstruction that was merged away go over. Those that the placement
-// touches and has not judged become due.
+// now, are deleted; those of a reconstruction that was merged away go over. Those that the
+// placement touches and has not judged become due.
 Status WriteHypotheses(const Snapshot& base, const Placement& placement, DatabaseState* state,
                        Transaction* transaction);
 

@@ -33,7 +33,8 @@ struct Placement {
   std::vector<Merge> merges;        // in the order in which they were made
   // Merges that were judged and not made, with the reconstruction that the photo is in now.
   std::vector<HypothesisRecord> refused;
-  // Images that share points or verified pairs with those that got a pose, where a merge was sought.
+  // Where a merge was sought: those that got a pose, and images that share points or verified pairs
+  // with them.
   std::vector<ImageId> around;
   // An image around is contradicted by what is known now: the whole reconstruction is to be judged.
   bool raises_doubt = false;
