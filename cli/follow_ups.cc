@@ -64,4 +64,11 @@ void PrintHealed(const std::vector<LostPose>& unplaced,
     PrintLine("%-10s reconstruction %u was split off", "  then", id.value);
 }
 
+std::string JoinedText(const FollowUp& step) {
+  if (!step.merged_into.valid()) return "";
+  return "reconstructions " + std::to_string(step.reconstruction.value) + " and " +
+         std::to_string(step.other.value) + " are one by all that is known now: reconstruction " +
+         std::to_string(step.merged_into.value);
+}
+
 }  // namespace veduta

@@ -75,6 +75,17 @@ TEST_F(OnADatabase, AFailedStepIsNamedWithWhatToDo) {
             "stored, and `veduta settle my.city` tries it again");
 }
 
+TEST(JoinedText, NamesBothAndTheOneThatTheyAreInNow) {
+  FollowUp step;
+  step.kind = FollowUpKind::kJudgment;
+  step.reconstruction = ReconstructionId(1);
+  step.other = ReconstructionId(4);
+  EXPECT_EQ(JoinedText(step), "");
+  step.merged_into = ReconstructionId(4);
+  EXPECT_EQ(JoinedText(step),
+            "reconstructions 1 and 4 are one by all that is known now: reconstruction 4");
+}
+
 TEST_F(OnADatabase, WhatAStepTookBackIsTold) {
   const auto engine = OpenToRead(path_);
   ASSERT_TRUE(engine.ok()) << engine.status().message();
