@@ -18,12 +18,13 @@ TEST(PrintHypothesis, SaysBothAndWhyOnOneLine) {
   testing::internal::CaptureStdout();
   PrintHypothesis(hypothesis);
   hypothesis.due = true;
+  hypothesis.judgments = 1;
   PrintHypothesis(hypothesis);
   EXPECT_EQ(testing::internal::GetCapturedStdout(),
             "  reconstructions 1 and 3 are not believed to be one: pairs contradict it: 4 agree; "
             "judged 2 times\n"
             "  reconstructions 1 and 3 are not believed to be one: pairs contradict it: 4 agree; "
-            "judged 2 times, and to be judged anew\n");
+            "judged once, and to be judged anew\n");
 }
 
 }  // namespace
