@@ -50,8 +50,9 @@ class AddReport final {
       : engine_(engine), arguments_(arguments), progress_(photo_count) {}
 
   // A step that followed from a photo, told before the photo itself. What a step placed stands in
-  // the photo's outcome; a step that failed is said here.
+  // the photo's outcome; a step that failed, or that merged two reconstructions, is said here.
   void Followed(const FollowUp& step) {
+    if (step.merged_into.valid()) progress_.Say("veduta: " + JoinedText(step));
     if (step.status.ok()) return;
     progress_.Say(FollowUpFailure(step, engine_.Ask(), arguments_.db));
     exit_code_ = std::max(exit_code_, ExitCodeOf(step.status));

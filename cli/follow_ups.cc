@@ -22,6 +22,10 @@ std::string FollowUpText(const FollowUp& step, const Questions& ask) {
       return "the new attempt to place " + NameOf(step.image, ask);
     case FollowUpKind::kAdjustment:
       return "the adjustment of reconstruction " + std::to_string(step.reconstruction.value);
+    case FollowUpKind::kJudgment:
+      return "the new judgment of whether reconstructions " +
+             std::to_string(step.reconstruction.value) + " and " +
+             std::to_string(step.other.value) + " are one";
     case FollowUpKind::kVocabulary:
       return "the training of a vocabulary";
   }
@@ -58,6 +62,13 @@ void PrintHealed(const std::vector<LostPose>& unplaced,
   }
   for (const ReconstructionId id : split_off)
     PrintLine("%-10s reconstruction %u was split off", "  then", id.value);
+}
+
+std::string JoinedText(const FollowUp& step) {
+  if (!step.merged_into.valid()) return "";
+  return "reconstructions " + std::to_string(step.reconstruction.value) + " and " +
+         std::to_string(step.other.value) + " are one by all that is known now: reconstruction " +
+         std::to_string(step.merged_into.value);
 }
 
 }  // namespace veduta

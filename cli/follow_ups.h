@@ -24,4 +24,7 @@ void PrintPlacedLater(const std::vector<ImageId>& placed, const Questions& ask);
 void PrintHealed(const std::vector<LostPose>& unplaced,
                  const std::vector<ReconstructionId>& split_off, const Questions& ask);
 
+// Which two reconstructions a new judgment has merged, as a sentence; empty for other steps.
+std::string JoinedText(const FollowUp& step);
+
 }  // namespace veduta

@@ -43,6 +43,7 @@ Status SettleAfter(Engine* engine, const std::string& db, bool json, std::stop_t
     if (!step.status.ok()) {
       std::fprintf(stderr, "%s\n", FollowUpFailure(step, ask, db).c_str());
     } else if (!json) {
+      if (step.merged_into.valid()) PrintLine("%-10s %s", "  then", JoinedText(step).c_str());
       PrintHealed(step.unplaced, step.split_off, ask);
       PrintPlacedLater(step.placed, ask);
     }

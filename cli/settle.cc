@@ -28,6 +28,7 @@ int Settle(const SettleArguments& arguments) {
       PrintJson(ToJson(step));
     } else if (step.status.ok()) {
       PrintLine("done: %s", FollowUpText(step, ask).c_str());
+      if (step.merged_into.valid()) PrintLine("%-10s %s", "  then", JoinedText(step).c_str());
       PrintHealed(step.unplaced, step.split_off, ask);
       PrintPlacedLater(step.placed, ask);
     }

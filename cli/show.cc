@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // veduta show DB IMAGE [--json]; veduta pose DB IMAGE [--json]
 #include "cli/command.h"
+#include "cli/hypotheses.h"
 #include "cli/wire/answers_json.h"
 
 namespace veduta {
@@ -38,6 +39,7 @@ void PrintImage(const ImageAnswer& image) {
     PrintLine("depth map of %ux%u px, %.1f %% of it known, from%s", image.depth_map->width_px,
               image.depth_map->height_px, 100 * image.depth_map->known_share, sensors.c_str());
   }
+  for (const HypothesisAnswer& hypothesis : image.hypotheses) PrintHypothesis(hypothesis);
   for (const NeighborAnswer& neighbor : image.neighbors) {
     PrintLine("  %6u matches with %s (%s)", neighbor.matches, Printable(neighbor.name).c_str(),
               VerdictWord(neighbor.verdict).c_str());

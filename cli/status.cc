@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // veduta status DB [--json]; veduta reconstruction DB ID [--json]
 #include "cli/command.h"
+#include "cli/hypotheses.h"
 #include "cli/wire/answers_json.h"
 
 namespace veduta {
@@ -17,6 +18,16 @@ void PrintReconstruction(const ReconstructionAnswer& r) {
   }
 }
 
+void PrintSeams(const StatusAnswer& status) {
+  if (status.open_hypotheses == 0) return;
+  PrintLine("%lu merges are proposed and not believed yet", status.open_hypotheses);
+  for (const HypothesisAnswer& hypothesis : status.doubtful_seams) PrintHypothesis(hypothesis);
+  if (status.open_hypotheses > status.doubtful_seams.size()) {
+    PrintLine("  and %lu others, which rest on fewer common points",
+              status.open_hypotheses - status.doubtful_seams.size());
+  }
+}
+
 int PrintStatus(const std::string& db, bool json) {
   const auto engine = OpenToRead(db);
   if (!engine.ok()) return Fail(engine.status());
@@ -30,6 +41,7 @@ int PrintStatus(const std::string& db, bool json) {
             status->placed, status->postponed, status->rejected,
             static_cast<double>(status->total_bytes) / 1e6);
   for (const ReconstructionAnswer& r : status->reconstructions) PrintReconstruction(r);
+  PrintSeams(*status);
   if (status->backlog > 0) {
     PrintLine("%lu postponed photos are still to be tried again", status->backlog);
   }
@@ -39,10 +51,13 @@ int PrintStatus(const std::string& db, bool json) {
 int PrintOneReconstruction(const std::string& db, ReconstructionId id, bool json) {
   const auto engine = OpenToRead(db);
   if (!engine.ok()) return Fail(engine.status());
-  const Result<ReconstructionAnswer> answer = (*engine)->Ask().Reconstruction(id);
+  const Questions ask = (*engine)->Ask();
+  const Result<ReconstructionAnswer> answer = ask.Reconstruction(id);
   if (!answer.ok()) return Fail(answer.status());
+  const Result<std::vector<HypothesisAnswer>> hypotheses = ask.Hypotheses(answer->id);
+  if (!hypotheses.ok()) return Fail(hypotheses.status());
   if (json) {
-    PrintJson(ToJson(*answer));
+    PrintJson(ReconstructionJson(*answer, *hypotheses));
   } else if (answer->dissolved) {
     PrintLine("reconstruction %u was dissolved: all its images have lost their poses",
               answer->id.value);
@@ -51,6 +66,7 @@ int PrintOneReconstruction(const std::string& db, ReconstructionId id, bool json
               answer->id.value, answer->merged_into.value, answer->merged_scale);
   } else {
     PrintReconstruction(*answer);
+    for (const HypothesisAnswer& hypothesis : *hypotheses) PrintHypothesis(hypothesis);
   }
   return kDone;
 }

@@ -78,6 +78,9 @@ class Questions final {
   Result<std::vector<ReconstructionAnswer>> Reconstructions() const;
   // Also one that was merged away: `merged_into` says where it went.
   Result<ReconstructionAnswer> Reconstruction(ReconstructionId id) const;
+  // Merges that are proposed and not believed yet, ascending ids: those of a reconstruction, or all
+  // where `id` is not valid().
+  Result<std::vector<HypothesisAnswer>> Hypotheses(ReconstructionId id = {}) const;
   Result<std::vector<CameraAnswer>> Cameras() const;  // ascending ids
   // kNotFound lists the cameras there are.
   Result<CameraAnswer> Camera(const std::string& name) const;

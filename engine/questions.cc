@@ -100,6 +100,10 @@ Result<ReconstructionAnswer> Questions::Reconstruction(ReconstructionId id) cons
   return ReconstructionAnswerOf(*view_->snapshot, record);
 }
 
+Result<std::vector<HypothesisAnswer>> Questions::Hypotheses(ReconstructionId id) const {
+  return HypothesesOf(*view_->snapshot, id);
+}
+
 Result<std::vector<CameraAnswer>> Questions::Cameras() const {
   return CamerasOf(*view_->snapshot);
 }

@@ -32,6 +32,7 @@
 #include "storage/model/camera.h"
 #include "storage/model/features.h"
 #include "storage/model/forbidden.h"
+#include "storage/model/hypothesis.h"
 #include "storage/model/image.h"
 #include "storage/model/journal.h"
 #include "storage/model/pair.h"
@@ -113,6 +114,8 @@ class Snapshot {
   // Whether the two, in either order, are forbidden: these photos, or exactly these records of
   // reconstructions, wherever they have been merged to since (engine/query/forbidden.h follows).
   virtual Result<bool> IsForbidden(ForbiddenKind kind, uint32_t a, uint32_t b) const = 0;
+  // Merges that are not believed yet; ascending reconstructions. O(its length).
+  virtual Result<std::vector<HypothesisRecord>> ListHypotheses() const = 0;
 
   // What the dense pass made; lives as long as the snapshot.
   virtual const DenseReader& dense() const = 0;

@@ -8,6 +8,7 @@
 #include "storage/record_counts.h"
 #include "storage/records/camera_record.h"
 #include "storage/records/forbidden_record.h"
+#include "storage/records/hypothesis_record.h"
 #include "storage/records/image_record.h"
 #include "storage/records/journal_record.h"
 #include "storage/records/key_bytes.h"
@@ -250,6 +251,18 @@ class SnapshotView final : public Snapshot {
 
   Result<bool> IsForbidden(ForbiddenKind kind, uint32_t a, uint32_t b) const override {
     return reader_.Has(Family::kMeta, ForbiddenKey(kind, std::min(a, b), std::max(a, b)));
+  }
+
+  Result<std::vector<HypothesisRecord>> ListHypotheses() const override {
+    std::vector<HypothesisRecord> all;
+    VEDUTA_RETURN_IF_ERROR(
+        reader_.Scan(Family::kMeta, std::string(kHypothesisPrefix), "",
+                     [&](std::string_view key, std::string_view value, bool* /*more*/) {
+                       HypothesisRecord& record = all.emplace_back();
+                       VEDUTA_RETURN_IF_ERROR(ParseHypothesisKey(key, &record));
+                       return Decode(value, &record);
+                     }));
+    return all;
   }
 
   const DenseReader& dense() const override { return *dense_; }

@@ -14,6 +14,7 @@
 #include "storage/record_counts.h"
 #include "storage/records/camera_record.h"
 #include "storage/records/forbidden_record.h"
+#include "storage/records/hypothesis_record.h"
 #include "storage/records/image_record.h"
 #include "storage/records/journal_record.h"
 #include "storage/records/pair_record.h"
@@ -102,6 +103,14 @@ class WriteTransaction final : public Transaction {
 
   void DeleteForbidden(ForbiddenKind kind, uint32_t a, uint32_t b) override {
     buffer().Delete(Family::kMeta, ForbiddenKey(kind, std::min(a, b), std::max(a, b)));
+  }
+
+  void PutHypothesis(const HypothesisRecord& hypothesis) override {
+    buffer().Put(Family::kMeta, HypothesisKey(hypothesis.a, hypothesis.b), Encode(hypothesis));
+  }
+
+  void DeleteHypothesis(ReconstructionId a, ReconstructionId b) override {
+    buffer().Delete(Family::kMeta, HypothesisKey(std::min(a, b), std::max(a, b)));
   }
 
   void PutReconstruction(const ReconstructionRecord& reconstruction) override {

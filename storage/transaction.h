@@ -13,6 +13,7 @@
 #include "storage/model/camera.h"
 #include "storage/model/features.h"
 #include "storage/model/forbidden.h"
+#include "storage/model/hypothesis.h"
 #include "storage/model/image.h"
 #include "storage/model/journal.h"
 #include "storage/model/pair.h"
@@ -78,6 +79,10 @@ class Transaction {
   virtual void DeletePair(ImageId a, ImageId b) = 0;  // in either order; also where there is none
   virtual void PutForbidden(const ForbiddenRecord& forbidden) = 0;
   virtual void DeleteForbidden(ForbiddenKind kind, uint32_t a, uint32_t b) = 0;  // either order
+  // Replaces the one of the same two reconstructions.
+  virtual void PutHypothesis(const HypothesisRecord& hypothesis) = 0;
+  // In either order; also where there is none.
+  virtual void DeleteHypothesis(ReconstructionId a, ReconstructionId b) = 0;
   virtual void AddJournal(const JournalRecord& record) = 0;
 
   // Writes of the dense pass, part of the same commit.

@@ -19,6 +19,8 @@ std::string FollowUpWord(FollowUpKind kind) {
       return "propagation";
     case FollowUpKind::kAdjustment:
       return "adjustment";
+    case FollowUpKind::kJudgment:
+      return "judgment";
     case FollowUpKind::kVocabulary:
       return "vocabulary";
   }
@@ -62,6 +64,8 @@ Json ToJson(const FollowUp& step) {
   return {{"step", FollowUpWord(step.kind)},
           {"image", ToJson(step.image)},
           {"reconstruction", ToJson(step.reconstruction)},
+          {"other", ToJson(step.other)},
+          {"merged_into", ToJson(step.merged_into)},
           {"placed", ToJson(step.placed)},
           {"unplaced", ToJson(step.unplaced)},
           {"split_off", ToJson(step.split_off)},

@@ -35,7 +35,9 @@ Json ToJson(const StatusAnswer& status) {
           {"vocabulary_generation", status.vocabulary_generation},
           {"bytes", status.total_bytes},
           {"storage", ToJson(status.storage)},
-          {"reconstructions", ToJson(status.reconstructions)}};
+          {"reconstructions", ToJson(status.reconstructions)},
+          {"open_hypotheses", status.open_hypotheses},
+          {"doubtful_seams", ToJson(status.doubtful_seams)}};
 }
 
 Json ToJson(const ReconstructionAnswer& r) {
@@ -69,7 +71,36 @@ Json ToJson(const ImageAnswer& image) {
           {"observations", image.observations},
           {"neighbors", ToJson(image.neighbors)},
           {"depth_map", ToJson(image.depth_map)},
-          {"uncertainty", ToJson(image.uncertainty)}};
+          {"uncertainty", ToJson(image.uncertainty)},
+          {"hypotheses", ToJson(image.hypotheses)}};
+}
+
+Json ToJson(const HypothesisAnswer& h) {
+  return {{"kind", "merge"},
+          {"a", h.a.value},
+          {"b", h.b.value},
+          {"reason", h.reason},
+          {"common_points", h.common_points},
+          {"pairs_for", h.pairs_for},
+          {"pairs_against", h.pairs_against},
+          {"matches_for", h.matches_for},
+          {"matches_against", h.matches_against},
+          {"parts_judged", h.parts_judged},
+          {"parts_missing", h.parts_missing},
+          {"scale", h.scale},
+          {"rotation_wxyz", h.pose.rotation_wxyz},
+          {"translation", h.pose.translation},
+          {"image", ToJson(h.image)},
+          {"judgments", h.judgments},
+          {"due", h.due},
+          {"time", h.time_unix_s}};
+}
+
+Json ReconstructionJson(const ReconstructionAnswer& reconstruction,
+                        const std::vector<HypothesisAnswer>& hypotheses) {
+  Json json = ToJson(reconstruction);
+  json["hypotheses"] = ToJson(hypotheses);
+  return json;
 }
 
 Json ToJson(const PoseUncertainty& uncertainty) {

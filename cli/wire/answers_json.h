@@ -9,6 +9,7 @@ namespace veduta {
 
 Json ToJson(const StatusAnswer& status);
 Json ToJson(const ReconstructionAnswer& reconstruction);
+Json ToJson(const HypothesisAnswer& hypothesis);
 Json ToJson(const ImageAnswer& image);
 Json ToJson(const DepthMapAnswer& depth_map);
 Json ToJson(const PoseUncertainty& uncertainty);
@@ -18,6 +19,9 @@ Json ToJson(const VocabularyAnswer& vocabulary);
 Json ToJson(const JournalAnswer& entry);
 Json ToJson(const RepairAnswer& repair);
 
+// A reconstruction with the merges of it that are not believed yet.
+Json ReconstructionJson(const ReconstructionAnswer& reconstruction,
+                        const std::vector<HypothesisAnswer>& hypotheses);
 // A ranked candidate for a photo that is not stored: it has a score instead of matches.
 Json CandidateJson(const NeighborAnswer& candidate);
 // An image that has a pose: where it was taken.

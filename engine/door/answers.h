@@ -36,6 +36,24 @@ struct ReconstructionAnswer {
   uint64_t depth_maps = 0, tiles = 0, triangles = 0;  // what the dense pass has made of it
 };
 
+// A merge of two reconstructions that is proposed and not believed yet. "For" and "against" are
+// counted over the seam between the two.
+struct HypothesisAnswer {
+  ReconstructionId a, b;                          // a < b
+  std::string reason;                             // why it is not believed, for a person
+  uint32_t common_points = 0;                     // that agree; 0 where they are too few by now
+  uint32_t pairs_for = 0, pairs_against = 0;      // verified pairs of photos
+  uint64_t matches_for = 0, matches_against = 0;  // of these pairs, each as far as it counts
+  // Parts of pictures that were asked for what they must show, and those that lack it.
+  uint32_t parts_judged = 0, parts_missing = 0;
+  double scale = 1;  // x_a = scale R x_b + translation; with
+  PlainPose pose;    // R and the translation of `pose` (its center is unset)
+  ImageId image;     // whose placing proposed it first; not valid() where it was removed since
+  uint32_t judgments = 0;   // how often it was judged
+  bool due = false;         // it is to be judged anew
+  int64_t time_unix_s = 0;  // of the last judgment
+};
+
 struct VerifyRequest {
   uint32_t count_max = 1000;  // of violations that are told
   // Also compares the checksums of all files, and derives again what can be derived from photos:
@@ -51,6 +69,9 @@ struct StorageAnswer {
   uint64_t cache_hits = 0, cache_misses = 0;                      // of blocks of tables
 };
 
+// Doubtful seams that a status lists. Chosen by hand: a screenful.
+inline constexpr size_t kDoubtfulSeamsMax = 20;
+
 struct StatusAnswer {
   uint64_t snapshot = 0;
   uint64_t images = 0, placed = 0, postponed = 0, rejected = 0;
@@ -58,6 +79,9 @@ struct StatusAnswer {
   uint64_t backlog = 0;                               // images that are still to be tried again
   uint32_t vocabulary_generation = 0;                 // 0: none yet
   std::vector<ReconstructionAnswer> reconstructions;  // living ones; most images first, then ids
+  uint64_t open_hypotheses = 0;
+  // Of those the ones with most common points, at most kDoubtfulSeamsMax; then ascending ids.
+  std::vector<HypothesisAnswer> doubtful_seams;
   uint64_t total_bytes = 0, photo_bytes = 0, feature_bytes = 0;  // on disk
   StorageAnswer storage;
 };
@@ -112,6 +136,7 @@ struct ImageAnswer {
   uint32_t features = 0, observations = 0;  // observations: features that see a point
   std::vector<NeighborAnswer> neighbors;    // verified ones, most matches first
   std::optional<DepthMapAnswer> depth_map;
+  std::vector<HypothesisAnswer> hypotheses;  // of its reconstruction; ascending ids
   // Left empty by Questions::Image: Questions::Uncertainty computes it.
   std::optional<PoseUncertainty> uncertainty;
 };

@@ -72,13 +72,17 @@ struct AddOutcome {
 };
 
 // One step of the work that follows from photos: postponed neighbours tried again, the adjustment
-// of a whole reconstruction, a new vocabulary. Each is a transaction of its own.
-enum class FollowUpKind : uint8_t { kPropagation, kAdjustment, kVocabulary };
+// of a whole reconstruction, a new judgment of a merge that was not believed, a new vocabulary.
+// Each is a transaction of its own.
+enum class FollowUpKind : uint8_t { kPropagation, kAdjustment, kJudgment, kVocabulary };
 
 struct FollowUp {
   FollowUpKind kind = FollowUpKind::kPropagation;
-  ImageId image;                            // kPropagation: the one that was tried again
-  ReconstructionId reconstruction;          // kAdjustment: the one that was adjusted
+  ImageId image;  // kPropagation: the one that was tried again
+  // kAdjustment: the one that was adjusted. kJudgment: the first of the two that were judged.
+  ReconstructionId reconstruction;
+  ReconstructionId other;                   // kJudgment: the second
+  ReconstructionId merged_into;             // kJudgment: valid if the two were merged
   std::vector<ImageId> placed;              // images that got a pose
   std::vector<LostPose> unplaced;           // kAdjustment: in the order in which they lost theirs
   std::vector<ReconstructionId> split_off;  // kAdjustment: new ones, made of a part of it

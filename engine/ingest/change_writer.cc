@@ -61,8 +61,9 @@ void MergeRecords(const Merge& merge, ReconstructionRecord* from, Reconstruction
 
 Status CountMerges(const Placement& placement, TouchedRecords* records, Transaction* transaction) {
   VEDUTA_ASSIGN_OR_RETURN(ReconstructionRecord* const into, records->Get(placement.reconstruction));
-  // The photo was placed in one that was perhaps merged away then; the sum is the same.
-  if (!placement.founded.valid()) into->image_count += 1;
+  // A photo was placed in one that was perhaps merged away then; the sum is the same.
+  if (!placement.founded.valid())
+    into->image_count += static_cast<uint32_t>(placement.placed.size());
   for (const Merge& merge : placement.merges) {
     VEDUTA_ASSIGN_OR_RETURN(ReconstructionRecord* const from, records->Get(merge.from));
     if (merge.from != placement.founded)

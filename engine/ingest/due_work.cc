@@ -13,6 +13,9 @@ void StepsSetAside::Add(const DueStep& step) {
     case FollowUpKind::kAdjustment:
       adjustments_.insert(step.reconstruction);
       return;
+    case FollowUpKind::kJudgment:
+      judgments_.insert({step.reconstruction, step.other});
+      return;
     case FollowUpKind::kVocabulary:
       vocabulary_ = true;
       return;
@@ -25,6 +28,8 @@ bool StepsSetAside::Contains(const DueStep& step) const {
       return propagations_.contains(step.image);
     case FollowUpKind::kAdjustment:
       return adjustments_.contains(step.reconstruction);
+    case FollowUpKind::kJudgment:
+      return judgments_.contains({step.reconstruction, step.other});
     case FollowUpKind::kVocabulary:
       break;
   }
@@ -46,16 +51,22 @@ Result<std::optional<DueStep>> FindDueStep(const Snapshot& snapshot,
   const auto is_open = [&](const DueStep& step) { return !set_aside.Contains(step); };
   VEDUTA_ASSIGN_OR_RETURN(const DatabaseState state, snapshot.GetState());
   for (const ImageId id : state.pending_propagation) {
-    const DueStep step{FollowUpKind::kPropagation, id, {}};
+    const DueStep step{FollowUpKind::kPropagation, id, {}, {}};
     if (is_open(step)) return std::optional(step);
   }
   VEDUTA_ASSIGN_OR_RETURN(const std::vector<ReconstructionRecord> reconstructions,
                           snapshot.ListReconstructions());
   for (const ReconstructionRecord& record : reconstructions) {
-    const DueStep step{FollowUpKind::kAdjustment, {}, record.id};
+    const DueStep step{FollowUpKind::kAdjustment, {}, record.id, {}};
     if (IsAdjustmentDue(record, schedule) && is_open(step)) return std::optional(step);
   }
-  const DueStep training{FollowUpKind::kVocabulary, {}, {}};
+  VEDUTA_ASSIGN_OR_RETURN(const std::vector<HypothesisRecord> hypotheses,
+                          snapshot.ListHypotheses());
+  for (const HypothesisRecord& hypothesis : hypotheses) {
+    const DueStep step{FollowUpKind::kJudgment, {}, hypothesis.a, hypothesis.b};
+    if (hypothesis.is_due && is_open(step)) return std::optional(step);
+  }
+  const DueStep training{FollowUpKind::kVocabulary, {}, {}, {}};
   if (retrieval.IsTrainingDue(state) && is_open(training)) return std::optional(training);
   return std::optional<DueStep>();
 }

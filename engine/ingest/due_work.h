@@ -5,6 +5,7 @@
 
 #include <optional>
 #include <set>
+#include <utility>
 
 #include "engine/door/submission.h"
 #include "engine/ingest/ingest_options.h"
@@ -17,7 +18,8 @@ namespace veduta {
 struct DueStep {
   FollowUpKind kind = FollowUpKind::kPropagation;
   ImageId image;                    // kPropagation: the photo to try again
-  ReconstructionId reconstruction;  // kAdjustment: the one to adjust
+  ReconstructionId reconstruction;  // kAdjustment: the one to adjust; kJudgment: the first of two
+  ReconstructionId other = {};      // kJudgment: the second
 };
 
 // Steps that have failed and are passed over.
@@ -29,6 +31,7 @@ class StepsSetAside final {
  private:
   std::set<ImageId> propagations_;
   std::set<ReconstructionId> adjustments_;
+  std::set<std::pair<ReconstructionId, ReconstructionId>> judgments_;
   bool vocabulary_ = false;
 };
 
@@ -37,8 +40,9 @@ class StepsSetAside final {
 bool IsAdjustmentDue(const ReconstructionRecord& record, const AdjustmentSchedule& schedule);
 
 // The next step that is due, or none: photos to be tried again come first, oldest first (R16); then
-// the adjustment of whole reconstructions, in ascending ids (R18); then a new vocabulary. Reads the
-// state and, where no photo waits, the records of all reconstructions: O(reconstructions).
+// the adjustment of whole reconstructions, in ascending ids (R18); then new judgments of merges, in
+// ascending ids; then a new vocabulary. Reads the state and, where no photo waits, the records of
+// all reconstructions and hypotheses: O(reconstructions + hypotheses).
 Result<std::optional<DueStep>> FindDueStep(const Snapshot& snapshot,
                                            const AdjustmentSchedule& schedule,
                                            const Retrieval& retrieval,

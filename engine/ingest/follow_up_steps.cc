@@ -7,6 +7,7 @@
 
 #include "engine/ingest/change_writer.h"
 #include "engine/ingest/dense_removal.h"
+#include "engine/ingest/hypotheses.h"
 #include "engine/ingest/local_unplacing.h"
 #include "engine/ingest/photo_placement.h"
 #include "engine/ingest/placement_writer.h"
@@ -79,8 +80,8 @@ Result<ReconstructionId> SplitOff(const IngestParts& parts, std::span<const Imag
 // The images that have lost their poses since anybody last did anything: what follows by itself is
 // walked over, from the end of the journal. O(its entries).
 Result<std::set<ImageId>> AlreadyDoubted(const Snapshot& base, uint64_t next_journal) {
-  static constexpr std::string_view kFollowing[] = {"adjust", "doubt", "propagate", "split",
-                                                    "vocabulary"};
+  static constexpr std::string_view kFollowing[] = {"adjust",    "doubt", "hypothesis", "judge",
+                                                    "propagate", "split", "vocabulary"};
   std::set<ImageId> doubted;
   for (uint64_t sequence = next_journal - 1; sequence > 0; --sequence) {
     JournalRecord entry;
@@ -179,6 +180,9 @@ Result<AdjustedWhole> AdjustWhole(const IngestParts& parts, ReconstructionId rec
   WritePosesAndObservations(*parts.map, transaction);
   VEDUTA_ASSIGN_OR_RETURN(adjusted.unplaced, PostponeUnplaced(*scope.base, healing, reconstruction,
                                                               &state, transaction));
+  const bool is_as_it_was = adjusted.split_off.empty() && !record.is_dissolved;
+  VEDUTA_RETURN_IF_ERROR(is_as_it_was ? MakeHypothesesDue(*scope.base, reconstruction, transaction)
+                                      : DropHypotheses(*scope.base, reconstruction, transaction));
   Journal("adjust", {}, reconstruction, std::to_string(record.image_count) + " images", &state,
           transaction);
   transaction->PutState(state);

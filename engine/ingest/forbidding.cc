@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <ctime>
 
+#include "engine/ingest/hypotheses.h"
 #include "engine/journal/journal.h"
 #include "engine/query/forbidden.h"
 
@@ -38,15 +39,28 @@ Status CheckReconstructions(const Snapshot& snapshot, ReconstructionId a, Recons
                                  " are one already: reconstruction " + std::to_string(end_a.value));
 }
 
-// A reconstruction that holds both is judged anew, without the pair, by its next adjustment.
-Status MakeAdjustmentDue(const Snapshot& snapshot, ImageId a, ImageId b, Transaction* transaction) {
+// A reconstruction that holds both is judged anew, without the pair, by its next adjustment; a
+// hypothesis that the two of them are one, by a judgment.
+Status MakeJudgingDue(const Snapshot& snapshot, ImageId a, ImageId b, Transaction* transaction) {
   VEDUTA_ASSIGN_OR_RETURN(const std::optional<PoseRecord> pose_a, snapshot.FindPose(a));
   VEDUTA_ASSIGN_OR_RETURN(const std::optional<PoseRecord> pose_b, snapshot.FindPose(b));
-  if (!pose_a || !pose_b || pose_a->reconstruction != pose_b->reconstruction) return Status::Ok();
+  if (!pose_a || !pose_b) return Status::Ok();
+  if (pose_a->reconstruction != pose_b->reconstruction) {
+    return MakeHypothesisDue(snapshot, pose_a->reconstruction, pose_b->reconstruction, transaction);
+  }
   VEDUTA_ASSIGN_OR_RETURN(ReconstructionRecord record,
                           snapshot.GetReconstruction(pose_a->reconstruction));
   record.images_at_adjustment = 0;
   transaction->PutReconstruction(record);
+  return Status::Ok();
+}
+
+// What is forbidden is no hypothesis any more.
+Status DropForbidden(const Snapshot& snapshot, ReconstructionId a, ReconstructionId b,
+                     Transaction* transaction) {
+  VEDUTA_ASSIGN_OR_RETURN(const ReconstructionId end_a, MergedEnd(snapshot, a));
+  VEDUTA_ASSIGN_OR_RETURN(const ReconstructionId end_b, MergedEnd(snapshot, b));
+  transaction->DeleteHypothesis(end_a, end_b);
   return Status::Ok();
 }
 
@@ -75,7 +89,10 @@ Status Forbid(ForbiddenRecord forbidden, WriteScope scope) {
   if (is_pair) {
     const ImageId a(forbidden.a), b(forbidden.b);
     scope.transaction->DeletePair(a, b);
-    VEDUTA_RETURN_IF_ERROR(MakeAdjustmentDue(*scope.base, a, b, scope.transaction.get()));
+    VEDUTA_RETURN_IF_ERROR(MakeJudgingDue(*scope.base, a, b, scope.transaction.get()));
+  } else {
+    VEDUTA_RETURN_IF_ERROR(DropForbidden(*scope.base, ReconstructionId(forbidden.a),
+                                         ReconstructionId(forbidden.b), scope.transaction.get()));
   }
   return Journal("forbid", forbidden.actor,
                  EntryText(forbidden.kind, forbidden.a, forbidden.b, forbidden.reason), scope);

@@ -2,6 +2,7 @@
 #include "engine/ingest/ingest.h"
 
 #include "engine/ingest/follow_up_steps.h"
+#include "engine/ingest/judging.h"
 #include "engine/ingest/photo_locator.h"
 #include "engine/ingest/photo_removal.h"
 #include "engine/ingest/placement_writer.h"
@@ -209,12 +210,18 @@ FollowUp Ingest::Run(const DueStep& step, WriteScope scope) {
   done.kind = step.kind;
   done.image = step.image;
   done.reconstruction = step.reconstruction;
+  done.other = step.other;
   done.status = CatchShortage("place or adjust the photos again", [&]() -> Status {
     if (step.kind == FollowUpKind::kAdjustment) {
       VEDUTA_ASSIGN_OR_RETURN(AdjustedWhole adjusted,
                               AdjustWhole(parts_, step.reconstruction, std::move(scope)));
       done.unplaced = std::move(adjusted.unplaced);
       done.split_off = std::move(adjusted.split_off);
+      return Status::Ok();
+    }
+    if (step.kind == FollowUpKind::kJudgment) {
+      VEDUTA_ASSIGN_OR_RETURN(done.merged_into,
+                              JudgeAnew(parts_, step.reconstruction, step.other, std::move(scope)));
       return Status::Ok();
     }
     if (step.kind == FollowUpKind::kVocabulary) return Status::Ok();  // RunNextStep leaves it

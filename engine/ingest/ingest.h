@@ -48,7 +48,7 @@ class Ingest final {
   // not here. As cheap as FindDueStep.
   bool IsTrainingDue() const;
   // A training that has failed is passed over from then on, until this object is made anew.
-  void SetTrainingAside() { set_aside_.Add({FollowUpKind::kVocabulary, {}, {}}); }
+  void SetTrainingAside() { set_aside_.Add({FollowUpKind::kVocabulary, {}, {}, {}}); }
 
  private:
   Result<AddOutcome> AdmitAndPlace(PreparedPhoto photo, const CameraRecord& camera,

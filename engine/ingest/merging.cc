@@ -3,6 +3,7 @@
 
 #include <set>
 
+#include "engine/ingest/hypotheses.h"
 #include "engine/ingest/seam.h"
 #include "engine/query/forbidden.h"
 #include "storage/base/content_hash.h"
@@ -12,6 +13,7 @@ namespace {
 
 // Where a merge is sought: images of the photo's reconstruction, and the photo's pairs.
 struct NearSeam {
+  ImageId photo;  // or one of the images, where no photo leads to the merge
   std::span<const ImageId> images;
   std::span<const PairMatches> pairs;
 };
@@ -65,15 +67,20 @@ Status TryMerge(const MappingContext& context, const MergeRequest& request,
   if (!alignment) return Status::Ok();
   VEDUTA_ASSIGN_OR_RETURN(const bool forbidden, IsForbidden(context, request, *outcome, other));
   if (forbidden) {
-    outcome->refused.push_back({other, "somebody has forbidden that they are merged"});
+    outcome->refused.push_back({other, "somebody has forbidden that they are merged", {}});
     return Status::Ok();
   }
   VEDUTA_ASSIGN_OR_RETURN(const std::vector<SeamPair> pairs,
-                          ListSeamPairs(context.loader, *context.map, request.fresh.front(),
+                          ListSeamPairs(context.loader, *context.map, near_seam.photo,
                                         near_seam.pairs, near_seam.images, other));
   const SeamEvidence evidence = JudgeSeam(*context.map, pairs, alignment->into_from, options);
-  if (!evidence.Holds(options.doubt)) {
-    outcome->refused.push_back({other, evidence.Text()});
+  if (const auto reason = evidence.Refusal(options.doubt)) {
+    HypothesisRecord hypothesis =
+        HypothesisOf(outcome->into, other, alignment->into_from, evidence, *reason);
+    hypothesis.common_point_count = static_cast<uint32_t>(alignment->agreeing.size());
+    hypothesis.images = SeamImages(pairs);
+    if (!request.fresh.empty()) hypothesis.image = request.fresh.front();
+    outcome->refused.push_back({other, evidence.Text(), std::move(hypothesis)});
     return Status::Ok();
   }
   Merge merge{other, alignment->into_from, static_cast<uint32_t>(alignment->agreeing.size()),
@@ -85,6 +92,9 @@ Status TryMerge(const MappingContext& context, const MergeRequest& request,
   if (outcome->merges.empty() && other_record.image_count > own_count) {
     merge.from = into, merge.into_from = alignment->into_from.Inverse();
     into = other;
+    for (RefusedMerge& refused : outcome->refused) {
+      if (refused.hypothesis) GoOver(merge, into, &*refused.hypothesis);
+    }
   }
   VEDUTA_RETURN_IF_ERROR(MoveAll(context, request, merge, into));
   for (const PointPair& pair : alignment->agreeing) {
@@ -104,14 +114,17 @@ Result<MergeOutcome> MergeAround(const MappingContext& context, const MergeReque
                                  uint64_t seed) {
   MergeOutcome outcome;
   outcome.into = request.reconstruction;
-  VEDUTA_ASSIGN_OR_RETURN(const auto common, FindCommonPoints(context.loader, *context.map, near,
-                                                              request.fresh.front(), pairs));
+  VEDUTA_CHECK(!request.fresh.empty() || !near.empty(), "a merge is sought around no image");
+  const ImageId photo = request.fresh.empty() ? near.front() : request.fresh.front();
+  VEDUTA_ASSIGN_OR_RETURN(const auto common,
+                          FindCommonPoints(context.loader, *context.map, near, photo, pairs));
   for (auto [other, points] : common) {
+    if (request.only.valid() && other != request.only) continue;
     // An earlier merge may have made two points one.
     std::erase_if(points, [&](const PointPair& pair) {
       return !context.map->FindPoint(pair.into) || !context.map->FindPoint(pair.from);
     });
-    VEDUTA_RETURN_IF_ERROR(TryMerge(context, request, {near, pairs}, points, other,
+    VEDUTA_RETURN_IF_ERROR(TryMerge(context, request, {photo, near, pairs}, points, other,
                                     MixSeed(seed, other.value), &outcome));
   }
   return outcome;

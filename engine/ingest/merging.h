@@ -2,6 +2,7 @@
 #pragma once
 // Merges reconstructions that turn out to share points: the paper's second case (R13, R15).
 
+#include <optional>
 #include <span>
 #include <string>
 #include <vector>
@@ -15,14 +16,18 @@ namespace veduta {
 // The reconstruction that a photo has just got a pose in.
 struct MergeRequest {
   ReconstructionId reconstruction;
-  bool is_new = false;             // it was founded with the photo and is not stored yet
-  std::span<const ImageId> fresh;  // images that have just got a pose, the photo first
+  bool is_new = false;  // it was founded with the photo and is not stored yet
+  // Images that have just got a pose, the photo first; none where no photo leads to the merge.
+  std::span<const ImageId> fresh;
+  ReconstructionId only = {};  // where valid, no other one is merged
 };
 
 // A merge by points that agree, against which something else speaks.
 struct RefusedMerge {
   ReconstructionId other;
   std::string evidence;  // for a person
+  // With the votes, of the reconstruction that the photo is in now. None where people forbid it.
+  std::optional<HypothesisRecord> hypothesis;
 };
 
 struct MergeOutcome {
@@ -34,7 +39,8 @@ struct MergeOutcome {
 // Merges the reconstructions that verified pairs of the `near` images and of the photo (`pairs`)
 // lead to, wherever enough of their common points agree. Of the first two that merge, the one with
 // more images keeps its frame; it is the one that is published longer. Further ones are merged into
-// it. Loads what it needs. Deterministic in its inputs and the seed.
+// it. Without fresh images there must be `near` ones, which lie in the request's reconstruction.
+// Loads what it needs. Deterministic in its inputs and the seed.
 Result<MergeOutcome> MergeAround(const MappingContext& context, const MergeRequest& request,
                                  std::span<const ImageId> near, std::span<const PairMatches> pairs,
                                  uint64_t seed);

@@ -31,9 +31,10 @@ void NoteMerges(MergeOutcome outcome, Placement* placement) {
                          std::to_string(merge.common_point_count) + " common points (" +
                          merge.evidence + ")";
   }
-  for (const RefusedMerge& refused : outcome.refused) {
+  for (RefusedMerge& refused : outcome.refused) {
     placement->detail += "; not merged with reconstruction " + std::to_string(refused.other.value) +
                          ": " + refused.evidence;
+    if (refused.hypothesis) placement->refused.push_back(std::move(*refused.hypothesis));
   }
   placement->reconstruction = outcome.into;
   placement->merges = std::move(outcome.merges);
@@ -41,11 +42,14 @@ void NoteMerges(MergeOutcome outcome, Placement* placement) {
 
 Status MergeWhatItJoins(const MappingContext& context, const PhotoAtHand& at_hand,
                         std::span<const ImageId> near, Placement* placement) {
-  const MergeRequest request{placement->reconstruction, placement->founded.valid(),
-                             placement->placed};
+  const MergeRequest request{
+      placement->reconstruction, placement->founded.valid(), placement->placed, {}};
   VEDUTA_ASSIGN_OR_RETURN(MergeOutcome merged,
                           MergeAround(context, request, near, at_hand.pairs, at_hand.seed));
   NoteMerges(std::move(merged), placement);
+  placement->around = placement->placed;
+  placement->around.insert(placement->around.end(), near.begin(), near.end());
+  for (const PairMatches& pair : at_hand.pairs) placement->around.push_back(pair.other);
   return Status::Ok();
 }
 

@@ -2,6 +2,7 @@
 #include "engine/ingest/photo_removal.h"
 
 #include "engine/ingest/dense_removal.h"
+#include "engine/ingest/hypotheses.h"
 #include "engine/ingest/local_unplacing.h"
 #include "engine/journal/journal.h"
 
@@ -26,12 +27,16 @@ Status Unplace(const IngestParts& parts, const WriteScope& scope, DatabaseState*
   VEDUTA_ASSIGN_OR_RETURN(const std::vector<Observation> observations,
                           scope.base->GetObservations(removed->image));
   removed->observations = observations.size();
+  VEDUTA_ASSIGN_OR_RETURN(const ReconstructionRecord whole,
+                          scope.base->GetReconstruction(removed->reconstruction));
   MapLoader loader(scope.base, parts.features, parts.map);
   VEDUTA_ASSIGN_OR_RETURN(
       removed->unplaced,
       UnplaceWithDependents(removed->image, parts.options.mapper.observations_min, &loader,
                             parts.map));
   VEDUTA_RETURN_IF_ERROR(WriteUnplacedLocally(*parts.map, *scope.base, scope.transaction.get()));
+  if (parts.map->changes().unplaced.size() == whole.image_count)
+    VEDUTA_RETURN_IF_ERROR(DropHypotheses(*scope.base, whole.id, scope.transaction.get()));
   return PostponeImages(
       *scope.base, removed->unplaced, removed->reconstruction,
       "too few points hold it since image " + std::to_string(removed->image.value) + " was removed",
@@ -49,6 +54,7 @@ Result<RemovedPhoto> RemovePhoto(const IngestParts& parts, ImageId image, const 
   RemovedPhoto removed;
   removed.image = image;
   removed.name = record.name;
+  VEDUTA_RETURN_IF_ERROR(ForgetInHypotheses(*scope.base, image, transaction));
   if (pose) {
     removed.reconstruction = pose->reconstruction;
     VEDUTA_RETURN_IF_ERROR(Unplace(parts, scope, &state, &removed));

@@ -8,6 +8,7 @@
 
 #include "storage/base/ids.h"
 #include "storage/base/transform.h"
+#include "storage/model/hypothesis.h"
 #include "storage/model/verdict.h"
 
 namespace veduta {
@@ -20,7 +21,8 @@ struct Merge {
   std::string evidence;  // for and against, for a person
 };
 
-// The answer to one photo, and what it changed in the map besides.
+// The answer to one photo, and what it changed in the map besides. Or what a new judgment of a
+// hypothesis has merged: then nothing was placed, and only the merge is said.
 struct Placement {
   Verdict verdict = Verdict::kPostponed;
   Reason reason = Reason::kNone;
@@ -29,6 +31,11 @@ struct Placement {
   ReconstructionId founded;         // valid if one was founded, also if it was merged at once
   std::vector<ImageId> placed;      // got a pose: the photo first, then those it founded with
   std::vector<Merge> merges;        // in the order in which they were made
+  // Merges that were judged and not made, with the reconstruction that the photo is in now.
+  std::vector<HypothesisRecord> refused;
+  // Where a merge was sought: those that got a pose, and images that share points or verified pairs
+  // with them.
+  std::vector<ImageId> around;
   // An image around is contradicted by what is known now: the whole reconstruction is to be judged.
   bool raises_doubt = false;
   uint32_t inlier_count = 0;         // of the pose, or of the founding points

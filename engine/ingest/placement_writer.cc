@@ -4,6 +4,7 @@
 #include <algorithm>
 
 #include "engine/ingest/change_writer.h"
+#include "engine/ingest/hypotheses.h"
 #include "engine/journal/journal.h"
 
 namespace veduta {
@@ -21,11 +22,12 @@ Status WriteTriple(const Snapshot& snapshot, const Placement& placement, Transac
   return Status::Ok();
 }
 
+// Merges that no photo led to follow by themselves, and have an action of their own.
 void JournalMerges(const Placement& placement, DatabaseState* state, Transaction* transaction) {
   for (const Merge& merge : placement.merges) {
     JournalRecord entry;
     entry.actor = "veduta";
-    entry.action = "merge";
+    entry.action = placement.placed.empty() ? "judge" : "merge";
     entry.reconstruction = placement.reconstruction;
     entry.detail = "reconstruction " + std::to_string(merge.from.value) + " by " +
                    std::to_string(merge.common_point_count) + " common points";
@@ -67,6 +69,7 @@ Status WritePlacement(const CityMap& map, const Snapshot& snapshot, const Placem
     VEDUTA_RETURN_IF_ERROR(WriteTriple(snapshot, placement, transaction));
   }
   JournalMerges(placement, state, transaction);
+  VEDUTA_RETURN_IF_ERROR(WriteHypotheses(snapshot, placement, state, transaction));
   return AppendNeighbors(map, snapshot, placement.placed, state);
 }
 

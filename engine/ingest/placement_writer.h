@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 // Writes a placement into a transaction: what changed in the map, the founding triple's verdicts,
-// the journal of merges, and the photos that are to be tried again because of it (R16).
+// the journal of merges, hypotheses, and the photos that are to be tried again because of it (R16).
 
 #include <span>
 #include <vector>

@@ -2,6 +2,7 @@
 #include "engine/ingest/seam.h"
 
 #include <algorithm>
+#include <functional>
 #include <map>
 #include <set>
 
@@ -14,6 +15,9 @@ namespace {
 // Points that a carried view is moved by, at least: a pose has six degrees of freedom, and a point
 // gives two equations. Chosen by hand; not measured.
 constexpr size_t kRefinedPointsMin = 8;
+// Images of one side of a seam that a hypothesis remembers: as many as a merge is sought around
+// when a photo is placed (MapperOptions::local_images_max). Chosen by hand; not measured.
+constexpr size_t kSeamImagesMax = 12;
 // Error at which a point loses weight. Chosen by hand; not measured.
 constexpr double kRefinedErrorPx = 2.0;
 
@@ -122,12 +126,15 @@ Status AppendStored(MapLoader* loader, const CityMap& map, ImageId image, Recons
 
 }  // namespace
 
-bool SeamEvidence::Holds(const DoubtOptions& options) const {
-  return agreeing_pairs >= options.seam_pairs_min &&
-         static_cast<double>(contradicting_matches) <=
-             options.seam_contradiction_share_max * static_cast<double>(agreeing_matches) &&
-         (visible.missing_cells < options.missing_cells_min ||
-          visible.missing_share() <= options.seam_missing_share_max);
+std::optional<RefusalReason> SeamEvidence::Refusal(const DoubtOptions& options) const {
+  if (agreeing_pairs < options.seam_pairs_min) return RefusalReason::kFewPairs;
+  if (static_cast<double>(contradicting_matches) >
+      options.seam_contradiction_share_max * static_cast<double>(agreeing_matches))
+    return RefusalReason::kContradicted;
+  if (visible.missing_cells >= options.missing_cells_min &&
+      visible.missing_share() > options.seam_missing_share_max)
+    return RefusalReason::kMissingStructure;
+  return std::nullopt;
 }
 
 std::string SeamEvidence::Text() const {
@@ -145,7 +152,8 @@ Result<std::vector<SeamPair>> ListSeamPairs(MapLoader* loader, const CityMap& ma
       found[{photo, pair.other}] = pair;
   }
   for (const ImageId image : near) {
-    if (image != photo) VEDUTA_RETURN_IF_ERROR(AppendStored(loader, map, image, other, &found));
+    const bool has_stored_pairs = image != photo || pairs.empty();
+    if (has_stored_pairs) VEDUTA_RETURN_IF_ERROR(AppendStored(loader, map, image, other, &found));
   }
   std::set<ImageId> across;
   for (const auto& [ids, pair] : found) across.insert(ids.second);
@@ -178,6 +186,40 @@ SeamEvidence JudgeSeam(const CityMap& map, std::span<const SeamPair> pairs,
   }
   evidence.visible = sides.CountVisible(options.doubt);
   return evidence;
+}
+
+std::vector<ImageId> SeamImages(std::span<const SeamPair> pairs) {
+  std::map<ImageId, size_t> own, other;  // matches across
+  for (const SeamPair& pair : pairs) {
+    own[pair.a] += pair.matches.matches.size();
+    other[pair.matches.other] += pair.matches.matches.size();
+  }
+  std::vector<ImageId> images;
+  for (const auto* const side : {&own, &other}) {
+    std::vector<std::pair<ImageId, size_t>> ranked(side->begin(), side->end());
+    std::ranges::stable_sort(ranked, std::greater<>(), &std::pair<ImageId, size_t>::second);
+    if (ranked.size() > kSeamImagesMax) ranked.resize(kSeamImagesMax);
+    for (const auto& [image, matches] : ranked) images.push_back(image);
+  }
+  std::ranges::sort(images);
+  return images;
+}
+
+HypothesisRecord HypothesisOf(ReconstructionId own, ReconstructionId other,
+                              const Sim3& own_from_other, const SeamEvidence& evidence,
+                              RefusalReason reason) {
+  HypothesisRecord hypothesis;
+  hypothesis.a = std::min(own, other);
+  hypothesis.b = std::max(own, other);
+  hypothesis.a_from_b = own < other ? own_from_other : own_from_other.Inverse();
+  hypothesis.reason = reason;
+  hypothesis.agreeing_pairs = evidence.agreeing_pairs;
+  hypothesis.contradicting_pairs = evidence.contradicting_pairs;
+  hypothesis.agreeing_matches = evidence.agreeing_matches;
+  hypothesis.contradicting_matches = evidence.contradicting_matches;
+  hypothesis.judged_cells = evidence.visible.cells;
+  hypothesis.missing_cells = evidence.visible.missing_cells;
+  return hypothesis;
 }
 
 }  // namespace veduta

@@ -4,6 +4,7 @@
 // agree, but all verified pairs across the seam, and what the pictures of one side lack of the
 // other.
 
+#include <optional>
 #include <span>
 #include <string>
 #include <utility>
@@ -12,6 +13,7 @@
 #include "engine/ingest/mapping_context.h"
 #include "engine/mapping/pair_matches.h"
 #include "engine/mapping/visibility.h"
+#include "storage/model/hypothesis.h"
 
 namespace veduta {
 
@@ -27,15 +29,17 @@ struct SeamEvidence {
   uint64_t agreeing_matches = 0, contradicting_matches = 0;
   VisibleStructure visible;  // summed over the images of the pairs, of both sides
 
-  // Whether the two are believed to be one.
-  bool Holds(const DoubtOptions& options) const;
+  // Why the two are not believed to be one; nothing where they are.
+  std::optional<RefusalReason> Refusal(const DoubtOptions& options) const;
+  bool Holds(const DoubtOptions& options) const { return !Refusal(options); }
   // "12 pairs agree, 3 contradict; 4 of 120 parts of the pictures lack ...".
   std::string Text() const;
 };
 
 // The verified pairs between two reconstructions that images near the seam have: those of the
-// photo (`pairs`, which are not stored yet), of the `near` images, which lie with it, and of the
-// images that these lead to. Loads the images with their neighbourhoods. Ascending images.
+// photo (`pairs`, which need not be stored yet), of the `near` images, which lie with it, and of
+// the images that these lead to. Where `pairs` is empty, `photo` is any of the `near` images.
+// Loads the images with their neighbourhoods. Ascending images.
 Result<std::vector<SeamPair>> ListSeamPairs(MapLoader* loader, const CityMap& map, ImageId photo,
                                             std::span<const PairMatches> pairs,
                                             std::span<const ImageId> near, ReconstructionId other);
@@ -44,5 +48,15 @@ Result<std::vector<SeamPair>> ListSeamPairs(MapLoader* loader, const CityMap& ma
 // side. What ListSeamPairs loads must be loaded. Reads the map only.
 SeamEvidence JudgeSeam(const CityMap& map, std::span<const SeamPair> pairs,
                        const Sim3& into_from_other, const MapperOptions& options);
+
+// The images of either side that have most matches across, ascending: where the merge is to be
+// judged anew. O(pairs log pairs).
+std::vector<ImageId> SeamImages(std::span<const SeamPair> pairs);
+
+// The merge of `own` and `other` as one that is not believed, with the votes; common points, images
+// and the photo that proposed it are the caller's to fill in.
+HypothesisRecord HypothesisOf(ReconstructionId own, ReconstructionId other,
+                              const Sim3& own_from_other, const SeamEvidence& evidence,
+                              RefusalReason reason);
 
 }  // namespace veduta

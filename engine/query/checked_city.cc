@@ -5,12 +5,29 @@
 
 #include "engine/query/stored_records.h"
 #include "storage/records/forbidden_record.h"
+#include "storage/records/hypothesis_record.h"
 #include "storage/records/state_record.h"
 
 namespace veduta {
 namespace {
 
-// The state, and the number of the format.
+// What people have forbidden, or a hypothesis.
+Status LoadFact(std::string_view key, std::string_view value, CheckedCity* city) {
+  if (key.starts_with(kHypothesisPrefix)) {
+    HypothesisRecord hypothesis;
+    VEDUTA_RETURN_IF_ERROR(ParseHypothesisKey(key, &hypothesis));
+    VEDUTA_RETURN_IF_ERROR(Decode(value, &hypothesis));
+    city->hypotheses.push_back(std::move(hypothesis));
+    return Status::Ok();
+  }
+  ForbiddenRecord forbidden;
+  VEDUTA_RETURN_IF_ERROR(ParseForbiddenKey(key, &forbidden));
+  VEDUTA_RETURN_IF_ERROR(Decode(value, &forbidden));
+  city->forbidden.push_back(std::move(forbidden));
+  return Status::Ok();
+}
+
+// The state, the number of the format, and the facts.
 Status LoadMeta(CheckedCity* city, Violations* violations) {
   bool has_state = false, has_format = false;
   VEDUTA_RETURN_IF_ERROR(WalkStored(
@@ -21,16 +38,9 @@ Status LoadMeta(CheckedCity* city, Violations* violations) {
           has_format = format == kFormatVersion;
           return;
         }
-        if (key != kStateKey) {
-          ForbiddenRecord forbidden;
-          Status read = ParseForbiddenKey(key, &forbidden);
-          if (read.ok()) read = Decode(value, &forbidden);
-          if (read.ok()) city->forbidden.push_back(forbidden);
-          if (!read.ok()) violations->Add(PlaceOf(Family::kMeta, key) + ": " + read.message());
-          return;
-        }
-        const Status read = Decode(value, &city->state);
-        has_state = read.ok();
+        const bool is_state = key == kStateKey;
+        const Status read = is_state ? Decode(value, &city->state) : LoadFact(key, value, city);
+        has_state = has_state || (is_state && read.ok());
         if (!read.ok()) violations->Add(PlaceOf(Family::kMeta, key) + ": " + read.message());
       }));
   violations->Expect(has_format, "the number of the format is missing or not the program's");

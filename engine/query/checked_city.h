@@ -32,6 +32,7 @@ struct CheckedCity {
 
   DatabaseState state;
   std::vector<ForbiddenRecord> forbidden;
+  std::vector<HypothesisRecord> hypotheses;
   std::map<CameraId, CameraRecord> cameras;
   std::map<ImageId, ImageRecord> images;
   std::map<ReconstructionId, ReconstructionRecord> reconstructions;
@@ -68,7 +69,8 @@ std::optional<double> MeasureErrorPx(const CheckedCity& city,
 // Whether the error that the point records is the one that was measured.
 bool IsErrorRecorded(const PointRecord& point, double error_px);
 
-// State, what is forbidden, marks, and the small records: cameras, images, reconstructions, poses.
+// State, what is forbidden, hypotheses, marks, and the small records: cameras, images,
+// reconstructions, poses.
 Status LoadCity(CheckedCity* city, Violations* violations);
 
 // Counters of the state; names, hashes, photos and features of images; their cameras.

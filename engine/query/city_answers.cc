@@ -3,9 +3,11 @@
 
 #include <algorithm>
 #include <charconv>
+#include <functional>
 #include <map>
 #include <optional>
 
+#include "engine/query/hypothesis_text.h"
 #include "engine/query/living.h"
 
 namespace veduta {
@@ -62,6 +64,28 @@ ReconstructionAnswer ToAnswer(const ReconstructionRecord& record, const DenseCou
   answer.depth_maps = dense.depth_maps;
   answer.tiles = dense.tiles;
   answer.triangles = dense.triangles;
+  return answer;
+}
+
+HypothesisAnswer ToAnswer(const HypothesisRecord& record) {
+  HypothesisAnswer answer;
+  answer.a = record.a;
+  answer.b = record.b;
+  answer.reason = RefusalText(record);
+  answer.common_points = record.common_point_count;
+  answer.pairs_for = record.agreeing_pairs;
+  answer.pairs_against = record.contradicting_pairs;
+  answer.matches_for = record.agreeing_matches;
+  answer.matches_against = record.contradicting_matches;
+  answer.parts_judged = record.judged_cells;
+  answer.parts_missing = record.missing_cells;
+  answer.scale = record.a_from_b.scale;
+  answer.pose = ToPlain({record.a_from_b.rotation, record.a_from_b.translation});
+  answer.pose.center = {};
+  answer.image = record.image;
+  answer.judgments = record.judgment_count;
+  answer.due = record.is_due;
+  answer.time_unix_s = record.time_unix_s;
   return answer;
 }
 
@@ -134,6 +158,12 @@ Result<StatusAnswer> StatusOf(const Snapshot& snapshot, const DatabaseSizes& siz
   for (const ReconstructionRecord& record : living) {
     status.reconstructions.push_back(ToAnswer(record, dense[record.id]));
   }
+  VEDUTA_ASSIGN_OR_RETURN(status.doubtful_seams, HypothesesOf(snapshot, {}));
+  status.open_hypotheses = status.doubtful_seams.size();
+  std::ranges::stable_sort(status.doubtful_seams, std::greater<>(),
+                           &HypothesisAnswer::common_points);
+  if (status.doubtful_seams.size() > kDoubtfulSeamsMax)
+    status.doubtful_seams.resize(kDoubtfulSeamsMax);
   status.total_bytes = sizes.total_bytes;
   status.photo_bytes = sizes.photo_bytes;
   status.feature_bytes = sizes.feature_bytes;
@@ -178,6 +208,7 @@ Result<ImageAnswer> ImageAnswerOf(const Snapshot& snapshot, const ImageRecord& i
   if (pose) {
     answer.reconstruction = pose->reconstruction;
     answer.cam_from_world = ToPlain(pose->cam_from_world);
+    VEDUTA_ASSIGN_OR_RETURN(answer.hypotheses, HypothesesOf(snapshot, pose->reconstruction));
   }
   VEDUTA_ASSIGN_OR_RETURN(const std::vector<Observation> observations,
                           snapshot.GetObservations(image.id));
@@ -185,6 +216,18 @@ Result<ImageAnswer> ImageAnswerOf(const Snapshot& snapshot, const ImageRecord& i
   VEDUTA_ASSIGN_OR_RETURN(answer.neighbors, NeighborsOf(snapshot, image.id));
   VEDUTA_ASSIGN_OR_RETURN(answer.depth_map, DepthMapOf(snapshot, image.id));
   return answer;
+}
+
+Result<std::vector<HypothesisAnswer>> HypothesesOf(const Snapshot& snapshot,
+                                                   ReconstructionId reconstruction) {
+  VEDUTA_ASSIGN_OR_RETURN(const std::vector<HypothesisRecord> all, snapshot.ListHypotheses());
+  std::vector<HypothesisAnswer> answers;
+  for (const HypothesisRecord& record : all) {
+    const bool is_wanted =
+        !reconstruction.valid() || record.a == reconstruction || record.b == reconstruction;
+    if (is_wanted) answers.push_back(ToAnswer(record));
+  }
+  return answers;
 }
 
 Result<std::vector<CameraAnswer>> CamerasOf(const Snapshot& snapshot) {

@@ -24,6 +24,9 @@ Result<std::vector<NeighborAnswer>> NeighborsOf(const Snapshot& snapshot, ImageI
 // What the dense pass has made of it is counted too: O(its depth maps and tiles).
 Result<ReconstructionAnswer> ReconstructionAnswerOf(const Snapshot& snapshot,
                                                     const ReconstructionRecord& record);
+// Those of a reconstruction, or all where it is not valid(); ascending ids.
+Result<std::vector<HypothesisAnswer>> HypothesesOf(const Snapshot& snapshot,
+                                                   ReconstructionId reconstruction);
 Result<std::vector<CameraAnswer>> CamerasOf(const Snapshot& snapshot);
 Result<std::vector<ForbiddenAnswer>> ForbiddenOf(const Snapshot& snapshot);
 Result<std::vector<JournalAnswer>> JournalOf(const Snapshot& snapshot, uint64_t first,

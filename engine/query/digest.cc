@@ -36,6 +36,17 @@ void Add(const PointBlock& block, ContentFeed* feed) {
   }
 }
 
+// Without the time of the judgment.
+void Add(const HypothesisRecord& record, ContentFeed* feed) {
+  *feed << record.a << record.b << record.kind << record.reason << record.a_from_b.scale
+        << record.a_from_b.rotation << record.a_from_b.translation << record.common_point_count
+        << record.agreeing_pairs << record.contradicting_pairs << record.agreeing_matches
+        << record.contradicting_matches << record.judged_cells << record.missing_cells
+        << record.image << record.judgment_count << record.is_due
+        << static_cast<uint64_t>(record.images.size());
+  for (const ImageId image : record.images) *feed << image;
+}
+
 Status AddImage(const Snapshot& snapshot, const ImageRecord& image, uint32_t generation,
                 ContentFeed* feed) {
   Add(image, feed);
@@ -99,6 +110,12 @@ Result<ContentHash> DigestOf(const Snapshot& snapshot) {
           return true;
         }));
   }
+  // What is judged anew follows from these. A city without any has the digest that it had before
+  // there were hypotheses.
+  VEDUTA_ASSIGN_OR_RETURN(const std::vector<HypothesisRecord> hypotheses,
+                          snapshot.ListHypotheses());
+  if (!hypotheses.empty()) feed << static_cast<uint64_t>(hypotheses.size());
+  for (const HypothesisRecord& hypothesis : hypotheses) Add(hypothesis, &feed);
   if (state.vocabulary_generation != 0) {
     VEDUTA_ASSIGN_OR_RETURN(const StoredBytes tree,
                             snapshot.GetVocabulary(state.vocabulary_generation));

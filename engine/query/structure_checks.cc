@@ -187,9 +187,41 @@ class StructureChecker final {
     });
   }
 
+  // Whether somebody has forbidden that these two, or what has become of them, are merged.
+  bool IsForbidden(ReconstructionId a, ReconstructionId b) const {
+    return std::ranges::any_of(city_.forbidden, [&](const ForbiddenRecord& forbidden) {
+      if (forbidden.kind != ForbiddenKind::kMerge) return false;
+      const auto first = EndOf(ReconstructionId(forbidden.a)),
+                 second = EndOf(ReconstructionId(forbidden.b));
+      return (first == a && second == b) || (first == b && second == a);
+    });
+  }
+
+  void CheckHypothesis(const HypothesisRecord& hypothesis) {
+    const std::string merge = NameOf(hypothesis.a) + " and " + NameOf(hypothesis.b);
+    for (const ReconstructionId id : {hypothesis.a, hypothesis.b}) {
+      const auto found = city_.reconstructions.find(id);
+      Expect(found != city_.reconstructions.end() && found->second.is_living(), [&] {
+        return "a hypothesis says that " + merge + " are one, and " + NameOf(id) + " does not live";
+      });
+    }
+    std::vector<ImageId> named = hypothesis.images;
+    if (hypothesis.image.valid()) named.push_back(hypothesis.image);
+    for (const ImageId image : named) {
+      Expect(city_.HasFeatures(image), [&] {
+        return "the hypothesis that " + merge + " are one names " + NameOf(image) +
+               ", which does not exist";
+      });
+    }
+    Expect(!IsForbidden(hypothesis.a, hypothesis.b), [&] {
+      return "a hypothesis says that " + merge + " are one, and somebody has forbidden it";
+    });
+  }
+
   void CheckReconstructions() {
     for (const auto& [id, record] : city_.reconstructions) CheckReconstruction(record);
     for (const ForbiddenRecord& forbidden : city_.forbidden) CheckForbidden(forbidden);
+    for (const HypothesisRecord& hypothesis : city_.hypotheses) CheckHypothesis(hypothesis);
     std::set<ReconstructionId> named;
     for (const auto& [id, tally] : tallies_) {
       Expect(city_.reconstructions.contains(id),

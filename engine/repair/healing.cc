@@ -189,6 +189,61 @@ Status HealForbidden(Healing* healing) {
   return Status::Ok();
 }
 
+bool IsMergeForbidden(const Healing& healing, std::span<const ForbiddenRecord> forbidden,
+                      const HypothesisRecord& hypothesis) {
+  return std::ranges::any_of(forbidden, [&](const ForbiddenRecord& record) {
+    if (record.kind != ForbiddenKind::kMerge) return false;
+    const ReconstructionId a = MergedEndOf(healing, ReconstructionId(record.a)),
+                           b = MergedEndOf(healing, ReconstructionId(record.b));
+    return (a == hypothesis.a && b == hypothesis.b) || (a == hypothesis.b && b == hypothesis.a);
+  });
+}
+
+// Leaves out the photos that the hypothesis names and that are not there. Whether there were any.
+bool MendHypothesis(const Healing& healing, HypothesisRecord* hypothesis) {
+  const auto is_missing = [&](ImageId image) { return healing.FindPhoto(image) == nullptr; };
+  const bool lost_proposer = hypothesis->image.valid() && is_missing(hypothesis->image);
+  if (lost_proposer) hypothesis->image = {};
+  const bool lost_images = std::erase_if(hypothesis->images, is_missing) > 0;
+  hypothesis->is_due = hypothesis->is_due || lost_images;
+  return lost_proposer || lost_images;
+}
+
+// Those whose reconstructions live and whose photos are there; the rest is proposed anew.
+Status HealHypotheses(Healing* healing) {
+  const Result<std::vector<HypothesisRecord>> all = healing->from().ListHypotheses();
+  if (!all.ok()) {
+    if (!IsDamage(all.status())) return all.status();
+    healing->notes.Add("the hypotheses cannot be read: " + all.status().message(),
+                       "there are none any more: later photos propose them anew");
+    return Status::Ok();
+  }
+  const Result<std::vector<ForbiddenRecord>> forbidden = healing->from().ListForbidden();
+  size_t left_out = 0, mended = 0;
+  for (HypothesisRecord hypothesis : *all) {
+    const bool was_mended = MendHypothesis(*healing, &hypothesis);
+    const bool holds = healing->IsLiving(hypothesis.a) && healing->IsLiving(hypothesis.b) &&
+                       !hypothesis.images.empty() &&
+                       !(forbidden.ok() && IsMergeForbidden(*healing, *forbidden, hypothesis));
+    if (!holds) {
+      ++left_out;
+      continue;
+    }
+    if (was_mended) ++mended;
+    VEDUTA_RETURN_IF_ERROR(healing->writer.Put(
+        [&](Transaction& transaction) { transaction.PutHypothesis(hypothesis); }));
+  }
+  if (mended > 0) {
+    healing->notes.Add(std::to_string(mended) + " hypotheses name photos that are not there",
+                       "those are left out, and the hypotheses are judged anew");
+  }
+  if (left_out > 0) {
+    healing->notes.Add(std::to_string(left_out) + " hypotheses are of what is not there",
+                       "they are left out: later photos propose them anew");
+  }
+  return Status::Ok();
+}
+
 }  // namespace
 
 Status HealAll(Healing* healing) {
@@ -203,6 +258,7 @@ Status HealAll(Healing* healing) {
   VEDUTA_RETURN_IF_ERROR(HealMap(healing));
   VEDUTA_RETURN_IF_ERROR(HealDense(healing));
   VEDUTA_RETURN_IF_ERROR(HealForbidden(healing));
+  VEDUTA_RETURN_IF_ERROR(HealHypotheses(healing));
   VEDUTA_RETURN_IF_ERROR(RestateJournal(healing));
   VEDUTA_RETURN_IF_ERROR(WriteState(healing));
   return healing->writer.Commit();

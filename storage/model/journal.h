@@ -13,7 +13,8 @@ struct JournalRecord {
   uint64_t sequence = 0;
   int64_t time_unix_s = 0;
   std::string actor;  // the contributor, or "veduta"
-  // add propagate adjust split doubt merge vocabulary camera densify backup remove forbid allow
+  // add propagate adjust split doubt merge judge hypothesis vocabulary camera densify backup
+  // remove forbid allow repair
   std::string action;
   ImageId image;
   ReconstructionId reconstruction;

@@ -46,6 +46,25 @@ struct Forbidden {
   reason @2 :Text;
 }
 
+struct Hypothesis {
+  kind @0 :UInt8;
+  reason @1 :UInt8;
+  aFromBScale @2 :Float64;
+  aFromB @3 :Rigid;
+  commonPointCount @4 :UInt32;
+  agreeingPairs @5 :UInt32;
+  contradictingPairs @6 :UInt32;
+  agreeingMatches @7 :UInt64;
+  contradictingMatches @8 :UInt64;
+  judgedCells @9 :UInt32;
+  missingCells @10 :UInt32;
+  image @11 :UInt32;
+  images @12 :Data;  # rows: image u32
+  judgmentCount @13 :UInt32;
+  due @14 :Bool;
+  timeUnixS @15 :Int64;
+}
+
 struct Camera {
   name @0 :Text;
   source @1 :Text;

@@ -63,12 +63,27 @@ TEST_F(OnADatabase, AFailedStepIsNamedWithWhatToDo) {
   EXPECT_EQ(FollowUpText(step, ask), "the new attempt to place #7");
   step.kind = FollowUpKind::kVocabulary;
   EXPECT_EQ(FollowUpText(step, ask), "the training of a vocabulary");
+  step.kind = FollowUpKind::kJudgment;
+  step.reconstruction = ReconstructionId(1);
+  step.other = ReconstructionId(4);
+  EXPECT_EQ(FollowUpText(step, ask), "the new judgment of whether reconstructions 1 and 4 are one");
   step.kind = FollowUpKind::kAdjustment;
   step.reconstruction = ReconstructionId(2);
   step.status = Status::IoError("the disk\nis full");
   EXPECT_EQ(FollowUpFailure(step, ask, "my.city"),
             "veduta: the adjustment of reconstruction 2 failed: the disk\\nis full; the photos are "
             "stored, and `veduta settle my.city` tries it again");
+}
+
+TEST(JoinedText, NamesBothAndTheOneThatTheyAreInNow) {
+  FollowUp step;
+  step.kind = FollowUpKind::kJudgment;
+  step.reconstruction = ReconstructionId(1);
+  step.other = ReconstructionId(4);
+  EXPECT_EQ(JoinedText(step), "");
+  step.merged_into = ReconstructionId(4);
+  EXPECT_EQ(JoinedText(step),
+            "reconstructions 1 and 4 are one by all that is known now: reconstruction 4");
 }
 
 TEST_F(OnADatabase, WhatAStepTookBackIsTold) {

@@ -17,13 +17,21 @@ PAGE = os.path.join(os.path.dirname(__file__), '..', '..', 'docs', 'json.md')
 # Sections that list no keys: they point to another page.
 ELSEWHERE = {'veduta calibrate'}
 # Keys of what these databases have none of; tests/cli/wire sees them.
+HYPOTHESIS = ('kind', 'a', 'b', 'reason', 'common_points', 'pairs_for', 'pairs_against',
+              'matches_for', 'matches_against', 'parts_judged', 'parts_missing', 'scale',
+              'rotation_wxyz', 'rotation_wxyz[]', 'translation', 'translation[]', 'image',
+              'judgments', 'due', 'time')
+HYPOTHESES = {'hypotheses[].' + key for key in HYPOTHESIS}
 NOT_HERE = {
+    'veduta status': {'doubtful_seams[].' + key for key in HYPOTHESIS},
+    'veduta reconstruction': HYPOTHESES,
+    'veduta show': HYPOTHESES,
     'veduta remove': {'removed[].unplaced[]', 'copies[]'},
     'veduta add': {'damaged[].id', 'damaged[].what', 'unplaced[].id', 'unplaced[].why',
                    'split_off[]'},
-    'veduta settle': {'step', 'image', 'reconstruction', 'placed', 'placed[]', 'error',
-                      'unplaced', 'unplaced[].id', 'unplaced[].why', 'split_off',
-                      'split_off[]'},
+    'veduta settle': {'step', 'image', 'reconstruction', 'other', 'merged_into', 'placed',
+                      'placed[]', 'error', 'unplaced', 'unplaced[].id', 'unplaced[].why',
+                      'split_off', 'split_off[]'},
     'veduta densify': {'without_depth[].image', 'without_depth[].reason'},
     'veduta verify': {'violations[]'},
     'veduta repair': {'findings[].damage', 'findings[].remedy', 'lost[]', 'retried[]',

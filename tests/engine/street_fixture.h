@@ -91,6 +91,10 @@ class City {
     if (opened.ok()) engine_ = std::move(*opened);
   }
   void Reopen() { Open(); }
+  void Reopen(const IngestOptions& ingest) {
+    options_.ingest = ingest;
+    Open();
+  }
 
   PhotoSubmission Submit(const std::string& name, std::vector<uint8_t> bytes) {
     return {{name, name, std::move(bytes)}, "street", "anna"};

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Goal: RemoveImage leaves nothing of an image, and everything of the others; DeletePair and what
-//   people forbid behave as Transaction says.
+// Goal: RemoveImage leaves nothing of an image, and everything of the others; DeletePair, what
+//   people forbid and hypotheses behave as Transaction says.
 // Method: a small database in which images share pairs and words; every key of every family is
 //   looked at for the removed id and hash.
 #include "storage/transaction.h"
@@ -185,6 +185,37 @@ TEST(Forbidden, OneOfAThingWithItselfIsRefused) {
   auto transaction = database->BeginTransaction();
   transaction->PutForbidden({ForbiddenKind::kPair, 3, 3, 0, "", ""});
   EXPECT_EQ(transaction->Commit().code(), StatusCode::kInvalidArgument);
+}
+
+TEST(Hypotheses, AreReplacedByTheirTwoAndDeletedInEitherOrder) {
+  const TemporaryFolder folder;
+  auto database = MustCreate(folder / "db");
+  HypothesisRecord first, second;
+  first.a = ReconstructionId(2), first.b = ReconstructionId(9);
+  first.images = {ImageId(4)};
+  second = first;
+  second.b = ReconstructionId(300);
+  auto transaction = database->BeginTransaction();
+  transaction->PutHypothesis(second);
+  transaction->PutHypothesis(first);
+  first.judgment_count = 2;
+  transaction->PutHypothesis(first);
+  ASSERT_OK(transaction->Commit());
+  database.reset();
+  database = MustOpen(folder / "db", {});
+  const auto all = database->GetSnapshot()->ListHypotheses();
+  ASSERT_OK(all);
+  ASSERT_EQ(all->size(), 2u);
+  EXPECT_EQ(all->at(0).b, first.b);
+  EXPECT_EQ(all->at(0).judgment_count, 2u);
+  EXPECT_EQ(all->at(1).b, second.b);
+  EXPECT_TRUE(database->GetSnapshot()->ListForbidden()->empty());
+  transaction = database->BeginTransaction();
+  transaction->DeleteHypothesis(first.b, first.a);
+  transaction->DeleteHypothesis(ReconstructionId(5), ReconstructionId(6));  // there is none
+  ASSERT_OK(transaction->Commit());
+  ASSERT_EQ(database->GetSnapshot()->ListHypotheses()->size(), 1u);
+  EXPECT_EQ(database->GetSnapshot()->ListHypotheses()->at(0).b, second.b);
 }
 
 }  // namespace

@@ -7,6 +7,7 @@
 #include "storage/records/dense_settings.h"
 #include "storage/records/depth_record.h"
 #include "storage/records/forbidden_record.h"
+#include "storage/records/hypothesis_record.h"
 #include "storage/records/image_record.h"
 #include "storage/records/journal_record.h"
 #include "storage/records/key_bytes.h"
@@ -81,6 +82,15 @@ ForbiddenRecord SampleForbidden() {
   return {ForbiddenKind::kPair, 1, 2, 1'700'000'000, "anna", "two towers"};
 }
 
+HypothesisRecord SampleHypothesis() {
+  HypothesisRecord record;
+  record.a = ReconstructionId(1);
+  record.b = ReconstructionId(2);
+  record.common_point_count = 24;
+  record.images = {ImageId(3), ImageId(8)};
+  return record;
+}
+
 // Every reader of keys on the same bytes: none may read past them.
 void Keys(std::string_view key) {
   ContentHash hash;
@@ -95,6 +105,8 @@ void Keys(std::string_view key) {
   (void)ParseJournalKey(key, &number).ok();
   ForbiddenRecord forbidden;
   (void)ParseForbiddenKey(key, &forbidden).ok();
+  HypothesisRecord hypothesis;
+  (void)ParseHypothesisKey(key, &hypothesis).ok();
   (void)KeyText(key).size();
   (void)PrefixEnd(key).size();
   if (key.empty()) return;  // the entry's number led to these readers
@@ -105,7 +117,7 @@ void Keys(std::string_view key) {
 }
 
 using Kind = void (*)(std::string_view);
-constexpr std::array<Kind, 19> kKinds = {
+constexpr std::array<Kind, 20> kKinds = {
     [](std::string_view v) { Keyed<CameraRecord>(v, CameraId(1)); },
     [](std::string_view v) { Keyed<ImageRecord>(v, ImageId(1)); },
     [](std::string_view v) { Keyed<JournalRecord>(v, uint64_t{1}); },
@@ -126,7 +138,8 @@ constexpr std::array<Kind, 19> kKinds = {
     [](std::string_view v) {
       Plain(v, SampleTile({1, 2, 3}));
     },
-    [](std::string_view v) { Plain(v, SampleForbidden()); }};
+    [](std::string_view v) { Plain(v, SampleForbidden()); },
+    [](std::string_view v) { Plain(v, SampleHypothesis()); }};
 
 std::string Bytes(const Result<std::string>& encoded) {
   Expect(encoded.status(), "a seed is a record");
@@ -158,7 +171,8 @@ std::vector<std::string> Values() {
           Bytes(Encode(SampleChecked(1, 4))),
           Bytes(Encode(SamplePixels())),
           Bytes(Encode(SampleTile({1, 2, 3}))),
-          Bytes(Encode(SampleForbidden()))};
+          Bytes(Encode(SampleForbidden())),
+          Bytes(Encode(SampleHypothesis()))};
 }
 
 }  // namespace
@@ -172,6 +186,7 @@ std::vector<std::string> Seeds() {
   seeds.push_back(keys + CheckedDepthKey(ImageId(1), 7));
   seeds.push_back(keys + PhotoMarkKey(SampleHash(1)));
   seeds.push_back(keys + ForbiddenKey(ForbiddenKind::kMerge, 1, 2));
+  seeds.push_back(keys + HypothesisKey(ReconstructionId(1), ReconstructionId(2)));
   return seeds;
 }
 

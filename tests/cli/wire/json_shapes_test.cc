@@ -34,6 +34,33 @@ constexpr char kReconstruction[] =
     R"("geometry_version":7,"depth_maps":5,"tiles":2,"triangles":900,"merged_into":null,)"
     R"("dissolved":false})";
 
+HypothesisAnswer SomeHypothesis() {
+  HypothesisAnswer h;
+  h.a = ReconstructionId(3);
+  h.b = ReconstructionId(5);
+  h.reason = "pairs contradict it";
+  h.common_points = 24;
+  h.pairs_for = 2;
+  h.pairs_against = 4;
+  h.matches_for = 90;
+  h.matches_against = 210;
+  h.parts_judged = 33;
+  h.parts_missing = 11;
+  h.scale = 0.5;
+  h.pose = {{0.5, 0.5, 0.5, -0.5}, {1, 2, 3}, {9, 9, 9}};
+  h.image = ImageId(8);
+  h.judgments = 6;
+  h.due = true;
+  h.time_unix_s = 1700000000;
+  return h;
+}
+
+constexpr char kHypothesis[] =
+    R"({"kind":"merge","a":3,"b":5,"reason":"pairs contradict it","common_points":24,)"
+    R"("pairs_for":2,"pairs_against":4,"matches_for":90,"matches_against":210,)"
+    R"("parts_judged":33,"parts_missing":11,"scale":0.5,"rotation_wxyz":[0.5,0.5,0.5,-0.5],)"
+    R"("translation":[1.0,2.0,3.0],"image":8,"judgments":6,"due":true,"time":1700000000})";
+
 TEST(JsonLine, IsOneLineOfUtf8) {
   EXPECT_EQ(JsonLine(Json::object({{"name", "a\nb\x1b\"\\"}})), R"({"name":"a\nb\u001b\"\\"})");
   EXPECT_EQ(JsonLine(Json("caf\xe9")), "\"caf\xef\xbf\xbd\"");
@@ -83,9 +110,24 @@ TEST(Answers, Status) {
       R"("vocabulary_generation":1,"bytes":123456,)"
       R"("storage":{"log_bytes":1,"flush_bytes":2,"compaction_bytes":3,"blob_bytes":4,)"
       R"("blob_copied_bytes":5,"cache_hits":6,"cache_misses":7},"reconstructions":[)";
-  EXPECT_EQ(JsonLine(ToJson(status)), counts + "]}");
+  EXPECT_EQ(JsonLine(ToJson(status)), counts + R"(],"open_hypotheses":0,"doubtful_seams":[]})");
   status.reconstructions = {SomeReconstruction(), SomeReconstruction()};
-  EXPECT_EQ(JsonLine(ToJson(status)), counts + kReconstruction + "," + kReconstruction + "]}");
+  status.open_hypotheses = 30;
+  status.doubtful_seams = {SomeHypothesis()};
+  EXPECT_EQ(JsonLine(ToJson(status)), counts + kReconstruction + "," + kReconstruction +
+                                          R"(],"open_hypotheses":30,"doubtful_seams":[)" +
+                                          kHypothesis + "]}");
+}
+
+TEST(Answers, ReconstructionWithItsHypotheses) {
+  const std::string plain = kReconstruction;
+  EXPECT_EQ(JsonLine(ReconstructionJson(SomeReconstruction(), {})),
+            plain.substr(0, plain.size() - 1) + R"(,"hypotheses":[]})");
+  EXPECT_EQ(JsonLine(ReconstructionJson(SomeReconstruction(), {SomeHypothesis()})["hypotheses"]),
+            std::string("[") + kHypothesis + "]");
+  HypothesisAnswer removed = SomeHypothesis();
+  removed.image = {};
+  EXPECT_TRUE(ToJson(removed)["image"].is_null());
 }
 
 ImageAnswer SomeImage() {
@@ -113,7 +155,8 @@ TEST(Answers, ImageWithoutAPose) {
             R"({"image":"a.jpg","id":8,"verdict":"postponed","reason":")" + reason +
                 R"(","reconstruction":null,"camera":2,"width":640,"height":480,"bytes":5000,)"
                 R"("sha256":"ab12","contributor":"anna","time":1700000000,"features":900,)"
-                R"("observations":300,"neighbors":[],"depth_map":null,"uncertainty":null})");
+                R"("observations":300,"neighbors":[],"depth_map":null,"uncertainty":null,)"
+                R"("hypotheses":[]})");
 }
 
 TEST(Answers, ImageWithAll) {
@@ -124,6 +167,7 @@ TEST(Answers, ImageWithAll) {
   image.neighbors = {{ImageId(9), "b.jpg", Verdict::kFounded, 55, 0}};
   image.depth_map = DepthMapAnswer{160, 120, 0.75, 2, 9, {"b.jpg", "c.jpg"}, 6};
   image.uncertainty = PoseUncertainty{{}, 0.25, 0.5, 0.75, 70, 8};
+  image.hypotheses = {SomeHypothesis()};
   image.uncertainty->covariance[1][2] = 4;
   const std::string zeros = "[0.0,0.0,0.0,0.0,0.0,0.0]";
   const std::string uncertainty =
@@ -133,6 +177,7 @@ TEST(Answers, ImageWithAll) {
   const Json json = ToJson(image);
   EXPECT_EQ(json["reconstruction"], 3);
   EXPECT_EQ(JsonLine(json["uncertainty"]), uncertainty);
+  EXPECT_EQ(JsonLine(json["hypotheses"]), std::string("[") + kHypothesis + "]");
   EXPECT_EQ(JsonLine(json["neighbors"]), R"([{"image":"b.jpg","matches":55,"verdict":"founded"}])");
   EXPECT_EQ(JsonLine(json["depth_map"]),
             R"({"width":160,"height":120,"known_share":0.75,"depth_near":2.0,"depth_far":9.0,)"
@@ -213,8 +258,8 @@ TEST(Added, FollowUps) {
   step.kind = FollowUpKind::kAdjustment;
   step.reconstruction = ReconstructionId(2);
   EXPECT_EQ(JsonLine(ToJson(step)),
-            R"({"step":"adjustment","image":null,"reconstruction":2,"placed":[],"unplaced":[],)"
-            R"("split_off":[],"error":null})");
+            R"({"step":"adjustment","image":null,"reconstruction":2,"other":null,)"
+            R"("merged_into":null,"placed":[],"unplaced":[],"split_off":[],"error":null})");
   step.unplaced = {{ImageId(5), "parts are missing"}};
   step.split_off = {ReconstructionId(7)};
   EXPECT_EQ(JsonLine(ToJson(step)["unplaced"]), R"([{"id":5,"why":"parts are missing"}])");
@@ -224,8 +269,17 @@ TEST(Added, FollowUps) {
   step.placed = {ImageId(5), ImageId(6)};
   step.status = Status::IoError("the disk is full");
   EXPECT_EQ(JsonLine(ToJson(step)),
-            R"({"step":"propagation","image":5,"reconstruction":null,"placed":[5,6],"unplaced":[],)"
-            R"("split_off":[],"error":"the disk is full"})");
+            R"({"step":"propagation","image":5,"reconstruction":null,"other":null,)"
+            R"("merged_into":null,"placed":[5,6],"unplaced":[],"split_off":[],)"
+            R"("error":"the disk is full"})");
+  step = {};
+  step.kind = FollowUpKind::kJudgment;
+  step.reconstruction = ReconstructionId(2);
+  step.other = ReconstructionId(3);
+  step.merged_into = ReconstructionId(4);
+  EXPECT_EQ(JsonLine(ToJson(step)),
+            R"({"step":"judgment","image":null,"reconstruction":2,"other":3,"merged_into":4,)"
+            R"("placed":[],"unplaced":[],"split_off":[],"error":null})");
   EXPECT_EQ(FollowUpWord(FollowUpKind::kVocabulary), "vocabulary");
 }
 

@@ -44,6 +44,15 @@ TEST(DueWork, StepsComeInTheirOrderAndFailedOnesAreSetAside) {
   ReconstructionRecord grown = *scene.Snap()->GetReconstruction(second);
   grown.images_at_adjustment = 0;
   transaction->PutReconstruction(grown);
+  HypothesisRecord hypothesis;
+  hypothesis.images = {ImageId(1)};
+  hypothesis.a = ReconstructionId(1);
+  hypothesis.b = second;
+  hypothesis.is_due = true;
+  transaction->PutHypothesis(hypothesis);
+  hypothesis.b = ReconstructionId(7);
+  hypothesis.is_due = false;
+  transaction->PutHypothesis(hypothesis);
   ASSERT_OK(transaction->Commit());
 
   const Retrieval retrieval({.compare_all_max = 6});
@@ -56,6 +65,7 @@ TEST(DueWork, StepsComeInTheirOrderAndFailedOnesAreSetAside) {
   const DueStep expected[] = {{FollowUpKind::kPropagation, ImageId(6), {}},
                               {FollowUpKind::kPropagation, ImageId(5), {}},
                               {FollowUpKind::kAdjustment, {}, second},
+                              {FollowUpKind::kJudgment, {}, ReconstructionId(1), second},
                               {FollowUpKind::kVocabulary, {}, {}}};
   for (const DueStep& step : expected) {
     const auto due = next();
@@ -63,6 +73,7 @@ TEST(DueWork, StepsComeInTheirOrderAndFailedOnesAreSetAside) {
     EXPECT_EQ(due->kind, step.kind);
     EXPECT_EQ(due->image, step.image);
     EXPECT_EQ(due->reconstruction, step.reconstruction);
+    EXPECT_EQ(due->other, step.other);
     EXPECT_FALSE(set_aside.Contains(step));
     set_aside.Add(step);
     EXPECT_TRUE(set_aside.Contains(step));

@@ -178,6 +178,39 @@ TEST(HealingSteps, TheStepTellsWhatItTookBack) {
   EXPECT_FALSE(ingest.RunNextStep().has_value());
 }
 
+// A hypothesis about the whole and another one.
+void PutHypothesis(SceneDatabase* scene) {
+  HypothesisRecord hypothesis;
+  hypothesis.a = kWhole;
+  hypothesis.b = ReconstructionId(9);
+  hypothesis.images = {ImageId(1)};
+  const auto transaction = scene->database()->BeginTransaction();
+  transaction->PutHypothesis(hypothesis);
+  ASSERT_OK(transaction->Commit());
+}
+
+TEST(HealingSteps, HypothesesGoWithWhatIsSplitOrDissolved) {
+  SceneDatabase torn(kTwoSides);
+  Tear(&torn);
+  PutHypothesis(&torn);
+  const auto split = Healer(&torn).Adjust();
+  ASSERT_OK(split);
+  EXPECT_FALSE(split->split_off.empty());
+  EXPECT_TRUE(torn.Snap()->ListHypotheses()->empty());
+  SceneDatabase lost;
+  lost.AddImages(0, 4);
+  EXPECT_EQ(lost.AddReconstruction({0, 1, 2, 3}), kWhole);
+  PutHypothesis(&lost);
+  Healer healer(&lost);
+  ASSERT_OK(healer.Adjust());
+  ASSERT_EQ(lost.Snap()->ListHypotheses()->size(), 1u);
+  EXPECT_TRUE(lost.Snap()->ListHypotheses()->front().is_due) << "the whole was adjusted";
+  healer.options.mapper.doubt.parts.shared_points_min = 1'000'000;
+  ASSERT_OK(healer.Adjust());
+  EXPECT_TRUE(lost.Snap()->GetReconstruction(kWhole)->is_dissolved);
+  EXPECT_TRUE(lost.Snap()->ListHypotheses()->empty());
+}
+
 // One operation fails, and what comes then is either nothing or the whole step.
 bool FailsAt(uint64_t n, bool power_cut, const std::string& torn, const std::string& healed) {
   const auto disk = std::make_shared<FaultFileSystem>();

@@ -193,5 +193,63 @@ TEST_F(CityAnswersTest, ACameraIsFoundByItsNameOrThoseThereAreAreNamed) {
   EXPECT_EQ(none.message(), "there is no camera 'street'; add one with `veduta camera add`");
 }
 
+TEST(Hypotheses, AreListedByIdsAndTheStatusHasThoseWithMostPoints) {
+  const TemporaryFolder folder;
+  const auto database = MustCreate(folder / "db");
+  const auto transaction = database->BeginTransaction();
+  for (uint32_t b = 2; b <= 26; ++b) {
+    HypothesisRecord hypothesis;
+    hypothesis.a = ReconstructionId(b < 20 ? 1 : 4);
+    hypothesis.b = ReconstructionId(b);
+    hypothesis.common_point_count = b % 5;
+    hypothesis.agreeing_pairs = 3;
+    hypothesis.contradicting_pairs = 4;
+    hypothesis.agreeing_matches = 50;
+    hypothesis.contradicting_matches = 60;
+    hypothesis.judged_cells = 9;
+    hypothesis.missing_cells = 8;
+    hypothesis.a_from_b.scale = 2;
+    hypothesis.a_from_b.translation = {1, 2, 3};
+    hypothesis.image = ImageId(b);
+    hypothesis.images = {ImageId(b)};
+    hypothesis.judgment_count = 7;
+    hypothesis.is_due = b == 2;
+    hypothesis.time_unix_s = 1000 + b;
+    transaction->PutHypothesis(hypothesis);
+  }
+  ASSERT_OK(transaction->Commit());
+  const auto snapshot = database->GetSnapshot();
+  const auto all = HypothesesOf(*snapshot, {});
+  ASSERT_OK(all);
+  ASSERT_EQ(all->size(), 25u);
+  const HypothesisAnswer& first = all->front();
+  EXPECT_EQ(first.a, ReconstructionId(1));
+  EXPECT_EQ(first.b, ReconstructionId(2));
+  EXPECT_EQ(first.common_points, 2u);
+  EXPECT_EQ(first.pairs_for, 3u);
+  EXPECT_EQ(first.pairs_against, 4u);
+  EXPECT_EQ(first.matches_for, 50u);
+  EXPECT_EQ(first.matches_against, 60u);
+  EXPECT_EQ(first.parts_judged, 9u);
+  EXPECT_EQ(first.parts_missing, 8u);
+  EXPECT_EQ(first.scale, 2);
+  EXPECT_EQ(first.pose.translation, (std::array<double, 3>{1, 2, 3}));
+  EXPECT_EQ(first.image, ImageId(2));
+  EXPECT_EQ(first.judgments, 7u);
+  EXPECT_TRUE(first.due);
+  EXPECT_FALSE(all->back().due);
+  EXPECT_EQ(first.time_unix_s, 1002);
+  EXPECT_NE(first.reason.find("3 pairs agree"), std::string::npos) << first.reason;
+  EXPECT_EQ(HypothesesOf(*snapshot, ReconstructionId(4))->size(), 8u) << "on either side";
+  EXPECT_TRUE(HypothesesOf(*snapshot, ReconstructionId(40))->empty());
+  const auto status = StatusOf(*snapshot, {});
+  ASSERT_OK(status);
+  EXPECT_EQ(status->open_hypotheses, 25u);
+  ASSERT_EQ(status->doubtful_seams.size(), kDoubtfulSeamsMax);
+  EXPECT_EQ(status->doubtful_seams.front().b, ReconstructionId(4));
+  EXPECT_EQ(status->doubtful_seams.front().common_points, 4u);
+  EXPECT_EQ(status->doubtful_seams.back().common_points, 1u);
+}
+
 }  // namespace
 }  // namespace veduta

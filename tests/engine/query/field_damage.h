@@ -12,6 +12,7 @@
 #include "storage/records/reconstruction_record.h"
 #include "storage/records/vocabulary_record.h"
 #include "tests/engine/query/field_edit.h"
+#include "tests/engine/query/hypothesis_damage.h"
 #include "tests/engine/query/image_damage.h"
 
 namespace veduta {
@@ -161,8 +162,11 @@ inline std::vector<FieldDamage> PostingsDamages() {
 // Empty where values have no fields: photos, vocabularies and marks are bytes as a whole.
 inline std::vector<FieldDamage> FieldDamagesOf(Family family) {
   switch (family) {
-    case Family::kMeta:
-      return StateDamages();
+    case Family::kMeta: {
+      std::vector<FieldDamage> damages = StateDamages();
+      for (FieldDamage& damage : HypothesisDamages()) damages.push_back(std::move(damage));
+      return damages;
+    }
     case Family::kCameras:
       return CameraDamages();
     case Family::kNames:

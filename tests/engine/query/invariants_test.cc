@@ -30,7 +30,21 @@ const std::set<std::string> kFree = {
     "images.reason within its verdict",  // and of postponed ones
     "images.sizeBytes",
     "images.widthPx",
-    "images.detail",  // of postponed photos
+    "images.detail",            // of postponed photos
+    "meta.hypothesis: aFromB",  // this and the others: only judging it anew tells them
+    "meta.hypothesis: aFromBScale",
+    "meta.hypothesis: agreeingMatches",
+    "meta.hypothesis: agreeingPairs",
+    "meta.hypothesis: commonPointCount",
+    "meta.hypothesis: contradictingMatches",
+    "meta.hypothesis: contradictingPairs",
+    "meta.hypothesis: due",
+    "meta.hypothesis: image",
+    "meta.hypothesis: images, one less",
+    "meta.hypothesis: judgedCells",
+    "meta.hypothesis: judgmentCount",
+    "meta.hypothesis: missingCells",
+    "meta.hypothesis: reason",
     "meta.pendingPropagation",
     "points.colors",
     "points.nextOrdinal",
@@ -73,8 +87,24 @@ void AddMerged(City* city) {
   ASSERT_OK(transaction->Commit());
 }
 
+// A merge of the two that live, which was not believed.
+void AddHypothesis(City* city) {
+  HypothesisRecord hypothesis;
+  hypothesis.a = ReconstructionId(1);
+  hypothesis.b = ReconstructionId(2);
+  hypothesis.common_point_count = 21;
+  hypothesis.judged_cells = 30;
+  hypothesis.missing_cells = 20;
+  hypothesis.image = ImageId(2);
+  hypothesis.images = {ImageId(1), ImageId(2)};
+  const auto transaction = city->parts().database->BeginTransaction();
+  transaction->PutHypothesis(hypothesis);
+  ASSERT_OK(transaction->Commit());
+}
+
 // Every kind of record: two cameras and contributors, photos that are placed, founded, postponed
-// and rejected, a reconstruction that was merged away, and a vocabulary.
+// and rejected, two reconstructions with a hypothesis that they are one, another that was merged
+// away, and a vocabulary.
 void Fill(City* city) {
   CameraModel second = StreetCameraModel();
   second.fx += 0.3;
@@ -82,6 +112,7 @@ void Fill(City* city) {
   std::vector<PhotoSubmission> photos;
   for (const Stand& stand : Walk(6, 1.1, 6)) photos.push_back(city->Submit(stand));
   photos.push_back(city->Submit(Stand{60, 90}));
+  for (const Stand& stand : Walk(30, 1.1, 4)) photos.push_back(city->Submit(stand));
   photos.push_back(city->Submit("blank.jpg", {1, 2, 3}));
   for (size_t i = 0; i < photos.size(); i += 3) photos[i].contributor = "bert";
   photos[1].camera = "second";
@@ -95,6 +126,8 @@ void Fill(City* city) {
   EXPECT_EQ(verdicts, (std::set{Verdict::kPlaced, Verdict::kFounded, Verdict::kPostponed,
                                 Verdict::kRejected}))
       << Told(outcomes);
+  ASSERT_EQ(city->Counts().reconstructions.size(), 2u) << Told(outcomes);
+  AddHypothesis(city);
   AddMerged(city);
 }
 
@@ -246,9 +279,11 @@ TEST_F(InvariantsTest, WhatIsMissingLeftOverOrExchangedIsNoticed) {
   });
   Report();
   for (const auto& [what, share] : shares_) {
-    ExpectOnlyIn({}, what, share.silent);
+    // A hypothesis that is missing is proposed anew.
+    ExpectOnlyIn({"meta: removed"}, what, share.silent);
     ExpectOnlyIn({}, what, share.noticed_deeply);
   }
+  EXPECT_EQ(shares_["meta: removed"].silent.size(), 1u);
 }
 
 TEST_F(InvariantsTest, BytesThatAreCutAddedOrFlippedAreNoticed) {

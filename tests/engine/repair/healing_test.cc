@@ -1,10 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 // Goal: what a healing leaves out is damaged, not only unreadable at the moment; surfaces that are
-//   not finished come along.
+//   not finished come along, and so do hypotheses about what is there.
 // Method: one street database is healed into a new one, record by record; once with a disk whose
 //   reads fail.
 #include "engine/repair/healing.h"
 
+#include "storage/records/hypothesis_record.h"
 #include "tests/engine/repair/damaged_city.h"
 #include "tests/storage/fault_file_system.h"
 
@@ -71,6 +72,86 @@ TEST(Healing, TakesUnfinishedSurfacesAlong) {
     ASSERT_OK(tile);
     EXPECT_TRUE(tile->has_value()) << surface.value;
   }
+}
+
+HypothesisRecord HypothesisOf(uint32_t a, uint32_t b, std::vector<ImageId> images) {
+  HypothesisRecord hypothesis;
+  hypothesis.a = ReconstructionId(a);
+  hypothesis.b = ReconstructionId(b);
+  hypothesis.image = images.back();
+  hypothesis.images = std::move(images);
+  return hypothesis;
+}
+
+// A closed database with two reconstructions, of images 1 to 4 and 5 to 8, and these hypotheses.
+void MakeTwo(City* city, const std::vector<HypothesisRecord>& hypotheses) {
+  city->Add(Walk(4, 1.2, 4));
+  city->Add(Walk(30, 1.2, 4));
+  ASSERT_EQ(city->Counts().reconstructions.size(), 2u);
+  const auto transaction = city->parts().database->BeginTransaction();
+  for (const HypothesisRecord& hypothesis : hypotheses) transaction->PutHypothesis(hypothesis);
+  ASSERT_OK(transaction->Commit());
+  city->Close();
+}
+
+// What a healing of the city makes of its hypotheses, and what it notes.
+std::pair<std::vector<HypothesisRecord>, RepairNotes> HealedHypotheses(const City& city) {
+  const TemporaryFolder folder;
+  const auto source = Salvage::Open(city.path(), folder / "links", {});
+  EXPECT_OK(source);
+  DatabaseOptions create;
+  create.create = true;
+  const auto target = Database::Open(folder / "new", create);
+  EXPECT_OK(target);
+  UndistortCache tables(64 << 20);
+  const PhotoPreparer preparer(nullptr, &tables, PrepareOptions());
+  Healing healing(**source, preparer, target->get(), {});
+  EXPECT_OK(HealAll(&healing));
+  const auto violations = FindViolations(*(*target)->GetSnapshot(), 9);
+  EXPECT_OK(violations);
+  EXPECT_EQ(*violations, std::vector<std::string>());
+  return {*(*target)->GetSnapshot()->ListHypotheses(), healing.notes};
+}
+
+TEST(Healing, TakesHypothesesAlong) {
+  City city;
+  MakeTwo(&city, {HypothesisOf(1, 2, {ImageId(2), ImageId(5)})});
+  const auto [all, notes] = HealedHypotheses(city);
+  ASSERT_EQ(all.size(), 1u);
+  EXPECT_EQ(all[0].images, (std::vector{ImageId(2), ImageId(5)}));
+  EXPECT_EQ(all[0].image, ImageId(5));
+  EXPECT_FALSE(all[0].is_due);
+  EXPECT_TRUE(notes.findings.empty());
+}
+
+TEST(Healing, MendsAHypothesisThatNamesWhatIsNotThere) {
+  City city;
+  MakeTwo(&city, {HypothesisOf(1, 2, {ImageId(2), ImageId(99)}), HypothesisOf(1, 9, {ImageId(2)})});
+  const auto [all, notes] = HealedHypotheses(city);
+  ASSERT_EQ(all.size(), 1u);
+  EXPECT_EQ(all[0].b, ReconstructionId(2));
+  EXPECT_EQ(all[0].images, std::vector{ImageId(2)});
+  EXPECT_FALSE(all[0].image.valid());
+  EXPECT_TRUE(all[0].is_due);
+  ASSERT_EQ(notes.findings.size(), 2u);
+  EXPECT_EQ(notes.findings[0].damage, "1 hypotheses name photos that are not there");
+  EXPECT_EQ(notes.findings[1].damage, "1 hypotheses are of what is not there");
+}
+
+TEST(Healing, LosesHypothesesThatCannotBeReadAndNothingElse) {
+  City city;
+  MakeTwo(&city, {HypothesisOf(1, 2, {ImageId(2)})});
+  WithRocksdb(
+      city.path(),
+      [&](rocksdb::DB& db, rocksdb::ColumnFamilyHandle* handle) {
+        const std::string key = HypothesisKey(ReconstructionId(1), ReconstructionId(2));
+        ASSERT_TRUE(db.Put({}, handle, key, "garbage").ok());
+      },
+      Family::kMeta);
+  const auto [all, notes] = HealedHypotheses(city);
+  EXPECT_TRUE(all.empty());
+  ASSERT_EQ(notes.findings.size(), 1u);
+  EXPECT_TRUE(notes.findings[0].damage.starts_with("the hypotheses cannot be read"));
 }
 
 }  // namespace

@@ -1,0 +1,229 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "engine/ingest/hypotheses.h"
+
+#include <algorithm>
+#include <ctime>
+#include <map>
+#include <set>
+#include <utility>
+
+#include "engine/journal/journal.h"
+#include "engine/query/forbidden.h"
+#include "engine/query/hypothesis_text.h"
+
+namespace veduta {
+namespace {
+
+using Two = std::pair<ReconstructionId, ReconstructionId>;  // ascending
+
+bool IsOf(const HypothesisRecord& hypothesis, ReconstructionId reconstruction) {
+  return hypothesis.a == reconstruction || hypothesis.b == reconstruction;
+}
+
+ReconstructionId OtherOf(const HypothesisRecord& hypothesis, ReconstructionId reconstruction) {
+  return hypothesis.a == reconstruction ? hypothesis.b : hypothesis.a;
+}
+
+// The stored hypotheses, what one placement makes of them, and which of them that has changed.
+class Ledger final {
+ public:
+  Ledger(const Snapshot& base, const Placement& placement) : base_(base), placement_(placement) {}
+
+  Status Load() {
+    VEDUTA_ASSIGN_OR_RETURN(const std::vector<HypothesisRecord> stored, base_.ListHypotheses());
+    for (const HypothesisRecord& hypothesis : stored)
+      known_[{hypothesis.a, hypothesis.b}] = hypothesis;
+    return Status::Ok();
+  }
+
+  // Those that were made go, and those of what was merged away go over.
+  void TakeMerges() {
+    for (const Merge& merge : placement_.merges) CarryOver(merge);
+  }
+
+  void TakeRefused(DatabaseState* state, Transaction* transaction) {
+    for (const HypothesisRecord& refused : placement_.refused) {
+      const auto [it, is_new] = known_.try_emplace({refused.a, refused.b}, refused);
+      HypothesisRecord& hypothesis = it->second;
+      if (is_new) {
+        Journal(hypothesis, state, transaction);
+      } else {
+        const HypothesisRecord before = std::exchange(hypothesis, refused);
+        hypothesis.judgment_count = before.judgment_count + 1;
+        if (before.image.valid()) hypothesis.image = before.image;
+      }
+      hypothesis.is_due = !placement_.merges.empty();  // one of the two has changed since
+      hypothesis.time_unix_s = std::time(nullptr);
+      changed_.insert(it->first);
+      judged_.insert(it->first);
+    }
+  }
+
+  void TakeTouched() {
+    const std::set<ImageId> around(placement_.around.begin(), placement_.around.end());
+    for (auto& [two, hypothesis] : known_) {
+      const bool is_touched = IsOf(hypothesis, placement_.reconstruction) &&
+                              std::ranges::any_of(hypothesis.images, [&](ImageId image) {
+                                return around.contains(image);
+                              });
+      if (is_touched && !judged_.contains(two)) MakeDue(&hypothesis);
+    }
+  }
+
+  // What is forbidden of the one that was merged away is now forbidden of the one that it is in.
+  Status DropForbidden() {
+    if (placement_.merges.empty()) return Status::Ok();
+    for (auto it = known_.begin(); it != known_.end();) {
+      bool is_forbidden = false;
+      if (IsOf(it->second, placement_.reconstruction)) {
+        const ReconstructionId other = OtherOf(it->second, placement_.reconstruction);
+        VEDUTA_ASSIGN_OR_RETURN(is_forbidden, IsForbidden(other));
+      }
+      if (is_forbidden) gone_.insert(it->first);
+      it = is_forbidden ? known_.erase(it) : std::next(it);
+    }
+    return Status::Ok();
+  }
+
+  void Write(Transaction* transaction) const {
+    for (const auto& [a, b] : gone_) {
+      if (!known_.contains({a, b})) transaction->DeleteHypothesis(a, b);
+    }
+    for (const Two& two : changed_) {
+      if (const auto found = known_.find(two); found != known_.end())
+        transaction->PutHypothesis(found->second);
+    }
+  }
+
+ private:
+  void MakeDue(HypothesisRecord* hypothesis) {
+    if (hypothesis->is_due) return;
+    hypothesis->is_due = true;
+    changed_.insert({hypothesis->a, hypothesis->b});
+  }
+
+  void CarryOver(const Merge& merge) {
+    const ReconstructionId into = placement_.reconstruction;
+    std::vector<HypothesisRecord> carried;
+    for (auto it = known_.begin(); it != known_.end();) {
+      if (!IsOf(it->second, merge.from)) {
+        ++it;
+        continue;
+      }
+      if (OtherOf(it->second, merge.from) != into) carried.push_back(it->second);
+      gone_.insert(it->first);
+      it = known_.erase(it);
+    }
+    for (HypothesisRecord& hypothesis : carried) {
+      GoOver(merge, into, &hypothesis);
+      const Two two(hypothesis.a, hypothesis.b);
+      HypothesisRecord& kept = known_.try_emplace(two, std::move(hypothesis)).first->second;
+      kept.is_due = true;
+      changed_.insert(two);
+    }
+    for (auto& [two, hypothesis] : known_) {
+      if (IsOf(hypothesis, into)) MakeDue(&hypothesis);
+    }
+  }
+
+  Result<bool> IsForbidden(ReconstructionId other) const {
+    std::set<ReconstructionId> joined = {placement_.reconstruction};
+    for (const Merge& merge : placement_.merges) joined.insert(merge.from);
+    for (const ReconstructionId id : joined) {
+      VEDUTA_ASSIGN_OR_RETURN(const bool forbidden, IsMergeForbidden(base_, id, other));
+      if (forbidden) return true;
+    }
+    return false;
+  }
+
+  static void Journal(const HypothesisRecord& hypothesis, DatabaseState* state,
+                      Transaction* transaction) {
+    AppendJournal({0, 0, "veduta", "hypothesis", hypothesis.image, hypothesis.a,
+                   "merge with reconstruction " + std::to_string(hypothesis.b.value) + ": " +
+                       RefusalText(hypothesis)},
+                  state, transaction);
+  }
+
+  const Snapshot& base_;
+  const Placement& placement_;
+  std::map<Two, HypothesisRecord> known_;
+  std::set<Two> gone_, changed_, judged_;
+};
+
+}  // namespace
+
+void GoOver(const Merge& merge, ReconstructionId into, HypothesisRecord* hypothesis) {
+  if (!IsOf(*hypothesis, merge.from)) return;
+  if (hypothesis->a == merge.from) {
+    hypothesis->a = into;
+    hypothesis->a_from_b = merge.into_from * hypothesis->a_from_b;
+  } else {
+    hypothesis->b = into;
+    hypothesis->a_from_b = hypothesis->a_from_b * merge.into_from.Inverse();
+  }
+  if (hypothesis->a < hypothesis->b) return;
+  std::swap(hypothesis->a, hypothesis->b);
+  hypothesis->a_from_b = hypothesis->a_from_b.Inverse();
+}
+
+Status WriteHypotheses(const Snapshot& base, const Placement& placement, DatabaseState* state,
+                       Transaction* transaction) {
+  Ledger ledger(base, placement);
+  VEDUTA_RETURN_IF_ERROR(ledger.Load());
+  ledger.TakeMerges();
+  ledger.TakeRefused(state, transaction);
+  ledger.TakeTouched();
+  VEDUTA_RETURN_IF_ERROR(ledger.DropForbidden());
+  ledger.Write(transaction);
+  return Status::Ok();
+}
+
+Status MakeHypothesesDue(const Snapshot& base, ReconstructionId reconstruction,
+                         Transaction* transaction) {
+  VEDUTA_ASSIGN_OR_RETURN(std::vector<HypothesisRecord> all, base.ListHypotheses());
+  for (HypothesisRecord& hypothesis : all) {
+    if (!IsOf(hypothesis, reconstruction) || hypothesis.is_due) continue;
+    hypothesis.is_due = true;
+    transaction->PutHypothesis(hypothesis);
+  }
+  return Status::Ok();
+}
+
+Status MakeHypothesisDue(const Snapshot& base, ReconstructionId a, ReconstructionId b,
+                         Transaction* transaction) {
+  VEDUTA_ASSIGN_OR_RETURN(std::vector<HypothesisRecord> all, base.ListHypotheses());
+  for (HypothesisRecord& hypothesis : all) {
+    if (!IsOf(hypothesis, a) || !IsOf(hypothesis, b) || hypothesis.is_due) continue;
+    hypothesis.is_due = true;
+    transaction->PutHypothesis(hypothesis);
+  }
+  return Status::Ok();
+}
+
+Status DropHypotheses(const Snapshot& base, ReconstructionId reconstruction,
+                      Transaction* transaction) {
+  VEDUTA_ASSIGN_OR_RETURN(const std::vector<HypothesisRecord> all, base.ListHypotheses());
+  for (const HypothesisRecord& hypothesis : all) {
+    if (IsOf(hypothesis, reconstruction)) transaction->DeleteHypothesis(hypothesis.a, hypothesis.b);
+  }
+  return Status::Ok();
+}
+
+Status ForgetInHypotheses(const Snapshot& base, ImageId image, Transaction* transaction) {
+  VEDUTA_ASSIGN_OR_RETURN(std::vector<HypothesisRecord> all, base.ListHypotheses());
+  for (HypothesisRecord& hypothesis : all) {
+    const bool proposed_it = hypothesis.image == image;
+    const bool is_at_seam = std::erase(hypothesis.images, image) > 0;
+    if (!proposed_it && !is_at_seam) continue;
+    if (proposed_it) hypothesis.image = {};
+    if (hypothesis.images.empty()) {
+      transaction->DeleteHypothesis(hypothesis.a, hypothesis.b);
+      continue;
+    }
+    hypothesis.is_due = hypothesis.is_due || is_at_seam;
+    transaction->PutHypothesis(hypothesis);
+  }
+  return Status::Ok();
+}
+
+}  // namespace veduta

@@ -1,0 +1,47 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+// Keeps the stored hypotheses in step with what the steps of ingest do: merges that are proposed
+// and not believed yet (storage/model/hypothesis.h).
+//
+// One is judged anew by each photo whose own search for a merge leads to it. It becomes due, and is
+// judged by a step of its own (engine/ingest/judging.h), when what it rests on has changed in
+// another way:
+//   - a photo got a pose that shares points or a verified pair with an image at the seam;
+//   - one of its two reconstructions was adjusted as a whole, or took in another one;
+//   - one of the two was merged into a third, to which the hypothesis went over;
+//   - somebody has forbidden a pair across.
+// Where nothing of this happens, no photo costs anything. A judgment costs what the search of one
+// photo for a merge costs.
+//
+// All functions read what is stored in `base`, the state that the transaction began with, and write
+// into the transaction. O(hypotheses), and a few reads for those that change.
+
+#include "engine/ingest/placement.h"
+#include "storage/database.h"
+
+namespace veduta {
+
+// The hypothesis as it is once one of its two, `merge.from`, has become part of `into`, which is
+// not the other one. Nothing changes where it is not of `merge.from`.
+void GoOver(const Merge& merge, ReconstructionId into, HypothesisRecord* hypothesis);
+
+// Stores what the placement has judged: refused merges with their votes, anew where they were known
+// (the first time with an entry of the journal); those that were made, or that people forbid by
+// now, are deleted; those of a reconstruction that was merged away go over. Those that the
+// placement touches and has not judged become due.
+Status WriteHypotheses(const Snapshot& base, const Placement& placement, DatabaseState* state,
+                       Transaction* transaction);
+
+// All of this reconstruction are to be judged anew.
+Status MakeHypothesesDue(const Snapshot& base, ReconstructionId reconstruction,
+                         Transaction* transaction);
+// The one of these two, in either order, where there is one.
+Status MakeHypothesisDue(const Snapshot& base, ReconstructionId a, ReconstructionId b,
+                         Transaction* transaction);
+// Deletes all of this reconstruction: it is dissolved, or is not what it was.
+Status DropHypotheses(const Snapshot& base, ReconstructionId reconstruction,
+                      Transaction* transaction);
+// The image is removed: no hypothesis names it any more, and one that named no other is deleted.
+Status ForgetInHypotheses(const Snapshot& base, ImageId image, Transaction* transaction);
+
+}  // namespace veduta
