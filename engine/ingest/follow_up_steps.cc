@@ -80,8 +80,8 @@ Result<ReconstructionId> SplitOff(const IngestParts& parts, std::span<const Imag
 // The images that have lost their poses since anybody last did anything: what follows by itself is
 // walked over, from the end of the journal. O(its entries).
 Result<std::set<ImageId>> AlreadyDoubted(const Snapshot& base, uint64_t next_journal) {
-  static constexpr std::string_view kFollowing[] = {"adjust",    "doubt", "hypothesis", "judge",
-                                                    "propagate", "split", "vocabulary"};
+  static constexpr std::string_view kFollowing[] = {
+      "adjust", "doubt", "hypothesis", "judge", "merge", "propagate", "split", "vocabulary"};
   std::set<ImageId> doubted;
   for (uint64_t sequence = next_journal - 1; sequence > 0; --sequence) {
     JournalRecord entry;
