@@ -17,11 +17,18 @@ constexpr size_t kRefinedPointsMin = 8;
 // Error at which a point loses weight. Chosen by hand; not measured.
 constexpr double kRefinedErrorPx = 2.0;
 
-// The image as it would be in another frame: its own points are of the frame that it leaves.
-MapImage CarriedOver(const MapImage& image, const Sim3& new_from_old) {
-  MapImage carried = image;
-  carried.cam_from_world = TransformCameraWorld(new_from_old, image.cam_from_world);
-  carried.points.assign(carried.points.size(), PointId{});
+// An image as it would be in another frame. Its own points are of the frame that it leaves; how far
+// away they are is known in the scale of the new one.
+struct CarriedView {
+  MapImage image;
+  std::vector<SeenDepth> seen;
+};
+
+CarriedView CarryOver(const CityMap& map, const MapImage& image, const Sim3& new_from_old) {
+  CarriedView carried{image, ListSeenDepths(map, image)};
+  carried.image.cam_from_world = TransformCameraWorld(new_from_old, image.cam_from_world);
+  carried.image.points.assign(image.points.size(), PointId{});
+  for (SeenDepth& seen : carried.seen) seen.depth *= new_from_old.scale;
   return carried;
 }
 
@@ -55,8 +62,8 @@ class Sides {
     std::map<ImageId, std::map<FeatureIndex, PointId>> matched;
     for (const SeamPair& pair : pairs) {
       const MapImage &a = map.image(pair.a), &b = map.image(pair.matches.other);
-      into_.try_emplace(a.id, CarriedOver(a, other_from_into));
-      other_.try_emplace(b.id, CarriedOver(b, into_from_other));
+      if (!into_.contains(a.id)) into_.emplace(a.id, CarryOver(map, a, other_from_into));
+      if (!other_.contains(b.id)) other_.emplace(b.id, CarryOver(map, b, into_from_other));
       for (const FeatureMatch& match : pair.matches.matches) {
         if (b.points[match.b].valid()) matched[a.id].try_emplace(match.a, b.points[match.b]);
         if (a.points[match.a].valid()) matched[b.id].try_emplace(match.b, a.points[match.a]);
@@ -64,15 +71,15 @@ class Sides {
     }
     for (auto* const side : {&into_, &other_}) {
       for (auto& [id, view] : *side)
-        RefineView(map, matched[id], options.point_error_px_max, &view);
+        RefineView(map, matched[id], options.point_error_px_max, &view.image);
     }
   }
 
   bool Explain(const SeamPair& pair, const AgreementOptions& options) const {
     const ImageId a = pair.a, b = pair.matches.other;
-    return !IsTurned(map_.image(a), other_.at(b), pair.matches, options) &&
-           ExplainsPair(map_, map_.image(a), other_.at(b), pair.matches, options) &&
-           ExplainsPair(map_, into_.at(a), map_.image(b), pair.matches, options);
+    return !IsTurned(map_.image(a), other_.at(b).image, pair.matches, options) &&
+           ExplainsPair(map_, map_.image(a), other_.at(b).image, pair.matches, options) &&
+           ExplainsPair(map_, into_.at(a).image, map_.image(b), pair.matches, options);
   }
 
   VisibleStructure CountVisible(const DoubtOptions& options) const {
@@ -83,17 +90,18 @@ class Sides {
   }
 
  private:
-  static std::vector<ImageId> IdsOf(const std::map<ImageId, MapImage>& images) {
+  static std::vector<ImageId> IdsOf(const std::map<ImageId, CarriedView>& images) {
     std::vector<ImageId> ids;
     for (const auto& [id, image] : images) ids.push_back(id);
     return ids;
   }
 
-  void AddVisible(const std::map<ImageId, MapImage>& views, const std::vector<ImageId>& around,
+  void AddVisible(const std::map<ImageId, CarriedView>& views, const std::vector<ImageId>& around,
                   const DoubtOptions& options, VisibleStructure* sum) const {
     const std::vector<PointId> points = map_.PointsSeenBy(around);
     for (const auto& [id, view] : views) {
-      const VisibleStructure visible = FindVisible(map_, view, points, options.visibility);
+      const VisibleStructure visible =
+          FindVisible(map_, view.image, view.seen, points, options.visibility);
       sum->expected += visible.expected;
       sum->found += visible.found;
       sum->cells += visible.cells;
@@ -102,7 +110,7 @@ class Sides {
   }
 
   const CityMap& map_;
-  std::map<ImageId, MapImage> into_, other_;
+  std::map<ImageId, CarriedView> into_, other_;
 };
 
 // Appends the stored pairs of `image` with images of the reconstruction, loaded.
