@@ -68,29 +68,30 @@ Status TryMerge(const MappingContext& context, const MergeRequest& request,
     outcome->refused.push_back({other, "somebody has forbidden that they are merged"});
     return Status::Ok();
   }
-  VEDUTA_ASSIGN_OR_RETURN(const std::vector<SeamPair> pairs,
-                          ListSeamPairs(context.loader, *context.map, request.fresh.front(),
-                                        near_seam.pairs, near_seam.images, other));
-  const SeamEvidence evidence = JudgeSeam(*context.map, pairs, alignment->into_from, options);
+  VEDUTA_ASSIGN_OR_RETURN(const SeamImages seam,
+                          FindSeam(context.loader, *context.map, request.fresh.front(),
+                                   near_seam.pairs, near_seam.images, other));
+  const Sim3 into_from_other = RefineSeam(*context.map, seam, alignment->into_from);
+  const SeamEvidence evidence = JudgeSeam(*context.map, seam, into_from_other, options);
   if (!evidence.Holds(options.doubt)) {
     outcome->refused.push_back({other, evidence.Text()});
     return Status::Ok();
   }
-  Merge merge{other, alignment->into_from, static_cast<uint32_t>(alignment->agreeing.size()),
+  Merge merge{other, into_from_other, static_cast<uint32_t>(alignment->agreeing.size()),
               evidence.Text()};
   ReconstructionId into = outcome->into;
   VEDUTA_ASSIGN_OR_RETURN(const ReconstructionRecord other_record,
                           context.loader->GetReconstruction(other));
   VEDUTA_ASSIGN_OR_RETURN(const size_t own_count, CountOwn(context.loader, request));
   if (outcome->merges.empty() && other_record.image_count > own_count) {
-    merge.from = into, merge.into_from = alignment->into_from.Inverse();
+    merge.from = into, merge.into_from = into_from_other.Inverse();
     into = other;
   }
   VEDUTA_RETURN_IF_ERROR(MoveAll(context, request, merge, into));
   for (const PointPair& pair : alignment->agreeing) {
     TryMergePoints(context.map, pair.into, pair.from, options.growth.error_px_max);
   }
-  for (const SeamPair& pair : pairs)
+  for (const SeamPair& pair : seam.pairs)
     GrowFromMatches(context.map, pair.a, {&pair.matches, 1}, options.growth);
   outcome->into = into;
   outcome->merges.push_back(merge);

@@ -7,6 +7,7 @@
 
 #include "engine/ingest/doubt.h"
 #include "engine/mapping/resection.h"
+#include "engine/mapping/similarity.h"
 
 namespace veduta {
 namespace {
@@ -16,6 +17,9 @@ namespace {
 constexpr size_t kRefinedPointsMin = 8;
 // Error at which a point loses weight. Chosen by hand; not measured.
 constexpr double kRefinedErrorPx = 2.0;
+// Images of either side that are asked what they see, beside those of the pairs. Chosen by hand; not
+// measured.
+constexpr size_t kBesideMax = 24;
 
 // An image as it would be in another frame. Its own points are of the frame that it leaves; how far
 // away they are is known in the scale of the new one.
@@ -52,18 +56,20 @@ void RefineView(const CityMap& map, const std::map<FeatureIndex, PointId>& match
       RefinePose(view->cam_from_world, x, positions, kRefinedErrorPx / view->camera.focal_px());
 }
 
-// Both sides' images with pairs across the seam, each in the frame of the other side.
+// Both sides' images near the seam, each in the frame of the other side.
 class Sides {
  public:
-  Sides(const CityMap& map, std::span<const SeamPair> pairs, const Sim3& into_from_other,
+  Sides(const CityMap& map, const SeamImages& seam, const Sim3& into_from_other,
         const AgreementOptions& options)
-      : map_(map) {
+      : map_(map), seam_(seam) {
     const Sim3 other_from_into = into_from_other.Inverse();
+    for (const ImageId id : seam.into)
+      into_.emplace(id, CarryOver(map, map.image(id), other_from_into));
+    for (const ImageId id : seam.other)
+      other_.emplace(id, CarryOver(map, map.image(id), into_from_other));
     std::map<ImageId, std::map<FeatureIndex, PointId>> matched;
-    for (const SeamPair& pair : pairs) {
+    for (const SeamPair& pair : seam.pairs) {
       const MapImage &a = map.image(pair.a), &b = map.image(pair.matches.other);
-      if (!into_.contains(a.id)) into_.emplace(a.id, CarryOver(map, a, other_from_into));
-      if (!other_.contains(b.id)) other_.emplace(b.id, CarryOver(map, b, into_from_other));
       for (const FeatureMatch& match : pair.matches.matches) {
         if (b.points[match.b].valid()) matched[a.id].try_emplace(match.a, b.points[match.b]);
         if (a.points[match.a].valid()) matched[b.id].try_emplace(match.b, a.points[match.a]);
@@ -82,36 +88,49 @@ class Sides {
            ExplainsPair(map_, into_.at(a).image, map_.image(b), pair.matches, options);
   }
 
-  VisibleStructure CountVisible(const DoubtOptions& options) const {
-    VisibleStructure sum;
-    AddVisible(into_, IdsOf(other_), options, &sum);
-    AddVisible(other_, IdsOf(into_), options, &sum);
-    return sum;
+  void CountVisible(const DoubtOptions& options, SeamEvidence* evidence) const {
+    AddVisible(into_, seam_.other, options, evidence);
+    AddVisible(other_, seam_.into, options, evidence);
   }
 
  private:
-  static std::vector<ImageId> IdsOf(const std::map<ImageId, CarriedView>& images) {
-    std::vector<ImageId> ids;
-    for (const auto& [id, image] : images) ids.push_back(id);
-    return ids;
-  }
-
   void AddVisible(const std::map<ImageId, CarriedView>& views, const std::vector<ImageId>& around,
-                  const DoubtOptions& options, VisibleStructure* sum) const {
+                  const DoubtOptions& options, SeamEvidence* evidence) const {
     const std::vector<PointId> points = map_.PointsSeenBy(around);
+    VisibleStructure& sum = evidence->visible;
     for (const auto& [id, view] : views) {
       const VisibleStructure visible =
           FindVisible(map_, view.image, view.seen, points, options.visibility);
-      sum->expected += visible.expected;
-      sum->found += visible.found;
-      sum->cells += visible.cells;
-      sum->missing_cells += visible.missing_cells;
+      sum.expected += visible.expected;
+      sum.found += visible.found;
+      sum.cells += visible.cells;
+      sum.missing_cells += visible.missing_cells;
+      if (visible.missing_cells > evidence->worst.missing_cells) evidence->worst = visible;
     }
   }
 
   const CityMap& map_;
+  const SeamImages& seam_;
   std::map<ImageId, CarriedView> into_, other_;
 };
+
+// Those of `images`, and the images of their reconstruction that share most points with them.
+std::vector<ImageId> WithBeside(const CityMap& map, const std::set<ImageId>& images) {
+  std::map<ImageId, size_t> shared;
+  for (const PointId id : map.PointsSeenBy(std::vector(images.begin(), images.end()))) {
+    for (const TrackElement& element : map.point(id).track) ++shared[element.image];
+  }
+  std::vector<std::pair<size_t, ImageId>> ranked;
+  for (const auto& [id, count] : shared) {
+    if (!images.contains(id)) ranked.emplace_back(count, id);
+  }
+  std::ranges::sort(ranked, [](const auto& a, const auto& b) {
+    return a.first != b.first ? a.first > b.first : a.second < b.second;
+  });
+  std::set<ImageId> all = images;
+  for (size_t i = 0; i < std::min(ranked.size(), kBesideMax); ++i) all.insert(ranked[i].second);
+  return {all.begin(), all.end()};
+}
 
 // Appends the stored pairs of `image` with images of the reconstruction, loaded.
 Status AppendStored(MapLoader* loader, const CityMap& map, ImageId image, ReconstructionId wanted,
@@ -135,17 +154,20 @@ bool SeamEvidence::Holds(const DoubtOptions& options) const {
          static_cast<double>(contradicting_matches) <=
              options.seam_contradiction_share_max * static_cast<double>(agreeing_matches) &&
          (visible.missing_cells < options.missing_cells_min ||
-          visible.missing_share() <= options.seam_missing_share_max);
+          visible.missing_share() <= options.seam_missing_share_max) &&
+         (worst.missing_cells < options.seam_view_missing_cells_min ||
+          worst.missing_share() <= options.seam_view_missing_share_max);
 }
 
 std::string SeamEvidence::Text() const {
   return std::to_string(agreeing_pairs) + " pairs agree, " + std::to_string(contradicting_pairs) +
-         " contradict; " + MissingText(visible);
+         " contradict; " + MissingText(visible) + ", and " + std::to_string(worst.missing_cells) +
+         " of " + std::to_string(worst.cells) + " of the photo that lacks most";
 }
 
-Result<std::vector<SeamPair>> ListSeamPairs(MapLoader* loader, const CityMap& map, ImageId photo,
-                                            std::span<const PairMatches> pairs,
-                                            std::span<const ImageId> near, ReconstructionId other) {
+Result<SeamImages> FindSeam(MapLoader* loader, const CityMap& map, ImageId photo,
+                            std::span<const PairMatches> pairs, std::span<const ImageId> near,
+                            ReconstructionId other) {
   const ReconstructionId own = map.image(photo).reconstruction;
   std::map<std::pair<ImageId, ImageId>, PairMatches> found;
   for (const PairMatches& pair : pairs) {
@@ -163,28 +185,54 @@ Result<std::vector<SeamPair>> ListSeamPairs(MapLoader* loader, const CityMap& ma
     for (const auto& [ids, pair] : back)
       found.try_emplace({ids.second, ids.first}, MatchesFrom(RecordOf(pair, image), ids.second));
   }
-  std::set<ImageId> images;
-  std::vector<SeamPair> list;
+  SeamImages seam;
+  std::set<ImageId> images, into;
+  across.clear();
   for (auto& [ids, pair] : found) {
     images.insert({ids.first, ids.second});
-    list.push_back({ids.first, std::move(pair)});
+    into.insert(ids.first);
+    across.insert(ids.second);
+    seam.pairs.push_back({ids.first, std::move(pair)});
   }
   VEDUTA_RETURN_IF_ERROR(loader->LoadNeighborhood(std::vector(images.begin(), images.end())));
-  return list;
+  seam.into = WithBeside(map, into);
+  seam.other = WithBeside(map, across);
+  VEDUTA_RETURN_IF_ERROR(loader->LoadNeighborhood(seam.into));
+  VEDUTA_RETURN_IF_ERROR(loader->LoadNeighborhood(seam.other));
+  return seam;
 }
 
-SeamEvidence JudgeSeam(const CityMap& map, std::span<const SeamPair> pairs,
-                       const Sim3& into_from_other, const MapperOptions& options) {
-  const Sides sides(map, pairs, into_from_other, options.agreement);
+Sim3 RefineSeam(const CityMap& map, const SeamImages& seam, const Sim3& into_from_other) {
+  std::vector<CrossSighting> in_into, in_other;
+  const auto append = [&](const MapImage& view, FeatureIndex feature, PointId id,
+                          std::vector<CrossSighting>* seen) {
+    const PointRecord* const point = id.valid() ? map.FindPoint(id) : nullptr;
+    if (point == nullptr) return;
+    seen->push_back({view.cam_from_world, view.camera.Normalize(view.features->keypoints[feature]),
+                     point->position, view.camera.focal_px()});
+  };
+  for (const SeamPair& pair : seam.pairs) {
+    const MapImage &a = map.image(pair.a), &b = map.image(pair.matches.other);
+    for (const FeatureMatch& match : pair.matches.matches) {
+      append(a, match.a, b.points[match.b], &in_into);
+      append(b, match.b, a.points[match.a], &in_other);
+    }
+  }
+  return RefineSimilarity(into_from_other, in_into, in_other, kRefinedErrorPx);
+}
+
+SeamEvidence JudgeSeam(const CityMap& map, const SeamImages& seam, const Sim3& into_from_other,
+                       const MapperOptions& options) {
+  const Sides sides(map, seam, into_from_other, options.agreement);
   SeamEvidence evidence;
-  for (const SeamPair& pair : pairs) {
+  for (const SeamPair& pair : seam.pairs) {
     if (pair.matches.geometry == PairGeometry::kRotation) continue;
     const bool agrees = sides.Explain(pair, options.agreement);
     ++(agrees ? evidence.agreeing_pairs : evidence.contradicting_pairs);
     (agrees ? evidence.agreeing_matches : evidence.contradicting_matches) +=
         std::min<size_t>(pair.matches.matches.size(), options.doubt.pair_weight_max);
   }
-  evidence.visible = sides.CountVisible(options.doubt);
+  sides.CountVisible(options.doubt, &evidence);
   return evidence;
 }
 

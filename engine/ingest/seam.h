@@ -22,10 +22,18 @@ struct SeamPair {
   PairMatches matches;
 };
 
+// Where two reconstructions meet.
+struct SeamImages {
+  std::vector<SeamPair> pairs;  // ascending images
+  // The images of the pairs, and those that share most points with them; ascending.
+  std::vector<ImageId> into, other;
+};
+
 struct SeamEvidence {
   uint32_t agreeing_pairs = 0, contradicting_pairs = 0;
   uint64_t agreeing_matches = 0, contradicting_matches = 0;
-  VisibleStructure visible;  // summed over the images of the pairs, of both sides
+  VisibleStructure visible;  // summed over the images of both sides
+  VisibleStructure worst;    // that of the image with most missing cells
 
   // Whether the two are believed to be one.
   bool Holds(const DoubtOptions& options) const;
@@ -33,16 +41,20 @@ struct SeamEvidence {
   std::string Text() const;
 };
 
-// The verified pairs between two reconstructions that images near the seam have: those of the
-// photo (`pairs`, which are not stored yet), of the `near` images, which lie with it, and of the
-// images that these lead to. Loads the images with their neighbourhoods. Ascending images.
-Result<std::vector<SeamPair>> ListSeamPairs(MapLoader* loader, const CityMap& map, ImageId photo,
-                                            std::span<const PairMatches> pairs,
-                                            std::span<const ImageId> near, ReconstructionId other);
+// Where two reconstructions meet: the verified pairs across that images near the seam have (those
+// of the photo, `pairs`, which are not stored yet, of the `near` images, which lie with it, and of
+// the images that these lead to), and the images around them. Loads the images with their
+// neighbourhoods.
+Result<SeamImages> FindSeam(MapLoader* loader, const CityMap& map, ImageId photo,
+                            std::span<const PairMatches> pairs, std::span<const ImageId> near,
+                            ReconstructionId other);
 
-// Judges the similarity that carries the frame of the pairs' other side into that of their `a`
-// side. What ListSeamPairs loads must be loaded. Reads the map only.
-SeamEvidence JudgeSeam(const CityMap& map, std::span<const SeamPair> pairs,
-                       const Sim3& into_from_other, const MapperOptions& options);
+// Moves a similarity that carries the frame of the other side into that of `into` to where all
+// matches of the pairs that agree with it want it. What FindSeam loads must be loaded.
+Sim3 RefineSeam(const CityMap& map, const SeamImages& seam, const Sim3& into_from_other);
+
+// Judges such a similarity. What FindSeam loads must be loaded. Reads the map only.
+SeamEvidence JudgeSeam(const CityMap& map, const SeamImages& seam, const Sim3& into_from_other,
+                       const MapperOptions& options);
 
 }  // namespace veduta
