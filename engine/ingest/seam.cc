@@ -97,11 +97,10 @@ class Sides {
   void AddVisible(const std::map<ImageId, CarriedView>& views, const std::vector<ImageId>& around,
                   const DoubtOptions& options, SeamEvidence* evidence) const {
     const std::vector<PointId> points = map_.PointsSeenBy(around);
-    VisibilityOptions visibility = options.visibility;
-    visibility.asks_where_unknown = false;
     VisibleStructure& sum = evidence->visible;
     for (const auto& [id, view] : views) {
-      const VisibleStructure visible = FindVisible(map_, view.image, view.seen, points, visibility);
+      const VisibleStructure visible =
+          FindVisible(map_, view.image, view.seen, points, options.visibility);
       sum.expected += visible.expected;
       sum.found += visible.found;
       sum.cells += visible.cells;

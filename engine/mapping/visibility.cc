@@ -3,7 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
-#include <optional>
+#include <limits>
 #include <vector>
 
 #include "engine/matching/guided_matcher.h"
@@ -54,8 +54,8 @@ class NearDepths {
       depths_[Row(one.x_px) * each_way_ + Column(one.x_px)].push_back(one.depth);
   }
 
-  // The median of the cell and of those around it; nothing where the view sees too little.
-  std::optional<double> At(const Eigen::Vector2d& x_px) const {
+  // The median of the cell and of those around it; infinite where the view sees too little.
+  double At(const Eigen::Vector2d& x_px) const {
     const uint32_t row = Row(x_px), column = Column(x_px);
     std::vector<double> near;
     for (uint32_t r = row - (row > 0); r <= std::min(row + 1, each_way_ - 1); ++r) {
@@ -64,7 +64,7 @@ class NearDepths {
         near.insert(near.end(), cell.begin(), cell.end());
       }
     }
-    if (near.size() < kNearPointsMin) return std::nullopt;
+    if (near.size() < kNearPointsMin) return std::numeric_limits<double>::infinity();
     const auto middle = near.begin() + static_cast<ptrdiff_t>(near.size() / 2);
     std::nth_element(near.begin(), middle, near.end());
     return *middle;
@@ -169,9 +169,7 @@ VisibleStructure FindVisible(const CityMap& map, const MapImage& view,
       cells.Note(x_px, true);
       continue;
     }
-    const std::optional<double> depth = near.At(x_px);
-    if (depth ? x_cam.z() > options.hidden_depth_ratio_min * *depth : !options.asks_where_unknown)
-      continue;
+    if (x_cam.z() > options.hidden_depth_ratio_min * near.At(x_px)) continue;
     const Features& known = *map.image(alike->image).features;
     const auto found = FindNear(
         *view.grid, *view.features,

@@ -38,10 +38,6 @@ struct VisibilityOptions {
   // At a street's corner 300 points of the side street were asked of photos of the house before it:
   // they lay at 8 to 28 m, the house at 4 to 5.
   double hidden_depth_ratio_min = 1.25;
-  // Whether points are asked where the view sees nothing whose depth it knows. A pose is judged by
-  // them: a wrong one explains a part of the picture and says nothing of the rest. A seam is not: a
-  // smooth wall before them is all that it takes.
-  bool asks_where_unknown = true;
 
   Status Check() const;
 };

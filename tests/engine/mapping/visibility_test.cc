@@ -140,10 +140,6 @@ TEST(Visibility, NothingIsExpectedBehindWhatTheViewSees) {
   // Two points say nothing.
   const std::vector<SeenDepth> two = {{{100, 100}, 1e-3}, {{101, 101}, 1e-3}};
   EXPECT_EQ(FindVisible(map, view, two, points, {}).expected, expected);
-  // Whoever asks only where the view knows how far it sees leaves out the other half, too.
-  const VisibilityOptions known{.asks_where_unknown = false};
-  EXPECT_EQ(FindVisible(map, view, {}, points, known).expected, 0u);
-  EXPECT_EQ(FindVisible(map, view, two, points, known).expected, 0u);
 }
 
 TEST(Visibility, WhatAnImageSeesIsListedWithItsDepth) {
