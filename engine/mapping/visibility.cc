@@ -49,28 +49,45 @@ uint32_t CellOf(double x, uint32_t size, uint32_t each_way) {
 class NearDepths {
  public:
   NearDepths(const MapImage& view, std::span<const SeenDepth> seen, uint32_t each_way)
-      : view_(view), each_way_(each_way), depths_(each_way * each_way) {
+      : view_(view),
+        each_way_(each_way),
+        depths_(each_way * each_way),
+        medians_(each_way * each_way, kUnknown) {
     for (const SeenDepth& one : seen)
       depths_[Row(one.x_px) * each_way_ + Column(one.x_px)].push_back(one.depth);
   }
 
-  // The median of the cell and of those around it; infinite where the view sees too little.
-  double At(const Eigen::Vector2d& x_px) const {
+  // The median of the cell and of those around it, as far around as it takes to know; infinite where
+  // the view sees nothing.
+  double At(const Eigen::Vector2d& x_px) {
     const uint32_t row = Row(x_px), column = Column(x_px);
+    double& median = medians_[row * each_way_ + column];
+    if (median == kUnknown) median = FindMedian(row, column);
+    return median;
+  }
+
+ private:
+  static constexpr double kUnknown = -1;
+
+  double FindMedian(uint32_t row, uint32_t column) const {
     std::vector<double> near;
-    for (uint32_t r = row - (row > 0); r <= std::min(row + 1, each_way_ - 1); ++r) {
-      for (uint32_t c = column - (column > 0); c <= std::min(column + 1, each_way_ - 1); ++c) {
-        const std::vector<double>& cell = depths_[r * each_way_ + c];
-        near.insert(near.end(), cell.begin(), cell.end());
+    for (uint32_t around = 1; near.size() < kNearPointsMin; ++around) {
+      if (around >= each_way_) return std::numeric_limits<double>::infinity();
+      near.clear();
+      for (uint32_t r = row - std::min(row, around); r <= std::min(row + around, each_way_ - 1);
+           ++r) {
+        for (uint32_t c = column - std::min(column, around);
+             c <= std::min(column + around, each_way_ - 1); ++c) {
+          const std::vector<double>& cell = depths_[r * each_way_ + c];
+          near.insert(near.end(), cell.begin(), cell.end());
+        }
       }
     }
-    if (near.size() < kNearPointsMin) return std::numeric_limits<double>::infinity();
     const auto middle = near.begin() + static_cast<ptrdiff_t>(near.size() / 2);
     std::nth_element(near.begin(), middle, near.end());
     return *middle;
   }
 
- private:
   uint32_t Row(const Eigen::Vector2d& x_px) const {
     return CellOf(x_px.y(), view_.height_px, each_way_);
   }
@@ -81,6 +98,7 @@ class NearDepths {
   const MapImage& view_;
   const uint32_t each_way_;
   std::vector<std::vector<double>> depths_;
+  std::vector<double> medians_;  // of the cells that were asked
 };
 
 // Expected and found points of each cell.
@@ -150,7 +168,7 @@ VisibleStructure FindVisible(const CityMap& map, const MapImage& view,
                              std::span<const SeenDepth> seen, std::span<const PointId> points,
                              const VisibilityOptions& options) {
   Cells cells(view, options.cells_each_way);
-  const NearDepths near(view, seen, options.depth_cells_each_way);
+  NearDepths near(view, seen, options.depth_cells_each_way);
   GuidedScratch scratch;
   const Eigen::Vector3d center = view.cam_from_world.Center();
   const double border_px = options.search_radius_px;

@@ -134,12 +134,20 @@ TEST(Visibility, NothingIsExpectedBehindWhatTheViewSees) {
   }
   EXPECT_EQ(wall(nearest / 1.3, 1), 0u);
   EXPECT_EQ(wall(farthest, 1), expected);
-  const uint32_t beside = wall(nearest / 1.3, 0.5);
+  // What is near by tells of a part of the picture where the view sees nothing; two points do not.
+  EXPECT_EQ(wall(nearest / 1.3, 0.5), 0u);
+  std::vector<SeenDepth> left, right;
+  for (const double y : {100.0, 101.0, 102.0}) {
+    left.push_back({{100, y}, nearest / 1.3});
+    right.push_back({{view.width_px - 100.0, y}, farthest});
+  }
+  std::vector<SeenDepth> both = left;
+  both.insert(both.end(), right.begin(), right.end());
+  const uint32_t beside = FindVisible(map, view, both, points, {}).expected;
   EXPECT_GT(beside, 0.3 * expected);
   EXPECT_LT(beside, 0.7 * expected);
-  // Two points say nothing.
-  const std::vector<SeenDepth> two = {{{100, 100}, 1e-3}, {{101, 101}, 1e-3}};
-  EXPECT_EQ(FindVisible(map, view, two, points, {}).expected, expected);
+  left.pop_back();
+  EXPECT_EQ(FindVisible(map, view, left, points, {}).expected, expected);
 }
 
 TEST(Visibility, WhatAnImageSeesIsListedWithItsDepth) {
