@@ -101,6 +101,7 @@ class Sides {
     for (const auto& [id, view] : views) {
       const VisibleStructure visible =
           FindVisible(map_, view.image, view.seen, points, options.visibility);
+      if (getenv("DBG")) fprintf(stderr, "view %u %u of %u, %u of %u seen %zu\n", id.value, visible.missing_cells, visible.cells, visible.found, visible.expected, view.seen.size());
       sum.expected += visible.expected;
       sum.found += visible.found;
       sum.cells += visible.cells;
@@ -233,6 +234,16 @@ SeamEvidence JudgeSeam(const CityMap& map, const SeamImages& seam, const Sim3& i
         std::min<size_t>(pair.matches.matches.size(), options.doubt.pair_weight_max);
   }
   sides.CountVisible(options.doubt, &evidence);
+  if (getenv("DBG")) {
+    for (int side = 0; side < 2; ++side) {
+      for (const ImageId id : side ? seam.other : seam.into) {
+        const Rigid3 pose = side ? TransformCameraWorld(into_from_other, map.image(id).cam_from_world) : map.image(id).cam_from_world;
+        const Eigen::Vector3d c = pose.Center(), f = pose.rotation.conjugate() * Eigen::Vector3d(0, 0, 1);
+        fprintf(stderr, "cam %d %u %f %f %f %f %f %f\n", side, id.value, c.x(), c.y(), c.z(), f.x(), f.y(), f.z());
+      }
+    }
+    fprintf(stderr, "seam: %s: %s\n", evidence.Text().c_str(), evidence.Holds(options.doubt) ? "holds" : "REFUSED");
+  }
   return evidence;
 }
 
