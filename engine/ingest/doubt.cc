@@ -214,8 +214,8 @@ Status DoubtOptions::Check() const {
 
 VisibleStructure FindAround(const CityMap& map, const MapImage& view,
                             std::span<const ImageId> around, const DoubtOptions& options) {
-  return FindVisible(map, view, ListSeenDepths(map, view), map.PointsSeenBy(around),
-                     options.visibility);
+  // What a wrong pose sees says nothing of what is hidden.
+  return FindVisible(map, view, {}, map.PointsSeenBy(around), options.visibility);
 }
 
 bool IsContradicted(const VisibleStructure& visible, const DoubtOptions& options) {
