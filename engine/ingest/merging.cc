@@ -4,6 +4,7 @@
 #include <set>
 
 #include "engine/ingest/seam.h"
+#include "engine/mapping/view_alignment.h"
 #include "engine/query/forbidden.h"
 #include "storage/base/content_hash.h"
 
@@ -60,35 +61,42 @@ Status TryMerge(const MappingContext& context, const MergeRequest& request,
                 const NearSeam& near_seam, std::span<const PointPair> common,
                 ReconstructionId other, uint64_t seed, MergeOutcome* outcome) {
   const MapperOptions& options = context.options;
-  const auto alignment = AlignPoints(*context.map, common, options.merge_error_px_max,
+  const auto by_points = AlignPoints(*context.map, common, options.merge_error_px_max,
                                      options.common_points_min, seed);
-  if (!alignment) return Status::Ok();
+  VEDUTA_ASSIGN_OR_RETURN(const SeamImages seam,
+                          FindSeam(context.loader, *context.map, request.fresh.front(),
+                                   near_seam.pairs, near_seam.images, other));
+  const CrossSightings seen = ListCrossSightings(*context.map, seam);
+  std::optional<Sim3> found;
+  if (by_points) {
+    found = RefineSeam(seen, by_points->into_from);
+  } else if (const auto by_views =
+                 AlignByViews(seen.in_into, seen.in_other, seed, options.view_alignment)) {
+    found = by_views->b_from_a;
+  }
+  if (!found) return Status::Ok();
   VEDUTA_ASSIGN_OR_RETURN(const bool forbidden, IsForbidden(context, request, *outcome, other));
   if (forbidden) {
     outcome->refused.push_back({other, "somebody has forbidden that they are merged"});
     return Status::Ok();
   }
-  VEDUTA_ASSIGN_OR_RETURN(const SeamImages seam,
-                          FindSeam(context.loader, *context.map, request.fresh.front(),
-                                   near_seam.pairs, near_seam.images, other));
-  const Sim3 into_from_other = RefineSeam(*context.map, seam, alignment->into_from);
-  const SeamEvidence evidence = JudgeSeam(*context.map, seam, into_from_other, options);
+  const SeamEvidence evidence = JudgeSeam(*context.map, seam, *found, options);
   if (!evidence.Holds(options.doubt)) {
     outcome->refused.push_back({other, evidence.Text()});
     return Status::Ok();
   }
-  Merge merge{other, into_from_other, static_cast<uint32_t>(alignment->agreeing.size()),
+  Merge merge{other, *found, static_cast<uint32_t>(by_points ? by_points->agreeing.size() : 0),
               evidence.Text()};
   ReconstructionId into = outcome->into;
   VEDUTA_ASSIGN_OR_RETURN(const ReconstructionRecord other_record,
                           context.loader->GetReconstruction(other));
   VEDUTA_ASSIGN_OR_RETURN(const size_t own_count, CountOwn(context.loader, request));
   if (outcome->merges.empty() && other_record.image_count > own_count) {
-    merge.from = into, merge.into_from = into_from_other.Inverse();
+    merge.from = into, merge.into_from = found->Inverse();
     into = other;
   }
   VEDUTA_RETURN_IF_ERROR(MoveAll(context, request, merge, into));
-  for (const PointPair& pair : alignment->agreeing) {
+  for (const PointPair& pair : by_points ? by_points->agreeing : std::vector<PointPair>()) {
     TryMergePoints(context.map, pair.into, pair.from, options.growth.error_px_max);
   }
   for (const SeamPair& pair : seam.pairs)

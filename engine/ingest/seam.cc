@@ -101,7 +101,9 @@ class Sides {
     for (const auto& [id, view] : views) {
       const VisibleStructure visible =
           FindVisible(map_, view.image, view.seen, points, options.visibility);
-      if (getenv("DBG")) fprintf(stderr, "view %u %u of %u, %u of %u seen %zu\n", id.value, visible.missing_cells, visible.cells, visible.found, visible.expected, view.seen.size());
+      if (getenv("DBG"))
+        fprintf(stderr, "view %u %u of %u, %u of %u seen %zu\n", id.value, visible.missing_cells,
+                visible.cells, visible.found, visible.expected, view.seen.size());
       sum.expected += visible.expected;
       sum.found += visible.found;
       sum.cells += visible.cells;
@@ -203,23 +205,28 @@ Result<SeamImages> FindSeam(MapLoader* loader, const CityMap& map, ImageId photo
   return seam;
 }
 
-Sim3 RefineSeam(const CityMap& map, const SeamImages& seam, const Sim3& into_from_other) {
-  std::vector<CrossSighting> in_into, in_other;
+CrossSightings ListCrossSightings(const CityMap& map, const SeamImages& seam) {
+  CrossSightings seen;
   const auto append = [&](const MapImage& view, FeatureIndex feature, PointId id,
-                          std::vector<CrossSighting>* seen) {
+                          std::vector<CrossSighting>* into) {
     const PointRecord* const point = id.valid() ? map.FindPoint(id) : nullptr;
     if (point == nullptr) return;
-    seen->push_back({view.cam_from_world, view.camera.Normalize(view.features->keypoints[feature]),
-                     point->position, view.camera.focal_px()});
+    into->push_back({view.id, view.cam_from_world,
+                     view.camera.Normalize(view.features->keypoints[feature]), point->position,
+                     view.camera.focal_px()});
   };
   for (const SeamPair& pair : seam.pairs) {
     const MapImage &a = map.image(pair.a), &b = map.image(pair.matches.other);
     for (const FeatureMatch& match : pair.matches.matches) {
-      append(a, match.a, b.points[match.b], &in_into);
-      append(b, match.b, a.points[match.a], &in_other);
+      append(a, match.a, b.points[match.b], &seen.in_into);
+      append(b, match.b, a.points[match.a], &seen.in_other);
     }
   }
-  return RefineSimilarity(into_from_other, in_into, in_other, kRefinedErrorPx);
+  return seen;
+}
+
+Sim3 RefineSeam(const CrossSightings& seen, const Sim3& into_from_other) {
+  return RefineSimilarity(into_from_other, seen.in_into, seen.in_other, kRefinedErrorPx);
 }
 
 SeamEvidence JudgeSeam(const CityMap& map, const SeamImages& seam, const Sim3& into_from_other,
@@ -237,12 +244,17 @@ SeamEvidence JudgeSeam(const CityMap& map, const SeamImages& seam, const Sim3& i
   if (getenv("DBG")) {
     for (int side = 0; side < 2; ++side) {
       for (const ImageId id : side ? seam.other : seam.into) {
-        const Rigid3 pose = side ? TransformCameraWorld(into_from_other, map.image(id).cam_from_world) : map.image(id).cam_from_world;
-        const Eigen::Vector3d c = pose.Center(), f = pose.rotation.conjugate() * Eigen::Vector3d(0, 0, 1);
-        fprintf(stderr, "cam %d %u %f %f %f %f %f %f\n", side, id.value, c.x(), c.y(), c.z(), f.x(), f.y(), f.z());
+        const Rigid3 pose =
+            side ? TransformCameraWorld(into_from_other, map.image(id).cam_from_world)
+                 : map.image(id).cam_from_world;
+        const Eigen::Vector3d c = pose.Center(),
+                              f = pose.rotation.conjugate() * Eigen::Vector3d(0, 0, 1);
+        fprintf(stderr, "cam %d %u %f %f %f %f %f %f\n", side, id.value, c.x(), c.y(), c.z(), f.x(),
+                f.y(), f.z());
       }
     }
-    fprintf(stderr, "seam: %s: %s\n", evidence.Text().c_str(), evidence.Holds(options.doubt) ? "holds" : "REFUSED");
+    fprintf(stderr, "seam: %s: %s\n", evidence.Text().c_str(),
+            evidence.Holds(options.doubt) ? "holds" : "REFUSED");
   }
   return evidence;
 }

@@ -11,6 +11,7 @@
 
 #include "engine/ingest/mapping_context.h"
 #include "engine/mapping/pair_matches.h"
+#include "engine/mapping/similarity.h"
 #include "engine/mapping/visibility.h"
 
 namespace veduta {
@@ -49,9 +50,15 @@ Result<SeamImages> FindSeam(MapLoader* loader, const CityMap& map, ImageId photo
                             std::span<const PairMatches> pairs, std::span<const ImageId> near,
                             ReconstructionId other);
 
-// Moves a similarity that carries the frame of the other side into that of `into` to where all
-// matches of the pairs that agree with it want it. What FindSeam loads must be loaded.
-Sim3 RefineSeam(const CityMap& map, const SeamImages& seam, const Sim3& into_from_other);
+// What the cameras of either side see of the other side's points, by the matches of the pairs.
+struct CrossSightings {
+  std::vector<CrossSighting> in_into, in_other;  // the side of the cameras
+};
+CrossSightings ListCrossSightings(const CityMap& map, const SeamImages& seam);
+
+// Moves a similarity that carries the frame of the other side into that of `into` to where all that
+// is seen across and agrees with it wants it.
+Sim3 RefineSeam(const CrossSightings& seen, const Sim3& into_from_other);
 
 // Judges such a similarity. What FindSeam loads must be loaded. Reads the map only.
 SeamEvidence JudgeSeam(const CityMap& map, const SeamImages& seam, const Sim3& into_from_other,

@@ -4,6 +4,7 @@
 #include <Eigen/Dense>
 #include <Eigen/SVD>
 #include <cmath>
+#include <limits>
 
 #include "engine/matching/sampling.h"
 
@@ -55,6 +56,11 @@ class Step {
   Vector7 Solve() {
     normal_.diagonal() *= 1 + 1e-9;
     return -normal_.ldlt().solve(gradient_);
+  }
+
+  double LogScaleDeviation() const {
+    const double variance = normal_.ldlt().solve(Vector7::Unit(6))[6];
+    return variance > 0 ? std::sqrt(variance) : std::numeric_limits<double>::infinity();
   }
 
  private:
@@ -138,7 +144,8 @@ std::optional<RobustSimilarity> EstimateSimilarity(
 }
 
 Sim3 RefineSimilarity(const Sim3& start, std::span<const CrossSighting> in_b,
-                      std::span<const CrossSighting> in_a, double scale_px) {
+                      std::span<const CrossSighting> in_a, double scale_px,
+                      double* log_scale_deviation) {
   Sim3 b_from_a = start;
   for (int i = 0; i < kRefinementsMax; ++i) {
     Step step(scale_px);
@@ -155,6 +162,7 @@ Sim3 RefineSimilarity(const Sim3& start, std::span<const CrossSighting> in_b,
                -a_from_b.scale * turn * MotionOf(seen.point));
     }
     const Vector7 by = step.Solve();
+    if (log_scale_deviation != nullptr) *log_scale_deviation = step.LogScaleDeviation();
     if (!by.allFinite()) break;
     const Eigen::Vector3d omega = by.head<3>();
     Sim3 motion{std::exp(by[6]), Eigen::Quaterniond::Identity(), by.segment<3>(3)};
