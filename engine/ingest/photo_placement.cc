@@ -205,12 +205,7 @@ Result<Placement> PlacePhoto(const MappingContext& context, const ImageFeatures&
   VEDUTA_RETURN_IF_ERROR(PlaceAt(context, at_hand, *pose, &watch, &placement, &visible));
   if (IsContradicted(visible, context.options.doubt)) {
     context.map->Clear();
-    placement = PostponedForMissing(visible, pose->reconstruction);
-    if (!new_reconstruction.valid()) return placement;
-    // Others that were refused there may be of the same place as the photo.
-    VEDUTA_RETURN_IF_ERROR(context.loader->LoadNeighborhood(neighbors));
-    VEDUTA_RETURN_IF_ERROR(TryToFound(context, at_hand, new_reconstruction, &placement));
-    return placement;
+    return PostponedForMissing(visible, pose->reconstruction);
   }
   const uint32_t seen = CountPoints(context.map->image(photo.id));
   if (seen < context.options.observations_min) {
