@@ -226,6 +226,8 @@ Status DoubtOptions::Check() const {
       .AtLeast("pair_weight_max", pair_weight_max, 1)
       .Above("seam_contradiction_share_max", seam_contradiction_share_max, 0)
       .AboveUpTo("seam_missing_share_max", seam_missing_share_max, 0, 1)
+      .AtLeast("seam_view_missing_cells_min", seam_view_missing_cells_min, 1)
+      .AboveUpTo("seam_view_missing_share_max", seam_view_missing_share_max, 0, 1)
       .AboveUpTo("beside_missing_share_max", beside_missing_share_max, 0, 1)
       .AtLeast("images_between_min", images_between_min, 1)
       .Part("parts", parts.Check())
@@ -234,7 +236,8 @@ Status DoubtOptions::Check() const {
 
 VisibleStructure FindAround(const CityMap& map, const MapImage& view,
                             std::span<const ImageId> around, const DoubtOptions& options) {
-  return FindVisible(map, view, map.PointsSeenBy(around), options.visibility);
+  // What a wrong pose sees says nothing of what is hidden.
+  return FindVisible(map, view, {}, map.PointsSeenBy(around), options.visibility);
 }
 
 bool IsContradicted(const VisibleStructure& visible, const DoubtOptions& options) {

@@ -50,14 +50,14 @@ Result<Side> FindSide(const Snapshot& base, const HypothesisRecord& hypothesis) 
 Result<std::optional<HypothesisRecord>> JudgeAsBefore(const MappingContext& context,
                                                       const Side& side) {
   VEDUTA_ASSIGN_OR_RETURN(
-      const std::vector<SeamPair> pairs,
-      ListSeamPairs(context.loader, *context.map, side.near.front(), {}, side.near, side.other));
-  if (pairs.empty()) return std::optional<HypothesisRecord>();
+      const SeamArea seam,
+      FindSeam(context.loader, *context.map, side.near.front(), {}, side.near, side.other));
+  if (seam.pairs.empty()) return std::optional<HypothesisRecord>();
   HypothesisRecord judged =
       HypothesisOf(side.own, side.other, side.own_from_other,
-                   JudgeSeam(*context.map, pairs, side.own_from_other, context.options),
+                   JudgeSeam(*context.map, seam, side.own_from_other, context.options),
                    RefusalReason::kFewPoints);
-  judged.images = SeamImages(pairs);
+  judged.images = SeamImages(seam.pairs);
   return std::optional(std::move(judged));
 }
 

@@ -25,6 +25,7 @@ Status MapperOptions::Check() const {
       .AtLeast("common_points_min", common_points_min, 3)
       .Above("merge_error_px_max", merge_error_px_max, 0)
       .AtLeast("founding_views_max", founding_views_max, 3)
+      .Part("view_alignment", view_alignment.Check())
       .Part("founding", founding.Check())
       .Part("doubt", doubt.Check())
       .status();

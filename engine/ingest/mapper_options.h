@@ -9,6 +9,7 @@
 #include "engine/mapping/neighbor_agreement.h"
 #include "engine/mapping/point_filter.h"
 #include "engine/mapping/resection.h"
+#include "engine/mapping/view_alignment.h"
 #include "storage/base/status.h"
 
 namespace veduta {
@@ -65,6 +66,7 @@ struct MapperOptions {
   // > 0, px. A common point, carried over, falls so near to where it is seen. Chosen by hand; not
   // measured.
   double merge_error_px_max = 6.0;
+  ViewAlignmentOptions view_alignment;  // where they have too few points in common
   // >= 3. Views among which the triple that founds is chosen. Chosen by hand; not measured.
   uint32_t founding_views_max = 12;
   FoundingOptions founding;

@@ -5,6 +5,7 @@
 
 #include "engine/ingest/hypotheses.h"
 #include "engine/ingest/seam.h"
+#include "engine/mapping/view_alignment.h"
 #include "engine/query/forbidden.h"
 #include "storage/base/content_hash.h"
 
@@ -56,51 +57,65 @@ Result<bool> IsForbidden(const MappingContext& context, const MergeRequest& requ
   return false;
 }
 
+// The similarity that the common points propose or, where there are too few, what the cameras of one
+// side see of the other's points; then without common points.
+std::optional<PointAlignment> Propose(const CityMap& map, const SeamArea& seam,
+                                      std::span<const PointPair> common, uint64_t seed,
+                                      const MapperOptions& options) {
+  const CrossSightings seen = ListCrossSightings(map, seam);
+  if (auto by_points =
+          AlignPoints(map, common, options.merge_error_px_max, options.common_points_min, seed)) {
+    by_points->into_from = RefineSeam(seen, by_points->into_from);
+    return by_points;
+  }
+  const auto by_views = AlignByViews(seen.in_into, seen.in_other, seed, options.view_alignment);
+  return by_views ? std::optional(PointAlignment{by_views->b_from_a, {}}) : std::nullopt;
+}
+
 // Merges `other` with the photo's reconstruction where the common points agree, and nothing else
 // speaks against it.
 Status TryMerge(const MappingContext& context, const MergeRequest& request,
                 const NearSeam& near_seam, std::span<const PointPair> common,
                 ReconstructionId other, uint64_t seed, MergeOutcome* outcome) {
   const MapperOptions& options = context.options;
-  const auto alignment = AlignPoints(*context.map, common, options.merge_error_px_max,
-                                     options.common_points_min, seed);
-  if (!alignment) return Status::Ok();
+  VEDUTA_ASSIGN_OR_RETURN(const SeamArea seam,
+                          FindSeam(context.loader, *context.map, near_seam.photo, near_seam.pairs,
+                                   near_seam.images, other));
+  const auto proposal = Propose(*context.map, seam, common, seed, options);
+  if (!proposal) return Status::Ok();
   VEDUTA_ASSIGN_OR_RETURN(const bool forbidden, IsForbidden(context, request, *outcome, other));
   if (forbidden) {
     outcome->refused.push_back({other, "somebody has forbidden that they are merged", {}});
     return Status::Ok();
   }
-  VEDUTA_ASSIGN_OR_RETURN(const std::vector<SeamPair> pairs,
-                          ListSeamPairs(context.loader, *context.map, near_seam.photo,
-                                        near_seam.pairs, near_seam.images, other));
-  const SeamEvidence evidence = JudgeSeam(*context.map, pairs, alignment->into_from, options);
+  const SeamEvidence evidence = JudgeSeam(*context.map, seam, proposal->into_from, options);
   if (const auto reason = evidence.Refusal(options.doubt)) {
     HypothesisRecord hypothesis =
-        HypothesisOf(outcome->into, other, alignment->into_from, evidence, *reason);
-    hypothesis.common_point_count = static_cast<uint32_t>(alignment->agreeing.size());
-    hypothesis.images = SeamImages(pairs);
+        HypothesisOf(outcome->into, other, proposal->into_from, evidence, *reason);
+    hypothesis.common_point_count = static_cast<uint32_t>(proposal->agreeing.size());
+    hypothesis.images = SeamImages(seam.pairs);
     if (!request.fresh.empty()) hypothesis.image = request.fresh.front();
     outcome->refused.push_back({other, evidence.Text(), std::move(hypothesis)});
     return Status::Ok();
   }
-  Merge merge{other, alignment->into_from, static_cast<uint32_t>(alignment->agreeing.size()),
+  Merge merge{other, proposal->into_from, static_cast<uint32_t>(proposal->agreeing.size()),
               evidence.Text()};
   ReconstructionId into = outcome->into;
   VEDUTA_ASSIGN_OR_RETURN(const ReconstructionRecord other_record,
                           context.loader->GetReconstruction(other));
   VEDUTA_ASSIGN_OR_RETURN(const size_t own_count, CountOwn(context.loader, request));
   if (outcome->merges.empty() && other_record.image_count > own_count) {
-    merge.from = into, merge.into_from = alignment->into_from.Inverse();
+    merge.from = into, merge.into_from = proposal->into_from.Inverse();
     into = other;
     for (RefusedMerge& refused : outcome->refused) {
       if (refused.hypothesis) GoOver(merge, into, &*refused.hypothesis);
     }
   }
   VEDUTA_RETURN_IF_ERROR(MoveAll(context, request, merge, into));
-  for (const PointPair& pair : alignment->agreeing) {
+  for (const PointPair& pair : proposal->agreeing) {
     TryMergePoints(context.map, pair.into, pair.from, options.growth.error_px_max);
   }
-  for (const SeamPair& pair : pairs)
+  for (const SeamPair& pair : seam.pairs)
     GrowFromMatches(context.map, pair.a, {&pair.matches, 1}, options.growth);
   outcome->into = into;
   outcome->merges.push_back(merge);

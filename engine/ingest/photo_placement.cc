@@ -28,7 +28,9 @@ void NoteMerges(MergeOutcome outcome, Placement* placement) {
     placement->reason = Reason::kJoinedReconstructions;
     placement->detail += "; reconstructions " + std::to_string(merge.from.value) + " and " +
                          std::to_string(outcome.into.value) + " merged by " +
-                         std::to_string(merge.common_point_count) + " common points (" +
+                         (merge.common_point_count > 0
+                              ? std::to_string(merge.common_point_count) + " common points ("
+                              : "what the photos of one see of the other (") +
                          merge.evidence + ")";
   }
   for (RefusedMerge& refused : outcome.refused) {

@@ -8,6 +8,7 @@
 
 #include "engine/ingest/doubt.h"
 #include "engine/mapping/resection.h"
+#include "engine/mapping/similarity.h"
 
 namespace veduta {
 namespace {
@@ -20,12 +21,22 @@ constexpr size_t kRefinedPointsMin = 8;
 constexpr size_t kSeamImagesMax = 12;
 // Error at which a point loses weight. Chosen by hand; not measured.
 constexpr double kRefinedErrorPx = 2.0;
+// Images of either side that are asked what they see, beside those of the pairs. Chosen by hand; not
+// measured.
+constexpr size_t kBesideMax = 24;
 
-// The image as it would be in another frame: its own points are of the frame that it leaves.
-MapImage CarriedOver(const MapImage& image, const Sim3& new_from_old) {
-  MapImage carried = image;
-  carried.cam_from_world = TransformCameraWorld(new_from_old, image.cam_from_world);
-  carried.points.assign(carried.points.size(), PointId{});
+// An image as it would be in another frame. Its own points are of the frame that it leaves; how far
+// away they are is known in the scale of the new one.
+struct CarriedView {
+  MapImage image;
+  std::vector<SeenDepth> seen;
+};
+
+CarriedView CarryOver(const CityMap& map, const MapImage& image, const Sim3& new_from_old) {
+  CarriedView carried{image, ListSeenDepths(map, image)};
+  carried.image.cam_from_world = TransformCameraWorld(new_from_old, image.cam_from_world);
+  carried.image.points.assign(image.points.size(), PointId{});
+  for (SeenDepth& seen : carried.seen) seen.depth *= new_from_old.scale;
   return carried;
 }
 
@@ -49,18 +60,20 @@ void RefineView(const CityMap& map, const std::map<FeatureIndex, PointId>& match
       RefinePose(view->cam_from_world, x, positions, kRefinedErrorPx / view->camera.focal_px());
 }
 
-// Both sides' images with pairs across the seam, each in the frame of the other side.
+// Both sides' images near the seam, each in the frame of the other side.
 class Sides {
  public:
-  Sides(const CityMap& map, std::span<const SeamPair> pairs, const Sim3& into_from_other,
+  Sides(const CityMap& map, const SeamArea& seam, const Sim3& into_from_other,
         const AgreementOptions& options)
-      : map_(map) {
+      : map_(map), seam_(seam) {
     const Sim3 other_from_into = into_from_other.Inverse();
+    for (const ImageId id : seam.into)
+      into_.emplace(id, CarryOver(map, map.image(id), other_from_into));
+    for (const ImageId id : seam.other)
+      other_.emplace(id, CarryOver(map, map.image(id), into_from_other));
     std::map<ImageId, std::map<FeatureIndex, PointId>> matched;
-    for (const SeamPair& pair : pairs) {
+    for (const SeamPair& pair : seam.pairs) {
       const MapImage &a = map.image(pair.a), &b = map.image(pair.matches.other);
-      into_.try_emplace(a.id, CarriedOver(a, other_from_into));
-      other_.try_emplace(b.id, CarriedOver(b, into_from_other));
       for (const FeatureMatch& match : pair.matches.matches) {
         if (b.points[match.b].valid()) matched[a.id].try_emplace(match.a, b.points[match.b]);
         if (a.points[match.a].valid()) matched[b.id].try_emplace(match.b, a.points[match.a]);
@@ -68,46 +81,63 @@ class Sides {
     }
     for (auto* const side : {&into_, &other_}) {
       for (auto& [id, view] : *side)
-        RefineView(map, matched[id], options.point_error_px_max, &view);
+        RefineView(map, matched[id], options.point_error_px_max, &view.image);
     }
   }
 
   bool Explain(const SeamPair& pair, const AgreementOptions& options) const {
     const ImageId a = pair.a, b = pair.matches.other;
-    return !IsTurned(map_.image(a), other_.at(b), pair.matches, options) &&
-           ExplainsPair(map_, map_.image(a), other_.at(b), pair.matches, options) &&
-           ExplainsPair(map_, into_.at(a), map_.image(b), pair.matches, options);
+    return !IsTurned(map_.image(a), other_.at(b).image, pair.matches, options) &&
+           ExplainsPair(map_, map_.image(a), other_.at(b).image, pair.matches, options) &&
+           ExplainsPair(map_, into_.at(a).image, map_.image(b), pair.matches, options);
   }
 
-  VisibleStructure CountVisible(const DoubtOptions& options) const {
-    VisibleStructure sum;
-    AddVisible(into_, IdsOf(other_), options, &sum);
-    AddVisible(other_, IdsOf(into_), options, &sum);
-    return sum;
+  void CountVisible(const DoubtOptions& options, SeamEvidence* evidence) const {
+    AddVisible(into_, seam_.other, options, evidence);
+    AddVisible(other_, seam_.into, options, evidence);
   }
 
  private:
-  static std::vector<ImageId> IdsOf(const std::map<ImageId, MapImage>& images) {
-    std::vector<ImageId> ids;
-    for (const auto& [id, image] : images) ids.push_back(id);
-    return ids;
-  }
-
-  void AddVisible(const std::map<ImageId, MapImage>& views, const std::vector<ImageId>& around,
-                  const DoubtOptions& options, VisibleStructure* sum) const {
+  void AddVisible(const std::map<ImageId, CarriedView>& views, const std::vector<ImageId>& around,
+                  const DoubtOptions& options, SeamEvidence* evidence) const {
     const std::vector<PointId> points = map_.PointsSeenBy(around);
+    VisibleStructure& sum = evidence->visible;
     for (const auto& [id, view] : views) {
-      const VisibleStructure visible = FindVisible(map_, view, points, options.visibility);
-      sum->expected += visible.expected;
-      sum->found += visible.found;
-      sum->cells += visible.cells;
-      sum->missing_cells += visible.missing_cells;
+      const VisibleStructure visible =
+          FindVisible(map_, view.image, view.seen, points, options.visibility);
+      if (getenv("DBG"))
+        fprintf(stderr, "view %u %u of %u, %u of %u seen %zu\n", id.value, visible.missing_cells,
+                visible.cells, visible.found, visible.expected, view.seen.size());
+      sum.expected += visible.expected;
+      sum.found += visible.found;
+      sum.cells += visible.cells;
+      sum.missing_cells += visible.missing_cells;
+      if (visible.missing_cells > evidence->worst.missing_cells) evidence->worst = visible;
     }
   }
 
   const CityMap& map_;
-  std::map<ImageId, MapImage> into_, other_;
+  const SeamArea& seam_;
+  std::map<ImageId, CarriedView> into_, other_;
 };
+
+// Those of `images`, and the images of their reconstruction that share most points with them.
+std::vector<ImageId> WithBeside(const CityMap& map, const std::set<ImageId>& images) {
+  std::map<ImageId, size_t> shared;
+  for (const PointId id : map.PointsSeenBy(std::vector(images.begin(), images.end()))) {
+    for (const TrackElement& element : map.point(id).track) ++shared[element.image];
+  }
+  std::vector<std::pair<size_t, ImageId>> ranked;
+  for (const auto& [id, count] : shared) {
+    if (!images.contains(id)) ranked.emplace_back(count, id);
+  }
+  std::ranges::sort(ranked, [](const auto& a, const auto& b) {
+    return a.first != b.first ? a.first > b.first : a.second < b.second;
+  });
+  std::set<ImageId> all = images;
+  for (size_t i = 0; i < std::min(ranked.size(), kBesideMax); ++i) all.insert(ranked[i].second);
+  return {all.begin(), all.end()};
+}
 
 // Appends the stored pairs of `image` with images of the reconstruction, loaded.
 Status AppendStored(MapLoader* loader, const CityMap& map, ImageId image, ReconstructionId wanted,
@@ -131,20 +161,23 @@ std::optional<RefusalReason> SeamEvidence::Refusal(const DoubtOptions& options) 
   if (static_cast<double>(contradicting_matches) >
       options.seam_contradiction_share_max * static_cast<double>(agreeing_matches))
     return RefusalReason::kContradicted;
-  if (visible.missing_cells >= options.missing_cells_min &&
-      visible.missing_share() > options.seam_missing_share_max)
+  if ((visible.missing_cells >= options.missing_cells_min &&
+       visible.missing_share() > options.seam_missing_share_max) ||
+      (worst.missing_cells >= options.seam_view_missing_cells_min &&
+       worst.missing_share() > options.seam_view_missing_share_max))
     return RefusalReason::kMissingStructure;
   return std::nullopt;
 }
 
 std::string SeamEvidence::Text() const {
   return std::to_string(agreeing_pairs) + " pairs agree, " + std::to_string(contradicting_pairs) +
-         " contradict; " + MissingText(visible);
+         " contradict; " + MissingText(visible) + ", and " + std::to_string(worst.missing_cells) +
+         " of " + std::to_string(worst.cells) + " of the photo that lacks most";
 }
 
-Result<std::vector<SeamPair>> ListSeamPairs(MapLoader* loader, const CityMap& map, ImageId photo,
-                                            std::span<const PairMatches> pairs,
-                                            std::span<const ImageId> near, ReconstructionId other) {
+Result<SeamArea> FindSeam(MapLoader* loader, const CityMap& map, ImageId photo,
+                          std::span<const PairMatches> pairs, std::span<const ImageId> near,
+                          ReconstructionId other) {
   const ReconstructionId own = map.image(photo).reconstruction;
   std::map<std::pair<ImageId, ImageId>, PairMatches> found;
   for (const PairMatches& pair : pairs) {
@@ -163,28 +196,74 @@ Result<std::vector<SeamPair>> ListSeamPairs(MapLoader* loader, const CityMap& ma
     for (const auto& [ids, pair] : back)
       found.try_emplace({ids.second, ids.first}, MatchesFrom(RecordOf(pair, image), ids.second));
   }
-  std::set<ImageId> images;
-  std::vector<SeamPair> list;
+  SeamArea seam;
+  std::set<ImageId> images, into;
+  across.clear();
   for (auto& [ids, pair] : found) {
     images.insert({ids.first, ids.second});
-    list.push_back({ids.first, std::move(pair)});
+    into.insert(ids.first);
+    across.insert(ids.second);
+    seam.pairs.push_back({ids.first, std::move(pair)});
   }
   VEDUTA_RETURN_IF_ERROR(loader->LoadNeighborhood(std::vector(images.begin(), images.end())));
-  return list;
+  seam.into = WithBeside(map, into);
+  seam.other = WithBeside(map, across);
+  VEDUTA_RETURN_IF_ERROR(loader->LoadNeighborhood(seam.into));
+  VEDUTA_RETURN_IF_ERROR(loader->LoadNeighborhood(seam.other));
+  return seam;
 }
 
-SeamEvidence JudgeSeam(const CityMap& map, std::span<const SeamPair> pairs,
-                       const Sim3& into_from_other, const MapperOptions& options) {
-  const Sides sides(map, pairs, into_from_other, options.agreement);
+CrossSightings ListCrossSightings(const CityMap& map, const SeamArea& seam) {
+  CrossSightings seen;
+  const auto append = [&](const MapImage& view, FeatureIndex feature, PointId id,
+                          std::vector<CrossSighting>* into) {
+    const PointRecord* const point = id.valid() ? map.FindPoint(id) : nullptr;
+    if (point == nullptr) return;
+    into->push_back({view.id, view.cam_from_world,
+                     view.camera.Normalize(view.features->keypoints[feature]), point->position,
+                     view.camera.focal_px()});
+  };
+  for (const SeamPair& pair : seam.pairs) {
+    const MapImage &a = map.image(pair.a), &b = map.image(pair.matches.other);
+    for (const FeatureMatch& match : pair.matches.matches) {
+      append(a, match.a, b.points[match.b], &seen.in_into);
+      append(b, match.b, a.points[match.a], &seen.in_other);
+    }
+  }
+  return seen;
+}
+
+Sim3 RefineSeam(const CrossSightings& seen, const Sim3& into_from_other) {
+  return RefineSimilarity(into_from_other, seen.in_into, seen.in_other, kRefinedErrorPx);
+}
+
+SeamEvidence JudgeSeam(const CityMap& map, const SeamArea& seam, const Sim3& into_from_other,
+                       const MapperOptions& options) {
+  const Sides sides(map, seam, into_from_other, options.agreement);
   SeamEvidence evidence;
-  for (const SeamPair& pair : pairs) {
+  for (const SeamPair& pair : seam.pairs) {
     if (pair.matches.geometry == PairGeometry::kRotation) continue;
     const bool agrees = sides.Explain(pair, options.agreement);
     ++(agrees ? evidence.agreeing_pairs : evidence.contradicting_pairs);
     (agrees ? evidence.agreeing_matches : evidence.contradicting_matches) +=
         std::min<size_t>(pair.matches.matches.size(), options.doubt.pair_weight_max);
   }
-  evidence.visible = sides.CountVisible(options.doubt);
+  sides.CountVisible(options.doubt, &evidence);
+  if (getenv("DBG")) {
+    for (int side = 0; side < 2; ++side) {
+      for (const ImageId id : side ? seam.other : seam.into) {
+        const Rigid3 pose =
+            side ? TransformCameraWorld(into_from_other, map.image(id).cam_from_world)
+                 : map.image(id).cam_from_world;
+        const Eigen::Vector3d c = pose.Center(),
+                              f = pose.rotation.conjugate() * Eigen::Vector3d(0, 0, 1);
+        fprintf(stderr, "cam %d %u %f %f %f %f %f %f\n", side, id.value, c.x(), c.y(), c.z(), f.x(),
+                f.y(), f.z());
+      }
+    }
+    fprintf(stderr, "seam: %s: %s\n", evidence.Text().c_str(),
+            evidence.Holds(options.doubt) ? "holds" : "REFUSED");
+  }
   return evidence;
 }
 

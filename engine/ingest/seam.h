@@ -12,6 +12,7 @@
 
 #include "engine/ingest/mapping_context.h"
 #include "engine/mapping/pair_matches.h"
+#include "engine/mapping/similarity.h"
 #include "engine/mapping/visibility.h"
 #include "storage/model/hypothesis.h"
 
@@ -24,10 +25,18 @@ struct SeamPair {
   PairMatches matches;
 };
 
+// Where two reconstructions meet.
+struct SeamArea {
+  std::vector<SeamPair> pairs;  // ascending images
+  // The images of the pairs, and those that share most points with them; ascending.
+  std::vector<ImageId> into, other;
+};
+
 struct SeamEvidence {
   uint32_t agreeing_pairs = 0, contradicting_pairs = 0;
   uint64_t agreeing_matches = 0, contradicting_matches = 0;
-  VisibleStructure visible;  // summed over the images of the pairs, of both sides
+  VisibleStructure visible;  // summed over the images of both sides
+  VisibleStructure worst;    // that of the image with most missing cells
 
   // Why the two are not believed to be one; nothing where they are.
   std::optional<RefusalReason> Refusal(const DoubtOptions& options) const;
@@ -36,18 +45,28 @@ struct SeamEvidence {
   std::string Text() const;
 };
 
-// The verified pairs between two reconstructions that images near the seam have: those of the
-// photo (`pairs`, which need not be stored yet), of the `near` images, which lie with it, and of
-// the images that these lead to. Where `pairs` is empty, `photo` is any of the `near` images.
-// Loads the images with their neighbourhoods. Ascending images.
-Result<std::vector<SeamPair>> ListSeamPairs(MapLoader* loader, const CityMap& map, ImageId photo,
-                                            std::span<const PairMatches> pairs,
-                                            std::span<const ImageId> near, ReconstructionId other);
+// Where two reconstructions meet: the verified pairs across that images near the seam have (those
+// of the photo, `pairs`, which need not be stored yet, of the `near` images, which lie with it, and of
+// the images that these lead to), and the images around them. Where `pairs` is empty, `photo` is any
+// of the `near` images. Loads the images with their
+// neighbourhoods.
+Result<SeamArea> FindSeam(MapLoader* loader, const CityMap& map, ImageId photo,
+                          std::span<const PairMatches> pairs, std::span<const ImageId> near,
+                          ReconstructionId other);
 
-// Judges the similarity that carries the frame of the pairs' other side into that of their `a`
-// side. What ListSeamPairs loads must be loaded. Reads the map only.
-SeamEvidence JudgeSeam(const CityMap& map, std::span<const SeamPair> pairs,
-                       const Sim3& into_from_other, const MapperOptions& options);
+// What the cameras of either side see of the other side's points, by the matches of the pairs.
+struct CrossSightings {
+  std::vector<CrossSighting> in_into, in_other;  // the side of the cameras
+};
+CrossSightings ListCrossSightings(const CityMap& map, const SeamArea& seam);
+
+// Moves a similarity that carries the frame of the other side into that of `into` to where all that
+// is seen across and agrees with it wants it.
+Sim3 RefineSeam(const CrossSightings& seen, const Sim3& into_from_other);
+
+// Judges such a similarity. What FindSeam loads must be loaded. Reads the map only.
+SeamEvidence JudgeSeam(const CityMap& map, const SeamArea& seam, const Sim3& into_from_other,
+                       const MapperOptions& options);
 
 // The images of either side that have most matches across, ascending: where the merge is to be
 // judged anew. O(pairs log pairs).

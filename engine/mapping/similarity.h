@@ -8,6 +8,7 @@
 #include <span>
 #include <vector>
 
+#include "storage/base/ids.h"
 #include "storage/base/transform.h"
 
 namespace veduta {
@@ -30,5 +31,24 @@ std::optional<RobustSimilarity> EstimateSimilarity(
     std::span<const Eigen::Vector3d> points_a, std::span<const Eigen::Vector3d> points_b,
     const std::function<bool(const Sim3&, size_t)>& is_inlier, uint32_t inlier_count_min,
     uint64_t seed);
+
+// A point of one frame, as a camera of another frame sees it.
+struct CrossSighting {
+  ImageId image;           // whose camera it is
+  Rigid3 cam_from_world;   // of the camera, in its own frame
+  Eigen::Vector2d x;       // normalised image coordinates
+  Eigen::Vector3d point;   // in the other frame
+  double focal_px = 1000;  // by which its error weighs
+};
+
+// Moves a similarity to where points of each frame project best into cameras of the other: one that
+// was found by points that both frames know is as exact as these points, and all others that are
+// seen across say more. `in_b` are cameras of b that see points of a; `in_a` the reverse.
+// Gauss-Newton over the seven degrees of freedom of the Cauchy-weighted squared reprojection error;
+// at `scale_px` an error loses half of its weight. Where `log_scale_deviation` is given, it receives the
+// standard deviation of the scale's logarithm for errors of 1 px. O(N).
+Sim3 RefineSimilarity(const Sim3& b_from_a, std::span<const CrossSighting> in_b,
+                      std::span<const CrossSighting> in_a, double scale_px,
+                      double* log_scale_deviation = nullptr);
 
 }  // namespace veduta

@@ -11,6 +11,9 @@
 namespace veduta {
 namespace {
 
+// Points near by that say how far away what a view sees is. Chosen by hand; not measured.
+constexpr size_t kNearPointsMin = 3;
+
 // The element of the track whose view of the point is most like the one from `center`, or null
 // where none is alike, or where fewer than two other images see the point.
 const TrackElement* FindAlike(const CityMap& map, const PointRecord& point, ImageId view,
@@ -35,6 +38,67 @@ bool IsSeenBy(const PointRecord& point, ImageId view) {
                      [&](const TrackElement& e) { return e.image == view; });
 }
 
+// The cell of a picture of `size` px that x lies in, one way.
+uint32_t CellOf(double x, uint32_t size, uint32_t each_way) {
+  return std::min(static_cast<uint32_t>(std::max(x, 0.0) / size * each_way), each_way - 1);
+}
+
+// How far away what the view sees is, in each part of the picture.
+class NearDepths {
+ public:
+  NearDepths(const MapImage& view, std::span<const SeenDepth> seen, uint32_t each_way)
+      : view_(view),
+        each_way_(each_way),
+        depths_(each_way * each_way),
+        medians_(each_way * each_way, kUnknown) {
+    for (const SeenDepth& one : seen)
+      depths_[Row(one.x_px) * each_way_ + Column(one.x_px)].push_back(one.depth);
+  }
+
+  // The median of the cell and of those around it, as far around as it takes to know; infinite where
+  // the view sees nothing.
+  double At(const Eigen::Vector2d& x_px) {
+    const uint32_t row = Row(x_px), column = Column(x_px);
+    double& median = medians_[row * each_way_ + column];
+    if (median == kUnknown) median = FindMedian(row, column);
+    return median;
+  }
+
+ private:
+  static constexpr double kUnknown = -1;
+
+  double FindMedian(uint32_t row, uint32_t column) const {
+    std::vector<double> near;
+    for (uint32_t around = 1; near.size() < kNearPointsMin; ++around) {
+      if (around >= each_way_) return std::numeric_limits<double>::infinity();
+      near.clear();
+      for (uint32_t r = row - std::min(row, around); r <= std::min(row + around, each_way_ - 1);
+           ++r) {
+        for (uint32_t c = column - std::min(column, around);
+             c <= std::min(column + around, each_way_ - 1); ++c) {
+          const std::vector<double>& cell = depths_[r * each_way_ + c];
+          near.insert(near.end(), cell.begin(), cell.end());
+        }
+      }
+    }
+    const auto middle = near.begin() + static_cast<ptrdiff_t>(near.size() / 2);
+    std::nth_element(near.begin(), middle, near.end());
+    return *middle;
+  }
+
+  uint32_t Row(const Eigen::Vector2d& x_px) const {
+    return CellOf(x_px.y(), view_.height_px, each_way_);
+  }
+  uint32_t Column(const Eigen::Vector2d& x_px) const {
+    return CellOf(x_px.x(), view_.width_px, each_way_);
+  }
+
+  const MapImage& view_;
+  const uint32_t each_way_;
+  std::vector<std::vector<double>> depths_;
+  std::vector<double> medians_;  // of the cells that were asked
+};
+
 // Expected and found points of each cell.
 class Cells {
  public:
@@ -45,10 +109,8 @@ class Cells {
         found_(expected_.size()) {}
 
   void Note(const Eigen::Vector2d& x_px, bool is_found) {
-    const auto at = [&](double x, uint32_t size) {
-      return std::min(static_cast<uint32_t>(x / size * each_way_), each_way_ - 1);
-    };
-    const size_t cell = at(x_px.y(), view_.height_px) * each_way_ + at(x_px.x(), view_.width_px);
+    const size_t cell = CellOf(x_px.y(), view_.height_px, each_way_) * each_way_ +
+                        CellOf(x_px.x(), view_.width_px, each_way_);
     ++expected_[cell];
     found_[cell] += is_found;
   }
@@ -82,12 +144,29 @@ Status VisibilityOptions::Check() const {
       .AtLeast("cells_each_way", cells_each_way, 1)
       .AtLeast("cell_points_min", cell_points_min, 1)
       .Between("cell_found_share_min", cell_found_share_min, 0, 1)
+      .AtLeast("depth_cells_each_way", depth_cells_each_way, 1)
+      .Above("hidden_depth_ratio_min", hidden_depth_ratio_min, 1)
       .status();
 }
 
+std::vector<SeenDepth> ListSeenDepths(const CityMap& map, const MapImage& image) {
+  std::vector<SeenDepth> seen;
+  for (FeatureIndex feature = 0; feature < image.points.size(); ++feature) {
+    const PointId id = image.points[feature];
+    const PointRecord* const point = id.valid() ? map.FindPoint(id) : nullptr;
+    if (point == nullptr) continue;
+    const double depth = (image.cam_from_world * point->position).z();
+    const Keypoint& keypoint = image.features->keypoints[feature];
+    seen.push_back({{keypoint.x_px, keypoint.y_px}, depth});
+  }
+  return seen;
+}
+
 VisibleStructure FindVisible(const CityMap& map, const MapImage& view,
-                             std::span<const PointId> points, const VisibilityOptions& options) {
+                             std::span<const SeenDepth> seen, std::span<const PointId> points,
+                             const VisibilityOptions& options) {
   Cells cells(view, options.cells_each_way);
+  NearDepths near(view, seen, options.depth_cells_each_way);
   GuidedScratch scratch;
   const Eigen::Vector3d center = view.cam_from_world.Center();
   const double border_px = options.search_radius_px;
@@ -106,6 +185,7 @@ VisibleStructure FindVisible(const CityMap& map, const MapImage& view,
       cells.Note(x_px, true);
       continue;
     }
+    if (x_cam.z() > options.hidden_depth_ratio_min * near.At(x_px)) continue;
     const Features& known = *map.image(alike->image).features;
     const auto found = FindNear(
         *view.grid, *view.features,

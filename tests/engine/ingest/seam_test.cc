@@ -21,20 +21,20 @@ class Seam : public testing::Test {
     EXPECT_EQ(scene_.AddReconstruction({4, 5, 6, 7}, AnotherFrame()), kOwn);
     work_.emplace(&scene_);
     EXPECT_OK(work_->loader.LoadNeighborhood(near_));
-    auto pairs = ListSeamPairs(&work_->loader, work_->map, ImageId(5),
-                               scene_.MatchesOf(4, {0, 1, 2, 3}), near_, kOther);
-    EXPECT_OK(pairs);
-    if (pairs.ok()) pairs_ = std::move(*pairs);
+    auto seam = FindSeam(&work_->loader, work_->map, ImageId(5), scene_.MatchesOf(4, {0, 1, 2, 3}),
+                         near_, kOther);
+    EXPECT_OK(seam);
+    if (seam.ok()) seam_ = std::move(*seam);
   }
 
   SeamEvidence Judge(const Sim3& into_from_other) const {
-    return JudgeSeam(work_->map, pairs_, into_from_other, work_->options);
+    return JudgeSeam(work_->map, seam_, into_from_other, work_->options);
   }
 
   SceneDatabase scene_;
   std::optional<SceneWork> work_;
   const std::vector<ImageId> near_ = {ImageId(5), ImageId(6), ImageId(7), ImageId(8)};
-  std::vector<SeamPair> pairs_;
+  SeamArea seam_;
 };
 
 TEST_F(Seam, ListsEachPairAcrossOnce) {
@@ -42,7 +42,7 @@ TEST_F(Seam, ListsEachPairAcrossOnce) {
   for (uint32_t a = 5; a <= 8; ++a) {
     for (uint32_t b = 1; b <= 4; ++b) wanted.push_back({a, b});
   }
-  for (const SeamPair& pair : pairs_) {
+  for (const SeamPair& pair : seam_.pairs) {
     listed.push_back({pair.a.value, pair.matches.other.value});
     EXPECT_EQ(work_->map.image(pair.a).reconstruction, kOwn);
     EXPECT_EQ(work_->map.image(pair.matches.other).reconstruction, kOther);
@@ -51,6 +51,15 @@ TEST_F(Seam, ListsEachPairAcrossOnce) {
     EXPECT_TRUE(work_->map.HasBlock(pair.matches.other));
   }
   EXPECT_EQ(listed, wanted);
+  EXPECT_EQ(seam_.into, near_);
+  EXPECT_EQ(seam_.other, (std::vector{ImageId(1), ImageId(2), ImageId(3), ImageId(4)}));
+}
+
+TEST_F(Seam, IsRefinedByAllThatIsSeenAcross) {
+  const Sim3 about{1.002, Eigen::Quaterniond::Identity(), {0.02, 0, 0}};
+  const Sim3 refined = RefineSeam(work_->map, seam_, AnotherFrame() * about);
+  EXPECT_NEAR(refined.scale, AnotherFrame().scale, 1e-4);
+  EXPECT_LT((refined.translation - AnotherFrame().translation).norm(), 2e-3);
 }
 
 TEST_F(Seam, TheRightSimilarityHolds) {
@@ -76,7 +85,7 @@ TEST_F(Seam, OneThatIsShiftedByAWindowDoesNot) {
 }
 
 TEST_F(Seam, OnePairIsNotEnough) {
-  pairs_.resize(1);
+  seam_.pairs.resize(1);
   EXPECT_FALSE(Judge(AnotherFrame()).Holds(work_->options.doubt));
   work_->options.doubt.seam_pairs_min = 1;
   EXPECT_TRUE(Judge(AnotherFrame()).Holds(work_->options.doubt));
@@ -96,6 +105,13 @@ TEST(SeamEvidence, EachKindOfEvidenceIsHeard) {
   EXPECT_FALSE(contradicted.Holds(options));
   missing.visible.missing_cells = 60;
   EXPECT_FALSE(missing.Holds(options));
+  SeamEvidence of_one = evidence;
+  of_one.worst = {.expected = 90, .found = 50, .cells = 40, .missing_cells = 10};
+  EXPECT_FALSE(of_one.Holds(options));
+  of_one.worst.missing_cells = options.seam_view_missing_cells_min - 1;
+  EXPECT_TRUE(of_one.Holds(options));
+  of_one.worst = {.expected = 90, .found = 50, .cells = 60, .missing_cells = 11};
+  EXPECT_TRUE(of_one.Holds(options));
 }
 
 }  // namespace

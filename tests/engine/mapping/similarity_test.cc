@@ -32,6 +32,46 @@ TEST(Similarity, IsExactAndRobust) {
   EXPECT_FALSE(EstimateSimilarity(a, b, near, 41, 7).has_value());
 }
 
+// What the cameras of `poses` see of the scene's points, the points and the cameras each carried to
+// a frame of their own; every fifth is another point's.
+std::vector<CrossSighting> Sightings(const SyntheticScene& scene, std::span<const Rigid3> poses,
+                                     const Sim3& cameras, const Sim3& points) {
+  std::vector<CrossSighting> seen;
+  for (const Rigid3& pose : poses) {
+    for (size_t i = 0; i < 60; ++i) {
+      const Eigen::Vector3d x_cam = pose * scene.points[i];
+      const Eigen::Vector3d& shown = scene.points[i % 5 ? i : i + 100];
+      seen.push_back(
+          {{}, TransformCameraWorld(cameras, pose), x_cam.hnormalized(), points * shown});
+    }
+  }
+  return seen;
+}
+
+TEST(Similarity, IsRefinedByWhatIsSeenAcross) {
+  const SyntheticScene scene = MakeScene({});
+  const Sim3 b_from_a{
+      2.5,
+      Eigen::Quaterniond(Eigen::AngleAxisd(0.4, Eigen::Vector3d(1, 2, 3).normalized())),
+      {1, -2, 3}};
+  const std::span<const Rigid3> poses(scene.poses);
+  const auto in_b = Sightings(scene, poses.first(2), b_from_a, {}),
+             in_a = Sightings(scene, poses.subspan(2, 2), {}, b_from_a);
+  const Sim3 about = Sim3{1.01,
+                          Eigen::Quaterniond(Eigen::AngleAxisd(0.01, Eigen::Vector3d::UnitY())),
+                          {0.02, -0.03, 0.01}} *
+                     b_from_a;
+  const auto expect_right = [&](const Sim3& found) {
+    EXPECT_NEAR(found.scale, b_from_a.scale, 1e-3);
+    EXPECT_LT(found.rotation.angularDistance(b_from_a.rotation), 1e-3);
+    EXPECT_LT((found.translation - b_from_a.translation).norm(), 5e-3);
+  };
+  expect_right(RefineSimilarity(about, in_b, in_a, 2.0));
+  expect_right(RefineSimilarity(about, in_b, {}, 2.0));
+  expect_right(RefineSimilarity(about, {}, in_a, 2.0));
+  EXPECT_EQ(RefineSimilarity(about, {}, {}, 2.0).scale, about.scale);
+}
+
 TEST(Similarity, RefusesALine) {
   std::vector<Eigen::Vector3d> line;
   for (int i = 0; i < 10; ++i) line.emplace_back(i, 0, 0);

@@ -38,7 +38,7 @@ std::vector<PointId> AllPoints(const CityMap& map) {
 
 VisibleStructure Visible(const CityMap& map, const MapImage& view,
                          const VisibilityOptions& options = {}) {
-  return FindVisible(map, view, AllPoints(map), options);
+  return FindVisible(map, view, {}, AllPoints(map), options);
 }
 
 // The view's center moves by this, in the world.
@@ -107,9 +107,64 @@ TEST(Visibility, NothingIsExpectedBehindTheViewOrBesideThePicture) {
       Rigid3{Eigen::Quaterniond(Eigen::AngleAxisd(3.14159, Eigen::Vector3d::UnitY())), {}} *
       view.cam_from_world;
   EXPECT_EQ(Visible(map, view).expected, 0u);
-  const VisibleStructure none = FindVisible(map, scene.images[2], {}, {});
+  const VisibleStructure none = FindVisible(map, scene.images[2], {}, {}, {});
   EXPECT_EQ(none.expected + none.cells, 0u);
   EXPECT_EQ(none.missing_share(), 0);
+}
+
+TEST(Visibility, NothingIsExpectedBehindWhatTheViewSees) {
+  const SyntheticScene scene = MakeScene(kDense);
+  const CityMap map = MapOf(scene, {0, 1, 3});
+  const MapImage& view = scene.images[2];
+  const std::vector<PointId> points = AllPoints(map);
+  const uint32_t expected = FindVisible(map, view, {}, points, {}).expected;
+  ASSERT_GT(expected, 500u);
+  // A wall all over the picture, before, amid and behind the points; and one on its left half.
+  const auto wall = [&](double depth, double width) {
+    std::vector<SeenDepth> seen;
+    for (double y = 2; y < view.height_px; y += 8) {
+      for (double x = 2; x < width * view.width_px; x += 8) seen.push_back({{x, y}, depth});
+    }
+    return FindVisible(map, view, seen, points, {}).expected;
+  };
+  double nearest = 1e9, farthest = 0;
+  for (const PointId id : points) {
+    const double depth = (view.cam_from_world * map.point(id).position).z();
+    nearest = std::min(nearest, depth), farthest = std::max(farthest, depth);
+  }
+  EXPECT_EQ(wall(nearest / 1.3, 1), 0u);
+  EXPECT_EQ(wall(farthest, 1), expected);
+  // What is near by tells of a part of the picture where the view sees nothing; two points do not.
+  EXPECT_EQ(wall(nearest / 1.3, 0.5), 0u);
+  std::vector<SeenDepth> left, right;
+  for (const double y : {100.0, 101.0, 102.0}) {
+    left.push_back({{100, y}, nearest / 1.3});
+    right.push_back({{view.width_px - 100.0, y}, farthest});
+  }
+  std::vector<SeenDepth> both = left;
+  both.insert(both.end(), right.begin(), right.end());
+  const uint32_t beside = FindVisible(map, view, both, points, {}).expected;
+  EXPECT_GT(beside, 0.3 * expected);
+  EXPECT_LT(beside, 0.7 * expected);
+  left.pop_back();
+  EXPECT_EQ(FindVisible(map, view, left, points, {}).expected, expected);
+}
+
+TEST(Visibility, WhatAnImageSeesIsListedWithItsDepth) {
+  const SyntheticScene scene = MakeScene(kDense);
+  const CityMap map = MakeMap(scene);
+  const MapImage& image = map.image(scene.images[2].id);
+  const std::vector<SeenDepth> seen = ListSeenDepths(map, image);
+  ASSERT_GT(seen.size(), 500u);
+  size_t i = 0;
+  for (FeatureIndex feature = 0; feature < image.points.size(); ++feature) {
+    if (!image.points[feature].valid()) continue;
+    const Eigen::Vector3d x_cam = image.cam_from_world * map.point(image.points[feature]).position;
+    EXPECT_NEAR(seen[i].depth, x_cam.z(), 1e-9);
+    EXPECT_LT((image.camera.Project(x_cam) - seen[i].x_px).norm(), 5.0);
+    ++i;
+  }
+  EXPECT_EQ(i, seen.size());
 }
 
 TEST(Visibility, CellsNeedPoints) {
@@ -132,6 +187,8 @@ TEST(Visibility, RefusesWhatIsOutOfBounds) {
   ExpectBounds(&O::cells_each_way, "cells_each_way", {0u}, {1u, 16u});
   ExpectBounds(&O::cell_points_min, "cell_points_min", {0u}, {1u});
   ExpectBounds(&O::cell_found_share_min, "cell_found_share_min", {-0.1, 1.1}, {0.0, 1.0});
+  ExpectBounds(&O::depth_cells_each_way, "depth_cells_each_way", {0u}, {1u, 64u});
+  ExpectBounds(&O::hidden_depth_ratio_min, "hidden_depth_ratio_min", {1.0, 0.5}, {1.01, 10.0});
 }
 
 }  // namespace
