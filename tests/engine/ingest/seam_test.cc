@@ -57,7 +57,7 @@ TEST_F(Seam, ListsEachPairAcrossOnce) {
 
 TEST_F(Seam, IsRefinedByAllThatIsSeenAcross) {
   const Sim3 about{1.002, Eigen::Quaterniond::Identity(), {0.02, 0, 0}};
-  const Sim3 refined = RefineSeam(work_->map, seam_, AnotherFrame() * about);
+  const Sim3 refined = RefineSeam(ListCrossSightings(work_->map, seam_), AnotherFrame() * about);
   EXPECT_NEAR(refined.scale, AnotherFrame().scale, 1e-4);
   EXPECT_LT((refined.translation - AnotherFrame().translation).norm(), 2e-3);
 }
