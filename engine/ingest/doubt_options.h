@@ -31,12 +31,12 @@ struct DoubtOptions {
   // > 0. Matches across a seam that contradict a merge over those that agree. As that of the parts.
   double seam_contradiction_share_max = 0.7;
   // (0, 1]. Share of the cells that a merge may leave missing, of missing_cells_min and more. Right
-  // merges of orders of a street, a loop and castle-P19 left 0 to 9 %; wrong ones that took one twin
-  // facade for the other 15 to 64 %, and 80 to 88 % on castle-P19.
+  // merges of orders of a street, a loop and castle-P19 left 0 to 10 %; wrong ones that took one
+  // twin facade for the other 15 to 64 %, and 80 to 88 % on castle-P19.
   double seam_missing_share_max = 0.12;
   // >= 1, and (0, 1]. No image may lack so many cells and such a share of those it is asked, though
-  // all together lack little. Where 16 of a street's merges were right it was 5 cells at most, and 13
-  // to 22 (of 42 to 56) where they took one end of the street for another.
+  // all together lack little. Where 16 of a street's merges were right it was 5 cells at most, and
+  // 13 to 22 (of 42 to 56) where they took one end of the street for another.
   uint32_t seam_view_missing_cells_min = 10;
   double seam_view_missing_share_max = 0.2;
   // (0, 1]. Cameras side by side that lack a larger share of what the other sees speak against each

@@ -57,8 +57,8 @@ Result<bool> IsForbidden(const MappingContext& context, const MergeRequest& requ
   return false;
 }
 
-// The similarity that the common points propose or, where there are too few, what the cameras of one
-// side see of the other's points; then without common points.
+// The similarity that the common points propose or, where there are too few, what the cameras of
+// one side see of the other's points; then without common points.
 std::optional<PointAlignment> Propose(const CityMap& map, const SeamArea& seam,
                                       std::span<const PointPair> common, uint64_t seed,
                                       const MapperOptions& options) {

@@ -21,8 +21,8 @@ constexpr size_t kRefinedPointsMin = 8;
 constexpr size_t kSeamImagesMax = 12;
 // Error at which a point loses weight. Chosen by hand; not measured.
 constexpr double kRefinedErrorPx = 2.0;
-// Images of either side that are asked what they see, beside those of the pairs. Chosen by hand; not
-// measured.
+// Images of either side that are asked what they see, beside those of the pairs. Chosen by hand;
+// not measured.
 constexpr size_t kBesideMax = 24;
 
 // An image as it would be in another frame. Its own points are of the frame that it leaves; how far

@@ -46,10 +46,9 @@ struct SeamEvidence {
 };
 
 // Where two reconstructions meet: the verified pairs across that images near the seam have (those
-// of the photo, `pairs`, which need not be stored yet, of the `near` images, which lie with it, and of
-// the images that these lead to), and the images around them. Where `pairs` is empty, `photo` is any
-// of the `near` images. Loads the images with their
-// neighbourhoods.
+// of the photo, `pairs`, which need not be stored yet, of the `near` images, which lie with it, and
+// of the images that these lead to), and the images around them. Where `pairs` is empty, `photo` is
+// any of the `near` images. Loads the images with their neighbourhoods.
 Result<SeamArea> FindSeam(MapLoader* loader, const CityMap& map, ImageId photo,
                           std::span<const PairMatches> pairs, std::span<const ImageId> near,
                           ReconstructionId other);

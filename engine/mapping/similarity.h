@@ -45,8 +45,8 @@ struct CrossSighting {
 // was found by points that both frames know is as exact as these points, and all others that are
 // seen across say more. `in_b` are cameras of b that see points of a; `in_a` the reverse.
 // Gauss-Newton over the seven degrees of freedom of the Cauchy-weighted squared reprojection error;
-// at `scale_px` an error loses half of its weight. Where `log_scale_deviation` is given, it receives the
-// standard deviation of the scale's logarithm for errors of 1 px. O(N).
+// at `scale_px` an error loses half of its weight. Where `log_scale_deviation` is given, it
+// receives the standard deviation of the scale's logarithm for errors of 1 px. O(N).
 Sim3 RefineSimilarity(const Sim3& b_from_a, std::span<const CrossSighting> in_b,
                       std::span<const CrossSighting> in_a, double scale_px,
                       double* log_scale_deviation = nullptr);

@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
-// The similarity between two reconstructions from what the cameras of one see of the other's points.
-// At the corner of a street no point is known to both: whoever stands there sees either side once.
+// The similarity between two reconstructions from what the cameras of one see of the other's
+// points. At the corner of a street no point is known to both: whoever stands there sees either
+// side once.
 
 #include <optional>
 #include <span>
@@ -23,8 +24,8 @@ struct ViewAlignmentOptions {
   // >= 1. Sightings that must agree besides those of the one camera by which the similarity was
   // found: one camera leaves the scale open. As R13 asks of common points.
   uint32_t other_sightings_min = 20;
-  // > 0. Standard deviation of the scale's logarithm, at most, for errors of 1 px. Chosen by hand; not
-  // measured.
+  // > 0. Standard deviation of the scale's logarithm, at most, for errors of 1 px. Chosen by hand;
+  // not measured.
   double log_scale_deviation_max = 0.01;
 
   Status Check() const;
@@ -37,9 +38,10 @@ struct ViewAlignment {
 
 // Places cameras of either side among the points of the other by P3P, which leaves the scale open;
 // finds the scale that most of the other sightings agree with; refines the best by all (Ventura et
-// al., "A minimal solution to the generalized pose-and-scale problem", CVPR 2014, solve all at once).
-// `in_b` are cameras of b that see points of a; `in_a` the reverse. Nothing where too few agree or
-// the scale stays open. Deterministic in its inputs and the seed. O(cameras * samples * N).
+// al., "A minimal solution to the generalized pose-and-scale problem", CVPR 2014, solve all at
+// once). `in_b` are cameras of b that see points of a; `in_a` the reverse. Nothing where too few
+// agree or the scale stays open. Deterministic in its inputs and the seed. O(cameras * samples *
+// N).
 std::optional<ViewAlignment> AlignByViews(std::span<const CrossSighting> in_b,
                                           std::span<const CrossSighting> in_a, uint64_t seed,
                                           const ViewAlignmentOptions& options);

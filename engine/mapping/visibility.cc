@@ -55,8 +55,8 @@ class NearDepths {
       depths_[Row(one.x_px) * each_way_ + Column(one.x_px)].push_back(one.depth);
   }
 
-  // The median of the cell and of those around it, as far around as it takes to know; infinite where
-  // the view sees nothing.
+  // The median of the cell and of those around it, as far around as it takes to know; infinite
+  // where the view sees nothing.
   double At(const Eigen::Vector2d& x_px) {
     const uint32_t row = Row(x_px), column = Column(x_px);
     double& median = medians_[row * each_way_ + column];

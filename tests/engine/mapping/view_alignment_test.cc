@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Goal: what cameras of one side see of the other's points gives the similarity of the two, with its
-//   scale, also among wrong matches; nothing where the scale stays open or too little agrees.
+// Goal: what cameras of one side see of the other's points gives the similarity of the two, with
+//   its scale, also among wrong matches; nothing where the scale stays open or too little agrees.
 // Method: a synthetic scene in two frames, whose cameras see points of the other frame only; every
 //   fifth sighting is of another point.
 #include "engine/mapping/view_alignment.h"
@@ -22,8 +22,8 @@ class ViewAlignmentTest : public testing::Test {
  protected:
   ViewAlignmentTest() : scene_(MakeScene({})) {}
 
-  // What one of the scene's cameras sees of some of its points; the frame of either is `cameras` and
-  // `points`, from that of the scene.
+  // What one of the scene's cameras sees of some of its points; the frame of either is `cameras`
+  // and `points`, from that of the scene.
   std::vector<CrossSighting> See(uint32_t camera, size_t first, size_t count, const Sim3& cameras,
                                  const Sim3& points) const {
     std::vector<CrossSighting> seen;
