@@ -158,8 +158,13 @@ Status AppendStored(MapLoader* loader, const CityMap& map, ImageId image, Recons
 
 std::optional<RefusalReason> SeamEvidence::Refusal(const DoubtOptions& options) const {
   if (agreeing_pairs < options.seam_pairs_min) return RefusalReason::kFewPairs;
+  const bool is_confirmed = visible.cells >= options.seam_confirmed_cells_min &&
+                            visible.missing_share() <= options.seam_confirmed_missing_share_max;
+  const double contradiction_share_max = is_confirmed
+                                             ? options.seam_confirmed_contradiction_share_max
+                                             : options.seam_contradiction_share_max;
   if (static_cast<double>(contradicting_matches) >
-      options.seam_contradiction_share_max * static_cast<double>(agreeing_matches))
+      contradiction_share_max * static_cast<double>(agreeing_matches))
     return RefusalReason::kContradicted;
   if ((visible.missing_cells >= options.missing_cells_min &&
        visible.missing_share() > options.seam_missing_share_max) ||

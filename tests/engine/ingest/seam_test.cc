@@ -103,6 +103,16 @@ TEST(SeamEvidence, EachKindOfEvidenceIsHeard) {
   EXPECT_FALSE(few.Holds(options));
   contradicted.contradicting_matches = 701;
   EXPECT_FALSE(contradicted.Holds(options));
+  // More of them where both sides see each other well.
+  contradicted.visible = {.expected = 900, .found = 800, .cells = 40, .missing_cells = 2};
+  EXPECT_TRUE(contradicted.Holds(options));
+  contradicted.visible.missing_cells = 3;
+  EXPECT_FALSE(contradicted.Holds(options));
+  contradicted.visible = {.expected = 900, .found = 800, .cells = 39, .missing_cells = 1};
+  EXPECT_FALSE(contradicted.Holds(options));
+  contradicted.visible = {.expected = 900, .found = 800, .cells = 40, .missing_cells = 2};
+  contradicted.contradicting_matches = 1001;
+  EXPECT_FALSE(contradicted.Holds(options));
   missing.visible.missing_cells = 60;
   EXPECT_FALSE(missing.Holds(options));
   SeamEvidence of_one = evidence;
