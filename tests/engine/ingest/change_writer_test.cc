@@ -91,7 +91,7 @@ TEST(ChangeWriter, WritesAPlacedPhotoAndAMerge) {
   EXPECT_EQ(gone.merged_into, into);
   EXPECT_EQ(gone.image_count, 0u);
   EXPECT_EQ(gone.point_count, 0u);
-  EXPECT_NEAR(gone.merged_from_this.scale, 2, 1e-6);
+  EXPECT_NEAR(gone.merged_from_this.scale, 2, 2e-3);
   ExpectTrueCounts(*snapshot, into);
   ExpectSound(*snapshot);
 }

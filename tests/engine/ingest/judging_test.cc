@@ -97,7 +97,7 @@ TEST_F(Judging, OneThatIsStillNotBelievedKeepsItsNewVotes) {
   EXPECT_GT(judged->judged_cells, 20u);
   EXPECT_EQ(judged->image, ImageId(5));
   EXPECT_GE(judged->images.size(), 4u) << "the seam is known better now";
-  EXPECT_NEAR(judged->a_from_b.scale, 2, 1e-6);
+  EXPECT_NEAR(judged->a_from_b.scale, 2, 2e-3);
   EXPECT_TRUE(IsSound());
   EXPECT_TRUE(Settle(Believing()).empty()) << "nothing has changed since";
 }
@@ -111,7 +111,7 @@ TEST_F(Judging, TheMergeIsMadeOnceTheEvidenceAllowsIt) {
   EXPECT_FALSE(Stored().has_value());
   const ReconstructionRecord second = *scene_.Snap()->GetReconstruction(kSecond);
   EXPECT_EQ(second.merged_into, kFirst);
-  EXPECT_NEAR(second.merged_from_this.scale, 2, 1e-6);
+  EXPECT_NEAR(second.merged_from_this.scale, 2, 2e-3);
   EXPECT_EQ(scene_.Snap()->GetReconstruction(kFirst)->image_count, 8u);
   EXPECT_EQ((*scene_.Snap()->FindPose(ImageId(8)))->reconstruction, kFirst);
   size_t judged = 0;
@@ -135,6 +135,7 @@ TEST_F(Judging, TheSecondSideWillDo) {
 TEST_F(Judging, WithoutEnoughPointsTheKnownSimilarityIsJudged) {
   IngestOptions options = Believing();
   options.mapper.common_points_min = 100'000;
+  options.mapper.view_alignment.other_sightings_min = 100'000;
   ASSERT_EQ(Settle(options).size(), 1u);
   const auto judged = Stored();
   ASSERT_TRUE(judged.has_value());

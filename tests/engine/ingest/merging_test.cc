@@ -34,11 +34,12 @@ TEST(Merging, TheLargerKeepsItsFrame) {
   ASSERT_EQ(merged.merges.size(), 1u);
   EXPECT_EQ(merged.merges[0].from, small);
   EXPECT_GE(merged.merges[0].common_point_count, 20u);
-  EXPECT_NEAR(merged.merges[0].into_from.scale, 2, 1e-6);
+  // To what the noise of the keypoints leaves.
+  EXPECT_NEAR(merged.merges[0].into_from.scale, 2, 2e-3);
   for (const uint32_t k : {4u, 5u}) {
     const MapImage& image = work.map.image(ImageId(k + 1));
     EXPECT_EQ(image.reconstruction, large);
-    EXPECT_LT((image.cam_from_world.Center() - scene.scene().poses[k].Center()).norm(), 1e-6);
+    EXPECT_LT((image.cam_from_world.Center() - scene.scene().poses[k].Center()).norm(), 2e-3);
   }
   EXPECT_EQ(work.map.image(ImageId(1)).cam_from_world.translation,
             scene.scene().poses[0].translation);
@@ -60,10 +61,25 @@ TEST(Merging, TooFewCommonPointsStayApart) {
   const ReconstructionId own = scene.AddReconstruction({4, 5}, AnotherFrame());
   SceneWork work(&scene);
   work.options.common_points_min = 100'000;
+  work.options.view_alignment.other_sightings_min = 100'000;
   const MergeOutcome merged = Merge(&scene, &work, own, {ImageId(5), ImageId(6)});
   EXPECT_EQ(merged.into, own);
   EXPECT_TRUE(merged.merges.empty());
   EXPECT_EQ(work.map.image(ImageId(5)).reconstruction, own);
+}
+
+TEST(Merging, WhatCamerasSeeOfTheOtherSideServesWithoutCommonPoints) {
+  SceneDatabase scene({.camera_count = 8, .point_count = 2000});
+  scene.AddImages(0, 8);
+  const ReconstructionId large = scene.AddReconstruction({0, 1, 2, 3});
+  const ReconstructionId small = scene.AddReconstruction({4, 5}, AnotherFrame());
+  SceneWork work(&scene);
+  work.options.common_points_min = 100'000;
+  const MergeOutcome merged = Merge(&scene, &work, small, {ImageId(5), ImageId(6)});
+  EXPECT_EQ(merged.into, large);
+  ASSERT_EQ(merged.merges.size(), 1u);
+  EXPECT_EQ(merged.merges[0].common_point_count, 0u);
+  EXPECT_NEAR(merged.merges[0].into_from.scale, 2, 2e-3);
 }
 
 TEST(Merging, WhatSomebodyHasForbiddenStaysApart) {
