@@ -239,8 +239,10 @@ Status DoubtOptions::Check() const {
 
 VisibleStructure FindAround(const CityMap& map, const MapImage& view,
                             std::span<const ImageId> around, const DoubtOptions& options) {
-  // What a wrong pose sees says nothing of what is hidden.
-  return FindVisible(map, view, {}, map.PointsSeenBy(around), options.visibility);
+  // What a wrong pose sees says nothing of how far the rest of the picture sees.
+  VisibilityOptions visibility = options.visibility;
+  visibility.hidden_reach_cells = 1;
+  return FindVisible(map, view, ListSeenDepths(map, view), map.PointsSeenBy(around), visibility);
 }
 
 bool IsContradicted(const VisibleStructure& visible, const DoubtOptions& options) {

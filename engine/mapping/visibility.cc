@@ -46,8 +46,10 @@ uint32_t CellOf(double x, uint32_t size, uint32_t each_way) {
 // How far away what the view sees is, in each part of the picture.
 class NearDepths {
  public:
-  NearDepths(const MapImage& view, std::span<const SeenDepth> seen, uint32_t each_way)
+  NearDepths(const MapImage& view, std::span<const SeenDepth> seen, uint32_t each_way,
+             uint32_t reach)
       : view_(view),
+        reach_(reach),
         each_way_(each_way),
         depths_(each_way * each_way),
         medians_(each_way * each_way, kUnknown) {
@@ -70,7 +72,7 @@ class NearDepths {
   double FindMedian(uint32_t row, uint32_t column) const {
     std::vector<double> near;
     for (uint32_t around = 1; near.size() < kNearPointsMin; ++around) {
-      if (around >= each_way_) return std::numeric_limits<double>::infinity();
+      if (around > reach_ || around >= each_way_) return std::numeric_limits<double>::infinity();
       near.clear();
       for (uint32_t r = row - std::min(row, around); r <= std::min(row + around, each_way_ - 1);
            ++r) {
@@ -94,7 +96,7 @@ class NearDepths {
   }
 
   const MapImage& view_;
-  const uint32_t each_way_;
+  const uint32_t reach_, each_way_;
   std::vector<std::vector<double>> depths_;
   std::vector<double> medians_;  // of the cells that were asked
 };
@@ -146,6 +148,7 @@ Status VisibilityOptions::Check() const {
       .Between("cell_found_share_min", cell_found_share_min, 0, 1)
       .AtLeast("depth_cells_each_way", depth_cells_each_way, 1)
       .Above("hidden_depth_ratio_min", hidden_depth_ratio_min, 1)
+      .AtLeast("hidden_reach_cells", hidden_reach_cells, 1)
       .status();
 }
 
@@ -166,7 +169,7 @@ VisibleStructure FindVisible(const CityMap& map, const MapImage& view,
                              std::span<const SeenDepth> seen, std::span<const PointId> points,
                              const VisibilityOptions& options) {
   Cells cells(view, options.cells_each_way);
-  NearDepths near(view, seen, options.depth_cells_each_way);
+  NearDepths near(view, seen, options.depth_cells_each_way, options.hidden_reach_cells);
   GuidedScratch scratch;
   const Eigen::Vector3d center = view.cam_from_world.Center();
   const double border_px = options.search_radius_px;

@@ -39,6 +39,8 @@ struct VisibilityOptions {
   // At a street's corner 300 points of the side street were asked of photos of the house before it:
   // they lay at 8 to 28 m, the house at 4 to 5.
   double hidden_depth_ratio_min = 1.25;
+  // >= 1. Cells around that are looked at, until one tells how far the view sees.
+  uint32_t hidden_reach_cells = 32;
 
   Status Check() const;
 };

@@ -120,12 +120,12 @@ TEST(Visibility, NothingIsExpectedBehindWhatTheViewSees) {
   const uint32_t expected = FindVisible(map, view, {}, points, {}).expected;
   ASSERT_GT(expected, 500u);
   // A wall all over the picture, before, amid and behind the points; and one on its left half.
-  const auto wall = [&](double depth, double width) {
+  const auto wall = [&](double depth, double width, const VisibilityOptions& options = {}) {
     std::vector<SeenDepth> seen;
     for (double y = 2; y < view.height_px; y += 8) {
       for (double x = 2; x < width * view.width_px; x += 8) seen.push_back({{x, y}, depth});
     }
-    return FindVisible(map, view, seen, points, {}).expected;
+    return FindVisible(map, view, seen, points, options).expected;
   };
   double nearest = 1e9, farthest = 0;
   for (const PointId id : points) {
@@ -136,6 +136,7 @@ TEST(Visibility, NothingIsExpectedBehindWhatTheViewSees) {
   EXPECT_EQ(wall(farthest, 1), expected);
   // What is near by tells of a part of the picture where the view sees nothing; two points do not.
   EXPECT_EQ(wall(nearest / 1.3, 0.5), 0u);
+  EXPECT_GT(wall(nearest / 1.3, 0.5, {.hidden_reach_cells = 1}), 0.3 * expected);
   std::vector<SeenDepth> left, right;
   for (const double y : {100.0, 101.0, 102.0}) {
     left.push_back({{100, y}, nearest / 1.3});
@@ -188,6 +189,7 @@ TEST(Visibility, RefusesWhatIsOutOfBounds) {
   ExpectBounds(&O::cell_points_min, "cell_points_min", {0u}, {1u});
   ExpectBounds(&O::cell_found_share_min, "cell_found_share_min", {-0.1, 1.1}, {0.0, 1.0});
   ExpectBounds(&O::depth_cells_each_way, "depth_cells_each_way", {0u}, {1u, 64u});
+  ExpectBounds(&O::hidden_reach_cells, "hidden_reach_cells", {0u}, {1u, 64u});
   ExpectBounds(&O::hidden_depth_ratio_min, "hidden_depth_ratio_min", {1.0, 0.5}, {1.01, 10.0});
 }
 
