@@ -1,7 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "engine/mapping/neighbor_agreement.h"
 
+#include <Eigen/Eigenvalues>
 #include <algorithm>
+#include <cmath>
+#include <vector>
 
 #include "engine/matching/two_view.h"
 #include "storage/base/option_bounds.h"
@@ -19,6 +22,29 @@ bool FallsNear(const CityMap& map, const MapImage& from, FeatureIndex feature, c
   return point == nullptr || ReprojectionErrorPx(view.ViewOf(seen), point->position) < error_px_max;
 }
 
+// Standard deviation of the places, px, the way it is smallest.
+double SpreadPx(std::span<const Eigen::Vector2d> places) {
+  Eigen::Vector2d mean = Eigen::Vector2d::Zero();
+  for (const Eigen::Vector2d& x : places) mean += x / static_cast<double>(places.size());
+  Eigen::Matrix2d covariance = Eigen::Matrix2d::Zero();
+  for (const Eigen::Vector2d& x : places)
+    covariance += (x - mean) * (x - mean).transpose() / static_cast<double>(places.size());
+  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d> solver(covariance, Eigen::EigenvaluesOnly);
+  return std::sqrt(std::max(solver.eigenvalues()[0], 0.0));
+}
+
+// Whether the matches tell little of the rotation between the two.
+bool IsNarrow(const MapImage& view, const MapImage& other, std::span<const FeatureMatch> matches,
+              double share) {
+  std::vector<Eigen::Vector2d> in_view, in_other;
+  for (const FeatureMatch& match : matches) {
+    const Keypoint &a = view.features->keypoints[match.a], &b = other.features->keypoints[match.b];
+    in_view.emplace_back(a.x_px, a.y_px);
+    in_other.emplace_back(b.x_px, b.y_px);
+  }
+  return SpreadPx(in_view) < share * view.width_px || SpreadPx(in_other) < share * other.width_px;
+}
+
 }  // namespace
 
 Status AgreementOptions::Check() const {
@@ -27,6 +53,8 @@ Status AgreementOptions::Check() const {
       .Above("point_error_px_max", point_error_px_max, 0)
       .Inside("rotation_deg_max", rotation_deg_max, 0, 180)
       .Above("rotation_px_max", rotation_px_max, 0)
+      .AtLeast("rotation_narrow_factor", rotation_narrow_factor, 1.0)
+      .Between("rotation_narrow_share", rotation_narrow_share, 0, 1)
       .AtLeast("rotation_matches_min", rotation_matches_min, 1)
       .status();
 }
@@ -54,11 +82,13 @@ bool IsTurned(const MapImage& view, const MapImage& other, const PairMatches& pa
               const AgreementOptions& options) {
   const Rigid3 other_from_view = other.cam_from_world * view.cam_from_world.Inverse();
   const double focal_px = std::min(view.camera.focal_px(), other.camera.focal_px());
+  if (pair.geometry != PairGeometry::kGeneral || pair.matches.size() < options.rotation_matches_min)
+    return false;
   const double angle_max =
       std::max(options.rotation_deg_max * kRadPerDeg, options.rotation_px_max / focal_px);
-  return pair.geometry == PairGeometry::kGeneral &&
-         pair.matches.size() >= options.rotation_matches_min &&
-         other_from_view.rotation.angularDistance(pair.other_from_photo.rotation) > angle_max;
+  const double angle = other_from_view.rotation.angularDistance(pair.other_from_photo.rotation);
+  return angle > angle_max && (angle > options.rotation_narrow_factor * angle_max ||
+                               !IsNarrow(view, other, pair.matches, options.rotation_narrow_share));
 }
 
 NeighborAgreement CheckNeighbors(const CityMap& map, ReconstructionId reconstruction,
