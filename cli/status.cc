@@ -20,7 +20,7 @@ void PrintReconstruction(const ReconstructionAnswer& r) {
 
 void PrintSeams(const StatusAnswer& status) {
   if (status.open_hypotheses == 0) return;
-  PrintLine("%lu merges are proposed and not believed yet", status.open_hypotheses);
+  PrintLine("merges that are proposed and not believed yet: %lu", status.open_hypotheses);
   for (const HypothesisAnswer& hypothesis : status.doubtful_seams) PrintHypothesis(hypothesis);
   if (status.open_hypotheses > status.doubtful_seams.size()) {
     PrintLine("  and %lu others, which rest on fewer common points",
