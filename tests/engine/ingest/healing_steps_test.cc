@@ -137,8 +137,9 @@ TEST(HealingSteps, ImagesThatLoseTheirPosesWaitAndAreTriedAgain) {
   EXPECT_TRUE(scene.State().pending_propagation.empty());
 }
 
-TEST(HealingSteps, DoubtEnds) {
-  // Whatever is placed is doubted by the adjustment that is due at once.
+// Carries out what is due where whatever is placed is doubted by the adjustment that is due at
+// once, with an entry of the journal before each step.
+void ExpectThatDoubtEnds(const std::string& action_between) {
   SceneDatabase scene;
   scene.AddImages(0, 6);
   EXPECT_EQ(scene.AddReconstruction({0, 1, 2, 3, 4}), kWhole);
@@ -149,14 +150,32 @@ TEST(HealingSteps, DoubtEnds) {
   healer.options = options;
   ASSERT_OK(healer.Adjust().status());
   Ingest ingest(scene.database(), &healer.retrieval, scene.features(), scene.pool(), options);
+  const auto note = [&] {
+    if (action_between.empty()) return;
+    DatabaseState state = scene.State();
+    const auto transaction = scene.database()->BeginTransaction();
+    SceneDatabase::Note({0, 0, "veduta", action_between, {}, kWhole, ""}, &state,
+                        transaction.get());
+    ASSERT_OK(transaction->Commit());
+  };
   size_t steps = 0;
+  note();
   while (const auto step = ingest.RunNextStep()) {
     ASSERT_OK(step->status);
     ASSERT_LT(++steps, 50u) << "placing and doubting go on for ever";
+    note();
   }
   EXPECT_GT(steps, 5u) << "each was tried again once";
   ExpectSound(scene);
   EXPECT_TRUE(scene.State().pending_propagation.empty());
+}
+
+TEST(HealingSteps, DoubtEnds) {
+  ExpectThatDoubtEnds("");
+}
+
+TEST(HealingSteps, DoubtEndsWhereWhatIsPlacedAgainMerges) {
+  ExpectThatDoubtEnds("merge");
 }
 
 TEST(HealingSteps, TheStepTellsWhatItTookBack) {
