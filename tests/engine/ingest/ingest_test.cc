@@ -234,8 +234,9 @@ TEST(Ingest, ARejectedPhotoMayComeAgainMended) {
 }
 
 TEST(Ingest, TwoSitesMergeWhenABridgeIsWalked) {
-  const std::vector<Stand> first = Walk(6, 0.9, 5), second = Walk(20, 0.9, 5),
-                           bridge = Walk(10.6, 1.1, 8);
+  // So far apart that no photo of the one sees enough of the other to join them.
+  const std::vector<Stand> first = Walk(6, 0.9, 5), second = Walk(26, 0.9, 5),
+                           bridge = Walk(10.6, 1.1, 14);
   City city;
   city.Add(first);
   city.Add(second);
@@ -255,7 +256,7 @@ TEST(Ingest, TwoSitesMergeWhenABridgeIsWalked) {
   for (const AddOutcome& outcome : outcomes) EXPECT_TRUE(IsPlaced(outcome.verdict)) << outcome.name;
   const StatusAnswer joined = city.Counts();
   ASSERT_EQ(joined.reconstructions.size(), 1u);
-  EXPECT_EQ(joined.reconstructions[0].images, 18u);
+  EXPECT_EQ(joined.reconstructions[0].images, 24u);
   const auto after = city.Ask();
   EXPECT_TRUE(IsSound(after.snapshot()));
   std::vector<Stand> all = first;
