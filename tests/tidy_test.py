@@ -1,7 +1,8 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: Apache-2.0
 # Goal: what the house style asks of every file and a compiler does not see holds: licence lines,
-#   includes that point down, third-party headers in their rooms, sizes, no path of one machine.
+#   includes that point down, third-party headers in their rooms, sizes, libraries that print
+#   nothing, no path of one machine.
 # Method: reads every file that git tracks or would track. Before that, each check is shown a
 #   made-up tree that breaks it once, and must find that and nothing else; a check that cannot fail
 #   fails here.
@@ -47,6 +48,12 @@ SOURCE_LINES_MAX, HEADER_LINES_MAX, COLUMNS_MAX = 500, 250, 100
 MACHINE_FOLDERS = ('wo' + 'rk/', 'fa' + 'rm/', 'ho' + 'me/', 'tmp/bu' + 'ild')
 MACHINE_PATH = re.compile('(?<![A-Za-z0-9_.~$}*])/(' + '|'.join(MACHINE_FOLDERS) + ')')
 INCLUDE = re.compile(r'^\s*#\s*include\s*[<"]([^>"]+)[>"]')
+
+
+# The rooms that others embed, and the one file of them that says why the process ends.
+LIBRARIES = ('storage/', 'index/', 'engine/', 'kernels/', 'fusion/')
+MAY_SPEAK = ('storage/base/status.cc',)
+SPEAKS = re.compile(r'\b(getenv|f?printf|f?puts)\s*\(|\bstd::(cout|cerr|clog)\b')
 
 
 def is_under(path, folder):
@@ -141,6 +148,17 @@ def check_top_folders(path, lines):
         yield f'{path}: top folder: {top}/ is not one of {", ".join(sorted(TOP_FOLDERS))}'
 
 
+def check_quiet(path, lines):
+    """Whoever embeds the engine owns the streams and the environment."""
+    if not path.startswith(LIBRARIES) or path in MAY_SPEAK or not path.endswith(INCLUDERS):
+        return
+    for number, line in enumerate(lines, 1):
+        found = SPEAKS.search(line)
+        if found:
+            yield (f'{path}:{number}: quiet: {found[0]}: a library neither prints nor reads the '
+                   f'environment')
+
+
 def check_test_opening(path, lines):
     if is_under(path, 'tests') and re.search(r'_test\.(cc|py)$', path):
         for word in ('Goal:', 'Method:'):
@@ -150,7 +168,7 @@ def check_test_opening(path, lines):
 
 CHECKS = (check_licence, check_floors, check_third_party, check_size, check_columns,
           check_machine_paths,
-          check_top_folders, check_test_opening)
+          check_top_folders, check_quiet, check_test_opening)
 
 
 def violations(tree):
@@ -253,6 +271,8 @@ BROKEN = (
     ('a path of one machine in a document', 'docs/a.md', 'see /ho' + 'me/me/x\n', 'machine'),
     ('a build folder of one machine', 'docs/a.md', '`/tmp/bu' + 'ild-me`\n', 'machine'),
     ('a folder at the top that nobody planned', 'utils/a.md', 'x\n', 'top folder'),
+    ('a library that prints', 'engine/a.cc', SPDX + 'std::fprintf(stderr, "x");\n', 'quiet'),
+    ('a library that reads the environment', 'storage/a.h', SPDX + 'getenv("X");\n', 'quiet'),
     ('a test without its goal', 'tests/storage/a_test.cc', SPDX + '// Method: b\n', 'opening'),
     ('a test without its method', 'tests/storage/a_test.cc', SPDX + '// Goal: a\n', 'opening'),
 )

@@ -218,6 +218,7 @@ void Unplace(CityMap* map, const std::set<ImageId>& images, const std::string& w
 Status DoubtOptions::Check() const {
   return OptionBounds()
       .Part("visibility", visibility.Check())
+      .Part("seam_visibility", seam_visibility.Check())
       .AtLeast("images_max", images_max, 1)
       .Inside("beside_angle_deg_max", beside_angle_deg_max, 0, 90)
       .AtLeast("missing_cells_min", missing_cells_min, 1)
@@ -239,10 +240,8 @@ Status DoubtOptions::Check() const {
 
 VisibleStructure FindAround(const CityMap& map, const MapImage& view,
                             std::span<const ImageId> around, const DoubtOptions& options) {
-  // What a wrong pose sees says nothing of how far the rest of the picture sees.
-  VisibilityOptions visibility = options.visibility;
-  visibility.hidden_reach_cells = 1;
-  return FindVisible(map, view, ListSeenDepths(map, view), map.PointsSeenBy(around), visibility);
+  return FindVisible(map, view, ListSeenDepths(map, view), map.PointsSeenBy(around),
+                     options.visibility);
 }
 
 bool IsContradicted(const VisibleStructure& visible, const DoubtOptions& options) {

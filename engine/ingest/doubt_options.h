@@ -9,7 +9,11 @@
 namespace veduta {
 
 struct DoubtOptions {
+  // What a view must see: of a pose, and of a seam. A wrong pose sees a part of its picture well
+  // and says nothing of how far the rest sees, so only what is near by hides. A seam joins two
+  // sides that know their own pictures: a smooth wall is as far away as what is nearest to it.
   VisibilityOptions visibility;
+  VisibilityOptions seam_visibility = {.hidden_reach_cells = 32};
   // >= 1. Images around a view whose points it is asked for. Chosen by hand; not measured.
   uint32_t images_max = 12;
   // (0, 90), degrees. Cameras side by side whose axes differ by less see the same, unless something

@@ -46,7 +46,8 @@ Result<Side> FindSide(const Snapshot& base, const HypothesisRecord& hypothesis) 
   return a.near.empty() ? b : a;
 }
 
-// The votes for the similarity that was proposed before, since no points give a better one.
+// The votes for the similarity that was proposed before, where neither common points nor what the
+// cameras see across give a better one.
 Result<std::optional<HypothesisRecord>> JudgeAsBefore(const MappingContext& context,
                                                       const Side& side) {
   VEDUTA_ASSIGN_OR_RETURN(

@@ -98,21 +98,29 @@ class Sides {
   }
 
  private:
+  // Of images that miss enough cells to count, the one that misses the larger share; of others the
+  // one that misses more.
+  static bool IsWorse(const VisibleStructure& one, const VisibleStructure& other,
+                      const DoubtOptions& options) {
+    const bool counts = one.missing_cells >= options.seam_view_missing_cells_min,
+               other_counts = other.missing_cells >= options.seam_view_missing_cells_min;
+    if (counts != other_counts) return counts;
+    return counts ? one.missing_share() > other.missing_share()
+                  : one.missing_cells > other.missing_cells;
+  }
+
   void AddVisible(const std::map<ImageId, CarriedView>& views, const std::vector<ImageId>& around,
                   const DoubtOptions& options, SeamEvidence* evidence) const {
     const std::vector<PointId> points = map_.PointsSeenBy(around);
     VisibleStructure& sum = evidence->visible;
     for (const auto& [id, view] : views) {
       const VisibleStructure visible =
-          FindVisible(map_, view.image, view.seen, points, options.visibility);
-      if (getenv("DBG"))
-        fprintf(stderr, "view %u %u of %u, %u of %u seen %zu\n", id.value, visible.missing_cells,
-                visible.cells, visible.found, visible.expected, view.seen.size());
+          FindVisible(map_, view.image, view.seen, points, options.seam_visibility);
       sum.expected += visible.expected;
       sum.found += visible.found;
       sum.cells += visible.cells;
       sum.missing_cells += visible.missing_cells;
-      if (visible.missing_cells > evidence->worst.missing_cells) evidence->worst = visible;
+      if (IsWorse(visible, evidence->worst, options)) evidence->worst = visible;
     }
   }
 
@@ -254,21 +262,6 @@ SeamEvidence JudgeSeam(const CityMap& map, const SeamArea& seam, const Sim3& int
         std::min<size_t>(pair.matches.matches.size(), options.doubt.pair_weight_max);
   }
   sides.CountVisible(options.doubt, &evidence);
-  if (getenv("DBG")) {
-    for (int side = 0; side < 2; ++side) {
-      for (const ImageId id : side ? seam.other : seam.into) {
-        const Rigid3 pose =
-            side ? TransformCameraWorld(into_from_other, map.image(id).cam_from_world)
-                 : map.image(id).cam_from_world;
-        const Eigen::Vector3d c = pose.Center(),
-                              f = pose.rotation.conjugate() * Eigen::Vector3d(0, 0, 1);
-        fprintf(stderr, "cam %d %u %f %f %f %f %f %f\n", side, id.value, c.x(), c.y(), c.z(), f.x(),
-                f.y(), f.z());
-      }
-    }
-    fprintf(stderr, "seam: %s: %s\n", evidence.Text().c_str(),
-            evidence.Holds(options.doubt) ? "holds" : "REFUSED");
-  }
   return evidence;
 }
 

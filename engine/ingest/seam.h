@@ -36,7 +36,7 @@ struct SeamEvidence {
   uint32_t agreeing_pairs = 0, contradicting_pairs = 0;
   uint64_t agreeing_matches = 0, contradicting_matches = 0;
   VisibleStructure visible;  // summed over the images of both sides
-  VisibleStructure worst;    // that of the image with most missing cells
+  VisibleStructure worst;    // that of the image that lacks most
 
   // Why the two are not believed to be one; nothing where they are.
   std::optional<RefusalReason> Refusal(const DoubtOptions& options) const;

@@ -34,13 +34,13 @@ struct VisibilityOptions {
   // >= 1. What the view sees itself is known in so many cells each way. Chosen by hand; not
   // measured.
   uint32_t depth_cells_each_way = 32;
-  // > 1. A point that is so many times as far away as what the view sees there is hidden behind it:
-  // there, or nearest by, for a smooth wall shows no points of its own.
+  // > 1. A point that is so many times as far away as what the view sees there is hidden behind it.
   // At a street's corner 300 points of the side street were asked of photos of the house before it:
   // they lay at 8 to 28 m, the house at 4 to 5.
   double hidden_depth_ratio_min = 1.25;
-  // >= 1. Cells around that are looked at, until one tells how far the view sees.
-  uint32_t hidden_reach_cells = 32;
+  // >= 1. What the view sees there is looked for in so many cells around at most, nearest first.
+  // Chosen by hand; not measured.
+  uint32_t hidden_reach_cells = 1;
 
   Status Check() const;
 };

@@ -80,6 +80,9 @@ TEST_F(Seam, OneThatIsShiftedByAWindowDoesNot) {
   EXPECT_EQ(evidence.agreeing_pairs, 0u);
   EXPECT_EQ(evidence.contradicting_pairs, 16u);
   EXPECT_GT(evidence.visible.missing_share(), 0.8);
+  // No image that counts lacks a larger share than the one that is told.
+  EXPECT_GE(evidence.worst.missing_cells, work_->options.doubt.seam_view_missing_cells_min);
+  EXPECT_GE(evidence.worst.missing_share(), evidence.visible.missing_share());
   EXPECT_FALSE(evidence.Holds(work_->options.doubt)) << evidence.Text();
   EXPECT_NE(evidence.Text().find("0 pairs agree, 16 contradict"), std::string::npos);
 }

@@ -134,9 +134,11 @@ TEST(Visibility, NothingIsExpectedBehindWhatTheViewSees) {
   }
   EXPECT_EQ(wall(nearest / 1.3, 1), 0u);
   EXPECT_EQ(wall(farthest, 1), expected);
-  // What is near by tells of a part of the picture where the view sees nothing; two points do not.
-  EXPECT_EQ(wall(nearest / 1.3, 0.5), 0u);
-  EXPECT_GT(wall(nearest / 1.3, 0.5, {.hidden_reach_cells = 1}), 0.3 * expected);
+  // What is near by tells of a part of the picture where the view sees nothing, if it is looked for
+  // so far away; two points do not.
+  const VisibilityOptions far{.hidden_reach_cells = 32};
+  EXPECT_EQ(wall(nearest / 1.3, 0.5, far), 0u);
+  EXPECT_GT(wall(nearest / 1.3, 0.5), 0.3 * expected);
   std::vector<SeenDepth> left, right;
   for (const double y : {100.0, 101.0, 102.0}) {
     left.push_back({{100, y}, nearest / 1.3});
@@ -144,11 +146,11 @@ TEST(Visibility, NothingIsExpectedBehindWhatTheViewSees) {
   }
   std::vector<SeenDepth> both = left;
   both.insert(both.end(), right.begin(), right.end());
-  const uint32_t beside = FindVisible(map, view, both, points, {}).expected;
+  const uint32_t beside = FindVisible(map, view, both, points, far).expected;
   EXPECT_GT(beside, 0.3 * expected);
   EXPECT_LT(beside, 0.7 * expected);
   left.pop_back();
-  EXPECT_EQ(FindVisible(map, view, left, points, {}).expected, expected);
+  EXPECT_EQ(FindVisible(map, view, left, points, far).expected, expected);
 }
 
 TEST(Visibility, WhatAnImageSeesIsListedWithItsDepth) {
