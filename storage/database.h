@@ -39,6 +39,7 @@
 #include "storage/model/points.h"
 #include "storage/model/reconstruction.h"
 #include "storage/model/state.h"
+#include "storage/model/submap.h"
 #include "storage/records/families.h"
 #include "storage/stored_bytes.h"
 #include "storage/transaction.h"
@@ -116,6 +117,8 @@ class Snapshot {
   virtual Result<bool> IsForbidden(ForbiddenKind kind, uint32_t a, uint32_t b) const = 0;
   // Merges that are not believed yet; ascending reconstructions. O(its length).
   virtual Result<std::vector<HypothesisRecord>> ListHypotheses() const = 0;
+  // The parts of large reconstructions; ascending ids. O(images in them).
+  virtual Result<std::vector<SubmapRecord>> ListSubmaps() const = 0;
 
   // What the dense pass made; lives as long as the snapshot.
   virtual const DenseReader& dense() const = 0;

@@ -19,6 +19,7 @@
 #include "storage/records/reconstruction_record.h"
 #include "storage/records/record_parts.h"
 #include "storage/records/state_record.h"
+#include "storage/records/submap_record.h"
 #include "storage/records/vocabulary_record.h"
 #include "storage/records/write_ahead_mark.h"
 #include "storage/rocksdb_status.h"
@@ -260,6 +261,18 @@ class SnapshotView final : public Snapshot {
                      [&](std::string_view key, std::string_view value, bool* /*more*/) {
                        HypothesisRecord& record = all.emplace_back();
                        VEDUTA_RETURN_IF_ERROR(ParseHypothesisKey(key, &record));
+                       return Decode(value, &record);
+                     }));
+    return all;
+  }
+
+  Result<std::vector<SubmapRecord>> ListSubmaps() const override {
+    std::vector<SubmapRecord> all;
+    VEDUTA_RETURN_IF_ERROR(
+        reader_.Scan(Family::kMeta, std::string(kSubmapPrefix), "",
+                     [&](std::string_view key, std::string_view value, bool* /*more*/) {
+                       SubmapRecord& record = all.emplace_back();
+                       VEDUTA_RETURN_IF_ERROR(ParseSubmapKey(key, &record));
                        return Decode(value, &record);
                      }));
     return all;

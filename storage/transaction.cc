@@ -24,6 +24,7 @@
 #include "storage/records/reconstruction_record.h"
 #include "storage/records/record_parts.h"
 #include "storage/records/state_record.h"
+#include "storage/records/submap_record.h"
 #include "storage/records/vocabulary_record.h"
 #include "storage/records/write_ahead_mark.h"
 #include "storage/snapshot_view.h"
@@ -112,6 +113,12 @@ class WriteTransaction final : public Transaction {
   void DeleteHypothesis(ReconstructionId a, ReconstructionId b) override {
     buffer().Delete(Family::kMeta, HypothesisKey(std::min(a, b), std::max(a, b)));
   }
+
+  void PutSubmap(const SubmapRecord& submap) override {
+    buffer().Put(Family::kMeta, SubmapKey(submap.id), Encode(submap));
+  }
+
+  void DeleteSubmap(SubmapId id) override { buffer().Delete(Family::kMeta, SubmapKey(id)); }
 
   void PutReconstruction(const ReconstructionRecord& reconstruction) override {
     buffer().Put(Family::kReconstructions, ReconstructionKey(reconstruction.id),

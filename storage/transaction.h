@@ -20,6 +20,7 @@
 #include "storage/model/points.h"
 #include "storage/model/reconstruction.h"
 #include "storage/model/state.h"
+#include "storage/model/submap.h"
 
 namespace veduta {
 
@@ -83,6 +84,8 @@ class Transaction {
   virtual void PutHypothesis(const HypothesisRecord& hypothesis) = 0;
   // In either order; also where there is none.
   virtual void DeleteHypothesis(ReconstructionId a, ReconstructionId b) = 0;
+  virtual void PutSubmap(const SubmapRecord& submap) = 0;  // replaces the one of its id
+  virtual void DeleteSubmap(SubmapId id) = 0;              // also where there is none
   virtual void AddJournal(const JournalRecord& record) = 0;
 
   // Writes of the dense pass, part of the same commit.

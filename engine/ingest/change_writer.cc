@@ -43,9 +43,11 @@ class TouchedRecords {
 // 0.346 to 0.345 px.
 constexpr uint32_t kWholeOverPartMax = 20;
 
-// Moves the counts of the merged reconstruction over, and notes in its record where it went.
-void MergeRecords(const Merge& merge, ReconstructionRecord* from, ReconstructionRecord* into) {
-  if (into->image_count <= uint64_t{kWholeOverPartMax} * from->image_count)
+// Moves the counts of the merged reconstruction over, and notes in its record where it went. Of one
+// that has submaps those at the seam are due.
+void MergeRecords(const Merge& merge, bool is_into_parted, ReconstructionRecord* from,
+                  ReconstructionRecord* into) {
+  if (!is_into_parted && into->image_count <= uint64_t{kWholeOverPartMax} * from->image_count)
     into->images_at_adjustment = 0;
   into->image_count += from->image_count;
   into->point_count += from->point_count;
@@ -59,7 +61,8 @@ void MergeRecords(const Merge& merge, ReconstructionRecord* from, Reconstruction
   ++from->geometry_version;
 }
 
-Status CountMerges(const Placement& placement, TouchedRecords* records, Transaction* transaction) {
+Status CountMerges(const Placement& placement, const Submaps& submaps, TouchedRecords* records,
+                   Transaction* transaction) {
   VEDUTA_ASSIGN_OR_RETURN(ReconstructionRecord* const into, records->Get(placement.reconstruction));
   // A photo was placed in one that was perhaps merged away then; the sum is the same.
   if (!placement.founded.valid())
@@ -68,7 +71,7 @@ Status CountMerges(const Placement& placement, TouchedRecords* records, Transact
     VEDUTA_ASSIGN_OR_RETURN(ReconstructionRecord* const from, records->Get(merge.from));
     if (merge.from != placement.founded)
       transaction->DeletePointBlocks(merge.from, from->points_generation);
-    MergeRecords(merge, from, into);
+    MergeRecords(merge, submaps.IsParted(into->id), from, into);
   }
   return Status::Ok();
 }
@@ -125,11 +128,12 @@ void WritePosesAndObservations(const CityMap& map, Transaction* transaction) {
 }
 
 Status WritePlacementChanges(const CityMap& map, const Snapshot& snapshot,
-                             const Placement& placement, Transaction* transaction) {
+                             const Placement& placement, const Submaps& submaps,
+                             Transaction* transaction) {
   TouchedRecords records(snapshot, placement);
-  VEDUTA_RETURN_IF_ERROR(CountMerges(placement, &records, transaction));
+  VEDUTA_RETURN_IF_ERROR(CountMerges(placement, submaps, &records, transaction));
   VEDUTA_RETURN_IF_ERROR(AddCounts(map, placement, &records));
-  if (placement.raises_doubt) {
+  if (placement.raises_doubt && !submaps.IsParted(placement.reconstruction)) {
     VEDUTA_ASSIGN_OR_RETURN(ReconstructionRecord* const record,
                             records.Get(placement.reconstruction));
     record->images_at_adjustment = 0;  // makes its adjustment due, which judges all of it

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "engine/ingest/placement.h"
+#include "engine/ingest/submaps.h"
 #include "engine/mapping/city_map.h"
 #include "storage/database.h"
 
@@ -18,9 +19,10 @@ void WritePosesAndObservations(const CityMap& map, Transaction* transaction);
 
 // All that placing a photo changed: poses, observations, point blocks, and the records of the
 // reconstructions with their counts, merged ones too. `snapshot` is the state that the map was
-// loaded from. The map's record of changes stays as it is.
+// loaded from, and `submaps` are those of that state. The map's record of changes stays as it is.
 Status WritePlacementChanges(const CityMap& map, const Snapshot& snapshot,
-                             const Placement& placement, Transaction* transaction);
+                             const Placement& placement, const Submaps& submaps,
+                             Transaction* transaction);
 
 // Deletes what is stored of the poses that images have lost. Their point blocks are the caller's.
 void WriteUnplaced(const CityMap& map, Transaction* transaction);

@@ -18,13 +18,14 @@ constexpr double kRadPerDeg = 0.017453292519943295;
 
 using Judgements = std::map<ImageId, VisibleStructure>;
 
-// Judges these images anew, side by side.
-void Judge(const MappingContext& context, std::span<const ImageId> images, Judgements* judged) {
+// Judges these images anew, side by side, by what `known` see.
+void Judge(const MappingContext& context, std::span<const ImageId> images,
+           std::span<const ImageId> known, Judgements* judged) {
   const CityMap& map = *context.map;
   const DoubtOptions& options = context.options.doubt;
   std::vector<VisibleStructure> visible(images.size());
   context.pool->ParallelFor(images.size(), [&](size_t i) {
-    const std::vector<ImageId> around = CovisibleImages(map, images[i], options.images_max);
+    const std::vector<ImageId> around = CovisibleImages(map, images[i], options.images_max, known);
     visible[i] = FindAround(map, map.image(images[i]), around, options);
   });
   for (size_t i = 0; i < images.size(); ++i) (*judged)[images[i]] = visible[i];
@@ -41,17 +42,18 @@ std::optional<ImageId> FindWorst(const Judgements& judged, const DoubtOptions& o
 }
 
 // Takes poses until no image is contradicted. `members` are the images that are left.
-void UnplaceContradicted(const MappingContext& context, std::set<ImageId>* members,
-                         Healing* healing) {
+void UnplaceContradicted(const MappingContext& context, std::span<const ImageId> known,
+                         std::set<ImageId>* members, Healing* healing) {
   Judgements judged;
-  Judge(context, std::vector(members->begin(), members->end()), &judged);
+  Judge(context, std::vector(members->begin(), members->end()), known, &judged);
   while (const std::optional<ImageId> worst = FindWorst(judged, context.options.doubt)) {
     healing->unplaced.push_back({*worst, MissingText(judged.at(*worst))});
-    const std::vector<ImageId> around = CovisibleImages(*context.map, *worst, members->size());
+    std::vector<ImageId> around = CovisibleImages(*context.map, *worst, known.size(), known);
     context.map->UnplaceImage(*worst);
     members->erase(*worst);
     judged.erase(*worst);
-    Judge(context, around, &judged);
+    std::erase_if(around, [&](ImageId id) { return !members->contains(id); });
+    Judge(context, around, known, &judged);
   }
 }
 
@@ -178,6 +180,7 @@ Result<std::vector<PairEvidence>> GatherEvidence(const MappingContext& context,
 
 // A reconstruction is of three images at least.
 constexpr size_t kImagesMin = 3;
+constexpr const char* kTooFewLeft = "less than three images are left there that agree";
 
 // The parts that agree. Rotations of pairs may part large ones; an image or two that they alone
 // speak against stay where they are.
@@ -224,6 +227,7 @@ Status DoubtOptions::Check() const {
       .AtLeast("missing_cells_min", missing_cells_min, 1)
       .AboveUpTo("missing_share_max", missing_share_max, 0, 1)
       .AtLeast("seam_pairs_min", seam_pairs_min, 1)
+      .Above("seam_deviation_share_max", seam_deviation_share_max, 0)
       .AtLeast("pair_weight_max", pair_weight_max, 1)
       .Above("seam_contradiction_share_max", seam_contradiction_share_max, 0)
       .Above("seam_confirmed_contradiction_share_max", seam_confirmed_contradiction_share_max, 0)
@@ -254,24 +258,39 @@ std::string MissingText(const VisibleStructure& visible) {
          " parts of the picture lack what other photos see there";
 }
 
-Result<Healing> HealReconstruction(const MappingContext& context, std::span<const ImageId> images) {
+Result<Healing> HealRegion(const MappingContext& context, std::span<const ImageId> images,
+                           std::span<const ImageId> known) {
   VEDUTA_ASSIGN_OR_RETURN(const std::vector<PairEvidence> evidence,
-                          GatherEvidence(context, std::set(images.begin(), images.end())));
+                          GatherEvidence(context, std::set(known.begin(), known.end())));
   Healing healing;
+  // What stays: all but the parts that are cut off.
+  std::set<ImageId> staying(images.begin(), images.end());
   std::vector<std::set<ImageId>> parts;
-  for (const auto& part : FindParts(images, evidence, context.options.doubt.parts)) {
-    parts.emplace_back(part.begin(), part.end());
-    if (part.size() < kImagesMin)
-      Unplace(context.map, parts.back(), "what is known of it contradicts where it was", &healing);
+  const auto found = FindParts(known, evidence, context.options.doubt.parts);
+  for (size_t i = 0; i < found.size(); ++i) {
+    // Of a part that reaches out of the region nobody here knows what else holds it.
+    const bool is_inside = std::ranges::all_of(
+        found[i], [&](ImageId id) { return std::ranges::binary_search(images, id); });
+    const bool is_first = i == 0 && found[i].size() >= kImagesMin;
+    if (is_first || !is_inside) continue;
+    for (const ImageId id : found[i]) staying.erase(id);
+    const std::set<ImageId> part(found[i].begin(), found[i].end());
+    if (part.size() >= kImagesMin) {
+      parts.push_back(part);
+    } else {
+      Unplace(context.map, part, "what is known of it contradicts where it was", &healing);
+    }
   }
-  std::erase_if(parts, [](const std::set<ImageId>& part) { return part.size() < kImagesMin; });
-  for (size_t i = 1; i < parts.size(); ++i) context.map->CutOff(parts[i]);
-  for (size_t i = 0; i < parts.size(); ++i) {
-    UnplaceContradicted(context, &parts[i], &healing);
-    if (parts[i].size() < kImagesMin) {
-      Unplace(context.map, parts[i], "less than three images are left there that agree", &healing);
-    } else if (i > 0) {
-      healing.parts.emplace_back(parts[i].begin(), parts[i].end());
+  for (const std::set<ImageId>& part : parts) context.map->CutOff(part);
+  const bool is_whole = images.size() == known.size();
+  UnplaceContradicted(context, known, &staying, &healing);
+  if (is_whole && staying.size() < kImagesMin) Unplace(context.map, staying, kTooFewLeft, &healing);
+  for (std::set<ImageId>& part : parts) {
+    UnplaceContradicted(context, known, &part, &healing);
+    if (part.size() < kImagesMin) {
+      Unplace(context.map, part, kTooFewLeft, &healing);
+    } else {
+      healing.parts.emplace_back(part.begin(), part.end());
     }
   }
   return healing;

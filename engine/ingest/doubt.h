@@ -40,8 +40,11 @@ struct Healing {
 // Cuts off parts that do not agree with the largest one (agreeing_parts.h), by verified pairs and
 // by what cameras side by side lack of each other. Then takes the poses of images that are
 // contradicted, the most contradicted first. Images of parts of less than three lose theirs, too.
-// `images` are all of one reconstruction, which must be loaded whole, with nothing else unwritten.
-// What is split off stays in the reconstruction until the caller moves it. Deterministic.
-Result<Healing> HealReconstruction(const MappingContext& context, std::span<const ImageId> images);
+// `known` are `images` and all that share points with them, of one reconstruction, loaded with
+// their neighbourhoods, with nothing else unwritten; both ascending. Nothing but `images` is cut
+// off or loses its pose: a part that reaches out of them stays, for what holds it there is not
+// known. What is split off stays in the reconstruction until the caller moves it. Deterministic.
+Result<Healing> HealRegion(const MappingContext& context, std::span<const ImageId> images,
+                           std::span<const ImageId> known);
 
 }  // namespace veduta

@@ -28,6 +28,9 @@ struct DoubtOptions {
   // >= 1. Verified pairs that must agree across a seam: one alone may be a repeated facade. Chosen
   // by hand; not measured.
   uint32_t seam_pairs_min = 2;
+  // > 0. How far the cameras at a seam may be from where the merge puts them, for errors of 1 px, over
+  // how far they see. Chosen by hand; not measured.
+  double seam_deviation_share_max = 0.02;
   // >= 1. Matches of one pair, or points missing between two images, that count at most: on
   // castle-P19 two pairs of lookalike facades have 376 and 307 matches and are wrong, and a pair is
   // one witness. Chosen by hand; not measured.

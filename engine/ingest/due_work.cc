@@ -3,6 +3,8 @@
 
 #include <algorithm>
 
+#include "engine/ingest/submaps.h"
+
 namespace veduta {
 
 void StepsSetAside::Add(const DueStep& step) {
@@ -11,7 +13,7 @@ void StepsSetAside::Add(const DueStep& step) {
       propagations_.insert(step.image);
       return;
     case FollowUpKind::kAdjustment:
-      adjustments_.insert(step.reconstruction);
+      adjustments_.insert({step.reconstruction, step.submap});
       return;
     case FollowUpKind::kJudgment:
       judgments_.insert({step.reconstruction, step.other});
@@ -27,7 +29,7 @@ bool StepsSetAside::Contains(const DueStep& step) const {
     case FollowUpKind::kPropagation:
       return propagations_.contains(step.image);
     case FollowUpKind::kAdjustment:
-      return adjustments_.contains(step.reconstruction);
+      return adjustments_.contains({step.reconstruction, step.submap});
     case FollowUpKind::kJudgment:
       return judgments_.contains({step.reconstruction, step.other});
     case FollowUpKind::kVocabulary:
@@ -36,8 +38,13 @@ bool StepsSetAside::Contains(const DueStep& step) const {
   return vocabulary_;
 }
 
-bool IsAdjustmentDue(const ReconstructionRecord& record, const AdjustmentSchedule& schedule) {
+bool IsAdjustmentDue(const ReconstructionRecord& record, bool is_parted,
+                     const AdjustmentSchedule& schedule) {
   if (!record.is_living()) return false;
+  if (is_parted && record.images_at_adjustment > 0) {
+    return record.image_count <= schedule.whole_again_images_max &&
+           record.image_count >= record.images_at_adjustment * (1 + schedule.whole_again_share);
+  }
   const double step =
       std::max<double>(schedule.views_step, schedule.growth_share * record.images_at_adjustment);
   return record.image_count >= record.images_at_adjustment + step ||
@@ -56,9 +63,15 @@ Result<std::optional<DueStep>> FindDueStep(const Snapshot& snapshot,
   }
   VEDUTA_ASSIGN_OR_RETURN(const std::vector<ReconstructionRecord> reconstructions,
                           snapshot.ListReconstructions());
+  VEDUTA_ASSIGN_OR_RETURN(const Submaps submaps, Submaps::Read(snapshot));
   for (const ReconstructionRecord& record : reconstructions) {
-    const DueStep step{FollowUpKind::kAdjustment, {}, record.id, {}};
-    if (IsAdjustmentDue(record, schedule) && is_open(step)) return std::optional(step);
+    const bool is_parted = submaps.IsParted(record.id);
+    DueStep step{FollowUpKind::kAdjustment, {}, record.id, {}};
+    if (IsAdjustmentDue(record, is_parted, schedule) && is_open(step)) return std::optional(step);
+    for (const SubmapId submap : submaps.ListDue(record.id, schedule)) {
+      step.submap = submap;
+      if (is_open(step)) return std::optional(step);
+    }
   }
   VEDUTA_ASSIGN_OR_RETURN(const std::vector<HypothesisRecord> hypotheses,
                           snapshot.ListHypotheses());

@@ -20,6 +20,7 @@ struct DueStep {
   ImageId image;                    // kPropagation: the photo to try again
   ReconstructionId reconstruction;  // kAdjustment: the one to adjust; kJudgment: the first of two
   ReconstructionId other = {};      // kJudgment: the second
+  SubmapId submap = {};             // kAdjustment: the submap to adjust; none: the whole
 };
 
 // Steps that have failed and are passed over.
@@ -30,19 +31,22 @@ class StepsSetAside final {
 
  private:
   std::set<ImageId> propagations_;
-  std::set<ReconstructionId> adjustments_;
+  std::set<std::pair<ReconstructionId, SubmapId>> adjustments_;
   std::set<std::pair<ReconstructionId, ReconstructionId>> judgments_;
   bool vocabulary_ = false;
 };
 
 // A reconstruction is due when it has grown enough since all of it was last adjusted, or was merged
-// with another since; one that is merged away never is.
-bool IsAdjustmentDue(const ReconstructionRecord& record, const AdjustmentSchedule& schedule);
+// with another since; one that is merged away never is. One that has submaps is due as a whole when
+// it has grown by more, as long as it is not too large for that.
+bool IsAdjustmentDue(const ReconstructionRecord& record, bool is_parted,
+                     const AdjustmentSchedule& schedule);
 
 // The next step that is due, or none: photos to be tried again come first, oldest first (R16); then
-// the adjustment of whole reconstructions, in ascending ids (R18); then new judgments of merges, in
-// ascending ids; then a new vocabulary. Reads the state and, where no photo waits, the records of
-// all reconstructions and hypotheses: O(reconstructions + hypotheses).
+// the adjustment of reconstructions, in ascending ids, the whole or its submaps (R18); then new
+// judgments of merges, in ascending ids; then a new vocabulary. Reads the state and, where no photo
+// waits, the records of all reconstructions, submaps and hypotheses: O(their number + images in
+// submaps).
 Result<std::optional<DueStep>> FindDueStep(const Snapshot& snapshot,
                                            const AdjustmentSchedule& schedule,
                                            const Retrieval& retrieval,

@@ -2,16 +2,14 @@
 #include "engine/ingest/follow_up_steps.h"
 
 #include <algorithm>
-#include <set>
-#include <string_view>
 
 #include "engine/ingest/change_writer.h"
-#include "engine/ingest/dense_removal.h"
+#include "engine/ingest/healing_writer.h"
 #include "engine/ingest/hypotheses.h"
-#include "engine/ingest/local_unplacing.h"
 #include "engine/ingest/photo_placement.h"
 #include "engine/ingest/placement_writer.h"
 #include "engine/ingest/reconstruction_adjustment.h"
+#include "engine/ingest/submaps.h"
 #include "engine/journal/journal.h"
 #include "storage/base/content_hash.h"
 #include "storage/written_ahead.h"
@@ -45,85 +43,6 @@ Result<Placement> PlaceAgain(const IngestParts& parts, const std::shared_ptr<con
                     new_reconstruction, MixSeed(record.photo.Seed(), 1));
 }
 
-void Journal(const char* action, ImageId image, ReconstructionId reconstruction, std::string detail,
-             DatabaseState* state, Transaction* transaction) {
-  JournalRecord entry;
-  entry.actor = "veduta";
-  entry.action = action;
-  entry.image = image;
-  entry.reconstruction = reconstruction;
-  entry.detail = std::move(detail);
-  AppendJournal(std::move(entry), state, transaction);
-}
-
-// The images become a reconstruction of their own. Its frame is the one that they had, so the
-// similarity between the two is the identity.
-Result<ReconstructionId> SplitOff(const IngestParts& parts, std::span<const ImageId> images,
-                                  ReconstructionId from, std::vector<WrittenAhead>* blocks,
-                                  DatabaseState* state, Transaction* transaction) {
-  ReconstructionRecord record;
-  record.id = ReconstructionId(state->next_reconstruction++);
-  record.points_generation = 1;
-  for (const ImageId id : images) {
-    parts.map->MoveImage(id, record.id, Sim3());
-    parts.map->MoveBlock(id, record.id, Sim3());
-  }
-  blocks->push_back(WrittenAhead::PointBlocks(parts.database, record.id, 1));
-  VEDUTA_RETURN_IF_ERROR(WriteWhole(*parts.map, parts.database, transaction, &record));
-  Journal("split", {}, record.id,
-          std::to_string(images.size()) + " images of reconstruction " +
-              std::to_string(from.value) + ", whose frame it keeps",
-          state, transaction);
-  return record.id;
-}
-
-// The images that have lost their poses since anybody last did anything: what follows by itself is
-// walked over, from the end of the journal. O(its entries).
-Result<std::set<ImageId>> AlreadyDoubted(const Snapshot& base, uint64_t next_journal) {
-  static constexpr std::string_view kFollowing[] = {
-      "adjust", "doubt", "hypothesis", "judge", "merge", "propagate", "split", "vocabulary"};
-  std::set<ImageId> doubted;
-  for (uint64_t sequence = next_journal - 1; sequence > 0; --sequence) {
-    JournalRecord entry;
-    VEDUTA_RETURN_IF_ERROR(base.ScanJournal(sequence, [&](const JournalRecord& read) {
-      entry = read;
-      return false;
-    }));
-    if (std::ranges::find(kFollowing, entry.action) == std::end(kFollowing)) break;
-    if (entry.action == "doubt") doubted.insert(entry.image);
-  }
-  return doubted;
-}
-
-// The images wait again, and are tried again at once. One that loses its pose for the second time
-// since anybody did anything waits for a neighbour: placing and doubting it would never end.
-Result<std::vector<LostPose>> PostponeUnplaced(const Snapshot& base, const Healing& healing,
-                                               ReconstructionId from, DatabaseState* state,
-                                               Transaction* transaction) {
-  VEDUTA_ASSIGN_OR_RETURN(const std::set<ImageId> doubted,
-                          AlreadyDoubted(base, state->next_journal));
-  std::vector<LostPose> postponed;
-  for (const DoubtedImage& unplaced : healing.unplaced) {
-    const std::string detail =
-        "in reconstruction " + std::to_string(from.value) + ", " + unplaced.why;
-    VEDUTA_RETURN_IF_ERROR(
-        PostponeImages(base, {&unplaced.image, 1}, from, detail, state, transaction));
-    if (doubted.contains(unplaced.image)) std::erase(state->pending_propagation, unplaced.image);
-    postponed.push_back({unplaced.image, detail});
-  }
-  return postponed;
-}
-
-// What the dense pass has made of images that are not where they were any more.
-Status RemoveOutdatedDense(const Snapshot& base, const Healing& healing, Transaction* transaction) {
-  std::vector<ImageId> moved;
-  for (const DoubtedImage& unplaced : healing.unplaced) moved.push_back(unplaced.image);
-  for (const std::vector<ImageId>& part : healing.parts)
-    moved.insert(moved.end(), part.begin(), part.end());
-  if (moved.empty()) return Status::Ok();
-  return RemoveFromDense(base, moved, transaction).status();
-}
-
 }  // namespace
 
 Result<std::vector<ImageId>> RetryPhoto(const IngestParts& parts, ImageId image, WriteScope scope) {
@@ -144,8 +63,9 @@ Result<std::vector<ImageId>> RetryPhoto(const IngestParts& parts, ImageId image,
     VEDUTA_RETURN_IF_ERROR(
         WritePlacement(*parts.map, *scope.base, placement, &state, scope.transaction.get()));
     if (!placement.placed.empty()) {
-      Journal("propagate", image, placement.reconstruction, placement.detail, &state,
-              scope.transaction.get());
+      AppendJournal(
+          {0, 0, "veduta", "propagate", image, placement.reconstruction, placement.detail}, &state,
+          scope.transaction.get());
     }
   }
   scope.transaction->PutState(state);
@@ -158,37 +78,43 @@ Result<AdjustedWhole> AdjustWhole(const IngestParts& parts, ReconstructionId rec
                                   WriteScope scope) {
   VEDUTA_ASSIGN_OR_RETURN(ReconstructionRecord record,
                           scope.base->GetReconstruction(reconstruction));
+  VEDUTA_ASSIGN_OR_RETURN(Submaps submaps, Submaps::Read(*scope.base));
+  VEDUTA_ASSIGN_OR_RETURN(DatabaseState state, scope.base->GetState());
   MapLoader loader(scope.base, parts.features, parts.map);
   VEDUTA_ASSIGN_OR_RETURN(
       const Healing healing,
       AdjustReconstruction({&loader, parts.map, parts.pool, parts.options.mapper}, reconstruction));
   Transaction* const transaction = scope.transaction.get();
-  VEDUTA_ASSIGN_OR_RETURN(DatabaseState state, scope.base->GetState());
-  std::vector<WrittenAhead> blocks;
-  AdjustedWhole adjusted;
-  for (const std::vector<ImageId>& part : healing.parts) {
-    VEDUTA_ASSIGN_OR_RETURN(adjusted.split_off.emplace_back(),
-                            SplitOff(parts, part, reconstruction, &blocks, &state, transaction));
-  }
+  HealingWriter writer(parts, scope, reconstruction, &state);
+  VEDUTA_RETURN_IF_ERROR(writer.SplitOff(healing));
   transaction->DeletePointBlocks(reconstruction, record.points_generation);
   ++record.points_generation;
-  blocks.push_back(
-      WrittenAhead::PointBlocks(parts.database, reconstruction, record.points_generation));
+  const WrittenAhead blocks =
+      WrittenAhead::PointBlocks(parts.database, reconstruction, record.points_generation);
   VEDUTA_RETURN_IF_ERROR(WriteWhole(*parts.map, parts.database, transaction, &record));
   WriteUnplaced(*parts.map, transaction);
-  VEDUTA_RETURN_IF_ERROR(RemoveOutdatedDense(*scope.base, healing, transaction));
+  VEDUTA_RETURN_IF_ERROR(writer.RemoveOutdatedDense(healing));
   WritePosesAndObservations(*parts.map, transaction);
-  VEDUTA_ASSIGN_OR_RETURN(adjusted.unplaced, PostponeUnplaced(*scope.base, healing, reconstruction,
-                                                              &state, transaction));
-  const bool is_as_it_was = adjusted.split_off.empty() && !record.is_dissolved;
-  VEDUTA_RETURN_IF_ERROR(is_as_it_was ? MakeHypothesesDue(*scope.base, reconstruction, transaction)
-                                      : DropHypotheses(*scope.base, reconstruction, transaction));
-  Journal("adjust", {}, reconstruction, std::to_string(record.image_count) + " images", &state,
-          transaction);
+  VEDUTA_RETURN_IF_ERROR(submaps.Follow(*parts.map, *scope.base));
+  submaps.NoteAdjusted(reconstruction);
+  submaps.Write(transaction);
+  VEDUTA_RETURN_IF_ERROR(writer.Postpone(healing));
+  const bool is_as_it_was = healing.parts.empty() && !record.is_dissolved;
+  VEDUTA_RETURN_IF_ERROR(is_as_it_was
+                             ? MakeHypothesesDue(*scope.base, reconstruction, {}, transaction)
+                             : DropHypotheses(*scope.base, reconstruction, transaction));
+  AppendJournal({0,
+                 0,
+                 "veduta",
+                 "adjust",
+                 {},
+                 reconstruction,
+                 std::to_string(record.image_count) + " images"},
+                &state, transaction);
   transaction->PutState(state);
   VEDUTA_RETURN_IF_ERROR(transaction->Commit());
   parts.map->ClearChanges();
-  return adjusted;
+  return writer.adjusted();
 }
 
 }  // namespace veduta

@@ -179,10 +179,14 @@ Status WriteHypotheses(const Snapshot& base, const Placement& placement, Databas
 }
 
 Status MakeHypothesesDue(const Snapshot& base, ReconstructionId reconstruction,
-                         Transaction* transaction) {
+                         std::span<const ImageId> images, Transaction* transaction) {
   VEDUTA_ASSIGN_OR_RETURN(std::vector<HypothesisRecord> all, base.ListHypotheses());
   for (HypothesisRecord& hypothesis : all) {
     if (!IsOf(hypothesis, reconstruction) || hypothesis.is_due) continue;
+    const bool is_meant = images.empty() || std::ranges::any_of(hypothesis.images, [&](ImageId id) {
+                            return std::ranges::binary_search(images, id);
+                          });
+    if (!is_meant) continue;
     hypothesis.is_due = true;
     transaction->PutHypothesis(hypothesis);
   }

@@ -7,7 +7,8 @@
 // judged by a step of its own (engine/ingest/judging.h), when what it rests on has changed in
 // another way:
 //   - a photo got a pose that shares points or a verified pair with an image at the seam;
-//   - one of its two reconstructions was adjusted as a whole, or took in another one;
+//   - one of its two reconstructions was adjusted as a whole, or took in another one, or a submap
+//     at the seam was adjusted;
 //   - one of the two was merged into a third, to which the hypothesis went over;
 //   - somebody has forbidden a pair across.
 // Where nothing of this happens, no photo costs anything. A judgment costs what the search of one
@@ -15,6 +16,8 @@
 //
 // All functions read what is stored in `base`, the state that the transaction began with, and write
 // into the transaction. O(hypotheses), and a few reads for those that change.
+
+#include <span>
 
 #include "engine/ingest/placement.h"
 #include "storage/database.h"
@@ -32,9 +35,10 @@ void GoOver(const Merge& merge, ReconstructionId into, HypothesisRecord* hypothe
 Status WriteHypotheses(const Snapshot& base, const Placement& placement, DatabaseState* state,
                        Transaction* transaction);
 
-// All of this reconstruction are to be judged anew.
+// All of this reconstruction are to be judged anew; where images are given (ascending), only those
+// that have one of them at the seam.
 Status MakeHypothesesDue(const Snapshot& base, ReconstructionId reconstruction,
-                         Transaction* transaction);
+                         std::span<const ImageId> images, Transaction* transaction);
 // The one of these two, in either order, where there is one.
 Status MakeHypothesisDue(const Snapshot& base, ReconstructionId a, ReconstructionId b,
                          Transaction* transaction);

@@ -6,6 +6,8 @@
 #include "engine/ingest/photo_locator.h"
 #include "engine/ingest/photo_removal.h"
 #include "engine/ingest/placement_writer.h"
+#include "engine/ingest/submap_steps.h"
+#include "engine/ingest/submaps.h"
 #include "engine/journal/journal.h"
 #include "storage/base/memory_shortage.h"
 #include "storage/base/stopwatch.h"
@@ -93,6 +95,19 @@ Status WritePhoto(const IngestParts& parts, const ImageRecord& record, const Loc
                transaction);
   transaction->PutState(*state);
   return Status::Ok();
+}
+
+// The submap, or the whole; one that is too large for that is parted instead.
+Result<AdjustedWhole> Adjust(const IngestParts& parts, const DueStep& step, WriteScope scope) {
+  if (step.submap.valid())
+    return AdjustSubmap(parts, step.reconstruction, step.submap, std::move(scope));
+  VEDUTA_ASSIGN_OR_RETURN(const ReconstructionRecord record,
+                          scope.base->GetReconstruction(step.reconstruction));
+  VEDUTA_ASSIGN_OR_RETURN(const Submaps submaps, Submaps::Read(*scope.base));
+  if (record.image_count <= parts.options.schedule.whole_images_max || submaps.IsParted(record.id))
+    return AdjustWhole(parts, step.reconstruction, std::move(scope));
+  VEDUTA_RETURN_IF_ERROR(PartReconstruction(parts, step.reconstruction, std::move(scope)));
+  return AdjustedWhole();
 }
 
 }  // namespace
@@ -213,8 +228,7 @@ FollowUp Ingest::Run(const DueStep& step, WriteScope scope) {
   done.other = step.other;
   done.status = CatchShortage("place or adjust the photos again", [&]() -> Status {
     if (step.kind == FollowUpKind::kAdjustment) {
-      VEDUTA_ASSIGN_OR_RETURN(AdjustedWhole adjusted,
-                              AdjustWhole(parts_, step.reconstruction, std::move(scope)));
+      VEDUTA_ASSIGN_OR_RETURN(AdjustedWhole adjusted, Adjust(parts_, step, std::move(scope)));
       done.unplaced = std::move(adjusted.unplaced);
       done.split_off = std::move(adjusted.split_off);
       return Status::Ok();

@@ -9,6 +9,10 @@ Status AdjustmentSchedule::Check() const {
   return OptionBounds()
       .AtLeast("views_step", views_step, 1)
       .Above("growth_share", growth_share, 0)
+      .AtLeast("whole_images_max", whole_images_max, 3)
+      .Between("submap_images_max", submap_images_max, 3, whole_images_max)
+      .AtLeast("submap_images_min", submap_images_min, 1)
+      .Above("whole_again_share", whole_again_share, 0)
       .status();
 }
 

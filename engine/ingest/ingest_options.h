@@ -19,6 +19,17 @@ struct AdjustmentSchedule {
   // > 0. After such a share of more images, where that is more than views_step: it bounds what
   // adjustments cost for each photo added. Chosen by hand; not measured.
   double growth_share = 0.10;
+  // >= 3. A reconstruction of more images is parted into submaps (submaps.h). Chosen by hand.
+  uint32_t whole_images_max = 200;
+  // [3, whole_images_max]. Images that a submap has at most when it is adjusted. Chosen by hand.
+  uint32_t submap_images_max = 100;
+  // >= 1. A submap of fewer images joins the one beside it, where there is room. Chosen by hand.
+  uint32_t submap_images_min = 15;
+  // > 0. Where such a reconstruction has grown by such a share, it is adjusted as a whole all the
+  // same, which spreads drift over its loops; up to whole_again_images_max images (>= 0), for that
+  // costs time and memory for each of them. Chosen by hand.
+  double whole_again_share = 0.5;
+  uint32_t whole_again_images_max = 2000;
 
   Status Check() const;
 };

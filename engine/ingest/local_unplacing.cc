@@ -6,6 +6,7 @@
 #include <set>
 
 #include "engine/ingest/change_writer.h"
+#include "engine/ingest/submaps.h"
 #include "engine/journal/journal.h"
 
 namespace veduta {
@@ -105,16 +106,22 @@ Status WriteUnplacedLocally(const CityMap& map, const Snapshot& snapshot,
     none.home = image;
     transaction->PutPointBlock(reconstruction, record.points_generation, none);
   }
+  VEDUTA_ASSIGN_OR_RETURN(Submaps submaps, Submaps::Read(snapshot));
   for (auto& [id, record] : records) {
     if (const auto change = map.changes().counts.find(id); change != map.changes().counts.end()) {
       record.point_count += change->second.points;
       record.observation_count += change->second.observations;
       record.reprojection_error_px_sum += change->second.reprojection_error_px_sum;
     }
-    record.images_at_adjustment = 0;  // makes the adjustment of the whole due
+    // The adjustment of the whole is due, or that of the submaps that see something less.
+    if (!submaps.IsParted(id)) record.images_at_adjustment = 0;
     record.is_dissolved = record.image_count == 0;
     transaction->PutReconstruction(record);
   }
+  VEDUTA_RETURN_IF_ERROR(submaps.Follow(map, snapshot));
+  submaps.MakeDue(
+      std::vector(map.changes().observations.begin(), map.changes().observations.end()));
+  submaps.Write(transaction);
   WritePosesAndObservations(map, transaction);
   for (const ImageId home : map.changes().blocks) {
     const auto record = records.find(map.image(home).reconstruction);

@@ -7,6 +7,7 @@
 #include "engine/ingest/merging.h"
 #include "engine/ingest/pose_search.h"
 #include "engine/ingest/reconstruction_start.h"
+#include "engine/ingest/submaps.h"
 #include "engine/ingest/surroundings.h"
 #include "engine/mapping/agreeing_growth.h"
 #include "storage/base/stopwatch.h"
@@ -107,15 +108,29 @@ Result<VisibleStructure> JudgePlaced(const MappingContext& context, ImageId phot
   return FindAround(*context.map, context.map->image(photo), around, options);
 }
 
+// Whether so few images have come since what the photo is in was last judged that it can wait.
+Result<bool> IsFreshlyJudged(const MappingContext& context, ImageId photo,
+                             std::span<const ImageId> near) {
+  const uint32_t between_min = context.options.doubt.images_between_min;
+  VEDUTA_ASSIGN_OR_RETURN(const Submaps submaps, Submaps::Read(context.loader->snapshot()));
+  for (const ImageId id : near) {
+    if (const SubmapRecord* const submap = submaps.FindOf(id))
+      return submap->images.size() + 1 < submap->images_at_adjustment + between_min;
+  }
+  VEDUTA_ASSIGN_OR_RETURN(
+      const ReconstructionRecord record,
+      context.loader->GetReconstruction(context.map->image(photo).reconstruction));
+  const uint32_t between = std::max(between_min, record.image_count / 100);
+  return record.image_count + 1 < record.images_at_adjustment + between;
+}
+
 // Whether an image around the photo lacks what must be there, now that the photo is placed.
 Result<bool> RaisesDoubt(const MappingContext& context, ImageId photo) {
   const DoubtOptions& options = context.options.doubt;
   const CityMap& map = *context.map;
-  VEDUTA_ASSIGN_OR_RETURN(const ReconstructionRecord record,
-                          context.loader->GetReconstruction(map.image(photo).reconstruction));
-  const uint32_t between = std::max(options.images_between_min, record.image_count / 100);
-  if (record.image_count + 1 < record.images_at_adjustment + between) return false;
   const std::vector<ImageId> near = CovisibleImages(map, photo, options.images_max);
+  VEDUTA_ASSIGN_OR_RETURN(const bool is_fresh, IsFreshlyJudged(context, photo, near));
+  if (is_fresh) return false;
   // Which images share points with another is only known where its points are loaded.
   VEDUTA_RETURN_IF_ERROR(context.loader->LoadNeighborhood(near));
   for (const ImageId id : near)

@@ -5,6 +5,7 @@
 
 #include "engine/ingest/change_writer.h"
 #include "engine/ingest/hypotheses.h"
+#include "engine/ingest/submaps.h"
 #include "engine/journal/journal.h"
 
 namespace veduta {
@@ -63,7 +64,10 @@ void AppendRetries(const CityMap& map, std::span<const ImageId> images, Database
 Status WritePlacement(const CityMap& map, const Snapshot& snapshot, const Placement& placement,
                       DatabaseState* state, Transaction* transaction) {
   if (placement.verdict == Verdict::kPostponed) return Status::Ok();
-  VEDUTA_RETURN_IF_ERROR(WritePlacementChanges(map, snapshot, placement, transaction));
+  VEDUTA_ASSIGN_OR_RETURN(Submaps submaps, Submaps::Read(snapshot));
+  VEDUTA_RETURN_IF_ERROR(WritePlacementChanges(map, snapshot, placement, submaps, transaction));
+  VEDUTA_RETURN_IF_ERROR(submaps.FollowPlacement(map, snapshot, placement));
+  submaps.Write(transaction);
   if (placement.founded.valid()) {
     ++state->next_reconstruction;
     VEDUTA_RETURN_IF_ERROR(WriteTriple(snapshot, placement, transaction));

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <map>
+#include <set>
 #include <utility>
 
 #include "engine/ingest/surroundings.h"
@@ -18,16 +19,17 @@ namespace {
 // Images whose pairs are read side by side, and held in memory. Chosen by hand; not measured.
 constexpr size_t kImagesReadAtOnce = 64;
 
-// A placed image's neighbours in its reconstruction, those with most verified matches first. Their
-// matches are still to be found.
-Result<std::vector<PairMatches>> ListPlacedNeighbors(const MappingContext& context, ImageId id) {
-  const CityMap& map = *context.map;
+bool Holds(std::span<const ImageId> ascending, ImageId id) {
+  return std::ranges::binary_search(ascending, id);
+}
+
+// A placed image's neighbours in the region, those with most verified matches first. Their matches
+// are still to be found.
+Result<std::vector<PairMatches>> ListPlacedNeighbors(const MappingContext& context,
+                                                     const Region& region, ImageId id) {
   VEDUTA_ASSIGN_OR_RETURN(std::vector<PairNeighbor> neighbors,
                           context.loader->snapshot().ListNeighbors(id));
-  std::erase_if(neighbors, [&](const PairNeighbor& n) {
-    return !map.HasImage(n.image) ||
-           map.image(n.image).reconstruction != map.image(id).reconstruction;
-  });
+  std::erase_if(neighbors, [&](const PairNeighbor& n) { return !Holds(region.known, n.image); });
   std::stable_sort(
       neighbors.begin(), neighbors.end(),
       [](const PairNeighbor& a, const PairNeighbor& b) { return a.match_count > b.match_count; });
@@ -83,14 +85,15 @@ Status FindMatches(const MappingContext& context, const WantedMatches& wanted) {
   return Status::Ok();
 }
 
-// Matches of each image with its neighbours in its reconstruction, those with most verified matches
-// first.
+// Matches of each of the region's images with its neighbours there, those with most verified
+// matches first.
 Result<std::vector<std::vector<PairMatches>>> MatchNeighbors(const MappingContext& context,
-                                                             std::span<const ImageId> images) {
+                                                             const Region& region) {
+  const std::vector<ImageId>& images = region.images;
   std::vector<std::vector<PairMatches>> matches(images.size());
   std::vector<Status> listed(images.size());
   context.pool->ParallelFor(images.size(), [&](size_t i) {
-    Result<std::vector<PairMatches>> neighbors = ListPlacedNeighbors(context, images[i]);
+    Result<std::vector<PairMatches>> neighbors = ListPlacedNeighbors(context, region, images[i]);
     listed[i] = neighbors.status();
     if (neighbors.ok()) matches[i] = *std::move(neighbors);
   });
@@ -103,30 +106,30 @@ Result<std::vector<std::vector<PairMatches>>> MatchNeighbors(const MappingContex
   return matches;
 }
 
-// The image's verified pairs with images of its reconstruction that have lower ids.
-Result<std::vector<PairMatches>> ReadPairs(const MappingContext& context, ImageId id) {
-  const CityMap& map = *context.map;
+// The image's verified pairs in the region, those that an image of a lower id does not have.
+Result<std::vector<PairMatches>> ReadPairs(const MappingContext& context, const Region& region,
+                                           ImageId id) {
   VEDUTA_ASSIGN_OR_RETURN(const std::vector<PairNeighbor> neighbors,
                           context.loader->snapshot().ListNeighbors(id));
   std::vector<PairMatches> pairs;
   for (const PairNeighbor& neighbor : neighbors) {
-    if (neighbor.image > id || !map.HasImage(neighbor.image) ||
-        map.image(neighbor.image).reconstruction != map.image(id).reconstruction)
-      continue;
+    const bool is_read_there = neighbor.image > id && Holds(region.images, neighbor.image);
+    if (is_read_there || !Holds(region.known, neighbor.image)) continue;
     VEDUTA_ASSIGN_OR_RETURN(const PairRecord stored, context.loader->GetPair(id, neighbor.image));
     pairs.push_back(MatchesFrom(stored, id));
   }
   return pairs;
 }
 
-// Joins tracks by all verified pairs among the images. What two parts saw before they were merged
+// Joins tracks by all verified pairs of the region. What two parts saw before they were merged
 // stands in the map twice, and only what is one holds a seam together.
-Status GrowFromPairs(const MappingContext& context, std::span<const ImageId> images) {
+Status GrowFromPairs(const MappingContext& context, const Region& region) {
+  const std::span<const ImageId> images = region.images;
   for (size_t begin = 0; begin < images.size(); begin += kImagesReadAtOnce) {
     const auto some = images.subspan(begin, std::min(kImagesReadAtOnce, images.size() - begin));
     std::vector<Result<std::vector<PairMatches>>> pairs(some.size(), std::vector<PairMatches>());
     context.pool->ParallelFor(some.size(),
-                              [&](size_t i) { pairs[i] = ReadPairs(context, some[i]); });
+                              [&](size_t i) { pairs[i] = ReadPairs(context, region, some[i]); });
     for (size_t i = 0; i < some.size(); ++i) {
       VEDUTA_RETURN_IF_ERROR(pairs[i].status());
       GrowFromMatches(context.map, some[i], *pairs[i], context.options.growth);
@@ -135,12 +138,13 @@ Status GrowFromPairs(const MappingContext& context, std::span<const ImageId> ima
   return Status::Ok();
 }
 
-// Completes the tracks of images that share points with no others, adjusts them and their points,
-// and filters.
-Status GrowAndAdjust(const MappingContext& context, std::span<const ImageId> images) {
+// Completes the tracks of the images by what is seen in `known`, adjusts them and their points, and
+// filters.
+Status GrowAndAdjust(const MappingContext& context, std::span<const ImageId> images,
+                     std::span<const ImageId> known) {
   CityMap* const map = context.map;
   const MapperOptions& options = context.options;
-  GrowAllByProjection(map, images, options.local_images_max, options.growth, context.pool);
+  GrowAllByProjection(map, images, known, options.local_images_max, options.growth, context.pool);
   const std::vector<PointId> points = map->PointsSeenBy(images);
   VEDUTA_RETURN_IF_ERROR(
       AdjustBundle(map, images, points, options.global_bundle, context.pool).status());
@@ -150,10 +154,23 @@ Status GrowAndAdjust(const MappingContext& context, std::span<const ImageId> ima
 
 }  // namespace
 
-Status ReconsiderPoses(const MappingContext& context, std::span<const ImageId> images) {
+Result<Region> LoadRegion(const MappingContext& context, std::span<const ImageId> images) {
+  VEDUTA_RETURN_IF_ERROR(context.loader->LoadNeighborhood(images));
+  const CityMap& map = *context.map;
+  std::set<ImageId> known(images.begin(), images.end());
+  for (const PointId point : map.PointsSeenBy(images)) {
+    for (const TrackElement& element : map.point(point).track) known.insert(element.image);
+  }
+  Region region{{images.begin(), images.end()}, {known.begin(), known.end()}};
+  VEDUTA_RETURN_IF_ERROR(context.loader->LoadNeighborhood(region.known));
+  return region;
+}
+
+Status ReconsiderPoses(const MappingContext& context, const Region& region) {
   CityMap* const map = context.map;
+  const std::vector<ImageId>& images = region.images;
   VEDUTA_ASSIGN_OR_RETURN(const std::vector<std::vector<PairMatches>> putative,
-                          MatchNeighbors(context, images));
+                          MatchNeighbors(context, region));
   std::vector<std::optional<Resection>> better(images.size());
   context.pool->ParallelFor(images.size(), [&](size_t i) {
     better[i] = FindBetterPose(*map, images[i], putative[i], MixSeed(images[i].value, 2),
@@ -169,24 +186,30 @@ Status ReconsiderPoses(const MappingContext& context, std::span<const ImageId> i
   return Status::Ok();
 }
 
-Result<Healing> AdjustReconstruction(const MappingContext& context, ReconstructionId id) {
-  std::vector<ImageId> images;
-  VEDUTA_RETURN_IF_ERROR(context.loader->LoadReconstruction(id, &images, context.pool));
-  VEDUTA_RETURN_IF_ERROR(ReconsiderPoses(context, images));
+Result<Healing> AdjustRegion(const MappingContext& context, const Region& region) {
+  std::vector<ImageId> images = region.images;
+  VEDUTA_RETURN_IF_ERROR(ReconsiderPoses(context, region));
   // Twice, for what the first adjustment has corrected lets tracks grow and filters judge anew.
   // That two rounds are enough was chosen by hand and not measured.
-  VEDUTA_RETURN_IF_ERROR(GrowAndAdjust(context, images));
-  VEDUTA_RETURN_IF_ERROR(GrowFromPairs(context, images));
-  VEDUTA_RETURN_IF_ERROR(GrowAndAdjust(context, images));
-  VEDUTA_ASSIGN_OR_RETURN(Healing healing, HealReconstruction(context, images));
+  VEDUTA_RETURN_IF_ERROR(GrowAndAdjust(context, images, region.known));
+  VEDUTA_RETURN_IF_ERROR(GrowFromPairs(context, region));
+  VEDUTA_RETURN_IF_ERROR(GrowAndAdjust(context, images, region.known));
+  VEDUTA_ASSIGN_OR_RETURN(Healing healing, HealRegion(context, images, region.known));
   if (healing.empty()) return healing;
   for (const DoubtedImage& unplaced : healing.unplaced) std::erase(images, unplaced.image);
   for (const std::vector<ImageId>& part : healing.parts) {
-    VEDUTA_RETURN_IF_ERROR(GrowAndAdjust(context, part));
+    VEDUTA_RETURN_IF_ERROR(GrowAndAdjust(context, part, region.known));
     for (const ImageId image : part) std::erase(images, image);
   }
-  if (!images.empty()) VEDUTA_RETURN_IF_ERROR(GrowAndAdjust(context, images));
+  if (!images.empty()) VEDUTA_RETURN_IF_ERROR(GrowAndAdjust(context, images, region.known));
   return healing;
+}
+
+Result<Healing> AdjustReconstruction(const MappingContext& context, ReconstructionId id) {
+  Region whole;
+  VEDUTA_RETURN_IF_ERROR(context.loader->LoadReconstruction(id, &whole.images, context.pool));
+  whole.known = whole.images;
+  return AdjustRegion(context, whole);
 }
 
 }  // namespace veduta

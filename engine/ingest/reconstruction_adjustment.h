@@ -9,9 +9,24 @@
 
 namespace veduta {
 
-// Looks for better poses of the images by all that is mapped now (better_pose.h), and moves those
-// that have one. The images must be loaded with their surroundings, all of one reconstruction.
-Status ReconsiderPoses(const MappingContext& context, std::span<const ImageId> images);
+// A part of a reconstruction, with what is around it.
+struct Region {
+  std::vector<ImageId> images;  // what is adjusted; ascending
+  // These, and all that share points with them; ascending. Loaded with their neighbourhoods.
+  std::vector<ImageId> known;
+};
+
+// Looks for better poses of the region's images by all that is mapped now (better_pose.h), and
+// moves those that have one.
+Status ReconsiderPoses(const MappingContext& context, const Region& region);
+
+// Loads the images, and what is around them.
+Result<Region> LoadRegion(const MappingContext& context, std::span<const ImageId> images);
+
+// Does to the region what AdjustReconstruction does to the whole. What lies around it is held, and
+// helps to judge: a part is cut off only where all of it lies in the region. What it costs follows
+// from the region alone.
+Result<Healing> AdjustRegion(const MappingContext& context, const Region& region);
 
 // Reconsiders the poses of a reconstruction; then, twice, completes its tracks, adjusts all its
 // poses and points, and filters; in between it joins tracks by all verified pairs. What its own

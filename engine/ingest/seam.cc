@@ -2,6 +2,8 @@
 #include "engine/ingest/seam.h"
 
 #include <algorithm>
+#include <cmath>
+#include <cstdio>
 #include <functional>
 #include <map>
 #include <set>
@@ -129,6 +131,33 @@ class Sides {
   std::map<ImageId, CarriedView> into_, other_;
 };
 
+double MedianOf(std::vector<double> values) {
+  const auto middle = values.begin() + static_cast<ptrdiff_t>(values.size() / 2);
+  std::nth_element(values.begin(), middle, values.end());
+  return *middle;
+}
+
+// SeamEvidence::deviation_share. Whoever looks down a street sees the same far houses from both
+// ends: they agree with the similarity and hardly say where the one end is.
+double MeasureDeviation(const CityMap& map, const SeamArea& seam, const Sim3& into_from_other) {
+  const CrossSightings seen = ListCrossSightings(map, seam);
+  const SimilarityCovariance covariance =
+      CovarianceOf(into_from_other, seen.in_into, seen.in_other, kRefinedErrorPx);
+  std::set<ImageId> images;
+  for (const SeamPair& pair : seam.pairs) images.insert(pair.matches.other);
+  std::vector<double> shares;
+  for (const ImageId id : images) {
+    const MapImage& image = map.image(id);
+    std::vector<double> depths;
+    for (const SeenDepth& depth : ListSeenDepths(map, image)) depths.push_back(depth.depth);
+    if (depths.empty()) continue;
+    const double deviation =
+        covariance.PositionDeviation(into_from_other * image.cam_from_world.Center());
+    shares.push_back(deviation / (into_from_other.scale * MedianOf(std::move(depths))));
+  }
+  return shares.empty() ? std::numeric_limits<double>::infinity() : MedianOf(std::move(shares));
+}
+
 // Those of `images`, and the images of their reconstruction that share most points with them.
 std::vector<ImageId> WithBeside(const CityMap& map, const std::set<ImageId>& images) {
   std::map<ImageId, size_t> shared;
@@ -162,10 +191,19 @@ Status AppendStored(MapLoader* loader, const CityMap& map, ImageId image, Recons
   return Status::Ok();
 }
 
+std::string PlaceText(double deviation_share) {
+  if (!std::isfinite(deviation_share)) return "nothing says where the cameras stand";
+  char text[80];
+  std::snprintf(text, sizeof(text), "cameras are placed to %.2g %% of how far they see",
+                100 * deviation_share);
+  return text;
+}
+
 }  // namespace
 
 std::optional<RefusalReason> SeamEvidence::Refusal(const DoubtOptions& options) const {
   if (agreeing_pairs < options.seam_pairs_min) return RefusalReason::kFewPairs;
+  if (!(deviation_share <= options.seam_deviation_share_max)) return RefusalReason::kUndetermined;
   const bool is_confirmed = visible.cells >= options.seam_confirmed_cells_min &&
                             visible.missing_share() <= options.seam_confirmed_missing_share_max;
   const double contradiction_share_max = is_confirmed
@@ -185,7 +223,8 @@ std::optional<RefusalReason> SeamEvidence::Refusal(const DoubtOptions& options) 
 std::string SeamEvidence::Text() const {
   return std::to_string(agreeing_pairs) + " pairs agree, " + std::to_string(contradicting_pairs) +
          " contradict; " + MissingText(visible) + ", and " + std::to_string(worst.missing_cells) +
-         " of " + std::to_string(worst.cells) + " of the photo that lacks most";
+         " of " + std::to_string(worst.cells) + " of the photo that lacks most; " +
+         PlaceText(deviation_share);
 }
 
 Result<SeamArea> FindSeam(MapLoader* loader, const CityMap& map, ImageId photo,
@@ -262,6 +301,7 @@ SeamEvidence JudgeSeam(const CityMap& map, const SeamArea& seam, const Sim3& int
         std::min<size_t>(pair.matches.matches.size(), options.doubt.pair_weight_max);
   }
   sides.CountVisible(options.doubt, &evidence);
+  evidence.deviation_share = MeasureDeviation(map, seam, into_from_other);
   return evidence;
 }
 

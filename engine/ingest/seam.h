@@ -4,6 +4,7 @@
 // agree, but all verified pairs across the seam, and what the pictures of one side lack of the
 // other.
 
+#include <limits>
 #include <optional>
 #include <span>
 #include <string>
@@ -37,6 +38,9 @@ struct SeamEvidence {
   uint64_t agreeing_matches = 0, contradicting_matches = 0;
   VisibleStructure visible;  // summed over the images of both sides
   VisibleStructure worst;    // that of the image that lacks most
+  // How far the cameras of the other side may be from where the similarity carries them, for errors
+  // of 1 px, over how far they see; the median of those with pairs. Infinite where there are none.
+  double deviation_share = std::numeric_limits<double>::infinity();
 
   // Why the two are not believed to be one; nothing where they are.
   std::optional<RefusalReason> Refusal(const DoubtOptions& options) const;

@@ -8,6 +8,11 @@
 namespace veduta {
 
 std::vector<ImageId> CovisibleImages(const CityMap& map, ImageId image, size_t count_max) {
+  return CovisibleImages(map, image, count_max, {});
+}
+
+std::vector<ImageId> CovisibleImages(const CityMap& map, ImageId image, size_t count_max,
+                                     std::span<const ImageId> among) {
   std::unordered_map<ImageId, uint32_t> shared;
   for (const PointId id : map.image(image).points) {
     const PointRecord* point = id.valid() ? map.FindPoint(id) : nullptr;
@@ -16,7 +21,11 @@ std::vector<ImageId> CovisibleImages(const CityMap& map, ImageId image, size_t c
       if (element.image != image) ++shared[element.image];
     }
   }
-  std::vector<std::pair<ImageId, uint32_t>> ranked(shared.begin(), shared.end());
+  std::vector<std::pair<ImageId, uint32_t>> ranked;
+  ranked.reserve(shared.size());
+  for (const auto& [id, count] : shared) {
+    if (among.empty() || std::ranges::binary_search(among, id)) ranked.emplace_back(id, count);
+  }
   const size_t count = std::min(ranked.size(), count_max);
   std::partial_sort(ranked.begin(), ranked.begin() + static_cast<ptrdiff_t>(count), ranked.end(),
                     [](const auto& a, const auto& b) {

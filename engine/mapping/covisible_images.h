@@ -3,6 +3,7 @@
 // Which images look at the same places.
 
 #include <cstddef>
+#include <span>
 #include <vector>
 
 #include "engine/mapping/city_map.h"
@@ -13,5 +14,8 @@ namespace veduta {
 // the lower id first; at most `count_max`. Only `image` and the blocks of its points need to be
 // loaded. O(sum of the lengths of its tracks). Reads the map only.
 std::vector<ImageId> CovisibleImages(const CityMap& map, ImageId image, size_t count_max);
+// The same among these images (ascending) alone; empty: among all.
+std::vector<ImageId> CovisibleImages(const CityMap& map, ImageId image, size_t count_max,
+                                     std::span<const ImageId> among);
 
 }  // namespace veduta

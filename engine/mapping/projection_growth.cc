@@ -97,16 +97,22 @@ struct Surroundings {
   std::vector<Finding> findings;  // ascending points
 };
 
-std::vector<ImageId> FindNearImages(const CityMap& map, ImageId image, size_t covisible_max) {
-  std::vector<ImageId> near = CovisibleImages(map, image, covisible_max);
+// Whose points are looked for.
+struct Neighbors {
+  std::span<const ImageId> among;
+  size_t covisible_max;
+};
+
+std::vector<ImageId> FindNearImages(const CityMap& map, ImageId image, const Neighbors& of) {
+  std::vector<ImageId> near = CovisibleImages(map, image, of.covisible_max, of.among);
   std::sort(near.begin(), near.end());
   return near;
 }
 
-Surroundings LookAround(const CityMap& map, ImageId image, size_t covisible_max,
+Surroundings LookAround(const CityMap& map, ImageId image, const Neighbors& neighbors,
                         const GrowthOptions& options) {
   Look look(map, image, options);
-  Surroundings around{FindNearImages(map, image, covisible_max), {}};
+  Surroundings around{FindNearImages(map, image, neighbors), {}};
   for (const PointId id : map.PointsSeenBy(around.near)) {
     if (const auto feature = look.Find(map.point(id))) around.findings.push_back({id, *feature});
   }
@@ -117,8 +123,8 @@ Surroundings LookAround(const CityMap& map, ImageId image, size_t covisible_max,
 // anew what the images before have made untrue.
 class Addition {
  public:
-  Addition(CityMap* map, size_t covisible_max, const GrowthOptions& options)
-      : map_(map), covisible_max_(covisible_max), options_(options) {}
+  Addition(CityMap* map, const Neighbors& neighbors, const GrowthOptions& options)
+      : map_(map), neighbors_(neighbors), options_(options) {}
 
   // Returns how many observations were added.
   uint32_t Add(ImageId image, Surroundings around) {
@@ -140,7 +146,7 @@ class Addition {
   void Update(ImageId image, Surroundings* around) {
     // The rank of the images around changes where a point that the image sees got another view.
     std::vector<ImageId> near =
-        touched_.contains(image) ? FindNearImages(*map_, image, covisible_max_) : around->near;
+        touched_.contains(image) ? FindNearImages(*map_, image, neighbors_) : around->near;
     std::vector<Finding>& findings = around->findings;
     std::erase_if(findings, [&](const Finding& finding) {
       return changed_.contains(finding.point) || !SeesOneOf(finding.point, near);
@@ -172,7 +178,7 @@ class Addition {
   }
 
   CityMap* const map_;
-  const size_t covisible_max_;
+  const Neighbors neighbors_;
   const GrowthOptions& options_;
   std::unordered_set<PointId> changed_;  // points whose track has grown
   std::unordered_set<ImageId> touched_;  // images that see one of them
@@ -196,21 +202,20 @@ GrowthCounts GrowByProjection(CityMap* map, ImageId image, std::span<const Point
 }
 
 GrowthCounts GrowAllByProjection(CityMap* map, std::span<const ImageId> images,
-                                 size_t covisible_max, const GrowthOptions& options,
-                                 ThreadPool* pool) {
+                                 std::span<const ImageId> among, size_t covisible_max,
+                                 const GrowthOptions& options, ThreadPool* pool) {
   GrowthCounts counts;
+  const Neighbors neighbors{among, covisible_max};
   for (size_t begin = 0; begin < images.size(); begin += kImagesAtOnce) {
     const auto some = images.subspan(begin, std::min(kImagesAtOnce, images.size() - begin));
     std::vector<Surroundings> around(some.size());
-    const auto look = [&](size_t i) {
-      around[i] = LookAround(*map, some[i], covisible_max, options);
-    };
+    const auto look = [&](size_t i) { around[i] = LookAround(*map, some[i], neighbors, options); };
     if (pool != nullptr) {
       pool->ParallelFor(some.size(), look);
     } else {
       for (size_t i = 0; i < some.size(); ++i) look(i);
     }
-    Addition addition(map, covisible_max, options);
+    Addition addition(map, neighbors, options);
     for (size_t i = 0; i < some.size(); ++i)
       counts.observations_added += addition.Add(some[i], std::move(around[i]));
   }

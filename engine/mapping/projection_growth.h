@@ -22,8 +22,9 @@ GrowthCounts GrowByProjection(CityMap* map, ImageId image, std::span<const Point
 // is found for many images side by side, and found again where an image before it has changed the
 // track of a point in the meantime: so the answer is that of one thread, at any number of threads.
 // A null pool means none. Memory is bounded by the points around some tens of images.
+// Where `among` (ascending) is not empty, only these are asked for what they see.
 GrowthCounts GrowAllByProjection(CityMap* map, std::span<const ImageId> images,
-                                 size_t covisible_max, const GrowthOptions& options,
-                                 ThreadPool* pool);
+                                 std::span<const ImageId> among, size_t covisible_max,
+                                 const GrowthOptions& options, ThreadPool* pool);
 
 }  // namespace veduta

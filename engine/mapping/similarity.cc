@@ -58,16 +58,31 @@ class Step {
     return -normal_.ldlt().solve(gradient_);
   }
 
-  double LogScaleDeviation() const {
-    const double variance = normal_.ldlt().solve(Vector7::Unit(6))[6];
-    return variance > 0 ? std::sqrt(variance) : std::numeric_limits<double>::infinity();
-  }
+  const Eigen::Matrix<double, 7, 7>& normal() const { return normal_; }
 
  private:
   const double scale_px_;
   Eigen::Matrix<double, 7, 7> normal_ = Eigen::Matrix<double, 7, 7>::Zero();
   Vector7 gradient_ = Vector7::Zero();
 };
+
+Step StepAt(const Sim3& b_from_a, std::span<const CrossSighting> in_b,
+            std::span<const CrossSighting> in_a, double scale_px) {
+  Step step(scale_px);
+  for (const CrossSighting& seen : in_b) {
+    const Eigen::Vector3d x_b = b_from_a * seen.point;
+    step.Add(seen, seen.cam_from_world * x_b,
+             seen.cam_from_world.rotation.toRotationMatrix() * MotionOf(x_b));
+  }
+  const Sim3 a_from_b = b_from_a.Inverse();
+  for (const CrossSighting& seen : in_a) {
+    const Eigen::Matrix3d turn =
+        (seen.cam_from_world.rotation * a_from_b.rotation).toRotationMatrix();
+    step.Add(seen, seen.cam_from_world * (a_from_b * seen.point),
+             -a_from_b.scale * turn * MotionOf(seen.point));
+  }
+  return step;
+}
 
 }  // namespace
 
@@ -143,26 +158,27 @@ std::optional<RobustSimilarity> EstimateSimilarity(
   return best;
 }
 
+double SimilarityCovariance::LogScaleDeviation() const {
+  return matrix(6, 6) > 0 ? std::sqrt(matrix(6, 6)) : std::numeric_limits<double>::infinity();
+}
+
+double SimilarityCovariance::PositionDeviation(const Eigen::Vector3d& x_b) const {
+  const Matrix37 motion = MotionOf(x_b);
+  const double variance = (motion * matrix * motion.transpose()).trace();
+  return variance > 0 ? std::sqrt(variance) : std::numeric_limits<double>::infinity();
+}
+
+SimilarityCovariance CovarianceOf(const Sim3& b_from_a, std::span<const CrossSighting> in_b,
+                                  std::span<const CrossSighting> in_a, double scale_px) {
+  const Step step = StepAt(b_from_a, in_b, in_a, scale_px);
+  return {step.normal().ldlt().solve(Eigen::Matrix<double, 7, 7>::Identity())};
+}
+
 Sim3 RefineSimilarity(const Sim3& start, std::span<const CrossSighting> in_b,
-                      std::span<const CrossSighting> in_a, double scale_px,
-                      double* log_scale_deviation) {
+                      std::span<const CrossSighting> in_a, double scale_px) {
   Sim3 b_from_a = start;
   for (int i = 0; i < kRefinementsMax; ++i) {
-    Step step(scale_px);
-    for (const CrossSighting& seen : in_b) {
-      const Eigen::Vector3d x_b = b_from_a * seen.point;
-      step.Add(seen, seen.cam_from_world * x_b,
-               seen.cam_from_world.rotation.toRotationMatrix() * MotionOf(x_b));
-    }
-    const Sim3 a_from_b = b_from_a.Inverse();
-    for (const CrossSighting& seen : in_a) {
-      const Eigen::Matrix3d turn =
-          (seen.cam_from_world.rotation * a_from_b.rotation).toRotationMatrix();
-      step.Add(seen, seen.cam_from_world * (a_from_b * seen.point),
-               -a_from_b.scale * turn * MotionOf(seen.point));
-    }
-    const Vector7 by = step.Solve();
-    if (log_scale_deviation != nullptr) *log_scale_deviation = step.LogScaleDeviation();
+    const Vector7 by = StepAt(b_from_a, in_b, in_a, scale_px).Solve();
     if (!by.allFinite()) break;
     const Eigen::Vector3d omega = by.head<3>();
     Sim3 motion{std::exp(by[6]), Eigen::Quaterniond::Identity(), by.segment<3>(3)};

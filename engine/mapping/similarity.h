@@ -2,6 +2,7 @@
 #pragma once
 // The similarity between two reconstructions from points that both have (R15).
 
+#include <Eigen/Core>
 #include <cstdint>
 #include <functional>
 #include <optional>
@@ -41,14 +42,27 @@ struct CrossSighting {
   double focal_px = 1000;  // by which its error weighs
 };
 
+// How far a similarity may be from the truth, for errors of 1 px: in frame b, of rotation (rad),
+// translation, and the scale's logarithm.
+struct SimilarityCovariance {
+  Eigen::Matrix<double, 7, 7> matrix;
+
+  // Infinite where what is seen does not determine it.
+  double LogScaleDeviation() const;
+  // Of a point that the similarity carries to `x_b`: the length of the standard deviations.
+  double PositionDeviation(const Eigen::Vector3d& x_b) const;
+};
+
+// `in_b` are cameras of b that see points of a; `in_a` the reverse. At `scale_px` an error loses
+// half of its weight (Cauchy). O(N).
+SimilarityCovariance CovarianceOf(const Sim3& b_from_a, std::span<const CrossSighting> in_b,
+                                  std::span<const CrossSighting> in_a, double scale_px);
+
 // Moves a similarity to where points of each frame project best into cameras of the other: one that
 // was found by points that both frames know is as exact as these points, and all others that are
-// seen across say more. `in_b` are cameras of b that see points of a; `in_a` the reverse.
-// Gauss-Newton over the seven degrees of freedom of the Cauchy-weighted squared reprojection error;
-// at `scale_px` an error loses half of its weight. Where `log_scale_deviation` is given, it
-// receives the standard deviation of the scale's logarithm for errors of 1 px. O(N).
+// seen across say more. Sightings and weights as above; Gauss-Newton over the seven degrees of
+// freedom of the weighted squared reprojection error. O(N).
 Sim3 RefineSimilarity(const Sim3& b_from_a, std::span<const CrossSighting> in_b,
-                      std::span<const CrossSighting> in_a, double scale_px,
-                      double* log_scale_deviation = nullptr);
+                      std::span<const CrossSighting> in_a, double scale_px);
 
 }  // namespace veduta

@@ -161,8 +161,8 @@ std::optional<ViewAlignment> AlignByViews(std::span<const CrossSighting> in_b,
     consider(candidate, image);
   }
   if (best.of_others == 0) return std::nullopt;
-  double deviation = std::numeric_limits<double>::infinity();
-  const Sim3 refined = RefineSimilarity(best.b_from_a, in_b, in_a, kRefinedErrorPx, &deviation);
+  const Sim3 refined = RefineSimilarity(best.b_from_a, in_b, in_a, kRefinedErrorPx);
+  const double deviation = CovarianceOf(refined, in_b, in_a, kRefinedErrorPx).LogScaleDeviation();
   const Candidate final = forth.Count(refined, placed);
   if (final.of_others < options.other_sightings_min ||
       !(deviation <= options.log_scale_deviation_max))

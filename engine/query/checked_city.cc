@@ -7,17 +7,25 @@
 #include "storage/records/forbidden_record.h"
 #include "storage/records/hypothesis_record.h"
 #include "storage/records/state_record.h"
+#include "storage/records/submap_record.h"
 
 namespace veduta {
 namespace {
 
-// What people have forbidden, or a hypothesis.
+// What people have forbidden, a hypothesis, or a submap.
 Status LoadFact(std::string_view key, std::string_view value, CheckedCity* city) {
   if (key.starts_with(kHypothesisPrefix)) {
     HypothesisRecord hypothesis;
     VEDUTA_RETURN_IF_ERROR(ParseHypothesisKey(key, &hypothesis));
     VEDUTA_RETURN_IF_ERROR(Decode(value, &hypothesis));
     city->hypotheses.push_back(std::move(hypothesis));
+    return Status::Ok();
+  }
+  if (key.starts_with(kSubmapPrefix)) {
+    SubmapRecord submap;
+    VEDUTA_RETURN_IF_ERROR(ParseSubmapKey(key, &submap));
+    VEDUTA_RETURN_IF_ERROR(Decode(value, &submap));
+    city->submaps.push_back(std::move(submap));
     return Status::Ok();
   }
   ForbiddenRecord forbidden;

@@ -33,6 +33,7 @@ struct CheckedCity {
   DatabaseState state;
   std::vector<ForbiddenRecord> forbidden;
   std::vector<HypothesisRecord> hypotheses;
+  std::vector<SubmapRecord> submaps;
   std::map<CameraId, CameraRecord> cameras;
   std::map<ImageId, ImageRecord> images;
   std::map<ReconstructionId, ReconstructionRecord> reconstructions;

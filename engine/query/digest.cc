@@ -47,6 +47,12 @@ void Add(const HypothesisRecord& record, ContentFeed* feed) {
   for (const ImageId image : record.images) *feed << image;
 }
 
+void Add(const SubmapRecord& record, ContentFeed* feed) {
+  *feed << record.id.value << record.reconstruction << record.images_at_adjustment
+        << static_cast<uint64_t>(record.images.size());
+  for (const ImageId image : record.images) *feed << image;
+}
+
 Status AddImage(const Snapshot& snapshot, const ImageRecord& image, uint32_t generation,
                 ContentFeed* feed) {
   Add(image, feed);
@@ -116,6 +122,8 @@ Result<ContentHash> DigestOf(const Snapshot& snapshot) {
                           snapshot.ListHypotheses());
   if (!hypotheses.empty()) feed << static_cast<uint64_t>(hypotheses.size());
   for (const HypothesisRecord& hypothesis : hypotheses) Add(hypothesis, &feed);
+  VEDUTA_ASSIGN_OR_RETURN(const std::vector<SubmapRecord> submaps, snapshot.ListSubmaps());
+  for (const SubmapRecord& submap : submaps) Add(submap, &feed);
   if (state.vocabulary_generation != 0) {
     VEDUTA_ASSIGN_OR_RETURN(const StoredBytes tree,
                             snapshot.GetVocabulary(state.vocabulary_generation));

@@ -16,6 +16,8 @@ std::string ReasonClause(RefusalReason reason) {
       return "the pictures of one side lack what the other side sees";
     case RefusalReason::kFewPoints:
       return "too few common points agree with it";
+    case RefusalReason::kUndetermined:
+      return "what is seen across says too little of where the two sides are";
   }
   VEDUTA_CHECK(false, "a reason that no record has: " + std::to_string(static_cast<int>(reason)));
   return "";

@@ -218,10 +218,34 @@ class StructureChecker final {
     });
   }
 
+  // That each image of a reconstruction which has submaps is in exactly one of them.
+  void CheckSubmaps() {
+    std::map<ImageId, SubmapId> parted;
+    std::map<ReconstructionId, size_t> counts;
+    for (const SubmapRecord& submap : city_.submaps) {
+      const std::string name = "submap " + std::to_string(submap.id.value);
+      counts[submap.reconstruction] += submap.images.size();
+      for (const ImageId image : submap.images) {
+        Expect(IsIn(image, submap.reconstruction), [&] {
+          return name + " holds " + NameOf(image) + ", which is not in " +
+                 NameOf(submap.reconstruction);
+        });
+        Expect(parted.emplace(image, submap.id).second,
+               [&] { return name + " holds " + NameOf(image) + ", which another submap holds"; });
+      }
+    }
+    for (const auto& [id, count] : counts) {
+      const auto found = city_.reconstructions.find(id);
+      Expect(found != city_.reconstructions.end() && found->second.image_count == count,
+             [&, id = id] { return "not all images of " + NameOf(id) + " are in its submaps"; });
+    }
+  }
+
   void CheckReconstructions() {
     for (const auto& [id, record] : city_.reconstructions) CheckReconstruction(record);
     for (const ForbiddenRecord& forbidden : city_.forbidden) CheckForbidden(forbidden);
     for (const HypothesisRecord& hypothesis : city_.hypotheses) CheckHypothesis(hypothesis);
+    CheckSubmaps();
     std::set<ReconstructionId> named;
     for (const auto& [id, tally] : tallies_) {
       Expect(city_.reconstructions.contains(id),

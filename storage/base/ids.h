@@ -23,6 +23,7 @@ struct StrongId {
 using ImageId = StrongId<struct ImageTag, uint32_t>;
 using CameraId = StrongId<struct CameraTag, uint32_t>;
 using ReconstructionId = StrongId<struct ReconstructionTag, uint32_t>;
+using SubmapId = StrongId<struct SubmapTag, uint32_t>;
 using FeatureIndex = uint32_t;  // an index into one image's features, strongest first
 using WordId = uint32_t;        // a leaf of the vocabulary tree
 

@@ -21,6 +21,7 @@ enum class RefusalReason : uint8_t {
   kContradicted = 2,      // verified pairs across the seam contradict it
   kMissingStructure = 3,  // the pictures lack what they would have to show
   kFewPoints = 4,         // too few common points agree with any similarity by now
+  kUndetermined = 5,      // what is seen across does not say exactly enough where the sides are
 };
 
 // A merge of two reconstructions that was judged and not made. The votes are of the last judgment.

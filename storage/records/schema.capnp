@@ -65,6 +65,12 @@ struct Hypothesis {
   timeUnixS @15 :Int64;
 }
 
+struct Submap {
+  reconstruction @0 :UInt32;
+  images @1 :Data;  # rows: image u32
+  imagesAtAdjustment @2 :UInt32;
+}
+
 struct Camera {
   name @0 :Text;
   source @1 :Text;

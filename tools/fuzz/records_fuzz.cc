@@ -17,6 +17,7 @@
 #include "storage/records/pose_record.h"
 #include "storage/records/reconstruction_record.h"
 #include "storage/records/state_record.h"
+#include "storage/records/submap_record.h"
 #include "storage/records/tile_record.h"
 #include "storage/records/vocabulary_record.h"
 #include "storage/records/write_ahead_mark.h"
@@ -82,6 +83,15 @@ ForbiddenRecord SampleForbidden() {
   return {ForbiddenKind::kPair, 1, 2, 1'700'000'000, "anna", "two towers"};
 }
 
+SubmapRecord SampleSubmap() {
+  SubmapRecord record;
+  record.id = SubmapId(2);
+  record.reconstruction = ReconstructionId(3);
+  record.images = {ImageId(1), ImageId(7)};
+  record.images_at_adjustment = 1;
+  return record;
+}
+
 HypothesisRecord SampleHypothesis() {
   HypothesisRecord record;
   record.a = ReconstructionId(1);
@@ -107,6 +117,8 @@ void Keys(std::string_view key) {
   (void)ParseForbiddenKey(key, &forbidden).ok();
   HypothesisRecord hypothesis;
   (void)ParseHypothesisKey(key, &hypothesis).ok();
+  SubmapRecord submap;
+  (void)ParseSubmapKey(key, &submap).ok();
   (void)KeyText(key).size();
   (void)PrefixEnd(key).size();
   if (key.empty()) return;  // the entry's number led to these readers
@@ -117,7 +129,7 @@ void Keys(std::string_view key) {
 }
 
 using Kind = void (*)(std::string_view);
-constexpr std::array<Kind, 20> kKinds = {
+constexpr std::array<Kind, 21> kKinds = {
     [](std::string_view v) { Keyed<CameraRecord>(v, CameraId(1)); },
     [](std::string_view v) { Keyed<ImageRecord>(v, ImageId(1)); },
     [](std::string_view v) { Keyed<JournalRecord>(v, uint64_t{1}); },
@@ -139,7 +151,8 @@ constexpr std::array<Kind, 20> kKinds = {
       Plain(v, SampleTile({1, 2, 3}));
     },
     [](std::string_view v) { Plain(v, SampleForbidden()); },
-    [](std::string_view v) { Plain(v, SampleHypothesis()); }};
+    [](std::string_view v) { Plain(v, SampleHypothesis()); },
+    [](std::string_view v) { Plain(v, SampleSubmap()); }};
 
 std::string Bytes(const Result<std::string>& encoded) {
   Expect(encoded.status(), "a seed is a record");
@@ -172,7 +185,8 @@ std::vector<std::string> Values() {
           Bytes(Encode(SamplePixels())),
           Bytes(Encode(SampleTile({1, 2, 3}))),
           Bytes(Encode(SampleForbidden())),
-          Bytes(Encode(SampleHypothesis()))};
+          Bytes(Encode(SampleHypothesis())),
+          Bytes(Encode(SampleSubmap()))};
 }
 
 }  // namespace
@@ -187,6 +201,7 @@ std::vector<std::string> Seeds() {
   seeds.push_back(keys + PhotoMarkKey(SampleHash(1)));
   seeds.push_back(keys + ForbiddenKey(ForbiddenKind::kMerge, 1, 2));
   seeds.push_back(keys + HypothesisKey(ReconstructionId(1), ReconstructionId(2)));
+  seeds.push_back(keys + SubmapKey(SubmapId(3)));
   return seeds;
 }
 

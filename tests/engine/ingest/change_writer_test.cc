@@ -43,7 +43,7 @@ void ExpectTrueCounts(const Snapshot& snapshot, ReconstructionId id) {
 void Commit(SceneDatabase* scene, const CityMap& map, const Placement& placement) {
   DatabaseState state = scene->State();
   const auto transaction = scene->database()->BeginTransaction();
-  ASSERT_OK(WritePlacementChanges(map, *scene->Snap(), placement, transaction.get()));
+  ASSERT_OK(WritePlacementChanges(map, *scene->Snap(), placement, {}, transaction.get()));
   for (const ImageId id : placement.placed) {
     ImageRecord record = *scene->Snap()->GetImage(id);
     record.verdict = placement.verdict;

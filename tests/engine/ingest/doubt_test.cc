@@ -21,7 +21,7 @@ std::vector<ImageId> LoadWhole(SceneWork* work, ReconstructionId id) {
 }
 
 Healing Heal(SceneWork* work, const std::vector<ImageId>& images) {
-  auto healing = HealReconstruction(work->context, images);
+  auto healing = HealRegion(work->context, images, images);
   EXPECT_OK(healing);
   return healing.ok() ? *healing : Healing();
 }
@@ -118,6 +118,7 @@ TEST(Doubt, RefusesWhatIsOutOfBounds) {
   ExpectBounds(&O::missing_cells_min, "missing_cells_min", {0u}, {1u});
   ExpectBounds(&O::missing_share_max, "missing_share_max", {0.0, 1.1}, {0.01, 1.0});
   ExpectBounds(&O::seam_pairs_min, "seam_pairs_min", {0u}, {1u});
+  ExpectBounds(&O::seam_deviation_share_max, "seam_deviation_share_max", {0.0}, {0.001, 1.0});
   ExpectBounds(&O::seam_missing_share_max, "seam_missing_share_max", {0.0, 1.1}, {0.01, 1.0});
 }
 

@@ -15,21 +15,30 @@ TEST(DueWork, AdjustmentsFollowTheGrowth) {
   const AdjustmentSchedule schedule{.views_step = 15, .growth_share = 0.1};
   ReconstructionRecord record;
   record.id = ReconstructionId(1);
-  EXPECT_FALSE(IsAdjustmentDue(record, schedule)) << "an empty one";
+  EXPECT_FALSE(IsAdjustmentDue(record, false, schedule)) << "an empty one";
   record.image_count = 3;
-  EXPECT_TRUE(IsAdjustmentDue(record, schedule)) << "never adjusted, or merged since";
+  EXPECT_TRUE(IsAdjustmentDue(record, false, schedule)) << "never adjusted, or merged since";
   record.images_at_adjustment = 3;
   record.image_count = 17;
-  EXPECT_FALSE(IsAdjustmentDue(record, schedule));
+  EXPECT_FALSE(IsAdjustmentDue(record, false, schedule));
   record.image_count = 18;
-  EXPECT_TRUE(IsAdjustmentDue(record, schedule));
+  EXPECT_TRUE(IsAdjustmentDue(record, false, schedule));
   record.images_at_adjustment = 1000;
   record.image_count = 1099;
-  EXPECT_FALSE(IsAdjustmentDue(record, schedule));
+  EXPECT_FALSE(IsAdjustmentDue(record, false, schedule));
   record.image_count = 1100;
-  EXPECT_TRUE(IsAdjustmentDue(record, schedule));
+  EXPECT_TRUE(IsAdjustmentDue(record, false, schedule));
+  EXPECT_FALSE(IsAdjustmentDue(record, true, schedule)) << "its submaps are";
+  record.image_count = 1499;
+  EXPECT_FALSE(IsAdjustmentDue(record, true, schedule));
+  record.image_count = 1500;
+  EXPECT_TRUE(IsAdjustmentDue(record, true, schedule));
+  record.image_count = 2001;
+  EXPECT_FALSE(IsAdjustmentDue(record, true, schedule)) << "it is too large by now";
+  record.images_at_adjustment = 0;
+  EXPECT_TRUE(IsAdjustmentDue(record, true, schedule)) << "somebody has forbidden a pair";
   record.merged_into = ReconstructionId(2);
-  EXPECT_FALSE(IsAdjustmentDue(record, schedule));
+  EXPECT_FALSE(IsAdjustmentDue(record, false, schedule));
 }
 
 TEST(DueWork, StepsComeInTheirOrderAndFailedOnesAreSetAside) {
@@ -50,6 +59,8 @@ TEST(DueWork, StepsComeInTheirOrderAndFailedOnesAreSetAside) {
   hypothesis.b = second;
   hypothesis.is_due = true;
   transaction->PutHypothesis(hypothesis);
+  transaction->PutSubmap({SubmapId(3), ReconstructionId(1), {ImageId(1), ImageId(2)}, 2});
+  transaction->PutSubmap({SubmapId(4), ReconstructionId(1), {ImageId(3)}, 0});
   hypothesis.b = ReconstructionId(7);
   hypothesis.is_due = false;
   transaction->PutHypothesis(hypothesis);
@@ -64,6 +75,7 @@ TEST(DueWork, StepsComeInTheirOrderAndFailedOnesAreSetAside) {
   };
   const DueStep expected[] = {{FollowUpKind::kPropagation, ImageId(6), {}},
                               {FollowUpKind::kPropagation, ImageId(5), {}},
+                              {FollowUpKind::kAdjustment, {}, ReconstructionId(1), {}, SubmapId(4)},
                               {FollowUpKind::kAdjustment, {}, second},
                               {FollowUpKind::kJudgment, {}, ReconstructionId(1), second},
                               {FollowUpKind::kVocabulary, {}, {}}};
@@ -74,6 +86,7 @@ TEST(DueWork, StepsComeInTheirOrderAndFailedOnesAreSetAside) {
     EXPECT_EQ(due->image, step.image);
     EXPECT_EQ(due->reconstruction, step.reconstruction);
     EXPECT_EQ(due->other, step.other);
+    EXPECT_EQ(due->submap, step.submap);
     EXPECT_FALSE(set_aside.Contains(step));
     set_aside.Add(step);
     EXPECT_TRUE(set_aside.Contains(step));

@@ -204,8 +204,9 @@ TEST_F(Hypotheses, AWholeReconstructionMakesAllOfItDueOrDropsThem) {
   Open(kFirst, kSecond);
   Open(kSecond, kThird);
   Open(kThird, kFourth);
-  Commit(
-      [](const Snapshot& base, Transaction* to) { return MakeHypothesesDue(base, kSecond, to); });
+  Commit([](const Snapshot& base, Transaction* to) {
+    return MakeHypothesesDue(base, kSecond, {}, to);
+  });
   EXPECT_TRUE(All()[0].is_due && All()[1].is_due);
   EXPECT_FALSE(All()[2].is_due);
   Commit([](const Snapshot& base, Transaction* to) { return DropHypotheses(base, kThird, to); });

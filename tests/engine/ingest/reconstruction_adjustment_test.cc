@@ -37,7 +37,7 @@ TEST(ReconstructionAdjustment, MovesAnImageThatStandsWrong) {
   Rigid3 shifted = scene.scene().poses[2];
   shifted.translation.x() += 0.5;
   work.map.SetPose(wrong, shifted);
-  ASSERT_OK(ReconsiderPoses(work.context, images));
+  ASSERT_OK(ReconsiderPoses(work.context, {images, images}));
   const Rigid3& found = work.map.image(wrong).cam_from_world;
   EXPECT_LT((found.Center() - scene.scene().poses[2].Center()).norm(), 0.02);
   EXPECT_GE(work.map.PointsSeenBy(self).size(), 100u);

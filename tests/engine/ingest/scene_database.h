@@ -112,7 +112,7 @@ class SceneDatabase {
     placement.verdict = Verdict::kFounded;
     placement.reconstruction = placement.founded = id;
     for (const auto& [image, unused] : map.images()) placement.placed.push_back(image);
-    EXPECT_OK(WritePlacementChanges(map, *Snap(), placement, transaction.get()));
+    EXPECT_OK(WritePlacementChanges(map, *Snap(), placement, {}, transaction.get()));
     for (const ImageId image : placement.placed) {
       ImageRecord record = *Snap()->GetImage(image);
       record.verdict = Verdict::kFounded;

@@ -87,6 +87,19 @@ TEST_F(Seam, OneThatIsShiftedByAWindowDoesNot) {
   EXPECT_NE(evidence.Text().find("0 pairs agree, 16 contradict"), std::string::npos);
 }
 
+TEST_F(Seam, IsKnownTheBetterTheMoreIsSeenAcross) {
+  const double of_all = Judge(AnotherFrame()).deviation_share;
+  EXPECT_GT(of_all, 1e-5);
+  EXPECT_LT(of_all, 1e-3);
+  for (SeamPair& pair : seam_.pairs) pair.matches.matches.resize(pair.matches.matches.size() / 16);
+  const double of_few = Judge(AnotherFrame()).deviation_share;
+  EXPECT_GT(of_few, 2 * of_all);
+  EXPECT_LT(of_few, 8 * of_all);
+  for (SeamPair& pair : seam_.pairs) pair.matches.matches.clear();
+  EXPECT_FALSE(Judge(AnotherFrame()).deviation_share <=
+               work_->options.doubt.seam_deviation_share_max);
+}
+
 TEST_F(Seam, OnePairIsNotEnough) {
   seam_.pairs.resize(1);
   EXPECT_FALSE(Judge(AnotherFrame()).Holds(work_->options.doubt));
@@ -99,9 +112,12 @@ TEST(SeamEvidence, EachKindOfEvidenceIsHeard) {
   SeamEvidence evidence;
   evidence.agreeing_pairs = options.seam_pairs_min;
   evidence.agreeing_matches = 1000;
+  evidence.deviation_share = options.seam_deviation_share_max;
   evidence.visible = {.expected = 900, .found = 800, .cells = 100, .missing_cells = 10};
   EXPECT_TRUE(evidence.Holds(options));
-  SeamEvidence few = evidence, contradicted = evidence, missing = evidence;
+  SeamEvidence few = evidence, contradicted = evidence, missing = evidence, vague = evidence;
+  vague.deviation_share = 1.01 * options.seam_deviation_share_max;
+  EXPECT_EQ(vague.Refusal(options), RefusalReason::kUndetermined);
   few.agreeing_pairs = options.seam_pairs_min - 1;
   EXPECT_FALSE(few.Holds(options));
   contradicted.contradicting_matches = 701;

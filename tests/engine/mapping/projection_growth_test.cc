@@ -73,7 +73,7 @@ void ExpectSameAtAnyThreads(const SyntheticScene& scene, size_t covisible_max,
   for (const size_t threads : {0, 1, 3}) {
     ThreadPool pool(threads);
     CityMap map = torn(scene);
-    const auto counts = GrowAllByProjection(&map, AllImages(map), covisible_max, {}, &pool);
+    const auto counts = GrowAllByProjection(&map, AllImages(map), {}, covisible_max, {}, &pool);
     EXPECT_EQ(counts.observations_added, added);
     for (const auto& [id, image] : plain.images()) EXPECT_EQ(map.image(id).points, image.points);
   }

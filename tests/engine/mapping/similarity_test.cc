@@ -72,6 +72,44 @@ TEST(Similarity, IsRefinedByWhatIsSeenAcross) {
   EXPECT_EQ(RefineSimilarity(about, {}, {}, 2.0).scale, about.scale);
 }
 
+TEST(Similarity, TheCovarianceIsThatOfNoisySightings) {
+  const SyntheticScene scene = MakeScene({});
+  const Sim3 b_from_a{
+      2.5,
+      Eigen::Quaterniond(Eigen::AngleAxisd(0.4, Eigen::Vector3d(1, 2, 3).normalized())),
+      {1, -2, 3}};
+  const std::span<const Rigid3> poses(scene.poses);
+  auto in_b = Sightings(scene, poses.first(2), b_from_a, {}),
+       in_a = Sightings(scene, poses.subspan(2, 2), {}, b_from_a);
+  for (auto [seen, to_camera] : {std::pair(&in_b, b_from_a), {&in_a, b_from_a.Inverse()}}) {
+    std::erase_if(*seen, [&, carry = to_camera](const CrossSighting& one) {
+      return ((one.cam_from_world * (carry * one.point)).hnormalized() - one.x).norm() > 0.01;
+    });
+    ASSERT_EQ(seen->size(), 96u) << "all but every fifth";
+  }
+  constexpr double kNoLoss = 1e6;
+  const SimilarityCovariance covariance = CovarianceOf(b_from_a, in_b, in_a, kNoLoss);
+  const Eigen::Vector3d place(3, -4, 5);
+  SeededRandom random(1);
+  const auto shaken = [&](std::vector<CrossSighting> seen) {
+    for (CrossSighting& one : seen)
+      one.x += Eigen::Vector2d(Gaussian(random), Gaussian(random)) / one.focal_px;
+    return seen;
+  };
+  constexpr int kDraws = 400;
+  double squared = 0, log_scale_squared = 0;
+  for (int draw = 0; draw < kDraws; ++draw) {
+    const Sim3 found = RefineSimilarity(b_from_a, shaken(in_b), shaken(in_a), kNoLoss);
+    squared += (found * place - b_from_a * place).squaredNorm() / kDraws;
+    log_scale_squared += std::pow(std::log(found.scale / b_from_a.scale), 2) / kDraws;
+  }
+  EXPECT_NEAR(std::sqrt(squared) / covariance.PositionDeviation(b_from_a * place), 1, 0.1);
+  EXPECT_NEAR(std::sqrt(log_scale_squared) / covariance.LogScaleDeviation(), 1, 0.1);
+  const SimilarityCovariance unknown = CovarianceOf(b_from_a, {}, {}, kNoLoss);
+  EXPECT_FALSE(unknown.LogScaleDeviation() < 1);
+  EXPECT_FALSE(unknown.PositionDeviation(place) < 1);
+}
+
 TEST(Similarity, RefusesALine) {
   std::vector<Eigen::Vector3d> line;
   for (int i = 0; i < 10; ++i) line.emplace_back(i, 0, 0);

@@ -10,6 +10,7 @@
 #include "storage/records/point_block.h"
 #include "storage/records/pose_record.h"
 #include "storage/records/reconstruction_record.h"
+#include "storage/records/submap_record.h"
 #include "storage/records/vocabulary_record.h"
 #include "tests/engine/query/field_edit.h"
 #include "tests/engine/query/hypothesis_damage.h"
@@ -159,12 +160,31 @@ inline std::vector<FieldDamage> PostingsDamages() {
                       read, write);
 }
 
+inline std::vector<FieldDamage> SubmapDamages() {
+  using R = SubmapRecord;
+  const auto read = [](const std::string& key, const std::string& value, R* record) {
+    VEDUTA_RETURN_IF_ERROR(ParseSubmapKey(key, record));
+    return Decode(value, record);
+  };
+  return DamagesOf<R>(
+      {{"submap: reconstruction", [](R* r) { r->reconstruction.value += 1; }},
+       {"submap: images, one less",
+        [](R* r) {
+          r->images.pop_back();
+          r->images_at_adjustment = 0;
+        }},
+       {"submap: images, beyond all", [](R* r) { r->images.push_back(ImageId(999)); }},
+       {"submap: imagesAtAdjustment", [](R* r) { r->images_at_adjustment -= 1; }}},
+      read, [](const R& record) { return Encode(record); });
+}
+
 // Empty where values have no fields: photos, vocabularies and marks are bytes as a whole.
 inline std::vector<FieldDamage> FieldDamagesOf(Family family) {
   switch (family) {
     case Family::kMeta: {
       std::vector<FieldDamage> damages = StateDamages();
       for (FieldDamage& damage : HypothesisDamages()) damages.push_back(std::move(damage));
+      for (FieldDamage& damage : SubmapDamages()) damages.push_back(std::move(damage));
       return damages;
     }
     case Family::kCameras:

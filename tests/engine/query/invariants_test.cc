@@ -46,6 +46,7 @@ const std::set<std::string> kFree = {
     "meta.hypothesis: missingCells",
     "meta.hypothesis: reason",
     "meta.pendingPropagation",
+    "meta.submap: imagesAtAdjustment",
     "points.colors",
     "points.nextOrdinal",
     "reconstructions.mergedFromThis: rotation",
@@ -102,9 +103,24 @@ void AddHypothesis(City* city) {
   ASSERT_OK(transaction->Commit());
 }
 
+// The second one in two submaps.
+void AddSubmaps(City* city) {
+  std::vector<ImageId> images;
+  const auto transaction = city->parts().database->BeginTransaction();
+  ASSERT_OK(transaction->base()->ScanPoses([&](const PoseRecord& pose) {
+    if (pose.reconstruction == ReconstructionId(2)) images.push_back(pose.image);
+    return true;
+  }));
+  ASSERT_GE(images.size(), 4u);
+  const auto middle = images.begin() + 2;
+  transaction->PutSubmap({SubmapId(1), ReconstructionId(2), {images.begin(), middle}, 2});
+  transaction->PutSubmap({SubmapId(2), ReconstructionId(2), {middle, images.end()}, 1});
+  ASSERT_OK(transaction->Commit());
+}
+
 // Every kind of record: two cameras and contributors, photos that are placed, founded, postponed
-// and rejected, two reconstructions with a hypothesis that they are one, another that was merged
-// away, and a vocabulary.
+// and rejected, two reconstructions with a hypothesis that they are one, one of them in submaps,
+// another that was merged away, and a vocabulary.
 void Fill(City* city) {
   CameraModel second = StreetCameraModel();
   second.fx += 0.3;
@@ -128,6 +144,7 @@ void Fill(City* city) {
       << Told(outcomes);
   ASSERT_EQ(city->Counts().reconstructions.size(), 2u) << Told(outcomes);
   AddHypothesis(city);
+  AddSubmaps(city);
   AddMerged(city);
 }
 

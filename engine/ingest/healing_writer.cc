@@ -1,0 +1,87 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "engine/ingest/healing_writer.h"
+
+#include <algorithm>
+#include <set>
+#include <string>
+#include <string_view>
+#include <utility>
+
+#include "engine/ingest/change_writer.h"
+#include "engine/ingest/dense_removal.h"
+#include "engine/ingest/local_unplacing.h"
+#include "engine/journal/journal.h"
+
+namespace veduta {
+namespace {
+
+// The images that have lost their poses since anybody last did anything: what follows by itself is
+// walked over, from the end of the journal. O(its entries).
+Result<std::set<ImageId>> AlreadyDoubted(const Snapshot& base, uint64_t next_journal) {
+  static constexpr std::string_view kFollowing[] = {
+      "adjust", "doubt", "hypothesis", "judge", "merge", "propagate", "split", "vocabulary"};
+  std::set<ImageId> doubted;
+  for (uint64_t sequence = next_journal - 1; sequence > 0; --sequence) {
+    JournalRecord entry;
+    VEDUTA_RETURN_IF_ERROR(base.ScanJournal(sequence, [&](const JournalRecord& read) {
+      entry = read;
+      return false;
+    }));
+    if (std::ranges::find(kFollowing, entry.action) == std::end(kFollowing)) break;
+    if (entry.action == "doubt") doubted.insert(entry.image);
+  }
+  return doubted;
+}
+
+}  // namespace
+
+Status HealingWriter::SplitOff(const Healing& healing) {
+  for (const std::vector<ImageId>& part : healing.parts) {
+    ReconstructionRecord& record = split_off_.emplace_back();
+    record.id = ReconstructionId(state_.next_reconstruction++);
+    record.points_generation = 1;
+    for (const ImageId id : part) {
+      parts_.map->MoveImage(id, record.id, Sim3());
+      parts_.map->MoveBlock(id, record.id, Sim3());
+    }
+    blocks_.push_back(WrittenAhead::PointBlocks(parts_.database, record.id, 1));
+    VEDUTA_RETURN_IF_ERROR(
+        WriteWhole(*parts_.map, parts_.database, scope_.transaction.get(), &record));
+    AppendJournal({0,
+                   0,
+                   "veduta",
+                   "split",
+                   {},
+                   record.id,
+                   std::to_string(part.size()) + " images of reconstruction " +
+                       std::to_string(from_.value) + ", whose frame it keeps"},
+                  &state_, scope_.transaction.get());
+    adjusted_.split_off.push_back(record.id);
+  }
+  return Status::Ok();
+}
+
+Status HealingWriter::Postpone(const Healing& healing) {
+  VEDUTA_ASSIGN_OR_RETURN(const std::set<ImageId> doubted,
+                          AlreadyDoubted(*scope_.base, state_.next_journal));
+  for (const DoubtedImage& unplaced : healing.unplaced) {
+    const std::string detail =
+        "in reconstruction " + std::to_string(from_.value) + ", " + unplaced.why;
+    VEDUTA_RETURN_IF_ERROR(PostponeImages(*scope_.base, {&unplaced.image, 1}, from_, detail,
+                                          &state_, scope_.transaction.get()));
+    if (doubted.contains(unplaced.image)) std::erase(state_.pending_propagation, unplaced.image);
+    adjusted_.unplaced.push_back({unplaced.image, detail});
+  }
+  return Status::Ok();
+}
+
+Status HealingWriter::RemoveOutdatedDense(const Healing& healing) {
+  std::vector<ImageId> moved;
+  for (const DoubtedImage& unplaced : healing.unplaced) moved.push_back(unplaced.image);
+  for (const std::vector<ImageId>& part : healing.parts)
+    moved.insert(moved.end(), part.begin(), part.end());
+  if (moved.empty()) return Status::Ok();
+  return RemoveFromDense(*scope_.base, moved, scope_.transaction.get()).status();
+}
+
+}  // namespace veduta

@@ -1,0 +1,45 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+// Writes what an adjustment has taken out of a reconstruction (doubt.h): parts that are split off,
+// and images that wait again.
+
+#include <vector>
+
+#include "engine/ingest/doubt.h"
+#include "engine/ingest/follow_up_steps.h"
+#include "engine/ingest/ingest_parts.h"
+#include "engine/ingest/write_scope.h"
+#include "storage/written_ahead.h"
+
+namespace veduta {
+
+class HealingWriter final {
+ public:
+  // All outlive it. `state` is the caller's to put into the transaction.
+  HealingWriter(const IngestParts& parts, const WriteScope& scope, ReconstructionId from,
+                DatabaseState* state)
+      : parts_(parts), scope_(scope), from_(from), state_(*state) {}
+
+  // Each part becomes a reconstruction of its own, in the frame that it had, whose points are
+  // written ahead. Moves the images and blocks of the map.
+  Status SplitOff(const Healing& healing);
+  // The images wait again, and are tried again at once. One that loses its pose for the second time
+  // since anybody did anything waits for a neighbour: placing and doubting it would never end.
+  Status Postpone(const Healing& healing);
+  // What the dense pass has made of images that are not where they were any more.
+  Status RemoveOutdatedDense(const Healing& healing);
+
+  const AdjustedWhole& adjusted() const { return adjusted_; }
+  const std::vector<ReconstructionRecord>& split_off() const { return split_off_; }
+
+ private:
+  const IngestParts& parts_;
+  const WriteScope& scope_;
+  const ReconstructionId from_;
+  DatabaseState& state_;
+  AdjustedWhole adjusted_;
+  std::vector<ReconstructionRecord> split_off_;
+  std::vector<WrittenAhead> blocks_;  // kept until the commit
+};
+
+}  // namespace veduta

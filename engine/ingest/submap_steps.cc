@@ -1,0 +1,194 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "engine/ingest/submap_steps.h"
+
+#include <algorithm>
+#include <map>
+#include <string>
+#include <utility>
+
+#include "engine/ingest/change_writer.h"
+#include "engine/ingest/healing_writer.h"
+#include "engine/ingest/hypotheses.h"
+#include "engine/ingest/reconstruction_adjustment.h"
+#include "engine/ingest/submaps.h"
+#include "engine/journal/journal.h"
+#include "engine/mapping/view_graph_parts.h"
+
+namespace veduta {
+namespace {
+
+// The verified pairs of the images, each as often as one of the two is given.
+Result<std::vector<ViewGraphEdge>> ListEdges(const Snapshot& snapshot,
+                                             std::span<const ImageId> images) {
+  std::vector<ViewGraphEdge> edges;
+  for (const ImageId id : images) {
+    VEDUTA_ASSIGN_OR_RETURN(const std::vector<PairNeighbor> neighbors, snapshot.ListNeighbors(id));
+    for (const PairNeighbor& neighbor : neighbors)
+      edges.push_back({id, neighbor.image, neighbor.match_count});
+  }
+  return edges;
+}
+
+Result<std::vector<std::vector<ImageId>>> FindParts(const Snapshot& snapshot,
+                                                    std::span<const ImageId> images,
+                                                    const AdjustmentSchedule& schedule) {
+  VEDUTA_ASSIGN_OR_RETURN(const std::vector<ViewGraphEdge> edges, ListEdges(snapshot, images));
+  return PartViewGraph(images, edges, schedule.submap_images_max);
+}
+
+// The submap beside this one that most matches lead to, if there is room for both in one.
+Result<std::optional<SubmapId>> FindBeside(const Snapshot& snapshot, const Submaps& submaps,
+                                           const SubmapRecord& submap,
+                                           const AdjustmentSchedule& schedule) {
+  VEDUTA_ASSIGN_OR_RETURN(const std::vector<ViewGraphEdge> edges,
+                          ListEdges(snapshot, submap.images));
+  std::map<SubmapId, uint64_t> weights;
+  for (const ViewGraphEdge& edge : edges) {
+    const SubmapRecord* const beside = submaps.FindOf(edge.b);
+    if (beside == nullptr || beside->id == submap.id ||
+        beside->reconstruction != submap.reconstruction ||
+        beside->images.size() + submap.images.size() > schedule.submap_images_max)
+      continue;
+    weights[beside->id] += edge.weight;
+  }
+  const auto heaviest = std::ranges::max_element(
+      weights, {}, [](const std::pair<const SubmapId, uint64_t>& entry) { return entry.second; });
+  return heaviest == weights.end() ? std::nullopt : std::optional(heaviest->first);
+}
+
+// Makes the submap one that can be adjusted; false where it is one.
+Result<bool> Reshape(const Snapshot& snapshot, const SubmapRecord& submap,
+                     const AdjustmentSchedule& schedule, Submaps* submaps) {
+  if (submap.images.size() > schedule.submap_images_max) {
+    VEDUTA_ASSIGN_OR_RETURN(const auto parts, FindParts(snapshot, submap.images, schedule));
+    submaps->Part(submap.reconstruction, parts);
+    return true;
+  }
+  if (submap.images.size() >= schedule.submap_images_min) return false;
+  VEDUTA_ASSIGN_OR_RETURN(const std::optional<SubmapId> beside,
+                          FindBeside(snapshot, *submaps, submap, schedule));
+  if (beside) submaps->Join(submap.id, *beside);
+  return beside.has_value();
+}
+
+// Writes what has changed of the reconstruction, from which `writer` has split off parts.
+Status WriteAdjusted(const IngestParts& parts, const HealingWriter& writer,
+                     ReconstructionRecord record, Transaction* transaction) {
+  const CityMap& map = *parts.map;
+  const auto delete_block = [&](ImageId home) {
+    PointBlock none;
+    none.home = home;
+    transaction->PutPointBlock(record.id, record.points_generation, none);
+  };
+  if (const auto change = map.changes().counts.find(record.id);
+      change != map.changes().counts.end()) {
+    record.point_count += change->second.points;
+    record.observation_count += change->second.observations;
+    record.reprojection_error_px_sum += change->second.reprojection_error_px_sum;
+  }
+  for (const ReconstructionRecord& part : writer.split_off()) {
+    record.image_count -= part.image_count;
+    record.point_count -= part.point_count;
+    record.observation_count -= part.observation_count;
+    record.reprojection_error_px_sum -= part.reprojection_error_px_sum;
+  }
+  for (const auto& [image, reconstruction] : map.changes().unplaced) {
+    --record.image_count;
+    delete_block(image);
+  }
+  for (const ImageId home : map.changes().blocks) {
+    if (map.image(home).reconstruction == record.id) {
+      transaction->PutPointBlock(record.id, record.points_generation, map.StoredBlock(home));
+    } else {
+      delete_block(home);
+    }
+  }
+  ++record.geometry_version;
+  record.is_dissolved = record.image_count == 0;
+  transaction->PutReconstruction(record);
+  WriteUnplaced(map, transaction);
+  WritePosesAndObservations(map, transaction);
+  return Status::Ok();
+}
+
+}  // namespace
+
+Status PartReconstruction(const IngestParts& parts, ReconstructionId reconstruction,
+                          WriteScope scope) {
+  VEDUTA_ASSIGN_OR_RETURN(ReconstructionRecord record,
+                          scope.base->GetReconstruction(reconstruction));
+  VEDUTA_ASSIGN_OR_RETURN(Submaps submaps, Submaps::Read(*scope.base));
+  std::vector<ImageId> images;
+  VEDUTA_RETURN_IF_ERROR(scope.base->ScanPoses([&](const PoseRecord& pose) {
+    if (pose.reconstruction == reconstruction) images.push_back(pose.image);
+    return true;
+  }));
+  VEDUTA_ASSIGN_OR_RETURN(const auto found, FindParts(*scope.base, images, parts.options.schedule));
+  submaps.Part(reconstruction, found);
+  submaps.Write(scope.transaction.get());
+  record.images_at_adjustment = record.image_count;
+  scope.transaction->PutReconstruction(record);
+  VEDUTA_ASSIGN_OR_RETURN(DatabaseState state, scope.base->GetState());
+  AppendJournal({0,
+                 0,
+                 "veduta",
+                 "adjust",
+                 {},
+                 reconstruction,
+                 "in " + std::to_string(found.size()) + " submaps, " +
+                     std::to_string(record.image_count) + " images"},
+                &state, scope.transaction.get());
+  scope.transaction->PutState(state);
+  return scope.transaction->Commit();
+}
+
+Result<AdjustedWhole> AdjustSubmap(const IngestParts& parts, ReconstructionId reconstruction,
+                                   SubmapId submap, WriteScope scope) {
+  VEDUTA_ASSIGN_OR_RETURN(Submaps submaps, Submaps::Read(*scope.base));
+  const SubmapRecord* const found = submaps.Find(submap);
+  if (found == nullptr)
+    return Status::NotFound("there is no submap " + std::to_string(submap.value));
+  const SubmapRecord record = *found;
+  Transaction* const transaction = scope.transaction.get();
+  VEDUTA_ASSIGN_OR_RETURN(DatabaseState state, scope.base->GetState());
+  VEDUTA_ASSIGN_OR_RETURN(const bool is_reshaped,
+                          Reshape(*scope.base, record, parts.options.schedule, &submaps));
+  AdjustedWhole adjusted;
+  if (!is_reshaped) {
+    parts.TrimMap();
+    MapLoader loader(scope.base, parts.features, parts.map);
+    const MappingContext context{&loader, parts.map, parts.pool, parts.options.mapper};
+    VEDUTA_ASSIGN_OR_RETURN(const Region region, LoadRegion(context, record.images));
+    VEDUTA_ASSIGN_OR_RETURN(const Healing healing, AdjustRegion(context, region));
+    VEDUTA_ASSIGN_OR_RETURN(const ReconstructionRecord whole,
+                            scope.base->GetReconstruction(reconstruction));
+    HealingWriter writer(parts, scope, reconstruction, &state);
+    VEDUTA_RETURN_IF_ERROR(writer.SplitOff(healing));
+    VEDUTA_RETURN_IF_ERROR(WriteAdjusted(parts, writer, whole, transaction));
+    VEDUTA_RETURN_IF_ERROR(writer.RemoveOutdatedDense(healing));
+    VEDUTA_RETURN_IF_ERROR(submaps.Follow(*parts.map, *scope.base));
+    if (submaps.Find(submap) != nullptr) submaps.NoteAdjusted(submap);
+    VEDUTA_RETURN_IF_ERROR(writer.Postpone(healing));
+    VEDUTA_RETURN_IF_ERROR(
+        healing.parts.empty()
+            ? MakeHypothesesDue(*scope.base, reconstruction, record.images, transaction)
+            : DropHypotheses(*scope.base, reconstruction, transaction));
+    adjusted = writer.adjusted();
+    AppendJournal({0,
+                   0,
+                   "veduta",
+                   "adjust",
+                   {},
+                   reconstruction,
+                   std::to_string(record.images.size()) + " images of submap " +
+                       std::to_string(submap.value)},
+                  &state, transaction);
+  }
+  submaps.Write(transaction);
+  transaction->PutState(state);
+  VEDUTA_RETURN_IF_ERROR(transaction->Commit());
+  parts.map->ClearChanges();
+  return adjusted;
+}
+
+}  // namespace veduta

@@ -1,0 +1,25 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+// The adjustment of reconstructions that are too large to be adjusted as a whole (submaps.h). Each
+// function is one transaction. After an error nothing is committed and the map may be half changed:
+// the caller clears it.
+
+#include "engine/ingest/follow_up_steps.h"
+#include "engine/ingest/ingest_parts.h"
+#include "engine/ingest/write_scope.h"
+
+namespace veduta {
+
+// Parts a reconstruction that has no submaps into some, by its verified pairs. All of them are due.
+// O(its images and pairs); loads no image.
+Status PartReconstruction(const IngestParts& parts, ReconstructionId reconstruction,
+                          WriteScope scope);
+
+// Adjusts a submap, with all that lies around it held, and heals it (AdjustRegion). One that has
+// grown too large is parted instead, and one that is too small joins the one that it has most
+// verified pairs with, where there is room; what comes of it is due. What it costs does not grow
+// with the reconstruction.
+Result<AdjustedWhole> AdjustSubmap(const IngestParts& parts, ReconstructionId reconstruction,
+                                   SubmapId submap, WriteScope scope);
+
+}  // namespace veduta

@@ -1,0 +1,205 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "engine/ingest/submaps.h"
+
+#include <algorithm>
+#include <utility>
+
+#include "engine/mapping/covisible_images.h"
+
+namespace veduta {
+namespace {
+
+// Images that are asked which submap is nearest. Chosen by hand; not measured.
+constexpr size_t kAskedMax = 12;
+
+// A part of so many images that is merged becomes a submap of its own: as many as would make the
+// adjustment of a reconstruction due (AdjustmentSchedule). Chosen by hand; not measured.
+constexpr size_t kOwnSubmapMin = 15;
+
+bool IsDue(const SubmapRecord& submap, const AdjustmentSchedule& schedule) {
+  return !submap.images.empty() &&
+         (submap.images_at_adjustment == 0 ||
+          submap.images.size() >= submap.images_at_adjustment + schedule.views_step);
+}
+
+}  // namespace
+
+Result<Submaps> Submaps::Read(const Snapshot& snapshot) {
+  Submaps submaps;
+  VEDUTA_ASSIGN_OR_RETURN(std::vector<SubmapRecord> all, snapshot.ListSubmaps());
+  for (SubmapRecord& record : all) submaps.records_.emplace(record.id, std::move(record));
+  return submaps;
+}
+
+bool Submaps::IsParted(ReconstructionId reconstruction) const {
+  return std::ranges::any_of(records_, [&](const auto& entry) {
+    return entry.second.reconstruction == reconstruction && !entry.second.images.empty();
+  });
+}
+
+const SubmapRecord* Submaps::Find(SubmapId id) const {
+  const auto found = records_.find(id);
+  return found != records_.end() && !found->second.images.empty() ? &found->second : nullptr;
+}
+
+const SubmapRecord* Submaps::FindOf(ImageId image) const {
+  for (const auto& [id, record] : records_) {
+    if (std::ranges::binary_search(record.images, image)) return &record;
+  }
+  return nullptr;
+}
+
+SubmapRecord* Submaps::MutableOf(ImageId image) {
+  const SubmapRecord* const found = FindOf(image);
+  return found == nullptr ? nullptr : &records_.at(found->id);
+}
+
+std::vector<SubmapId> Submaps::ListDue(ReconstructionId reconstruction,
+                                       const AdjustmentSchedule& schedule) const {
+  std::vector<SubmapId> due;
+  for (const auto& [id, record] : records_) {
+    if (record.reconstruction == reconstruction && IsDue(record, schedule)) due.push_back(id);
+  }
+  return due;
+}
+
+SubmapRecord& Submaps::Make(ReconstructionId reconstruction, std::vector<ImageId> images) {
+  const SubmapId id(records_.empty() ? 1 : records_.rbegin()->first.value + 1);
+  std::ranges::sort(images);
+  changed_.insert(id);
+  return records_[id] = {id, reconstruction, std::move(images), 0};
+}
+
+void Submaps::Erase(ImageId image) {
+  SubmapRecord* const record = MutableOf(image);
+  if (record == nullptr) return;
+  std::erase(record->images, image);
+  record->images_at_adjustment =
+      std::min(record->images_at_adjustment, static_cast<uint32_t>(record->images.size()));
+  changed_.insert(record->id);
+}
+
+void Submaps::Insert(SubmapId id, ImageId image) {
+  std::vector<ImageId>& images = records_.at(id).images;
+  images.insert(std::ranges::upper_bound(images, image), image);
+  changed_.insert(id);
+}
+
+// Images that are in another reconstruction now: a whole submap goes with them, of a part of one
+// the images alone.
+void Submaps::MoveAway(SubmapId from, ReconstructionId into, std::span<const ImageId> images) {
+  SubmapRecord& record = records_.at(from);
+  if (IsParted(into) && images.size() == record.images.size()) {
+    record.reconstruction = into;
+    changed_.insert(from);
+    return;
+  }
+  for (const ImageId id : images) Erase(id);
+  if (IsParted(into)) Make(into, {images.begin(), images.end()});
+}
+
+std::vector<ImageId> Submaps::JoinNearest(const CityMap& map, std::vector<ImageId> images) {
+  const auto join = [&](ImageId id) {
+    for (const ImageId near : CovisibleImages(map, id, kAskedMax)) {
+      const SubmapRecord* const found = FindOf(near);
+      if (found == nullptr || found->reconstruction != map.image(id).reconstruction) continue;
+      Insert(found->id, id);
+      return true;
+    }
+    return false;
+  };
+  // One that has joined may lead the next.
+  for (size_t before = images.size() + 1; images.size() < before;) {
+    before = images.size();
+    std::erase_if(images, join);
+  }
+  return images;
+}
+
+Status Submaps::Follow(const CityMap& map, const Snapshot& base) {
+  if (records_.empty()) return Status::Ok();
+  for (const auto& [image, reconstruction] : map.changes().unplaced) Erase(image);
+  std::map<std::pair<SubmapId, ReconstructionId>, std::vector<ImageId>> moved;
+  // By the reconstruction that they come from, if any, and the one where they are.
+  std::map<std::pair<ReconstructionId, ReconstructionId>, std::vector<ImageId>> come;
+  for (const ImageId id : map.changes().poses) {
+    const ReconstructionId now = map.image(id).reconstruction;
+    if (const SubmapRecord* const known = FindOf(id)) {
+      if (known->reconstruction != now) moved[{known->id, now}].push_back(id);
+    } else if (IsParted(now)) {
+      VEDUTA_ASSIGN_OR_RETURN(const std::optional<PoseRecord> before, base.FindPose(id));
+      come[{before ? before->reconstruction : ReconstructionId(), now}].push_back(id);
+    }
+  }
+  for (const auto& [where, images] : moved) MoveAway(where.first, where.second, images);
+  for (const auto& [where, images] : come) {
+    std::vector<ImageId> left = images;
+    if (!where.first.valid() || images.size() < kOwnSubmapMin)
+      left = JoinNearest(map, std::move(left));
+    if (!left.empty()) Make(where.second, std::move(left));
+  }
+  return Status::Ok();
+}
+
+Status Submaps::FollowPlacement(const CityMap& map, const Snapshot& base,
+                                const Placement& placement) {
+  if (records_.empty()) return Status::Ok();
+  VEDUTA_RETURN_IF_ERROR(Follow(map, base));
+  if (placement.raises_doubt) MakeDue({placement.placed.data(), 1});
+  for (const Merge& merge : placement.merges) {
+    if (merge.from == placement.founded) continue;
+    VEDUTA_ASSIGN_OR_RETURN(const ReconstructionRecord from, base.GetReconstruction(merge.from));
+    if (from.image_count >= kOwnSubmapMin) MakeDue(placement.around);
+  }
+  return Status::Ok();
+}
+
+void Submaps::MakeDue(std::span<const ImageId> images) {
+  for (const ImageId id : images) {
+    SubmapRecord* const record = MutableOf(id);
+    if (record == nullptr) continue;
+    record->images_at_adjustment = 0;
+    changed_.insert(record->id);
+  }
+}
+
+void Submaps::NoteAdjusted(ReconstructionId reconstruction) {
+  for (const auto& [id, record] : records_) {
+    if (record.reconstruction == reconstruction) NoteAdjusted(id);
+  }
+}
+
+void Submaps::NoteAdjusted(SubmapId id) {
+  SubmapRecord& record = records_.at(id);
+  record.images_at_adjustment = static_cast<uint32_t>(record.images.size());
+  changed_.insert(id);
+}
+
+void Submaps::Part(ReconstructionId reconstruction, std::span<const std::vector<ImageId>> parts) {
+  for (const std::vector<ImageId>& part : parts) {
+    for (const ImageId id : part) Erase(id);
+  }
+  for (const std::vector<ImageId>& part : parts) Make(reconstruction, part);
+}
+
+void Submaps::Join(SubmapId from, SubmapId into) {
+  const std::vector<ImageId> images = records_.at(from).images;
+  for (const ImageId id : images) {
+    Erase(id);
+    Insert(into, id);
+  }
+  records_.at(into).images_at_adjustment = 0;
+}
+
+void Submaps::Write(Transaction* transaction) const {
+  for (const SubmapId id : changed_) {
+    const SubmapRecord& record = records_.at(id);
+    if (record.images.empty()) {
+      transaction->DeleteSubmap(id);
+    } else {
+      transaction->PutSubmap(record);
+    }
+  }
+}
+
+}  // namespace veduta

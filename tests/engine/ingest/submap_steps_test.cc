@@ -1,0 +1,232 @@
+// SPDX-License-Identifier: Apache-2.0
+// Goal: a reconstruction that has grown too large is parted, and its submaps are adjusted one by
+//   one: each pose gets better and nothing outside of the submap's surroundings is written; one
+//   that is too large is parted, one that is too small joins another; what is contradicted is cut
+//   off or loses its pose; `verify` is content all the while, and the digest is the same at any
+//   thread count.
+// Method: synthetic scenes in a database, with bounds small enough for a dozen cameras.
+#include "engine/ingest/submap_steps.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+
+#include "engine/ingest/ingest.h"
+#include "engine/ingest/submaps.h"
+#include "engine/query/digest.h"
+#include "tests/engine/ingest/torn_scene.h"
+
+namespace veduta {
+namespace {
+
+constexpr ReconstructionId kCity(1);
+
+// Parts of four images at most in reconstructions of more than seven.
+IngestOptions SmallParts() {
+  IngestOptions options;
+  options.schedule.whole_images_max = 7;
+  options.schedule.submap_images_max = 4;
+  options.schedule.submap_images_min = 2;
+  return options;
+}
+
+// All that a step works on.
+struct Worker {
+  explicit Worker(SceneDatabase* in) : scene(*in) {}
+
+  IngestParts parts() {
+    return {scene.database(), &retrieval, scene.features(), scene.pool(), options, &map};
+  }
+  Status Part() {
+    map.Clear();
+    return PartReconstruction(parts(), kCity, BeginWrite(scene.database()));
+  }
+  Result<AdjustedWhole> Adjust(uint32_t submap) {
+    map.Clear();
+    return AdjustSubmap(parts(), kCity, SubmapId(submap), BeginWrite(scene.database()));
+  }
+  std::vector<SubmapRecord> Submaps() const { return *scene.Snap()->ListSubmaps(); }
+
+  SceneDatabase& scene;
+  IngestOptions options = SmallParts();
+  Retrieval retrieval{{}};
+  CityMap map;
+};
+
+void ExpectSound(const SceneDatabase& scene) {
+  const auto violations = FindViolations(*scene.Snap(), 9);
+  ASSERT_OK(violations);
+  for (const std::string& violation : *violations) ADD_FAILURE() << violation;
+}
+
+std::string DigestHex(const SceneDatabase& scene) {
+  const auto digest = DigestOf(*scene.Snap());
+  EXPECT_OK(digest);
+  return digest.ok() ? digest->Hex() : "";
+}
+
+// Twelve cameras in one reconstruction, whose whole is due.
+constexpr SceneOptions kArc{.camera_count = 12, .point_count = 500, .arc_deg = 60};
+
+void AddArc(SceneDatabase* scene) {
+  scene->AddImages(0, 12);
+  std::vector<uint32_t> all(12);
+  for (uint32_t k = 0; k < 12; ++k) all[k] = k;
+  ASSERT_EQ(scene->AddReconstruction(all), kCity);
+  const auto transaction = scene->database()->BeginTransaction();
+  ReconstructionRecord record = *scene->Snap()->GetReconstruction(kCity);
+  record.images_at_adjustment = 0;
+  transaction->PutReconstruction(record);
+  ASSERT_OK(transaction->Commit());
+}
+
+// Moves a pose by so much to the side.
+void Displace(SceneDatabase* scene, uint32_t k, double by) {
+  const auto transaction = scene->database()->BeginTransaction();
+  PoseRecord pose = **scene->Snap()->FindPose(ImageId(k + 1));
+  pose.cam_from_world.translation.x() += by;
+  transaction->PutPose(pose);
+  ASSERT_OK(transaction->Commit());
+}
+
+double CenterError(const SceneDatabase& scene, uint32_t k) {
+  const auto pose = *scene.Snap()->FindPose(ImageId(k + 1));
+  return (pose->cam_from_world.Center() - scene.scene().poses[k].Center()).norm();
+}
+
+TEST(SubmapSteps, ALargeReconstructionIsPartedAndAdjustedPieceByPiece) {
+  std::string digest;
+  for (const size_t thread_count : {1, 2}) {
+    SceneDatabase scene(kArc, thread_count);
+    AddArc(&scene);
+    Displace(&scene, 5, 0.01);
+    Worker worker(&scene);
+    Ingest ingest(scene.database(), &worker.retrieval, scene.features(), scene.pool(),
+                  worker.options);
+    const auto parted = ingest.RunNextStep();
+    ASSERT_TRUE(parted.has_value());
+    EXPECT_EQ(parted->kind, FollowUpKind::kAdjustment);
+    ASSERT_OK(parted->status);
+    const std::vector<SubmapRecord> submaps = worker.Submaps();
+    ASSERT_EQ(submaps.size(), 4u) << "12 are cut in halves until none has more than 4";
+    for (const SubmapRecord& submap : submaps) {
+      EXPECT_EQ(submap.images.size(), 3u);
+      EXPECT_EQ(submap.images_at_adjustment, 0u);
+      EXPECT_EQ(submap.images.back().value - submap.images.front().value, 2u) << "side by side";
+    }
+    size_t adjusted = 0;
+    while (const auto step = ingest.RunNextStep()) {
+      ASSERT_OK(step->status);
+      EXPECT_EQ(step->reconstruction, kCity);
+      ++adjusted;
+    }
+    EXPECT_EQ(adjusted, 4u);
+    ExpectSound(scene);
+    for (const SubmapRecord& submap : worker.Submaps()) EXPECT_EQ(submap.images_at_adjustment, 3u);
+    EXPECT_EQ(scene.Snap()->GetReconstruction(kCity)->image_count, 12u);
+    for (uint32_t k = 0; k < 12; ++k) EXPECT_LT(CenterError(scene, k), 0.005);
+    if (digest.empty()) digest = DigestHex(scene);
+    EXPECT_EQ(DigestHex(scene), digest);
+  }
+}
+
+TEST(SubmapSteps, WhatIsOutsideIsHeld) {
+  SceneDatabase scene(kArc);
+  AddArc(&scene);
+  Worker worker(&scene);
+  ASSERT_OK(worker.Part());
+  const SubmapRecord first = worker.Submaps().front();
+  Displace(&scene, first.images[0].value - 1, 0.01);
+  const auto before = scene.Snap();
+  ASSERT_OK(worker.Adjust(1));
+  EXPECT_LT(CenterError(scene, first.images[0].value - 1), 0.005);
+  for (uint32_t k = 0; k < 12; ++k) {
+    const ImageId id(k + 1);
+    const bool has_moved = (*before->FindPose(id))->cam_from_world.translation !=
+                           (*scene.Snap()->FindPose(id))->cam_from_world.translation;
+    EXPECT_EQ(has_moved, std::ranges::binary_search(first.images, id)) << "camera " << k;
+  }
+  EXPECT_EQ(worker.Adjust(99).status().code(), StatusCode::kNotFound);
+}
+
+TEST(SubmapSteps, SubmapsThatAreTooLargeOrTooSmallAreReshaped) {
+  SceneDatabase scene(kArc);
+  AddArc(&scene);
+  Worker worker(&scene);
+  worker.options.schedule.submap_images_max = 6;
+  ASSERT_OK(worker.Part());
+  ASSERT_EQ(worker.Submaps().size(), 2u);
+  worker.options.schedule.submap_images_max = 4;
+  ASSERT_OK(worker.Adjust(1));
+  std::vector<SubmapRecord> submaps = worker.Submaps();
+  ASSERT_EQ(submaps.size(), 3u) << "the first is parted, and not adjusted";
+  for (const SubmapRecord& submap : submaps) EXPECT_EQ(submap.images_at_adjustment, 0u);
+  ExpectSound(scene);
+  worker.options.schedule.submap_images_max = 6;
+  worker.options.schedule.submap_images_min = 4;
+  ASSERT_OK(worker.Adjust(submaps.back().id.value));
+  submaps = worker.Submaps();
+  ASSERT_EQ(submaps.size(), 2u) << "three of six images are too few, and join the other three";
+  for (const SubmapRecord& submap : submaps) {
+    EXPECT_EQ(submap.images.size(), 6u);
+    EXPECT_EQ(submap.images_at_adjustment, 0u);
+  }
+  ExpectSound(scene);
+}
+
+TEST(SubmapSteps, APartInsideThatIsContradictedIsSplitOff) {
+  std::string digest;
+  for (const size_t thread_count : {1, 2}) {
+    SceneDatabase scene(kTwoSides, thread_count);
+    ASSERT_EQ(AddTwoSides(&scene), kCity);
+    ContradictSeam(&scene);
+    Worker worker(&scene);
+    const auto transaction = scene.database()->BeginTransaction();
+    for (const uint32_t side : {0u, 1u})
+      transaction->PutSubmap({SubmapId(side + 1), kCity, SideImages(side), 0});
+    ASSERT_OK(transaction->Commit());
+    const auto adjusted = worker.Adjust(2);
+    ASSERT_OK(adjusted);
+    ASSERT_EQ(adjusted->split_off.size(), 1u);
+    ExpectSound(scene);
+    EXPECT_EQ(scene.Snap()->GetReconstruction(kCity)->image_count, 4u);
+    for (const ImageId id : SideImages(1)) {
+      const auto pose = *scene.Snap()->FindPose(id);
+      ASSERT_TRUE(pose.has_value());
+      EXPECT_EQ(pose->reconstruction, adjusted->split_off.front());
+      EXPECT_LT(CenterError(scene, id.value - 1), 0.02) << "it keeps its frame";
+    }
+    ASSERT_EQ(worker.Submaps().size(), 1u) << "what was split off has no submaps";
+    EXPECT_EQ(worker.Submaps().front().images, SideImages(0));
+    if (digest.empty()) digest = DigestHex(scene);
+    EXPECT_EQ(DigestHex(scene), digest);
+  }
+}
+
+TEST(SubmapSteps, APartThatReachesOutStays) {
+  SceneDatabase scene(kTwoSides);
+  ASSERT_EQ(AddTwoSides(&scene), kCity);
+  ContradictSeam(&scene);
+  Worker worker(&scene);
+  const auto transaction = scene.database()->BeginTransaction();
+  // Each submap has two images of either side, so no side lies in one.
+  for (const uint32_t i : {0u, 1u}) {
+    std::vector<ImageId> images;
+    for (const uint32_t side : {0u, 1u}) {
+      images.push_back(SideImages(side)[2 * i]);
+      images.push_back(SideImages(side)[2 * i + 1]);
+    }
+    transaction->PutSubmap({SubmapId(i + 1), kCity, images, 0});
+  }
+  ASSERT_OK(transaction->Commit());
+  for (const uint32_t submap : {1u, 2u}) {
+    const auto adjusted = worker.Adjust(submap);
+    ASSERT_OK(adjusted);
+    EXPECT_TRUE(adjusted->split_off.empty());
+    EXPECT_TRUE(adjusted->unplaced.empty());
+  }
+  ExpectSound(scene);
+}
+
+}  // namespace
+}  // namespace veduta
