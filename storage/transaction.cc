@@ -194,7 +194,7 @@ class WriteTransaction final : public Transaction {
   }
 
   void MergePostings(uint32_t generation, std::span<const WordId> words,
-                     const std::string& operand) {
+                     std::string_view operand) {
     for (const WordId word : words)
       buffer().Merge(Family::kPostings, PostingsKey(generation, word), operand);
   }
