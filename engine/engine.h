@@ -175,8 +175,8 @@ class Engine final {
   Status Forbid(const ForbidRequest& request);
   Status Allow(const ForbidRequest& request);  // takes it back; kNotFound where it was not stated
 
-  // Trains a vocabulary from the stored photos now, and switches to it. kInvalidArgument for a shape
-  // outside its bounds; kBusy where somebody else has switched meanwhile.
+  // Trains a vocabulary from the stored photos now, and switches to it. kInvalidArgument for a
+  // shape outside its bounds; kBusy where somebody else has switched meanwhile.
   Status TrainVocabulary(const VocabularyRequest& request = {});
   Status ImportVocabulary(const std::string& path);
 

@@ -208,7 +208,8 @@ class Ask(Case):
         self.assertEqual((shaped['generation'], shaped['branch'], shaped['depth'],
                           shaped['training_descriptors']), (2, 4, 3, 2000))
         self.assertLessEqual(shaped['words'], 64)
-        self.refused(1, 'branch is 65, but must be', 'vocabulary', 'train', trained, '--branch', '65')
+        self.refused(1, 'branch is 65, but must be',
+                     'vocabulary', 'train', trained, '--branch', '65')
         must('vocabulary', 'train', trained)
         info = json.loads(must('vocabulary', 'info', trained))
         self.assertEqual(must('verify', trained), 'sound\n')

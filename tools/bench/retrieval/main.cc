@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // veduta-bench-retrieval: what vocabularies find and cost.
-//   veduta-bench-retrieval recall --photos FOLDER[@SIZE@PARAMS[@TRUTH]] ... --shape 10,7,2000000 ...
+//   veduta-bench-retrieval recall --photos FOLDER[@SIZE@PARAMS[@TRUTH]]... --shape 10,7,2000000...
 //   veduta-bench-retrieval scale FOLDER --images 10000,100000,1000000
 
 #include <CLI/CLI.hpp>
@@ -15,8 +15,8 @@ namespace veduta::bench {
 namespace {
 
 struct RecallArguments {
-  std::vector<std::string> photos, shapes = {"10,7,500000"};
-  uint32_t near_count = 20, stride = 1, threads = 2;
+  std::vector<std::string> photos, training, shapes = {"10,7,2000000"};
+  uint32_t near_count = 20, threads = 2;
 };
 
 struct ScaleArguments {
@@ -27,7 +27,12 @@ struct ScaleArguments {
   bool keep = false;
 };
 
-void Print(const Shape& shape, const TrainedShape& measured) {
+void Print(const char* what, const std::vector<double>& shares) {
+  std::printf("%s", what);
+  for (size_t k = 0; k < std::size(kRanks); ++k) std::printf(" %u: %.4f", kRanks[k], shares[k]);
+}
+
+void Print(const Shape& shape, const std::vector<PhotoSet>& sets, const TrainedShape& measured) {
   const Recall& recall = measured.recall;
   std::printf(
       "branch %u, levels %u, sample %u: %u words of %llu descriptors in %.1f s, peak %.0f MB, "
@@ -35,16 +40,17 @@ void Print(const Shape& shape, const TrainedShape& measured) {
       shape.branch, shape.levels, shape.sample, measured.info.leaf_count,
       static_cast<unsigned long long>(measured.info.training_size), measured.train_s,
       measured.peak_mb, measured.distortion_mean);
-  std::printf("  first k right:  ");
-  for (size_t k = 0; k < std::size(kRanks); ++k)
-    std::printf(" %u: %.4f", kRanks[k], recall.first_k_right[k]);
-  std::printf("\n  neighbors found:");
-  for (size_t k = 0; k < std::size(kRanks); ++k)
-    std::printf(" %u: %.4f", kRanks[k], recall.neighbors_found[k]);
+  for (size_t i = 0; i < sets.size(); ++i) {
+    if (recall.sets[i].query_count == 0) continue;
+    std::printf("  %s, %u queries\n", sets[i].folder.c_str(), recall.sets[i].query_count);
+    Print("    first k right:  ", recall.sets[i].first_k_right);
+    Print("\n    neighbors found:", recall.sets[i].neighbors_found);
+    std::printf("\n");
+  }
   std::printf(
-      "\n  %u queries; medians: quantize %.2f ms, rank %.2f ms; %.0f words per photo, of which "
-      "%.1f are shared with a neighbor, %.2f with another\n",
-      recall.query_count, recall.quantize_ms_median, recall.query_ms_median, recall.words_mean,
+      "  medians: quantize %.2f ms, rank %.2f ms; %.0f words per photo, of which %.1f are shared "
+      "with a neighbor, %.2f with another\n",
+      recall.quantize_ms_median, recall.query_ms_median, recall.words_mean,
       recall.shared_with_neighbor, recall.shared_with_other);
   std::fflush(stdout);
 }
@@ -61,29 +67,47 @@ void Print(const SyntheticCity& city, const QueryCost& cost) {
   std::fflush(stdout);
 }
 
-Status RunRecall(const RecallArguments& arguments) {
-  ThreadPool pool(arguments.threads - 1);
+Result<std::vector<PhotoSet>> ParsePhotoSets(const std::vector<std::string>& texts) {
   std::vector<PhotoSet> sets;
-  for (const std::string& text : arguments.photos) {
+  for (const std::string& text : texts) {
     VEDUTA_ASSIGN_OR_RETURN(PhotoSet set, ParsePhotoSet(text));
     sets.push_back(std::move(set));
   }
+  return sets;
+}
+
+void PrintCounts(const char* what, const Photos& photos) {
+  double descriptors = 0, neighbors = 0;
+  for (const Features& features : photos.features)
+    descriptors += static_cast<double>(features.size());
+  for (const auto& of_photo : photos.neighbors) neighbors += static_cast<double>(of_photo.size());
+  std::printf("%s: %zu photos, %.0f descriptors, %.1f neighbors per photo\n", what,
+              photos.features.size(), descriptors,
+              neighbors / static_cast<double>(photos.features.size()));
+}
+
+Status RunRecall(const RecallArguments& arguments) {
+  ThreadPool pool(arguments.threads - 1);
   std::vector<Shape> shapes;
   for (const std::string& text : arguments.shapes) {
     VEDUTA_ASSIGN_OR_RETURN(const Shape shape, ParseShape(text));
     shapes.push_back(shape);
   }
+  VEDUTA_ASSIGN_OR_RETURN(const std::vector<PhotoSet> sets, ParsePhotoSets(arguments.photos));
+  VEDUTA_ASSIGN_OR_RETURN(std::vector<PhotoSet> training_sets, ParsePhotoSets(arguments.training));
+  for (PhotoSet& set : training_sets) set.camera.reset();  // nobody asks for their neighbours
   VEDUTA_ASSIGN_OR_RETURN(const Photos photos, LoadPhotos(sets, arguments.near_count, &pool));
-  double descriptors = 0, neighbors = 0;
-  for (const Features& features : photos.features)
-    descriptors += static_cast<double>(features.size());
-  for (const auto& of_photo : photos.neighbors) neighbors += static_cast<double>(of_photo.size());
-  std::printf("%zu photos, %.0f descriptors, %.1f neighbors per photo\n", photos.features.size(),
-              descriptors, neighbors / static_cast<double>(photos.features.size()));
+  PrintCounts("asked", photos);
+  Photos others;
+  if (!training_sets.empty()) {
+    VEDUTA_ASSIGN_OR_RETURN(others, LoadPhotos(training_sets, 0, &pool));
+    PrintCounts("trained from", others);
+  }
+  const Photos& training = training_sets.empty() ? photos : others;
   for (const Shape& shape : shapes) {
     VEDUTA_ASSIGN_OR_RETURN(const TrainedShape measured,
-                            MeasureShape(photos, shape, arguments.stride, &pool));
-    Print(shape, measured);
+                            MeasureShape(training, photos, shape, &pool));
+    Print(shape, sets, measured);
   }
   return Status::Ok();
 }
@@ -109,8 +133,8 @@ void AddRecall(CLI::App& app, RecallArguments* a) {
                      "BRANCH,LEVELS,SAMPLE[,DESCRIPTORS_PER_LEAF[,ATTEMPTS]]");
   recall->add_option("--near", a->near_count, "Photos that each of a set with truth may show too")
       ->capture_default_str();
-  recall->add_option("--stride", a->stride, "Train from every so many-th photo")
-      ->check(CLI::Range(1, 1000));
+  recall->add_option("--train", a->training,
+                     "Trains from these photos alone, and not from those that are asked for");
   recall->add_option("--threads", a->threads, "Threads")->check(CLI::Range(1, 1024));
 }
 

@@ -133,6 +133,7 @@ Result<Photos> LoadPhotos(const std::vector<PhotoSet>& sets, uint32_t near_count
   for (const PhotoSet& set : sets) {
     const size_t first = photos.features.size();
     VEDUTA_ASSIGN_OR_RETURN(const std::vector<std::string> names, Extract(set, pool, &photos));
+    photos.set_ends.push_back(static_cast<uint32_t>(photos.features.size()));
     if (!set.camera) continue;
     std::vector<Pair> pairs = AllPairs(static_cast<uint32_t>(names.size()));
     if (!set.truth.empty()) {

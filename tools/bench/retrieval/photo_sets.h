@@ -29,7 +29,8 @@ Result<PhotoSet> ParsePhotoSet(const std::string& text);
 
 struct Photos {
   std::vector<Features> features;
-  std::vector<uint64_t> seeds;  // of the photos' bytes
+  std::vector<uint64_t> seeds;     // of the photos' bytes
+  std::vector<uint32_t> set_ends;  // one past the last photo of each set
   // neighbors[i]: indices of the photos with which photo i is verified, ascending.
   std::vector<std::vector<uint32_t>> neighbors;
 };

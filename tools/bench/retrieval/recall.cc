@@ -85,30 +85,40 @@ class Lists {
   std::vector<double> quantize_ms_, rank_ms_;
 };
 
+// Adds what a query by photo i finds.
+void Count(const std::vector<uint32_t>& wanted, uint32_t i, std::vector<RankedImage> ranked,
+           SetRecall* recall) {
+  ++recall->query_count;
+  std::erase_if(ranked, [&](const RankedImage& image) { return image.image.value == i + 1; });
+  for (size_t k = 0; k < std::size(kRanks); ++k) {
+    double found = 0;
+    for (size_t rank = 0; rank < std::min<size_t>(kRanks[k], ranked.size()); ++rank) {
+      const uint32_t other = ranked[rank].image.value - 1;
+      if (std::binary_search(wanted.begin(), wanted.end(), other)) ++found;
+    }
+    recall->first_k_right[k] += found > 0 ? 1 : 0;
+    recall->neighbors_found[k] += found / static_cast<double>(wanted.size());
+  }
+}
+
 Result<Recall> MeasureRecall(const Photos& photos, const VocabularyTree& tree) {
   Lists lists(photos, tree);
   Recall recall;
-  recall.first_k_right.assign(std::size(kRanks), 0);
-  recall.neighbors_found.assign(std::size(kRanks), 0);
-  for (uint32_t i = 0; i < photos.features.size(); ++i) {
-    const std::vector<uint32_t>& wanted = photos.neighbors[i];
-    if (wanted.empty()) continue;
-    ++recall.query_count;
-    VEDUTA_ASSIGN_OR_RETURN(std::vector<RankedImage> ranked, lists.Query(i));
-    std::erase_if(ranked, [&](const RankedImage& image) { return image.image.value == i + 1; });
-    for (size_t k = 0; k < std::size(kRanks); ++k) {
-      double found = 0;
-      for (size_t rank = 0; rank < std::min<size_t>(kRanks[k], ranked.size()); ++rank) {
-        const uint32_t other = ranked[rank].image.value - 1;
-        if (std::binary_search(wanted.begin(), wanted.end(), other)) ++found;
-      }
-      recall.first_k_right[k] += found > 0 ? 1 : 0;
-      recall.neighbors_found[k] += found / static_cast<double>(wanted.size());
+  uint32_t i = 0;
+  for (const uint32_t end : photos.set_ends) {
+    SetRecall set;
+    set.first_k_right.assign(std::size(kRanks), 0);
+    set.neighbors_found.assign(std::size(kRanks), 0);
+    for (; i < end; ++i) {
+      if (photos.neighbors[i].empty()) continue;
+      VEDUTA_ASSIGN_OR_RETURN(std::vector<RankedImage> ranked, lists.Query(i));
+      Count(photos.neighbors[i], i, std::move(ranked), &set);
     }
-  }
-  for (size_t k = 0; k < std::size(kRanks); ++k) {
-    recall.first_k_right[k] /= std::max(1u, recall.query_count);
-    recall.neighbors_found[k] /= std::max(1u, recall.query_count);
+    for (size_t k = 0; k < std::size(kRanks); ++k) {
+      set.first_k_right[k] /= std::max(1u, set.query_count);
+      set.neighbors_found[k] /= std::max(1u, set.query_count);
+    }
+    recall.sets.push_back(std::move(set));
   }
   lists.Describe(&recall);
   return recall;
@@ -137,14 +147,14 @@ Result<Shape> ParseShape(const std::string& text) {
   return shape;
 }
 
-Result<TrainedShape> MeasureShape(const Photos& photos, const Shape& shape, uint32_t sample_stride,
+Result<TrainedShape> MeasureShape(const Photos& training, const Photos& photos, const Shape& shape,
                                   ThreadPool* pool) {
   ResetMemoryPeak();
   const double before_mb = MemoryNowMb();
   const auto start = Clock::now();
   DescriptorSample sample(shape.sample);
-  for (size_t i = 0; i < photos.features.size(); i += sample_stride)
-    sample.Add(photos.seeds[i], photos.features[i].descriptors);
+  for (size_t i = 0; i < training.features.size(); ++i)
+    sample.Add(training.seeds[i], training.features[i].descriptors);
   const std::vector<uint8_t> descriptors = sample.Take();
   VocabularyTrainerOptions options = OptionsForSample(descriptors.size() / kDescriptorSize);
   options.branch = shape.branch;

@@ -20,16 +20,20 @@ struct Shape {
 // "BRANCH,LEVELS,SAMPLE[,DESCRIPTORS_PER_LEAF[,ATTEMPTS]]".
 Result<Shape> ParseShape(const std::string& text);
 
-// Of a query by each photo that has neighbours, against all photos but itself.
-struct Recall {
+// Of a query by each photo of a set that has neighbours, against all photos but itself.
+struct SetRecall {
   uint32_t query_count = 0;
   std::vector<double> first_k_right;    // share of queries with a neighbour among the first k
   std::vector<double> neighbors_found;  // share of all neighbours among the first k, mean
-  double query_ms_median = 0;           // words to ranked images, lists in memory
-  double quantize_ms_median = 0;        // descriptors to words
-  double words_mean = 0;                // distinct ones of a photo
-  double shared_with_neighbor = 0;      // words, mean
-  double shared_with_other = 0;         // words, mean over pairs that are no neighbours
+};
+
+struct Recall {
+  std::vector<SetRecall> sets;      // one for each set of the photos
+  double query_ms_median = 0;       // words to ranked images, lists in memory
+  double quantize_ms_median = 0;    // descriptors to words
+  double words_mean = 0;            // distinct ones of a photo
+  double shared_with_neighbor = 0;  // words, mean
+  double shared_with_other = 0;     // words, mean over pairs that are no neighbours
 };
 
 // The k of first_k_right and neighbors_found.
@@ -42,8 +46,8 @@ struct TrainedShape {
   Recall recall;
 };
 
-// `sample_stride`: trains from every so many-th photo alone.
-Result<TrainedShape> MeasureShape(const Photos& photos, const Shape& shape, uint32_t sample_stride,
+// Trains from the photos of `training`, and asks among `photos`.
+Result<TrainedShape> MeasureShape(const Photos& training, const Photos& photos, const Shape& shape,
                                   ThreadPool* pool);
 
 }  // namespace veduta::bench
