@@ -25,7 +25,9 @@ struct RetrievalOptions {
   uint32_t retrain_factor = 4;        // >= 2; trained again when the city has grown so many times
   uint32_t candidate_count_min = 24;  // >= 1; images that a photo is matched with, at least
   double candidate_share = 0.01;      // (0, 1]; of all images, where that is more; R10
-  uint32_t candidate_count_max = 50;  // >= candidate_count_min; bounds what a photo costs
+  // >= candidate_count_min; bounds what a photo costs in a large city. Of the true neighbours among
+  // 2,058 photos 88.5 % are among the first 50, and 91.7 % among the first 100: docs/benchmarks.md.
+  uint32_t candidate_count_max = 50;
   uint32_t training_count_max = 2'000'000;  // >= 1; descriptors sampled for training; R8
   // >= 1; words of images that are gathered in memory, at 8 bytes each, before they are added to
   // the posting lists of a new vocabulary. Not measured.

@@ -305,6 +305,18 @@ TEST(EngineRetrieval, CandidatesAreBounded) {
   EXPECT_EQ(counts, (std::map<uint32_t, size_t>{{7, 2}, {18, 4}, {kImageCount, 5}}));
 }
 
+TEST(EngineRetrieval, BoundsOfItsOptionsAreNoticed) {
+  EXPECT_OK(RetrievalOptions().Check());
+  RetrievalOptions options;
+  options.candidate_count_max = options.candidate_count_min;
+  EXPECT_OK(options.Check());
+  options.candidate_count_max = 23;
+  EXPECT_EQ(options.Check().message(), "candidate_count_max is 23, but must be 24 or more");
+  options = {};
+  options.gathered_words_max = 0;
+  EXPECT_EQ(options.Check().message(), "gathered_words_max is 0, but must be 1 or more");
+}
+
 TEST(EngineRetrieval, ListsThatAreWrittenInPiecesAreTheSame) {
   RetrievalOptions options = ScheduledOptions();
   options.training_count_max = 200;  // so that images share words
