@@ -8,13 +8,14 @@ namespace {
 
 struct VocabularyArguments {
   std::string db, file;
+  VocabularyRequest request;
   bool json = true;  // `info` prints nothing else; the flag is there because all who answer have it
 };
 
 int Train(const VocabularyArguments& arguments) {
   const auto engine = OpenToWrite(arguments.db);
   if (!engine.ok()) return Fail(engine.status());
-  const Status trained = (*engine)->TrainVocabulary();
+  const Status trained = (*engine)->TrainVocabulary(arguments.request);
   return trained.ok() ? kDone : Fail(trained);
 }
 
@@ -57,8 +58,14 @@ void RegisterVocabulary(CLI::App* app, int* exit_code) {
       app->add_subcommand("vocabulary", "The tree of visual words that photos are found by");
   vocabulary->require_subcommand(1);
   auto arguments = std::make_shared<VocabularyArguments>();  // one subcommand runs
-  RegisterOne(vocabulary, "train", "Train the next generation from the stored photos now", Train,
-              exit_code, arguments);
+  CLI::App* train =
+      RegisterOne(vocabulary, "train", "Train the next generation from the stored photos now",
+                  Train, exit_code, arguments);
+  VocabularyRequest& request = arguments->request;
+  train->add_option("--branch", request.branch, "Children of a node at most, 2 to 64 (10)");
+  train->add_option("--levels", request.levels, "Levels below the root at most, 1 to 7 (7)");
+  train->add_option("--sample", request.sample,
+                    "Descriptors to train on at most, of all photos, from 1000 on (2000000)");
   RegisterOne(vocabulary, "import", "Use a given tree, and do not re-train", Import, exit_code,
               arguments)
       ->add_option("FILE", arguments->file, "Vocabulary file")

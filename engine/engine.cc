@@ -150,11 +150,11 @@ Status Engine::Settle(std::stop_token stop, const std::function<void(const Follo
   return alone.owns_lock() ? parts->PurgeRemoved() : Status::Ok();
 }
 
-Status Engine::TrainVocabulary() {
+Status Engine::TrainVocabulary(const VocabularyRequest& request) {
   Database* const database = parts_->database.get();
   const std::shared_ptr<EngineCaches> caches = parts_->GetCaches();
   VEDUTA_ASSIGN_OR_RETURN(Retrieval::Prepared prepared,
-                          caches->retrieval.Train(database, parts_->pool.get()));
+                          caches->retrieval.Train(database, parts_->pool.get(), request));
   return parts_->Activate(caches, std::move(prepared));
 }
 

@@ -27,6 +27,7 @@
 #include "engine/door/calibration.h"
 #include "engine/door/dense.h"
 #include "engine/door/submission.h"
+#include "engine/door/vocabulary.h"
 
 namespace veduta {
 
@@ -174,7 +175,9 @@ class Engine final {
   Status Forbid(const ForbidRequest& request);
   Status Allow(const ForbidRequest& request);  // takes it back; kNotFound where it was not stated
 
-  Status TrainVocabulary();
+  // Trains a vocabulary from the stored photos now, and switches to it. kInvalidArgument for a
+  // shape outside its bounds; kBusy where somebody else has switched meanwhile.
+  Status TrainVocabulary(const VocabularyRequest& request = {});
   Status ImportVocabulary(const std::string& path);
 
   // The dense pass over one or all reconstructions: depth maps and surfaces of what is stale, in

@@ -14,7 +14,7 @@ namespace veduta {
 class DescriptorSample final {
  public:
   // Keeps at most count_max descriptors. Each takes 128 bytes and 32 of bookkeeping, allocated as
-  // descriptors come.
+  // descriptors come: up to 1.5 times that while the memory grows.
   explicit DescriptorSample(size_t count_max);
 
   // descriptors [n x 128] of one image; image_seed is its ContentHash::Seed(). Add an image once.
@@ -24,7 +24,8 @@ class DescriptorSample final {
   size_t count() const { return kept_.size(); }
   uint64_t seen_count() const { return seen_count_; }
 
-  // The sample, [count x 128], in the order of the numbers drawn. This object is empty afterwards.
+  // The sample, [count x 128], in the order of the numbers drawn. This object is empty afterwards,
+  // and holds no memory.
   std::vector<uint8_t> Take();
 
  private:
@@ -34,6 +35,8 @@ class DescriptorSample final {
     uint32_t slot;   // where the bytes are
     bool operator<(const Kept& other) const;
   };
+
+  void Grow();
 
   size_t count_max_;
   uint64_t seen_count_ = 0;

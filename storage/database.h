@@ -180,7 +180,7 @@ class Database {
   virtual Status WritePointBlocksAhead(ReconstructionId reconstruction, uint32_t generation,
                                        std::span<const PointBlock> blocks) = 0;
   // Vocabulary tree, words and postings of a generation that is not active yet; Open deletes those
-  // of a generation that has not become active.
+  // of a generation that has not become active. Images are added to those that a word's list has.
   virtual Status WriteVocabularyAhead(uint32_t generation, std::span<const uint8_t> tree) = 0;
   virtual Status WriteWordsAhead(uint32_t generation, ImageId image,
                                  std::span<const WordId> words) = 0;

@@ -200,8 +200,7 @@ class WriteTransaction final : public Transaction {
     return *buffer_;
   }
 
-  void MergePostings(uint32_t generation, std::span<const WordId> words,
-                     const std::string& operand) {
+  void MergePostings(uint32_t generation, std::span<const WordId> words, std::string_view operand) {
     for (const WordId word : words)
       buffer().Merge(Family::kPostings, PostingsKey(generation, word), operand);
   }

@@ -257,7 +257,7 @@ Status WritePostingsAhead(DatabaseFiles& files, uint32_t generation, WordId word
                           std::span<const ImageId> images) {
   WriteBuffer batch(files);
   batch.Put(Family::kQueue, VocabularyMarkKey(generation), std::string_view());
-  batch.Put(Family::kPostings, PostingsKey(generation, word), EncodeImages(images));
+  batch.Merge(Family::kPostings, PostingsKey(generation, word), EncodeImages(images));
   return batch.Write(/*sync=*/false, "write postings ahead");
 }
 

@@ -66,6 +66,7 @@ Status WriteVocabularyAhead(DatabaseFiles& files, uint32_t generation,
                             std::span<const uint8_t> tree);
 Status WriteWordsAhead(DatabaseFiles& files, uint32_t generation, ImageId image,
                        std::span<const WordId> words);
+// Adds the images to those that the word's list has.
 Status WritePostingsAhead(DatabaseFiles& files, uint32_t generation, WordId word,
                           std::span<const ImageId> images);
 

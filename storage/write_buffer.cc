@@ -32,18 +32,24 @@ void WriteBuffer::Put(Family family, std::string_view key, std::string_view valu
 }
 
 void WriteBuffer::Put(Family family, std::string_view key, const Result<std::string>& value) {
-  if (value.ok()) {
-    Put(family, key, std::string_view(*value));
-    return;
-  }
-  Note(Status(value.status().code(), std::string("a record cannot be stored in family ") +
-                                         FamilyName(family) + ", key " + KeyText(key) + ": " +
-                                         value.status().message()));
+  if (!value.ok()) return NoteNotEncoded(family, key, value.status());
+  Put(family, key, std::string_view(*value));
 }
 
 void WriteBuffer::Merge(Family family, std::string_view key, std::string_view operand) {
   Collect(family,
           [&](auto* handle) { return batch_.Merge(handle, AsSlice(key), AsSlice(operand)); });
+}
+
+void WriteBuffer::Merge(Family family, std::string_view key, const Result<std::string>& operand) {
+  if (!operand.ok()) return NoteNotEncoded(family, key, operand.status());
+  Merge(family, key, std::string_view(*operand));
+}
+
+void WriteBuffer::NoteNotEncoded(Family family, std::string_view key, const Status& failure) {
+  Note(Status(failure.code(), std::string("a record cannot be stored in family ") +
+                                  FamilyName(family) + ", key " + KeyText(key) + ": " +
+                                  failure.message()));
 }
 
 void WriteBuffer::Delete(Family family, std::string_view key) {

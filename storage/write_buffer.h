@@ -24,6 +24,7 @@ class WriteBuffer final {
   // The encoder's result as it is: its failure is this buffer's, naming family and key.
   void Put(Family family, std::string_view key, const Result<std::string>& value);
   void Merge(Family family, std::string_view key, std::string_view operand);
+  void Merge(Family family, std::string_view key, const Result<std::string>& operand);  // as Put
   void Delete(Family family, std::string_view key);
   void DeletePrefix(Family family, std::string_view prefix);
   void DeleteVocabulary(uint32_t generation);
@@ -40,6 +41,9 @@ class WriteBuffer final {
   Status Write(bool sync, std::string_view doing);
 
  private:
+  // Makes the encoder's failure this buffer's, naming family and key.
+  void NoteNotEncoded(Family family, std::string_view key, const Status& failure);
+
   // Calls add(handle) -> rocksdb::Status with the family's handle, while the files are open.
   template <typename Add>
   void Collect(Family family, Add&& add);

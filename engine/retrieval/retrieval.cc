@@ -3,7 +3,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <map>
 #include <set>
 
 #include "engine/journal/journal.h"
@@ -15,6 +14,49 @@ namespace veduta {
 namespace {
 
 constexpr size_t kBatchImages = 32;  // chosen by hand; not measured
+// Of VocabularyRequest::sample; chosen by hand, not measured.
+constexpr uint32_t kSampleMin = 1000, kSampleMax = 16u << 20;
+
+Status Check(const VocabularyRequest& request) {
+  return OptionBounds()
+      .Between("branch", request.branch, kVocabularyBranchMin, kVocabularyBranchMax)
+      .Between("levels", request.levels, 1, kVocabularyDepthMax)
+      .Between("sample", request.sample == 0 ? kSampleMin : request.sample, kSampleMin, kSampleMax)
+      .status();
+}
+
+// Writes the posting lists of a vocabulary ahead, in bounded memory: what is gathered is added to
+// the lists whenever it has become too much.
+class PostingsWriter {
+ public:
+  PostingsWriter(Database* database, uint32_t generation, size_t gathered_max)
+      : database_(database), generation_(generation), gathered_max_(gathered_max) {}
+
+  Status Add(ImageId image, std::span<const WordId> words) {
+    for (const WordId word : words) gathered_.push_back(uint64_t{word} << 32 | image.value);
+    return gathered_.size() < gathered_max_ ? Status::Ok() : Flush();
+  }
+
+  Status Flush() {
+    std::sort(gathered_.begin(), gathered_.end());
+    std::vector<ImageId> images;
+    for (size_t i = 0; i < gathered_.size(); ++i) {
+      images.emplace_back(static_cast<uint32_t>(gathered_[i]));
+      const auto word = static_cast<WordId>(gathered_[i] >> 32);
+      if (i + 1 < gathered_.size() && gathered_[i + 1] >> 32 == word) continue;
+      VEDUTA_RETURN_IF_ERROR(database_->WritePostingsAhead(generation_, word, images));
+      images.clear();
+    }
+    gathered_.clear();
+    return Status::Ok();
+  }
+
+ private:
+  Database* const database_;
+  const uint32_t generation_;
+  const size_t gathered_max_;
+  std::vector<uint64_t> gathered_;  // word, and image in the low half
+};
 
 // Images that have features stored, ascending.
 Result<std::vector<ImageRecord>> ListRetrievable(const Snapshot& snapshot) {
@@ -76,7 +118,9 @@ Status RetrievalOptions::Check() const {
       .AtLeast("retrain_factor", retrain_factor, 2)
       .AtLeast("candidate_count_min", candidate_count_min, 1)
       .AboveUpTo("candidate_share", candidate_share, 0, 1)
+      .AtLeast("candidate_count_max", candidate_count_max, candidate_count_min)
       .AtLeast("training_count_max", training_count_max, 1)
+      .AtLeast("gathered_words_max", gathered_words_max, 1)
       .status();
 }
 
@@ -123,7 +167,8 @@ Result<std::vector<RankedImage>> Retrieval::Candidates(const Snapshot& snapshot,
   VEDUTA_ASSIGN_OR_RETURN(const std::vector<WordId> words, Words(snapshot, features));
   const double share = std::ceil(options_.candidate_share * state.retrievable_image_count);
   return RankWords(snapshot, words,
-                   std::max(options_.candidate_count_min, static_cast<uint32_t>(share)));
+                   std::clamp(static_cast<uint32_t>(share), options_.candidate_count_min,
+                              options_.candidate_count_max));
 }
 
 bool Retrieval::HasOutgrown(const DatabaseState& state) const {
@@ -139,8 +184,10 @@ bool Retrieval::IsTrainingDue(const DatabaseState& state) const {
   return nobody_prepares.owns_lock() && HasOutgrown(state);
 }
 
-Result<Retrieval::Prepared> Retrieval::Train(Database* database, ThreadPool* pool) {
-  return TrainAlone(database, pool, std::unique_lock(*preparing_));
+Result<Retrieval::Prepared> Retrieval::Train(Database* database, ThreadPool* pool,
+                                             const VocabularyRequest& request) {
+  VEDUTA_RETURN_IF_ERROR(Check(request));
+  return TrainAlone(database, pool, request, std::unique_lock(*preparing_));
 }
 
 Result<std::optional<Retrieval::Prepared>> Retrieval::TrainIfDue(Database* database,
@@ -148,11 +195,12 @@ Result<std::optional<Retrieval::Prepared>> Retrieval::TrainIfDue(Database* datab
   std::unique_lock alone(*preparing_);
   VEDUTA_ASSIGN_OR_RETURN(const DatabaseState state, database->GetSnapshot()->GetState());
   if (!HasOutgrown(state)) return std::optional<Prepared>();
-  VEDUTA_ASSIGN_OR_RETURN(Prepared prepared, TrainAlone(database, pool, std::move(alone)));
+  VEDUTA_ASSIGN_OR_RETURN(Prepared prepared, TrainAlone(database, pool, {}, std::move(alone)));
   return std::optional(std::move(prepared));
 }
 
 Result<Retrieval::Prepared> Retrieval::TrainAlone(Database* database, ThreadPool* pool,
+                                                  const VocabularyRequest& request,
                                                   std::unique_lock<std::mutex> alone) {
   const std::shared_ptr<const Snapshot> snapshot = database->GetSnapshot();
   VEDUTA_ASSIGN_OR_RETURN(const std::vector<ImageRecord> images, ListRetrievable(*snapshot));
@@ -163,15 +211,17 @@ Result<Retrieval::Prepared> Retrieval::TrainAlone(Database* database, ThreadPool
         "family meta, key 'state': it counts " + std::to_string(state.retrievable_image_count) +
         " images with features, and there are " + std::to_string(images.size()));
   }
-  DescriptorSample sample(options_.training_count_max);
+  DescriptorSample sample(request.sample == 0 ? options_.training_count_max : request.sample);
   for (const ImageRecord& image : images) {
     VEDUTA_ASSIGN_OR_RETURN(const Features features, FeaturesOf(*snapshot, image));
     sample.Add(image.photo.Seed(), features.descriptors);
   }
-  const std::vector<uint8_t> descriptors = sample.Take();
-  VEDUTA_ASSIGN_OR_RETURN(
-      TrainedVocabulary trained,
-      TrainVocabulary(descriptors, OptionsForSample(descriptors.size() / kDescriptorSize), *pool));
+  std::vector<uint8_t> descriptors = sample.Take();
+  VocabularyTrainerOptions options = OptionsForSample(descriptors.size() / kDescriptorSize);
+  options.branch = request.branch;
+  options.depth_max = request.levels;
+  VEDUTA_ASSIGN_OR_RETURN(TrainedVocabulary trained, TrainVocabulary(descriptors, options, *pool));
+  descriptors = {};  // the words of all images want memory next
   return WriteAhead(database, *snapshot, std::move(trained.tree), false, pool, std::move(alone));
 }
 
@@ -200,9 +250,8 @@ Result<Retrieval::Prepared> Retrieval::WriteAhead(Database* database, const Snap
   VEDUTA_RETURN_IF_ERROR(
       database->WriteVocabularyAhead(prepared.generation, prepared.tree->Serialize()));
 
-  // In batches, so that memory holds a few images' features and the postings, not the whole city's
-  // features.
-  std::map<WordId, std::vector<ImageId>> postings;
+  // In batches, so that memory holds a few images' features and not the whole city's.
+  PostingsWriter postings(database, prepared.generation, options_.gathered_words_max);
   for (size_t begin = 0; begin < images.size(); begin += kBatchImages) {
     const size_t count = std::min(kBatchImages, images.size() - begin);
     std::vector<Result<std::vector<WordId>>> words(count, std::vector<WordId>());
@@ -212,12 +261,10 @@ Result<Retrieval::Prepared> Retrieval::WriteAhead(Database* database, const Snap
       if (!words[i].ok()) return words[i].status();
       const ImageId id = images[begin + i].id;
       VEDUTA_RETURN_IF_ERROR(database->WriteWordsAhead(prepared.generation, id, *words[i]));
-      for (const WordId word : *words[i]) postings[word].push_back(id);
+      VEDUTA_RETURN_IF_ERROR(postings.Add(id, *words[i]));
     }
   }
-  for (const auto& [word, list] : postings) {
-    VEDUTA_RETURN_IF_ERROR(database->WritePostingsAhead(prepared.generation, word, list));
-  }
+  VEDUTA_RETURN_IF_ERROR(postings.Flush());
   return prepared;
 }
 

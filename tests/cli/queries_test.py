@@ -203,6 +203,15 @@ class Ask(Case):
         self.assertEqual((info['generation'], info['images_at_training'], info['imported']),
                          (1, 12, False))
         self.assertGreater(info['words'], 100)
+        must('vocabulary', 'train', trained, '--branch', '4', '--levels', '3', '--sample', '2000')
+        shaped = json.loads(must('vocabulary', 'info', trained))
+        self.assertEqual((shaped['generation'], shaped['branch'], shaped['depth'],
+                          shaped['training_descriptors']), (2, 4, 3, 2000))
+        self.assertLessEqual(shaped['words'], 64)
+        self.refused(1, 'branch is 65, but must be',
+                     'vocabulary', 'train', trained, '--branch', '65')
+        must('vocabulary', 'train', trained)
+        info = json.loads(must('vocabulary', 'info', trained))
         self.assertEqual(must('verify', trained), 'sound\n')
         must('vocabulary', 'export', trained, at('a.tree'))
         self.refused(1, 'cannot write', 'vocabulary', 'export', trained, at('no', 'such', 'folder'))

@@ -6,6 +6,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <set>
 #include <utility>
@@ -52,6 +53,26 @@ TEST(DescriptorSample, DrawsWithoutReplacementAndUniformly) {
   for (int image = 0; image < 6; ++image) {
     const double expected = 1000.0 * (300 + 100 * image) / 3300;
     EXPECT_NEAR(of_image[image], expected, 5 * std::sqrt(expected)) << "image " << image;
+  }
+}
+
+TEST(DescriptorSample, ComesInTheOrderOfTheNumbersDrawn) {
+  for (const size_t count_max : {1u, 2u, 37u, 700u, 5000u}) {
+    std::vector<std::pair<uint64_t, std::pair<int, int>>> drawn;
+    for (const int image : {0, 1}) {
+      for (int i = 0; i < 300 + 100 * image; ++i)
+        drawn.push_back(
+            {MixSeed(MixSeed(static_cast<uint64_t>(image), 7), static_cast<uint64_t>(i)),
+             {image, i}});
+    }
+    std::sort(drawn.begin(), drawn.end());
+    const std::vector<uint8_t> sample = SampleOf(count_max, {0, 1});
+    ASSERT_EQ(sample.size(), std::min<size_t>(count_max, drawn.size()) * kCenterSize);
+    for (size_t i = 0; i < sample.size() / kCenterSize; ++i) {
+      const uint8_t* row = &sample[i * kCenterSize];
+      EXPECT_EQ(row[0], drawn[i].second.first) << i;
+      EXPECT_EQ(row[1] + 256 * row[2], drawn[i].second.second) << i;
+    }
   }
 }
 

@@ -82,6 +82,22 @@ TEST(Postings, WrittenAheadThenAddedTo) {
   ExpectEqual(*database->GetSnapshot(), 1, {{9, {2, 3, 5, 8}}});
 }
 
+TEST(Postings, WrittenAheadInPieces) {
+  const TemporaryFolder folder;
+  auto database = MustCreate(folder / "db");
+  ASSERT_OK(database->WritePostingsAhead(1, 9, std::vector<ImageId>{ImageId(2), ImageId(5)}));
+  ASSERT_OK(database->WritePostingsAhead(1, 9, std::vector<ImageId>{ImageId(6), ImageId(7)}));
+  ASSERT_OK(database->WritePostingsAhead(1, 8, std::vector<ImageId>{ImageId(7)}));
+  const Model expected = {{8, {7}}, {9, {2, 5, 6, 7}}};
+  ExpectEqual(*database->GetSnapshot(), 1, expected);
+  ASSERT_OK(database->Compact());
+  ExpectEqual(*database->GetSnapshot(), 1, expected);
+  // A list that cannot be stored is refused, and changes nothing.
+  EXPECT_EQ(database->WritePostingsAhead(1, 9, std::vector<ImageId>{ImageId(0)}).code(),
+            StatusCode::kInvalidArgument);
+  ExpectEqual(*database->GetSnapshot(), 1, expected);
+}
+
 TEST(Postings, ARemovedImageStaysOutHoweverFilesAreMerged) {
   const TemporaryFolder folder;
   auto database = MustCreate(folder / "db");

@@ -10,6 +10,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <map>
 #include <numeric>
 
 #include "tests/index/synthetic_descriptors.h"
@@ -51,7 +52,12 @@ RetrievalOptions ScheduledOptions() {
 
 class PhotoCity {
  public:
-  explicit PhotoCity(uint32_t thread_count = 2) : pool_(thread_count - 1) {
+  explicit PhotoCity(uint32_t thread_count = 2,
+                     const RetrievalOptions& options = ScheduledOptions())
+      : retrieval_(options), pool_(thread_count - 1) {
+    Create();
+  }
+  void Create() {
     DatabaseOptions options;
     options.create = true;
     options.sync_wal = false;
@@ -97,7 +103,9 @@ class PhotoCity {
     transaction->PutImage(image);
     ASSERT_OK(transaction->Commit());
   }
-  Result<Retrieval::Prepared> Train() { return retrieval_.Train(database_.get(), &pool_); }
+  Result<Retrieval::Prepared> Train(const VocabularyRequest& request = {}) {
+    return retrieval_.Train(database_.get(), &pool_, request);
+  }
   Status Activate(Retrieval::Prepared prepared) {
     return retrieval_.Activate(database_.get(), std::move(prepared));
   }
@@ -165,7 +173,7 @@ class PhotoCity {
   const TemporaryFolder folder_;
   const std::vector<Features> photos_ = MakePhotos();
   std::unique_ptr<Database> database_;
-  Retrieval retrieval_{ScheduledOptions()};
+  Retrieval retrieval_;
   ThreadPool pool_;
   uint32_t count_ = 0;  // images added
 };
@@ -280,6 +288,86 @@ TEST(EngineRetrieval, FindsWhatBruteForceFinds) {
   std::cout << "recall " << found << " of " << wanted << "\n";
   EXPECT_EQ(wanted, static_cast<int>(kImageCount - kSiteCount));
   EXPECT_GE(found, 0.95 * wanted);
+}
+
+TEST(EngineRetrieval, CandidatesAreBounded) {
+  RetrievalOptions options = ScheduledOptions();
+  options.training_count_max = 50;  // so few words that all images share some
+  options.candidate_count_min = 2;
+  options.candidate_share = 0.2;
+  options.candidate_count_max = 5;
+  PhotoCity city(2, options);
+  std::map<uint32_t, size_t> counts;
+  for (const uint32_t size : {7u, 18u, kImageCount}) {
+    city.AddUntil(size);
+    counts[size] = city.Candidates(*city.Look(), ImageId(1)).size();
+  }
+  EXPECT_EQ(counts, (std::map<uint32_t, size_t>{{7, 2}, {18, 4}, {kImageCount, 5}}));
+}
+
+TEST(EngineRetrieval, BoundsOfItsOptionsAreNoticed) {
+  EXPECT_OK(RetrievalOptions().Check());
+  RetrievalOptions options;
+  options.candidate_count_max = options.candidate_count_min;
+  EXPECT_OK(options.Check());
+  options.candidate_count_max = 23;
+  EXPECT_EQ(options.Check().message(), "candidate_count_max is 23, but must be 24 or more");
+  options = {};
+  options.gathered_words_max = 0;
+  EXPECT_EQ(options.Check().message(), "gathered_words_max is 0, but must be 1 or more");
+}
+
+TEST(EngineRetrieval, ListsThatAreWrittenInPiecesAreTheSame) {
+  RetrievalOptions options = ScheduledOptions();
+  options.training_count_max = 200;  // so that images share words
+  PhotoCity whole(2, options);
+  options.gathered_words_max = 150;  // of some 80 for each photo
+  PhotoCity pieces(2, options);
+  using Lists = std::map<WordId, std::vector<ImageId>>;
+  const auto lists_of = [](PhotoCity& city) {
+    city.AddUntil(18);
+    Lists lists;
+    EXPECT_OK(city.Look()->ScanPostings(2, [&](WordId word, std::span<const ImageId> images) {
+      lists[word].assign(images.begin(), images.end());
+      return true;
+    }));
+    return lists;
+  };
+  const Lists expected = lists_of(whole);
+  EXPECT_TRUE(
+      std::ranges::any_of(expected, [](const auto& list) { return list.second.size() > 2; }));
+  EXPECT_EQ(lists_of(pieces), expected);
+}
+
+TEST(EngineRetrieval, TrainsTheShapeThatIsAskedFor) {
+  PhotoCity city;
+  city.AddUntil(18);
+  auto prepared = city.Train({.branch = 4, .levels = 3, .sample = 1500});
+  ASSERT_OK(prepared);
+  EXPECT_EQ(prepared->info.branch, 4u);
+  EXPECT_EQ(prepared->info.depth, 3u);
+  EXPECT_EQ(prepared->info.training_size, 1500u);
+  EXPECT_GT(prepared->info.leaf_count, 32u);
+  EXPECT_LE(prepared->info.leaf_count, 64u);
+  ASSERT_OK(city.Activate(std::move(*prepared)));
+  EXPECT_EQ(city.Candidates(*city.Look(), ImageId(3)).at(0), (RankedImage{ImageId(3), 1.0}));
+}
+
+TEST(EngineRetrieval, RefusesAShapeOutsideItsBounds) {
+  PhotoCity city;
+  city.AddUntil(5);
+  const auto message = [&](const VocabularyRequest& request) {
+    const auto prepared = city.Train(request);
+    EXPECT_EQ(prepared.status().code(), StatusCode::kInvalidArgument);
+    return prepared.status().message();
+  };
+  EXPECT_EQ(message({.branch = 1}), "branch is 1, but must be from 2 to 64");
+  EXPECT_EQ(message({.branch = 65}), "branch is 65, but must be from 2 to 64");
+  EXPECT_EQ(message({.levels = 0}), "levels is 0, but must be from 1 to 7");
+  EXPECT_EQ(message({.levels = 8}), "levels is 8, but must be from 1 to 7");
+  EXPECT_EQ(message({.sample = 999}), "sample is 999, but must be from 1000 to 16777216");
+  EXPECT_EQ(message({.sample = 16'777'217}),
+            "sample is 16777217, but must be from 1000 to 16777216");
 }
 
 TEST(EngineRetrieval, AStoredImageIsMostLikeItself) {
