@@ -29,7 +29,7 @@ struct AdjustmentSchedule {
   // same, which spreads drift over its loops; up to whole_again_images_max images (>= 0), for that
   // costs time and memory for each of them. Chosen by hand.
   double whole_again_share = 0.5;
-  uint32_t whole_again_images_max = 2000;
+  uint32_t whole_again_images_max = 600;
 
   Status Check() const;
 };
