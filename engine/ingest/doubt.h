@@ -21,6 +21,10 @@ VisibleStructure FindAround(const CityMap& map, const MapImage& view,
 
 // Whether so much is missing that the pose cannot be right.
 bool IsContradicted(const VisibleStructure& visible, const DoubtOptions& options);
+// Whether a view would stand clearly better `there` than `here`: it lacks something here, and what
+// would show that it does not belong there is asked and found.
+bool IsClearlyBetter(const VisibleStructure& there, const VisibleStructure& here,
+                     const DoubtOptions& options);
 // "12 of 46 cells of the picture lack what other photos see there".
 std::string MissingText(const VisibleStructure& visible);
 

@@ -3,7 +3,6 @@
 
 #include <algorithm>
 #include <set>
-#include <string_view>
 
 #include "engine/ingest/change_writer.h"
 #include "engine/ingest/dense_removal.h"
@@ -75,24 +74,6 @@ Result<ReconstructionId> SplitOff(const IngestParts& parts, std::span<const Imag
               std::to_string(from.value) + ", whose frame it keeps",
           state, transaction);
   return record.id;
-}
-
-// The images that have lost their poses since anybody last did anything: what follows by itself is
-// walked over, from the end of the journal. O(its entries).
-Result<std::set<ImageId>> AlreadyDoubted(const Snapshot& base, uint64_t next_journal) {
-  static constexpr std::string_view kFollowing[] = {
-      "adjust", "doubt", "hypothesis", "judge", "merge", "propagate", "split", "vocabulary"};
-  std::set<ImageId> doubted;
-  for (uint64_t sequence = next_journal - 1; sequence > 0; --sequence) {
-    JournalRecord entry;
-    VEDUTA_RETURN_IF_ERROR(base.ScanJournal(sequence, [&](const JournalRecord& read) {
-      entry = read;
-      return false;
-    }));
-    if (std::ranges::find(kFollowing, entry.action) == std::end(kFollowing)) break;
-    if (entry.action == "doubt") doubted.insert(entry.image);
-  }
-  return doubted;
 }
 
 // The images wait again, and are tried again at once. One that loses its pose for the second time

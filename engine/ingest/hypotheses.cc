@@ -52,7 +52,9 @@ class Ledger final {
         hypothesis.judgment_count = before.judgment_count + 1;
         if (before.image.valid()) hypothesis.image = before.image;
       }
-      hypothesis.is_due = !placement_.merges.empty();  // one of the two has changed since
+      // One of the two has changed since; or an image may stand on the wrong side of the seam.
+      hypothesis.is_due = !placement_.merges.empty() ||
+                          (is_new && hypothesis.reason == RefusalReason::kMissingStructure);
       hypothesis.time_unix_s = std::time(nullptr);
       changed_.insert(it->first);
       judged_.insert(it->first);
