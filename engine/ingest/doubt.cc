@@ -252,11 +252,14 @@ bool IsContradicted(const VisibleStructure& visible, const DoubtOptions& options
          visible.missing_share() > options.missing_share_max;
 }
 
+bool FitsWell(const VisibleStructure& there, const DoubtOptions& options) {
+  return there.cells >= options.better_cells_min &&
+         there.missing_share() <= options.better_missing_share_max;
+}
+
 bool IsClearlyBetter(const VisibleStructure& there, const VisibleStructure& here,
                      const DoubtOptions& options) {
-  return there.cells >= options.better_cells_min &&
-         there.missing_share() <= options.better_missing_share_max &&
-         here.missing_cells >= options.better_missing_cells_min &&
+  return FitsWell(there, options) && here.missing_cells >= options.better_missing_cells_min &&
          here.missing_share() > there.missing_share() + options.better_missing_share_max;
 }
 

@@ -53,11 +53,21 @@ class Ledger final {
         if (before.image.valid()) hypothesis.image = before.image;
       }
       // One of the two has changed since; or an image may stand on the wrong side of the seam.
-      hypothesis.is_due = !placement_.merges.empty() ||
-                          (is_new && hypothesis.reason == RefusalReason::kMissingStructure);
+      hypothesis.is_due = !placement_.merges.empty() || (is_new && hypothesis.missing_cells > 0);
       hypothesis.time_unix_s = std::time(nullptr);
       changed_.insert(it->first);
       judged_.insert(it->first);
+    }
+  }
+
+  // To those that the photo's search has not judged, nothing happens unless they have grown.
+  void TakeKnown() {
+    for (const KnownSeam& seam : placement_.known) {
+      const Two two = std::minmax(seam.own, seam.other);
+      const auto found = known_.find(two);
+      if (found == known_.end()) continue;
+      if (seam.has_grown) MakeDue(&found->second);
+      judged_.insert(two);
     }
   }
 
@@ -174,6 +184,7 @@ Status WriteHypotheses(const Snapshot& base, const Placement& placement, Databas
   VEDUTA_RETURN_IF_ERROR(ledger.Load());
   ledger.TakeMerges();
   ledger.TakeRefused(state, transaction);
+  ledger.TakeKnown();
   ledger.TakeTouched();
   VEDUTA_RETURN_IF_ERROR(ledger.DropForbidden());
   ledger.Write(transaction);

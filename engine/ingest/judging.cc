@@ -94,11 +94,12 @@ Result<Placement> Judge(const MappingContext& context, const Side& side) {
   return placement;
 }
 
-// Those at the seam that stand on the wrong side of it: of the one side or, where there are none, of
-// the other.
+// Those at the seam that stand on the wrong side of it: of the one side or, where there are none,
+// of the other.
 Result<std::vector<DoubtedImage>> FindOnWrongSide(const MappingContext& context, const Side& side,
                                                   const HypothesisRecord& refused) {
-  if (refused.reason != RefusalReason::kMissingStructure) return std::vector<DoubtedImage>();
+  if (refused.missing_cells < context.options.doubt.better_missing_cells_min)
+    return std::vector<DoubtedImage>();
   VEDUTA_ASSIGN_OR_RETURN(std::vector<DoubtedImage> misplaced,
                           FindMisplaced(context, refused.images, side.own, side.other));
   if (!misplaced.empty()) return misplaced;

@@ -15,10 +15,11 @@
 
 namespace veduta {
 
-// Takes the poses of these images of one reconstruction in the map. Then, in ascending ids and until nothing changes, those of the
-// images that shared points with one that lost its own and see fewer than `observations_min` points
-// now; and all of them where fewer than three images would be left in the reconstruction. Returns
-// the others, ascending. Deterministic. O(neighbourhood of these images).
+// Takes the poses of these images of one reconstruction in the map. Then, in ascending ids and
+// until nothing changes, those of the images that shared points with one that lost its own and see
+// fewer than `observations_min` points now; and all of them where fewer than three images would be
+// left in the reconstruction. Returns the others, ascending. Deterministic. O(neighbourhood of
+// these images).
 Result<std::vector<ImageId>> UnplaceWithDependents(std::span<const ImageId> images,
                                                    uint32_t observations_min, MapLoader* loader,
                                                    CityMap* map);

@@ -85,16 +85,20 @@ Result<VisibleStructure> JudgeView(const MappingContext& context, const MapImage
 Result<std::vector<DoubtedImage>> FindMisplaced(const MappingContext& context,
                                                 std::span<const ImageId> images,
                                                 ReconstructionId own, ReconstructionId other) {
+  const DoubtOptions& options = context.options.doubt;
   std::vector<DoubtedImage> misplaced;
   for (const ImageId image : images) {
     VEDUTA_RETURN_IF_ERROR(context.loader->LoadNeighborhood({&image, 1}));
     if (!context.map->HasImage(image) || context.map->image(image).reconstruction != own) continue;
     VEDUTA_ASSIGN_OR_RETURN(const VisibleStructure here,
                             JudgeView(context, context.map->image(image)));
-    if (here.missing_cells < context.options.doubt.better_missing_cells_min) continue;
+    const bool knows_little = here.cells < options.better_cells_min;
+    if (!knows_little && here.missing_cells < options.better_missing_cells_min) continue;
     VEDUTA_ASSIGN_OR_RETURN(const std::optional<VisibleStructure> there,
                             JudgeIn(context, image, other));
-    if (!there || !IsClearlyBetter(*there, here, context.options.doubt)) continue;
+    if (!there ||
+        !(knows_little ? FitsWell(*there, options) : IsClearlyBetter(*there, here, options)))
+      continue;
     misplaced.push_back({image, MissingText(here) + ", and " +
                                     std::to_string(there->missing_cells) + " of " +
                                     std::to_string(there->cells) + " in reconstruction " +

@@ -20,7 +20,9 @@ Result<VisibleStructure> JudgeView(const MappingContext& context, const MapImage
 
 // Those of the images that lie in `own` and that the pictures of `other` fit clearly better than
 // those of `own` do (IsClearlyBetter): the image gets a pose in `other` by its verified pairs, and
-// what it would lack there is compared with what it lacks where it is. In the order of `images`.
+// what it would lack there is compared with what it lacks where it is. So are those that fit well
+// there, while where they are too little is known to say (a reconstruction of three or four images
+// may be of two twin facades). In the order of `images`.
 // Loads what it needs and changes nothing. Deterministic. O(images * neighbourhood).
 Result<std::vector<DoubtedImage>> FindMisplaced(const MappingContext& context,
                                                 std::span<const ImageId> images,

@@ -39,6 +39,7 @@ void NoteMerges(MergeOutcome outcome, Placement* placement) {
                          ": " + refused.evidence;
     if (refused.hypothesis) placement->refused.push_back(std::move(*refused.hypothesis));
   }
+  placement->known = std::move(outcome.known);
   placement->reconstruction = outcome.into;
   placement->merges = std::move(outcome.merges);
 }

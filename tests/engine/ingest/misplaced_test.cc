@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Goal: an image on the wrong side of a seam is found, and nothing else is; where a merge is refused
-//   because structure is missing, it loses its pose, gets the right one, and what belongs together
-//   is joined, at any thread count.
+// Goal: an image on the wrong side of a seam is found, and nothing else is; where a merge is
+//   refused it loses its pose, gets the right one, and what belongs together is joined, at any
+//   number of threads.
 // Method: a synthetic scene in two reconstructions that see the same; one image of the second has a
 //   wrong pose that few of its points hold, as a repeated facade would give it.
 #include "engine/ingest/misplaced.h"
