@@ -14,6 +14,10 @@
 namespace veduta {
 namespace {
 
+// After so many judgments by photos, a step looks for images on the wrong side of the seam. Chosen
+// by hand; not measured.
+constexpr uint32_t kJudgmentsBetween = 4;
+
 using Two = std::pair<ReconstructionId, ReconstructionId>;  // ascending
 
 bool IsOf(const HypothesisRecord& hypothesis, ReconstructionId reconstruction) {
@@ -53,7 +57,9 @@ class Ledger final {
         if (before.image.valid()) hypothesis.image = before.image;
       }
       // One of the two has changed since; or an image may stand on the wrong side of the seam.
-      hypothesis.is_due = !placement_.merges.empty() || (is_new && hypothesis.missing_cells > 0);
+      const bool is_sought = is_new || (!placement_.placed.empty() &&
+                                        hypothesis.judgment_count % kJudgmentsBetween == 0);
+      hypothesis.is_due = !placement_.merges.empty() || (is_sought && hypothesis.missing_cells > 0);
       hypothesis.time_unix_s = std::time(nullptr);
       changed_.insert(it->first);
       judged_.insert(it->first);

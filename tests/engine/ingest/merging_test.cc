@@ -60,6 +60,7 @@ void PutHypothesis(SceneDatabase* scene, ReconstructionId a, ReconstructionId b,
   hypothesis.a = a;
   hypothesis.b = b;
   hypothesis.agreeing_pairs = pairs;
+  hypothesis.judged_cells = 300;
   hypothesis.images = {ImageId(1), ImageId(5)};
   const auto transaction = scene->database()->BeginTransaction();
   transaction->PutHypothesis(hypothesis);
