@@ -226,6 +226,9 @@ Status DoubtOptions::Check() const {
       .Inside("beside_angle_deg_max", beside_angle_deg_max, 0, 90)
       .AtLeast("missing_cells_min", missing_cells_min, 1)
       .AboveUpTo("missing_share_max", missing_share_max, 0, 1)
+      .AtLeast("better_cells_min", better_cells_min, 1)
+      .AtLeast("better_missing_cells_min", better_missing_cells_min, 1)
+      .Between("better_missing_share_max", better_missing_share_max, 0, 1)
       .AtLeast("seam_pairs_min", seam_pairs_min, 1)
       .Above("seam_deviation_share_max", seam_deviation_share_max, 0)
       .AtLeast("pair_weight_max", pair_weight_max, 1)
@@ -251,6 +254,17 @@ VisibleStructure FindAround(const CityMap& map, const MapImage& view,
 bool IsContradicted(const VisibleStructure& visible, const DoubtOptions& options) {
   return visible.missing_cells >= options.missing_cells_min &&
          visible.missing_share() > options.missing_share_max;
+}
+
+bool FitsWell(const VisibleStructure& there, const DoubtOptions& options) {
+  return there.cells >= options.better_cells_min &&
+         there.missing_share() <= options.better_missing_share_max;
+}
+
+bool IsClearlyBetter(const VisibleStructure& there, const VisibleStructure& here,
+                     const DoubtOptions& options) {
+  return FitsWell(there, options) && here.missing_cells >= options.better_missing_cells_min &&
+         here.missing_share() > there.missing_share() + options.better_missing_share_max;
 }
 
 std::string MissingText(const VisibleStructure& visible) {

@@ -21,6 +21,13 @@ VisibleStructure FindAround(const CityMap& map, const MapImage& view,
 
 // Whether so much is missing that the pose cannot be right.
 bool IsContradicted(const VisibleStructure& visible, const DoubtOptions& options);
+// Whether a view would stand well there: what would show that it does not is asked and found.
+bool FitsWell(const VisibleStructure& there, const DoubtOptions& options);
+
+// Whether a view would stand clearly better `there` than `here`: it fits well there, and lacks
+// something here.
+bool IsClearlyBetter(const VisibleStructure& there, const VisibleStructure& here,
+                     const DoubtOptions& options);
 // "12 of 46 cells of the picture lack what other photos see there".
 std::string MissingText(const VisibleStructure& visible);
 

@@ -25,11 +25,20 @@ struct DoubtOptions {
   // repeated facades this notices the grossest: they lacked from 2 to 33 cells, 5 to 60 %.
   uint32_t missing_cells_min = 5;
   double missing_share_max = 0.12;
+  // Where an image may stand in either of two reconstructions that are not one, it belongs to the
+  // other one if it is asked in better_cells_min cells there (>= 1) and lacks at most
+  // better_missing_share_max of them ([0, 1]), while it lacks better_missing_cells_min cells (>= 1)
+  // here, and a share that is larger by better_missing_share_max. On a street of 150 with twin
+  // facades near each other, one image at the wrong twin lacked 3 of 23 to 4 of 33 cells there and
+  // none of 41 at the right one; of 55 at the right one none met this.
+  uint32_t better_cells_min = 20;
+  uint32_t better_missing_cells_min = 3;
+  double better_missing_share_max = 0.04;
   // >= 1. Verified pairs that must agree across a seam: one alone may be a repeated facade. Chosen
   // by hand; not measured.
   uint32_t seam_pairs_min = 2;
-  // > 0. How far the cameras at a seam may be from where the merge puts them, for errors of 1 px, over
-  // how far they see. Chosen by hand; not measured.
+  // > 0. How far the cameras at a seam may be from where the merge puts them, for errors of 1 px,
+  // over how far they see. Chosen by hand; not measured.
   double seam_deviation_share_max = 0.02;
   // >= 1. Matches of one pair, or points missing between two images, that count at most: on
   // castle-P19 two pairs of lookalike facades have 376 and 307 matches and are wrong, and a pair is

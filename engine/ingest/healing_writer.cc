@@ -4,7 +4,6 @@
 #include <algorithm>
 #include <set>
 #include <string>
-#include <string_view>
 #include <utility>
 
 #include "engine/ingest/change_writer.h"
@@ -13,27 +12,6 @@
 #include "engine/journal/journal.h"
 
 namespace veduta {
-namespace {
-
-// The images that have lost their poses since anybody last did anything: what follows by itself is
-// walked over, from the end of the journal. O(its entries).
-Result<std::set<ImageId>> AlreadyDoubted(const Snapshot& base, uint64_t next_journal) {
-  static constexpr std::string_view kFollowing[] = {
-      "adjust", "doubt", "hypothesis", "judge", "merge", "propagate", "split", "vocabulary"};
-  std::set<ImageId> doubted;
-  for (uint64_t sequence = next_journal - 1; sequence > 0; --sequence) {
-    JournalRecord entry;
-    VEDUTA_RETURN_IF_ERROR(base.ScanJournal(sequence, [&](const JournalRecord& read) {
-      entry = read;
-      return false;
-    }));
-    if (std::ranges::find(kFollowing, entry.action) == std::end(kFollowing)) break;
-    if (entry.action == "doubt") doubted.insert(entry.image);
-  }
-  return doubted;
-}
-
-}  // namespace
 
 Status HealingWriter::SplitOff(const Healing& healing) {
   for (const std::vector<ImageId>& part : healing.parts) {

@@ -14,6 +14,10 @@
 namespace veduta {
 namespace {
 
+// After so many judgments by photos, a step looks for images on the wrong side of the seam. Chosen
+// by hand; not measured.
+constexpr uint32_t kJudgmentsBetween = 4;
+
 using Two = std::pair<ReconstructionId, ReconstructionId>;  // ascending
 
 bool IsOf(const HypothesisRecord& hypothesis, ReconstructionId reconstruction) {
@@ -52,10 +56,24 @@ class Ledger final {
         hypothesis.judgment_count = before.judgment_count + 1;
         if (before.image.valid()) hypothesis.image = before.image;
       }
-      hypothesis.is_due = !placement_.merges.empty();  // one of the two has changed since
+      // One of the two has changed since; or an image may stand on the wrong side of the seam.
+      const bool is_sought = is_new || (!placement_.placed.empty() &&
+                                        hypothesis.judgment_count % kJudgmentsBetween == 0);
+      hypothesis.is_due = !placement_.merges.empty() || (is_sought && hypothesis.missing_cells > 0);
       hypothesis.time_unix_s = std::time(nullptr);
       changed_.insert(it->first);
       judged_.insert(it->first);
+    }
+  }
+
+  // To those that the photo's search has not judged, nothing happens unless they have grown.
+  void TakeKnown() {
+    for (const KnownSeam& seam : placement_.known) {
+      const Two two = std::minmax(seam.own, seam.other);
+      const auto found = known_.find(two);
+      if (found == known_.end()) continue;
+      if (seam.has_grown) MakeDue(&found->second);
+      judged_.insert(two);
     }
   }
 
@@ -172,6 +190,7 @@ Status WriteHypotheses(const Snapshot& base, const Placement& placement, Databas
   VEDUTA_RETURN_IF_ERROR(ledger.Load());
   ledger.TakeMerges();
   ledger.TakeRefused(state, transaction);
+  ledger.TakeKnown();
   ledger.TakeTouched();
   VEDUTA_RETURN_IF_ERROR(ledger.DropForbidden());
   ledger.Write(transaction);

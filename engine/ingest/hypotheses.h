@@ -3,9 +3,13 @@
 // Keeps the stored hypotheses in step with what the steps of ingest do: merges that are proposed
 // and not believed yet (storage/model/hypothesis.h).
 //
-// One is judged anew by each photo whose own search for a merge leads to it. It becomes due, and is
-// judged by a step of its own (engine/ingest/judging.h), when what it rests on has changed in
-// another way:
+// A photo whose own search for a merge leads to one judges it, unless its seam is large, which
+// takes long. It becomes due, and is judged by a step of its own (engine/ingest/judging.h), when
+// what it rests on has changed:
+//   - such a search finds a quarter more verified pairs across a large seam than when it was judged
+//     last;
+//   - the pictures lack something, and it is new or photos have judged it a few times: an image may
+//     stand on its wrong side;
 //   - a photo got a pose that shares points or a verified pair with an image at the seam;
 //   - one of its two reconstructions was adjusted as a whole, or took in another one, or a submap
 //     at the seam was adjusted;

@@ -234,8 +234,10 @@ FollowUp Ingest::Run(const DueStep& step, WriteScope scope) {
       return Status::Ok();
     }
     if (step.kind == FollowUpKind::kJudgment) {
-      VEDUTA_ASSIGN_OR_RETURN(done.merged_into,
+      VEDUTA_ASSIGN_OR_RETURN(Judgment judgment,
                               JudgeAnew(parts_, step.reconstruction, step.other, std::move(scope)));
+      done.merged_into = judgment.merged_into;
+      done.unplaced = std::move(judgment.unplaced);
       return Status::Ok();
     }
     if (step.kind == FollowUpKind::kVocabulary) return Status::Ok();  // RunNextStep leaves it

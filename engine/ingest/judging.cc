@@ -2,9 +2,13 @@
 #include "engine/ingest/judging.h"
 
 #include <algorithm>
+#include <set>
 
+#include "engine/ingest/dense_removal.h"
 #include "engine/ingest/hypotheses.h"
+#include "engine/ingest/local_unplacing.h"
 #include "engine/ingest/merging.h"
+#include "engine/ingest/misplaced.h"
 #include "engine/ingest/placement_writer.h"
 #include "engine/ingest/seam.h"
 #include "engine/ingest/surroundings.h"
@@ -90,32 +94,95 @@ Result<Placement> Judge(const MappingContext& context, const Side& side) {
   return placement;
 }
 
+// Those at the seam that stand on the wrong side of it: of the one side or, where there are none,
+// of the other.
+Result<std::vector<DoubtedImage>> FindOnWrongSide(const MappingContext& context, const Side& side,
+                                                  const HypothesisRecord& refused) {
+  if (refused.missing_cells < context.options.doubt.better_missing_cells_min)
+    return std::vector<DoubtedImage>();
+  VEDUTA_ASSIGN_OR_RETURN(std::vector<DoubtedImage> misplaced,
+                          FindMisplaced(context, refused.images, side.own, side.other));
+  if (!misplaced.empty()) return misplaced;
+  return FindMisplaced(context, refused.images, side.other, side.own);
+}
+
+// Takes their poses, and those of what cannot stand without them. They are tried again at once.
+Result<std::vector<LostPose>> Unplace(const IngestParts& parts, MapLoader* loader,
+                                      std::span<const DoubtedImage> misplaced,
+                                      const WriteScope& scope, DatabaseState* state) {
+  std::vector<ImageId> images;
+  for (const DoubtedImage& image : misplaced) images.push_back(image.image);
+  const ReconstructionId from = parts.map->image(images.front()).reconstruction;
+  VEDUTA_ASSIGN_OR_RETURN(
+      const std::vector<ImageId> dependent,
+      UnplaceWithDependents(images, parts.options.mapper.observations_min, loader, parts.map));
+  Transaction* const transaction = scope.transaction.get();
+  VEDUTA_ASSIGN_OR_RETURN(const ReconstructionRecord whole, loader->GetReconstruction(from));
+  VEDUTA_RETURN_IF_ERROR(WriteUnplacedLocally(*parts.map, *scope.base, transaction));
+  if (parts.map->changes().unplaced.size() == whole.image_count)
+    VEDUTA_RETURN_IF_ERROR(DropHypotheses(*scope.base, from, transaction));
+  std::vector<LostPose> lost;
+  for (const DoubtedImage& image : misplaced) lost.push_back({image.image, image.why});
+  for (const ImageId image : dependent)
+    lost.push_back({image, "too few points hold it without those that were misplaced"});
+  std::ranges::sort(lost, {}, &LostPose::image);
+  images.insert(images.end(), dependent.begin(), dependent.end());
+  VEDUTA_RETURN_IF_ERROR(RemoveFromDense(*scope.base, images, transaction).status());
+  for (LostPose& image : lost) {
+    image.detail = "in reconstruction " + std::to_string(from.value) + ", " + image.detail;
+    VEDUTA_RETURN_IF_ERROR(
+        PostponeImages(*scope.base, {&image.image, 1}, from, image.detail, state, transaction));
+  }
+  return lost;
+}
+
+// Unplaces what stands on the wrong side, but nothing twice since anybody did anything: placing and
+// doubting it would never end.
+Result<std::vector<LostPose>> UnplaceMisplaced(const IngestParts& parts, MapLoader* loader,
+                                               const Side& side, const HypothesisRecord& refused,
+                                               const WriteScope& scope, DatabaseState* state) {
+  VEDUTA_ASSIGN_OR_RETURN(
+      std::vector<DoubtedImage> misplaced,
+      FindOnWrongSide({loader, parts.map, parts.pool, parts.options.mapper}, side, refused));
+  if (misplaced.empty()) return std::vector<LostPose>();
+  VEDUTA_ASSIGN_OR_RETURN(const std::set<ImageId> doubted,
+                          AlreadyDoubted(*scope.base, state->next_journal));
+  std::erase_if(misplaced, [&](const DoubtedImage& one) { return doubted.contains(one.image); });
+  if (misplaced.empty()) return std::vector<LostPose>();
+  return Unplace(parts, loader, misplaced, scope, state);
+}
+
 }  // namespace
 
-Result<ReconstructionId> JudgeAnew(const IngestParts& parts, ReconstructionId a, ReconstructionId b,
-                                   WriteScope scope) {
+Result<Judgment> JudgeAnew(const IngestParts& parts, ReconstructionId a, ReconstructionId b,
+                           WriteScope scope) {
   VEDUTA_ASSIGN_OR_RETURN(const HypothesisRecord hypothesis, FindHypothesis(*scope.base, a, b));
   VEDUTA_ASSIGN_OR_RETURN(DatabaseState state, scope.base->GetState());
   VEDUTA_ASSIGN_OR_RETURN(const Side side, FindSide(*scope.base, hypothesis));
   Transaction* const transaction = scope.transaction.get();
   parts.TrimMap();
+  MapLoader loader(scope.base, parts.features, parts.map);
   Placement placement;
   if (!side.near.empty()) {
-    MapLoader loader(scope.base, parts.features, parts.map);
     VEDUTA_ASSIGN_OR_RETURN(placement,
                             Judge({&loader, parts.map, parts.pool, parts.options.mapper}, side));
   }
+  Judgment judgment;
   if (!placement.merges.empty()) {
     VEDUTA_RETURN_IF_ERROR(WritePlacement(*parts.map, *scope.base, placement, &state, transaction));
+    judgment.merged_into = placement.reconstruction;
   } else if (!placement.refused.empty()) {
     VEDUTA_RETURN_IF_ERROR(WriteHypotheses(*scope.base, placement, &state, transaction));
+    VEDUTA_ASSIGN_OR_RETURN(
+        judgment.unplaced,
+        UnplaceMisplaced(parts, &loader, side, placement.refused.front(), scope, &state));
   } else {
     transaction->DeleteHypothesis(a, b);
   }
   transaction->PutState(state);
   VEDUTA_RETURN_IF_ERROR(transaction->Commit());
   parts.map->ClearChanges();
-  return placement.merges.empty() ? ReconstructionId() : placement.reconstruction;
+  return judgment;
 }
 
 }  // namespace veduta

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <map>
 #include <set>
+#include <string_view>
 
 #include "engine/ingest/change_writer.h"
 #include "engine/ingest/submaps.h"
@@ -65,14 +66,16 @@ class Unplacer final {
 
 }  // namespace
 
-Result<std::vector<ImageId>> UnplaceWithDependents(ImageId image, uint32_t observations_min,
-                                                   MapLoader* loader, CityMap* map) {
-  VEDUTA_RETURN_IF_ERROR(loader->LoadToUnplace(image));
-  const ReconstructionId reconstruction = map->image(image).reconstruction;
+Result<std::vector<ImageId>> UnplaceWithDependents(std::span<const ImageId> images,
+                                                   uint32_t observations_min, MapLoader* loader,
+                                                   CityMap* map) {
+  VEDUTA_CHECK(!images.empty(), "no image is to lose its pose");
+  VEDUTA_RETURN_IF_ERROR(loader->LoadToUnplace(images.front()));
+  const ReconstructionId reconstruction = map->image(images.front()).reconstruction;
   VEDUTA_ASSIGN_OR_RETURN(const ReconstructionRecord record,
                           loader->GetReconstruction(reconstruction));
   Unplacer unplacer(observations_min, loader, map);
-  VEDUTA_RETURN_IF_ERROR(unplacer.Unplace(image));
+  for (const ImageId image : images) VEDUTA_RETURN_IF_ERROR(unplacer.Unplace(image));
   while (const std::optional<ImageId> next = unplacer.FindDependent())
     VEDUTA_RETURN_IF_ERROR(unplacer.Unplace(*next));
   const size_t left = record.image_count - unplacer.unplaced().size();
@@ -87,7 +90,7 @@ Result<std::vector<ImageId>> UnplaceWithDependents(ImageId image, uint32_t obser
     for (const ImageId id : members) VEDUTA_RETURN_IF_ERROR(unplacer.Unplace(id));
   }
   std::set<ImageId> others = unplacer.unplaced();
-  others.erase(image);
+  for (const ImageId image : images) others.erase(image);
   return std::vector<ImageId>(others.begin(), others.end());
 }
 
@@ -130,6 +133,22 @@ Status WriteUnplacedLocally(const CityMap& map, const Snapshot& snapshot,
                                map.StoredBlock(home));
   }
   return Status::Ok();
+}
+
+Result<std::set<ImageId>> AlreadyDoubted(const Snapshot& base, uint64_t next_journal) {
+  static constexpr std::string_view kFollowing[] = {
+      "adjust", "doubt", "hypothesis", "judge", "merge", "propagate", "split", "vocabulary"};
+  std::set<ImageId> doubted;
+  for (uint64_t sequence = next_journal - 1; sequence > 0; --sequence) {
+    JournalRecord entry;
+    VEDUTA_RETURN_IF_ERROR(base.ScanJournal(sequence, [&](const JournalRecord& read) {
+      entry = read;
+      return false;
+    }));
+    if (std::ranges::find(kFollowing, entry.action) == std::end(kFollowing)) break;
+    if (entry.action == "doubt") doubted.insert(entry.image);
+  }
+  return doubted;
 }
 
 Status PostponeImages(const Snapshot& snapshot, std::span<const ImageId> images,

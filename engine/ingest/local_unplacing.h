@@ -4,6 +4,8 @@
 // around them. What is left is adjusted, and split where it falls apart, by the next adjustment of
 // the whole reconstruction, which this makes due.
 
+#include <set>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -13,17 +15,23 @@
 
 namespace veduta {
 
-// Takes the image's pose in the map. Then, in ascending ids and until nothing changes, those of the
-// images that shared points with one that lost its own and see fewer than `observations_min` points
-// now; and all of them where fewer than three images would be left in the reconstruction. Returns
-// the others, ascending. Deterministic. O(neighbourhood of these images).
-Result<std::vector<ImageId>> UnplaceWithDependents(ImageId image, uint32_t observations_min,
-                                                   MapLoader* loader, CityMap* map);
+// Takes the poses of these images of one reconstruction in the map. Then, in ascending ids and
+// until nothing changes, those of the images that shared points with one that lost its own and see
+// fewer than `observations_min` points now; and all of them where fewer than three images would be
+// left in the reconstruction. Returns the others, ascending. Deterministic. O(neighbourhood of
+// these images).
+Result<std::vector<ImageId>> UnplaceWithDependents(std::span<const ImageId> images,
+                                                   uint32_t observations_min, MapLoader* loader,
+                                                   CityMap* map);
 
 // Writes what that has changed in the map: poses, observations, point blocks, and the record of the
 // reconstruction, whose adjustment is due; it is dissolved where no image is left. The map's record
 // of changes stays as it is.
 Status WriteUnplacedLocally(const CityMap& map, const Snapshot& snapshot, Transaction* transaction);
+
+// The images that have lost their poses since anybody last did anything: what follows by itself is
+// walked over, from the end of the journal. O(its entries).
+Result<std::set<ImageId>> AlreadyDoubted(const Snapshot& base, uint64_t next_journal);
 
 // The images wait with that detail, and are tried again at once. Not for one that is removed.
 Status PostponeImages(const Snapshot& snapshot, std::span<const ImageId> images,

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "engine/ingest/merging.h"
 
+#include <algorithm>
 #include <set>
 
 #include "engine/ingest/hypotheses.h"
@@ -72,12 +73,42 @@ std::optional<PointAlignment> Propose(const CityMap& map, const SeamArea& seam,
   return by_views ? std::optional(PointAlignment{by_views->b_from_a, {}}) : std::nullopt;
 }
 
+// Judging a seam of so many cells with each photo would make photos near it slow. On a street of
+// 150 a right merge of 202 cells hung on being judged with each. Chosen by hand; not measured.
+constexpr uint32_t kLargeSeamCells = 300;
+
+// Whether the merge is a hypothesis with a large seam already, which a step of its own judges anew.
+// Then it is noted whether its seam has grown so much that it is to be: by a pair at least, and by
+// a quarter. That it is a quarter was chosen by hand; not measured.
+Result<bool> NoteKnown(const MappingContext& context, const NearSeam& near_seam,
+                       ReconstructionId other, MergeOutcome* outcome) {
+  const auto [a, b] = std::minmax(outcome->into, other);
+  VEDUTA_ASSIGN_OR_RETURN(const std::vector<HypothesisRecord> all,
+                          context.loader->snapshot().ListHypotheses());
+  const auto known = std::ranges::find_if(
+      all, [&, a = a, b = b](const HypothesisRecord& h) { return h.a == a && h.b == b; });
+  if (known == all.end() || known->judged_cells < kLargeSeamCells) return false;
+  VEDUTA_ASSIGN_OR_RETURN(const std::vector<SeamPair> pairs,
+                          ListSeamPairs(context.loader, *context.map, near_seam.photo,
+                                        near_seam.pairs, near_seam.images, other));
+  const size_t before = known->agreeing_pairs + known->contradicting_pairs;
+  const size_t now = static_cast<size_t>(std::ranges::count_if(pairs, [](const SeamPair& pair) {
+    return pair.matches.geometry != PairGeometry::kRotation;  // which JudgeSeam does not ask
+  }));
+  outcome->known.push_back({outcome->into, other, 4 * now >= 5 * before + 1});
+  return true;
+}
+
 // Merges `other` with the photo's reconstruction where the common points agree, and nothing else
 // speaks against it.
 Status TryMerge(const MappingContext& context, const MergeRequest& request,
                 const NearSeam& near_seam, std::span<const PointPair> common,
                 ReconstructionId other, uint64_t seed, MergeOutcome* outcome) {
   const MapperOptions& options = context.options;
+  if (!request.only.valid() && outcome->merges.empty()) {
+    VEDUTA_ASSIGN_OR_RETURN(const bool is_known, NoteKnown(context, near_seam, other, outcome));
+    if (is_known) return Status::Ok();
+  }
   VEDUTA_ASSIGN_OR_RETURN(const SeamArea seam,
                           FindSeam(context.loader, *context.map, near_seam.photo, near_seam.pairs,
                                    near_seam.images, other));

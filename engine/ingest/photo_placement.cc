@@ -5,6 +5,7 @@
 
 #include "engine/ingest/doubt.h"
 #include "engine/ingest/merging.h"
+#include "engine/ingest/misplaced.h"
 #include "engine/ingest/pose_search.h"
 #include "engine/ingest/reconstruction_start.h"
 #include "engine/ingest/submaps.h"
@@ -39,6 +40,7 @@ void NoteMerges(MergeOutcome outcome, Placement* placement) {
                          ": " + refused.evidence;
     if (refused.hypothesis) placement->refused.push_back(std::move(*refused.hypothesis));
   }
+  placement->known = std::move(outcome.known);
   placement->reconstruction = outcome.into;
   placement->merges = std::move(outcome.merges);
 }
@@ -98,6 +100,36 @@ void NotePlaced(const ImageFeatures& photo, const PoseCandidate& pose, Placement
 uint32_t CountPoints(const MapImage& image) {
   return static_cast<uint32_t>(std::count_if(image.points.begin(), image.points.end(),
                                              [](PointId id) { return id.valid(); }));
+}
+
+// What the photo would lack at that pose.
+Result<VisibleStructure> JudgeCandidate(const MappingContext& context, const ImageFeatures& photo,
+                                        const PoseCandidate& candidate) {
+  MapImage view = UnplacedImage(photo);
+  view.reconstruction = candidate.reconstruction;
+  view.cam_from_world = candidate.resection.cam_from_world;
+  for (const auto& [feature, point] : candidate.seen) view.points[feature] = point;
+  return JudgeView(context, view);
+}
+
+// The first pose that is good enough, unless one in another reconstruction is clearly better: of
+// twin facades the wrong one may give more points. Null where none is good enough.
+Result<const PoseCandidate*> ChoosePose(const MappingContext& context, const ImageFeatures& photo,
+                                        const std::vector<PoseCandidate>& found) {
+  std::vector<const PoseCandidate*> good;
+  for (const PoseCandidate& candidate : found) {
+    if (IsGoodEnough(candidate, context.options)) good.push_back(&candidate);
+  }
+  if (good.size() < 2) return good.empty() ? nullptr : good.front();
+  const PoseCandidate* best = good.front();
+  VEDUTA_ASSIGN_OR_RETURN(VisibleStructure visible, JudgeCandidate(context, photo, *best));
+  for (size_t i = 1; i < good.size(); ++i) {
+    VEDUTA_ASSIGN_OR_RETURN(const VisibleStructure other, JudgeCandidate(context, photo, *good[i]));
+    if (!IsClearlyBetter(other, visible, context.options.doubt)) continue;
+    best = good[i];
+    visible = other;
+  }
+  return best;
 }
 
 // What the pictures around the placed photo see, and it does not.
@@ -213,10 +245,9 @@ Result<Placement> PlacePhoto(const MappingContext& context, const ImageFeatures&
   const bool has_sure_pose = !search.found.empty() && !search.found.front().is_weak;
   if (!has_sure_pose && new_reconstruction.valid())
     VEDUTA_RETURN_IF_ERROR(TryToFound(context, at_hand, new_reconstruction, &placement));
-  const auto pose =
-      std::find_if(search.found.begin(), search.found.end(),
-                   [&](const PoseCandidate& c) { return IsGoodEnough(c, context.options); });
-  if (pose == search.found.end() || placement.verdict != Verdict::kPostponed) {
+  VEDUTA_ASSIGN_OR_RETURN(const PoseCandidate* const pose,
+                          ChoosePose(context, photo, search.found));
+  if (pose == nullptr || placement.verdict != Verdict::kPostponed) {
     placement.map_ms = watch.LapMs();
     return placement;
   }
@@ -224,7 +255,13 @@ Result<Placement> PlacePhoto(const MappingContext& context, const ImageFeatures&
   VEDUTA_RETURN_IF_ERROR(PlaceAt(context, at_hand, *pose, &watch, &placement, &visible));
   if (IsContradicted(visible, context.options.doubt)) {
     context.map->Clear();
-    return PostponedForMissing(visible, pose->reconstruction);
+    placement = PostponedForMissing(visible, pose->reconstruction);
+    // Others that wait may be there for the same reason, and know the place together.
+    if (has_sure_pose && new_reconstruction.valid()) {
+      VEDUTA_RETURN_IF_ERROR(context.loader->LoadNeighborhood(neighbors));
+      VEDUTA_RETURN_IF_ERROR(TryToFound(context, at_hand, new_reconstruction, &placement));
+    }
+    return placement;
   }
   const uint32_t seen = CountPoints(context.map->image(photo.id));
   if (seen < context.options.observations_min) {

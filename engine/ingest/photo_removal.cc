@@ -32,7 +32,7 @@ Status Unplace(const IngestParts& parts, const WriteScope& scope, DatabaseState*
   MapLoader loader(scope.base, parts.features, parts.map);
   VEDUTA_ASSIGN_OR_RETURN(
       removed->unplaced,
-      UnplaceWithDependents(removed->image, parts.options.mapper.observations_min, &loader,
+      UnplaceWithDependents({&removed->image, 1}, parts.options.mapper.observations_min, &loader,
                             parts.map));
   VEDUTA_RETURN_IF_ERROR(WriteUnplacedLocally(*parts.map, *scope.base, scope.transaction.get()));
   if (parts.map->changes().unplaced.size() == whole.image_count)

@@ -21,6 +21,12 @@ struct Merge {
   std::string evidence;  // for and against, for a person
 };
 
+// A merge that is known as a hypothesis, to which the search of a photo has led.
+struct KnownSeam {
+  ReconstructionId own, other;
+  bool has_grown = false;  // so much that it is to be judged anew
+};
+
 // The answer to one photo, and what it changed in the map besides. Or what a new judgment of a
 // hypothesis has merged: then nothing was placed, and only the merge is said.
 struct Placement {
@@ -33,6 +39,7 @@ struct Placement {
   std::vector<Merge> merges;        // in the order in which they were made
   // Merges that were judged and not made, with the reconstruction that the photo is in now.
   std::vector<HypothesisRecord> refused;
+  std::vector<KnownSeam> known;  // that the photo's search has led to and not judged
   // Where a merge was sought: those that got a pose, and images that share points or verified pairs
   // with them.
   std::vector<ImageId> around;

@@ -80,6 +80,10 @@ PoseCandidate FindPoseIn(const CityMap& map, ReconstructionId reconstruction,
   if (!contradicts && options.resection.IsAmbiguous(candidate.resection.inliers.size(),
                                                     candidate.rival_inlier_count))
     candidate.outcome = PoseOutcome::kAmbiguous;
+  if (candidate.outcome == PoseOutcome::kFound) {
+    for (const uint32_t i : candidate.resection.inliers)
+      candidate.seen.emplace_back(structure.features[i], structure.points[i]);
+  }
   candidate.is_weak = candidate.outcome == PoseOutcome::kFound && !candidate.along.valid() &&
                       IsWeak(map, candidate.resection.inliers.size(), pairs, options);
   return candidate;

@@ -4,6 +4,7 @@
 
 #include <span>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "engine/ingest/mapping_context.h"
@@ -26,6 +27,7 @@ struct PoseCandidate {
   ReconstructionId reconstruction;
   PoseOutcome outcome = PoseOutcome::kTooFewPoints;
   Resection resection;
+  std::vector<std::pair<FeatureIndex, PointId>> seen;  // that agree with the pose; kFound only
   uint32_t point_count = 0;         // points of the reconstruction that the photo sees
   uint32_t rival_inlier_count = 0;  // points that the best of quite other poses explains
   NeighborAgreement agreement;      // set unless there is no pose

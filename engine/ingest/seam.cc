@@ -227,9 +227,9 @@ std::string SeamEvidence::Text() const {
          PlaceText(deviation_share);
 }
 
-Result<SeamArea> FindSeam(MapLoader* loader, const CityMap& map, ImageId photo,
-                          std::span<const PairMatches> pairs, std::span<const ImageId> near,
-                          ReconstructionId other) {
+Result<std::vector<SeamPair>> ListSeamPairs(MapLoader* loader, const CityMap& map, ImageId photo,
+                                            std::span<const PairMatches> pairs,
+                                            std::span<const ImageId> near, ReconstructionId other) {
   const ReconstructionId own = map.image(photo).reconstruction;
   std::map<std::pair<ImageId, ImageId>, PairMatches> found;
   for (const PairMatches& pair : pairs) {
@@ -248,14 +248,21 @@ Result<SeamArea> FindSeam(MapLoader* loader, const CityMap& map, ImageId photo,
     for (const auto& [ids, pair] : back)
       found.try_emplace({ids.second, ids.first}, MatchesFrom(RecordOf(pair, image), ids.second));
   }
+  std::vector<SeamPair> all;
+  for (auto& [ids, pair] : found) all.push_back({ids.first, std::move(pair)});
+  return all;
+}
+
+Result<SeamArea> FindSeam(MapLoader* loader, const CityMap& map, ImageId photo,
+                          std::span<const PairMatches> pairs, std::span<const ImageId> near,
+                          ReconstructionId other) {
   SeamArea seam;
-  std::set<ImageId> images, into;
-  across.clear();
-  for (auto& [ids, pair] : found) {
-    images.insert({ids.first, ids.second});
-    into.insert(ids.first);
-    across.insert(ids.second);
-    seam.pairs.push_back({ids.first, std::move(pair)});
+  VEDUTA_ASSIGN_OR_RETURN(seam.pairs, ListSeamPairs(loader, map, photo, pairs, near, other));
+  std::set<ImageId> images, into, across;
+  for (const SeamPair& pair : seam.pairs) {
+    images.insert({pair.a, pair.matches.other});
+    into.insert(pair.a);
+    across.insert(pair.matches.other);
   }
   VEDUTA_RETURN_IF_ERROR(loader->LoadNeighborhood(std::vector(images.begin(), images.end())));
   seam.into = WithBeside(map, into);

@@ -57,6 +57,11 @@ Result<SeamArea> FindSeam(MapLoader* loader, const CityMap& map, ImageId photo,
                           std::span<const PairMatches> pairs, std::span<const ImageId> near,
                           ReconstructionId other);
 
+// The verified pairs of such a seam alone, ascending. Loads the images of the pairs only.
+Result<std::vector<SeamPair>> ListSeamPairs(MapLoader* loader, const CityMap& map, ImageId photo,
+                                            std::span<const PairMatches> pairs,
+                                            std::span<const ImageId> near, ReconstructionId other);
+
 // What the cameras of either side see of the other side's points, by the matches of the pairs.
 struct CrossSightings {
   std::vector<CrossSighting> in_into, in_other;  // the side of the cameras

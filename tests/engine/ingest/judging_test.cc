@@ -167,7 +167,7 @@ TEST_F(Judging, OneThatNoPlacedImageIsAtGoes) {
                           scene_.pool(),     options,    &map};
   const auto judged = JudgeAnew(parts, kFirst, kSecond, BeginWrite(scene_.database()));
   ASSERT_OK(judged);
-  EXPECT_FALSE(judged->valid());
+  EXPECT_FALSE(judged->merged_into.valid());
   EXPECT_FALSE(Stored().has_value());
   EXPECT_EQ(JudgeAnew(parts, kFirst, kSecond, BeginWrite(scene_.database())).status().code(),
             StatusCode::kNotFound);
@@ -217,7 +217,7 @@ class Scenario final : public Judging {
     Settle(options);
     return Digest();
   }
-  Result<ReconstructionId> Judge() {
+  Result<Judgment> Judge() {
     Retrieval retrieval({});
     CityMap map;
     const IngestOptions options = Believing();

@@ -54,6 +54,42 @@ TEST(Merging, TheLargerKeepsItsFrame) {
   EXPECT_GE(joined, 20u);
 }
 
+// The two are a hypothesis already, for which so many pairs across spoke.
+void PutHypothesis(SceneDatabase* scene, ReconstructionId a, ReconstructionId b, uint32_t pairs) {
+  HypothesisRecord hypothesis;
+  hypothesis.a = a;
+  hypothesis.b = b;
+  hypothesis.agreeing_pairs = pairs;
+  hypothesis.judged_cells = 300;
+  hypothesis.images = {ImageId(1), ImageId(5)};
+  const auto transaction = scene->database()->BeginTransaction();
+  transaction->PutHypothesis(hypothesis);
+  ASSERT_OK(transaction->Commit());
+}
+
+TEST(Merging, AKnownHypothesisIsNotJudgedButToldToHaveGrown) {
+  SceneDatabase scene({.camera_count = 7});
+  scene.AddImages(0, 7);
+  const ReconstructionId large = scene.AddReconstruction({0, 1, 2, 3});
+  const ReconstructionId small = scene.AddReconstruction({4, 5}, AnotherFrame());
+  for (const uint32_t pairs : {1u, 100u}) {
+    PutHypothesis(&scene, large, small, pairs);
+    SceneWork work(&scene);
+    const std::vector<ImageId> members = {ImageId(5), ImageId(6)};
+    const MergeOutcome outcome = Merge(&scene, &work, small, members);
+    EXPECT_TRUE(outcome.merges.empty());
+    EXPECT_TRUE(outcome.refused.empty());
+    ASSERT_EQ(outcome.known.size(), 1u);
+    EXPECT_EQ(outcome.known[0].own, small);
+    EXPECT_EQ(outcome.known[0].other, large);
+    EXPECT_EQ(outcome.known[0].has_grown, pairs == 1);
+    // Whoever asks for it alone has it judged.
+    const auto asked = MergeAround(work.context, {small, false, {}, large}, members, {}, 1);
+    ASSERT_OK(asked);
+    EXPECT_EQ(asked->merges.size(), 1u);
+  }
+}
+
 TEST(Merging, TooFewCommonPointsStayApart) {
   SceneDatabase scene;
   scene.AddImages(0, 6);

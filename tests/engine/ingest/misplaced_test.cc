@@ -1,0 +1,164 @@
+// SPDX-License-Identifier: Apache-2.0
+// Goal: an image on the wrong side of a seam is found, and nothing else is; where a merge is
+//   refused it loses its pose, gets the right one, and what belongs together is joined, at any
+//   number of threads.
+// Method: a synthetic scene in two reconstructions that see the same; one image of the second has a
+//   wrong pose that few of its points hold, as a repeated facade would give it.
+#include "engine/ingest/misplaced.h"
+
+#include <gtest/gtest.h>
+
+#include "engine/ingest/change_writer.h"
+#include "engine/ingest/ingest.h"
+#include "engine/query/digest.h"
+#include "engine/query/living.h"
+#include "tests/engine/ingest/scene_database.h"
+
+namespace veduta {
+namespace {
+
+constexpr ReconstructionId kFirst(1), kSecond(2);
+constexpr ImageId kWrong(4);
+
+class Misplaced : public testing::Test {
+ protected:
+  explicit Misplaced(size_t thread_count = 1)
+      : scene_({.camera_count = 8, .point_count = 2000}, thread_count) {
+    scene_.AddImages(0, 8);
+    scene_.AddReconstruction({0, 1, 2});
+    scene_.AddReconstruction({3, 4, 5, 6, 7}, AnotherFrame());
+  }
+
+  // The image keeps 40 of its points.
+  void Misplace() {
+    SceneWork work(&scene_);
+    std::vector<ImageId> images;
+    ASSERT_OK(work.loader.LoadReconstruction(kSecond, &images));
+    const std::vector<PointId> points = work.map.PointsSeenBy({&kWrong, 1});
+    for (size_t i = 40; i < points.size(); ++i) work.map.RemoveObservation(points[i], kWrong);
+    Rigid3 shifted = work.map.image(kWrong).cam_from_world;
+    shifted.translation.x() += 0.5 * AnotherFrame().scale;
+    work.map.SetPose(kWrong, shifted);
+    Placement placement;
+    placement.reconstruction = kSecond;
+    const auto transaction = scene_.database()->BeginTransaction();
+    ASSERT_OK(WritePlacementChanges(work.map, *scene_.Snap(), placement, transaction.get()));
+    ASSERT_OK(transaction->Commit());
+  }
+  std::vector<ImageId> Find(ReconstructionId own, ReconstructionId other) {
+    SceneWork work(&scene_);
+    std::vector<ImageId> images, found;
+    for (uint32_t id = 1; id <= 8; ++id) images.push_back(ImageId(id));
+    const auto misplaced = FindMisplaced(work.context, images, own, other);
+    EXPECT_OK(misplaced);
+    if (misplaced.ok()) {
+      for (const DoubtedImage& image : *misplaced) found.push_back(image.image);
+    }
+    EXPECT_TRUE(work.map.changes().poses.empty());
+    return found;
+  }
+  void PutHypothesis() {
+    HypothesisRecord hypothesis;
+    hypothesis.a = kFirst;
+    hypothesis.b = kSecond;
+    hypothesis.a_from_b = AnotherFrame().Inverse();
+    hypothesis.images = {ImageId(3), kWrong};
+    hypothesis.is_due = true;
+    const auto transaction = scene_.database()->BeginTransaction();
+    transaction->PutHypothesis(hypothesis);
+    ASSERT_OK(transaction->Commit());
+  }
+  // Carries out what is due. A merge is refused as soon as anything is missing.
+  std::vector<FollowUp> Settle() {
+    Retrieval retrieval({});
+    IngestOptions options;
+    options.schedule.views_step = 100;
+    options.mapper.doubt.missing_cells_min = 1;
+    options.mapper.doubt.missing_share_max = 0.5;
+    options.mapper.doubt.seam_missing_share_max = 1e-9;
+    Ingest ingest(scene_.database(), &retrieval, scene_.features(), scene_.pool(), options);
+    std::vector<FollowUp> done;
+    while (auto step = ingest.RunNextStep()) {
+      EXPECT_OK(step->status);
+      done.push_back(std::move(*step));
+    }
+    return done;
+  }
+
+  SceneDatabase scene_;
+};
+
+TEST_F(Misplaced, NothingOfWhatIsRightIsFound) {
+  EXPECT_TRUE(Find(kFirst, kSecond).empty());
+  EXPECT_TRUE(Find(kSecond, kFirst).empty());
+}
+
+TEST_F(Misplaced, AnImageAtAWrongPoseIsFound) {
+  Misplace();
+  EXPECT_TRUE(Find(kFirst, kSecond).empty());
+  EXPECT_EQ(Find(kSecond, kFirst), std::vector{kWrong});
+}
+
+TEST_F(Misplaced, WhatLacksLittleStaysWhereItIs) {
+  VisibleStructure here, there;
+  here.cells = 30, here.missing_cells = 3;
+  there.cells = 30;
+  const DoubtOptions options;
+  EXPECT_TRUE(IsClearlyBetter(there, here, options));
+  there.cells = options.better_cells_min - 1;
+  EXPECT_FALSE(IsClearlyBetter(there, here, options)) << "too little was asked there";
+  there.cells = 30, there.missing_cells = 2;
+  EXPECT_FALSE(IsClearlyBetter(there, here, options)) << "something is missing there, too";
+  there.missing_cells = 0, here.missing_cells = 2;
+  EXPECT_FALSE(IsClearlyBetter(there, here, options)) << "hardly anything is missing here";
+  here.cells = 100, here.missing_cells = 3;
+  EXPECT_FALSE(IsClearlyBetter(there, here, options)) << "a small share is missing here";
+}
+
+// The same with other numbers of threads.
+class Threaded final : public Misplaced {
+ public:
+  explicit Threaded(size_t thread_count) : Misplaced(thread_count) {}
+  void TestBody() override {}
+
+  std::string SettledDigest() {
+    Misplace();
+    PutHypothesis();
+    Settle();
+    return DigestOf(*scene_.Snap())->Hex();
+  }
+};
+
+TEST_F(Misplaced, ItLosesItsPoseAndGetsTheRightOne) {
+  Misplace();
+  PutHypothesis();
+  const auto done = Settle();
+  ASSERT_GE(done.size(), 2u);
+  EXPECT_EQ(done[0].kind, FollowUpKind::kJudgment);
+  ASSERT_EQ(done[0].unplaced.size(), 1u);
+  EXPECT_EQ(done[0].unplaced[0].image, kWrong);
+  EXPECT_TRUE(done[0].unplaced[0].detail.starts_with("in reconstruction 2, "))
+      << done[0].unplaced[0].detail;
+  EXPECT_EQ(done[1].kind, FollowUpKind::kPropagation);
+  EXPECT_EQ(done[1].image, kWrong);
+  EXPECT_FALSE(done[1].placed.empty());
+  const auto living = ListLiving(*scene_.Snap());
+  ASSERT_OK(living);
+  ASSERT_EQ(living->size(), 1u) << "nothing speaks against the merge any more";
+  const auto pose = *scene_.Snap()->FindPose(kWrong);
+  const auto beside = *scene_.Snap()->FindPose(ImageId(5));
+  ASSERT_TRUE(pose && beside);
+  const SyntheticScene& truth = scene_.scene();
+  const Rigid3 found = pose->cam_from_world * beside->cam_from_world.Inverse();
+  EXPECT_LT(RotationErrorDeg(found, truth.poses[3] * truth.poses[4].Inverse()), 0.1);
+  const auto violations = FindViolations(*scene_.Snap(), 9);
+  ASSERT_OK(violations);
+  EXPECT_TRUE(violations->empty());
+}
+
+TEST_F(Misplaced, TheDigestDoesNotDependOnThreads) {
+  EXPECT_EQ(Threaded(1).SettledDigest(), Threaded(2).SettledDigest());
+}
+
+}  // namespace
+}  // namespace veduta
