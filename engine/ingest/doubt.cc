@@ -59,12 +59,13 @@ void UnplaceContradicted(const MappingContext& context, std::span<const ImageId>
 
 using EvidenceOfPairs = std::map<std::pair<ImageId, ImageId>, PairEvidence>;
 
-// How many points the image shares with each image of a higher id.
-std::vector<PairEvidence> CountShared(const CityMap& map, ImageId id) {
+// How many points the image shares with each member of a higher id.
+std::vector<PairEvidence> CountShared(const CityMap& map, const std::set<ImageId>& members,
+                                      ImageId id) {
   std::unordered_map<ImageId, uint32_t> shared;
   for (const PointId point : map.PointsSeenBy({&id, 1})) {
     for (const TrackElement& element : map.point(point).track) {
-      if (id < element.image) ++shared[element.image];
+      if (id < element.image && members.contains(element.image)) ++shared[element.image];
     }
   }
   std::vector<PairEvidence> evidence;
@@ -157,7 +158,7 @@ Result<std::vector<PairEvidence>> GatherEvidence(const MappingContext& context,
   std::vector<std::vector<PairEvidence>> found(images.size());
   std::vector<Status> statuses(images.size());
   context.pool->ParallelFor(images.size(), [&](size_t i) {
-    found[i] = CountShared(*context.map, images[i]);
+    found[i] = CountShared(*context.map, members, images[i]);
     statuses[i] = AddStoredPairs(context, members, images[i], &found[i]);
   });
   EvidenceOfPairs evidence;

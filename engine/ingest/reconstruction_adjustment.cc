@@ -161,6 +161,13 @@ Result<Region> LoadRegion(const MappingContext& context, std::span<const ImageId
   for (const PointId point : map.PointsSeenBy(images)) {
     for (const TrackElement& element : map.point(point).track) known.insert(element.image);
   }
+  // An image need not see all points that it is home to; they get another home where it loses its
+  // pose.
+  for (const ImageId id : images) {
+    for (const PointRecord& point : map.StoredBlock(id).points) {
+      for (const TrackElement& element : point.track) known.insert(element.image);
+    }
+  }
   Region region{{images.begin(), images.end()}, {known.begin(), known.end()}};
   VEDUTA_RETURN_IF_ERROR(context.loader->LoadNeighborhood(region.known));
   return region;

@@ -12,7 +12,8 @@ namespace veduta {
 // A part of a reconstruction, with what is around it.
 struct Region {
   std::vector<ImageId> images;  // what is adjusted; ascending
-  // These, and all that share points with them; ascending. Loaded with their neighbourhoods.
+  // These, and all that see points which they see or are home to; ascending. Loaded with their
+  // neighbourhoods.
   std::vector<ImageId> known;
 };
 

@@ -111,6 +111,28 @@ Status WriteAdjusted(const IngestParts& parts, const HealingWriter& writer,
   return Status::Ok();
 }
 
+// Adjusts and heals the submap in the map, and puts what has changed into the transaction.
+Status AdjustAndWrite(const IngestParts& parts, const WriteScope& scope, const SubmapRecord& submap,
+                      HealingWriter* writer, Submaps* submaps) {
+  Transaction* const transaction = scope.transaction.get();
+  parts.TrimMap();
+  MapLoader loader(scope.base, parts.features, parts.map);
+  const MappingContext context{&loader, parts.map, parts.pool, parts.options.mapper};
+  VEDUTA_ASSIGN_OR_RETURN(const Region region, LoadRegion(context, submap.images));
+  VEDUTA_ASSIGN_OR_RETURN(const Healing healing, AdjustRegion(context, region));
+  VEDUTA_ASSIGN_OR_RETURN(const ReconstructionRecord whole,
+                          scope.base->GetReconstruction(submap.reconstruction));
+  VEDUTA_RETURN_IF_ERROR(writer->SplitOff(healing));
+  VEDUTA_RETURN_IF_ERROR(WriteAdjusted(parts, *writer, whole, transaction));
+  VEDUTA_RETURN_IF_ERROR(writer->RemoveOutdatedDense(healing));
+  VEDUTA_RETURN_IF_ERROR(submaps->Follow(*parts.map, *scope.base));
+  if (submaps->Find(submap.id) != nullptr) submaps->NoteAdjusted(submap.id);
+  VEDUTA_RETURN_IF_ERROR(writer->Postpone(healing));
+  if (!healing.parts.empty())
+    return DropHypotheses(*scope.base, submap.reconstruction, transaction);
+  return MakeHypothesesDue(*scope.base, submap.reconstruction, submap.images, transaction);
+}
+
 }  // namespace
 
 Status PartReconstruction(const IngestParts& parts, ReconstructionId reconstruction,
@@ -153,27 +175,10 @@ Result<AdjustedWhole> AdjustSubmap(const IngestParts& parts, ReconstructionId re
   VEDUTA_ASSIGN_OR_RETURN(DatabaseState state, scope.base->GetState());
   VEDUTA_ASSIGN_OR_RETURN(const bool is_reshaped,
                           Reshape(*scope.base, record, parts.options.schedule, &submaps));
-  AdjustedWhole adjusted;
+  // Lives until the commit has come, for it holds what is written ahead.
+  HealingWriter writer(parts, scope, reconstruction, &state);
   if (!is_reshaped) {
-    parts.TrimMap();
-    MapLoader loader(scope.base, parts.features, parts.map);
-    const MappingContext context{&loader, parts.map, parts.pool, parts.options.mapper};
-    VEDUTA_ASSIGN_OR_RETURN(const Region region, LoadRegion(context, record.images));
-    VEDUTA_ASSIGN_OR_RETURN(const Healing healing, AdjustRegion(context, region));
-    VEDUTA_ASSIGN_OR_RETURN(const ReconstructionRecord whole,
-                            scope.base->GetReconstruction(reconstruction));
-    HealingWriter writer(parts, scope, reconstruction, &state);
-    VEDUTA_RETURN_IF_ERROR(writer.SplitOff(healing));
-    VEDUTA_RETURN_IF_ERROR(WriteAdjusted(parts, writer, whole, transaction));
-    VEDUTA_RETURN_IF_ERROR(writer.RemoveOutdatedDense(healing));
-    VEDUTA_RETURN_IF_ERROR(submaps.Follow(*parts.map, *scope.base));
-    if (submaps.Find(submap) != nullptr) submaps.NoteAdjusted(submap);
-    VEDUTA_RETURN_IF_ERROR(writer.Postpone(healing));
-    VEDUTA_RETURN_IF_ERROR(
-        healing.parts.empty()
-            ? MakeHypothesesDue(*scope.base, reconstruction, record.images, transaction)
-            : DropHypotheses(*scope.base, reconstruction, transaction));
-    adjusted = writer.adjusted();
+    VEDUTA_RETURN_IF_ERROR(AdjustAndWrite(parts, scope, record, &writer, &submaps));
     AppendJournal({0,
                    0,
                    "veduta",
@@ -188,7 +193,7 @@ Result<AdjustedWhole> AdjustSubmap(const IngestParts& parts, ReconstructionId re
   transaction->PutState(state);
   VEDUTA_RETURN_IF_ERROR(transaction->Commit());
   parts.map->ClearChanges();
-  return adjusted;
+  return writer.adjusted();
 }
 
 }  // namespace veduta

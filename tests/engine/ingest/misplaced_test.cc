@@ -42,7 +42,7 @@ class Misplaced : public testing::Test {
     Placement placement;
     placement.reconstruction = kSecond;
     const auto transaction = scene_.database()->BeginTransaction();
-    ASSERT_OK(WritePlacementChanges(work.map, *scene_.Snap(), placement, transaction.get()));
+    ASSERT_OK(WritePlacementChanges(work.map, *scene_.Snap(), placement, {}, transaction.get()));
     ASSERT_OK(transaction->Commit());
   }
   std::vector<ImageId> Find(ReconstructionId own, ReconstructionId other) {

@@ -8,6 +8,7 @@
 
 #include <algorithm>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -125,6 +126,9 @@ class SceneDatabase {
     return id;
   }
 
+  // From now on each point is seen by cameras side by side alone, so many and one.
+  void LimitTracks(uint32_t reach) { track_reach_ = reach; }
+
   // The cameras at their places, and the points that two of them see.
   CityMap MapOf(const std::vector<uint32_t>& cameras, ReconstructionId id,
                 const Sim3& world_from_truth = {}) const {
@@ -139,7 +143,9 @@ class SceneDatabase {
       std::vector<TrackElement> track;
       for (const uint32_t k : cameras) {
         const int feature = scene_.feature_of[k][i];
-        if (feature >= 0) track.push_back({ImageId(k + 1), static_cast<FeatureIndex>(feature)});
+        const bool is_near = IsNear(i % cameras.size(), k);
+        if (feature >= 0 && is_near)
+          track.push_back({ImageId(k + 1), static_cast<FeatureIndex>(feature)});
       }
       if (track.size() >= 2)
         map.AddPoint(track.front().image, world_from_truth * scene_.points[i], track);
@@ -169,6 +175,9 @@ class SceneDatabase {
   ThreadPool* pool() { return &pool_; }
 
  private:
+  bool IsNear(size_t first, uint32_t k) const {
+    return !track_reach_ || (k >= first && k <= first + *track_reach_);
+  }
   bool IsStored(uint32_t k) const {
     return std::find(stored_.begin(), stored_.end(), k) != stored_.end();
   }
@@ -180,6 +189,7 @@ class SceneDatabase {
   ThreadPool pool_;
   std::shared_ptr<rocksdb::FileSystem> disk_;
   std::vector<uint32_t> stored_;
+  std::optional<uint32_t> track_reach_;
 };
 
 // A loader, an empty map and default options over the newest snapshot of a scene's database.

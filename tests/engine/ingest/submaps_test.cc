@@ -32,8 +32,11 @@ class SubmapsTest : public testing::Test {
  protected:
   void Fill(uint32_t end) {
     scene_.AddImages(0, 24);
+    scene_.LimitTracks(2);  // the nearer the more points are shared
     ASSERT_EQ(scene_.AddReconstruction(Range(0, 6)), kCity);
-    if (end > 6) ASSERT_EQ(scene_.AddReconstruction(Range(6, end)), kOther);
+    if (end > 6) {
+      ASSERT_EQ(scene_.AddReconstruction(Range(6, end)), kOther);
+    }
     Put({{SubmapId(1), kCity, Ids(0, 3), 3}, {SubmapId(2), kCity, Ids(3, 6), 3}});
   }
   void Put(const std::vector<SubmapRecord>& submaps) {

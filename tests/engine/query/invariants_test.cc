@@ -275,7 +275,7 @@ TEST_F(InvariantsTest, EveryFieldThatIsNotFreeIsDetermined) {
 }
 
 TEST_F(InvariantsTest, WhatIsMissingLeftOverOrExchangedIsNoticed) {
-  ChangeEach("removed", 3, [&](Family family, const std::string& key) {
+  ChangeEach("removed", 6, [&](Family family, const std::string& key) {
     stored_->Delete(family, key);
     return true;
   });

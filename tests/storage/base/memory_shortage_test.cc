@@ -7,6 +7,7 @@
 #include <gtest/gtest.h>
 
 #include <new>
+#include <stdexcept>
 
 namespace veduta {
 namespace {
@@ -18,6 +19,13 @@ TEST(MemoryShortage, BecomesAStatusThatNamesThePurpose) {
   EXPECT_EQ(result.status().message().find("there is not enough memory to count the photos: "), 0u);
   const Status status = CatchShortage("count", []() -> Status { throw std::bad_alloc(); });
   EXPECT_EQ(status.code(), StatusCode::kNoMemory);
+}
+
+TEST(MemoryShortage, WhatIsNotThereIsNoShortage) {
+  const Status status =
+      CatchShortage("count", []() -> Status { throw std::out_of_range("map::at"); });
+  EXPECT_EQ(status.code(), StatusCode::kCorruption);
+  EXPECT_EQ(status.message(), "an invariant is broken, and so it failed to count: map::at");
 }
 
 TEST(MemoryShortage, WhatIsReturnedStaysAsItIs) {
