@@ -27,7 +27,6 @@
 #include "engine/door/calibration.h"
 #include "engine/door/dense.h"
 #include "engine/door/submission.h"
-#include "engine/door/vocabulary.h"
 
 namespace veduta {
 

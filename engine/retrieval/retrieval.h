@@ -9,7 +9,7 @@
 #include <optional>
 #include <vector>
 
-#include "engine/door/vocabulary.h"
+#include "engine/door/submission.h"
 #include "index/scoring.h"
 #include "index/vocabulary_trainer.h"
 #include "index/vocabulary_tree.h"

@@ -13,8 +13,8 @@ namespace veduta {
 
 // What `work` returns, a Status or a Result. kNoMemory where it throws; the message begins "there
 // is not enough memory to " and goes on with `purpose`, a verb and what it acts on. What was looked
-// up and is not there is no shortage: kCorruption. For work whose libraries throw nothing else. `work` must leave nothing half done that is used later.
-// Thread-safe.
+// up and is not there is no shortage: kCorruption. For work whose libraries throw nothing else.
+// `work` must leave nothing half done that is used later. Thread-safe.
 template <typename Work>
 auto CatchShortage(const std::string& purpose, Work&& work) -> decltype(work()) {
   try {
