@@ -29,12 +29,11 @@ TEST(DueWork, AdjustmentsFollowTheGrowth) {
   record.image_count = 1100;
   EXPECT_TRUE(IsAdjustmentDue(record, false, schedule));
   EXPECT_FALSE(IsAdjustmentDue(record, true, schedule)) << "its submaps are";
-  record.images_at_adjustment = 400;
-  record.image_count = 599;
+  record.image_count = 1199;
   EXPECT_FALSE(IsAdjustmentDue(record, true, schedule));
-  record.image_count = 600;
+  record.image_count = 1200;
   EXPECT_TRUE(IsAdjustmentDue(record, true, schedule));
-  record.image_count = 601;
+  record.image_count = 2001;
   EXPECT_FALSE(IsAdjustmentDue(record, true, schedule)) << "it is too large by now";
   record.images_at_adjustment = 0;
   EXPECT_TRUE(IsAdjustmentDue(record, true, schedule)) << "somebody has forbidden a pair";
