@@ -103,14 +103,8 @@ Result<AdjustedWhole> AdjustWhole(const IngestParts& parts, ReconstructionId rec
   VEDUTA_RETURN_IF_ERROR(is_as_it_was
                              ? MakeHypothesesDue(*scope.base, reconstruction, {}, transaction)
                              : DropHypotheses(*scope.base, reconstruction, transaction));
-  AppendJournal({0,
-                 0,
-                 "veduta",
-                 "adjust",
-                 {},
-                 reconstruction,
-                 std::to_string(record.image_count) + " images"},
-                &state, transaction);
+  const std::string detail = std::to_string(record.image_count) + " images";
+  AppendJournal({0, 0, "veduta", "adjust", {}, reconstruction, detail}, &state, transaction);
   transaction->PutState(state);
   VEDUTA_RETURN_IF_ERROR(transaction->Commit());
   parts.map->ClearChanges();

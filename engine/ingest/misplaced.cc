@@ -1,12 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "engine/ingest/misplaced.h"
 
-#include <algorithm>
-#include <functional>
-#include <map>
 #include <optional>
-#include <utility>
 
+#include "engine/mapping/covisible_images.h"
 #include "engine/mapping/resection.h"
 #include "engine/mapping/structure_matches.h"
 #include "storage/base/content_hash.h"
@@ -31,24 +28,6 @@ Result<std::vector<PairMatches>> PairsInto(const MappingContext& context, ImageI
     pairs.push_back(MatchesFrom(stored, image));
   }
   return pairs;
-}
-
-// The images that see most of the view's points, itself excepted.
-std::vector<ImageId> ImagesAround(const CityMap& map, const MapImage& view, size_t count_max) {
-  std::map<ImageId, size_t> shared;
-  for (const PointId id : view.points) {
-    const PointRecord* const point = id.valid() ? map.FindPoint(id) : nullptr;
-    if (point == nullptr) continue;
-    for (const TrackElement& element : point->track) {
-      if (element.image != view.id) ++shared[element.image];
-    }
-  }
-  std::vector<std::pair<ImageId, size_t>> ranked(shared.begin(), shared.end());
-  std::ranges::stable_sort(ranked, std::greater<>(), &std::pair<ImageId, size_t>::second);
-  if (ranked.size() > count_max) ranked.resize(count_max);
-  std::vector<ImageId> images;
-  for (const auto& [id, count] : ranked) images.push_back(id);
-  return images;
 }
 
 // What the image would lack in that reconstruction; nothing where it has no sure pose there.
@@ -77,7 +56,7 @@ Result<std::optional<VisibleStructure>> JudgeIn(const MappingContext& context, I
 
 Result<VisibleStructure> JudgeView(const MappingContext& context, const MapImage& view) {
   const DoubtOptions& options = context.options.doubt;
-  const std::vector<ImageId> around = ImagesAround(*context.map, view, options.images_max);
+  const std::vector<ImageId> around = CovisibleImages(*context.map, view, options.images_max);
   VEDUTA_RETURN_IF_ERROR(context.loader->LoadNeighborhood(around));
   return FindAround(*context.map, view, around, options);
 }

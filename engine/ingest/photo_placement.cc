@@ -132,14 +132,6 @@ Result<const PoseCandidate*> ChoosePose(const MappingContext& context, const Ima
   return best;
 }
 
-// What the pictures around the placed photo see, and it does not.
-Result<VisibleStructure> JudgePlaced(const MappingContext& context, ImageId photo) {
-  const DoubtOptions& options = context.options.doubt;
-  const std::vector<ImageId> around = CovisibleImages(*context.map, photo, options.images_max);
-  VEDUTA_RETURN_IF_ERROR(context.loader->LoadNeighborhood(around));
-  return FindAround(*context.map, context.map->image(photo), around, options);
-}
-
 // Whether so few images have come since what the photo is in was last judged that it can wait.
 Result<bool> IsFreshlyJudged(const MappingContext& context, ImageId photo,
                              std::span<const ImageId> near) {
@@ -188,7 +180,7 @@ Status PlaceAt(const MappingContext& context, const PhotoAtHand& at_hand, const 
   context.map->PlaceImage(std::move(image));
   GrowAndRefine(context.map, id, at_hand.putative, options.growth);
   NotePlaced(at_hand.photo, pose, placement);
-  VEDUTA_ASSIGN_OR_RETURN(*visible, JudgePlaced(context, id));
+  VEDUTA_ASSIGN_OR_RETURN(*visible, JudgeView(context, context.map->image(id)));
   if (IsContradicted(*visible, options.doubt)) return Status::Ok();
   const std::vector<ImageId> near = CovisibleImages(*context.map, id, options.local_images_max);
   VEDUTA_RETURN_IF_ERROR(MergeWhatItJoins(context, at_hand, near, placement));
@@ -203,7 +195,7 @@ Status PlaceAt(const MappingContext& context, const PhotoAtHand& at_hand, const 
   placement->map_ms += watch->LapMs();
   VEDUTA_RETURN_IF_ERROR(AdjustAround(context, id, options.local_images_max));
   placement->adjust_ms += watch->LapMs();
-  VEDUTA_ASSIGN_OR_RETURN(*visible, JudgePlaced(context, id));
+  VEDUTA_ASSIGN_OR_RETURN(*visible, JudgeView(context, context.map->image(id)));
   if (placement->merges.empty()) {
     VEDUTA_ASSIGN_OR_RETURN(placement->raises_doubt, RaisesDoubt(context, id));
   }

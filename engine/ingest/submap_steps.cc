@@ -151,15 +151,10 @@ Status PartReconstruction(const IngestParts& parts, ReconstructionId reconstruct
   record.images_at_adjustment = record.image_count;
   scope.transaction->PutReconstruction(record);
   VEDUTA_ASSIGN_OR_RETURN(DatabaseState state, scope.base->GetState());
-  AppendJournal({0,
-                 0,
-                 "veduta",
-                 "adjust",
-                 {},
-                 reconstruction,
-                 "in " + std::to_string(found.size()) + " submaps, " +
-                     std::to_string(record.image_count) + " images"},
-                &state, scope.transaction.get());
+  const std::string detail = "in " + std::to_string(found.size()) + " submaps, " +
+                             std::to_string(record.image_count) + " images";
+  AppendJournal({0, 0, "veduta", "adjust", {}, reconstruction, detail}, &state,
+                scope.transaction.get());
   scope.transaction->PutState(state);
   return scope.transaction->Commit();
 }
@@ -179,15 +174,9 @@ Result<AdjustedWhole> AdjustSubmap(const IngestParts& parts, ReconstructionId re
   HealingWriter writer(parts, scope, reconstruction, &state);
   if (!is_reshaped) {
     VEDUTA_RETURN_IF_ERROR(AdjustAndWrite(parts, scope, record, &writer, &submaps));
-    AppendJournal({0,
-                   0,
-                   "veduta",
-                   "adjust",
-                   {},
-                   reconstruction,
-                   std::to_string(record.images.size()) + " images of submap " +
-                       std::to_string(submap.value)},
-                  &state, transaction);
+    const std::string detail =
+        std::to_string(record.images.size()) + " images of submap " + std::to_string(submap.value);
+    AppendJournal({0, 0, "veduta", "adjust", {}, reconstruction, detail}, &state, transaction);
   }
   submaps.Write(transaction);
   transaction->PutState(state);

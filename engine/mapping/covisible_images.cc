@@ -6,19 +6,16 @@
 #include <utility>
 
 namespace veduta {
+namespace {
 
-std::vector<ImageId> CovisibleImages(const CityMap& map, ImageId image, size_t count_max) {
-  return CovisibleImages(map, image, count_max, {});
-}
-
-std::vector<ImageId> CovisibleImages(const CityMap& map, ImageId image, size_t count_max,
-                                     std::span<const ImageId> among) {
+std::vector<ImageId> Rank(const CityMap& map, const MapImage& view, size_t count_max,
+                          std::span<const ImageId> among) {
   std::unordered_map<ImageId, uint32_t> shared;
-  for (const PointId id : map.image(image).points) {
+  for (const PointId id : view.points) {
     const PointRecord* point = id.valid() ? map.FindPoint(id) : nullptr;
     if (point == nullptr) continue;
     for (const TrackElement& element : point->track) {
-      if (element.image != image) ++shared[element.image];
+      if (element.image != view.id) ++shared[element.image];
     }
   }
   std::vector<std::pair<ImageId, uint32_t>> ranked;
@@ -34,6 +31,21 @@ std::vector<ImageId> CovisibleImages(const CityMap& map, ImageId image, size_t c
   std::vector<ImageId> images;
   for (size_t i = 0; i < count; ++i) images.push_back(ranked[i].first);
   return images;
+}
+
+}  // namespace
+
+std::vector<ImageId> CovisibleImages(const CityMap& map, ImageId image, size_t count_max) {
+  return Rank(map, map.image(image), count_max, {});
+}
+
+std::vector<ImageId> CovisibleImages(const CityMap& map, const MapImage& view, size_t count_max) {
+  return Rank(map, view, count_max, {});
+}
+
+std::vector<ImageId> CovisibleImages(const CityMap& map, ImageId image, size_t count_max,
+                                     std::span<const ImageId> among) {
+  return Rank(map, map.image(image), count_max, among);
 }
 
 }  // namespace veduta

@@ -58,6 +58,16 @@ class SubmapsTest : public testing::Test {
     for (const ImageId id : Ids(fresh, end)) map.SetPose(id, map.image(id).cam_from_world);
     return map;
   }
+  // What is written once the other has been merged into the city around these images.
+  std::vector<SubmapRecord> Merged(const CityMap& map, const std::vector<ImageId>& around) {
+    Submaps submaps = Read();
+    Placement placement;
+    placement.reconstruction = kCity;
+    placement.merges = {{kOther, {}, 0, ""}};
+    placement.around = around;
+    EXPECT_OK(submaps.FollowPlacement(map, *scene_.Snap(), placement));
+    return Written(submaps);
+  }
 
   SceneDatabase scene_{kArc};
 };
@@ -96,13 +106,7 @@ TEST_F(SubmapsTest, APhotoJoinsTheNearest) {
 
 TEST_F(SubmapsTest, ASmallPartThatIsMergedJoins) {
   Fill(10);
-  Submaps submaps = Read();
-  Placement placement;
-  placement.reconstruction = kCity;
-  placement.merges = {{kOther, {}, 0, ""}};
-  placement.around = Ids(0, 2);
-  ASSERT_OK(submaps.FollowPlacement(Grown(6, 10), *scene_.Snap(), placement));
-  const std::vector<SubmapRecord> written = Written(submaps);
+  const std::vector<SubmapRecord> written = Merged(Grown(6, 10), Ids(0, 2));
   ASSERT_EQ(written.size(), 2u);
   EXPECT_EQ(written[1].images, Ids(3, 10));
   EXPECT_EQ(written[0].images_at_adjustment, 3u) << "so few make nothing due";
@@ -110,13 +114,7 @@ TEST_F(SubmapsTest, ASmallPartThatIsMergedJoins) {
 
 TEST_F(SubmapsTest, ALargePartThatIsMergedBecomesOne) {
   Fill(24);
-  Submaps submaps = Read();
-  Placement placement;
-  placement.reconstruction = kCity;
-  placement.merges = {{kOther, {}, 0, ""}};
-  placement.around = Ids(5, 8);
-  ASSERT_OK(submaps.FollowPlacement(Grown(6, 24), *scene_.Snap(), placement));
-  const std::vector<SubmapRecord> written = Written(submaps);
+  const std::vector<SubmapRecord> written = Merged(Grown(6, 24), Ids(5, 8));
   ASSERT_EQ(written.size(), 3u);
   EXPECT_EQ(written[2].images, Ids(6, 24));
   EXPECT_EQ(written[2].images_at_adjustment, 0u);

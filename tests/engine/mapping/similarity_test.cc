@@ -32,6 +32,13 @@ TEST(Similarity, IsExactAndRobust) {
   EXPECT_FALSE(EstimateSimilarity(a, b, near, 41, 7).has_value());
 }
 
+// A similarity to be found.
+Sim3 ATurn() {
+  return {2.5,
+          Eigen::Quaterniond(Eigen::AngleAxisd(0.4, Eigen::Vector3d(1, 2, 3).normalized())),
+          {1, -2, 3}};
+}
+
 // What the cameras of `poses` see of the scene's points, the points and the cameras each carried to
 // a frame of their own; every fifth is another point's.
 std::vector<CrossSighting> Sightings(const SyntheticScene& scene, std::span<const Rigid3> poses,
@@ -50,10 +57,7 @@ std::vector<CrossSighting> Sightings(const SyntheticScene& scene, std::span<cons
 
 TEST(Similarity, IsRefinedByWhatIsSeenAcross) {
   const SyntheticScene scene = MakeScene({});
-  const Sim3 b_from_a{
-      2.5,
-      Eigen::Quaterniond(Eigen::AngleAxisd(0.4, Eigen::Vector3d(1, 2, 3).normalized())),
-      {1, -2, 3}};
+  const Sim3 b_from_a = ATurn();
   const std::span<const Rigid3> poses(scene.poses);
   const auto in_b = Sightings(scene, poses.first(2), b_from_a, {}),
              in_a = Sightings(scene, poses.subspan(2, 2), {}, b_from_a);
@@ -74,10 +78,7 @@ TEST(Similarity, IsRefinedByWhatIsSeenAcross) {
 
 TEST(Similarity, TheCovarianceIsThatOfNoisySightings) {
   const SyntheticScene scene = MakeScene({});
-  const Sim3 b_from_a{
-      2.5,
-      Eigen::Quaterniond(Eigen::AngleAxisd(0.4, Eigen::Vector3d(1, 2, 3).normalized())),
-      {1, -2, 3}};
+  const Sim3 b_from_a = ATurn();
   const std::span<const Rigid3> poses(scene.poses);
   auto in_b = Sightings(scene, poses.first(2), b_from_a, {}),
        in_a = Sightings(scene, poses.subspan(2, 2), {}, b_from_a);
