@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // veduta forbid DB A B [--reconstructions] [--by WHO] [--reason TEXT]
+// veduta forbid DB PHOTO --pose [--by WHO] [--reason TEXT]
 // veduta allow DB A B [--reconstructions] [--by WHO] [--reason TEXT]
+// veduta allow DB PHOTO --pose [--by WHO] [--reason TEXT]
 // veduta forbidden DB [--json]
 #include "cli/command.h"
 #include "cli/wire/removal_json.h"
@@ -11,11 +13,13 @@ namespace {
 struct ForbidArguments {
   std::string db;
   ForbidRequest request;
-  bool reconstructions = false;
+  bool reconstructions = false, pose = false;
 };
 
 int State(ForbidArguments arguments, Status (Engine::*state)(const ForbidRequest&)) {
   if (arguments.reconstructions) arguments.request.kind = ForbidKind::kMerge;
+  if (arguments.pose) arguments.request.kind = ForbidKind::kPose;
+  if (const Status usage = arguments.request.Check(); !usage.ok()) return FailUsage(usage);
   const auto engine = OpenToWrite(arguments.db);
   if (!engine.ok()) return Fail(engine.status());
   const Status stated = (engine->get()->*state)(arguments.request);
@@ -29,6 +33,8 @@ std::string Text(const ForbiddenAnswer& forbidden) {
     return "reconstructions " + std::to_string(forbidden.reconstruction_a.value) + " and " +
            std::to_string(forbidden.reconstruction_b.value) + " are not merged" + who;
   }
+  if (forbidden.kind == ForbidKind::kPose)
+    return Printable(forbidden.name_a) + " has no pose" + who;
   return Printable(forbidden.name_a) + " and " + Printable(forbidden.name_b) +
          " do not show the same place" + who;
 }
@@ -53,9 +59,12 @@ void RegisterStatement(CLI::App* app, const char* name, const char* help,
   command->add_option("DB", arguments->db, "Database")->required();
   command->add_option("A", arguments->request.a, "Name of a photo, or # and its number")
       ->required();
-  command->add_option("B", arguments->request.b, "The other one")->required();
-  command->add_flag("--reconstructions", arguments->reconstructions,
-                    "A and B are numbers of reconstructions, which must not be merged");
+  command->add_option("B", arguments->request.b, "The other one; none with --pose");
+  CLI::Option* const reconstructions =
+      command->add_flag("--reconstructions", arguments->reconstructions,
+                        "A and B are numbers of reconstructions, which must not be merged");
+  command->add_flag("--pose", arguments->pose, "A is a photo that must not have a pose")
+      ->excludes(reconstructions);
   command->add_option("--by", arguments->request.actor, "Who says so")->capture_default_str();
   command->add_option("--reason", arguments->request.reason, "Why, for people");
   command->callback([=] { *exit_code = State(*arguments, state); });
@@ -64,7 +73,8 @@ void RegisterStatement(CLI::App* app, const char* name, const char* help,
 }  // namespace
 
 void RegisterForbid(CLI::App* app, int* exit_code) {
-  RegisterStatement(app, "forbid", "State that two photos do not show the same place",
+  RegisterStatement(app, "forbid",
+                    "State that two photos do not show the same place, or that a pose is wrong",
                     &Engine::Forbid, exit_code);
   RegisterStatement(app, "allow", "Take back what `forbid` has stated", &Engine::Allow, exit_code);
   auto db = std::make_shared<std::string>();

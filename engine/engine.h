@@ -169,10 +169,13 @@ class Engine final {
   Result<RemoveAnswer> Remove(const RemoveRequest& request, std::stop_token stop = {},
                               const std::function<void(const RemovedPhoto&)>& report = {});
   // A fact that a person states and that placing photos obeys from then on: a forbidden pair is
-  // deleted where there is one, and never verified again; a forbidden merge is not made. kNotFound;
-  // kInvalidArgument where the two are one.
+  // deleted where there is one, and never verified again; a forbidden merge is not made; a photo
+  // whose pose is forbidden loses it, with what cannot stand without it, and gets none again.
+  // kNotFound; kInvalidArgument where the two are one.
   Status Forbid(const ForbidRequest& request);
-  Status Allow(const ForbidRequest& request);  // takes it back; kNotFound where it was not stated
+  // Takes it back; kNotFound where it was not stated. A photo whose pose was forbidden is tried
+  // again by what follows from photos (Settle).
+  Status Allow(const ForbidRequest& request);
 
   // Trains a vocabulary from the stored photos now, and switches to it. kInvalidArgument for a
   // shape outside its bounds; kBusy where somebody else has switched meanwhile.

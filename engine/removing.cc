@@ -60,15 +60,30 @@ Result<ReconstructionId> ParseReconstruction(const std::string& text) {
   return ReconstructionId(number);
 }
 
-// The two that a request names.
+ForbiddenKind StoredKind(ForbidKind kind) {
+  switch (kind) {
+    case ForbidKind::kPair:
+      return ForbiddenKind::kPair;
+    case ForbidKind::kMerge:
+      return ForbiddenKind::kMerge;
+    case ForbidKind::kPose:
+      break;
+  }
+  return ForbiddenKind::kPose;
+}
+
+// What a request names.
 Result<ForbiddenRecord> RecordOf(const Snapshot& snapshot, const ForbidRequest& request) {
+  VEDUTA_RETURN_IF_ERROR(request.Check());
   ForbiddenRecord record;
+  record.kind = StoredKind(request.kind);
   record.actor = request.actor;
   record.reason = request.reason;
+  const bool is_pose = request.kind == ForbidKind::kPose;
   uint32_t* const ids[] = {&record.a, &record.b};
-  const std::string* const names[] = {&request.a, &request.b};
+  const std::string* const names[] = {&request.a, is_pose ? &request.a : &request.b};
   for (int i = 0; i < 2; ++i) {
-    if (request.kind == ForbidKind::kPair) {
+    if (request.kind != ForbidKind::kMerge) {
       VEDUTA_ASSIGN_OR_RETURN(const ImageRecord image, FindImage(snapshot, *names[i]));
       *ids[i] = image.id.value;
     } else {
@@ -76,7 +91,6 @@ Result<ForbiddenRecord> RecordOf(const Snapshot& snapshot, const ForbidRequest& 
       *ids[i] = id.value;
     }
   }
-  record.kind = request.kind == ForbidKind::kPair ? ForbiddenKind::kPair : ForbiddenKind::kMerge;
   return record;
 }
 
@@ -85,6 +99,15 @@ Result<ForbiddenRecord> RecordOf(const Snapshot& snapshot, const ForbidRequest& 
 Status RemoveRequest::Check() const {
   if (!photos.empty() && !contributor.empty())
     return Status::InvalidArgument("photos and a contributor exclude each other");
+  return Status::Ok();
+}
+
+Status ForbidRequest::Check() const {
+  const bool is_pose = kind == ForbidKind::kPose;
+  if (a.empty() || (b.empty() && !is_pose))
+    return Status::InvalidArgument("a pair and a merge are of two: only one is given");
+  if (is_pose && !b.empty())
+    return Status::InvalidArgument("a pose is that of one photo: '" + b + "' is one too many");
   return Status::Ok();
 }
 
@@ -134,6 +157,8 @@ Status Engine::Forbid(const ForbidRequest& request) {
   Writer::Turn turn = parts_->writer->Take();
   WriteScope scope = BeginWrite(&turn.database());
   VEDUTA_ASSIGN_OR_RETURN(ForbiddenRecord record, RecordOf(*scope.base, request));
+  if (record.kind == ForbiddenKind::kPose)
+    return parts_->ingest->ForbidPose(ImageId(record.a), record.actor, record.reason);
   return veduta::Forbid(std::move(record), std::move(scope));
 }
 

@@ -20,11 +20,16 @@ Json ToJson(const RemoveAnswer& answer) {
 }
 
 Json ToJson(const ForbiddenAnswer& forbidden) {
+  const bool is_merge = forbidden.kind == ForbidKind::kMerge;
   const bool is_pair = forbidden.kind == ForbidKind::kPair;
-  return {{"kind", is_pair ? "pair" : "merge"},
-          {"a", is_pair ? ToJson(forbidden.image_a) : ToJson(forbidden.reconstruction_a)},
-          {"b", is_pair ? ToJson(forbidden.image_b) : ToJson(forbidden.reconstruction_b)},
-          {"image_a", is_pair ? Json(forbidden.name_a) : Json(nullptr)},
+  Json b = is_pair ? ToJson(forbidden.image_b) : Json(nullptr);
+  if (is_merge) b = ToJson(forbidden.reconstruction_b);
+  return {{"kind", is_merge  ? "merge"
+                   : is_pair ? "pair"
+                             : "pose"},
+          {"a", is_merge ? ToJson(forbidden.reconstruction_a) : ToJson(forbidden.image_a)},
+          {"b", std::move(b)},
+          {"image_a", is_merge ? Json(nullptr) : Json(forbidden.name_a)},
           {"image_b", is_pair ? Json(forbidden.name_b) : Json(nullptr)},
           {"time", forbidden.time_unix_s},
           {"actor", forbidden.actor},

@@ -160,20 +160,24 @@ struct VocabularyRequest {
   uint32_t sample = 0;
 };
 
-enum class ForbidKind : uint8_t { kPair, kMerge };
+enum class ForbidKind : uint8_t { kPair, kMerge, kPose };
 
-// Two photos that do not show the same place, or two reconstructions that must not be merged.
+// Two photos that do not show the same place, two reconstructions that must not be merged, or a
+// photo that must not have a pose.
 struct ForbidRequest {
   ForbidKind kind = ForbidKind::kPair;
-  std::string a, b;                 // photos by name or "#" and number; reconstructions by number
+  // Photos by name or "#" and number; reconstructions by number. Of kPose b is empty.
+  std::string a, b;
   std::string actor = "anonymous";  // who says so
   std::string reason;               // for people
+
+  Status Check() const;
 };
 
 struct ForbiddenAnswer {
   ForbidKind kind = ForbidKind::kPair;
-  ImageId image_a, image_b;                             // kPair, a < b
-  std::string name_a, name_b;                           // kPair: of the photos
+  ImageId image_a, image_b;                             // kPair, a < b; kPose: the first
+  std::string name_a, name_b;                           // of these photos
   ReconstructionId reconstruction_a, reconstruction_b;  // kMerge, a < b
   int64_t time_unix_s = 0;
   std::string actor, reason;

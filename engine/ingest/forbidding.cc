@@ -4,7 +4,9 @@
 #include <algorithm>
 #include <ctime>
 
+#include "engine/ingest/dense_removal.h"
 #include "engine/ingest/hypotheses.h"
+#include "engine/ingest/pose_removal.h"
 #include "engine/journal/journal.h"
 #include "engine/query/forbidden.h"
 
@@ -16,8 +18,12 @@ std::string TwoText(ForbiddenKind kind, uint32_t a, uint32_t b) {
          " and " + std::to_string(b);
 }
 
-std::string EntryText(ForbiddenKind kind, uint32_t a, uint32_t b, const std::string& reason) {
-  return TwoText(kind, a, b) + (reason.empty() ? "" : ": " + reason);
+std::string PoseText(ImageId image) {
+  return "the pose of image " + std::to_string(image.value);
+}
+
+std::string WithReason(const std::string& what, const std::string& reason) {
+  return what + (reason.empty() ? "" : ": " + reason);
 }
 
 // That the two exist, and are not one.
@@ -64,12 +70,20 @@ Status DropForbidden(const Snapshot& snapshot, ReconstructionId a, Reconstructio
   return Status::Ok();
 }
 
-Status Journal(const std::string& action, const std::string& actor, const std::string& detail,
-               const WriteScope& scope) {
-  VEDUTA_ASSIGN_OR_RETURN(DatabaseState state, scope.base->GetState());
-  AppendJournal({0, 0, actor, action, {}, {}, detail}, &state, scope.transaction.get());
+Status CommitWith(JournalRecord entry, DatabaseState state, const WriteScope& scope) {
+  AppendJournal(std::move(entry), &state, scope.transaction.get());
   scope.transaction->PutState(state);
   return scope.transaction->Commit();
+}
+
+// Takes the pose with all that stands on it alone.
+Status TakePose(const IngestParts& parts, const WriteScope& scope, const PoseRecord& pose,
+                DatabaseState* state) {
+  const std::string why = "too few points hold it since " + PoseText(pose.image) + " was forbidden";
+  VEDUTA_ASSIGN_OR_RETURN(std::vector<ImageId> unplaced,
+                          RemovePose(parts, scope, pose, why, state));
+  unplaced.push_back(pose.image);
+  return RemoveFromDense(*scope.base, unplaced, scope.transaction.get()).status();
 }
 
 }  // namespace
@@ -94,17 +108,51 @@ Status Forbid(ForbiddenRecord forbidden, WriteScope scope) {
     VEDUTA_RETURN_IF_ERROR(DropForbidden(*scope.base, ReconstructionId(forbidden.a),
                                          ReconstructionId(forbidden.b), scope.transaction.get()));
   }
-  return Journal("forbid", forbidden.actor,
-                 EntryText(forbidden.kind, forbidden.a, forbidden.b, forbidden.reason), scope);
+  const std::string two = TwoText(forbidden.kind, forbidden.a, forbidden.b);
+  VEDUTA_ASSIGN_OR_RETURN(DatabaseState state, scope.base->GetState());
+  return CommitWith({0, 0, forbidden.actor, "forbid", {}, {}, WithReason(two, forbidden.reason)},
+                    std::move(state), scope);
+}
+
+Status ForbidPose(const IngestParts& parts, ImageId image, const std::string& actor,
+                  const std::string& reason, WriteScope scope) {
+  Transaction* const transaction = scope.transaction.get();
+  VEDUTA_ASSIGN_OR_RETURN(ImageRecord record, scope.base->GetImage(image));
+  if (record.verdict == Verdict::kRejected)
+    return Status::InvalidArgument(record.name + " was rejected and never has a pose");
+  VEDUTA_ASSIGN_OR_RETURN(const bool is_known, IsPoseForbidden(*scope.base, image));
+  if (is_known) return Status::Ok();
+  VEDUTA_ASSIGN_OR_RETURN(DatabaseState state, scope.base->GetState());
+  VEDUTA_ASSIGN_OR_RETURN(const std::optional<PoseRecord> pose, scope.base->FindPose(image));
+  if (pose) VEDUTA_RETURN_IF_ERROR(TakePose(parts, scope, *pose, &state));
+  std::erase(state.pending_propagation, image);
+  record.verdict = Verdict::kPostponed;
+  record.reason = Reason::kForbidden;
+  record.detail = kPoseForbiddenDetail;
+  transaction->PutImage(record);
+  transaction->PutForbidden(
+      {ForbiddenKind::kPose, image.value, image.value, std::time(nullptr), actor, reason});
+  VEDUTA_RETURN_IF_ERROR(
+      CommitWith({0, 0, actor, "forbid", image, pose ? pose->reconstruction : ReconstructionId(),
+                  WithReason(PoseText(image), reason)},
+                 std::move(state), scope));
+  parts.map->ClearChanges();
+  return Status::Ok();
 }
 
 Status Allow(ForbiddenKind kind, uint32_t a, uint32_t b, const std::string& actor,
              const std::string& reason, WriteScope scope) {
   if (a > b) std::swap(a, b);
+  const bool is_pose = kind == ForbiddenKind::kPose;
+  const std::string what = is_pose ? PoseText(ImageId(a)) : TwoText(kind, a, b);
   VEDUTA_ASSIGN_OR_RETURN(const bool is_known, scope.base->IsForbidden(kind, a, b));
-  if (!is_known) return Status::NotFound(TwoText(kind, a, b) + " are not forbidden");
+  if (!is_known) return Status::NotFound(what + (is_pose ? " is" : " are") + " not forbidden");
   scope.transaction->DeleteForbidden(kind, a, b);
-  return Journal("allow", actor, EntryText(kind, a, b, reason), scope);
+  VEDUTA_ASSIGN_OR_RETURN(DatabaseState state, scope.base->GetState());
+  const ImageId image = is_pose ? ImageId(a) : ImageId();
+  if (is_pose) state.pending_propagation.push_back(image);
+  return CommitWith({0, 0, actor, "allow", image, {}, WithReason(what, reason)}, std::move(state),
+                    scope);
 }
 
 }  // namespace veduta

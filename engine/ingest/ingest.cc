@@ -2,6 +2,7 @@
 #include "engine/ingest/ingest.h"
 
 #include "engine/ingest/follow_up_steps.h"
+#include "engine/ingest/forbidding.h"
 #include "engine/ingest/judging.h"
 #include "engine/ingest/photo_locator.h"
 #include "engine/ingest/photo_removal.h"
@@ -206,6 +207,14 @@ Result<RemovedPhoto> Ingest::Remove(ImageId image, const std::string& actor,
   });
   if (!removed.ok()) map_.Clear();
   return removed;
+}
+
+Status Ingest::ForbidPose(ImageId image, const std::string& actor, const std::string& reason) {
+  const Status forbidden = CatchShortage("forbid the pose", [&] {
+    return veduta::ForbidPose(parts_, image, actor, reason, BeginWrite(parts_.database));
+  });
+  if (!forbidden.ok()) map_.Clear();
+  return forbidden;
 }
 
 Result<std::optional<DueStep>> Ingest::FindStep(const Snapshot& snapshot) const {

@@ -38,6 +38,10 @@ class Ingest final {
   // Takes a stored photo out and commits: RemovePhoto. An error means that nothing has changed.
   Result<RemovedPhoto> Remove(ImageId image, const std::string& actor, const std::string& why);
 
+  // Takes a photo's pose and commits that it gets none: ForbidPose. An error means that nothing has
+  // changed.
+  Status ForbidPose(ImageId image, const std::string& actor, const std::string& reason);
+
   // Runs and commits the next step that is due; none when nothing is, or nothing but a vocabulary
   // (IsTrainingDue). A step that fails says so in `status`, leaves nothing visible and is passed
   // over from then on, until this object is made anew. Where the state cannot even be read, one

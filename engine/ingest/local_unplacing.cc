@@ -26,11 +26,6 @@ std::set<ImageId> ImagesAround(const CityMap& map, ImageId image) {
   return around;
 }
 
-uint32_t CountObservations(const MapImage& image) {
-  return static_cast<uint32_t>(
-      std::ranges::count_if(image.points, [](PointId point) { return point.valid(); }));
-}
-
 // Takes poses one after another.
 class Unplacer final {
  public:
@@ -65,6 +60,11 @@ class Unplacer final {
 };
 
 }  // namespace
+
+uint32_t CountObservations(const MapImage& image) {
+  return static_cast<uint32_t>(
+      std::ranges::count_if(image.points, [](PointId point) { return point.valid(); }));
+}
 
 Result<std::vector<ImageId>> UnplaceWithDependents(std::span<const ImageId> images,
                                                    uint32_t observations_min, MapLoader* loader,

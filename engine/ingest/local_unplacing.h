@@ -15,6 +15,9 @@
 
 namespace veduta {
 
+// The points that an image in the map sees. O(its features).
+uint32_t CountObservations(const MapImage& image);
+
 // Takes the poses of these images of one reconstruction in the map. Then, in ascending ids and
 // until nothing changes, those of the images that shared points with one that lost its own and see
 // fewer than `observations_min` points now; and all of them where fewer than three images would be

@@ -4,6 +4,8 @@
 #include <algorithm>
 
 #include "engine/ingest/doubt.h"
+#include "engine/ingest/forbidding.h"
+#include "engine/ingest/local_unplacing.h"
 #include "engine/ingest/merging.h"
 #include "engine/ingest/misplaced.h"
 #include "engine/ingest/pose_search.h"
@@ -11,6 +13,7 @@
 #include "engine/ingest/submaps.h"
 #include "engine/ingest/surroundings.h"
 #include "engine/mapping/agreeing_growth.h"
+#include "engine/query/forbidden.h"
 #include "storage/base/stopwatch.h"
 
 namespace veduta {
@@ -95,11 +98,6 @@ void NotePlaced(const ImageFeatures& photo, const PoseCandidate& pose, Placement
   if (pose.along.valid()) {
     placement->detail += ", along the baseline to image " + std::to_string(pose.along.value);
   }
-}
-
-uint32_t CountPoints(const MapImage& image) {
-  return static_cast<uint32_t>(std::count_if(image.points.begin(), image.points.end(),
-                                             [](PointId id) { return id.valid(); }));
 }
 
 // What the photo would lack at that pose.
@@ -218,11 +216,28 @@ Placement PostponedForMissing(const VisibleStructure& visible, ReconstructionId 
   return postponed;
 }
 
-}  // namespace
+Placement PostponedForForbidden() {
+  Placement postponed;
+  postponed.reason = Reason::kForbidden;
+  postponed.detail = kPoseForbiddenDetail;
+  return postponed;
+}
 
-Result<Placement> PlacePhoto(const MappingContext& context, const ImageFeatures& photo,
-                             std::span<const PairMatches> pairs,
-                             ReconstructionId new_reconstruction, uint64_t seed) {
+// Without those of photos that must not have a pose: they found nothing, and a photo whose matches
+// lead to them need not wait for them.
+Result<std::vector<PairMatches>> WithoutForbidden(const Snapshot& snapshot,
+                                                  std::span<const PairMatches> pairs) {
+  std::vector<PairMatches> allowed;
+  for (const PairMatches& pair : pairs) {
+    VEDUTA_ASSIGN_OR_RETURN(const bool is_forbidden, IsPoseForbidden(snapshot, pair.other));
+    if (!is_forbidden) allowed.push_back(pair);
+  }
+  return allowed;
+}
+
+Result<Placement> PlaceByPairs(const MappingContext& context, const ImageFeatures& photo,
+                               std::span<const PairMatches> pairs,
+                               ReconstructionId new_reconstruction, uint64_t seed) {
   Stopwatch watch;
   std::vector<ImageId> neighbors;
   for (const PairMatches& pair : pairs) neighbors.push_back(pair.other);
@@ -255,12 +270,25 @@ Result<Placement> PlacePhoto(const MappingContext& context, const ImageFeatures&
     }
     return placement;
   }
-  const uint32_t seen = CountPoints(context.map->image(photo.id));
+  const uint32_t seen = CountObservations(context.map->image(photo.id));
   if (seen < context.options.observations_min) {
     context.map->Clear();
     return PostponedForPoints(seen, context.options.observations_min);
   }
   return placement;
+}
+
+}  // namespace
+
+Result<Placement> PlacePhoto(const MappingContext& context, const ImageFeatures& photo,
+                             std::span<const PairMatches> pairs,
+                             ReconstructionId new_reconstruction, uint64_t seed) {
+  const Snapshot& snapshot = context.loader->snapshot();
+  VEDUTA_ASSIGN_OR_RETURN(const bool is_forbidden, IsPoseForbidden(snapshot, photo.id));
+  if (is_forbidden) return PostponedForForbidden();
+  VEDUTA_ASSIGN_OR_RETURN(const std::vector<PairMatches> allowed,
+                          WithoutForbidden(snapshot, pairs));
+  return PlaceByPairs(context, photo, allowed, new_reconstruction, seed);
 }
 
 }  // namespace veduta

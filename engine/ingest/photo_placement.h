@@ -12,7 +12,8 @@
 namespace veduta {
 
 // Places a photo by its verified pairs. `new_reconstruction` is the id that a founded
-// reconstruction takes; where it is not valid(), the photo founds none. When the photo is
+// reconstruction takes; where it is not valid(), the photo founds none. Obeys what people have
+// forbidden: a photo that must not have a pose is postponed, and nobody founds with one. When it is
 // postponed, the map holds what was loaded, or nothing. After an error the map may be half changed:
 // the caller clears it. Deterministic in its inputs and the seed.
 Result<Placement> PlacePhoto(const MappingContext& context, const ImageFeatures& photo,

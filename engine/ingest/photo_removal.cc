@@ -3,7 +3,7 @@
 
 #include "engine/ingest/dense_removal.h"
 #include "engine/ingest/hypotheses.h"
-#include "engine/ingest/local_unplacing.h"
+#include "engine/ingest/pose_removal.h"
 #include "engine/journal/journal.h"
 
 namespace veduta {
@@ -14,33 +14,10 @@ Status DeleteForbidden(const Snapshot& snapshot, ImageId image, Transaction* tra
   VEDUTA_ASSIGN_OR_RETURN(const std::vector<ForbiddenRecord> all, snapshot.ListForbidden());
   for (const ForbiddenRecord& forbidden : all) {
     const bool names_it = forbidden.a == image.value || forbidden.b == image.value;
-    if (forbidden.kind == ForbiddenKind::kPair && names_it)
+    if (forbidden.kind != ForbiddenKind::kMerge && names_it)
       transaction->DeleteForbidden(forbidden.kind, forbidden.a, forbidden.b);
   }
   return Status::Ok();
-}
-
-// Takes the photo's pose, and heals what is around it.
-Status Unplace(const IngestParts& parts, const WriteScope& scope, DatabaseState* state,
-               RemovedPhoto* removed) {
-  parts.TrimMap();
-  VEDUTA_ASSIGN_OR_RETURN(const std::vector<Observation> observations,
-                          scope.base->GetObservations(removed->image));
-  removed->observations = observations.size();
-  VEDUTA_ASSIGN_OR_RETURN(const ReconstructionRecord whole,
-                          scope.base->GetReconstruction(removed->reconstruction));
-  MapLoader loader(scope.base, parts.features, parts.map);
-  VEDUTA_ASSIGN_OR_RETURN(
-      removed->unplaced,
-      UnplaceWithDependents({&removed->image, 1}, parts.options.mapper.observations_min, &loader,
-                            parts.map));
-  VEDUTA_RETURN_IF_ERROR(WriteUnplacedLocally(*parts.map, *scope.base, scope.transaction.get()));
-  if (parts.map->changes().unplaced.size() == whole.image_count)
-    VEDUTA_RETURN_IF_ERROR(DropHypotheses(*scope.base, whole.id, scope.transaction.get()));
-  return PostponeImages(
-      *scope.base, removed->unplaced, removed->reconstruction,
-      "too few points hold it since image " + std::to_string(removed->image.value) + " was removed",
-      state, scope.transaction.get());
 }
 
 }  // namespace
@@ -57,7 +34,14 @@ Result<RemovedPhoto> RemovePhoto(const IngestParts& parts, ImageId image, const 
   VEDUTA_RETURN_IF_ERROR(ForgetInHypotheses(*scope.base, image, transaction));
   if (pose) {
     removed.reconstruction = pose->reconstruction;
-    VEDUTA_RETURN_IF_ERROR(Unplace(parts, scope, &state, &removed));
+    VEDUTA_ASSIGN_OR_RETURN(const std::vector<Observation> observations,
+                            scope.base->GetObservations(image));
+    removed.observations = observations.size();
+    VEDUTA_ASSIGN_OR_RETURN(removed.unplaced,
+                            RemovePose(parts, scope, *pose,
+                                       "too few points hold it since image " +
+                                           std::to_string(image.value) + " was removed",
+                                       &state));
   }
   std::vector<ImageId> shaken = removed.unplaced;
   shaken.push_back(image);

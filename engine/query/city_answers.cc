@@ -254,10 +254,14 @@ Result<std::vector<ForbiddenAnswer>> ForbiddenOf(const Snapshot& snapshot) {
       continue;
     }
     answer.image_a = ImageId(record.a);
-    answer.image_b = ImageId(record.b);
     VEDUTA_ASSIGN_OR_RETURN(const ImageRecord a, snapshot.GetImage(answer.image_a));
-    VEDUTA_ASSIGN_OR_RETURN(const ImageRecord b, snapshot.GetImage(answer.image_b));
     answer.name_a = a.name;
+    if (record.kind == ForbiddenKind::kPose) {
+      answer.kind = ForbidKind::kPose;
+      continue;
+    }
+    answer.image_b = ImageId(record.b);
+    VEDUTA_ASSIGN_OR_RETURN(const ImageRecord b, snapshot.GetImage(answer.image_b));
     answer.name_b = b.name;
   }
   return answers;

@@ -53,6 +53,11 @@ void Add(const SubmapRecord& record, ContentFeed* feed) {
   for (const ImageId image : record.images) *feed << image;
 }
 
+// What may be placed follows from it; who said so, when and why does not matter.
+void Add(const ForbiddenRecord& record, ContentFeed* feed) {
+  *feed << record.kind << record.a << record.b;
+}
+
 Status AddImage(const Snapshot& snapshot, const ImageRecord& image, uint32_t generation,
                 ContentFeed* feed) {
   Add(image, feed);
@@ -124,6 +129,8 @@ Result<ContentHash> DigestOf(const Snapshot& snapshot) {
   for (const HypothesisRecord& hypothesis : hypotheses) Add(hypothesis, &feed);
   VEDUTA_ASSIGN_OR_RETURN(const std::vector<SubmapRecord> submaps, snapshot.ListSubmaps());
   for (const SubmapRecord& submap : submaps) Add(submap, &feed);
+  VEDUTA_ASSIGN_OR_RETURN(const std::vector<ForbiddenRecord> forbidden, snapshot.ListForbidden());
+  for (const ForbiddenRecord& record : forbidden) Add(record, &feed);
   if (state.vocabulary_generation != 0) {
     VEDUTA_ASSIGN_OR_RETURN(const StoredBytes tree,
                             snapshot.GetVocabulary(state.vocabulary_generation));

@@ -18,6 +18,10 @@ Result<ReconstructionId> MergedEnd(const Snapshot& snapshot, ReconstructionId id
   }
 }
 
+Result<bool> IsPoseForbidden(const Snapshot& snapshot, ImageId image) {
+  return snapshot.IsForbidden(ForbiddenKind::kPose, image.value, image.value);
+}
+
 Result<bool> IsMergeForbidden(const Snapshot& snapshot, ReconstructionId a, ReconstructionId b) {
   VEDUTA_ASSIGN_OR_RETURN(const std::vector<ForbiddenRecord> all, snapshot.ListForbidden());
   for (const ForbiddenRecord& forbidden : all) {

@@ -18,6 +18,8 @@ std::string ReasonClause(RefusalReason reason) {
       return "too few common points agree with it";
     case RefusalReason::kUndetermined:
       return "what is seen across says too little of where the two sides are";
+    case RefusalReason::kSplit:
+      return "an adjustment has split them there";
   }
   VEDUTA_CHECK(false, "a reason that no record has: " + std::to_string(static_cast<int>(reason)));
   return "";

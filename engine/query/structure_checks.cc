@@ -171,7 +171,15 @@ class StructureChecker final {
            [&] { return name + " was not merged, and says how it was moved into another"; });
   }
 
+  void CheckForbiddenPose(ImageId image) {
+    Expect(city_.HasFeatures(image),
+           [&] { return "the pose of " + NameOf(image) + " is forbidden, and it does not exist"; });
+    Expect(!city_.poses.contains(image),
+           [&] { return NameOf(image) + " has a pose, and somebody has forbidden it"; });
+  }
+
   void CheckForbidden(const ForbiddenRecord& forbidden) {
+    if (forbidden.kind == ForbiddenKind::kPose) return CheckForbiddenPose(ImageId(forbidden.a));
     if (forbidden.kind == ForbiddenKind::kPair) {
       for (const ImageId id : {ImageId(forbidden.a), ImageId(forbidden.b)}) {
         Expect(city_.HasFeatures(id),

@@ -53,6 +53,8 @@ const char* ReasonText(Reason reason) {
       return "two poses explain it nearly as well";
     case Reason::kDoubted:
       return "its pose was taken back";
+    case Reason::kForbidden:
+      return "somebody has forbidden that it has a pose";
     case Reason::kUnreadable:
       return "cannot be read";
     case Reason::kUnsupportedFormat:

@@ -22,9 +22,11 @@ enum class RefusalReason : uint8_t {
   kMissingStructure = 3,  // the pictures lack what they would have to show
   kFewPoints = 4,         // too few common points agree with any similarity by now
   kUndetermined = 5,      // what is seen across does not say exactly enough where the sides are
+  kSplit = 6,             // they were one, and an adjustment has split them there
 };
 
-// A merge of two reconstructions that was judged and not made. The votes are of the last judgment.
+// A merge of two reconstructions that was judged and not made, or that was taken back (kSplit). The
+// votes are of the last judgment.
 struct HypothesisRecord {
   ReconstructionId a, b;  // a < b; both live
   HypothesisKind kind = HypothesisKind::kMerge;
@@ -36,7 +38,8 @@ struct HypothesisRecord {
   uint64_t agreeing_matches = 0, contradicting_matches = 0;
   // Parts of pictures that were judged by what they must show, and those that lack it.
   uint32_t judged_cells = 0, missing_cells = 0;
-  ImageId image;                // whose placing proposed it first; not valid() once it was removed
+  // Whose placing proposed it first; not valid() once it was removed, or where it was a split.
+  ImageId image;
   std::vector<ImageId> images;  // of either side, with pairs across; ascending, at least one
   uint32_t judgment_count = 1;  // >= 1; how often it was judged
   bool is_due = false;          // what it rests on has changed: it is to be judged anew

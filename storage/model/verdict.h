@@ -33,6 +33,7 @@ enum class Reason : uint8_t {
   kMissingStructure = 27,  // at the pose found, the picture lacks what must be there
   kDoubted = 28,           // it had a pose, and evidence has turned against it
   kAmbiguous = 29,         // two poses explain it nearly as well
+  kForbidden = 30,         // a person has forbidden that it has a pose
   // why it is rejected
   kUnreadable = 40,
   kUnsupportedFormat = 41,

@@ -25,9 +25,13 @@ Status ParseForbiddenKey(std::string_view key, ForbiddenRecord* record) {
 }
 
 Status Check(const ForbiddenRecord& record) {
-  if (record.kind != ForbiddenKind::kPair && record.kind != ForbiddenKind::kMerge)
-    return Broken("kind of what is forbidden", static_cast<int>(record.kind), "1 or 2");
+  if (record.kind < ForbiddenKind::kPair || record.kind > ForbiddenKind::kPose)
+    return Broken("kind of what is forbidden", static_cast<int>(record.kind), "1 to 3");
   if (record.a == 0) return Broken("first id", 0, "1 or more");
+  if (record.kind == ForbiddenKind::kPose) {
+    if (record.a == record.b) return Status::Ok();
+    return Broken("second id", record.b, "the first, " + std::to_string(record.a));
+  }
   if (record.a >= record.b)
     return Broken("second id", record.b, "greater than the first, " + std::to_string(record.a));
   return Status::Ok();

@@ -45,8 +45,8 @@ Status Check(const HypothesisRecord& record) {
   VEDUTA_RETURN_IF_ERROR(CheckKey(record));
   if (record.kind != HypothesisKind::kMerge)
     return Broken("kind of a hypothesis", static_cast<int>(record.kind), "1");
-  if (record.reason < RefusalReason::kFewPairs || record.reason > RefusalReason::kUndetermined)
-    return Broken("reason of a refusal", static_cast<int>(record.reason), "1 to 5");
+  if (record.reason < RefusalReason::kFewPairs || record.reason > RefusalReason::kSplit)
+    return Broken("reason of a refusal", static_cast<int>(record.reason), "1 to 6");
   const Sim3& s = record.a_from_b;
   if (!(std::isfinite(s.scale) && s.scale > 0))
     return Broken("scale of a_from_b", s.scale, "finite and above 0");

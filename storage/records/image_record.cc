@@ -41,6 +41,7 @@ bool Known(Reason reason) {
     case Reason::kMissingStructure:
     case Reason::kAmbiguous:
     case Reason::kDoubted:
+    case Reason::kForbidden:
     case Reason::kUnreadable:
     case Reason::kUnsupportedFormat:
     case Reason::kTooLarge:

@@ -215,8 +215,33 @@ class Forbid(Case):
         self.assertEqual(ask('forbidden', db), [])
         must('verify', db)
 
+    def test_a_pose(self):
+        db = copy_of_whole('pose')
+        name = next(n for n in NAMES if ask('show', db, n)['reconstruction'] is not None)
+        must('forbid', db, name, '--pose', '--by', 'bea', '--reason', 'the other tower')
+        self.refused(1, 'no pose', 'pose', db, name)
+        shown = ask('show', db, name)
+        self.assertEqual(shown['verdict'], 'postponed')
+        self.assertIn('somebody has forbidden that it has a pose', shown['reason'])
+        must('settle', db)
+        must('verify', db)
+        self.refused(1, 'no pose', 'pose', db, name)
+        listed = ask('forbidden', db)
+        self.assertEqual([(f['kind'], f['a'], f['b'], f['image_a'], f['image_b']) for f in listed],
+                         [('pose', shown['id'], None, name, None)])
+        self.assertEqual(must('forbidden', db), f'{name} has no pose (bea: the other tower)\n')
+        must('allow', db, name, '--pose')
+        must('settle', db)
+        must('pose', db, name)
+        must('verify', db)
+        self.assertEqual(ask('forbidden', db), [])
+        self.refused(1, 'is not forbidden', 'allow', db, name, '--pose')
+
     def test_what_makes_no_sense(self):
         db = copy_of_whole('no sense')
+        self.refused(2, 'one too many', 'forbid', db, NAMES[0], NAMES[1], '--pose')
+        self.refused(2, 'only one', 'forbid', db, NAMES[0])
+        self.refused(2, '', 'forbid', db, '1', '--pose', '--reconstructions')
         self.refused(1, 'itself', 'forbid', db, NAMES[0], NAMES[0])
         self.refused(1, 'nobody.jpg', 'forbid', db, NAMES[0], 'nobody.jpg')
         self.refused(1, 'are one already', 'forbid', db, '1', '1', '--reconstructions')

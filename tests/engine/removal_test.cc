@@ -172,5 +172,34 @@ TEST(Forbidding, IsAskedForByNamesOrNumbers) {
   EXPECT_EQ(city.engine().Forbid(request).code(), StatusCode::kInvalidArgument);
 }
 
+TEST(Forbidding, APoseIsAskedForByOnePhoto) {
+  City city;
+  city.Add(Stands());
+  ForbidRequest request;
+  request.kind = ForbidKind::kPose;
+  request.a = TakePhoto(Stands()[2]).name;
+  request.b = "#1";
+  EXPECT_EQ(city.engine().Forbid(request).code(), StatusCode::kInvalidArgument);
+  request.b.clear();
+  const std::string before = city.Digest();
+  ASSERT_TRUE(city.Ask().Pose(ImageId(3))->has_value());
+  ASSERT_OK(city.engine().Forbid(request));
+  ASSERT_OK(city.engine().Settle());
+  EXPECT_FALSE(city.Ask().Pose(ImageId(3))->has_value());
+  EXPECT_NE(city.Digest(), before);
+  const auto forbidden = city.Ask().door().Forbidden();
+  ASSERT_OK(forbidden);
+  ASSERT_EQ(forbidden->size(), 1u);
+  EXPECT_EQ(forbidden->front().kind, ForbidKind::kPose);
+  EXPECT_EQ(forbidden->front().image_a, ImageId(3));
+  EXPECT_EQ(forbidden->front().name_a, request.a);
+  EXPECT_TRUE(IsSound(city.Ask().snapshot()));
+  ASSERT_OK(city.engine().Allow(request));
+  ASSERT_OK(city.engine().Settle());
+  EXPECT_TRUE(city.Ask().Pose(ImageId(3))->has_value());
+  EXPECT_EQ(city.engine().Allow(request).code(), StatusCode::kNotFound);
+  EXPECT_TRUE(IsSound(city.Ask().snapshot()));
+}
+
 }  // namespace
 }  // namespace veduta

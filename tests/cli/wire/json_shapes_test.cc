@@ -353,6 +353,13 @@ TEST(Removal, Forbidden) {
   EXPECT_EQ(JsonLine(ToJson(merge)),
             R"({"kind":"merge","a":3,"b":4,"image_a":null,"image_b":null,"time":0,"actor":"",)"
             R"("reason":""})");
+  ForbiddenAnswer pose;
+  pose.kind = ForbidKind::kPose;
+  pose.image_a = ImageId(5);
+  pose.name_a = "c.jpg";
+  EXPECT_EQ(JsonLine(ToJson(pose)),
+            R"({"kind":"pose","a":5,"b":null,"image_a":"c.jpg","image_b":null,"time":0,"actor":"",)"
+            R"("reason":""})");
 }
 
 TEST(Dense, Outputs) {

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Goal: a removed photo is gone with its points, and the rest is a sound map: points keep their
 //   other views under a home that is there, images that stood on it wait, a reconstruction of two
-//   is dissolved, and the adjustment that is due goes through. What people forbid deletes a pair.
+//   is dissolved, and the adjustment that is due goes through.
 // Method: a synthetic scene in a database; after each removal all invariants are checked, and
 //   points are compared with those of a map that never had the image.
 #include "engine/ingest/photo_removal.h"
@@ -9,10 +9,8 @@
 #include <gtest/gtest.h>
 
 #include "engine/ingest/dense_removal.h"
-#include "engine/ingest/forbidding.h"
 #include "engine/ingest/ingest.h"
 #include "engine/ingest/local_unplacing.h"
-#include "engine/query/forbidden.h"
 #include "tests/engine/ingest/scene_database.h"
 #include "tests/engine/ingest/torn_scene.h"
 
@@ -332,60 +330,6 @@ TEST(DenseRemoval, WhatIsSplitOffLosesItsDepthMaps) {
   EXPECT_EQ(scene.Snap()->FindPose(goes).value()->reconstruction, ReconstructionId(2));
   EXPECT_TRUE((*scene.Snap()->dense().FindDepth(stays)).has_value());
   EXPECT_FALSE((*scene.Snap()->dense().FindDepth(goes)).has_value());
-}
-
-WriteScope Begin(SceneDatabase* scene) {
-  return BeginWrite(scene->database());
-}
-
-TEST(Forbidding, APairIsDeletedAndItsReconstructionJudgedAnew) {
-  SceneDatabase scene;
-  scene.AddImages(0, 4);
-  const ReconstructionId id = scene.AddReconstruction({0, 1, 2, 3});
-  ASSERT_OK(scene.Snap()->GetPair(ImageId(1), ImageId(2)));
-  ASSERT_OK(Forbid({ForbiddenKind::kPair, 2, 1, 0, "bea", "two towers"}, Begin(&scene)));
-  EXPECT_EQ(scene.Snap()->GetPair(ImageId(1), ImageId(2)).status().code(), StatusCode::kNotFound);
-  EXPECT_TRUE(*scene.Snap()->IsForbidden(ForbiddenKind::kPair, 1, 2));
-  EXPECT_EQ(scene.Snap()->GetReconstruction(id)->images_at_adjustment, 0u);
-  const uint64_t before = scene.Snap()->sequence();
-  ASSERT_OK(Forbid({ForbiddenKind::kPair, 1, 2, 0, "ben", ""}, Begin(&scene)));
-  EXPECT_EQ(scene.Snap()->sequence(), before) << "it is forbidden already";
-  Remover(&scene).Settle();
-  ASSERT_OK(Allow(ForbiddenKind::kPair, 2, 1, "bea", "", Begin(&scene)));
-  EXPECT_FALSE(*scene.Snap()->IsForbidden(ForbiddenKind::kPair, 1, 2));
-  EXPECT_EQ(Allow(ForbiddenKind::kPair, 2, 1, "bea", "", Begin(&scene)).code(),
-            StatusCode::kNotFound);
-  EXPECT_EQ(Forbid({ForbiddenKind::kPair, 3, 3, 0, "", ""}, Begin(&scene)).code(),
-            StatusCode::kInvalidArgument);
-  EXPECT_EQ(Forbid({ForbiddenKind::kPair, 3, 9, 0, "", ""}, Begin(&scene)).code(),
-            StatusCode::kNotFound);
-}
-
-TEST(Forbidding, AMergeIsFollowedThroughOtherMerges) {
-  SceneDatabase scene;
-  scene.AddImages(0, 3);
-  const ReconstructionId a = scene.AddReconstruction({0, 1, 2});
-  auto transaction = scene.database()->BeginTransaction();
-  DatabaseState state = scene.State();
-  for (uint32_t id = 2; id <= 4; ++id) {
-    ReconstructionRecord record;
-    record.id = ReconstructionId(id);
-    record.points_generation = 1;
-    if (id == 4) record.merged_into = ReconstructionId(2);
-    transaction->PutReconstruction(record);
-  }
-  state.next_reconstruction = 5;
-  transaction->PutState(state);
-  ASSERT_OK(transaction->Commit());
-  ASSERT_OK(Forbid({ForbiddenKind::kMerge, 4, 1, 0, "bea", ""}, Begin(&scene)));
-  EXPECT_TRUE(*IsMergeForbidden(*scene.Snap(), a, ReconstructionId(2)));
-  EXPECT_TRUE(*IsMergeForbidden(*scene.Snap(), ReconstructionId(2), a));
-  EXPECT_FALSE(*IsMergeForbidden(*scene.Snap(), a, ReconstructionId(3)));
-  EXPECT_EQ(*MergedEnd(*scene.Snap(), ReconstructionId(4)), ReconstructionId(2));
-  EXPECT_EQ(Forbid({ForbiddenKind::kMerge, 4, 2, 0, "bea", ""}, Begin(&scene)).code(),
-            StatusCode::kInvalidArgument)
-      << "they are one";
-  EXPECT_EQ(MergedEnd(*scene.Snap(), ReconstructionId(9)).status().code(), StatusCode::kNotFound);
 }
 
 }  // namespace

@@ -31,7 +31,7 @@ TEST(ForbiddenRecord, RoundTrips) {
 
 TEST(ForbiddenRecord, RefusesWhatBreaksARule) {
   ForbiddenRecord record = Sample();
-  record.kind = static_cast<ForbiddenKind>(3);
+  record.kind = static_cast<ForbiddenKind>(4);
   ExpectRefused(record, "kind");
   record = Sample();
   record.a = 0;
@@ -39,6 +39,19 @@ TEST(ForbiddenRecord, RefusesWhatBreaksARule) {
   record = Sample();
   record.b = record.a;
   ExpectRefused(record, "second id");
+  record.kind = ForbiddenKind::kPose;
+  record.b = record.a + 1;
+  ExpectRefused(record, "second id");
+}
+
+TEST(ForbiddenRecord, APoseIsThatOfOneImage) {
+  const ForbiddenRecord record{ForbiddenKind::kPose, 300, 300, 7, "anna", "the other tower"};
+  ForbiddenRecord decoded;
+  ASSERT_OK(ParseForbiddenKey(ForbiddenKey(record.kind, record.a, record.b), &decoded));
+  RoundTrip(record, &decoded);
+  EXPECT_EQ(decoded.kind, ForbiddenKind::kPose);
+  EXPECT_EQ(decoded.a, 300u);
+  EXPECT_EQ(decoded.b, 300u);
 }
 
 TEST(ForbiddenRecord, DamagedKeysAreCorruption) {
