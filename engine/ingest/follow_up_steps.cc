@@ -103,6 +103,7 @@ Result<AdjustedWhole> AdjustWhole(const IngestParts& parts, ReconstructionId rec
   VEDUTA_RETURN_IF_ERROR(is_as_it_was
                              ? MakeHypothesesDue(*scope.base, reconstruction, {}, transaction)
                              : DropHypotheses(*scope.base, reconstruction, transaction));
+  VEDUTA_RETURN_IF_ERROR(writer.ProposeSeams());
   const std::string detail = std::to_string(record.image_count) + " images";
   AppendJournal({0, 0, "veduta", "adjust", {}, reconstruction, detail}, &state, transaction);
   transaction->PutState(state);

@@ -8,7 +8,9 @@
 
 #include "engine/ingest/change_writer.h"
 #include "engine/ingest/dense_removal.h"
+#include "engine/ingest/hypotheses.h"
 #include "engine/ingest/local_unplacing.h"
+#include "engine/ingest/seam.h"
 #include "engine/journal/journal.h"
 
 namespace veduta {
@@ -35,6 +37,45 @@ Status HealingWriter::SplitOff(const Healing& healing) {
                        std::to_string(from_.value) + ", whose frame it keeps"},
                   &state_, scope_.transaction.get());
     adjusted_.split_off.push_back(record.id);
+  }
+  return Status::Ok();
+}
+
+Status HealingWriter::ProposeSeam(MapLoader* loader, ReconstructionId own, ReconstructionId other) {
+  const CityMap& map = *parts_.map;
+  const auto own_of = [&](std::span<const ImageId> images) {
+    std::vector<ImageId> found;
+    for (const ImageId id : images) {
+      if (map.image(id).reconstruction == own) found.push_back(id);
+    }
+    return found;
+  };
+  std::vector<ImageId> all;
+  for (const auto& [id, image] : map.images()) all.push_back(id);
+  const std::vector<ImageId> part = own_of(all);
+  VEDUTA_ASSIGN_OR_RETURN(const std::vector<SeamPair> pairs,
+                          ListSeamPairs(loader, map, part.front(), {}, part, other));
+  if (pairs.empty()) return Status::Ok();
+  // Judged from where later judgments start (judging.h), so that the votes can be compared.
+  const std::vector<ImageId> images = SeamImages(pairs), near = own_of(images);
+  VEDUTA_ASSIGN_OR_RETURN(const SeamArea seam,
+                          FindSeam(loader, map, near.front(), {}, near, other));
+  const Sim3 same_frame;
+  HypothesisRecord hypothesis =
+      HypothesisOf(own, other, same_frame, JudgeSeam(map, seam, same_frame, parts_.options.mapper),
+                   RefusalReason::kSplit);
+  hypothesis.images = images;
+  PutNewHypothesis(std::move(hypothesis), &state_, scope_.transaction.get());
+  return Status::Ok();
+}
+
+Status HealingWriter::ProposeSeams() {
+  MapLoader loader(scope_.base, parts_.features, parts_.map);
+  std::vector<ReconstructionId> sides = {from_};
+  for (const ReconstructionRecord& part : split_off_) {
+    for (const ReconstructionId side : sides)
+      VEDUTA_RETURN_IF_ERROR(ProposeSeam(&loader, part.id, side));
+    sides.push_back(part.id);
   }
   return Status::Ok();
 }

@@ -23,6 +23,10 @@ class HealingWriter final {
   // Each part becomes a reconstruction of its own, in the frame that it had, whose points are
   // written ahead. Moves the images and blocks of the map.
   Status SplitOff(const Healing& healing);
+  // Each seam along which it was split off becomes a hypothesis that the two sides are one, with
+  // the votes of the verified pairs across it. It is not due: whoever comes to the seam judges it
+  // anew. Comes after SplitOff. Loads what is around the seams.
+  Status ProposeSeams();
   // The images wait again, and are tried again at once. One that loses its pose for the second time
   // since anybody did anything waits for a neighbour: placing and doubting it would never end.
   Status Postpone(const Healing& healing);
@@ -33,6 +37,8 @@ class HealingWriter final {
   const std::vector<ReconstructionRecord>& split_off() const { return split_off_; }
 
  private:
+  Status ProposeSeam(MapLoader* loader, ReconstructionId own, ReconstructionId other);
+
   const IngestParts& parts_;
   const WriteScope& scope_;
   const ReconstructionId from_;

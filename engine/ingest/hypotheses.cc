@@ -28,6 +28,14 @@ ReconstructionId OtherOf(const HypothesisRecord& hypothesis, ReconstructionId re
   return hypothesis.a == reconstruction ? hypothesis.b : hypothesis.a;
 }
 
+void JournalNew(const HypothesisRecord& hypothesis, DatabaseState* state,
+                Transaction* transaction) {
+  AppendJournal({0, 0, "veduta", "hypothesis", hypothesis.image, hypothesis.a,
+                 "merge with reconstruction " + std::to_string(hypothesis.b.value) + ": " +
+                     RefusalText(hypothesis)},
+                state, transaction);
+}
+
 // The stored hypotheses, what one placement makes of them, and which of them that has changed.
 class Ledger final {
  public:
@@ -50,7 +58,7 @@ class Ledger final {
       const auto [it, is_new] = known_.try_emplace({refused.a, refused.b}, refused);
       HypothesisRecord& hypothesis = it->second;
       if (is_new) {
-        Journal(hypothesis, state, transaction);
+        JournalNew(hypothesis, state, transaction);
       } else {
         const HypothesisRecord before = std::exchange(hypothesis, refused);
         hypothesis.judgment_count = before.judgment_count + 1;
@@ -80,6 +88,8 @@ class Ledger final {
   void TakeTouched() {
     const std::set<ImageId> around(placement_.around.begin(), placement_.around.end());
     for (auto& [two, hypothesis] : known_) {
+      // Photos that lost their poses by the split come back at once, and are no new evidence.
+      if (hypothesis.reason == RefusalReason::kSplit) continue;
       const bool is_touched = IsOf(hypothesis, placement_.reconstruction) &&
                               std::ranges::any_of(hypothesis.images, [&](ImageId image) {
                                 return around.contains(image);
@@ -154,14 +164,6 @@ class Ledger final {
     return false;
   }
 
-  static void Journal(const HypothesisRecord& hypothesis, DatabaseState* state,
-                      Transaction* transaction) {
-    AppendJournal({0, 0, "veduta", "hypothesis", hypothesis.image, hypothesis.a,
-                   "merge with reconstruction " + std::to_string(hypothesis.b.value) + ": " +
-                       RefusalText(hypothesis)},
-                  state, transaction);
-  }
-
   const Snapshot& base_;
   const Placement& placement_;
   std::map<Two, HypothesisRecord> known_;
@@ -195,6 +197,12 @@ Status WriteHypotheses(const Snapshot& base, const Placement& placement, Databas
   VEDUTA_RETURN_IF_ERROR(ledger.DropForbidden());
   ledger.Write(transaction);
   return Status::Ok();
+}
+
+void PutNewHypothesis(HypothesisRecord hypothesis, DatabaseState* state, Transaction* transaction) {
+  hypothesis.time_unix_s = std::time(nullptr);
+  JournalNew(hypothesis, state, transaction);
+  transaction->PutHypothesis(hypothesis);
 }
 
 Status MakeHypothesesDue(const Snapshot& base, ReconstructionId reconstruction,

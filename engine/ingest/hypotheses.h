@@ -1,16 +1,18 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 // Keeps the stored hypotheses in step with what the steps of ingest do: merges that are proposed
-// and not believed yet (storage/model/hypothesis.h).
+// and not believed yet (storage/model/hypothesis.h), and merges that were taken back.
 //
 // A photo whose own search for a merge leads to one judges it, unless its seam is large, which
-// takes long. It becomes due, and is judged by a step of its own (engine/ingest/judging.h), when
-// what it rests on has changed:
-//   - such a search finds a quarter more verified pairs across a large seam than when it was judged
+// takes long, or the two were split there and not judged since, which might never end. It becomes
+// due, and is judged by a step of its own (engine/ingest/judging.h), when what it rests on has
+// changed:
+//   - such a search finds a quarter more verified pairs across such a seam than when it was judged
 //     last;
 //   - the pictures lack something, and it is new or photos have judged it a few times: an image may
 //     stand on its wrong side;
-//   - a photo got a pose that shares points or a verified pair with an image at the seam;
+//   - a photo got a pose that shares points or a verified pair with an image at the seam, unless
+//     the two were split there and not judged since;
 //   - one of its two reconstructions was adjusted as a whole, or took in another one, or a submap
 //     at the seam was adjusted;
 //   - one of the two was merged into a third, to which the hypothesis went over;
@@ -38,6 +40,10 @@ void GoOver(const Merge& merge, ReconstructionId into, HypothesisRecord* hypothe
 // placement touches and has not judged become due.
 Status WriteHypotheses(const Snapshot& base, const Placement& placement, DatabaseState* state,
                        Transaction* transaction);
+
+// Stores one about two reconstructions that no stored one is about, as of now, with an entry of the
+// journal.
+void PutNewHypothesis(HypothesisRecord hypothesis, DatabaseState* state, Transaction* transaction);
 
 // All of this reconstruction are to be judged anew; where images are given (ascending), only those
 // that have one of them at the seam.

@@ -65,9 +65,13 @@ Result<std::optional<MapImage>> MapLoader::ReadImage(ImageId id) const {
   return std::optional(std::move(image));
 }
 
+bool MapLoader::IsToLoad(ImageId id) const {
+  return !map_->HasImage(id) && !map_->changes().unplaced.contains(id);
+}
+
 Status MapLoader::LoadImages(std::span<const ImageId> images) {
   for (const ImageId id : images) {
-    if (map_->HasImage(id)) continue;
+    if (!IsToLoad(id)) continue;
     VEDUTA_ASSIGN_OR_RETURN(std::optional<MapImage> image, ReadImage(id));
     if (!image) continue;
     map_->LoadImage(std::move(*image));
@@ -79,7 +83,7 @@ Status MapLoader::LoadImages(std::span<const ImageId> images) {
 Status MapLoader::LoadImages(std::span<const ImageId> images, ThreadPool* pool) {
   std::vector<Result<std::optional<MapImage>>> read(images.size(), std::optional<MapImage>());
   pool->ParallelFor(images.size(), [&](size_t i) {
-    if (!map_->HasImage(images[i])) read[i] = ReadImage(images[i]);
+    if (IsToLoad(images[i])) read[i] = ReadImage(images[i]);
   });
   for (Result<std::optional<MapImage>>& image : read) {
     VEDUTA_RETURN_IF_ERROR(image.status());

@@ -25,7 +25,8 @@ class MapLoader final {
   MapLoader(std::shared_ptr<const Snapshot> snapshot, ImageFeatureCache* features, CityMap* map)
       : snapshot_(std::move(snapshot)), features_(features), map_(map) {}
 
-  // Those of the images that have a pose, with the points that their features see.
+  // Those of the images that have a pose, and have not lost it in the map, with the points that
+  // their features see.
   Status LoadImages(std::span<const ImageId> images);
   // These images, and the blocks of the points that they see.
   Status LoadStructure(std::span<const ImageId> images);
@@ -49,6 +50,8 @@ class MapLoader final {
   ImageFeatureCache* features() const { return features_; }
 
  private:
+  // Whether the map does not hold the image, and has not taken its pose since it was stored.
+  bool IsToLoad(ImageId id) const;
   // Nothing where the image has no pose. Thread-safe.
   Result<std::optional<MapImage>> ReadImage(ImageId id) const;
   // LoadImages with the reading spread over the threads. Of several errors, that of the first.

@@ -77,9 +77,10 @@ std::optional<PointAlignment> Propose(const CityMap& map, const SeamArea& seam,
 // 150 a right merge of 202 cells hung on being judged with each. Chosen by hand; not measured.
 constexpr uint32_t kLargeSeamCells = 300;
 
-// Whether the merge is a hypothesis with a large seam already, which a step of its own judges anew.
-// Then it is noted whether its seam has grown so much that it is to be: by a pair at least, and by
-// a quarter. That it is a quarter was chosen by hand; not measured.
+// Whether the merge is a hypothesis with a large seam already, or one that a split has left, which
+// a step of its own judges anew: with each photo, merging and splitting might never end. Then it is
+// noted whether its seam has grown so much that it is to be: by a pair at least, and by a quarter.
+// That it is a quarter was chosen by hand; not measured.
 Result<bool> NoteKnown(const MappingContext& context, const NearSeam& near_seam,
                        ReconstructionId other, MergeOutcome* outcome) {
   const auto [a, b] = std::minmax(outcome->into, other);
@@ -87,7 +88,8 @@ Result<bool> NoteKnown(const MappingContext& context, const NearSeam& near_seam,
                           context.loader->snapshot().ListHypotheses());
   const auto known = std::ranges::find_if(
       all, [&, a = a, b = b](const HypothesisRecord& h) { return h.a == a && h.b == b; });
-  if (known == all.end() || known->judged_cells < kLargeSeamCells) return false;
+  if (known == all.end()) return false;
+  if (known->judged_cells < kLargeSeamCells && known->reason != RefusalReason::kSplit) return false;
   VEDUTA_ASSIGN_OR_RETURN(const std::vector<SeamPair> pairs,
                           ListSeamPairs(context.loader, *context.map, near_seam.photo,
                                         near_seam.pairs, near_seam.images, other));

@@ -40,10 +40,10 @@ struct MergeOutcome {
 // Merges the reconstructions that verified pairs of the `near` images and of the photo (`pairs`)
 // lead to, wherever enough of their common points agree. Of the first two that merge, the one with
 // more images keeps its frame; it is the one that is published longer. Further ones are merged into
-// it. One that is a hypothesis with a large seam already is only judged where the request asks for
-// it alone, or after another merge; otherwise it is told whether its seam has grown. Without fresh
-// images there must be `near` ones, which lie in the request's reconstruction. Loads what it needs.
-// Deterministic in its inputs and the seed.
+// it. One that is a hypothesis with a large seam already, or since a split, is only judged where
+// the request asks for it alone, or after another merge; otherwise it is told whether its seam has
+// grown. Without fresh images there must be `near` ones, which lie in the request's reconstruction.
+// Loads what it needs. Deterministic in its inputs and the seed.
 Result<MergeOutcome> MergeAround(const MappingContext& context, const MergeRequest& request,
                                  std::span<const ImageId> near, std::span<const PairMatches> pairs,
                                  uint64_t seed);

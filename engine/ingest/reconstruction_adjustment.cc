@@ -6,6 +6,7 @@
 #include <set>
 #include <utility>
 
+#include "engine/ingest/local_unplacing.h"
 #include "engine/ingest/surroundings.h"
 #include "engine/mapping/agreeing_growth.h"
 #include "engine/mapping/better_pose.h"
@@ -152,6 +153,43 @@ Status GrowAndAdjust(const MappingContext& context, std::span<const ImageId> ima
   return Status::Ok();
 }
 
+// A reconstruction is of three images at least.
+constexpr size_t kImagesMin = 3;
+
+// Takes the poses of images of the group that see fewer points than a pose needs, and of all of it
+// where fewer than `left_min` images would be left. Whether there were any.
+bool UnplaceUnsupported(const MappingContext& context, size_t left_min, std::vector<ImageId>* group,
+                        Healing* healing) {
+  CityMap* const map = context.map;
+  const auto unplace = [&](ImageId id, const std::string& why) {
+    map->UnplaceImage(id);
+    healing->unplaced.push_back({id, why});
+  };
+  const size_t unplaced = std::erase_if(*group, [&](ImageId id) {
+    const uint32_t seen = CountObservations(map->image(id));
+    if (seen >= context.options.observations_min) return false;
+    unplace(id, "only " + std::to_string(seen) + " points hold it; " +
+                    std::to_string(context.options.observations_min) + " are needed");
+    return true;
+  });
+  if (unplaced == 0 || group->size() >= left_min) return unplaced > 0;
+  for (const ImageId id : *group) unplace(id, "less than three images are left there");
+  group->clear();
+  return true;
+}
+
+// Cuts, filters and lost poses take points from images that keep theirs, and growing does not
+// always give them others. `staying` are the images of the region that are in no part.
+void HealUnsupported(const MappingContext& context, bool is_whole, std::vector<ImageId>* staying,
+                     Healing* healing) {
+  for (bool changes = true; changes;) {
+    changes = UnplaceUnsupported(context, is_whole ? kImagesMin : 0, staying, healing);
+    for (std::vector<ImageId>& part : healing->parts)
+      changes = UnplaceUnsupported(context, kImagesMin, &part, healing) || changes;
+  }
+  std::erase_if(healing->parts, [](const std::vector<ImageId>& part) { return part.empty(); });
+}
+
 }  // namespace
 
 Result<Region> LoadRegion(const MappingContext& context, std::span<const ImageId> images) {
@@ -202,13 +240,14 @@ Result<Healing> AdjustRegion(const MappingContext& context, const Region& region
   VEDUTA_RETURN_IF_ERROR(GrowFromPairs(context, region));
   VEDUTA_RETURN_IF_ERROR(GrowAndAdjust(context, images, region.known));
   VEDUTA_ASSIGN_OR_RETURN(Healing healing, HealRegion(context, images, region.known));
-  if (healing.empty()) return healing;
   for (const DoubtedImage& unplaced : healing.unplaced) std::erase(images, unplaced.image);
   for (const std::vector<ImageId>& part : healing.parts) {
     VEDUTA_RETURN_IF_ERROR(GrowAndAdjust(context, part, region.known));
     for (const ImageId image : part) std::erase(images, image);
   }
-  if (!images.empty()) VEDUTA_RETURN_IF_ERROR(GrowAndAdjust(context, images, region.known));
+  if (!healing.empty() && !images.empty())
+    VEDUTA_RETURN_IF_ERROR(GrowAndAdjust(context, images, region.known));
+  HealUnsupported(context, region.images.size() == region.known.size(), &images, &healing);
   return healing;
 }
 

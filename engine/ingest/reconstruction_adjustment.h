@@ -32,7 +32,8 @@ Result<Healing> AdjustRegion(const MappingContext& context, const Region& region
 // Reconsiders the poses of a reconstruction; then, twice, completes its tracks, adjusts all its
 // poses and points, and filters; in between it joins tracks by all verified pairs. What its own
 // evidence speaks against then loses its pose, or is cut off (doubt.h), and the rest is adjusted
-// once more. Loads all of it. The frame stays (AdjustBundle). After an error the map may be half
+// once more. Images that see fewer points than a pose needs (observations_min) after all that lose
+// theirs, too. Loads all of it. The frame stays (AdjustBundle). After an error the map may be half
 // changed: the caller clears it.
 Result<Healing> AdjustReconstruction(const MappingContext& context, ReconstructionId id);
 

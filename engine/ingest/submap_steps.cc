@@ -9,6 +9,7 @@
 #include "engine/ingest/change_writer.h"
 #include "engine/ingest/healing_writer.h"
 #include "engine/ingest/hypotheses.h"
+#include "engine/ingest/local_unplacing.h"
 #include "engine/ingest/reconstruction_adjustment.h"
 #include "engine/ingest/submaps.h"
 #include "engine/journal/journal.h"
@@ -111,6 +112,18 @@ Status WriteAdjusted(const IngestParts& parts, const HealingWriter& writer,
   return Status::Ok();
 }
 
+// Images around the region that see fewer points than a pose needs now: only the adjustment of
+// their own submap takes poses of theirs.
+std::vector<ImageId> FindUnsupportedAround(const MappingContext& context, const Region& region) {
+  std::vector<ImageId> found;
+  for (const ImageId id : region.known) {
+    if (std::ranges::binary_search(region.images, id)) continue;
+    if (CountObservations(context.map->image(id)) < context.options.observations_min)
+      found.push_back(id);
+  }
+  return found;
+}
+
 // Adjusts and heals the submap in the map, and puts what has changed into the transaction.
 Status AdjustAndWrite(const IngestParts& parts, const WriteScope& scope, const SubmapRecord& submap,
                       HealingWriter* writer, Submaps* submaps) {
@@ -127,9 +140,12 @@ Status AdjustAndWrite(const IngestParts& parts, const WriteScope& scope, const S
   VEDUTA_RETURN_IF_ERROR(writer->RemoveOutdatedDense(healing));
   VEDUTA_RETURN_IF_ERROR(submaps->Follow(*parts.map, *scope.base));
   if (submaps->Find(submap.id) != nullptr) submaps->NoteAdjusted(submap.id);
+  submaps->MakeDue(FindUnsupportedAround(context, region));
   VEDUTA_RETURN_IF_ERROR(writer->Postpone(healing));
-  if (!healing.parts.empty())
-    return DropHypotheses(*scope.base, submap.reconstruction, transaction);
+  if (!healing.parts.empty()) {
+    VEDUTA_RETURN_IF_ERROR(DropHypotheses(*scope.base, submap.reconstruction, transaction));
+    return writer->ProposeSeams();
+  }
   return MakeHypothesesDue(*scope.base, submap.reconstruction, submap.images, transaction);
 }
 

@@ -1,15 +1,17 @@
 // SPDX-License-Identifier: Apache-2.0
 // Goal: the adjustment of a whole reconstruction heals it in one transaction: what was merged
 //   wrongly is split and each side is as accurate as before, images that lose their poses wait and
-//   are tried again, one of which nothing is left is dissolved; the journal tells, `verify` is
-//   content, the digest is the same at any thread count, and a step that fails or dies at any
-//   operation of the disk leaves nothing half done.
+//   are tried again, one of which nothing is left is dissolved; the seam of a split is a hypothesis
+//   until new evidence comes; the journal tells, `verify` is content, the digest is the same at any
+//   thread count, and a step that fails or dies at any operation of the disk leaves nothing half
+//   done.
 // Method: two sides of a synthetic scene that pairs come to contradict, in a database on a disk
 //   that fails at each operation in turn.
 #include <gtest/gtest.h>
 
 #include "engine/ingest/follow_up_steps.h"
 #include "engine/ingest/ingest.h"
+#include "engine/query/city_answers.h"
 #include "engine/query/digest.h"
 #include "engine/query/living.h"
 #include "tests/engine/ingest/torn_scene.h"
@@ -66,6 +68,25 @@ std::vector<std::string> Entries(const SceneDatabase& scene, const std::string& 
   return entries;
 }
 
+// The seam is a hypothesis that waits for new evidence, with the pairs that contradict it.
+void ExpectSeamIsListed(const Snapshot& snapshot) {
+  const auto hypotheses = HypothesesOf(snapshot, kSplit);
+  ASSERT_OK(hypotheses);
+  ASSERT_EQ(hypotheses->size(), 1u);
+  const HypothesisRecord stored = snapshot.ListHypotheses()->front();
+  EXPECT_EQ(stored.a, kWhole);
+  EXPECT_EQ(stored.b, kSplit);
+  EXPECT_EQ(stored.reason, RefusalReason::kSplit);
+  EXPECT_EQ(stored.a_from_b.scale, 1);
+  EXPECT_EQ(stored.a_from_b.translation, Eigen::Vector3d::Zero()) << "both keep the frame";
+  EXPECT_EQ(stored.contradicting_pairs, 8u);
+  EXPECT_EQ(stored.contradicting_matches, 8u * DoubtOptions().pair_weight_max);
+  EXPECT_EQ(stored.judgment_count, 1u);
+  EXPECT_FALSE(stored.is_due);
+  EXPECT_FALSE(stored.image.valid()) << "no photo has proposed it";
+  EXPECT_FALSE(stored.images.empty());
+}
+
 TEST(HealingSteps, AWrongMergeIsSplit) {
   std::string digest;
   for (const size_t thread_count : {1, 2}) {
@@ -95,6 +116,7 @@ TEST(HealingSteps, AWrongMergeIsSplit) {
               std::vector<std::string>{"0 2 4 images of reconstruction 1, whose frame it keeps"});
     if (digest.empty()) digest = DigestHex(scene);
     EXPECT_EQ(DigestHex(scene), digest);
+    ExpectSeamIsListed(*scene.Snap());
     // Nothing speaks against either any more.
     const auto again = healer.Adjust();
     ASSERT_OK(again);
@@ -215,7 +237,8 @@ TEST(HealingSteps, HypothesesGoWithWhatIsSplitOrDissolved) {
   const auto split = Healer(&torn).Adjust();
   ASSERT_OK(split);
   EXPECT_FALSE(split->split_off.empty());
-  EXPECT_TRUE(torn.Snap()->ListHypotheses()->empty());
+  ASSERT_EQ(torn.Snap()->ListHypotheses()->size(), 1u);
+  EXPECT_EQ(torn.Snap()->ListHypotheses()->front().b, kSplit) << "that of the split is new";
   SceneDatabase lost;
   lost.AddImages(0, 4);
   EXPECT_EQ(lost.AddReconstruction({0, 1, 2, 3}), kWhole);

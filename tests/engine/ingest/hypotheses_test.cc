@@ -104,6 +104,31 @@ TEST(GoOver, CarriesTheFrameOfEitherSide) {
   EXPECT_EQ(of_neither.b, kThird);
 }
 
+TEST_F(Hypotheses, OneOfASplitWaitsForMoreThanAPhotoBesideIt) {
+  for (const RefusalReason reason : {RefusalReason::kFewPairs, RefusalReason::kSplit}) {
+    Commit([&](const Snapshot& base, Transaction* transaction) {
+      DatabaseState state = *base.GetState();
+      HypothesisRecord hypothesis = Merged(kFirst, kSecond);
+      hypothesis.reason = reason;
+      PutNewHypothesis(std::move(hypothesis), &state, transaction);
+      transaction->PutState(state);
+      return Status::Ok();
+    });
+    ASSERT_EQ(All().size(), 1u);
+    EXPECT_FALSE(All()[0].is_due);
+    EXPECT_GT(All()[0].time_unix_s, 0);
+    Placement beside = Refused(kFirst, {});
+    beside.around = {ImageId(3)};
+    Write(beside);
+    EXPECT_EQ(All()[0].is_due, reason != RefusalReason::kSplit);
+  }
+  EXPECT_EQ(CountEntries(), 2u);
+  Placement grown = Refused(kFirst, {});
+  grown.known = {{kFirst, kSecond, true}};
+  Write(grown);
+  EXPECT_TRUE(All()[0].is_due) << "a search has found a quarter more pairs";
+}
+
 TEST_F(Hypotheses, OneIsOpenedOnceAndReplacedWhenJudgedAnew) {
   Open(kFirst, kSecond);
   ASSERT_EQ(All().size(), 1u);

@@ -48,6 +48,21 @@ TEST(MapLoader, LoadsWhatIsAskedForAndNoMore) {
   EXPECT_TRUE(work.map.changes().counts.empty());
 }
 
+TEST(MapLoader, AnImageThatHasLostItsPoseInTheMapIsNotLoadedAgain) {
+  SceneDatabase scene;
+  scene.AddImages(0, 4);
+  const ReconstructionId id = scene.AddReconstruction({0, 1, 2, 3});
+  SceneWork work(&scene);
+  std::vector<ImageId> images;
+  ASSERT_OK(work.loader.LoadReconstruction(id, &images));
+  work.map.UnplaceImage(ImageId(2));
+  ASSERT_OK(work.loader.LoadNeighborhood(images));
+  EXPECT_FALSE(work.map.HasImage(ImageId(2)));
+  work.map.Clear();
+  ASSERT_OK(work.loader.LoadReconstruction(id, &images));
+  EXPECT_TRUE(work.map.HasImage(ImageId(2))) << "it is as it is stored";
+}
+
 TEST(MapLoader, NamesWhatContradictsItself) {
   SceneDatabase scene;
   scene.AddImages(0, 4);

@@ -55,12 +55,14 @@ TEST(Merging, TheLargerKeepsItsFrame) {
 }
 
 // The two are a hypothesis already, for which so many pairs across spoke.
-void PutHypothesis(SceneDatabase* scene, ReconstructionId a, ReconstructionId b, uint32_t pairs) {
+void PutHypothesis(SceneDatabase* scene, ReconstructionId a, ReconstructionId b, uint32_t pairs,
+                   uint32_t judged_cells = 300, RefusalReason reason = RefusalReason::kFewPairs) {
   HypothesisRecord hypothesis;
   hypothesis.a = a;
   hypothesis.b = b;
   hypothesis.agreeing_pairs = pairs;
-  hypothesis.judged_cells = 300;
+  hypothesis.judged_cells = judged_cells;
+  hypothesis.reason = reason;
   hypothesis.images = {ImageId(1), ImageId(5)};
   const auto transaction = scene->database()->BeginTransaction();
   transaction->PutHypothesis(hypothesis);
@@ -87,6 +89,22 @@ TEST(Merging, AKnownHypothesisIsNotJudgedButToldToHaveGrown) {
     const auto asked = MergeAround(work.context, {small, false, {}, large}, members, {}, 1);
     ASSERT_OK(asked);
     EXPECT_EQ(asked->merges.size(), 1u);
+  }
+}
+
+TEST(Merging, WhatWasSplitIsNotMergedAgainByTheNextPhoto) {
+  SceneDatabase scene({.camera_count = 7});
+  scene.AddImages(0, 7);
+  const ReconstructionId large = scene.AddReconstruction({0, 1, 2, 3});
+  const ReconstructionId small = scene.AddReconstruction({4, 5}, AnotherFrame());
+  for (const RefusalReason reason : {RefusalReason::kSplit, RefusalReason::kContradicted}) {
+    PutHypothesis(&scene, large, small, 100, 20, reason);
+    SceneWork work(&scene);
+    const MergeOutcome outcome = Merge(&scene, &work, small, {ImageId(5), ImageId(6)});
+    const bool is_split = reason == RefusalReason::kSplit;
+    EXPECT_EQ(outcome.merges.size(), is_split ? 0u : 1u);
+    ASSERT_EQ(outcome.known.size(), is_split ? 1u : 0u);
+    EXPECT_FALSE(is_split && outcome.known[0].has_grown);
   }
 }
 

@@ -1,12 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
 // Goal: adjusting a whole reconstruction keeps its frame, and an image that was placed wrongly is
-//   moved to where most points that others agree on are seen.
-// Method: a synthetic scene in a database; one image's pose and points are shifted in memory.
+//   moved to where most points that others agree on are seen. No image keeps a pose by fewer points
+//   than a pose needs, whatever took the others: filters, cuts or lost poses.
+// Method: a synthetic scene in a database; one image's pose and points are shifted in memory, or
+//   taken away, where tracks cannot grow.
 #include "engine/ingest/reconstruction_adjustment.h"
 
 #include <gtest/gtest.h>
 
-#include "tests/engine/ingest/scene_database.h"
+#include "tests/engine/ingest/torn_scene.h"
 
 namespace veduta {
 namespace {
@@ -44,6 +46,93 @@ TEST(ReconstructionAdjustment, MovesAnImageThatStandsWrong) {
   EXPECT_EQ(work.map.image(ImageId(1)).cam_from_world.translation,
             scene.scene().poses[0].translation)
       << "an image that stands right stays";
+}
+
+// How many points an image sees together with one of these.
+uint32_t CountShared(const CityMap& map, ImageId image, const std::vector<ImageId>& others) {
+  uint32_t shared = 0;
+  for (const PointId point : map.PointsSeenBy(std::vector{image})) {
+    shared += std::ranges::any_of(map.point(point).track, [&](const TrackElement& element) {
+      return std::ranges::find(others, element.image) != others.end();
+    });
+  }
+  return shared;
+}
+
+// Leaves the image so many of the points that it sees together with one of these.
+void KeepShared(CityMap* map, ImageId image, const std::vector<ImageId>& others, uint32_t count) {
+  uint32_t kept = 0;
+  for (const PointId point : map->PointsSeenBy(std::vector{image})) {
+    const bool is_shared =
+        std::ranges::any_of(map->point(point).track, [&](const TrackElement& element) {
+          return std::ranges::find(others, element.image) != others.end();
+        });
+    if (is_shared && ++kept > count) map->RemoveObservation(point, image);
+  }
+}
+
+// No feature is good enough for a track to grow by it.
+void StopGrowth(MapperOptions* options) {
+  options->growth.error_px_max = options->growth.search_radius_px = -1;
+}
+
+TEST(ReconstructionAdjustment, WhatFewPointsHoldAfterACutLosesItsPose) {
+  SceneDatabase scene(kTwoSides);
+  const ReconstructionId id = AddTwoSides(&scene);
+  ContradictSeam(&scene);
+  SceneWork work(&scene);
+  StopGrowth(&work.options);
+  std::vector<ImageId> images;
+  ASSERT_OK(work.loader.LoadReconstruction(id, &images));
+  // Image 5 shares enough with its side to belong to it. But most images that see these points are
+  // of the other side, so the cut leaves them there.
+  const ImageId lonely = SideImages(1).front();
+  KeepShared(&work.map, lonely, {ImageId(6), ImageId(7), ImageId(8)}, 15);
+  ASSERT_GE(CountShared(work.map, lonely, SideImages(0)), 20u);
+  const auto healing = AdjustReconstruction(work.context, id);
+  ASSERT_OK(healing);
+  ASSERT_EQ(healing->parts.size(), 1u);
+  EXPECT_EQ(healing->parts.front().size(), 3u);
+  ASSERT_EQ(healing->unplaced.size(), 1u);
+  EXPECT_EQ(healing->unplaced.front().image, lonely);
+  EXPECT_EQ(healing->unplaced.front().why, "only 0 points hold it; 20 are needed");
+  EXPECT_FALSE(work.map.HasImage(lonely));
+}
+
+TEST(ReconstructionAdjustment, WithoutTheOneThatFewPointsHoldOthersMayFallToo) {
+  SceneDatabase scene;
+  scene.AddImages(0, 5);
+  const ReconstructionId id = scene.AddReconstruction({0, 1, 2, 3, 4});
+  SceneWork work(&scene);
+  StopGrowth(&work.options);
+  std::vector<ImageId> images;
+  ASSERT_OK(work.loader.LoadReconstruction(id, &images));
+  // Image 4 sees little but what image 5 sees, which sees too little.
+  KeepShared(&work.map, ImageId(5), {ImageId(1), ImageId(2), ImageId(3)}, 0);
+  KeepShared(&work.map, ImageId(4), {ImageId(1), ImageId(2), ImageId(3)}, 15);
+  KeepShared(&work.map, ImageId(5), {ImageId(4)}, 19);
+  const auto healing = AdjustReconstruction(work.context, id);
+  ASSERT_OK(healing);
+  ASSERT_EQ(healing->unplaced.size(), 2u);
+  EXPECT_EQ(healing->unplaced[0].image, ImageId(5));
+  EXPECT_EQ(healing->unplaced[1].image, ImageId(4));
+  EXPECT_TRUE(healing->parts.empty());
+  for (const uint32_t left : {1u, 2u, 3u}) EXPECT_TRUE(work.map.HasImage(ImageId(left)));
+}
+
+TEST(ReconstructionAdjustment, TwoAreNoReconstruction) {
+  SceneDatabase scene;
+  scene.AddImages(0, 3);
+  const ReconstructionId id = scene.AddReconstruction({0, 1, 2});
+  SceneWork work(&scene);
+  StopGrowth(&work.options);
+  std::vector<ImageId> images;
+  ASSERT_OK(work.loader.LoadReconstruction(id, &images));
+  KeepShared(&work.map, ImageId(3), {ImageId(1), ImageId(2)}, 19);
+  const auto healing = AdjustReconstruction(work.context, id);
+  ASSERT_OK(healing);
+  EXPECT_EQ(healing->unplaced.size(), 3u);
+  EXPECT_TRUE(work.map.images().empty());
 }
 
 }  // namespace

@@ -199,6 +199,14 @@ TEST(SubmapSteps, APartInsideThatIsContradictedIsSplitOff) {
     }
     ASSERT_EQ(worker.Submaps().size(), 1u) << "what was split off has no submaps";
     EXPECT_EQ(worker.Submaps().front().images, SideImages(0));
+    const auto hypotheses = scene.Snap()->ListHypotheses();
+    ASSERT_OK(hypotheses);
+    ASSERT_EQ(hypotheses->size(), 1u);
+    EXPECT_EQ(hypotheses->front().a, kCity);
+    EXPECT_EQ(hypotheses->front().b, adjusted->split_off.front());
+    EXPECT_EQ(hypotheses->front().reason, RefusalReason::kSplit);
+    EXPECT_GT(hypotheses->front().contradicting_pairs, 0u);
+    EXPECT_FALSE(hypotheses->front().is_due);
     if (digest.empty()) digest = DigestHex(scene);
     EXPECT_EQ(DigestHex(scene), digest);
   }
@@ -245,6 +253,51 @@ TEST(SubmapSteps, ImagesThatLoseTheirPosesLeaveTheirPointsToOthers) {
   ExpectSound(scene);
   EXPECT_EQ(scene.Snap()->GetReconstruction(kCity)->image_count, 11u);
   EXPECT_EQ(worker.Submaps().size(), 1u);
+}
+
+// Leaves the image so many of the points that it sees.
+void LeavePoints(SceneDatabase* scene, ImageId image, size_t count) {
+  SceneWork work(scene);
+  ASSERT_OK(work.loader.LoadNeighborhood({&image, 1}));
+  const std::vector<PointId> seen = work.map.PointsSeenBy({&image, 1});
+  ASSERT_GT(seen.size(), count);
+  for (size_t i = count; i < seen.size(); ++i) work.map.RemoveObservation(seen[i], image);
+  Placement placement;
+  placement.reconstruction = kCity;
+  const auto transaction = scene->database()->BeginTransaction();
+  ASSERT_OK(WritePlacementChanges(work.map, *scene->Snap(), placement, {}, transaction.get()));
+  ASSERT_OK(transaction->Commit());
+}
+
+TEST(SubmapSteps, WhatFewPointsHoldOutsideLosesItsPoseByItsOwnSubmap) {
+  SceneDatabase scene(kArc);
+  AddArc(&scene);
+  LeavePoints(&scene, ImageId(7), 19);
+  ExpectSound(scene);
+  const auto transaction = scene.database()->BeginTransaction();
+  for (const uint32_t half : {0u, 1u}) {
+    std::vector<ImageId> images;
+    for (uint32_t k = 6 * half; k < 6 * half + 6; ++k) images.push_back(ImageId(k + 1));
+    transaction->PutSubmap({SubmapId(half + 1), kCity, images, half == 0 ? 0u : 6u});
+  }
+  ASSERT_OK(transaction->Commit());
+  Worker worker(&scene);
+  worker.options.schedule.submap_images_max = 6;
+  GrowthOptions& growth = worker.options.mapper.growth;
+  growth.error_px_max = growth.search_radius_px = -1;  // no track grows
+  const auto first = worker.Adjust(1);
+  ASSERT_OK(first);
+  EXPECT_TRUE(first->unplaced.empty());
+  ASSERT_EQ(worker.Submaps().size(), 2u);
+  EXPECT_EQ(worker.Submaps()[0].images_at_adjustment, 6u);
+  EXPECT_EQ(worker.Submaps()[1].images_at_adjustment, 0u) << "it is due";
+  ExpectSound(scene);
+  const auto second = worker.Adjust(2);
+  ASSERT_OK(second);
+  ASSERT_EQ(second->unplaced.size(), 1u);
+  EXPECT_EQ(second->unplaced.front().image, ImageId(7));
+  ExpectSound(scene);
+  EXPECT_EQ(worker.Submaps()[1].images.size(), 5u);
 }
 
 TEST(SubmapSteps, APartThatReachesOutStays) {
