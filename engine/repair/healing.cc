@@ -167,7 +167,14 @@ bool AreTwo(const Healing& healing, ReconstructionId a, ReconstructionId b) {
   return end_a.valid() && end_b.valid() && end_a != end_b;
 }
 
-// Those whose photos or reconstructions are there and are two.
+bool StillHolds(const Healing& healing, const ForbiddenRecord& forbidden) {
+  if (forbidden.kind == ForbiddenKind::kMerge)
+    return AreTwo(healing, ReconstructionId(forbidden.a), ReconstructionId(forbidden.b));
+  return healing.FindPhoto(ImageId(forbidden.a)) != nullptr &&
+         healing.FindPhoto(ImageId(forbidden.b)) != nullptr;
+}
+
+// Those whose photos are there, and those whose reconstructions are there and are two.
 Status HealForbidden(Healing* healing) {
   const Result<std::vector<ForbiddenRecord>> all = healing->from().ListForbidden();
   if (!all.ok()) {
@@ -177,12 +184,7 @@ Status HealForbidden(Healing* healing) {
     return Status::Ok();
   }
   for (const ForbiddenRecord& forbidden : *all) {
-    const bool holds =
-        forbidden.kind == ForbiddenKind::kPair
-            ? healing->FindPhoto(ImageId(forbidden.a)) != nullptr &&
-                  healing->FindPhoto(ImageId(forbidden.b)) != nullptr
-            : AreTwo(*healing, ReconstructionId(forbidden.a), ReconstructionId(forbidden.b));
-    if (!holds) continue;
+    if (!StillHolds(*healing, forbidden)) continue;
     VEDUTA_RETURN_IF_ERROR(healing->writer.Put(
         [&](Transaction& transaction) { transaction.PutForbidden(forbidden); }));
   }
@@ -256,6 +258,7 @@ Status HealAll(Healing* healing) {
   VEDUTA_RETURN_IF_ERROR(HealPhotos(healing));
   VEDUTA_RETURN_IF_ERROR(HealPairs(healing));
   VEDUTA_RETURN_IF_ERROR(HealMap(healing));
+  VEDUTA_RETURN_IF_ERROR(HealSubmaps(healing));
   VEDUTA_RETURN_IF_ERROR(HealDense(healing));
   VEDUTA_RETURN_IF_ERROR(HealForbidden(healing));
   VEDUTA_RETURN_IF_ERROR(HealHypotheses(healing));

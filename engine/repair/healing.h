@@ -66,6 +66,7 @@ struct Healing {
   std::map<CameraId, CameraRecord> cameras;
   std::map<ImageId, ImageRecord> images;
   std::map<ReconstructionId, ReconstructionRecord> reconstructions;  // merged ones too
+  std::map<ReconstructionId, std::set<ImageId>> members;             // that keep their poses
   std::map<ImageId, JournalRecord> added;         // the journal's entry about each photo
   std::map<CameraId, CameraRecord> told_cameras;  // as the journal describes them
   ToldByJournal told;
@@ -97,6 +98,7 @@ Status HealImages(Healing* healing);
 Status HealPhotos(Healing* healing);
 Status HealPairs(Healing* healing);
 Status HealMap(Healing* healing);
+Status HealSubmaps(Healing* healing);
 Status HealDense(Healing* healing);
 // New entries, where records have come to say something else than the journal does.
 Status RestateJournal(Healing* healing);

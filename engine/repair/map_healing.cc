@@ -34,6 +34,11 @@ class ReconstructionHealer {
     return Write();
   }
   bool is_given_up() const { return poses_.empty(); }
+  std::set<ImageId> members() const {
+    std::set<ImageId> members;
+    for (const auto& [id, pose] : poses_) members.insert(id);
+    return members;
+  }
   const ReconstructionRecord& record() const { return record_; }
 
  private:
@@ -324,7 +329,11 @@ Status ReadPose(const ImageRecord& image, StoredMap* map, Healing* healing) {
   if (!pose.ok() && !IsDamage(pose.status())) return pose.status();
   const bool is_placed = image.verdict != Verdict::kPostponed;
   const bool has_pose = pose.ok() && pose->has_value();
-  if (has_pose && is_placed && map->living.contains((*pose)->reconstruction)) {
+  const Result<bool> forbidden =
+      healing->from().IsForbidden(ForbiddenKind::kPose, image.id.value, image.id.value);
+  if (!forbidden.ok() && !IsDamage(forbidden.status())) return forbidden.status();
+  const bool is_forbidden = forbidden.ok() && *forbidden;
+  if (has_pose && is_placed && !is_forbidden && map->living.contains((*pose)->reconstruction)) {
     map->poses[(*pose)->reconstruction][image.id] = **pose;
     return Status::Ok();
   }
@@ -334,11 +343,14 @@ Status ReadPose(const ImageRecord& image, StoredMap* map, Healing* healing) {
     damage += " cannot be read: " + pose.status().message();
   } else if (!has_pose) {
     damage += " is missing";
+  } else if (is_forbidden) {
+    damage += " is stored, and somebody has forbidden it";
   } else {
     damage += is_placed ? " lies in a reconstruction that is not there"
                         : " is stored, and its record says that it has none";
   }
-  healing->notes.Add(std::move(damage), "the photo is tried again");
+  healing->notes.Add(std::move(damage),
+                     is_forbidden ? "it is left out" : "the photo is tried again");
   return healing->TryAgain(image.id);
 }
 
@@ -394,7 +406,10 @@ Status HealMap(Healing* healing) {
   for (auto it = map.living.begin(); it != map.living.end();) {
     ReconstructionHealer healer(it->second, map.poses[it->first], city, healing);
     VEDUTA_RETURN_IF_ERROR(healer.Run());
-    if (!healer.is_given_up()) healing->reconstructions[it->first] = healer.record();
+    if (!healer.is_given_up()) {
+      healing->reconstructions[it->first] = healer.record();
+      healing->members[it->first] = healer.members();
+    }
     it = healer.is_given_up() ? map.living.erase(it) : std::next(it);
   }
   return WriteGone(map, healing);

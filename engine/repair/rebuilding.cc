@@ -1,6 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "engine/repair/rebuilding.h"
 
+#include <map>
+#include <string>
+
 namespace veduta {
 namespace {
 
@@ -17,18 +20,74 @@ struct PhotoToAdd {
 // A step that fails is set aside by the engine, and the next program tries it again.
 void IgnoreStep(const FollowUp& /*step*/) {}
 
-Status AddAll(const std::vector<PhotoToAdd>& photos, const Salvage& source, Engine* engine) {
+// What people have forbidden of photos, by the name of the photo that comes last of those that it
+// is about.
+using Statements = std::multimap<std::string, ForbidRequest>;
+
+// States anew what needed that photo to be there.
+Status Restate(const Statements& statements, const std::string& photo, Engine* engine,
+               std::vector<RepairNotes::Finding>* unkept) {
+  const auto [begin, end] = statements.equal_range(photo);
+  for (auto statement = begin; statement != end; ++statement) {
+    const Status stated = engine->Forbid(statement->second);
+    // The photo was not stored, or was rejected.
+    const bool is_lost =
+        stated.code() == StatusCode::kNotFound || stated.code() == StatusCode::kInvalidArgument;
+    if (!stated.ok() && !is_lost) return stated;
+    if (is_lost)
+      unkept->push_back({"what " + statement->second.actor + " has forbidden of '" + photo +
+                             "' cannot be stated anew: " + stated.message(),
+                         "it is left out"});
+  }
+  return Status::Ok();
+}
+
+// Adds the photos in batches; one ends with each photo that something is stated with.
+Status AddAll(const std::vector<PhotoToAdd>& photos, const Salvage& source,
+              const Statements& statements, Engine* engine,
+              std::vector<RepairNotes::Finding>* unkept) {
   std::vector<PhotoSubmission> batch;
   for (size_t i = 0; i < photos.size(); ++i) {
     const PhotoToAdd& photo = photos[i];
     VEDUTA_ASSIGN_OR_RETURN(std::vector<uint8_t> bytes,
                             source.GetPhoto(photo.photo, photo.size_bytes));
     batch.push_back({{photo.name, "", std::move(bytes)}, photo.camera, photo.contributor});
-    if (batch.size() < kPhotosAtOnce && i + 1 < photos.size()) continue;
+    const bool is_full = batch.size() == kPhotosAtOnce || i + 1 == photos.size();
+    if (!is_full && !statements.contains(photo.name)) continue;
     VEDUTA_RETURN_IF_ERROR(engine->AddPhotos(batch, {}, {}, IgnoreStep));
     batch.clear();
+    VEDUTA_RETURN_IF_ERROR(Restate(statements, photo.name, engine, unkept));
   }
   return Status::Ok();
+}
+
+// What is forbidden of photos that are there; the rest goes to `unkept`.
+Result<Statements> StatementsOf(const Healing& healing, std::vector<RepairNotes::Finding>* unkept) {
+  Statements statements;
+  const Result<std::vector<ForbiddenRecord>> all = healing.from().ListForbidden();
+  if (!all.ok()) {
+    if (!IsDamage(all.status())) return all.status();
+    return statements;  // the healing has said so
+  }
+  for (const ForbiddenRecord& forbidden : *all) {
+    if (forbidden.kind == ForbiddenKind::kMerge) {
+      const std::string reason = forbidden.reason.empty() ? "" : ": " + forbidden.reason;
+      unkept->push_back(
+          {forbidden.actor + " has forbidden that reconstructions " + std::to_string(forbidden.a) +
+               " and " + std::to_string(forbidden.b) + " are merged" + reason,
+           "a rebuild makes other reconstructions, so it is not kept: where two of the new ones "
+           "must not be merged, state it with 'veduta forbid --reconstructions'"});
+      continue;
+    }
+    const ImageRecord* const a = healing.FindPhoto(ImageId(forbidden.a));
+    const ImageRecord* const b = healing.FindPhoto(ImageId(forbidden.b));
+    if (a == nullptr || b == nullptr) continue;  // it went with the photo
+    const bool is_pose = forbidden.kind == ForbiddenKind::kPose;
+    statements.emplace(b->name,
+                       ForbidRequest{is_pose ? ForbidKind::kPose : ForbidKind::kPair, a->name,
+                                     is_pose ? "" : b->name, forbidden.actor, forbidden.reason});
+  }
+  return statements;
 }
 
 std::vector<PhotoToAdd> LoosePhotosOf(const Healing& healing) {
@@ -43,13 +102,14 @@ std::vector<PhotoToAdd> LoosePhotosOf(const Healing& healing) {
 }  // namespace
 
 Status AddLoosePhotos(const Healing& healing, Engine* engine) {
-  VEDUTA_RETURN_IF_ERROR(AddAll(LoosePhotosOf(healing), healing.source, engine));
+  VEDUTA_RETURN_IF_ERROR(AddAll(LoosePhotosOf(healing), healing.source, {}, engine, nullptr));
   engine->Settle({}, IgnoreStep)
       .IgnoreBecause("a step that fails is tried again by the next program; verify comes after");
   return Status::Ok();
 }
 
-Status RebuildFromPhotos(const Healing& healing, Engine* engine) {
+Result<std::vector<RepairNotes::Finding>> RebuildFromPhotos(const Healing& healing,
+                                                            Engine* engine) {
   for (const auto& [id, camera] : healing.cameras)
     VEDUTA_RETURN_IF_ERROR(engine->AddCamera(camera.name, camera.model, camera.source).status());
   std::vector<PhotoToAdd> photos;
@@ -58,8 +118,11 @@ Status RebuildFromPhotos(const Healing& healing, Engine* engine) {
     photos.push_back({image.name, image.photo, image.size_bytes,
                       healing.cameras.at(image.camera).name, image.contributor});
   }
-  VEDUTA_RETURN_IF_ERROR(AddAll(photos, healing.source, engine));
-  return AddLoosePhotos(healing, engine);
+  std::vector<RepairNotes::Finding> unkept;
+  VEDUTA_ASSIGN_OR_RETURN(const Statements statements, StatementsOf(healing, &unkept));
+  VEDUTA_RETURN_IF_ERROR(AddAll(photos, healing.source, statements, engine, &unkept));
+  VEDUTA_RETURN_IF_ERROR(AddLoosePhotos(healing, engine));
+  return unkept;
 }
 
 }  // namespace veduta

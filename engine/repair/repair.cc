@@ -150,7 +150,10 @@ class Repairer final {
     VEDUTA_ASSIGN_OR_RETURN(const std::unique_ptr<Engine> engine,
                             Engine::Open(folders_.repairing, options));
     if (way == Way::kRebuild) {
-      VEDUTA_RETURN_IF_ERROR(RebuildFromPhotos(examined, engine.get()));
+      VEDUTA_ASSIGN_OR_RETURN(const std::vector<RepairNotes::Finding> unkept,
+                              RebuildFromPhotos(examined, engine.get()));
+      for (const RepairNotes::Finding& finding : unkept)
+        answer_.findings.push_back({finding.damage, finding.remedy});
     } else if (!notes.loose.empty() || !notes.retried.empty()) {
       VEDUTA_RETURN_IF_ERROR(AddLoosePhotos(examined, engine.get()));
     }

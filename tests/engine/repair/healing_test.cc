@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Goal: what a healing leaves out is damaged, not only unreadable at the moment; surfaces that are
-//   not finished come along, and so do hypotheses about what is there.
+//   not finished come along, and so do hypotheses about what is there, and what people forbid.
 // Method: one street database is healed into a new one, record by record; once with a disk whose
 //   reads fail.
 #include "engine/repair/healing.h"
@@ -152,6 +152,39 @@ TEST(Healing, LosesHypothesesThatCannotBeReadAndNothingElse) {
   EXPECT_TRUE(all.empty());
   ASSERT_EQ(notes.findings.size(), 1u);
   EXPECT_TRUE(notes.findings[0].damage.starts_with("the hypotheses cannot be read"));
+}
+
+TEST(Healing, TakesAForbiddenPoseAlongAndNoPoseBesideIt) {
+  const DamagedCity city;
+  {
+    const auto database = Database::Open(city.path(), {});
+    ASSERT_OK(database);
+    const auto transaction = (*database)->BeginTransaction();
+    transaction->PutForbidden({ForbiddenKind::kPose, 5, 5, 9, "cleo", "the wrong tower"});
+    transaction->PutForbidden({ForbiddenKind::kPose, 99, 99, 9, "cleo", "of no photo"});
+    ASSERT_OK(transaction->Commit());
+  }
+  const auto source = Salvage::Open(city.path(), city.folder() / "links", {});
+  ASSERT_OK(source);
+  DatabaseOptions create;
+  create.create = true;
+  const auto target = Database::Open(city.folder() / "new", create);
+  ASSERT_OK(target);
+  UndistortCache tables(64 << 20);
+  const PhotoPreparer preparer(nullptr, &tables, PrepareOptions());
+  Healing healing(**source, preparer, target->get(), {});
+  ASSERT_OK(HealAll(&healing));
+  EXPECT_TRUE(IsSound(*(*target)->GetSnapshot()));
+  const auto forbidden = (*target)->GetSnapshot()->ListForbidden();
+  ASSERT_OK(forbidden);
+  ASSERT_EQ(forbidden->size(), 1u);
+  EXPECT_EQ(forbidden->front().a, 5u);
+  EXPECT_EQ(forbidden->front().reason, "the wrong tower");
+  EXPECT_FALSE((*target)->GetSnapshot()->FindPose(ImageId(5))->has_value());
+  const std::string told = "image 5) is stored, and somebody has forbidden it";
+  EXPECT_TRUE(std::ranges::any_of(healing.notes.findings, [&](const RepairNotes::Finding& one) {
+    return one.damage.ends_with(told) && one.remedy == "it is left out";
+  }));
 }
 
 }  // namespace

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Goal: a city that is made anew from its photos is sound and has all of them, under their names.
+//   What people have forbidden of photos holds in it, and what cannot be kept is told.
 // Method: the photos of a whole street database are added to a new one.
 #include "engine/repair/rebuilding.h"
 
@@ -8,30 +9,76 @@
 namespace veduta {
 namespace {
 
+// A city that is rebuilt from a copy of the street.
+struct Rebuilt {
+  explicit Rebuilt(const DamagedCity& city) {
+    const auto source = Salvage::Open(city.path(), city.folder() / "links", {});
+    EXPECT_OK(source);
+    UndistortCache tables(64 << 20);
+    const PhotoPreparer preparer(nullptr, &tables, PrepareOptions());
+    Healing examined(**source, preparer, nullptr, {});
+    EXPECT_OK(HealAll(&examined));
+    EngineOptions options;
+    options.create = true;
+    options.thread_count = 2;
+    auto opened = Engine::Open(city.folder() / "new", options);
+    EXPECT_OK(opened);
+    engine = std::move(*opened);
+    auto told = RebuildFromPhotos(examined, engine.get());
+    EXPECT_OK(told);
+    unkept = *told;
+    const auto violations = engine->Ask().Verify({.count_max = 20});
+    EXPECT_OK(violations);
+    EXPECT_EQ(*violations, std::vector<std::string>());
+  }
+
+  std::unique_ptr<Engine> engine;
+  std::vector<RepairNotes::Finding> unkept;
+};
+
+std::string NameOf(int photo) {
+  return TakePhoto(Walk(4, 1.2, kStreetPhotos)[static_cast<size_t>(photo)]).name;
+}
+
 TEST(Rebuilding, AddsEveryPhotoUnderItsName) {
   const DamagedCity city;
-  const auto source = Salvage::Open(city.path(), city.folder() / "links", {});
-  ASSERT_OK(source);
-  UndistortCache tables(64 << 20);
-  const PhotoPreparer preparer(nullptr, &tables, PrepareOptions());
-  Healing examined(**source, preparer, nullptr, {});
-  ASSERT_OK(HealAll(&examined));
-  EngineOptions options;
-  options.create = true;
-  options.thread_count = 2;
-  const auto engine = Engine::Open(city.folder() / "new", options);
-  ASSERT_OK(engine);
-  ASSERT_OK(RebuildFromPhotos(examined, engine->get()));
-  const Questions questions = (*engine)->Ask();
-  const auto violations = questions.Verify({.count_max = 20});
-  ASSERT_OK(violations);
-  EXPECT_EQ(*violations, std::vector<std::string>());
-  for (const Stand& stand : Walk(4, 1.2, kStreetPhotos)) {
-    const auto image = questions.Image(TakePhoto(stand).name);
+  const Rebuilt rebuilt(city);
+  EXPECT_TRUE(rebuilt.unkept.empty());
+  for (int photo = 0; photo < kStreetPhotos; ++photo) {
+    const auto image = rebuilt.engine->Ask().Image(NameOf(photo));
     ASSERT_OK(image);
     EXPECT_EQ(image->contributor, "anna");
     EXPECT_NE(image->verdict, Verdict::kRejected);
   }
+}
+
+TEST(Rebuilding, KeepsWhatIsForbiddenOfPhotosAndTellsOfMerges) {
+  const DamagedCity city;
+  {
+    const auto database = Database::Open(city.path(), {});
+    ASSERT_OK(database);
+    const auto transaction = (*database)->BeginTransaction();
+    transaction->PutForbidden({ForbiddenKind::kPair, 2, 3, 7, "bea", "two towers"});
+    transaction->PutForbidden({ForbiddenKind::kMerge, 1, 2, 8, "ben", "two rivers"});
+    transaction->PutForbidden({ForbiddenKind::kPose, 5, 5, 9, "cleo", "the wrong tower"});
+    ASSERT_OK(transaction->Commit());
+  }
+  const Rebuilt rebuilt(city);
+  const auto forbidden = rebuilt.engine->Ask().Forbidden();
+  ASSERT_OK(forbidden);
+  ASSERT_EQ(forbidden->size(), 2u);
+  EXPECT_EQ(forbidden->at(0).kind, ForbidKind::kPair);
+  EXPECT_EQ(forbidden->at(0).name_a, NameOf(1));
+  EXPECT_EQ(forbidden->at(0).name_b, NameOf(2));
+  EXPECT_EQ(forbidden->at(0).actor, "bea");
+  EXPECT_EQ(forbidden->at(0).reason, "two towers");
+  EXPECT_EQ(forbidden->at(1).kind, ForbidKind::kPose);
+  EXPECT_EQ(forbidden->at(1).name_a, NameOf(4));
+  EXPECT_FALSE(rebuilt.engine->Ask().Image(NameOf(4))->reconstruction.valid());
+  EXPECT_TRUE(rebuilt.engine->Ask().Image(NameOf(3))->reconstruction.valid());
+  ASSERT_EQ(rebuilt.unkept.size(), 1u);
+  EXPECT_EQ(rebuilt.unkept[0].damage,
+            "ben has forbidden that reconstructions 1 and 2 are merged: two rivers");
 }
 
 }  // namespace

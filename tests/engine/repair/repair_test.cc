@@ -11,6 +11,7 @@
 #include <map>
 
 #include "engine/repair/repair_folders.h"
+#include "storage/records/forbidden_record.h"
 #include "storage/records/image_record.h"
 #include "storage/records/pair_record.h"
 #include "storage/records/photo_record.h"
@@ -297,8 +298,12 @@ TEST(Repair, RebuildsWhereItMay) {
   EXPECT_TRUE(before == Contents(city.folder().path()))
       << "it was rebuilt, and nobody asked for it";
   RepairAnswer answer;
+  const ForbiddenRecord merge{ForbiddenKind::kMerge, 1, 2, 0, "bea", ""};
+  city.Overwrite(Family::kMeta, ForbiddenKey(merge.kind, merge.a, merge.b), *Encode(merge));
   EXPECT_EQ(RepairAndLook(city, &answer, /*may_rebuild=*/true).photos, kStreetPhotos);
   EXPECT_TRUE(answer.is_rebuilt);
+  EXPECT_EQ(answer.findings.back().damage,
+            "bea has forbidden that reconstructions 1 and 2 are merged");
 }
 
 TEST(Repair, KnowsADatabaseByAnyPathThatLeadsToIt) {
