@@ -2,8 +2,9 @@
 # SPDX-License-Identifier: Apache-2.0
 # Goal: docs/json.md tells the truth: each command prints the keys that it lists, of the types that
 #   it lists, and nothing else reaches standard output.
-# Method: the tables of the page are read; every command is run with --json on databases of a
-#   rendered street, each line of its output is parsed, and the keys are compared both ways.
+# Method: the tables of the page are read; every command is run with --json on databases of rendered
+#   streets, one of which has twin facades, so that merges are proposed and not believed; each line
+#   of its output is parsed, and the keys are compared both ways.
 # usage: tests/cli/json_test.py VEDUTA VEDUTA_STREET [TEST...]
 import collections
 import json
@@ -17,15 +18,7 @@ PAGE = os.path.join(os.path.dirname(__file__), '..', '..', 'docs', 'json.md')
 # Sections that list no keys: they point to another page.
 ELSEWHERE = {'veduta calibrate'}
 # Keys of what these databases have none of; tests/cli/wire sees them.
-HYPOTHESIS = ('kind', 'a', 'b', 'reason', 'common_points', 'pairs_for', 'pairs_against',
-              'matches_for', 'matches_against', 'parts_judged', 'parts_missing', 'scale',
-              'rotation_wxyz', 'rotation_wxyz[]', 'translation', 'translation[]', 'image',
-              'judgments', 'due', 'time')
-HYPOTHESES = {'hypotheses[].' + key for key in HYPOTHESIS}
 NOT_HERE = {
-    'veduta status': {'doubtful_seams[].' + key for key in HYPOTHESIS},
-    'veduta reconstruction': HYPOTHESES,
-    'veduta show': HYPOTHESES,
     'veduta remove': {'removed[].unplaced[]', 'copies[]'},
     'veduta add': {'damaged[].id', 'damaged[].what', 'unplaced[].id', 'unplaced[].why',
                    'split_off[]'},
@@ -89,6 +82,23 @@ def make_merged():
     return db, lines_of(*add_command(db, photos, '--list', at('ends first')))
 
 
+def make_doubtful(keep):
+    """Two facades that are exactly alike stand so near that photos of both propose a merge, which
+    what is around them contradicts."""
+    photos, db = render('twins', '--photos', '30', '--length', '38', '--size', SIZE,
+                        '--twin-facades', 'near'), new_database('doubtful')
+    PRINTED['veduta add'] += lines_of(*add_command(db, photos))
+    keep('status', 'status', db)
+    seams = PRINTED['veduta status'][-1]['doubtful_seams']
+    assert seams, 'nobody has proposed a merge of the twins, or it was believed'
+    for seam in seams:
+        keep('reconstruction', 'reconstruction', db, str(seam['a']))
+        assert seam in PRINTED['veduta reconstruction'][-1]['hypotheses']
+    for name in sorted(os.listdir(photos)):
+        keep('show', 'show', db, name)
+    assert any(shown['hypotheses'] for shown in PRINTED['veduta show'])
+
+
 def make_dense():
     """A database with one reconstruction and its surface."""
     photos, db = render('sixteen', '--photos', '16', '--size', SIZE), new_database('dense')
@@ -114,6 +124,7 @@ def setUpModule():
     PRINTED['veduta add'] += lines
     for number in sorted({line['reconstruction'] for line in lines} - {None}):
         keep('reconstruction', 'reconstruction', merged, str(number))
+    make_doubtful(keep)
     dense = make_dense()
     keep('densify', 'densify', dense, '--size', '160', '--device', 'cpp')
     keep('export', 'export', dense, at('model'), '--format', 'ply')
@@ -132,6 +143,7 @@ def setUpModule():
             if PRINTED['veduta show'][-1]['reconstruction'] is not None:
                 keep('pose', 'pose', db, name)
     must('forbid', merged, 'photo0001.jpg', 'photo0024.jpg')
+    must('forbid', merged, 'photo0003.jpg', '--pose')
     keep('forbidden', 'forbidden', merged)
     keep('remove', 'remove', merged, 'photo0012.jpg')
     write(at('new.jpg'), photo(5) + b'\0')
@@ -166,7 +178,7 @@ class Page(Case):
                 self.assertIn('veduta ' + found[1], page)
 
     def test_numbers_are_those_of_the_text(self):
-        status = PRINTED['veduta status'][0]
+        status = next(s for s in PRINTED['veduta status'] if not s['doubtful_seams'])
         self.assertIn(f'{status["images"]} images: {status["placed"]} placed',
                       must('status', WHOLE))
         digests = [value['digest'] for value in PRINTED['veduta digest']]
