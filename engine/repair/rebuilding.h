@@ -14,11 +14,11 @@ namespace veduta {
 Status AddLoosePhotos(const Healing& healing, Engine* engine);
 
 // Adds the cameras and all photos of the healing to a new database, in the order of their ids. The
-// images get new ids; the dense pass is left to the user. `healing` was run without a target.
-// What people have forbidden of photos is stated anew, under the same names, as soon as the photos
-// are there, so that all later ones are placed with it; what is about a photo that is lost goes with
-// the photo. Returns what else of it is not kept: merges, for the reconstructions that they name are
-// no more, and what is about a photo that is rejected now.
+// images get new ids; the dense pass is left to the user. `healing` was run without a target. What
+// people have forbidden of photos is stated anew, under the same names, as soon as the photos are
+// there, so that all later ones are placed with it; what is about a photo that is lost goes with
+// the photo. Returns what else of it is not kept: merges, for the reconstructions that they name
+// are no more, and what is about a photo that is rejected now.
 Result<std::vector<RepairNotes::Finding>> RebuildFromPhotos(const Healing& healing, Engine* engine);
 
 }  // namespace veduta
