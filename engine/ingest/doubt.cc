@@ -231,7 +231,7 @@ Status DoubtOptions::Check() const {
       .AtLeast("better_missing_cells_min", better_missing_cells_min, 1)
       .Between("better_missing_share_max", better_missing_share_max, 0, 1)
       .AtLeast("seam_pairs_min", seam_pairs_min, 1)
-      .Above("seam_deviation_share_max", seam_deviation_share_max, 0)
+      .Above("seam_jackknife_share_max", seam_jackknife_share_max, 0)
       .AtLeast("pair_weight_max", pair_weight_max, 1)
       .Above("seam_contradiction_share_max", seam_contradiction_share_max, 0)
       .Above("seam_confirmed_contradiction_share_max", seam_confirmed_contradiction_share_max, 0)

@@ -16,6 +16,7 @@ Status MapperOptions::Check() const {
       .Between("weak_inlier_share_min", weak_inlier_share_min, 0, 1)
       .Part("agreement", agreement.Check())
       .Above("contradiction_share_max", contradiction_share_max, 0)
+      .Above("deviation_share_max", deviation_share_max, 0)
       .AtLeast("local_images_max", local_images_max, 2)
       .AtLeast("settled_images_max", settled_images_max, 2)
       .Part("growth", growth.Check())

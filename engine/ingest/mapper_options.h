@@ -39,6 +39,10 @@ struct MapperOptions {
   // > 0. Matches that contradict a pose over those that agree with it; above, the pose is dropped.
   // Chosen by hand; not measured.
   double contradiction_share_max = 0.5;
+  // > 0. DeviationShare (pose_deviation.h) of a pose that is taken. On a street of 1,500 photos the
+  // poses that were wrong by 5 m and more, by one house front at the far end of the street, had
+  // 0.47 to 4.7 %; of 129 right ones (to 0.1 m) 95 % had at most 0.38 %.
+  double deviation_share_max = 0.005;
 
   // How the map grows around a photo (surroundings.h).
 

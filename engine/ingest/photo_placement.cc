@@ -2,6 +2,9 @@
 #include "engine/ingest/photo_placement.h"
 
 #include <algorithm>
+#include <cstdio>
+#include <optional>
+#include <utility>
 
 #include "engine/ingest/doubt.h"
 #include "engine/ingest/forbidding.h"
@@ -13,6 +16,7 @@
 #include "engine/ingest/submaps.h"
 #include "engine/ingest/surroundings.h"
 #include "engine/mapping/agreeing_growth.h"
+#include "engine/mapping/pose_deviation.h"
 #include "engine/query/forbidden.h"
 #include "storage/base/stopwatch.h"
 
@@ -166,10 +170,42 @@ Result<bool> RaisesDoubt(const MappingContext& context, ImageId photo) {
   return std::ranges::any_of(is_doubtful, [](char c) { return c != 0; });
 }
 
-// The first case, and the second where it joins reconstructions. Stops where the photo is
-// contradicted, and says so in `visible`.
-Status PlaceAt(const MappingContext& context, const PhotoAtHand& at_hand, const PoseCandidate& pose,
-               Stopwatch* watch, Placement* placement, VisibleStructure* visible) {
+Placement Postponed(Reason reason, std::string detail) {
+  Placement postponed;
+  postponed.reason = reason;
+  postponed.detail = std::move(detail);
+  return postponed;
+}
+
+// The photo postponed, where what it sees does not say where it stands.
+std::optional<Placement> AskWhetherDetermined(const MappingContext& context, ImageId photo) {
+  const double share = DeviationShare(*context.map, photo);
+  if (share <= context.options.deviation_share_max) return std::nullopt;
+  char text[160];
+  std::snprintf(
+      text, sizeof(text),
+      "by what it sees of reconstruction %u, errors of 1 mrad move it by %.2g %% of how far "
+      "it sees",
+      context.map->image(photo).reconstruction.value, 100 * share);
+  return Postponed(Reason::kUndetermined, text);
+}
+
+// The photo postponed, where its picture lacks what others see there.
+Result<std::optional<Placement>> AskWhatIsMissing(const MappingContext& context, ImageId photo) {
+  const MapImage& image = context.map->image(photo);
+  VEDUTA_ASSIGN_OR_RETURN(const VisibleStructure visible, JudgeView(context, image));
+  if (!IsContradicted(visible, context.options.doubt)) return std::optional<Placement>();
+  return std::optional(
+      Postponed(Reason::kMissingStructure, "of the pose in reconstruction " +
+                                               std::to_string(image.reconstruction.value) + ", " +
+                                               MissingText(visible)));
+}
+
+// The first case, and the second where it joins reconstructions. Returns the photo postponed where
+// its pose is not believed.
+Result<std::optional<Placement>> PlaceAt(const MappingContext& context, const PhotoAtHand& at_hand,
+                                         const PoseCandidate& pose, Stopwatch* watch,
+                                         Placement* placement) {
   const MapperOptions& options = context.options;
   const ImageId id = at_hand.photo.id;
   MapImage image = UnplacedImage(at_hand.photo);
@@ -178,8 +214,9 @@ Status PlaceAt(const MappingContext& context, const PhotoAtHand& at_hand, const 
   context.map->PlaceImage(std::move(image));
   GrowAndRefine(context.map, id, at_hand.putative, options.growth);
   NotePlaced(at_hand.photo, pose, placement);
-  VEDUTA_ASSIGN_OR_RETURN(*visible, JudgeView(context, context.map->image(id)));
-  if (IsContradicted(*visible, options.doubt)) return Status::Ok();
+  if (std::optional<Placement> postponed = AskWhetherDetermined(context, id)) return postponed;
+  VEDUTA_ASSIGN_OR_RETURN(std::optional<Placement> postponed, AskWhatIsMissing(context, id));
+  if (postponed) return postponed;
   const std::vector<ImageId> near = CovisibleImages(*context.map, id, options.local_images_max);
   VEDUTA_RETURN_IF_ERROR(MergeWhatItJoins(context, at_hand, near, placement));
   if (!placement->merges.empty())
@@ -193,34 +230,12 @@ Status PlaceAt(const MappingContext& context, const PhotoAtHand& at_hand, const 
   placement->map_ms += watch->LapMs();
   VEDUTA_RETURN_IF_ERROR(AdjustAround(context, id, options.local_images_max));
   placement->adjust_ms += watch->LapMs();
-  VEDUTA_ASSIGN_OR_RETURN(*visible, JudgeView(context, context.map->image(id)));
+  VEDUTA_ASSIGN_OR_RETURN(postponed, AskWhatIsMissing(context, id));
+  if (postponed) return postponed;
   if (placement->merges.empty()) {
     VEDUTA_ASSIGN_OR_RETURN(placement->raises_doubt, RaisesDoubt(context, id));
   }
-  return Status::Ok();
-}
-
-Placement PostponedForPoints(uint32_t seen, uint32_t needed) {
-  Placement postponed;
-  postponed.reason = Reason::kResectionFailed;
-  postponed.detail = "only " + std::to_string(seen) + " points are left after adjustment; " +
-                     std::to_string(needed) + " are needed";
-  return postponed;
-}
-
-Placement PostponedForMissing(const VisibleStructure& visible, ReconstructionId reconstruction) {
-  Placement postponed;
-  postponed.reason = Reason::kMissingStructure;
-  postponed.detail = "of the pose in reconstruction " + std::to_string(reconstruction.value) +
-                     ", " + MissingText(visible);
-  return postponed;
-}
-
-Placement PostponedForForbidden() {
-  Placement postponed;
-  postponed.reason = Reason::kForbidden;
-  postponed.detail = kPoseForbiddenDetail;
-  return postponed;
+  return std::optional<Placement>();
 }
 
 // Without those of photos that must not have a pose: they found nothing, and a photo whose matches
@@ -258,22 +273,23 @@ Result<Placement> PlaceByPairs(const MappingContext& context, const ImageFeature
     placement.map_ms = watch.LapMs();
     return placement;
   }
-  VisibleStructure visible;
-  VEDUTA_RETURN_IF_ERROR(PlaceAt(context, at_hand, *pose, &watch, &placement, &visible));
-  if (IsContradicted(visible, context.options.doubt)) {
+  VEDUTA_ASSIGN_OR_RETURN(std::optional<Placement> postponed,
+                          PlaceAt(context, at_hand, *pose, &watch, &placement));
+  if (postponed) {
     context.map->Clear();
-    placement = PostponedForMissing(visible, pose->reconstruction);
     // Others that wait may be there for the same reason, and know the place together.
     if (has_sure_pose && new_reconstruction.valid()) {
       VEDUTA_RETURN_IF_ERROR(context.loader->LoadNeighborhood(neighbors));
-      VEDUTA_RETURN_IF_ERROR(TryToFound(context, at_hand, new_reconstruction, &placement));
+      VEDUTA_RETURN_IF_ERROR(TryToFound(context, at_hand, new_reconstruction, &*postponed));
     }
-    return placement;
+    return std::move(*postponed);
   }
   const uint32_t seen = CountObservations(context.map->image(photo.id));
   if (seen < context.options.observations_min) {
     context.map->Clear();
-    return PostponedForPoints(seen, context.options.observations_min);
+    return Postponed(Reason::kResectionFailed,
+                     "only " + std::to_string(seen) + " points are left after adjustment; " +
+                         std::to_string(context.options.observations_min) + " are needed");
   }
   return placement;
 }
@@ -285,7 +301,7 @@ Result<Placement> PlacePhoto(const MappingContext& context, const ImageFeatures&
                              ReconstructionId new_reconstruction, uint64_t seed) {
   const Snapshot& snapshot = context.loader->snapshot();
   VEDUTA_ASSIGN_OR_RETURN(const bool is_forbidden, IsPoseForbidden(snapshot, photo.id));
-  if (is_forbidden) return PostponedForForbidden();
+  if (is_forbidden) return Postponed(Reason::kForbidden, kPoseForbiddenDetail);
   VEDUTA_ASSIGN_OR_RETURN(const std::vector<PairMatches> allowed,
                           WithoutForbidden(snapshot, pairs));
   return PlaceByPairs(context, photo, allowed, new_reconstruction, seed);

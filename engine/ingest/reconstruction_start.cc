@@ -56,6 +56,8 @@ std::string NoStartDetail(const ReconstructionStart& start, size_t pair_count) {
       return text + "no two of the views have enough parallax";
     case FoundingOutcome::kNoThirdView:
       return text + "no third view sees the points of the best pair";
+    case FoundingOutcome::kUndetermined:
+      return text + "what three views see does not say where each of them stands";
     case FoundingOutcome::kTooFewPoints:
     case FoundingOutcome::kFounded:
       break;

@@ -5,12 +5,15 @@
 #include <cmath>
 #include <cstdio>
 #include <functional>
+#include <iterator>
+#include <limits>
 #include <map>
 #include <set>
 
 #include "engine/ingest/doubt.h"
 #include "engine/mapping/resection.h"
 #include "engine/mapping/similarity.h"
+#include "storage/base/median.h"
 
 namespace veduta {
 namespace {
@@ -23,6 +26,8 @@ constexpr size_t kRefinedPointsMin = 8;
 constexpr size_t kSeamImagesMax = 12;
 // Error at which a point loses weight. Chosen by hand; not measured.
 constexpr double kRefinedErrorPx = 2.0;
+// Images that a jackknife leaves out, one at a time. Chosen by hand; not measured.
+constexpr size_t kWitnessesMax = 24;
 // Images of either side that are asked what they see, beside those of the pairs. Chosen by hand;
 // not measured.
 constexpr size_t kBesideMax = 24;
@@ -131,31 +136,64 @@ class Sides {
   std::map<ImageId, CarriedView> into_, other_;
 };
 
-double MedianOf(std::vector<double> values) {
-  const auto middle = values.begin() + static_cast<ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
-}
-
-// SeamEvidence::deviation_share. Whoever looks down a street sees the same far houses from both
-// ends: they agree with the similarity and hardly say where the one end is.
-double MeasureDeviation(const CityMap& map, const SeamArea& seam, const Sim3& into_from_other) {
-  const CrossSightings seen = ListCrossSightings(map, seam);
-  const SimilarityCovariance covariance =
-      CovarianceOf(into_from_other, seen.in_into, seen.in_other, kRefinedErrorPx);
+// The images of the other side that have pairs, with the median of how far each sees in its frame.
+std::vector<std::pair<ImageId, double>> ListReaches(const CityMap& map, const SeamArea& seam) {
   std::set<ImageId> images;
   for (const SeamPair& pair : seam.pairs) images.insert(pair.matches.other);
-  std::vector<double> shares;
+  std::vector<std::pair<ImageId, double>> reaches;
   for (const ImageId id : images) {
-    const MapImage& image = map.image(id);
     std::vector<double> depths;
-    for (const SeenDepth& depth : ListSeenDepths(map, image)) depths.push_back(depth.depth);
-    if (depths.empty()) continue;
-    const double deviation =
-        covariance.PositionDeviation(into_from_other * image.cam_from_world.Center());
-    shares.push_back(deviation / (into_from_other.scale * MedianOf(std::move(depths))));
+    for (const SeenDepth& seen : ListSeenDepths(map, map.image(id))) depths.push_back(seen.depth);
+    if (!depths.empty()) reaches.emplace_back(id, MedianOf(std::move(depths)));
   }
-  return shares.empty() ? std::numeric_limits<double>::infinity() : MedianOf(std::move(shares));
+  return reaches;
+}
+
+// The images of the pairs that have most matches across; ascending.
+std::vector<ImageId> ListWitnesses(std::span<const SeamPair> pairs) {
+  std::map<ImageId, size_t> counts;
+  for (const SeamPair& pair : pairs) {
+    counts[pair.a] += pair.matches.matches.size();
+    counts[pair.matches.other] += pair.matches.matches.size();
+  }
+  std::vector<std::pair<ImageId, size_t>> ranked(counts.begin(), counts.end());
+  std::ranges::stable_sort(ranked, std::greater<>(), &std::pair<ImageId, size_t>::second);
+  if (ranked.size() > kWitnessesMax) ranked.resize(kWitnessesMax);
+  std::vector<ImageId> witnesses;
+  for (const auto& [image, matches] : ranked) witnesses.push_back(image);
+  std::ranges::sort(witnesses);
+  return witnesses;
+}
+
+// SeamEvidence::jackknife_share. Whoever looks down a street sees the same far houses from both
+// ends: they agree with the similarity and hardly say where the one end is. And a photo that takes
+// one window for another is wrong in all its pairs alike.
+double MeasureJackknife(const CityMap& map, const SeamArea& seam, const Sim3& into_from_other) {
+  const std::vector<std::pair<ImageId, double>> reaches = ListReaches(map, seam);
+  const std::vector<ImageId> witnesses = ListWitnesses(seam.pairs);
+  if (reaches.empty() || witnesses.empty()) return std::numeric_limits<double>::infinity();
+  double worst = 0;
+  for (const ImageId left_out : witnesses) {
+    SeamArea rest;
+    std::ranges::copy_if(seam.pairs, std::back_inserter(rest.pairs), [&](const SeamPair& pair) {
+      return pair.a != left_out && pair.matches.other != left_out;
+    });
+    const CrossSightings seen = ListCrossSightings(map, rest);
+    const Sim3 moved = RefineSeam(seen, into_from_other);
+    const SimilarityCovariance covariance =
+        CovarianceOf(moved, seen.in_into, seen.in_other, kRefinedErrorPx);
+    std::vector<double> shares;
+    for (const auto& [id, reach] : reaches) {
+      const Eigen::Vector3d center = map.image(id).cam_from_world.Center();
+      const double by = (moved * center - into_from_other * center).norm();
+      const double unsure = covariance.PositionDeviation(moved * center);
+      if (!std::isfinite(by) || !std::isfinite(unsure))
+        return std::numeric_limits<double>::infinity();
+      shares.push_back(std::max(by, unsure) / (into_from_other.scale * reach));
+    }
+    worst = std::max(worst, MedianOf(std::move(shares)));
+  }
+  return worst;
 }
 
 // Those of `images`, and the images of their reconstruction that share most points with them.
@@ -191,11 +229,12 @@ Status AppendStored(MapLoader* loader, const CityMap& map, ImageId image, Recons
   return Status::Ok();
 }
 
-std::string PlaceText(double deviation_share) {
-  if (!std::isfinite(deviation_share)) return "nothing says where the cameras stand";
+std::string PlaceText(double jackknife_share) {
+  if (!std::isfinite(jackknife_share)) return "without one photo nothing says where they meet";
   char text[80];
-  std::snprintf(text, sizeof(text), "cameras are placed to %.2g %% of how far they see",
-                100 * deviation_share);
+  std::snprintf(text, sizeof(text),
+                "no photo moves the cameras by more than %.2g %% of their sight",
+                100 * jackknife_share);
   return text;
 }
 
@@ -203,7 +242,6 @@ std::string PlaceText(double deviation_share) {
 
 std::optional<RefusalReason> SeamEvidence::Refusal(const DoubtOptions& options) const {
   if (agreeing_pairs < options.seam_pairs_min) return RefusalReason::kFewPairs;
-  if (!(deviation_share <= options.seam_deviation_share_max)) return RefusalReason::kUndetermined;
   const bool is_confirmed = visible.cells >= options.seam_confirmed_cells_min &&
                             visible.missing_share() <= options.seam_confirmed_missing_share_max;
   const double contradiction_share_max = is_confirmed
@@ -217,14 +255,16 @@ std::optional<RefusalReason> SeamEvidence::Refusal(const DoubtOptions& options) 
       (worst.missing_cells >= options.seam_view_missing_cells_min &&
        worst.missing_share() > options.seam_view_missing_share_max))
     return RefusalReason::kMissingStructure;
+  if (jackknife_share && !(*jackknife_share <= options.seam_jackknife_share_max))
+    return RefusalReason::kUndetermined;
   return std::nullopt;
 }
 
 std::string SeamEvidence::Text() const {
   return std::to_string(agreeing_pairs) + " pairs agree, " + std::to_string(contradicting_pairs) +
          " contradict; " + MissingText(visible) + ", and " + std::to_string(worst.missing_cells) +
-         " of " + std::to_string(worst.cells) + " of the photo that lacks most; " +
-         PlaceText(deviation_share);
+         " of " + std::to_string(worst.cells) + " of the photo that lacks most" +
+         (jackknife_share ? "; " + PlaceText(*jackknife_share) : "");
 }
 
 Result<std::vector<SeamPair>> ListSeamPairs(MapLoader* loader, const CityMap& map, ImageId photo,
@@ -308,7 +348,8 @@ SeamEvidence JudgeSeam(const CityMap& map, const SeamArea& seam, const Sim3& int
         std::min<size_t>(pair.matches.matches.size(), options.doubt.pair_weight_max);
   }
   sides.CountVisible(options.doubt, &evidence);
-  evidence.deviation_share = MeasureDeviation(map, seam, into_from_other);
+  if (!evidence.Refusal(options.doubt))
+    evidence.jackknife_share = MeasureJackknife(map, seam, into_from_other);
   return evidence;
 }
 

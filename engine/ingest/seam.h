@@ -4,7 +4,6 @@
 // agree, but all verified pairs across the seam, and what the pictures of one side lack of the
 // other.
 
-#include <limits>
 #include <optional>
 #include <span>
 #include <string>
@@ -38,9 +37,12 @@ struct SeamEvidence {
   uint64_t agreeing_matches = 0, contradicting_matches = 0;
   VisibleStructure visible;  // summed over the images of both sides
   VisibleStructure worst;    // that of the image that lacks most
-  // How far the cameras of the other side may be from where the similarity carries them, for errors
-  // of 1 px, over how far they see; the median of those with pairs. Infinite where there are none.
-  double deviation_share = std::numeric_limits<double>::infinity();
+  // How sure it is where the other side's cameras stand: how far they move where any one image of
+  // the pairs is left out (the jackknife; Efron and Stein 1981), or may be off by errors of 1 px of
+  // the rest, over how far they see. The median of the cameras with pairs, and the most of the
+  // images left out. Infinite where nothing is left that says it. Measured only where nothing else
+  // refuses.
+  std::optional<double> jackknife_share;
 
   // Why the two are not believed to be one; nothing where they are.
   std::optional<RefusalReason> Refusal(const DoubtOptions& options) const;

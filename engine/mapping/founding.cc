@@ -6,6 +6,7 @@
 #include <limits>
 
 #include "engine/mapping/pair_matches.h"
+#include "engine/mapping/pose_deviation.h"
 #include "engine/mapping/structure_matches.h"
 #include "storage/base/content_hash.h"
 #include "storage/base/option_bounds.h"
@@ -110,6 +111,13 @@ uint32_t CountCommonPoints(const CityMap& map, double angle_deg_min) {
   return count;
 }
 
+// Whether what the views see says where each of them stands.
+bool IsDetermined(const CityMap& map, double deviation_share_max) {
+  return std::ranges::all_of(map.images(), [&](const auto& image) {
+    return DeviationShare(map, image.first) <= deviation_share_max;
+  });
+}
+
 // Adjusts and filters twice. False when the views do not fit together.
 bool AdjustTriple(CityMap* map, const FoundingOptions& options) {
   std::vector<ImageId> ids;
@@ -132,6 +140,7 @@ Status FoundingOptions::Check() const {
       .Inside("angle_deg_min", angle_deg_min, 0, 90)
       .AtLeast("pairs_tried_max", pairs_tried_max, 1)
       .Between("explained_share_min", explained_share_min, 0, 1)
+      .Above("deviation_share_max", deviation_share_max, 0)
       .Above("rms_px_max", rms_px_max, 0)
       .Part("resection", resection.Check())
       .Part("growth", growth.Check())
@@ -179,13 +188,14 @@ FoundingOutcome TryFounding(const FoundingViews& views, ImageId required,
         ChooseThird(views, *map, *pair, required, reconstruction, seed, options);
     outcome = std::max(outcome, FoundingOutcome::kNoThirdView);
     if (!third.id.valid()) continue;
-    outcome = FoundingOutcome::kTooFewPoints;
+    outcome = std::max(outcome, FoundingOutcome::kTooFewPoints);
     map->PlaceImage(Placed(Find(views, third.id), reconstruction, third.cam_from_world));
     GrowFromMatches(map, third.id, PairsOf(views, third.id), options.growth);
-    if (AdjustTriple(map, options) &&
-        CountCommonPoints(*map, options.angle_deg_min) >= options.common_points_min) {
-      return FoundingOutcome::kFounded;
-    }
+    if (!AdjustTriple(map, options) ||
+        CountCommonPoints(*map, options.angle_deg_min) < options.common_points_min)
+      continue;
+    if (IsDetermined(*map, options.deviation_share_max)) return FoundingOutcome::kFounded;
+    outcome = FoundingOutcome::kUndetermined;
   }
   map->Clear();
   return outcome;

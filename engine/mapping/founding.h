@@ -23,6 +23,9 @@ struct FoundingOptions {
   // [0, 1]. Share of the third view's correspondences that its pose must explain. Chosen by hand;
   // not measured.
   double explained_share_min = 0.4;
+  // > 0. DeviationShare (pose_deviation.h) of each of the three views. As that of poses that are
+  // found later (MapperOptions::deviation_share_max).
+  double deviation_share_max = 0.005;
   // > 0, px. Root mean square of the errors after adjustment. Chosen by hand; not measured.
   double rms_px_max = 1.5;
   ResectionOptions resection;  // of the third view
@@ -38,6 +41,7 @@ enum class FoundingOutcome : uint8_t {
   kNoPair,        // no pair of views with parallax
   kNoThirdView,   // no third view sees enough of the pair's points
   kTooFewPoints,  // too few points common to the three, or their angles too small
+  kUndetermined,  // the points do not say where each of the three stands
 };
 
 // Candidate views, which are not placed yet (id, camera, features and grid are set), and the

@@ -51,6 +51,8 @@ const char* ReasonText(Reason reason) {
       return "what other photos see there is missing";
     case Reason::kAmbiguous:
       return "two poses explain it nearly as well";
+    case Reason::kUndetermined:
+      return "what it sees does not say where it stands";
     case Reason::kDoubted:
       return "its pose was taken back";
     case Reason::kForbidden:

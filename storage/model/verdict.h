@@ -34,6 +34,7 @@ enum class Reason : uint8_t {
   kDoubted = 28,           // it had a pose, and evidence has turned against it
   kAmbiguous = 29,         // two poses explain it nearly as well
   kForbidden = 30,         // a person has forbidden that it has a pose
+  kUndetermined = 31,      // what it sees does not say where it stands
   // why it is rejected
   kUnreadable = 40,
   kUnsupportedFormat = 41,

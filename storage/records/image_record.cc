@@ -40,6 +40,7 @@ bool Known(Reason reason) {
     case Reason::kTooFewFeatures:
     case Reason::kMissingStructure:
     case Reason::kAmbiguous:
+    case Reason::kUndetermined:
     case Reason::kDoubted:
     case Reason::kForbidden:
     case Reason::kUnreadable:

@@ -86,6 +86,7 @@ std::vector<Violation> MapperViolations() {
   add("weak_inlier_share_min is 2", [](M& o) { o.weak_inlier_share_min = 2; });
   add("agreement.line_error_px_max is 0", [](M& o) { o.agreement.line_error_px_max = 0; });
   add("contradiction_share_max is 0", [](M& o) { o.contradiction_share_max = 0; });
+  add("deviation_share_max is 0", [](M& o) { o.deviation_share_max = 0; });
   add("local_images_max is 1", [](M& o) { o.local_images_max = 1; });
   add("settled_images_max is 1", [](M& o) { o.settled_images_max = 1; });
   add("common_points_min is 2", [](M& o) { o.common_points_min = 2; });

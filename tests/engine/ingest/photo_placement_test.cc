@@ -67,6 +67,21 @@ TEST(PhotoPlacement, FoundsOnlyWhereItMay) {
   EXPECT_TRUE(other.map.images().empty());
 }
 
+TEST(PhotoPlacement, IsPostponedWhereItMayStandElsewhere) {
+  SceneDatabase scene;
+  scene.AddImages(0, 3);
+  scene.AddReconstruction({0, 1, 2});
+  SceneWork work(&scene);
+  work.options.deviation_share_max = 1e-6;
+  const Placement placed = Place(&scene, &work, 3, {0, 1, 2}, ReconstructionId(2));
+  EXPECT_EQ(placed.verdict, Verdict::kPostponed);
+  EXPECT_EQ(placed.reason, Reason::kUndetermined);
+  EXPECT_NE(placed.detail.find("by what it sees of reconstruction 1, errors of 1 mrad move it by"),
+            std::string::npos)
+      << placed.detail;
+  EXPECT_TRUE(work.map.changes().poses.empty());
+}
+
 TEST(PhotoPlacement, PostponesWithItsReason) {
   SceneDatabase scene;
   scene.AddImages(0, 3);

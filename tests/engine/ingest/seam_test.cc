@@ -88,23 +88,35 @@ TEST_F(Seam, OneThatIsShiftedByAWindowDoesNot) {
 }
 
 TEST_F(Seam, IsKnownTheBetterTheMoreIsSeenAcross) {
-  const double of_all = Judge(AnotherFrame()).deviation_share;
-  EXPECT_GT(of_all, 1e-5);
-  EXPECT_LT(of_all, 1e-3);
+  const auto of_all = Judge(AnotherFrame()).jackknife_share;
+  ASSERT_TRUE(of_all);
+  EXPECT_GT(*of_all, 1e-5);
+  EXPECT_LT(*of_all, 1e-2);
   for (SeamPair& pair : seam_.pairs) pair.matches.matches.resize(pair.matches.matches.size() / 16);
-  const double of_few = Judge(AnotherFrame()).deviation_share;
-  EXPECT_GT(of_few, 2 * of_all);
-  EXPECT_LT(of_few, 8 * of_all);
-  for (SeamPair& pair : seam_.pairs) pair.matches.matches.clear();
-  EXPECT_FALSE(Judge(AnotherFrame()).deviation_share <=
-               work_->options.doubt.seam_deviation_share_max);
+  const auto of_few = Judge(AnotherFrame()).jackknife_share;
+  ASSERT_TRUE(of_few);
+  EXPECT_GT(*of_few, 2 * *of_all);
+}
+
+TEST_F(Seam, OnePhotoAloneSaysNotWhereTheSidesAre) {
+  std::erase_if(seam_.pairs, [&](const SeamPair& pair) { return pair.a != seam_.pairs[0].a; });
+  ASSERT_GE(seam_.pairs.size(), work_->options.doubt.seam_pairs_min);
+  const SeamEvidence evidence = Judge(AnotherFrame());
+  EXPECT_EQ(evidence.Refusal(work_->options.doubt), RefusalReason::kUndetermined)
+      << evidence.Text();
+  EXPECT_NE(evidence.Text().find("without one photo nothing says where"), std::string::npos);
+}
+
+TEST_F(Seam, IsNotMeasuredWhereSomethingElseRefuses) {
+  seam_.pairs.resize(1);
+  EXPECT_FALSE(Judge(AnotherFrame()).jackknife_share);
 }
 
 TEST_F(Seam, OnePairIsNotEnough) {
   seam_.pairs.resize(1);
-  EXPECT_FALSE(Judge(AnotherFrame()).Holds(work_->options.doubt));
+  EXPECT_EQ(Judge(AnotherFrame()).Refusal(work_->options.doubt), RefusalReason::kFewPairs);
   work_->options.doubt.seam_pairs_min = 1;
-  EXPECT_TRUE(Judge(AnotherFrame()).Holds(work_->options.doubt));
+  EXPECT_EQ(Judge(AnotherFrame()).Refusal(work_->options.doubt), RefusalReason::kUndetermined);
 }
 
 TEST(SeamEvidence, EachKindOfEvidenceIsHeard) {
@@ -112,11 +124,11 @@ TEST(SeamEvidence, EachKindOfEvidenceIsHeard) {
   SeamEvidence evidence;
   evidence.agreeing_pairs = options.seam_pairs_min;
   evidence.agreeing_matches = 1000;
-  evidence.deviation_share = options.seam_deviation_share_max;
+  evidence.jackknife_share = options.seam_jackknife_share_max;
   evidence.visible = {.expected = 900, .found = 800, .cells = 100, .missing_cells = 10};
   EXPECT_TRUE(evidence.Holds(options));
   SeamEvidence few = evidence, contradicted = evidence, missing = evidence, vague = evidence;
-  vague.deviation_share = 1.01 * options.seam_deviation_share_max;
+  vague.jackknife_share = 1.01 * options.seam_jackknife_share_max;
   EXPECT_EQ(vague.Refusal(options), RefusalReason::kUndetermined);
   few.agreeing_pairs = options.seam_pairs_min - 1;
   EXPECT_FALSE(few.Holds(options));

@@ -35,6 +35,16 @@ TEST(Founding, FindsTheSceneFromMatches) {
   EXPECT_LT(RotationErrorDeg(found, truth), 0.3);
 }
 
+TEST(Founding, RefusesViewsThatMayStandElsewhere) {
+  const SyntheticScene scene = MakeScene({});
+  FoundingOptions options;
+  options.deviation_share_max = 1e-6;
+  CityMap map;
+  EXPECT_EQ(TryFounding(ViewsOf(scene, 5), ImageId(2), ReconstructionId(7), 1, options, &map),
+            FoundingOutcome::kUndetermined);
+  EXPECT_TRUE(map.images().empty());
+}
+
 TEST(Founding, RefusesRotations) {
   SceneOptions options;
   options.rotation = true;

@@ -1,0 +1,63 @@
+// SPDX-License-Identifier: Apache-2.0
+// Goal: whether what a view sees says where it stands is told by one number, which depends on
+//   what it sees alone.
+// Method: synthetic scenes, as they are, with other noise, enlarged, and seen through a narrow
+//   part of one picture only.
+#include "engine/mapping/pose_deviation.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "engine/mapping/growth.h"
+#include "synthetic_scene.h"
+
+namespace veduta {
+namespace {
+
+constexpr double kWhole = 1.0;
+
+// The share of the first view, by what it sees in the middle `part` of its picture's width.
+double ShareOf(const SyntheticScene& scene, double part) {
+  CityMap map;
+  for (size_t k = 0; k < scene.images.size(); ++k) {
+    MapImage image = scene.images[k];
+    image.cam_from_world = scene.poses[k];
+    image.points.assign(image.features->size(), PointId{});
+    map.PlaceImage(std::move(image));
+  }
+  const auto is_inside = [&](FeatureIndex feature) {
+    const double x = scene.images[0].features->keypoints[feature].x_px;
+    return std::abs(x / SyntheticScene::kWidth - 0.5) < part / 2;
+  };
+  for (uint32_t j = 1; j < scene.images.size(); ++j) {
+    PairRecord pair = scene.Pair(0, j);
+    std::erase_if(pair.matches, [&](const FeatureMatch& match) { return !is_inside(match.a); });
+    const PairMatches matches = MatchesFrom(pair, pair.b);
+    GrowFromMatches(&map, pair.b, {&matches, 1}, GrowthOptions());
+  }
+  return DeviationShare(map, scene.images[0].id);
+}
+
+TEST(PoseDeviation, DoesNotDependOnTheNoiseOrTheUnit) {
+  const double share = ShareOf(MakeScene({.noise_px = 0.3}), kWhole);
+  EXPECT_GT(share, 1e-4);
+  EXPECT_LT(share, 5e-3);
+  EXPECT_NEAR(ShareOf(MakeScene({.noise_px = 0.6}), kWhole) / share, 1, 0.3);
+  SyntheticScene large = MakeScene({.noise_px = 0.3});
+  for (Rigid3& pose : large.poses) pose.translation *= 50;
+  for (Eigen::Vector3d& point : large.points) point *= 50;
+  EXPECT_NEAR(ShareOf(large, kWhole) / share, 1, 1e-3);
+}
+
+TEST(PoseDeviation, ANarrowViewSaysLittle) {
+  const SyntheticScene scene = MakeScene({.point_count = 1000, .planar = true});
+  EXPECT_GT(ShareOf(scene, 0.15), 5 * ShareOf(scene, kWhole));
+}
+
+TEST(PoseDeviation, IsInfiniteWhereNothingIsSeen) {
+  EXPECT_TRUE(std::isinf(ShareOf(MakeScene({}), 0)));
+}
+
+}  // namespace
+}  // namespace veduta
