@@ -2,6 +2,7 @@
 #include "engine/ingest/photo_placement.h"
 
 #include <algorithm>
+#include <cmath>
 #include <cstdio>
 #include <optional>
 #include <utility>
@@ -181,12 +182,18 @@ Placement Postponed(Reason reason, std::string detail) {
 std::optional<Placement> AskWhetherDetermined(const MappingContext& context, ImageId photo) {
   const double share = DeviationShare(*context.map, photo);
   if (share <= context.options.deviation_share_max) return std::nullopt;
+  const ReconstructionId reconstruction = context.map->image(photo).reconstruction;
+  if (!std::isfinite(share)) {
+    return Postponed(Reason::kUndetermined, "what it sees of reconstruction " +
+                                                std::to_string(reconstruction.value) +
+                                                " fits any place");
+  }
   char text[160];
   std::snprintf(
       text, sizeof(text),
       "by what it sees of reconstruction %u, errors of 1 mrad move it by %.2g %% of how far "
       "it sees",
-      context.map->image(photo).reconstruction.value, 100 * share);
+      reconstruction.value, 100 * share);
   return Postponed(Reason::kUndetermined, text);
 }
 

@@ -149,20 +149,25 @@ std::vector<std::pair<ImageId, double>> ListReaches(const CityMap& map, const Se
   return reaches;
 }
 
+// The images with most matches, at most so many; ascending.
+std::vector<ImageId> MostMatched(const std::map<ImageId, size_t>& matches, size_t count_max) {
+  std::vector<std::pair<ImageId, size_t>> ranked(matches.begin(), matches.end());
+  std::ranges::stable_sort(ranked, std::greater<>(), &std::pair<ImageId, size_t>::second);
+  if (ranked.size() > count_max) ranked.resize(count_max);
+  std::vector<ImageId> images;
+  for (const auto& [image, count] : ranked) images.push_back(image);
+  std::ranges::sort(images);
+  return images;
+}
+
 // The images of the pairs that have most matches across; ascending.
 std::vector<ImageId> ListWitnesses(std::span<const SeamPair> pairs) {
-  std::map<ImageId, size_t> counts;
+  std::map<ImageId, size_t> matches;
   for (const SeamPair& pair : pairs) {
-    counts[pair.a] += pair.matches.matches.size();
-    counts[pair.matches.other] += pair.matches.matches.size();
+    matches[pair.a] += pair.matches.matches.size();
+    matches[pair.matches.other] += pair.matches.matches.size();
   }
-  std::vector<std::pair<ImageId, size_t>> ranked(counts.begin(), counts.end());
-  std::ranges::stable_sort(ranked, std::greater<>(), &std::pair<ImageId, size_t>::second);
-  if (ranked.size() > kWitnessesMax) ranked.resize(kWitnessesMax);
-  std::vector<ImageId> witnesses;
-  for (const auto& [image, matches] : ranked) witnesses.push_back(image);
-  std::ranges::sort(witnesses);
-  return witnesses;
+  return MostMatched(matches, kWitnessesMax);
 }
 
 // SeamEvidence::jackknife_share. Whoever looks down a street sees the same far houses from both
@@ -231,9 +236,9 @@ Status AppendStored(MapLoader* loader, const CityMap& map, ImageId image, Recons
 
 std::string PlaceText(double jackknife_share) {
   if (!std::isfinite(jackknife_share)) return "without one photo nothing says where they meet";
-  char text[80];
+  char text[100];
   std::snprintf(text, sizeof(text),
-                "no photo moves the cameras by more than %.2g %% of their sight",
+                "without one photo the cameras move by up to %.2g %% of how far they see",
                 100 * jackknife_share);
   return text;
 }
@@ -359,13 +364,9 @@ std::vector<ImageId> SeamImages(std::span<const SeamPair> pairs) {
     own[pair.a] += pair.matches.matches.size();
     other[pair.matches.other] += pair.matches.matches.size();
   }
-  std::vector<ImageId> images;
-  for (const auto* const side : {&own, &other}) {
-    std::vector<std::pair<ImageId, size_t>> ranked(side->begin(), side->end());
-    std::ranges::stable_sort(ranked, std::greater<>(), &std::pair<ImageId, size_t>::second);
-    if (ranked.size() > kSeamImagesMax) ranked.resize(kSeamImagesMax);
-    for (const auto& [image, matches] : ranked) images.push_back(image);
-  }
+  std::vector<ImageId> images = MostMatched(own, kSeamImagesMax);
+  const std::vector<ImageId> across = MostMatched(other, kSeamImagesMax);
+  images.insert(images.end(), across.begin(), across.end());
   std::ranges::sort(images);
   return images;
 }

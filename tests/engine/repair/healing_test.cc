@@ -5,12 +5,39 @@
 //   reads fail.
 #include "engine/repair/healing.h"
 
+#include <filesystem>
+#include <memory>
+#include <optional>
+
 #include "storage/records/hypothesis_record.h"
 #include "tests/engine/repair/damaged_city.h"
 #include "tests/storage/fault_file_system.h"
 
 namespace veduta {
 namespace {
+
+// A new database, healed from the closed one at the path.
+struct Healed {
+  explicit Healed(const std::filesystem::path& path) {
+    auto opened = Salvage::Open(path, folder / "links", {});
+    EXPECT_OK(opened);
+    source = std::move(*opened);
+    DatabaseOptions create;
+    create.create = true;
+    auto made = Database::Open(folder / "new", create);
+    EXPECT_OK(made);
+    target = std::move(*made);
+    healing.emplace(*source, preparer, target.get(), HealOptions());
+    EXPECT_OK(HealAll(&*healing));
+  }
+
+  const TemporaryFolder folder;
+  UndistortCache tables{64 << 20};
+  const PhotoPreparer preparer{nullptr, &tables, PrepareOptions()};
+  std::unique_ptr<Salvage> source;
+  std::unique_ptr<Database> target;
+  std::optional<Healing> healing;
+};
 
 TEST(Healing, TellsDamageFromFailuresOfTheMachine) {
   EXPECT_TRUE(IsDamage(Status::Corruption("block checksum mismatch")));
@@ -51,18 +78,9 @@ TEST(Healing, TakesUnfinishedSurfacesAlong) {
     }
     ASSERT_OK(transaction->Commit());
   }
-  const auto source = Salvage::Open(city.path(), city.folder() / "links", {});
-  ASSERT_OK(source);
-  DatabaseOptions create;
-  create.create = true;
-  const auto target = Database::Open(city.folder() / "new", create);
-  ASSERT_OK(target);
-  UndistortCache tables(64 << 20);
-  const PhotoPreparer preparer(nullptr, &tables, PrepareOptions());
-  Healing healing(**source, preparer, target->get(), {});
-  ASSERT_OK(HealAll(&healing));
-  ASSERT_TRUE(healing.IsLiving(own));
-  const auto snapshot = (*target)->GetSnapshot();
+  const Healed healed(city.path());
+  ASSERT_TRUE(healed.healing->IsLiving(own));
+  const auto snapshot = healed.target->GetSnapshot();
   for (const ReconstructionId surface : {own, staged}) {
     const auto settings = snapshot->dense().FindSettings(surface);
     ASSERT_OK(settings);
@@ -96,21 +114,12 @@ void MakeTwo(City* city, const std::vector<HypothesisRecord>& hypotheses) {
 
 // What a healing of the city makes of its hypotheses, and what it notes.
 std::pair<std::vector<HypothesisRecord>, RepairNotes> HealedHypotheses(const City& city) {
-  const TemporaryFolder folder;
-  const auto source = Salvage::Open(city.path(), folder / "links", {});
-  EXPECT_OK(source);
-  DatabaseOptions create;
-  create.create = true;
-  const auto target = Database::Open(folder / "new", create);
-  EXPECT_OK(target);
-  UndistortCache tables(64 << 20);
-  const PhotoPreparer preparer(nullptr, &tables, PrepareOptions());
-  Healing healing(**source, preparer, target->get(), {});
-  EXPECT_OK(HealAll(&healing));
-  const auto violations = FindViolations(*(*target)->GetSnapshot(), 9);
+  const Healed healed(city.path());
+  const auto snapshot = healed.target->GetSnapshot();
+  const auto violations = FindViolations(*snapshot, 9);
   EXPECT_OK(violations);
   EXPECT_EQ(*violations, std::vector<std::string>());
-  return {*(*target)->GetSnapshot()->ListHypotheses(), healing.notes};
+  return {*snapshot->ListHypotheses(), healed.healing->notes};
 }
 
 TEST(Healing, TakesHypothesesAlong) {
@@ -164,27 +173,20 @@ TEST(Healing, TakesAForbiddenPoseAlongAndNoPoseBesideIt) {
     transaction->PutForbidden({ForbiddenKind::kPose, 99, 99, 9, "cleo", "of no photo"});
     ASSERT_OK(transaction->Commit());
   }
-  const auto source = Salvage::Open(city.path(), city.folder() / "links", {});
-  ASSERT_OK(source);
-  DatabaseOptions create;
-  create.create = true;
-  const auto target = Database::Open(city.folder() / "new", create);
-  ASSERT_OK(target);
-  UndistortCache tables(64 << 20);
-  const PhotoPreparer preparer(nullptr, &tables, PrepareOptions());
-  Healing healing(**source, preparer, target->get(), {});
-  ASSERT_OK(HealAll(&healing));
-  EXPECT_TRUE(IsSound(*(*target)->GetSnapshot()));
-  const auto forbidden = (*target)->GetSnapshot()->ListForbidden();
+  const Healed healed(city.path());
+  const auto snapshot = healed.target->GetSnapshot();
+  EXPECT_TRUE(IsSound(*snapshot));
+  const auto forbidden = snapshot->ListForbidden();
   ASSERT_OK(forbidden);
   ASSERT_EQ(forbidden->size(), 1u);
   EXPECT_EQ(forbidden->front().a, 5u);
   EXPECT_EQ(forbidden->front().reason, "the wrong tower");
-  EXPECT_FALSE((*target)->GetSnapshot()->FindPose(ImageId(5))->has_value());
+  EXPECT_FALSE(snapshot->FindPose(ImageId(5))->has_value());
   const std::string told = "image 5) is stored, and somebody has forbidden it";
-  EXPECT_TRUE(std::ranges::any_of(healing.notes.findings, [&](const RepairNotes::Finding& one) {
-    return one.damage.ends_with(told) && one.remedy == "it is left out";
-  }));
+  EXPECT_TRUE(
+      std::ranges::any_of(healed.healing->notes.findings, [&](const RepairNotes::Finding& one) {
+        return one.damage.ends_with(told) && one.remedy == "it is left out";
+      }));
 }
 
 }  // namespace
