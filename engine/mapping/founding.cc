@@ -4,8 +4,11 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <optional>
+#include <utility>
 
 #include "engine/mapping/pair_matches.h"
+#include "engine/mapping/plane_twin.h"
 #include "engine/mapping/pose_deviation.h"
 #include "engine/mapping/structure_matches.h"
 #include "storage/base/content_hash.h"
@@ -88,27 +91,53 @@ ThirdView ChooseThird(const FoundingViews& views, const CityMap& map, const Pair
   return best;
 }
 
-bool PlacePair(const FoundingViews& views, const PairRecord& pair, ReconstructionId reconstruction,
-               const FoundingOptions& options, CityMap* map) {
+bool PlacePair(const FoundingViews& views, const PairRecord& pair, const Rigid3& b_from_a,
+               ReconstructionId reconstruction, const FoundingOptions& options, CityMap* map) {
   map->Clear();
   map->PlaceImage(Placed(Find(views, pair.a), reconstruction, Rigid3{}));
-  map->PlaceImage(Placed(Find(views, pair.b), reconstruction, pair.b_from_a));
+  map->PlaceImage(Placed(Find(views, pair.b), reconstruction, b_from_a));
   const PairMatches matches = MatchesFrom(pair, pair.b);
   GrowFromMatches(map, pair.b, {&matches, 1}, options.growth);
   const ImageId both[] = {pair.a, pair.b};
   return map->PointsSeenBy(both).size() >= options.common_points_min;
 }
 
-uint32_t CountCommonPoints(const CityMap& map, double angle_deg_min) {
+std::vector<ImageId> IdsOf(const CityMap& map) {
   std::vector<ImageId> ids;
   for (const auto& [id, image] : map.images()) ids.push_back(id);
-  uint32_t count = 0;
+  return ids;
+}
+
+// The points that all three views see and whose rays meet at a sufficient angle. Two views agree
+// with a point wherever they stand; the third tells.
+struct TripleFit {
+  uint32_t common_points = 0;
+  double mean_squared_px = 0;
+
+  // Points over their mean squared error, which sums what they weigh.
+  double Score() const { return common_points / std::max(mean_squared_px, 1e-6); }
+};
+
+TripleFit FitOf(const CityMap& map, double angle_deg_min) {
+  const std::vector<ImageId> ids = IdsOf(map);
+  TripleFit fit;
+  double sum = 0;
   for (const PointId id : map.PointsSeenBy(ids)) {
     const PointRecord& point = map.point(id);
-    count += point.track.size() == ids.size() &&
-             TriangulationAngleDeg(map.ViewsOf(point), point.position) > angle_deg_min;
+    if (point.track.size() != ids.size() ||
+        !(TriangulationAngleDeg(map.ViewsOf(point), point.position) > angle_deg_min))
+      continue;
+    ++fit.common_points;
+    for (const TrackElement& element : point.track) {
+      const MapImage& image = map.image(element.image);
+      const Eigen::Vector2d x = image.camera.Normalize(image.features->keypoints[element.feature]);
+      sum += ((image.cam_from_world * point.position).hnormalized() - x).squaredNorm() *
+             image.camera.focal_px() * image.camera.focal_px();
+    }
   }
-  return count;
+  const double observations = static_cast<double>(fit.common_points * ids.size());
+  fit.mean_squared_px = observations > 0 ? sum / observations : 0;
+  return fit;
 }
 
 // Whether what the views see says where each of them stands.
@@ -120,8 +149,7 @@ bool IsDetermined(const CityMap& map, double deviation_share_max) {
 
 // Adjusts and filters twice. False when the views do not fit together.
 bool AdjustTriple(CityMap* map, const FoundingOptions& options) {
-  std::vector<ImageId> ids;
-  for (const auto& [id, image] : map->images()) ids.push_back(id);
+  const std::vector<ImageId> ids = IdsOf(*map);
   for (int round = 0; round < 2; ++round) {
     const std::vector<PointId> points = map->PointsSeenBy(ids);
     if (points.size() < options.common_points_min) return false;
@@ -130,6 +158,80 @@ bool AdjustTriple(CityMap* map, const FoundingOptions& options) {
     FilterPoints(map, points, options.filter);
   }
   return true;
+}
+
+// What a triple is founded from.
+struct Triple {
+  const FoundingViews& views;
+  const PairRecord& first;
+  ImageId required;
+  ReconstructionId reconstruction;
+  uint64_t seed;
+};
+
+// Founds with the first pair in that relative pose.
+FoundingOutcome FoundFrom(const Triple& triple, const Rigid3& b_from_a,
+                          const FoundingOptions& options, CityMap* map) {
+  const FoundingViews& views = triple.views;
+  if (!PlacePair(views, triple.first, b_from_a, triple.reconstruction, options, map))
+    return FoundingOutcome::kNoPair;
+  const ThirdView third = ChooseThird(views, *map, triple.first, triple.required,
+                                      triple.reconstruction, triple.seed, options);
+  if (!third.id.valid()) return FoundingOutcome::kNoThirdView;
+  map->PlaceImage(Placed(Find(views, third.id), triple.reconstruction, third.cam_from_world));
+  GrowFromMatches(map, third.id, PairsOf(views, third.id), options.growth);
+  if (!AdjustTriple(map, options) ||
+      FitOf(*map, options.angle_deg_min).common_points < options.common_points_min)
+    return FoundingOutcome::kTooFewPoints;
+  return IsDetermined(*map, options.deviation_share_max) ? FoundingOutcome::kFounded
+                                                         : FoundingOutcome::kUndetermined;
+}
+
+// The other relative pose of the first pair, if what they see were a plane.
+std::optional<Rigid3> TwinOf(const PairRecord& first, const CityMap& map) {
+  const Rigid3& a = map.image(first.a).cam_from_world;
+  const ImageId both[] = {first.a, first.b};
+  std::vector<Eigen::Vector3d> points;
+  Eigen::Vector3d ray = Eigen::Vector3d::Zero();
+  for (const PointId id : map.PointsSeenBy(both)) {
+    points.push_back(a * map.point(id).position);
+    ray += points.back().normalized();
+  }
+  const std::optional<Eigen::Vector3d> plane = FitPlane(points);
+  if (!plane) return std::nullopt;
+  return PlaneTwin(map.image(first.b).cam_from_world * a.Inverse(), *plane, ray);
+}
+
+// The views of the map and the pairs between them.
+FoundingViews Only(const FoundingViews& views, const CityMap& map) {
+  FoundingViews only = views;
+  std::erase_if(only.images, [&](const MapImage& image) { return !map.HasImage(image.id); });
+  std::erase_if(only.pairs, [&](const PairRecord& pair) {
+    return !map.HasImage(pair.a) || !map.HasImage(pair.b);
+  });
+  return only;
+}
+
+// Compares what was founded with what the same three views are if they see a plane and the first
+// two stand the other way, and takes the other where it is clearly better.
+FoundingOutcome CompareWithTwin(const Triple& triple, const FoundingOptions& options,
+                                CityMap* map) {
+  const std::optional<Rigid3> twin = TwinOf(triple.first, *map);
+  if (!twin) return FoundingOutcome::kFounded;
+  const FoundingViews views = Only(triple.views, *map);
+  CityMap other;
+  const FoundingOutcome outcome =
+      FoundFrom({views, triple.first, triple.required, triple.reconstruction, triple.seed}, *twin,
+                options, &other);
+  if (outcome < FoundingOutcome::kTooFewPoints && outcome != FoundingOutcome::kFounded)
+    return FoundingOutcome::kFounded;
+  const double score = FitOf(*map, options.angle_deg_min).Score(),
+               other_score = FitOf(other, options.angle_deg_min).Score();
+  if (other_score <= options.twin_score_share_max * score) return FoundingOutcome::kFounded;
+  if (outcome != FoundingOutcome::kFounded || score > options.twin_score_share_max * other_score)
+    return FoundingOutcome::kUndetermined;
+  *map = std::move(other);
+  return FoundingOutcome::kFounded;
 }
 
 }  // namespace
@@ -141,6 +243,7 @@ Status FoundingOptions::Check() const {
       .AtLeast("pairs_tried_max", pairs_tried_max, 1)
       .Between("explained_share_min", explained_share_min, 0, 1)
       .Above("deviation_share_max", deviation_share_max, 0)
+      .Above("twin_score_share_max", twin_score_share_max, 0)
       .Above("rms_px_max", rms_px_max, 0)
       .Part("resection", resection.Check())
       .Part("growth", growth.Check())
@@ -183,19 +286,11 @@ FoundingOutcome TryFounding(const FoundingViews& views, ImageId required,
 
   FoundingOutcome outcome = FoundingOutcome::kNoPair;
   for (const auto& [variance, pair] : ranked) {
-    if (!PlacePair(views, *pair, reconstruction, options, map)) continue;
-    const ThirdView third =
-        ChooseThird(views, *map, *pair, required, reconstruction, seed, options);
-    outcome = std::max(outcome, FoundingOutcome::kNoThirdView);
-    if (!third.id.valid()) continue;
-    outcome = std::max(outcome, FoundingOutcome::kTooFewPoints);
-    map->PlaceImage(Placed(Find(views, third.id), reconstruction, third.cam_from_world));
-    GrowFromMatches(map, third.id, PairsOf(views, third.id), options.growth);
-    if (!AdjustTriple(map, options) ||
-        CountCommonPoints(*map, options.angle_deg_min) < options.common_points_min)
-      continue;
-    if (IsDetermined(*map, options.deviation_share_max)) return FoundingOutcome::kFounded;
-    outcome = FoundingOutcome::kUndetermined;
+    const Triple triple{views, *pair, required, reconstruction, seed};
+    FoundingOutcome of_pair = FoundFrom(triple, pair->b_from_a, options, map);
+    if (of_pair == FoundingOutcome::kFounded) of_pair = CompareWithTwin(triple, options, map);
+    if (of_pair == FoundingOutcome::kFounded) return of_pair;
+    outcome = std::max(outcome, of_pair);
   }
   map->Clear();
   return outcome;

@@ -1,10 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-// Goal: founding finds the scene from matches alone, and refuses views without parallax.
+// Goal: founding finds the scene from matches alone, also where they lie on a plane, and refuses views
+// without parallax.
 // Method: a synthetic scene; relative poses and tracks are compared with the truth.
 #include "engine/mapping/founding.h"
 
 #include <gtest/gtest.h>
 
+#include "engine/mapping/plane_twin.h"
 #include "scene_checks.h"
 
 namespace veduta {
@@ -19,6 +21,16 @@ FoundingViews ViewsOf(const SyntheticScene& scene, uint32_t count) {
   return views;
 }
 
+// Relative rotations do not depend on the frame.
+void CheckRotations(const CityMap& map, const SyntheticScene& scene) {
+  const auto first = map.images().begin();
+  for (const auto& [id, image] : map.images()) {
+    const Rigid3 found = image.cam_from_world * first->second.cam_from_world.Inverse();
+    const Rigid3 truth = scene.poses[id.value - 1] * scene.poses[first->first.value - 1].Inverse();
+    EXPECT_LT(RotationErrorDeg(found, truth), 0.3);
+  }
+}
+
 TEST(Founding, FindsTheSceneFromMatches) {
   const SyntheticScene scene = MakeScene({});
   CityMap map;
@@ -27,12 +39,53 @@ TEST(Founding, FindsTheSceneFromMatches) {
   EXPECT_EQ(map.images().size(), 3u);
   EXPECT_TRUE(map.HasImage(ImageId(2)));
   CheckTracks(map, scene);
-  // Relative rotations do not depend on the frame.
-  const auto first = map.images().begin(), last = std::prev(map.images().end());
-  const Rigid3 found = last->second.cam_from_world * first->second.cam_from_world.Inverse();
-  const Rigid3 truth =
-      scene.poses[last->first.value - 1] * scene.poses[first->first.value - 1].Inverse();
-  EXPECT_LT(RotationErrorDeg(found, truth), 0.3);
+  CheckRotations(map, scene);
+}
+
+// Pairs of a plane, with the other one of their two relative poses.
+FoundingViews TwinViewsOf(const SyntheticScene& scene, uint32_t count) {
+  FoundingViews views = ViewsOf(scene, count);
+  for (PairRecord& pair : views.pairs) {
+    const Rigid3& a = scene.poses[pair.a.value - 1];
+    std::vector<Eigen::Vector3d> points;
+    for (const Eigen::Vector3d& point : scene.points) points.push_back(a * point);
+    const Rigid3 b_from_a = scene.poses[pair.b.value - 1] * a.Inverse();
+    const auto plane = FitPlane(points);
+    const auto twin =
+        plane ? PlaneTwin(b_from_a, *plane, a * Eigen::Vector3d(0, 0, 0)) : std::nullopt;
+    if (twin) pair.b_from_a = *twin;
+  }
+  return views;
+}
+
+TEST(Founding, FindsWhichPoseOfAPlaneIsRight) {
+  SceneOptions options;
+  options.planar = true;
+  options.forward = 0.5;
+  const SyntheticScene scene = MakeScene(options);
+  CityMap map;
+  ASSERT_EQ(TryFounding(TwinViewsOf(scene, 5), ImageId(2), ReconstructionId(7), 1, {}, &map),
+            FoundingOutcome::kFounded);
+  CheckTracks(map, scene);
+  CheckRotations(map, scene);
+}
+
+// Whoever walks straight on before a plane sees what the other pose would show.
+TEST(Founding, RefusesAPlaneWhereNeitherPoseIsClearlyBetter) {
+  SceneOptions options;
+  options.planar = true;
+  options.forward = 0.6;
+  options.arc_deg = 10;
+  const FoundingViews views = ViewsOf(MakeScene(options), 5);
+  FoundingOptions founding;
+  founding.deviation_share_max = 1;
+  CityMap map;
+  EXPECT_EQ(TryFounding(views, ImageId(2), ReconstructionId(7), 1, founding, &map),
+            FoundingOutcome::kUndetermined);
+  EXPECT_TRUE(map.images().empty());
+  founding.twin_score_share_max = 1e9;
+  EXPECT_EQ(TryFounding(views, ImageId(2), ReconstructionId(7), 1, founding, &map),
+            FoundingOutcome::kFounded);
 }
 
 TEST(Founding, RefusesViewsThatMayStandElsewhere) {

@@ -19,6 +19,7 @@ struct SceneOptions {
   uint32_t camera_count = 6, point_count = 300;
   double noise_px = 0.3;
   double arc_deg = 40;    // over which the cameras are spread
+  double forward = 0;     // [0, 1]: share of their distance by which they come nearer on the way
   bool planar = false;    // all points on one slanted plane
   bool rotation = false;  // all cameras in one place
   // > 0: the second half of the cameras, and of the points, stands so far to the right of the rest,
@@ -67,7 +68,8 @@ inline Rigid3 PoseOnArc(const SceneOptions& options, uint32_t index) {
   const Eigen::Vector3d center =
       options.rotation
           ? Eigen::Vector3d(0, 0, -8)
-          : Eigen::Vector3d(look * Eigen::Vector3d(0, 0, -8) + Eigen::Vector3d(0, 0.2 * turn, 0));
+          : Eigen::Vector3d(look * Eigen::Vector3d(0, 0, -8 * (1 - options.forward * turn)) +
+                            Eigen::Vector3d(0, 0.2 * turn, 0));
   Rigid3 pose;
   pose.rotation = Eigen::Quaterniond(Eigen::Matrix3d(look.transpose()));
   pose.translation = -(pose.rotation * center);
