@@ -133,7 +133,7 @@ Status WritePlacementChanges(const CityMap& map, const Snapshot& snapshot,
   TouchedRecords records(snapshot, placement);
   VEDUTA_RETURN_IF_ERROR(CountMerges(placement, submaps, &records, transaction));
   VEDUTA_RETURN_IF_ERROR(AddCounts(map, placement, &records));
-  if (placement.raises_doubt && !submaps.IsParted(placement.reconstruction)) {
+  if (placement.doubtful.valid() && !submaps.IsParted(placement.reconstruction)) {
     VEDUTA_ASSIGN_OR_RETURN(ReconstructionRecord* const record,
                             records.Get(placement.reconstruction));
     record->images_at_adjustment = 0;  // makes its adjustment due, which judges all of it

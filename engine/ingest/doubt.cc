@@ -242,6 +242,7 @@ Status DoubtOptions::Check() const {
       .AboveUpTo("seam_view_missing_share_max", seam_view_missing_share_max, 0, 1)
       .AboveUpTo("beside_missing_share_max", beside_missing_share_max, 0, 1)
       .AtLeast("images_between_min", images_between_min, 1)
+      .Above("raising_contradiction_share_min", raising_contradiction_share_min, 0)
       .Part("parts", parts.Check())
       .status();
 }

@@ -70,6 +70,9 @@ struct DoubtOptions {
   // >= 1. A photo that raises doubt has the whole reconstruction judged when so many images have
   // come since it was judged last, or 1 % of it. Chosen by hand; not measured.
   uint32_t images_between_min = 3;
+  // > 0. A photo raises doubt whose verified matches contradict its pose by a larger share of those
+  // that agree. Chosen by hand; not measured.
+  double raising_contradiction_share_min = 0.2;
   AgreementBounds parts;
 
   Status Check() const;

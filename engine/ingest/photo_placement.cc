@@ -135,29 +135,35 @@ Result<const PoseCandidate*> ChoosePose(const MappingContext& context, const Ima
   return best;
 }
 
-// Whether so few images have come since what the photo is in was last judged that it can wait.
-Result<bool> IsFreshlyJudged(const MappingContext& context, ImageId photo,
-                             std::span<const ImageId> near) {
+// Whether so few images have come since what the image is in was last judged that it can wait;
+// `unwritten` of them are not stored yet.
+Result<bool> IsFreshlyJudged(const MappingContext& context, ImageId image,
+                             std::span<const ImageId> near, uint32_t unwritten) {
   const uint32_t between_min = context.options.doubt.images_between_min;
   VEDUTA_ASSIGN_OR_RETURN(const Submaps submaps, Submaps::Read(context.loader->snapshot()));
   for (const ImageId id : near) {
     if (const SubmapRecord* const submap = submaps.FindOf(id))
-      return submap->images.size() + 1 < submap->images_at_adjustment + between_min;
+      return submap->images.size() + unwritten < submap->images_at_adjustment + between_min;
   }
   VEDUTA_ASSIGN_OR_RETURN(
       const ReconstructionRecord record,
-      context.loader->GetReconstruction(context.map->image(photo).reconstruction));
+      context.loader->GetReconstruction(context.map->image(image).reconstruction));
   const uint32_t between = std::max(between_min, record.image_count / 100);
-  return record.image_count + 1 < record.images_at_adjustment + between;
+  return record.image_count + unwritten < record.images_at_adjustment + between;
 }
 
-// Whether an image around the photo lacks what must be there, now that the photo is placed.
-Result<bool> RaisesDoubt(const MappingContext& context, ImageId photo) {
+// Whether what the photo is in is to be judged, now that it is placed: many of its verified matches
+// contradict the pose, or an image around lacks what must be there.
+Result<bool> RaisesDoubt(const MappingContext& context, ImageId photo,
+                         const NeighborAgreement& agreement) {
   const DoubtOptions& options = context.options.doubt;
   const CityMap& map = *context.map;
   const std::vector<ImageId> near = CovisibleImages(map, photo, options.images_max);
-  VEDUTA_ASSIGN_OR_RETURN(const bool is_fresh, IsFreshlyJudged(context, photo, near));
+  VEDUTA_ASSIGN_OR_RETURN(const bool is_fresh, IsFreshlyJudged(context, photo, near, 1));
   if (is_fresh) return false;
+  if (static_cast<double>(agreement.contradicting_matches) >
+      options.raising_contradiction_share_min * static_cast<double>(agreement.agreeing_matches))
+    return true;
   // Which images share points with another is only known where its points are loaded.
   VEDUTA_RETURN_IF_ERROR(context.loader->LoadNeighborhood(near));
   for (const ImageId id : near)
@@ -169,6 +175,24 @@ Result<bool> RaisesDoubt(const MappingContext& context, ImageId photo) {
     is_doubtful[i] = IsContradicted(FindAround(map, map.image(near[i]), around, options), options);
   });
   return std::ranges::any_of(is_doubtful, [](char c) { return c != 0; });
+}
+
+// A pose was sought for the photo in a reconstruction that speaks for it and against it: perhaps
+// two places were taken for one there. The neighbour in it that shares most matches with the photo;
+// not valid() where it can wait.
+Result<ImageId> FindDoubtful(const MappingContext& context, std::span<const PairMatches> pairs,
+                             ReconstructionId reconstruction) {
+  const PairMatches* strongest = nullptr;
+  for (const PairMatches& pair : pairs) {
+    if (!context.map->HasImage(pair.other) ||
+        context.map->image(pair.other).reconstruction != reconstruction)
+      continue;
+    if (strongest == nullptr || pair.matches.size() > strongest->matches.size()) strongest = &pair;
+  }
+  if (strongest == nullptr) return ImageId();
+  const ImageId near = strongest->other;
+  VEDUTA_ASSIGN_OR_RETURN(const bool is_fresh, IsFreshlyJudged(context, near, {&near, 1}, 0));
+  return is_fresh ? ImageId() : near;
 }
 
 Placement Postponed(Reason reason, std::string detail) {
@@ -240,7 +264,8 @@ Result<std::optional<Placement>> PlaceAt(const MappingContext& context, const Ph
   VEDUTA_ASSIGN_OR_RETURN(postponed, AskWhatIsMissing(context, id));
   if (postponed) return postponed;
   if (placement->merges.empty()) {
-    VEDUTA_ASSIGN_OR_RETURN(placement->raises_doubt, RaisesDoubt(context, id));
+    VEDUTA_ASSIGN_OR_RETURN(const bool raises_doubt, RaisesDoubt(context, id, pose.agreement));
+    if (raises_doubt) placement->doubtful = id;
   }
   return std::optional<Placement>();
 }
@@ -277,6 +302,9 @@ Result<Placement> PlaceByPairs(const MappingContext& context, const ImageFeature
   VEDUTA_ASSIGN_OR_RETURN(const PoseCandidate* const pose,
                           ChoosePose(context, photo, search.found));
   if (pose == nullptr || placement.verdict != Verdict::kPostponed) {
+    if (placement.verdict == Verdict::kPostponed) {
+      VEDUTA_ASSIGN_OR_RETURN(placement.doubtful, FindDoubtful(context, pairs, search.doubtful));
+    }
     placement.map_ms = watch.LapMs();
     return placement;
   }

@@ -51,6 +51,24 @@ Status AppendNeighbors(const CityMap& map, const Snapshot& snapshot,
   return Status::Ok();
 }
 
+// Makes due the adjustment of what the image is in, which judges it; of nothing where not valid().
+Status WriteDoubt(const Snapshot& snapshot, ImageId doubtful, Transaction* transaction) {
+  if (!doubtful.valid()) return Status::Ok();
+  VEDUTA_ASSIGN_OR_RETURN(Submaps submaps, Submaps::Read(snapshot));
+  if (submaps.FindOf(doubtful) != nullptr) {
+    submaps.MakeDue({&doubtful, 1});
+    submaps.Write(transaction);
+    return Status::Ok();
+  }
+  VEDUTA_ASSIGN_OR_RETURN(const std::optional<PoseRecord> pose, snapshot.FindPose(doubtful));
+  VEDUTA_CHECK(pose.has_value(), "an image without a pose raises no doubt");
+  VEDUTA_ASSIGN_OR_RETURN(ReconstructionRecord record,
+                          snapshot.GetReconstruction(pose->reconstruction));
+  record.images_at_adjustment = 0;
+  transaction->PutReconstruction(record);
+  return Status::Ok();
+}
+
 }  // namespace
 
 void AppendRetries(const CityMap& map, std::span<const ImageId> images, DatabaseState* state) {
@@ -63,7 +81,8 @@ void AppendRetries(const CityMap& map, std::span<const ImageId> images, Database
 
 Status WritePlacement(const CityMap& map, const Snapshot& snapshot, const Placement& placement,
                       DatabaseState* state, Transaction* transaction) {
-  if (placement.verdict == Verdict::kPostponed) return Status::Ok();
+  if (placement.verdict == Verdict::kPostponed)
+    return WriteDoubt(snapshot, placement.doubtful, transaction);
   VEDUTA_ASSIGN_OR_RETURN(Submaps submaps, Submaps::Read(snapshot));
   VEDUTA_RETURN_IF_ERROR(WritePlacementChanges(map, snapshot, placement, submaps, transaction));
   VEDUTA_RETURN_IF_ERROR(submaps.FollowPlacement(map, snapshot, placement));

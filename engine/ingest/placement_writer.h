@@ -12,9 +12,9 @@
 
 namespace veduta {
 
-// Writes nothing for a postponed photo. The photo's own image record is the caller's. `snapshot` is
-// the state that the map was loaded from. Changes `state`, which the caller puts into the
-// transaction last.
+// Of a postponed photo only the doubt that it raises. The photo's own image record is the caller's.
+// `snapshot` is the state that the map was loaded from. Changes `state`, which the caller puts into
+// the transaction last.
 Status WritePlacement(const CityMap& map, const Snapshot& snapshot, const Placement& placement,
                       DatabaseState* state, Transaction* transaction);
 

@@ -113,6 +113,7 @@ void Explain(const PoseCandidate& candidate, const MapperOptions& options, PoseS
                            : "no pose explains even a few of " + std::to_string(points) + where;
       return;
     case PoseOutcome::kContradictsNeighbors:
+      search->doubtful = candidate.reconstruction;
       search->reason = Reason::kContradictsNeighbors;
       search->detail =
           "the pose by " + Of(inliers, points) + where + " contradicts " +
@@ -121,6 +122,7 @@ void Explain(const PoseCandidate& candidate, const MapperOptions& options, PoseS
           " verified neighbours";
       return;
     case PoseOutcome::kAmbiguous:
+      search->doubtful = candidate.reconstruction;
       search->reason = Reason::kAmbiguous;
       search->detail = "one pose agrees with " + Of(inliers, points) + where +
                        ", and quite another one with " +

@@ -42,6 +42,9 @@ struct PoseSearch {
   // Why there is no pose, or no sure one; kNone when no neighbour is placed.
   Reason reason = Reason::kNone;
   std::string detail;
+  // Many points of this one agree with a pose, and others or verified neighbours speak against it:
+  // that of which the reason tells. Not valid() where there is none.
+  ReconstructionId doubtful;
 };
 
 // The photo's mutual nearest neighbours, right or wrong, with those of the pairs' images that are

@@ -19,7 +19,7 @@ constexpr size_t kOwnSubmapMin = 15;
 bool IsDue(const SubmapRecord& submap, const AdjustmentSchedule& schedule) {
   return !submap.images.empty() &&
          (submap.images_at_adjustment == 0 ||
-          submap.images.size() >= submap.images_at_adjustment + schedule.views_step);
+          submap.images.size() >= submap.images_at_adjustment + schedule.submap_views_step);
 }
 
 }  // namespace
@@ -145,7 +145,7 @@ Status Submaps::FollowPlacement(const CityMap& map, const Snapshot& base,
                                 const Placement& placement) {
   if (records_.empty()) return Status::Ok();
   VEDUTA_RETURN_IF_ERROR(Follow(map, base));
-  if (placement.raises_doubt) MakeDue({placement.placed.data(), 1});
+  if (placement.doubtful.valid()) MakeDue({&placement.doubtful, 1});
   for (const Merge& merge : placement.merges) {
     if (merge.from == placement.founded) continue;
     VEDUTA_ASSIGN_OR_RETURN(const ReconstructionRecord from, base.GetReconstruction(merge.from));

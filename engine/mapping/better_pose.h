@@ -14,11 +14,12 @@ namespace veduta {
 // A pose that explains clearly more of the points that other images agree on than the image's own
 // pose does, if there is one. An image that was placed while few of its neighbours were may sit one
 // window of a facade too far to the left, and every point that it has helped to triangulate since
-// agrees with the wrong pose; so only points that two other images see are asked. `matches` are the
-// image's mutual nearest neighbours with placed images, right or wrong. Reads the map only.
-// Deterministic in its inputs.
+// agrees with the wrong pose; so only points that two other images see are asked, and they are put
+// where these see them. `matches` are the image's mutual nearest neighbours with placed images,
+// right or wrong. The error up to which a pose explains a point is narrower than that of `options`.
+// Reads the map only. Deterministic in its inputs.
 std::optional<Resection> FindBetterPose(const CityMap& map, ImageId image,
                                         std::span<const PairMatches> matches, uint64_t seed,
-                                        const ResectionOptions& options);
+                                        ResectionOptions options);
 
 }  // namespace veduta

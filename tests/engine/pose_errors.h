@@ -18,18 +18,8 @@ struct PoseErrors {
   double center_m_median = 0, center_m_max = 0, angle_deg_median = 0, angle_deg_max = 0;
 };
 
-inline PoseErrors CompareWithTruth(const Snapshot& snapshot, ReconstructionId reconstruction,
-                                   const std::vector<Stand>& stands) {
-  std::vector<Rigid3> found, truth;
-  for (const Stand& stand : stands) {
-    const TakenPhoto& photo = TakePhoto(stand);
-    const auto id = snapshot.FindImageByName(photo.name);
-    if (!id.ok() || !*id) continue;
-    const auto pose = snapshot.FindPose(**id);
-    if (!pose.ok() || !*pose || (*pose)->reconstruction != reconstruction) continue;
-    found.push_back((*pose)->cam_from_world);
-    truth.push_back(photo.cam_from_world);
-  }
+// Of poses (cam_from_world) in the order of the true ones.
+inline PoseErrors ComparePoses(const std::vector<Rigid3>& found, const std::vector<Rigid3>& truth) {
   PoseErrors errors;
   errors.count = found.size();
   if (found.size() < 3) return errors;
@@ -68,6 +58,21 @@ inline PoseErrors CompareWithTruth(const Snapshot& snapshot, ReconstructionId re
   errors.angle_deg_median = angles_deg[static_cast<size_t>(middle)];
   errors.angle_deg_max = angles_deg.back();
   return errors;
+}
+
+inline PoseErrors CompareWithTruth(const Snapshot& snapshot, ReconstructionId reconstruction,
+                                   const std::vector<Stand>& stands) {
+  std::vector<Rigid3> found, truth;
+  for (const Stand& stand : stands) {
+    const TakenPhoto& photo = TakePhoto(stand);
+    const auto id = snapshot.FindImageByName(photo.name);
+    if (!id.ok() || !*id) continue;
+    const auto pose = snapshot.FindPose(**id);
+    if (!pose.ok() || !*pose || (*pose)->reconstruction != reconstruction) continue;
+    found.push_back((*pose)->cam_from_world);
+    truth.push_back(photo.cam_from_world);
+  }
+  return ComparePoses(found, truth);
 }
 
 }  // namespace veduta

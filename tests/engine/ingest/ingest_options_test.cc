@@ -131,6 +131,7 @@ std::vector<Violation> AllViolations() {
     all.push_back({name, [set](O* o) { set(*o); }});
   };
   add("schedule.views_step is 0", [](O& o) { o.schedule.views_step = 0; });
+  add("schedule.submap_views_step is 0", [](O& o) { o.schedule.submap_views_step = 0; });
   add("schedule.growth_share is 0", [](O& o) { o.schedule.growth_share = 0; });
   add("neighbors.extended_per_image_max is 0",
       [](O& o) { o.neighbors.extended_per_image_max = 0; });

@@ -95,7 +95,7 @@ TEST_F(SubmapsTest, APhotoJoinsTheNearest) {
   EXPECT_EQ(written[1].images, Ids(3, 8)) << "the second by way of the first";
   EXPECT_EQ(written[1].images_at_adjustment, 3u);
   submaps = Read();
-  placement.raises_doubt = true;
+  placement.doubtful = placement.placed.front();
   placement.placed = Ids(8, 9);
   ASSERT_OK(submaps.FollowPlacement(Grown(8, 9), *scene_.Snap(), placement));
   written = Written(submaps);
@@ -150,9 +150,9 @@ TEST_F(SubmapsTest, ImagesThatLeaveAreInNone) {
 TEST_F(SubmapsTest, OneIsDueWhenItHasGrown) {
   Fill(6);
   Put({{SubmapId(1), kCity, Ids(0, 6), 3}});
-  AdjustmentSchedule schedule{.views_step = 4};
+  AdjustmentSchedule schedule{.submap_views_step = 4};
   EXPECT_TRUE(Read().ListDue(kCity, schedule).empty());
-  schedule.views_step = 3;
+  schedule.submap_views_step = 3;
   EXPECT_EQ(Read().ListDue(kCity, schedule), std::vector{SubmapId(1)});
   EXPECT_TRUE(Read().ListDue(kOther, schedule).empty());
 }

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Goal: founding finds the scene from matches alone, also where they lie on a plane, and refuses views
-// without parallax.
+// Goal: founding finds the scene from matches alone, also where they lie on a plane, and refuses
+//   views without parallax.
 // Method: a synthetic scene; relative poses and tracks are compared with the truth.
 #include "engine/mapping/founding.h"
 
