@@ -7,7 +7,6 @@
 
 #include "cli/command.h"
 #include "cli/follow_ups.h"
-#include "cli/photos/photo_list.h"
 #include "cli/progress.h"
 #include "cli/stop_on_signal.h"
 #include "cli/wire/added_json.h"
@@ -27,13 +26,8 @@ struct AddArguments {
 
 // Every photo with its camera.
 Result<std::vector<PhotoSubmission>> Submissions(const AddArguments& arguments) {
-  std::vector<ListedPhoto> listed;
-  if (!arguments.list.empty()) {
-    const std::string folder = arguments.paths.empty() ? "" : arguments.paths.front();
-    VEDUTA_ASSIGN_OR_RETURN(listed, ReadPhotoList(arguments.list, folder));
-  } else {
-    VEDUTA_ASSIGN_OR_RETURN(listed, ListPhotosAndWarn(arguments.paths));
-  }
+  VEDUTA_ASSIGN_OR_RETURN(std::vector<ListedPhoto> listed,
+                          ListPhotosOf(arguments.list, arguments.paths));
   std::vector<PhotoSubmission> submissions;
   for (ListedPhoto& photo : listed) {
     submissions.push_back({{std::move(photo.name), std::move(photo.path), {}},
@@ -161,13 +155,7 @@ void RegisterAdd(CLI::App* app, int* exit_code) {
                     "Do not wait for the disk at each photo: a power cut may lose the last ones (a "
                     "crash does not)");
   command->callback([=] {
-    if (arguments->paths.empty() && arguments->list.empty()) {
-      throw CLI::RequiredError("PHOTO or --list");
-    }
-    if (arguments->paths.size() > 1 && !arguments->list.empty()) {
-      throw CLI::ValidationError(
-          "--list", "takes one folder at most, the one that its paths are relative to");
-    }
+    CheckPhotoArguments(arguments->list, arguments->paths);
     *exit_code = Add(*arguments);
   });
 }

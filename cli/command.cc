@@ -35,8 +35,23 @@ Result<std::vector<ListedPhoto>> ListPhotosAndWarn(const std::vector<std::string
   return photos;
 }
 
-Result<std::unique_ptr<Engine>> OpenToRead(const std::string& path) {
+Result<std::vector<ListedPhoto>> ListPhotosOf(const std::string& list,
+                                              const std::vector<std::string>& paths) {
+  if (list.empty()) return ListPhotosAndWarn(paths);
+  return ReadPhotoList(list, paths.empty() ? "" : paths.front());
+}
+
+void CheckPhotoArguments(const std::string& list, const std::vector<std::string>& paths) {
+  if (paths.empty() && list.empty()) throw CLI::RequiredError("PHOTO or --list");
+  if (paths.size() > 1 && !list.empty()) {
+    throw CLI::ValidationError("--list",
+                               "takes one folder at most, the one that its paths are relative to");
+  }
+}
+
+Result<std::unique_ptr<Engine>> OpenToRead(const std::string& path, uint32_t thread_count) {
   EngineOptions options;
+  options.thread_count = thread_count;
   options.read_only = true;
   return Engine::Open(path, options);
 }

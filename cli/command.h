@@ -26,8 +26,15 @@ int FailUsage(const Status& status);
 // ListPhotos; says on standard error what is passed over.
 Result<std::vector<ListedPhoto>> ListPhotosAndWarn(const std::vector<std::string>& paths);
 
+// The photos that a command's arguments mean: those of a list file where one is given, relative to
+// the first path where there is one; otherwise ListPhotosAndWarn.
+Result<std::vector<ListedPhoto>> ListPhotosOf(const std::string& list,
+                                              const std::vector<std::string>& paths);
+// What is wrong with a list file and paths given together: exceptions of the command line.
+void CheckPhotoArguments(const std::string& list, const std::vector<std::string>& paths);
+
 // For commands that only ask: takes no lock, so it works while another process adds.
-Result<std::unique_ptr<Engine>> OpenToRead(const std::string& path);
+Result<std::unique_ptr<Engine>> OpenToRead(const std::string& path, uint32_t thread_count = 0);
 Result<std::unique_ptr<Engine>> OpenToWrite(const std::string& path,
                                             const EngineOptions& options = {});
 
@@ -44,6 +51,7 @@ void RegisterReconstruction(CLI::App* app, int* exit_code);
 void RegisterShow(CLI::App* app, int* exit_code);
 void RegisterNeighbors(CLI::App* app, int* exit_code);
 void RegisterPose(CLI::App* app, int* exit_code);
+void RegisterLocalize(CLI::App* app, int* exit_code);
 void RegisterForbid(CLI::App* app, int* exit_code);
 void RegisterExport(CLI::App* app, int* exit_code);
 void RegisterDensify(CLI::App* app, int* exit_code);

@@ -74,6 +74,14 @@ class Questions final {
   // undistorts it.
   Result<std::vector<NeighborAnswer>> Rank(const PhotoSource& photo, const std::string& camera,
                                            uint32_t count_max) const;
+  // Where photos were taken that are not added, each by itself: what is asked changes nothing. A
+  // pose is refused where adding the photo would refuse it, with the same reason. `report` is
+  // called in the order of the photos, from any thread, one call at a time. Photos are worked on
+  // side by side, with the features of each in memory. kNotFound for an unknown camera, and nothing
+  // is reported; kCancelled after a stop request: those reported are done.
+  veduta::Status Localize(std::span<const LocalizeRequest> photos,
+                          const std::function<void(const LocalizedPhoto&)>& report,
+                          std::stop_token stop = {}) const;
   // Living reconstructions, largest first, then ascending ids.
   Result<std::vector<ReconstructionAnswer>> Reconstructions() const;
   // Also one that was merged away: `merged_into` says where it went.

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "cli/wire/added_json.h"
 
+#include "cli/wire/answers_json.h"
+
 namespace veduta {
 
 std::string OutcomeWord(const AddOutcome& outcome) {
@@ -11,6 +13,16 @@ std::string OutcomeWord(const AddOutcome& outcome) {
 std::string OutcomeReason(const AddOutcome& outcome) {
   if (!outcome.failure.ok()) return outcome.failure.message();
   return outcome.duplicate ? outcome.detail : ReasonSentence(outcome.reason, outcome.detail);
+}
+
+std::string LocalizedWord(const LocalizedPhoto& photo) {
+  if (!photo.failure.ok()) return "failed";
+  if (photo.verdict == Verdict::kRejected) return "rejected";
+  return photo.cam_from_world ? "localized" : "refused";
+}
+
+std::string LocalizedReason(const LocalizedPhoto& photo) {
+  return photo.failure.ok() ? ReasonSentence(photo.reason, photo.detail) : photo.failure.message();
 }
 
 std::string FollowUpWord(FollowUpKind kind) {
@@ -45,6 +57,31 @@ Json ToJson(const AddOutcome& outcome) {
           {"split_off", ToJson(outcome.split_off)},
           {"damaged", ToJson(outcome.damaged)},
           {"ms", ToJson(outcome.times)}};
+}
+
+Json ToJson(const LocalizedPhoto& photo) {
+  Json support = Json::array();
+  for (const SupportAnswer& image : photo.support)
+    support.push_back({{"id", image.image.value}, {"image", image.name}, {"points", image.points}});
+  Json json = {{"image", photo.name},
+               {"verdict", LocalizedWord(photo)},
+               {"reason", LocalizedReason(photo)},
+               {"stored", ToJson(photo.stored)},
+               {"reconstruction", ToJson(photo.reconstruction)},
+               {"pose", nullptr},
+               {"uncertainty", ToJson(photo.uncertainty)},
+               {"neighbors", photo.neighbor_count},
+               {"inliers", photo.inlier_count},
+               {"pairs_tried", photo.pairs_tried},
+               {"support", std::move(support)},
+               {"damaged", ToJson(photo.damaged)},
+               {"ms", ToJson(photo.times)}};
+  if (const auto& pose = photo.cam_from_world) {
+    json["pose"] = {{"rotation_wxyz", pose->rotation_wxyz},
+                    {"translation", pose->translation},
+                    {"center", pose->center}};
+  }
+  return json;
 }
 
 Json ToJson(const LostPose& lost) {

@@ -10,6 +10,7 @@
 #include <string>
 #include <vector>
 
+#include "engine/door/submission.h"
 #include "storage/base/ids.h"
 #include "storage/model/camera.h"
 #include "storage/model/verdict.h"
@@ -139,6 +140,39 @@ struct ImageAnswer {
   std::vector<HypothesisAnswer> hypotheses;  // of its reconstruction; ascending ids
   // Left empty by Questions::Image: Questions::Uncertainty computes it.
   std::optional<PoseUncertainty> uncertainty;
+};
+
+// A photo that is asked about and not added.
+struct LocalizeRequest {
+  PhotoSource photo;
+  std::string camera;  // the name of a camera of the database
+};
+
+// An image that a pose rests on.
+struct SupportAnswer {
+  ImageId image;
+  std::string name;
+  uint32_t points = 0;  // that both see
+};
+
+// Where a photo was taken that was asked about and not added.
+struct LocalizedPhoto {
+  std::string name;
+  Verdict verdict = Verdict::kRejected;  // kPlaced, kPostponed (no pose is believed) or kRejected
+  Reason reason = Reason::kNone;
+  std::string detail;               // the reason's numbers, for a person
+  ImageId stored;                   // valid where the same bytes are stored: as this image
+  ReconstructionId reconstruction;  // valid if placed; in its frame, which the photo has not moved,
+  std::optional<PlainPose> cam_from_world;
+  std::optional<PoseUncertainty> uncertainty;  // nothing where too little is seen to tell
+  uint32_t inlier_count = 0;                   // of the pose, or of the best pair when not placed
+  std::vector<SupportAnswer> support;  // images that share points with it, most points first
+  uint32_t neighbor_count = 0, pairs_tried = 0;
+  // Stored images that the photo was not compared with, because they are damaged; ascending.
+  std::vector<DamagedImage> damaged;
+  StepTimes times;
+  // Not Ok: the photo was not judged, for a reason that says nothing about it, as in AddOutcome.
+  veduta::Status failure;
 };
 
 struct CameraAnswer {

@@ -24,12 +24,9 @@ std::string NoNeighborDetail(const NeighborSearch& search) {
 // One photo's search, in one or two rounds.
 class Locator {
  public:
-  Locator(const MappingContext& context, const IngestOptions& options,
-          ReconstructionId new_reconstruction, uint64_t seed)
-      : context_(context),
-        options_(options),
-        new_reconstruction_(new_reconstruction),
-        seed_(seed) {}
+  Locator(const MappingContext& context, const IngestOptions& options, const PoseGiver& give_pose,
+          uint64_t seed)
+      : context_(context), options_(options), give_pose_(give_pose), seed_(seed) {}
 
   // Joins the neighbours among `candidates` to those that are known already.
   Status Search(const ImageFeatures& photo, std::span<const RankedImage> candidates,
@@ -68,8 +65,7 @@ class Locator {
     }
     std::vector<PairMatches> pairs;
     for (const PairRecord& pair : search.pairs) pairs.push_back(MatchesFrom(pair, photo.id));
-    VEDUTA_ASSIGN_OR_RETURN(located_.placement,
-                            PlacePhoto(context_, photo, pairs, new_reconstruction_, seed_));
+    VEDUTA_ASSIGN_OR_RETURN(located_.placement, give_pose_(photo, pairs));
     located_.times.map_ms += located_.placement.map_ms;
     located_.times.adjust_ms += located_.placement.adjust_ms;
     return Status::Ok();
@@ -88,7 +84,7 @@ class Locator {
  private:
   const MappingContext& context_;
   const IngestOptions& options_;
-  const ReconstructionId new_reconstruction_;
+  const PoseGiver& give_pose_;
   const uint64_t seed_;
   LocatedPhoto located_;
 };
@@ -98,8 +94,8 @@ class Locator {
 Result<LocatedPhoto> LocatePhoto(const MappingContext& context, const IngestOptions& options,
                                  const ImageFeatures& photo, const CameraModel& camera,
                                  std::span<const RankedImage> candidates,
-                                 ReconstructionId new_reconstruction, uint64_t seed) {
-  Locator locator(context, options, new_reconstruction, seed);
+                                 const PoseGiver& give_pose, uint64_t seed) {
+  Locator locator(context, options, give_pose, seed);
   VEDUTA_RETURN_IF_ERROR(locator.Search(photo, candidates, options.neighbors, seed));
   if (locator.HasAmpleNeighbor() || candidates.empty()) {
     VEDUTA_RETURN_IF_ERROR(locator.Place(photo));
@@ -110,6 +106,16 @@ Result<LocatedPhoto> LocatePhoto(const MappingContext& context, const IngestOpti
   VEDUTA_RETURN_IF_ERROR(locator.SearchThoroughly(*wide));
   VEDUTA_RETURN_IF_ERROR(locator.Place(*wide));
   return locator.Take();
+}
+
+Result<LocatedPhoto> LocatePhoto(const MappingContext& context, const IngestOptions& options,
+                                 const ImageFeatures& photo, const CameraModel& camera,
+                                 std::span<const RankedImage> candidates,
+                                 ReconstructionId new_reconstruction, uint64_t seed) {
+  const PoseGiver place = [&](const ImageFeatures& features, std::span<const PairMatches> pairs) {
+    return PlacePhoto(context, features, pairs, new_reconstruction, seed);
+  };
+  return LocatePhoto(context, options, photo, camera, candidates, place, seed);
 }
 
 }  // namespace veduta

@@ -2,22 +2,17 @@
 #include "engine/ingest/photo_placement.h"
 
 #include <algorithm>
-#include <cmath>
-#include <cstdio>
 #include <optional>
 #include <utility>
 
+#include "engine/ingest/believed_pose.h"
 #include "engine/ingest/doubt.h"
 #include "engine/ingest/forbidding.h"
-#include "engine/ingest/local_unplacing.h"
 #include "engine/ingest/merging.h"
-#include "engine/ingest/misplaced.h"
-#include "engine/ingest/pose_search.h"
 #include "engine/ingest/reconstruction_start.h"
 #include "engine/ingest/submaps.h"
 #include "engine/ingest/surroundings.h"
 #include "engine/mapping/agreeing_growth.h"
-#include "engine/mapping/pose_deviation.h"
 #include "engine/query/forbidden.h"
 #include "storage/base/stopwatch.h"
 
@@ -92,49 +87,6 @@ Status TryToFound(const MappingContext& context, const PhotoAtHand& at_hand, Rec
              : AdjustAround(context, at_hand.photo.id, context.options.local_images_max);
 }
 
-void NotePlaced(const ImageFeatures& photo, const PoseCandidate& pose, Placement* placement) {
-  placement->verdict = Verdict::kPlaced;
-  placement->reason = Reason::kRegistered;
-  placement->reconstruction = pose.reconstruction;
-  placement->placed = {photo.id};
-  placement->inlier_count = static_cast<uint32_t>(pose.resection.inliers.size());
-  placement->detail = "agrees with " + std::to_string(placement->inlier_count) + " of " +
-                      std::to_string(pose.point_count) + " points";
-  if (pose.along.valid()) {
-    placement->detail += ", along the baseline to image " + std::to_string(pose.along.value);
-  }
-}
-
-// What the photo would lack at that pose.
-Result<VisibleStructure> JudgeCandidate(const MappingContext& context, const ImageFeatures& photo,
-                                        const PoseCandidate& candidate) {
-  MapImage view = UnplacedImage(photo);
-  view.reconstruction = candidate.reconstruction;
-  view.cam_from_world = candidate.resection.cam_from_world;
-  for (const auto& [feature, point] : candidate.seen) view.points[feature] = point;
-  return JudgeView(context, view);
-}
-
-// The first pose that is good enough, unless one in another reconstruction is clearly better: of
-// twin facades the wrong one may give more points. Null where none is good enough.
-Result<const PoseCandidate*> ChoosePose(const MappingContext& context, const ImageFeatures& photo,
-                                        const std::vector<PoseCandidate>& found) {
-  std::vector<const PoseCandidate*> good;
-  for (const PoseCandidate& candidate : found) {
-    if (IsGoodEnough(candidate, context.options)) good.push_back(&candidate);
-  }
-  if (good.size() < 2) return good.empty() ? nullptr : good.front();
-  const PoseCandidate* best = good.front();
-  VEDUTA_ASSIGN_OR_RETURN(VisibleStructure visible, JudgeCandidate(context, photo, *best));
-  for (size_t i = 1; i < good.size(); ++i) {
-    VEDUTA_ASSIGN_OR_RETURN(const VisibleStructure other, JudgeCandidate(context, photo, *good[i]));
-    if (!IsClearlyBetter(other, visible, context.options.doubt)) continue;
-    best = good[i];
-    visible = other;
-  }
-  return best;
-}
-
 // Whether so few images have come since what the image is in was last judged that it can wait;
 // `unwritten` of them are not stored yet.
 Result<bool> IsFreshlyJudged(const MappingContext& context, ImageId image,
@@ -195,43 +147,6 @@ Result<ImageId> FindDoubtful(const MappingContext& context, std::span<const Pair
   return is_fresh ? ImageId() : near;
 }
 
-Placement Postponed(Reason reason, std::string detail) {
-  Placement postponed;
-  postponed.reason = reason;
-  postponed.detail = std::move(detail);
-  return postponed;
-}
-
-// The photo postponed, where what it sees does not say where it stands.
-std::optional<Placement> AskWhetherDetermined(const MappingContext& context, ImageId photo) {
-  const double share = DeviationShare(*context.map, photo);
-  if (share <= context.options.deviation_share_max) return std::nullopt;
-  const ReconstructionId reconstruction = context.map->image(photo).reconstruction;
-  if (!std::isfinite(share)) {
-    return Postponed(Reason::kUndetermined, "what it sees of reconstruction " +
-                                                std::to_string(reconstruction.value) +
-                                                " fits any place");
-  }
-  char text[160];
-  std::snprintf(
-      text, sizeof(text),
-      "by what it sees of reconstruction %u, errors of 1 mrad move it by %.2g %% of how far "
-      "it sees",
-      reconstruction.value, 100 * share);
-  return Postponed(Reason::kUndetermined, text);
-}
-
-// The photo postponed, where its picture lacks what others see there.
-Result<std::optional<Placement>> AskWhatIsMissing(const MappingContext& context, ImageId photo) {
-  const MapImage& image = context.map->image(photo);
-  VEDUTA_ASSIGN_OR_RETURN(const VisibleStructure visible, JudgeView(context, image));
-  if (!IsContradicted(visible, context.options.doubt)) return std::optional<Placement>();
-  return std::optional(
-      Postponed(Reason::kMissingStructure, "of the pose in reconstruction " +
-                                               std::to_string(image.reconstruction.value) + ", " +
-                                               MissingText(visible)));
-}
-
 // The first case, and the second where it joins reconstructions. Returns the photo postponed where
 // its pose is not believed.
 Result<std::optional<Placement>> PlaceAt(const MappingContext& context, const PhotoAtHand& at_hand,
@@ -239,15 +154,10 @@ Result<std::optional<Placement>> PlaceAt(const MappingContext& context, const Ph
                                          Placement* placement) {
   const MapperOptions& options = context.options;
   const ImageId id = at_hand.photo.id;
-  MapImage image = UnplacedImage(at_hand.photo);
-  image.reconstruction = pose.reconstruction;
-  image.cam_from_world = pose.resection.cam_from_world;
-  context.map->PlaceImage(std::move(image));
-  GrowAndRefine(context.map, id, at_hand.putative, options.growth);
-  NotePlaced(at_hand.photo, pose, placement);
-  if (std::optional<Placement> postponed = AskWhetherDetermined(context, id)) return postponed;
-  VEDUTA_ASSIGN_OR_RETURN(std::optional<Placement> postponed, AskWhatIsMissing(context, id));
+  VEDUTA_ASSIGN_OR_RETURN(std::optional<Placement> postponed,
+                          EnterPose(context, at_hand.photo, pose, at_hand.putative));
   if (postponed) return postponed;
+  *placement = PlacedAt(at_hand.photo, pose);
   const std::vector<ImageId> near = CovisibleImages(*context.map, id, options.local_images_max);
   VEDUTA_RETURN_IF_ERROR(MergeWhatItJoins(context, at_hand, near, placement));
   if (!placement->merges.empty())
@@ -270,37 +180,17 @@ Result<std::optional<Placement>> PlaceAt(const MappingContext& context, const Ph
   return std::optional<Placement>();
 }
 
-// Without those of photos that must not have a pose: they found nothing, and a photo whose matches
-// lead to them need not wait for them.
-Result<std::vector<PairMatches>> WithoutForbidden(const Snapshot& snapshot,
-                                                  std::span<const PairMatches> pairs) {
-  std::vector<PairMatches> allowed;
-  for (const PairMatches& pair : pairs) {
-    VEDUTA_ASSIGN_OR_RETURN(const bool is_forbidden, IsPoseForbidden(snapshot, pair.other));
-    if (!is_forbidden) allowed.push_back(pair);
-  }
-  return allowed;
-}
-
 Result<Placement> PlaceByPairs(const MappingContext& context, const ImageFeatures& photo,
                                std::span<const PairMatches> pairs,
                                ReconstructionId new_reconstruction, uint64_t seed) {
   Stopwatch watch;
-  std::vector<ImageId> neighbors;
-  for (const PairMatches& pair : pairs) neighbors.push_back(pair.other);
-  VEDUTA_RETURN_IF_ERROR(context.loader->LoadNeighborhood(neighbors));
-  VEDUTA_ASSIGN_OR_RETURN(const std::vector<PairMatches> putative,
-                          MatchPlacedNeighbors(context, photo, pairs));
-  const PoseSearch search = FindPoses(*context.map, photo, pairs, putative, seed, context.options);
-  const PhotoAtHand at_hand{photo, pairs, putative, seed};
-  Placement placement;
-  placement.reason = search.reason;
-  placement.detail = search.detail;
-  const bool has_sure_pose = !search.found.empty() && !search.found.front().is_weak;
-  if (!has_sure_pose && new_reconstruction.valid())
+  VEDUTA_ASSIGN_OR_RETURN(const SoughtPoses sought, SeekPoses(context, photo, pairs, seed));
+  const PhotoAtHand at_hand{photo, pairs, sought.putative, seed};
+  Placement placement = Postponed(sought.search.reason, sought.search.detail);
+  if (!sought.has_sure_pose() && new_reconstruction.valid())
     VEDUTA_RETURN_IF_ERROR(TryToFound(context, at_hand, new_reconstruction, &placement));
   VEDUTA_ASSIGN_OR_RETURN(const PoseCandidate* const pose,
-                          ChoosePose(context, photo, search.found));
+                          ChoosePose(context, photo, sought.search.found));
   if (pose == nullptr || placement.verdict != Verdict::kPostponed) {
     if (placement.verdict == Verdict::kPostponed) {
       VEDUTA_ASSIGN_OR_RETURN(placement.doubtful, FindDoubtful(context, pairs, search.doubtful));
@@ -313,18 +203,15 @@ Result<Placement> PlaceByPairs(const MappingContext& context, const ImageFeature
   if (postponed) {
     context.map->Clear();
     // Others that wait may be there for the same reason, and know the place together.
-    if (has_sure_pose && new_reconstruction.valid()) {
-      VEDUTA_RETURN_IF_ERROR(context.loader->LoadNeighborhood(neighbors));
+    if (sought.has_sure_pose() && new_reconstruction.valid()) {
+      VEDUTA_RETURN_IF_ERROR(LoadNeighbors(context, pairs));
       VEDUTA_RETURN_IF_ERROR(TryToFound(context, at_hand, new_reconstruction, &*postponed));
     }
     return std::move(*postponed);
   }
-  const uint32_t seen = CountObservations(context.map->image(photo.id));
-  if (seen < context.options.observations_min) {
+  if (std::optional<Placement> too_little = AskHowMuchItSees(context, photo.id)) {
     context.map->Clear();
-    return Postponed(Reason::kResectionFailed,
-                     "only " + std::to_string(seen) + " points are left after adjustment; " +
-                         std::to_string(context.options.observations_min) + " are needed");
+    return std::move(*too_little);
   }
   return placement;
 }

@@ -101,11 +101,8 @@ class Gatherer final {
 
 }  // namespace
 
-Result<std::optional<PoseUncertainty>> UncertaintyOf(const Snapshot& snapshot, ImageId image) {
+std::optional<PoseUncertainty> UncertaintyOf(const BundleProblem& problem) {
   std::optional<PoseUncertainty> answer;
-  VEDUTA_ASSIGN_OR_RETURN(const std::optional<PoseRecord> pose, snapshot.FindPose(image));
-  if (!pose) return answer;
-  VEDUTA_ASSIGN_OR_RETURN(const BundleProblem problem, Gatherer(snapshot, *pose).Gather());
   const std::optional<PoseCovariance> found =
       CovarianceOfPose(problem, BundleOptions().loss_scale_px);
   if (!found) return answer;
@@ -123,6 +120,13 @@ Result<std::optional<PoseUncertainty>> UncertaintyOf(const Snapshot& snapshot, I
   answer->points = static_cast<uint32_t>(problem.points.size());
   answer->images_held = static_cast<uint32_t>(problem.cams_from_world.size() - 1);
   return answer;
+}
+
+Result<std::optional<PoseUncertainty>> UncertaintyOf(const Snapshot& snapshot, ImageId image) {
+  VEDUTA_ASSIGN_OR_RETURN(const std::optional<PoseRecord> pose, snapshot.FindPose(image));
+  if (!pose) return std::optional<PoseUncertainty>();
+  VEDUTA_ASSIGN_OR_RETURN(const BundleProblem problem, Gatherer(snapshot, *pose).Gather());
+  return UncertaintyOf(problem);
 }
 
 }  // namespace veduta

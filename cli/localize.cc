@@ -1,0 +1,136 @@
+// SPDX-License-Identifier: Apache-2.0
+// veduta localize DB --camera NAME PHOTO|FOLDER... [--list FILE] [--threads N] [--json]
+#include <algorithm>
+#include <map>
+#include <set>
+
+#include "cli/command.h"
+#include "cli/follow_ups.h"
+#include "cli/progress.h"
+#include "cli/stop_on_signal.h"
+#include "cli/wire/added_json.h"
+
+namespace veduta {
+namespace {
+
+struct LocalizeArguments {
+  std::string db, camera, list;
+  std::vector<std::string> paths;
+  uint32_t threads = 0;
+  bool json = false;
+};
+
+// Every photo with its camera.
+Result<std::vector<LocalizeRequest>> Requests(const LocalizeArguments& arguments) {
+  VEDUTA_ASSIGN_OR_RETURN(std::vector<ListedPhoto> listed,
+                          ListPhotosOf(arguments.list, arguments.paths));
+  std::vector<LocalizeRequest> requests;
+  for (ListedPhoto& photo : listed) {
+    requests.push_back({{std::move(photo.name), std::move(photo.path), {}},
+                        photo.camera.empty() ? arguments.camera : std::move(photo.camera)});
+  }
+  return requests;
+}
+
+void PrintPlace(const LocalizedPhoto& photo) {
+  const std::array<double, 3>& center = photo.cam_from_world->center;
+  const std::string where =
+      photo.uncertainty ? "" : "; too little is seen to tell how sure that is";
+  PrintLine("  in reconstruction %u, centre %.6g %.6g %.6g, by %zu images%s",
+            photo.reconstruction.value, center[0], center[1], center[2], photo.support.size(),
+            where.c_str());
+  if (!photo.uncertainty) return;
+  PrintLine("  standard deviation of the centre %.3g, of the rotation %.3g degrees",
+            photo.uncertainty->center_stddev, photo.uncertainty->rotation_stddev_deg);
+}
+
+// Says where the photos were taken, one after the other, and keeps count.
+class LocalizeReport final {
+ public:
+  LocalizeReport(const Questions& ask, const LocalizeArguments& arguments, size_t photo_count)
+      : ask_(ask), arguments_(arguments), progress_(photo_count) {}
+
+  void Done(const LocalizedPhoto& photo) {
+    for (const DamagedImage& damaged : photo.damaged) {
+      if (!damaged_.insert(damaged.image).second) continue;  // said already
+      progress_.Say(DamagedImageText(damaged, ask_, arguments_.db));
+      exit_code_ = std::max<int>(exit_code_, kDatabaseUnusable);
+    }
+    const std::string word = LocalizedWord(photo);
+    ++counts_[word];
+    if (!photo.cam_from_world)
+      exit_code_ =
+          std::max<int>(exit_code_, photo.failure.ok() ? int{kNotDone} : ExitCodeOf(photo.failure));
+    if (arguments_.json) {
+      PrintJson(ToJson(photo));
+    } else {
+      PrintLine("%-10s %s: %s", word.c_str(), Printable(photo.name).c_str(),
+                Printable(LocalizedReason(photo)).c_str());
+      if (photo.cam_from_world) PrintPlace(photo);
+    }
+    progress_.Advance(word);
+  }
+
+  // "9 localized, 1 refused"; empty where nothing was done.
+  std::string Summary() const {
+    std::string summary;
+    for (const auto& [word, count] : counts_)
+      summary += (summary.empty() ? "" : ", ") + std::to_string(count) + " " + word;
+    return summary;
+  }
+
+  // kDone, or the worst that was told.
+  int exit_code() const { return exit_code_; }
+
+ private:
+  const Questions& ask_;
+  const LocalizeArguments& arguments_;
+  Progress progress_;
+  std::map<std::string, size_t> counts_;  // by verdict
+  std::set<ImageId> damaged_;             // that were named
+  int exit_code_ = kDone;
+};
+
+int Localize(const LocalizeArguments& arguments) {
+  const StopOnSignal stop;
+  const auto engine = OpenToRead(arguments.db, arguments.threads);
+  if (!engine.ok()) return Fail(engine.status());
+  const auto requests = Requests(arguments);
+  if (!requests.ok()) return Fail(requests.status());
+  const Questions ask = (*engine)->Ask();
+  std::string summary;
+  int exit_code = kDone;
+  Status localized;
+  {
+    LocalizeReport report(ask, arguments, requests->size());
+    localized = ask.Localize(
+        *requests, [&](const LocalizedPhoto& photo) { report.Done(photo); }, stop.token());
+    summary = report.Summary();
+    exit_code = report.exit_code();
+  }  // which erases the bar
+  if (!summary.empty()) std::fprintf(stderr, "%s\n", summary.c_str());
+  return localized.ok() ? exit_code : Fail(localized);
+}
+
+}  // namespace
+
+void RegisterLocalize(CLI::App* app, int* exit_code) {
+  auto arguments = std::make_shared<LocalizeArguments>();
+  CLI::App* command = app->add_subcommand(
+      "localize", "Say where photos were taken, without adding them; changes nothing");
+  command->add_option("DB", arguments->db, "Database")->required();
+  command->add_option("PHOTO", arguments->paths,
+                      "Photos, or folders of photos; with --list the folder of its paths");
+  command->add_option("--camera", arguments->camera, "The camera that took them")->required();
+  command->add_option("--list", arguments->list,
+                      "File with one path per line; after a tab a line may name its camera");
+  command->add_option("--threads", arguments->threads, "Threads (default: one per core)")
+      ->check(CLI::Range(1, 1024));
+  command->add_flag("--json", arguments->json, "One JSON object per photo");
+  command->callback([=] {
+    CheckPhotoArguments(arguments->list, arguments->paths);
+    *exit_code = Localize(*arguments);
+  });
+}
+
+}  // namespace veduta

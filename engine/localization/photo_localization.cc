@@ -1,0 +1,193 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "engine/localization/photo_localization.h"
+
+#include <algorithm>
+#include <map>
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "engine/ingest/believed_pose.h"
+#include "engine/ingest/forbidding.h"
+#include "engine/ingest/photo_locator.h"
+#include "engine/ingest/surroundings.h"
+#include "engine/mapping/pose_deviation.h"
+#include "engine/query/city_answers.h"
+#include "engine/query/forbidden.h"
+#include "engine/query/pose_uncertainty.h"
+#include "storage/base/memory_shortage.h"
+#include "storage/base/stopwatch.h"
+
+namespace veduta {
+namespace {
+
+// As when the photo is added, with all other poses held. Returns the photo postponed where its pose
+// is not believed.
+Result<std::optional<Placement>> PlaceAmongHeld(const MappingContext& context,
+                                                const ImageFeatures& photo,
+                                                const PoseCandidate& pose,
+                                                std::span<const PairMatches> putative) {
+  VEDUTA_ASSIGN_OR_RETURN(std::optional<Placement> refused,
+                          EnterPose(context, photo, pose, putative));
+  if (refused) return refused;
+  VEDUTA_RETURN_IF_ERROR(AdjustAround(context, photo.id, 1));
+  VEDUTA_RETURN_IF_ERROR(GrowAround(context, photo.id));
+  VEDUTA_RETURN_IF_ERROR(AdjustAround(context, photo.id, 1));
+  VEDUTA_ASSIGN_OR_RETURN(refused, AskWhatIsMissing(context, photo.id));
+  return refused ? refused : AskHowMuchItSees(context, photo.id);
+}
+
+// Gives the photo a pose in the map, or says why not and leaves the map empty.
+Result<Placement> GivePose(const MappingContext& context, const ImageFeatures& photo,
+                           std::span<const PairMatches> pairs, uint64_t seed) {
+  Stopwatch watch;
+  VEDUTA_ASSIGN_OR_RETURN(const bool is_forbidden,
+                          IsPoseForbidden(context.loader->snapshot(), photo.id));
+  if (is_forbidden) return Postponed(Reason::kForbidden, kPoseForbiddenDetail);
+  VEDUTA_ASSIGN_OR_RETURN(const std::vector<PairMatches> allowed,
+                          WithoutForbidden(context.loader->snapshot(), pairs));
+  VEDUTA_ASSIGN_OR_RETURN(const SoughtPoses sought, SeekPoses(context, photo, allowed, seed));
+  Placement placement = Postponed(sought.search.reason, sought.search.detail);
+  if (sought.putative.empty()) {
+    placement =
+        Postponed(Reason::kTooFewStructurePoints, "none of its " + std::to_string(pairs.size()) +
+                                                      " verified neighbours has a pose");
+  }
+  VEDUTA_ASSIGN_OR_RETURN(const PoseCandidate* const pose,
+                          ChoosePose(context, photo, sought.search.found));
+  if (pose != nullptr) {
+    VEDUTA_ASSIGN_OR_RETURN(std::optional<Placement> refused,
+                            PlaceAmongHeld(context, photo, *pose, sought.putative));
+    placement = refused ? std::move(*refused) : PlacedAt(photo, *pose);
+  }
+  if (placement.verdict == Verdict::kPostponed) context.map->Clear();
+  placement.map_ms = watch.LapMs();
+  return placement;
+}
+
+// The images that share points with a placed one, those with most first, then ascending ids.
+Result<std::vector<SupportAnswer>> SupportOf(const Snapshot& snapshot, const CityMap& map,
+                                             ImageId image) {
+  std::map<ImageId, uint32_t> counts;
+  for (const PointId id : map.PointsSeenBy({&image, 1})) {
+    for (const TrackElement& element : map.point(id).track) {
+      if (element.image != image) ++counts[element.image];
+    }
+  }
+  std::vector<SupportAnswer> support;
+  for (const auto& [other, count] : counts) {
+    VEDUTA_ASSIGN_OR_RETURN(ImageRecord record, snapshot.GetImage(other));
+    support.push_back({other, std::move(record.name), count});
+  }
+  std::ranges::stable_sort(support, std::ranges::greater(), &SupportAnswer::points);
+  return support;
+}
+
+// One photo on its way.
+class Localization final {
+ public:
+  Localization(const LocalizationParts& parts, const CameraModel& camera)
+      : parts_(parts), camera_(camera), loader_(parts.snapshot, parts.features, &map_) {}
+
+  Result<LocalizedPhoto> Run(PreparedPhoto photo) {
+    answer_.name = photo.name;
+    answer_.times.decode_ms = photo.decode_ms;
+    answer_.times.undistort_ms = photo.undistort_ms;
+    answer_.times.features_ms = photo.features_ms;
+    answer_.reason = photo.reason;
+    answer_.detail = photo.detail;
+    answer_.verdict = photo.reason == Reason::kNone ? Verdict::kPostponed : Verdict::kRejected;
+    Stopwatch watch;
+    if (answer_.verdict != Verdict::kRejected) VEDUTA_RETURN_IF_ERROR(Localize(std::move(photo)));
+    answer_.times.total_ms = watch.LapMs() + answer_.times.decode_ms + answer_.times.undistort_ms +
+                             answer_.times.features_ms;
+    return std::move(answer_);
+  }
+
+ private:
+  Status Localize(PreparedPhoto photo) {
+    const Snapshot& snapshot = *parts_.snapshot;
+    VEDUTA_ASSIGN_OR_RETURN(const std::optional<ImageId> stored,
+                            snapshot.FindImageByPhoto(photo.hash));
+    if (stored) answer_.stored = *stored;
+    std::optional<PoseRecord> pose;
+    if (stored) {
+      VEDUTA_ASSIGN_OR_RETURN(pose, snapshot.FindPose(*stored));
+    }
+    if (pose) return AnswerStored(*pose);
+    VEDUTA_ASSIGN_OR_RETURN(const DatabaseState state, snapshot.GetState());
+    return Search(stored.value_or(ImageId(state.next_image)), std::move(photo));
+  }
+
+  Status AnswerStored(const PoseRecord& pose) {
+    VEDUTA_ASSIGN_OR_RETURN(const ImageRecord record, parts_.snapshot->GetImage(pose.image));
+    VEDUTA_RETURN_IF_ERROR(loader_.LoadNeighborhood({&pose.image, 1}));
+    answer_.verdict = Verdict::kPlaced;
+    answer_.reason = Reason::kRegistered;
+    answer_.detail = "the same bytes are stored as " + record.name;
+    answer_.inlier_count = static_cast<uint32_t>(map_.PointsSeenBy({&pose.image, 1}).size());
+    return Describe(pose.image);
+  }
+
+  Status Search(ImageId id, PreparedPhoto photo) {
+    Stopwatch watch;
+    const uint64_t seed = photo.hash.Seed();
+    const auto features = std::make_shared<const Features>(std::move(photo.features));
+    VEDUTA_ASSIGN_OR_RETURN(
+        const auto image,
+        ImageFeatures::Make(id, camera_, features, parts_.options.matched_count_max));
+    VEDUTA_ASSIGN_OR_RETURN(const std::vector<RankedImage> candidates,
+                            parts_.retrieval->Candidates(*parts_.snapshot, *features));
+    answer_.times.retrieve_ms = watch.LapMs();
+    const MappingContext context{&loader_, &map_, parts_.pool, parts_.options.mapper};
+    const PoseGiver give_pose = [&](const ImageFeatures& seen, std::span<const PairMatches> pairs) {
+      return GivePose(context, seen, pairs, seed);
+    };
+    VEDUTA_ASSIGN_OR_RETURN(
+        const LocatedPhoto located,
+        LocatePhoto(context, parts_.options, *image, camera_, candidates, give_pose, seed));
+    NoteSearch(located);
+    return answer_.verdict == Verdict::kPlaced ? Describe(id) : Status::Ok();
+  }
+
+  void NoteSearch(const LocatedPhoto& located) {
+    answer_.verdict = located.placement.verdict;
+    answer_.reason = located.placement.reason;
+    answer_.detail = located.placement.detail;
+    answer_.inlier_count = located.placement.inlier_count;
+    answer_.neighbor_count = static_cast<uint32_t>(located.search.pairs.size());
+    answer_.pairs_tried = located.search.tried_count;
+    for (const auto& [image, what] : located.search.damaged)
+      answer_.damaged.push_back({image, what});
+    answer_.times.match_ms = located.times.match_ms;
+    answer_.times.verify_ms = located.times.verify_ms;
+    answer_.times.map_ms = located.times.map_ms;
+  }
+
+  // Of an image that is placed in the map, the pose and what it rests on.
+  Status Describe(ImageId id) {
+    const MapImage& image = map_.image(id);
+    answer_.reconstruction = image.reconstruction;
+    answer_.cam_from_world = ToPlain(image.cam_from_world);
+    answer_.uncertainty = UncertaintyOf(PoseProblem(map_, id));
+    VEDUTA_ASSIGN_OR_RETURN(answer_.support, SupportOf(*parts_.snapshot, map_, id));
+    return Status::Ok();
+  }
+
+  const LocalizationParts& parts_;
+  const CameraModel& camera_;
+  CityMap map_;
+  MapLoader loader_;
+  LocalizedPhoto answer_;
+};
+
+}  // namespace
+
+Result<LocalizedPhoto> LocalizePhoto(const LocalizationParts& parts, PreparedPhoto photo,
+                                     const CameraModel& camera) {
+  return CatchShortage("localise the photo",
+                       [&] { return Localization(parts, camera).Run(std::move(photo)); });
+}
+
+}  // namespace veduta

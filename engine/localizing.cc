@@ -1,0 +1,81 @@
+// SPDX-License-Identifier: Apache-2.0
+// Questions::Localize.
+#include <atomic>
+#include <map>
+#include <mutex>
+#include <utility>
+
+#include "engine/localization/photo_localization.h"
+#include "engine/parts.h"
+#include "engine/query/city_answers.h"
+
+namespace veduta {
+namespace {
+
+// Hands on what is done in the order of the request, whichever is done first.
+class OrderedReport final {
+ public:
+  explicit OrderedReport(const std::function<void(const LocalizedPhoto&)>& report)
+      : report_(report) {}
+
+  void Done(size_t index, LocalizedPhoto photo) {
+    const std::lock_guard lock(mutex_);
+    waiting_.emplace(index, std::move(photo));
+    for (auto first = waiting_.begin(); first != waiting_.end() && first->first == next_;
+         first = waiting_.erase(first), ++next_)
+      report_(first->second);
+  }
+
+ private:
+  const std::function<void(const LocalizedPhoto&)>& report_;
+  std::mutex mutex_;
+  size_t next_ = 0;
+  std::map<size_t, LocalizedPhoto> waiting_;
+};
+
+LocalizedPhoto Failed(const PhotoSource& photo, Status failure) {
+  LocalizedPhoto failed;
+  failed.name = photo.name;
+  failed.failure = std::move(failure);
+  return failed;
+}
+
+LocalizedPhoto LocalizeOne(const LocalizationParts& parts, const PhotoPreparer& preparer,
+                           const PhotoSource& photo, const CameraModel& camera) {
+  PreparedPhoto prepared = preparer.Extract(photo, camera);
+  if (!prepared.failure.ok()) return Failed(photo, prepared.failure);
+  Result<LocalizedPhoto> localized = LocalizePhoto(parts, std::move(prepared), camera);
+  return localized.ok() ? std::move(*localized) : Failed(photo, localized.status());
+}
+
+}  // namespace
+
+Status Questions::Localize(std::span<const LocalizeRequest> photos,
+                           const std::function<void(const LocalizedPhoto&)>& report,
+                           std::stop_token stop) const {
+  std::map<std::string, CameraModel> cameras;
+  for (const LocalizeRequest& request : photos) {
+    if (cameras.contains(request.camera)) continue;
+    VEDUTA_ASSIGN_OR_RETURN(const CameraRecord camera,
+                            FindCamera(*view_->snapshot, request.camera));
+    cameras.emplace(request.camera, camera.model);
+  }
+  EngineParts& parts = *view_->parts;
+  const LocalizationParts localization{view_->snapshot, &view_->caches->retrieval,
+                                       &view_->caches->features, parts.pool.get(),
+                                       parts.tuning.ingest};
+  OrderedReport ordered(report);
+  std::atomic<bool> is_stopped = false;
+  parts.pool->ParallelFor(photos.size(), [&](size_t i) {
+    if (is_stopped || stop.stop_requested()) {
+      is_stopped = true;
+      return;
+    }
+    const LocalizeRequest& request = photos[i];
+    ordered.Done(
+        i, LocalizeOne(localization, *parts.preparer, request.photo, cameras.at(request.camera)));
+  });
+  return is_stopped ? veduta::Status::Cancelled("stopped before the next photo") : veduta::Status();
+}
+
+}  // namespace veduta

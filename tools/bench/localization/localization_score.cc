@@ -1,0 +1,169 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "tools/bench/localization/localization_score.h"
+
+#include <Eigen/Dense>
+#include <cmath>
+#include <cstdio>
+
+#include "storage/base/median.h"
+
+namespace veduta::localization {
+namespace {
+
+constexpr double kDegree = 0.017453292519943295;
+
+template <typename... Values>
+std::string Format(const char* format, Values... values) {
+  char text[512];
+  std::snprintf(text, sizeof text, format, values...);
+  return text;
+}
+
+Eigen::Matrix3d RotationOf(const Eigen::Matrix4d& fit) {
+  return fit.topLeftCorner<3, 3>() / std::cbrt(fit.topLeftCorner<3, 3>().determinant());
+}
+
+// truth_from_world by all poses of one reconstruction but one photo's.
+std::optional<Eigen::Matrix4d> FitOthers(const Poses& poses, uint32_t reconstruction,
+                                         const std::string& left_out, const orders::Truth& truth) {
+  std::vector<std::pair<Rigid3, Rigid3>> both;
+  for (const auto& [name, pose] : poses) {
+    const auto found = truth.find(name);
+    if (pose.reconstruction == reconstruction && name != left_out && found != truth.end())
+      both.emplace_back(pose.cam_from_world, found->second);
+  }
+  if (both.size() < 3) return std::nullopt;
+  const double ahead = orders::ExtentOf(truth) / 10;
+  const Eigen::Index count = static_cast<Eigen::Index>(both.size());
+  Eigen::Matrix3Xd from(3, 2 * count), to(3, 2 * count);
+  for (Eigen::Index i = 0; i < count; ++i) {
+    from.col(i) = both[static_cast<size_t>(i)].first.Center();
+    to.col(i) = both[static_cast<size_t>(i)].second.Center();
+  }
+  const Eigen::Matrix4d rough = Eigen::umeyama(from.leftCols(count), to.leftCols(count));
+  const double scale = std::cbrt(rough.topLeftCorner<3, 3>().determinant());
+  for (Eigen::Index i = 0; i < count; ++i) {
+    const auto& [world, real] = both[static_cast<size_t>(i)];
+    from.col(count + i) = world.Inverse() * Eigen::Vector3d(0, 0, ahead / scale);
+    to.col(count + i) = real.Inverse() * Eigen::Vector3d(0, 0, ahead);
+  }
+  const Eigen::Matrix4d fit = Eigen::umeyama(from, to);
+  return fit.allFinite() ? std::optional(fit) : std::nullopt;
+}
+
+PoseError ErrorOf(const Rigid3& pose, const Rigid3& real, const Eigen::Matrix4d& fit) {
+  const Eigen::Vector3d center = (fit * pose.Center().homogeneous()).head<3>();
+  const Eigen::Quaterniond turned = pose.rotation * Eigen::Quaterniond(RotationOf(fit)).conjugate();
+  return {(center - real.Center()).norm(), turned.angularDistance(real.rotation) / kDegree};
+}
+
+// (omega, d) of PoseUncertainty, by which the pose is off.
+Eigen::Matrix<double, 6, 1> DeviationOf(const Rigid3& pose, const Rigid3& real,
+                                        const Eigen::Matrix4d& fit) {
+  const Eigen::Vector3d center = (fit.inverse() * real.Center().homogeneous()).head<3>();
+  const Eigen::AngleAxisd turn(real.rotation * Eigen::Quaterniond(RotationOf(fit)) *
+                               pose.rotation.conjugate());
+  Eigen::Matrix<double, 6, 1> deviation;
+  deviation << turn.angle() * turn.axis(), center - pose.Center();
+  return deviation;
+}
+
+void ScoreCovariance(const PoseUncertainty& uncertainty, const Eigen::Matrix<double, 6, 1>& off,
+                     PhotoScore* score) {
+  Eigen::Matrix<double, 6, 6> covariance;
+  for (Eigen::Index row = 0; row < 6; ++row) {
+    for (Eigen::Index column = 0; column < 6; ++column)
+      covariance(row, column) =
+          uncertainty.covariance[static_cast<size_t>(row)][static_cast<size_t>(column)];
+  }
+  const Eigen::Matrix3d of_center = covariance.bottomRightCorner<3, 3>();
+  score->center_squares = off.tail<3>().dot(of_center.ldlt().solve(off.tail<3>()));
+  score->pose_squares = off.dot(covariance.ldlt().solve(off));
+}
+
+std::string ErrorText(const std::optional<PoseError>& error) {
+  return error ? Format("%.4f m %.4f degrees", error->center_m, error->rotation_deg) : "-";
+}
+
+// Median, 90th percentile and largest.
+std::string Spread(std::vector<double> values) {
+  if (values.empty()) return "-";
+  const double median = QuantileInPlace(values, 0.5), p90 = QuantileInPlace(values, 0.9);
+  return Format("median %.4f, 90 %% below %.4f, largest %.4f", median, p90,
+                QuantileInPlace(values, 1.0));
+}
+
+std::string Inside(const std::vector<double>& squares, double limit) {
+  size_t inside = 0;
+  for (const double value : squares) inside += value <= limit ? 1 : 0;
+  return Format("%zu of %zu", inside, squares.size());
+}
+
+}  // namespace
+
+std::vector<PhotoScore> ScoreLocalization(const LocalizationRun& run, const orders::Truth& truth) {
+  std::vector<PhotoScore> scores;
+  for (const LocalizedPhoto& photo : run.asked) {
+    PhotoScore& score = scores.emplace_back();
+    score.name = photo.name;
+    score.ms = photo.times.total_ms;
+    score.verdict = photo.cam_from_world ? "localized"
+                    : photo.failure.ok() ? ReasonSentence(photo.reason, photo.detail)
+                                         : photo.failure.message();
+    const auto real = truth.find(photo.name);
+    if (real == truth.end()) continue;
+    if (photo.cam_from_world) {
+      const Pose pose = ToPose(photo.reconstruction, *photo.cam_from_world);
+      const auto fit = FitOthers(run.before, pose.reconstruction, photo.name, truth);
+      if (fit) {
+        score.error = ErrorOf(pose.cam_from_world, real->second, *fit);
+        if (photo.uncertainty)
+          ScoreCovariance(*photo.uncertainty, DeviationOf(pose.cam_from_world, real->second, *fit),
+                          &score);
+      }
+    }
+    const auto adjusted = run.after.find(photo.name);
+    if (adjusted == run.after.end()) continue;
+    const auto fit = FitOthers(run.after, adjusted->second.reconstruction, photo.name, truth);
+    if (fit) score.adjusted = ErrorOf(adjusted->second.cam_from_world, real->second, *fit);
+  }
+  return scores;
+}
+
+std::string PhotoText(const PhotoScore& score) {
+  std::string text = score.name + ": " + score.verdict + ", " + ErrorText(score.error) +
+                     "; adjusted " + ErrorText(score.adjusted);
+  if (score.center_squares) {
+    text += Format("; squares of the centre %.2f, of the pose %.2f", *score.center_squares,
+                   *score.pose_squares);
+  }
+  return text + Format("; %.0f ms\n", score.ms);
+}
+
+std::string Summary(const std::vector<PhotoScore>& scores) {
+  std::vector<double> center, rotation, adjusted_center, adjusted_rotation, ms;
+  std::vector<double> center_squares, pose_squares;
+  for (const PhotoScore& score : scores) {
+    ms.push_back(score.ms);
+    if (score.error) {
+      center.push_back(score.error->center_m);
+      rotation.push_back(score.error->rotation_deg);
+    }
+    if (score.adjusted) {
+      adjusted_center.push_back(score.adjusted->center_m);
+      adjusted_rotation.push_back(score.adjusted->rotation_deg);
+    }
+    if (score.center_squares) center_squares.push_back(*score.center_squares);
+    if (score.pose_squares) pose_squares.push_back(*score.pose_squares);
+  }
+  return Format("localised and scored: %zu of %zu photos\n", center.size(), scores.size()) +
+         "centre, m: " + Spread(center) + "\n" +
+         "centre once added, m: " + Spread(adjusted_center) + "\n" +
+         "rotation, degrees: " + Spread(rotation) + "\n" +
+         "rotation once added, degrees: " + Spread(adjusted_rotation) + "\n" +
+         "centre inside the 95 % ellipsoid: " + Inside(center_squares, kCenterSquares95) + "\n" +
+         "pose inside the 95 % ellipsoid: " + Inside(pose_squares, kPoseSquares95) + "\n" +
+         "ms for each photo: " + Spread(ms) + "\n";
+}
+
+}  // namespace veduta::localization
