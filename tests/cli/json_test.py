@@ -22,6 +22,7 @@ NOT_HERE = {
     'veduta remove': {'removed[].unplaced[]', 'copies[]'},
     'veduta add': {'damaged[].id', 'damaged[].what', 'unplaced[].id', 'unplaced[].why',
                    'split_off[]'},
+    'veduta localize': {'damaged[].id', 'damaged[].what'},
     'veduta settle': {'step', 'image', 'reconstruction', 'other', 'merged_into', 'placed',
                       'placed[]', 'error', 'unplaced', 'unplaced[].id', 'unplaced[].why',
                       'split_off', 'split_off[]'},
@@ -147,6 +148,7 @@ def setUpModule():
     keep('forbidden', 'forbidden', merged)
     keep('remove', 'remove', merged, 'photo0012.jpg')
     write(at('new.jpg'), photo(5) + b'\0')
+    keep('localize', 'localize', WHOLE, '--camera', 'c', at('new.jpg'))
     keep('neighbors (of a photo that is not stored)', 'neighbors', WHOLE, at('new.jpg'))
 
 

@@ -9,7 +9,7 @@ import math
 import os
 
 from city import (PARAMS, PHOTOS, SIZE, WHOLE, Case, add, ask, at, main, make_whole, must,
-                  new_database, photo, read, render, write)
+                  new_database, photo, read, render, run, write)
 
 
 def setUpModule():
@@ -116,6 +116,39 @@ class Ask(Case):
         self.refused(1, 'no camera', 'neighbors', WHOLE, at('new', 'a new one.jpg'), '--camera',
                      'd')
         self.refused(1, 'not a JPEG, PNG or TIFF', 'neighbors', WHOLE, at('street', 'camera.txt'))
+        self.assertEqual(must('digest', WHOLE), WHOLE_DIGEST)
+
+    def test_localize(self):
+        # The pixels of a stored photo, with a byte more; a stored one; and one that is no photo.
+        write(at('asked', 'a new one.jpg'), photo(5) + b'\0')
+        write(at('asked', 'known.jpg'), photo(6))
+        command = ('localize', WHOLE, '--camera', 'c', '--json')
+        new, known = (json.loads(line) for line in must(*command, at('asked')).splitlines())
+        for line, name, number in ((new, 'a new one.jpg', 5), (known, 'known.jpg', 6)):
+            stored = ask('pose', WHOLE, f'photo{number:04}.jpg')
+            self.assertEqual((line['image'], line['verdict'], line['reconstruction']),
+                             (name, 'localized', stored['reconstruction']))
+            for a, b in zip(line['pose']['rotation_wxyz'], stored['rotation_wxyz']):
+                self.assertAlmostEqual(a, b, delta=1e-3)
+            back = rotate(line['pose']['rotation_wxyz'], line['pose']['center'])
+            for a, b in zip(back, line['pose']['translation']):
+                self.assertAlmostEqual(a, -b, places=9)
+            self.assertTrue(line['support'])
+            self.assertGreater(line['uncertainty']['center_stddev'], 0)
+        self.assertIsNone(new['stored'])
+        self.assertEqual(new['support'][0]['image'], 'photo0005.jpg')
+        self.assertEqual(f'#{known["stored"]}', f'#{ask("show", WHOLE, "photo0006.jpg")["id"]}')
+        told = must('localize', WHOLE, '--camera', 'c', at('asked'))
+        self.assertIn('localized  a new one.jpg', told)
+        self.assertIn('standard deviation of the centre', told)
+
+        write(at('asked too', 'text.jpg'), b'no photo')
+        code, out, _ = run(*command, at('asked too'), at('asked', 'known.jpg'))
+        self.assertEqual((code, [json.loads(line)['verdict'] for line in out.splitlines()]),
+                         (1, ['rejected', 'localized']))
+        self.refused(1, 'no camera', 'localize', WHOLE, '--camera', 'd', at('asked'))
+        self.refused(1, 'nobody.jpg', 'localize', WHOLE, '--camera', 'c', at('nobody.jpg'))
+        self.refused(2, 'PHOTO or --list', 'localize', WHOLE, '--camera', 'c')
         self.assertEqual(must('digest', WHOLE), WHOLE_DIGEST)
 
     def test_export_agrees_with_pose(self):

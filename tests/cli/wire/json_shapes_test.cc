@@ -253,6 +253,44 @@ TEST(Added, Outcome) {
   EXPECT_EQ(ToJson(outcome)["reason"], "1 and 2");
 }
 
+TEST(Added, Localized) {
+  LocalizedPhoto photo;
+  photo.name = "a.jpg";
+  photo.verdict = Verdict::kPlaced;
+  photo.reason = Reason::kRegistered;
+  photo.detail = "with 9";
+  photo.stored = ImageId(7);
+  photo.reconstruction = ReconstructionId(2);
+  photo.cam_from_world = PlainPose{{0.5, 0.5, 0.5, -0.5}, {1, 2, 3}, {4, 5, 6}};
+  photo.inlier_count = 77;
+  photo.neighbor_count = 5;
+  photo.pairs_tried = 24;
+  photo.support = {{ImageId(3), "c.jpg", 80}};
+  photo.damaged = {{ImageId(9), "its features"}};
+  photo.times = {1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 55};
+  EXPECT_EQ(JsonLine(ToJson(photo)),
+            R"({"image":"a.jpg","verdict":"localized","reason":")" +
+                ReasonSentence(photo.reason, "with 9") +
+                R"(","stored":7,"reconstruction":2,"pose":{"rotation_wxyz":[0.5,0.5,0.5,-0.5],)"
+                R"("translation":[1.0,2.0,3.0],"center":[4.0,5.0,6.0]},"uncertainty":null,)"
+                R"("neighbors":5,"inliers":77,"pairs_tried":24,)"
+                R"("support":[{"id":3,"image":"c.jpg","points":80}],)"
+                R"("damaged":[{"id":9,"what":"its features"}],)"
+                R"("ms":{"decode":1.0,"undistort":2.0,"features":3.0,"retrieve":4.0,"match":5.0,)"
+                R"("verify":6.0,"map":7.0,"adjust":8.0,"commit":9.0,"follow":10.0,"total":55.0}})");
+  photo.uncertainty.emplace();
+  EXPECT_EQ(ToJson(photo)["uncertainty"], ToJson(*photo.uncertainty));
+  photo.cam_from_world.reset();
+  photo.verdict = Verdict::kPostponed;
+  EXPECT_EQ(ToJson(photo)["verdict"], "refused");
+  EXPECT_TRUE(ToJson(photo)["pose"].is_null());
+  photo.verdict = Verdict::kRejected;
+  EXPECT_EQ(ToJson(photo)["verdict"], "rejected");
+  photo.failure = Status::IoError("the disk");
+  EXPECT_EQ(ToJson(photo)["verdict"], "failed");
+  EXPECT_EQ(ToJson(photo)["reason"], "the disk");
+}
+
 TEST(Added, FollowUps) {
   FollowUp step;
   step.kind = FollowUpKind::kAdjustment;
