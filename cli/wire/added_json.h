@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
-// The JSON shapes of what became of photos that came in, or were asked about. docs/json.md lists every key.
+// The JSON shapes of what became of photos that came in, or were asked about. docs/json.md lists
+// every key.
 
 #include <string>
 

@@ -23,13 +23,13 @@ Eigen::Matrix3d RotationOf(const Eigen::Matrix4d& fit) {
   return fit.topLeftCorner<3, 3>() / std::cbrt(fit.topLeftCorner<3, 3>().determinant());
 }
 
-// truth_from_world by all poses of one reconstruction but one photo's.
-std::optional<Eigen::Matrix4d> FitOthers(const Poses& poses, uint32_t reconstruction,
-                                         const std::string& left_out, const orders::Truth& truth) {
+// truth_from_world by these poses of one reconstruction.
+std::optional<Eigen::Matrix4d> Fit(const Poses& poses, uint32_t reconstruction,
+                                   const orders::Truth& truth) {
   std::vector<std::pair<Rigid3, Rigid3>> both;
   for (const auto& [name, pose] : poses) {
     const auto found = truth.find(name);
-    if (pose.reconstruction == reconstruction && name != left_out && found != truth.end())
+    if (pose.reconstruction == reconstruction && found != truth.end())
       both.emplace_back(pose.cam_from_world, found->second);
   }
   if (both.size() < 3) return std::nullopt;
@@ -49,6 +49,21 @@ std::optional<Eigen::Matrix4d> FitOthers(const Poses& poses, uint32_t reconstruc
   }
   const Eigen::Matrix4d fit = Eigen::umeyama(from, to);
   return fit.allFinite() ? std::optional(fit) : std::nullopt;
+}
+
+// The poses without one photo's.
+Poses Without(Poses poses, const std::string& name) {
+  poses.erase(name);
+  return poses;
+}
+
+// The poses of the images that a localised one rests on.
+Poses SupportIn(const Poses& poses, const LocalizedPhoto& photo) {
+  Poses support;
+  for (const SupportAnswer& image : photo.support) {
+    if (const auto found = poses.find(image.name); found != poses.end()) support.insert(*found);
+  }
+  return support;
 }
 
 PoseError ErrorOf(const Rigid3& pose, const Rigid3& real, const Eigen::Matrix4d& fit) {
@@ -79,6 +94,18 @@ void ScoreCovariance(const PoseUncertainty& uncertainty, const Eigen::Matrix<dou
   const Eigen::Matrix3d of_center = covariance.bottomRightCorner<3, 3>();
   score->center_squares = off.tail<3>().dot(of_center.ldlt().solve(off.tail<3>()));
   score->pose_squares = off.dot(covariance.ldlt().solve(off));
+}
+
+void ScoreLocalized(const LocalizedPhoto& photo, const Rigid3& real, const LocalizationRun& run,
+                    const orders::Truth& truth, PhotoScore* score) {
+  const Pose pose = ToPose(photo.reconstruction, *photo.cam_from_world);
+  if (const auto fit = Fit(run.before, pose.reconstruction, truth))
+    score->error = ErrorOf(pose.cam_from_world, real, *fit);
+  const auto fit = Fit(SupportIn(run.before, photo), pose.reconstruction, truth);
+  if (!fit) return;
+  score->nearby = ErrorOf(pose.cam_from_world, real, *fit);
+  if (photo.uncertainty)
+    ScoreCovariance(*photo.uncertainty, DeviationOf(pose.cam_from_world, real, *fit), score);
 }
 
 std::string ErrorText(const std::optional<PoseError>& error) {
@@ -112,19 +139,10 @@ std::vector<PhotoScore> ScoreLocalization(const LocalizationRun& run, const orde
                                          : photo.failure.message();
     const auto real = truth.find(photo.name);
     if (real == truth.end()) continue;
-    if (photo.cam_from_world) {
-      const Pose pose = ToPose(photo.reconstruction, *photo.cam_from_world);
-      const auto fit = FitOthers(run.before, pose.reconstruction, photo.name, truth);
-      if (fit) {
-        score.error = ErrorOf(pose.cam_from_world, real->second, *fit);
-        if (photo.uncertainty)
-          ScoreCovariance(*photo.uncertainty, DeviationOf(pose.cam_from_world, real->second, *fit),
-                          &score);
-      }
-    }
+    if (photo.cam_from_world) ScoreLocalized(photo, real->second, run, truth, &score);
     const auto adjusted = run.after.find(photo.name);
     if (adjusted == run.after.end()) continue;
-    const auto fit = FitOthers(run.after, adjusted->second.reconstruction, photo.name, truth);
+    const auto fit = Fit(Without(run.after, photo.name), adjusted->second.reconstruction, truth);
     if (fit) score.adjusted = ErrorOf(adjusted->second.cam_from_world, real->second, *fit);
   }
   return scores;
@@ -132,7 +150,8 @@ std::vector<PhotoScore> ScoreLocalization(const LocalizationRun& run, const orde
 
 std::string PhotoText(const PhotoScore& score) {
   std::string text = score.name + ": " + score.verdict + ", " + ErrorText(score.error) +
-                     "; adjusted " + ErrorText(score.adjusted);
+                     "; nearby " + ErrorText(score.nearby) + "; once added " +
+                     ErrorText(score.adjusted);
   if (score.center_squares) {
     text += Format("; squares of the centre %.2f, of the pose %.2f", *score.center_squares,
                    *score.pose_squares);
@@ -142,12 +161,16 @@ std::string PhotoText(const PhotoScore& score) {
 
 std::string Summary(const std::vector<PhotoScore>& scores) {
   std::vector<double> center, rotation, adjusted_center, adjusted_rotation, ms;
-  std::vector<double> center_squares, pose_squares;
+  std::vector<double> center_squares, pose_squares, nearby_center, nearby_rotation;
   for (const PhotoScore& score : scores) {
     ms.push_back(score.ms);
     if (score.error) {
       center.push_back(score.error->center_m);
       rotation.push_back(score.error->rotation_deg);
+    }
+    if (score.nearby) {
+      nearby_center.push_back(score.nearby->center_m);
+      nearby_rotation.push_back(score.nearby->rotation_deg);
     }
     if (score.adjusted) {
       adjusted_center.push_back(score.adjusted->center_m);
@@ -159,8 +182,10 @@ std::string Summary(const std::vector<PhotoScore>& scores) {
   return Format("localised and scored: %zu of %zu photos\n", center.size(), scores.size()) +
          "centre, m: " + Spread(center) + "\n" +
          "centre once added, m: " + Spread(adjusted_center) + "\n" +
+         "centre against the images it rests on, m: " + Spread(nearby_center) + "\n" +
          "rotation, degrees: " + Spread(rotation) + "\n" +
          "rotation once added, degrees: " + Spread(adjusted_rotation) + "\n" +
+         "rotation against the images it rests on, degrees: " + Spread(nearby_rotation) + "\n" +
          "centre inside the 95 % ellipsoid: " + Inside(center_squares, kCenterSquares95) + "\n" +
          "pose inside the 95 % ellipsoid: " + Inside(pose_squares, kPoseSquares95) + "\n" +
          "ms for each photo: " + Spread(ms) + "\n";

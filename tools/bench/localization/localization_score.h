@@ -19,17 +19,20 @@ struct PoseError {
 struct PhotoScore {
   std::string name, verdict;          // verdict: the reason where it was not localised
   std::optional<PoseError> error;     // of the localised pose
+  std::optional<PoseError> nearby;    // the same against the images that it rests on alone
   std::optional<PoseError> adjusted;  // of its pose after it was added as well
   // d' C^-1 d of the error by the stated covariance: of the centre (3 degrees of freedom), and of
-  // rotation and centre (6). Set where there is a covariance.
+  // rotation and centre (6); against the images that it rests on, since their poses are what the
+  // covariance takes for given.
   std::optional<double> center_squares, pose_squares;
   double ms = 0;  // of this photo, on its threads
 };
 
-// Both errors are against the similarity that fits the other photos of the reconstruction, as they
-// are at that time, to the truth: their centres, and for each a point ahead of it by a tenth of the
+// Errors are against the similarity that fits the other photos of the reconstruction, or those that
+// the pose rests on, as they are at that time, to the truth: their centres, and for each a point
+// ahead of it by a tenth of the
 // extent, for centres along a line leave a turn around it open (Umeyama 1991). Nothing is scored
-// of a photo whose reconstruction has fewer than three others with truth.
+// against fewer than three others with truth.
 std::vector<PhotoScore> ScoreLocalization(const LocalizationRun& run, const orders::Truth& truth);
 
 // 95 % of the squares with 3 and with 6 degrees of freedom are below (chi-squared).
