@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// veduta export DB OUT --format colmap|ply|gltf [--error E] [--json]
+// veduta export DB OUT --format colmap|colmap-binary|nerfstudio|ply|gltf [--error E] [--json]
 #include "cli/command.h"
 #include "cli/wire/dense_json.h"
 
@@ -17,7 +17,7 @@ void PrintModel(const ExportedModel& model, const std::string& format) {
   if (model.triangles > 0) {
     surface = ", " + std::to_string(model.vertices) + " vertices, " +
               std::to_string(model.triangles) + " triangles";
-  } else if (format != "colmap") {  // COLMAP's models have no surface
+  } else if (format == "ply" || format == "gltf") {  // the other formats have no surface
     surface = ", no surface yet: 'veduta densify' makes one";
   }
   PrintLine("%s: reconstruction %u, %lu images, %lu points%s", Printable(model.folder).c_str(),
@@ -50,8 +50,9 @@ void RegisterExport(CLI::App* app, int* exit_code) {
   command->add_option("OUT", arguments->request.folder, "Folder to make")->required();
   command
       ->add_option("--format", arguments->request.format,
-                   "colmap: a text model per folder; ply: points, mesh, cameras; gltf: all in one "
-                   "model.glb")
+                   "colmap, colmap-binary: a model per folder, as text or binary; nerfstudio: "
+                   "transforms.json with undistorted photos and points; ply: points, mesh, "
+                   "cameras; gltf: all in one model.glb")
       ->check(CLI::IsMember(ExportFormats()));
   command
       ->add_option(

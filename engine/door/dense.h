@@ -84,7 +84,7 @@ struct DeviceList {
 // One format is one file of the program (an Exporter); ExportFormats() names them all.
 struct ExportRequest {
   std::string folder;    // made; must not exist, or be empty
-  std::string format;    // "colmap", "ply" or "gltf"
+  std::string format;    // one of ExportFormats()
   double error_max = 0;  // >= 0, world units; surfaces: triangles are joined while the
                          // surface moves no further; 0: all stay
 

@@ -1,12 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
 
-#include <algorithm>
-#include <cerrno>
-#include <cstdio>
-#include <cstring>
-#include <filesystem>
-#include <fstream>
-#include <iomanip>
 #include <map>
 #include <optional>
 #include <set>
@@ -14,6 +7,7 @@
 #include "engine/camera/projection.h"
 #include "engine/camera/undistorter.h"
 #include "engine/photo/derived_features.h"
+#include "fusion/export/colmap_files.h"
 #include "fusion/export/exporter.h"
 
 namespace veduta {
@@ -28,94 +22,46 @@ bool IsOpenCvModel(const CameraModel& m) {
   return IsDistorted(m) && m.u0 == m.cx && m.v0 == m.cy;
 }
 
-// COLMAP reads a name up to the first space (src/colmap/scene/reconstruction_io_text.cc) or the end
-// of the line. So a space, a control character, and a % that would be taken for an escape, are
-// written as in a URL (RFC 3986, section 2.1).
-std::string ColmapName(const std::string& name) {
-  std::string text;
-  for (const char c : name) {
-    const auto byte = static_cast<unsigned char>(c);
-    char escaped[4] = {c, 0, 0, 0};
-    if (byte <= ' ' || byte == 0x7F || c == '%')
-      std::snprintf(escaped, sizeof(escaped), "%%%02X", byte);
-    text += escaped;
-  }
-  return text;
-}
-
-Result<std::ofstream> Create(const std::filesystem::path& path) {
-  std::ofstream file(path);
-  if (!file) return Status::IoError("cannot write " + path.string() + ": " + std::strerror(errno));
-  file << std::setprecision(17);
-  return file;
-}
-
-Status Close(std::ofstream* file, const std::filesystem::path& path) {
-  file->close();
-  return *file ? Status::Ok()
-               : Status::IoError("cannot write " + path.string() + ": " + std::strerror(errno));
-}
-
 class ColmapModel final {
  public:
-  ColmapModel(const Snapshot& snapshot, const ReconstructionRecord& record,
-              std::filesystem::path folder)
-      : snapshot_(snapshot), record_(record), folder_(std::move(folder)) {}
+  ColmapModel(const Snapshot& snapshot, const ReconstructionRecord& record, ColmapFiles* files)
+      : snapshot_(snapshot), record_(record), files_(files) {}
 
   Status Write(const std::vector<PoseRecord>& poses) {
     VEDUTA_RETURN_IF_ERROR(WritePoints());
-    VEDUTA_RETURN_IF_ERROR(WriteImages(poses));
-    return WriteCameras();
+    for (const PoseRecord& pose : poses) VEDUTA_RETURN_IF_ERROR(WriteImage(pose));
+    VEDUTA_RETURN_IF_ERROR(WriteCameras());
+    return files_->Finish();
   }
   uint64_t point_count() const { return numbers_.size(); }
 
  private:
-  // Points first: they get their numbers here. A track names features by their place in images.txt,
+  // Points first: they get their numbers here. A track names features by their place in the image,
   // where all of an image's features are written, so indices carry over.
   Status WritePoints() {
-    const auto path = folder_ / "points3D.txt";
-    VEDUTA_ASSIGN_OR_RETURN(std::ofstream file, Create(path));
-    file << "# POINT3D_ID, X, Y, Z, R, G, B, ERROR, TRACK[] as (IMAGE_ID, POINT2D_IDX)\n";
-    VEDUTA_RETURN_IF_ERROR(snapshot_.ScanPointBlocks(
-        record_.id, record_.points_generation, [&](const PointBlock& block) {
-          for (const PointRecord& point : block.points) {
-            const uint64_t number = numbers_.size() + 1;
-            numbers_[point.id] = number;
-            file << number << ' ' << point.position.x() << ' ' << point.position.y() << ' '
-                 << point.position.z();
-            for (const uint8_t channel : point.rgb) file << ' ' << static_cast<int>(channel);
-            file << ' ' << point.error_px;
-            for (const TrackElement& element : point.track)
-              file << ' ' << element.image.value << ' ' << element.feature;
-            file << '\n';
-          }
-          return true;
-        }));
-    return Close(&file, path);
+    return snapshot_.ScanPointBlocks(record_.id, record_.points_generation,
+                                     [&](const PointBlock& block) {
+                                       for (const PointRecord& point : block.points) {
+                                         const uint64_t number = numbers_.size() + 1;
+                                         numbers_[point.id] = number;
+                                         files_->AddPoint(number, point);
+                                       }
+                                       return true;
+                                     });
   }
 
-  Status WriteImages(const std::vector<PoseRecord>& poses) {
-    const auto path = folder_ / "images.txt";
-    VEDUTA_ASSIGN_OR_RETURN(std::ofstream file, Create(path));
-    file << "# IMAGE_ID, QW, QX, QY, QZ, TX, TY, TZ, CAMERA_ID, NAME (as in a URL: %20 is a "
-            "space)\n# POINTS2D[] as (X, Y, POINT3D_ID)\n";
-    for (const PoseRecord& pose : poses) {
-      VEDUTA_ASSIGN_OR_RETURN(const ImageRecord image, snapshot_.GetImage(pose.image));
-      VEDUTA_ASSIGN_OR_RETURN(const CameraRecord camera, snapshot_.GetCamera(image.camera));
-      VEDUTA_ASSIGN_OR_RETURN(const Features features,
-                              ReadOrDeriveFeatures(snapshot_, image, camera.model, &tables_));
-      VEDUTA_ASSIGN_OR_RETURN(const std::vector<Observation> observations,
-                              snapshot_.GetObservations(image.id));
-      cameras_.insert(image.camera);
-      const Eigen::Quaterniond& q = pose.cam_from_world.rotation;
-      const Eigen::Vector3d& t = pose.cam_from_world.translation;
-      file << image.id.value << ' ' << q.w() << ' ' << q.x() << ' ' << q.y() << ' ' << q.z() << ' '
-           << t.x() << ' ' << t.y() << ' ' << t.z() << ' ' << image.camera.value << ' '
-           << ColmapName(image.name) << '\n';
-      VEDUTA_RETURN_IF_ERROR(CheckObservations(image, features, observations));
-      WriteFeatures(features, observations, camera.model, &file);
-    }
-    return Close(&file, path);
+  Status WriteImage(const PoseRecord& pose) {
+    VEDUTA_ASSIGN_OR_RETURN(const ImageRecord image, snapshot_.GetImage(pose.image));
+    VEDUTA_ASSIGN_OR_RETURN(const CameraRecord camera, snapshot_.GetCamera(image.camera));
+    VEDUTA_ASSIGN_OR_RETURN(const Features features,
+                            ReadOrDeriveFeatures(snapshot_, image, camera.model, &tables_));
+    VEDUTA_ASSIGN_OR_RETURN(const std::vector<Observation> observations,
+                            snapshot_.GetObservations(image.id));
+    cameras_.insert(image.camera);
+    VEDUTA_RETURN_IF_ERROR(CheckObservations(image, features, observations));
+    files_->AddImage({image.id, image.camera, image.name, pose.cam_from_world,
+                      FeaturesOf(features, observations, camera.model)});
+    return Status::Ok();
   }
 
   Status CheckObservations(const ImageRecord& image, const Features& features,
@@ -130,52 +76,50 @@ class ColmapModel final {
     return Status::Ok();
   }
 
-  // All features of an image on one line, each with its point's number, or -1.
-  void WriteFeatures(const Features& features, const std::vector<Observation>& observations,
-                     const CameraModel& camera, std::ofstream* out) const {
-    std::ofstream& file = *out;
+  // All features of an image, each with its point's number.
+  std::vector<ColmapFeature> FeaturesOf(const Features& features,
+                                        const std::vector<Observation>& observations,
+                                        const CameraModel& camera) const {
+    std::vector<ColmapFeature> all;
     auto next = observations.begin();
     for (FeatureIndex f = 0; f < features.size(); ++f) {
       Eigen::Vector2d x(features.keypoints[f].x_px, features.keypoints[f].y_px);
       if (IsOpenCvModel(camera)) x = DistortPixel(camera, x);
-      file << (f ? " " : "") << x.x() + kColmapPixelOffset << ' ' << x.y() + kColmapPixelOffset
-           << ' ';
-      if (next != observations.end() && next->feature == f) {
-        file << numbers_.at((next++)->point);
-      } else {
-        file << -1;
-      }
+      const bool is_seen = next != observations.end() && next->feature == f;
+      all.push_back({x.x() + kColmapPixelOffset, x.y() + kColmapPixelOffset,
+                     is_seen ? numbers_.at((next++)->point) : 0});
     }
-    file << '\n';
+    return all;
   }
 
   Status WriteCameras() {
-    const auto path = folder_ / "cameras.txt";
-    VEDUTA_ASSIGN_OR_RETURN(std::ofstream file, Create(path));
-    file << "# CAMERA_ID, MODEL, WIDTH, HEIGHT, PARAMS[]\n";
     for (const CameraId id : cameras_) {
       VEDUTA_ASSIGN_OR_RETURN(const CameraRecord camera, snapshot_.GetCamera(id));
       const CameraModel& m = camera.model;
-      file << id.value << ' ' << (IsOpenCvModel(m) ? "OPENCV" : "PINHOLE") << ' ' << m.width_px
-           << ' ' << m.height_px << ' ' << m.fx << ' ' << m.fy << ' ' << m.cx + kColmapPixelOffset
-           << ' ' << m.cy + kColmapPixelOffset;
-      if (IsOpenCvModel(m)) file << ' ' << m.k1 << ' ' << m.k2 << " 0 0";
-      file << '\n';
+      ColmapCamera written{id, ColmapCameraModel::kPinhole, m.width_px, m.height_px, {}};
+      written.params = {m.fx, m.fy, m.cx + kColmapPixelOffset, m.cy + kColmapPixelOffset};
+      if (IsOpenCvModel(m)) {
+        written.model = ColmapCameraModel::kOpenCv;
+        written.params.insert(written.params.end(), {m.k1, m.k2, 0, 0});
+      }
+      files_->AddCamera(written);
     }
-    return Close(&file, path);
+    return Status::Ok();
   }
 
   const Snapshot& snapshot_;
   const ReconstructionRecord& record_;
-  const std::filesystem::path folder_;
+  ColmapFiles* const files_;
   std::map<PointId, uint64_t> numbers_;
   std::set<CameraId> cameras_;
   UndistortCache tables_{kTablesBytesMax};
 };
 
+using OpenColmap = Result<std::unique_ptr<ColmapFiles>> (*)(const std::string& folder);
+
 class ColmapExporter final : public Exporter {
  public:
-  explicit ColmapExporter(const Snapshot& snapshot) : snapshot_(snapshot) {}
+  ColmapExporter(const Snapshot& snapshot, OpenColmap open) : snapshot_(snapshot), open_(open) {}
 
   Result<ExportedModel> Write(const ReconstructionRecord& record,
                               const std::string& folder) override {
@@ -187,20 +131,26 @@ class ColmapExporter final : public Exporter {
       }));
     }
     const std::vector<PoseRecord>& poses = (*poses_)[record.id];
-    ColmapModel model(snapshot_, record, folder);
+    VEDUTA_ASSIGN_OR_RETURN(const std::unique_ptr<ColmapFiles> files, open_(folder));
+    ColmapModel model(snapshot_, record, files.get());
     VEDUTA_RETURN_IF_ERROR(model.Write(poses));
     return ExportedModel{record.id, folder, poses.size(), model.point_count(), 0, 0};
   }
 
  private:
   const Snapshot& snapshot_;
+  const OpenColmap open_;
   std::optional<std::map<ReconstructionId, std::vector<PoseRecord>>> poses_;  // once asked for
 };
 
 }  // namespace
 
 std::unique_ptr<Exporter> MakeColmapExporter(const Snapshot& snapshot, const ExportRequest&) {
-  return std::make_unique<ColmapExporter>(snapshot);
+  return std::make_unique<ColmapExporter>(snapshot, OpenColmapText);
+}
+
+std::unique_ptr<Exporter> MakeColmapBinaryExporter(const Snapshot& snapshot, const ExportRequest&) {
+  return std::make_unique<ColmapExporter>(snapshot, OpenColmapBinary);
 }
 
 }  // namespace veduta

@@ -9,8 +9,11 @@
 namespace veduta {
 namespace {
 
-constexpr ExportFormat kFormats[] = {
-    {"colmap", MakeColmapExporter}, {"ply", MakePlyExporter}, {"gltf", MakeGltfExporter}};
+constexpr ExportFormat kFormats[] = {{"colmap", MakeColmapExporter},
+                                     {"colmap-binary", MakeColmapBinaryExporter},
+                                     {"nerfstudio", MakeNerfstudioExporter},
+                                     {"ply", MakePlyExporter},
+                                     {"gltf", MakeGltfExporter}};
 
 Status MakeFolder(const std::string& path) {
   std::error_code error;

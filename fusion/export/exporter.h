@@ -47,6 +47,12 @@ Result<std::vector<ExportedModel>> ExportReconstructions(const Snapshot& snapsho
 // is exported as OPENCV with the photos' own pixels. One with another centre, which COLMAP cannot
 // express, is exported as PINHOLE with undistorted pixels.
 std::unique_ptr<Exporter> MakeColmapExporter(const Snapshot& snapshot, const ExportRequest&);
+// The same in COLMAP's binary format: cameras.bin, images.bin and points3D.bin.
+std::unique_ptr<Exporter> MakeColmapBinaryExporter(const Snapshot& snapshot, const ExportRequest&);
+// transforms.json, points.ply and images/, as nerfstudio and trainers of splats read them: photos
+// undistorted, as PNG files, each with its camera; the camera's axes are OpenGL's (x right, y up, z
+// backward), the world is the reconstruction's. Pixels are COLMAP's. Holds one photo at a time.
+std::unique_ptr<Exporter> MakeNerfstudioExporter(const Snapshot& snapshot, const ExportRequest&);
 // points.ply; mesh.ply where there is a surface; cameras.json and cameras.ply (pyramids). Holds the
 // sparse points and one tile at a time.
 std::unique_ptr<Exporter> MakePlyExporter(const Snapshot& snapshot, const ExportRequest& request);

@@ -47,7 +47,8 @@ class ExporterTest : public testing::Test {
 
 TEST_F(ExporterTest, WritesEveryFormatBeforeThereIsASurfaceAndAfter) {
   const std::vector<std::string> formats = ExportFormats();
-  ASSERT_EQ(formats, (std::vector<std::string>{"colmap", "ply", "gltf"}));
+  ASSERT_EQ(formats,
+            (std::vector<std::string>{"colmap", "colmap-binary", "nerfstudio", "ply", "gltf"}));
   for (const std::string& format : formats) {
     const auto models = Export("sparse-" + format, format);
     ASSERT_OK(models);
@@ -59,6 +60,9 @@ TEST_F(ExporterTest, WritesEveryFormatBeforeThereIsASurfaceAndAfter) {
   }
   EXPECT_EQ(FilesIn(folder_.path() + "/sparse-colmap/0"),
             (std::set<std::string>{"cameras.txt", "images.txt", "points3D.txt"}));
+  EXPECT_EQ(FilesIn(folder_.path() + "/sparse-colmap-binary/0"),
+            (std::set<std::string>{"cameras.bin", "images.bin", "points3D.bin"}));
+  EXPECT_TRUE(std::filesystem::exists(folder_.path() + "/sparse-nerfstudio/0/transforms.json"));
   EXPECT_EQ(FilesIn(folder_.path() + "/sparse-ply/0"),
             (std::set<std::string>{"cameras.json", "cameras.ply", "points.ply"}));
   EXPECT_EQ(FilesIn(folder_.path() + "/sparse-gltf/0"), (std::set<std::string>{"model.glb"}));
@@ -165,7 +169,9 @@ TEST_F(ExporterTest, ColmapReadsEveryNameBack) {
 
 TEST_F(ExporterTest, RefusesByName) {
   EXPECT_EQ(Export("out", "obj").status().code(), StatusCode::kInvalidArgument);
-  EXPECT_NE(Export("out", "obj").status().message().find("colmap, ply, gltf"), std::string::npos);
+  EXPECT_NE(
+      Export("out", "obj").status().message().find("colmap, colmap-binary, nerfstudio, ply, gltf"),
+      std::string::npos);
   EXPECT_EQ(Export("out", "ply", -1).status().code(), StatusCode::kInvalidArgument);
   EXPECT_EQ(ExportRequest().Check().code(), StatusCode::kInvalidArgument) << "no folder";
   std::filesystem::create_directories(folder_.path() + "/full/x");

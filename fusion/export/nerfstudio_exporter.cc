@@ -1,0 +1,110 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <cstdio>
+#include <filesystem>
+#include <nlohmann/json.hpp>
+
+#include "fusion/export/exporter.h"
+#include "fusion/export/output_file.h"
+#include "fusion/export/surface_model.h"
+#include "fusion/pass/scene.h"
+#include "fusion/pass/view_loader.h"
+#include "fusion/surface/renderer.h"
+
+namespace veduta {
+namespace {
+
+// The fields are those of https://docs.nerf.studio/quickstart/data_conventions.html, and the point
+// cloud and the transform that its converter from COLMAP writes besides. Rays go through the
+// centres of pixels, and the first of them is at (0.5, 0.5) there, as in COLMAP.
+constexpr double kPixelOffset = 0.5;
+
+using Json = nlohmann::ordered_json;
+
+// world_from_cam for a camera whose y goes up and whose z goes backward; four rows.
+Json TransformMatrix(const Rigid3& cam_from_world) {
+  Eigen::Matrix4d matrix = Eigen::Matrix4d::Identity();
+  matrix.topLeftCorner<3, 3>() = cam_from_world.rotation.conjugate().toRotationMatrix() *
+                                 Eigen::Vector3d(1, -1, -1).asDiagonal();
+  matrix.topRightCorner<3, 1>() = cam_from_world.Center();
+  Json rows = Json::array();
+  for (Eigen::Index row = 0; row < 4; ++row)
+    rows.push_back({matrix(row, 0), matrix(row, 1), matrix(row, 2), matrix(row, 3)});
+  return rows;
+}
+
+Json FrameOf(const ViewGeometry& view, const std::string& file_path, const std::string& name) {
+  return {{"file_path", file_path},
+          {"fl_x", view.camera.fx},
+          {"fl_y", view.camera.fy},
+          {"cx", view.camera.cx + kPixelOffset},
+          {"cy", view.camera.cy + kPixelOffset},
+          {"w", view.width_px},
+          {"h", view.height_px},
+          {"transform_matrix", TransformMatrix(view.cam_from_world)},
+          {"veduta_name", name}};
+}
+
+class NerfstudioExporter final : public Exporter {
+ public:
+  explicit NerfstudioExporter(const Snapshot& snapshot) : snapshot_(snapshot) {}
+
+  Result<ExportedModel> Write(const ReconstructionRecord& record,
+                              const std::string& folder) override {
+    VEDUTA_ASSIGN_OR_RETURN(const Scene scene, LoadScene(snapshot_, record.id));
+    VEDUTA_ASSIGN_OR_RETURN(const std::vector<CloudPoint> points, LoadPoints(snapshot_, record));
+    VEDUTA_ASSIGN_OR_RETURN(const auto cloud, OpenPly(folder + "/points.ply", {.normals = false}));
+    VEDUTA_RETURN_IF_ERROR(cloud->AddPoints(points));
+    VEDUTA_RETURN_IF_ERROR(cloud->Finish().status());
+    Json frames = Json::array();
+    VEDUTA_RETURN_IF_ERROR(WritePhotos(scene, folder, &frames));
+    VEDUTA_RETURN_IF_ERROR(WriteTransforms(folder + "/transforms.json", std::move(frames)));
+    return ExportedModel{record.id, folder, scene.images.size(), points.size(), 0, 0};
+  }
+
+ private:
+  // Photos are called by their numbers: any byte may be in a name.
+  Status WritePhotos(const Scene& scene, const std::string& folder, Json* frames) {
+    std::error_code error;
+    std::filesystem::create_directory(folder + "/images", error);
+    if (error)
+      return Status::IoError("cannot make folder " + folder + "/images: " + error.message());
+    // The caller's snapshot outlives this: nothing is shared.
+    const std::shared_ptr<const Snapshot> snapshot(std::shared_ptr<const Snapshot>(), &snapshot_);
+    ViewLoader loader(snapshot, 0, 1);
+    for (const auto& [id, image] : scene.images) {
+      VEDUTA_ASSIGN_OR_RETURN(const std::shared_ptr<const View> view, loader.Load(image));
+      char file_path[32];
+      std::snprintf(file_path, sizeof(file_path), "images/%06u.png", id.value);
+      VEDUTA_RETURN_IF_ERROR(WritePng(folder + "/" + file_path, view->geometry.width_px,
+                                      view->geometry.height_px, view->rgb));
+      frames->push_back(FrameOf(view->geometry, file_path, image.record.name));
+    }
+    return Status::Ok();
+  }
+
+  static Status WriteTransforms(const std::string& path, Json frames) {
+    const Json transforms = {
+        {"camera_model", "OPENCV"},
+        {"k1", 0.0},
+        {"k2", 0.0},
+        {"p1", 0.0},
+        {"p2", 0.0},
+        {"applied_transform", {{1.0, 0.0, 0.0, 0.0}, {0.0, 1.0, 0.0, 0.0}, {0.0, 0.0, 1.0, 0.0}}},
+        {"ply_file_path", "points.ply"},
+        {"frames", std::move(frames)}};
+    OutputFile file(path);
+    // A name that is not UTF-8 must not end the export.
+    file.stream() << transforms.dump(1, ' ', false, Json::error_handler_t::replace) << '\n';
+    return file.Close();
+  }
+
+  const Snapshot& snapshot_;
+};
+
+}  // namespace
+
+std::unique_ptr<Exporter> MakeNerfstudioExporter(const Snapshot& snapshot, const ExportRequest&) {
+  return std::make_unique<NerfstudioExporter>(snapshot);
+}
+
+}  // namespace veduta
