@@ -164,8 +164,10 @@ struct LocalizedPhoto {
   ImageId stored;                   // valid where the same bytes are stored: as this image
   ReconstructionId reconstruction;  // valid if placed; in its frame, which the photo has not moved,
   std::optional<PlainPose> cam_from_world;
-  std::optional<PoseUncertainty> uncertainty;  // nothing where too little is seen to tell
-  uint32_t inlier_count = 0;                   // of the pose, or of the best pair when not placed
+  // Among the images around, whose poses are as uncertain: of their common frame, so none is held.
+  // Nothing where too little is seen to tell.
+  std::optional<PoseUncertainty> uncertainty;
+  uint32_t inlier_count = 0;           // of the pose, or of the best pair when not placed
   std::vector<SupportAnswer> support;  // images that share points with it, most points first
   uint32_t neighbor_count = 0, pairs_tried = 0;
   // Stored images that the photo was not compared with, because they are damaged; ascending.

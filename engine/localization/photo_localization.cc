@@ -12,7 +12,9 @@
 #include "engine/ingest/forbidding.h"
 #include "engine/ingest/photo_locator.h"
 #include "engine/ingest/surroundings.h"
-#include "engine/mapping/pose_deviation.h"
+#include "engine/mapping/bundle_adjustment.h"
+#include "engine/mapping/covisible_images.h"
+#include "engine/mapping/network_covariance.h"
 #include "engine/query/city_answers.h"
 #include "engine/query/forbidden.h"
 #include "engine/query/pose_uncertainty.h"
@@ -21,6 +23,9 @@
 
 namespace veduta {
 namespace {
+
+// Images among which it is told how sure a pose is. Chosen by hand; not measured.
+constexpr uint32_t kNetworkImagesMax = 20;
 
 // As when the photo is added, with all other poses held. Returns the photo postponed where its pose
 // is not believed.
@@ -170,7 +175,10 @@ class Localization final {
     const MapImage& image = map_.image(id);
     answer_.reconstruction = image.reconstruction;
     answer_.cam_from_world = ToPlain(image.cam_from_world);
-    answer_.uncertainty = UncertaintyOf(PoseProblem(map_, id));
+    VEDUTA_RETURN_IF_ERROR(loader_.LoadNeighborhood(CovisibleImages(map_, id, kNetworkImagesMax)));
+    const std::optional<PoseCovariance> found = CovarianceInNetwork(
+        NetworkProblem(map_, id, kNetworkImagesMax), BundleOptions().loss_scale_px);
+    if (found) answer_.uncertainty = ToPlain(*found, map_.PointsSeenBy({&id, 1}).size(), 0);
     VEDUTA_ASSIGN_OR_RETURN(answer_.support, SupportOf(*parts_.snapshot, map_, id));
     return Status::Ok();
   }

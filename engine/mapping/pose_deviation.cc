@@ -35,14 +35,13 @@ class Images final {
   std::map<ImageId, uint32_t> places_;
 };
 
-}  // namespace
-
-BundleProblem PoseProblem(const CityMap& map, ImageId view) {
+// The view is the first pose, the free one.
+BundleProblem ProblemOf(const CityMap& map, ImageId view, std::span<const PointId> points) {
   BundleProblem problem;
   problem.free_count = 1;
   Images images(map, &problem);
   images.PlaceOf(view);
-  for (const PointId id : map.PointsSeenBy({&view, 1})) {
+  for (const PointId id : points) {
     const PointRecord& point = map.point(id);
     problem.points.push_back(point.position);
     problem.first_observation.push_back(static_cast<uint32_t>(problem.observations.size()));
@@ -57,11 +56,13 @@ BundleProblem PoseProblem(const CityMap& map, ImageId view) {
   return problem;
 }
 
+}  // namespace
+
 double DeviationShare(const CityMap& map, ImageId view) {
   constexpr double kUndetermined = std::numeric_limits<double>::infinity();
   const std::vector<PointId> points = map.PointsSeenBy({&view, 1});
   if (points.empty()) return kUndetermined;
-  const auto found = CovarianceOfPose(PoseProblem(map, view), BundleOptions().loss_scale_px);
+  const auto found = CovarianceOfPose(ProblemOf(map, view, points), BundleOptions().loss_scale_px);
   if (!found || !(found->error_px > 0)) return kUndetermined;
   // The covariance rests on errors of error_px along each axis.
   const double error_mrad = 1000 * found->error_px / map.image(view).camera.focal_px();

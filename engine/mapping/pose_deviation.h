@@ -2,15 +2,9 @@
 #pragma once
 // Whether what a view sees says where it stands.
 
-#include "engine/mapping/bundle_problem.h"
 #include "engine/mapping/city_map.h"
 
 namespace veduta {
-
-// The least-squares problem of a placed view for CovarianceOfPose: the view is its first pose, the
-// free one; its points are those that the view sees, with all that the loaded images see of them.
-// Reads the map only.
-BundleProblem PoseProblem(const CityMap& map, ImageId view);
 
 // How far the centre of a placed view may be off for errors of 1 mrad in what it sees (standard
 // deviation), over how far away the points are (the median of their depths). Whoever sees a house

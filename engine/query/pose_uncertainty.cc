@@ -101,32 +101,30 @@ class Gatherer final {
 
 }  // namespace
 
-std::optional<PoseUncertainty> UncertaintyOf(const BundleProblem& problem) {
-  std::optional<PoseUncertainty> answer;
-  const std::optional<PoseCovariance> found =
-      CovarianceOfPose(problem, BundleOptions().loss_scale_px);
-  if (!found) return answer;
-  answer.emplace();
+PoseUncertainty ToPlain(const PoseCovariance& found, size_t points, size_t images_held) {
+  PoseUncertainty plain;
   for (Eigen::Index row = 0; row < 6; ++row) {
     for (Eigen::Index column = 0; column < 6; ++column) {
-      answer->covariance[static_cast<size_t>(row)][static_cast<size_t>(column)] =
-          found->covariance(row, column);
+      plain.covariance[static_cast<size_t>(row)][static_cast<size_t>(column)] =
+          found.covariance(row, column);
     }
   }
-  answer->rotation_stddev_deg =
-      std::sqrt(found->covariance.topLeftCorner<3, 3>().trace()) / kDegree;
-  answer->center_stddev = std::sqrt(found->covariance.bottomRightCorner<3, 3>().trace());
-  answer->error_px = found->error_px;
-  answer->points = static_cast<uint32_t>(problem.points.size());
-  answer->images_held = static_cast<uint32_t>(problem.cams_from_world.size() - 1);
-  return answer;
+  plain.rotation_stddev_deg = std::sqrt(found.covariance.topLeftCorner<3, 3>().trace()) / kDegree;
+  plain.center_stddev = std::sqrt(found.covariance.bottomRightCorner<3, 3>().trace());
+  plain.error_px = found.error_px;
+  plain.points = static_cast<uint32_t>(points);
+  plain.images_held = static_cast<uint32_t>(images_held);
+  return plain;
 }
 
 Result<std::optional<PoseUncertainty>> UncertaintyOf(const Snapshot& snapshot, ImageId image) {
   VEDUTA_ASSIGN_OR_RETURN(const std::optional<PoseRecord> pose, snapshot.FindPose(image));
   if (!pose) return std::optional<PoseUncertainty>();
   VEDUTA_ASSIGN_OR_RETURN(const BundleProblem problem, Gatherer(snapshot, *pose).Gather());
-  return UncertaintyOf(problem);
+  const std::optional<PoseCovariance> found =
+      CovarianceOfPose(problem, BundleOptions().loss_scale_px);
+  if (!found) return std::optional<PoseUncertainty>();
+  return std::optional(ToPlain(*found, problem.points.size(), problem.cams_from_world.size() - 1));
 }
 
 }  // namespace veduta

@@ -5,14 +5,13 @@
 #include <optional>
 
 #include "engine/door/answers.h"
-#include "engine/mapping/bundle_problem.h"
+#include "engine/mapping/pose_covariance.h"
 #include "storage/database.h"
 
 namespace veduta {
 
-// That of pose 0 of a problem whose other poses are held (engine/mapping/pose_covariance.h), under
-// the loss of bundle adjustment. Nothing where the observations do not determine the pose.
-std::optional<PoseUncertainty> UncertaintyOf(const BundleProblem& problem);
+// The same without a library's types.
+PoseUncertainty ToPlain(const PoseCovariance& found, size_t points, size_t images_held);
 
 // From the image's observations, the points that they see and all that is seen of those; the poses
 // of the other images are held, and the points are marginalised (engine/mapping/pose_covariance.h).

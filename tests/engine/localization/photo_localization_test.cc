@@ -82,13 +82,14 @@ TEST(PhotoLocalization, NamesWhatItRestsOn) {
     EXPECT_GE(image.points, 20u);
   }
   ASSERT_TRUE(photo.uncertainty);
-  EXPECT_EQ(photo.uncertainty->images_held, 4u);
+  EXPECT_EQ(photo.uncertainty->images_held, 0u);
   EXPECT_GE(photo.uncertainty->points, photo.support.front().points);
 }
 
-// With 3 degrees of freedom 95 % are below 7.8147. Of 60 scenes 50 are expected to be inside with
-// a probability of 0.999 where 95 % are; and 2.2 % are below 0.2.
-TEST(PhotoLocalization, TheTruthIsInTheEllipsoidWhereTheOthersAreAtTheTruth) {
+// With 3 degrees of freedom 95 % are below 7.8147. The others stand at the truth here, which the
+// ellipsoid cannot know, so it is larger than need be, but not by much: of independent errors 2.2 %
+// would be below 0.2.
+TEST(PhotoLocalization, TheTruthIsInTheEllipsoid) {
   uint32_t inside = 0, close = 0;
   for (uint64_t seed = 1; seed <= 60; ++seed) {
     SceneDatabase scene({.seed = seed});
@@ -107,8 +108,8 @@ TEST(PhotoLocalization, TheTruthIsInTheEllipsoidWhereTheOthersAreAtTheTruth) {
     inside += squares <= 7.8147 ? 1 : 0;
     close += squares < 0.2 ? 1 : 0;
   }
-  EXPECT_GE(inside, 50u);
-  EXPECT_LE(close, 6u) << "ellipsoids that are too large";
+  EXPECT_GE(inside, 54u);
+  EXPECT_LE(close, 15u) << "ellipsoids that are too large";
 }
 
 TEST(PhotoLocalization, IsRefusedAsAddingIsRefused) {
