@@ -119,6 +119,8 @@ class Snapshot {
   virtual Result<std::vector<HypothesisRecord>> ListHypotheses() const = 0;
   // The parts of large reconstructions; ascending ids. O(images in them).
   virtual Result<std::vector<SubmapRecord>> ListSubmaps() const = 0;
+  // What ties the submap to its neighbours; nothing where it was not adjusted yet.
+  virtual Result<std::optional<SubmapBorder>> FindSubmapBorder(SubmapId id) const = 0;
 
   // What the dense pass made; lives as long as the snapshot.
   virtual const DenseReader& dense() const = 0;

@@ -6,6 +6,7 @@
 #include "storage/blob_keys.h"
 #include "storage/dense_view.h"
 #include "storage/record_counts.h"
+#include "storage/records/border_record.h"
 #include "storage/records/camera_record.h"
 #include "storage/records/forbidden_record.h"
 #include "storage/records/hypothesis_record.h"
@@ -276,6 +277,13 @@ class SnapshotView final : public Snapshot {
                        return Decode(value, &record);
                      }));
     return all;
+  }
+
+  Result<std::optional<SubmapBorder>> FindSubmapBorder(SubmapId id) const override {
+    SubmapBorder border;
+    border.id = id;
+    VEDUTA_ASSIGN_OR_RETURN(const bool found, FindRecord(Family::kMeta, BorderKey(id), &border));
+    return found ? std::optional(std::move(border)) : std::nullopt;
   }
 
   const DenseReader& dense() const override { return *dense_; }

@@ -12,6 +12,7 @@
 
 #include "storage/dense_view.h"
 #include "storage/record_counts.h"
+#include "storage/records/border_record.h"
 #include "storage/records/camera_record.h"
 #include "storage/records/forbidden_record.h"
 #include "storage/records/hypothesis_record.h"
@@ -118,7 +119,14 @@ class WriteTransaction final : public Transaction {
     buffer().Put(Family::kMeta, SubmapKey(submap.id), Encode(submap));
   }
 
-  void DeleteSubmap(SubmapId id) override { buffer().Delete(Family::kMeta, SubmapKey(id)); }
+  void DeleteSubmap(SubmapId id) override {
+    buffer().Delete(Family::kMeta, SubmapKey(id));
+    buffer().Delete(Family::kMeta, BorderKey(id));
+  }
+
+  void PutSubmapBorder(const SubmapBorder& border) override {
+    buffer().Put(Family::kMeta, BorderKey(border.id), Encode(border));
+  }
 
   void PutReconstruction(const ReconstructionRecord& reconstruction) override {
     buffer().Put(Family::kReconstructions, ReconstructionKey(reconstruction.id),

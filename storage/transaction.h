@@ -85,7 +85,8 @@ class Transaction {
   // In either order; also where there is none.
   virtual void DeleteHypothesis(ReconstructionId a, ReconstructionId b) = 0;
   virtual void PutSubmap(const SubmapRecord& submap) = 0;  // replaces the one of its id
-  virtual void DeleteSubmap(SubmapId id) = 0;              // also where there is none
+  virtual void DeleteSubmap(SubmapId id) = 0;  // with its border; also where there is none
+  virtual void PutSubmapBorder(const SubmapBorder& border) = 0;  // replaces the one of its id
   virtual void AddJournal(const JournalRecord& record) = 0;
 
   // Writes of the dense pass, part of the same commit.

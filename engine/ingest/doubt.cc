@@ -276,13 +276,14 @@ std::string MissingText(const VisibleStructure& visible) {
 
 Result<Healing> HealRegion(const MappingContext& context, std::span<const ImageId> images,
                            std::span<const ImageId> known) {
-  VEDUTA_ASSIGN_OR_RETURN(const std::vector<PairEvidence> evidence,
-                          GatherEvidence(context, std::set(known.begin(), known.end())));
   Healing healing;
+  VEDUTA_ASSIGN_OR_RETURN(healing.evidence,
+                          GatherEvidence(context, std::set(known.begin(), known.end())));
   // What stays: all but the parts that are cut off.
   std::set<ImageId> staying(images.begin(), images.end());
   std::vector<std::set<ImageId>> parts;
-  const auto found = FindParts(known, evidence, context.options.doubt.parts);
+  healing.agreeing = FindParts(known, healing.evidence, context.options.doubt.parts);
+  const std::vector<std::vector<ImageId>>& found = healing.agreeing;
   for (size_t i = 0; i < found.size(); ++i) {
     // Of a part that reaches out of the region nobody here knows what else holds it.
     const bool is_inside = std::ranges::all_of(

@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "engine/ingest/mapping_context.h"
+#include "engine/mapping/agreeing_parts.h"
 #include "engine/mapping/visibility.h"
 
 namespace veduta {
@@ -40,6 +41,11 @@ struct DoubtedImage {
 struct Healing {
   std::vector<DoubtedImage> unplaced;       // in the order in which they lost their poses
   std::vector<std::vector<ImageId>> parts;  // that are split off: images ascending, three or more
+
+  // What it rests on: what was known of each two of the images, and of those around them, and all
+  // parts that agree, as they were before anything was taken out.
+  std::vector<PairEvidence> evidence;
+  std::vector<std::vector<ImageId>> agreeing;
 
   bool empty() const { return unplaced.empty() && parts.empty(); }
 };

@@ -7,6 +7,7 @@
 #include "engine/ingest/dense_removal.h"
 #include "engine/ingest/hypotheses.h"
 #include "engine/ingest/pose_removal.h"
+#include "engine/ingest/submaps.h"
 #include "engine/journal/journal.h"
 #include "engine/query/forbidden.h"
 
@@ -58,6 +59,10 @@ Status MakeJudgingDue(const Snapshot& snapshot, ImageId a, ImageId b, Transactio
                           snapshot.GetReconstruction(pose_a->reconstruction));
   record.images_at_adjustment = 0;
   transaction->PutReconstruction(record);
+  VEDUTA_ASSIGN_OR_RETURN(Submaps submaps, Submaps::Read(snapshot));
+  const ImageId both[] = {a, b};
+  submaps.MakeDue(both);
+  submaps.Write(transaction);
   return Status::Ok();
 }
 

@@ -7,6 +7,7 @@
 #include "engine/ingest/photo_locator.h"
 #include "engine/ingest/photo_removal.h"
 #include "engine/ingest/placement_writer.h"
+#include "engine/ingest/relaxation_steps.h"
 #include "engine/ingest/submap_steps.h"
 #include "engine/ingest/submaps.h"
 #include "engine/journal/journal.h"
@@ -98,14 +99,22 @@ Status WritePhoto(const IngestParts& parts, const ImageRecord& record, const Loc
   return Status::Ok();
 }
 
-// The submap, or the whole; one that is too large for that is parted instead.
+// The submap, which is moved first where that is due; or the whole. One that is too large for that
+// is parted, and relaxed from then on.
 Result<AdjustedWhole> Adjust(const IngestParts& parts, const DueStep& step, WriteScope scope) {
-  if (step.submap.valid())
-    return AdjustSubmap(parts, step.reconstruction, step.submap, std::move(scope));
+  VEDUTA_ASSIGN_OR_RETURN(const Submaps submaps, Submaps::Read(*scope.base));
+  if (step.submap.valid()) {
+    const SubmapRecord* const submap = submaps.Find(step.submap);
+    if (submap == nullptr || !submap->motion)
+      return AdjustSubmap(parts, step.reconstruction, step.submap, std::move(scope));
+    VEDUTA_RETURN_IF_ERROR(MoveSubmap(parts, step.reconstruction, step.submap, std::move(scope)));
+    return AdjustedWhole();
+  }
+  if (submaps.IsParted(step.reconstruction))
+    return RelaxReconstruction(parts, step.reconstruction, std::move(scope));
   VEDUTA_ASSIGN_OR_RETURN(const ReconstructionRecord record,
                           scope.base->GetReconstruction(step.reconstruction));
-  VEDUTA_ASSIGN_OR_RETURN(const Submaps submaps, Submaps::Read(*scope.base));
-  if (record.image_count <= parts.options.schedule.whole_images_max || submaps.IsParted(record.id))
+  if (record.image_count <= parts.options.schedule.whole_images_max)
     return AdjustWhole(parts, step.reconstruction, std::move(scope));
   VEDUTA_RETURN_IF_ERROR(PartReconstruction(parts, step.reconstruction, std::move(scope)));
   return AdjustedWhole();

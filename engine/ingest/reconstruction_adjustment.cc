@@ -190,6 +190,26 @@ void HealUnsupported(const MappingContext& context, bool is_whole, std::vector<I
   std::erase_if(healing->parts, [](const std::vector<ImageId>& part) { return part.empty(); });
 }
 
+// Adds images of the same reconstruction that the images have verified pairs with: where a loop
+// meets, they need not share a point yet.
+Status AddNeighbors(const MappingContext& context, std::span<const ImageId> images,
+                    std::set<ImageId>* known) {
+  std::set<ImageId> neighbors;
+  for (const ImageId id : images) {
+    VEDUTA_ASSIGN_OR_RETURN(const std::vector<PairNeighbor> pairs,
+                            context.loader->snapshot().ListNeighbors(id));
+    for (const PairNeighbor& pair : pairs) neighbors.insert(pair.image);
+  }
+  VEDUTA_RETURN_IF_ERROR(
+      context.loader->LoadImages(std::vector(neighbors.begin(), neighbors.end())));
+  const CityMap& map = *context.map;
+  const ReconstructionId own = map.image(images.front()).reconstruction;
+  for (const ImageId id : neighbors) {
+    if (map.HasImage(id) && map.image(id).reconstruction == own) known->insert(id);
+  }
+  return Status::Ok();
+}
+
 }  // namespace
 
 Result<Region> LoadRegion(const MappingContext& context, std::span<const ImageId> images) {
@@ -206,6 +226,7 @@ Result<Region> LoadRegion(const MappingContext& context, std::span<const ImageId
       for (const TrackElement& element : point.track) known.insert(element.image);
     }
   }
+  VEDUTA_RETURN_IF_ERROR(AddNeighbors(context, images, &known));
   Region region{{images.begin(), images.end()}, {known.begin(), known.end()}};
   VEDUTA_RETURN_IF_ERROR(context.loader->LoadNeighborhood(region.known));
   return region;
@@ -248,6 +269,15 @@ Result<Healing> AdjustRegion(const MappingContext& context, const Region& region
   if (!healing.empty() && !images.empty())
     VEDUTA_RETURN_IF_ERROR(GrowAndAdjust(context, images, region.known));
   HealUnsupported(context, region.images.size() == region.known.size(), &images, &healing);
+  return healing;
+}
+
+Healing CutOffPart(const MappingContext& context, const Region& region) {
+  Healing healing;
+  context.map->CutOff({region.images.begin(), region.images.end()});
+  healing.parts.push_back(region.images);
+  std::vector<ImageId> nothing_else;
+  HealUnsupported(context, false, &nothing_else, &healing);
   return healing;
 }
 

@@ -12,8 +12,8 @@ namespace veduta {
 // A part of a reconstruction, with what is around it.
 struct Region {
   std::vector<ImageId> images;  // what is adjusted; ascending
-  // These, and all that see points which they see or are home to; ascending. Loaded with their
-  // neighbourhoods.
+  // These, all of the reconstruction that they share verified pairs with, and all that see points
+  // which they see or are home to; ascending. Loaded with their neighbourhoods.
   std::vector<ImageId> known;
 };
 
@@ -23,6 +23,10 @@ Status ReconsiderPoses(const MappingContext& context, const Region& region);
 
 // Loads the images, and what is around them.
 Result<Region> LoadRegion(const MappingContext& context, std::span<const ImageId> images);
+
+// Cuts the region's images off from the rest as one part of the reconstruction, and takes the poses
+// of those that see too few points then. All that is around it must be loaded (LoadRegion).
+Healing CutOffPart(const MappingContext& context, const Region& region);
 
 // Does to the region what AdjustReconstruction does to the whole. What lies around it is held, and
 // helps to judge: a part is cut off only where all of it lies in the region. What it costs follows

@@ -6,11 +6,10 @@
 #include <string>
 #include <utility>
 
-#include "engine/ingest/change_writer.h"
 #include "engine/ingest/healing_writer.h"
-#include "engine/ingest/hypotheses.h"
-#include "engine/ingest/local_unplacing.h"
 #include "engine/ingest/reconstruction_adjustment.h"
+#include "engine/ingest/region_writer.h"
+#include "engine/ingest/submap_borders.h"
 #include "engine/ingest/submaps.h"
 #include "engine/journal/journal.h"
 #include "engine/mapping/view_graph_parts.h"
@@ -72,62 +71,9 @@ Result<bool> Reshape(const Snapshot& snapshot, const SubmapRecord& submap,
   return beside.has_value();
 }
 
-// Writes what has changed of the reconstruction, from which `writer` has split off parts.
-Status WriteAdjusted(const IngestParts& parts, const HealingWriter& writer,
-                     ReconstructionRecord record, Transaction* transaction) {
-  const CityMap& map = *parts.map;
-  const auto delete_block = [&](ImageId home) {
-    PointBlock none;
-    none.home = home;
-    transaction->PutPointBlock(record.id, record.points_generation, none);
-  };
-  if (const auto change = map.changes().counts.find(record.id);
-      change != map.changes().counts.end()) {
-    record.point_count += change->second.points;
-    record.observation_count += change->second.observations;
-    record.reprojection_error_px_sum += change->second.reprojection_error_px_sum;
-  }
-  for (const ReconstructionRecord& part : writer.split_off()) {
-    record.image_count -= part.image_count;
-    record.point_count -= part.point_count;
-    record.observation_count -= part.observation_count;
-    record.reprojection_error_px_sum -= part.reprojection_error_px_sum;
-  }
-  for (const auto& [image, reconstruction] : map.changes().unplaced) {
-    --record.image_count;
-    delete_block(image);
-  }
-  for (const ImageId home : map.changes().blocks) {
-    if (map.image(home).reconstruction == record.id) {
-      transaction->PutPointBlock(record.id, record.points_generation, map.StoredBlock(home));
-    } else {
-      delete_block(home);
-    }
-  }
-  ++record.geometry_version;
-  record.is_dissolved = record.image_count == 0;
-  transaction->PutReconstruction(record);
-  WriteUnplaced(map, transaction);
-  WritePosesAndObservations(map, transaction);
-  return Status::Ok();
-}
-
-// Images around the region that see fewer points than a pose needs now: only the adjustment of
-// their own submap takes poses of theirs.
-std::vector<ImageId> FindUnsupportedAround(const MappingContext& context, const Region& region) {
-  std::vector<ImageId> found;
-  for (const ImageId id : region.known) {
-    if (std::ranges::binary_search(region.images, id)) continue;
-    if (CountObservations(context.map->image(id)) < context.options.observations_min)
-      found.push_back(id);
-  }
-  return found;
-}
-
 // Adjusts and heals the submap in the map, and puts what has changed into the transaction.
 Status AdjustAndWrite(const IngestParts& parts, const WriteScope& scope, const SubmapRecord& submap,
                       HealingWriter* writer, Submaps* submaps) {
-  Transaction* const transaction = scope.transaction.get();
   parts.TrimMap();
   MapLoader loader(scope.base, parts.features, parts.map);
   const MappingContext context{&loader, parts.map, parts.pool, parts.options.mapper};
@@ -135,18 +81,13 @@ Status AdjustAndWrite(const IngestParts& parts, const WriteScope& scope, const S
   VEDUTA_ASSIGN_OR_RETURN(const Healing healing, AdjustRegion(context, region));
   VEDUTA_ASSIGN_OR_RETURN(const ReconstructionRecord whole,
                           scope.base->GetReconstruction(submap.reconstruction));
-  VEDUTA_RETURN_IF_ERROR(writer->SplitOff(healing));
-  VEDUTA_RETURN_IF_ERROR(WriteAdjusted(parts, *writer, whole, transaction));
-  VEDUTA_RETURN_IF_ERROR(writer->RemoveOutdatedDense(healing));
-  VEDUTA_RETURN_IF_ERROR(submaps->Follow(*parts.map, *scope.base));
-  if (submaps->Find(submap.id) != nullptr) submaps->NoteAdjusted(submap.id);
-  submaps->MakeDue(FindUnsupportedAround(context, region));
-  VEDUTA_RETURN_IF_ERROR(writer->Postpone(healing));
-  if (!healing.parts.empty()) {
-    VEDUTA_RETURN_IF_ERROR(DropHypotheses(*scope.base, submap.reconstruction, transaction));
-    return writer->ProposeSeams();
-  }
-  return MakeHypothesesDue(*scope.base, submap.reconstruction, submap.images, transaction);
+  VEDUTA_RETURN_IF_ERROR(WriteRegion(parts, scope, whole, region, healing, writer, submaps));
+  if (submaps->Find(submap.id) == nullptr) return Status::Ok();
+  submaps->NoteAdjusted(submap.id);
+  VEDUTA_ASSIGN_OR_RETURN(const SubmapBorder border,
+                          FindBorder(context, *submaps, submap.id, healing));
+  scope.transaction->PutSubmapBorder(border);
+  return Status::Ok();
 }
 
 }  // namespace

@@ -12,10 +12,6 @@ namespace {
 // Images that are asked which submap is nearest. Chosen by hand; not measured.
 constexpr size_t kAskedMax = 12;
 
-// A part of so many images that is merged becomes a submap of its own: as many as would make the
-// adjustment of a reconstruction due (AdjustmentSchedule). Chosen by hand; not measured.
-constexpr size_t kOwnSubmapMin = 15;
-
 bool IsDue(const SubmapRecord& submap, const AdjustmentSchedule& schedule) {
   return !submap.images.empty() &&
          (submap.images_at_adjustment == 0 ||
@@ -54,6 +50,20 @@ SubmapRecord* Submaps::MutableOf(ImageId image) {
   return found == nullptr ? nullptr : &records_.at(found->id);
 }
 
+std::vector<SubmapId> Submaps::List(ReconstructionId reconstruction) const {
+  std::vector<SubmapId> all;
+  for (const auto& [id, record] : records_) {
+    if (record.reconstruction == reconstruction && !record.images.empty()) all.push_back(id);
+  }
+  return all;
+}
+
+std::vector<SubmapId> Submaps::ListMoving(ReconstructionId reconstruction) const {
+  std::vector<SubmapId> moving = List(reconstruction);
+  std::erase_if(moving, [&](SubmapId id) { return !records_.at(id).motion; });
+  return moving;
+}
+
 std::vector<SubmapId> Submaps::ListDue(ReconstructionId reconstruction,
                                        const AdjustmentSchedule& schedule) const {
   std::vector<SubmapId> due;
@@ -67,7 +77,7 @@ SubmapRecord& Submaps::Make(ReconstructionId reconstruction, std::vector<ImageId
   const SubmapId id(records_.empty() ? 1 : records_.rbegin()->first.value + 1);
   std::ranges::sort(images);
   changed_.insert(id);
-  return records_[id] = {id, reconstruction, std::move(images), 0};
+  return records_[id] = {id, reconstruction, std::move(images), 0, std::nullopt};
 }
 
 void Submaps::Erase(ImageId image) {
@@ -91,6 +101,7 @@ void Submaps::MoveAway(SubmapId from, ReconstructionId into, std::span<const Ima
   SubmapRecord& record = records_.at(from);
   if (IsParted(into) && images.size() == record.images.size()) {
     record.reconstruction = into;
+    record.motion.reset();  // it was meant for another frame
     changed_.insert(from);
     return;
   }
@@ -172,6 +183,11 @@ void Submaps::NoteAdjusted(ReconstructionId reconstruction) {
 void Submaps::NoteAdjusted(SubmapId id) {
   SubmapRecord& record = records_.at(id);
   record.images_at_adjustment = static_cast<uint32_t>(record.images.size());
+  changed_.insert(id);
+}
+
+void Submaps::SetMotion(SubmapId id, const std::optional<Sim3>& motion) {
+  records_.at(id).motion = motion;
   changed_.insert(id);
 }
 

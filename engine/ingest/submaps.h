@@ -23,6 +23,10 @@ namespace veduta {
 // The submaps as they were stored, and what a step makes of them.
 class Submaps final {
  public:
+  // A part of so many images that is merged becomes a submap of its own: as many as would make the
+  // adjustment of a reconstruction due (AdjustmentSchedule). Chosen by hand; not measured.
+  static constexpr size_t kOwnSubmapMin = 15;
+
   // O(images in submaps).
   static Result<Submaps> Read(const Snapshot& snapshot);
 
@@ -30,6 +34,9 @@ class Submaps final {
   // Null where there is none.
   const SubmapRecord* Find(SubmapId id) const;
   const SubmapRecord* FindOf(ImageId image) const;
+  // All submaps of the reconstruction, ascending, and those that a relaxation has still to move.
+  std::vector<SubmapId> List(ReconstructionId reconstruction) const;
+  std::vector<SubmapId> ListMoving(ReconstructionId reconstruction) const;
   // The submaps of the reconstruction that are due, ascending.
   std::vector<SubmapId> ListDue(ReconstructionId reconstruction,
                                 const AdjustmentSchedule& schedule) const;
@@ -46,6 +53,8 @@ class Submaps final {
   // All of the reconstruction's have just been adjusted, or this one.
   void NoteAdjusted(ReconstructionId reconstruction);
   void NoteAdjusted(SubmapId id);
+  // What a relaxation wants of it, or nothing any more.
+  void SetMotion(SubmapId id, const std::optional<Sim3>& motion);
   // Replaces the images' submaps; all parts are due. The images are all of a reconstruction that
   // has none, or all of one submap.
   void Part(ReconstructionId reconstruction, std::span<const std::vector<ImageId>> parts);

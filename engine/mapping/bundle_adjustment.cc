@@ -85,28 +85,10 @@ Result<Excerpt> MakeExcerpt(const CityMap& map, std::span<const ImageId> free_im
   return excerpt;
 }
 
-// Each camera as three points: its centre, and one unit (a typical spacing) along two of its axes,
-// so that cameras on a line fix the gauge too.
-std::vector<Eigen::Vector3d> Frame(std::span<const Rigid3> cams_from_world) {
-  const double n = static_cast<double>(cams_from_world.size());
-  Eigen::Vector3d mean = Eigen::Vector3d::Zero();
-  for (const Rigid3& pose : cams_from_world) mean += pose.Center() / n;
-  double spread = 0;
-  for (const Rigid3& pose : cams_from_world) spread += (pose.Center() - mean).squaredNorm() / n;
-  std::vector<Eigen::Vector3d> frame;
-  for (const Rigid3& pose : cams_from_world) {
-    const Eigen::Matrix3d axes = pose.rotation.toRotationMatrix().transpose();
-    frame.push_back(pose.Center());
-    frame.push_back(pose.Center() + std::sqrt(spread) * axes.col(0));
-    frame.push_back(pose.Center() + std::sqrt(spread) * axes.col(2));
-  }
-  return frame;
-}
-
 Sim3 OldFromNew(const CityMap& map, const Excerpt& excerpt) {
   std::vector<Rigid3> poses_old;
   for (const ImageId id : excerpt.images) poses_old.push_back(map.image(id).cam_from_world);
-  return FitSimilarity(Frame(excerpt.problem.cams_from_world), Frame(poses_old)).value_or(Sim3{});
+  return FitCameras(excerpt.problem.cams_from_world, poses_old).value_or(Sim3{});
 }
 
 void Apply(CityMap* map, std::span<const PointId> points, const Excerpt& excerpt) {

@@ -35,6 +35,24 @@ Matrix37 MotionOf(const Eigen::Vector3d& x_b) {
   return motion;
 }
 
+// Each camera as three points: its centre, and one unit (a typical spacing) along two of its axes,
+// so that cameras on a line fix the gauge too.
+std::vector<Eigen::Vector3d> Frame(std::span<const Rigid3> cams_from_world) {
+  const double n = static_cast<double>(cams_from_world.size());
+  Eigen::Vector3d mean = Eigen::Vector3d::Zero();
+  for (const Rigid3& pose : cams_from_world) mean += pose.Center() / n;
+  double spread = 0;
+  for (const Rigid3& pose : cams_from_world) spread += (pose.Center() - mean).squaredNorm() / n;
+  std::vector<Eigen::Vector3d> frame;
+  for (const Rigid3& pose : cams_from_world) {
+    const Eigen::Matrix3d axes = pose.rotation.toRotationMatrix().transpose();
+    frame.push_back(pose.Center());
+    frame.push_back(pose.Center() + std::sqrt(spread) * axes.col(0));
+    frame.push_back(pose.Center() + std::sqrt(spread) * axes.col(2));
+  }
+  return frame;
+}
+
 // The normal equations of a step.
 class Step {
  public:
@@ -112,6 +130,11 @@ std::optional<Sim3> FitSimilarity(std::span<const Eigen::Vector3d> a,
   if (!(fit.scale > 0) || !std::isfinite(fit.scale)) return std::nullopt;
   fit.translation = mean_b - fit.scale * (fit.rotation * mean_a);
   return fit;
+}
+
+std::optional<Sim3> FitCameras(std::span<const Rigid3> cams_from_a,
+                               std::span<const Rigid3> cams_from_b) {
+  return FitSimilarity(Frame(cams_from_a), Frame(cams_from_b));
 }
 
 std::optional<RobustSimilarity> EstimateSimilarity(

@@ -4,6 +4,7 @@
 #include <cstring>
 
 #include "engine/query/stored_records.h"
+#include "storage/records/border_record.h"
 #include "storage/records/forbidden_record.h"
 #include "storage/records/hypothesis_record.h"
 #include "storage/records/state_record.h"
@@ -12,13 +13,20 @@
 namespace veduta {
 namespace {
 
-// What people have forbidden, a hypothesis, or a submap.
+// What people have forbidden, a hypothesis, a submap, or its border.
 Status LoadFact(std::string_view key, std::string_view value, CheckedCity* city) {
   if (key.starts_with(kHypothesisPrefix)) {
     HypothesisRecord hypothesis;
     VEDUTA_RETURN_IF_ERROR(ParseHypothesisKey(key, &hypothesis));
     VEDUTA_RETURN_IF_ERROR(Decode(value, &hypothesis));
     city->hypotheses.push_back(std::move(hypothesis));
+    return Status::Ok();
+  }
+  if (key.starts_with(kBorderPrefix)) {
+    SubmapBorder border;
+    VEDUTA_RETURN_IF_ERROR(ParseBorderKey(key, &border));
+    VEDUTA_RETURN_IF_ERROR(Decode(value, &border));
+    city->borders.insert(border.id);
     return Status::Ok();
   }
   if (key.starts_with(kSubmapPrefix)) {

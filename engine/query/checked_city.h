@@ -34,6 +34,7 @@ struct CheckedCity {
   std::vector<ForbiddenRecord> forbidden;
   std::vector<HypothesisRecord> hypotheses;
   std::vector<SubmapRecord> submaps;
+  std::set<SubmapId> borders;
   std::map<CameraId, CameraRecord> cameras;
   std::map<ImageId, ImageRecord> images;
   std::map<ReconstructionId, ReconstructionRecord> reconstructions;

@@ -51,6 +51,19 @@ void Add(const SubmapRecord& record, ContentFeed* feed) {
   *feed << record.id.value << record.reconstruction << record.images_at_adjustment
         << static_cast<uint64_t>(record.images.size());
   for (const ImageId image : record.images) *feed << image;
+  if (record.motion)
+    *feed << record.motion->scale << record.motion->rotation << record.motion->translation;
+}
+
+void Add(const SubmapBorder& border, ContentFeed* feed) {
+  *feed << border.id.value << static_cast<uint64_t>(border.views.size());
+  for (const BorderView& view : border.views)
+    *feed << view.tie << view.image << view.x_px << view.y_px;
+  for (const BorderEvidence& row : border.evidence) {
+    *feed << row.a << row.b << row.shared_points << row.agreeing_matches
+          << row.contradicting_matches << row.turned_matches;
+  }
+  for (const BorderFragment& row : border.fragments) *feed << row.image << row.head;
 }
 
 // What may be placed follows from it; who said so, when and why does not matter.
@@ -128,7 +141,11 @@ Result<ContentHash> DigestOf(const Snapshot& snapshot) {
   if (!hypotheses.empty()) feed << static_cast<uint64_t>(hypotheses.size());
   for (const HypothesisRecord& hypothesis : hypotheses) Add(hypothesis, &feed);
   VEDUTA_ASSIGN_OR_RETURN(const std::vector<SubmapRecord> submaps, snapshot.ListSubmaps());
-  for (const SubmapRecord& submap : submaps) Add(submap, &feed);
+  for (const SubmapRecord& submap : submaps) {
+    Add(submap, &feed);
+    VEDUTA_ASSIGN_OR_RETURN(const auto border, snapshot.FindSubmapBorder(submap.id));
+    if (border) Add(*border, &feed);
+  }
   VEDUTA_ASSIGN_OR_RETURN(const std::vector<ForbiddenRecord> forbidden, snapshot.ListForbidden());
   for (const ForbiddenRecord& record : forbidden) Add(record, &feed);
   if (state.vocabulary_generation != 0) {

@@ -242,6 +242,13 @@ class StructureChecker final {
                [&] { return name + " holds " + NameOf(image) + ", which another submap holds"; });
       }
     }
+    for (const SubmapId border : city_.borders) {
+      Expect(std::ranges::any_of(city_.submaps, [&](const auto& s) { return s.id == border; }),
+             [&] {
+               return "there is a border of submap " + std::to_string(border.value) +
+                      ", and no such submap";
+             });
+    }
     for (const auto& [id, count] : counts) {
       const auto found = city_.reconstructions.find(id);
       Expect(found != city_.reconstructions.end() && found->second.image_count == count,

@@ -69,6 +69,16 @@ struct Submap {
   reconstruction @0 :UInt32;
   images @1 :Data;  # rows: image u32
   imagesAtAdjustment @2 :UInt32;
+  moves @3 :Bool;  # the motion means something only where this is set
+  motionScale @4 :Float64;
+  motion @5 :Rigid;
+}
+
+struct SubmapBorder {
+  views @0 :Data;  # rows: tie u32, image u32, x f32, y f32
+  # rows: image a u32, image b u32, shared points, agreeing, contradicting and turned matches u32
+  evidence @1 :Data;
+  fragments @2 :Data;  # rows: image u32, head u32
 }
 
 struct Camera {

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "storage/records/submap_record.h"
 
+#include <cmath>
 #include <functional>
 
 #include "storage/records/key_bytes.h"
@@ -29,9 +30,14 @@ Status Check(const SubmapRecord& record) {
   VEDUTA_RETURN_IF_ERROR(CheckId("an image", record.images.front()));
   if (!StrictlyAscending(std::span<const ImageId>(record.images), std::less<>()))
     return Broken("list of images", "out of order", "ascending, each once");
-  if (record.images_at_adjustment <= record.images.size()) return Status::Ok();
-  return Broken("images_at_adjustment", record.images_at_adjustment,
-                "at most the number of images, " + std::to_string(record.images.size()));
+  if (record.images_at_adjustment > record.images.size())
+    return Broken("images_at_adjustment", record.images_at_adjustment,
+                  "at most the number of images, " + std::to_string(record.images.size()));
+  if (!record.motion) return Status::Ok();
+  const Sim3& motion = *record.motion;
+  if (!(std::isfinite(motion.scale) && motion.scale > 0))
+    return Broken("scale of the motion", motion.scale, "finite and above 0");
+  return CheckTransform(motion.rotation, motion.translation);
 }
 
 Result<std::string> Encode(const SubmapRecord& record) {
@@ -40,6 +46,10 @@ Result<std::string> Encode(const SubmapRecord& record) {
     to.setReconstruction(record.reconstruction.value);
     to.setImages(AsData(record.images));
     to.setImagesAtAdjustment(record.images_at_adjustment);
+    if (!record.motion) return;
+    to.setMoves(true);
+    to.setMotionScale(record.motion->scale);
+    Fill(to.initMotion(), record.motion->rotation, record.motion->translation);
   });
 }
 
@@ -48,6 +58,12 @@ Status Decode(std::string_view value, SubmapRecord* record) {
     record->reconstruction = ReconstructionId(from.getReconstruction());
     if (!CopyRows(from.getImages(), &record->images)) return BadRows("images");
     record->images_at_adjustment = from.getImagesAtAdjustment();
+    record->motion.reset();
+    if (from.getMoves()) {
+      record->motion.emplace();
+      record->motion->scale = from.getMotionScale();
+      Read(from.getMotion(), &record->motion->rotation, &record->motion->translation);
+    }
     return Damaged(Check(*record));
   });
 }

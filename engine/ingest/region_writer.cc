@@ -1,0 +1,86 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "engine/ingest/region_writer.h"
+
+#include <algorithm>
+#include <utility>
+
+#include "engine/ingest/change_writer.h"
+#include "engine/ingest/hypotheses.h"
+#include "engine/ingest/local_unplacing.h"
+
+namespace veduta {
+namespace {
+
+// Writes what has changed of the reconstruction, from which `writer` has split off parts.
+Status WriteAdjusted(const IngestParts& parts, const HealingWriter& writer,
+                     ReconstructionRecord record, Transaction* transaction) {
+  const CityMap& map = *parts.map;
+  const auto delete_block = [&](ImageId home) {
+    PointBlock none;
+    none.home = home;
+    transaction->PutPointBlock(record.id, record.points_generation, none);
+  };
+  if (const auto change = map.changes().counts.find(record.id);
+      change != map.changes().counts.end()) {
+    record.point_count += change->second.points;
+    record.observation_count += change->second.observations;
+    record.reprojection_error_px_sum += change->second.reprojection_error_px_sum;
+  }
+  for (const ReconstructionRecord& part : writer.split_off()) {
+    record.image_count -= part.image_count;
+    record.point_count -= part.point_count;
+    record.observation_count -= part.observation_count;
+    record.reprojection_error_px_sum -= part.reprojection_error_px_sum;
+  }
+  for (const auto& [image, reconstruction] : map.changes().unplaced) {
+    --record.image_count;
+    delete_block(image);
+  }
+  for (const ImageId home : map.changes().blocks) {
+    if (map.image(home).reconstruction == record.id) {
+      transaction->PutPointBlock(record.id, record.points_generation, map.StoredBlock(home));
+    } else {
+      delete_block(home);
+    }
+  }
+  ++record.geometry_version;
+  record.is_dissolved = record.image_count == 0;
+  transaction->PutReconstruction(record);
+  WriteUnplaced(map, transaction);
+  WritePosesAndObservations(map, transaction);
+  return Status::Ok();
+}
+
+// Images around the region that see fewer points than a pose needs now: only the adjustment of
+// their own submap takes poses of theirs.
+std::vector<ImageId> FindUnsupportedAround(const IngestParts& parts, const Region& region) {
+  std::vector<ImageId> found;
+  for (const ImageId id : region.known) {
+    if (std::ranges::binary_search(region.images, id)) continue;
+    if (CountObservations(parts.map->image(id)) < parts.options.mapper.observations_min)
+      found.push_back(id);
+  }
+  return found;
+}
+
+}  // namespace
+
+Status WriteRegion(const IngestParts& parts, const WriteScope& scope, ReconstructionRecord record,
+                   const Region& region, const Healing& healing, HealingWriter* writer,
+                   Submaps* submaps) {
+  Transaction* const transaction = scope.transaction.get();
+  const ReconstructionId id = record.id;
+  VEDUTA_RETURN_IF_ERROR(writer->SplitOff(healing));
+  VEDUTA_RETURN_IF_ERROR(WriteAdjusted(parts, *writer, std::move(record), transaction));
+  VEDUTA_RETURN_IF_ERROR(writer->RemoveOutdatedDense(healing));
+  VEDUTA_RETURN_IF_ERROR(submaps->Follow(*parts.map, *scope.base));
+  submaps->MakeDue(FindUnsupportedAround(parts, region));
+  VEDUTA_RETURN_IF_ERROR(writer->Postpone(healing));
+  if (!healing.parts.empty()) {
+    VEDUTA_RETURN_IF_ERROR(DropHypotheses(*scope.base, id, transaction));
+    return writer->ProposeSeams();
+  }
+  return MakeHypothesesDue(*scope.base, id, region.images, transaction);
+}
+
+}  // namespace veduta

@@ -1,0 +1,289 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "engine/ingest/relaxation_steps.h"
+
+#include <algorithm>
+#include <map>
+#include <set>
+#include <string>
+#include <utility>
+
+#include "engine/ingest/hypotheses.h"
+#include "engine/ingest/reconstruction_adjustment.h"
+#include "engine/ingest/region_writer.h"
+#include "engine/ingest/submaps.h"
+#include "engine/journal/journal.h"
+#include "engine/mapping/similarity.h"
+#include "engine/mapping/submap_relaxation.h"
+
+namespace veduta {
+namespace {
+
+// Submaps whose views of what lies between them a relaxation has moved by more are adjusted: less
+// than the errors of features. Chosen by hand; not measured.
+constexpr double kChangeMin_px = 0.25;
+
+// What the steps read of a reconstruction.
+struct Whole {
+  std::vector<SubmapId> submaps;         // ascending
+  std::vector<SubmapBorder> borders;     // of those that have one
+  std::map<ImageId, uint32_t> place_of;  // of an image's submap in `submaps`
+  std::map<ImageId, Rigid3> poses;
+};
+
+Result<Whole> ReadWhole(const Snapshot& base, const Submaps& submaps, ReconstructionId id) {
+  Whole whole;
+  whole.submaps = submaps.List(id);
+  for (uint32_t i = 0; i < whole.submaps.size(); ++i) {
+    for (const ImageId image : submaps.Find(whole.submaps[i])->images) whole.place_of[image] = i;
+    VEDUTA_ASSIGN_OR_RETURN(std::optional<SubmapBorder> border,
+                            base.FindSubmapBorder(whole.submaps[i]));
+    if (border) whole.borders.push_back(*std::move(border));
+  }
+  VEDUTA_RETURN_IF_ERROR(base.ScanPoses([&](const PoseRecord& pose) {
+    if (whole.place_of.contains(pose.image)) whole.poses[pose.image] = pose.cam_from_world;
+    return true;
+  }));
+  return whole;
+}
+
+// The submaps that were not adjusted since there are borders, as far as they are not due.
+std::vector<ImageId> ListWithoutBorder(const Whole& whole, const Submaps& submaps) {
+  std::vector<ImageId> images;
+  for (const SubmapId id : whole.submaps) {
+    const SubmapRecord& submap = *submaps.Find(id);
+    const bool has_border = std::ranges::binary_search(whole.borders, id, {}, &SubmapBorder::id);
+    if (!has_border && submap.images_at_adjustment > 0) images.push_back(submap.images.front());
+  }
+  return images;
+}
+
+// A tie or an evidence that two borders may tell of counts in that of the lower submap, where there
+// is one.
+bool CountsHere(const Whole& whole, SubmapId here, uint32_t lowest_place) {
+  const SubmapId lowest = whole.submaps[lowest_place];
+  return here == lowest ||
+         !std::ranges::binary_search(whole.borders, lowest, {}, &SubmapBorder::id);
+}
+
+// The largest of the parts that do not agree with the largest one, or none. Fragments that stand
+// for less than a reconstruction needs are left to the adjustments of their submaps.
+std::vector<ImageId> FindWrongPart(const Whole& whole, const AgreementBounds& bounds) {
+  constexpr size_t kImagesMin = 3;
+  std::map<ImageId, ImageId> head_of;
+  std::map<ImageId, std::vector<ImageId>> images_of;
+  for (const SubmapBorder& border : whole.borders) {
+    for (const BorderFragment& row : border.fragments) {
+      const auto head = whole.place_of.find(row.head);
+      const auto image = whole.place_of.find(row.image);
+      if (head == whole.place_of.end() || image == whole.place_of.end()) continue;
+      if (head_of.try_emplace(row.image, row.head).second) images_of[row.head].push_back(row.image);
+    }
+  }
+  std::vector<ImageId> heads;
+  for (const auto& [head, images] : images_of) heads.push_back(head);
+  std::map<std::pair<ImageId, ImageId>, PairEvidence> sums;
+  for (const SubmapBorder& border : whole.borders) {
+    for (const BorderEvidence& row : border.evidence) {
+      const auto a = head_of.find(row.a), b = head_of.find(row.b);
+      if (a == head_of.end() || b == head_of.end() || a->second == b->second) continue;
+      const uint32_t lowest = std::min(whole.place_of.at(row.a), whole.place_of.at(row.b));
+      if (!CountsHere(whole, border.id, lowest)) continue;
+      const auto key = std::minmax(a->second, b->second);
+      PairEvidence& sum = sums[key];
+      sum.a = key.first, sum.b = key.second;
+      sum.shared_points += row.shared_points;
+      sum.agreeing_matches += row.agreeing_matches;
+      sum.contradicting_matches += row.contradicting_matches;
+      sum.turned_matches += row.turned_matches;
+    }
+  }
+  std::vector<PairEvidence> evidence;
+  for (const auto& [key, sum] : sums) evidence.push_back(sum);
+  std::vector<std::vector<ImageId>> parts;
+  for (const std::vector<ImageId>& of_heads : FindAgreeingParts(heads, evidence, bounds)) {
+    std::vector<ImageId>& part = parts.emplace_back();
+    for (const ImageId head : of_heads)
+      part.insert(part.end(), images_of.at(head).begin(), images_of.at(head).end());
+    std::ranges::sort(part);
+  }
+  std::ranges::stable_sort(parts, std::ranges::greater(), &std::vector<ImageId>::size);
+  if (parts.size() < 2 || parts[1].size() < kImagesMin) return {};
+  return parts[1];
+}
+
+// The cameras by image, each camera read once.
+class Cameras {
+ public:
+  explicit Cameras(const Snapshot& base) : base_(base) {}
+
+  Result<Pinhole> Get(ImageId id) {
+    if (const auto found = of_image_.find(id); found != of_image_.end())
+      return of_camera_.at(found->second);
+    VEDUTA_ASSIGN_OR_RETURN(const ImageRecord image, base_.GetImage(id));
+    of_image_[id] = image.camera;
+    if (const auto found = of_camera_.find(image.camera); found != of_camera_.end())
+      return found->second;
+    VEDUTA_ASSIGN_OR_RETURN(const CameraRecord camera, base_.GetCamera(image.camera));
+    return of_camera_[image.camera] = Pinhole(camera.model);
+  }
+
+ private:
+  const Snapshot& base_;
+  std::map<ImageId, CameraId> of_image_;
+  std::map<CameraId, Pinhole> of_camera_;
+};
+
+// The tie's views, `rows` of one border, as far as their images are in the reconstruction. None
+// where one submap alone has them.
+Result<std::vector<TieView>> MakeTie(const Whole& whole, SubmapId border,
+                                     std::span<const BorderView> rows, Cameras* cameras) {
+  std::vector<TieView> views;
+  for (const BorderView& row : rows) {
+    const auto place = whole.place_of.find(row.image);
+    const auto pose = whole.poses.find(row.image);
+    if (place == whole.place_of.end() || pose == whole.poses.end()) continue;
+    VEDUTA_ASSIGN_OR_RETURN(const Pinhole camera, cameras->Get(row.image));
+    views.push_back({place->second, pose->second, camera, {row.x_px, row.y_px}});
+  }
+  if (views.empty()) return views;
+  const auto [least, most] = std::ranges::minmax(views, {}, &TieView::submap);
+  if (least.submap == most.submap || !CountsHere(whole, border, least.submap)) views.clear();
+  return views;
+}
+
+Result<RelaxationProblem> MakeProblem(const Snapshot& base, const Whole& whole) {
+  RelaxationProblem problem;
+  problem.centers.resize(whole.submaps.size(), Eigen::Vector3d::Zero());
+  std::vector<double> counts(whole.submaps.size());
+  for (const auto& [image, pose] : whole.poses) {
+    problem.centers[whole.place_of.at(image)] += pose.Center();
+    ++counts[whole.place_of.at(image)];
+  }
+  for (size_t i = 0; i < counts.size(); ++i) problem.centers[i] /= std::max(1.0, counts[i]);
+  Cameras cameras(base);
+  for (const SubmapBorder& border : whole.borders) {
+    for (size_t begin = 0, end = 0; begin < border.views.size(); begin = end) {
+      while (end < border.views.size() && border.views[end].tie == border.views[begin].tie) ++end;
+      const auto rows = std::span(border.views).subspan(begin, end - begin);
+      VEDUTA_ASSIGN_OR_RETURN(const std::vector<TieView> tie,
+                              MakeTie(whole, border.id, rows, &cameras));
+      if (tie.empty()) continue;
+      problem.views.insert(problem.views.end(), tie.begin(), tie.end());
+      problem.first_view.push_back(static_cast<uint32_t>(problem.views.size()));
+    }
+  }
+  return problem;
+}
+
+// Writes the motions into the submaps; those whose borders have changed are due.
+void SetMotions(const Whole& whole, const Relaxation& relaxation, Submaps* submaps) {
+  std::vector<Rigid3> before, after;
+  for (const auto& [image, pose] : whole.poses) {
+    before.push_back(pose);
+    after.push_back(TransformCameraWorld(relaxation.new_from_old[whole.place_of.at(image)], pose));
+  }
+  const Sim3 old_from_new = FitCameras(after, before).value_or(Sim3());
+  for (size_t i = 0; i < whole.submaps.size(); ++i) {
+    const SubmapId id = whole.submaps[i];
+    submaps->SetMotion(id, old_from_new * relaxation.new_from_old[i]);
+    if (relaxation.change_px[i] > kChangeMin_px)
+      submaps->MakeDue({&submaps->Find(id)->images.front(), 1});
+  }
+}
+
+// Splits the part off; what is left is due again.
+Status SplitPart(const IngestParts& parts, const WriteScope& scope, ReconstructionRecord record,
+                 std::span<const ImageId> part, HealingWriter* writer, Submaps* submaps) {
+  parts.TrimMap();
+  MapLoader loader(scope.base, parts.features, parts.map);
+  const MappingContext context{&loader, parts.map, parts.pool, parts.options.mapper};
+  VEDUTA_ASSIGN_OR_RETURN(const Region region, LoadRegion(context, part));
+  const Healing healing = CutOffPart(context, region);
+  submaps->MakeDue(region.known);
+  record.images_at_adjustment = 0;
+  return WriteRegion(parts, scope, std::move(record), region, healing, writer, submaps);
+}
+
+// Relaxes the whole, and says how.
+Result<std::string> RelaxWhole(const Snapshot& base, const Whole& whole, Submaps* submaps) {
+  VEDUTA_ASSIGN_OR_RETURN(const RelaxationProblem problem, MakeProblem(base, whole));
+  VEDUTA_ASSIGN_OR_RETURN(const Relaxation relaxation, RelaxSubmaps(problem, RelaxationOptions()));
+  const std::string where = " images in " + std::to_string(whole.submaps.size()) + " submaps, ";
+  if (!relaxation.is_significant) return where + "which fit";
+  SetMotions(whole, relaxation, submaps);
+  return where + "which are moved";
+}
+
+}  // namespace
+
+Result<AdjustedWhole> RelaxReconstruction(const IngestParts& parts, ReconstructionId reconstruction,
+                                          WriteScope scope) {
+  VEDUTA_ASSIGN_OR_RETURN(ReconstructionRecord record,
+                          scope.base->GetReconstruction(reconstruction));
+  VEDUTA_ASSIGN_OR_RETURN(Submaps submaps, Submaps::Read(*scope.base));
+  VEDUTA_ASSIGN_OR_RETURN(DatabaseState state, scope.base->GetState());
+  VEDUTA_ASSIGN_OR_RETURN(const Whole whole, ReadWhole(*scope.base, submaps, reconstruction));
+  Transaction* const transaction = scope.transaction.get();
+  // Lives until the commit has come, for it holds what is written ahead.
+  HealingWriter writer(parts, scope, reconstruction, &state);
+  const std::vector<ImageId> without_border = ListWithoutBorder(whole, submaps);
+  const std::vector<ImageId> wrong = without_border.empty()
+                                         ? FindWrongPart(whole, parts.options.mapper.doubt.parts)
+                                         : std::vector<ImageId>();
+  if (!without_border.empty()) {
+    submaps.MakeDue(without_border);
+  } else if (!wrong.empty()) {
+    VEDUTA_RETURN_IF_ERROR(SplitPart(parts, scope, record, wrong, &writer, &submaps));
+  } else {
+    VEDUTA_ASSIGN_OR_RETURN(const std::string how, RelaxWhole(*scope.base, whole, &submaps));
+    record.images_at_adjustment = record.image_count;
+    transaction->PutReconstruction(record);
+    VEDUTA_RETURN_IF_ERROR(MakeHypothesesDue(*scope.base, reconstruction, {}, transaction));
+    AppendJournal(
+        {0, 0, "veduta", "adjust", {}, reconstruction, std::to_string(record.image_count) + how},
+        &state, transaction);
+  }
+  submaps.Write(transaction);
+  transaction->PutState(state);
+  VEDUTA_RETURN_IF_ERROR(transaction->Commit());
+  parts.map->ClearChanges();
+  return writer.adjusted();
+}
+
+Status MoveSubmap(const IngestParts& parts, ReconstructionId reconstruction, SubmapId submap,
+                  WriteScope scope) {
+  VEDUTA_ASSIGN_OR_RETURN(Submaps submaps, Submaps::Read(*scope.base));
+  const SubmapRecord* const found = submaps.Find(submap);
+  if (found == nullptr || !found->motion)
+    return Status::NotFound("there is no motion of submap " + std::to_string(submap.value));
+  VEDUTA_ASSIGN_OR_RETURN(const ReconstructionRecord record,
+                          scope.base->GetReconstruction(reconstruction));
+  VEDUTA_ASSIGN_OR_RETURN(DatabaseState state, scope.base->GetState());
+  parts.TrimMap();
+  MapLoader loader(scope.base, parts.features, parts.map);
+  const MappingContext context{&loader, parts.map, parts.pool, parts.options.mapper};
+  VEDUTA_ASSIGN_OR_RETURN(const Region region, LoadRegion(context, found->images));
+  const Sim3 motion = *found->motion;
+  CityMap* const map = parts.map;
+  for (const ImageId id : region.images)
+    map->SetPose(id, TransformCameraWorld(motion, map->image(id).cam_from_world));
+  // Those of which others are the home stay; setting them measures their errors anew.
+  for (const PointId id : map->PointsSeenBy(region.images)) {
+    if (!std::ranges::binary_search(region.images, id.home))
+      map->SetPosition(id, map->point(id).position);
+  }
+  for (const ImageId home : region.images) {
+    for (const PointRecord& point : map->StoredBlock(home).points)
+      map->SetPosition(point.id, motion * point.position);
+  }
+  submaps.SetMotion(submap, std::nullopt);
+  HealingWriter writer(parts, scope, reconstruction, &state);
+  VEDUTA_RETURN_IF_ERROR(WriteRegion(parts, scope, record, region, {}, &writer, &submaps));
+  submaps.Write(scope.transaction.get());
+  scope.transaction->PutState(state);
+  VEDUTA_RETURN_IF_ERROR(scope.transaction->Commit());
+  map->ClearChanges();
+  return Status::Ok();
+}
+
+}  // namespace veduta

@@ -1,0 +1,34 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+// What holds the submaps of a large reconstruction together. Adjustments of submaps alone neither
+// spread drift over a loop nor notice that a large part is wrong. So from time to time the whole is
+// looked at as submaps and what lies between them: what each adjustment of one has left in its
+// border (submap_borders.h). No image and no point is read for that.
+//
+// A relaxation moves every submap as a whole (submap_relaxation.h). It writes the motions into the
+// submaps' records, and each is carried out by a step of its own; then the submaps whose borders
+// have changed are adjusted. All of that is read from the records, so a killed process goes on.
+// Each function is one transaction. After an error nothing is committed and the map may be half
+// changed: the caller clears it.
+
+#include "engine/ingest/follow_up_steps.h"
+#include "engine/ingest/ingest_parts.h"
+#include "engine/ingest/write_scope.h"
+
+namespace veduta {
+
+// Judges the whole by what is known of the fragments of its submaps (agreeing_parts.h). Where they
+// fall apart, the largest part that does not agree with the rest is split off, and the rest is due
+// again; that loads the part. Otherwise relaxes the whole, where that is significant. Submaps that
+// have no border yet are made due instead. The published frame stays: the motions are carried back
+// by the similarity that best fits all cameras to where they were. O(submaps, their borders, and
+// poses).
+Result<AdjustedWhole> RelaxReconstruction(const IngestParts& parts, ReconstructionId reconstruction,
+                                          WriteScope scope);
+
+// Carries out the motion of a submap: moves its images and the points that they are home to.
+// O(the submap and what is around it).
+Status MoveSubmap(const IngestParts& parts, ReconstructionId reconstruction, SubmapId submap,
+                  WriteScope scope);
+
+}  // namespace veduta

@@ -1,0 +1,22 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+// What an adjusted submap knows of its neighbours, for the relaxation and the judging of the whole
+// (relaxation_steps.h): places that both see, and what speaks for and against their belonging
+// together.
+
+#include "engine/ingest/doubt.h"
+#include "engine/ingest/mapping_context.h"
+#include "engine/ingest/submaps.h"
+#include "storage/model/submap.h"
+
+namespace veduta {
+
+// Of a submap whose region has just been adjusted and healed, with the map as that left it. Ties
+// are points that it sees together with another submap, and verified matches across of which either
+// feature has a point of its own: what a loop has not joined yet. Of the ties with each other
+// submap a bounded number stays: those with most views on both sides, then by a hash of their
+// names, so that they are spread. Deterministic; O(the region and its pairs).
+Result<SubmapBorder> FindBorder(const MappingContext& context, const Submaps& submaps, SubmapId id,
+                                const Healing& healing);
+
+}  // namespace veduta

@@ -1,0 +1,67 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+// Spreads strain between submaps over all of them: each is moved as a whole, by a similarity, to
+// where the places that several of them see project best. It is a bundle adjustment over the
+// submaps as rigid bodies and the places between them (Ni, Steedly and Dellaert, "Out-of-Core
+// Bundle Adjustment for Large-Scale 3D Reconstruction", ICCV 2007), so that its size follows from
+// the number of submaps and of places, and not from that of images.
+
+#include <Eigen/Core>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "storage/base/status.h"
+#include "storage/base/transform.h"
+#include "storage/model/pinhole.h"
+
+namespace veduta {
+
+// A place as a camera of one submap sees it.
+struct TieView {
+  uint32_t submap = 0;
+  Rigid3 cam_from_world;  // where the submap is now
+  Pinhole camera;
+  Eigen::Vector2d x_px;
+};
+
+struct RelaxationProblem {
+  // One for each submap: about which it turns and grows, for numerical condition alone; the middle
+  // of its cameras.
+  std::vector<Eigen::Vector3d> centers;
+  std::vector<uint32_t> first_view = {0};  // [ties + 1]
+  std::vector<TieView> views;              // of tie 0, then of tie 1, and so on
+};
+
+struct RelaxationOptions {
+  // > 0, px. Scale of the Cauchy loss, as that of BundleOptions. Larger, for a submap cannot bend.
+  // Chosen by hand; not measured.
+  double loss_scale_px = 2.0;
+  // >= loss_scale_px, px. It is also tried from such a scale down, a quarter each time: what is not
+  // joined yet across a loop is far off. Chosen by hand; not measured.
+  double coarse_scale_px = 32.0;
+  // >= 1. Steps tried at each scale. Chosen by hand; not measured.
+  uint32_t iterations_max = 20;
+  // >= 1. The submaps are moved where that lowers the weighted squared errors by so many times what
+  // errors of measurement alone would let it: the number of unknowns, times the variance (of a
+  // chi-squared distribution the mean). Chosen by hand; not measured.
+  double gain_min = 4.0;
+
+  Status Check() const;
+};
+
+struct Relaxation {
+  // Whether the submaps are to be moved; nothing else means anything where they are not.
+  bool is_significant = false;
+  std::vector<Sim3> new_from_old;     // one for each submap; the first stays where it is
+  std::vector<double> change_px;      // for each submap, how far its views moved: the median
+  double initial_cost = 0, cost = 0;  // half the sum of rho(squared error in px)
+};
+
+// Moves the submaps. Places are put where they are seen, before and after: only where that cannot
+// explain the views does a submap move. Of the solution from where they are and the one from a
+// coarse loss, the one of less cost. Deterministic. O(views) and, with submaps that touch a bounded
+// number of others, O(submaps) for each step. Thread-safe. kInvalidArgument on bad options.
+Result<Relaxation> RelaxSubmaps(const RelaxationProblem& problem, const RelaxationOptions& options);
+
+}  // namespace veduta
