@@ -25,6 +25,8 @@ using Matrix27d = Eigen::Matrix<double, 2, kFreedom>;
 
 // The damping, where it starts and where it ends; Ceres's radius of trust, inverted.
 constexpr double kDampingStart = 1e-4, kDampingMax = 1e16, kDampingMin = 1e-16;
+// Features are not found more exactly than to a tenth of a pixel. Chosen by hand; not measured.
+constexpr double kVarianceMin_px2 = 0.01;
 // A step that lowers the cost by a smaller share is the last; Ceres's default.
 constexpr double kToleranceOfCost = 1e-6;
 
@@ -340,7 +342,7 @@ Result<Relaxation> RelaxSubmaps(const RelaxationProblem& given, const Relaxation
   const double freedom = 2.0 * static_cast<double>(problem.views.size()) -
                          3.0 * static_cast<double>(start.places.size()) - unknowns;
   if (!(freedom > 0)) return relaxation;
-  const double variance = 2 * relaxation.cost / freedom;
+  const double variance = std::max(kVarianceMin_px2, 2 * relaxation.cost / freedom);
   relaxation.is_significant =
       2 * (relaxation.initial_cost - relaxation.cost) > options.gain_min * unknowns * variance;
   relaxation.new_from_old = best.estimate().new_from_old;

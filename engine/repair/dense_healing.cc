@@ -15,7 +15,7 @@ std::string NameOfSurface(ReconstructionId id) {
 
 class DenseHealer {
  public:
-  explicit DenseHealer(Healing* healing) : healing_(healing), from_(healing->from().dense()) {}
+  explicit DenseHealer(HealingWork* healing) : healing_(healing), from_(healing->from().dense()) {}
 
   Status Run() {
     if (!healing_->options.keeps_dense) return Status::Ok();
@@ -151,7 +151,7 @@ class DenseHealer {
     });
   }
 
-  Healing* const healing_;
+  HealingWork* const healing_;
   const DenseReader& from_;
   std::map<DepthVersion, bool> checked_;
   uint32_t lost_depths_ = 0, lost_tiles_ = 0;
@@ -160,7 +160,7 @@ class DenseHealer {
 
 }  // namespace
 
-Status HealDense(Healing* healing) {
+Status HealDense(HealingWork* healing) {
   return DenseHealer(healing).Run();
 }
 

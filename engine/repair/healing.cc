@@ -13,7 +13,7 @@ namespace {
 // The newest vocabulary that can be read, where the state does not say which one it was.
 constexpr uint32_t kGenerationMax = 1000;  // far more than are ever trained; chosen by hand
 
-Status FindVocabulary(Healing* healing) {
+Status FindVocabulary(HealingWork* healing) {
   DatabaseState& state = healing->state;
   for (uint32_t generation = kGenerationMax; generation > 0; --generation) {
     const Result<StoredBytes> tree = healing->from().GetVocabulary(generation);
@@ -25,7 +25,7 @@ Status FindVocabulary(Healing* healing) {
   return Status::Ok();
 }
 
-Status HealVocabulary(Healing* healing) {
+Status HealVocabulary(HealingWork* healing) {
   DatabaseState& state = healing->state;
   if (healing->state_is_lost) VEDUTA_RETURN_IF_ERROR(FindVocabulary(healing));
   if (state.vocabulary_generation == 0) return Status::Ok();
@@ -56,7 +56,7 @@ Status HealVocabulary(Healing* healing) {
 }
 
 // The state as the records have turned out to be, with a word in the journal.
-Status WriteState(Healing* healing) {
+Status WriteState(HealingWork* healing) {
   DatabaseState& state = healing->state;
   uint32_t retrievable = 0;
   for (const auto& [id, image] : healing->images) {
@@ -98,18 +98,18 @@ std::string PhotoText(const ImageRecord& image) {
   return "photo '" + image.name + "' (image " + std::to_string(image.id.value) + ")";
 }
 
-const ImageRecord* Healing::FindPhoto(ImageId id) const {
+const ImageRecord* HealingWork::FindPhoto(ImageId id) const {
   const auto found = images.find(id);
   return found == images.end() || found->second.verdict == Verdict::kRejected ? nullptr
                                                                               : &found->second;
 }
 
-bool Healing::IsLiving(ReconstructionId id) const {
+bool HealingWork::IsLiving(ReconstructionId id) const {
   const auto found = reconstructions.find(id);
   return found != reconstructions.end() && found->second.is_living();
 }
 
-void Healing::StandIn(ImageId id, std::string name) {
+void HealingWork::StandIn(ImageId id, std::string name) {
   if (cameras.empty()) return;  // no image can be without one
   ImageRecord& image = images[id];
   image = {};
@@ -125,7 +125,7 @@ void Healing::StandIn(ImageId id, std::string name) {
   image.detail = "its record was damaged";
 }
 
-Status Healing::TryAgain(ImageId id) {
+Status HealingWork::TryAgain(ImageId id) {
   ImageRecord& image = images.at(id);
   image.verdict = Verdict::kPostponed;
   image.reason = Reason::kResectionFailed;
@@ -136,7 +136,7 @@ Status Healing::TryAgain(ImageId id) {
   return writer.Put([&](Transaction& transaction) { transaction.PutImage(image); });
 }
 
-Status HealState(Healing* healing) {
+Status HealState(HealingWork* healing) {
   Result<DatabaseState> state = healing->from().GetState();
   if (state.ok()) {
     healing->state = std::move(*state);
@@ -152,7 +152,7 @@ Status HealState(Healing* healing) {
 namespace {
 
 // The one that it has become by merges; not valid() where they lead nowhere.
-ReconstructionId MergedEndOf(const Healing& healing, ReconstructionId id) {
+ReconstructionId MergedEndOf(const HealingWork& healing, ReconstructionId id) {
   for (size_t step = 0; step <= healing.reconstructions.size(); ++step) {
     const auto found = healing.reconstructions.find(id);
     if (found == healing.reconstructions.end()) break;
@@ -162,12 +162,12 @@ ReconstructionId MergedEndOf(const Healing& healing, ReconstructionId id) {
   return {};
 }
 
-bool AreTwo(const Healing& healing, ReconstructionId a, ReconstructionId b) {
+bool AreTwo(const HealingWork& healing, ReconstructionId a, ReconstructionId b) {
   const ReconstructionId end_a = MergedEndOf(healing, a), end_b = MergedEndOf(healing, b);
   return end_a.valid() && end_b.valid() && end_a != end_b;
 }
 
-bool StillHolds(const Healing& healing, const ForbiddenRecord& forbidden) {
+bool StillHolds(const HealingWork& healing, const ForbiddenRecord& forbidden) {
   if (forbidden.kind == ForbiddenKind::kMerge)
     return AreTwo(healing, ReconstructionId(forbidden.a), ReconstructionId(forbidden.b));
   return healing.FindPhoto(ImageId(forbidden.a)) != nullptr &&
@@ -175,7 +175,7 @@ bool StillHolds(const Healing& healing, const ForbiddenRecord& forbidden) {
 }
 
 // Those whose photos are there, and those whose reconstructions are there and are two.
-Status HealForbidden(Healing* healing) {
+Status HealForbidden(HealingWork* healing) {
   const Result<std::vector<ForbiddenRecord>> all = healing->from().ListForbidden();
   if (!all.ok()) {
     if (!IsDamage(all.status())) return all.status();
@@ -191,7 +191,7 @@ Status HealForbidden(Healing* healing) {
   return Status::Ok();
 }
 
-bool IsMergeForbidden(const Healing& healing, std::span<const ForbiddenRecord> forbidden,
+bool IsMergeForbidden(const HealingWork& healing, std::span<const ForbiddenRecord> forbidden,
                       const HypothesisRecord& hypothesis) {
   return std::ranges::any_of(forbidden, [&](const ForbiddenRecord& record) {
     if (record.kind != ForbiddenKind::kMerge) return false;
@@ -202,7 +202,7 @@ bool IsMergeForbidden(const Healing& healing, std::span<const ForbiddenRecord> f
 }
 
 // Leaves out the photos that the hypothesis names and that are not there. Whether there were any.
-bool MendHypothesis(const Healing& healing, HypothesisRecord* hypothesis) {
+bool MendHypothesis(const HealingWork& healing, HypothesisRecord* hypothesis) {
   const auto is_missing = [&](ImageId image) { return healing.FindPhoto(image) == nullptr; };
   const bool lost_proposer = hypothesis->image.valid() && is_missing(hypothesis->image);
   if (lost_proposer) hypothesis->image = {};
@@ -212,7 +212,7 @@ bool MendHypothesis(const Healing& healing, HypothesisRecord* hypothesis) {
 }
 
 // Those whose reconstructions live and whose photos are there; the rest is proposed anew.
-Status HealHypotheses(Healing* healing) {
+Status HealHypotheses(HealingWork* healing) {
   const Result<std::vector<HypothesisRecord>> all = healing->from().ListHypotheses();
   if (!all.ok()) {
     if (!IsDamage(all.status())) return all.status();
@@ -248,7 +248,7 @@ Status HealHypotheses(Healing* healing) {
 
 }  // namespace
 
-Status HealAll(Healing* healing) {
+Status HealAll(HealingWork* healing) {
   for (const std::string& damage : healing->source.damage())
     healing->notes.Add(damage, "what the other files hold is read past it");
   VEDUTA_RETURN_IF_ERROR(HealState(healing));

@@ -48,10 +48,10 @@ struct HealOptions {
 };
 
 // What the steps of one healing share. The maps hold what the new database will hold.
-struct Healing {
+struct HealingWork {
   // A null target: nothing is written.
-  Healing(const Salvage& from, const PhotoPreparer& preparing, Database* target,
-          const HealOptions& wanted)
+  HealingWork(const Salvage& from, const PhotoPreparer& preparing, Database* target,
+              const HealOptions& wanted)
       : source(from), preparer(preparing), options(wanted), writer(target) {}
 
   const Salvage& source;
@@ -91,33 +91,33 @@ std::string PhotoText(const ImageRecord& image);
 
 // The steps, in this order. Each is O(what it is about); a failure is one of the new database, or a
 // lack of memory.
-Status HealState(Healing* healing);
-Status HealJournal(Healing* healing);
-Status HealCameras(Healing* healing);
-Status HealImages(Healing* healing);
-Status HealPhotos(Healing* healing);
-Status HealPairs(Healing* healing);
-Status HealMap(Healing* healing);
-Status HealSubmaps(Healing* healing);
-Status HealDense(Healing* healing);
+Status HealState(HealingWork* healing);
+Status HealJournal(HealingWork* healing);
+Status HealCameras(HealingWork* healing);
+Status HealImages(HealingWork* healing);
+Status HealPhotos(HealingWork* healing);
+Status HealPairs(HealingWork* healing);
+Status HealMap(HealingWork* healing);
+Status HealSubmaps(HealingWork* healing);
+Status HealDense(HealingWork* healing);
 // New entries, where records have come to say something else than the journal does.
-Status RestateJournal(Healing* healing);
+Status RestateJournal(HealingWork* healing);
 
 // All of them. `target` is a database that was just created; null: nothing is written. Afterwards
 // `healing` says what was found.
-Status HealAll(Healing* healing);
+Status HealAll(HealingWork* healing);
 
 // Calls visit on the ids of a kind that may be there: those below `next`, and where that number
 // cannot be trusted, on more of them until many in a row were not there. visit says whether one
 // was.
 template <typename Id, typename Visit>
-Status VisitIds(const Healing& healing, decltype(Id::value) next, Visit&& visit);
+Status VisitIds(const HealingWork& healing, decltype(Id::value) next, Visit&& visit);
 
 // Ids that are probed in a row where nobody knows how many there are. Chosen by hand; not measured.
 inline constexpr uint32_t kMissesMax = 1000;
 
 template <typename Id, typename Visit>
-Status VisitIds(const Healing& healing, decltype(Id::value) next, Visit&& visit) {
+Status VisitIds(const HealingWork& healing, decltype(Id::value) next, Visit&& visit) {
   const bool probes = healing.state_is_lost || healing.source.is_pieced_together();
   uint32_t misses = 0;
   for (decltype(Id::value) id = 1; id < next || (probes && misses < kMissesMax); ++id) {

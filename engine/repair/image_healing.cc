@@ -7,7 +7,7 @@
 namespace veduta {
 namespace {
 
-bool RecoverCamera(CameraId id, Healing* healing) {
+bool RecoverCamera(CameraId id, HealingWork* healing) {
   const auto told = healing->told_cameras.find(id);
   if (told == healing->told_cameras.end()) return false;
   healing->cameras[id] = told->second;
@@ -39,7 +39,7 @@ Remains ReadRemains(const Salvage& source) {
 // that are stored are among them, that camera alone: extraction is deterministic.
 using Fitting = std::vector<std::pair<const CameraRecord*, PreparedPhoto>>;
 Result<Fitting> FittingCameras(const std::vector<uint8_t>& bytes, const Result<Features>& stored,
-                               const Healing& healing) {
+                               const HealingWork& healing) {
   Fitting fitting;
   for (const auto& [id, camera] : healing.cameras) {
     PreparedPhoto photo = healing.preparer.Extract({"", "", bytes}, camera.model);
@@ -56,7 +56,7 @@ Result<Fitting> FittingCameras(const std::vector<uint8_t>& bytes, const Result<F
 }
 
 // Why the image is where it is, as the journal has it.
-void FillFromJournal(const Healing& healing, bool has_pose, ImageRecord* record) {
+void FillFromJournal(const HealingWork& healing, bool has_pose, ImageRecord* record) {
   record->verdict = has_pose ? Verdict::kPlaced : Verdict::kPostponed;
   record->reason = has_pose ? Reason::kRegistered : Reason::kNoVerifiedNeighbor;
   record->contributor = "veduta";
@@ -77,7 +77,7 @@ std::string NameFor(const Remains& remains, ImageId id, const ContentHash& photo
 
 // The record anew from the photo, where its name, its camera and its photo are known.
 Status RecoverImage(ImageId id, const Remains& remains, const std::string& damage,
-                    Healing* healing) {
+                    HealingWork* healing) {
   const auto photo = remains.photos.find(id);
   if (photo == remains.photos.end()) {
     const auto name = remains.names.find(id);
@@ -123,7 +123,7 @@ Status RecoverImage(ImageId id, const Remains& remains, const std::string& damag
 }
 
 // Photos that no record and no index knows, while records are lost. They are added anew.
-Status RecoverStrays(const Remains& remains, Healing* healing) {
+Status RecoverStrays(const Remains& remains, HealingWork* healing) {
   std::set<ContentHash> known, strays;
   for (const auto& [id, image] : healing->images) known.insert(image.photo);
   for (const auto& [id, photo] : remains.photos) known.insert(photo);
@@ -152,7 +152,7 @@ Status RecoverStrays(const Remains& remains, Healing* healing) {
 
 }  // namespace
 
-Status HealCameras(Healing* healing) {
+Status HealCameras(HealingWork* healing) {
   const auto read = [&](CameraId id) -> Result<bool> {
     const Result<CameraRecord> camera = healing->from().GetCamera(id);
     if (camera.ok()) {
@@ -177,7 +177,7 @@ Status HealCameras(Healing* healing) {
   return Status::Ok();
 }
 
-Status HealImages(Healing* healing) {
+Status HealImages(HealingWork* healing) {
   std::map<ImageId, std::string> lost;
   const auto read = [&](ImageId id) -> Result<bool> {
     const Result<ImageRecord> image = healing->from().GetImage(id);

@@ -21,7 +21,7 @@ uint64_t ReadEntries(const Snapshot& from, uint64_t first, std::map<uint64_t, Jo
   return read.ok() ? UINT64_MAX : next;
 }
 
-void Remember(const JournalRecord& entry, Healing* healing) {
+void Remember(const JournalRecord& entry, HealingWork* healing) {
   healing->told.Take(entry);
   if (entry.action == "add" && entry.image.valid()) healing->added.insert({entry.image, entry});
   if (entry.action != "camera") return;
@@ -39,7 +39,7 @@ JournalRecord LostEntry(uint64_t sequence) {
 }
 
 Status Append(const std::string& actor, const std::string& action, ImageId image,
-              ReconstructionId reconstruction, std::string detail, Healing* healing) {
+              ReconstructionId reconstruction, std::string detail, HealingWork* healing) {
   JournalRecord entry;
   entry.actor = actor;
   entry.action = action;
@@ -53,7 +53,7 @@ Status Append(const std::string& actor, const std::string& action, ImageId image
   });
 }
 
-Status RestateImage(const ImageRecord& image, Healing* healing) {
+Status RestateImage(const ImageRecord& image, HealingWork* healing) {
   if (healing->told.AgreesWith(image)) return Status::Ok();
   const std::string before = image.verdict == Verdict::kRejected ? "rejected: " : "";
   VEDUTA_RETURN_IF_ERROR(
@@ -62,7 +62,7 @@ Status RestateImage(const ImageRecord& image, Healing* healing) {
   return Append("veduta", "propagate", image.id, {}, image.detail, healing);
 }
 
-Status RestateVocabulary(Healing* healing) {
+Status RestateVocabulary(HealingWork* healing) {
   DatabaseState& state = healing->state;
   if (healing->state_is_lost && healing->vocabulary && healing->told.images_at_vocabulary) {
     state.images_at_vocabulary = static_cast<uint32_t>(*healing->told.images_at_vocabulary);
@@ -79,7 +79,7 @@ Status RestateVocabulary(Healing* healing) {
 
 }  // namespace
 
-Status HealJournal(Healing* healing) {
+Status HealJournal(HealingWork* healing) {
   std::map<uint64_t, JournalRecord> all;
   for (uint64_t next = 1; next != UINT64_MAX;) {
     const uint64_t after = ReadEntries(healing->from(), next, &all);
@@ -106,7 +106,7 @@ Status HealJournal(Healing* healing) {
   return Status::Ok();
 }
 
-Status RestateJournal(Healing* healing) {
+Status RestateJournal(HealingWork* healing) {
   for (const auto& [id, camera] : healing->cameras) {
     if (healing->told.cameras.contains(camera.name)) continue;
     VEDUTA_RETURN_IF_ERROR(Append("veduta", "camera", {}, {}, CameraEntry(camera), healing));

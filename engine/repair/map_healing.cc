@@ -21,7 +21,7 @@ class ReconstructionHealer {
  public:
   // `city` has the cameras and the images of the healing: it tells where features lie.
   ReconstructionHealer(const ReconstructionRecord& record, std::map<ImageId, PoseRecord> poses,
-                       const CheckedCity& city, Healing* healing)
+                       const CheckedCity& city, HealingWork* healing)
       : record_(record), poses_(std::move(poses)), city_(city), healing_(healing) {}
 
   Status Run() {
@@ -246,7 +246,7 @@ class ReconstructionHealer {
   ReconstructionRecord record_;
   std::map<ImageId, PoseRecord> poses_;
   const CheckedCity& city_;
-  Healing* const healing_;
+  HealingWork* const healing_;
   std::map<ImageId, PointBlock> blocks_;
   std::map<ImageId, std::vector<Observation>> observations_;
   std::vector<PointRecord> homeless_;
@@ -266,7 +266,7 @@ struct StoredMap {
 constexpr uint32_t kGenerationMax = 1000;
 
 // The generation of which there are points; 0 where there is none.
-uint32_t FindGeneration(ReconstructionId id, const Healing& healing) {
+uint32_t FindGeneration(ReconstructionId id, const HealingWork& healing) {
   for (uint32_t generation = 1; generation <= kGenerationMax; ++generation) {
     bool found = false;
     healing.from()
@@ -284,7 +284,7 @@ uint32_t FindGeneration(ReconstructionId id, const Healing& healing) {
 // A record that is lost, anew: its sums are counted in any case. Whether any pose names it shows
 // later.
 std::optional<ReconstructionRecord> RecoverReconstruction(ReconstructionId id,
-                                                          const Healing& healing) {
+                                                          const HealingWork& healing) {
   ReconstructionRecord record;
   record.id = id;
   record.points_generation = FindGeneration(id, healing);
@@ -295,7 +295,7 @@ std::optional<ReconstructionRecord> RecoverReconstruction(ReconstructionId id,
   return record;
 }
 
-Status ReadReconstructions(StoredMap* map, Healing* healing) {
+Status ReadReconstructions(StoredMap* map, HealingWork* healing) {
   const auto read = [&](ReconstructionId id) -> Result<bool> {
     const Result<ReconstructionRecord> record = healing->from().GetReconstruction(id);
     if (record.ok()) {
@@ -324,7 +324,7 @@ Status ReadReconstructions(StoredMap* map, Healing* healing) {
 }
 
 // The image's pose goes into `map`, or the image is tried again.
-Status ReadPose(const ImageRecord& image, StoredMap* map, Healing* healing) {
+Status ReadPose(const ImageRecord& image, StoredMap* map, HealingWork* healing) {
   const Result<std::optional<PoseRecord>> pose = healing->from().FindPose(image.id);
   if (!pose.ok() && !IsDamage(pose.status())) return pose.status();
   const bool is_placed = image.verdict != Verdict::kPostponed;
@@ -368,7 +368,7 @@ bool HasEnd(const StoredMap& map, ReconstructionId id) {
 
 // Reconstructions that are no more. Numbers have no gaps: one of which nothing is left counts as
 // dissolved.
-Status WriteGone(const StoredMap& map, Healing* healing) {
+Status WriteGone(const StoredMap& map, HealingWork* healing) {
   for (uint32_t number = 1; number < healing->state.next_reconstruction; ++number) {
     const ReconstructionId id(number);
     if (map.living.contains(id)) continue;
@@ -393,7 +393,7 @@ Status WriteGone(const StoredMap& map, Healing* healing) {
 
 }  // namespace
 
-Status HealMap(Healing* healing) {
+Status HealMap(HealingWork* healing) {
   StoredMap map;
   VEDUTA_RETURN_IF_ERROR(ReadReconstructions(&map, healing));
   for (auto& [id, image] : healing->images) {

@@ -9,7 +9,7 @@ namespace veduta {
 namespace {
 
 // Pairs that may be there, with both images in the city.
-Result<std::set<std::pair<ImageId, ImageId>>> FindPairs(const Healing& healing,
+Result<std::set<std::pair<ImageId, ImageId>>> FindPairs(const HealingWork& healing,
                                                         uint32_t* unreadable) {
   std::set<std::pair<ImageId, ImageId>> pairs;
   for (const auto& [id, image] : healing.images) {
@@ -32,7 +32,7 @@ Result<std::set<std::pair<ImageId, ImageId>>> FindPairs(const Healing& healing,
   return pairs;
 }
 
-bool NamesFeatures(const PairRecord& pair, const Healing& healing) {
+bool NamesFeatures(const PairRecord& pair, const HealingWork& healing) {
   const uint32_t count_a = healing.FindPhoto(pair.a)->feature_count;
   const uint32_t count_b = healing.FindPhoto(pair.b)->feature_count;
   return std::ranges::all_of(pair.matches, [&](const FeatureMatch& match) {
@@ -64,7 +64,7 @@ void NoteLosses(uint32_t unreadable, uint32_t lost, const std::vector<std::strin
 
 }  // namespace
 
-Status HealPairs(Healing* healing) {
+Status HealPairs(HealingWork* healing) {
   uint32_t unreadable = 0, lost = 0;
   std::vector<std::string> objections;
   CheckedCity city(healing->from(), /*is_deep=*/false, /*prepares=*/nullptr);

@@ -8,7 +8,7 @@ namespace {
 // The photo is gone: its image stays as a rejected one, so that the file can be added again under
 // its name.
 void SetAside(const std::string& damage, const std::string& detail, ImageRecord* image,
-              Healing* healing) {
+              HealingWork* healing) {
   healing->notes.Add(PhotoText(*image) + ": " + damage, "it is set aside: " + detail);
   healing->notes.lost.push_back(image->name);
   image->verdict = Verdict::kRejected;
@@ -18,7 +18,7 @@ void SetAside(const std::string& damage, const std::string& detail, ImageRecord*
 }
 
 // A photo that is whole, of a camera that is lost.
-void SetLoose(ImageRecord* image, Healing* healing) {
+void SetLoose(ImageRecord* image, HealingWork* healing) {
   healing->notes.loose.push_back({image->name, image->photo, "", image->contributor});
   image->verdict = Verdict::kRejected;
   image->reason = Reason::kUnreadable;
@@ -29,7 +29,7 @@ void SetLoose(ImageRecord* image, Healing* healing) {
 // The features as they are stored, or else computed again. No features: the photo gives none any
 // more, which is noted.
 Result<std::optional<Features>> FeaturesOf(const std::vector<uint8_t>& bytes, ImageRecord* image,
-                                           Healing* healing) {
+                                           HealingWork* healing) {
   Result<Features> stored = healing->from().GetFeatures(image->photo);
   if (stored.ok() && stored->size() == image->feature_count)
     return std::optional(std::move(*stored));
@@ -58,7 +58,7 @@ Result<std::optional<Features>> FeaturesOf(const std::vector<uint8_t>& bytes, Im
 }
 
 Result<std::vector<WordId>> WordsOf(const ImageRecord& image, const Features& features,
-                                    Healing* healing) {
+                                    HealingWork* healing) {
   if (!healing->vocabulary) return std::vector<WordId>();
   if (healing->options.keeps_words) {
     const Result<std::vector<WordId>> stored =
@@ -72,7 +72,7 @@ Result<std::vector<WordId>> WordsOf(const ImageRecord& image, const Features& fe
 }
 
 Status WritePhoto(const ImageRecord& image, const std::vector<uint8_t>& bytes,
-                  const Features& features, std::span<const WordId> words, Healing* healing) {
+                  const Features& features, std::span<const WordId> words, HealingWork* healing) {
   Database* const target = healing->writer.target();
   if (target == nullptr) return Status::Ok();
   VEDUTA_RETURN_IF_ERROR(target->WritePhotoAhead(image.photo, bytes, features));
@@ -85,7 +85,7 @@ Status WritePhoto(const ImageRecord& image, const std::vector<uint8_t>& bytes,
   });
 }
 
-Status HealPhoto(ImageRecord* image, Healing* healing) {
+Status HealPhoto(ImageRecord* image, HealingWork* healing) {
   const Result<std::vector<uint8_t>> bytes =
       healing->source.GetPhoto(image->photo, image->size_bytes);
   if (!bytes.ok()) {
@@ -114,7 +114,7 @@ bool IsTakenAlready(const ImageRecord& image, std::set<std::string>* names,
 
 }  // namespace
 
-Status HealPhotos(Healing* healing) {
+Status HealPhotos(HealingWork* healing) {
   std::set<std::string> names;
   std::set<ContentHash> photos;
   for (auto& [id, image] : healing->images) {

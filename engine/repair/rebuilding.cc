@@ -62,7 +62,8 @@ Status AddAll(const std::vector<PhotoToAdd>& photos, const Salvage& source,
 }
 
 // What is forbidden of photos that are there; the rest goes to `unkept`.
-Result<Statements> StatementsOf(const Healing& healing, std::vector<RepairNotes::Finding>* unkept) {
+Result<Statements> StatementsOf(const HealingWork& healing,
+                                std::vector<RepairNotes::Finding>* unkept) {
   Statements statements;
   const Result<std::vector<ForbiddenRecord>> all = healing.from().ListForbidden();
   if (!all.ok()) {
@@ -90,7 +91,7 @@ Result<Statements> StatementsOf(const Healing& healing, std::vector<RepairNotes:
   return statements;
 }
 
-std::vector<PhotoToAdd> LoosePhotosOf(const Healing& healing) {
+std::vector<PhotoToAdd> LoosePhotosOf(const HealingWork& healing) {
   std::vector<PhotoToAdd> photos;
   for (const LoosePhoto& loose : healing.notes.loose) {
     if (!loose.camera.empty())
@@ -101,14 +102,14 @@ std::vector<PhotoToAdd> LoosePhotosOf(const Healing& healing) {
 
 }  // namespace
 
-Status AddLoosePhotos(const Healing& healing, Engine* engine) {
+Status AddLoosePhotos(const HealingWork& healing, Engine* engine) {
   VEDUTA_RETURN_IF_ERROR(AddAll(LoosePhotosOf(healing), healing.source, {}, engine, nullptr));
   engine->Settle({}, IgnoreStep)
       .IgnoreBecause("a step that fails is tried again by the next program; verify comes after");
   return Status::Ok();
 }
 
-Result<std::vector<RepairNotes::Finding>> RebuildFromPhotos(const Healing& healing,
+Result<std::vector<RepairNotes::Finding>> RebuildFromPhotos(const HealingWork& healing,
                                                             Engine* engine) {
   for (const auto& [id, camera] : healing.cameras)
     VEDUTA_RETURN_IF_ERROR(engine->AddCamera(camera.name, camera.model, camera.source).status());

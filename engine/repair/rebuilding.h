@@ -11,7 +11,7 @@ namespace veduta {
 
 // Adds the loose photos whose camera is known, and does what follows from what the healing has left
 // to do. O(photos that lost their place).
-Status AddLoosePhotos(const Healing& healing, Engine* engine);
+Status AddLoosePhotos(const HealingWork& healing, Engine* engine);
 
 // Adds the cameras and all photos of the healing to a new database, in the order of their ids. The
 // images get new ids; the dense pass is left to the user. `healing` was run without a target. What
@@ -19,6 +19,7 @@ Status AddLoosePhotos(const Healing& healing, Engine* engine);
 // there, so that all later ones are placed with it; what is about a photo that is lost goes with
 // the photo. Returns what else of it is not kept: merges, for the reconstructions that they name
 // are no more, and what is about a photo that is rejected now.
-Result<std::vector<RepairNotes::Finding>> RebuildFromPhotos(const Healing& healing, Engine* engine);
+Result<std::vector<RepairNotes::Finding>> RebuildFromPhotos(const HealingWork& healing,
+                                                            Engine* engine);
 
 }  // namespace veduta

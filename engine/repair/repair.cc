@@ -47,7 +47,7 @@ class Repairer final {
   Status RunLocked() {
     VEDUTA_ASSIGN_OR_RETURN(source_, Salvage::Open(folders_.database, folders_.source, {}));
     VEDUTA_RETURN_IF_ERROR(Pass(RepairStep::kSourceLinked));
-    Healing examined(*source_, preparer_, nullptr, {});
+    HealingWork examined(*source_, preparer_, nullptr, {});
     VEDUTA_RETURN_IF_ERROR(HealAll(&examined));
     VEDUTA_RETURN_IF_ERROR(AddViolations(&examined.notes));
     TakeNotes(examined.notes);
@@ -115,7 +115,7 @@ class Repairer final {
   }
 
   // Whether the new database is sound. A failure is one of the disk.
-  Result<bool> Make(Way way, const Healing& examined) {
+  Result<bool> Make(Way way, const HealingWork& examined) {
     std::error_code ignored;
     std::filesystem::remove_all(folders_.repairing, ignored);
     DatabaseOptions create;
@@ -126,7 +126,7 @@ class Repairer final {
       VEDUTA_ASSIGN_OR_RETURN(const std::unique_ptr<Database> target,
                               Database::Open(folders_.repairing, create));
       const HealOptions options = way == Way::kHeal ? HealOptions() : HealOptions{false, false};
-      Healing healing(*source_, preparer_, target.get(), options);
+      HealingWork healing(*source_, preparer_, target.get(), options);
       made = HealAll(&healing);
       notes = healing.notes;
     }
@@ -143,7 +143,7 @@ class Repairer final {
     return Finish(way, examined, notes);
   }
 
-  Result<bool> Finish(Way way, const Healing& examined, const RepairNotes& notes) {
+  Result<bool> Finish(Way way, const HealingWork& examined, const RepairNotes& notes) {
     EngineOptions options;
     options.create = way == Way::kRebuild;
     options.thread_count = request_.thread_count;

@@ -21,7 +21,7 @@ void MendSubmap(const std::set<ImageId>& members, std::set<ImageId>* taken, Subm
 
 }  // namespace
 
-Status HealSubmaps(Healing* healing) {
+Status HealSubmaps(HealingWork* healing) {
   Result<std::vector<SubmapRecord>> all = healing->from().ListSubmaps();
   if (!all.ok()) {
     if (!IsDamage(all.status())) return all.status();

@@ -3,6 +3,7 @@
 // the rest is the value. What is decoded must be fit to be stored again.
 #include <array>
 
+#include "storage/records/border_record.h"
 #include "storage/records/camera_record.h"
 #include "storage/records/dense_settings.h"
 #include "storage/records/depth_record.h"
@@ -89,7 +90,17 @@ SubmapRecord SampleSubmap() {
   record.reconstruction = ReconstructionId(3);
   record.images = {ImageId(1), ImageId(7)};
   record.images_at_adjustment = 1;
+  record.motion = Sim3{2, Eigen::Quaterniond::Identity(), {1, 2, 3}};
   return record;
+}
+
+SubmapBorder SampleBorder() {
+  SubmapBorder border;
+  border.id = SubmapId(2);
+  border.views = {{0, ImageId(1), 1, 2}, {0, ImageId(7), 3, 4}, {1, ImageId(1), 5, 6}};
+  border.evidence = {{ImageId(1), ImageId(9), 1, 2, 3, 4}};
+  border.fragments = {{ImageId(1), ImageId(1)}, {ImageId(7), ImageId(1)}};
+  return border;
 }
 
 HypothesisRecord SampleHypothesis() {
@@ -119,6 +130,8 @@ void Keys(std::string_view key) {
   (void)ParseHypothesisKey(key, &hypothesis).ok();
   SubmapRecord submap;
   (void)ParseSubmapKey(key, &submap).ok();
+  SubmapBorder border;
+  (void)ParseBorderKey(key, &border).ok();
   (void)KeyText(key).size();
   (void)PrefixEnd(key).size();
   if (key.empty()) return;  // the entry's number led to these readers
@@ -152,7 +165,8 @@ constexpr std::array<Kind, 21> kKinds = {
     },
     [](std::string_view v) { Plain(v, SampleForbidden()); },
     [](std::string_view v) { Plain(v, SampleHypothesis()); },
-    [](std::string_view v) { Plain(v, SampleSubmap()); }};
+    [](std::string_view v) { Plain(v, SampleSubmap()); },
+    [](std::string_view v) { Plain(v, SampleBorder()); }};
 
 std::string Bytes(const Result<std::string>& encoded) {
   Expect(encoded.status(), "a seed is a record");
@@ -186,7 +200,8 @@ std::vector<std::string> Values() {
           Bytes(Encode(SampleTile({1, 2, 3}))),
           Bytes(Encode(SampleForbidden())),
           Bytes(Encode(SampleHypothesis())),
-          Bytes(Encode(SampleSubmap()))};
+          Bytes(Encode(SampleSubmap())),
+          Bytes(Encode(SampleBorder()))};
 }
 
 }  // namespace
@@ -202,6 +217,7 @@ std::vector<std::string> Seeds() {
   seeds.push_back(keys + ForbiddenKey(ForbiddenKind::kMerge, 1, 2));
   seeds.push_back(keys + HypothesisKey(ReconstructionId(1), ReconstructionId(2)));
   seeds.push_back(keys + SubmapKey(SubmapId(3)));
+  seeds.push_back(keys + BorderKey(SubmapId(3)));
   return seeds;
 }
 

@@ -12,7 +12,7 @@ namespace veduta {
 namespace {
 
 TEST(DueWork, AdjustmentsFollowTheGrowth) {
-  const AdjustmentSchedule schedule{.views_step = 15, .growth_share = 0.1};
+  const AdjustmentSchedule schedule{.views_step = 15, .growth_share = 0.1, .relaxation_share = 0.2};
   ReconstructionRecord record;
   record.id = ReconstructionId(1);
   EXPECT_FALSE(IsAdjustmentDue(record, false, schedule)) << "an empty one";
@@ -32,9 +32,7 @@ TEST(DueWork, AdjustmentsFollowTheGrowth) {
   record.image_count = 1199;
   EXPECT_FALSE(IsAdjustmentDue(record, true, schedule));
   record.image_count = 1200;
-  EXPECT_TRUE(IsAdjustmentDue(record, true, schedule));
-  record.image_count = 2001;
-  EXPECT_FALSE(IsAdjustmentDue(record, true, schedule)) << "it is too large by now";
+  EXPECT_TRUE(IsAdjustmentDue(record, true, schedule)) << "its submaps are to be relaxed";
   record.images_at_adjustment = 0;
   EXPECT_TRUE(IsAdjustmentDue(record, true, schedule)) << "somebody has forbidden a pair";
   record.merged_into = ReconstructionId(2);
@@ -61,6 +59,7 @@ TEST(DueWork, StepsComeInTheirOrderAndFailedOnesAreSetAside) {
   transaction->PutHypothesis(hypothesis);
   transaction->PutSubmap({SubmapId(3), ReconstructionId(1), {ImageId(1), ImageId(2)}, 2});
   transaction->PutSubmap({SubmapId(4), ReconstructionId(1), {ImageId(3)}, 0});
+  transaction->PutSubmap({SubmapId(5), ReconstructionId(1), {ImageId(4)}, 1, Sim3()});
   hypothesis.b = ReconstructionId(7);
   hypothesis.is_due = false;
   transaction->PutHypothesis(hypothesis);
@@ -75,6 +74,7 @@ TEST(DueWork, StepsComeInTheirOrderAndFailedOnesAreSetAside) {
   };
   const DueStep expected[] = {{FollowUpKind::kPropagation, ImageId(6), {}},
                               {FollowUpKind::kPropagation, ImageId(5), {}},
+                              {FollowUpKind::kAdjustment, {}, ReconstructionId(1), {}, SubmapId(5)},
                               {FollowUpKind::kAdjustment, {}, ReconstructionId(1), {}, SubmapId(4)},
                               {FollowUpKind::kAdjustment, {}, second},
                               {FollowUpKind::kJudgment, {}, ReconstructionId(1), second},

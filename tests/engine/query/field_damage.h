@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "storage/records/border_record.h"
 #include "storage/records/pair_record.h"
 #include "storage/records/point_block.h"
 #include "storage/records/pose_record.h"
@@ -174,8 +175,21 @@ inline std::vector<FieldDamage> SubmapDamages() {
           r->images_at_adjustment = 0;
         }},
        {"submap: images, beyond all", [](R* r) { r->images.push_back(ImageId(999)); }},
-       {"submap: imagesAtAdjustment", [](R* r) { r->images_at_adjustment -= 1; }}},
+       {"submap: imagesAtAdjustment", [](R* r) { r->images_at_adjustment -= 1; }},
+       {"submap: motion", [](R* r) { r->motion = Sim3(); }}},
       read, [](const R& record) { return Encode(record); });
+}
+
+inline std::vector<FieldDamage> BorderDamages() {
+  using R = SubmapBorder;
+  const auto read = [](const std::string& key, const std::string& value, R* record) {
+    VEDUTA_RETURN_IF_ERROR(ParseBorderKey(key, record));
+    return Decode(value, record);
+  };
+  return DamagesOf<R>({{"border: views", [](R* r) { r->views.clear(); }},
+                       {"border: evidence", [](R* r) { r->evidence.clear(); }},
+                       {"border: fragments", [](R* r) { r->fragments.clear(); }}},
+                      read, [](const R& record) { return Encode(record); });
 }
 
 // Empty where values have no fields: photos, vocabularies and marks are bytes as a whole.
@@ -185,6 +199,7 @@ inline std::vector<FieldDamage> FieldDamagesOf(Family family) {
       std::vector<FieldDamage> damages = StateDamages();
       for (FieldDamage& damage : HypothesisDamages()) damages.push_back(std::move(damage));
       for (FieldDamage& damage : SubmapDamages()) damages.push_back(std::move(damage));
+      for (FieldDamage& damage : BorderDamages()) damages.push_back(std::move(damage));
       return damages;
     }
     case Family::kCameras:

@@ -32,6 +32,9 @@ const std::set<std::string> kFree = {
     "images.widthPx",
     "images.detail",            // of postponed photos
     "meta.hypothesis: aFromB",  // this and the others: only judging it anew tells them
+    "meta.border: evidence",
+    "meta.border: fragments",
+    "meta.border: views",
     "meta.hypothesis: aFromBScale",
     "meta.hypothesis: agreeingMatches",
     "meta.hypothesis: agreeingPairs",
@@ -47,6 +50,7 @@ const std::set<std::string> kFree = {
     "meta.hypothesis: reason",
     "meta.pendingPropagation",
     "meta.submap: imagesAtAdjustment",
+    "meta.submap: motion",
     "points.colors",
     "points.nextOrdinal",
     "reconstructions.mergedFromThis: rotation",
@@ -115,6 +119,12 @@ void AddSubmaps(City* city) {
   const auto middle = images.begin() + 2;
   transaction->PutSubmap({SubmapId(1), ReconstructionId(2), {images.begin(), middle}, 2});
   transaction->PutSubmap({SubmapId(2), ReconstructionId(2), {middle, images.end()}, 1});
+  SubmapBorder border;
+  border.id = SubmapId(2);
+  border.views = {{0, images[0], 1, 2}, {0, images[2], 3, 4}};
+  border.evidence = {{images[2], images[0], 5, 0, 0, 0}};
+  border.fragments = {{images[2], images[2]}};
+  transaction->PutSubmapBorder(border);
   ASSERT_OK(transaction->Commit());
 }
 

@@ -36,7 +36,7 @@ struct Healed {
   const PhotoPreparer preparer{nullptr, &tables, PrepareOptions()};
   std::unique_ptr<Salvage> source;
   std::unique_ptr<Database> target;
-  std::optional<Healing> healing;
+  std::optional<HealingWork> healing;
 };
 
 TEST(Healing, TellsDamageFromFailuresOfTheMachine) {
@@ -56,7 +56,7 @@ TEST(Healing, EndsWhereTheDiskDoesNotAnswer) {
   ASSERT_OK(source);
   UndistortCache tables(64 << 20);
   const PhotoPreparer preparer(nullptr, &tables, PrepareOptions());
-  Healing healing(**source, preparer, nullptr, {});
+  HealingWork healing(**source, preparer, nullptr, {});
   disk->Fail(Only(Operation::kRead), 1, Fault::kIoError, FaultFileSystem::kForever);
   EXPECT_EQ(HealAll(&healing).code(), StatusCode::kIoError);
   EXPECT_EQ(healing.notes.lost, std::vector<std::string>());

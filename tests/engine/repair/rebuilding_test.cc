@@ -16,7 +16,7 @@ struct Rebuilt {
     EXPECT_OK(source);
     UndistortCache tables(64 << 20);
     const PhotoPreparer preparer(nullptr, &tables, PrepareOptions());
-    Healing examined(**source, preparer, nullptr, {});
+    HealingWork examined(**source, preparer, nullptr, {});
     EXPECT_OK(HealAll(&examined));
     EngineOptions options;
     options.create = true;

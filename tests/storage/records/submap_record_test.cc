@@ -18,6 +18,7 @@ SubmapRecord Sample() {
   record.reconstruction = ReconstructionId(3);
   record.images = {ImageId(2), ImageId(9), ImageId(kMax)};
   record.images_at_adjustment = 2;
+  record.motion = Sim3{2.5, Eigen::Quaterniond(0, 1, 0, 0), {1, -2, 3}};
   return record;
 }
 
@@ -30,6 +31,14 @@ TEST(SubmapRecord, RoundTrips) {
   EXPECT_EQ(decoded.reconstruction, record.reconstruction);
   EXPECT_EQ(decoded.images, record.images);
   EXPECT_EQ(decoded.images_at_adjustment, record.images_at_adjustment);
+  ASSERT_TRUE(decoded.motion.has_value());
+  EXPECT_EQ(decoded.motion->scale, 2.5);
+  EXPECT_EQ(decoded.motion->rotation.coeffs(), record.motion->rotation.coeffs());
+  EXPECT_EQ(decoded.motion->translation, record.motion->translation);
+  SubmapRecord still = Sample();
+  still.motion.reset();
+  RoundTrip(still, &decoded);
+  EXPECT_FALSE(decoded.motion.has_value());
 }
 
 TEST(SubmapRecord, RefusesWhatBreaksARule) {
@@ -40,7 +49,9 @@ TEST(SubmapRecord, RefusesWhatBreaksARule) {
       {[](SubmapRecord* r) { r->images.clear(); }, "number of images"},
       {[](SubmapRecord* r) { r->images[0] = {}; }, "an image"},
       {[](SubmapRecord* r) { r->images[1] = r->images[0]; }, "list of images"},
-      {[](SubmapRecord* r) { r->images_at_adjustment = 4; }, "images_at_adjustment"}};
+      {[](SubmapRecord* r) { r->images_at_adjustment = 4; }, "images_at_adjustment"},
+      {[](SubmapRecord* r) { r->motion->scale = 0; }, "scale of the motion"},
+      {[](SubmapRecord* r) { r->motion->translation.x() = kNan; }, "translation"}};
   for (const auto& [break_rule, word] : rules) {
     SubmapRecord record = Sample();
     break_rule(&record);

@@ -1,0 +1,278 @@
+// SPDX-License-Identifier: Apache-2.0
+// Goal: a large reconstruction is relaxed and judged as its submaps: what they have found across
+//   their borders moves them back to where they fit, and splits off a part that lies in none of
+//   them alone; each motion is a step of its own that a new process carries out; submaps without a
+//   border are adjusted first; `verify` is content all the while, and the digest is the same at any
+//   thread count.
+// Method: synthetic scenes in a database, in submaps that are set by hand.
+#include "engine/ingest/relaxation_steps.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+
+#include "engine/ingest/ingest.h"
+#include "engine/ingest/submap_borders.h"
+#include "engine/ingest/submap_steps.h"
+#include "engine/ingest/submaps.h"
+#include "engine/mapping/similarity.h"
+#include "engine/query/digest.h"
+#include "tests/engine/ingest/torn_scene.h"
+
+namespace veduta {
+namespace {
+
+constexpr ReconstructionId kCity(1);
+constexpr SceneOptions kArc{.camera_count = 12, .point_count = 500, .arc_deg = 60};
+
+IngestOptions SmallParts() {
+  IngestOptions options;
+  options.schedule.whole_images_max = 7;
+  options.schedule.submap_images_max = 6;
+  options.schedule.submap_images_min = 2;
+  return options;
+}
+
+struct Worker {
+  explicit Worker(SceneDatabase* in) : scene(*in) {}
+
+  IngestParts parts() {
+    return {scene.database(), &retrieval, scene.features(), scene.pool(), options, &map};
+  }
+  Result<AdjustedWhole> Relax() {
+    map.Clear();
+    return RelaxReconstruction(parts(), kCity, BeginWrite(scene.database()));
+  }
+  Status Move(uint32_t submap) {
+    map.Clear();
+    return MoveSubmap(parts(), kCity, SubmapId(submap), BeginWrite(scene.database()));
+  }
+  Result<AdjustedWhole> Adjust(uint32_t submap) {
+    map.Clear();
+    return AdjustSubmap(parts(), kCity, SubmapId(submap), BeginWrite(scene.database()));
+  }
+  std::vector<SubmapRecord> Submaps() const { return *scene.Snap()->ListSubmaps(); }
+
+  SceneDatabase& scene;
+  IngestOptions options = SmallParts();
+  Retrieval retrieval{{}};
+  CityMap map;
+};
+
+void ExpectSound(const SceneDatabase& scene) {
+  const auto violations = FindViolations(*scene.Snap(), 9);
+  ASSERT_OK(violations);
+  for (const std::string& violation : *violations) ADD_FAILURE() << violation;
+}
+
+std::string DigestHex(const SceneDatabase& scene) {
+  const auto digest = DigestOf(*scene.Snap());
+  EXPECT_OK(digest);
+  return digest.ok() ? digest->Hex() : "";
+}
+
+// Twelve cameras as three submaps of four, which were adjusted; the whole is due.
+void AddArc(SceneDatabase* scene) {
+  scene->LimitTracks(3);
+  scene->AddImages(0, 12);
+  std::vector<uint32_t> all(12);
+  for (uint32_t k = 0; k < 12; ++k) all[k] = k;
+  ASSERT_EQ(scene->AddReconstruction(all), kCity);
+  const auto transaction = scene->database()->BeginTransaction();
+  ReconstructionRecord record = *scene->Snap()->GetReconstruction(kCity);
+  record.images_at_adjustment = 0;
+  transaction->PutReconstruction(record);
+  for (uint32_t s = 0; s < 3; ++s) {
+    std::vector<ImageId> images;
+    for (uint32_t k = 4 * s; k < 4 * s + 4; ++k) images.push_back(ImageId(k + 1));
+    transaction->PutSubmap({SubmapId(s + 1), kCity, images, 4});
+  }
+  ASSERT_OK(transaction->Commit());
+}
+
+// Stores what each submap knows of its neighbours, as its adjustment does.
+void StoreBorders(SceneDatabase* scene) {
+  const auto transaction = scene->database()->BeginTransaction();
+  const auto submaps = Submaps::Read(*scene->Snap());
+  ASSERT_OK(submaps);
+  for (const SubmapId id : submaps->List(kCity)) {
+    SceneWork work(scene);
+    const std::vector<ImageId> images = submaps->Find(id)->images;
+    const auto region = LoadRegion(work.context, images);
+    ASSERT_OK(region);
+    const auto healing = HealRegion(work.context, images, region->known);
+    ASSERT_OK(healing);
+    const auto border = FindBorder(work.context, *submaps, id, *healing);
+    ASSERT_OK(border);
+    EXPECT_GT(border->views.size(), 200u);
+    EXPECT_EQ(border->fragments.size(), images.size());
+    transaction->PutSubmapBorder(*border);
+  }
+  ASSERT_OK(transaction->Commit());
+}
+
+// Wants the last submap moved.
+const Sim3 kDrift{1.02, Eigen::Quaterniond(Eigen::AngleAxisd(0.01, Eigen::Vector3d(0, 1, 0))),
+                  Eigen::Vector3d(0.05, -0.02, 0.03)};
+
+void SetDrift(SceneDatabase* scene) {
+  const auto transaction = scene->database()->BeginTransaction();
+  SubmapRecord last = scene->Snap()->ListSubmaps()->back();
+  last.motion = kDrift;
+  transaction->PutSubmap(last);
+  ASSERT_OK(transaction->Commit());
+}
+
+// The largest distance of a camera from the truth, after the similarity that fits all best.
+double WorstCenter(const SceneDatabase& scene) {
+  std::vector<Rigid3> truth, now;
+  for (uint32_t k = 0; k < 12; ++k) {
+    truth.push_back(scene.scene().poses[k]);
+    now.push_back((*scene.Snap()->FindPose(ImageId(k + 1)))->cam_from_world);
+  }
+  const auto truth_from_now = FitCameras(now, truth);
+  double worst = 0;
+  for (size_t i = 0; i < now.size(); ++i)
+    worst = std::max(worst, (*truth_from_now * now[i].Center() - truth[i].Center()).norm());
+  return worst;
+}
+
+TEST(RelaxationSteps, AMotionCarriesASubmapWithItsPoints) {
+  SceneDatabase scene(kArc);
+  AddArc(&scene);
+  SetDrift(&scene);
+  const auto before = scene.Snap();
+  Worker worker(&scene);
+  EXPECT_EQ(worker.Move(1).code(), StatusCode::kNotFound) << "it is where it should be";
+  ASSERT_OK(worker.Move(3));
+  ExpectSound(scene);
+  EXPECT_FALSE(worker.Submaps().back().motion.has_value());
+  for (uint32_t k = 0; k < 12; ++k) {
+    const Rigid3 was = (*before->FindPose(ImageId(k + 1)))->cam_from_world;
+    const Rigid3 is = (*scene.Snap()->FindPose(ImageId(k + 1)))->cam_from_world;
+    const Eigen::Vector3d wanted = k < 8 ? was.Center() : kDrift * was.Center();
+    EXPECT_LT((is.Center() - wanted).norm(), 1e-9) << "camera " << k;
+  }
+  const auto points_of = [](const Snapshot& snapshot, uint32_t home) {
+    return snapshot
+        .GetPointBlock(kCity, snapshot.GetReconstruction(kCity)->points_generation, ImageId(home))
+        ->points;
+  };
+  for (const uint32_t home : {1u, 9u}) {
+    const auto was = points_of(*before, home), is = points_of(*scene.Snap(), home);
+    ASSERT_EQ(was.size(), is.size());
+    for (size_t i = 0; i < was.size(); ++i) {
+      const Eigen::Vector3d wanted = home < 9 ? was[i].position : kDrift * was[i].position;
+      EXPECT_LT((is[i].position - wanted).norm(), 1e-9);
+    }
+  }
+}
+
+TEST(RelaxationSteps, WhatHasDriftedIsMovedBackStepByStep) {
+  std::string digest;
+  for (const size_t thread_count : {1, 2}) {
+    SceneDatabase scene(kArc, thread_count);
+    AddArc(&scene);
+    StoreBorders(&scene);
+    SetDrift(&scene);
+    Worker worker(&scene);
+    ASSERT_OK(worker.Move(3));
+    const double before = WorstCenter(scene);
+    EXPECT_GT(before, 0.02);
+    ASSERT_OK(worker.Relax());
+    for (const SubmapRecord& submap : worker.Submaps())
+      EXPECT_TRUE(submap.motion.has_value()) << "the frame is kept by moving all";
+    EXPECT_EQ(scene.Snap()->GetReconstruction(kCity)->images_at_adjustment, 12u);
+    ExpectSound(scene);
+    // A new process carries out what the records want, then adjusts, and ends.
+    Ingest ingest(scene.database(), &worker.retrieval, scene.features(), scene.pool(),
+                  worker.options);
+    for (const uint32_t submap : {1u, 2u, 3u}) {
+      const auto step = ingest.RunNextStep();
+      ASSERT_TRUE(step.has_value());
+      ASSERT_OK(step->status);
+      EXPECT_FALSE(worker.Submaps()[submap - 1].motion.has_value());
+      ExpectSound(scene);
+    }
+    EXPECT_LT(WorstCenter(scene), before / 10);
+    size_t steps = 0;
+    while (const auto step = ingest.RunNextStep()) {
+      ASSERT_OK(step->status);
+      ASSERT_LT(++steps, 20u);
+    }
+    ExpectSound(scene);
+    EXPECT_LT(WorstCenter(scene), 0.005);
+    if (digest.empty()) digest = DigestHex(scene);
+    EXPECT_EQ(DigestHex(scene), digest);
+  }
+}
+
+TEST(RelaxationSteps, SubmapsThatFitStay) {
+  SceneDatabase scene(kArc);
+  AddArc(&scene);
+  StoreBorders(&scene);
+  Worker worker(&scene);
+  ASSERT_OK(worker.Relax());
+  for (const SubmapRecord& submap : worker.Submaps()) {
+    EXPECT_FALSE(submap.motion.has_value());
+    EXPECT_EQ(submap.images_at_adjustment, 4u);
+  }
+  EXPECT_EQ(scene.Snap()->GetReconstruction(kCity)->images_at_adjustment, 12u);
+  ExpectSound(scene);
+}
+
+TEST(RelaxationSteps, SubmapsWithoutABorderAreAdjustedFirst) {
+  SceneDatabase scene(kArc);
+  AddArc(&scene);
+  Worker worker(&scene);
+  ASSERT_OK(worker.Relax());
+  for (const SubmapRecord& submap : worker.Submaps()) EXPECT_EQ(submap.images_at_adjustment, 0u);
+  EXPECT_EQ(scene.Snap()->GetReconstruction(kCity)->images_at_adjustment, 0u) << "still due";
+  // Those that cannot be adjusted hold nothing up.
+  ASSERT_OK(worker.Relax());
+  EXPECT_EQ(scene.Snap()->GetReconstruction(kCity)->images_at_adjustment, 12u);
+  ExpectSound(scene);
+}
+
+TEST(RelaxationSteps, APartOfSeveralSubmapsThatIsContradictedIsSplitOff) {
+  std::string digest;
+  for (const size_t thread_count : {1, 2}) {
+    SceneDatabase scene(kTwoSides, thread_count);
+    ASSERT_EQ(AddTwoSides(&scene), kCity);
+    ContradictSeam(&scene);
+    Worker worker(&scene);
+    const auto transaction = scene.database()->BeginTransaction();
+    for (const uint32_t half : {0u, 1u, 2u, 3u}) {
+      const std::vector<ImageId> side = SideImages(half / 2);
+      transaction->PutSubmap(
+          {SubmapId(half + 1), kCity, {side[half % 2 * 2], side[half % 2 * 2 + 1]}, 0});
+    }
+    ASSERT_OK(transaction->Commit());
+    for (const uint32_t submap : {1u, 2u, 3u, 4u}) {
+      const auto adjusted = worker.Adjust(submap);
+      ASSERT_OK(adjusted);
+      EXPECT_TRUE(adjusted->split_off.empty()) << "no side lies in one submap";
+    }
+    const auto relaxed = worker.Relax();
+    ASSERT_OK(relaxed);
+    ASSERT_EQ(relaxed->split_off.size(), 1u);
+    ExpectSound(scene);
+    const ReconstructionId part = relaxed->split_off.front();
+    EXPECT_EQ(scene.Snap()->GetReconstruction(kCity)->image_count, 4u);
+    EXPECT_EQ(scene.Snap()->GetReconstruction(kCity)->images_at_adjustment, 0u) << "due again";
+    std::vector<ImageId> moved;
+    ASSERT_OK(scene.Snap()->ScanPoses([&](const PoseRecord& pose) {
+      if (pose.reconstruction == part) moved.push_back(pose.image);
+      return true;
+    }));
+    EXPECT_TRUE(moved == SideImages(0) || moved == SideImages(1));
+    EXPECT_EQ(worker.Submaps().size(), 2u) << "what was split off has no submaps";
+    for (const SubmapRecord& submap : worker.Submaps()) EXPECT_EQ(submap.images_at_adjustment, 0u);
+    ASSERT_EQ(scene.Snap()->ListHypotheses()->size(), 1u);
+    if (digest.empty()) digest = DigestHex(scene);
+    EXPECT_EQ(DigestHex(scene), digest);
+  }
+}
+
+}  // namespace
+}  // namespace veduta
