@@ -12,6 +12,7 @@
 #include <algorithm>
 
 #include "engine/ingest/ingest.h"
+#include "engine/ingest/reconstruction_adjustment.h"
 #include "engine/ingest/submap_borders.h"
 #include "engine/ingest/submap_steps.h"
 #include "engine/ingest/submaps.h"

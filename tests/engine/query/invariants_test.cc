@@ -306,11 +306,11 @@ TEST_F(InvariantsTest, WhatIsMissingLeftOverOrExchangedIsNoticed) {
   });
   Report();
   for (const auto& [what, share] : shares_) {
-    // A hypothesis that is missing is proposed anew.
+    // A hypothesis that is missing is proposed anew, and a border found again.
     ExpectOnlyIn({"meta: removed"}, what, share.silent);
     ExpectOnlyIn({}, what, share.noticed_deeply);
   }
-  EXPECT_EQ(shares_["meta: removed"].silent.size(), 1u);
+  EXPECT_EQ(shares_["meta: removed"].silent.size(), 2u);
 }
 
 TEST_F(InvariantsTest, BytesThatAreCutAddedOrFlippedAreNoticed) {
