@@ -19,9 +19,9 @@ namespace veduta {
 std::optional<Sim3> FitSimilarity(std::span<const Eigen::Vector3d> points_a,
                                   std::span<const Eigen::Vector3d> points_b);
 
-// The similarity b_from_a that best carries cameras of one frame to where they are in another: their
-// centres, and a typical spacing along two of their axes, so that cameras on a line fix it, too.
-// Equally many; nothing for fewer than one.
+// The similarity b_from_a that best carries cameras of one frame to where they are in another: by
+// their centres, and a typical spacing along two of their axes, so that cameras on a line fix it,
+// too. Equally many of both. Nothing where all are in one place. O(cameras).
 std::optional<Sim3> FitCameras(std::span<const Rigid3> cams_from_a,
                                std::span<const Rigid3> cams_from_b);
 

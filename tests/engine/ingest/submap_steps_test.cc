@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 // Goal: a reconstruction that has grown too large is parted, and its submaps are adjusted one by
-//   one: each pose gets better and nothing outside of the submap's surroundings is written; one
-//   that is too large is parted, one that is too small joins another; what is contradicted is cut
-//   off or loses its pose; `verify` is content all the while, and the digest is the same at any
-//   thread count.
+//   one: each pose gets better and nothing outside of the submap's surroundings is written
+//   (WriteRegion); one that is too large is parted, one that is too small joins another; what is
+//   contradicted is cut off or loses its pose; `verify` is content all the while, and the digest is
+//   the same at any thread count.
 // Method: synthetic scenes in a database, with bounds small enough for a dozen cameras.
 #include "engine/ingest/submap_steps.h"
 
