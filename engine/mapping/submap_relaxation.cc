@@ -27,8 +27,11 @@ using Matrix27d = Eigen::Matrix<double, 2, kFreedom>;
 constexpr double kDampingStart = 1e-4, kDampingMax = 1e16, kDampingMin = 1e-16;
 // Features are not found more exactly than to a tenth of a pixel. Chosen by hand; not measured.
 constexpr double kVarianceMin_px2 = 0.01;
-// A step that lowers the cost by a smaller share is the last; Ceres's default.
-constexpr double kToleranceOfCost = 1e-6;
+// A step that lowers the cost by a smaller share is the last. Chosen by hand; not measured.
+constexpr double kToleranceOfCost = 1e-5;
+// Where more of the views are off by so many times the scale of the loss, something may lie far off
+// that a coarse loss would join. Chosen by hand; not measured.
+constexpr double kFarScales = 4, kFarShareMin = 0.005;
 
 Eigen::Matrix3d CrossMatrix(const Eigen::Vector3d& v) {
   Eigen::Matrix3d m;
@@ -43,9 +46,10 @@ struct Estimate {
   std::vector<Eigen::Vector3d> places;   // one for each tie
 };
 
-// A view with its camera where the submap is.
+// The camera of a view: x_cam = rotation * (x - center), up to the scale of the submap, which a
+// projection does not show.
 struct PlacedView {
-  Rigid3 cam_from_world;
+  Eigen::Matrix3d rotation;
   Eigen::Vector3d center;
 };
 
@@ -66,7 +70,11 @@ struct TieSystem {
 class Relaxer {
  public:
   Relaxer(const RelaxationProblem& problem, Estimate start)
-      : problem_(problem), estimate_(std::move(start)) {}
+      : problem_(problem), estimate_(std::move(start)) {
+    for (const TieView& view : problem.views)
+      given_.push_back(
+          {view.cam_from_world.rotation.toRotationMatrix(), view.cam_from_world.Center()});
+  }
 
   // Levenberg-Marquardt at one scale of the loss. Where `moves` is false only the places move.
   void Minimise(double scale_px, uint32_t iterations_max, bool moves) {
@@ -110,12 +118,15 @@ class Relaxer {
 
  private:
   std::vector<PlacedView> PlaceViews(const Estimate& estimate) const {
-    std::vector<PlacedView> placed;
-    placed.reserve(problem_.views.size());
-    for (const TieView& view : problem_.views) {
-      const Rigid3 pose =
-          TransformCameraWorld(estimate.new_from_old[view.submap], view.cam_from_world);
-      placed.push_back({pose, pose.Center()});
+    std::vector<Eigen::Matrix3d> turns;
+    for (const Sim3& motion : estimate.new_from_old)
+      turns.push_back(motion.rotation.toRotationMatrix());
+    std::vector<PlacedView> placed(given_.size());
+    for (size_t v = 0; v < given_.size(); ++v) {
+      const uint32_t submap = problem_.views[v].submap;
+      const Sim3& motion = estimate.new_from_old[submap];
+      placed[v].rotation.noalias() = given_[v].rotation * turns[submap].transpose();
+      placed[v].center = motion.scale * (turns[submap] * given_[v].center) + motion.translation;
     }
     return placed;
   }
@@ -123,7 +134,8 @@ class Relaxer {
   Eigen::Vector2d ErrorOf(uint32_t view, const PlacedView& placed, const Eigen::Vector3d& place,
                           Matrix23d* derivative) const {
     const TieView& seen = problem_.views[view];
-    return ReprojectionError(seen.camera, placed.cam_from_world * place, seen.x_px, derivative);
+    const Eigen::Vector3d x_cam = placed.rotation * (place - placed.center);
+    return ReprojectionError(seen.camera, x_cam, seen.x_px, derivative);
   }
 
   double CostOf(const Estimate& estimate) const {
@@ -147,7 +159,7 @@ class Relaxer {
       Matrix23d by_cam;
       const Eigen::Vector2d error = ErrorOf(v, placed[v], place, &by_cam);
       const double weight = 1 / (1 + error.squaredNorm() / (scale_px_ * scale_px_));
-      const Matrix23d by_place = by_cam * placed[v].cam_from_world.rotation.toRotationMatrix();
+      const Matrix23d by_place = by_cam * placed[v].rotation;
       system->hessian += weight * by_place.transpose() * by_place;
       system->gradient += weight * by_place.transpose() * error;
       if (!moves_ || submap == 0) continue;
@@ -254,6 +266,7 @@ class Relaxer {
   }
 
   const RelaxationProblem& problem_;
+  std::vector<PlacedView> given_;  // where nothing has moved
   Estimate estimate_;
   double scale_px_ = 1;
   bool moves_ = true;
@@ -273,6 +286,14 @@ std::optional<Eigen::Vector3d> FindPlace(std::span<const TieView> views) {
   std::optional<Eigen::Vector3d> place = triangulate(std::nullopt);
   for (size_t v = 0; v < views.size() && !place; ++v) place = triangulate(views[v].submap);
   return place;
+}
+
+// Whether many views are far off.
+bool IsFar(const Relaxer& relaxer, double loss_scale_px) {
+  const std::vector<Eigen::Vector2d> errors = relaxer.Errors();
+  const auto far = std::ranges::count_if(
+      errors, [&](const Eigen::Vector2d& e) { return e.norm() > kFarScales * loss_scale_px; });
+  return static_cast<double>(far) > kFarShareMin * static_cast<double>(errors.size());
 }
 
 // The problem with the ties that have a place, and an estimate of it where nothing has moved.
@@ -331,9 +352,11 @@ Result<Relaxation> RelaxSubmaps(const RelaxationProblem& given, const Relaxation
   relaxation.initial_cost = still.CostAt(options.loss_scale_px);
   Relaxer near(problem, still.estimate()), far(problem, start);
   near.Minimise(options.loss_scale_px, options.iterations_max, true);
-  for (double scale = options.coarse_scale_px; scale > options.loss_scale_px; scale /= 4)
-    far.Minimise(scale, options.iterations_max, true);
-  far.Minimise(options.loss_scale_px, options.iterations_max, true);
+  if (IsFar(near, options.loss_scale_px)) {
+    for (double scale = options.coarse_scale_px; scale > options.loss_scale_px; scale /= 4)
+      far.Minimise(scale, options.iterations_max, true);
+    far.Minimise(options.loss_scale_px, options.iterations_max, true);
+  }
   const double near_cost = near.CostAt(options.loss_scale_px);
   const double far_cost = far.CostAt(options.loss_scale_px);
   const Relaxer& best = far_cost < near_cost ? far : near;
