@@ -208,10 +208,10 @@ Status SplitPart(const IngestParts& parts, const WriteScope& scope, Reconstructi
 Result<std::string> RelaxWhole(const Snapshot& base, const Whole& whole, Submaps* submaps) {
   VEDUTA_ASSIGN_OR_RETURN(const RelaxationProblem problem, MakeProblem(base, whole));
   VEDUTA_ASSIGN_OR_RETURN(const Relaxation relaxation, RelaxSubmaps(problem, RelaxationOptions()));
-  const std::string where = " images in " + std::to_string(whole.submaps.size()) + " submaps, ";
-  if (!relaxation.is_significant) return where + "which fit";
+  const std::string where = std::to_string(whole.submaps.size()) + " submaps that ";
+  if (!relaxation.is_significant) return where + "fit, ";
   SetMotions(whole, relaxation, submaps);
-  return where + "which are moved";
+  return where + "are moved, ";
 }
 
 }  // namespace
@@ -239,9 +239,14 @@ Result<AdjustedWhole> RelaxReconstruction(const IngestParts& parts, Reconstructi
     record.images_at_adjustment = record.image_count;
     transaction->PutReconstruction(record);
     VEDUTA_RETURN_IF_ERROR(MakeHypothesesDue(*scope.base, reconstruction, {}, transaction));
-    AppendJournal(
-        {0, 0, "veduta", "adjust", {}, reconstruction, std::to_string(record.image_count) + how},
-        &state, transaction);
+    AppendJournal({0,
+                   0,
+                   "veduta",
+                   "adjust",
+                   {},
+                   reconstruction,
+                   how + std::to_string(record.image_count) + " images"},
+                  &state, transaction);
   }
   submaps.Write(transaction);
   transaction->PutState(state);

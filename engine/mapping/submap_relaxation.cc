@@ -23,8 +23,10 @@ using Matrix7d = Eigen::Matrix<double, kFreedom, kFreedom>;
 using Matrix73d = Eigen::Matrix<double, kFreedom, 3>;
 using Matrix27d = Eigen::Matrix<double, 2, kFreedom>;
 
-// The damping, where it starts and where it ends; Ceres's radius of trust, inverted.
-constexpr double kDampingStart = 1e-4, kDampingMax = 1e16, kDampingMin = 1e-16;
+// The damping, where it starts and where it ends. A long chain of submaps bends by errors that are
+// tiny against what holds each of them to its neighbours, so it starts far below that of a bundle
+// adjustment (1e-4), which would hold such a bend. Chosen by hand; not measured.
+constexpr double kDampingStart = 1e-9, kDampingMax = 1e16, kDampingMin = 1e-16;
 // Features are not found more exactly than to a tenth of a pixel. Chosen by hand; not measured.
 constexpr double kVarianceMin_px2 = 0.01;
 // A step that lowers the cost by a smaller share is the last. Chosen by hand; not measured.
