@@ -44,13 +44,11 @@ class TouchedRecords {
 constexpr uint32_t kWholeOverPartMax = 20;
 
 // Moves the counts of the merged reconstruction over, and notes in its record where it went. Of one
-// that has submaps those at the seam are due, and then its relaxation.
+// that has submaps those at the seam are due.
 void MergeRecords(const Merge& merge, bool is_into_parted, ReconstructionRecord* from,
                   ReconstructionRecord* into) {
-  const bool is_large = is_into_parted
-                            ? from->image_count >= Submaps::kOwnSubmapMin
-                            : into->image_count <= uint64_t{kWholeOverPartMax} * from->image_count;
-  if (is_large) into->images_at_adjustment = 0;
+  if (!is_into_parted && into->image_count <= uint64_t{kWholeOverPartMax} * from->image_count)
+    into->images_at_adjustment = 0;
   into->image_count += from->image_count;
   into->point_count += from->point_count;
   into->observation_count += from->observation_count;

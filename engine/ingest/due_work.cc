@@ -42,12 +42,19 @@ bool IsAdjustmentDue(const ReconstructionRecord& record, bool is_parted,
                      const AdjustmentSchedule& schedule) {
   if (!record.is_living()) return false;
   if (is_parted && record.images_at_adjustment > 0) {
-    return record.image_count >= record.images_at_adjustment * (1 + schedule.relaxation_share);
+    const double share = IsRelaxed(record, is_parted, schedule) ? schedule.relaxation_share
+                                                                : schedule.whole_again_share;
+    return record.image_count >= record.images_at_adjustment * (1 + share);
   }
   const double step =
       std::max<double>(schedule.views_step, schedule.growth_share * record.images_at_adjustment);
   return record.image_count >= record.images_at_adjustment + step ||
          (record.images_at_adjustment == 0 && record.image_count > 0);
+}
+
+bool IsRelaxed(const ReconstructionRecord& record, bool is_parted,
+               const AdjustmentSchedule& schedule) {
+  return is_parted && record.image_count > schedule.whole_again_images_max;
 }
 
 Result<std::optional<DueStep>> FindDueStep(const Snapshot& snapshot,
@@ -65,17 +72,20 @@ Result<std::optional<DueStep>> FindDueStep(const Snapshot& snapshot,
   VEDUTA_ASSIGN_OR_RETURN(const Submaps submaps, Submaps::Read(snapshot));
   for (const ReconstructionRecord& record : reconstructions) {
     const bool is_parted = submaps.IsParted(record.id);
+    const bool is_relaxed = IsRelaxed(record, is_parted, schedule);
+    const bool is_due = IsAdjustmentDue(record, is_parted, schedule);
+    DueStep step{FollowUpKind::kAdjustment, {}, record.id, {}};
+    if (is_due && !is_relaxed && is_open(step)) return std::optional(step);
     // A relaxation ends before anything rests on where the submaps are. What it rests on itself is
     // what the adjustments of submaps have found.
     std::vector<SubmapId> ordered = submaps.ListMoving(record.id);
     for (const SubmapId submap : submaps.ListDue(record.id, schedule)) ordered.push_back(submap);
-    DueStep step{FollowUpKind::kAdjustment, {}, record.id, {}};
     for (const SubmapId submap : ordered) {
       step.submap = submap;
       if (is_open(step)) return std::optional(step);
     }
     step.submap = {};
-    if (IsAdjustmentDue(record, is_parted, schedule) && is_open(step)) return std::optional(step);
+    if (is_due && is_relaxed && is_open(step)) return std::optional(step);
   }
   VEDUTA_ASSIGN_OR_RETURN(const std::vector<HypothesisRecord> hypotheses,
                           snapshot.ListHypotheses());

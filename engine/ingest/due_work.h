@@ -38,9 +38,14 @@ class StepsSetAside final {
 
 // A reconstruction is due when it has grown enough since all of it was last adjusted, or was merged
 // with another since; one that is merged away never is. One that has submaps is due as a whole when
-// it has grown by more, as long as it is not too large for that.
+// it has grown by more, or to be relaxed.
 bool IsAdjustmentDue(const ReconstructionRecord& record, bool is_parted,
                      const AdjustmentSchedule& schedule);
+
+// Whether its submaps are relaxed against each other where it is due (relaxation_steps.h): it is too
+// large to be adjusted as a whole.
+bool IsRelaxed(const ReconstructionRecord& record, bool is_parted,
+               const AdjustmentSchedule& schedule);
 
 // The next step that is due, or none: photos to be tried again come first, oldest first (R16); then
 // the adjustment of reconstructions, in ascending ids, the whole or its submaps (R18); then new

@@ -100,7 +100,7 @@ Status WritePhoto(const IngestParts& parts, const ImageRecord& record, const Loc
 }
 
 // The submap, which is moved first where that is due; or the whole. One that is too large for that
-// is parted, and relaxed from then on.
+// is parted, and one that is parted and even larger is relaxed.
 Result<AdjustedWhole> Adjust(const IngestParts& parts, const DueStep& step, WriteScope scope) {
   VEDUTA_ASSIGN_OR_RETURN(const Submaps submaps, Submaps::Read(*scope.base));
   if (step.submap.valid()) {
@@ -110,11 +110,12 @@ Result<AdjustedWhole> Adjust(const IngestParts& parts, const DueStep& step, Writ
     VEDUTA_RETURN_IF_ERROR(MoveSubmap(parts, step.reconstruction, step.submap, std::move(scope)));
     return AdjustedWhole();
   }
-  if (submaps.IsParted(step.reconstruction))
-    return RelaxReconstruction(parts, step.reconstruction, std::move(scope));
   VEDUTA_ASSIGN_OR_RETURN(const ReconstructionRecord record,
                           scope.base->GetReconstruction(step.reconstruction));
-  if (record.image_count <= parts.options.schedule.whole_images_max)
+  const bool is_parted = submaps.IsParted(record.id);
+  if (IsRelaxed(record, is_parted, parts.options.schedule))
+    return RelaxReconstruction(parts, step.reconstruction, std::move(scope));
+  if (record.image_count <= parts.options.schedule.whole_images_max || is_parted)
     return AdjustWhole(parts, step.reconstruction, std::move(scope));
   VEDUTA_RETURN_IF_ERROR(PartReconstruction(parts, step.reconstruction, std::move(scope)));
   return AdjustedWhole();

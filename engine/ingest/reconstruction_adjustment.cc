@@ -212,7 +212,8 @@ Status AddNeighbors(const MappingContext& context, std::span<const ImageId> imag
 
 }  // namespace
 
-Result<Region> LoadRegion(const MappingContext& context, std::span<const ImageId> images) {
+Result<Region> LoadRegion(const MappingContext& context, std::span<const ImageId> images,
+                          bool with_neighbors) {
   VEDUTA_RETURN_IF_ERROR(context.loader->LoadNeighborhood(images));
   const CityMap& map = *context.map;
   std::set<ImageId> known(images.begin(), images.end());
@@ -226,7 +227,7 @@ Result<Region> LoadRegion(const MappingContext& context, std::span<const ImageId
       for (const TrackElement& element : point.track) known.insert(element.image);
     }
   }
-  VEDUTA_RETURN_IF_ERROR(AddNeighbors(context, images, &known));
+  if (with_neighbors) VEDUTA_RETURN_IF_ERROR(AddNeighbors(context, images, &known));
   Region region{{images.begin(), images.end()}, {known.begin(), known.end()}};
   VEDUTA_RETURN_IF_ERROR(context.loader->LoadNeighborhood(region.known));
   return region;

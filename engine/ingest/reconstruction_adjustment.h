@@ -12,8 +12,8 @@ namespace veduta {
 // A part of a reconstruction, with what is around it.
 struct Region {
   std::vector<ImageId> images;  // what is adjusted; ascending
-  // These, all of the reconstruction that they share verified pairs with, and all that see points
-  // which they see or are home to; ascending. Loaded with their neighbourhoods.
+  // These, and all that see points which they see or are home to; ascending. Loaded with their
+  // neighbourhoods.
   std::vector<ImageId> known;
 };
 
@@ -21,8 +21,10 @@ struct Region {
 // moves those that have one.
 Status ReconsiderPoses(const MappingContext& context, const Region& region);
 
-// Loads the images, and what is around them.
-Result<Region> LoadRegion(const MappingContext& context, std::span<const ImageId> images);
+// Loads the images, and what is around them: on request with all of the reconstruction that they
+// share verified pairs with, which is asked for where nothing looks at the whole.
+Result<Region> LoadRegion(const MappingContext& context, std::span<const ImageId> images,
+                          bool with_neighbors);
 
 // Cuts the region's images off from the rest as one part of the reconstruction, and takes the poses
 // of those that see too few points then. All that is around it must be loaded (LoadRegion).

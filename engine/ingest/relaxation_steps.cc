@@ -197,7 +197,7 @@ Status SplitPart(const IngestParts& parts, const WriteScope& scope, Reconstructi
   parts.TrimMap();
   MapLoader loader(scope.base, parts.features, parts.map);
   const MappingContext context{&loader, parts.map, parts.pool, parts.options.mapper};
-  VEDUTA_ASSIGN_OR_RETURN(const Region region, LoadRegion(context, part));
+  VEDUTA_ASSIGN_OR_RETURN(const Region region, LoadRegion(context, part, true));
   const Healing healing = CutOffPart(context, region);
   submaps->MakeDue(region.known);
   record.images_at_adjustment = 0;
@@ -267,7 +267,7 @@ Status MoveSubmap(const IngestParts& parts, ReconstructionId reconstruction, Sub
   parts.TrimMap();
   MapLoader loader(scope.base, parts.features, parts.map);
   const MappingContext context{&loader, parts.map, parts.pool, parts.options.mapper};
-  VEDUTA_ASSIGN_OR_RETURN(const Region region, LoadRegion(context, found->images));
+  VEDUTA_ASSIGN_OR_RETURN(const Region region, LoadRegion(context, found->images, false));
   const Sim3 motion = *found->motion;
   CityMap* const map = parts.map;
   for (const ImageId id : region.images)

@@ -6,6 +6,7 @@
 #include <string>
 #include <utility>
 
+#include "engine/ingest/due_work.h"
 #include "engine/ingest/healing_writer.h"
 #include "engine/ingest/reconstruction_adjustment.h"
 #include "engine/ingest/region_writer.h"
@@ -77,13 +78,15 @@ Status AdjustAndWrite(const IngestParts& parts, const WriteScope& scope, const S
   parts.TrimMap();
   MapLoader loader(scope.base, parts.features, parts.map);
   const MappingContext context{&loader, parts.map, parts.pool, parts.options.mapper};
-  VEDUTA_ASSIGN_OR_RETURN(const Region region, LoadRegion(context, submap.images));
-  VEDUTA_ASSIGN_OR_RETURN(const Healing healing, AdjustRegion(context, region));
   VEDUTA_ASSIGN_OR_RETURN(const ReconstructionRecord whole,
                           scope.base->GetReconstruction(submap.reconstruction));
+  const bool is_relaxed = IsRelaxed(whole, true, parts.options.schedule);
+  VEDUTA_ASSIGN_OR_RETURN(const Region region, LoadRegion(context, submap.images, is_relaxed));
+  VEDUTA_ASSIGN_OR_RETURN(const Healing healing, AdjustRegion(context, region));
   VEDUTA_RETURN_IF_ERROR(WriteRegion(parts, scope, whole, region, healing, writer, submaps));
   if (submaps->Find(submap.id) == nullptr) return Status::Ok();
   submaps->NoteAdjusted(submap.id);
+  if (!is_relaxed) return Status::Ok();
   VEDUTA_ASSIGN_OR_RETURN(const SubmapBorder border,
                           FindBorder(context, *submaps, submap.id, healing));
   scope.transaction->PutSubmapBorder(border);

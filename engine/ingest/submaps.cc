@@ -12,6 +12,10 @@ namespace {
 // Images that are asked which submap is nearest. Chosen by hand; not measured.
 constexpr size_t kAskedMax = 12;
 
+// A part of so many images that is merged becomes a submap of its own: as many as would make the
+// adjustment of a reconstruction due (AdjustmentSchedule). Chosen by hand; not measured.
+constexpr size_t kOwnSubmapMin = 15;
+
 bool IsDue(const SubmapRecord& submap, const AdjustmentSchedule& schedule) {
   return !submap.images.empty() &&
          (submap.images_at_adjustment == 0 ||
@@ -176,7 +180,10 @@ void Submaps::MakeDue(std::span<const ImageId> images) {
 
 void Submaps::NoteAdjusted(ReconstructionId reconstruction) {
   for (const auto& [id, record] : records_) {
-    if (record.reconstruction == reconstruction) NoteAdjusted(id);
+    if (record.reconstruction != reconstruction) continue;
+    NoteAdjusted(id);
+    SetMotion(id, std::nullopt);
+    without_border_.insert(id);
   }
 }
 
@@ -210,11 +217,8 @@ void Submaps::Join(SubmapId from, SubmapId into) {
 void Submaps::Write(Transaction* transaction) const {
   for (const SubmapId id : changed_) {
     const SubmapRecord& record = records_.at(id);
-    if (record.images.empty()) {
-      transaction->DeleteSubmap(id);
-    } else {
-      transaction->PutSubmap(record);
-    }
+    if (record.images.empty() || without_border_.contains(id)) transaction->DeleteSubmap(id);
+    if (!record.images.empty()) transaction->PutSubmap(record);
   }
 }
 

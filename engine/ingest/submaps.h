@@ -23,10 +23,6 @@ namespace veduta {
 // The submaps as they were stored, and what a step makes of them.
 class Submaps final {
  public:
-  // A part of so many images that is merged becomes a submap of its own: as many as would make the
-  // adjustment of a reconstruction due (AdjustmentSchedule). Chosen by hand; not measured.
-  static constexpr size_t kOwnSubmapMin = 15;
-
   // O(images in submaps).
   static Result<Submaps> Read(const Snapshot& snapshot);
 
@@ -50,7 +46,8 @@ class Submaps final {
   Status FollowPlacement(const CityMap& map, const Snapshot& base, const Placement& placement);
   // The submap of each of these images is due; others are passed over.
   void MakeDue(std::span<const ImageId> images);
-  // All of the reconstruction's have just been adjusted, or this one.
+  // All of the reconstruction's have just been adjusted as one, which leaves none of what borders
+  // and motions tell; or this one.
   void NoteAdjusted(ReconstructionId reconstruction);
   void NoteAdjusted(SubmapId id);
   // What a relaxation wants of it, or nothing any more.
@@ -75,6 +72,7 @@ class Submaps final {
 
   std::map<SubmapId, SubmapRecord> records_;  // those without images are to be deleted
   std::set<SubmapId> changed_;
+  std::set<SubmapId> without_border_;  // whose stored borders tell of what is gone
 };
 
 }  // namespace veduta

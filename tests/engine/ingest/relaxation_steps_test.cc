@@ -31,6 +31,7 @@ IngestOptions SmallParts() {
   options.schedule.whole_images_max = 7;
   options.schedule.submap_images_max = 6;
   options.schedule.submap_images_min = 2;
+  options.schedule.whole_again_images_max = 0;
   return options;
 }
 
@@ -99,7 +100,7 @@ void StoreBorders(SceneDatabase* scene) {
   for (const SubmapId id : submaps->List(kCity)) {
     SceneWork work(scene);
     const std::vector<ImageId> images = submaps->Find(id)->images;
-    const auto region = LoadRegion(work.context, images);
+    const auto region = LoadRegion(work.context, images, true);
     ASSERT_OK(region);
     const auto healing = HealRegion(work.context, images, region->known);
     ASSERT_OK(healing);
