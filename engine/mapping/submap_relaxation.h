@@ -60,8 +60,9 @@ struct Relaxation {
 
 // Moves the submaps. Places are put where they are seen, before and after: only where that cannot
 // explain the views does a submap move. Where many views are far off then, of that solution and the
-// one from a coarse loss the one of less cost. Deterministic. O(views) and, with submaps that touch a bounded
-// number of others, O(submaps) for each step. Thread-safe. kInvalidArgument on bad options.
+// one from a coarse loss the one of less cost. Deterministic. O(views) and, with submaps that touch
+// a bounded number of others, O(submaps) for each step. Thread-safe. kInvalidArgument on bad
+// options.
 Result<Relaxation> RelaxSubmaps(const RelaxationProblem& problem, const RelaxationOptions& options);
 
 }  // namespace veduta

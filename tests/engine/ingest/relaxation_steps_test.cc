@@ -229,6 +229,29 @@ TEST(RelaxationSteps, SubmapsThatFitStay) {
   ExpectSound(scene);
 }
 
+TEST(RelaxationSteps, AnAdjustmentOfTheWholeLeavesNoMotionAndNoBorder) {
+  SceneDatabase scene(kArc);
+  AddArc(&scene);
+  StoreBorders(&scene);
+  SetDrift(&scene);
+  Worker worker(&scene);
+  worker.options.schedule.whole_again_images_max = 12;
+  Ingest ingest(scene.database(), &worker.retrieval, scene.features(), scene.pool(),
+                worker.options);
+  const auto step = ingest.RunNextStep();
+  ASSERT_TRUE(step.has_value());
+  ASSERT_OK(step->status);
+  EXPECT_FALSE(ingest.RunNextStep().has_value());
+  ASSERT_EQ(worker.Submaps().size(), 3u);
+  for (const SubmapRecord& submap : worker.Submaps()) {
+    EXPECT_FALSE(submap.motion.has_value());
+    const auto border = scene.Snap()->FindSubmapBorder(submap.id);
+    ASSERT_OK(border);
+    EXPECT_FALSE(border->has_value());
+  }
+  ExpectSound(scene);
+}
+
 TEST(RelaxationSteps, SubmapsWithoutABorderAreAdjustedFirst) {
   SceneDatabase scene(kArc);
   AddArc(&scene);
