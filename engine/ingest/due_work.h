@@ -42,8 +42,8 @@ class StepsSetAside final {
 bool IsAdjustmentDue(const ReconstructionRecord& record, bool is_parted,
                      const AdjustmentSchedule& schedule);
 
-// Whether its submaps are relaxed against each other where it is due (relaxation_steps.h): it is too
-// large to be adjusted as a whole.
+// Whether its submaps are relaxed against each other where it is due (relaxation_steps.h): it is
+// too large to be adjusted as a whole.
 bool IsRelaxed(const ReconstructionRecord& record, bool is_parted,
                const AdjustmentSchedule& schedule);
 
