@@ -22,7 +22,7 @@ ROOMS = {'storage/base': 0, 'storage/model': 5, 'storage/records': 8, 'storage':
          'engine/camera/calibration': 31, 'engine/camera/files': 32, 'engine/camera/markers': 32,
          'engine/matching': 31, 'engine/mapping': 32, 'engine/journal': 33, 'engine/photo': 33,
          'engine/writer': 34, 'engine/retrieval': 34, 'engine/query': 35, 'engine/ingest': 36,
-         'engine/schedule': 37,
+         'engine/localization': 37, 'engine/schedule': 37,
          'engine': 39, 'fusion/depth': 40, 'fusion/volume': 41, 'fusion/surface': 42,
          'fusion/pass': 43, 'fusion/export': 44, 'fusion': 45, 'engine/repair': 46,
          'cli/photos': 50, 'cli/wire': 50, 'cli': 51}

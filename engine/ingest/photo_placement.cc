@@ -193,7 +193,8 @@ Result<Placement> PlaceByPairs(const MappingContext& context, const ImageFeature
                           ChoosePose(context, photo, sought.search.found));
   if (pose == nullptr || placement.verdict != Verdict::kPostponed) {
     if (placement.verdict == Verdict::kPostponed) {
-      VEDUTA_ASSIGN_OR_RETURN(placement.doubtful, FindDoubtful(context, pairs, sought.search.doubtful));
+      VEDUTA_ASSIGN_OR_RETURN(placement.doubtful,
+                              FindDoubtful(context, pairs, sought.search.doubtful));
     }
     placement.map_ms = watch.LapMs();
     return placement;

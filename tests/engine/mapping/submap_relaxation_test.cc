@@ -12,7 +12,6 @@
 
 #include "engine/mapping/similarity.h"
 #include "tests/engine/mapping/synthetic_scene.h"
-#include "tests/storage/samples.h"
 
 namespace veduta {
 namespace {
@@ -120,7 +119,7 @@ TEST(SubmapRelaxation, SpreadsDriftOverALoop) {
   const Ring ring = MakeRing({.drift = 0.002});
   EXPECT_GT(WorstCenter(ring, kNothingMoved), 0.1);
   const auto relaxed = RelaxSubmaps(ring.problem, {});
-  ASSERT_OK(relaxed);
+  ASSERT_TRUE(relaxed.ok());
   EXPECT_TRUE(relaxed->is_significant);
   EXPECT_LT(WorstCenter(ring, relaxed->new_from_old), 1e-5);
   EXPECT_LT(relaxed->cost, 1e-6 * relaxed->initial_cost);
@@ -133,9 +132,9 @@ TEST(SubmapRelaxation, ClosesALoopWhoseEndsAreFarApartThroughNoiseAndWrongTies) 
   EXPECT_GT(WorstCenter(ring, kNothingMoved), 1);
   const Ring without_drift = MakeRing({.noise_px = 0.5, .wrong_share = 0.1});
   const auto by_noise = RelaxSubmaps(without_drift.problem, {});
-  ASSERT_OK(by_noise);
+  ASSERT_TRUE(by_noise.ok());
   const auto relaxed = RelaxSubmaps(ring.problem, {});
-  ASSERT_OK(relaxed);
+  ASSERT_TRUE(relaxed.ok());
   EXPECT_TRUE(relaxed->is_significant);
   EXPECT_LT(WorstCenter(ring, relaxed->new_from_old),
             1.2 * WorstCenter(without_drift, by_noise->new_from_old));
@@ -144,7 +143,7 @@ TEST(SubmapRelaxation, ClosesALoopWhoseEndsAreFarApartThroughNoiseAndWrongTies) 
 TEST(SubmapRelaxation, ErrorsOfMeasurementMoveNothing) {
   for (const double noise_px : {0.0, 0.5, 1.5}) {
     const auto relaxed = RelaxSubmaps(MakeRing({.noise_px = noise_px}).problem, {});
-    ASSERT_OK(relaxed);
+    ASSERT_TRUE(relaxed.ok());
     EXPECT_FALSE(relaxed->is_significant) << noise_px;
   }
 }
@@ -153,7 +152,7 @@ TEST(SubmapRelaxation, WhatNothingTiesStays) {
   Ring ring = MakeRing({.drift = 0.002});
   ring.problem.centers.push_back(Eigen::Vector3d(1, 2, 3));
   const auto relaxed = RelaxSubmaps(ring.problem, {});
-  ASSERT_OK(relaxed);
+  ASSERT_TRUE(relaxed.ok());
   EXPECT_TRUE(relaxed->is_significant);
   EXPECT_EQ(relaxed->new_from_old.back().translation, Eigen::Vector3d::Zero());
   EXPECT_EQ(relaxed->change_px.back(), 0);
@@ -161,15 +160,15 @@ TEST(SubmapRelaxation, WhatNothingTiesStays) {
   RelaxationProblem none;
   none.centers.resize(3, Eigen::Vector3d::Zero());
   const auto nothing = RelaxSubmaps(none, {});
-  ASSERT_OK(nothing);
+  ASSERT_TRUE(nothing.ok());
   EXPECT_FALSE(nothing->is_significant);
 }
 
 TEST(SubmapRelaxation, RepeatsBitForBitAndRefusesBadOptions) {
   const Ring ring = MakeRing({.drift = 0.01, .noise_px = 0.5});
   const auto first = RelaxSubmaps(ring.problem, {}), second = RelaxSubmaps(ring.problem, {});
-  ASSERT_OK(first);
-  ASSERT_OK(second);
+  ASSERT_TRUE(first.ok());
+  ASSERT_TRUE(second.ok());
   for (uint32_t s = 0; s < kSubmaps; ++s)
     EXPECT_EQ(first->new_from_old[s].translation, second->new_from_old[s].translation);
   RelaxationOptions options;
