@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "storage/database_files.h"
 
+#include <rocksdb/convenience.h>
 #include <rocksdb/transaction_log.h>
 #include <rocksdb/write_batch.h>
 
@@ -126,8 +127,13 @@ Status DatabaseFiles::BeginAcknowledging() {
   return Status::Ok();
 }
 
+// A log that could not be written or synced must not be synced again: Debian's RocksDB is built
+// with its assertions, and one of them ends the process then. A flush that still runs could fail
+// while this decides, so it is waited for.
 void DatabaseFiles::EndAcknowledging() {
-  if (acknowledged_ == nullptr || !CheckNoFailure().ok()) return;
+  if (acknowledged_ == nullptr) return;
+  rocksdb::CancelAllBackgroundWork(db_.get(), /*wait=*/true);
+  if (failures_->has_heard() || !CheckNoFailure().ok()) return;
   const uint64_t sequence = db_->GetLatestSequenceNumber();
   acknowledged_->Finish(db_->SyncWAL().ok() ? sequence : 0);
 }

@@ -8,6 +8,7 @@
 // here, and Close gives it back.
 
 #include <rocksdb/db.h>
+#include <rocksdb/listener.h>
 #include <rocksdb/wal_filter.h>
 
 #include <array>
@@ -84,6 +85,18 @@ class DatabaseFiles final {
   friend class FilesLease;
   DatabaseFiles() = default;
 
+  // Whether RocksDB has told of an error of its own work: a flush, a compaction, a sync of the log.
+  class FailureListener final : public rocksdb::EventListener {
+   public:
+    void OnBackgroundError(rocksdb::BackgroundErrorReason, rocksdb::Status*) override {
+      has_heard_ = true;
+    }
+    bool has_heard() const { return has_heard_; }
+
+   private:
+    std::atomic<bool> has_heard_{false};
+  };
+
   // Where the log stood before a write that is to be acknowledged.
   struct LogPosition {
     uint64_t sequence = 0, log = 0;
@@ -102,6 +115,7 @@ class DatabaseFiles final {
   std::shared_ptr<rocksdb::FileSystem> file_system_;
   std::unique_ptr<rocksdb::Env> env_;                 // null for the default
   std::unique_ptr<rocksdb::WalFilter> replay_limit_;  // null where all of the log is replayed
+  const std::shared_ptr<FailureListener> failures_ = std::make_shared<FailureListener>();
   std::unique_ptr<rocksdb::DB> db_;
   std::unique_ptr<AcknowledgedFile> acknowledged_;  // null where only reading
   std::array<rocksdb::ColumnFamilyHandle*, kFamilyCount> handles_{};

@@ -158,6 +158,7 @@ Status DatabaseOpener::PrepareFolder() {
 
 rocksdb::DBOptions DatabaseOpener::RocksdbOptions() const {
   rocksdb::DBOptions options = DatabaseWideOptions();
+  options.listeners.push_back(files_->failures_);
   if (files_->env_) options.env = files_->env_.get();
   if (options_.read_only) {
     options.info_log = std::make_shared<SilentLogger>();

@@ -94,13 +94,14 @@ class Life final {
   void Transact() {
     ModeledTransaction transaction(database_.get(), possible_.back(), &random_);
     Status status = transaction.Run();
-    if (status.ok() && random_.Below(12) == 0) return report_.Count("transactions given up");
-    if (status.ok()) status = transaction.Commit();
+    const bool has_run = status.ok();
+    if (has_run && random_.Below(12) == 0) return report_.Count("transactions given up");
+    if (has_run) status = transaction.Commit();
     report_.Count(status.ok() ? "commits acknowledged" : "commits failed");
     if (!status.ok()) ExpectInjected(status);
     if (status.ok() && syncs_) possible_.clear();
-    // Of a commit that failed, the log may hold all or nothing.
-    possible_.push_back(transaction.after());
+    // Of a commit that failed, the log may hold all or nothing; of one that was not tried, nothing.
+    if (has_run) possible_.push_back(transaction.after());
     if (status.ok()) acknowledged_ = possible_.size() - 1;
     must_reopen_ = !status.ok();
     is_write_failed_ = must_reopen_ && disk_->faults()[static_cast<size_t>(Operation::kRead)] == 0;

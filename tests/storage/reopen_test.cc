@@ -177,6 +177,23 @@ TEST(Reopen, AfterAFailedWriteAllThatWasAcknowledgedIsThere) {
   }
 }
 
+// What failed may be the log, of which no write of ours knows: closing must not touch it then.
+TEST(Reopen, AfterAFailedCompactionAllIsThere) {
+  for (uint64_t n = 1; n <= 4; ++n) {
+    const TemporaryFolder folder;
+    const auto fs = std::make_shared<FaultFileSystem>();
+    const auto database = MakeCity(folder / "db", {.file_system = fs});
+    // Not synced: a flush syncs the log that holds it.
+    ASSERT_OK(database->WritePhotoAhead(SampleHash(99), SampleBytes(9, 9), SampleFeatures(9, 2)));
+    fs->FailWrites(n, Fault::kIoError, FaultFileSystem::kForever);
+    EXPECT_EQ(database->Compact().code(), StatusCode::kIoError) << "write " << n;
+    fs->Heal();
+    ASSERT_OK(database->Reopen());
+    EXPECT_EQ(CountImages(*database->GetSnapshot()), kImages) << "write " << n;
+    EXPECT_OK(AddImage(*database, kImages + 1));
+  }
+}
+
 TEST(Reopen, PhotosWrittenAheadStayAndGenerationsGo) {
   const TemporaryFolder folder;
   const auto database = MustCreate(folder / "db");
