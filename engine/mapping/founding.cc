@@ -223,7 +223,7 @@ FoundingOutcome CompareWithTwin(const Triple& triple, const FoundingOptions& opt
   const FoundingOutcome outcome =
       FoundFrom({views, triple.first, triple.required, triple.reconstruction, triple.seed}, *twin,
                 options, &other);
-  if (outcome < FoundingOutcome::kTooFewPoints && outcome != FoundingOutcome::kFounded)
+  if (outcome == FoundingOutcome::kNoPair || outcome == FoundingOutcome::kNoThirdView)
     return FoundingOutcome::kFounded;
   const double score = FitOf(*map, options.angle_deg_min).Score(),
                other_score = FitOf(other, options.angle_deg_min).Score();

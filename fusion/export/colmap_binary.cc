@@ -1,6 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <bit>
+#include <cstring>
 #include <limits>
+#include <memory>
+#include <string>
 #include <type_traits>
 
 #include "fusion/export/colmap_files.h"

@@ -134,7 +134,7 @@ void BelieveAll(DoubtOptions* doubt) {
   doubt->images_between_min = 1000;
 }
 
-// Within the limits of issue 12 for castle-P19's extent of 55 m: half a metre and 2 degrees.
+// Within the limits of veduta-bench-orders: half a metre and 2 degrees.
 void ExpectRight(const Castle& castle, size_t placed_min) {
   size_t placed = 0;
   for (const auto& [id, errors] : castle.Errors()) {

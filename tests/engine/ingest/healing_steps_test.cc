@@ -12,7 +12,6 @@
 #include "engine/ingest/follow_up_steps.h"
 #include "engine/ingest/ingest.h"
 #include "engine/query/city_answers.h"
-#include "engine/query/digest.h"
 #include "engine/query/living.h"
 #include "tests/engine/ingest/torn_scene.h"
 #include "tests/storage/fault_file_system.h"
@@ -37,18 +36,6 @@ struct Healer {
   Retrieval retrieval{{}};
   CityMap map;
 };
-
-std::string DigestHex(const SceneDatabase& scene) {
-  const auto digest = DigestOf(*scene.Snap());
-  EXPECT_OK(digest);
-  return digest.ok() ? digest->Hex() : "";
-}
-
-void ExpectSound(const SceneDatabase& scene) {
-  const auto violations = FindViolations(*scene.Snap(), 9);
-  ASSERT_OK(violations);
-  for (const std::string& violation : *violations) ADD_FAILURE() << violation;
-}
 
 void Tear(SceneDatabase* scene) {
   EXPECT_EQ(AddTwoSides(scene), kWhole);

@@ -17,7 +17,6 @@
 #include "engine/ingest/submap_steps.h"
 #include "engine/ingest/submaps.h"
 #include "engine/mapping/similarity.h"
-#include "engine/query/digest.h"
 #include "tests/engine/ingest/torn_scene.h"
 
 namespace veduta {
@@ -60,18 +59,6 @@ struct Worker {
   Retrieval retrieval{{}};
   CityMap map;
 };
-
-void ExpectSound(const SceneDatabase& scene) {
-  const auto violations = FindViolations(*scene.Snap(), 9);
-  ASSERT_OK(violations);
-  for (const std::string& violation : *violations) ADD_FAILURE() << violation;
-}
-
-std::string DigestHex(const SceneDatabase& scene) {
-  const auto digest = DigestOf(*scene.Snap());
-  EXPECT_OK(digest);
-  return digest.ok() ? digest->Hex() : "";
-}
 
 // Twelve cameras as three submaps of four, which were adjusted; the whole is due.
 void AddArc(SceneDatabase* scene) {

@@ -16,6 +16,7 @@
 #include "engine/ingest/mapping_context.h"
 #include "engine/journal/journal.h"
 #include "engine/photo/image_features.h"
+#include "engine/query/digest.h"
 #include "engine/query/invariants.h"
 #include "tests/engine/mapping/synthetic_scene.h"
 #include "tests/storage/samples.h"
@@ -203,6 +204,18 @@ struct SceneWork {
   MapLoader loader;
   MappingContext context;
 };
+
+inline void ExpectSound(const SceneDatabase& scene) {
+  const auto violations = FindViolations(*scene.Snap(), 9);
+  ASSERT_OK(violations);
+  for (const std::string& violation : *violations) ADD_FAILURE() << violation;
+}
+
+inline std::string DigestHex(const SceneDatabase& scene) {
+  const auto digest = DigestOf(*scene.Snap());
+  EXPECT_OK(digest);
+  return digest.ok() ? digest->Hex() : "";
+}
 
 // The true rotation between two placed images is found, whatever the frame.
 inline double RelativeRotationErrorDeg(const CityMap& map, const SyntheticScene& scene, uint32_t i,

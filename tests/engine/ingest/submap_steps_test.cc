@@ -13,7 +13,6 @@
 
 #include "engine/ingest/ingest.h"
 #include "engine/ingest/submaps.h"
-#include "engine/query/digest.h"
 #include "tests/engine/ingest/torn_scene.h"
 
 namespace veduta {
@@ -52,18 +51,6 @@ struct Worker {
   Retrieval retrieval{{}};
   CityMap map;
 };
-
-void ExpectSound(const SceneDatabase& scene) {
-  const auto violations = FindViolations(*scene.Snap(), 9);
-  ASSERT_OK(violations);
-  for (const std::string& violation : *violations) ADD_FAILURE() << violation;
-}
-
-std::string DigestHex(const SceneDatabase& scene) {
-  const auto digest = DigestOf(*scene.Snap());
-  EXPECT_OK(digest);
-  return digest.ok() ? digest->Hex() : "";
-}
 
 // Twelve cameras in one reconstruction, whose whole is due.
 constexpr SceneOptions kArc{.camera_count = 12, .point_count = 500, .arc_deg = 60};

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <cstdio>
 
+#include "engine/mapping/similarity.h"
 #include "storage/base/median.h"
 
 namespace veduta::localization {
@@ -19,36 +20,16 @@ std::string Format(const char* format, Values... values) {
   return text;
 }
 
-Eigen::Matrix3d RotationOf(const Eigen::Matrix4d& fit) {
-  return fit.topLeftCorner<3, 3>() / std::cbrt(fit.topLeftCorner<3, 3>().determinant());
-}
-
 // truth_from_world by these poses of one reconstruction.
-std::optional<Eigen::Matrix4d> Fit(const Poses& poses, uint32_t reconstruction,
-                                   const orders::Truth& truth) {
-  std::vector<std::pair<Rigid3, Rigid3>> both;
+std::optional<Sim3> Fit(const Poses& poses, uint32_t reconstruction, const orders::Truth& truth) {
+  std::vector<Rigid3> found, real;
   for (const auto& [name, pose] : poses) {
-    const auto found = truth.find(name);
-    if (pose.reconstruction == reconstruction && found != truth.end())
-      both.emplace_back(pose.cam_from_world, found->second);
+    const auto known = truth.find(name);
+    if (pose.reconstruction != reconstruction || known == truth.end()) continue;
+    found.push_back(pose.cam_from_world);
+    real.push_back(known->second);
   }
-  if (both.size() < 3) return std::nullopt;
-  const double ahead = orders::ExtentOf(truth) / 10;
-  const Eigen::Index count = static_cast<Eigen::Index>(both.size());
-  Eigen::Matrix3Xd from(3, 2 * count), to(3, 2 * count);
-  for (Eigen::Index i = 0; i < count; ++i) {
-    from.col(i) = both[static_cast<size_t>(i)].first.Center();
-    to.col(i) = both[static_cast<size_t>(i)].second.Center();
-  }
-  const Eigen::Matrix4d rough = Eigen::umeyama(from.leftCols(count), to.leftCols(count));
-  const double scale = std::cbrt(rough.topLeftCorner<3, 3>().determinant());
-  for (Eigen::Index i = 0; i < count; ++i) {
-    const auto& [world, real] = both[static_cast<size_t>(i)];
-    from.col(count + i) = world.Inverse() * Eigen::Vector3d(0, 0, ahead / scale);
-    to.col(count + i) = real.Inverse() * Eigen::Vector3d(0, 0, ahead);
-  }
-  const Eigen::Matrix4d fit = Eigen::umeyama(from, to);
-  return fit.allFinite() ? std::optional(fit) : std::nullopt;
+  return found.size() < 3 ? std::nullopt : FitCameras(found, real);
 }
 
 // The poses without one photo's.
@@ -66,20 +47,18 @@ Poses SupportIn(const Poses& poses, const LocalizedPhoto& photo) {
   return support;
 }
 
-PoseError ErrorOf(const Rigid3& pose, const Rigid3& real, const Eigen::Matrix4d& fit) {
-  const Eigen::Vector3d center = (fit * pose.Center().homogeneous()).head<3>();
-  const Eigen::Quaterniond turned = pose.rotation * Eigen::Quaterniond(RotationOf(fit)).conjugate();
-  return {(center - real.Center()).norm(), turned.angularDistance(real.rotation) / kDegree};
+PoseError ErrorOf(const Rigid3& pose, const Rigid3& real, const Sim3& fit) {
+  const Rigid3 fitted = TransformCameraWorld(fit, pose);
+  return {(fitted.Center() - real.Center()).norm(),
+          fitted.rotation.angularDistance(real.rotation) / kDegree};
 }
 
 // (omega, d) of PoseUncertainty, by which the pose is off.
-Eigen::Matrix<double, 6, 1> DeviationOf(const Rigid3& pose, const Rigid3& real,
-                                        const Eigen::Matrix4d& fit) {
-  const Eigen::Vector3d center = (fit.inverse() * real.Center().homogeneous()).head<3>();
-  const Eigen::AngleAxisd turn(real.rotation * Eigen::Quaterniond(RotationOf(fit)) *
-                               pose.rotation.conjugate());
+Eigen::Matrix<double, 6, 1> DeviationOf(const Rigid3& pose, const Rigid3& real, const Sim3& fit) {
+  const Rigid3 right = TransformCameraWorld(fit.Inverse(), real);
+  const Eigen::AngleAxisd turn(right.rotation * pose.rotation.conjugate());
   Eigen::Matrix<double, 6, 1> deviation;
-  deviation << turn.angle() * turn.axis(), center - pose.Center();
+  deviation << turn.angle() * turn.axis(), right.Center() - pose.Center();
   return deviation;
 }
 
