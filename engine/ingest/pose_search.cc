@@ -5,37 +5,105 @@
 #include <set>
 
 #include "engine/ingest/pair_verifier.h"
+#include "engine/mapping/joint_pose.h"
+#include "engine/mapping/pose_deviation.h"
 #include "engine/mapping/structure_matches.h"
 #include "storage/base/content_hash.h"
 
 namespace veduta {
 namespace {
 
+// Errors beyond which points and matches lose weight where both are asked for the pose. Chosen by
+// hand; not measured.
+constexpr double kJointErrorPx = 1.2;
+
 bool IsIn(const CityMap& map, ImageId image, ReconstructionId reconstruction) {
   return map.HasImage(image) && map.image(image).reconstruction == reconstruction;
 }
 
-// Where the points alone give no pose: one by the verified geometry with the placed neighbour of
-// most matches, and by the points.
+// The placed neighbour of most matches whose verified geometry is general; null where none has so
+// many.
+const PairMatches* StrongestNeighbor(const CityMap& map, ReconstructionId reconstruction,
+                                     std::span<const PairMatches> pairs, size_t match_count_min) {
+  const PairMatches* best = nullptr;
+  for (const PairMatches& pair : pairs) {
+    if (pair.geometry != PairGeometry::kGeneral || pair.matches.size() < match_count_min ||
+        !IsIn(map, pair.other, reconstruction))
+      continue;
+    if (best == nullptr || pair.matches.size() > best->matches.size()) best = &pair;
+  }
+  return best;
+}
+
+// By the verified geometry with that neighbour, and by the points.
+Resection ResectAlongNeighbor(const CityMap& map, const ImageFeatures& photo,
+                              const PairMatches& neighbor, const StructureMatches& structure,
+                              const MapperOptions& options) {
+  return ResectAlong(neighbor.other_from_photo.Inverse(), map.image(neighbor.other).cam_from_world,
+                     structure.x, structure.positions, photo.camera.focal_px(),
+                     options.along_neighbor);
+}
+
+// Where the points alone give no pose.
 void TryAlongNeighbor(const CityMap& map, const ImageFeatures& photo,
                       std::span<const PairMatches> pairs, const StructureMatches& structure,
                       const MapperOptions& options, PoseCandidate* candidate) {
-  const PairMatches* best = nullptr;
-  for (const PairMatches& pair : pairs) {
-    if (pair.geometry != PairGeometry::kGeneral ||
-        pair.matches.size() < options.neighbor_match_count_min ||
-        !IsIn(map, pair.other, candidate->reconstruction)) {
-      continue;
-    }
-    if (best == nullptr || pair.matches.size() > best->matches.size()) best = &pair;
-  }
+  const PairMatches* const best =
+      StrongestNeighbor(map, candidate->reconstruction, pairs, options.neighbor_match_count_min);
   if (best == nullptr) return;
-  const Resection found = ResectAlong(
-      best->other_from_photo.Inverse(), map.image(best->other).cam_from_world, structure.x,
-      structure.positions, photo.camera.focal_px(), options.along_neighbor);
+  const Resection found = ResectAlongNeighbor(map, photo, *best, structure, options);
   if (found.outcome != ResectionOutcome::kPlaced) return;
   candidate->resection = found;
   candidate->along = best->other;
+}
+
+std::vector<PlacedMatches> GatherMatches(const CityMap& map, ReconstructionId reconstruction,
+                                         const ImageFeatures& photo,
+                                         std::span<const PairMatches> pairs) {
+  std::vector<PlacedMatches> gathered;
+  for (const PairMatches& pair : pairs) {
+    if (pair.geometry == PairGeometry::kRotation || !IsIn(map, pair.other, reconstruction))
+      continue;
+    const MapImage& other = map.image(pair.other);
+    PlacedMatches& matches = gathered.emplace_back();
+    matches.cam_from_world = other.cam_from_world;
+    for (const FeatureMatch& match : pair.matches) {
+      matches.x.push_back(photo.camera.Normalize(photo.features->keypoints[match.a]));
+      matches.x_other.push_back(other.camera.Normalize(other.features->keypoints[match.b]));
+    }
+  }
+  return gathered;
+}
+
+// Where the points alone say too little of where the photo stands, its verified neighbours are
+// asked as well, from the pose by the points and from that along the strongest neighbour.
+void RefineByNeighbors(const CityMap& map, const ImageFeatures& photo,
+                       std::span<const PairMatches> pairs, const StructureMatches& structure,
+                       const MapperOptions& options, PoseCandidate* candidate) {
+  std::vector<Eigen::Vector3d> agreeing;
+  for (const uint32_t i : candidate->resection.inliers) agreeing.push_back(structure.positions[i]);
+  if (DeviationShare(candidate->resection.cam_from_world, agreeing) <= options.deviation_share_max)
+    return;
+  const std::vector<PlacedMatches> neighbors =
+      GatherMatches(map, candidate->reconstruction, photo, pairs);
+  if (neighbors.empty()) return;
+  const double focal_px = photo.camera.focal_px();
+  const auto refine = [&](const Rigid3& start) {
+    return RefineJointly(start, structure.x, structure.positions, neighbors,
+                         kJointErrorPx / focal_px);
+  };
+  JointPose best = refine(candidate->resection.cam_from_world);
+  const PairMatches* const strongest = StrongestNeighbor(map, candidate->reconstruction, pairs, 0);
+  if (strongest != nullptr) {
+    const Resection along = ResectAlongNeighbor(map, photo, *strongest, structure, options);
+    if (along.outcome == ResectionOutcome::kPlaced) {
+      const JointPose other = refine(along.cam_from_world);
+      if (other.cost < best.cost) best = other;
+    }
+  }
+  Resection found =
+      JudgePose(best.cam_from_world, structure.x, structure.positions, focal_px, options.resection);
+  if (found.outcome == ResectionOutcome::kPlaced) candidate->resection = std::move(found);
 }
 
 bool IsWeak(const CityMap& map, size_t inlier_count, std::span<const PairMatches> pairs,
@@ -67,6 +135,7 @@ PoseCandidate FindPoseIn(const CityMap& map, ReconstructionId reconstruction,
                             : PoseOutcome::kTooFewInliers;
     return candidate;
   }
+  RefineByNeighbors(map, photo, pairs, structure, options, &candidate);
   MapImage view = UnplacedImage(photo);
   view.cam_from_world = candidate.resection.cam_from_world;
   candidate.agreement = CheckNeighbors(map, reconstruction, view, pairs, options.agreement);

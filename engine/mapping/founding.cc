@@ -141,9 +141,10 @@ TripleFit FitOf(const CityMap& map, double angle_deg_min) {
 }
 
 // Whether what the views see says where each of them stands.
-bool IsDetermined(const CityMap& map, double deviation_share_max) {
+bool IsDetermined(const CityMap& map, const FoundingOptions& options) {
   return std::ranges::all_of(map.images(), [&](const auto& image) {
-    return DeviationShare(map, image.first) <= deviation_share_max;
+    return DeviationShare(map, image.first) <= options.deviation_share_max &&
+           DeviationShareInNetwork(map, image.first, 2) <= options.network_deviation_share_max;
   });
 }
 
@@ -183,8 +184,7 @@ FoundingOutcome FoundFrom(const Triple& triple, const Rigid3& b_from_a,
   if (!AdjustTriple(map, options) ||
       FitOf(*map, options.angle_deg_min).common_points < options.common_points_min)
     return FoundingOutcome::kTooFewPoints;
-  return IsDetermined(*map, options.deviation_share_max) ? FoundingOutcome::kFounded
-                                                         : FoundingOutcome::kUndetermined;
+  return IsDetermined(*map, options) ? FoundingOutcome::kFounded : FoundingOutcome::kUndetermined;
 }
 
 // The other relative pose of the first pair, if what they see were a plane.
@@ -243,6 +243,7 @@ Status FoundingOptions::Check() const {
       .AtLeast("pairs_tried_max", pairs_tried_max, 1)
       .Between("explained_share_min", explained_share_min, 0, 1)
       .Above("deviation_share_max", deviation_share_max, 0)
+      .Above("network_deviation_share_max", network_deviation_share_max, 0)
       .Above("twin_score_share_max", twin_score_share_max, 0)
       .Above("rms_px_max", rms_px_max, 0)
       .Part("resection", resection.Check())

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "engine/mapping/pose_deviation.h"
 
+#include <Eigen/Cholesky>
 #include <cmath>
 #include <limits>
 #include <map>
@@ -8,11 +9,25 @@
 #include <vector>
 
 #include "engine/mapping/bundle_adjustment.h"
+#include "engine/mapping/network_covariance.h"
 #include "engine/mapping/pose_covariance.h"
 #include "storage/base/median.h"
 
 namespace veduta {
 namespace {
+
+// Below, points do not determine a pose: far above the rounding of sums of doubles. Chosen by hand;
+// not measured.
+constexpr double kReciprocalConditionMin = 1e-13;
+
+constexpr double kUndetermined = std::numeric_limits<double>::infinity();
+
+double MedianDepth(const CityMap& map, ImageId view, std::span<const PointId> points) {
+  std::vector<double> depths;
+  for (const PointId id : points)
+    depths.push_back((map.image(view).cam_from_world * map.point(id).position).z());
+  return MedianOf(std::move(depths), 0.0);
+}
 
 // The images of a problem, in the order in which they were first asked for.
 class Images final {
@@ -59,7 +74,6 @@ BundleProblem ProblemOf(const CityMap& map, ImageId view, std::span<const PointI
 }  // namespace
 
 double DeviationShare(const CityMap& map, ImageId view) {
-  constexpr double kUndetermined = std::numeric_limits<double>::infinity();
   const std::vector<PointId> points = map.PointsSeenBy({&view, 1});
   if (points.empty()) return kUndetermined;
   const auto found = CovarianceOfPose(ProblemOf(map, view, points), BundleOptions().loss_scale_px);
@@ -68,11 +82,38 @@ double DeviationShare(const CityMap& map, ImageId view) {
   const double error_mrad = 1000 * found->error_px / map.image(view).camera.focal_px();
   const double of_1_mrad =
       std::sqrt(found->covariance.bottomRightCorner<3, 3>().trace()) / error_mrad;
-  std::vector<double> depths;
-  for (const PointId id : points)
-    depths.push_back((map.image(view).cam_from_world * map.point(id).position).z());
-  const double depth = MedianOf(std::move(depths));
+  const double depth = MedianDepth(map, view, points);
   return depth > 0 && std::isfinite(of_1_mrad) ? of_1_mrad / depth : kUndetermined;
+}
+
+double DeviationShareInNetwork(const CityMap& map, ImageId view, uint32_t neighbors_max) {
+  const auto found =
+      CovarianceInNetwork(NetworkProblem(map, view, neighbors_max), BundleOptions().loss_scale_px);
+  const double depth = MedianDepth(map, view, map.PointsSeenBy({&view, 1}));
+  if (!found || !(depth > 0)) return kUndetermined;
+  return std::sqrt(found->covariance.bottomRightCorner<3, 3>().trace()) / depth;
+}
+
+double DeviationShare(const Rigid3& cam_from_world, std::span<const Eigen::Vector3d> points) {
+  Matrix6d information = Matrix6d::Zero();  // of (omega, d) as in PoseCovariance, d over depth
+  std::vector<double> depths;
+  for (const Eigen::Vector3d& point : points) depths.push_back((cam_from_world * point).z());
+  const double depth = MedianOf(std::move(depths), 0.0);
+  for (const Eigen::Vector3d& point : points) {
+    const Eigen::Vector3d p = cam_from_world * point;
+    if (!(p.z() > 0)) continue;
+    Eigen::Matrix<double, 2, 3> projection;
+    projection << 1 / p.z(), 0, -p.x() / (p.z() * p.z()), 0, 1 / p.z(), -p.y() / (p.z() * p.z());
+    Eigen::Matrix<double, 3, 6> motion;  // about the camera's axes, then along them
+    motion << 0, p.z(), -p.y(), -depth, 0, 0, -p.z(), 0, p.x(), 0, -depth, 0, p.y(), -p.x(), 0, 0,
+        0, -depth;
+    const Eigen::Matrix<double, 2, 6> jacobian = projection * motion;
+    information.noalias() += jacobian.transpose() * jacobian;
+  }
+  const Eigen::LDLT<Matrix6d> solver(information);
+  if (!(depth > 0) || !(solver.rcond() > kReciprocalConditionMin)) return kUndetermined;
+  const Matrix6d inverse = solver.solve(Matrix6d::Identity());
+  return 1e-3 * std::sqrt(inverse.bottomRightCorner<3, 3>().trace());
 }
 
 }  // namespace veduta

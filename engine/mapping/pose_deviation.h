@@ -2,6 +2,8 @@
 #pragma once
 // Whether what a view sees says where it stands.
 
+#include <span>
+
 #include "engine/mapping/city_map.h"
 
 namespace veduta {
@@ -13,5 +15,16 @@ namespace veduta {
 // (CovarianceOfPose). Infinite where the points do not determine the pose. O(observations of the
 // view's points). Reads the map only.
 double DeviationShare(const CityMap& map, ImageId view);
+
+// How far the centre of a placed view may be off (standard deviation) among the `neighbors_max`
+// images that share most points with it, over the median depth of its points: by the errors that
+// are there, and where all of these images are as uncertain as what they see leaves them
+// (CovarianceInNetwork). Infinite where that does not determine them. Reads the map only. Costs as
+// CovarianceInNetwork.
+double DeviationShareInNetwork(const CityMap& map, ImageId view, uint32_t neighbors_max);
+
+// As the first, of a view that sees these points and nothing else, where it is certain where they
+// are. O(points).
+double DeviationShare(const Rigid3& cam_from_world, std::span<const Eigen::Vector3d> points);
 
 }  // namespace veduta

@@ -73,10 +73,9 @@ uint32_t SearchPose(std::span<const Eigen::Vector2d> x, std::span<const Eigen::V
 
 // Refines a first pose on what agrees with it, and judges what comes out.
 Resection FinishResection(Rigid3 pose, std::span<const Eigen::Vector2d> x,
-                          std::span<const Eigen::Vector3d> points, double error_max,
+                          std::span<const Eigen::Vector3d> points, double focal_px,
                           const ResectionOptions& options) {
-  Resection result;
-  result.outcome = ResectionOutcome::kTooFewInliers;
+  const double error_max = options.error_px_max / focal_px;
   for (int round = 0; round < 3; ++round) {
     std::vector<Eigen::Vector2d> in_x;
     std::vector<Eigen::Vector3d> in_points;
@@ -84,17 +83,10 @@ Resection FinishResection(Rigid3 pose, std::span<const Eigen::Vector2d> x,
       in_x.push_back(x[i]);
       in_points.push_back(points[i]);
     }
-    if (in_x.size() < 4) return result;
+    if (in_x.size() < 4) return {ResectionOutcome::kTooFewInliers, {}, {}};
     pose = RefinePose(pose, in_x, in_points, 0.3 * error_max);
   }
-  result.cam_from_world = pose;
-  result.inliers = FindInliers(pose, x, points, error_max);
-  if (result.inliers.size() >= options.inlier_count_min &&
-      static_cast<double>(result.inliers.size()) >=
-          options.inlier_share_min * static_cast<double>(x.size())) {
-    result.outcome = ResectionOutcome::kPlaced;
-  }
-  return result;
+  return JudgePose(pose, x, points, focal_px, options);
 }
 
 }  // namespace
@@ -158,7 +150,7 @@ Resection Resect(std::span<const Eigen::Vector2d> x, std::span<const Eigen::Vect
   if (SearchPose(x, points, error_max, seed, options, &pose) <
       std::max(4u, options.inlier_count_min / 2))
     return result;
-  return FinishResection(pose, x, points, error_max, options);
+  return FinishResection(pose, x, points, focal_px, options);
 }
 
 Resection ResectAlong(const Rigid3& cam_from_neighbor, const Rigid3& neighbor_from_world,
@@ -188,7 +180,20 @@ Resection ResectAlong(const Rigid3& cam_from_neighbor, const Rigid3& neighbor_fr
       pose = at_baseline(length);
     }
   }
-  return best < 4 ? result : FinishResection(pose, x, points, error_max, options);
+  return best < 4 ? result : FinishResection(pose, x, points, focal_px, options);
+}
+
+Resection JudgePose(const Rigid3& pose, std::span<const Eigen::Vector2d> x,
+                    std::span<const Eigen::Vector3d> points, double focal_px,
+                    const ResectionOptions& options) {
+  Resection result;
+  result.cam_from_world = pose;
+  result.inliers = FindInliers(pose, x, points, options.error_px_max / focal_px);
+  const bool is_enough = result.inliers.size() >= options.inlier_count_min &&
+                         static_cast<double>(result.inliers.size()) >=
+                             options.inlier_share_min * static_cast<double>(x.size());
+  result.outcome = is_enough ? ResectionOutcome::kPlaced : ResectionOutcome::kTooFewInliers;
+  return result;
 }
 
 uint32_t CountRivalInliers(std::span<const Eigen::Vector2d> x,

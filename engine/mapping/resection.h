@@ -68,6 +68,11 @@ Resection ResectAlong(const Rigid3& cam_from_neighbor, const Rigid3& neighbor_fr
                       std::span<const Eigen::Vector2d> x, std::span<const Eigen::Vector3d> points,
                       double focal_px, const ResectionOptions& options);
 
+// What a pose explains of the correspondences, and whether that is enough. O(N).
+Resection JudgePose(const Rigid3& cam_from_world, std::span<const Eigen::Vector2d> x,
+                    std::span<const Eigen::Vector3d> points, double focal_px,
+                    const ResectionOptions& options);
+
 // How many of the correspondences that `found` does not explain the best pose by them alone does: a
 // facade that repeats gives a pose for each window. 0 where there is none by inlier_count_min.
 uint32_t CountRivalInliers(std::span<const Eigen::Vector2d> x,

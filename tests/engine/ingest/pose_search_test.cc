@@ -40,6 +40,39 @@ TEST_F(PoseSearchTest, FindsTheTruePose) {
   EXPECT_TRUE(IsGoodEnough(pose, {}));
 }
 
+// How far off the pose of photo 3 is whose points all lie in the middle of the picture.
+double ErrorByTheMiddle(const SceneOptions& scene_options, double deviation_share_max) {
+  const SceneDatabase scene(scene_options);
+  const CityMap map = scene.MapOf({0, 1, 2}, ReconstructionId(1));
+  const std::shared_ptr<const ImageFeatures> photo = scene.Photo(3);
+  const auto verified = scene.MatchesOf(3, {0, 1, 2});
+  auto putative = verified;
+  for (PairMatches& pair : putative) {
+    std::erase_if(pair.matches, [&](const FeatureMatch& match) {
+      const Keypoint& keypoint = photo->features->keypoints[match.a];
+      return std::hypot(keypoint.x_px - 500, keypoint.y_px - 400) > 80;
+    });
+  }
+  MapperOptions options;
+  options.deviation_share_max = deviation_share_max;
+  const PoseSearch search = FindPoses(map, *photo, verified, putative, 1, options);
+  EXPECT_EQ(search.found.size(), 1u) << search.detail;
+  if (search.found.empty()) return 0;
+  const Rigid3& pose = search.found.front().resection.cam_from_world;
+  return (pose.Center() - scene.scene().poses[3].Center()).norm();
+}
+
+TEST(PoseSearch, VerifiedNeighboursAreAskedWherePointsSayTooLittle) {
+  double asked = 0, unasked = 0;
+  for (uint64_t seed = 1; seed <= 5; ++seed) {
+    const SceneOptions scene{.point_count = 2000, .noise_px = 0.5, .planar = true, .seed = seed};
+    asked += ErrorByTheMiddle(scene, MapperOptions().deviation_share_max);
+    unasked += ErrorByTheMiddle(scene, 1e9);
+  }
+  EXPECT_GT(asked, 0);
+  EXPECT_LT(asked, 0.5 * unasked);
+}
+
 TEST_F(PoseSearchTest, MatchesThePlacedNeighboursAgain) {
   scene_.AddImages(0, 3);
   scene_.AddReconstruction({0, 1});

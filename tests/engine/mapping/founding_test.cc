@@ -78,7 +78,7 @@ TEST(Founding, RefusesAPlaneWhereNeitherPoseIsClearlyBetter) {
   options.arc_deg = 10;
   const FoundingViews views = ViewsOf(MakeScene(options), 5);
   FoundingOptions founding;
-  founding.deviation_share_max = 1;
+  founding.deviation_share_max = founding.network_deviation_share_max = 1;
   CityMap map;
   EXPECT_EQ(TryFounding(views, ImageId(2), ReconstructionId(7), 1, founding, &map),
             FoundingOutcome::kUndetermined);
@@ -90,12 +90,15 @@ TEST(Founding, RefusesAPlaneWhereNeitherPoseIsClearlyBetter) {
 
 TEST(Founding, RefusesViewsThatMayStandElsewhere) {
   const SyntheticScene scene = MakeScene({});
-  FoundingOptions options;
-  options.deviation_share_max = 1e-6;
-  CityMap map;
-  EXPECT_EQ(TryFounding(ViewsOf(scene, 5), ImageId(2), ReconstructionId(7), 1, options, &map),
-            FoundingOutcome::kUndetermined);
-  EXPECT_TRUE(map.images().empty());
+  FoundingOptions one, all;
+  one.deviation_share_max = 1e-6;
+  all.network_deviation_share_max = 1e-6;
+  for (const FoundingOptions& options : {one, all}) {
+    CityMap map;
+    EXPECT_EQ(TryFounding(ViewsOf(scene, 5), ImageId(2), ReconstructionId(7), 1, options, &map),
+              FoundingOutcome::kUndetermined);
+    EXPECT_TRUE(map.images().empty());
+  }
 }
 
 TEST(Founding, RefusesRotations) {

@@ -17,8 +17,8 @@ namespace {
 
 constexpr double kWhole = 1.0;
 
-// The share of the first view, by what it sees in the middle `part` of its picture's width.
-double ShareOf(const SyntheticScene& scene, double part) {
+// All views, with points from what the first sees in the middle `part` of its picture's width.
+CityMap MapOf(const SyntheticScene& scene, double part) {
   CityMap map;
   for (size_t k = 0; k < scene.images.size(); ++k) {
     MapImage image = scene.images[k];
@@ -36,7 +36,12 @@ double ShareOf(const SyntheticScene& scene, double part) {
     const PairMatches matches = MatchesFrom(pair, pair.b);
     GrowFromMatches(&map, pair.b, {&matches, 1}, GrowthOptions());
   }
-  return DeviationShare(map, scene.images[0].id);
+  return map;
+}
+
+// The share of the first view.
+double ShareOf(const SyntheticScene& scene, double part) {
+  return DeviationShare(MapOf(scene, part), scene.images[0].id);
 }
 
 TEST(PoseDeviation, DoesNotDependOnTheNoiseOrTheUnit) {
@@ -57,6 +62,37 @@ TEST(PoseDeviation, ANarrowViewSaysLittle) {
 
 TEST(PoseDeviation, IsInfiniteWhereNothingIsSeen) {
   EXPECT_TRUE(std::isinf(ShareOf(MakeScene({}), 0)));
+  EXPECT_TRUE(std::isinf(DeviationShareInNetwork(MapOf(MakeScene({}), 0), ImageId(1), 5)));
+}
+
+TEST(PoseDeviation, PointsThatAreKnownSayMoreThanPointsThatAreSeen) {
+  const SyntheticScene scene = MakeScene({.noise_px = 0.3});
+  const double share = DeviationShare(scene.poses[0], scene.points);
+  EXPECT_GT(share, 0.3 * ShareOf(scene, kWhole));
+  EXPECT_LT(share, ShareOf(scene, kWhole));
+  std::vector<Eigen::Vector3d> narrow;
+  for (const Eigen::Vector3d& point : scene.points) narrow.push_back(0.1 * point);
+  EXPECT_GT(DeviationShare(scene.poses[0], narrow), 5 * share);
+}
+
+TEST(PoseDeviation, TwoPointsDetermineNothing) {
+  const SyntheticScene scene = MakeScene({});
+  EXPECT_TRUE(std::isinf(DeviationShare(scene.poses[0], {scene.points.data(), 2})));
+  EXPECT_TRUE(std::isinf(DeviationShare(scene.poses[0], {})));
+  Rigid3 away = scene.poses[0];
+  away.rotation = Eigen::AngleAxisd(3.14159, Eigen::Vector3d::UnitY()) * away.rotation;
+  away.translation = away.rotation * -scene.poses[0].Center();
+  EXPECT_TRUE(std::isinf(DeviationShare(away, scene.points))) << "all of them behind";
+}
+
+// Errors count here, and the neighbours' uncertainty.
+TEST(PoseDeviation, InANetworkItGrowsWithTheNoise) {
+  const double quiet = DeviationShareInNetwork(MapOf(MakeScene({.noise_px = 0.2}), kWhole),
+                                               ImageId(1), 5),
+               noisy = DeviationShareInNetwork(MapOf(MakeScene({.noise_px = 0.6}), kWhole),
+                                               ImageId(1), 5);
+  EXPECT_GT(quiet, 0);
+  EXPECT_NEAR(noisy / quiet, 3, 1);
 }
 
 }  // namespace
