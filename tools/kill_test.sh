@@ -3,8 +3,9 @@
 # Kills `veduta add` at random instants, again and again, and checks that nothing acknowledged is
 # ever lost, that the database is sound after every kill, and that the city ends up the same to the
 # last bit as without any kill. Some photos are sent twice, in both orders: under a wrong camera,
-# under another camera of the same size, or under a name that is taken. This prepares the photos;
-# tools/kill_test.py does the killing.
+# under another camera of the same size, or under a name that is taken. Then as many kills of what
+# changes a city that is there: remove, forbid, allow and settle. This prepares the photos;
+# tools/kill_test.py and tools/kill_changes.py do the killing.
 # usage: tools/kill_test.sh [KILLS] [FOLDER OF PHOTOS, with camera.txt in it or one above]
 #   default: 200 kills over a rendered street of 30 small photos
 # environment: VEDUTA_BUILD  build tree to take the programs from
@@ -39,3 +40,4 @@ fi
 [ -d "$photos" ] || { echo "kill_test.sh: there is no folder $photos" >&2; exit 2; }
 
 "$root/tools/kill_test.py" "$build/cli/veduta" "$photos" "$work" "$kills" "${SEED:-1}"
+"$root/tools/kill_changes.py" "$build/cli/veduta" "$photos" "$work" "$kills" "${SEED:-1}"

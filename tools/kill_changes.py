@@ -1,0 +1,144 @@
+#!/usr/bin/env python3
+# SPDX-License-Identifier: Apache-2.0
+# The second half of tools/kill_test.sh, which says what it checks and starts it: what changes a
+# city that is there (remove, forbid, allow, settle) is killed at random instants and done again.
+# usage: tools/kill_changes.py VEDUTA FOLDER_OF_PHOTOS WORK_FOLDER KILLS SEED
+
+import collections
+import os
+import random
+import shutil
+import signal
+import subprocess
+import sys
+import time
+
+import camera_text
+
+veduta, photos, work = sys.argv[1:4]
+kills_wanted, seed = map(int, sys.argv[4:])
+rng = random.Random(seed)
+failures = []
+kills = collections.Counter()
+
+# What a command says that was killed after it had committed, when it is given again.
+DONE_BEFORE = {
+    'remove': ('there is no image', ),
+    'allow': ('not forbidden', )
+}
+
+
+def run(*arguments):
+    done = subprocess.run([veduta, *arguments], capture_output=True, text=True)
+    return done.returncode, done.stdout, done.stderr
+
+
+def must(*arguments):
+    code, out, err = run(*arguments)
+    if code != 0:
+        sys.exit(f'kill_changes.py: {" ".join(arguments)} ended with {code}: {err or out}')
+    return out
+
+
+def fail(text):
+    failures.append(text)
+    print('FAILED: ' + text, flush=True)
+
+
+def make_city(path, names):
+    """All photos; the last third is somebody else's."""
+    camera = camera_text.beside(photos)
+    if camera is None:
+        sys.exit(f'kill_changes.py: no camera.txt in {photos} or above')
+    must('init', path)
+    must('camera', 'add', path, 'c', '--size', camera[0], '--params', camera[1])
+    third = 2 * len(names) // 3
+    for who, part in (('one', names[:third]), ('other', names[third:])):
+        must('add', path, *(os.path.join(photos, name) for name in part), '--camera', 'c',
+             '--contributor', who)
+
+
+def changes_of(names):
+    """Removals, facts that take poses and pairs away and give them back, and what follows."""
+    a, b, c, d, e = (names[i * (2 * len(names) // 3) // 5] for i in range(5))
+    return [('forbid', b, c), ('settle', ), ('forbid', '--pose', d), ('settle', ), ('remove', a),
+            ('settle', ), ('allow', b, c), ('allow', '--pose', d), ('settle', ), ('remove', c, e),
+            ('settle', ), ('remove', '--contributor', 'other'), ('settle', )]
+
+
+def arguments_of(change, path, threads):
+    what, *rest = change
+    more = ['--threads', str(threads)] if what in ('remove', 'settle') else []
+    return [what, path, *rest, *more]
+
+
+def do_again(change, path, threads):
+    """Does to its end what may have been killed in the middle, or after it was done."""
+    code, out, err = run(*arguments_of(change, path, threads))
+    if code == 0:
+        return
+    if not any(said in err for said in DONE_BEFORE.get(change[0], ())):
+        return fail(f'{" ".join(change)} ended with {code} after a kill: {err.strip()}')
+    if change[0] == 'remove':  # the bytes of what was removed
+        must('remove', path)
+
+
+def change_and_kill(change, path, threads, seconds):
+    """Kills the command, once or a few times, and ends it then."""
+    while not failures and sum(kills.values()) < kills_wanted and rng.random() < 0.7:
+        process = subprocess.Popen([veduta, *arguments_of(change, path, threads)],
+                                   stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+        time.sleep(rng.uniform(0, 1.1 * seconds))
+        process.send_signal(signal.SIGKILL)
+        if process.wait() == -signal.SIGKILL:
+            kills[change[0]] += 1
+        code, out, err = run('verify', path)
+        if code != 0:
+            fail(f'verify ended with {code} after a killed {" ".join(change)}: '
+                 f'{(out + err).strip()}')
+    if not failures:
+        do_again(change, path, threads)
+
+
+def undisturbed(city, changes, threads):
+    path = os.path.join(work, f'changed_{threads}')
+    shutil.copytree(city, path)
+    seconds = []
+    for change in changes:
+        start = time.monotonic()
+        must(*arguments_of(change, path, threads))
+        seconds.append(time.monotonic() - start)
+    return must('digest', path).strip(), seconds
+
+
+names = sorted(name for name in os.listdir(photos) if os.path.isfile(os.path.join(photos, name)))
+city = os.path.join(work, 'city')
+make_city(city, names)
+changes = changes_of(names)
+digest, seconds = undisturbed(city, changes, 1)
+digest_2, seconds_2 = undisturbed(city, changes, 2)
+if digest_2 != digest:
+    fail(f'two threads change the city to {digest_2}, one to {digest}')
+databases = 0
+while sum(kills.values()) < kills_wanted and not failures:
+    databases += 1
+    threads = 1 + databases % 2
+    path = os.path.join(work, f'killed_change_{databases}')
+    shutil.copytree(city, path)
+    for change, took in zip(changes, (seconds, seconds_2)[threads - 1]):
+        change_and_kill(change, path, threads, took)
+        if failures:
+            break
+    if not failures:
+        got = must('digest', path).strip()
+        if got != digest:
+            fail(f'digest {got} after kills, {digest} without; {threads} threads')
+    if not failures:
+        shutil.rmtree(path)
+told = ', '.join(f'{count} of {what}' for what, count in kills.most_common())
+print(f'{sum(kills.values())} kills of changes over {databases} databases ({told}); '
+      f'{len(failures)} failures')
+if failures:
+    os.rename(work, work + '.failed')
+    print(f'what is left of it: {work}.failed')
+sys.exit(1 if failures else 0)
