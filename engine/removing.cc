@@ -126,8 +126,10 @@ Result<RemoveAnswer> Engine::Remove(const RemoveRequest& request, std::stop_toke
   for (const ImageId image : images) {
     if (stop.stop_requested()) {
       return Status::Cancelled("stopped after " + std::to_string(answer.removed.size()) + " of " +
-                               std::to_string(images.size()) +
-                               " photos; run the same command again to go on");
+                               std::to_string(images.size()) + " photos; " +
+                               (request.contributor.empty()
+                                    ? "name those that are left to go on"
+                                    : "run the same command again to go on"));
     }
     Writer::Turn turn = parts->writer->Take();
     VEDUTA_ASSIGN_OR_RETURN(RemovedPhoto removed,

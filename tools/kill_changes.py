@@ -52,8 +52,8 @@ def make_city(path, names):
         sys.exit(f'kill_changes.py: no camera.txt in {photos} or above')
     must('init', path)
     must('camera', 'add', path, 'c', '--size', camera[0], '--params', camera[1])
-    third = 2 * len(names) // 3
-    for who, part in (('one', names[:third]), ('other', names[third:])):
+    own_count = 2 * len(names) // 3
+    for who, part in (('one', names[:own_count]), ('other', names[own_count:])):
         must('add', path, *(os.path.join(photos, name) for name in part), '--camera', 'c',
              '--contributor', who)
 
@@ -73,14 +73,16 @@ def arguments_of(change, path, threads):
 
 
 def do_again(change, path, threads):
-    """Does to its end what may have been killed in the middle, or after it was done."""
-    code, out, err = run(*arguments_of(change, path, threads))
-    if code == 0:
-        return
-    if not any(said in err for said in DONE_BEFORE.get(change[0], ())):
-        return fail(f'{" ".join(change)} ended with {code} after a kill: {err.strip()}')
-    if change[0] == 'remove':  # the bytes of what was removed
-        must('remove', path)
+    """Does to its end what may have been killed in the middle, or after it was done. Photos are
+    removed one by one, so some of those that are named may be gone."""
+    what, *rest = change
+    is_of_photos = what == 'remove' and rest[0] != '--contributor'
+    for part in ([('remove', name) for name in rest] if is_of_photos else [change]):
+        code, out, err = run(*arguments_of(part, path, threads))
+        if code != 0 and not any(said in err for said in DONE_BEFORE.get(what, ())):
+            return fail(f'{" ".join(part)} ended with {code} after a kill: {err.strip()}')
+    if is_of_photos:  # the bytes of what was removed, and what follows
+        must(*arguments_of(('remove', ), path, threads))
 
 
 def change_and_kill(change, path, threads, seconds):
@@ -90,8 +92,11 @@ def change_and_kill(change, path, threads, seconds):
                                    stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
         time.sleep(rng.uniform(0, 1.1 * seconds))
         process.send_signal(signal.SIGKILL)
-        if process.wait() == -signal.SIGKILL:
+        code = process.wait()
+        if code == -signal.SIGKILL:
             kills[change[0]] += 1
+        elif code < 0:
+            fail(f'{" ".join(change)} was ended by signal {-code}')
         code, out, err = run('verify', path)
         if code != 0:
             fail(f'verify ended with {code} after a killed {" ".join(change)}: '
@@ -111,7 +116,10 @@ def undisturbed(city, changes, threads):
     return must('digest', path).strip(), seconds
 
 
-names = sorted(name for name in os.listdir(photos) if os.path.isfile(os.path.join(photos, name)))
+names = sorted(name for name in os.listdir(photos)
+               if os.path.isfile(os.path.join(photos, name)) and not name.endswith('.txt'))
+if len(names) < 8:
+    sys.exit(f'kill_changes.py: {len(names)} photos in {photos}; 8 are needed')
 city = os.path.join(work, 'city')
 make_city(city, names)
 changes = changes_of(names)

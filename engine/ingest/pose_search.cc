@@ -16,6 +16,9 @@ namespace {
 // Errors beyond which points and matches lose weight where both are asked for the pose. Chosen by
 // hand; not measured.
 constexpr double kJointErrorPx = 1.2;
+// Of the points that the pose by them alone explains, the share that the pose by both must explain:
+// matches of wrong neighbours are not to outvote the points. Chosen by hand; not measured.
+constexpr double kJointInlierShareMin = 0.5;
 
 bool IsIn(const CityMap& map, ImageId image, ReconstructionId reconstruction) {
   return map.HasImage(image) && map.image(image).reconstruction == reconstruction;
@@ -35,7 +38,7 @@ const PairMatches* StrongestNeighbor(const CityMap& map, ReconstructionId recons
   return best;
 }
 
-// By the verified geometry with that neighbour, and by the points.
+// Seeks the pose along the baseline to `neighbor`, whose length the points give.
 Resection ResectAlongNeighbor(const CityMap& map, const ImageFeatures& photo,
                               const PairMatches& neighbor, const StructureMatches& structure,
                               const MapperOptions& options) {
@@ -44,7 +47,7 @@ Resection ResectAlongNeighbor(const CityMap& map, const ImageFeatures& photo,
                      options.along_neighbor);
 }
 
-// Where the points alone give no pose.
+// Replaces a candidate without a pose by one along the strongest neighbour's baseline.
 void TryAlongNeighbor(const CityMap& map, const ImageFeatures& photo,
                       std::span<const PairMatches> pairs, const StructureMatches& structure,
                       const MapperOptions& options, PoseCandidate* candidate) {
@@ -67,6 +70,7 @@ std::vector<PlacedMatches> GatherMatches(const CityMap& map, ReconstructionId re
     const MapImage& other = map.image(pair.other);
     PlacedMatches& matches = gathered.emplace_back();
     matches.cam_from_world = other.cam_from_world;
+    matches.scale = kJointErrorPx / std::min(photo.camera.focal_px(), other.camera.focal_px());
     for (const FeatureMatch& match : pair.matches) {
       matches.x.push_back(photo.camera.Normalize(photo.features->keypoints[match.a]));
       matches.x_other.push_back(other.camera.Normalize(other.features->keypoints[match.b]));
@@ -102,8 +106,13 @@ void RefineByNeighbors(const CityMap& map, const ImageFeatures& photo,
     }
   }
   Resection found =
-      JudgePose(best.cam_from_world, structure.x, structure.positions, focal_px, options.resection);
-  if (found.outcome == ResectionOutcome::kPlaced) candidate->resection = std::move(found);
+      JudgePose(best.cam_from_world, structure.x, structure.positions, focal_px,
+                candidate->along.valid() ? options.along_neighbor : options.resection);
+  const double inliers_min =
+      kJointInlierShareMin * static_cast<double>(candidate->resection.inliers.size());
+  if (found.outcome == ResectionOutcome::kPlaced &&
+      static_cast<double>(found.inliers.size()) >= inliers_min)
+    candidate->resection = std::move(found);
 }
 
 bool IsWeak(const CityMap& map, size_t inlier_count, std::span<const PairMatches> pairs,

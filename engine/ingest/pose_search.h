@@ -31,7 +31,9 @@ struct PoseCandidate {
   uint32_t point_count = 0;         // points of the reconstruction that the photo sees
   uint32_t rival_inlier_count = 0;  // points that the best of quite other poses explains
   NeighborAgreement agreement;      // set unless there is no pose
-  ImageId along;                    // the neighbour whose geometry led to the pose, or not valid()
+  // The neighbour along whose baseline the pose was sought, because the points alone gave none; or
+  // not valid().
+  ImageId along;
   // The pose rests on few points, while more of the photo's verified matches lead to photos without
   // a pose: they had better be heard first, for a few points may agree on repeated texture alone.
   bool is_weak = false;

@@ -2,6 +2,7 @@
 #include "engine/mapping/pose_deviation.h"
 
 #include <Eigen/Cholesky>
+#include <Eigen/Eigenvalues>
 #include <cmath>
 #include <limits>
 #include <map>
@@ -95,7 +96,8 @@ double DeviationShareInNetwork(const CityMap& map, ImageId view, uint32_t neighb
 }
 
 double DeviationShare(const Rigid3& cam_from_world, std::span<const Eigen::Vector3d> points) {
-  Matrix6d information = Matrix6d::Zero();  // of (omega, d) as in PoseCovariance, d over depth
+  // Of a turn and a move of the camera, both along its own axes, the move in median depths.
+  Matrix6d information = Matrix6d::Zero();
   std::vector<double> depths;
   for (const Eigen::Vector3d& point : points) depths.push_back((cam_from_world * point).z());
   const double depth = MedianOf(std::move(depths), 0.0);
@@ -104,15 +106,16 @@ double DeviationShare(const Rigid3& cam_from_world, std::span<const Eigen::Vecto
     if (!(p.z() > 0)) continue;
     Eigen::Matrix<double, 2, 3> projection;
     projection << 1 / p.z(), 0, -p.x() / (p.z() * p.z()), 0, 1 / p.z(), -p.y() / (p.z() * p.z());
-    Eigen::Matrix<double, 3, 6> motion;  // about the camera's axes, then along them
+    Eigen::Matrix<double, 3, 6> motion;
     motion << 0, p.z(), -p.y(), -depth, 0, 0, -p.z(), 0, p.x(), 0, -depth, 0, p.y(), -p.x(), 0, 0,
         0, -depth;
     const Eigen::Matrix<double, 2, 6> jacobian = projection * motion;
     information.noalias() += jacobian.transpose() * jacobian;
   }
-  const Eigen::LDLT<Matrix6d> solver(information);
-  if (!(depth > 0) || !(solver.rcond() > kReciprocalConditionMin)) return kUndetermined;
-  const Matrix6d inverse = solver.solve(Matrix6d::Identity());
+  const Eigen::SelfAdjointEigenSolver<Matrix6d> solver(information);
+  const Vector6d& values = solver.eigenvalues();  // ascending
+  if (!(depth > 0) || !(values[0] > kReciprocalConditionMin * values[5])) return kUndetermined;
+  const Matrix6d inverse = information.ldlt().solve(Matrix6d::Identity());
   return 1e-3 * std::sqrt(inverse.bottomRightCorner<3, 3>().trace());
 }
 

@@ -16,15 +16,16 @@ namespace veduta {
 // view's points). Reads the map only.
 double DeviationShare(const CityMap& map, ImageId view);
 
+// How far the centre of a view at this pose may be off for errors of 1 mrad (standard deviation),
+// over the median depth of the points, if it sees exactly these points and their positions have no
+// error. Infinite where they do not determine the pose. O(points).
+double DeviationShare(const Rigid3& cam_from_world, std::span<const Eigen::Vector3d> points);
+
 // How far the centre of a placed view may be off (standard deviation) among the `neighbors_max`
 // images that share most points with it, over the median depth of its points: by the errors that
 // are there, and where all of these images are as uncertain as what they see leaves them
 // (CovarianceInNetwork). Infinite where that does not determine them. Reads the map only. Costs as
 // CovarianceInNetwork.
 double DeviationShareInNetwork(const CityMap& map, ImageId view, uint32_t neighbors_max);
-
-// As the first, of a view that sees these points and nothing else, where it is certain where they
-// are. O(points).
-double DeviationShare(const Rigid3& cam_from_world, std::span<const Eigen::Vector3d> points);
 
 }  // namespace veduta

@@ -96,6 +96,10 @@ std::vector<Violation> MapperViolations() {
   add("founding.angle_deg_min is 0", [](M& o) { o.founding.angle_deg_min = 0; });
   add("founding.pairs_tried_max is 0", [](M& o) { o.founding.pairs_tried_max = 0; });
   add("founding.explained_share_min is 2", [](M& o) { o.founding.explained_share_min = 2; });
+  add("founding.deviation_share_max is 0", [](M& o) { o.founding.deviation_share_max = 0; });
+  add("founding.network_deviation_share_max is 0",
+      [](M& o) { o.founding.network_deviation_share_max = 0; });
+  add("founding.twin_score_share_max is 0", [](M& o) { o.founding.twin_score_share_max = 0; });
   add("founding.rms_px_max is 0", [](M& o) { o.founding.rms_px_max = 0; });
   return all;
 }

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Goal: whether what a view sees says where it stands is told by one number, which depends on
-//   what it sees alone.
+//   what it sees alone; and by another one, in which the errors that are there count.
 // Method: synthetic scenes, as they are, with other noise, enlarged, and seen through a narrow
 //   part of one picture only.
 #include "engine/mapping/pose_deviation.h"
@@ -79,13 +79,15 @@ TEST(PoseDeviation, TwoPointsDetermineNothing) {
   const SyntheticScene scene = MakeScene({});
   EXPECT_TRUE(std::isinf(DeviationShare(scene.poses[0], {scene.points.data(), 2})));
   EXPECT_TRUE(std::isinf(DeviationShare(scene.poses[0], {})));
+  const std::vector<Eigen::Vector3d> on_the_axis(
+      9, scene.poses[0].Inverse() * Eigen::Vector3d::UnitZ());
+  EXPECT_TRUE(std::isinf(DeviationShare(scene.poses[0], on_the_axis)));
   Rigid3 away = scene.poses[0];
   away.rotation = Eigen::AngleAxisd(3.14159, Eigen::Vector3d::UnitY()) * away.rotation;
   away.translation = away.rotation * -scene.poses[0].Center();
   EXPECT_TRUE(std::isinf(DeviationShare(away, scene.points))) << "all of them behind";
 }
 
-// Errors count here, and the neighbours' uncertainty.
 TEST(PoseDeviation, InANetworkItGrowsWithTheNoise) {
   const double quiet = DeviationShareInNetwork(MapOf(MakeScene({.noise_px = 0.2}), kWhole),
                                                ImageId(1), 5),
