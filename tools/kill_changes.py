@@ -21,13 +21,6 @@ rng = random.Random(seed)
 failures = []
 kills = collections.Counter()
 
-# What a command says that was killed after it had committed, when it is given again.
-DONE_BEFORE = {
-    'remove': ('there is no image', ),
-    'allow': ('not forbidden', )
-}
-
-
 def run(*arguments):
     done = subprocess.run([veduta, *arguments], capture_output=True, text=True)
     return done.returncode, done.stdout, done.stderr
@@ -74,15 +67,14 @@ def arguments_of(change, path, threads):
 
 def do_again(change, path, threads):
     """Does to its end what may have been killed in the middle, or after it was done. Photos are
-    removed one by one, so some of those that are named may be gone."""
+    removed one by one, so some of those that are named may be gone; those that are left go in one
+    command, for what follows comes after all of them."""
     what, *rest = change
-    is_of_photos = what == 'remove' and rest[0] != '--contributor'
-    for part in ([('remove', name) for name in rest] if is_of_photos else [change]):
-        code, out, err = run(*arguments_of(part, path, threads))
-        if code != 0 and not any(said in err for said in DONE_BEFORE.get(what, ())):
-            return fail(f'{" ".join(part)} ended with {code} after a kill: {err.strip()}')
-    if is_of_photos:  # the bytes of what was removed, and what follows
-        must(*arguments_of(('remove', ), path, threads))
+    if what == 'remove' and rest[0] != '--contributor':
+        rest = [name for name in rest if run('show', path, name)[0] == 0]
+    code, out, err = run(*arguments_of((what, *rest), path, threads))
+    if code != 0 and not (what == 'allow' and 'not forbidden' in err):
+        fail(f'{" ".join(change)} ended with {code} after a kill: {err.strip()}')
 
 
 def change_and_kill(change, path, threads, seconds):
