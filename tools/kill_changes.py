@@ -6,45 +6,23 @@
 
 import collections
 import os
-import random
 import shutil
 import signal
 import subprocess
 import sys
 import time
 
-import camera_text
+from killing import (camera_of_photos, fail, failures, kills_wanted, must, photos, rng, run, veduta,
+                     work)
 
-veduta, photos, work = sys.argv[1:4]
-kills_wanted, seed = map(int, sys.argv[4:])
-rng = random.Random(seed)
-failures = []
 kills = collections.Counter()
-
-def run(*arguments):
-    done = subprocess.run([veduta, *arguments], capture_output=True, text=True)
-    return done.returncode, done.stdout, done.stderr
-
-
-def must(*arguments):
-    code, out, err = run(*arguments)
-    if code != 0:
-        sys.exit(f'kill_changes.py: {" ".join(arguments)} ended with {code}: {err or out}')
-    return out
-
-
-def fail(text):
-    failures.append(text)
-    print('FAILED: ' + text, flush=True)
 
 
 def make_city(path, names):
     """All photos; the last third is somebody else's."""
-    camera = camera_text.beside(photos)
-    if camera is None:
-        sys.exit(f'kill_changes.py: no camera.txt in {photos} or above')
+    size, params = camera_of_photos()
     must('init', path)
-    must('camera', 'add', path, 'c', '--size', camera[0], '--params', camera[1])
+    must('camera', 'add', path, 'c', '--size', size, '--params', params)
     own_count = 2 * len(names) // 3
     for who, part in (('one', names[:own_count]), ('other', names[own_count:])):
         must('add', path, *(os.path.join(photos, name) for name in part), '--camera', 'c',
@@ -111,7 +89,7 @@ def undisturbed(city, changes, threads):
 names = sorted(name for name in os.listdir(photos)
                if os.path.isfile(os.path.join(photos, name)) and not name.endswith('.txt'))
 if len(names) < 8:
-    sys.exit(f'kill_changes.py: {len(names)} photos in {photos}; 8 are needed')
+    sys.exit(f'kill_test.sh: {len(names)} photos in {photos}; 8 are needed')
 city = os.path.join(work, 'city')
 make_city(city, names)
 changes = changes_of(names)

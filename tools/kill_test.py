@@ -6,7 +6,6 @@
 import collections
 import json
 import os
-import random
 import shutil
 import signal
 import subprocess
@@ -14,36 +13,11 @@ import sys
 import threading
 import time
 
-import camera_text
+from killing import (camera_of_photos, fail, failures, kills_wanted, must, photos, rng, run, veduta,
+                     work)
 
-veduta, photos, work = sys.argv[1:4]
-kills_wanted, seed = map(int, sys.argv[4:])
-rng = random.Random(seed)
 PLACED = ('placed', 'merged', 'founded')
-failures = []
-
-
-def run(*arguments):
-    done = subprocess.run([veduta, *arguments], capture_output=True, text=True)
-    return done.returncode, done.stdout, done.stderr
-
-
-def must(*arguments):
-    code, out, err = run(*arguments)
-    if code != 0:
-        sys.exit(f'kill_test.sh: {" ".join(arguments)} ended with {code}: {err or out}')
-    return out
-
-
-def fail(text):
-    failures.append(text)
-    print('FAILED: ' + text, flush=True)
-
-
-camera = camera_text.beside(photos)
-if camera is None:
-    sys.exit(f'kill_test.sh: no camera.txt with size, fx, fy, cx and cy in {photos} or above')
-size, params = camera
+size, params = camera_of_photos()
 list_path = sent_folder = None  # set below
 
 
