@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// veduta localize DB --camera NAME PHOTO|FOLDER... [--list FILE] [--threads N] [--json]
+// veduta localize DB [--camera NAME] PHOTO|FOLDER... [--list FILE] [--threads N] [--json]
 #include <algorithm>
 #include <map>
 #include <set>
@@ -39,6 +39,11 @@ void PrintPlace(const LocalizedPhoto& photo) {
   PrintLine("  in reconstruction %u, centre %.6g %.6g %.6g, by %zu images%s",
             photo.reconstruction.value, center[0], center[1], center[2], photo.support.size(),
             where.c_str());
+  if (const auto& camera = photo.camera) {
+    PrintLine("  focal length %.6g px, k1 %.3g, k2 %.3g; standard deviations %.2g, %.2g, %.2g",
+              camera->model.fx, camera->model.k1, camera->model.k2,
+              camera->focal_stddev_share * camera->model.fx, camera->k1_stddev, camera->k2_stddev);
+  }
   if (!photo.uncertainty) return;
   PrintLine("  standard deviation of the centre %.3g, of the rotation %.3g degrees",
             photo.uncertainty->center_stddev, photo.uncertainty->rotation_stddev_deg);
@@ -121,7 +126,14 @@ void RegisterLocalize(CLI::App* app, int* exit_code) {
   command->add_option("DB", arguments->db, "Database")->required();
   command->add_option("PHOTO", arguments->paths,
                       "Photos, or folders of photos; with --list the folder of its paths");
-  command->add_option("--camera", arguments->camera, "The camera that took them")->required();
+  command
+      ->add_option("--camera", arguments->camera,
+                   "The camera that took them (default: unknown; its focal length and its "
+                   "distortion are estimated)")
+      ->check([](const std::string& name) {
+        return name.empty() ? std::string("is empty: leave the option out for an unknown camera")
+                            : std::string();
+      });
   command->add_option("--list", arguments->list,
                       "File with one path per line; after a tab a line may name its camera");
   command->add_option("--threads", arguments->threads, "Threads (default: one per core)")

@@ -3,9 +3,11 @@
 #include <atomic>
 #include <map>
 #include <mutex>
+#include <optional>
 #include <utility>
 
 #include "engine/localization/photo_localization.h"
+#include "engine/localization/unknown_localization.h"
 #include "engine/parts.h"
 #include "engine/query/city_answers.h"
 
@@ -41,10 +43,14 @@ LocalizedPhoto Failed(const PhotoSource& photo, Status failure) {
 }
 
 LocalizedPhoto LocalizeOne(const LocalizationParts& parts, const PhotoPreparer& preparer,
-                           const PhotoSource& photo, const CameraModel& camera) {
+                           const PhotoSource& photo, const std::optional<CameraModel>& camera) {
+  if (!camera) {
+    Result<LocalizedPhoto> localized = LocalizeUnknown(parts, preparer, photo);
+    return localized.ok() ? std::move(*localized) : Failed(photo, localized.status());
+  }
   PreparedPhoto prepared = preparer.Extract(photo, camera);
   if (!prepared.failure.ok()) return Failed(photo, prepared.failure);
-  Result<LocalizedPhoto> localized = LocalizePhoto(parts, std::move(prepared), camera);
+  Result<LocalizedPhoto> localized = LocalizePhoto(parts, std::move(prepared), *camera);
   return localized.ok() ? std::move(*localized) : Failed(photo, localized.status());
 }
 
@@ -53,8 +59,9 @@ LocalizedPhoto LocalizeOne(const LocalizationParts& parts, const PhotoPreparer& 
 Status Questions::Localize(std::span<const LocalizeRequest> photos,
                            const std::function<void(const LocalizedPhoto&)>& report,
                            std::stop_token stop) const {
-  std::map<std::string, CameraModel> cameras;
+  std::map<std::string, std::optional<CameraModel>> cameras;
   for (const LocalizeRequest& request : photos) {
+    if (request.camera.empty()) cameras[""] = std::nullopt;
     if (cameras.contains(request.camera)) continue;
     VEDUTA_ASSIGN_OR_RETURN(const CameraRecord camera,
                             FindCamera(*view_->snapshot, request.camera));

@@ -59,6 +59,18 @@ Json ToJson(const AddOutcome& outcome) {
           {"ms", ToJson(outcome.times)}};
 }
 
+Json ToJson(const EstimatedCamera& camera) {
+  const CameraModel& model = camera.model;
+  return {{"size", CameraSizeText(model)},
+          {"params", CameraParamsText(model)},
+          {"focal", model.fx},
+          {"focal_stddev", camera.focal_stddev_share * model.fx},
+          {"k1", model.k1},
+          {"k1_stddev", camera.k1_stddev},
+          {"k2", model.k2},
+          {"k2_stddev", camera.k2_stddev}};
+}
+
 Json ToJson(const LocalizedPhoto& photo) {
   Json support = Json::array();
   for (const SupportAnswer& image : photo.support)
@@ -70,6 +82,7 @@ Json ToJson(const LocalizedPhoto& photo) {
                {"reconstruction", ToJson(photo.reconstruction)},
                {"pose", nullptr},
                {"uncertainty", ToJson(photo.uncertainty)},
+               {"camera", nullptr},
                {"neighbors", photo.neighbor_count},
                {"inliers", photo.inlier_count},
                {"pairs_tried", photo.pairs_tried},
@@ -81,6 +94,7 @@ Json ToJson(const LocalizedPhoto& photo) {
                     {"translation", pose->translation},
                     {"center", pose->center}};
   }
+  if (photo.camera) json["camera"] = ToJson(*photo.camera);
   return json;
 }
 

@@ -145,7 +145,14 @@ struct ImageAnswer {
 // A photo that is asked about and not added.
 struct LocalizeRequest {
   PhotoSource photo;
-  std::string camera;  // the name of a camera of the database
+  std::string camera;  // the name of a camera of the database; empty: unknown, to be estimated
+};
+
+// A camera that was estimated from one photo, with standard deviations.
+struct EstimatedCamera {
+  CameraModel model;
+  double focal_stddev_share = 0;  // of the focal length, over itself
+  double k1_stddev = 0, k2_stddev = 0;
 };
 
 // An image that a pose rests on.
@@ -167,6 +174,8 @@ struct LocalizedPhoto {
   // Among the images around, whose poses are as uncertain: of their common frame, so none is held.
   // Nothing where too little is seen to tell.
   std::optional<PoseUncertainty> uncertainty;
+  // Where the request named no camera, and a pose was found; nothing for a photo that is stored.
+  std::optional<EstimatedCamera> camera;
   uint32_t inlier_count = 0;           // of the pose, or of the best pair when not placed
   std::vector<SupportAnswer> support;  // images that share points with it, most points first
   uint32_t neighbor_count = 0, pairs_tried = 0;

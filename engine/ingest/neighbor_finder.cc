@@ -27,12 +27,6 @@ Status AppendNeighbors(const Snapshot& snapshot, ImageId image, const NeighborOp
   return Status::Ok();
 }
 
-// What is stored of one image is broken or missing. All else that fails is everybody's: the disk,
-// the memory.
-bool IsDamage(const Status& status) {
-  return status.code() == StatusCode::kCorruption || status.code() == StatusCode::kNotFound;
-}
-
 // One search, round by round: what a round verifies leads to the images of the next.
 class Finder {
  public:
@@ -87,7 +81,7 @@ class Finder {
     std::vector<ImageId> sound;
     for (const ImageId id : round) {
       const Status loaded = loader_->LoadStructure({&id, 1});
-      if (IsDamage(loaded)) {
+      if (IsCandidateDamaged(loaded)) {
         PassOver(id, loaded.message());
         continue;
       }
@@ -144,6 +138,10 @@ Status NeighborOptions::Check() const {
       .status();
 }
 
+bool IsCandidateDamaged(const Status& status) {
+  return status.code() == StatusCode::kCorruption || status.code() == StatusCode::kNotFound;
+}
+
 Result<NeighborSearch> FindNeighbors(const ImageFeatures& photo,
                                      std::span<const RankedImage> candidates, uint64_t seed,
                                      MapLoader* loader, const CityMap& map, ThreadPool* pool,
@@ -154,7 +152,7 @@ Result<NeighborSearch> FindNeighbors(const ImageFeatures& photo,
     VEDUTA_ASSIGN_OR_RETURN(round, finder.LoadSound(round));
     std::vector<Result<PairVerification>> verified = finder.Verify(round, map, seed, pool);
     for (size_t i = 0; i < round.size(); ++i) {
-      if (IsDamage(verified[i].status())) {
+      if (IsCandidateDamaged(verified[i].status())) {
         finder.PassOver(round[i], verified[i].status().message());
         continue;
       }

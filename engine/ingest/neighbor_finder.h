@@ -43,6 +43,10 @@ struct NeighborSearch {
   double match_ms = 0, verify_ms = 0;  // summed over pairs, time of one core
 };
 
+// Whether what is stored of one candidate is broken or missing, by what reading it gave. All else
+// that fails is everybody's: the disk, the memory.
+bool IsCandidateDamaged(const Status& status);
+
 // A candidate that is damaged is passed over: it must not keep photos from being added. Pairs are
 // spread over the pool; the result does not depend on it. Loads the structure of the
 // candidates into `map`, which is the loader's. Deterministic in its inputs and the seed.

@@ -9,10 +9,7 @@
 #include "engine/ingest/local_unplacing.h"
 #include "engine/ingest/surroundings.h"
 #include "engine/mapping/agreeing_growth.h"
-#include "engine/mapping/better_pose.h"
 #include "engine/mapping/projection_growth.h"
-#include "engine/matching/mutual_matcher.h"
-#include "storage/base/content_hash.h"
 
 namespace veduta {
 namespace {
@@ -22,89 +19,6 @@ constexpr size_t kImagesReadAtOnce = 64;
 
 bool Holds(std::span<const ImageId> ascending, ImageId id) {
   return std::ranges::binary_search(ascending, id);
-}
-
-// A placed image's neighbours in the region, those with most verified matches first. Their matches
-// are still to be found.
-Result<std::vector<PairMatches>> ListPlacedNeighbors(const MappingContext& context,
-                                                     const Region& region, ImageId id) {
-  VEDUTA_ASSIGN_OR_RETURN(std::vector<PairNeighbor> neighbors,
-                          context.loader->snapshot().ListNeighbors(id));
-  std::erase_if(neighbors, [&](const PairNeighbor& n) { return !Holds(region.known, n.image); });
-  std::stable_sort(
-      neighbors.begin(), neighbors.end(),
-      [](const PairNeighbor& a, const PairNeighbor& b) { return a.match_count > b.match_count; });
-  const uint32_t count_max = context.options.local_images_max;
-  if (neighbors.size() > count_max) neighbors.resize(count_max);
-  std::vector<PairMatches> pairs;
-  for (const PairNeighbor& neighbor : neighbors) pairs.push_back({neighbor.image, {}, {}, {}});
-  return pairs;
-}
-
-std::vector<FeatureMatch> FeaturesOf(std::span<const DescriptorMatch> found) {
-  std::vector<FeatureMatch> matches;
-  matches.reserve(found.size());
-  for (const DescriptorMatch& match : found) matches.push_back({match.a, match.b});
-  return matches;
-}
-
-// Two images whose matches are wanted: those of the first with the second, and the other way round.
-// Null where that way is not wanted.
-struct WantedMatches {
-  ImageId first, second;
-  PairMatches *from_first = nullptr, *from_second = nullptr;
-};
-
-// Each two images once, in ascending ids, whichever of them is a neighbour of the other.
-std::vector<WantedMatches> ListWanted(std::span<const ImageId> images,
-                                      std::span<std::vector<PairMatches>> neighbors) {
-  std::map<std::pair<ImageId, ImageId>, WantedMatches> wanted;
-  for (size_t i = 0; i < images.size(); ++i) {
-    for (PairMatches& pair : neighbors[i]) {
-      const auto [first, second] = std::minmax(images[i], pair.other);
-      WantedMatches& both = wanted[{first, second}];
-      both.first = first, both.second = second;
-      (images[i] == first ? both.from_first : both.from_second) = &pair;
-    }
-  }
-  std::vector<WantedMatches> list;
-  for (const auto& [ids, both] : wanted) list.push_back(both);
-  return list;
-}
-
-Status FindMatches(const MappingContext& context, const WantedMatches& wanted) {
-  const auto features = [&](ImageId id) {
-    return context.loader->features()->Get(context.loader->snapshot(), id);
-  };
-  VEDUTA_ASSIGN_OR_RETURN(const auto first, features(wanted.first));
-  VEDUTA_ASSIGN_OR_RETURN(const auto second, features(wanted.second));
-  MatchOptions options;
-  options.ratio_max = context.options.putative_ratio_max;
-  const MatchesBothWays found = MatchBothWays(first->packed, second->packed, options);
-  if (wanted.from_first != nullptr) wanted.from_first->matches = FeaturesOf(found.from_a);
-  if (wanted.from_second != nullptr) wanted.from_second->matches = FeaturesOf(found.from_b);
-  return Status::Ok();
-}
-
-// Matches of each of the region's images with its neighbours there, those with most verified
-// matches first.
-Result<std::vector<std::vector<PairMatches>>> MatchNeighbors(const MappingContext& context,
-                                                             const Region& region) {
-  const std::vector<ImageId>& images = region.images;
-  std::vector<std::vector<PairMatches>> matches(images.size());
-  std::vector<Status> listed(images.size());
-  context.pool->ParallelFor(images.size(), [&](size_t i) {
-    Result<std::vector<PairMatches>> neighbors = ListPlacedNeighbors(context, region, images[i]);
-    listed[i] = neighbors.status();
-    if (neighbors.ok()) matches[i] = *std::move(neighbors);
-  });
-  for (const Status& status : listed) VEDUTA_RETURN_IF_ERROR(status);
-  const std::vector<WantedMatches> wanted = ListWanted(images, matches);
-  std::vector<Status> found(wanted.size());
-  context.pool->ParallelFor(wanted.size(),
-                            [&](size_t i) { found[i] = FindMatches(context, wanted[i]); });
-  for (const Status& status : found) VEDUTA_RETURN_IF_ERROR(status);
-  return matches;
 }
 
 // The image's verified pairs in the region, those that an image of a lower id does not have.
@@ -233,28 +147,9 @@ Result<Region> LoadRegion(const MappingContext& context, std::span<const ImageId
   return region;
 }
 
-Status ReconsiderPoses(const MappingContext& context, const Region& region) {
-  CityMap* const map = context.map;
-  const std::vector<ImageId>& images = region.images;
-  VEDUTA_ASSIGN_OR_RETURN(const std::vector<std::vector<PairMatches>> putative,
-                          MatchNeighbors(context, region));
-  std::vector<std::optional<Resection>> better(images.size());
-  context.pool->ParallelFor(images.size(), [&](size_t i) {
-    better[i] = FindBetterPose(*map, images[i], putative[i], MixSeed(images[i].value, 2),
-                               context.options.resection);
-  });
-  for (size_t i = 0; i < images.size(); ++i) {
-    if (!better[i]) continue;
-    const ImageId self[] = {images[i]};
-    for (const PointId point : map->PointsSeenBy(self)) map->RemoveObservation(point, images[i]);
-    map->SetPose(images[i], better[i]->cam_from_world);
-    GrowAndRefine(map, images[i], putative[i], context.options.growth);
-  }
-  return Status::Ok();
-}
-
 Result<Healing> AdjustRegion(const MappingContext& context, const Region& region) {
   std::vector<ImageId> images = region.images;
+  VEDUTA_RETURN_IF_ERROR(ReconsiderBodies(context, region));
   VEDUTA_RETURN_IF_ERROR(ReconsiderPoses(context, region));
   // Twice, for what the first adjustment has corrected lets tracks grow and filters judge anew.
   // That two rounds are enough was chosen by hand and not measured.

@@ -6,20 +6,9 @@
 
 #include "engine/ingest/doubt.h"
 #include "engine/ingest/mapping_context.h"
+#include "engine/ingest/reconsidering.h"
 
 namespace veduta {
-
-// A part of a reconstruction, with what is around it.
-struct Region {
-  std::vector<ImageId> images;  // what is adjusted; ascending
-  // These, and all that see points which they see or are home to; ascending. Loaded with their
-  // neighbourhoods.
-  std::vector<ImageId> known;
-};
-
-// Looks for better poses of the region's images by all that is mapped now (better_pose.h), and
-// moves those that have one.
-Status ReconsiderPoses(const MappingContext& context, const Region& region);
 
 // Loads the images, and what is around them: on request with all of the reconstruction that they
 // share verified pairs with, which is asked for where nothing looks at the whole.

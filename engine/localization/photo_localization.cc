@@ -2,12 +2,14 @@
 #include "engine/localization/photo_localization.h"
 
 #include <algorithm>
+#include <cmath>
 #include <map>
 #include <optional>
 #include <string>
 #include <utility>
 #include <vector>
 
+#include "engine/camera/projection.h"
 #include "engine/ingest/believed_pose.h"
 #include "engine/ingest/forbidding.h"
 #include "engine/ingest/photo_locator.h"
@@ -15,6 +17,7 @@
 #include "engine/mapping/bundle_adjustment.h"
 #include "engine/mapping/covisible_images.h"
 #include "engine/mapping/network_covariance.h"
+#include "engine/mapping/unknown_camera.h"
 #include "engine/query/city_answers.h"
 #include "engine/query/forbidden.h"
 #include "engine/query/pose_uncertainty.h"
@@ -26,6 +29,9 @@ namespace {
 
 // Images among which it is told how sure a pose is. Chosen by hand; not measured.
 constexpr uint32_t kNetworkImagesMax = 20;
+// Standard deviation of an estimated focal length, over itself, up to which a pose is believed: the
+// photo is off by about as much of how far it sees. Chosen by hand; not measured.
+constexpr double kFocalDeviationShareMax = 0.05;
 
 // As when the photo is added, with all other poses held. Returns the photo postponed where its pose
 // is not believed.
@@ -92,8 +98,11 @@ Result<std::vector<SupportAnswer>> SupportOf(const Snapshot& snapshot, const Cit
 // One photo on its way.
 class Localization final {
  public:
-  Localization(const LocalizationParts& parts, const CameraModel& camera)
-      : parts_(parts), camera_(camera), loader_(parts.snapshot, parts.features, &map_) {}
+  Localization(const LocalizationParts& parts, const CameraModel& camera, Lens lens)
+      : parts_(parts),
+        camera_(camera),
+        lens_(lens),
+        loader_(parts.snapshot, parts.features, &map_) {}
 
   Result<LocalizedPhoto> Run(PreparedPhoto photo) {
     answer_.name = photo.name;
@@ -176,15 +185,78 @@ class Localization final {
     answer_.reconstruction = image.reconstruction;
     answer_.cam_from_world = ToPlain(image.cam_from_world);
     VEDUTA_RETURN_IF_ERROR(loader_.LoadNeighborhood(CovisibleImages(map_, id, kNetworkImagesMax)));
-    const std::optional<PoseCovariance> found = CovarianceInNetwork(
-        NetworkProblem(map_, id, kNetworkImagesMax), BundleOptions().loss_scale_px);
-    if (found) answer_.uncertainty = ToPlain(*found, map_.PointsSeenBy({&id, 1}).size(), 0);
+    BundleProblem network = NetworkProblem(map_, id, kNetworkImagesMax);
     VEDUTA_ASSIGN_OR_RETURN(answer_.support, SupportOf(*parts_.snapshot, map_, id));
+    if (lens_ == Lens::kEstimated && !answer_.stored.valid()) return DescribeWithLens(id, &network);
+    if (const auto found = CovarianceInNetwork(network, BundleOptions().loss_scale_px))
+      answer_.uncertainty = ToPlain(*found, map_.PointsSeenBy({&id, 1}).size(), 0);
+    return Status::Ok();
+  }
+
+  // The pose with the camera that is refined with it, if what is seen determines them.
+  Status DescribeWithLens(ImageId id, BundleProblem* network) {
+    const std::optional<RefinedCamera> refined = RefineLens(id);
+    if (!refined) return RefuseFocal("too little is seen to tell its focal length");
+    network->cams_from_world[0] = refined->cam_from_world;
+    network->cameras[0] = Pinhole(refined->camera);
+    for (BundleObservation& seen : network->observations) {
+      if (seen.image != 0) continue;
+      const auto straight = UndistortPixel(refined->camera, DistortPixel(camera_, seen.x_px));
+      if (!straight) return RefuseFocal("its lens distorts more than can be told");
+      seen.x_px = *straight;
+    }
+    const auto found = CovarianceWithLens(*network, refined->camera, BundleOptions().loss_scale_px);
+    const double deviation = found ? std::sqrt(found->lens(0, 0)) : 1;
+    if (!(deviation <= kFocalDeviationShareMax)) {
+      return RefuseFocal("its focal length may be off by " +
+                         std::to_string(std::lround(100 * std::min(deviation, 10.0))) + " %");
+    }
+    answer_.cam_from_world = ToPlain(refined->cam_from_world);
+    answer_.uncertainty = ToPlain(found->pose, map_.PointsSeenBy({&id, 1}).size(), 0);
+    answer_.camera = EstimatedCamera{refined->camera, deviation, std::sqrt(found->lens(1, 1)),
+                                     std::sqrt(found->lens(2, 2))};
+    return Status::Ok();
+  }
+
+  // The pose and the lens by points that are put where two other images and more see them: those
+  // that were adjusted to the photo repeat the lens that it had then. Nothing where too few are
+  // left, or no camera comes out of them.
+  std::optional<RefinedCamera> RefineLens(ImageId id) const {
+    const MapImage& image = map_.image(id);
+    std::vector<Eigen::Vector2d> x_px;
+    std::vector<Eigen::Vector3d> points;
+    for (size_t feature = 0; feature < image.points.size(); ++feature) {
+      if (!image.points[feature].valid()) continue;
+      PointRecord point = map_.point(image.points[feature]);
+      std::erase_if(point.track, [id](const TrackElement& e) { return e.image == id; });
+      if (point.track.size() < 2) continue;
+      const std::optional<Eigen::Vector3d> position = Triangulate(map_.ViewsOf(point));
+      if (!position) continue;
+      const Keypoint& keypoint = image.features->keypoints[feature];
+      x_px.push_back(DistortPixel(camera_, {keypoint.x_px, keypoint.y_px}));
+      points.push_back(*position);
+    }
+    if (x_px.size() < UnknownCameraOptions().resection.inlier_count_min) return std::nullopt;
+    RefinedCamera refined = RefineUnknownCamera(image.cam_from_world, camera_, x_px, points,
+                                                BundleOptions().loss_scale_px);
+    if (!CheckCamera(refined.camera).ok() || !std::isfinite(refined.FocalDeviationShare()))
+      return std::nullopt;
+    return refined;
+  }
+
+  Status RefuseFocal(std::string why) {
+    answer_.verdict = Verdict::kPostponed;
+    answer_.reason = Reason::kUndetermined;
+    answer_.detail = std::move(why);
+    answer_.reconstruction = ReconstructionId();
+    answer_.cam_from_world.reset();
+    answer_.support.clear();
     return Status::Ok();
   }
 
   const LocalizationParts& parts_;
   const CameraModel& camera_;
+  const Lens lens_;
   CityMap map_;
   MapLoader loader_;
   LocalizedPhoto answer_;
@@ -193,9 +265,9 @@ class Localization final {
 }  // namespace
 
 Result<LocalizedPhoto> LocalizePhoto(const LocalizationParts& parts, PreparedPhoto photo,
-                                     const CameraModel& camera) {
+                                     const CameraModel& camera, Lens lens) {
   return CatchShortage("localise the photo",
-                       [&] { return Localization(parts, camera).Run(std::move(photo)); });
+                       [&] { return Localization(parts, camera, lens).Run(std::move(photo)); });
 }
 
 }  // namespace veduta

@@ -23,14 +23,18 @@ struct LocalizationParts {
   const IngestOptions& options;
 };
 
+// Whether the lens is known, or was estimated from this photo and is refined with its pose.
+enum class Lens : uint8_t { kKnown, kEstimated };
+
 // Seeks the photo's neighbours and its pose as adding it would, and refuses a pose for the same
 // reasons. What follows differs: nothing is founded or merged, and the poses of the city are held
 // where they are while the photo's own is refined, with the points that it sees. A photo whose
 // bytes are stored has the pose that is stored; if there is none, it is localised without itself.
 // kNoMemory where the memory is too short, kCorruption where something stored that it needs is
-// damaged. Deterministic in the photo and the snapshot. Thread-safe. It loads the surroundings of
-// the photo's neighbours anew each time.
+// damaged. An estimated camera is answered as it is after the refinement, and the pose is refused
+// where what is seen leaves the focal length open. Deterministic in the photo and the snapshot.
+// Thread-safe. It loads the surroundings of the photo's neighbours anew each time.
 Result<LocalizedPhoto> LocalizePhoto(const LocalizationParts& parts, PreparedPhoto photo,
-                                     const CameraModel& camera);
+                                     const CameraModel& camera, Lens lens = Lens::kKnown);
 
 }  // namespace veduta

@@ -6,6 +6,8 @@
 
 #include "engine/mapping/city_map.h"
 #include "engine/mapping/pose_covariance.h"
+#include "engine/mapping/unknown_camera.h"
+#include "storage/model/camera.h"
 
 namespace veduta {
 
@@ -37,5 +39,16 @@ BundleProblem NetworkProblem(const CityMap& map, ImageId view, uint32_t neighbor
 // network. O(observations * track length + poses^2 * (poses + cells)). Deterministic.
 std::optional<PoseCovariance> CovarianceInNetwork(const BundleProblem& problem,
                                                   double loss_scale_px);
+
+// The covariance of a pose whose lens was estimated with it.
+struct CameraCovariance {
+  PoseCovariance pose;
+  Eigen::Matrix<double, kLensUnknowns, kLensUnknowns> lens;  // of a lens's unknowns
+};
+
+// The same where the lens of image 0 is unknown as well, with square pixels, and drawn to 0 by
+// LensDeviations. The problem's observations of image 0 are undistorted by `lens`.
+std::optional<CameraCovariance> CovarianceWithLens(const BundleProblem& problem,
+                                                   const CameraModel& lens, double loss_scale_px);
 
 }  // namespace veduta

@@ -149,6 +149,7 @@ def setUpModule():
     keep('remove', 'remove', merged, 'photo0012.jpg')
     write(at('new.jpg'), photo(5) + b'\0')
     keep('localize', 'localize', WHOLE, '--camera', 'c', at('new.jpg'))
+    keep('localize', 'localize', WHOLE, at('new.jpg'))
     keep('neighbors (of a photo that is not stored)', 'neighbors', WHOLE, at('new.jpg'))
 
 

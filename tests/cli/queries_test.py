@@ -142,11 +142,23 @@ class Ask(Case):
         self.assertIn('localized  a new one.jpg', told)
         self.assertIn('standard deviation of the centre', told)
 
+        # Of an unknown camera: the focal length is found as well.
+        unknown = json.loads(must('localize', WHOLE, '--json', at('asked', 'a new one.jpg')))
+        focal = float(PARAMS.split(',')[0])
+        self.assertEqual(unknown['verdict'], 'localized')
+        self.assertAlmostEqual(unknown['camera']['focal'] / focal, 1, delta=0.02)
+        self.assertGreater(unknown['camera']['focal_stddev'], 0)
+        self.assertIsNone(new['camera'])
+        for a, b in zip(unknown['pose']['center'], new['pose']['center']):
+            self.assertAlmostEqual(a, b, delta=0.2)
+        self.assertIn('focal length', must('localize', WHOLE, at('asked', 'a new one.jpg')))
+
         write(at('asked too', 'text.jpg'), b'no photo')
         code, out, _ = run(*command, at('asked too'), at('asked', 'known.jpg'))
         self.assertEqual((code, [json.loads(line)['verdict'] for line in out.splitlines()]),
                          (1, ['rejected', 'localized']))
         self.refused(1, 'no camera', 'localize', WHOLE, '--camera', 'd', at('asked'))
+        self.refused(2, 'camera', 'localize', WHOLE, '--camera', '', at('asked'))
         self.refused(1, 'nobody.jpg', 'localize', WHOLE, '--camera', 'c', at('nobody.jpg'))
         self.refused(2, 'PHOTO or --list', 'localize', WHOLE, '--camera', 'c')
         self.assertEqual(must('digest', WHOLE), WHOLE_DIGEST)

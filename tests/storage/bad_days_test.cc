@@ -5,16 +5,23 @@
 // Method: lives of a database, each by its seed: random transactions, write-aheads, compactions,
 //   clean ends, crashes, power cuts that lose any part of what was not synced, failing operations
 //   of every kind, and flipped bits in copies. After each opening every key and value is compared
-//   with a model in memory (modeled_city.h). VEDUTA_SWEEP=all in the environment makes many lives;
-//   VEDUTA_SEED=n makes the one of this seed, and tells what happens in it.
+//   with a model in memory (modeled_city.h). Each life has a process of its own. VEDUTA_SWEEP=all
+//   in the environment makes many lives; VEDUTA_SEED=n makes the one of this seed in this process,
+//   and tells what happens in it.
 #include <gtest/gtest.h>
 #include <rocksdb/env.h>
+#include <sys/wait.h>
 
+#include <array>
 #include <atomic>
+#include <csignal>
+#include <cstdio>
 #include <cstdlib>
 #include <filesystem>
 #include <iostream>
 #include <mutex>
+#include <regex>
+#include <sstream>
 #include <thread>
 
 #include "fault_file_system.h"
@@ -27,6 +34,9 @@ namespace {
 
 // What happened in all lives. For people, and to see that all of it does happen.
 struct Report {
+  // How the line of a sum begins, by which a life in a process of its own tells what it counted.
+  static constexpr std::string_view kSum = "in all, ";
+
   std::mutex mutex;
   std::map<std::string, uint64_t> counts;
   bool tells_all = std::getenv("VEDUTA_SEED") != nullptr;
@@ -37,7 +47,7 @@ struct Report {
     if (tells_all) std::cout << "  " << what << "\n";
   }
   void Print() {
-    for (const auto& [what, number] : counts) std::cout << what << ": " << number << "\n";
+    for (const auto& [what, number] : counts) std::cout << kSum << what << ": " << number << "\n";
   }
 };
 
@@ -380,34 +390,77 @@ class Life final {
   std::unique_ptr<Database> database_;
 };
 
-// The lives share nothing and go side by side; RocksDB sleeps a second after a failed flush.
-void Live(uint64_t first_seed, uint64_t lives, int events) {
-  EmptyDatabase();
+// One life in this process.
+void Live(uint64_t seed) {
+  constexpr int kEvents = 60;
   Report report;
-  constexpr int kThreads = 4;
-  rocksdb::Env::Default()->SetBackgroundThreads(kThreads, rocksdb::Env::Priority::LOW);
-  rocksdb::Env::Default()->SetBackgroundThreads(kThreads, rocksdb::Env::Priority::HIGH);
-  std::atomic<uint64_t> next = first_seed;
+  rocksdb::Env::Default()->SetBackgroundThreads(1, rocksdb::Env::Priority::LOW);
+  rocksdb::Env::Default()->SetBackgroundThreads(1, rocksdb::Env::Priority::HIGH);
+  Life(seed, &report).Run(kEvents);
+  report.Count("lives");
+  report.Print();
+}
+
+// What Debian's RocksDB 7.8 prints as it ends the process on a failing disk: a compaction that had
+// only range deletions to write could not finish its file, and is then asked for its smallest key.
+// Nothing is lost by it, and no option avoids it; about one life in a thousand meets it.
+bool IsRocksDbAssertion(int status, const std::string& printed) {
+  const bool is_aborted = (WIFSIGNALED(status) && WTERMSIG(status) == SIGABRT) ||
+                          (WIFEXITED(status) && WEXITSTATUS(status) == 128 + SIGABRT);
+  return is_aborted && std::regex_search(printed, std::regex("ExtractUserKey.*Assertion"));
+}
+
+// Runs one life in a process of its own, since RocksDB may end it. Adds what its report counts.
+void LiveApart(uint64_t seed, Report* report) {
+  const TemporaryFolder folder;
+  const std::string command = "env -u GTEST_TOTAL_SHARDS -u GTEST_SHARD_INDEX -u GTEST_OUTPUT " +
+                              ("TMPDIR='" + (folder / "") + "' VEDUTA_SEED=") +
+                              std::to_string(seed) + " '" +
+                              std::filesystem::read_symlink("/proc/self/exe").string() +
+                              "' --gtest_filter=BadDays.NothingAcknowledgedIsLost 2>&1";
+  FILE* const pipe = popen(command.c_str(), "r");
+  ASSERT_NE(pipe, nullptr);
+  std::string printed;
+  std::array<char, 4096> piece;
+  while (const size_t size = fread(piece.data(), 1, piece.size(), pipe))
+    printed.append(piece.data(), size);
+  const int status = pclose(pipe);
+  if (status == 0) {
+    std::istringstream lines(printed);
+    for (std::string line; std::getline(lines, line);) {
+      const size_t colon = line.rfind(": ");
+      if (line.starts_with(Report::kSum) && colon != std::string::npos)
+        report->Count(line.substr(Report::kSum.size(), colon - Report::kSum.size()),
+                      std::stoull(line.substr(colon + 2)));
+    }
+  } else if (IsRocksDbAssertion(status, printed)) {
+    report->Count("lives that an assertion of RocksDB ended");
+  } else {
+    ADD_FAILURE() << "VEDUTA_SEED=" << seed << " fails:\n" << printed;
+  }
+}
+
+// The lives share nothing and go side by side; RocksDB sleeps a second after a failed flush.
+void LiveSideBySide(uint64_t lives) {
+  Report report;
+  std::atomic<uint64_t> next = 1;
   std::vector<std::thread> threads;
-  for (int i = 0; i < kThreads; ++i) {
+  for (int i = 0; i < 4; ++i) {
     threads.emplace_back([&] {
-      for (uint64_t seed = next++; seed < first_seed + lives; seed = next++) {
+      for (uint64_t seed = next++; seed <= lives; seed = next++) {
         if (testing::Test::HasFailure()) return;
-        SCOPED_TRACE("VEDUTA_SEED=" + std::to_string(seed));
-        Life(seed, &report).Run(events);
-        report.Count("lives");
+        LiveApart(seed, &report);
       }
     });
   }
   for (std::thread& thread : threads) thread.join();
   report.Print();
+  EXPECT_GE(report.counts["lives"], lives - 1 - lives / 50) << "too many were not lived to the end";
 }
 
 TEST(BadDays, NothingAcknowledgedIsLost) {
-  constexpr int kEvents = 60;
-  if (const char* seed = std::getenv("VEDUTA_SEED")) return Live(std::stoull(seed), 1, kEvents);
-  const char* sweep = std::getenv("VEDUTA_SWEEP");
-  Live(1, sweep != nullptr ? 200 : 5, kEvents);
+  if (const char* seed = std::getenv("VEDUTA_SEED")) return Live(std::stoull(seed));
+  LiveSideBySide(std::getenv("VEDUTA_SWEEP") != nullptr ? 200 : 5);
 }
 
 }  // namespace

@@ -273,13 +273,19 @@ TEST(Added, Localized) {
                 ReasonSentence(photo.reason, "with 9") +
                 R"(","stored":7,"reconstruction":2,"pose":{"rotation_wxyz":[0.5,0.5,0.5,-0.5],)"
                 R"("translation":[1.0,2.0,3.0],"center":[4.0,5.0,6.0]},"uncertainty":null,)"
-                R"("neighbors":5,"inliers":77,"pairs_tried":24,)"
+                R"("camera":null,"neighbors":5,"inliers":77,"pairs_tried":24,)"
                 R"("support":[{"id":3,"image":"c.jpg","points":80}],)"
                 R"("damaged":[{"id":9,"what":"its features"}],)"
                 R"("ms":{"decode":1.0,"undistort":2.0,"features":3.0,"retrieve":4.0,"match":5.0,)"
                 R"("verify":6.0,"map":7.0,"adjust":8.0,"commit":9.0,"follow":10.0,"total":55.0}})");
   photo.uncertainty.emplace();
   EXPECT_EQ(ToJson(photo)["uncertainty"], ToJson(*photo.uncertainty));
+  photo.camera =
+      EstimatedCamera{{600, 400, 500, 500, 300, 200, 0.5, 0, 300, 200}, 0.01, 0.25, 0.125};
+  EXPECT_EQ(JsonLine(ToJson(photo)["camera"]),
+            R"({"size":"600x400","params":")" + CameraParamsText(photo.camera->model) +
+                R"(","focal":500.0,"focal_stddev":5.0,"k1":0.5,"k1_stddev":0.25,)"
+                R"("k2":0.0,"k2_stddev":0.125})");
   photo.cam_from_world.reset();
   photo.verdict = Verdict::kPostponed;
   EXPECT_EQ(ToJson(photo)["verdict"], "refused");

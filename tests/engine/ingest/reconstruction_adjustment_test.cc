@@ -1,9 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 // Goal: adjusting a whole reconstruction keeps its frame, and an image that was placed wrongly is
 //   moved to where most points that others agree on are seen. No image keeps a pose by fewer points
-//   than a pose needs, whatever took the others: filters, cuts or lost poses.
-// Method: a synthetic scene in a database; one image's pose and points are shifted in memory, or
-//   taken away, where tracks cannot grow.
+//   than a pose needs, whatever took the others: filters, cuts or lost poses. Images that stand
+//   wrong as one body are carried back.
+// Method: a synthetic scene in a database; poses and points of one image or of a side are shifted
+//   in memory, or taken away, where tracks cannot grow.
 #include "engine/ingest/reconstruction_adjustment.h"
 
 #include <gtest/gtest.h>
@@ -57,6 +58,33 @@ uint32_t CountShared(const CityMap& map, ImageId image, const std::vector<ImageI
     });
   }
   return shared;
+}
+
+TEST(ReconstructionAdjustment, CarriesImagesThatStandWrongAsOneBody) {
+  SceneOptions options = kTwoSides;
+  options.seam_point_count = 60;
+  SceneDatabase scene(options);
+  const ReconstructionId id = AddTwoSides(&scene);
+  SceneWork work(&scene);
+  std::vector<ImageId> images;
+  ASSERT_OK(work.loader.LoadReconstruction(id, &images));
+  const std::vector<ImageId> body = SideImages(1);
+  work.map.CutOff({body.begin(), body.end()});
+  for (const ImageId image : body) {
+    work.map.MoveImage(image, id, {1, Eigen::Quaterniond::Identity(), {0.2, 0, 0}});
+    work.map.MoveBlock(image, id, {1, Eigen::Quaterniond::Identity(), {0.2, 0, 0}});
+  }
+  ASSERT_EQ(CountShared(work.map, body.front(), SideImages(0)), 0u);
+  const auto healing = AdjustReconstruction(work.context, id);
+  ASSERT_OK(healing);
+  EXPECT_TRUE(healing->empty());
+  EXPECT_GE(CountShared(work.map, body.front(), SideImages(0)), 30u);
+  for (uint32_t k = 0; k < 8; ++k) {
+    const Rigid3& pose = work.map.image(ImageId(k + 1)).cam_from_world;
+    const Rigid3 relative = pose * work.map.image(ImageId(1)).cam_from_world.Inverse();
+    const Rigid3 truth = scene.scene().poses[k] * scene.scene().poses[0].Inverse();
+    EXPECT_LT((relative.Center() - truth.Center()).norm(), 0.05) << k;
+  }
 }
 
 // Leaves the image so many of the points that it sees together with one of these.

@@ -41,8 +41,8 @@ Pose ToPose(ReconstructionId reconstruction, const PlainPose& pose) {
 
 Result<LocalizationRun> RunLocalization(std::span<const orders::OrderedPhoto> added,
                                         std::span<const orders::OrderedPhoto> asked,
-                                        const CameraModel& camera, uint32_t threads,
-                                        const std::string& folder) {
+                                        const CameraModel& camera, bool is_unknown,
+                                        uint32_t threads, const std::string& folder) {
   EngineOptions options;
   options.create = true;
   options.sync = false;
@@ -52,11 +52,12 @@ Result<LocalizationRun> RunLocalization(std::span<const orders::OrderedPhoto> ad
   VEDUTA_RETURN_IF_ERROR(engine->AddCamera(kCamera, camera, "veduta-bench-localization").status());
   VEDUTA_RETURN_IF_ERROR(AddAll(engine.get(), added));
   LocalizationRun run;
+  run.focal_px = camera.fx;
   VEDUTA_RETURN_IF_ERROR(ReadPoses(engine->Ask(), added, &run.before));
   VEDUTA_ASSIGN_OR_RETURN(const std::string digest, engine->Ask().Digest());
   std::vector<LocalizeRequest> requests;
   for (const orders::OrderedPhoto& photo : asked)
-    requests.push_back({{photo.name, photo.path, {}}, kCamera});
+    requests.push_back({{photo.name, photo.path, {}}, is_unknown ? "" : kCamera});
   Stopwatch watch;
   VEDUTA_RETURN_IF_ERROR(engine->Ask().Localize(
       requests, [&](const LocalizedPhoto& photo) { run.asked.push_back(photo); }));

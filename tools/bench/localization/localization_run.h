@@ -22,6 +22,7 @@ using Poses = std::map<std::string, Pose>;  // by the photo's name
 
 struct LocalizationRun {
   std::vector<LocalizedPhoto> asked;  // in the order of the request
+  double focal_px = 0;                // the right one of all photos
   double seconds = 0;                 // wall clock of localising all of them
   Poses before;                       // of the photos that were added, when the others were asked
   Poses after;                        // of all photos, when the others were added, too
@@ -29,11 +30,12 @@ struct LocalizationRun {
 
 Pose ToPose(ReconstructionId reconstruction, const PlainPose& pose);
 
-// All photos were taken by one camera. The database lies in `folder`. kCorruption where localising
+// All photos were taken by one camera. Where `is_unknown`, it is not named when the photos are
+// localised. The database lies in `folder`. kCorruption where localising
 // has changed the digest of the database.
 Result<LocalizationRun> RunLocalization(std::span<const orders::OrderedPhoto> added,
                                         std::span<const orders::OrderedPhoto> asked,
-                                        const CameraModel& camera, uint32_t threads,
-                                        const std::string& folder);
+                                        const CameraModel& camera, bool is_unknown,
+                                        uint32_t threads, const std::string& folder);
 
 }  // namespace veduta::localization

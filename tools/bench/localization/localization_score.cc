@@ -77,6 +77,10 @@ void ScoreCovariance(const PoseUncertainty& uncertainty, const Eigen::Matrix<dou
 
 void ScoreLocalized(const LocalizedPhoto& photo, const Rigid3& real, const LocalizationRun& run,
                     const orders::Truth& truth, PhotoScore* score) {
+  if (photo.camera) {
+    score->focal_error_share = photo.camera->model.fx / run.focal_px - 1;
+    score->focal_deviations = *score->focal_error_share / photo.camera->focal_stddev_share;
+  }
   const Pose pose = ToPose(photo.reconstruction, *photo.cam_from_world);
   if (const auto fit = Fit(run.before, pose.reconstruction, truth))
     score->error = ErrorOf(pose.cam_from_world, real, *fit);
@@ -135,12 +139,17 @@ std::string PhotoText(const PhotoScore& score) {
     text += Format("; squares of the centre %.2f, of the pose %.2f", *score.center_squares,
                    *score.pose_squares);
   }
+  if (score.focal_error_share) {
+    text += Format("; focal length off by %.3f %%, %.1f standard deviations",
+                   100 * *score.focal_error_share, *score.focal_deviations);
+  }
   return text + Format("; %.0f ms\n", score.ms);
 }
 
 std::string Summary(const std::vector<PhotoScore>& scores) {
   std::vector<double> center, rotation, adjusted_center, adjusted_rotation, ms;
   std::vector<double> center_squares, pose_squares, nearby_center, nearby_rotation;
+  std::vector<double> focal_percent, focal_squares;
   for (const PhotoScore& score : scores) {
     ms.push_back(score.ms);
     if (score.error) {
@@ -157,8 +166,16 @@ std::string Summary(const std::vector<PhotoScore>& scores) {
     }
     if (score.center_squares) center_squares.push_back(*score.center_squares);
     if (score.pose_squares) pose_squares.push_back(*score.pose_squares);
+    if (!score.focal_error_share) continue;
+    focal_percent.push_back(std::abs(100 * *score.focal_error_share));
+    focal_squares.push_back(*score.focal_deviations * *score.focal_deviations);
   }
-  return Format("localised and scored: %zu of %zu photos\n", center.size(), scores.size()) +
+  const std::string focal =
+      focal_percent.empty()
+          ? ""
+          : "focal length, %: " + Spread(focal_percent) +
+                "; within 1.96 standard deviations: " + Inside(focal_squares, 1.96 * 1.96) + "\n";
+  return Format("localised and scored: %zu of %zu photos\n", center.size(), scores.size()) + focal +
          "centre, m: " + Spread(center) + "\n" +
          "centre once added, m: " + Spread(adjusted_center) + "\n" +
          "centre against the images it rests on, m: " + Spread(nearby_center) + "\n" +

@@ -25,6 +25,9 @@ struct PhotoScore {
   // rotation and centre (6); against the images that it rests on, since their poses are what the
   // covariance takes for given.
   std::optional<double> center_squares, pose_squares;
+  // Of a camera that was estimated: its focal length over the right one, less 1, and that in the
+  // standard deviations that were stated.
+  std::optional<double> focal_error_share, focal_deviations;
   double ms = 0;  // of this photo, on its threads
 };
 

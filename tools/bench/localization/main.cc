@@ -15,6 +15,7 @@ namespace {
 struct Arguments {
   std::string photos, truth, size, params;
   uint32_t hold_out = 0, threads = 2;
+  bool unknown = false;
 };
 
 // Photos to add, then photos to ask about.
@@ -48,7 +49,7 @@ Status Measure(const Arguments& arguments) {
     VEDUTA_ASSIGN_OR_RETURN(const orders::ScratchFolder folder, orders::ScratchFolder::Make());
     VEDUTA_ASSIGN_OR_RETURN(
         const LocalizationRun run,
-        RunLocalization(added, asked, camera, arguments.threads, folder.path()));
+        RunLocalization(added, asked, camera, arguments.unknown, arguments.threads, folder.path()));
     seconds += run.seconds;
     for (PhotoScore& score : ScoreLocalization(run, truth)) {
       std::fputs(PhotoText(score).c_str(), stdout);
@@ -72,6 +73,8 @@ int Run(int argc, char** argv) {
   app.add_option("--hold-out", arguments.hold_out,
                  "localise so many photos, the last by name, in a database of the others; without "
                  "it each photo is localised in a database of all others");
+  app.add_flag("--unknown", arguments.unknown,
+               "localise as photos of an unknown camera, and score its focal length");
   app.add_option("--threads", arguments.threads, "threads (2)")->check(CLI::Range(1, 1024));
   try {
     app.parse(argc, argv);
