@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "storage/acknowledged.h"
 
+#include <algorithm>
 #include <array>
 #include <string_view>
 #include <utility>
@@ -15,7 +16,7 @@ namespace {
 
 // Two slots, each in a page of its own, so that a write that is torn leaves the other one.
 constexpr size_t kSlotStrideBytes = 4096;
-constexpr size_t kSlotBytes = 36;
+constexpr size_t kSlotBytes = 52;
 constexpr size_t kSlots = 2;
 
 struct Slot {
@@ -29,6 +30,8 @@ std::string EncodeSlot(const Slot& slot) {
   AppendLittleEndian(slot.mark.sequence, &bytes);
   AppendLittleEndian(slot.mark.log, &bytes);
   AppendLittleEndian(slot.mark.first_log, &bytes);
+  AppendLittleEndian(slot.mark.manifest.number, &bytes);
+  AppendLittleEndian(slot.mark.manifest.size_bytes, &bytes);
   AppendLittleEndian(ExtendCrc32c(0, bytes), &bytes);
   return bytes;
 }
@@ -39,8 +42,10 @@ std::optional<Slot> DecodeSlot(std::string_view bytes) {
   if (ExtendCrc32c(0, fields) != LittleEndianAt<uint32_t>(bytes, fields.size()))
     return std::nullopt;
   return Slot{LittleEndianAt<uint64_t>(bytes, 0),
-              {LittleEndianAt<uint64_t>(bytes, 8), LittleEndianAt<uint64_t>(bytes, 16),
-               LittleEndianAt<uint64_t>(bytes, 24)}};
+              {LittleEndianAt<uint64_t>(bytes, 8),
+               LittleEndianAt<uint64_t>(bytes, 16),
+               LittleEndianAt<uint64_t>(bytes, 24),
+               {LittleEndianAt<uint64_t>(bytes, 32), LittleEndianAt<uint64_t>(bytes, 40)}}};
 }
 
 Result<std::optional<Slot>> ReadNewestSlot(rocksdb::FileSystem& file_system,
@@ -108,10 +113,11 @@ void AcknowledgedFile::Advance(uint64_t sequence, uint64_t log) {
   WriteSlot().IgnoreBecause("an older mark claims less, and the next one is written anew");
 }
 
-void AcknowledgedFile::Finish(uint64_t sequence) {
+void AcknowledgedFile::Finish(uint64_t sequence, const ManifestPosition& manifest) {
   const std::lock_guard lock(mutex_);
-  if (sequence > mark_.sequence) {
-    mark_.sequence = sequence;
+  if (sequence > mark_.sequence || manifest != mark_.manifest) {
+    mark_.sequence = std::max(sequence, mark_.sequence);
+    mark_.manifest = manifest;
     WriteSlot().IgnoreBecause("an older mark claims less");
   }
   file_->Sync(rocksdb::IOOptions(), nullptr).PermitUncheckedError();

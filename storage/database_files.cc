@@ -6,7 +6,10 @@
 #include <rocksdb/write_batch.h>
 
 #include <memory>
+#include <optional>
+#include <string_view>
 
+#include "storage/log_names.h"
 #include "storage/rocksdb_status.h"
 
 namespace veduta {
@@ -122,9 +125,26 @@ Result<DatabaseFiles::LogPosition> DatabaseFiles::Position() const {
 
 Status DatabaseFiles::BeginAcknowledging() {
   VEDUTA_ASSIGN_OR_RETURN(const LogPosition now, Position());
-  VEDUTA_ASSIGN_OR_RETURN(acknowledged_,
-                          AcknowledgedFile::Open(file_system_, path_, {now.sequence, 0, now.log}));
+  VEDUTA_ASSIGN_OR_RETURN(const ManifestPosition manifest, DurableManifest());
+  VEDUTA_ASSIGN_OR_RETURN(
+      acknowledged_,
+      AcknowledgedFile::Open(file_system_, path_, {now.sequence, 0, now.log, manifest}));
   return Status::Ok();
+}
+
+// RocksDB syncs each change of its manifest before it goes on.
+Result<ManifestPosition> DatabaseFiles::DurableManifest() const {
+  std::vector<std::string> names;
+  ManifestPosition manifest;
+  const std::string doing = "look at the manifest of the database at " + path_;
+  VEDUTA_RETURN_IF_ERROR(
+      FromRocksdb(db_->GetLiveFiles(names, &manifest.size_bytes, /*flush_memtable=*/false), doing));
+  for (const std::string& name : names) {
+    const std::optional<uint64_t> number =
+        ParseManifestName(std::string_view(name).substr(1 /* a slash */));
+    if (number) manifest.number = *number;
+  }
+  return manifest;
 }
 
 // A log that could not be written or synced must not be synced again: Debian's RocksDB is built
@@ -135,7 +155,8 @@ void DatabaseFiles::EndAcknowledging() {
   rocksdb::CancelAllBackgroundWork(db_.get(), /*wait=*/true);
   if (failures_->has_heard() || !CheckNoFailure().ok()) return;
   const uint64_t sequence = db_->GetLatestSequenceNumber();
-  acknowledged_->Finish(db_->SyncWAL().ok() ? sequence : 0);
+  const Result<ManifestPosition> manifest = DurableManifest();
+  if (manifest.ok()) acknowledged_->Finish(db_->SyncWAL().ok() ? sequence : 0, *manifest);
 }
 
 // Earlier unsynced writes (the write-aheads) become durable with a synced commit: all families

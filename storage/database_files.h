@@ -105,6 +105,7 @@ class DatabaseFiles final {
   // just made tables of its log.
   Status BeginAcknowledging();
   Result<LogPosition> Position() const;
+  Result<ManifestPosition> DurableManifest() const;
   Status CheckNoFailure();
   void EndAcknowledging();  // at a clean close
 

@@ -14,6 +14,7 @@
 #include "storage/folder_lock.h"
 #include "storage/log_inspection.h"
 #include "storage/log_names.h"
+#include "storage/opening_gate.h"
 #include "storage/records/record_parts.h"
 #include "storage/records/state_record.h"
 #include "storage/replay_limit.h"
@@ -64,9 +65,12 @@ DatabaseOpener::DatabaseOpener(std::string path, const DatabaseOptions& options)
   files_->read_only_ = options.read_only;
   files_->sync_wal_ = options.sync_wal;
   files_->file_system_ = options.file_system ? options.file_system : rocksdb::FileSystem::Default();
-  const bool holds = options.read_only && !options.salvage;
-  if (holds) files_->file_system_ = held_files_ = std::make_shared<HeldFiles>(files_->file_system_);
-  if (holds || options.file_system) files_->env_ = rocksdb::NewCompositeEnv(files_->file_system_);
+  if (!options.read_only) {
+    files_->file_system_ = std::make_shared<GatedDeletions>(files_->file_system_, files_->path_);
+  } else if (!options.salvage) {
+    files_->file_system_ = held_files_ = std::make_shared<HeldFiles>(files_->file_system_);
+  }
+  files_->env_ = rocksdb::NewCompositeEnv(files_->file_system_);
 }
 
 Result<std::shared_ptr<DatabaseFiles>> DatabaseOpener::Open() {
@@ -159,7 +163,7 @@ Status DatabaseOpener::PrepareFolder() {
 rocksdb::DBOptions DatabaseOpener::RocksdbOptions() const {
   rocksdb::DBOptions options = DatabaseWideOptions();
   options.listeners.push_back(files_->failures_);
-  if (files_->env_) options.env = files_->env_.get();
+  options.env = files_->env_.get();
   if (options_.read_only) {
     options.info_log = std::make_shared<SilentLogger>();
     // Opens every table now, and keeps it open: held_files.h. A salvage may read beside a database
@@ -380,10 +384,9 @@ Status DatabaseOpener::FinishCreation() {
 
 namespace {
 
-// A writer's flush or compaction moves files within milliseconds, and makes some ten a second at
-// most, so tools/readers_beside_writer.sh never needed more than a few attempts. A machine that is
-// busy with other things needs more: 30 were too few for 4 readers beside a writer that did nothing
-// but compact, at a load of 10 on 2 cores. Both chosen by hand.
+// Where the gate is held, one attempt is enough, but for a log that is replaced meanwhile. Where a
+// file system has no such locks, a writer's flush or compaction moves files within milliseconds, and
+// makes some ten a second at most. Both chosen by hand.
 constexpr std::chrono::seconds kPatienceBesideWriter(20);
 constexpr std::chrono::milliseconds kBetweenAttempts(20);
 
@@ -404,6 +407,7 @@ Result<std::shared_ptr<DatabaseFiles>> DatabaseFiles::Open(const std::string& pa
   const auto end = std::chrono::steady_clock::now() + kPatienceBesideWriter;
   for (;;) {
     const std::vector<std::string> before = NamesIn(*file_system, path);
+    const OpeningGate gate = OpeningGate::EnterToOpen(path);
     Result<std::shared_ptr<DatabaseFiles>> opened = DatabaseOpener(path, options).Open();
     // Where no file has come or gone, nobody was writing, and the reason is the database's own.
     if (opened.ok() || std::chrono::steady_clock::now() > end ||

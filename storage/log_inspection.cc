@@ -11,6 +11,7 @@
 #include "storage/log_names.h"
 #include "storage/log_reader.h"
 #include "storage/manifest_facts.h"
+#include "storage/manifest_inspection.h"
 #include "storage/rocksdb_status.h"
 
 namespace veduta {
@@ -201,6 +202,7 @@ Result<LogDamage> InspectLogs(const std::string& path, const DatabaseOptions& op
   // In this order: beside a writer, what is read later is newer, and promises more.
   VEDUTA_ASSIGN_OR_RETURN(const std::optional<AcknowledgedMark> mark,
                           ReadAcknowledged(*file_system, path));
+  VEDUTA_RETURN_IF_ERROR(CheckManifest(path, *file_system, mark));
   VEDUTA_ASSIGN_OR_RETURN(const ManifestFacts manifest, ReadManifestFacts(path, file_system));
   VEDUTA_ASSIGN_OR_RETURN(std::vector<uint64_t> logs, ListLogs(*file_system, path));
   std::erase_if(logs, [&](uint64_t log) { return log < manifest.first_log; });

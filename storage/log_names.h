@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
-// The names of RocksDB's logs: a number of six digits or more, and ".log".
+// The names of RocksDB's logs: a number of six digits or more, and ".log"; and of its manifests.
 
 #include <rocksdb/file_system.h>
 
@@ -22,13 +22,24 @@ inline std::string LogName(uint64_t number) {
   return std::string(digits.size() < 6 ? 6 - digits.size() : 0, '0') + digits + ".log";
 }
 
+// The number of a file's name without its beginning or its end.
+inline std::optional<uint64_t> ParseFileNumber(std::string_view digits) {
+  uint64_t number = 0;
+  const auto [end, error] = std::from_chars(digits.data(), digits.data() + digits.size(), number);
+  if (error != std::errc() || end != digits.data() + digits.size()) return std::nullopt;
+  return number;
+}
+
 inline std::optional<uint64_t> ParseLogName(std::string_view name) {
   if (!name.ends_with(".log")) return std::nullopt;
   name.remove_suffix(4);
-  uint64_t number = 0;
-  const auto [end, error] = std::from_chars(name.data(), name.data() + name.size(), number);
-  if (error != std::errc() || end != name.data() + name.size()) return std::nullopt;
-  return number;
+  return ParseFileNumber(name);
+}
+
+inline std::optional<uint64_t> ParseManifestName(std::string_view name) {
+  constexpr std::string_view kBegin = "MANIFEST-";
+  if (!name.starts_with(kBegin)) return std::nullopt;
+  return ParseFileNumber(name.substr(kBegin.size()));
 }
 
 // The numbers of the logs in a folder, ascending. kIoError.

@@ -37,10 +37,13 @@ std::optional<Fragment> FragmentAt(std::string_view block, size_t offset) {
   return Fragment{type, data};
 }
 
-// Takes the blocks of one log and makes pieces of them.
+enum class RecordKind : uint8_t { kBatch, kManifestEdit };
+
+// Takes the blocks of one file and makes pieces of them.
 class LogParser final {
  public:
-  explicit LogParser(const std::function<Status(const LogPiece&)>& visit) : visit_(visit) {}
+  LogParser(RecordKind kind, const std::function<Status(const LogPiece&)>& visit)
+      : kind_(kind), visit_(visit) {}
 
   // `block` lies at begin_bytes of the file, and is shorter than others only at the file's end.
   Status TakeBlock(std::string_view block, uint64_t begin_bytes) {
@@ -53,8 +56,9 @@ class LogParser final {
         continue;
       }
       const size_t next = NextFragment(block, offset);
+      const bool is_torn = next == block.size() && EndsWithin(block, offset);
       Spoil(begin_bytes + offset, begin_bytes + next,
-            EndsWithin(block, offset) || HasUnwrittenPart(block, offset, next));
+            is_torn || HasUnwrittenPart(block, offset, next));
       offset = next;
     }
     if (block.size() < kLogBlockBytes && offset < block.size())  // a header without its end
@@ -124,7 +128,7 @@ class LogParser final {
   }
 
   Status TellRecord(std::string_view record, uint64_t begin_bytes, uint64_t end_bytes) {
-    if (record.size() < kBatchHeaderBytes) {
+    if (kind_ == RecordKind::kBatch && record.size() < kBatchHeaderBytes) {
       Spoil(begin_bytes, end_bytes, false);
       return Status::Ok();
     }
@@ -133,9 +137,11 @@ class LogParser final {
     piece.begin_bytes = begin_bytes;
     piece.end_bytes = end_bytes;
     piece.readable = true;
-    piece.sequence = LittleEndianAt<uint64_t>(record, 0);
-    piece.count = LittleEndianAt<uint32_t>(record, 8);
-    piece.batch = record;
+    piece.record = record;
+    if (kind_ == RecordKind::kBatch) {
+      piece.sequence = LittleEndianAt<uint64_t>(record, 0);
+      piece.count = LittleEndianAt<uint32_t>(record, 8);
+    }
     return visit_(piece);
   }
 
@@ -155,6 +161,7 @@ class LogParser final {
     return visit_(piece);
   }
 
+  const RecordKind kind_;
   const std::function<Status(const LogPiece&)>& visit_;
   bool in_record_ = false;  // a first fragment was read, and its last one was not
   uint64_t record_begin_bytes_ = 0;
@@ -162,17 +169,15 @@ class LogParser final {
   std::optional<LogPiece> spoiled_;
 };
 
-}  // namespace
-
-Status ReadLog(rocksdb::FileSystem& file_system, const std::string& path,
-               const std::function<Status(const LogPiece&)>& visit) {
-  const std::string doing = "read the log " + path;
+Status ReadRecords(rocksdb::FileSystem& file_system, const std::string& path, RecordKind kind,
+                   const std::function<Status(const LogPiece&)>& visit) {
+  const std::string doing = "read " + path;
   std::unique_ptr<rocksdb::FSSequentialFile> file;
   VEDUTA_RETURN_IF_ERROR(FromRocksdb(
       file_system.NewSequentialFile(path, rocksdb::FileOptions(), &file, nullptr), doing));
   constexpr size_t kReadBytes = 32 * kLogBlockBytes;  // 1 MiB; chosen by hand, not measured
   std::string buffer(kReadBytes, '\0');
-  LogParser parser(visit);
+  LogParser parser(kind, visit);
   uint64_t offset = 0;
   for (bool at_end = false; !at_end;) {
     size_t filled = 0;
@@ -192,6 +197,18 @@ Status ReadLog(rocksdb::FileSystem& file_system, const std::string& path,
     offset += filled;
   }
   return parser.Finish(offset);
+}
+
+}  // namespace
+
+Status ReadLog(rocksdb::FileSystem& file_system, const std::string& path,
+               const std::function<Status(const LogPiece&)>& visit) {
+  return ReadRecords(file_system, path, RecordKind::kBatch, visit);
+}
+
+Status ReadManifest(rocksdb::FileSystem& file_system, const std::string& path,
+                    const std::function<Status(const LogPiece&)>& visit) {
+  return ReadRecords(file_system, path, RecordKind::kManifestEdit, visit);
 }
 
 }  // namespace veduta

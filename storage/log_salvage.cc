@@ -67,7 +67,7 @@ class LogRewriter final {
     const std::string anew = InFolder(log + ".anew");
     VEDUTA_ASSIGN_OR_RETURN(LogWriter writer, LogWriter::Make(file_system_, anew));
     VEDUTA_RETURN_IF_ERROR(ReadLog(file_system_, InFolder(log), [&](const LogPiece& piece) {
-      return piece.readable ? writer.Add(piece.batch) : Status::Ok();
+      return piece.readable ? writer.Add(piece.record) : Status::Ok();
     }));
     VEDUTA_RETURN_IF_ERROR(writer.Finish());
     return FromRocksdb(file_system_.RenameFile(anew, InFolder(log), rocksdb::IOOptions(), nullptr),

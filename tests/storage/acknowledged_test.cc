@@ -23,34 +23,35 @@ std::optional<AcknowledgedMark> Read(const std::string& folder) {
 TEST(Acknowledged, NewestMarkIsRead) {
   const TemporaryFolder folder;
   EXPECT_EQ(Read(folder.path()), std::nullopt);
-  auto file = AcknowledgedFile::Open(rocksdb::FileSystem::Default(), folder.path(), {7, 0, 3});
+  auto file =
+      AcknowledgedFile::Open(rocksdb::FileSystem::Default(), folder.path(), {7, 0, 3, {2, 90}});
   ASSERT_OK(file);
-  EXPECT_EQ(Read(folder.path()), (AcknowledgedMark{7, 0, 3}));
+  EXPECT_EQ(Read(folder.path()), (AcknowledgedMark{7, 0, 3, {2, 90}}));
   for (uint64_t i = 8; i < 13; ++i) {
     (*file)->Advance(i, 4);
-    EXPECT_EQ(Read(folder.path()), (AcknowledgedMark{i, 4, 3}));
+    EXPECT_EQ(Read(folder.path()), (AcknowledgedMark{i, 4, 3, {2, 90}}));
   }
   (*file)->Advance(5, 9);
-  EXPECT_EQ(Read(folder.path()), (AcknowledgedMark{12, 4, 3})) << "it never goes back";
-  (*file)->Finish(0);
-  EXPECT_EQ(Read(folder.path()), (AcknowledgedMark{12, 4, 3}));
-  (*file)->Finish(20);
-  EXPECT_EQ(Read(folder.path()), (AcknowledgedMark{20, 4, 3}));
-  file = AcknowledgedFile::Open(rocksdb::FileSystem::Default(), folder.path(), {21, 0, 9});
+  EXPECT_EQ(Read(folder.path()), (AcknowledgedMark{12, 4, 3, {2, 90}})) << "it never goes back";
+  (*file)->Finish(0, {2, 95});
+  EXPECT_EQ(Read(folder.path()), (AcknowledgedMark{12, 4, 3, {2, 95}}));
+  (*file)->Finish(20, {2, 95});
+  EXPECT_EQ(Read(folder.path()), (AcknowledgedMark{20, 4, 3, {2, 95}}));
+  file = AcknowledgedFile::Open(rocksdb::FileSystem::Default(), folder.path(), {21, 0, 9, {4, 80}});
   ASSERT_OK(file);
-  EXPECT_EQ(Read(folder.path()), (AcknowledgedMark{21, 0, 9}));
+  EXPECT_EQ(Read(folder.path()), (AcknowledgedMark{21, 0, 9, {4, 80}}));
 }
 
 TEST(Acknowledged, DamageLeavesTheMarkBeforeOrNone) {
   const TemporaryFolder folder;
   const std::string path = folder / kAcknowledgedFile;
   const auto file =
-      AcknowledgedFile::Open(rocksdb::FileSystem::Default(), folder.path(), {7, 5, 3});
+      AcknowledgedFile::Open(rocksdb::FileSystem::Default(), folder.path(), {7, 5, 3, {2, 90}});
   ASSERT_OK(file);
   (*file)->Advance(8, 5);
   std::string whole;
   ASSERT_TRUE(rocksdb::ReadFileToString(rocksdb::FileSystem::Default().get(), path, &whole).ok());
-  for (size_t byte = 0; byte < whole.size(); byte += byte % 4096 == 40 ? 4096 - 40 : 1) {
+  for (size_t byte = 0; byte < whole.size(); byte += byte % 4096 == 60 ? 4096 - 60 : 1) {
     std::string changed = whole;
     changed[byte] ^= 0x10;
     std::ofstream(path, std::ios::binary) << changed;
@@ -65,8 +66,9 @@ TEST(Acknowledged, DamageLeavesTheMarkBeforeOrNone) {
   }
   std::ofstream(path, std::ios::binary) << "";
   EXPECT_EQ(Read(folder.path()), std::nullopt);
-  ASSERT_OK(AcknowledgedFile::Open(rocksdb::FileSystem::Default(), folder.path(), {9, 5, 3}));
-  EXPECT_EQ(Read(folder.path()), (AcknowledgedMark{9, 5, 3})) << "made anew";
+  ASSERT_OK(
+      AcknowledgedFile::Open(rocksdb::FileSystem::Default(), folder.path(), {9, 5, 3, {2, 90}}));
+  EXPECT_EQ(Read(folder.path()), (AcknowledgedMark{9, 5, 3, {2, 90}})) << "made anew";
 }
 
 // Its writes in place fail once `fails` is set.

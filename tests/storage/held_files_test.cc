@@ -18,6 +18,7 @@
 #include <vector>
 
 #include "log_damage.h"
+#include "storage/opening_gate.h"
 
 namespace veduta {
 namespace {
@@ -125,6 +126,9 @@ class WriterInBetween final : public rocksdb::FileSystemWrapper {
 TEST(HeldFiles, NoLogIsMissedThatComesAndGoesWhileAReaderOpens) {
   const TemporaryFolder folder;
   const auto writer = MustCreate(folder / "db");
+  // A reader that never ends its opening: the writer goes on in spite of it, and of the others.
+  const OpeningGate gate = OpeningGate::EnterToOpen(folder / "db");
+  ASSERT_TRUE(gate.is_held());
   uint32_t id = 0;
   const auto write = [&] {
     ASSERT_OK(AddImage(*writer, ++id, 100));

@@ -145,7 +145,7 @@ TEST_F(LogInspection, WithoutAMarkATornEndBeforeALaterLogIsForgivenAndAFlippedBi
   auto later = LogWriter::Make(*rocksdb::FileSystem::Default(), path_ + "/000900.log");
   ASSERT_OK(later);
   ASSERT_OK(ReadLog(*rocksdb::FileSystem::Default(), log_, [&](const LogPiece& piece) {
-    return piece.begin_bytes > torn.begin_bytes ? later->Add(piece.batch) : Status::Ok();
+    return piece.begin_bytes > torn.begin_bytes ? later->Add(piece.record) : Status::Ok();
   }));
   ASSERT_OK(later->Finish());
   std::filesystem::resize_file(log_, torn.end_bytes);

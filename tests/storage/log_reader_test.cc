@@ -28,7 +28,7 @@ struct Piece {
 std::vector<Piece> PiecesOf(const std::string& path) {
   std::vector<Piece> pieces;
   EXPECT_OK(ReadLog(*rocksdb::FileSystem::Default(), path, [&](const LogPiece& piece) {
-    pieces.push_back({piece, std::string(piece.batch)});
+    pieces.push_back({piece, std::string(piece.record)});
     return Status::Ok();
   }));
   return pieces;
