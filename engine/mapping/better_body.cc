@@ -17,6 +17,10 @@ namespace {
 // > 0, px. Error up to which a place explains a sighting, as for one image (better_pose.cc), and at
 // which a sighting loses half of its weight.
 constexpr double kErrorPxMax = 1.0;
+// px. The place is sought from where the body stands, with errors that lose weight from here on and
+// then from a quarter of that, down to kErrorPxMax. Of what is found the place counts that explains
+// most: a row of 46 images of a street stood 11 m off, and the narrow search ended 2.4 m off.
+constexpr double kWidestPx[] = {kErrorPxMax, 4 * kErrorPxMax, 16 * kErrorPxMax};
 // >= 1. Sightings that the better place must explain. Chosen by hand; not measured.
 constexpr size_t kExplainedMin = 30;
 // By three standard deviations of how such a count scatters (Poisson), and a twentieth. In the
@@ -166,9 +170,16 @@ std::optional<Sim3> FindBetterPlace(const CityMap& map, std::span<const ImageId>
   };
   const size_t all = in_body.list.size() + in_rest.list.size(), explained = count(Sim3());
   if (!IsClearlyMore(all, explained)) return std::nullopt;
-  const Sim3 better = RefineSimilarity(Sim3(), in_rest.list, in_body.list, kErrorPxMax);
-  if (!IsClearlyMore(count(better), explained)) return std::nullopt;
-  return better;
+  Sim3 best;
+  size_t found = 0;
+  for (const double widest_px : kWidestPx) {
+    Sim3 better;
+    for (double scale_px = widest_px; scale_px >= kErrorPxMax; scale_px /= 4)
+      better = RefineSimilarity(better, in_rest.list, in_body.list, scale_px);
+    if (const size_t explains = count(better); explains > found) best = better, found = explains;
+  }
+  if (!IsClearlyMore(found, explained)) return std::nullopt;
+  return best;
 }
 
 }  // namespace veduta
