@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// veduta add DB --camera NAME PHOTO|FOLDER... [--list FILE] [--threads N] [--contributor WHO]
+// veduta add DB [--camera NAME] PHOTO|FOLDER... [--list FILE] [--threads N] [--contributor WHO]
 // [--json] [--no-sync]
 #include <algorithm>
 #include <map>
@@ -73,6 +73,7 @@ class AddReport final {
     } else {
       PrintLine("%-10s %s: %s", word.c_str(), Printable(outcome.name).c_str(),
                 Printable(OutcomeReason(outcome)).c_str());
+      if (!outcome.camera.empty()) PrintLine("  with camera %s", Printable(outcome.camera).c_str());
       PrintHealed(outcome.unplaced, outcome.split_off, engine_.Ask());
       if (!outcome.propagated.empty()) PrintPlacedLater(outcome.propagated, engine_.Ask());
     }
@@ -142,7 +143,11 @@ void RegisterAdd(CLI::App* app, int* exit_code) {
   command->add_option("DB", arguments->db, "Database")->required();
   command->add_option("PHOTO", arguments->paths,
                       "Photos, or folders of photos; with --list the folder of its paths");
-  command->add_option("--camera", arguments->camera, "The camera that took them")->required();
+  command
+      ->add_option("--camera", arguments->camera,
+                   "The camera that took them (default: unknown; found by what the photos say of "
+                   "themselves, or estimated from the photos that are there)")
+      ->check(CheckCameraName);
   command->add_option("--list", arguments->list,
                       "File with one path per line, in the order of submission; after a tab a line "
                       "may name its camera");

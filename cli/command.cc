@@ -49,6 +49,10 @@ void CheckPhotoArguments(const std::string& list, const std::vector<std::string>
   }
 }
 
+std::string CheckCameraName(const std::string& name) {
+  return name.empty() ? "is empty: leave the option out for an unknown camera" : "";
+}
+
 Result<std::unique_ptr<Engine>> OpenToRead(const std::string& path, uint32_t thread_count) {
   EngineOptions options;
   options.thread_count = thread_count;

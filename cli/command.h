@@ -32,6 +32,8 @@ Result<std::vector<ListedPhoto>> ListPhotosOf(const std::string& list,
                                               const std::vector<std::string>& paths);
 // What is wrong with a list file and paths given together: exceptions of the command line.
 void CheckPhotoArguments(const std::string& list, const std::vector<std::string>& paths);
+// Of an option --camera that may be left out: why its name is none; empty where it is one.
+std::string CheckCameraName(const std::string& name);
 
 // For commands that only ask: takes no lock, so it works while another process adds.
 Result<std::unique_ptr<Engine>> OpenToRead(const std::string& path, uint32_t thread_count = 0);

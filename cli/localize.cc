@@ -130,10 +130,7 @@ void RegisterLocalize(CLI::App* app, int* exit_code) {
       ->add_option("--camera", arguments->camera,
                    "The camera that took them (default: unknown; its focal length and its "
                    "distortion are estimated)")
-      ->check([](const std::string& name) {
-        return name.empty() ? std::string("is empty: leave the option out for an unknown camera")
-                            : std::string();
-      });
+      ->check(CheckCameraName);
   command->add_option("--list", arguments->list,
                       "File with one path per line; after a tab a line may name its camera");
   command->add_option("--threads", arguments->threads, "Threads (default: one per core)")

@@ -6,7 +6,6 @@
 #include <utility>
 
 #include "engine/camera/whole_file.h"
-#include "engine/journal/camera_entry.h"
 #include "engine/journal/journal.h"
 #include "engine/parts.h"
 #include "engine/query/city_answers.h"
@@ -60,34 +59,11 @@ Questions Engine::Ask() const {
 
 Result<CameraId> Engine::AddCamera(const std::string& name, const CameraModel& model,
                                    const std::string& source) {
-  if (name.empty()) return Status::InvalidArgument("a camera needs a name");
-  Writer::Turn turn = parts_->writer->Take();
-  const std::unique_ptr<Transaction> transaction = turn.database().BeginTransaction();
-  const std::shared_ptr<const Snapshot> snapshot = transaction->base();
-  const Result<CameraRecord> known = FindCamera(*snapshot, name);
-  if (known.ok()) {
-    if (known->model == model) return known->id;
-    return Status::AlreadyExists(
-        "camera '" + name +
-        "' exists with other intrinsics; photos rely on it, so give the new one another name");
-  }
-  if (known.status().code() != StatusCode::kNotFound) return known.status();
-  VEDUTA_ASSIGN_OR_RETURN(DatabaseState state, snapshot->GetState());
-  const CameraId id(state.next_camera++);
-  const CameraRecord camera{id, name, model, source};
-  transaction->PutCamera(camera);
-  JournalRecord entry;
-  entry.actor = "veduta";
-  entry.action = "camera";
-  entry.detail = CameraEntry(camera);
-  AppendJournal(std::move(entry), &state, transaction.get());
-  transaction->PutState(state);
-  VEDUTA_RETURN_IF_ERROR(transaction->Commit());
-  return id;
+  return parts_->AddCamera(name, model, source);
 }
 
 Result<Ticket> Engine::Submit(PhotoSubmission photo, AnswerCallback answered) {
-  VEDUTA_ASSIGN_OR_RETURN(CameraRecord camera, parts_->FindCamera(photo.camera));
+  VEDUTA_ASSIGN_OR_RETURN(std::optional<CameraRecord> camera, parts_->FindNamed(photo.camera));
   return parts_->scheduler->Submit(std::move(photo.photo), std::move(camera),
                                    std::move(photo.contributor), std::move(answered));
 }
@@ -96,9 +72,9 @@ Status Engine::AddPhotos(std::span<const PhotoSubmission> photos,
                          const std::function<void(const AddOutcome&)>& report, std::stop_token stop,
                          const std::function<void(const FollowUp&)>& followed) {
   // A camera that is not there is said before anything is added.
-  std::vector<CameraRecord> cameras;
+  std::vector<std::optional<CameraRecord>> cameras;
   for (const PhotoSubmission& photo : photos) {
-    VEDUTA_ASSIGN_OR_RETURN(CameraRecord camera, parts_->FindCamera(photo.camera));
+    VEDUTA_ASSIGN_OR_RETURN(std::optional<CameraRecord> camera, parts_->FindNamed(photo.camera));
     cameras.push_back(std::move(camera));
   }
   if (photos.empty()) return Settle(stop, followed);

@@ -4,8 +4,11 @@
 #include <thread>
 #include <utility>
 
+#include "engine/journal/camera_entry.h"
+#include "engine/journal/journal.h"
 #include "engine/parts.h"
 #include "engine/query/city_answers.h"
+#include "engine/unnamed_camera.h"
 #include "storage/base/option_bounds.h"
 
 namespace veduta {
@@ -68,9 +71,13 @@ Result<std::unique_ptr<Engine>> EngineParts::Open(const std::string& path,
   parts->pool = std::make_unique<ThreadPool>(parts->options.thread_count - 1);
   parts->writer = std::make_unique<Writer>(parts->database.get());
   parts->RenewCaches();
-  parts->scheduler = std::make_unique<Scheduler>(parts->writer.get(), parts->preparer.get(),
-                                                 &parts->ingest, parts->pool.get(),
-                                                 [raw = parts.get()] { return raw->TrainIfDue(); });
+  EngineParts* const raw = parts.get();
+  const CameraFinder cameras{
+      [raw](const PhotoSource& photo) { return FindUnnamedCamera(raw, photo); },
+      [raw](const PhotoSource& photo) { return EstimateUnnamedCamera(raw, photo); }};
+  parts->scheduler =
+      std::make_unique<Scheduler>(parts->writer.get(), parts->preparer.get(), &parts->ingest,
+                                  parts->pool.get(), cameras, [raw] { return raw->TrainIfDue(); });
   std::unique_ptr<Engine> engine(new Engine);
   engine->parts_ = std::move(parts);
   return engine;
@@ -93,6 +100,40 @@ Result<CameraRecord> EngineParts::FindCamera(const std::string& name) {
                           veduta::FindCamera(*database->GetSnapshot(), name));
   const std::lock_guard lock(caches_mutex);
   return cameras[name] = camera;
+}
+
+Result<std::optional<CameraRecord>> EngineParts::FindNamed(const std::string& name) {
+  if (name.empty()) return std::optional<CameraRecord>();
+  VEDUTA_ASSIGN_OR_RETURN(CameraRecord camera, FindCamera(name));
+  return std::optional(std::move(camera));
+}
+
+Result<CameraId> EngineParts::AddCamera(const std::string& name, const CameraModel& model,
+                                        const std::string& source) {
+  if (name.empty()) return Status::InvalidArgument("a camera needs a name");
+  Writer::Turn turn = writer->Take();
+  const std::unique_ptr<Transaction> transaction = turn.database().BeginTransaction();
+  const std::shared_ptr<const Snapshot> snapshot = transaction->base();
+  const Result<CameraRecord> known = veduta::FindCamera(*snapshot, name);
+  if (known.ok()) {
+    if (known->model == model) return known->id;
+    return Status::AlreadyExists(
+        "camera '" + name +
+        "' exists with other intrinsics; photos rely on it, so give the new one another name");
+  }
+  if (known.status().code() != StatusCode::kNotFound) return known.status();
+  VEDUTA_ASSIGN_OR_RETURN(DatabaseState state, snapshot->GetState());
+  const CameraId id(state.next_camera++);
+  const CameraRecord camera{id, name, model, source};
+  transaction->PutCamera(camera);
+  JournalRecord entry;
+  entry.actor = "veduta";
+  entry.action = "camera";
+  entry.detail = CameraEntry(camera);
+  AppendJournal(std::move(entry), &state, transaction.get());
+  transaction->PutState(state);
+  VEDUTA_RETURN_IF_ERROR(transaction->Commit());
+  return id;
 }
 
 std::shared_ptr<EngineCaches> EngineParts::GetCaches() {

@@ -5,6 +5,7 @@
 
 #include <memory>
 #include <mutex>
+#include <optional>
 #include <string>
 
 #include "engine/camera/undistorter.h"
@@ -49,8 +50,13 @@ struct EngineParts {
   static const std::shared_ptr<const Snapshot>& SnapshotOf(const Questions& questions);
   static EngineParts& Of(const Questions& questions);
 
+  // Engine::AddCamera.
+  Result<CameraId> AddCamera(const std::string& name, const CameraModel& model,
+                             const std::string& source);
   // The camera of that name; found ones are remembered, since cameras never change.
   Result<CameraRecord> FindCamera(const std::string& name);
+  // The same of a submission, whose camera need not be named.
+  Result<std::optional<CameraRecord>> FindNamed(const std::string& name);
   std::shared_ptr<EngineCaches> GetCaches();
   // Retrieval, features and the ingest engine anew; for who has the writer's turn.
   void RenewCaches();

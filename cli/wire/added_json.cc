@@ -49,6 +49,7 @@ Json ToJson(const AddOutcome& outcome) {
           {"verdict", OutcomeWord(outcome)},
           {"reason", OutcomeReason(outcome)},
           {"reconstruction", ToJson(outcome.reconstruction)},
+          {"camera", outcome.camera.empty() ? Json() : Json(outcome.camera)},
           {"neighbors", outcome.neighbor_count},
           {"inliers", outcome.inlier_count},
           {"pairs_tried", outcome.pairs_tried},

@@ -99,7 +99,8 @@ PhotoHeader ReadJpegHeader(Bytes bytes) {
     } else if (marker == 0xE1 && !has_exif &&
                StartsWith(segment, std::string_view("Exif\0\0", 6))) {
       has_exif = true;
-      header.orientation = OrientationFromTags(ReadTiffTags(segment.subspan(6)));
+      header.exif = segment.subspan(6);
+      header.orientation = OrientationFromTags(ReadTiffTags(header.exif));
     } else if (marker == 0xDD && segment.size() >= 2) {
       header.has_restarts = BigEndian16(segment, 0) != 0;
     }
@@ -143,7 +144,8 @@ PhotoHeader ReadPngHeader(Bytes bytes) {
     if (StartsWith(type_and_data, "IEND")) break;
     if (StartsWith(type_and_data, "eXIf") && length <= kExifSizeMax &&
         ChunkCrc(type_and_data) == BigEndian32(bytes, at + 8 + length)) {
-      header.orientation = OrientationFromTags(ReadTiffTags(type_and_data.subspan(4)));
+      header.exif = type_and_data.subspan(4);
+      header.orientation = OrientationFromTags(ReadTiffTags(header.exif));
       break;
     }
     at += 12 + length;
@@ -160,6 +162,7 @@ PhotoHeader ReadTiffHeader(Bytes bytes) {
   header.outcome = HeaderOutcome::kRead;
   header.stored_size = {tags->width_px.value_or(0), tags->height_px.value_or(0)};
   header.orientation = OrientationFromTags(tags);
+  header.exif = bytes;
   if (header.stored_size.empty())
     return Unreadable(PhotoFormat::kTiff, "the TIFF declares no pixels");
   return header;

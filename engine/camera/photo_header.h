@@ -22,6 +22,9 @@ struct PhotoHeader {
   ImageSize stored_size;      // as the sensor wrote it; both sides > 0 if kRead
   int orientation = 1;        // 1 to 8 as EXIF numbers them; 1 if absent or senseless
   bool has_restarts = false;  // JPEG: restart markers between its rows
+  // The block of EXIF, which is a TIFF structure, within the bytes that were read: of a TIFF all of
+  // them. Empty where there is none.
+  std::span<const uint8_t> exif;
 };
 
 // Recognises JPEG (baseline, extended and progressive Huffman, 8 bits, grey or three components),

@@ -26,7 +26,9 @@ struct PhotoSource {
 // A photo with the camera that took it and who sends it.
 struct PhotoSubmission {
   PhotoSource photo;
-  std::string camera;  // the name of a camera of the database
+  // The name of a camera of the database. Empty: it is that of other photos which tell the same of
+  // themselves (EXIF), or estimated from how the photo fits into the city.
+  std::string camera;
   std::string contributor;
 };
 
@@ -57,6 +59,7 @@ struct AddOutcome {
   Reason reason = Reason::kNone;
   std::string detail;               // the reason's numbers, for a person
   ReconstructionId reconstruction;  // valid if placed
+  std::string camera;               // that was found for it, where none was named
   uint32_t neighbor_count = 0, pairs_tried = 0;
   uint32_t inlier_count = 0;                // of the pose, or of the best pair when not placed
   std::vector<ImageId> propagated;          // earlier photos that got a pose in the same commit

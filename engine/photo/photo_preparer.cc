@@ -6,6 +6,7 @@
 #include <exception>
 
 #include "engine/camera/projection.h"
+#include "engine/photo/camera_group.h"
 #include "engine/photo/photo_features.h"
 #include "engine/photo/photo_file.h"
 #include "storage/base/option_bounds.h"
@@ -112,6 +113,20 @@ std::optional<std::span<const uint8_t>> PhotoPreparer::ReadBytes(const PhotoSour
   photo->size_bytes = bytes.size();
   photo->hash = HashContent(bytes);
   return bytes;
+}
+
+Result<PhotoFacts> PhotoPreparer::Look(const PhotoSource& source) const {
+  try {
+    PreparedPhoto photo;
+    std::vector<uint8_t> own;
+    const auto bytes = ReadBytes(source, &own, &photo);
+    VEDUTA_RETURN_IF_ERROR(photo.failure);
+    if (!bytes) return PhotoFacts();
+    const PhotoHeader header = ReadPhotoHeader(*bytes);
+    return PhotoFacts{photo.hash, CameraGroupOf(ReadExifCamera(header.exif), header)};
+  } catch (const std::exception&) {
+    return NotEnoughMemory();
+  }
 }
 
 void PhotoPreparer::DropIdleScratch() const {

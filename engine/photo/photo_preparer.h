@@ -59,6 +59,12 @@ struct PreparedPhoto {
   double decode_ms = 0, undistort_ms = 0, features_ms = 0;
 };
 
+// What a photo tells without being decoded.
+struct PhotoFacts {
+  ContentHash hash;
+  std::string camera_group;  // CameraGroupOf
+};
+
 // The database and the tables must outlive it. Thread-safe; a call waits while photos of others
 // take the memory that its photo needs.
 class PhotoPreparer final {
@@ -78,7 +84,9 @@ class PhotoPreparer final {
   // whatever kept it from being judged in its `failure`.
   Result<PreparedPhoto> Prepare(const PhotoSource& source, const CameraModel& camera,
                                 Company company = Company::kOthers) const;
-  // The same without the database, for queries by a photo that is not added. Without a camera the
+  // Reads the photo and decodes nothing. Where the file is too large there is no hash. kIoError.
+  Result<PhotoFacts> Look(const PhotoSource& source) const;
+  // The same as Prepare without the database, for queries by a photo that is not added. Without a camera the
   // photo is taken for one without distortion, of any size.
   PreparedPhoto Extract(const PhotoSource& source, const std::optional<CameraModel>& camera) const;
 

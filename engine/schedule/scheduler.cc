@@ -42,11 +42,12 @@ bool IsSameLane(const Lane& a, const Lane& b) {
 }  // namespace
 
 Scheduler::Scheduler(Writer* writer, const PhotoPreparer* preparer, std::unique_ptr<Ingest>* ingest,
-                     ThreadPool* pool, TrainIfDue train_if_due)
+                     ThreadPool* pool, CameraFinder cameras, TrainIfDue train_if_due)
     : writer_(writer),
       preparer_(preparer),
       ingest_(ingest),
       pool_(pool),
+      cameras_(std::move(cameras)),
       train_if_due_(std::move(train_if_due)),
       window_(2 * pool->thread_count() + 1),
       thread_([this] { Run(); }) {}
@@ -64,7 +65,8 @@ void Scheduler::Close() {
   if (trainer_.joinable()) trainer_.join();
   lock.lock();
   changed_.wait(lock, [&] { return preparing_ == 0; });
-  for (WaitingPhoto photo; line_.Take(&photo);) entries_.push_back({std::move(photo), true, {}});
+  for (WaitingPhoto photo; line_.Take(&photo);)
+    entries_.push_back({std::move(photo), true, false, {}});
   const Entries left = std::move(entries_);
   entries_.clear();
   lock.unlock();
@@ -79,8 +81,8 @@ void Scheduler::Close() {
   MarkSettled();
 }
 
-Result<Ticket> Scheduler::Submit(PhotoSource photo, CameraRecord camera, std::string contributor,
-                                 AnswerCallback answered) {
+Result<Ticket> Scheduler::Submit(PhotoSource photo, std::optional<CameraRecord> camera,
+                                 std::string contributor, AnswerCallback answered) {
   const std::lock_guard lock(mutex_);
   if (stopping_) return Status::Cancelled("the engine is being closed: it takes no photo any more");
   may_follow_ = true;
@@ -91,7 +93,7 @@ Result<Ticket> Scheduler::Submit(PhotoSource photo, CameraRecord camera, std::st
 }
 
 Ticket Scheduler::SubmitToList(const std::shared_ptr<Lane>& lane, PhotoSource photo,
-                               CameraRecord camera, std::string contributor) {
+                               std::optional<CameraRecord> camera, std::string contributor) {
   const std::lock_guard lock(mutex_);
   may_follow_ = true;
   Ticket ticket = line_.Join(lane, std::move(photo), std::move(camera), std::move(contributor), {});
@@ -185,7 +187,8 @@ void Scheduler::FillWindow(std::unique_lock<std::mutex>* lock) {
         entries_.begin(), entries_.end(), [](const Entry& e) { return e.photo.lane->settles; }));
     const size_t of_contributors = entries_.size() - of_lists;
     if (!line_.Take(&photo, of_lists < window_, of_contributors < window_)) break;
-    entries_.push_back({std::move(photo), false, {}});
+    const bool had_no_camera = !photo.camera;
+    entries_.push_back({std::move(photo), false, had_no_camera, {}});
     ++offered;
   }
   if (pool_->thread_count() == 0) return;
@@ -209,8 +212,7 @@ bool Scheduler::PrepareOne(std::unique_lock<std::mutex>* lock, bool also_of_list
   if (entry == entries_.end()) return false;
   entry->is_started = true;
   lock->unlock();
-  Result<PreparedPhoto> prepared =
-      preparer_->Prepare(entry->photo.photo, entry->photo.camera.model);
+  Result<PreparedPhoto> prepared = Prepare(&entry->photo, PhotoPreparer::Company::kOthers);
   lock->lock();
   entry->prepared = std::move(prepared);
   NotifyChanged();
@@ -308,18 +310,64 @@ bool Scheduler::Apply(Entries::iterator entry, std::unique_lock<std::mutex>* loc
 
 Result<AddOutcome> Scheduler::ApplyPrepared(Entry* entry) {
   Writer::Turn turn = writer_->Take();
-  return (*ingest_)->Apply(std::move(**entry->prepared), entry->photo.camera,
+  return (*ingest_)->Apply(std::move(**entry->prepared), *entry->photo.camera,
                            entry->photo.contributor);
 }
 
+Result<PreparedPhoto> Scheduler::Prepare(WaitingPhoto* photo,
+                                         PhotoPreparer::Company company) const {
+  Status unknown = Status::NotFound("the photo's camera is not known yet");
+  if (!photo->camera) {
+    Result<std::optional<CameraRecord>> found = cameras_.find(photo->photo);
+    if (found.ok()) photo->camera = std::move(*found);
+    if (!found.ok()) unknown = found.status();
+  }
+  if (photo->camera) return preparer_->Prepare(photo->photo, photo->camera->model, company);
+  PreparedPhoto failed;
+  failed.name = photo->photo.name;
+  failed.failure = std::move(unknown);
+  return failed;
+}
+
+Result<std::optional<AddOutcome>> Scheduler::SeekCamera(Entry* entry, StepTimes* times) {
+  Result<std::optional<CameraRecord>> found = cameras_.find(entry->photo.photo);
+  if (!found.ok()) return std::optional(NotJudged(entry->photo, found.status()));
+  entry->photo.camera = std::move(*found);
+  if (entry->photo.camera) return std::optional<AddOutcome>();
+  Result<EstimatedUnnamed> estimated = cameras_.estimate(entry->photo.photo);
+  if (!estimated.ok()) {
+    if (!IsOfOnePhoto(estimated.status())) return estimated.status();
+    return std::optional(NotJudged(entry->photo, estimated.status()));
+  }
+  if (!estimated->camera) return std::optional(std::move(estimated->outcome));
+  entry->photo.camera = std::move(estimated->camera);
+  *times = estimated->outcome.times;
+  return std::optional<AddOutcome>();
+}
+
 Result<AddOutcome> Scheduler::ApplyInTurn(Entry* entry) {
+  StepTimes seeking;
+  if (!entry->photo.camera) {
+    VEDUTA_ASSIGN_OR_RETURN(std::optional<AddOutcome> refused, SeekCamera(entry, &seeking));
+    if (refused) return std::move(*refused);
+  }
+  Result<AddOutcome> outcome = PrepareAndApply(entry);
+  if (outcome.ok() && entry->had_no_camera) {
+    outcome->camera = entry->photo.camera->name;
+    outcome->times.map_ms += seeking.map_ms;
+    outcome->times.total_ms += seeking.total_ms;
+  }
+  return outcome;
+}
+
+Result<AddOutcome> Scheduler::PrepareAndApply(Entry* entry) {
   // What failed while the database was opened again, say, or when others took the memory, may do
   // now. Only where memory was short do the others wait: a folder of files that are gone must not
   // hold them up.
   if (const Status failure = FailureOf(*entry->prepared); !failure.ok()) {
     const auto company = failure.code() == StatusCode::kNoMemory ? PhotoPreparer::Company::kAlone
                                                                  : PhotoPreparer::Company::kOthers;
-    entry->prepared = preparer_->Prepare(entry->photo.photo, entry->photo.camera.model, company);
+    entry->prepared = Prepare(&entry->photo, company);
   }
   if (!entry->prepared->ok()) return entry->prepared->status();
   if (!(*entry->prepared)->failure.ok())
@@ -327,7 +375,7 @@ Result<AddOutcome> Scheduler::ApplyInTurn(Entry* entry) {
   Result<AddOutcome> outcome = ApplyPrepared(entry);
   // Once more where a copy of the photo was removed since it was prepared.
   if (outcome.ok() && outcome->failure.code() == StatusCode::kBusy) {
-    entry->prepared = preparer_->Prepare(entry->photo.photo, entry->photo.camera.model);
+    entry->prepared = Prepare(&entry->photo, PhotoPreparer::Company::kOthers);
     if (!entry->prepared->ok()) return entry->prepared->status();
     if (!(*entry->prepared)->failure.ok())
       return NotJudged(entry->photo, (*entry->prepared)->failure);

@@ -32,6 +32,20 @@
 
 namespace veduta {
 
+// The camera that was estimated for a photo, or, where there is none, what becomes of the photo.
+struct EstimatedUnnamed {
+  std::optional<CameraRecord> camera;
+  AddOutcome outcome;  // with a camera its times alone
+};
+
+// How the cameras of photos are found that none was named for.
+struct CameraFinder {
+  // One that is known already; ahead of the photo's turn, from any thread.
+  std::function<Result<std::optional<CameraRecord>>(const PhotoSource&)> find;
+  // Otherwise, in the photo's turn: by all that was applied before it.
+  std::function<Result<EstimatedUnnamed>(const PhotoSource&)> estimate;
+};
+
 class Scheduler final {
  public:
   // Trains the vocabulary that is due and switches to it, taking its own turn of the writer for the
@@ -41,18 +55,19 @@ class Scheduler final {
   // `ingest` may be exchanged by its owner during a turn of the writer, so it is given by its
   // place. All that is given must outlive the scheduler.
   Scheduler(Writer* writer, const PhotoPreparer* preparer, std::unique_ptr<Ingest>* ingest,
-            ThreadPool* pool, TrainIfDue train_if_due);
+            ThreadPool* pool, CameraFinder cameras, TrainIfDue train_if_due);
   ~Scheduler();
 
   // Finishes the piece at hand and answers the photos that are not applied by then: kCancelled.
   // Submit and Settle fail with kCancelled from then on. A second call does nothing.
   void Close();
 
-  Result<Ticket> Submit(PhotoSource photo, CameraRecord camera, std::string contributor,
-                        AnswerCallback answered);
+  // Without a camera, it is found (CameraFinder).
+  Result<Ticket> Submit(PhotoSource photo, std::optional<CameraRecord> camera,
+                        std::string contributor, AnswerCallback answered);
   // The same into a list's lane (OpenList).
-  Ticket SubmitToList(const std::shared_ptr<Lane>& lane, PhotoSource photo, CameraRecord camera,
-                      std::string contributor);
+  Ticket SubmitToList(const std::shared_ptr<Lane>& lane, PhotoSource photo,
+                      std::optional<CameraRecord> camera, std::string contributor);
   std::shared_ptr<Lane> OpenList(std::stop_token stop) { return line_.OpenList(std::move(stop)); }
   // Waits until the photo is answered and what follows from it is done. The list's next photo is
   // not applied before Release: whoever is told of this one may still stop the list.
@@ -75,6 +90,7 @@ class Scheduler final {
   struct Entry {
     WaitingPhoto photo;
     bool is_started = false;
+    bool had_no_camera = false;
     std::optional<Result<PreparedPhoto>> prepared;
   };
   using Entries = std::list<Entry>;
@@ -95,8 +111,15 @@ class Scheduler final {
   Entries::iterator FindApplicable();
   // Both: true, for a piece was done.
   bool Apply(Entries::iterator entry, std::unique_lock<std::mutex>* lock);
+  // Prepares the photo with its camera. Ahead of its turn, one without a camera that is known fails
+  // with kNotFound.
+  Result<PreparedPhoto> Prepare(WaitingPhoto* photo, PhotoPreparer::Company company) const;
   // A photo that cannot be judged is an outcome with a failure.
   Result<AddOutcome> ApplyInTurn(Entry* entry);
+  // Finds or estimates the camera of a photo that has none. Nothing where it has one then;
+  // otherwise what becomes of it.
+  Result<std::optional<AddOutcome>> SeekCamera(Entry* entry, StepTimes* times);
+  Result<AddOutcome> PrepareAndApply(Entry* entry);
   Result<AddOutcome> ApplyPrepared(Entry* entry);  // takes the turn
   bool DoStep(std::unique_lock<std::mutex>* lock);
   // With the lock held.
@@ -117,6 +140,7 @@ class Scheduler final {
   const PhotoPreparer* const preparer_;
   std::unique_ptr<Ingest>* const ingest_;
   ThreadPool* const pool_;
+  const CameraFinder cameras_;
   const TrainIfDue train_if_due_;
   const size_t window_;
 

@@ -44,8 +44,9 @@ std::shared_ptr<Lane> SubmissionLine::OpenList(std::stop_token stop) {
   return lane;
 }
 
-Ticket SubmissionLine::Join(std::shared_ptr<Lane> lane, PhotoSource photo, CameraRecord camera,
-                            std::string contributor, AnswerCallback answered) {
+Ticket SubmissionLine::Join(std::shared_ptr<Lane> lane, PhotoSource photo,
+                            std::optional<CameraRecord> camera, std::string contributor,
+                            AnswerCallback answered) {
   const std::lock_guard lock(mutex_);
   auto queue = std::find_if(queues_.begin(), queues_.end(), [&](const Queue& q) {
     return lane ? q.lane == lane : !q.lane->settles && q.lane->name == contributor;

@@ -9,6 +9,7 @@
 #include <list>
 #include <memory>
 #include <mutex>
+#include <optional>
 #include <stop_token>
 #include <string>
 #include <vector>
@@ -48,7 +49,7 @@ struct WaitingPhoto {
   std::shared_ptr<PhotoProgress> ticket;
   std::shared_ptr<Lane> lane;
   PhotoSource photo;
-  CameraRecord camera;
+  std::optional<CameraRecord> camera;  // nothing where none was named and it is not known yet
   std::string contributor;
   AnswerCallback answered;
 };
@@ -59,7 +60,7 @@ class SubmissionLine final {
   // A lane of its own for a list.
   std::shared_ptr<Lane> OpenList(std::stop_token stop);
   // Joins the lane, or, without one, that of the contributor.
-  Ticket Join(std::shared_ptr<Lane> lane, PhotoSource photo, CameraRecord camera,
+  Ticket Join(std::shared_ptr<Lane> lane, PhotoSource photo, std::optional<CameraRecord> camera,
               std::string contributor, AnswerCallback answered);
   // The next photo by turns; false when nobody waits. Passes over the photos of lists, or those of
   // contributors, where they are not wanted.

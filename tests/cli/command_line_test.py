@@ -40,7 +40,8 @@ class Usage(Case):
         for words, arguments in (
                 ('subcommand is required', ()), ('Run with --help', ('paint',)),
                 ('DB is required', ('init',)),
-                ('--camera', ('add', WHOLE, PHOTOS)), ('PHOTO', ('add', WHOLE, '--camera', 'c')),
+                ('--camera', ('add', WHOLE, '--camera', '', PHOTOS)),
+                ('PHOTO', ('add', WHOLE, '--camera', 'c')),
                 ('--threads', ('add', WHOLE, '--camera', 'c', PHOTOS, '--threads', '0')),
                 ('--threads', ('add', WHOLE, '--camera', 'c', PHOTOS, '--threads', 'many')),
                 ('--bogus', ('add', WHOLE, '--camera', 'c', PHOTOS, '--bogus')),

@@ -157,11 +157,11 @@ inline std::string Told(const std::vector<AddOutcome>& outcomes) {
   return text;
 }
 
-inline testing::AssertionResult IsSound(const Snapshot& snapshot) {
+inline ::testing::AssertionResult IsSound(const Snapshot& snapshot) {
   const auto violations = FindViolations(snapshot, 20);
-  if (!violations.ok()) return testing::AssertionFailure() << violations.status().message();
-  if (violations->empty()) return testing::AssertionSuccess();
-  testing::AssertionResult failure = testing::AssertionFailure();
+  if (!violations.ok()) return ::testing::AssertionFailure() << violations.status().message();
+  if (violations->empty()) return ::testing::AssertionSuccess();
+  ::testing::AssertionResult failure = ::testing::AssertionFailure();
   for (const std::string& violation : *violations) failure << violation << "\n";
   return failure;
 }

@@ -1,5 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// ReadPhotoHeader, with the EXIF block inside: sizes and orientation, before anything is decoded.
+// ReadPhotoHeader, with the EXIF block inside: sizes and orientation, before anything is decoded;
+// and what the block says of the camera.
+#include "engine/camera/exif.h"
 #include "engine/camera/photo_header.h"
 #include "tests/engine/camera/photo_writer.h"
 #include "tests/engine/camera/tiff_writer.h"
@@ -28,5 +30,7 @@ extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
   Expect(header.orientation >= 1 && header.orientation <= 8, "an orientation is one of EXIF's");
   Expect(!is_read || (header.stored_size.width_px > 0 && header.stored_size.height_px > 0),
          "a header that is read has a size");
+  const veduta::ExifCamera camera = veduta::ReadExifCamera(header.exif);
+  Expect(camera.model.size() <= 64 && camera.focal_mm >= 0, "what is senseless is absent");
   return 0;
 }

@@ -1,0 +1,24 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+// What a camera has written into a photo about itself (EXIF 2.32, section 4.6).
+
+#include <cstdint>
+#include <span>
+#include <string>
+
+namespace veduta {
+
+struct ExifCamera {
+  // Printable ASCII without spaces around it, at most 64 characters; empty where nothing is told.
+  std::string make, model, lens;
+  // 0 where it is not told.
+  double focal_mm = 0, digital_zoom = 0;
+
+  bool operator==(const ExifCamera&) const = default;
+};
+
+// Reads a block of EXIF, which is a TIFF structure (PhotoHeader::exif); by exiv2. Whatever is
+// broken in it is as good as absent. Thread-safe; one block at a time.
+ExifCamera ReadExifCamera(std::span<const uint8_t> exif);
+
+}  // namespace veduta

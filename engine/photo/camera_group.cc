@@ -1,0 +1,34 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "engine/photo/camera_group.h"
+
+#include <cstdio>
+
+#include "engine/camera/orientation.h"
+
+namespace veduta {
+namespace {
+
+std::string Short(double number) {
+  char text[32];
+  std::snprintf(text, sizeof(text), "%.4g", number);
+  return text;
+}
+
+}  // namespace
+
+std::string CameraGroupOf(const ExifCamera& camera, const PhotoHeader& header) {
+  if (camera.model.empty() || camera.focal_mm <= 0) return {};
+  // Some write the make at the front of the model, too.
+  const bool has_make = camera.make.empty() || camera.model.starts_with(camera.make);
+  std::string name = has_make ? camera.model : camera.make + " " + camera.model;
+  if (!camera.lens.empty()) name += ", " + camera.lens;
+  name += ", " + Short(camera.focal_mm) + " mm";
+  if (camera.digital_zoom > 1) name += ", zoom " + Short(camera.digital_zoom);
+  const ImageSize size = UprightSize(header.stored_size, header.orientation);
+  name += ", " + std::to_string(size.width_px) + "x" + std::to_string(size.height_px);
+  // The sensor's middle lies elsewhere in a photo that was turned.
+  if (header.orientation != 1) name += ", turned " + std::to_string(header.orientation);
+  return name;
+}
+
+}  // namespace veduta

@@ -1,0 +1,24 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+// Which camera took a photo that is added without one.
+
+#include <optional>
+
+#include "engine/parts.h"
+
+namespace veduta {
+
+// The camera that is known already: that of the same bytes where they are stored, otherwise that of
+// the photos which say that the same camera took them (CameraGroupOf). Decodes nothing. kIoError
+// where the file cannot be read.
+Result<std::optional<CameraRecord>> FindUnnamedCamera(EngineParts* parts, const PhotoSource& photo);
+
+// Otherwise it is estimated from where the photo fits into the city (LocalizeUnknown), and added:
+// under the group's name where the focal length is known to half a percent, so that the group's
+// later photos have it, too; otherwise under a name of this photo alone. Where there is no camera
+// the outcome says why: a photo that cannot be read, say, is rejected and not stored, and one that
+// fits nowhere yet has a `failure` of kNotFound. Without the writer's turn, of which it takes one.
+// Deterministic in the photo and the last commit.
+Result<EstimatedUnnamed> EstimateUnnamedCamera(EngineParts* parts, const PhotoSource& photo);
+
+}  // namespace veduta

@@ -1,0 +1,117 @@
+// SPDX-License-Identifier: Apache-2.0
+// Goal: photos are added without anybody naming their camera: near where they were taken, with one
+//   camera for those that say that one camera took them, the same on any number of threads; one
+//   that fits nowhere is told so and not stored.
+// Method: a walk along a rendered street; half of its photos are added with the true camera, the
+//   others without, as they are and with EXIF.
+#include "engine/unnamed_camera.h"
+
+#include <gtest/gtest.h>
+
+#include <set>
+
+#include "tests/engine/camera/exif_writer.h"
+#include "tests/engine/street_fixture.h"
+
+namespace veduta {
+namespace {
+
+const ExifCamera kPhone{"Maker", "Phone", "", 5.5, 0};
+constexpr const char* kGroup = "Maker Phone, 5.5 mm, 512x384";
+
+PhotoSubmission WithoutCamera(const Stand& stand) {
+  const TakenPhoto& photo = TakePhoto(stand);
+  return {{photo.name, photo.name, photo.jpeg}, "", "anna"};
+}
+
+PhotoSubmission WithExif(const Stand& stand) {
+  PhotoSubmission photo = WithoutCamera(stand);
+  photo.photo.bytes = testing::WithExif(*photo.photo.bytes, testing::ExifOf(kPhone));
+  return photo;
+}
+
+// Every second photo of a walk is added with its camera, and the others are told.
+std::vector<Stand> AddHalf(City* city) {
+  std::vector<Stand> named, others;
+  const std::vector<Stand> walk = Walk(5, 0.5, 16);
+  for (size_t i = 0; i + 1 < walk.size(); ++i) (i % 2 == 0 ? named : others).push_back(walk[i]);
+  city->Add(named);
+  return others;
+}
+
+// Of all placed photos of the walk.
+double WorstCenterErrorM(const City& city) {
+  const std::vector<Stand> walk = Walk(5, 0.5, 16);
+  const PoseErrors errors = CompareWithTruth(city.Ask().snapshot(), ReconstructionId(1), walk);
+  EXPECT_EQ(errors.count, walk.size() - 1);
+  return errors.center_m_max;
+}
+
+double FocalOf(const City& city, const std::string& camera) {
+  const auto found = city.Ask().door().Camera(camera);
+  EXPECT_OK(found);
+  return found.ok() ? found->model.fx : 0;
+}
+
+TEST(UnnamedCamera, EachPhotoThatSaysNothingHasACameraOfItsOwn) {
+  City city;
+  std::vector<PhotoSubmission> photos;
+  for (const Stand& stand : AddHalf(&city)) photos.push_back(WithoutCamera(stand));
+  std::set<std::string> cameras;
+  for (const AddOutcome& outcome : city.Add(photos)) {
+    EXPECT_EQ(outcome.verdict, Verdict::kPlaced) << outcome.detail << outcome.failure.message();
+    EXPECT_EQ(outcome.camera.substr(0, 6), "photo ");
+    EXPECT_NEAR(FocalOf(city, outcome.camera) / StreetCameraModel().fx, 1, 0.02);
+    cameras.insert(outcome.camera);
+  }
+  EXPECT_EQ(cameras.size(), photos.size());
+  EXPECT_LT(WorstCenterErrorM(city), 0.1);
+  EXPECT_TRUE(IsSound(city.Ask().snapshot()));
+  for (const AddOutcome& again : city.Add(photos)) EXPECT_TRUE(again.duplicate);
+}
+
+TEST(UnnamedCamera, PhotosThatSayTheSameHaveOneAndTheOrderAloneDecides) {
+  std::string digests[2];
+  for (const uint32_t threads : {1, 3}) {
+    City city(City::Options(threads));
+    std::vector<PhotoSubmission> photos;
+    for (const Stand& stand : AddHalf(&city)) photos.push_back(WithExif(stand));
+    // From the first one on that tells the focal length well.
+    bool is_settled = false;
+    for (const AddOutcome& outcome : city.Add(photos)) {
+      EXPECT_EQ(outcome.verdict, Verdict::kPlaced) << outcome.detail << outcome.failure.message();
+      is_settled = is_settled || outcome.camera == kGroup;
+      EXPECT_EQ(outcome.camera == kGroup, is_settled) << outcome.camera;
+    }
+    EXPECT_TRUE(is_settled);
+    EXPECT_NEAR(FocalOf(city, kGroup) / StreetCameraModel().fx, 1, 0.01);
+    EXPECT_LT(WorstCenterErrorM(city), 0.1);
+    digests[threads / 2] = city.Digest();
+  }
+  EXPECT_EQ(digests[0], digests[1]);
+}
+
+TEST(UnnamedCamera, WhatFitsNowhereIsToldAndNotStored) {
+  City city;
+  const std::vector<Stand> walk = Walk(5, 0.5, 2);
+  const AddOutcome nowhere = city.Add({WithoutCamera(walk[0])}).front();
+  EXPECT_EQ(nowhere.failure.code(), StatusCode::kNotFound) << nowhere.failure.message();
+  EXPECT_NE(nowhere.failure.message().find("Name its camera"), std::string::npos);
+  const std::string text = "no photo";
+  const AddOutcome rejected =
+      city.Add({{{"text.jpg", "", std::vector<uint8_t>(text.begin(), text.end())}, "", "anna"}})
+          .front();
+  EXPECT_EQ(rejected.verdict, Verdict::kRejected);
+  EXPECT_OK(rejected.failure);
+  EXPECT_FALSE(rejected.id.valid());
+  const AddOutcome gone = city.Add({{{"gone.jpg", "gone.jpg", {}}, "", "anna"}}).front();
+  EXPECT_EQ(gone.failure.code(), StatusCode::kNotFound);
+  EXPECT_NE(gone.failure.message().find("gone.jpg"), std::string::npos);
+  EXPECT_EQ(city.Counts().images, 0u);
+  const auto ticket = city.engine().Submit(WithoutCamera(walk[1]));
+  ASSERT_OK(ticket);
+  EXPECT_EQ(ticket->Wait().status().code(), StatusCode::kNotFound);
+}
+
+}  // namespace
+}  // namespace veduta
