@@ -14,6 +14,8 @@ namespace {
 // Standard deviation of the focal length, over itself, up to which a group's photos have what one
 // of them has told. Chosen by hand; not measured.
 constexpr double kSettledShareMax = 0.005;
+// Of a photo's hash in the name of its camera: 64 bits, which no other photo has.
+constexpr size_t kHashDigits = 16;
 
 EstimatedUnnamed NoCamera(LocalizedPhoto photo) {
   EstimatedUnnamed none;
@@ -72,9 +74,8 @@ Result<EstimatedUnnamed> EstimateUnnamedCamera(EngineParts* parts, const PhotoSo
   const EstimatedCamera& camera = *localized.camera;
   const bool is_settled =
       !facts.camera_group.empty() && camera.focal_stddev_share <= kSettledShareMax;
-  // Whoever takes the name of a group must not come to stand for another one, so a photo's own
-  // camera has a name that no group has.
-  const std::string name = is_settled ? facts.camera_group : "photo " + facts.hash.Hex();
+  const std::string own = "photo " + facts.hash.Hex().substr(0, kHashDigits);
+  const std::string& name = is_settled ? facts.camera_group : own;
   VEDUTA_RETURN_IF_ERROR(parts->AddCamera(name, camera.model, SourceOf(photo, camera)).status());
   VEDUTA_ASSIGN_OR_RETURN(CameraRecord record, parts->FindCamera(name));
   EstimatedUnnamed estimated;

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 // The file ACKNOWLEDGED in the database's folder: up to where RocksDB's log and its manifest are
-// known to be durable. It lies outside of both, so the loss of an end, or of a whole log, is noticed
-// when the database is opened (storage/log_inspection.h, storage/manifest_inspection.h), before
-// RocksDB forgets what it cannot read.
+// known to be durable. It lies outside of both, so the loss of an end, or of a whole log, is
+// noticed when the database is opened (storage/log_inspection.h, storage/manifest_inspection.h),
+// before RocksDB forgets what it cannot read.
 //
 // It is written after each synced commit and synced only when the database closes: a process that
 // is killed leaves the newest mark; a power cut may leave an older one, and then less of a loss

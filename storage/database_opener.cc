@@ -385,8 +385,8 @@ Status DatabaseOpener::FinishCreation() {
 namespace {
 
 // Where the gate is held, one attempt is enough, but for a log that is replaced meanwhile. Where a
-// file system has no such locks, a writer's flush or compaction moves files within milliseconds, and
-// makes some ten a second at most. Both chosen by hand.
+// file system has no such locks, a writer's flush or compaction moves files within milliseconds,
+// and makes some ten a second at most. Both chosen by hand.
 constexpr std::chrono::seconds kPatienceBesideWriter(20);
 constexpr std::chrono::milliseconds kBetweenAttempts(20);
 

@@ -16,8 +16,8 @@ namespace veduta {
 //   - something unreadable in the manifest is not an end that a power cut may have torn,
 //   - the manifest ends before what `mark` claims of it,
 //   - CURRENT names an older manifest than `mark` does.
-// Not noticed, and harmless unless the process was killed just then: the loss of the last edit, where
-// it was written after the database was opened and the process was killed before it closed it.
+// Not noticed, and harmless unless the process was killed just then: the loss of the last edit,
+// where it was written after the database was opened and a kill came before it was closed.
 // Changes nothing; reads the manifest once. kNotFound, kIoError. A process that writes beside this
 // may delete the manifest meanwhile: then look again. `mark` is to be read before this is called.
 Status CheckManifest(const std::string& path, rocksdb::FileSystem& file_system,

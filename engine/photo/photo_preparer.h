@@ -84,10 +84,11 @@ class PhotoPreparer final {
   // whatever kept it from being judged in its `failure`.
   Result<PreparedPhoto> Prepare(const PhotoSource& source, const CameraModel& camera,
                                 Company company = Company::kOthers) const;
-  // Reads the photo and decodes nothing. Where the file is too large there is no hash. kIoError.
+  // Reads the photo and decodes nothing. Where the file is too large there is no hash. kIoError,
+  // kNotFound.
   Result<PhotoFacts> Look(const PhotoSource& source) const;
-  // The same as Prepare without the database, for queries by a photo that is not added. Without a camera the
-  // photo is taken for one without distortion, of any size.
+  // What Prepare does without the database, for queries by a photo that is not added. Without a
+  // camera the photo is taken for one without distortion, of any size.
   PreparedPhoto Extract(const PhotoSource& source, const std::optional<CameraModel>& camera) const;
 
  private:

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Goal: what a camera says of itself is read from a block of EXIF; what is broken or senseless is as
-//   good as absent.
+// Goal: what a camera says of itself is read from a block of EXIF; what is broken or senseless is
+//   as good as absent.
 // Method: blocks that exiv2 writes, cut short and with flipped bytes.
 #include "engine/camera/exif.h"
 

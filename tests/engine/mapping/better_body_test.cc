@@ -76,7 +76,8 @@ TEST(BetterBody, IsCarriedBackThoughMuchThatIsSeenIsWrong) {
   }
   for (const double turn_rad : {0.02, 0.05, 0.1, 0.2, 0.3}) {
     SCOPED_TRACE("turned by " + std::to_string(turn_rad));
-    const Sim3 away{1, Eigen::Quaterniond(Eigen::AngleAxisd(turn_rad, Eigen::Vector3d::UnitY())),
+    const Sim3 away{1,
+                    Eigen::Quaterniond(Eigen::AngleAxisd(turn_rad, Eigen::Vector3d::UnitY())),
                     {0.2, 0, 0.1}};
     const CityMap map = MakeTornMap(scene, away);
     const auto back = FindBetterPlace(map, Side(1), pairs);
