@@ -13,6 +13,7 @@
 #include "engine/ingest/submaps.h"
 #include "engine/ingest/surroundings.h"
 #include "engine/mapping/agreeing_growth.h"
+#include "engine/mapping/better_pose.h"
 #include "engine/query/forbidden.h"
 #include "storage/base/stopwatch.h"
 
@@ -104,8 +105,22 @@ Result<bool> IsFreshlyJudged(const MappingContext& context, ImageId image,
   return record.image_count + unwritten < record.images_at_adjustment + between;
 }
 
+// Whether the image's verified pairs with loaded images draw it elsewhere.
+Result<bool> IsDrawn(const MappingContext& context, ImageId id) {
+  const CityMap& map = *context.map;
+  VEDUTA_ASSIGN_OR_RETURN(const std::vector<PairNeighbor> neighbors,
+                          context.loader->snapshot().ListNeighbors(id));
+  std::vector<PairMatches> pairs;
+  for (const PairNeighbor& neighbor : neighbors) {
+    if (!map.HasImage(neighbor.image)) continue;
+    VEDUTA_ASSIGN_OR_RETURN(const PairRecord stored, context.loader->GetPair(id, neighbor.image));
+    pairs.push_back(MatchesFrom(stored, id));
+  }
+  return IsDrawnElsewhere(map, id, pairs);
+}
+
 // Whether what the photo is in is to be judged, now that it is placed: many of its verified matches
-// contradict the pose, or an image around lacks what must be there.
+// contradict the pose, or an image around lacks what must be there, or is drawn elsewhere.
 Result<bool> RaisesDoubt(const MappingContext& context, ImageId photo,
                          const NeighborAgreement& agreement) {
   const DoubtOptions& options = context.options.doubt;
@@ -121,12 +136,15 @@ Result<bool> RaisesDoubt(const MappingContext& context, ImageId photo,
   for (const ImageId id : near)
     VEDUTA_RETURN_IF_ERROR(
         context.loader->LoadNeighborhood(CovisibleImages(map, id, options.images_max)));
-  std::vector<char> is_doubtful(near.size());
+  std::vector<Result<bool>> is_doubtful(near.size(), false);
   context.pool->ParallelFor(near.size(), [&](size_t i) {
     const std::vector<ImageId> around = CovisibleImages(map, near[i], options.images_max);
-    is_doubtful[i] = IsContradicted(FindAround(map, map.image(near[i]), around, options), options);
+    is_doubtful[i] = IsContradicted(FindAround(map, map.image(near[i]), around, options), options)
+                         ? Result<bool>(true)
+                         : IsDrawn(context, near[i]);
   });
-  return std::ranges::any_of(is_doubtful, [](char c) { return c != 0; });
+  for (const Result<bool>& found : is_doubtful) VEDUTA_RETURN_IF_ERROR(found.status());
+  return std::ranges::any_of(is_doubtful, [](const Result<bool>& found) { return *found; });
 }
 
 // A pose was sought for the photo in a reconstruction that speaks for it and against it: perhaps

@@ -112,7 +112,7 @@ class HeldTraining {
  public:
   explicit HeldTraining(EngineParts* parts)
       : scheduler_(parts->writer.get(), parts->preparer.get(), &parts->ingest, parts->pool.get(),
-                   [this, parts] {
+                   CameraFinder(), [this, parts] {
                      has_begun = true;
                      let_go.get_future().wait();
                      return parts->TrainIfDue();
@@ -182,7 +182,7 @@ TEST(Scheduler, AFailedTrainingIsToldAndSetAside) {
   EngineParts& parts = city.parts();
   std::atomic<int> trainings = 0;
   Scheduler scheduler(parts.writer.get(), parts.preparer.get(), &parts.ingest, parts.pool.get(),
-                      [&]() -> Result<bool> {
+                      CameraFinder(), [&]() -> Result<bool> {
                         ++trainings;
                         return Status::IoError("no luck today");
                       });
@@ -201,7 +201,7 @@ TEST(Scheduler, ATrainingWithoutMemoryIsAFailureThatIsTold) {
   City city(TrainingEarly());
   EngineParts& parts = city.parts();
   Scheduler scheduler(parts.writer.get(), parts.preparer.get(), &parts.ingest, parts.pool.get(),
-                      []() -> Result<bool> { throw std::bad_alloc(); });
+                      CameraFinder(), []() -> Result<bool> { throw std::bad_alloc(); });
   const CameraRecord camera = *parts.FindCamera("street");
   for (const Stand& stand : Walk(6, 0.9, 3))
     ASSERT_OK(scheduler.Submit(city.Submit(stand).photo, camera, "anna", {})->Wait());
