@@ -5,10 +5,10 @@
 #include <utility>
 
 #include "engine/journal/camera_entry.h"
-#include "engine/journal/journal.h"
 #include "engine/parts.h"
 #include "engine/query/city_answers.h"
 #include "engine/unnamed_camera.h"
+#include "storage/base/memory_shortage.h"
 #include "storage/base/option_bounds.h"
 
 namespace veduta {
@@ -72,9 +72,15 @@ Result<std::unique_ptr<Engine>> EngineParts::Open(const std::string& path,
   parts->writer = std::make_unique<Writer>(parts->database.get());
   parts->RenewCaches();
   EngineParts* const raw = parts.get();
-  const CameraFinder cameras{
-      [raw](const PhotoSource& photo) { return FindUnnamedCamera(raw, photo); },
-      [raw](const PhotoSource& photo) { return EstimateUnnamedCamera(raw, photo); }};
+  const CameraFinder cameras{[raw](const PhotoSource& photo) {
+                               return CatchShortage("find the photo's camera",
+                                                    [&] { return FindUnnamedCamera(raw, photo); });
+                             },
+                             [raw](const PhotoSource& photo) {
+                               return CatchShortage("estimate the photo's camera", [&] {
+                                 return EstimateUnnamedCamera(raw, photo);
+                               });
+                             }};
   parts->scheduler =
       std::make_unique<Scheduler>(parts->writer.get(), parts->preparer.get(), &parts->ingest,
                                   parts->pool.get(), cameras, [raw] { return raw->TrainIfDue(); });
@@ -125,12 +131,7 @@ Result<CameraId> EngineParts::AddCamera(const std::string& name, const CameraMod
   VEDUTA_ASSIGN_OR_RETURN(DatabaseState state, snapshot->GetState());
   const CameraId id(state.next_camera++);
   const CameraRecord camera{id, name, model, source};
-  transaction->PutCamera(camera);
-  JournalRecord entry;
-  entry.actor = "veduta";
-  entry.action = "camera";
-  entry.detail = CameraEntry(camera);
-  AppendJournal(std::move(entry), &state, transaction.get());
+  PutNewCamera(camera, &state, transaction.get());
   transaction->PutState(state);
   VEDUTA_RETURN_IF_ERROR(transaction->Commit());
   return id;

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "engine/unnamed_camera.h"
 
-#include <cstdio>
+#include <charconv>
 #include <string>
 #include <utility>
 
@@ -14,8 +14,6 @@ namespace {
 // Standard deviation of the focal length, over itself, up to which a group's photos have what one
 // of them has told. Chosen by hand; not measured.
 constexpr double kSettledShareMax = 0.005;
-// Of a photo's hash in the name of its camera: 64 bits, which no other photo has.
-constexpr size_t kHashDigits = 16;
 
 EstimatedUnnamed NoCamera(LocalizedPhoto photo) {
   EstimatedUnnamed none;
@@ -37,10 +35,12 @@ EstimatedUnnamed NoCamera(LocalizedPhoto photo) {
   return none;
 }
 
-std::string SourceOf(const PhotoSource& photo, const EstimatedCamera& camera) {
+// Not of which photo: that may be removed, and the camera stays.
+std::string SourceOf(const EstimatedCamera& camera) {
   char share[32];
-  std::snprintf(share, sizeof(share), "%.2g", 100 * camera.focal_stddev_share);
-  return "estimated from photo " + photo.name + ", its focal length to " + share + " %";
+  const auto [end, error] = std::to_chars(
+      share, share + sizeof(share), 100 * camera.focal_stddev_share, std::chars_format::general, 2);
+  return "estimated from a photo, its focal length to " + std::string(share, end) + " %";
 }
 
 }  // namespace
@@ -68,19 +68,19 @@ Result<EstimatedUnnamed> EstimateUnnamedCamera(EngineParts* parts, const PhotoSo
   const std::shared_ptr<EngineCaches> caches = parts->GetCaches();
   const LocalizationParts localization{parts->database->GetSnapshot(), &caches->retrieval,
                                        &caches->features, parts->pool.get(), parts->tuning.ingest};
-  VEDUTA_ASSIGN_OR_RETURN(LocalizedPhoto localized,
-                          LocalizeUnknown(localization, *parts->preparer, photo));
-  if (!localized.camera) return NoCamera(std::move(localized));
-  const EstimatedCamera& camera = *localized.camera;
-  const bool is_settled =
-      !facts.camera_group.empty() && camera.focal_stddev_share <= kSettledShareMax;
-  const std::string own = "photo " + facts.hash.Hex().substr(0, kHashDigits);
-  const std::string& name = is_settled ? facts.camera_group : own;
-  VEDUTA_RETURN_IF_ERROR(parts->AddCamera(name, camera.model, SourceOf(photo, camera)).status());
-  VEDUTA_ASSIGN_OR_RETURN(CameraRecord record, parts->FindCamera(name));
+  Result<LocalizedPhoto> localized = LocalizeUnknown(localization, *parts->preparer, photo);
+  if (!localized.ok()) {  // of this photo alone, as far as anybody knows: nothing was written
+    LocalizedPhoto failed;
+    failed.name = photo.name;
+    failed.failure = localized.status();
+    return NoCamera(std::move(failed));
+  }
+  if (!localized->camera) return NoCamera(std::move(*localized));
+  const EstimatedCamera& camera = *localized->camera;
   EstimatedUnnamed estimated;
-  estimated.camera = std::move(record);
-  estimated.outcome.times = localized.times;
+  estimated.camera = CameraRecord{{}, {}, camera.model, SourceOf(camera)};
+  if (camera.focal_stddev_share <= kSettledShareMax) estimated.camera->name = facts.camera_group;
+  estimated.outcome.times = localized->times;
   return estimated;
 }
 

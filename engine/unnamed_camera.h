@@ -13,12 +13,12 @@ namespace veduta {
 // where the file cannot be read.
 Result<std::optional<CameraRecord>> FindUnnamedCamera(EngineParts* parts, const PhotoSource& photo);
 
-// Otherwise it is estimated from where the photo fits into the city (LocalizeUnknown), and added:
-// under the group's name where the focal length is known to half a percent, so that the group's
-// later photos have it, too; otherwise under a name of this photo alone. Where there is no camera
-// the outcome says why: a photo that cannot be read, say, is rejected and not stored, and one that
-// fits nowhere yet has a `failure` of kNotFound. Without the writer's turn, of which it takes one.
-// Deterministic in the photo and the last commit.
+// Otherwise it is estimated from where the photo fits into the city (LocalizeUnknown), to be stored
+// with the photo: under the group's name where the focal length is known to half a percent, so that
+// the group's later photos have it, too; otherwise without a name. Where there is no camera the
+// outcome says why: a photo that cannot be read, say, is rejected and not stored, and one that fits
+// nowhere yet has a `failure` of kNotFound. Writes nothing. Deterministic in the photo and the last
+// commit.
 Result<EstimatedUnnamed> EstimateUnnamedCamera(EngineParts* parts, const PhotoSource& photo);
 
 }  // namespace veduta

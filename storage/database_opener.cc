@@ -407,8 +407,10 @@ Result<std::shared_ptr<DatabaseFiles>> DatabaseFiles::Open(const std::string& pa
   const auto end = std::chrono::steady_clock::now() + kPatienceBesideWriter;
   for (;;) {
     const std::vector<std::string> before = NamesIn(*file_system, path);
-    const OpeningGate gate = OpeningGate::EnterToOpen(path);
-    Result<std::shared_ptr<DatabaseFiles>> opened = DatabaseOpener(path, options).Open();
+    Result<std::shared_ptr<DatabaseFiles>> opened = [&] {
+      const OpeningGate gate = OpeningGate::EnterToOpen(path);
+      return DatabaseOpener(path, options).Open();
+    }();
     // Where no file has come or gone, nobody was writing, and the reason is the database's own.
     if (opened.ok() || std::chrono::steady_clock::now() > end ||
         NamesIn(*file_system, path) == before) {

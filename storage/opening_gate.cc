@@ -74,6 +74,7 @@ OpeningGate::~OpeningGate() {
 rocksdb::IOStatus GatedDeletions::DeleteFile(const std::string& name,
                                              const rocksdb::IOOptions& options,
                                              rocksdb::IODebugContext* debug) {
+  const std::lock_guard lock(mutex_);
   const OpeningGate gate = OpeningGate::EnterToDelete(folder_, waits_);
   waits_ = gate.is_held();
   return target()->DeleteFile(name, options, debug);

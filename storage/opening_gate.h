@@ -11,8 +11,8 @@
 
 #include <rocksdb/file_system.h>
 
-#include <atomic>
 #include <memory>
+#include <mutex>
 #include <string>
 
 namespace veduta {
@@ -45,7 +45,8 @@ class GatedDeletions final : public rocksdb::FileSystemWrapper {
 
  private:
   const std::string folder_;
-  std::atomic<bool> waits_ = true;  // not behind a reader that was waited for in vain
+  std::mutex mutex_;   // so that deletions do not wait for each other at the gate
+  bool waits_ = true;  // not behind a reader that was waited for in vain
 };
 
 }  // namespace veduta

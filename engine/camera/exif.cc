@@ -15,7 +15,7 @@ constexpr double kNumberMax = 10'000;  // no lens has so many mm
 
 std::string TextOf(const Exiv2::ExifData& data, const char* key) {
   const auto found = data.findKey(Exiv2::ExifKey(key));
-  if (found == data.end()) return {};
+  if (found == data.end() || found->size() > static_cast<long>(2 * kTextSizeMax)) return {};
   const std::string stored = found->toString();
   // What follows a zero is filling.
   std::string_view text(stored.data(), std::min(stored.size(), stored.find('\0')));

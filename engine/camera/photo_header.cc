@@ -162,7 +162,6 @@ PhotoHeader ReadTiffHeader(Bytes bytes) {
   header.outcome = HeaderOutcome::kRead;
   header.stored_size = {tags->width_px.value_or(0), tags->height_px.value_or(0)};
   header.orientation = OrientationFromTags(tags);
-  header.exif = bytes;
   if (header.stored_size.empty())
     return Unreadable(PhotoFormat::kTiff, "the TIFF declares no pixels");
   return header;

@@ -22,8 +22,8 @@ struct PhotoHeader {
   ImageSize stored_size;      // as the sensor wrote it; both sides > 0 if kRead
   int orientation = 1;        // 1 to 8 as EXIF numbers them; 1 if absent or senseless
   bool has_restarts = false;  // JPEG: restart markers between its rows
-  // The block of EXIF, which is a TIFF structure, within the bytes that were read: of a TIFF all of
-  // them. Empty where there is none.
+  // The block of EXIF, of 64 KiB at most, within the bytes that were read. Empty where there is
+  // none, and of a TIFF, whose tags may lie anywhere and be as large as the file.
   std::span<const uint8_t> exif;
 };
 

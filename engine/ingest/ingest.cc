@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "engine/ingest/ingest.h"
 
+#include <algorithm>
+
 #include "engine/ingest/follow_up_steps.h"
 #include "engine/ingest/forbidding.h"
 #include "engine/ingest/judging.h"
@@ -10,6 +12,7 @@
 #include "engine/ingest/relaxation_steps.h"
 #include "engine/ingest/submap_steps.h"
 #include "engine/ingest/submaps.h"
+#include "engine/journal/camera_entry.h"
 #include "engine/journal/journal.h"
 #include "storage/base/memory_shortage.h"
 #include "storage/base/stopwatch.h"
@@ -26,6 +29,23 @@ void JournalAdded(const ImageRecord& record, ReconstructionId reconstruction, st
   entry.reconstruction = reconstruction;
   entry.detail = std::move(detail);
   AppendJournal(std::move(entry), state, transaction);
+}
+
+// Stores the photo's camera where it is new, and returns its name then.
+Result<std::string> PutCameraIfNew(const CameraRecord& camera, const WriteScope& scope,
+                                   DatabaseState* state, ImageRecord* record) {
+  if (camera.id.valid()) return std::string();
+  VEDUTA_ASSIGN_OR_RETURN(const std::vector<CameraRecord> known, scope.base->ListCameras());
+  const auto is_free = [&](const std::string& name) {
+    return std::ranges::none_of(known, [&](const CameraRecord& c) { return c.name == name; });
+  };
+  CameraRecord added = camera;
+  added.id = record->camera = CameraId(state->next_camera++);
+  if (added.name.empty() || !is_free(added.name))
+    added.name = "estimated " + std::to_string(added.id.value);
+  while (!is_free(added.name)) added.name += "'";
+  PutNewCamera(added, state, scope.transaction.get());
+  return added.name;
 }
 
 AddOutcome DuplicateOf(const ImageRecord& stored, const PreparedPhoto& photo) {
@@ -123,8 +143,8 @@ Result<AdjustedWhole> Adjust(const IngestParts& parts, const DueStep& step, Writ
 
 }  // namespace
 
-Result<AddOutcome> Ingest::StoreRejection(const PreparedPhoto& photo, ImageRecord record,
-                                          WriteScope scope) {
+Result<AddOutcome> Ingest::StoreRejection(const PreparedPhoto& photo, const CameraRecord& camera,
+                                          ImageRecord record, WriteScope scope) {
   AddOutcome outcome;
   outcome.name = photo.name;
   outcome.reason = record.reason = photo.reason;
@@ -132,6 +152,7 @@ Result<AddOutcome> Ingest::StoreRejection(const PreparedPhoto& photo, ImageRecor
   outcome.verdict = record.verdict = Verdict::kRejected;
   VEDUTA_ASSIGN_OR_RETURN(DatabaseState state, scope.base->GetState());
   if (!record.id.valid()) record.id = ImageId(state.next_image++);
+  VEDUTA_ASSIGN_OR_RETURN(outcome.camera, PutCameraIfNew(camera, scope, &state, &record));
   outcome.id = record.id;
   scope.transaction->PutImage(record);
   JournalAdded(record, {}, "rejected: " + record.detail, &state, scope.transaction.get());
@@ -140,14 +161,14 @@ Result<AddOutcome> Ingest::StoreRejection(const PreparedPhoto& photo, ImageRecor
   return outcome;
 }
 
-Result<AddOutcome> Ingest::Place(PreparedPhoto photo, const CameraModel& camera, ImageRecord record,
-                                 WriteScope scope) {
+Result<AddOutcome> Ingest::Place(PreparedPhoto photo, const CameraRecord& camera,
+                                 ImageRecord record, WriteScope scope) {
   Stopwatch watch;
   VEDUTA_ASSIGN_OR_RETURN(DatabaseState state, scope.base->GetState());
   if (!record.id.valid()) record.id = ImageId(state.next_image++);
   parts_.TrimMap();
   const auto features = std::make_shared<const Features>(std::move(photo.features));
-  VEDUTA_ASSIGN_OR_RETURN(const auto image, ImageFeatures::Make(record.id, camera, features,
+  VEDUTA_ASSIGN_OR_RETURN(const auto image, ImageFeatures::Make(record.id, camera.model, features,
                                                                 options_.matched_count_max));
   VEDUTA_ASSIGN_OR_RETURN(const std::vector<WordId> words,
                           parts_.retrieval->Words(*scope.base, *features));
@@ -157,18 +178,21 @@ Result<AddOutcome> Ingest::Place(PreparedPhoto photo, const CameraModel& camera,
   MapLoader loader(scope.base, parts_.features, &map_);
   VEDUTA_ASSIGN_OR_RETURN(
       const LocatedPhoto located,
-      LocatePhoto({&loader, &map_, parts_.pool, options_.mapper}, options_, *image, camera,
+      LocatePhoto({&loader, &map_, parts_.pool, options_.mapper}, options_, *image, camera.model,
                   candidates, ReconstructionId(state.next_reconstruction), photo.hash.Seed()));
   watch.LapMs();
   record.verdict = located.placement.verdict;
   record.reason = located.placement.reason;
   record.detail = located.placement.detail;
+  VEDUTA_ASSIGN_OR_RETURN(const std::string new_camera,
+                          PutCameraIfNew(camera, scope, &state, &record));
   VEDUTA_RETURN_IF_ERROR(WritePhoto(parts_, record, located, words, &state, scope));
   scope.transaction->KeepFeatures(record.photo, features);
   VEDUTA_RETURN_IF_ERROR(scope.transaction->Commit());
   map_.ClearChanges();
   parts_.features->Put(image);
   AddOutcome outcome = OutcomeOf(record, located);
+  outcome.camera = new_camera;
   outcome.times.retrieve_ms = retrieve_ms;
   outcome.times.commit_ms = watch.LapMs();
   return outcome;
@@ -185,7 +209,7 @@ Result<AddOutcome> Ingest::AdmitAndPlace(PreparedPhoto photo, const CameraRecord
     case AdmissionOutcome::kNameTaken:
       return NameTakenBy(photo);
     case AdmissionOutcome::kRejected:
-      return StoreRejection(photo, std::move(admission.record), std::move(scope));
+      return StoreRejection(photo, camera, std::move(admission.record), std::move(scope));
     case AdmissionOutcome::kOutdated:
       return Outdated(photo);
     case AdmissionOutcome::kNew:
@@ -193,7 +217,7 @@ Result<AddOutcome> Ingest::AdmitAndPlace(PreparedPhoto photo, const CameraRecord
   }
   const double decode_ms = photo.decode_ms, undistort_ms = photo.undistort_ms,
                features_ms = photo.features_ms;
-  VEDUTA_ASSIGN_OR_RETURN(AddOutcome outcome, Place(std::move(photo), camera.model,
+  VEDUTA_ASSIGN_OR_RETURN(AddOutcome outcome, Place(std::move(photo), camera,
                                                     std::move(admission.record), std::move(scope)));
   outcome.times.decode_ms = decode_ms;
   outcome.times.undistort_ms = undistort_ms;

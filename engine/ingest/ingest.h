@@ -29,7 +29,9 @@ class Ingest final {
   Ingest& operator=(const Ingest&) = delete;
 
   // Commits the photo with its verdict, and with whatever its verdict brings about in the same
-  // commit: `propagated` of the outcome names the earlier photos that it founded with. An error
+  // commit: `propagated` of the outcome names the earlier photos that it founded with. A camera
+  // whose id is not valid() is stored in the same commit, under its name where that is free and
+  // under another one otherwise, which the outcome tells. An error
   // means that nothing of the photo is visible; kNoMemory where the memory is too short. A
   // failure of kBusy in the outcome: a copy was removed since it was prepared: prepare it again.
   Result<AddOutcome> Apply(PreparedPhoto photo, const CameraRecord& camera,
@@ -57,9 +59,9 @@ class Ingest final {
  private:
   Result<AddOutcome> AdmitAndPlace(PreparedPhoto photo, const CameraRecord& camera,
                                    const std::string& contributor);
-  Result<AddOutcome> StoreRejection(const PreparedPhoto& photo, ImageRecord record,
-                                    WriteScope scope);
-  Result<AddOutcome> Place(PreparedPhoto photo, const CameraModel& camera, ImageRecord record,
+  Result<AddOutcome> StoreRejection(const PreparedPhoto& photo, const CameraRecord& camera,
+                                    ImageRecord record, WriteScope scope);
+  Result<AddOutcome> Place(PreparedPhoto photo, const CameraRecord& camera, ImageRecord record,
                            WriteScope scope);
   Result<std::optional<DueStep>> FindStep(const Snapshot& snapshot) const;
   FollowUp Run(const DueStep& step, WriteScope scope);

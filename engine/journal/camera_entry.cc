@@ -5,6 +5,7 @@
 #include <string_view>
 
 #include "engine/camera/camera_text.h"
+#include "engine/journal/journal.h"
 
 namespace veduta {
 namespace {
@@ -18,6 +19,15 @@ std::string CameraEntry(const CameraRecord& camera) {
   return camera.name + std::string(kBeforeId) + std::to_string(camera.id.value) +
          std::string(kAfterId) + std::to_string(model.width_px) + "x" +
          std::to_string(model.height_px) + " " + CameraParamsText(model);
+}
+
+void PutNewCamera(const CameraRecord& camera, DatabaseState* state, Transaction* transaction) {
+  transaction->PutCamera(camera);
+  JournalRecord entry;
+  entry.actor = "veduta";
+  entry.action = "camera";
+  entry.detail = CameraEntry(camera);
+  AppendJournal(std::move(entry), state, transaction);
 }
 
 std::optional<CameraRecord> ParseCameraEntry(const std::string& detail) {

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "engine/photo/camera_group.h"
 
-#include <cstdio>
+#include <charconv>
 
 #include "engine/camera/orientation.h"
 
@@ -10,8 +10,9 @@ namespace {
 
 std::string Short(double number) {
   char text[32];
-  std::snprintf(text, sizeof(text), "%.4g", number);
-  return text;
+  const auto [end, error] =
+      std::to_chars(text, text + sizeof(text), number, std::chars_format::general, 4);
+  return {text, end};
 }
 
 }  // namespace

@@ -117,6 +117,9 @@ std::optional<std::span<const uint8_t>> PhotoPreparer::ReadBytes(const PhotoSour
 
 Result<PhotoFacts> PhotoPreparer::Look(const PhotoSource& source) const {
   try {
+    const uint64_t size_bytes = source.bytes ? 0 : PhotoFileSize(source.path);
+    const MemoryBudget::Share share =
+        TakeMemory(std::min(size_bytes, options_.limits.size_bytes_max));
     PreparedPhoto photo;
     std::vector<uint8_t> own;
     const auto bytes = ReadBytes(source, &own, &photo);

@@ -352,8 +352,8 @@ Result<AddOutcome> Scheduler::ApplyInTurn(Entry* entry) {
     if (refused) return std::move(*refused);
   }
   Result<AddOutcome> outcome = PrepareAndApply(entry);
-  if (outcome.ok() && entry->had_no_camera) {
-    outcome->camera = entry->photo.camera->name;
+  if (outcome.ok() && entry->had_no_camera && !outcome->duplicate) {
+    if (outcome->camera.empty()) outcome->camera = entry->photo.camera->name;
     outcome->times.map_ms += seeking.map_ms;
     outcome->times.total_ms += seeking.total_ms;
   }

@@ -32,7 +32,8 @@
 
 namespace veduta {
 
-// The camera that was estimated for a photo, or, where there is none, what becomes of the photo.
+// The camera that was estimated for a photo, not stored yet (Ingest::Apply), or, where there is
+// none, what becomes of the photo.
 struct EstimatedUnnamed {
   std::optional<CameraRecord> camera;
   AddOutcome outcome;  // with a camera its times alone

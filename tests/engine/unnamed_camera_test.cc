@@ -60,7 +60,7 @@ TEST(UnnamedCamera, EachPhotoThatSaysNothingHasACameraOfItsOwn) {
   std::set<std::string> cameras;
   for (const AddOutcome& outcome : city.Add(photos)) {
     EXPECT_EQ(outcome.verdict, Verdict::kPlaced) << outcome.detail << outcome.failure.message();
-    EXPECT_EQ(outcome.camera.substr(0, 6), "photo ");
+    EXPECT_EQ(outcome.camera.substr(0, 10), "estimated ");
     EXPECT_NEAR(FocalOf(city, outcome.camera) / StreetCameraModel().fx, 1, 0.02);
     cameras.insert(outcome.camera);
   }
@@ -68,6 +68,24 @@ TEST(UnnamedCamera, EachPhotoThatSaysNothingHasACameraOfItsOwn) {
   EXPECT_LT(WorstCenterErrorM(city), 0.1);
   EXPECT_TRUE(IsSound(city.Ask().snapshot()));
   for (const AddOutcome& again : city.Add(photos)) EXPECT_TRUE(again.duplicate);
+  // Removed, one is added anew, and its camera is estimated anew.
+  RemoveRequest request;
+  request.photos = {photos[0].photo.name};
+  ASSERT_OK(city.engine().Remove(request));
+  const AddOutcome anew = city.Add({photos[0]}).front();
+  EXPECT_EQ(anew.verdict, Verdict::kPlaced) << anew.detail << anew.failure.message();
+  EXPECT_FALSE(cameras.contains(anew.camera)) << anew.camera;
+}
+
+TEST(UnnamedCamera, NamesThatAreTakenAreLeftAlone) {
+  City city;
+  std::vector<PhotoSubmission> photos;
+  for (const Stand& stand : AddHalf(&city)) photos.push_back(WithoutCamera(stand));
+  CameraModel other = StreetCameraModel();
+  other.fx = 1;
+  ASSERT_OK(city.engine().AddCamera("estimated 3", other, "by hand"));
+  const AddOutcome outcome = city.Add({photos[0]}).front();
+  EXPECT_EQ(outcome.camera, "estimated 3'") << outcome.detail << outcome.failure.message();
 }
 
 TEST(UnnamedCamera, PhotosThatSayTheSameHaveOneAndTheOrderAloneDecides) {
