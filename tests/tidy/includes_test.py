@@ -40,6 +40,7 @@ PACKAGES = {
     'turbojpeg.h': ('turbojpeg::turbojpeg',),
     'png.h': ('PNG::PNG',),
     'tiffio.h': ('TIFF::TIFF',),
+    'exiv2/': ('exiv2lib',),
     'tinyxml2.h': ('tinyxml2::tinyxml2',),
     'yaml-cpp/': ('yaml-cpp',),
     'hpdf.h': ('hpdf::hpdf',),
