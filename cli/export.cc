@@ -12,12 +12,12 @@ struct ExportArguments {
   bool json = false;
 };
 
-void PrintModel(const ExportedModel& model, const std::string& format) {
+void PrintModel(const ExportedModel& model) {
   std::string surface;
   if (model.triangles > 0) {
     surface = ", " + std::to_string(model.vertices) + " vertices, " +
               std::to_string(model.triangles) + " triangles";
-  } else if (format == "ply" || format == "gltf") {  // the other formats have no surface
+  } else if (model.may_have_surface) {
     surface = ", no surface yet: 'veduta densify' makes one";
   }
   PrintLine("%s: reconstruction %u, %lu images, %lu points%s", Printable(model.folder).c_str(),
@@ -33,7 +33,7 @@ int Export(const ExportArguments& arguments) {
     if (arguments.json) {
       PrintJson(ToJson(model));
     } else {
-      PrintModel(model, arguments.request.format);
+      PrintModel(model);
     }
   }
   return kDone;

@@ -27,9 +27,7 @@ int PrintNeighbors(const std::vector<NeighborAnswer>& neighbors, bool json) {
 
 int PrintCandidates(const std::vector<NeighborAnswer>& candidates, bool json) {
   if (json) {
-    Json list = Json::array();
-    for (const NeighborAnswer& candidate : candidates) list.push_back(CandidateJson(candidate));
-    PrintJson(list);
+    PrintJson(CandidatesJson(candidates));
     return kDone;
   }
   for (const NeighborAnswer& candidate : candidates) {

@@ -68,10 +68,7 @@ int Remove(const RemoveArguments& arguments) {
   }
   if (!answer->purged.ok()) return Fail(answer->purged);
   const Status settled = SettleAfter(engine->get(), arguments.db, arguments.json, stop.token());
-  if (!settled.ok()) return Fail(settled);
-  // RocksDB's manifest may have the photos' names, until it is written anew.
-  const Status opened = (*engine)->Reopen();
-  return opened.ok() ? kDone : Fail(opened);
+  return settled.ok() ? kDone : Fail(settled);
 }
 
 }  // namespace

@@ -12,9 +12,9 @@
 #include "engine/camera/files/points_file.h"
 #include "engine/camera/markers/photo_markers.h"
 #include "engine/camera/markers/sheet_pdf.h"
-#include "engine/camera/whole_file.h"
 #include "storage/base/option_bounds.h"
 #include "storage/base/thread_pool.h"
+#include "storage/base/whole_file.h"
 #include "storage/model/image_size.h"
 
 namespace veduta {
@@ -71,8 +71,9 @@ Result<Observed> ReadPoints(const std::string& path) {
 }
 
 // The numbers of a calibration; the texts are added by Calibrate.
-CalibrationAnswer AnswerOf(const Calibration& made) {
+CalibrationAnswer AnswerOf(const Calibration& made, const std::string& from) {
   CalibrationAnswer answer;
+  answer.from = from;
   answer.model = made.model;
   answer.is_good = made.status == CalibrationStatus::kGood;
   answer.intrinsics = IntrinsicsOf(made.model);
@@ -85,6 +86,11 @@ CalibrationAnswer AnswerOf(const Calibration& made) {
   answer.distortion_sigma_px = made.distortion_sigma_px;
   answer.photos = static_cast<uint32_t>(made.photos.size());
   answer.photos_used = made.UsedPhotoCount();
+  answer.has_square_pixels = !made.is_aspect_free;
+  for (const CalibrationPhoto& photo : made.photos) {
+    answer.calibrated_photos.push_back({photo.name, photo.used_count, photo.left_out_count,
+                                        photo.error_px_rms, photo.why_left_out});
+  }
   return answer;
 }
 
@@ -110,10 +116,11 @@ Result<CalibrationAnswer> Calibrate(const CalibrateRequest& request) {
                                                        : ReadPoints(request.points_path));
   auto made = CalibrateCamera(observed.input);
   if (!made.ok()) return WithNotes(made.status(), observed.notes);
-  CalibrationAnswer answer = AnswerOf(*made);
-  for (const std::vector<CalibrationWarning>& warnings : {observed.notes, made->warnings}) {
-    for (const CalibrationWarning& w : warnings) answer.messages.push_back({!w.IsNote(), w.text});
-  }
+  CalibrationAnswer answer = AnswerOf(*made, observed.from);
+  for (const CalibrationWarning& note : observed.notes)
+    answer.messages.push_back({!note.IsNote(), true, note.text});
+  for (const CalibrationWarning& w : made->warnings)
+    answer.messages.push_back({!w.IsNote(), false, w.text});
   // In the files the calibration's own notes and warnings stand first.
   made->warnings.insert(made->warnings.end(), observed.notes.begin(), observed.notes.end());
   answer.camera_file = CameraFileText(*made, observed.from);

@@ -2,13 +2,11 @@
 #include "engine/engine.h"
 
 #include <deque>
-#include <filesystem>
 #include <utility>
 
-#include "engine/camera/whole_file.h"
-#include "engine/journal/journal.h"
 #include "engine/parts.h"
 #include "engine/query/city_answers.h"
+#include "storage/base/whole_file.h"
 
 namespace veduta {
 namespace {
@@ -122,8 +120,8 @@ Status Engine::Settle(std::stop_token stop, const std::function<void(const Follo
   }
   VEDUTA_RETURN_IF_ERROR(settled);
   // A removal was killed before it had rewritten the files; one that runs does it itself.
-  const std::unique_lock alone(parts->dense_pass, std::try_to_lock);
-  return alone.owns_lock() ? parts->PurgeRemoved() : Status::Ok();
+  const std::optional<Claimable::Claim> alone = parts->dense_pass.TryClaim();
+  return alone ? parts->PurgeRemoved() : Status::Ok();
 }
 
 Status Engine::TrainVocabulary(const VocabularyRequest& request) {
@@ -143,25 +141,25 @@ Status Engine::ImportVocabulary(const std::string& path) {
   return parts_->Activate(caches, std::move(prepared));
 }
 
+// The copy is in the journal before others may remove a photo that it has.
 Status Engine::Backup(const std::string& folder) {
-  Writer::Turn turn = parts_->writer->Take();
-  VEDUTA_RETURN_IF_ERROR(turn.database().CreateCheckpoint(folder));
-  // So that a removal can say where copies are.
-  std::error_code failure;
-  const std::filesystem::path where = std::filesystem::absolute(folder, failure);
-  const std::unique_ptr<Transaction> transaction = turn.database().BeginTransaction();
-  VEDUTA_ASSIGN_OR_RETURN(DatabaseState state, transaction->base()->GetState());
-  AppendJournal({0, 0, "veduta", "backup", {}, {}, failure ? folder : where.string()}, &state,
-                transaction.get());
-  transaction->PutState(state);
-  return transaction->Commit();
+  const std::shared_ptr<EngineParts> parts = parts_;
+  {
+    Writer::Turn turn = parts->writer->Take();
+    VEDUTA_RETURN_IF_ERROR(turn.database().CreateCheckpoint(folder));
+    VEDUTA_RETURN_IF_ERROR(parts->NoteCopy(kCopyMade, folder, &turn));
+  }
+  Status checked = parts->database->CheckCheckpoint(folder);
+  if (checked.ok()) return checked;
+  Writer::Turn turn = parts->writer->Take();
+  parts->NoteCopy(kCopyDeleted, folder, &turn)
+      .IgnoreBecause("what is damaged is told; a removal then names a copy that is gone");
+  return checked;
 }
 
 Status Engine::Reopen() {
   Writer::Turn turn = parts_->writer->Take();
-  VEDUTA_RETURN_IF_ERROR(turn.database().Reopen());
-  parts_->RenewCaches();
-  return Status::Ok();
+  return parts_->Reopen(&turn);
 }
 
 }  // namespace veduta

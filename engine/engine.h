@@ -7,7 +7,8 @@
 // piece at a time, first come first served: photos, the steps that follow from them, cameras,
 // vocabularies, the dense pass, backups take turns. Adjusting a whole reconstruction is one piece:
 // others wait for its end. Vocabularies and the dense pass are computed without a turn, and take
-// one for each commit. Readers never wait.
+// one for each commit. Readers never wait. No callback is called under a lock or in a turn, so it
+// may use the engine.
 //
 // Every function is thread-safe. Errors: kNotFound and kInvalidArgument name the thing and what to
 // do; kBusy when another process writes to the database; kCorruption names family and key; kIoError
@@ -31,7 +32,6 @@
 namespace veduta {
 
 struct EngineParts;  // what the rooms behind the door work with: engine/parts.h
-struct EngineTuning;
 
 struct EngineOptions {
   bool create = false;        // make a new database; kAlreadyExists if one is there
@@ -60,8 +60,8 @@ class Questions final {
 
   uint64_t snapshot() const;  // its name; greater after each commit
 
-  // O(reconstructions), and where the dense pass ran O(its depth maps and tiles). No walk over
-  // images.
+  // O(reconstructions); after a dense pass also O(depth maps + tiles), of each of which a record is
+  // read. No walk over images.
   Result<StatusAnswer> Status() const;
   // By name, or by "#" and its number. kNotFound names it.
   Result<ImageAnswer> Image(const std::string& name) const;
@@ -78,7 +78,8 @@ class Questions final {
   // pose is refused where adding the photo would refuse it, with the same reason. `report` is
   // called in the order of the photos, from any thread, one call at a time. Photos are worked on
   // side by side, with the features of each in memory. kNotFound for an unknown camera, and nothing
-  // is reported; kCancelled after a stop request: those reported are done.
+  // is reported, nor where a request is wrong; kCancelled after a stop request: those reported are
+  // done.
   veduta::Status Localize(std::span<const LocalizeRequest> photos,
                           const std::function<void(const LocalizedPhoto&)>& report,
                           std::stop_token stop = {}) const;
@@ -160,9 +161,10 @@ class Engine final {
                    const std::function<void(const AddOutcome&)>& report, std::stop_token stop = {},
                    const std::function<void(const FollowUp&)>& followed = {});
 
-  // Does everything that follows from the photos there are. The first failure of a step, after all
-  // that can be done is done. A step that failed since the last Settle, when nobody was there to be
-  // told, counts too. Also rewrites the files where a killed Remove has left bytes in them: kBusy
+  // Does everything that follows from the photos there are, and tries steps that have failed once
+  // more. Returns the first failure of a step, after all that can be done is done. `followed` is
+  // also told of steps that failed since the last Settle when nobody waited. Also rewrites the
+  // files where a killed Remove has left bytes in them, and opens them again as Remove does: kBusy
   // while somebody asks an earlier state.
   Status Settle(std::stop_token stop = {},
                 const std::function<void(const FollowUp&)>& followed = {});
@@ -171,9 +173,10 @@ class Engine final {
   // then rewrites the files without their bytes; `report` is told of each from the calling thread.
   // What stood on them heals; Settle tries photos again that lost their pose. The journal keeps who
   // and when and why, and the photos' numbers alone. Copies elsewhere are out of reach, and named.
-  // Without photos and contributor it only finishes the rewriting that an earlier one has left.
-  // kNotFound, and nothing is removed, for an unknown photo; kBusy while a dense pass or another
-  // removal runs; kCancelled after a stop request: those reported are gone.
+  // At the end the files are closed and opened again, as by Reopen, for RocksDB forgets the photos'
+  // names then. Without photos and contributor it only finishes the rewriting that an earlier one
+  // has left. kNotFound, and nothing is removed, for an unknown photo; kBusy while a dense pass or
+  // another removal runs; kCancelled after a stop request: those reported are gone.
   Result<RemoveAnswer> Remove(const RemoveRequest& request, std::stop_token stop = {},
                               const std::function<void(const RemovedPhoto&)>& report = {});
   // A fact that a person states and that placing photos obeys from then on: a forbidden pair is
@@ -197,6 +200,7 @@ class Engine final {
                                              std::stop_token stop = {});
 
   // A consistent copy that opens on its own: linked where possible, and read once by checksums.
+  // Others write while it is read. Deleted where it cannot be read: the error says what is damaged.
   Status Backup(const std::string& folder);
   // Closes and opens the files again, after a failed write: what the disk holds is then known. Does
   // not wait for readers; Questions asked before answer kIoError from then on.

@@ -31,6 +31,10 @@ Status EngineOptions::Check() const {
       .status();
 }
 
+Status RepairRequest::Check() const {
+  return OptionBounds().Between("thread_count", thread_count, 0, kThreadCountMax).status();
+}
+
 Status EngineTuning::Check() const {
   return OptionBounds()
       .Part("database", database.Check())
@@ -149,6 +153,12 @@ void EngineParts::RenewCaches() {
   const std::lock_guard lock(caches_mutex);
   caches = std::move(renewed);
   cameras.clear();
+}
+
+Status EngineParts::Reopen(Writer::Turn* turn) {
+  VEDUTA_RETURN_IF_ERROR(turn->database().Reopen());
+  RenewCaches();
+  return Status::Ok();
 }
 
 // A vocabulary is prepared without a turn of the writer, and Reopen deletes what is prepared: a

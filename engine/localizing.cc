@@ -2,38 +2,19 @@
 // Questions::Localize.
 #include <atomic>
 #include <map>
-#include <mutex>
 #include <optional>
+#include <string>
 #include <utility>
 
 #include "engine/localization/photo_localization.h"
 #include "engine/localization/unknown_localization.h"
+#include "engine/ordered_report.h"
 #include "engine/parts.h"
 #include "engine/query/city_answers.h"
+#include "storage/base/option_bounds.h"
 
 namespace veduta {
 namespace {
-
-// Hands on what is done in the order of the request, whichever is done first.
-class OrderedReport final {
- public:
-  explicit OrderedReport(const std::function<void(const LocalizedPhoto&)>& report)
-      : report_(report) {}
-
-  void Done(size_t index, LocalizedPhoto photo) {
-    const std::lock_guard lock(mutex_);
-    waiting_.emplace(index, std::move(photo));
-    for (auto first = waiting_.begin(); first != waiting_.end() && first->first == next_;
-         first = waiting_.erase(first), ++next_)
-      report_(first->second);
-  }
-
- private:
-  const std::function<void(const LocalizedPhoto&)>& report_;
-  std::mutex mutex_;
-  size_t next_ = 0;
-  std::map<size_t, LocalizedPhoto> waiting_;
-};
 
 LocalizedPhoto Failed(const PhotoSource& photo, Status failure) {
   LocalizedPhoto failed;
@@ -56,11 +37,20 @@ LocalizedPhoto LocalizeOne(const LocalizationParts& parts, const PhotoPreparer& 
 
 }  // namespace
 
+Status LocalizeRequest::Check() const {
+  if (!photo.path.empty() || photo.bytes) return Status::Ok();
+  return Status::InvalidArgument(
+      "photo.path is empty, but must name a file where photo.bytes is not set");
+}
+
 Status Questions::Localize(std::span<const LocalizeRequest> photos,
                            const std::function<void(const LocalizedPhoto&)>& report,
                            std::stop_token stop) const {
   std::map<std::string, std::optional<CameraModel>> cameras;
-  for (const LocalizeRequest& request : photos) {
+  for (size_t i = 0; i < photos.size(); ++i) {
+    const LocalizeRequest& request = photos[i];
+    const std::string name = "LocalizeRequest[" + std::to_string(i) + "]";
+    VEDUTA_RETURN_IF_ERROR(OptionBounds().Part(name.c_str(), request.Check()).status());
     if (request.camera.empty()) cameras[""] = std::nullopt;
     if (cameras.contains(request.camera)) continue;
     VEDUTA_ASSIGN_OR_RETURN(const CameraRecord camera,
@@ -71,7 +61,7 @@ Status Questions::Localize(std::span<const LocalizeRequest> photos,
   const LocalizationParts localization{view_->snapshot, &view_->caches->retrieval,
                                        &view_->caches->features, parts.pool.get(),
                                        parts.tuning.ingest};
-  OrderedReport ordered(report);
+  OrderedReport<LocalizedPhoto> ordered(report);
   std::atomic<bool> is_stopped = false;
   parts.pool->ParallelFor(photos.size(), [&](size_t i) {
     if (is_stopped || stop.stop_requested()) {

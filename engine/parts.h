@@ -15,6 +15,7 @@
 #include "engine/photo/photo_preparer.h"
 #include "engine/retrieval/retrieval.h"
 #include "engine/schedule/scheduler.h"
+#include "engine/writer/claimable.h"
 #include "engine/writer/writer.h"
 #include "storage/base/thread_pool.h"
 #include "storage/database.h"
@@ -29,6 +30,10 @@ struct EngineTuning {
 
   Status Check() const;  // the first violated bound, named by its path and with its value
 };
+
+// Actions of entries of the journal on copies: storage/FORMAT.md.
+inline constexpr const char* kCopyMade = "backup";
+inline constexpr const char* kCopyDeleted = "backup-deleted";  // it could not be read
 
 // What one generation of open files is read by. Exchanged by Engine::Reopen: what was kept of a
 // commit that failed must not be found again.
@@ -67,9 +72,14 @@ struct EngineParts {
   // the database was opened again meanwhile: then look again whether one is due.
   Result<bool> TrainIfDue();
 
-  // Rids the files of the bytes of removed photos, where there may be some. For who holds
-  // `dense_pass`. Takes a turn.
+  // Engine::Reopen, for who has the writer's turn.
+  Status Reopen(Writer::Turn* turn);
+
+  // Rids the files of the bytes of removed photos, where there may be some, and opens them again.
+  // For who has claimed `dense_pass`. Takes a turn.
   Status PurgeRemoved();
+  // Writes an entry of this action on a copy of the database into the journal.
+  Status NoteCopy(const std::string& action, const std::string& folder, Writer::Turn* turn);
 
   std::string path;  // of the database, as it was opened
   EngineOptions options;
@@ -84,7 +94,7 @@ struct EngineParts {
   std::shared_ptr<EngineCaches> caches;
   std::map<std::string, CameraRecord> cameras;
   std::unique_ptr<Ingest> ingest;  // used with the writer's turn only
-  std::mutex dense_pass;           // held while a dense pass or a removal runs: one at a time
+  Claimable dense_pass;            // claimed while a dense pass or a removal runs: one at a time
   std::unique_ptr<Scheduler> scheduler;
 };
 

@@ -6,6 +6,7 @@
 
 #include "engine/engine.h"
 #include "engine/ingest/forbidding.h"
+#include "engine/journal/journal.h"
 #include "engine/parts.h"
 #include "engine/query/city_answers.h"
 #include "storage/base/option_bounds.h"
@@ -36,7 +37,8 @@ Result<std::vector<ImageId>> ImagesToRemove(const Snapshot& snapshot,
 Result<std::vector<std::string>> CopiesOf(const Snapshot& snapshot, const std::string& path) {
   std::set<std::string> copies;
   VEDUTA_RETURN_IF_ERROR(snapshot.ScanJournal(1, [&](const JournalRecord& entry) {
-    if (entry.action == "backup") copies.insert(entry.detail);
+    if (entry.action == kCopyMade) copies.insert(entry.detail);
+    if (entry.action == kCopyDeleted) copies.erase(entry.detail);
     return true;
   }));
   // Beside the database, where repairs keep what they found: engine/repair/repair_folders.cc.
@@ -116,8 +118,8 @@ Result<RemoveAnswer> Engine::Remove(const RemoveRequest& request, std::stop_toke
                                     const std::function<void(const RemovedPhoto&)>& report) {
   VEDUTA_RETURN_IF_ERROR(request.Check());
   const std::shared_ptr<EngineParts> parts = parts_;
-  const std::unique_lock alone(parts->dense_pass, std::try_to_lock);
-  if (!alone.owns_lock()) {
+  const std::optional<Claimable::Claim> alone = parts->dense_pass.TryClaim();
+  if (!alone) {
     return Status::Busy("a dense pass or another removal is at work: wait for its end, or stop it");
   }
   VEDUTA_ASSIGN_OR_RETURN(const std::vector<ImageId> images,
@@ -131,23 +133,38 @@ Result<RemoveAnswer> Engine::Remove(const RemoveRequest& request, std::stop_toke
                                     ? "name those that are left to go on"
                                     : "run the same command again to go on"));
     }
-    Writer::Turn turn = parts->writer->Take();
-    VEDUTA_ASSIGN_OR_RETURN(RemovedPhoto removed,
-                            parts->ingest->Remove(image, request.actor, request.why));
-    if (report) report(removed);
-    answer.removed.push_back(std::move(removed));
+    {
+      Writer::Turn turn = parts->writer->Take();
+      VEDUTA_ASSIGN_OR_RETURN(answer.removed.emplace_back(),
+                              parts->ingest->Remove(image, request.actor, request.why));
+    }
+    if (report) report(answer.removed.back());
   }
-  answer.purged = parts->PurgeRemoved();
   VEDUTA_ASSIGN_OR_RETURN(answer.copies, CopiesOf(*parts->database->GetSnapshot(), parts->path));
+  answer.purged = parts->PurgeRemoved();
   return answer;
 }
 
-// Compacts without a turn, so photos are added meanwhile.
+Status EngineParts::NoteCopy(const std::string& action, const std::string& folder,
+                             Writer::Turn* turn) {
+  std::error_code failure;
+  const std::filesystem::path where = std::filesystem::absolute(folder, failure);
+  const std::unique_ptr<Transaction> transaction = turn->database().BeginTransaction();
+  VEDUTA_ASSIGN_OR_RETURN(DatabaseState state, transaction->base()->GetState());
+  AppendJournal({0, 0, "veduta", action, {}, {}, failure ? folder : where.string()}, &state,
+                transaction.get());
+  transaction->PutState(state);
+  return transaction->Commit();
+}
+
+// Compacts without a turn, so photos are added meanwhile. RocksDB's manifest may have the photos'
+// names until it is written anew, which opening does.
 Status EngineParts::PurgeRemoved() {
   VEDUTA_ASSIGN_OR_RETURN(const DatabaseState before, database->GetSnapshot()->GetState());
   if (!before.removed_bytes_left) return Status::Ok();
   VEDUTA_RETURN_IF_ERROR(database->PurgeDeleted());
   Writer::Turn turn = writer->Take();
+  VEDUTA_RETURN_IF_ERROR(Reopen(&turn));
   const std::unique_ptr<Transaction> transaction = turn.database().BeginTransaction();
   VEDUTA_ASSIGN_OR_RETURN(DatabaseState state, transaction->base()->GetState());
   state.removed_bytes_left = false;

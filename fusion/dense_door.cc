@@ -13,6 +13,7 @@
 #include "fusion/pass/dense_pass.h"
 #include "fusion/surface/model_writer.h"
 #include "kernels/device.h"
+#include "storage/base/option_bounds.h"
 
 namespace veduta {
 namespace {
@@ -175,12 +176,15 @@ Status RenderRequest::Check() const {
   return Status::Ok();
 }
 
-Result<std::vector<DensifyReport>> DensifyAll(Writer& writer, ThreadPool& pool,
-                                              std::mutex& one_pass, const DensifyRequest& request,
-                                              std::stop_token stop) {
-  VEDUTA_RETURN_IF_ERROR(request.options.Check());
-  const std::unique_lock lock(one_pass, std::try_to_lock);
-  if (!lock.owns_lock()) {
+Status DensifyRequest::Check() const {
+  return OptionBounds().Part("options", options.Check()).status();
+}
+
+Result<std::vector<DensifyReport>> DensifyAll(Writer& writer, ThreadPool& pool, Claimable& one_pass,
+                                              const DensifyRequest& request, std::stop_token stop) {
+  VEDUTA_RETURN_IF_ERROR(OptionBounds().Part("DensifyRequest", request.Check()).status());
+  const std::optional<Claimable::Claim> alone = one_pass.TryClaim();
+  if (!alone) {
     return Status::Busy("another dense pass runs on this database: wait for its end, or stop it");
   }
   std::string why_cpp;

@@ -4,12 +4,12 @@
 // Questions::Render, ListDevices and ExportFormats do, as functions of what the engine holds.
 
 #include <memory>
-#include <mutex>
 #include <stop_token>
 #include <string>
 #include <vector>
 
 #include "engine/door/dense.h"
+#include "engine/writer/claimable.h"
 #include "engine/writer/writer.h"
 #include "storage/base/thread_pool.h"
 #include "storage/database.h"
@@ -19,14 +19,13 @@ namespace veduta {
 // Engine::Densify. First sweeps what belongs to reconstructions that were merged away, and again at
 // the end if one was merged away meanwhile.
 //
-// one_pass  one for each database: kBusy while another pass holds it.
+// one_pass  one for each database: kBusy while another pass has claimed it.
 //
 // Errors: kInvalidArgument on bad options or a reconstruction that was merged; kNotFound when there
 // is no such reconstruction, none at all, or no such device; kCancelled after a stop request. With
 // the device "auto" and none that works, C++ does the work.
-Result<std::vector<DensifyReport>> DensifyAll(Writer& writer, ThreadPool& pool,
-                                              std::mutex& one_pass, const DensifyRequest& request,
-                                              std::stop_token stop);
+Result<std::vector<DensifyReport>> DensifyAll(Writer& writer, ThreadPool& pool, Claimable& one_pass,
+                                              const DensifyRequest& request, std::stop_token stop);
 
 // Questions::Export is ExportReconstructions of fusion/export/exporter.h, and ExportFormats is
 // defined there too.

@@ -6,6 +6,7 @@
 #include "fusion/dense_door.h"
 #include "fusion/export/exporter.h"
 #include "fusion/pass/dense_invariants.h"
+#include "storage/base/option_bounds.h"
 
 namespace veduta {
 
@@ -22,7 +23,12 @@ Result<RenderReport> Questions::Render(const RenderRequest& request) const {
   return RenderToFile(view_->snapshot, *view_->parts->pool, request);
 }
 
+Status VerifyRequest::Check() const {
+  return OptionBounds().AtLeast("count_max", count_max, 1).status();
+}
+
 Result<std::vector<std::string>> Questions::Verify(const VerifyRequest& request) const {
+  VEDUTA_RETURN_IF_ERROR(OptionBounds().Part("VerifyRequest", request.Check()).status());
   const CheckOptions options{.count_max = request.count_max,
                              .deep = request.deep,
                              .preparer = view_->parts->preparer.get()};

@@ -10,8 +10,8 @@
 namespace veduta {
 namespace {
 
-// blob_log_format.h of RocksDB 7.8. A file begins with a header; a record is a header, a key and a
-// value. Numbers are little-endian.
+// The format of RocksDB 7.8's db/blob/blob_log_format.h. A file begins with a header; a record is a
+// header, a key and a value. Numbers are little-endian.
 constexpr uint64_t kFileHeaderBytes = 30;
 // Lengths of key and value, expiration (0: never), each u64; two checksums, each u32.
 constexpr uint64_t kRecordHeaderBytes = 32;

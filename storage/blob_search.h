@@ -17,7 +17,7 @@ namespace veduta {
 
 // Where the records of all blob files of a folder lie whose keys may be those of photos. Reads the
 // headers of the records only, and searches byte by byte where a header is damaged. The layout is
-// that of RocksDB 7.8's blob_log_format.h. Not thread-safe.
+// that of RocksDB 7.8's db/blob/blob_log_format.h. Not thread-safe.
 class BlobSearch final {
  public:
   // Files that cannot be read are passed over.

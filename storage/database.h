@@ -191,8 +191,11 @@ class Database {
 
   virtual Result<DatabaseSizes> GetSizes() const = 0;
   virtual Result<DatabaseStatistics> GetStatistics() const = 0;
-  // A consistent copy that opens on its own: linked where possible, and read once by checksums.
+  // A consistent copy that opens on its own: linked where possible. Nothing of it is read.
   virtual Status CreateCheckpoint(const std::string& path) = 0;
+  // Reads all of such a copy once by its checksums. Where it cannot be read, deletes it and says
+  // what is damaged. Others may write to the database meanwhile.
+  virtual Status CheckCheckpoint(const std::string& path) const = 0;
   // Flushes memtables and merges files; for benchmarks and before a backup.
   virtual Status Compact() = 0;
   // Rewrites the files without what was deleted: afterwards none has bytes of a photo that was

@@ -129,7 +129,10 @@ Status MakeCheckpoint(const DatabaseFiles& files, const std::string& path) {
   if (fs.FileExists(path, rocksdb::IOOptions(), nullptr).ok())
     return Status::AlreadyExists(path + " exists already");
   VEDUTA_RETURN_IF_ERROR(LinkFiles(files, path));
-  VEDUTA_RETURN_IF_ERROR(WriteMarker(fs, path));
+  return WriteMarker(fs, path);
+}
+
+Status CheckCheckpoint(const DatabaseFiles& files, const std::string& path) {
   const Status checked = CheckCopy(path, files.shared_file_system());
   if (checked.ok()) return checked;
   std::error_code ignored;  // what is left says that it is incomplete by the failure

@@ -14,6 +14,8 @@ namespace veduta {
 Result<DatabaseSizes> SizesOf(const DatabaseFiles& files);
 Result<DatabaseStatistics> StatisticsOf(const DatabaseFiles& files);
 Status MakeCheckpoint(const DatabaseFiles& files, const std::string& path);
+// Uses no more of `files` than where it lies and its file system.
+Status CheckCheckpoint(const DatabaseFiles& files, const std::string& path);
 Status CompactFiles(const DatabaseFiles& files);
 
 }  // namespace veduta

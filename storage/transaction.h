@@ -33,8 +33,8 @@ class Snapshot;  // storage/database.h
 // Write-aheads that the commit will name are to be written after BeginTransaction, too: Reopen
 // deletes those of generations, and refuses the commit.
 //
-// A record that breaks an invariant of its struct (storage/record_check.h: a number that is not
-// finite, a list out of order, an id of 0, ...) makes Commit fail with kInvalidArgument, and
+// A record that breaks an invariant of its struct (its Check in storage/records/: a number that is
+// not finite, a list out of order, an id of 0, ...) makes Commit fail with kInvalidArgument, and
 // nothing is applied.
 class Transaction {
  public:

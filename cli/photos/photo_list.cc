@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <filesystem>
 
-#include "engine/camera/whole_file.h"
+#include "storage/base/whole_file.h"
 
 namespace veduta {
 namespace {

@@ -18,7 +18,7 @@ std::string OutcomeReason(const AddOutcome& outcome);
 std::string LocalizedWord(const LocalizedPhoto& photo);
 // Why, as a person reads it.
 std::string LocalizedReason(const LocalizedPhoto& photo);
-// "propagation", "adjustment" or "vocabulary".
+// "propagation", "adjustment", "judgment" or "vocabulary".
 std::string FollowUpWord(FollowUpKind kind);
 
 Json ToJson(const DamagedImage& damaged);

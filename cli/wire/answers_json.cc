@@ -23,6 +23,18 @@ Json ToJson(const StorageAnswer& storage) {
           {"cache_misses", storage.cache_misses}};
 }
 
+// The warnings of a calibration, or the notes: those on single photos stand last.
+Json TextsOf(const CalibrationAnswer& calibration, bool warnings) {
+  Json texts = Json::array();
+  for (const bool is_of_photo : {false, true}) {
+    for (const CalibrationMessage& message : calibration.messages) {
+      if (message.is_warning == warnings && message.is_of_photo == is_of_photo)
+        texts.push_back(message.text);
+    }
+  }
+  return texts;
+}
+
 }  // namespace
 
 Json ToJson(const StatusAnswer& status) {
@@ -144,10 +156,23 @@ Json ToJson(const RepairAnswer& repair) {
           {"photos_path", repair.photos_path}};
 }
 
-Json CandidateJson(const NeighborAnswer& candidate) {
-  return {{"image", candidate.name},
-          {"score", candidate.score},
-          {"verdict", VerdictWord(candidate.verdict)}};
+Json ToJson(const CalibratedPhoto& photo) {
+  const bool is_used = photo.why_left_out.empty();
+  return {{"name", photo.name},
+          {"points", photo.points},
+          {"points_left_out", photo.points_left_out},
+          {"error_px_rms", is_used ? Json(photo.error_px_rms) : Json(nullptr)},
+          {"left_out", photo.why_left_out}};
+}
+
+Json CandidatesJson(const std::vector<NeighborAnswer>& candidates) {
+  Json list = Json::array();
+  for (const NeighborAnswer& candidate : candidates) {
+    list.push_back({{"image", candidate.name},
+                    {"score", candidate.score},
+                    {"verdict", VerdictWord(candidate.verdict)}});
+  }
+  return list;
 }
 
 Json ToJson(const CameraAnswer& camera) {
@@ -193,8 +218,28 @@ Json DigestJson(const std::string& digest) {
 }
 
 Json CameraFileJson(const CalibrationAnswer& calibration) {
-  // The door makes the file; it is handed on as it is, on one line.
-  return Json::parse(calibration.camera_file);
+  Json intrinsics, sigmas;
+  for (size_t i = 0; i < calibration.intrinsics.size(); ++i) {
+    intrinsics[calibration.intrinsic_names[i]] = calibration.intrinsics[i];
+    sigmas[calibration.intrinsic_names[i]] = calibration.sigmas[i];
+  }
+  return {{"format", kCameraFileFormat},
+          {"version", kCameraFileVersion},
+          {"width", calibration.model.width_px},
+          {"height", calibration.model.height_px},
+          {"intrinsics", std::move(intrinsics)},
+          {"standard_deviations", std::move(sigmas)},
+          {"calibration",
+           {{"from", calibration.from},
+            {"status", calibration.is_good ? "good" : "uncertain"},
+            {"photos_used", calibration.photos_used},
+            {"error_px_mean", calibration.error_px_mean},
+            {"error_px_rms", calibration.error_px_rms},
+            {"distortion_sigma_px", calibration.distortion_sigma_px},
+            {"square_pixels", calibration.has_square_pixels},
+            {"warnings", TextsOf(calibration, true)},
+            {"notes", TextsOf(calibration, false)},
+            {"photos", ToJson(calibration.calibrated_photos)}}}};
 }
 
 }  // namespace veduta

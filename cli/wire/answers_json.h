@@ -18,18 +18,19 @@ Json ToJson(const CameraAnswer& camera);
 Json ToJson(const VocabularyAnswer& vocabulary);
 Json ToJson(const JournalAnswer& entry);
 Json ToJson(const RepairAnswer& repair);
+Json ToJson(const CalibratedPhoto& photo);
 
 // A reconstruction with the merges of it that are not believed yet.
 Json ReconstructionJson(const ReconstructionAnswer& reconstruction,
                         const std::vector<HypothesisAnswer>& hypotheses);
-// A ranked candidate for a photo that is not stored: it has a score instead of matches.
-Json CandidateJson(const NeighborAnswer& candidate);
+// Ranked candidates for a photo that is not stored: they have scores instead of matches.
+Json CandidatesJson(const std::vector<NeighborAnswer>& candidates);
 // An image that has a pose: where it was taken.
 Json PoseJson(const ImageAnswer& image);
 // What Questions::Verify found; none: the database is sound.
 Json ViolationsJson(const std::vector<std::string>& violations);
 Json DigestJson(const std::string& digest);
-// The camera file that a calibration made; docs/calibration.md lists its keys.
+// What the camera file of a calibration holds; docs/calibration.md lists its keys.
 Json CameraFileJson(const CalibrationAnswer& calibration);
 
 }  // namespace veduta

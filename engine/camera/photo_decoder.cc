@@ -58,10 +58,14 @@ Pixels DecodePixels(std::span<const uint8_t> bytes, const PhotoHeader& header) {
       return DecodePngPixels(bytes, header);
     case PhotoFormat::kTiff:
       return DecodeTiffPixels(bytes, header);
+    case PhotoFormat::kWebp:
+      return DecodeWebpPixels(bytes, header);
+    case PhotoFormat::kHeif:
+      return DecodeHeifPixels(bytes, header);
     case PhotoFormat::kUnknown:
       break;
   }
-  return {PixelOutcome::kUnsupportedFormat, "the file is not a JPEG, PNG or TIFF", {}};
+  return {PixelOutcome::kUnsupportedFormat, kNoPhotoText, {}};
 }
 
 DecodeOutcome OutcomeOf(PixelOutcome outcome) {
@@ -98,6 +102,7 @@ DecodedPhoto DecodeWithin(std::span<const uint8_t> bytes, const DecodeLimits& li
   }
   PhotoHeader header = ReadPhotoHeader(bytes);
   photo.format = header.format;
+  if (header.outcome == HeaderOutcome::kNoMemory) return NoMemory(std::move(photo));
   if (header.outcome != HeaderOutcome::kRead) {
     const bool is_unsupported = header.outcome == HeaderOutcome::kUnsupportedFormat;
     return Failed(std::move(photo),

@@ -27,7 +27,8 @@ struct DecodeLimits {
 enum class DecodeOutcome : uint8_t {
   kDecoded,
   kEmpty,  // no bytes
-  // Not a JPEG, PNG or TIFF, or a kind of these that is not read. The file may be sound.
+  // Not a JPEG, PNG, TIFF, WebP or HEIF, or a kind of these that is not read. The file may be
+  // sound.
   kUnsupportedFormat,
   kUnreadable,  // one of these, but cut short or damaged
   // Over a limit. The file's size or its header says so: nothing was decoded.
@@ -51,10 +52,10 @@ struct DecodedPhoto {
   cv::Mat gray;  // CV_8UC1 by GrayFromBgr's formula; empty unless kDecoded
 };
 
-// Decodes a JPEG, PNG or TIFF (its first page), recognised by its content, never by a name. 16-bit
-// samples are rounded to 8, grey becomes three equal channels, palettes are looked up, alpha is
-// dropped, colour profiles are ignored. Other kinds (CMYK, 12 bits, floats, JPEG inside TIFF ...)
-// are kUnsupportedFormat with the reason.
+// Decodes a JPEG, PNG, TIFF (its first page), WebP or HEIF (its primary picture), recognised by its
+// content, never by a name. More than 8 bits are rounded to 8, grey becomes three equal channels,
+// palettes are looked up, alpha is dropped, colour profiles are ignored. Other kinds (CMYK, 12 bits
+// in a JPEG, floats, JPEG inside TIFF, AVIF ...) are kUnsupportedFormat with the reason.
 //
 // `wanted` is the camera's size. If the photo turned upright by its EXIF orientation has it, that
 // is what is returned; otherwise, if the photo as stored has it, the stored pixels (a camera

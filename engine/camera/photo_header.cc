@@ -1,10 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "engine/camera/photo_header.h"
 
+#include <webp/decode.h>
+
 #include <algorithm>
 #include <array>
 #include <string_view>
 
+#include "engine/camera/heif_file.h"
 #include "engine/camera/tiff_tags.h"
 
 namespace veduta {
@@ -13,6 +16,8 @@ namespace {
 using Bytes = std::span<const uint8_t>;
 
 constexpr std::array<uint8_t, 8> kPngSignature = {0x89, 'P', 'N', 'G', '\r', '\n', 0x1A, '\n'};
+
+constexpr size_t kExifSizeMax = 1 << 16;  // what JPEG allows; more is no EXIF that anyone writes
 
 bool StartsWith(Bytes bytes, Bytes prefix) {
   return bytes.size() >= prefix.size() && std::equal(prefix.begin(), prefix.end(), bytes.begin());
@@ -99,7 +104,7 @@ PhotoHeader ReadJpegHeader(Bytes bytes) {
     } else if (marker == 0xE1 && !has_exif &&
                StartsWith(segment, std::string_view("Exif\0\0", 6))) {
       has_exif = true;
-      header.exif = segment.subspan(6);
+      header.exif.assign(segment.begin() + 6, segment.end());
       header.orientation = OrientationFromTags(ReadTiffTags(header.exif));
     } else if (marker == 0xDD && segment.size() >= 2) {
       header.has_restarts = BigEndian16(segment, 0) != 0;
@@ -124,8 +129,7 @@ uint32_t ChunkCrc(Bytes bytes) {
 }
 
 PhotoHeader ReadPngHeader(Bytes bytes) {
-  constexpr size_t kExifSizeMax = 1 << 16;  // what JPEG allows; more is no EXIF that anyone writes
-  constexpr size_t kHeaderEnd = 8 + 25;     // signature and IHDR
+  constexpr size_t kHeaderEnd = 8 + 25;  // signature and IHDR
   if (bytes.size() < kHeaderEnd)
     return Unreadable(PhotoFormat::kPng, "the PNG ends within its header");
   if (BigEndian32(bytes, 8) != 13 || !StartsWith(bytes.subspan(12), "IHDR")) {
@@ -144,7 +148,7 @@ PhotoHeader ReadPngHeader(Bytes bytes) {
     if (StartsWith(type_and_data, "IEND")) break;
     if (StartsWith(type_and_data, "eXIf") && length <= kExifSizeMax &&
         ChunkCrc(type_and_data) == BigEndian32(bytes, at + 8 + length)) {
-      header.exif = type_and_data.subspan(4);
+      header.exif.assign(type_and_data.begin() + 4, type_and_data.end());
       header.orientation = OrientationFromTags(ReadTiffTags(header.exif));
       break;
     }
@@ -167,6 +171,83 @@ PhotoHeader ReadTiffHeader(Bytes bytes) {
   return header;
 }
 
+// WebP, RFC 9649.
+// ------------------------------------------------------------------------------------------------
+
+uint32_t LittleEndian32(Bytes bytes, size_t at) {
+  return bytes[at] | uint32_t{bytes[at + 1]} << 8 | uint32_t{bytes[at + 2]} << 16 |
+         uint32_t{bytes[at + 3]} << 24;
+}
+
+bool IsWebp(Bytes bytes) {
+  return bytes.size() >= 16 && StartsWith(bytes, "RIFF") && StartsWith(bytes.subspan(8), "WEBP");
+}
+
+// The EXIF chunk, which stands behind the picture. Some writers begin it as JPEG does.
+Bytes FindWebpExif(Bytes bytes) {
+  constexpr std::string_view kJpegStart("Exif\0\0", 6);
+  for (size_t at = 12; bytes.size() - at >= 8;) {
+    const size_t length = LittleEndian32(bytes, at + 4);
+    if (length > bytes.size() - at - 8) break;  // cut short: the decoder will say so
+    const Bytes data = bytes.subspan(at + 8, length);
+    if (StartsWith(bytes.subspan(at), "EXIF"))
+      return StartsWith(data, kJpegStart) ? data.subspan(kJpegStart.size()) : data;
+    at = std::min(bytes.size(), at + 8 + length + length % 2);
+  }
+  return {};
+}
+
+PhotoHeader ReadWebpHeader(Bytes bytes) {
+  WebPBitstreamFeatures features;
+  switch (WebPGetFeatures(bytes.data(), bytes.size(), &features)) {
+    case VP8_STATUS_OK:
+      break;
+    case VP8_STATUS_UNSUPPORTED_FEATURE:
+      return Refused(PhotoFormat::kWebp, HeaderOutcome::kUnsupportedFormat,
+                     "a WebP of a kind that is not read; save it as a JPEG");
+    default:
+      return Unreadable(PhotoFormat::kWebp, "the WebP's header is damaged or cut off");
+  }
+  if (features.has_animation) {
+    return Refused(PhotoFormat::kWebp, HeaderOutcome::kUnsupportedFormat,
+                   "an animated WebP; save one of its pictures");
+  }
+  PhotoHeader header;
+  header.format = PhotoFormat::kWebp;
+  header.outcome = HeaderOutcome::kRead;
+  header.stored_size = {static_cast<uint32_t>(features.width),
+                        static_cast<uint32_t>(features.height)};
+  if (header.stored_size.empty())
+    return Unreadable(PhotoFormat::kWebp, "the WebP's header declares no pixels");
+  if (const Bytes exif = FindWebpExif(bytes); exif.size() <= kExifSizeMax) {
+    header.exif.assign(exif.begin(), exif.end());
+    header.orientation = OrientationFromTags(ReadTiffTags(header.exif));
+  }
+  return header;
+}
+
+PhotoHeader ReadHeifHeader(Bytes bytes) {
+  const HeifFile file = OpenHeif(bytes);
+  switch (file.failure.outcome) {
+    case HeifOutcome::kRead:
+      break;
+    case HeifOutcome::kUnsupported:
+      return Refused(PhotoFormat::kHeif, HeaderOutcome::kUnsupportedFormat, file.failure.detail);
+    case HeifOutcome::kUnreadable:
+      return Unreadable(PhotoFormat::kHeif, file.failure.detail);
+    case HeifOutcome::kNoMemory:
+      return Refused(PhotoFormat::kHeif, HeaderOutcome::kNoMemory, {});
+  }
+  PhotoHeader header;
+  header.format = PhotoFormat::kHeif;
+  header.outcome = HeaderOutcome::kRead;
+  header.stored_size = file.Size();
+  if (header.stored_size.empty())
+    return Unreadable(PhotoFormat::kHeif, "the HEIF's header declares no pixels");
+  header.exif = file.Exif();
+  return header;
+}
+
 }  // namespace
 
 PhotoHeader ReadPhotoHeader(Bytes bytes) {
@@ -181,8 +262,9 @@ PhotoHeader ReadPhotoHeader(Bytes bytes) {
     return Refused(PhotoFormat::kUnknown, HeaderOutcome::kUnsupportedFormat,
                    "the file is a BigTIFF; save it as a JPEG, PNG or classic TIFF");
   }
-  return Refused(PhotoFormat::kUnknown, HeaderOutcome::kUnsupportedFormat,
-                 "the file is not a JPEG, PNG or TIFF");
+  if (IsWebp(bytes)) return ReadWebpHeader(bytes);
+  if (IsHeif(bytes)) return ReadHeifHeader(bytes);
+  return Refused(PhotoFormat::kUnknown, HeaderOutcome::kUnsupportedFormat, kNoPhotoText);
 }
 
 }  // namespace veduta

@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
-// The three decoders behind DecodePhoto, one library each: jpeg_pixels.cc, png_pixels.cc and
-// tiff_pixels.cc. They expect a header that has been read and found within the limits. Nothing is
-// printed and nothing thrown except std::bad_alloc and cv::Exception for want of memory.
+// The decoders behind DecodePhoto, one library each, in heif_pixels.cc, jpeg_pixels.cc,
+// png_pixels.cc, tiff_pixels.cc and webp_pixels.cc. They expect a header that has been read and
+// found within the limits. Nothing is printed and nothing thrown except std::bad_alloc and
+// cv::Exception for want of memory.
 
 #include <cstdint>
 #include <opencv2/core.hpp>
@@ -24,5 +25,7 @@ struct Pixels {
 Pixels DecodeJpegPixels(std::span<const uint8_t> bytes, const PhotoHeader& header);
 Pixels DecodePngPixels(std::span<const uint8_t> bytes, const PhotoHeader& header);
 Pixels DecodeTiffPixels(std::span<const uint8_t> bytes, const PhotoHeader& header);
+Pixels DecodeWebpPixels(std::span<const uint8_t> bytes, const PhotoHeader& header);
+Pixels DecodeHeifPixels(std::span<const uint8_t> bytes, const PhotoHeader& header);
 
 }  // namespace veduta

@@ -56,10 +56,12 @@ struct HypothesisAnswer {
 };
 
 struct VerifyRequest {
-  uint32_t count_max = 1000;  // of violations that are told
+  uint32_t count_max = 1000;  // >= 1; of violations that are told
   // Also compares the checksums of all files, and derives again what can be derived from photos:
   // their sizes, features and words.
   bool deep = false;
+
+  Status Check() const;  // the first violated bound, named with its value
 };
 
 // What this process has written to the database's files and read from them since it opened it, in
@@ -144,8 +146,10 @@ struct ImageAnswer {
 
 // A photo that is asked about and not added.
 struct LocalizeRequest {
-  PhotoSource photo;
+  PhotoSource photo;   // its path, or its bytes, must be given
   std::string camera;  // the name of a camera of the database; empty: unknown, to be estimated
+
+  Status Check() const;  // the first violated bound, named with its value
 };
 
 // A camera that was estimated from one photo, with standard deviations.
@@ -217,6 +221,8 @@ struct RepairRequest {
   // Whether the map may be made anew from the photos, with new numbers for the images, where
   // nothing less gives a sound database.
   bool may_rebuild = false;
+
+  Status Check() const;  // the first violated bound, named with its value
 };
 
 // One damage, and what a repair does about it. Both are clauses for people.

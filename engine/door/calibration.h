@@ -26,11 +26,25 @@ struct CalibrateRequest {
 };
 
 struct CalibrationMessage {
-  bool is_warning = false;  // else a note
-  std::string text;         // a sentence or two: what is wrong, what to photograph next
+  bool is_warning = false;   // else a note
+  bool is_of_photo = false;  // on one photo by itself, with whose name it begins
+  std::string text;          // a sentence or two: what is wrong, what to photograph next
 };
 
+// What became of one photo of a calibration.
+struct CalibratedPhoto {
+  std::string name;
+  uint32_t points = 0, points_left_out = 0;
+  double error_px_rms = 0;   // of the points that were used
+  std::string why_left_out;  // empty for a photo that was used
+};
+
+// What a camera.json calls itself.
+inline constexpr const char* kCameraFileFormat = "veduta camera";
+inline constexpr int kCameraFileVersion = 1;
+
 struct CalibrationAnswer {
+  std::string from;  // what the camera was calibrated from, in words
   CameraModel model;
   bool is_good = false;  // false: uncertain, and a warning says why
   // Of fx, fy, cx, cy, k1, k2, u0, v0: what they are called, their values, standard deviations.
@@ -38,7 +52,9 @@ struct CalibrationAnswer {
   std::array<double, 8> intrinsics{}, sigmas{};
   double error_px_mean = 0, error_px_rms = 0;
   double distortion_sigma_px = 0;  // largest over the photo
+  bool has_square_pixels = false;  // the photos do not prove that fy differs from fx
   uint32_t photos_used = 0, photos = 0;
+  std::vector<CalibratedPhoto> calibrated_photos;
   std::vector<CalibrationMessage> messages;
   std::string camera_file;  // the text of a camera.json, which ReadCameraFile reads
   std::string report_html;  // one page that needs nothing else

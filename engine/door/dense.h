@@ -45,6 +45,8 @@ struct DensifyRequest {
   std::function<void(std::string_view stage, size_t done, size_t total)> progress;
   // Told when a reconstruction is done, before the next one is begun. May be empty.
   std::function<void(const DensifyReport&)> report;
+
+  Status Check() const;  // the first violated bound, named with its value
 };
 
 struct StageCount {
@@ -95,6 +97,7 @@ struct ExportedModel {
   ReconstructionId reconstruction;
   std::string folder;
   uint64_t images = 0, points = 0, vertices = 0, triangles = 0;
+  bool may_have_surface = false;  // the format has one, where Densify has made it
 };
 
 struct RenderRequest {

@@ -161,6 +161,8 @@ struct VocabularyRequest {
   // 0, or [1000, 16777216]: descriptors that it is trained on, drawn from all photos; all of them
   // where there are fewer. 0: as many as the database takes by itself.
   uint32_t sample = 0;
+
+  Status Check() const;  // the first violated bound, named with its value
 };
 
 enum class ForbidKind : uint8_t { kPair, kMerge, kPose };

@@ -6,6 +6,8 @@
 
 #include <cstdint>
 
+#include "storage/base/angle.h"
+
 namespace veduta {
 
 // 2^v for |v| < 1000.
@@ -29,7 +31,7 @@ inline double ExactExp(double v) {
 // Sine and cosine of an angle in [0, 360] degrees.
 inline void ExactSinCos(double angle_deg, double* sine, double* cosine) {
   const int quarter = static_cast<int>(angle_deg / 90.0 + 0.5);
-  const double r = (angle_deg - 90.0 * quarter) * 0.017453292519943295769;  // |r| <= pi / 4
+  const double r = (angle_deg - 90.0 * quarter) * kRadPerDeg;  // |r| <= pi / 4
   double s = 1.0, c = 1.0;
   for (int k = 9; k >= 1; --k) s = 1.0 - s * r * r / ((2 * k) * (2 * k + 1));
   for (int k = 9; k >= 1; --k) c = 1.0 - c * r * r / ((2 * k - 1) * (2 * k));

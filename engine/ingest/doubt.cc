@@ -9,12 +9,11 @@
 
 #include "engine/ingest/surroundings.h"
 #include "engine/mapping/neighbor_agreement.h"
+#include "storage/base/angle.h"
 #include "storage/base/option_bounds.h"
 
 namespace veduta {
 namespace {
-
-constexpr double kRadPerDeg = 0.017453292519943295;
 
 using Judgements = std::map<ImageId, VisibleStructure>;
 

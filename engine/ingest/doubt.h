@@ -42,7 +42,7 @@ struct Healing {
   std::vector<DoubtedImage> unplaced;       // in the order in which they lost their poses
   std::vector<std::vector<ImageId>> parts;  // that are split off: images ascending, three or more
 
-  // What it rests on: what was known of each two of the images, and of those around them, and all
+  // What that rests on: the evidence for each two of the images and those around them, and all
   // parts that agree, as they were before anything was taken out.
   std::vector<PairEvidence> evidence;
   std::vector<std::vector<ImageId>> agreeing;

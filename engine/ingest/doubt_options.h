@@ -46,12 +46,13 @@ struct DoubtOptions {
   // castle-P19 two pairs of lookalike facades have 376 and 307 matches and are wrong, and a pair is
   // one witness. Chosen by hand; not measured.
   uint32_t pair_weight_max = 100;
-  // > 0. Matches across a seam that contradict a merge over those that agree. As that of the parts.
+  // > 0. Matches across a seam that contradict a merge, over those that agree. As
+  // AgreementBounds::contradiction_share_max.
   double seam_contradiction_share_max = 0.7;
-  // The same where both sides see each other well: they are asked in seam_confirmed_cells_min cells
-  // (>= 1) and miss at most seam_confirmed_missing_share_max ([0, 1]) of them. Lookalike facades
-  // give pairs that contradict a right merge: on castle-P19 4 did and 6 agreed (342 matches and
-  // 391), and 1 of 72 cells was missing. Chosen by hand; not measured.
+  // That share where both sides see each other well: where the pictures are asked in
+  // seam_confirmed_cells_min cells (>= 1) and lack seam_confirmed_missing_share_max ([0, 1]) at
+  // most. Lookalike facades give pairs that contradict a right merge: on castle-P19 4 did and 6
+  // agreed (342 matches and 391), and 1 of 72 cells was missing. Chosen by hand; not measured.
   double seam_confirmed_contradiction_share_max = 1.0;
   uint32_t seam_confirmed_cells_min = 40;
   double seam_confirmed_missing_share_max = 0.05;

@@ -76,8 +76,8 @@ Result<std::optional<DueStep>> FindDueStep(const Snapshot& snapshot,
     const bool is_due = IsAdjustmentDue(record, is_parted, schedule);
     DueStep step{FollowUpKind::kAdjustment, {}, record.id, {}};
     if (is_due && !is_relaxed && is_open(step)) return std::optional(step);
-    // A relaxation ends before anything rests on where the submaps are. What it rests on itself is
-    // what the adjustments of submaps have found.
+    // The motions of a relaxation are carried out before submaps are adjusted, since an adjustment
+    // needs to know where its neighbours are. The relaxation rests on earlier adjustments itself.
     std::vector<SubmapId> ordered = submaps.ListMoving(record.id);
     for (const SubmapId submap : submaps.ListDue(record.id, schedule)) ordered.push_back(submap);
     for (const SubmapId submap : ordered) {

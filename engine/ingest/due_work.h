@@ -37,13 +37,13 @@ class StepsSetAside final {
 };
 
 // A reconstruction is due when it has grown enough since all of it was last adjusted, or was merged
-// with another since; one that is merged away never is. One that has submaps is due as a whole when
-// it has grown by more, or to be relaxed.
+// with another since. One that is merged away never is. One that has submaps is due when it has
+// grown by a larger share; then it is adjusted as a whole or relaxed (IsRelaxed).
 bool IsAdjustmentDue(const ReconstructionRecord& record, bool is_parted,
                      const AdjustmentSchedule& schedule);
 
-// Whether its submaps are relaxed against each other where it is due (relaxation_steps.h): it is
-// too large to be adjusted as a whole.
+// Whether a reconstruction that is due is relaxed by its submaps (relaxation_steps.h), because it
+// is too large to be adjusted as a whole.
 bool IsRelaxed(const ReconstructionRecord& record, bool is_parted,
                const AdjustmentSchedule& schedule);
 

@@ -29,7 +29,7 @@ Result<std::vector<PairMatches>> StoredMatches(const MapLoader& loader, ImageId 
   return pairs;
 }
 
-// Places the photo by as many features as when it came and was not placed.
+// Tries to place a stored photo by as many features as the second search of a new photo uses.
 Result<Placement> PlaceAgain(const IngestParts& parts, const std::shared_ptr<const Snapshot>& base,
                              const ImageRecord& record, ReconstructionId new_reconstruction) {
   VEDUTA_ASSIGN_OR_RETURN(const auto known, parts.features->Get(*base, record.id));

@@ -27,7 +27,7 @@ std::string WithReason(const std::string& what, const std::string& reason) {
   return what + (reason.empty() ? "" : ": " + reason);
 }
 
-// That the two exist, and are not one.
+// Fails unless these are two different stored photos that were not rejected.
 Status CheckPhotos(const Snapshot& snapshot, ImageId a, ImageId b) {
   if (a == b) return Status::InvalidArgument("a photo and itself cannot be forbidden");
   for (const ImageId id : {a, b}) {
@@ -46,8 +46,9 @@ Status CheckReconstructions(const Snapshot& snapshot, ReconstructionId a, Recons
                                  " are one already: reconstruction " + std::to_string(end_a.value));
 }
 
-// A reconstruction that holds both is judged anew, without the pair, by its next adjustment; a
-// hypothesis that the two of them are one, by a judgment.
+// Has the forbidden pair judged. A reconstruction that holds both images is judged anew, without
+// the pair, by its next adjustment; otherwise the hypothesis that their two reconstructions are one
+// is judged anew.
 Status MakeJudgingDue(const Snapshot& snapshot, ImageId a, ImageId b, Transaction* transaction) {
   VEDUTA_ASSIGN_OR_RETURN(const std::optional<PoseRecord> pose_a, snapshot.FindPose(a));
   VEDUTA_ASSIGN_OR_RETURN(const std::optional<PoseRecord> pose_b, snapshot.FindPose(b));
@@ -66,7 +67,7 @@ Status MakeJudgingDue(const Snapshot& snapshot, ImageId a, ImageId b, Transactio
   return Status::Ok();
 }
 
-// What is forbidden is no hypothesis any more.
+// Deletes the hypothesis that the two are one, for that is forbidden now.
 Status DropForbidden(const Snapshot& snapshot, ReconstructionId a, ReconstructionId b,
                      Transaction* transaction) {
   VEDUTA_ASSIGN_OR_RETURN(const ReconstructionId end_a, MergedEnd(snapshot, a));
@@ -81,7 +82,7 @@ Status CommitWith(JournalRecord entry, DatabaseState state, const WriteScope& sc
   return scope.transaction->Commit();
 }
 
-// Takes the pose with all that stands on it alone.
+// Takes the pose of the image, and the poses of images that too few points hold without it.
 Status TakePose(const IngestParts& parts, const WriteScope& scope, const PoseRecord& pose,
                 DatabaseState* state) {
   const std::string why = "too few points hold it since " + PoseText(pose.image) + " was forbidden";

@@ -28,8 +28,8 @@ inline constexpr const char* kPoseForbiddenDetail = "it is tried again once that
 Status ForbidPose(const IngestParts& parts, ImageId image, const std::string& actor,
                   const std::string& reason, WriteScope scope);
 
-// Takes one of these back; of kPose both ids are the image's, which is tried again by the next
-// step. kNotFound where it was not forbidden.
+// Allows again what was forbidden. For kPose both ids are those of the image, which the next step
+// tries to place again. kNotFound where it was not forbidden.
 Status Allow(ForbiddenKind kind, uint32_t a, uint32_t b, const std::string& actor,
              const std::string& reason, WriteScope scope);
 

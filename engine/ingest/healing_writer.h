@@ -23,14 +23,14 @@ class HealingWriter final {
   // Each part becomes a reconstruction of its own, in the frame that it had, whose points are
   // written ahead. Moves the images and blocks of the map.
   Status SplitOff(const Healing& healing);
-  // Each seam along which it was split off becomes a hypothesis that the two sides are one, with
-  // the votes of the verified pairs across it. It is not due: whoever comes to the seam judges it
-  // anew. Comes after SplitOff. Loads what is around the seams.
+  // Each seam along which a part was split off becomes a hypothesis that its two sides are one,
+  // with the votes of the verified pairs across it. It is not due until one of the reasons of
+  // hypotheses.h makes it so. Comes after SplitOff. Loads what is around the seams.
   Status ProposeSeams();
-  // The images wait again, and are tried again at once. One that loses its pose for the second time
-  // since anybody did anything waits for a neighbour: placing and doubting it would never end.
+  // Images that lost their poses are tried again at once. One that was doubted before, since a
+  // person last did something, waits for a neighbour: placing and doubting it would never end.
   Status Postpone(const Healing& healing);
-  // What the dense pass has made of images that are not where they were any more.
+  // Deletes what the dense pass has made of images that lost their poses or were split off.
   Status RemoveOutdatedDense(const Healing& healing);
 
   const AdjustedWhole& adjusted() const { return adjusted_; }

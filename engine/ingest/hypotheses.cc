@@ -48,7 +48,8 @@ class Ledger final {
     return Status::Ok();
   }
 
-  // Those that were made go, and those of what was merged away go over.
+  // Deletes hypotheses whose merge was made, and moves those of a reconstruction that was merged
+  // away to the one that took it in.
   void TakeMerges() {
     for (const Merge& merge : placement_.merges) CarryOver(merge);
   }
@@ -98,7 +99,8 @@ class Ledger final {
     }
   }
 
-  // What is forbidden of the one that was merged away is now forbidden of the one that it is in.
+  // Deletes hypotheses of forbidden merges: what is forbidden of a reconstruction that was merged
+  // away is forbidden of the one that took it in, too.
   Status DropForbidden() {
     if (placement_.merges.empty()) return Status::Ok();
     for (auto it = known_.begin(); it != known_.end();) {

@@ -41,18 +41,18 @@ void GoOver(const Merge& merge, ReconstructionId into, HypothesisRecord* hypothe
 Status WriteHypotheses(const Snapshot& base, const Placement& placement, DatabaseState* state,
                        Transaction* transaction);
 
-// Stores one about two reconstructions that no stored one is about, as of now, with an entry of the
-// journal.
+// Stores a hypothesis about two reconstructions that no stored one is about, with the time of now
+// and an entry of the journal.
 void PutNewHypothesis(HypothesisRecord hypothesis, DatabaseState* state, Transaction* transaction);
 
-// All of this reconstruction are to be judged anew; where images are given (ascending), only those
-// that have one of them at the seam.
+// Has all hypotheses about this reconstruction judged anew; where images are given (ascending),
+// only those that have one of these images at the seam.
 Status MakeHypothesesDue(const Snapshot& base, ReconstructionId reconstruction,
                          std::span<const ImageId> images, Transaction* transaction);
-// The one of these two, in either order, where there is one.
+// Has the hypothesis that these two, in either order, are one judged anew, where there is one.
 Status MakeHypothesisDue(const Snapshot& base, ReconstructionId a, ReconstructionId b,
                          Transaction* transaction);
-// Deletes all of this reconstruction: it is dissolved, or is not what it was.
+// Deletes all hypotheses about this reconstruction: it was dissolved, or is not what it was.
 Status DropHypotheses(const Snapshot& base, ReconstructionId reconstruction,
                       Transaction* transaction);
 // The image is removed: no hypothesis names it any more, and one that named no other is deleted.

@@ -119,8 +119,9 @@ Status WritePhoto(const IngestParts& parts, const ImageRecord& record, const Loc
   return Status::Ok();
 }
 
-// The submap, which is moved first where that is due; or the whole. One that is too large for that
-// is parted, and one that is parted and even larger is relaxed.
+// Adjusts a submap, or carries out its motion where it has one; or else the reconstruction. A
+// reconstruction that is too large to be adjusted whole is parted into submaps; once it is parted
+// and even larger, it is relaxed.
 Result<AdjustedWhole> Adjust(const IngestParts& parts, const DueStep& step, WriteScope scope) {
   VEDUTA_ASSIGN_OR_RETURN(const Submaps submaps, Submaps::Read(*scope.base));
   if (step.submap.valid()) {
@@ -288,6 +289,11 @@ FollowUp Ingest::Run(const DueStep& step, WriteScope scope) {
     return Status::Ok();
   });
   return done;
+}
+
+void Ingest::TryFailedAgain() {
+  set_aside_ = StepsSetAside();
+  is_state_unreadable_ = false;
 }
 
 std::optional<FollowUp> Ingest::RunNextStep() {

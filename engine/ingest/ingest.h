@@ -46,15 +46,17 @@ class Ingest final {
 
   // Runs and commits the next step that is due; none when nothing is, or nothing but a vocabulary
   // (IsTrainingDue). A step that fails says so in `status`, leaves nothing visible and is passed
-  // over from then on, until this object is made anew. Where the state cannot even be read, one
-  // FollowUp says so and no step is run any more. So a loop until none always ends.
+  // over from then on, until TryFailedAgain. Where the state cannot even be read, one FollowUp says
+  // so and no step is run until then. So a loop until none always ends.
   std::optional<FollowUp> RunNextStep();
 
   // Whether nothing is due but a vocabulary, which is trained without a turn of the writer, and so
   // not here. As cheap as FindDueStep.
   bool IsTrainingDue() const;
-  // A training that has failed is passed over from then on, until this object is made anew.
+  // A training that has failed is passed over from then on, until TryFailedAgain.
   void SetTrainingAside() { set_aside_.Add({FollowUpKind::kVocabulary, {}, {}, {}}); }
+  // Steps that have failed are due again, once each: memory or the disk may be back.
+  void TryFailedAgain();
 
  private:
   Result<AddOutcome> AdmitAndPlace(PreparedPhoto photo, const CameraRecord& camera,

@@ -11,8 +11,8 @@
 
 namespace veduta {
 
-// All of them outlive whoever holds this. Between two steps the map equals the last commit, as far
-// as it is loaded, and records no change.
+// All of them must outlive this struct. Between two steps the map equals the last commit, as far as
+// it is loaded, and records no change.
 struct IngestParts {
   Database* database;
   Retrieval* retrieval;

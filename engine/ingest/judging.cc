@@ -37,7 +37,7 @@ Result<HypothesisRecord> FindHypothesis(const Snapshot& base, ReconstructionId a
                           " and " + std::to_string(b.value) + " are one");
 }
 
-// The first of the two that has an image at the seam; `near` is empty where neither has.
+// The first of the two sides that has an image at the seam; `near` is empty where neither has one.
 Result<Side> FindSide(const Snapshot& base, const HypothesisRecord& hypothesis) {
   Side a{hypothesis.a, hypothesis.b, {}, hypothesis.a_from_b};
   Side b{hypothesis.b, hypothesis.a, {}, hypothesis.a_from_b.Inverse()};
@@ -66,8 +66,8 @@ Result<std::optional<HypothesisRecord>> JudgeAsBefore(const MappingContext& cont
   return std::optional(std::move(judged));
 }
 
-// The judgment as a placement that places nothing. It has neither merged nor refused anything where
-// there is nothing left to judge.
+// The judgment in the form of a placement that places nothing. It holds neither a merge nor a
+// refusal where there is nothing left to judge.
 Result<Placement> Judge(const MappingContext& context, const Side& side) {
   VEDUTA_RETURN_IF_ERROR(context.loader->LoadNeighborhood(side.near));
   VEDUTA_ASSIGN_OR_RETURN(const ImageRecord first,
@@ -94,8 +94,8 @@ Result<Placement> Judge(const MappingContext& context, const Side& side) {
   return placement;
 }
 
-// Those at the seam that stand on the wrong side of it: of the one side or, where there are none,
-// of the other.
+// The images at the seam that stand on the wrong side of it: in `own` or, where none does so there,
+// in `other`.
 Result<std::vector<DoubtedImage>> FindOnWrongSide(const MappingContext& context, const Side& side,
                                                   const HypothesisRecord& refused) {
   if (refused.missing_cells < context.options.doubt.better_missing_cells_min)
@@ -106,7 +106,8 @@ Result<std::vector<DoubtedImage>> FindOnWrongSide(const MappingContext& context,
   return FindMisplaced(context, refused.images, side.other, side.own);
 }
 
-// Takes their poses, and those of what cannot stand without them. They are tried again at once.
+// Takes the poses of the misplaced images, and of the images that too few points hold without them.
+// All of them are tried again at once.
 Result<std::vector<LostPose>> Unplace(const IngestParts& parts, MapLoader* loader,
                                       std::span<const DoubtedImage> misplaced,
                                       const WriteScope& scope, DatabaseState* state) {
@@ -136,8 +137,9 @@ Result<std::vector<LostPose>> Unplace(const IngestParts& parts, MapLoader* loade
   return lost;
 }
 
-// Unplaces what stands on the wrong side, but nothing twice since anybody did anything: placing and
-// doubting it would never end.
+// Takes the poses of images that stand on the wrong side of the seam. An image that was doubted
+// since a person last did something (AlreadyDoubted) keeps its pose: placing and doubting it in
+// turn would never end.
 Result<std::vector<LostPose>> UnplaceMisplaced(const IngestParts& parts, MapLoader* loader,
                                                const Side& side, const HypothesisRecord& refused,
                                                const WriteScope& scope, DatabaseState* state) {

@@ -15,15 +15,16 @@ struct Judgment {
   std::vector<LostPose> unplaced;  // images on the wrong side of the seam, in ascending ids
 };
 
-// Seeks the merge around the images at the seam, and makes it where the evidence allows it by now.
-// Otherwise the hypothesis keeps the new votes, and where structure is missing, images on the wrong
-// side of the seam (misplaced.h) lose their poses and are tried again, each once since anybody did
-// anything. Where too few points agree with any similarity, the one that it has is judged. It is
-// deleted where no image at the seam has a pose in its two any more, or no verified pair leads
-// across. One transaction. It costs what the search of a photo for a merge costs, and a resection
-// of each image at the seam; where it merges, moving the smaller of the two. kNotFound where there
-// is none. After an error nothing is committed and the map may be half changed: the caller clears
-// it.
+// Judges the hypothesis that `a` and `b` are one, in one transaction. Seeks the merge around the
+// images at the seam, and merges the two where the evidence allows it by now. Otherwise stores the
+// new votes. Where the pictures lack structure, images on the wrong side of the seam (misplaced.h)
+// also lose their poses and are tried again, each only once between two actions of people
+// (AlreadyDoubted). Where too few points agree with any similarity, the similarity of the
+// hypothesis is judged. Deletes the hypothesis where no image at the seam has a pose in `a` or `b`
+// any more, or no verified pair leads across. Costs as much as the search of a photo for a merge
+// and a resection of each image at the seam; a merge moves the smaller reconstruction besides.
+// kNotFound where there is no such hypothesis. After an error nothing is committed and the map may
+// be half changed: the caller clears it.
 Result<Judgment> JudgeAnew(const IngestParts& parts, ReconstructionId a, ReconstructionId b,
                            WriteScope scope);
 

@@ -27,16 +27,18 @@ Result<std::vector<ImageId>> UnplaceWithDependents(std::span<const ImageId> imag
                                                    uint32_t observations_min, MapLoader* loader,
                                                    CityMap* map);
 
-// Writes what that has changed in the map: poses, observations, point blocks, and the record of the
-// reconstruction, whose adjustment is due; it is dissolved where no image is left. The map's record
-// of changes stays as it is.
+// Writes what UnplaceWithDependents has changed in the map: poses, observations, point blocks, and
+// the record of the reconstruction, whose adjustment is due; it is dissolved where no image is
+// left. The map's record of changes stays as it is.
 Status WriteUnplacedLocally(const CityMap& map, const Snapshot& snapshot, Transaction* transaction);
 
-// The images that have lost their poses since anybody last did anything: what follows by itself is
-// walked over, from the end of the journal. O(its entries).
+// The images that were doubted and lost their poses since a person last did something, such as
+// adding a photo: reads the journal backwards over the steps that followed by themselves, up to the
+// first other entry. O(the entries read).
 Result<std::set<ImageId>> AlreadyDoubted(const Snapshot& base, uint64_t next_journal);
 
-// The images wait with that detail, and are tried again at once. Not for one that is removed.
+// Postpones images that have just lost their poses, with `detail` as the reason, and has them tried
+// again at once. The images must still be stored.
 Status PostponeImages(const Snapshot& snapshot, std::span<const ImageId> images,
                       ReconstructionId from, const std::string& detail, DatabaseState* state,
                       Transaction* transaction);

@@ -25,8 +25,8 @@ class MapLoader final {
   MapLoader(std::shared_ptr<const Snapshot> snapshot, ImageFeatureCache* features, CityMap* map)
       : snapshot_(std::move(snapshot)), features_(features), map_(map) {}
 
-  // Those of the images that have a pose, and have not lost it in the map, with the points that
-  // their features see.
+  // Loads those of the images that have a pose (and have not lost it in the map), and the points
+  // that their features see.
   Status LoadImages(std::span<const ImageId> images);
   // These images, and the blocks of the points that they see.
   Status LoadStructure(std::span<const ImageId> images);
@@ -58,8 +58,8 @@ class MapLoader final {
   Status LoadImages(std::span<const ImageId> images, ThreadPool* pool);
   Result<uint32_t> CountFeatures(ImageId id) const;
   Status LoadBlocks(std::span<const ImageId> homes);
-  // That what these images see, and what is said of it elsewhere, is the same: the first invariants
-  // of CityMap, on which all that changes the map relies.
+  // Checks that what these images see agrees with the other records that name it: these are the
+  // first invariants of CityMap, on which all that changes the map relies.
   Status CheckSeen(std::span<const ImageId> images) const;
 
   std::shared_ptr<const Snapshot> snapshot_;

@@ -9,7 +9,7 @@
 
 namespace veduta {
 
-// All four outlive whoever holds this. `loader` loads into `map`.
+// All four must outlive this struct. `loader` loads into `map`.
 struct MappingContext {
   MapLoader* loader;
   CityMap* map;

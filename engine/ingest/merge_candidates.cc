@@ -60,7 +60,8 @@ Result<std::map<ReconstructionId, std::vector<PointPair>>> FindCommonPoints(
   const auto append = [&](ImageId image, const PairMatches& pair) {
     if (!map.HasImage(pair.other) || map.image(pair.other).reconstruction == into)
       return Status::Ok();
-    // With all that sees a point of either: whether points coincide is judged in these images.
+    // All images that see a point of either are loaded: in these it is judged whether points
+    // coincide.
     const ImageId both[] = {image, pair.other};
     VEDUTA_RETURN_IF_ERROR(loader->LoadNeighborhood(both));
     AppendCommon(map, image, pair, &common[map.image(pair.other).reconstruction]);

@@ -73,14 +73,15 @@ std::optional<PointAlignment> Propose(const CityMap& map, const SeamArea& seam,
   return by_views ? std::optional(PointAlignment{by_views->b_from_a, {}}) : std::nullopt;
 }
 
-// Judging a seam of so many cells with each photo would make photos near it slow. On a street of
-// 150 a right merge of 202 cells hung on being judged with each. Chosen by hand; not measured.
+// A seam of so many cells is not judged with each photo, which would make photos near it slow. On a
+// street of 150 a right merge of 202 cells depended on being judged with each photo. Chosen by
+// hand; not measured.
 constexpr uint32_t kLargeSeamCells = 300;
 
-// Whether the merge is a hypothesis with a large seam already, or one that a split has left, which
-// a step of its own judges anew: with each photo, merging and splitting might never end. Then it is
-// noted whether its seam has grown so much that it is to be: by a pair at least, and by a quarter.
-// That it is a quarter was chosen by hand; not measured.
+// Whether the merge is a hypothesis that is not judged with each photo, but by a step of its own:
+// its seam is large, or a split has left it, and merging and splitting might never end. Then it is
+// noted whether its seam has grown so much that the step is due: by one pair at least, and by a
+// quarter. The quarter was chosen by hand; not measured.
 Result<bool> NoteKnown(const MappingContext& context, const NearSeam& near_seam,
                        ReconstructionId other, MergeOutcome* outcome) {
   const auto [a, b] = std::minmax(outcome->into, other);

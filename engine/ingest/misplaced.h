@@ -14,16 +14,17 @@
 
 namespace veduta {
 
-// What a view lacks of what the images see that share most of its points. The view has a pose and
-// its points, which are loaded, and need not be in the map. Loads what is around.
+// What the picture of a view lacks of the points that the images around it see: those images that
+// share most points with it. The view has a pose and points, which are loaded, and need not be in
+// the map. Loads the images around.
 Result<VisibleStructure> JudgeView(const MappingContext& context, const MapImage& view);
 
-// Those of the images that lie in `own` and that the pictures of `other` fit clearly better than
-// those of `own` do (IsClearlyBetter): the image gets a pose in `other` by its verified pairs, and
-// what it would lack there is compared with what it lacks where it is. So are those that fit well
-// there, while where they are too little is known to say (a reconstruction of three or four images
-// may be of two twin facades). In the order of `images`.
-// Loads what it needs and changes nothing. Deterministic. O(images * neighbourhood).
+// Finds those of `images` that lie in `own` and would stand better in `other`. Each gets a pose in
+// `other` by its verified pairs, and what its picture would lack there is compared with what it
+// lacks in `own` (IsClearlyBetter). Where too little is known in `own` to say what it lacks (three
+// or four images there may show two twin facades), it is enough that it fits well in `other`
+// (FitsWell). In the order of `images`. Loads what it needs and changes nothing. Deterministic.
+// O(images * neighbourhood).
 Result<std::vector<DoubtedImage>> FindMisplaced(const MappingContext& context,
                                                 std::span<const ImageId> images,
                                                 ReconstructionId own, ReconstructionId other);

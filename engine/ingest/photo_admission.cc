@@ -46,7 +46,8 @@ Result<Admission> Admit(const Snapshot& snapshot, const PreparedPhoto& photo, Ca
     admission.outcome = AdmissionOutcome::kRejected;
     return admission;
   }
-  // What is known was not prepared, and what was written ahead of a copy went with the copy.
+  // A photo that was known was not prepared; what was written ahead of another copy is gone with
+  // it.
   VEDUTA_ASSIGN_OR_RETURN(const bool is_there, snapshot.IsWrittenAhead(photo.hash));
   if (photo.known || !is_there) admission.outcome = AdmissionOutcome::kOutdated;
   return admission;

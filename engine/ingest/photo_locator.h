@@ -33,7 +33,7 @@ Result<LocatedPhoto> LocatePhoto(const MappingContext& context, const IngestOpti
                                  std::span<const RankedImage> candidates,
                                  const PoseGiver& give_pose, uint64_t seed);
 
-// The same, where PlacePhoto gives the pose. `new_reconstruction`: as there.
+// LocatePhoto with PlacePhoto as `give_pose`, which explains `new_reconstruction`.
 Result<LocatedPhoto> LocatePhoto(const MappingContext& context, const IngestOptions& options,
                                  const ImageFeatures& photo, const CameraModel& camera,
                                  std::span<const RankedImage> candidates,

@@ -88,8 +88,8 @@ Status TryToFound(const MappingContext& context, const PhotoAtHand& at_hand, Rec
              : AdjustAround(context, at_hand.photo.id, context.options.local_images_max);
 }
 
-// Whether so few images have come since what the image is in was last judged that it can wait;
-// `unwritten` of them are not stored yet.
+// Whether the submap of the image, or else its reconstruction, was judged only a few images ago, so
+// that another judgment can wait; `unwritten` of the images since then are not stored yet.
 Result<bool> IsFreshlyJudged(const MappingContext& context, ImageId image,
                              std::span<const ImageId> near, uint32_t unwritten) {
   const uint32_t between_min = context.options.doubt.images_between_min;
@@ -119,8 +119,9 @@ Result<bool> IsDrawn(const MappingContext& context, ImageId id) {
   return IsDrawnElsewhere(map, id, pairs);
 }
 
-// Whether what the photo is in is to be judged, now that it is placed: many of its verified matches
-// contradict the pose, or an image around lacks what must be there, or is drawn elsewhere.
+// Whether the submap or reconstruction of a photo that has just been placed must be judged again:
+// many of the photo's verified matches contradict its pose, or the picture of an image around it
+// lacks what others see there, or verified pairs draw such an image elsewhere.
 Result<bool> RaisesDoubt(const MappingContext& context, ImageId photo,
                          const NeighborAgreement& agreement) {
   const DoubtOptions& options = context.options.doubt;
@@ -147,9 +148,9 @@ Result<bool> RaisesDoubt(const MappingContext& context, ImageId photo,
   return std::ranges::any_of(is_doubtful, [](const Result<bool>& found) { return *found; });
 }
 
-// A pose was sought for the photo in a reconstruction that speaks for it and against it: perhaps
-// two places were taken for one there. The neighbour in it that shares most matches with the photo;
-// not valid() where it can wait.
+// By which image `reconstruction` is to be judged again, where a pose in it was found for the photo
+// and refused (PoseSearch::doubtful): perhaps two places were taken for one there. It is the
+// neighbour in it that shares most matches with the photo; not valid() where the judgment can wait.
 Result<ImageId> FindDoubtful(const MappingContext& context, std::span<const PairMatches> pairs,
                              ReconstructionId reconstruction) {
   const PairMatches* strongest = nullptr;
@@ -221,7 +222,8 @@ Result<Placement> PlaceByPairs(const MappingContext& context, const ImageFeature
                           PlaceAt(context, at_hand, *pose, &watch, &placement));
   if (postponed) {
     context.map->Clear();
-    // Others that wait may be there for the same reason, and know the place together.
+    // Other photos may wait for the same reason, and may found a reconstruction together with this
+    // one.
     if (sought.has_sure_pose() && new_reconstruction.valid()) {
       VEDUTA_RETURN_IF_ERROR(LoadNeighbors(context, pairs));
       VEDUTA_RETURN_IF_ERROR(TryToFound(context, at_hand, new_reconstruction, &*postponed));

@@ -9,7 +9,7 @@
 namespace veduta {
 namespace {
 
-// What people have forbidden about a photo goes with it.
+// Deletes what people have forbidden about the photo.
 Status DeleteForbidden(const Snapshot& snapshot, ImageId image, Transaction* transaction) {
   VEDUTA_ASSIGN_OR_RETURN(const std::vector<ForbiddenRecord> all, snapshot.ListForbidden());
   for (const ForbiddenRecord& forbidden : all) {

@@ -43,8 +43,8 @@ struct Placement {
   // Where a merge was sought: those that got a pose, and images that share points or verified pairs
   // with them.
   std::vector<ImageId> around;
-  // What this image is in is contradicted by what is known now, and to be judged as a whole: the
-  // photo or, where it is postponed, a neighbour. Not valid() where nothing is.
+  // An image whose submap or reconstruction is to be judged as a whole, since new evidence
+  // contradicts it: the photo or, if it is postponed, a neighbour. Not valid() where there is none.
   ImageId doubtful;
   uint32_t inlier_count = 0;         // of the pose, or of the founding points
   double map_ms = 0, adjust_ms = 0;  // wall time

@@ -51,7 +51,8 @@ Status AppendNeighbors(const CityMap& map, const Snapshot& snapshot,
   return Status::Ok();
 }
 
-// Makes due the adjustment of what the image is in, which judges it; of nothing where not valid().
+// Makes due the adjustment of the submap or reconstruction that the image is in, which judges it.
+// Does nothing where the image is not valid().
 Status WriteDoubt(const Snapshot& snapshot, ImageId doubtful, Transaction* transaction) {
   if (!doubtful.valid()) return Status::Ok();
   VEDUTA_ASSIGN_OR_RETURN(Submaps submaps, Submaps::Read(snapshot));

@@ -12,9 +12,9 @@
 
 namespace veduta {
 
-// Of a postponed photo only the doubt that it raises. The photo's own image record is the caller's.
-// `snapshot` is the state that the map was loaded from. Changes `state`, which the caller puts into
-// the transaction last.
+// Writes the placement. Of a postponed photo it writes only the doubt that the photo raises. The
+// photo's own image record is the caller's to write. `snapshot` is the state that the map was
+// loaded from. Changes `state`, which the caller puts into the transaction last.
 Status WritePlacement(const CityMap& map, const Snapshot& snapshot, const Placement& placement,
                       DatabaseState* state, Transaction* transaction);
 

@@ -35,7 +35,7 @@ struct PoseCandidate {
   // not valid().
   ImageId along;
   // The pose rests on few points, while more of the photo's verified matches lead to photos without
-  // a pose: they had better be heard first, for a few points may agree on repeated texture alone.
+  // a pose. The photo rather founds with those: a few points may agree on repeated texture alone.
   bool is_weak = false;
 };
 
@@ -44,14 +44,15 @@ struct PoseSearch {
   // Why there is no pose, or no sure one; kNone when no neighbour is placed.
   Reason reason = Reason::kNone;
   std::string detail;
-  // Many points of this one agree with a pose, and others or verified neighbours speak against it:
-  // that of which the reason tells. Not valid() where there is none.
+  // A reconstruction in which many points agree with a pose that is refused all the same: verified
+  // neighbours contradict it, or quite another pose is nearly as good. Not valid() where there is
+  // none.
   ReconstructionId doubtful;
 };
 
-// The photo's mutual nearest neighbours, right or wrong, with those of the pairs' images that are
-// placed: a pair's own geometry may have chosen, among repeated windows, what the pose by all of
-// them does not. Spread over the pool; the result does not depend on it.
+// Matches the photo with those images of the pairs that are placed: all mutual nearest neighbours,
+// right or wrong. Among repeated windows, the verified matches of a pair may be the wrong ones that
+// fit its geometry. Spread over the pool; the result does not depend on it.
 Result<std::vector<PairMatches>> MatchPlacedNeighbors(const MappingContext& context,
                                                       const ImageFeatures& photo,
                                                       std::span<const PairMatches> pairs);

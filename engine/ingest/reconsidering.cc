@@ -76,8 +76,8 @@ std::vector<FeatureMatch> FeaturesOf(std::span<const DescriptorMatch> found) {
   return matches;
 }
 
-// Two images whose matches are wanted: those of the first with the second, and the other way round.
-// Null where that way is not wanted.
+// Two images whose matches are wanted: those of `first` with `second`, and those the other way
+// round. A null pointer says that this way is not wanted.
 struct WantedMatches {
   ImageId first, second;
   PairMatches *from_first = nullptr, *from_second = nullptr;
@@ -149,11 +149,11 @@ Status ReconsiderBodies(const MappingContext& context, const Region& region) {
   });
   for (const Status& status : read) VEDUTA_RETURN_IF_ERROR(status);
   std::set<ImageId> moved;
-  for (size_t i = bodies.size(); i-- > 0;) {  // those that hold others come after them
+  for (size_t i = bodies.size(); i-- > 0;) {  // backwards: large bodies before their parts
     const std::vector<ImageId>& body = bodies[i];
     if (!better[i] || std::ranges::any_of(body, [&](ImageId id) { return moved.contains(id); }))
       continue;
-    if (!moved.empty()) {  // what it was to be carried to may have come to it
+    if (!moved.empty()) {  // its place was found before others moved: seek it again
       VEDUTA_ASSIGN_OR_RETURN(const std::vector<BodyPair> pairs,
                               ReadPairsAcross(context, region, body));
       better[i] = FindBetterPlace(*map, body, pairs);

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
-// Placed images are placed anew by all that has been mapped since.
+// Finds better poses for placed images, by all that has been mapped since they were placed.
 
 #include <vector>
 

@@ -10,8 +10,9 @@
 
 namespace veduta {
 
-// Loads the images, and what is around them: on request with all of the reconstruction that they
-// share verified pairs with, which is asked for where nothing looks at the whole.
+// Loads the images as a region, with the images that see the same points. `with_neighbors` adds the
+// images of the reconstruction that they have verified pairs with: callers ask for these where the
+// reconstruction is too large to be adjusted whole.
 Result<Region> LoadRegion(const MappingContext& context, std::span<const ImageId> images,
                           bool with_neighbors);
 
@@ -19,9 +20,9 @@ Result<Region> LoadRegion(const MappingContext& context, std::span<const ImageId
 // of those that see too few points then. All that is around it must be loaded (LoadRegion).
 Healing CutOffPart(const MappingContext& context, const Region& region);
 
-// Does to the region what AdjustReconstruction does to the whole. What lies around it is held, and
-// helps to judge: a part is cut off only where all of it lies in the region. What it costs follows
-// from the region alone.
+// Does to the region what AdjustReconstruction does to a whole reconstruction. The images around it
+// are held, and help to judge: a part is cut off only where all of it lies in the region. The cost
+// depends on the region alone.
 Result<Healing> AdjustRegion(const MappingContext& context, const Region& region);
 
 // Reconsiders the poses of a reconstruction; then, twice, completes its tracks, adjusts all its

@@ -11,10 +11,10 @@
 
 namespace veduta {
 
-// Splits off what `healing` names by `writer`, and puts into the transaction what has changed in
-// the map: poses, points, the record of the reconstruction, hypotheses, what waits again. Submaps
-// around the region that see less now are due. The submaps, the state and the commit are the
-// caller's. O(the region).
+// Splits off, by `writer`, the parts that `healing` names. Puts into the transaction what has
+// changed in the map: poses, points, the record of the reconstruction, hypotheses, and the images
+// that lost their poses. Submaps around the region become due where an image sees fewer points now
+// than a pose needs. The caller writes `submaps` and the state, and commits. O(the region).
 Status WriteRegion(const IngestParts& parts, const WriteScope& scope, ReconstructionRecord record,
                    const Region& region, const Healing& healing, HealingWriter* writer,
                    Submaps* submaps);

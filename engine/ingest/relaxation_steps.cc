@@ -18,8 +18,8 @@
 namespace veduta {
 namespace {
 
-// Submaps whose views of what lies between them a relaxation has moved by more are adjusted: less
-// than the errors of features. Chosen by hand; not measured.
+// A submap becomes due where a relaxation has moved its views of border places by more than this
+// (Relaxation::change_px). It is less than the errors of features. Chosen by hand; not measured.
 constexpr double kChangeMin_px = 0.25;
 
 // What the steps read of a reconstruction.
@@ -46,7 +46,7 @@ Result<Whole> ReadWhole(const Snapshot& base, const Submaps& submaps, Reconstruc
   return whole;
 }
 
-// The submaps that were not adjusted since there are borders, as far as they are not due.
+// The first image of each submap that has no border although it has been adjusted.
 std::vector<ImageId> ListWithoutBorder(const Whole& whole, const Submaps& submaps) {
   std::vector<ImageId> images;
   for (const SubmapId id : whole.submaps) {
@@ -57,8 +57,9 @@ std::vector<ImageId> ListWithoutBorder(const Whole& whole, const Submaps& submap
   return images;
 }
 
-// A tie or an evidence that two borders may tell of counts in that of the lower submap, where there
-// is one.
+// Whether the border of submap `here` is the one in which a tie or an evidence counts. Two borders
+// may tell of it; it counts in that of the lowest submap concerned, or in `here` if that one has no
+// border.
 bool CountsHere(const Whole& whole, SubmapId here, uint32_t lowest_place) {
   const SubmapId lowest = whole.submaps[lowest_place];
   return here == lowest ||
@@ -175,7 +176,7 @@ Result<RelaxationProblem> MakeProblem(const Snapshot& base, const Whole& whole) 
   return problem;
 }
 
-// Writes the motions into the submaps; those whose borders have changed are due.
+// Writes the motions into the submaps; submaps whose borders have changed become due.
 void SetMotions(const Whole& whole, const Relaxation& relaxation, Submaps* submaps) {
   std::vector<Rigid3> before, after;
   for (const auto& [image, pose] : whole.poses) {
@@ -272,7 +273,8 @@ Status MoveSubmap(const IngestParts& parts, ReconstructionId reconstruction, Sub
   CityMap* const map = parts.map;
   for (const ImageId id : region.images)
     map->SetPose(id, TransformCameraWorld(motion, map->image(id).cam_from_world));
-  // Those of which others are the home stay; setting them measures their errors anew.
+  // Points of which other images are the home stay where they are; setting their position again
+  // measures their errors anew.
   for (const PointId id : map->PointsSeenBy(region.images)) {
     if (!std::ranges::binary_search(region.images, id.home))
       map->SetPosition(id, map->point(id).position);

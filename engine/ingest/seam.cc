@@ -170,9 +170,9 @@ std::vector<ImageId> ListWitnesses(std::span<const SeamPair> pairs) {
   return MostMatched(matches, kWitnessesMax);
 }
 
-// SeamEvidence::jackknife_share. Whoever looks down a street sees the same far houses from both
-// ends: they agree with the similarity and hardly say where the one end is. And a photo that takes
-// one window for another is wrong in all its pairs alike.
+// SeamEvidence::jackknife_share. Cameras that look down a street see the same far houses from both
+// ends: these houses agree with the similarity and hardly say where the one end is. And a photo
+// that takes one window for another is wrong in all its pairs alike.
 double MeasureJackknife(const CityMap& map, const SeamArea& seam, const Sim3& into_from_other) {
   const std::vector<std::pair<ImageId, double>> reaches = ListReaches(map, seam);
   const std::vector<ImageId> witnesses = ListWitnesses(seam.pairs);
@@ -201,7 +201,7 @@ double MeasureJackknife(const CityMap& map, const SeamArea& seam, const Sim3& in
   return worst;
 }
 
-// Those of `images`, and the images of their reconstruction that share most points with them.
+// `images`, with the images of their reconstruction that share most points with them.
 std::vector<ImageId> WithBeside(const CityMap& map, const std::set<ImageId>& images) {
   std::map<ImageId, size_t> shared;
   for (const PointId id : map.PointsSeenBy(std::vector(images.begin(), images.end()))) {

@@ -59,7 +59,7 @@ Result<SeamArea> FindSeam(MapLoader* loader, const CityMap& map, ImageId photo,
                           std::span<const PairMatches> pairs, std::span<const ImageId> near,
                           ReconstructionId other);
 
-// The verified pairs of such a seam alone, ascending. Loads the images of the pairs only.
+// The verified pairs of the seam alone, ascending (FindSeam). Loads only the images of the pairs.
 Result<std::vector<SeamPair>> ListSeamPairs(MapLoader* loader, const CityMap& map, ImageId photo,
                                             std::span<const PairMatches> pairs,
                                             std::span<const ImageId> near, ReconstructionId other);
@@ -74,7 +74,8 @@ CrossSightings ListCrossSightings(const CityMap& map, const SeamArea& seam);
 // is seen across and agrees with it wants it.
 Sim3 RefineSeam(const CrossSightings& seen, const Sim3& into_from_other);
 
-// Judges such a similarity. What FindSeam loads must be loaded. Reads the map only.
+// Judges a similarity between the two sides of a seam. What FindSeam loads must be loaded. Reads
+// the map only.
 SeamEvidence JudgeSeam(const CityMap& map, const SeamArea& seam, const Sim3& into_from_other,
                        const MapperOptions& options);
 

@@ -11,10 +11,12 @@
 namespace veduta {
 namespace {
 
-// Ties with one other submap: points that both see, and matches that are not joined. A relaxation
-// of a street of 1,500 photos then has some 50,000 views. Chosen by hand; not measured.
+// Ties with one other submap, at most: points that both see, and matches whose two points are not
+// one. A relaxation of a street of 1,500 photos then has some 50,000 views. Chosen by hand; not
+// measured.
 constexpr size_t kJoinedTiesMax = 400, kApartTiesMax = 100;
-// Views of a tie from one submap: more of them say little more of where it is. Chosen by hand.
+// Views of one tie from one submap, at most: further views hardly tell more exactly where the place
+// is. Chosen by hand; not measured.
 constexpr size_t kViewsMax = 4;
 
 // A point as it is seen from this submap and from another, or two points that a match says are one.
@@ -22,7 +24,8 @@ struct Candidate {
   std::vector<TrackElement> here, there;
   uint64_t hash = 0;
 
-  // Descending order is: views on the side that has fewer, which alone tells how the two lie.
+  // Ties of greater worth are taken first. It is the number of views on the side that has fewer:
+  // that side limits how exactly the tie tells how the two submaps lie.
   size_t Worth() const { return std::min({here.size(), there.size(), kViewsMax}); }
 };
 
@@ -47,7 +50,7 @@ class BorderFinder {
 
  private:
   bool IsHere(ImageId id) const { return std::ranges::binary_search(submap_.images, id); }
-  // Not valid where the image is in none.
+  // The submap that the image is in; not valid() where it is in none.
   SubmapId SubmapOf(ImageId id) const {
     const auto found = submap_of_.find(id);
     return found == submap_of_.end() ? SubmapId() : found->second;
@@ -58,7 +61,8 @@ class BorderFinder {
     return views;
   }
 
-  // Points that another submap sees, too: with the one that sees them from most images.
+  // Adds each point that this submap and others see, as a tie with the other submap that sees it
+  // from most images.
   void AddPoints() {
     for (const PointId point : map_.PointsSeenBy(submap_.images)) {
       std::map<SubmapId, size_t> seen;
@@ -74,7 +78,8 @@ class BorderFinder {
     }
   }
 
-  // Matches of the image's verified pairs across, whose features see points that are not one.
+  // Adds ties for those matches of the image with other submaps whose two features see different
+  // points.
   Status AddMatches(ImageId id) {
     VEDUTA_ASSIGN_OR_RETURN(const std::vector<PairNeighbor> neighbors,
                             context_.loader->snapshot().ListNeighbors(id));
@@ -112,7 +117,7 @@ class BorderFinder {
       std::vector<BorderView> views;
       const uint32_t tie = border->views.empty() ? 0 : border->views.back().tie + 1;
       for (const auto* side : {&candidate.here, &candidate.there}) {
-        // Spread over those that there are.
+        // The views that are taken are spread evenly over all views of this side.
         const size_t count = std::min(side->size(), kViewsMax);
         for (size_t i = 0; i < count; ++i) {
           const TrackElement& e = (*side)[i * side->size() / count];
@@ -125,7 +130,8 @@ class BorderFinder {
     }
   }
 
-  // Images of parts that agree stand for each other; others are alone.
+  // The images of this submap that lie in one agreeing part are a fragment, named by its first
+  // image, the head. Every other image is a fragment of its own.
   void AddFragments(const Healing& healing, SubmapBorder* border) {
     for (const ImageId id : submap_.images) head_of_[id] = id;
     for (const std::vector<ImageId>& part : healing.agreeing) {

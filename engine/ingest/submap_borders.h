@@ -11,11 +11,12 @@
 
 namespace veduta {
 
-// Of a submap whose region has just been adjusted and healed, with the map as that left it. Ties
-// are points that it sees together with another submap, and verified matches across of which either
-// feature has a point of its own: what a loop has not joined yet. Of the ties with each other
-// submap a bounded number stays: those with most views on both sides, then by a hash of their
-// names, so that they are spread. Deterministic; O(the region and its pairs).
+// Finds the border of a submap whose region has just been adjusted and healed, in the map as that
+// left it. Its ties are points that the submap sees together with another one, and verified matches
+// across whose two features see different points: places that a loop has not joined yet. Of the
+// ties with each other submap a bounded number is kept: those with most views on both sides, and of
+// equal ones those with the lowest hash of their names, so that they are spread. Deterministic;
+// O(the region and its pairs).
 Result<SubmapBorder> FindBorder(const MappingContext& context, const Submaps& submaps, SubmapId id,
                                 const Healing& healing);
 

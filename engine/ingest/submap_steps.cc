@@ -57,7 +57,8 @@ Result<std::optional<SubmapId>> FindBeside(const Snapshot& snapshot, const Subma
   return heaviest == weights.end() ? std::nullopt : std::optional(heaviest->first);
 }
 
-// Makes the submap one that can be adjusted; false where it is one.
+// Parts a submap that is too large, or joins one that is too small to another. False where its size
+// is right for an adjustment, or nothing can be joined.
 Result<bool> Reshape(const Snapshot& snapshot, const SubmapRecord& submap,
                      const AdjustmentSchedule& schedule, Submaps* submaps) {
   if (submap.images.size() > schedule.submap_images_max) {

@@ -99,8 +99,8 @@ void Submaps::Insert(SubmapId id, ImageId image) {
   changed_.insert(id);
 }
 
-// Images that are in another reconstruction now: a whole submap goes with them, of a part of one
-// the images alone.
+// Follows images that are in reconstruction `into` now. Where that one has submaps, a whole submap
+// goes over as it is, and a part of a submap becomes a new one.
 void Submaps::MoveAway(SubmapId from, ReconstructionId into, std::span<const ImageId> images) {
   SubmapRecord& record = records_.at(from);
   if (IsParted(into) && images.size() == record.images.size()) {
@@ -123,7 +123,7 @@ std::vector<ImageId> Submaps::JoinNearest(const CityMap& map, std::vector<ImageI
     }
     return false;
   };
-  // One that has joined may lead the next.
+  // An image that has joined a submap may lead the next image to it.
   for (size_t before = images.size() + 1; images.size() < before;) {
     before = images.size();
     std::erase_if(images, join);

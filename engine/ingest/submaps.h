@@ -27,10 +27,11 @@ class Submaps final {
   static Result<Submaps> Read(const Snapshot& snapshot);
 
   bool IsParted(ReconstructionId reconstruction) const;
-  // Null where there is none.
+  // The submap of this id, and the one that holds the image; null where there is none.
   const SubmapRecord* Find(SubmapId id) const;
   const SubmapRecord* FindOf(ImageId image) const;
-  // All submaps of the reconstruction, ascending, and those that a relaxation has still to move.
+  // All submaps of the reconstruction, ascending; and those of them that have a motion to carry
+  // out.
   std::vector<SubmapId> List(ReconstructionId reconstruction) const;
   std::vector<SubmapId> ListMoving(ReconstructionId reconstruction) const;
   // The submaps of the reconstruction that are due, ascending.
@@ -41,16 +42,17 @@ class Submaps final {
   // reconstruction now, and new ones. `base` is what the map was loaded from; images that are new
   // must have the blocks of their points loaded.
   Status Follow(const CityMap& map, const Snapshot& base);
-  // That, and what a placement makes due: the submap of a photo that raises doubt, and those at the
-  // seam of a merge.
+  // Does what Follow does, and makes due what a placement asks for: the submap of a photo that
+  // raises doubt, and the submaps at the seam of a merge.
   Status FollowPlacement(const CityMap& map, const Snapshot& base, const Placement& placement);
   // The submap of each of these images is due; others are passed over.
   void MakeDue(std::span<const ImageId> images);
-  // All of the reconstruction's have just been adjusted as one, which leaves none of what borders
-  // and motions tell; or this one.
+  // The whole reconstruction has just been adjusted at once: none of its submaps is due, and their
+  // stored borders and motions are dropped, for they tell of the map before.
   void NoteAdjusted(ReconstructionId reconstruction);
+  // This submap has just been adjusted: it is not due.
   void NoteAdjusted(SubmapId id);
-  // What a relaxation wants of it, or nothing any more.
+  // Where a relaxation wants the submap to be moved; std::nullopt: it stays where it is.
   void SetMotion(SubmapId id, const std::optional<Sim3>& motion);
   // Replaces the images' submaps; all parts are due. The images are all of a reconstruction that
   // has none, or all of one submap.

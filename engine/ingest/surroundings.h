@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
-// The images around a placed image: how the map grows among them and is adjusted.
+// How the map grows around a placed image and is adjusted there.
 
 #include "engine/ingest/mapping_context.h"
 #include "engine/mapping/covisible_images.h"

@@ -11,8 +11,8 @@
 
 namespace veduta {
 
-// Those of a placed image's matches with images of its reconstruction that lie within
-// `error_px_max` of the epipolar lines of their poses. The images of `putative` must be loaded.
+// The matches of a placed image with images of its reconstruction, as far as they lie within
+// `error_px_max` of the epipolar lines of the poses. The images of `putative` must be loaded.
 std::vector<PairMatches> KeepAgreeing(const CityMap& map, ImageId image,
                                       std::span<const PairMatches> putative, double error_px_max);
 

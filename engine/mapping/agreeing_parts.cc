@@ -103,7 +103,8 @@ std::vector<std::vector<ImageId>> FindAgreeingParts(std::span<const ImageId> ima
                                               : std::pair(x.a, x.b) < std::pair(y.a, y.b);
   });
   Parts parts(images, evidence, bounds.counts_turned);
-  // What two parts did not bear, larger ones may: again until nothing is joined any more.
+  // Where the evidence kept two parts apart, it may let the larger parts join that they are in now:
+  // so it is tried again until nothing is joined any more.
   for (bool has_joined = true; has_joined;) {
     has_joined = false;
     for (const PairEvidence& e : strongest) has_joined |= parts.TryJoin(e.a, e.b, bounds);

@@ -10,6 +10,8 @@
 
 #include "engine/mapping/similarity.h"
 #include "engine/mapping/triangulation.h"
+#include "engine/mapping/view_alignment.h"
+#include "storage/base/content_hash.h"
 
 namespace veduta {
 namespace {
@@ -17,10 +19,9 @@ namespace {
 // > 0, px. Error up to which a place explains a sighting, as for one image (better_pose.cc), and at
 // which a sighting loses half of its weight.
 constexpr double kErrorPxMax = 1.0;
-// px. The place is sought from where the body stands, with errors that lose weight from here on and
-// then from a quarter of that, down to kErrorPxMax. Of what is found the place counts that explains
-// most: a row of 46 images of a street stood 11 m off, and the narrow search ended 2.4 m off.
-constexpr double kWidestPx[] = {kErrorPxMax, 4 * kErrorPxMax, 16 * kErrorPxMax};
+// Sightings of either side by which a place is sought that is not near by: 20 ms for so many. All
+// 9,627 of one street led to the same place.
+constexpr size_t kSoughtByMax = 500;
 // >= 1. Sightings that the better place must explain. Chosen by hand; not measured.
 constexpr size_t kExplainedMin = 30;
 // By three standard deviations of how such a count scatters (Poisson), and a twentieth. In the
@@ -121,6 +122,14 @@ size_t CountExplained(std::span<const CrossSighting> seen, const Sim3& carried) 
   }));
 }
 
+// Some of them, spread over all.
+std::vector<CrossSighting> Spread(std::span<const CrossSighting> seen) {
+  std::vector<CrossSighting> some;
+  const size_t step = std::max<size_t>(1, seen.size() / kSoughtByMax);
+  for (size_t i = 0; i < seen.size(); i += step) some.push_back(seen[i]);
+  return some;
+}
+
 }  // namespace
 
 std::vector<std::vector<ImageId>> ListBodies(const CityMap& map, std::span<const ImageId> images,
@@ -170,13 +179,13 @@ std::optional<Sim3> FindBetterPlace(const CityMap& map, std::span<const ImageId>
   };
   const size_t all = in_body.list.size() + in_rest.list.size(), explained = count(Sim3());
   if (!IsClearlyMore(all, explained)) return std::nullopt;
-  Sim3 best;
-  size_t found = 0;
-  for (const double widest_px : kWidestPx) {
-    Sim3 better;
-    for (double scale_px = widest_px; scale_px >= kErrorPxMax; scale_px /= 4)
-      better = RefineSimilarity(better, in_rest.list, in_body.list, scale_px);
-    if (const size_t explains = count(better); explains > found) best = better, found = explains;
+  Sim3 best = RefineSimilarity(Sim3(), in_rest.list, in_body.list, kErrorPxMax);
+  size_t found = count(best);
+  // A row of 100 images of a street stood 21 m off, and what is nearest to there is 13 m off.
+  if (const auto sought = AlignByViews(Spread(in_rest.list), Spread(in_body.list),
+                                       MixSeed(body.front().value, body.size()), {})) {
+    const Sim3 there = RefineSimilarity(sought->b_from_a, in_rest.list, in_body.list, kErrorPxMax);
+    if (const size_t explains = count(there); explains > found) best = there, found = explains;
   }
   if (!IsClearlyMore(found, explained)) return std::nullopt;
   return best;

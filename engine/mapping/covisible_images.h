@@ -14,9 +14,9 @@ namespace veduta {
 // the lower id first; at most `count_max`. Only `image` and the blocks of its points need to be
 // loaded. O(sum of the lengths of its tracks). Reads the map only.
 std::vector<ImageId> CovisibleImages(const CityMap& map, ImageId image, size_t count_max);
-// The same of a view that need not be in the map.
+// CovisibleImages of a view that need not be in the map.
 std::vector<ImageId> CovisibleImages(const CityMap& map, const MapImage& view, size_t count_max);
-// The same among these images (ascending) alone; empty: among all.
+// CovisibleImages, but only those in `among` (ascending); where that is empty, among all images.
 std::vector<ImageId> CovisibleImages(const CityMap& map, ImageId image, size_t count_max,
                                      std::span<const ImageId> among);
 

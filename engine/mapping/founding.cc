@@ -11,6 +11,7 @@
 #include "engine/mapping/plane_twin.h"
 #include "engine/mapping/pose_deviation.h"
 #include "engine/mapping/structure_matches.h"
+#include "storage/base/angle.h"
 #include "storage/base/content_hash.h"
 #include "storage/base/option_bounds.h"
 #include "storage/base/transform.h"
@@ -81,7 +82,7 @@ ThirdView ChooseThird(const FoundingViews& views, const CityMap& map, const Pair
     for (const uint32_t i : placed.inliers) {
       const double angle_deg = std::max(RayAngleDeg(center, center_a, structure.positions[i]),
                                         RayAngleDeg(center, center_b, structure.positions[i]));
-      const double sine = std::sin(std::max(angle_deg, 1e-3) * 0.017453292519943295);
+      const double sine = std::sin(std::max(angle_deg, 1e-3) * kRadPerDeg);
       sum += 1 / (sine * sine);
     }
     const double n = static_cast<double>(placed.inliers.size());

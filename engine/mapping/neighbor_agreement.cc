@@ -7,12 +7,11 @@
 #include <vector>
 
 #include "engine/matching/two_view.h"
+#include "storage/base/angle.h"
 #include "storage/base/option_bounds.h"
 
 namespace veduta {
 namespace {
-
-constexpr double kRadPerDeg = 0.017453292519943295;
 
 // Whether the point that `feature` of `from` has, if it has one, falls near `seen` of `view`.
 bool FallsNear(const CityMap& map, const MapImage& from, FeatureIndex feature, const MapImage& view,

@@ -26,12 +26,13 @@ using OfUnknowns =
 using Coupling = Eigen::Matrix<double, Eigen::Dynamic, 3, Eigen::ColMajor, 6 + kLens, 3>;
 using Score = Eigen::Matrix<double, Eigen::Dynamic, 1, Eigen::ColMajor, 6 + kLens, 1>;
 
-// Below, the network is not determined: far above the rounding of sums of doubles. Chosen by hand;
-// not measured.
+// Reciprocal condition below which the network is not determined: far above the rounding of sums of
+// doubles. Chosen by hand; not measured.
 constexpr double kReciprocalConditionMin = 1e-13;
 
-// Of 8 and 4, by which 31 and 47 of 50 true centres were in ellipsoids of 95 % (street --seed 52 of
-// docs/benchmarks.md, localising): errors are still correlated in cells that are too small.
+// Cells across a picture's width. With 8 of them 31 of 50 true centres were in ellipsoids of 95 %,
+// with 4 it was 47 (street --seed 52 of docs/benchmarks.md, localising): errors are still
+// correlated in cells that are too small.
 constexpr double kCellsAcross = 4;
 
 Eigen::Matrix3d Cross(const Eigen::Vector3d& x) {

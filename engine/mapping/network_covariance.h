@@ -46,8 +46,9 @@ struct CameraCovariance {
   Eigen::Matrix<double, kLensUnknowns, kLensUnknowns> lens;  // of a lens's unknowns
 };
 
-// The same where the lens of image 0 is unknown as well, with square pixels, and drawn to 0 by
-// LensDeviations. The problem's observations of image 0 are undistorted by `lens`.
+// CovarianceInNetwork where the lens of image 0 is unknown, too. Its pixels are square, and all but
+// the focal length is drawn to 0 (LensDeviations). Observations of image 0 are undistorted by
+// `lens`.
 std::optional<CameraCovariance> CovarianceWithLens(const BundleProblem& problem,
                                                    const CameraModel& lens, double loss_scale_px);
 

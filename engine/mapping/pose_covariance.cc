@@ -11,9 +11,9 @@ namespace {
 
 using Matrix26d = Eigen::Matrix<double, 2, 6>;
 
-// Of the information with a diagonal of ones: below, a direction of the pose is not determined.
-// 1e-12 is far above the rounding of sums of doubles, and far below any pose that was adjusted.
-// Chosen by hand; not measured.
+// Eigenvalue of the information, scaled to a diagonal of ones, below which a direction of the pose
+// is not determined: far above the rounding of sums of doubles, and far below any pose that was
+// adjusted. Chosen by hand; not measured.
 constexpr double kEigenvalueMin = 1e-12;
 
 Eigen::Matrix3d Cross(const Eigen::Vector3d& x) {

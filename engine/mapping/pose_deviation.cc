@@ -17,8 +17,8 @@
 namespace veduta {
 namespace {
 
-// Below, points do not determine a pose: far above the rounding of sums of doubles. Chosen by hand;
-// not measured.
+// Reciprocal condition below which points do not determine a pose: far above the rounding of sums
+// of doubles. Chosen by hand; not measured.
 constexpr double kReciprocalConditionMin = 1e-13;
 
 constexpr double kUndetermined = std::numeric_limits<double>::infinity();
@@ -96,7 +96,7 @@ double DeviationShareInNetwork(const CityMap& map, ImageId view, uint32_t neighb
 }
 
 double DeviationShare(const Rigid3& cam_from_world, std::span<const Eigen::Vector3d> points) {
-  // Of a turn and a move of the camera, both along its own axes, the move in median depths.
+  // By a turn and a move of the camera, both along its own axes, the move in median depths.
   Matrix6d information = Matrix6d::Zero();
   std::vector<double> depths;
   for (const Eigen::Vector3d& point : points) depths.push_back((cam_from_world * point).z());

@@ -91,13 +91,13 @@ struct Finding {
   FeatureIndex feature;
 };
 
-// What one image was found to see when its surroundings were those.
+// What an image was found to see, and around which images it was looked for.
 struct Surroundings {
   std::vector<ImageId> near;      // ascending; the images whose points were looked for
   std::vector<Finding> findings;  // ascending points
 };
 
-// Whose points are looked for.
+// The images whose points are looked for.
 struct Neighbors {
   std::span<const ImageId> among;
   size_t covisible_max;
@@ -164,7 +164,7 @@ class Addition {
     around->near = std::move(near);
   }
 
-  // Both ascend.
+  // The elements of `all` that are not in `some`; both ascend.
   static std::vector<ImageId> Without(std::span<const ImageId> all, std::span<const ImageId> some) {
     std::vector<ImageId> rest;
     std::ranges::set_difference(all, some, std::back_inserter(rest));

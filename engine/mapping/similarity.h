@@ -55,7 +55,8 @@ struct SimilarityCovariance {
 
   // Infinite where what is seen does not determine it.
   double LogScaleDeviation() const;
-  // Of a point that the similarity carries to `x_b`: the length of the standard deviations.
+  // How far a point that the similarity carries to `x_b` may be off: the length of its standard
+  // deviations.
   double PositionDeviation(const Eigen::Vector3d& x_b) const;
 };
 

@@ -11,6 +11,7 @@
 
 #include "engine/mapping/bundle_problem.h"
 #include "engine/mapping/triangulation.h"
+#include "storage/base/median.h"
 #include "storage/base/option_bounds.h"
 
 namespace veduta {
@@ -107,7 +108,7 @@ class Relaxer {
 
   const Estimate& estimate() const { return estimate_; }
 
-  // Of each view.
+  // The error of each view.
   std::vector<Eigen::Vector2d> Errors() const {
     const std::vector<PlacedView> placed = PlaceViews(estimate_);
     std::vector<Eigen::Vector2d> errors;
@@ -315,13 +316,6 @@ std::pair<RelaxationProblem, Estimate> Begin(const RelaxationProblem& problem) {
   return {std::move(begun), std::move(start)};
 }
 
-double Median(std::vector<double> values) {
-  if (values.empty()) return 0;
-  const auto middle = values.begin() + static_cast<ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
-}
-
 std::vector<double> ListChanges(const RelaxationProblem& problem,
                                 const std::vector<Eigen::Vector2d>& before,
                                 const std::vector<Eigen::Vector2d>& after) {
@@ -329,7 +323,7 @@ std::vector<double> ListChanges(const RelaxationProblem& problem,
   for (size_t v = 0; v < problem.views.size(); ++v)
     changes[problem.views[v].submap].push_back((after[v] - before[v]).norm());
   std::vector<double> medians;
-  for (std::vector<double>& of_one : changes) medians.push_back(Median(std::move(of_one)));
+  for (std::vector<double>& of_one : changes) medians.push_back(MedianOf(std::move(of_one)));
   return medians;
 }
 

@@ -24,7 +24,7 @@ std::optional<Eigen::Vector3d> Triangulate(std::span<const Sighting> views);
 
 // Largest angle between two rays to the point, degrees.
 double TriangulationAngleDeg(std::span<const Sighting> views, const Eigen::Vector3d& point);
-// Whether that is so large, at least; soon found where it is much larger.
+// Whether TriangulationAngleDeg is `angle_deg_min` or more; fast where it is much more.
 bool HasAngle(std::span<const Sighting> views, const Eigen::Vector3d& point, double angle_deg_min);
 double RayAngleDeg(const Eigen::Vector3d& center_a, const Eigen::Vector3d& center_b,
                    const Eigen::Vector3d& point);

@@ -261,6 +261,7 @@ constexpr size_t kGuessesMax = 5;
 }  // namespace
 
 Eigen::Vector4d LensDeviations(const CameraModel& camera) {
+  // Chosen by hand; not measured. The header says what they stand for.
   constexpr double kDeviationK1 = 0.15, kDeviationK2 = 0.1, kCenterShare = 0.007;
   const double center = kCenterShare * std::max(camera.width_px, camera.height_px) / camera.fx;
   return {kDeviationK1, kDeviationK2, center, center};

@@ -3,9 +3,11 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 #include <vector>
 
 #include "engine/matching/guided_matcher.h"
+#include "storage/base/median.h"
 #include "storage/base/option_bounds.h"
 
 namespace veduta {
@@ -83,9 +85,7 @@ class NearDepths {
         }
       }
     }
-    const auto middle = near.begin() + static_cast<ptrdiff_t>(near.size() / 2);
-    std::nth_element(near.begin(), middle, near.end());
-    return *middle;
+    return MedianOf(std::move(near));
   }
 
   uint32_t Row(const Eigen::Vector2d& x_px) const {

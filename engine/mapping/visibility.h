@@ -18,18 +18,21 @@ struct VisibilityOptions {
   // (0, 90), degrees. A point is expected where another image sees it from a direction that differs
   // by less: SIFT finds most features again up to there (Lowe 2004, section 6).
   double angle_deg_max = 15.0;
-  // > 1. And from a distance that is at most so many times larger or smaller. Chosen by hand.
+  // > 1. And from a distance that is at most so many times larger or smaller. Chosen by hand;
+  // not measured.
   double distance_ratio_max = 1.5;
   // > 0, px. Where a point falls, a feature that looks like it is sought within this distance.
+  // Chosen by hand; not measured.
   double search_radius_px = 6.0;
   // >= 1. Squared distance of two descriptors up to which they may show the same place; as that of
   // GrowthOptions.
   uint32_t descriptor_distance_squared_max = 90'000;
-  // >= 1. The picture is judged in so many cells each way.
+  // >= 1. The picture is judged in so many cells each way. Chosen by hand; not measured.
   uint32_t cells_each_way = 8;
-  // >= 1. Expected points that a cell is judged by, at least.
+  // >= 1. Expected points that a cell is judged by, at least. Chosen by hand; not measured.
   uint32_t cell_points_min = 6;
-  // [0, 1]. A cell contradicts the pose when a smaller share of its points is found.
+  // [0, 1]. A cell contradicts the pose when a smaller share of its points is found. Chosen by
+  // hand; not measured.
   double cell_found_share_min = 0.1;
   // >= 1. What the view sees itself is known in so many cells each way. Chosen by hand; not
   // measured.
@@ -60,7 +63,8 @@ struct SeenDepth {
   double depth;
 };
 
-// Those of an image whose pose and points are of the map. In the order of the features.
+// The points that an image of the map sees, in the order of its features. The map has its pose and
+// points.
 std::vector<SeenDepth> ListSeenDepths(const CityMap& map, const MapImage& image);
 
 // How much of `points` is found in a view whose pose is given in their frame. Only points that two

@@ -54,7 +54,7 @@ double CostOf(const Rigid3& b_from_a, const Sides& x, double scale) {
 bool MatchesFit(const PairRecord& pair, const CheckedCity::Eye& a, const CheckedCity::Eye& b) {
   const double distance_max =
       TwoViewOptions().error_px_max / std::min(a.camera.focal_px(), b.camera.focal_px());
-  const double scale = 0.5 * distance_max;  // as verification refines (engine/ingest/pair_verifier)
+  const double scale = 0.5 * distance_max;  // as in engine/ingest/pair_verifier.cc
   const Sides x = SidesOf(pair, a, b);
   if (FindTwoViewInliers(pair.b_from_a, x.a, x.b, kErrorSlack * distance_max).size() != x.a.size())
     return false;

@@ -9,11 +9,10 @@
 
 #include "engine/mapping/bundle_adjustment.h"
 #include "engine/mapping/pose_covariance.h"
+#include "storage/base/angle.h"
 
 namespace veduta {
 namespace {
-
-constexpr double kDegree = 0.017453292519943295;
 
 Status Contradiction(ImageId image, const std::string& what) {
   return Status::Corruption("families points and observations: image " +
@@ -109,7 +108,8 @@ PoseUncertainty ToPlain(const PoseCovariance& found, size_t points, size_t image
           found.covariance(row, column);
     }
   }
-  plain.rotation_stddev_deg = std::sqrt(found.covariance.topLeftCorner<3, 3>().trace()) / kDegree;
+  plain.rotation_stddev_deg =
+      std::sqrt(found.covariance.topLeftCorner<3, 3>().trace()) / kRadPerDeg;
   plain.center_stddev = std::sqrt(found.covariance.bottomRightCorner<3, 3>().trace());
   plain.error_px = found.error_px;
   plain.points = static_cast<uint32_t>(points);

@@ -60,7 +60,7 @@ const char* ReasonText(Reason reason) {
     case Reason::kUnreadable:
       return "cannot be read";
     case Reason::kUnsupportedFormat:
-      return "not a format that is read (JPEG, PNG, TIFF)";
+      return "not a format that is read (JPEG, PNG, TIFF, WebP, HEIC)";
     case Reason::kTooLarge:
       return "too large";
     case Reason::kWrongSize:

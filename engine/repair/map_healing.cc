@@ -59,7 +59,7 @@ class ReconstructionHealer {
     point->error_px = static_cast<float>(*error_px);
   }
 
-  // A point of which verify would say that its error is not the one that it records.
+  // Measures the error of a point again where `verify` would find that it is not the recorded one.
   void CheckError(PointRecord* point) {
     const std::optional<double> error_px = MeasureErrorPx(city_, poses_, *point);
     if (!error_px || IsErrorRecorded(*point, *error_px)) return;
@@ -124,7 +124,9 @@ class ReconstructionHealer {
     }
   }
 
-  // What the stored observations say beyond the points: numbers that must not be used again.
+  // Derives the observations from the points, and counts the images whose stored ones differ. A
+  // stored observation may name a point of a lost block: the number of that point is not used
+  // again.
   Status CompareObservations() {
     for (const auto& [home, block] : blocks_) {
       for (const PointRecord& point : block.points) {
@@ -281,8 +283,8 @@ uint32_t FindGeneration(ReconstructionId id, const HealingWork& healing) {
   return 0;
 }
 
-// A record that is lost, anew: its sums are counted in any case. Whether any pose names it shows
-// later.
+// Makes a new record for a reconstruction whose own is lost; nothing where none of its points is
+// left. Its sums are counted in any case. Whether any pose names it shows later.
 std::optional<ReconstructionRecord> RecoverReconstruction(ReconstructionId id,
                                                           const HealingWork& healing) {
   ReconstructionRecord record;

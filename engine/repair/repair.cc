@@ -8,6 +8,7 @@
 #include "engine/repair/rebuilding.h"
 #include "engine/repair/repair_folders.h"
 #include "engine/repair/repair_report.h"
+#include "storage/base/option_bounds.h"
 #include "storage/folder_lock.h"
 
 namespace veduta {
@@ -203,9 +204,7 @@ class Repairer final {
 
 Result<RepairAnswer> RunRepair(const std::string& path, const RepairRequest& request,
                                const RepairWatch& watch) {
-  EngineOptions options;
-  options.thread_count = request.thread_count;
-  VEDUTA_RETURN_IF_ERROR(options.Check());
+  VEDUTA_RETURN_IF_ERROR(OptionBounds().Part("RepairRequest", request.Check()).status());
   const RepairFolders folders = RepairFoldersFor(path);
   const SwitchState state = FindSwitch(folders);
   const bool unfinished = state == SwitchState::kMovedAway || state == SwitchState::kExchanged;

@@ -17,14 +17,6 @@ constexpr size_t kBatchImages = 32;  // chosen by hand; not measured
 // Of VocabularyRequest::sample; chosen by hand, not measured.
 constexpr uint32_t kSampleMin = 1000, kSampleMax = 16u << 20;
 
-Status Check(const VocabularyRequest& request) {
-  return OptionBounds()
-      .Between("branch", request.branch, kVocabularyBranchMin, kVocabularyBranchMax)
-      .Between("levels", request.levels, 1, kVocabularyDepthMax)
-      .Between("sample", request.sample == 0 ? kSampleMin : request.sample, kSampleMin, kSampleMax)
-      .status();
-}
-
 // Writes the posting lists of a vocabulary ahead, in bounded memory: what is gathered is added to
 // the lists whenever it has become too much.
 class PostingsWriter {
@@ -112,6 +104,14 @@ Status DeleteLeftovers(Database* database, uint32_t generation) {
 
 }  // namespace
 
+Status VocabularyRequest::Check() const {
+  return OptionBounds()
+      .Between("branch", branch, kVocabularyBranchMin, kVocabularyBranchMax)
+      .Between("levels", levels, 1, kVocabularyDepthMax)
+      .Between("sample", sample == 0 ? kSampleMin : sample, kSampleMin, kSampleMax)
+      .status();
+}
+
 Status RetrievalOptions::Check() const {
   return OptionBounds()
       .AtLeast("compare_all_max", compare_all_max, 1)
@@ -186,7 +186,7 @@ bool Retrieval::IsTrainingDue(const DatabaseState& state) const {
 
 Result<Retrieval::Prepared> Retrieval::Train(Database* database, ThreadPool* pool,
                                              const VocabularyRequest& request) {
-  VEDUTA_RETURN_IF_ERROR(Check(request));
+  VEDUTA_RETURN_IF_ERROR(OptionBounds().Part("VocabularyRequest", request.Check()).status());
   return TrainAlone(database, pool, request, std::unique_lock(*preparing_));
 }
 

@@ -132,7 +132,9 @@ Status Scheduler::Settle(std::stop_token stop, std::vector<FollowUp>* followed) 
   std::unique_lock lock(mutex_);
   may_follow_ = true;
   follows_ = true;  // somebody has to look, and to say that nothing follows
+  tries_failed_again_ = true;
   followed->insert(followed->end(), untold_.begin(), untold_.end());
+  const size_t told_before = followed->size();
   untold_.clear();
   settling_.push_back(&settling);
   NotifyChanged();
@@ -140,7 +142,8 @@ Status Scheduler::Settle(std::stop_token stop, std::vector<FollowUp>* followed) 
                 [&] { return settling.is_done || stopping_ || settling.stop.stop_requested(); });
   settling_.remove(&settling);
   if (!settling.is_done) return Status::Cancelled("stopped before everything was settled");
-  for (const FollowUp& step : *followed) VEDUTA_RETURN_IF_ERROR(step.status);
+  for (size_t i = told_before; i < followed->size(); ++i)
+    VEDUTA_RETURN_IF_ERROR((*followed)[i].status);
   return Status::Ok();
 }
 
@@ -169,12 +172,14 @@ bool Scheduler::DoPiece(std::unique_lock<std::mutex>* lock) {
   const uint32_t photos_max = somebody_settles ? 1 : kPhotosInRowMax;
   if (may_step && photos_in_row_ >= photos_max) return DoStep(lock);
   if (const auto entry = FindApplicable(); entry != entries_.end()) return Apply(entry, lock);
-  // Nobody's answer is delayed by a step when nobody waits, or when lists alone wait, for it.
+  // A step runs now if it delays no answer: no photo waits, or only photos of lists, which wait for
+  // it.
   const bool all_settle = std::all_of(entries_.begin(), entries_.end(),
                                       [](const Entry& e) { return e.photo.lane->settles; });
   if (may_step && all_settle) return DoStep(lock);
-  // A photo that is ready is applied as soon as its list goes on: no other list's is prepared
-  // meanwhile. Who told of the list's last photo may wait for a contributor's.
+  // While a photo is ready, this thread prepares no photo of a list, so that the ready one is
+  // applied as soon as its list goes on. The caller that was told of the last photo of the list may
+  // wait for a photo of a contributor.
   const bool is_one_ready = std::any_of(entries_.begin(), entries_.end(),
                                         [](const Entry& e) { return e.prepared.has_value(); });
   return PrepareOne(lock, !is_one_ready);
@@ -291,7 +296,7 @@ bool Scheduler::Apply(Entries::iterator entry, std::unique_lock<std::mutex>* loc
     return true;
   }
   Result<AddOutcome> outcome = ApplyInTurn(&taken);
-  // Who waits for one photo learns of a failure as an error; a list goes on.
+  // The sender of a single photo learns of a failure as an error; a list goes on.
   if (!is_of_list && outcome.ok() && !outcome->failure.ok()) outcome = Status(outcome->failure);
   const bool failed = !outcome.ok();
   lock->lock();
@@ -361,9 +366,9 @@ Result<AddOutcome> Scheduler::ApplyInTurn(Entry* entry) {
 }
 
 Result<AddOutcome> Scheduler::PrepareAndApply(Entry* entry) {
-  // What failed while the database was opened again, say, or when others took the memory, may do
-  // now. Only where memory was short do the others wait: a folder of files that are gone must not
-  // hold them up.
+  // The preparation is tried once more: it may have failed because the database was being opened
+  // again, or because others took the memory. Only where memory was short is the photo prepared
+  // alone: a folder of missing files must not hold up the others.
   if (const Status failure = FailureOf(*entry->prepared); !failure.ok()) {
     const auto company = failure.code() == StatusCode::kNoMemory ? PhotoPreparer::Company::kAlone
                                                                  : PhotoPreparer::Company::kOthers;
@@ -388,12 +393,14 @@ Result<AddOutcome> Scheduler::PrepareAndApply(Entry* entry) {
 
 bool Scheduler::DoStep(std::unique_lock<std::mutex>* lock) {
   photos_in_row_ = 0;
+  const bool tries_failed_again = std::exchange(tries_failed_again_, false);
   lock->unlock();
   Stopwatch watch;
   std::optional<FollowUp> step;
   bool is_training_due = false;
   {
     Writer::Turn turn = writer_->Take();
+    if (tries_failed_again) (*ingest_)->TryFailedAgain();
     step = (*ingest_)->RunNextStep();
     is_training_due = !step && (*ingest_)->IsTrainingDue();
   }
@@ -403,6 +410,7 @@ bool Scheduler::DoStep(std::unique_lock<std::mutex>* lock) {
     Tell(std::move(*step), ms);
     return true;
   }
+  if (tries_failed_again_) return true;  // Settle has come meanwhile
   follows_ = false;
   if (is_training_due && !is_training_ && !stopping_) StartTraining();
   if (is_training_) return true;  // its end makes this function look again

@@ -39,11 +39,11 @@ struct EstimatedUnnamed {
   AddOutcome outcome;  // with a camera its times alone
 };
 
-// How the cameras of photos are found that none was named for.
+// How the camera of a photo is found where none was named.
 struct CameraFinder {
-  // One that is known already; ahead of the photo's turn, from any thread.
+  // Looks for a camera that is known already. Ahead of the photo's turn, from any thread.
   std::function<Result<std::optional<CameraRecord>>(const PhotoSource&)> find;
-  // Otherwise, in the photo's turn: by all that was applied before it.
+  // Otherwise estimates one, in the photo's turn, by all that was applied before it.
   std::function<Result<EstimatedUnnamed>(const PhotoSource&)> estimate;
 };
 
@@ -63,27 +63,28 @@ class Scheduler final {
   // Submit and Settle fail with kCancelled from then on. A second call does nothing.
   void Close();
 
-  // Without a camera, it is found (CameraFinder).
+  // Submits one photo. Where no camera is given, one is sought (CameraFinder).
   Result<Ticket> Submit(PhotoSource photo, std::optional<CameraRecord> camera,
                         std::string contributor, AnswerCallback answered);
-  // The same into a list's lane (OpenList).
+  // Submits a photo of a list into the lane of that list (OpenList).
   Ticket SubmitToList(const std::shared_ptr<Lane>& lane, PhotoSource photo,
                       std::optional<CameraRecord> camera, std::string contributor);
   std::shared_ptr<Lane> OpenList(std::stop_token stop) { return line_.OpenList(std::move(stop)); }
   // Waits until the photo is answered and what follows from it is done. The list's next photo is
-  // not applied before Release: whoever is told of this one may still stop the list.
+  // not applied before Release: the caller may still stop the list after hearing of this photo.
   static Result<AddOutcome> WaitSettled(const Ticket& ticket, std::vector<FollowUp>* followed);
   void Release(Lane* lane);
-  // The list's photos that are not applied yet never will be. For whoever gave the list and goes.
+  // No further photo of the list is applied. The submitter calls it before it leaves the list.
   void EndList(Lane* lane);
 
-  // Waits until nothing follows any more. `followed` receives the steps that ran meanwhile, after
-  // those that failed earlier when nobody was there to be told; returns the first failure among
-  // them.
+  // Tries what has failed once more, and waits until nothing follows any more. `followed` receives
+  // the steps that ran meanwhile, after earlier ones that failed when no caller waited for them.
+  // Returns the first failure of those that ran meanwhile.
   Status Settle(std::stop_token stop, std::vector<FollowUp>* followed);
 
-  // How many photos a list had better keep in line, so that preparation never runs dry. So many of
-  // lists are prepared ahead, and so many of contributors: neither fill the other's place.
+  // How many photos of a list its submitter should keep in line, so that preparation never runs
+  // dry. So many photos of lists are prepared ahead, and as many of contributors: each has its own
+  // places.
   size_t window() const { return window_; }
 
  private:
@@ -110,7 +111,7 @@ class Scheduler final {
   bool PrepareOne(std::unique_lock<std::mutex>* lock, bool also_of_lists = true);
   // The first that is ready and may be applied; end() when there is none.
   Entries::iterator FindApplicable();
-  // Both: true, for a piece was done.
+  // Applies the photo in its turn. Like DoStep, it always returns true: a piece was done.
   bool Apply(Entries::iterator entry, std::unique_lock<std::mutex>* lock);
   // Prepares the photo with its camera. Ahead of its turn, one without a camera that is known fails
   // with kNotFound.
@@ -126,7 +127,8 @@ class Scheduler final {
   // With the lock held.
   void StartTraining();
   void Train();  // on the second thread
-  // Tells whoever waits, or will ask, of a step that took so long. With the lock held.
+  // Reports a finished step to the photo of a list and the callers of Settle that wait for it; a
+  // failure that nobody waits for goes to the next caller of Settle. With the lock held.
   void Tell(FollowUp step, double ms);
   // Answers photos that were cancelled, or whose list has ended, without applying them.
   void DropCancelled(std::unique_lock<std::mutex>* lock);
@@ -152,6 +154,7 @@ class Scheduler final {
   size_t preparing_ = 0;                           // tasks of the pool that are not done
   std::shared_ptr<PhotoProgress> settling_photo_;  // of a list: applied, what follows is not done
   std::list<Settling*> settling_;                  // callers of Settle
+  bool tries_failed_again_ = false;                // one of them has come since the last step
   std::vector<FollowUp> untold_;                   // steps that failed when nobody was to be told
   bool may_follow_ = false;  // somebody has submitted or settled: what is due is done from then on
   bool follows_ = true;      // there may be a step; false once there was none, until the next photo

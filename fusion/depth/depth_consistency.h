@@ -24,13 +24,17 @@ struct NeighborDepth {
 // 2: uncertain depth wants one neighbour more.
 inline constexpr uint32_t kConsistencyVersion = 2;
 
+// The defaults were chosen by hand; no measurement is recorded.
 struct ConsistencyOptions {
-  double depth_error_max = 0.01;  // (0, 1); relative: depths that differ by less agree
-  double pixel_error_max =
-      1.5;  // (0, 100] px in the key view, there and back by the neighbour's depth
-  uint32_t agreement_count_min = 1;  // [1, 64]; neighbours that must agree
-  uint32_t confidence_sure =
-      32;  // [0, 255]; where the key map has less, one more must: most of the sky, few walls
+  // (0, 1), relative. Depths that differ by less agree.
+  double depth_error_max = 0.01;
+  // (0, 100] px in the key view, there and back by the neighbour's depth.
+  double pixel_error_max = 1.5;
+  // [1, 64]. Neighbours that must agree.
+  uint32_t agreement_count_min = 1;
+  // [0, 255]. Where the key map's confidence is lower, one more must agree: in most of the sky, on
+  // few walls.
+  uint32_t confidence_sure = 32;
 
   Status Check() const;
 };
@@ -40,7 +44,7 @@ VEDUTA_OPTION_FIELDS(ConsistencyOptions, depth_error_max, pixel_error_max, agree
 // `key_map` without the pixels that fewer than agreement_count_min neighbours confirm, or that more
 // neighbours contradict than confirm. A neighbour confirms a point when its own depth where the
 // point projects leads back to within pixel_error_max and depth_error_max; it contradicts it when
-// it sees through it (its depth there is larger by more than the tolerance) ; a neighbour that sees
+// it sees through it (its depth there is larger by more than the tolerance); a neighbour that sees
 // something nearer, or nothing, says nothing. Confidence of what stays grows with the number of
 // neighbours that agree.
 //

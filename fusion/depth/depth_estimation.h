@@ -33,22 +33,30 @@ namespace veduta {
 // EstimateDepth returns (tests/fusion/pass/pinned_bytes_test.cc notices).
 inline constexpr uint32_t kDepthEstimationVersion = 1;
 
-// Numbers without a source are measured: tools/dense, on real pairs and rendered streets.
+// The defaults were chosen by what veduta-bench-dense (tools/bench/dense/) measured on pairs and on
+// 12 key views of a rendered street (docs/dense.md, Figures). Those of volume_bytes_max and
+// speckle_pixels_min were chosen by hand; no measurement is recorded.
 struct DepthOptions {
-  double plane_step_px =
-      1.0;  // [0.25, 8]; how far a point moves in a sensor view from plane to plane
-  uint32_t plane_count_max =
-      256;  // [16, 768]; fewer, wider planes where the range would ask for more
-  uint64_t volume_bytes_max =
-      1ull << 30;  // [2^20, 2^36]; costs in memory: what is larger is swept at half the size
-  uint32_t slanted_plane_count = 4;  // [0, 8]; dominant planes of the view that are swept along too
-  uint32_t refinement_count = 1;     // [0, 8]; sweeps along the surface at the full size
-  uint32_t penalty_small = 13;       // [0, 127] cost units; from a plane to the next
-  uint32_t penalty_large =
-      95;  // [penalty_large_min, 128] cost units; to any other, at equal gray levels
-  uint32_t penalty_large_min = 30;   // [0, 128] cost units; to any other, where gray levels jump
-  uint32_t confidence_min = 8;       // [0, 255]; depth of less is given as not known
-  uint32_t speckle_pixels_min = 40;  // smaller patches of like depth are removed
+  // [0.25, 8]. How far a point moves in a sensor view from plane to plane.
+  double plane_step_px = 1.0;
+  // [16, 768]. There are fewer, wider planes where the range would ask for more.
+  uint32_t plane_count_max = 256;
+  // [2^20, 2^36]. Costs in memory: what is larger is swept at half the size.
+  uint64_t volume_bytes_max = 1ull << 30;
+  // [0, 8]. Dominant planes of the view that are swept along, too.
+  uint32_t slanted_plane_count = 4;
+  // [0, 8]. Sweeps along the surface at the full size.
+  uint32_t refinement_count = 1;
+  // [0, 127] cost units, from a plane to the next.
+  uint32_t penalty_small = 13;
+  // [penalty_large_min, 128] cost units, to any other plane, at equal gray levels.
+  uint32_t penalty_large = 95;
+  // [0, 128] cost units, to any other plane, where gray levels jump.
+  uint32_t penalty_large_min = 30;
+  // [0, 255]. Depth of less confidence is given as not known.
+  uint32_t confidence_min = 8;
+  // Smaller patches of like depth are removed.
+  uint32_t speckle_pixels_min = 40;
 
   Status Check() const;  // the first violated bound, named with its value
 };

@@ -5,6 +5,9 @@
 #include <array>
 #include <cmath>
 #include <limits>
+#include <span>
+
+#include "storage/base/median.h"
 
 namespace veduta {
 namespace {
@@ -34,9 +37,7 @@ float MedianAround(const InverseDepthMap& map, int x, int y) {
       values[count++] = map.w[static_cast<size_t>(v) * map.width_px + static_cast<size_t>(u)];
     }
   }
-  const auto middle = values.begin() + static_cast<ptrdiff_t>(count / 2);
-  std::nth_element(values.begin(), middle, values.begin() + static_cast<ptrdiff_t>(count));
-  return *middle;
+  return QuantileInPlace(std::span(values.data(), count), 0.5);
 }
 
 float MeanAround(const InverseDepthMap& map, int x, int y, float difference_max) {

@@ -9,11 +9,11 @@
 namespace veduta {
 namespace {
 
-constexpr ExportFormat kFormats[] = {{"colmap", MakeColmapExporter},
-                                     {"colmap-binary", MakeColmapBinaryExporter},
-                                     {"nerfstudio", MakeNerfstudioExporter},
-                                     {"ply", MakePlyExporter},
-                                     {"gltf", MakeGltfExporter}};
+constexpr ExportFormat kFormats[] = {{"colmap", false, MakeColmapExporter},
+                                     {"colmap-binary", false, MakeColmapBinaryExporter},
+                                     {"nerfstudio", false, MakeNerfstudioExporter},
+                                     {"ply", true, MakePlyExporter},
+                                     {"gltf", true, MakeGltfExporter}};
 
 Status MakeFolder(const std::string& path) {
   std::error_code error;
@@ -68,6 +68,7 @@ Result<std::vector<ExportedModel>> ExportReconstructions(const Snapshot& snapsho
     const std::string folder = (out / std::to_string(models.size())).string();
     VEDUTA_RETURN_IF_ERROR(MakeFolder(folder));
     VEDUTA_ASSIGN_OR_RETURN(models.emplace_back(), exporter->Write(record, folder));
+    models.back().may_have_surface = format->has_surface;
   }
   return models;
 }

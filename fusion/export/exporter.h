@@ -24,6 +24,7 @@ class Exporter {
 
 struct ExportFormat {
   const char* name;  // as ExportRequest::format has it
+  bool has_surface;  // where there is one
   // The snapshot must outlive the exporter.
   std::unique_ptr<Exporter> (*make)(const Snapshot& snapshot, const ExportRequest& request);
 };

@@ -10,11 +10,11 @@
 #include <utility>
 
 #include "fusion/surface/nearest_point.h"
+#include "storage/base/angle.h"
 
 namespace veduta {
 namespace {
 
-constexpr double kDegree = 0.017453292519943295;
 // Chosen by hand; no measurement is recorded.
 constexpr size_t kLostMax = 12;   // places that a triangle remembers: those furthest from it
 constexpr double kNeedle = 1e-3;  // twice the area by the longer edge squared
@@ -59,7 +59,7 @@ class Collapser final {
         options_(options),
         square_max_(distance_max * distance_max),
         color_square_max_(options.color_error_max * options.color_error_max),
-        turn_cosine_min_(std::cos(options.normal_turn_deg_max * kDegree)) {}
+        turn_cosine_min_(std::cos(options.normal_turn_deg_max * kRadPerDeg)) {}
 
   std::vector<std::array<uint32_t, 3>> Run();
 

@@ -26,15 +26,20 @@ struct ColorObservation {
 // SolveExposures returns (tests/fusion/pass/pinned_bytes_test.cc notices).
 inline constexpr uint32_t kExposureVersion = 1;
 
+// The defaults were chosen by hand; not measured.
 struct ExposureOptions {
-  bool per_channel = true;  // red, green and blue each; false: one gain for the three
-  double residual_scale =
-      0.1;  // (0, 10]; in log light: beyond it an observation counts less (Cauchy)
-  uint32_t iterations_max = 30;    // >= 1; of re-weighting
-  uint32_t observations_min = 10;  // >= 1; a photo with fewer shared ones keeps a gain of 1
-  uint32_t views_per_point_max =
-      16;  // [2, 1000]; the first of a point in ascending ids; bounds the work
-  uint8_t dark = 8, bright = 247;  // observations with a channel outside say nothing about light
+  // Whether red, green and blue have a gain each; false: one gain for the three.
+  bool per_channel = true;
+  // (0, 10], in log light. Beyond it an observation counts less (Cauchy).
+  double residual_scale = 0.1;
+  // >= 1. Rounds of re-weighting.
+  uint32_t iterations_max = 30;
+  // >= 1. A photo with fewer shared observations keeps a gain of 1.
+  uint32_t observations_min = 10;
+  // [2, 1000]. Only the first observations of a point count, in ascending ids: it bounds the work.
+  uint32_t views_per_point_max = 16;
+  // Observations with a channel outside of these say nothing about light.
+  uint8_t dark = 8, bright = 247;
 
   Status Check() const;  // the first violated bound, named with its value
 };

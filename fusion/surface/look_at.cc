@@ -8,11 +8,11 @@
 
 #include "fusion/surface/color_view.h"
 #include "fusion/surface/renderer.h"
+#include "storage/base/angle.h"
 
 namespace veduta {
 namespace {
 
-constexpr double kDegree = 0.017453292519943295;
 // Chosen by hand; no measurement is recorded.
 constexpr double kSideDeg = 50, kAboveDeg = 20, kFovDeg = 50;
 constexpr double kFill = 0.95;  // of the picture by the box
@@ -37,7 +37,7 @@ Result<ViewGeometry> LookAt(const Eigen::Vector3d& eye, const Eigen::Vector3d& t
   ViewGeometry view;
   view.width_px = width_px;
   view.height_px = height_px;
-  view.camera.fx = view.camera.fy = 0.5 * width_px / std::tan(0.5 * fov_deg * kDegree);
+  view.camera.fx = view.camera.fy = 0.5 * width_px / std::tan(0.5 * fov_deg * kRadPerDeg);
   view.camera.cx = (width_px - 1.0) / 2;
   view.camera.cy = (height_px - 1.0) / 2;
   view.cam_from_world.rotation = Eigen::Quaterniond(rows).normalized();
@@ -57,9 +57,9 @@ Result<std::array<ViewGeometry, 3>> ThreeSides(const Eigen::AlignedBox3d& box,
   std::array<ViewGeometry, 3> views;
   const double turns[3] = {0, kSideDeg, -kSideDeg};
   for (int i = 0; i < 3; ++i) {
-    const Eigen::Vector3d turned = Eigen::AngleAxisd(turns[i] * kDegree, y) * level;
+    const Eigen::Vector3d turned = Eigen::AngleAxisd(turns[i] * kRadPerDeg, y) * level;
     const Eigen::Vector3d direction =
-        std::cos(kAboveDeg * kDegree) * turned - std::sin(kAboveDeg * kDegree) * y;
+        std::cos(kAboveDeg * kRadPerDeg) * turned - std::sin(kAboveDeg * kRadPerDeg) * y;
     const Eigen::Vector3d middle = box.center();
     VEDUTA_ASSIGN_OR_RETURN(ViewGeometry view,
                             LookAt(middle - direction, middle, y, width_px, height_px, kFovDeg));

@@ -7,13 +7,13 @@
 #include "fusion/surface/color_fill.h"
 #include "fusion/surface/mesh_check.h"
 #include "fusion/surface/robust_color.h"
+#include "storage/base/angle.h"
 #include "storage/base/denormals_off.h"
 #include "storage/base/option_bounds.h"
 
 namespace veduta {
 namespace {
 
-constexpr double kDegree = 0.017453292519943295;
 // Chosen by hand; no measurement is recorded.
 constexpr double kClippedWeight = 0.1;
 constexpr double kPixelsPerVoxelMax =
@@ -49,7 +49,7 @@ class Colorer final {
       : mesh_(mesh),
         scene_(scene),
         options_(options),
-        cosine_min_(std::cos(options.incidence_deg_max * kDegree)) {}
+        cosine_min_(std::cos(options.incidence_deg_max * kRadPerDeg)) {}
 
   // The samples of vertices [first, last) from a view.
   void Gather(const ColorView& view, size_t first, size_t last, Heard* heard) const;

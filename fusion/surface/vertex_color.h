@@ -19,25 +19,30 @@ namespace veduta {
 // ColorVertices returns (tests/fusion/pass/pinned_bytes_test.cc notices).
 inline constexpr uint32_t kColoringVersion = 1;
 
+// The defaults were chosen by hand; not measured.
 struct ColoringOptions {
-  double voxel_size = 0;       // > 0, world units: how exact the surface is; there is no default
-  double offset_voxels = 1.0;  // [0, 10]; rays start this far out along the normal, so that the
-                               // surface's own stairs do not hide it
-  double incidence_deg_max =
-      80;  // (0, 90); between normal and line of sight; beyond, a photo sees nothing
-  double voxels_per_pixel_max =
-      4;  // (0, 1000]; a photo with wider pixels on the vertex says nothing about it
-  double border_margin_px =
-      8;  // [0, 1000]; a photo's weight falls to nothing over its outermost pixels
-  double silhouette_margin_px =
-      2;  // [0, 20]; nearer than this to the outline of something in front, photo and
-          // surface may disagree about what is in front: the weight falls. 0: not looked at
-  double outlier_deviations =
-      3;  // [1, 100]; of the median absolute deviation: passers-by, cars, reflections
-  double outlier_tolerance =
-      0.06;  // [0, 1] of the sRGB range; within it nothing is an outlier (noise, JPEG)
-  uint32_t views_per_vertex_max = 12;  // [1, 255]; the heaviest ones
-  uint32_t fill_rings_max = 1000;      // how far colours spread into what no photo sees
+  // > 0, world units. How exact the surface is; there is no default.
+  double voxel_size = 0;
+  // [0, 10]. Rays start this far out along the normal, so that the surface's own stairs do not hide
+  // it.
+  double offset_voxels = 1.0;
+  // (0, 90), between the normal and the line of sight. Beyond, a photo sees nothing.
+  double incidence_deg_max = 80;
+  // (0, 1000]. A photo with wider pixels on the vertex says nothing about it.
+  double voxels_per_pixel_max = 4;
+  // [0, 1000]. A photo's weight falls to nothing over its outermost pixels.
+  double border_margin_px = 8;
+  // [0, 20]. The weight falls nearer than this to the outline of something in front, where photo
+  // and surface may disagree about what is in front. 0: outlines are not looked at.
+  double silhouette_margin_px = 2;
+  // [1, 100], of the median absolute deviation. Beyond lie outliers: passers-by, cars, reflections.
+  double outlier_deviations = 3;
+  // [0, 1] of the sRGB range. Within it nothing is an outlier (noise, JPEG).
+  double outlier_tolerance = 0.06;
+  // [1, 255]. The views of most weight are taken.
+  uint32_t views_per_vertex_max = 12;
+  // How far colours spread into what no photo sees.
+  uint32_t fill_rings_max = 1000;
 
   Status Check() const;  // the first violated bound, named with its value
 };
@@ -47,8 +52,8 @@ VEDUTA_OPTION_FIELDS(ColoringOptions, voxel_size, offset_voxels, incidence_deg_m
 
 struct VertexColors {
   std::vector<std::array<uint8_t, 3>> colors;  // sRGB, one for each vertex
-  std::vector<uint8_t>
-      view_counts;  // photos behind each colour; 0: no photo sees it, its colour is filled in
+  // Photos behind each colour; 0: no photo sees the vertex, its colour is filled in.
+  std::vector<uint8_t> view_counts;
 };
 
 // How far around a tile the scene must be whole: enlarge the tile's box by this before asking

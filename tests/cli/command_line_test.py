@@ -4,12 +4,14 @@
 #   the JSON, exit codes 0 to 3, messages that say what to do.
 # Method: photos of a rendered street, and files that are none; real processes.
 # usage: tests/cli/command_line_test.py VEDUTA VEDUTA_STREET
+import json
 import os
 import random
 import re
 import struct
 import subprocess
 import zlib
+from resource import RLIMIT_AS, setrlimit
 from urllib.parse import unquote
 
 from city import (PARAMS, PHOTOS, PLACED, SIZE, VEDUTA, WHOLE, Case, add, add_command, ask, at,
@@ -25,14 +27,15 @@ def setUpModule():
     WHOLE_LINES, WHOLE_DIGEST = make_whole()
 
 
-def black_png(width, height):
+def black_png(width, height, comment=b''):
     def chunk(kind, data):
         return struct.pack('>I', len(data)) + kind + data + struct.pack('>I',
                                                                         zlib.crc32(kind + data))
     rows = bytes((1 + 3 * width) * height)
     return (b'\x89PNG\r\n\x1a\n' + chunk(b'IHDR', struct.pack('>IIBBBBB', width, height, 8, 2, 0,
                                                               0, 0)) +
-            chunk(b'IDAT', zlib.compress(rows)) + chunk(b'IEND', b''))
+            chunk(b'tEXt', b'Comment\0' + comment) + chunk(b'IDAT', zlib.compress(rows)) +
+            chunk(b'IEND', b''))
 
 
 class Usage(Case):
@@ -228,6 +231,23 @@ class Add(Case):
         self.assertIn('the name is taken', lines[0]['reason'])
         self.assertEqual(must('verify', db), 'sound\n')
         self.assertEqual(ask('status', db)['images'], 2)
+
+    def test_large_photos_need_no_more_memory_than_there_is(self):
+        bytes_max = 3 << 29  # 1.5 GB
+
+        def limited(*command):
+            return subprocess.run(command, capture_output=True, preexec_fn=lambda: setrlimit(
+                RLIMIT_AS, (bytes_max, bytes_max)))
+        if limited(VEDUTA, '--version').returncode != 0:
+            self.skipTest('a sanitizer needs more addresses')
+        db = at('large.db')
+        must('init', db)
+        must('camera', 'add', db, 'c', '--size', '12240x8160', '--params', '11000,11000,6119,4079')
+        for number in range(3):
+            write(at('large', f'{number}.png'), black_png(12240, 8160, b'%d' % number))
+        done = limited(VEDUTA, 'add', db, '--camera', 'c', '--threads', '8', '--json', at('large'))
+        verdicts = [json.loads(line)['verdict'] for line in done.stdout.splitlines()]
+        self.assertEqual(verdicts, 3 * ['rejected'], done.stdout)
 
     def test_the_digest_knows_neither_the_user_nor_the_folder(self):
         digests = set()

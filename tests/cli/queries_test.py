@@ -115,7 +115,8 @@ class Ask(Case):
                      'nobody.jpg')
         self.refused(1, 'no camera', 'neighbors', WHOLE, at('new', 'a new one.jpg'), '--camera',
                      'd')
-        self.refused(1, 'not a JPEG, PNG or TIFF', 'neighbors', WHOLE, at('street', 'camera.txt'))
+        self.refused(1, 'not a JPEG, PNG, TIFF, WebP or HEIC', 'neighbors', WHOLE,
+                     at('street', 'camera.txt'))
         self.assertEqual(must('digest', WHOLE), WHOLE_DIGEST)
 
     def test_localize(self):

@@ -94,6 +94,13 @@ TEST_F(CalibrationDoor, PointsBecomeAnAnswerThatCanBeReadBack) {
   EXPECT_LT(std::abs(answer->intrinsics[0] - session.truth.fx), 5 * answer->sigmas[0]);
   EXPECT_GT(answer->error_px_rms, answer->error_px_mean);
   EXPECT_GT(answer->distortion_sigma_px, 0);
+  EXPECT_EQ(answer->from, "points.json");
+  EXPECT_TRUE(answer->has_square_pixels);
+  ASSERT_EQ(answer->calibrated_photos.size(), 8u);
+  EXPECT_EQ(answer->calibrated_photos[2].name, session.input.views[2].name);
+  EXPECT_GT(answer->calibrated_photos[2].points, 8u);
+  EXPECT_GT(answer->calibrated_photos[2].error_px_rms, 0);
+  EXPECT_TRUE(answer->calibrated_photos[2].why_left_out.empty());
   EXPECT_NE(answer->report_html.find("</html>"), std::string::npos);
 
   const Result<CameraFromFile> read = ReadCameraFile(Write("camera.json", answer->camera_file), {});
@@ -145,6 +152,7 @@ TEST_F(CalibrationDoor, NotesOnPhotosComeFirstAndAreNotLostWithAFailure) {
   ASSERT_FALSE(answer->messages.empty());
   EXPECT_EQ(answer->messages[0].text.find("nothing.jpg: no marker found"), 0u);
   EXPECT_FALSE(answer->messages[0].is_warning);
+  EXPECT_TRUE(answer->messages[0].is_of_photo);
   EXPECT_NE(answer->camera_file.find("nothing.jpg"), std::string::npos);
   EXPECT_NE(answer->report_html.find("nothing.jpg"), std::string::npos);
   EXPECT_NEAR(answer->model.fx / options.model.fx, 1, 0.01);

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Goal: photos are localised through the door without being added: near where they were taken, each
 //   answered in its turn, nothing changed, beside a writer, and the same on any number of threads.
+//   What is told of an answer may use the engine.
 // Method: a walk along a rendered street; some of its photos are added, the others asked about.
 #include <gtest/gtest.h>
 
@@ -94,6 +95,36 @@ TEST(Localizing, EachPhotoHasItsAnswerInItsTurn) {
   EXPECT_EQ(answers[2].name, photos[2].photo.name);
   EXPECT_EQ(answers[3].failure.code(), StatusCode::kNotFound) << answers[3].failure.message();
   EXPECT_EQ(answers[3].name, "gone.jpg");
+}
+
+TEST(Localizing, ACallbackMayUseTheEngine) {
+  const std::vector<Stand> walk = Walk(5, 0.5, 4);
+  City city(City::Options(4));
+  city.Add({walk[0], walk[1]});
+  std::vector<std::string> reported;
+  const auto report = [&](const LocalizedPhoto& photo) {
+    reported.push_back(photo.name);
+    EXPECT_OK(city.engine().AddCamera("of " + photo.name, StreetCameraModel(), "a test"));
+    EXPECT_OK(city.engine().Settle());
+  };
+  std::vector<LocalizeRequest> photos;
+  for (const Stand& stand : walk) photos.push_back(Ask(stand));
+  ASSERT_OK(city.engine().Ask().Localize(photos, report));
+  ASSERT_EQ(reported.size(), photos.size());
+  for (size_t i = 0; i < photos.size(); ++i) EXPECT_EQ(reported[i], photos[i].photo.name);
+  EXPECT_EQ(city.engine().Ask().Cameras()->size(), 1 + photos.size());
+}
+
+TEST(Localizing, APhotoWithoutPathAndBytesIsNamed) {
+  City city;
+  const LocalizeRequest good = Ask({5, 90}), nothing{{"a.jpg", "", {}}, "street"};
+  EXPECT_OK(good.Check());
+  const auto report = [](const LocalizedPhoto&) { ADD_FAILURE(); };
+  const Status refused = city.engine().Ask().Localize({{good, nothing}}, report);
+  EXPECT_EQ(refused.code(), StatusCode::kInvalidArgument);
+  EXPECT_EQ(refused.message(),
+            "LocalizeRequest[1].photo.path is empty, but must name a file where photo.bytes is not "
+            "set");
 }
 
 TEST(Localizing, WantsAKnownCameraAndStopsWhenAsked) {

@@ -1,10 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 // Goal: the door removes photos, finishes what a killed removal has left, refuses what it must, and
 //   a photo that waits in line while a copy of it is removed is stored whole. A vocabulary that was
-//   prepared before a removal knows nothing of the photo.
+//   prepared before a removal knows nothing of the photo. Callbacks may use the engine.
 // Method: photos of a synthetic street; a copy is prepared before its original is added or removed,
 //   by the parts behind the door; invariants are checked after each step.
 #include <gtest/gtest.h>
+
+#include <algorithm>
 
 #include "street_fixture.h"
 #include "tests/storage/byte_windows.h"
@@ -117,6 +119,51 @@ TEST(Removal, IsOfEachPhotoOnceInTheOrderOfTheRequest) {
   EXPECT_EQ(entries[0].detail, "asked by mail");
 }
 
+// With the turn held it would wait for itself.
+TEST(Removal, ACallbackMayUseTheEngine) {
+  City city;
+  city.Add(Stands());
+  RemoveRequest request;
+  request.photos = {"#4", "#5"};
+  size_t told = 0;
+  const auto report = [&](const RemovedPhoto& photo) {
+    ++told;
+    EXPECT_OK(city.engine().AddCamera("after " + photo.name, StreetCameraModel(), "a test"));
+    EXPECT_FALSE(city.engine().Ask().Image(photo.name).ok());
+    EXPECT_OK(city.engine().Settle());
+    EXPECT_EQ(city.engine().Remove(request).status().code(), StatusCode::kBusy);
+  };
+  const auto answer = city.engine().Remove(request, {}, report);
+  ASSERT_OK(answer);
+  EXPECT_OK(answer->purged);
+  EXPECT_EQ(told, 2u);
+  EXPECT_EQ(city.engine().Ask().Cameras()->size(), 3u);
+  EXPECT_TRUE(IsSound(city.Ask().snapshot()));
+}
+
+// The manifest has the first and the last key of each table, of names too.
+TEST(Removal, NoFileHasTheNameAnyMore) {
+  City city;
+  const std::string name = "0 " + std::string(ByteWindows::kSize, 'n') + ".jpg";
+  city.AddOne(name, TakePhoto(Stands()[0]).jpeg);
+  city.Add({Stands()[1], Stands()[2]});
+  ASSERT_OK(city.parts().database->Compact());
+  ByteWindows windows;
+  windows.Add({reinterpret_cast<const uint8_t*>(name.data()), name.size()});
+  const std::vector<std::string> found = windows.FilesWithOne(city.path());
+  EXPECT_TRUE(std::ranges::any_of(found, [](const std::string& file) {
+    return file.starts_with("MANIFEST");
+  })) << "the search finds what is there";
+  RemoveRequest request;
+  request.photos = {name};
+  const auto answer = city.engine().Remove(request);
+  ASSERT_OK(answer);
+  EXPECT_OK(answer->purged);
+  EXPECT_EQ(windows.FilesWithOne(city.path()), std::vector<std::string>());
+  EXPECT_OK(city.engine().AddCamera("another", StreetCameraModel(), "a test"));
+  EXPECT_TRUE(IsSound(city.Ask().snapshot()));
+}
+
 TEST(Removal, RefusesWhatItMust) {
   City city;
   city.Add(Stands());
@@ -129,7 +176,7 @@ TEST(Removal, RefusesWhatItMust) {
   EXPECT_EQ(city.engine().Remove(request).status().code(), StatusCode::kInvalidArgument);
   request.contributor.clear();
   {
-    const std::lock_guard dense(city.parts().dense_pass);
+    const auto dense = city.parts().dense_pass.TryClaim();
     EXPECT_EQ(city.engine().Remove(request).status().code(), StatusCode::kBusy);
   }
   std::stop_source stop;

@@ -8,9 +8,8 @@
 
 #include <filesystem>
 #include <functional>
-#include <mutex>
 #include <string>
-#include <thread>
+#include <utility>
 
 #include "storage/records/photo_record.h"
 #include "tests/engine/street_fixture.h"
@@ -38,7 +37,7 @@ class DenseDoorTest : public testing::Test {
 
   City city_;
   Writer& writer_ = *city_.parts().writer;
-  std::mutex one_pass_;
+  Claimable one_pass_;
   TemporaryFolder folder_;
   DensifyRequest request_;
   RenderRequest render_;
@@ -94,10 +93,42 @@ TEST_F(DenseDoorTest, DensifiesAllOrOneAndOnePassAtATime) {
   request_.device = "a device that nobody sells";
   EXPECT_EQ(Densify().status().code(), StatusCode::kNotFound);
   request_.device = "cpp";
-  const std::lock_guard lock(one_pass_);
-  StatusCode while_another_runs = StatusCode::kOk;
-  std::thread([&] { while_another_runs = Densify().status().code(); }).join();
-  EXPECT_EQ(while_another_runs, StatusCode::kBusy);
+  const auto another = one_pass_.TryClaim();
+  ASSERT_TRUE(another);
+  EXPECT_EQ(Densify().status().code(), StatusCode::kBusy);
+}
+
+// No lock is held while a callback runs.
+TEST_F(DenseDoorTest, CallbacksMayUseTheEngine) {
+  Engine& engine = city_.engine();
+  bool has_written = false, has_reported = false;
+  request_.progress = [&](std::string_view, size_t, size_t) {
+    if (std::exchange(has_written, true)) return;
+    EXPECT_OK(engine.AddCamera("from progress", StreetCameraModel(), "a test"));
+    EXPECT_OK(engine.Settle());
+    EXPECT_EQ(engine.Densify({}).status().code(), StatusCode::kBusy);
+    EXPECT_EQ(engine.Remove({}).status().code(), StatusCode::kBusy);
+  };
+  request_.report = [&](const DensifyReport&) {
+    has_reported = true;
+    EXPECT_OK(engine.AddCamera("from report", StreetCameraModel(), "a test"));
+    EXPECT_EQ(engine.Remove({}).status().code(), StatusCode::kBusy);
+  };
+  ASSERT_OK(engine.Densify(request_));
+  EXPECT_TRUE(has_written && has_reported);
+  EXPECT_EQ(engine.Ask().Cameras()->size(), 3u);
+  EXPECT_OK(engine.Remove({})) << "nobody has the claim any more";
+}
+
+TEST_F(DenseDoorTest, RequestsAreCheckedAndNamed) {
+  request_.options.voxel_size = 0;
+  EXPECT_EQ(Densify().status().message(),
+            "DensifyRequest.options.voxel_size is 0, but must be finite and more than 0");
+  EXPECT_EQ(request_.Check().message(),
+            "options.voxel_size is 0, but must be finite and more than 0");
+  EXPECT_EQ(city_.Ask().door().Verify({.count_max = 0}).status().message(),
+            "VerifyRequest.count_max is 0, but must be 1 or more");
+  EXPECT_TRUE(city_.Ask().door().Verify({.count_max = 1})->empty());
 }
 
 TEST_F(DenseDoorTest, WithoutReconstructionsSaysWhatToDo) {

@@ -170,7 +170,8 @@ class Life final {
 
   void Checkpoint() {
     const std::string copy = folder_ / ("copy" + std::to_string(++copies_));
-    const Status status = database_->CreateCheckpoint(copy);
+    Status status = database_->CreateCheckpoint(copy);
+    if (status.ok()) status = database_->CheckCheckpoint(copy);
     report_.Count("checkpoints");
     if (!status.ok()) {
       ExpectInjected(status);

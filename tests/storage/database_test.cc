@@ -360,6 +360,7 @@ TEST(Database, CheckpointIsADatabaseOfItsOwn) {
   PutEverything(*database);
   ASSERT_OK(database->CreateCheckpoint(folder / "copy"));
   EXPECT_EQ(database->CreateCheckpoint(folder / "copy").code(), StatusCode::kAlreadyExists);
+  ASSERT_OK(database->CheckCheckpoint(folder / "copy"));
   auto transaction = database->BeginTransaction();
   transaction->PutState(SampleState(50));
   ASSERT_OK(transaction->Commit());

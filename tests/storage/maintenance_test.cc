@@ -6,18 +6,16 @@
 #include "storage/maintenance.h"
 
 #include <gtest/gtest.h>
-#include <rocksdb/file_system.h>
 #include <sys/resource.h>
 
 #include <chrono>
 #include <cstdlib>
 #include <filesystem>
 #include <fstream>
-#include <functional>
 #include <future>
 #include <iostream>
-#include <mutex>
 
+#include "tests/storage/on_first_table.h"
 #include "tests/storage/samples.h"
 
 namespace veduta {
@@ -59,7 +57,8 @@ class CheckpointTest : public testing::Test {
   Status Copy() {
     auto database = Database::Open(path_, {});
     EXPECT_OK(database);
-    const Status copied = (*database)->CreateCheckpoint(folder_ / "copy");
+    EXPECT_OK((*database)->CreateCheckpoint(folder_ / "copy"));
+    const Status copied = (*database)->CheckCheckpoint(folder_ / "copy");
     EXPECT_EQ(copied.ok(), std::filesystem::exists(folder_ / "copy"));
     return copied;
   }
@@ -84,6 +83,7 @@ void CopyManyFilesWithFewOpen(const std::string& folder) {
     if (done.ok()) done = database->Compact();
   }
   if (done.ok()) done = database->CreateCheckpoint(folder + "/copy");
+  if (done.ok()) done = database->CheckCheckpoint(folder + "/copy");
   if (!done.ok()) std::cerr << done.message() << std::endl;
   std::exit(done.ok() ? 0 : 1);
 }
@@ -92,28 +92,6 @@ TEST_F(CheckpointTest, NeedsFewOpenFiles) {
   testing::FLAGS_gtest_death_test_style = "threadsafe";
   EXPECT_EXIT(CopyManyFilesWithFewOpen(folder_ / "."), testing::ExitedWithCode(0), "");
 }
-
-// Does something when the first table is opened whose path contains `part`.
-class OnFirstTable final : public rocksdb::FileSystemWrapper {
- public:
-  OnFirstTable(std::string part, std::function<void()> act)
-      : FileSystemWrapper(rocksdb::FileSystem::Default()),
-        part_(std::move(part)),
-        act_(std::move(act)) {}
-  const char* Name() const override { return "OnFirstTable"; }
-  rocksdb::IOStatus NewRandomAccessFile(const std::string& path,
-                                        const rocksdb::FileOptions& options,
-                                        std::unique_ptr<rocksdb::FSRandomAccessFile>* file,
-                                        rocksdb::IODebugContext* debug) override {
-    if (path.find(part_) != std::string::npos) std::call_once(once_, act_);
-    return target()->NewRandomAccessFile(path, options, file, debug);
-  }
-
- private:
-  const std::string part_;
-  const std::function<void()> act_;
-  std::once_flag once_;
-};
 
 TEST_F(CheckpointTest, IsReadWhileTheDatabaseMayBeOpenedAgain) {
   std::unique_ptr<Database> database;
@@ -126,6 +104,8 @@ TEST_F(CheckpointTest, IsReadWhileTheDatabaseMayBeOpenedAgain) {
   });
   database = MustOpen(path_, options);
   ASSERT_OK(database->CreateCheckpoint(folder_ / "copy"));
+  EXPECT_FALSE(reopened.valid()) << "nothing is read before the check";
+  ASSERT_OK(database->CheckCheckpoint(folder_ / "copy"));
   EXPECT_TRUE(has_ended);
   EXPECT_OK(reopened.get());
 }

@@ -31,6 +31,14 @@ def defined(text):
         yield name.split('(')[0].split('::')[0]
 
 
+def reasons_alone(text):
+    """The first line of each paragraph without a source, but for the one that opens the file."""
+    for paragraph in text.split('\n\n')[1:]:
+        lines = paragraph.strip().splitlines()
+        if all(line.startswith('#') for line in lines):
+            yield lines[0] if lines else ''
+
+
 def violations(tree):
     tests = {path: text for path, text in tree.items()
              if path.startswith('tests/') and path.endswith(tidy_test.INCLUDERS)}
@@ -47,6 +55,8 @@ def violations(tree):
             if through.pop(path, None) not in tests:
                 told = ', '.join(sorted(names)) or 'anything of it'
                 yield f'{path}: no test includes its header or names {told}'
+    for first in reasons_alone(tree[THROUGH]):
+        yield f'{THROUGH}: no source stands below `{first}`'
     for path in through:
         yield f'{THROUGH}: {path} has a test of its own, or is gone: take it out'
 
@@ -69,6 +79,8 @@ BROKEN = (  # what is broken, in words; the changes; how the one violation begin
         'kernels/a.cc': 'namespace {\nint tree() {\n}\n}  // namespace\n'}, 'kernels/a.cc: '),
     ('an exception whose test is gone',
      {THROUGH: 'storage/part.cc tests/index/lost_test.cc\n'}, 'storage/part.cc: '),
+    ('a reason whose sources are gone',
+     {THROUGH: '# how\n\n# lost\n\n# why\nstorage/part.cc tests/index/tree_test.cc\n'}, THROUGH),
     ('an exception that is not needed', {'tests/storage/a_test.cc': 'Part();\n'}, THROUGH),
 )
 
@@ -82,18 +94,5 @@ def self_test():
     return wrong
 
 
-def main():
-    wrong = self_test()
-    root = os.path.abspath(sys.argv[1] if len(sys.argv) > 1 else '.')
-    if not os.path.exists(os.path.join(root, '.git')):
-        print(f'{root} is no git checkout: nothing says which files are the project\'s')
-        return 77  # ctest: skipped
-    wrong += violations(tidy_test.read_tree(root))
-    for text in wrong:
-        print(text)
-    print(f'{len(wrong)} violations')
-    return 1 if wrong else 0
-
-
 if __name__ == '__main__':
-    sys.exit(main())
+    sys.exit(tidy_test.run(self_test, violations))

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 // What a fuzz target defines. The same two functions are run by libFuzzer (clang) and by
-// seeded_mutations.cc (any compiler): docs/fuzzing.md.
+// run_target.cc (any compiler): docs/fuzzing.md.
 
 #include <cstddef>
 #include <cstdint>

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // DecodePhoto on files of one format, which VEDUTA_FUZZ_FORMAT names as an ending.
 #include "engine/camera/photo_decoder.h"
+#include "tests/engine/camera/heif_grid_writer.h"
+#include "tests/engine/camera/modern_writer.h"
 #include "tests/engine/camera/photo_writer.h"
 #include "tests/engine/camera/tiff_writer.h"
 #include "tools/fuzz/fuzz_target.h"
@@ -17,6 +19,15 @@ std::vector<std::string> Seeds() {
   }
   if (format == "png")
     return {Text(testing::PngFile(picture)), Text(testing::PngFile(picture, true, 8))};
+  if (format == "webp") {
+    return {Text(testing::WebpFile(picture)), Text(testing::WebpFile(picture, true)),
+            Text(testing::WebpFile(picture, false, testing::ExifBlock(6, true)))};
+  }
+  if (format == "heif") {
+    return {Text(testing::HeifFileOf(picture, {.exif = testing::ExifBlock(6, true)})),
+            Text(testing::HeicGridFile(picture, 32, 1)),
+            Text(testing::HeifFileOf(picture, {.orientation = heif_orientation_rotate_90_cw}))};
+  }
   std::vector<std::string> seeds;
   for (const int compression :
        {COMPRESSION_NONE, COMPRESSION_LZW, COMPRESSION_ADOBE_DEFLATE, COMPRESSION_PACKBITS}) {

@@ -15,7 +15,6 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-constexpr const char* kFormat = "veduta camera";
 // A conversion that is off by more than this somewhere in the photo gets a warning. Chosen by hand;
 // not measured.
 constexpr double kResidualGoodPx = 0.3;
@@ -32,7 +31,7 @@ Status Wrong(const std::string& what) {
 }
 
 Result<CameraFromFile> FromCalibration(const Json& file) {
-  if (!file.is_object() || file.value("format", "") != kFormat) {
+  if (!file.is_object() || file.value("format", "") != kCameraFileFormat) {
     return Wrong("JSON, but neither what `veduta calibrate` writes nor what OpenCV does");
   }
   if (!file.contains("version") || file["version"] != kCameraFileVersion) {
@@ -127,7 +126,7 @@ std::string CameraFileText(const Calibration& c, const std::string& from) {
          {"error_px_rms", photo.why_left_out.empty() ? Json(photo.error_px_rms) : Json(nullptr)},
          {"left_out", photo.why_left_out}});
   }
-  const Json file = {{"format", kFormat},
+  const Json file = {{"format", kCameraFileFormat},
                      {"version", kCameraFileVersion},
                      {"width", c.model.width_px},
                      {"height", c.model.height_px},
@@ -152,7 +151,8 @@ Result<CameraFromFile> ParseCameraFile(const std::string& text, std::optional<ui
   if (LooksLikeColmap(text)) return FromColmap(text, colmap_id);
   if (colmap_id)
     return Wrong("--id chooses among the cameras of COLMAP's cameras.txt, which this is not");
-  if (text[text.find_first_not_of(" \t\r\n")] == '{' && text.find(kFormat) != std::string::npos) {
+  if (text[text.find_first_not_of(" \t\r\n")] == '{' &&
+      text.find(kCameraFileFormat) != std::string::npos) {
     try {
       return FromCalibration(Json::parse(text));
     } catch (const nlohmann::json::exception& error) {

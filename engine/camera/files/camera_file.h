@@ -14,7 +14,6 @@
 
 namespace veduta {
 
-inline constexpr int kCameraFileVersion = 1;
 // The largest camera file that is read, in bytes; chosen by hand, not measured.
 inline constexpr size_t kCameraFileBytesMax = 16 << 20;
 

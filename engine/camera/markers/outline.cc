@@ -67,9 +67,10 @@ std::vector<double> Turns(const Border& border, int step) {
 
 // Ellipses of the border's arcs. An arc ends where the border bends the wrong way or too sharply.
 void AddArcs(const Border& border, const cv::Size& size, std::vector<Ellipse>* found) {
-  constexpr int kStep = 6;                           // points of a chord
-  constexpr double kTurnMin = -0.4, kTurnMax = 1.0;  // radians; outside, the arc ends
-  constexpr double kArcTurnMin = 150 * std::numbers::pi / 180;
+  // Chosen by hand; not measured one by one, but together by veduta-bench-markers.
+  constexpr int kStep = 6;                                      // points of a chord
+  constexpr double kTurnMin = -0.4, kTurnMax = 1.0;             // radians; outside, the arc ends
+  constexpr double kArcTurnMin = 150 * std::numbers::pi / 180;  // radians; shorter arcs are left
   if (border.size() < 40) return;
   std::vector<double> turns = Turns(border, kStep);
   double total = 0;
@@ -114,8 +115,8 @@ struct Edge {
 // The steepest rise along a line from `from` outward, within `reach_px` either side.
 std::optional<Edge> FindEdge(const cv::Mat& gray, const Eigen::Vector2d& from,
                              const Eigen::Vector2d& normal, double reach_px, double width_px) {
-  constexpr double kStepPx = 0.5;
-  constexpr double kRiseMin = 6;  // grey levels, as MarkerOptions::offset_gray
+  constexpr double kStepPx = 0.5;  // chosen by hand; not measured
+  constexpr double kRiseMin = 6;   // grey levels, as MarkerOptions::offset_gray
   const int half = static_cast<int>(std::ceil(reach_px / kStepPx));
   std::vector<double> rises(2 * half + 1, -1);
   int best = -1;
@@ -178,7 +179,7 @@ std::vector<Ellipse> FindOutlines(const cv::Mat& gray, int offset_gray) {
 }
 
 std::optional<Outline> RefineOutline(const cv::Mat& gray, const Ellipse& start) {
-  constexpr int kRounds = 3;
+  constexpr int kRounds = 3;  // chosen by hand; not measured
   Outline outline;
   outline.ellipse = start;
   for (int round = 0; round < kRounds; ++round) {

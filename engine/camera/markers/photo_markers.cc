@@ -14,9 +14,9 @@
 #include <string>
 
 #include "engine/camera/orientation.h"
-#include "engine/camera/whole_file.h"
 #include "storage/base/median.h"
 #include "storage/base/option_bounds.h"
+#include "storage/base/whole_file.h"
 
 namespace veduta {
 namespace {

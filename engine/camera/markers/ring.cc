@@ -17,7 +17,7 @@ namespace veduta {
 namespace {
 
 constexpr double kDarkRadius = (1 + kMarkerCodeRadius) / 2;  // the middle of the dark ring
-constexpr double kBrightRadius = 1.13;                       // the middle of the quiet zone
+constexpr double kBrightRadius = 1.13;  // about the middle of the quiet zone (marker_pattern.h)
 
 // Chosen by hand; not measured one by one (veduta-bench-markers measures all of them together).
 constexpr double kContrastGrayMin = 10;   // from the dark ring to the paper, grey levels
@@ -101,7 +101,7 @@ std::optional<RingReading> Decode(const Sectors& sectors, double blurred_part, i
 
 std::optional<RingReading> ReadRing(const cv::Mat& gray, const Eigen::Matrix3d& image_from_unit,
                                     int budget) {
-  constexpr double kBlurredPart = 0.3;
+  constexpr double kBlurredPart = 0.3;  // see Decode; chosen by hand, not measured
   // 23 is odd, so that a reading that is off by half a turn sees one half each of two sectors. The
   // clearer of the two readings is therefore the right one.
   const Sectors ahead = ReadSectors(gray, image_from_unit, 0);

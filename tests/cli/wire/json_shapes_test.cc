@@ -189,8 +189,9 @@ TEST(Answers, ImageWithAll) {
 }
 
 TEST(Answers, Small) {
-  EXPECT_EQ(JsonLine(CandidateJson({ImageId(9), "b.jpg", Verdict::kPlaced, 0, 0.25})),
-            R"({"image":"b.jpg","score":0.25,"verdict":"placed"})");
+  EXPECT_EQ(JsonLine(CandidatesJson({{ImageId(9), "b.jpg", Verdict::kPlaced, 0, 0.25}})),
+            R"([{"image":"b.jpg","score":0.25,"verdict":"placed"}])");
+  EXPECT_EQ(JsonLine(CandidatesJson({})), "[]");
   EXPECT_EQ(
       JsonLine(ToJson(CameraAnswer{
           CameraId(1), "lens", {640, 480, 500, 510, 319.5, 239.5, 0, 0, 319.5, 239.5}, "me"})),
@@ -218,10 +219,34 @@ TEST(Answers, Repair) {
             R"("written_out":[],"kept_path":"d","report_path":"","photos_path":""})");
 }
 
-TEST(Answers, ACameraFileIsHandedOnInItsOrder) {
+TEST(Answers, CameraFile) {
   CalibrationAnswer calibration;
-  calibration.camera_file = "{\n  \"width\": 3,\n  \"a\": [0.1]\n}\n";
-  EXPECT_EQ(JsonLine(CameraFileJson(calibration)), R"({"width":3,"a":[0.1]})");
+  calibration.from = "2 photos of markers";
+  calibration.model.width_px = 30;
+  calibration.model.height_px = 20;
+  calibration.is_good = true;
+  calibration.intrinsic_names = {"fx", "fy", "cx", "cy", "k1", "k2", "u0", "v0"};
+  calibration.intrinsics = {1, 2, 3, 4, 5, 6, 7, 8};
+  calibration.sigmas = {0.5};
+  calibration.error_px_mean = 0.25;
+  calibration.error_px_rms = 0.5;
+  calibration.distortion_sigma_px = 0.125;
+  calibration.has_square_pixels = true;
+  calibration.photos_used = 1;
+  calibration.calibrated_photos = {{"a.jpg", 9, 1, 0.75, ""}, {"b.jpg", 0, 9, 80, "no plane"}};
+  calibration.messages = {
+      {false, true, "b.jpg: blurred"}, {false, false, "1 point left out"}, {true, false, "tilt"}};
+  EXPECT_EQ(
+      JsonLine(CameraFileJson(calibration)),
+      R"({"format":"veduta camera","version":1,"width":30,"height":20,)"
+      R"("intrinsics":{"fx":1.0,"fy":2.0,"cx":3.0,"cy":4.0,"k1":5.0,"k2":6.0,"u0":7.0,"v0":8.0},)"
+      R"("standard_deviations":{"fx":0.5,"fy":0.0,"cx":0.0,"cy":0.0,"k1":0.0,"k2":0.0,"u0":0.0,)"
+      R"("v0":0.0},"calibration":{"from":"2 photos of markers","status":"good","photos_used":1,)"
+      R"("error_px_mean":0.25,"error_px_rms":0.5,"distortion_sigma_px":0.125,)"
+      R"("square_pixels":true,"warnings":["tilt"],"notes":["1 point left out","b.jpg: blurred"],)"
+      R"("photos":[{"name":"a.jpg","points":9,"points_left_out":1,"error_px_rms":0.75,)"
+      R"("left_out":""},{"name":"b.jpg","points":0,"points_left_out":9,"error_px_rms":null,)"
+      R"("left_out":"no plane"}]}})");
 }
 
 TEST(Added, Outcome) {

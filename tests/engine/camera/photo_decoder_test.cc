@@ -15,6 +15,9 @@
 #include <string>
 
 #include "engine/camera/gray_image.h"
+#include "engine/camera/orientation.h"
+#include "tests/engine/camera/heif_grid_writer.h"
+#include "tests/engine/camera/modern_writer.h"
 #include "tests/engine/camera/photo_writer.h"
 #include "tests/engine/camera/tiff_writer.h"
 
@@ -122,6 +125,30 @@ TEST(DecodePhoto, ReadsPngsExactly) {
   }
 }
 
+TEST(DecodePhoto, ReadsWebps) {
+  const cv::Mat picture = TestPicture(61, 37);
+  for (const bool is_lossless : {false, true}) {
+    const DecodedPhoto photo = DecodePhoto(testing::WebpFile(picture, is_lossless), kLimits);
+    ASSERT_EQ(photo.outcome, DecodeOutcome::kDecoded) << photo.detail;
+    EXPECT_EQ(photo.format, PhotoFormat::kWebp);
+    EXPECT_EQ(photo.stored_size, (ImageSize{61, 37}));
+    EXPECT_LT(cv::norm(photo.bgr, picture, cv::NORM_L1) / (3 * picture.total()),
+              is_lossless ? 1e-9 : 4.0);
+  }
+}
+
+TEST(DecodePhoto, ReadsHeifs) {
+  const cv::Mat picture = TestPicture(98, 66);
+  const FileBytes bytes = testing::HeifFileOf(picture);
+  ASSERT_FALSE(bytes.empty()) << "Debian's libheif writes HEIC";
+  const DecodedPhoto photo = DecodePhoto(bytes, kLimits);
+  ASSERT_EQ(photo.outcome, DecodeOutcome::kDecoded) << photo.detail;
+  EXPECT_EQ(photo.format, PhotoFormat::kHeif);
+  EXPECT_EQ(photo.stored_size, (ImageSize{98, 66}));
+  EXPECT_LT(cv::norm(photo.bgr, picture, cv::NORM_L1) / (3 * picture.total()), 4.0);
+  EXPECT_EQ(LargestDifference(photo.gray, GrayFromBgr(photo.bgr)), 0);
+}
+
 TEST(DecodePhoto, ConvertsOtherKindsOfPng) {
   const auto pixel = [](const PngKind& kind, const std::vector<uint8_t>& row) {
     // The same row twice, so that a wrong stride shows.
@@ -208,6 +235,48 @@ TEST(DecodePhoto, TurnsJpegsUprightByExif) {
   }
 }
 
+TEST(DecodePhoto, TurnsWebpsUprightByExif) {
+  const cv::Mat picture = TestPicture(48, 32);
+  for (int orientation = 1; orientation <= 8; ++orientation) {
+    FileBytes exif = testing::ExifBlock(orientation, true);
+    ExpectUpright(DecodePhoto(testing::WebpFile(picture, true, exif), kLimits), picture,
+                  orientation);
+    exif.insert(exif.begin(), {'E', 'x', 'i', 'f', 0, 0});  // as some write it
+    ExpectUpright(DecodePhoto(testing::WebpFile(picture, true, exif), kLimits), picture,
+                  orientation);
+  }
+}
+
+// As iPhones write them.
+TEST(DecodePhoto, ReadsHeicsOfTiles) {
+  const cv::Mat picture = TestPicture(300, 220);  // no whole number of tiles
+  for (int angle = 0; angle < 4; ++angle) {
+    const DecodedPhoto photo = DecodePhoto(testing::HeicGridFile(picture, 128, angle), kLimits);
+    ASSERT_EQ(photo.outcome, DecodeOutcome::kDecoded) << photo.detail;
+    constexpr int kOrientations[] = {1, 8, 3, 6};  // of EXIF, that turn as far
+    const cv::Mat upright = Upright(picture, kOrientations[angle]);
+    ASSERT_EQ(photo.bgr.size(), upright.size()) << angle;
+    EXPECT_LT(cv::norm(photo.bgr, upright, cv::NORM_L1) / (3 * picture.total()), 4.0) << angle;
+  }
+}
+
+// HEIF has boxes for that, which libheif obeys; what EXIF says besides is not for readers.
+TEST(DecodePhoto, TurnsHeifsUprightByTheirBoxes) {
+  const cv::Mat picture = TestPicture(96, 64);
+  for (int orientation = 1; orientation <= 8; ++orientation) {
+    const DecodedPhoto photo = DecodePhoto(
+        testing::HeifFileOf(picture, {.orientation = static_cast<heif_orientation>(orientation),
+                                      .exif = testing::ExifBlock(6, true)}),
+        kLimits);
+    ASSERT_EQ(photo.outcome, DecodeOutcome::kDecoded) << photo.detail;
+    EXPECT_EQ(photo.orientation, 1);
+    const cv::Mat upright = Upright(picture, orientation);
+    ASSERT_EQ(photo.bgr.size(), upright.size()) << orientation;
+    EXPECT_LT(cv::norm(photo.bgr, upright, cv::NORM_L1) / (3 * picture.total()), 4.0)
+        << orientation;
+  }
+}
+
 TEST(DecodePhoto, TurnsPngsAndTiffsUpright) {
   const cv::Mat picture = TestPicture(48, 32);
   for (int orientation = 1; orientation <= 8; ++orientation) {
@@ -284,6 +353,14 @@ FileBytes Text(std::string_view text) {
   return FileBytes(text.begin(), text.end());
 }
 
+TEST(DecodePhoto, RefusesAvifs) {
+  FileBytes avif = testing::HeifFileOf(TestPicture(98, 66), {.compression = heif_compression_AV1});
+  ASSERT_FALSE(avif.empty()) << "Debian's libheif writes AVIF";
+  ExpectRefused(avif, DecodeOutcome::kUnsupportedFormat, "an AVIF; save it as a JPEG");
+  std::copy_n("heic", 4, avif.begin() + 8);  // the brand
+  ExpectRefused(avif, DecodeOutcome::kUnsupportedFormat, "AV1, as an AVIF");
+}
+
 TEST(DecodePhoto, RefusesWhatIsNoPhoto) {
   ExpectRefused({}, DecodeOutcome::kEmpty, "empty");
   ExpectRefused({0xFF}, DecodeOutcome::kUnsupportedFormat, "not a JPEG");
@@ -299,6 +376,14 @@ TEST(DecodePhoto, RefusesWhatIsNoPhoto) {
                 "no frame header");
   ExpectRefused({0x89, 'P', 'N', 'G', '\r', '\n', 0x1A, '\n'}, DecodeOutcome::kUnreadable, "PNG");
   ExpectRefused({'I', 'I', '*', 0}, DecodeOutcome::kUnreadable, "TIFF");
+  ExpectRefused(Text("RIFF    WEBPVP8 "), DecodeOutcome::kUnreadable, "WebP");
+  ExpectRefused(Text("RIFF    WAVEfmt "), DecodeOutcome::kUnsupportedFormat, "not a JPEG");
+  FileBytes film = testing::HeifFileOf(TestPicture(64, 64));
+  std::copy_n("isom", 4, film.begin() + 8);  // the brand
+  ExpectRefused(film, DecodeOutcome::kUnsupportedFormat, "not a JPEG");
+  FileBytes heif = testing::HeifFileOf(TestPicture(64, 64));
+  heif.resize(40);
+  ExpectRefused(heif, DecodeOutcome::kUnreadable, "HEIF");
   ExpectRefused({'M', 'M', 0, '*', 0, 0, 0, 8, 0, 0}, DecodeOutcome::kUnreadable,
                 "declares no pixels");
 }

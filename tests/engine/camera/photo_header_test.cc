@@ -10,6 +10,7 @@
 
 #include "engine/camera/orientation.h"
 #include "engine/camera/tiff_tags.h"
+#include "tests/engine/camera/modern_writer.h"
 #include "tests/engine/camera/tiff_writer.h"
 
 namespace veduta {
@@ -37,7 +38,11 @@ TEST(PhotoHeader, SizeFormatAndOrientationOfEveryFormat) {
         Case{testing::PngFile(picture), PhotoFormat::kPng, 1},
         Case{testing::PngFile(picture, false, 5), PhotoFormat::kPng, 5},
         Case{testing::TiffFile(picture), PhotoFormat::kTiff, 1},
-        Case{testing::TiffFile(picture, turned), PhotoFormat::kTiff, 6}}) {
+        Case{testing::TiffFile(picture, turned), PhotoFormat::kTiff, 6},
+        Case{testing::WebpFile(picture), PhotoFormat::kWebp, 1},
+        Case{testing::WebpFile(picture, true, testing::ExifBlock(7, true)), PhotoFormat::kWebp, 7},
+        Case{testing::HeifFileOf(picture, {.exif = testing::ExifBlock(6, true)}),
+             PhotoFormat::kHeif, 1}}) {
     const PhotoHeader header = ReadPhotoHeader(c.bytes);
     EXPECT_EQ(header.outcome, HeaderOutcome::kRead) << header.detail;
     EXPECT_EQ(header.format, c.format);
@@ -50,6 +55,16 @@ TEST(PhotoHeader, SizeFormatAndOrientationOfEveryFormat) {
                                                        : !part.detail.empty());
     }
   }
+}
+
+TEST(PhotoHeader, ExifIsFoundInEveryFormat) {
+  const cv::Mat picture = TestPicture(48, 32);
+  const FileBytes exif = testing::ExifBlock(6, true);
+  EXPECT_EQ(ReadPhotoHeader(testing::WithExif(testing::JpegFile(picture), exif)).exif, exif);
+  EXPECT_EQ(ReadPhotoHeader(testing::WebpFile(picture, false, exif)).exif, exif);
+  EXPECT_EQ(ReadPhotoHeader(testing::HeifFileOf(picture, {.exif = exif})).exif, exif);
+  EXPECT_EQ(ReadPhotoHeader(testing::PngFile(picture, false, 6)).exif,
+            testing::ExifBlock(6, false));
 }
 
 TEST(PhotoHeader, WhatIsNoPhotoIsSaid) {

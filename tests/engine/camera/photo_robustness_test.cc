@@ -10,12 +10,17 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include <algorithm>
+#include <bitset>
 #include <fstream>
 #include <string>
 #include <vector>
 
+#include "engine/camera/hevc_stream.h"
 #include "engine/camera/photo_decoder.h"
 #include "storage/base/content_hash.h"
+#include "tests/engine/camera/heif_grid_writer.h"
+#include "tests/engine/camera/modern_writer.h"
 #include "tests/engine/camera/photo_writer.h"
 #include "tests/engine/camera/tiff_writer.h"
 
@@ -46,7 +51,15 @@ std::vector<Specimen> Specimens(int width_px, int height_px) {
       {"JPEG with EXIF", testing::WithExif(JpegFile(picture), testing::ExifBlock(6, true))},
       {"PNG", PngFile(picture)},
       {"interlaced PNG with EXIF", PngFile(picture, true, 8)},
+      {"WebP with EXIF", testing::WebpFile(picture, false, testing::ExifBlock(6, true))},
+      {"lossless WebP", testing::WebpFile(picture, true)},
+      {"HEIC with EXIF", testing::HeifFileOf(picture, {.orientation = heif_orientation_rotate_90_cw,
+                                                       .exif = testing::ExifBlock(6, true)})},
   };
+  if (width_px <= 160) {  // x265 takes long for larger tiles
+    const int tile_side_px = std::max(32, (width_px / 2 + 15) / 16 * 16);
+    specimens.push_back({"HEIC of tiles", testing::HeicGridFile(picture, tile_side_px)});
+  }
   for (const int compression :
        {COMPRESSION_NONE, COMPRESSION_LZW, COMPRESSION_ADOBE_DEFLATE, COMPRESSION_PACKBITS}) {
     for (const bool is_tiled : {false, true}) {
@@ -151,6 +164,26 @@ TEST(DamagedPhotos, MutationsNeverCrashAndRepeat) {
   EXPECT_GT(refused, 100);
 }
 
+// Where a damaged file lacks a part of its picture, a decoder could give what memory held there.
+TEST(DamagedPhotos, HeicsDoNotShowWhatMemoryHeld) {
+  const FileBytes heic = testing::HeifFileOf(TestPicture(200, 136));
+  SeededRandom random(HashContent(heic).Seed());
+  for (int i = 0; i < 400; ++i) {
+    FileBytes bytes = heic;
+    const auto half = static_cast<uint32_t>(bytes.size() / 2);  // the coded picture comes last
+    bytes[half + random.Below(half)] = static_cast<uint8_t>(random.Below(256));
+    mallopt(M_PERTURB, 0x55);
+    const DecodedPhoto photo = DecodePhoto(bytes, kLimits);
+    mallopt(M_PERTURB, 0xAA);
+    const DecodedPhoto again = DecodePhoto(bytes, kLimits);
+    ASSERT_EQ(again.outcome, photo.outcome) << i;
+    if (!photo.bgr.empty()) {
+      ASSERT_EQ(cv::norm(photo.bgr, again.bgr, cv::NORM_INF), 0) << i;
+    }
+  }
+  mallopt(M_PERTURB, 0);
+}
+
 TEST(DamagedPhotos, TiffTagsOfAnyValueNeverCrash) {
   // Each 16-bit word of the directory becomes each of a few values: types, counts, offsets, sizes
   // of strips.
@@ -229,6 +262,85 @@ TEST(HostilePhotos, HugeDeclaredSizesAllocateNothing) {
   EXPECT_LT(PeakMemoryKilobytes() - before, 16 << 10);
 }
 
+// The unit of HEVC that starts so in a HEIC's box of parameters, where its length of two bytes goes
+// before it.
+FileBytes UnitOf(const FileBytes& heic, const FileBytes& start) {
+  const auto at = std::search(heic.begin(), heic.end(), start.begin(), start.end());
+  return FileBytes(at, at + (at[-2] << 8 | at[-1]));
+}
+
+// As H.265, 9.2 writes it.
+std::string ExpGolomb(uint32_t value) {
+  std::string digits;
+  for (uint32_t rest = value + 1; rest != 0; rest /= 2)
+    digits.insert(digits.begin(), rest % 2 == 0 ? '0' : '1');
+  return std::string(digits.size() - 1, '0') + digits;
+}
+
+// The parameters of a sequence of square pictures, made from those of another, and the bytes that
+// keep start codes out of them (H.265, 7.3.1.1 and 7.3.2.2).
+FileBytes WithSide(const FileBytes& parameters, uint32_t side_px) {
+  std::string bits;
+  for (size_t i = 0; i < parameters.size(); ++i) {
+    const bool is_escape =
+        i >= 2 && parameters[i] == 3 && (parameters[i - 1] | parameters[i - 2]) == 0;
+    if (!is_escape) bits += std::bitset<8>(parameters[i]).to_string();
+  }
+  size_t at = 16 + 8 + 96;  // the unit's header; numbers; profile and level
+  const auto skip_number = [&] { at += 2 * (bits.find('1', at) - at) + 1; };
+  skip_number();
+  skip_number();
+  const size_t sizes_at = at;
+  skip_number();
+  skip_number();
+  bits.replace(sizes_at, at - sizes_at, ExpGolomb(side_px) + ExpGolomb(side_px));
+  FileBytes bytes;
+  for (size_t i = 0; i + 8 <= bits.size(); i += 8) {
+    const auto byte = static_cast<uint8_t>(std::stoi(bits.substr(i, 8), nullptr, 2));
+    const size_t n = bytes.size();
+    if (n >= 2 && byte <= 3 && (bytes[n - 1] | bytes[n - 2]) == 0) bytes.push_back(3);
+    bytes.push_back(byte);
+  }
+  return bytes;
+}
+
+// A HEIC whose bitstream has parameters of its own, of larger pictures than the file declares.
+FileBytes HeicWithHugeBitstream(FileBytes heic, uint32_t side_px) {
+  FileBytes units;
+  for (const FileBytes& unit :
+       {WithSide(UnitOf(heic, {0x42, 0x01}), side_px), UnitOf(heic, {0x44, 0x01})}) {
+    Append(&units, {0, 0, 0, static_cast<int>(unit.size())});
+    units.insert(units.end(), unit.begin(), unit.end());
+  }
+  const std::string box = "mdat";
+  const size_t data_at =
+      std::search(heic.begin(), heic.end(), box.begin(), box.end()) + 4 - heic.begin();
+  const auto size = static_cast<uint32_t>(heic.size() - data_at);
+  FileBytes extent(4);
+  Put32(&extent, 0, size);
+  const size_t extent_at =
+      std::search(heic.begin(), heic.end(), extent.begin(), extent.end()) - heic.begin();
+  Put32(&heic, extent_at, size + static_cast<uint32_t>(units.size()));
+  heic.insert(heic.begin() + data_at, units.begin(), units.end());
+  return heic;
+}
+
+TEST(HostilePhotos, HeicsOfHugeBitstreamsAllocateNothing) {
+  const FileBytes heic = testing::HeifFileOf(TestPicture(64, 64));
+  // What is put in front does not make the file unreadable in itself.
+  EXPECT_EQ(DecodePhoto(HeicWithHugeBitstream(heic, 64), kLimits).outcome, DecodeOutcome::kDecoded);
+  const int64_t before = PeakMemoryKilobytes();
+  for (const uint64_t side_px : {8192, 32768, 65528}) {
+    const FileBytes parameters = WithSide(UnitOf(heic, {0x42, 0x01}), side_px);
+    EXPECT_EQ(HevcPixelCount(parameters), side_px * side_px);
+    const DecodedPhoto photo = DecodePhoto(HeicWithHugeBitstream(heic, side_px), kLimits);
+    ExpectSound(photo);
+    EXPECT_EQ(photo.outcome, DecodeOutcome::kUnreadable);
+    EXPECT_NE(photo.detail.find("more pixels than the file"), std::string::npos) << photo.detail;
+  }
+  EXPECT_LT(PeakMemoryKilobytes() - before, 16 << 10);
+}
+
 TEST(HostilePhotos, PngThatInflatesWithoutEndIsBounded) {
   // A text chunk and a colour profile that would inflate a thousandfold are not even looked at.
   FileBytes png = PngFile(TestPicture(16, 16));
@@ -258,10 +370,17 @@ rlim_t AddressSpace() {
   _exit(outcome == DecodeOutcome::kDecoded ? 0 : outcome == DecodeOutcome::kNoMemory ? 3 : 1);
 }
 
+// Freed memory is not there again at once: not in the arenas of threads of encoders (from the
+// start, before any thread), and not in the heap where it was large.
+const bool kIsMemoryReturned =
+    mallopt(M_ARENA_MAX, 1) == 1 && mallopt(M_MMAP_THRESHOLD, 1 << 16) == 1;
+
 TEST(PhotoRobustness, ShortageOfMemoryIsNotThePhotosFault) {
-  mallopt(M_MMAP_THRESHOLD, 1 << 16);  // so that freed memory is not there again at once
+  ASSERT_TRUE(kIsMemoryReturned);
   size_t short_count = 0;
-  for (const Specimen& specimen : Specimens(1500, 1000)) {
+  const std::vector<Specimen> specimens = Specimens(1500, 1000);
+  malloc_trim(0);  // the encoders' memory would be there for the decoders
+  for (const Specimen& specimen : specimens) {
     for (size_t spare_bytes = 0; spare_bytes < (14 << 20); spare_bytes += 1'300'000) {
       const pid_t child = fork();
       if (child == 0) DecodeWithLittleMemory(specimen.bytes, spare_bytes);

@@ -79,6 +79,13 @@ class FaultSweep : public testing::Test {
     std::vector<AddOutcome> acknowledged;
     const Status added = city.TryAdd(photos, &acknowledged);
     const OperationCounts faults = disk->faults();
+    // A step failed, and no photo. One that could not read is tried again by Settle.
+    const bool is_step = !added.ok() && acknowledged.size() == photos.size();
+    if (is_step && disaster.kinds == kReads) {
+      disk->Heal();
+      EXPECT_OK(city.engine().Settle());
+      EXPECT_TRUE(IsSound(city.Ask().snapshot()));
+    }
     // Some that fail need not be told: a deletion, or the mark of what was acknowledged.
     if (!added.ok()) ExpectNamed(added, disaster.fault);
     if (disk->fault_count() == 0) {
@@ -90,10 +97,8 @@ class FaultSweep : public testing::Test {
     if (disaster.power_cut) n % 2 == 0 ? disk->DropUnsyncedData() : disk->LoseUnsyncedData(n);
     city.Open();
     if (!HasFailure()) ExpectNothingLost(&city, photos, acknowledged);
-    // A step that could not read is set aside until the next opening, and photos go on without it:
-    // another city than the undisturbed one.
-    const bool set_aside = !added.ok() && acknowledged.size() == photos.size();
-    if (!HasFailure() && !set_aside) {
+    // Photos have gone on without the step: another city than the undisturbed one.
+    if (!HasFailure() && !is_step) {
       EXPECT_EQ(city.Digest(), digest_);
     }
     return faults;

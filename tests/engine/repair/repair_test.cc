@@ -126,6 +126,12 @@ TEST(Repair, SaysWhereThereIsNoDatabase) {
   EXPECT_EQ(Engine::Repair(folder / "none", {}).status().code(), StatusCode::kNotFound);
 }
 
+TEST(Repair, RefusesARequestOutsideItsBounds) {
+  const TemporaryFolder folder;
+  EXPECT_EQ(Engine::Repair(folder / "none", {.thread_count = 1025}).status().message(),
+            "RepairRequest.thread_count is 1025, but must be from 0 to 1024");
+}
+
 TEST(Repair, WaitsForNobodyWhoHasTheDatabaseOpen) {
   const DamagedCity city;
   const auto engine = Engine::Open(city.path());

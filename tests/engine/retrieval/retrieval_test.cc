@@ -361,13 +361,14 @@ TEST(EngineRetrieval, RefusesAShapeOutsideItsBounds) {
     EXPECT_EQ(prepared.status().code(), StatusCode::kInvalidArgument);
     return prepared.status().message();
   };
-  EXPECT_EQ(message({.branch = 1}), "branch is 1, but must be from 2 to 64");
-  EXPECT_EQ(message({.branch = 65}), "branch is 65, but must be from 2 to 64");
-  EXPECT_EQ(message({.levels = 0}), "levels is 0, but must be from 1 to 7");
-  EXPECT_EQ(message({.levels = 8}), "levels is 8, but must be from 1 to 7");
-  EXPECT_EQ(message({.sample = 999}), "sample is 999, but must be from 1000 to 16777216");
+  EXPECT_EQ(message({.branch = 1}), "VocabularyRequest.branch is 1, but must be from 2 to 64");
+  EXPECT_EQ(message({.branch = 65}), "VocabularyRequest.branch is 65, but must be from 2 to 64");
+  EXPECT_EQ(message({.levels = 0}), "VocabularyRequest.levels is 0, but must be from 1 to 7");
+  EXPECT_EQ(message({.levels = 8}), "VocabularyRequest.levels is 8, but must be from 1 to 7");
+  EXPECT_EQ(message({.sample = 999}),
+            "VocabularyRequest.sample is 999, but must be from 1000 to 16777216");
   EXPECT_EQ(message({.sample = 16'777'217}),
-            "sample is 16777217, but must be from 1000 to 16777216");
+            "VocabularyRequest.sample is 16777217, but must be from 1000 to 16777216");
 }
 
 TEST(EngineRetrieval, AStoredImageIsMostLikeItself) {

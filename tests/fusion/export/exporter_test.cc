@@ -56,6 +56,7 @@ TEST_F(ExporterTest, WritesEveryFormatBeforeThereIsASurfaceAndAfter) {
     EXPECT_EQ(models->front().images, 4u);
     EXPECT_GT(models->front().points, 100u);
     EXPECT_EQ(models->front().triangles, 0u);
+    EXPECT_EQ(models->front().may_have_surface, format == "ply" || format == "gltf") << format;
     EXPECT_EQ(models->front().folder, folder_.path() + "/sparse-" + format + "/0");
   }
   EXPECT_EQ(FilesIn(folder_.path() + "/sparse-colmap/0"),

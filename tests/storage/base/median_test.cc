@@ -6,6 +6,7 @@
 #include <gtest/gtest.h>
 
 #include <cstdint>
+#include <span>
 #include <vector>
 
 #include "storage/base/content_hash.h"
@@ -27,6 +28,12 @@ TEST(Median, IsTheUpperMiddleOfTheSortedList) {
     std::sort(sorted.begin(), sorted.end());
     EXPECT_EQ(MedianOf(values), sorted[n / 2]) << n;
   }
+}
+
+TEST(Median, OfAPartOfAnArrayLeavesTheRestAlone) {
+  int values[] = {9, 1, 5, -7};
+  EXPECT_EQ(QuantileInPlace(std::span(values, 3), 0.5), 5);
+  EXPECT_EQ(values[3], -7);
 }
 
 TEST(Median, OfNothingIsWhatTheCallerSays) {

@@ -8,12 +8,11 @@
 #include <numbers>
 
 #include "engine/camera/projection.h"
+#include "storage/base/angle.h"
 #include "storage/base/content_hash.h"
 
 namespace veduta {
 namespace {
-
-constexpr double kRadians = std::numbers::pi / 180;
 
 class Dice final {
  public:
@@ -36,7 +35,7 @@ std::vector<Eigen::Vector3d> LayOutSheets(const SessionOptions& options, Dice* d
   for (int sheet = 0; sheet < 16; ++sheet) {
     const Eigen::Vector2d middle((sheet % 4 - 1.5) * 0.27 + dice->Between(-0.02, 0.02),
                                  (sheet / 4 - 1.5) * 0.36 + dice->Between(-0.02, 0.02));
-    const Eigen::Rotation2Dd turn(dice->Between(-8, 8) * kRadians +
+    const Eigen::Rotation2Dd turn(dice->Between(-8, 8) * kRadPerDeg +
                                   (dice->Below(2) ? std::numbers::pi : 0));
     const double bend = dice->Between(0, 2 * std::numbers::pi);
     const double bulge = dice->Between(-0.2, 1) * height, lift = dice->Between(0, 0.5) * height;
@@ -105,8 +104,8 @@ SyntheticSession MakeSession(const SessionOptions& options) {
     const Eigen::Vector3d target(dice.Between(-0.2, 0.2), dice.Between(-0.25, 0.25), 0);
     const double azimuth =
         2 * std::numbers::pi * (photo + dice.Between(-0.3, 0.3)) / options.photo_count;
-    const double tilt = dice.Between(options.tilt_deg_min, options.tilt_deg_max) * kRadians;
-    const double roll = (90 * (photo % 4) + dice.Between(-20, 20)) * kRadians;
+    const double tilt = dice.Between(options.tilt_deg_min, options.tilt_deg_max) * kRadPerDeg;
+    const double roll = (90 * (photo % 4) + dice.Between(-20, 20)) * kRadPerDeg;
     const Rigid3 pose = LookAt(target, distance, tilt, azimuth, roll);
     for (uint32_t id = 0; id < session.points.size(); ++id) {
       const auto undistorted = PixelFromBearing(session.truth, pose * session.points[id]);

@@ -6,12 +6,11 @@
 #include <cstdio>
 
 #include "engine/mapping/similarity.h"
+#include "storage/base/angle.h"
 #include "storage/base/median.h"
 
 namespace veduta::localization {
 namespace {
-
-constexpr double kDegree = 0.017453292519943295;
 
 template <typename... Values>
 std::string Format(const char* format, Values... values) {
@@ -50,7 +49,7 @@ Poses SupportIn(const Poses& poses, const LocalizedPhoto& photo) {
 PoseError ErrorOf(const Rigid3& pose, const Rigid3& real, const Sim3& fit) {
   const Rigid3 fitted = TransformCameraWorld(fit, pose);
   return {(fitted.Center() - real.Center()).norm(),
-          fitted.rotation.angularDistance(real.rotation) / kDegree};
+          fitted.rotation.angularDistance(real.rotation) / kRadPerDeg};
 }
 
 // (omega, d) of PoseUncertainty, by which the pose is off.

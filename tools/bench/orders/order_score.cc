@@ -6,13 +6,13 @@
 #include <cmath>
 #include <map>
 
+#include "storage/base/angle.h"
 #include "storage/base/content_hash.h"
 #include "storage/base/median.h"
 
 namespace veduta::orders {
 namespace {
 
-constexpr double kDegree = 0.017453292519943295;
 // Of 500 triples, one at least has no bad photo with a probability of 0.998 where three quarters
 // of the photos are bad: 1 - (1 - 0.25^3)^500.
 constexpr int kTriples = 500;
@@ -79,7 +79,7 @@ double CenterError(const Sim3& fit, const Posed& posed) {
 
 double RotationErrorDeg(const Eigen::Quaterniond& rotation, const Posed& posed) {
   const Eigen::Quaterniond aligned = posed.photo->cam_from_world.rotation * rotation.conjugate();
-  return posed.truth.rotation.angularDistance(aligned) / kDegree;
+  return posed.truth.rotation.angularDistance(aligned) / kRadPerDeg;
 }
 
 // How far errors of the centres may turn the fit around the line that the centres nearest lie on,
@@ -98,7 +98,7 @@ double RotationDeviationDeg(const std::vector<Posed>& photos, const Sim3& fit) {
   const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> solver(scatter, Eigen::EigenvaluesOnly);
   const double off_line = solver.eigenvalues()[0] + solver.eigenvalues()[1];
   const double variance = squares / (3.0 * static_cast<double>(photos.size()));
-  return off_line > 0 ? std::sqrt(variance / off_line) / kDegree : 180;
+  return off_line > 0 ? std::sqrt(variance / off_line) / kRadPerDeg : 180;
 }
 
 std::optional<Alignment> Align(const std::vector<Posed>& photos, const Limits& limits) {

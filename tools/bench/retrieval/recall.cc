@@ -9,6 +9,7 @@
 
 #include "index/descriptor_sample.h"
 #include "index/scoring.h"
+#include "storage/base/median.h"
 #include "tools/bench/retrieval/memory_peak.h"
 
 namespace veduta::bench {
@@ -18,13 +19,6 @@ using Clock = std::chrono::steady_clock;
 
 double SecondsSince(Clock::time_point start) {
   return std::chrono::duration<double>(Clock::now() - start).count();
-}
-
-double Median(std::vector<double> values) {
-  if (values.empty()) return 0;
-  std::nth_element(values.begin(), values.begin() + static_cast<ptrdiff_t>(values.size() / 2),
-                   values.end());
-  return values[values.size() / 2];
 }
 
 // The lists of all photos in memory; the id of photo i is i + 1.
@@ -52,8 +46,8 @@ class Lists {
   }
 
   void Describe(Recall* recall) const {
-    recall->query_ms_median = Median(rank_ms_);
-    recall->quantize_ms_median = Median(quantize_ms_);
+    recall->query_ms_median = MedianOf(rank_ms_);
+    recall->quantize_ms_median = MedianOf(quantize_ms_);
     double words = 0, near = 0, far = 0, near_count = 0, far_count = 0;
     for (uint32_t i = 0; i < words_.size(); ++i) {
       words += static_cast<double>(words_[i].size());

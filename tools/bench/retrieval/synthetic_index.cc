@@ -13,6 +13,7 @@
 
 #include "index/scoring.h"
 #include "storage/base/content_hash.h"
+#include "storage/base/median.h"
 #include "storage/database.h"
 #include "tools/bench/retrieval/memory_peak.h"
 
@@ -34,13 +35,6 @@ double ProcessorMilliseconds() {
   timespec now;
   clock_gettime(CLOCK_THREAD_CPUTIME_ID, &now);
   return static_cast<double>(now.tv_sec) * 1e3 + static_cast<double>(now.tv_nsec) * 1e-6;
-}
-
-double Median(std::vector<double> values) {
-  if (values.empty()) return 0;
-  std::nth_element(values.begin(), values.begin() + static_cast<ptrdiff_t>(values.size() / 2),
-                   values.end());
-  return values[values.size() / 2];
 }
 
 // The share of images that have each word. They are log-normal: the mean over words gives the words
@@ -195,10 +189,10 @@ Result<QueryCost> MeasureQueries(const SyntheticCity& synthetic, const std::stri
   cost.peak_mb = MemoryPeakMb();
   cost.query_ms_first = query_ms.front();
   query_ms.erase(query_ms.begin());
-  cost.lookup_ms_median = Median(lookup_ms);
-  cost.rank_ms_median = Median(rank_ms);
-  cost.processor_ms_median = Median(processor_ms);
-  cost.query_ms_median = Median(query_ms);
+  cost.lookup_ms_median = MedianOf(lookup_ms);
+  cost.rank_ms_median = MedianOf(rank_ms);
+  cost.processor_ms_median = MedianOf(processor_ms);
+  cost.query_ms_median = MedianOf(query_ms);
   cost.query_ms_worst = query_ms.empty() ? 0 : *std::max_element(query_ms.begin(), query_ms.end());
   cost.first_right = right / static_cast<double>(city.queries().size());
   cost.postings_read /= static_cast<double>(city.queries().size());

@@ -8,9 +8,9 @@
 #include <fstream>
 #include <iomanip>
 #include <mutex>
-#include <numbers>
 #include <opencv2/imgcodecs.hpp>
 
+#include "storage/base/angle.h"
 #include "storage/base/content_hash.h"
 #include "storage/base/thread_pool.h"
 #include "tools/render/street/truth_file.h"
@@ -19,7 +19,6 @@ namespace veduta::floor {
 namespace {
 
 namespace fs = std::filesystem;
-constexpr double kDegree = std::numbers::pi / 180;
 
 Status MakeEmptyFolder(const fs::path& folder) {
   std::error_code error;
@@ -117,7 +116,7 @@ Status SessionOptions::Check() const {
 
 Rigid3 LookDown(const Eigen::Vector2d& target_m, double distance_m, double tilt_deg,
                 double azimuth_deg, double roll_deg) {
-  const double tilt = tilt_deg * kDegree, azimuth = azimuth_deg * kDegree;
+  const double tilt = tilt_deg * kRadPerDeg, azimuth = azimuth_deg * kRadPerDeg;
   const Eigen::Vector3d back(std::sin(tilt) * std::cos(azimuth), std::sin(tilt) * std::sin(azimuth),
                              std::cos(tilt));
   const Eigen::Vector3d center = Eigen::Vector3d(target_m.x(), target_m.y(), 0) + distance_m * back;
@@ -125,7 +124,7 @@ Rigid3 LookDown(const Eigen::Vector2d& target_m, double distance_m, double tilt_
   Eigen::Matrix3d cam_from_world;
   cam_from_world << right.transpose(), (-back).cross(right).transpose(), (-back).transpose();
   Rigid3 pose;
-  pose.rotation = Eigen::AngleAxisd(roll_deg * kDegree, Eigen::Vector3d::UnitZ()) *
+  pose.rotation = Eigen::AngleAxisd(roll_deg * kRadPerDeg, Eigen::Vector3d::UnitZ()) *
                   Eigen::Quaterniond(cam_from_world);
   pose.translation = -(pose.rotation * center);
   return pose;

@@ -7,10 +7,11 @@
 #include <string>
 #include <utility>
 
+#include "storage/base/angle.h"
+
 namespace veduta::street {
 namespace {
 
-constexpr double kDegree = 0.017453292519943295;
 constexpr double kEyeM = 1.65;
 constexpr double kAsideM = 2.0;  // from the middle of the road, away from the houses in view
 constexpr double kSitesGapM =
@@ -23,7 +24,7 @@ struct Station {
 };
 
 double DirectionDeg(const Eigen::Vector2d& d) {
-  return std::atan2(d.y(), d.x()) / kDegree;
+  return std::atan2(d.y(), d.x()) / kRadPerDeg;
 }
 
 // A station `along` a lane, looking to one side (+1 left, -1 right) at `yaw_deg` from the lane's
@@ -80,7 +81,7 @@ std::vector<Station> WalkLoop(const Plan& plan, uint32_t photos) {
                                                         low + radius - radius * std::cos(angle));
     const Eigen::Vector2d middle = Eigen::Vector2d::Constant((low + high) / 2);
     const Eigen::Vector2d at = middle + Eigen::Rotation2Dd(edge * M_PI / 2) * (local - middle);
-    const double heading = edge * 90.0 + angle / kDegree;
+    const double heading = edge * 90.0 + angle / kRadPerDeg;
     stations.push_back({at, heading - 90 + 15 * std::cos(2 * M_PI * k / 6), 8});
   }
   return stations;
@@ -92,7 +93,7 @@ std::vector<Station> WalkOrbit(const Plan& plan, uint32_t photos) {
     const double angle = 2 * M_PI * k / photos;
     const Eigen::Vector2d at =
         plan.lanes[0].from.x() * Eigen::Vector2d(std::cos(angle), std::sin(angle));
-    stations.push_back({at, angle / kDegree + 180, 10});
+    stations.push_back({at, angle / kRadPerDeg + 180, 10});
   }
   return stations;
 }
@@ -136,14 +137,14 @@ Status RigOptions::Check() const {
 }
 
 Rigid3 LookFrom(const Eigen::Vector3d& center, double yaw_deg, double pitch_deg, double roll_deg) {
-  const double yaw = yaw_deg * kDegree, pitch = pitch_deg * kDegree;
+  const double yaw = yaw_deg * kRadPerDeg, pitch = pitch_deg * kRadPerDeg;
   const Eigen::Vector3d forward(std::cos(yaw) * std::cos(pitch), std::sin(yaw) * std::cos(pitch),
                                 std::sin(pitch));
   const Eigen::Vector3d right = forward.cross(Eigen::Vector3d::UnitZ()).normalized();
   Eigen::Matrix3d rows;
   rows << right.transpose(), forward.cross(right).transpose(), forward.transpose();
   const Eigen::Matrix3d roll =
-      Eigen::AngleAxisd(-roll_deg * kDegree, Eigen::Vector3d::UnitZ()).toRotationMatrix();
+      Eigen::AngleAxisd(-roll_deg * kRadPerDeg, Eigen::Vector3d::UnitZ()).toRotationMatrix();
   Rigid3 cam_from_world;
   cam_from_world.rotation = Eigen::Quaterniond(roll * rows).normalized();
   cam_from_world.translation = -(cam_from_world.rotation * center);

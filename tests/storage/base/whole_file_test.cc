@@ -3,7 +3,7 @@
 //   read is an error that names the path.
 // Method: files of the limit's size and one byte more, larger than the reader's buffer; a missing
 //   file, a folder, a pipe that nobody writes to, a socket, a device without end.
-#include "engine/camera/whole_file.h"
+#include "storage/base/whole_file.h"
 
 #include <gtest/gtest.h>
 #include <sys/socket.h>

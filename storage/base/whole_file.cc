@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "engine/camera/whole_file.h"
+#include "storage/base/whole_file.h"
 
 #include <fcntl.h>
 #include <sys/stat.h>

@@ -1,0 +1,92 @@
+// SPDX-License-Identifier: Apache-2.0
+// Goal: others write while a backup is read; a removal meanwhile names the copy; of a database that
+//   cannot be read there is no copy, and the journal says so.
+// Method: a file system that stops a backup where it opens the first table of the copy, until
+//   another thread has written; a backup of damaged photos.
+#include <gtest/gtest.h>
+
+#include <filesystem>
+#include <fstream>
+#include <thread>
+
+#include "tests/engine/street_fixture.h"
+#include "tests/storage/on_first_table.h"
+
+namespace veduta {
+namespace {
+
+// Somewhere in the first value.
+void FlipByte(const std::filesystem::path& path) {
+  constexpr std::streamoff kOffset = 300;
+  std::fstream file(path, std::ios::binary | std::ios::in | std::ios::out);
+  file.seekg(kOffset);
+  const int byte = file.get();
+  ASSERT_TRUE(file) << path;
+  file.seekp(kOffset);
+  file.put(static_cast<char>(byte ^ 1));
+}
+
+std::vector<std::string> BackupEntries(const Snapshot& snapshot) {
+  std::vector<std::string> entries;
+  EXPECT_OK(snapshot.ScanJournal(1, [&](const JournalRecord& entry) {
+    if (entry.action.starts_with("backup")) entries.push_back(entry.action + " " + entry.detail);
+    return true;
+  }));
+  return entries;
+}
+
+// With the turn held while the copy is read, each would wait for the other.
+TEST(Backup, IsReadWhileOthersWrite) {
+  const TemporaryFolder folder;
+  const std::string copy = folder / "copy";
+  City* writes = nullptr;
+  std::vector<std::string> copies;
+  CityOptions options = City::Options(2);
+  options.database.file_system = std::make_shared<OnFirstTable>("/copy/", [&] {
+    std::thread([&] {
+      EXPECT_OK(writes->engine().AddCamera("late", StreetCameraModel(), "a test"));
+      RemoveRequest request;
+      request.photos = {"#1"};
+      const auto removed = writes->engine().Remove(request);
+      ASSERT_OK(removed);
+      copies = removed->copies;
+    }).join();
+  });
+  City city(options);
+  writes = &city;
+  city.Add({{6.0, 90}});
+  ASSERT_OK(city.parts().database->Compact());
+  ASSERT_OK(city.engine().Backup(copy));
+  EXPECT_EQ(copies, std::vector<std::string>{copy});
+  EXPECT_EQ(BackupEntries(city.Ask().snapshot()), std::vector<std::string>{"backup " + copy});
+  EXPECT_OK(city.engine().Ask().Camera("late"));
+  EngineOptions reading;
+  reading.read_only = true;
+  const auto opened = Engine::Open(copy, reading);
+  ASSERT_OK(opened);
+  EXPECT_EQ((*opened)->Ask().Camera("late").status().code(), StatusCode::kNotFound);
+  EXPECT_OK((*opened)->Ask().Image("#1"));
+}
+
+TEST(Backup, OfADamagedDatabaseThereIsNone) {
+  const TemporaryFolder folder;
+  const std::string copy = folder / "copy";
+  City city;
+  city.Add({{6.0, 90}});
+  ASSERT_OK(city.parts().database->Compact());
+  city.Close();
+  for (const auto& entry : std::filesystem::directory_iterator(city.path())) {
+    if (entry.path().extension() == ".blob") FlipByte(entry.path());
+  }
+  city.Open();
+  EXPECT_EQ(city.engine().Backup(copy).code(), StatusCode::kCorruption);
+  EXPECT_FALSE(std::filesystem::exists(copy));
+  EXPECT_EQ(BackupEntries(city.Ask().snapshot()),
+            (std::vector<std::string>{"backup " + copy, "backup-deleted " + copy}));
+  const auto removed = city.engine().Remove({});
+  ASSERT_OK(removed);
+  EXPECT_EQ(removed->copies, std::vector<std::string>());
+}
+
+}  // namespace
+}  // namespace veduta
