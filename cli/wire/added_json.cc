@@ -104,11 +104,17 @@ Json ToJson(const LostPose& lost) {
 }
 
 Json ToJson(const StepTimes& times) {
-  return {{"decode", times.decode_ms},     {"undistort", times.undistort_ms},
-          {"features", times.features_ms}, {"retrieve", times.retrieve_ms},
-          {"match", times.match_ms},       {"verify", times.verify_ms},
-          {"map", times.map_ms},           {"adjust", times.adjust_ms},
-          {"commit", times.commit_ms},     {"follow", times.follow_ms},
+  return {{"decode", times.decode_ms},
+          {"undistort", times.undistort_ms},
+          {"features", times.features_ms},
+          {"retrieve", times.retrieve_ms},
+          {"match", times.match_ms},
+          {"verify", times.verify_ms},
+          {"map", times.map_ms},
+          {"adjust", times.adjust_ms},
+          {"commit", times.commit_ms},
+          {"follow", times.follow_ms},
+          {"longest_step", times.longest_step_ms},
           {"total", times.total_ms}};
 }
 
@@ -121,6 +127,7 @@ Json ToJson(const FollowUp& step) {
           {"placed", ToJson(step.placed)},
           {"unplaced", ToJson(step.unplaced)},
           {"split_off", ToJson(step.split_off)},
+          {"ms", step.ms},
           {"error", step.status.ok() ? Json(nullptr) : Json(step.status.message())}};
 }
 

@@ -36,6 +36,8 @@ struct PhotoSubmission {
 struct StepTimes {
   double decode_ms = 0, undistort_ms = 0, features_ms = 0, retrieve_ms = 0, match_ms = 0,
          verify_ms = 0, map_ms = 0, adjust_ms = 0, commit_ms = 0, follow_ms = 0, total_ms = 0;
+  // The longest of the steps that are in follow_ms: so long another photo would have waited.
+  double longest_step_ms = 0;
 };
 
 // A stored image that cannot be read.
@@ -89,6 +91,7 @@ struct FollowUp {
   std::vector<ImageId> placed;              // images that got a pose
   std::vector<LostPose> unplaced;           // kAdjustment: in the order in which they lost theirs
   std::vector<ReconstructionId> split_off;  // kAdjustment: new ones, made of a part of it
+  double ms = 0;                            // how long it took
   Status status;  // a failure is the step's own; it is set aside until the database is opened again
 };
 

@@ -128,7 +128,7 @@ Result<AdjustedWhole> Adjust(const IngestParts& parts, const DueStep& step, Writ
     const SubmapRecord* const submap = submaps.Find(step.submap);
     if (submap == nullptr || !submap->motion)
       return AdjustSubmap(parts, step.reconstruction, step.submap, std::move(scope));
-    VEDUTA_RETURN_IF_ERROR(MoveSubmap(parts, step.reconstruction, step.submap, std::move(scope)));
+    VEDUTA_RETURN_IF_ERROR(MoveSubmaps(parts, step.reconstruction, step.submap, std::move(scope)));
     return AdjustedWhole();
   }
   VEDUTA_ASSIGN_OR_RETURN(const ReconstructionRecord record,

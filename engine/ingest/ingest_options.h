@@ -25,22 +25,23 @@ struct AdjustmentSchedule {
   // >= 3. A reconstruction of more images is parted into submaps (submaps.h). Chosen by hand.
   uint32_t whole_images_max = 200;
   // [3, whole_images_max]. Images that a submap has at most when it is adjusted. Chosen by hand.
-  uint32_t submap_images_max = 100;
+  uint32_t submap_images_max = 12;
+  // >= submap_images_max. Images that are adjusted at once: those of a submap, and of the submaps
+  // around it. Chosen by hand.
+  uint32_t region_images_max = 48;
   // >= 1. It is adjusted after so many more images; M in the paper's section 3.3.
-  uint32_t submap_views_step = 15;
+  uint32_t submap_views_step = 4;
   // >= 1. A submap of fewer images joins the one beside it, where there is room. Chosen by hand.
-  uint32_t submap_images_min = 15;
+  uint32_t submap_images_min = 4;
   // > 0. Where such a reconstruction has grown by such a share, it is adjusted and judged as a
-  // whole all the same: that spreads drift over its loops, and only it finds a large part that is
-  // wrong. Of a street's 1,427 images 128 were over 2 m off where nothing above 600 was judged as a
-  // whole; one such adjustment split off 120 and left 18. Up to whole_again_images_max images
-  // (>= 0), for it costs time and memory for each of them. Both were chosen by hand.
+  // whole all the same: only that finds a large part that stands far off. In a street of 200 (seed
+  // 73, order 2) two rows of 100 images stood metres apart at the end where only groups of 48 were
+  // adjusted, and are right with this. Up to whole_again_images_max images (>= 0), for it costs
+  // time and memory for each of them. Both were chosen by hand.
   double whole_again_share = 0.2;
   uint32_t whole_again_images_max = 2000;
   // > 0. A larger one is relaxed and judged as its submaps instead (relaxation_steps.h), where it
-  // has grown by such a share. That is cheap, and less exact: of the same street's 1,406 images,
-  // relaxed from 200 images on, 192 were over 0.6 m off (mean 0.40 m), and 14 (mean 0.042 m) after
-  // one adjustment of the whole. Submaps of some 70 images are too stiff. Chosen by hand.
+  // has grown by such a share. Chosen by hand.
   double relaxation_share = 0.1;
 
   Status Check() const;

@@ -9,7 +9,6 @@
 #include "engine/mapping/agreeing_growth.h"
 #include "engine/mapping/better_body.h"
 #include "engine/mapping/better_pose.h"
-#include "engine/matching/mutual_matcher.h"
 #include "storage/base/content_hash.h"
 
 namespace veduta {
@@ -69,13 +68,6 @@ Result<std::vector<PairMatches>> ListPlacedNeighbors(const MappingContext& conte
   return pairs;
 }
 
-std::vector<FeatureMatch> FeaturesOf(std::span<const DescriptorMatch> found) {
-  std::vector<FeatureMatch> matches;
-  matches.reserve(found.size());
-  for (const DescriptorMatch& match : found) matches.push_back({match.a, match.b});
-  return matches;
-}
-
 // Two images whose matches are wanted: those of `first` with `second`, and those the other way
 // round. A null pointer says that this way is not wanted.
 struct WantedMatches {
@@ -101,16 +93,11 @@ std::vector<WantedMatches> ListWanted(std::span<const ImageId> images,
 }
 
 Status FindMatches(const MappingContext& context, const WantedMatches& wanted) {
-  const auto features = [&](ImageId id) {
-    return context.loader->features()->Get(context.loader->snapshot(), id);
-  };
-  VEDUTA_ASSIGN_OR_RETURN(const auto first, features(wanted.first));
-  VEDUTA_ASSIGN_OR_RETURN(const auto second, features(wanted.second));
-  MatchOptions options;
-  options.ratio_max = context.options.putative_ratio_max;
-  const MatchesBothWays found = MatchBothWays(first->packed, second->packed, options);
-  if (wanted.from_first != nullptr) wanted.from_first->matches = FeaturesOf(found.from_a);
-  if (wanted.from_second != nullptr) wanted.from_second->matches = FeaturesOf(found.from_b);
+  VEDUTA_ASSIGN_OR_RETURN(const auto found, context.loader->features()->Match(
+                                                context.loader->snapshot(), wanted.first,
+                                                wanted.second, context.options.putative_ratio_max));
+  if (wanted.from_first != nullptr) wanted.from_first->matches = found->from_first;
+  if (wanted.from_second != nullptr) wanted.from_second->matches = found->from_second;
   return Status::Ok();
 }
 

@@ -10,6 +10,7 @@
 #include "engine/ingest/hypotheses.h"
 #include "engine/ingest/reconstruction_adjustment.h"
 #include "engine/ingest/region_writer.h"
+#include "engine/ingest/submap_groups.h"
 #include "engine/ingest/submaps.h"
 #include "engine/journal/journal.h"
 #include "engine/mapping/similarity.h"
@@ -256,8 +257,8 @@ Result<AdjustedWhole> RelaxReconstruction(const IngestParts& parts, Reconstructi
   return writer.adjusted();
 }
 
-Status MoveSubmap(const IngestParts& parts, ReconstructionId reconstruction, SubmapId submap,
-                  WriteScope scope) {
+Status MoveSubmaps(const IngestParts& parts, ReconstructionId reconstruction, SubmapId submap,
+                   WriteScope scope) {
   VEDUTA_ASSIGN_OR_RETURN(Submaps submaps, Submaps::Read(*scope.base));
   const SubmapRecord* const found = submaps.Find(submap);
   if (found == nullptr || !found->motion)
@@ -268,11 +269,14 @@ Status MoveSubmap(const IngestParts& parts, ReconstructionId reconstruction, Sub
   parts.TrimMap();
   MapLoader loader(scope.base, parts.features, parts.map);
   const MappingContext context{&loader, parts.map, parts.pool, parts.options.mapper};
-  VEDUTA_ASSIGN_OR_RETURN(const Region region, LoadRegion(context, found->images, false));
-  const Sim3 motion = *found->motion;
+  VEDUTA_ASSIGN_OR_RETURN(
+      const SubmapGroup group,
+      FindGroup(*scope.base, submaps, *found, true, parts.options.schedule.region_images_max));
+  VEDUTA_ASSIGN_OR_RETURN(const Region region, LoadRegion(context, group.images, false));
+  const auto motion_of = [&](ImageId id) { return *submaps.FindOf(id)->motion; };
   CityMap* const map = parts.map;
   for (const ImageId id : region.images)
-    map->SetPose(id, TransformCameraWorld(motion, map->image(id).cam_from_world));
+    map->SetPose(id, TransformCameraWorld(motion_of(id), map->image(id).cam_from_world));
   // Points of which other images are the home stay where they are; setting their position again
   // measures their errors anew.
   for (const PointId id : map->PointsSeenBy(region.images)) {
@@ -281,9 +285,9 @@ Status MoveSubmap(const IngestParts& parts, ReconstructionId reconstruction, Sub
   }
   for (const ImageId home : region.images) {
     for (const PointRecord& point : map->StoredBlock(home).points)
-      map->SetPosition(point.id, motion * point.position);
+      map->SetPosition(point.id, motion_of(home) * point.position);
   }
-  submaps.SetMotion(submap, std::nullopt);
+  for (const SubmapId id : group.submaps) submaps.SetMotion(id, std::nullopt);
   HealingWriter writer(parts, scope, reconstruction, &state);
   VEDUTA_RETURN_IF_ERROR(WriteRegion(parts, scope, record, region, {}, &writer, &submaps));
   submaps.Write(scope.transaction.get());

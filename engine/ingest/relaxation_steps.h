@@ -26,9 +26,9 @@ namespace veduta {
 Result<AdjustedWhole> RelaxReconstruction(const IngestParts& parts, ReconstructionId reconstruction,
                                           WriteScope scope);
 
-// Carries out the motion of a submap: moves its images and the points that they are home to.
-// O(the submap and what is around it).
-Status MoveSubmap(const IngestParts& parts, ReconstructionId reconstruction, SubmapId submap,
-                  WriteScope scope);
+// Carries out the motions of a submap and of those around it that have one (FindGroup): moves their
+// images and the points that they are home to. O(these submaps and what is around them).
+Status MoveSubmaps(const IngestParts& parts, ReconstructionId reconstruction, SubmapId submap,
+                   WriteScope scope);
 
 }  // namespace veduta

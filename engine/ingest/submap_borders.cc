@@ -14,7 +14,7 @@ namespace {
 // Ties with one other submap, at most: points that both see, and matches whose two points are not
 // one. A relaxation of a street of 1,500 photos then has some 50,000 views. Chosen by hand; not
 // measured.
-constexpr size_t kJoinedTiesMax = 400, kApartTiesMax = 100;
+constexpr size_t kJoinedTiesMax = 40, kApartTiesMax = 20;
 // Views of one tie from one submap, at most: further views hardly tell more exactly where the place
 // is. Chosen by hand; not measured.
 constexpr size_t kViewsMax = 4;
@@ -32,11 +32,7 @@ struct Candidate {
 class BorderFinder {
  public:
   BorderFinder(const MappingContext& context, const Submaps& submaps, const SubmapRecord& submap)
-      : context_(context), map_(*context.map), submap_(submap) {
-    for (const SubmapId id : submaps.List(submap.reconstruction)) {
-      for (const ImageId image : submaps.Find(id)->images) submap_of_[image] = id;
-    }
-  }
+      : context_(context), map_(*context.map), submaps_(submaps), submap_(submap) {}
 
   Status Find(const Healing& healing, SubmapBorder* border) {
     AddPoints();
@@ -52,8 +48,9 @@ class BorderFinder {
   bool IsHere(ImageId id) const { return std::ranges::binary_search(submap_.images, id); }
   // The submap that the image is in; not valid() where it is in none.
   SubmapId SubmapOf(ImageId id) const {
-    const auto found = submap_of_.find(id);
-    return found == submap_of_.end() ? SubmapId() : found->second;
+    const SubmapRecord* const found = submaps_.FindOf(id);
+    return found == nullptr || found->reconstruction != submap_.reconstruction ? SubmapId()
+                                                                               : found->id;
   }
   std::vector<TrackElement> ViewsIn(PointId point, SubmapId submap) const {
     std::vector<TrackElement> views = map_.point(point).track;
@@ -167,8 +164,8 @@ class BorderFinder {
 
   const MappingContext& context_;
   const CityMap& map_;
+  const Submaps& submaps_;
   const SubmapRecord& submap_;
-  std::map<ImageId, SubmapId> submap_of_;
   std::map<ImageId, ImageId> head_of_;
   std::set<std::pair<PointId, PointId>> matched_;
   std::map<SubmapId, std::vector<Candidate>> joined_, apart_;

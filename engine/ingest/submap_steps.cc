@@ -11,24 +11,13 @@
 #include "engine/ingest/reconstruction_adjustment.h"
 #include "engine/ingest/region_writer.h"
 #include "engine/ingest/submap_borders.h"
+#include "engine/ingest/submap_groups.h"
 #include "engine/ingest/submaps.h"
 #include "engine/journal/journal.h"
 #include "engine/mapping/view_graph_parts.h"
 
 namespace veduta {
 namespace {
-
-// The verified pairs of the images, each as often as one of the two is given.
-Result<std::vector<ViewGraphEdge>> ListEdges(const Snapshot& snapshot,
-                                             std::span<const ImageId> images) {
-  std::vector<ViewGraphEdge> edges;
-  for (const ImageId id : images) {
-    VEDUTA_ASSIGN_OR_RETURN(const std::vector<PairNeighbor> neighbors, snapshot.ListNeighbors(id));
-    for (const PairNeighbor& neighbor : neighbors)
-      edges.push_back({id, neighbor.image, neighbor.match_count});
-  }
-  return edges;
-}
 
 Result<std::vector<std::vector<ImageId>>> FindParts(const Snapshot& snapshot,
                                                     std::span<const ImageId> images,
@@ -41,17 +30,11 @@ Result<std::vector<std::vector<ImageId>>> FindParts(const Snapshot& snapshot,
 Result<std::optional<SubmapId>> FindBeside(const Snapshot& snapshot, const Submaps& submaps,
                                            const SubmapRecord& submap,
                                            const AdjustmentSchedule& schedule) {
-  VEDUTA_ASSIGN_OR_RETURN(const std::vector<ViewGraphEdge> edges,
-                          ListEdges(snapshot, submap.images));
-  std::map<SubmapId, uint64_t> weights;
-  for (const ViewGraphEdge& edge : edges) {
-    const SubmapRecord* const beside = submaps.FindOf(edge.b);
-    if (beside == nullptr || beside->id == submap.id ||
-        beside->reconstruction != submap.reconstruction ||
-        beside->images.size() + submap.images.size() > schedule.submap_images_max)
-      continue;
-    weights[beside->id] += edge.weight;
-  }
+  VEDUTA_ASSIGN_OR_RETURN(auto weights, WeighBeside(snapshot, submaps, submap));
+  std::erase_if(weights, [&](const auto& entry) {
+    const size_t together = submaps.Find(entry.first)->images.size() + submap.images.size();
+    return together > schedule.submap_images_max;
+  });
   const auto heaviest = std::ranges::max_element(
       weights, {}, [](const std::pair<const SubmapId, uint64_t>& entry) { return entry.second; });
   return heaviest == weights.end() ? std::nullopt : std::optional(heaviest->first);
@@ -73,24 +56,26 @@ Result<bool> Reshape(const Snapshot& snapshot, const SubmapRecord& submap,
   return beside.has_value();
 }
 
-// Adjusts and heals the submap in the map, and puts what has changed into the transaction.
-Status AdjustAndWrite(const IngestParts& parts, const WriteScope& scope, const SubmapRecord& submap,
+// Adjusts and heals the submaps in the map, and puts what has changed into the transaction.
+Status AdjustAndWrite(const IngestParts& parts, const WriteScope& scope,
+                      ReconstructionId reconstruction, const SubmapGroup& group,
                       HealingWriter* writer, Submaps* submaps) {
   parts.TrimMap();
   MapLoader loader(scope.base, parts.features, parts.map);
   const MappingContext context{&loader, parts.map, parts.pool, parts.options.mapper};
   VEDUTA_ASSIGN_OR_RETURN(const ReconstructionRecord whole,
-                          scope.base->GetReconstruction(submap.reconstruction));
+                          scope.base->GetReconstruction(reconstruction));
   const bool is_relaxed = IsRelaxed(whole, true, parts.options.schedule);
-  VEDUTA_ASSIGN_OR_RETURN(const Region region, LoadRegion(context, submap.images, is_relaxed));
+  VEDUTA_ASSIGN_OR_RETURN(const Region region, LoadRegion(context, group.images, is_relaxed));
   VEDUTA_ASSIGN_OR_RETURN(const Healing healing, AdjustRegion(context, region));
   VEDUTA_RETURN_IF_ERROR(WriteRegion(parts, scope, whole, region, healing, writer, submaps));
-  if (submaps->Find(submap.id) == nullptr) return Status::Ok();
-  submaps->NoteAdjusted(submap.id);
-  if (!is_relaxed) return Status::Ok();
-  VEDUTA_ASSIGN_OR_RETURN(const SubmapBorder border,
-                          FindBorder(context, *submaps, submap.id, healing));
-  scope.transaction->PutSubmapBorder(border);
+  for (const SubmapId id : group.submaps) {
+    if (submaps->Find(id) == nullptr) continue;
+    submaps->NoteAdjusted(id);
+    if (!is_relaxed) continue;
+    VEDUTA_ASSIGN_OR_RETURN(const SubmapBorder border, FindBorder(context, *submaps, id, healing));
+    scope.transaction->PutSubmapBorder(border);
+  }
   return Status::Ok();
 }
 
@@ -134,9 +119,12 @@ Result<AdjustedWhole> AdjustSubmap(const IngestParts& parts, ReconstructionId re
   // Lives until the commit has come, for it holds what is written ahead.
   HealingWriter writer(parts, scope, reconstruction, &state);
   if (!is_reshaped) {
-    VEDUTA_RETURN_IF_ERROR(AdjustAndWrite(parts, scope, record, &writer, &submaps));
-    const std::string detail =
-        std::to_string(record.images.size()) + " images of submap " + std::to_string(submap.value);
+    VEDUTA_ASSIGN_OR_RETURN(
+        const SubmapGroup group,
+        FindGroup(*scope.base, submaps, record, false, parts.options.schedule.region_images_max));
+    VEDUTA_RETURN_IF_ERROR(AdjustAndWrite(parts, scope, reconstruction, group, &writer, &submaps));
+    const std::string detail = std::to_string(group.images.size()) + " images around submap " +
+                               std::to_string(submap.value);
     AppendJournal({0, 0, "veduta", "adjust", {}, reconstruction, detail}, &state, transaction);
   }
   submaps.Write(transaction);

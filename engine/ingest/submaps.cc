@@ -18,7 +18,7 @@ constexpr size_t kOwnSubmapMin = 15;
 
 bool IsDue(const SubmapRecord& submap, const AdjustmentSchedule& schedule) {
   return !submap.images.empty() &&
-         (submap.images_at_adjustment == 0 ||
+         (submap.images_at_adjustment == 0 || submap.images.size() > schedule.submap_images_max ||
           submap.images.size() >= submap.images_at_adjustment + schedule.submap_views_step);
 }
 
@@ -27,8 +27,13 @@ bool IsDue(const SubmapRecord& submap, const AdjustmentSchedule& schedule) {
 Result<Submaps> Submaps::Read(const Snapshot& snapshot) {
   Submaps submaps;
   VEDUTA_ASSIGN_OR_RETURN(std::vector<SubmapRecord> all, snapshot.ListSubmaps());
-  for (SubmapRecord& record : all) submaps.records_.emplace(record.id, std::move(record));
+  for (SubmapRecord& record : all) submaps.Add(std::move(record));
   return submaps;
+}
+
+SubmapRecord& Submaps::Add(SubmapRecord record) {
+  for (const ImageId image : record.images) submap_of_[image] = record.id;
+  return records_[record.id] = std::move(record);
 }
 
 bool Submaps::IsParted(ReconstructionId reconstruction) const {
@@ -43,10 +48,8 @@ const SubmapRecord* Submaps::Find(SubmapId id) const {
 }
 
 const SubmapRecord* Submaps::FindOf(ImageId image) const {
-  for (const auto& [id, record] : records_) {
-    if (std::ranges::binary_search(record.images, image)) return &record;
-  }
-  return nullptr;
+  const auto found = submap_of_.find(image);
+  return found == submap_of_.end() ? nullptr : &records_.at(found->second);
 }
 
 SubmapRecord* Submaps::MutableOf(ImageId image) {
@@ -81,13 +84,14 @@ SubmapRecord& Submaps::Make(ReconstructionId reconstruction, std::vector<ImageId
   const SubmapId id(records_.empty() ? 1 : records_.rbegin()->first.value + 1);
   std::ranges::sort(images);
   changed_.insert(id);
-  return records_[id] = {id, reconstruction, std::move(images), 0, std::nullopt};
+  return Add({id, reconstruction, std::move(images), 0, std::nullopt});
 }
 
 void Submaps::Erase(ImageId image) {
   SubmapRecord* const record = MutableOf(image);
   if (record == nullptr) return;
   std::erase(record->images, image);
+  submap_of_.erase(image);
   record->images_at_adjustment =
       std::min(record->images_at_adjustment, static_cast<uint32_t>(record->images.size()));
   changed_.insert(record->id);
@@ -96,6 +100,7 @@ void Submaps::Erase(ImageId image) {
 void Submaps::Insert(SubmapId id, ImageId image) {
   std::vector<ImageId>& images = records_.at(id).images;
   images.insert(std::ranges::upper_bound(images, image), image);
+  submap_of_[image] = id;
   changed_.insert(id);
 }
 

@@ -11,6 +11,7 @@
 #include <map>
 #include <optional>
 #include <set>
+#include <unordered_map>
 #include <vector>
 
 #include "engine/ingest/ingest_options.h"
@@ -65,6 +66,7 @@ class Submaps final {
 
  private:
   SubmapRecord* MutableOf(ImageId image);
+  SubmapRecord& Add(SubmapRecord record);
   SubmapRecord& Make(ReconstructionId reconstruction, std::vector<ImageId> images);
   void Erase(ImageId image);
   void Insert(SubmapId id, ImageId image);
@@ -73,6 +75,7 @@ class Submaps final {
   std::vector<ImageId> JoinNearest(const CityMap& map, std::vector<ImageId> images);
 
   std::map<SubmapId, SubmapRecord> records_;  // those without images are to be deleted
+  std::unordered_map<ImageId, SubmapId> submap_of_;
   std::set<SubmapId> changed_;
   std::set<SubmapId> without_border_;  // whose stored borders tell of what is gone
 };

@@ -334,7 +334,7 @@ Status RelaxationOptions::Check() const {
       .Above("loss_scale_px", loss_scale_px, 0)
       .AtLeast("coarse_scale_px", coarse_scale_px, loss_scale_px)
       .AtLeast("iterations_max", iterations_max, 1)
-      .AtLeast("gain_min", gain_min, 1)
+      .AtLeast("gain_sigmas_min", gain_sigmas_min, 0)
       .status();
 }
 
@@ -363,7 +363,8 @@ Result<Relaxation> RelaxSubmaps(const RelaxationProblem& given, const Relaxation
   if (!(freedom > 0)) return relaxation;
   const double variance = std::max(kVarianceMin_px2, 2 * relaxation.cost / freedom);
   relaxation.is_significant =
-      2 * (relaxation.initial_cost - relaxation.cost) > options.gain_min * unknowns * variance;
+      2 * (relaxation.initial_cost - relaxation.cost) >
+      variance * (unknowns + options.gain_sigmas_min * std::sqrt(2 * unknowns));
   relaxation.new_from_old = best.estimate().new_from_old;
   relaxation.change_px = ListChanges(problem, still.Errors(), best.Errors());
   return relaxation;

@@ -42,10 +42,11 @@ struct RelaxationOptions {
   double coarse_scale_px = 32.0;
   // >= 1. Steps tried at each scale. Chosen by hand; not measured.
   uint32_t iterations_max = 20;
-  // >= 1. The submaps are moved where that lowers the weighted squared errors by so many times what
-  // errors of measurement alone would let it: the number of unknowns, times the variance (of a
-  // chi-squared distribution the mean). Chosen by hand; not measured.
-  double gain_min = 4.0;
+  // >= 0. The submaps are moved where that lowers the weighted squared errors by more than errors
+  // of measurement alone would let it. Such a gain, in units of their variance, has a chi-squared
+  // distribution with as many degrees of freedom as there are unknowns: it must exceed the mean by
+  // so many standard deviations. 3: one in a thousand would by chance.
+  double gain_sigmas_min = 3.0;
 
   Status Check() const;
 };

@@ -1,10 +1,23 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "engine/photo/image_features.h"
 
+#include <span>
+
 #include "engine/camera/projection.h"
+#include "engine/matching/mutual_matcher.h"
 #include "engine/photo/derived_features.h"
 
 namespace veduta {
+namespace {
+
+std::vector<FeatureMatch> FeaturesOf(std::span<const DescriptorMatch> found) {
+  std::vector<FeatureMatch> matches;
+  matches.reserve(found.size());
+  for (const DescriptorMatch& match : found) matches.push_back({match.a, match.b});
+  return matches;
+}
+
+}  // namespace
 
 size_t ImageFeatures::size_bytes() const {
   return sizeof(*this) + features->descriptors.size() +
@@ -48,6 +61,25 @@ Result<std::shared_ptr<const ImageFeatures>> ImageFeatureCache::Get(const Snapsh
                                matched_count_max_);
   };
   return cache_.GetOrMake(id, load, [](const auto& made) { return made->size_bytes(); });
+}
+
+Result<std::shared_ptr<const PutativeMatches>> ImageFeatureCache::Match(const Snapshot& snapshot,
+                                                                        ImageId first,
+                                                                        ImageId second,
+                                                                        double ratio_max) {
+  const auto match = [&]() -> Result<std::shared_ptr<const PutativeMatches>> {
+    VEDUTA_ASSIGN_OR_RETURN(const auto a, Get(snapshot, first));
+    VEDUTA_ASSIGN_OR_RETURN(const auto b, Get(snapshot, second));
+    MatchOptions options;
+    options.ratio_max = ratio_max;
+    const MatchesBothWays found = MatchBothWays(a->packed, b->packed, options);
+    return std::make_shared<const PutativeMatches>(
+        PutativeMatches{FeaturesOf(found.from_a), FeaturesOf(found.from_b)});
+  };
+  return matches_.GetOrMake({first, second, ratio_max}, match, [](const auto& made) {
+    return sizeof(*made) +
+           (made->from_first.size() + made->from_second.size()) * sizeof(FeatureMatch);
+  });
 }
 
 void ImageFeatureCache::Put(std::shared_ptr<const ImageFeatures> features) {

@@ -3,7 +3,9 @@
 // One image's features as the engine uses them, and a bounded cache of them.
 
 #include <cstdint>
+#include <functional>
 #include <memory>
+#include <vector>
 
 #include "engine/matching/feature_grid.h"
 #include "engine/matching/packed_descriptors.h"
@@ -33,16 +35,31 @@ struct ImageFeatures {
                                                            uint32_t matched_count_max);
 };
 
-// A bounded cache of stored images' features, least recently used out first; the newest stays,
-// however large. Thread-safe. Two threads that miss at once both load, and one result is kept.
+// Matches of two stored images' packed features, as MatchMutual (mutual_matcher.h) gives them.
+struct PutativeMatches {
+  std::vector<FeatureMatch> from_first;   // of (first, second)
+  std::vector<FeatureMatch> from_second;  // of (second, first)
+};
+
+// A bounded cache of stored images' features and of matches between them, least recently used out
+// first; the newest stays, however large. Thread-safe. Two threads that miss at once both load, and
+// one result is kept.
 class ImageFeatureCache final {
  public:
+  // Matches take up to a sixth of the bytes.
   ImageFeatureCache(size_t size_bytes_max, uint32_t matched_count_max)
-      : cache_(size_bytes_max), matched_count_max_(matched_count_max) {}
+      : cache_(size_bytes_max - size_bytes_max / 6),
+        matches_(size_bytes_max / 6),
+        matched_count_max_(matched_count_max) {}
 
   // kNotFound where the image has no stored features. Damaged ones are derived from the photo,
   // which takes about a second; kCorruption where that fails.
   Result<std::shared_ptr<const ImageFeatures>> Get(const Snapshot& snapshot, ImageId id);
+  // The matches of two images, first < second, by a ratio test of `ratio_max` (MatchOptions). They
+  // are kept because images are adjusted again and again with the same ones beside them. Errors as
+  // of Get.
+  Result<std::shared_ptr<const PutativeMatches>> Match(const Snapshot& snapshot, ImageId first,
+                                                       ImageId second, double ratio_max);
   // Keeps the features of an image that was just stored, unless some are kept already.
   void Put(std::shared_ptr<const ImageFeatures> features);
   // Keeps those of an image that was removed no longer.
@@ -50,7 +67,19 @@ class ImageFeatureCache final {
   uint32_t matched_count_max() const { return matched_count_max_; }
 
  private:
+  struct MatchKey {
+    ImageId first, second;
+    double ratio_max = 0;
+    bool operator==(const MatchKey&) const = default;
+  };
+  struct HashOfKey {
+    size_t operator()(const MatchKey& key) const {
+      return std::hash<uint64_t>()(static_cast<uint64_t>(key.first.value) << 32 | key.second.value);
+    }
+  };
+
   LruCache<ImageId, std::shared_ptr<const ImageFeatures>> cache_;  // costs are bytes
+  LruCache<MatchKey, std::shared_ptr<const PutativeMatches>, HashOfKey> matches_;
   const uint32_t matched_count_max_;
 };
 

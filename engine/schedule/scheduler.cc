@@ -407,7 +407,8 @@ bool Scheduler::DoStep(std::unique_lock<std::mutex>* lock) {
   const double ms = watch.LapMs();
   lock->lock();
   if (step) {
-    Tell(std::move(*step), ms);
+    step->ms = ms;
+    Tell(*std::move(step));
     return true;
   }
   if (tries_failed_again_) return true;  // Settle has come meanwhile
@@ -437,19 +438,23 @@ void Scheduler::Train() {
     FollowUp step;
     step.kind = FollowUpKind::kVocabulary;
     step.status = trained.status();
-    Tell(std::move(step), watch.LapMs());
+    step.ms = watch.LapMs();
+    Tell(std::move(step));
   }
   is_training_ = false;
   follows_ = true;
   NotifyChanged();
 }
 
-void Scheduler::Tell(FollowUp step, double ms) {
+void Scheduler::Tell(FollowUp step) {
   if (settling_photo_) {
     const std::lock_guard ticket_lock(settling_photo_->mutex);
     if (settling_photo_->answer.ok()) {
-      settling_photo_->answer->times.follow_ms += ms;
-      settling_photo_->answer->times.total_ms += ms;
+      StepTimes& times = settling_photo_->answer->times;
+      times.follow_ms += step.ms;
+      times.total_ms += step.ms;
+      if (step.kind != FollowUpKind::kVocabulary)
+        times.longest_step_ms = std::max(times.longest_step_ms, step.ms);
     }
     settling_photo_->followed.push_back(step);
   }

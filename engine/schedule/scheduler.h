@@ -129,7 +129,7 @@ class Scheduler final {
   void Train();  // on the second thread
   // Reports a finished step to the photo of a list and the callers of Settle that wait for it; a
   // failure that nobody waits for goes to the next caller of Settle. With the lock held.
-  void Tell(FollowUp step, double ms);
+  void Tell(FollowUp step);
   // Answers photos that were cancelled, or whose list has ended, without applying them.
   void DropCancelled(std::unique_lock<std::mutex>* lock);
   // Takes a waiting photo up; false when it was cancelled.

@@ -263,7 +263,7 @@ TEST(Added, Outcome) {
   outcome.propagated = {ImageId(2), ImageId(4)};
   outcome.unplaced = {{ImageId(3), "it contradicts"}};
   outcome.split_off = {ReconstructionId(6)};
-  outcome.times = {1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 55};
+  outcome.times = {1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 55, 8.5};
   EXPECT_EQ(
       JsonLine(ToJson(outcome)),
       R"({"image":"a.jpg","id":8,"verdict":"merged","reason":")" +
@@ -272,7 +272,7 @@ TEST(Added, Outcome) {
           R"("propagated":[2,4],"unplaced":[{"id":3,"why":"it contradicts"}],"split_off":[6],)"
           R"("damaged":[],"ms":{"decode":1.0,"undistort":2.0,"features":3.0,)"
           R"("retrieve":4.0,"match":5.0,"verify":6.0,"map":7.0,"adjust":8.0,"commit":9.0,)"
-          R"("follow":10.0,"total":55.0}})");
+          R"("follow":10.0,"longest_step":8.5,"total":55.0}})");
   outcome.camera = "phone";
   EXPECT_EQ(ToJson(outcome)["camera"], "phone");
   outcome.duplicate = true;
@@ -294,7 +294,7 @@ TEST(Added, Localized) {
   photo.pairs_tried = 24;
   photo.support = {{ImageId(3), "c.jpg", 80}};
   photo.damaged = {{ImageId(9), "its features"}};
-  photo.times = {1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 55};
+  photo.times = {1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 55, 8.5};
   EXPECT_EQ(JsonLine(ToJson(photo)),
             R"({"image":"a.jpg","verdict":"localized","reason":")" +
                 ReasonSentence(photo.reason, "with 9") +
@@ -304,7 +304,8 @@ TEST(Added, Localized) {
                 R"("support":[{"id":3,"image":"c.jpg","points":80}],)"
                 R"("damaged":[{"id":9,"what":"its features"}],)"
                 R"("ms":{"decode":1.0,"undistort":2.0,"features":3.0,"retrieve":4.0,"match":5.0,)"
-                R"("verify":6.0,"map":7.0,"adjust":8.0,"commit":9.0,"follow":10.0,"total":55.0}})");
+                R"("verify":6.0,"map":7.0,"adjust":8.0,"commit":9.0,"follow":10.0,)"
+                R"("longest_step":8.5,"total":55.0}})");
   photo.uncertainty.emplace();
   EXPECT_EQ(ToJson(photo)["uncertainty"], ToJson(*photo.uncertainty));
   photo.camera =

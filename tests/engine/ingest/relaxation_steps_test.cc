@@ -30,6 +30,7 @@ IngestOptions SmallParts() {
   options.schedule.whole_images_max = 7;
   options.schedule.submap_images_max = 6;
   options.schedule.submap_images_min = 2;
+  options.schedule.region_images_max = 6;
   options.schedule.whole_again_images_max = 0;
   return options;
 }
@@ -46,7 +47,7 @@ struct Worker {
   }
   Status Move(uint32_t submap) {
     map.Clear();
-    return MoveSubmap(parts(), kCity, SubmapId(submap), BeginWrite(scene.database()));
+    return MoveSubmaps(parts(), kCity, SubmapId(submap), BeginWrite(scene.database()));
   }
   Result<AdjustedWhole> Adjust(uint32_t submap) {
     map.Clear();
@@ -154,6 +155,30 @@ TEST(RelaxationSteps, AMotionCarriesASubmapWithItsPoints) {
       const Eigen::Vector3d wanted = home < 9 ? was[i].position : kDrift * was[i].position;
       EXPECT_LT((is[i].position - wanted).norm(), 1e-9);
     }
+  }
+}
+
+TEST(RelaxationSteps, SubmapsSideBySideAreMovedTogetherEachByItsOwnMotion) {
+  SceneDatabase scene(kArc);
+  AddArc(&scene);
+  SetDrift(&scene);
+  const Sim3 other{1, Eigen::Quaterniond::Identity(), Eigen::Vector3d(-0.05, 0, 0)};
+  const auto transaction = scene.database()->BeginTransaction();
+  SubmapRecord middle = (*scene.Snap()->ListSubmaps())[1];
+  middle.motion = other;
+  transaction->PutSubmap(middle);
+  ASSERT_OK(transaction->Commit());
+  const auto before = scene.Snap();
+  Worker worker(&scene);
+  worker.options.schedule.region_images_max = 8;
+  ASSERT_OK(worker.Move(2));
+  ExpectSound(scene);
+  for (const SubmapRecord& submap : worker.Submaps()) EXPECT_FALSE(submap.motion.has_value());
+  for (uint32_t k = 0; k < 12; ++k) {
+    const Sim3 wanted = k < 4 ? Sim3() : k < 8 ? other : kDrift;
+    const Rigid3 was = (*before->FindPose(ImageId(k + 1)))->cam_from_world;
+    const Rigid3 is = (*scene.Snap()->FindPose(ImageId(k + 1)))->cam_from_world;
+    EXPECT_LT((is.Center() - wanted * was.Center()).norm(), 1e-9) << "camera " << k;
   }
 }
 

@@ -26,6 +26,7 @@ IngestOptions SmallParts() {
   options.schedule.whole_images_max = 7;
   options.schedule.submap_images_max = 4;
   options.schedule.submap_images_min = 2;
+  options.schedule.region_images_max = 4;
   return options;
 }
 
@@ -115,6 +116,35 @@ TEST(SubmapSteps, ALargeReconstructionIsPartedAndAdjustedPieceByPiece) {
     if (digest.empty()) digest = DigestHex(scene);
     EXPECT_EQ(DigestHex(scene), digest);
   }
+}
+
+TEST(SubmapSteps, TheSubmapsAroundAreAdjustedTogether) {
+  SceneDatabase scene(kArc);
+  scene.LimitTracks(2);
+  AddArc(&scene);
+  Worker worker(&scene);
+  ASSERT_OK(worker.Part());
+  ASSERT_EQ(worker.Submaps().size(), 4u);
+  for (const uint32_t k : {0u, 4u}) Displace(&scene, k, 0.01);
+  worker.options.schedule.region_images_max = 6;
+  worker.options.schedule.whole_again_images_max = 0;
+  ASSERT_OK(worker.Adjust(1));
+  std::vector<ImageId> adjusted;
+  for (const SubmapRecord& submap : worker.Submaps()) {
+    const auto border = scene.Snap()->FindSubmapBorder(submap.id);
+    ASSERT_OK(border);
+    EXPECT_EQ(border->has_value(), submap.images_at_adjustment > 0) << submap.id.value;
+    if (submap.images_at_adjustment > 0)
+      adjusted.insert(adjusted.end(), submap.images.begin(), submap.images.end());
+  }
+  EXPECT_EQ(adjusted.size(), 6u) << "two of the four, and the others stay due";
+  for (const uint32_t k : {0u, 4u}) {
+    if (std::ranges::count(adjusted, ImageId(k + 1)) > 0) {
+      EXPECT_LT(CenterError(scene, k), 0.005) << "camera " << k;
+    }
+  }
+  EXPECT_EQ(std::ranges::count(adjusted, ImageId(1)), 1) << "submap 1 holds the first camera";
+  ExpectSound(scene);
 }
 
 TEST(SubmapSteps, WhatIsOutsideIsHeld) {

@@ -157,5 +157,14 @@ TEST_F(SubmapsTest, OneIsDueWhenItHasGrown) {
   EXPECT_TRUE(Read().ListDue(kOther, schedule).empty());
 }
 
+TEST_F(SubmapsTest, OneThatIsTooLargeIsDue) {
+  Fill(6);
+  Put({{SubmapId(1), kCity, Ids(0, 6), 6}});
+  AdjustmentSchedule schedule{.submap_images_max = 6};
+  EXPECT_TRUE(Read().ListDue(kCity, schedule).empty());
+  schedule.submap_images_max = 5;
+  EXPECT_EQ(Read().ListDue(kCity, schedule), std::vector{SubmapId(1)});
+}
+
 }  // namespace
 }  // namespace veduta

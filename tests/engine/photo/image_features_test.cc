@@ -6,6 +6,7 @@
 
 #include <gtest/gtest.h>
 
+#include "engine/matching/mutual_matcher.h"
 #include "tests/storage/samples.h"
 
 namespace veduta {
@@ -78,6 +79,31 @@ TEST_F(ImageFeaturesTest, AreThoseStored) {
   EXPECT_EQ((*image)->packed.count(), 20u) << "the strongest alone are matched";
   EXPECT_GT((*image)->size_bytes(), 30u * kDescriptorSize);
   EXPECT_EQ(cache.Get(*database_->GetSnapshot(), ImageId(3)).status().code(),
+            StatusCode::kNotFound);
+}
+
+TEST_F(ImageFeaturesTest, MatchesAreThoseOfTheMatcherAndAreKept) {
+  const auto snapshot = database_->GetSnapshot();
+  ImageFeatureCache cache(1 << 20, 20);
+  const auto matches = cache.Match(*snapshot, ImageId(1), ImageId(2), 0.99);
+  ASSERT_OK(matches);
+  const auto first = *cache.Get(*snapshot, ImageId(1)), second = *cache.Get(*snapshot, ImageId(2));
+  MatchOptions options;
+  options.ratio_max = 0.99;
+  const auto expect = [](const std::vector<DescriptorMatch>& wanted,
+                         const std::vector<FeatureMatch>& found) {
+    ASSERT_EQ(found.size(), wanted.size());
+    for (size_t i = 0; i < found.size(); ++i)
+      EXPECT_EQ(found[i], (FeatureMatch{wanted[i].a, wanted[i].b}));
+  };
+  ASSERT_FALSE((*matches)->from_first.empty());
+  expect(MatchMutual(first->packed, second->packed, options), (*matches)->from_first);
+  expect(MatchMutual(second->packed, first->packed, options), (*matches)->from_second);
+  EXPECT_EQ(*cache.Match(*snapshot, ImageId(1), ImageId(2), 0.99), *matches) << "kept";
+  const auto strict = cache.Match(*snapshot, ImageId(1), ImageId(2), 0.9);
+  ASSERT_OK(strict);
+  EXPECT_LT((*strict)->from_first.size(), (*matches)->from_first.size());
+  EXPECT_EQ(cache.Match(*snapshot, ImageId(1), ImageId(3), 0.99).status().code(),
             StatusCode::kNotFound);
 }
 
