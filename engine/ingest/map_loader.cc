@@ -112,9 +112,9 @@ Result<PairRecord> MapLoader::GetPair(ImageId a, ImageId b) const {
   return pair;
 }
 
-Status MapLoader::CheckSeen(std::span<const ImageId> images) const {
+Status MapLoader::CheckSeen(std::span<const ImageId> images) {
   for (const ImageId id : images) {
-    if (!map_->HasImage(id)) continue;
+    if (!map_->HasImage(id) || checked_.contains(id)) continue;
     const MapImage& image = map_->image(id);
     for (FeatureIndex f = 0; f < image.points.size(); ++f) {
       const PointId point = image.points[f];
@@ -135,6 +135,7 @@ Status MapLoader::CheckSeen(std::span<const ImageId> images) const {
         }
       }
     }
+    checked_.insert(id);
   }
   return Status::Ok();
 }
@@ -175,7 +176,7 @@ Status MapLoader::LoadStructure(std::span<const ImageId> images) {
 
 Status MapLoader::LoadNeighborhood(std::span<const ImageId> images) {
   VEDUTA_RETURN_IF_ERROR(LoadStructure(images));
-  std::set<ImageId> seen;
+  std::unordered_set<ImageId> seen;
   for (const ImageId id : images) {
     if (!map_->HasImage(id)) continue;
     for (const PointId point : map_->image(id).points) {
@@ -185,7 +186,9 @@ Status MapLoader::LoadNeighborhood(std::span<const ImageId> images) {
       for (const TrackElement& element : record->track) seen.insert(element.image);
     }
   }
-  VEDUTA_RETURN_IF_ERROR(LoadImages(std::vector(seen.begin(), seen.end())));
+  std::vector<ImageId> ascending(seen.begin(), seen.end());
+  std::ranges::sort(ascending);
+  VEDUTA_RETURN_IF_ERROR(LoadImages(ascending));
   if (!has_loaded_) return Status::Ok();
   has_loaded_ = false;
   return CheckSeen(images);

@@ -7,6 +7,7 @@
 #include <memory>
 #include <optional>
 #include <span>
+#include <unordered_set>
 
 #include "engine/mapping/city_map.h"
 #include "engine/photo/image_features.h"
@@ -60,12 +61,13 @@ class MapLoader final {
   Status LoadBlocks(std::span<const ImageId> homes);
   // Checks that what these images see agrees with the other records that name it: these are the
   // first invariants of CityMap, on which all that changes the map relies.
-  Status CheckSeen(std::span<const ImageId> images) const;
+  Status CheckSeen(std::span<const ImageId> images);
 
   std::shared_ptr<const Snapshot> snapshot_;
   ImageFeatureCache* features_;
   CityMap* map_;
-  bool has_loaded_ = false;  // something since the last CheckSeen
+  bool has_loaded_ = false;              // something since the last CheckSeen
+  std::unordered_set<ImageId> checked_;  // of these CheckSeen was content
   std::map<ReconstructionId, ReconstructionRecord> reconstructions_;
 };
 
