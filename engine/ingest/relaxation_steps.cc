@@ -273,10 +273,14 @@ Status MoveSubmaps(const IngestParts& parts, ReconstructionId reconstruction, Su
       const SubmapGroup group,
       FindGroup(*scope.base, submaps, *found, true, parts.options.schedule.region_images_max));
   VEDUTA_ASSIGN_OR_RETURN(const Region region, LoadRegion(context, group.images, false));
-  const auto motion_of = [&](ImageId id) { return *submaps.FindOf(id)->motion; };
+  std::map<ImageId, Sim3> motions;
+  for (const SubmapId id : group.submaps) {
+    const SubmapRecord& moved = *submaps.Find(id);
+    for (const ImageId image : moved.images) motions[image] = *moved.motion;
+  }
   CityMap* const map = parts.map;
   for (const ImageId id : region.images)
-    map->SetPose(id, TransformCameraWorld(motion_of(id), map->image(id).cam_from_world));
+    map->SetPose(id, TransformCameraWorld(motions.at(id), map->image(id).cam_from_world));
   // Points of which other images are the home stay where they are; setting their position again
   // measures their errors anew.
   for (const PointId id : map->PointsSeenBy(region.images)) {
@@ -285,7 +289,7 @@ Status MoveSubmaps(const IngestParts& parts, ReconstructionId reconstruction, Su
   }
   for (const ImageId home : region.images) {
     for (const PointRecord& point : map->StoredBlock(home).points)
-      map->SetPosition(point.id, motion_of(home) * point.position);
+      map->SetPosition(point.id, motions.at(home) * point.position);
   }
   for (const SubmapId id : group.submaps) submaps.SetMotion(id, std::nullopt);
   HealingWriter writer(parts, scope, reconstruction, &state);

@@ -6,8 +6,9 @@
 // border (submap_borders.h). No image and no point is read for that.
 //
 // A relaxation moves every submap as a whole (submap_relaxation.h). It writes the motions into the
-// submaps' records, and each is carried out by a step of its own; then the submaps whose borders
-// have changed are adjusted. All of that is read from the records, so a killed process goes on.
+// submaps' records, and they are carried out group by group, each group by a step of its own; then
+// the submaps whose borders have changed are adjusted. All of that is read from the records, so a
+// killed process goes on.
 // Each function is one transaction. After an error nothing is committed and the map may be half
 // changed: the caller clears it.
 

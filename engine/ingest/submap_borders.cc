@@ -12,7 +12,7 @@ namespace veduta {
 namespace {
 
 // Ties with one other submap, at most: points that both see, and matches whose two points are not
-// one. A relaxation of a street of 1,500 photos then has some 50,000 views. Chosen by hand; not
+// one. A relaxation of a street of 1,500 photos then has some 170,000 views. Chosen by hand; not
 // measured.
 constexpr size_t kJoinedTiesMax = 40, kApartTiesMax = 20;
 // Views of one tie from one submap, at most: further views hardly tell more exactly where the place

@@ -33,7 +33,9 @@ Result<std::optional<SubmapId>> FindBeside(const Snapshot& snapshot, const Subma
   VEDUTA_ASSIGN_OR_RETURN(auto weights, WeighBeside(snapshot, submaps, submap));
   std::erase_if(weights, [&](const auto& entry) {
     const size_t together = submaps.Find(entry.first)->images.size() + submap.images.size();
-    return together > schedule.submap_images_max;
+    const bool moves_alike =
+        submaps.Find(entry.first)->motion.has_value() == submap.motion.has_value();
+    return together > schedule.submap_images_max || !moves_alike;
   });
   const auto heaviest = std::ranges::max_element(
       weights, {}, [](const std::pair<const SubmapId, uint64_t>& entry) { return entry.second; });
@@ -70,8 +72,11 @@ Status AdjustAndWrite(const IngestParts& parts, const WriteScope& scope,
   VEDUTA_ASSIGN_OR_RETURN(const Healing healing, AdjustRegion(context, region));
   VEDUTA_RETURN_IF_ERROR(WriteRegion(parts, scope, whole, region, healing, writer, submaps));
   for (const SubmapId id : group.submaps) {
-    if (submaps->Find(id) == nullptr) continue;
-    submaps->NoteAdjusted(id);
+    const SubmapRecord* const submap = submaps->Find(id);
+    if (submap == nullptr) continue;
+    // One that is too small stays due: its own step joins it to another.
+    const bool is_too_small = submap->images.size() < parts.options.schedule.submap_images_min;
+    if (id == group.submaps.front() || !is_too_small) submaps->NoteAdjusted(id);
     if (!is_relaxed) continue;
     VEDUTA_ASSIGN_OR_RETURN(const SubmapBorder border, FindBorder(context, *submaps, id, healing));
     scope.transaction->PutSubmapBorder(border);

@@ -15,10 +15,11 @@ namespace veduta {
 Status PartReconstruction(const IngestParts& parts, ReconstructionId reconstruction,
                           WriteScope scope);
 
-// Adjusts a submap, with all that lies around it held, and heals it (AdjustRegion). One that has
-// grown too large is parted instead, and one that is too small joins the one that it has most
-// verified pairs with, where there is room; what comes of it is due. What it costs does not grow
-// with the reconstruction.
+// Adjusts a submap together with those around it (FindGroup), with all that lies around these held,
+// and heals them (AdjustRegion): none of them is due then, but for those that are too large or too
+// small. A submap that has grown too large is parted instead, and one that is too small joins the
+// one that it has most verified pairs with, where there is room; what comes of it is due. What it
+// costs does not grow with the reconstruction.
 Result<AdjustedWhole> AdjustSubmap(const IngestParts& parts, ReconstructionId reconstruction,
                                    SubmapId submap, WriteScope scope);
 

@@ -12,8 +12,9 @@ namespace {
 // Images that are asked which submap is nearest. Chosen by hand; not measured.
 constexpr size_t kAskedMax = 12;
 
-// A part of so many images that is merged becomes a submap of its own: as many as would make the
-// adjustment of a reconstruction due (AdjustmentSchedule). Chosen by hand; not measured.
+// A part of so many images that is merged is not spread over the submaps around it: it becomes a
+// submap of its own, which is parted where it is too large, and the seam is due. Chosen by hand;
+// not measured.
 constexpr size_t kOwnSubmapMin = 15;
 
 bool IsDue(const SubmapRecord& submap, const AdjustmentSchedule& schedule) {

@@ -182,7 +182,8 @@ std::optional<Sim3> FindBetterPlace(const CityMap& map, std::span<const ImageId>
   Sim3 best = RefineSimilarity(Sim3(), in_rest.list, in_body.list, kErrorPxMax);
   size_t found = count(best);
   // A row of 100 images of a street stood 21 m off, and what is nearest to there is 13 m off. Where
-  // more than half of the sightings are explained, no place that is not near by explains more.
+  // more than half of the sightings are explained, hardly any place that is not near by explains
+  // clearly more.
   const auto sought = 2 * found > all ? std::nullopt
                                       : AlignByViews(Spread(in_rest.list), Spread(in_body.list),
                                                      MixSeed(body.front().value, body.size()), {});

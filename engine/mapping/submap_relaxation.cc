@@ -35,6 +35,11 @@ constexpr double kToleranceOfCost = 1e-5;
 // Where more of the views are off by so many times the scale of the loss, something may lie far off
 // that a coarse loss would join. Chosen by hand; not measured.
 constexpr double kFarScales = 4, kFarShareMin = 0.005;
+// The scale of a submap is held where its cameras lie closer together than such a share of the
+// distance to the nearest place that they see: nothing says then how large it is. A relaxation that
+// would still change a scale by more than such a factor is not believed. Both were chosen by hand
+// and not measured.
+constexpr double kSpreadShareMin = 1e-3, kScaleFactorMax = 2;
 
 Eigen::Matrix3d CrossMatrix(const Eigen::Vector3d& v) {
   Eigen::Matrix3d m;
@@ -77,6 +82,7 @@ class Relaxer {
     for (const TieView& view : problem.views)
       given_.push_back(
           {view.cam_from_world.rotation.toRotationMatrix(), view.cam_from_world.Center()});
+    HoldScales();
   }
 
   // Levenberg-Marquardt at one scale of the loss. Where `moves` is false only the places move.
@@ -120,6 +126,20 @@ class Relaxer {
   }
 
  private:
+  void HoldScales() {
+    std::vector<double> spread(problem_.centers.size()), nearest(spread.size(), INFINITY);
+    for (size_t tie = 0; tie < estimate_.places.size(); ++tie) {
+      for (uint32_t v = problem_.first_view[tie]; v < problem_.first_view[tie + 1]; ++v) {
+        const uint32_t submap = problem_.views[v].submap;
+        const Eigen::Vector3d& center = given_[v].center;
+        spread[submap] = std::max(spread[submap], (center - problem_.centers[submap]).norm());
+        nearest[submap] = std::min(nearest[submap], (center - estimate_.places[tie]).norm());
+      }
+    }
+    for (size_t i = 0; i < spread.size(); ++i)
+      holds_scale_.push_back(!(spread[i] > kSpreadShareMin * nearest[i]));
+  }
+
   std::vector<PlacedView> PlaceViews(const Estimate& estimate) const {
     std::vector<Eigen::Matrix3d> turns;
     for (const Sim3& motion : estimate.new_from_old)
@@ -172,6 +192,7 @@ class Relaxer {
       Matrix27d by_submap;
       by_submap << by_place * CrossMatrix(place - center), -by_place,
           -by_place * (placed[v].center - center);
+      if (holds_scale_[submap]) by_submap.col(6).setZero();
       const Matrix7d own = weight * by_submap.transpose() * by_submap;
       const Eigen::Index at = kFreedom * static_cast<Eigen::Index>(submap - 1);
       sum->blocks.try_emplace({submap, submap}, Matrix7d::Zero()).first->second += own;
@@ -271,6 +292,7 @@ class Relaxer {
   const RelaxationProblem& problem_;
   std::vector<PlacedView> given_;  // where nothing has moved
   Estimate estimate_;
+  std::vector<bool> holds_scale_;  // of each submap
   double scale_px_ = 1;
   bool moves_ = true;
 };
@@ -366,6 +388,10 @@ Result<Relaxation> RelaxSubmaps(const RelaxationProblem& given, const Relaxation
       2 * (relaxation.initial_cost - relaxation.cost) >
       variance * (unknowns + options.gain_sigmas_min * std::sqrt(2 * unknowns));
   relaxation.new_from_old = best.estimate().new_from_old;
+  for (const Sim3& motion : relaxation.new_from_old) {
+    if (!(motion.scale <= kScaleFactorMax && motion.scale * kScaleFactorMax >= 1))
+      relaxation.is_significant = false;
+  }
   relaxation.change_px = ListChanges(problem, still.Errors(), best.Errors());
   return relaxation;
 }

@@ -400,6 +400,7 @@ bool Scheduler::DoStep(std::unique_lock<std::mutex>* lock) {
   bool is_training_due = false;
   {
     Writer::Turn turn = writer_->Take();
+    watch.LapMs();  // the wait for the turn is not the step's
     if (tries_failed_again) (*ingest_)->TryFailedAgain();
     step = (*ingest_)->RunNextStep();
     is_training_due = !step && (*ingest_)->IsTrainingDue();

@@ -147,6 +147,28 @@ TEST(SubmapSteps, TheSubmapsAroundAreAdjustedTogether) {
   ExpectSound(scene);
 }
 
+TEST(SubmapSteps, OneThatIsTooSmallStaysDueUntilItsOwnStepJoinsIt) {
+  SceneDatabase scene(kArc);
+  AddArc(&scene);
+  const auto transaction = scene.database()->BeginTransaction();
+  std::vector<ImageId> others;
+  for (uint32_t k = 2; k <= 12; ++k) others.push_back(ImageId(k));
+  transaction->PutSubmap({SubmapId(1), kCity, others, 0});
+  transaction->PutSubmap({SubmapId(2), kCity, {ImageId(1)}, 0});
+  ASSERT_OK(transaction->Commit());
+  Worker worker(&scene);
+  worker.options.schedule.submap_images_max = worker.options.schedule.region_images_max = 12;
+  ASSERT_OK(worker.Adjust(1));
+  ASSERT_EQ(worker.Submaps().size(), 2u);
+  EXPECT_EQ(worker.Submaps()[0].images_at_adjustment, 11u);
+  EXPECT_EQ(worker.Submaps()[1].images_at_adjustment, 0u);
+  ASSERT_OK(worker.Adjust(2));
+  ASSERT_EQ(worker.Submaps().size(), 1u) << "it has joined the other";
+  ASSERT_OK(worker.Adjust(1));
+  EXPECT_EQ(worker.Submaps()[0].images_at_adjustment, 12u);
+  ExpectSound(scene);
+}
+
 TEST(SubmapSteps, WhatIsOutsideIsHeld) {
   SceneDatabase scene(kArc);
   scene.LimitTracks(2);  // so that not all cameras are around the submap

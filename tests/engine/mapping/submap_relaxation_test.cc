@@ -9,6 +9,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <optional>
 
 #include "engine/mapping/similarity.h"
 #include "tests/engine/mapping/synthetic_scene.h"
@@ -17,13 +18,15 @@ namespace veduta {
 namespace {
 
 constexpr uint32_t kSubmaps = 8, kCameras = 6;  // cameras of each submap
+constexpr uint32_t kLoneCamera = 2;
 constexpr double kRadius = 40;
 
 struct RingOptions {
   double drift = 0;  // of each submap against the one before: rad and metres
   double noise_px = 0;
   double wrong_share = 0;
-  uint32_t ties = 40;  // between two neighbours
+  uint32_t ties = 40;            // between two neighbours
+  std::optional<uint32_t> lone;  // a submap of which one camera sees all
 };
 
 // A camera on the ring at `turns`, which looks outwards.
@@ -61,6 +64,7 @@ Ring MakeRing(const RingOptions& options) {
       now.push_back(TransformCameraWorld(now_from_truth, truth.back()));
       center += now.back().Center() / kCameras;
     }
+    if (options.lone == s) center = now[kLoneCamera].Center();
     ring.problem.centers.push_back(center);
     const Sim3 drift{1 + options.drift,
                      Eigen::Quaterniond(Eigen::AngleAxisd(
@@ -77,8 +81,10 @@ Ring MakeRing(const RingOptions& options) {
       const Eigen::Vector3d place(distance * std::cos(angle), 10 * random.Unit() - 5,
                                   distance * std::sin(angle));
       const bool is_wrong = random.Unit() < options.wrong_share;
-      for (const auto& [submap, camera] : {std::pair(s, kCameras - 3), std::pair(s, kCameras - 1),
-                                           std::pair(next, 0u), std::pair(next, 2u)}) {
+      for (const auto& [submap, some_camera] :
+           {std::pair(s, kCameras - 3), std::pair(s, kCameras - 1), std::pair(next, 0u),
+            std::pair(next, 2u)}) {
+        const uint32_t camera = options.lone == submap ? kLoneCamera : some_camera;
         TieView view;
         view.submap = submap;
         view.camera = RingCamera();
@@ -145,6 +151,20 @@ TEST(SubmapRelaxation, ErrorsOfMeasurementMoveNothing) {
     const auto relaxed = RelaxSubmaps(MakeRing({.noise_px = noise_px}).problem, {});
     ASSERT_TRUE(relaxed.ok());
     EXPECT_FALSE(relaxed->is_significant) << noise_px;
+  }
+}
+
+TEST(SubmapRelaxation, ASubmapOfOneCameraKeepsItsScale) {
+  for (const double noise_px : {0.0, 0.5}) {
+    const Ring ring = MakeRing({.drift = 0.002, .noise_px = noise_px, .lone = 3});
+    const auto relaxed = RelaxSubmaps(ring.problem, {});
+    ASSERT_TRUE(relaxed.ok());
+    EXPECT_TRUE(relaxed->is_significant);
+    for (uint32_t s = 0; s < kSubmaps; ++s)
+      EXPECT_NEAR(relaxed->new_from_old[s].scale, 1, s == 3 ? 1e-12 : 0.05) << "submap " << s;
+    if (noise_px == 0) {
+      EXPECT_LT(relaxed->cost, 1e-6 * relaxed->initial_cost);
+    }
   }
 }
 
