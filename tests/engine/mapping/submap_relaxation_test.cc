@@ -25,8 +25,8 @@ struct RingOptions {
   double drift = 0;  // of each submap against the one before: rad and metres
   double noise_px = 0;
   double wrong_share = 0;
-  uint32_t ties = 40;            // between two neighbours
-  std::optional<uint32_t> lone;  // a submap of which one camera sees all
+  uint32_t ties = 40;                           // between two neighbours
+  std::optional<uint32_t> lone = std::nullopt;  // a submap of which one camera sees all
 };
 
 // A camera on the ring at `turns`, which looks outwards.
