@@ -35,10 +35,10 @@ constexpr double kToleranceOfCost = 1e-5;
 // Where more of the views are off by so many times the scale of the loss, something may lie far off
 // that a coarse loss would join. Chosen by hand; not measured.
 constexpr double kFarScales = 4, kFarShareMin = 0.005;
-// The scale of a submap is held where its cameras lie closer together than such a share of the
-// distance to the nearest place that they see: nothing says then how large it is. A relaxation that
-// would still change a scale by more than such a factor is not believed. Both were chosen by hand
-// and not measured.
+// The scale of a submap is held where the cameras that see its ties lie closer together than such a
+// share of the distance to the nearest place that they see: nothing says then how large it is. A
+// relaxation that would still change a scale by more than such a factor is not believed. Both were
+// chosen by hand and not measured.
 constexpr double kSpreadShareMin = 1e-3, kScaleFactorMax = 2;
 
 Eigen::Matrix3d CrossMatrix(const Eigen::Vector3d& v) {
@@ -128,11 +128,13 @@ class Relaxer {
  private:
   void HoldScales() {
     std::vector<double> spread(problem_.centers.size()), nearest(spread.size(), INFINITY);
+    std::vector<const Eigen::Vector3d*> first(spread.size());  // the first camera of each submap
     for (size_t tie = 0; tie < estimate_.places.size(); ++tie) {
       for (uint32_t v = problem_.first_view[tie]; v < problem_.first_view[tie + 1]; ++v) {
         const uint32_t submap = problem_.views[v].submap;
         const Eigen::Vector3d& center = given_[v].center;
-        spread[submap] = std::max(spread[submap], (center - problem_.centers[submap]).norm());
+        if (first[submap] == nullptr) first[submap] = &center;
+        spread[submap] = std::max(spread[submap], (center - *first[submap]).norm());
         nearest[submap] = std::min(nearest[submap], (center - estimate_.places[tie]).norm());
       }
     }

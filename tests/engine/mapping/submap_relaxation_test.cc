@@ -64,7 +64,6 @@ Ring MakeRing(const RingOptions& options) {
       now.push_back(TransformCameraWorld(now_from_truth, truth.back()));
       center += now.back().Center() / kCameras;
     }
-    if (options.lone == s) center = now[kLoneCamera].Center();
     ring.problem.centers.push_back(center);
     const Sim3 drift{1 + options.drift,
                      Eigen::Quaterniond(Eigen::AngleAxisd(
