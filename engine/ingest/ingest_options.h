@@ -36,8 +36,8 @@ struct AdjustmentSchedule {
   // > 0. Where such a reconstruction has grown by such a share, it is adjusted and judged as a
   // whole all the same: only that finds a large part that stands far off. In a street of 200 (seed
   // 73, order 2) two rows of 100 images stood metres apart at the end where only groups of 48 were
-  // adjusted, and are right with this. Up to whole_again_images_max images (>= 0), for it costs
-  // time and memory for each of them. Both were chosen by hand.
+  // adjusted; they had been right where the whole was. Up to whole_again_images_max images (>= 0),
+  // for it costs time and memory for each of them. Both were chosen by hand.
   double whole_again_share = 0.2;
   uint32_t whole_again_images_max = 2000;
   // > 0. A larger one is relaxed and judged as its submaps instead (relaxation_steps.h), where it
