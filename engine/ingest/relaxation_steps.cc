@@ -145,12 +145,30 @@ Result<std::vector<TieView>> MakeTie(const Whole& whole, SubmapId border,
     const auto pose = whole.poses.find(row.image);
     if (place == whole.place_of.end() || pose == whole.poses.end()) continue;
     VEDUTA_ASSIGN_OR_RETURN(const Pinhole camera, cameras->Get(row.image));
-    views.push_back({place->second, pose->second, camera, {row.x_px, row.y_px}});
+    views.push_back({place->second, row.image, pose->second, camera, {row.x_px, row.y_px}});
   }
   if (views.empty()) return views;
   const auto [least, most] = std::ranges::minmax(views, {}, &TieView::submap);
   if (least.submap == most.submap || !CountsHere(whole, border, least.submap)) views.clear();
   return views;
+}
+
+// Each two submaps that see points together.
+std::vector<SubmapPair> ListPairs(const Whole& whole) {
+  std::map<std::pair<uint32_t, uint32_t>, uint64_t> shared;
+  for (const SubmapBorder& border : whole.borders) {
+    for (const BorderEvidence& row : border.evidence) {
+      const auto a = whole.place_of.find(row.a), b = whole.place_of.find(row.b);
+      if (a == whole.place_of.end() || b == whole.place_of.end() || a->second == b->second)
+        continue;
+      const auto [low, high] = std::minmax(a->second, b->second);
+      if (CountsHere(whole, border.id, low)) shared[{low, high}] += row.shared_points;
+    }
+  }
+  std::vector<SubmapPair> pairs;
+  for (const auto& [both, points] : shared)
+    if (points > 0) pairs.push_back({both.first, both.second, points});
+  return pairs;
 }
 
 Result<RelaxationProblem> MakeProblem(const Snapshot& base, const Whole& whole) {
@@ -162,6 +180,7 @@ Result<RelaxationProblem> MakeProblem(const Snapshot& base, const Whole& whole) 
     ++counts[whole.place_of.at(image)];
   }
   for (size_t i = 0; i < counts.size(); ++i) problem.centers[i] /= std::max(1.0, counts[i]);
+  problem.pairs = ListPairs(whole);
   Cameras cameras(base);
   for (const SubmapBorder& border : whole.borders) {
     for (size_t begin = 0, end = 0; begin < border.views.size(); begin = end) {
@@ -207,13 +226,15 @@ Status SplitPart(const IngestParts& parts, const WriteScope& scope, Reconstructi
 }
 
 // Relaxes the whole, and says how.
-Result<std::string> RelaxWhole(const Snapshot& base, const Whole& whole, Submaps* submaps) {
+Result<std::string> RelaxWhole(const Snapshot& base, const Whole& whole, ThreadPool* pool,
+                               Submaps* submaps) {
   VEDUTA_ASSIGN_OR_RETURN(const RelaxationProblem problem, MakeProblem(base, whole));
-  VEDUTA_ASSIGN_OR_RETURN(const Relaxation relaxation, RelaxSubmaps(problem, RelaxationOptions()));
+  VEDUTA_ASSIGN_OR_RETURN(const Relaxation relaxation,
+                          RelaxSubmaps(problem, RelaxationOptions(), pool));
   const std::string where = std::to_string(whole.submaps.size()) + " submaps that ";
   if (!relaxation.is_significant) return where + "fit, ";
   SetMotions(whole, relaxation, submaps);
-  return where + "are moved, ";
+  return where + (relaxation.is_carried ? "are moved, some of them far, " : "are moved, ");
 }
 
 }  // namespace
@@ -237,7 +258,8 @@ Result<AdjustedWhole> RelaxReconstruction(const IngestParts& parts, Reconstructi
   } else if (!wrong.empty()) {
     VEDUTA_RETURN_IF_ERROR(SplitPart(parts, scope, record, wrong, &writer, &submaps));
   } else {
-    VEDUTA_ASSIGN_OR_RETURN(const std::string how, RelaxWhole(*scope.base, whole, &submaps));
+    VEDUTA_ASSIGN_OR_RETURN(const std::string how,
+                            RelaxWhole(*scope.base, whole, parts.pool, &submaps));
     record.images_at_adjustment = record.image_count;
     transaction->PutReconstruction(record);
     VEDUTA_RETURN_IF_ERROR(MakeHypothesesDue(*scope.base, reconstruction, {}, transaction));

@@ -2,38 +2,18 @@
 #include "engine/mapping/better_body.h"
 
 #include <algorithm>
-#include <cmath>
 #include <functional>
 #include <map>
 #include <set>
 #include <utility>
 
-#include "engine/mapping/similarity.h"
+#include "engine/mapping/body_place.h"
+#include "engine/mapping/single_linkage.h"
 #include "engine/mapping/triangulation.h"
-#include "engine/mapping/view_alignment.h"
 #include "storage/base/content_hash.h"
 
 namespace veduta {
 namespace {
-
-// > 0, px. Error up to which a place explains a sighting, as for one image (better_pose.cc), and at
-// which a sighting loses half of its weight.
-constexpr double kErrorPxMax = 1.0;
-// Sightings of either side by which a place is sought that is not near by: 20 ms for so many. All
-// 9,627 of one street led to the same place.
-constexpr size_t kSoughtByMax = 500;
-// >= 1. Sightings that the better place must explain. Chosen by hand; not measured.
-constexpr size_t kExplainedMin = 30;
-// By three standard deviations of how such a count scatters (Poisson), and a twentieth. In the
-// courtyard of castle-P19, whose windows repeat, a body was drawn away from where it belongs by 23
-// more of 443, which is less than two; the four that were carried in two streets gained 3.6 and
-// more.
-bool IsClearlyMore(size_t found, size_t explained) {
-  if (found <= explained || found < kExplainedMin) return false;
-  const double gain = static_cast<double>(found - explained);
-  return gain >= 3 * std::sqrt(static_cast<double>(found)) &&
-         gain >= 0.05 * static_cast<double>(explained);
-}
 
 bool Holds(std::span<const ImageId> ascending, ImageId id) {
   return std::ranges::binary_search(ascending, id);
@@ -86,14 +66,8 @@ class Sightings {
   std::set<std::pair<ImageId, PointId>> seen_;
 };
 
-// Two images, and how many points both see.
-struct Tie {
-  ImageId a, b;
-  uint32_t points = 0;
-};
-
-// Those with most points first, then ascending images.
-std::vector<Tie> ListTies(const CityMap& map, std::span<const ImageId> images) {
+// Those that see most points together first, then ascending. Nodes are places in `images`.
+std::vector<Link> ListLinks(const CityMap& map, std::span<const ImageId> images) {
   std::vector<std::pair<ImageId, ImageId>> shared;  // once for each point
   for (const PointId id : map.PointsSeenBy(images)) {
     const std::vector<TrackElement>& track = map.point(id).track;
@@ -105,60 +79,33 @@ std::vector<Tie> ListTies(const CityMap& map, std::span<const ImageId> images) {
     }
   }
   std::ranges::sort(shared);
-  std::vector<Tie> ties;
-  for (const auto& [a, b] : shared) {
-    if (ties.empty() || ties.back().a != a || ties.back().b != b) ties.push_back({a, b});
-    ++ties.back().points;
+  std::vector<std::pair<uint32_t, Link>> counted;  // points
+  const auto place = [&](ImageId id) {
+    return static_cast<uint32_t>(std::ranges::lower_bound(images, id) - images.begin());
+  };
+  for (size_t i = 0; i < shared.size(); ++i) {
+    if (i == 0 || shared[i] != shared[i - 1])
+      counted.push_back({0, {place(shared[i].first), place(shared[i].second)}});
+    ++counted.back().first;
   }
-  std::ranges::stable_sort(ties, std::greater<>(), &Tie::points);
-  return ties;
-}
-
-// How many of them a similarity into the frame of the cameras explains.
-size_t CountExplained(std::span<const CrossSighting> seen, const Sim3& carried) {
-  return static_cast<size_t>(std::ranges::count_if(seen, [&](const CrossSighting& s) {
-    const Eigen::Vector3d x = s.cam_from_world * (carried * s.point);
-    return x.z() > 0 && s.focal_px * (x.hnormalized() - s.x).norm() <= kErrorPxMax;
-  }));
-}
-
-// Some of them, spread over all.
-std::vector<CrossSighting> Spread(std::span<const CrossSighting> seen) {
-  std::vector<CrossSighting> some;
-  const size_t step = std::max<size_t>(1, seen.size() / kSoughtByMax);
-  for (size_t i = 0; i < seen.size(); i += step) some.push_back(seen[i]);
-  return some;
+  std::ranges::stable_sort(counted, std::greater<>(), &std::pair<uint32_t, Link>::first);
+  std::vector<Link> links;
+  for (const auto& [points, link] : counted) links.push_back(link);
+  return links;
 }
 
 }  // namespace
 
 std::vector<std::vector<ImageId>> ListBodies(const CityMap& map, std::span<const ImageId> images,
                                              size_t images_max) {
-  const std::vector<Tie> ties = ListTies(map, images);
-  std::map<ImageId, ImageId> group_of;
-  std::map<ImageId, std::vector<ImageId>> groups;
-  for (const ImageId id : images) group_of[id] = id, groups[id] = {id};
   std::vector<std::vector<ImageId>> bodies;
-  const auto append = [&](std::vector<ImageId> group) {
-    if (group.size() < 2 || group.size() > images_max) return;
-    std::ranges::sort(group);
-    bodies.push_back(std::move(group));
-  };
-  for (const Tie& tie : ties) {
-    ImageId into = group_of.at(tie.a), from = group_of.at(tie.b);
-    if (into == from) continue;
-    if (groups.at(into).size() < groups.at(from).size()) std::swap(into, from);
-    std::vector<ImageId> moved = std::move(groups.at(from));
-    groups.erase(from);
-    for (const ImageId id : moved) group_of[id] = into;
-    std::vector<ImageId>& kept = groups.at(into);
-    kept.insert(kept.end(), moved.begin(), moved.end());
-    append(std::move(moved));
+  const std::vector<Link> links = ListLinks(map, images);
+  for (const std::vector<uint32_t>& group :
+       ListLinkedGroups(static_cast<uint32_t>(images.size()), links)) {
+    if (group.size() < 2 || group.size() > images_max) continue;
+    std::vector<ImageId>& body = bodies.emplace_back();
+    for (const uint32_t place : group) body.push_back(images[place]);
   }
-  const auto largest =
-      std::ranges::max_element(groups, {}, [](const auto& group) { return group.second.size(); });
-  for (auto it = groups.begin(); it != groups.end(); ++it)
-    if (it != largest) append(it->second);
   return bodies;
 }
 
@@ -173,26 +120,9 @@ std::optional<Sim3> FindBetterPlace(const CityMap& map, std::span<const ImageId>
       in_rest.Add(b, match.b, a.points[match.a]);
     }
   }
-  const auto count = [&](const Sim3& rest_from_body) {
-    return CountExplained(in_rest.list, rest_from_body) +
-           CountExplained(in_body.list, rest_from_body.Inverse());
-  };
-  const size_t all = in_body.list.size() + in_rest.list.size(), explained = count(Sim3());
-  if (!IsClearlyMore(all, explained)) return std::nullopt;
-  Sim3 best = RefineSimilarity(Sim3(), in_rest.list, in_body.list, kErrorPxMax);
-  size_t found = count(best);
-  // A row of 100 images of a street stood 21 m off, and what is nearest to there is 13 m off. Where
-  // more than half of the sightings are explained, hardly any place that is not near by explains
-  // clearly more.
-  const auto sought = 2 * found > all ? std::nullopt
-                                      : AlignByViews(Spread(in_rest.list), Spread(in_body.list),
-                                                     MixSeed(body.front().value, body.size()), {});
-  if (sought) {
-    const Sim3 there = RefineSimilarity(sought->b_from_a, in_rest.list, in_body.list, kErrorPxMax);
-    if (const size_t explains = count(there); explains > found) best = there, found = explains;
-  }
-  if (!IsClearlyMore(found, explained)) return std::nullopt;
-  return best;
+  const std::optional<BodyPlace> found =
+      FindBodyPlace(in_rest.list, in_body.list, MixSeed(body.front().value, body.size()));
+  return found ? std::optional(found->new_from_old) : std::nullopt;
 }
 
 }  // namespace veduta

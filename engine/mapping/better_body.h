@@ -12,11 +12,9 @@
 
 namespace veduta {
 
-// Joins `images` (ascending) by single linkage: the two that have most points in common come first.
-// Each time two groups are joined, the smaller one is a candidate body; of the groups that are left
-// in the end, all but the largest are. Returns the candidates of 2 to `images_max` images. No image
-// outside of one shares more points with an image inside than the weakest tie by which it was
-// joined. Each is ascending, and comes before larger ones that hold it. O(points * track length^2).
+// Candidate bodies of 2 to `images_max` images: the groups that single linkage lists of `images`
+// (ascending; single_linkage.h), those with most points in common first. O(points * track
+// length^2).
 std::vector<std::vector<ImageId>> ListBodies(const CityMap& map, std::span<const ImageId> images,
                                              size_t images_max);
 
@@ -26,13 +24,12 @@ struct BodyPair {
   PairMatches matches;
 };
 
-// The similarity that carries the body to where clearly more of what is seen across agrees than
-// where it stands, if there is one: near by, or wherever views of either side place the other
-// (view_alignment.h). Photos that were placed by each other share an error: the points that they
-// see together keep each of them where it is, and what would draw all of them back lies outside of
-// the bounds of a track. So points that the rest agrees on are put where the rest sees them, those
-// of the body where the body does, as if the two were reconstructions of their own. Reads the map
-// only. Deterministic in its inputs.
+// The similarity that carries the body to its better place (body_place.h), if there is one. Photos
+// that were placed by each other share an error: the points that they see together keep each of
+// them where it is, and what would draw all of them back lies outside of the bounds of a track. So
+// points that the rest agrees on are put where the rest sees them, those of the body where the body
+// does, as if the two were reconstructions of their own. Reads the map only. Deterministic in its
+// inputs.
 std::optional<Sim3> FindBetterPlace(const CityMap& map, std::span<const ImageId> body,
                                     std::span<const BodyPair> pairs);
 

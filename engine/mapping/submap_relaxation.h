@@ -6,32 +6,15 @@
 // Bundle Adjustment for Large-Scale 3D Reconstruction", ICCV 2007), so that its size follows from
 // the number of submaps and of places, and not from that of images.
 
-#include <Eigen/Core>
 #include <cstdint>
-#include <span>
 #include <vector>
 
+#include "engine/mapping/relaxation_problem.h"
 #include "storage/base/status.h"
+#include "storage/base/thread_pool.h"
 #include "storage/base/transform.h"
-#include "storage/model/pinhole.h"
 
 namespace veduta {
-
-// A place as a camera of one submap sees it.
-struct TieView {
-  uint32_t submap = 0;
-  Rigid3 cam_from_world;  // where the submap is now
-  Pinhole camera;
-  Eigen::Vector2d x_px;
-};
-
-struct RelaxationProblem {
-  // One for each submap: about which it turns and grows, for numerical condition alone; the middle
-  // of its cameras.
-  std::vector<Eigen::Vector3d> centers;
-  std::vector<uint32_t> first_view = {0};  // [ties + 1]
-  std::vector<TieView> views;              // of tie 0, then of tie 1, and so on
-};
 
 struct RelaxationOptions {
   // > 0, px. Scale of the Cauchy loss, as that of BundleOptions. Larger, for a submap cannot bend.
@@ -57,13 +40,16 @@ struct Relaxation {
   std::vector<Sim3> new_from_old;     // one for each submap; the first stays where it is
   std::vector<double> change_px;      // for each submap, how far its views moved: the median
   double initial_cost = 0, cost = 0;  // half the sum of rho(squared error in px)
+  bool is_carried = false;            // whether bodies of submaps were carried elsewhere
 };
 
 // Moves the submaps. Places are put where they are seen, before and after: only where that cannot
-// explain the views does a submap move. Where many views are far off then, of that solution and the
-// one from a coarse loss the one of less cost. Deterministic. O(views) and, with submaps that touch
-// a bounded number of others, O(submaps) for each step. Thread-safe. kInvalidArgument on bad
-// options.
-Result<Relaxation> RelaxSubmaps(const RelaxationProblem& problem, const RelaxationOptions& options);
+// explain the views does a submap move. Where many views are far off then, bodies of submaps that
+// clearly belong elsewhere are carried there first (submap_bodies.h); where many still are, it
+// starts from a coarse loss, too. Of these solutions the one of least cost is taken. Deterministic
+// at any number of threads. O(views) and, with submaps that touch a bounded number of others,
+// O(submaps) for each step. kInvalidArgument on bad options.
+Result<Relaxation> RelaxSubmaps(const RelaxationProblem& problem, const RelaxationOptions& options,
+                                ThreadPool* pool);
 
 }  // namespace veduta
