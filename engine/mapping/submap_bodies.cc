@@ -21,6 +21,9 @@ constexpr double kAgreeingPxMax = 4.0;
 // Where a smaller share of a body's views across is far off, its place is not sought: what strain
 // moved so far is left to the relaxation. Chosen by hand; not measured.
 constexpr double kFarShareMin = 0.1;
+// Bodies whose places are sought, those with most views across that are far off first: it takes 20
+// ms for each. Chosen by hand.
+constexpr size_t kBodiesMax = 16;
 
 // A place that the views of one submap fix, as a camera of another sees it.
 struct SubmapSighting {
@@ -74,28 +77,38 @@ class Across {
     }
   }
 
-  // The place of the body (ascending) where the submaps stand as `carried` says.
+  // How many views across the border of the body (ascending) are far off; 0 where that is a small
+  // share of them.
+  size_t CountFar(std::span<const uint32_t> body) const {
+    size_t far = 0, all = 0;
+    ForAcross(body, [&](const SubmapSighting& s, bool) { ++all, far += !s.agrees; });
+    return static_cast<double>(far) < kFarShareMin * static_cast<double>(all) ? 0 : far;
+  }
+
+  // The place of the body where the submaps stand as `carried` says.
   std::optional<BodyPlace> FindPlace(std::span<const uint32_t> body,
                                      const std::vector<Sim3>& carried) const {
     std::vector<CrossSighting> in_rest, in_body;
-    size_t far = 0;
-    const auto holds = [&](uint32_t submap) { return std::ranges::binary_search(body, submap); };
-    for (const uint32_t submap : body) {
-      for (const uint32_t i : of_submap_[submap]) {
-        const SubmapSighting& s = sightings_[i];
-        if (holds(s.of) == holds(s.from)) continue;
-        CrossSighting& seen = (holds(s.of) ? in_rest : in_body).emplace_back(s.seen);
-        seen.cam_from_world = TransformCameraWorld(carried[s.from], seen.cam_from_world);
-        seen.point = carried[s.of] * seen.point;
-        far += !s.agrees;
-      }
-    }
-    const size_t all = in_rest.size() + in_body.size();
-    if (static_cast<double>(far) < kFarShareMin * static_cast<double>(all)) return std::nullopt;
+    ForAcross(body, [&](const SubmapSighting& s, bool is_of_body) {
+      CrossSighting& seen = (is_of_body ? in_rest : in_body).emplace_back(s.seen);
+      seen.cam_from_world = TransformCameraWorld(carried[s.from], seen.cam_from_world);
+      seen.point = carried[s.of] * seen.point;
+    });
     return FindBodyPlace(in_rest, in_body, MixSeed(body.front(), body.size()));
   }
 
  private:
+  // Calls visit(sighting, whether its place is one of the body's) for those across the border.
+  void ForAcross(std::span<const uint32_t> body, const auto& visit) const {
+    const auto holds = [&](uint32_t submap) { return std::ranges::binary_search(body, submap); };
+    for (const uint32_t submap : body) {
+      for (const uint32_t i : of_submap_[submap]) {
+        const SubmapSighting& s = sightings_[i];
+        if (holds(s.of) != holds(s.from)) visit(s, holds(s.of));
+      }
+    }
+  }
+
   std::vector<SubmapSighting> sightings_;
   std::vector<std::vector<uint32_t>> of_submap_;  // [submap]: those of it or from it
 };
@@ -105,27 +118,31 @@ class Across {
 std::vector<Sim3> CarryBodies(const RelaxationProblem& problem, ThreadPool* pool) {
   const Across all(problem);
   const std::vector<std::vector<uint32_t>> bodies = ListBodies(problem);
-  const std::vector<Sim3> still(problem.centers.size());
-  std::vector<std::optional<BodyPlace>> better(bodies.size());
-  pool->ParallelFor(bodies.size(), [&](size_t i) { better[i] = all.FindPlace(bodies[i], still); });
-  std::vector<size_t> order;
+  std::vector<std::pair<size_t, size_t>> far;  // how many views are, and the place in `bodies`
   for (size_t i = 0; i < bodies.size(); ++i)
-    if (better[i]) order.push_back(i);
-  std::ranges::stable_sort(order, std::ranges::greater(),
-                           [&](size_t i) { return better[i]->share; });
-  std::vector<Sim3> carried = still;
+    if (const size_t count = all.CountFar(bodies[i]); count > 0) far.emplace_back(count, i);
+  std::ranges::stable_sort(far, std::ranges::greater(), &std::pair<size_t, size_t>::first);
+  if (far.size() > kBodiesMax) far.resize(kBodiesMax);
+  std::vector<Sim3> carried(problem.centers.size());
+  std::vector<std::optional<BodyPlace>> found(far.size());
+  pool->ParallelFor(far.size(),
+                    [&](size_t i) { found[i] = all.FindPlace(bodies[far[i].second], carried); });
+  std::vector<std::pair<double, size_t>> better;  // the share that it explains
+  for (size_t i = 0; i < far.size(); ++i)
+    if (found[i]) better.emplace_back(found[i]->share, far[i].second);
+  std::ranges::stable_sort(better, std::ranges::greater(), &std::pair<double, size_t>::first);
   std::set<uint32_t> moved;
-  for (const size_t i : order) {
+  for (const auto& [share, i] : better) {
     const std::vector<uint32_t>& body = bodies[i];
     if (std::ranges::any_of(body, [&](uint32_t submap) { return moved.contains(submap); }))
       continue;
-    // Its place was found before others moved: seek it again.
-    if (!moved.empty()) better[i] = all.FindPlace(body, carried);
-    if (!better[i]) continue;
+    // Others may have moved since its place was found: seek it again.
+    const std::optional<BodyPlace> place = all.FindPlace(body, carried);
+    if (!place) continue;
     moved.insert(body.begin(), body.end());
-    for (const uint32_t submap : body) carried[submap] = better[i]->new_from_old * carried[submap];
+    for (const uint32_t submap : body) carried[submap] = place->new_from_old * carried[submap];
   }
-  if (moved.empty()) return {};
+  if (moved.empty()) carried.clear();
   return carried;
 }
 

@@ -20,10 +20,11 @@ namespace {
 constexpr int kFreedom = 7;
 // Features are not found more exactly than to a tenth of a pixel. Chosen by hand; not measured.
 constexpr double kVarianceMin_px2 = 0.01;
-// Errors of features side by side are not independent, and what is left of an error after a fit is
-// less than it: the variance that it tells is taken for so many times as much. In a ring of eight
-// submaps with errors of 1.5 px it was 1.8 times too small. Chosen by hand.
-constexpr double kVarianceFactor = 2;
+// Views that a relaxation works on, at most, so that its time does not grow with the city. Chosen
+// by hand.
+constexpr size_t kViewsMax = 100000;
+// Views by which a place is sought that is far off. Chosen by hand; not measured.
+constexpr size_t kSoughtByViewsMax = 20000;
 // Where more of the views are off by so many times the scale of the loss, something may lie far off
 // that a coarse loss would join. Chosen by hand; not measured.
 constexpr double kFarScales = 4, kFarShareMin = 0.005;
@@ -63,26 +64,24 @@ Solution Solve(const RelaxationProblem& problem, const RelaxationEstimate& start
   return {relaxer.estimate(), relaxer.Errors(), relaxer.CostAt(scales_px.back())};
 }
 
-// By how much, for each unknown, errors of measurement alone lower twice the cost. Of an
-// M-estimator that is the mean of psi^2 over the mean of its derivative (Huber, "Robust
-// Statistics", 1981, section 7.6); psi of the Cauchy loss is w e with the weight w, and the trace
-// of its derivative is 2 w^2. What is far off hardly counts.
-double VarianceOf(std::span<const Eigen::Vector2d> errors, double scale_px) {
-  double squares = 0, derivatives = 0;
-  for (const Eigen::Vector2d& error : errors) {
-    const double weight = 1 / (1 + error.squaredNorm() / (scale_px * scale_px));
-    squares += weight * weight * error.squaredNorm();
-    derivatives += 2 * weight * weight;
-  }
-  return squares / derivatives;
-}
-
 // Whether many views are far off.
 bool IsFar(const Solution& solution, double loss_scale_px) {
   const auto far = std::ranges::count_if(solution.errors, [&](const Eigen::Vector2d& e) {
     return e.norm() > kFarScales * loss_scale_px;
   });
   return static_cast<double>(far) > kFarShareMin * static_cast<double>(solution.errors.size());
+}
+
+// The problem with every so many-th tie, so that some `views_max` views are left.
+RelaxationProblem TakeSome(const RelaxationProblem& problem, size_t views_max) {
+  RelaxationProblem some{problem.centers, {0}, {}, problem.pairs};
+  const size_t step = 1 + problem.views.size() / views_max;
+  for (size_t tie = 0; tie + 1 < problem.first_view.size(); tie += step) {
+    some.views.insert(some.views.end(), problem.views.begin() + problem.first_view[tie],
+                      problem.views.begin() + problem.first_view[tie + 1]);
+    some.first_view.push_back(static_cast<uint32_t>(some.views.size()));
+  }
+  return some;
 }
 
 // The problem with the ties that have a place, and an estimate of it where nothing has moved.
@@ -103,26 +102,6 @@ std::pair<RelaxationProblem, RelaxationEstimate> Begin(const RelaxationProblem& 
   return {std::move(begun), std::move(start)};
 }
 
-// The estimate with the submaps carried to where they belong as bodies, and each place where it is
-// seen from there; nothing where all stay.
-std::optional<RelaxationEstimate> Carry(const RelaxationProblem& problem,
-                                        const RelaxationEstimate& from, ThreadPool* pool) {
-  RelaxationEstimate carried{CarryBodies(problem, pool), from.centers, from.places};
-  if (carried.new_from_old.empty()) return std::nullopt;
-  for (size_t i = 0; i < carried.centers.size(); ++i)
-    carried.centers[i] = carried.new_from_old[i] * carried.centers[i];
-  for (size_t tie = 0; tie < carried.places.size(); ++tie) {
-    std::vector<TieView> views;
-    for (uint32_t v = problem.first_view[tie]; v < problem.first_view[tie + 1]; ++v) {
-      TieView& view = views.emplace_back(problem.views[v]);
-      view.cam_from_world =
-          TransformCameraWorld(carried.new_from_old[view.submap], view.cam_from_world);
-    }
-    carried.places[tie] = FindPlace(views).value_or(carried.places[tie]);
-  }
-  return carried;
-}
-
 std::vector<double> ListChanges(const RelaxationProblem& problem,
                                 const std::vector<Eigen::Vector2d>& before,
                                 const std::vector<Eigen::Vector2d>& after) {
@@ -134,31 +113,68 @@ std::vector<double> ListChanges(const RelaxationProblem& problem,
   return medians;
 }
 
-// The solution of least cost of those that are worth trying, from where nothing has moved.
-Solution FindBest(const RelaxationProblem& problem, const RelaxationEstimate& start,
-                  const RelaxationEstimate& near, const RelaxationOptions& options,
-                  ThreadPool* pool) {
+// The estimate where submaps stand as `new_from_old` says, and each place where it is seen from
+// there; where nothing tells, as in `from`.
+RelaxationEstimate StandAt(const RelaxationProblem& problem, const RelaxationEstimate& from,
+                           const std::vector<Sim3>& new_from_old) {
+  RelaxationEstimate there{new_from_old, problem.centers, from.places};
+  for (size_t i = 0; i < there.centers.size(); ++i)
+    there.centers[i] = new_from_old[i] * there.centers[i];
+  for (size_t tie = 0; tie < there.places.size(); ++tie) {
+    std::vector<TieView> views;
+    for (uint32_t v = problem.first_view[tie]; v < problem.first_view[tie + 1]; ++v) {
+      TieView& view = views.emplace_back(problem.views[v]);
+      view.cam_from_world = TransformCameraWorld(new_from_old[view.submap], view.cam_from_world);
+    }
+    there.places[tie] = FindPlace(views).value_or(there.places[tie]);
+  }
+  return there;
+}
+
+// Seeks a solution that is far from where the submaps stand, by some of the ties: with bodies
+// carried elsewhere, and from a coarse loss. Nothing where none costs less than `near`.
+std::optional<Solution> SeekFar(const RelaxationProblem& all, const std::vector<Sim3>& near,
+                                const RelaxationOptions& options, ThreadPool* pool) {
+  const auto [problem, start] = Begin(TakeSome(all, kSoughtByViewsMax));
   const auto solve = [&](const RelaxationEstimate& from, std::span<const double> scales_px) {
     return Solve(problem, from, true, scales_px, options.iterations_max, pool);
   };
   const std::vector<double> fine = {options.loss_scale_px};
-  Solution best = solve(near, fine);
+  double least =
+      Solve(problem, StandAt(problem, start, near), false, fine, options.iterations_max, pool).cost;
+  std::optional<Solution> best;
   const auto consider = [&](Solution solution) {
-    if (solution.cost < best.cost) best = std::move(solution);
+    if (solution.cost < least) least = solution.cost, best = std::move(solution);
   };
-  if (!IsFar(best, options.loss_scale_px)) return best;
-  if (const std::optional<RelaxationEstimate> carried = Carry(problem, start, pool)) {
-    Solution solution = solve(*carried, fine);
+  if (const std::vector<Sim3> carried = CarryBodies(problem, pool); !carried.empty()) {
+    Solution solution = solve(StandAt(problem, start, carried), fine);
     solution.is_carried = true;
     consider(std::move(solution));
   }
-  if (!IsFar(best, options.loss_scale_px)) return best;
   std::vector<double> coarse;
   for (double scale = options.coarse_scale_px; scale > options.loss_scale_px; scale /= 4)
     coarse.push_back(scale);
   coarse.push_back(options.loss_scale_px);
   consider(solve(start, coarse));
   return best;
+}
+
+// The solution of least cost of those that are worth trying, from where nothing has moved.
+Solution FindBest(const RelaxationProblem& problem, const RelaxationEstimate& start,
+                  const RelaxationEstimate& still, const RelaxationOptions& options,
+                  ThreadPool* pool) {
+  const double fine[] = {options.loss_scale_px};
+  const auto solve = [&](const RelaxationEstimate& from) {
+    return Solve(problem, from, true, fine, options.iterations_max, pool);
+  };
+  Solution near = solve(still);
+  if (!IsFar(near, options.loss_scale_px)) return near;
+  const std::optional<Solution> sought =
+      SeekFar(problem, near.estimate.new_from_old, options, pool);
+  if (!sought) return near;
+  Solution far = solve(StandAt(problem, start, sought->estimate.new_from_old));
+  far.is_carried = sought->is_carried;
+  return far.cost < near.cost ? far : near;
 }
 
 }  // namespace
@@ -175,7 +191,7 @@ Status RelaxationOptions::Check() const {
 Result<Relaxation> RelaxSubmaps(const RelaxationProblem& given, const RelaxationOptions& options,
                                 ThreadPool* pool) {
   VEDUTA_RETURN_IF_ERROR(options.Check());
-  const auto [problem, start] = Begin(given);
+  const auto [problem, start] = Begin(TakeSome(given, kViewsMax));
   Relaxation relaxation;
   if (problem.centers.size() < 2 || problem.views.empty()) return relaxation;
   const double scales_px[] = {options.loss_scale_px};
@@ -188,10 +204,7 @@ Result<Relaxation> RelaxSubmaps(const RelaxationProblem& given, const Relaxation
   const double freedom = 2.0 * static_cast<double>(problem.views.size()) -
                          3.0 * static_cast<double>(start.places.size()) - unknowns;
   if (!(freedom > 0)) return relaxation;
-  const double share_free = freedom / (2.0 * static_cast<double>(problem.views.size()));
-  const double variance =
-      std::max(kVarianceMin_px2,
-               kVarianceFactor * VarianceOf(best.errors, options.loss_scale_px) / share_free);
+  const double variance = std::max(kVarianceMin_px2, 2 * relaxation.cost / freedom);
   relaxation.is_significant =
       2 * (relaxation.initial_cost - relaxation.cost) >
       variance * (unknowns + options.gain_sigmas_min * std::sqrt(2 * unknowns));

@@ -44,11 +44,11 @@ struct Relaxation {
 };
 
 // Moves the submaps. Places are put where they are seen, before and after: only where that cannot
-// explain the views does a submap move. Where many views are far off then, bodies of submaps that
-// clearly belong elsewhere are carried there first (submap_bodies.h); where many still are, it
-// starts from a coarse loss, too. Of these solutions the one of least cost is taken. Deterministic
-// at any number of threads. O(views) and, with submaps that touch a bounded number of others,
-// O(submaps) for each step. kInvalidArgument on bad options.
+// explain the views does a submap move. Where many views are far off then, a solution far away is
+// sought by some of the ties: from a coarse loss, and with bodies of submaps that clearly belong
+// elsewhere carried there first (submap_bodies.h). Of these the one of least cost is taken.
+// Deterministic at any number of threads. O(views) and, with submaps that touch a bounded number of
+// others, O(submaps) for each step. kInvalidArgument on bad options.
 Result<Relaxation> RelaxSubmaps(const RelaxationProblem& problem, const RelaxationOptions& options,
                                 ThreadPool* pool);
 

@@ -27,7 +27,7 @@ using Matrix27d = Eigen::Matrix<double, 2, kFreedom>;
 // adjustment (1e-4), which would hold such a bend. Chosen by hand; not measured.
 constexpr double kDampingStart = 1e-9, kDampingMax = 1e16, kDampingMin = 1e-16;
 // A step that lowers the cost by a smaller share is the last. Chosen by hand; not measured.
-constexpr double kToleranceOfCost = 1e-5;
+constexpr double kToleranceOfCost = 1e-4;
 // The scale of a submap is held where the cameras that see its ties lie closer together than such a
 // share of the distance to the nearest place that they see: nothing says then how large it is.
 // Chosen by hand; not measured.
