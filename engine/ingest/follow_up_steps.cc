@@ -95,9 +95,9 @@ Result<AdjustedWhole> AdjustWhole(const IngestParts& parts, ReconstructionId rec
   WritePosesAndObservations(*parts.map, transaction);
   VEDUTA_RETURN_IF_ERROR(writer.Postpone(healing));
   const bool is_as_it_was = healing.parts.empty() && !record.is_dissolved;
-  VEDUTA_RETURN_IF_ERROR(is_as_it_was
-                             ? MakeHypothesesDue(*scope.base, reconstruction, {}, transaction)
-                             : DropHypotheses(*scope.base, reconstruction, transaction));
+  VEDUTA_RETURN_IF_ERROR(
+      is_as_it_was ? MakeHypothesesDue(*scope.base, reconstruction, {}, Splits::kMeant, transaction)
+                   : DropHypotheses(*scope.base, reconstruction, transaction));
   VEDUTA_RETURN_IF_ERROR(writer.ProposeSeams());
   const std::string detail = std::to_string(record.image_count) + " images";
   AppendJournal({0, 0, "veduta", "adjust", {}, reconstruction, detail}, &state, transaction);

@@ -208,10 +208,11 @@ void PutNewHypothesis(HypothesisRecord hypothesis, DatabaseState* state, Transac
 }
 
 Status MakeHypothesesDue(const Snapshot& base, ReconstructionId reconstruction,
-                         std::span<const ImageId> images, Transaction* transaction) {
+                         std::span<const ImageId> images, Splits splits, Transaction* transaction) {
   VEDUTA_ASSIGN_OR_RETURN(std::vector<HypothesisRecord> all, base.ListHypotheses());
   for (HypothesisRecord& hypothesis : all) {
     if (!IsOf(hypothesis, reconstruction) || hypothesis.is_due) continue;
+    if (splits == Splits::kPassedOver && hypothesis.reason == RefusalReason::kSplit) continue;
     const bool is_meant = images.empty() || std::ranges::any_of(hypothesis.images, [&](ImageId id) {
                             return std::ranges::binary_search(images, id);
                           });

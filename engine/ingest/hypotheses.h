@@ -14,7 +14,8 @@
 //   - a photo got a pose that shares points or a verified pair with an image at the seam, unless
 //     the two were split there and not judged since;
 //   - one of its two reconstructions was adjusted as a whole, or took in another one, or a submap
-//     at the seam was adjusted;
+//     at the seam was adjusted, unless the two were split there and the reconstruction has not
+//     grown by a share for which it is adjusted since;
 //   - one of the two was merged into a third, to which the hypothesis went over;
 //   - somebody has forbidden a pair across.
 // Where nothing of this happens, no photo costs anything. A judgment costs what the search of one
@@ -45,10 +46,13 @@ Status WriteHypotheses(const Snapshot& base, const Placement& placement, Databas
 // and an entry of the journal.
 void PutNewHypothesis(HypothesisRecord hypothesis, DatabaseState* state, Transaction* transaction);
 
+// Whether hypotheses that a split has left are meant as well: with nothing new, their merge might
+// be made and split again for ever.
+enum class Splits { kMeant, kPassedOver };
 // Has all hypotheses about this reconstruction judged anew; where images are given (ascending),
 // only those that have one of these images at the seam.
 Status MakeHypothesesDue(const Snapshot& base, ReconstructionId reconstruction,
-                         std::span<const ImageId> images, Transaction* transaction);
+                         std::span<const ImageId> images, Splits splits, Transaction* transaction);
 // Has the hypothesis that these two, in either order, are one judged anew, where there is one.
 Status MakeHypothesisDue(const Snapshot& base, ReconstructionId a, ReconstructionId b,
                          Transaction* transaction);

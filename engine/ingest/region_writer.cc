@@ -80,7 +80,7 @@ Status WriteRegion(const IngestParts& parts, const WriteScope& scope, Reconstruc
     VEDUTA_RETURN_IF_ERROR(DropHypotheses(*scope.base, id, transaction));
     return writer->ProposeSeams();
   }
-  return MakeHypothesesDue(*scope.base, id, region.images, transaction);
+  return MakeHypothesesDue(*scope.base, id, region.images, Splits::kPassedOver, transaction);
 }
 
 }  // namespace veduta

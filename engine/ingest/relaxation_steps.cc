@@ -3,7 +3,7 @@
 
 #include <algorithm>
 #include <map>
-#include <set>
+#include <optional>
 #include <string>
 #include <utility>
 
@@ -58,18 +58,67 @@ std::vector<ImageId> ListWithoutBorder(const Whole& whole, const Submaps& submap
   return images;
 }
 
-// Whether the border of submap `here` is the one in which a tie or an evidence counts. Two borders
-// may tell of it; it counts in that of the lowest submap concerned, or in `here` if that one has no
-// border.
-bool CountsHere(const Whole& whole, SubmapId here, uint32_t lowest_place) {
-  const SubmapId lowest = whole.submaps[lowest_place];
-  return here == lowest ||
-         !std::ranges::binary_search(whole.borders, lowest, {}, &SubmapBorder::id);
+// Two submaps, as places in Whole::submaps, ascending; or the same twice.
+using Two = std::pair<uint32_t, uint32_t>;
+
+// The submaps of a tie's views, as far as they are in the reconstruction: the first and the last.
+std::optional<Two> SubmapsOf(const Whole& whole, std::span<const BorderView> tie) {
+  std::optional<Two> both;
+  for (const BorderView& view : tie) {
+    const auto place = whole.place_of.find(view.image);
+    if (place == whole.place_of.end()) continue;
+    if (!both) both = {place->second, place->second};
+    both = {std::min(both->first, place->second), std::max(both->second, place->second)};
+  }
+  return both;
 }
+
+std::optional<Two> SubmapsOf(const Whole& whole, const BorderEvidence& row) {
+  const auto a = whole.place_of.find(row.a), b = whole.place_of.find(row.b);
+  if (a == whole.place_of.end() || b == whole.place_of.end()) return std::nullopt;
+  return Two(std::minmax(a->second, b->second));
+}
+
+// Calls visit(views) for each tie of the border.
+void ForTies(const SubmapBorder& border, const auto& visit) {
+  for (size_t begin = 0, end = 0; begin < border.views.size(); begin = end) {
+    while (end < border.views.size() && border.views[end].tie == border.views[begin].tie) ++end;
+    visit(std::span(border.views).subspan(begin, end - begin));
+  }
+}
+
+// Which border counts for what lies between two submaps. Both may tell of it, and the older of the
+// two does not know what has come since: the one that tells more counts, of equal ones the lower.
+class Counted {
+ public:
+  explicit Counted(const Whole& whole) {
+    for (const SubmapBorder& border : whole.borders) {
+      std::map<Two, size_t> rows;
+      ForTies(border, [&](std::span<const BorderView> tie) {
+        if (const auto both = SubmapsOf(whole, tie)) ++rows[*both];
+      });
+      for (const BorderEvidence& row : border.evidence)
+        if (const auto both = SubmapsOf(whole, row)) ++rows[*both];
+      for (const auto& [both, count] : rows) {
+        auto& [most, id] = of_[both];
+        if (count > most) most = count, id = border.id;
+      }
+    }
+  }
+
+  bool Counts(SubmapId border, const Two& both) const {
+    const auto found = of_.find(both);
+    return found != of_.end() && found->second.second == border;
+  }
+
+ private:
+  std::map<Two, std::pair<size_t, SubmapId>> of_;  // rows, and whose border
+};
 
 // The largest of the parts that do not agree with the largest one, or none. Fragments that stand
 // for less than a reconstruction needs are left to the adjustments of their submaps.
-std::vector<ImageId> FindWrongPart(const Whole& whole, const AgreementBounds& bounds) {
+std::vector<ImageId> FindWrongPart(const Whole& whole, const Counted& counted,
+                                   const AgreementBounds& bounds) {
   constexpr size_t kImagesMin = 3;
   std::map<ImageId, ImageId> head_of;
   std::map<ImageId, std::vector<ImageId>> images_of;
@@ -88,8 +137,8 @@ std::vector<ImageId> FindWrongPart(const Whole& whole, const AgreementBounds& bo
     for (const BorderEvidence& row : border.evidence) {
       const auto a = head_of.find(row.a), b = head_of.find(row.b);
       if (a == head_of.end() || b == head_of.end() || a->second == b->second) continue;
-      const uint32_t lowest = std::min(whole.place_of.at(row.a), whole.place_of.at(row.b));
-      if (!CountsHere(whole, border.id, lowest)) continue;
+      const std::optional<Two> both = SubmapsOf(whole, row);
+      if (!both || !counted.Counts(border.id, *both)) continue;
       const auto key = std::minmax(a->second, b->second);
       PairEvidence& sum = sums[key];
       sum.a = key.first, sum.b = key.second;
@@ -135,10 +184,9 @@ class Cameras {
   std::map<CameraId, Pinhole> of_camera_;
 };
 
-// The tie's views, `rows` of one border, as far as their images are in the reconstruction. None
-// where one submap alone has them.
-Result<std::vector<TieView>> MakeTie(const Whole& whole, SubmapId border,
-                                     std::span<const BorderView> rows, Cameras* cameras) {
+// The views of a tie, as far as their images are in the reconstruction.
+Result<std::vector<TieView>> MakeTie(const Whole& whole, std::span<const BorderView> rows,
+                                     Cameras* cameras) {
   std::vector<TieView> views;
   for (const BorderView& row : rows) {
     const auto place = whole.place_of.find(row.image);
@@ -147,22 +195,17 @@ Result<std::vector<TieView>> MakeTie(const Whole& whole, SubmapId border,
     VEDUTA_ASSIGN_OR_RETURN(const Pinhole camera, cameras->Get(row.image));
     views.push_back({place->second, row.image, pose->second, camera, {row.x_px, row.y_px}});
   }
-  if (views.empty()) return views;
-  const auto [least, most] = std::ranges::minmax(views, {}, &TieView::submap);
-  if (least.submap == most.submap || !CountsHere(whole, border, least.submap)) views.clear();
   return views;
 }
 
 // Each two submaps that see points together.
-std::vector<SubmapPair> ListPairs(const Whole& whole) {
-  std::map<std::pair<uint32_t, uint32_t>, uint64_t> shared;
+std::vector<SubmapPair> ListPairs(const Whole& whole, const Counted& counted) {
+  std::map<Two, uint64_t> shared;
   for (const SubmapBorder& border : whole.borders) {
     for (const BorderEvidence& row : border.evidence) {
-      const auto a = whole.place_of.find(row.a), b = whole.place_of.find(row.b);
-      if (a == whole.place_of.end() || b == whole.place_of.end() || a->second == b->second)
-        continue;
-      const auto [low, high] = std::minmax(a->second, b->second);
-      if (CountsHere(whole, border.id, low)) shared[{low, high}] += row.shared_points;
+      const std::optional<Two> both = SubmapsOf(whole, row);
+      if (both && both->first != both->second && counted.Counts(border.id, *both))
+        shared[*both] += row.shared_points;
     }
   }
   std::vector<SubmapPair> pairs;
@@ -171,7 +214,8 @@ std::vector<SubmapPair> ListPairs(const Whole& whole) {
   return pairs;
 }
 
-Result<RelaxationProblem> MakeProblem(const Snapshot& base, const Whole& whole) {
+Result<RelaxationProblem> MakeProblem(const Snapshot& base, const Whole& whole,
+                                      const Counted& counted) {
   RelaxationProblem problem;
   problem.centers.resize(whole.submaps.size(), Eigen::Vector3d::Zero());
   std::vector<double> counts(whole.submaps.size());
@@ -180,18 +224,20 @@ Result<RelaxationProblem> MakeProblem(const Snapshot& base, const Whole& whole) 
     ++counts[whole.place_of.at(image)];
   }
   for (size_t i = 0; i < counts.size(); ++i) problem.centers[i] /= std::max(1.0, counts[i]);
-  problem.pairs = ListPairs(whole);
+  problem.pairs = ListPairs(whole, counted);
   Cameras cameras(base);
   for (const SubmapBorder& border : whole.borders) {
-    for (size_t begin = 0, end = 0; begin < border.views.size(); begin = end) {
-      while (end < border.views.size() && border.views[end].tie == border.views[begin].tie) ++end;
-      const auto rows = std::span(border.views).subspan(begin, end - begin);
-      VEDUTA_ASSIGN_OR_RETURN(const std::vector<TieView> tie,
-                              MakeTie(whole, border.id, rows, &cameras));
-      if (tie.empty()) continue;
-      problem.views.insert(problem.views.end(), tie.begin(), tie.end());
+    Status status;
+    ForTies(border, [&](std::span<const BorderView> rows) {
+      const std::optional<Two> both = SubmapsOf(whole, rows);
+      if (!both || both->first == both->second || !counted.Counts(border.id, *both)) return;
+      const Result<std::vector<TieView>> tie = MakeTie(whole, rows, &cameras);
+      if (!tie.ok()) status = tie.status();
+      if (!status.ok()) return;
+      problem.views.insert(problem.views.end(), tie->begin(), tie->end());
       problem.first_view.push_back(static_cast<uint32_t>(problem.views.size()));
-    }
+    });
+    VEDUTA_RETURN_IF_ERROR(status);
   }
   return problem;
 }
@@ -226,9 +272,9 @@ Status SplitPart(const IngestParts& parts, const WriteScope& scope, Reconstructi
 }
 
 // Relaxes the whole, and says how.
-Result<std::string> RelaxWhole(const Snapshot& base, const Whole& whole, ThreadPool* pool,
-                               Submaps* submaps) {
-  VEDUTA_ASSIGN_OR_RETURN(const RelaxationProblem problem, MakeProblem(base, whole));
+Result<std::string> RelaxWhole(const Snapshot& base, const Whole& whole, const Counted& counted,
+                               ThreadPool* pool, Submaps* submaps) {
+  VEDUTA_ASSIGN_OR_RETURN(const RelaxationProblem problem, MakeProblem(base, whole, counted));
   VEDUTA_ASSIGN_OR_RETURN(const Relaxation relaxation,
                           RelaxSubmaps(problem, RelaxationOptions(), pool));
   const std::string where = std::to_string(whole.submaps.size()) + " submaps that ";
@@ -250,19 +296,23 @@ Result<AdjustedWhole> RelaxReconstruction(const IngestParts& parts, Reconstructi
   // Lives until the commit has come, for it holds what is written ahead.
   HealingWriter writer(parts, scope, reconstruction, &state);
   const std::vector<ImageId> without_border = ListWithoutBorder(whole, submaps);
-  const std::vector<ImageId> wrong = without_border.empty()
-                                         ? FindWrongPart(whole, parts.options.mapper.doubt.parts)
-                                         : std::vector<ImageId>();
+  const Counted counted(whole);
+  const std::vector<ImageId> wrong =
+      without_border.empty() ? FindWrongPart(whole, counted, parts.options.mapper.doubt.parts)
+                             : std::vector<ImageId>();
   if (!without_border.empty()) {
     submaps.MakeDue(without_border);
   } else if (!wrong.empty()) {
     VEDUTA_RETURN_IF_ERROR(SplitPart(parts, scope, record, wrong, &writer, &submaps));
   } else {
     VEDUTA_ASSIGN_OR_RETURN(const std::string how,
-                            RelaxWhole(*scope.base, whole, parts.pool, &submaps));
+                            RelaxWhole(*scope.base, whole, counted, parts.pool, &submaps));
+    const bool has_grown = record.images_at_adjustment > 0;
     record.images_at_adjustment = record.image_count;
     transaction->PutReconstruction(record);
-    VEDUTA_RETURN_IF_ERROR(MakeHypothesesDue(*scope.base, reconstruction, {}, transaction));
+    VEDUTA_RETURN_IF_ERROR(MakeHypothesesDue(*scope.base, reconstruction, {},
+                                             has_grown ? Splits::kMeant : Splits::kPassedOver,
+                                             transaction));
     AppendJournal({0,
                    0,
                    "veduta",

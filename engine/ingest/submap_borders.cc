@@ -11,9 +11,9 @@
 namespace veduta {
 namespace {
 
-// Ties with one other submap, at most: points that both see, and matches whose two points are not
-// one, each by its share. Where more of those that agree with the map as it is were taken, the
-// relaxation of a street could not leave a place 13 m off. Chosen by hand.
+// Ties with one other submap, at most. Points that both see and matches whose two points are not
+// one are ranked as one list: where twice as many of the former were taken, which agree with the
+// map as it is, the relaxation of a street could not leave a place 13 m off. Chosen by hand.
 constexpr size_t kTiesMax = 60;
 // Views of one tie from one submap, at most: further views hardly tell more exactly where the place
 // is. Chosen by hand; not measured.

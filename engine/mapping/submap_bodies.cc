@@ -2,7 +2,6 @@
 #include "engine/mapping/submap_bodies.h"
 
 #include <algorithm>
-#include <map>
 #include <optional>
 #include <set>
 #include <utility>

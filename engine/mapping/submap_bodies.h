@@ -15,7 +15,7 @@ namespace veduta {
 // largest share, and none that overlaps with one that was carried. Places are put where one of the
 // two submaps sees them, and judged by the views of the other. Returns new_from_old of each submap;
 // nothing where all stay. Deterministic at any number of threads. O(views * log(submaps)), and 20
-// ms for each of the 16 groups at most that are looked at.
+// to 40 ms for each of the 16 groups at most that are looked at.
 std::vector<Sim3> CarryBodies(const RelaxationProblem& problem, ThreadPool* pool);
 
 }  // namespace veduta

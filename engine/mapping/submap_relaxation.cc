@@ -20,11 +20,8 @@ namespace {
 constexpr int kFreedom = 7;
 // Features are not found more exactly than to a tenth of a pixel. Chosen by hand; not measured.
 constexpr double kVarianceMin_px2 = 0.01;
-// Views that a relaxation works on, at most, so that its time does not grow with the city. Chosen
-// by hand.
-constexpr size_t kViewsMax = 100000;
-// Views by which a place is sought that is far off. Chosen by hand; not measured.
-constexpr size_t kSoughtByViewsMax = 20000;
+// Ties of each two submaps that are never left out, so that none loses its hold. Chosen by hand.
+constexpr size_t kTiesMin = 4;
 // Where more of the views are off by so many times the scale of the loss, something may lie far off
 // that a coarse loss would join. Chosen by hand; not measured.
 constexpr double kFarScales = 4, kFarShareMin = 0.005;
@@ -72,13 +69,24 @@ bool IsFar(const Solution& solution, double loss_scale_px) {
   return static_cast<double>(far) > kFarShareMin * static_cast<double>(solution.errors.size());
 }
 
-// The problem with every so many-th tie, so that some `views_max` views are left.
+// The problem with every so many-th tie, so that some `views_max` views are left, and more where
+// each two submaps would lose their hold. Ties of two submaps that follow each other belong
+// together.
 RelaxationProblem TakeSome(const RelaxationProblem& problem, size_t views_max) {
   RelaxationProblem some{problem.centers, {0}, {}, problem.pairs};
-  const size_t step = 1 + problem.views.size() / views_max;
-  for (size_t tie = 0; tie + 1 < problem.first_view.size(); tie += step) {
-    some.views.insert(some.views.end(), problem.views.begin() + problem.first_view[tie],
-                      problem.views.begin() + problem.first_view[tie + 1]);
+  const size_t step = std::max<size_t>(1, (problem.views.size() + views_max - 1) / views_max);
+  std::pair<uint32_t, uint32_t> last;
+  size_t count = 0;  // of ties of the two submaps
+  for (size_t tie = 0; tie + 1 < problem.first_view.size(); ++tie) {
+    const auto begin = problem.views.begin() + problem.first_view[tie],
+               end = problem.views.begin() + problem.first_view[tie + 1];
+    const auto [least, most] = std::minmax_element(
+        begin, end, [](const TieView& x, const TieView& y) { return x.submap < y.submap; });
+    const std::pair<uint32_t, uint32_t> both(least->submap, most->submap);
+    count = both == last ? count + 1 : 0;
+    last = both;
+    if (count >= kTiesMin && count % step != 0) continue;
+    some.views.insert(some.views.end(), begin, end);
     some.first_view.push_back(static_cast<uint32_t>(some.views.size()));
   }
   return some;
@@ -131,22 +139,34 @@ RelaxationEstimate StandAt(const RelaxationProblem& problem, const RelaxationEst
   return there;
 }
 
-// Seeks a solution that is far from where the submaps stand, by some of the ties: with bodies
-// carried elsewhere, and from a coarse loss. Nothing where none costs less than `near`.
+// Whether no scale changes by more than may be believed.
+bool IsBelievable(const Solution& solution) {
+  return std::ranges::all_of(solution.estimate.new_from_old, [](const Sim3& motion) {
+    return motion.scale <= kScaleFactorMax && motion.scale * kScaleFactorMax >= 1;
+  });
+}
+
+// Seeks a solution that is far from where the submaps stand, with `carried` bodies (none where it
+// is empty) and from a coarse loss. It is sought by some of the ties. Nothing where none costs less
+// than what is `near`.
 std::optional<Solution> SeekFar(const RelaxationProblem& all, const std::vector<Sim3>& near,
-                                const RelaxationOptions& options, ThreadPool* pool) {
-  const auto [problem, start] = Begin(TakeSome(all, kSoughtByViewsMax));
+                                const std::vector<Sim3>& carried, const RelaxationOptions& options,
+                                ThreadPool* pool) {
+  const auto begun = Begin(TakeSome(all, options.sought_by_views_max));
+  const RelaxationProblem& problem = begun.first;
+  const RelaxationEstimate& start = begun.second;
   const auto solve = [&](const RelaxationEstimate& from, std::span<const double> scales_px) {
     return Solve(problem, from, true, scales_px, options.iterations_max, pool);
   };
   const std::vector<double> fine = {options.loss_scale_px};
-  double least =
-      Solve(problem, StandAt(problem, start, near), false, fine, options.iterations_max, pool).cost;
+  double least = solve(StandAt(problem, start, near), fine).cost;
   std::optional<Solution> best;
   const auto consider = [&](Solution solution) {
-    if (solution.cost < least) least = solution.cost, best = std::move(solution);
+    if (!(solution.cost < least) || !IsBelievable(solution)) return;
+    least = solution.cost;
+    best = std::move(solution);
   };
-  if (const std::vector<Sim3> carried = CarryBodies(problem, pool); !carried.empty()) {
+  if (!carried.empty()) {
     Solution solution = solve(StandAt(problem, start, carried), fine);
     solution.is_carried = true;
     consider(std::move(solution));
@@ -170,11 +190,11 @@ Solution FindBest(const RelaxationProblem& problem, const RelaxationEstimate& st
   Solution near = solve(still);
   if (!IsFar(near, options.loss_scale_px)) return near;
   const std::optional<Solution> sought =
-      SeekFar(problem, near.estimate.new_from_old, options, pool);
+      SeekFar(problem, near.estimate.new_from_old, CarryBodies(problem, pool), options, pool);
   if (!sought) return near;
   Solution far = solve(StandAt(problem, start, sought->estimate.new_from_old));
   far.is_carried = sought->is_carried;
-  return far.cost < near.cost ? far : near;
+  return far.cost < near.cost && IsBelievable(far) ? far : near;
 }
 
 }  // namespace
@@ -185,13 +205,17 @@ Status RelaxationOptions::Check() const {
       .AtLeast("coarse_scale_px", coarse_scale_px, loss_scale_px)
       .AtLeast("iterations_max", iterations_max, 1)
       .AtLeast("gain_sigmas_min", gain_sigmas_min, 0)
+      .AtLeast("views_max", views_max, 1)
+      .Between("sought_by_views_max", sought_by_views_max, 1, views_max)
       .status();
 }
 
 Result<Relaxation> RelaxSubmaps(const RelaxationProblem& given, const RelaxationOptions& options,
                                 ThreadPool* pool) {
   VEDUTA_RETURN_IF_ERROR(options.Check());
-  const auto [problem, start] = Begin(TakeSome(given, kViewsMax));
+  const auto begun = Begin(TakeSome(given, options.views_max));
+  const RelaxationProblem& problem = begun.first;
+  const RelaxationEstimate& start = begun.second;
   Relaxation relaxation;
   if (problem.centers.size() < 2 || problem.views.empty()) return relaxation;
   const double scales_px[] = {options.loss_scale_px};
@@ -206,13 +230,10 @@ Result<Relaxation> RelaxSubmaps(const RelaxationProblem& given, const Relaxation
   if (!(freedom > 0)) return relaxation;
   const double variance = std::max(kVarianceMin_px2, 2 * relaxation.cost / freedom);
   relaxation.is_significant =
+      IsBelievable(best) &&
       2 * (relaxation.initial_cost - relaxation.cost) >
-      variance * (unknowns + options.gain_sigmas_min * std::sqrt(2 * unknowns));
+          variance * (unknowns + options.gain_sigmas_min * std::sqrt(2 * unknowns));
   relaxation.new_from_old = best.estimate.new_from_old;
-  for (const Sim3& motion : relaxation.new_from_old) {
-    if (!(motion.scale <= kScaleFactorMax && motion.scale * kScaleFactorMax >= 1))
-      relaxation.is_significant = false;
-  }
   relaxation.change_px = ListChanges(problem, still.errors, best.errors);
   return relaxation;
 }

@@ -30,6 +30,11 @@ struct RelaxationOptions {
   // distribution with as many degrees of freedom as there are unknowns: it must exceed the mean by
   // so many standard deviations. 3: one in a thousand would by chance.
   double gain_sigmas_min = 3.0;
+  // >= 1. Views of ties that it works on: some, spread over all, so that its time does not grow
+  // with the city. And [1, views_max], those by which a solution far away is sought. Chosen by
+  // hand.
+  uint32_t views_max = 100000;
+  uint32_t sought_by_views_max = 20000;
 
   Status Check() const;
 };
@@ -37,7 +42,7 @@ struct RelaxationOptions {
 struct Relaxation {
   // Whether the submaps are to be moved; nothing else means anything where they are not.
   bool is_significant = false;
-  std::vector<Sim3> new_from_old;     // one for each submap; the first stays where it is
+  std::vector<Sim3> new_from_old;     // one for each submap
   std::vector<double> change_px;      // for each submap, how far its views moved: the median
   double initial_cost = 0, cost = 0;  // half the sum of rho(squared error in px)
   bool is_carried = false;            // whether bodies of submaps were carried elsewhere

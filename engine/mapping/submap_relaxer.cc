@@ -179,12 +179,13 @@ class SubmapRelaxer::Equations {
 
   void HoldScales(const RelaxationEstimate& start) {
     std::vector<double> spread(problem_.centers.size()), nearest(spread.size(), INFINITY);
-    std::vector<const Eigen::Vector3d*> first(spread.size());  // the first camera of each submap
+    std::vector<std::optional<Eigen::Vector3d>> first(spread.size());  // camera of each submap
+    const std::vector<Eigen::Matrix3d> turns = TurnsOf(start);
     for (size_t run = 0; run < kRuns; ++run) {
       ForViews(run, [&](size_t tie, uint32_t v) {
         const uint32_t submap = problem_.views[v].submap;
-        const Eigen::Vector3d& center = given_[v].center;
-        if (first[submap] == nullptr) first[submap] = &center;
+        const Eigen::Vector3d center = Place(start, turns, v).center;
+        if (!first[submap]) first[submap] = center;
         spread[submap] = std::max(spread[submap], (center - *first[submap]).norm());
         nearest[submap] = std::min(nearest[submap], (center - start.places[tie]).norm());
       });

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
-// A part of a large reconstruction that is adjusted by itself, and what ties it to its neighbours.
+// A part of a large reconstruction that is adjusted with those around it, and what ties them.
 
 #include <cstdint>
 #include <optional>

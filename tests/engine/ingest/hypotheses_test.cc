@@ -230,7 +230,7 @@ TEST_F(Hypotheses, AWholeReconstructionMakesAllOfItDueOrDropsThem) {
   Open(kSecond, kThird);
   Open(kThird, kFourth);
   Commit([](const Snapshot& base, Transaction* to) {
-    return MakeHypothesesDue(base, kSecond, {}, to);
+    return MakeHypothesesDue(base, kSecond, {}, Splits::kMeant, to);
   });
   EXPECT_TRUE(All()[0].is_due && All()[1].is_due);
   EXPECT_FALSE(All()[2].is_due);

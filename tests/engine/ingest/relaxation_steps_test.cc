@@ -240,6 +240,27 @@ TEST(RelaxationSteps, SubmapsThatFitStay) {
   ExpectSound(scene);
 }
 
+TEST(RelaxationSteps, ADueReconstructionThatHasSubmapsIsRelaxed) {
+  SceneDatabase scene(kArc);
+  AddArc(&scene);
+  StoreBorders(&scene);
+  SetDrift(&scene);
+  Worker worker(&scene);
+  ASSERT_OK(worker.Move(3));
+  EXPECT_GT(WorstCenter(scene), 0.01);
+  Ingest ingest(scene.database(), &worker.retrieval, scene.features(), scene.pool(),
+                worker.options);
+  while (const auto step = ingest.RunNextStep()) ASSERT_OK(step->status);
+  EXPECT_LT(WorstCenter(scene), 0.005);
+  size_t relaxations = 0;
+  ASSERT_OK(scene.Snap()->ScanJournal(1, [&](const JournalRecord& entry) {
+    relaxations += entry.detail == "3 submaps that are moved, 12 images";
+    return true;
+  }));
+  EXPECT_EQ(relaxations, 1u);
+  ExpectSound(scene);
+}
+
 TEST(RelaxationSteps, SubmapsWithoutABorderAreAdjustedFirst) {
   SceneDatabase scene(kArc);
   AddArc(&scene);

@@ -84,6 +84,25 @@ TEST(SubmapRelaxation, ABodyThatStandsElsewhereIsBroughtBack) {
             1.2 * WorstCenter(right, without->new_from_old));
 }
 
+TEST(SubmapRelaxation, AFewOfTheTiesAreEnough) {
+  RingOptions options{.drift = 0.002, .noise_px = 0.3};
+  const Sim3 away{
+      1, Eigen::Quaterniond(Eigen::AngleAxisd(0.3, Eigen::Vector3d::UnitY())), {9, 0, 0}};
+  options.torn = {{3, away}, {4, away}};
+  const Ring ring = MakeRing(options);
+  EXPECT_GT(WorstCenter(ring, kNothingMoved), 5);
+  RelaxationOptions few;
+  few.views_max = 320;  // of 1,280
+  few.sought_by_views_max = 160;
+  ThreadPool pool(0);
+  const auto relaxed = RelaxSubmaps(ring.problem, few, &pool), by_all = Relax(ring);
+  ASSERT_TRUE(relaxed.ok());
+  ASSERT_TRUE(by_all.ok());
+  EXPECT_TRUE(relaxed->is_significant);
+  EXPECT_LT(WorstCenter(ring, relaxed->new_from_old), 0.5);
+  EXPECT_LT(relaxed->cost, 0.5 * by_all->cost) << "it worked on as many views";
+}
+
 TEST(SubmapRelaxation, WhatNothingTiesStays) {
   Ring ring = MakeRing({.drift = 0.002});
   ring.problem.centers.push_back(Eigen::Vector3d(1, 2, 3));

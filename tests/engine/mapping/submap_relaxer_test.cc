@@ -56,7 +56,7 @@ TEST(SubmapRelaxer, ATieMayBeSeenByThreeSubmaps) {
   // still lower the cost, and do so the more the longer they run.
   RelaxationProblem& problem = ring.problem;
   const size_t ties = problem.first_view.size() - 1;
-  problem.first_view.erase(problem.first_view.begin() + 40);
+  problem.first_view.erase(problem.first_view.begin() + 80);
   ASSERT_EQ(problem.first_view.size(), ties);
   ThreadPool pool(0);
   SubmapRelaxer relaxer(problem, StartOf(problem), &pool);
