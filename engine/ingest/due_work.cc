@@ -41,12 +41,20 @@ bool StepsSetAside::Contains(const DueStep& step) const {
 bool IsAdjustmentDue(const ReconstructionRecord& record, bool is_parted,
                      const AdjustmentSchedule& schedule) {
   if (!record.is_living()) return false;
-  if (is_parted && record.images_at_adjustment > 0)
-    return record.image_count >= record.images_at_adjustment * (1 + schedule.relaxation_share);
+  if (is_parted && record.images_at_adjustment > 0) {
+    const double share = IsRelaxed(record, is_parted, schedule) ? schedule.relaxation_share
+                                                                : schedule.whole_again_share;
+    return record.image_count >= record.images_at_adjustment * (1 + share);
+  }
   const double step =
       std::max<double>(schedule.views_step, schedule.growth_share * record.images_at_adjustment);
   return record.image_count >= record.images_at_adjustment + step ||
          (record.images_at_adjustment == 0 && record.image_count > 0);
+}
+
+bool IsRelaxed(const ReconstructionRecord& record, bool is_parted,
+               const AdjustmentSchedule& schedule) {
+  return is_parted && record.image_count > schedule.whole_again_images_max;
 }
 
 Result<std::optional<DueStep>> FindDueStep(const Snapshot& snapshot,
@@ -64,9 +72,10 @@ Result<std::optional<DueStep>> FindDueStep(const Snapshot& snapshot,
   VEDUTA_ASSIGN_OR_RETURN(const Submaps submaps, Submaps::Read(snapshot));
   for (const ReconstructionRecord& record : reconstructions) {
     const bool is_parted = submaps.IsParted(record.id);
+    const bool is_relaxed = IsRelaxed(record, is_parted, schedule);
     const bool is_due = IsAdjustmentDue(record, is_parted, schedule);
     DueStep step{FollowUpKind::kAdjustment, {}, record.id, {}};
-    if (is_due && !is_parted && is_open(step)) return std::optional(step);
+    if (is_due && !is_relaxed && is_open(step)) return std::optional(step);
     // The motions of a relaxation are carried out before submaps are adjusted, since an adjustment
     // needs to know where its neighbours are. The relaxation rests on earlier adjustments itself.
     std::vector<SubmapId> ordered = submaps.ListMoving(record.id);
@@ -76,7 +85,7 @@ Result<std::optional<DueStep>> FindDueStep(const Snapshot& snapshot,
       if (is_open(step)) return std::optional(step);
     }
     step.submap = {};
-    if (is_due && is_parted && is_open(step)) return std::optional(step);
+    if (is_due && is_relaxed && is_open(step)) return std::optional(step);
   }
   VEDUTA_ASSIGN_OR_RETURN(const std::vector<HypothesisRecord> hypotheses,
                           snapshot.ListHypotheses());

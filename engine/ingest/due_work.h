@@ -37,10 +37,15 @@ class StepsSetAside final {
 };
 
 // A reconstruction is due when it has grown enough since all of it was last adjusted, or was merged
-// with another since. One that is merged away never is. One that has submaps is relaxed then
-// (relaxation_steps.h).
+// with another since. One that is merged away never is. One that has submaps is due when it has
+// grown by a larger share; then it is adjusted as a whole or relaxed (IsRelaxed).
 bool IsAdjustmentDue(const ReconstructionRecord& record, bool is_parted,
                      const AdjustmentSchedule& schedule);
+
+// Whether a reconstruction that is due is relaxed by its submaps (relaxation_steps.h), because it
+// is too large to be adjusted as a whole.
+bool IsRelaxed(const ReconstructionRecord& record, bool is_parted,
+               const AdjustmentSchedule& schedule);
 
 // The next step that is due, or none: photos to be tried again come first, oldest first (R16); then
 // the adjustment of reconstructions, in ascending ids, the whole or its submaps (R18); then new

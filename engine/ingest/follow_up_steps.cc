@@ -9,6 +9,7 @@
 #include "engine/ingest/photo_placement.h"
 #include "engine/ingest/placement_writer.h"
 #include "engine/ingest/reconstruction_adjustment.h"
+#include "engine/ingest/submaps.h"
 #include "engine/journal/journal.h"
 #include "storage/base/content_hash.h"
 #include "storage/written_ahead.h"
@@ -77,6 +78,7 @@ Result<AdjustedWhole> AdjustWhole(const IngestParts& parts, ReconstructionId rec
                                   WriteScope scope) {
   VEDUTA_ASSIGN_OR_RETURN(ReconstructionRecord record,
                           scope.base->GetReconstruction(reconstruction));
+  VEDUTA_ASSIGN_OR_RETURN(Submaps submaps, Submaps::Read(*scope.base));
   VEDUTA_ASSIGN_OR_RETURN(DatabaseState state, scope.base->GetState());
   MapLoader loader(scope.base, parts.features, parts.map);
   VEDUTA_ASSIGN_OR_RETURN(
@@ -93,6 +95,9 @@ Result<AdjustedWhole> AdjustWhole(const IngestParts& parts, ReconstructionId rec
   WriteUnplaced(*parts.map, transaction);
   VEDUTA_RETURN_IF_ERROR(writer.RemoveOutdatedDense(healing));
   WritePosesAndObservations(*parts.map, transaction);
+  VEDUTA_RETURN_IF_ERROR(submaps.Follow(*parts.map, *scope.base));
+  submaps.NoteAdjusted(reconstruction);
+  submaps.Write(transaction);
   VEDUTA_RETURN_IF_ERROR(writer.Postpone(healing));
   const bool is_as_it_was = healing.parts.empty() && !record.is_dissolved;
   VEDUTA_RETURN_IF_ERROR(

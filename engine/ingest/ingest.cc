@@ -119,8 +119,9 @@ Status WritePhoto(const IngestParts& parts, const ImageRecord& record, const Loc
   return Status::Ok();
 }
 
-// Adjusts a submap, or carries out its motion where it has one; or else the reconstruction. If that
-// is too large to be adjusted whole, it is parted into submaps; once it is parted, it is relaxed.
+// Adjusts a submap, or carries out its motion where it has one; or else the reconstruction. A
+// reconstruction that is too large to be adjusted whole is parted into submaps; once it is parted
+// and even larger, it is relaxed.
 Result<AdjustedWhole> Adjust(const IngestParts& parts, const DueStep& step, WriteScope scope) {
   VEDUTA_ASSIGN_OR_RETURN(const Submaps submaps, Submaps::Read(*scope.base));
   if (step.submap.valid()) {
@@ -133,8 +134,9 @@ Result<AdjustedWhole> Adjust(const IngestParts& parts, const DueStep& step, Writ
   VEDUTA_ASSIGN_OR_RETURN(const ReconstructionRecord record,
                           scope.base->GetReconstruction(step.reconstruction));
   const bool is_parted = submaps.IsParted(record.id);
-  if (is_parted) return RelaxReconstruction(parts, step.reconstruction, std::move(scope));
-  if (record.image_count <= parts.options.schedule.whole_images_max)
+  if (IsRelaxed(record, is_parted, parts.options.schedule))
+    return RelaxReconstruction(parts, step.reconstruction, std::move(scope));
+  if (record.image_count <= parts.options.schedule.whole_images_max || is_parted)
     return AdjustWhole(parts, step.reconstruction, std::move(scope));
   VEDUTA_RETURN_IF_ERROR(PartReconstruction(parts, step.reconstruction, std::move(scope)));
   return AdjustedWhole();

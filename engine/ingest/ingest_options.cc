@@ -14,6 +14,7 @@ Status AdjustmentSchedule::Check() const {
       .Between("submap_images_max", submap_images_max, 3, whole_images_max)
       .AtLeast("submap_images_min", submap_images_min, 1)
       .AtLeast("region_images_max", region_images_max, submap_images_max)
+      .Above("whole_again_share", whole_again_share, 0)
       .Above("relaxation_share", relaxation_share, 0)
       .status();
 }

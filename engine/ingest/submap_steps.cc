@@ -6,6 +6,7 @@
 #include <string>
 #include <utility>
 
+#include "engine/ingest/due_work.h"
 #include "engine/ingest/healing_writer.h"
 #include "engine/ingest/reconstruction_adjustment.h"
 #include "engine/ingest/region_writer.h"
@@ -66,7 +67,8 @@ Status AdjustAndWrite(const IngestParts& parts, const WriteScope& scope,
   const MappingContext context{&loader, parts.map, parts.pool, parts.options.mapper};
   VEDUTA_ASSIGN_OR_RETURN(const ReconstructionRecord whole,
                           scope.base->GetReconstruction(reconstruction));
-  VEDUTA_ASSIGN_OR_RETURN(const Region region, LoadRegion(context, group.images, true));
+  const bool is_relaxed = IsRelaxed(whole, true, parts.options.schedule);
+  VEDUTA_ASSIGN_OR_RETURN(const Region region, LoadRegion(context, group.images, is_relaxed));
   VEDUTA_ASSIGN_OR_RETURN(const Healing healing, AdjustRegion(context, region));
   VEDUTA_RETURN_IF_ERROR(WriteRegion(parts, scope, whole, region, healing, writer, submaps));
   for (const SubmapId id : group.submaps) {
@@ -75,6 +77,7 @@ Status AdjustAndWrite(const IngestParts& parts, const WriteScope& scope,
     // One that is too small stays due: its own step joins it to another.
     const bool is_too_small = submap->images.size() < parts.options.schedule.submap_images_min;
     if (id == group.submaps.front() || !is_too_small) submaps->NoteAdjusted(id);
+    if (!is_relaxed) continue;
     VEDUTA_ASSIGN_OR_RETURN(const SubmapBorder border, FindBorder(context, *submaps, id, healing));
     scope.transaction->PutSubmapBorder(border);
   }

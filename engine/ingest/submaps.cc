@@ -184,6 +184,15 @@ void Submaps::MakeDue(std::span<const ImageId> images) {
   }
 }
 
+void Submaps::NoteAdjusted(ReconstructionId reconstruction) {
+  for (const auto& [id, record] : records_) {
+    if (record.reconstruction != reconstruction) continue;
+    NoteAdjusted(id);
+    SetMotion(id, std::nullopt);
+    without_border_.insert(id);
+  }
+}
+
 void Submaps::NoteAdjusted(SubmapId id) {
   SubmapRecord& record = records_.at(id);
   record.images_at_adjustment = static_cast<uint32_t>(record.images.size());
@@ -214,10 +223,8 @@ void Submaps::Join(SubmapId from, SubmapId into) {
 void Submaps::Write(Transaction* transaction) const {
   for (const SubmapId id : changed_) {
     const SubmapRecord& record = records_.at(id);
-    if (record.images.empty())
-      transaction->DeleteSubmap(id);
-    else
-      transaction->PutSubmap(record);
+    if (record.images.empty() || without_border_.contains(id)) transaction->DeleteSubmap(id);
+    if (!record.images.empty()) transaction->PutSubmap(record);
   }
 }
 

@@ -48,6 +48,9 @@ class Submaps final {
   Status FollowPlacement(const CityMap& map, const Snapshot& base, const Placement& placement);
   // The submap of each of these images is due; others are passed over.
   void MakeDue(std::span<const ImageId> images);
+  // The whole reconstruction has just been adjusted at once: none of its submaps is due, and their
+  // stored borders and motions are dropped, for they tell of the map before.
+  void NoteAdjusted(ReconstructionId reconstruction);
   // This submap has just been adjusted: it is not due.
   void NoteAdjusted(SubmapId id);
   // Where a relaxation wants the submap to be moved; std::nullopt: it stays where it is.
@@ -74,6 +77,7 @@ class Submaps final {
   std::map<SubmapId, SubmapRecord> records_;  // those without images are to be deleted
   std::unordered_map<ImageId, SubmapId> submap_of_;
   std::set<SubmapId> changed_;
+  std::set<SubmapId> without_border_;  // whose stored borders tell of what is gone
 };
 
 }  // namespace veduta

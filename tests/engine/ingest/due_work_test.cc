@@ -12,7 +12,8 @@ namespace veduta {
 namespace {
 
 TEST(DueWork, AdjustmentsFollowTheGrowth) {
-  const AdjustmentSchedule schedule{.views_step = 15, .growth_share = 0.1, .relaxation_share = 0.2};
+  const AdjustmentSchedule schedule{
+      .views_step = 15, .growth_share = 0.1, .whole_again_share = 0.2, .relaxation_share = 0.1};
   ReconstructionRecord record;
   record.id = ReconstructionId(1);
   EXPECT_FALSE(IsAdjustmentDue(record, false, schedule)) << "an empty one";
@@ -28,11 +29,19 @@ TEST(DueWork, AdjustmentsFollowTheGrowth) {
   EXPECT_FALSE(IsAdjustmentDue(record, false, schedule));
   record.image_count = 1100;
   EXPECT_TRUE(IsAdjustmentDue(record, false, schedule));
-  EXPECT_FALSE(IsAdjustmentDue(record, true, schedule)) << "it has submaps";
+  EXPECT_FALSE(IsAdjustmentDue(record, true, schedule)) << "its submaps are";
   record.image_count = 1199;
   EXPECT_FALSE(IsAdjustmentDue(record, true, schedule));
   record.image_count = 1200;
   EXPECT_TRUE(IsAdjustmentDue(record, true, schedule));
+  EXPECT_FALSE(IsRelaxed(record, true, schedule));
+  record.image_count = 2001;
+  EXPECT_TRUE(IsRelaxed(record, true, schedule));
+  EXPECT_FALSE(IsRelaxed(record, false, schedule));
+  record.images_at_adjustment = 1900;
+  EXPECT_FALSE(IsAdjustmentDue(record, true, schedule));
+  record.image_count = 2090;
+  EXPECT_TRUE(IsAdjustmentDue(record, true, schedule)) << "it is relaxed after a tenth more";
   record.images_at_adjustment = 0;
   EXPECT_TRUE(IsAdjustmentDue(record, true, schedule)) << "somebody has forbidden a pair";
   record.merged_into = ReconstructionId(2);

@@ -31,6 +31,7 @@ IngestOptions SmallParts() {
   options.schedule.submap_images_max = 6;
   options.schedule.submap_images_min = 2;
   options.schedule.region_images_max = 6;
+  options.schedule.whole_again_images_max = 0;
   return options;
 }
 
@@ -237,6 +238,29 @@ TEST(RelaxationSteps, SubmapsThatFitStay) {
     EXPECT_EQ(submap.images_at_adjustment, 4u);
   }
   EXPECT_EQ(scene.Snap()->GetReconstruction(kCity)->images_at_adjustment, 12u);
+  ExpectSound(scene);
+}
+
+TEST(RelaxationSteps, AnAdjustmentOfTheWholeLeavesNoMotionAndNoBorder) {
+  SceneDatabase scene(kArc);
+  AddArc(&scene);
+  StoreBorders(&scene);
+  SetDrift(&scene);
+  Worker worker(&scene);
+  worker.options.schedule.whole_again_images_max = 12;
+  Ingest ingest(scene.database(), &worker.retrieval, scene.features(), scene.pool(),
+                worker.options);
+  const auto step = ingest.RunNextStep();
+  ASSERT_TRUE(step.has_value());
+  ASSERT_OK(step->status);
+  EXPECT_FALSE(ingest.RunNextStep().has_value());
+  ASSERT_EQ(worker.Submaps().size(), 3u);
+  for (const SubmapRecord& submap : worker.Submaps()) {
+    EXPECT_FALSE(submap.motion.has_value());
+    const auto border = scene.Snap()->FindSubmapBorder(submap.id);
+    ASSERT_OK(border);
+    EXPECT_FALSE(border->has_value());
+  }
   ExpectSound(scene);
 }
 

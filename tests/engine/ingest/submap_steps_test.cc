@@ -127,6 +127,7 @@ TEST(SubmapSteps, TheSubmapsAroundAreAdjustedTogether) {
   ASSERT_EQ(worker.Submaps().size(), 4u);
   for (const uint32_t k : {0u, 4u}) Displace(&scene, k, 0.01);
   worker.options.schedule.region_images_max = 6;
+  worker.options.schedule.whole_again_images_max = 0;
   ASSERT_OK(worker.Adjust(1));
   std::vector<ImageId> adjusted;
   for (const SubmapRecord& submap : worker.Submaps()) {

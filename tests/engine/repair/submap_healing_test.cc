@@ -26,6 +26,7 @@ CityOptions SmallParts() {
   options.ingest.schedule.views_step = 2;
   options.ingest.schedule.submap_views_step = 2;
   options.ingest.schedule.region_images_max = 4;
+  options.ingest.schedule.whole_again_images_max = 0;
   return options;
 }
 
