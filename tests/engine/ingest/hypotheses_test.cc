@@ -239,6 +239,27 @@ TEST_F(Hypotheses, AWholeReconstructionMakesAllOfItDueOrDropsThem) {
   EXPECT_EQ(All()[0].b, kSecond);
 }
 
+TEST_F(Hypotheses, ThatOfASplitIsPassedOverWhereNothingIsNew) {
+  Open(kFirst, kSecond);
+  Open(kSecond, kThird);
+  Commit([&](const Snapshot&, Transaction* to) {
+    HypothesisRecord split = All()[0];
+    split.reason = RefusalReason::kSplit;
+    to->PutHypothesis(split);
+    return Status::Ok();
+  });
+  const auto make_due = [&](Splits splits) {
+    Commit([&](const Snapshot& base, Transaction* to) {
+      return MakeHypothesesDue(base, kSecond, {}, splits, to);
+    });
+  };
+  make_due(Splits::kPassedOver);
+  EXPECT_FALSE(All()[0].is_due);
+  EXPECT_TRUE(All()[1].is_due);
+  make_due(Splits::kMeant);
+  EXPECT_TRUE(All()[0].is_due);
+}
+
 TEST_F(Hypotheses, ARemovedImageIsNamedByNone) {
   Open(kFirst, kSecond);
   const auto forget = [&](uint32_t image) {
