@@ -10,6 +10,7 @@
 #include "engine/unnamed_camera.h"
 #include "storage/base/memory_shortage.h"
 #include "storage/base/option_bounds.h"
+#include "storage/base/stopwatch.h"
 
 namespace veduta {
 namespace {
@@ -87,7 +88,7 @@ Result<std::unique_ptr<Engine>> EngineParts::Open(const std::string& path,
                              }};
   parts->scheduler =
       std::make_unique<Scheduler>(parts->writer.get(), parts->preparer.get(), &parts->ingest,
-                                  parts->pool.get(), cameras, [raw] { return raw->TrainIfDue(); });
+                                  parts->pool.get(), cameras, [raw](const DueStep& step) { return raw->DoLongStep(step); });
   std::unique_ptr<Engine> engine(new Engine);
   engine->parts_ = std::move(parts);
   return engine;
@@ -164,26 +165,50 @@ Status EngineParts::Reopen(Writer::Turn* turn) {
 // A vocabulary is prepared without a turn of the writer, and Reopen deletes what is prepared: a
 // commit may not name it then.
 Status EngineParts::Activate(const std::shared_ptr<EngineCaches>& from,
-                             Retrieval::Prepared prepared) {
+                             Retrieval::Prepared prepared, double* turn_ms) {
   Writer::Turn turn = writer->Take();
   if (GetCaches() != from) {
     return Status::Busy("the database was opened again while a vocabulary was prepared: try again");
   }
-  return from->retrieval.Activate(&turn.database(), std::move(prepared));
+  Stopwatch watch;
+  const Status activated = from->retrieval.Activate(&turn.database(), std::move(prepared));
+  if (turn_ms != nullptr) *turn_ms = watch.LapMs();
+  return activated;
 }
 
-Result<bool> EngineParts::TrainIfDue() {
+Result<std::optional<FollowUp>> EngineParts::DoLongStep(const DueStep& step) {
+  return step.kind == FollowUpKind::kVocabulary ? TrainIfDue() : AdjustLarge(step.reconstruction);
+}
+
+Result<std::optional<FollowUp>> EngineParts::TrainIfDue() {
   const std::shared_ptr<EngineCaches> from = GetCaches();
-  const auto train = [&]() -> Result<bool> {
+  const auto train = [&]() -> Result<std::optional<FollowUp>> {
     VEDUTA_ASSIGN_OR_RETURN(std::optional<Retrieval::Prepared> prepared,
                             from->retrieval.TrainIfDue(database.get(), pool.get()));
-    if (!prepared) return false;
-    VEDUTA_RETURN_IF_ERROR(Activate(from, std::move(*prepared)));
-    return true;
+    if (!prepared) return std::optional<FollowUp>();
+    FollowUp trained;
+    trained.kind = FollowUpKind::kVocabulary;
+    VEDUTA_RETURN_IF_ERROR(Activate(from, std::move(*prepared), &trained.turn_ms));
+    return std::optional(std::move(trained));
   };
-  Result<bool> trained = train();
-  if (!trained.ok() && GetCaches() != from) return false;
+  Result<std::optional<FollowUp>> trained = train();
+  if (!trained.ok() && GetCaches() != from) return std::optional<FollowUp>();
   return trained;
+}
+
+Result<std::optional<FollowUp>> EngineParts::AdjustLarge(ReconstructionId reconstruction) {
+  const std::shared_ptr<EngineCaches> from = GetCaches();
+  LargeAdjustment adjustment(
+      {database.get(), &from->retrieval, &from->features, pool.get(), tuning.ingest, nullptr},
+      reconstruction);
+  const Status computed = adjustment.Compute();
+  Writer::Turn turn = writer->Take();
+  if (GetCaches() != from) return std::optional<FollowUp>();  // opened again meanwhile
+  VEDUTA_RETURN_IF_ERROR(computed);
+  Stopwatch watch;
+  FollowUp adjusted = ingest->Commit(&adjustment, reconstruction);
+  adjusted.turn_ms = watch.LapMs();
+  return std::optional(std::move(adjusted));
 }
 
 }  // namespace veduta

@@ -66,11 +66,15 @@ struct EngineParts {
   // Retrieval, features and the ingest engine anew; for who has the writer's turn.
   void RenewCaches();
   // Takes a turn and switches to a vocabulary that was prepared while the database was read by
-  // `from`. kBusy where the database was opened again since.
-  Status Activate(const std::shared_ptr<EngineCaches>& from, Retrieval::Prepared prepared);
-  // Trains the vocabulary that is due and switches to it. False when none is due any more, or when
-  // the database was opened again meanwhile: then look again whether one is due.
-  Result<bool> TrainIfDue();
+  // `from`. kBusy where the database was opened again since. `turn_ms`, if given, receives how long
+  // that took.
+  Status Activate(const std::shared_ptr<EngineCaches>& from, Retrieval::Prepared prepared,
+                  double* turn_ms = nullptr);
+  // Scheduler::DoLongStep. Nothing when a step is not due any more, or when the database was opened
+  // again meanwhile: then look again whether it is due.
+  Result<std::optional<FollowUp>> DoLongStep(const DueStep& step);
+  Result<std::optional<FollowUp>> TrainIfDue();
+  Result<std::optional<FollowUp>> AdjustLarge(ReconstructionId reconstruction);
 
   // Engine::Reopen, for who has the writer's turn.
   Status Reopen(Writer::Turn* turn);

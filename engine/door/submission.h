@@ -92,6 +92,7 @@ struct FollowUp {
   std::vector<LostPose> unplaced;           // kAdjustment: in the order in which they lost theirs
   std::vector<ReconstructionId> split_off;  // kAdjustment: new ones, made of a part of it
   double ms = 0;                            // how long it took
+  double turn_ms = 0;  // how long of that nobody else could write: of long steps their commit alone
   Status status;  // a failure is the step's own; it is set aside until the database is opened again
 };
 

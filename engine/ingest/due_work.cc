@@ -6,6 +6,15 @@
 #include "engine/ingest/submaps.h"
 
 namespace veduta {
+namespace {
+
+const DueStep kTraining{FollowUpKind::kVocabulary, {}, {}, {}, {}, true};
+
+DueStep WholeOf(ReconstructionId reconstruction, bool is_parted) {
+  return {FollowUpKind::kAdjustment, {}, reconstruction, {}, {}, is_parted};
+}
+
+}  // namespace
 
 void StepsSetAside::Add(const DueStep& step) {
   switch (step.kind) {
@@ -60,8 +69,14 @@ bool IsRelaxed(const ReconstructionRecord& record, bool is_parted,
 Result<std::optional<DueStep>> FindDueStep(const Snapshot& snapshot,
                                            const AdjustmentSchedule& schedule,
                                            const Retrieval& retrieval,
-                                           const StepsSetAside& set_aside) {
-  const auto is_open = [&](const DueStep& step) { return !set_aside.Contains(step); };
+                                           const StepsSetAside& set_aside,
+                                           const std::optional<DueStep>& at_work) {
+  const auto is_open = [&](const DueStep& step) {
+    const bool waits =
+        at_work && (step.is_long || (step.submap.valid() &&
+                                     step.reconstruction == at_work->reconstruction));
+    return !waits && !set_aside.Contains(step);
+  };
   VEDUTA_ASSIGN_OR_RETURN(const DatabaseState state, snapshot.GetState());
   for (const ImageId id : state.pending_propagation) {
     const DueStep step{FollowUpKind::kPropagation, id, {}, {}};
@@ -74,18 +89,21 @@ Result<std::optional<DueStep>> FindDueStep(const Snapshot& snapshot,
     const bool is_parted = submaps.IsParted(record.id);
     const bool is_relaxed = IsRelaxed(record, is_parted, schedule);
     const bool is_due = IsAdjustmentDue(record, is_parted, schedule);
-    DueStep step{FollowUpKind::kAdjustment, {}, record.id, {}};
-    if (is_due && !is_relaxed && is_open(step)) return std::optional(step);
-    // The motions of a relaxation are carried out before submaps are adjusted, since an adjustment
-    // needs to know where its neighbours are. The relaxation rests on earlier adjustments itself.
-    std::vector<SubmapId> ordered = submaps.ListMoving(record.id);
-    for (const SubmapId submap : submaps.ListDue(record.id, schedule)) ordered.push_back(submap);
-    for (const SubmapId submap : ordered) {
-      step.submap = submap;
-      if (is_open(step)) return std::optional(step);
-    }
-    step.submap = {};
-    if (is_due && is_relaxed && is_open(step)) return std::optional(step);
+    const DueStep whole = WholeOf(record.id, is_parted);
+    const auto first_open = [&](const std::vector<SubmapId>& among) {
+      DueStep step{FollowUpKind::kAdjustment, {}, record.id, {}};
+      for (const SubmapId submap : among) {
+        step.submap = submap;
+        if (is_open(step)) return std::optional(step);
+      }
+      return std::optional<DueStep>();
+    };
+    // Motions are carried out before anything is adjusted, since an adjustment needs to know where
+    // its neighbours are. A relaxation rests on earlier adjustments of submaps itself.
+    if (const auto moving = first_open(submaps.ListMoving(record.id))) return moving;
+    if (is_due && !is_relaxed && is_open(whole)) return std::optional(whole);
+    if (const auto due = first_open(submaps.ListDue(record.id, schedule))) return due;
+    if (is_due && is_relaxed && is_open(whole)) return std::optional(whole);
   }
   VEDUTA_ASSIGN_OR_RETURN(const std::vector<HypothesisRecord> hypotheses,
                           snapshot.ListHypotheses());
@@ -93,8 +111,29 @@ Result<std::optional<DueStep>> FindDueStep(const Snapshot& snapshot,
     const DueStep step{FollowUpKind::kJudgment, {}, hypothesis.a, hypothesis.b};
     if (hypothesis.is_due && is_open(step)) return std::optional(step);
   }
-  const DueStep training{FollowUpKind::kVocabulary, {}, {}, {}};
-  if (retrieval.IsTrainingDue(state) && is_open(training)) return std::optional(training);
+  if (retrieval.IsTrainingDue(state) && is_open(kTraining)) return std::optional(kTraining);
+  return std::optional<DueStep>();
+}
+
+Result<std::optional<DueStep>> FindLongStep(const Snapshot& snapshot,
+                                            const AdjustmentSchedule& schedule,
+                                            const Retrieval& retrieval,
+                                            const StepsSetAside& set_aside) {
+  VEDUTA_ASSIGN_OR_RETURN(const DatabaseState state, snapshot.GetState());
+  if (retrieval.IsTrainingDue(state) && !set_aside.Contains(kTraining))
+    return std::optional(kTraining);
+  VEDUTA_ASSIGN_OR_RETURN(const std::vector<ReconstructionRecord> reconstructions,
+                          snapshot.ListReconstructions());
+  VEDUTA_ASSIGN_OR_RETURN(const Submaps submaps, Submaps::Read(snapshot));
+  for (const ReconstructionRecord& record : reconstructions) {
+    const DueStep whole = WholeOf(record.id, submaps.IsParted(record.id));
+    if (!whole.is_long || !IsAdjustmentDue(record, true, schedule) || set_aside.Contains(whole))
+      continue;
+    const bool submaps_first =
+        !submaps.ListMoving(record.id).empty() ||
+        (IsRelaxed(record, true, schedule) && !submaps.ListDue(record.id, schedule).empty());
+    if (!submaps_first) return std::optional(whole);
+  }
   return std::optional<DueStep>();
 }
 

@@ -21,6 +21,9 @@ struct DueStep {
   ReconstructionId reconstruction;  // kAdjustment: the one to adjust; kJudgment: the first of two
   ReconstructionId other = {};      // kJudgment: the second
   SubmapId submap = {};             // kAdjustment: the submap to adjust; none: the whole
+  // Whether it is computed without a turn of the writer, while others write: a vocabulary, and the
+  // whole of a reconstruction that has submaps (large_adjustment.h).
+  bool is_long = false;
 };
 
 // Steps that have failed and are passed over.
@@ -51,10 +54,20 @@ bool IsRelaxed(const ReconstructionRecord& record, bool is_parted,
 // the adjustment of reconstructions, in ascending ids, the whole or its submaps (R18); then new
 // judgments of merges, in ascending ids; then a new vocabulary. Reads the state and, where no photo
 // waits, the records of all reconstructions, submaps and hypotheses: O(their number + images in
-// submaps).
+// submaps). While a long step is `at_work` it passes over that one, other long ones, and the submaps
+// of its reconstruction, which would be adjusted twice.
 Result<std::optional<DueStep>> FindDueStep(const Snapshot& snapshot,
                                            const AdjustmentSchedule& schedule,
                                            const Retrieval& retrieval,
-                                           const StepsSetAside& set_aside);
+                                           const StepsSetAside& set_aside,
+                                           const std::optional<DueStep>& at_work = {});
+
+// A long step that is due, whatever else is, or none: a new vocabulary comes first, because all
+// later photos are found by it. One of a reconstruction waits until the motions of its submaps are
+// carried out. O(as FindDueStep).
+Result<std::optional<DueStep>> FindLongStep(const Snapshot& snapshot,
+                                            const AdjustmentSchedule& schedule,
+                                            const Retrieval& retrieval,
+                                            const StepsSetAside& set_aside);
 
 }  // namespace veduta

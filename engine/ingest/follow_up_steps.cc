@@ -76,14 +76,19 @@ Result<std::vector<ImageId>> RetryPhoto(const IngestParts& parts, ImageId image,
 
 Result<AdjustedWhole> AdjustWhole(const IngestParts& parts, ReconstructionId reconstruction,
                                   WriteScope scope) {
-  VEDUTA_ASSIGN_OR_RETURN(ReconstructionRecord record,
-                          scope.base->GetReconstruction(reconstruction));
-  VEDUTA_ASSIGN_OR_RETURN(Submaps submaps, Submaps::Read(*scope.base));
-  VEDUTA_ASSIGN_OR_RETURN(DatabaseState state, scope.base->GetState());
   MapLoader loader(scope.base, parts.features, parts.map);
   VEDUTA_ASSIGN_OR_RETURN(
       const Healing healing,
       AdjustReconstruction({&loader, parts.map, parts.pool, parts.options.mapper}, reconstruction));
+  return WriteAdjustedWhole(parts, reconstruction, healing, std::move(scope));
+}
+
+Result<AdjustedWhole> WriteAdjustedWhole(const IngestParts& parts, ReconstructionId reconstruction,
+                                         const Healing& healing, WriteScope scope) {
+  VEDUTA_ASSIGN_OR_RETURN(ReconstructionRecord record,
+                          scope.base->GetReconstruction(reconstruction));
+  VEDUTA_ASSIGN_OR_RETURN(Submaps submaps, Submaps::Read(*scope.base));
+  VEDUTA_ASSIGN_OR_RETURN(DatabaseState state, scope.base->GetState());
   Transaction* const transaction = scope.transaction.get();
   HealingWriter writer(parts, scope, reconstruction, &state);
   VEDUTA_RETURN_IF_ERROR(writer.SplitOff(healing));

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "engine/door/submission.h"
+#include "engine/ingest/doubt.h"
 #include "engine/ingest/ingest_parts.h"
 #include "engine/ingest/write_scope.h"
 
@@ -26,5 +27,10 @@ struct AdjustedWhole {
 // changed: the caller clears it.
 Result<AdjustedWhole> AdjustWhole(const IngestParts& parts, ReconstructionId reconstruction,
                                   WriteScope scope);
+
+// The second half of that: writes and commits what AdjustReconstruction has made of the whole
+// reconstruction in the map. Nothing may have changed it in the database since it was read.
+Result<AdjustedWhole> WriteAdjustedWhole(const IngestParts& parts, ReconstructionId reconstruction,
+                                         const Healing& healing, WriteScope scope);
 
 }  // namespace veduta

@@ -252,16 +252,33 @@ Status Ingest::ForbidPose(ImageId image, const std::string& actor, const std::st
   return forbidden;
 }
 
-Result<std::optional<DueStep>> Ingest::FindStep(const Snapshot& snapshot) const {
+Result<std::optional<DueStep>> Ingest::FindStep(const Snapshot& snapshot,
+                                                const std::optional<DueStep>& at_work) const {
   if (is_state_unreadable_) return std::optional<DueStep>();
   return CatchShortage("find the next step", [&] {
-    return FindDueStep(snapshot, options_.schedule, *parts_.retrieval, set_aside_);
+    return FindDueStep(snapshot, options_.schedule, *parts_.retrieval, set_aside_, at_work);
   });
 }
 
-bool Ingest::IsTrainingDue() const {
-  const Result<std::optional<DueStep>> step = FindStep(*parts_.database->GetSnapshot());
-  return step.ok() && *step && (*step)->kind == FollowUpKind::kVocabulary;
+std::optional<DueStep> Ingest::FindLong(const Snapshot& snapshot) const {
+  const Result<std::optional<DueStep>> step = CatchShortage("find the next long step", [&] {
+    return FindLongStep(snapshot, options_.schedule, *parts_.retrieval, set_aside_);
+  });
+  return step.ok() ? *step : std::nullopt;  // what cannot be read fails the next step, too
+}
+
+FollowUp Ingest::Commit(LargeAdjustment* adjustment, ReconstructionId reconstruction) {
+  FollowUp done;
+  done.kind = FollowUpKind::kAdjustment;
+  done.reconstruction = reconstruction;
+  done.status = CatchShortage("adjust the photos again", [&]() -> Status {
+    VEDUTA_ASSIGN_OR_RETURN(AdjustedWhole adjusted, adjustment->Commit(&map_));
+    done.unplaced = std::move(adjusted.unplaced);
+    done.split_off = std::move(adjusted.split_off);
+    return Status::Ok();
+  });
+  if (!done.status.ok()) map_.Clear();
+  return done;
 }
 
 FollowUp Ingest::Run(const DueStep& step, WriteScope scope) {
@@ -296,16 +313,22 @@ void Ingest::TryFailedAgain() {
   is_state_unreadable_ = false;
 }
 
-std::optional<FollowUp> Ingest::RunNextStep() {
+std::optional<FollowUp> Ingest::RunNextStep(LongSteps* long_steps) {
   WriteScope scope = BeginWrite(parts_.database);
-  const Result<std::optional<DueStep>> step = FindStep(*scope.base);
+  const Result<std::optional<DueStep>> step =
+      FindStep(*scope.base, long_steps != nullptr ? long_steps->at_work : std::nullopt);
   if (!step.ok()) {
     is_state_unreadable_ = true;
     FollowUp unread;
     unread.status = step.status();
     return unread;
   }
-  if (!*step || (*step)->kind == FollowUpKind::kVocabulary) return std::nullopt;
+  if (!*step) return std::nullopt;
+  if (long_steps != nullptr && (*step)->is_long) long_steps->next = *step;
+  if ((*step)->is_long && (long_steps != nullptr || (*step)->kind == FollowUpKind::kVocabulary))
+    return std::nullopt;
+  if (long_steps != nullptr && long_steps->at_once && !long_steps->at_work)
+    long_steps->next = FindLong(*scope.base);
   FollowUp done = Run(**step, std::move(scope));
   if (!done.status.ok()) {
     map_.Clear();

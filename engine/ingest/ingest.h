@@ -10,11 +10,22 @@
 #include "engine/ingest/due_work.h"
 #include "engine/ingest/ingest_options.h"
 #include "engine/ingest/ingest_parts.h"
+#include "engine/ingest/large_adjustment.h"
 #include "engine/ingest/photo_admission.h"
 #include "engine/ingest/write_scope.h"
 #include "engine/photo/photo_preparer.h"
 
 namespace veduta {
+
+// What is computed without a turn of the writer (DueStep::is_long), by whoever can do that.
+struct LongSteps {
+  // One that is being computed: steps that must wait for it are passed over.
+  std::optional<DueStep> at_work;
+  // Whether one is wanted as soon as it is due, and not only when it is the next step.
+  bool at_once = false;
+  // Receives one that is due, which is left to the caller.
+  std::optional<DueStep> next;
+};
 
 // One thread at a time, guarded by its owner (the engine's writer). The four pointers must outlive
 // it.
@@ -44,17 +55,16 @@ class Ingest final {
   // changed.
   Status ForbidPose(ImageId image, const std::string& actor, const std::string& reason);
 
-  // Runs and commits the next step that is due; none when nothing is, or nothing but a vocabulary
-  // (IsTrainingDue). A step that fails says so in `status`, leaves nothing visible and is passed
-  // over from then on, until TryFailedAgain. Where the state cannot even be read, one FollowUp says
-  // so and no step is run until then. So a loop until none always ends.
-  std::optional<FollowUp> RunNextStep();
-
-  // Whether nothing is due but a vocabulary, which is trained without a turn of the writer, and so
-  // not here. As cheap as FindDueStep.
-  bool IsTrainingDue() const;
-  // A training that has failed is passed over from then on, until TryFailedAgain.
-  void SetTrainingAside() { set_aside_.Add({FollowUpKind::kVocabulary, {}, {}, {}}); }
+  // Runs and commits the next step that is due; none when nothing is, or nothing but a vocabulary,
+  // which is never trained here. Other long steps are run here where no `long_steps` are given. A
+  // step that fails says so in `status`, leaves nothing visible and is passed over from then on,
+  // until TryFailedAgain. Where the state cannot even be read, one FollowUp says so and no step is
+  // run until then. So a loop until none always ends.
+  std::optional<FollowUp> RunNextStep(LongSteps* long_steps = nullptr);
+  // Commits a large adjustment that was computed without a turn.
+  FollowUp Commit(LargeAdjustment* adjustment, ReconstructionId reconstruction);
+  // A long step that has failed is passed over from then on, until TryFailedAgain.
+  void SetAside(const DueStep& step) { set_aside_.Add(step); }
   // Steps that have failed are due again, once each: memory or the disk may be back.
   void TryFailedAgain();
 
@@ -65,7 +75,9 @@ class Ingest final {
                                     ImageRecord record, WriteScope scope);
   Result<AddOutcome> Place(PreparedPhoto photo, const CameraRecord& camera, ImageRecord record,
                            WriteScope scope);
-  Result<std::optional<DueStep>> FindStep(const Snapshot& snapshot) const;
+  Result<std::optional<DueStep>> FindStep(const Snapshot& snapshot,
+                                          const std::optional<DueStep>& at_work) const;
+  std::optional<DueStep> FindLong(const Snapshot& snapshot) const;
   FollowUp Run(const DueStep& step, WriteScope scope);
 
   const IngestOptions options_;

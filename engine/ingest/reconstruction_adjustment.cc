@@ -168,13 +168,13 @@ Result<Healing> AdjustRegion(const MappingContext& context, const Region& region
   return healing;
 }
 
-Healing CutOffPart(const MappingContext& context, const Region& region) {
-  Healing healing;
-  context.map->CutOff({region.images.begin(), region.images.end()});
-  healing.parts.push_back(region.images);
+Healing TakeOut(const MappingContext& context, Healing found) {
+  for (const DoubtedImage& doubted : found.unplaced) context.map->UnplaceImage(doubted.image);
+  for (const std::vector<ImageId>& part : found.parts)
+    context.map->CutOff({part.begin(), part.end()});
   std::vector<ImageId> nothing_else;
-  HealUnsupported(context, false, &nothing_else, &healing);
-  return healing;
+  HealUnsupported(context, false, &nothing_else, &found);
+  return found;
 }
 
 Result<Healing> AdjustReconstruction(const MappingContext& context, ReconstructionId id) {

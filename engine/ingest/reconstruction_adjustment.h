@@ -16,9 +16,10 @@ namespace veduta {
 Result<Region> LoadRegion(const MappingContext& context, std::span<const ImageId> images,
                           bool with_neighbors);
 
-// Cuts the region's images off from the rest as one part of the reconstruction, and takes the poses
-// of those that see too few points then. All that is around it must be loaded (LoadRegion).
-Healing CutOffPart(const MappingContext& context, const Region& region);
+// Takes the poses and cuts off the parts that `found` names (its evidence is not looked at), and
+// takes the poses of images of the parts that see too few points then. All that is around these
+// images must be loaded (LoadRegion).
+Healing TakeOut(const MappingContext& context, Healing found);
 
 // Does to the region what AdjustReconstruction does to a whole reconstruction. The images around it
 // are held, and help to judge: a part is cut off only where all of it lies in the region. The cost

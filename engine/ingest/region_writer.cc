@@ -2,6 +2,8 @@
 #include "engine/ingest/region_writer.h"
 
 #include <algorithm>
+#include <optional>
+#include <set>
 #include <utility>
 
 #include "engine/ingest/change_writer.h"
@@ -63,6 +65,30 @@ std::vector<ImageId> FindUnsupportedAround(const IngestParts& parts, const Regio
   return found;
 }
 
+// What of `found` is still in the reconstruction.
+Result<Healing> StillThere(const Snapshot& base, ReconstructionId reconstruction,
+                           const Healing& found) {
+  constexpr size_t kImagesMin = 3;  // of a reconstruction
+  const auto is_there = [&](ImageId id) -> Result<bool> {
+    VEDUTA_ASSIGN_OR_RETURN(const std::optional<PoseRecord> pose, base.FindPose(id));
+    return pose && pose->reconstruction == reconstruction;
+  };
+  Healing left;
+  for (const DoubtedImage& doubted : found.unplaced) {
+    VEDUTA_ASSIGN_OR_RETURN(const bool stays, is_there(doubted.image));
+    if (stays) left.unplaced.push_back(doubted);
+  }
+  for (const std::vector<ImageId>& part : found.parts) {
+    std::vector<ImageId> of_part;
+    for (const ImageId id : part) {
+      VEDUTA_ASSIGN_OR_RETURN(const bool stays, is_there(id));
+      if (stays) of_part.push_back(id);
+    }
+    if (of_part.size() >= kImagesMin) left.parts.push_back(std::move(of_part));
+  }
+  return left;
+}
+
 }  // namespace
 
 Status WriteRegion(const IngestParts& parts, const WriteScope& scope, ReconstructionRecord record,
@@ -81,6 +107,27 @@ Status WriteRegion(const IngestParts& parts, const WriteScope& scope, Reconstruc
     return writer->ProposeSeams();
   }
   return MakeHypothesesDue(*scope.base, id, region.images, Splits::kPassedOver, transaction);
+}
+
+Status TakeOutOfRegion(const IngestParts& parts, const WriteScope& scope,
+                       ReconstructionRecord record, const Healing& found, HealingWriter* writer,
+                       Submaps* submaps) {
+  VEDUTA_ASSIGN_OR_RETURN(Healing left, StillThere(*scope.base, record.id, found));
+  if (left.empty()) {
+    scope.transaction->PutReconstruction(record);
+    return Status::Ok();
+  }
+  std::set<ImageId> images;
+  for (const DoubtedImage& doubted : left.unplaced) images.insert(doubted.image);
+  for (const std::vector<ImageId>& part : left.parts) images.insert(part.begin(), part.end());
+  parts.TrimMap();
+  MapLoader loader(scope.base, parts.features, parts.map);
+  const MappingContext context{&loader, parts.map, parts.pool, parts.options.mapper};
+  VEDUTA_ASSIGN_OR_RETURN(const Region region,
+                          LoadRegion(context, std::vector(images.begin(), images.end()), true));
+  const Healing healing = TakeOut(context, std::move(left));
+  submaps->MakeDue(region.known);
+  return WriteRegion(parts, scope, std::move(record), region, healing, writer, submaps);
 }
 
 }  // namespace veduta

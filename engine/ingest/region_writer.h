@@ -19,4 +19,12 @@ Status WriteRegion(const IngestParts& parts, const WriteScope& scope, Reconstruc
                    const Region& region, const Healing& healing, HealingWriter* writer,
                    Submaps* submaps);
 
+// Takes out of the reconstruction what of `found` is still in it, for that may have been found some
+// commits ago: images lose their poses, and parts of three images and more are split off. Loads
+// what is around them, whose submaps are due then, and writes as WriteRegion does; `record` alone
+// where nothing of it is left.
+Status TakeOutOfRegion(const IngestParts& parts, const WriteScope& scope,
+                       ReconstructionRecord record, const Healing& found, HealingWriter* writer,
+                       Submaps* submaps);
+
 }  // namespace veduta

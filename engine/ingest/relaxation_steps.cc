@@ -242,8 +242,8 @@ Result<RelaxationProblem> MakeProblem(const Snapshot& base, const Whole& whole,
   return problem;
 }
 
-// Writes the motions into the submaps; submaps whose borders have changed become due.
-void SetMotions(const Whole& whole, const Relaxation& relaxation, Submaps* submaps) {
+// The motions of the submaps, and which of their borders change.
+void SetMotions(const Whole& whole, const Relaxation& relaxation, FoundRelaxation* found) {
   std::vector<Rigid3> before, after;
   for (const auto& [image, pose] : whole.poses) {
     before.push_back(pose);
@@ -251,82 +251,93 @@ void SetMotions(const Whole& whole, const Relaxation& relaxation, Submaps* subma
   }
   const Sim3 old_from_new = FitCameras(after, before).value_or(Sim3());
   for (size_t i = 0; i < whole.submaps.size(); ++i) {
-    const SubmapId id = whole.submaps[i];
-    submaps->SetMotion(id, old_from_new * relaxation.new_from_old[i]);
-    if (relaxation.change_px[i] > kChangeMin_px)
-      submaps->MakeDue({&submaps->Find(id)->images.front(), 1});
+    found->motions[whole.submaps[i]] = old_from_new * relaxation.new_from_old[i];
+    if (relaxation.change_px[i] > kChangeMin_px) found->changed.insert(whole.submaps[i]);
   }
 }
 
-// Splits the part off; what is left is due again.
-Status SplitPart(const IngestParts& parts, const WriteScope& scope, ReconstructionRecord record,
-                 std::span<const ImageId> part, HealingWriter* writer, Submaps* submaps) {
-  parts.TrimMap();
-  MapLoader loader(scope.base, parts.features, parts.map);
-  const MappingContext context{&loader, parts.map, parts.pool, parts.options.mapper};
-  VEDUTA_ASSIGN_OR_RETURN(const Region region, LoadRegion(context, part, true));
-  const Healing healing = CutOffPart(context, region);
-  submaps->MakeDue(region.known);
-  record.images_at_adjustment = 0;
-  return WriteRegion(parts, scope, std::move(record), region, healing, writer, submaps);
-}
-
 // Relaxes the whole, and says how.
-Result<std::string> RelaxWhole(const Snapshot& base, const Whole& whole, const Counted& counted,
-                               ThreadPool* pool, Submaps* submaps) {
+Status RelaxWhole(const Snapshot& base, const Whole& whole, const Counted& counted,
+                  ThreadPool* pool, FoundRelaxation* found) {
   VEDUTA_ASSIGN_OR_RETURN(const RelaxationProblem problem, MakeProblem(base, whole, counted));
   VEDUTA_ASSIGN_OR_RETURN(const Relaxation relaxation,
                           RelaxSubmaps(problem, RelaxationOptions(), pool));
-  const std::string where = std::to_string(whole.submaps.size()) + " submaps that ";
-  if (!relaxation.is_significant) return where + "fit, ";
-  SetMotions(whole, relaxation, submaps);
-  return where + (relaxation.is_carried ? "are moved, some of them far, " : "are moved, ");
+  found->how = std::to_string(whole.submaps.size()) + " submaps that ";
+  if (!relaxation.is_significant) {
+    found->how += "fit, ";
+    return Status::Ok();
+  }
+  SetMotions(whole, relaxation, found);
+  found->how += relaxation.is_carried ? "are moved, some of them far, " : "are moved, ";
+  return Status::Ok();
+}
+
+// Writes the motions into the submaps that are still there; those whose borders change are due.
+void WriteMotions(const FoundRelaxation& found, ReconstructionId reconstruction, Submaps* submaps) {
+  for (const auto& [id, motion] : found.motions) {
+    const SubmapRecord* const submap = submaps->Find(id);
+    if (submap == nullptr || submap->reconstruction != reconstruction) continue;
+    submaps->SetMotion(id, motion);
+    if (found.changed.contains(id)) submaps->MakeDue({&submap->images.front(), 1});
+  }
 }
 
 }  // namespace
 
-Result<AdjustedWhole> RelaxReconstruction(const IngestParts& parts, ReconstructionId reconstruction,
-                                          WriteScope scope) {
+Result<FoundRelaxation> FindRelaxation(const Snapshot& base, ReconstructionId reconstruction,
+                                       const AgreementBounds& bounds, ThreadPool* pool) {
+  VEDUTA_ASSIGN_OR_RETURN(const Submaps submaps, Submaps::Read(base));
+  VEDUTA_ASSIGN_OR_RETURN(const Whole whole, ReadWhole(base, submaps, reconstruction));
+  FoundRelaxation found;
+  found.without_border = ListWithoutBorder(whole, submaps);
+  if (!found.without_border.empty()) return found;
+  const Counted counted(whole);
+  found.wrong_part = FindWrongPart(whole, counted, bounds);
+  if (found.wrong_part.empty())
+    VEDUTA_RETURN_IF_ERROR(RelaxWhole(base, whole, counted, pool, &found));
+  return found;
+}
+
+Result<AdjustedWhole> WriteRelaxation(const IngestParts& parts, ReconstructionId reconstruction,
+                                      const FoundRelaxation& found, WriteScope scope) {
   VEDUTA_ASSIGN_OR_RETURN(ReconstructionRecord record,
                           scope.base->GetReconstruction(reconstruction));
   VEDUTA_ASSIGN_OR_RETURN(Submaps submaps, Submaps::Read(*scope.base));
   VEDUTA_ASSIGN_OR_RETURN(DatabaseState state, scope.base->GetState());
-  VEDUTA_ASSIGN_OR_RETURN(const Whole whole, ReadWhole(*scope.base, submaps, reconstruction));
   Transaction* const transaction = scope.transaction.get();
   // Lives until the commit has come, for it holds what is written ahead.
   HealingWriter writer(parts, scope, reconstruction, &state);
-  const std::vector<ImageId> without_border = ListWithoutBorder(whole, submaps);
-  const Counted counted(whole);
-  const std::vector<ImageId> wrong =
-      without_border.empty() ? FindWrongPart(whole, counted, parts.options.mapper.doubt.parts)
-                             : std::vector<ImageId>();
-  if (!without_border.empty()) {
-    submaps.MakeDue(without_border);
-  } else if (!wrong.empty()) {
-    VEDUTA_RETURN_IF_ERROR(SplitPart(parts, scope, record, wrong, &writer, &submaps));
+  if (!found.without_border.empty()) {
+    submaps.MakeDue(found.without_border);
+  } else if (!found.wrong_part.empty()) {
+    record.images_at_adjustment = 0;  // what is left is due again
+    Healing wrong;
+    wrong.parts.push_back(found.wrong_part);
+    VEDUTA_RETURN_IF_ERROR(TakeOutOfRegion(parts, scope, record, wrong, &writer, &submaps));
   } else {
-    VEDUTA_ASSIGN_OR_RETURN(const std::string how,
-                            RelaxWhole(*scope.base, whole, counted, parts.pool, &submaps));
+    WriteMotions(found, reconstruction, &submaps);
     const bool has_grown = record.images_at_adjustment > 0;
     record.images_at_adjustment = record.image_count;
     transaction->PutReconstruction(record);
     VEDUTA_RETURN_IF_ERROR(MakeHypothesesDue(*scope.base, reconstruction, {},
                                              has_grown ? Splits::kMeant : Splits::kPassedOver,
                                              transaction));
-    AppendJournal({0,
-                   0,
-                   "veduta",
-                   "adjust",
-                   {},
-                   reconstruction,
-                   how + std::to_string(record.image_count) + " images"},
-                  &state, transaction);
+    const std::string detail = found.how + std::to_string(record.image_count) + " images";
+    AppendJournal({0, 0, "veduta", "adjust", {}, reconstruction, detail}, &state, transaction);
   }
   submaps.Write(transaction);
   transaction->PutState(state);
   VEDUTA_RETURN_IF_ERROR(transaction->Commit());
   parts.map->ClearChanges();
   return writer.adjusted();
+}
+
+Result<AdjustedWhole> RelaxReconstruction(const IngestParts& parts, ReconstructionId reconstruction,
+                                          WriteScope scope) {
+  VEDUTA_ASSIGN_OR_RETURN(const FoundRelaxation found,
+                          FindRelaxation(*scope.base, reconstruction,
+                                         parts.options.mapper.doubt.parts, parts.pool));
+  return WriteRelaxation(parts, reconstruction, found, std::move(scope));
 }
 
 Status MoveSubmaps(const IngestParts& parts, ReconstructionId reconstruction, SubmapId submap,

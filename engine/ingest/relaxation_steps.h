@@ -9,8 +9,13 @@
 // submaps' records, and they are carried out group by group, each group by a step of its own; then
 // the submaps whose borders have changed are adjusted. All of that is read from the records, so a
 // killed process goes on.
-// Each function is one transaction. After an error nothing is committed and the map may be half
-// changed: the caller clears it.
+// Each function that writes is one transaction. After an error nothing is committed and the map may
+// be half changed: the caller clears it.
+
+#include <map>
+#include <set>
+#include <string>
+#include <vector>
 
 #include "engine/ingest/follow_up_steps.h"
 #include "engine/ingest/ingest_parts.h"
@@ -18,12 +23,31 @@
 
 namespace veduta {
 
+// What a look at the whole has found: one of the three, or nothing.
+struct FoundRelaxation {
+  // Submaps that have no border yet, by one image of each.
+  std::vector<ImageId> without_border;
+  std::vector<ImageId> wrong_part;  // does not agree with the rest
+  std::map<SubmapId, Sim3> motions;
+  std::set<SubmapId> changed;  // whose borders change by the motions
+  std::string how;             // for the journal
+};
+
 // Judges the whole by what is known of the fragments of its submaps (agreeing_parts.h). Where they
-// fall apart, the largest part that does not agree with the rest is split off, and the rest is due
-// again; that loads the part. Otherwise relaxes the whole, where that is significant. Submaps that
-// have no border yet are made due instead. The published frame stays: the motions are carried back
-// by the similarity that best fits all cameras to where they were. O(submaps, their borders, and
-// poses).
+// fall apart, names the largest part that does not agree with the rest. Otherwise relaxes the
+// whole, where that is significant. The published frame stays: the motions are carried back by the
+// similarity that best fits all cameras to where they were. Writes nothing. Thread-safe.
+// Deterministic at any number of threads. O(submaps, their borders, and poses).
+Result<FoundRelaxation> FindRelaxation(const Snapshot& base, ReconstructionId reconstruction,
+                                       const AgreementBounds& bounds, ThreadPool* pool);
+
+// Writes what was found, perhaps some commits ago: what is gone since is passed over. Submaps
+// without a border are made due. A wrong part is split off, and the rest is due again; that loads
+// the part. Motions are written into the submaps' records.
+Result<AdjustedWhole> WriteRelaxation(const IngestParts& parts, ReconstructionId reconstruction,
+                                      const FoundRelaxation& found, WriteScope scope);
+
+// Both.
 Result<AdjustedWhole> RelaxReconstruction(const IngestParts& parts, ReconstructionId reconstruction,
                                           WriteScope scope);
 

@@ -10,8 +10,6 @@
 namespace veduta {
 namespace {
 
-constexpr uint32_t kPhotosInRowMax = 8;  // chosen by hand; not measured
-
 Status ClosedEarly() {
   return Status::Cancelled("the engine was closed before the photo's turn came");
 }
@@ -42,13 +40,13 @@ bool IsSameLane(const Lane& a, const Lane& b) {
 }  // namespace
 
 Scheduler::Scheduler(Writer* writer, const PhotoPreparer* preparer, std::unique_ptr<Ingest>* ingest,
-                     ThreadPool* pool, CameraFinder cameras, TrainIfDue train_if_due)
+                     ThreadPool* pool, CameraFinder cameras, DoLongStep do_long_step)
     : writer_(writer),
       preparer_(preparer),
       ingest_(ingest),
       pool_(pool),
       cameras_(std::move(cameras)),
-      train_if_due_(std::move(train_if_due)),
+      do_long_step_(std::move(do_long_step)),
       window_(2 * pool->thread_count() + 1),
       thread_([this] { Run(); }) {}
 
@@ -62,7 +60,7 @@ void Scheduler::Close() {
   NotifyChanged();
   lock.unlock();
   if (thread_.joinable()) thread_.join();
-  if (trainer_.joinable()) trainer_.join();
+  if (long_worker_.joinable()) long_worker_.join();
   lock.lock();
   changed_.wait(lock, [&] { return preparing_ == 0; });
   for (WaitingPhoto photo; line_.Take(&photo);)
@@ -166,11 +164,8 @@ bool Scheduler::DoPiece(std::unique_lock<std::mutex>* lock) {
   DropCancelled(lock);
   const bool may_step = may_follow_ && follows_;
   // Lists and Settle wait until nothing follows any more: for them every other piece is a step.
-  const bool somebody_settles =
-      !settling_.empty() || std::any_of(entries_.begin(), entries_.end(),
-                                        [](const Entry& e) { return e.photo.lane->settles; });
-  const uint32_t photos_max = somebody_settles ? 1 : kPhotosInRowMax;
-  if (may_step && photos_in_row_ >= photos_max) return DoStep(lock);
+  if (may_step && (steps_owed_ms_ > 0 || (was_photo_last_ && DoesSomebodySettle())))
+    return DoStep(lock);
   if (const auto entry = FindApplicable(); entry != entries_.end()) return Apply(entry, lock);
   // A step runs now if it delays no answer: no photo waits, or only photos of lists, which wait for
   // it.
@@ -225,7 +220,7 @@ bool Scheduler::PrepareOne(std::unique_lock<std::mutex>* lock, bool also_of_list
 }
 
 Scheduler::Entries::iterator Scheduler::FindApplicable() {
-  const bool list_may = !settling_photo_ && !follows_ && !is_training_;
+  const bool list_may = !settling_photo_ && !follows_ && !at_work_;
   return std::find_if(entries_.begin(), entries_.end(), [&](const Entry& e) {
     // Within a lane the order stays, so a list waits for its first photo.
     const bool is_first = std::none_of(entries_.begin(), entries_.end(), [&](const Entry& other) {
@@ -285,6 +280,12 @@ void Scheduler::DropCancelled(std::unique_lock<std::mutex>* lock) {
   }
 }
 
+bool Scheduler::DoesSomebodySettle() const {
+  return settling_photo_ || !settling_.empty() ||
+         std::any_of(entries_.begin(), entries_.end(),
+                     [](const Entry& e) { return e.photo.lane->settles; });
+}
+
 bool Scheduler::Apply(Entries::iterator entry, std::unique_lock<std::mutex>* lock) {
   Entry taken = std::move(*entry);
   entries_.erase(entry);
@@ -295,12 +296,15 @@ bool Scheduler::Apply(Entries::iterator entry, std::unique_lock<std::mutex>* loc
     entries_.push_front(std::move(taken));
     return true;
   }
+  Stopwatch watch;
   Result<AddOutcome> outcome = ApplyInTurn(&taken);
+  const double ms = watch.LapMs();
   // The sender of a single photo learns of a failure as an error; a list goes on.
   if (!is_of_list && outcome.ok() && !outcome->failure.ok()) outcome = Status(outcome->failure);
   const bool failed = !outcome.ok();
   lock->lock();
-  ++photos_in_row_;
+  was_photo_last_ = true;
+  steps_owed_ms_ += ms;
   follows_ = true;
   if (is_of_list && failed) taken.photo.lane->has_ended = true;
   if (is_of_list && !failed) {
@@ -392,57 +396,69 @@ Result<AddOutcome> Scheduler::PrepareAndApply(Entry* entry) {
 }
 
 bool Scheduler::DoStep(std::unique_lock<std::mutex>* lock) {
-  photos_in_row_ = 0;
+  was_photo_last_ = false;
+  const bool somebody_settles = DoesSomebodySettle();
+  LongSteps long_steps{at_work_, !somebody_settles, {}};
+  if (at_work_ && somebody_settles) {
+    follows_ = false;  // the end of the long step makes this function look again
+    return true;
+  }
   const bool tries_failed_again = std::exchange(tries_failed_again_, false);
   lock->unlock();
   Stopwatch watch;
   std::optional<FollowUp> step;
-  bool is_training_due = false;
   {
     Writer::Turn turn = writer_->Take();
     watch.LapMs();  // the wait for the turn is not the step's
     if (tries_failed_again) (*ingest_)->TryFailedAgain();
-    step = (*ingest_)->RunNextStep();
-    is_training_due = !step && (*ingest_)->IsTrainingDue();
+    step = (*ingest_)->RunNextStep(&long_steps);
   }
   const double ms = watch.LapMs();
   lock->lock();
+  // Many steps while no photo came are no reason for many photos without one.
+  steps_owed_ms_ = std::max(steps_owed_ms_ - ms, -ms);
+  if (long_steps.next && !stopping_) StartLongStep(*long_steps.next);
   if (step) {
-    step->ms = ms;
+    step->ms = step->turn_ms = ms;
     Tell(*std::move(step));
-    return true;
   }
+  if (step || long_steps.next) return true;
   if (tries_failed_again_) return true;  // Settle has come meanwhile
   follows_ = false;
-  if (is_training_due && !is_training_ && !stopping_) StartTraining();
-  if (is_training_) return true;  // its end makes this function look again
+  steps_owed_ms_ = 0;
+  if (at_work_) return true;  // its end makes this function look again
   MarkSettled();
   FinishSettling();
   return true;
 }
 
-void Scheduler::StartTraining() {
-  if (trainer_.joinable()) trainer_.join();  // it has let go of the lock, and ends
-  is_training_ = true;
-  trainer_ = std::thread([this] { Train(); });
+void Scheduler::StartLongStep(const DueStep& step) {
+  if (long_worker_.joinable()) long_worker_.join();  // it has let go of the lock, and ends
+  at_work_ = step;
+  long_worker_ = std::thread([this, step] { WorkLong(step); });
 }
 
-void Scheduler::Train() {
+void Scheduler::WorkLong(const DueStep& step) {
   Stopwatch watch;
-  const Result<bool> trained = CatchShortage("train the vocabulary", train_if_due_);
-  if (!trained.ok()) {
+  const bool is_training = step.kind == FollowUpKind::kVocabulary;
+  Result<std::optional<FollowUp>> done =
+      CatchShortage(is_training ? "train the vocabulary" : "adjust a large reconstruction",
+                    [&] { return do_long_step_(step); });
+  FollowUp failed;
+  failed.kind = step.kind;
+  failed.reconstruction = step.reconstruction;
+  failed.status = done.status();
+  if (!done.ok()) done = std::optional(std::move(failed));
+  if (*done && !(*done)->status.ok()) {
     Writer::Turn turn = writer_->Take();
-    (*ingest_)->SetTrainingAside();
+    (*ingest_)->SetAside(step);
   }
   const std::lock_guard lock(mutex_);
-  if (!trained.ok() || *trained) {
-    FollowUp step;
-    step.kind = FollowUpKind::kVocabulary;
-    step.status = trained.status();
-    step.ms = watch.LapMs();
-    Tell(std::move(step));
+  if (*done) {
+    (*done)->ms = watch.LapMs();
+    Tell(**std::move(done));
   }
-  is_training_ = false;
+  at_work_.reset();
   follows_ = true;
   NotifyChanged();
 }
@@ -454,8 +470,7 @@ void Scheduler::Tell(FollowUp step) {
       StepTimes& times = settling_photo_->answer->times;
       times.follow_ms += step.ms;
       times.total_ms += step.ms;
-      if (step.kind != FollowUpKind::kVocabulary)
-        times.longest_step_ms = std::max(times.longest_step_ms, step.ms);
+      times.longest_step_ms = std::max(times.longest_step_ms, step.turn_ms);
     }
     settling_photo_->followed.push_back(step);
   }

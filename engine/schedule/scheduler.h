@@ -4,14 +4,17 @@
 // what follows from them when nobody waits.
 //
 // Which piece is next, in this order:
-//   1. after eight photos in a row, or after one where a list or Settle waits for it, one step of
-//      what follows, so that a stream of photos cannot starve it;
+//   1. one step of what follows, where photos have had more time than such steps, or where a list
+//      or Settle waits and a photo was the last piece: so no stream of photos starves what follows
+//      from them, and half of the time is theirs, however much follows;
 //   2. the first photo of the window that is prepared and may be applied. A photo of a list may be
 //      applied when nothing follows from earlier photos any more, other photos at any time;
 //   3. one step of what follows from photos.
 // Every piece takes its turn of the Writer, so that the dense pass and others write in between.
-// A vocabulary is trained on a second thread, without a turn, while photos go on; only lists and
-// Settle wait for its end.
+// A long step (DueStep::is_long: a vocabulary, the adjustment of a large reconstruction) is computed
+// on a second thread, without a turn, while photos go on. It begins as soon as it is due, unless a
+// list or Settle waits: then it begins when its turn among the steps comes, and no other step is run
+// before its end, so that it commits what it was computed from.
 
 #include <condition_variable>
 #include <cstdint>
@@ -49,14 +52,14 @@ struct CameraFinder {
 
 class Scheduler final {
  public:
-  // Trains the vocabulary that is due and switches to it, taking its own turn of the writer for the
-  // switch; false when there was nothing to do.
-  using TrainIfDue = std::function<Result<bool>()>;
+  // Computes a long step and commits it in a turn of the writer that it takes for that, and whose
+  // length is FollowUp::turn_ms; nothing where it need not be done any more.
+  using DoLongStep = std::function<Result<std::optional<FollowUp>>(const DueStep&)>;
 
   // `ingest` may be exchanged by its owner during a turn of the writer, so it is given by its
   // place. All that is given must outlive the scheduler.
   Scheduler(Writer* writer, const PhotoPreparer* preparer, std::unique_ptr<Ingest>* ingest,
-            ThreadPool* pool, CameraFinder cameras, TrainIfDue train_if_due);
+            ThreadPool* pool, CameraFinder cameras, DoLongStep do_long_step);
   ~Scheduler();
 
   // Finishes the piece at hand and answers the photos that are not applied by then: kCancelled.
@@ -124,9 +127,10 @@ class Scheduler final {
   Result<AddOutcome> PrepareAndApply(Entry* entry);
   Result<AddOutcome> ApplyPrepared(Entry* entry);  // takes the turn
   bool DoStep(std::unique_lock<std::mutex>* lock);
-  // With the lock held.
-  void StartTraining();
-  void Train();  // on the second thread
+  // Whether a list or a caller of Settle waits for what follows.
+  bool DoesSomebodySettle() const;
+  void StartLongStep(const DueStep& step);  // with the lock held
+  void WorkLong(const DueStep& step);       // on the second thread
   // Reports a finished step to the photo of a list and the callers of Settle that wait for it; a
   // failure that nobody waits for goes to the next caller of Settle. With the lock held.
   void Tell(FollowUp step);
@@ -144,7 +148,7 @@ class Scheduler final {
   std::unique_ptr<Ingest>* const ingest_;
   ThreadPool* const pool_;
   const CameraFinder cameras_;
-  const TrainIfDue train_if_due_;
+  const DoLongStep do_long_step_;
   const size_t window_;
 
   std::mutex mutex_;
@@ -158,11 +162,12 @@ class Scheduler final {
   std::vector<FollowUp> untold_;                   // steps that failed when nobody was to be told
   bool may_follow_ = false;  // somebody has submitted or settled: what is due is done from then on
   bool follows_ = true;      // there may be a step; false once there was none, until the next photo
-  bool is_training_ = false;
-  uint32_t photos_in_row_ = 0;
+  std::optional<DueStep> at_work_;  // the long step that the second thread computes
+  bool was_photo_last_ = false;
+  double steps_owed_ms_ = 0;  // the time that photos have had while steps were due, less that of steps
   bool stopping_ = false;
   uint64_t changes_ = 0;  // counts what the scheduler's thread may have missed while it worked
-  std::thread trainer_;
+  std::thread long_worker_;
   std::thread thread_;
 };
 

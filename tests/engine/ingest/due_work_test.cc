@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Goal: the next due step is read from the state: waiting photos first, then adjustments, then the
-//   vocabulary; steps set aside are passed over.
+//   vocabulary; steps set aside are passed over; what must wait for a long step that is at work
+//   does.
 // Method: a synthetic scene in a database whose state is set by hand.
 #include "engine/ingest/due_work.h"
 
@@ -101,6 +102,81 @@ TEST(DueWork, StepsComeInTheirOrderAndFailedOnesAreSetAside) {
     EXPECT_TRUE(set_aside.Contains(step));
   }
   EXPECT_FALSE(next().has_value());
+}
+
+TEST(DueWork, WhatWaitsForALongStepIsPassedOver) {
+  SceneDatabase scene;
+  scene.AddImages(0, 6);
+  const ReconstructionId first = scene.AddReconstruction({0, 1, 2});
+  const ReconstructionId second = scene.AddReconstruction({3, 4, 5});
+  const auto transaction = scene.database()->BeginTransaction();
+  for (const ReconstructionId id : {first, second}) {
+    ReconstructionRecord record = *scene.Snap()->GetReconstruction(id);
+    record.images_at_adjustment = 0;
+    transaction->PutReconstruction(record);
+  }
+  transaction->PutSubmap({SubmapId(1), first, {ImageId(1)}, 0});
+  transaction->PutSubmap({SubmapId(2), first, {ImageId(2), ImageId(3)}, 1, Sim3()});
+  transaction->PutSubmap({SubmapId(3), second, {ImageId(4), ImageId(5), ImageId(6)}, 0});
+  ASSERT_OK(transaction->Commit());
+  const Retrieval retrieval({.compare_all_max = 3});
+  StepsSetAside set_aside;
+  const auto next = [&](const std::optional<DueStep>& at_work) {
+    return FindDueStep(*scene.Snap(), {}, retrieval, set_aside, at_work)->value_or(DueStep());
+  };
+  const DueStep motion = next({});
+  EXPECT_EQ(motion.submap, SubmapId(2)) << "a motion comes before the whole";
+  EXPECT_FALSE(motion.is_long);
+  set_aside.Add(motion);
+  const DueStep whole = next({});
+  EXPECT_EQ(whole.reconstruction, first);
+  EXPECT_FALSE(whole.submap.valid());
+  EXPECT_TRUE(whole.is_long);
+  const DueStep beside = next(whole);
+  EXPECT_EQ(beside.submap, SubmapId(3)) << "the whole of the other waits, and its submap does not";
+  set_aside.Add(beside);
+  EXPECT_FALSE(FindDueStep(*scene.Snap(), {}, retrieval, set_aside, whole)->has_value());
+  set_aside.Add(whole);
+  set_aside.Add({FollowUpKind::kAdjustment, {}, first, {}, SubmapId(1)});
+  set_aside.Add({FollowUpKind::kAdjustment, {}, second});
+  const DueStep training = next({});
+  EXPECT_EQ(training.kind, FollowUpKind::kVocabulary);
+  EXPECT_TRUE(training.is_long);
+}
+
+TEST(DueWork, ALongStepIsFoundBehindOthers) {
+  SceneDatabase scene;
+  scene.AddImages(0, 6);
+  const ReconstructionId city = scene.AddReconstruction({0, 1, 2});
+  const auto put = [&](std::vector<ImageId> pending, std::optional<Sim3> motion) {
+    const auto transaction = scene.database()->BeginTransaction();
+    DatabaseState state = scene.State();
+    state.pending_propagation = std::move(pending);
+    transaction->PutState(state);
+    ReconstructionRecord record = *scene.Snap()->GetReconstruction(city);
+    record.images_at_adjustment = 0;
+    transaction->PutReconstruction(record);
+    transaction->PutSubmap({SubmapId(1), city, {ImageId(1), ImageId(2), ImageId(3)}, 0, motion});
+    ASSERT_OK(transaction->Commit());
+  };
+  const Retrieval retrieval({.compare_all_max = 3});
+  StepsSetAside set_aside;
+  const auto find = [&]() -> std::optional<DueStep> {
+    const auto found = FindLongStep(*scene.Snap(), {}, retrieval, set_aside);
+    EXPECT_OK(found);
+    return found.ok() ? *found : std::nullopt;
+  };
+  put({ImageId(4)}, Sim3());
+  ASSERT_TRUE(find().has_value());
+  EXPECT_EQ(find()->kind, FollowUpKind::kVocabulary);
+  set_aside.Add(*find());
+  EXPECT_FALSE(find().has_value()) << "a motion comes before the whole";
+  put({ImageId(4)}, std::nullopt);
+  ASSERT_TRUE(find().has_value()) << "a photo that waits does not";
+  EXPECT_EQ(find()->reconstruction, city);
+  EXPECT_FALSE(find()->submap.valid());
+  set_aside.Add(*find());
+  EXPECT_FALSE(find().has_value());
 }
 
 }  // namespace

@@ -42,7 +42,6 @@ TEST(FollowUpSteps, RunOneByOneUntilNothingIsDue) {
   Prepare(&scene, false);
   Retrieval retrieval({});
   Ingest ingest(scene.database(), &retrieval, scene.features(), scene.pool(), Options());
-  EXPECT_FALSE(ingest.IsTrainingDue()) << "other steps come first";
   const auto retried = ingest.RunNextStep();
   ASSERT_TRUE(retried.has_value());
   EXPECT_OK(retried->status);
@@ -55,8 +54,9 @@ TEST(FollowUpSteps, RunOneByOneUntilNothingIsDue) {
   EXPECT_OK(adjusted->status);
   EXPECT_EQ(adjusted->kind, FollowUpKind::kAdjustment);
   EXPECT_EQ(adjusted->reconstruction, ReconstructionId(1));
-  EXPECT_FALSE(ingest.RunNextStep().has_value());
-  EXPECT_FALSE(ingest.IsTrainingDue());
+  LongSteps long_steps;
+  EXPECT_FALSE(ingest.RunNextStep(&long_steps).has_value());
+  EXPECT_FALSE(long_steps.next.has_value());
   EXPECT_TRUE(FindViolations(*scene.Snap(), 9)->empty());
 }
 
@@ -87,10 +87,15 @@ TEST(FollowUpSteps, ATrainingIsLeftToOthers) {
   Retrieval retrieval({.compare_all_max = 3});
   Ingest ingest(scene.database(), &retrieval, scene.features(), scene.pool(), Options());
   while (ingest.RunNextStep()) EXPECT_FALSE(testing::Test::HasFailure());
-  EXPECT_TRUE(ingest.IsTrainingDue());
+  LongSteps long_steps;
+  EXPECT_FALSE(ingest.RunNextStep(&long_steps).has_value());
+  ASSERT_TRUE(long_steps.next.has_value());
+  EXPECT_EQ(long_steps.next->kind, FollowUpKind::kVocabulary);
   EXPECT_EQ(scene.State().vocabulary_generation, 0u);
-  ingest.SetTrainingAside();
-  EXPECT_FALSE(ingest.IsTrainingDue());
+  ingest.SetAside(*long_steps.next);
+  long_steps.next.reset();
+  EXPECT_FALSE(ingest.RunNextStep(&long_steps).has_value());
+  EXPECT_FALSE(long_steps.next.has_value());
 }
 
 TEST(FollowUpSteps, ACommitInBetweenIsAConflict) {

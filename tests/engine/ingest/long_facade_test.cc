@@ -113,7 +113,9 @@ Grown Grow(uint32_t map_images_max) {
     EXPECT_OK(outcome);
     if (outcome.ok()) grown.merges += outcome->verdict == Verdict::kMerged;
     while (const auto step = ingest.RunNextStep()) EXPECT_OK(step->status);
-    if (ingest.IsTrainingDue()) Train(&scene, &retrieval);
+    LongSteps long_steps;
+    EXPECT_FALSE(ingest.RunNextStep(&long_steps).has_value());
+    if (long_steps.next) Train(&scene, &retrieval);
   }
   const auto snapshot = scene.Snap();
   for (const ReconstructionRecord& record : *snapshot->ListReconstructions()) {

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 // Goal: photos of one contributor keep their order however fast each is prepared; a preparation
 //   that failed is tried again; a step that fails when nobody waits is told to the next Settle; a
-//   vocabulary is trained while photos go on, and lists and Settle wait for its end; a stream of
-//   photos holds up neither a list nor Settle.
+//   vocabulary is trained and a large reconstruction adjusted while photos go on, and lists and
+//   Settle wait for the end; a stream of photos holds up neither a list nor Settle.
 // Method: photos of a rendered street, and files that are no photos and so are prepared at once.
-//   The training of a scheduler of the test's own is held up until the test lets it go on.
+//   The first long step of a scheduler of the test's own is held up until the test lets it go on.
 #include "engine/schedule/scheduler.h"
 
 #include <gtest/gtest.h>
@@ -112,15 +112,14 @@ CityOptions TrainingEarly() {
   return options;
 }
 
-// A scheduler whose training waits until it is let go.
-class HeldTraining {
+// A scheduler whose first long step waits until it is let go.
+class HeldLongStep {
  public:
-  explicit HeldTraining(EngineParts* parts)
+  explicit HeldLongStep(EngineParts* parts)
       : scheduler_(parts->writer.get(), parts->preparer.get(), &parts->ingest, parts->pool.get(),
-                   CameraFinder(), [this, parts] {
-                     has_begun = true;
-                     let_go.get_future().wait();
-                     return parts->TrainIfDue();
+                   CameraFinder(), [this, parts](const DueStep& step) {
+                     if (!has_begun.exchange(true)) let_go.get_future().wait();
+                     return parts->DoLongStep(step);
                    }) {}
   Scheduler* operator->() { return &scheduler_; }
 
@@ -133,7 +132,7 @@ class HeldTraining {
 
 TEST(Scheduler, PhotosGoOnWhileAVocabularyIsTrained) {
   City city(TrainingEarly());
-  HeldTraining scheduler(&city.parts());
+  HeldLongStep scheduler(&city.parts());
   const CameraRecord camera = *city.parts().FindCamera("street");
   const auto submit = [&](const Stand& stand) {
     return scheduler->Submit(city.Submit(stand).photo, camera, "anna", {})->Wait();
@@ -163,7 +162,7 @@ TEST(Scheduler, PhotosGoOnWhileAVocabularyIsTrained) {
 
 TEST(Scheduler, AListWaitsForATrainingThatAnEarlierPhotoBegan) {
   City city(TrainingEarly());
-  HeldTraining scheduler(&city.parts());
+  HeldLongStep scheduler(&city.parts());
   const CameraRecord camera = *city.parts().FindCamera("street");
   const std::vector<Stand> stands = Walk(6, 0.9, 4);
   for (size_t i = 0; i < 3; ++i)
@@ -182,12 +181,80 @@ TEST(Scheduler, AListWaitsForATrainingThatAnEarlierPhotoBegan) {
   scheduler->EndList(lane.get());
 }
 
+// Above four photos a reconstruction has submaps, and all of it is adjusted with each photo.
+CityOptions LargeEarly() {
+  CityOptions options = City::Options(2);
+  options.ingest.schedule.whole_images_max = 4;
+  options.ingest.schedule.submap_images_max = 3;
+  options.ingest.schedule.submap_images_min = 2;
+  options.ingest.schedule.region_images_max = 6;
+  options.ingest.schedule.views_step = 1;
+  options.ingest.schedule.growth_share = 0.01;
+  options.ingest.schedule.whole_again_share = 0.01;
+  return options;
+}
+
+TEST(Scheduler, PhotosGoOnWhileALargeReconstructionIsAdjusted) {
+  City city(LargeEarly());
+  HeldLongStep scheduler(&city.parts());
+  const CameraRecord camera = *city.parts().FindCamera("street");
+  const std::vector<Stand> stands = Walk(12, 0.9, 10);
+  size_t sent = 0;
+  const auto submit = [&] {
+    return scheduler->Submit(city.Submit(stands[sent++]).photo, camera, "anna", {})->Wait();
+  };
+  while (sent < 8 && !scheduler.has_begun) {
+    ASSERT_OK(submit());
+    const auto pause = std::chrono::steady_clock::now() + std::chrono::seconds(2);
+    WaitUntil([&] { return scheduler.has_begun || std::chrono::steady_clock::now() > pause; });
+  }
+  ASSERT_TRUE(scheduler.has_begun);
+  const uint32_t before = city.Counts().placed;
+  ASSERT_OK(submit());
+  ASSERT_OK(submit());
+  EXPECT_GT(city.Counts().placed, before) << "while the whole is being adjusted";
+  std::vector<FollowUp> followed;
+  std::atomic<bool> has_settled = false;
+  std::thread settler([&] {
+    EXPECT_OK(scheduler->Settle({}, &followed));
+    has_settled = true;
+  });
+  ASSERT_OK(scheduler->Submit(NoPhoto(&city, 1).photo, camera, "bela", {})->Wait());
+  EXPECT_FALSE(has_settled);
+  scheduler.let_go.set_value();
+  settler.join();
+  ASSERT_FALSE(followed.empty());
+  EXPECT_EQ(followed.front().kind, FollowUpKind::kAdjustment);
+  EXPECT_GT(followed.front().ms, followed.front().turn_ms);
+  EXPECT_EQ(city.Counts().placed, sent);
+  EXPECT_TRUE(IsSound(city.Ask().snapshot()));
+}
+
+// A list waits for each of its large adjustments, so it does not matter that they have a thread.
+TEST(Scheduler, AListGivesTheSameCityAtAnyNumberOfThreads) {
+  std::string digest;
+  for (const uint32_t threads : {1u, 3u}) {
+    CityOptions options = LargeEarly();
+    options.thread_count = threads;
+    City city(options);
+    city.Add(Walk(12, 0.9, 9));
+    size_t large = 0;
+    ASSERT_OK(city.Ask().snapshot().ScanJournal(1, [&](const JournalRecord& entry) {
+      large += entry.action == "adjust" && entry.detail == "9 images";
+      return true;
+    }));
+    EXPECT_GE(large, 1u);
+    if (digest.empty()) digest = city.Digest();
+    EXPECT_EQ(city.Digest(), digest);
+  }
+}
+
 TEST(Scheduler, AFailedTrainingIsToldAndTriedAgainByEachSettle) {
   City city(TrainingEarly());
   EngineParts& parts = city.parts();
   std::atomic<int> trainings = 0;
   Scheduler scheduler(parts.writer.get(), parts.preparer.get(), &parts.ingest, parts.pool.get(),
-                      CameraFinder(), [&]() -> Result<bool> {
+                      CameraFinder(), [&](const DueStep&) -> Result<std::optional<FollowUp>> {
                         ++trainings;
                         return Status::IoError("no luck today");
                       });
@@ -210,7 +277,9 @@ TEST(Scheduler, ATrainingWithoutMemoryIsAFailureThatIsTold) {
   City city(TrainingEarly());
   EngineParts& parts = city.parts();
   Scheduler scheduler(parts.writer.get(), parts.preparer.get(), &parts.ingest, parts.pool.get(),
-                      CameraFinder(), []() -> Result<bool> { throw std::bad_alloc(); });
+                      CameraFinder(), [](const DueStep&) -> Result<std::optional<FollowUp>> {
+                        throw std::bad_alloc();
+                      });
   const CameraRecord camera = *parts.FindCamera("street");
   for (const Stand& stand : Walk(6, 0.9, 3))
     ASSERT_OK(scheduler.Submit(city.Submit(stand).photo, camera, "anna", {})->Wait());

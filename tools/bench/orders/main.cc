@@ -19,7 +19,7 @@ struct Arguments {
   std::string photos, truth, size, params;
   std::vector<std::string> lists;
   uint64_t first = 1, last = 0;
-  uint32_t threads = 1;
+  uint32_t threads = 1, contributors = 0;
   double error_m = 0, error_share = 0;
   Limits limits;
   SideBySideOptions side_by_side;
@@ -40,6 +40,10 @@ void AddCommandLine(CLI::App& app, Arguments& a) {
   app.add_option("--jobs", a.side_by_side.jobs, "orders at the same time (1)")
       ->check(CLI::Range(1, 1024));
   app.add_option("--threads", a.threads, "threads of each order (1)")->check(CLI::Range(1, 1024));
+  app.add_option("--contributors", a.contributors,
+                 "so many people submit the photos at the same time, and the time until each is "
+                 "answered is told; without it they are added as one list")
+      ->check(CLI::Range(1, 1024));
   app.add_option("--error-m", a.error_m, "limit for a photo's centre in m")
       ->check(CLI::Range(1e-9, 1e9));
   app.add_option("--error-share", a.error_share,
@@ -72,7 +76,7 @@ Result<int> Measure(const Arguments& arguments, const CameraModel& camera, const
   VEDUTA_ASSIGN_OR_RETURN(const std::vector<PhotoOrder> orders, ReadOrders(arguments));
   std::vector<ScoredRun> runs(orders.size());
   const auto run = [&](const PhotoOrder& order, const std::string& folder) {
-    return RunOrder(order, camera, arguments.threads, folder);
+    return RunOrder(order, camera, arguments.threads, arguments.contributors, folder);
   };
   const Status status =
       RunSideBySide(orders, arguments.side_by_side, run, [&](size_t i, const OrderRun& ended) {

@@ -114,6 +114,9 @@ std::string RunReport(const ScoredRun& scored) {
                       "reconstructions; %.1f s\n",
                       score.is_wrong ? "WRONG" : "right", run.photos, run.placed, run.postponed,
                       run.rejected, run.failed, score.reconstructions.size(), run.seconds);
+  if (run.answer_most_s > 0)
+    text += Format("  answers within %.2f s (half), %.2f s (99 %%), %.2f s (all)\n",
+                   run.answer_median_s, run.answer_p99_s, run.answer_most_s);
   if (!run.failure.empty()) text += "  failed: " + run.failure + "\n";
   for (const GroupScore& group : score.reconstructions)
     text += Format("  reconstruction %u: ", group.reconstruction) + GroupText(group) + "\n";
@@ -161,6 +164,11 @@ nlohmann::json RunJson(const ScoredRun& scored) {
                          {"failed", run.failed},
                          {"seconds", run.seconds},
                          {"all", GroupJson(scored.score.all)}};
+  if (run.answer_most_s > 0) {
+    json["answer_s"] = {{"median", run.answer_median_s},
+                        {"p99", run.answer_p99_s},
+                        {"most", run.answer_most_s}};
+  }
   if (!run.failure.empty()) json["failure"] = run.failure;
   if (!run.kept.empty()) json["kept"] = run.kept;
   json["reconstructions"] = nlohmann::json::array();

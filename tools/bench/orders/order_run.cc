@@ -3,9 +3,12 @@
 
 #include <chrono>
 #include <iomanip>
+#include <mutex>
 #include <sstream>
+#include <thread>
 
 #include "engine/engine.h"
+#include "storage/base/median.h"
 
 namespace veduta::orders {
 namespace {
@@ -34,6 +37,43 @@ Status AddAll(Engine& engine, const PhotoOrder& order, OrderRun* run) {
   return added.ok() ? followed : added;
 }
 
+// What all contributors have in common.
+struct Answers {
+  std::mutex mutex;
+  std::vector<double> seconds;
+  Status failure;
+};
+
+void SubmitShare(Engine& engine, const PhotoOrder& order, uint32_t contributor, uint32_t count,
+                 Answers* answers) {
+  for (size_t i = contributor; i < order.photos.size(); i += count) {
+    const OrderedPhoto& photo = order.photos[i];
+    const auto begin = std::chrono::steady_clock::now();
+    const Result<Ticket> ticket = engine.Submit(
+        {{photo.name, photo.path, {}}, kCamera, "contributor " + std::to_string(contributor)});
+    const Status status = ticket.ok() ? ticket->Wait().status() : ticket.status();
+    const std::chrono::duration<double> took = std::chrono::steady_clock::now() - begin;
+    const std::lock_guard lock(answers->mutex);
+    answers->seconds.push_back(took.count());
+    if (!status.ok() && answers->failure.ok()) answers->failure = status;
+  }
+}
+
+Status SubmitAll(Engine& engine, const PhotoOrder& order, uint32_t contributors, OrderRun* run) {
+  const auto begin = std::chrono::steady_clock::now();
+  Answers answers;
+  std::vector<std::thread> threads;
+  for (uint32_t c = 0; c < contributors; ++c)
+    threads.emplace_back([&, c] { SubmitShare(engine, order, c, contributors, &answers); });
+  for (std::thread& thread : threads) thread.join();
+  const Status settled = engine.Settle();
+  run->seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+  run->answer_median_s = QuantileInPlace(answers.seconds, 0.5);
+  run->answer_p99_s = QuantileInPlace(answers.seconds, 0.99);
+  run->answer_most_s = QuantileInPlace(answers.seconds, 1.0);
+  return answers.failure.ok() ? settled : answers.failure;
+}
+
 Status ReadPoses(const Questions& questions, const PhotoOrder& order, OrderRun* run) {
   VEDUTA_ASSIGN_OR_RETURN(const StatusAnswer status, questions.Status());
   run->placed = static_cast<uint32_t>(status.placed);
@@ -57,7 +97,7 @@ Status ReadPoses(const Questions& questions, const PhotoOrder& order, OrderRun* 
 }
 
 Status Run(const PhotoOrder& order, const CameraModel& camera, uint32_t threads,
-           const std::string& folder, OrderRun* run) {
+           uint32_t contributors, const std::string& folder, OrderRun* run) {
   EngineOptions options;
   options.create = true;
   options.sync = false;
@@ -65,7 +105,8 @@ Status Run(const PhotoOrder& order, const CameraModel& camera, uint32_t threads,
   VEDUTA_ASSIGN_OR_RETURN(const std::unique_ptr<Engine> engine,
                           Engine::Open(folder + "/database", options));
   VEDUTA_RETURN_IF_ERROR(engine->AddCamera(kCamera, camera, "veduta-bench-orders").status());
-  const Status added = AddAll(*engine, order, run);
+  const Status added = contributors == 0 ? AddAll(*engine, order, run)
+                                         : SubmitAll(*engine, order, contributors, run);
   VEDUTA_RETURN_IF_ERROR(ReadPoses(engine->Ask(), order, run));
   return added;
 }
@@ -73,11 +114,11 @@ Status Run(const PhotoOrder& order, const CameraModel& camera, uint32_t threads,
 }  // namespace
 
 OrderRun RunOrder(const PhotoOrder& order, const CameraModel& camera, uint32_t threads,
-                  const std::string& folder) {
+                  uint32_t contributors, const std::string& folder) {
   OrderRun run;
   run.label = order.label;
   run.photos = static_cast<uint32_t>(order.photos.size());
-  const Status status = Run(order, camera, threads, folder, &run);
+  const Status status = Run(order, camera, threads, contributors, folder, &run);
   if (!status.ok()) run.failure = status.message();
   return run;
 }
@@ -88,7 +129,8 @@ std::string RunText(const OrderRun& run) {
        << run.failure << "\n"
        << run.kept << "\n"
        << run.photos << " " << run.placed << " " << run.postponed << " " << run.rejected << " "
-       << run.failed << " " << run.seconds << " " << run.poses.size() << "\n";
+       << run.failed << " " << run.seconds << " " << run.answer_median_s << " " << run.answer_p99_s
+       << " " << run.answer_most_s << " " << run.poses.size() << "\n";
   for (const PlacedPhoto& placed : run.poses) {
     const Eigen::Quaterniond& q = placed.cam_from_world.rotation;
     const Eigen::Vector3d& t = placed.cam_from_world.translation;
@@ -106,7 +148,7 @@ Result<OrderRun> ParseRun(const std::string& text) {
   std::getline(lines, run.failure);
   std::getline(lines, run.kept);
   lines >> run.photos >> run.placed >> run.postponed >> run.rejected >> run.failed >> run.seconds >>
-      count;
+      run.answer_median_s >> run.answer_p99_s >> run.answer_most_s >> count;
   for (size_t i = 0; lines && i < count; ++i) {
     PlacedPhoto placed;
     Eigen::Quaterniond& q = placed.cam_from_world.rotation;

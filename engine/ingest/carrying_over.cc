@@ -1,0 +1,253 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "engine/ingest/carrying_over.h"
+
+#include <algorithm>
+#include <array>
+#include <map>
+#include <memory>
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "engine/ingest/hypotheses.h"
+#include "engine/ingest/region_writer.h"
+#include "engine/ingest/submap_groups.h"
+#include "engine/ingest/submaps.h"
+#include "engine/journal/journal.h"
+#include "engine/mapping/similarity.h"
+#include "storage/base/median.h"
+
+namespace veduta {
+namespace {
+
+// A submap becomes due where its motion leaves a camera off by more than this. It is less than the
+// errors of features. Chosen by hand; not measured.
+constexpr double kChangeMin_px = 0.25;
+
+// Points of a camera whose depths are kept. Chosen by hand; not measured.
+constexpr size_t kDepthsMax = 100;
+
+// What the adjustment does to a camera, from where it is now.
+struct MovedCamera {
+  Rigid3 before, after;  // cam_from_world
+  double focal_px = 0;
+  double depth = 0;  // > 0: median of the points that it sees, before
+  double scale = 1;  // > 0: how many times farther the same points are afterwards, median
+};
+
+using MovedCameras = std::map<ImageId, MovedCamera>;
+
+using Marks = std::array<Eigen::Vector3d, 4>;
+
+// The camera's centre, and a point at this distance along each of its axes: they fix a similarity,
+// and weigh rotation and scale by what they do to what the camera sees.
+Marks MarksOf(const Rigid3& cam_from_world, double distance) {
+  const Rigid3 world_from_cam = cam_from_world.Inverse();
+  Marks marks;
+  marks[0] = world_from_cam * Eigen::Vector3d::Zero();
+  for (int axis = 0; axis < 3; ++axis)
+    marks[axis + 1] = world_from_cam * (distance * Eigen::Vector3d::Unit(axis));
+  return marks;
+}
+
+Marks Moved(const Sim3& motion, Marks marks) {
+  for (Eigen::Vector3d& mark : marks) mark = motion * mark;
+  return marks;
+}
+
+Marks Before(const MovedCamera& camera, double distance) {
+  return MarksOf(camera.before, distance);
+}
+
+Marks After(const MovedCamera& camera, double distance) {
+  return MarksOf(camera.after, camera.scale * distance);
+}
+
+// How far apart the two places of its marks, which are at its depth, are for a camera, about.
+double Distance_px(const MovedCamera& camera, const Marks& a, const Marks& b) {
+  double most = 0;
+  for (size_t i = 0; i < a.size(); ++i) most = std::max(most, (a[i] - b[i]).norm());
+  return most / camera.depth * camera.focal_px;
+}
+
+// The cameras of the submap that the adjustment has moved.
+std::vector<MovedCamera> CamerasOf(const SubmapRecord& submap, const MovedCameras& moved) {
+  std::vector<MovedCamera> cameras;
+  for (const ImageId id : submap.images) {
+    if (const auto camera = moved.find(id); camera != moved.end())
+      cameras.push_back(camera->second);
+  }
+  return cameras;
+}
+
+// All cameras weigh the same: their marks are at the same distance.
+std::optional<Sim3> FitMotion(const std::vector<MovedCamera>& cameras) {
+  std::vector<double> depths;
+  for (const MovedCamera& camera : cameras) depths.push_back(camera.depth);
+  const double distance = MedianOf(std::move(depths));
+  std::vector<Eigen::Vector3d> before, after;
+  for (const MovedCamera& camera : cameras) {
+    for (const Eigen::Vector3d& mark : Before(camera, distance)) before.push_back(mark);
+    for (const Eigen::Vector3d& mark : After(camera, distance)) after.push_back(mark);
+  }
+  return FitSimilarity(before, after);
+}
+
+// The submaps of the reconstruction, their motions, and the weights of those beside each.
+struct Motions {
+  std::map<SubmapId, Sim3> of;
+  std::map<SubmapId, std::map<SubmapId, uint64_t>> beside;
+};
+
+Result<Motions> FindMotions(const Snapshot& base, const Submaps& submaps, ReconstructionId own,
+                            const MovedCameras& moved) {
+  Motions motions;
+  std::vector<SubmapId> without;
+  for (const SubmapId id : submaps.List(own)) {
+    const SubmapRecord& submap = *submaps.Find(id);
+    VEDUTA_ASSIGN_OR_RETURN(motions.beside[id], WeighBeside(base, submaps, submap));
+    const std::optional<Sim3> motion = FitMotion(CamerasOf(submap, moved));
+    if (motion) {
+      motions.of[id] = *motion;
+    } else {
+      without.push_back(id);
+    }
+  }
+  for (const SubmapId id : without) {
+    const SubmapId* heaviest = nullptr;
+    uint64_t most = 0;
+    for (const auto& [other, weight] : motions.beside[id]) {
+      if (weight <= most || !motions.of.contains(other)) continue;
+      heaviest = &other;
+      most = weight;
+    }
+    if (heaviest != nullptr) motions.of.emplace(id, motions.of.at(*heaviest));
+  }
+  return motions;
+}
+
+// Whether the submap has to be adjusted once it has been moved.
+bool IsLeftOff(const SubmapRecord& submap, const Motions& motions, const MovedCameras& moved) {
+  const auto own = motions.of.find(submap.id);
+  const std::vector<MovedCamera> cameras = CamerasOf(submap, moved);
+  if (own == motions.of.end() || cameras.size() < submap.images.size()) return true;
+  for (const MovedCamera& camera : cameras) {
+    const Marks before = Before(camera, camera.depth), here = Moved(own->second, before);
+    if (Distance_px(camera, here, After(camera, camera.depth)) > kChangeMin_px) return true;
+    for (const auto& [other, weight] : motions.beside.at(submap.id)) {
+      const auto beside = motions.of.find(other);
+      if (beside != motions.of.end() &&
+          Distance_px(camera, here, Moved(beside->second, before)) > kChangeMin_px)
+        return true;
+    }
+  }
+  return false;
+}
+
+void WriteMotions(const Motions& motions, const MovedCameras& moved, ReconstructionId own,
+                  Submaps* submaps) {
+  for (const SubmapId id : submaps->List(own)) {
+    const SubmapRecord& submap = *submaps->Find(id);
+    if (IsLeftOff(submap, motions, moved)) submaps->MakeDue({&submap.images.front(), 1});
+    if (const auto motion = motions.of.find(id); motion != motions.of.end())
+      submaps->SetMotion(id, motion->second);
+  }
+}
+
+SeeingCamera SeenFrom(const CityMap& map, const MapImage& image) {
+  SeeingCamera camera{image.cam_from_world, image.camera.focal_px(), {}};
+  for (const PointId point : image.points) {
+    if (camera.depths.size() == kDepthsMax) break;
+    const PointRecord* const seen = point.valid() ? map.FindPoint(point) : nullptr;
+    const double depth = seen == nullptr ? 0 : (image.cam_from_world * seen->position).z();
+    if (depth > 0) camera.depths.emplace_back(point, depth);
+  }
+  return camera;
+}
+
+// The cameras of before that have their poses still, where they are now.
+Result<std::map<ImageId, SeeingCamera>> ListNow(const IngestParts& parts,
+                                                const std::shared_ptr<const Snapshot>& base,
+                                                const FoundAdjustment& found) {
+  std::map<ImageId, SeeingCamera> now;
+  std::vector<ImageId> moved;
+  for (const auto& [id, camera] : found.before) {
+    VEDUTA_ASSIGN_OR_RETURN(const std::optional<PoseRecord> pose, base->FindPose(id));
+    if (!pose || pose->reconstruction != found.record.id) continue;
+    const Rigid3 &was = camera.cam_from_world, &is = pose->cam_from_world;
+    const bool stays = was.translation == is.translation &&
+                       was.rotation.coeffs() == is.rotation.coeffs();
+    if (stays) {
+      now[id] = camera;
+    } else {
+      moved.push_back(id);
+    }
+  }
+  parts.TrimMap();
+  MapLoader loader(base, parts.features, parts.map);
+  VEDUTA_RETURN_IF_ERROR(loader.LoadStructure(moved));
+  for (const ImageId id : moved) now[id] = SeenFrom(*parts.map, parts.map->image(id));
+  return now;
+}
+
+// What the adjustment does to these cameras, as far as they and what they see are in its map.
+MovedCameras FindMoved(const std::map<ImageId, SeeingCamera>& now, const CityMap& map,
+                       ReconstructionId own) {
+  MovedCameras moved;
+  for (const auto& [id, was] : now) {
+    if (!map.HasImage(id) || map.image(id).reconstruction != own) continue;
+    const Rigid3& is = map.image(id).cam_from_world;
+    std::vector<double> depths, ratios;
+    for (const auto& [point, depth] : was.depths) {
+      const PointRecord* const seen = map.FindPoint(point);
+      const double afterwards = seen == nullptr ? 0 : (is * seen->position).z();
+      if (afterwards <= 0) continue;
+      depths.push_back(depth);
+      ratios.push_back(afterwards / depth);
+    }
+    if (depths.empty()) continue;
+    moved[id] = {was.cam_from_world, is, was.focal_px, MedianOf(std::move(depths)),
+                 MedianOf(std::move(ratios))};
+  }
+  return moved;
+}
+
+}  // namespace
+
+std::map<ImageId, SeeingCamera> ListCameras(const CityMap& map, ReconstructionId reconstruction) {
+  std::map<ImageId, SeeingCamera> cameras;
+  for (const auto& [id, image] : map.images())
+    if (image.reconstruction == reconstruction) cameras[id] = SeenFrom(map, image);
+  return cameras;
+}
+
+Result<AdjustedWhole> CarryOver(const IngestParts& parts, const FoundAdjustment& found,
+                                WriteScope scope) {
+  const ReconstructionId id = found.record.id;
+  VEDUTA_ASSIGN_OR_RETURN(ReconstructionRecord record, scope.base->GetReconstruction(id));
+  VEDUTA_ASSIGN_OR_RETURN(Submaps submaps, Submaps::Read(*scope.base));
+  VEDUTA_ASSIGN_OR_RETURN(DatabaseState state, scope.base->GetState());
+  Transaction* const transaction = scope.transaction.get();
+  // Somebody who has made it due meanwhile, by forbidding a pair, is not answered by what was read
+  // before.
+  const bool is_due_anew = record.images_at_adjustment != found.record.images_at_adjustment;
+  if (!is_due_anew) record.images_at_adjustment = found.record.image_count;
+  // Lives until the commit has come, for it holds what is written ahead.
+  HealingWriter writer(parts, scope, id, &state);
+  VEDUTA_ASSIGN_OR_RETURN(const auto now, ListNow(parts, scope.base, found));
+  const MovedCameras moved = FindMoved(now, found.map, id);
+  VEDUTA_RETURN_IF_ERROR(TakeOutOfRegion(parts, scope, record, found.healing, &writer, &submaps));
+  VEDUTA_ASSIGN_OR_RETURN(const Motions motions, FindMotions(*scope.base, submaps, id, moved));
+  WriteMotions(motions, moved, id, &submaps);
+  submaps.Write(transaction);
+  const std::string detail = std::to_string(found.record.image_count) + " images while others came, " +
+                             std::to_string(motions.of.size()) + " submaps are moved";
+  AppendJournal({0, 0, "veduta", "adjust", {}, id, detail}, &state, transaction);
+  transaction->PutState(state);
+  VEDUTA_RETURN_IF_ERROR(transaction->Commit());
+  parts.map->ClearChanges();
+  return writer.adjusted();
+}
+
+}  // namespace veduta
