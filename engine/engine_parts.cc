@@ -86,9 +86,9 @@ Result<std::unique_ptr<Engine>> EngineParts::Open(const std::string& path,
                                  return EstimateUnnamedCamera(raw, photo);
                                });
                              }};
-  parts->scheduler =
-      std::make_unique<Scheduler>(parts->writer.get(), parts->preparer.get(), &parts->ingest,
-                                  parts->pool.get(), cameras, [raw](const DueStep& step) { return raw->DoLongStep(step); });
+  parts->scheduler = std::make_unique<Scheduler>(
+      parts->writer.get(), parts->preparer.get(), &parts->ingest, parts->pool.get(), cameras,
+      [raw](const DueStep& step) { return raw->DoLongStep(step); });
   std::unique_ptr<Engine> engine(new Engine);
   engine->parts_ = std::move(parts);
   return engine;

@@ -176,8 +176,8 @@ Result<std::map<ImageId, SeeingCamera>> ListNow(const IngestParts& parts,
     VEDUTA_ASSIGN_OR_RETURN(const std::optional<PoseRecord> pose, base->FindPose(id));
     if (!pose || pose->reconstruction != found.record.id) continue;
     const Rigid3 &was = camera.cam_from_world, &is = pose->cam_from_world;
-    const bool stays = was.translation == is.translation &&
-                       was.rotation.coeffs() == is.rotation.coeffs();
+    const bool stays =
+        was.translation == is.translation && was.rotation.coeffs() == is.rotation.coeffs();
     if (stays) {
       now[id] = camera;
     } else {
@@ -222,6 +222,16 @@ std::map<ImageId, SeeingCamera> ListCameras(const CityMap& map, ReconstructionId
   return cameras;
 }
 
+Result<bool> IsDueAnew(const FoundAdjustment& found, const ReconstructionRecord& now,
+                       const Snapshot& snapshot) {
+  VEDUTA_ASSIGN_OR_RETURN(const std::vector<ForbiddenRecord> forbidden, snapshot.ListForbidden());
+  const auto is_same = [](const ForbiddenRecord& x, const ForbiddenRecord& y) {
+    return x.kind == y.kind && x.a == y.a && x.b == y.b;
+  };
+  return now.images_at_adjustment != found.record.images_at_adjustment ||
+         !std::ranges::equal(forbidden, found.forbidden, is_same);
+}
+
 Result<AdjustedWhole> CarryOver(const IngestParts& parts, const FoundAdjustment& found,
                                 WriteScope scope) {
   const ReconstructionId id = found.record.id;
@@ -229,10 +239,8 @@ Result<AdjustedWhole> CarryOver(const IngestParts& parts, const FoundAdjustment&
   VEDUTA_ASSIGN_OR_RETURN(Submaps submaps, Submaps::Read(*scope.base));
   VEDUTA_ASSIGN_OR_RETURN(DatabaseState state, scope.base->GetState());
   Transaction* const transaction = scope.transaction.get();
-  // Somebody who has made it due meanwhile, by forbidding a pair, is not answered by what was read
-  // before.
-  const bool is_due_anew = record.images_at_adjustment != found.record.images_at_adjustment;
-  if (!is_due_anew) record.images_at_adjustment = found.record.image_count;
+  VEDUTA_ASSIGN_OR_RETURN(const bool is_due_anew, IsDueAnew(found, record, *scope.base));
+  record.images_at_adjustment = is_due_anew ? 0 : found.record.image_count;
   // Lives until the commit has come, for it holds what is written ahead.
   HealingWriter writer(parts, scope, id, &state);
   VEDUTA_ASSIGN_OR_RETURN(const auto now, ListNow(parts, scope.base, found));
@@ -241,8 +249,9 @@ Result<AdjustedWhole> CarryOver(const IngestParts& parts, const FoundAdjustment&
   VEDUTA_ASSIGN_OR_RETURN(const Motions motions, FindMotions(*scope.base, submaps, id, moved));
   WriteMotions(motions, moved, id, &submaps);
   submaps.Write(transaction);
-  const std::string detail = std::to_string(found.record.image_count) + " images while others came, " +
-                             std::to_string(motions.of.size()) + " submaps are moved";
+  const std::string detail = std::to_string(motions.of.size()) +
+                             " submaps that are moved, as others came meanwhile, " +
+                             std::to_string(found.record.image_count) + " images";
   AppendJournal({0, 0, "veduta", "adjust", {}, id, detail}, &state, transaction);
   transaction->PutState(state);
   VEDUTA_RETURN_IF_ERROR(transaction->Commit());

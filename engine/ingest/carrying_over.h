@@ -28,10 +28,16 @@ std::map<ImageId, SeeingCamera> ListCameras(const CityMap& map, ReconstructionId
 // What the adjustment of a whole reconstruction that has submaps has found.
 struct FoundAdjustment {
   ReconstructionRecord record;             // as it was when it was read
-  std::map<ImageId, SeeingCamera> before;  // at the same time
+  std::vector<ForbiddenRecord> forbidden;  // at the same time, all of them
+  std::map<ImageId, SeeingCamera> before;  // likewise
   CityMap map;                             // as it is adjusted
   Healing healing;
 };
+
+// Whether somebody has forbidden or allowed something meanwhile, or made the reconstruction due in
+// another way: its adjustment is due again then, whatever was found.
+Result<bool> IsDueAnew(const FoundAdjustment& found, const ReconstructionRecord& now,
+                       const Snapshot& snapshot);
 
 // Brings that to the reconstruction as it is now, and commits: images lose their poses and parts
 // are split off as far as they are still there (TakeOutOfRegion); submaps receive the motions that

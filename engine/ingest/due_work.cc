@@ -73,8 +73,8 @@ Result<std::optional<DueStep>> FindDueStep(const Snapshot& snapshot,
                                            const std::optional<DueStep>& at_work) {
   const auto is_open = [&](const DueStep& step) {
     const bool waits =
-        at_work && (step.is_long || (step.submap.valid() &&
-                                     step.reconstruction == at_work->reconstruction));
+        at_work &&
+        (step.is_long || (step.submap.valid() && step.reconstruction == at_work->reconstruction));
     return !waits && !set_aside.Contains(step);
   };
   VEDUTA_ASSIGN_OR_RETURN(const DatabaseState state, snapshot.GetState());

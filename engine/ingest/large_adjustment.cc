@@ -10,12 +10,10 @@
 namespace veduta {
 namespace {
 
-// Every change of a pose or point counts in the geometry's version; a pair that somebody forbids
-// makes the reconstruction due.
+// Every change of a pose or point counts in the geometry's version.
 bool IsUnchanged(const ReconstructionRecord& was, const ReconstructionRecord& is) {
   return was.geometry_version == is.geometry_version &&
-         was.points_generation == is.points_generation && was.image_count == is.image_count &&
-         was.images_at_adjustment == is.images_at_adjustment;
+         was.points_generation == is.points_generation && was.image_count == is.image_count;
 }
 
 }  // namespace
@@ -30,20 +28,21 @@ IngestParts LargeAdjustment::PartsWith(CityMap* map) const {
 Status LargeAdjustment::Compute() {
   const std::shared_ptr<const Snapshot> base = parts_.database->GetSnapshot();
   VEDUTA_ASSIGN_OR_RETURN(found_.record, base->GetReconstruction(reconstruction_));
+  VEDUTA_ASSIGN_OR_RETURN(found_.forbidden, base->ListForbidden());
   is_relaxed_ = IsRelaxed(found_.record, true, parts_.options.schedule);
   if (is_relaxed_) {
-    VEDUTA_ASSIGN_OR_RETURN(relaxation_,
-                            FindRelaxation(*base, reconstruction_,
-                                           parts_.options.mapper.doubt.parts, parts_.pool));
+    VEDUTA_ASSIGN_OR_RETURN(
+        relaxation_,
+        FindRelaxation(*base, reconstruction_, parts_.options.mapper.doubt.parts, parts_.pool));
     return Status::Ok();
   }
   MapLoader loader(base, parts_.features, &found_.map);
   std::vector<ImageId> images;
   VEDUTA_RETURN_IF_ERROR(loader.LoadReconstruction(reconstruction_, &images, parts_.pool));
   found_.before = ListCameras(found_.map, reconstruction_);
-  VEDUTA_ASSIGN_OR_RETURN(
-      found_.healing, AdjustReconstruction({&loader, &found_.map, parts_.pool, parts_.options.mapper},
-                                           reconstruction_));
+  VEDUTA_ASSIGN_OR_RETURN(found_.healing, AdjustReconstruction({&loader, &found_.map, parts_.pool,
+                                                                parts_.options.mapper},
+                                                               reconstruction_));
   return Status::Ok();
 }
 
@@ -52,11 +51,16 @@ Result<AdjustedWhole> LargeAdjustment::Commit(CityMap* map) {
   VEDUTA_ASSIGN_OR_RETURN(const ReconstructionRecord now,
                           scope.base->GetReconstruction(reconstruction_));
   if (!now.is_living()) return AdjustedWhole();
-  if (is_relaxed_)
+  VEDUTA_ASSIGN_OR_RETURN(const bool is_due_anew, IsDueAnew(found_, now, *scope.base));
+  if (is_relaxed_) {
+    if (is_due_anew) return AdjustedWhole();
     return WriteRelaxation(PartsWith(map), reconstruction_, relaxation_, std::move(scope));
-  if (!IsUnchanged(found_.record, now)) return CarryOver(PartsWith(map), found_, std::move(scope));
+  }
+  if (is_due_anew || !IsUnchanged(found_.record, now))
+    return CarryOver(PartsWith(map), found_, std::move(scope));
   map->Clear();  // it holds the poses and points of before
-  return WriteAdjustedWhole(PartsWith(&found_.map), reconstruction_, found_.healing, std::move(scope));
+  return WriteAdjustedWhole(PartsWith(&found_.map), reconstruction_, found_.healing,
+                            std::move(scope));
 }
 
 }  // namespace veduta

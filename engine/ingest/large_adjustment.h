@@ -27,7 +27,7 @@ class LargeAdjustment final {
 
   // Commits what was computed, once, for who has the writer's turn; `map` is the one that others
   // share, and holds nothing that this has changed afterwards. Nothing is committed where the
-  // reconstruction is gone. After an error nothing is visible and the map may be half changed: the
+  // reconstruction is gone, or where it was to be relaxed and is due anew (IsDueAnew). After an error nothing is visible and the map may be half changed: the
   // caller clears it.
   Result<AdjustedWhole> Commit(CityMap* map);
 

@@ -334,9 +334,9 @@ Result<AdjustedWhole> WriteRelaxation(const IngestParts& parts, ReconstructionId
 
 Result<AdjustedWhole> RelaxReconstruction(const IngestParts& parts, ReconstructionId reconstruction,
                                           WriteScope scope) {
-  VEDUTA_ASSIGN_OR_RETURN(const FoundRelaxation found,
-                          FindRelaxation(*scope.base, reconstruction,
-                                         parts.options.mapper.doubt.parts, parts.pool));
+  VEDUTA_ASSIGN_OR_RETURN(
+      const FoundRelaxation found,
+      FindRelaxation(*scope.base, reconstruction, parts.options.mapper.doubt.parts, parts.pool));
   return WriteRelaxation(parts, reconstruction, found, std::move(scope));
 }
 

@@ -164,7 +164,8 @@ class Scheduler final {
   bool follows_ = true;      // there may be a step; false once there was none, until the next photo
   std::optional<DueStep> at_work_;  // the long step that the second thread computes
   bool was_photo_last_ = false;
-  double steps_owed_ms_ = 0;  // the time that photos have had while steps were due, less that of steps
+  double steps_owed_ms_ =
+      0;  // the time that photos have had while steps were due, less that of steps
   bool stopping_ = false;
   uint64_t changes_ = 0;  // counts what the scheduler's thread may have missed while it worked
   std::thread long_worker_;

@@ -9,6 +9,7 @@
 
 #include <gtest/gtest.h>
 
+#include "engine/ingest/forbidding.h"
 #include "engine/ingest/ingest.h"
 #include "tests/engine/ingest/parted_scene.h"
 #include "tests/engine/ingest/torn_scene.h"
@@ -160,6 +161,23 @@ TEST(LargeAdjustment, OneThatBecameDueAnewStaysDue) {
   ASSERT_OK(worker.ingest.Commit(&adjustment, kCity).status);
   EXPECT_EQ(worker.City().images_at_adjustment, 0u);
   ExpectSound(scene);
+}
+
+// It was due by a pair that was forbidden before, and another one is forbidden meanwhile.
+TEST(LargeAdjustment, WhatIsForbiddenMeanwhileMakesItDueAnew) {
+  for (const IngestOptions& options : {WholeParts(), SmallParts()}) {
+    SceneDatabase scene(kArc);
+    AddArc(&scene);
+    Worker worker(&scene, options);
+    LargeAdjustment adjustment = worker.Adjustment();
+    ASSERT_OK(adjustment.Compute());
+    ForbiddenRecord forbidden;
+    forbidden.a = 1, forbidden.b = 2;
+    ASSERT_OK(Forbid(forbidden, BeginWrite(scene.database())));
+    ASSERT_OK(worker.ingest.Commit(&adjustment, kCity).status);
+    EXPECT_EQ(worker.City().images_at_adjustment, 0u);
+    ExpectSound(scene);
+  }
 }
 
 // Two sides that contradict each other, in submaps of two.

@@ -36,8 +36,7 @@ inline void AddArc(SceneDatabase* scene, uint32_t placed = 12) {
   transaction->PutReconstruction(record);
   for (uint32_t s = 0; s < 3; ++s) {
     std::vector<ImageId> images;
-    for (uint32_t k = 4 * s; k < std::min(4 * s + 4, placed); ++k)
-      images.push_back(ImageId(k + 1));
+    for (uint32_t k = 4 * s; k < std::min(4 * s + 4, placed); ++k) images.push_back(ImageId(k + 1));
     const auto count = static_cast<uint32_t>(images.size());
     transaction->PutSubmap({SubmapId(s + 1), kCity, images, count});
   }
@@ -45,8 +44,9 @@ inline void AddArc(SceneDatabase* scene, uint32_t placed = 12) {
 }
 
 // Wants the last submap moved.
-inline const Sim3 kDrift{1.02, Eigen::Quaterniond(Eigen::AngleAxisd(0.01, Eigen::Vector3d(0, 1, 0))),
-                  Eigen::Vector3d(0.05, -0.02, 0.03)};
+inline const Sim3 kDrift{1.02,
+                         Eigen::Quaterniond(Eigen::AngleAxisd(0.01, Eigen::Vector3d(0, 1, 0))),
+                         Eigen::Vector3d(0.05, -0.02, 0.03)};
 
 inline void SetDrift(SceneDatabase* scene) {
   const auto transaction = scene->database()->BeginTransaction();

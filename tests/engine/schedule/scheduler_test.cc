@@ -276,10 +276,9 @@ TEST(Scheduler, AFailedTrainingIsToldAndTriedAgainByEachSettle) {
 TEST(Scheduler, ATrainingWithoutMemoryIsAFailureThatIsTold) {
   City city(TrainingEarly());
   EngineParts& parts = city.parts();
-  Scheduler scheduler(parts.writer.get(), parts.preparer.get(), &parts.ingest, parts.pool.get(),
-                      CameraFinder(), [](const DueStep&) -> Result<std::optional<FollowUp>> {
-                        throw std::bad_alloc();
-                      });
+  Scheduler scheduler(
+      parts.writer.get(), parts.preparer.get(), &parts.ingest, parts.pool.get(), CameraFinder(),
+      [](const DueStep&) -> Result<std::optional<FollowUp>> { throw std::bad_alloc(); });
   const CameraRecord camera = *parts.FindCamera("street");
   for (const Stand& stand : Walk(6, 0.9, 3))
     ASSERT_OK(scheduler.Submit(city.Submit(stand).photo, camera, "anna", {})->Wait());

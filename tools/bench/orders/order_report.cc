@@ -165,9 +165,8 @@ nlohmann::json RunJson(const ScoredRun& scored) {
                          {"seconds", run.seconds},
                          {"all", GroupJson(scored.score.all)}};
   if (run.answer_most_s > 0) {
-    json["answer_s"] = {{"median", run.answer_median_s},
-                        {"p99", run.answer_p99_s},
-                        {"most", run.answer_most_s}};
+    json["answer_s"] = {
+        {"median", run.answer_median_s}, {"p99", run.answer_p99_s}, {"most", run.answer_most_s}};
   }
   if (!run.failure.empty()) json["failure"] = run.failure;
   if (!run.kept.empty()) json["kept"] = run.kept;
