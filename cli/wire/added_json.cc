@@ -128,6 +128,7 @@ Json ToJson(const FollowUp& step) {
           {"unplaced", ToJson(step.unplaced)},
           {"split_off", ToJson(step.split_off)},
           {"ms", step.ms},
+          {"turn_ms", step.turn_ms},
           {"error", step.status.ok() ? Json(nullptr) : Json(step.status.message())}};
 }
 

@@ -36,7 +36,7 @@ struct PhotoSubmission {
 struct StepTimes {
   double decode_ms = 0, undistort_ms = 0, features_ms = 0, retrieve_ms = 0, match_ms = 0,
          verify_ms = 0, map_ms = 0, adjust_ms = 0, commit_ms = 0, follow_ms = 0, total_ms = 0;
-  // The longest of the steps that are in follow_ms, but for training, beside which photos go on.
+  // The longest turn_ms of the steps that are in follow_ms: so long nobody else could write.
   double longest_step_ms = 0;
 };
 

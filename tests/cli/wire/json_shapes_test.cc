@@ -329,11 +329,11 @@ TEST(Added, FollowUps) {
   FollowUp step;
   step.kind = FollowUpKind::kAdjustment;
   step.reconstruction = ReconstructionId(2);
-  step.ms = 2.5;
+  step.ms = 2.5, step.turn_ms = 1.5;
   EXPECT_EQ(JsonLine(ToJson(step)),
             R"({"step":"adjustment","image":null,"reconstruction":2,"other":null,)"
             R"("merged_into":null,"placed":[],"unplaced":[],"split_off":[],"ms":2.5,)"
-            R"("error":null})");
+            R"("turn_ms":1.5,"error":null})");
   step.unplaced = {{ImageId(5), "parts are missing"}};
   step.split_off = {ReconstructionId(7)};
   EXPECT_EQ(JsonLine(ToJson(step)["unplaced"]), R"([{"id":5,"why":"parts are missing"}])");
@@ -345,7 +345,7 @@ TEST(Added, FollowUps) {
   EXPECT_EQ(JsonLine(ToJson(step)),
             R"({"step":"propagation","image":5,"reconstruction":null,"other":null,)"
             R"("merged_into":null,"placed":[5,6],"unplaced":[],"split_off":[],)"
-            R"("ms":0.0,"error":"the disk is full"})");
+            R"("ms":0.0,"turn_ms":0.0,"error":"the disk is full"})");
   step = {};
   step.kind = FollowUpKind::kJudgment;
   step.reconstruction = ReconstructionId(2);
@@ -353,7 +353,7 @@ TEST(Added, FollowUps) {
   step.merged_into = ReconstructionId(4);
   EXPECT_EQ(JsonLine(ToJson(step)),
             R"({"step":"judgment","image":null,"reconstruction":2,"other":3,"merged_into":4,)"
-            R"("placed":[],"unplaced":[],"split_off":[],"ms":0.0,"error":null})");
+            R"("placed":[],"unplaced":[],"split_off":[],"ms":0.0,"turn_ms":0.0,"error":null})");
   EXPECT_EQ(FollowUpWord(FollowUpKind::kVocabulary), "vocabulary");
 }
 
