@@ -6,6 +6,7 @@
 #include <map>
 #include <memory>
 #include <optional>
+#include <set>
 #include <string>
 #include <utility>
 #include <vector>
@@ -103,27 +104,13 @@ struct Motions {
 Result<Motions> FindMotions(const Snapshot& base, const Submaps& submaps, ReconstructionId own,
                             const MovedCameras& moved) {
   Motions motions;
-  std::vector<SubmapId> without;
   for (const SubmapId id : submaps.List(own)) {
     const SubmapRecord& submap = *submaps.Find(id);
     VEDUTA_ASSIGN_OR_RETURN(motions.beside[id], WeighBeside(base, submaps, submap));
-    const std::optional<Sim3> motion = FitMotion(CamerasOf(submap, moved));
-    if (motion) {
+    if (const std::optional<Sim3> motion = FitMotion(CamerasOf(submap, moved)))
       motions.of[id] = *motion;
-    } else {
-      without.push_back(id);
-    }
   }
-  for (const SubmapId id : without) {
-    const SubmapId* heaviest = nullptr;
-    uint64_t most = 0;
-    for (const auto& [other, weight] : motions.beside[id]) {
-      if (weight <= most || !motions.of.contains(other)) continue;
-      heaviest = &other;
-      most = weight;
-    }
-    if (heaviest != nullptr) motions.of.emplace(id, motions.of.at(*heaviest));
-  }
+  VEDUTA_RETURN_IF_ERROR(SpreadMotions(base, submaps, own, &motions.of));
   return motions;
 }
 
@@ -145,8 +132,8 @@ bool IsLeftOff(const SubmapRecord& submap, const Motions& motions, const MovedCa
   return false;
 }
 
-void WriteMotions(const Motions& motions, const MovedCameras& moved, ReconstructionId own,
-                  Submaps* submaps) {
+void SetMotions(const Motions& motions, const MovedCameras& moved, ReconstructionId own,
+                Submaps* submaps) {
   for (const SubmapId id : submaps->List(own)) {
     const SubmapRecord& submap = *submaps->Find(id);
     if (IsLeftOff(submap, motions, moved)) submaps->MakeDue({&submap.images.front(), 1});
@@ -164,6 +151,16 @@ SeeingCamera SeenFrom(const CityMap& map, const MapImage& image) {
     if (depth > 0) camera.depths.emplace_back(point, depth);
   }
   return camera;
+}
+
+// A camera that sees less than a fifth of the same points has got another pose elsewhere in the
+// reconstruction, and says nothing of how it is bent. Chosen by hand; not measured.
+bool IsElsewhere(const SeeingCamera& was, const SeeingCamera& is) {
+  std::set<PointId> points;
+  for (const auto& [point, depth] : was.depths) points.insert(point);
+  const auto same = std::ranges::count_if(
+      is.depths, [&](const auto& seen) { return points.contains(seen.first); });
+  return 5 * static_cast<size_t>(same) < is.depths.size();
 }
 
 // The cameras of before that have their poses still, where they are now.
@@ -187,7 +184,10 @@ Result<std::map<ImageId, SeeingCamera>> ListNow(const IngestParts& parts,
   parts.TrimMap();
   MapLoader loader(base, parts.features, parts.map);
   VEDUTA_RETURN_IF_ERROR(loader.LoadStructure(moved));
-  for (const ImageId id : moved) now[id] = SeenFrom(*parts.map, parts.map->image(id));
+  for (const ImageId id : moved) {
+    SeeingCamera camera = SeenFrom(*parts.map, parts.map->image(id));
+    if (!IsElsewhere(found.before.at(id), camera)) now[id] = std::move(camera);
+  }
   return now;
 }
 
@@ -201,7 +201,10 @@ MovedCameras FindMoved(const std::map<ImageId, SeeingCamera>& now, const CityMap
     std::vector<double> depths, ratios;
     for (const auto& [point, depth] : was.depths) {
       const PointRecord* const seen = map.FindPoint(point);
-      const double afterwards = seen == nullptr ? 0 : (is * seen->position).z();
+      // Both may have given the same name to a new point since: then it is not of this camera.
+      const bool is_its_own =
+          seen != nullptr && std::ranges::count(seen->track, id, &TrackElement::image) > 0;
+      const double afterwards = is_its_own ? (is * seen->position).z() : 0;
       if (afterwards <= 0) continue;
       depths.push_back(depth);
       ratios.push_back(afterwards / depth);
@@ -213,6 +216,36 @@ MovedCameras FindMoved(const std::map<ImageId, SeeingCamera>& now, const CityMap
   return moved;
 }
 
+// What was found against images that are where they were.
+Healing HealingOf(const FoundAdjustment& found, const std::map<ImageId, SeeingCamera>& now) {
+  const auto has_gone = [&](ImageId id) { return found.before.contains(id) && !now.contains(id); };
+  Healing left;
+  left.unplaced = found.healing.unplaced;
+  left.parts = found.healing.parts;
+  std::erase_if(left.unplaced,
+                [&](const DoubtedImage& doubted) { return has_gone(doubted.image); });
+  for (std::vector<ImageId>& part : left.parts) std::erase_if(part, has_gone);
+  return left;
+}
+
+// How many images the adjustment has left in the reconstruction.
+uint32_t CountAdjusted(const FoundAdjustment& found) {
+  size_t taken = found.healing.unplaced.size();
+  for (const std::vector<ImageId>& part : found.healing.parts) taken += part.size();
+  return found.record.image_count - static_cast<uint32_t>(taken);
+}
+
+// What is forbidden of pairs of the images.
+Result<std::vector<ForbiddenRecord>> ForbiddenOf(const Snapshot& snapshot,
+                                                 const std::set<ImageId>& images) {
+  VEDUTA_ASSIGN_OR_RETURN(std::vector<ForbiddenRecord> all, snapshot.ListForbidden());
+  std::erase_if(all, [&](const ForbiddenRecord& record) {
+    return record.kind != ForbiddenKind::kPair || !images.contains(ImageId(record.a)) ||
+           !images.contains(ImageId(record.b));
+  });
+  return all;
+}
+
 }  // namespace
 
 std::map<ImageId, SeeingCamera> ListCameras(const CityMap& map, ReconstructionId reconstruction) {
@@ -222,11 +255,22 @@ std::map<ImageId, SeeingCamera> ListCameras(const CityMap& map, ReconstructionId
   return cameras;
 }
 
+Status NoteForbidden(const Snapshot& snapshot, FoundAdjustment* found) {
+  VEDUTA_ASSIGN_OR_RETURN(const Submaps submaps, Submaps::Read(snapshot));
+  for (const SubmapId id : submaps.List(found->record.id)) {
+    const std::vector<ImageId>& images = submaps.Find(id)->images;
+    found->images.insert(images.begin(), images.end());
+  }
+  VEDUTA_ASSIGN_OR_RETURN(found->forbidden, ForbiddenOf(snapshot, found->images));
+  return Status::Ok();
+}
+
 Result<bool> IsDueAnew(const FoundAdjustment& found, const ReconstructionRecord& now,
                        const Snapshot& snapshot) {
-  VEDUTA_ASSIGN_OR_RETURN(const std::vector<ForbiddenRecord> forbidden, snapshot.ListForbidden());
+  VEDUTA_ASSIGN_OR_RETURN(const std::vector<ForbiddenRecord> forbidden,
+                          ForbiddenOf(snapshot, found.images));
   const auto is_same = [](const ForbiddenRecord& x, const ForbiddenRecord& y) {
-    return x.kind == y.kind && x.a == y.a && x.b == y.b;
+    return x.a == y.a && x.b == y.b;
   };
   return now.images_at_adjustment != found.record.images_at_adjustment ||
          !std::ranges::equal(forbidden, found.forbidden, is_same);
@@ -240,18 +284,25 @@ Result<AdjustedWhole> CarryOver(const IngestParts& parts, const FoundAdjustment&
   VEDUTA_ASSIGN_OR_RETURN(DatabaseState state, scope.base->GetState());
   Transaction* const transaction = scope.transaction.get();
   VEDUTA_ASSIGN_OR_RETURN(const bool is_due_anew, IsDueAnew(found, record, *scope.base));
-  record.images_at_adjustment = is_due_anew ? 0 : found.record.image_count;
+  const uint32_t adjusted = CountAdjusted(found);
+  record.images_at_adjustment = is_due_anew ? 0 : adjusted;
   // Lives until the commit has come, for it holds what is written ahead.
   HealingWriter writer(parts, scope, id, &state);
   VEDUTA_ASSIGN_OR_RETURN(const auto now, ListNow(parts, scope.base, found));
   const MovedCameras moved = FindMoved(now, found.map, id);
-  VEDUTA_RETURN_IF_ERROR(TakeOutOfRegion(parts, scope, record, found.healing, &writer, &submaps));
+  VEDUTA_RETURN_IF_ERROR(
+      TakeOutOfRegion(parts, scope, record, HealingOf(found, now), &writer, &submaps));
   VEDUTA_ASSIGN_OR_RETURN(const Motions motions, FindMotions(*scope.base, submaps, id, moved));
-  WriteMotions(motions, moved, id, &submaps);
+  SetMotions(motions, moved, id, &submaps);
   submaps.Write(transaction);
+  // Where parts were split off, or nothing is left, their hypotheses are written already.
+  if (writer.split_off().empty() && !submaps.List(id).empty()) {
+    VEDUTA_RETURN_IF_ERROR(MakeHypothesesDue(
+        *scope.base, id, {}, is_due_anew ? Splits::kPassedOver : Splits::kMeant, transaction));
+  }
   const std::string detail = std::to_string(motions.of.size()) +
                              " submaps that are moved, as others came meanwhile, " +
-                             std::to_string(found.record.image_count) + " images";
+                             std::to_string(adjusted) + " images";
   AppendJournal({0, 0, "veduta", "adjust", {}, id, detail}, &state, transaction);
   transaction->PutState(state);
   VEDUTA_RETURN_IF_ERROR(transaction->Commit());

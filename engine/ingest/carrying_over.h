@@ -6,6 +6,7 @@
 // not bring to where the adjustment would have them are adjusted by steps of their own.
 
 #include <map>
+#include <set>
 #include <utility>
 #include <vector>
 
@@ -28,25 +29,29 @@ std::map<ImageId, SeeingCamera> ListCameras(const CityMap& map, ReconstructionId
 // What the adjustment of a whole reconstruction that has submaps has found.
 struct FoundAdjustment {
   ReconstructionRecord record;             // as it was when it was read
-  std::vector<ForbiddenRecord> forbidden;  // at the same time, all of them
+  std::set<ImageId> images;                // of its submaps then
+  std::vector<ForbiddenRecord> forbidden;  // then, of pairs of these images
   std::map<ImageId, SeeingCamera> before;  // likewise
   CityMap map;                             // as it is adjusted
   Healing healing;
 };
 
-// Whether somebody has forbidden or allowed something meanwhile, or made the reconstruction due in
-// another way: its adjustment is due again then, whatever was found.
+// Notes the images of the reconstruction of `found->record`, and what is forbidden of them.
+Status NoteForbidden(const Snapshot& snapshot, FoundAdjustment* found);
+
+// Whether somebody has forbidden or allowed a pair of these images since, or the reconstruction was
+// made due in another way: its adjustment is due again then, whatever was found.
 Result<bool> IsDueAnew(const FoundAdjustment& found, const ReconstructionRecord& now,
                        const Snapshot& snapshot);
 
 // Brings that to the reconstruction as it is now, and commits: images lose their poses and parts
 // are split off as far as they are still there (TakeOutOfRegion); submaps receive the motions that
 // best carry their cameras from where they are now, of least squares over the cameras' centres and
-// points before them; those without such a camera move with the submap that they share most matches with. A submap is
-// due where its motion leaves one of its cameras off by a quarter of a pixel, or takes it as far
-// from where the motion of a submap beside it would. After an error nothing is visible and the map
-// may be half changed: the caller clears it. O(cameras and pairs of the
-// reconstruction, and what the cameras see that have moved meanwhile).
+// points before them; those without such a camera move with others (SpreadMotions). A submap is due
+// where its motion leaves one of its cameras off by a quarter of a pixel, or takes it as far from
+// where the motion of a submap beside it would. After an error nothing is visible and the map may
+// be half changed: the caller clears it. O(cameras and pairs of the reconstruction, and what the
+// cameras see that have moved meanwhile).
 Result<AdjustedWhole> CarryOver(const IngestParts& parts, const FoundAdjustment& found,
                                 WriteScope scope);
 

@@ -54,8 +54,8 @@ bool IsRelaxed(const ReconstructionRecord& record, bool is_parted,
 // the adjustment of reconstructions, in ascending ids, the whole or its submaps (R18); then new
 // judgments of merges, in ascending ids; then a new vocabulary. Reads the state and, where no photo
 // waits, the records of all reconstructions, submaps and hypotheses: O(their number + images in
-// submaps). While a long step is `at_work` it passes over that one, other long ones, and the submaps
-// of its reconstruction, which would be adjusted twice.
+// submaps). While a long step is `at_work` it passes over that one, other long ones, and the
+// submaps of its reconstruction, which would be adjusted twice.
 Result<std::optional<DueStep>> FindDueStep(const Snapshot& snapshot,
                                            const AdjustmentSchedule& schedule,
                                            const Retrieval& retrieval,

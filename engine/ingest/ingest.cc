@@ -327,13 +327,13 @@ std::optional<FollowUp> Ingest::RunNextStep(LongSteps* long_steps) {
   if (long_steps != nullptr && (*step)->is_long) long_steps->next = *step;
   if ((*step)->is_long && (long_steps != nullptr || (*step)->kind == FollowUpKind::kVocabulary))
     return std::nullopt;
-  if (long_steps != nullptr && long_steps->at_once && !long_steps->at_work)
-    long_steps->next = FindLong(*scope.base);
   FollowUp done = Run(**step, std::move(scope));
   if (!done.status.ok()) {
     map_.Clear();
     set_aside_.Add(**step);
   }
+  if (long_steps != nullptr && long_steps->at_once && !long_steps->at_work)
+    long_steps->next = FindLong(*parts_.database->GetSnapshot());
   return done;
 }
 

@@ -28,7 +28,8 @@ IngestParts LargeAdjustment::PartsWith(CityMap* map) const {
 Status LargeAdjustment::Compute() {
   const std::shared_ptr<const Snapshot> base = parts_.database->GetSnapshot();
   VEDUTA_ASSIGN_OR_RETURN(found_.record, base->GetReconstruction(reconstruction_));
-  VEDUTA_ASSIGN_OR_RETURN(found_.forbidden, base->ListForbidden());
+  if (!found_.record.is_living()) return Status::Ok();
+  VEDUTA_RETURN_IF_ERROR(NoteForbidden(*base, &found_));
   is_relaxed_ = IsRelaxed(found_.record, true, parts_.options.schedule);
   if (is_relaxed_) {
     VEDUTA_ASSIGN_OR_RETURN(

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 // The adjustment of a whole reconstruction that has submaps, without keeping others from writing:
-// it is computed from a snapshot, in a map of its own, and needs a turn of the writer for its commit
-// alone. Where nothing has changed the reconstruction meanwhile, as where a list waits for what
-// follows from its photos, the result is that of AdjustWhole or RelaxReconstruction in a turn, to
-// the last bit. Otherwise it is carried over (carrying_over.h).
+// it is computed from a snapshot, in a map of its own, and needs a turn of the writer for its
+// commit alone. Where nothing has changed the reconstruction meanwhile, as where a list waits for
+// what follows from its photos, the result is that of AdjustWhole or RelaxReconstruction in a turn,
+// to the last bit. Otherwise it is carried over (carrying_over.h).
 
 #include <memory>
 
@@ -27,8 +27,8 @@ class LargeAdjustment final {
 
   // Commits what was computed, once, for who has the writer's turn; `map` is the one that others
   // share, and holds nothing that this has changed afterwards. Nothing is committed where the
-  // reconstruction is gone, or where it was to be relaxed and is due anew (IsDueAnew). After an error nothing is visible and the map may be half changed: the
-  // caller clears it.
+  // reconstruction is gone, or where it was to be relaxed and is due anew (IsDueAnew). After an
+  // error nothing is visible and the map may be half changed: the caller clears it.
   Result<AdjustedWhole> Commit(CityMap* map);
 
  private:

@@ -65,10 +65,11 @@ std::vector<ImageId> FindUnsupportedAround(const IngestParts& parts, const Regio
   return found;
 }
 
+constexpr size_t kImagesMin = 3;  // of a reconstruction
+
 // What of `found` is still in the reconstruction.
 Result<Healing> StillThere(const Snapshot& base, ReconstructionId reconstruction,
                            const Healing& found) {
-  constexpr size_t kImagesMin = 3;  // of a reconstruction
   const auto is_there = [&](ImageId id) -> Result<bool> {
     VEDUTA_ASSIGN_OR_RETURN(const std::optional<PoseRecord> pose, base.FindPose(id));
     return pose && pose->reconstruction == reconstruction;
@@ -96,6 +97,7 @@ Status WriteRegion(const IngestParts& parts, const WriteScope& scope, Reconstruc
                    Submaps* submaps) {
   Transaction* const transaction = scope.transaction.get();
   const ReconstructionId id = record.id;
+  const bool is_dissolved = healing.unplaced.size() == record.image_count;
   VEDUTA_RETURN_IF_ERROR(writer->SplitOff(healing));
   VEDUTA_RETURN_IF_ERROR(WriteAdjusted(parts, *writer, std::move(record), transaction));
   VEDUTA_RETURN_IF_ERROR(writer->RemoveOutdatedDense(healing));
@@ -106,6 +108,7 @@ Status WriteRegion(const IngestParts& parts, const WriteScope& scope, Reconstruc
     VEDUTA_RETURN_IF_ERROR(DropHypotheses(*scope.base, id, transaction));
     return writer->ProposeSeams();
   }
+  if (is_dissolved) return DropHypotheses(*scope.base, id, transaction);
   return MakeHypothesesDue(*scope.base, id, region.images, Splits::kPassedOver, transaction);
 }
 
@@ -120,6 +123,14 @@ Status TakeOutOfRegion(const IngestParts& parts, const WriteScope& scope,
   std::set<ImageId> images;
   for (const DoubtedImage& doubted : left.unplaced) images.insert(doubted.image);
   for (const std::vector<ImageId>& part : left.parts) images.insert(part.begin(), part.end());
+  if (record.image_count < images.size() + kImagesMin) {
+    for (const SubmapId id : submaps->List(record.id)) {
+      for (const ImageId image : submaps->Find(id)->images) {
+        if (images.insert(image).second)
+          left.unplaced.push_back({image, "less than three images are left there"});
+      }
+    }
+  }
   parts.TrimMap();
   MapLoader loader(scope.base, parts.features, parts.map);
   const MappingContext context{&loader, parts.map, parts.pool, parts.options.mapper};

@@ -272,14 +272,19 @@ Status RelaxWhole(const Snapshot& base, const Whole& whole, const Counted& count
   return Status::Ok();
 }
 
-// Writes the motions into the submaps that are still there; those whose borders change are due.
-void WriteMotions(const FoundRelaxation& found, ReconstructionId reconstruction, Submaps* submaps) {
-  for (const auto& [id, motion] : found.motions) {
-    const SubmapRecord* const submap = submaps->Find(id);
-    if (submap == nullptr || submap->reconstruction != reconstruction) continue;
-    submaps->SetMotion(id, motion);
-    if (found.changed.contains(id)) submaps->MakeDue({&submap->images.front(), 1});
+// Writes the motions into the submaps that are there now; those whose borders change are due.
+Status WriteMotions(const Snapshot& base, const FoundRelaxation& found,
+                    ReconstructionId reconstruction, Submaps* submaps) {
+  std::map<SubmapId, Sim3> motions = found.motions;
+  VEDUTA_RETURN_IF_ERROR(SpreadMotions(base, *submaps, reconstruction, &motions));
+  for (const SubmapId id : submaps->List(reconstruction)) {
+    const auto motion = motions.find(id);
+    if (motion == motions.end()) continue;
+    submaps->SetMotion(id, motion->second);
+    if (found.changed.contains(id) || !found.motions.contains(id))
+      submaps->MakeDue({&submaps->Find(id)->images.front(), 1});
   }
+  return Status::Ok();
 }
 
 }  // namespace
@@ -288,7 +293,10 @@ Result<FoundRelaxation> FindRelaxation(const Snapshot& base, ReconstructionId re
                                        const AgreementBounds& bounds, ThreadPool* pool) {
   VEDUTA_ASSIGN_OR_RETURN(const Submaps submaps, Submaps::Read(base));
   VEDUTA_ASSIGN_OR_RETURN(const Whole whole, ReadWhole(base, submaps, reconstruction));
+  VEDUTA_ASSIGN_OR_RETURN(const ReconstructionRecord record,
+                          base.GetReconstruction(reconstruction));
   FoundRelaxation found;
+  found.image_count = record.image_count;
   found.without_border = ListWithoutBorder(whole, submaps);
   if (!found.without_border.empty()) return found;
   const Counted counted(whole);
@@ -315,14 +323,14 @@ Result<AdjustedWhole> WriteRelaxation(const IngestParts& parts, ReconstructionId
     wrong.parts.push_back(found.wrong_part);
     VEDUTA_RETURN_IF_ERROR(TakeOutOfRegion(parts, scope, record, wrong, &writer, &submaps));
   } else {
-    WriteMotions(found, reconstruction, &submaps);
+    VEDUTA_RETURN_IF_ERROR(WriteMotions(*scope.base, found, reconstruction, &submaps));
     const bool has_grown = record.images_at_adjustment > 0;
-    record.images_at_adjustment = record.image_count;
+    record.images_at_adjustment = found.image_count;
     transaction->PutReconstruction(record);
     VEDUTA_RETURN_IF_ERROR(MakeHypothesesDue(*scope.base, reconstruction, {},
                                              has_grown ? Splits::kMeant : Splits::kPassedOver,
                                              transaction));
-    const std::string detail = found.how + std::to_string(record.image_count) + " images";
+    const std::string detail = found.how + std::to_string(found.image_count) + " images";
     AppendJournal({0, 0, "veduta", "adjust", {}, reconstruction, detail}, &state, transaction);
   }
   submaps.Write(transaction);

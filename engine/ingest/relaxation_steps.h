@@ -31,6 +31,7 @@ struct FoundRelaxation {
   std::map<SubmapId, Sim3> motions;
   std::set<SubmapId> changed;  // whose borders change by the motions
   std::string how;             // for the journal
+  uint32_t image_count = 0;    // of the reconstruction
 };
 
 // Judges the whole by what is known of the fragments of its submaps (agreeing_parts.h). Where they
@@ -43,7 +44,8 @@ Result<FoundRelaxation> FindRelaxation(const Snapshot& base, ReconstructionId re
 
 // Writes what was found, perhaps some commits ago: what is gone since is passed over. Submaps
 // without a border are made due. A wrong part is split off, and the rest is due again; that loads
-// the part. Motions are written into the submaps' records.
+// the part. Motions are written into the submaps' records; submaps that have come since move with
+// those beside them (SpreadMotions), and are due.
 Result<AdjustedWhole> WriteRelaxation(const IngestParts& parts, ReconstructionId reconstruction,
                                       const FoundRelaxation& found, WriteScope scope);
 

@@ -57,4 +57,27 @@ Result<SubmapGroup> FindGroup(const Snapshot& snapshot, const Submaps& submaps,
   return group;
 }
 
+Status SpreadMotions(const Snapshot& snapshot, const Submaps& submaps,
+                     ReconstructionId reconstruction, std::map<SubmapId, Sim3>* motions) {
+  std::map<SubmapId, std::map<SubmapId, uint64_t>> without;
+  for (const SubmapId id : submaps.List(reconstruction)) {
+    if (motions->contains(id)) continue;
+    VEDUTA_ASSIGN_OR_RETURN(without[id], WeighBeside(snapshot, submaps, *submaps.Find(id)));
+  }
+  const auto spread = [&](const auto& entry) {
+    uint64_t most = 0;
+    std::optional<Sim3> motion;
+    for (const auto& [other, weight] : entry.second) {
+      if (weight <= most || !motions->contains(other)) continue;
+      most = weight;
+      motion = motions->at(other);
+    }
+    if (motion) motions->emplace(entry.first, *motion);
+    return motion.has_value();
+  };
+  while (std::erase_if(without, spread) > 0) {
+  }
+  return Status::Ok();
+}
+
 }  // namespace veduta

@@ -33,4 +33,9 @@ struct SubmapGroup {
 Result<SubmapGroup> FindGroup(const Snapshot& snapshot, const Submaps& submaps,
                               const SubmapRecord& submap, bool is_moving, size_t images_max);
 
+// Adds motions of submaps of the reconstruction that have none: that of the submap which they share
+// most matches with and which has one, the lowest of several, until no more get one.
+Status SpreadMotions(const Snapshot& snapshot, const Submaps& submaps,
+                     ReconstructionId reconstruction, std::map<SubmapId, Sim3>* motions);
+
 }  // namespace veduta

@@ -304,7 +304,8 @@ bool Scheduler::Apply(Entries::iterator entry, std::unique_lock<std::mutex>* loc
   const bool failed = !outcome.ok();
   lock->lock();
   was_photo_last_ = true;
-  steps_owed_ms_ += ms;
+  // Where steps must wait for a long one, they are owed nothing.
+  if (!at_work_ || !DoesSomebodySettle()) steps_owed_ms_ += ms;
   follows_ = true;
   if (is_of_list && failed) taken.photo.lane->has_ended = true;
   if (is_of_list && !failed) {
@@ -423,7 +424,8 @@ bool Scheduler::DoStep(std::unique_lock<std::mutex>* lock) {
     Tell(*std::move(step));
   }
   if (step || long_steps.next) return true;
-  if (tries_failed_again_) return true;  // Settle has come meanwhile
+  if (long_steps.at_work && !at_work_) return true;  // it has ended meanwhile: look again
+  if (tries_failed_again_) return true;              // Settle has come meanwhile
   follows_ = false;
   steps_owed_ms_ = 0;
   if (at_work_) return true;  // its end makes this function look again

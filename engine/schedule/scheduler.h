@@ -11,10 +11,11 @@
 //      applied when nothing follows from earlier photos any more, other photos at any time;
 //   3. one step of what follows from photos.
 // Every piece takes its turn of the Writer, so that the dense pass and others write in between.
-// A long step (DueStep::is_long: a vocabulary, the adjustment of a large reconstruction) is computed
-// on a second thread, without a turn, while photos go on. It begins as soon as it is due, unless a
-// list or Settle waits: then it begins when its turn among the steps comes, and no other step is run
-// before its end, so that it commits what it was computed from.
+// A long step (DueStep::is_long: a vocabulary, the adjustment of a large reconstruction) is
+// computed on a second thread, without a turn, while photos go on. It begins as soon as it is due,
+// unless a list or Settle waits: then it begins when its turn among the steps comes, and no other
+// step is run before its end, so that where nobody else submits photos it commits what it was
+// computed from.
 
 #include <condition_variable>
 #include <cstdint>
@@ -164,8 +165,8 @@ class Scheduler final {
   bool follows_ = true;      // there may be a step; false once there was none, until the next photo
   std::optional<DueStep> at_work_;  // the long step that the second thread computes
   bool was_photo_last_ = false;
-  double steps_owed_ms_ =
-      0;  // the time that photos have had while steps were due, less that of steps
+  // The time that photos have had while steps were due, less that of steps.
+  double steps_owed_ms_ = 0;
   bool stopping_ = false;
   uint64_t changes_ = 0;  // counts what the scheduler's thread may have missed while it worked
   std::thread long_worker_;

@@ -133,18 +133,53 @@ TEST(LargeAdjustment, APhotoThatCameMeanwhileIsCarriedAlong) {
   EXPECT_LT(WorstCenter(scene), 0.005);
 }
 
-TEST(LargeAdjustment, WhatIsMergedAwayMeanwhileStaysAsItIs) {
-  SceneDatabase scene(kArc);
-  AddArc(&scene);
-  Worker worker(&scene, WholeParts());
-  LargeAdjustment adjustment = worker.Adjustment();
-  ASSERT_OK(adjustment.Compute());
-  ReconstructionRecord record = worker.City();
-  record.merged_into = ReconstructionId(7);
-  PutRecord(&scene, record);
-  const std::string digest = DigestHex(scene);
-  ASSERT_OK(worker.ingest.Commit(&adjustment, kCity).status);
-  EXPECT_EQ(DigestHex(scene), digest);
+TEST(LargeAdjustment, WhatIsMergedAwayStaysAsItIs) {
+  for (const bool before_it_began : {true, false}) {
+    SceneDatabase scene(kArc);
+    AddArc(&scene);
+    Worker worker(&scene, WholeParts());
+    LargeAdjustment adjustment = worker.Adjustment();
+    if (!before_it_began) {
+      ASSERT_OK(adjustment.Compute());
+    }
+    ReconstructionRecord record = worker.City();
+    record.merged_into = ReconstructionId(7);
+    PutRecord(&scene, record);
+    if (before_it_began) {
+      ASSERT_OK(adjustment.Compute());
+    }
+    const std::string digest = DigestHex(scene);
+    ASSERT_OK(worker.ingest.Commit(&adjustment, kCity).status);
+    EXPECT_EQ(DigestHex(scene), digest);
+  }
+}
+
+TEST(LargeAdjustment, WhatIsCarriedOverMakesHypothesesDue) {
+  for (const bool changes_meanwhile : {false, true}) {
+    SceneDatabase scene(kArc);
+    AddArc(&scene, 9);
+    const ReconstructionId other = scene.AddReconstruction({9, 10, 11});
+    const auto transaction = scene.database()->BeginTransaction();
+    HypothesisRecord hypothesis;
+    hypothesis.a = kCity, hypothesis.b = other;
+    hypothesis.reason = RefusalReason::kSplit;
+    hypothesis.images = {ImageId(9)};
+    transaction->PutHypothesis(hypothesis);
+    ReconstructionRecord record = *scene.Snap()->GetReconstruction(kCity);
+    record.images_at_adjustment = 5;
+    transaction->PutReconstruction(record);
+    ASSERT_OK(transaction->Commit());
+    Worker worker(&scene, WholeParts());
+    LargeAdjustment adjustment = worker.Adjustment();
+    ASSERT_OK(adjustment.Compute());
+    ++record.geometry_version;
+    if (changes_meanwhile) PutRecord(&scene, record);
+    ASSERT_OK(worker.ingest.Commit(&adjustment, kCity).status);
+    const auto hypotheses = *scene.Snap()->ListHypotheses();
+    ASSERT_EQ(hypotheses.size(), 1u);
+    EXPECT_TRUE(hypotheses.front().is_due);
+    EXPECT_EQ(worker.City().images_at_adjustment, 9u);
+  }
 }
 
 TEST(LargeAdjustment, OneThatBecameDueAnewStaysDue) {

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Goal: a group holds a submap and those around it, the ones that most matches lead to first, then
 //   those around these, as long as there is room; those that are to be moved and the others do not
-//   mix, and neither do reconstructions.
+//   mix, and neither do reconstructions; motions spread to submaps beside those that have one.
 // Method: a row of cameras in submaps, with pairs that are written by hand.
 #include "engine/ingest/submap_groups.h"
 
@@ -106,6 +106,24 @@ TEST_F(SubmapGroups, ThoseThatAreToBeMovedAreAGroupOfTheirOwn) {
   EXPECT_EQ(Group(1, false, 100), std::vector<uint32_t>({1, 2}));
   WantMoved(4);
   EXPECT_EQ(Group(4, true, 100), std::vector<uint32_t>({4, 3}));
+}
+
+// 4 has matches with 3 alone, and 5 is of another reconstruction.
+TEST_F(SubmapGroups, MotionsSpreadFromOneToTheNext) {
+  const auto snapshot = database_->GetSnapshot();
+  const Submaps submaps = *Submaps::Read(*snapshot);
+  Sim3 of_one, of_two;
+  of_one.translation.x() = 1, of_two.translation.x() = 2;
+  std::map<SubmapId, Sim3> motions = {{SubmapId(1), of_one}, {SubmapId(2), of_two}};
+  ASSERT_OK(SpreadMotions(*snapshot, submaps, kCity, &motions));
+  ASSERT_EQ(motions.size(), 4u);
+  EXPECT_EQ(motions.at(SubmapId(1)).translation.x(), 1);
+  EXPECT_EQ(motions.at(SubmapId(2)).translation.x(), 2);
+  EXPECT_EQ(motions.at(SubmapId(3)).translation.x(), 1) << "it has more matches with 1";
+  EXPECT_EQ(motions.at(SubmapId(4)).translation.x(), 1);
+  motions.clear();
+  ASSERT_OK(SpreadMotions(*snapshot, submaps, kCity, &motions));
+  EXPECT_TRUE(motions.empty());
 }
 
 }  // namespace
