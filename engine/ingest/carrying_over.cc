@@ -14,6 +14,7 @@
 #include "engine/ingest/hypotheses.h"
 #include "engine/ingest/region_writer.h"
 #include "engine/ingest/submap_groups.h"
+#include "engine/ingest/submap_steps.h"
 #include "engine/ingest/submaps.h"
 #include "engine/journal/journal.h"
 #include "engine/mapping/similarity.h"
@@ -256,11 +257,6 @@ std::map<ImageId, SeeingCamera> ListCameras(const CityMap& map, ReconstructionId
 }
 
 Status NoteForbidden(const Snapshot& snapshot, FoundAdjustment* found) {
-  VEDUTA_ASSIGN_OR_RETURN(const Submaps submaps, Submaps::Read(snapshot));
-  for (const SubmapId id : submaps.List(found->record.id)) {
-    const std::vector<ImageId>& images = submaps.Find(id)->images;
-    found->images.insert(images.begin(), images.end());
-  }
   VEDUTA_ASSIGN_OR_RETURN(found->forbidden, ForbiddenOf(snapshot, found->images));
   return Status::Ok();
 }
@@ -281,6 +277,10 @@ Result<AdjustedWhole> CarryOver(const IngestParts& parts, const FoundAdjustment&
   const ReconstructionId id = found.record.id;
   VEDUTA_ASSIGN_OR_RETURN(ReconstructionRecord record, scope.base->GetReconstruction(id));
   VEDUTA_ASSIGN_OR_RETURN(Submaps submaps, Submaps::Read(*scope.base));
+  if (!submaps.IsParted(id)) {
+    VEDUTA_RETURN_IF_ERROR(PartIntoSubmaps(*scope.base, id, parts.options.schedule, &submaps));
+    submaps.NoteAdjusted(id);  // but for those that SetMotions makes due
+  }
   VEDUTA_ASSIGN_OR_RETURN(DatabaseState state, scope.base->GetState());
   Transaction* const transaction = scope.transaction.get();
   VEDUTA_ASSIGN_OR_RETURN(const bool is_due_anew, IsDueAnew(found, record, *scope.base));

@@ -3,7 +3,8 @@
 // An adjustment of a whole reconstruction that was computed while photos went on. What came
 // meanwhile is not in it, so its poses and points cannot simply be written: each submap is moved as
 // the adjustment has moved its images, with all that has come to it, and the submaps that this does
-// not bring to where the adjustment would have them are adjusted by steps of their own.
+// not bring to where the adjustment would have them are adjusted by steps of their own. A
+// reconstruction that has no submaps yet gets them here, before its size asks for them.
 
 #include <map>
 #include <set>
@@ -26,17 +27,17 @@ struct SeeingCamera {
 // The images in the map that are in the reconstruction, with a hundred points of each at most.
 std::map<ImageId, SeeingCamera> ListCameras(const CityMap& map, ReconstructionId reconstruction);
 
-// What the adjustment of a whole reconstruction that has submaps has found.
+// What the adjustment of a whole reconstruction has found.
 struct FoundAdjustment {
   ReconstructionRecord record;             // as it was when it was read
-  std::set<ImageId> images;                // of its submaps then
+  std::set<ImageId> images;                // of the reconstruction then
   std::vector<ForbiddenRecord> forbidden;  // then, of pairs of these images
   std::map<ImageId, SeeingCamera> before;  // likewise
   CityMap map;                             // as it is adjusted
   Healing healing;
 };
 
-// Notes the images of the reconstruction of `found->record`, and what is forbidden of them.
+// Notes what is forbidden of the images of `found`.
 Status NoteForbidden(const Snapshot& snapshot, FoundAdjustment* found);
 
 // Whether somebody has forbidden or allowed a pair of these images since, or the reconstruction was

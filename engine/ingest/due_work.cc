@@ -10,8 +10,12 @@ namespace {
 
 const DueStep kTraining{FollowUpKind::kVocabulary, {}, {}, {}, {}, true};
 
-DueStep WholeOf(ReconstructionId reconstruction, bool is_parted) {
-  return {FollowUpKind::kAdjustment, {}, reconstruction, {}, {}, is_parted};
+// The step for all of the reconstruction: its adjustment, or parting it, which is short.
+DueStep WholeOf(const ReconstructionRecord& record, bool is_parted,
+                const AdjustmentSchedule& schedule) {
+  const bool is_long = is_parted || (record.image_count > schedule.region_images_max &&
+                                     record.image_count <= schedule.whole_images_max);
+  return {FollowUpKind::kAdjustment, {}, record.id, {}, {}, is_long};
 }
 
 }  // namespace
@@ -73,8 +77,8 @@ Result<std::optional<DueStep>> FindDueStep(const Snapshot& snapshot,
                                            const std::optional<DueStep>& at_work) {
   const auto is_open = [&](const DueStep& step) {
     const bool waits =
-        at_work &&
-        (step.is_long || (step.submap.valid() && step.reconstruction == at_work->reconstruction));
+        at_work && (step.is_long || (step.kind == FollowUpKind::kAdjustment &&
+                                     step.reconstruction == at_work->reconstruction));
     return !waits && !set_aside.Contains(step);
   };
   VEDUTA_ASSIGN_OR_RETURN(const DatabaseState state, snapshot.GetState());
@@ -89,7 +93,7 @@ Result<std::optional<DueStep>> FindDueStep(const Snapshot& snapshot,
     const bool is_parted = submaps.IsParted(record.id);
     const bool is_relaxed = IsRelaxed(record, is_parted, schedule);
     const bool is_due = IsAdjustmentDue(record, is_parted, schedule);
-    const DueStep whole = WholeOf(record.id, is_parted);
+    const DueStep whole = WholeOf(record, is_parted, schedule);
     const auto first_open = [&](const std::vector<SubmapId>& among) {
       DueStep step{FollowUpKind::kAdjustment, {}, record.id, {}};
       for (const SubmapId submap : among) {
@@ -126,12 +130,14 @@ Result<std::optional<DueStep>> FindLongStep(const Snapshot& snapshot,
                           snapshot.ListReconstructions());
   VEDUTA_ASSIGN_OR_RETURN(const Submaps submaps, Submaps::Read(snapshot));
   for (const ReconstructionRecord& record : reconstructions) {
-    const DueStep whole = WholeOf(record.id, submaps.IsParted(record.id));
-    if (!whole.is_long || !IsAdjustmentDue(record, true, schedule) || set_aside.Contains(whole))
+    const bool is_parted = submaps.IsParted(record.id);
+    const DueStep whole = WholeOf(record, is_parted, schedule);
+    if (!whole.is_long || !IsAdjustmentDue(record, is_parted, schedule) ||
+        set_aside.Contains(whole))
       continue;
     const bool submaps_first =
         !submaps.ListMoving(record.id).empty() ||
-        (IsRelaxed(record, true, schedule) && !submaps.ListDue(record.id, schedule).empty());
+        (IsRelaxed(record, is_parted, schedule) && !submaps.ListDue(record.id, schedule).empty());
     if (!submaps_first) return std::optional(whole);
   }
   return std::optional<DueStep>();

@@ -22,7 +22,7 @@ struct DueStep {
   ReconstructionId other = {};      // kJudgment: the second
   SubmapId submap = {};             // kAdjustment: the submap to adjust; none: the whole
   // Whether it is computed without a turn of the writer, while others write: a vocabulary, and the
-  // whole of a reconstruction that has submaps (large_adjustment.h).
+  // whole of a reconstruction that is larger than a group of submaps (large_adjustment.h).
   bool is_long = false;
 };
 
@@ -54,8 +54,8 @@ bool IsRelaxed(const ReconstructionRecord& record, bool is_parted,
 // the adjustment of reconstructions, in ascending ids, the whole or its submaps (R18); then new
 // judgments of merges, in ascending ids; then a new vocabulary. Reads the state and, where no photo
 // waits, the records of all reconstructions, submaps and hypotheses: O(their number + images in
-// submaps). While a long step is `at_work` it passes over that one, other long ones, and the
-// submaps of its reconstruction, which would be adjusted twice.
+// submaps). While a long step is `at_work` it passes over that one, other long ones, and all
+// adjustments of its reconstruction, which would be done twice.
 Result<std::optional<DueStep>> FindDueStep(const Snapshot& snapshot,
                                            const AdjustmentSchedule& schedule,
                                            const Retrieval& retrieval,

@@ -6,6 +6,7 @@
 
 #include "engine/ingest/due_work.h"
 #include "engine/ingest/reconstruction_adjustment.h"
+#include "engine/ingest/submaps.h"
 
 namespace veduta {
 namespace {
@@ -29,9 +30,15 @@ Status LargeAdjustment::Compute() {
   const std::shared_ptr<const Snapshot> base = parts_.database->GetSnapshot();
   VEDUTA_ASSIGN_OR_RETURN(found_.record, base->GetReconstruction(reconstruction_));
   if (!found_.record.is_living()) return Status::Ok();
-  VEDUTA_RETURN_IF_ERROR(NoteForbidden(*base, &found_));
-  is_relaxed_ = IsRelaxed(found_.record, true, parts_.options.schedule);
+  VEDUTA_ASSIGN_OR_RETURN(const Submaps submaps, Submaps::Read(*base));
+  is_relaxed_ =
+      IsRelaxed(found_.record, submaps.IsParted(reconstruction_), parts_.options.schedule);
   if (is_relaxed_) {
+    for (const SubmapId id : submaps.List(reconstruction_)) {
+      const std::vector<ImageId>& images = submaps.Find(id)->images;
+      found_.images.insert(images.begin(), images.end());
+    }
+    VEDUTA_RETURN_IF_ERROR(NoteForbidden(*base, &found_));
     VEDUTA_ASSIGN_OR_RETURN(
         relaxation_,
         FindRelaxation(*base, reconstruction_, parts_.options.mapper.doubt.parts, parts_.pool));
@@ -40,6 +47,8 @@ Status LargeAdjustment::Compute() {
   MapLoader loader(base, parts_.features, &found_.map);
   std::vector<ImageId> images;
   VEDUTA_RETURN_IF_ERROR(loader.LoadReconstruction(reconstruction_, &images, parts_.pool));
+  found_.images.insert(images.begin(), images.end());
+  VEDUTA_RETURN_IF_ERROR(NoteForbidden(*base, &found_));
   found_.before = ListCameras(found_.map, reconstruction_);
   VEDUTA_ASSIGN_OR_RETURN(found_.healing, AdjustReconstruction({&loader, &found_.map, parts_.pool,
                                                                 parts_.options.mapper},

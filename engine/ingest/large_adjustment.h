@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
-// The adjustment of a whole reconstruction that has submaps, without keeping others from writing:
-// it is computed from a snapshot, in a map of its own, and needs a turn of the writer for its
-// commit alone. Where nothing has changed the reconstruction meanwhile, as where a list waits for
+// The adjustment of a whole reconstruction that takes long, without keeping others from writing: it
+// is computed from a snapshot, in a map of its own, and needs a turn of the writer for its commit
+// alone. Where nothing has changed the reconstruction meanwhile, as where a list waits for
 // what follows from its photos, the result is that of AdjustWhole or RelaxReconstruction in a turn,
 // to the last bit. Otherwise it is carried over (carrying_over.h).
 

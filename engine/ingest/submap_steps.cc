@@ -12,7 +12,6 @@
 #include "engine/ingest/region_writer.h"
 #include "engine/ingest/submap_borders.h"
 #include "engine/ingest/submap_groups.h"
-#include "engine/ingest/submaps.h"
 #include "engine/journal/journal.h"
 #include "engine/mapping/view_graph_parts.h"
 
@@ -86,24 +85,31 @@ Status AdjustAndWrite(const IngestParts& parts, const WriteScope& scope,
 
 }  // namespace
 
+Status PartIntoSubmaps(const Snapshot& snapshot, ReconstructionId reconstruction,
+                       const AdjustmentSchedule& schedule, Submaps* submaps) {
+  std::vector<ImageId> images;
+  VEDUTA_RETURN_IF_ERROR(snapshot.ScanPoses([&](const PoseRecord& pose) {
+    if (pose.reconstruction == reconstruction) images.push_back(pose.image);
+    return true;
+  }));
+  VEDUTA_ASSIGN_OR_RETURN(const auto found, FindParts(snapshot, images, schedule));
+  submaps->Part(reconstruction, found);
+  return Status::Ok();
+}
+
 Status PartReconstruction(const IngestParts& parts, ReconstructionId reconstruction,
                           WriteScope scope) {
   VEDUTA_ASSIGN_OR_RETURN(ReconstructionRecord record,
                           scope.base->GetReconstruction(reconstruction));
   VEDUTA_ASSIGN_OR_RETURN(Submaps submaps, Submaps::Read(*scope.base));
-  std::vector<ImageId> images;
-  VEDUTA_RETURN_IF_ERROR(scope.base->ScanPoses([&](const PoseRecord& pose) {
-    if (pose.reconstruction == reconstruction) images.push_back(pose.image);
-    return true;
-  }));
-  VEDUTA_ASSIGN_OR_RETURN(const auto found, FindParts(*scope.base, images, parts.options.schedule));
-  submaps.Part(reconstruction, found);
+  VEDUTA_RETURN_IF_ERROR(
+      PartIntoSubmaps(*scope.base, reconstruction, parts.options.schedule, &submaps));
   submaps.Write(scope.transaction.get());
   record.images_at_adjustment = record.image_count;
   scope.transaction->PutReconstruction(record);
   VEDUTA_ASSIGN_OR_RETURN(DatabaseState state, scope.base->GetState());
-  const std::string detail = "in " + std::to_string(found.size()) + " submaps, " +
-                             std::to_string(record.image_count) + " images";
+  const std::string detail = "in " + std::to_string(submaps.List(reconstruction).size()) +
+                             " submaps, " + std::to_string(record.image_count) + " images";
   AppendJournal({0, 0, "veduta", "adjust", {}, reconstruction, detail}, &state,
                 scope.transaction.get());
   scope.transaction->PutState(state);

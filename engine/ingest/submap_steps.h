@@ -1,17 +1,22 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
-// The adjustment of reconstructions that are too large to be adjusted as a whole (submaps.h). Each
-// function is one transaction. After an error nothing is committed and the map may be half changed:
-// the caller clears it.
+// The adjustment of reconstructions by their submaps (submaps.h). Each function that is given a
+// WriteScope is one transaction. After an error nothing is committed and the map may be half
+// changed: the caller clears it.
 
 #include "engine/ingest/follow_up_steps.h"
 #include "engine/ingest/ingest_parts.h"
+#include "engine/ingest/submaps.h"
 #include "engine/ingest/write_scope.h"
 
 namespace veduta {
 
 // Parts a reconstruction that has no submaps into some, by its verified pairs. All of them are due.
-// O(its images and pairs); loads no image.
+// O(its images and pairs, and all poses of the database); loads no image.
+Status PartIntoSubmaps(const Snapshot& snapshot, ReconstructionId reconstruction,
+                       const AdjustmentSchedule& schedule, Submaps* submaps);
+
+// The same as a transaction.
 Status PartReconstruction(const IngestParts& parts, ReconstructionId reconstruction,
                           WriteScope scope);
 

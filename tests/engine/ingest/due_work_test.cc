@@ -144,6 +144,35 @@ TEST(DueWork, WhatWaitsForALongStepIsPassedOver) {
   EXPECT_TRUE(training.is_long);
 }
 
+// Above a group of submaps it is long; above the bound for parting it is short again.
+TEST(DueWork, TheWholeOfAMiddlingReconstructionIsLong) {
+  SceneDatabase scene;
+  scene.AddImages(0, 6);
+  const ReconstructionId city = scene.AddReconstruction({0, 1, 2, 3, 4, 5});
+  const auto transaction = scene.database()->BeginTransaction();
+  ReconstructionRecord record = *scene.Snap()->GetReconstruction(city);
+  record.images_at_adjustment = 0;
+  transaction->PutReconstruction(record);
+  ASSERT_OK(transaction->Commit());
+  const Retrieval retrieval({});
+  AdjustmentSchedule schedule;
+  schedule.submap_images_max = schedule.submap_images_min = 3;
+  for (const auto& [region, whole, is_long] :
+       {std::tuple(6u, 6u, false), {5u, 6u, true}, {3u, 5u, false}}) {
+    schedule.region_images_max = region;
+    schedule.whole_images_max = whole;
+    ASSERT_OK(schedule.Check());
+    const auto step = *FindDueStep(*scene.Snap(), schedule, retrieval, {});
+    ASSERT_TRUE(step.has_value());
+    EXPECT_EQ(step->reconstruction, city);
+    EXPECT_EQ(step->is_long, is_long) << region << " " << whole;
+    EXPECT_EQ(FindLongStep(*scene.Snap(), schedule, retrieval, {})->has_value(), is_long);
+    const DueStep at_work{FollowUpKind::kAdjustment, {}, city, {}, {}, true};
+    EXPECT_FALSE(FindDueStep(*scene.Snap(), schedule, retrieval, {}, at_work)->has_value())
+        << "neither is it parted while all of it is adjusted";
+  }
+}
+
 TEST(DueWork, ALongStepIsFoundBehindOthers) {
   SceneDatabase scene;
   scene.AddImages(0, 6);

@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 // Goal: the adjustment of a large reconstruction that is computed without a turn gives the same
 //   database as one in a turn where nothing came between; what came between is carried over with
-//   it: photos stay placed, poses get right, images lose their poses and parts are split off; what
-//   is gone stays as it is; nothing is written before the commit.
+//   it: photos stay placed, poses get right, images lose their poses and parts are split off; one
+//   without submaps gets them then, and not otherwise; what is gone stays as it is; nothing is
+//   written before the commit.
 // Method: synthetic scenes in a database, in submaps that are set by hand, and changes between the
 //   computation and the commit.
 #include "engine/ingest/large_adjustment.h"
@@ -131,6 +132,71 @@ TEST(LargeAdjustment, APhotoThatCameMeanwhileIsCarriedAlong) {
   ExpectSound(scene);
   EXPECT_EQ(worker.City().image_count, 12u);
   EXPECT_LT(WorstCenter(scene), 0.005);
+}
+
+// All but the last camera are in a reconstruction that has no submaps, and one of them stands wrong.
+void AddWithoutSubmaps(SceneDatabase* scene) {
+  AddArc(scene, 11);
+  const auto transaction = scene->database()->BeginTransaction();
+  for (const uint32_t submap : {1u, 2u, 3u}) transaction->DeleteSubmap(SubmapId(submap));
+  PoseRecord pose = **scene->Snap()->FindPose(ImageId(4));
+  pose.cam_from_world.translation.x() += 0.02;
+  transaction->PutPose(pose);
+  ASSERT_OK(transaction->Commit());
+  Pend(scene, ImageId(12));
+}
+
+TEST(LargeAdjustment, OneWithoutSubmapsGetsThemWhereOthersCameMeanwhile) {
+  IngestOptions options = WholeParts();
+  options.schedule.whole_images_max = 100;
+  options.mapper.local_images_max = 3;  // the photo that comes moves the wrong one no more
+  SceneDatabase scene(kArc);
+  AddWithoutSubmaps(&scene);
+  Worker worker(&scene, options);
+  LargeAdjustment adjustment = worker.Adjustment();
+  ASSERT_OK(adjustment.Compute());
+  LongSteps long_steps{kWhole, false, {}};
+  const auto placed = worker.ingest.RunNextStep(&long_steps);
+  ASSERT_TRUE(placed.has_value());
+  EXPECT_EQ(placed->placed, std::vector{ImageId(12)});
+  EXPECT_FALSE(worker.ingest.RunNextStep(&long_steps).has_value()) << "all else waits";
+  ASSERT_OK(worker.ingest.Commit(&adjustment, kCity).status);
+  ExpectSound(scene);
+  EXPECT_EQ(worker.City().images_at_adjustment, 11u);
+  size_t images = 0, due = 0;
+  for (const SubmapRecord& submap : worker.Submaps()) {
+    images += submap.images.size();
+    due += submap.images_at_adjustment == 0 ? 1 : 0;
+    EXPECT_TRUE(submap.motion.has_value()) << submap.id.value;
+  }
+  EXPECT_EQ(images, 12u);
+  EXPECT_GE(due, 2u) << "that of the photo that came, and of the one that stands wrong";
+  EXPECT_GT(WorstCenter(scene), 0.01);
+  worker.RunAll();
+  ExpectSound(scene);
+  EXPECT_EQ(worker.City().image_count, 12u);
+  EXPECT_LT(WorstCenter(scene), 0.005);
+}
+
+TEST(LargeAdjustment, OneWithoutSubmapsGetsNoneWhereNobodyCame) {
+  IngestOptions options = WholeParts();
+  options.schedule.whole_images_max = 100;
+  std::string digests[2];
+  for (const bool without_turn : {false, true}) {
+    SceneDatabase scene(kArc);
+    AddWithoutSubmaps(&scene);
+    Worker worker(&scene, options);
+    if (without_turn) {
+      worker.RunAll();
+    } else {
+      while (const auto step = worker.ingest.RunNextStep()) ASSERT_OK(step->status);
+    }
+    ExpectSound(scene);
+    EXPECT_TRUE(worker.Submaps().empty());
+    EXPECT_LT(WorstCenter(scene), 0.005);
+    digests[without_turn] = DigestHex(scene);
+  }
+  EXPECT_EQ(digests[0], digests[1]);
 }
 
 TEST(LargeAdjustment, WhatIsMergedAwayStaysAsItIs) {

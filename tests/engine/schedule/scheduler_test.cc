@@ -194,8 +194,12 @@ CityOptions LargeEarly() {
   return options;
 }
 
-TEST(Scheduler, PhotosGoOnWhileALargeReconstructionIsAdjusted) {
-  City city(LargeEarly());
+class WithAndWithoutSubmaps : public testing::TestWithParam<bool> {};
+
+TEST_P(WithAndWithoutSubmaps, PhotosGoOnWhileALargeReconstructionIsAdjusted) {
+  CityOptions options = LargeEarly();
+  if (!GetParam()) options.ingest.schedule.whole_images_max = 100;
+  City city(options);
   HeldLongStep scheduler(&city.parts());
   const CameraRecord camera = *city.parts().FindCamera("street");
   const std::vector<Stand> stands = Walk(12, 0.9, 10);
@@ -229,6 +233,8 @@ TEST(Scheduler, PhotosGoOnWhileALargeReconstructionIsAdjusted) {
   EXPECT_EQ(city.Counts().placed, sent);
   EXPECT_TRUE(IsSound(city.Ask().snapshot()));
 }
+
+INSTANTIATE_TEST_SUITE_P(Scheduler, WithAndWithoutSubmaps, testing::Bool());
 
 // A list waits for each of its large adjustments, so it does not matter that they have a thread.
 TEST(Scheduler, AListGivesTheSameCityAtAnyNumberOfThreads) {
