@@ -6,7 +6,7 @@
 #include <optional>
 #include <utility>
 
-#include "kernels/opencl.h"
+#include "kernels/opencl_device.h"
 #include "storage/base/option_bounds.h"
 
 namespace veduta {
@@ -158,7 +158,7 @@ Status DeviceOptions::Check() const {
   return OptionBounds().Between("thread_count", thread_count, 0, kThreadCountMax).status();
 }
 
-Device::Device(std::unique_ptr<Parts> parts) : parts_(std::move(parts)) {}
+Device::Device(std::unique_ptr<OpenClDevice> parts) : parts_(std::move(parts)) {}
 Device::~Device() = default;
 
 Result<std::unique_ptr<Device>> Device::Open(const DeviceOptions& options) {
@@ -166,7 +166,7 @@ Result<std::unique_ptr<Device>> Device::Open(const DeviceOptions& options) {
   std::vector<FoundDevice> found = FindDevices();
   VEDUTA_ASSIGN_OR_RETURN(const DeviceInfo chosen, ChooseDevice(options.wanted, InfosOf(found)));
   const FoundDevice& one = found[chosen.index];
-  auto parts = std::make_unique<Parts>();
+  auto parts = std::make_unique<OpenClDevice>();
   parts->info = chosen;
   parts->cache = ProgramCache(options.cache_folder);
   try {

@@ -14,6 +14,8 @@
 
 namespace veduta {
 
+struct OpenClDevice;  // kernels/opencl_device.h
+
 // Every device of every driver. Empty where there is no driver or no device; a driver that fails is
 // left out. Thread-safe.
 std::vector<DeviceInfo> ListDevices();
@@ -61,13 +63,12 @@ class Device final {
   uint32_t programs_built() const;
   uint32_t programs_loaded() const;
 
-  // What host wrappers inside kernels/ work with: kernels/opencl.h.
-  struct Parts;
-  Parts& parts() { return *parts_; }
+  // What host wrappers inside kernels/ work with.
+  OpenClDevice& parts() { return *parts_; }
 
  private:
-  explicit Device(std::unique_ptr<Parts> parts);
-  std::unique_ptr<Parts> parts_;
+  explicit Device(std::unique_ptr<OpenClDevice> parts);
+  std::unique_ptr<OpenClDevice> parts_;
 };
 
 }  // namespace veduta

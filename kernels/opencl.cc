@@ -12,7 +12,7 @@ namespace {
 constexpr size_t kLogBytesMax = 4000;  // of a compiler's log in an error; chosen by hand
 
 // Makes the program from its kept binary; false if there is none or the driver refuses it.
-bool LoadProgram(Device::Parts& parts, const std::string& key, const std::string& options,
+bool LoadProgram(OpenClDevice& parts, const std::string& key, const std::string& options,
                  cl::Program* program) {
   const auto binary = parts.cache.Find(key);
   if (!binary) return false;
@@ -25,7 +25,7 @@ bool LoadProgram(Device::Parts& parts, const std::string& key, const std::string
   }
 }
 
-void KeepProgram(Device::Parts& parts, const std::string& key, const cl::Program& program) {
+void KeepProgram(OpenClDevice& parts, const std::string& key, const cl::Program& program) {
   try {
     const std::vector<std::vector<unsigned char>> binaries = program.getInfo<CL_PROGRAM_BINARIES>();
     if (binaries.size() == 1) parts.cache.Keep(key, binaries[0]);
@@ -41,7 +41,7 @@ Status BuildFailure(const DeviceInfo& info, const char* name, const std::string&
                          options + "\": " + log);
 }
 
-Result<cl::Program> GetProgram(Device::Parts& parts, const std::string& source, const char* name,
+Result<cl::Program> GetProgram(OpenClDevice& parts, const std::string& source, const char* name,
                                const std::string& options) {
   const std::string key = parts.driver_key + options + "\n" + source;
   const std::lock_guard lock(parts.mutex);
@@ -70,43 +70,9 @@ Result<cl::Program> GetProgram(Device::Parts& parts, const std::string& source, 
 
 }  // namespace
 
-std::string OpenClErrorName(int code) {
-  switch (code) {
-#define VEDUTA_NAME(name) \
-  case name:              \
-    return #name;
-    VEDUTA_NAME(CL_DEVICE_NOT_FOUND)
-    VEDUTA_NAME(CL_DEVICE_NOT_AVAILABLE)
-    VEDUTA_NAME(CL_COMPILER_NOT_AVAILABLE)
-    VEDUTA_NAME(CL_MEM_OBJECT_ALLOCATION_FAILURE)
-    VEDUTA_NAME(CL_OUT_OF_RESOURCES)
-    VEDUTA_NAME(CL_OUT_OF_HOST_MEMORY)
-    VEDUTA_NAME(CL_BUILD_PROGRAM_FAILURE)
-    VEDUTA_NAME(CL_INVALID_VALUE)
-    VEDUTA_NAME(CL_INVALID_BINARY)
-    VEDUTA_NAME(CL_INVALID_BUFFER_SIZE)
-    VEDUTA_NAME(CL_INVALID_KERNEL_NAME)
-    VEDUTA_NAME(CL_INVALID_KERNEL_ARGS)
-    VEDUTA_NAME(CL_INVALID_ARG_INDEX)
-    VEDUTA_NAME(CL_INVALID_ARG_SIZE)
-    VEDUTA_NAME(CL_INVALID_WORK_GROUP_SIZE)
-    VEDUTA_NAME(CL_INVALID_GLOBAL_WORK_SIZE)
-    VEDUTA_NAME(CL_INVALID_WORK_ITEM_SIZE)
-#undef VEDUTA_NAME
-    default:
-      return "error " + std::to_string(code);
-  }
-}
-
-Status OpenClFailure(const DeviceInfo& info, std::string_view task, const cl::Error& error) {
-  return Status::IoError(info.name + ": " + std::string(task) + ": " + error.what() +
-                         " failed with " + OpenClErrorName(error.err()) +
-                         "; \"cpp\" works without the device");
-}
-
 Result<cl::Kernel> MakeKernelFromSource(Device& device, std::string_view source, const char* name,
                                         const std::string& options) {
-  Device::Parts& parts = device.parts();
+  OpenClDevice& parts = device.parts();
   const std::string all_options =
       "-cl-std=CL1.2" + parts.exact_float_options + (options.empty() ? "" : " ") + options;
   VEDUTA_ASSIGN_OR_RETURN(

@@ -6,46 +6,21 @@
 // A wrapper looks like this:
 //   Status Scale(Device& device, float factor, std::span<float> values) {
 //     VEDUTA_ASSIGN_OR_RETURN(cl::Kernel kernel, MakeKernel(device, "scale.cl", "scale"));
-//     return WithOpenCl(device, "scaling", [&](Device::Parts& parts) {
+//     return WithOpenCl(device, "scaling", [&](OpenClDevice& parts) {
 //       cl::Buffer buffer(parts.context, CL_MEM_READ_WRITE, values.size_bytes());
 //       parts.queue.enqueueWriteBuffer(buffer, CL_TRUE, 0, values.size_bytes(), values.data());
 //       ...
 //     });
 //   }
 
-// Every driver has at least OpenCL 1.2.
-#define CL_HPP_ENABLE_EXCEPTIONS
-#define CL_HPP_TARGET_OPENCL_VERSION 120
-#define CL_HPP_MINIMUM_OPENCL_VERSION 120
-#include <CL/opencl.hpp>
-#include <map>
-#include <mutex>
 #include <new>
 #include <string>
 #include <string_view>
 
 #include "kernels/device.h"
-#include "kernels/program_cache.h"
+#include "kernels/opencl_device.h"
 
 namespace veduta {
-
-struct Device::Parts {
-  DeviceInfo info;
-  std::string driver_key;  // what a built program depends on besides source and options
-  std::string exact_float_options;
-  cl::Device device;
-  cl::Context context;
-  cl::CommandQueue queue;  // in order
-  ProgramCache cache;
-  std::mutex mutex;  // guards what follows
-  std::map<std::string, cl::Program> programs;
-  uint32_t programs_built = 0, programs_loaded = 0;
-};
-
-// "CL_OUT_OF_RESOURCES" for -5, and so on; "error -1234" for one that the standard does not name.
-std::string OpenClErrorName(int code);
-// kIoError: "DEVICE: TASK: CALL failed with CODE".
-Status OpenClFailure(const DeviceInfo& info, std::string_view task, const cl::Error& error);
 
 // A new kernel object, by the kernel's name, from an embedded file of kernels/ ("scale.cl").
 // `options` go to the compiler (-D DIM=128); those that keep floats exact, and FP_CONTRACT OFF, are

@@ -15,7 +15,7 @@ constexpr uint32_t kPixelBlock = 16;  // pixels that one work item of cost_block
 // Group sizes are stated throughout: PoCL compiles a kernel anew for each size that it chooses
 // itself.
 
-cl::Buffer Upload(Device::Parts& parts, const void* data, size_t bytes) {
+cl::Buffer Upload(OpenClDevice& parts, const void* data, size_t bytes) {
   cl::Buffer buffer(parts.context, CL_MEM_READ_ONLY, bytes);
   parts.queue.enqueueWriteBuffer(buffer, CL_TRUE, 0, bytes, data);
   return buffer;
@@ -69,7 +69,7 @@ struct SweepBuffers {
   std::vector<cl::Buffer> images, geometries;  // of each sensor view
 };
 
-SweepBuffers UploadSweep(Device::Parts& parts, const SweepProblem& problem) {
+SweepBuffers UploadSweep(OpenClDevice& parts, const SweepProblem& problem) {
   SweepBuffers buffers;
   buffers.stride = static_cast<uint32_t>(RoundUp(problem.key.width_px, kPixelBlock)) + 2 * kPad;
   buffers.block_bytes = static_cast<size_t>(buffers.stride) * problem.key.height_px * kPlaneBlock;
@@ -97,7 +97,7 @@ SweepBuffers UploadSweep(Device::Parts& parts, const SweepProblem& problem) {
   return buffers;
 }
 
-void EnqueueSweep(Device::Parts& parts, const SweepProblem& problem, Kernels& kernels,
+void EnqueueSweep(OpenClDevice& parts, const SweepProblem& problem, Kernels& kernels,
                   const cl::Buffer& costs) {
   const SweepBuffers buffers = UploadSweep(parts, problem);
   const cl_int width = static_cast<cl_int>(problem.key.width_px),
@@ -128,7 +128,7 @@ void EnqueueSweep(Device::Parts& parts, const SweepProblem& problem, Kernels& ke
   }
 }
 
-void ScanAndRead(Device::Parts& parts, const GrayView& key, uint32_t plane_count,
+void ScanAndRead(OpenClDevice& parts, const GrayView& key, uint32_t plane_count,
                  const ScanlineOptions& options, Kernels& kernels, const cl::Buffer& costs,
                  PlaneChoice* choice) {
   const uint32_t width = key.width_px, height = key.height_px;
@@ -175,7 +175,7 @@ size_t VolumeBytes(const GrayView& key, uint32_t plane_count) {
 Status SweepPlanesOnDevice(const SweepProblem& problem, Device& device, CostVolume* volume) {
   Kernels kernels;
   VEDUTA_RETURN_IF_ERROR(MakeSweepKernels(device, &kernels));
-  return WithOpenCl(device, "plane sweep", [&](Device::Parts& parts) {
+  return WithOpenCl(device, "plane sweep", [&](OpenClDevice& parts) {
     const cl::Buffer costs(parts.context, CL_MEM_READ_WRITE, volume->costs.size());
     EnqueueSweep(parts, problem, kernels, costs);
     parts.queue.enqueueReadBuffer(costs, CL_TRUE, 0, volume->costs.size(), volume->costs.data());
@@ -186,7 +186,7 @@ Status ChoosePlanesOnDevice(const CostVolume& volume, const GrayView& key,
                             const ScanlineOptions& options, Device& device, PlaneChoice* choice) {
   Kernels kernels;
   VEDUTA_RETURN_IF_ERROR(MakeScanKernels(device, &kernels));
-  return WithOpenCl(device, "scanline optimisation", [&](Device::Parts& parts) {
+  return WithOpenCl(device, "scanline optimisation", [&](OpenClDevice& parts) {
     const cl::Buffer costs = Upload(parts, volume.costs.data(), volume.costs.size());
     ScanAndRead(parts, key, volume.plane_count, options, kernels, costs, choice);
   });
@@ -197,7 +197,7 @@ Status SweepAndChooseOnDevice(const SweepProblem& problem, const ScanlineOptions
   Kernels kernels;
   VEDUTA_RETURN_IF_ERROR(MakeSweepKernels(device, &kernels));
   VEDUTA_RETURN_IF_ERROR(MakeScanKernels(device, &kernels));
-  return WithOpenCl(device, "plane sweep and scanline optimisation", [&](Device::Parts& parts) {
+  return WithOpenCl(device, "plane sweep and scanline optimisation", [&](OpenClDevice& parts) {
     const cl::Buffer costs(parts.context, CL_MEM_READ_WRITE,
                            VolumeBytes(problem.key, static_cast<uint32_t>(problem.planes.size())));
     EnqueueSweep(parts, problem, kernels, costs);

@@ -2,7 +2,9 @@
 #pragma once
 // Plane sweep and scanline optimisation on an OpenCL device. Arguments are checked by the callers.
 
-#include "kernels/scanline.h"
+#include "kernels/device.h"
+#include "kernels/plane_choice.h"
+#include "kernels/sweep_problem.h"
 
 namespace veduta {
 

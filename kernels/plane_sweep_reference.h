@@ -3,7 +3,9 @@
 // Plane sweep and scanline optimisation in plain C++: what the OpenCL kernels are compared with,
 // and what works without a device. Arguments are checked by the callers.
 
-#include "kernels/scanline.h"
+#include "kernels/plane_choice.h"
+#include "kernels/sweep_problem.h"
+#include "storage/base/thread_pool.h"
 
 namespace veduta {
 

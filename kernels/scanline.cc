@@ -3,15 +3,12 @@
 
 #include <string>
 
+#include "kernels/plane_sweep.h"
 #include "kernels/plane_sweep_device.h"
 #include "kernels/plane_sweep_reference.h"
-#include "storage/base/option_bounds.h"
 
 namespace veduta {
 namespace {
-
-// Sums of a cost (127 at most) and a penalty stay within a byte.
-constexpr uint8_t kPenaltySmallMax = 127, kPenaltyLargeMax = 128;
 
 PlaneChoice EmptyChoice(size_t pixels) {
   PlaneChoice choice;
@@ -44,14 +41,6 @@ Status CheckVolume(const CostVolume& volume, const GrayView& key) {
 }
 
 }  // namespace
-
-Status ScanlineOptions::Check() const {
-  OptionBounds bounds;
-  bounds.Between("penalty_small", penalty_small, 0, kPenaltySmallMax);
-  for (const uint8_t penalty : penalty_large)
-    bounds.Between("penalty_large", penalty, 0, kPenaltyLargeMax);
-  return bounds.status();
-}
 
 Result<PlaneChoice> ChoosePlanes(const CostVolume& volume, const GrayView& key,
                                  const ScanlineOptions& options, Device* device, ThreadPool& pool) {

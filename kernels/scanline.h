@@ -3,33 +3,13 @@
 // Scanline optimisation: the plane of each pixel from its own costs and its neighbours'
 // (Hirschmueller 2008, section 2.2).
 
-#include <array>
-#include <cstdint>
-#include <vector>
-
-#include "kernels/plane_sweep.h"
+#include "kernels/device.h"
+#include "kernels/plane_choice.h"
+#include "kernels/sweep_problem.h"
+#include "storage/base/status.h"
+#include "storage/base/thread_pool.h"
 
 namespace veduta {
-
-inline constexpr uint32_t kScanDirections = 8;
-
-struct ScanlineOptions {
-  // [0, 127] units of cost, between planes k and k +- 1. Chosen by hand; not measured.
-  uint8_t penalty_small = 10;
-  // [0, 128] units of cost, between planes further apart, by the difference in gray level of the
-  // two pixels. The caller sets them (fusion/depth/depth_estimation.cc).
-  std::array<uint8_t, 256> penalty_large{};
-
-  Status Check() const;  // the first violated bound, named with its value
-};
-
-// One number for each pixel, [height x width]. Costs are summed over the eight directions.
-struct PlaneChoice {
-  std::vector<uint16_t> plane;  // the cheapest plane; of equally cheap ones the lowest
-  // Of plane - 1, of plane and of plane + 1; UINT16_MAX where there is no such plane.
-  std::vector<uint16_t> cost_before, cost, cost_after;
-  std::vector<uint16_t> cost_second;  // the least of all other planes; UINT16_MAX if there is none
-};
 
 // Along each of eight directions, L(p, k) = C(p, k) + min(m(q, k), m(q, k -+ 1) + penalty_small),
 // where q is p's predecessor and m(q, k) = min(L(q, k) - min_i L(q, i), penalty_large(|I_p -

@@ -115,68 +115,6 @@ Status CheckStart(const TvProblem& problem, std::span<const float> u, std::span<
 
 }  // namespace
 
-std::vector<uint32_t> BitsOfRows(const TvProblem& problem) {
-  std::vector<uint32_t> bits(static_cast<size_t>(problem.block_count) * kTvRowsOfBlock, 0);
-  for (size_t block = 0; block < problem.block_count; ++block) {
-    for (uint32_t bin = 0; bin < kTvBins; ++bin) {
-      const uint16_t* weights = problem.weights.data() + (block * kTvBins + bin) * kTvBlockVoxels;
-      for (uint32_t i = 0; i < kTvBlockVoxels; ++i) {
-        if (weights[i] != 0)
-          bits[block * kTvRowsOfBlock + i / kTvRow] |= 1u << bin | 1u << (16 + i % kTvRow);
-      }
-    }
-  }
-  return bits;
-}
-
-std::vector<float> FitDual(const TvProblem& problem, const std::vector<uint32_t>& bits,
-                           std::span<const float> p) {
-  const size_t voxels = static_cast<size_t>(problem.block_count) * kTvBlockVoxels;
-  constexpr std::array<size_t, 3> steps = {1, kTvRow, static_cast<size_t>(kTvRow) * kTvRow};
-  const auto is_observed = [&](size_t voxel) {
-    return (bits[voxel / kTvRow] >> (16 + voxel % kTvRow) & 1) != 0;
-  };
-  std::vector<float> fitted(3 * voxels, 0.f);
-  for (size_t voxel = 0; voxel < voxels; ++voxel) {
-    if (!is_observed(voxel)) continue;
-    std::array<float, 3> here{};
-    for (size_t axis = 0; axis < 3; ++axis) {
-      size_t next = voxel + steps[axis];
-      if (voxel / steps[axis] % kTvRow == kTvRow - 1) {
-        const int32_t block = problem.neighbors[6 * (voxel / kTvBlockVoxels) + 2 * axis + 1];
-        if (block < 0) continue;
-        next = static_cast<size_t>(block) * kTvBlockVoxels + voxel % kTvBlockVoxels -
-               (kTvRow - 1) * steps[axis];
-      }
-      if (is_observed(next)) here[axis] = p[axis * voxels + voxel];
-    }
-    const float norm = std::sqrt((here[0] * here[0] + here[1] * here[1]) + here[2] * here[2]);
-    for (size_t axis = 0; axis < 3; ++axis)
-      fitted[axis * voxels + voxel] = here[axis] / std::max(norm, 1.f);
-  }
-  return fitted;
-}
-
-Status TvProblem::Check() const {
-  const size_t voxels = static_cast<size_t>(block_count) * kTvBlockVoxels;
-  if (neighbors.size() != 6 * static_cast<size_t>(block_count) ||
-      weights.size() != kTvBins * voxels || centers.size() != kTvNearBins * voxels) {
-    return Status::InvalidArgument("neighbours, weights or centres do not fit " +
-                                   std::to_string(block_count) + " blocks");
-  }
-  VEDUTA_RETURN_IF_ERROR(OptionBounds().FiniteAbove("lambda", lambda, 0).status());
-  for (size_t i = 0; i < neighbors.size(); ++i) {
-    const int32_t other = neighbors[i];
-    if (other < -1 || other >= static_cast<int32_t>(block_count) ||
-        (other >= 0 &&
-         neighbors[6 * static_cast<size_t>(other) + (i % 6 ^ 1)] != static_cast<int32_t>(i / 6))) {
-      return Status::InvalidArgument("block " + std::to_string(i / 6) + " and its neighbour " +
-                                     std::to_string(other) + " do not name each other");
-    }
-  }
-  return Status::Ok();
-}
-
 Result<std::unique_ptr<TotalVariation>> TotalVariation::Start(const TvProblem& problem,
                                                               std::span<const float> u,
                                                               std::span<const float> p,

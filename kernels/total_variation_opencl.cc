@@ -32,7 +32,7 @@ class OpenClTotalVariation final : public TotalVariation {
         energy_(std::move(energy)) {}
 
   Status Load(const TvProblem& problem, std::span<const float> u, std::span<const float> p) {
-    return WithOpenCl(device_, "total variation", [&](Device::Parts& parts) {
+    return WithOpenCl(device_, "total variation", [&](OpenClDevice& parts) {
       if (rows_ == 0) return;
       neighbors_ = MakeBuffer(parts, problem.neighbors);
       weights_ = MakeBuffer(parts, problem.weights);
@@ -61,7 +61,7 @@ class OpenClTotalVariation final : public TotalVariation {
   }
 
   Status Iterate(uint32_t count) override {
-    return WithOpenCl(device_, "total variation", [&](Device::Parts& parts) {
+    return WithOpenCl(device_, "total variation", [&](OpenClDevice& parts) {
       for (uint32_t i = 0; i < count && rows_ > 0; ++i) {
         Enqueue(parts, dual_);
         Enqueue(parts, primal_);
@@ -73,7 +73,7 @@ class OpenClTotalVariation final : public TotalVariation {
   Result<TvEnergy> Energy() override {
     std::vector<cl_long> energies(2 * static_cast<size_t>(rows_));
     VEDUTA_RETURN_IF_ERROR(
-        WithOpenCl(device_, "energy of total variation", [&](Device::Parts& parts) {
+        WithOpenCl(device_, "energy of total variation", [&](OpenClDevice& parts) {
           if (rows_ == 0) return;
           Enqueue(parts, energy_);
           parts.queue.enqueueReadBuffer(energies_, CL_TRUE, 0, energies.size() * sizeof(cl_long),
@@ -90,31 +90,28 @@ class OpenClTotalVariation final : public TotalVariation {
 
   Result<std::vector<float>> Read() override {
     std::vector<float> u(static_cast<size_t>(rows_) * kTvRow);
-    VEDUTA_RETURN_IF_ERROR(
-        WithOpenCl(device_, "reading total variation", [&](Device::Parts& parts) {
-          if (rows_ == 0) return;
-          parts.queue.enqueueReadBuffer(u_, CL_TRUE, kPaddingBytes, u.size() * sizeof(float),
-                                        u.data());
-        }));
+    VEDUTA_RETURN_IF_ERROR(WithOpenCl(device_, "reading total variation", [&](OpenClDevice& parts) {
+      if (rows_ == 0) return;
+      parts.queue.enqueueReadBuffer(u_, CL_TRUE, kPaddingBytes, u.size() * sizeof(float), u.data());
+    }));
     return u;
   }
 
   Result<std::vector<float>> ReadDual() override {
     const size_t voxels = static_cast<size_t>(rows_) * kTvRow;
     std::vector<float> p(3 * voxels);
-    VEDUTA_RETURN_IF_ERROR(
-        WithOpenCl(device_, "reading total variation", [&](Device::Parts& parts) {
-          for (size_t axis = 0; axis < 3 && rows_ > 0; ++axis) {
-            parts.queue.enqueueReadBuffer(p_[axis], CL_TRUE, kPaddingBytes, voxels * sizeof(float),
-                                          p.data() + axis * voxels);
-          }
-        }));
+    VEDUTA_RETURN_IF_ERROR(WithOpenCl(device_, "reading total variation", [&](OpenClDevice& parts) {
+      for (size_t axis = 0; axis < 3 && rows_ > 0; ++axis) {
+        parts.queue.enqueueReadBuffer(p_[axis], CL_TRUE, kPaddingBytes, voxels * sizeof(float),
+                                      p.data() + axis * voxels);
+      }
+    }));
     return p;
   }
 
  private:
   template <typename T>
-  static cl::Buffer MakeBuffer(Device::Parts& parts, const std::vector<T>& values) {
+  static cl::Buffer MakeBuffer(OpenClDevice& parts, const std::vector<T>& values) {
     const size_t bytes = values.size() * sizeof(T);
     cl::Buffer buffer(parts.context, CL_MEM_READ_WRITE, bytes);
     parts.queue.enqueueWriteBuffer(buffer, CL_TRUE, 0, bytes, values.data());
@@ -125,7 +122,7 @@ class OpenClTotalVariation final : public TotalVariation {
     cl_uint index = 0;
     (kernel.setArg(index++, arguments), ...);
   }
-  void Enqueue(Device::Parts& parts, const cl::Kernel& kernel) {
+  void Enqueue(OpenClDevice& parts, const cl::Kernel& kernel) {
     parts.queue.enqueueNDRangeKernel(kernel, cl::NullRange, cl::NDRange(RoundUp(rows_, kGroup)),
                                      cl::NDRange(kGroup));
   }

@@ -2,9 +2,11 @@
 #pragma once
 // Within kernels/: what each row of 16 voxels holds.
 
+#include <cstdint>
+#include <span>
 #include <vector>
 
-#include "kernels/total_variation.h"
+#include "kernels/total_variation_problem.h"
 
 namespace veduta {
 

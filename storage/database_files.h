@@ -23,7 +23,8 @@
 
 #include "storage/acknowledged.h"
 #include "storage/base/status.h"
-#include "storage/database.h"
+#include "storage/database_options.h"
+#include "storage/database_sizes.h"
 #include "storage/records/families.h"
 
 namespace veduta {

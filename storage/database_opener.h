@@ -14,10 +14,9 @@
 #include "storage/base/status.h"
 #include "storage/database_files.h"
 #include "storage/held_files.h"
+#include "storage/marker_file.h"
 
 namespace veduta {
-
-inline constexpr const char* kMarkerFile = "VEDUTA";
 
 // Writes the marker file into an existing folder and makes it and the folder's entry in its parent
 // durable.

@@ -13,6 +13,8 @@ class FileSystem;
 
 namespace veduta {
 
+inline constexpr uint32_t kFormatVersion = 2;  // 2 since there is a dense pass
+
 struct DatabaseOptions {
   // Makes a new database; kAlreadyExists if one is there.
   bool create = false;

@@ -8,7 +8,7 @@
 #include <chrono>
 #include <thread>
 
-#include "storage/database_opener.h"
+#include "storage/marker_file.h"
 
 namespace veduta {
 namespace {

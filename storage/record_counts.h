@@ -7,8 +7,8 @@
 #include <set>
 
 #include "storage/base/status.h"
-#include "storage/database.h"
 #include "storage/model/state.h"
+#include "storage/snapshot.h"
 
 namespace veduta {
 

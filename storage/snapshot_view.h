@@ -5,6 +5,7 @@
 #include <memory>
 
 #include "storage/database_files.h"
+#include "storage/snapshot.h"
 
 namespace veduta {
 

@@ -24,7 +24,7 @@
 
 namespace veduta {
 
-class Snapshot;  // storage/database.h
+class Snapshot;  // storage/snapshot.h
 
 // Collects writes in memory; nothing is visible before Commit. Not thread-safe.
 //

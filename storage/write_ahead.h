@@ -12,8 +12,12 @@
 #include <span>
 #include <vector>
 
+#include "storage/base/content_hash.h"
+#include "storage/base/ids.h"
 #include "storage/base/status.h"
 #include "storage/database_files.h"
+#include "storage/model/features.h"
+#include "storage/model/points.h"
 
 namespace veduta {
 

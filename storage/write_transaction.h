@@ -5,6 +5,7 @@
 #include <memory>
 
 #include "storage/database_files.h"
+#include "storage/transaction.h"
 #include "storage/write_ahead.h"
 
 namespace veduta {

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <vector>
 
+#include "engine/camera/number_text.h"
 #include "engine/camera/projection.h"
 
 namespace veduta {
@@ -91,12 +92,6 @@ std::string CameraParamsText(const CameraModel& model) {
     text += "," + NumberText(model.k1) + "," + NumberText(model.k2);
   if (has_own_center) text += "," + NumberText(model.u0) + "," + NumberText(model.v0);
   return text;
-}
-
-std::string NumberText(double value) {
-  std::array<char, 32> buffer;
-  const auto [end, error] = std::to_chars(buffer.data(), buffer.data() + buffer.size(), value);
-  return error == std::errc() ? std::string(buffer.data(), end) : std::string("?");
 }
 
 }  // namespace veduta

@@ -23,7 +23,4 @@ Result<CameraModel> ParseCameraParams(std::string_view text, ImageSize size);
 // The shortest text that ParseCameraParams reads back as the same model.
 std::string CameraParamsText(const CameraModel& model);
 
-// The shortest decimal text of a number that reads back as the same number.
-std::string NumberText(double value);
-
 }  // namespace veduta

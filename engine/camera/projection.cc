@@ -9,7 +9,7 @@
 #include <limits>
 #include <string>
 
-#include "engine/camera/camera_text.h"
+#include "engine/camera/number_text.h"
 
 namespace veduta {
 namespace {

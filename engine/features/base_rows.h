@@ -2,7 +2,7 @@
 #pragma once
 // The first level of the first octave, row by row from the photo.
 
-#include "engine/features/extractor.h"
+#include "engine/features/feature_options.h"
 #include "engine/features/gaussian_taps.h"
 #include "engine/features/scratch_memory.h"
 #include "engine/features/sift_kernels.h"

@@ -2,10 +2,13 @@
 #pragma once
 // Extraction with kernels of one's choice, for tests and benchmarks, and the time of its stages.
 
-#include "engine/features/extractor.h"
+#include "engine/features/feature_options.h"
 #include "engine/features/sift_kernels.h"
+#include "storage/model/features.h"
 
 namespace veduta {
+
+class FeatureScratch;  // engine/features/extractor.h
 
 struct ExtractionTimes {
   double scale_space_ms = 0;  // the doubled image, blurs and extrema

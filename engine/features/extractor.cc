@@ -27,15 +27,6 @@ struct FeatureScratch::Memory {
 FeatureScratch::FeatureScratch() : memory_(std::make_unique<Memory>()) {}
 FeatureScratch::~FeatureScratch() = default;
 
-Status FeatureOptions::Check() const {
-  return OptionBounds()
-      .Between("feature_count_max", feature_count_max, 1, 65535)
-      .Inside("contrast_threshold", contrast_threshold, 0, 1)
-      .AboveUpTo("edge_ratio_max", edge_ratio_max, 1, 1000)
-      .Between("sigma", sigma, 1.4, 4)
-      .status();
-}
-
 namespace {
 
 // Chosen by hand; not measured. The largest area bounds memory.

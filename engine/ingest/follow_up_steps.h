@@ -4,7 +4,7 @@
 
 #include <vector>
 
-#include "engine/door/submission.h"
+#include "engine/ingest/adjusted_whole.h"
 #include "engine/ingest/doubt.h"
 #include "engine/ingest/ingest_parts.h"
 #include "engine/ingest/write_scope.h"
@@ -15,11 +15,6 @@ namespace veduta {
 // wait. Does only the latter where the photo has got a pose since. Returns the images that got a
 // pose. After an error nothing is committed and the map may be half changed: the caller clears it.
 Result<std::vector<ImageId>> RetryPhoto(const IngestParts& parts, ImageId image, WriteScope scope);
-
-struct AdjustedWhole {
-  std::vector<LostPose> unplaced;           // in the order in which they lost their poses
-  std::vector<ReconstructionId> split_off;  // ascending
-};
 
 // Adjusts a whole reconstruction, and heals it where its evidence has turned: images that lose
 // their poses wait again, parts that are split off become reconstructions of their own. One of

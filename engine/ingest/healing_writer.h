@@ -5,8 +5,8 @@
 
 #include <vector>
 
+#include "engine/ingest/adjusted_whole.h"
 #include "engine/ingest/doubt.h"
-#include "engine/ingest/follow_up_steps.h"
 #include "engine/ingest/ingest_parts.h"
 #include "engine/ingest/write_scope.h"
 #include "storage/written_ahead.h"

@@ -27,7 +27,8 @@ struct AdjustmentSchedule {
   // [3, whole_images_max]. Images that a submap has at most when it is adjusted. Chosen by hand.
   uint32_t submap_images_max = 12;
   // >= submap_images_max. Images that are adjusted at once in a turn of the writer: those of a
-  // submap, and of the submaps around it. A larger whole is adjusted without a turn. Chosen by hand.
+  // submap, and of the submaps around it. A larger whole is adjusted without a turn. Chosen by
+  // hand.
   uint32_t region_images_max = 48;
   // >= 1. It is adjusted after so many more images; M in the paper's section 3.3.
   uint32_t submap_views_step = 4;

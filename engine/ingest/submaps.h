@@ -2,8 +2,8 @@
 #pragma once
 // Keeps the stored submaps in step with what the steps of ingest do, and says which are due.
 //
-// A reconstruction of more than `whole_images_max` images, or a smaller one that others have changed
-// while all of it was adjusted (carrying_over.h), is parted into submaps, and from then on
+// A reconstruction of more than `whole_images_max` images, or a smaller one that others have
+// changed while all of it was adjusted (carrying_over.h), is parted into submaps, and from then on
 // each of them is adjusted together with those beside it, with what is around them held: what an
 // adjustment costs does not grow with the city. A photo joins the submap of the image that it
 // shares most points with. A small part that is merged joins one, too; a larger one becomes a

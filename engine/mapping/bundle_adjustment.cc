@@ -108,14 +108,6 @@ void Apply(CityMap* map, std::span<const PointId> points, const Excerpt& excerpt
 
 }  // namespace
 
-Status BundleOptions::Check() const {
-  return OptionBounds()
-      .Above("loss_scale_px", loss_scale_px, 0)
-      .AtLeast("iterations_max", iterations_max, 1)
-      .Above("function_tolerance", function_tolerance, 0)
-      .status();
-}
-
 Result<BundleSummary> AdjustBundle(CityMap* map, std::span<const ImageId> free_images,
                                    std::span<const PointId> points, const BundleOptions& options,
                                    ThreadPool* pool) {

@@ -4,7 +4,7 @@
 // Triggs et al., "Bundle Adjustment - A Modern Synthesis", 2000; the radius of trust as Nielsen's,
 // 1999.
 
-#include "engine/mapping/bundle_adjustment.h"
+#include "engine/mapping/bundle_options.h"
 #include "engine/mapping/bundle_problem.h"
 #include "storage/base/thread_pool.h"
 

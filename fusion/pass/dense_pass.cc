@@ -9,7 +9,7 @@
 #include <string>
 
 #include "engine/journal/journal.h"
-#include "fusion/pass/stage.h"
+#include "fusion/pass/run_stages.h"
 #include "fusion/pass/staged_surface.h"
 #include "fusion/pass/view_loader.h"
 #include "fusion/volume/grid.h"

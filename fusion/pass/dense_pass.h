@@ -4,30 +4,13 @@
 // reconstruction, all of it in the database. It makes anew what is stale and leaves the rest.
 
 #include <cstdint>
-#include <functional>
-#include <stop_token>
-#include <string_view>
 
 #include "engine/door/dense.h"
 #include "engine/writer/writer.h"
+#include "fusion/pass/dense_pass_tools.h"
 #include "storage/base/status.h"
-#include "storage/base/thread_pool.h"
 
 namespace veduta {
-
-class Device;
-
-// Told after each piece: the stage, how many pieces it has looked at, and how many there are.
-using DenseProgress = std::function<void(std::string_view stage, size_t done, size_t total)>;
-
-// What the dense pass works with.
-struct DensePassTools {
-  Writer& writer;
-  ThreadPool& pool;
-  Device* device = nullptr;  // null: C++ on the pool. The result is the same, bit for bit.
-  DenseProgress progress;    // may be empty
-  std::stop_token stop;
-};
 
 // Every piece (a depth map, a tile) is computed from a snapshot without a turn, and committed in a
 // turn of its own, so others may write between two pieces. The pass works on the poses and points

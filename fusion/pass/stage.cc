@@ -3,8 +3,6 @@
 
 #include <set>
 
-#include "fusion/pass/staged_surface.h"
-
 namespace veduta {
 
 Status DensePass::Tell(std::string_view stage, size_t done, size_t total) const {
@@ -30,19 +28,6 @@ Status DensePass::Commit(const Write& write) {
   }
   VEDUTA_RETURN_IF_ERROR(write(*snapshot, transaction.get()));
   return transaction->Commit();
-}
-
-Status RunStages(const DenseStageOptions& options, DensePass* pass, DensifyReport* report) {
-  VEDUTA_ASSIGN_OR_RETURN(report->depths, UpdateDepths(options.depths, options.tolerance, pass,
-                                                       &report->without_depth));
-  VEDUTA_ASSIGN_OR_RETURN(report->checks, CheckDepths(options.checks, options.tolerance, pass));
-  VEDUTA_ASSIGN_OR_RETURN(report->volume, UpdateVolume(options.volume, options.allocation, pass));
-  VEDUTA_ASSIGN_OR_RETURN(report->solutions, SolveTiles(options.fusion, pass));
-  VEDUTA_ASSIGN_OR_RETURN(report->meshes, ExtractTiles(options.meshes, pass));
-  VEDUTA_ASSIGN_OR_RETURN(report->exposures, UpdateExposures(options.exposures, pass));
-  VEDUTA_ASSIGN_OR_RETURN(report->colors, ColorTiles(options.colors, pass));
-  VEDUTA_RETURN_IF_ERROR(SwitchToStaged(pass));
-  return SweepStale(pass);
 }
 
 Status SweepStale(DensePass* pass) {

@@ -12,7 +12,8 @@
 #include <string_view>
 #include <vector>
 
-#include "fusion/pass/dense_pass.h"
+#include "engine/door/dense.h"
+#include "fusion/pass/dense_pass_tools.h"
 #include "fusion/pass/scene.h"
 #include "fusion/pass/stage_options.h"
 #include "storage/base/content_feed.h"
@@ -68,9 +69,7 @@ class VersionFeed final : public ContentFeed {
   uint64_t Version() { return std::max<uint64_t>(1, Finish().Seed()); }  // once
 };
 
-// The stages, in their order. All of them, from the first to the last; the counts are left in
-// `report`.
-Status RunStages(const DenseStageOptions& options, DensePass* pass, DensifyReport* report);
+// The stages, in their order.
 
 // Raw depth maps; `without_depth` receives the photos that get none.
 Result<StageCount> UpdateDepths(const DepthStageOptions& options,

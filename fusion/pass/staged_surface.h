@@ -16,17 +16,11 @@
 #include <optional>
 
 #include "fusion/pass/stage.h"
+#include "fusion/pass/surface_settings.h"
 #include "storage/base/status.h"
 #include "storage/database.h"
 
 namespace veduta {
-
-// Whether the reconstruction's surface is in step 3.
-Result<bool> IsMoving(const Snapshot& snapshot, ReconstructionId reconstruction);
-
-// The settings of the last pass, finished or not; none where there was none.
-Result<std::optional<DenseSettings>> FindLastSettings(const Snapshot& snapshot,
-                                                      ReconstructionId reconstruction);
 
 // Stores the settings of the pass that begins and returns the id that its tiles go under: the
 // staged one where the reconstruction has tiles on another grid. Deletes no tile but staged ones of

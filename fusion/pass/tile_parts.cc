@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <cstring>
 
-#include "fusion/pass/staged_surface.h"
+#include "fusion/pass/surface_settings.h"
 
 namespace veduta {
 namespace {

@@ -6,7 +6,7 @@
 #include <cstdint>
 #include <vector>
 
-#include "fusion/surface/simplification.h"
+#include "fusion/surface/simplification_options.h"
 #include "storage/model/triangle_mesh.h"
 
 namespace veduta {

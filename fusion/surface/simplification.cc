@@ -46,14 +46,6 @@ SimplifiedMesh Compact(const TriangleMesh& mesh,
 
 }  // namespace
 
-Status SimplificationOptions::Check() const {
-  return OptionBounds()
-      .FiniteAbove("distance_max", distance_max, 0)
-      .AboveUpTo("normal_turn_deg_max", normal_turn_deg_max, 0, 90)
-      .AboveUpTo("color_error_max", color_error_max, 0, 442)
-      .status();
-}
-
 Result<SimplifiedMesh> Simplify(const TriangleMesh& mesh, const SimplificationOptions& options) {
   VEDUTA_RETURN_IF_ERROR(options.Check());
   VEDUTA_RETURN_IF_ERROR(CheckMesh(mesh));

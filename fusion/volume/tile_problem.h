@@ -5,8 +5,10 @@
 #include <span>
 #include <vector>
 
-#include "fusion/volume/solver.h"
-#include "kernels/total_variation.h"
+#include "fusion/volume/tile_block.h"
+#include "kernels/total_variation_problem.h"
+#include "storage/base/status.h"
+#include "storage/base/thread_pool.h"
 
 namespace veduta {
 

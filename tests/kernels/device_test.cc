@@ -116,7 +116,7 @@ std::vector<float> RunFloats(Device& device, const std::vector<float>& a,
                              const std::vector<float>& b, const std::vector<float>& c) {
   std::vector<float> out(3 * a.size());
   cl::Kernel kernel = MakeKernelFromSource(device, kFloats, "floats").value();
-  const Status status = WithOpenCl(device, "floats", [&](Device::Parts& parts) {
+  const Status status = WithOpenCl(device, "floats", [&](OpenClDevice& parts) {
     const auto upload = [&](const std::vector<float>& values) {
       const size_t bytes = values.size() * sizeof(float);
       cl::Buffer buffer(parts.context, CL_MEM_READ_ONLY, bytes);
@@ -222,11 +222,16 @@ TEST_F(DeviceTest, ErrorsNameDeviceAndCall) {
   const Status missing = MakeKernelFromSource(*device, kFloats, "absent").status();
   EXPECT_NE(missing.message().find("CL_INVALID_KERNEL_NAME"), std::string::npos)
       << missing.message();
-  const Status empty = WithOpenCl(*device, "making nothing", [](Device::Parts& parts) {
+  const Status empty = WithOpenCl(*device, "making nothing", [](OpenClDevice& parts) {
     cl::Buffer(parts.context, CL_MEM_READ_WRITE, 0);
   });
   EXPECT_NE(empty.message().find("making nothing: clCreateBuffer"), std::string::npos)
       << empty.message();
+}
+
+TEST(OpenClErrorName, IsThatOfTheStandardOrTheNumber) {
+  EXPECT_EQ(OpenClErrorName(CL_OUT_OF_RESOURCES), "CL_OUT_OF_RESOURCES");
+  EXPECT_EQ(OpenClErrorName(-1234), "error -1234");
 }
 
 TEST_F(DeviceTest, ThreadsAreLimited) {

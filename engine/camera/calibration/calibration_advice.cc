@@ -9,6 +9,7 @@
 #include <map>
 #include <set>
 
+#include "engine/camera/calibration/plane_adjustment.h"
 #include "engine/camera/projection.h"
 
 namespace veduta {

@@ -5,7 +5,7 @@
 #include <Eigen/Core>
 #include <vector>
 
-#include "engine/camera/calibration/calibrator.h"
+#include "engine/camera/calibration/calibration_result.h"
 
 namespace veduta {
 

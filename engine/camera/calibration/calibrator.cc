@@ -389,12 +389,6 @@ class Calibrator final {
 
 }  // namespace
 
-uint32_t Calibration::UsedPhotoCount() const {
-  return static_cast<uint32_t>(
-      std::count_if(photos.begin(), photos.end(),
-                    [](const CalibrationPhoto& photo) { return photo.why_left_out.empty(); }));
-}
-
 Status CalibrationOptions::Check() const {
   return OptionBounds()
       .FiniteAbove("outlier_sigmas", outlier_sigmas, 2)

@@ -9,7 +9,7 @@
 #include <cmath>
 #include <numbers>
 
-#include "engine/camera/camera_text.h"
+#include "engine/camera/number_text.h"
 #include "engine/camera/projection.h"
 
 namespace veduta {

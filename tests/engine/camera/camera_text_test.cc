@@ -9,6 +9,7 @@
 
 #include <string>
 
+#include "engine/camera/number_text.h"
 #include "storage/base/content_hash.h"
 
 namespace veduta {
@@ -129,6 +130,12 @@ TEST(CameraParamsText, ReadsBackAsTheSameModel) {
     ASSERT_TRUE(read.ok()) << text << ": " << read.status().message();
     EXPECT_EQ(*read, model) << text;
   }
+}
+
+TEST(NumberText, IsTheShortestThatReadsBackAsTheSame) {
+  EXPECT_EQ(NumberText(0.1), "0.1");
+  EXPECT_EQ(NumberText(-1536), "-1536");
+  EXPECT_EQ(NumberText(1.0 / 3), "0.3333333333333333");
 }
 
 }  // namespace

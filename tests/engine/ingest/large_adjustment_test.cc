@@ -134,7 +134,7 @@ TEST(LargeAdjustment, APhotoThatCameMeanwhileIsCarriedAlong) {
   EXPECT_LT(WorstCenter(scene), 0.005);
 }
 
-// All but the last camera are in a reconstruction that has no submaps, and one of them stands wrong.
+// All cameras but the last are in a reconstruction without submaps, and one of them stands wrong.
 void AddWithoutSubmaps(SceneDatabase* scene) {
   AddArc(scene, 11);
   const auto transaction = scene->database()->BeginTransaction();

@@ -12,8 +12,8 @@
 #include <thread>
 
 #include "fusion/pass/dense_invariants.h"
+#include "fusion/pass/run_stages.h"
 #include "fusion/pass/scene.h"
-#include "fusion/pass/stage.h"
 #include "tests/engine/street_fixture.h"
 
 namespace veduta {

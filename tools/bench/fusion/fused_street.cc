@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "fusion/volume/tile_problem.h"
+#include "kernels/total_variation.h"
 #include "storage/base/content_hash.h"
 
 namespace veduta::fusion_benchmark {

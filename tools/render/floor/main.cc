@@ -8,6 +8,7 @@
 #include <string>
 
 #include "engine/camera/camera_text.h"
+#include "engine/camera/number_text.h"
 #include "tools/render/floor/session.h"
 
 namespace veduta::floor {

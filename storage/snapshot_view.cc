@@ -24,6 +24,7 @@
 #include "storage/records/vocabulary_record.h"
 #include "storage/records/write_ahead_mark.h"
 #include "storage/rocksdb_status.h"
+#include "storage/snapshot.h"
 #include "storage/snapshot_handle.h"
 #include "storage/snapshot_view.h"
 #include "storage/value_reader.h"

@@ -2,7 +2,7 @@
 // A write batch and one version number do what RocksDB's optimistic transactions would do here, for
 // less: this process alone has the database open, only the state record is fought over, reads go to
 // snapshots, and a batch can delete ranges, which those transactions cannot.
-#include "storage/transaction.h"
+#include "storage/write_transaction.h"
 
 #include <algorithm>
 #include <optional>
@@ -30,7 +30,6 @@
 #include "storage/records/write_ahead_mark.h"
 #include "storage/snapshot_view.h"
 #include "storage/write_buffer.h"
-#include "storage/write_transaction.h"
 
 namespace veduta {
 namespace {
