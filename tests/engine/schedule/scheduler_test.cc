@@ -9,6 +9,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <atomic>
 #include <future>
 #include <new>
@@ -235,6 +236,59 @@ TEST_P(WithAndWithoutSubmaps, PhotosGoOnWhileALargeReconstructionIsAdjusted) {
 }
 
 INSTANTIATE_TEST_SUITE_P(Scheduler, WithAndWithoutSubmaps, testing::Bool());
+
+TEST(Scheduler, ClosingWaitsForALargeAdjustmentAndKeepsIt) {
+  City city(LargeEarly());
+  HeldLongStep scheduler(&city.parts());
+  const CameraRecord camera = *city.parts().FindCamera("street");
+  for (const Stand& stand : Walk(12, 0.9, 6))
+    ASSERT_OK(scheduler->Submit(city.Submit(stand).photo, camera, "anna", {})->Wait());
+  WaitUntil([&] { return scheduler.has_begun.load(); });
+  std::atomic<bool> is_closed = false;
+  std::thread closer([&] {
+    scheduler->Close();
+    is_closed = true;
+  });
+  WaitUntil([&] { return !scheduler->Submit(NoPhoto(&city, 1).photo, camera, "bela", {}).ok(); });
+  EXPECT_FALSE(is_closed);
+  scheduler.let_go.set_value();
+  closer.join();
+  std::vector<std::string> actions;
+  ASSERT_OK(city.Ask().snapshot().ScanJournal(1, [&](const JournalRecord& entry) {
+    actions.push_back(entry.action);
+    return true;
+  }));
+  EXPECT_EQ(actions.back(), "adjust");
+  EXPECT_TRUE(IsSound(city.Ask().snapshot()));
+}
+
+TEST(Scheduler, AFailedLargeAdjustmentHoldsNothingElseUpAndIsTriedAgainByEachSettle) {
+  City city(LargeEarly());
+  EngineParts& parts = city.parts();
+  std::atomic<int> tried = 0;
+  Scheduler scheduler(parts.writer.get(), parts.preparer.get(), &parts.ingest, parts.pool.get(),
+                      CameraFinder(), [&](const DueStep& step) -> Result<std::optional<FollowUp>> {
+                        EXPECT_EQ(step.kind, FollowUpKind::kAdjustment);
+                        ++tried;
+                        return Status::NoMemory("no room today");
+                      });
+  const CameraRecord camera = *parts.FindCamera("street");
+  for (const Stand& stand : Walk(12, 0.9, 7))
+    ASSERT_OK(scheduler.Submit(city.Submit(stand).photo, camera, "anna", {})->Wait());
+  for (int settled = 0; settled < 3; ++settled) {
+    const int before = tried;
+    std::vector<FollowUp> followed;
+    EXPECT_EQ(scheduler.Settle({}, &followed).message(), "no room today");
+    if (settled > 0) {  // at first one may have begun before
+      EXPECT_EQ(tried, before + 1);
+    }
+    EXPECT_TRUE(std::ranges::any_of(followed, [](const FollowUp& step) {
+      return step.kind == FollowUpKind::kAdjustment && !step.status.ok();
+    }));
+  }
+  EXPECT_EQ(city.Counts().placed, 7u);
+  EXPECT_TRUE(IsSound(city.Ask().snapshot()));
+}
 
 // A list waits for each of its large adjustments, so it does not matter that they have a thread.
 TEST(Scheduler, AListGivesTheSameCityAtAnyNumberOfThreads) {

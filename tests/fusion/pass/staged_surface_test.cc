@@ -14,6 +14,7 @@
 #include <limits>
 
 #include "fusion/pass/dense_invariants.h"
+#include "fusion/pass/dense_pass.h"
 #include "fusion/pass/tile_parts.h"
 #include "tests/engine/street_fixture.h"
 
