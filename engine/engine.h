@@ -27,12 +27,28 @@
 #include "engine/door/answers.h"
 #include "engine/door/calibration.h"
 #include "engine/door/dense.h"
-#include "engine/door/options.h"
 #include "engine/door/submission.h"
 
 namespace veduta {
 
 struct EngineParts;  // what the rooms behind the door work with: engine/parts.h
+
+struct EngineOptions {
+  bool create = false;        // make a new database; kAlreadyExists if one is there
+  bool read_only = false;     // takes no lock, writes nothing; sees the last commit at opening
+  bool sync = true;           // false: a power cut may lose the last photos (a crash does not)
+  uint32_t thread_count = 0;  // [0, 1024]; 0: one per core
+  uint64_t block_cache_bytes = 256ull << 20;      // >= 1; of the database's files
+  uint64_t feature_cache_bytes = 768ull << 20;    // >= 1; of images' features
+  uint64_t undistort_cache_bytes = 256ull << 20;  // >= 1; of cameras' lookup tables
+  // Memory for photos that are decoded and whose features are extracted at the same time, on
+  // however many threads; a photo that needs more (about 40 bytes for each of its pixels up to 33
+  // Mpx, 16 beyond) is prepared alone. 0: half of what the three caches leave of the memory that
+  // the process may use, at least 256 MiB. Changes no photo's verdict.
+  uint64_t prepare_memory_bytes = 0;
+
+  Status Check() const;  // the first violated bound, named with its value
+};
 
 // Questions to one snapshot of the city. Answers own what they hold. Cheap to make; holding one
 // keeps the disk space of what was deleted since.

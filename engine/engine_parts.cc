@@ -5,8 +5,8 @@
 #include <utility>
 
 #include "engine/journal/camera_entry.h"
+#include "engine/parts.h"
 #include "engine/query/city_answers.h"
-#include "engine/questions_view.h"
 #include "engine/unnamed_camera.h"
 #include "storage/base/memory_shortage.h"
 #include "storage/base/option_bounds.h"
@@ -92,10 +92,6 @@ Result<std::unique_ptr<Engine>> EngineParts::Open(const std::string& path,
   std::unique_ptr<Engine> engine(new Engine);
   engine->parts_ = std::move(parts);
   return engine;
-}
-
-EngineParts& EngineParts::Of(const Engine& engine) {
-  return *engine.parts_;
 }
 
 EngineParts& EngineParts::Of(const Questions& questions) {

@@ -9,8 +9,8 @@
 #include "engine/localization/photo_localization.h"
 #include "engine/localization/unknown_localization.h"
 #include "engine/ordered_report.h"
+#include "engine/parts.h"
 #include "engine/query/city_answers.h"
-#include "engine/questions_view.h"
 #include "storage/base/option_bounds.h"
 
 namespace veduta {

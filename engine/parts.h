@@ -3,14 +3,13 @@
 // What stands behind the door, for the rooms that carry out its functions, and for tests and tools.
 // A program that embeds Veduta includes engine/engine.h alone.
 
-#include <map>
 #include <memory>
 #include <mutex>
 #include <optional>
 #include <string>
 
 #include "engine/camera/undistorter.h"
-#include "engine/door/options.h"
+#include "engine/engine.h"
 #include "engine/ingest/ingest.h"
 #include "engine/photo/image_features.h"
 #include "engine/photo/photo_preparer.h"
@@ -22,9 +21,6 @@
 #include "storage/database.h"
 
 namespace veduta {
-
-class Engine;  // engine/engine.h
-class Questions;
 
 // Every option of every algorithm. What EngineOptions names too is taken from there.
 struct EngineTuning {
@@ -55,7 +51,7 @@ struct EngineParts {
   // Engine::Open with every option open to tests.
   static Result<std::unique_ptr<Engine>> Open(const std::string& path, const EngineOptions& options,
                                               EngineTuning tuning);
-  static EngineParts& Of(const Engine& engine);
+  static EngineParts& Of(const Engine& engine) { return *engine.parts_; }
   static const std::shared_ptr<const Snapshot>& SnapshotOf(const Questions& questions);
   static EngineParts& Of(const Questions& questions);
 
@@ -104,6 +100,13 @@ struct EngineParts {
   std::unique_ptr<Ingest> ingest;  // used with the writer's turn only
   Claimable dense_pass;            // claimed while a dense pass or a removal runs: one at a time
   std::unique_ptr<Scheduler> scheduler;
+};
+
+// One snapshot and what is asked through it.
+struct Questions::View {
+  std::shared_ptr<EngineParts> parts;
+  std::shared_ptr<EngineCaches> caches;
+  std::shared_ptr<const Snapshot> snapshot;
 };
 
 }  // namespace veduta

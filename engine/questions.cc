@@ -4,21 +4,14 @@
 #include <fstream>
 #include <utility>
 
+#include "engine/parts.h"
 #include "engine/query/city_answers.h"
 #include "engine/query/digest.h"
 #include "engine/query/living.h"
 #include "engine/query/pose_uncertainty.h"
 #include "engine/query/ranking.h"
-#include "engine/questions_view.h"
 
 namespace veduta {
-
-Questions Engine::Ask() const {
-  // The caches first: they may know less than the snapshot, never more.
-  std::shared_ptr<EngineCaches> caches = parts_->GetCaches();
-  return Questions(std::make_unique<Questions::View>(
-      Questions::View{parts_, std::move(caches), parts_->database->GetSnapshot()}));
-}
 
 Questions::Questions(std::unique_ptr<View> view) : view_(std::move(view)) {}
 Questions::~Questions() = default;

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // The members of the door that need the dense pass. The door's header lies below this folder; what
 // it declares is defined where it is known how it is done.
+#include "engine/parts.h"
 #include "engine/query/invariants.h"
-#include "engine/questions_view.h"
 #include "fusion/dense_door.h"
 #include "fusion/export/exporter.h"
 #include "fusion/pass/dense_invariants.h"

@@ -34,7 +34,7 @@ TOP_FOLDERS = {'.ci', 'docs', *LEAVES, *(room.split('/')[0] for room in ROOMS)}
 THIRD_PARTY = {
     # tests of the engine stand on the file system that fails
     'rocksdb': ('storage', 'tests/engine', 'tools/fuzz'),
-    'opengv': ('engine/matching', 'engine/mapping'),
+    'opengv': ('engine/mapping', 'tests/engine/matching', 'tools/bench/matching'),
     'ceres': ('engine/mapping', 'engine/camera/calibration', 'engine/camera/markers'),
     'embree3': ('fusion', 'tools/render/street'),
     'capnp': ('storage', 'cli'),

@@ -7,9 +7,8 @@
 #include <array>
 #include <cmath>
 #include <numeric>
-#include <opengv/relative_pose/CentralRelativeAdapter.hpp>
-#include <opengv/relative_pose/methods.hpp>
 
+#include "engine/matching/five_point.h"
 #include "engine/matching/sampling.h"
 #include "storage/base/option_bounds.h"
 
@@ -84,20 +83,12 @@ BestPose Optimize(const Eigen::Matrix3d& essential, std::span<const Eigen::Vecto
   return best;
 }
 
-// RANSAC over samples of five matches. (OpenGV's own RANSAC draws eight, which costs seconds at 70
-// % outliers.)
+// RANSAC over samples of five matches.
 BestPose SearchPose(std::span<const Eigen::Vector2d> x_a, std::span<const Eigen::Vector2d> x_b,
                     double distance_max, uint32_t inliers_needed, uint64_t seed,
                     const TwoViewOptions& options) {
   const uint32_t n = static_cast<uint32_t>(x_a.size());
   const MatchArrays matches(x_a, x_b);
-  opengv::bearingVectors_t rays_a(n), rays_b(n);
-  for (uint32_t i = 0; i < n; ++i) {
-    rays_a[i] = x_a[i].homogeneous().normalized();
-    rays_b[i] = x_b[i].homogeneous().normalized();
-  }
-  // OpenGV's essential matrix satisfies ray_1^T E ray_2 = 0: give it b first.
-  const opengv::relative_pose::CentralRelativeAdapter adapter(rays_b, rays_a);
   SeededRandom random(seed);
   BestPose best;
   uint32_t best_sample = 0;  // inliers of the best solution before refinement
@@ -106,14 +97,17 @@ BestPose SearchPose(std::span<const Eigen::Vector2d> x_a, std::span<const Eigen:
   for (uint32_t t = 0; t < samples_needed; ++t) {
     if (t == options.samples_hopeless && best.inliers < inliers_needed / 2) break;
     DrawDistinct(random, FrontCount(n, t, 20), sample);
-    for (const opengv::complexEssential_t& solution :
-         opengv::relative_pose::fivept_stewenius(adapter, sample)) {
-      if (!(solution.imag().cwiseAbs().maxCoeff() < 1e-8) || !solution.real().allFinite()) continue;
-      const uint32_t inliers =
-          CountSampson(solution.real(), matches, distance_max, best_sample + 1);
+    std::array<Eigen::Vector3d, 5> rays_a, rays_b;
+    for (size_t k = 0; k < sample.size(); ++k) {
+      rays_a[k] = x_a[sample[k]].homogeneous();
+      rays_b[k] = x_b[sample[k]].homogeneous();
+    }
+    const EssentialMatrices solutions = SolveFivePoint(rays_a, rays_b);
+    for (const Eigen::Matrix3d& essential : solutions.all()) {
+      const uint32_t inliers = CountSampson(essential, matches, distance_max, best_sample + 1);
       if (inliers <= best_sample) continue;
       best_sample = inliers;
-      const BestPose optimized = Optimize(solution.real(), x_a, x_b, distance_max);
+      const BestPose optimized = Optimize(essential, x_a, x_b, distance_max);
       if (optimized.inliers <= best.inliers) continue;
       best = optimized;
       samples_needed = std::min(options.samples_max,

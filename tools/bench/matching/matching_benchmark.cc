@@ -1,14 +1,18 @@
 // SPDX-License-Identifier: Apache-2.0
 // What descriptor matching costs on one core: ms a pair, products a second, and the share of the
 // processor's peak, which is measured first. Inputs are random bytes with the norm of root-SIFT;
-// the time does not depend on them.
+// the time does not depend on them. Then what the essential matrices of five matches cost, beside
+// OpenGV's solver.
 
 #include <benchmark/benchmark.h>
 
 #include <Eigen/Dense>
 #include <chrono>
+#include <opengv/relative_pose/CentralRelativeAdapter.hpp>
+#include <opengv/relative_pose/methods.hpp>
 #include <string>
 
+#include "engine/matching/five_point.h"
 #include "engine/matching/guided_matcher.h"
 #include "engine/matching/matcher_kernels.h"
 #include "engine/matching/mutual_matcher.h"
@@ -128,6 +132,41 @@ void FindNearPoints(benchmark::State& state) {
   }
 }
 
+// Rays of matches that agree with no motion: most samples that RANSAC draws are of that kind.
+std::vector<Eigen::Vector3d> RandomRays(uint64_t seed) {
+  SeededRandom random(seed);
+  std::vector<Eigen::Vector3d> rays(500);
+  for (Eigen::Vector3d& ray : rays)
+    ray = Eigen::Vector3d(random.Unit() - 0.5, random.Unit() - 0.5, 1).normalized();
+  return rays;
+}
+
+void SolveFivePoints(benchmark::State& state) {
+  const std::vector<Eigen::Vector3d> a = RandomRays(1), b = RandomRays(2);
+  SeededRandom random(3);
+  std::array<Eigen::Vector3d, 5> of_a, of_b;
+  for (auto _ : state) {
+    for (size_t k = 0; k < 5; ++k) {
+      const size_t match = random.Below(static_cast<uint32_t>(a.size()));
+      of_a[k] = a[match], of_b[k] = b[match];
+    }
+    benchmark::DoNotOptimize(SolveFivePoint(of_a, of_b));
+  }
+}
+
+void SolveFivePointsByOpenGv(benchmark::State& state) {
+  const std::vector<Eigen::Vector3d> a = RandomRays(1), b = RandomRays(2);
+  const opengv::bearingVectors_t rays_a(a.begin(), a.end()), rays_b(b.begin(), b.end());
+  const opengv::relative_pose::CentralRelativeAdapter adapter(rays_b, rays_a);
+  SeededRandom random(3);
+  std::vector<int> sample(5);
+  for (auto _ : state) {
+    for (int& match : sample)
+      match = static_cast<int>(random.Below(static_cast<uint32_t>(a.size())));
+    benchmark::DoNotOptimize(opengv::relative_pose::fivept_stewenius(adapter, sample));
+  }
+}
+
 void RegisterAll() {
   for (const CpuIsa isa : kCpuIsas) {
     if (FindMatcherKernels(isa) == nullptr) continue;
@@ -145,6 +184,9 @@ void RegisterAll() {
                                  isa, Eigen::Vector3d(0.1, 0.1, -1))
         ->Unit(benchmark::kMillisecond);
   }
+  benchmark::RegisterBenchmark("five_point", SolveFivePoints)->Unit(benchmark::kMicrosecond);
+  benchmark::RegisterBenchmark("five_point_opengv", SolveFivePointsByOpenGv)
+      ->Unit(benchmark::kMicrosecond);
   benchmark::RegisterBenchmark("pack_1500", Pack)->Unit(benchmark::kMillisecond);
   benchmark::RegisterBenchmark("grid_4200", BuildGrid)->Unit(benchmark::kMillisecond);
   benchmark::RegisterBenchmark("find_near_px", FindNearPoints)

@@ -48,6 +48,13 @@ Result<std::unique_ptr<Engine>> Engine::Open(const std::string& path,
   return EngineParts::Open(path, options, {});
 }
 
+Questions Engine::Ask() const {
+  // The caches first: they may know less than the snapshot, never more.
+  std::shared_ptr<EngineCaches> caches = parts_->GetCaches();
+  return Questions(std::make_unique<Questions::View>(
+      Questions::View{parts_, std::move(caches), parts_->database->GetSnapshot()}));
+}
+
 Result<CameraId> Engine::AddCamera(const std::string& name, const CameraModel& model,
                                    const std::string& source) {
   return parts_->AddCamera(name, model, source);
