@@ -21,8 +21,8 @@ struct EssentialMatrices {
 // All E with b[i]^T E a[i] = 0 for five rays, of any length > 0, in the two cameras' frames, but
 // for solutions that nearly coincide with another one. Near a sample that leaves more than it fixes
 // they are less exact, to a few thousandths; at one there are none, or they mean nothing.
-// Thread-safe. Takes a quarter of the time of OpenGV's solvers (tools/bench/matching), which was
-// most of what verifying a pair cost.
+// Thread-safe. 8.5 us where OpenGV's solver takes 21.6 (veduta-bench-matching), which was much of
+// what verifying a pair cost.
 EssentialMatrices SolveFivePoint(const std::array<Eigen::Vector3d, 5>& a,
                                  const std::array<Eigen::Vector3d, 5>& b);
 
