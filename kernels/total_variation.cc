@@ -2,14 +2,12 @@
 #include "kernels/total_variation.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <string>
 
 #include "kernels/total_variation_kernels.h"
 #include "kernels/total_variation_rows.h"
 #include "storage/base/cpu_isa.h"
-#include "storage/base/option_bounds.h"
 
 namespace veduta {
 namespace {

@@ -386,8 +386,11 @@ namespace {
 
 // Where the gate is held, one attempt is enough, but for a log that is replaced meanwhile. Where a
 // file system has no such locks, a writer's flush or compaction moves files within milliseconds,
-// and makes some ten a second at most. Both chosen by hand.
+// and makes some ten a second at most. Where there are far more readers than cores, an attempt may
+// take seconds, and longer than a writer waits at the gate: time alone does not end them. All
+// chosen by hand.
 constexpr std::chrono::seconds kPatienceBesideWriter(20);
+constexpr int kAttemptsMin = 10;
 constexpr std::chrono::milliseconds kBetweenAttempts(20);
 
 std::vector<std::string> NamesIn(rocksdb::FileSystem& file_system, const std::string& folder) {
@@ -405,17 +408,15 @@ Result<std::shared_ptr<DatabaseFiles>> DatabaseFiles::Open(const std::string& pa
   const std::shared_ptr<rocksdb::FileSystem> file_system =
       options.file_system ? options.file_system : rocksdb::FileSystem::Default();
   const auto end = std::chrono::steady_clock::now() + kPatienceBesideWriter;
-  for (;;) {
+  for (int attempt = 1;; ++attempt) {
     const std::vector<std::string> before = NamesIn(*file_system, path);
     Result<std::shared_ptr<DatabaseFiles>> opened = [&] {
       const OpeningGate gate = OpeningGate::EnterToOpen(path);
       return DatabaseOpener(path, options).Open();
     }();
     // Where no file has come or gone, nobody was writing, and the reason is the database's own.
-    if (opened.ok() || std::chrono::steady_clock::now() > end ||
-        NamesIn(*file_system, path) == before) {
-      return opened;
-    }
+    const bool is_enough = attempt >= kAttemptsMin && std::chrono::steady_clock::now() > end;
+    if (opened.ok() || is_enough || NamesIn(*file_system, path) == before) return opened;
     std::this_thread::sleep_for(kBetweenAttempts);
   }
 }

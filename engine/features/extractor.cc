@@ -15,7 +15,6 @@
 #include "engine/features/extraction.h"
 #include "engine/features/orientation.h"
 #include "engine/features/scale_space.h"
-#include "storage/base/option_bounds.h"
 
 namespace veduta {
 

@@ -9,7 +9,6 @@
 #include "engine/mapping/bundle_problem.h"
 #include "engine/mapping/bundle_solver.h"
 #include "engine/mapping/similarity.h"
-#include "storage/base/option_bounds.h"
 
 namespace veduta {
 namespace {

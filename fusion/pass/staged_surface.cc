@@ -2,7 +2,6 @@
 #include "fusion/pass/staged_surface.h"
 
 #include <map>
-#include <optional>
 #include <string>
 
 #include "fusion/pass/tile_parts.h"

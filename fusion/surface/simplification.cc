@@ -6,7 +6,6 @@
 
 #include "fusion/surface/edge_collapse.h"
 #include "fusion/surface/mesh_check.h"
-#include "storage/base/option_bounds.h"
 
 namespace veduta {
 namespace {
