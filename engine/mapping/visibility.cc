@@ -35,9 +35,10 @@ const TrackElement* FindAlike(const CityMap& map, const PointRecord& point, Imag
   return others >= 2 && nearest.angle_deg() < options.angle_deg_max ? best : nullptr;
 }
 
-bool IsSeenBy(const PointRecord& point, ImageId view) {
-  return std::any_of(point.track.begin(), point.track.end(),
-                     [&](const TrackElement& e) { return e.image == view; });
+// The feature of the view that the point's track has, if it has one.
+std::optional<FeatureIndex> FindSeenBy(const PointRecord& point, ImageId view) {
+  const auto own = std::ranges::find(point.track, view, &TrackElement::image);
+  return own == point.track.end() ? std::nullopt : std::optional(own->feature);
 }
 
 // The cell of a picture of `size` px that x lies in, one way.
@@ -165,10 +166,11 @@ std::vector<SeenDepth> ListSeenDepths(const CityMap& map, const MapImage& image)
   return seen;
 }
 
-VisibleStructure FindVisible(const CityMap& map, const MapImage& view,
-                             std::span<const SeenDepth> seen, std::span<const PointId> points,
-                             const VisibilityOptions& options) {
-  Cells cells(view, options.cells_each_way);
+std::vector<ExpectedPoint> ListExpected(const CityMap& map, const MapImage& view,
+                                        std::span<const SeenDepth> seen,
+                                        std::span<const PointId> points,
+                                        const VisibilityOptions& options) {
+  std::vector<ExpectedPoint> expected;
   NearDepths near(view, seen, options.depth_cells_each_way, options.hidden_reach_cells);
   GuidedScratch scratch;
   const Eigen::Vector3d center = view.cam_from_world.Center();
@@ -184,8 +186,8 @@ VisibleStructure FindVisible(const CityMap& map, const MapImage& view,
       continue;
     const TrackElement* alike = FindAlike(map, *point, view.id, center, options);
     if (alike == nullptr) continue;
-    if (IsSeenBy(*point, view.id)) {
-      cells.Note(x_px, true);
+    if (const std::optional<FeatureIndex> own = FindSeenBy(*point, view.id)) {
+      expected.push_back({id, x_px, own});
       continue;
     }
     if (x_cam.z() > options.hidden_depth_ratio_min * near.At(x_px)) continue;
@@ -195,9 +197,22 @@ VisibleStructure FindVisible(const CityMap& map, const MapImage& view,
         {x_px.x(), x_px.y(), options.search_radius_px, known.descriptor(alike->feature),
          known.keypoints[alike->feature].contrast_sign, options.descriptor_distance_squared_max},
         &scratch);
-    cells.Note(x_px, found.has_value());
+    expected.push_back({id, x_px, found ? std::optional(found->feature) : std::nullopt});
   }
+  return expected;
+}
+
+VisibleStructure JudgeExpected(const MapImage& view, std::span<const ExpectedPoint> expected,
+                               const VisibilityOptions& options) {
+  Cells cells(view, options.cells_each_way);
+  for (const ExpectedPoint& point : expected) cells.Note(point.x_px, point.found.has_value());
   return cells.Judge(options);
+}
+
+VisibleStructure FindVisible(const CityMap& map, const MapImage& view,
+                             std::span<const SeenDepth> seen, std::span<const PointId> points,
+                             const VisibilityOptions& options) {
+  return JudgeExpected(view, ListExpected(map, view, seen, points, options), options);
 }
 
 }  // namespace veduta

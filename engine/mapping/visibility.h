@@ -6,6 +6,7 @@
 // right one, but not the trees, cars and signs in front of it.
 
 #include <cstdint>
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -67,10 +68,27 @@ struct SeenDepth {
 // points.
 std::vector<SeenDepth> ListSeenDepths(const CityMap& map, const MapImage& image);
 
-// How much of `points` is found in a view whose pose is given in their frame. Only points that two
+// A point that must be in a picture, and the feature of the picture that shows it, if one does.
+struct ExpectedPoint {
+  PointId point;
+  Eigen::Vector2d x_px;  // where the pose puts it
+  std::optional<FeatureIndex> found;
+};
+
+// Which of `points` must be seen in a view whose pose is given in their frame. Only points that two
 // images other than the view see are asked, and none behind what the view sees itself (`seen`, in
 // the scale of the points). The view need not be in the map; the images of the points' tracks must
 // be. Reads the map only. O(points * track length).
+std::vector<ExpectedPoint> ListExpected(const CityMap& map, const MapImage& view,
+                                        std::span<const SeenDepth> seen,
+                                        std::span<const PointId> points,
+                                        const VisibilityOptions& options);
+
+// How much of what must be seen is found, by parts of the picture (ListExpected).
+VisibleStructure JudgeExpected(const MapImage& view, std::span<const ExpectedPoint> expected,
+                               const VisibilityOptions& options);
+
+// JudgeExpected of ListExpected.
 VisibleStructure FindVisible(const CityMap& map, const MapImage& view,
                              std::span<const SeenDepth> seen, std::span<const PointId> points,
                              const VisibilityOptions& options);

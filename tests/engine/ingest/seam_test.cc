@@ -74,6 +74,20 @@ TEST_F(Seam, TheRightSimilarityHolds) {
   EXPECT_TRUE(Judge(AnotherFrame() * about).Holds(work_->options.doubt));
 }
 
+TEST_F(Seam, AViewThatFewPointsCarryOverFindsItsPlaceNearBy) {
+  for (SeamPair& pair : seam_.pairs) pair.matches.matches.resize(1);
+  // A tenth is some ten pixels: more than missing structure is judged to.
+  const auto shifted_by = [](double x) {
+    return AnotherFrame() * Sim3{1, Eigen::Quaterniond::Identity(), {x, 0, 0}};
+  };
+  for (const double x : {0.05, 0.1, 0.2}) {
+    const VisibleStructure visible = Judge(shifted_by(x)).visible;
+    EXPECT_GT(visible.cells, 150u) << x;
+    EXPECT_EQ(visible.missing_cells, 0u) << x;
+  }
+  EXPECT_GT(Judge(shifted_by(1)).visible.missing_share(), 0.8);
+}
+
 TEST_F(Seam, OneThatIsShiftedByAWindowDoesNot) {
   const Sim3 shift{1, Eigen::Quaterniond::Identity(), {1, 0, 0}};
   const SeamEvidence evidence = Judge(AnotherFrame() * shift);
