@@ -17,7 +17,8 @@ ways:
 
 Every N-th noticed trial is repaired in a second copy, with `veduta repair --yes`. Afterwards verify
 must find nothing, and no photo may be missing but one whose own bytes were damaged: where the
-damage lies in a photo, one may be missing, elsewhere none.
+damage lies in a photo, one may be missing, elsewhere none. SIGINT or SIGTERM ends the run after the
+trial at hand, and what was done by then is told.
 
 Exit codes: 0 nothing was silent, broken or lost; 1 something was; 2 bad usage.
 """
@@ -27,6 +28,7 @@ import os
 import random
 import re
 import shutil
+import signal
 import subprocess
 import sys
 import tempfile
@@ -47,7 +49,8 @@ def run(veduta, *arguments):
     """The exit code, negative for a signal, and what was printed."""
     try:
         done = subprocess.run([veduta, *arguments], stdout=subprocess.PIPE,
-                              stderr=subprocess.STDOUT, timeout=TRIAL_SECONDS_MAX, check=False)
+                              stderr=subprocess.STDOUT, timeout=TRIAL_SECONDS_MAX, check=False,
+                              start_new_session=True)  # a Ctrl-C is for this script alone
     except subprocess.TimeoutExpired:
         return -1, f'did not end within {TRIAL_SECONDS_MAX} s'
     return done.returncode, done.stdout.decode(errors='replace').strip()
@@ -157,8 +160,21 @@ def parse_arguments():
     return parser.parse_args()
 
 
+class Stop:
+    """Whether a signal has asked for the end."""
+
+    def __init__(self):
+        self.is_asked = False
+        for number in (signal.SIGINT, signal.SIGTERM):
+            signal.signal(number, self.ask)
+
+    def ask(self, _number, _frame):
+        self.is_asked = True
+
+
 def measure(arguments, work):
-    """All trials; the table by kind of file and way, and what failed."""
+    """All trials; the table by kind of damage and file and way, and what failed."""
+    stop = Stop()
     veduta = os.path.abspath(arguments.veduta)
     database, copy = os.path.join(work, 'db'), os.path.join(work, 'copy')
     shutil.copytree(arguments.database, database)
@@ -169,6 +185,8 @@ def measure(arguments, work):
     generator = random.Random(arguments.seed)
     table, failures, noticed, repaired = collections.Counter(), [], 0, 0
     for number in range(arguments.flips + arguments.cuts):
+        if stop.is_asked:
+            break
         name, place = choose(files_of(database), generator)
         is_flip = number < arguments.flips
         damage = Damage(database, name, place, generator.randrange(8) if is_flip else None)
@@ -201,7 +219,10 @@ def main():
     print('| --- | --- | --- | ---: |')
     for (damage, kind, way), count in sorted(table.items()):
         print(f'| {damage} | {kind} | {way} | {count} |')
-    print(f'{arguments.flips} flips, {arguments.cuts} cuts, {repaired} repaired: '
+    done = collections.Counter()
+    for (damage, _, _), count in table.items():
+        done[damage] += count
+    print(f'{done["flip"]} flips, {done["cut"]} cuts, {repaired} repaired: '
           f'{len(failures)} failures')
     return 1 if failures else 0
 
