@@ -27,7 +27,7 @@ constexpr size_t kSeamImagesMax = 12;
 // Error at which a point loses weight. Chosen by hand; not measured.
 constexpr double kRefinedErrorPx = 2.0;
 // A view is moved to points that are found within so many times the radius by which it lacks
-// structure, one after the other. On a street of 150 (--seed 205) 15 photos stayed apart whose right
+// structure, one after the other. On a street of 150 (--seed 205) 15 photos stayed apart whose
 // place was off by 6 to 17 cm, which is 12 px and more of a house at 4 m. Chosen by hand.
 constexpr double kSoughtTimes[] = {4, 2};
 // A point loses weight at an error of the radius over this. Chosen by hand; not measured.
