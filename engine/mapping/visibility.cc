@@ -202,17 +202,13 @@ std::vector<ExpectedPoint> ListExpected(const CityMap& map, const MapImage& view
   return expected;
 }
 
-VisibleStructure JudgeExpected(const MapImage& view, std::span<const ExpectedPoint> expected,
-                               const VisibilityOptions& options) {
-  Cells cells(view, options.cells_each_way);
-  for (const ExpectedPoint& point : expected) cells.Note(point.x_px, point.found.has_value());
-  return cells.Judge(options);
-}
-
 VisibleStructure FindVisible(const CityMap& map, const MapImage& view,
                              std::span<const SeenDepth> seen, std::span<const PointId> points,
                              const VisibilityOptions& options) {
-  return JudgeExpected(view, ListExpected(map, view, seen, points, options), options);
+  Cells cells(view, options.cells_each_way);
+  for (const ExpectedPoint& point : ListExpected(map, view, seen, points, options))
+    cells.Note(point.x_px, point.found.has_value());
+  return cells.Judge(options);
 }
 
 }  // namespace veduta

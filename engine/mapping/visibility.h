@@ -84,11 +84,7 @@ std::vector<ExpectedPoint> ListExpected(const CityMap& map, const MapImage& view
                                         std::span<const PointId> points,
                                         const VisibilityOptions& options);
 
-// How much of what must be seen is found, by parts of the picture (ListExpected).
-VisibleStructure JudgeExpected(const MapImage& view, std::span<const ExpectedPoint> expected,
-                               const VisibilityOptions& options);
-
-// JudgeExpected of ListExpected.
+// How much of what must be seen (ListExpected) is found, by parts of the picture.
 VisibleStructure FindVisible(const CityMap& map, const MapImage& view,
                              std::span<const SeenDepth> seen, std::span<const PointId> points,
                              const VisibilityOptions& options);
