@@ -11,7 +11,10 @@ if [ "$preset" = tidy ]; then
   shift
   exec tools/clang_tidy.sh "$@"
 fi
-tools/install.sh
+case "$preset" in
+  asan | tsan) tools/install.sh --dev ;; # their compiler is clang
+  *) tools/install.sh ;;
+esac
 cmake --preset "$preset"
 cmake --build --preset "$preset"
 ctest --preset "$preset" --parallel "$(nproc)"
