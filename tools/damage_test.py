@@ -2,10 +2,10 @@
 # SPDX-License-Identifier: Apache-2.0
 """Damages the files of a database at random, one damage at a time, and looks who notices.
 
-usage: tools/damage_test.py VEDUTA DATABASE [--flips N] [--cuts N] [--repair-every N]
+usage: tools/damage_test.py VEDUTA DATABASE PHOTOS [--flips N] [--cuts N] [--repair-every N]
                             [--seed N]
 
-The database is copied; the original is only read. Each trial flips one bit of one file of the
+The database is copied; the original is only read. PHOTOS is the folder that its photos came from. Each trial flips one bit of one file of the
 copy, or cuts the file's end off, each byte of the database being equally likely. It asks `veduta
 verify`, and where that finds the database sound, `veduta digest`. A trial ends in one of these
 ways:
@@ -16,14 +16,15 @@ ways:
   BROKEN     a program was ended by a signal, or by a code that it should not end with
 
 Every N-th noticed trial is repaired in a second copy, with `veduta repair --yes`. Afterwards verify
-must find nothing, and no photo may be missing but one whose own bytes were damaged: where the
-damage lies in a photo, one may be missing, elsewhere none. SIGINT or SIGTERM ends the run after the
-trial at hand, and what was done by then is told.
+must find nothing, and no photo may be missing but those whose own bytes were damaged: the photos'
+bytes are searched for in the files beforehand. SIGINT or SIGTERM ends the run after the trial at
+hand, and what was done by then is told.
 
 Exit codes: 0 nothing was silent, broken or lost; 1 something was; 2 bad usage.
 """
 import argparse
 import collections
+import json
 import os
 import random
 import re
@@ -105,6 +106,12 @@ class Damage:
             file.seek(self.place)
             file.write(data)
 
+    def touches(self, name, first, end):
+        """Whether it damages one of the bytes [first, end) of a file."""
+        if self.name != name:
+            return False
+        return self.place < end and (self.bit is None or self.place >= first)
+
     def __str__(self):
         if self.bit is None:
             return f'{self.name} cut at byte {self.place}'
@@ -125,27 +132,80 @@ def look(veduta, database, digest):
     return Trial(way, f'digest ended with {code}: {text[-300:]}')
 
 
+class StoredPhotos:
+    """Where the photos' bytes lie in the files of a database."""
+
+    WINDOW = 64            # bytes; no two photos have one in common behind their headers
+    WINDOW_STEP = 4096
+    LOG_BLOCK = 32768      # a log is cut into blocks of this size, each with
+    LOG_HEADER = 7         # headers of this size; RocksDB's log_format.h
+    LOG_RECORD_HEAD = 256  # what stands before a photo in its record of the log, at most
+
+    def __init__(self, database, photos):
+        """Searches for all files below the folder `photos` in the database's logs and blobs."""
+        files = [name for name, _ in files_of(database) if kind_of(name) in ('.log', '.blob')]
+        contents = {}
+        for name in files:
+            with open(os.path.join(database, name), 'rb') as file:
+                contents[name] = file.read()
+        self.copies = {}  # by a photo's name: (file, first byte, byte behind the last one)
+        for folder, _, names in os.walk(photos):
+            for name in names:
+                path = os.path.join(folder, name)
+                with open(path, 'rb') as file:
+                    photo = file.read()
+                copies = [copy for found, content in contents.items()
+                          for copy in self.find(found, content, photo)]
+                if copies:
+                    self.copies[os.path.relpath(path, photos)] = copies
+
+    def find(self, name, content, photo):
+        """The copies of a photo in a file; one at most of a log, where it lies in pieces."""
+        if kind_of(name) == '.blob':
+            place = content.find(photo)
+            while place >= 0:
+                yield name, place, place + len(photo)
+                place = content.find(photo, place + 1)
+            return
+        starts, ends = [], []
+        headers = self.LOG_HEADER * (len(photo) // self.LOG_BLOCK + 2)
+        for offset in range(self.WINDOW_STEP, len(photo) - self.WINDOW, self.WINDOW_STEP):
+            place = content.find(photo[offset:offset + self.WINDOW])
+            if place >= 0:
+                starts.append(place - offset - headers - self.LOG_RECORD_HEAD)
+                ends.append(place - offset + len(photo) + headers)
+        if starts:
+            yield name, max(0, min(starts)), max(ends)
+
+    def damaged_by(self, damage):
+        """The names of the photos that have no whole copy left."""
+        return {photo for photo, copies in self.copies.items()
+                if all(damage.touches(*copy) for copy in copies)}
+
+
 def count_photos(veduta, database):
     """How many photos the database holds; -1 where `status` cannot tell."""
     code, text = run(veduta, 'status', database, '--json')
-    match = re.search(r'"images":\s*(\d+)', text)
-    return int(match.group(1)) if code == 0 and match else -1
+    return json.loads(text)['images'] if code == 0 else -1
 
 
-def repair(veduta, database, copy, photos, may_lose):
+def repair(veduta, database, copy, photos, damaged):
     """Repairs a copy of the damaged database; what is wrong then, or nothing."""
     shutil.rmtree(copy, ignore_errors=True)
     shutil.copytree(database, copy)
-    code, text = run(veduta, 'repair', copy, '--yes')
+    code, text = run(veduta, 'repair', copy, '--yes', '--json')
     if code != 0:
         return f'repair ended with {code}: {text[-300:]}'
-    code, text = run(veduta, 'verify', copy)
+    answer = json.loads(text)
+    shutil.rmtree(answer['kept_path'], ignore_errors=True)
+    code, text = run(veduta, 'verify', '--deep', copy)
     if code != 0:
         return f'verify after repair ended with {code}: {text[-300:]}'
-    left = count_photos(veduta, copy)
-    if left < photos - may_lose:
-        return f'{left} of {photos} photos are left after repair'
-    return None
+    left = count_photos(veduta, copy) + len(answer['written_out'])
+    if left < photos - len(damaged):
+        return f'{left} of {photos} photos are left after repair, {len(damaged)} were damaged'
+    wrong = set(answer['lost']) - damaged
+    return f'repair calls {sorted(wrong)} lost, whose bytes are whole' if wrong else None
 
 
 def parse_arguments():
@@ -153,6 +213,7 @@ def parse_arguments():
                                      formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument('veduta')
     parser.add_argument('database')
+    parser.add_argument('photos')
     parser.add_argument('--flips', type=int, default=1000)
     parser.add_argument('--cuts', type=int, default=200)
     parser.add_argument('--repair-every', type=int, default=20, help='0: never')
@@ -181,7 +242,10 @@ def measure(arguments, work):
     code, digest = run(veduta, 'digest', database)
     if code != 0 or run(veduta, 'verify', '--deep', database)[0] != 0:
         sys.exit(f'damage_test.py: {arguments.database} is not sound')
-    photos = count_photos(veduta, database)
+    photos, stored = count_photos(veduta, database), StoredPhotos(database, arguments.photos)
+    if len(stored.copies) != photos:
+        sys.exit(f'damage_test.py: {arguments.photos} has {len(stored.copies)} of the {photos} '
+                 'photos')
     generator = random.Random(arguments.seed)
     table, failures, noticed, repaired = collections.Counter(), [], 0, 0
     for number in range(arguments.flips + arguments.cuts):
@@ -198,10 +262,7 @@ def measure(arguments, work):
         noticed += trial.way == 'noticed'
         if trial.way == 'noticed' and arguments.repair_every:
             if noticed % arguments.repair_every == 0:
-                # A cut may take many photos with it: only what a flip leaves is counted.
-                wrong = repair(veduta, database, copy, photos,
-                               (1 if kind_of(name) in ('.blob', '.log') else 0) if is_flip
-                               else photos)
+                wrong = repair(veduta, database, copy, photos, stored.damaged_by(damage))
                 repaired += 1
                 if wrong:
                     failures.append(f'{damage}: {wrong}')
