@@ -58,6 +58,8 @@ std::string NoStartDetail(const ReconstructionStart& start, size_t pair_count) {
       return text + "no third view sees the points of the best pair";
     case FoundingOutcome::kUndetermined:
       return text + "what three views see does not say where each of them stands";
+    case FoundingOutcome::kRepeated:
+      return text + "the views show the same thing again and again";
     case FoundingOutcome::kTooFewPoints:
     case FoundingOutcome::kFounded:
       break;

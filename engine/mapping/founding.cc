@@ -246,7 +246,9 @@ Status FoundingOptions::Check() const {
       .Above("deviation_share_max", deviation_share_max, 0)
       .Above("network_deviation_share_max", network_deviation_share_max, 0)
       .Above("twin_score_share_max", twin_score_share_max, 0)
+      .Between("repeated_share_max", repeated_share_max, 0, 1)
       .Above("rms_px_max", rms_px_max, 0)
+      .Part("repetition", repetition.Check())
       .Part("resection", resection.Check())
       .Part("growth", growth.Check())
       .Part("bundle", bundle.Check())
@@ -291,7 +293,13 @@ FoundingOutcome TryFounding(const FoundingViews& views, ImageId required,
     const Triple triple{views, *pair, required, reconstruction, seed};
     FoundingOutcome of_pair = FoundFrom(triple, pair->b_from_a, options, map);
     if (of_pair == FoundingOutcome::kFounded) of_pair = CompareWithTwin(triple, options, map);
-    if (of_pair == FoundingOutcome::kFounded) return of_pair;
+    if (of_pair == FoundingOutcome::kFounded) {
+      if (RepeatedShare(views.images, views.pairs, seed, options.repetition) <=
+          options.repeated_share_max)
+        return of_pair;
+      outcome = FoundingOutcome::kRepeated;
+      break;
+    }
     outcome = std::max(outcome, of_pair);
   }
   map->Clear();

@@ -8,6 +8,7 @@
 #include "engine/mapping/city_map.h"
 #include "engine/mapping/growth.h"
 #include "engine/mapping/point_filter.h"
+#include "engine/mapping/repetition.h"
 #include "engine/mapping/resection.h"
 #include "storage/model/pair.h"
 
@@ -38,8 +39,12 @@ struct FoundingOptions {
   // ones that had a twin scored 1.7 to 9 times as much as that. Two that were wrong are not noticed
   // so: one by 5 degrees scored 3 times as much, one at a twin facade had none.
   double twin_score_share_max = 0.5;
+  // [0, 1]. RepeatedShare of the views: where it is more, what is founded may be folded. Between
+  // the shares of repeated and of other sets that RepetitionOptions tells.
+  double repeated_share_max = 0.14;
   // > 0, px. Root mean square of the errors after adjustment. Chosen by hand; not measured.
   double rms_px_max = 1.5;
+  RepetitionOptions repetition;
   ResectionOptions resection;  // of the third view
   GrowthOptions growth;
   BundleOptions bundle;
@@ -54,6 +59,7 @@ enum class FoundingOutcome : uint8_t {
   kNoThirdView,   // no third view sees enough of the pair's points
   kTooFewPoints,  // too few points common to the three, or their angles too small
   kUndetermined,  // the points do not say where each of the three stands, or there are two ways
+  kRepeated,      // the views show the same thing again and again
 };
 
 // Candidate views, which are not placed yet (id, camera, features and grid are set), and the
@@ -70,7 +76,8 @@ double DepthVariance(const PairRecord& pair, const MapImage& a, const MapImage& 
 // Chooses the pair of least depth variance, and to it the third view of least depth variance;
 // places the pair by its five-point geometry and the third view by P3P; adjusts and filters. Where
 // another relative pose of the pair (plane_twin.h) holds the three together clearly better, it is
-// taken; where neither is clearly better, neither.
+// taken; where neither is clearly better, neither. Nothing is founded by views that show the same
+// thing again and again (repetition.h).
 // `required` must be among the three, for triples without it were tried before. On success `map`
 // holds exactly the three placed images and their points under `reconstruction`, with the first
 // pair's baseline as unit of length and the frame of the first camera; otherwise it is empty.

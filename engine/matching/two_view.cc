@@ -9,6 +9,7 @@
 #include <numeric>
 
 #include "engine/matching/five_point.h"
+#include "engine/matching/homography.h"
 #include "engine/matching/sampling.h"
 #include "storage/base/option_bounds.h"
 
@@ -258,33 +259,7 @@ uint32_t CountRotationInliers(std::span<const Eigen::Vector2d> x_a,
 uint32_t CountHomographyInliers(std::span<const Eigen::Vector2d> x_a,
                                 std::span<const Eigen::Vector2d> x_b, double distance_max,
                                 uint64_t seed) {
-  const uint32_t n = static_cast<uint32_t>(x_a.size());
-  if (n < 4) return 0;
-  SeededRandom random(seed);
-  std::vector<int> sample(4);
-  uint32_t best = 0;
-  for (int t = 0; t < 60; ++t) {
-    DrawDistinct(random, n, sample);
-    Eigen::Matrix<double, 8, 8> system;
-    Eigen::Matrix<double, 8, 1> right;
-    for (int k = 0; k < 4; ++k) {
-      const Eigen::Vector2d &a = x_a[sample[k]], &b = x_b[sample[k]];
-      system.row(2 * k) << a.x(), a.y(), 1, 0, 0, 0, -b.x() * a.x(), -b.x() * a.y();
-      system.row(2 * k + 1) << 0, 0, 0, a.x(), a.y(), 1, -b.y() * a.x(), -b.y() * a.y();
-      right.segment<2>(2 * k) = b;
-    }
-    const Eigen::Matrix<double, 8, 1> h = system.partialPivLu().solve(right);
-    if (!h.allFinite()) continue;
-    uint32_t count = 0;
-    for (uint32_t i = 0; i < n; ++i) {
-      const double z = h[6] * x_a[i].x() + h[7] * x_a[i].y() + 1;
-      const Eigen::Vector2d p((h[0] * x_a[i].x() + h[1] * x_a[i].y() + h[2]) / z,
-                              (h[3] * x_a[i].x() + h[4] * x_a[i].y() + h[5]) / z);
-      count += z > 0 && (p - x_b[i]).norm() < distance_max;
-    }
-    best = std::max(best, count);
-  }
-  return best;
+  return FindHomography(x_a, x_b, distance_max, /*sample_count=*/60, seed).inlier_count;
 }
 
 PairGeometry Classify(std::span<const Eigen::Vector2d> x_a, std::span<const Eigen::Vector2d> x_b,

@@ -120,5 +120,19 @@ TEST(Founding, RefusesRotations) {
   EXPECT_TRUE(map.images().empty());
 }
 
+TEST(Founding, NothingIsFoundedByViewsOfARepeatedFront) {
+  SceneOptions scene_options;
+  scene_options.repeats = 6;
+  const FoundingViews views = ViewsOf(MakeScene(scene_options), 5);
+  CityMap map;
+  EXPECT_EQ(TryFounding(views, ImageId(2), ReconstructionId(7), 1, {}, &map),
+            FoundingOutcome::kRepeated);
+  EXPECT_TRUE(map.images().empty());
+  FoundingOptions options;
+  options.repeated_share_max = 1;
+  EXPECT_EQ(TryFounding(views, ImageId(2), ReconstructionId(7), 1, options, &map),
+            FoundingOutcome::kFounded);
+}
+
 }  // namespace
 }  // namespace veduta

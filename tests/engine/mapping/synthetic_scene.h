@@ -3,6 +3,7 @@
 // A scene of known truth for the mapping tests: points in a box (or on a plane) before cameras on
 // an arc, each point with a descriptor of its own, seen with Gaussian noise.
 
+#include <algorithm>
 #include <cmath>
 #include <memory>
 #include <vector>
@@ -26,6 +27,9 @@ struct SceneOptions {
   // and only these few points between the two sides are seen from both.
   double beside = 0;
   uint32_t seam_point_count = 15;
+  // > 1: the points stand in so many columns side by side that are all alike, and each view of a
+  // descriptor differs a little from the others.
+  uint32_t repeats = 1;
   uint64_t seed = 1;
 };
 
@@ -98,6 +102,32 @@ inline Eigen::Vector3d BesidePoint(const SceneOptions& options, uint32_t index,
   return point;
 }
 
+// Makes all columns like the first one: their points, and the descriptors of these.
+inline void RepeatColumns(const SceneOptions& options, std::vector<Eigen::Vector3d>* points,
+                          std::vector<std::vector<uint8_t>>* descriptors) {
+  const uint32_t in_column = options.point_count / options.repeats;
+  const double width = 6.0 / options.repeats;
+  for (uint32_t i = 0; i < options.point_count; ++i) {
+    const uint32_t column = std::min(i / in_column, options.repeats - 1);
+    Eigen::Vector3d& point = (*points)[i];
+    if (column == 0) {
+      point.x() = -3 + (point.x() + 3) / options.repeats;
+    } else {
+      point = (*points)[i % in_column];
+      point.x() += width * column;
+      (*descriptors)[i] = (*descriptors)[i % in_column];
+    }
+    if (options.planar) point.z() = 0.3 * point.x();
+  }
+}
+
+inline void AppendDescriptor(const SceneOptions& options, const std::vector<uint8_t>& descriptor,
+                             SeededRandom& random, std::vector<uint8_t>* descriptors) {
+  for (const uint8_t byte : descriptor)
+    descriptors->push_back(options.repeats > 1 ? byte + static_cast<uint8_t>(random.Below(5))
+                                               : byte);
+}
+
 inline SyntheticScene MakeScene(const SceneOptions& options) {
   SyntheticScene scene;
   scene.camera.fx = scene.camera.fy = 900;
@@ -114,6 +144,7 @@ inline SyntheticScene MakeScene(const SceneOptions& options) {
     for (uint8_t& byte : descriptor) byte = static_cast<uint8_t>(random.Below(90));
     descriptors.push_back(std::move(descriptor));
   }
+  if (options.repeats > 1) RepeatColumns(options, &scene.points, &descriptors);
   for (uint32_t k = 0; k < options.camera_count; ++k) {
     const Rigid3 pose = PoseInScene(options, k);
     scene.poses.push_back(pose);
@@ -132,8 +163,7 @@ inline SyntheticScene MakeScene(const SceneOptions& options) {
       scene.feature_of[k][i] = static_cast<int>(features->keypoints.size());
       scene.seen[k].push_back(i);
       features->keypoints.push_back(keypoint);
-      features->descriptors.insert(features->descriptors.end(), descriptors[i].begin(),
-                                   descriptors[i].end());
+      AppendDescriptor(options, descriptors[i], random, &features->descriptors);
     }
     MapImage image;
     image.id = ImageId(k + 1);
