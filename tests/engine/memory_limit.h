@@ -23,14 +23,15 @@ class MemoryLimit final {
 
 }  // namespace veduta
 
-void* operator new(size_t size) {
+// Not inlined: g++ 12 would warn that `free` frees what `new` gave.
+[[gnu::noinline]] void* operator new(size_t size) {
   void* const piece = size > veduta::piece_size_bytes_max ? nullptr : std::malloc(size);
   if (piece == nullptr) throw std::bad_alloc();
   return piece;
 }
-void operator delete(void* piece) noexcept {
+[[gnu::noinline]] void operator delete(void* piece) noexcept {
   std::free(piece);
 }
-void operator delete(void* piece, size_t) noexcept {
+[[gnu::noinline]] void operator delete(void* piece, size_t) noexcept {
   std::free(piece);
 }
