@@ -5,7 +5,8 @@
 usage: tools/damage_test.py VEDUTA DATABASE PHOTOS [--flips N] [--cuts N] [--repair-every N]
                             [--seed N]
 
-The database is copied; the original is only read. PHOTOS is the folder that its photos came from. Each trial flips one bit of one file of the
+The database is copied; the original is only read. PHOTOS is the folder that its photos came
+from. Each trial flips one bit of one file of the
 copy, or cuts the file's end off, each byte of the database being equally likely. It asks `veduta
 verify`, and where that finds the database sound, `veduta digest`. A trial ends in one of these
 ways:

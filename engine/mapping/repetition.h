@@ -40,10 +40,10 @@ struct RepetitionOptions {
   Status Check() const;
 };
 
-// Of the features by which pairs of views agree upon a plane, over all pairs: the share that another
-// homography, of descriptors nearly as alike, puts elsewhere in the same picture. In [0, 1]; 0
-// where no feature agrees. `images` ascend, and hold both images of each pair; their poses are of
-// no account. Deterministic in its inputs and the seed; thread-safe; about 11 ms for each pair.
+// Of the features by which pairs of views agree upon a plane, over all pairs: the share that
+// another homography, of descriptors nearly as alike, puts elsewhere in the same picture. In
+// [0, 1]; 0 where no feature agrees. `images` hold both images of each pair; their poses are of no
+// account. Deterministic in its inputs and the seed; thread-safe; about 11 ms for each pair.
 double RepeatedShare(std::span<const MapImage> images, std::span<const PairRecord> pairs,
                      uint64_t seed, const RepetitionOptions& options);
 
