@@ -6,10 +6,9 @@ usage: tools/damage_test.py VEDUTA DATABASE PHOTOS [--flips N] [--cuts N] [--rep
                             [--seed N]
 
 The database is copied; the original is only read. PHOTOS is the folder that its photos came
-from. Each trial flips one bit of one file of the
-copy, or cuts the file's end off, each byte of the database being equally likely. It asks `veduta
-verify`, and where that finds the database sound, `veduta digest`. A trial ends in one of these
-ways:
+from. Each trial flips one bit of one file of the copy, or cuts the file's end off, each byte of the
+database being equally likely. It asks `veduta verify`, and where that finds the database sound,
+`veduta digest`. A trial ends in one of these ways:
 
   noticed    verify or digest names something: exit code 3
   harmless   verify says "sound", and the digest is what it was

@@ -124,7 +124,7 @@ Status RepetitionOptions::Check() const {
       .AtLeast("rival_distance_factor", rival_distance_factor, 1)
       .Above("apart_px", apart_px, 0)
       .Above("error_px_max", error_px_max, 0)
-      .AtLeast("samples", samples, 1)
+      .Between("samples", samples, 1, 1'000'000)
       .AtLeast("pair_count_max", pair_count_max, 1)
       .status();
 }

@@ -53,7 +53,7 @@ TEST(FindHomography, BehindTheCameraNothingIsExplained) {
   EXPECT_FALSE(behind.Explains({-2, 0}, {2, 0}, 1e-9));  // at a depth of -1
 }
 
-TEST(FindHomography, ThreeMatchesAndThoseOfOneLineHaveNone) {
+TEST(FindHomography, ThreeMatchesAndThoseOfOnePlaceHaveNone) {
   const Matches matches = MakeMatches(3, 0);
   EXPECT_EQ(FindHomography(matches.a, matches.b, 1e-3, 60, 1).inlier_count, 0u);
   const std::vector<Eigen::Vector2d> same(8, Eigen::Vector2d(0.1, 0.2));
