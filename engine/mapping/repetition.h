@@ -37,7 +37,7 @@ struct RepetitionOptions {
   // All by hand, but for rival_distance_factor and pair_count_max: 4 tells a street of repeated
   // windows (--seed 401: shares of 0.18 to 0.31) better from castle-P19, fountain-P11, lund, museum
   // and an ordinary street (up to 0.12) than 2.25 does, and 66 pairs better than 24. A loop with
-  // repeated windows (--seed 404) has 0.03 to 0.31: a third of it is not told.
+  // repeated windows (--seed 404) has 0.03 to 0.31: a quarter of it is not told.
   Status Check() const;
 };
 
