@@ -173,7 +173,10 @@ Result<std::unique_ptr<Salvage>> Salvage::Open(const std::string& path, const st
   if (opened.ok()) return salvage;
   salvage->damage_.push_back("the files do not open as they are: " + opened.message());
   SalvageLogs(scratch, options).IgnoreBecause("whether it helped, opening them again tells");
-  if (salvage->OpenScratch().ok()) return salvage;
+  if (salvage->OpenScratch().ok()) {
+    salvage->log_was_damaged_ = true;
+    return salvage;
+  }
   salvage->is_pieced_together_ = true;
   const Status pieced = salvage->PieceTogether();
   if (pieced.ok()) return salvage;

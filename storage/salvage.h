@@ -37,6 +37,8 @@ class Salvage final {
   const std::vector<std::string>& damage() const { return damage_; }
   // The files had to be put together anew: what is missing may have been lost without a trace.
   bool is_pieced_together() const { return is_pieced_together_; }
+  // Commits may be missing whose photos, which were written before them, are there.
+  bool may_miss_commits() const { return log_was_damaged_ || is_pieced_together_; }
   const Snapshot& snapshot() const { return *snapshot_; }
 
   // The photo's bytes, which have this hash; from wherever they are found. `size_bytes` says how
@@ -60,7 +62,7 @@ class Salvage final {
   DatabaseOptions options_;
   std::vector<std::string> damage_;
   OpenTrouble trouble_{};  // of the last OpenScratch
-  bool is_pieced_together_ = false;
+  bool log_was_damaged_ = false, is_pieced_together_ = false;
   std::shared_ptr<DatabaseFiles> files_;
   std::shared_ptr<const Snapshot> snapshot_;
   mutable std::optional<BlobSearch> blobs_;

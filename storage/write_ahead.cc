@@ -188,15 +188,19 @@ Status WritePhotoAhead(DatabaseFiles& files, PhotoClaims& claims, const ContentH
   if (committed) return Status::Ok();
   const bool was_claimed = claims.Add(photo);
   const auto write = [&]() -> Status {
-    if (was_claimed && encoded.ok()) {
+    // Two records of the log: damage in the features does not cost the photo.
+    WriteBuffer derived(files);
+    derived.Put(Family::kFeatures, key, encoded);
+    VEDUTA_RETURN_IF_ERROR(derived.status());
+    if (was_claimed) {
       VEDUTA_ASSIGN_OR_RETURN(const bool same, HasFeatures(reader, key, *encoded));
       if (!same) claims.NoteOtherFeatures(photo);
     }
     WriteBuffer batch(files);
     batch.Put(Family::kPhotos, key, AsText(bytes));
-    batch.Put(Family::kFeatures, key, encoded);
     batch.Put(Family::kQueue, PhotoMarkKey(photo), std::string_view());
-    return batch.Write(/*sync=*/false, "write a photo ahead");
+    VEDUTA_RETURN_IF_ERROR(batch.Write(/*sync=*/false, "write a photo ahead"));
+    return derived.Write(/*sync=*/false, "write features ahead");
   };
   const Status status = write();
   if (status.ok()) {
@@ -269,8 +273,13 @@ Status SweepWriteAheads(DatabaseFiles& files, PhotoClaims& claims) {
       reader.Scan(Family::kQueue, "", "", [&](std::string_view key, std::string_view, bool*) {
         ContentHash photo;
         if (ParsePhotoMarkKey(key, &photo) && claims.Has(photo)) {
-          kept.insert(photo);
-          return Status::Ok();
+          // The log may end between the two records of a photo.
+          VEDUTA_ASSIGN_OR_RETURN(const bool is_whole,
+                                  reader.Has(Family::kFeatures, HashKey(photo)));
+          if (is_whole) {
+            kept.insert(photo);
+            return Status::Ok();
+          }
         }
         return SweepMark(reader, key, &batch);
       }));

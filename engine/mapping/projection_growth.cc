@@ -159,8 +159,8 @@ class Addition {
       if (const auto feature = look.Find(map_->point(id))) findings.push_back({id, *feature});
     }
     std::ranges::sort(findings, {}, &Finding::point);
-    const auto repeated = std::ranges::unique(findings, {}, &Finding::point);
-    findings.erase(repeated.begin(), repeated.end());
+    const auto same_point = [](const Finding& a, const Finding& b) { return a.point == b.point; };
+    findings.erase(std::unique(findings.begin(), findings.end(), same_point), findings.end());
     around->near = std::move(near);
   }
 

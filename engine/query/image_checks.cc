@@ -134,9 +134,11 @@ Status CheckIndexes(const CheckedCity& city, Violations* violations) {
       }));
   for (const auto& [id, image] : city.images) {
     violations->Expect(image.reason == Reason::kNameTaken || named.contains(id),
-                       [&] { return NameOf(id) + " is not found by its name " + image.name; });
+                       [&, id = id, &image = image] {
+                         return NameOf(id) + " is not found by its name " + image.name;
+                       });
     violations->Expect(image.verdict == Verdict::kRejected || hashed.contains(id),
-                       [&] { return NameOf(id) + " is not found by its photo's hash"; });
+                       [id = id] { return NameOf(id) + " is not found by its photo's hash"; });
   }
   return Status::Ok();
 }
@@ -253,9 +255,9 @@ Status CheckBlobs(const CheckedCity& city, Violations* violations) {
       }));
   for (const auto& [photo, id] : owners) {
     violations->Expect(photos.contains(photo),
-                       [&] { return NameOf(id) + " has no photo that can be read"; });
+                       [id = id] { return NameOf(id) + " has no photo that can be read"; });
     violations->Expect(features.contains(photo),
-                       [&] { return NameOf(id) + " has no features that can be read"; });
+                       [id = id] { return NameOf(id) + " has no features that can be read"; });
   }
   return Status::Ok();
 }
@@ -267,13 +269,14 @@ Status CheckImages(const CheckedCity& city, Violations* violations) {
   std::set<std::string> names;
   for (const auto& [id, image] : city.images) {
     CheckImage(city, image, violations);
-    violations->Expect(image.reason == Reason::kNameTaken || names.insert(image.name).second, [&] {
-      return NameOf(id) + " shares its name " + image.name + " with another";
-    });
+    violations->Expect(image.reason == Reason::kNameTaken || names.insert(image.name).second,
+                       [id = id, &image = image] {
+                         return NameOf(id) + " shares its name " + image.name + " with another";
+                       });
   }
   for (const auto& [id, camera] : city.cameras) {
     const Status usable = CheckCamera(camera.model);
-    violations->Expect(usable.ok(), [&] { return NameOf(id) + ": " + usable.message(); });
+    violations->Expect(usable.ok(), [&, id = id] { return NameOf(id) + ": " + usable.message(); });
   }
   VEDUTA_RETURN_IF_ERROR(CheckIndexes(city, violations));
   return CheckBlobs(city, violations);

@@ -84,10 +84,11 @@ void CompareRest(const CheckedCity& city, const ToldByJournal& told, Violations*
     const uint64_t wanted = told.ImagesAtAdjustment(id);
     // 0 makes the adjustment due: a merge may do so, and the next adjustment puts it right.
     const bool is_due = record.images_at_adjustment == 0;
-    violations->Expect(is_due || record.images_at_adjustment == wanted, [&, id = id] {
-      return NameOf(id) + " was last adjusted with " + std::to_string(wanted) +
-             " images, and its record says " + std::to_string(record.images_at_adjustment);
-    });
+    violations->Expect(
+        is_due || record.images_at_adjustment == wanted, [&, id = id, &record = record] {
+          return NameOf(id) + " was last adjusted with " + std::to_string(wanted) +
+                 " images, and its record says " + std::to_string(record.images_at_adjustment);
+        });
   }
   violations->Expect(told.AgreesWith(city.state),
                      "the state says something else of its vocabulary than the journal");

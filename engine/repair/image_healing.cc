@@ -122,26 +122,35 @@ Status RecoverImage(ImageId id, const Remains& remains, const std::string& damag
   return Status::Ok();
 }
 
-// Photos that no record and no index knows, while records are lost. They are added anew.
-Status RecoverStrays(const Remains& remains, HealingWork* healing) {
+// Photos that no record and no index knows. Those in files alone are searched for where records of
+// images are lost; those under a mark count where their commits may be lost.
+std::set<ContentHash> FindStrays(const Remains& remains, bool lost_records,
+                                 const HealingWork& healing) {
   std::set<ContentHash> known, strays;
-  for (const auto& [id, image] : healing->images) known.insert(image.photo);
+  for (const auto& [id, image] : healing.images) known.insert(image.photo);
   for (const auto& [id, photo] : remains.photos) known.insert(photo);
   const auto collect = [&](const ContentHash& photo) {
-    if (!known.contains(photo)) strays.insert(photo);
+    const Result<bool> is_ahead = healing.from().IsWrittenAhead(photo);
+    const bool counts =
+        is_ahead.ok() && *is_ahead ? healing.source.may_miss_commits() : lost_records;
+    if (counts && !known.contains(photo)) strays.insert(photo);
     return true;
   };
-  healing->from().ScanPhotoKeys(collect).IgnoreBecause("photos are searched for in files, too");
-  healing->source.ScanStrayPhotos(collect);
+  healing.from().ScanPhotoKeys(collect).IgnoreBecause("photos are searched for in files, too");
+  if (lost_records) healing.source.ScanStrayPhotos(collect);
+  return strays;
+}
+
+// They are added anew.
+Status RecoverStrays(const std::set<ContentHash>& strays, HealingWork* healing) {
   for (const ContentHash& photo : strays) {
-    const Result<bool> is_coming = healing->from().IsWrittenAhead(photo);
     const Result<std::vector<uint8_t>> bytes = healing->source.GetPhoto(photo);
     if (!bytes.ok() && !IsDamage(bytes.status())) return bytes.status();
-    if ((is_coming.ok() && *is_coming) || !bytes.ok()) continue;
+    if (!bytes.ok()) continue;
     VEDUTA_ASSIGN_OR_RETURN(const Fitting fitting,
                             FittingCameras(*bytes, healing->from().GetFeatures(photo), *healing));
     const std::string name = "recovered/" + photo.Hex().substr(0, 16);
-    healing->notes.Add("a photo belongs to no image, while records of images are lost",
+    healing->notes.Add("a photo belongs to no image, while records are lost",
                        fitting.size() == 1 ? "it is added again as '" + name + "'"
                                            : "it is written to a folder as '" + name + "'");
     healing->notes.loose.push_back(
@@ -171,8 +180,8 @@ Status HealCameras(HealingWork* healing) {
   };
   VEDUTA_RETURN_IF_ERROR(VisitIds<CameraId>(*healing, healing->state.next_camera, read));
   for (const auto& [id, camera] : healing->cameras) {
-    VEDUTA_RETURN_IF_ERROR(
-        healing->writer.Put([&](Transaction& transaction) { transaction.PutCamera(camera); }));
+    VEDUTA_RETURN_IF_ERROR(healing->writer.Put(
+        [&camera = camera](Transaction& transaction) { transaction.PutCamera(camera); }));
   }
   return Status::Ok();
 }
@@ -194,8 +203,9 @@ Status HealImages(HealingWork* healing) {
     return true;
   };
   VEDUTA_RETURN_IF_ERROR(VisitIds<ImageId>(*healing, healing->state.next_image, read));
-  if (lost.empty() && !healing->state_is_lost && !healing->source.is_pieced_together())
-    return Status::Ok();
+  const bool is_pieced_together = healing->source.is_pieced_together();
+  const bool may_miss_commits = healing->source.may_miss_commits();
+  if (lost.empty() && !healing->state_is_lost && !may_miss_commits) return Status::Ok();
   const Remains remains = ReadRemains(healing->source);
   // Images of which nothing is left but an entry of an index.
   for (const auto& [id, photo] : remains.photos) {
@@ -213,10 +223,10 @@ Status HealImages(HealingWork* healing) {
   }
   for (const auto& [id, damage] : lost)
     VEDUTA_RETURN_IF_ERROR(RecoverImage(id, remains, damage, healing));
-  if (lost.empty() && !healing->source.is_pieced_together()) return Status::Ok();
   // Files may still have photos that somebody has removed: those are not recovered.
-  if (healing->state.removed_bytes_left) return Status::Ok();
-  return RecoverStrays(remains, healing);
+  const bool lost_records =
+      (!lost.empty() || is_pieced_together) && !healing->state.removed_bytes_left;
+  return RecoverStrays(FindStrays(remains, lost_records, *healing), healing);
 }
 
 }  // namespace veduta

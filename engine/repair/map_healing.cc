@@ -232,13 +232,13 @@ class ReconstructionHealer {
     VEDUTA_RETURN_IF_ERROR(
         writer.Put([&](Transaction& transaction) { transaction.PutReconstruction(record_); }));
     for (const auto& [id, pose] : poses_) {
-      VEDUTA_RETURN_IF_ERROR(writer.Put([&](Transaction& transaction) {
+      VEDUTA_RETURN_IF_ERROR(writer.Put([&, id = id, &pose = pose](Transaction& transaction) {
         transaction.PutPose(pose);
         transaction.PutObservations(id, observations_[id]);
       }));
     }
     for (const auto& [home, block] : blocks_) {
-      VEDUTA_RETURN_IF_ERROR(writer.Put([&](Transaction& transaction) {
+      VEDUTA_RETURN_IF_ERROR(writer.Put([&, &block = block](Transaction& transaction) {
         transaction.PutPointBlock(record_.id, record_.points_generation, block);
       }));
     }

@@ -126,8 +126,8 @@ Status HealPhotos(HealingWork* healing) {
     if (image.verdict != Verdict::kRejected) {
       VEDUTA_RETURN_IF_ERROR(HealPhoto(&image, healing));
     } else {
-      VEDUTA_RETURN_IF_ERROR(
-          healing->writer.Put([&](Transaction& transaction) { transaction.PutImage(image); }));
+      VEDUTA_RETURN_IF_ERROR(healing->writer.Put(
+          [&image = image](Transaction& transaction) { transaction.PutImage(image); }));
     }
   }
   return Status::Ok();

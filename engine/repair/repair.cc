@@ -57,7 +57,9 @@ class Repairer final {
     if (answer_.is_sound || !request_.apply) return Status::Ok();
     VEDUTA_RETURN_IF_ERROR(CheckRoom(folders_));
     for (const Way way : {Way::kHeal, Way::kHealDerivingMore, Way::kRebuild}) {
-      if (way == Way::kRebuild && !request_.may_rebuild) break;
+      // Without any camera there is no image to keep.
+      const bool may_rebuild = request_.may_rebuild || examined.cameras.empty();
+      if (way == Way::kRebuild && !may_rebuild) break;
       VEDUTA_ASSIGN_OR_RETURN(const bool is_sound, Make(way, examined));
       if (!is_sound) continue;
       VEDUTA_RETURN_IF_ERROR(Pass(RepairStep::kWritten));
@@ -68,13 +70,13 @@ class Repairer final {
 
   Status NothingSound() const {
     const std::string what = "no sound database could be made of " + folders_.database;
+    const std::string left = " (" + contradiction_ + "); it is unchanged";
     if (request_.may_rebuild)
-      return Status::Corruption(what + ", not even from its photos alone; it is unchanged");
+      return Status::Corruption(what + ", not even from its photos alone" + left);
     return Status::Corruption(
-        what +
-        " by leaving out what is damaged; it is unchanged. 'veduta repair --yes --rebuild' adds "
-        "its "
-        "photos to a new database instead: the images get new numbers, and the map is made anew");
+        what + " by leaving out what is damaged" + left +
+        ". 'veduta repair --yes --rebuild' adds its photos to a new database instead: the images "
+        "get new numbers, and the map is made anew");
   }
 
   Status Pass(RepairStep step) const {
@@ -132,7 +134,10 @@ class Repairer final {
       notes = healing.notes;
     }
     // A record may be refused where it is written, because it breaks an invariant.
-    if (made.code() == StatusCode::kInvalidArgument) return false;
+    if (made.code() == StatusCode::kInvalidArgument) {
+      contradiction_ = made.message();
+      return false;
+    }
     VEDUTA_RETURN_IF_ERROR(made);
     TakeNotes(notes);
     answer_.is_rebuilt = way == Way::kRebuild;
@@ -160,7 +165,10 @@ class Repairer final {
     }
     const auto violations = engine->Ask().Verify({.count_max = 1});
     if (!violations.ok() && !IsDamage(violations.status())) return violations.status();
-    return violations.ok() && violations->empty();
+    const bool is_sound = violations.ok() && violations->empty();
+    if (!is_sound)
+      contradiction_ = violations.ok() ? violations->front() : violations.status().message();
+    return is_sound;
   }
 
   Status WriteOut() {
@@ -198,6 +206,7 @@ class Repairer final {
   std::unique_ptr<Salvage> source_;
   std::vector<LoosePhoto> loose_;
   RepairAnswer answer_;
+  std::string contradiction_;  // of the last database that was made and is not sound
 };
 
 }  // namespace

@@ -125,9 +125,10 @@ Status FinishMove(DensePass* pass) {
   size_t done = 0;
   for (const auto& [place, tile] : tiles) {
     VEDUTA_RETURN_IF_ERROR(pass->Tell("switch", done++, tiles.size()));
-    VEDUTA_RETURN_IF_ERROR(pass->Commit([&](const Snapshot& now, Transaction* transaction) {
-      return MoveTile(now, tile, own, &transaction->dense());
-    }));
+    VEDUTA_RETURN_IF_ERROR(
+        pass->Commit([&, &tile = tile](const Snapshot& now, Transaction* transaction) {
+          return MoveTile(now, tile, own, &transaction->dense());
+        }));
   }
   VEDUTA_RETURN_IF_ERROR(DeleteSurface(staged, pass));
   return pass->Tell("switch", tiles.size(), tiles.size());

@@ -239,6 +239,30 @@ TEST(Reopen, PhotoThatTheDiskLostIsNeverNamedByARecord) {
   EXPECT_OK(AddImage(*database, 1)) << "written ahead again";
 }
 
+// A photo and its features are two records of the log.
+TEST(Reopen, PhotoWithoutItsFeaturesIsNoPhoto) {
+  uint32_t halves = 0;
+  for (uint64_t n = 1;; ++n) {
+    const TemporaryFolder folder;
+    const auto fs = std::make_shared<FaultFileSystem>();
+    const auto database = MustCreate(folder / "db", {.file_system = fs});
+    fs->FailWrites(n, Fault::kIoError, FaultFileSystem::kForever);
+    const bool written =
+        database->WritePhotoAhead(SampleHash(1), SampleBytes(1, 10), SampleFeatures(1, 2)).ok();
+    if (written) break;
+    const auto snapshot = database->GetSnapshot();
+    halves += snapshot->GetPhoto(SampleHash(1)).ok() && !snapshot->GetFeatures(SampleHash(1)).ok();
+    fs->Heal();
+    ASSERT_OK(database->Reopen());
+    EXPECT_EQ(database->GetSnapshot()->GetPhoto(SampleHash(1)).status().code(),
+              StatusCode::kNotFound)
+        << "write " << n;
+    EXPECT_FALSE(*database->GetSnapshot()->IsWrittenAhead(SampleHash(1)));
+    EXPECT_OK(AddImage(*database, 1));
+  }
+  EXPECT_GT(halves, 0u);
+}
+
 TEST(Reopen, WhereItFailsTheReasonIsGivenUntilItWorks) {
   const TemporaryFolder folder;
   const auto fs = std::make_shared<FaultFileSystem>();

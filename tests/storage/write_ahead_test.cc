@@ -9,7 +9,11 @@
 
 #include "samples.h"
 #include "storage/database.h"
+#include "storage/database_files.h"
+#include "storage/records/photo_record.h"
+#include "storage/value_reader.h"
 #include "storage/write_ahead.h"
+#include "storage/write_buffer.h"
 #include "storage/written_ahead.h"
 
 namespace veduta {
@@ -171,6 +175,26 @@ TEST(WriteAhead, ClaimsOfAPhotoThatWasLostAreCountedOn) {
   EXPECT_OK(claims.CheckKept(SampleHash(1)));
   EXPECT_FALSE(claims.Release(SampleHash(1))) << "the first one is dropped, the second counts on";
   EXPECT_TRUE(claims.Release(SampleHash(1)));
+}
+
+// A log may end between the two records of a photo.
+TEST(WriteAhead, ClaimedPhotoWithoutItsFeaturesCountsAsLost) {
+  const TemporaryFolder folder;
+  MustCreate(folder / "db").reset();
+  const auto opened = DatabaseFiles::Open(folder / "db", DatabaseOptions());
+  ASSERT_OK(opened);
+  const auto& files = *opened;
+  PhotoClaims claims;
+  ASSERT_OK(
+      WritePhotoAhead(*files, claims, SampleHash(1), SampleBytes(1, 10), SampleFeatures(1, 2)));
+  ASSERT_OK(SweepWriteAheads(*files, claims));
+  EXPECT_OK(claims.CheckKept(SampleHash(1)));
+  WriteBuffer loss(*files);
+  loss.Delete(Family::kFeatures, HashKey(SampleHash(1)));
+  ASSERT_OK(loss.Write(/*sync=*/false, "lose features"));
+  ASSERT_OK(SweepWriteAheads(*files, claims));
+  EXPECT_FALSE(claims.CheckKept(SampleHash(1)).ok());
+  EXPECT_FALSE(*ValueReader(*files, nullptr).Has(Family::kPhotos, HashKey(SampleHash(1))));
 }
 
 TEST(WriteAhead, FeaturesAreThoseOfTheSubmissionThatIsKept) {

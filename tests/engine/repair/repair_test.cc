@@ -11,6 +11,7 @@
 #include <map>
 
 #include "engine/repair/repair_folders.h"
+#include "storage/log_reader.h"
 #include "storage/records/forbidden_record.h"
 #include "storage/records/image_record.h"
 #include "storage/records/pair_record.h"
@@ -227,21 +228,81 @@ TEST(Repair, FindsWhatLiesInLogsAlone) {
   EXPECT_EQ(Look(path).photos, 3u) << Told(answer);
 }
 
-TEST(Repair, ReadsTheLogPastItsDamage) {
-  City city;
-  city.Add(Walk(4, 1.2, 5));
-  const std::string path = city.path();
-  city.Close();
-  std::string log;
-  for (const std::string& file : FilesWith(path, ".log")) {
-    if (log.empty() || FileBytes(file).size() > FileBytes(log).size()) log = file;
+// A closed database whose records are in its log alone.
+class LogCity {
+ public:
+  LogCity() {
+    City city;
+    city.Add(stands_);
+    city.Close();
+    std::filesystem::copy(city.path(), path());
+    for (const std::string& file : FilesWith(path(), ".log")) {
+      if (log_.empty() || FileBytes(file).size() > FileBytes(log_).size()) log_ = file;
+    }
+    EXPECT_OK(ReadLog(*rocksdb::FileSystem::Default(), log_, [&](const LogPiece& piece) {
+      pieces_.push_back({piece.begin_bytes, piece.end_bytes, PhotosIn(piece.record)});
+      return Status::Ok();
+    }));
   }
-  FlipByte(log, FileBytes(log).size() / 4);
-  EXPECT_FALSE(Engine::Open(path).ok());
-  const RepairAnswer answer = Repaired(path, true);
-  EXPECT_TRUE(answer.is_repaired);
-  // The damaged record holds one photo at most, ahead of its commit or with it.
-  EXPECT_GE(Look(path).photos, 4u) << Told(answer);
+
+  struct Piece {
+    uint64_t begin_bytes, end_bytes;  // in the log
+    uint32_t photos;                  // in it, with all their bytes
+  };
+  const std::vector<Piece>& pieces() const { return pieces_; }
+  uint32_t photo_count() const { return static_cast<uint32_t>(stands_.size()); }
+
+  // How many of the photos a repair of a copy keeps.
+  template <typename Damage>
+  uint64_t KeptAfter(Damage&& damage) const {
+    const TemporaryFolder folder;
+    std::filesystem::copy(path(), folder / "db");
+    damage(folder / ("db/" + std::filesystem::path(log_).filename().string()));
+    EXPECT_FALSE(Engine::Open(folder / "db").ok());
+    const RepairAnswer answer = Repaired(folder / "db", true);
+    EXPECT_TRUE(answer.is_repaired) << Told(answer);
+    // Where the camera is lost, all photos lie in the folder.
+    return answer.written_out.size() + (answer.is_rebuilt ? 0 : Look(folder / "db").photos);
+  }
+
+ private:
+  std::string path() const { return folder_ / "db"; }
+  uint32_t PhotosIn(std::string_view record) const {
+    return static_cast<uint32_t>(std::ranges::count_if(stands_, [&](const Stand& stand) {
+      const std::vector<uint8_t>& jpeg = TakePhoto(stand).jpeg;
+      return record.find(std::string(jpeg.begin(), jpeg.end())) != std::string_view::npos;
+    }));
+  }
+
+  const std::vector<Stand> stands_ = Walk(4, 1.2, 3);
+  TemporaryFolder folder_;
+  std::string log_;
+  std::vector<Piece> pieces_;
+};
+
+TEST(Repair, LosesThePhotoOfADamagedRecordAlone) {
+  const LogCity city;
+  uint32_t with_photo = 0;
+  for (const LogCity::Piece& piece : city.pieces()) {
+    const uint64_t middle = (piece.begin_bytes + piece.end_bytes) / 2;
+    const uint64_t kept = city.KeptAfter([&](const std::string& log) { FlipByte(log, middle); });
+    EXPECT_GE(kept, city.photo_count() - piece.photos) << "byte " << middle;
+    with_photo += piece.photos;
+  }
+  EXPECT_EQ(with_photo, city.photo_count());
+}
+
+TEST(Repair, BringsBackPhotosWhoseCommitsAreCutOff) {
+  const LogCity city;
+  uint32_t whole = 0;
+  for (const LogCity::Piece& piece : city.pieces()) {
+    whole += piece.photos;
+    if (whole == 0) continue;  // the camera is not there yet
+    if (piece.end_bytes == city.pieces().back().end_bytes) break;
+    const uint64_t kept = city.KeptAfter(
+        [&](const std::string& log) { std::filesystem::resize_file(log, piece.end_bytes); });
+    EXPECT_EQ(kept, whole) << "cut at byte " << piece.end_bytes;
+  }
 }
 
 TEST(Repair, RecoversImagesFromTheirIndexes) {
