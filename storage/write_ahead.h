@@ -75,8 +75,8 @@ Status WritePostingsAhead(DatabaseFiles& files, uint32_t generation, WordId word
                           std::span<const ImageId> images);
 
 // Deletes what marks name and records do not, and the marks; photos that are claimed stay, with
-// their marks, where their features are there, too. Proportional to the number of marks. Not durable by itself: a sweep that is lost is
-// repeated.
+// their marks, where their features are there, too. Proportional to the number of marks. Not
+// durable by itself: a sweep that is lost is repeated.
 Status SweepWriteAheads(DatabaseFiles& files, PhotoClaims& claims);
 
 }  // namespace veduta
