@@ -18,6 +18,9 @@
 
 namespace veduta {
 
+// What AddImage adds to the log: the photo, its features, the commit.
+inline constexpr size_t kRecordsOfAnImage = 3;
+
 inline Status AddImage(Database& database, uint32_t id, size_t photo_bytes = 3000) {
   VEDUTA_RETURN_IF_ERROR(database.WritePhotoAhead(SampleHash(id), SampleBytes(id, photo_bytes),
                                                   SampleFeatures(id, 5)));

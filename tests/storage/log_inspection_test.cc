@@ -37,8 +37,7 @@ class LogInspection : public testing::Test {
     CopyAsKilled(folder_ / "whole", path_);
     log_ = LogsOf(path_).back();
     pieces_ = PiecesOfLog(log_);
-    // The creation, and for each image what was written ahead and the commit.
-    ASSERT_EQ(pieces_.size(), 1 + 2 * kImages);
+    ASSERT_EQ(pieces_.size(), 1 + kRecordsOfAnImage * kImages);  // after the creation
   }
 
   // The message, which must name `words`, of both kinds of opening.
@@ -84,15 +83,16 @@ TEST_F(LogInspection, FlippedBitIsDamageWhereverItIs) {
 }
 
 TEST_F(LogInspection, SaysWhatCanBeReadAndWhatIsMissing) {
-  const LogPiece& damaged = pieces_[11];  // what was written ahead for image 6
+  const size_t before = 1 + kRecordsOfAnImage * 5;
+  const LogPiece& damaged = pieces_[before];  // the photo of image 6
   FlipBit(log_, damaged.begin_bytes + 100);
   const auto damage = InspectLogs(path_, {});
   ASSERT_OK(damage);
-  EXPECT_EQ(damage->records_before, 11u);
-  EXPECT_EQ(damage->records_after, pieces_.size() - 12);
+  EXPECT_EQ(damage->records_before, before);
+  EXPECT_EQ(damage->records_after, pieces_.size() - before - 1);
   EXPECT_EQ(damage->writes_missing, damaged.count);
   ASSERT_EQ(damage->unreadable_logs.size(), 1u);
-  ExpectRefused(std::to_string(pieces_.size() - 12) + " records behind that can still be read");
+  ExpectRefused(std::to_string(damage->records_after) + " records behind that can still be read");
   ExpectRefused("from byte " + std::to_string(damaged.begin_bytes));
 }
 
@@ -114,7 +114,7 @@ TEST_F(LogInspection, DeletedLogIsDamage) {
 }
 
 TEST_F(LogInspection, EndThatWasNeverSyncedIsForgiven) {
-  // A photo written ahead and not committed; then the same without the file of the mark.
+  // Photos written ahead and not committed; then the same without the file of the mark.
   auto database = MustOpen(folder_ / "whole", {});
   ASSERT_OK(AddImage(*database, kImages + 1));
   ASSERT_OK(database->WritePhotoAhead(SampleHash(90), SampleBytes(90, 20'000), {}));
@@ -124,13 +124,13 @@ TEST_F(LogInspection, EndThatWasNeverSyncedIsForgiven) {
     if (!has_mark) std::filesystem::remove(path_ + "/" + kAcknowledgedFile);
     const std::string log = LogsOf(path_).back();
     const auto pieces = PiecesOfLog(log);
-    std::filesystem::resize_file(log, pieces.back().begin_bytes + 5000);
+    const LogPiece &first = pieces[pieces.size() - 4], &second = pieces[pieces.size() - 2];
+    std::filesystem::resize_file(log, second.begin_bytes + 5000);
     ExpectOpens(kImages + 1);
     // A page that never arrived, and one behind it that did.
     CopyAsKilled(folder_ / "whole", path_);
-    const LogPiece& ahead = pieces[pieces.size() - 2];
     std::fstream file(log, std::ios::in | std::ios::out | std::ios::binary);
-    file.seekp(static_cast<std::streamoff>((ahead.begin_bytes / 4096 + 2) * 4096));
+    file.seekp(static_cast<std::streamoff>((first.begin_bytes / 4096 + 2) * 4096));
     file << std::string(4096, '\0');
     file.close();
     ExpectOpens(kImages + 1);
@@ -141,7 +141,7 @@ TEST_F(LogInspection, EndThatWasNeverSyncedIsForgiven) {
 
 TEST_F(LogInspection, WithoutAMarkATornEndBeforeALaterLogIsForgivenAndAFlippedBitIsNot) {
   std::filesystem::remove(path_ + "/" + kAcknowledgedFile);
-  const LogPiece& torn = pieces_[2 * 10 + 1];  // what was written ahead for image 11
+  const LogPiece& torn = pieces_[1 + kRecordsOfAnImage * 10];  // the photo of image 11
   auto later = LogWriter::Make(*rocksdb::FileSystem::Default(), path_ + "/000900.log");
   ASSERT_OK(later);
   ASSERT_OK(ReadLog(*rocksdb::FileSystem::Default(), log_, [&](const LogPiece& piece) {

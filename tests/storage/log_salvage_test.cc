@@ -23,7 +23,7 @@ class LogSalvage : public testing::Test {
     for (uint32_t id = 1; id <= kImages; ++id) ASSERT_OK(AddImage(*database, id));
     CopyAsKilled(folder_ / "whole", path_);
     log_ = LogsOf(path_).back();
-    // Of record 2 * id - 1 and 2 * id, the first is what was written ahead of the commit of `id`.
+    // The creation, and then those of each image: the last one is its commit.
     pieces_ = PiecesOfLog(log_);
   }
   void ExpectAllBut(uint32_t lost) {
@@ -50,7 +50,7 @@ TEST_F(LogSalvage, WholeLogIsLeftAlone) {
 }
 
 TEST_F(LogSalvage, WhatFollowsDamageComesBack) {
-  FlipBit(log_, pieces_[2 * 5].begin_bytes + 30);
+  FlipBit(log_, pieces_[kRecordsOfAnImage * 5].begin_bytes + 30);
   std::string damaged;
   const auto fs = rocksdb::FileSystem::Default();
   ASSERT_TRUE(rocksdb::ReadFileToString(fs.get(), log_, &damaged).ok());
@@ -78,7 +78,7 @@ TEST_F(LogSalvage, FirstRecordMayBeDamagedWhereOneFamilyWasFlushedByItself) {
 }
 
 TEST_F(LogSalvage, SecondDamageGetsAFolderOfItsOwn) {
-  FlipBit(log_, pieces_[2 * 5].begin_bytes + 30);
+  FlipBit(log_, pieces_[kRecordsOfAnImage * 5].begin_bytes + 30);
   ASSERT_OK(SalvageLogs(path_, {}));
   auto database = MustOpen(path_, {});
   ASSERT_OK(AddImage(*database, kImages + 1));
@@ -104,7 +104,7 @@ TEST_F(LogSalvage, BusyWhereAnotherHandleIsOpen) {
 }
 
 TEST_F(LogSalvage, MayBeInterruptedAnywhere) {
-  FlipBit(log_, pieces_[2 * 5].begin_bytes + 30);
+  FlipBit(log_, pieces_[kRecordsOfAnImage * 5].begin_bytes + 30);
   CopyAsKilled(path_, folder_ / "damaged");
   bool reached = true;
   for (uint64_t n = 1; reached; n += 5) {  // most of RocksDB's own writes are alike
