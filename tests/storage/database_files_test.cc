@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-// Goal: what other threads do to the files meanwhile fails no commit; whoever opens the database has
-//   little to replay, and closing loses nothing whatever the disk does.
-// Method: RocksDB's log has gone at the moment when its size is asked for; large photos are written,
+// Goal: what other threads do to the files meanwhile fails no commit; whoever opens the database
+//   has little to replay, and closing loses nothing whatever the disk does.
+// Method: RocksDB's log has gone at the moment when its size is asked for; large photos are
+//   written, and writes of the closing fail.
 //   and writes of the closing fail.
 #include "storage/database_files.h"
 
