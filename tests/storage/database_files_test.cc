@@ -3,7 +3,6 @@
 //   has little to replay, and closing loses nothing whatever the disk does.
 // Method: RocksDB's log has gone at the moment when its size is asked for; large photos are
 //   written, and writes of the closing fail.
-//   and writes of the closing fail.
 #include "storage/database_files.h"
 
 #include <gtest/gtest.h>
