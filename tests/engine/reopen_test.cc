@@ -1,11 +1,15 @@
 // SPDX-License-Identifier: Apache-2.0
 // Goal: after a failed write the engine says so until it is opened again; opening again does not
 //   wait for readers, loses nothing that was acknowledged, and adding goes on to the same city; a
-//   vocabulary that was prepared before does not become active.
+//   vocabulary that was prepared before does not become active, and what is computed meanwhile is
+//   not committed.
 // Method: a disk that fails one write while photos are added; Questions that were asked before stay
 //   held over the reopening; the end is compared with an undisturbed city.
 #include <gtest/gtest.h>
 
+#include <chrono>
+#include <optional>
+#include <thread>
 #include <vector>
 
 #include "tests/engine/street_fixture.h"
@@ -70,6 +74,37 @@ TEST(Reopen, AVocabularyThatWasPreparedBeforeIsNotActivated) {
   EXPECT_OK(city.engine().TrainVocabulary());
   EXPECT_EQ(city.Counts().vocabulary_generation, 1u);
   EXPECT_TRUE(IsSound(city.Ask().snapshot()));
+}
+
+// It is computed without a turn, from a snapshot whose files are closed under it.
+TEST(Reopen, ALargeAdjustmentThatRunsMeanwhileComesToNothing) {
+  for (const auto pause : {std::chrono::milliseconds(0), std::chrono::milliseconds(100)}) {
+    City city(City::Options(2));
+    city.Add(Walk(6, 0.9, 6));
+    EngineParts& parts = city.parts();
+    const ReconstructionId whole = city.engine().Ask().Reconstructions()->front().id;
+    const std::string before = city.Digest();
+    std::optional<Result<std::optional<FollowUp>>> adjusted;
+    std::thread worker;
+    {
+      Writer::Turn turn = parts.writer->Take();
+      const long users = parts.GetCaches().use_count();
+      worker = std::thread([&] { adjusted = parts.AdjustLarge(whole); });
+      while (parts.GetCaches().use_count() == users) std::this_thread::yield();
+      std::this_thread::sleep_for(pause);  // it computes, or waits for its turn
+      EXPECT_OK(parts.Reopen(&turn));
+    }
+    worker.join();
+    ASSERT_OK(*adjusted);
+    EXPECT_FALSE((*adjusted)->has_value());
+    EXPECT_EQ(city.Digest(), before);
+    // It can be done anew.
+    const auto again = parts.AdjustLarge(whole);
+    ASSERT_OK(again);
+    ASSERT_TRUE(again->has_value());
+    EXPECT_OK((*again)->status);
+    EXPECT_TRUE(IsSound(city.Ask().snapshot()));
+  }
 }
 
 TEST(Reopen, SnapshotsHaveNamesThatGrow) {
