@@ -38,9 +38,9 @@ TEST(TileRecord, KeysReadBackAndSortBySignedPlaces) {
   for (const int32_t a : numbers) {
     ReconstructionId reconstruction;
     GridPlace read;
-    ASSERT_OK(ParseDenseKey(TileKey(kCity, {a, -a / 2, 5}), &reconstruction, &read));
+    ASSERT_OK(ParseDenseKey(TileKey(kCity, {a, -(a / 2), 5}), &reconstruction, &read));
     EXPECT_EQ(reconstruction, kCity);
-    EXPECT_EQ(read, (GridPlace{a, -a / 2, 5}));
+    EXPECT_EQ(read, (GridPlace{a, -(a / 2), 5}));
     for (const int32_t b : numbers) {
       EXPECT_EQ(TileKey(kCity, {a, 0, 0}) < TileKey(kCity, {b, 0, 0}), a < b) << a << " " << b;
       EXPECT_EQ(VolumeKey(kCity, {0, 0, a}, 3) < VolumeKey(kCity, {0, 0, b}, 3), a < b);
