@@ -9,6 +9,7 @@
 #include "engine/ingest/local_unplacing.h"
 #include "engine/ingest/misplaced.h"
 #include "engine/mapping/agreeing_growth.h"
+#include "engine/mapping/covisible_images.h"
 #include "engine/mapping/pose_deviation.h"
 #include "engine/query/forbidden.h"
 
@@ -126,8 +127,11 @@ Result<std::optional<Placement>> EnterPose(const MappingContext& context,
 
 Result<std::optional<Placement>> AskWhatIsMissing(const MappingContext& context, ImageId photo) {
   const MapImage& image = context.map->image(photo);
-  VEDUTA_ASSIGN_OR_RETURN(const VisibleStructure visible, JudgeView(context, image));
-  if (!IsContradicted(visible, context.options.doubt)) return std::optional<Placement>();
+  const DoubtOptions& options = context.options.doubt;
+  const std::vector<ImageId> around = CovisibleImages(*context.map, image, options.images_max);
+  VEDUTA_RETURN_IF_ERROR(context.loader->LoadNeighborhood(around));
+  const VisibleStructure visible = JudgeAround(*context.map, image, around, options);
+  if (!IsContradicted(visible, options)) return std::optional<Placement>();
   return std::optional(
       Postponed(Reason::kMissingStructure, "of the pose in reconstruction " +
                                                std::to_string(image.reconstruction.value) + ", " +

@@ -9,6 +9,7 @@
 
 #include "engine/ingest/surroundings.h"
 #include "engine/mapping/neighbor_agreement.h"
+#include "engine/mapping/sure_visibility.h"
 #include "storage/base/angle.h"
 #include "storage/base/option_bounds.h"
 
@@ -25,7 +26,7 @@ void Judge(const MappingContext& context, std::span<const ImageId> images,
   std::vector<VisibleStructure> visible(images.size());
   context.pool->ParallelFor(images.size(), [&](size_t i) {
     const std::vector<ImageId> around = CovisibleImages(map, images[i], options.images_max, known);
-    visible[i] = FindAround(map, map.image(images[i]), around, options);
+    visible[i] = JudgeAround(map, map.image(images[i]), around, options);
   });
   for (size_t i = 0; i < images.size(); ++i) (*judged)[images[i]] = visible[i];
 }
@@ -109,7 +110,10 @@ void AddMissing(const MappingContext& context, const std::vector<ImageId>& membe
       if (known != evidence->end() &&
           known->second.shared_points >= options.parts.shared_points_min)
         continue;
-      const VisibleStructure visible = FindAround(map, map.image(id), {&other, 1}, options);
+      const MapImage& image = map.image(id);
+      const VisibleStructure visible =
+          FindSurelyVisible(map, image, ListSeenDepths(map, image), map.PointsSeenBy({&other, 1}),
+                            options.visibility);
       if (visible.missing_cells >= options.missing_cells_min &&
           visible.missing_share() > options.beside_missing_share_max)
         missing[i].emplace_back(other, visible.expected - visible.found);
@@ -250,6 +254,15 @@ VisibleStructure FindAround(const CityMap& map, const MapImage& view,
                             std::span<const ImageId> around, const DoubtOptions& options) {
   return FindVisible(map, view, ListSeenDepths(map, view), map.PointsSeenBy(around),
                      options.visibility);
+}
+
+VisibleStructure JudgeAround(const CityMap& map, const MapImage& view,
+                             std::span<const ImageId> around, const DoubtOptions& options) {
+  const VisibleStructure visible = FindAround(map, view, around, options);
+  if (!IsContradicted(visible, options)) return visible;
+  const VisibleStructure surely = FindSurelyVisible(map, view, ListSeenDepths(map, view),
+                                                    map.PointsSeenBy(around), options.visibility);
+  return FitsWell(surely, options) ? surely : visible;
 }
 
 bool IsContradicted(const VisibleStructure& visible, const DoubtOptions& options) {

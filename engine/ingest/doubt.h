@@ -20,6 +20,12 @@ namespace veduta {
 VisibleStructure FindAround(const CityMap& map, const MapImage& view,
                             std::span<const ImageId> around, const DoubtOptions& options);
 
+// The same, for who asks whether the pose can be right: where it would be contradicted, what is
+// surely visible (sure_visibility.h) counts alone if the view fits well by that. A part of a street
+// that no camera has seen from near by may hide what stands behind it.
+VisibleStructure JudgeAround(const CityMap& map, const MapImage& view,
+                             std::span<const ImageId> around, const DoubtOptions& options);
+
 // Whether so much is missing that the pose cannot be right.
 bool IsContradicted(const VisibleStructure& visible, const DoubtOptions& options);
 // Whether a view would stand well there: what would show that it does not is asked and found.

@@ -140,7 +140,7 @@ Result<bool> RaisesDoubt(const MappingContext& context, ImageId photo,
   std::vector<Result<bool>> is_doubtful(near.size(), false);
   context.pool->ParallelFor(near.size(), [&](size_t i) {
     const std::vector<ImageId> around = CovisibleImages(map, near[i], options.images_max);
-    is_doubtful[i] = IsContradicted(FindAround(map, map.image(near[i]), around, options), options)
+    is_doubtful[i] = IsContradicted(JudgeAround(map, map.image(near[i]), around, options), options)
                          ? Result<bool>(true)
                          : IsDrawn(context, near[i]);
   });

@@ -6,15 +6,12 @@
 #include <utility>
 #include <vector>
 
+#include "engine/mapping/picture_cells.h"
 #include "engine/matching/guided_matcher.h"
-#include "storage/base/median.h"
 #include "storage/base/option_bounds.h"
 
 namespace veduta {
 namespace {
-
-// Points near by that say how far away what a view sees is. Chosen by hand; not measured.
-constexpr size_t kNearPointsMin = 3;
 
 // The element of the track whose view of the point is most like the one from `center`, or null
 // where none is alike, or where fewer than two other images see the point.
@@ -40,101 +37,6 @@ std::optional<FeatureIndex> FindSeenBy(const PointRecord& point, ImageId view) {
   const auto own = std::ranges::find(point.track, view, &TrackElement::image);
   return own == point.track.end() ? std::nullopt : std::optional(own->feature);
 }
-
-// The cell of a picture of `size` px that x lies in, one way.
-uint32_t CellOf(double x, uint32_t size, uint32_t each_way) {
-  return std::min(static_cast<uint32_t>(std::max(x, 0.0) / size * each_way), each_way - 1);
-}
-
-// How far away what the view sees is, in each part of the picture.
-class NearDepths {
- public:
-  NearDepths(const MapImage& view, std::span<const SeenDepth> seen, uint32_t each_way,
-             uint32_t reach)
-      : view_(view),
-        reach_(reach),
-        each_way_(each_way),
-        depths_(each_way * each_way),
-        medians_(each_way * each_way, kUnknown) {
-    for (const SeenDepth& one : seen)
-      depths_[Row(one.x_px) * each_way_ + Column(one.x_px)].push_back(one.depth);
-  }
-
-  // The median of the cell and of those around it, as far around as it takes to know; infinite
-  // where the view sees nothing.
-  double At(const Eigen::Vector2d& x_px) {
-    const uint32_t row = Row(x_px), column = Column(x_px);
-    double& median = medians_[row * each_way_ + column];
-    if (median == kUnknown) median = FindMedian(row, column);
-    return median;
-  }
-
- private:
-  static constexpr double kUnknown = -1;
-
-  double FindMedian(uint32_t row, uint32_t column) const {
-    std::vector<double> near;
-    for (uint32_t around = 1; near.size() < kNearPointsMin; ++around) {
-      if (around > reach_ || around >= each_way_) return std::numeric_limits<double>::infinity();
-      near.clear();
-      for (uint32_t r = row - std::min(row, around); r <= std::min(row + around, each_way_ - 1);
-           ++r) {
-        for (uint32_t c = column - std::min(column, around);
-             c <= std::min(column + around, each_way_ - 1); ++c) {
-          const std::vector<double>& cell = depths_[r * each_way_ + c];
-          near.insert(near.end(), cell.begin(), cell.end());
-        }
-      }
-    }
-    return MedianOf(std::move(near));
-  }
-
-  uint32_t Row(const Eigen::Vector2d& x_px) const {
-    return CellOf(x_px.y(), view_.height_px, each_way_);
-  }
-  uint32_t Column(const Eigen::Vector2d& x_px) const {
-    return CellOf(x_px.x(), view_.width_px, each_way_);
-  }
-
-  const MapImage& view_;
-  const uint32_t reach_, each_way_;
-  std::vector<std::vector<double>> depths_;
-  std::vector<double> medians_;  // of the cells that were asked
-};
-
-// Expected and found points of each cell.
-class Cells {
- public:
-  Cells(const MapImage& view, uint32_t each_way)
-      : view_(view),
-        each_way_(each_way),
-        expected_(each_way * each_way),
-        found_(expected_.size()) {}
-
-  void Note(const Eigen::Vector2d& x_px, bool is_found) {
-    const size_t cell = CellOf(x_px.y(), view_.height_px, each_way_) * each_way_ +
-                        CellOf(x_px.x(), view_.width_px, each_way_);
-    ++expected_[cell];
-    found_[cell] += is_found;
-  }
-
-  VisibleStructure Judge(const VisibilityOptions& options) const {
-    VisibleStructure visible;
-    for (size_t i = 0; i < expected_.size(); ++i) {
-      visible.expected += expected_[i];
-      visible.found += found_[i];
-      if (expected_[i] < options.cell_points_min) continue;
-      ++visible.cells;
-      visible.missing_cells += found_[i] < options.cell_found_share_min * expected_[i];
-    }
-    return visible;
-  }
-
- private:
-  const MapImage& view_;
-  const uint32_t each_way_;
-  std::vector<uint32_t> expected_, found_;
-};
 
 }  // namespace
 
@@ -171,7 +73,7 @@ std::vector<ExpectedPoint> ListExpected(const CityMap& map, const MapImage& view
                                         std::span<const PointId> points,
                                         const VisibilityOptions& options) {
   std::vector<ExpectedPoint> expected;
-  NearDepths near(view, seen, options.depth_cells_each_way, options.hidden_reach_cells);
+  NearDepths near(view, seen, options);
   GuidedScratch scratch;
   const Eigen::Vector3d center = view.cam_from_world.Center();
   const double border_px = options.search_radius_px;
@@ -205,10 +107,10 @@ std::vector<ExpectedPoint> ListExpected(const CityMap& map, const MapImage& view
 VisibleStructure FindVisible(const CityMap& map, const MapImage& view,
                              std::span<const SeenDepth> seen, std::span<const PointId> points,
                              const VisibilityOptions& options) {
-  Cells cells(view, options.cells_each_way);
+  FoundCells cells(view, options);
   for (const ExpectedPoint& point : ListExpected(map, view, seen, points, options))
-    cells.Note(point.x_px, point.found.has_value());
-  return cells.Judge(options);
+    cells.Note(point);
+  return cells.Judge();
 }
 
 }  // namespace veduta

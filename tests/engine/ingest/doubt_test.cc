@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Goal: of a reconstruction that the evidence speaks against, images at wrong poses are un-placed,
-//   parts that many verified pairs contradict are cut off, and all the rest stays.
+//   parts that many verified pairs contradict are cut off, and all the rest stays; what may be
+//   hidden from a view speaks against no pose.
 // Method: synthetic scenes in a database: an image whose pose is shifted, and two sides with a few
 //   common points and many verified matches that the poses do not explain.
 #include "engine/ingest/doubt.h"
@@ -76,6 +77,52 @@ TEST(Doubt, AnImageAtAWrongPoseIsUnplacedAndTheRestStays) {
     EXPECT_TRUE(healing.parts.empty());
     EXPECT_EQ(work.map.images().size(), 5u);
     EXPECT_EQ(work.map.changes().unplaced.size(), 1u);
+  }
+}
+
+// Camera 2 has points in the left part of its picture, finds what others see up to the middle, and
+// lacks all of it in the right half, as where a house hides it that has no points.
+CityMap MapWithHiddenHalf(const SyntheticScene& scene, const std::vector<uint32_t>& others) {
+  MapImage view = scene.images[2];
+  const double middle_px = view.width_px / 2.0;
+  auto features = std::make_shared<Features>(*view.features);
+  for (FeatureIndex i = 0; i < features->size(); ++i) {
+    if (features->keypoints[i].x_px > middle_px)
+      std::fill_n(features->descriptors.data() + i * kDescriptorSize, kDescriptorSize, 255);
+  }
+  view.features = features;
+  CityMap map;
+  map.PlaceImage(view);
+  for (const uint32_t k : others) map.PlaceImage(scene.images[k]);
+  for (uint32_t i = 0; i < scene.points.size(); ++i) {
+    std::vector<TrackElement> track;
+    const auto see = [&](uint32_t k) {
+      track.push_back({scene.images[k].id, static_cast<FeatureIndex>(scene.feature_of[k][i])});
+    };
+    const int own = scene.feature_of[2][i];
+    if (own >= 0 && features->keypoints[own].x_px < middle_px - 60) see(2);
+    for (const uint32_t k : others) {
+      if (scene.feature_of[k][i] >= 0) see(k);
+    }
+    if (track.size() >= 2) map.AddPoint(track.front().image, scene.points[i], track);
+  }
+  return map;
+}
+
+TEST(Doubt, WhatMayBeHiddenSpeaksAgainstNoPose) {
+  const SyntheticScene scene = MakeScene({.camera_count = 6, .point_count = 4000});
+  const DoubtOptions options;
+  for (const bool from_either_side : {false, true}) {
+    const std::vector<uint32_t> others =
+        from_either_side ? std::vector<uint32_t>{0, 1, 3} : std::vector<uint32_t>{0, 1};
+    const CityMap map = MapWithHiddenHalf(scene, others);
+    std::vector<ImageId> around;
+    for (const uint32_t k : others) around.push_back(scene.images[k].id);
+    const MapImage& view = map.image(scene.images[2].id);
+    const VisibleStructure all = FindAround(map, view, around, options),
+                           judged = JudgeAround(map, view, around, options);
+    EXPECT_TRUE(IsContradicted(all, options)) << MissingText(all);
+    EXPECT_EQ(IsContradicted(judged, options), from_either_side) << MissingText(judged);
   }
 }
 

@@ -1,0 +1,57 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "engine/mapping/sure_visibility.h"
+
+#include <cmath>
+#include <vector>
+
+#include "engine/mapping/picture_cells.h"
+#include "storage/base/angle.h"
+
+namespace veduta {
+namespace {
+
+// Whether two images other than the view, both as alike as those that make a point expected, see
+// the point from opposite sides of the view's ray: what would hide it from the view alone stands
+// between the two, and is narrow.
+bool IsSeenFromEitherSide(const CityMap& map, const PointRecord& point, const MapImage& view,
+                          const VisibilityOptions& options) {
+  const Eigen::Vector3d to_view = view.cam_from_world.Center() - point.position;
+  const double distance = to_view.norm();
+  const Eigen::Vector3d ray = to_view / distance;
+  const double cosine_min = std::cos(options.angle_deg_max * kRadPerDeg);
+  std::vector<Eigen::Vector3d> aside;
+  for (const TrackElement& element : point.track) {
+    if (element.image == view.id) continue;
+    const Eigen::Vector3d to_other =
+        map.image(element.image).cam_from_world.Center() - point.position;
+    const double ratio = distance / to_other.norm();
+    if (!(ratio < options.distance_ratio_max && ratio * options.distance_ratio_max > 1)) continue;
+    const Eigen::Vector3d direction = to_other.normalized();
+    const double cosine = direction.dot(ray);
+    if (!(cosine > cosine_min)) continue;
+    const Eigen::Vector3d beside = direction - cosine * ray;
+    for (const Eigen::Vector3d& other : aside) {
+      if (beside.dot(other) < 0) return true;
+    }
+    aside.push_back(beside);
+  }
+  return false;
+}
+
+}  // namespace
+
+VisibleStructure FindSurelyVisible(const CityMap& map, const MapImage& view,
+                                   std::span<const SeenDepth> seen, std::span<const PointId> points,
+                                   const VisibilityOptions& options) {
+  NearDepths near(view, seen, options);
+  FoundCells cells(view, options);
+  for (const ExpectedPoint& point : ListExpected(map, view, seen, points, options)) {
+    // Those behind what the view sees are not expected.
+    const bool sees_as_far = std::isfinite(near.At(point.x_px));
+    if (sees_as_far || IsSeenFromEitherSide(map, map.point(point.point), view, options))
+      cells.Note(point);
+  }
+  return cells.Judge();
+}
+
+}  // namespace veduta
