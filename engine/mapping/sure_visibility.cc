@@ -43,15 +43,18 @@ bool IsSeenFromEitherSide(const CityMap& map, const PointRecord& point, const Ma
 VisibleStructure FindSurelyVisible(const CityMap& map, const MapImage& view,
                                    std::span<const SeenDepth> seen, std::span<const PointId> points,
                                    const VisibilityOptions& options) {
-  NearDepths near(view, seen, options);
-  FoundCells cells(view, options);
+  NearDepths near({view.width_px, view.height_px, options.depth_cells_each_way},
+                  options.hidden_reach_cells);
+  for (const SeenDepth& one : seen) near.Note(one.x_px, one.depth);
+  FoundCells cells({view.width_px, view.height_px, options.cells_each_way});
   for (const ExpectedPoint& point : ListExpected(map, view, seen, points, options)) {
     // Those behind what the view sees are not expected.
     const bool sees_as_far = std::isfinite(near.At(point.x_px));
     if (sees_as_far || IsSeenFromEitherSide(map, map.point(point.point), view, options))
-      cells.Note(point);
+      cells.Note(point.x_px, point.found.has_value());
   }
-  return cells.Judge();
+  const FoundCells::Sums sums = cells.Judge(options.cell_points_min, options.cell_found_share_min);
+  return {sums.expected, sums.found, sums.cells, sums.missing_cells};
 }
 
 }  // namespace veduta

@@ -73,7 +73,9 @@ std::vector<ExpectedPoint> ListExpected(const CityMap& map, const MapImage& view
                                         std::span<const PointId> points,
                                         const VisibilityOptions& options) {
   std::vector<ExpectedPoint> expected;
-  NearDepths near(view, seen, options);
+  NearDepths near({view.width_px, view.height_px, options.depth_cells_each_way},
+                  options.hidden_reach_cells);
+  for (const SeenDepth& one : seen) near.Note(one.x_px, one.depth);
   GuidedScratch scratch;
   const Eigen::Vector3d center = view.cam_from_world.Center();
   const double border_px = options.search_radius_px;
@@ -107,10 +109,11 @@ std::vector<ExpectedPoint> ListExpected(const CityMap& map, const MapImage& view
 VisibleStructure FindVisible(const CityMap& map, const MapImage& view,
                              std::span<const SeenDepth> seen, std::span<const PointId> points,
                              const VisibilityOptions& options) {
-  FoundCells cells(view, options);
+  FoundCells cells({view.width_px, view.height_px, options.cells_each_way});
   for (const ExpectedPoint& point : ListExpected(map, view, seen, points, options))
-    cells.Note(point);
-  return cells.Judge();
+    cells.Note(point.x_px, point.found.has_value());
+  const FoundCells::Sums sums = cells.Judge(options.cell_points_min, options.cell_found_share_min);
+  return {sums.expected, sums.found, sums.cells, sums.missing_cells};
 }
 
 }  // namespace veduta
