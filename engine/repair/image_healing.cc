@@ -141,7 +141,7 @@ std::set<ContentHash> FindStrays(const Remains& remains, bool lost_records,
   return strays;
 }
 
-// They are added anew.
+// They are added anew, or written to a folder where nobody can tell which camera took them.
 Status RecoverStrays(const std::set<ContentHash>& strays, HealingWork* healing) {
   for (const ContentHash& photo : strays) {
     const Result<std::vector<uint8_t>> bytes = healing->source.GetPhoto(photo);

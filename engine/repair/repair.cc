@@ -58,8 +58,8 @@ class Repairer final {
     VEDUTA_RETURN_IF_ERROR(CheckRoom(folders_));
     for (const Way way : {Way::kHeal, Way::kHealDerivingMore, Way::kRebuild}) {
       // Without any camera there is no image to keep.
-      const bool may_rebuild = request_.may_rebuild || examined.cameras.empty();
-      if (way == Way::kRebuild && !may_rebuild) break;
+      tries_rebuild_ = request_.may_rebuild || examined.cameras.empty();
+      if (way == Way::kRebuild && !tries_rebuild_) break;
       VEDUTA_ASSIGN_OR_RETURN(const bool is_sound, Make(way, examined));
       if (!is_sound) continue;
       VEDUTA_RETURN_IF_ERROR(Pass(RepairStep::kWritten));
@@ -71,8 +71,7 @@ class Repairer final {
   Status NothingSound() const {
     const std::string what = "no sound database could be made of " + folders_.database;
     const std::string left = " (" + contradiction_ + "); it is unchanged";
-    if (request_.may_rebuild)
-      return Status::Corruption(what + ", not even from its photos alone" + left);
+    if (tries_rebuild_) return Status::Corruption(what + ", not even from its photos alone" + left);
     return Status::Corruption(
         what + " by leaving out what is damaged" + left +
         ". 'veduta repair --yes --rebuild' adds its photos to a new database instead: the images "
@@ -206,6 +205,7 @@ class Repairer final {
   std::unique_ptr<Salvage> source_;
   std::vector<LoosePhoto> loose_;
   RepairAnswer answer_;
+  bool tries_rebuild_ = false;
   std::string contradiction_;  // of the last database that was made and is not sound
 };
 
