@@ -14,6 +14,11 @@
 
 namespace veduta {
 
+// What an argument that means a stored photo may be.
+inline constexpr const char* kPhotoHelp =
+    "A stored photo: its name, CONTRIBUTOR/NAME, # and its number, or 8 or more digits of its "
+    "SHA-256";
+
 enum ExitCode : int { kDone = 0, kNotDone = 1, kBadUsage = 2, kDatabaseUnusable = 3 };
 
 // The exit code that goes with a failure: 3 where the database is locked or damaged, otherwise 1.

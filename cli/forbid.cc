@@ -57,8 +57,7 @@ void RegisterStatement(CLI::App* app, const char* name, const char* help,
   auto arguments = std::make_shared<ForbidArguments>();
   CLI::App* command = app->add_subcommand(name, help);
   command->add_option("DB", arguments->db, "Database")->required();
-  command->add_option("A", arguments->request.a, "Name of a photo, or # and its number")
-      ->required();
+  command->add_option("A", arguments->request.a, kPhotoHelp)->required();
   command->add_option("B", arguments->request.b, "The other one; none with --pose");
   CLI::Option* const reconstructions =
       command->add_flag("--reconstructions", arguments->reconstructions,

@@ -80,7 +80,7 @@ void RegisterRemove(CLI::App* app, int* exit_code) {
   command->add_option("DB", arguments->db, "Database")->required();
   CLI::Option* photos = command->add_option(
       "PHOTO", arguments->request.photos,
-      "Name of a photo, or # and its number; none: finish what a killed removal has left");
+      std::string(kPhotoHelp) + "; none: finish what a killed removal has left");
   command
       ->add_option("--contributor", arguments->request.contributor,
                    "All photos of this contributor instead")

@@ -41,8 +41,7 @@ void RegisterRender(CLI::App* app, int* exit_code) {
       app->add_subcommand("render", "A picture of a surface, or of points where there is none yet");
   command->add_option("DB", arguments->db, "Database")->required();
   command->add_option("OUT", request.path, "PNG file to write")->required();
-  command->add_option("--from", request.from,
-                      "Seen by this photo's camera: the photo's name, or # and its number");
+  command->add_option("--from", request.from, "Seen by the camera of the photo that this means");
   command
       ->add_flag("--compare", request.compare,
                  "With --from: photo, picture and difference side by side, and the error")

@@ -84,7 +84,7 @@ void RegisterImageCommand(CLI::App* app, const char* name, const char* help,
   auto arguments = std::make_shared<ImageArguments>();
   CLI::App* command = app->add_subcommand(name, help);
   command->add_option("DB", arguments->db, "Database")->required();
-  command->add_option("IMAGE", arguments->image, "Its name, or # and its number")->required();
+  command->add_option("IMAGE", arguments->image, kPhotoHelp)->required();
   command->add_flag("--json", arguments->json, "JSON");
   command->callback([=] {
     const auto engine = OpenToRead(arguments->db);

@@ -63,7 +63,9 @@ class Questions final {
   // O(reconstructions); after a dense pass also O(depth maps + tiles), of each of which a record is
   // read. No walk over images.
   Result<StatusAnswer> Status() const;
-  // By name, or by "#" and its number. kNotFound names it.
+  // By its name, by contributor and name with a slash between, by "#" and its number, or by 8 and
+  // more digits of its photo's SHA-256 in hexadecimal. kNotFound names it; kInvalidArgument says
+  // which images it may mean, if several. The same wherever a photo is asked for by a text.
   Result<ImageAnswer> Image(const std::string& name) const;
   // How sure its pose is; nothing where it has none, or too little is seen to tell. Computed anew
   // each time: it reads the features of every image that sees a point of this one.

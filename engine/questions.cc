@@ -7,6 +7,7 @@
 #include "engine/parts.h"
 #include "engine/query/city_answers.h"
 #include "engine/query/digest.h"
+#include "engine/query/find_image.h"
 #include "engine/query/living.h"
 #include "engine/query/pose_uncertainty.h"
 #include "engine/query/ranking.h"

@@ -8,7 +8,7 @@
 #include "engine/ingest/forbidding.h"
 #include "engine/journal/journal.h"
 #include "engine/parts.h"
-#include "engine/query/city_answers.h"
+#include "engine/query/find_image.h"
 #include "storage/base/option_bounds.h"
 
 namespace veduta {

@@ -6,7 +6,7 @@
 #include <optional>
 #include <string_view>
 
-#include "engine/query/city_answers.h"
+#include "engine/query/find_image.h"
 #include "engine/query/living.h"
 #include "fusion/export/reconstruction_picture.h"
 #include "fusion/export/surface_model.h"

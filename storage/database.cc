@@ -70,8 +70,8 @@ class DatabaseView final : public Database {
   }
 
   Status WritePhotoAhead(const ContentHash& photo, std::span<const uint8_t> bytes,
-                         const Features& features) override {
-    return veduta::WritePhotoAhead(*files(), *claims_, photo, bytes, features);
+                         const Features& features, const PhotoName& name) override {
+    return veduta::WritePhotoAhead(*files(), *claims_, photo, bytes, features, name);
   }
   Status DropPhotoAhead(const ContentHash& photo) override {
     return veduta::DropPhotoAhead(*files(), *claims_, photo);

@@ -58,8 +58,9 @@ class Database {
   // committed already. Whoever writes ahead drops it when the commit has not come, so that a
   // process that runs for long keeps nothing that belongs to no image: WrittenAhead
   // (storage/written_ahead.h) does so by itself.
+  // Where the commit is lost with a damaged log, a repair finds the photo under `name`.
   virtual Status WritePhotoAhead(const ContentHash& photo, std::span<const uint8_t> bytes,
-                                 const Features& features) = 0;
+                                 const Features& features, const PhotoName& name = {}) = 0;
   // Takes back one WritePhotoAhead when the photo turned out not to be wanted: removes both unless
   // an image with this photo has been committed, or another WritePhotoAhead of the same bytes has
   // not been taken back.

@@ -15,16 +15,18 @@
 #include "storage/log_inspection.h"
 #include "storage/log_names.h"
 #include "storage/opening_gate.h"
+#include "storage/records/image_record.h"
 #include "storage/records/record_parts.h"
 #include "storage/records/state_record.h"
 #include "storage/replay_limit.h"
 #include "storage/rocksdb_status.h"
 #include "storage/silent_logger.h"
+#include "storage/value_reader.h"
+#include "storage/write_buffer.h"
 
 namespace veduta {
 namespace {
 
-constexpr uint32_t kFormatBeforeDense = 1;
 constexpr const char* kMarkerText =
     "This folder is a veduta database. Its files belong together: do not edit, add or remove "
     "any.\n";
@@ -40,6 +42,24 @@ bool IsLockHeld(const rocksdb::Status& status) {
   if (!status.IsIOError() || words.find("/LOCK: ") == std::string::npos) return false;
   return words.find("While lock file") != std::string::npos ||
          words.find("lock hold by current process") != std::string::npos;
+}
+
+// Writes the keys of `names` as they are since format 3. O(images) of time and memory.
+Status NameByContributor(const DatabaseFiles& files, WriteBuffer* batch) {
+  const ValueReader reader(files, nullptr);
+  return reader.Scan(
+      Family::kNames, "", "", [&](std::string_view name, std::string_view value, bool*) {
+        ImageId id;
+        if (!DecodeU32(value, &id.value).ok()) return Status::Ok();  // damaged: verify names it
+        ImageRecord image;
+        const auto decode = [&](std::string_view bytes) { return Decode(bytes, id, &image); };
+        const Result<bool> found = reader.Read(Family::kImages, ImageKey(id), decode);
+        // The name of a damaged record is kept for its repair, without the contributor.
+        if (!found.ok() && found.status().code() != StatusCode::kCorruption) return found.status();
+        batch->Delete(Family::kNames, name);
+        batch->Put(Family::kNames, NameKey(name, found.ok() ? image.contributor : ""), value);
+        return Status::Ok();
+      });
 }
 
 }  // namespace
@@ -332,10 +352,10 @@ Status DatabaseOpener::CheckFormat() {
   uint32_t version = 0;
   if (!DecodeU32(value, &version).ok())
     return Status::Corruption("family meta, key 'format': no version number");
-  if (version == kFormatBeforeDense && !options_.create) {
-    if (!options_.read_only) return UpgradeToDense();
-    return Status::Corruption("the database at " + path +
-                              " has format 1 of an earlier veduta: 'veduta settle " + path +
+  if (version > 0 && version < kFormatVersion && !options_.create) {
+    if (!options_.read_only) return Upgrade(version);
+    return Status::Corruption("the database at " + path + " has format " + std::to_string(version) +
+                              " of an earlier veduta: 'veduta settle " + path +
                               "' brings it to format " + std::to_string(kFormatVersion));
   }
   if (version != kFormatVersion) {
@@ -357,17 +377,17 @@ Status DatabaseOpener::CheckFamilies(uint32_t format) {
   return Status::Ok();
 }
 
-// Format 1 had no families for the dense pass, and is the same otherwise. The version is written
-// last: whoever is killed on the way upgrades again.
-Status DatabaseOpener::UpgradeToDense() {
-  VEDUTA_RETURN_IF_ERROR(CheckFamilies(kFormatBeforeDense));
+// Format 1 had no families for the dense pass; until format 2 the keys of `names` did not tell the
+// contributor. The rest is the same. The version is written last, with the names: whoever is killed
+// on the way upgrades again.
+Status DatabaseOpener::Upgrade(uint32_t version) {
+  VEDUTA_RETURN_IF_ERROR(CheckFamilies(version));
   VEDUTA_RETURN_IF_ERROR(CreateMissingFamilies());
-  rocksdb::WriteBatch batch;
-  const rocksdb::Status put =
-      batch.Put(files_->handle(Family::kMeta), rocksdb::Slice(kFormatKey.data(), kFormatKey.size()),
-                EncodeU32(kFormatVersion));
-  VEDUTA_RETURN_IF_ERROR(FromRocksdb(put, "upgrade the database"));
-  return files_->Write(&batch, /*sync=*/true, "upgrade the database at " + files_->path_);
+  WriteBuffer batch(*files_);
+  VEDUTA_RETURN_IF_ERROR(NameByContributor(*files_, &batch));
+  const std::string newest = EncodeU32(kFormatVersion);
+  batch.Put(Family::kMeta, kFormatKey, std::string_view(newest));
+  return batch.Write(/*sync=*/true, "upgrade the database at " + files_->path_);
 }
 
 Status DatabaseOpener::FinishCreation() {

@@ -49,7 +49,7 @@ class DatabaseOpener final {
   Status CreateMissingFamilies();
   Status CheckFormat();
   Status CheckFamilies(uint32_t format);  // those that the format has
-  Status UpgradeToDense();
+  Status Upgrade(uint32_t version);
   Status FinishCreation();
   bool Holds(const std::string& file) const;
   bool HoldsTables() const;

@@ -13,7 +13,8 @@ class FileSystem;
 
 namespace veduta {
 
-inline constexpr uint32_t kFormatVersion = 2;  // 2 since there is a dense pass
+// 2: there is a dense pass. 3: contributors name their photos each for themselves.
+inline constexpr uint32_t kFormatVersion = 3;
 
 struct DatabaseOptions {
   // Makes a new database; kAlreadyExists if one is there.

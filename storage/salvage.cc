@@ -18,6 +18,7 @@
 #include "storage/database_opener.h"
 #include "storage/family_options.h"
 #include "storage/log_salvage.h"
+#include "storage/records/image_record.h"
 #include "storage/records/photo_record.h"
 #include "storage/records/record_parts.h"
 #include "storage/records/state_record.h"
@@ -204,19 +205,18 @@ Status Salvage::OpenScratch() {
 }
 
 // What a later program has written looks like damage to this one, and is none. What an earlier one
-// has written is to be upgraded first.
+// has written can be read, and is written anew in today's format.
 Status Salvage::RefuseOtherFormat(const Status& opened) const {
   if (!opened.ok()) return trouble_ == OpenTrouble::kOtherFormat ? opened : Status::Ok();
   std::string value;
   uint32_t number = 0;
   const Result<bool> found = ValueReader(*files_, nullptr).Copy(Family::kMeta, kFormatKey, &value);
-  if (!found.ok() || !*found || !DecodeU32(value, &number).ok() || number == kFormatVersion)
+  if (!found.ok() || !*found || !DecodeU32(value, &number).ok() || number <= kFormatVersion)
     return Status::Ok();
-  return Status::InvalidArgument(
-      "the database at " + path_ + " has format " + std::to_string(number) +
-      "; this program repairs format " + std::to_string(kFormatVersion) +
-      (number > kFormatVersion ? ": repair it with the program that wrote it"
-                               : ": open it for writing first, which upgrades it"));
+  return Status::InvalidArgument("the database at " + path_ + " has format " +
+                                 std::to_string(number) + "; this program repairs formats up to " +
+                                 std::to_string(kFormatVersion) +
+                                 ": repair it with the program that wrote it");
 }
 
 // RocksDB's own repair finds the tables without the manifest, and reads the logs. It does not know
@@ -263,11 +263,13 @@ void Salvage::ScanStrayPhotos(const std::function<bool(const ContentHash&)>& vis
   blobs().Scan(visit);
 }
 
-Status Salvage::ScanNames(const std::function<void(std::string_view, ImageId)>& visit) const {
+Status Salvage::ScanNames(const std::function<void(const PhotoName&, ImageId)>& visit) const {
   return ValueReader(*files_, nullptr)
       .Scan(Family::kNames, "", "", [&](std::string_view key, std::string_view value, bool*) {
         ImageId image;
-        if (DecodeU32(value, &image.value).ok() && image.valid()) visit(key, image);
+        PhotoName name;
+        if (!ParseNameKey(key, &name)) name = {std::string(key), ""};
+        if (DecodeU32(value, &image.value).ok() && image.valid()) visit(name, image);
         return Status::Ok();
       });
 }

@@ -46,8 +46,9 @@ class Salvage final {
   Result<std::vector<uint8_t>> GetPhoto(const ContentHash& photo, uint64_t size_bytes = 0) const;
   // The photos in blob files, whether or not any record knows them. Reads all of them.
   void ScanStrayPhotos(const std::function<bool(const ContentHash&)>& visit) const;
-  // Every entry of `names` and of `hashes` up to the first that cannot be read.
-  Status ScanNames(const std::function<void(std::string_view name, ImageId image)>& visit) const;
+  // Every entry of `names` and of `hashes` up to the first that cannot be read. The contributor is
+  // empty where the database has a format before 3, which does not tell it there.
+  Status ScanNames(const std::function<void(const PhotoName&, ImageId image)>& visit) const;
   Status ScanHashes(const std::function<void(const ContentHash&, ImageId image)>& visit) const;
 
  private:

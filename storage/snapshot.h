@@ -47,8 +47,16 @@ class Snapshot {
   virtual Result<std::vector<CameraRecord>> ListCameras() const = 0;  // ascending ids
 
   virtual Result<ImageRecord> GetImage(ImageId id) const = 0;
-  virtual Result<std::optional<ImageId>> FindImageByName(std::string_view name) const = 0;
+  virtual Result<std::optional<ImageId>> FindImageByName(std::string_view name,
+                                                         std::string_view contributor) const = 0;
+  // Those of all contributors, in the order of these; at most `count_max`.
+  virtual Result<std::vector<ImageId>> FindImagesByName(std::string_view name,
+                                                        size_t count_max) const = 0;
   virtual Result<std::optional<ImageId>> FindImageByPhoto(const ContentHash& photo) const = 0;
+  // Those whose photo's hash begins with these lower-case hexadecimal digits, in the order of the
+  // hashes; at most `count_max`.
+  virtual Result<std::vector<ImageId>> FindImagesByPhoto(std::string_view hash_digits,
+                                                         size_t count_max) const = 0;
   // Calls visit in ascending ids until it returns false.
   virtual Status ScanImages(const std::function<bool(const ImageRecord&)>& visit) const = 0;
 
@@ -119,6 +127,8 @@ class Snapshot {
   virtual Status ScanFeatureKeys(const std::function<bool(const ContentHash&)>& visit) const = 0;
   // The photo was written ahead of a commit that has not come yet.
   virtual Result<bool> IsWrittenAhead(const ContentHash& photo) const = 0;
+  // What such a photo is called; nothing where its mark does not tell.
+  virtual Result<std::optional<PhotoName>> FindNameAhead(const ContentHash& photo) const = 0;
 };
 
 }  // namespace veduta

@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
+#include <charconv>
 #include <optional>
 #include <string>
 #include <utility>
@@ -45,6 +46,23 @@ Status IdAfter(size_t prefix_bytes, std::string_view key, uint32_t* id) {
   return Status::Ok();
 }
 
+Status DecodeImageNumber(std::string_view value, ImageId* image) {
+  VEDUTA_RETURN_IF_ERROR(DecodeU32(value, &image->value));
+  return image->valid() ? Status::Ok() : Status::Corruption("image id 0");
+}
+
+// The bytes that the hexadecimal digits write; what comes before the first that is none.
+std::string WholeBytes(std::string_view digits) {
+  std::string bytes;
+  for (; digits.size() >= 2; digits.remove_prefix(2)) {
+    uint8_t byte = 0;
+    const auto [end, error] = std::from_chars(digits.data(), digits.data() + 2, byte, 16);
+    if (error != std::errc() || end != digits.data() + 2) break;
+    bytes += static_cast<char>(byte);
+  }
+  return bytes;
+}
+
 class SnapshotView final : public Snapshot {
  public:
   explicit SnapshotView(std::shared_ptr<const DatabaseFiles> files)
@@ -87,12 +105,28 @@ class SnapshotView final : public Snapshot {
     return image;
   }
 
-  Result<std::optional<ImageId>> FindImageByName(std::string_view name) const override {
-    return FindImage(Family::kNames, name);
+  Result<std::optional<ImageId>> FindImageByName(std::string_view name,
+                                                 std::string_view contributor) const override {
+    return FindImage(Family::kNames, NameKey(name, contributor));
+  }
+
+  Result<std::vector<ImageId>> FindImagesByName(std::string_view name,
+                                                size_t count_max) const override {
+    return FindImages(
+        Family::kNames, NamePrefix(name), [](std::string_view) { return true; }, count_max);
   }
 
   Result<std::optional<ImageId>> FindImageByPhoto(const ContentHash& photo) const override {
     return FindImage(Family::kHashes, HashKey(photo));
+  }
+
+  Result<std::vector<ImageId>> FindImagesByPhoto(std::string_view hash_digits,
+                                                 size_t count_max) const override {
+    const auto begins_so = [&](std::string_view key) {
+      ContentHash photo;
+      return ParseHashKey(key, &photo) && photo.Hex().starts_with(hash_digits);
+    };
+    return FindImages(Family::kHashes, WholeBytes(hash_digits), begins_so, count_max);
   }
 
   Status ScanImages(const std::function<bool(const ImageRecord&)>& visit) const override {
@@ -339,6 +373,17 @@ class SnapshotView final : public Snapshot {
     return reader_.Has(Family::kQueue, PhotoMarkKey(photo));
   }
 
+  Result<std::optional<PhotoName>> FindNameAhead(const ContentHash& photo) const override {
+    std::optional<PhotoName> found;
+    const auto parse = [&](std::string_view value) {
+      PhotoName name;
+      if (ParseNameKey(value, &name)) found = std::move(name);
+      return Status::Ok();
+    };
+    VEDUTA_RETURN_IF_ERROR(reader_.Read(Family::kQueue, PhotoMarkKey(photo), parse).status());
+    return found;
+  }
+
  private:
   // False where there is none. `ids` are those the key holds.
   template <typename Record, typename... Ids>
@@ -364,12 +409,26 @@ class SnapshotView final : public Snapshot {
 
   Result<std::optional<ImageId>> FindImage(Family family, std::string_view key) const {
     ImageId image;
-    VEDUTA_ASSIGN_OR_RETURN(
-        const bool found, reader_.Read(family, key, [&](std::string_view value) {
-          VEDUTA_RETURN_IF_ERROR(DecodeU32(value, &image.value));
-          return image.valid() ? Status::Ok() : Status::Corruption("image id 0");
-        }));
+    VEDUTA_ASSIGN_OR_RETURN(const bool found,
+                            reader_.Read(family, key, [&](std::string_view value) {
+                              return DecodeImageNumber(value, &image);
+                            }));
     return found ? std::optional(image) : std::nullopt;
+  }
+
+  template <typename Wanted>
+  Result<std::vector<ImageId>> FindImages(Family family, const std::string& prefix,
+                                          const Wanted& is_wanted, size_t count_max) const {
+    std::vector<ImageId> images;
+    if (count_max == 0) return images;
+    const auto visit = [&](std::string_view key, std::string_view value, bool* more) {
+      if (!is_wanted(key)) return Status::Ok();
+      VEDUTA_RETURN_IF_ERROR(DecodeImageNumber(value, &images.emplace_back()));
+      *more = images.size() < count_max;
+      return Status::Ok();
+    };
+    VEDUTA_RETURN_IF_ERROR(reader_.Scan(family, prefix, "", visit));
+    return images;
   }
 
   // Records of one run of keys, each the prefix and an id.

@@ -48,8 +48,8 @@ class Transaction {
   // counts of base() with what PutImage and PutCamera have changed.
   virtual void PutState(const DatabaseState& state) = 0;
   virtual void PutCamera(const CameraRecord& camera) = 0;
-  // Also indexes the image by name (unless it is rejected with kNameTaken: the name stays with its
-  // owner). Unless it is rejected, indexes it by photo hash, too, and clears the photo's mark, so
+  // Also indexes the image by name and contributor (unless it is rejected with kNameTaken: the name
+  // stays with its owner). Unless it is rejected, indexes it by photo hash, too, and clears the photo's mark, so
   // that what was written ahead stays. A rejected image changes nothing of what is written ahead:
   // the same bytes may be on their way in another submission.
   virtual void PutImage(const ImageRecord& image) = 0;

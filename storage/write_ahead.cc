@@ -5,6 +5,7 @@
 
 #include <string_view>
 
+#include "storage/records/image_record.h"
 #include "storage/records/key_bytes.h"
 #include "storage/records/photo_record.h"
 #include "storage/records/point_block.h"
@@ -178,9 +179,11 @@ Status PhotoClaims::CheckKept(const ContentHash& photo) const {
 }
 
 Status WritePhotoAhead(DatabaseFiles& files, PhotoClaims& claims, const ContentHash& photo,
-                       std::span<const uint8_t> bytes, const Features& features) {
+                       std::span<const uint8_t> bytes, const Features& features,
+                       const PhotoName& name) {
   const std::string key = HashKey(photo);
   const Result<std::string> encoded = Encode(features);
+  const std::string mark = name.name.empty() ? "" : NameKey(name.name, name.contributor);
   // No commit may name the photo, and nobody may drop it, between the looks and the write.
   const std::lock_guard lock(files.commit_mutex());
   const ValueReader reader(files, nullptr);
@@ -198,7 +201,7 @@ Status WritePhotoAhead(DatabaseFiles& files, PhotoClaims& claims, const ContentH
     }
     WriteBuffer batch(files);
     batch.Put(Family::kPhotos, key, AsText(bytes));
-    batch.Put(Family::kQueue, PhotoMarkKey(photo), std::string_view());
+    batch.Put(Family::kQueue, PhotoMarkKey(photo), std::string_view(mark));
     VEDUTA_RETURN_IF_ERROR(batch.Write(/*sync=*/false, "write a photo ahead"));
     return derived.Write(/*sync=*/false, "write features ahead");
   };

@@ -17,6 +17,7 @@
 #include "storage/base/status.h"
 #include "storage/database_files.h"
 #include "storage/model/features.h"
+#include "storage/model/image.h"
 #include "storage/model/points.h"
 
 namespace veduta {
@@ -59,7 +60,8 @@ class PhotoClaims final {
 
 // The functions below are those of Database, on its files. Thread-safe.
 Status WritePhotoAhead(DatabaseFiles& files, PhotoClaims& claims, const ContentHash& photo,
-                       std::span<const uint8_t> bytes, const Features& features);
+                       std::span<const uint8_t> bytes, const Features& features,
+                       const PhotoName& name);
 Status DropPhotoAhead(DatabaseFiles& files, PhotoClaims& claims, const ContentHash& photo);
 Status DropPointBlocksAhead(DatabaseFiles& files, ReconstructionId reconstruction,
                             uint32_t generation);

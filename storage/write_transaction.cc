@@ -67,7 +67,7 @@ class WriteTransaction final : public Transaction {
     const std::string id = EncodeU32(image.id.value);
     // The name stays with the image that had it first.
     if (image.reason != Reason::kNameTaken)
-      buffer().Put(Family::kNames, image.name, std::string_view(id));
+      buffer().Put(Family::kNames, NameKey(image.name, image.contributor), std::string_view(id));
     if (image.verdict != Verdict::kRejected) {
       buffer().Put(Family::kHashes, HashKey(image.photo), std::string_view(id));
       kept_photos_.push_back(image.photo);
@@ -216,7 +216,8 @@ class WriteTransaction final : public Transaction {
     VEDUTA_ASSIGN_OR_RETURN(const ImageRecord image, base_->GetImage(id));
     VEDUTA_RETURN_IF_ERROR(count_changes_.NoteRemoval(*base_, id));
     buffer().Delete(Family::kImages, ImageKey(id));
-    if (image.reason != Reason::kNameTaken) buffer().Delete(Family::kNames, image.name);
+    if (image.reason != Reason::kNameTaken)
+      buffer().Delete(Family::kNames, NameKey(image.name, image.contributor));
     if (image.verdict == Verdict::kRejected) return Status::Ok();  // nothing else is kept of it
     for (const Family family : {Family::kHashes, Family::kPhotos, Family::kFeatures})
       buffer().Delete(family, HashKey(image.photo));

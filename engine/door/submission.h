@@ -18,7 +18,7 @@ namespace veduta {
 
 // A contributed file: read from `path`, unless the bytes are given.
 struct PhotoSource {
-  std::string name;  // in the database; unique there
+  std::string name;  // in the database; unique among the photos of its contributor
   std::string path;
   std::optional<std::vector<uint8_t>> bytes;
 };
@@ -126,7 +126,7 @@ class Ticket final {
 using AnswerCallback = std::function<void(const Result<AddOutcome>&)>;
 
 struct RemoveRequest {
-  std::vector<std::string> photos;  // each by its name, or by "#" and its number; or
+  std::vector<std::string> photos;  // each by what Questions::Image finds it by; or
   std::string contributor;          // all photos of this contributor
   std::string actor = "anonymous";  // who has them removed; for the journal
   std::string why;                  // for the journal
@@ -175,7 +175,7 @@ enum class ForbidKind : uint8_t { kPair, kMerge, kPose };
 // photo that must not have a pose.
 struct ForbidRequest {
   ForbidKind kind = ForbidKind::kPair;
-  // Photos by name or "#" and number; reconstructions by number. Of kPose b is empty.
+  // Photos by what Questions::Image finds them by; reconstructions by number. Of kPose b is empty.
   std::string a, b;
   std::string actor = "anonymous";  // who says so
   std::string reason;               // for people

@@ -63,7 +63,8 @@ AddOutcome NameTakenBy(const PreparedPhoto& photo) {
   AddOutcome outcome;
   outcome.name = photo.name;
   outcome.reason = Reason::kNameTaken;
-  outcome.detail = "another photo is stored under this name; rename the file to add it";
+  outcome.detail =
+      "another photo of this contributor is stored under this name; rename the file to add it";
   return outcome;
 }
 

@@ -33,7 +33,7 @@ Result<Admission> Admit(const Snapshot& snapshot, const PreparedPhoto& photo, Ca
   }
   admission.record = NewRecord(photo, camera, contributor);
   VEDUTA_ASSIGN_OR_RETURN(const std::optional<ImageId> namesake,
-                          snapshot.FindImageByName(photo.name));
+                          snapshot.FindImageByName(photo.name, contributor));
   if (namesake) {
     VEDUTA_ASSIGN_OR_RETURN(const ImageRecord stored, snapshot.GetImage(*namesake));
     if (stored.verdict != Verdict::kRejected) {

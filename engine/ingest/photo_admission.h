@@ -13,7 +13,7 @@ namespace veduta {
 enum class AdmissionOutcome : uint8_t {
   kNew,        // to be placed
   kDuplicate,  // the same bytes are stored
-  kNameTaken,  // another photo is stored under this name
+  kNameTaken,  // another photo of this contributor is stored under this name
   kRejected,   // preparation found a reason to reject it
   kOutdated,   // the same bytes were stored when it was prepared, and were removed since
 };

@@ -241,7 +241,8 @@ PreparedPhoto PhotoPreparer::Extract(const PhotoSource& source,
 }
 
 Result<PreparedPhoto> PhotoPreparer::PrepareWithin(const PhotoSource& source,
-                                                   const CameraModel& camera) const {
+                                                   const CameraModel& camera,
+                                                   const std::string& contributor) const {
   Stopwatch watch;
   PreparedPhoto photo;
   std::vector<uint8_t> own;
@@ -254,13 +255,15 @@ Result<PreparedPhoto> PhotoPreparer::PrepareWithin(const PhotoSource& source,
   if (photo.known) return photo;
   ExtractBytes(*bytes, camera, &photo);
   if (photo.reason == Reason::kNone && photo.failure.ok()) {
-    VEDUTA_RETURN_IF_ERROR(database_->WritePhotoAhead(photo.hash, *bytes, photo.features));
+    VEDUTA_RETURN_IF_ERROR(
+        database_->WritePhotoAhead(photo.hash, *bytes, photo.features, {source.name, contributor}));
     photo.written_ahead = WrittenAhead::Photo(database_, photo.hash);
   }
   return photo;
 }
 
 Result<PreparedPhoto> PhotoPreparer::Prepare(const PhotoSource& source, const CameraModel& camera,
+                                             const std::string& contributor,
                                              Company company) const {
   try {
     // A photo of another size than the camera's is not decoded.
@@ -270,7 +273,7 @@ Result<PreparedPhoto> PhotoPreparer::Prepare(const PhotoSource& source, const Ca
         PrepareBytes(std::min(size_bytes, options_.limits.size_bytes_max), pixel_count);
     const MemoryBudget::Share share =
         TakeMemory(company == Company::kAlone ? std::max(needed, budget_.bytes_max()) : needed);
-    return PrepareWithin(source, camera);
+    return PrepareWithin(source, camera, contributor);
   } catch (const std::exception&) {
     PreparedPhoto photo;
     photo.name = source.name;

@@ -83,6 +83,7 @@ class PhotoPreparer final {
   // error means that the database failed; whatever is wrong with the photo is in its `reason`, and
   // whatever kept it from being judged in its `failure`.
   Result<PreparedPhoto> Prepare(const PhotoSource& source, const CameraModel& camera,
+                                const std::string& contributor,
                                 Company company = Company::kOthers) const;
   // Reads the photo and decodes nothing. Where the file is too large there is no hash. kIoError,
   // kNotFound.
@@ -101,7 +102,8 @@ class PhotoPreparer final {
   void ExtractBytes(std::span<const uint8_t> bytes, const std::optional<CameraModel>& camera,
                     PreparedPhoto* photo) const;
 
-  Result<PreparedPhoto> PrepareWithin(const PhotoSource& source, const CameraModel& camera) const;
+  Result<PreparedPhoto> PrepareWithin(const PhotoSource& source, const CameraModel& camera,
+                                      const std::string& contributor) const;
   // Extracts with the memory of an earlier extraction, where one has left some.
   Result<Features> ExtractFeaturesOf(const cv::Mat& gray) const;
   void DropIdleScratch() const;

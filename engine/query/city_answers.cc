@@ -2,7 +2,6 @@
 #include "engine/query/city_answers.h"
 
 #include <algorithm>
-#include <charconv>
 #include <functional>
 #include <map>
 #include <optional>
@@ -116,18 +115,6 @@ PlainPose ToPlain(const Rigid3& cam_from_world) {
   const Eigen::Vector3d center = cam_from_world.Center();
   return {
       {q.w(), q.x(), q.y(), q.z()}, {t.x(), t.y(), t.z()}, {center.x(), center.y(), center.z()}};
-}
-
-Result<ImageRecord> FindImage(const Snapshot& snapshot, const std::string& name) {
-  VEDUTA_ASSIGN_OR_RETURN(const std::optional<ImageId> id, snapshot.FindImageByName(name));
-  if (id) return snapshot.GetImage(*id);
-  uint32_t number = 0;
-  if (name.size() > 1 && name[0] == '#') {
-    const char* const last = name.data() + name.size();
-    const auto [end, error] = std::from_chars(name.data() + 1, last, number);
-    if (error == std::errc() && end == last) return snapshot.GetImage(ImageId(number));
-  }
-  return Status::NotFound("there is no image '" + name + "' in the database");
 }
 
 Result<CameraRecord> FindCamera(const Snapshot& snapshot, const std::string& name) {

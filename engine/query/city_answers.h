@@ -11,9 +11,6 @@
 
 namespace veduta {
 
-// The image's record by its name, or by "#" and its number. kNotFound names it.
-Result<ImageRecord> FindImage(const Snapshot& snapshot, const std::string& name);
-
 // The camera of that name. kNotFound lists those there are.
 Result<CameraRecord> FindCamera(const Snapshot& snapshot, const std::string& name);
 

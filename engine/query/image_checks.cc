@@ -116,9 +116,12 @@ Status CheckIndexes(const CheckedCity& city, Violations* violations) {
   VEDUTA_RETURN_IF_ERROR(WalkRecords<NameEntry>(
       city.snapshot, Family::kNames, violations, [&](const NameEntry& entry) {
         const auto image = city.images.find(entry.image);
-        violations->Expect(image != city.images.end() && image->second.name == entry.name, [&] {
-          return "the name " + entry.name + " leads to " + NameOf(entry.image) +
-                 ", which has another name or does not exist";
+        const bool leads_to_owner = image != city.images.end() &&
+                                    image->second.name == entry.name.name &&
+                                    image->second.contributor == entry.name.contributor;
+        violations->Expect(leads_to_owner, [&] {
+          return "the name " + entry.name.name + " of contributor " + entry.name.contributor +
+                 " leads to " + NameOf(entry.image) + ", which is not called so or does not exist";
         });
         named.insert(entry.image);
       }));
@@ -266,13 +269,15 @@ Status CheckBlobs(const CheckedCity& city, Violations* violations) {
 
 Status CheckImages(const CheckedCity& city, Violations* violations) {
   CheckState(city, violations);
-  std::set<std::string> names;
+  std::set<std::pair<std::string, std::string>> names;
   for (const auto& [id, image] : city.images) {
     CheckImage(city, image, violations);
-    violations->Expect(image.reason == Reason::kNameTaken || names.insert(image.name).second,
-                       [id = id, &image = image] {
-                         return NameOf(id) + " shares its name " + image.name + " with another";
-                       });
+    const bool is_alone =
+        image.reason == Reason::kNameTaken || names.insert({image.contributor, image.name}).second;
+    violations->Expect(is_alone, [id = id, &image = image] {
+      return NameOf(id) + " shares its name " + image.name + " with another of contributor " +
+             image.contributor;
+    });
   }
   for (const auto& [id, camera] : city.cameras) {
     const Status usable = CheckCamera(camera.model);

@@ -52,7 +52,7 @@ Status ReadStored(std::string_view key, std::string_view value, CameraRecord* ca
 }
 
 Status ReadStored(std::string_view key, std::string_view value, NameEntry* entry) {
-  entry->name = key;
+  if (!ParseNameKey(key, &entry->name)) return Status::Corruption("no name and contributor");
   return ReadImageNumber(value, &entry->image);
 }
 
@@ -121,8 +121,11 @@ Status ReadStored(std::string_view key, std::string_view value, PostingsEntry* e
   return DecodeImages(value, &entry->images);
 }
 
-Status ReadStored(std::string_view key, std::string_view /*value*/, WriteAheadMark* mark) {
-  return ParseMarkKey(key, mark);
+Status ReadStored(std::string_view key, std::string_view value, WriteAheadMark* mark) {
+  VEDUTA_RETURN_IF_ERROR(ParseMarkKey(key, mark));
+  PhotoName name;
+  const bool is_name = mark->kind == MarkKind::kPhoto && ParseNameKey(value, &name);
+  return value.empty() || is_name ? Status::Ok() : Status::Corruption("no name and contributor");
 }
 
 Status ReadStored(std::string_view key, std::string_view value, JournalRecord* record) {

@@ -16,7 +16,7 @@ namespace veduta {
 
 // Entries whose key says something that no record of storage/model holds.
 struct NameEntry {
-  std::string name;
+  PhotoName name;
   ImageId image;
 };
 struct HashEntry {

@@ -22,13 +22,19 @@ bool SameDescriptors(const Result<Features>& stored, const Features& features) {
 
 // What is known of images whose record cannot be read.
 struct Remains {
-  std::map<ImageId, std::string> names;
+  std::map<ImageId, PhotoName> names;
   std::map<ImageId, ContentHash> photos;
+
+  // Empty where nothing tells it.
+  std::string NameOf(ImageId id) const {
+    const auto found = names.find(id);
+    return found == names.end() ? "" : found->second.name;
+  }
 };
 
 Remains ReadRemains(const Salvage& source) {
   Remains remains;
-  source.ScanNames([&](std::string_view name, ImageId id) { remains.names[id] = name; })
+  source.ScanNames([&](const PhotoName& name, ImageId id) { remains.names[id] = name; })
       .IgnoreBecause("what cannot be read is recovered in another way, or named as lost");
   source.ScanHashes([&](const ContentHash& photo, ImageId id) { remains.photos[id] = photo; })
       .IgnoreBecause("what cannot be read is recovered in another way, or named as lost");
@@ -70,9 +76,15 @@ void FillFromJournal(const HealingWork& healing, bool has_pose, ImageRecord* rec
   if (entry != healing.added.end()) record->time_unix_s = entry->second.time_unix_s;
 }
 
-std::string NameFor(const Remains& remains, ImageId id, const ContentHash& photo) {
-  const auto name = remains.names.find(id);
-  return name == remains.names.end() ? "recovered/" + photo.Hex().substr(0, 16) : name->second;
+// What the image was called, and who sent it where the journal does not tell.
+void FillName(const Remains& remains, ImageRecord* record) {
+  const auto found = remains.names.find(record->id);
+  if (found == remains.names.end()) {
+    record->name = "recovered/" + record->photo.Hex().substr(0, 16);
+    return;
+  }
+  record->name = found->second.name;
+  if (!found->second.contributor.empty()) record->contributor = found->second.contributor;
 }
 
 // The record anew from the photo, where its name, its camera and its photo are known.
@@ -80,20 +92,20 @@ Status RecoverImage(ImageId id, const Remains& remains, const std::string& damag
                     HealingWork* healing) {
   const auto photo = remains.photos.find(id);
   if (photo == remains.photos.end()) {
-    const auto name = remains.names.find(id);
-    healing->notes.Add(damage, name == remains.names.end()
+    const std::string name = remains.NameOf(id);
+    healing->notes.Add(damage, name.empty()
                                    ? "nothing else names it; it may have been a rejected photo"
-                                   : "it was the rejected photo '" + name->second + "'");
-    healing->StandIn(id, name == remains.names.end() ? "" : name->second);
+                                   : "it was the rejected photo '" + name + "'");
+    healing->StandIn(id, name);
     return Status::Ok();
   }
   ImageRecord record;
   record.id = id;
   record.photo = photo->second;
-  record.name = NameFor(remains, id, record.photo);
   const Result<std::optional<PoseRecord>> pose = healing->from().FindPose(id);
   if (!pose.ok() && !IsDamage(pose.status())) return pose.status();
   FillFromJournal(*healing, pose.ok() && pose->has_value(), &record);
+  FillName(remains, &record);
   const Result<std::vector<uint8_t>> bytes = healing->source.GetPhoto(record.photo);
   if (!bytes.ok()) {
     if (!IsDamage(bytes.status())) return bytes.status();
@@ -141,6 +153,18 @@ std::set<ContentHash> FindStrays(const Remains& remains, bool lost_records,
   return strays;
 }
 
+// What its mark calls it, unless an image is called so: then the photo was refused, or sent anew.
+PhotoName NameOfStray(const ContentHash& photo, const HealingWork& healing) {
+  const Result<std::optional<PhotoName>> ahead = healing.from().FindNameAhead(photo);
+  const bool is_told = ahead.ok() && *ahead;
+  const auto has_it = [&](const auto& entry) {
+    const ImageRecord& image = entry.second;
+    return image.name == (*ahead)->name && image.contributor == (*ahead)->contributor;
+  };
+  if (is_told && std::ranges::none_of(healing.images, has_it)) return **ahead;
+  return {"recovered/" + photo.Hex().substr(0, 16), "veduta"};
+}
+
 // They are added anew, or written to a folder where nobody can tell which camera took them.
 Status RecoverStrays(const std::set<ContentHash>& strays, HealingWork* healing) {
   for (const ContentHash& photo : strays) {
@@ -149,12 +173,13 @@ Status RecoverStrays(const std::set<ContentHash>& strays, HealingWork* healing) 
     if (!bytes.ok()) continue;
     VEDUTA_ASSIGN_OR_RETURN(const Fitting fitting,
                             FittingCameras(*bytes, healing->from().GetFeatures(photo), *healing));
-    const std::string name = "recovered/" + photo.Hex().substr(0, 16);
+    const PhotoName name = NameOfStray(photo, *healing);
     healing->notes.Add("a photo belongs to no image, while records are lost",
-                       fitting.size() == 1 ? "it is added again as '" + name + "'"
-                                           : "it is written to a folder as '" + name + "'");
-    healing->notes.loose.push_back(
-        {name, photo, fitting.size() == 1 ? fitting.front().first->name : "", "veduta"});
+                       fitting.size() == 1 ? "it is added again as '" + name.name + "'"
+                                           : "it is written to a folder as '" + name.name + "'");
+    healing->notes.loose.push_back({name.name, photo,
+                                    fitting.size() == 1 ? fitting.front().first->name : "",
+                                    name.contributor});
   }
   return Status::Ok();
 }

@@ -105,17 +105,19 @@ Status HealPhoto(ImageRecord* image, HealingWork* healing) {
   return healing->writer.Put([&](Transaction& transaction) { transaction.PutImage(*image); });
 }
 
+// By contributor.
+using Names = std::set<std::pair<std::string, std::string>>;
+
 // Two records may name one photo, or have one name, where an old record came back.
-bool IsTakenAlready(const ImageRecord& image, std::set<std::string>* names,
-                    std::set<ContentHash>* photos) {
-  if (!names->insert(image.name).second) return true;
+bool IsTakenAlready(const ImageRecord& image, Names* names, std::set<ContentHash>* photos) {
+  if (!names->insert({image.contributor, image.name}).second) return true;
   return image.verdict != Verdict::kRejected && !photos->insert(image.photo).second;
 }
 
 }  // namespace
 
 Status HealPhotos(HealingWork* healing) {
-  std::set<std::string> names;
+  Names names;
   std::set<ContentHash> photos;
   for (auto& [id, image] : healing->images) {
     if (IsTakenAlready(image, &names, &photos)) {

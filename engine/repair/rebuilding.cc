@@ -20,14 +20,13 @@ struct PhotoToAdd {
 // A step that fails is set aside by the engine, and the next program tries it again.
 void IgnoreStep(const FollowUp& /*step*/) {}
 
-// What people have forbidden of photos, by the name of the photo that comes last of those that it
-// is about.
-using Statements = std::multimap<std::string, ForbidRequest>;
+// What people have forbidden of photos, by the photo that comes last of those that it is about.
+using Statements = std::multimap<ContentHash, ForbidRequest>;
 
 // States anew what needed that photo to be there.
-Status Restate(const Statements& statements, const std::string& photo, Engine* engine,
+Status Restate(const Statements& statements, const PhotoToAdd& photo, Engine* engine,
                std::vector<RepairNotes::Finding>* unkept) {
-  const auto [begin, end] = statements.equal_range(photo);
+  const auto [begin, end] = statements.equal_range(photo.photo);
   for (auto statement = begin; statement != end; ++statement) {
     const Status stated = engine->Forbid(statement->second);
     // The photo was not stored, or was rejected.
@@ -35,7 +34,7 @@ Status Restate(const Statements& statements, const std::string& photo, Engine* e
         stated.code() == StatusCode::kNotFound || stated.code() == StatusCode::kInvalidArgument;
     if (!stated.ok() && !is_lost) return stated;
     if (is_lost)
-      unkept->push_back({"what " + statement->second.actor + " has forbidden of '" + photo +
+      unkept->push_back({"what " + statement->second.actor + " has forbidden of '" + photo.name +
                              "' cannot be stated anew: " + stated.message(),
                          "it is left out"});
   }
@@ -53,10 +52,10 @@ Status AddAll(const std::vector<PhotoToAdd>& photos, const Salvage& source,
                             source.GetPhoto(photo.photo, photo.size_bytes));
     batch.push_back({{photo.name, "", std::move(bytes)}, photo.camera, photo.contributor});
     const bool is_full = batch.size() == kPhotosAtOnce || i + 1 == photos.size();
-    if (!is_full && !statements.contains(photo.name)) continue;
+    if (!is_full && !statements.contains(photo.photo)) continue;
     VEDUTA_RETURN_IF_ERROR(engine->AddPhotos(batch, {}, {}, IgnoreStep));
     batch.clear();
-    VEDUTA_RETURN_IF_ERROR(Restate(statements, photo.name, engine, unkept));
+    VEDUTA_RETURN_IF_ERROR(Restate(statements, photo, engine, unkept));
   }
   return Status::Ok();
 }
@@ -84,9 +83,10 @@ Result<Statements> StatementsOf(const HealingWork& healing,
     const ImageRecord* const b = healing.FindPhoto(ImageId(forbidden.b));
     if (a == nullptr || b == nullptr) continue;  // it went with the photo
     const bool is_pose = forbidden.kind == ForbiddenKind::kPose;
-    statements.emplace(b->name,
-                       ForbidRequest{is_pose ? ForbidKind::kPose : ForbidKind::kPair, a->name,
-                                     is_pose ? "" : b->name, forbidden.actor, forbidden.reason});
+    // By their hashes: contributors may have given one name to several photos.
+    statements.emplace(
+        b->photo, ForbidRequest{is_pose ? ForbidKind::kPose : ForbidKind::kPair, a->photo.Hex(),
+                                is_pose ? "" : b->photo.Hex(), forbidden.actor, forbidden.reason});
   }
   return statements;
 }

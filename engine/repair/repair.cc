@@ -171,12 +171,11 @@ class Repairer final {
   }
 
   Status WriteOut() {
-    for (const std::string& name : answer_.written_out) {
-      const auto photo = std::ranges::find(loose_, name, &LoosePhoto::name);
-      if (photo == loose_.end()) continue;
-      VEDUTA_ASSIGN_OR_RETURN(const std::vector<uint8_t> bytes, source_->GetPhoto(photo->photo));
-      const std::string prefix = photo->photo.Hex().substr(0, 16);
-      VEDUTA_RETURN_IF_ERROR(WriteFileInside(folders_.photos, name, prefix, bytes));
+    for (const LoosePhoto& loose : loose_) {
+      if (!loose.camera.empty()) continue;
+      VEDUTA_ASSIGN_OR_RETURN(const std::vector<uint8_t> bytes, source_->GetPhoto(loose.photo));
+      const std::string prefix = loose.photo.Hex().substr(0, 16);
+      VEDUTA_RETURN_IF_ERROR(WriteFileInside(folders_.photos, loose.name, prefix, bytes));
       answer_.photos_path = folders_.photos;
     }
     return Status::Ok();

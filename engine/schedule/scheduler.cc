@@ -332,7 +332,8 @@ Result<PreparedPhoto> Scheduler::Prepare(WaitingPhoto* photo,
     if (found.ok()) photo->camera = std::move(*found);
     if (!found.ok()) unknown = found.status();
   }
-  if (photo->camera) return preparer_->Prepare(photo->photo, photo->camera->model, company);
+  if (photo->camera)
+    return preparer_->Prepare(photo->photo, photo->camera->model, photo->contributor, company);
   PreparedPhoto failed;
   failed.name = photo->photo.name;
   failed.failure = std::move(unknown);

@@ -9,6 +9,7 @@
 #include "engine/photo/derived_features.h"
 #include "fusion/export/colmap_files.h"
 #include "fusion/export/exporter.h"
+#include "fusion/export/model_names.h"
 
 namespace veduta {
 namespace {
@@ -28,6 +29,7 @@ class ColmapModel final {
       : snapshot_(snapshot), record_(record), files_(files) {}
 
   Status Write(const std::vector<PoseRecord>& poses) {
+    VEDUTA_RETURN_IF_ERROR(FindNames(poses));
     VEDUTA_RETURN_IF_ERROR(WritePoints());
     for (const PoseRecord& pose : poses) VEDUTA_RETURN_IF_ERROR(WriteImage(pose));
     VEDUTA_RETURN_IF_ERROR(WriteCameras());
@@ -50,6 +52,17 @@ class ColmapModel final {
                                      });
   }
 
+  Status FindNames(const std::vector<PoseRecord>& poses) {
+    std::vector<ImageRecord> images(poses.size());
+    std::vector<const ImageRecord*> all;
+    for (size_t i = 0; i < poses.size(); ++i) {
+      VEDUTA_ASSIGN_OR_RETURN(images[i], snapshot_.GetImage(poses[i].image));
+      all.push_back(&images[i]);
+    }
+    names_ = ModelNames(all);
+    return Status::Ok();
+  }
+
   Status WriteImage(const PoseRecord& pose) {
     VEDUTA_ASSIGN_OR_RETURN(const ImageRecord image, snapshot_.GetImage(pose.image));
     VEDUTA_ASSIGN_OR_RETURN(const CameraRecord camera, snapshot_.GetCamera(image.camera));
@@ -59,7 +72,7 @@ class ColmapModel final {
                             snapshot_.GetObservations(image.id));
     cameras_.insert(image.camera);
     VEDUTA_RETURN_IF_ERROR(CheckObservations(image, features, observations));
-    files_->AddImage({image.id, image.camera, image.name, pose.cam_from_world,
+    files_->AddImage({image.id, image.camera, names_.at(image.id), pose.cam_from_world,
                       FeaturesOf(features, observations, camera.model)});
     return Status::Ok();
   }
@@ -111,6 +124,7 @@ class ColmapModel final {
   const ReconstructionRecord& record_;
   ColmapFiles* const files_;
   std::map<PointId, uint64_t> numbers_;
+  std::map<ImageId, std::string> names_;
   std::set<CameraId> cameras_;
   UndistortCache tables_{kTablesBytesMax};
 };

@@ -4,6 +4,7 @@
 #include <nlohmann/json.hpp>
 
 #include "fusion/export/exporter.h"
+#include "fusion/export/model_names.h"
 #include "fusion/export/output_file.h"
 #include "fusion/export/surface_model.h"
 #include "fusion/pass/scene.h"
@@ -71,13 +72,14 @@ class NerfstudioExporter final : public Exporter {
     // The caller's snapshot outlives this: nothing is shared.
     const std::shared_ptr<const Snapshot> snapshot(std::shared_ptr<const Snapshot>(), &snapshot_);
     ViewLoader loader(snapshot, 0, 1);
+    const std::map<ImageId, std::string> names = ModelNames(scene);
     for (const auto& [id, image] : scene.images) {
       VEDUTA_ASSIGN_OR_RETURN(const std::shared_ptr<const View> view, loader.Load(image));
       char file_path[32];
       std::snprintf(file_path, sizeof(file_path), "images/%06u.png", id.value);
       VEDUTA_RETURN_IF_ERROR(WritePng(folder + "/" + file_path, view->geometry.width_px,
                                       view->geometry.height_px, view->rgb));
-      frames->push_back(FrameOf(view->geometry, file_path, image.record.name));
+      frames->push_back(FrameOf(view->geometry, file_path, names.at(id)));
     }
     return Status::Ok();
   }

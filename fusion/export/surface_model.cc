@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <array>
 
+#include "fusion/export/model_names.h"
 #include "fusion/pass/scene.h"
 #include "fusion/pass/view_loader.h"
 #include "fusion/surface/simplification.h"
@@ -51,8 +52,9 @@ Result<SurfaceModel> LoadSurfaceModel(const Snapshot& snapshot,
   SurfaceModel model;
   model.record = record;
   VEDUTA_ASSIGN_OR_RETURN(model.points, LoadPoints(snapshot, record));
+  const std::map<ImageId, std::string> names = ModelNames(scene);
   for (const auto& [id, image] : scene.images)
-    model.cameras.push_back({image.record.name, ViewGeometryOf(image, 0)});
+    model.cameras.push_back({names.at(id), ViewGeometryOf(image, 0)});
   VEDUTA_ASSIGN_OR_RETURN(model.tiles, LoadCurrentTiles(snapshot, record.id));
   return model;
 }

@@ -11,9 +11,14 @@
 
 namespace veduta {
 
+// What a contributor calls a photo: unique among those of the contributor.
+struct PhotoName {
+  std::string name, contributor;
+};
+
 struct ImageRecord {
   ImageId id;
-  std::string name;  // unique; the path relative to the folder given
+  std::string name;  // unique among the contributor's; the path relative to the folder given
   ContentHash photo;
   CameraId camera;
   uint32_t width_px = 0, height_px = 0;

@@ -42,7 +42,7 @@ enum class Reason : uint8_t {
   kWrongSize = 43,
   kNoTexture = 44,  // black, white or out of focus: no features to speak of
   kEmptyFile = 45,
-  kNameTaken = 46,  // other content is stored under this name
+  kNameTaken = 46,  // other content of this contributor is stored under this name
 };
 
 }  // namespace veduta

@@ -11,6 +11,9 @@
 namespace veduta {
 namespace {
 
+// In a key of `names` a byte 0 is followed by what it means.
+constexpr char kZero = '\0', kEndOfName = '\1', kZeroOfName = '\xff';
+
 // No default in these switches: the compiler names an enumerator that was forgotten.
 bool Known(Verdict verdict) {
   switch (verdict) {
@@ -59,6 +62,40 @@ bool Known(Reason reason) {
 
 std::string ImageKey(ImageId id) {
   return Key32(id.value);
+}
+
+std::string NamePrefix(std::string_view name) {
+  std::string key;
+  key.reserve(name.size() + 2);
+  for (const char byte : name) {
+    key += byte;
+    if (byte == kZero) key += kZeroOfName;
+  }
+  key += kZero;
+  key += kEndOfName;
+  return key;
+}
+
+std::string NameKey(std::string_view name, std::string_view contributor) {
+  return NamePrefix(name).append(contributor);
+}
+
+bool ParseNameKey(std::string_view key, PhotoName* name) {
+  name->name.clear();
+  for (size_t i = 0; i < key.size(); ++i) {
+    if (key[i] != kZero) {
+      name->name += key[i];
+      continue;
+    }
+    if (++i == key.size()) return false;
+    if (key[i] == kEndOfName) {
+      name->contributor = key.substr(i + 1);
+      return true;
+    }
+    if (key[i] != kZeroOfName) return false;
+    name->name += kZero;
+  }
+  return false;
 }
 
 Status Check(const ImageRecord& image) {

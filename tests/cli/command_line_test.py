@@ -4,6 +4,7 @@
 #   the JSON, exit codes 0 to 3, messages that say what to do.
 # Method: photos of a rendered street, and files that are none; real processes.
 # usage: tests/cli/command_line_test.py VEDUTA VEDUTA_STREET
+import hashlib
 import json
 import os
 import random
@@ -231,6 +232,26 @@ class Add(Case):
         self.assertIn('the name is taken', lines[0]['reason'])
         self.assertEqual(must('verify', db), 'sound\n')
         self.assertEqual(ask('status', db)['images'], 2)
+
+    def test_contributors_name_their_photos_each_for_themselves(self):
+        db = new_database('namesakes')
+        for number, who in ((1, 'anna'), (2, 'bert')):
+            write(at('of ' + who, 'x.jpg'), photo(number))
+            code, lines, _ = add(db, at('of ' + who), '--contributor', who)
+            self.assertEqual((code, lines[0]['id']), (0, number))
+        self.assertEqual(must('verify', db), 'sound\n')
+        for command in (('show',), ('pose',), ('neighbors',), ('remove',), ('forbid', '--pose')):
+            self.refused(1, "#1 is 'anna/x.jpg', #2 is 'bert/x.jpg'", command[0], db, 'x.jpg',
+                         *command[1:])
+        sha256 = hashlib.sha256(photo(2)).hexdigest()
+        for text in ('bert/x.jpg', '#2', sha256, sha256[:8].upper()):
+            shown = ask('show', db, text)
+            self.assertEqual((shown['id'], shown['contributor'], shown['sha256']),
+                             (2, 'bert', sha256))
+        self.refused(1, "there is no image 'carl/x.jpg'", 'show', db, 'carl/x.jpg')
+        must('remove', db, 'anna/x.jpg')
+        self.assertEqual(ask('show', db, 'x.jpg')['id'], 2)
+        self.assertEqual(must('verify', db), 'sound\n')
 
     def test_large_photos_need_no_more_memory_than_there_is(self):
         bytes_max = 3 << 29  # 1.5 GB

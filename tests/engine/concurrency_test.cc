@@ -68,7 +68,7 @@ void ExpectRanked(const City& city, const PhotoSource& fresh, const std::string&
   if (ranked.ok()) {
     EXPECT_LE(ranked->size(), count_max);
   }
-  const auto first = ask.snapshot().FindImageByName(stored);
+  const auto first = ask.snapshot().FindImageByName(stored, "anna");
   ASSERT_OK(first);
   if (!*first) return;  // not added yet
   const auto own = ask.snapshot().GetFeatures(ask.snapshot().GetImage(**first)->photo);

@@ -78,7 +78,7 @@ struct Castle {
     const CityQuestions ask = city.Ask();
     std::map<ReconstructionId, std::pair<std::vector<Rigid3>, std::vector<Rigid3>>> poses;
     for (uint32_t number = 0; number < 19; ++number) {
-      const auto id = ask.snapshot().FindImageByName(NameOf(number));
+      const auto id = ask.snapshot().FindImageByName(NameOf(number), "anna");
       if (!id.ok() || !*id) continue;
       const auto pose = ask.snapshot().FindPose(**id);
       if (!pose.ok() || !*pose) continue;

@@ -65,7 +65,7 @@ inline PoseErrors CompareWithTruth(const Snapshot& snapshot, ReconstructionId re
   std::vector<Rigid3> found, truth;
   for (const Stand& stand : stands) {
     const TakenPhoto& photo = TakePhoto(stand);
-    const auto id = snapshot.FindImageByName(photo.name);
+    const auto id = snapshot.FindImageByName(photo.name, "anna");
     if (!id.ok() || !*id) continue;
     const auto pose = snapshot.FindPose(**id);
     if (!pose.ok() || !*pose || (*pose)->reconstruction != reconstruction) continue;

@@ -33,7 +33,7 @@ void ExpectPreparedAnew(City* city, const Stand& stand, Result<PreparedPhoto> pr
   ASSERT_OK(outdated);
   EXPECT_EQ(outdated->failure.code(), StatusCode::kBusy);
   EXPECT_FALSE(outdated->id.valid());
-  auto again = city->parts().preparer->Prepare(city->Submit(stand).photo, camera.model);
+  auto again = city->parts().preparer->Prepare(city->Submit(stand).photo, camera.model, "anna");
   ASSERT_OK(again);
   const auto outcome = city->parts().ingest->Apply(std::move(*again), camera, "anna");
   ASSERT_OK(outcome);
@@ -44,7 +44,8 @@ void ExpectPreparedAnew(City* city, const Stand& stand, Result<PreparedPhoto> pr
 TEST(Removal, APhotoThatWasKnownWhenItWasPreparedIsPreparedAnew) {
   City city;
   city.Add(Stands());
-  auto known = city.parts().preparer->Prepare(city.Submit(Stands()[2]).photo, StreetCameraModel());
+  auto known =
+      city.parts().preparer->Prepare(city.Submit(Stands()[2]).photo, StreetCameraModel(), "anna");
   ASSERT_OK(known);
   ASSERT_TRUE(known->known);
   RemoveBehindTheDoor(&city, 3);
@@ -54,7 +55,8 @@ TEST(Removal, APhotoThatWasKnownWhenItWasPreparedIsPreparedAnew) {
 
 TEST(Removal, APhotoWhoseCopyCameAndWentIsPreparedAnew) {
   City city;
-  auto early = city.parts().preparer->Prepare(city.Submit(Stands()[2]).photo, StreetCameraModel());
+  auto early =
+      city.parts().preparer->Prepare(city.Submit(Stands()[2]).photo, StreetCameraModel(), "anna");
   ASSERT_OK(early);
   ASSERT_FALSE(early->known);
   city.Add(Stands());

@@ -10,8 +10,8 @@
 
 #include "engine/engine.h"
 #include "engine/parts.h"
-#include "engine/query/city_answers.h"
 #include "engine/query/digest.h"
+#include "engine/query/find_image.h"
 #include "engine/query/invariants.h"
 #include "engine/query/verdict_text.h"
 #include "tests/engine/pose_errors.h"

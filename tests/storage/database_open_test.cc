@@ -171,8 +171,8 @@ TEST(DatabaseOpen, OtherVersionsAreNamed) {
       Family::kMeta);
   const Status newer = Database::Open(folder / "db", {}).status();
   EXPECT_EQ(newer.code(), StatusCode::kCorruption);
-  EXPECT_NE(newer.message().find("format 7"), std::string::npos) << newer.message();
-  EXPECT_NE(newer.message().find("format 2"), std::string::npos) << newer.message();
+  EXPECT_NE(newer.message().find("format 8"), std::string::npos) << newer.message();
+  EXPECT_NE(newer.message().find("format 3"), std::string::npos) << newer.message();
   // A family of a later version: RocksDB would not even open it.
   WithRocksdb(
       folder / "db",

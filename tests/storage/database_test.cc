@@ -30,7 +30,7 @@ TEST(Database, NewDatabaseIsEmpty) {
   EXPECT_TRUE(snapshot->ListReconstructions()->empty());
   EXPECT_TRUE(snapshot->ListNeighbors(ImageId(1))->empty());
   EXPECT_TRUE(snapshot->GetObservations(ImageId(1))->empty());
-  EXPECT_FALSE(snapshot->FindImageByName("a")->has_value());
+  EXPECT_FALSE(snapshot->FindImageByName("a", "anna")->has_value());
   EXPECT_FALSE(snapshot->FindPose(ImageId(1))->has_value());
   const auto block = snapshot->GetPointBlock(ReconstructionId(1), 1, ImageId(7));
   ASSERT_OK(block);
@@ -85,7 +85,7 @@ void ExpectEverything(const Database& database) {
   EXPECT_EQ((*cameras)[0].name, "first");
   EXPECT_EQ(snapshot->GetCamera(CameraId(2))->name, "second");
   EXPECT_EQ(snapshot->GetImage(ImageId(2))->name, SampleImage(2).name);
-  EXPECT_EQ(**snapshot->FindImageByName(SampleImage(2).name), ImageId(2));
+  EXPECT_EQ(**snapshot->FindImageByName(SampleImage(2).name, "anna"), ImageId(2));
   EXPECT_EQ(**snapshot->FindImageByPhoto(SampleHash(1)), ImageId(1));
   std::vector<uint32_t> images;
   EXPECT_OK(snapshot->ScanImages(
@@ -226,7 +226,7 @@ TEST(Database, SnapshotsDoNotSeeLaterWrites) {
   ASSERT_OK(transaction->Commit());
   ASSERT_OK(database->Compact());
   EXPECT_EQ(*before->GetState(), DatabaseState{});
-  EXPECT_FALSE(before->FindImageByName(SampleImage(1).name)->has_value());
+  EXPECT_FALSE(before->FindImageByName(SampleImage(1).name, "anna")->has_value());
   EXPECT_EQ(between->GetState()->next_image, 3u);
   EXPECT_EQ(between->GetPointBlock(ReconstructionId(1), 4, ImageId(1))->points.size(), 20u);
   EXPECT_EQ(between->GetPostings(1, std::vector<WordId>{4})->at(0),
@@ -256,7 +256,7 @@ TEST(Database, ConflictOnTheStateIsBusy) {
   EXPECT_EQ(second->Commit().code(), StatusCode::kBusy);
   EXPECT_EQ(second->Commit().code(), StatusCode::kInvalidArgument) << "it is spent";
   EXPECT_EQ(database->GetSnapshot()->GetState()->next_image, 2u);
-  EXPECT_FALSE(database->GetSnapshot()->FindImageByName(SampleImage(2).name)->has_value());
+  EXPECT_FALSE(database->GetSnapshot()->FindImageByName(SampleImage(2).name, "anna")->has_value());
   // Without a change of the state there is no conflict.
   auto third = database->BeginTransaction();
   auto fourth = database->BeginTransaction();
@@ -277,7 +277,7 @@ TEST(Database, BrokenRecordFailsTheWholeTransaction) {
   const Status status = transaction->Commit();
   EXPECT_EQ(status.code(), StatusCode::kInvalidArgument);
   EXPECT_NE(status.message().find("poses"), std::string::npos) << status.message();
-  EXPECT_FALSE(database->GetSnapshot()->FindImageByName(SampleImage(1).name)->has_value());
+  EXPECT_FALSE(database->GetSnapshot()->FindImageByName(SampleImage(1).name, "anna")->has_value());
   auto next = database->BeginTransaction();
   next->PutImage(SampleImage(1));
   EXPECT_OK(next->Commit()) << "the database itself is well";
@@ -299,9 +299,9 @@ TEST(Database, RejectedImagesAreNotFoundByPhoto) {
   transaction->PutImage(name_taken);
   ASSERT_OK(transaction->Commit());
   const auto snapshot = database->GetSnapshot();
-  EXPECT_EQ(**snapshot->FindImageByName(rejected.name), ImageId(2));
+  EXPECT_EQ(**snapshot->FindImageByName(rejected.name, "anna"), ImageId(2));
   EXPECT_FALSE(snapshot->FindImageByPhoto(rejected.photo)->has_value());
-  EXPECT_EQ(**snapshot->FindImageByName(SampleImage(1).name), ImageId(1))
+  EXPECT_EQ(**snapshot->FindImageByName(SampleImage(1).name, "anna"), ImageId(1))
       << "the name stays with its first owner";
   EXPECT_OK(snapshot->GetImage(ImageId(3)));
 }

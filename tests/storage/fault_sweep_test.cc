@@ -77,7 +77,7 @@ uint32_t RunScenario(const std::string& path, const DatabaseOptions& options, bo
 void ExpectWholeImage(const Snapshot& snapshot, uint32_t id) {
   const auto image = snapshot.GetImage(ImageId(id));
   ASSERT_OK(image);
-  EXPECT_EQ(**snapshot.FindImageByName(image->name), ImageId(id));
+  EXPECT_EQ(**snapshot.FindImageByName(image->name, image->contributor), ImageId(id));
   EXPECT_EQ(**snapshot.FindImageByPhoto(image->photo), ImageId(id));
   const auto photo = snapshot.GetPhoto(image->photo);
   ASSERT_OK(photo);

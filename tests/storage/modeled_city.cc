@@ -164,7 +164,7 @@ class ModeledTransaction::Actions final {
     ++Counts().images;
     ++(image.verdict == Verdict::kPlaced ? Counts().placed : Counts().postponed);
     Put(Family::kImages, ImageKey(image.id), Encode(image));
-    Put(Family::kNames, image.name, EncodeU32(id));
+    Put(Family::kNames, NameKey(image.name, image.contributor), EncodeU32(id));
     Put(Family::kHashes, HashKey(photo), EncodeU32(id));
     Put(Family::kPhotos, HashKey(photo), AsText(bytes));
     Put(Family::kFeatures, HashKey(photo), Encode(features));

@@ -50,7 +50,7 @@ TEST(Removal, TakesOutAllThatIsOfTheImageAlone) {
   RemoveImage(database.get(), 2);
   const auto snapshot = database->GetSnapshot();
   EXPECT_EQ(snapshot->GetImage(ImageId(2)).status().code(), StatusCode::kNotFound);
-  EXPECT_FALSE((*snapshot->FindImageByName(SampleImage(2).name)).has_value());
+  EXPECT_FALSE((*snapshot->FindImageByName(SampleImage(2).name, "anna")).has_value());
   EXPECT_FALSE((*snapshot->FindImageByPhoto(SampleHash(2))).has_value());
   EXPECT_EQ(snapshot->GetPhoto(SampleHash(2)).status().code(), StatusCode::kNotFound);
   EXPECT_EQ(snapshot->GetFeatures(SampleHash(2)).status().code(), StatusCode::kNotFound);
@@ -103,7 +103,7 @@ TEST(Removal, OfARejectedPhotoLeavesWhatOthersHave) {
   ASSERT_OK(transaction->Commit());
   RemoveImage(database.get(), 2);
   const auto snapshot = database->GetSnapshot();
-  EXPECT_EQ(**snapshot->FindImageByName(SampleImage(1).name), ImageId(1));
+  EXPECT_EQ(**snapshot->FindImageByName(SampleImage(1).name, "anna"), ImageId(1));
   EXPECT_EQ(**snapshot->FindImageByPhoto(SampleHash(1)), ImageId(1));
   EXPECT_OK(snapshot->GetPhoto(SampleHash(1)));
   EXPECT_EQ(snapshot->GetImage(ImageId(2)).status().code(), StatusCode::kNotFound);

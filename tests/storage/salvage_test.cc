@@ -44,8 +44,8 @@ class SalvageTest : public testing::Test {
     EXPECT_EQ(image->name, name_);
     std::map<std::string, ImageId> names;
     ASSERT_OK(salvage.ScanNames(
-        [&](std::string_view name, ImageId id) { names[std::string(name)] = id; }));
-    EXPECT_EQ(names, (std::map<std::string, ImageId>{{name_, ImageId(1)}}));
+        [&](const PhotoName& n, ImageId id) { names[n.contributor + "/" + n.name] = id; }));
+    EXPECT_EQ(names, (std::map<std::string, ImageId>{{"anna/" + name_, ImageId(1)}}));
     std::map<ContentHash, ImageId> hashes;
     ASSERT_OK(salvage.ScanHashes([&](const ContentHash& hash, ImageId id) { hashes[hash] = id; }));
     EXPECT_EQ(hashes, (std::map<ContentHash, ImageId>{{HashContent(photo_), ImageId(1)}}));
@@ -95,7 +95,29 @@ TEST_F(SalvageTest, FindsPhotosWhereOnlyBlobFilesAreLeft) {
   EXPECT_EQ(strays, std::vector<ContentHash>{HashContent(photo_)});
 }
 
-TEST_F(SalvageTest, RefusesOtherFormats) {
+TEST_F(SalvageTest, ReadsFormatTwo) {
+  WithRocksdb(
+      path_,
+      [](rocksdb::DB& db, rocksdb::ColumnFamilyHandle* handle) {
+        ASSERT_TRUE(db.Put({}, handle, "format", EncodeU32(2)).ok());
+      },
+      Family::kMeta);
+  WithRocksdb(
+      path_,
+      [&](rocksdb::DB& db, rocksdb::ColumnFamilyHandle* handle) {
+        ASSERT_TRUE(db.Delete({}, handle, NameKey(name_, "anna")).ok());
+        ASSERT_TRUE(db.Put({}, handle, name_, EncodeU32(1)).ok());
+      },
+      Family::kNames);
+  const auto salvage = Salvage::Open(path_, scratch_, {});
+  ASSERT_OK(salvage);
+  std::map<std::string, ImageId> names;
+  ASSERT_OK((*salvage)->ScanNames(
+      [&](const PhotoName& n, ImageId id) { names[n.contributor + "/" + n.name] = id; }));
+  EXPECT_EQ(names, (std::map<std::string, ImageId>{{"/" + name_, ImageId(1)}}));
+}
+
+TEST_F(SalvageTest, RefusesLaterFormats) {
   WithRocksdb(
       path_,
       [&](rocksdb::DB& db, rocksdb::ColumnFamilyHandle* handle) {

@@ -104,6 +104,29 @@ TEST(Ingest, TheSameBytesAreAddedOnce) {
   EXPECT_TRUE(IsSound(city.Ask().snapshot()));
 }
 
+TEST(Ingest, ContributorsNameTheirPhotosEachForThemselves) {
+  City city;
+  const std::vector<Stand> stands = Walk(6, 0.9, 4);
+  std::vector<PhotoSubmission> photos;
+  for (size_t i = 0; i < stands.size(); ++i) {
+    photos.push_back(city.Submit(i < 2 ? "IMG_1.jpg" : "IMG_2.jpg", TakePhoto(stands[i]).jpeg));
+    photos.back().contributor = i % 2 == 0 ? "anna" : "bert";
+  }
+  const std::vector<AddOutcome> outcomes = city.Add(photos);
+  for (uint32_t i = 0; i < 4; ++i) {
+    EXPECT_TRUE(IsPlaced(outcomes[i].verdict)) << outcomes[i].detail;
+    EXPECT_EQ(outcomes[i].id, ImageId(i + 1));
+  }
+  city.Reopen();
+  EXPECT_TRUE(IsSound(city.Ask().snapshot()));
+  EXPECT_EQ(city.Ask().FindImage("bert/IMG_1.jpg")->id, ImageId(2));
+  EXPECT_EQ(city.Ask().FindImage("IMG_1.jpg").status().code(), StatusCode::kInvalidArgument);
+  // Taking one out leaves the other its name.
+  ASSERT_OK(city.engine().Remove({.photos = {"anna/IMG_1.jpg"}}));
+  EXPECT_TRUE(IsSound(city.Ask().snapshot()));
+  EXPECT_EQ(city.Ask().FindImage("IMG_1.jpg")->id, ImageId(2));
+}
+
 TEST(Ingest, ANameBelongsToItsPhoto) {
   City city;
   const std::vector<Stand> stands = Walk(6, 0.9, 2);

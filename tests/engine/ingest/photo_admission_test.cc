@@ -29,8 +29,9 @@ void WriteAhead(SceneDatabase* scene, const std::string& content) {
   ASSERT_OK(scene->database()->WritePhotoAhead(HashContent(bytes), bytes, SampleFeatures(1, 7)));
 }
 
-Admission AdmitOk(const SceneDatabase& scene, const PreparedPhoto& photo) {
-  auto admission = Admit(*scene.Snap(), photo, CameraId(1), "berta");
+Admission AdmitOk(const SceneDatabase& scene, const PreparedPhoto& photo,
+                  const std::string& contributor = "berta") {
+  auto admission = Admit(*scene.Snap(), photo, CameraId(1), contributor);
   EXPECT_OK(admission);
   return admission.ok() ? *admission : Admission();
 }
@@ -51,8 +52,10 @@ TEST(PhotoAdmission, TellsNewFromKnown) {
   const Admission same = AdmitOk(scene, Prepared("another name", "image1"));
   EXPECT_EQ(same.outcome, AdmissionOutcome::kDuplicate);
   EXPECT_EQ(same.stored.id, ImageId(2));
-  EXPECT_EQ(AdmitOk(scene, Prepared("image1", "other bytes")).outcome,
+  EXPECT_EQ(AdmitOk(scene, Prepared("image1", "other bytes"), "anna").outcome,
             AdmissionOutcome::kNameTaken);
+  EXPECT_EQ(AdmitOk(scene, Prepared("image1", "new")).outcome, AdmissionOutcome::kNew)
+      << "anna's names are not berta's";
 
   PreparedPhoto blank = Prepared("blank", "blank");
   blank.reason = Reason::kNoTexture;
@@ -72,9 +75,12 @@ TEST(PhotoAdmission, ARejectedPhotosNameIsFree) {
   transaction->PutImage(rejected);
   ASSERT_OK(transaction->Commit());
   WriteAhead(&scene, "mended");
-  const Admission mended = AdmitOk(scene, Prepared("spoilt", "mended"));
+  const Admission mended = AdmitOk(scene, Prepared("spoilt", "mended"), "anna");
   EXPECT_EQ(mended.outcome, AdmissionOutcome::kNew);
   EXPECT_EQ(mended.record.id, ImageId(2));
+  const Admission other = AdmitOk(scene, Prepared("spoilt", "mended"), "berta");
+  EXPECT_EQ(other.outcome, AdmissionOutcome::kNew);
+  EXPECT_FALSE(other.record.id.valid()) << "anna's rejected photo stays as it is";
 }
 
 TEST(PhotoAdmission, APhotoWhoseCopyWasRemovedIsOutdated) {

@@ -53,7 +53,7 @@ class PhotoPreparerTest : public testing::Test {
   }
   PreparedPhoto Prepare(const PhotoSource& source, const CameraModel& model = Model()) {
     const PhotoPreparer preparer(database_.get(), &tables_, {});
-    auto prepared = preparer.Prepare(source, model);
+    auto prepared = preparer.Prepare(source, model, "anna");
     EXPECT_OK(prepared);
     return prepared.ok() ? std::move(*prepared) : PreparedPhoto();
   }
@@ -74,6 +74,7 @@ TEST_F(PhotoPreparerTest, ExtractsAndWritesAhead) {
   EXPECT_FALSE(photo.known);
   const auto snapshot = database_->GetSnapshot();
   EXPECT_TRUE(*snapshot->IsWrittenAhead(photo.hash));
+  EXPECT_EQ((*snapshot->FindNameAhead(photo.hash))->contributor, "anna");
   EXPECT_EQ(snapshot->GetFeatures(photo.hash)->keypoints, photo.features.keypoints);
   // A file gives the same as its bytes.
   std::ofstream(folder_ / "a.jpg", std::ios::binary)
@@ -120,11 +121,11 @@ TEST_F(PhotoPreparerTest, ASmallBudgetOfMemoryChangesTheTimeOnly) {
   std::vector<std::thread> threads;
   for (int i = 0; i < 4; ++i) {
     threads.emplace_back([&] {
-      const auto photo = small.Prepare({"a", "", bytes}, Model());
+      const auto photo = small.Prepare({"a", "", bytes}, Model(), "anna");
       ASSERT_OK(photo);
       EXPECT_OK(photo->failure);
       EXPECT_EQ(photo->features.descriptors, plenty.features.descriptors);
-      EXPECT_OK(small.Prepare({"a", "", bytes}, Model(), PhotoPreparer::Company::kAlone));
+      EXPECT_OK(small.Prepare({"a", "", bytes}, Model(), "anna", PhotoPreparer::Company::kAlone));
     });
   }
   for (std::thread& thread : threads) thread.join();
@@ -141,13 +142,13 @@ TEST_F(PhotoPreparerTest, WhatIsWrongIsTheReason) {
   options.limits.size_bytes_max = 10;
   const PhotoPreparer strict(database_.get(), &tables_, options);
   std::ofstream(folder_ / "long.jpg") << "longer than ten bytes";
-  const auto large = strict.Prepare({"long.jpg", folder_ / "long.jpg", {}}, Model());
+  const auto large = strict.Prepare({"long.jpg", folder_ / "long.jpg", {}}, Model(), "anna");
   ASSERT_OK(large);
   EXPECT_EQ(large->reason, Reason::kTooLarge);
   options = {};
   options.feature_count_min = 100'000;
   const PhotoPreparer demanding(database_.get(), &tables_, options);
-  const auto poor = demanding.Prepare({"c.jpg", "", BlockPhoto(3)}, Model());
+  const auto poor = demanding.Prepare({"c.jpg", "", BlockPhoto(3)}, Model(), "anna");
   ASSERT_OK(poor);
   EXPECT_EQ(poor->reason, Reason::kNoTexture);
   EXPECT_FALSE(*database_->GetSnapshot()->IsWrittenAhead(poor->hash)) << "rejected: not stored";

@@ -159,22 +159,6 @@ TEST_F(CityAnswersTest, TheJournalIsReadFromAnyEntryAndNoFartherThanAsked) {
   EXPECT_TRUE(Journal(all.size() + 1, 1000).empty());
 }
 
-TEST_F(CityAnswersTest, AnImageIsFoundByItsNameOrItsNumber) {
-  const ImageRecord& third = images_[2];
-  for (const std::string& name : {third.name, "#" + std::to_string(third.id.value)}) {
-    const auto found = FindImage(*snapshot_, name);
-    ASSERT_OK(found);
-    EXPECT_EQ(found->id, third.id);
-    EXPECT_EQ(found->name, third.name);
-  }
-  for (const char* name : {"nobody.jpg", "#", "#3x", "3", ""}) {
-    const Status status = FindImage(*snapshot_, name).status();
-    EXPECT_EQ(status.code(), StatusCode::kNotFound) << name;
-    EXPECT_EQ(status.message(), "there is no image '" + std::string(name) + "' in the database");
-  }
-  EXPECT_EQ(FindImage(*snapshot_, "#77").status().code(), StatusCode::kNotFound);
-}
-
 TEST_F(CityAnswersTest, ACameraIsFoundByItsNameOrThoseThereAreAreNamed) {
   const auto found = FindCamera(*snapshot_, "street");
   ASSERT_OK(found);

@@ -252,7 +252,7 @@ class LogCity {
   const std::vector<Piece>& pieces() const { return pieces_; }
   uint32_t photo_count() const { return static_cast<uint32_t>(stands_.size()); }
 
-  // How many of the photos a repair of a copy keeps.
+  // How many of the photos a repair of a copy keeps, each under its name.
   template <typename Damage>
   uint64_t KeptAfter(Damage&& damage) const {
     const TemporaryFolder folder;
@@ -261,6 +261,7 @@ class LogCity {
     EXPECT_FALSE(Engine::Open(folder / "db").ok());
     const RepairAnswer answer = Repaired(folder / "db", true);
     EXPECT_TRUE(answer.is_repaired) << Told(answer);
+    EXPECT_EQ(Told(answer).find("recovered/"), std::string::npos) << Told(answer);
     // Where the camera is lost, all photos lie in the folder.
     return answer.written_out.size() + (answer.is_rebuilt ? 0 : Look(folder / "db").photos);
   }

@@ -168,6 +168,29 @@ TEST_F(ExporterTest, ColmapReadsEveryNameBack) {
   EXPECT_EQ(read, 4u);
 }
 
+TEST_F(ExporterTest, ANameOfSeveralIsToldByItsContributor) {
+  Database& database = *city_.parts().database;
+  const auto transaction = database.BeginTransaction();
+  for (uint32_t id = 1; id <= 2; ++id) {
+    auto image = database.GetSnapshot()->GetImage(ImageId(id));
+    ASSERT_OK(image);
+    image->name = "IMG_1.jpg";
+    image->contributor = id == 1 ? "anna" : "bert";
+    transaction->PutImage(*image);
+  }
+  ASSERT_OK(transaction->Commit());
+  const std::pair<const char*, const char*> files[] = {
+      {"colmap", "/images.txt"}, {"nerfstudio", "/transforms.json"}, {"ply", "/cameras.json"}};
+  for (const auto& [format, name] : files) {
+    const auto models = Export(format, format);
+    ASSERT_OK(models);
+    std::ifstream file(models->front().folder + name);
+    const std::string text{std::istreambuf_iterator<char>(file), {}};
+    EXPECT_NE(text.find("anna/IMG_1.jpg"), std::string::npos) << format;
+    EXPECT_NE(text.find("bert/IMG_1.jpg"), std::string::npos) << format;
+  }
+}
+
 TEST_F(ExporterTest, RefusesByName) {
   EXPECT_EQ(Export("out", "obj").status().code(), StatusCode::kInvalidArgument);
   EXPECT_NE(

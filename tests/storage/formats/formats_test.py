@@ -83,6 +83,7 @@ class Formats(unittest.TestCase):
         self.check_counts(fixture, ask('status', city))
         self.assertEqual(must('digest', city).strip(), fixture.digest)
         self.assertEqual(ask('show', city, PLACED)['verdict'], 'placed')
+        self.assertEqual(ask('show', city, 'anna/' + PLACED)['verdict'], 'placed')
         self.assertEqual(ask('show', city, POSTPONED)['verdict'], 'postponed')
         self.assertEqual(ask('show', city, REJECTED)['verdict'], 'rejected')
         self.assertEqual(run('show', city, LATER)[0], 1)
@@ -147,21 +148,25 @@ class Formats(unittest.TestCase):
             shutil.rmtree(city)
         self.assertGreater(killed_before_end, 0, 'no kill came before the end')
 
-    def test_format_1_reader_says_what_to_do(self):
-        fixture = self.fixture('format1')
+    def check_reader_says_what_to_do(self, fixture, number):
         for command in (('status',), ('digest',), ('show', PLACED),
                         ('export', 'out', '--format', 'colmap')):
             code, out, err = run(command[0], fixture.city, *command[1:])
             self.assertEqual((code, out), (3, ''), command)
-            self.assertIn('has format 1 of an earlier veduta', err)
+            self.assertIn(f'has format {number} of an earlier veduta', err)
             self.assertIn(f"'veduta settle {fixture.city}'", err)
 
-    def test_format_1_is_upgraded_by_settle(self):
-        fixture = self.fixture('format1')
+    def check_settle_upgrades(self, fixture):
         self.assertEqual(self.check_reader_before_upgrade(fixture, fixture.city), 3)
         must('settle', fixture.city)
         self.check_city(fixture, fixture.city)
         self.check_growing(fixture, fixture.city)
+
+    def test_format_1_reader_says_what_to_do(self):
+        self.check_reader_says_what_to_do(self.fixture('format1'), 1)
+
+    def test_format_1_is_upgraded_by_settle(self):
+        self.check_settle_upgrades(self.fixture('format1'))
 
     def test_format_1_is_upgraded_by_adding(self):
         fixture = self.fixture('format1')
@@ -170,9 +175,15 @@ class Formats(unittest.TestCase):
     def test_format_1_upgrade_is_killed(self):
         self.check_kills(self.fixture('format1'))
 
-    def test_format_2_is_read_by_verify(self):
+    def test_format_2_reader_says_what_to_do(self):
+        self.check_reader_says_what_to_do(self.fixture('format2'), 2)
+
+    def test_format_2_is_upgraded_by_settle(self):
+        self.check_settle_upgrades(self.fixture('format2'))
+
+    def test_format_2_is_repaired(self):
         fixture = self.fixture('format2')
-        self.check_reader_before_upgrade(fixture, fixture.city)
+        must('repair', fixture.city, '--yes')
         self.check_city(fixture, fixture.city)
         self.check_growing(fixture, fixture.city)
 

@@ -42,6 +42,9 @@ std::string ContentOf(const Database& database) {
   EXPECT_OK(state);
   text << state->next_image << ' ' << state->next_reconstruction << ' ' << state->next_journal
        << ' ' << state->vocabulary_generation << '\n';
+  const auto named = snapshot->FindImageByName("photo0019.jpg", "anna");
+  EXPECT_OK(named);
+  EXPECT_TRUE(named.ok() && named->has_value());
   const auto cameras = snapshot->ListCameras();
   EXPECT_OK(cameras);
   for (const CameraRecord& camera : *cameras) text << camera.name << ' ' << camera.model.fx << '\n';

@@ -37,6 +37,26 @@ TEST(ImageRecord, RoundTrips) {
   EXPECT_EQ(decoded.name, extreme.name);
 }
 
+TEST(ImageRecord, KeysOfNamesTellNameAndContributor) {
+  const std::string zeros("a\0\1b\0", 5);
+  const std::string texts[] = {"", "a", "ab", zeros, std::string(1, '\0'), "\xff"};
+  for (const std::string& name : texts) {
+    for (const std::string& contributor : texts) {
+      const std::string key = NameKey(name, contributor);
+      PhotoName parsed;
+      ASSERT_TRUE(ParseNameKey(key, &parsed));
+      EXPECT_EQ(parsed.name, name);
+      EXPECT_EQ(parsed.contributor, contributor);
+      for (const std::string& other : texts)
+        EXPECT_EQ(key.starts_with(NamePrefix(other)), name == other);
+    }
+  }
+  PhotoName parsed;
+  for (const std::string& key :
+       {std::string(), std::string("a.jpg"), std::string("a\0", 2), std::string("a\0\2anna", 7)})
+    EXPECT_FALSE(ParseNameKey(key, &parsed));
+}
+
 TEST(ImageRecord, RefusesWhatBreaksARule) {
   ImageRecord image = SampleImage(1);
   image.verdict = static_cast<Verdict>(0);

@@ -1,0 +1,20 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+// Which image people mean.
+
+#include <string>
+
+#include "storage/database.h"
+
+namespace veduta {
+
+// So many digits of a photo's hash tell it from a name and from other photos. Chosen by hand.
+inline constexpr size_t kHashDigitsMin = 8;
+
+// The image by its name; by its contributor, a slash and its name; by "#" and its number; or by the
+// first kHashDigitsMin or more hexadecimal digits of its photo's SHA-256. What is a name is taken
+// as one first. kNotFound names the text; kInvalidArgument says of texts that mean several images
+// which those are. Thread-safe.
+Result<ImageRecord> FindImage(const Snapshot& snapshot, const std::string& text);
+
+}  // namespace veduta
