@@ -185,7 +185,7 @@ TEST(DatabaseOpen, OtherVersionsAreNamed) {
   for (const bool read_only : {false, true}) {
     const Status family = Database::Open(folder / "db", {.read_only = read_only}).status();
     EXPECT_EQ(family.code(), StatusCode::kCorruption);
-    EXPECT_NE(family.message().find("format 7"), std::string::npos) << family.message();
+    EXPECT_NE(family.message().find("format 8"), std::string::npos) << family.message();
     EXPECT_NE(family.message().find("murals"), std::string::npos) << family.message();
   }
 }

@@ -8,6 +8,7 @@
 
 #include <filesystem>
 
+#include "storage/records/image_record.h"
 #include "storage/records/record_parts.h"
 #include "storage/records/state_record.h"
 #include "tests/storage/damage.h"

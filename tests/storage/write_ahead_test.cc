@@ -186,7 +186,7 @@ TEST(WriteAhead, ClaimedPhotoWithoutItsFeaturesCountsAsLost) {
   const auto& files = *opened;
   PhotoClaims claims;
   ASSERT_OK(
-      WritePhotoAhead(*files, claims, SampleHash(1), SampleBytes(1, 10), SampleFeatures(1, 2)));
+      WritePhotoAhead(*files, claims, SampleHash(1), SampleBytes(1, 10), SampleFeatures(1, 2), {}));
   ASSERT_OK(SweepWriteAheads(*files, claims));
   EXPECT_OK(claims.CheckKept(SampleHash(1)));
   WriteBuffer loss(*files);

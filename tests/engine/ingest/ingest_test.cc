@@ -114,15 +114,17 @@ TEST(Ingest, ContributorsNameTheirPhotosEachForThemselves) {
   }
   const std::vector<AddOutcome> outcomes = city.Add(photos);
   for (uint32_t i = 0; i < 4; ++i) {
-    EXPECT_TRUE(IsPlaced(outcomes[i].verdict)) << outcomes[i].detail;
-    EXPECT_EQ(outcomes[i].id, ImageId(i + 1));
+    EXPECT_EQ(outcomes[i].id, ImageId(i + 1)) << ReasonText(outcomes[i].reason);
+    EXPECT_TRUE(city.Ask().Pose(ImageId(i + 1))->has_value());
   }
   city.Reopen();
   EXPECT_TRUE(IsSound(city.Ask().snapshot()));
   EXPECT_EQ(city.Ask().FindImage("bert/IMG_1.jpg")->id, ImageId(2));
   EXPECT_EQ(city.Ask().FindImage("IMG_1.jpg").status().code(), StatusCode::kInvalidArgument);
   // Taking one out leaves the other its name.
-  ASSERT_OK(city.engine().Remove({.photos = {"anna/IMG_1.jpg"}}));
+  RemoveRequest request;
+  request.photos = {"anna/IMG_1.jpg"};
+  ASSERT_OK(city.engine().Remove(request));
   EXPECT_TRUE(IsSound(city.Ask().snapshot()));
   EXPECT_EQ(city.Ask().FindImage("IMG_1.jpg")->id, ImageId(2));
 }
