@@ -206,15 +206,16 @@ Status Salvage::OpenScratch() {
 
 // What a later program has written looks like damage to this one, and is none. What an earlier one
 // has written can be read, and is written anew in today's format.
-Status Salvage::RefuseOtherFormat(const Status& opened) const {
+Status Salvage::RefuseOtherFormat(const Status& opened) {
   if (!opened.ok()) return trouble_ == OpenTrouble::kOtherFormat ? opened : Status::Ok();
-  std::string value;
-  uint32_t number = 0;
-  const Result<bool> found = ValueReader(*files_, nullptr).Copy(Family::kMeta, kFormatKey, &value);
-  if (!found.ok() || !*found || !DecodeU32(value, &number).ok() || number <= kFormatVersion)
-    return Status::Ok();
+  ValueReader(*files_, nullptr)
+      .Read(Family::kMeta, kFormatKey,
+            [&](std::string_view value) { return DecodeU32(value, &format_); })
+      .status()
+      .IgnoreBecause("a number that is damaged tells of no other format");
+  if (format_ <= kFormatVersion) return Status::Ok();
   return Status::InvalidArgument("the database at " + path_ + " has format " +
-                                 std::to_string(number) + "; this program repairs formats up to " +
+                                 std::to_string(format_) + "; this program repairs formats up to " +
                                  std::to_string(kFormatVersion) +
                                  ": repair it with the program that wrote it");
 }

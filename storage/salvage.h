@@ -40,6 +40,8 @@ class Salvage final {
   // Commits may be missing whose photos, which were written before them, are there.
   bool may_miss_commits() const { return log_was_damaged_ || is_pieced_together_; }
   const Snapshot& snapshot() const { return *snapshot_; }
+  // The number of its format; 0 where it cannot be read.
+  uint32_t format() const { return format_; }
 
   // The photo's bytes, which have this hash; from wherever they are found. `size_bytes` says how
   // many there are; 0: not known, and then fewer damages are got round.
@@ -54,7 +56,7 @@ class Salvage final {
  private:
   Salvage(std::string path, std::string scratch, const DatabaseOptions& options);
   Status OpenScratch();
-  Status RefuseOtherFormat(const Status& opened) const;
+  Status RefuseOtherFormat(const Status& opened);
   Status PieceTogether();
   Status StandIn();
   const BlobSearch& blobs() const;
@@ -62,6 +64,7 @@ class Salvage final {
   const std::string path_, scratch_;
   DatabaseOptions options_;
   std::vector<std::string> damage_;
+  uint32_t format_ = 0;
   OpenTrouble trouble_{};  // of the last OpenScratch
   bool log_was_damaged_ = false, is_pieced_together_ = false;
   std::shared_ptr<DatabaseFiles> files_;

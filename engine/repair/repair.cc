@@ -85,6 +85,12 @@ class Repairer final {
   // What contradicts each other, where everything can be read.
   Status AddViolations(RepairNotes* notes) {
     if (!notes->findings.empty()) return Status::Ok();
+    if (source_->format() != 0 && source_->format() < kFormatVersion) {
+      notes->Add(
+          "the database has format " + std::to_string(source_->format()) + " of an earlier veduta",
+          "the new one has format " + std::to_string(kFormatVersion));
+      return Status::Ok();
+    }
     EngineOptions options;
     options.read_only = true;
     options.thread_count = request_.thread_count;

@@ -237,8 +237,8 @@ class Add(Case):
         db = new_database('namesakes')
         for number, who in ((1, 'anna'), (2, 'bert')):
             write(at('of ' + who, 'x.jpg'), photo(number))
-            code, lines, _ = add(db, at('of ' + who), '--contributor', who)
-            self.assertEqual((code, lines[0]['id']), (0, number))
+            added = ask('add', db, '--camera', 'c', '--contributor', who, at('of ' + who))
+            self.assertEqual(added['id'], number)
         self.assertEqual(must('verify', db), 'sound\n')
         for command in (('show',), ('pose',), ('neighbors',), ('remove',), ('forbid', '--pose')):
             self.refused(1, "#1 is 'anna/x.jpg', #2 is 'bert/x.jpg'", command[0], db, 'x.jpg',

@@ -112,6 +112,7 @@ TEST_F(SalvageTest, ReadsFormatTwo) {
       Family::kNames);
   const auto salvage = Salvage::Open(path_, scratch_, {});
   ASSERT_OK(salvage);
+  EXPECT_EQ((*salvage)->format(), 2u);
   std::map<std::string, ImageId> names;
   ASSERT_OK((*salvage)->ScanNames(
       [&](const PhotoName& n, ImageId id) { names[n.contributor + "/" + n.name] = id; }));

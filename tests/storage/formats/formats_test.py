@@ -183,8 +183,10 @@ class Formats(unittest.TestCase):
 
     def test_format_2_is_repaired(self):
         fixture = self.fixture('format2')
-        must('repair', fixture.city, '--yes')
-        self.check_city(fixture, fixture.city)
+        self.assertIn('has format 2 of an earlier veduta; the new one has format 3',
+                      must('repair', fixture.city, '--yes'))
+        self.assertEqual(must('verify', fixture.city), 'sound\n')
+        self.check_counts(fixture, ask('status', fixture.city))
         self.check_growing(fixture, fixture.city)
 
     def test_format_2_is_upgraded_by_adding(self):
