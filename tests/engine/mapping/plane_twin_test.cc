@@ -24,7 +24,8 @@ TwoViews Make(bool planar) {
   options.planar = planar;
   options.forward = 0.5;
   const SyntheticScene scene = MakeScene(options);
-  TwoViews views{scene.poses[4] * scene.poses[0].Inverse(), {}, {}};
+  TwoViews views;
+  views.b_from_a = scene.poses[4] * scene.poses[0].Inverse();
   for (const Eigen::Vector3d& point : scene.points) {
     views.points.push_back(scene.poses[0] * point);
     views.ray += views.points.back().normalized();

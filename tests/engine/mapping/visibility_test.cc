@@ -104,7 +104,8 @@ TEST(Visibility, NothingIsExpectedBehindTheViewOrBesideThePicture) {
   const CityMap map = MapOf(scene, {0, 1, 3});
   MapImage view = scene.images[2];
   view.cam_from_world =
-      Rigid3{Eigen::Quaterniond(Eigen::AngleAxisd(3.14159, Eigen::Vector3d::UnitY())), {}} *
+      Rigid3{Eigen::Quaterniond(Eigen::AngleAxisd(3.14159, Eigen::Vector3d::UnitY())),
+             Eigen::Vector3d::Zero()} *
       view.cam_from_world;
   EXPECT_EQ(Visible(map, view).expected, 0u);
   const VisibleStructure none = FindVisible(map, scene.images[2], {}, {}, {});
