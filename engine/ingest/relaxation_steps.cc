@@ -268,7 +268,7 @@ Status RelaxWhole(const Snapshot& base, const Whole& whole, const Counted& count
     return Status::Ok();
   }
   SetMotions(whole, relaxation, found);
-  found->how += relaxation.is_carried ? "are moved, some of them far, " : "are moved, ";
+  found->how += relaxation.is_far ? "are moved, some of them far, " : "are moved, ";
   return Status::Ok();
 }
 

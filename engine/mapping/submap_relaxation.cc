@@ -50,7 +50,7 @@ struct Solution {
   RelaxationEstimate estimate;
   std::vector<Eigen::Vector2d> errors;  // of each view
   double cost = 0;                      // at the last scale
-  bool is_carried = false;
+  bool is_far = false;                  // sought far from where the submaps stand
 };
 
 // Minimises at one scale after the other.
@@ -147,11 +147,11 @@ bool IsBelievable(const Solution& solution) {
 }
 
 // Seeks a solution that is far from where the submaps stand, with `carried` bodies (none where it
-// is empty) and from a coarse loss. It is sought by some of the ties. Nothing where none costs less
-// than what is `near`.
-std::optional<Solution> SeekFar(const RelaxationProblem& all, const std::vector<Sim3>& near,
-                                const std::vector<Sim3>& carried, const RelaxationOptions& options,
-                                ThreadPool* pool) {
+// is empty) and from a coarse loss. It is sought by some of the ties. What is `near` is begun from
+// once more, with each place where it is seen from there: that alone may lead far away.
+Solution SeekFar(const RelaxationProblem& all, const std::vector<Sim3>& near,
+                 const std::vector<Sim3>& carried, const RelaxationOptions& options,
+                 ThreadPool* pool) {
   const auto begun = Begin(TakeSome(all, options.sought_by_views_max));
   const RelaxationProblem& problem = begun.first;
   const RelaxationEstimate& start = begun.second;
@@ -159,18 +159,11 @@ std::optional<Solution> SeekFar(const RelaxationProblem& all, const std::vector<
     return Solve(problem, from, true, scales_px, options.iterations_max, pool);
   };
   const std::vector<double> fine = {options.loss_scale_px};
-  double least = solve(StandAt(problem, start, near), fine).cost;
-  std::optional<Solution> best;
+  Solution best = solve(StandAt(problem, start, near), fine);
   const auto consider = [&](Solution solution) {
-    if (!(solution.cost < least) || !IsBelievable(solution)) return;
-    least = solution.cost;
-    best = std::move(solution);
+    if (solution.cost < best.cost && IsBelievable(solution)) best = std::move(solution);
   };
-  if (!carried.empty()) {
-    Solution solution = solve(StandAt(problem, start, carried), fine);
-    solution.is_carried = true;
-    consider(std::move(solution));
-  }
+  if (!carried.empty()) consider(solve(StandAt(problem, start, carried), fine));
   std::vector<double> coarse;
   for (double scale = options.coarse_scale_px; scale > options.loss_scale_px; scale /= 4)
     coarse.push_back(scale);
@@ -189,11 +182,10 @@ Solution FindBest(const RelaxationProblem& problem, const RelaxationEstimate& st
   };
   Solution near = solve(still);
   if (!IsFar(near, options.loss_scale_px)) return near;
-  const std::optional<Solution> sought =
+  const Solution sought =
       SeekFar(problem, near.estimate.new_from_old, CarryBodies(problem, pool), options, pool);
-  if (!sought) return near;
-  Solution far = solve(StandAt(problem, start, sought->estimate.new_from_old));
-  far.is_carried = sought->is_carried;
+  Solution far = solve(StandAt(problem, start, sought.estimate.new_from_old));
+  far.is_far = true;
   return far.cost < near.cost && IsBelievable(far) ? far : near;
 }
 
@@ -223,7 +215,7 @@ Result<Relaxation> RelaxSubmaps(const RelaxationProblem& given, const Relaxation
   const Solution best = FindBest(problem, start, still.estimate, options, pool);
   relaxation.initial_cost = still.cost;
   relaxation.cost = best.cost;
-  relaxation.is_carried = best.is_carried;
+  relaxation.is_far = best.is_far;
   const double unknowns = kFreedom * static_cast<double>(problem.centers.size() - 1);
   const double freedom = 2.0 * static_cast<double>(problem.views.size()) -
                          3.0 * static_cast<double>(start.places.size()) - unknowns;

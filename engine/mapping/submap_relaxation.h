@@ -45,7 +45,7 @@ struct Relaxation {
   std::vector<Sim3> new_from_old;     // one for each submap
   std::vector<double> change_px;      // for each submap, how far its views moved: the median
   double initial_cost = 0, cost = 0;  // half the sum of rho(squared error in px)
-  bool is_carried = false;            // whether bodies of submaps were carried elsewhere
+  bool is_far = false;                // whether that was sought far from where they stand
 };
 
 // Moves the submaps. Places are put where they are seen, before and after: only where that cannot

@@ -67,21 +67,24 @@ TEST(SubmapRelaxation, ASubmapOfOneCameraKeepsItsScale) {
 }
 
 TEST(SubmapRelaxation, ABodyThatStandsElsewhereIsBroughtBack) {
-  RingOptions options{.drift = 0.001, .noise_px = 0.3};
-  const Ring right = MakeRing(options);
-  const auto without = Relax(right);
-  ASSERT_TRUE(without.ok());
   const Sim3 away{
       1.05, Eigen::Quaterniond(Eigen::AngleAxisd(0.3, Eigen::Vector3d::UnitY())), {12, 0, -5}};
-  options.torn = {{3, away}, {4, away}, {5, away}};
-  const Ring ring = MakeRing(options);
-  EXPECT_GT(WorstCenter(ring, kNothingMoved), 5);
-  const auto relaxed = Relax(ring);
-  ASSERT_TRUE(relaxed.ok());
-  EXPECT_TRUE(relaxed->is_significant);
-  EXPECT_TRUE(relaxed->is_carried);
-  EXPECT_LT(WorstCenter(ring, relaxed->new_from_old),
-            1.2 * WorstCenter(right, without->new_from_old));
+  // All of several solutions come to the same minimum there, in another order with each noise.
+  for (uint64_t seed = 1; seed <= 12; ++seed) {
+    RingOptions options{.drift = 0.001, .noise_px = 0.3, .seed = seed};
+    const Ring right = MakeRing(options);
+    const auto without = Relax(right);
+    ASSERT_TRUE(without.ok());
+    options.torn = {{3, away}, {4, away}, {5, away}};
+    const Ring ring = MakeRing(options);
+    EXPECT_GT(WorstCenter(ring, kNothingMoved), 5);
+    const auto relaxed = Relax(ring);
+    ASSERT_TRUE(relaxed.ok());
+    EXPECT_TRUE(relaxed->is_significant);
+    EXPECT_LT(WorstCenter(ring, relaxed->new_from_old),
+              1.2 * WorstCenter(right, without->new_from_old))
+        << seed;
+  }
 }
 
 TEST(SubmapRelaxation, AFewOfTheTiesAreEnough) {

@@ -30,6 +30,7 @@ struct RingOptions {
   std::optional<uint32_t> lone = std::nullopt;  // a submap of which one camera sees all
   // there_from_here of submaps that stand elsewhere.
   std::map<uint32_t, Sim3> torn = {};
+  uint64_t seed = 7;
 };
 
 // A camera on the ring at `turns`, which looks outwards.
@@ -76,7 +77,7 @@ inline Ring MakeRing(const RingOptions& options) {
                      Eigen::Vector3d(options.drift, 0, -options.drift)};
     now_from_truth = drift * now_from_truth;
   }
-  SeededRandom random(7);
+  SeededRandom random(options.seed);
   for (uint32_t s = 0; s < kSubmaps; ++s) {
     const uint32_t next = (s + 1) % kSubmaps;
     // Hardly a point spans a seam.
@@ -100,7 +101,8 @@ inline Ring MakeRing(const RingOptions& options) {
         const Eigen::Vector3d x = ring.truth[submap][camera] * place;
         view.x_px = {view.camera.fx * x.x() / x.z() + view.camera.cx,
                      view.camera.fy * x.y() / x.z() + view.camera.cy};
-        view.x_px += options.noise_px * Eigen::Vector2d(Gaussian(random), Gaussian(random));
+        const double noise_x = Gaussian(random), noise_y = Gaussian(random);
+        view.x_px += options.noise_px * Eigen::Vector2d(noise_x, noise_y);
         if (is_wrong && submap == next) view.x_px.x() += 30 + 30 * random.Unit();
         ring.problem.views.push_back(view);
       }
