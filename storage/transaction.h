@@ -49,9 +49,9 @@ class Transaction {
   virtual void PutState(const DatabaseState& state) = 0;
   virtual void PutCamera(const CameraRecord& camera) = 0;
   // Also indexes the image by name and contributor (unless it is rejected with kNameTaken: the name
-  // stays with its owner). Unless it is rejected, indexes it by photo hash, too, and clears the photo's mark, so
-  // that what was written ahead stays. A rejected image changes nothing of what is written ahead:
-  // the same bytes may be on their way in another submission.
+  // stays with its owner). Unless it is rejected, indexes it by photo hash, too, and clears the
+  // photo's mark: what was written ahead stays. A rejected image changes nothing of that: the same
+  // bytes may be on their way in another submission.
   virtual void PutImage(const ImageRecord& image) = 0;
   // What is stored for the photo of a kept image are these features, also where another submission
   // of the same bytes, with another camera, has written its own ahead. Costs nothing where none

@@ -326,17 +326,16 @@ Result<AddOutcome> Scheduler::ApplyPrepared(Entry* entry) {
 
 Result<PreparedPhoto> Scheduler::Prepare(WaitingPhoto* photo,
                                          PhotoPreparer::Company company) const {
-  Status unknown = Status::NotFound("the photo's camera is not known yet");
+  PreparedPhoto failed;
+  failed.failure = Status::NotFound("the photo's camera is not known yet");
   if (!photo->camera) {
     Result<std::optional<CameraRecord>> found = cameras_.find(photo->photo);
     if (found.ok()) photo->camera = std::move(*found);
-    if (!found.ok()) unknown = found.status();
+    if (!found.ok()) failed.failure = found.status();
   }
   if (photo->camera)
     return preparer_->Prepare(photo->photo, photo->camera->model, photo->contributor, company);
-  PreparedPhoto failed;
   failed.name = photo->photo.name;
-  failed.failure = std::move(unknown);
   return failed;
 }
 

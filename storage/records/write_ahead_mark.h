@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
-// Family `queue`: what was written ahead of its commit. The value is empty, or, of a photo, a key of
-// `names` (image_record.h). FORMAT.md, section "write_ahead_mark".
+// Family `queue`: what was written ahead of its commit. The value is empty, or, of a photo, a key
+// of `names` (image_record.h). FORMAT.md, section "write_ahead_mark".
 
 #include <cstdint>
 #include <string>
