@@ -33,10 +33,13 @@ std::string Text(const ForbiddenAnswer& forbidden) {
     return "reconstructions " + std::to_string(forbidden.reconstruction_a.value) + " and " +
            std::to_string(forbidden.reconstruction_b.value) + " are not merged" + who;
   }
-  if (forbidden.kind == ForbidKind::kPose)
-    return Printable(forbidden.name_a) + " has no pose" + who;
-  return Printable(forbidden.name_a) + " and " + Printable(forbidden.name_b) +
-         " do not show the same place" + who;
+  const auto photo = [](const std::string& name, ImageId id) {
+    return Printable(name) + " (#" + std::to_string(id.value) + ")";
+  };
+  const std::string a = photo(forbidden.name_a, forbidden.image_a);
+  if (forbidden.kind == ForbidKind::kPose) return a + " has no pose" + who;
+  return a + " and " + photo(forbidden.name_b, forbidden.image_b) + " do not show the same place" +
+         who;
 }
 
 int List(const std::string& db, bool json) {

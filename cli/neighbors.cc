@@ -20,7 +20,8 @@ int PrintNeighbors(const std::vector<NeighborAnswer>& neighbors, bool json) {
     return kDone;
   }
   for (const NeighborAnswer& neighbor : neighbors) {
-    PrintLine("%10u  %s", neighbor.matches, Printable(neighbor.name).c_str());
+    PrintLine("%10u  %s (#%u)", neighbor.matches, Printable(neighbor.name).c_str(),
+              neighbor.image.value);
   }
   return kDone;
 }
@@ -31,7 +32,8 @@ int PrintCandidates(const std::vector<NeighborAnswer>& candidates, bool json) {
     return kDone;
   }
   for (const NeighborAnswer& candidate : candidates) {
-    PrintLine("%10.6f  %s", candidate.score, Printable(candidate.name).c_str());
+    PrintLine("%10.6f  %s (#%u)", candidate.score, Printable(candidate.name).c_str(),
+              candidate.image.value);
   }
   return kDone;
 }
@@ -60,7 +62,9 @@ void RegisterNeighbors(CLI::App* app, int* exit_code) {
   CLI::App* command = app->add_subcommand(
       "neighbors", "Verified neighbours of a stored photo, or ranked candidates for a new one");
   command->add_option("DB", arguments->db, "Database")->required();
-  command->add_option("IMAGE", arguments->image, "A stored image's name, or a photo's path")
+  command
+      ->add_option("IMAGE", arguments->image,
+                   "A stored image, as for `show`, or the path of a photo that is not stored")
       ->required();
   command->add_option("--camera", arguments->camera, "Camera of a new photo, to undistort it by");
   command->add_option("--count", arguments->count, "Candidates at most (default 20)")

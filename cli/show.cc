@@ -41,8 +41,8 @@ void PrintImage(const ImageAnswer& image) {
   }
   for (const HypothesisAnswer& hypothesis : image.hypotheses) PrintHypothesis(hypothesis);
   for (const NeighborAnswer& neighbor : image.neighbors) {
-    PrintLine("  %6u matches with %s (%s)", neighbor.matches, Printable(neighbor.name).c_str(),
-              VerdictWord(neighbor.verdict).c_str());
+    PrintLine("  %6u matches with %s (#%u, %s)", neighbor.matches, Printable(neighbor.name).c_str(),
+              neighbor.image.value, VerdictWord(neighbor.verdict).c_str());
   }
 }
 

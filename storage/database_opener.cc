@@ -47,7 +47,8 @@ bool IsLockHeld(const rocksdb::Status& status) {
 // Writes the keys of `names` as they are since format 3. O(images) of time and memory.
 Status NameByContributor(const DatabaseFiles& files, WriteBuffer* batch) {
   const ValueReader reader(files, nullptr);
-  return reader.Scan(
+  std::vector<std::pair<std::string, std::string>> renamed;  // put once all old ones are deleted
+  VEDUTA_RETURN_IF_ERROR(reader.Scan(
       Family::kNames, "", "", [&](std::string_view name, std::string_view value, bool*) {
         ImageId id;
         if (!DecodeU32(value, &id.value).ok()) return Status::Ok();  // damaged: verify names it
@@ -57,9 +58,11 @@ Status NameByContributor(const DatabaseFiles& files, WriteBuffer* batch) {
         // The name of a damaged record is kept for its repair, without the contributor.
         if (!found.ok() && found.status().code() != StatusCode::kCorruption) return found.status();
         batch->Delete(Family::kNames, name);
-        batch->Put(Family::kNames, NameKey(name, found.ok() ? image.contributor : ""), value);
+        renamed.emplace_back(NameKey(name, found.ok() ? image.contributor : ""), value);
         return Status::Ok();
-      });
+      }));
+  for (const auto& [key, value] : renamed) batch->Put(Family::kNames, key, std::string_view(value));
+  return Status::Ok();
 }
 
 }  // namespace

@@ -269,7 +269,8 @@ Status Salvage::ScanNames(const std::function<void(const PhotoName&, ImageId)>& 
       .Scan(Family::kNames, "", "", [&](std::string_view key, std::string_view value, bool*) {
         ImageId image;
         PhotoName name;
-        if (!ParseNameKey(key, &name)) name = {std::string(key), ""};
+        const bool is_alone = format_ == 1 || format_ == 2;
+        if (is_alone || !ParseNameKey(key, &name)) name = {std::string(key), ""};
         if (DecodeU32(value, &image.value).ok() && image.valid()) visit(name, image);
         return Status::Ok();
       });

@@ -135,7 +135,8 @@ Json ToJson(const DepthMapAnswer& depth_map) {
 }
 
 Json ToJson(const NeighborAnswer& neighbor) {
-  return {{"image", neighbor.name},
+  return {{"id", neighbor.image.value},
+          {"image", neighbor.name},
           {"matches", neighbor.matches},
           {"verdict", VerdictWord(neighbor.verdict)}};
 }
@@ -168,7 +169,8 @@ Json ToJson(const CalibratedPhoto& photo) {
 Json CandidatesJson(const std::vector<NeighborAnswer>& candidates) {
   Json list = Json::array();
   for (const NeighborAnswer& candidate : candidates) {
-    list.push_back({{"image", candidate.name},
+    list.push_back({{"id", candidate.image.value},
+                    {"image", candidate.name},
                     {"score", candidate.score},
                     {"verdict", VerdictWord(candidate.verdict)}});
   }

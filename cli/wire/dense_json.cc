@@ -31,7 +31,7 @@ Json ToJson(const StageCount& count) {
 }
 
 Json ToJson(const PassedOver& photo) {
-  return {{"image", photo.name}, {"reason", photo.reason}};
+  return {{"id", photo.image.value}, {"image", photo.name}, {"reason", photo.reason}};
 }
 
 Json ToJson(const DeviceList& list) {

@@ -28,6 +28,9 @@ constexpr double kFarScales = 4, kFarShareMin = 0.005;
 // A relaxation that would change a scale by more than such a factor is not believed. Chosen by
 // hand; not measured.
 constexpr double kScaleFactorMax = 2;
+// A solution is another one where it costs less than this share of the first; else it is the same
+// minimum, but for rounding. Chosen by hand; not measured.
+constexpr double kOtherCostShareMax = 0.99;
 
 // The ties whose places can be found by what sees them, all at once or, where that fails, from one
 // submap: the others then say by how much they are off.
@@ -161,7 +164,8 @@ Solution SeekFar(const RelaxationProblem& all, const std::vector<Sim3>& near,
   const std::vector<double> fine = {options.loss_scale_px};
   Solution best = solve(StandAt(problem, start, near), fine);
   const auto consider = [&](Solution solution) {
-    if (solution.cost < best.cost && IsBelievable(solution)) best = std::move(solution);
+    const bool is_better = solution.cost < best.cost || !IsBelievable(best);
+    if (is_better && IsBelievable(solution)) best = std::move(solution);
   };
   if (!carried.empty()) consider(solve(StandAt(problem, start, carried), fine));
   std::vector<double> coarse;
@@ -185,7 +189,7 @@ Solution FindBest(const RelaxationProblem& problem, const RelaxationEstimate& st
   const Solution sought =
       SeekFar(problem, near.estimate.new_from_old, CarryBodies(problem, pool), options, pool);
   Solution far = solve(StandAt(problem, start, sought.estimate.new_from_old));
-  far.is_far = true;
+  far.is_far = far.cost < kOtherCostShareMax * near.cost;
   return far.cost < near.cost && IsBelievable(far) ? far : near;
 }
 

@@ -10,12 +10,15 @@ namespace {
 
 // More images than these are not listed where a text means several.
 constexpr size_t kListedMax = 5;
+// Behind more slashes than these no name is sought: each costs a look. Chosen by hand.
+constexpr int kSlashesMax = 64;
 
 Result<std::vector<ImageId>> FindNamed(const Snapshot& snapshot, std::string_view text) {
   VEDUTA_ASSIGN_OR_RETURN(std::vector<ImageId> images,
                           snapshot.FindImagesByName(text, kListedMax + 1));
   // Contributors and names may have slashes of their own.
-  for (size_t slash = text.find('/'); slash != text.npos; slash = text.find('/', slash + 1)) {
+  size_t slash = text.find('/');
+  for (int i = 0; i < kSlashesMax && slash != text.npos; ++i, slash = text.find('/', slash + 1)) {
     VEDUTA_ASSIGN_OR_RETURN(
         const std::optional<ImageId> image,
         snapshot.FindImageByName(text.substr(slash + 1), text.substr(0, slash)));
@@ -24,16 +27,34 @@ Result<std::vector<ImageId>> FindNamed(const Snapshot& snapshot, std::string_vie
   return images;
 }
 
-Result<std::vector<ImageId>> FindByHash(const Snapshot& snapshot, std::string text) {
-  const auto is_digit = [](char c) {
-    return (c >= '0' && c <= '9') || (c >= 'a' && c <= 'f') || (c >= 'A' && c <= 'F');
-  };
-  if (text.size() < kHashDigitsMin || !std::ranges::all_of(text, is_digit))
-    return std::vector<ImageId>();
-  for (char& c : text) {
-    if (c >= 'A' && c <= 'F') c = static_cast<char>(c - 'A' + 'a');
+// The digits in lower case; empty where it is something else, or too short.
+std::string HashDigits(const std::string& text) {
+  std::string digits;
+  for (const char c : text) {
+    const bool is_upper = c >= 'A' && c <= 'F';
+    if (!is_upper && !(c >= '0' && c <= '9') && !(c >= 'a' && c <= 'f')) return "";
+    digits += is_upper ? static_cast<char>(c - 'A' + 'a') : c;
   }
-  return snapshot.FindImagesByPhoto(text, kListedMax + 1);
+  return digits.size() < kHashDigitsMin ? "" : digits;
+}
+
+// The one that "#" and its number or its whole hash name, if it is there.
+Result<std::optional<ImageRecord>> FindExact(const Snapshot& snapshot, const std::string& text,
+                                             const std::vector<ImageId>& hashed) {
+  std::optional<ImageId> image;
+  uint32_t number = 0;
+  if (text.size() > 1 && text[0] == '#') {
+    const char* const last = text.data() + text.size();
+    const auto [end, error] = std::from_chars(text.data() + 1, last, number);
+    if (error == std::errc() && end == last) image = ImageId(number);
+  } else if (text.size() == 2 * sizeof(ContentHash) && hashed.size() == 1) {
+    image = hashed.front();
+  }
+  if (!image) return std::optional<ImageRecord>();
+  Result<ImageRecord> record = snapshot.GetImage(*image);
+  if (record.status().code() == StatusCode::kNotFound) return std::optional<ImageRecord>();
+  VEDUTA_RETURN_IF_ERROR(record.status());
+  return std::optional(std::move(*record));
 }
 
 Result<ImageRecord> TheOne(const Snapshot& snapshot, const std::string& text,
@@ -52,15 +73,15 @@ Result<ImageRecord> TheOne(const Snapshot& snapshot, const std::string& text,
 }  // namespace
 
 Result<ImageRecord> FindImage(const Snapshot& snapshot, const std::string& text) {
+  const std::string digits = HashDigits(text);
+  std::vector<ImageId> hashed;
+  if (!digits.empty()) {
+    VEDUTA_ASSIGN_OR_RETURN(hashed, snapshot.FindImagesByPhoto(digits, kListedMax + 1));
+  }
+  VEDUTA_ASSIGN_OR_RETURN(std::optional<ImageRecord> exact, FindExact(snapshot, text, hashed));
+  if (exact) return std::move(*exact);
   VEDUTA_ASSIGN_OR_RETURN(const std::vector<ImageId> named, FindNamed(snapshot, text));
   if (!named.empty()) return TheOne(snapshot, text, named);
-  uint32_t number = 0;
-  if (text.size() > 1 && text[0] == '#') {
-    const char* const last = text.data() + text.size();
-    const auto [end, error] = std::from_chars(text.data() + 1, last, number);
-    if (error == std::errc() && end == last) return snapshot.GetImage(ImageId(number));
-  }
-  VEDUTA_ASSIGN_OR_RETURN(const std::vector<ImageId> hashed, FindByHash(snapshot, text));
   if (!hashed.empty()) return TheOne(snapshot, text, hashed);
   return Status::NotFound("there is no image '" + text + "' in the database");
 }

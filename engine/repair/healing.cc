@@ -109,17 +109,19 @@ bool HealingWork::IsLiving(ReconstructionId id) const {
   return found != reconstructions.end() && found->second.is_living();
 }
 
-void HealingWork::StandIn(ImageId id, std::string name) {
+void HealingWork::StandIn(ImageId id, const PhotoName& name) {
   if (cameras.empty()) return;  // no image can be without one
   ImageRecord& image = images[id];
   image = {};
   image.id = id;
-  image.name = name.empty() ? "lost/" + std::to_string(id.value) : std::move(name);
+  image.name = name.name.empty() ? "lost/" + std::to_string(id.value) : name.name;
   const std::string_view text = image.name;
   image.photo = HashContent({reinterpret_cast<const uint8_t*>(text.data()), text.size()});
   image.camera = cameras.begin()->first;
   const auto told_of_it = told.images.find(id);
-  image.contributor = told_of_it == told.images.end() ? "veduta" : told_of_it->second.contributor;
+  image.contributor = name.contributor;
+  if (image.contributor.empty())
+    image.contributor = told_of_it == told.images.end() ? "veduta" : told_of_it->second.contributor;
   image.verdict = Verdict::kRejected;
   image.reason = Reason::kUnreadable;
   image.detail = "its record was damaged";

@@ -77,7 +77,8 @@ struct HealingWork {
   // Whether the reconstruction will be there, not merged away.
   bool IsLiving(ReconstructionId id) const;
   // An image of which nothing is left but its number: a rejected one, for numbers have no gaps.
-  void StandIn(ImageId id, std::string name);
+  // What is not known of its name is empty.
+  void StandIn(ImageId id, const PhotoName& name);
   // The photo is tried again by whoever opens the database next.
   Status TryAgain(ImageId id);
 };

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Cameras and images: the records that say what there is.
 #include <algorithm>
+#include <ranges>
 
 #include "engine/repair/healing.h"
 
@@ -26,9 +27,9 @@ struct Remains {
   std::map<ImageId, ContentHash> photos;
 
   // Empty where nothing tells it.
-  std::string NameOf(ImageId id) const {
+  PhotoName NameOf(ImageId id) const {
     const auto found = names.find(id);
-    return found == names.end() ? "" : found->second.name;
+    return found == names.end() ? PhotoName() : found->second;
   }
 };
 
@@ -92,10 +93,10 @@ Status RecoverImage(ImageId id, const Remains& remains, const std::string& damag
                     HealingWork* healing) {
   const auto photo = remains.photos.find(id);
   if (photo == remains.photos.end()) {
-    const std::string name = remains.NameOf(id);
-    healing->notes.Add(damage, name.empty()
+    const PhotoName name = remains.NameOf(id);
+    healing->notes.Add(damage, name.name.empty()
                                    ? "nothing else names it; it may have been a rejected photo"
-                                   : "it was the rejected photo '" + name + "'");
+                                   : "it was the rejected photo '" + name.name + "'");
     healing->StandIn(id, name);
     return Status::Ok();
   }
@@ -111,7 +112,7 @@ Status RecoverImage(ImageId id, const Remains& remains, const std::string& damag
     if (!IsDamage(bytes.status())) return bytes.status();
     healing->notes.Add(damage, "its photo cannot be read either");
     healing->notes.lost.push_back(record.name);
-    healing->StandIn(id, record.name);
+    healing->StandIn(id, {record.name, record.contributor});
     return Status::Ok();
   }
   const Result<Features> stored = healing->from().GetFeatures(record.photo);
@@ -120,7 +121,7 @@ Status RecoverImage(ImageId id, const Remains& remains, const std::string& damag
   if (fitting.size() != 1) {
     healing->notes.Add(damage, "its camera cannot be told, so the photo is written to a folder");
     healing->notes.loose.push_back({record.name, record.photo, "", record.contributor});
-    healing->StandIn(id, record.name);
+    healing->StandIn(id, {record.name, record.contributor});
     return Status::Ok();
   }
   const PreparedPhoto& prepared = fitting.front().second;
@@ -153,15 +154,15 @@ std::set<ContentHash> FindStrays(const Remains& remains, bool lost_records,
   return strays;
 }
 
-// What its mark calls it, unless an image is called so: then the photo was refused, or sent anew.
+// What its mark calls it, unless another is called so: then the photo was refused, or sent anew.
 PhotoName NameOfStray(const ContentHash& photo, const HealingWork& healing) {
   const Result<std::optional<PhotoName>> ahead = healing.from().FindNameAhead(photo);
-  const bool is_told = ahead.ok() && *ahead;
-  const auto has_it = [&](const auto& entry) {
-    const ImageRecord& image = entry.second;
-    return image.name == (*ahead)->name && image.contributor == (*ahead)->contributor;
+  const auto has_it = [&](const auto& other) {
+    return other.name == (*ahead)->name && other.contributor == (*ahead)->contributor;
   };
-  if (is_told && std::ranges::none_of(healing.images, has_it)) return **ahead;
+  if (ahead.ok() && *ahead && std::ranges::none_of(std::views::values(healing.images), has_it) &&
+      std::ranges::none_of(healing.notes.loose, has_it))
+    return **ahead;
   return {"recovered/" + photo.Hex().substr(0, 16), "veduta"};
 }
 

@@ -123,7 +123,7 @@ Status HealPhotos(HealingWork* healing) {
     if (IsTakenAlready(image, &names, &photos)) {
       healing->notes.Add(PhotoText(image) + " has the name or the photo of another image",
                          "its record is left out");
-      healing->StandIn(image.id, "");
+      healing->StandIn(image.id, {});
     }
     if (image.verdict != Verdict::kRejected) {
       VEDUTA_RETURN_IF_ERROR(HealPhoto(&image, healing));

@@ -88,7 +88,8 @@ class Repairer final {
     if (source_->format() != 0 && source_->format() < kFormatVersion) {
       notes->Add(
           "the database has format " + std::to_string(source_->format()) + " of an earlier veduta",
-          "the new one has format " + std::to_string(kFormatVersion));
+          "the new one has format " + std::to_string(kFormatVersion) +
+              "; where nothing is damaged, 'veduta settle' brings the old one to it");
       return Status::Ok();
     }
     EngineOptions options;

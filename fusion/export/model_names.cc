@@ -16,10 +16,10 @@ std::map<ImageId, std::string> ModelNames(std::span<const ImageRecord* const> im
   }
   for (const ImageRecord* image : images) {
     if (names.contains(image->id)) continue;
-    const std::string of_contributor = image->contributor + "/" + image->name;
-    names[image->id] = taken.insert(of_contributor).second
-                           ? of_contributor
-                           : "#" + std::to_string(image->id.value) + "/" + image->name;
+    std::string name = image->contributor + "/" + image->name;
+    if (taken.contains(name)) name = "#" + std::to_string(image->id.value) + "/" + image->name;
+    while (!taken.insert(name).second) name = "#" + name;
+    names[image->id] = name;
   }
   return names;
 }

@@ -12,7 +12,8 @@
 namespace veduta {
 
 // Each image's name; where several of these images have it, the contributor, a slash and the name;
-// where that is taken, too, "#", the number, a slash and the name. O(images).
+// where that is taken, too, "#", the number, a slash and the name, with more "#" before it until no
+// other is called so. O(images).
 std::map<ImageId, std::string> ModelNames(std::span<const ImageRecord* const> images);
 std::map<ImageId, std::string> ModelNames(const Scene& scene);
 

@@ -229,7 +229,8 @@ class Forbid(Case):
         listed = ask('forbidden', db)
         self.assertEqual([(f['kind'], f['a'], f['b'], f['image_a'], f['image_b']) for f in listed],
                          [('pose', shown['id'], None, name, None)])
-        self.assertEqual(must('forbidden', db), f'{name} has no pose (bea: the other tower)\n')
+        self.assertEqual(must('forbidden', db),
+                         f'{name} (#{shown["id"]}) has no pose (bea: the other tower)\n')
         must('allow', db, name, '--pose')
         must('settle', db)
         must('pose', db, name)

@@ -178,7 +178,8 @@ TEST(Answers, ImageWithAll) {
   EXPECT_EQ(json["reconstruction"], 3);
   EXPECT_EQ(JsonLine(json["uncertainty"]), uncertainty);
   EXPECT_EQ(JsonLine(json["hypotheses"]), std::string("[") + kHypothesis + "]");
-  EXPECT_EQ(JsonLine(json["neighbors"]), R"([{"image":"b.jpg","matches":55,"verdict":"founded"}])");
+  EXPECT_EQ(JsonLine(json["neighbors"]),
+            R"([{"id":9,"image":"b.jpg","matches":55,"verdict":"founded"}])");
   EXPECT_EQ(JsonLine(json["depth_map"]),
             R"({"width":160,"height":120,"known_share":0.75,"depth_near":2.0,"depth_far":9.0,)"
             R"("sensors":["b.jpg","c.jpg"],"geometry_version":6})");
@@ -190,7 +191,7 @@ TEST(Answers, ImageWithAll) {
 
 TEST(Answers, Small) {
   EXPECT_EQ(JsonLine(CandidatesJson({{ImageId(9), "b.jpg", Verdict::kPlaced, 0, 0.25}})),
-            R"([{"image":"b.jpg","score":0.25,"verdict":"placed"}])");
+            R"([{"id":9,"image":"b.jpg","score":0.25,"verdict":"placed"}])");
   EXPECT_EQ(JsonLine(CandidatesJson({})), "[]");
   EXPECT_EQ(
       JsonLine(ToJson(CameraAnswer{
@@ -374,7 +375,7 @@ TEST(Dense, Report) {
   const std::string none = R"({"computed":0,"kept":0,"removed":0,"ms":0.0})";
   EXPECT_EQ(JsonLine(ToJson(report)),
             R"({"reconstruction":1,"device":"C++","voxel_size":0.25,"depth_side_px":512,)"
-            R"("sensor_count":2,"without_depth":[{"image":"c.jpg","reason":"no sensor"}],)"
+            R"("sensor_count":2,"without_depth":[{"id":3,"image":"c.jpg","reason":"no sensor"}],)"
             R"("depth_maps":{"computed":1,"kept":2,"removed":3,"ms":4.0},"checks":)" +
                 none + R"(,"volume":)" + none + R"(,"blocks_changed":17,"fusion":)" + none +
                 R"(,"surface":)" + none + R"(,"exposures":)" + none +

@@ -28,6 +28,7 @@ TEST(SubmapRelaxation, SpreadsDriftOverALoop) {
   EXPECT_LT(WorstCenter(ring, relaxed->new_from_old), 1e-5);
   EXPECT_LT(relaxed->cost, 1e-6 * relaxed->initial_cost);
   EXPECT_EQ(relaxed->new_from_old[0].translation, Eigen::Vector3d::Zero());
+  EXPECT_FALSE(relaxed->is_far);
   for (const double change : relaxed->change_px) EXPECT_GT(change, 0);
 }
 

@@ -94,8 +94,15 @@ TEST_F(FindImageTest, AnythingMayBeAName) {
   Add(2, hash, "anna");
   Add(3, "#1", "anna");
   Add(4, std::string("zero\0byte", 9), std::string("\0\1\xff", 3));
-  EXPECT_EQ(Find(hash), 2u) << "names come first";
-  EXPECT_EQ(Find("#1"), 3u);
+  EXPECT_EQ(Find(hash), 1u) << "no name can stand in for a hash";
+  EXPECT_EQ(Find("anna/" + hash), 2u);
+  EXPECT_EQ(Find("#1"), 1u) << "nor for a number";
+  EXPECT_EQ(Find("anna/#1"), 3u);
+  Add(5, "#77", "anna");
+  EXPECT_EQ(Find("#77"), 5u) << "no image has this number";
+  Add(6, hash.substr(0, kHashDigitsMin), "anna");
+  EXPECT_EQ(Find(hash.substr(0, kHashDigitsMin)), 6u) << "names come before a part of a hash";
+  EXPECT_EQ(Find(std::string(100'000, '/')), 0u);
   EXPECT_EQ(Find(std::string("zero\0byte", 9)), 4u);
   EXPECT_EQ(Find("zero"), 0u);
 }

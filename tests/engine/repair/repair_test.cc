@@ -228,6 +228,27 @@ TEST(Repair, FindsWhatLiesInLogsAlone) {
   EXPECT_EQ(Look(path).photos, 3u) << Told(answer);
 }
 
+TEST(Repair, BringsBackPhotosOfOneNameThatWereNotCommitted) {
+  City city;
+  city.Add(Walk(4, 1.2, 3));
+  const std::string path = city.path();
+  city.Close();
+  {
+    const auto database = MustOpen(path, {});
+    for (const Stand& stand : Walk(7.6, 1.2, 2)) {
+      const std::vector<uint8_t>& jpeg = TakePhoto(stand).jpeg;
+      ASSERT_OK(database->WritePhotoAhead(HashContent(jpeg), jpeg, SampleFeatures(1, 3),
+                                          {"twice.jpg", "anna"}));
+    }
+  }
+  for (const std::string& file : FilesWith(path, "MANIFEST-")) std::filesystem::remove(file);
+  const RepairAnswer answer = Repaired(path, true);
+  EXPECT_TRUE(answer.is_repaired);
+  EXPECT_EQ(Look(path).photos, 5u) << Told(answer);
+  EXPECT_NE(Told(answer).find("added again as 'twice.jpg'"), std::string::npos) << Told(answer);
+  EXPECT_NE(Told(answer).find("added again as 'recovered/"), std::string::npos) << Told(answer);
+}
+
 // A closed database whose records are in its log alone.
 class LogCity {
  public:

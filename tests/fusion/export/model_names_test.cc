@@ -11,10 +11,10 @@ namespace veduta {
 namespace {
 
 TEST(ModelNames, AreUnique) {
-  std::vector<ImageRecord> images(6);
+  std::vector<ImageRecord> images(7);
   const std::pair<const char*, const char*> names[] = {
-      {"anna", "1.jpg"},      {"bert", "1.jpg"}, {"carl", "bert/1.jpg"},
-      {"anna", "walk/2.jpg"}, {"anna", "3.jpg"}, {"bert", "3.jpg"}};
+      {"anna", "1.jpg"}, {"bert", "1.jpg"}, {"carl", "bert/1.jpg"}, {"anna", "walk/2.jpg"},
+      {"anna", "3.jpg"}, {"bert", "3.jpg"}, {"dora", "#2/1.jpg"}};
   std::vector<const ImageRecord*> all;
   for (uint32_t i = 0; i < images.size(); ++i) {
     images[i].id = ImageId(i + 1);
@@ -23,11 +23,12 @@ TEST(ModelNames, AreUnique) {
     all.push_back(&images[i]);
   }
   EXPECT_EQ(ModelNames(all), (std::map<ImageId, std::string>{{ImageId(1), "anna/1.jpg"},
-                                                             {ImageId(2), "#2/1.jpg"},
+                                                             {ImageId(2), "##2/1.jpg"},
                                                              {ImageId(3), "bert/1.jpg"},
                                                              {ImageId(4), "walk/2.jpg"},
                                                              {ImageId(5), "anna/3.jpg"},
-                                                             {ImageId(6), "bert/3.jpg"}}));
+                                                             {ImageId(6), "bert/3.jpg"},
+                                                             {ImageId(7), "#2/1.jpg"}}));
   EXPECT_TRUE(ModelNames(Scene()).empty());
 }
 

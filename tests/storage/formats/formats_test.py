@@ -181,9 +181,14 @@ class Formats(unittest.TestCase):
     def test_format_2_is_upgraded_by_settle(self):
         self.check_settle_upgrades(self.fixture('format2'))
 
+    def test_format_1_is_repaired(self):
+        self.check_repair(self.fixture('format1'), 1)
+
     def test_format_2_is_repaired(self):
-        fixture = self.fixture('format2')
-        self.assertIn('has format 2 of an earlier veduta; the new one has format 3',
+        self.check_repair(self.fixture('format2'), 2)
+
+    def check_repair(self, fixture, number):
+        self.assertIn(f'has format {number} of an earlier veduta; the new one has format 3',
                       must('repair', fixture.city, '--yes'))
         self.assertEqual(must('verify', fixture.city), 'sound\n')
         self.check_counts(fixture, ask('status', fixture.city))

@@ -51,6 +51,9 @@ TEST(ImageRecord, KeysOfNamesTellNameAndContributor) {
         EXPECT_EQ(key.starts_with(NamePrefix(other)), name == other);
     }
   }
+  EXPECT_EQ(NameKey(std::string("a\0b", 3), "anna"), std::string("a\0\xff"
+                                                                 "b\0\1anna",
+                                                                 10));
   PhotoName parsed;
   for (const std::string& key :
        {std::string(), std::string("a.jpg"), std::string("a\0", 2), std::string("a\0\2anna", 7)})
