@@ -63,8 +63,8 @@ Slope FitSlope(const std::vector<float>& inverse_depth, int width, int height, i
   const double a = sxx - sx * sx / n, b = sxy - sx * sy / n, c = syy - sy * sy / n;
   const double p = sxi - sx * si / n, q = syi - sy * si / n;
   const double determinant = a * c - b * b;
-  if (determinant < 1e-3 * (a + c) * (a + c))
-    return {};  // a line of pixels: the plane is taken to face the camera
+  if (!(determinant > 1e-3 * (a + c) * (a + c)))
+    return {};  // one pixel, or a line of them: the plane is taken to face the camera
   return {(p * c - q * b) / determinant, (q * a - p * b) / determinant};
 }
 

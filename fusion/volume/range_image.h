@@ -15,7 +15,7 @@ namespace veduta {
 
 // Part of the version of every checked depth map and histogram: raise it whenever a change of the
 // code changes votes or the blocks that are named (tests/fusion/pass/pinned_bytes_test.cc notices).
-inline constexpr uint32_t kRangeImageVersion = 1;
+inline constexpr uint32_t kRangeImageVersion = 2;
 
 // A block that a depth map puts surface into, and by how many of its pixels.
 struct NamedBlock {

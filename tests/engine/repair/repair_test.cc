@@ -241,7 +241,10 @@ TEST(Repair, BringsBackPhotosOfOneNameThatWereNotCommitted) {
                                           {"twice.jpg", "anna"}));
     }
   }
-  for (const std::string& file : FilesWith(path, "MANIFEST-")) std::filesystem::remove(file);
+  for (const auto& entry : std::filesystem::directory_iterator(path)) {
+    if (entry.path().filename().string().starts_with("MANIFEST-"))
+      std::filesystem::remove(entry.path());
+  }
   const RepairAnswer answer = Repaired(path, true);
   EXPECT_TRUE(answer.is_repaired);
   EXPECT_EQ(Look(path).photos, 5u) << Told(answer);

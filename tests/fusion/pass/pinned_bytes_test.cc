@@ -240,20 +240,20 @@ TEST_F(PinnedVolume, RangeImages) {
       feed << (vote ? vote->distance : 0.0) << (vote ? vote->weight : 0u);
     }
   }
-  ExpectPinned("kRangeImageVersion", kRangeImageVersion, {1, "a30dffeb554d7d3e"}, &feed);
+  ExpectPinned("kRangeImageVersion", kRangeImageVersion, {2, "3fda59a2cf2736af"}, &feed);
 }
 
 TEST_F(PinnedVolume, Histograms) {
   ContentFeed feed;
   for (const auto& [place, histogram] : volume_.histograms) Feed(Serialize(*histogram), &feed);
-  ExpectPinned("kHistogramVersion", kHistogramVersion, {1, "c19205aef665fe6f"}, &feed);
+  ExpectPinned("kHistogramVersion", kHistogramVersion, {1, "ceb7ed7a9e7e14e1"}, &feed);
 }
 
 TEST_F(PinnedVolume, Solutions) {
   volume_.Solve(SolverOptions(), pool_);
   ContentFeed feed;
   for (const auto& [place, solution] : volume_.solutions) Feed(Serialize(*solution), &feed);
-  ExpectPinned("kSolverVersion", kSolverVersion, {1, "c51418dad28c42f5"}, &feed);
+  ExpectPinned("kSolverVersion", kSolverVersion, {1, "7473652725af70c5"}, &feed);
 }
 
 TEST_F(PinnedVolume, Meshes) {
@@ -262,7 +262,7 @@ TEST_F(PinnedVolume, Meshes) {
   ASSERT_GT(piece.triangles.size(), 100u);
   ContentFeed feed;
   Feed(Serialize(piece), &feed);
-  ExpectPinned("kExtractionVersion", kExtractionVersion, {1, "4d1aaa929550c771"}, &feed);
+  ExpectPinned("kExtractionVersion", kExtractionVersion, {1, "9138a4c58f2b897f"}, &feed);
 }
 
 TEST(StoredBytes, Exposures) {

@@ -56,6 +56,26 @@ TEST(RangeImage, VotesTheDistanceToAPlaneAtAnyAngle) {
   }
 }
 
+TEST(RangeImage, APixelAloneVotesAsIfItFacedTheCamera) {
+  const ViewGeometry view = synthetic::LookAt({0, 0, 0}, {0, 2, 0}, 160, 120);
+  DepthMap map = synthetic::Render(kWall, view, 0, 0, 1);
+  const size_t kept = map.depth.size() / 2 + view.width_px / 2;
+  for (size_t i = 0; i < map.depth.size(); ++i)
+    if (i != kept) map.depth[i] = 0, map.confidence[i] = 0;
+  const RangeImage image = RangeImage::Make(map, view).value();
+  const double x = static_cast<double>(kept % view.width_px), z = map.depth[kept],
+               y = static_cast<double>(kept / view.width_px);
+  const Eigen::Vector3d ray((x - view.camera.cx) / view.camera.fx,
+                            (y - view.camera.cy) / view.camera.fy, 1);
+  const Rigid3 world_from_cam = view.cam_from_world.Inverse();
+  for (const double before : {0.05, 0.15, 0.5}) {
+    const auto vote = image.VoteOn(world_from_cam * ((z - before) * ray), kGrid);
+    ASSERT_TRUE(vote) << before;
+    EXPECT_NEAR(vote->distance, before, 0.1 * before);
+  }
+  EXPECT_FALSE(image.VoteOn(world_from_cam * ((z + 0.5) * ray), kGrid)) << "far behind";
+}
+
 TEST(RangeImage, IsSilentOutsideItsPicture) {
   const ViewGeometry view = synthetic::LookAt({0, 0, 0}, {0, 2, 0}, 160, 120);
   const RangeImage image = ImageOf(kWall, view, 0, 0);
