@@ -26,7 +26,7 @@ NOT_HERE = {
     'veduta settle': {'step', 'image', 'reconstruction', 'other', 'merged_into', 'placed',
                       'placed[]', 'error', 'unplaced', 'unplaced[].id', 'unplaced[].why',
                       'split_off', 'split_off[]', 'ms', 'turn_ms'},
-    'veduta densify': {'without_depth[].image', 'without_depth[].reason'},
+    'veduta densify': {'without_depth[].id', 'without_depth[].image', 'without_depth[].reason'},
     'veduta verify': {'violations[]'},
     'veduta repair': {'findings[].damage', 'findings[].remedy', 'lost[]', 'retried[]',
                       'written_out[]'},
