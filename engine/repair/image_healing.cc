@@ -77,7 +77,7 @@ void FillFromJournal(const HealingWork& healing, bool has_pose, ImageRecord* rec
   if (entry != healing.added.end()) record->time_unix_s = entry->second.time_unix_s;
 }
 
-// What the image was called, and who sent it where the journal does not tell.
+// What the image was called, and who called it so; where that is not known, who sent it stays.
 void FillName(const Remains& remains, ImageRecord* record) {
   const auto found = remains.names.find(record->id);
   if (found == remains.names.end()) {
