@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Cameras and images: the records that say what there is.
 #include <algorithm>
-#include <ranges>
+#include <utility>
 
 #include "engine/repair/healing.h"
 
@@ -160,7 +160,8 @@ PhotoName NameOfStray(const ContentHash& photo, const HealingWork& healing) {
   const auto has_it = [&](const auto& other) {
     return other.name == (*ahead)->name && other.contributor == (*ahead)->contributor;
   };
-  if (ahead.ok() && *ahead && std::ranges::none_of(std::views::values(healing.images), has_it) &&
+  using Entry = std::pair<const ImageId, ImageRecord>;
+  if (ahead.ok() && *ahead && std::ranges::none_of(healing.images, has_it, &Entry::second) &&
       std::ranges::none_of(healing.notes.loose, has_it))
     return **ahead;
   return {"recovered/" + photo.Hex().substr(0, 16), "veduta"};

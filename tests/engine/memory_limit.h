@@ -24,8 +24,11 @@ class MemoryLimit final {
 }  // namespace veduta
 
 // Not inlined: g++ 12 would warn that `free` frees what `new` gave.
+[[gnu::noinline]] void* operator new(size_t size, const std::nothrow_t&) noexcept {
+  return size > veduta::piece_size_bytes_max ? nullptr : std::malloc(size);
+}
 [[gnu::noinline]] void* operator new(size_t size) {
-  void* const piece = size > veduta::piece_size_bytes_max ? nullptr : std::malloc(size);
+  void* const piece = operator new(size, std::nothrow);
   if (piece == nullptr) throw std::bad_alloc();
   return piece;
 }

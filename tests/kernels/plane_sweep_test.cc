@@ -64,7 +64,8 @@ struct RandomProblem {
       return static_cast<float>(value + (random.Unit() - 0.5) * range);
     };
     for (uint32_t s = 0; s < size.sensors; ++s) {
-      images.emplace_back(2 + random.Below(60), 2 + random.Below(60), s + 7);
+      const uint32_t width = 2 + random.Below(60), height = 2 + random.Below(60);
+      images.emplace_back(width, height, s + 7);
     }
     for (const Image& image : images) {
       SweepSensor sensor;

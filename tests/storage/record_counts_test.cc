@@ -76,8 +76,10 @@ TEST(RecordCounts, FollowEveryTransaction) {
       transaction->PutState(state);
     }
     // Few ids, so that one image is put several times, in one transaction too.
-    for (uint32_t put = random.Below(5); put > 0; --put)
-      transaction->PutImage(ImageWith(1 + random.Below(8), kVerdicts[random.Below(5)]));
+    for (uint32_t put = random.Below(5); put > 0; --put) {
+      const uint32_t id = 1 + random.Below(8);
+      transaction->PutImage(ImageWith(id, kVerdicts[random.Below(5)]));
+    }
     // After puts of the same image, perhaps.
     const ImageId gone(1 + random.Below(8));
     if (random.Below(3) == 0 && database->GetSnapshot()->GetImage(gone).ok()) {

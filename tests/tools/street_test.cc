@@ -23,10 +23,11 @@ TEST(Street, EveryInstructionSetGivesTheSameBits) {
   QuadMesh mesh;
   for (int i = 0; i < 200; ++i) {
     const Eigen::Vector3d u =
-        Eigen::Vector3d(random.Unit() - 0.5, random.Unit() - 0.5, 0.3).normalized();
+        Eigen::Vector3d{random.Unit() - 0.5, random.Unit() - 0.5, 0.3}.normalized();
     const Eigen::Vector3d v = u.unitOrthogonal();
+    const Eigen::Vector3d corner{20 * random.Unit(), 20 * random.Unit(), 5 * random.Unit()};
     mesh.AddSurface(
-        {20 * random.Unit(), 20 * random.Unit(), 5 * random.Unit()}, u, v,
+        corner, u, v,
         {static_cast<Material>(i % static_cast<int>(Material::kCount)), {0.5, 0.4, 0.3}},
         static_cast<uint32_t>(random.Next()), {1.2, 1.5});
   }
@@ -193,7 +194,7 @@ TEST(Street, NoTwoPlacesLookAlike) {
   for (; count < 400; ++count) {
     const uint32_t i = random.Below(6), j = (i + 1 + random.Below(5)) % 6;
     const auto corner = [&] {
-      return Eigen::Vector2i(random.Below(320 - 64), random.Below(240 - 64));
+      return Eigen::Vector2i{random.Below(320 - 64), random.Below(240 - 64)};
     };
     const double correlation = std::abs(Correlation(photos[i], photos[j], corner(), corner(), 64));
     sum += correlation;

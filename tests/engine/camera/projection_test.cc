@@ -70,8 +70,8 @@ TEST(Distortion, RoundTripsOverRandomModels) {
     if (!CheckCamera(model).ok()) continue;
     ++model_count;
     for (int k = 0; k < 40; ++k) {
-      const Eigen::Vector2d px(random.Unit() * (model.width_px - 1),
-                               random.Unit() * (model.height_px - 1));
+      const Eigen::Vector2d px{random.Unit() * (model.width_px - 1),
+                               random.Unit() * (model.height_px - 1)};
       // Close to a fold the inverse is ill-conditioned: what must be small is the error in the
       // photo.
       const auto undistorted = UndistortPixel(model, px);
@@ -219,7 +219,7 @@ TEST(Bearing, RoundTripsAndLooksForward) {
   SeededRandom random(3);
   const CameraModel model = Pinhole();
   for (int i = 0; i < 1000; ++i) {
-    const Eigen::Vector2d px(random.Unit() * 640, random.Unit() * 480);
+    const Eigen::Vector2d px{random.Unit() * 640, random.Unit() * 480};
     const Eigen::Vector3d ray = BearingFromPixel(model, px);
     EXPECT_NEAR(ray.norm(), 1.0, 1e-14);
     EXPECT_GT(ray.z(), 0.0);

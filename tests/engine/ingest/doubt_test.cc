@@ -80,14 +80,14 @@ TEST(Doubt, AnImageAtAWrongPoseIsUnplacedAndTheRestStays) {
   }
 }
 
-// Camera 2 has points in the left part of its picture, finds what others see up to the middle, and
-// lacks all of it in the right half, as where a house hides it that has no points.
-CityMap MapWithHiddenHalf(const SyntheticScene& scene, const std::vector<uint32_t>& others) {
+// Camera 2 has points in the left part of its picture, finds what others see up to a line right of
+// its middle, and lacks all of it beyond, as where a house hides it that has no points.
+CityMap MapWithHiddenPart(const SyntheticScene& scene, const std::vector<uint32_t>& others) {
   MapImage view = scene.images[2];
-  const double middle_px = view.width_px / 2.0;
+  const double hidden_from_px = 0.6 * view.width_px;
   auto features = std::make_shared<Features>(*view.features);
   for (FeatureIndex i = 0; i < features->size(); ++i) {
-    if (features->keypoints[i].x_px > middle_px)
+    if (features->keypoints[i].x_px > hidden_from_px)
       std::fill_n(features->descriptors.data() + i * kDescriptorSize, kDescriptorSize, 255);
   }
   view.features = features;
@@ -100,7 +100,7 @@ CityMap MapWithHiddenHalf(const SyntheticScene& scene, const std::vector<uint32_
       track.push_back({scene.images[k].id, static_cast<FeatureIndex>(scene.feature_of[k][i])});
     };
     const int own = scene.feature_of[2][i];
-    if (own >= 0 && features->keypoints[own].x_px < middle_px - 60) see(2);
+    if (own >= 0 && features->keypoints[own].x_px < hidden_from_px - 60) see(2);
     for (const uint32_t k : others) {
       if (scene.feature_of[k][i] >= 0) see(k);
     }
@@ -115,7 +115,7 @@ TEST(Doubt, WhatMayBeHiddenSpeaksAgainstNoPose) {
   for (const bool from_either_side : {false, true}) {
     const std::vector<uint32_t> others =
         from_either_side ? std::vector<uint32_t>{0, 1, 3} : std::vector<uint32_t>{0, 1};
-    const CityMap map = MapWithHiddenHalf(scene, others);
+    const CityMap map = MapWithHiddenPart(scene, others);
     std::vector<ImageId> around;
     for (const uint32_t k : others) around.push_back(scene.images[k].id);
     const MapImage& view = map.image(scene.images[2].id);

@@ -28,8 +28,8 @@ Facade MakeFacade() {
   SeededRandom random(5);
   const double length = kPhotoCount * kSpacing + 2 * kDepth;
   for (int i = 0; i < static_cast<int>(20 * length); ++i) {
-    facade.points.emplace_back(length * random.Unit() - kDepth, 5 * random.Unit() - 2.5,
-                               kDepth + 3 * random.Unit());
+    facade.points.push_back(
+        {length * random.Unit() - kDepth, 5 * random.Unit() - 2.5, kDepth + 3 * random.Unit()});
     for (int byte = 0; byte < kDescriptorSize; ++byte)
       facade.descriptors.push_back(static_cast<uint8_t>(random.Below(90)));
   }
@@ -55,7 +55,7 @@ PreparedPhoto TakePhoto(const Facade& facade, uint32_t k, const Pinhole& camera)
   for (size_t i = 0; i < facade.points.size(); ++i) {
     const Eigen::Vector3d x_cam = PoseOf(k) * facade.points[i];
     const Eigen::Vector2d x =
-        camera.Project(x_cam) + 0.3 * Eigen::Vector2d(Gaussian(random), Gaussian(random));
+        camera.Project(x_cam) + 0.3 * Eigen::Vector2d{Gaussian(random), Gaussian(random)};
     if (x.x() < 0 || x.y() < 0 || x.x() >= photo.width_px || x.y() >= photo.height_px) continue;
     Keypoint keypoint;
     keypoint.x_px = static_cast<float>(x.x());

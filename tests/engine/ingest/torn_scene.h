@@ -49,10 +49,15 @@ inline PairRecord FalsePair(const SyntheticScene& scene, uint32_t a, uint32_t b)
       break;
     }
   }
-  // The geometry is the best for the matches, as that of a pair that was verified.
-  pair.b_from_a = RefineTwoView(pair.b_from_a, rays_a, rays_b,
-                                0.5 * TwoViewOptions().error_px_max / scene.camera.fx);
-  return pair;
+  // The geometry is the best for the matches, and explains them, as that of a pair that was
+  // verified.
+  const double distance_max = TwoViewOptions().error_px_max / scene.camera.fx;
+  pair.b_from_a = RefineTwoView(pair.b_from_a, rays_a, rays_b, 0.5 * distance_max);
+  PairRecord explained = pair;
+  explained.matches.clear();
+  for (const uint32_t i : FindTwoViewInliers(pair.b_from_a, rays_a, rays_b, distance_max))
+    explained.matches.push_back(pair.matches[i]);
+  return explained;
 }
 
 // Eight verified pairs between the sides, with many matches that the poses do not explain.

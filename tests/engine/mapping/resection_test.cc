@@ -58,8 +58,8 @@ TEST(Resection, RefusesUnrelatedPoints) {
   std::vector<Eigen::Vector2d> x;
   std::vector<Eigen::Vector3d> points;
   for (int i = 0; i < 100; ++i) {
-    x.emplace_back(random.Unit() - 0.5, random.Unit() - 0.5);
-    points.emplace_back(random.Unit(), random.Unit(), random.Unit());
+    x.push_back({random.Unit() - 0.5, random.Unit() - 0.5});
+    points.push_back({random.Unit(), random.Unit(), random.Unit()});
   }
   EXPECT_EQ(Resect(x, points, 900, 1, {}).outcome, ResectionOutcome::kTooFewInliers);
   x.resize(10);

@@ -19,9 +19,9 @@ TEST(Similarity, IsExactAndRobust) {
   SeededRandom random(2);
   std::vector<Eigen::Vector3d> a, b;
   for (int i = 0; i < 60; ++i) {
-    a.emplace_back(random.Unit(), random.Unit(), random.Unit());
+    a.push_back({random.Unit(), random.Unit(), random.Unit()});
     b.push_back(i % 3 ? b_from_a * a.back()
-                      : Eigen::Vector3d(9 * random.Unit(), 9 * random.Unit(), 9 * random.Unit()));
+                      : Eigen::Vector3d{9 * random.Unit(), 9 * random.Unit(), 9 * random.Unit()});
   }
   const auto near = [&](const Sim3& fit, size_t i) { return (fit * a[i] - b[i]).norm() < 0.01; };
   const auto found = EstimateSimilarity(a, b, near, 20, 7);
@@ -94,7 +94,7 @@ TEST(Similarity, TheCovarianceIsThatOfNoisySightings) {
   SeededRandom random(1);
   const auto shaken = [&](std::vector<CrossSighting> seen) {
     for (CrossSighting& one : seen)
-      one.x += Eigen::Vector2d(Gaussian(random), Gaussian(random)) / one.focal_px;
+      one.x += Eigen::Vector2d{Gaussian(random), Gaussian(random)} / one.focal_px;
     return seen;
   };
   constexpr int kDraws = 400;

@@ -136,7 +136,7 @@ inline SyntheticScene MakeScene(const SceneOptions& options) {
   SeededRandom random(options.seed);
   std::vector<std::vector<uint8_t>> descriptors;
   for (uint32_t i = 0; i < options.point_count; ++i) {
-    Eigen::Vector3d p(6 * random.Unit() - 3, 4 * random.Unit() - 2, 3 * random.Unit() - 1.5);
+    Eigen::Vector3d p{6 * random.Unit() - 3, 4 * random.Unit() - 2, 3 * random.Unit() - 1.5};
     if (options.planar) p.z() = 0.3 * p.x();
     p = BesidePoint(options, i, p);
     scene.points.push_back(p);

@@ -38,7 +38,7 @@ TEST(Triangulation, RefusesParallelRaysAndPointsBehind) {
 TEST(Triangulation, NearestDirectionIsTheFirstOfTheSmallestAngle) {
   SeededRandom random(3);
   const auto draw = [&] {
-    return Eigen::Vector3d(random.Unit(), random.Unit(), random.Unit() - 0.5);
+    return Eigen::Vector3d{random.Unit(), random.Unit(), random.Unit() - 0.5};
   };
   for (int round = 0; round < 500; ++round) {
     const Eigen::Vector3d center = draw(), point = 5 * draw();

@@ -45,12 +45,12 @@ Photo TakePhoto(double focal_px, double k1, size_t wrong_count, bool is_plane, u
     if (x.x() < 0 || x.y() < 0 || x.x() > kWidth - 1 || x.y() > kHeight - 1) continue;
     const Eigen::Vector2d u = NormalizedFromPixel(photo.camera, straight);
     photo.points.push_back(photo.pose.Inverse() * Eigen::Vector3d(depth * u.homogeneous()));
-    photo.x_px.push_back(x + 0.4 * Eigen::Vector2d(Gaussian(random), Gaussian(random)));
+    photo.x_px.push_back(x + 0.4 * Eigen::Vector2d{Gaussian(random), Gaussian(random)});
   }
   photo.right_count = photo.points.size();
   for (size_t i = 0; i < wrong_count; ++i) {
     photo.points.push_back(photo.points[i % photo.right_count]);
-    photo.x_px.emplace_back(kWidth * random.Unit(), kHeight * random.Unit());
+    photo.x_px.push_back({kWidth * random.Unit(), kHeight * random.Unit()});
   }
   return photo;
 }

@@ -31,8 +31,9 @@ Eigen::Vector3d RandomVector(SeededRandom* random) {
 
 Sample MakeSample(uint64_t seed, double noise) {
   SeededRandom random(seed);
+  const double angle = random.Unit();
   const Eigen::Matrix3d rotation =
-      Eigen::AngleAxisd(random.Unit(), RandomVector(&random).normalized()).toRotationMatrix();
+      Eigen::AngleAxisd(angle, RandomVector(&random).normalized()).toRotationMatrix();
   const Eigen::Vector3d t = RandomVector(&random);
   Eigen::Matrix3d cross;
   cross << 0, -t.z(), t.y(), t.z(), 0, -t.x(), -t.y(), t.x(), 0;

@@ -66,7 +66,7 @@ Scene RandomScene(uint32_t point_count, const Eigen::Vector3d& translation, uint
   scene.b_from_a = k.inverse().transpose() * Skew(translation) * rotation * k.inverse();
   std::vector<uint8_t> last_descriptor = RandomDescriptor(&random);
   for (uint32_t i = 0; i < point_count; ++i) {
-    const Eigen::Vector2d x_a(random.Unit() * 1535, random.Unit() * 1023);
+    const Eigen::Vector2d x_a{random.Unit() * 1535, random.Unit() * 1023};
     const double depth = 4 + random.Unit() * 20;
     const Eigen::Vector3d x_world = k.inverse() * x_a.homogeneous() * depth;
     const Eigen::Vector3d projected = k * (rotation * x_world + translation);
@@ -78,13 +78,14 @@ Scene RandomScene(uint32_t point_count, const Eigen::Vector3d& translation, uint
     last_descriptor = descriptor;
     AppendFeature(x_a, scale, sign, Noisy(descriptor, &random), &scene.a);
     if (projected.z() <= 0.1 || random.Below(4) == 0) {
-      AppendFeature({random.Unit() * 1535, random.Unit() * 1023}, scale, sign,
-                    RandomDescriptor(&random), &scene.b);
+      const Eigen::Vector2d x_b{random.Unit() * 1535, random.Unit() * 1023};
+      AppendFeature(x_b, scale, sign, RandomDescriptor(&random), &scene.b);
       continue;
     }
     const Eigen::Vector2d x_b =
-        projected.hnormalized() + Eigen::Vector2d(random.Unit() - 0.5, random.Unit() - 0.5) * 3;
-    AppendFeature(x_b, scale * (0.6 + random.Unit()), sign, Noisy(descriptor, &random), &scene.b);
+        projected.hnormalized() + Eigen::Vector2d{random.Unit() - 0.5, random.Unit() - 0.5} * 3;
+    const double scale_b = scale * (0.6 + random.Unit());
+    AppendFeature(x_b, scale_b, sign, Noisy(descriptor, &random), &scene.b);
     ++scene.true_match_count;
     // Now and then a second orientation at the same place.
     if (i % 7 == 0) AppendFeature(x_b, scale, sign, Noisy(descriptor, &random), &scene.b);

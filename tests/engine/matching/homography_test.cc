@@ -28,11 +28,11 @@ Matches MakeMatches(int on_plane, int others) {
   SeededRandom random(3);
   Matches matches;
   for (int i = 0; i < on_plane + others; ++i) {
-    const Eigen::Vector2d a(random.Unit() - 0.5, random.Unit() - 0.5);
+    const Eigen::Vector2d a{random.Unit() - 0.5, random.Unit() - 0.5};
     const Eigen::Vector3d p = SomePlane() * Eigen::Vector3d(a.x(), a.y(), 1);
     matches.a.push_back(a);
     matches.b.push_back(i < on_plane ? Eigen::Vector2d(p.head<2>() / p.z())
-                                     : Eigen::Vector2d(random.Unit() - 0.5, random.Unit() - 0.5));
+                                     : Eigen::Vector2d{random.Unit() - 0.5, random.Unit() - 0.5});
   }
   return matches;
 }

@@ -36,14 +36,14 @@ Matches MakeMatches(Kind kind, int count, double outlier_share, double noise_px,
   m.b_from_a.translation =
       kind == Kind::kRotation ? Eigen::Vector3d::Zero() : Eigen::Vector3d(-1.5, 0.1, 0.2);
   while (static_cast<int>(m.a.size()) < count) {
-    Eigen::Vector3d p(6 * random.Unit() - 3, 4 * random.Unit() - 2, 6 + 4 * random.Unit());
+    Eigen::Vector3d p{6 * random.Unit() - 3, 4 * random.Unit() - 2, 6 + 4 * random.Unit()};
     if (kind == Kind::kPlane) p.z() = 8 + 0.5 * p.x();
     const Eigen::Vector3d q = m.b_from_a * p;
     Eigen::Vector2d x = p.hnormalized(), y = q.hnormalized();
     if (random.Unit() < outlier_share)
-      y = Eigen::Vector2d(random.Unit() - 0.5, random.Unit() - 0.5);
-    m.a.emplace_back(x.x() + noise(), x.y() + noise());
-    m.b.emplace_back(y.x() + noise(), y.y() + noise());
+      y = Eigen::Vector2d{random.Unit() - 0.5, random.Unit() - 0.5};
+    m.a.push_back({x.x() + noise(), x.y() + noise()});
+    m.b.push_back({y.x() + noise(), y.y() + noise()});
   }
   return m;
 }

@@ -74,7 +74,7 @@ TEST(MaySeeTile, PassesOverNoTileThatIsSeen) {
     ViewGeometry view;
     view.width_px = 64, view.height_px = 48;
     view.camera.fx = view.camera.fy = 50, view.camera.cx = 31.5, view.camera.cy = 23.5;
-    const Eigen::Vector3d axis(random.Unit() - 0.5, random.Unit() - 0.5, random.Unit() - 0.5);
+    const Eigen::Vector3d axis{random.Unit() - 0.5, random.Unit() - 0.5, random.Unit() - 0.5};
     view.cam_from_world.rotation =
         Eigen::Quaterniond(Eigen::AngleAxisd(3 * random.Unit(), axis.normalized()));
     const GridPlace tile{static_cast<int32_t>(random.Below(7)) - 3,

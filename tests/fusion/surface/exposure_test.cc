@@ -37,8 +37,8 @@ Session Take(uint32_t images, uint32_t points, double outliers, bool is_grey, ui
     session.gains[ImageId(i + 1)] = (logs[i] - mean).array().exp().cast<float>();
   for (uint32_t p = 0; p < points; ++p) {
     const uint32_t first = random.Below(images);
-    const Eigen::Vector3d light(0.05 + 0.4 * random.Unit(), 0.05 + 0.4 * random.Unit(),
-                                0.05 + 0.4 * random.Unit());
+    const Eigen::Vector3d light{0.05 + 0.4 * random.Unit(), 0.05 + 0.4 * random.Unit(),
+                                0.05 + 0.4 * random.Unit()};
     for (uint32_t i = first; i < std::min(images, first + 4); ++i) {
       ColorObservation o = {ImageId(i + 1), {ImageId(first + 1), p}, {}};
       for (int c = 0; c < 3; ++c) {

@@ -147,7 +147,7 @@ TEST(RayScene, RefusesBrokenMeshes) {
 TEST(TilesBetween, FindsWhatMeetsTheHull) {
   SeededRandom random(7);
   const auto point = [&](double size) -> Eigen::Vector3d {
-    return Eigen::Vector3d(random.Unit() - 0.5, random.Unit() - 0.5, random.Unit() - 0.5) * size;
+    return Eigen::Vector3d{random.Unit() - 0.5, random.Unit() - 0.5, random.Unit() - 0.5} * size;
   };
   int meets = 0, misses = 0;
   for (int round = 0; round < 400; ++round) {
@@ -161,7 +161,7 @@ TEST(TilesBetween, FindsWhatMeetsTheHull) {
     bool is_sampled = false;
     for (int k = 0; k < 3000 && !is_sampled; ++k) {
       const Eigen::Vector3d in_target =
-          low + Eigen::Vector3d(random.Unit(), random.Unit(), random.Unit());
+          low + Eigen::Vector3d{random.Unit(), random.Unit(), random.Unit()};
       is_sampled = box.contains(center + random.Unit() * (in_target - center));
     }
     EXPECT_TRUE(answer || !is_sampled);
@@ -189,13 +189,13 @@ TEST(TilesBetween, PhotosThatSeeAPointOfABoxMaySeeIt) {
   int seen = 0, spared = 0;
   for (int round = 0; round < 500; ++round) {
     const Eigen::Vector3d low =
-        16 * Eigen::Vector3d(random.Unit() - 0.5, random.Unit() - 0.5, random.Unit() - 0.5);
+        16 * Eigen::Vector3d{random.Unit() - 0.5, random.Unit() - 0.5, random.Unit() - 0.5};
     const Eigen::AlignedBox3d box(low, low + Eigen::Vector3d::Constant(1));
     bool is_seen = false;
     for (int k = 0; k < 200; ++k) {
       const Eigen::Vector3d in_cam =
           view.cam_from_world *
-          (low + Eigen::Vector3d(random.Unit(), random.Unit(), random.Unit()));
+          (low + Eigen::Vector3d{random.Unit(), random.Unit(), random.Unit()});
       if (in_cam.z() <= 0) continue;
       const Eigen::Vector2d px = view.camera.Project(in_cam);
       is_seen |= px.x() >= -0.5 && px.y() >= -0.5 && px.x() <= 319.5 && px.y() <= 199.5;

@@ -171,7 +171,7 @@ TEST(Simplification, SaysWhatIsWrong) {
 TEST(NearestPoint, NothingOnTheTriangleIsNearer) {
   SeededRandom random(8);
   const auto point = [&]() -> Eigen::Vector3d {
-    return 2 * Eigen::Vector3d(random.Unit(), random.Unit(), random.Unit()) -
+    return 2 * Eigen::Vector3d{random.Unit(), random.Unit(), random.Unit()} -
            Eigen::Vector3d::Ones();
   };
   for (int round = 0; round < 300; ++round) {

@@ -40,8 +40,8 @@ Pairs MakePairs(uint64_t seed, size_t count, double noise) {
   for (size_t i = 0; i < count; ++i) {
     const Eigen::Vector2d a(Between(random, -0.5, 0.5), Between(random, -0.4, 0.4));
     const Eigen::Vector2d b = Transfer(pairs.b_from_a, a);
-    pairs.a.push_back(a + noise * Eigen::Vector2d(Gaussian(random), Gaussian(random)));
-    pairs.b.push_back(b + noise * Eigen::Vector2d(Gaussian(random), Gaussian(random)));
+    pairs.a.push_back(a + noise * Eigen::Vector2d{Gaussian(random), Gaussian(random)});
+    pairs.b.push_back(b + noise * Eigen::Vector2d{Gaussian(random), Gaussian(random)});
   }
   return pairs;
 }
@@ -103,7 +103,7 @@ TEST(Homography, GoldStandardIsBetterThanTheLinearFit) {
     SeededRandom random(seed);
     std::vector<double> sigma(30, 2e-4);
     for (size_t i = 15; i < 30; ++i) {
-      pairs.b[i] += 2e-3 * Eigen::Vector2d(Gaussian(random), Gaussian(random));
+      pairs.b[i] += 2e-3 * Eigen::Vector2d{Gaussian(random), Gaussian(random)};
       sigma[i] = 2e-3;
     }
     const std::vector<double> sigma_a(30, 2e-4);
@@ -119,7 +119,7 @@ TEST(HomographyDecomposition, OneOfTheTwoIsTheTruth) {
   SeededRandom random(7);
   for (int i = 0; i < 200; ++i) {
     const Eigen::Vector3d axis =
-        Eigen::Vector3d(Gaussian(random), Gaussian(random), Gaussian(random)).normalized();
+        Eigen::Vector3d{Gaussian(random), Gaussian(random), Gaussian(random)}.normalized();
     const Eigen::Matrix3d rotation =
         Eigen::AngleAxisd(Between(random, 0.05, 0.8), axis).toRotationMatrix();
     const Eigen::Vector3d t(Between(random, -1, 1), Between(random, -1, 1),

@@ -49,7 +49,7 @@ TEST(FitEllipse, ToleratesNoiseOnAnArc) {
   const Ellipse truth = {{100, 80}, 40, 25, 0.5};
   std::vector<Eigen::Vector2d> points = Outline(truth, 20, 240, 60);
   for (Eigen::Vector2d& p : points)
-    p += Eigen::Vector2d(random.Unit() - 0.5, random.Unit() - 0.5) * 0.6;
+    p += Eigen::Vector2d{random.Unit() - 0.5, random.Unit() - 0.5} * 0.6;
   const auto fit = FitEllipse(points);
   ASSERT_TRUE(fit);
   EXPECT_LT((fit->center - truth.center).norm(), 1.0);
