@@ -34,12 +34,11 @@ int Backup(const std::string& db, const std::string& out) {
 void RegisterJournal(CLI::App* app, int* exit_code) {
   auto db = std::make_shared<std::string>();
   auto first = std::make_shared<uint64_t>(1);
-  auto json = std::make_shared<bool>(true);
   CLI::App* command =
       app->add_subcommand("journal", "What was done, by whom: one JSON object per line");
   command->add_option("DB", *db, "Database")->required();
   command->add_option("--from", *first, "First sequence number");
-  command->add_flag("--json", *json, "JSON, which it is in any case");
+  command->add_flag("--json")->description("JSON, which it is in any case");
   command->callback([=] { *exit_code = PrintJournal(*db, *first); });
 }
 
