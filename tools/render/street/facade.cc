@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "tools/render/street/draws.h"
 #include "tools/render/street/plan.h"
 
 namespace veduta::street {
@@ -13,9 +14,6 @@ constexpr double kHouseDepthM = 9;
 constexpr double kInsetM = 0.02;
 constexpr double kCornerInsetM = 0.6;  // more than any window's recess
 
-double Between(SeededRandom& random, double low, double high) {
-  return low + (high - low) * random.Unit();
-}
 uint32_t Seed32(SeededRandom& random) {
   return static_cast<uint32_t>(random.Next());
 }
@@ -95,15 +93,12 @@ void AddOpening(const WallFrame& base, double width, double height, double reces
   face(base.At(0, -recess, height), along, out, width, recess);  // top
   Finish fill;
   if (door) {
-    fill = {Material::kDoor, Eigen::Vector3d(Between(random, 0.12, 0.4), Between(random, 0.1, 0.26),
-                                             Between(random, 0.06, 0.24))};
+    fill = {Material::kDoor, Between(random, {0.12, 0.1, 0.06}, {0.4, 0.26, 0.24})};
   } else {
     // Behind the glass: dark rooms, blinds and curtains of all colours.
     const double level =
         random.Unit() < 0.55 ? Between(random, 0.05, 0.14) : Between(random, 0.25, 0.5);
-    fill = {Material::kWindow,
-            level * Eigen::Vector3d(Between(random, 0.8, 1.1), Between(random, 0.85, 1.05),
-                                    Between(random, 0.85, 1.25))};
+    fill = {Material::kWindow, level * Between(random, {0.8, 0.85, 0.85}, {1.1, 1.05, 1.25})};
   }
   mesh.AddRect(mesh.AddSurface(base.At(0, -recess, 0), along, up, fill, Seed32(random),
                                {width, height}, 0.9),
@@ -174,9 +169,7 @@ void AddShopSign(const WallFrame& frame, const House& house, SeededRandom& rando
   const double width = std::min(house.width - 0.8, Between(random, 2.5, 5.5)),
                height = Between(random, 0.42, 0.6);
   const double x = Between(random, 0.3, house.width - width - 0.3);
-  const Finish finish = {Material::kPoster,
-                         Eigen::Vector3d(Between(random, 0.2, 0.8), Between(random, 0.2, 0.7),
-                                         Between(random, 0.15, 0.7))};
+  const Finish finish = {Material::kPoster, Between(random, {0.2, 0.2, 0.15}, {0.8, 0.7, 0.7})};
   mesh.AddBox(frame.Moved(x, 0, house.ground_height - height - 0.1), {width, 0.14, height}, finish,
               random);
 }
@@ -188,9 +181,7 @@ void AddPosters(const WallFrame& frame, const House& house, SeededRandom& random
     const double width = std::min(pier - 0.35, Between(random, 0.5, 0.9)),
                  height = width * Between(random, 1.1, 1.6);
     if (width < 0.4) continue;
-    const Finish finish = {Material::kPoster,
-                           Eigen::Vector3d(Between(random, 0.35, 0.9), Between(random, 0.3, 0.85),
-                                           Between(random, 0.2, 0.8))};
+    const Finish finish = {Material::kPoster, Between(random, {0.35, 0.3, 0.2}, {0.9, 0.85, 0.8})};
     const WallFrame corner =
         frame.Moved(b * house.bay() - width / 2, 0.015, Between(random, 0.8, 1.2));
     mesh.AddRect(mesh.AddSurface(corner.origin, corner.along, Eigen::Vector3d::UnitZ(), finish,

@@ -5,19 +5,17 @@
 #include <algorithm>
 #include <cmath>
 
+#include "tools/render/street/draws.h"
+
 namespace veduta::street {
 namespace {
 
 constexpr double kCurbM = 0.12;
 constexpr double kTileM = 40;
 
-double Between(SeededRandom& random, double low, double high) {
-  return low + (high - low) * random.Unit();
-}
-
 Eigen::Vector3d UnitVector(SeededRandom& random) {
   for (;;) {
-    const Eigen::Vector3d x(Between(random, -1, 1), Between(random, -1, 1), Between(random, -1, 1));
+    const Eigen::Vector3d x = Between(random, {-1, -1, -1}, {1, 1, 1});
     const double n = x.norm();
     if (n > 0.1 && n < 1) return x / n;
   }
@@ -28,8 +26,7 @@ void AddTree(const WallFrame& foot, SeededRandom& random, QuadMesh& mesh) {
   const double trunk = Between(random, 2.1, 2.7), girth = Between(random, 0.16, 0.26);
   const Finish bark = {Material::kPlaster, Eigen::Vector3d(0.20, 0.15, 0.11)};
   mesh.AddBox(foot.Moved(-girth / 2, -girth / 2, 0), {girth, girth, trunk + 0.5}, bark, random);
-  const Eigen::Vector3d radius(Between(random, 1.0, 1.4), Between(random, 1.0, 1.35),
-                               Between(random, 1.0, 1.5));
+  const Eigen::Vector3d radius = Between(random, {1.0, 1.0, 1.0}, {1.4, 1.35, 1.5});
   const Eigen::Vector3d crown = foot.At(0, 0, trunk + radius.z() * 0.8);
   const int twigs = 420 + static_cast<int>(random.Below(200));
   for (int i = 0; i < twigs; ++i) {
@@ -73,9 +70,8 @@ void AddCar(const WallFrame& corner, SeededRandom& random, QuadMesh& mesh) {
   const double length = Between(random, 3.7, 4.5), width = 1.65, belt = Between(random, 0.78, 0.88);
   // Most cars are grey, some are not.
   const double level = Between(random, 0.06, 0.5), hue = random.Unit() < 0.4 ? 0.45 : 0.06;
-  const Finish paint = {Material::kPaint,
-                        level * Eigen::Vector3d(1 + Between(random, -hue, hue), 1 - 0.5 * hue,
-                                                1 + Between(random, -hue, hue))};
+  const double blue = 1 + Between(random, -hue, hue), red = 1 + Between(random, -hue, hue);
+  const Finish paint = {Material::kPaint, level * Eigen::Vector3d(red, 1 - 0.5 * hue, blue)};
   const Finish glass = {Material::kPaint, Eigen::Vector3d(0.05, 0.06, 0.07)};
   const Finish rubber = {Material::kPaint, Eigen::Vector3d(0.03, 0.03, 0.03)};
   mesh.AddBox(corner.Moved(0, 0, 0.26), {length, width, belt - 0.26}, paint, random);
