@@ -66,9 +66,10 @@ inline const TakenPhoto& TakePhoto(const Stand& stand, uint64_t exposure_seed = 
   const auto jitter = [&](double amplitude) { return amplitude * (2 * random.Unit() - 1); };
   street::StreetCamera camera;
   camera.model = StreetCameraModel();
-  const Eigen::Vector3d center(at.x(), at.y() + jitter(0.3), 1.6 + jitter(0.1));
-  camera.cam_from_world =
-      street::LookFrom(center, stand.yaw_deg + jitter(2), 8 + jitter(2), jitter(2));
+  const double z = 1.6 + jitter(0.1);
+  const Eigen::Vector3d center(at.x(), at.y() + jitter(0.3), z);
+  const double roll = jitter(2), pitch = 8 + jitter(2), yaw = stand.yaw_deg + jitter(2);
+  camera.cam_from_world = street::LookFrom(center, yaw, pitch, roll);
   street::RenderOptions render;
   render.noise_sigma = 2;
   render.seed = exposure_seed;

@@ -203,8 +203,8 @@ Result<std::vector<StreetCamera>> MakeCameras(const SceneOptions& scene,
   std::vector<StreetCamera> cameras;
   for (const Station& s : stations) {
     const double move = options.position_jitter_m, turn = options.angle_jitter_deg;
-    const Eigen::Vector3d center(s.at.x() + jitter(move), s.at.y() + jitter(move),
-                                 kEyeM + jitter(0.7 * move));
+    const double z = kEyeM + jitter(0.7 * move), y = s.at.y() + jitter(move);
+    const Eigen::Vector3d center(s.at.x() + jitter(move), y, z);
     const double yaw = s.yaw_deg + jitter(turn), pitch = s.pitch_deg + jitter(turn),
                  roll = jitter(turn);
     cameras.push_back({"", options.model, LookFrom(center, yaw, pitch, roll)});

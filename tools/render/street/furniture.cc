@@ -30,7 +30,8 @@ void AddTree(const WallFrame& foot, SeededRandom& random, QuadMesh& mesh) {
   const Eigen::Vector3d crown = foot.At(0, 0, trunk + radius.z() * 0.8);
   const int twigs = 420 + static_cast<int>(random.Below(200));
   for (int i = 0; i < twigs; ++i) {
-    const Eigen::Vector3d at = UnitVector(random) * std::cbrt(Between(random, 0.15, 1.0));
+    const double outwards = std::cbrt(Between(random, 0.15, 1.0));
+    const Eigen::Vector3d at = outwards * UnitVector(random);
     const Eigen::Vector3d normal = UnitVector(random);
     const Eigen::Vector3d u = normal.unitOrthogonal(), v = normal.cross(u);
     const double size = Between(random, 0.09, 0.24), green = Between(random, 0.14, 0.42);
