@@ -109,6 +109,27 @@ class AddReport final {
   int exit_code_ = kDone;
 };
 
+// In a city without a photo, the first photos say together what their cameras are.
+Status CalibrateFirst(Engine* engine, std::span<PhotoSubmission> photos, std::stop_token stop) {
+  const bool is_named =
+      std::ranges::none_of(photos, [](const PhotoSubmission& one) { return one.camera.empty(); });
+  if (is_named) return Status::Ok();
+  VEDUTA_ASSIGN_OR_RETURN(const std::vector<FirstCamera> cameras,
+                          engine->CalibrateFirst(photos, std::move(stop)));
+  for (const FirstCamera& camera : cameras) {
+    if (camera.name.empty()) {
+      std::fprintf(stderr, "veduta: the camera of %u photos could not be calibrated: %s\n",
+                   camera.photos, Printable(camera.why_not).c_str());
+    } else {
+      std::fprintf(stderr,
+                   "veduta: the camera of %u photos is '%s' now: %s, focal length to %.2g %%\n",
+                   camera.photos, Printable(camera.name).c_str(),
+                   CameraParamsText(camera.model).c_str(), 100 * camera.focal_stddev_share);
+    }
+  }
+  return Status::Ok();
+}
+
 int Add(const AddArguments& arguments) {
   const StopOnSignal stop;
   EngineOptions options;
@@ -116,8 +137,10 @@ int Add(const AddArguments& arguments) {
   options.sync = !arguments.no_sync;
   const auto engine = OpenToWrite(arguments.db, options);
   if (!engine.ok()) return Fail(engine.status());
-  const auto submissions = Submissions(arguments);
+  auto submissions = Submissions(arguments);
   if (!submissions.ok()) return Fail(submissions.status());
+  const Status calibrated = CalibrateFirst(engine->get(), *submissions, stop.token());
+  if (!calibrated.ok()) return Fail(calibrated);
 
   std::string summary;
   int exit_code = kDone;

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // veduta calibrate PHOTO|FOLDER... --out camera.json [--report report.html] [--markers N]
 //                  [--threads N] [--json]
+// veduta calibrate --scene PHOTO|FOLDER... --out camera.json [--report report.html] [--threads N]
+//                  [--json]
 // veduta calibrate --points points.json --out camera.json [--report report.html] [--json]
 #include "cli/command.h"
 #include "cli/photos/photo_list.h"
@@ -60,16 +62,23 @@ int RunCalibrate(const CalibrateArguments& arguments) {
 void RegisterCalibrate(CLI::App* app, int* exit_code) {
   auto arguments = std::make_shared<CalibrateArguments>();
   CalibrateRequest& request = arguments->request;
-  CLI::App* command =
-      app->add_subcommand("calibrate", "Calibrate a camera from photos of flat targets on a floor");
+  CLI::App* command = app->add_subcommand(
+      "calibrate", "Calibrate a camera from photos of flat targets on a floor, or of a scene");
   CLI::Option* photos = command->add_option("PHOTO", arguments->photos,
                                             "Photos, or folders of them, of printed markers");
   CLI::Option* points =
       command->add_option("--points", request.points_path,
                           "Instead: JSON file of points seen in the photos (docs/calibration.md)");
   points->excludes(photos);
-  command->add_option("--markers", request.marker_count, "How many markers were printed (96)")
-      ->check(CLI::Range(1u, kMarkerCountMax));
+  CLI::Option* markers =
+      command->add_option("--markers", request.marker_count, "How many markers were printed (96)")
+          ->check(CLI::Range(1u, kMarkerCountMax));
+  command
+      ->add_flag("--scene", request.is_scene,
+                 "The photos show any place, ten of them or more from different places, and no "
+                 "markers: less exact, and nothing to print")
+      ->excludes(points)
+      ->excludes(markers);
   command->add_option("--threads", request.thread_count, "Photos looked at side by side (1)")
       ->check(CLI::Range(1, 256));
   command->add_option("--out", arguments->out, "Camera file to write; `camera add --from` reads it")

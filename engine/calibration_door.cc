@@ -12,6 +12,7 @@
 #include "engine/camera/files/points_file.h"
 #include "engine/camera/markers/photo_markers.h"
 #include "engine/camera/markers/sheet_pdf.h"
+#include "engine/scene_calibration.h"
 #include "storage/base/option_bounds.h"
 #include "storage/base/thread_pool.h"
 #include "storage/base/whole_file.h"
@@ -70,6 +71,31 @@ Result<Observed> ReadPoints(const std::string& path) {
   return Observed{std::move(*input), std::filesystem::path(path).filename().string(), {}};
 }
 
+// A calibration, with what it was made from.
+struct Made {
+  Calibration calibration;
+  std::string from;                       // in words
+  std::vector<CalibrationWarning> notes;  // on single photos, before the calibration's own
+};
+
+Result<Made> MakeByScene(const CalibrateRequest& request) {
+  std::vector<PhotoSource> photos;
+  for (const std::string& path : request.photo_paths)
+    photos.push_back({std::filesystem::path(path).filename().string(), path, {}});
+  VEDUTA_ASSIGN_OR_RETURN(Calibration made, CalibrateByScene(photos, request.thread_count));
+  std::string from = std::to_string(made.UsedPhotoCount()) + " photos of a place";
+  return Made{std::move(made), std::move(from), {}};
+}
+
+Result<Made> MakeByTargets(const CalibrateRequest& request) {
+  VEDUTA_ASSIGN_OR_RETURN(Observed observed, request.points_path.empty()
+                                                 ? ReadPhotos(request)
+                                                 : ReadPoints(request.points_path));
+  Result<Calibration> made = CalibrateCamera(observed.input);
+  if (!made.ok()) return WithNotes(made.status(), observed.notes);
+  return Made{std::move(*made), std::move(observed.from), std::move(observed.notes)};
+}
+
 // The numbers of a calibration; the texts are added by Calibrate.
 CalibrationAnswer AnswerOf(const Calibration& made, const std::string& from) {
   CalibrationAnswer answer;
@@ -103,6 +129,8 @@ Status CalibrateRequest::Check() const {
   if (photo_paths.empty() && points_path.empty()) {
     return Status::InvalidArgument("calibrate wants photos or a points file; none are given");
   }
+  if (is_scene && !points_path.empty())
+    return Status::InvalidArgument("calibrate takes photos of a scene, not points of one");
   return OptionBounds()
       .Between("marker_count", marker_count, 1, kMarkerIdCount)
       .Between("thread_count", thread_count, 1, kThreadsMax)
@@ -111,20 +139,18 @@ Status CalibrateRequest::Check() const {
 
 Result<CalibrationAnswer> Calibrate(const CalibrateRequest& request) {
   VEDUTA_RETURN_IF_ERROR(request.Check());
-  VEDUTA_ASSIGN_OR_RETURN(const Observed observed, request.points_path.empty()
-                                                       ? ReadPhotos(request)
-                                                       : ReadPoints(request.points_path));
-  auto made = CalibrateCamera(observed.input);
-  if (!made.ok()) return WithNotes(made.status(), observed.notes);
-  CalibrationAnswer answer = AnswerOf(*made, observed.from);
-  for (const CalibrationWarning& note : observed.notes)
+  VEDUTA_ASSIGN_OR_RETURN(Made made,
+                          request.is_scene ? MakeByScene(request) : MakeByTargets(request));
+  Calibration& calibration = made.calibration;
+  CalibrationAnswer answer = AnswerOf(calibration, made.from);
+  for (const CalibrationWarning& note : made.notes)
     answer.messages.push_back({!note.IsNote(), true, note.text});
-  for (const CalibrationWarning& w : made->warnings)
+  for (const CalibrationWarning& w : calibration.warnings)
     answer.messages.push_back({!w.IsNote(), false, w.text});
   // In the files the calibration's own notes and warnings stand first.
-  made->warnings.insert(made->warnings.end(), observed.notes.begin(), observed.notes.end());
-  answer.camera_file = CameraFileText(*made, observed.from);
-  answer.report_html = CalibrationReport(*made, observed.from);
+  calibration.warnings.insert(calibration.warnings.end(), made.notes.begin(), made.notes.end());
+  answer.camera_file = CameraFileText(calibration, made.from);
+  answer.report_html = CalibrationReport(calibration, made.from);
   return answer;
 }
 

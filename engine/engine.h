@@ -147,6 +147,14 @@ class Engine final {
   Result<CameraId> AddCamera(const std::string& name, const CameraModel& model,
                              const std::string& source);
 
+  // For photos that a city begins with: while nothing is placed, no photo says where another was
+  // taken, nor with what camera. Calibrates the cameras of the photos that name none, each by its
+  // photos together (four at least, of one EXIF or, where they tell nothing, of one size), adds
+  // them, and names them in the photos. Nothing where something is placed. Takes as long as adding
+  // the photos some four times. kCancelled after a stop request: cameras that were added stay.
+  Result<std::vector<FirstCamera>> CalibrateFirst(std::span<PhotoSubmission> photos,
+                                                  std::stop_token stop = {});
+
   // Puts a photo in line and returns at once. Contributors take turns; the journal records the
   // order in which photos were applied. The answer comes with the photo's own commit; what follows
   // from it is done when nobody waits. kNotFound for an unknown camera.

@@ -4,6 +4,7 @@
 #include <deque>
 #include <utility>
 
+#include "engine/first_cameras.h"
 #include "engine/parts.h"
 #include "engine/query/city_answers.h"
 #include "storage/base/whole_file.h"
@@ -58,6 +59,11 @@ Questions Engine::Ask() const {
 Result<CameraId> Engine::AddCamera(const std::string& name, const CameraModel& model,
                                    const std::string& source) {
   return parts_->AddCamera(name, model, source);
+}
+
+Result<std::vector<FirstCamera>> Engine::CalibrateFirst(std::span<PhotoSubmission> photos,
+                                                        std::stop_token stop) {
+  return veduta::CalibrateFirst(parts_.get(), photos, std::move(stop));
 }
 
 Result<Ticket> Engine::Submit(PhotoSubmission photo, AnswerCallback answered) {

@@ -31,7 +31,8 @@ EstimatedUnnamed NoCamera(LocalizedPhoto photo) {
   outcome.failure = Status::NotFound(
       std::string("its camera is not known, and cannot be estimated yet: ") +
       ReasonText(photo.reason) + (photo.detail.empty() ? "" : ": " + photo.detail) +
-      ". Name its camera, or add it again when more photos are there");
+      ". Name its camera, add it again when more photos are there, or begin a city with some ten "
+      "photos of one camera at once");
   return none;
 }
 

@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
-// Cameras, as the door offers them: calibration by printed markers, sheets to print, camera files
-// and the text of cameras. Nothing here needs a database. Standard library and plain structs only.
+// Cameras, as the door offers them: calibration by printed markers or by photos of any place, sheets
+// to print, camera files and the text of cameras. Nothing here needs a database. Standard library
+// and plain structs only.
 
 #include <array>
 #include <cstdint>
@@ -17,10 +18,12 @@
 namespace veduta {
 
 struct CalibrateRequest {
-  std::vector<std::string> photo_paths;  // photos of markers; or
+  std::vector<std::string> photo_paths;  // photos of markers, or of a scene; or
   std::string points_path;               // a points.json of any flat target (docs/calibration.md)
-  uint32_t marker_count = 96;            // how many different markers were printed
-  uint32_t thread_count = 1;             // [1, 256]; photos looked at side by side
+  // The photos show any place instead of markers: not as exact, but nothing has to be printed.
+  bool is_scene = false;
+  uint32_t marker_count = 96;  // how many different markers were printed
+  uint32_t thread_count = 1;   // [1, 256]; photos looked at side by side
 
   Status Check() const;  // the first violated bound, named with its value
 };

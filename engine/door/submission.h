@@ -12,6 +12,7 @@
 
 #include "storage/base/ids.h"
 #include "storage/base/status.h"
+#include "storage/model/camera.h"
 #include "storage/model/verdict.h"
 
 namespace veduta {
@@ -30,6 +31,15 @@ struct PhotoSubmission {
   // themselves (EXIF), or estimated from how the photo fits into the city.
   std::string camera;
   std::string contributor;
+};
+
+// A camera that photos were calibrated by together (Engine::CalibrateFirst).
+struct FirstCamera {
+  uint32_t photos = 0;  // that say nothing against having been taken with it
+  std::string name;     // in the database; empty where there is none
+  std::string why_not;  // then: for a person
+  CameraModel model;
+  double focal_stddev_share = 0;  // standard deviation of the focal length over itself
 };
 
 // Wall time of each step of one photo, in milliseconds.

@@ -72,6 +72,12 @@ Status NotEnoughMemory() {
   return Status::NoMemory("there is not enough memory to prepare the photo");
 }
 
+std::string ShapeOf(const PhotoHeader& header) {
+  std::string shape = header.stored_size.Text();
+  if (header.orientation != 1) shape += ", orientation " + std::to_string(header.orientation);
+  return shape;
+}
+
 }  // namespace
 
 Status PrepareOptions::Check() const {
@@ -126,7 +132,9 @@ Result<PhotoFacts> PhotoPreparer::Look(const PhotoSource& source) const {
     VEDUTA_RETURN_IF_ERROR(photo.failure);
     if (!bytes) return PhotoFacts();
     const PhotoHeader header = ReadPhotoHeader(*bytes);
-    return PhotoFacts{photo.hash, CameraGroupOf(ReadExifCamera(header.exif), header)};
+    PhotoFacts facts{photo.hash, CameraGroupOf(ReadExifCamera(header.exif), header), {}};
+    if (header.outcome == HeaderOutcome::kRead) facts.shape = ShapeOf(header);
+    return facts;
   } catch (const std::exception&) {
     return NotEnoughMemory();
   }

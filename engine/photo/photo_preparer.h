@@ -63,6 +63,8 @@ struct PreparedPhoto {
 struct PhotoFacts {
   ContentHash hash;
   std::string camera_group;  // CameraGroupOf
+  std::string shape;         // size and orientation, the same for photos of one camera that was not
+                             // turned; empty where the file is not a photo
 };
 
 // The database and the tables must outlive it. Thread-safe; a call waits while photos of others

@@ -7,6 +7,7 @@
 #include <Eigen/Sparse>
 #include <algorithm>
 #include <cmath>
+#include <memory>
 
 #include "engine/camera/calibration/plane_reprojection_cost.h"
 #include "storage/base/option_bounds.h"
@@ -20,6 +21,18 @@ struct HeightPrior {
   template <typename T>
   bool operator()(const T* point, T* residual) const {
     residual[0] = point[2] / T(sigma);
+    return true;
+  }
+};
+
+// (principal point - the photo's middle) / sigma, over the lens.
+struct PrincipalPointPrior {
+  Eigen::Vector2d middle_px;
+  double sigma_px;
+  template <typename T>
+  bool operator()(const T* lens, T* residual) const {
+    residual[0] = (lens[2] - middle_px[0]) / T(sigma_px);
+    residual[1] = (lens[3] - middle_px[1]) / T(sigma_px);
     return true;
   }
 };
@@ -118,24 +131,55 @@ class Adjuster final {
               new PlaneReprojectionCost{o.px, o.sigma_px}),
           loss, Lens(), Rotation(o.view), Rotation(o.view) + 4, scene_->points[o.point].data());
     }
+    AddLensPriors();
+    for (size_t v = 0; v < scene_->cams_from_world.size(); ++v) {
+      if (problem_.HasParameterBlock(Rotation(v))) problem_.SetManifold(Rotation(v), &quaternion_);
+    }
+    if (!options_.is_aspect_free) problem_.SetManifold(Lens(), &held_aspect_);
+    if (options_.is_planar) {
+      AddPlane();
+    } else {
+      HoldFirstView();
+    }
+  }
+
+  void AddLensPriors() {
+    const CameraModel& c = scene_->camera;
+    const double side_px = std::max(c.width_px, c.height_px);
+    problem_.AddResidualBlock(
+        new ceres::AutoDiffCostFunction<DistortionCenterPrior, 2, kLensSize>(
+            new DistortionCenterPrior{options_.distortion_center_sigma * side_px}),
+        nullptr, Lens());
+    if (options_.principal_point_sigma == 0) return;
+    const Eigen::Vector2d middle_px(0.5 * (c.width_px - 1), 0.5 * (c.height_px - 1));
+    problem_.AddResidualBlock(
+        new ceres::AutoDiffCostFunction<PrincipalPointPrior, 2, kLensSize>(
+            new PrincipalPointPrior{middle_px, options_.principal_point_sigma * side_px}),
+        nullptr, Lens());
+  }
+
+  void AddPlane() {
     const double height_sigma = options_.plane_sigma * RmsDistanceFromMean(scene_->points);
     for (Eigen::Vector3d& point : scene_->points) {
       problem_.AddResidualBlock(
           new ceres::AutoDiffCostFunction<HeightPrior, 1, 3>(new HeightPrior{height_sigma}),
           nullptr, point.data());
     }
-    const double center_sigma_px =
-        options_.distortion_center_sigma * std::max(c.width_px, c.height_px);
-    problem_.AddResidualBlock(new ceres::AutoDiffCostFunction<DistortionCenterPrior, 2, kLensSize>(
-                                  new DistortionCenterPrior{center_sigma_px}),
-                              nullptr, Lens());
     const auto [first, second] = GaugePoints(scene_->points);
     problem_.SetManifold(scene_->points[first].data(), &height_only_);
     problem_.SetManifold(scene_->points[second].data(), &height_only_);
-    for (size_t v = 0; v < scene_->cams_from_world.size(); ++v) {
-      if (problem_.HasParameterBlock(Rotation(v))) problem_.SetManifold(Rotation(v), &quaternion_);
-    }
-    if (!options_.is_aspect_free) problem_.SetManifold(Lens(), &held_aspect_);
+  }
+
+  // Also one coordinate of a point: the one by which it lies farthest from the view, so that the
+  // scale cannot change.
+  void HoldFirstView() {
+    problem_.SetParameterBlockConstant(Rotation(0));
+    problem_.SetParameterBlockConstant(Rotation(0) + 4);
+    Eigen::Vector3d& point = scene_->points[GaugePoints(scene_->points).first];
+    int axis = 0;
+    (point - scene_->cams_from_world[0].Center()).cwiseAbs().maxCoeff(&axis);
+    held_axis_ = std::make_unique<ceres::SubsetManifold>(3, std::vector<int>{axis});
+    problem_.SetManifold(point.data(), held_axis_.get());
   }
 
   std::shared_ptr<ceres::ParameterBlockOrdering> Ordering() {
@@ -145,10 +189,10 @@ class Adjuster final {
     return ordering;
   }
 
-  // The lens first.
+  // The lens first; not what is held.
   std::vector<double*> CameraBlocks() {
     std::vector<double*> blocks = {Lens()};
-    for (size_t v = 0; v < scene_->cams_from_world.size(); ++v) {
+    for (size_t v = options_.is_planar ? 0 : 1; v < scene_->cams_from_world.size(); ++v) {
       if (problem_.HasParameterBlock(Rotation(v)))
         blocks.insert(blocks.end(), {Rotation(v), Rotation(v) + 4});
     }
@@ -243,6 +287,7 @@ class Adjuster final {
   ceres::EigenQuaternionManifold quaternion_;
   ceres::SubsetManifold height_only_{3, {0, 1}};
   ceres::SubsetManifold held_aspect_{kLensSize, {1}};
+  std::unique_ptr<ceres::SubsetManifold> held_axis_;
   ceres::Problem problem_;  // refers to the members above, and so must be destroyed before them
 };
 
@@ -268,6 +313,7 @@ Status PlaneAdjustmentOptions::Check() const {
   return OptionBounds()
       .FiniteAbove("plane_sigma", plane_sigma, 0)
       .FiniteAbove("distortion_center_sigma", distortion_center_sigma, 0)
+      .Between("principal_point_sigma", principal_point_sigma, 0, 1)
       .FiniteAbove("loss_scale", loss_scale, 0)
       .Between("iterations_max", iterations_max, 1, 1'000'000)
       .FiniteAbove("function_tolerance", function_tolerance, 0)
@@ -277,8 +323,8 @@ Status PlaneAdjustmentOptions::Check() const {
 Result<PlaneAdjustment> AdjustPlane(const std::vector<PlaneObservation>& observations,
                                     const PlaneAdjustmentOptions& options, PlaneScene* scene) {
   VEDUTA_RETURN_IF_ERROR(options.Check());
-  if (scene->points.size() < 2)
-    return Status::InvalidArgument("calibration: fewer than 2 points to adjust");
+  if (scene->points.size() < 2 || scene->cams_from_world.empty())
+    return Status::InvalidArgument("calibration: no view, or fewer than 2 points to adjust");
   return Adjuster(observations, options, scene).Run();
 }
 

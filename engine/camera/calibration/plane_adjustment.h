@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 // The final bundle adjustment of a calibration (R5): intrinsics, forward distortion, poses and
-// nearly planar points.
+// points, which are nearly planar or anywhere.
 
 #include <Eigen/Core>
 #include <array>
@@ -26,7 +26,7 @@ struct PlaneObservation {
   double sigma_px = 1;  // > 0
 };
 
-// Everything that is adjusted. World: the plane is z = 0.
+// Everything that is adjusted. World: the plane is z = 0, where there is one.
 struct PlaneScene {
   CameraModel camera;
   std::vector<Rigid3> cams_from_world;
@@ -35,6 +35,8 @@ struct PlaneScene {
 
 struct PlaneAdjustmentOptions {
   bool is_aspect_free = false;  // whether fy / fx is adjusted; otherwise it stays as it is
+  // Whether the points lie about on the plane. Otherwise nothing is known of where they lie.
+  bool is_planar = true;
   // > 0; the standard deviation of a point's height over the plane, over the RMS distance of the
   // points from their mean. 1.5 mm for sheets over a square metre of floor; chosen by hand.
   double plane_sigma = 0.003;
@@ -42,6 +44,9 @@ struct PlaneAdjustmentOptions {
   // photo's longer side. It decides only where a lens distorts so little that the photos do not.
   // Chosen by hand; not measured.
   double distortion_center_sigma = 0.03;
+  // >= 0; how far the principal point is thought to lie from the photo's middle, over the longer
+  // side; 0: nothing is known.
+  double principal_point_sigma = 0;
   // > 0; where Cauchy's loss begins to weigh an error less, in standard deviations. At 2.385 the
   // loss keeps 95 % of the least squares' efficiency on normal errors (Holland and Welsch 1977).
   double loss_scale = 2.5;
@@ -65,8 +70,8 @@ struct PlaneAdjustment {
 };
 
 // Minimises the reprojection errors over sigma, with Cauchy's loss, and weak priors as in the
-// options. The gauge is held by the plane's prior and by two points far apart whose x and y stay;
-// their heights are free.
+// options. The gauge is held by the plane's prior and by two points far apart whose x and y stay,
+// while their heights are free; without a plane by the first view, and a point's distance from it.
 //
 // Every view and point needs an observation; views and points without one make it undetermined. The
 // covariance is that of the least squares without the loss, times sigma_scale^2. One thread:

@@ -55,6 +55,65 @@ TEST(PlaneReprojectionCost, ProjectsAsTheCameraModelDoes) {
       session.cams_from_world[0].translation.data(), behind.data(), px.data()));
 }
 
+// Points in a box before cameras on an arc, near and far.
+PlaneScene SolidScene() {
+  PlaneScene scene;
+  scene.camera.width_px = 1000, scene.camera.height_px = 750;
+  scene.camera.fx = scene.camera.fy = 820;
+  scene.camera.cx = 503, scene.camera.cy = 371;
+  scene.camera.u0 = 503, scene.camera.v0 = 371;
+  scene.camera.k1 = -0.05, scene.camera.k2 = 0.02;
+  SeededRandom random(5);
+  for (int i = 0; i < 250; ++i) {
+    scene.points.push_back({4 * random.Unit() - 2, 3 * random.Unit() - 1.5, 4 * random.Unit() - 2});
+  }
+  for (int v = 0; v < 9; ++v) {
+    const Eigen::Quaterniond turn(Eigen::AngleAxisd(0.15 * (v - 4), Eigen::Vector3d::UnitY()) *
+                                  Eigen::AngleAxisd(v % 3 * 1.5, Eigen::Vector3d::UnitZ()));
+    scene.cams_from_world.push_back({turn, Eigen::Vector3d(0, 0, 5 + 0.5 * (v % 4))});
+  }
+  return scene;
+}
+
+TEST(PlaneAdjustment, WithoutAPlaneFromAPoorStart) {
+  const PlaneScene truth = SolidScene();
+  SeededRandom random(6);
+  std::vector<PlaneObservation> observations;
+  for (uint32_t v = 0; v < truth.cams_from_world.size(); ++v) {
+    for (uint32_t p = 0; p < truth.points.size(); ++p) {
+      const auto px = PixelFromBearing(truth.camera, truth.cams_from_world[v] * truth.points[p]);
+      ASSERT_TRUE(px.has_value());
+      const Eigen::Vector2d noise{random.Unit() - 0.5, random.Unit() - 0.5};
+      observations.push_back({v, p, DistortPixel(truth.camera, *px) + 0.5 * noise, 1});
+    }
+  }
+  PlaneScene scene = truth;
+  scene.camera.fx = scene.camera.fy = 1.08 * truth.camera.fx;
+  scene.camera.cx = scene.camera.u0 = 499.5;
+  scene.camera.cy = scene.camera.v0 = 374.5;
+  scene.camera.k1 = scene.camera.k2 = 0;
+  PlaneAdjustmentOptions options;
+  options.is_planar = false;
+  options.principal_point_sigma = 0.007;
+  options.distortion_center_sigma = 0.007;
+  const auto made = AdjustPlane(observations, options, &scene);
+  ASSERT_TRUE(made.ok()) << made.status().message();
+  ASSERT_TRUE(made->is_determined);
+  const std::array<double, 8> found = IntrinsicsOf(scene.camera),
+                              right = IntrinsicsOf(truth.camera);
+  for (size_t i = 0; i < found.size(); ++i) {
+    const double sigma =
+        std::sqrt(made->covariance(static_cast<Eigen::Index>(i), static_cast<Eigen::Index>(i)));
+    EXPECT_GT(sigma, 0) << kIntrinsicNames[i];
+    EXPECT_LT(std::abs(found[i] - right[i]), 4 * sigma) << kIntrinsicNames[i];
+  }
+  EXPECT_NEAR(scene.camera.fx, truth.camera.fx, 1);
+  // The gauge: the first view stays, and so does the scale.
+  EXPECT_EQ(scene.cams_from_world[0].translation, truth.cams_from_world[0].translation);
+  for (size_t p = 0; p < truth.points.size(); ++p)
+    EXPECT_LT((scene.points[p] - truth.points[p]).norm(), 0.05);
+}
+
 TEST(PlaneAdjustment, FromAPoorStart) {
   const SyntheticSession session = MakeSession({.noise_px = 0.1, .seed = 2});
   PlaneScene scene = SceneOf(session);

@@ -1,0 +1,165 @@
+// SPDX-License-Identifier: Apache-2.0
+// Goal: photos of any place say what their camera is, to a fraction of a percent, the same on any
+//   number of threads; a city begins with photos whose camera nobody names; what cannot be told is
+//   refused with what to do.
+// Method: photos of a rendered street, whose camera is known, with EXIF and without.
+#include "engine/scene_calibration.h"
+
+#include <gtest/gtest.h>
+
+#include "engine/first_cameras.h"
+#include "tests/engine/camera/exif_writer.h"
+#include "tests/engine/street_fixture.h"
+
+namespace veduta {
+namespace {
+
+// Near and far, along two sides.
+std::vector<Stand> Around(size_t count) {
+  std::vector<Stand> stands = Walk(5, 0.8, static_cast<int>(count));
+  for (size_t i = 1; i < stands.size(); i += 3) stands[i].yaw_deg += 20;
+  return stands;
+}
+
+std::vector<PhotoSource> Sources(const std::vector<Stand>& stands) {
+  std::vector<PhotoSource> photos;
+  for (const Stand& stand : stands) {
+    const TakenPhoto& photo = TakePhoto(stand);
+    photos.push_back({photo.name, photo.name, photo.jpeg});
+  }
+  return photos;
+}
+
+std::vector<PhotoSubmission> WithoutCamera(const std::vector<Stand>& stands) {
+  std::vector<PhotoSubmission> photos;
+  for (PhotoSource& photo : Sources(stands)) photos.push_back({std::move(photo), "", "anna"});
+  return photos;
+}
+
+void ExpectStreetCamera(const CameraModel& model) {
+  const CameraModel truth = StreetCameraModel();
+  EXPECT_NEAR(model.fx / truth.fx, 1, 0.01);
+  EXPECT_EQ(model.fx, model.fy);
+  EXPECT_NEAR(model.cx, truth.cx, 0.02 * truth.width_px);
+  EXPECT_NEAR(model.cy, truth.cy, 0.02 * truth.width_px);
+  EXPECT_NEAR(model.k1, 0, 0.03);
+}
+
+TEST(SceneCalibration, PhotosOfAStreetTellTheirCamera) {
+  const std::vector<PhotoSource> photos = Sources(Around(14));
+  const Result<Calibration> made = CalibrateByScene(photos, 2);
+  ASSERT_OK(made);
+  ExpectStreetCamera(made->model);
+  EXPECT_LT(made->Sigma(0) / made->model.fx, 0.02);
+  EXPECT_GT(made->Sigma(0), 0);
+  EXPECT_GE(made->UsedPhotoCount(), 12u);
+  EXPECT_EQ(made->photos.size(), photos.size());
+  EXPECT_LT(made->error_px_rms, 1);
+  EXPECT_NEAR(made->focal_search_px / StreetCameraModel().fx, 1, 0.2);
+  const Result<Calibration> alone = CalibrateByScene(photos, 1);
+  ASSERT_OK(alone);
+  EXPECT_EQ(alone->model, made->model);
+}
+
+TEST(SceneCalibration, SaysWhatCannotBeTold) {
+  const std::vector<PhotoSource> photos = Sources(Around(3));
+  const Result<Calibration> few = CalibrateByScene(photos, 1);
+  EXPECT_EQ(few.status().code(), StatusCode::kInvalidArgument);
+  EXPECT_NE(few.status().message().find("ten or more"), std::string::npos);
+
+  std::vector<PhotoSource> with_text = photos;
+  with_text.push_back({"notes.txt", "notes.txt", std::vector<uint8_t>(100, 'a')});
+  const Result<Calibration> no_photo = CalibrateByScene(with_text, 1);
+  EXPECT_NE(no_photo.status().message().find("notes.txt: "), std::string::npos)
+      << no_photo.status().message();
+
+  EXPECT_EQ(CalibrateByScene({}, 1).status().code(), StatusCode::kInvalidArgument);
+  std::stop_source stop;
+  stop.request_stop();
+  EXPECT_EQ(CalibrateByScene(Sources(Around(6)), 1, stop.get_token()).status().code(),
+            StatusCode::kCancelled);
+}
+
+TEST(SceneCalibration, WrongOptionsAreNamed) {
+  EXPECT_OK(SceneCalibrationOptions().Check());
+  const auto refused = [](const char* name, auto&& change) {
+    SceneCalibrationOptions options;
+    change(&options);
+    EXPECT_NE(options.Check().message().find(name), std::string::npos) << name;
+    EXPECT_EQ(CalibrateByScene({}, 1, {}, options).status().code(), StatusCode::kInvalidArgument);
+  };
+  refused("photos_max", [](SceneCalibrationOptions* o) { o->photos_max = 3; });
+  refused("rounds_max", [](SceneCalibrationOptions* o) { o->rounds_max = 0; });
+  refused("rest_share", [](SceneCalibrationOptions* o) { o->rest_share = 0; });
+  refused("scan.count", [](SceneCalibrationOptions* o) { o->scan.count = 0; });
+}
+
+TEST(FirstCameras, ACityBeginsWithPhotosWhoseCameraNobodyNames) {
+  City city;
+  std::vector<PhotoSubmission> photos = WithoutCamera(Around(14));
+  PhotoSubmission named = city.Submit(Stand{4.6, 90});
+  photos.push_back(named);
+  const auto cameras = city.engine().CalibrateFirst(photos);
+  ASSERT_OK(cameras);
+  ASSERT_EQ(cameras->size(), 1u);
+  const FirstCamera& first = cameras->front();
+  ASSERT_EQ(first.name, "photos of 512x384") << first.why_not;
+  EXPECT_EQ(first.photos, 14u);
+  ExpectStreetCamera(first.model);
+  EXPECT_GT(first.focal_stddev_share, 0);
+  for (size_t i = 0; i < 14; ++i) EXPECT_EQ(photos[i].camera, first.name);
+  EXPECT_EQ(photos.back().camera, "street");
+  const auto stored = city.Ask().door().Camera(first.name);
+  ASSERT_OK(stored);
+  EXPECT_EQ(stored->model, first.model);
+  EXPECT_NE(stored->source.find("calibrated by 1"), std::string::npos) << stored->source;
+
+  // Another list before anything is placed: its camera has a name of its own.
+  std::vector<PhotoSubmission> others = WithoutCamera(Walk(5.3, 0.8, 14));
+  const auto again = city.engine().CalibrateFirst(others);
+  ASSERT_OK(again);
+  ASSERT_EQ(again->size(), 1u);
+  EXPECT_TRUE(again->front().name == "photos of 512x384'" || !again->front().why_not.empty())
+      << again->front().name;
+
+  size_t placed = 0;
+  for (const AddOutcome& outcome : city.Add(photos)) placed += outcome.reconstruction.valid();
+  EXPECT_GE(placed + city.Counts().placed, 12u);
+  EXPECT_TRUE(IsSound(city.Ask().snapshot()));
+  // What is placed says where others are, and with what camera.
+  std::vector<PhotoSubmission> later = WithoutCamera(Walk(5.3, 0.8, 8));
+  const auto none = city.engine().CalibrateFirst(later);
+  ASSERT_OK(none);
+  EXPECT_TRUE(none->empty());
+}
+
+TEST(FirstCameras, PhotosThatSayTheSameAreOneGroup) {
+  City city;
+  const ExifCamera phone{"Maker", "Phone", "", 5.5, 0};
+  std::vector<PhotoSubmission> photos = WithoutCamera(Around(14));
+  for (PhotoSubmission& photo : photos)
+    photo.photo.bytes = testing::WithExif(*photo.photo.bytes, testing::ExifOf(phone));
+  for (const Stand& stand : Walk(30, 0.8, 3)) photos.push_back(WithoutCamera({stand}).front());
+  const auto cameras = city.engine().CalibrateFirst(photos);
+  ASSERT_OK(cameras);
+  ASSERT_EQ(cameras->size(), 1u) << "three photos are too few";
+  EXPECT_EQ(cameras->front().name, "Maker Phone, 5.5 mm, 512x384") << cameras->front().why_not;
+  EXPECT_TRUE(photos.back().camera.empty());
+}
+
+TEST(FirstCameras, WhatCannotBeToldIsSaid) {
+  City city;
+  std::vector<PhotoSubmission> photos;
+  for (const double along_m : {5.0, 25.0, 45.0, 65.0})
+    photos.push_back(WithoutCamera({Stand{along_m, 90}}).front());
+  const auto cameras = city.engine().CalibrateFirst(photos);
+  ASSERT_OK(cameras);
+  ASSERT_EQ(cameras->size(), 1u);
+  EXPECT_TRUE(cameras->front().name.empty());
+  EXPECT_NE(cameras->front().why_not.find("fit together"), std::string::npos);
+  EXPECT_EQ(city.Ask().door().Cameras()->size(), 1u) << "the one that the test has added";
+  EXPECT_TRUE(photos.front().camera.empty());
+}
+
+}  // namespace
+}  // namespace veduta
