@@ -49,6 +49,10 @@ std::string SourceOf(const EstimatedCamera& camera) {
 Result<std::optional<CameraRecord>> FindUnnamedCamera(EngineParts* parts,
                                                       const PhotoSource& photo) {
   VEDUTA_ASSIGN_OR_RETURN(const PhotoFacts facts, parts->preparer->Look(photo));
+  return FindUnnamedCamera(parts, facts);
+}
+
+Result<std::optional<CameraRecord>> FindUnnamedCamera(EngineParts* parts, const PhotoFacts& facts) {
   const std::shared_ptr<const Snapshot> snapshot = parts->database->GetSnapshot();
   VEDUTA_ASSIGN_OR_RETURN(const std::optional<ImageId> stored,
                           snapshot->FindImageByPhoto(facts.hash));

@@ -12,6 +12,8 @@ namespace veduta {
 // the photos which say that the same camera took them (CameraGroupOf). Decodes nothing. kIoError
 // where the file cannot be read.
 Result<std::optional<CameraRecord>> FindUnnamedCamera(EngineParts* parts, const PhotoSource& photo);
+// The same of a photo that was looked at.
+Result<std::optional<CameraRecord>> FindUnnamedCamera(EngineParts* parts, const PhotoFacts& facts);
 
 // Otherwise it is estimated from where the photo fits into the city (LocalizeUnknown), to be stored
 // with the photo: under the group's name where the focal length is known to half a percent, so that

@@ -1,16 +1,16 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: Apache-2.0
-# Goal: `veduta calibrate --points` and `camera add --from` do as docs/calibration.md says: files,
-#   messages, exit codes.
-# Method: points of a made-up session written here, without the program's own projection; real
-#   processes.
+# Goal: `veduta calibrate --points` and `--scene` and `camera add --from` do as docs/calibration.md
+#   says: files, messages, exit codes; a city begins with photos whose camera nobody names.
+# Method: points of a made-up session written here, without the program's own projection; photos of
+#   a rendered street; real processes.
 # usage: tests/cli/calibration_test.py VEDUTA VEDUTA_STREET
 import json
 import math
 import os
 import random
 
-from city import Case, ask, at, main, must, read, run, write
+from city import PARAMS, PHOTOS, SIZE, Case, ask, at, main, must, read, render, run, write
 
 WIDTH, HEIGHT, FOCAL, K1, CENTER = 1600, 1200, 1800.0, -0.12, (805.0, 590.0)
 
@@ -118,6 +118,60 @@ class Calibrate(Case):
                      at('no folder', 'camera.json'))
         self.refused(2, '--points', 'calibrate', *out)
         self.refused(2, '--out', 'calibrate', '--points', at('good'))
+
+
+class Scene(Case):
+    FOCAL = float(PARAMS.split(',')[0])
+
+    @classmethod
+    def setUpClass(cls):
+        render('street', '--photos', '12', '--size', SIZE, '--trajectory', 'street', '--seed', '3')
+        write(os.path.join(PHOTOS, 'notes.txt'), b'no photo')
+
+    def test_photos_of_a_street(self):
+        camera = at('scene.json')
+        code, out, err = run('calibrate', '--scene', PHOTOS, '--out', camera, '--threads', '2',
+                             '--json')
+        self.assertEqual(code, 0, err)
+        made = json.loads(out)
+        self.assertEqual(made, json.loads(read(camera)))
+        self.assertLess(abs(made['intrinsics']['fx'] / self.FOCAL - 1), 0.015)
+        self.assertGreater(made['standard_deviations']['fx'], 0)
+        self.assertGreaterEqual(made['calibration']['photos_used'], 4)
+        self.assertIn('photos of a place', made['calibration']['from'])
+        self.assertIn('notes.txt: left out: the file is not a JPEG', err)
+        db = at('by scene')
+        must('init', db)
+        must('camera', 'add', db, 'phone', '--from', camera)
+        self.assertEqual(ask('camera', 'list', db)[0]['name'], 'phone')
+
+    def test_a_city_begins_with_them(self):
+        db = at('begun')
+        must('init', db)
+        photos = [os.path.join(PHOTOS, name) for name in sorted(os.listdir(PHOTOS))
+                  if name.endswith('.jpg')]
+        code, out, err = run('add', db, '--json', '--threads', '2', *photos)
+        self.assertEqual(code, 0, err)
+        self.assertIn("the camera of 12 photos is 'photos of 512x384' now", err)
+        camera, = ask('camera', 'list', db)
+        self.assertLess(abs(float(camera['params'].split(',')[0]) / self.FOCAL - 1), 0.015)
+        self.assertIn('photos together', camera['source'])
+        self.assertGreaterEqual(ask('status', db)['placed'], 8)
+        self.assertEqual(must('verify', db), 'sound\n')
+
+    def test_what_cannot_be_told(self):
+        out = ('--out', at('never.json'))
+        photos = [os.path.join(PHOTOS, f'photo{i:04}.jpg') for i in (1, 2)]
+        self.refused(1, 'ten or more', 'calibrate', '--scene', *photos, *out)
+        self.assertFalse(os.path.exists(at('never.json')))
+        self.refused(2, '--scene', 'calibrate', '--scene', '--points', at('a'), *out)
+        self.refused(2, '--scene', 'calibrate', '--scene', '--markers', '9', *photos, *out)
+        self.refused(2, 'PHOTO', 'calibrate', '--scene', *out)
+        db = at('two')
+        must('init', db)
+        code, out, _ = run('add', db, *photos)
+        self.assertNotEqual(code, 0)
+        self.assertIn('begin a city with some ten photos', out)
 
 
 class CameraFrom(Case):

@@ -25,9 +25,13 @@ using testing::kNan;
 
 TEST(Options, PlaneAdjustment) {
   using Options = PlaneAdjustmentOptions;
-  [[maybe_unused]] const auto [aspect, plane, center, loss, iterations, tolerance] = Options();
+  [[maybe_unused]] const auto [aspect, planar, plane, center, principal, loss, iterations,
+                               tolerance] = Options();
   EXPECT_TRUE(Options().Check().ok());
   ExpectAccepted(&Options::is_aspect_free, {false, true});
+  ExpectAccepted(&Options::is_planar, {false, true});
+  ExpectRefused(&Options::principal_point_sigma, "principal_point_sigma", {-1., 1.5, kNan, kInf});
+  ExpectAccepted(&Options::principal_point_sigma, {0., 0.01, 1.});
   ExpectRefused(&Options::plane_sigma, "plane_sigma", {0., -1., kNan, kInf});
   ExpectRefused(&Options::distortion_center_sigma, "distortion_center_sigma",
                 {0., -1., kNan, kInf});
