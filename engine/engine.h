@@ -147,11 +147,9 @@ class Engine final {
   Result<CameraId> AddCamera(const std::string& name, const CameraModel& model,
                              const std::string& source);
 
-  // For photos that a city begins with: while nothing is placed, no photo says where another was
-  // taken, nor with what camera. Calibrates the cameras of the photos that name none, each by its
-  // photos together (four at least, of one EXIF or, where they tell nothing, of one size), adds
-  // them, and names them in the photos. Nothing where something is placed. Takes as long as adding
-  // the photos some four times. kCancelled after a stop request: cameras that were added stay.
+  // While nothing is placed: calibrates, adds and names the cameras of photos that name none, each
+  // by its photos together (four at least, of one EXIF or, where they tell nothing, of one size).
+  // Takes as long as adding some 40 photos four times. kCancelled: cameras that were added stay.
   Result<std::vector<FirstCamera>> CalibrateFirst(std::span<PhotoSubmission> photos,
                                                   std::stop_token stop = {});
 
@@ -223,11 +221,9 @@ class Engine final {
 };
 
 // --- Cameras: no database is needed. Deterministic and thread-safe. ---
-
-// Calibrates a camera from photos of printed markers, or from the points of a points.json. The
-// messages are in the order in which the work is done: notes on single photos, each beginning with
-// the photo's name; then notes and warnings on the calibration. kInvalidArgument if nothing useful
-// can be told, with what to photograph.
+// Calibrates a camera from photos of printed markers or of any place, or from a points.json. The
+// messages are in the order of the work: notes on single photos, which begin with the photo's name,
+// then those on all. kInvalidArgument, with what to photograph, if nothing useful can be told.
 Result<CalibrationAnswer> Calibrate(const CalibrateRequest& request);
 
 // Sheets of markers to print, six to a sheet, as one PDF. `paper` is "a4" or "letter"; `count` lies
@@ -235,9 +231,8 @@ Result<CalibrationAnswer> Calibrate(const CalibrateRequest& request);
 inline constexpr uint32_t kMarkerCountMax = 178;
 Result<MarkerSheets> MakeMarkerSheets(std::string_view paper, uint32_t count);
 
-// Reads a camera.json, COLMAP's cameras.txt or a file of OpenCV's FileStorage, whichever it is.
-// `colmap_id` chooses among several cameras of a cameras.txt. kInvalidArgument says what is wrong,
-// or which ids there are to choose from; kIoError.
+// Reads a camera.json, COLMAP's cameras.txt (`colmap_id` chooses among several) or a file of
+// OpenCV's FileStorage. kInvalidArgument says what is wrong, or which ids there are; kIoError.
 Result<CameraFromFile> ReadCameraFile(const std::string& path, std::optional<uint32_t> colmap_id);
 
 // A camera as people type it: a size "WIDTHxHEIGHT" in px, and "fx,fy,cx,cy[,k1,k2[,u0,v0]]", with
@@ -246,8 +241,6 @@ Result<CameraModel> ParseCamera(std::string_view size, std::string_view params);
 // The shortest texts that ParseCamera reads back as the same model.
 std::string CameraSizeText(const CameraModel& model);
 std::string CameraParamsText(const CameraModel& model);
-
-// --- What there is ---
 
 // The OpenCL devices, and which one `wanted` ("" or "auto": the default) means.
 Result<DeviceList> ListDevices(const std::string& wanted);

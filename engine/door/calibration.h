@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
-// Cameras, as the door offers them: calibration by printed markers or by photos of any place, sheets
-// to print, camera files and the text of cameras. Nothing here needs a database. Standard library
-// and plain structs only.
+// Cameras, as the door offers them: calibration by printed markers or by photos of any place,
+// sheets to print, camera files and the text of cameras. Nothing here needs a database. Standard
+// library and plain structs only.
 
 #include <array>
 #include <cstdint>
