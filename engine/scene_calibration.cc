@@ -12,10 +12,9 @@
 #include <utility>
 
 #include "engine/camera/calibration/calibration_advice.h"
-#include "engine/camera/calibration/plane_adjustment.h"
 #include "engine/camera/projection.h"
-#include "engine/ingest/map_loader.h"
 #include "engine/ingest/pair_verifier.h"
+#include "engine/lens_scene.h"
 #include "engine/parts.h"
 #include "storage/base/option_bounds.h"
 
@@ -26,15 +25,8 @@ constexpr const char* kCameraName = "sought";
 // Standard deviation of the focal length over itself, up to which it counts as known, and beyond
 // which it counts as open. Chosen by hand.
 constexpr double kGoodShareMax = 0.003, kKnownShareMax = 0.03;
-// How far the principal point is thought to lie from the photo's middle, over the longer side: as
-// LensDeviations (engine/mapping/unknown_camera.h).
-constexpr double kPrincipalPointSigma = 0.007;
-// Images that must see a point: two see no contradiction. Chosen by hand.
-constexpr size_t kViewsMin = 3;
 // Points of a reconstruction that may say what the camera is. Chosen by hand.
 constexpr size_t kPointsMin = 100;
-// Chosen points that a view must see: 12 numbers and more for its 6. Chosen by hand.
-constexpr size_t kObservationsMin = 12;
 // Memory for what the features are extracted with; there is no lens to undo yet.
 constexpr size_t kTableBytes = 1 << 20;
 
@@ -143,96 +135,11 @@ std::vector<double> ScanFocals(const Scanned& scanned, const SceneCalibrationOpt
   return RankFocalLengths(pairs, std::max(scanned.width_px, scanned.height_px), options.scan, pool);
 }
 
-// The largest reconstruction of a city that was made of the photos with some camera.
+// A reconstruction that was made of the photos with some camera.
 struct TrialScene {
-  PlaneScene scene;
-  std::vector<PlaneObservation> observations;  // in the photos as they were taken
-  std::vector<uint32_t> photos;                // of the views: indices of the photos
-  std::map<uint32_t, std::string> refused;     // photos that are none, or cannot be read, and why
+  LensScene lens;
+  std::map<uint32_t, std::string> refused;  // photos that are none, or cannot be read, and why
 };
-
-// The points that most images see: of each image as many as its share is, then of all.
-std::vector<PointId> ChoosePoints(const CityMap& map, std::span<const ImageId> images,
-                                  uint32_t count_max) {
-  std::vector<PointId> points = map.PointsSeenBy(images);
-  std::erase_if(points, [&](PointId id) { return map.point(id).track.size() < kViewsMin; });
-  std::ranges::stable_sort(points, std::greater<>(),
-                           [&](PointId id) { return map.point(id).track.size(); });
-  const size_t share = count_max / images.size();
-  std::map<ImageId, size_t> seen;  // chosen points of each image
-  const auto is_wanted = [&](PointId id) {
-    return std::ranges::any_of(map.point(id).track, [&](const TrackElement& element) {
-      return seen[element.image] < share;
-    });
-  };
-  std::vector<PointId> chosen, others;
-  for (const PointId id : points) {
-    const bool is_chosen = chosen.size() < count_max && is_wanted(id);
-    (is_chosen ? chosen : others).push_back(id);
-    if (!is_chosen) continue;
-    for (const TrackElement& element : map.point(id).track) ++seen[element.image];
-  }
-  const size_t more = std::min(others.size(), count_max - chosen.size());
-  chosen.insert(chosen.end(), others.begin(), others.begin() + static_cast<ptrdiff_t>(more));
-  return chosen;
-}
-
-// The images that see enough of the points to be adjusted by them; the points' other views are left
-// out.
-std::vector<ImageId> ChooseViews(const CityMap& map, std::span<const ImageId> images,
-                                 std::span<const PointId> points) {
-  std::map<ImageId, size_t> seen;
-  for (const PointId id : points) {
-    for (const TrackElement& element : map.point(id).track) ++seen[element.image];
-  }
-  std::vector<ImageId> views(images.begin(), images.end());
-  std::erase_if(views, [&](ImageId id) { return seen[id] < kObservationsMin; });
-  return views;
-}
-
-void AppendPoint(const CityMap& map, const PointRecord& point,
-                 const std::map<ImageId, uint32_t>& views, TrialScene* trial) {
-  std::vector<PlaneObservation> seen;
-  for (const TrackElement& element : point.track) {
-    const auto view = views.find(element.image);
-    if (view == views.end()) continue;
-    const Keypoint& at = map.image(element.image).features->keypoints[element.feature];
-    seen.push_back({view->second, static_cast<uint32_t>(trial->scene.points.size()),
-                    DistortPixel(trial->scene.camera, {at.x_px, at.y_px}), 1});
-  }
-  if (seen.size() < kViewsMin) return;
-  trial->scene.points.push_back(point.position);
-  trial->observations.insert(trial->observations.end(), seen.begin(), seen.end());
-}
-
-// Empty where nothing was founded.
-Result<TrialScene> ReadScene(const Engine& engine, const CameraModel& camera, uint32_t points_max) {
-  const EngineParts& parts = EngineParts::Of(engine);
-  const std::shared_ptr<const Snapshot> snapshot = parts.database->GetSnapshot();
-  VEDUTA_ASSIGN_OR_RETURN(const auto reconstructions, snapshot->ListReconstructions());
-  TrialScene trial;
-  trial.scene.camera = camera;
-  const ReconstructionRecord* largest = nullptr;
-  for (const ReconstructionRecord& one : reconstructions) {
-    if (one.is_living() && (largest == nullptr || one.image_count > largest->image_count))
-      largest = &one;
-  }
-  if (largest == nullptr) return trial;
-  CityMap map;
-  MapLoader loader(snapshot, &parts.caches->features, &map);
-  std::vector<ImageId> images;
-  VEDUTA_RETURN_IF_ERROR(loader.LoadReconstruction(largest->id, &images));
-  const std::vector<PointId> points = ChoosePoints(map, images, points_max);
-  std::map<ImageId, uint32_t> views;
-  for (const ImageId id : ChooseViews(map, images, points)) {
-    VEDUTA_ASSIGN_OR_RETURN(const ImageRecord image, snapshot->GetImage(id));
-    views.try_emplace(id, static_cast<uint32_t>(views.size()));
-    trial.photos.push_back(static_cast<uint32_t>(std::stoul(image.name)));
-    trial.scene.cams_from_world.push_back(map.image(id).cam_from_world);
-  }
-  for (const PointId id : points) AppendPoint(map, map.point(id), views, &trial);
-  return trial;
-}
 
 // What every trial begins with.
 struct Trials {
@@ -264,29 +171,9 @@ Result<TrialScene> BuildScene(const Trials& trials, const CameraModel& camera) {
     ++index;
   };
   VEDUTA_RETURN_IF_ERROR(engine->AddPhotos(photos, report, trials.stop));
-  VEDUTA_ASSIGN_OR_RETURN(TrialScene trial, ReadScene(*engine, camera, trials.options.points_max));
-  trial.refused = std::move(refused);
-  return trial;
-}
-
-struct Adjusted {
-  TrialScene trial;
-  PlaneAdjustment made;
-};
-
-double FocalShare(const Adjusted& adjusted) {
-  return std::sqrt(adjusted.made.covariance(0, 0)) / adjusted.trial.scene.camera.fx;
-}
-
-Result<Adjusted> AdjustLens(TrialScene trial) {
-  Adjusted adjusted{std::move(trial), {}};
-  PlaneAdjustmentOptions options;
-  options.is_planar = false;
-  options.principal_point_sigma = kPrincipalPointSigma;
-  options.distortion_center_sigma = kPrincipalPointSigma;
-  VEDUTA_ASSIGN_OR_RETURN(adjusted.made,
-                          AdjustPlane(adjusted.trial.observations, options, &adjusted.trial.scene));
-  return adjusted;
+  VEDUTA_ASSIGN_OR_RETURN(LensScene scene,
+                          ReadLensScene(*engine, camera, trials.options.points_max));
+  return TrialScene{std::move(scene), std::move(refused)};
 }
 
 Status TooLittle(const std::vector<CalibrationWarning>& notes) {
@@ -306,7 +193,8 @@ Result<std::optional<TrialScene>> Begin(const Trials& trials, const Scanned& sca
   for (const double focal_px : focals) {
     const CameraModel guess = FirstGuess(scanned.width_px, scanned.height_px, focal_px);
     VEDUTA_ASSIGN_OR_RETURN(TrialScene trial, BuildScene(trials, guess));
-    if (trial.photos.size() >= options.images_min && trial.scene.points.size() >= kPointsMin)
+    if (trial.lens.photos.size() >= options.images_min &&
+        trial.lens.scene.points.size() >= kPointsMin)
       return std::optional(std::move(trial));
   }
   return std::optional<TrialScene>();
@@ -319,20 +207,21 @@ std::string PercentText(double share) {
 }
 
 // What is told of each photo, and of all.
-void TellErrors(const Adjusted& adjusted, std::span<const PhotoSource> photos, Calibration* made) {
-  const TrialScene& trial = adjusted.trial;
+void TellErrors(const AdjustedLens& adjusted, const std::map<uint32_t, std::string>& why_refused,
+                std::span<const PhotoSource> photos, Calibration* made) {
+  const LensScene& scene = adjusted.scene;
   for (const PhotoSource& photo : photos) {
-    const auto refused = trial.refused.find(static_cast<uint32_t>(made->photos.size()));
+    const auto refused = why_refused.find(static_cast<uint32_t>(made->photos.size()));
     made->photos.push_back({.name = photo.name,
-                            .why_left_out = refused == trial.refused.end()
+                            .why_left_out = refused == why_refused.end()
                                                 ? "it does not fit to the others"
                                                 : refused->second});
   }
   double sum = 0, square_sum = 0;
-  for (size_t i = 0; i < trial.observations.size(); ++i) {
-    const PlaneObservation& seen = trial.observations[i];
+  for (size_t i = 0; i < scene.observations.size(); ++i) {
+    const PlaneObservation& seen = scene.observations[i];
     const Eigen::Vector2d& residual = adjusted.made.residuals_px[i];
-    const uint32_t at = trial.photos[seen.view];
+    const uint32_t at = scene.photos[seen.view];
     CalibrationPhoto& photo = made->photos[at];
     photo.why_left_out.clear();
     ++photo.used_count;
@@ -342,18 +231,19 @@ void TellErrors(const Adjusted& adjusted, std::span<const PhotoSource> photos, C
   }
   for (CalibrationPhoto& photo : made->photos)
     photo.error_px_rms = std::sqrt(photo.error_px_rms / std::max(1u, photo.used_count));
-  const auto count = static_cast<double>(std::max<size_t>(1, trial.observations.size()));
+  const auto count = static_cast<double>(std::max<size_t>(1, scene.observations.size()));
   made->error_px_mean = sum / count;
   made->error_px_rms = std::sqrt(square_sum / count);
 }
 
-Calibration CalibrationOf(const Adjusted& adjusted, std::span<const PhotoSource> photos,
-                          double scanned_focal_px) {
+Calibration CalibrationOf(const AdjustedLens& adjusted,
+                          const std::map<uint32_t, std::string>& why_refused,
+                          std::span<const PhotoSource> photos, double scanned_focal_px) {
   Calibration made;
-  made.model = adjusted.trial.scene.camera;
+  made.model = adjusted.scene.scene.camera;
   made.covariance = adjusted.made.covariance;
   made.focal_search_px = scanned_focal_px;
-  TellErrors(adjusted, photos, &made);
+  TellErrors(adjusted, why_refused, photos, &made);
   made.distortion_sigma_px = LargestDistortionSigma(made.model, made.covariance);
   for (const CalibrationPhoto& photo : made.photos) {
     if (!photo.why_left_out.empty())
@@ -361,11 +251,11 @@ Calibration CalibrationOf(const Adjusted& adjusted, std::span<const PhotoSource>
           {CalibrationAdvice::kPhotoLeftOut, photo.name + ": left out: " + photo.why_left_out});
   }
   made.status = CalibrationStatus::kGood;
-  if (FocalShare(adjusted) > kGoodShareMax) {
+  if (adjusted.FocalShare() > kGoodShareMax) {
     made.status = CalibrationStatus::kUncertain;
     made.warnings.push_back(
         {CalibrationAdvice::kFocalLength,
-         "The focal length is known to " + PercentText(FocalShare(adjusted)) +
+         "The focal length is known to " + PercentText(adjusted.FocalShare()) +
              " only. Add photos from more places, nearer and farther, and some with the camera "
              "turned upright, or calibrate with printed markers."});
   }
@@ -398,19 +288,19 @@ Result<Calibration> CalibrateByScene(std::span<const PhotoSource> photos, uint32
   VEDUTA_ASSIGN_OR_RETURN(const Scanned scanned, ReadToScan(to_scan, &pool));
   VEDUTA_ASSIGN_OR_RETURN(std::optional<TrialScene> trial, Begin(trials, scanned, &pool));
   if (!trial) return TooLittle(scanned.notes);
-  const double scanned_focal_px = trial->scene.camera.fx;
+  const double scanned_focal_px = trial->lens.scene.camera.fx;
   for (uint32_t round = 1;; ++round) {
-    const double before_px = trial->scene.camera.fx;
-    VEDUTA_ASSIGN_OR_RETURN(const Adjusted adjusted, AdjustLens(std::move(*trial)));
-    const CameraModel& camera = adjusted.trial.scene.camera;
-    if (!adjusted.made.is_determined || !(FocalShare(adjusted) <= kKnownShareMax) ||
-        !CheckCamera(camera).ok())
+    const double before_px = trial->lens.scene.camera.fx;
+    VEDUTA_ASSIGN_OR_RETURN(const std::optional<AdjustedLens> adjusted,
+                            AdjustLens(std::move(trial->lens), options.images_min));
+    if (!adjusted || !adjusted->made.is_determined || !(adjusted->FocalShare() <= kKnownShareMax))
       return TooLittle(scanned.notes);
+    const CameraModel& camera = adjusted->scene.scene.camera;
+    if (!CheckCamera(camera).ok()) return TooLittle(scanned.notes);
     if (std::abs(std::log(camera.fx / before_px)) <= options.rest_share ||
         round >= options.rounds_max)
-      return CalibrationOf(adjusted, photos, scanned_focal_px);
+      return CalibrationOf(*adjusted, trial->refused, photos, scanned_focal_px);
     VEDUTA_ASSIGN_OR_RETURN(*trial, BuildScene(trials, camera));
-    if (trial->photos.size() < options.images_min) return TooLittle(scanned.notes);
   }
 }
 

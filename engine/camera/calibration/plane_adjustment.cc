@@ -170,16 +170,24 @@ class Adjuster final {
     problem_.SetManifold(scene_->points[second].data(), &height_only_);
   }
 
-  // Also one coordinate of a point: the one by which it lies farthest from the view, so that the
-  // scale cannot change.
+  // Also one number of the view that stands farthest from it: the one by which it moves most where
+  // the scale changes. A point that lies far would hold the scale as badly as it is known.
   void HoldFirstView() {
     problem_.SetParameterBlockConstant(Rotation(0));
     problem_.SetParameterBlockConstant(Rotation(0) + 4);
-    Eigen::Vector3d& point = scene_->points[GaugePoints(scene_->points).first];
+    const std::vector<Rigid3>& views = scene_->cams_from_world;
+    const auto away = [&](const Rigid3& view) -> Eigen::Vector3d {
+      return view.rotation * (view.Center() - views[0].Center());
+    };
+    const auto nearer = [&](const Rigid3& a, const Rigid3& b) {
+      return away(a).squaredNorm() < away(b).squaredNorm();
+    };
+    const auto farthest = std::max_element(views.begin() + 1, views.end(), nearer);
     int axis = 0;
-    (point - scene_->cams_from_world[0].Center()).cwiseAbs().maxCoeff(&axis);
+    away(*farthest).cwiseAbs().maxCoeff(&axis);
     held_axis_ = std::make_unique<ceres::SubsetManifold>(3, std::vector<int>{axis});
-    problem_.SetManifold(point.data(), held_axis_.get());
+    problem_.SetManifold(Rotation(static_cast<size_t>(farthest - views.begin())) + 4,
+                         held_axis_.get());
   }
 
   std::shared_ptr<ceres::ParameterBlockOrdering> Ordering() {
@@ -323,8 +331,9 @@ Status PlaneAdjustmentOptions::Check() const {
 Result<PlaneAdjustment> AdjustPlane(const std::vector<PlaneObservation>& observations,
                                     const PlaneAdjustmentOptions& options, PlaneScene* scene) {
   VEDUTA_RETURN_IF_ERROR(options.Check());
-  if (scene->points.size() < 2 || scene->cams_from_world.empty())
-    return Status::InvalidArgument("calibration: no view, or fewer than 2 points to adjust");
+  const size_t views_min = options.is_planar ? 1 : 2;
+  if (scene->points.size() < 2 || scene->cams_from_world.size() < views_min)
+    return Status::InvalidArgument("calibration: fewer than 2 points to adjust, or too few views");
   return Adjuster(observations, options, scene).Run();
 }
 

@@ -71,12 +71,13 @@ struct PlaneAdjustment {
 
 // Minimises the reprojection errors over sigma, with Cauchy's loss, and weak priors as in the
 // options. The gauge is held by the plane's prior and by two points far apart whose x and y stay,
-// while their heights are free; without a plane by the first view, and a point's distance from it.
+// while their heights are free; without a plane by the first view, and how far the farthest one is.
 //
 // Every view and point needs an observation; views and points without one make it undetermined. The
 // covariance is that of the least squares without the loss, times sigma_scale^2. One thread:
 // repeatable. O(iterations * (observations + points * (views that see one)^2 + views^3)).
-// kInvalidArgument if there are fewer than 2 points or the solver fails.
+// kInvalidArgument if there are fewer than 2 points, no view (fewer than 2 without a plane), or the
+// solver fails.
 Result<PlaneAdjustment> AdjustPlane(const std::vector<PlaneObservation>& observations,
                                     const PlaneAdjustmentOptions& options, PlaneScene* scene);
 

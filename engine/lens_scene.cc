@@ -1,0 +1,188 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "engine/lens_scene.h"
+
+#include <algorithm>
+#include <cmath>
+#include <functional>
+#include <span>
+#include <utility>
+
+#include "engine/camera/projection.h"
+#include "engine/ingest/map_loader.h"
+#include "engine/parts.h"
+#include "storage/base/angle.h"
+#include "storage/base/median.h"
+
+namespace veduta {
+namespace {
+
+// How far the principal point is thought to lie from the photo's middle, over the longer side: as
+// LensDeviations (engine/mapping/unknown_camera.h).
+constexpr double kPrincipalPointSigma = 0.007;
+// Images that must see a point: two see no contradiction. Chosen by hand.
+constexpr size_t kViewsMin = 3;
+// Between two rays to a point, at least: how far points are that all images see from one side is
+// not known, and makes the normal equations singular. Chosen by hand.
+constexpr double kAngleDegMin = 1.5;
+// Chosen points of each two images that share so many. Chosen by hand.
+constexpr size_t kSharedPointsMin = 15;
+// Chosen points that a view must see: 12 numbers and more for its 6. Chosen by hand.
+constexpr size_t kObservationsMin = 12;
+// An observation that is off by more than so many times the median is wrong: of normal errors one
+// in 15,000 is. Chosen by hand.
+constexpr double kMisfitTimes = 4;
+
+// The points that most images see: of each two images some, so that what holds parts of the scene
+// together is among them, then of all.
+std::vector<PointId> ChoosePoints(const CityMap& map, std::span<const ImageId> images,
+                                  uint32_t count_max) {
+  std::vector<PointId> points = map.PointsSeenBy(images);
+  std::erase_if(points, [&](PointId id) { return map.point(id).track.size() < kViewsMin; });
+  std::ranges::stable_sort(points, std::greater<>(),
+                           [&](PointId id) { return map.point(id).track.size(); });
+  std::map<std::pair<ImageId, ImageId>, size_t> shared;  // chosen points of each two images
+  std::vector<PointId> chosen, others;
+  for (const PointId id : points) {
+    std::vector<size_t*> counts;
+    const std::vector<TrackElement>& track = map.point(id).track;
+    for (size_t j = 1; j < track.size(); ++j) {
+      for (size_t i = 0; i < j; ++i)
+        counts.push_back(&shared[std::minmax(track[i].image, track[j].image)]);
+    }
+    const bool is_wanted =
+        std::ranges::any_of(counts, [](const size_t* count) { return *count < kSharedPointsMin; });
+    const bool is_chosen = is_wanted && chosen.size() < count_max;
+    (is_chosen ? chosen : others).push_back(id);
+    if (!is_chosen) continue;
+    for (size_t* const count : counts) ++*count;
+  }
+  const size_t more = std::min(others.size(), count_max - chosen.size());
+  chosen.insert(chosen.end(), others.begin(), others.begin() + static_cast<ptrdiff_t>(more));
+  return chosen;
+}
+
+// Whether two of the views see the point under an angle that says how far it is.
+bool HasAngle(const PlaneScene& scene, const Eigen::Vector3d& point,
+              std::span<const PlaneObservation* const> seen) {
+  const double cosine_max = std::cos(kAngleDegMin * kRadPerDeg);
+  std::vector<Eigen::Vector3d> rays;
+  for (const PlaneObservation* one : seen)
+    rays.push_back((scene.cams_from_world[one->view].Center() - point).normalized());
+  for (size_t j = 1; j < rays.size(); ++j) {
+    for (size_t i = 0; i < j; ++i) {
+      if (rays[i].dot(rays[j]) < cosine_max) return true;
+    }
+  }
+  return false;
+}
+
+// Numbers what is kept anew, from 0; the others have none.
+std::vector<uint32_t> NumberKept(const std::vector<size_t>& counts) {
+  std::vector<uint32_t> numbers(counts.size());
+  uint32_t next = 0;
+  for (size_t i = 0; i < counts.size(); ++i) numbers[i] = counts[i] > 0 ? next++ : next;
+  return numbers;
+}
+
+template <typename T>
+void KeepCounted(const std::vector<size_t>& counts, std::vector<T>* all) {
+  size_t i = 0;
+  std::erase_if(*all, [&](const T&) { return counts[i++] == 0; });
+}
+
+}  // namespace
+
+Result<LensScene> ReadLensScene(const Engine& engine, const CameraModel& camera,
+                                uint32_t points_max) {
+  const EngineParts& parts = EngineParts::Of(engine);
+  const std::shared_ptr<const Snapshot> snapshot = parts.database->GetSnapshot();
+  VEDUTA_ASSIGN_OR_RETURN(const auto reconstructions, snapshot->ListReconstructions());
+  LensScene trial;
+  trial.scene.camera = camera;
+  const ReconstructionRecord* largest = nullptr;
+  for (const ReconstructionRecord& one : reconstructions) {
+    if (one.is_living() && (largest == nullptr || one.image_count > largest->image_count))
+      largest = &one;
+  }
+  if (largest == nullptr) return trial;
+  CityMap map;
+  MapLoader loader(snapshot, &parts.caches->features, &map);
+  std::vector<ImageId> images;
+  VEDUTA_RETURN_IF_ERROR(loader.LoadReconstruction(largest->id, &images));
+  std::map<ImageId, uint32_t> views;
+  for (const ImageId id : images) {
+    VEDUTA_ASSIGN_OR_RETURN(const ImageRecord image, snapshot->GetImage(id));
+    views.try_emplace(id, static_cast<uint32_t>(views.size()));
+    trial.photos.push_back(static_cast<uint32_t>(std::stoul(image.name)));
+    trial.scene.cams_from_world.push_back(map.image(id).cam_from_world);
+  }
+  for (const PointId id : ChoosePoints(map, images, points_max)) {
+    const auto point = static_cast<uint32_t>(trial.scene.points.size());
+    trial.scene.points.push_back(map.point(id).position);
+    for (const TrackElement& element : map.point(id).track) {
+      const Keypoint& at = map.image(element.image).features->keypoints[element.feature];
+      trial.observations.push_back(
+          {views.at(element.image), point, DistortPixel(camera, {at.x_px, at.y_px}), 1});
+    }
+  }
+  return trial;
+}
+
+void DropLoose(LensScene* scene) {
+  std::vector<PlaneObservation>& all = scene->observations;
+  for (bool is_settled = false; !is_settled;) {
+    const size_t before = all.size();
+    std::vector<std::vector<const PlaneObservation*>> of_point(scene->scene.points.size());
+    for (const PlaneObservation& one : all) of_point[one.point].push_back(&one);
+    std::vector<bool> is_held(of_point.size());
+    std::vector<size_t> of_view(scene->photos.size());
+    for (size_t p = 0; p < of_point.size(); ++p) {
+      is_held[p] = of_point[p].size() >= kViewsMin &&
+                   HasAngle(scene->scene, scene->scene.points[p], of_point[p]);
+      if (!is_held[p]) continue;
+      for (const PlaneObservation* one : of_point[p]) ++of_view[one->view];
+    }
+    std::erase_if(all, [&](const PlaneObservation& one) {
+      return !is_held[one.point] || of_view[one.view] < kObservationsMin;
+    });
+    is_settled = all.size() == before;
+  }
+  std::vector<size_t> of_point(scene->scene.points.size()), of_view(scene->photos.size());
+  for (const PlaneObservation& one : all) ++of_point[one.point], ++of_view[one.view];
+  const std::vector<uint32_t> points = NumberKept(of_point), views = NumberKept(of_view);
+  for (PlaneObservation& one : all) one.point = points[one.point], one.view = views[one.view];
+  KeepCounted(of_point, &scene->scene.points);
+  KeepCounted(of_view, &scene->scene.cams_from_world);
+  KeepCounted(of_view, &scene->photos);
+}
+
+void DropMisfits(const PlaneAdjustment& made, LensScene* scene) {
+  std::vector<double> errors_px;
+  for (const Eigen::Vector2d& residual : made.residuals_px) errors_px.push_back(residual.norm());
+  const double error_px_max = kMisfitTimes * MedianOf(errors_px);
+  size_t i = 0;
+  std::erase_if(scene->observations,
+                [&](const PlaneObservation&) { return errors_px[i++] > error_px_max; });
+}
+
+double AdjustedLens::FocalShare() const {
+  return std::sqrt(made.covariance(0, 0)) / scene.scene.camera.fx;
+}
+
+Result<std::optional<AdjustedLens>> AdjustLens(LensScene scene, uint32_t views_min) {
+  PlaneAdjustmentOptions options;
+  options.is_planar = false;
+  options.principal_point_sigma = kPrincipalPointSigma;
+  options.distortion_center_sigma = kPrincipalPointSigma;
+  AdjustedLens adjusted{std::move(scene), {}};
+  for (const bool is_last : {false, true}) {
+    DropLoose(&adjusted.scene);
+    if (adjusted.scene.photos.size() < views_min) return std::optional<AdjustedLens>();
+    VEDUTA_ASSIGN_OR_RETURN(
+        adjusted.made, AdjustPlane(adjusted.scene.observations, options, &adjusted.scene.scene));
+    if (!is_last) DropMisfits(adjusted.made, &adjusted.scene);
+  }
+  return std::optional(std::move(adjusted));
+}
+
+}  // namespace veduta
