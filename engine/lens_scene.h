@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
-// What a camera is calibrated by where its photos show any place: a reconstruction of them, with the
-// features where they lie in the photos as they were taken.
+// What a camera is calibrated by where its photos show any place: a reconstruction of them, with
+// the features where they lie in the photos as they were taken.
 
 #include <cstdint>
 #include <map>

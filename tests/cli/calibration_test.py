@@ -167,7 +167,7 @@ class Scene(Case):
         self.refused(2, '--scene', 'calibrate', '--scene', '--points', at('a'), *out)
         self.refused(2, '--scene', 'calibrate', '--scene', '--markers', '9', *photos, *out)
         self.refused(2, 'PHOTO', 'calibrate', '--scene', *out)
-        db = at('two')
+        db = at('begun by two')
         must('init', db)
         code, out, _ = run('add', db, *photos)
         self.assertNotEqual(code, 0)
