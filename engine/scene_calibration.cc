@@ -256,8 +256,8 @@ Calibration CalibrationOf(const AdjustedLens& adjusted,
     made.warnings.push_back(
         {CalibrationAdvice::kFocalLength,
          "The focal length is known to " + PercentText(adjusted.FocalShare()) +
-             " only. Add photos from more places, nearer and farther, and some with the camera "
-             "turned upright, or calibrate with printed markers."});
+             " only. Add photos from more places, nearer and farther, or calibrate with printed "
+             "markers."});
   }
   return made;
 }
