@@ -114,6 +114,9 @@ Status CalibrateFirst(Engine* engine, std::span<PhotoSubmission> photos, std::st
   const bool is_named =
       std::ranges::none_of(photos, [](const PhotoSubmission& one) { return one.camera.empty(); });
   if (is_named) return Status::Ok();
+  VEDUTA_ASSIGN_OR_RETURN(const StatusAnswer city, engine->Ask().Status());
+  if (city.placed > 0) return Status::Ok();
+  std::fprintf(stderr, "veduta: nothing is placed yet: the photos calibrate their cameras first\n");
   VEDUTA_ASSIGN_OR_RETURN(const std::vector<FirstCamera> cameras,
                           engine->CalibrateFirst(photos, std::move(stop)));
   for (const FirstCamera& camera : cameras) {

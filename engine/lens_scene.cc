@@ -29,7 +29,7 @@ constexpr size_t kSharedPointsMin = 15;
 // Chosen points that a view must see: 12 numbers and more for its 6. Chosen by hand.
 constexpr size_t kObservationsMin = 12;
 // An observation that is off by more than so many times the median is wrong: of normal errors one
-// in 15,000 is. Chosen by hand.
+// in 65,000 is. Chosen by hand.
 constexpr double kMisfitTimes = 4;
 
 // The points that most images see: of each two images some, so that what holds parts of the scene
@@ -97,14 +97,14 @@ Result<LensScene> ReadLensScene(const Engine& engine, const CameraModel& camera,
   const EngineParts& parts = EngineParts::Of(engine);
   const std::shared_ptr<const Snapshot> snapshot = parts.database->GetSnapshot();
   VEDUTA_ASSIGN_OR_RETURN(const auto reconstructions, snapshot->ListReconstructions());
-  LensScene trial;
-  trial.scene.camera = camera;
+  LensScene read;
+  read.scene.camera = camera;
   const ReconstructionRecord* largest = nullptr;
   for (const ReconstructionRecord& one : reconstructions) {
     if (one.is_living() && (largest == nullptr || one.image_count > largest->image_count))
       largest = &one;
   }
-  if (largest == nullptr) return trial;
+  if (largest == nullptr) return read;
   CityMap map;
   MapLoader loader(snapshot, &parts.caches->features, &map);
   std::vector<ImageId> images;
@@ -113,19 +113,19 @@ Result<LensScene> ReadLensScene(const Engine& engine, const CameraModel& camera,
   for (const ImageId id : images) {
     VEDUTA_ASSIGN_OR_RETURN(const ImageRecord image, snapshot->GetImage(id));
     views.try_emplace(id, static_cast<uint32_t>(views.size()));
-    trial.photos.push_back(static_cast<uint32_t>(std::stoul(image.name)));
-    trial.scene.cams_from_world.push_back(map.image(id).cam_from_world);
+    read.photos.push_back(static_cast<uint32_t>(std::stoul(image.name)));
+    read.scene.cams_from_world.push_back(map.image(id).cam_from_world);
   }
   for (const PointId id : ChoosePoints(map, images, points_max)) {
-    const auto point = static_cast<uint32_t>(trial.scene.points.size());
-    trial.scene.points.push_back(map.point(id).position);
+    const auto point = static_cast<uint32_t>(read.scene.points.size());
+    read.scene.points.push_back(map.point(id).position);
     for (const TrackElement& element : map.point(id).track) {
       const Keypoint& at = map.image(element.image).features->keypoints[element.feature];
-      trial.observations.push_back(
+      read.observations.push_back(
           {views.at(element.image), point, DistortPixel(camera, {at.x_px, at.y_px}), 1});
     }
   }
-  return trial;
+  return read;
 }
 
 void DropLoose(LensScene* scene) {

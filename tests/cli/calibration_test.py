@@ -152,6 +152,7 @@ class Scene(Case):
                   if name.endswith('.jpg')]
         code, out, err = run('add', db, '--json', '--threads', '2', *photos)
         self.assertEqual(code, 0, err)
+        self.assertIn('nothing is placed yet', err)
         self.assertIn("the camera of 12 photos is 'photos of 512x384' now", err)
         camera, = ask('camera', 'list', db)
         self.assertLess(abs(float(camera['params'].split(',')[0]) / self.FOCAL - 1), 0.015)
