@@ -16,6 +16,14 @@ std::string VerdictWithReason(const ImageAnswer& image) {
   return VerdictWord(image.verdict) + ", " + Printable(ReasonSentence(image.reason, image.detail));
 }
 
+std::string MayStandIn(const ImageAnswer& image) {
+  std::string others;
+  for (const ReconstructionId other : image.may_stand_in)
+    others += (others.empty() ? "" : " or ") + std::to_string(other.value);
+  return "it may stand in reconstruction " + others +
+         " as well, where places look alike: no pose is told until it is sure";
+}
+
 void PrintDeviations(const PoseUncertainty& uncertainty) {
   PrintLine(
       "standard deviation of the centre %.3g, of the rotation %.3g degrees, with the poses of %u "
@@ -32,6 +40,7 @@ void PrintImage(const ImageAnswer& image) {
   }
   PrintLine("%ux%u px, %u features, %u of them see points%s", image.width_px, image.height_px,
             image.features, image.observations, of_reconstruction.c_str());
+  if (!image.may_stand_in.empty()) PrintLine("%s", MayStandIn(image).c_str());
   if (image.uncertainty) PrintDeviations(*image.uncertainty);
   if (image.depth_map) {
     std::string sensors;
@@ -56,6 +65,8 @@ int Show(const ImageAnswer& image, bool json) {
 }
 
 int PrintPose(const ImageAnswer& image, bool json) {
+  if (!image.may_stand_in.empty())
+    return Fail(Status::NotFound(image.name + " has no sure pose: " + MayStandIn(image)));
   if (!image.cam_from_world) {
     return Fail(Status::NotFound(image.name + " has no pose: it is " + VerdictWithReason(image)));
   }

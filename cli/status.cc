@@ -40,6 +40,12 @@ int PrintStatus(const std::string& db, bool json) {
   PrintLine("%lu images: %lu placed, %lu postponed, %lu rejected; %.1f MB", status->images,
             status->placed, status->postponed, status->rejected,
             static_cast<double>(status->total_bytes) / 1e6);
+  if (status->unsure > 0) {
+    PrintLine(
+        "%lu of the placed photos may stand in another reconstruction as well, and no pose of "
+        "them is told",
+        status->unsure);
+  }
   for (const ReconstructionAnswer& r : status->reconstructions) PrintReconstruction(r);
   PrintSeams(*status);
   if (status->backlog > 0) {

@@ -40,6 +40,7 @@ Json TextsOf(const CalibrationAnswer& calibration, bool warnings) {
 Json ToJson(const StatusAnswer& status) {
   return {{"images", status.images},
           {"placed", status.placed},
+          {"unsure", status.unsure},
           {"postponed", status.postponed},
           {"rejected", status.rejected},
           {"cameras", status.cameras},
@@ -72,6 +73,7 @@ Json ToJson(const ImageAnswer& image) {
           {"verdict", VerdictWord(image.verdict)},
           {"reason", ReasonSentence(image.reason, image.detail)},
           {"reconstruction", ToJson(image.reconstruction)},
+          {"may_stand_in", ToJson(image.may_stand_in)},
           {"camera", image.camera.value},
           {"width", image.width_px},
           {"height", image.height_px},
@@ -103,6 +105,7 @@ Json ToJson(const HypothesisAnswer& h) {
           {"rotation_wxyz", h.pose.rotation_wxyz},
           {"translation", h.pose.translation},
           {"image", ToJson(h.image)},
+          {"unsure", ToJson(h.unsure)},
           {"judgments", h.judgments},
           {"due", h.due},
           {"time", h.time_unix_s}};

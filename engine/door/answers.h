@@ -50,9 +50,10 @@ struct HypothesisAnswer {
   double scale = 1;  // x_a = scale R x_b + translation; with
   PlainPose pose;    // R and the translation of `pose` (its center is unset)
   ImageId image;     // whose placing proposed it first; not valid() where it was removed since
-  uint32_t judgments = 0;   // how often it was judged
-  bool due = false;         // it is to be judged anew
-  int64_t time_unix_s = 0;  // of the last judgment
+  std::vector<ImageId> unsure;  // images that may stand on either side; ascending
+  uint32_t judgments = 0;       // how often it was judged
+  bool due = false;             // it is to be judged anew
+  int64_t time_unix_s = 0;      // of the last judgment
 };
 
 struct VerifyRequest {
@@ -78,6 +79,7 @@ inline constexpr size_t kDoubtfulSeamsMax = 20;
 struct StatusAnswer {
   uint64_t snapshot = 0;
   uint64_t images = 0, placed = 0, postponed = 0, rejected = 0;
+  uint64_t unsure = 0;  // of the placed ones: ImageAnswer::may_stand_in
   uint64_t cameras = 0;
   uint64_t backlog = 0;                               // images that are still to be tried again
   uint32_t vocabulary_generation = 0;                 // 0: none yet
@@ -129,6 +131,9 @@ struct ImageAnswer {
   Reason reason = Reason::kNone;
   std::string detail;
   ReconstructionId reconstruction;  // valid if it has a pose
+  // Reconstructions in which it may stand as well, for places look alike there; ascending. Then no
+  // pose is told, and exports leave it out, until it is sure.
+  std::vector<ReconstructionId> may_stand_in;
   std::optional<PlainPose> cam_from_world;
   CameraId camera;
   uint32_t width_px = 0, height_px = 0;

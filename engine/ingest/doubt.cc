@@ -233,6 +233,8 @@ Status DoubtOptions::Check() const {
       .AtLeast("better_cells_min", better_cells_min, 1)
       .AtLeast("better_missing_cells_min", better_missing_cells_min, 1)
       .Between("better_missing_share_max", better_missing_share_max, 0, 1)
+      .AtLeast("either_side_points_min", either_side_points_min, 1)
+      .AboveUpTo("either_side_share_min", either_side_share_min, 0, 1)
       .AtLeast("seam_pairs_min", seam_pairs_min, 1)
       .Above("seam_jackknife_share_max", seam_jackknife_share_max, 0)
       .AtLeast("pair_weight_max", pair_weight_max, 1)

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <ctime>
+#include <iterator>
 #include <map>
 #include <set>
 #include <utility>
@@ -64,6 +65,8 @@ class Ledger final {
         const HypothesisRecord before = std::exchange(hypothesis, refused);
         hypothesis.judgment_count = before.judgment_count + 1;
         if (before.image.valid()) hypothesis.image = before.image;
+        // The search of a photo weighs the sides for a few images only.
+        if (!placement_.placed.empty()) AddUnsure(before.unsure, &hypothesis);
       }
       // One of the two has changed since; or an image may stand on the wrong side of the seam.
       const bool is_sought = is_new || (!placement_.placed.empty() &&
@@ -82,6 +85,7 @@ class Ledger final {
       const auto found = known_.find(two);
       if (found == known_.end()) continue;
       if (seam.has_grown) MakeDue(&found->second);
+      if (!seam.unsure.empty()) TakeUnsure(seam.unsure, &found->second);
       judged_.insert(two);
     }
   }
@@ -126,6 +130,22 @@ class Ledger final {
   }
 
  private:
+  void TakeUnsure(const std::vector<ImageId>& unsure, HypothesisRecord* hypothesis) {
+    std::vector<ImageId> images;
+    std::ranges::set_union(hypothesis->images, unsure, std::back_inserter(images));
+    hypothesis->images = std::move(images);
+    AddUnsure(unsure, hypothesis);
+    changed_.insert({hypothesis->a, hypothesis->b});
+  }
+
+  // Those of the images that are at the seam.
+  static void AddUnsure(const std::vector<ImageId>& images, HypothesisRecord* hypothesis) {
+    std::vector<ImageId> at_seam, unsure;
+    std::ranges::set_intersection(images, hypothesis->images, std::back_inserter(at_seam));
+    std::ranges::set_union(hypothesis->unsure, at_seam, std::back_inserter(unsure));
+    hypothesis->unsure = std::move(unsure);
+  }
+
   void MakeDue(HypothesisRecord* hypothesis) {
     if (hypothesis->is_due) return;
     hypothesis->is_due = true;
@@ -248,6 +268,7 @@ Status ForgetInHypotheses(const Snapshot& base, ImageId image, Transaction* tran
   for (HypothesisRecord& hypothesis : all) {
     const bool proposed_it = hypothesis.image == image;
     const bool is_at_seam = std::erase(hypothesis.images, image) > 0;
+    std::erase(hypothesis.unsure, image);
     if (!proposed_it && !is_at_seam) continue;
     if (proposed_it) hypothesis.image = {};
     if (hypothesis.images.empty()) {

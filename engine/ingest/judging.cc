@@ -2,6 +2,7 @@
 #include "engine/ingest/judging.h"
 
 #include <algorithm>
+#include <iterator>
 #include <set>
 
 #include "engine/ingest/dense_removal.h"
@@ -94,16 +95,39 @@ Result<Placement> Judge(const MappingContext& context, const Side& side) {
   return placement;
 }
 
-// The images at the seam that stand on the wrong side of it: in `own` or, where none does so there,
-// in `other`.
-Result<std::vector<DoubtedImage>> FindOnWrongSide(const MappingContext& context, const Side& side,
-                                                  const HypothesisRecord& refused) {
-  if (refused.missing_cells < context.options.doubt.better_missing_cells_min)
-    return std::vector<DoubtedImage>();
-  VEDUTA_ASSIGN_OR_RETURN(std::vector<DoubtedImage> misplaced,
-                          FindMisplaced(context, refused.images, side.own, side.other));
-  if (!misplaced.empty()) return misplaced;
-  return FindMisplaced(context, refused.images, side.other, side.own);
+std::vector<ImageId> Union(const std::vector<ImageId>& a, const std::vector<ImageId>& b) {
+  std::vector<ImageId> both;
+  std::ranges::set_union(a, b, std::back_inserter(both));
+  return both;
+}
+
+// What is to be said against the sides on which these images stand. None is called unsure where
+// evidence is merely missing: what lies at the border of two parts of one place fits both.
+Result<SideDoubts> WeighSeam(const MappingContext& context, const Side& side,
+                             const HypothesisRecord& refused, std::span<const ImageId> images) {
+  const bool is_contradicted = TellsPlacesApart(refused.reason);
+  const bool lacks = refused.missing_cells >= context.options.doubt.better_missing_cells_min;
+  if (!is_contradicted && !lacks) return SideDoubts();
+  VEDUTA_ASSIGN_OR_RETURN(SideDoubts doubts, WeighSides(context, images, side.own, side.other));
+  VEDUTA_ASSIGN_OR_RETURN(SideDoubts others, WeighSides(context, images, side.other, side.own));
+  if (doubts.misplaced.empty()) doubts.misplaced = std::move(others.misplaced);
+  doubts.unsure.insert(doubts.unsure.end(), others.unsure.begin(), others.unsure.end());
+  if (!lacks) doubts.misplaced.clear();
+  if (!is_contradicted) doubts.unsure.clear();
+  return doubts;
+}
+
+// An image that was doubted since a person last did something (AlreadyDoubted) keeps its pose:
+// placing and doubting it in turn would never end. It is not sure of it.
+Status KeepDoubted(const Snapshot& base, uint64_t next_journal, SideDoubts* doubts) {
+  if (doubts->misplaced.empty()) return Status::Ok();
+  VEDUTA_ASSIGN_OR_RETURN(const std::set<ImageId> doubted, AlreadyDoubted(base, next_journal));
+  std::erase_if(doubts->misplaced, [&](const DoubtedImage& one) {
+    if (!doubted.contains(one.image)) return false;
+    doubts->unsure.push_back(one.image);
+    return true;
+  });
+  return Status::Ok();
 }
 
 // Takes the poses of the misplaced images, and of the images that too few points hold without them.
@@ -137,23 +161,6 @@ Result<std::vector<LostPose>> Unplace(const IngestParts& parts, MapLoader* loade
   return lost;
 }
 
-// Takes the poses of images that stand on the wrong side of the seam. An image that was doubted
-// since a person last did something (AlreadyDoubted) keeps its pose: placing and doubting it in
-// turn would never end.
-Result<std::vector<LostPose>> UnplaceMisplaced(const IngestParts& parts, MapLoader* loader,
-                                               const Side& side, const HypothesisRecord& refused,
-                                               const WriteScope& scope, DatabaseState* state) {
-  VEDUTA_ASSIGN_OR_RETURN(
-      std::vector<DoubtedImage> misplaced,
-      FindOnWrongSide({loader, parts.map, parts.pool, parts.options.mapper}, side, refused));
-  if (misplaced.empty()) return std::vector<LostPose>();
-  VEDUTA_ASSIGN_OR_RETURN(const std::set<ImageId> doubted,
-                          AlreadyDoubted(*scope.base, state->next_journal));
-  std::erase_if(misplaced, [&](const DoubtedImage& one) { return doubted.contains(one.image); });
-  if (misplaced.empty()) return std::vector<LostPose>();
-  return Unplace(parts, loader, misplaced, scope, state);
-}
-
 }  // namespace
 
 Result<Judgment> JudgeAnew(const IngestParts& parts, ReconstructionId a, ReconstructionId b,
@@ -174,10 +181,20 @@ Result<Judgment> JudgeAnew(const IngestParts& parts, ReconstructionId a, Reconst
     VEDUTA_RETURN_IF_ERROR(WritePlacement(*parts.map, *scope.base, placement, &state, transaction));
     judgment.merged_into = placement.reconstruction;
   } else if (!placement.refused.empty()) {
+    HypothesisRecord& refused = placement.refused.front();
+    // A search from one side need not lead to all that was at the seam before.
+    VEDUTA_ASSIGN_OR_RETURN(SideDoubts doubts,
+                            WeighSeam({&loader, parts.map, parts.pool, parts.options.mapper}, side,
+                                      refused, Union(refused.images, hypothesis.unsure)));
+    VEDUTA_RETURN_IF_ERROR(KeepDoubted(*scope.base, state.next_journal, &doubts));
+    std::ranges::sort(doubts.unsure);
+    refused.images = Union(refused.images, doubts.unsure);
+    refused.unsure = std::move(doubts.unsure);
     VEDUTA_RETURN_IF_ERROR(WriteHypotheses(*scope.base, placement, &state, transaction));
-    VEDUTA_ASSIGN_OR_RETURN(
-        judgment.unplaced,
-        UnplaceMisplaced(parts, &loader, side, placement.refused.front(), scope, &state));
+    if (!doubts.misplaced.empty()) {
+      VEDUTA_ASSIGN_OR_RETURN(judgment.unplaced,
+                              Unplace(parts, &loader, doubts.misplaced, scope, &state));
+    }
   } else {
     transaction->DeleteHypothesis(a, b);
   }

@@ -98,7 +98,7 @@ Result<bool> NoteKnown(const MappingContext& context, const NearSeam& near_seam,
   const size_t now = static_cast<size_t>(std::ranges::count_if(pairs, [](const SeamPair& pair) {
     return pair.matches.geometry != PairGeometry::kRotation;  // which JudgeSeam does not ask
   }));
-  outcome->known.push_back({outcome->into, other, 4 * now >= 5 * before + 1});
+  outcome->known.push_back({outcome->into, other, 4 * now >= 5 * before + 1, known->reason});
   return true;
 }
 

@@ -11,6 +11,8 @@
 
 #include "engine/ingest/doubt.h"
 #include "engine/ingest/mapping_context.h"
+#include "engine/mapping/pair_matches.h"
+#include "storage/model/hypothesis.h"
 
 namespace veduta {
 
@@ -19,14 +21,31 @@ namespace veduta {
 // the map. Loads the images around.
 Result<VisibleStructure> JudgeView(const MappingContext& context, const MapImage& view);
 
-// Finds those of `images` that lie in `own` and would stand better in `other`. Each gets a pose in
-// `other` by its verified pairs, and what its picture would lack there is compared with what it
-// lacks in `own` (IsClearlyBetter). Where too little is known in `own` to say what it lacks (three
-// or four images there may show two twin facades), it is enough that it fits well in `other`
-// (FitsWell). In the order of `images`. Loads what it needs and changes nothing. Deterministic.
-// O(images * neighbourhood).
-Result<std::vector<DoubtedImage>> FindMisplaced(const MappingContext& context,
-                                                std::span<const ImageId> images,
-                                                ReconstructionId own, ReconstructionId other);
+// What is to be said against the side on which images stand.
+struct SideDoubts {
+  // Those that would stand better on the other side: what the picture would lack there is compared
+  // with what it lacks here (IsClearlyBetter). Where too little is known here to say what it lacks
+  // (three or four images may show two twin facades), it is enough that it fits well there
+  // (FitsWell).
+  std::vector<DoubtedImage> misplaced;
+  // Of the others those that would stand there as well (either_side_points_min), and those that
+  // lack here what hides in no street alone: IsContradicted, without what JudgeAround forgives.
+  std::vector<ImageId> unsure;
+};
+
+// Whether a merge that is refused for this shows two places that look alike, rather than one of
+// which too little is known.
+bool TellsPlacesApart(RefusalReason reason);
+
+// Weighs the two sides for one image, which is loaded with its neighbourhood: it gets a pose in
+// `other` by those of these verified pairs that lead there. Adds to `doubts`. Loads what it needs
+// and changes nothing else. Deterministic. O(neighbourhood).
+Status WeighSide(const MappingContext& context, ImageId image, std::span<const PairMatches> pairs,
+                 ReconstructionId other, SideDoubts* doubts);
+
+// Weighs the two sides for those of `images` that lie in `own`, by their stored pairs, in the order
+// of `images`. O(images * neighbourhood).
+Result<SideDoubts> WeighSides(const MappingContext& context, std::span<const ImageId> images,
+                              ReconstructionId own, ReconstructionId other);
 
 }  // namespace veduta

@@ -3,12 +3,14 @@
 
 #include <algorithm>
 #include <optional>
+#include <set>
 #include <utility>
 
 #include "engine/ingest/believed_pose.h"
 #include "engine/ingest/doubt.h"
 #include "engine/ingest/forbidding.h"
 #include "engine/ingest/merging.h"
+#include "engine/ingest/misplaced.h"
 #include "engine/ingest/reconstruction_start.h"
 #include "engine/ingest/submaps.h"
 #include "engine/ingest/surroundings.h"
@@ -166,6 +168,43 @@ Result<ImageId> FindDoubtful(const MappingContext& context, std::span<const Pair
   return is_fresh ? ImageId() : near;
 }
 
+// Those of the photo and of the images across with which it has verified pairs that are not sure
+// of their side of the seam; ascending. Some may even stand on the wrong one, for which it is
+// judged anew.
+Result<std::vector<ImageId>> FindUnsure(const MappingContext& context, const PhotoAtHand& at_hand,
+                                        ReconstructionId own, ReconstructionId other) {
+  SideDoubts doubts;
+  VEDUTA_RETURN_IF_ERROR(WeighSide(context, at_hand.photo.id, at_hand.pairs, other, &doubts));
+  std::vector<ImageId> across;
+  for (const PairMatches& pair : at_hand.pairs) across.push_back(pair.other);
+  VEDUTA_ASSIGN_OR_RETURN(const SideDoubts others, WeighSides(context, across, other, own));
+  std::set<ImageId> unsure(doubts.unsure.begin(), doubts.unsure.end());
+  unsure.insert(others.unsure.begin(), others.unsure.end());
+  for (const DoubtedImage& image : doubts.misplaced) unsure.insert(image.image);
+  for (const DoubtedImage& image : others.misplaced) unsure.insert(image.image);
+  return std::vector<ImageId>(unsure.begin(), unsure.end());
+}
+
+// Notes at each seam of two places that look alike, to which the photo has led, who is not sure of
+// his side.
+Status WeighAtSeams(const MappingContext& context, const PhotoAtHand& at_hand,
+                    Placement* placement) {
+  const ReconstructionId own = placement->reconstruction;
+  for (HypothesisRecord& refused : placement->refused) {
+    if (!TellsPlacesApart(refused.reason)) continue;
+    const ReconstructionId other = refused.a == own ? refused.b : refused.a;
+    VEDUTA_ASSIGN_OR_RETURN(refused.unsure, FindUnsure(context, at_hand, own, other));
+    std::erase_if(refused.unsure, [&](ImageId image) {
+      return !std::ranges::binary_search(refused.images, image);
+    });
+  }
+  for (KnownSeam& known : placement->known) {
+    if (!TellsPlacesApart(known.reason)) continue;
+    VEDUTA_ASSIGN_OR_RETURN(known.unsure, FindUnsure(context, at_hand, own, known.other));
+  }
+  return Status::Ok();
+}
+
 // The first case, and the second where it joins reconstructions. Returns the photo postponed where
 // its pose is not believed.
 Result<std::optional<Placement>> PlaceAt(const MappingContext& context, const PhotoAtHand& at_hand,
@@ -193,6 +232,7 @@ Result<std::optional<Placement>> PlaceAt(const MappingContext& context, const Ph
   VEDUTA_ASSIGN_OR_RETURN(postponed, AskWhatIsMissing(context, id));
   if (postponed) return postponed;
   if (placement->merges.empty()) {
+    VEDUTA_RETURN_IF_ERROR(WeighAtSeams(context, at_hand, placement));
     VEDUTA_ASSIGN_OR_RETURN(const bool raises_doubt, RaisesDoubt(context, id, pose.agreement));
     if (raises_doubt) placement->doubtful = id;
   }

@@ -25,6 +25,9 @@ struct Merge {
 struct KnownSeam {
   ReconstructionId own, other;
   bool has_grown = false;  // so much that it is to be judged anew
+  RefusalReason reason = RefusalReason::kFewPairs;
+  // The photo, and images across with which it has verified pairs, that are not sure of their side.
+  std::vector<ImageId> unsure = {};
 };
 
 // The answer to one photo, and what it changed in the map besides. Or what a new judgment of a

@@ -8,6 +8,7 @@
 
 #include "engine/query/hypothesis_text.h"
 #include "engine/query/living.h"
+#include "engine/query/unsure_poses.h"
 
 namespace veduta {
 namespace {
@@ -82,6 +83,7 @@ HypothesisAnswer ToAnswer(const HypothesisRecord& record) {
   answer.pose = ToPlain({record.a_from_b.rotation, record.a_from_b.translation});
   answer.pose.center = {};
   answer.image = record.image;
+  answer.unsure = record.unsure;
   answer.judgments = record.judgment_count;
   answer.due = record.is_due;
   answer.time_unix_s = record.time_unix_s;
@@ -145,6 +147,8 @@ Result<StatusAnswer> StatusOf(const Snapshot& snapshot, const DatabaseSizes& siz
   for (const ReconstructionRecord& record : living) {
     status.reconstructions.push_back(ToAnswer(record, dense[record.id]));
   }
+  VEDUTA_ASSIGN_OR_RETURN(const auto unsure, ListUnsure(snapshot));
+  status.unsure = unsure.size();
   VEDUTA_ASSIGN_OR_RETURN(status.doubtful_seams, HypothesesOf(snapshot, {}));
   status.open_hypotheses = status.doubtful_seams.size();
   std::ranges::stable_sort(status.doubtful_seams, std::greater<>(),
@@ -194,7 +198,10 @@ Result<ImageAnswer> ImageAnswerOf(const Snapshot& snapshot, const ImageRecord& i
   VEDUTA_ASSIGN_OR_RETURN(const std::optional<PoseRecord> pose, snapshot.FindPose(image.id));
   if (pose) {
     answer.reconstruction = pose->reconstruction;
-    answer.cam_from_world = ToPlain(pose->cam_from_world);
+    VEDUTA_ASSIGN_OR_RETURN(const auto unsure, ListUnsure(snapshot));
+    const auto found = unsure.find(image.id);
+    if (found != unsure.end()) answer.may_stand_in = found->second;
+    if (answer.may_stand_in.empty()) answer.cam_from_world = ToPlain(pose->cam_from_world);
     VEDUTA_ASSIGN_OR_RETURN(answer.hypotheses, HypothesesOf(snapshot, pose->reconstruction));
   }
   VEDUTA_ASSIGN_OR_RETURN(const std::vector<Observation> observations,

@@ -45,6 +45,7 @@ void Add(const HypothesisRecord& record, ContentFeed* feed) {
         << record.image << record.judgment_count << record.is_due
         << static_cast<uint64_t>(record.images.size());
   for (const ImageId image : record.images) *feed << image;
+  for (const ImageId image : record.unsure) *feed << image;
 }
 
 void Add(const SubmapRecord& record, ContentFeed* feed) {

@@ -9,6 +9,7 @@
 
 #include "engine/mapping/bundle_adjustment.h"
 #include "engine/mapping/pose_covariance.h"
+#include "engine/query/unsure_poses.h"
 #include "storage/base/angle.h"
 
 namespace veduta {
@@ -120,6 +121,8 @@ PoseUncertainty ToPlain(const PoseCovariance& found, size_t points, size_t image
 Result<std::optional<PoseUncertainty>> UncertaintyOf(const Snapshot& snapshot, ImageId image) {
   VEDUTA_ASSIGN_OR_RETURN(const std::optional<PoseRecord> pose, snapshot.FindPose(image));
   if (!pose) return std::optional<PoseUncertainty>();
+  VEDUTA_ASSIGN_OR_RETURN(const auto unsure, ListUnsure(snapshot));
+  if (unsure.contains(image)) return std::optional<PoseUncertainty>();
   VEDUTA_ASSIGN_OR_RETURN(const BundleProblem problem, Gatherer(snapshot, *pose).Gather());
   const std::optional<PoseCovariance> found =
       CovarianceOfPose(problem, BundleOptions().loss_scale_px);

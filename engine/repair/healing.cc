@@ -209,6 +209,7 @@ bool MendHypothesis(const HealingWork& healing, HypothesisRecord* hypothesis) {
   const bool lost_proposer = hypothesis->image.valid() && is_missing(hypothesis->image);
   if (lost_proposer) hypothesis->image = {};
   const bool lost_images = std::erase_if(hypothesis->images, is_missing) > 0;
+  std::erase_if(hypothesis->unsure, is_missing);
   hypothesis->is_due = hypothesis->is_due || lost_images;
   return lost_proposer || lost_images;
 }

@@ -7,6 +7,7 @@
 #include "engine/camera/projection.h"
 #include "engine/camera/undistorter.h"
 #include "engine/photo/derived_features.h"
+#include "engine/query/unsure_poses.h"
 #include "fusion/export/colmap_files.h"
 #include "fusion/export/exporter.h"
 #include "fusion/export/model_names.h"
@@ -15,6 +16,7 @@ namespace veduta {
 namespace {
 
 constexpr double kColmapPixelOffset = 0.5;
+constexpr uint64_t kNoPoint = 0;
 
 // For features that are computed again: a table or two. Chosen by hand; not measured.
 constexpr uint64_t kTablesBytesMax = 64ull << 20;
@@ -25,8 +27,9 @@ bool IsOpenCvModel(const CameraModel& m) {
 
 class ColmapModel final {
  public:
-  ColmapModel(const Snapshot& snapshot, const ReconstructionRecord& record, ColmapFiles* files)
-      : snapshot_(snapshot), record_(record), files_(files) {}
+  ColmapModel(const Snapshot& snapshot, const ReconstructionRecord& record,
+              const UnsureImages& unsure, ColmapFiles* files)
+      : snapshot_(snapshot), record_(record), unsure_(unsure), files_(files) {}
 
   Status Write(const std::vector<PoseRecord>& poses) {
     VEDUTA_RETURN_IF_ERROR(FindNames(poses));
@@ -35,7 +38,7 @@ class ColmapModel final {
     VEDUTA_RETURN_IF_ERROR(WriteCameras());
     return files_->Finish();
   }
-  uint64_t point_count() const { return numbers_.size(); }
+  uint64_t point_count() const { return point_count_; }
 
  private:
   // Points first: they get their numbers here. A track names features by their place in the image,
@@ -43,13 +46,18 @@ class ColmapModel final {
   Status WritePoints() {
     return snapshot_.ScanPointBlocks(record_.id, record_.points_generation,
                                      [&](const PointBlock& block) {
-                                       for (const PointRecord& point : block.points) {
-                                         const uint64_t number = numbers_.size() + 1;
-                                         numbers_[point.id] = number;
-                                         files_->AddPoint(number, point);
-                                       }
+                                       for (const PointRecord& point : block.points)
+                                         WritePoint(point);
                                        return true;
                                      });
+  }
+
+  // Without images that are left out; a point that only one other sees is none.
+  void WritePoint(PointRecord point) {
+    std::erase_if(point.track, [&](const TrackElement& e) { return unsure_.contains(e.image); });
+    const bool is_written = point.track.size() >= 2;
+    numbers_[point.id] = is_written ? ++point_count_ : kNoPoint;
+    if (is_written) files_->AddPoint(point_count_, point);
   }
 
   Status FindNames(const std::vector<PoseRecord>& poses) {
@@ -100,7 +108,7 @@ class ColmapModel final {
       if (IsOpenCvModel(camera)) x = DistortPixel(camera, x);
       const bool is_seen = next != observations.end() && next->feature == f;
       all.push_back({x.x() + kColmapPixelOffset, x.y() + kColmapPixelOffset,
-                     is_seen ? numbers_.at((next++)->point) : 0});
+                     is_seen ? numbers_.at((next++)->point) : kNoPoint});
     }
     return all;
   }
@@ -122,8 +130,10 @@ class ColmapModel final {
 
   const Snapshot& snapshot_;
   const ReconstructionRecord& record_;
+  const UnsureImages& unsure_;
   ColmapFiles* const files_;
-  std::map<PointId, uint64_t> numbers_;
+  uint64_t point_count_ = 0;
+  std::map<PointId, uint64_t> numbers_;  // kNoPoint for those that are not written
   std::map<ImageId, std::string> names_;
   std::set<CameraId> cameras_;
   UndistortCache tables_{kTablesBytesMax};
@@ -139,14 +149,15 @@ class ColmapExporter final : public Exporter {
                               const std::string& folder) override {
     if (!poses_) {
       poses_.emplace();
+      VEDUTA_ASSIGN_OR_RETURN(unsure_, ListUnsure(snapshot_));
       VEDUTA_RETURN_IF_ERROR(snapshot_.ScanPoses([&](const PoseRecord& pose) {
-        (*poses_)[pose.reconstruction].push_back(pose);
+        if (!unsure_.contains(pose.image)) (*poses_)[pose.reconstruction].push_back(pose);
         return true;
       }));
     }
     const std::vector<PoseRecord>& poses = (*poses_)[record.id];
     VEDUTA_ASSIGN_OR_RETURN(const std::unique_ptr<ColmapFiles> files, open_(folder));
-    ColmapModel model(snapshot_, record, files.get());
+    ColmapModel model(snapshot_, record, unsure_, files.get());
     VEDUTA_RETURN_IF_ERROR(model.Write(poses));
     return ExportedModel{record.id, folder, poses.size(), model.point_count(), 0, 0};
   }
@@ -155,6 +166,7 @@ class ColmapExporter final : public Exporter {
   const Snapshot& snapshot_;
   const OpenColmap open_;
   std::optional<std::map<ReconstructionId, std::vector<PoseRecord>>> poses_;  // once asked for
+  UnsureImages unsure_;                                                       // likewise
 };
 
 }  // namespace

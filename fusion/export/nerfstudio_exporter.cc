@@ -7,7 +7,7 @@
 #include "fusion/export/model_names.h"
 #include "fusion/export/output_file.h"
 #include "fusion/export/surface_model.h"
-#include "fusion/pass/scene.h"
+#include "fusion/export/told_scene.h"
 #include "fusion/pass/view_loader.h"
 #include "fusion/surface/renderer.h"
 
@@ -51,7 +51,7 @@ class NerfstudioExporter final : public Exporter {
 
   Result<ExportedModel> Write(const ReconstructionRecord& record,
                               const std::string& folder) override {
-    VEDUTA_ASSIGN_OR_RETURN(const Scene scene, LoadScene(snapshot_, record.id));
+    VEDUTA_ASSIGN_OR_RETURN(const Scene scene, LoadToldScene(snapshot_, record.id));
     VEDUTA_ASSIGN_OR_RETURN(const std::vector<CloudPoint> points, LoadPoints(snapshot_, record));
     VEDUTA_ASSIGN_OR_RETURN(const auto cloud, OpenPly(folder + "/points.ply", {.normals = false}));
     VEDUTA_RETURN_IF_ERROR(cloud->AddPoints(points));

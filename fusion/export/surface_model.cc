@@ -5,7 +5,7 @@
 #include <array>
 
 #include "fusion/export/model_names.h"
-#include "fusion/pass/scene.h"
+#include "fusion/export/told_scene.h"
 #include "fusion/pass/view_loader.h"
 #include "fusion/surface/simplification.h"
 
@@ -48,7 +48,7 @@ bool HasSurface(const TileRecords& tiles) {
 
 Result<SurfaceModel> LoadSurfaceModel(const Snapshot& snapshot,
                                       const ReconstructionRecord& record) {
-  VEDUTA_ASSIGN_OR_RETURN(const Scene scene, LoadScene(snapshot, record.id));
+  VEDUTA_ASSIGN_OR_RETURN(const Scene scene, LoadToldScene(snapshot, record.id));
   SurfaceModel model;
   model.record = record;
   VEDUTA_ASSIGN_OR_RETURN(model.points, LoadPoints(snapshot, record));

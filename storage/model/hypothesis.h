@@ -41,6 +41,8 @@ struct HypothesisRecord {
   // Whose placing proposed it first; not valid() once it was removed, or where it was a split.
   ImageId image;
   std::vector<ImageId> images;  // of either side, with pairs across; ascending, at least one
+  // Those of `images` of which it is not sure that they stand on the right side; ascending.
+  std::vector<ImageId> unsure;
   uint32_t judgment_count = 1;  // >= 1; how often it was judged
   bool is_due = false;          // what it rests on has changed: it is to be judged anew
   int64_t time_unix_s = 0;      // of the last judgment

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "storage/records/hypothesis_record.h"
 
+#include <algorithm>
 #include <cmath>
 #include <functional>
 
@@ -24,6 +25,13 @@ Status CheckImageList(const std::vector<ImageId>& images) {
   VEDUTA_RETURN_IF_ERROR(CheckId("an image", images.front()));
   if (StrictlyAscending(std::span<const ImageId>(images), std::less<>())) return Status::Ok();
   return Broken("list of images", "out of order", "ascending, each once");
+}
+
+Status CheckUnsure(const std::vector<ImageId>& unsure, const std::vector<ImageId>& images) {
+  if (!StrictlyAscending(std::span<const ImageId>(unsure), std::less<>()))
+    return Broken("list of unsure images", "out of order", "ascending, each once");
+  if (std::ranges::includes(images, unsure)) return Status::Ok();
+  return Broken("list of unsure images", "with another image", "some of the images at the seam");
 }
 
 }  // namespace
@@ -55,12 +63,13 @@ Status Check(const HypothesisRecord& record) {
     return Broken("missing_cells", record.missing_cells,
                   "at most those judged, " + std::to_string(record.judged_cells));
   if (record.judgment_count == 0) return Broken("judgment_count", 0, "1 or more");
-  return CheckImageList(record.images);
+  VEDUTA_RETURN_IF_ERROR(CheckImageList(record.images));
+  return CheckUnsure(record.unsure, record.images);
 }
 
 Result<std::string> Encode(const HypothesisRecord& record) {
   VEDUTA_RETURN_IF_ERROR(Check(record));
-  const size_t payload = record.images.size() * sizeof(ImageId);
+  const size_t payload = (record.images.size() + record.unsure.size()) * sizeof(ImageId);
   return WriteMessage<schema::Hypothesis>(payload, [&](auto to) {
     to.setKind(static_cast<uint8_t>(record.kind));
     to.setReason(static_cast<uint8_t>(record.reason));
@@ -75,6 +84,7 @@ Result<std::string> Encode(const HypothesisRecord& record) {
     to.setMissingCells(record.missing_cells);
     to.setImage(record.image.value);
     to.setImages(AsData(record.images));
+    to.setUnsure(AsData(record.unsure));
     to.setJudgmentCount(record.judgment_count);
     to.setDue(record.is_due);
     to.setTimeUnixS(record.time_unix_s);
@@ -97,6 +107,7 @@ Status Decode(std::string_view value, HypothesisRecord* record) {
     record->missing_cells = from.getMissingCells();
     record->image = ImageId(from.getImage());
     if (!CopyRows(from.getImages(), &record->images)) return BadRows("images of a hypothesis");
+    if (!CopyRows(from.getUnsure(), &record->unsure)) return BadRows("unsure images");
     record->judgment_count = from.getJudgmentCount();
     record->is_due = from.getDue();
     record->time_unix_s = from.getTimeUnixS();

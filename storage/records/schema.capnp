@@ -63,6 +63,7 @@ struct Hypothesis {
   judgmentCount @13 :UInt32;
   due @14 :Bool;
   timeUnixS @15 :Int64;
+  unsure @16 :Data;  # rows: image u32
 }
 
 struct Submap {

@@ -152,6 +152,34 @@ TEST_F(Hypotheses, OneIsOpenedOnceAndReplacedWhenJudgedAnew) {
   EXPECT_TRUE(FindViolations(*scene_.Snap(), 9)->empty());
 }
 
+TEST_F(Hypotheses, APhotoAddsToTheUnsureAndAJudgmentNamesThemAnew) {
+  HypothesisRecord first = Merged(kFirst, kSecond);
+  first.unsure = {ImageId(2)};
+  Write(Refused(kFirst, {first}));
+  EXPECT_EQ(All()[0].unsure, std::vector{ImageId(2)});
+  HypothesisRecord seen = Merged(kFirst, kSecond);
+  seen.images = {ImageId(2), ImageId(3), ImageId(4)};
+  seen.unsure = {ImageId(4)};
+  Placement photo = Refused(kFirst, {seen});
+  photo.placed = {ImageId(3)};
+  Write(photo);
+  EXPECT_EQ(All()[0].unsure, (std::vector{ImageId(2), ImageId(4)}));
+  // A search that leads to a large seam names only those that it has weighed.
+  Placement known = Refused(kFirst, {});
+  known.placed = {ImageId(1)};
+  known.known = {{kFirst, kSecond, false, RefusalReason::kContradicted, {ImageId(1), ImageId(4)}}};
+  Write(known);
+  EXPECT_EQ(All()[0].unsure, (std::vector{ImageId(1), ImageId(2), ImageId(4)}));
+  EXPECT_EQ(All()[0].images, (std::vector{ImageId(1), ImageId(2), ImageId(3), ImageId(4)}));
+  EXPECT_FALSE(All()[0].is_due);
+  photo.refused[0].images = {ImageId(3), ImageId(4)};  // the seam lies elsewhere now
+  Write(photo);
+  EXPECT_EQ(All()[0].unsure, std::vector{ImageId(4)});
+  Write(Refused(kFirst, {Merged(kFirst, kSecond)}));
+  EXPECT_TRUE(All()[0].unsure.empty()) << "the judgment has found none";
+  EXPECT_TRUE(FindViolations(*scene_.Snap(), 9)->empty());
+}
+
 TEST_F(Hypotheses, TheMergeEndsItAndThoseOfOthersGoOver) {
   const Sim3 second_from_third = AnotherFrame();
   Open(kFirst, kSecond);
@@ -261,7 +289,9 @@ TEST_F(Hypotheses, ThatOfASplitIsPassedOverWhereNothingIsNew) {
 }
 
 TEST_F(Hypotheses, ARemovedImageIsNamedByNone) {
-  Open(kFirst, kSecond);
+  HypothesisRecord hypothesis = Merged(kFirst, kSecond);
+  hypothesis.unsure = hypothesis.images;
+  Write(Refused(kFirst, {hypothesis}));
   const auto forget = [&](uint32_t image) {
     Commit([&](const Snapshot& base, Transaction* to) {
       return ForgetInHypotheses(base, ImageId(image), to);
@@ -273,6 +303,7 @@ TEST_F(Hypotheses, ARemovedImageIsNamedByNone) {
   ASSERT_EQ(All().size(), 1u);
   EXPECT_FALSE(All()[0].image.valid());
   EXPECT_EQ(All()[0].images, std::vector{ImageId(2)});
+  EXPECT_EQ(All()[0].unsure, std::vector{ImageId(2)});
   EXPECT_TRUE(All()[0].is_due);
   forget(2);
   EXPECT_TRUE(All().empty());

@@ -123,6 +123,27 @@ TEST_F(Judging, TheMergeIsMadeOnceTheEvidenceAllowsIt) {
   EXPECT_TRUE(IsSound());
 }
 
+TEST_F(Judging, WhoStandsOnEitherSideIsUnsureWhereThePlacesAreToldApart) {
+  Settle(Unbelieving());
+  EXPECT_EQ(Stored()->reason, RefusalReason::kFewPairs);
+  EXPECT_TRUE(Stored()->unsure.empty()) << "perhaps it is one place";
+  Put({ImageId(4), ImageId(5)}, true);
+  IngestOptions options = Believing();
+  options.mapper.doubt.missing_cells_min = 1;
+  options.mapper.doubt.missing_share_max = 0.5;
+  options.mapper.doubt.seam_missing_share_max = 1e-9;
+  // Another person's picture of a twin: all is alike, but something is missing.
+  options.mapper.doubt.seam_visibility.search_radius_px = 1e-3;
+  Settle(options);
+  ASSERT_TRUE(Stored());
+  EXPECT_EQ(Stored()->reason, RefusalReason::kMissingStructure);
+  EXPECT_EQ(Stored()->unsure, Stored()->images);
+  EXPECT_TRUE(IsSound());
+  Put(Stored()->images, true);
+  Settle(Believing());
+  EXPECT_FALSE(Stored()) << "once the merge is believed, everybody is sure";
+}
+
 TEST_F(Judging, TheSecondSideWillDo) {
   Put({ImageId(5), ImageId(6)}, true);
   const auto done = Settle(Believing());

@@ -8,7 +8,10 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
+
 #include "engine/ingest/change_writer.h"
+#include "engine/ingest/forbidding.h"
 #include "engine/ingest/ingest.h"
 #include "engine/query/digest.h"
 #include "engine/query/living.h"
@@ -45,16 +48,19 @@ class Misplaced : public testing::Test {
     ASSERT_OK(WritePlacementChanges(work.map, *scene_.Snap(), placement, {}, transaction.get()));
     ASSERT_OK(transaction->Commit());
   }
-  std::vector<ImageId> Find(ReconstructionId own, ReconstructionId other) {
+  SideDoubts Weigh(ReconstructionId own, ReconstructionId other, uint32_t points_min = 60) {
     SceneWork work(&scene_);
-    std::vector<ImageId> images, found;
+    work.options.doubt.either_side_points_min = points_min;
+    std::vector<ImageId> images;
     for (uint32_t id = 1; id <= 8; ++id) images.push_back(ImageId(id));
-    const auto misplaced = FindMisplaced(work.context, images, own, other);
-    EXPECT_OK(misplaced);
-    if (misplaced.ok()) {
-      for (const DoubtedImage& image : *misplaced) found.push_back(image.image);
-    }
+    auto doubts = WeighSides(work.context, images, own, other);
+    EXPECT_OK(doubts);
     EXPECT_TRUE(work.map.changes().poses.empty());
+    return doubts.ok() ? *std::move(doubts) : SideDoubts();
+  }
+  std::vector<ImageId> Find(ReconstructionId own, ReconstructionId other) {
+    std::vector<ImageId> found;
+    for (const DoubtedImage& image : Weigh(own, other).misplaced) found.push_back(image.image);
     return found;
   }
   void PutHypothesis() {
@@ -97,6 +103,26 @@ TEST_F(Misplaced, AnImageAtAWrongPoseIsFound) {
   Misplace();
   EXPECT_TRUE(Find(kFirst, kSecond).empty());
   EXPECT_EQ(Find(kSecond, kFirst), std::vector{kWrong});
+}
+
+TEST_F(Misplaced, WhatStandsAsWellOnEitherSideIsUnsure) {
+  EXPECT_EQ(Weigh(kFirst, kSecond).unsure, (std::vector{ImageId(1), ImageId(2), ImageId(3)}));
+  EXPECT_TRUE(Weigh(kFirst, kSecond, 2000).unsure.empty()) << "too few points say so";
+  Misplace();
+  const SideDoubts doubts = Weigh(kSecond, kFirst);
+  EXPECT_EQ(doubts.unsure, (std::vector{ImageId(5), ImageId(6), ImageId(7), ImageId(8)}))
+      << "and the misplaced one is none of them";
+}
+
+TEST_F(Misplaced, WhatLacksMuchWhereItIsAndHasNoOtherPlaceIsUnsure) {
+  Misplace();
+  for (uint32_t other = 1; other <= 3; ++other) {
+    ASSERT_OK(Forbid({ForbiddenKind::kPair, other, kWrong.value, 0, "bea", ""},
+                     BeginWrite(scene_.database())));
+  }
+  const SideDoubts doubts = Weigh(kSecond, kFirst);
+  EXPECT_TRUE(doubts.misplaced.empty());
+  EXPECT_TRUE(std::ranges::binary_search(doubts.unsure, kWrong));
 }
 
 TEST_F(Misplaced, WhatLacksLittleStaysWhereItIs) {

@@ -36,7 +36,13 @@ inline std::vector<FieldDamage> HypothesisDamages() {
        {"hypothesis: missingCells", [](R* r) { r->missing_cells -= 1; }},
        {"hypothesis: image", [](R* r) { r->image = {}; }},
        {"hypothesis: image, beyond all", [](R* r) { r->image = ImageId(999); }},
-       {"hypothesis: images, one less", [](R* r) { r->images.pop_back(); }},
+       {"hypothesis: images, one less",
+        [](R* r) {
+          std::erase(r->unsure, r->images.back());
+          r->images.pop_back();
+        }},
+       {"hypothesis: unsure",
+        [](R* r) { r->unsure = r->unsure == r->images ? std::vector<ImageId>() : r->images; }},
        {"hypothesis: images, beyond all", [](R* r) { r->images.push_back(ImageId(999)); }},
        {"hypothesis: judgmentCount", [](R* r) { r->judgment_count += 1; }},
        {"hypothesis: due", [](R* r) { r->is_due ^= true; }},

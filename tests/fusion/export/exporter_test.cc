@@ -168,6 +168,45 @@ TEST_F(ExporterTest, ColmapReadsEveryNameBack) {
   EXPECT_EQ(read, 4u);
 }
 
+// The numbers of the images in the tracks of a model's points.
+std::vector<std::multiset<uint64_t>> ColmapTracks(const std::string& path) {
+  std::vector<std::multiset<uint64_t>> tracks;
+  std::ifstream file(path);
+  for (std::string line; std::getline(file, line);) {
+    if (line[0] == '#') continue;
+    const std::vector<std::string> tokens = ColmapTokens(line);
+    std::multiset<uint64_t>& track = tracks.emplace_back();
+    for (size_t i = 8; i + 1 < tokens.size(); i += 2) track.insert(std::stoull(tokens[i]));
+  }
+  return tracks;
+}
+
+TEST_F(ExporterTest, WhoMayStandElsewhereIsLeftOut) {
+  const auto all = Export("all", "colmap");
+  ASSERT_OK(all);
+  HypothesisRecord hypothesis;
+  hypothesis.a = ReconstructionId(1);
+  hypothesis.b = ReconstructionId(2);
+  hypothesis.reason = RefusalReason::kContradicted;
+  hypothesis.images = {ImageId(1), ImageId(4)};
+  hypothesis.unsure = {ImageId(4)};
+  const auto transaction = city_.parts().database->BeginTransaction();
+  transaction->PutHypothesis(hypothesis);
+  ASSERT_OK(transaction->Commit());
+  for (const std::string& format : ExportFormats()) {
+    const auto models = Export(format, format);
+    ASSERT_OK(models);
+    EXPECT_EQ(models->front().images, 3u) << format;
+  }
+  const auto tracks = ColmapTracks(folder_.path() + "/colmap/0/points3D.txt");
+  EXPECT_LT(tracks.size(), all->front().points);
+  EXPECT_GT(tracks.size(), 100u);
+  for (const std::multiset<uint64_t>& track : tracks) {
+    EXPECT_GE(track.size(), 2u);
+    EXPECT_EQ(track.count(4), 0u);
+  }
+}
+
 TEST_F(ExporterTest, ANameOfSeveralIsToldByItsContributor) {
   Database& database = *city_.parts().database;
   const auto transaction = database.BeginTransaction();

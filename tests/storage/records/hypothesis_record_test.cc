@@ -29,6 +29,7 @@ HypothesisRecord Sample() {
   record.missing_cells = 79;
   record.image = ImageId(9);
   record.images = {ImageId(2), ImageId(9), ImageId(kMax)};
+  record.unsure = {ImageId(2), ImageId(kMax)};
   record.judgment_count = 11;
   record.is_due = true;
   record.time_unix_s = -5;
@@ -56,6 +57,7 @@ TEST(HypothesisRecord, RoundTrips) {
   EXPECT_EQ(decoded.missing_cells, record.missing_cells);
   EXPECT_EQ(decoded.image, record.image);
   EXPECT_EQ(decoded.images, record.images);
+  EXPECT_EQ(decoded.unsure, record.unsure);
   EXPECT_EQ(decoded.judgment_count, record.judgment_count);
   EXPECT_TRUE(decoded.is_due);
   EXPECT_EQ(decoded.time_unix_s, record.time_unix_s);
@@ -76,7 +78,9 @@ TEST(HypothesisRecord, RefusesWhatBreaksARule) {
       {[](HypothesisRecord* r) { r->judgment_count = 0; }, "judgment_count"},
       {[](HypothesisRecord* r) { r->images.clear(); }, "number of images"},
       {[](HypothesisRecord* r) { r->images[0] = {}; }, "an image"},
-      {[](HypothesisRecord* r) { r->images[1] = r->images[0]; }, "list of images"}};
+      {[](HypothesisRecord* r) { r->images[1] = r->images[0]; }, "list of images"},
+      {[](HypothesisRecord* r) { r->unsure[1] = r->unsure[0]; }, "list of unsure images"},
+      {[](HypothesisRecord* r) { r->unsure[1] = ImageId(10); }, "list of unsure images"}};
   for (const auto& [break_rule, word] : rules) {
     HypothesisRecord record = Sample();
     break_rule(&record);
