@@ -107,7 +107,7 @@ TEST_F(Misplaced, AnImageAtAWrongPoseIsFound) {
 
 TEST_F(Misplaced, WhatStandsAsWellOnEitherSideIsUnsure) {
   EXPECT_EQ(Weigh(kFirst, kSecond).unsure, (std::vector{ImageId(1), ImageId(2), ImageId(3)}));
-  EXPECT_TRUE(Weigh(kFirst, kSecond, 2000).unsure.empty()) << "too few points say so";
+  EXPECT_TRUE(Weigh(kFirst, kSecond, 100000).unsure.empty()) << "too few points say so";
   Misplace();
   const SideDoubts doubts = Weigh(kSecond, kFirst);
   EXPECT_EQ(doubts.unsure, (std::vector{ImageId(5), ImageId(6), ImageId(7), ImageId(8)}))
