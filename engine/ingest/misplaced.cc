@@ -78,7 +78,7 @@ bool StandsAsWell(const Standing& there, const DoubtOptions& options) {
   return there.inlier_count >= options.either_side_points_min &&
          static_cast<double>(there.inlier_count) >=
              options.either_side_share_min * static_cast<double>(there.point_count) &&
-         there.visible.missing_share() <= options.better_missing_share_max;
+         !IsContradicted(there.visible, options);
 }
 
 }  // namespace

@@ -29,7 +29,8 @@ struct SideDoubts {
   // (FitsWell).
   std::vector<DoubtedImage> misplaced;
   // Of the others those that would stand there as well (either_side_points_min), and those that
-  // lack here what hides in no street alone: IsContradicted, without what JudgeAround forgives.
+  // lack much here (IsContradicted), though JudgeAround forgives what something may hide: at a seam
+  // it is too much.
   std::vector<ImageId> unsure;
 };
 

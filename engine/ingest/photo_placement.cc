@@ -2,6 +2,7 @@
 #include "engine/ingest/photo_placement.h"
 
 #include <algorithm>
+#include <iterator>
 #include <optional>
 #include <set>
 #include <utility>
@@ -168,39 +169,47 @@ Result<ImageId> FindDoubtful(const MappingContext& context, std::span<const Pair
   return is_fresh ? ImageId() : near;
 }
 
-// Those of the photo and of the images across with which it has verified pairs that are not sure
-// of their side of the seam; ascending. Some may even stand on the wrong one, for which it is
-// judged anew.
-Result<std::vector<ImageId>> FindUnsure(const MappingContext& context, const PhotoAtHand& at_hand,
-                                        ReconstructionId own, ReconstructionId other) {
+// What is to be said against the side on which the photo stands, and those with which it has
+// verified pairs, on either side of a seam: what it sees is new to them, too.
+Result<SideDoubts> WeighAround(const MappingContext& context, const PhotoAtHand& at_hand,
+                               ReconstructionId own, ReconstructionId other) {
   SideDoubts doubts;
   VEDUTA_RETURN_IF_ERROR(WeighSide(context, at_hand.photo.id, at_hand.pairs, other, &doubts));
-  std::vector<ImageId> across;
-  for (const PairMatches& pair : at_hand.pairs) across.push_back(pair.other);
-  VEDUTA_ASSIGN_OR_RETURN(const SideDoubts others, WeighSides(context, across, other, own));
-  std::set<ImageId> unsure(doubts.unsure.begin(), doubts.unsure.end());
-  unsure.insert(others.unsure.begin(), others.unsure.end());
-  for (const DoubtedImage& image : doubts.misplaced) unsure.insert(image.image);
-  for (const DoubtedImage& image : others.misplaced) unsure.insert(image.image);
-  return std::vector<ImageId>(unsure.begin(), unsure.end());
+  std::vector<ImageId> paired;
+  for (const PairMatches& pair : at_hand.pairs) paired.push_back(pair.other);
+  VEDUTA_ASSIGN_OR_RETURN(SideDoubts here, WeighSides(context, paired, own, other));
+  VEDUTA_ASSIGN_OR_RETURN(SideDoubts there, WeighSides(context, paired, other, own));
+  for (SideDoubts* const found : {&here, &there}) {
+    std::ranges::move(found->misplaced, std::back_inserter(doubts.misplaced));
+    std::ranges::move(found->unsure, std::back_inserter(doubts.unsure));
+  }
+  return doubts;
 }
 
-// Notes at each seam of two places that look alike, to which the photo has led, who is not sure of
-// his side.
+// Those of either kind, ascending.
+std::vector<ImageId> NotSure(const SideDoubts& doubts) {
+  std::set<ImageId> images(doubts.unsure.begin(), doubts.unsure.end());
+  for (const DoubtedImage& image : doubts.misplaced) images.insert(image.image);
+  return {images.begin(), images.end()};
+}
+
+// Notes who is not sure of their side, at each seam of two places that look alike to which the
+// photo has led. Who stands on the wrong one is found again when the seam is judged.
 Status WeighAtSeams(const MappingContext& context, const PhotoAtHand& at_hand,
                     Placement* placement) {
   const ReconstructionId own = placement->reconstruction;
   for (HypothesisRecord& refused : placement->refused) {
     if (!TellsPlacesApart(refused.reason)) continue;
     const ReconstructionId other = refused.a == own ? refused.b : refused.a;
-    VEDUTA_ASSIGN_OR_RETURN(refused.unsure, FindUnsure(context, at_hand, own, other));
-    std::erase_if(refused.unsure, [&](ImageId image) {
-      return !std::ranges::binary_search(refused.images, image);
-    });
+    VEDUTA_ASSIGN_OR_RETURN(const SideDoubts doubts, WeighAround(context, at_hand, own, other));
+    std::ranges::set_intersection(NotSure(doubts), refused.images,
+                                  std::back_inserter(refused.unsure));
   }
   for (KnownSeam& known : placement->known) {
     if (!TellsPlacesApart(known.reason)) continue;
-    VEDUTA_ASSIGN_OR_RETURN(known.unsure, FindUnsure(context, at_hand, own, known.other));
+    VEDUTA_ASSIGN_OR_RETURN(const SideDoubts doubts,
+                            WeighAround(context, at_hand, own, known.other));
+    known.unsure = NotSure(doubts);
   }
   return Status::Ok();
 }

@@ -26,7 +26,7 @@ struct KnownSeam {
   ReconstructionId own, other;
   bool has_grown = false;  // so much that it is to be judged anew
   RefusalReason reason = RefusalReason::kFewPairs;
-  // The photo, and images across with which it has verified pairs, that are not sure of their side.
+  // Of the photo and those with which it has verified pairs, who is not sure of their side.
   std::vector<ImageId> unsure = {};
 };
 
