@@ -52,6 +52,33 @@ TEST(PhotoPlacement, MergesWhatItJoins) {
   EXPECT_LT(RelativeRotationErrorDeg(work.map, scene.scene(), 0, 6), 0.2);
 }
 
+// At a seam that is known and so large that no photo judges it.
+TEST(PhotoPlacement, SaysWhoMayStandOnEitherSideOfASeam) {
+  for (const RefusalReason reason : {RefusalReason::kFewPairs, RefusalReason::kContradicted}) {
+    SceneDatabase scene({.camera_count = 8, .point_count = 2000});
+    scene.AddImages(0, 7);
+    const ReconstructionId first = scene.AddReconstruction({0, 1, 2, 3});
+    const ReconstructionId second = scene.AddReconstruction({4, 5, 6}, AnotherFrame());
+    HypothesisRecord hypothesis;
+    hypothesis.a = first;
+    hypothesis.b = second;
+    hypothesis.reason = reason;
+    hypothesis.judged_cells = 1000;
+    hypothesis.images = {ImageId(4), ImageId(5)};
+    const auto transaction = scene.database()->BeginTransaction();
+    transaction->PutHypothesis(hypothesis);
+    ASSERT_OK(transaction->Commit());
+    SceneWork work(&scene);
+    const Placement placed = Place(&scene, &work, 7, {0, 1, 4, 5}, ReconstructionId(3));
+    ASSERT_EQ(placed.verdict, Verdict::kPlaced) << placed.detail;
+    ASSERT_EQ(placed.known.size(), 1u);
+    EXPECT_EQ(placed.known[0].reason, reason);
+    const std::vector<ImageId> all = {ImageId(1), ImageId(2), ImageId(5), ImageId(6), ImageId(8)};
+    EXPECT_EQ(placed.known[0].unsure,
+              reason == RefusalReason::kContradicted ? all : std::vector<ImageId>());
+  }
+}
+
 TEST(PhotoPlacement, FoundsOnlyWhereItMay) {
   SceneDatabase scene;
   scene.AddImages(0, 3);
