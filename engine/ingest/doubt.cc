@@ -235,6 +235,7 @@ Status DoubtOptions::Check() const {
       .Between("better_missing_share_max", better_missing_share_max, 0, 1)
       .AtLeast("either_side_points_min", either_side_points_min, 1)
       .AboveUpTo("either_side_share_min", either_side_share_min, 0, 1)
+      .AtLeast("either_side_matches_min", either_side_matches_min, 1)
       .AtLeast("seam_pairs_min", seam_pairs_min, 1)
       .Above("seam_jackknife_share_max", seam_jackknife_share_max, 0)
       .AtLeast("pair_weight_max", pair_weight_max, 1)

@@ -23,7 +23,7 @@ Result<std::vector<PairMatches>> StoredPairs(const MappingContext& context, Imag
   return pairs;
 }
 
-// Those of the pairs that lead to images of the reconstruction, which are loaded.
+// Those of the pairs that lead to images of the reconstruction. Loads the images.
 Result<std::vector<PairMatches>> PairsInto(const MappingContext& context,
                                            std::span<const PairMatches> pairs,
                                            ReconstructionId reconstruction) {
@@ -33,7 +33,6 @@ Result<std::vector<PairMatches>> PairsInto(const MappingContext& context,
     if (!context.map->HasImage(pair.other) ||
         context.map->image(pair.other).reconstruction != reconstruction)
       continue;
-    VEDUTA_RETURN_IF_ERROR(context.loader->LoadNeighborhood({&pair.other, 1}));
     into.push_back(pair);
   }
   return into;
@@ -41,44 +40,62 @@ Result<std::vector<PairMatches>> PairsInto(const MappingContext& context,
 
 // How an image would stand on the other side of a seam.
 struct Standing {
-  VisibleStructure visible;
+  VisibleStructure visible;                  // set where it has a sure pose there
   size_t inlier_count = 0, point_count = 0;  // of the points that it sees there
+  bool is_sure = false;
 };
 
-// How the image would stand in that reconstruction; nothing where it has no sure pose there.
-Result<std::optional<Standing>> StandIn(const MappingContext& context, ImageId image,
-                                        std::span<const PairMatches> all,
-                                        ReconstructionId reconstruction) {
+Result<Standing> StandIn(const MappingContext& context, ImageId image,
+                         std::span<const PairMatches> pairs, ReconstructionId reconstruction) {
   const MapperOptions& options = context.options;
-  VEDUTA_ASSIGN_OR_RETURN(const std::vector<PairMatches> pairs,
-                          PairsInto(context, all, reconstruction));
+  for (const PairMatches& pair : pairs)
+    VEDUTA_RETURN_IF_ERROR(context.loader->LoadNeighborhood({&pair.other, 1}));
   const CityMap& map = *context.map;
   MapImage view = map.image(image);
   const StructureMatches structure =
       GatherStructure(map, reconstruction, *view.features, view.camera, pairs);
   const Resection pose = Resect(structure.x, structure.positions, view.camera.focal_px(),
                                 MixSeed(image.value, reconstruction.value), options.resection);
-  if (pose.outcome != ResectionOutcome::kPlaced || pose.inliers.size() < options.sure_inlier_count)
-    return std::optional<Standing>();
+  Standing standing{{}, pose.inliers.size(), structure.x.size()};
+  standing.is_sure =
+      pose.outcome == ResectionOutcome::kPlaced && pose.inliers.size() >= options.sure_inlier_count;
+  if (!standing.is_sure) return standing;
   view.reconstruction = reconstruction;
   view.cam_from_world = pose.cam_from_world;
   view.points.assign(view.points.size(), PointId{});
   for (const uint32_t i : pose.inliers) view.points[structure.features[i]] = structure.points[i];
-  VEDUTA_ASSIGN_OR_RETURN(const VisibleStructure visible, JudgeView(context, view));
-  return std::optional(Standing{visible, pose.inliers.size(), structure.x.size()});
+  VEDUTA_ASSIGN_OR_RETURN(standing.visible, JudgeView(context, view));
+  return standing;
 }
 
 bool StandsBetter(const Standing& there, const VisibleStructure& here,
                   const DoubtOptions& options) {
+  if (!there.is_sure) return false;
   return here.cells < options.better_cells_min ? FitsWell(there.visible, options)
                                                : IsClearlyBetter(there.visible, here, options);
 }
 
 bool StandsAsWell(const Standing& there, const DoubtOptions& options) {
-  return there.inlier_count >= options.either_side_points_min &&
+  return there.is_sure && there.inlier_count >= options.either_side_points_min &&
          static_cast<double>(there.inlier_count) >=
              options.either_side_share_min * static_cast<double>(there.point_count) &&
          !IsContradicted(there.visible, options);
+}
+
+size_t CountMatches(std::span<const PairMatches> pairs) {
+  size_t count = 0;
+  for (const PairMatches& pair : pairs) count += pair.matches.size();
+  return count;
+}
+
+// Whether the pairs across are as strong, on average, as those of its own side, while too few of
+// the points there are known to weigh them.
+bool MayStand(const Standing& there, std::span<const PairMatches> across,
+              std::span<const PairMatches> beside, const DoubtOptions& options) {
+  const size_t matches = CountMatches(across);
+  return there.point_count < options.either_side_points_min &&
+         matches >= options.either_side_matches_min &&
+         matches * beside.size() >= CountMatches(beside) * across.size();
 }
 
 }  // namespace
@@ -97,16 +114,19 @@ bool TellsPlacesApart(RefusalReason reason) {
 Status WeighSide(const MappingContext& context, ImageId image, std::span<const PairMatches> pairs,
                  ReconstructionId other, SideDoubts* doubts) {
   const DoubtOptions& options = context.options.doubt;
+  const ReconstructionId own = context.map->image(image).reconstruction;
+  VEDUTA_ASSIGN_OR_RETURN(const std::vector<PairMatches> across, PairsInto(context, pairs, other));
+  VEDUTA_ASSIGN_OR_RETURN(const std::vector<PairMatches> beside, PairsInto(context, pairs, own));
   VEDUTA_ASSIGN_OR_RETURN(const VisibleStructure here,
                           JudgeView(context, context.map->image(image)));
-  VEDUTA_ASSIGN_OR_RETURN(const std::optional<Standing> there,
-                          StandIn(context, image, pairs, other));
-  if (there && StandsBetter(*there, here, options)) {
+  VEDUTA_ASSIGN_OR_RETURN(const Standing there, StandIn(context, image, across, other));
+  if (StandsBetter(there, here, options)) {
     doubts->misplaced.push_back({image, MissingText(here) + ", and " +
-                                            std::to_string(there->visible.missing_cells) + " of " +
-                                            std::to_string(there->visible.cells) +
+                                            std::to_string(there.visible.missing_cells) + " of " +
+                                            std::to_string(there.visible.cells) +
                                             " in reconstruction " + std::to_string(other.value)});
-  } else if (IsContradicted(here, options) || (there && StandsAsWell(*there, options))) {
+  } else if (IsContradicted(here, options) || StandsAsWell(there, options) ||
+             MayStand(there, across, beside, options)) {
     doubts->unsure.push_back(image);
   }
   return Status::Ok();

@@ -28,9 +28,9 @@ struct SideDoubts {
   // (three or four images may show two twin facades), it is enough that it fits well there
   // (FitsWell).
   std::vector<DoubtedImage> misplaced;
-  // Of the others those that would stand there as well (either_side_points_min), and those that
-  // lack much here (IsContradicted), though JudgeAround forgives what something may hide: at a seam
-  // it is too much.
+  // Of the others those that would stand there as well (DoubtOptions::either_side_points_min), or
+  // may (either_side_matches_min), and those that lack much here (IsContradicted), though
+  // JudgeAround forgives what something may hide: at a seam it is too much.
   std::vector<ImageId> unsure;
 };
 

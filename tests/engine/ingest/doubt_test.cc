@@ -169,6 +169,7 @@ TEST(Doubt, RefusesWhatIsOutOfBounds) {
   ExpectBounds(&O::better_missing_share_max, "better_missing_share_max", {-0.1, 1.1}, {0.0, 1.0});
   ExpectBounds(&O::either_side_points_min, "either_side_points_min", {0u}, {1u});
   ExpectBounds(&O::either_side_share_min, "either_side_share_min", {0.0, 1.1}, {0.01, 1.0});
+  ExpectBounds(&O::either_side_matches_min, "either_side_matches_min", {0u}, {1u});
   ExpectBounds(&O::seam_pairs_min, "seam_pairs_min", {0u}, {1u});
   ExpectBounds(&O::seam_jackknife_share_max, "seam_jackknife_share_max", {0.0}, {0.001, 1.0});
   ExpectBounds(&O::seam_missing_share_max, "seam_missing_share_max", {0.0, 1.1}, {0.01, 1.0});
