@@ -10,9 +10,14 @@ namespace veduta {
 void PrintHypothesis(const HypothesisAnswer& hypothesis) {
   const std::string times =
       hypothesis.judgments == 1 ? "once" : std::to_string(hypothesis.judgments) + " times";
-  PrintLine("  reconstructions %u and %u are not believed to be one: %s; judged %s%s",
+  const size_t unsure = hypothesis.unsure.size();
+  const std::string photos = unsure == 0 ? ""
+                                         : "; " + std::to_string(unsure) +
+                                               (unsure == 1 ? " photo" : " photos") +
+                                               " may stand on either side";
+  PrintLine("  reconstructions %u and %u are not believed to be one: %s; judged %s%s%s",
             hypothesis.a.value, hypothesis.b.value, hypothesis.reason.c_str(), times.c_str(),
-            hypothesis.due ? ", and to be judged anew" : "");
+            hypothesis.due ? ", and to be judged anew" : "", photos.c_str());
 }
 
 }  // namespace veduta

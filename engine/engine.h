@@ -7,8 +7,7 @@
 // piece at a time, first come first served: photos, the steps that follow from them, cameras,
 // vocabularies, the dense pass, backups take turns. Vocabularies, the adjustment of a large
 // reconstruction as a whole and the dense pass are computed without a turn, and take one for each
-// commit. Readers never wait. No callback is called under a lock or in a turn, so it may use the
-// engine.
+// commit. Readers never wait. Callbacks come outside of locks and turns, and may use the engine.
 //
 // Every function is thread-safe. Errors: kNotFound and kInvalidArgument name the thing and what to
 // do; kBusy when another process writes to the database; kCorruption names family and key; kIoError
@@ -27,6 +26,7 @@
 #include "engine/door/answers.h"
 #include "engine/door/calibration.h"
 #include "engine/door/dense.h"
+#include "engine/door/repair.h"
 #include "engine/door/submission.h"
 
 namespace veduta {

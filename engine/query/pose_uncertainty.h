@@ -15,9 +15,10 @@ PoseUncertainty ToPlain(const PoseCovariance& found, size_t points, size_t image
 
 // From the image's observations, the points that they see and all that is seen of those; the poses
 // of the other images are held, and the points are marginalised (engine/mapping/pose_covariance.h).
-// Nothing where the image has no pose or is not sure of it (unsure_poses.h), or its observations do not determine it. kCorruption where
-// records that it needs are damaged or contradict each other. Thread-safe. O(observations of the
-// points), and it reads the features of every image that sees one of them.
+// Nothing where the image has no pose or is not sure of it (unsure_poses.h), or its observations do
+// not determine it. kCorruption where records that it needs are damaged or contradict each other.
+// Thread-safe. O(observations of the points), and it reads the features of every image that sees
+// one of them.
 Result<std::optional<PoseUncertainty>> UncertaintyOf(const Snapshot& snapshot, ImageId image);
 
 }  // namespace veduta

@@ -20,11 +20,20 @@ TEST(PrintHypothesis, SaysBothAndWhyOnOneLine) {
   hypothesis.due = true;
   hypothesis.judgments = 1;
   PrintHypothesis(hypothesis);
+  hypothesis.unsure = {ImageId(4)};
+  PrintHypothesis(hypothesis);
+  hypothesis.unsure = {ImageId(4), ImageId(7)};
+  hypothesis.due = false;
+  PrintHypothesis(hypothesis);
   EXPECT_EQ(testing::internal::GetCapturedStdout(),
             "  reconstructions 1 and 3 are not believed to be one: pairs contradict it: 4 agree; "
             "judged 2 times\n"
             "  reconstructions 1 and 3 are not believed to be one: pairs contradict it: 4 agree; "
-            "judged once, and to be judged anew\n");
+            "judged once, and to be judged anew\n"
+            "  reconstructions 1 and 3 are not believed to be one: pairs contradict it: 4 agree; "
+            "judged once, and to be judged anew; 1 photo may stand on either side\n"
+            "  reconstructions 1 and 3 are not believed to be one: pairs contradict it: 4 agree; "
+            "judged once; 2 photos may stand on either side\n");
 }
 
 }  // namespace

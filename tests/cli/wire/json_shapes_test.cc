@@ -49,6 +49,7 @@ HypothesisAnswer SomeHypothesis() {
   h.scale = 0.5;
   h.pose = {{0.5, 0.5, 0.5, -0.5}, {1, 2, 3}, {9, 9, 9}};
   h.image = ImageId(8);
+  h.unsure = {ImageId(4), ImageId(8)};
   h.judgments = 6;
   h.due = true;
   h.time_unix_s = 1700000000;
@@ -59,7 +60,8 @@ constexpr char kHypothesis[] =
     R"({"kind":"merge","a":3,"b":5,"reason":"pairs contradict it","common_points":24,)"
     R"("pairs_for":2,"pairs_against":4,"matches_for":90,"matches_against":210,)"
     R"("parts_judged":33,"parts_missing":11,"scale":0.5,"rotation_wxyz":[0.5,0.5,0.5,-0.5],)"
-    R"("translation":[1.0,2.0,3.0],"image":8,"judgments":6,"due":true,"time":1700000000})";
+    R"("translation":[1.0,2.0,3.0],"image":8,"unsure":[4,8],"judgments":6,"due":true,)"
+    R"("time":1700000000})";
 
 TEST(JsonLine, IsOneLineOfUtf8) {
   EXPECT_EQ(JsonLine(Json::object({{"name", "a\nb\x1b\"\\"}})), R"({"name":"a\nb\u001b\"\\"})");
@@ -98,6 +100,7 @@ TEST(Answers, Status) {
   StatusAnswer status;
   status.images = 20;
   status.placed = 12;
+  status.unsure = 7;
   status.postponed = 5;
   status.rejected = 3;
   status.cameras = 2;
@@ -106,7 +109,7 @@ TEST(Answers, Status) {
   status.total_bytes = 123456;
   status.storage = {1, 2, 3, 4, 5, 6, 7};
   const std::string counts =
-      R"({"images":20,"placed":12,"postponed":5,"rejected":3,"cameras":2,"backlog":4,)"
+      R"({"images":20,"placed":12,"unsure":7,"postponed":5,"rejected":3,"cameras":2,"backlog":4,)"
       R"("vocabulary_generation":1,"bytes":123456,)"
       R"("storage":{"log_bytes":1,"flush_bytes":2,"compaction_bytes":3,"blob_bytes":4,)"
       R"("blob_copied_bytes":5,"cache_hits":6,"cache_misses":7},"reconstructions":[)";
@@ -153,7 +156,8 @@ TEST(Answers, ImageWithoutAPose) {
   const std::string reason = ReasonSentence(Reason::kNoGoodTriple, "3 neighbours");
   EXPECT_EQ(JsonLine(ToJson(SomeImage())),
             R"({"image":"a.jpg","id":8,"verdict":"postponed","reason":")" + reason +
-                R"(","reconstruction":null,"camera":2,"width":640,"height":480,"bytes":5000,)"
+                R"(","reconstruction":null,"may_stand_in":[],"camera":2,"width":640,"height":480,)"
+                R"("bytes":5000,)"
                 R"("sha256":"ab12","contributor":"anna","time":1700000000,"features":900,)"
                 R"("observations":300,"neighbors":[],"depth_map":null,"uncertainty":null,)"
                 R"("hypotheses":[]})");
