@@ -26,7 +26,6 @@
 #include "engine/door/answers.h"
 #include "engine/door/calibration.h"
 #include "engine/door/dense.h"
-#include "engine/door/repair.h"
 #include "engine/door/submission.h"
 
 namespace veduta {

@@ -10,6 +10,7 @@
 #include <string>
 #include <vector>
 
+#include "engine/door/dense.h"
 #include "engine/door/submission.h"
 #include "storage/base/ids.h"
 #include "storage/model/camera.h"
@@ -97,15 +98,6 @@ struct NeighborAnswer {
   Verdict verdict = Verdict::kPostponed;
   uint32_t matches = 0;  // verified; 0 for a ranked candidate
   double score = 0;      // similarity of a ranked candidate; 0 for a verified neighbour
-};
-
-// What the dense pass has made of one photo.
-struct DepthMapAnswer {
-  uint32_t width_px = 0, height_px = 0;
-  double known_share = 0;                // [0, 1] of the pixels have a depth
-  double depth_near = 0, depth_far = 0;  // world units
-  std::vector<std::string> sensors;      // names of the photos it was computed from, best first
-  uint64_t geometry_version = 0;         // of the reconstruction when it was made
 };
 
 // How sure a pose is, given where the other images are: their poses are held, and points are known
@@ -218,6 +210,34 @@ struct JournalAnswer {
   ImageId image;                    // valid where it is about one
   ReconstructionId reconstruction;  // valid where it is about one
   std::string detail;
+};
+
+struct RepairRequest {
+  bool apply = false;         // false: nothing is changed, and the answer says what would be done
+  uint32_t thread_count = 0;  // [0, 1024]; 0: one per core
+  // Whether the map may be made anew from the photos, with new numbers for the images, where
+  // nothing less gives a sound database.
+  bool may_rebuild = false;
+
+  Status Check() const;  // the first violated bound, named with its value
+};
+
+// One damage, and what a repair does about it. Both are clauses for people.
+struct RepairFinding {
+  std::string damage, remedy;
+};
+
+struct RepairAnswer {
+  bool is_sound = false;     // nothing is damaged, and nothing was done
+  bool is_repaired = false;  // the database at the path is the new one, and sound
+  std::vector<RepairFinding> findings;
+  std::vector<std::string> lost;         // names of photos whose bytes are gone
+  std::vector<std::string> retried;      // names of photos that lost their place
+  std::vector<std::string> written_out;  // names of photos to be added again, with their camera
+  bool is_rebuilt = false;               // the map was made anew from the photos
+  std::string kept_path;                 // where the damaged database is kept
+  std::string report_path;               // a text file with everything that is said here
+  std::string photos_path;               // the folder of `written_out`; empty where there are none
 };
 
 // "a clause: its numbers", as a person reads it.

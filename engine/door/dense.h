@@ -120,4 +120,13 @@ struct RenderReport {
   double error_median_balanced = 0;  // with the photo's exposure balanced
 };
 
+// What the dense pass has made of one photo.
+struct DepthMapAnswer {
+  uint32_t width_px = 0, height_px = 0;
+  double known_share = 0;                // [0, 1] of the pixels have a depth
+  double depth_near = 0, depth_far = 0;  // world units
+  std::vector<std::string> sensors;      // names of the photos it was computed from, best first
+  uint64_t geometry_version = 0;         // of the reconstruction when it was made
+};
+
 }  // namespace veduta

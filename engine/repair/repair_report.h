@@ -4,7 +4,7 @@
 
 #include <string>
 
-#include "engine/door/repair.h"
+#include "engine/door/answers.h"
 
 namespace veduta {
 

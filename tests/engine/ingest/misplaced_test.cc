@@ -48,9 +48,9 @@ class Misplaced : public testing::Test {
     ASSERT_OK(WritePlacementChanges(work.map, *scene_.Snap(), placement, {}, transaction.get()));
     ASSERT_OK(transaction->Commit());
   }
-  SideDoubts Weigh(ReconstructionId own, ReconstructionId other, uint32_t points_min = 60) {
+  SideDoubts Weigh(ReconstructionId own, ReconstructionId other, const DoubtOptions& doubt = {}) {
     SceneWork work(&scene_);
-    work.options.doubt.either_side_points_min = points_min;
+    work.options.doubt = doubt;
     std::vector<ImageId> images;
     for (uint32_t id = 1; id <= 8; ++id) images.push_back(ImageId(id));
     auto doubts = WeighSides(work.context, images, own, other);
@@ -107,11 +107,35 @@ TEST_F(Misplaced, AnImageAtAWrongPoseIsFound) {
 
 TEST_F(Misplaced, WhatStandsAsWellOnEitherSideIsUnsure) {
   EXPECT_EQ(Weigh(kFirst, kSecond).unsure, (std::vector{ImageId(1), ImageId(2), ImageId(3)}));
-  EXPECT_TRUE(Weigh(kFirst, kSecond, 100000).unsure.empty()) << "too few points say so";
+  DoubtOptions asking_more;
+  asking_more.either_side_points_min = asking_more.either_side_matches_min = 100000;
+  EXPECT_TRUE(Weigh(kFirst, kSecond, asking_more).unsure.empty()) << "too little says so";
   Misplace();
   const SideDoubts doubts = Weigh(kSecond, kFirst);
   EXPECT_EQ(doubts.unsure, (std::vector{ImageId(5), ImageId(6), ImageId(7), ImageId(8)}))
       << "and the misplaced one is none of them";
+}
+
+TEST_F(Misplaced, WhoIsMatchedAcrossAsStronglyMayStandThere) {
+  const size_t all = scene_.MatchesOf(4, {2, 5})[0].matches.size();
+  ASSERT_GT(all, 200u);
+  for (const size_t across : {all, all / 4, size_t{50}}) {
+    SceneWork work(&scene_);
+    work.options.doubt.either_side_points_min = 100000;  // too little is known there
+    ASSERT_OK(work.loader.LoadNeighborhood(std::vector{ImageId(5)}));
+    std::vector<PairMatches> pairs = scene_.MatchesOf(4, {2, 5});
+    pairs[0].matches.resize(across);
+    pairs[1].matches.resize(std::min(across, all / 2));
+    SideDoubts doubts;
+    ASSERT_OK(WeighSide(work.context, ImageId(5), pairs, kFirst, &doubts));
+    EXPECT_TRUE(doubts.misplaced.empty());
+    EXPECT_EQ(doubts.unsure.size(), across >= 100 ? 1u : 0u) << across;
+    pairs[1].matches = scene_.MatchesOf(4, {5})[0].matches;
+    pairs[0].matches.resize(std::min(across, pairs[1].matches.size() / 2));
+    doubts = {};
+    ASSERT_OK(WeighSide(work.context, ImageId(5), pairs, kFirst, &doubts));
+    EXPECT_TRUE(doubts.unsure.empty()) << "its own side is matched more strongly";
+  }
 }
 
 TEST_F(Misplaced, WhatLacksMuchWhereItIsAndHasNoOtherPlaceIsUnsure) {

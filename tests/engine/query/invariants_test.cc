@@ -48,6 +48,7 @@ const std::set<std::string> kFree = {
     "meta.hypothesis: judgmentCount",
     "meta.hypothesis: missingCells",
     "meta.hypothesis: reason",
+    "meta.hypothesis: unsure",
     "meta.pendingPropagation",
     "meta.submap: imagesAtAdjustment",
     "meta.submap: motion",

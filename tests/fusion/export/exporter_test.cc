@@ -14,6 +14,7 @@
 #include <set>
 #include <sstream>
 
+#include "fusion/export/told_scene.h"
 #include "fusion/pass/dense_pass.h"
 #include "storage/records/photo_record.h"
 #include "tests/engine/street_fixture.h"
@@ -198,6 +199,9 @@ TEST_F(ExporterTest, WhoMayStandElsewhereIsLeftOut) {
     ASSERT_OK(models);
     EXPECT_EQ(models->front().images, 3u) << format;
   }
+  const auto scene = LoadToldScene(city_.Ask().snapshot(), ReconstructionId(1));
+  ASSERT_OK(scene);
+  EXPECT_FALSE(scene->images.contains(ImageId(4)));
   const auto tracks = ColmapTracks(folder_.path() + "/colmap/0/points3D.txt");
   EXPECT_LT(tracks.size(), all->front().points);
   EXPECT_GT(tracks.size(), 100u);
