@@ -21,6 +21,7 @@
 #include "engine/query/city_answers.h"
 #include "engine/query/forbidden.h"
 #include "engine/query/pose_uncertainty.h"
+#include "engine/query/unsure_poses.h"
 #include "storage/base/memory_shortage.h"
 #include "storage/base/stopwatch.h"
 
@@ -136,10 +137,19 @@ class Localization final {
 
   Status AnswerStored(const PoseRecord& pose) {
     VEDUTA_ASSIGN_OR_RETURN(const ImageRecord record, parts_.snapshot->GetImage(pose.image));
+    answer_.detail = "the same bytes are stored as " + record.name;
+    VEDUTA_ASSIGN_OR_RETURN(const UnsureImages unsure, ListUnsure(*parts_.snapshot));
+    if (const auto found = unsure.find(pose.image); found != unsure.end()) {
+      answer_.verdict = Verdict::kPostponed;
+      answer_.reason = Reason::kAmbiguous;
+      answer_.detail += ", which may stand in reconstruction " +
+                        std::to_string(pose.reconstruction.value) + " or " +
+                        std::to_string(found->second.front().value);
+      return Status::Ok();
+    }
     VEDUTA_RETURN_IF_ERROR(loader_.LoadNeighborhood({&pose.image, 1}));
     answer_.verdict = Verdict::kPlaced;
     answer_.reason = Reason::kRegistered;
-    answer_.detail = "the same bytes are stored as " + record.name;
     answer_.inlier_count = static_cast<uint32_t>(map_.PointsSeenBy({&pose.image, 1}).size());
     return Describe(pose.image);
   }

@@ -226,6 +226,26 @@ TEST(PhotoLocalization, AStoredPhotoHasItsOwnPose) {
   EXPECT_EQ(waits.support.size(), 4u);
 }
 
+TEST(PhotoLocalization, AStoredPhotoThatMayStandElsewhereIsToldNowhere) {
+  SceneDatabase scene;
+  scene.AddImages(0, 4);
+  HypothesisRecord hypothesis;
+  hypothesis.a = scene.AddReconstruction({0, 1, 2, 3});
+  hypothesis.b = ReconstructionId(9);
+  hypothesis.images = hypothesis.unsure = {ImageId(3)};
+  const auto transaction = scene.database()->BeginTransaction();
+  transaction->PutHypothesis(hypothesis);
+  ASSERT_OK(transaction->Commit());
+  const LocalizedPhoto unsure = Localize(&scene, 2, {}, "image2");
+  EXPECT_EQ(unsure.stored, ImageId(3));
+  EXPECT_EQ(unsure.verdict, Verdict::kPostponed);
+  EXPECT_EQ(unsure.reason, Reason::kAmbiguous);
+  EXPECT_EQ(unsure.detail,
+            "the same bytes are stored as image2, which may stand in reconstruction 1 or 9");
+  EXPECT_FALSE(unsure.cam_from_world);
+  EXPECT_FALSE(unsure.reconstruction.valid());
+}
+
 TEST(PhotoLocalization, ObeysWhoForbidsAPose) {
   SceneDatabase scene;
   scene.AddImages(0, 5);
