@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <iterator>
 #include <set>
+#include <utility>
 
 #include "engine/ingest/dense_removal.h"
 #include "engine/ingest/hypotheses.h"
@@ -110,8 +111,10 @@ Result<SideDoubts> WeighSeam(const MappingContext& context, const Side& side,
   if (!is_contradicted && !lacks) return SideDoubts();
   VEDUTA_ASSIGN_OR_RETURN(SideDoubts doubts, WeighSides(context, images, side.own, side.other));
   VEDUTA_ASSIGN_OR_RETURN(SideDoubts others, WeighSides(context, images, side.other, side.own));
-  if (doubts.misplaced.empty()) doubts.misplaced = std::move(others.misplaced);
+  // Those of one side at a time lose their poses; those of the other one are unsure meanwhile.
+  if (doubts.misplaced.empty()) std::swap(doubts.misplaced, others.misplaced);
   doubts.unsure.insert(doubts.unsure.end(), others.unsure.begin(), others.unsure.end());
+  for (const DoubtedImage& image : others.misplaced) doubts.unsure.push_back(image.image);
   if (!lacks) doubts.misplaced.clear();
   if (!is_contradicted) doubts.unsure.clear();
   return doubts;
