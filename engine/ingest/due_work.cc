@@ -59,8 +59,9 @@ bool IsAdjustmentDue(const ReconstructionRecord& record, bool is_parted,
                                                                 : schedule.whole_again_share;
     return record.image_count >= record.images_at_adjustment * (1 + share);
   }
-  const double step =
-      std::max<double>(schedule.views_step, schedule.growth_share * record.images_at_adjustment);
+  const double share = record.image_count > schedule.region_images_max ? schedule.long_growth_share
+                                                                       : schedule.growth_share;
+  const double step = std::max<double>(schedule.views_step, share * record.images_at_adjustment);
   return record.image_count >= record.images_at_adjustment + step ||
          (record.images_at_adjustment == 0 && record.image_count > 0);
 }

@@ -10,6 +10,7 @@ Status AdjustmentSchedule::Check() const {
       .AtLeast("views_step", views_step, 1)
       .AtLeast("submap_views_step", submap_views_step, 1)
       .Above("growth_share", growth_share, 0)
+      .Above("long_growth_share", long_growth_share, 0)
       .AtLeast("whole_images_max", whole_images_max, 3)
       .Between("submap_images_max", submap_images_max, 3, whole_images_max)
       .AtLeast("submap_images_min", submap_images_min, 1)

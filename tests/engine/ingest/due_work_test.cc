@@ -13,26 +13,34 @@ namespace veduta {
 namespace {
 
 TEST(DueWork, AdjustmentsFollowTheGrowth) {
-  const AdjustmentSchedule schedule{
-      .views_step = 15, .growth_share = 0.1, .whole_again_share = 0.2, .relaxation_share = 0.1};
+  const AdjustmentSchedule schedule{.views_step = 3,
+                                    .growth_share = 0.1,
+                                    .long_growth_share = 0.25,
+                                    .region_images_max = 48,
+                                    .whole_again_share = 0.2,
+                                    .relaxation_share = 0.1};
   ReconstructionRecord record;
   record.id = ReconstructionId(1);
   EXPECT_FALSE(IsAdjustmentDue(record, false, schedule)) << "an empty one";
   record.image_count = 3;
   EXPECT_TRUE(IsAdjustmentDue(record, false, schedule)) << "never adjusted, or merged since";
   record.images_at_adjustment = 3;
-  record.image_count = 17;
+  record.image_count = 5;
   EXPECT_FALSE(IsAdjustmentDue(record, false, schedule));
-  record.image_count = 18;
+  record.image_count = 6;
+  EXPECT_TRUE(IsAdjustmentDue(record, false, schedule));
+  record.images_at_adjustment = 40;
+  record.image_count = 43;
+  EXPECT_FALSE(IsAdjustmentDue(record, false, schedule)) << "a tenth is more than three images";
+  record.image_count = 44;
+  EXPECT_TRUE(IsAdjustmentDue(record, false, schedule));
+  record.image_count = 49;
+  EXPECT_FALSE(IsAdjustmentDue(record, false, schedule)) << "its adjustment would be long";
+  record.image_count = 50;
   EXPECT_TRUE(IsAdjustmentDue(record, false, schedule));
   record.images_at_adjustment = 1000;
-  record.image_count = 1099;
-  EXPECT_FALSE(IsAdjustmentDue(record, false, schedule));
-  record.image_count = 1100;
-  EXPECT_TRUE(IsAdjustmentDue(record, false, schedule));
-  EXPECT_FALSE(IsAdjustmentDue(record, true, schedule)) << "its submaps are";
   record.image_count = 1199;
-  EXPECT_FALSE(IsAdjustmentDue(record, true, schedule));
+  EXPECT_FALSE(IsAdjustmentDue(record, true, schedule)) << "its submaps are";
   record.image_count = 1200;
   EXPECT_TRUE(IsAdjustmentDue(record, true, schedule));
   EXPECT_FALSE(IsRelaxed(record, true, schedule));

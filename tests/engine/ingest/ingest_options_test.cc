@@ -138,6 +138,7 @@ std::vector<Violation> AllViolations() {
   add("schedule.submap_views_step is 0", [](O& o) { o.schedule.submap_views_step = 0; });
   add("schedule.region_images_max is 2", [](O& o) { o.schedule.region_images_max = 2; });
   add("schedule.growth_share is 0", [](O& o) { o.schedule.growth_share = 0; });
+  add("schedule.long_growth_share is 0", [](O& o) { o.schedule.long_growth_share = 0; });
   add("neighbors.extended_per_image_max is 0",
       [](O& o) { o.neighbors.extended_per_image_max = 0; });
   add("neighbors.pair.ratio_max is 1.5", [](O& o) { o.neighbors.pair.ratio_max = 1.5; });
