@@ -12,6 +12,7 @@
 #include "engine/camera/projection.h"
 #include "engine/ingest/believed_pose.h"
 #include "engine/ingest/forbidding.h"
+#include "engine/ingest/misplaced.h"
 #include "engine/ingest/photo_locator.h"
 #include "engine/ingest/surroundings.h"
 #include "engine/mapping/bundle_adjustment.h"
@@ -50,6 +51,27 @@ Result<std::optional<Placement>> PlaceAmongHeld(const MappingContext& context,
   return refused ? refused : AskHowMuchItSees(context, photo.id);
 }
 
+// The photo postponed, where it may stand as well at a place that looks like that of its pose: on
+// the other side of the seam of a merge that is refused because the two show different places.
+Result<std::optional<Placement>> AskWhichSide(const MappingContext& context, ImageId photo,
+                                              std::span<const PairMatches> pairs) {
+  const ReconstructionId own = context.map->image(photo).reconstruction;
+  VEDUTA_ASSIGN_OR_RETURN(const std::vector<HypothesisRecord> hypotheses,
+                          context.loader->snapshot().ListHypotheses());
+  for (const HypothesisRecord& hypothesis : hypotheses) {
+    if (!TellsPlacesApart(hypothesis.reason) || (hypothesis.a != own && hypothesis.b != own))
+      continue;
+    const ReconstructionId other = hypothesis.a == own ? hypothesis.b : hypothesis.a;
+    SideDoubts doubts;
+    VEDUTA_RETURN_IF_ERROR(WeighSide(context, photo, pairs, other, &doubts));
+    if (doubts.misplaced.empty() && doubts.unsure.empty()) continue;
+    return std::optional(Postponed(
+        Reason::kAmbiguous, "it may stand in reconstruction " + std::to_string(own.value) + " or " +
+                                std::to_string(other.value) + ", which look alike there"));
+  }
+  return std::optional<Placement>();
+}
+
 // Gives the photo a pose in the map, or says why not and leaves the map empty.
 Result<Placement> GivePose(const MappingContext& context, const ImageFeatures& photo,
                            std::span<const PairMatches> pairs, uint64_t seed) {
@@ -71,6 +93,9 @@ Result<Placement> GivePose(const MappingContext& context, const ImageFeatures& p
   if (pose != nullptr) {
     VEDUTA_ASSIGN_OR_RETURN(std::optional<Placement> refused,
                             PlaceAmongHeld(context, photo, *pose, sought.putative));
+    if (!refused) {
+      VEDUTA_ASSIGN_OR_RETURN(refused, AskWhichSide(context, photo.id, allowed));
+    }
     placement = refused ? std::move(*refused) : PlacedAt(photo, *pose);
   }
   if (placement.verdict == Verdict::kPostponed) context.map->Clear();

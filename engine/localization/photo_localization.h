@@ -28,7 +28,8 @@ enum class Lens : uint8_t { kKnown, kEstimated };
 
 // Seeks the photo's neighbours and its pose as adding it would, and refuses a pose for the same
 // reasons. What follows differs: nothing is founded or merged, and the poses of the city are held
-// where they are while the photo's own is refined, with the points that it sees. A photo whose
+// where they are while the photo's own is refined, with the points that it sees. One that may stand
+// at another place that looks alike, too, is refused as kAmbiguous (misplaced.h). A photo whose
 // bytes are stored has the pose that is stored; if there is none, it is localised without itself.
 // kNoMemory where the memory is too short, kCorruption where something stored that it needs is
 // damaged. An estimated camera is answered as it is after the refinement, and the pose is refused

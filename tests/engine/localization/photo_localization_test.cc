@@ -246,6 +246,32 @@ TEST(PhotoLocalization, AStoredPhotoThatMayStandElsewhereIsToldNowhere) {
   EXPECT_FALSE(unsure.reconstruction.valid());
 }
 
+// The scene stands twice in the database, as two places that look alike.
+TEST(PhotoLocalization, ANewPhotoThatMayStandElsewhereIsToldNowhere) {
+  SceneDatabase scene({.camera_count = 9, .point_count = 2000});
+  scene.AddImages(0, 8);
+  HypothesisRecord hypothesis;
+  hypothesis.a = scene.AddReconstruction({0, 1, 2});
+  hypothesis.b = scene.AddReconstruction({3, 4, 5, 6, 7}, AnotherFrame());
+  hypothesis.images = {ImageId(3), ImageId(4)};
+  for (const auto& [reason, verdict] :
+       {std::pair(RefusalReason::kFewPoints, Verdict::kPlaced),
+        std::pair(RefusalReason::kContradicted, Verdict::kPostponed)}) {
+    hypothesis.reason = reason;
+    const auto transaction = scene.database()->BeginTransaction();
+    transaction->PutHypothesis(hypothesis);
+    ASSERT_OK(transaction->Commit());
+    const std::string before = ToHex(scene);
+    const LocalizedPhoto photo = Localize(&scene, 8);
+    EXPECT_EQ(photo.verdict, verdict) << photo.detail;
+    EXPECT_EQ(photo.cam_from_world.has_value(), verdict == Verdict::kPlaced);
+    EXPECT_EQ(ToHex(scene), before);
+    if (verdict == Verdict::kPlaced) continue;
+    EXPECT_EQ(photo.reason, Reason::kAmbiguous);
+    EXPECT_EQ(photo.detail, "it may stand in reconstruction 1 or 2, which look alike there");
+  }
+}
+
 TEST(PhotoLocalization, ObeysWhoForbidsAPose) {
   SceneDatabase scene;
   scene.AddImages(0, 5);
