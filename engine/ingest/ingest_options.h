@@ -14,10 +14,10 @@ namespace veduta {
 
 // When the adjustment of a whole reconstruction is due.
 struct AdjustmentSchedule {
-  // >= 1. After so many more images. The paper's section 3.3 has 15. A photo that comes after the
-  // last adjustment keeps the pose that few points gave it: with 5, four of a hundred orders of
-  // castle-P19 ended with such a photo 0.3 to 0.6 m off. With 2 (and the share below) those four
-  // came out at 25 to 33 mm, for 17 % more processor time; a street of 150 took 10 % more.
+  // >= 1. After so many more images. The paper's section 3.3 has 15. With 5, four of a hundred
+  // orders of castle-P19 ended with a photo 0.3 to 0.6 m off: two parts had been merged and
+  // adjusted at 16 images, and three more photos came. With 2 (and the share below) those four came
+  // out at 25 to 33 mm, for 17 % more processor time; a street of 150 took 10 % more.
   uint32_t views_step = 2;
   // > 0. After such a share of more images, where that is more than views_step, in a reconstruction
   // that is adjusted in a turn of the writer.
