@@ -12,6 +12,7 @@
 #include <set>
 
 #include "engine/query/digest.h"
+#include "storage/records/point_block.h"
 #include "tests/engine/query/field_damage.h"
 #include "tests/engine/street_fixture.h"
 #include "tests/storage/stored_families.h"
@@ -245,6 +246,16 @@ class InvariantsTest : public testing::Test {
     }
   }
 
+  // A point block that has lost all its points keeps nothing but `nextOrdinal`, which is free.
+  static bool HoldsNoPoint(const std::string& key) {
+    uint32_t home = 0;
+    for (const char byte : key.substr(key.size() - 4))
+      home = home << 8 | static_cast<uint8_t>(byte);
+    PointBlock block;
+    EXPECT_OK(Decode(*stored_->Get(Family::kPoints, key), ImageId(home), &block));
+    return block.points.empty();
+  }
+
   static City* city_;
   static StoredFamilies* stored_;
   static UndistortCache* tables_;
@@ -287,6 +298,7 @@ TEST_F(InvariantsTest, EveryFieldThatIsNotFreeIsDetermined) {
 
 TEST_F(InvariantsTest, WhatIsMissingLeftOverOrExchangedIsNoticed) {
   ChangeEach("removed", 6, [&](Family family, const std::string& key) {
+    if (family == Family::kPoints && HoldsNoPoint(key)) return false;
     stored_->Delete(family, key);
     return true;
   });
