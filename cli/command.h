@@ -52,6 +52,7 @@ void RegisterMarkers(CLI::App* app, int* exit_code);
 void RegisterCalibrate(CLI::App* app, int* exit_code);
 void RegisterAdd(CLI::App* app, int* exit_code);
 void RegisterRemove(CLI::App* app, int* exit_code);
+void RegisterServe(CLI::App* app, int* exit_code);
 void RegisterSettle(CLI::App* app, int* exit_code);
 void RegisterStatus(CLI::App* app, int* exit_code);
 void RegisterReconstruction(CLI::App* app, int* exit_code);

@@ -36,6 +36,7 @@ struct EngineOptions {
   bool create = false;        // make a new database; kAlreadyExists if one is there
   bool read_only = false;     // takes no lock, writes nothing; sees the last commit at opening
   bool sync = true;           // false: a power cut may lose the last photos (a crash does not)
+  bool settle_each = false;   // Submit does as AddPhotos, so that the same order gives one digest
   uint32_t thread_count = 0;  // [0, 1024]; 0: one per core
   uint64_t block_cache_bytes = 256ull << 20;      // >= 1; of the database's files
   uint64_t feature_cache_bytes = 768ull << 20;    // >= 1; of images' features

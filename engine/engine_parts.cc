@@ -88,7 +88,7 @@ Result<std::unique_ptr<Engine>> EngineParts::Open(const std::string& path,
                              }};
   parts->scheduler = std::make_unique<Scheduler>(
       parts->writer.get(), parts->preparer.get(), &parts->ingest, parts->pool.get(), cameras,
-      [raw](const DueStep& step) { return raw->DoLongStep(step); });
+      [raw](const DueStep& step) { return raw->DoLongStep(step); }, options.settle_each);
   std::unique_ptr<Engine> engine(new Engine);
   engine->parts_ = std::move(parts);
   return engine;

@@ -34,13 +34,14 @@ bool IsOfOnePhoto(const Status& status) {
 // Whether the photos keep their order. A contributor's lane is made anew whenever the line has run
 // out of photos, so its name counts.
 bool IsSameLane(const Lane& a, const Lane& b) {
-  return &a == &b || (!a.settles && !b.settles && a.name == b.name);
+  return &a == &b || (!a.is_list && !b.is_list && a.name == b.name);
 }
 
 }  // namespace
 
 Scheduler::Scheduler(Writer* writer, const PhotoPreparer* preparer, std::unique_ptr<Ingest>* ingest,
-                     ThreadPool* pool, CameraFinder cameras, DoLongStep do_long_step)
+                     ThreadPool* pool, CameraFinder cameras, DoLongStep do_long_step,
+                     bool settle_each)
     : writer_(writer),
       preparer_(preparer),
       ingest_(ingest),
@@ -48,6 +49,7 @@ Scheduler::Scheduler(Writer* writer, const PhotoPreparer* preparer, std::unique_
       cameras_(std::move(cameras)),
       do_long_step_(std::move(do_long_step)),
       window_(2 * pool->thread_count() + 1),
+      line_(settle_each),
       thread_([this] { Run(); }) {}
 
 Scheduler::~Scheduler() {
@@ -184,7 +186,7 @@ void Scheduler::FillWindow(std::unique_lock<std::mutex>* lock) {
   size_t offered = 0;
   for (WaitingPhoto photo;;) {
     const auto of_lists = static_cast<size_t>(std::count_if(
-        entries_.begin(), entries_.end(), [](const Entry& e) { return e.photo.lane->settles; }));
+        entries_.begin(), entries_.end(), [](const Entry& e) { return e.photo.lane->is_list; }));
     const size_t of_contributors = entries_.size() - of_lists;
     if (!line_.Take(&photo, of_lists < window_, of_contributors < window_)) break;
     const bool had_no_camera = !photo.camera;
@@ -207,7 +209,7 @@ void Scheduler::FillWindow(std::unique_lock<std::mutex>* lock) {
 
 bool Scheduler::PrepareOne(std::unique_lock<std::mutex>* lock, bool also_of_lists) {
   const auto entry = std::find_if(entries_.begin(), entries_.end(), [&](const Entry& e) {
-    return !e.is_started && (also_of_lists || !e.photo.lane->settles);
+    return !e.is_started && (also_of_lists || !e.photo.lane->is_list);
   });
   if (entry == entries_.end()) return false;
   entry->is_started = true;
@@ -289,7 +291,7 @@ bool Scheduler::DoesSomebodySettle() const {
 bool Scheduler::Apply(Entries::iterator entry, std::unique_lock<std::mutex>* lock) {
   Entry taken = std::move(*entry);
   entries_.erase(entry);
-  const bool is_of_list = taken.photo.lane->settles;
+  const bool is_of_list = taken.photo.lane->is_list;
   lock->unlock();
   if (!TakeUp(taken.photo.ticket.get())) {  // cancelled at this moment: DropCancelled answers it
     lock->lock();
@@ -308,12 +310,14 @@ bool Scheduler::Apply(Entries::iterator entry, std::unique_lock<std::mutex>* loc
   if (!at_work_ || !DoesSomebodySettle()) steps_owed_ms_ += ms;
   follows_ = true;
   if (is_of_list && failed) taken.photo.lane->has_ended = true;
-  if (is_of_list && !failed) {
+  const bool settles_later = taken.photo.lane->settles && !failed;
+  if (settles_later) {
     settling_photo_ = taken.photo.ticket;
-    taken.photo.lane->is_held = true;
+    does_list_settle_ = is_of_list;
+    taken.photo.lane->is_held = is_of_list;
   }
   lock->unlock();
-  Answer(taken.photo, std::move(outcome), is_of_list && !failed);
+  Answer(taken.photo, std::move(outcome), settles_later);
   lock->lock();
   return true;
 }
@@ -474,11 +478,11 @@ void Scheduler::Tell(FollowUp step) {
       times.total_ms += step.ms;
       times.longest_step_ms = std::max(times.longest_step_ms, step.turn_ms);
     }
-    settling_photo_->followed.push_back(step);
+    if (does_list_settle_) settling_photo_->followed.push_back(step);
   }
   for (Settling* settling : settling_) settling->followed->push_back(step);
-  if (!settling_photo_ && settling_.empty() && !step.status.ok())
-    untold_.push_back(std::move(step));
+  const bool is_told = (settling_photo_ && does_list_settle_) || !settling_.empty();
+  if (!is_told && !step.status.ok()) untold_.push_back(std::move(step));
 }
 
 void Scheduler::MarkSettled() {

@@ -8,7 +8,8 @@
 //      or Settle waits and a photo was the last piece: so no stream of photos starves what follows
 //      from them, and half of the time is theirs, however much follows;
 //   2. the first photo of the window that is prepared and may be applied. A photo of a list may be
-//      applied when nothing follows from earlier photos any more, other photos at any time;
+//      applied when nothing follows from earlier photos any more, other photos at any time (where
+//      each photo is to be settled, they wait as those of lists do);
 //   3. one step of what follows from photos.
 // Every piece takes its turn of the Writer, so that the dense pass and others write in between.
 // A long step (DueStep::is_long: a vocabulary, the adjustment of a large reconstruction) is
@@ -58,9 +59,9 @@ class Scheduler final {
   using DoLongStep = std::function<Result<std::optional<FollowUp>>(const DueStep&)>;
 
   // `ingest` may be exchanged by its owner during a turn of the writer, so it is given by its
-  // place. All that is given must outlive the scheduler.
+  // place. All that is given must outlive the scheduler. `settle_each`: EngineOptions.
   Scheduler(Writer* writer, const PhotoPreparer* preparer, std::unique_ptr<Ingest>* ingest,
-            ThreadPool* pool, CameraFinder cameras, DoLongStep do_long_step);
+            ThreadPool* pool, CameraFinder cameras, DoLongStep do_long_step, bool settle_each);
   ~Scheduler();
 
   // Finishes the piece at hand and answers the photos that are not applied by then: kCancelled.
@@ -157,7 +158,8 @@ class Scheduler final {
   SubmissionLine line_;
   Entries entries_;
   size_t preparing_ = 0;                           // tasks of the pool that are not done
-  std::shared_ptr<PhotoProgress> settling_photo_;  // of a list: applied, what follows is not done
+  std::shared_ptr<PhotoProgress> settling_photo_;  // applied; what follows is not done yet
+  bool does_list_settle_ = false;                  // it is of a list, whose submitter waits for it
   std::list<Settling*> settling_;                  // callers of Settle
   bool tries_failed_again_ = false;                // one of them has come since the last step
   std::vector<FollowUp> untold_;                   // steps that failed when nobody was to be told

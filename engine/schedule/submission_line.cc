@@ -39,7 +39,7 @@ bool Ticket::Cancel() {
 
 std::shared_ptr<Lane> SubmissionLine::OpenList(std::stop_token stop) {
   auto lane = std::make_shared<Lane>();
-  lane->settles = true;
+  lane->is_list = lane->settles = true;
   lane->stop = std::move(stop);
   return lane;
 }
@@ -49,10 +49,11 @@ Ticket SubmissionLine::Join(std::shared_ptr<Lane> lane, PhotoSource photo,
                             AnswerCallback answered) {
   const std::lock_guard lock(mutex_);
   auto queue = std::find_if(queues_.begin(), queues_.end(), [&](const Queue& q) {
-    return lane ? q.lane == lane : !q.lane->settles && q.lane->name == contributor;
+    return lane ? q.lane == lane : !q.lane->is_list && q.lane->name == contributor;
   });
   if (queue == queues_.end()) {
-    if (!lane) lane = std::make_shared<Lane>(Lane{.name = contributor, .stop = {}});
+    if (!lane)
+      lane = std::make_shared<Lane>(Lane{.name = contributor, .settles = settles_, .stop = {}});
     queue = queues_.insert(queues_.end(), Queue{std::move(lane), {}});
   }
   const auto state = std::make_shared<PhotoProgress>(next_number_++);
@@ -64,7 +65,7 @@ Ticket SubmissionLine::Join(std::shared_ptr<Lane> lane, PhotoSource photo,
 bool SubmissionLine::Take(WaitingPhoto* photo, bool of_lists, bool of_contributors) {
   const std::lock_guard lock(mutex_);
   const auto first = std::find_if(queues_.begin(), queues_.end(), [&](const Queue& queue) {
-    return queue.lane->settles ? of_lists : of_contributors;
+    return queue.lane->is_list ? of_lists : of_contributors;
   });
   if (first == queues_.end()) return false;
   *photo = std::move(first->photos.front());

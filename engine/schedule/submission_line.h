@@ -36,8 +36,9 @@ struct PhotoProgress {
 
 // The photos of one submitter.
 struct Lane {
-  std::string name;      // the contributor; empty for a list
-  bool settles = false;  // a list: what follows from a photo is done before the next is applied
+  std::string name;  // the contributor; empty for a list
+  bool is_list = false;
+  bool settles = false;  // what follows from a photo is done before the next is applied
   std::stop_token stop;  // of a list: no further photo is applied after a request
   // Of a list, guarded by the scheduler: no further photo is applied after an error, nor once
   // AddPhotos has been left, nor before the last photo's report has returned.
@@ -57,6 +58,9 @@ struct WaitingPhoto {
 // Thread-safe.
 class SubmissionLine final {
  public:
+  // `settles`: the lanes of contributors settle; those of lists always do.
+  explicit SubmissionLine(bool settles = false) : settles_(settles) {}
+
   // A lane of its own for a list.
   std::shared_ptr<Lane> OpenList(std::stop_token stop);
   // Joins the lane, or, without one, that of the contributor.
@@ -76,6 +80,7 @@ class SubmissionLine final {
     std::deque<WaitingPhoto> photos;
   };
 
+  const bool settles_;
   mutable std::mutex mutex_;
   uint64_t next_number_ = 1;
   std::list<Queue> queues_;  // whose turn is next stands first; none is empty

@@ -26,6 +26,7 @@ struct CityOptions {
   PrepareOptions prepare;
   IngestOptions ingest;
   uint64_t undistort_cache_bytes = 256ull << 20;
+  bool settle_each = false;
 };
 
 // Questions of the door, with the snapshot behind them.
@@ -81,6 +82,7 @@ class City {
     engine.create = options_.database.create;
     engine.read_only = options_.database.read_only;
     engine.sync = options_.database.sync_wal;
+    engine.settle_each = options_.settle_each;
     engine.thread_count = options_.thread_count;
     engine.block_cache_bytes = options_.database.block_cache_bytes;
     engine.feature_cache_bytes = options_.ingest.feature_cache_bytes;

@@ -316,6 +316,48 @@ TEST(Scheduler, AListGivesTheSameCityAtAnyNumberOfThreads) {
   }
 }
 
+// A list of the photos in the order in which contributors had their turns.
+TEST(Scheduler, PhotosThatAreSettledEachGiveTheCityOfAListInTheirOrder) {
+  CityOptions options = LargeEarly();
+  City list(options);
+  options.settle_each = true;
+  City city(options);
+  std::vector<PhotoSubmission> photos;
+  for (const Stand& stand : Walk(12, 0.9, 9)) {
+    photos.push_back(city.Submit(stand));
+    photos.back().contributor = photos.size() % 3 == 0 ? "bela" : "anna";
+  }
+  std::vector<Ticket> tickets;
+  for (const PhotoSubmission& photo : photos) tickets.push_back(*city.engine().Submit(photo));
+  std::vector<std::pair<uint32_t, size_t>> order;
+  for (size_t i = 0; i < photos.size(); ++i) {
+    const Result<AddOutcome> outcome = tickets[i].Wait();
+    ASSERT_OK(outcome);
+    order.emplace_back(outcome->id.value, i);
+  }
+  ASSERT_OK(city.engine().Settle());  // of the last photo
+  std::ranges::sort(order);
+  std::vector<PhotoSubmission> ordered;
+  for (const auto& [id, i] : order) ordered.push_back(photos[i]);
+  list.Add(ordered);
+  EXPECT_EQ(city.Digest(), list.Digest());
+}
+
+TEST(Scheduler, AStepThatFailsWhileNoListWaitsIsToldLater) {
+  CityOptions options = City::Options(2);
+  options.settle_each = true;
+  City city(options);
+  PutPending(&city, {ImageId(99)});  // to be tried again, and not there
+  ASSERT_OK((*city.engine().Submit(NoPhoto(&city, 1))).Wait());
+  ASSERT_OK((*city.engine().Submit(NoPhoto(&city, 2))).Wait());  // which waited for the step
+  std::vector<FollowUp> told;
+  city.engine()
+      .Settle({}, [&](const FollowUp& step) { told.push_back(step); })
+      .IgnoreBecause("the step fails again");
+  EXPECT_EQ(told.size(), 2u);
+  for (const FollowUp& step : told) EXPECT_FALSE(step.status.ok());
+}
+
 TEST(Scheduler, AFailedTrainingIsToldAndTriedAgainByEachSettle) {
   City city(TrainingEarly());
   EngineParts& parts = city.parts();

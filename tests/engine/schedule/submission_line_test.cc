@@ -54,6 +54,18 @@ TEST(SubmissionLine, AListIsALaneOfItsOwnAndKeepsItsOrder) {
   EXPECT_EQ(TakeAll(&line), "l1 a1 l2 a2 l3 ");
 }
 
+TEST(SubmissionLine, LanesOfContributorsSettleWhereTheyAreToldToAndAreNoLists) {
+  for (const bool settles : {false, true}) {
+    SubmissionLine line(settles);
+    Join(&line, nullptr, "a1", "anna");
+    WaitingPhoto photo;
+    EXPECT_FALSE(line.Take(&photo, /*of_lists=*/true, /*of_contributors=*/false));
+    ASSERT_TRUE(line.Take(&photo, /*of_lists=*/false, /*of_contributors=*/true));
+    EXPECT_EQ(photo.lane->settles, settles);
+    EXPECT_FALSE(photo.lane->is_list);
+  }
+}
+
 TEST(SubmissionLine, ListsAndContributorsArePassedOverWhereNotWanted) {
   SubmissionLine line;
   const std::shared_ptr<Lane> list = line.OpenList({});

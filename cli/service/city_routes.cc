@@ -1,0 +1,232 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "cli/service/city_routes.h"
+
+#include <algorithm>
+#include <charconv>
+#include <limits>
+#include <set>
+
+#include "cli/wire/added_json.h"
+#include "cli/wire/answers_json.h"
+
+namespace veduta {
+namespace {
+
+// Entries of the journal in one answer, at most and by default. Chosen by hand.
+constexpr uint64_t kJournalCountMax = 1000;
+// Candidates that may be asked for, and that are told by default: as `veduta neighbors` does.
+constexpr uint64_t kCandidatesMax = 100'000, kCandidatesDefault = 20;
+
+// The whole text as a number in [min, max].
+Result<uint64_t> WholeNumber(const std::string& what, const std::string& text, uint64_t min,
+                             uint64_t max) {
+  uint64_t value = 0;
+  const char* const end = text.data() + text.size();
+  const auto [rest, error] = std::from_chars(text.data(), end, value);
+  if (error == std::errc() && rest == end && min <= value && value <= max) return value;
+  return Status::InvalidArgument(what + " is '" + text + "', and must be a whole number from " +
+                                 std::to_string(min) + " to " + std::to_string(max));
+}
+
+Result<uint64_t> NumberParameter(const HttpRequest& request, const std::string& name,
+                                 uint64_t otherwise, uint64_t min, uint64_t max) {
+  const auto found = request.query.find(name);
+  if (found == request.query.end()) return otherwise;
+  return WholeNumber("the parameter '" + name + "'", found->second, min, max);
+}
+
+template <typename T>
+HttpAnswer AnswerOf(const Result<T>& result) {
+  return result.ok() ? JsonAnswer(200, ToJson(*result)) : ProblemOf(result.status());
+}
+
+HttpAnswer GetStatus(Engine* engine, const HttpRequest&, const PathArguments&) {
+  return AnswerOf(engine->Ask().Status());
+}
+
+HttpAnswer ListCameras(Engine* engine, const HttpRequest&, const PathArguments&) {
+  return AnswerOf(engine->Ask().Cameras());
+}
+
+HttpAnswer GetCamera(Engine* engine, const HttpRequest&, const PathArguments& arguments) {
+  return AnswerOf(engine->Ask().Camera(arguments[0]));
+}
+
+// The member of a JSON object that must be a text.
+Result<std::string> TextMember(const Json& object, const char* name) {
+  const auto found = object.find(name);
+  if (found != object.end() && found->is_string()) return found->get<std::string>();
+  return Status::InvalidArgument(
+      "a camera is sent as {\"name\": \"...\", \"size\": \"WIDTHxHEIGHT\", \"params\": "
+      "\"fx,fy,cx,cy[,k1,k2]\"}; '" +
+      std::string(name) + "' is missing, or is no text");
+}
+
+Result<CameraAnswer> AddCameraOf(Engine* engine, const HttpRequest& request) {
+  const Json json = Json::parse(request.body, nullptr, /*allow_exceptions=*/false);
+  if (!json.is_object()) return Status::InvalidArgument("the body is no JSON object");
+  VEDUTA_ASSIGN_OR_RETURN(const std::string name, TextMember(json, "name"));
+  VEDUTA_ASSIGN_OR_RETURN(const std::string size, TextMember(json, "size"));
+  VEDUTA_ASSIGN_OR_RETURN(const std::string params, TextMember(json, "params"));
+  VEDUTA_ASSIGN_OR_RETURN(const CameraModel model, ParseCamera(size, params));
+  VEDUTA_ASSIGN_OR_RETURN([[maybe_unused]] const CameraId id,
+                          engine->AddCamera(name, model, "sent to the daemon"));
+  return engine->Ask().Camera(name);
+}
+
+HttpAnswer AddCamera(Engine* engine, const HttpRequest& request, const PathArguments&) {
+  if (request.content_type != "application/json")
+    return Problem(415, "the content type is '" + request.content_type +
+                            "': a camera is sent as application/json");
+  const Result<CameraAnswer> camera = AddCameraOf(engine, request);
+  return camera.ok() ? JsonAnswer(201, ToJson(*camera)) : ProblemOf(camera.status());
+}
+
+// How sure its pose is costs more than all else that is told of it, so it is told where it is asked
+// for by name: with the pose.
+HttpAnswer GetPhoto(Engine* engine, const HttpRequest&, const PathArguments& arguments) {
+  return AnswerOf(engine->Ask().Image(arguments[0]));
+}
+
+HttpAnswer GetPose(Engine* engine, const HttpRequest&, const PathArguments& arguments) {
+  const Questions ask = engine->Ask();
+  Result<ImageAnswer> image = ask.Image(arguments[0]);
+  if (!image.ok()) return ProblemOf(image.status());
+  if (!image->may_stand_in.empty() || !image->cam_from_world) {
+    return Problem(
+        404, image->name + " has no pose that could be told: " +
+                 (image->cam_from_world ? "it may stand at another place as well that looks alike"
+                                        : ReasonSentence(image->reason, image->detail)));
+  }
+  auto uncertainty = ask.Uncertainty(arguments[0]);
+  if (!uncertainty.ok()) return ProblemOf(uncertainty.status());
+  image->uncertainty = *std::move(uncertainty);
+  return JsonAnswer(200, PoseJson(*image));
+}
+
+HttpAnswer GetNeighbors(Engine* engine, const HttpRequest&, const PathArguments& arguments) {
+  return AnswerOf(engine->Ask().Neighbors(arguments[0]));
+}
+
+// The photo that the request carries.
+PhotoSource PhotoOf(const HttpRequest& request) {
+  return {Parameter(request, "name", "the photo"), "", request.body};
+}
+
+HttpAnswer RankPhoto(Engine* engine, const HttpRequest& request, const PathArguments&) {
+  if (auto refusal = RefuseBody(request)) return *std::move(refusal);
+  const auto count = NumberParameter(request, "count", kCandidatesDefault, 1, kCandidatesMax);
+  if (!count.ok()) return ProblemOf(count.status());
+  const auto ranked = engine->Ask().Rank(PhotoOf(request), Parameter(request, "camera"),
+                                         static_cast<uint32_t>(*count));
+  return ranked.ok() ? JsonAnswer(200, CandidatesJson(*ranked)) : ProblemOf(ranked.status());
+}
+
+HttpAnswer LocalizePhoto(Engine* engine, const HttpRequest& request, const PathArguments&) {
+  if (auto refusal = RefuseBody(request)) return *std::move(refusal);
+  const LocalizeRequest photo{PhotoOf(request), Parameter(request, "camera")};
+  HttpAnswer answer;
+  const Status done = engine->Ask().Localize({&photo, 1}, [&](const LocalizedPhoto& localized) {
+    answer =
+        localized.failure.ok() ? JsonAnswer(200, ToJson(localized)) : ProblemOf(localized.failure);
+  });
+  return done.ok() ? answer : ProblemOf(done);
+}
+
+HttpAnswer ListReconstructions(Engine* engine, const HttpRequest&, const PathArguments&) {
+  return AnswerOf(engine->Ask().Reconstructions());
+}
+
+HttpAnswer GetReconstruction(Engine* engine, const HttpRequest&, const PathArguments& arguments) {
+  const auto number = WholeNumber("a reconstruction's number", arguments[0], 1,
+                                  std::numeric_limits<uint32_t>::max());
+  if (!number.ok()) return ProblemOf(number.status());
+  const Questions ask = engine->Ask();
+  const auto found = ask.Reconstruction(ReconstructionId(static_cast<uint32_t>(*number)));
+  if (!found.ok()) return ProblemOf(found.status());
+  const auto hypotheses = ask.Hypotheses(found->id);
+  if (!hypotheses.ok()) return ProblemOf(hypotheses.status());
+  return JsonAnswer(200, ReconstructionJson(*found, *hypotheses));
+}
+
+HttpAnswer ListHypotheses(Engine* engine, const HttpRequest&, const PathArguments&) {
+  return AnswerOf(engine->Ask().Hypotheses());
+}
+
+HttpAnswer GetJournal(Engine* engine, const HttpRequest& request, const PathArguments&) {
+  const auto from = NumberParameter(request, "from", 0, 0, std::numeric_limits<uint64_t>::max());
+  if (!from.ok()) return ProblemOf(from.status());
+  const auto count = NumberParameter(request, "count", kJournalCountMax, 1, kJournalCountMax);
+  if (!count.ok()) return ProblemOf(count.status());
+  return AnswerOf(engine->Ask().Journal(*from, static_cast<uint32_t>(*count)));
+}
+
+const std::vector<CityRoute>& Routes() {
+  static const std::vector<CityRoute> kRoutes = {
+      {"GET", {"healthz"}, {}, nullptr},
+      {"GET", {"readyz"}, {}, nullptr},
+      {"GET", {"metrics"}, {}, nullptr},
+      {"GET", {"v1", "events"}, {"from"}, nullptr},
+      {"POST", {"v1", "photos"}, {"name", "camera", "contributor"}, nullptr},
+      {"GET", {"v1", "status"}, {}, GetStatus},
+      {"GET", {"v1", "cameras"}, {}, ListCameras, true},
+      {"POST", {"v1", "cameras"}, {}, AddCamera},
+      {"GET", {"v1", "cameras", "*"}, {}, GetCamera, true},
+      {"GET", {"v1", "photos", "*"}, {}, GetPhoto, true},
+      {"GET", {"v1", "photos", "*", "pose"}, {}, GetPose, true},
+      {"GET", {"v1", "photos", "*", "neighbors"}, {}, GetNeighbors, true},
+      {"POST", {"v1", "candidates"}, {"name", "camera", "count"}, RankPhoto},
+      {"POST", {"v1", "localize"}, {"name", "camera"}, LocalizePhoto},
+      {"GET", {"v1", "reconstructions"}, {}, ListReconstructions, true},
+      {"GET", {"v1", "reconstructions", "*"}, {}, GetReconstruction, true},
+      {"GET", {"v1", "hypotheses"}, {}, ListHypotheses, true},
+      {"GET", {"v1", "journal"}, {"from", "count"}, GetJournal, true},
+  };
+  return kRoutes;
+}
+
+// Whether the path is one of the route's; `arguments` receives what stands for "*".
+bool Fits(const CityRoute& route, const std::vector<std::string>& path, PathArguments* arguments) {
+  if (route.path.size() != path.size()) return false;
+  for (size_t i = 0; i < path.size(); ++i) {
+    if (route.path[i] == "*") {
+      arguments->push_back(path[i]);
+    } else if (route.path[i] != path[i]) {
+      return false;
+    }
+  }
+  return true;
+}
+
+HttpAnswer WrongMethod(const std::string& method, const std::set<std::string>& right) {
+  std::string methods;
+  for (const std::string& one : right) methods += (methods.empty() ? "" : ", ") + one;
+  HttpAnswer answer = Problem(405, method + " does nothing here; " + methods + " does");
+  answer.headers.emplace_back("Allow", methods);
+  return answer;
+}
+
+}  // namespace
+
+std::variant<RouteMatch, HttpAnswer> FindRoute(const HttpRequest& request) {
+  std::set<std::string> right_methods;
+  for (const CityRoute& route : Routes()) {
+    RouteMatch match{&route, {}};
+    if (!Fits(route, request.path, &match.arguments)) continue;
+    if (request.method != route.method) {
+      right_methods.insert(route.method);
+      continue;
+    }
+    for (const auto& [name, value] : request.query) {
+      if (std::ranges::find(route.parameters, name) == route.parameters.end())
+        return Problem(400, "there is no parameter '" + name + "' here");
+    }
+    return match;
+  }
+  if (!right_methods.empty()) return WrongMethod(request.method, right_methods);
+  std::string path;
+  for (const std::string& part : request.path) path += "/" + part;
+  return Problem(404, "there is nothing at " + path);
+}
+
+}  // namespace veduta

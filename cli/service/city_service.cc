@@ -1,0 +1,156 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "cli/service/city_service.h"
+
+#include <random>
+#include <utility>
+
+#include "cli/wire/answers_json.h"
+#include "storage/base/memory_shortage.h"
+#include "storage/base/option_bounds.h"
+
+namespace veduta {
+namespace {
+
+// Entries of the journal that are read at once for one who follows it. Chosen by hand.
+constexpr uint32_t kEventsMax = 256;
+
+std::string RandomName() {
+  std::random_device random;
+  return std::to_string((uint64_t{random()} << 32) | random());
+}
+
+// One sample, in the text format of Prometheus.
+std::string Sample(const std::string& name, const std::string& labels, uint64_t value) {
+  return name + labels + " " + std::to_string(value) + "\n";
+}
+
+std::string Head(const std::string& name, const char* type, const char* help) {
+  return "# HELP " + name + " " + help + "\n# TYPE " + name + " " + type + "\n";
+}
+
+std::string CityMetrics(const StatusAnswer& city) {
+  const std::string images = "veduta_images", bytes = "veduta_database_bytes";
+  return Head(images, "gauge", "Stored photos.") +
+         Sample(images, "{verdict=\"placed\"}", city.placed) +
+         Sample(images, "{verdict=\"postponed\"}", city.postponed) +
+         Sample(images, "{verdict=\"rejected\"}", city.rejected) +
+         Head("veduta_reconstructions", "gauge", "Reconstructions that live.") +
+         Sample("veduta_reconstructions", "", city.reconstructions.size()) +
+         Head(bytes, "gauge", "Bytes of the database on disk.") +
+         Sample(bytes, "", city.total_bytes);
+}
+
+}  // namespace
+
+Status ServiceOptions::Check() const {
+  return OptionBounds()
+      .Between("waiting_photos_max", waiting_photos_max, 1, 100'000)
+      .Between("query_threads", query_threads, 1, 1024)
+      .status();
+}
+
+CityService::CityService(std::unique_ptr<Engine> engine, const ServiceOptions& options)
+    : start_(RandomName()),
+      intake_(options.waiting_photos_max),
+      engine_(std::move(engine)),
+      pool_(options.query_threads) {}
+
+CityService::~CityService() {
+  Close();
+}
+
+void CityService::Handle(HttpRequest request, Answered answered) {
+  const Answered counted = [this, answered = std::move(answered)](HttpAnswer answer) {
+    Count(answer);
+    answered(std::move(answer));
+  };
+  auto found = FindRoute(request);
+  if (auto* const refusal = std::get_if<HttpAnswer>(&found)) return counted(std::move(*refusal));
+  const auto match = std::get<RouteMatch>(std::move(found));
+  if (request.method == "POST" && match.route->answer == nullptr)
+    return intake_.Take(engine_.get(), std::move(request), counted);
+  // Shared, since the pool copies its tasks, and bodies are large.
+  const auto shared = std::make_shared<const HttpRequest>(std::move(request));
+  pool_.Submit([this, shared, match, counted] {
+    const auto answer = CatchShortage("answer a request", [&]() -> Result<HttpAnswer> {
+      return match.route->answer == nullptr ? AnswerOfItself(*shared) : AskEngine(*shared, match);
+    });
+    counted(answer.ok() ? *answer : ProblemOf(answer.status()));
+  });
+}
+
+HttpAnswer CityService::AnswerOfItself(const HttpRequest& request) const {
+  const std::string& asked = request.path.back();
+  if (asked == "metrics") return Metrics();
+  if (asked == "healthz") return JsonAnswer(200, {{"status", "alive"}});
+  if (intake_.is_closing()) return ProblemOf(Status::Busy("the daemon is closing"));
+  const Result<StatusAnswer> city = engine_->Ask().Status();
+  return city.ok() ? JsonAnswer(200, {{"status", "ready"}}) : ProblemOf(city.status());
+}
+
+HttpAnswer CityService::Metrics() const {
+  const PhotoIntake::Counts photos = intake_.counts();
+  const std::string ended = "veduta_photos_total", requests = "veduta_http_requests_total";
+  std::string text = Head("veduta_photos_waiting", "gauge", "Photos that wait for their turn.") +
+                     Sample("veduta_photos_waiting", "", photos.waiting) +
+                     Head(ended, "counter", "Photos that were sent, by what became of them.");
+  for (const auto& [word, count] : photos.ended)
+    text += Sample(ended, "{outcome=\"" + word + "\"}", count);
+  text += Head(requests, "counter", "Requests that were answered, by the code of the answer.");
+  {
+    const std::lock_guard lock(mutex_);
+    for (const auto& [code, count] : answers_)
+      text += Sample(requests, "{code=\"" + std::to_string(code) + "\"}", count);
+  }
+  const Result<StatusAnswer> city = engine_->Ask().Status();
+  if (!city.ok()) return ProblemOf(city.status());
+  HttpAnswer answer;
+  answer.content_type = "text/plain; version=0.0.4";
+  answer.body = text + CityMetrics(*city);
+  return answer;
+}
+
+HttpAnswer CityService::AskEngine(const HttpRequest& request, const RouteMatch& match) const {
+  const CityRoute& route = *match.route;
+  if (!route.is_of_snapshot) return route.answer(engine_.get(), request, match.arguments);
+  // Read before the answer is: an answer may be of a later commit than its tag, and is asked for
+  // once more then.
+  const std::string tag = "W/\"" + start_ + "-" + std::to_string(engine_->Ask().snapshot()) + "\"";
+  HttpAnswer answer;
+  if (request.if_none_match == tag) {
+    answer.code = 304;
+  } else {
+    answer = route.answer(engine_.get(), request, match.arguments);
+  }
+  if (answer.code < 400) answer.headers.emplace_back("ETag", tag);
+  return answer;
+}
+
+void CityService::TellEvents(uint64_t first, std::function<void(Result<CityEvents>)> told) {
+  pool_.Submit([this, first, told = std::move(told)] {
+    told(CatchShortage("read the journal", [&] { return EventsFrom(first); }));
+  });
+}
+
+Result<CityEvents> CityService::EventsFrom(uint64_t first) const {
+  VEDUTA_ASSIGN_OR_RETURN(const std::vector<JournalAnswer> entries,
+                          engine_->Ask().Journal(first, kEventsMax));
+  CityEvents events{"", first};
+  for (const JournalAnswer& entry : entries) {
+    events.text += "id: " + std::to_string(entry.sequence) +
+                   "\nevent: journal\ndata: " + JsonLine(ToJson(entry)) + "\n\n";
+    events.next = entry.sequence + 1;
+  }
+  return events;
+}
+
+void CityService::Close() {
+  intake_.Close();
+}
+
+void CityService::Count(const HttpAnswer& answer) {
+  const std::lock_guard lock(mutex_);
+  ++answers_[answer.code];
+}
+
+}  // namespace veduta

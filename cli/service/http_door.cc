@@ -1,0 +1,401 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "cli/service/http_door.h"
+
+#include <kj/async-io.h>
+#include <kj/compat/http.h>
+#include <kj/compat/url.h>
+
+#include <algorithm>
+#include <atomic>
+#include <cctype>
+#include <charconv>
+#include <memory>
+#include <optional>
+#include <utility>
+
+#include "storage/base/option_bounds.h"
+
+namespace veduta {
+namespace {
+
+// How long a client may take: for the head of a request, for the next piece of its body, for all of
+// its body. Chosen by hand: a photo of 10 MB comes over 150 kbit/s.
+constexpr kj::Duration kHeadTime = 15 * kj::SECONDS, kPieceTime = 30 * kj::SECONDS,
+                       kBodyTime = 10 * kj::MINUTES;
+// How long a connection may rest between two requests.
+constexpr kj::Duration kRestTime = 60 * kj::SECONDS;
+// How long the requests at work have when the daemon stops.
+constexpr kj::Duration kDrainTime = 5 * kj::SECONDS;
+// How often one who follows the city is told of news, and hears that the line is alive.
+constexpr kj::Duration kNewsTime = 300 * kj::MILLISECONDS, kAliveTime = 15 * kj::SECONDS;
+// Before the next connection is taken where there are too many, or where taking one failed.
+constexpr kj::Duration kPauseTime = 20 * kj::MILLISECONDS;
+// Pieces in which a body is read.
+constexpr size_t kPieceBytes = 256 << 10;
+
+std::string Text(kj::ArrayPtr<const char> text) {
+  return {text.begin(), text.size()};
+}
+
+std::string Lower(std::string text) {
+  std::ranges::transform(text, text.begin(),
+                         [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+  return text;
+}
+
+// "text/plain" of "Text/Plain; charset=utf-8".
+std::string MediaType(std::string header) {
+  header = Lower(header.substr(0, header.find(';')));
+  while (!header.empty() && header.back() == ' ') header.pop_back();
+  return header;
+}
+
+// The host of "HOST:PORT" or of "HOST".
+std::string HostOf(const std::string& address) {
+  const size_t colon = address.rfind(':');
+  const size_t bracket = address.rfind(']');
+  const bool has_port =
+      colon != std::string::npos && (bracket == std::string::npos || colon > bracket);
+  return Lower(has_port ? address.substr(0, colon) : address);
+}
+
+bool IsThisMachine(const std::string& host) {
+  return host == "localhost" || host == "127.0.0.1" || host == "[::1]";
+}
+
+// The bytes of all bodies in memory.
+class BodyBudget final {
+ public:
+  explicit BodyBudget(uint64_t bytes_max) : bytes_max_(bytes_max) {}
+  bool Take(uint64_t bytes) {
+    uint64_t before = used_;
+    do {
+      if (bytes > bytes_max_ - before) return false;
+    } while (!used_.compare_exchange_weak(before, before + bytes));
+    return true;
+  }
+  void Give(uint64_t bytes) { used_ -= bytes; }
+
+ private:
+  const uint64_t bytes_max_;
+  std::atomic<uint64_t> used_ = 0;
+};
+
+// A request on its way: its bytes count in the budget until it is answered.
+struct Arriving {
+  explicit Arriving(std::shared_ptr<BodyBudget> b) : budget(std::move(b)) {}
+  Arriving(const Arriving&) = delete;
+  Arriving& operator=(const Arriving&) = delete;
+  ~Arriving() { budget->Give(taken); }
+
+  HttpRequest request;
+  const std::shared_ptr<BodyBudget> budget;
+  uint64_t taken = 0;
+  std::optional<HttpAnswer> refusal;  // why no more of it was read
+};
+
+// Completes a promise of the door's thread from any other.
+template <typename T>
+class Sender final {
+ public:
+  explicit Sender(kj::Own<kj::CrossThreadPromiseFulfiller<T>> fulfiller)
+      : fulfiller_(
+            std::make_shared<kj::Own<kj::CrossThreadPromiseFulfiller<T>>>(kj::mv(fulfiller))) {}
+  void operator()(T value) const { (*fulfiller_)->fulfill(std::move(value)); }
+
+ private:
+  std::shared_ptr<kj::Own<kj::CrossThreadPromiseFulfiller<T>>> fulfiller_;
+};
+
+class HttpDoor final : public kj::HttpService, private kj::TaskSet::ErrorHandler {
+ public:
+  HttpDoor(CityService* service, const HttpDoorOptions& options, kj::Timer* timer,
+           const kj::HttpHeaderTable& table, kj::HttpHeaderId origin, kj::HttpHeaderId none_match,
+           kj::HttpHeaderId last_event)
+      : service_(service),
+        options_(options),
+        timer_(*timer),
+        table_(table),
+        origin_(origin),
+        none_match_(none_match),
+        last_event_(last_event),
+        budget_(std::make_shared<BodyBudget>(options.bodies_bytes_max)),
+        server_(timer_, table, *this, Settings()),
+        connections_(*this) {}
+
+  // Takes connections for ever.
+  kj::Promise<void> Accept(kj::ConnectionReceiver* port) {
+    if (connection_count_ >= options_.connections_max) return AcceptLater(port);
+    return port->accept().then(
+        [this, port](kj::Own<kj::AsyncIoStream> connection) {
+          ++connection_count_;
+          connections_.add(server_.listenHttp(kj::mv(connection)).attach(kj::defer([this] {
+            --connection_count_;
+          })));
+          return Accept(port);
+        },
+        // Too many open files, mostly: that passes.
+        [this, port](kj::Exception&&) { return AcceptLater(port); });
+  }
+
+  // Ends when all that is asked is answered, or late answers are given up.
+  kj::Promise<void> Drain() {
+    is_stopping_ = true;
+    service_->Close();
+    return server_.drain().exclusiveJoin(timer_.afterDelay(kDrainTime));
+  }
+
+  kj::Promise<void> request(kj::HttpMethod method, kj::StringPtr url,
+                            const kj::HttpHeaders& headers, kj::AsyncInputStream& body,
+                            Response& response) override {
+    auto arriving = std::make_shared<Arriving>(budget_);
+    if (auto refusal = ReadHead(method, url, headers, &arriving->request))
+      return Send(*std::move(refusal), response);
+    const bool follows = arriving->request.path == std::vector<std::string>{"v1", "events"};
+    if (follows && method == kj::HttpMethod::GET)
+      return Follow(arriving->request, headers, response);
+    return timer_.timeoutAfter(kBodyTime, ReadBody(body, arriving))
+        .catch_([arriving](kj::Exception&& exception) {
+          if (exception.getType() != kj::Exception::Type::OVERLOADED)
+            kj::throwFatalException(kj::mv(exception));
+          arriving->refusal = Problem(408, "the body came too slowly");
+        })
+        .then([this, arriving, &response]() -> kj::Promise<void> {
+          if (arriving->refusal) return Send(*std::move(arriving->refusal), response);
+          return Ask(arriving).then(
+              [this, &response](HttpAnswer answer) { return Send(std::move(answer), response); });
+        });
+  }
+
+ private:
+  static kj::HttpServerSettings Settings() {
+    kj::HttpServerSettings settings;
+    settings.headerTimeout = kHeadTime;
+    settings.pipelineTimeout = kRestTime;
+    return settings;
+  }
+
+  std::string Header(const kj::HttpHeaders& headers, kj::HttpHeaderId id) const {
+    KJ_IF_MAYBE (value, headers.get(id)) {
+      return Text(*value);
+    }
+    return "";
+  }
+
+  // Fills all but the body. The answer where the request is not fit to be read any further.
+  std::optional<HttpAnswer> ReadHead(kj::HttpMethod method, kj::StringPtr url,
+                                     const kj::HttpHeaders& headers, HttpRequest* request) const {
+    // Pages of others, in the browser of somebody who runs the daemon, must not reach it: by their
+    // own name, or by a name of theirs that leads to this machine.
+    const std::string host = Header(headers, kj::HttpHeaderId::HOST);
+    const std::string origin = Header(headers, origin_);
+    if (!IsThisMachine(HostOf(host)))
+      return Problem(403, "the daemon answers to localhost, 127.0.0.1 and [::1] alone");
+    if (!origin.empty() && origin != "http://" + host)
+      return Problem(403, "pages of other hosts may not ask the daemon");
+    request->method = method == kj::HttpMethod::HEAD ? "GET" : kj::str(method).cStr();
+    request->content_type = MediaType(Header(headers, kj::HttpHeaderId::CONTENT_TYPE));
+    request->if_none_match = Header(headers, none_match_);
+    return ReadAddress(url, request);
+  }
+
+  static std::optional<HttpAnswer> ReadAddress(kj::StringPtr text, HttpRequest* request) {
+    KJ_IF_MAYBE (url, kj::Url::tryParse(text, kj::Url::HTTP_REQUEST)) {
+      for (const kj::String& part : url->path) request->path.push_back(Text(part));
+      for (const auto& [name, value] : url->query) {
+        if (!request->query.emplace(Text(name), Text(value)).second)
+          return Problem(400, "the parameter '" + Text(name) + "' is given twice");
+      }
+      return std::nullopt;
+    }
+    return Problem(400, "the address cannot be read");
+  }
+
+  // Reads until the end, or sets arriving->refusal.
+  kj::Promise<void> ReadBody(kj::AsyncInputStream& body, std::shared_ptr<Arriving> arriving) {
+    uint64_t size = 0;
+    KJ_IF_MAYBE (length, body.tryGetLength()) {
+      size = *length;
+    }
+    if (!Reserve(arriving.get(), size)) return kj::READY_NOW;
+    arriving->request.body.reserve(size + kPieceBytes);
+    return ReadPiece(body, std::move(arriving));
+  }
+
+  kj::Promise<void> ReadPiece(kj::AsyncInputStream& body, std::shared_ptr<Arriving> arriving) {
+    std::vector<uint8_t>& bytes = arriving->request.body;
+    const size_t before = bytes.size();
+    bytes.resize(before + kPieceBytes);
+    return timer_.timeoutAfter(kPieceTime, body.tryRead(&bytes[before], 1, kPieceBytes))
+        .then([this, &body, arriving, before](size_t count) -> kj::Promise<void> {
+          arriving->request.body.resize(before + count);
+          if (count == 0 || !Reserve(arriving.get(), before + count)) return kj::READY_NOW;
+          return ReadPiece(body, arriving);
+        });
+  }
+
+  // Makes room for a body of so many bytes in all.
+  bool Reserve(Arriving* arriving, uint64_t bytes) const {
+    if (bytes > options_.body_bytes_max) {
+      arriving->refusal =
+          Problem(413, "the body is larger than " + std::to_string(options_.body_bytes_max) +
+                           " bytes, the most that is taken");
+    } else if (bytes > arriving->taken) {
+      if (arriving->budget->Take(bytes - arriving->taken)) {
+        arriving->taken = bytes;
+      } else {
+        arriving->refusal = Problem(429,
+                                    "the photos that wait for their turn fill the memory; "
+                                    "nothing of this one is stored: send it again later");
+        arriving->refusal->headers.emplace_back("Retry-After", "5");
+      }
+    }
+    return !arriving->refusal;
+  }
+
+  kj::Promise<HttpAnswer> Ask(std::shared_ptr<Arriving> arriving) {
+    auto paf = kj::newPromiseAndCrossThreadFulfiller<HttpAnswer>();
+    const Sender<HttpAnswer> sender(kj::mv(paf.fulfiller));
+    HttpRequest request = std::move(arriving->request);
+    service_->Handle(std::move(request),
+                     [sender, arriving](HttpAnswer answer) { sender(std::move(answer)); });
+    return kj::mv(paf.promise);
+  }
+
+  kj::Promise<void> Send(HttpAnswer answer, Response& response) {
+    auto shared = kj::heap<HttpAnswer>(std::move(answer));
+    kj::HttpHeaders headers(table_);
+    if (shared->code != 304) {
+      headers.set(kj::HttpHeaderId::CONTENT_TYPE, kj::StringPtr(shared->content_type.c_str()));
+    }
+    headers.add("Cache-Control"_kj, "no-cache"_kj);
+    headers.add("X-Content-Type-Options"_kj, "nosniff"_kj);
+    for (const auto& [name, value] : shared->headers)
+      headers.add(kj::StringPtr(name.c_str()), kj::StringPtr(value.c_str()));
+    auto stream =
+        response.send(shared->code, HttpPhrase(shared->code), headers, shared->body.size());
+    kj::Promise<void> sent = kj::READY_NOW;
+    if (!shared->body.empty()) sent = stream->write(shared->body.data(), shared->body.size());
+    return sent.attach(kj::mv(stream), kj::mv(shared));
+  }
+
+  // Server-sent events, from the entry after the last one that the client has.
+  kj::Promise<void> Follow(const HttpRequest& request, const kj::HttpHeaders& headers,
+                           Response& response) {
+    uint64_t first = 0;
+    const auto from = request.query.find("from");
+    const std::string last = Header(headers, last_event_);
+    const std::string& text = !last.empty()                 ? last
+                              : from != request.query.end() ? from->second
+                                                            : "1";
+    const auto [rest, error] = std::from_chars(text.data(), text.data() + text.size(), first);
+    if (error != std::errc() || rest != text.data() + text.size() ||
+        request.query.size() > (from != request.query.end() ? 1u : 0u)) {
+      return Send(Problem(400, "events are asked for as /v1/events?from=NUMBER"), response);
+    }
+    if (!last.empty()) ++first;
+    kj::HttpHeaders answer(table_);
+    answer.set(kj::HttpHeaderId::CONTENT_TYPE, "text/event-stream"_kj);
+    answer.add("Cache-Control"_kj, "no-cache"_kj);
+    auto stream = response.send(200, "OK"_kj, answer);
+    kj::AsyncOutputStream& out = *stream;
+    return out.write(": veduta\n\n", 10)
+        .then([this, &out, first] { return TellNews(out, first, kAliveTime); })
+        .attach(kj::mv(stream));
+  }
+
+  // `silence`: what is left of it until the client hears that the line is alive.
+  kj::Promise<void> TellNews(kj::AsyncOutputStream& out, uint64_t first, kj::Duration silence) {
+    auto paf = kj::newPromiseAndCrossThreadFulfiller<Result<CityEvents>>();
+    const Sender<Result<CityEvents>> sender(kj::mv(paf.fulfiller));
+    service_->TellEvents(first, sender);
+    return paf.promise.then(
+        [this, &out, first, silence](Result<CityEvents> events) -> kj::Promise<void> {
+          // A client that is cut off asks again from where it was.
+          if (!events.ok() || is_stopping_) return kj::READY_NOW;
+          if (!events->text.empty()) {
+            auto text = kj::heap<std::string>(std::move(events->text));
+            auto written = out.write(text->data(), text->size());
+            return written.attach(kj::mv(text)).then([this, &out, next = events->next] {
+              return TellNews(out, next, kAliveTime);
+            });
+          }
+          kj::Promise<void> wait = timer_.afterDelay(kNewsTime);
+          if (silence <= kNewsTime) {
+            wait = wait.then([&out] { return out.write(":\n\n", 3); });
+            return wait.then([this, &out, first] { return TellNews(out, first, kAliveTime); });
+          }
+          return wait.then(
+              [this, &out, first, silence] { return TellNews(out, first, silence - kNewsTime); });
+        });
+  }
+
+  kj::Promise<void> AcceptLater(kj::ConnectionReceiver* port) {
+    return timer_.afterDelay(kPauseTime).then([this, port] { return Accept(port); });
+  }
+
+  // Clients vanish, and send what is no HTTP: that ends their connection and nothing else.
+  void taskFailed(kj::Exception&&) override {}
+
+  CityService* const service_;
+  const HttpDoorOptions options_;
+  kj::Timer& timer_;
+  const kj::HttpHeaderTable& table_;
+  const kj::HttpHeaderId origin_, none_match_, last_event_;
+  const std::shared_ptr<BodyBudget> budget_;  // shared with requests that outlive the door
+  bool is_stopping_ = false;
+  uint32_t connection_count_ = 0;
+  kj::HttpServer server_;
+  kj::TaskSet connections_;
+};
+
+}  // namespace
+
+Status HttpDoorOptions::Check() const {
+  const std::string host = HostOf(address);
+  if (!IsThisMachine(host) || host.size() == address.size()) {
+    return Status::InvalidArgument(
+        "the address '" + address +
+        "' must be localhost, 127.0.0.1 or [::1] with a port: the daemon knows no users yet, and "
+        "whoever reaches it may do anything");
+  }
+  return OptionBounds()
+      .Between("body_bytes_max", static_cast<double>(body_bytes_max), 1, 0x1p40)
+      .AtLeast("bodies_bytes_max", static_cast<double>(bodies_bytes_max),
+               static_cast<double>(body_bytes_max))
+      .Between("connections_max", connections_max, 1, 100'000)
+      .status();
+}
+
+Status ServeHttp(CityService* service, const HttpDoorOptions& options, std::stop_token stop,
+                 const std::function<void(const std::string& address)>& listening) {
+  VEDUTA_RETURN_IF_ERROR(options.Check());
+  try {
+    auto io = kj::setupAsyncIo();
+    kj::HttpHeaderTable::Builder builder;
+    const kj::HttpHeaderId origin = builder.add("Origin"),
+                           none_match = builder.add("If-None-Match"),
+                           last_event = builder.add("Last-Event-ID");
+    const kj::Own<kj::HttpHeaderTable> table = builder.build();
+    auto address =
+        io.provider->getNetwork().parseAddress(options.address.c_str()).wait(io.waitScope);
+    auto port = address->listen();
+    HttpDoor door(service, options, &io.provider->getTimer(), *table, origin, none_match,
+                  last_event);
+    auto paf = kj::newPromiseAndCrossThreadFulfiller<bool>();
+    const Sender<bool> stopped(kj::mv(paf.fulfiller));
+    const std::stop_callback on_stop(stop, [&] { stopped(true); });
+    listening(HostOf(options.address) + ":" + std::to_string(port->getPort()));
+    auto accepting = door.Accept(port.get()).eagerlyEvaluate(nullptr);
+    paf.promise.wait(io.waitScope);
+    accepting = nullptr;
+    port = nullptr;
+    door.Drain().wait(io.waitScope);
+    return Status::Ok();
+  } catch (const kj::Exception& exception) {
+    return Status::IoError("cannot serve at " + options.address + ": " +
+                           Text(exception.getDescription()));
+  }
+}
+
+}  // namespace veduta

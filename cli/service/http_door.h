@@ -1,0 +1,37 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+// The daemon's HTTP: connections, limits on what strangers send, and the way of each request to the
+// service and back. On one thread, by Cap'n Proto's kj-http.
+
+#include <cstdint>
+#include <functional>
+#include <stop_token>
+#include <string>
+
+#include "cli/service/city_service.h"
+#include "storage/base/status.h"
+
+namespace veduta {
+
+struct HttpDoorOptions {
+  // "HOST:PORT". Anybody who reaches the door may do anything, so the host must be this machine:
+  // localhost, 127.0.0.1 or [::1]. Port 0: any that is free.
+  std::string address = "127.0.0.1:8484";
+  // The largest body of a request, 1 to 2^40: photos of 100 Mpx fit. Chosen by hand.
+  uint64_t body_bytes_max = 128ull << 20;
+  // Of all bodies together that are in memory, those of photos that wait for their turn too;
+  // at least body_bytes_max. Chosen by hand.
+  uint64_t bodies_bytes_max = 512ull << 20;
+  // Connections at the same time, 1 to 100,000. More wait until one ends. Chosen by hand.
+  uint32_t connections_max = 512;
+
+  Status Check() const;  // the first violated bound, named with its value
+};
+
+// Serves until a stop is requested; then closes the service, and gives the requests that are at
+// work five seconds to be answered. `listening` is told the address, once connections are taken.
+// kInvalidArgument for the options; kIoError where nothing can listen there.
+Status ServeHttp(CityService* service, const HttpDoorOptions& options, std::stop_token stop,
+                 const std::function<void(const std::string& address)>& listening);
+
+}  // namespace veduta

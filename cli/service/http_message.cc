@@ -1,0 +1,93 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "cli/service/http_message.h"
+
+namespace veduta {
+namespace {
+
+// When to try again after a failure that is not the request's, in seconds. Chosen by hand.
+constexpr const char* kRetryAfterS = "5";
+
+uint32_t CodeOf(StatusCode code) {
+  switch (code) {
+    case StatusCode::kOk:
+      return 200;
+    case StatusCode::kInvalidArgument:
+      return 400;
+    case StatusCode::kNotFound:
+      return 404;
+    case StatusCode::kAlreadyExists:
+      return 409;
+    case StatusCode::kBusy:
+    case StatusCode::kCancelled:
+    case StatusCode::kNoMemory:
+      return 503;
+    case StatusCode::kCorruption:
+    case StatusCode::kIoError:
+      return 500;
+  }
+  return 500;
+}
+
+}  // namespace
+
+const char* HttpPhrase(uint32_t code) {
+  static const std::map<uint32_t, const char*> kPhrases = {
+      {200, "OK"},
+      {201, "Created"},
+      {304, "Not Modified"},
+      {400, "Bad Request"},
+      {403, "Forbidden"},
+      {404, "Not Found"},
+      {405, "Method Not Allowed"},
+      {408, "Request Timeout"},
+      {409, "Conflict"},
+      {413, "Content Too Large"},
+      {415, "Unsupported Media Type"},
+      {422, "Unprocessable Content"},
+      {429, "Too Many Requests"},
+      {500, "Internal Server Error"},
+      {503, "Service Unavailable"},
+  };
+  const auto found = kPhrases.find(code);
+  return found == kPhrases.end() ? "Unknown" : found->second;
+}
+
+HttpAnswer JsonAnswer(uint32_t code, const Json& value) {
+  HttpAnswer answer;
+  answer.code = code;
+  answer.body = JsonLine(value) + "\n";
+  return answer;
+}
+
+HttpAnswer Problem(uint32_t code, const std::string& detail, const Json& photo) {
+  Json json = {{"title", HttpPhrase(code)}, {"status", code}, {"detail", detail}};
+  if (!photo.is_null()) json["photo"] = photo;
+  HttpAnswer answer = JsonAnswer(code, json);
+  answer.content_type = "application/problem+json";
+  return answer;
+}
+
+HttpAnswer ProblemOf(const Status& status) {
+  HttpAnswer answer = Problem(CodeOf(status.code()), status.message());
+  if (answer.code == 503) answer.headers.emplace_back("Retry-After", kRetryAfterS);
+  return answer;
+}
+
+std::string Parameter(const HttpRequest& request, const std::string& name,
+                      const std::string& otherwise) {
+  const auto found = request.query.find(name);
+  return found == request.query.end() ? otherwise : found->second;
+}
+
+std::optional<HttpAnswer> RefuseBody(const HttpRequest& request) {
+  const std::string& type = request.content_type;
+  if (!type.starts_with("image/") && type != "application/octet-stream") {
+    return Problem(415, "the content type is '" + type +
+                            "': send the bytes of the photo as they are, as image/jpeg or another "
+                            "image type");
+  }
+  if (request.body.empty()) return Problem(400, "there is no photo: the body is empty");
+  return std::nullopt;
+}
+
+}  // namespace veduta

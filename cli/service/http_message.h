@@ -1,0 +1,51 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+// A request to the daemon and the answer to it, apart from how the two travel.
+
+#include <cstdint>
+#include <map>
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "cli/wire/json.h"
+#include "storage/base/status.h"
+
+namespace veduta {
+
+struct HttpRequest {
+  std::string method;                        // "GET", "POST"; HEAD arrives as GET
+  std::vector<std::string> path;             // its parts, decoded: {"v1", "photos", "anna/1.jpg"}
+  std::map<std::string, std::string> query;  // decoded
+  std::string content_type;                  // without parameters, in lower case; empty: none
+  std::string if_none_match;                 // the header's value; empty: none
+  std::vector<uint8_t> body;
+};
+
+struct HttpAnswer {
+  uint32_t code = 200;
+  std::string content_type = "application/json";
+  std::string body;
+  std::vector<std::pair<std::string, std::string>> headers;
+};
+
+// The words that go with a code in the first line of an answer.
+const char* HttpPhrase(uint32_t code);
+
+HttpAnswer JsonAnswer(uint32_t code, const Json& value);
+// A failure as RFC 9457 has it (application/problem+json). `detail` says what is wrong and what to
+// do; `code` is 400 or greater. `photo`, unless null: what became of the photo, as a member of that
+// name.
+HttpAnswer Problem(uint32_t code, const std::string& detail, const Json& photo = {});
+// The failure of an operation: 400 for an argument, 404, 409 for what exists already, 503 where the
+// same request may succeed later, with Retry-After, otherwise 500.
+HttpAnswer ProblemOf(const Status& status);
+
+// A parameter of the query; `otherwise` where it is not given.
+std::string Parameter(const HttpRequest& request, const std::string& name,
+                      const std::string& otherwise = "");
+// The answer to a request that should carry a photo and does not; nothing where it does.
+std::optional<HttpAnswer> RefuseBody(const HttpRequest& request);
+
+}  // namespace veduta

@@ -1,0 +1,55 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+// Photos that people send to the daemon: at most so many wait for their turn, each is answered by
+// what became of it, and those that still wait when the daemon closes are told to come again.
+
+#include <functional>
+#include <map>
+#include <memory>
+#include <mutex>
+#include <string>
+
+#include "cli/service/http_message.h"
+#include "engine/engine.h"
+
+namespace veduta {
+
+// Called once, from any thread. It must not throw, and should be quick.
+using Answered = std::function<void(HttpAnswer)>;
+
+// Thread-safe. Must outlive the engine: photos are answered until the engine is closed.
+class PhotoIntake final {
+ public:
+  // `waiting_max`: photos that may wait for their turn; one more is answered 429.
+  explicit PhotoIntake(size_t waiting_max) : waiting_max_(waiting_max) {}
+
+  // Puts the photo that the request carries in line. Answers 201 once it is stored, with its
+  // verdict; 409 for a photo that is there already and 422 for one that is of no use, both with the
+  // outcome; 429 where the line is full, with a time after which to come again.
+  void Take(Engine* engine, HttpRequest request, Answered answered);
+
+  // Takes no photo from now on, and answers those that wait: 503. The one at hand is finished.
+  void Close();
+  bool is_closing() const;
+
+  struct Counts {
+    uint64_t waiting = 0;                   // for their turn, or being applied
+    std::map<std::string, uint64_t> ended;  // by OutcomeWord
+    double seconds = 0;                     // that these have taken, by AddOutcome::times
+  };
+  Counts counts() const;
+
+ private:
+  struct Arrival;
+  // A place in line, or the answer where there is none.
+  std::optional<HttpAnswer> TakePlace();
+  void End(Arrival* arrival, const Result<AddOutcome>& outcome);
+
+  const size_t waiting_max_;
+  mutable std::mutex mutex_;
+  bool is_closing_ = false;
+  Counts counts_;
+  std::map<uint64_t, Ticket> tickets_;  // of those that wait, by their numbers
+};
+
+}  // namespace veduta

@@ -1,0 +1,332 @@
+#!/usr/bin/env python3
+# SPDX-License-Identifier: Apache-2.0
+# Goal: the daemon answers over HTTP what the command line answers, takes photos of many at once so
+#   that the journal's order gives the same city, refuses what is wrong and says why, loses nothing
+#   that it has acknowledged, and outlives clients that misbehave.
+# Method: real daemons on photos of a rendered street; clients in threads; raw sockets for what no
+#   client would send.
+# usage: tests/cli/serve_test.py VEDUTA VEDUTA_STREET
+import concurrent.futures
+import http.client
+import json
+import signal
+import socket
+import time
+
+from city import (PARAMS, PHOTO_COUNT, PLACED, SIZE, WHOLE, Case, add, ask, at, main, make_whole,
+                  must, new_database, photo, run)
+from daemon import JPEG, Daemon, part
+
+
+def setUpModule():
+    make_whole()
+
+
+def name_of(number):
+    return f'photo{number:04}.jpg'
+
+
+def without(answer, *keys):
+    return {key: value for key, value in answer.items() if key not in keys}
+
+
+class Asking(Case):
+    @classmethod
+    def setUpClass(cls):
+        cls.daemon = Daemon(WHOLE)
+        cls.addClassCleanup(cls.daemon.__exit__, None, None, None)
+
+    def test_answers_are_those_of_the_command_line(self):
+        get, name = self.daemon.get, name_of(3)
+        # How much a process has written and read differs from process to process.
+        self.assertEqual(without(get('/v1/status'), 'storage'),
+                         without(ask('status', WHOLE), 'storage'))
+        self.assertEqual(get('/v1/cameras'), ask('camera', 'list', WHOLE))
+        self.assertEqual(get('/v1/cameras/c'), ask('camera', 'list', WHOLE)[0])
+        self.assertEqual(get('/v1/photos/' + name + '/pose'), ask('pose', WHOLE, name))
+        self.assertEqual(get('/v1/photos/' + name + '/neighbors'), ask('neighbors', WHOLE, name))
+        self.assertEqual(get('/v1/hypotheses'), [])
+        reconstructions = get('/v1/reconstructions')
+        self.assertEqual(reconstructions, ask('status', WHOLE)['reconstructions'])
+        number = str(reconstructions[0]['id'])
+        self.assertEqual(get('/v1/reconstructions/' + number),
+                         ask('reconstruction', WHOLE, number))
+        journal = get('/v1/journal')
+        self.assertEqual(get('/v1/journal?from=3&count=2'), journal[2:4])
+
+    def test_a_photo_is_found_by_all_that_it_is_known_by(self):
+        shown = ask('show', WHOLE, name_of(3))
+        told = self.daemon.get('/v1/photos/' + name_of(3))
+        self.assertEqual(without(told, 'uncertainty'), without(shown, 'uncertainty'))
+        self.assertIsNone(told['uncertainty'])
+        for other in ('anna/' + name_of(3), f'#{shown["id"]}'):
+            self.assertEqual(self.daemon.get('/v1/photos/' + part(other)), told)
+
+    def test_what_is_wrong_is_said(self):
+        for code, method, path, words in [
+                (404, 'GET', '/', 'there is nothing at '),
+                (404, 'GET', '/v1/nothing', '/v1/nothing'),
+                (404, 'GET', '/v1/photos/none.jpg', 'none.jpg'),
+                (404, 'GET', '/v1/photos/none.jpg/pose', 'none.jpg'),
+                (404, 'GET', '/v1/cameras/none', 'none'),
+                (404, 'GET', '/v1/reconstructions/77', '77'),
+                (400, 'GET', '/v1/reconstructions/x', 'whole number'),
+                (400, 'GET', '/v1/reconstructions/0', 'from 1'),
+                (400, 'GET', '/v1/reconstructions/4294967296', 'whole number'),
+                (400, 'GET', '/v1/journal?count=0', "'count'"),
+                (400, 'GET', '/v1/journal?from=-1', "'from'"),
+                (400, 'GET', '/v1/journal?from=1&from=2', 'twice'),
+                (400, 'GET', '/v1/status?verbose=yes', "'verbose'"),
+                (400, 'GET', '/v1/events?from=last', 'NUMBER'),
+                (400, 'POST', '/v1/photos', 'no name'),
+                (400, 'POST', '/v1/localize?count=3', "'count'"),
+                (400, 'POST', '/v1/candidates?count=x', "'count'"),
+                (404, 'POST', '/v1/photos?name=a.jpg&camera=none', 'none'),
+                (404, 'POST', '/v1/localize?camera=none', 'none'),
+                (405, 'DELETE', '/v1/photos/a.jpg', 'GET'),
+                (405, 'GET', '/v1/photos', 'POST'),
+                (405, 'POST', '/v1/status', 'GET')]:
+            with self.subTest(f'{method} {path}'):
+                got, headers, body = self.daemon.ask(method, path, b'x', JPEG)
+                self.assertEqual(headers['Content-Type'], 'application/problem+json')
+                problem = json.loads(body)
+                self.assertEqual((got, problem['status']), (code, code), body)
+                self.assertIn(words, problem['detail'])
+                if code == 405:
+                    self.assertEqual(headers['Allow'], words)
+
+    def test_a_body_that_is_no_photo(self):
+        ask_daemon = self.daemon.ask
+        for path in ('/v1/photos?name=a.jpg', '/v1/localize', '/v1/candidates'):
+            self.assertEqual(ask_daemon('POST', path, b'x', {'Content-Type': 'text/plain'})[0], 415)
+            self.assertEqual(ask_daemon('POST', path, b'', JPEG)[0], 400)
+        self.assertEqual(ask_daemon('POST', '/v1/localize?camera=c', b'no photo', JPEG)[0], 200)
+        code, _, answer = self.daemon.send('text.jpg', b'no photo')
+        self.assertEqual((code, answer['photo']['verdict']), (422, 'rejected'))
+        self.assertEqual(ask_daemon('GET', '/v1/photos/text.jpg')[0], 404)
+
+    def test_a_body_that_is_too_large(self):
+        connection = self.daemon.connect()
+        connection.putrequest('POST', '/v1/photos?name=a.jpg')
+        connection.putheader('Content-Type', 'image/jpeg')
+        connection.putheader('Content-Length', str(1 << 40))
+        connection.endheaders()
+        self.assertEqual(connection.getresponse().status, 413)
+
+    def test_localizing_changes_nothing(self):
+        before = must('digest', WHOLE)
+        code, _, body = self.daemon.ask('POST', '/v1/localize?camera=c', photo(5), JPEG)
+        told = json.loads(body)
+        self.assertEqual((code, told['verdict']), (200, 'localized'))
+        self.assertEqual(told['stored'], ask('show', WHOLE, name_of(5))['id'])
+        code, _, body = self.daemon.ask('POST', '/v1/candidates?camera=c&count=3', photo(5), JPEG)
+        ranked = json.loads(body)
+        self.assertEqual((code, len(ranked)), (200, 3))
+        self.assertEqual(ranked[0]['image'], name_of(5))
+        self.assertEqual(must('digest', WHOLE), before)
+
+    def test_a_tag_saves_the_answer(self):
+        path = '/v1/photos/' + name_of(1)
+        code, headers, body = self.daemon.ask('GET', path)
+        tag = {'If-None-Match': headers['ETag']}
+        self.assertEqual(self.daemon.ask('GET', path, headers=tag)[::2], (304, b''))
+        code, headers, none = self.daemon.ask('HEAD', path)
+        self.assertEqual((code, none), (200, b''))
+        self.assertEqual(int(headers['Content-Length']), len(body))
+        self.assertEqual(self.daemon.ask('GET', path, headers={'If-None-Match': 'W/"x"'})[2], body)
+
+    def test_health_and_metrics(self):
+        self.assertEqual(self.daemon.get('/healthz'), {'status': 'alive'})
+        self.assertEqual(self.daemon.get('/readyz'), {'status': 'ready'})
+        code, headers, body = self.daemon.ask('GET', '/metrics')
+        self.assertEqual(code, 200)
+        self.assertTrue(headers['Content-Type'].startswith('text/plain'))
+        placed = ask('status', WHOLE)['placed']
+        self.assertIn(f'veduta_images{{verdict="placed"}} {placed}\n', body.decode())
+        self.assertIn('veduta_http_requests_total{code="200"} ', body.decode())
+
+    def test_pages_of_others_are_refused(self):
+        for headers in ({'Host': 'evil.example'}, {'Host': 'evil.example:80'},
+                        {'Origin': 'http://evil.example'}, {'Origin': 'null'}):
+            self.assertEqual(self.daemon.ask('GET', '/v1/status', headers=headers)[0], 403, headers)
+        host = 'localhost:' + self.daemon.host.split(':')[1]
+        own = {'Host': host, 'Origin': 'http://' + host}
+        self.assertEqual(self.daemon.ask('GET', '/v1/status', headers=own)[0], 200)
+
+    def test_clients_that_misbehave_end_their_own_connection_alone(self):
+        host, port = self.daemon.host.split(':')
+        head = b'POST /v1/photos?name=x.jpg HTTP/1.1\r\nHost: localhost\r\n'
+        for data in (b'\0' * 5000, b'GET\r\n\r\n', b'GET / HTTP/9.9\r\n\r\n',
+                     b'GET / HTTP/1.1\r\nHost: localhost\r\n' + b'a: b\r\n' * 200_000,
+                     b'GET ' + b'/' * 1_000_000, b'GET /%zz HTTP/1.1\r\nHost: localhost\r\n\r\n',
+                     b'GET /v1/status HTTP/1.1\r\n\r\n',
+                     head + b'Content-Length: 9\r\nContent-Length: 3\r\n\r\nabcGET /v1/x',
+                     head + b'Content-Length: -5\r\n\r\nabc',
+                     head + b'Transfer-Encoding: chunked\r\n\r\nzz\r\n',
+                     head + b'Content-Length: 1000\r\n\r\nhalf'):
+            with socket.create_connection((host, int(port)), timeout=60) as client:
+                try:
+                    client.sendall(data)
+                    client.shutdown(socket.SHUT_WR)
+                    answer = client.recv(1000)
+                except ConnectionError:
+                    answer = b''
+                self.assertFalse(answer.startswith(b'HTTP/1.1 2'), (data[:80], answer))
+        self.assertEqual(self.daemon.get('/healthz'), {'status': 'alive'})
+        self.assertEqual(self.daemon.ask('GET', '/v1/photos/x.jpg')[0], 404)
+
+    def test_a_second_writer_is_sent_away(self):
+        self.refused(3, 'another process', 'add', WHOLE, '--camera', 'c', at('street', 'photos'))
+        self.refused(3, 'another process', 'serve', WHOLE)
+
+
+class Starting(Case):
+    def test_no_other_machine_may_ask(self):
+        for address in ('0.0.0.0:0', '192.168.1.1:80', 'example.com:80', '[::]:80', '127.0.0.1', ''):
+            self.refused(2, 'localhost', 'serve', WHOLE, '--http', address)
+        self.refused(1, 'cannot serve', 'serve', WHOLE, '--http', '127.0.0.1:99999')
+        self.refused(1, 'none', 'serve', at('none'))
+
+
+class Taking(Case):
+    def test_the_journals_order_gives_the_same_city(self):
+        db, people = new_database('many'), ['anna', 'bela', 'cara', 'dora']
+        with Daemon(db, '--threads', '2') as daemon:
+            def send_all(who):
+                numbers = range(people.index(who), PHOTO_COUNT, len(people))
+                return [daemon.send(name_of(n), photo(n), who) for n in numbers]
+
+            def read():
+                counts = [daemon.get('/v1/status')['images']]
+                while counts[-1] < PHOTO_COUNT:
+                    counts.append(daemon.get('/v1/status')['images'])
+                return counts
+
+            with concurrent.futures.ThreadPoolExecutor(8) as pool:
+                reading = pool.submit(read)
+                sent = [pool.submit(send_all, who) for who in people]
+                for answers in sent:
+                    for code, headers, outcome in answers.result():
+                        self.assertEqual(code, 201, outcome)
+                        shown = daemon.ask('GET', headers['Location'])[2]
+                        self.assertEqual(json.loads(shown)['image'], outcome['image'])
+                self.assertEqual(reading.result(), sorted(reading.result()))
+            order = [daemon.get(f'/v1/photos/%23{n + 1}') for n in range(PHOTO_COUNT)]
+        again = new_database('many_again')
+        for image in order:
+            code, _, err = add(again, '--contributor', image['contributor'],
+                               at('street', 'photos', image['image']))
+            self.assertEqual(code, 0, err)
+        self.assertEqual(must('digest', again), must('digest', db))
+        self.assertEqual(must('verify', db), 'sound\n')
+
+    def test_a_copy_is_told_as_such(self):
+        with Daemon(new_database('copy')) as daemon:
+            self.assertEqual(daemon.send('a.jpg', photo(0))[0], 201)
+            code, headers, answer = daemon.send('b.jpg', photo(0))
+            self.assertEqual((code, headers['Location']), (409, '/v1/photos/%231'))
+            self.assertIn('a.jpg', answer['detail'])
+            self.assertEqual(daemon.send('a.jpg', photo(1))[0], 422)
+
+    def test_cameras_come_in(self):
+        with Daemon(new_database('cameras')) as daemon:
+            def post(camera, kind='application/json'):
+                return daemon.ask('POST', '/v1/cameras', camera, {'Content-Type': kind})[0]
+
+            camera = {'name': 'd', 'size': SIZE, 'params': PARAMS}
+            self.assertEqual(post(json.dumps(camera)), 201)
+            self.assertEqual(post(json.dumps(camera)), 201)
+            self.assertEqual(post(json.dumps({**camera, 'params': '400,400,256,192'})), 409)
+            self.assertEqual(daemon.get('/v1/cameras/d')['params'], PARAMS)
+            for wrong in ('', '[', '[1]', '{}', json.dumps({**camera, 'size': 3}),
+                          json.dumps({**camera, 'params': 'x'}), '[' * 100_000):
+                self.assertEqual(post(wrong), 400, wrong[:50])
+            self.assertEqual(post(json.dumps(camera), 'text/plain'), 415)
+
+    def test_a_full_line_sends_away_and_loses_nothing(self):
+        db = new_database('full')
+        with Daemon(db, '--waiting', '1') as daemon:
+            with concurrent.futures.ThreadPoolExecutor(6) as pool:
+                sent = [pool.submit(daemon.send_until_taken, name_of(n), photo(n))
+                        for n in range(6)]
+                self.assertEqual({done.result()[0] for done in sent}, {201})
+            self.assertEqual(daemon.get('/v1/status')['images'], 6)
+
+    def test_who_follows_hears_all_once(self):
+        db = new_database('events')
+        with Daemon(db) as daemon:
+            def follow(count, headers={}):
+                """So many events, as they come."""
+                connection = daemon.connect()
+                connection.request('GET', '/v1/events', headers=headers)
+                answer, events = connection.getresponse(), []
+                self.assertEqual(answer.headers['Content-Type'], 'text/event-stream')
+                while len(events) < count:
+                    line = answer.readline().decode()
+                    if line.startswith('data: '):
+                        events.append(json.loads(line.removeprefix('data: ')))
+                connection.close()
+                return events
+
+            with concurrent.futures.ThreadPoolExecutor(1) as pool:
+                following = pool.submit(follow, 5)
+                for n in range(4):
+                    self.assertEqual(daemon.send(name_of(n), photo(n))[0], 201)
+                first = following.result()
+            journal = daemon.get('/v1/journal')
+            rest = follow(len(journal) - 5, {'Last-Event-ID': str(first[-1]['sequence'])}) \
+                if len(journal) > 5 else []
+            self.assertEqual(first + rest, journal)
+
+
+class Stopping(Case):
+    def check_stop(self, how, name):
+        """Whatever was acknowledged is there; what was not may be sent again."""
+        db = new_database(name)
+        daemon, taken = Daemon(db, '--threads', '2'), []
+
+        def send(n):
+            try:
+                code, _, answer = daemon.send(name_of(n), photo(n), f'who{n % 3}')
+            except (ConnectionError, http.client.HTTPException):
+                return
+            self.assertIn(code, (201, 503), answer)
+            if code == 201:
+                taken.append(n)
+
+        with concurrent.futures.ThreadPoolExecutor(PHOTO_COUNT) as pool:
+            sent = [pool.submit(send, n) for n in range(PHOTO_COUNT)]
+            while len(taken) < 3:
+                time.sleep(0.01)
+            start = time.monotonic()
+            code, err = daemon.stop(how)
+            self.assertLess(time.monotonic() - start, 30)
+            for done in sent:
+                done.result()
+        self.assertEqual(code, 0 if how == signal.SIGTERM else -how, err)
+        self.assertEqual(must('verify', db), 'sound\n')
+        with Daemon(db) as daemon:
+            for n in range(PHOTO_COUNT):
+                code, answer = daemon.send_until_taken(name_of(n), photo(n), f'who{n % 3}')
+                self.assertIn(code, (409,) if n in taken else (201, 409), answer)
+            status = daemon.get('/v1/status')
+        self.assertEqual((status['images'], status['placed']), (PHOTO_COUNT, PHOTO_COUNT))
+
+    def test_a_request_to_stop(self):
+        self.check_stop(signal.SIGTERM, 'stopped')
+
+    def test_a_kill(self):
+        self.check_stop(signal.SIGKILL, 'killed')
+
+    def test_one_who_follows_does_not_hold_it_up(self):
+        daemon = Daemon(WHOLE)
+        connection = daemon.connect()
+        connection.request('GET', '/v1/events')
+        answer = connection.getresponse()
+        self.assertTrue(answer.readline().startswith(b':'))
+        self.assertEqual(daemon.stop()[0], 0)
+        self.assertIn(b'data: ', answer.read())
+
+
+if __name__ == '__main__':
+    main()

@@ -1,0 +1,113 @@
+// SPDX-License-Identifier: Apache-2.0
+// Goal: requests are answered from any thread, once each, until the service has gone; events go on
+//   from where they are asked for; a closing service is alive and not ready.
+// Method: a database of the test's own, requests as the connections hand them over.
+#include "cli/service/city_service.h"
+
+#include <gtest/gtest.h>
+
+#include <atomic>
+#include <future>
+
+#include "tests/engine/street_fixture.h"
+#include "tests/option_bounds.h"
+
+namespace veduta {
+namespace {
+
+// A service of a database that holds one camera.
+class CityServiceTest : public testing::Test {
+ protected:
+  CityServiceTest() {
+    city_.Close();
+    auto engine = Engine::Open(city_.path());
+    EXPECT_OK(engine);
+    service_ = std::make_unique<CityService>(*std::move(engine), ServiceOptions());
+  }
+
+  HttpAnswer Ask(const std::string& method, std::vector<std::string> path,
+                 const std::string& tag = "") {
+    HttpRequest request;
+    request.method = method;
+    request.path = std::move(path);
+    request.if_none_match = tag;
+    std::promise<HttpAnswer> answer;
+    service_->Handle(request, [&](HttpAnswer a) { answer.set_value(std::move(a)); });
+    return answer.get_future().get();
+  }
+
+  CityEvents EventsFrom(uint64_t first) {
+    std::promise<Result<CityEvents>> told;
+    service_->TellEvents(first, [&](Result<CityEvents> e) { told.set_value(std::move(e)); });
+    const Result<CityEvents> events = told.get_future().get();
+    EXPECT_OK(events);
+    return events.ok() ? *events : CityEvents();
+  }
+
+  City city_;
+  std::unique_ptr<CityService> service_;
+};
+
+TEST_F(CityServiceTest, AnAnswerHasTheTagOfItsSnapshot) {
+  const HttpAnswer first = Ask("GET", {"v1", "cameras"});
+  EXPECT_EQ(first.code, 200u);
+  ASSERT_EQ(first.headers.size(), 1u);
+  EXPECT_EQ(first.headers[0].first, "ETag");
+  const HttpAnswer known = Ask("GET", {"v1", "cameras"}, first.headers[0].second);
+  EXPECT_EQ(known.code, 304u);
+  EXPECT_TRUE(known.body.empty());
+  EXPECT_TRUE(Ask("GET", {"v1", "cameras", "none"}).headers.empty()) << "a failure has none";
+}
+
+TEST_F(CityServiceTest, EventsGoOnFromWhereTheyAreAskedFor) {
+  const CityEvents all = EventsFrom(0);
+  EXPECT_TRUE(all.text.starts_with("id: 1\nevent: journal\ndata: {\"sequence\":1,")) << all.text;
+  EXPECT_TRUE(all.text.ends_with("}\n\n"));
+  const CityEvents none = EventsFrom(all.next);
+  EXPECT_EQ(none.text, "");
+  EXPECT_EQ(none.next, all.next);
+}
+
+TEST_F(CityServiceTest, AClosingServiceIsAliveAndNotReady) {
+  EXPECT_EQ(Ask("GET", {"readyz"}).code, 200u);
+  service_->Close();
+  EXPECT_EQ(Ask("GET", {"readyz"}).code, 503u);
+  EXPECT_EQ(Ask("GET", {"healthz"}).code, 200u);
+  EXPECT_EQ(Ask("GET", {"v1", "status"}).code, 200u);
+}
+
+TEST_F(CityServiceTest, MetricsCountAnswers) {
+  Ask("GET", {"v1", "none"});
+  Ask("GET", {"v1", "none"});
+  const HttpAnswer answer = Ask("GET", {"metrics"});
+  EXPECT_NE(answer.body.find("veduta_http_requests_total{code=\"404\"} 2\n"), std::string::npos)
+      << answer.body;
+  EXPECT_NE(answer.body.find("veduta_images{verdict=\"placed\"} 0\n"), std::string::npos);
+}
+
+TEST_F(CityServiceTest, EveryRequestIsAnsweredBeforeTheServiceHasGone) {
+  std::atomic<size_t> answered = 0;
+  constexpr size_t kCount = 200;
+  HttpRequest status;
+  status.method = "GET";
+  status.path = {"v1", "status"};
+  HttpRequest photo;
+  photo.method = "POST";
+  photo.path = {"v1", "photos"};
+  photo.query = {{"name", "a.jpg"}, {"camera", "street"}};
+  photo.content_type = "image/jpeg";
+  photo.body = {1, 2, 3};
+  for (size_t i = 0; i < kCount; ++i)
+    service_->Handle(i % 2 == 0 ? status : photo, [&](HttpAnswer) { ++answered; });
+  service_.reset();
+  EXPECT_EQ(answered, kCount);
+}
+
+TEST(ServiceOptions, HaveBounds) {
+  ExpectBounds(&ServiceOptions::waiting_photos_max, "waiting_photos_max", {0, 100'001},
+               {1, 100'000});
+  ExpectBounds(&ServiceOptions::query_threads, "query_threads", {0, 1025}, {1, 1024});
+}
+
+}  // namespace
+}  // namespace veduta

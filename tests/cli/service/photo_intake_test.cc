@@ -1,0 +1,123 @@
+// SPDX-License-Identifier: Apache-2.0
+// Goal: photos that come in are answered by what became of them; a full line sends away; closing
+//   answers who waits, whether before or after the call.
+// Method: files that are no photos, which are judged at once, while another writer's turn holds the
+//   first of them up as long as the test wants.
+#include "cli/service/photo_intake.h"
+
+#include <gtest/gtest.h>
+
+#include <condition_variable>
+#include <vector>
+
+#include "tests/engine/street_fixture.h"
+
+namespace veduta {
+namespace {
+
+// Answers as they come, from whatever thread.
+class Answers {
+ public:
+  Answered Take() {
+    return [this](HttpAnswer answer) {
+      const std::lock_guard lock(mutex_);
+      answers_.push_back(std::move(answer));
+      changed_.notify_all();
+    };
+  }
+  std::vector<HttpAnswer> Wait(size_t count) {
+    std::unique_lock lock(mutex_);
+    changed_.wait(lock, [&] { return answers_.size() >= count; });
+    return answers_;
+  }
+  size_t CountOf(uint32_t code) {
+    const std::lock_guard lock(mutex_);
+    return std::ranges::count(answers_, code, &HttpAnswer::code);
+  }
+
+ private:
+  std::mutex mutex_;
+  std::condition_variable changed_;
+  std::vector<HttpAnswer> answers_;
+};
+
+HttpRequest Photo(const std::string& name, std::vector<uint8_t> bytes) {
+  HttpRequest request;
+  request.method = "POST";
+  request.content_type = "image/jpeg";
+  request.query = {{"name", name}, {"camera", "street"}};
+  request.body = std::move(bytes);
+  return request;
+}
+
+HttpRequest NoPhoto(uint32_t number) {
+  const std::string text = "no photo " + std::to_string(number);
+  return Photo("no-photo-" + std::to_string(number), {text.begin(), text.end()});
+}
+
+TEST(PhotoIntake, AnswersSayWhatBecameOfPhotos) {
+  PhotoIntake intake(8);
+  City city;
+  Answers answers;
+  const std::vector<uint8_t> jpeg = TakePhoto(Walk(6, 0.9, 1)[0]).jpeg;
+  intake.Take(&city.engine(), Photo("a.jpg", jpeg), answers.Take());
+  HttpAnswer stored = answers.Wait(1)[0];
+  EXPECT_EQ(stored.code, 201u) << stored.body;
+  EXPECT_EQ(stored.headers.at(0).second, "/v1/photos/%231");
+  intake.Take(&city.engine(), Photo("b.jpg", jpeg), answers.Take());
+  EXPECT_EQ(answers.Wait(2)[1].code, 409u);
+  intake.Take(&city.engine(), NoPhoto(1), answers.Take());
+  EXPECT_EQ(answers.Wait(3)[2].code, 422u);
+  HttpRequest unknown_camera = NoPhoto(2);
+  unknown_camera.query["camera"] = "none";
+  intake.Take(&city.engine(), unknown_camera, answers.Take());
+  EXPECT_EQ(answers.Wait(4)[3].code, 404u);
+  HttpRequest nameless = NoPhoto(3);
+  nameless.query.erase("name");
+  intake.Take(&city.engine(), nameless, answers.Take());
+  EXPECT_EQ(answers.Wait(5)[4].code, 400u);
+  const PhotoIntake::Counts counts = intake.counts();
+  EXPECT_EQ(counts.waiting, 0u);
+  EXPECT_EQ(counts.ended, (std::map<std::string, uint64_t>{
+                              {"postponed", 1}, {"duplicate", 1}, {"rejected", 1}, {"failed", 1}}));
+}
+
+TEST(PhotoIntake, AFullLineSendsAway) {
+  PhotoIntake intake(2);
+  City city;
+  Answers answers;
+  {
+    Writer::Turn turn = city.parts().writer->Take();
+    for (uint32_t i = 0; i < 5; ++i) intake.Take(&city.engine(), NoPhoto(i), answers.Take());
+    for (const HttpAnswer& answer : answers.Wait(3)) {
+      EXPECT_EQ(answer.code, 429u);
+      EXPECT_EQ(answer.headers.at(0), std::make_pair(std::string("Retry-After"), std::string("1")));
+    }
+    EXPECT_EQ(intake.counts().waiting, 2u);
+  }
+  answers.Wait(5);
+  EXPECT_EQ(answers.CountOf(422), 2u);
+}
+
+TEST(PhotoIntake, ClosingAnswersWhoWaits) {
+  PhotoIntake intake(8);
+  City city;
+  Answers answers;
+  {
+    Writer::Turn turn = city.parts().writer->Take();
+    for (uint32_t i = 0; i < 4; ++i) intake.Take(&city.engine(), NoPhoto(i), answers.Take());
+    EXPECT_FALSE(intake.is_closing());
+    intake.Close();
+    EXPECT_TRUE(intake.is_closing());
+    intake.Take(&city.engine(), NoPhoto(9), answers.Take());
+    EXPECT_EQ(answers.Wait(1)[0].code, 503u);
+  }
+  answers.Wait(5);
+  // The first one may have had its turn already.
+  EXPECT_EQ(answers.CountOf(503) + answers.CountOf(422), 5u);
+  EXPECT_GE(answers.CountOf(503), 4u);
+  EXPECT_EQ(intake.counts().waiting, 0u);
+}
+
+}  // namespace
+}  // namespace veduta
