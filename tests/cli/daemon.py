@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 # A daemon of the tests, and how they talk with it.
+import contextlib
 import http.client
 import json
 import signal
@@ -40,23 +41,23 @@ class Daemon:
     def connect(self):
         return http.client.HTTPConnection(self.host, timeout=120)
 
-    def ask(self, method, path, body=None, headers={}, connection=None):
+    def ask(self, method, path, body=None, headers={}):
         """Code, headers and body of the answer."""
-        connection = connection or self.connect()
-        connection.request(method, path, body, headers)
-        answer = connection.getresponse()
-        return answer.status, answer.headers, answer.read()
+        with contextlib.closing(self.connect()) as connection:
+            connection.request(method, path, body, headers)
+            answer = connection.getresponse()
+            return answer.status, answer.headers, answer.read()
 
     def get(self, path):
         code, _, body = self.ask('GET', path)
         assert code == 200, (path, code, body)
         return json.loads(body)
 
-    def send(self, name, data, contributor='anna', camera='c', connection=None):
+    def send(self, name, data, contributor='anna', camera='c'):
         """Code, headers and the JSON of the answer."""
         query = urllib.parse.urlencode({'name': name, 'contributor': contributor,
                                         **({'camera': camera} if camera else {})})
-        code, headers, body = self.ask('POST', '/v1/photos?' + query, data, JPEG, connection)
+        code, headers, body = self.ask('POST', '/v1/photos?' + query, data, JPEG)
         return code, headers, json.loads(body)
 
     def send_until_taken(self, name, data, contributor='anna'):
