@@ -82,26 +82,34 @@ HttpAnswer AddCamera(Engine* engine, const HttpRequest& request, const PathArgum
   return camera.ok() ? JsonAnswer(201, ToJson(*camera)) : ProblemOf(camera.status());
 }
 
-// How sure its pose is costs more than all else that is told of it, so it is told where it is asked
-// for by name: with the pose.
+// How sure its pose is takes hundreds of times as long to tell as all else that is known of a photo,
+// so it has an address of its own, and no key elsewhere.
+HttpAnswer WithoutUncertainty(Json json) {
+  json.erase("uncertainty");
+  return JsonAnswer(200, json);
+}
+
 HttpAnswer GetPhoto(Engine* engine, const HttpRequest&, const PathArguments& arguments) {
-  return AnswerOf(engine->Ask().Image(arguments[0]));
+  const Result<ImageAnswer> image = engine->Ask().Image(arguments[0]);
+  return image.ok() ? WithoutUncertainty(ToJson(*image)) : ProblemOf(image.status());
 }
 
 HttpAnswer GetPose(Engine* engine, const HttpRequest&, const PathArguments& arguments) {
-  const Questions ask = engine->Ask();
-  Result<ImageAnswer> image = ask.Image(arguments[0]);
+  const Result<ImageAnswer> image = engine->Ask().Image(arguments[0]);
   if (!image.ok()) return ProblemOf(image.status());
-  if (!image->may_stand_in.empty() || !image->cam_from_world) {
-    return Problem(
-        404, image->name + " has no pose that could be told: " +
-                 (image->cam_from_world ? "it may stand at another place as well that looks alike"
-                                        : ReasonSentence(image->reason, image->detail)));
-  }
-  auto uncertainty = ask.Uncertainty(arguments[0]);
+  if (image->may_stand_in.empty() && image->cam_from_world)
+    return WithoutUncertainty(PoseJson(*image));
+  return Problem(
+      404, image->name + " has no pose that could be told: " +
+               (image->cam_from_world ? "it may stand at another place as well that looks alike"
+                                      : ReasonSentence(image->reason, image->detail)));
+}
+
+HttpAnswer GetUncertainty(Engine* engine, const HttpRequest&, const PathArguments& arguments) {
+  const auto uncertainty = engine->Ask().Uncertainty(arguments[0]);
   if (!uncertainty.ok()) return ProblemOf(uncertainty.status());
-  image->uncertainty = *std::move(uncertainty);
-  return JsonAnswer(200, PoseJson(*image));
+  if (*uncertainty) return JsonAnswer(200, ToJson(**uncertainty));
+  return Problem(404, arguments[0] + " has no pose, or too little is seen to tell how sure it is");
 }
 
 HttpAnswer GetNeighbors(Engine* engine, const HttpRequest&, const PathArguments& arguments) {
@@ -171,10 +179,11 @@ const std::vector<CityRoute>& Routes() {
       {"GET", {"v1", "status"}, {}, GetStatus},
       {"GET", {"v1", "cameras"}, {}, ListCameras, true},
       {"POST", {"v1", "cameras"}, {}, AddCamera},
-      {"GET", {"v1", "cameras", "*"}, {}, GetCamera, true},
-      {"GET", {"v1", "photos", "*"}, {}, GetPhoto, true},
-      {"GET", {"v1", "photos", "*", "pose"}, {}, GetPose, true},
-      {"GET", {"v1", "photos", "*", "neighbors"}, {}, GetNeighbors, true},
+      {"GET", {"v1", "cameras", "*"}, {}, GetCamera, true, true},
+      {"GET", {"v1", "photos", "*"}, {}, GetPhoto, true, true},
+      {"GET", {"v1", "photos", "*", "pose"}, {}, GetPose, true, true},
+      {"GET", {"v1", "photos", "*", "uncertainty"}, {}, GetUncertainty, true},
+      {"GET", {"v1", "photos", "*", "neighbors"}, {}, GetNeighbors, true, true},
       {"POST", {"v1", "candidates"}, {"name", "camera", "count"}, RankPhoto},
       {"POST", {"v1", "localize"}, {"name", "camera"}, LocalizePhoto},
       {"GET", {"v1", "reconstructions"}, {}, ListReconstructions, true},

@@ -69,14 +69,17 @@ void CityService::Handle(HttpRequest request, Answered answered) {
   const auto match = std::get<RouteMatch>(std::move(found));
   if (request.method == "POST" && match.route->answer == nullptr)
     return intake_.Take(engine_.get(), std::move(request), counted);
+  if (match.route->is_quick) return counted(Answer(request, match));
   // Shared, since the pool copies its tasks, and bodies are large.
   const auto shared = std::make_shared<const HttpRequest>(std::move(request));
-  pool_.Submit([this, shared, match, counted] {
-    const auto answer = CatchShortage("answer a request", [&]() -> Result<HttpAnswer> {
-      return match.route->answer == nullptr ? AnswerOfItself(*shared) : AskEngine(*shared, match);
-    });
-    counted(answer.ok() ? *answer : ProblemOf(answer.status()));
+  pool_.Submit([this, shared, match, counted] { counted(Answer(*shared, match)); });
+}
+
+HttpAnswer CityService::Answer(const HttpRequest& request, const RouteMatch& match) const {
+  const auto answer = CatchShortage("answer a request", [&]() -> Result<HttpAnswer> {
+    return match.route->answer == nullptr ? AnswerOfItself(request) : AskEngine(request, match);
   });
+  return answer.ok() ? *answer : ProblemOf(answer.status());
 }
 
 HttpAnswer CityService::AnswerOfItself(const HttpRequest& request) const {

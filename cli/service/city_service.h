@@ -44,7 +44,7 @@ class CityService final {
   CityService(const CityService&) = delete;
   CityService& operator=(const CityService&) = delete;
 
-  // Returns at once. `answered` is called once: by this thread, or by another one later.
+  // Returns soon. `answered` is called once: by this thread, or by another one later.
   void Handle(HttpRequest request, Answered answered);
 
   // What has happened, for one who follows the city. Returns at once; `told` is called as `answered`
@@ -56,6 +56,7 @@ class CityService final {
   void Close();
 
  private:
+  HttpAnswer Answer(const HttpRequest& request, const RouteMatch& match) const;
   // What a route does that the engine knows nothing of.
   HttpAnswer AnswerOfItself(const HttpRequest& request) const;
   HttpAnswer Metrics() const;

@@ -4,14 +4,20 @@
 #include <kj/async-io.h>
 #include <kj/compat/http.h>
 #include <kj/compat/url.h>
+#include <kj/io.h>
+#include <netinet/in.h>
+#include <sys/socket.h>
 
 #include <algorithm>
 #include <atomic>
 #include <cctype>
 #include <charconv>
+#include <cstring>
 #include <memory>
 #include <optional>
+#include <thread>
 #include <utility>
+#include <vector>
 
 #include "storage/base/option_bounds.h"
 
@@ -63,38 +69,59 @@ bool IsThisMachine(const std::string& host) {
   return host == "localhost" || host == "127.0.0.1" || host == "[::1]";
 }
 
-// The bytes of all bodies in memory.
-class BodyBudget final {
+// A number of things that all threads together may have: bytes of bodies, connections.
+class Budget final {
  public:
-  explicit BodyBudget(uint64_t bytes_max) : bytes_max_(bytes_max) {}
-  bool Take(uint64_t bytes) {
+  explicit Budget(uint64_t max) : max_(max) {}
+  // False, and nothing is taken, where there is not so much left.
+  bool Take(uint64_t count) {
     uint64_t before = used_;
     do {
-      if (bytes > bytes_max_ - before) return false;
-    } while (!used_.compare_exchange_weak(before, before + bytes));
+      if (count > max_ - before) return false;
+    } while (!used_.compare_exchange_weak(before, before + count));
     return true;
   }
-  void Give(uint64_t bytes) { used_ -= bytes; }
+  void Give(uint64_t count) { used_ -= count; }
 
  private:
-  const uint64_t bytes_max_;
+  const uint64_t max_;
   std::atomic<uint64_t> used_ = 0;
 };
 
 // A request on its way: its bytes count in the budget until it is answered.
 struct Arriving {
-  explicit Arriving(std::shared_ptr<BodyBudget> b) : budget(std::move(b)) {}
+  explicit Arriving(std::shared_ptr<Budget> b) : budget(std::move(b)) {}
   Arriving(const Arriving&) = delete;
   Arriving& operator=(const Arriving&) = delete;
   ~Arriving() { budget->Give(taken); }
 
   HttpRequest request;
-  const std::shared_ptr<BodyBudget> budget;
+  const std::shared_ptr<Budget> budget;
   uint64_t taken = 0;
   std::optional<HttpAnswer> refusal;  // why no more of it was read
 };
 
-// Completes a promise of the door's thread from any other.
+// What the threads of the door share.
+struct Limits {
+  explicit Limits(const HttpDoorOptions& o)
+      : options(o),
+        bodies(std::make_shared<Budget>(o.bodies_bytes_max)),
+        connections(o.connections_max) {}
+  const HttpDoorOptions& options;
+  const std::shared_ptr<Budget> bodies;  // shared with requests that outlive the door
+  Budget connections;
+};
+
+// The headers that are read and that kj does not know by itself.
+struct Headers {
+  explicit Headers(kj::HttpHeaderTable::Builder* builder)
+      : origin(builder->add("Origin")),
+        none_match(builder->add("If-None-Match")),
+        last_event(builder->add("Last-Event-ID")) {}
+  const kj::HttpHeaderId origin, none_match, last_event;
+};
+
+// Completes a promise of the thread that it was made on from any other.
 template <typename T>
 class Sender final {
  public:
@@ -107,31 +134,26 @@ class Sender final {
   std::shared_ptr<kj::Own<kj::CrossThreadPromiseFulfiller<T>>> fulfiller_;
 };
 
+// What one thread does.
 class HttpDoor final : public kj::HttpService, private kj::TaskSet::ErrorHandler {
  public:
-  HttpDoor(CityService* service, const HttpDoorOptions& options, kj::Timer* timer,
-           const kj::HttpHeaderTable& table, kj::HttpHeaderId origin, kj::HttpHeaderId none_match,
-           kj::HttpHeaderId last_event)
+  HttpDoor(CityService* service, Limits* limits, kj::Timer* timer, const kj::HttpHeaderTable& table,
+           const Headers& known)
       : service_(service),
-        options_(options),
+        limits_(*limits),
         timer_(*timer),
         table_(table),
-        origin_(origin),
-        none_match_(none_match),
-        last_event_(last_event),
-        budget_(std::make_shared<BodyBudget>(options.bodies_bytes_max)),
+        known_(known),
         server_(timer_, table, *this, Settings()),
         connections_(*this) {}
 
   // Takes connections for ever.
   kj::Promise<void> Accept(kj::ConnectionReceiver* port) {
-    if (connection_count_ >= options_.connections_max) return AcceptLater(port);
+    if (!limits_.connections.Take(1)) return AcceptLater(port);
+    auto place = kj::heap(kj::defer([this] { limits_.connections.Give(1); }));
     return port->accept().then(
-        [this, port](kj::Own<kj::AsyncIoStream> connection) {
-          ++connection_count_;
-          connections_.add(server_.listenHttp(kj::mv(connection)).attach(kj::defer([this] {
-            --connection_count_;
-          })));
+        [this, port, place = kj::mv(place)](kj::Own<kj::AsyncIoStream> connection) mutable {
+          connections_.add(server_.listenHttp(kj::mv(connection)).attach(kj::mv(place)));
           return Accept(port);
         },
         // Too many open files, mostly: that passes.
@@ -141,14 +163,13 @@ class HttpDoor final : public kj::HttpService, private kj::TaskSet::ErrorHandler
   // Ends when all that is asked is answered, or late answers are given up.
   kj::Promise<void> Drain() {
     is_stopping_ = true;
-    service_->Close();
     return server_.drain().exclusiveJoin(timer_.afterDelay(kDrainTime));
   }
 
   kj::Promise<void> request(kj::HttpMethod method, kj::StringPtr url,
                             const kj::HttpHeaders& headers, kj::AsyncInputStream& body,
                             Response& response) override {
-    auto arriving = std::make_shared<Arriving>(budget_);
+    auto arriving = std::make_shared<Arriving>(limits_.bodies);
     if (auto refusal = ReadHead(method, url, headers, &arriving->request))
       return Send(*std::move(refusal), response);
     const bool follows = arriving->request.path == std::vector<std::string>{"v1", "events"};
@@ -188,14 +209,14 @@ class HttpDoor final : public kj::HttpService, private kj::TaskSet::ErrorHandler
     // Pages of others, in the browser of somebody who runs the daemon, must not reach it: by their
     // own name, or by a name of theirs that leads to this machine.
     const std::string host = Header(headers, kj::HttpHeaderId::HOST);
-    const std::string origin = Header(headers, origin_);
+    const std::string origin = Header(headers, known_.origin);
     if (!IsThisMachine(HostOf(host)))
       return Problem(403, "the daemon answers to localhost, 127.0.0.1 and [::1] alone");
     if (!origin.empty() && origin != "http://" + host)
       return Problem(403, "pages of other hosts may not ask the daemon");
     request->method = method == kj::HttpMethod::HEAD ? "GET" : kj::str(method).cStr();
     request->content_type = MediaType(Header(headers, kj::HttpHeaderId::CONTENT_TYPE));
-    request->if_none_match = Header(headers, none_match_);
+    request->if_none_match = Header(headers, known_.none_match);
     return ReadAddress(url, request);
   }
 
@@ -236,9 +257,9 @@ class HttpDoor final : public kj::HttpService, private kj::TaskSet::ErrorHandler
 
   // Makes room for a body of so many bytes in all.
   bool Reserve(Arriving* arriving, uint64_t bytes) const {
-    if (bytes > options_.body_bytes_max) {
+    if (bytes > limits_.options.body_bytes_max) {
       arriving->refusal =
-          Problem(413, "the body is larger than " + std::to_string(options_.body_bytes_max) +
+          Problem(413, "the body is larger than " + std::to_string(limits_.options.body_bytes_max) +
                            " bytes, the most that is taken");
     } else if (bytes > arriving->taken) {
       if (arriving->budget->Take(bytes - arriving->taken)) {
@@ -284,7 +305,7 @@ class HttpDoor final : public kj::HttpService, private kj::TaskSet::ErrorHandler
                            Response& response) {
     uint64_t first = 0;
     const auto from = request.query.find("from");
-    const std::string last = Header(headers, last_event_);
+    const std::string last = Header(headers, known_.last_event);
     const std::string& text = !last.empty()                 ? last
                               : from != request.query.end() ? from->second
                                                             : "1";
@@ -338,16 +359,74 @@ class HttpDoor final : public kj::HttpService, private kj::TaskSet::ErrorHandler
   void taskFailed(kj::Exception&&) override {}
 
   CityService* const service_;
-  const HttpDoorOptions options_;
+  Limits& limits_;
   kj::Timer& timer_;
   const kj::HttpHeaderTable& table_;
-  const kj::HttpHeaderId origin_, none_match_, last_event_;
-  const std::shared_ptr<BodyBudget> budget_;  // shared with requests that outlive the door
+  const Headers& known_;
   bool is_stopping_ = false;
-  uint32_t connection_count_ = 0;
   kj::HttpServer server_;
   kj::TaskSet connections_;
 };
+
+// A socket that listens at the address, which Check has found right.
+Result<kj::AutoCloseFd> Listen(const std::string& address) {
+  const std::string host = HostOf(address), port_text = address.substr(host.size() + 1);
+  const auto failed = [&](const std::string& why) {
+    return Status::IoError("cannot serve at " + address + ": " + why);
+  };
+  uint16_t port = 0;
+  const char* const end = port_text.data() + port_text.size();
+  const auto [rest, error] = std::from_chars(port_text.data(), end, port);
+  if (error != std::errc() || rest != end) return failed("there is no port '" + port_text + "'");
+  sockaddr_in6 six{};
+  six.sin6_family = AF_INET6;
+  six.sin6_port = htons(port);
+  six.sin6_addr = in6addr_loopback;
+  sockaddr_in four{};
+  four.sin_family = AF_INET;
+  four.sin_port = six.sin6_port;
+  four.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
+  const bool is_six = host.starts_with('[');
+  const int family = is_six ? AF_INET6 : AF_INET;
+  const int fd = socket(family, SOCK_STREAM | SOCK_NONBLOCK | SOCK_CLOEXEC, 0);
+  if (fd < 0) return failed(std::strerror(errno));
+  kj::AutoCloseFd closing(fd);
+  const int yes = 1;  // an address that a daemon has just left may be taken at once
+  const auto* const any =
+      is_six ? reinterpret_cast<const sockaddr*>(&six) : reinterpret_cast<const sockaddr*>(&four);
+  if (setsockopt(fd, SOL_SOCKET, SO_REUSEADDR, &yes, sizeof yes) != 0 ||
+      bind(fd, any, is_six ? sizeof six : sizeof four) != 0 || listen(fd, SOMAXCONN) != 0)
+    return failed(std::strerror(errno));
+  return closing;
+}
+
+// Serves connections of the socket on this thread until a stop is requested. `listening` is called
+// once they are taken, with the port.
+Status ServeOnThread(CityService* service, Limits* limits, int socket, std::stop_token stop,
+                     const std::function<void(uint16_t port)>& listening) {
+  try {
+    auto io = kj::setupAsyncIo();
+    kj::HttpHeaderTable::Builder builder;
+    const Headers known(&builder);
+    const kj::Own<kj::HttpHeaderTable> table = builder.build();
+    auto port = io.lowLevelProvider->wrapListenSocketFd(socket);
+    HttpDoor door(service, limits, &io.provider->getTimer(), *table, known);
+    auto paf = kj::newPromiseAndCrossThreadFulfiller<bool>();
+    const Sender<bool> stopped(kj::mv(paf.fulfiller));
+    const std::stop_callback on_stop(stop, [&] { stopped(true); });
+    if (listening) listening(static_cast<uint16_t>(port->getPort()));
+    {
+      const auto accepting = door.Accept(port.get()).eagerlyEvaluate(nullptr);
+      paf.promise.wait(io.waitScope);
+    }
+    service->Close();
+    door.Drain().wait(io.waitScope);
+    return Status::Ok();
+  } catch (const kj::Exception& exception) {
+    return Status::IoError("cannot serve at " + limits->options.address + ": " +
+                           Text(exception.getDescription()));
+  }
+}
 
 }  // namespace
 
@@ -364,38 +443,33 @@ Status HttpDoorOptions::Check() const {
       .AtLeast("bodies_bytes_max", static_cast<double>(bodies_bytes_max),
                static_cast<double>(body_bytes_max))
       .Between("connections_max", connections_max, 1, 100'000)
+      .Between("threads", threads, 1, 64)
       .status();
 }
 
 Status ServeHttp(CityService* service, const HttpDoorOptions& options, std::stop_token stop,
                  const std::function<void(const std::string& address)>& listening) {
   VEDUTA_RETURN_IF_ERROR(options.Check());
-  try {
-    auto io = kj::setupAsyncIo();
-    kj::HttpHeaderTable::Builder builder;
-    const kj::HttpHeaderId origin = builder.add("Origin"),
-                           none_match = builder.add("If-None-Match"),
-                           last_event = builder.add("Last-Event-ID");
-    const kj::Own<kj::HttpHeaderTable> table = builder.build();
-    auto address =
-        io.provider->getNetwork().parseAddress(options.address.c_str()).wait(io.waitScope);
-    auto port = address->listen();
-    HttpDoor door(service, options, &io.provider->getTimer(), *table, origin, none_match,
-                  last_event);
-    auto paf = kj::newPromiseAndCrossThreadFulfiller<bool>();
-    const Sender<bool> stopped(kj::mv(paf.fulfiller));
-    const std::stop_callback on_stop(stop, [&] { stopped(true); });
-    listening(HostOf(options.address) + ":" + std::to_string(port->getPort()));
-    auto accepting = door.Accept(port.get()).eagerlyEvaluate(nullptr);
-    paf.promise.wait(io.waitScope);
-    accepting = nullptr;
-    port = nullptr;
-    door.Drain().wait(io.waitScope);
-    return Status::Ok();
-  } catch (const kj::Exception& exception) {
-    return Status::IoError("cannot serve at " + options.address + ": " +
-                           Text(exception.getDescription()));
+  VEDUTA_ASSIGN_OR_RETURN(const kj::AutoCloseFd socket, Listen(options.address));
+  Limits limits(options);
+  std::stop_source stopping;  // of all threads: the failure of one ends the others
+  const std::stop_callback on_stop(stop, [&] { stopping.request_stop(); });
+  std::vector<Status> results(options.threads);
+  const auto serve = [&](size_t i) {
+    const auto told = [&](uint16_t port) {
+      listening(HostOf(options.address) + ":" + std::to_string(port));
+    };
+    results[i] = ServeOnThread(service, &limits, socket.get(), stopping.get_token(),
+                               i == 0 ? told : std::function<void(uint16_t)>());
+    stopping.request_stop();
+  };
+  {
+    std::vector<std::jthread> others;
+    for (size_t i = 1; i < results.size(); ++i) others.emplace_back(serve, i);
+    serve(0);
   }
+  for (const Status& result : results) VEDUTA_RETURN_IF_ERROR(result);
+  return Status::Ok();
 }
 
 }  // namespace veduta

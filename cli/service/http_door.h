@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 // The daemon's HTTP: connections, limits on what strangers send, and the way of each request to the
-// service and back. On one thread, by Cap'n Proto's kj-http.
+// service and back. A few threads share one socket; by Cap'n Proto's kj-http.
 
 #include <cstdint>
 #include <functional>
@@ -24,12 +24,15 @@ struct HttpDoorOptions {
   uint64_t bodies_bytes_max = 512ull << 20;
   // Connections at the same time, 1 to 100,000. More wait until one ends. Chosen by hand.
   uint32_t connections_max = 512;
+  // Threads that take connections, 1 to 64; questions that are answered at once are answered by
+  // them. Chosen by measurement (docs/benchmarks.md).
+  uint32_t threads = 2;
 
   Status Check() const;  // the first violated bound, named with its value
 };
 
 // Serves until a stop is requested; then closes the service, and gives the requests that are at
-// work five seconds to be answered. `listening` is told the address, once connections are taken.
+// work five seconds to be answered. `listening` is told the address, from this thread, once connections are taken.
 // kInvalidArgument for the options; kIoError where nothing can listen there.
 Status ServeHttp(CityService* service, const HttpDoorOptions& options, std::stop_token stop,
                  const std::function<void(const std::string& address)>& listening);

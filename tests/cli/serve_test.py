@@ -47,7 +47,9 @@ class Asking(Case):
                          without(ask('status', WHOLE), 'storage'))
         self.assertEqual(get('/v1/cameras'), ask('camera', 'list', WHOLE))
         self.assertEqual(get('/v1/cameras/c'), ask('camera', 'list', WHOLE)[0])
-        self.assertEqual(get('/v1/photos/' + name + '/pose'), ask('pose', WHOLE, name))
+        pose = ask('pose', WHOLE, name)
+        self.assertEqual(get('/v1/photos/' + name + '/pose'), without(pose, 'uncertainty'))
+        self.assertEqual(get('/v1/photos/' + name + '/uncertainty'), pose['uncertainty'])
         self.assertEqual(get('/v1/photos/' + name + '/neighbors'), ask('neighbors', WHOLE, name))
         self.assertEqual(get('/v1/hypotheses'), [])
         reconstructions = get('/v1/reconstructions')
@@ -61,8 +63,7 @@ class Asking(Case):
     def test_a_photo_is_found_by_all_that_it_is_known_by(self):
         shown = ask('show', WHOLE, name_of(3))
         told = self.daemon.get('/v1/photos/' + name_of(3))
-        self.assertEqual(without(told, 'uncertainty'), without(shown, 'uncertainty'))
-        self.assertIsNone(told['uncertainty'])
+        self.assertEqual(told, without(shown, 'uncertainty'))
         for other in ('anna/' + name_of(3), f'#{shown["id"]}'):
             self.assertEqual(self.daemon.get('/v1/photos/' + part(other)), told)
 
@@ -78,6 +79,7 @@ class Asking(Case):
                 (400, 'GET', '/v1/reconstructions/0', 'from 1'),
                 (400, 'GET', '/v1/reconstructions/4294967296', 'whole number'),
                 (400, 'GET', '/v1/journal?count=0', "'count'"),
+                (404, 'GET', '/v1/photos/none.jpg/uncertainty', 'none.jpg'),
                 (400, 'GET', '/v1/journal?from=-1', "'from'"),
                 (400, 'GET', '/v1/journal?from=1&from=2', 'twice'),
                 (400, 'GET', '/v1/status?verbose=yes', "'verbose'"),

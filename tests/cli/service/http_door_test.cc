@@ -35,6 +35,7 @@ TEST(HttpDoorOptions, HaveBounds) {
   EXPECT_FALSE(options.Check().ok());
   options.body_bytes_max = options.bodies_bytes_max;
   EXPECT_TRUE(options.Check().ok());
+  ExpectBounds(&HttpDoorOptions::threads, "threads", {0, 65}, {1, 64});
   ExpectBounds(&HttpDoorOptions::connections_max, "connections_max", {0, 100'001}, {1, 100'000});
 }
 
