@@ -1,8 +1,15 @@
 // SPDX-License-Identifier: Apache-2.0
 // veduta serve DB [--http HOST:PORT] [--threads N] [--waiting N] [--json]
+#include <sys/resource.h>
+#include <unistd.h>
+
+#include <optional>
+#include <thread>
+
 #include "cli/command.h"
 #include "cli/service/http_door.h"
 #include "cli/stop_on_signal.h"
+#include "cli/wire/added_json.h"
 
 namespace veduta {
 namespace {
@@ -15,6 +22,33 @@ struct ServeArguments {
   bool json = false;
 };
 
+// One line for each photo, as `veduta add` prints it.
+void Tell(const std::string& name, const Result<AddOutcome>& outcome, bool json) {
+  if (!outcome.ok()) {
+    std::fprintf(stderr, "veduta: %s: %s\n", Printable(name).c_str(),
+                 Printable(outcome.status().message()).c_str());
+  } else if (json) {
+    PrintJson(ToJson(*outcome));
+  } else {
+    PrintLine("%-10s %s: %s", OutcomeWord(*outcome).c_str(), Printable(name).c_str(),
+              Printable(OutcomeReason(*outcome)).c_str());
+  }
+}
+
+// Those who ask should not wait while photos are placed, so all threads of the engine are nicer to
+// others than those that answer: threads have the niceness of the thread that starts them. On two
+// cores the slowest hundredth of answers beside ingest takes 7 ms with it, 9 to 12 without.
+constexpr int kEngineNiceness = 10;
+
+Result<std::unique_ptr<Engine>> OpenNicely(const std::string& db, const EngineOptions& options) {
+  std::optional<Result<std::unique_ptr<Engine>>> engine;
+  std::thread([&] {
+    setpriority(PRIO_PROCESS, static_cast<id_t>(gettid()), kEngineNiceness);
+    engine = OpenToWrite(db, options);
+  }).join();
+  return *std::move(engine);
+}
+
 int Serve(const ServeArguments& arguments) {
   const StopOnSignal stop;
   const Status checked = arguments.door.Check();
@@ -22,11 +56,15 @@ int Serve(const ServeArguments& arguments) {
   EngineOptions options;
   options.thread_count = arguments.threads;
   options.settle_each = true;  // the order of the photos alone decides what becomes of them
-  auto engine = OpenToWrite(arguments.db, options);
+  auto engine = OpenNicely(arguments.db, options);
   if (!engine.ok()) return Fail(engine.status());
-  CityService service(*std::move(engine), arguments.service);
+  CityService service(*std::move(engine), arguments.service,
+                      [&](const std::string& name, const Result<AddOutcome>& outcome) {
+                        Tell(name, outcome, arguments.json);
+                      });
   const Status served =
       ServeHttp(&service, arguments.door, stop.token(), [&](const std::string& address) {
+        // Photos may come, and be told of, from here on.
         if (arguments.json) {
           PrintJson({{"database", arguments.db}, {"http", "http://" + address}});
         } else {
@@ -54,7 +92,8 @@ void RegisterServe(CLI::App* app, int* exit_code) {
                    "Photos that may wait for their turn; more are told to come again later")
       ->capture_default_str()
       ->check(CLI::Range(1, 100'000));
-  command->add_flag("--json", arguments->json, "The line that says where it listens as JSON");
+  command->add_flag("--json", arguments->json,
+                    "JSON: one object that says where it listens, then one for each photo");
   command->callback([=] { *exit_code = Serve(*arguments); });
 }
 

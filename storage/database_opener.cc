@@ -20,7 +20,6 @@
 #include "storage/records/state_record.h"
 #include "storage/replay_limit.h"
 #include "storage/rocksdb_status.h"
-#include "storage/silent_logger.h"
 #include "storage/value_reader.h"
 #include "storage/write_buffer.h"
 
@@ -188,7 +187,6 @@ rocksdb::DBOptions DatabaseOpener::RocksdbOptions() const {
   options.listeners.push_back(files_->failures_);
   options.env = files_->env_.get();
   if (options_.read_only) {
-    options.info_log = std::make_shared<SilentLogger>();
     // Opens every table now, and keeps it open: held_files.h. A salvage may read beside a database
     // that has half of the allowed files open already: it takes half of the others. Chosen by hand;
     // not measured.
@@ -223,8 +221,7 @@ Status DatabaseOpener::ReportUnknownFamily(const std::string& name) {
   const std::vector<rocksdb::ColumnFamilyDescriptor> descriptors = {
       {rocksdb::kDefaultColumnFamilyName, rocksdb::ColumnFamilyOptions()},
       {FamilyName(Family::kMeta), FamilyOptions(Family::kMeta, nullptr)}};
-  rocksdb::DBOptions options = RocksdbOptions();
-  options.info_log = std::make_shared<SilentLogger>();
+  const rocksdb::DBOptions options = RocksdbOptions();
   std::vector<rocksdb::ColumnFamilyHandle*> handles;
   rocksdb::DB* db = nullptr;
   std::string version = "an unknown format";

@@ -11,6 +11,7 @@
 
 #include "storage/open_files.h"
 #include "storage/postings_merge.h"
+#include "storage/silent_logger.h"
 
 namespace veduta {
 namespace {
@@ -100,9 +101,9 @@ rocksdb::DBOptions DatabaseWideOptions() {
   options.db_write_buffer_size = 192u << 20;  // memory bound over all families
   options.max_total_wal_size = 256u << 20;    // bound on what Open has to replay
   options.bytes_per_sync = 1u << 20;
-  options.info_log_level = rocksdb::InfoLogLevel::WARN_LEVEL;
-  options.keep_log_file_num = 2;
-  options.max_log_file_size = 1u << 20;
+  // Debian builds RocksDB with its assertions, and one of them ends the process at the second line
+  // of its own log that a full disk does not take.
+  options.info_log = std::make_shared<SilentLogger>();
   // Counters without clocks: DatabaseStatistics.
   options.statistics = rocksdb::CreateDBStatistics();
   options.statistics->set_stats_level(rocksdb::StatsLevel::kExceptHistogramOrTimers);

@@ -9,7 +9,6 @@
 
 #include "storage/family_options.h"
 #include "storage/rocksdb_status.h"
-#include "storage/silent_logger.h"
 
 namespace veduta {
 namespace {
@@ -35,7 +34,6 @@ Result<ManifestFacts> ReadManifestFacts(const std::string& path,
   NoReplay no_replay;
   rocksdb::DBOptions options = DatabaseWideOptions();
   options.env = env.get();
-  options.info_log = std::make_shared<SilentLogger>();
   options.wal_filter = &no_replay;
   // Recovery to a point in time fails where the first record is damaged and one family has a table
   // of later writes. The logs are not replayed here, so it does not matter what is damaged in them.

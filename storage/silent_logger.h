@@ -4,7 +4,7 @@
 
 namespace veduta {
 
-// RocksDB's log is for its own developers; a reader must not leave files behind.
+// RocksDB's log is for its own developers; the file LOG is not written.
 class SilentLogger final : public rocksdb::Logger {
  public:
   using rocksdb::Logger::Logv;

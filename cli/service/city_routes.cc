@@ -82,8 +82,8 @@ HttpAnswer AddCamera(Engine* engine, const HttpRequest& request, const PathArgum
   return camera.ok() ? JsonAnswer(201, ToJson(*camera)) : ProblemOf(camera.status());
 }
 
-// How sure its pose is takes hundreds of times as long to tell as all else that is known of a photo,
-// so it has an address of its own, and no key elsewhere.
+// How sure a photo's pose is takes hundreds of times as long to tell as all else that is known of
+// it, so it has an address of its own, and no key elsewhere.
 HttpAnswer WithoutUncertainty(Json json) {
   json.erase("uncertainty");
   return JsonAnswer(200, json);

@@ -14,6 +14,9 @@ namespace {
 // Entries of the journal that are read at once for one who follows it. Chosen by hand.
 constexpr uint32_t kEventsMax = 256;
 
+// Between two attempts to open the files again. Chosen by hand: opening takes some tenths of that.
+constexpr std::chrono::seconds kReopenPause(2);
+
 std::string RandomName() {
   std::random_device random;
   return std::to_string((uint64_t{random()} << 32) | random());
@@ -49,9 +52,15 @@ Status ServiceOptions::Check() const {
       .status();
 }
 
-CityService::CityService(std::unique_ptr<Engine> engine, const ServiceOptions& options)
+CityService::CityService(std::unique_ptr<Engine> engine, const ServiceOptions& options,
+                         PhotoEnded ended)
     : start_(RandomName()),
-      intake_(options.waiting_photos_max),
+      intake_(options.waiting_photos_max,
+              [this, ended = std::move(ended)](const std::string& name,
+                                               const Result<AddOutcome>& outcome) {
+                if (ended) ended(name, outcome);
+                if (!outcome.ok()) ReopenAfter(outcome.status());
+              }),
       engine_(std::move(engine)),
       pool_(options.query_threads) {}
 
@@ -149,6 +158,20 @@ Result<CityEvents> CityService::EventsFrom(uint64_t first) const {
 
 void CityService::Close() {
   intake_.Close();
+  const std::lock_guard lock(mutex_);
+  is_closed_ = true;
+}
+
+void CityService::ReopenAfter(const Status& failure) {
+  if (failure.code() != StatusCode::kIoError) return;
+  const std::lock_guard lock(mutex_);
+  const auto now = std::chrono::steady_clock::now();
+  if (is_closed_ || (reopened_ && now - *reopened_ < kReopenPause)) return;
+  reopened_ = now;
+  pool_.Submit([this] {
+    engine_->Reopen().IgnoreBecause(
+        "every use says so then, and the next photo that fails tries it again");
+  });
 }
 
 void CityService::Count(const HttpAnswer& answer) {

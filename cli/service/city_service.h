@@ -2,10 +2,12 @@
 #pragma once
 // The daemon without its connections: requests come in, answers go out, from any thread.
 
+#include <chrono>
 #include <functional>
 #include <map>
 #include <memory>
 #include <mutex>
+#include <optional>
 #include <string>
 
 #include "cli/service/city_routes.h"
@@ -37,7 +39,8 @@ struct CityEvents {
 // Thread-safe.
 class CityService final {
  public:
-  CityService(std::unique_ptr<Engine> engine, const ServiceOptions& options);
+  // `ended` hears of each photo.
+  CityService(std::unique_ptr<Engine> engine, const ServiceOptions& options, PhotoEnded ended = {});
   // Closes, waits for the questions that are at work, and closes the engine: every request is
   // answered then.
   ~CityService();
@@ -47,8 +50,8 @@ class CityService final {
   // Returns soon. `answered` is called once: by this thread, or by another one later.
   void Handle(HttpRequest request, Answered answered);
 
-  // What has happened, for one who follows the city. Returns at once; `told` is called as `answered`
-  // is, with nothing where the journal has no entry from `first` on yet.
+  // What has happened, for one who follows the city. Returns at once; `told` is called once, with
+  // an   // empty text where the journal has no entry from `first` on yet.
   void TellEvents(uint64_t first, std::function<void(Result<CityEvents>)> told);
 
   // Takes no photo from now on, answers those that wait for their turn, and is not ready any more.
@@ -63,6 +66,9 @@ class CityService final {
   Result<CityEvents> EventsFrom(uint64_t first) const;
   HttpAnswer AskEngine(const HttpRequest& request, const RouteMatch& match) const;
   void Count(const HttpAnswer& answer);
+  // After a failed write the engine refuses all others until its files are opened again: that is
+  // done once and again, as long as photos fail.
+  void ReopenAfter(const Status& failure);
 
   const std::string start_;  // names this run of the daemon, for the tags of its answers
   // Destroyed from the bottom up: nobody asks an engine that is closed, and photos are answered
@@ -70,6 +76,8 @@ class CityService final {
   PhotoIntake intake_;
   mutable std::mutex mutex_;
   std::map<uint32_t, uint64_t> answers_;  // how many, by code
+  bool is_closed_ = false;
+  std::optional<std::chrono::steady_clock::time_point> reopened_;  // the last time
   std::unique_ptr<Engine> engine_;
   ThreadPool pool_;
 };

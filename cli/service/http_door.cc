@@ -30,6 +30,8 @@ constexpr kj::Duration kHeadTime = 15 * kj::SECONDS, kPieceTime = 30 * kj::SECON
                        kBodyTime = 10 * kj::MINUTES;
 // How long a connection may rest between two requests.
 constexpr kj::Duration kRestTime = 60 * kj::SECONDS;
+// How long a client may take to receive an answer, or some events. Chosen by hand.
+constexpr kj::Duration kSendTime = 60 * kj::SECONDS;
 // How long the requests at work have when the daemon stops.
 constexpr kj::Duration kDrainTime = 5 * kj::SECONDS;
 // How often one who follows the city is told of news, and hears that the line is alive.
@@ -106,10 +108,12 @@ struct Limits {
   explicit Limits(const HttpDoorOptions& o)
       : options(o),
         bodies(std::make_shared<Budget>(o.bodies_bytes_max)),
-        connections(o.connections_max) {}
+        connections(o.connections_max),
+        followers(std::max(1u, o.connections_max / 2)) {}
   const HttpDoorOptions& options;
   const std::shared_ptr<Budget> bodies;  // shared with requests that outlive the door
   Budget connections;
+  Budget followers;  // of them: those who follow events, who leave room for others
 };
 
 // The headers that are read and that kj does not know by itself.
@@ -296,7 +300,10 @@ class HttpDoor final : public kj::HttpService, private kj::TaskSet::ErrorHandler
     auto stream =
         response.send(shared->code, HttpPhrase(shared->code), headers, shared->body.size());
     kj::Promise<void> sent = kj::READY_NOW;
-    if (!shared->body.empty()) sent = stream->write(shared->body.data(), shared->body.size());
+    if (!shared->body.empty()) {
+      sent =
+          timer_.timeoutAfter(kSendTime, stream->write(shared->body.data(), shared->body.size()));
+    }
     return sent.attach(kj::mv(stream), kj::mv(shared));
   }
 
@@ -315,6 +322,12 @@ class HttpDoor final : public kj::HttpService, private kj::TaskSet::ErrorHandler
       return Send(Problem(400, "events are asked for as /v1/events?from=NUMBER"), response);
     }
     if (!last.empty()) ++first;
+    if (!limits_.followers.Take(1)) {
+      HttpAnswer full = Problem(503, "too many clients follow the city: come again later");
+      full.headers.emplace_back("Retry-After", "60");
+      return Send(std::move(full), response);
+    }
+    auto place = kj::heap(kj::defer([this] { limits_.followers.Give(1); }));
     kj::HttpHeaders answer(table_);
     answer.set(kj::HttpHeaderId::CONTENT_TYPE, "text/event-stream"_kj);
     answer.add("Cache-Control"_kj, "no-cache"_kj);
@@ -322,7 +335,7 @@ class HttpDoor final : public kj::HttpService, private kj::TaskSet::ErrorHandler
     kj::AsyncOutputStream& out = *stream;
     return out.write(": veduta\n\n", 10)
         .then([this, &out, first] { return TellNews(out, first, kAliveTime); })
-        .attach(kj::mv(stream));
+        .attach(kj::mv(stream), kj::mv(place));
   }
 
   // `silence`: what is left of it until the client hears that the line is alive.
@@ -336,14 +349,15 @@ class HttpDoor final : public kj::HttpService, private kj::TaskSet::ErrorHandler
           if (!events.ok() || is_stopping_) return kj::READY_NOW;
           if (!events->text.empty()) {
             auto text = kj::heap<std::string>(std::move(events->text));
-            auto written = out.write(text->data(), text->size());
+            auto written = timer_.timeoutAfter(kSendTime, out.write(text->data(), text->size()));
             return written.attach(kj::mv(text)).then([this, &out, next = events->next] {
               return TellNews(out, next, kAliveTime);
             });
           }
           kj::Promise<void> wait = timer_.afterDelay(kNewsTime);
           if (silence <= kNewsTime) {
-            wait = wait.then([&out] { return out.write(":\n\n", 3); });
+            wait = wait.then(
+                [this, &out] { return timer_.timeoutAfter(kSendTime, out.write(":\n\n", 3)); });
             return wait.then([this, &out, first] { return TellNews(out, first, kAliveTime); });
           }
           return wait.then(

@@ -32,7 +32,8 @@ struct HttpDoorOptions {
 };
 
 // Serves until a stop is requested; then closes the service, and gives the requests that are at
-// work five seconds to be answered. `listening` is told the address, from this thread, once connections are taken.
+// work five seconds to be answered. `listening` is told the address, from this thread, once
+// connections are taken.
 // kInvalidArgument for the options; kIoError where nothing can listen there.
 Status ServeHttp(CityService* service, const HttpDoorOptions& options, std::stop_token stop,
                  const std::function<void(const std::string& address)>& listening);

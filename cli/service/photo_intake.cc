@@ -28,9 +28,17 @@ HttpAnswer AnswerOf(const AddOutcome& outcome) {
   return answer;
 }
 
+// Nothing is stored of a photo that the disk refused, and another time it may take it.
+HttpAnswer FailureAnswer(const Status& status) {
+  if (status.code() != StatusCode::kIoError) return ProblemOf(status);
+  return ProblemOf(
+      Status::Busy("the photo cannot be stored now, send it again later: " + status.message()));
+}
+
 }  // namespace
 
 struct PhotoIntake::Arrival {
+  std::string name;
   Answered answered;
   uint64_t number = 0;     // of its ticket, once that is known
   bool has_ended = false;  // both are guarded by the intake's mutex
@@ -66,6 +74,7 @@ void PhotoIntake::Take(Engine* engine, HttpRequest request, Answered answered) {
   if (auto refusal = TakePlace()) return answered(*std::move(refusal));
 
   const auto arrival = std::make_shared<Arrival>();
+  arrival->name = name;
   arrival->answered = std::move(answered);
   PhotoSubmission photo{{name, "", std::move(request.body)},
                         Parameter(request, "camera"),
@@ -93,7 +102,8 @@ void PhotoIntake::End(Arrival* arrival, const Result<AddOutcome>& outcome) {
     ++counts_.ended[outcome.ok() ? OutcomeWord(*outcome) : "failed"];
     if (outcome.ok()) counts_.seconds += outcome->times.total_ms / 1000;
   }
-  arrival->answered(outcome.ok() ? AnswerOf(*outcome) : ProblemOf(outcome.status()));
+  ended_(arrival->name, outcome);
+  arrival->answered(outcome.ok() ? AnswerOf(*outcome) : FailureAnswer(outcome.status()));
 }
 
 void PhotoIntake::Close() {

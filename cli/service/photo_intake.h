@@ -7,7 +7,9 @@
 #include <map>
 #include <memory>
 #include <mutex>
+#include <optional>
 #include <string>
+#include <utility>
 
 #include "cli/service/http_message.h"
 #include "engine/engine.h"
@@ -17,15 +19,20 @@ namespace veduta {
 // Called once, from any thread. It must not throw, and should be quick.
 using Answered = std::function<void(HttpAnswer)>;
 
+// Hears what became of each photo, before its sender does, from any thread; as AnswerCallback.
+using PhotoEnded = std::function<void(const std::string& name, const Result<AddOutcome>& outcome)>;
+
 // Thread-safe. Must outlive the engine: photos are answered until the engine is closed.
 class PhotoIntake final {
  public:
   // `waiting_max`: photos that may wait for their turn; one more is answered 429.
-  explicit PhotoIntake(size_t waiting_max) : waiting_max_(waiting_max) {}
+  PhotoIntake(size_t waiting_max, PhotoEnded ended)
+      : waiting_max_(waiting_max), ended_(std::move(ended)) {}
 
   // Puts the photo that the request carries in line. Answers 201 once it is stored, with its
   // verdict; 409 for a photo that is there already and 422 for one that is of no use, both with the
-  // outcome; 429 where the line is full, with a time after which to come again.
+  // outcome; 429 where the line is full and 503 where the disk refuses, with a time after which to
+  // come again.
   void Take(Engine* engine, HttpRequest request, Answered answered);
 
   // Takes no photo from now on, and answers those that wait: 503. The one at hand is finished.
@@ -46,6 +53,7 @@ class PhotoIntake final {
   void End(Arrival* arrival, const Result<AddOutcome>& outcome);
 
   const size_t waiting_max_;
+  const PhotoEnded ended_;
   mutable std::mutex mutex_;
   bool is_closing_ = false;
   Counts counts_;

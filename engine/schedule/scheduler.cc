@@ -10,10 +10,6 @@
 namespace veduta {
 namespace {
 
-Status ClosedEarly() {
-  return Status::Cancelled("the engine was closed before the photo's turn came");
-}
-
 AddOutcome NotJudged(const WaitingPhoto& photo, Status failure) {
   AddOutcome outcome;
   outcome.name = photo.photo.name;
@@ -73,7 +69,7 @@ void Scheduler::Close() {
   for (const Entry& entry : left) {
     const WaitingPhoto& photo = entry.photo;
     if (TakeUp(photo.ticket.get())) {
-      Answer(photo, ClosedEarly(), false);
+      Answer(photo, Status::Cancelled("the engine was closed before the photo's turn came"), false);
     } else if (photo.answered) {  // cancelled, and not told yet
       photo.answered(photo.ticket->answer);
     }
@@ -187,8 +183,7 @@ void Scheduler::FillWindow(std::unique_lock<std::mutex>* lock) {
   for (WaitingPhoto photo;;) {
     const auto of_lists = static_cast<size_t>(std::count_if(
         entries_.begin(), entries_.end(), [](const Entry& e) { return e.photo.lane->is_list; }));
-    const size_t of_contributors = entries_.size() - of_lists;
-    if (!line_.Take(&photo, of_lists < window_, of_contributors < window_)) break;
+    if (!line_.Take(&photo, of_lists < window_, entries_.size() - of_lists < window_)) break;
     const bool had_no_camera = !photo.camera;
     entries_.push_back({std::move(photo), false, had_no_camera, {}});
     ++offered;
@@ -284,8 +279,7 @@ void Scheduler::DropCancelled(std::unique_lock<std::mutex>* lock) {
 
 bool Scheduler::DoesSomebodySettle() const {
   return settling_photo_ || !settling_.empty() ||
-         std::any_of(entries_.begin(), entries_.end(),
-                     [](const Entry& e) { return e.photo.lane->settles; });
+         std::ranges::any_of(entries_, [](const Entry& e) { return e.photo.lane->settles; });
 }
 
 bool Scheduler::Apply(Entries::iterator entry, std::unique_lock<std::mutex>* lock) {

@@ -61,7 +61,8 @@ class Scheduler final {
   // `ingest` may be exchanged by its owner during a turn of the writer, so it is given by its
   // place. All that is given must outlive the scheduler. `settle_each`: EngineOptions.
   Scheduler(Writer* writer, const PhotoPreparer* preparer, std::unique_ptr<Ingest>* ingest,
-            ThreadPool* pool, CameraFinder cameras, DoLongStep do_long_step, bool settle_each);
+            ThreadPool* pool, CameraFinder cameras, DoLongStep do_long_step,
+            bool settle_each = false);
   ~Scheduler();
 
   // Finishes the piece at hand and answers the photos that are not applied by then: kCancelled.

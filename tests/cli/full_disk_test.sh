@@ -39,4 +39,15 @@ duplicates=$(grep -c '^duplicate' "$work/again")
   fail "$acknowledged photos were acknowledged, $duplicates are there"
 [ "$("$veduta" digest "$work/full")" = "$("$veduta" digest "$work/roomy")" ] ||
   fail "the digests differ"
+# With less, RocksDB's own log would be cut off, too, or the database does not even open.
+for limit in 1 8 30 100 400; do
+  new_database "$work/full_$limit"
+  code=0
+  (ulimit -f "$limit"; add "$work/full_$limit") > "$work/out" 2> "$work/err" || code=$?
+  [ "$code" = 1 ] || fail "add with files of $limit KB ended with $code: $(cat "$work/err")"
+  grep -q "File too large" "$work/err" || fail "at $limit KB the message names no cause"
+  add "$work/full_$limit" > "$work/again" 2>&1 || fail "add after $limit KB ended with $?"
+  [ "$("$veduta" digest "$work/full_$limit")" = "$("$veduta" digest "$work/roomy")" ] ||
+    fail "the digests differ after $limit KB"
+done
 echo "$acknowledged of 6 photos before the disk was full, and the same city after"

@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 # Goal: the daemon answers over HTTP what the command line answers, takes photos of many at once so
 #   that the journal's order gives the same city, refuses what is wrong and says why, loses nothing
-#   that it has acknowledged, and outlives clients that misbehave.
+#   that it has acknowledged, and outlives clients that misbehave and a disk that was full.
 # Method: real daemons on photos of a rendered street; clients in threads; raw sockets for what no
 #   client would send.
 # usage: tests/cli/serve_test.py VEDUTA VEDUTA_STREET
@@ -10,6 +10,7 @@ import concurrent.futures
 import contextlib
 import http.client
 import json
+import resource
 import signal
 import socket
 import time
@@ -109,12 +110,13 @@ class Asking(Case):
         self.assertEqual(ask_daemon('POST', '/v1/localize?camera=c', b'no photo', JPEG)[0], 200)
 
     def test_a_body_that_is_too_large(self):
-        connection = self.daemon.connect()
-        connection.putrequest('POST', '/v1/photos?name=a.jpg')
-        connection.putheader('Content-Type', 'image/jpeg')
-        connection.putheader('Content-Length', str(1 << 40))
-        connection.endheaders()
-        self.assertEqual(connection.getresponse().status, 413)
+        with contextlib.closing(self.daemon.connect()) as connection:
+            connection.putrequest('POST', '/v1/photos?name=a.jpg')
+            connection.putheader('Content-Type', 'image/jpeg')
+            connection.putheader('Content-Length', str(1 << 40))
+            connection.endheaders()
+            answer = connection.getresponse()
+            self.assertEqual((answer.status, answer.read()[:1]), (413, b'{'))
 
     def test_localizing_changes_nothing(self):
         before = must('digest', WHOLE)
@@ -178,13 +180,15 @@ class Asking(Case):
         self.assertEqual(self.daemon.ask('GET', '/v1/photos/x.jpg')[0], 404)
 
     def test_a_second_writer_is_sent_away(self):
-        self.refused(3, 'another veduta process', 'add', WHOLE, '--camera', 'c', at('street', 'photos'))
+        self.refused(3, 'another veduta process', 'add', WHOLE, '--camera', 'c',
+                     at('street', 'photos'))
         self.refused(3, 'another veduta process', 'serve', WHOLE)
 
 
 class Starting(Case):
     def test_no_other_machine_may_ask(self):
-        for address in ('0.0.0.0:0', '192.168.1.1:80', 'example.com:80', '[::]:80', '127.0.0.1', ''):
+        for address in ('0.0.0.0:0', '192.168.1.1:80', 'example.com:80', '[::]:80', '127.0.0.1',
+                        ''):
             self.refused(2, 'localhost', 'serve', WHOLE, '--http', address)
         self.refused(1, 'cannot serve', 'serve', WHOLE, '--http', '127.0.0.1:99999')
         self.refused(1, 'none', 'serve', at('none'))
@@ -278,6 +282,28 @@ class Taking(Case):
             rest = follow(len(journal) - 5, {'Last-Event-ID': str(first[-1]['sequence'])}) \
                 if len(journal) > 5 else []
             self.assertEqual(first + rest, journal)
+
+
+class Failing(Case):
+    def test_a_full_disk_passes(self):
+        db = new_database('full_disk')
+        with Daemon(db) as daemon:
+            self.assertEqual(daemon.send(name_of(1), photo(1))[0], 201)
+
+            def limit_files(size):
+                limits = resource.prlimit(daemon.process.pid, resource.RLIMIT_FSIZE)
+                resource.prlimit(daemon.process.pid, resource.RLIMIT_FSIZE, (size, limits[1]))
+
+            limit_files(1000)  # stands for a full disk, as in full_disk_test.sh
+            code, headers, answer = daemon.send(name_of(2), photo(2))
+            self.assertEqual(code, 503, answer)
+            self.assertIn('File too large', answer['detail'])
+            limit_files(resource.RLIM_INFINITY)
+            for n in NUMBERS[1:4]:
+                code, answer = daemon.send_until_taken(name_of(n), photo(n))
+                self.assertEqual(code, 201, answer)
+            self.assertEqual(daemon.get('/v1/status')['images'], 4)
+        self.assertEqual(must('verify', db), 'sound\n')
 
 
 class Stopping(Case):

@@ -41,6 +41,8 @@ class Answers {
   std::vector<HttpAnswer> answers_;
 };
 
+void Ignore(const std::string&, const Result<AddOutcome>&) {}
+
 HttpRequest Photo(const std::string& name, std::vector<uint8_t> bytes) {
   HttpRequest request;
   request.method = "POST";
@@ -56,7 +58,7 @@ HttpRequest NoPhoto(uint32_t number) {
 }
 
 TEST(PhotoIntake, AnswersSayWhatBecameOfPhotos) {
-  PhotoIntake intake(8);
+  PhotoIntake intake(8, Ignore);
   City city;
   Answers answers;
   const std::vector<uint8_t> jpeg = TakePhoto(Walk(6, 0.9, 1)[0]).jpeg;
@@ -83,7 +85,7 @@ TEST(PhotoIntake, AnswersSayWhatBecameOfPhotos) {
 }
 
 TEST(PhotoIntake, AFullLineSendsAway) {
-  PhotoIntake intake(2);
+  PhotoIntake intake(2, Ignore);
   City city;
   Answers answers;
   {
@@ -100,7 +102,7 @@ TEST(PhotoIntake, AFullLineSendsAway) {
 }
 
 TEST(PhotoIntake, ClosingAnswersWhoWaits) {
-  PhotoIntake intake(8);
+  PhotoIntake intake(8, Ignore);
   City city;
   Answers answers;
   {

@@ -1,0 +1,136 @@
+#!/usr/bin/env python3
+# SPDX-License-Identifier: Apache-2.0
+# Measures the daemon on photos: how many questions it answers in a second when nothing else is
+# done, how long answers take while photos come in, and how much longer the photos take for it.
+# Questions are asked by wrk (Debian's package of that name).
+# usage: tools/bench/serving.py VEDUTA PHOTOS CAMERA [--clients N] [--rate N] [--seconds N]
+#   CAMERA: WIDTHxHEIGHT,fx,fy,cx,cy
+import argparse
+import concurrent.futures
+import http.client
+import json
+import os
+import re
+import subprocess
+import tempfile
+import time
+import urllib.parse
+
+SENDERS = 3  # connections that photos come by: one is placed while others are prepared
+
+# Each connection asks for poses and neighbours in turn, after a pause that differs each time, so
+# that they do not all ask at once. PAUSE_MS is its mean.
+SCRIPT = '''
+local paths, next_path = {PATHS}, 0
+function request()
+  next_path = next_path + 1
+  return wrk.format("GET", paths[next_path % #paths + 1])
+end
+PAUSE
+function done(summary, latency)
+  io.write(string.format("figures %.3f %.3f %.3f %.0f\\n", latency:percentile(50) / 1000,
+    latency:percentile(99) / 1000, latency.max / 1000,
+    summary.requests / summary.duration * 1e6))
+end
+'''
+
+
+class Served:
+    def __init__(self, veduta, db):
+        self.process = subprocess.Popen(
+            [veduta, 'serve', db, '--http', '127.0.0.1:0', '--json'], stdout=subprocess.PIPE,
+            stderr=subprocess.DEVNULL)
+        self.address = json.loads(self.process.stdout.readline())['http']
+        # What it prints of photos is read by nobody, and the pipe must not fill.
+        self.drain = subprocess.Popen(['cat'], stdin=self.process.stdout,
+                                      stdout=subprocess.DEVNULL)
+
+    def stop(self):
+        self.process.terminate()
+        self.process.wait()
+        self.drain.wait()
+
+    def send(self, path):
+        connection = http.client.HTTPConnection(self.address.removeprefix('http://'))
+        query = urllib.parse.urlencode({'name': os.path.basename(path), 'camera': 'c'})
+        with open(path, 'rb') as file:
+            connection.request('POST', '/v1/photos?' + query, file.read(),
+                               {'Content-Type': 'image/jpeg'})
+        answer = connection.getresponse()
+        answer.read()
+        connection.close()
+        assert answer.status == 201, (path, answer.status)
+
+
+def wrk(folder, address, names, clients, seconds, pause_ms):
+    """Starts asking; read_wrk has the figures."""
+    paths = [f'/v1/photos/{urllib.parse.quote(name)}/{what}' for name in names
+             for what in ('pose', 'neighbors')]
+    pause = f'function delay() return math.random(0, {2 * pause_ms}) end' if pause_ms else ''
+    script = os.path.join(folder, 'wrk.lua')
+    with open(script, 'w') as file:
+        file.write(SCRIPT.replace('PATHS', ', '.join(json.dumps(path) for path in paths))
+                   .replace('PAUSE', pause))
+    return subprocess.Popen(['wrk', '-t1', f'-c{clients}', f'-d{seconds}', '-s', script, address],
+                            stdout=subprocess.PIPE, text=True)
+
+
+def read_wrk(process):
+    """Median, 99th percentile and largest latency in ms; answers a second."""
+    out = process.communicate()[0]
+    return re.search(r'figures (\S+) (\S+) (\S+) (\S+)', out).groups()
+
+
+def main():
+    parser = argparse.ArgumentParser()
+    parser.add_argument('veduta')
+    parser.add_argument('photos')
+    parser.add_argument('camera')
+    parser.add_argument('--clients', type=int, default=200)
+    parser.add_argument('--rate', type=int, default=2000, help='questions a second, of all clients')
+    parser.add_argument('--seconds', type=int, default=5)
+    args = parser.parse_args()
+    photos = sorted(os.path.join(args.photos, name) for name in os.listdir(args.photos)
+                    if name.lower().endswith(('.jpg', '.png')))
+    names = [os.path.basename(path) for path in photos]
+    pause_ms = max(1, 1000 * args.clients // args.rate)
+    size, params = args.camera.split(',', 1)
+
+    with tempfile.TemporaryDirectory() as folder:
+        def new_database(name):
+            db = os.path.join(folder, name)
+            subprocess.run([args.veduta, 'init', db], check=True)
+            subprocess.run([args.veduta, 'camera', 'add', db, 'c', '--size', size, '--params',
+                            params], check=True)
+            return db
+
+        def send_all(served):
+            start = time.monotonic()
+            with concurrent.futures.ThreadPoolExecutor(SENDERS) as pool:
+                list(pool.map(served.send, photos))
+            return time.monotonic() - start
+
+        start = time.monotonic()
+        subprocess.run([args.veduta, 'add', new_database('added'), '--camera', 'c', *photos],
+                       check=True, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+        print(f'{len(photos)} photos by `veduta add`: {time.monotonic() - start:.2f} s')
+        served = Served(args.veduta, new_database('alone'))
+        print(f'by the daemon, nobody asks: {send_all(served):.2f} s')
+        for what, clients in (('one client', 1), (f'{args.clients} clients', args.clients)):
+            figures = read_wrk(wrk(folder, served.address, names, clients, args.seconds, 0))
+            print(f'idle, {what} without pause: median %s ms, 99th percentile %s, largest %s; '
+                  '%s answers a second' % figures)
+        served.stop()
+        served = Served(args.veduta, new_database('beside'))
+        # Longer than the photos take at any rate; it is ended when they are in.
+        asking = wrk(folder, served.address, names, args.clients, 3600, pause_ms)
+        seconds = send_all(served)
+        asking.send_signal(subprocess.signal.SIGINT)
+        figures = read_wrk(asking)
+        print(f'by the daemon, {args.clients} clients ask meanwhile: {seconds:.2f} s; median %s '
+              'ms, 99th percentile %s, largest %s; %s answers a second' % figures)
+        served.stop()
+
+
+if __name__ == '__main__':
+    main()
