@@ -3,13 +3,14 @@
 #include <sys/resource.h>
 #include <unistd.h>
 
-#include <optional>
 #include <thread>
 
 #include "cli/command.h"
+#include "cli/follow_ups.h"
 #include "cli/service/http_door.h"
 #include "cli/stop_on_signal.h"
 #include "cli/wire/added_json.h"
+#include "storage/base/memory_shortage.h"
 
 namespace veduta {
 namespace {
@@ -41,12 +42,12 @@ void Tell(const std::string& name, const Result<AddOutcome>& outcome, bool json)
 constexpr int kEngineNiceness = 10;
 
 Result<std::unique_ptr<Engine>> OpenNicely(const std::string& db, const EngineOptions& options) {
-  std::optional<Result<std::unique_ptr<Engine>>> engine;
+  Result<std::unique_ptr<Engine>> engine = Status::Cancelled("not opened");
   std::thread([&] {
     setpriority(PRIO_PROCESS, static_cast<id_t>(gettid()), kEngineNiceness);
-    engine = OpenToWrite(db, options);
+    engine = CatchShortage("open the database", [&] { return OpenToWrite(db, options); });
   }).join();
-  return *std::move(engine);
+  return engine;
 }
 
 int Serve(const ServeArguments& arguments) {
@@ -58,13 +59,17 @@ int Serve(const ServeArguments& arguments) {
   options.settle_each = true;  // the order of the photos alone decides what becomes of them
   auto engine = OpenNicely(arguments.db, options);
   if (!engine.ok()) return Fail(engine.status());
-  CityService service(*std::move(engine), arguments.service,
-                      [&](const std::string& name, const Result<AddOutcome>& outcome) {
-                        Tell(name, outcome, arguments.json);
-                      });
+  CityService service(
+      *std::move(engine), arguments.db, arguments.service,
+      [&](const std::string& name, const Result<AddOutcome>& outcome) {
+        Tell(name, outcome, arguments.json);
+      },
+      [&](const FollowUp& step, const Questions& ask) {
+        if (step.status.ok()) return;
+        std::fprintf(stderr, "%s\n", FollowUpFailure(step, ask, arguments.db).c_str());
+      });
   const Status served =
       ServeHttp(&service, arguments.door, stop.token(), [&](const std::string& address) {
-        // Photos may come, and be told of, from here on.
         if (arguments.json) {
           PrintJson({{"database", arguments.db}, {"http", "http://" + address}});
         } else {

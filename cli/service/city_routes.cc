@@ -17,6 +17,9 @@ constexpr uint64_t kJournalCountMax = 1000;
 // Candidates that may be asked for, and that are told by default: as `veduta neighbors` does.
 constexpr uint64_t kCandidatesMax = 100'000, kCandidatesDefault = 20;
 
+// Of a camera that is sent. Parsed JSON takes many times its text. Chosen by hand.
+constexpr size_t kCameraBytesMax = 64 << 10;
+
 // The whole text as a number in [min, max].
 Result<uint64_t> WholeNumber(const std::string& what, const std::string& text, uint64_t min,
                              uint64_t max) {
@@ -78,6 +81,8 @@ HttpAnswer AddCamera(Engine* engine, const HttpRequest& request, const PathArgum
   if (request.content_type != "application/json")
     return Problem(415, "the content type is '" + request.content_type +
                             "': a camera is sent as application/json");
+  if (request.body.size() > kCameraBytesMax)
+    return Problem(413, "a camera has at most " + std::to_string(kCameraBytesMax) + " bytes");
   const Result<CameraAnswer> camera = AddCameraOf(engine, request);
   return camera.ok() ? JsonAnswer(201, ToJson(*camera)) : ProblemOf(camera.status());
 }
@@ -171,8 +176,8 @@ HttpAnswer GetJournal(Engine* engine, const HttpRequest& request, const PathArgu
 
 const std::vector<CityRoute>& Routes() {
   static const std::vector<CityRoute> kRoutes = {
-      {"GET", {"healthz"}, {}, nullptr},
-      {"GET", {"readyz"}, {}, nullptr},
+      {"GET", {"healthz"}, {}, nullptr, false, true},
+      {"GET", {"readyz"}, {}, nullptr, false, true},
       {"GET", {"metrics"}, {}, nullptr},
       {"GET", {"v1", "events"}, {"from"}, nullptr},
       {"POST", {"v1", "photos"}, {"name", "camera", "contributor"}, nullptr},

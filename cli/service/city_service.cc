@@ -1,6 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "cli/service/city_service.h"
 
+#include <fcntl.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <cerrno>
 #include <random>
 #include <utility>
 
@@ -16,6 +21,8 @@ constexpr uint32_t kEventsMax = 256;
 
 // Between two attempts to open the files again. Chosen by hand: opening takes some tenths of that.
 constexpr std::chrono::seconds kReopenPause(2);
+// That the disk must have room for before: more than opening writes. Chosen by hand.
+constexpr off_t kReopenBytes = 16 << 20;
 
 std::string RandomName() {
   std::random_device random;
@@ -49,12 +56,17 @@ Status ServiceOptions::Check() const {
   return OptionBounds()
       .Between("waiting_photos_max", waiting_photos_max, 1, 100'000)
       .Between("query_threads", query_threads, 1, 1024)
+      .Between("waiting_questions_max", waiting_questions_max, 1, 100'000)
+      .Between("settle_pause_s", settle_pause_s, 1, 86'400)
       .status();
 }
 
-CityService::CityService(std::unique_ptr<Engine> engine, const ServiceOptions& options,
-                         PhotoEnded ended)
-    : start_(RandomName()),
+CityService::CityService(std::unique_ptr<Engine> engine, const std::string& path,
+                         const ServiceOptions& options, PhotoEnded ended,
+                         std::function<void(const FollowUp&, const Questions&)> followed)
+    : path_(path),
+      options_(options),
+      start_(RandomName()),
       intake_(options.waiting_photos_max,
               [this, ended = std::move(ended)](const std::string& name,
                                                const Result<AddOutcome>& outcome) {
@@ -62,7 +74,10 @@ CityService::CityService(std::unique_ptr<Engine> engine, const ServiceOptions& o
                 if (!outcome.ok()) ReopenAfter(outcome.status());
               }),
       engine_(std::move(engine)),
-      pool_(options.query_threads) {}
+      pool_(options.query_threads),
+      settler_([this, followed = std::move(followed)](std::stop_token stop) {
+        SettleNowAndThen(std::move(stop), followed);
+      }) {}
 
 CityService::~CityService() {
   Close();
@@ -81,7 +96,27 @@ void CityService::Handle(HttpRequest request, Answered answered) {
   if (match.route->is_quick) return counted(Answer(request, match));
   // Shared, since the pool copies its tasks, and bodies are large.
   const auto shared = std::make_shared<const HttpRequest>(std::move(request));
-  pool_.Submit([this, shared, match, counted] { counted(Answer(*shared, match)); });
+  const bool is_queued = Queue([this, shared, match, counted](bool is_closed) {
+    counted(is_closed ? ProblemOf(Status::Busy("the daemon is closing: ask again in a while"))
+                      : Answer(*shared, match));
+  });
+  if (!is_queued) counted(ProblemOf(Status::Busy("too many questions wait: ask again in a while")));
+}
+
+bool CityService::Queue(std::function<void(bool is_closed)> task) {
+  const std::lock_guard lock(mutex_);
+  if (waiting_questions_ >= options_.waiting_questions_max) return false;
+  pool_.Submit([this, task = std::move(task)] {
+    bool is_closed = false;
+    {
+      const std::lock_guard task_lock(mutex_);
+      --waiting_questions_;
+      is_closed = is_closed_;
+    }
+    task(is_closed);
+  });
+  ++waiting_questions_;
+  return true;
 }
 
 HttpAnswer CityService::Answer(const HttpRequest& request, const RouteMatch& match) const {
@@ -95,9 +130,10 @@ HttpAnswer CityService::AnswerOfItself(const HttpRequest& request) const {
   const std::string& asked = request.path.back();
   if (asked == "metrics") return Metrics();
   if (asked == "healthz") return JsonAnswer(200, {{"status", "alive"}});
+  if (asked != "readyz") return Problem(405, "events are asked for by GET");
   if (intake_.is_closing()) return ProblemOf(Status::Busy("the daemon is closing"));
-  const Result<StatusAnswer> city = engine_->Ask().Status();
-  return city.ok() ? JsonAnswer(200, {{"status", "ready"}}) : ProblemOf(city.status());
+  const auto journal = engine_->Ask().Journal(1, 1);
+  return journal.ok() ? JsonAnswer(200, {{"status", "ready"}}) : ProblemOf(journal.status());
 }
 
 HttpAnswer CityService::Metrics() const {
@@ -139,9 +175,11 @@ HttpAnswer CityService::AskEngine(const HttpRequest& request, const RouteMatch& 
 }
 
 void CityService::TellEvents(uint64_t first, std::function<void(Result<CityEvents>)> told) {
-  pool_.Submit([this, first, told = std::move(told)] {
+  const bool is_queued = Queue([this, first, told](bool is_closed) {
+    if (is_closed) return told(Status::Cancelled("the daemon is closing"));
     told(CatchShortage("read the journal", [&] { return EventsFrom(first); }));
   });
+  if (!is_queued) told(CityEvents{"", first});
 }
 
 Result<CityEvents> CityService::EventsFrom(uint64_t first) const {
@@ -169,9 +207,35 @@ void CityService::ReopenAfter(const Status& failure) {
   if (is_closed_ || (reopened_ && now - *reopened_ < kReopenPause)) return;
   reopened_ = now;
   pool_.Submit([this] {
-    engine_->Reopen().IgnoreBecause(
-        "every use says so then, and the next photo that fails tries it again");
+    if (!HasDiskRoom()) return;
+    engine_->Reopen().IgnoreBecause("every use says so, and the next photo that fails tries again");
   });
+}
+
+bool CityService::HasDiskRoom() const {
+  const int file = open(path_.c_str(), O_TMPFILE | O_WRONLY | O_CLOEXEC, S_IRUSR | S_IWUSR);
+  if (file < 0) return errno == EOPNOTSUPP || errno == EISDIR;  // it cannot be told
+  const bool has_room = posix_fallocate(file, 0, kReopenBytes) == 0;
+  close(file);
+  return has_room;
+}
+
+void CityService::SettleNowAndThen(
+    std::stop_token stop, const std::function<void(const FollowUp&, const Questions&)>& followed) {
+  const std::chrono::seconds pause(options_.settle_pause_s);
+  for (;;) {
+    {
+      std::unique_lock lock(mutex_);
+      pause_.wait_for(lock, stop, pause, [] { return false; });
+    }
+    if (stop.stop_requested()) return;
+    const auto tell = [&](const FollowUp& step) {
+      if (followed) followed(step, engine_->Ask());
+    };
+    CatchShortage("settle", [&] {
+      return engine_->Settle(stop, tell);
+    }).IgnoreBecause("each step that failed was told, and is tried again after the next pause");
+  }
 }
 
 void CityService::Count(const HttpAnswer& answer) {

@@ -3,12 +3,15 @@
 // The daemon without its connections: requests come in, answers go out, from any thread.
 
 #include <chrono>
+#include <condition_variable>
 #include <functional>
 #include <map>
 #include <memory>
 #include <mutex>
 #include <optional>
+#include <stop_token>
 #include <string>
+#include <thread>
 
 #include "cli/service/city_routes.h"
 #include "cli/service/http_message.h"
@@ -20,11 +23,15 @@ namespace veduta {
 
 // What the daemon takes.
 struct ServiceOptions {
-  // Photos that may wait for their turn, 1 to 100,000. Chosen by hand: some minutes of work.
-  uint32_t waiting_photos_max = 256;
+  // Photos that may wait for their turn, 1 to 100,000. Chosen by hand: half a minute of work.
+  uint32_t waiting_photos_max = 64;
   // Threads that answer questions, 1 to 1024. A localisation takes one for as long as a photo does,
   // so there are some for those who ask less.
   uint32_t query_threads = 4;
+  // Questions that may wait for one of these threads, 1 to 100,000; one more is answered 503.
+  uint32_t waiting_questions_max = 256;
+  // Every so often steps that have failed are tried again. 1 to 86,400 s.
+  uint32_t settle_pause_s = 60;
 
   Status Check() const;  // the first violated bound, named with its value
 };
@@ -39,10 +46,13 @@ struct CityEvents {
 // Thread-safe.
 class CityService final {
  public:
-  // `ended` hears of each photo.
-  CityService(std::unique_ptr<Engine> engine, const ServiceOptions& options, PhotoEnded ended = {});
+  // `path` is the database's. `ended` hears of each photo, and `followed` of steps that failed and
+  // were tried again, on a thread of its own.
+  CityService(std::unique_ptr<Engine> engine, const std::string& path,
+              const ServiceOptions& options, PhotoEnded ended = {},
+              std::function<void(const FollowUp& step, const Questions& ask)> followed = {});
   // Closes, waits for the questions that are at work, and closes the engine: every request is
-  // answered then.
+  // answered then, questions that nobody has begun with by 503.
   ~CityService();
   CityService(const CityService&) = delete;
   CityService& operator=(const CityService&) = delete;
@@ -51,7 +61,7 @@ class CityService final {
   void Handle(HttpRequest request, Answered answered);
 
   // What has happened, for one who follows the city. Returns at once; `told` is called once, with
-  // an   // empty text where the journal has no entry from `first` on yet.
+  // an empty text where the journal has no entry from `first` on yet.
   void TellEvents(uint64_t first, std::function<void(Result<CityEvents>)> told);
 
   // Takes no photo from now on, answers those that wait for their turn, and is not ready any more.
@@ -66,10 +76,19 @@ class CityService final {
   Result<CityEvents> EventsFrom(uint64_t first) const;
   HttpAnswer AskEngine(const HttpRequest& request, const RouteMatch& match) const;
   void Count(const HttpAnswer& answer);
-  // After a failed write the engine refuses all others until its files are opened again: that is
-  // done once and again, as long as photos fail.
+  // After a failed write the engine refuses all others until its files are opened again. That is
+  // tried after each photo that fails, where the disk has room: where opening fails, nothing can be
+  // asked any more.
   void ReopenAfter(const Status& failure);
+  bool HasDiskRoom() const;
+  // Runs the task on the pool; false where too many wait. One that begins when the service is
+  // closed is told so.
+  bool Queue(std::function<void(bool is_closed)> task);
+  void SettleNowAndThen(std::stop_token stop,
+                        const std::function<void(const FollowUp&, const Questions&)>& followed);
 
+  const std::string path_;
+  const ServiceOptions options_;
   const std::string start_;  // names this run of the daemon, for the tags of its answers
   // Destroyed from the bottom up: nobody asks an engine that is closed, and photos are answered
   // while it closes.
@@ -77,9 +96,12 @@ class CityService final {
   mutable std::mutex mutex_;
   std::map<uint32_t, uint64_t> answers_;  // how many, by code
   bool is_closed_ = false;
+  size_t waiting_questions_ = 0;
   std::optional<std::chrono::steady_clock::time_point> reopened_;  // the last time
   std::unique_ptr<Engine> engine_;
   ThreadPool pool_;
+  std::condition_variable_any pause_;
+  std::jthread settler_;
 };
 
 }  // namespace veduta

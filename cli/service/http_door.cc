@@ -4,21 +4,18 @@
 #include <kj/async-io.h>
 #include <kj/compat/http.h>
 #include <kj/compat/url.h>
-#include <kj/io.h>
-#include <netinet/in.h>
-#include <sys/socket.h>
 
 #include <algorithm>
 #include <atomic>
 #include <cctype>
 #include <charconv>
-#include <cstring>
 #include <memory>
 #include <optional>
 #include <thread>
 #include <utility>
 #include <vector>
 
+#include "cli/service/loopback.h"
 #include "storage/base/option_bounds.h"
 
 namespace veduta {
@@ -28,6 +25,8 @@ namespace {
 // its body. Chosen by hand: a photo of 10 MB comes over 150 kbit/s.
 constexpr kj::Duration kHeadTime = 15 * kj::SECONDS, kPieceTime = 30 * kj::SECONDS,
                        kBodyTime = 10 * kj::MINUTES;
+// How long the rest of a body is read that was refused.
+constexpr kj::Duration kRefusedTime = 10 * kj::SECONDS;
 // How long a connection may rest between two requests.
 constexpr kj::Duration kRestTime = 60 * kj::SECONDS;
 // How long a client may take to receive an answer, or some events. Chosen by hand.
@@ -56,19 +55,6 @@ std::string MediaType(std::string header) {
   header = Lower(header.substr(0, header.find(';')));
   while (!header.empty() && header.back() == ' ') header.pop_back();
   return header;
-}
-
-// The host of "HOST:PORT" or of "HOST".
-std::string HostOf(const std::string& address) {
-  const size_t colon = address.rfind(':');
-  const size_t bracket = address.rfind(']');
-  const bool has_port =
-      colon != std::string::npos && (bracket == std::string::npos || colon > bracket);
-  return Lower(has_port ? address.substr(0, colon) : address);
-}
-
-bool IsThisMachine(const std::string& host) {
-  return host == "localhost" || host == "127.0.0.1" || host == "[::1]";
 }
 
 // A number of things that all threads together may have: bytes of bodies, connections.
@@ -121,8 +107,9 @@ struct Headers {
   explicit Headers(kj::HttpHeaderTable::Builder* builder)
       : origin(builder->add("Origin")),
         none_match(builder->add("If-None-Match")),
-        last_event(builder->add("Last-Event-ID")) {}
-  const kj::HttpHeaderId origin, none_match, last_event;
+        last_event(builder->add("Last-Event-ID")),
+        fetch_site(builder->add("Sec-Fetch-Site")) {}
+  const kj::HttpHeaderId origin, none_match, last_event, fetch_site;
 };
 
 // Completes a promise of the thread that it was made on from any other.
@@ -148,20 +135,20 @@ class HttpDoor final : public kj::HttpService, private kj::TaskSet::ErrorHandler
         timer_(*timer),
         table_(table),
         known_(known),
-        server_(timer_, table, *this, Settings()),
+        server_(timer_, table, *this, Settings(limits->options)),
         connections_(*this) {}
 
   // Takes connections for ever.
   kj::Promise<void> Accept(kj::ConnectionReceiver* port) {
     if (!limits_.connections.Take(1)) return AcceptLater(port);
     auto place = kj::heap(kj::defer([this] { limits_.connections.Give(1); }));
-    return port->accept().then(
-        [this, port, place = kj::mv(place)](kj::Own<kj::AsyncIoStream> connection) mutable {
+    return port->accept()
+        .then([this, place = kj::mv(place)](kj::Own<kj::AsyncIoStream> connection) mutable {
           connections_.add(server_.listenHttp(kj::mv(connection)).attach(kj::mv(place)));
-          return Accept(port);
-        },
-        // Too many open files, mostly: that passes.
-        [this, port](kj::Exception&&) { return AcceptLater(port); });
+        })
+        .then([this, port] { return Accept(port); },
+              // Too many open files, mostly: that passes.
+              [this, port](kj::Exception&&) { return AcceptLater(port); });
   }
 
   // Ends when all that is asked is answered, or late answers are given up.
@@ -176,9 +163,11 @@ class HttpDoor final : public kj::HttpService, private kj::TaskSet::ErrorHandler
     auto arriving = std::make_shared<Arriving>(limits_.bodies);
     if (auto refusal = ReadHead(method, url, headers, &arriving->request))
       return Send(*std::move(refusal), response);
-    const bool follows = arriving->request.path == std::vector<std::string>{"v1", "events"};
-    if (follows && method == kj::HttpMethod::GET)
-      return Follow(arriving->request, headers, response);
+    const HttpRequest& asked = arriving->request;
+    // What has no route is told so before its body is read.
+    if (std::holds_alternative<HttpAnswer>(FindRoute(asked))) return Answer(arriving, response);
+    if (asked.path == std::vector<std::string>{"v1", "events"})
+      return Follow(asked, method == kj::HttpMethod::GET, headers, response);
     return timer_.timeoutAfter(kBodyTime, ReadBody(body, arriving))
         .catch_([arriving](kj::Exception&& exception) {
           if (exception.getType() != kj::Exception::Type::OVERLOADED)
@@ -187,16 +176,18 @@ class HttpDoor final : public kj::HttpService, private kj::TaskSet::ErrorHandler
         })
         .then([this, arriving, &response]() -> kj::Promise<void> {
           if (arriving->refusal) return Send(*std::move(arriving->refusal), response);
-          return Ask(arriving).then(
-              [this, &response](HttpAnswer answer) { return Send(std::move(answer), response); });
+          return Answer(arriving, response);
         });
   }
 
  private:
-  static kj::HttpServerSettings Settings() {
+  static kj::HttpServerSettings Settings(const HttpDoorOptions& options) {
     kj::HttpServerSettings settings;
     settings.headerTimeout = kHeadTime;
     settings.pipelineTimeout = kRestTime;
+    // Clients read why a body was refused when they have sent all of it.
+    settings.canceledUploadGraceBytes = options.body_bytes_max;
+    settings.canceledUploadGracePeriod = kRefusedTime;
     return settings;
   }
 
@@ -216,7 +207,9 @@ class HttpDoor final : public kj::HttpService, private kj::TaskSet::ErrorHandler
     const std::string origin = Header(headers, known_.origin);
     if (!IsThisMachine(HostOf(host)))
       return Problem(403, "the daemon answers to localhost, 127.0.0.1 and [::1] alone");
-    if (!origin.empty() && origin != "http://" + host)
+    const std::string site = Header(headers, known_.fetch_site);
+    const bool is_of_other_page = !site.empty() && site != "same-origin" && site != "none";
+    if (is_of_other_page || (!origin.empty() && origin != "http://" + host))
       return Problem(403, "pages of other hosts may not ask the daemon");
     request->method = method == kj::HttpMethod::HEAD ? "GET" : kj::str(method).cStr();
     request->content_type = MediaType(Header(headers, kj::HttpHeaderId::CONTENT_TYPE));
@@ -238,12 +231,11 @@ class HttpDoor final : public kj::HttpService, private kj::TaskSet::ErrorHandler
 
   // Reads until the end, or sets arriving->refusal.
   kj::Promise<void> ReadBody(kj::AsyncInputStream& body, std::shared_ptr<Arriving> arriving) {
-    uint64_t size = 0;
     KJ_IF_MAYBE (length, body.tryGetLength()) {
-      size = *length;
+      if (*length == 0 || !FitsBody(*length, arriving.get())) return kj::READY_NOW;
+      arriving->request.body.reserve(*length +
+                                     kPieceBytes);  // pages are taken when they are filled
     }
-    if (!Reserve(arriving.get(), size)) return kj::READY_NOW;
-    arriving->request.body.reserve(size + kPieceBytes);
     return ReadPiece(body, std::move(arriving));
   }
 
@@ -259,23 +251,33 @@ class HttpDoor final : public kj::HttpService, private kj::TaskSet::ErrorHandler
         });
   }
 
-  // Makes room for a body of so many bytes in all.
-  bool Reserve(Arriving* arriving, uint64_t bytes) const {
+  bool FitsBody(uint64_t bytes, Arriving* arriving) const {
     if (bytes > limits_.options.body_bytes_max) {
       arriving->refusal =
           Problem(413, "the body is larger than " + std::to_string(limits_.options.body_bytes_max) +
                            " bytes, the most that is taken");
-    } else if (bytes > arriving->taken) {
-      if (arriving->budget->Take(bytes - arriving->taken)) {
-        arriving->taken = bytes;
-      } else {
-        arriving->refusal = Problem(429,
-                                    "the photos that wait for their turn fill the memory; "
-                                    "nothing of this one is stored: send it again later");
-        arriving->refusal->headers.emplace_back("Retry-After", "5");
-      }
     }
     return !arriving->refusal;
+  }
+
+  // Counts the bytes that have come, in all.
+  bool Reserve(Arriving* arriving, uint64_t bytes) const {
+    if (!FitsBody(bytes, arriving)) return false;
+    if (arriving->budget->Take(bytes - arriving->taken)) {
+      arriving->taken = bytes;
+    } else {
+      arriving->refusal = Problem(429,
+                                  "the photos that wait for their turn fill the memory; nothing of "
+                                  "this one is stored: send it again later");
+      arriving->refusal->headers.emplace_back("Retry-After", "5");
+    }
+    return !arriving->refusal;
+  }
+
+  kj::Promise<void> Answer(std::shared_ptr<Arriving> arriving, Response& response) {
+    return Ask(std::move(arriving)).then([this, &response](HttpAnswer answer) {
+      return Send(std::move(answer), response);
+    });
   }
 
   kj::Promise<HttpAnswer> Ask(std::shared_ptr<Arriving> arriving) {
@@ -308,8 +310,8 @@ class HttpDoor final : public kj::HttpService, private kj::TaskSet::ErrorHandler
   }
 
   // Server-sent events, from the entry after the last one that the client has.
-  kj::Promise<void> Follow(const HttpRequest& request, const kj::HttpHeaders& headers,
-                           Response& response) {
+  kj::Promise<void> Follow(const HttpRequest& request, bool wants_body,
+                           const kj::HttpHeaders& headers, Response& response) {
     uint64_t first = 0;
     const auto from = request.query.find("from");
     const std::string last = Header(headers, known_.last_event);
@@ -317,8 +319,7 @@ class HttpDoor final : public kj::HttpService, private kj::TaskSet::ErrorHandler
                               : from != request.query.end() ? from->second
                                                             : "1";
     const auto [rest, error] = std::from_chars(text.data(), text.data() + text.size(), first);
-    if (error != std::errc() || rest != text.data() + text.size() ||
-        request.query.size() > (from != request.query.end() ? 1u : 0u)) {
+    if (error != std::errc() || rest != text.data() + text.size()) {
       return Send(Problem(400, "events are asked for as /v1/events?from=NUMBER"), response);
     }
     if (!last.empty()) ++first;
@@ -332,6 +333,7 @@ class HttpDoor final : public kj::HttpService, private kj::TaskSet::ErrorHandler
     answer.set(kj::HttpHeaderId::CONTENT_TYPE, "text/event-stream"_kj);
     answer.add("Cache-Control"_kj, "no-cache"_kj);
     auto stream = response.send(200, "OK"_kj, answer);
+    if (!wants_body) return kj::READY_NOW;
     kj::AsyncOutputStream& out = *stream;
     return out.write(": veduta\n\n", 10)
         .then([this, &out, first] { return TellNews(out, first, kAliveTime); })
@@ -382,38 +384,6 @@ class HttpDoor final : public kj::HttpService, private kj::TaskSet::ErrorHandler
   kj::TaskSet connections_;
 };
 
-// A socket that listens at the address, which Check has found right.
-Result<kj::AutoCloseFd> Listen(const std::string& address) {
-  const std::string host = HostOf(address), port_text = address.substr(host.size() + 1);
-  const auto failed = [&](const std::string& why) {
-    return Status::IoError("cannot serve at " + address + ": " + why);
-  };
-  uint16_t port = 0;
-  const char* const end = port_text.data() + port_text.size();
-  const auto [rest, error] = std::from_chars(port_text.data(), end, port);
-  if (error != std::errc() || rest != end) return failed("there is no port '" + port_text + "'");
-  sockaddr_in6 six{};
-  six.sin6_family = AF_INET6;
-  six.sin6_port = htons(port);
-  six.sin6_addr = in6addr_loopback;
-  sockaddr_in four{};
-  four.sin_family = AF_INET;
-  four.sin_port = six.sin6_port;
-  four.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
-  const bool is_six = host.starts_with('[');
-  const int family = is_six ? AF_INET6 : AF_INET;
-  const int fd = socket(family, SOCK_STREAM | SOCK_NONBLOCK | SOCK_CLOEXEC, 0);
-  if (fd < 0) return failed(std::strerror(errno));
-  kj::AutoCloseFd closing(fd);
-  const int yes = 1;  // an address that a daemon has just left may be taken at once
-  const auto* const any =
-      is_six ? reinterpret_cast<const sockaddr*>(&six) : reinterpret_cast<const sockaddr*>(&four);
-  if (setsockopt(fd, SOL_SOCKET, SO_REUSEADDR, &yes, sizeof yes) != 0 ||
-      bind(fd, any, is_six ? sizeof six : sizeof four) != 0 || listen(fd, SOMAXCONN) != 0)
-    return failed(std::strerror(errno));
-  return closing;
-}
-
 // Serves connections of the socket on this thread until a stop is requested. `listening` is called
 // once they are taken, with the port.
 Status ServeOnThread(CityService* service, Limits* limits, int socket, std::stop_token stop,
@@ -439,14 +409,15 @@ Status ServeOnThread(CityService* service, Limits* limits, int socket, std::stop
   } catch (const kj::Exception& exception) {
     return Status::IoError("cannot serve at " + limits->options.address + ": " +
                            Text(exception.getDescription()));
+  } catch (const std::exception& exception) {
+    return Status::NoMemory(std::string("the daemon cannot go on: ") + exception.what());
   }
 }
 
 }  // namespace
 
 Status HttpDoorOptions::Check() const {
-  const std::string host = HostOf(address);
-  if (!IsThisMachine(host) || host.size() == address.size()) {
+  if (!IsLoopbackWithPort(address)) {
     return Status::InvalidArgument(
         "the address '" + address +
         "' must be localhost, 127.0.0.1 or [::1] with a port: the daemon knows no users yet, and "
@@ -464,24 +435,23 @@ Status HttpDoorOptions::Check() const {
 Status ServeHttp(CityService* service, const HttpDoorOptions& options, std::stop_token stop,
                  const std::function<void(const std::string& address)>& listening) {
   VEDUTA_RETURN_IF_ERROR(options.Check());
-  VEDUTA_ASSIGN_OR_RETURN(const kj::AutoCloseFd socket, Listen(options.address));
+  VEDUTA_ASSIGN_OR_RETURN(const kj::AutoCloseFd socket, ListenOnLoopback(options.address));
   Limits limits(options);
   std::stop_source stopping;  // of all threads: the failure of one ends the others
   const std::stop_callback on_stop(stop, [&] { stopping.request_stop(); });
   std::vector<Status> results(options.threads);
-  const auto serve = [&](size_t i) {
-    const auto told = [&](uint16_t port) {
-      listening(HostOf(options.address) + ":" + std::to_string(port));
-    };
-    results[i] = ServeOnThread(service, &limits, socket.get(), stopping.get_token(),
-                               i == 0 ? told : std::function<void(uint16_t)>());
+  std::vector<std::jthread> others;
+  const auto end = kj::defer([&] { stopping.request_stop(); });  // before `others` are waited for
+  const auto serve = [&](size_t i, const std::function<void(uint16_t port)>& told) {
+    results[i] = ServeOnThread(service, &limits, socket.get(), stopping.get_token(), told);
     stopping.request_stop();
   };
-  {
-    std::vector<std::jthread> others;
-    for (size_t i = 1; i < results.size(); ++i) others.emplace_back(serve, i);
-    serve(0);
-  }
+  // The others begin when the address is told: nobody is answered before.
+  serve(0, [&](uint16_t port) {
+    listening(HostOf(options.address) + ":" + std::to_string(port));
+    for (size_t i = 1; i < results.size(); ++i) others.emplace_back([&, i] { serve(i, {}); });
+  });
+  others.clear();
   for (const Status& result : results) VEDUTA_RETURN_IF_ERROR(result);
   return Status::Ok();
 }

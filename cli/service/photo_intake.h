@@ -19,13 +19,14 @@ namespace veduta {
 // Called once, from any thread. It must not throw, and should be quick.
 using Answered = std::function<void(HttpAnswer)>;
 
-// Hears what became of each photo, before its sender does, from any thread; as AnswerCallback.
+// Hears what became of each photo, before its sender does; to be as AnswerCallback.
 using PhotoEnded = std::function<void(const std::string& name, const Result<AddOutcome>& outcome)>;
 
 // Thread-safe. Must outlive the engine: photos are answered until the engine is closed.
 class PhotoIntake final {
  public:
-  // `waiting_max`: photos that may wait for their turn; one more is answered 429.
+  // `waiting_max`: photos that may wait for their turn; one more is answered 429. The second half
+  // of the places is for contributors of whom no photo waits, so that nobody holds up all others.
   PhotoIntake(size_t waiting_max, PhotoEnded ended)
       : waiting_max_(waiting_max), ended_(std::move(ended)) {}
 
@@ -35,7 +36,8 @@ class PhotoIntake final {
   // come again.
   void Take(Engine* engine, HttpRequest request, Answered answered);
 
-  // Takes no photo from now on, and answers those that wait: 503. The one at hand is finished.
+  // Takes no photo from now on, and has answered those that wait, 503, when it returns. The one at
+  // hand is finished.
   void Close();
   bool is_closing() const;
 
@@ -48,8 +50,14 @@ class PhotoIntake final {
 
  private:
   struct Arrival;
+  struct Waiting {
+    Ticket ticket;
+    std::shared_ptr<Arrival> arrival;
+  };
   // A place in line, or the answer where there is none.
-  std::optional<HttpAnswer> TakePlace();
+  std::optional<HttpAnswer> TakePlace(const std::string& contributor);
+  void Submit(Engine* engine, HttpRequest request, const std::shared_ptr<Arrival>& arrival);
+  // Answers, once, and frees the place.
   void End(Arrival* arrival, const Result<AddOutcome>& outcome);
 
   const size_t waiting_max_;
@@ -57,7 +65,8 @@ class PhotoIntake final {
   mutable std::mutex mutex_;
   bool is_closing_ = false;
   Counts counts_;
-  std::map<uint64_t, Ticket> tickets_;  // of those that wait, by their numbers
+  std::map<std::string, size_t> places_;  // that a contributor has; no zeros
+  std::map<uint64_t, Waiting> waiting_;   // by the numbers of their tickets
 };
 
 }  // namespace veduta

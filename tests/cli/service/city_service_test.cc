@@ -22,7 +22,7 @@ class CityServiceTest : public testing::Test {
     city_.Close();
     auto engine = Engine::Open(city_.path());
     EXPECT_OK(engine);
-    service_ = std::make_unique<CityService>(*std::move(engine), ServiceOptions());
+    service_ = std::make_unique<CityService>(*std::move(engine), city_.path(), options_);
   }
 
   HttpAnswer Ask(const std::string& method, std::vector<std::string> path,
@@ -45,6 +45,7 @@ class CityServiceTest : public testing::Test {
   }
 
   City city_;
+  ServiceOptions options_;
   std::unique_ptr<CityService> service_;
 };
 
@@ -104,9 +105,12 @@ TEST_F(CityServiceTest, EveryRequestIsAnsweredBeforeTheServiceHasGone) {
 }
 
 TEST(ServiceOptions, HaveBounds) {
-  ExpectBounds(&ServiceOptions::waiting_photos_max, "waiting_photos_max", {0, 100'001},
-               {1, 100'000});
-  ExpectBounds(&ServiceOptions::query_threads, "query_threads", {0, 1025}, {1, 1024});
+  ExpectBounds(&ServiceOptions::waiting_photos_max, "waiting_photos_max", {0u, 100'001u},
+               {1u, 100'000u});
+  ExpectBounds(&ServiceOptions::waiting_questions_max, "waiting_questions_max", {0u, 100'001u},
+               {1u, 100'000u});
+  ExpectBounds(&ServiceOptions::settle_pause_s, "settle_pause_s", {0u, 86'401u}, {1u, 86'400u});
+  ExpectBounds(&ServiceOptions::query_threads, "query_threads", {0u, 1025u}, {1u, 1024u});
 }
 
 }  // namespace
