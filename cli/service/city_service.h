@@ -64,8 +64,8 @@ class CityService final {
   // an empty text where the journal has no entry from `first` on yet.
   void TellEvents(uint64_t first, std::function<void(Result<CityEvents>)> told);
 
-  // Takes no photo from now on, answers those that wait for their turn, and is not ready any more.
-  // Questions are answered as before.
+  // Takes no photo from now on, has answered those that wait for their turn when it returns, and is
+  // not ready any more. Quick questions are answered as before, others by 503.
   void Close();
 
  private:

@@ -22,7 +22,8 @@ class Daemon:
                                          *more], stdout=subprocess.PIPE, stderr=subprocess.PIPE)
         line = self.process.stdout.readline()
         assert line, self.process.stderr.read().decode()
-        self.host = json.loads(line)['http'].removeprefix('http://')
+        self.started = json.loads(line)
+        self.host = self.started['http'].removeprefix('http://')
 
     def __enter__(self):
         return self

@@ -13,6 +13,7 @@ import re
 
 from city import (PHOTOS, SIZE, WHOLE, Case, add_command, at, main, make_whole, must, new_database,
                   photo, read, render, run, write)
+from daemon import Daemon
 
 PAGE = os.path.join(os.path.dirname(__file__), '..', '..', 'docs', 'json.md')
 # Sections that list no keys: they point to another page.
@@ -148,6 +149,8 @@ def setUpModule():
     keep('forbidden', 'forbidden', merged)
     keep('remove', 'remove', merged, 'photo0012.jpg')
     write(at('new.jpg'), photo(5) + b'\0')
+    with Daemon(WHOLE) as daemon:
+        PRINTED['veduta serve'].append(daemon.started)
     keep('localize', 'localize', WHOLE, '--camera', 'c', at('new.jpg'))
     keep('localize', 'localize', WHOLE, at('new.jpg'))
     keep('neighbors (of a photo that is not stored)', 'neighbors', WHOLE, at('new.jpg'))

@@ -74,7 +74,8 @@ TEST_F(CityServiceTest, AClosingServiceIsAliveAndNotReady) {
   service_->Close();
   EXPECT_EQ(Ask("GET", {"readyz"}).code, 503u);
   EXPECT_EQ(Ask("GET", {"healthz"}).code, 200u);
-  EXPECT_EQ(Ask("GET", {"v1", "status"}).code, 200u);
+  EXPECT_EQ(Ask("GET", {"v1", "cameras", "street"}).code, 200u);
+  EXPECT_EQ(Ask("GET", {"v1", "status"}).code, 503u) << "it would have to wait";
 }
 
 TEST_F(CityServiceTest, MetricsCountAnswers) {

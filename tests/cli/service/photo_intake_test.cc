@@ -54,7 +54,9 @@ HttpRequest Photo(const std::string& name, std::vector<uint8_t> bytes) {
 
 HttpRequest NoPhoto(uint32_t number) {
   const std::string text = "no photo " + std::to_string(number);
-  return Photo("no-photo-" + std::to_string(number), {text.begin(), text.end()});
+  HttpRequest photo = Photo("no-photo-" + std::to_string(number), {text.begin(), text.end()});
+  photo.query["contributor"] = "number " + std::to_string(number);
+  return photo;
 }
 
 TEST(PhotoIntake, AnswersSayWhatBecameOfPhotos) {
