@@ -64,11 +64,11 @@ class Usage(Case):
         for command in ('init', 'camera', 'markers', 'calibrate', 'add', 'settle', 'status',
                         'reconstruction', 'show', 'neighbors', 'pose', 'export', 'densify',
                         'render', 'verify', 'digest', 'vocabulary', 'journal', 'backup', 'repair',
-                        'remove', 'forbid', 'allow', 'forbidden', 'devices', 'localize'):
+                        'remove', 'forbid', 'allow', 'forbidden', 'devices', 'localize', 'serve'):
             self.assertRegex(listed, rf'(?m)^  {command} ')
             self.assertIn(without_database.get(command, 'DB'), must(command, '--help'))
         count = len(re.findall(r'(?m)^  [a-z]+ ', listed.split('Subcommands:')[1]))
-        self.assertEqual(count, 26, 'a command is not in this list')
+        self.assertEqual(count, 27, 'a command is not in this list')
         self.assertRegex(must('--version'), r'^\d+\.\d+\.\d+\n$')
 
     def test_init_again_changes_nothing(self):
