@@ -5,7 +5,7 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
-#include <cerrno>
+#include <cstdlib>
 #include <random>
 #include <utility>
 
@@ -213,8 +213,13 @@ void CityService::ReopenAfter(const Status& failure) {
 }
 
 bool CityService::HasDiskRoom() const {
-  const int file = open(path_.c_str(), O_TMPFILE | O_WRONLY | O_CLOEXEC, S_IRUSR | S_IWUSR);
-  if (file < 0) return errno == EOPNOTSUPP || errno == EISDIR;  // it cannot be told
+  int file = open(path_.c_str(), O_TMPFILE | O_WRONLY | O_CLOEXEC, S_IRUSR | S_IWUSR);
+  if (file < 0) {  // some file systems have no files without a name
+    std::string name = path_ + "/room-XXXXXX";
+    file = mkostemp(name.data(), O_CLOEXEC);
+    if (file < 0) return false;
+    unlink(name.c_str());
+  }
   const bool has_room = posix_fallocate(file, 0, kReopenBytes) == 0;
   close(file);
   return has_room;
