@@ -172,7 +172,10 @@ class HttpDoor final : public kj::HttpService, private kj::TaskSet::ErrorHandler
         .catch_([arriving](kj::Exception&& exception) {
           if (exception.getType() != kj::Exception::Type::OVERLOADED)
             kj::throwFatalException(kj::mv(exception));
-          arriving->refusal = Problem(408, "the body came too slowly");
+          // kj tells short memory by the same type.
+          arriving->refusal = exception.getDescription() == "operation timed out"
+                                  ? Problem(408, "the body came too slowly")
+                                  : ProblemOf(Status::NoMemory("there is no memory for the body"));
         })
         .then([this, arriving, &response]() -> kj::Promise<void> {
           if (arriving->refusal) return Send(*std::move(arriving->refusal), response);
