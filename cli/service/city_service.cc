@@ -130,7 +130,6 @@ HttpAnswer CityService::AnswerOfItself(const HttpRequest& request) const {
   const std::string& asked = request.path.back();
   if (asked == "metrics") return Metrics();
   if (asked == "healthz") return JsonAnswer(200, {{"status", "alive"}});
-  if (asked != "readyz") return Problem(405, "events are asked for by GET");
   if (intake_.is_closing()) return ProblemOf(Status::Busy("the daemon is closing"));
   const auto journal = engine_->Ask().Journal(1, 1);
   return journal.ok() ? JsonAnswer(200, {{"status", "ready"}}) : ProblemOf(journal.status());

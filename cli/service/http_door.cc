@@ -236,8 +236,8 @@ class HttpDoor final : public kj::HttpService, private kj::TaskSet::ErrorHandler
   kj::Promise<void> ReadBody(kj::AsyncInputStream& body, std::shared_ptr<Arriving> arriving) {
     KJ_IF_MAYBE (length, body.tryGetLength()) {
       if (*length == 0 || !FitsBody(*length, arriving.get())) return kj::READY_NOW;
-      arriving->request.body.reserve(*length +
-                                     kPieceBytes);  // pages are taken when they are filled
+      // Memory is taken when it is filled.
+      arriving->request.body.reserve(*length + kPieceBytes);
     }
     return ReadPiece(body, std::move(arriving));
   }
@@ -316,11 +316,8 @@ class HttpDoor final : public kj::HttpService, private kj::TaskSet::ErrorHandler
   kj::Promise<void> Follow(const HttpRequest& request, bool wants_body,
                            const kj::HttpHeaders& headers, Response& response) {
     uint64_t first = 0;
-    const auto from = request.query.find("from");
     const std::string last = Header(headers, known_.last_event);
-    const std::string& text = !last.empty()                 ? last
-                              : from != request.query.end() ? from->second
-                                                            : "1";
+    const std::string text = !last.empty() ? last : Parameter(request, "from", "1");
     const auto [rest, error] = std::from_chars(text.data(), text.data() + text.size(), first);
     if (error != std::errc() || rest != text.data() + text.size()) {
       return Send(Problem(400, "events are asked for as /v1/events?from=NUMBER"), response);
