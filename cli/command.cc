@@ -2,6 +2,7 @@
 #include "cli/command.h"
 
 #include <cstdio>
+#include <cstdlib>
 
 namespace veduta {
 
@@ -62,6 +63,14 @@ Result<std::unique_ptr<Engine>> OpenToRead(const std::string& path, uint32_t thr
 
 Result<std::unique_ptr<Engine>> OpenToWrite(const std::string& path, const EngineOptions& options) {
   return Engine::Open(path, options);
+}
+
+std::string ProgramCacheFolder() {
+  if (const char* cache = std::getenv("XDG_CACHE_HOME"); cache && *cache)
+    return std::string(cache) + "/veduta";
+  if (const char* home = std::getenv("HOME"); home && *home)
+    return std::string(home) + "/.cache/veduta";
+  return "";
 }
 
 }  // namespace veduta

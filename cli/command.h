@@ -45,6 +45,10 @@ Result<std::unique_ptr<Engine>> OpenToRead(const std::string& path, uint32_t thr
 Result<std::unique_ptr<Engine>> OpenToWrite(const std::string& path,
                                             const EngineOptions& options = {});
 
+// Where built OpenCL programs are kept (XDG Base Directory Specification). Empty where the user has
+// no such folder: then they are built each time.
+std::string ProgramCacheFolder();
+
 // Each adds its command to the app; running it sets *exit_code.
 void RegisterInit(CLI::App* app, int* exit_code);
 void RegisterCamera(CLI::App* app, int* exit_code);

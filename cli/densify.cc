@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // veduta densify DB [--reconstruction ID] [--threads N] [--device D] [--size PX] [--sensors N]
 // [--voxel V] [--json]
-#include <cstdlib>
-
 #include "cli/command.h"
 #include "cli/progress.h"
 #include "cli/stop_on_signal.h"
@@ -17,16 +15,6 @@ struct DensifyArguments {
   DensifyRequest request;
   bool json = false;
 };
-
-// Where built OpenCL programs are kept (XDG Base Directory Specification). Empty where the user has
-// no such folder: then they are built each time.
-std::string ProgramCacheFolder() {
-  if (const char* cache = std::getenv("XDG_CACHE_HOME"); cache && *cache)
-    return std::string(cache) + "/veduta";
-  if (const char* home = std::getenv("HOME"); home && *home)
-    return std::string(home) + "/.cache/veduta";
-  return "";
-}
 
 // A bar, or lines, for each stage of the pass.
 class StageProgress final {

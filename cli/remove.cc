@@ -24,6 +24,8 @@ void PrintRemoved(const RemovedPhoto& photo, const Questions& ask) {
 }
 
 void PrintRest(const RemoveAnswer& answer) {
+  if (answer.uploads > 0)
+    PrintLine("removed    %lu photos that waited for their turn", answer.uploads);
   if (answer.purged.ok()) PrintLine("no file of the database has bytes of removed photos any more");
   for (const RemovedPhoto& photo : answer.removed) {
     if (!photo.was_dense) continue;
@@ -32,7 +34,7 @@ void PrintRest(const RemoveAnswer& answer) {
   }
   for (const std::string& copy : answer.copies)
     PrintLine("out of reach: the copy in %s", Printable(copy).c_str());
-  if (!answer.removed.empty())
+  if (!answer.removed.empty() || answer.uploads > 0)
     PrintLine("out of reach: copies of the folder that others have made");
 }
 

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// veduta serve DB [--http HOST:PORT] [--threads N] [--waiting N] [--json]
+// veduta serve DB [--http HOST:PORT] [--threads N] [--waiting N] [--waiting-bytes N] [--dense]
+// [--dense-size PX] [--device D] [--json]
 #include <sys/resource.h>
 #include <unistd.h>
 
@@ -56,18 +57,32 @@ int Serve(const ServeArguments& arguments) {
   if (!checked.ok()) return FailUsage(checked);
   EngineOptions options;
   options.thread_count = arguments.threads;
+  ServiceOptions service_options = arguments.service;
+  service_options.dense.request.cache_folder = ProgramCacheFolder();
+  const Status usable = service_options.Check();
+  if (!usable.ok()) return FailUsage(usable);
   options.settle_each = true;  // the order of the photos alone decides what becomes of them
   auto engine = OpenNicely(arguments.db, options);
   if (!engine.ok()) return Fail(engine.status());
   CityService service(
-      *std::move(engine), arguments.db, arguments.service,
-      [&](const std::string& name, const Result<AddOutcome>& outcome) {
-        Tell(name, outcome, arguments.json);
-      },
-      [&](const FollowUp& step, const Questions& ask) {
-        if (step.status.ok()) return;
-        std::fprintf(stderr, "%s\n", FollowUpFailure(step, ask, arguments.db).c_str());
-      });
+      *std::move(engine), arguments.db, service_options,
+      {.ended = [&](const std::string& name,
+                    const Result<AddOutcome>& outcome) { Tell(name, outcome, arguments.json); },
+       .followed =
+           [&](const FollowUp& step, const Questions& ask) {
+             if (step.status.ok()) return;
+             std::fprintf(stderr, "%s\n", FollowUpFailure(step, ask, arguments.db).c_str());
+           },
+       .dense_failed =
+           [](const Status& failure) {
+             std::fprintf(stderr, "veduta: the dense pass failed, and is tried again: %s\n",
+                          Printable(failure.message()).c_str());
+           }});
+  const Status resumed = service.Resume();
+  if (!resumed.ok()) {
+    std::fprintf(stderr, "veduta: photos that wait for their turn cannot be read: %s\n",
+                 Printable(resumed.message()).c_str());
+  }
   const Status served =
       ServeHttp(&service, arguments.door, stop.token(), [&](const std::string& address) {
         if (arguments.json) {
@@ -93,10 +108,21 @@ void RegisterServe(CLI::App* app, int* exit_code) {
   command->add_option("--threads", arguments->threads, "Threads (default: one per core)")
       ->check(CLI::Range(1, 1024));
   command
-      ->add_option("--waiting", arguments->service.waiting_photos_max,
+      ->add_option("--waiting", arguments->service.intake.photos_max,
                    "Photos that may wait for their turn; more are told to come again later")
       ->capture_default_str()
-      ->check(CLI::Range(1, 100'000));
+      ->check(CLI::Range(1, 1'000'000));
+  command
+      ->add_option("--waiting-bytes", arguments->service.intake.bytes_max,
+                   "Bytes on the disk that these photos may have in all")
+      ->transform(CLI::AsSizeValue(/*kb_is_1000=*/false))
+      ->capture_default_str();
+  command->add_flag("--dense", arguments->service.dense.is_wanted,
+                    "Keep depth maps and surfaces up to date while photos come");
+  command->add_option("--dense-size", arguments->service.dense.request.options.depth_side_px,
+                      "Longer side of depth maps in px, as of `veduta densify --size`");
+  command->add_option("--device", arguments->service.dense.request.device,
+                      "The device of the dense pass, as of `veduta densify`");
   command->add_flag("--json", arguments->json,
                     "JSON: one object that says where it listens, then one for each photo");
   command->callback([=] { *exit_code = Serve(*arguments); });

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // veduta settle DB [--threads N] [--json]
-#include <algorithm>
+#include <vector>
 
 #include "cli/command.h"
 #include "cli/follow_ups.h"
@@ -16,10 +16,39 @@ struct SettleArguments {
   bool json = false;
 };
 
+// Photos that a daemon has taken, and that it has not placed.
+Status PlaceUploads(Engine* engine, bool json, const std::stop_token& stop) {
+  VEDUTA_ASSIGN_OR_RETURN(const std::vector<UploadAnswer> uploads, engine->Ask().Uploads());
+  std::vector<std::pair<const UploadAnswer*, Ticket>> tickets;
+  for (const UploadAnswer& upload : uploads) {
+    Result<Ticket> ticket = engine->Resume(upload.number);
+    if (ticket.status().code() == StatusCode::kNotFound) continue;  // it has had its turn
+    VEDUTA_RETURN_IF_ERROR(ticket.status());
+    tickets.emplace_back(&upload, std::move(*ticket));
+  }
+  Status failure;
+  for (const auto& [upload, ticket] : tickets) {
+    if (stop.stop_requested()) return Status::Cancelled("stopped before all photos were placed");
+    const Result<AddOutcome> outcome = ticket.Wait();
+    if (!outcome.ok()) {
+      std::fprintf(stderr, "veduta: %s: %s\n", Printable(upload->name).c_str(),
+                   Printable(outcome.status().message()).c_str());
+      failure = outcome.status();
+    } else if (json) {
+      PrintJson(ToJson(*outcome));
+    } else {
+      PrintLine("%-10s %s: %s", OutcomeWord(*outcome).c_str(), Printable(upload->name).c_str(),
+                Printable(OutcomeReason(*outcome)).c_str());
+    }
+  }
+  return failure;
+}
+
 int Settle(const SettleArguments& arguments) {
   const StopOnSignal stop;
   EngineOptions options;
   options.thread_count = arguments.threads;
+  options.settle_each = true;  // photos that wait are placed as `veduta serve` places them
   const auto engine = OpenToWrite(arguments.db, options);
   if (!engine.ok()) return Fail(engine.status());
   const auto followed = [&](const FollowUp& step) {
@@ -36,7 +65,9 @@ int Settle(const SettleArguments& arguments) {
       std::fprintf(stderr, "%s\n", FollowUpFailure(step, ask, arguments.db).c_str());
     }
   };
+  const Status placed = PlaceUploads(engine->get(), arguments.json, stop.token());
   const Status settled = (*engine)->Settle(stop.token(), followed);
+  if (!placed.ok()) return Fail(placed);
   return settled.ok() ? kDone : Fail(settled);
 }
 
@@ -45,11 +76,13 @@ int Settle(const SettleArguments& arguments) {
 void RegisterSettle(CLI::App* app, int* exit_code) {
   auto arguments = std::make_shared<SettleArguments>();
   CLI::App* command = app->add_subcommand(
-      "settle", "Do all work that follows from the photos: an `add` that was stopped left some");
+      "settle",
+      "Place the photos that wait for their turn, and do all work that follows from photos");
   command->add_option("DB", arguments->db, "Database")->required();
   command->add_option("--threads", arguments->threads, "Threads (default: one per core)")
       ->check(CLI::Range(1, 1024));
-  command->add_flag("--json", arguments->json, "One JSON object per step");
+  command->add_flag("--json", arguments->json,
+                    "One JSON object per photo that waited, and per step");
   command->callback([=] { *exit_code = Settle(*arguments); });
 }
 

@@ -48,6 +48,10 @@ int PrintStatus(const std::string& db, bool json) {
   }
   for (const ReconstructionAnswer& r : status->reconstructions) PrintReconstruction(r);
   PrintSeams(*status);
+  if (status->uploads > 0) {
+    PrintLine("%lu photos wait for their turn: `veduta serve` or `veduta settle` places them",
+              status->uploads);
+  }
   if (status->backlog > 0) {
     PrintLine("%lu postponed photos are still to be tried again", status->backlog);
   }

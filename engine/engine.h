@@ -100,6 +100,8 @@ class Questions final {
   // The active tree as a file that ImportVocabulary takes.
   veduta::Status ExportVocabulary(const std::string& path) const;
   Result<std::vector<ForbiddenAnswer>> Forbidden() const;  // what people have forbidden
+  // Submitted photos that wait on the disk, in line or not; ascending numbers.
+  Result<std::vector<UploadAnswer>> Uploads() const;
   // At most `count_max` entries from `first` on.
   Result<std::vector<JournalAnswer>> Journal(uint64_t first, uint32_t count_max) const;
 
@@ -153,10 +155,14 @@ class Engine final {
   Result<std::vector<FirstCamera>> CalibrateFirst(std::span<PhotoSubmission> photos,
                                                   std::stop_token stop = {});
 
-  // Puts a photo in line and returns at once. Contributors take turns; the journal records the
+  // Puts a photo on the disk and in line, and returns: it is applied in its turn, and where the
+  // process ends before that, once it is resumed. Contributors take turns; the journal records the
   // order in which photos were applied. The answer comes with the photo's own commit; what follows
-  // from it is done when nobody waits. kNotFound for an unknown camera.
+  // from it is done when nobody waits. kNotFound for an unknown camera, or a file that is not there.
   Result<Ticket> Submit(PhotoSubmission photo, AnswerCallback answered = {});
+  // Puts a photo in line that waits on the disk. kNotFound where it does not wait any more,
+  // kAlreadyExists where it is in line already.
+  Result<Ticket> Resume(uint64_t upload, AnswerCallback answered = {});
 
   // Adds photos in their order and returns when all are done. Whatever follows from a photo is done
   // before the next one is applied, so the same list gives the same digest; `report` is called from
@@ -219,28 +225,6 @@ class Engine final {
   Engine();
   std::shared_ptr<EngineParts> parts_;
 };
-
-// --- Cameras: no database is needed. Deterministic and thread-safe. ---
-// Calibrates a camera from photos of printed markers or of any place, or from a points.json. The
-// messages are in the order of the work: notes on single photos, which begin with the photo's name,
-// then those on all. kInvalidArgument, with what to photograph, if nothing useful can be told.
-Result<CalibrationAnswer> Calibrate(const CalibrateRequest& request);
-
-// Sheets of markers to print, six to a sheet, as one PDF. `paper` is "a4" or "letter"; `count` lies
-// in [1, kMarkerCountMax].
-inline constexpr uint32_t kMarkerCountMax = 178;
-Result<MarkerSheets> MakeMarkerSheets(std::string_view paper, uint32_t count);
-
-// Reads a camera.json, COLMAP's cameras.txt (`colmap_id` chooses among several) or a file of
-// OpenCV's FileStorage. kInvalidArgument says what is wrong, or which ids there are; kIoError.
-Result<CameraFromFile> ReadCameraFile(const std::string& path, std::optional<uint32_t> colmap_id);
-
-// A camera as people type it: a size "WIDTHxHEIGHT" in px, and "fx,fy,cx,cy[,k1,k2[,u0,v0]]", with
-// the units of CameraModel. kInvalidArgument names what is wrong.
-Result<CameraModel> ParseCamera(std::string_view size, std::string_view params);
-// The shortest texts that ParseCamera reads back as the same model.
-std::string CameraSizeText(const CameraModel& model);
-std::string CameraParamsText(const CameraModel& model);
 
 // The OpenCL devices, and which one `wanted` ("" or "auto": the default) means.
 Result<DeviceList> ListDevices(const std::string& wanted);

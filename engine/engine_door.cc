@@ -66,12 +66,6 @@ Result<std::vector<FirstCamera>> Engine::CalibrateFirst(std::span<PhotoSubmissio
   return veduta::CalibrateFirst(parts_.get(), photos, std::move(stop));
 }
 
-Result<Ticket> Engine::Submit(PhotoSubmission photo, AnswerCallback answered) {
-  VEDUTA_ASSIGN_OR_RETURN(std::optional<CameraRecord> camera, parts_->FindNamed(photo.camera));
-  return parts_->scheduler->Submit(std::move(photo.photo), std::move(camera),
-                                   std::move(photo.contributor), std::move(answered));
-}
-
 Status Engine::AddPhotos(std::span<const PhotoSubmission> photos,
                          const std::function<void(const AddOutcome&)>& report, std::stop_token stop,
                          const std::function<void(const FollowUp&)>& followed) {

@@ -85,6 +85,14 @@ struct EngineParts {
   // Writes an entry of this action on a copy of the database into the journal.
   Status NoteCopy(const std::string& action, const std::string& folder, Writer::Turn* turn);
 
+  bool IsInLine(uint64_t upload);
+  // Puts a photo in line that waits on the disk and is not in line, for who holds `lining_mutex`.
+  Result<Ticket> Line(const UploadRecord& upload, std::optional<CameraRecord> camera,
+                      AnswerCallback answered);
+  // Takes out of the line, and off the disk, what waits of this contributor; one whose turn has come
+  // has had it when this returns. How many were taken out.
+  Result<uint64_t> RemoveUploads(const std::string& contributor);
+
   std::string path;  // of the database, as it was opened
   EngineOptions options;
   EngineTuning tuning;
@@ -98,6 +106,9 @@ struct EngineParts {
   std::shared_ptr<EngineCaches> caches;
   std::map<std::string, CameraRecord> cameras;
   std::unique_ptr<Ingest> ingest;  // used with the writer's turn only
+  std::mutex lining_mutex;   // held while a photo gets onto the disk and in line
+  std::mutex uploads_mutex;  // of `uploads`; never held while anything is written
+  std::map<uint64_t, Ticket> uploads;  // that are in line
   Claimable dense_pass;            // claimed while a dense pass or a removal runs: one at a time
   std::unique_ptr<Scheduler> scheduler;
 };

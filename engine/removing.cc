@@ -122,9 +122,12 @@ Result<RemoveAnswer> Engine::Remove(const RemoveRequest& request, std::stop_toke
   if (!alone) {
     return Status::Busy("a dense pass or another removal is at work: wait for its end, or stop it");
   }
+  RemoveAnswer answer;
+  if (!request.contributor.empty()) {
+    VEDUTA_ASSIGN_OR_RETURN(answer.uploads, parts->RemoveUploads(request.contributor));
+  }
   VEDUTA_ASSIGN_OR_RETURN(const std::vector<ImageId> images,
                           ImagesToRemove(*parts->database->GetSnapshot(), request));
-  RemoveAnswer answer;
   for (const ImageId image : images) {
     if (stop.stop_requested()) {
       return Status::Cancelled("stopped after " + std::to_string(answer.removed.size()) + " of " +

@@ -11,6 +11,7 @@
 #include "storage/record_counts.h"
 #include "storage/records/state_record.h"
 #include "storage/snapshot_view.h"
+#include "storage/uploads.h"
 #include "storage/write_ahead.h"
 #include "storage/write_buffer.h"
 #include "storage/write_transaction.h"
@@ -98,6 +99,12 @@ class DatabaseView final : public Database {
     return veduta::WritePostingsAhead(*files(), generation, word, images);
   }
 
+  Result<uint64_t> AddUpload(UploadRecord upload, std::span<const uint8_t> bytes) override {
+    const std::lock_guard one_at_a_time(uploads_mutex_);
+    return veduta::AddUpload(*files(), std::move(upload), bytes, options_.sync_wal);
+  }
+  Status DeleteUpload(uint64_t number) override { return veduta::DeleteUpload(*files(), number); }
+
   Result<DatabaseSizes> GetSizes() const override { return SizesOf(*files()); }
   Result<DatabaseStatistics> GetStatistics() const override { return StatisticsOf(*files()); }
   Status CreateCheckpoint(const std::string& path) override {
@@ -118,6 +125,7 @@ class DatabaseView final : public Database {
   DatabaseOptions options_;
   const std::shared_ptr<PhotoClaims> claims_;
   std::mutex reopen_mutex_;
+  std::mutex uploads_mutex_;
   mutable std::mutex files_mutex_;
   std::shared_ptr<DatabaseFiles> files_;  // guarded by files_mutex_; never null
 };

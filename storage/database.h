@@ -26,6 +26,7 @@
 #include "storage/database_sizes.h"
 #include "storage/model/features.h"
 #include "storage/model/points.h"
+#include "storage/model/upload.h"
 #include "storage/snapshot.h"
 #include "storage/transaction.h"
 
@@ -79,6 +80,12 @@ class Database {
                                  std::span<const WordId> words) = 0;
   virtual Status WritePostingsAhead(uint32_t generation, WordId word,
                                     std::span<const ImageId> images) = 0;
+
+  // Keeps a photo that waits for its turn, durably where the database syncs its log; it is no part
+  // of the city, and enters no digest. Its number, which is the next one where `upload` has none.
+  virtual Result<uint64_t> AddUpload(UploadRecord upload, std::span<const uint8_t> bytes) = 0;
+  // Once it has had its turn. Not durable by itself; does nothing where there is none.
+  virtual Status DeleteUpload(uint64_t number) = 0;
 
   virtual Result<DatabaseSizes> GetSizes() const = 0;
   virtual Result<DatabaseStatistics> GetStatistics() const = 0;

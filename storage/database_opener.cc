@@ -378,13 +378,15 @@ Status DatabaseOpener::CheckFamilies(uint32_t format) {
 }
 
 // Format 1 had no families for the dense pass; until format 2 the keys of `names` did not tell the
-// contributor. The rest is the same. The version is written last, with the names: whoever is killed
+// contributor; until format 3 there was no family for photos that wait. The rest is the same. The version is written last, with the names: whoever is killed
 // on the way upgrades again.
 Status DatabaseOpener::Upgrade(uint32_t version) {
   VEDUTA_RETURN_IF_ERROR(CheckFamilies(version));
   VEDUTA_RETURN_IF_ERROR(CreateMissingFamilies());
   WriteBuffer batch(*files_);
-  VEDUTA_RETURN_IF_ERROR(NameByContributor(*files_, &batch));
+  if (version < 3) {
+    VEDUTA_RETURN_IF_ERROR(NameByContributor(*files_, &batch));
+  }
   const std::string newest = EncodeU32(kFormatVersion);
   batch.Put(Family::kMeta, kFormatKey, std::string_view(newest));
   return batch.Write(/*sync=*/true, "upgrade the database at " + files_->path_);

@@ -23,6 +23,7 @@
 #include "storage/model/reconstruction.h"
 #include "storage/model/state.h"
 #include "storage/model/submap.h"
+#include "storage/model/upload.h"
 #include "storage/records/families.h"
 #include "storage/stored_bytes.h"
 
@@ -97,6 +98,12 @@ class Snapshot {
   // Ascending sequence numbers from `first`.
   virtual Status ScanJournal(uint64_t first,
                              const std::function<bool(const JournalRecord&)>& visit) const = 0;
+
+  // Photos that wait for their turn; ascending numbers.
+  virtual Result<std::vector<UploadRecord>> ListUploads() const = 0;
+  // kNotFound where none of that number waits.
+  virtual Result<UploadRecord> GetUpload(uint64_t number) const = 0;
+  virtual Result<StoredBytes> GetUploadBytes(uint64_t number) const = 0;
 
   // What people have forbidden; ascending kinds, then ids.
   virtual Result<std::vector<ForbiddenRecord>> ListForbidden() const = 0;

@@ -22,6 +22,7 @@
 #include "storage/records/record_parts.h"
 #include "storage/records/state_record.h"
 #include "storage/records/submap_record.h"
+#include "storage/records/upload_record.h"
 #include "storage/records/vocabulary_record.h"
 #include "storage/records/write_ahead_mark.h"
 #include "storage/rocksdb_status.h"
@@ -272,6 +273,32 @@ class SnapshotView final : public Snapshot {
                           *more = visit(record);
                           return Status::Ok();
                         });
+  }
+
+  Result<std::vector<UploadRecord>> ListUploads() const override {
+    std::vector<UploadRecord> all;
+    VEDUTA_RETURN_IF_ERROR(
+        reader_.Scan(Family::kUploads, UploadPrefix(), "",
+                     [&](std::string_view key, std::string_view value, bool* /*more*/) {
+                       UploadEntry entry{};
+                       uint64_t number = 0;
+                       VEDUTA_RETURN_IF_ERROR(ParseUploadKey(key, &entry, &number));
+                       return Decode(value, number, &all.emplace_back());
+                     }));
+    return all;
+  }
+
+  Result<UploadRecord> GetUpload(uint64_t number) const override {
+    UploadRecord upload;
+    VEDUTA_RETURN_IF_ERROR(GetRecord(
+        Family::kUploads, UploadKey(number), [&] { return "upload " + Number(number); }, &upload,
+        number));
+    return upload;
+  }
+
+  Result<StoredBytes> GetUploadBytes(uint64_t number) const override {
+    return GetBytes(Family::kUploads, UploadBytesKey(number),
+                    [&] { return "photo of upload " + Number(number); });
   }
 
   Result<std::vector<ForbiddenRecord>> ListForbidden() const override {

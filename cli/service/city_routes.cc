@@ -146,6 +146,10 @@ HttpAnswer LocalizePhoto(Engine* engine, const HttpRequest& request, const PathA
   return done.ok() ? answer : ProblemOf(done);
 }
 
+HttpAnswer ListUploads(Engine* engine, const HttpRequest&, const PathArguments&) {
+  return AnswerOf(engine->Ask().Uploads());
+}
+
 HttpAnswer ListReconstructions(Engine* engine, const HttpRequest&, const PathArguments&) {
   return AnswerOf(engine->Ask().Reconstructions());
 }
@@ -181,6 +185,11 @@ const std::vector<CityRoute>& Routes() {
       {"GET", {"metrics"}, {}, nullptr},
       {"GET", {"v1", "events"}, {"from"}, nullptr},
       {"POST", {"v1", "photos"}, {"name", "camera", "contributor"}, nullptr},
+      {"GET", {"v1", "dense"}, {}, nullptr, false, true},
+      {"POST", {"v1", "dense", "pause"}, {}, nullptr},
+      {"POST", {"v1", "dense", "resume"}, {}, nullptr},
+      {"GET", {"v1", "uploads"}, {}, ListUploads, true},
+      {"GET", {"v1", "uploads", "*"}, {}, nullptr, false, true},
       {"GET", {"v1", "status"}, {}, GetStatus},
       {"GET", {"v1", "cameras"}, {}, ListCameras, true},
       {"POST", {"v1", "cameras"}, {}, AddCamera},
@@ -221,6 +230,10 @@ HttpAnswer WrongMethod(const std::string& method, const std::set<std::string>& r
 }
 
 }  // namespace
+
+Result<uint64_t> UploadNumber(const std::string& text) {
+  return WholeNumber("an upload's number", text, 1, std::numeric_limits<uint64_t>::max());
+}
 
 std::variant<RouteMatch, HttpAnswer> FindRoute(const HttpRequest& request) {
   std::set<std::string> right_methods;

@@ -31,6 +31,9 @@ struct RouteMatch {
   PathArguments arguments;
 };
 
+// The number of an upload, from a part of a path.
+Result<uint64_t> UploadNumber(const std::string& text);
+
 // The route of a request; otherwise the answer to it: 404 where nothing is there, 405 where another
 // method would be right, 400 for a parameter that is not known. Thread-safe.
 std::variant<RouteMatch, HttpAnswer> FindRoute(const HttpRequest& request);

@@ -54,7 +54,8 @@ std::string CityMetrics(const StatusAnswer& city) {
 
 Status ServiceOptions::Check() const {
   return OptionBounds()
-      .Between("waiting_photos_max", waiting_photos_max, 1, 100'000)
+      .Part("intake", intake.Check())
+      .Part("dense", dense.Check())
       .Between("query_threads", query_threads, 1, 1024)
       .Between("waiting_questions_max", waiting_questions_max, 1, 100'000)
       .Between("settle_pause_s", settle_pause_s, 1, 86'400)
@@ -62,20 +63,20 @@ Status ServiceOptions::Check() const {
 }
 
 CityService::CityService(std::unique_ptr<Engine> engine, const std::string& path,
-                         const ServiceOptions& options, PhotoEnded ended,
-                         std::function<void(const FollowUp&, const Questions&)> followed)
+                         const ServiceOptions& options, Listeners listeners)
     : path_(path),
       options_(options),
       start_(RandomName()),
-      intake_(options.waiting_photos_max,
-              [this, ended = std::move(ended)](const std::string& name,
-                                               const Result<AddOutcome>& outcome) {
+      intake_(options.intake,
+              [this, ended = std::move(listeners.ended)](const std::string& name,
+                                                         const Result<AddOutcome>& outcome) {
                 if (ended) ended(name, outcome);
                 if (!outcome.ok()) ReopenAfter(outcome.status());
               }),
       engine_(std::move(engine)),
       pool_(options.query_threads),
-      settler_([this, followed = std::move(followed)](std::stop_token stop) {
+      dense_(engine_.get(), options.dense, std::move(listeners.dense_failed)),
+      settler_([this, followed = std::move(listeners.followed)](std::stop_token stop) {
         SettleNowAndThen(std::move(stop), followed);
       }) {}
 
@@ -91,14 +92,15 @@ void CityService::Handle(HttpRequest request, Answered answered) {
   auto found = FindRoute(request);
   if (auto* const refusal = std::get_if<HttpAnswer>(&found)) return counted(std::move(*refusal));
   const auto match = std::get<RouteMatch>(std::move(found));
-  if (request.method == "POST" && match.route->answer == nullptr)
-    return intake_.Take(engine_.get(), std::move(request), counted);
   if (match.route->is_quick) return counted(Answer(request, match));
   // Shared, since the pool copies its tasks, and bodies are large.
-  const auto shared = std::make_shared<const HttpRequest>(std::move(request));
-  const bool is_queued = Queue([this, shared, match, counted](bool is_closed) {
-    counted(is_closed ? ProblemOf(Status::Busy("the daemon is closing: ask again in a while"))
-                      : Answer(*shared, match));
+  const auto shared = std::make_shared<HttpRequest>(std::move(request));
+  const bool is_photo = shared->method == "POST" && shared->path.back() == "photos";
+  const bool is_queued = Queue([this, shared, match, counted, is_photo](bool is_closed) {
+    if (is_closed)
+      return counted(ProblemOf(Status::Busy("the daemon is closing: ask again in a while")));
+    if (is_photo) return intake_.Take(engine_.get(), std::move(*shared), counted);
+    counted(Answer(*shared, match));
   });
   if (!is_queued) counted(ProblemOf(Status::Busy("too many questions wait: ask again in a while")));
 }
@@ -119,15 +121,20 @@ bool CityService::Queue(std::function<void(bool is_closed)> task) {
   return true;
 }
 
-HttpAnswer CityService::Answer(const HttpRequest& request, const RouteMatch& match) const {
+HttpAnswer CityService::Answer(const HttpRequest& request, const RouteMatch& match) {
   const auto answer = CatchShortage("answer a request", [&]() -> Result<HttpAnswer> {
     return match.route->answer == nullptr ? AnswerOfItself(request) : AskEngine(request, match);
   });
   return answer.ok() ? *answer : ProblemOf(answer.status());
 }
 
-HttpAnswer CityService::AnswerOfItself(const HttpRequest& request) const {
+HttpAnswer CityService::AnswerOfItself(const HttpRequest& request) {
   const std::string& asked = request.path.back();
+  if (request.path.front() == "v1") {
+    if (request.path[1] == "dense") return AnswerOnDense(asked);
+    const Result<uint64_t> upload = UploadNumber(asked);
+    return upload.ok() ? intake_.Find(*upload) : ProblemOf(upload.status());
+  }
   if (asked == "metrics") return Metrics();
   if (asked == "healthz") return JsonAnswer(200, {{"status", "alive"}});
   if (intake_.is_closing()) return ProblemOf(Status::Busy("the daemon is closing"));
@@ -135,11 +142,21 @@ HttpAnswer CityService::AnswerOfItself(const HttpRequest& request) const {
   return journal.ok() ? JsonAnswer(200, {{"status", "ready"}}) : ProblemOf(journal.status());
 }
 
+HttpAnswer CityService::AnswerOnDense(const std::string& asked) {
+  if (asked != "dense") {
+    const Status paused = dense_.Pause(asked == "pause");
+    if (!paused.ok()) return ProblemOf(paused);
+  }
+  return JsonAnswer(200, dense_.ToJson());
+}
+
 HttpAnswer CityService::Metrics() const {
   const PhotoIntake::Counts photos = intake_.counts();
   const std::string ended = "veduta_photos_total", requests = "veduta_http_requests_total";
   std::string text = Head("veduta_photos_waiting", "gauge", "Photos that wait for their turn.") +
                      Sample("veduta_photos_waiting", "", photos.waiting) +
+                     Head("veduta_photos_waiting_bytes", "gauge", "Their bytes.") +
+                     Sample("veduta_photos_waiting_bytes", "", photos.waiting_bytes) +
                      Head(ended, "counter", "Photos that were sent, by what became of them.");
   for (const auto& [word, count] : photos.ended)
     text += Sample(ended, "{outcome=\"" + word + "\"}", count);
@@ -207,7 +224,8 @@ void CityService::ReopenAfter(const Status& failure) {
   reopened_ = now;
   pool_.Submit([this] {
     if (!HasDiskRoom()) return;
-    engine_->Reopen().IgnoreBecause("every use says so, and the next photo that fails tries again");
+    if (!engine_->Reopen().ok()) return;  // every use says so, and the next photo tries again
+    Resume().IgnoreBecause("what is not in line is put there after the next pause");
   });
 }
 
@@ -233,6 +251,9 @@ void CityService::SettleNowAndThen(
       pause_.wait_for(lock, stop, pause, [] { return false; });
     }
     if (stop.stop_requested()) return;
+    CatchShortage("resume photos", [&] {
+      return Resume();
+    }).IgnoreBecause("it is tried again after the next pause");
     const auto tell = [&](const FollowUp& step) {
       if (followed) followed(step, engine_->Ask());
     };

@@ -14,6 +14,7 @@
 #include <thread>
 
 #include "cli/service/city_routes.h"
+#include "cli/service/dense_keeper.h"
 #include "cli/service/http_message.h"
 #include "cli/service/photo_intake.h"
 #include "engine/engine.h"
@@ -23,8 +24,8 @@ namespace veduta {
 
 // What the daemon takes.
 struct ServiceOptions {
-  // Photos that may wait for their turn, 1 to 100,000. Chosen by hand: half a minute of work.
-  uint32_t waiting_photos_max = 64;
+  IntakeLimits intake;
+  DenseKeeping dense;
   // Threads that answer questions, 1 to 1024. A localisation takes one for as long as a photo does,
   // so there are some for those who ask less.
   uint32_t query_threads = 4;
@@ -46,16 +47,26 @@ struct CityEvents {
 // Thread-safe.
 class CityService final {
  public:
-  // `path` is the database's. `ended` hears of each photo, and `followed` of steps that failed and
-  // were tried again, on a thread of its own.
+  // Who hears of what the daemon does by itself, each from a thread of the service's; all may be
+  // empty.
+  struct Listeners {
+    PhotoEnded ended;
+    // Of steps that failed and were tried again.
+    std::function<void(const FollowUp& step, const Questions& ask)> followed;
+    std::function<void(const Status&)> dense_failed;
+  };
+  // `path` is the database's.
   CityService(std::unique_ptr<Engine> engine, const std::string& path,
-              const ServiceOptions& options, PhotoEnded ended = {},
-              std::function<void(const FollowUp& step, const Questions& ask)> followed = {});
+              const ServiceOptions& options, Listeners listeners);
   // Closes, waits for the questions that are at work, and closes the engine: every request is
   // answered then, questions that nobody has begun with by 503.
   ~CityService();
   CityService(const CityService&) = delete;
   CityService& operator=(const CityService&) = delete;
+
+  // Puts photos in line that an earlier daemon has taken and not placed; kCorruption and kIoError
+  // where they cannot be read: the others go on.
+  Status Resume() { return intake_.Resume(engine_.get()); }
 
   // Returns soon. `answered` is called once: by this thread, or by another one later.
   void Handle(HttpRequest request, Answered answered);
@@ -64,14 +75,15 @@ class CityService final {
   // an empty text where the journal has no entry from `first` on yet.
   void TellEvents(uint64_t first, std::function<void(Result<CityEvents>)> told);
 
-  // Takes no photo from now on, has answered those that wait for their turn when it returns, and is
+  // Takes no photo from now on, has answered those who wait for one's turn when it returns, and is
   // not ready any more. Quick questions are answered as before, others by 503.
   void Close();
 
  private:
-  HttpAnswer Answer(const HttpRequest& request, const RouteMatch& match) const;
+  HttpAnswer Answer(const HttpRequest& request, const RouteMatch& match);
   // What a route does that the engine knows nothing of.
-  HttpAnswer AnswerOfItself(const HttpRequest& request) const;
+  HttpAnswer AnswerOfItself(const HttpRequest& request);
+  HttpAnswer AnswerOnDense(const std::string& asked);
   HttpAnswer Metrics() const;
   Result<CityEvents> EventsFrom(uint64_t first) const;
   HttpAnswer AskEngine(const HttpRequest& request, const RouteMatch& match) const;
@@ -100,6 +112,7 @@ class CityService final {
   std::optional<std::chrono::steady_clock::time_point> reopened_;  // the last time
   std::unique_ptr<Engine> engine_;
   ThreadPool pool_;
+  DenseKeeper dense_;
   std::condition_variable_any pause_;
   std::jthread settler_;
 };

@@ -76,16 +76,24 @@ class Budget final {
   std::atomic<uint64_t> used_ = 0;
 };
 
-// A request on its way: its bytes count in the budget until it is answered.
-struct Arriving {
-  explicit Arriving(std::shared_ptr<Budget> b) : budget(std::move(b)) {}
-  Arriving(const Arriving&) = delete;
-  Arriving& operator=(const Arriving&) = delete;
-  ~Arriving() { budget->Give(taken); }
+// The bytes of one body, which count in the budget as long as it is there.
+struct BodyShare {
+  explicit BodyShare(std::shared_ptr<Budget> b) : budget(std::move(b)) {}
+  BodyShare(const BodyShare&) = delete;
+  BodyShare& operator=(const BodyShare&) = delete;
+  ~BodyShare() { budget->Give(taken); }
 
-  HttpRequest request;
   const std::shared_ptr<Budget> budget;
   uint64_t taken = 0;
+};
+
+// A request on its way.
+struct Arriving {
+  explicit Arriving(std::shared_ptr<Budget> budget)
+      : share(std::make_shared<BodyShare>(std::move(budget))) {}
+
+  HttpRequest request;
+  std::shared_ptr<BodyShare> share;
   std::optional<HttpAnswer> refusal;  // why no more of it was read
 };
 
@@ -107,9 +115,10 @@ struct Headers {
   explicit Headers(kj::HttpHeaderTable::Builder* builder)
       : origin(builder->add("Origin")),
         none_match(builder->add("If-None-Match")),
+        prefer(builder->add("Prefer")),
         last_event(builder->add("Last-Event-ID")),
         fetch_site(builder->add("Sec-Fetch-Site")) {}
-  const kj::HttpHeaderId origin, none_match, last_event, fetch_site;
+  const kj::HttpHeaderId origin, none_match, prefer, last_event, fetch_site;
 };
 
 // Completes a promise of the thread that it was made on from any other.
@@ -217,6 +226,7 @@ class HttpDoor final : public kj::HttpService, private kj::TaskSet::ErrorHandler
     request->method = method == kj::HttpMethod::HEAD ? "GET" : kj::str(method).cStr();
     request->content_type = MediaType(Header(headers, kj::HttpHeaderId::CONTENT_TYPE));
     request->if_none_match = Header(headers, known_.none_match);
+    request->prefers_async = Lower(Header(headers, known_.prefer)).find("respond-async") == 0;
     return ReadAddress(url, request);
   }
 
@@ -266,12 +276,14 @@ class HttpDoor final : public kj::HttpService, private kj::TaskSet::ErrorHandler
   // Counts the bytes that have come, in all.
   bool Reserve(Arriving* arriving, uint64_t bytes) const {
     if (!FitsBody(bytes, arriving)) return false;
-    if (arriving->budget->Take(bytes - arriving->taken)) {
-      arriving->taken = bytes;
+    BodyShare& share = *arriving->share;
+    if (share.budget->Take(bytes - share.taken)) {
+      share.taken = bytes;
     } else {
-      arriving->refusal = Problem(429,
-                                  "the photos that wait for their turn fill the memory; nothing of "
-                                  "this one is stored: send it again later");
+      arriving->refusal =
+          Problem(429,
+                  "the bodies that are arriving fill the memory; nothing of this one "
+                  "is stored: send it again later");
       arriving->refusal->headers.emplace_back("Retry-After", "5");
     }
     return !arriving->refusal;
@@ -287,8 +299,9 @@ class HttpDoor final : public kj::HttpService, private kj::TaskSet::ErrorHandler
     auto paf = kj::newPromiseAndCrossThreadFulfiller<HttpAnswer>();
     const Sender<HttpAnswer> sender(kj::mv(paf.fulfiller));
     HttpRequest request = std::move(arriving->request);
+    request.body_share = std::move(arriving->share);
     service_->Handle(std::move(request),
-                     [sender, arriving](HttpAnswer answer) { sender(std::move(answer)); });
+                     [sender](HttpAnswer answer) { sender(std::move(answer)); });
     return kj::mv(paf.promise);
   }
 

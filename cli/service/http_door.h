@@ -19,8 +19,8 @@ struct HttpDoorOptions {
   std::string address = "127.0.0.1:8484";
   // The largest body of a request, 1 to 2^40: photos of 100 Mpx fit. Chosen by hand.
   uint64_t body_bytes_max = 128ull << 20;
-  // Of all bodies together that are in memory, those of photos that wait for their turn too;
-  // at least body_bytes_max. Chosen by hand.
+  // Of all bodies together that are in memory: of photos until they are on the disk, of questions
+  // until they are answered. At least body_bytes_max. Chosen by hand.
   uint64_t bodies_bytes_max = 512ull << 20;
   // Connections at the same time, 1 to 100,000. More wait until one ends. Chosen by hand.
   uint32_t connections_max = 512;

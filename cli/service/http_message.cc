@@ -34,6 +34,7 @@ const char* HttpPhrase(uint32_t code) {
   static const std::map<uint32_t, const char*> kPhrases = {
       {200, "OK"},
       {201, "Created"},
+      {202, "Accepted"},
       {304, "Not Modified"},
       {400, "Bad Request"},
       {403, "Forbidden"},

@@ -4,6 +4,7 @@
 
 #include <cstdint>
 #include <map>
+#include <memory>
 #include <optional>
 #include <string>
 #include <utility>
@@ -20,7 +21,9 @@ struct HttpRequest {
   std::map<std::string, std::string> query;  // decoded
   std::string content_type;                  // without parameters, in lower case; empty: none
   std::string if_none_match;                 // the header's value; empty: none
+  bool prefers_async = false;                // "Prefer: respond-async" (RFC 7240)
   std::vector<uint8_t> body;
+  std::shared_ptr<const void> body_share;  // what is given back when the body goes
 };
 
 struct HttpAnswer {

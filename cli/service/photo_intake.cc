@@ -4,15 +4,18 @@
 #include <algorithm>
 #include <exception>
 #include <utility>
-#include <vector>
 
 #include "cli/wire/added_json.h"
+#include "storage/base/option_bounds.h"
 
 namespace veduta {
 namespace {
 
 // Bounds of Retry-After, in seconds. Chosen by hand.
-constexpr double kRetryMinS = 1, kRetryMaxS = 60;
+constexpr double kRetryMinS = 1, kRetryMaxS = 600;
+
+// Uploads that have had their turn and can still be asked after. Chosen by hand; each is a KB or so.
+constexpr size_t kEndedMax = 10'000;
 
 // What is stored and has a place, or may get one, is 201; the rest is a problem that holds the
 // outcome.
@@ -30,30 +33,58 @@ HttpAnswer AnswerOf(const AddOutcome& outcome) {
   return answer;
 }
 
-// Nothing is stored of a photo that the disk refused, and another time it may take it.
-HttpAnswer FailureAnswer(const Status& status) {
-  if (status.code() != StatusCode::kIoError) return ProblemOf(status);
-  return ProblemOf(
-      Status::Busy("the photo cannot be stored now, send it again later: " + status.message()));
+// Whether the photo is on the disk all the same, and has its turn later: see Ticket::Wait.
+bool WaitsOn(const Status& failure) {
+  return failure.code() == StatusCode::kIoError || failure.code() == StatusCode::kBusy ||
+         failure.code() == StatusCode::kNoMemory;
 }
 
 }  // namespace
 
-struct PhotoIntake::Arrival {
-  std::string name, contributor;
-  Answered answered;
-  uint64_t number = 0;     // of its ticket, once that is known
-  bool has_ended = false;  // both are guarded by the intake's mutex
+Status IntakeLimits::Check() const {
+  return OptionBounds()
+      .Between("photos_max", photos_max, 1, 1'000'000)
+      .AtLeast("bytes_max", static_cast<double>(bytes_max), 1)
+      .status();
+}
+
+struct PhotoIntake::Upload {
+  Upload(std::string name_of_it, std::string sender, uint64_t size)
+      : name(std::move(name_of_it)), contributor(std::move(sender)), size_bytes(size) {}
+
+  const std::string name, contributor;
+  const uint64_t size_bytes;
+  // The rest is guarded by the intake's mutex.
+  uint64_t number = 0;     // once it is known
+  bool is_in_line = true;  // false: it waits on the disk until Resume
+  bool has_ended = false;
+  Json outcome;         // then; null where it failed
+  std::string why_not;  // why its turn has failed, or has not come
+  Answered answered;    // null where nobody waits
+
+  Json ToJson() const {
+    const char* const state = !has_ended ? "waiting" : outcome.is_null() ? "failed" : "done";
+    return {{"upload", number},           {"image", name},
+            {"contributor", contributor}, {"state", state},
+            {"outcome", outcome},         {"why_not", why_not.empty() ? Json() : Json(why_not)}};
+  }
+  HttpAnswer Accepted() const {
+    HttpAnswer answer = JsonAnswer(202, ToJson());
+    answer.headers.emplace_back("Location", "/v1/uploads/" + std::to_string(number));
+    return answer;
+  }
 };
 
-std::optional<HttpAnswer> PhotoIntake::TakePlace(const std::string& contributor) {
+std::optional<HttpAnswer> PhotoIntake::TakePlace(const Upload& upload) {
   const std::lock_guard lock(mutex_);
   if (is_closing_)
     return ProblemOf(Status::Busy("the daemon is closing: send the photo again in a while"));
-  const bool is_half_full = 2 * counts_.waiting >= waiting_max_;
-  if (counts_.waiting < waiting_max_ && !(is_half_full && places_.contains(contributor))) {
-    ++places_[contributor];
-    ++counts_.waiting;
+  const bool is_half_full =
+      2 * counts_.waiting >= limits_.photos_max || 2 * counts_.waiting_bytes >= limits_.bytes_max;
+  const bool has_room = counts_.waiting < limits_.photos_max &&
+                        upload.size_bytes <= limits_.bytes_max - counts_.waiting_bytes;
+  if (has_room && !(is_half_full && places_.contains(upload.contributor))) {
+    AddPlace(upload);
     return std::nullopt;
   }
   uint64_t ended = 0;
@@ -70,77 +101,175 @@ std::optional<HttpAnswer> PhotoIntake::TakePlace(const std::string& contributor)
   return full;
 }
 
+void PhotoIntake::AddPlace(const Upload& upload) {
+  ++places_[upload.contributor];
+  ++counts_.waiting;
+  counts_.waiting_bytes += upload.size_bytes;
+}
+
+void PhotoIntake::GivePlace(const Upload& upload) {
+  --counts_.waiting;
+  counts_.waiting_bytes -= upload.size_bytes;
+  if (--places_[upload.contributor] == 0) places_.erase(upload.contributor);
+}
+
 void PhotoIntake::Take(Engine* engine, HttpRequest request, Answered answered) {
   if (auto refusal = RefuseBody(request)) return answered(*std::move(refusal));
-  const auto arrival = std::make_shared<Arrival>();
-  arrival->name = Parameter(request, "name");
-  arrival->contributor = Parameter(request, "contributor", "anonymous");
-  if (arrival->name.empty())
+  const auto upload =
+      std::make_shared<Upload>(Parameter(request, "name"),
+                               Parameter(request, "contributor", "anonymous"), request.body.size());
+  if (upload->name.empty())
     return answered(Problem(400, "the photo has no name: add ?name=IMG_1234.jpg to the address"));
-  if (auto refusal = TakePlace(arrival->contributor)) return answered(*std::move(refusal));
-  arrival->answered = std::move(answered);
+  if (auto refusal = TakePlace(*upload)) return answered(*std::move(refusal));
+  if (!request.prefers_async) upload->answered = answered;
+  Result<Ticket> ticket = Status::Cancelled("not submitted");
   try {
-    Submit(engine, std::move(request), arrival);
+    ticket = engine->Submit({{upload->name, "", std::move(request.body)},
+                             Parameter(request, "camera"),
+                             upload->contributor},
+                            [this, upload](const auto& outcome) { End(upload, outcome); });
   } catch (const std::exception& error) {
-    End(arrival.get(), Status::NoMemory(std::string("the photo cannot be taken: ") + error.what()));
+    ticket = Status::NoMemory(std::string("the photo cannot be taken: ") + error.what());
   }
-}
-
-void PhotoIntake::Submit(Engine* engine, HttpRequest request,
-                         const std::shared_ptr<Arrival>& arrival) {
-  PhotoSubmission photo{{arrival->name, "", std::move(request.body)},
-                        Parameter(request, "camera"),
-                        arrival->contributor};
-  const Result<Ticket> ticket = engine->Submit(
-      std::move(photo),
-      [this, arrival](const Result<AddOutcome>& outcome) { End(arrival.get(), outcome); });
-  if (!ticket.ok()) return End(arrival.get(), ticket.status());
-  bool comes_too_late = false;
+  if (ticket.ok()) {
+    Enter(ticket->number(), upload);
+    if (!request.prefers_async) return;
+    HttpAnswer accepted;
+    {
+      const std::lock_guard lock(mutex_);
+      accepted = upload->Accepted();
+    }
+    return answered(std::move(accepted));
+  }
   {
     const std::lock_guard lock(mutex_);
-    arrival->number = ticket->number();
-    if (!arrival->has_ended) waiting_.emplace(arrival->number, Waiting{*ticket, arrival});
-    comes_too_late = is_closing_;
+    GivePlace(*upload);
+    ++counts_.ended["failed"];
   }
-  if (comes_too_late) Close();
+  ended_(upload->name, ticket.status());
+  // Nothing is stored of a photo that the disk refuses, and another time it may take it.
+  if (ticket.status().code() != StatusCode::kIoError) return answered(ProblemOf(ticket.status()));
+  answered(ProblemOf(Status::Busy("the photo cannot be stored now, send it again later: " +
+                                  ticket.status().message())));
 }
 
-void PhotoIntake::End(Arrival* arrival, const Result<AddOutcome>& outcome) {
+void PhotoIntake::Enter(uint64_t number, const std::shared_ptr<Upload>& upload) {
+  HttpAnswer accepted;
+  Answered answered;
   {
     const std::lock_guard lock(mutex_);
-    if (std::exchange(arrival->has_ended, true)) return;
-    --counts_.waiting;
-    if (--places_[arrival->contributor] == 0) places_.erase(arrival->contributor);
-    waiting_.erase(arrival->number);
+    upload->number = number;
+    uploads_[number] = upload;
+    if (upload->has_ended) {
+      NoteEnded(number);
+    } else if (is_closing_ || !upload->is_in_line) {
+      // It came too late for Close to answer, or its turn came, and failed, before it had a number.
+      answered = std::exchange(upload->answered, nullptr);
+      accepted = upload->Accepted();
+    }
   }
+  if (answered) answered(std::move(accepted));
+}
+
+Status PhotoIntake::Resume(Engine* engine) {
+  VEDUTA_ASSIGN_OR_RETURN(const std::vector<UploadAnswer> waiting, engine->Ask().Uploads());
+  for (const UploadAnswer& one : waiting) {
+    std::shared_ptr<Upload> upload;
+    {
+      const std::lock_guard lock(mutex_);
+      if (is_closing_) return Status::Ok();
+      std::shared_ptr<Upload>& known = uploads_[one.number];
+      if (known && (known->is_in_line || known->has_ended)) continue;
+      if (!known) {
+        known = std::make_shared<Upload>(one.name, one.contributor, one.size_bytes);
+        known->number = one.number;
+        AddPlace(*known);
+      }
+      known->is_in_line = true;
+      upload = known;
+    }
+    const Result<Ticket> ticket =
+        engine->Resume(one.number, [this, upload](const auto& outcome) { End(upload, outcome); });
+    if (ticket.ok()) continue;
+    {
+      const std::lock_guard lock(mutex_);
+      upload->is_in_line = false;
+      // It has had its turn long ago, or has just come and is about to be entered.
+      if (ticket.status().code() == StatusCode::kNotFound ||
+          ticket.status().code() == StatusCode::kAlreadyExists) {
+        GivePlace(*upload);
+        if (uploads_[one.number] == upload) uploads_.erase(one.number);
+        continue;
+      }
+      upload->why_not = ticket.status().message();
+    }
+    return ticket.status();
+  }
+  return Status::Ok();
+}
+
+HttpAnswer PhotoIntake::Find(uint64_t upload) const {
+  const std::lock_guard lock(mutex_);
+  const auto found = uploads_.find(upload);
+  if (found != uploads_.end()) return JsonAnswer(200, found->second->ToJson());
+  return Problem(404, "nothing is known of upload " + std::to_string(upload) +
+                          ": where it was stored, the SHA-256 of its photo finds it, as "
+                          "/v1/photos/SHA256");
+}
+
+void PhotoIntake::End(const std::shared_ptr<Upload>& upload, const Result<AddOutcome>& outcome) {
+  Answered answered;
+  HttpAnswer answer;
   // Short memory must not end the thread that applies photos. The connection tells of a failure
   // where the answer is never made.
   try {
-    {
-      const std::lock_guard lock(mutex_);
+    const std::lock_guard lock(mutex_);
+    // Those that a closing engine has not come to wait on, and Close has answered them.
+    if (is_closing_ && outcome.status().code() == StatusCode::kCancelled) return;
+    upload->is_in_line = false;
+    upload->has_ended = outcome.ok() || !WaitsOn(outcome.status());
+    if (!outcome.ok()) upload->why_not = outcome.status().message();
+    if (upload->has_ended) {
+      GivePlace(*upload);
       ++counts_.ended[outcome.ok() ? OutcomeWord(*outcome) : "failed"];
       if (outcome.ok()) counts_.seconds += outcome->times.total_ms / 1000;
+      if (outcome.ok()) upload->outcome = veduta::ToJson(*outcome);
+      if (upload->number != 0) NoteEnded(upload->number);
     }
-    ended_(arrival->name, outcome);
-    arrival->answered(outcome.ok() ? AnswerOf(*outcome) : FailureAnswer(outcome.status()));
+    if (upload->has_ended || upload->number != 0) {  // otherwise Enter answers
+      answered = std::exchange(upload->answered, nullptr);
+      answer = outcome.ok()        ? AnswerOf(*outcome)
+               : upload->has_ended ? ProblemOf(outcome.status())
+                                   : upload->Accepted();
+    }
   } catch (const std::exception&) {
   }
-  arrival->answered = {};
+  try {
+    ended_(upload->name, outcome);
+    if (answered) answered(std::move(answer));
+  } catch (const std::exception&) {
+  }
 }
 
-// The engine answers cancelled photos too, but late: one after the other, between its steps.
+void PhotoIntake::NoteEnded(uint64_t number) {
+  ended_uploads_.insert(number);
+  while (ended_uploads_.size() > kEndedMax) {
+    uploads_.erase(*ended_uploads_.begin());
+    ended_uploads_.erase(ended_uploads_.begin());
+  }
+}
+
 void PhotoIntake::Close() {
-  std::vector<Waiting> waiting;
+  std::vector<std::pair<Answered, HttpAnswer>> answers;
   {
     const std::lock_guard lock(mutex_);
     is_closing_ = true;
-    for (const auto& [number, one] : waiting_) waiting.push_back(one);
+    for (const auto& [number, upload] : uploads_) {
+      if (upload->answered)
+        answers.emplace_back(std::exchange(upload->answered, nullptr), upload->Accepted());
+    }
   }
-  for (Waiting& one : waiting) {
-    if (one.ticket.Cancel())
-      End(one.arrival.get(), Status::Cancelled("the daemon is closing, and nothing of the photo is "
-                                               "stored: send it again in a while"));
-  }
+  for (auto& [answered, answer] : answers) answered(std::move(answer));
 }
 
 bool PhotoIntake::is_closing() const {

@@ -1,13 +1,15 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
-// Photos that people send to the daemon: at most so many wait for their turn, each is answered by
-// what became of it, and those that still wait when the daemon closes are told to come again.
+// Photos that people send to the daemon. Each is put on the disk, waits there for its turn, however
+// often the daemon ends meanwhile, and is told what became of it.
 
+#include <cstdint>
 #include <functional>
 #include <map>
 #include <memory>
 #include <mutex>
 #include <optional>
+#include <set>
 #include <string>
 #include <utility>
 
@@ -22,51 +24,69 @@ using Answered = std::function<void(HttpAnswer)>;
 // Hears what became of each photo, before its sender does; to be as AnswerCallback.
 using PhotoEnded = std::function<void(const std::string& name, const Result<AddOutcome>& outcome)>;
 
+// What may wait for its turn, in all. Chosen by hand: an hour or so of work.
+struct IntakeLimits {
+  uint32_t photos_max = 10'000;      // 1 to 1,000,000
+  uint64_t bytes_max = 16ull << 30;  // at least 1
+
+  Status Check() const;  // the first violated bound, named with its value
+};
+
 // Thread-safe. Must outlive the engine: photos are answered until the engine is closed.
 class PhotoIntake final {
  public:
-  // `waiting_max`: photos that may wait for their turn; one more is answered 429. The second half
-  // of the places is for contributors of whom no photo waits, so that nobody holds up all others.
-  PhotoIntake(size_t waiting_max, PhotoEnded ended)
-      : waiting_max_(waiting_max), ended_(std::move(ended)) {}
+  // The second half of the places is for contributors of whom no photo waits, so that nobody holds
+  // up all others.
+  PhotoIntake(const IntakeLimits& limits, PhotoEnded ended)
+      : limits_(limits), ended_(std::move(ended)) {}
 
-  // Puts the photo that the request carries in line. Answers 201 once it is stored, with its
-  // verdict; 409 for a photo that is there already and 422 for one that is of no use, both with the
-  // outcome; 429 where the line is full and 503 where the disk refuses, with a time after which to
-  // come again.
+  // Puts the photo that the request carries on the disk and in line, which takes as long as writing
+  // it does. Answers 202 at once to a sender who does not want to wait, with the number of the
+  // upload; otherwise, once the photo has had its turn, 201 with its verdict, 409 for a photo that
+  // is there already and 422 for one that is of no use, both with the outcome. 202 as well where
+  // the turn has not come yet and the daemon closes, or the disk fails. 429 where the line is full,
+  // and 503 where the disk refuses, with a time after which to come again.
   void Take(Engine* engine, HttpRequest request, Answered answered);
+  // Puts the photos in line that wait on the disk and are not in line: an earlier daemon has left
+  // them, or the disk failed when their turn came.
+  Status Resume(Engine* engine);
+  // What is known of an upload: one that waits, or of the last ones that have had their turn. 404
+  // for any other.
+  HttpAnswer Find(uint64_t upload) const;
 
-  // Takes no photo from now on, and has answered those that wait, 503, when it returns. The one at
-  // hand is finished.
+  // Takes no photo from now on, and has answered those who wait, 202, when it returns.
   void Close();
   bool is_closing() const;
 
   struct Counts {
-    uint64_t waiting = 0;                   // for their turn, or being applied
-    std::map<std::string, uint64_t> ended;  // by OutcomeWord
-    double seconds = 0;                     // that these have taken, by AddOutcome::times
+    uint64_t waiting = 0, waiting_bytes = 0;  // for their turn, or being applied
+    std::map<std::string, uint64_t> ended;    // by OutcomeWord
+    double seconds = 0;                       // that these have taken, by AddOutcome::times
   };
   Counts counts() const;
 
  private:
-  struct Arrival;
-  struct Waiting {
-    Ticket ticket;
-    std::shared_ptr<Arrival> arrival;
-  };
+  // One photo, from its place in line on.
+  struct Upload;
   // A place in line, or the answer where there is none.
-  std::optional<HttpAnswer> TakePlace(const std::string& contributor);
-  void Submit(Engine* engine, HttpRequest request, const std::shared_ptr<Arrival>& arrival);
-  // Answers, once, and frees the place.
-  void End(Arrival* arrival, const Result<AddOutcome>& outcome);
+  std::optional<HttpAnswer> TakePlace(const Upload& upload);
+  // These three with the lock held. The last one forgets the oldest of too many that have ended.
+  void AddPlace(const Upload& upload);
+  void GivePlace(const Upload& upload);
+  void NoteEnded(uint64_t number);
+  // Enters the photo under its number, once that is known.
+  void Enter(uint64_t number, const std::shared_ptr<Upload>& upload);
+  // What the engine answers.
+  void End(const std::shared_ptr<Upload>& upload, const Result<AddOutcome>& outcome);
 
-  const size_t waiting_max_;
+  const IntakeLimits limits_;
   const PhotoEnded ended_;
   mutable std::mutex mutex_;
   bool is_closing_ = false;
   Counts counts_;
-  std::map<std::string, size_t> places_;  // that a contributor has; no zeros
-  std::map<uint64_t, Waiting> waiting_;   // by the numbers of their tickets
+  std::map<std::string, size_t> places_;                 // that a contributor has; no zeros
+  std::map<uint64_t, std::shared_ptr<Upload>> uploads_;  // by their numbers
+  std::set<uint64_t> ended_uploads_;                     // of them
 };
 
 }  // namespace veduta

@@ -37,6 +37,12 @@ Json TextsOf(const CalibrationAnswer& calibration, bool warnings) {
 
 }  // namespace
 
+Json ToJson(const UploadAnswer& upload) {
+  return {{"upload", upload.number},   {"image", upload.name},  {"contributor", upload.contributor},
+          {"camera", upload.camera},   {"photo", upload.photo}, {"bytes", upload.size_bytes},
+          {"time", upload.time_unix_s}};
+}
+
 Json ToJson(const StatusAnswer& status) {
   return {{"images", status.images},
           {"placed", status.placed},
@@ -44,6 +50,7 @@ Json ToJson(const StatusAnswer& status) {
           {"postponed", status.postponed},
           {"rejected", status.rejected},
           {"cameras", status.cameras},
+          {"uploads", status.uploads},
           {"backlog", status.backlog},
           {"vocabulary_generation", status.vocabulary_generation},
           {"bytes", status.total_bytes},

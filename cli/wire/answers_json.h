@@ -7,6 +7,7 @@
 
 namespace veduta {
 
+Json ToJson(const UploadAnswer& upload);
 Json ToJson(const StatusAnswer& status);
 Json ToJson(const ReconstructionAnswer& reconstruction);
 Json ToJson(const HypothesisAnswer& hypothesis);

@@ -14,6 +14,7 @@ Json ToJson(const RemovedPhoto& photo) {
 
 Json ToJson(const RemoveAnswer& answer) {
   return {{"removed", ToJson(answer.removed)},
+          {"uploads", answer.uploads},
           {"purged", answer.purged.ok()},
           {"why_not", answer.purged.ok() ? Json(nullptr) : Json(answer.purged.message())},
           {"copies", answer.copies}};

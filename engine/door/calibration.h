@@ -74,4 +74,26 @@ struct CameraFromFile {
   std::vector<std::string> messages;  // for the user: residuals of a conversion, warnings
 };
 
+// The functions are deterministic and thread-safe.
+// Calibrates a camera from photos of printed markers or of any place, or from a points.json. The
+// messages are in the order of the work: notes on single photos, which begin with the photo's name,
+// then those on all. kInvalidArgument, with what to photograph, if nothing useful can be told.
+Result<CalibrationAnswer> Calibrate(const CalibrateRequest& request);
+
+// Sheets of markers to print, six to a sheet, as one PDF. `paper` is "a4" or "letter"; `count` lies
+// in [1, kMarkerCountMax].
+inline constexpr uint32_t kMarkerCountMax = 178;
+Result<MarkerSheets> MakeMarkerSheets(std::string_view paper, uint32_t count);
+
+// Reads a camera.json, COLMAP's cameras.txt (`colmap_id` chooses among several) or a file of
+// OpenCV's FileStorage. kInvalidArgument says what is wrong, or which ids there are; kIoError.
+Result<CameraFromFile> ReadCameraFile(const std::string& path, std::optional<uint32_t> colmap_id);
+
+// A camera as people type it: a size "WIDTHxHEIGHT" in px, and "fx,fy,cx,cy[,k1,k2[,u0,v0]]", with
+// the units of CameraModel. kInvalidArgument names what is wrong.
+Result<CameraModel> ParseCamera(std::string_view size, std::string_view params);
+// The shortest texts that ParseCamera reads back as the same model.
+std::string CameraSizeText(const CameraModel& model);
+std::string CameraParamsText(const CameraModel& model);
+
 }  // namespace veduta

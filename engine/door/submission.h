@@ -17,11 +17,13 @@
 
 namespace veduta {
 
-// A contributed file: read from `path`, unless the bytes are given.
+// A contributed file: read from `path`, unless the bytes are given, or what reads them.
 struct PhotoSource {
   std::string name;  // in the database; unique among the photos of its contributor
   std::string path;
   std::optional<std::vector<uint8_t>> bytes;
+  // Gives the bytes in place of a path. Called from any thread, and more than once.
+  std::function<Result<std::vector<uint8_t>>()> read = {};
 };
 
 // A photo with the camera that took it and who sends it.
@@ -106,6 +108,16 @@ struct FollowUp {
   Status status;  // a failure is the step's own; it is set aside until the database is opened again
 };
 
+// A photo that was submitted and waits on the disk for its turn.
+struct UploadAnswer {
+  uint64_t number = 0;  // from 1, in the order in which they came; never used again
+  std::string name, contributor;
+  std::string camera;  // its name; empty: it is to be found
+  std::string photo;   // SHA-256 of its bytes, in hexadecimal
+  uint64_t size_bytes = 0;
+  int64_t time_unix_s = 0;  // when it came
+};
+
 struct PhotoProgress;  // engine/schedule/submission_line.h
 
 // A photo on its way. Copies stand for the same photo. Thread-safe.
@@ -113,14 +125,16 @@ class Ticket final {
  public:
   Ticket() = default;
 
-  // Counts submissions to this engine, from 1; 0 for a ticket of no submission.
+  // UploadAnswer::number; 0 for a ticket of no submission.
   uint64_t number() const;
   // Waits for the answer. kCancelled when the photo was cancelled or the engine was closed before
-  // its turn came; any other error means that nothing of the photo was stored.
+  // its turn came. Any error means that the photo is no part of the city. It still waits on the
+  // disk, and is put in line by Engine::Resume, where the engine was closed, where the disk failed
+  // (kIoError, kBusy), and where the memory was short (kNoMemory).
   Result<AddOutcome> Wait() const;
   bool IsDone() const;
-  // Takes the photo out of the line. True when it will not be applied; false when its turn has come
-  // already.
+  // Takes the photo out of the line, and off the disk. True when it will not be applied; false when
+  // its turn has come already.
   bool Cancel();
 
  private:
@@ -137,7 +151,7 @@ using AnswerCallback = std::function<void(const Result<AddOutcome>&)>;
 
 struct RemoveRequest {
   std::vector<std::string> photos;  // each by what Questions::Image finds it by; or
-  std::string contributor;          // all photos of this contributor
+  std::string contributor;  // all photos of this contributor, those that wait for their turn, too
   std::string actor = "anonymous";  // who has them removed; for the journal
   std::string why;                  // for the journal
 
@@ -160,6 +174,7 @@ struct RemoveAnswer {
   // Ok: no file of the database has a byte of theirs any more. Otherwise why some may have, which a
   // later Remove or Settle mends: somebody still reads an earlier state, the disk is full.
   Status purged;
+  uint64_t uploads = 0;  // photos that waited for their turn
   // Copies that were made of this database and that nothing was removed from: of backups the
   // folders that the journal names, of repairs those that lie beside the database.
   std::vector<std::string> copies;

@@ -108,7 +108,8 @@ std::optional<std::span<const uint8_t>> PhotoPreparer::ReadBytes(const PhotoSour
                       std::to_string(size_bytes_max) + " are accepted";
       return std::nullopt;
     }
-    Result<std::vector<uint8_t>> read = ReadPhotoFile(source.path, size_bytes_max);
+    Result<std::vector<uint8_t>> read =
+        source.read ? source.read() : ReadPhotoFile(source.path, size_bytes_max);
     if (!read.ok()) {
       photo->failure = read.status();
       return std::nullopt;

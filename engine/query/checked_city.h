@@ -85,5 +85,7 @@ Status CheckPairs(const CheckedCity& city, Violations* violations);
 Status CheckStructure(const CheckedCity& city, Violations* violations);
 // The tree, the words of images and the images of words.
 Status CheckVocabulary(const CheckedCity& city, Violations* violations);
+// Photos that wait for their turn: reads all of them.
+Status CheckUploads(const CheckedCity& city, Violations* violations);
 
 }  // namespace veduta

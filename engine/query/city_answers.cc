@@ -141,6 +141,8 @@ Result<StatusAnswer> StatusOf(const Snapshot& snapshot, const DatabaseSizes& siz
   status.cameras = counts.cameras;
   VEDUTA_ASSIGN_OR_RETURN(const DatabaseState state, snapshot.GetState());
   status.backlog = state.pending_propagation.size();
+  VEDUTA_ASSIGN_OR_RETURN(const std::vector<UploadRecord> uploads, snapshot.ListUploads());
+  status.uploads = uploads.size();
   status.vocabulary_generation = state.vocabulary_generation;
   VEDUTA_ASSIGN_OR_RETURN(const std::vector<ReconstructionRecord> living, ListLiving(snapshot));
   VEDUTA_ASSIGN_OR_RETURN(auto dense, CountDense(snapshot));

@@ -101,6 +101,9 @@ Status HealPairs(HealingWork* healing);
 Status HealMap(HealingWork* healing);
 Status HealSubmaps(HealingWork* healing);
 Status HealDense(HealingWork* healing);
+// Takes over the photos that wait for their turn. `target`, unless null, is the new database, with
+// whatever it holds already.
+Status HealUploads(const Salvage& source, Database* target, RepairNotes* notes);
 // New entries, where records have come to say something else than the journal does.
 Status RestateJournal(HealingWork* healing);
 

@@ -4,6 +4,8 @@
 #include <map>
 #include <string>
 
+#include "engine/parts.h"
+
 namespace veduta {
 namespace {
 
@@ -123,6 +125,9 @@ Result<std::vector<RepairNotes::Finding>> RebuildFromPhotos(const HealingWork& h
   VEDUTA_ASSIGN_OR_RETURN(const Statements statements, StatementsOf(healing, &unkept));
   VEDUTA_RETURN_IF_ERROR(AddAll(photos, healing.source, statements, engine, &unkept));
   VEDUTA_RETURN_IF_ERROR(AddLoosePhotos(healing, engine));
+  RepairNotes told_already;
+  VEDUTA_RETURN_IF_ERROR(
+      HealUploads(healing.source, EngineParts::Of(*engine).database.get(), &told_already));
   return unkept;
 }
 

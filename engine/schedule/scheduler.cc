@@ -27,6 +27,13 @@ bool IsOfOnePhoto(const Status& status) {
   return status.code() != StatusCode::kIoError && status.code() != StatusCode::kBusy;
 }
 
+// A failure that says nothing about the photo, which waits on: the engine is being closed, the disk
+// has failed, the memory is short.
+bool MaySucceedLater(const Status& status) {
+  return status.code() == StatusCode::kCancelled || status.code() == StatusCode::kNoMemory ||
+         !IsOfOnePhoto(status);
+}
+
 // Whether the photos keep their order. A contributor's lane is made anew whenever the line has run
 // out of photos, so its name counts.
 bool IsSameLane(const Lane& a, const Lane& b) {
@@ -70,20 +77,18 @@ void Scheduler::Close() {
     const WaitingPhoto& photo = entry.photo;
     if (TakeUp(photo.ticket.get())) {
       Answer(photo, Status::Cancelled("the engine was closed before the photo's turn came"), false);
-    } else if (photo.answered) {  // cancelled, and not told yet
-      photo.answered(photo.ticket->answer);
+    } else {  // cancelled, and not told yet
+      AnswerCancelled(photo);
     }
   }
   MarkSettled();
 }
 
-Result<Ticket> Scheduler::Submit(PhotoSource photo, std::optional<CameraRecord> camera,
-                                 std::string contributor, AnswerCallback answered) {
+Result<Ticket> Scheduler::Submit(uint64_t number, WaitingPhoto photo) {
   const std::lock_guard lock(mutex_);
   if (stopping_) return Status::Cancelled("the engine is being closed: it takes no photo any more");
   may_follow_ = true;
-  Ticket ticket = line_.Join(nullptr, std::move(photo), std::move(camera), std::move(contributor),
-                             std::move(answered));
+  Ticket ticket = line_.Join(number, std::move(photo));
   NotifyChanged();
   return ticket;
 }
@@ -92,7 +97,7 @@ Ticket Scheduler::SubmitToList(const std::shared_ptr<Lane>& lane, PhotoSource ph
                                std::optional<CameraRecord> camera, std::string contributor) {
   const std::lock_guard lock(mutex_);
   may_follow_ = true;
-  Ticket ticket = line_.Join(lane, std::move(photo), std::move(camera), std::move(contributor), {});
+  Ticket ticket = line_.Join(lane, std::move(photo), std::move(camera), std::move(contributor));
   if (stopping_) ticket.Cancel();  // nobody takes it out of the line any more
   NotifyChanged();
   return ticket;
@@ -236,7 +241,13 @@ bool Scheduler::TakeUp(PhotoProgress* ticket) {
   return true;
 }
 
+void Scheduler::AnswerCancelled(const WaitingPhoto& photo) {
+  if (photo.leave) photo.leave(true);
+  if (photo.answered) photo.answered(photo.ticket->answer);
+}
+
 void Scheduler::Answer(const WaitingPhoto& photo, Result<AddOutcome> answer, bool settles_later) {
+  if (photo.leave) photo.leave(answer.ok() || !MaySucceedLater(answer.status()));
   PhotoProgress& ticket = *photo.ticket;
   {
     const std::lock_guard lock(ticket.mutex);
@@ -267,7 +278,7 @@ void Scheduler::DropCancelled(std::unique_lock<std::mutex>* lock) {
     lock->unlock();
     dropped.prepared.reset();  // which gives up what was written ahead
     if (was_cancelled) {
-      if (dropped.photo.answered) dropped.photo.answered(dropped.photo.ticket->answer);
+      AnswerCancelled(dropped.photo);
     } else if (TakeUp(dropped.photo.ticket.get())) {
       Answer(dropped.photo, Status::Cancelled("its list ended before the photo's turn came"),
              false);

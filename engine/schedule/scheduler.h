@@ -69,9 +69,9 @@ class Scheduler final {
   // Submit and Settle fail with kCancelled from then on. A second call does nothing.
   void Close();
 
-  // Submits one photo. Where no camera is given, one is sought (CameraFinder).
-  Result<Ticket> Submit(PhotoSource photo, std::optional<CameraRecord> camera,
-                        std::string contributor, AnswerCallback answered);
+  // Submits one photo that waits on the disk under this number; ticket and lane are still to be
+  // given. Where it has no camera, one is sought (CameraFinder).
+  Result<Ticket> Submit(uint64_t number, WaitingPhoto photo);
   // Submits a photo of a list into the lane of that list (OpenList).
   Ticket SubmitToList(const std::shared_ptr<Lane>& lane, PhotoSource photo,
                       std::optional<CameraRecord> camera, std::string contributor);
@@ -142,6 +142,8 @@ class Scheduler final {
   // Takes a waiting photo up; false when it was cancelled.
   static bool TakeUp(PhotoProgress* ticket);
   static void Answer(const WaitingPhoto& photo, Result<AddOutcome> answer, bool settles_later);
+  // The same of one that was cancelled: its ticket knows the answer.
+  static void AnswerCancelled(const WaitingPhoto& photo);
   void MarkSettled();
   void NotifyChanged();  // with the lock held
   void FinishSettling();

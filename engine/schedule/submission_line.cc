@@ -45,21 +45,37 @@ std::shared_ptr<Lane> SubmissionLine::OpenList(std::stop_token stop) {
 }
 
 Ticket SubmissionLine::Join(std::shared_ptr<Lane> lane, PhotoSource photo,
-                            std::optional<CameraRecord> camera, std::string contributor,
-                            AnswerCallback answered) {
+                            std::optional<CameraRecord> camera, std::string contributor) {
   const std::lock_guard lock(mutex_);
-  auto queue = std::find_if(queues_.begin(), queues_.end(), [&](const Queue& q) {
-    return lane ? q.lane == lane : !q.lane->is_list && q.lane->name == contributor;
+  auto queue = std::ranges::find(queues_, lane, &Queue::lane);
+  if (queue == queues_.end()) queue = queues_.insert(queues_.end(), Queue{std::move(lane), {}});
+  WaitingPhoto waiting;
+  waiting.photo = std::move(photo);
+  waiting.camera = std::move(camera);
+  waiting.contributor = std::move(contributor);
+  return Join(queue, next_number_++, std::move(waiting));
+}
+
+Ticket SubmissionLine::Join(uint64_t number, WaitingPhoto photo) {
+  const std::lock_guard lock(mutex_);
+  auto queue = std::ranges::find_if(queues_, [&](const Queue& q) {
+    return !q.lane->is_list && q.lane->name == photo.contributor;
   });
   if (queue == queues_.end()) {
-    if (!lane)
-      lane = std::make_shared<Lane>(Lane{.name = contributor, .settles = settles_, .stop = {}});
+    auto lane =
+        std::make_shared<Lane>(Lane{.name = photo.contributor, .settles = settles_, .stop = {}});
     queue = queues_.insert(queues_.end(), Queue{std::move(lane), {}});
   }
-  const auto state = std::make_shared<PhotoProgress>(next_number_++);
-  queue->photos.push_back({state, queue->lane, std::move(photo), std::move(camera),
-                           std::move(contributor), std::move(answered)});
-  return Ticket(state);
+  return Join(queue, number, std::move(photo));
+}
+
+Ticket SubmissionLine::Join(std::list<Queue>::iterator queue, uint64_t number,
+                            WaitingPhoto photo) {
+  photo.ticket = std::make_shared<PhotoProgress>(number);
+  photo.lane = queue->lane;
+  Ticket ticket(photo.ticket);
+  queue->photos.push_back(std::move(photo));
+  return ticket;
 }
 
 bool SubmissionLine::Take(WaitingPhoto* photo, bool of_lists, bool of_contributors) {

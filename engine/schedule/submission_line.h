@@ -53,6 +53,9 @@ struct WaitingPhoto {
   std::optional<CameraRecord> camera;  // nothing where none was named and it is not known yet
   std::string contributor;
   AnswerCallback answered;
+  // Of a photo that waits on the disk: called before it is answered, without any lock held. The
+  // argument says whether it has no need to wait any more.
+  std::function<void(bool has_ended)> leave;
 };
 
 // Thread-safe.
@@ -63,9 +66,11 @@ class SubmissionLine final {
 
   // A lane of its own for a list.
   std::shared_ptr<Lane> OpenList(std::stop_token stop);
-  // Joins the lane, or, without one, that of the contributor.
+  // Of a list's photo.
   Ticket Join(std::shared_ptr<Lane> lane, PhotoSource photo, std::optional<CameraRecord> camera,
-              std::string contributor, AnswerCallback answered);
+              std::string contributor);
+  // Of one that waits on the disk, under this number: joins the lane of its contributor.
+  Ticket Join(uint64_t number, WaitingPhoto photo);
   // The next photo by turns; false when nobody waits. Passes over the photos of lists, or those of
   // contributors, where they are not wanted.
   bool Take(WaitingPhoto* photo, bool of_lists = true, bool of_contributors = true);
@@ -80,9 +85,11 @@ class SubmissionLine final {
     std::deque<WaitingPhoto> photos;
   };
 
+  Ticket Join(std::list<Queue>::iterator queue, uint64_t number, WaitingPhoto photo);
+
   const bool settles_;
   mutable std::mutex mutex_;
-  uint64_t next_number_ = 1;
+  uint64_t next_number_ = 1;  // of photos of lists
   std::list<Queue> queues_;  // whose turn is next stands first; none is empty
 };
 

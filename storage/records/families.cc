@@ -76,6 +76,12 @@ constexpr std::array<FamilyTraits, kFamilyCount> kFamilies = {{
      .deletes_ranges = true,
      .digested_whole = true,
      .since_format = 2},
+    {.family = Family::kUploads,
+     .name = "uploads",
+     .store = ValueStore::kBlob,
+     .write_buffer_mib = 32,
+     .written_once = true,
+     .since_format = 4},
 }};
 
 constexpr bool LiesByNumber() {

@@ -33,8 +33,9 @@ enum class Family : uint8_t {
   kDepth = 18,
   kVolume = 19,
   kSurface = 20,
+  kUploads = 21,
 };
-inline constexpr size_t kFamilyCount = 21;
+inline constexpr size_t kFamilyCount = 22;
 
 // How RocksDB keeps the values of a family.
 enum class ValueStore : uint8_t {

@@ -230,3 +230,12 @@ struct Tile {
   firstRoundVersion @8 :UInt64;
   histogramVersion @9 :UInt64;
 }
+
+struct Upload {
+  name @0 :Text;
+  contributor @1 :Text;
+  camera @2 :Text;
+  photo @3 :Data;  # 32 bytes
+  sizeBytes @4 :UInt64;
+  timeUnixS @5 :Int64;
+}

@@ -54,11 +54,12 @@ class Daemon:
         assert code == 200, (path, code, body)
         return json.loads(body)
 
-    def send(self, name, data, contributor='anna', camera='c'):
+    def send(self, name, data, contributor='anna', camera='c', waits=True):
         """Code, headers and the JSON of the answer."""
+        headers = JPEG if waits else {**JPEG, 'Prefer': 'respond-async'}
         query = urllib.parse.urlencode({'name': name, 'contributor': contributor,
                                         **({'camera': camera} if camera else {})})
-        code, headers, body = self.ask('POST', '/v1/photos?' + query, data, JPEG)
+        code, headers, body = self.ask('POST', '/v1/photos?' + query, data, headers)
         return code, headers, json.loads(body)
 
     def send_until_taken(self, name, data, contributor='anna'):
@@ -68,6 +69,10 @@ class Daemon:
             if code not in (429, 503):
                 return code, answer
             assert int(headers['Retry-After']) >= 1
+            time.sleep(0.05)
+
+    def wait_for_uploads(self):
+        while self.get('/v1/uploads'):
             time.sleep(0.05)
 
 

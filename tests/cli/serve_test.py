@@ -16,7 +16,7 @@ import socket
 import time
 
 from city import (PARAMS, PHOTO_COUNT, SIZE, WHOLE, Case, ask, at, main, make_whole, must,
-                  new_database, photo)
+                  new_database, photo, write)
 from daemon import JPEG, Daemon, part
 
 
@@ -344,7 +344,7 @@ class Stopping(Case):
     def check_stop(self, how, name):
         """Whatever was acknowledged is there; what was not may be sent again."""
         db = new_database(name)
-        daemon, taken = Daemon(db, '--threads', '2'), []
+        daemon, taken, accepted = Daemon(db, '--threads', '2'), [], []
 
         def send(n):
             try:
@@ -353,9 +353,11 @@ class Stopping(Case):
                 if how == signal.SIGKILL:
                     return
                 raise
-            self.assertIn(code, (201, 503), answer)
+            self.assertIn(code, (201, 202, 503), answer)
             if code == 201:
                 taken.append(n)
+            if code == 202:
+                accepted.append(n)
 
         with concurrent.futures.ThreadPoolExecutor(PHOTO_COUNT) as pool:
             sent = [pool.submit(send, n) for n in NUMBERS]
@@ -369,9 +371,10 @@ class Stopping(Case):
         self.assertEqual(code, 0 if how == signal.SIGTERM else -how, err)
         self.assertEqual(must('verify', db), 'sound\n')
         with Daemon(db) as daemon:
+            daemon.wait_for_uploads()
             for n in NUMBERS:
                 code, answer = daemon.send_until_taken(name_of(n), photo(n), f'who{n % 3}')
-                self.assertIn(code, (409,) if n in taken else (201, 409), answer)
+                self.assertIn(code, (409,) if n in taken + accepted else (201, 409), answer)
             self.assertEqual(daemon.get('/v1/status')['images'], PHOTO_COUNT)
 
     def test_a_request_to_stop(self):
@@ -379,6 +382,53 @@ class Stopping(Case):
 
     def test_a_kill(self):
         self.check_stop(signal.SIGKILL, 'killed')
+
+    def test_accepted_photos_outlive_kills(self):
+        """All are accepted before most of them are placed, and the daemon is killed on the way."""
+        db = new_database('accepted')
+        daemon, uploads = Daemon(db, '--threads', '2'), {}
+        for n in NUMBERS:
+            code, headers, answer = daemon.send(name_of(n), photo(n), f'who{n % 3}', waits=False)
+            self.assertEqual((code, answer['image']), (202, name_of(n)), answer)
+            uploads[n] = headers['Location']
+        daemon.stop(signal.SIGKILL)
+        left = ask('status', db)['uploads']
+        self.assertGreater(left, 0, 'the kill came too late')
+        with Daemon(db, '--threads', '2') as daemon:
+            self.assertEqual(daemon.send('late.jpg', photo(1) + b'\0', 'who1')[0], 201)
+            daemon.wait_for_uploads()
+            last = json.loads(daemon.ask('GET', uploads[NUMBERS[-1]])[2])
+            self.assertEqual((last['state'], last['outcome']['image']),
+                             ('done', name_of(NUMBERS[-1])))
+        self.assertEqual(ask('status', db)['images'], PHOTO_COUNT + 1)
+        self.assertEqual(must('verify', db), 'sound\n')
+        self.check_replay(db)
+
+    def check_replay(self, db):
+        """The journal's order gives the same city, whatever became of the daemon meanwhile."""
+        must('settle', db)
+        by_hand = new_database('replayed')
+        for number in range(1, PHOTO_COUNT + 2):  # in the order in which they were applied
+            image = ask('show', db, f'#{number}')
+            is_late = image['image'] == 'late.jpg'
+            write(at(image['image']),
+                  photo(1) + b'\0' if is_late else photo(int(image['image'][5:9])))
+            must('add', by_hand, '--camera', 'c', '--contributor', image['contributor'],
+                 at(image['image']))
+        self.assertEqual(must('digest', by_hand), must('digest', db))
+
+    def test_settle_places_what_waits(self):
+        db = new_database('settled')
+        daemon = Daemon(db)
+        for n in NUMBERS:
+            self.assertEqual(daemon.send(name_of(n), photo(n), waits=False)[0], 202)
+        daemon.stop(signal.SIGKILL)
+        left = ask('status', db)['uploads']
+        self.assertIn(f'{left} photos wait for their turn', must('status', db))
+        self.assertEqual(len([line for line in must('settle', db).splitlines()
+                              if line.split()[1].startswith('photo')]), left)
+        status = ask('status', db)
+        self.assertEqual((status['images'], status['uploads']), (PHOTO_COUNT, 0))
 
     def test_one_who_follows_does_not_hold_it_up(self):
         daemon = Daemon(WHOLE)

@@ -20,6 +20,7 @@
 #include "storage/records/state_record.h"
 #include "storage/records/submap_record.h"
 #include "storage/records/tile_record.h"
+#include "storage/records/upload_record.h"
 #include "storage/records/vocabulary_record.h"
 #include "storage/records/write_ahead_mark.h"
 #include "tests/storage/dense_samples.h"
@@ -103,6 +104,15 @@ SubmapBorder SampleBorder() {
   return border;
 }
 
+UploadRecord SampleUpload() {
+  UploadRecord upload;
+  upload.number = 1;
+  upload.name = "1.jpg";
+  upload.contributor = "anna";
+  upload.photo = SampleHash(1);
+  return upload;
+}
+
 HypothesisRecord SampleHypothesis() {
   HypothesisRecord record;
   record.a = ReconstructionId(1);
@@ -124,6 +134,9 @@ void Keys(std::string_view key) {
   ParsePhotoMarkKey(key, &hash);
   (void)ParseId(key, &id).ok();
   (void)ParseJournalKey(key, &number).ok();
+  UploadEntry entry{};
+  (void)ParseUploadKey(key, &entry, &number).ok();
+  (void)DecodeLastUpload(key, &number).ok();
   ForbiddenRecord forbidden;
   (void)ParseForbiddenKey(key, &forbidden).ok();
   HypothesisRecord hypothesis;
@@ -142,7 +155,7 @@ void Keys(std::string_view key) {
 }
 
 using Kind = void (*)(std::string_view);
-constexpr std::array<Kind, 22> kKinds = {
+constexpr std::array<Kind, 23> kKinds = {
     [](std::string_view v) { Keyed<CameraRecord>(v, CameraId(1)); },
     [](std::string_view v) { Keyed<ImageRecord>(v, ImageId(1)); },
     [](std::string_view v) { Keyed<JournalRecord>(v, uint64_t{1}); },
@@ -166,7 +179,8 @@ constexpr std::array<Kind, 22> kKinds = {
     [](std::string_view v) { Plain(v, SampleForbidden()); },
     [](std::string_view v) { Plain(v, SampleHypothesis()); },
     [](std::string_view v) { Plain(v, SampleSubmap()); },
-    [](std::string_view v) { Plain(v, SampleBorder()); }};
+    [](std::string_view v) { Plain(v, SampleBorder()); },
+    [](std::string_view v) { Keyed<UploadRecord>(v, uint64_t{1}); }};
 
 std::string Bytes(const Result<std::string>& encoded) {
   Expect(encoded.status(), "a seed is a record");
@@ -201,7 +215,8 @@ std::vector<std::string> Values() {
           Bytes(Encode(SampleForbidden())),
           Bytes(Encode(SampleHypothesis())),
           Bytes(Encode(SampleSubmap())),
-          Bytes(Encode(SampleBorder()))};
+          Bytes(Encode(SampleBorder())),
+          Bytes(Encode(SampleUpload()))};
 }
 
 }  // namespace
@@ -218,6 +233,7 @@ std::vector<std::string> Seeds() {
   seeds.push_back(keys + HypothesisKey(ReconstructionId(1), ReconstructionId(2)));
   seeds.push_back(keys + SubmapKey(SubmapId(3)));
   seeds.push_back(keys + BorderKey(SubmapId(3)));
+  seeds.push_back(keys + UploadBytesKey(7));
   return seeds;
 }
 

@@ -22,7 +22,8 @@ class CityServiceTest : public testing::Test {
     city_.Close();
     auto engine = Engine::Open(city_.path());
     EXPECT_OK(engine);
-    service_ = std::make_unique<CityService>(*std::move(engine), city_.path(), options_);
+    service_ = std::make_unique<CityService>(*std::move(engine), city_.path(), options_,
+                                             CityService::Listeners());
   }
 
   HttpAnswer Ask(const std::string& method, std::vector<std::string> path,
@@ -106,8 +107,6 @@ TEST_F(CityServiceTest, EveryRequestIsAnsweredBeforeTheServiceHasGone) {
 }
 
 TEST(ServiceOptions, HaveBounds) {
-  ExpectBounds(&ServiceOptions::waiting_photos_max, "waiting_photos_max", {0u, 100'001u},
-               {1u, 100'000u});
   ExpectBounds(&ServiceOptions::waiting_questions_max, "waiting_questions_max", {0u, 100'001u},
                {1u, 100'000u});
   ExpectBounds(&ServiceOptions::settle_pause_s, "settle_pause_s", {0u, 86'401u}, {1u, 86'400u});

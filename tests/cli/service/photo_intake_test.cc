@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Goal: photos that come in are answered by what became of them; a full line sends away; closing
-//   answers who waits, whether before or after the call.
+//   answers who waits, and what waited is placed by the next daemon.
 // Method: files that are no photos, which are judged at once, while another writer's turn holds the
 //   first of them up as long as the test wants.
 #include "cli/service/photo_intake.h"
@@ -8,9 +8,11 @@
 #include <gtest/gtest.h>
 
 #include <condition_variable>
+#include <thread>
 #include <vector>
 
 #include "tests/engine/street_fixture.h"
+#include "tests/option_bounds.h"
 
 namespace veduta {
 namespace {
@@ -60,7 +62,7 @@ HttpRequest NoPhoto(uint32_t number) {
 }
 
 TEST(PhotoIntake, AnswersSayWhatBecameOfPhotos) {
-  PhotoIntake intake(8, Ignore);
+  PhotoIntake intake({.photos_max = 8}, Ignore);
   City city;
   Answers answers;
   const std::vector<uint8_t> jpeg = TakePhoto(Walk(6, 0.9, 1)[0]).jpeg;
@@ -87,7 +89,7 @@ TEST(PhotoIntake, AnswersSayWhatBecameOfPhotos) {
 }
 
 TEST(PhotoIntake, AFullLineSendsAway) {
-  PhotoIntake intake(2, Ignore);
+  PhotoIntake intake({.photos_max = 2}, Ignore);
   City city;
   Answers answers;
   {
@@ -104,7 +106,7 @@ TEST(PhotoIntake, AFullLineSendsAway) {
 }
 
 TEST(PhotoIntake, TheSecondHalfOfTheLineIsForOthers) {
-  PhotoIntake intake(4, Ignore);
+  PhotoIntake intake({.photos_max = 4}, Ignore);
   City city;
   Answers answers;
   const auto take = [&](uint32_t number, const char* contributor) {
@@ -129,8 +131,46 @@ TEST(PhotoIntake, TheSecondHalfOfTheLineIsForOthers) {
   EXPECT_EQ(answers.Wait(8).back().code, 422u) << "places come back";
 }
 
+TEST(PhotoIntake, BytesAreBoundedAsPhotosAre) {
+  PhotoIntake intake({.bytes_max = 25}, Ignore);
+  City city;
+  Answers answers;
+  {
+    Writer::Turn turn = city.parts().writer->Take();
+    for (uint32_t i = 0; i < 3; ++i) intake.Take(&city.engine(), NoPhoto(i), answers.Take());
+    EXPECT_EQ(answers.Wait(1).at(0).code, 429u) << "each has 10 bytes";
+    EXPECT_EQ(intake.counts().waiting_bytes, 20u);
+  }
+  answers.Wait(3);
+  EXPECT_EQ(answers.CountOf(422), 2u);
+  EXPECT_EQ(intake.counts().waiting_bytes, 0u);
+}
+
+TEST(PhotoIntake, WhoDoesNotWantToWaitAsksLater) {
+  PhotoIntake intake({}, Ignore);
+  City city;
+  Answers answers;
+  HttpRequest photo = NoPhoto(1);
+  photo.prefers_async = true;
+  {
+    Writer::Turn turn = city.parts().writer->Take();
+    intake.Take(&city.engine(), photo, answers.Take());
+    const HttpAnswer accepted = answers.Wait(1).at(0);
+    EXPECT_EQ(accepted.code, 202u);
+    EXPECT_EQ(accepted.headers.at(0),
+              std::make_pair(std::string("Location"), std::string("/v1/uploads/1")));
+    EXPECT_EQ(Json::parse(intake.Find(1).body)["state"], "waiting");
+  }
+  while (Json::parse(intake.Find(1).body)["state"] == "waiting") std::this_thread::yield();
+  const Json done = Json::parse(intake.Find(1).body);
+  EXPECT_EQ(done["state"], "done");
+  EXPECT_EQ(done["outcome"]["verdict"], "rejected");
+  EXPECT_EQ(intake.Find(2).code, 404u);
+  EXPECT_EQ(answers.Wait(1).size(), 1u);
+}
+
 TEST(PhotoIntake, ClosingAnswersWhoWaits) {
-  PhotoIntake intake(8, Ignore);
+  PhotoIntake intake({.photos_max = 8}, Ignore);
   City city;
   Answers answers;
   {
@@ -139,14 +179,49 @@ TEST(PhotoIntake, ClosingAnswersWhoWaits) {
     EXPECT_FALSE(intake.is_closing());
     intake.Close();
     EXPECT_TRUE(intake.is_closing());
+    EXPECT_EQ(answers.CountOf(202), 4u) << "at once, though nothing can be applied";
     intake.Take(&city.engine(), NoPhoto(9), answers.Take());
-    EXPECT_GE(answers.CountOf(503), 4u) << "at once, though nothing can be applied";
+    EXPECT_EQ(answers.CountOf(503), 1u) << "it is not stored";
   }
-  answers.Wait(5);
-  // The first one may have had its turn already.
-  EXPECT_EQ(answers.CountOf(503) + answers.CountOf(422), 5u);
-  EXPECT_GE(answers.CountOf(503), 4u);
-  EXPECT_EQ(intake.counts().waiting, 0u);
+}
+
+TEST(PhotoIntake, AnotherDaemonGoesOnWithWhatWaits) {
+  City city;
+  {
+    PhotoIntake intake({}, Ignore);
+    Answers answers;
+    std::jthread closing;
+    Writer::Turn turn = city.parts().writer->Take();
+    for (uint32_t i = 0; i < 4; ++i) intake.Take(&city.engine(), NoPhoto(i), answers.Take());
+    intake.Close();
+    EXPECT_EQ(answers.CountOf(202), 4u);
+    closing = std::jthread([&] { city.Close(); });
+    EXPECT_EQ(city.engine().Settle().code(), StatusCode::kCancelled) << "once it is being closed";
+    const Writer::Turn given_back = std::move(turn);
+  }
+  std::vector<std::string> names;
+  const auto engine = Engine::Open(city.path());
+  ASSERT_OK(engine);
+  const auto waiting = (*engine)->Ask().Uploads();
+  ASSERT_OK(waiting);
+  EXPECT_GE(waiting->size(), 3u) << "one may have had its turn";
+  PhotoIntake intake({}, [&](const std::string& name, const Result<AddOutcome>& outcome) {
+    EXPECT_OK(outcome);
+    names.push_back(name);
+  });
+  ASSERT_OK(intake.Resume(engine->get()));
+  ASSERT_OK(intake.Resume(engine->get())) << "what is in line stays there";
+  while (intake.counts().waiting > 0) std::this_thread::yield();
+  ASSERT_EQ(names.size(), waiting->size());
+  for (size_t i = 0; i < names.size(); ++i) {
+    EXPECT_EQ(Json::parse(intake.Find((*waiting)[i].number).body)["state"], "done");
+  }
+  EXPECT_TRUE((*engine)->Ask().Uploads()->empty());
+}
+
+TEST(IntakeLimits, HaveBounds) {
+  ExpectBounds(&IntakeLimits::photos_max, "photos_max", {0u, 1'000'001u}, {1u, 1'000'000u});
+  ExpectBounds(&IntakeLimits::bytes_max, "bytes_max", {0u}, {1u});
 }
 
 }  // namespace

@@ -52,6 +52,25 @@ TEST(Rebuilding, AddsEveryPhotoUnderItsName) {
   }
 }
 
+TEST(Rebuilding, KeepsThePhotosThatWait) {
+  const DamagedCity city;
+  {
+    const auto database = Database::Open(city.path(), {});
+    ASSERT_OK(database);
+    UploadRecord upload;
+    upload.number = 40;
+    upload.name = "waiting.jpg";
+    upload.photo = HashContent(SampleBytes(1, 500));
+    ASSERT_OK((*database)->AddUpload(upload, SampleBytes(1, 500)));
+  }
+  const Rebuilt rebuilt(city);
+  const auto uploads = rebuilt.engine->Ask().Uploads();
+  ASSERT_OK(uploads);
+  ASSERT_EQ(uploads->size(), 1u);
+  EXPECT_EQ(uploads->front().number, 40u);
+  EXPECT_EQ(uploads->front().name, "waiting.jpg");
+}
+
 TEST(Rebuilding, KeepsWhatIsForbiddenOfPhotosAndTellsOfMerges) {
   const DamagedCity city;
   {

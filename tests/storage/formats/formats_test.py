@@ -181,6 +181,22 @@ class Formats(unittest.TestCase):
     def test_format_2_is_upgraded_by_settle(self):
         self.check_settle_upgrades(self.fixture('format2'))
 
+    def test_format_3_reader_says_what_to_do(self):
+        self.check_reader_says_what_to_do(self.fixture('format3'), 3)
+
+    def test_format_3_is_upgraded_by_settle(self):
+        self.check_settle_upgrades(self.fixture('format3'))
+
+    def test_format_3_is_upgraded_by_adding(self):
+        fixture = self.fixture('format3')
+        self.check_growing(fixture, fixture.city)
+
+    def test_format_3_upgrade_is_killed(self):
+        self.check_kills(self.fixture('format3'))
+
+    def test_format_3_is_repaired(self):
+        self.check_repair(self.fixture('format3'), 3)
+
     def test_format_1_is_repaired(self):
         self.check_repair(self.fixture('format1'), 1)
 
@@ -188,7 +204,7 @@ class Formats(unittest.TestCase):
         self.check_repair(self.fixture('format2'), 2)
 
     def check_repair(self, fixture, number):
-        self.assertIn(f'has format {number} of an earlier veduta; the new one has format 3',
+        self.assertIn(f'has format {number} of an earlier veduta; the new one has format 4',
                       must('repair', fixture.city, '--yes'))
         self.assertEqual(must('verify', fixture.city), 'sound\n')
         self.check_counts(fixture, ask('status', fixture.city))

@@ -124,7 +124,8 @@ TEST_P(Upgrade, SurvivesEveryFailedWrite) {
 
 INSTANTIATE_TEST_SUITE_P(Formats, Upgrade,
                          testing::Combine(testing::Values(std::string("format1"),
-                                                          std::string("format2")),
+                                                          std::string("format2"),
+                                                          std::string("format3")),
                                           testing::Bool()),
                          [](const auto& info) {
                            return std::get<0>(info.param) +

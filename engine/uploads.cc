@@ -1,0 +1,146 @@
+// SPDX-License-Identifier: Apache-2.0
+// The members of Engine and of Questions about photos that wait on the disk for their turn.
+#include <ctime>
+#include <utility>
+
+#include "engine/engine.h"
+#include "engine/parts.h"
+#include "engine/photo/photo_file.h"
+
+namespace veduta {
+namespace {
+
+// The photo's bytes, which are read into `own` where the source does not have them.
+Result<std::span<const uint8_t>> BytesOf(const PhotoSource& source, uint64_t size_bytes_max,
+                                         std::vector<uint8_t>* own) {
+  if (source.bytes) return std::span<const uint8_t>(*source.bytes);
+  VEDUTA_ASSIGN_OR_RETURN(*own,
+                          source.read ? source.read() : ReadPhotoFile(source.path, size_bytes_max));
+  if (own->size() <= size_bytes_max) return std::span<const uint8_t>(*own);
+  return Status::InvalidArgument(source.path + " has more than " + std::to_string(size_bytes_max) +
+                                 " bytes, which no photo may have");
+}
+
+// Whether the photo was applied, and has come back by a power cut.
+Result<bool> HasHadItsTurn(const Snapshot& snapshot, const UploadRecord& upload) {
+  VEDUTA_ASSIGN_OR_RETURN(const std::optional<ImageId> stored,
+                          snapshot.FindImageByPhoto(upload.photo));
+  if (!stored) return false;
+  VEDUTA_ASSIGN_OR_RETURN(const ImageRecord image, snapshot.GetImage(*stored));
+  return image.name == upload.name && image.contributor == upload.contributor;
+}
+
+}  // namespace
+
+Result<Ticket> Engine::Submit(PhotoSubmission photo, AnswerCallback answered) {
+  EngineParts& parts = *parts_;
+  VEDUTA_ASSIGN_OR_RETURN(std::optional<CameraRecord> camera, parts.FindNamed(photo.camera));
+  std::vector<uint8_t> own;
+  VEDUTA_ASSIGN_OR_RETURN(const std::span<const uint8_t> bytes,
+                          BytesOf(photo.photo, parts.tuning.prepare.limits.size_bytes_max, &own));
+  UploadRecord upload;
+  upload.name = std::move(photo.photo.name);
+  upload.contributor = std::move(photo.contributor);
+  upload.camera = std::move(photo.camera);
+  upload.photo = HashContent(bytes);
+  upload.size_bytes = bytes.size();
+  upload.time_unix_s = std::time(nullptr);
+  const std::lock_guard lock(parts.lining_mutex);
+  VEDUTA_ASSIGN_OR_RETURN(upload.number, parts.database->AddUpload(upload, bytes));
+  Result<Ticket> ticket = parts.Line(upload, std::move(camera), std::move(answered));
+  if (!ticket.ok()) {
+    parts.database->DeleteUpload(upload.number)
+        .IgnoreBecause("the photo is refused for another reason, and would be applied later");
+  }
+  return ticket;
+}
+
+Result<Ticket> Engine::Resume(uint64_t upload, AnswerCallback answered) {
+  EngineParts& parts = *parts_;
+  const std::lock_guard lock(parts.lining_mutex);
+  if (parts.IsInLine(upload))
+    return Status::AlreadyExists("upload " + std::to_string(upload) + " is in line already");
+  const std::shared_ptr<const Snapshot> snapshot = parts.database->GetSnapshot();
+  VEDUTA_ASSIGN_OR_RETURN(const UploadRecord record, snapshot->GetUpload(upload));
+  VEDUTA_ASSIGN_OR_RETURN(const bool has_had_its_turn, HasHadItsTurn(*snapshot, record));
+  if (has_had_its_turn) {
+    VEDUTA_RETURN_IF_ERROR(parts.database->DeleteUpload(upload));
+    return Status::NotFound("upload " + std::to_string(upload) + " has had its turn");
+  }
+  Result<std::optional<CameraRecord>> camera = parts.FindNamed(record.camera);
+  // A repair may have lost the camera: then it is found as that of a photo that names none.
+  if (camera.status().code() == StatusCode::kNotFound) camera = std::optional<CameraRecord>();
+  VEDUTA_RETURN_IF_ERROR(camera.status());
+  return parts.Line(record, *std::move(camera), std::move(answered));
+}
+
+Result<std::vector<UploadAnswer>> Questions::Uploads() const {
+  VEDUTA_ASSIGN_OR_RETURN(const std::vector<UploadRecord> records, view_->snapshot->ListUploads());
+  std::vector<UploadAnswer> uploads;
+  uploads.reserve(records.size());
+  for (const UploadRecord& record : records)
+    uploads.push_back({record.number, record.name, record.contributor, record.camera,
+                       record.photo.Hex(), record.size_bytes, record.time_unix_s});
+  return uploads;
+}
+
+bool EngineParts::IsInLine(uint64_t upload) {
+  const std::lock_guard lock(uploads_mutex);
+  return uploads.contains(upload);
+}
+
+Result<Ticket> EngineParts::Line(const UploadRecord& upload, std::optional<CameraRecord> camera,
+                                 AnswerCallback answered) {
+  const uint64_t number = upload.number;
+  WaitingPhoto photo;
+  photo.photo.name = upload.name;
+  photo.photo.read = [this, number]() -> Result<std::vector<uint8_t>> {
+    VEDUTA_ASSIGN_OR_RETURN(const StoredBytes stored,
+                            database->GetSnapshot()->GetUploadBytes(number));
+    return std::vector<uint8_t>(stored.bytes().begin(), stored.bytes().end());
+  };
+  photo.camera = std::move(camera);
+  photo.contributor = upload.contributor;
+  photo.answered = std::move(answered);
+  photo.leave = [this, number](bool has_ended) {
+    if (has_ended) {
+      database->DeleteUpload(number).IgnoreBecause(
+          "it is there once more when the database is next opened, and Resume finds it stored");
+    }
+    const std::lock_guard lock(uploads_mutex);
+    uploads.erase(number);
+  };
+  const std::lock_guard lock(uploads_mutex);
+  VEDUTA_ASSIGN_OR_RETURN(Ticket ticket, scheduler->Submit(number, std::move(photo)));
+  uploads.emplace(number, ticket);
+  return ticket;
+}
+
+Result<uint64_t> EngineParts::RemoveUploads(const std::string& contributor) {
+  VEDUTA_ASSIGN_OR_RETURN(std::vector<UploadRecord> all, database->GetSnapshot()->ListUploads());
+  std::erase_if(all, [&](const UploadRecord& u) { return u.contributor != contributor; });
+  if (all.empty()) return uint64_t{0};
+  {  // Whoever is killed from here on leaves bytes, of which PurgeRemoved rids the files.
+    Writer::Turn turn = writer->Take();
+    const std::unique_ptr<Transaction> transaction = turn.database().BeginTransaction();
+    VEDUTA_ASSIGN_OR_RETURN(DatabaseState state, transaction->base()->GetState());
+    state.removed_bytes_left = true;
+    transaction->PutState(state);
+    VEDUTA_RETURN_IF_ERROR(transaction->Commit());
+  }
+  uint64_t removed = 0;
+  for (const UploadRecord& upload : all) {
+    std::optional<Ticket> ticket;
+    {
+      const std::lock_guard lock(uploads_mutex);
+      if (const auto found = uploads.find(upload.number); found != uploads.end())
+        ticket = found->second;
+    }
+    const bool was_applied = ticket && !ticket->Cancel() && ticket->Wait().ok();
+    VEDUTA_RETURN_IF_ERROR(database->DeleteUpload(upload.number));
+    if (!was_applied) ++removed;
+  }
+  return removed;
+}
+
+}  // namespace veduta

@@ -1,0 +1,20 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+// Photos that wait for their turn in family `uploads`. The functions are those of Database, on its
+// files; each is one write of its own.
+
+#include <cstdint>
+#include <span>
+
+#include "storage/base/status.h"
+#include "storage/database_files.h"
+#include "storage/model/upload.h"
+
+namespace veduta {
+
+// One call at a time.
+Result<uint64_t> AddUpload(DatabaseFiles& files, UploadRecord upload,
+                           std::span<const uint8_t> bytes, bool sync);
+Status DeleteUpload(DatabaseFiles& files, uint64_t number);
+
+}  // namespace veduta

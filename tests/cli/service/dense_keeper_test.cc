@@ -1,0 +1,84 @@
+// SPDX-License-Identifier: Apache-2.0
+// Goal: the dense city follows the sparse one by itself, can be paused, and does nothing where it is
+//   not wanted or has nothing to do.
+// Method: a small street whose photos come in two parts; the pass in C++ at a low resolution.
+#include "cli/service/dense_keeper.h"
+
+#include <gtest/gtest.h>
+
+#include <atomic>
+
+#include "tests/engine/street_fixture.h"
+#include "tests/option_bounds.h"
+
+namespace veduta {
+namespace {
+
+DenseKeeping Coarse() {
+  DenseKeeping keeping;
+  keeping.is_wanted = true;
+  keeping.request.device = "cpp";
+  keeping.request.options.depth_side_px = 64;
+  keeping.request.options.voxel_size = 0.4;
+  keeping.pause_s = 1;
+  keeping.patience_s = 2;
+  return keeping;
+}
+
+void WaitForPasses(const DenseKeeper& keeper, uint64_t count) {
+  while (keeper.ToJson()["passes"].get<uint64_t>() < count)
+    std::this_thread::sleep_for(std::chrono::milliseconds(20));
+}
+
+TEST(DenseKeeper, FollowsTheSparseCity) {
+  City city;
+  DenseKeeper keeper(&city.engine(), Coarse(), {});
+  const std::vector<Stand> stands = Walk(6, 0.9, 5);
+  city.Add({stands[0], stands[1], stands[2], stands[3]});
+  WaitForPasses(keeper, 1);
+  const uint64_t first = city.Counts().reconstructions.at(0).depth_maps;
+  EXPECT_GE(first, 3u);
+  city.Add({stands[4]});
+  WaitForPasses(keeper, 2);
+  EXPECT_GT(city.Counts().reconstructions.at(0).depth_maps, first);
+  EXPECT_EQ(keeper.ToJson()["why_not"], nullptr);
+}
+
+TEST(DenseKeeper, RestsWhileItIsPaused) {
+  City city;
+  DenseKeeper keeper(&city.engine(), Coarse(), {});
+  ASSERT_OK(keeper.Pause(true));
+  city.Add(Walk(6, 0.9, 4));
+  std::this_thread::sleep_for(std::chrono::milliseconds(1500));
+  EXPECT_EQ(keeper.ToJson()["state"], "paused");
+  EXPECT_EQ(keeper.ToJson()["passes"], 0);
+  ASSERT_OK(keeper.Pause(false));
+  WaitForPasses(keeper, 1);
+}
+
+TEST(DenseKeeper, TellsWhyItFails) {
+  City city;
+  DenseKeeping keeping = Coarse();
+  keeping.request.device = "a device that is not there";
+  std::atomic<int> failures = 0;
+  DenseKeeper keeper(&city.engine(), keeping, [&](const Status&) { ++failures; });
+  city.Add(Walk(6, 0.9, 4));
+  while (failures == 0) std::this_thread::sleep_for(std::chrono::milliseconds(20));
+  EXPECT_NE(keeper.ToJson()["why_not"], nullptr);
+  EXPECT_EQ(keeper.ToJson()["passes"], 0);
+}
+
+TEST(DenseKeeper, IsOffWhereItIsNotWanted) {
+  City city;
+  DenseKeeper keeper(&city.engine(), {}, {});
+  EXPECT_EQ(keeper.ToJson()["state"], "off");
+  EXPECT_EQ(keeper.Pause(true).code(), StatusCode::kInvalidArgument);
+}
+
+TEST(DenseKeeping, HasBounds) {
+  ExpectBounds(&DenseKeeping::pause_s, "pause_s", {0u, 61u}, {1u, 60u});
+  ExpectBounds(&DenseKeeping::patience_s, "patience_s", {4u, 86'401u}, {5u, 86'400u});
+}
+
+}  // namespace
+}  // namespace veduta
