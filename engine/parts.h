@@ -13,6 +13,7 @@
 #include "engine/ingest/ingest.h"
 #include "engine/photo/image_features.h"
 #include "engine/photo/photo_preparer.h"
+#include "engine/query/unsure_poses.h"
 #include "engine/retrieval/retrieval.h"
 #include "engine/schedule/scheduler.h"
 #include "engine/writer/claimable.h"
@@ -44,6 +45,7 @@ struct EngineCaches {
 
   Retrieval retrieval;
   ImageFeatureCache features;
+  UnsureCache unsure;
 };
 
 // Destroyed from the bottom up: the scheduler's thread ends first.
@@ -105,11 +107,11 @@ struct EngineParts {
   std::mutex caches_mutex;  // of `caches` and `cameras`
   std::shared_ptr<EngineCaches> caches;
   std::map<std::string, CameraRecord> cameras;
-  std::unique_ptr<Ingest> ingest;  // used with the writer's turn only
-  std::mutex lining_mutex;   // held while a photo gets onto the disk and in line
-  std::mutex uploads_mutex;  // of `uploads`; never held while anything is written
+  std::unique_ptr<Ingest> ingest;      // used with the writer's turn only
+  std::mutex lining_mutex;             // held while a photo gets onto the disk and in line
+  std::mutex uploads_mutex;            // of `uploads`; never held while anything is written
   std::map<uint64_t, Ticket> uploads;  // that are in line
-  Claimable dense_pass;            // claimed while a dense pass or a removal runs: one at a time
+  Claimable dense_pass;  // claimed while a dense pass or a removal runs: one at a time
   std::unique_ptr<Scheduler> scheduler;
 };
 

@@ -39,7 +39,8 @@ StorageAnswer ToAnswer(const DatabaseStatistics& statistics) {
 
 Result<StatusAnswer> Questions::Status() const {
   VEDUTA_ASSIGN_OR_RETURN(const DatabaseSizes sizes, view_->parts->database->GetSizes());
-  VEDUTA_ASSIGN_OR_RETURN(StatusAnswer answer, StatusOf(*view_->snapshot, sizes));
+  VEDUTA_ASSIGN_OR_RETURN(StatusAnswer answer,
+                          StatusOf(*view_->snapshot, sizes, &view_->caches->unsure));
   answer.snapshot = snapshot();
   VEDUTA_ASSIGN_OR_RETURN(const DatabaseStatistics statistics,
                           view_->parts->database->GetStatistics());
@@ -49,7 +50,8 @@ Result<StatusAnswer> Questions::Status() const {
 
 Result<ImageAnswer> Questions::Image(const std::string& name) const {
   VEDUTA_ASSIGN_OR_RETURN(const ImageRecord image, FindImage(*view_->snapshot, name));
-  VEDUTA_ASSIGN_OR_RETURN(ImageAnswer answer, ImageAnswerOf(*view_->snapshot, image));
+  VEDUTA_ASSIGN_OR_RETURN(ImageAnswer answer,
+                          ImageAnswerOf(*view_->snapshot, image, &view_->caches->unsure));
   answer.snapshot = snapshot();
   return answer;
 }
@@ -91,7 +93,8 @@ Result<std::vector<NeighborAnswer>> Questions::Rank(const PhotoSource& photo,
 }
 
 Result<std::vector<ReconstructionAnswer>> Questions::Reconstructions() const {
-  VEDUTA_ASSIGN_OR_RETURN(StatusAnswer status, StatusOf(*view_->snapshot, {}));
+  VEDUTA_ASSIGN_OR_RETURN(StatusAnswer status,
+                          StatusOf(*view_->snapshot, {}, &view_->caches->unsure));
   return std::move(status.reconstructions);
 }
 

@@ -107,10 +107,6 @@ Result<VisibleStructure> JudgeView(const MappingContext& context, const MapImage
   return FindAround(*context.map, view, around, options);
 }
 
-bool TellsPlacesApart(RefusalReason reason) {
-  return reason == RefusalReason::kMissingStructure || reason == RefusalReason::kContradicted;
-}
-
 Status WeighSide(const MappingContext& context, ImageId image, std::span<const PairMatches> pairs,
                  ReconstructionId other, SideDoubts* doubts) {
   const DoubtOptions& options = context.options.doubt;

@@ -12,6 +12,7 @@
 #include "engine/ingest/doubt.h"
 #include "engine/ingest/mapping_context.h"
 #include "engine/mapping/pair_matches.h"
+#include "engine/query/unsure_poses.h"
 #include "storage/model/hypothesis.h"
 
 namespace veduta {
@@ -33,10 +34,6 @@ struct SideDoubts {
   // JudgeAround forgives what something may hide: at a seam it is too much.
   std::vector<ImageId> unsure;
 };
-
-// Whether a merge that is refused for this shows two places that look alike, rather than one of
-// which too little is known.
-bool TellsPlacesApart(RefusalReason reason);
 
 // Weighs the two sides for one image, which is loaded with its neighbourhood: it gets a pose in
 // `other` by those of these verified pairs that lead there. Adds to `doubts`. Loads what it needs

@@ -131,7 +131,8 @@ Result<CameraRecord> FindCamera(const Snapshot& snapshot, const std::string& nam
       (known.empty() ? "add one with `veduta camera add`" : "the database has: " + known));
 }
 
-Result<StatusAnswer> StatusOf(const Snapshot& snapshot, const DatabaseSizes& sizes) {
+Result<StatusAnswer> StatusOf(const Snapshot& snapshot, const DatabaseSizes& sizes,
+                              UnsureCache* unsure) {
   StatusAnswer status;
   VEDUTA_ASSIGN_OR_RETURN(const DatabaseCounts counts, snapshot.GetCounts());
   status.images = counts.images;
@@ -149,8 +150,8 @@ Result<StatusAnswer> StatusOf(const Snapshot& snapshot, const DatabaseSizes& siz
   for (const ReconstructionRecord& record : living) {
     status.reconstructions.push_back(ToAnswer(record, dense[record.id]));
   }
-  VEDUTA_ASSIGN_OR_RETURN(const auto unsure, ListUnsure(snapshot));
-  status.unsure = unsure.size();
+  VEDUTA_ASSIGN_OR_RETURN(const auto all_unsure, unsure->Get(snapshot));
+  status.unsure = all_unsure->size();
   VEDUTA_ASSIGN_OR_RETURN(status.doubtful_seams, HypothesesOf(snapshot, {}));
   status.open_hypotheses = status.doubtful_seams.size();
   std::ranges::stable_sort(status.doubtful_seams, std::greater<>(),
@@ -182,7 +183,8 @@ Result<std::vector<NeighborAnswer>> NeighborsOf(const Snapshot& snapshot, ImageI
   return neighbors;
 }
 
-Result<ImageAnswer> ImageAnswerOf(const Snapshot& snapshot, const ImageRecord& image) {
+Result<ImageAnswer> ImageAnswerOf(const Snapshot& snapshot, const ImageRecord& image,
+                                  UnsureCache* unsure) {
   ImageAnswer answer;
   answer.id = image.id;
   answer.name = image.name;
@@ -200,9 +202,9 @@ Result<ImageAnswer> ImageAnswerOf(const Snapshot& snapshot, const ImageRecord& i
   VEDUTA_ASSIGN_OR_RETURN(const std::optional<PoseRecord> pose, snapshot.FindPose(image.id));
   if (pose) {
     answer.reconstruction = pose->reconstruction;
-    VEDUTA_ASSIGN_OR_RETURN(const auto unsure, ListUnsure(snapshot));
-    const auto found = unsure.find(image.id);
-    if (found != unsure.end()) answer.may_stand_in = found->second;
+    VEDUTA_ASSIGN_OR_RETURN(const auto all_unsure, unsure->Get(snapshot));
+    const auto found = all_unsure->find(image.id);
+    if (found != all_unsure->end()) answer.may_stand_in = found->second;
     if (answer.may_stand_in.empty()) answer.cam_from_world = ToPlain(pose->cam_from_world);
     VEDUTA_ASSIGN_OR_RETURN(answer.hypotheses, HypothesesOf(snapshot, pose->reconstruction));
   }

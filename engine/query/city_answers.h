@@ -7,6 +7,7 @@
 
 #include "engine/door/answers.h"
 #include "engine/door/submission.h"
+#include "engine/query/unsure_poses.h"
 #include "storage/database.h"
 
 namespace veduta {
@@ -14,8 +15,11 @@ namespace veduta {
 // The camera of that name. kNotFound lists those there are.
 Result<CameraRecord> FindCamera(const Snapshot& snapshot, const std::string& name);
 
-Result<StatusAnswer> StatusOf(const Snapshot& snapshot, const DatabaseSizes& sizes);
-Result<ImageAnswer> ImageAnswerOf(const Snapshot& snapshot, const ImageRecord& image);
+// `unsure` is shared by all who ask; so is that of the next.
+Result<StatusAnswer> StatusOf(const Snapshot& snapshot, const DatabaseSizes& sizes,
+                              UnsureCache* unsure);
+Result<ImageAnswer> ImageAnswerOf(const Snapshot& snapshot, const ImageRecord& image,
+                                  UnsureCache* unsure);
 // Verified neighbours, most matches first, then ascending images.
 Result<std::vector<NeighborAnswer>> NeighborsOf(const Snapshot& snapshot, ImageId image);
 // What the dense pass has made of it is counted too: O(its depth maps and tiles).

@@ -49,6 +49,16 @@ double CostOf(const Rigid3& b_from_a, const Sides& x, double scale) {
   return std::sqrt(cost / static_cast<double>(std::max<size_t>(1, x.a.size())));
 }
 
+// Whether the geometry explains the match. Where the rays are parallel, as those of two copies of
+// one picture are, rounding alone puts the point before or behind the cameras.
+bool IsExplained(const Rigid3& b_from_a, const Eigen::Vector2d& a, const Eigen::Vector2d& b,
+                 double distance_max) {
+  if (!FindTwoViewInliers(b_from_a, {&a, 1}, {&b, 1}, distance_max).empty()) return true;
+  if (SampsonDistance(EssentialFromPose(b_from_a), a, b) >= distance_max) return false;
+  const Eigen::Vector3d ray = b_from_a.rotation * a.homogeneous();
+  return ray.z() > 0 && (ray.hnormalized() - b).norm() < distance_max;
+}
+
 // Whether all matches are such as the geometry would have been verified by, and whether the
 // geometry is about the best for them.
 bool MatchesFit(const PairRecord& pair, const CheckedCity::Eye& a, const CheckedCity::Eye& b) {
@@ -56,8 +66,9 @@ bool MatchesFit(const PairRecord& pair, const CheckedCity::Eye& a, const Checked
       TwoViewOptions().error_px_max / std::min(a.camera.focal_px(), b.camera.focal_px());
   const double scale = 0.5 * distance_max;  // as in engine/ingest/pair_verifier.cc
   const Sides x = SidesOf(pair, a, b);
-  if (FindTwoViewInliers(pair.b_from_a, x.a, x.b, kErrorSlack * distance_max).size() != x.a.size())
-    return false;
+  for (size_t i = 0; i < x.a.size(); ++i) {
+    if (!IsExplained(pair.b_from_a, x.a[i], x.b[i], kErrorSlack * distance_max)) return false;
+  }
   const Rigid3 best = RefineTwoView(pair.b_from_a, x.a, x.b, scale);
   return CostOf(pair.b_from_a, x, scale) - CostOf(best, x, scale) <= kCostSlack;
 }

@@ -3,6 +3,9 @@
 // Images whose pose nobody is told, because they may as well stand elsewhere.
 
 #include <map>
+#include <memory>
+#include <mutex>
+#include <string>
 #include <vector>
 
 #include "storage/database.h"
@@ -11,10 +14,31 @@ namespace veduta {
 
 using UnsureImages = std::map<ImageId, std::vector<ReconstructionId>>;
 
+// Whether a merge that is refused for this shows two places that look alike, rather than one of
+// which too little is known.
+bool TellsPlacesApart(RefusalReason reason);
+
 // The images that stand at a seam of two places that look alike, on a side that is not sure
 // (HypothesisRecord::unsure), each with the reconstructions on whose side it may stand as well,
 // ascending. What they see holds their reconstruction together all the same, for it looks alike on
-// either side. O(hypotheses).
+// either side.
+//
+// In a reconstruction with such a seam also the images that only unsure ones tie to the rest, and
+// those that a strong verified pair ties to a place in the same reconstruction where they do not
+// stand: whole rows of photos were at the wrong one of two twin facades, held there by a photo or
+// two that nobody is told. O(hypotheses), and where there is such a seam O(images of its
+// reconstructions).
 Result<UnsureImages> ListUnsure(const Snapshot& snapshot);
+
+// The last answer of ListUnsure, for who asks again and again. Thread-safe.
+class UnsureCache final {
+ public:
+  Result<std::shared_ptr<const UnsureImages>> Get(const Snapshot& snapshot);
+
+ private:
+  std::mutex mutex_;
+  std::string key_;  // what the answer rests on
+  std::shared_ptr<const UnsureImages> answer_;
+};
 
 }  // namespace veduta

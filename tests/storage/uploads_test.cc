@@ -41,7 +41,7 @@ TEST(Uploads, WaitOverClosing) {
   ASSERT_OK(database->DeleteUpload(300));
   ASSERT_OK(database->DeleteUpload(777)) << "there is none";
   database.reset();
-  database = MustOpen(folder / "db");
+  database = MustOpen(folder / "db", {});
   const std::vector<uint64_t> numbers = NumbersIn(*database);
   ASSERT_EQ(numbers.size(), 298u);
   EXPECT_EQ(numbers[1], 3u);
@@ -66,7 +66,7 @@ TEST(Uploads, NumbersAreNeverUsedAgain) {
   ASSERT_OK(database->DeleteUpload(1));
   ASSERT_OK(database->DeleteUpload(2));
   database.reset();
-  database = MustOpen(folder / "db");
+  database = MustOpen(folder / "db", {});
   EXPECT_TRUE(NumbersIn(*database).empty());
   EXPECT_EQ(*database->AddUpload(Upload(3), SampleBytes(3, 10)), 3u);
 }

@@ -50,6 +50,7 @@ class CityAnswersTest : public testing::Test {
   static std::unique_ptr<City> city_;
   const std::shared_ptr<const Snapshot> snapshot_ = city_->parts().database->GetSnapshot();
   std::vector<ImageRecord> images_;
+  UnsureCache unsure_;
 };
 
 std::unique_ptr<City> CityAnswersTest::city_;
@@ -57,7 +58,7 @@ std::unique_ptr<City> CityAnswersTest::city_;
 TEST_F(CityAnswersTest, StatusCountsWhatAWalkOverTheImagesCounts) {
   DatabaseSizes sizes;
   sizes.total_bytes = 3, sizes.photo_bytes = 2, sizes.feature_bytes = 1;
-  const auto status = StatusOf(*snapshot_, sizes);
+  const auto status = StatusOf(*snapshot_, sizes, &unsure_);
   ASSERT_OK(status);
   EXPECT_EQ(status->images, images_.size());
   EXPECT_EQ(status->rejected, Count(Verdict::kRejected));
@@ -88,7 +89,7 @@ TEST_F(CityAnswersTest, StatusCountsWhatAWalkOverTheImagesCounts) {
 TEST_F(CityAnswersTest, AnImagesAnswerIsWhatItsRecordsSay) {
   for (const ImageRecord& image : images_) {
     SCOPED_TRACE(image.name);
-    const auto answer = ImageAnswerOf(*snapshot_, image);
+    const auto answer = ImageAnswerOf(*snapshot_, image, &unsure_);
     ASSERT_OK(answer);
     EXPECT_EQ(answer->id, image.id);
     EXPECT_EQ(answer->name, image.name);
@@ -226,7 +227,8 @@ TEST(Hypotheses, AreListedByIdsAndTheStatusHasThoseWithMostPoints) {
   EXPECT_NE(first.reason.find("3 pairs agree"), std::string::npos) << first.reason;
   EXPECT_EQ(HypothesesOf(*snapshot, ReconstructionId(4))->size(), 8u) << "on either side";
   EXPECT_TRUE(HypothesesOf(*snapshot, ReconstructionId(40))->empty());
-  const auto status = StatusOf(*snapshot, {});
+  UnsureCache unsure;
+  const auto status = StatusOf(*snapshot, {}, &unsure);
   ASSERT_OK(status);
   EXPECT_EQ(status->open_hypotheses, 25u);
   ASSERT_EQ(status->doubtful_seams.size(), kDoubtfulSeamsMax);

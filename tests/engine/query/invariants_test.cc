@@ -394,5 +394,22 @@ TEST_F(InvariantsTest, WhatAMarkNamesIsHalfWrittenAndNoViolation) {
   for (const std::string& violation : *ahead) ADD_FAILURE() << violation;
 }
 
+// Their matches have no parallax, so nothing says on which side of the cameras their points lie.
+TEST(Invariants, CopiesOfAPictureAreSound) {
+  City city;
+  std::vector<PhotoSubmission> photos;
+  for (const Stand& stand : Walk(6, 0.9, 4)) {
+    const TakenPhoto& photo = TakePhoto(stand);
+    photos.push_back(city.Submit(stand));
+    std::vector<uint8_t> copy = photo.jpeg;
+    copy.push_back(0);  // another file of the same picture
+    photos.push_back(city.Submit("copy of " + photo.name, std::move(copy)));
+  }
+  city.Add(photos);
+  const auto violations = FindViolations(city.Ask().snapshot(), 20);
+  ASSERT_OK(violations);
+  EXPECT_EQ(*violations, std::vector<std::string>());
+}
+
 }  // namespace
 }  // namespace veduta

@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // Goal: no answer tells the pose of an image that may stand elsewhere, and each says so; who has
-//   lost that pose since, or has another one, is not meant.
-// Method: a street of a few photos, and hypotheses that are put beside it.
+//   lost that pose since, or has another one, is not meant. Whoever such images alone tie to the
+//   rest, and whom a strong pair puts elsewhere, is not told either.
+// Method: a street of a few photos, and hypotheses that are put beside it; records put by hand.
 #include "engine/query/unsure_poses.h"
 
 #include <gtest/gtest.h>
@@ -31,12 +32,13 @@ class UnsurePosesTest : public testing::Test {
   }
   std::shared_ptr<const Snapshot> Snap() const { return city_.parts().database->GetSnapshot(); }
   ImageAnswer Answer(uint32_t id) const {
-    auto answer = ImageAnswerOf(*Snap(), *Snap()->GetImage(ImageId(id)));
+    auto answer = ImageAnswerOf(*Snap(), *Snap()->GetImage(ImageId(id)), &cache_);
     EXPECT_OK(answer);
     return answer.ok() ? *std::move(answer) : ImageAnswer();
   }
 
   City city_;
+  mutable UnsureCache cache_;
 };
 
 TEST_F(UnsurePosesTest, EachIsListedWithWhereItMayStand) {
@@ -48,7 +50,7 @@ TEST_F(UnsurePosesTest, EachIsListedWithWhereItMayStand) {
   ASSERT_OK(unsure);
   const UnsureImages expected = {{ImageId(2), {kSecond, kThird}}, {ImageId(3), {kThird}}};
   EXPECT_EQ(*unsure, expected);
-  const auto status = StatusOf(*Snap(), {});
+  const auto status = StatusOf(*Snap(), {}, &cache_);
   ASSERT_OK(status);
   EXPECT_EQ(status->unsure, 2u);
   EXPECT_EQ(status->placed, 5u);
@@ -72,6 +74,109 @@ TEST_F(UnsurePosesTest, WhoHasLostItsPoseIsNotMeant) {
   transaction->DeletePose(ImageId(2));
   ASSERT_OK(transaction->Commit());
   EXPECT_TRUE(ListUnsure(*Snap())->empty());
+}
+
+// Records of a reconstruction, put into a database by hand: who shares points with whom, and which
+// verified pairs there are.
+class CutOffTest : public testing::Test {
+ protected:
+  CutOffTest() {
+    auto database = MustCreate(folder_ / "db");
+    database_ = std::move(database);
+    transaction_ = database_->BeginTransaction();
+    for (uint32_t id = 1; id <= 8; ++id) {
+      ImageRecord image = SampleImage(id);
+      image.verdict = Verdict::kPlaced;
+      transaction_->PutImage(image);
+      PoseRecord pose;
+      pose.image = ImageId(id);
+      pose.reconstruction = kOwn;
+      transaction_->PutPose(pose);
+    }
+    HypothesisRecord hypothesis;
+    hypothesis.a = kOwn;
+    hypothesis.b = kSecond;
+    hypothesis.images = {ImageId(5)};
+    hypothesis.unsure = {ImageId(5)};
+    hypothesis.reason = RefusalReason::kContradicted;
+    transaction_->PutHypothesis(hypothesis);
+  }
+
+  // A verified pair, of whose matches so many are points that both see.
+  void Pair(uint32_t a, uint32_t b, uint32_t matches, uint32_t points) {
+    PairRecord pair = SamplePair(a, b, matches);
+    transaction_->PutPair(pair);
+    for (uint32_t i = 0; i < points; ++i, ++next_point_) {
+      for (const uint32_t id : {a, b})
+        seen_[ImageId(id)].push_back({static_cast<FeatureIndex>(seen_[ImageId(id)].size()),
+                                      PointId{ImageId(1), next_point_}});
+    }
+  }
+
+  // Who is not told, beside image 5.
+  std::vector<uint32_t> Untold() {
+    for (const auto& [image, seen] : seen_) transaction_->PutObservations(image, seen);
+    EXPECT_OK(transaction_->Commit());
+    const auto unsure = ListUnsure(*database_->GetSnapshot());
+    EXPECT_OK(unsure);
+    std::vector<uint32_t> untold;
+    for (const auto& [image, others] : *unsure) {
+      EXPECT_EQ(others, std::vector{kSecond});
+      if (image != ImageId(5)) untold.push_back(image.value);
+    }
+    return untold;
+  }
+
+  TemporaryFolder folder_;
+  std::unique_ptr<Database> database_;
+  std::unique_ptr<Transaction> transaction_;
+  std::map<ImageId, std::vector<Observation>> seen_;
+  uint32_t next_point_ = 1;
+};
+
+// 1 to 4 hold each other, and 6 to 8, which 5 alone ties to them.
+TEST_F(CutOffTest, WhomOnlyUnsureImagesTieToTheRestIsNotTold) {
+  for (uint32_t id = 1; id < 8; ++id) Pair(id, id + 1, 200, 100);
+  Pair(4, 6, 60, 30);  // weak
+  EXPECT_EQ(Untold(), (std::vector<uint32_t>{6, 7, 8}));
+}
+
+TEST_F(CutOffTest, WhoIsHeldOtherwiseIsTold) {
+  for (uint32_t id = 1; id < 8; ++id) Pair(id, id + 1, 200, 100);
+  Pair(4, 6, 200, 100);
+  EXPECT_EQ(Untold(), std::vector<uint32_t>());
+}
+
+// 1 stands where 2 does, but its strongest pair says that it stands beside 8.
+TEST_F(CutOffTest, WhomAStrongPairPutsElsewhereIsNotTold) {
+  for (uint32_t id = 1; id < 8; ++id) Pair(id, id + 1, 200, 100);
+  Pair(4, 6, 200, 100);
+  Pair(1, 8, 300, 5);
+  EXPECT_EQ(Untold(), (std::vector<uint32_t>{1, 8})) << "of the two nobody knows which is wrong";
+}
+
+TEST_F(CutOffTest, AWeakerPairSaysNothing) {
+  for (uint32_t id = 1; id < 8; ++id) Pair(id, id + 1, 200, 100);
+  Pair(4, 6, 200, 100);
+  Pair(1, 8, 110, 5);
+  Pair(2, 7, 90, 0);
+  EXPECT_EQ(Untold(), std::vector<uint32_t>());
+}
+
+TEST_F(CutOffTest, TheCacheKnowsWhatHasChanged) {
+  for (uint32_t id = 1; id < 8; ++id) Pair(id, id + 1, 200, 100);
+  UnsureCache cache;
+  EXPECT_EQ(Untold(), (std::vector<uint32_t>{6, 7, 8}));
+  const auto first = cache.Get(*database_->GetSnapshot());
+  ASSERT_OK(first);
+  EXPECT_EQ(**first, *ListUnsure(*database_->GetSnapshot()));
+  EXPECT_EQ(*cache.Get(*database_->GetSnapshot()), *first) << "nothing has changed";
+  transaction_ = database_->BeginTransaction();
+  HypothesisRecord hypothesis = database_->GetSnapshot()->ListHypotheses()->front();
+  hypothesis.unsure.clear();
+  transaction_->PutHypothesis(hypothesis);
+  ASSERT_OK(transaction_->Commit());
+  EXPECT_TRUE((*cache.Get(*database_->GetSnapshot()))->empty());
 }
 
 }  // namespace

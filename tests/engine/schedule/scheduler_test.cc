@@ -30,6 +30,17 @@ PhotoSubmission NoPhoto(City* city, uint32_t number) {
   return city->Submit("no-photo-" + std::to_string(number), {text.begin(), text.end()});
 }
 
+// As Engine::Submit, of a photo that waits in memory alone.
+Result<Ticket> Put(Scheduler* scheduler, PhotoSource source, const CameraRecord& camera,
+                   const std::string& contributor) {
+  static std::atomic<uint64_t> last_number = 0;
+  WaitingPhoto photo;
+  photo.photo = std::move(source);
+  photo.camera = camera;
+  photo.contributor = contributor;
+  return scheduler->Submit(++last_number, std::move(photo));
+}
+
 // Waits for what another thread does.
 void WaitUntil(const std::function<bool()>& holds) {
   while (!holds()) std::this_thread::yield();
@@ -124,6 +135,7 @@ class HeldLongStep {
                      return parts->DoLongStep(step);
                    }) {}
   Scheduler* operator->() { return &scheduler_; }
+  Scheduler& operator*() { return scheduler_; }
 
   std::atomic<bool> has_begun = false;
   std::promise<void> let_go;
@@ -137,7 +149,7 @@ TEST(Scheduler, PhotosGoOnWhileAVocabularyIsTrained) {
   HeldLongStep scheduler(&city.parts());
   const CameraRecord camera = *city.parts().FindCamera("street");
   const auto submit = [&](const Stand& stand) {
-    return scheduler->Submit(city.Submit(stand).photo, camera, "anna", {})->Wait();
+    return Put(&*scheduler, city.Submit(stand).photo, camera, "anna")->Wait();
   };
   const std::vector<Stand> stands = Walk(6, 0.9, 5);
   for (size_t i = 0; i < 3; ++i) ASSERT_OK(submit(stands[i]));
@@ -152,7 +164,7 @@ TEST(Scheduler, PhotosGoOnWhileAVocabularyIsTrained) {
     EXPECT_OK(scheduler->Settle({}, &followed));
     has_settled = true;
   });
-  ASSERT_OK(scheduler->Submit(NoPhoto(&city, 1).photo, camera, "bela", {})->Wait());
+  ASSERT_OK(Put(&*scheduler, NoPhoto(&city, 1).photo, camera, "bela")->Wait());
   EXPECT_FALSE(has_settled);
   scheduler.let_go.set_value();
   settler.join();
@@ -168,13 +180,13 @@ TEST(Scheduler, AListWaitsForATrainingThatAnEarlierPhotoBegan) {
   const CameraRecord camera = *city.parts().FindCamera("street");
   const std::vector<Stand> stands = Walk(6, 0.9, 4);
   for (size_t i = 0; i < 3; ++i)
-    ASSERT_OK(scheduler->Submit(city.Submit(stands[i]).photo, camera, "anna", {})->Wait());
+    ASSERT_OK(Put(&*scheduler, city.Submit(stands[i]).photo, camera, "anna")->Wait());
   WaitUntil([&] { return scheduler.has_begun.load(); });
   const std::shared_ptr<Lane> lane = scheduler->OpenList({});
   const Ticket of_list =
       scheduler->SubmitToList(lane, city.Submit(stands[3]).photo, camera, "anna");
   // Another contributor's photo overtakes the list's, which waits.
-  ASSERT_OK(scheduler->Submit(NoPhoto(&city, 1).photo, camera, "bela", {})->Wait());
+  ASSERT_OK(Put(&*scheduler, NoPhoto(&city, 1).photo, camera, "bela")->Wait());
   EXPECT_FALSE(of_list.IsDone());
   scheduler.let_go.set_value();
   std::vector<FollowUp> steps;
@@ -201,7 +213,7 @@ size_t SubmitUntilItBegins(std::span<const Stand> stands, City* city, HeldLongSt
   const CameraRecord camera = *city->parts().FindCamera("street");
   size_t sent = 0;
   while (sent < stands.size() && !scheduler->has_begun) {
-    EXPECT_OK((*scheduler)->Submit(city->Submit(stands[sent++]).photo, camera, "anna", {})->Wait());
+    EXPECT_OK(Put(&**scheduler, city->Submit(stands[sent++]).photo, camera, "anna")->Wait());
     const auto pause = std::chrono::steady_clock::now() + std::chrono::seconds(2);
     WaitUntil([&] { return scheduler->has_begun || std::chrono::steady_clock::now() > pause; });
   }
@@ -220,7 +232,7 @@ TEST_P(WithAndWithoutSubmaps, PhotosGoOnWhileALargeReconstructionIsAdjusted) {
   size_t sent = SubmitUntilItBegins({stands.data(), 8}, &city, &scheduler);
   ASSERT_TRUE(scheduler.has_begun);
   const auto submit = [&] {
-    return scheduler->Submit(city.Submit(stands[sent++]).photo, camera, "anna", {})->Wait();
+    return Put(&*scheduler, city.Submit(stands[sent++]).photo, camera, "anna")->Wait();
   };
   const uint32_t before = city.Counts().placed;
   ASSERT_OK(submit());
@@ -232,7 +244,7 @@ TEST_P(WithAndWithoutSubmaps, PhotosGoOnWhileALargeReconstructionIsAdjusted) {
     EXPECT_OK(scheduler->Settle({}, &followed));
     has_settled = true;
   });
-  ASSERT_OK(scheduler->Submit(NoPhoto(&city, 1).photo, camera, "bela", {})->Wait());
+  ASSERT_OK(Put(&*scheduler, NoPhoto(&city, 1).photo, camera, "bela")->Wait());
   EXPECT_FALSE(has_settled);
   scheduler.let_go.set_value();
   settler.join();
@@ -256,7 +268,7 @@ TEST(Scheduler, ClosingWaitsForALargeAdjustmentAndKeepsIt) {
     scheduler->Close();
     is_closed = true;
   });
-  WaitUntil([&] { return !scheduler->Submit(NoPhoto(&city, 1).photo, camera, "bela", {}).ok(); });
+  WaitUntil([&] { return !Put(&*scheduler, NoPhoto(&city, 1).photo, camera, "bela").ok(); });
   EXPECT_FALSE(is_closed);
   scheduler.let_go.set_value();
   closer.join();
@@ -281,7 +293,7 @@ TEST(Scheduler, AFailedLargeAdjustmentHoldsNothingElseUpAndIsTriedAgainByEachSet
                       });
   const CameraRecord camera = *parts.FindCamera("street");
   for (const Stand& stand : Walk(12, 0.9, 7))
-    ASSERT_OK(scheduler.Submit(city.Submit(stand).photo, camera, "anna", {})->Wait());
+    ASSERT_OK(Put(&scheduler, city.Submit(stand).photo, camera, "anna")->Wait());
   for (int settled = 0; settled < 3; ++settled) {
     const int before = tried;
     std::vector<FollowUp> followed;
@@ -369,7 +381,7 @@ TEST(Scheduler, AFailedTrainingIsToldAndTriedAgainByEachSettle) {
                       });
   const CameraRecord camera = *parts.FindCamera("street");
   for (const Stand& stand : Walk(6, 0.9, 4))
-    ASSERT_OK(scheduler.Submit(city.Submit(stand).photo, camera, "anna", {})->Wait());
+    ASSERT_OK(Put(&scheduler, city.Submit(stand).photo, camera, "anna")->Wait());
   for (int settled = 0; settled < 3; ++settled) {
     const int before = trainings;
     std::vector<FollowUp> followed;
@@ -390,7 +402,7 @@ TEST(Scheduler, ATrainingWithoutMemoryIsAFailureThatIsTold) {
       [](const DueStep&) -> Result<std::optional<FollowUp>> { throw std::bad_alloc(); });
   const CameraRecord camera = *parts.FindCamera("street");
   for (const Stand& stand : Walk(6, 0.9, 3))
-    ASSERT_OK(scheduler.Submit(city.Submit(stand).photo, camera, "anna", {})->Wait());
+    ASSERT_OK(Put(&scheduler, city.Submit(stand).photo, camera, "anna")->Wait());
   std::vector<FollowUp> followed;
   const Status settled = scheduler.Settle({}, &followed);
   EXPECT_EQ(settled.code(), StatusCode::kNoMemory);
