@@ -5,6 +5,7 @@
 #include <map>
 #include <set>
 
+#include "cli/beside_daemon.h"
 #include "cli/command.h"
 #include "cli/follow_ups.h"
 #include "cli/progress.h"
@@ -135,6 +136,11 @@ Status CalibrateFirst(Engine* engine, std::span<PhotoSubmission> photos, std::st
 
 int Add(const AddArguments& arguments) {
   const StopOnSignal stop;
+  if (auto daemon = DaemonClient::Connect(arguments.db)) {
+    const auto photos = Submissions(arguments);
+    if (!photos.ok()) return Fail(photos.status());
+    return AddBeside(&*daemon, *photos, arguments.json, stop.token());
+  }
   EngineOptions options;
   options.thread_count = arguments.threads;
   options.sync = !arguments.no_sync;

@@ -2,6 +2,7 @@
 // veduta camera add DB NAME --size WxH --params fx,fy,cx,cy[,k1,k2[,u0,v0]]
 // veduta camera add DB NAME --from FILE [--id N]
 // veduta camera list DB [--json]
+#include "cli/beside_daemon.h"
 #include "cli/command.h"
 #include "cli/wire/answers_json.h"
 
@@ -15,10 +16,15 @@ struct CameraArguments {
 };
 
 int AddTo(const std::string& db, const std::string& name, const CameraFromFile& camera) {
-  const auto engine = OpenToWrite(db);
-  if (!engine.ok()) return Fail(engine.status());
-  const Result<CameraId> id = (*engine)->AddCamera(name, camera.model, camera.source);
-  if (!id.ok()) return Fail(id.status());
+  if (auto daemon = DaemonClient::Connect(db)) {
+    const int exit_code = AddCameraBeside(&*daemon, name, camera.model);
+    if (exit_code != kDone) return exit_code;
+  } else {
+    const auto engine = OpenToWrite(db);
+    if (!engine.ok()) return Fail(engine.status());
+    const Result<CameraId> id = (*engine)->AddCamera(name, camera.model, camera.source);
+    if (!id.ok()) return Fail(id.status());
+  }
   for (const std::string& message : camera.messages) {
     std::fprintf(stderr, "veduta: %s\n", Printable(message).c_str());
   }

@@ -53,7 +53,9 @@ Result<std::unique_ptr<Engine>> OpenNicely(const std::string& db, const EngineOp
 
 int Serve(const ServeArguments& arguments) {
   const StopOnSignal stop;
-  const Status checked = arguments.door.Check();
+  HttpDoorOptions door = arguments.door;
+  door.database = arguments.db;
+  const Status checked = door.Check();
   if (!checked.ok()) return FailUsage(checked);
   EngineOptions options;
   options.thread_count = arguments.threads;
@@ -83,14 +85,13 @@ int Serve(const ServeArguments& arguments) {
     std::fprintf(stderr, "veduta: photos that wait for their turn cannot be read: %s\n",
                  Printable(resumed.message()).c_str());
   }
-  const Status served =
-      ServeHttp(&service, arguments.door, stop.token(), [&](const std::string& address) {
-        if (arguments.json) {
-          PrintJson({{"database", arguments.db}, {"http", "http://" + address}});
-        } else {
-          PrintLine("serving %s at http://%s", Printable(arguments.db).c_str(), address.c_str());
-        }
-      });
+  const Status served = ServeHttp(&service, door, stop.token(), [&](const std::string& address) {
+    if (arguments.json) {
+      PrintJson({{"database", arguments.db}, {"http", "http://" + address}});
+    } else {
+      PrintLine("serving %s at http://%s", Printable(arguments.db).c_str(), address.c_str());
+    }
+  });
   return served.ok() ? kDone : Fail(served);
 }
 

@@ -158,7 +158,7 @@ class Engine final {
   // Puts a photo on the disk and in line, and returns: it is applied in its turn, and where the
   // process ends before that, once it is resumed. Contributors take turns; the journal records the
   // order in which photos were applied. The answer comes with the photo's own commit; what follows
-  // from it is done when nobody waits. kNotFound for an unknown camera, or a file that is not there.
+  // from it is done when nobody waits. kNotFound for an unknown camera or file.
   Result<Ticket> Submit(PhotoSubmission photo, AnswerCallback answered = {});
   // Puts a photo in line that waits on the disk. kNotFound where it does not wait any more,
   // kAlreadyExists where it is in line already.

@@ -91,8 +91,8 @@ struct EngineParts {
   // Puts a photo in line that waits on the disk and is not in line, for who holds `lining_mutex`.
   Result<Ticket> Line(const UploadRecord& upload, std::optional<CameraRecord> camera,
                       AnswerCallback answered);
-  // Takes out of the line, and off the disk, what waits of this contributor; one whose turn has come
-  // has had it when this returns. How many were taken out.
+  // Takes out of the line, and off the disk, what waits of this contributor. One whose turn has
+  // come has had it when this returns. How many were taken out.
   Result<uint64_t> RemoveUploads(const std::string& contributor);
 
   std::string path;  // of the database, as it was opened

@@ -29,6 +29,7 @@
 #include "storage/snapshot.h"
 #include "storage/snapshot_handle.h"
 #include "storage/snapshot_view.h"
+#include "storage/uploads.h"
 #include "storage/value_reader.h"
 
 namespace veduta {
@@ -276,16 +277,7 @@ class SnapshotView final : public Snapshot {
   }
 
   Result<std::vector<UploadRecord>> ListUploads() const override {
-    std::vector<UploadRecord> all;
-    VEDUTA_RETURN_IF_ERROR(
-        reader_.Scan(Family::kUploads, UploadPrefix(), "",
-                     [&](std::string_view key, std::string_view value, bool* /*more*/) {
-                       UploadEntry entry{};
-                       uint64_t number = 0;
-                       VEDUTA_RETURN_IF_ERROR(ParseUploadKey(key, &entry, &number));
-                       return Decode(value, number, &all.emplace_back());
-                     }));
-    return all;
+    return veduta::ListUploads(reader_);
   }
 
   Result<UploadRecord> GetUpload(uint64_t number) const override {

@@ -6,7 +6,6 @@
 #include <string_view>
 
 #include "storage/records/upload_record.h"
-#include "storage/value_reader.h"
 #include "storage/write_buffer.h"
 
 namespace veduta {
@@ -33,6 +32,18 @@ Status DeleteUpload(DatabaseFiles& files, uint64_t number) {
   batch.Delete(Family::kUploads, UploadKey(number));
   batch.Delete(Family::kUploads, UploadBytesKey(number));
   return batch.Write(/*sync=*/false, "take a photo out of the line");
+}
+
+Result<std::vector<UploadRecord>> ListUploads(const ValueReader& reader) {
+  std::vector<UploadRecord> all;
+  VEDUTA_RETURN_IF_ERROR(reader.Scan(Family::kUploads, UploadPrefix(), "",
+                                     [&](std::string_view key, std::string_view value, bool*) {
+                                       UploadEntry entry{};
+                                       uint64_t number = 0;
+                                       VEDUTA_RETURN_IF_ERROR(ParseUploadKey(key, &entry, &number));
+                                       return Decode(value, number, &all.emplace_back());
+                                     }));
+  return all;
 }
 
 }  // namespace veduta

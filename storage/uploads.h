@@ -5,10 +5,12 @@
 
 #include <cstdint>
 #include <span>
+#include <vector>
 
 #include "storage/base/status.h"
 #include "storage/database_files.h"
 #include "storage/model/upload.h"
+#include "storage/value_reader.h"
 
 namespace veduta {
 
@@ -16,5 +18,7 @@ namespace veduta {
 Result<uint64_t> AddUpload(DatabaseFiles& files, UploadRecord upload,
                            std::span<const uint8_t> bytes, bool sync);
 Status DeleteUpload(DatabaseFiles& files, uint64_t number);
+// Snapshot::ListUploads.
+Result<std::vector<UploadRecord>> ListUploads(const ValueReader& reader);
 
 }  // namespace veduta

@@ -16,6 +16,7 @@
 #include <vector>
 
 #include "cli/service/loopback.h"
+#include "cli/service/own_socket.h"
 #include "storage/base/option_bounds.h"
 
 namespace veduta {
@@ -138,12 +139,13 @@ class Sender final {
 class HttpDoor final : public kj::HttpService, private kj::TaskSet::ErrorHandler {
  public:
   HttpDoor(CityService* service, Limits* limits, kj::Timer* timer, const kj::HttpHeaderTable& table,
-           const Headers& known)
+           const Headers& known, bool is_of_owner)
       : service_(service),
         limits_(*limits),
         timer_(*timer),
         table_(table),
         known_(known),
+        is_of_owner_(is_of_owner),
         server_(timer_, table, *this, Settings(limits->options)),
         connections_(*this) {}
 
@@ -217,11 +219,11 @@ class HttpDoor final : public kj::HttpService, private kj::TaskSet::ErrorHandler
     // own name, or by a name of theirs that leads to this machine.
     const std::string host = Header(headers, kj::HttpHeaderId::HOST);
     const std::string origin = Header(headers, known_.origin);
-    if (!IsThisMachine(HostOf(host)))
+    if (!is_of_owner_ && !IsThisMachine(HostOf(host)))
       return Problem(403, "the daemon answers to localhost, 127.0.0.1 and [::1] alone");
     const std::string site = Header(headers, known_.fetch_site);
     const bool is_of_other_page = !site.empty() && site != "same-origin" && site != "none";
-    if (is_of_other_page || (!origin.empty() && origin != "http://" + host))
+    if (!is_of_owner_ && (is_of_other_page || (!origin.empty() && origin != "http://" + host)))
       return Problem(403, "pages of other hosts may not ask the daemon");
     request->method = method == kj::HttpMethod::HEAD ? "GET" : kj::str(method).cStr();
     request->content_type = MediaType(Header(headers, kj::HttpHeaderId::CONTENT_TYPE));
@@ -392,32 +394,40 @@ class HttpDoor final : public kj::HttpService, private kj::TaskSet::ErrorHandler
   kj::Timer& timer_;
   const kj::HttpHeaderTable& table_;
   const Headers& known_;
+  const bool is_of_owner_;  // no browser comes by its socket
   bool is_stopping_ = false;
   kj::HttpServer server_;
   kj::TaskSet connections_;
 };
 
-// Serves connections of the socket on this thread until a stop is requested. `listening` is called
-// once they are taken, with the port.
-Status ServeOnThread(CityService* service, Limits* limits, int socket, std::stop_token stop,
-                     const std::function<void(uint16_t port)>& listening) {
+// Serves connections of the socket on this thread, and of the owner's unless it is -1, until a stop
+// is requested. `listening` is called once they are taken, with the port.
+Status ServeOnThread(CityService* service, Limits* limits, int socket, int owners,
+                     std::stop_token stop, const std::function<void(uint16_t port)>& listening) {
   try {
     auto io = kj::setupAsyncIo();
     kj::HttpHeaderTable::Builder builder;
     const Headers known(&builder);
     const kj::Own<kj::HttpHeaderTable> table = builder.build();
     auto port = io.lowLevelProvider->wrapListenSocketFd(socket);
-    HttpDoor door(service, limits, &io.provider->getTimer(), *table, known);
+    HttpDoor door(service, limits, &io.provider->getTimer(), *table, known, false);
+    HttpDoor owners_door(service, limits, &io.provider->getTimer(), *table, known, true);
+    kj::Own<kj::ConnectionReceiver> owners_port;
+    if (owners >= 0) owners_port = io.lowLevelProvider->wrapListenSocketFd(owners);
     auto paf = kj::newPromiseAndCrossThreadFulfiller<bool>();
     const Sender<bool> stopped(kj::mv(paf.fulfiller));
     const std::stop_callback on_stop(stop, [&] { stopped(true); });
     if (listening) listening(static_cast<uint16_t>(port->getPort()));
     {
       const auto accepting = door.Accept(port.get()).eagerlyEvaluate(nullptr);
+      kj::Promise<void> also_accepting = kj::READY_NOW;
+      if (owners >= 0)
+        also_accepting = owners_door.Accept(owners_port.get()).eagerlyEvaluate(nullptr);
       paf.promise.wait(io.waitScope);
     }
     service->Close();
     door.Drain().wait(io.waitScope);
+    if (owners >= 0) owners_door.Drain().wait(io.waitScope);
     return Status::Ok();
   } catch (const kj::Exception& exception) {
     return Status::IoError("cannot serve at " + limits->options.address + ": " +
@@ -449,6 +459,13 @@ Status ServeHttp(CityService* service, const HttpDoorOptions& options, std::stop
                  const std::function<void(const std::string& address)>& listening) {
   VEDUTA_RETURN_IF_ERROR(options.Check());
   VEDUTA_ASSIGN_OR_RETURN(const kj::AutoCloseFd socket, ListenOnLoopback(options.address));
+  kj::AutoCloseFd owners;
+  if (!options.database.empty()) {
+    VEDUTA_ASSIGN_OR_RETURN(owners, ListenAtSocket(options.database));
+  }
+  const auto leave = kj::defer([&] {
+    if (!options.database.empty()) RemoveSocket(options.database);
+  });
   Limits limits(options);
   std::stop_source stopping;  // of all threads: the failure of one ends the others
   const std::stop_callback on_stop(stop, [&] { stopping.request_stop(); });
@@ -456,7 +473,8 @@ Status ServeHttp(CityService* service, const HttpDoorOptions& options, std::stop
   std::vector<std::jthread> others;
   const auto end = kj::defer([&] { stopping.request_stop(); });  // before `others` are waited for
   const auto serve = [&](size_t i, const std::function<void(uint16_t port)>& told) {
-    results[i] = ServeOnThread(service, &limits, socket.get(), stopping.get_token(), told);
+    const int also = i == 0 && !options.database.empty() ? owners.get() : -1;
+    results[i] = ServeOnThread(service, &limits, socket.get(), also, stopping.get_token(), told);
     stopping.request_stop();
   };
   // The others begin when the address is told: nobody is answered before.

@@ -17,6 +17,9 @@ struct HttpDoorOptions {
   // "HOST:PORT". Anybody who reaches the door may do anything, so the host must be this machine:
   // localhost, 127.0.0.1 or [::1]. Port 0: any that is free.
   std::string address = "127.0.0.1:8484";
+  // The folder of the database: its owner's commands are served at a socket there (own_socket.h).
+  // Empty: there is none.
+  std::string database;
   // The largest body of a request, 1 to 2^40: photos of 100 Mpx fit. Chosen by hand.
   uint64_t body_bytes_max = 128ull << 20;
   // Of all bodies together that are in memory: of photos until they are on the disk, of questions

@@ -14,7 +14,7 @@ namespace {
 // Bounds of Retry-After, in seconds. Chosen by hand.
 constexpr double kRetryMinS = 1, kRetryMaxS = 600;
 
-// Uploads that have had their turn and can still be asked after. Chosen by hand; each is a KB or so.
+// Uploads that have had their turn and can still be asked after. Chosen by hand: each is a KB.
 constexpr size_t kEndedMax = 10'000;
 
 // What is stored and has a place, or may get one, is 201; the rest is a problem that holds the

@@ -40,11 +40,11 @@ std::string NameOf(uint64_t number) {
 
 Status CheckUploads(const CheckedCity& city, Violations* violations) {
   StoredUploads stored;
-  VEDUTA_RETURN_IF_ERROR(WalkStored(
-      city.snapshot, Family::kUploads, violations, [&](std::string_view key, std::string_view value) {
-        const Status read = ReadEntry(key, value, &stored);
-        if (!read.ok()) violations->Add(PlaceOf(Family::kUploads, key) + ": " + read.message());
-      }));
+  const auto take = [&](std::string_view key, std::string_view value) {
+    const Status read = ReadEntry(key, value, &stored);
+    if (!read.ok()) violations->Add(PlaceOf(Family::kUploads, key) + ": " + read.message());
+  };
+  VEDUTA_RETURN_IF_ERROR(WalkStored(city.snapshot, Family::kUploads, violations, take));
   for (const auto& [number, upload] : stored.records) {
     const auto photo = stored.photos.find(number);
     violations->Expect(photo != stored.photos.end() && photo->second == upload.photo,

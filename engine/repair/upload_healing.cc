@@ -36,8 +36,9 @@ Status HealUploads(const Salvage& source, Database* target, RepairNotes* notes) 
     Result<UploadRecord> upload = from.GetUpload(number);
     if (!upload.ok()) {
       if (!IsDamage(upload.status())) return upload.status();
-      notes->Add("upload " + std::to_string(number) + " cannot be read: " + upload.status().message(),
-                 "it is left out: it has to be sent again");
+      notes->Add(
+          "upload " + std::to_string(number) + " cannot be read: " + upload.status().message(),
+          "it is left out: it has to be sent again");
       continue;
     }
     const Result<StoredBytes> bytes = from.GetUploadBytes(number);

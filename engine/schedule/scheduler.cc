@@ -27,13 +27,6 @@ bool IsOfOnePhoto(const Status& status) {
   return status.code() != StatusCode::kIoError && status.code() != StatusCode::kBusy;
 }
 
-// A failure that says nothing about the photo, which waits on: the engine is being closed, the disk
-// has failed, the memory is short.
-bool MaySucceedLater(const Status& status) {
-  return status.code() == StatusCode::kCancelled || status.code() == StatusCode::kNoMemory ||
-         !IsOfOnePhoto(status);
-}
-
 // Whether the photos keep their order. A contributor's lane is made anew whenever the line has run
 // out of photos, so its name counts.
 bool IsSameLane(const Lane& a, const Lane& b) {
@@ -241,13 +234,8 @@ bool Scheduler::TakeUp(PhotoProgress* ticket) {
   return true;
 }
 
-void Scheduler::AnswerCancelled(const WaitingPhoto& photo) {
-  if (photo.leave) photo.leave(true);
-  if (photo.answered) photo.answered(photo.ticket->answer);
-}
-
 void Scheduler::Answer(const WaitingPhoto& photo, Result<AddOutcome> answer, bool settles_later) {
-  if (photo.leave) photo.leave(answer.ok() || !MaySucceedLater(answer.status()));
+  if (photo.leave) photo.leave(answer.ok() || !WaitsOn(answer.status()));
   PhotoProgress& ticket = *photo.ticket;
   {
     const std::lock_guard lock(ticket.mutex);

@@ -142,8 +142,6 @@ class Scheduler final {
   // Takes a waiting photo up; false when it was cancelled.
   static bool TakeUp(PhotoProgress* ticket);
   static void Answer(const WaitingPhoto& photo, Result<AddOutcome> answer, bool settles_later);
-  // The same of one that was cancelled: its ticket knows the answer.
-  static void AnswerCancelled(const WaitingPhoto& photo);
   void MarkSettled();
   void NotifyChanged();  // with the lock held
   void FinishSettling();

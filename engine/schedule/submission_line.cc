@@ -37,6 +37,17 @@ bool Ticket::Cancel() {
   return true;
 }
 
+bool WaitsOn(const Status& failure) {
+  const StatusCode code = failure.code();
+  return code == StatusCode::kCancelled || code == StatusCode::kNoMemory ||
+         code == StatusCode::kIoError || code == StatusCode::kBusy;
+}
+
+void AnswerCancelled(const WaitingPhoto& photo) {
+  if (photo.leave) photo.leave(true);
+  if (photo.answered) photo.answered(photo.ticket->answer);
+}
+
 std::shared_ptr<Lane> SubmissionLine::OpenList(std::stop_token stop) {
   auto lane = std::make_shared<Lane>();
   lane->is_list = lane->settles = true;
@@ -69,8 +80,7 @@ Ticket SubmissionLine::Join(uint64_t number, WaitingPhoto photo) {
   return Join(queue, number, std::move(photo));
 }
 
-Ticket SubmissionLine::Join(std::list<Queue>::iterator queue, uint64_t number,
-                            WaitingPhoto photo) {
+Ticket SubmissionLine::Join(std::list<Queue>::iterator queue, uint64_t number, WaitingPhoto photo) {
   photo.ticket = std::make_shared<PhotoProgress>(number);
   photo.lane = queue->lane;
   Ticket ticket(photo.ticket);

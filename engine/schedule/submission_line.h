@@ -46,6 +46,10 @@ struct Lane {
   bool is_held = false;
 };
 
+// Whether a photo that waits on the disk is to wait on after this failure, which says nothing about
+// it: the engine is being closed, the disk has failed, the memory is short.
+bool WaitsOn(const Status& failure);
+
 struct WaitingPhoto {
   std::shared_ptr<PhotoProgress> ticket;
   std::shared_ptr<Lane> lane;
@@ -57,6 +61,9 @@ struct WaitingPhoto {
   // argument says whether it has no need to wait any more.
   std::function<void(bool has_ended)> leave;
 };
+
+// Tells of a photo whose ticket was cancelled, and which knows the answer.
+void AnswerCancelled(const WaitingPhoto& photo);
 
 // Thread-safe.
 class SubmissionLine final {
@@ -90,7 +97,7 @@ class SubmissionLine final {
   const bool settles_;
   mutable std::mutex mutex_;
   uint64_t next_number_ = 1;  // of photos of lists
-  std::list<Queue> queues_;  // whose turn is next stands first; none is empty
+  std::list<Queue> queues_;   // whose turn is next stands first; none is empty
 };
 
 }  // namespace veduta

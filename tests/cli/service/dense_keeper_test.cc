@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Goal: the dense city follows the sparse one by itself, can be paused, and does nothing where it is
-//   not wanted or has nothing to do.
+// Goal: the dense city follows the sparse one by itself, can be paused, and does nothing where it
+//   is not wanted or has nothing to do.
 // Method: a small street whose photos come in two parts; the pass in C++ at a low resolution.
 #include "cli/service/dense_keeper.h"
 

@@ -1,0 +1,170 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "cli/beside_daemon.h"
+
+#include <chrono>
+#include <deque>
+#include <map>
+#include <thread>
+
+#include "cli/command.h"
+#include "cli/progress.h"
+#include "storage/base/whole_file.h"
+
+namespace veduta {
+namespace {
+
+// Photos that are sent before the first of them has had its turn: the daemon prepares them side by
+// side. Chosen by hand.
+constexpr size_t kAheadMax = 16;
+// Between two questions what has become of a photo. Chosen by hand.
+constexpr std::chrono::milliseconds kLook(20);
+// The largest photo that is read; the daemon says itself what it takes.
+constexpr size_t kPhotoBytesMax = size_t{1} << 30;
+
+// Why the daemon refuses, as a person reads it.
+std::string DetailOf(const HttpAnswer& answer) {
+  const Json json = Json::parse(answer.body, nullptr, /*allow_exceptions=*/false);
+  const auto detail = json.is_object() ? json.find("detail") : json.end();
+  if (detail != json.end() && detail->is_string()) return detail->get<std::string>();
+  return "the daemon answers " + std::to_string(answer.code);
+}
+
+class Adding final {
+ public:
+  Adding(DaemonClient* daemon, size_t photo_count, bool json)
+      : daemon_(*daemon), json_(json), progress_(photo_count) {}
+
+  // Sends the photo, however often the daemon says that there is no room yet.
+  Status Send(const PhotoSubmission& photo, const std::stop_token& stop) {
+    const Result<std::string> bytes = ReadWholeFile(photo.photo.path, kPhotoBytesMax);
+    if (!bytes.ok()) return Fails(photo.photo.name, bytes.status().message());
+    DaemonClient::Question question;
+    question.method = "POST";
+    question.path = "/v1/photos?name=" + EncodeForQuery(photo.photo.name) +
+                    "&contributor=" + EncodeForQuery(photo.contributor);
+    if (!photo.camera.empty()) question.path += "&camera=" + EncodeForQuery(photo.camera);
+    question.content_type = "application/octet-stream";
+    question.body = {reinterpret_cast<const uint8_t*>(bytes->data()), bytes->size()};
+    question.prefers_async = true;
+    for (;;) {
+      VEDUTA_ASSIGN_OR_RETURN(const HttpAnswer answer, daemon_.Ask(question));
+      if (answer.code == 202) {
+        sent_.push_back({photo.photo.name, HeaderOf(answer, "Location")});
+        return Status::Ok();
+      }
+      const bool has_no_room = answer.code == 429 || answer.code == 503;
+      if (!has_no_room) return Fails(photo.photo.name, DetailOf(answer));
+      if (stop.stop_requested()) return Status::Cancelled("stopped before all photos were sent");
+      if (!sent_.empty()) {
+        VEDUTA_RETURN_IF_ERROR(TellFirst());
+      } else {
+        std::this_thread::sleep_for(std::chrono::seconds(1));
+      }
+    }
+  }
+
+  size_t waiting() const { return sent_.size(); }
+
+  // Waits for the first that was sent, and says what has become of it.
+  Status TellFirst() {
+    const auto [name, path] = sent_.front();
+    sent_.pop_front();
+    for (;;) {
+      VEDUTA_ASSIGN_OR_RETURN(const HttpAnswer answer, daemon_.Ask({"GET", path, "", {}}));
+      const Json json = Json::parse(answer.body, nullptr, /*allow_exceptions=*/false);
+      if (answer.code != 200 || !json.is_object()) return Fails(name, DetailOf(answer));
+      const Json outcome = json.value("outcome", Json());
+      if (json.value("state", "") == "failed") return Fails(name, json.value("why_not", ""));
+      if (outcome.is_object()) return Tell(name, outcome);
+      std::this_thread::sleep_for(kLook);
+    }
+  }
+
+  // "9 placed, 1 postponed"; empty where there is nothing to tell.
+  std::string Summary() const {
+    std::string summary;
+    for (const auto& [word, count] : counts_)
+      summary += (summary.empty() ? "" : ", ") + std::to_string(count) + " " + word;
+    return summary;
+  }
+  int exit_code() const { return exit_code_; }
+
+ private:
+  struct Sent {
+    std::string name, path;
+  };
+
+  Status Tell(const std::string& name, const Json& outcome) {
+    const std::string word = outcome.value("verdict", "");
+    if (word == "rejected") exit_code_ = kNotDone;
+    ++counts_[word];
+    if (json_) {
+      PrintJson(outcome);
+    } else {
+      PrintLine("%-10s %s: %s", Printable(word).c_str(), Printable(name).c_str(),
+                Printable(outcome.value("reason", "")).c_str());
+    }
+    progress_.Advance(word);
+    return Status::Ok();
+  }
+
+  Status Fails(const std::string& name, const std::string& why) {
+    exit_code_ = kNotDone;
+    ++counts_["failed"];
+    progress_.Say("veduta: " + Printable(name) + ": " + Printable(why));
+    progress_.Advance("failed");
+    return Status::Ok();
+  }
+
+  DaemonClient& daemon_;
+  const bool json_;
+  Progress progress_;
+  std::deque<Sent> sent_;
+  std::map<std::string, size_t> counts_;  // by verdict
+  int exit_code_ = kDone;
+};
+
+}  // namespace
+
+int AddBeside(DaemonClient* daemon, std::span<const PhotoSubmission> photos, bool json,
+              const std::stop_token& stop) {
+  std::string summary;
+  int exit_code = kDone;
+  Status added;
+  {
+    Adding adding(daemon, photos.size(), json);
+    const auto add_all = [&]() -> Status {
+      for (const PhotoSubmission& photo : photos) {
+        if (stop.stop_requested()) return Status::Cancelled("stopped before all photos were sent");
+        if (adding.waiting() >= kAheadMax) VEDUTA_RETURN_IF_ERROR(adding.TellFirst());
+        VEDUTA_RETURN_IF_ERROR(adding.Send(photo, stop));
+      }
+      while (adding.waiting() > 0) {
+        if (stop.stop_requested())
+          return Status::Cancelled("stopped: the daemon places those that were sent");
+        VEDUTA_RETURN_IF_ERROR(adding.TellFirst());
+      }
+      return Status::Ok();
+    };
+    added = add_all();
+    summary = adding.Summary();
+    exit_code = adding.exit_code();
+  }  // which erases the bar
+  if (!summary.empty()) std::fprintf(stderr, "%s\n", summary.c_str());
+  return added.ok() ? exit_code : Fail(added);
+}
+
+int AddCameraBeside(DaemonClient* daemon, const std::string& name, const CameraModel& model) {
+  const Json camera = {
+      {"name", name}, {"size", CameraSizeText(model)}, {"params", CameraParamsText(model)}};
+  const std::string text = JsonLine(camera);
+  const auto answer = daemon->Ask({"POST",
+                                   "/v1/cameras",
+                                   "application/json",
+                                   {reinterpret_cast<const uint8_t*>(text.data()), text.size()}});
+  if (!answer.ok()) return Fail(answer.status());
+  if (answer->code == 201) return kDone;
+  return Fail(Status::InvalidArgument(DetailOf(*answer)));
+}
+
+}  // namespace veduta

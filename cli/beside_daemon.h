@@ -1,0 +1,22 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+// Commands that write, where a daemon has the database open: they go through it.
+
+#include <span>
+#include <stop_token>
+#include <string>
+
+#include "cli/service/daemon_client.h"
+#include "engine/engine.h"
+
+namespace veduta {
+
+// As `veduta add`: sends the photos in their order, a few ahead, and prints what becomes of each in
+// the same order. A stop request sends no further one; those that were sent are placed all the
+// same. The exit code.
+int AddBeside(DaemonClient* daemon, std::span<const PhotoSubmission> photos, bool json,
+              const std::stop_token& stop);
+// As `veduta camera add`. The exit code.
+int AddCameraBeside(DaemonClient* daemon, const std::string& name, const CameraModel& model);
+
+}  // namespace veduta
