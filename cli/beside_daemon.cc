@@ -29,6 +29,16 @@ std::string DetailOf(const HttpAnswer& answer) {
   return "the daemon answers " + std::to_string(answer.code);
 }
 
+// The JSON that the daemon answers to this JSON; its refusal as a failure otherwise.
+Result<Json> Post(DaemonClient* daemon, const std::string& path, const Json& json) {
+  const std::string text = JsonLine(json);
+  DaemonClient::Question question{"POST", path, "application/json", {}};
+  question.body = {reinterpret_cast<const uint8_t*>(text.data()), text.size()};
+  VEDUTA_ASSIGN_OR_RETURN(const HttpAnswer answer, daemon->Ask(question));
+  if (answer.code >= 300) return Status::InvalidArgument(DetailOf(answer));
+  return Json::parse(answer.body, nullptr, /*allow_exceptions=*/false);
+}
+
 class Adding final {
  public:
   Adding(DaemonClient* daemon, size_t photo_count, bool json)
@@ -157,14 +167,44 @@ int AddBeside(DaemonClient* daemon, std::span<const PhotoSubmission> photos, boo
 int AddCameraBeside(DaemonClient* daemon, const std::string& name, const CameraModel& model) {
   const Json camera = {
       {"name", name}, {"size", CameraSizeText(model)}, {"params", CameraParamsText(model)}};
-  const std::string text = JsonLine(camera);
-  const auto answer = daemon->Ask({"POST",
-                                   "/v1/cameras",
-                                   "application/json",
-                                   {reinterpret_cast<const uint8_t*>(text.data()), text.size()}});
+  const Result<Json> added = Post(daemon, "/v1/cameras", camera);
+  return added.ok() ? kDone : Fail(added.status());
+}
+
+int RemoveBeside(DaemonClient* daemon, const RemoveRequest& request, bool json) {
+  Json wanted = {{"actor", request.actor}, {"why", request.why}};
+  if (!request.photos.empty()) wanted["photos"] = request.photos;
+  if (!request.contributor.empty()) wanted["contributor"] = request.contributor;
+  const Result<Json> answer = Post(daemon, "/v1/removals", wanted);
   if (!answer.ok()) return Fail(answer.status());
-  if (answer->code == 201) return kDone;
-  return Fail(Status::InvalidArgument(DetailOf(*answer)));
+  const bool is_purged = answer->value("purged", false);
+  if (json) {
+    PrintJson(*answer);
+  } else {
+    for (const Json& photo : answer->value("removed", Json::array()))
+      PrintLine("removed    %s (#%u)", Printable(photo.value("image", "")).c_str(),
+                photo.value("id", 0u));
+    if (const auto uploads = answer->value("uploads", uint64_t{0}); uploads > 0)
+      PrintLine("removed    %lu photos that waited for their turn", uploads);
+    if (is_purged) PrintLine("no file of the database has bytes of removed photos any more");
+    for (const Json& copy : answer->value("copies", Json::array()))
+      PrintLine("out of reach: the copy in %s", Printable(copy.get<std::string>()).c_str());
+    PrintLine("out of reach: copies of the folder that others have made");
+  }
+  return is_purged ? kDone : Fail(Status::Busy(answer->value("why_not", "")));
+}
+
+int StateBeside(DaemonClient* daemon, const ForbidRequest& request, bool allows) {
+  const char* const kind = request.kind == ForbidKind::kPair    ? "pair"
+                           : request.kind == ForbidKind::kMerge ? "merge"
+                                                                : "pose";
+  const Json statement = {{"kind", kind},
+                          {"a", request.a},
+                          {"b", request.b},
+                          {"actor", request.actor},
+                          {"reason", request.reason}};
+  const Result<Json> stated = Post(daemon, allows ? "/v1/allowed" : "/v1/forbidden", statement);
+  return stated.ok() ? kDone : Fail(stated.status());
 }
 
 }  // namespace veduta

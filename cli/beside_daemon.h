@@ -16,6 +16,10 @@ namespace veduta {
 // same. The exit code.
 int AddBeside(DaemonClient* daemon, std::span<const PhotoSubmission> photos, bool json,
               const std::stop_token& stop);
+// As `veduta remove`, without what follows from it. The exit code.
+int RemoveBeside(DaemonClient* daemon, const RemoveRequest& request, bool json);
+// As `veduta forbid`, or `veduta allow`. The exit code.
+int StateBeside(DaemonClient* daemon, const ForbidRequest& request, bool allows);
 // As `veduta camera add`. The exit code.
 int AddCameraBeside(DaemonClient* daemon, const std::string& name, const CameraModel& model);
 

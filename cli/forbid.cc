@@ -4,6 +4,7 @@
 // veduta allow DB A B [--reconstructions] [--by WHO] [--reason TEXT]
 // veduta allow DB PHOTO --pose [--by WHO] [--reason TEXT]
 // veduta forbidden DB [--json]
+#include "cli/beside_daemon.h"
 #include "cli/command.h"
 #include "cli/wire/removal_json.h"
 
@@ -16,13 +17,16 @@ struct ForbidArguments {
   bool reconstructions = false, pose = false;
 };
 
-int State(ForbidArguments arguments, Status (Engine::*state)(const ForbidRequest&)) {
+int State(ForbidArguments arguments, bool allows) {
   if (arguments.reconstructions) arguments.request.kind = ForbidKind::kMerge;
   if (arguments.pose) arguments.request.kind = ForbidKind::kPose;
   if (const Status usage = arguments.request.Check(); !usage.ok()) return FailUsage(usage);
+  if (auto daemon = DaemonClient::Connect(arguments.db))
+    return StateBeside(&*daemon, arguments.request, allows);
   const auto engine = OpenToWrite(arguments.db);
   if (!engine.ok()) return Fail(engine.status());
-  const Status stated = (engine->get()->*state)(arguments.request);
+  const Status stated =
+      allows ? (*engine)->Allow(arguments.request) : (*engine)->Forbid(arguments.request);
   return stated.ok() ? kDone : Fail(stated);
 }
 
@@ -55,8 +59,8 @@ int List(const std::string& db, bool json) {
   return kDone;
 }
 
-void RegisterStatement(CLI::App* app, const char* name, const char* help,
-                       Status (Engine::*state)(const ForbidRequest&), int* exit_code) {
+void RegisterStatement(CLI::App* app, const char* name, const char* help, bool allows,
+                       int* exit_code) {
   auto arguments = std::make_shared<ForbidArguments>();
   CLI::App* command = app->add_subcommand(name, help);
   command->add_option("DB", arguments->db, "Database")->required();
@@ -69,7 +73,7 @@ void RegisterStatement(CLI::App* app, const char* name, const char* help,
       ->excludes(reconstructions);
   command->add_option("--by", arguments->request.actor, "Who says so")->capture_default_str();
   command->add_option("--reason", arguments->request.reason, "Why, for people");
-  command->callback([=] { *exit_code = State(*arguments, state); });
+  command->callback([=] { *exit_code = State(*arguments, allows); });
 }
 
 }  // namespace
@@ -77,8 +81,8 @@ void RegisterStatement(CLI::App* app, const char* name, const char* help,
 void RegisterForbid(CLI::App* app, int* exit_code) {
   RegisterStatement(app, "forbid",
                     "State that two photos do not show the same place, or that a pose is wrong",
-                    &Engine::Forbid, exit_code);
-  RegisterStatement(app, "allow", "Take back what `forbid` has stated", &Engine::Allow, exit_code);
+                    /*allows=*/false, exit_code);
+  RegisterStatement(app, "allow", "Take back what `forbid` has stated", /*allows=*/true, exit_code);
   auto db = std::make_shared<std::string>();
   auto json = std::make_shared<bool>(false);
   CLI::App* list = app->add_subcommand("forbidden", "What people have forbidden");

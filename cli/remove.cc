@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // veduta remove DB [PHOTO...] [--contributor WHO] [--by WHO] [--why TEXT] [--threads N] [--json]
+#include "cli/beside_daemon.h"
 #include "cli/command.h"
 #include "cli/follow_ups.h"
 #include "cli/stop_on_signal.h"
@@ -54,6 +55,8 @@ Status SettleAfter(Engine* engine, const std::string& db, bool json, std::stop_t
 
 int Remove(const RemoveArguments& arguments) {
   const StopOnSignal stop;
+  if (auto daemon = DaemonClient::Connect(arguments.db))
+    return RemoveBeside(&*daemon, arguments.request, arguments.json);
   EngineOptions options;
   options.thread_count = arguments.threads;
   const auto engine = OpenToWrite(arguments.db, options);

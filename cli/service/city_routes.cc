@@ -4,10 +4,12 @@
 #include <algorithm>
 #include <charconv>
 #include <limits>
+#include <map>
 #include <set>
 
 #include "cli/wire/added_json.h"
 #include "cli/wire/answers_json.h"
+#include "cli/wire/removal_json.h"
 
 namespace veduta {
 namespace {
@@ -59,10 +61,7 @@ HttpAnswer GetCamera(Engine* engine, const HttpRequest&, const PathArguments& ar
 Result<std::string> TextMember(const Json& object, const char* name) {
   const auto found = object.find(name);
   if (found != object.end() && found->is_string()) return found->get<std::string>();
-  return Status::InvalidArgument(
-      "a camera is sent as {\"name\": \"...\", \"size\": \"WIDTHxHEIGHT\", \"params\": "
-      "\"fx,fy,cx,cy[,k1,k2]\"}; '" +
-      std::string(name) + "' is missing, or is no text");
+  return Status::InvalidArgument("'" + std::string(name) + "' is missing, or is no text");
 }
 
 Result<CameraAnswer> AddCameraOf(Engine* engine, const HttpRequest& request) {
@@ -146,6 +145,59 @@ HttpAnswer LocalizePhoto(Engine* engine, const HttpRequest& request, const PathA
   return done.ok() ? answer : ProblemOf(done);
 }
 
+// The member of a JSON object, "" where there is none. kInvalidArgument where it is no text.
+Result<std::string> OptionalText(const Json& object, const char* name) {
+  return object.contains(name) ? TextMember(object, name) : std::string();
+}
+
+Result<RemoveAnswer> RemoveOf(Engine* engine, const HttpRequest& request) {
+  const Json json = Json::parse(request.body, nullptr, /*allow_exceptions=*/false);
+  if (!json.is_object()) return Status::InvalidArgument("the body is no JSON object");
+  RemoveRequest wanted;
+  const Json photos = json.value("photos", Json::array());
+  if (!photos.is_array()) return Status::InvalidArgument("'photos' is no array");
+  for (const Json& photo : photos) {
+    if (!photo.is_string()) return Status::InvalidArgument("'photos' has what is no text");
+    wanted.photos.push_back(photo.get<std::string>());
+  }
+  VEDUTA_ASSIGN_OR_RETURN(wanted.contributor, OptionalText(json, "contributor"));
+  VEDUTA_ASSIGN_OR_RETURN(wanted.actor, TextMember(json, "actor"));
+  VEDUTA_ASSIGN_OR_RETURN(wanted.why, OptionalText(json, "why"));
+  VEDUTA_ASSIGN_OR_RETURN(RemoveAnswer removed, engine->Remove(wanted));
+  engine->Settle().IgnoreBecause("the daemon settles again in a while, and tells of failures then");
+  return removed;
+}
+
+HttpAnswer RemovePhotos(Engine* engine, const HttpRequest& request, const PathArguments&) {
+  return AnswerOf(RemoveOf(engine, request));
+}
+
+Result<ForbidRequest> StatementOf(const HttpRequest& request) {
+  const Json json = Json::parse(request.body, nullptr, /*allow_exceptions=*/false);
+  if (!json.is_object()) return Status::InvalidArgument("the body is no JSON object");
+  static const std::map<std::string, ForbidKind> kKinds = {
+      {"pair", ForbidKind::kPair}, {"merge", ForbidKind::kMerge}, {"pose", ForbidKind::kPose}};
+  VEDUTA_ASSIGN_OR_RETURN(const std::string kind, TextMember(json, "kind"));
+  const auto found = kKinds.find(kind);
+  if (found == kKinds.end())
+    return Status::InvalidArgument("the kind is '" + kind + "', and must be pair, merge or pose");
+  ForbidRequest statement;
+  statement.kind = found->second;
+  VEDUTA_ASSIGN_OR_RETURN(statement.a, TextMember(json, "a"));
+  VEDUTA_ASSIGN_OR_RETURN(statement.b, OptionalText(json, "b"));
+  VEDUTA_ASSIGN_OR_RETURN(statement.actor, TextMember(json, "actor"));
+  VEDUTA_ASSIGN_OR_RETURN(statement.reason, OptionalText(json, "reason"));
+  return statement;
+}
+
+template <Status (Engine::*kState)(const ForbidRequest&)>
+HttpAnswer StateFact(Engine* engine, const HttpRequest& request, const PathArguments&) {
+  const Result<ForbidRequest> statement = StatementOf(request);
+  if (!statement.ok()) return ProblemOf(statement.status());
+  const Status stated = (engine->*kState)(*statement);
+  return stated.ok() ? JsonAnswer(200, Json::object()) : ProblemOf(stated);
+}
+
 HttpAnswer ListUploads(Engine* engine, const HttpRequest&, const PathArguments&) {
   return AnswerOf(engine->Ask().Uploads());
 }
@@ -204,6 +256,9 @@ const std::vector<CityRoute>& Routes() {
       {"GET", {"v1", "reconstructions", "*"}, {}, GetReconstruction, true},
       {"GET", {"v1", "hypotheses"}, {}, ListHypotheses, true},
       {"GET", {"v1", "journal"}, {"from", "count"}, GetJournal, true},
+      {"POST", {"v1", "removals"}, {}, RemovePhotos, false, false, true},
+      {"POST", {"v1", "forbidden"}, {}, StateFact<&Engine::Forbid>, false, false, true},
+      {"POST", {"v1", "allowed"}, {}, StateFact<&Engine::Allow>, false, false, true},
   };
   return kRoutes;
 }
@@ -244,6 +299,9 @@ std::variant<RouteMatch, HttpAnswer> FindRoute(const HttpRequest& request) {
       right_methods.insert(route.method);
       continue;
     }
+    if (route.is_for_owner && !request.is_of_owner)
+      return Problem(403,
+                     "this is for the owner of the database alone, by the socket in its folder");
     for (const auto& [name, value] : request.query) {
       if (std::ranges::find(route.parameters, name) == route.parameters.end())
         return Problem(400, "there is no parameter '" + name + "' here");

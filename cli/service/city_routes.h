@@ -24,6 +24,7 @@ struct CityRoute {
   bool is_of_snapshot = false;  // the same snapshot gives the same answer
   // It reads a few records, and so is answered on the thread that the connection is on.
   bool is_quick = false;
+  bool is_for_owner = false;  // it is answered at the socket of the database's owner alone
 };
 
 struct RouteMatch {
@@ -35,7 +36,8 @@ struct RouteMatch {
 Result<uint64_t> UploadNumber(const std::string& text);
 
 // The route of a request; otherwise the answer to it: 404 where nothing is there, 405 where another
-// method would be right, 400 for a parameter that is not known. Thread-safe.
+// method would be right, 400 for a parameter that is not known, 403 for what is the owner's.
+// Thread-safe.
 std::variant<RouteMatch, HttpAnswer> FindRoute(const HttpRequest& request);
 
 }  // namespace veduta

@@ -174,8 +174,10 @@ HttpAnswer CityService::Metrics() const {
   return answer;
 }
 
-HttpAnswer CityService::AskEngine(const HttpRequest& request, const RouteMatch& match) const {
+HttpAnswer CityService::AskEngine(const HttpRequest& request, const RouteMatch& match) {
   const CityRoute& route = *match.route;
+  std::optional<DenseKeeper::Rest> rest;
+  if (request.path.back() == "removals") rest.emplace(&dense_);  // which cannot go beside a pass
   if (!route.is_of_snapshot) return route.answer(engine_.get(), request, match.arguments);
   // Read before the answer is: an answer may be of a later commit than its tag, and is asked for
   // once more then.

@@ -86,7 +86,7 @@ class CityService final {
   HttpAnswer AnswerOnDense(const std::string& asked);
   HttpAnswer Metrics() const;
   Result<CityEvents> EventsFrom(uint64_t first) const;
-  HttpAnswer AskEngine(const HttpRequest& request, const RouteMatch& match) const;
+  HttpAnswer AskEngine(const HttpRequest& request, const RouteMatch& match);
   void Count(const HttpAnswer& answer);
   // After a failed write the engine refuses all others until its files are opened again. That is
   // tried after each photo that fails, where the disk has room: where opening fails, nothing can be

@@ -54,6 +54,18 @@ Status DenseKeeper::Pause(bool is_paused) {
   return Status::Ok();
 }
 
+DenseKeeper::Rest::Rest(DenseKeeper* keeper) : keeper_(keeper) {
+  std::unique_lock lock(keeper_->mutex_);
+  ++keeper_->rests_;
+  keeper_->pass_.request_stop();
+  keeper_->changed_.wait(lock, [&] { return !keeper_->is_at_work_; });
+}
+
+DenseKeeper::Rest::~Rest() {
+  const std::lock_guard lock(keeper_->mutex_);
+  --keeper_->rests_;
+}
+
 Json DenseKeeper::ToJson() const {
   const std::lock_guard lock(mutex_);
   const char* state = "waiting";
@@ -104,7 +116,8 @@ bool DenseKeeper::WaitUntilDue(const std::stop_token& stop) {
       last = now;
       if (!first) first = now;
     }
-    if (!is_paused_ && first && (now - *last >= pause || now - *first >= patience)) return true;
+    if (!is_paused_ && rests_ == 0 && first && (now - *last >= pause || now - *first >= patience))
+      return true;
     changed_.wait_for(lock, stop, kLook, [] { return false; });
   }
   return false;
@@ -114,7 +127,7 @@ void DenseKeeper::Pass(const std::stop_token& stop) {
   std::stop_token pass;
   {
     const std::lock_guard lock(mutex_);
-    if (stop.stop_requested() || is_paused_) return;
+    if (stop.stop_requested() || is_paused_ || rests_ > 0) return;
     pass_ = std::stop_source();
     pass = pass_.get_token();
     is_at_work_ = true;
@@ -139,6 +152,7 @@ void DenseKeeper::Pass(const std::stop_token& stop) {
     why_not_ = ended.message();
     if (ended.ok() && !pass.stop_requested()) ++passes_;
   }
+  changed_.notify_all();
   if (!ended.ok() && failed_) failed_(ended);
 }
 

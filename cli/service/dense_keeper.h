@@ -44,6 +44,18 @@ class DenseKeeper final {
   // made is kept. kInvalidArgument where no dense city is wanted.
   Status Pause(bool is_paused);
 
+  // No pass runs while it lives: the one that runs has ended, after the piece at hand.
+  class Rest final {
+   public:
+    explicit Rest(DenseKeeper* keeper);
+    ~Rest();
+    Rest(const Rest&) = delete;
+    Rest& operator=(const Rest&) = delete;
+
+   private:
+    DenseKeeper* const keeper_;
+  };
+
   // {"state", "stage", "done", "total", "passes", "why_not"}: docs/serving.md.
   Json ToJson() const;
 
@@ -66,6 +78,7 @@ class DenseKeeper final {
   mutable std::mutex mutex_;
   std::condition_variable_any changed_;
   bool is_paused_ = false, is_at_work_ = false;
+  uint32_t rests_ = 0;
   std::string stage_;
   size_t done_ = 0, total_ = 0;
   uint64_t passes_ = 0;    // that came to their end

@@ -227,6 +227,7 @@ class HttpDoor final : public kj::HttpService, private kj::TaskSet::ErrorHandler
       return Problem(403, "pages of other hosts may not ask the daemon");
     request->method = method == kj::HttpMethod::HEAD ? "GET" : kj::str(method).cStr();
     request->content_type = MediaType(Header(headers, kj::HttpHeaderId::CONTENT_TYPE));
+    request->is_of_owner = is_of_owner_;
     request->if_none_match = Header(headers, known_.none_match);
     request->prefers_async = Lower(Header(headers, known_.prefer)).find("respond-async") == 0;
     return ReadAddress(url, request);

@@ -22,6 +22,7 @@ struct HttpRequest {
   std::string content_type;                  // without parameters, in lower case; empty: none
   std::string if_none_match;                 // the header's value; empty: none
   bool prefers_async = false;                // "Prefer: respond-async" (RFC 7240)
+  bool is_of_owner = false;                  // it came by the socket of the database's owner
   std::vector<uint8_t> body;
   std::shared_ptr<const void> body_share;  // what is given back when the body goes
 };

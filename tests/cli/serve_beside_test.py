@@ -9,8 +9,8 @@ import os
 import signal
 import time
 
-from city import (PARAMS, PHOTO_COUNT, SIZE, Case, at, main, make_whole, must, new_database, photo,
-                  run, write)
+from city import (PARAMS, PHOTO_COUNT, SIZE, Case, ask, at, main, make_whole, must,
+                  new_database, photo, run, write)
 from daemon import Daemon
 
 
@@ -19,6 +19,13 @@ def setUpModule():
 
 
 NUMBERS = range(1, PHOTO_COUNT + 1)
+
+
+CURATED = ('add', 'remove', 'forbid', 'allow')
+
+
+def journal(db):
+    return [json.loads(line) for line in must('journal', db, '--json').splitlines()]
 
 
 def must_end(wanted, *arguments):
@@ -59,6 +66,33 @@ class Beside(Case):
         self.assertFalse(os.path.exists(os.path.join(beside, 'daemon.sock')))
         must('camera', 'add', alone, 'd', '--size', SIZE, '--params', PARAMS)
         self.assertEqual(must('digest', beside), must('digest', alone))
+
+    def test_the_owner_removes_and_forbids_through_the_daemon(self):
+        beside, alone = new_database('curated'), new_database('curated_alone')
+        photos = [at('street', 'photos', name_of(n)) for n in NUMBERS]
+        commands = [('add', '--camera', 'c', '--contributor', 'anna', *photos[:10]),
+                    ('add', '--camera', 'c', '--contributor', 'bela', *photos[10:]),
+                    ('remove', name_of(3), '--by', 'cara', '--why', 'asked'),
+                    ('forbid', name_of(1), name_of(9), '--by', 'cara'),
+                    ('forbid', name_of(5), '--pose'), ('allow', name_of(5), '--pose'),
+                    ('remove', '--contributor', 'bela')]
+        with Daemon(beside, '--dense', '--dense-size', '64', '--device', 'cpp') as daemon:
+            for command, *more in commands:
+                told = must(command, beside, *more)
+                self.assertIn(command, ('add', 'remove') if told else ('forbid', 'allow'))
+            self.refused(1, 'none.jpg', 'remove', beside, 'none.jpg')
+            self.refused(1, name_of(3), 'forbid', beside, name_of(3), '--pose')
+            for path in ('/v1/removals', '/v1/forbidden', '/v1/allowed'):
+                code, _, answer = daemon.ask('POST', path, '{}',
+                                             {'Content-Type': 'application/json'})
+                self.assertEqual(code, 403, answer)
+            self.assertEqual(daemon.get('/v1/status')['images'], 9)
+        for command, *more in commands:
+            must(command, alone, *more)
+        self.assertEqual(ask('forbidden', beside)[0]['actor'], 'cara')
+        self.assertEqual([e['action'] for e in journal(beside) if e['action'] in CURATED],
+                         [e['action'] for e in journal(alone) if e['action'] in CURATED])
+        self.assertEqual(must('verify', beside), 'sound\n')
 
     def test_a_socket_that_a_killed_daemon_has_left_is_no_obstacle(self):
         db = new_database('left')
