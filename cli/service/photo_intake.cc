@@ -34,7 +34,7 @@ HttpAnswer AnswerOf(const AddOutcome& outcome) {
 }
 
 // Whether the photo is on the disk all the same, and has its turn later: see Ticket::Wait.
-bool WaitsOn(const Status& failure) {
+bool IsPutOff(const Status& failure) {
   return failure.code() == StatusCode::kIoError || failure.code() == StatusCode::kBusy ||
          failure.code() == StatusCode::kNoMemory;
 }
@@ -139,6 +139,7 @@ void PhotoIntake::Take(Engine* engine, HttpRequest request, Answered answered) {
       const std::lock_guard lock(mutex_);
       accepted = upload->Accepted();
     }
+    accepted.headers.emplace_back("Preference-Applied", "respond-async");
     return answered(std::move(accepted));
   }
   {
@@ -173,6 +174,7 @@ void PhotoIntake::Enter(uint64_t number, const std::shared_ptr<Upload>& upload) 
 
 Status PhotoIntake::Resume(Engine* engine) {
   VEDUTA_ASSIGN_OR_RETURN(const std::vector<UploadAnswer> waiting, engine->Ask().Uploads());
+  Status first_failure;
   for (const UploadAnswer& one : waiting) {
     std::shared_ptr<Upload> upload;
     {
@@ -203,9 +205,9 @@ Status PhotoIntake::Resume(Engine* engine) {
       }
       upload->why_not = ticket.status().message();
     }
-    return ticket.status();
+    if (first_failure.ok()) first_failure = ticket.status();
   }
-  return Status::Ok();
+  return first_failure;
 }
 
 HttpAnswer PhotoIntake::Find(uint64_t upload) const {
@@ -227,7 +229,7 @@ void PhotoIntake::End(const std::shared_ptr<Upload>& upload, const Result<AddOut
     // Those that a closing engine has not come to wait on, and Close has answered them.
     if (is_closing_ && outcome.status().code() == StatusCode::kCancelled) return;
     upload->is_in_line = false;
-    upload->has_ended = outcome.ok() || !WaitsOn(outcome.status());
+    upload->has_ended = outcome.ok() || !IsPutOff(outcome.status());
     if (!outcome.ok()) upload->why_not = outcome.status().message();
     if (upload->has_ended) {
       GivePlace(*upload);

@@ -48,7 +48,8 @@ class PhotoIntake final {
   // and 503 where the disk refuses, with a time after which to come again.
   void Take(Engine* engine, HttpRequest request, Answered answered);
   // Puts the photos in line that wait on the disk and are not in line: an earlier daemon has left
-  // them, or the disk failed when their turn came.
+  // them, or the disk failed when their turn came. The first failure; it keeps none of the others
+  // back.
   Status Resume(Engine* engine);
   // What is known of an upload: one that waits, or of the last ones that have had their turn. 404
   // for any other.

@@ -44,6 +44,20 @@ TEST(CityRoutes, WhereNothingIsIs404) {
   }
 }
 
+TEST(CityRoutes, WhatIsTheOwnersIsForbiddenToOthers) {
+  HttpRequest request;
+  request.method = "POST";
+  for (const char* what : {"removals", "forbidden", "allowed"}) {
+    request.path = {"v1", what};
+    request.is_of_owner = false;
+    const auto refused = FindRoute(request);
+    ASSERT_TRUE(std::holds_alternative<HttpAnswer>(refused));
+    EXPECT_EQ(std::get<HttpAnswer>(refused).code, 403u);
+    request.is_of_owner = true;
+    EXPECT_TRUE(std::holds_alternative<RouteMatch>(FindRoute(request)));
+  }
+}
+
 TEST(CityRoutes, AnotherMethodIsNamed) {
   const auto found = Find("PUT", {"v1", "cameras"});
   ASSERT_TRUE(std::holds_alternative<HttpAnswer>(found));

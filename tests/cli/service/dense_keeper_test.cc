@@ -56,6 +56,19 @@ TEST(DenseKeeper, RestsWhileItIsPaused) {
   WaitForPasses(keeper, 1);
 }
 
+TEST(DenseKeeper, RestsForWhoAsksItTo) {
+  City city;
+  DenseKeeper keeper(&city.engine(), Coarse(), {});
+  {
+    const DenseKeeper::Rest rest(&keeper);
+    city.Add(Walk(6, 0.9, 4));
+    std::this_thread::sleep_for(std::chrono::milliseconds(1500));
+    EXPECT_EQ(keeper.ToJson()["passes"], 0);
+    EXPECT_EQ(keeper.ToJson()["state"], "waiting");
+  }
+  WaitForPasses(keeper, 1);
+}
+
 TEST(DenseKeeper, TellsWhyItFails) {
   City city;
   DenseKeeping keeping = Coarse();
