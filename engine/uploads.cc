@@ -136,9 +136,14 @@ Result<uint64_t> EngineParts::RemoveUploads(const std::string& contributor) {
       if (const auto found = uploads.find(upload.number); found != uploads.end())
         ticket = found->second;
     }
-    const bool was_applied = ticket && !ticket->Cancel() && ticket->Wait().ok();
+    // One whose turn has come has had it then, unless it waits on.
+    const bool is_cancelled = ticket && ticket->Cancel();
+    if (ticket && !is_cancelled)
+      ticket->Wait().status().IgnoreBecause("whether it waits on is asked below");
+    const Result<UploadRecord> waits = database->GetSnapshot()->GetUpload(upload.number);
+    if (!is_cancelled && waits.status().code() == StatusCode::kNotFound) continue;
     VEDUTA_RETURN_IF_ERROR(database->DeleteUpload(upload.number));
-    if (!was_applied) ++removed;
+    ++removed;
   }
   return removed;
 }

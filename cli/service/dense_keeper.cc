@@ -124,6 +124,9 @@ bool DenseKeeper::WaitUntilDue(const std::stop_token& stop) {
 }
 
 void DenseKeeper::Pass(const std::stop_token& stop) {
+  const auto placed = CatchShortage("ask what there is to make dense",
+                                    [&] { return engine_->Ask().Reconstructions(); });
+  if (placed.ok() && placed->empty()) return;
   std::stop_token pass;
   {
     const std::lock_guard lock(mutex_);
@@ -141,9 +144,7 @@ void DenseKeeper::Pass(const std::stop_token& stop) {
   };
   Status ended = CatchShortage(
       "make the city dense", [&]() -> Status { return engine_->Densify(request, pass).status(); });
-  // There is nothing placed yet, or it was asked to stop.
-  if (ended.code() == StatusCode::kNotFound || ended.code() == StatusCode::kCancelled)
-    ended = Status::Ok();
+  if (ended.code() == StatusCode::kCancelled) ended = Status::Ok();  // what is left is due
   {
     const std::lock_guard lock(mutex_);
     is_at_work_ = false;

@@ -19,15 +19,17 @@ DenseKeeping Coarse() {
   keeping.is_wanted = true;
   keeping.request.device = "cpp";
   keeping.request.options.depth_side_px = 64;
-  keeping.request.options.voxel_size = 0.4;
+  keeping.request.options.voxel_size = 0.2;
   keeping.pause_s = 1;
   keeping.patience_s = 2;
   return keeping;
 }
 
 void WaitForPasses(const DenseKeeper& keeper, uint64_t count) {
-  while (keeper.ToJson()["passes"].get<uint64_t>() < count)
+  while (keeper.ToJson()["passes"].get<uint64_t>() < count) {
+    ASSERT_EQ(keeper.ToJson()["why_not"], nullptr);
     std::this_thread::sleep_for(std::chrono::milliseconds(20));
+  }
 }
 
 TEST(DenseKeeper, FollowsTheSparseCity) {

@@ -221,7 +221,7 @@ TEST(PhotoIntake, AnotherDaemonGoesOnWithWhatWaits) {
 
 TEST(IntakeLimits, HaveBounds) {
   ExpectBounds(&IntakeLimits::photos_max, "photos_max", {0u, 1'000'001u}, {1u, 1'000'000u});
-  ExpectBounds(&IntakeLimits::bytes_max, "bytes_max", {0u}, {1u});
+  ExpectBounds(&IntakeLimits::bytes_max, "bytes_max", {uint64_t{0}}, {uint64_t{1}});
 }
 
 }  // namespace
