@@ -265,8 +265,7 @@ Status HealAll(HealingWork* healing) {
   VEDUTA_RETURN_IF_ERROR(HealDense(healing));
   VEDUTA_RETURN_IF_ERROR(HealForbidden(healing));
   VEDUTA_RETURN_IF_ERROR(HealHypotheses(healing));
-  VEDUTA_RETURN_IF_ERROR(
-      HealUploads(healing->source, healing->writer.target(), &healing->notes));
+  VEDUTA_RETURN_IF_ERROR(HealUploads(healing->source, healing->writer.target(), &healing->notes));
   VEDUTA_RETURN_IF_ERROR(RestateJournal(healing));
   VEDUTA_RETURN_IF_ERROR(WriteState(healing));
   return healing->writer.Commit();

@@ -59,8 +59,7 @@ Status Check(const UploadRecord& upload) {
 
 Result<std::string> Encode(const UploadRecord& upload) {
   VEDUTA_RETURN_IF_ERROR(Check(upload));
-  const size_t payload =
-      upload.name.size() + upload.contributor.size() + upload.camera.size() + 32;
+  const size_t payload = upload.name.size() + upload.contributor.size() + upload.camera.size() + 32;
   return WriteMessage<schema::Upload>(payload, [&](auto to) {
     to.setName(AsText(upload.name));
     to.setContributor(AsText(upload.contributor));

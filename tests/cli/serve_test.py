@@ -187,7 +187,7 @@ class Asking(Case):
         self.assertEqual(self.daemon.ask('GET', '/v1/photos/x.jpg')[0], 404)
 
     def test_a_second_writer_is_sent_away(self):
-        self.refused(3, 'another veduta process', 'remove', WHOLE, name_of(1))
+        self.refused(3, 'another veduta process', 'settle', WHOLE)
         self.refused(3, 'another veduta process', 'serve', WHOLE)
 
 

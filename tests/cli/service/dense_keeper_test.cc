@@ -91,7 +91,7 @@ TEST(DenseKeeper, IsOffWhereItIsNotWanted) {
 }
 
 TEST(DenseKeeping, HasBounds) {
-  ExpectBounds(&DenseKeeping::pause_s, "pause_s", {0u, 61u}, {1u, 60u});
+  ExpectBounds(&DenseKeeping::pause_s, "pause_s", {0u, 86'401u}, {1u, 60u});
   ExpectBounds(&DenseKeeping::patience_s, "patience_s", {4u, 86'401u}, {5u, 86'400u});
 }
 

@@ -96,6 +96,13 @@ TEST(Answers, Reconstruction) {
             R"("translation":[1.0,2.0,3.0]})");
 }
 
+TEST(Answers, Upload) {
+  const UploadAnswer upload = {7, "a.jpg", "anna", "phone", "00ff", 123, 1'700'000'000};
+  EXPECT_EQ(JsonLine(ToJson(upload)),
+            R"({"upload":7,"image":"a.jpg","contributor":"anna","camera":"phone",)"
+            R"("photo":"00ff","bytes":123,"time":1700000000})");
+}
+
 TEST(Answers, Status) {
   StatusAnswer status;
   status.images = 20;
@@ -104,12 +111,14 @@ TEST(Answers, Status) {
   status.postponed = 5;
   status.rejected = 3;
   status.cameras = 2;
+  status.uploads = 9;
   status.backlog = 4;
   status.vocabulary_generation = 1;
   status.total_bytes = 123456;
   status.storage = {1, 2, 3, 4, 5, 6, 7};
   const std::string counts =
-      R"({"images":20,"placed":12,"unsure":7,"postponed":5,"rejected":3,"cameras":2,"backlog":4,)"
+      R"({"images":20,"placed":12,"unsure":7,"postponed":5,"rejected":3,"cameras":2,"uploads":9,)"
+      R"("backlog":4,)"
       R"("vocabulary_generation":1,"bytes":123456,)"
       R"("storage":{"log_bytes":1,"flush_bytes":2,"compaction_bytes":3,"blob_bytes":4,)"
       R"("blob_copied_bytes":5,"cache_hits":6,"cache_misses":7},"reconstructions":[)";
@@ -402,11 +411,12 @@ TEST(Dense, Devices) {
 
 TEST(Removal, Answer) {
   RemoveAnswer answer;
+  answer.uploads = 6;
   answer.removed = {{ImageId(4), "a.jpg", ReconstructionId(2), 77, {ImageId(5)}, true}};
   answer.copies = {"/copy"};
   const std::string removed =
       R"({"removed":[{"image":"a.jpg","id":4,"reconstruction":2,"observations":77,"unplaced":[5],)"
-      R"("was_dense":true}],"purged":)";
+      R"("was_dense":true}],"uploads":6,"purged":)";
   EXPECT_EQ(JsonLine(ToJson(answer)), removed + R"(true,"why_not":null,"copies":["/copy"]})");
   answer.purged = Status::Busy("read by somebody");
   EXPECT_EQ(JsonLine(ToJson(answer)),

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Goal: `verify` says where something is wrong with a photo that waits for its turn, and nothing
+// Goal: `verify` (CheckUploads) says where something is wrong with a photo that waits, and nothing
 //   where all is well.
 // Method: a database with waiting photos, in which keys and values are replaced one at a time.
 #include "storage/records/upload_record.h"

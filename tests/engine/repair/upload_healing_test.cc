@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Goal: a repair keeps the photos that wait for their turn, and names those that are damaged.
+// Goal: a repair keeps the photos that wait for their turn (HealUploads), and names the damaged.
 // Method: waiting photos in a street database, whose values are overwritten; the whole repair is
 //   run.
 #include "engine/repair/healing.h"
