@@ -53,7 +53,8 @@ class Beside(Case):
                 told[db] = [line for line in out.splitlines() if not line.startswith('  ')]
                 self.assertIn('1 rejected', err)
             self.assertEqual(told[beside], told[alone])
-            lines = must_end(1, 'add', beside, '--camera', 'c', '--json', photos[0], photos[-1])
+            lines = must_end(1, 'add', beside, '--camera', 'c', '--contributor', 'anna', '--json',
+                             photos[0], photos[-1])
             self.assertEqual([json.loads(line)['verdict'] for line in lines.splitlines()],
                              ['duplicate', 'rejected'])
             self.refused(1, 'there is no camera', 'add', beside, '--camera', 'none', photos[0])
