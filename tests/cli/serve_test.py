@@ -382,36 +382,39 @@ class Stopping(Case):
     def test_a_kill(self):
         self.check_stop(signal.SIGKILL, 'killed')
 
-    def test_accepted_photos_outlive_kills(self):
-        """All are accepted before most of them are placed, and the daemon is killed on the way."""
-        db = new_database('accepted')
-        daemon, uploads = Daemon(db, '--threads', '2'), {}
-        for n in NUMBERS:
-            code, headers, answer = daemon.send(name_of(n), photo(n), f'who{n % 3}', waits=False)
-            self.assertEqual((code, answer['image']), (202, name_of(n)), answer)
-            uploads[n] = headers['Location']
-        daemon.stop(signal.SIGKILL)
-        left = ask('status', db)['uploads']
-        self.assertGreater(left, 0, 'the kill came too late')
-        with Daemon(db, '--threads', '2') as daemon:
-            self.assertEqual(daemon.send('late.jpg', photo(1) + b'\0', 'who1')[0], 201)
-            daemon.wait_for_uploads()
-            last = json.loads(daemon.ask('GET', uploads[NUMBERS[-1]])[2])
-            self.assertEqual((last['state'], last['outcome']['image']),
-                             ('done', name_of(NUMBERS[-1])))
-        self.assertEqual(ask('status', db)['images'], PHOTO_COUNT + 1)
-        self.assertEqual(must('verify', db), 'sound\n')
-        self.check_replay(db)
+    def accept_many(self, daemon):
+        """Far more photos than are placed meanwhile, twice each in other bytes: their names with
+        the bytes, and where each is asked after."""
+        photos = {name_of(n): photo(n) for n in NUMBERS}
+        photos.update({'copy ' + name_of(n): photo(n) + b'\0' for n in NUMBERS})
+        uploads = {}
+        for i, name in enumerate(photos):
+            code, headers, answer = daemon.send(name, photos[name], f'who{i % 3}', waits=False)
+            self.assertEqual((code, answer['image']), (202, name), answer)
+            uploads[name] = headers['Location']
+        return photos, uploads
 
-    def check_replay(self, db):
-        """The journal's order gives the same city, whatever became of the daemon meanwhile."""
+    def test_accepted_photos_outlive_kills(self):
+        db = new_database('accepted')
+        daemon = Daemon(db, '--threads', '2')
+        photos, uploads = self.accept_many(daemon)
+        daemon.stop(signal.SIGKILL)
+        self.assertGreater(ask('status', db)['uploads'], 0, 'the kill came too late')
+        with Daemon(db, '--threads', '2') as daemon:
+            photos['late.jpg'] = photo(1) + b'\0\0'
+            self.assertEqual(daemon.send('late.jpg', photos['late.jpg'], 'who1')[0], 201)
+            daemon.wait_for_uploads()
+            name, where = list(uploads.items())[-1]
+            last = json.loads(daemon.ask('GET', where)[2])
+            self.assertEqual((last['state'], last['outcome']['image']), ('done', name))
+        self.assertEqual(ask('status', db)['images'], len(photos))
+        self.assertEqual(must('verify', db), 'sound\n')
+        # The journal's order gives the same city, whatever became of the daemon meanwhile.
         must('settle', db)
         by_hand = new_database('replayed')
-        for number in range(1, PHOTO_COUNT + 2):  # in the order in which they were applied
+        for number in range(1, len(photos) + 1):  # in the order in which they were applied
             image = ask('show', db, f'#{number}')
-            is_late = image['image'] == 'late.jpg'
-            write(at(image['image']),
-                  photo(1) + b'\0' if is_late else photo(int(image['image'][5:9])))
+            write(at(image['image']), photos[image['image']])
             must('add', by_hand, '--camera', 'c', '--contributor', image['contributor'],
                  at(image['image']))
         self.assertEqual(must('digest', by_hand), must('digest', db))
@@ -419,15 +422,16 @@ class Stopping(Case):
     def test_settle_places_what_waits(self):
         db = new_database('settled')
         daemon = Daemon(db)
-        for n in NUMBERS:
-            self.assertEqual(daemon.send(name_of(n), photo(n), waits=False)[0], 202)
+        photos, _ = self.accept_many(daemon)
         daemon.stop(signal.SIGKILL)
         left = ask('status', db)['uploads']
+        self.assertGreater(left, 0, 'the kill came too late')
         self.assertIn(f'{left} photos wait for their turn', must('status', db))
-        self.assertEqual(len([line for line in must('settle', db).splitlines()
-                              if line.split()[1].startswith('photo')]), left)
+        placed = [line for line in must('settle', db).splitlines()
+                  if line.split(maxsplit=1)[1].split(':')[0] in photos]
+        self.assertEqual(len(placed), left)
         status = ask('status', db)
-        self.assertEqual((status['images'], status['uploads']), (PHOTO_COUNT, 0))
+        self.assertEqual((status['images'], status['uploads']), (len(photos), 0))
 
     def test_one_who_follows_does_not_hold_it_up(self):
         daemon = Daemon(WHOLE)
