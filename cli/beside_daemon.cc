@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "cli/beside_daemon.h"
 
+#include <algorithm>
 #include <chrono>
 #include <deque>
 #include <map>
@@ -181,15 +182,19 @@ int RemoveBeside(DaemonClient* daemon, const RemoveRequest& request, bool json) 
   if (json) {
     PrintJson(*answer);
   } else {
-    for (const Json& photo : answer->value("removed", Json::array()))
+    const Json removed = answer->value("removed", Json::array());
+    const auto uploads = answer->value("uploads", uint64_t{0});
+    for (const Json& photo : removed)
       PrintLine("removed    %s (#%u)", Printable(photo.value("image", "")).c_str(),
                 photo.value("id", 0u));
-    if (const auto uploads = answer->value("uploads", uint64_t{0}); uploads > 0)
-      PrintLine("removed    %lu photos that waited for their turn", uploads);
+    if (uploads > 0) PrintLine("removed    %lu photos that waited for their turn", uploads);
     if (is_purged) PrintLine("no file of the database has bytes of removed photos any more");
+    if (std::ranges::any_of(removed, [](const Json& p) { return p.value("was_dense", false); }))
+      PrintLine("parts of the surface went with them: `veduta densify` makes them anew");
     for (const Json& copy : answer->value("copies", Json::array()))
       PrintLine("out of reach: the copy in %s", Printable(copy.get<std::string>()).c_str());
-    PrintLine("out of reach: copies of the folder that others have made");
+    if (!removed.empty() || uploads > 0)
+      PrintLine("out of reach: copies of the folder that others have made");
   }
   return is_purged ? kDone : Fail(Status::Busy(answer->value("why_not", "")));
 }

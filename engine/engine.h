@@ -138,9 +138,10 @@ class Engine final {
   // afterwards; what is lost is named. kBusy, kNotFound, kIoError.
   static Result<RepairAnswer> Repair(const std::string& path, const RepairRequest& request);
 
-  // Finishes the piece at hand; photos whose turn has not come are cancelled, and so are AddPhotos
-  // and Settle where they run. Tickets and Questions may be used afterwards; the files stay open
-  // until the last Questions goes. No other function of the engine may be running.
+  // Finishes the piece at hand; photos whose turn has not come are cancelled (those of Submit wait
+  // on, on the disk), and so are AddPhotos and Settle where they run. Tickets and Questions may be
+  // used afterwards; the files stay open until the last Questions goes. No other function of the
+  // engine may be running.
   ~Engine();
 
   Questions Ask() const;
