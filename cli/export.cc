@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// veduta export DB OUT --format colmap|colmap-binary|nerfstudio|ply|gltf [--error E] [--json]
+// veduta export DB OUT --format colmap|colmap-binary|nerfstudio|ply|gltf [--error E]
+//   [--on-earth] [--json]
 #include "cli/command.h"
 #include "cli/wire/dense_json.h"
 
@@ -20,11 +21,13 @@ void PrintModel(const ExportedModel& model) {
   } else if (model.may_have_surface) {
     surface = ", no surface yet: 'veduta densify' makes one";
   }
-  PrintLine("%s: reconstruction %u, %lu images, %lu points%s", Printable(model.folder).c_str(),
-            model.reconstruction.value, model.images, model.points, surface.c_str());
+  PrintLine("%s: reconstruction %u, %lu images, %lu points%s%s", Printable(model.folder).c_str(),
+            model.reconstruction.value, model.images, model.points, surface.c_str(),
+            model.on_earth ? ", on the earth" : "");
 }
 
 int Export(const ExportArguments& arguments) {
+  if (const Status usage = arguments.request.Check(); !usage.ok()) return FailUsage(usage);
   const auto engine = OpenToRead(arguments.db);
   if (!engine.ok()) return Fail(engine.status());
   const auto models = (*engine)->Ask().Export(arguments.request);
@@ -54,6 +57,9 @@ void RegisterExport(CLI::App* app, int* exit_code) {
                    "transforms.json with undistorted photos and points; ply: points, mesh, "
                    "cameras; gltf: all in one model.glb")
       ->check(CLI::IsMember(ExportFormats()));
+  command->add_flag("--on-earth", arguments->request.on_earth,
+                    "ply and gltf: metres to the east, the north and above an origin, which "
+                    "earth.json names, where the place of a reconstruction is known");
   command
       ->add_option(
           "--error", arguments->request.error_max,

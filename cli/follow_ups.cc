@@ -26,6 +26,9 @@ std::string FollowUpText(const FollowUp& step, const Questions& ask) {
       return "the new judgment of whether reconstructions " +
              std::to_string(step.reconstruction.value) + " and " +
              std::to_string(step.other.value) + " are one";
+    case FollowUpKind::kGeoreference:
+      return "the look for the place of reconstruction " +
+             std::to_string(step.reconstruction.value) + " on the earth";
     case FollowUpKind::kVocabulary:
       return "the training of a vocabulary";
   }

@@ -5,6 +5,7 @@
 #include <set>
 
 #include "cli/command.h"
+#include "cli/earth_pose_text.h"
 #include "cli/follow_ups.h"
 #include "cli/progress.h"
 #include "cli/stop_on_signal.h"
@@ -39,6 +40,7 @@ void PrintPlace(const LocalizedPhoto& photo) {
   PrintLine("  in reconstruction %u, centre %.6g %.6g %.6g, by %zu images%s",
             photo.reconstruction.value, center[0], center[1], center[2], photo.support.size(),
             where.c_str());
+  if (photo.on_earth) PrintEarthPose(*photo.on_earth, "  ");
   if (const auto& camera = photo.camera) {
     PrintLine("  focal length %.6g px, k1 %.3g, k2 %.3g; standard deviations %.2g, %.2g, %.2g",
               camera->model.fx, camera->model.k1, camera->model.k2,

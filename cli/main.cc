@@ -57,6 +57,7 @@ void RegisterCommands(CLI::App* app, int* exit_code) {
   RegisterNeighbors(app, exit_code);
   RegisterPose(app, exit_code);
   RegisterLocalize(app, exit_code);
+  RegisterGeoreference(app, exit_code);
   RegisterExport(app, exit_code);
   RegisterDensify(app, exit_code);
   RegisterRender(app, exit_code);

@@ -1,8 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-// veduta show DB IMAGE [--json]; veduta pose DB IMAGE [--json]
+// veduta show DB IMAGE [--json]; veduta pose DB IMAGE [--geopose] [--json]
+#include <functional>
+
 #include "cli/command.h"
+#include "cli/earth_pose_text.h"
 #include "cli/hypotheses.h"
 #include "cli/wire/answers_json.h"
+#include "cli/wire/earth_json.h"
 
 namespace veduta {
 namespace {
@@ -41,6 +45,7 @@ void PrintImage(const ImageAnswer& image) {
   PrintLine("%ux%u px, %u features, %u of them see points%s", image.width_px, image.height_px,
             image.features, image.observations, of_reconstruction.c_str());
   if (!image.may_stand_in.empty()) PrintLine("%s", MayStandIn(image).c_str());
+  if (image.on_earth) PrintEarthPose(*image.on_earth, "");
   if (image.uncertainty) PrintDeviations(*image.uncertainty);
   if (image.depth_map) {
     std::string sensors;
@@ -64,6 +69,18 @@ int Show(const ImageAnswer& image, bool json) {
   return kDone;
 }
 
+// As OGC's GeoPose has it.
+int PrintGeoPose(const ImageAnswer& image) {
+  if (!image.on_earth) {
+    return Fail(Status::NotFound(image.name + (image.cam_from_world
+                                                   ? ": the place of its reconstruction on the "
+                                                     "earth is not known"
+                                                   : " has no pose that could be told")));
+  }
+  PrintJson(GeoPoseJson(*image.on_earth));
+  return kDone;
+}
+
 int PrintPose(const ImageAnswer& image, bool json) {
   if (!image.may_stand_in.empty())
     return Fail(Status::NotFound(image.name + " has no sure pose: " + MayStandIn(image)));
@@ -79,6 +96,7 @@ int PrintPose(const ImageAnswer& image, bool json) {
   PrintLine("cam_from_world rotation (w x y z) %.12g %.12g %.12g %.12g", q[0], q[1], q[2], q[3]);
   PrintLine("translation %.12g %.12g %.12g", t[0], t[1], t[2]);
   PrintLine("centre %.12g %.12g %.12g", c[0], c[1], c[2]);
+  if (image.on_earth) PrintEarthPose(*image.on_earth, "");
   if (image.uncertainty) {
     PrintDeviations(*image.uncertainty);
     PrintLine("covariance of rotation (x y z of the camera, radians) and centre (x y z)");
@@ -90,8 +108,9 @@ int PrintPose(const ImageAnswer& image, bool json) {
   return kDone;
 }
 
-void RegisterImageCommand(CLI::App* app, const char* name, const char* help,
-                          int (*print)(const ImageAnswer&, bool json), int* exit_code) {
+CLI::App* RegisterImageCommand(
+    CLI::App* app, const char* name, const char* help,
+    const std::function<int(const ImageAnswer&, bool json)>& print, int* exit_code) {
   auto arguments = std::make_shared<ImageArguments>();
   CLI::App* command = app->add_subcommand(name, help);
   command->add_option("DB", arguments->db, "Database")->required();
@@ -115,6 +134,7 @@ void RegisterImageCommand(CLI::App* app, const char* name, const char* help,
     *exit_code = print(*image, arguments->json);
     if (!uncertainty.ok()) *exit_code = Fail(uncertainty.status());
   });
+  return command;
 }
 
 }  // namespace
@@ -125,7 +145,13 @@ void RegisterShow(CLI::App* app, int* exit_code) {
 }
 
 void RegisterPose(CLI::App* app, int* exit_code) {
-  RegisterImageCommand(app, "pose", "Where a photo was taken", PrintPose, exit_code);
+  auto geopose = std::make_shared<bool>(false);
+  const auto print = [geopose](const ImageAnswer& image, bool json) {
+    return *geopose ? PrintGeoPose(image) : PrintPose(image, json);
+  };
+  CLI::App* command =
+      RegisterImageCommand(app, "pose", "Where a photo was taken", print, exit_code);
+  command->add_flag("--geopose", *geopose, "On the earth, as a GeoPose of OGC (JSON)");
 }
 
 }  // namespace veduta

@@ -26,6 +26,8 @@
 #include "engine/door/answers.h"
 #include "engine/door/calibration.h"
 #include "engine/door/dense.h"
+#include "engine/door/earth.h"
+#include "engine/door/repair.h"
 #include "engine/door/submission.h"
 
 namespace veduta {
@@ -100,6 +102,8 @@ class Questions final {
   // The active tree as a file that ImportVocabulary takes.
   veduta::Status ExportVocabulary(const std::string& path) const;
   Result<std::vector<ForbiddenAnswer>> Forbidden() const;  // what people have forbidden
+  // Where the city is on the earth, and the surveyed points that tell it.
+  Result<GeoreferenceAnswer> Georeference() const;
   // Submitted photos that wait on the disk, in line or not; ascending numbers.
   Result<std::vector<UploadAnswer>> Uploads() const;
   // At most `count_max` entries from `first` on.
@@ -202,6 +206,12 @@ class Engine final {
   // Takes it back; kNotFound where it was not stated. A photo whose pose was forbidden is tried
   // again by what follows from photos (Settle).
   Status Allow(const ForbidRequest& request);
+
+  // Takes surveyed points in and looks for the place of each reconstruction on the earth, in one
+  // commit; answers what is known then. Otherwise places are looked for by what follows from
+  // photos, by where these say they were taken. The frames of reconstructions stay. kInvalidArgument
+  // names the line of the file; kNotFound where it names no photo of the city.
+  Result<GeoreferenceAnswer> Georeference(const GeoreferenceRequest& request);
 
   // Trains a vocabulary from the stored photos now, and switches to it. kInvalidArgument for a
   // shape outside its bounds; kBusy where somebody else has switched meanwhile.

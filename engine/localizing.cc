@@ -11,6 +11,7 @@
 #include "engine/ordered_report.h"
 #include "engine/parts.h"
 #include "engine/query/city_answers.h"
+#include "engine/query/earth_answers.h"
 #include "storage/base/option_bounds.h"
 
 namespace veduta {
@@ -33,6 +34,16 @@ LocalizedPhoto LocalizeOne(const LocalizationParts& parts, const PhotoPreparer& 
   if (!prepared.failure.ok()) return Failed(photo, prepared.failure);
   Result<LocalizedPhoto> localized = LocalizePhoto(parts, std::move(prepared), *camera);
   return localized.ok() ? std::move(*localized) : Failed(photo, localized.status());
+}
+
+void PutOnEarth(const Snapshot& snapshot, LocalizedPhoto* photo) {
+  if (!photo->cam_from_world) return;
+  auto on_earth = EarthPoseIn(snapshot, photo->reconstruction, *photo->cam_from_world);
+  if (on_earth.ok()) {
+    photo->on_earth = std::move(*on_earth);
+  } else {
+    *photo = Failed({photo->name, {}, {}}, on_earth.status());
+  }
 }
 
 }  // namespace
@@ -69,8 +80,10 @@ Status Questions::Localize(std::span<const LocalizeRequest> photos,
       return;
     }
     const LocalizeRequest& request = photos[i];
-    ordered.Done(
-        i, LocalizeOne(localization, *parts.preparer, request.photo, cameras.at(request.camera)));
+    LocalizedPhoto photo =
+        LocalizeOne(localization, *parts.preparer, request.photo, cameras.at(request.camera));
+    PutOnEarth(*view_->snapshot, &photo);
+    ordered.Done(i, std::move(photo));
   });
   return is_stopped ? veduta::Status::Cancelled("stopped before the next photo") : veduta::Status();
 }

@@ -7,6 +7,7 @@
 #include "engine/parts.h"
 #include "engine/query/city_answers.h"
 #include "engine/query/digest.h"
+#include "engine/query/earth_answers.h"
 #include "engine/query/find_image.h"
 #include "engine/query/living.h"
 #include "engine/query/pose_uncertainty.h"
@@ -152,6 +153,10 @@ Status Questions::ExportVocabulary(const std::string& path) const {
 
 Result<std::vector<ForbiddenAnswer>> Questions::Forbidden() const {
   return ForbiddenOf(*view_->snapshot);
+}
+
+Result<GeoreferenceAnswer> Questions::Georeference() const {
+  return GeoreferenceOf(*view_->snapshot);
 }
 
 Result<std::vector<JournalAnswer>> Questions::Journal(uint64_t first, uint32_t count_max) const {

@@ -28,6 +28,7 @@ Result<DatabaseCounts> CountRecords(const Snapshot& snapshot) {
   VEDUTA_RETURN_IF_ERROR(snapshot.ScanImages([&](const ImageRecord& image) {
     ++counts.images;
     ++(counts.*CounterOf(image.verdict));
+    if (image.gps) ++counts.located;
     return true;
   }));
   VEDUTA_ASSIGN_OR_RETURN(const std::vector<CameraRecord> cameras, snapshot.ListCameras());
@@ -35,7 +36,7 @@ Result<DatabaseCounts> CountRecords(const Snapshot& snapshot) {
   return counts;
 }
 
-Status CountChanges::Note(const Snapshot& base, ImageId id, std::optional<Verdict> after) {
+Status CountChanges::Note(const Snapshot& base, ImageId id, std::optional<Counted> after) {
   const auto known = images_.find(id);
   if (known != images_.end()) {
     known->second.after = after;
@@ -43,12 +44,14 @@ Status CountChanges::Note(const Snapshot& base, ImageId id, std::optional<Verdic
   }
   const Result<ImageRecord> stored = base.GetImage(id);
   if (!stored.ok() && stored.status().code() != StatusCode::kNotFound) return stored.status();
-  images_.insert({id, {stored.ok() ? std::optional(stored->verdict) : std::nullopt, after}});
+  std::optional<Counted> before;
+  if (stored.ok()) before = Counted{stored->verdict, stored->gps.has_value()};
+  images_.insert({id, {before, after}});
   return Status::Ok();
 }
 
 Status CountChanges::NotePut(const Snapshot& base, const ImageRecord& image) {
-  return Note(base, image.id, image.verdict);
+  return Note(base, image.id, Counted{image.verdict, image.gps.has_value()});
 }
 
 Status CountChanges::NoteRemoval(const Snapshot& base, ImageId image) {
@@ -68,7 +71,8 @@ bool CountChanges::empty() const {
   return new_cameras_.empty() && std::ranges::all_of(images_, [](const auto& entry) {
            const Change& change = entry.second;
            if (!change.before || !change.after) return change.before == change.after;
-           return CounterOf(*change.before) == CounterOf(*change.after);
+           return CounterOf(change.before->verdict) == CounterOf(change.after->verdict) &&
+                  change.before->is_located == change.after->is_located;
          });
 }
 
@@ -80,11 +84,13 @@ std::optional<DatabaseCounts> CountChanges::ApplyTo(
   for (const auto& [id, change] : images_) {
     if (change.after) {
       ++counts.images;
-      ++(counts.*CounterOf(*change.after));
+      ++(counts.*CounterOf(change.after->verdict));
+      if (change.after->is_located) ++counts.located;
     }
     if (!change.before) continue;
-    uint64_t& left = counts.*CounterOf(*change.before);
+    uint64_t& left = counts.*CounterOf(change.before->verdict);
     if (left == 0 || counts.images == 0) return std::nullopt;
+    if (change.before->is_located && counts.located-- == 0) return std::nullopt;
     --counts.images;
     --left;
   }

@@ -31,10 +31,16 @@ class CountChanges final {
   std::optional<DatabaseCounts> ApplyTo(const std::optional<DatabaseCounts>& base) const;
 
  private:
-  struct Change {
-    std::optional<Verdict> before, after;
+  // What of an image is counted.
+  struct Counted {
+    Verdict verdict = Verdict::kRejected;
+    bool is_located = false;
+    bool operator==(const Counted&) const = default;
   };
-  Status Note(const Snapshot& base, ImageId id, std::optional<Verdict> after);
+  struct Change {
+    std::optional<Counted> before, after;
+  };
+  Status Note(const Snapshot& base, ImageId id, std::optional<Counted> after);
 
   std::map<ImageId, Change> images_;
   std::set<CameraId> new_cameras_;

@@ -15,6 +15,7 @@
 #include "storage/model/camera.h"
 #include "storage/model/features.h"
 #include "storage/model/forbidden.h"
+#include "storage/model/geo.h"
 #include "storage/model/hypothesis.h"
 #include "storage/model/image.h"
 #include "storage/model/journal.h"
@@ -110,6 +111,7 @@ class Snapshot {
   // Whether the two, in either order, are forbidden: these photos, or exactly these records of
   // reconstructions, wherever they have been merged to since (engine/query/forbidden.h follows).
   virtual Result<bool> IsForbidden(ForbiddenKind kind, uint32_t a, uint32_t b) const = 0;
+  virtual Result<std::vector<GroundPoint>> ListGroundPoints() const = 0;  // ascending names
   // Merges that are not believed yet; ascending reconstructions. O(its length).
   virtual Result<std::vector<HypothesisRecord>> ListHypotheses() const = 0;
   // The parts of large reconstructions; ascending ids. O(images in them).

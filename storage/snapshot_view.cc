@@ -9,6 +9,7 @@
 #include "storage/record_counts.h"
 #include "storage/records/border_record.h"
 #include "storage/records/camera_record.h"
+#include "storage/records/earth_record.h"
 #include "storage/records/forbidden_record.h"
 #include "storage/records/hypothesis_record.h"
 #include "storage/records/image_record.h"
@@ -294,43 +295,23 @@ class SnapshotView final : public Snapshot {
   }
 
   Result<std::vector<ForbiddenRecord>> ListForbidden() const override {
-    std::vector<ForbiddenRecord> all;
-    VEDUTA_RETURN_IF_ERROR(
-        reader_.Scan(Family::kMeta, std::string(kForbiddenPrefix), "",
-                     [&](std::string_view key, std::string_view value, bool* /*more*/) {
-                       ForbiddenRecord& record = all.emplace_back();
-                       VEDUTA_RETURN_IF_ERROR(ParseForbiddenKey(key, &record));
-                       return Decode(value, &record);
-                     }));
-    return all;
+    return ListFacts<ForbiddenRecord>(kForbiddenPrefix, ParseForbiddenKey);
   }
 
   Result<bool> IsForbidden(ForbiddenKind kind, uint32_t a, uint32_t b) const override {
     return reader_.Has(Family::kMeta, ForbiddenKey(kind, std::min(a, b), std::max(a, b)));
   }
 
+  Result<std::vector<GroundPoint>> ListGroundPoints() const override {
+    return ListFacts<GroundPoint>(kGroundPointPrefix, ParseGroundPointKey);
+  }
+
   Result<std::vector<HypothesisRecord>> ListHypotheses() const override {
-    std::vector<HypothesisRecord> all;
-    VEDUTA_RETURN_IF_ERROR(
-        reader_.Scan(Family::kMeta, std::string(kHypothesisPrefix), "",
-                     [&](std::string_view key, std::string_view value, bool* /*more*/) {
-                       HypothesisRecord& record = all.emplace_back();
-                       VEDUTA_RETURN_IF_ERROR(ParseHypothesisKey(key, &record));
-                       return Decode(value, &record);
-                     }));
-    return all;
+    return ListFacts<HypothesisRecord>(kHypothesisPrefix, ParseHypothesisKey);
   }
 
   Result<std::vector<SubmapRecord>> ListSubmaps() const override {
-    std::vector<SubmapRecord> all;
-    VEDUTA_RETURN_IF_ERROR(
-        reader_.Scan(Family::kMeta, std::string(kSubmapPrefix), "",
-                     [&](std::string_view key, std::string_view value, bool* /*more*/) {
-                       SubmapRecord& record = all.emplace_back();
-                       VEDUTA_RETURN_IF_ERROR(ParseSubmapKey(key, &record));
-                       return Decode(value, &record);
-                     }));
-    return all;
+    return ListFacts<SubmapRecord>(kSubmapPrefix, ParseSubmapKey);
   }
 
   Result<std::optional<SubmapBorder>> FindSubmapBorder(SubmapId id) const override {
@@ -416,6 +397,21 @@ class SnapshotView final : public Snapshot {
                    Ids... ids) const {
     VEDUTA_ASSIGN_OR_RETURN(const bool found, FindRecord(family, key, record, ids...));
     return found ? Status::Ok() : Status::NotFound("there is no " + std::string(what()));
+  }
+
+  // All entries of family `meta` with this prefix, in the order of their keys.
+  template <typename Record>
+  Result<std::vector<Record>> ListFacts(std::string_view prefix,
+                                        Status (*parse_key)(std::string_view, Record*)) const {
+    std::vector<Record> all;
+    VEDUTA_RETURN_IF_ERROR(
+        reader_.Scan(Family::kMeta, std::string(prefix), "",
+                     [&](std::string_view key, std::string_view value, bool* /*more*/) {
+                       Record& record = all.emplace_back();
+                       VEDUTA_RETURN_IF_ERROR(parse_key(key, &record));
+                       return Decode(value, &record);
+                     }));
+    return all;
   }
 
   template <typename What>

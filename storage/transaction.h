@@ -6,6 +6,7 @@
 #include <cstdint>
 #include <memory>
 #include <span>
+#include <string>
 
 #include "storage/base/content_hash.h"
 #include "storage/base/status.h"
@@ -13,6 +14,7 @@
 #include "storage/model/camera.h"
 #include "storage/model/features.h"
 #include "storage/model/forbidden.h"
+#include "storage/model/geo.h"
 #include "storage/model/hypothesis.h"
 #include "storage/model/image.h"
 #include "storage/model/journal.h"
@@ -87,6 +89,8 @@ class Transaction {
   virtual void PutSubmap(const SubmapRecord& submap) = 0;  // replaces the one of its id
   virtual void DeleteSubmap(SubmapId id) = 0;  // with its border; also where there is none
   virtual void PutSubmapBorder(const SubmapBorder& border) = 0;  // replaces the one of its id
+  virtual void PutGroundPoint(const GroundPoint& point) = 0;  // replaces the one of its name
+  virtual void DeleteGroundPoint(const std::string& name) = 0;  // also where there is none
   virtual void AddJournal(const JournalRecord& record) = 0;
 
   // Writes of the dense pass, part of the same commit.

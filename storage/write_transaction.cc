@@ -14,6 +14,7 @@
 #include "storage/record_counts.h"
 #include "storage/records/border_record.h"
 #include "storage/records/camera_record.h"
+#include "storage/records/earth_record.h"
 #include "storage/records/forbidden_record.h"
 #include "storage/records/hypothesis_record.h"
 #include "storage/records/image_record.h"
@@ -96,6 +97,14 @@ class WriteTransaction final : public Transaction {
   }
 
   void RemoveImage(ImageId image) override { buffer().Note(RemoveStored(image)); }
+
+  void PutGroundPoint(const GroundPoint& point) override {
+    buffer().Put(Family::kMeta, GroundPointKey(point.name), Encode(point));
+  }
+
+  void DeleteGroundPoint(const std::string& name) override {
+    buffer().Delete(Family::kMeta, GroundPointKey(name));
+  }
 
   void PutForbidden(const ForbiddenRecord& forbidden) override {
     buffer().Put(Family::kMeta, ForbiddenKey(forbidden.kind, forbidden.a, forbidden.b),

@@ -9,6 +9,7 @@
 
 #include "cli/wire/added_json.h"
 #include "cli/wire/answers_json.h"
+#include "cli/wire/earth_json.h"
 #include "cli/wire/removal_json.h"
 
 namespace veduta {
@@ -107,6 +108,21 @@ HttpAnswer GetPose(Engine* engine, const HttpRequest&, const PathArguments& argu
       404, image->name + " has no pose that could be told: " +
                (image->cam_from_world ? "it may stand at another place as well that looks alike"
                                       : ReasonSentence(image->reason, image->detail)));
+}
+
+HttpAnswer GetGeoPose(Engine* engine, const HttpRequest&, const PathArguments& arguments) {
+  const Result<ImageAnswer> image = engine->Ask().Image(arguments[0]);
+  if (!image.ok()) return ProblemOf(image.status());
+  if (image->on_earth) return JsonAnswer(200, GeoPoseJson(*image->on_earth));
+  return Problem(404, image->name + (image->cam_from_world
+                                         ? " has a pose in reconstruction " +
+                                               std::to_string(image->reconstruction.value) +
+                                               ", whose place on the earth is not known"
+                                         : " has no pose that could be told"));
+}
+
+HttpAnswer GetGeoreference(Engine* engine, const HttpRequest&, const PathArguments&) {
+  return AnswerOf(engine->Ask().Georeference());
 }
 
 HttpAnswer GetUncertainty(Engine* engine, const HttpRequest&, const PathArguments& arguments) {
@@ -248,12 +264,14 @@ const std::vector<CityRoute>& Routes() {
       {"GET", {"v1", "cameras", "*"}, {}, GetCamera, true, true},
       {"GET", {"v1", "photos", "*"}, {}, GetPhoto, true, true},
       {"GET", {"v1", "photos", "*", "pose"}, {}, GetPose, true, true},
+      {"GET", {"v1", "photos", "*", "geopose"}, {}, GetGeoPose, true, true},
       {"GET", {"v1", "photos", "*", "uncertainty"}, {}, GetUncertainty, true},
       {"GET", {"v1", "photos", "*", "neighbors"}, {}, GetNeighbors, true, true},
       {"POST", {"v1", "candidates"}, {"name", "camera", "count"}, RankPhoto},
       {"POST", {"v1", "localize"}, {"name", "camera"}, LocalizePhoto},
       {"GET", {"v1", "reconstructions"}, {}, ListReconstructions, true},
       {"GET", {"v1", "reconstructions", "*"}, {}, GetReconstruction, true},
+      {"GET", {"v1", "georeference"}, {}, GetGeoreference, true},
       {"GET", {"v1", "hypotheses"}, {}, ListHypotheses, true},
       {"GET", {"v1", "journal"}, {"from", "count"}, GetJournal, true},
       {"POST", {"v1", "removals"}, {}, RemovePhotos, false, false, true},

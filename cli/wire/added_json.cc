@@ -2,6 +2,7 @@
 #include "cli/wire/added_json.h"
 
 #include "cli/wire/answers_json.h"
+#include "cli/wire/earth_json.h"
 
 namespace veduta {
 
@@ -33,6 +34,8 @@ std::string FollowUpWord(FollowUpKind kind) {
       return "adjustment";
     case FollowUpKind::kJudgment:
       return "judgment";
+    case FollowUpKind::kGeoreference:
+      return "georeference";
     case FollowUpKind::kVocabulary:
       return "vocabulary";
   }
@@ -82,6 +85,7 @@ Json ToJson(const LocalizedPhoto& photo) {
                {"stored", ToJson(photo.stored)},
                {"reconstruction", ToJson(photo.reconstruction)},
                {"pose", nullptr},
+               {"on_earth", ToJson(photo.on_earth)},
                {"uncertainty", ToJson(photo.uncertainty)},
                {"camera", nullptr},
                {"neighbors", photo.neighbor_count},

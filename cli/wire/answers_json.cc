@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "cli/wire/answers_json.h"
 
+#include "cli/wire/earth_json.h"
+
 namespace veduta {
 namespace {
 
@@ -93,7 +95,9 @@ Json ToJson(const ImageAnswer& image) {
           {"neighbors", ToJson(image.neighbors)},
           {"depth_map", ToJson(image.depth_map)},
           {"uncertainty", ToJson(image.uncertainty)},
-          {"hypotheses", ToJson(image.hypotheses)}};
+          {"hypotheses", ToJson(image.hypotheses)},
+          {"gps", ToJson(image.gps)},
+          {"on_earth", ToJson(image.on_earth)}};
 }
 
 Json ToJson(const HypothesisAnswer& h) {
@@ -218,6 +222,7 @@ Json PoseJson(const ImageAnswer& image) {
           {"rotation_wxyz", pose.rotation_wxyz},
           {"translation", pose.translation},
           {"center", pose.center},
+          {"on_earth", ToJson(image.on_earth)},
           {"uncertainty", ToJson(image.uncertainty)}};
 }
 

@@ -55,7 +55,8 @@ Json ToJson(const ExportedModel& model) {
           {"images", model.images},
           {"points", model.points},
           {"vertices", model.vertices},
-          {"triangles", model.triangles}};
+          {"triangles", model.triangles},
+          {"on_earth", model.on_earth}};
 }
 
 Json ToJson(const RenderReport& report) {

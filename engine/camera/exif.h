@@ -3,8 +3,11 @@
 // What a camera has written into a photo about itself (EXIF 2.32, section 4.6).
 
 #include <cstdint>
+#include <optional>
 #include <span>
 #include <string>
+
+#include "storage/model/geo.h"
 
 namespace veduta {
 
@@ -20,5 +23,10 @@ struct ExifCamera {
 // Reads a block of EXIF, which is a TIFF structure (PhotoHeader::exif); by exiv2. Whatever is
 // broken in it is as good as absent. Thread-safe; one block at a time.
 ExifCamera ReadExifCamera(std::span<const uint8_t> exif);
+
+// Where the photo says that it was taken; nothing where it does not say, or says nonsense, or says
+// that the receiver had lost its satellites. Latitude and longitude of 0, both, are what receivers
+// write that know nothing. Heights are as the camera has them, mostly above the sea. As above.
+std::optional<GpsFix> ReadExifGps(std::span<const uint8_t> exif);
 
 }  // namespace veduta

@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "engine/door/dense.h"
+#include "engine/door/earth.h"
 #include "engine/door/submission.h"
 #include "storage/base/ids.h"
 #include "storage/model/camera.h"
@@ -128,6 +129,8 @@ struct ImageAnswer {
   // pose is told, and exports leave it out, until it is sure.
   std::vector<ReconstructionId> may_stand_in;
   std::optional<PlainPose> cam_from_world;
+  std::optional<EarthPose> on_earth;  // where it has a pose, and its reconstruction a place
+  std::optional<GpsFix> gps;          // what the photo says of where it was taken
   CameraId camera;
   uint32_t width_px = 0, height_px = 0;
   uint64_t size_bytes = 0;
@@ -173,6 +176,7 @@ struct LocalizedPhoto {
   ImageId stored;                   // valid where the same bytes are stored: as this image
   ReconstructionId reconstruction;  // valid if placed; in its frame, which the photo has not moved,
   std::optional<PlainPose> cam_from_world;
+  std::optional<EarthPose> on_earth;  // where that reconstruction has a place
   // Among the images around, whose poses are as uncertain: of their common frame, so none is held.
   // Nothing where too little is seen to tell.
   std::optional<PoseUncertainty> uncertainty;
@@ -211,34 +215,6 @@ struct JournalAnswer {
   ImageId image;                    // valid where it is about one
   ReconstructionId reconstruction;  // valid where it is about one
   std::string detail;
-};
-
-struct RepairRequest {
-  bool apply = false;         // false: nothing is changed, and the answer says what would be done
-  uint32_t thread_count = 0;  // [0, 1024]; 0: one per core
-  // Whether the map may be made anew from the photos, with new numbers for the images, where
-  // nothing less gives a sound database.
-  bool may_rebuild = false;
-
-  Status Check() const;  // the first violated bound, named with its value
-};
-
-// One damage, and what a repair does about it. Both are clauses for people.
-struct RepairFinding {
-  std::string damage, remedy;
-};
-
-struct RepairAnswer {
-  bool is_sound = false;     // nothing is damaged, and nothing was done
-  bool is_repaired = false;  // the database at the path is the new one, and sound
-  std::vector<RepairFinding> findings;
-  std::vector<std::string> lost;         // names of photos whose bytes are gone
-  std::vector<std::string> retried;      // names of photos that lost their place
-  std::vector<std::string> written_out;  // names of photos to be added again, with their camera
-  bool is_rebuilt = false;               // the map was made anew from the photos
-  std::string kept_path;                 // where the damaged database is kept
-  std::string report_path;               // a text file with everything that is said here
-  std::string photos_path;               // the folder of `written_out`; empty where there are none
 };
 
 // "a clause: its numbers", as a person reads it.

@@ -89,6 +89,10 @@ struct ExportRequest {
   std::string format;    // one of ExportFormats()
   double error_max = 0;  // >= 0, world units; surfaces: triangles are joined while the
                          // surface moves no further; 0: all stay
+  // "ply" and "gltf": in metres to the east, the north and above an origin on the earth, where the
+  // place of a reconstruction is known (EarthAnswer); other ones stay as they are. earth.json in the
+  // folder of each model says where that is, of all formats.
+  bool on_earth = false;
 
   Status Check() const;  // the first violated bound, named with its value
 };
@@ -98,6 +102,7 @@ struct ExportedModel {
   std::string folder;
   uint64_t images = 0, points = 0, vertices = 0, triangles = 0;
   bool may_have_surface = false;  // the format has one, where Densify has made it
+  bool on_earth = false;          // it is in metres on the earth, as was asked
 };
 
 struct RenderRequest {

@@ -89,14 +89,22 @@ struct AddOutcome {
 };
 
 // One step of the work that follows from photos: postponed neighbours tried again, the adjustment
-// of a whole reconstruction, a new judgment of a merge that was not believed, a new vocabulary.
+// of a whole reconstruction, a new judgment of a merge that was not believed, a look for a
+// reconstruction's place on the earth, a new vocabulary.
 // Each is a transaction of its own.
-enum class FollowUpKind : uint8_t { kPropagation, kAdjustment, kJudgment, kVocabulary };
+enum class FollowUpKind : uint8_t {
+  kPropagation,
+  kAdjustment,
+  kJudgment,
+  kVocabulary,
+  kGeoreference
+};
 
 struct FollowUp {
   FollowUpKind kind = FollowUpKind::kPropagation;
   ImageId image;  // kPropagation: the one that was tried again
-  // kAdjustment: the one that was adjusted. kJudgment: the first of the two that were judged.
+  // kAdjustment: the one that was adjusted. kGeoreference: the one that was looked for. kJudgment:
+  // the first of the two that were judged.
   ReconstructionId reconstruction;
   ReconstructionId other;                   // kJudgment: the second
   ReconstructionId merged_into;             // kJudgment: valid if the two were merged

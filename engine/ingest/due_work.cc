@@ -3,6 +3,7 @@
 
 #include <algorithm>
 
+#include "engine/ingest/georeferencing.h"
 #include "engine/ingest/submaps.h"
 
 namespace veduta {
@@ -31,6 +32,9 @@ void StepsSetAside::Add(const DueStep& step) {
     case FollowUpKind::kJudgment:
       judgments_.insert({step.reconstruction, step.other});
       return;
+    case FollowUpKind::kGeoreference:
+      georeferences_.insert(step.reconstruction);
+      return;
     case FollowUpKind::kVocabulary:
       vocabulary_ = true;
       return;
@@ -45,6 +49,8 @@ bool StepsSetAside::Contains(const DueStep& step) const {
       return adjustments_.contains({step.reconstruction, step.submap});
     case FollowUpKind::kJudgment:
       return judgments_.contains({step.reconstruction, step.other});
+    case FollowUpKind::kGeoreference:
+      return georeferences_.contains(step.reconstruction);
     case FollowUpKind::kVocabulary:
       break;
   }
@@ -115,6 +121,11 @@ Result<std::optional<DueStep>> FindDueStep(const Snapshot& snapshot,
   for (const HypothesisRecord& hypothesis : hypotheses) {
     const DueStep step{FollowUpKind::kJudgment, {}, hypothesis.a, hypothesis.b};
     if (hypothesis.is_due && is_open(step)) return std::optional(step);
+  }
+  VEDUTA_ASSIGN_OR_RETURN(const bool is_place_told, IsPlaceTold(snapshot, state));
+  for (const ReconstructionRecord& record : reconstructions) {
+    const DueStep step{FollowUpKind::kGeoreference, {}, record.id};
+    if (IsLookDue(record, is_place_told) && is_open(step)) return std::optional(step);
   }
   if (retrieval.IsTrainingDue(state) && is_open(kTraining)) return std::optional(kTraining);
   return std::optional<DueStep>();

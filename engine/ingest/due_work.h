@@ -18,7 +18,8 @@ namespace veduta {
 struct DueStep {
   FollowUpKind kind = FollowUpKind::kPropagation;
   ImageId image;                    // kPropagation: the photo to try again
-  ReconstructionId reconstruction;  // kAdjustment: the one to adjust; kJudgment: the first of two
+  // kAdjustment: the one to adjust; kGeoreference: the one to look for; kJudgment: the first of two
+  ReconstructionId reconstruction;
   ReconstructionId other = {};      // kJudgment: the second
   SubmapId submap = {};             // kAdjustment: the submap to adjust; none: the whole
   // Whether it is computed without a turn of the writer, while others write: a vocabulary, and the
@@ -36,6 +37,7 @@ class StepsSetAside final {
   std::set<ImageId> propagations_;
   std::set<std::pair<ReconstructionId, SubmapId>> adjustments_;
   std::set<std::pair<ReconstructionId, ReconstructionId>> judgments_;
+  std::set<ReconstructionId> georeferences_;
   bool vocabulary_ = false;
 };
 
@@ -52,7 +54,8 @@ bool IsRelaxed(const ReconstructionRecord& record, bool is_parted,
 
 // The next step that is due, or none: photos to be tried again come first, oldest first (R16); then
 // the adjustment of reconstructions, in ascending ids, the whole or its submaps (R18); then new
-// judgments of merges, in ascending ids; then a new vocabulary. Reads the state and, where no photo
+// judgments of merges, in ascending ids; then looks for the place of reconstructions on the earth;
+// then a new vocabulary. Reads the state and, where no photo
 // waits, the records of all reconstructions, submaps and hypotheses: O(their number + images in
 // submaps). While a long step is `at_work` it passes over that one, other long ones, and all
 // adjustments of its reconstruction, which would be done twice.

@@ -4,6 +4,7 @@
 #include <algorithm>
 
 #include "engine/ingest/follow_up_steps.h"
+#include "engine/ingest/georeferencing.h"
 #include "engine/ingest/forbidding.h"
 #include "engine/ingest/judging.h"
 #include "engine/ingest/photo_locator.h"
@@ -302,6 +303,8 @@ FollowUp Ingest::Run(const DueStep& step, WriteScope scope) {
       done.unplaced = std::move(judgment.unplaced);
       return Status::Ok();
     }
+    if (step.kind == FollowUpKind::kGeoreference)
+      return LookForPlace(step.reconstruction, std::move(scope));
     if (step.kind == FollowUpKind::kVocabulary) return Status::Ok();  // RunNextStep leaves it
     VEDUTA_ASSIGN_OR_RETURN(done.placed, RetryPhoto(parts_, step.image, std::move(scope)));
     return Status::Ok();

@@ -17,6 +17,7 @@ ImageRecord NewRecord(const PreparedPhoto& photo, CameraId camera, const std::st
   record.feature_count = static_cast<uint32_t>(photo.features.size());
   record.contributor = contributor;
   record.time_unix_s = std::time(nullptr);
+  record.gps = photo.gps;
   return record;
 }
 

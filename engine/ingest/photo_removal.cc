@@ -20,6 +20,16 @@ Status DeleteForbidden(const Snapshot& snapshot, ImageId image, Transaction* tra
   return Status::Ok();
 }
 
+// Deletes where the photo shows surveyed points.
+Status DeleteSightings(const Snapshot& snapshot, ImageId image, Transaction* transaction) {
+  VEDUTA_ASSIGN_OR_RETURN(std::vector<GroundPoint> points, snapshot.ListGroundPoints());
+  for (GroundPoint& point : points) {
+    const auto is_of_image = [&](const GroundSighting& s) { return s.image == image; };
+    if (std::erase_if(point.sightings, is_of_image) > 0) transaction->PutGroundPoint(point);
+  }
+  return Status::Ok();
+}
+
 }  // namespace
 
 Result<RemovedPhoto> RemovePhoto(const IngestParts& parts, ImageId image, const std::string& actor,
@@ -47,6 +57,7 @@ Result<RemovedPhoto> RemovePhoto(const IngestParts& parts, ImageId image, const 
   shaken.push_back(image);
   VEDUTA_ASSIGN_OR_RETURN(removed.was_dense, RemoveFromDense(*scope.base, shaken, transaction));
   VEDUTA_RETURN_IF_ERROR(DeleteForbidden(*scope.base, image, transaction));
+  VEDUTA_RETURN_IF_ERROR(DeleteSightings(*scope.base, image, transaction));
   transaction->RemoveImage(image);
   std::erase(state.pending_propagation, image);
   if (record.verdict != Verdict::kRejected) --state.retrievable_image_count;

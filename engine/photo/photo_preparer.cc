@@ -262,6 +262,7 @@ Result<PreparedPhoto> PhotoPreparer::PrepareWithin(const PhotoSource& source,
   photo.known = stored.has_value();
   photo.decode_ms = watch.LapMs();
   if (photo.known) return photo;
+  photo.gps = ReadExifGps(ReadPhotoHeader(*bytes).exif);
   ExtractBytes(*bytes, camera, &photo);
   if (photo.reason == Reason::kNone && photo.failure.ok()) {
     VEDUTA_RETURN_IF_ERROR(

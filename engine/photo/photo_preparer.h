@@ -48,6 +48,7 @@ struct PreparedPhoto {
   ContentHash hash;
   uint64_t size_bytes = 0;
   uint32_t width_px = 0, height_px = 0;
+  std::optional<GpsFix> gps;
   Reason reason = Reason::kNone;  // not kNone: rejected, and why
   std::string detail;
   // Why the photo could not be prepared, where this says nothing about the photo: its file cannot

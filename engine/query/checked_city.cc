@@ -5,6 +5,7 @@
 
 #include "engine/query/stored_records.h"
 #include "storage/records/border_record.h"
+#include "storage/records/earth_record.h"
 #include "storage/records/forbidden_record.h"
 #include "storage/records/hypothesis_record.h"
 #include "storage/records/state_record.h"
@@ -13,7 +14,7 @@
 namespace veduta {
 namespace {
 
-// What people have forbidden, a hypothesis, a submap, or its border.
+// What people have forbidden, a hypothesis, a submap, its border, or a surveyed point.
 Status LoadFact(std::string_view key, std::string_view value, CheckedCity* city) {
   if (key.starts_with(kHypothesisPrefix)) {
     HypothesisRecord hypothesis;
@@ -34,6 +35,13 @@ Status LoadFact(std::string_view key, std::string_view value, CheckedCity* city)
     VEDUTA_RETURN_IF_ERROR(ParseSubmapKey(key, &submap));
     VEDUTA_RETURN_IF_ERROR(Decode(value, &submap));
     city->submaps.push_back(std::move(submap));
+    return Status::Ok();
+  }
+  if (key.starts_with(kGroundPointPrefix)) {
+    GroundPoint point;
+    VEDUTA_RETURN_IF_ERROR(ParseGroundPointKey(key, &point));
+    VEDUTA_RETURN_IF_ERROR(Decode(value, &point));
+    city->ground_points.push_back(std::move(point));
     return Status::Ok();
   }
   ForbiddenRecord forbidden;

@@ -35,6 +35,7 @@ struct CheckedCity {
   std::vector<HypothesisRecord> hypotheses;
   std::vector<SubmapRecord> submaps;
   std::set<SubmapId> borders;
+  std::vector<GroundPoint> ground_points;
   std::map<CameraId, CameraRecord> cameras;
   std::map<ImageId, ImageRecord> images;
   std::map<ReconstructionId, ReconstructionRecord> reconstructions;

@@ -6,6 +6,7 @@
 #include <map>
 #include <optional>
 
+#include "engine/query/earth_answers.h"
 #include "engine/query/hypothesis_text.h"
 #include "engine/query/living.h"
 #include "engine/query/unsure_poses.h"
@@ -199,13 +200,18 @@ Result<ImageAnswer> ImageAnswerOf(const Snapshot& snapshot, const ImageRecord& i
   answer.contributor = image.contributor;
   answer.time_unix_s = image.time_unix_s;
   answer.features = image.feature_count;
+  answer.gps = image.gps;
   VEDUTA_ASSIGN_OR_RETURN(const std::optional<PoseRecord> pose, snapshot.FindPose(image.id));
   if (pose) {
     answer.reconstruction = pose->reconstruction;
     VEDUTA_ASSIGN_OR_RETURN(const auto all_unsure, unsure->Get(snapshot));
     const auto found = all_unsure->find(image.id);
     if (found != all_unsure->end()) answer.may_stand_in = found->second;
-    if (answer.may_stand_in.empty()) answer.cam_from_world = ToPlain(pose->cam_from_world);
+    if (answer.may_stand_in.empty()) {
+      answer.cam_from_world = ToPlain(pose->cam_from_world);
+      VEDUTA_ASSIGN_OR_RETURN(answer.on_earth, EarthPoseIn(snapshot, pose->reconstruction,
+                                                           pose->cam_from_world));
+    }
     VEDUTA_ASSIGN_OR_RETURN(answer.hypotheses, HypothesesOf(snapshot, pose->reconstruction));
   }
   VEDUTA_ASSIGN_OR_RETURN(const std::vector<Observation> observations,

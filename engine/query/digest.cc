@@ -12,10 +12,46 @@ void Add(const CameraRecord& camera, ContentFeed* feed) {
         << m.k1 << m.k2 << m.u0 << m.v0;
 }
 
+void Add(const GeoPosition& position, ContentFeed* feed) {
+  *feed << position.latitude_deg << position.longitude_deg << position.height_m;
+}
+
+void Add(const Sim3& s, ContentFeed* feed) {
+  *feed << s.scale << s.rotation << s.translation;
+}
+
+void Add(const FitTally& tally, ContentFeed* feed) {
+  *feed << tally.used << tally.agreeing << tally.error_m;
+}
+
+void Add(const Georeference& georeference, ContentFeed* feed) {
+  *feed << georeference.version << georeference.images_at_look << georeference.images_at_adjustment;
+  if (!georeference.place) return;
+  const EarthPlace& place = *georeference.place;
+  Add(place.origin, feed);
+  Add(place.enu_from_world, feed);
+  *feed << place.pivot;
+  for (const double number : place.covariance) *feed << number;
+  Add(place.fixes, feed);
+  Add(place.ground_points, feed);
+}
+
+void Add(const GroundPoint& point, ContentFeed* feed) {
+  *feed << point.name;
+  Add(point.position, feed);
+  *feed << point.deviation_m << static_cast<uint64_t>(point.sightings.size());
+  for (const GroundSighting& sighting : point.sightings)
+    *feed << sighting.image << sighting.x_px << sighting.y_px;
+}
+
 void Add(const ImageRecord& image, ContentFeed* feed) {
   *feed << image.id << image.name << image.photo << image.camera << image.width_px
         << image.height_px << image.size_bytes << image.feature_count << image.contributor
         << image.verdict << image.reason << image.detail;
+  if (!image.gps) return;
+  const GpsFix& gps = *image.gps;
+  Add(GeoPosition{gps.latitude_deg, gps.longitude_deg, gps.height_m.value_or(0)}, feed);
+  *feed << gps.height_m.has_value() << gps.accuracy_m;
 }
 
 void Add(const ReconstructionRecord& record, ContentFeed* feed) {
@@ -25,6 +61,8 @@ void Add(const ReconstructionRecord& record, ContentFeed* feed) {
         << record.images_at_adjustment;
   // Only where it is so: databases from before there were any keep their digests.
   if (record.is_dissolved) *feed << record.is_dissolved;
+  if (record.georeference.version > 0 || record.georeference.images_at_look > 0)
+    Add(record.georeference, feed);
 }
 
 void Add(const PointBlock& block, ContentFeed* feed) {
@@ -149,6 +187,8 @@ Result<ContentHash> DigestOf(const Snapshot& snapshot) {
   }
   VEDUTA_ASSIGN_OR_RETURN(const std::vector<ForbiddenRecord> forbidden, snapshot.ListForbidden());
   for (const ForbiddenRecord& record : forbidden) Add(record, &feed);
+  VEDUTA_ASSIGN_OR_RETURN(const std::vector<GroundPoint> ground, snapshot.ListGroundPoints());
+  for (const GroundPoint& point : ground) Add(point, &feed);
   if (state.vocabulary_generation != 0) {
     VEDUTA_ASSIGN_OR_RETURN(const StoredBytes tree,
                             snapshot.GetVocabulary(state.vocabulary_generation));

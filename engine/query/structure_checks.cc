@@ -256,11 +256,23 @@ class StructureChecker final {
     }
   }
 
+  void CheckGroundPoints() {
+    for (const GroundPoint& point : city_.ground_points) {
+      for (const GroundSighting& sighting : point.sightings) {
+        Expect(city_.HasFeatures(sighting.image), [&] {
+          return "surveyed point '" + point.name + "' is seen in " + NameOf(sighting.image) +
+                 ", which does not exist";
+        });
+      }
+    }
+  }
+
   void CheckReconstructions() {
     for (const auto& [id, record] : city_.reconstructions) CheckReconstruction(record);
     for (const ForbiddenRecord& forbidden : city_.forbidden) CheckForbidden(forbidden);
     for (const HypothesisRecord& hypothesis : city_.hypotheses) CheckHypothesis(hypothesis);
     CheckSubmaps();
+    CheckGroundPoints();
     std::set<ReconstructionId> named;
     for (const auto& [id, tally] : tallies_) {
       Expect(city_.reconstructions.contains(id),

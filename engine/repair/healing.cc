@@ -193,6 +193,25 @@ Status HealForbidden(HealingWork* healing) {
   return Status::Ok();
 }
 
+// With the sightings whose photos are there.
+Status HealGroundPoints(HealingWork* healing) {
+  Result<std::vector<GroundPoint>> all = healing->from().ListGroundPoints();
+  if (!all.ok()) {
+    if (!IsDamage(all.status())) return all.status();
+    healing->notes.Add("the surveyed points cannot be read: " + all.status().message(),
+                       "there are none any more: read their file again with 'veduta georeference'");
+    return Status::Ok();
+  }
+  for (GroundPoint& point : *all) {
+    std::erase_if(point.sightings, [&](const GroundSighting& sighting) {
+      return healing->FindPhoto(sighting.image) == nullptr;
+    });
+    VEDUTA_RETURN_IF_ERROR(
+        healing->writer.Put([&](Transaction& transaction) { transaction.PutGroundPoint(point); }));
+  }
+  return Status::Ok();
+}
+
 bool IsMergeForbidden(const HealingWork& healing, std::span<const ForbiddenRecord> forbidden,
                       const HypothesisRecord& hypothesis) {
   return std::ranges::any_of(forbidden, [&](const ForbiddenRecord& record) {
@@ -264,6 +283,7 @@ Status HealAll(HealingWork* healing) {
   VEDUTA_RETURN_IF_ERROR(HealSubmaps(healing));
   VEDUTA_RETURN_IF_ERROR(HealDense(healing));
   VEDUTA_RETURN_IF_ERROR(HealForbidden(healing));
+  VEDUTA_RETURN_IF_ERROR(HealGroundPoints(healing));
   VEDUTA_RETURN_IF_ERROR(HealHypotheses(healing));
   VEDUTA_RETURN_IF_ERROR(HealUploads(healing->source, healing->writer.target(), &healing->notes));
   VEDUTA_RETURN_IF_ERROR(RestateJournal(healing));

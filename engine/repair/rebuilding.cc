@@ -93,6 +93,15 @@ Result<Statements> StatementsOf(const HealingWork& healing,
   return statements;
 }
 
+// A rebuild gives photos other numbers.
+void TellGroundPoints(const HealingWork& healing, std::vector<RepairNotes::Finding>* unkept) {
+  const Result<std::vector<GroundPoint>> all = healing.from().ListGroundPoints();
+  if (!all.ok() || all->empty()) return;  // what cannot be read the healing has told
+  unkept->push_back({std::to_string(all->size()) + " surveyed points are stored",
+                     "a rebuild does not keep them: read their file again with 'veduta "
+                     "georeference'"});
+}
+
 std::vector<PhotoToAdd> LoosePhotosOf(const HealingWork& healing) {
   std::vector<PhotoToAdd> photos;
   for (const LoosePhoto& loose : healing.notes.loose) {
@@ -123,6 +132,7 @@ Result<std::vector<RepairNotes::Finding>> RebuildFromPhotos(const HealingWork& h
   }
   std::vector<RepairNotes::Finding> unkept;
   VEDUTA_ASSIGN_OR_RETURN(const Statements statements, StatementsOf(healing, &unkept));
+  TellGroundPoints(healing, &unkept);
   VEDUTA_RETURN_IF_ERROR(AddAll(photos, healing.source, statements, engine, &unkept));
   VEDUTA_RETURN_IF_ERROR(AddLoosePhotos(healing, engine));
   RepairNotes told_already;

@@ -4,7 +4,7 @@
 
 #include <string>
 
-#include "engine/door/answers.h"
+#include "engine/door/repair.h"
 
 namespace veduta {
 

@@ -5,6 +5,7 @@
 #include <filesystem>
 
 #include "engine/query/living.h"
+#include "fusion/export/earth_file.h"
 
 namespace veduta {
 namespace {
@@ -46,6 +47,8 @@ Status ExportRequest::Check() const {
     return Status::InvalidArgument("error_max is " + std::to_string(error_max) +
                                    ", but must be 0 or more");
   }
+  if (on_earth && format != "ply" && format != "gltf")
+    return Status::InvalidArgument("on_earth is for the formats ply and gltf, not " + format);
   return Status::Ok();
 }
 
@@ -69,6 +72,8 @@ Result<std::vector<ExportedModel>> ExportReconstructions(const Snapshot& snapsho
     VEDUTA_RETURN_IF_ERROR(MakeFolder(folder));
     VEDUTA_ASSIGN_OR_RETURN(models.emplace_back(), exporter->Write(record, folder));
     models.back().may_have_surface = format->has_surface;
+    models.back().on_earth = IsOnEarth(record, request);
+    VEDUTA_RETURN_IF_ERROR(WriteEarthFile(record, request, folder + "/earth.json"));
   }
   return models;
 }

@@ -1,5 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
+#include "fusion/export/earth_file.h"
 #include "fusion/export/exporter.h"
+#include "fusion/export/moved_model.h"
 #include "fusion/export/surface_model.h"
 
 namespace veduta {
@@ -7,16 +9,20 @@ namespace {
 
 class GltfExporter final : public Exporter {
  public:
-  GltfExporter(const Snapshot& snapshot, double error_max)
-      : snapshot_(snapshot), error_max_(error_max) {}
+  GltfExporter(const Snapshot& snapshot, const ExportRequest& request)
+      : snapshot_(snapshot), request_(request) {}
 
   Result<ExportedModel> Write(const ReconstructionRecord& record,
                               const std::string& folder) override {
     VEDUTA_ASSIGN_OR_RETURN(const SurfaceModel model, LoadSurfaceModel(snapshot_, record));
     std::vector<ViewGeometry> views;
     for (const ExportedCamera& camera : model.cameras) views.push_back(camera.geometry);
-    VEDUTA_ASSIGN_OR_RETURN(const auto writer, OpenGlb(folder + "/model.glb", {}, MeanUp(views)));
-    VEDUTA_RETURN_IF_ERROR(AddTiles(snapshot_, model.tiles, error_max_, writer.get()));
+    const bool is_on_earth = IsOnEarth(record, request_);
+    const Eigen::Vector3d up = is_on_earth ? Eigen::Vector3d(Eigen::Vector3d::UnitZ())
+                                           : MeanUp(views);
+    VEDUTA_ASSIGN_OR_RETURN(auto as_given, OpenGlb(folder + "/model.glb", {}, up));
+    const auto writer = MoveModel(std::move(as_given), ModelFromWorld(record, request_));
+    VEDUTA_RETURN_IF_ERROR(AddTiles(snapshot_, model.tiles, request_.error_max, writer.get()));
     VEDUTA_RETURN_IF_ERROR(writer->AddPoints(model.points));
     VEDUTA_RETURN_IF_ERROR(writer->AddCameras(model.cameras));
     VEDUTA_ASSIGN_OR_RETURN(const ModelCounts counts, writer->Finish());
@@ -25,13 +31,13 @@ class GltfExporter final : public Exporter {
 
  private:
   const Snapshot& snapshot_;
-  const double error_max_;
+  const ExportRequest request_;
 };
 
 }  // namespace
 
 std::unique_ptr<Exporter> MakeGltfExporter(const Snapshot& snapshot, const ExportRequest& request) {
-  return std::make_unique<GltfExporter>(snapshot, request.error_max);
+  return std::make_unique<GltfExporter>(snapshot, request);
 }
 
 }  // namespace veduta

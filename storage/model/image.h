@@ -3,10 +3,12 @@
 // A stored photo: where it came from and what became of it.
 
 #include <cstdint>
+#include <optional>
 #include <string>
 
 #include "storage/base/content_hash.h"
 #include "storage/base/ids.h"
+#include "storage/model/geo.h"
 #include "storage/model/verdict.h"
 
 namespace veduta {
@@ -29,6 +31,7 @@ struct ImageRecord {
   Verdict verdict = Verdict::kRejected;
   Reason reason = Reason::kNone;
   std::string detail;  // the reason with its numbers, for a person
+  std::optional<GpsFix> gps;  // what the photo says of where it was taken
 };
 
 }  // namespace veduta

@@ -6,6 +6,7 @@
 
 #include "storage/base/ids.h"
 #include "storage/base/transform.h"
+#include "storage/model/earth.h"
 
 namespace veduta {
 
@@ -21,6 +22,7 @@ struct ReconstructionRecord {
   uint32_t points_generation = 0;        // which generation of point blocks is current
   uint32_t images_at_adjustment = 0;     // image_count when all of it was last adjusted
   bool is_dissolved = false;             // all its images have lost their poses
+  Georeference georeference;
 
   bool is_living() const { return !merged_into.valid() && !is_dissolved; }
 };

@@ -15,6 +15,7 @@ struct DatabaseCounts {
   uint64_t images = 0;                               // of all verdicts
   uint64_t placed = 0, postponed = 0, rejected = 0;  // placed: merged and founded ones too
   uint64_t cameras = 0;
+  uint64_t located = 0;  // images that say where they were taken
   bool operator==(const DatabaseCounts&) const = default;
 };
 

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 
+#include "storage/records/earth_record.h"
 #include "storage/records/key_bytes.h"
 #include "storage/records/message.h"
 #include "storage/records/record_parts.h"
@@ -104,7 +105,7 @@ Status Check(const ImageRecord& image) {
     return Broken("verdict", static_cast<uint64_t>(image.verdict), "a known one");
   if (!Known(image.reason))
     return Broken("reason", static_cast<uint64_t>(image.reason), "a known one");
-  return Status::Ok();
+  return image.gps ? Check(*image.gps) : Status::Ok();
 }
 
 Result<std::string> Encode(const ImageRecord& image) {
@@ -123,6 +124,7 @@ Result<std::string> Encode(const ImageRecord& image) {
     to.setVerdict(static_cast<uint8_t>(image.verdict));
     to.setReason(static_cast<uint8_t>(image.reason));
     to.setDetail(AsText(image.detail));
+    if (image.gps) Fill(to.initGps(), *image.gps);
   });
 }
 
@@ -143,6 +145,8 @@ Status Decode(std::string_view value, ImageId id, ImageRecord* image) {
     image->verdict = static_cast<Verdict>(from.getVerdict());
     image->reason = static_cast<Reason>(from.getReason());
     image->detail = FromText(from.getDetail());
+    image->gps.reset();
+    if (from.hasGps()) image->gps = Read(from.getGps());
     return Damaged(Check(*image));
   });
 }

@@ -3,6 +3,7 @@
 
 #include <cmath>
 
+#include "storage/records/earth_record.h"
 #include "storage/records/key_bytes.h"
 #include "storage/records/message.h"
 #include "storage/records/record_parts.h"
@@ -23,12 +24,14 @@ Status Check(const ReconstructionRecord& reconstruction) {
   if (!(std::isfinite(s.scale) && s.scale > 0))
     return Broken("scale of merged_from_this", s.scale, "finite and above 0");
   VEDUTA_RETURN_IF_ERROR(CheckTransform(s.rotation, s.translation));
+  VEDUTA_RETURN_IF_ERROR(Check(reconstruction.georeference));
   return CheckFinite({{"reprojection_error_px_sum", reconstruction.reprojection_error_px_sum}});
 }
 
 Result<std::string> Encode(const ReconstructionRecord& reconstruction) {
   VEDUTA_RETURN_IF_ERROR(Check(reconstruction));
-  return WriteMessage<schema::Reconstruction>(0, [&](auto to) {
+  constexpr size_t kPlaceBytes = sizeof(EarthPlace);
+  return WriteMessage<schema::Reconstruction>(kPlaceBytes, [&](auto to) {
     to.setMergedInto(reconstruction.merged_into.value);
     to.setMergedFromThisScale(reconstruction.merged_from_this.scale);
     Fill(to.initMergedFromThis(), reconstruction.merged_from_this.rotation,
@@ -41,6 +44,10 @@ Result<std::string> Encode(const ReconstructionRecord& reconstruction) {
     to.setPointsGeneration(reconstruction.points_generation);
     to.setImagesAtAdjustment(reconstruction.images_at_adjustment);
     to.setDissolved(reconstruction.is_dissolved);
+    // A city that nothing places on the earth is stored as it was before there were places.
+    const Georeference& georeference = reconstruction.georeference;
+    if (georeference.images_at_look > 0 || georeference.version > 0)
+      Fill(to.initGeoreference(), georeference);
   });
 }
 
@@ -59,6 +66,7 @@ Status Decode(std::string_view value, ReconstructionId id, ReconstructionRecord*
     reconstruction->points_generation = from.getPointsGeneration();
     reconstruction->images_at_adjustment = from.getImagesAtAdjustment();
     reconstruction->is_dissolved = from.getDissolved();
+    VEDUTA_RETURN_IF_ERROR(Read(from.getGeoreference(), &reconstruction->georeference));
     return Damaged(Check(*reconstruction));
   });
 }

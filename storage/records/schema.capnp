@@ -38,6 +38,7 @@ struct State {
   rejectedCount @14 :UInt64;
   cameraCount @15 :UInt64;
   removedBytesLeft @16 :Bool;  # photos were removed, and files may still have their bytes
+  locatedCount @17 :UInt64;
 }
 
 struct Forbidden {
@@ -110,6 +111,50 @@ struct Image {
   verdict @9 :UInt8;
   reason @10 :UInt8;
   detail @11 :Text;
+  gps @12 :Gps;
+}
+
+struct Gps {
+  latitudeDeg @0 :Float64;
+  longitudeDeg @1 :Float64;
+  hasHeight @2 :Bool;
+  heightM @3 :Float64;
+  accuracyM @4 :Float64;
+}
+
+struct GeoPosition {
+  latitudeDeg @0 :Float64;
+  longitudeDeg @1 :Float64;
+  heightM @2 :Float64;
+}
+
+struct GroundPoint {
+  position @0 :GeoPosition;
+  deviationM @1 :Float64;
+  sightings @2 :Data;  # rows: image u32, 4 zero bytes, x f64, y f64
+}
+
+struct FitTally {
+  used @0 :UInt32;
+  agreeing @1 :UInt32;
+  errorM @2 :Float64;
+}
+
+struct EarthPlace {
+  origin @0 :GeoPosition;
+  scale @1 :Float64;
+  enuFromWorld @2 :Rigid;
+  pivot @3 :Data;       # rows: f64, 3
+  covariance @4 :Data;  # rows: f64, 28
+  fixes @5 :FitTally;
+  groundPoints @6 :FitTally;
+}
+
+struct Georeference {
+  version @0 :UInt32;
+  imagesAtLook @1 :UInt32;
+  imagesAtAdjustment @2 :UInt32;
+  place @3 :EarthPlace;
 }
 
 struct Features {
@@ -141,6 +186,7 @@ struct Reconstruction {
   pointsGeneration @8 :UInt32;
   imagesAtAdjustment @9 :UInt32;
   dissolved @10 :Bool;
+  georeference @11 :Georeference;
 }
 
 struct Pose {

@@ -39,6 +39,7 @@ Result<std::string> Encode(const DatabaseState& state) {
     to.setPostponedCount(state.counts->postponed);
     to.setRejectedCount(state.counts->rejected);
     to.setCameraCount(state.counts->cameras);
+    to.setLocatedCount(state.counts->located);
   });
 }
 
@@ -62,7 +63,8 @@ Status Decode(std::string_view value, DatabaseState* state) {
                        .placed = from.getPlacedCount(),
                        .postponed = from.getPostponedCount(),
                        .rejected = from.getRejectedCount(),
-                       .cameras = from.getCameraCount()};
+                       .cameras = from.getCameraCount(),
+                       .located = from.getLocatedCount()};
     }
     return Damaged(Check(*state));
   });

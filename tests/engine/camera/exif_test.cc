@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Goal: what a camera says of itself is read from a block of EXIF; what is broken or senseless is
+// Goal: what a camera says of itself and of where it was is read from a block of EXIF; what is broken or senseless is
 //   as good as absent.
 // Method: blocks that exiv2 writes, cut short and with flipped bytes.
 #include "engine/camera/exif.h"
@@ -40,6 +40,87 @@ TEST(Exif, BrokenBlocksTellNothingOrSomething) {
     const ExifCamera read = ReadExifCamera(flipped);
     EXPECT_LE(read.model.size(), 64u) << i;
     EXPECT_GE(read.focal_mm, 0) << i;
+  }
+}
+
+// Tags and values as exiv2 takes them.
+FileBytes GpsBlock(const std::vector<std::pair<const char*, const char*>>& changes) {
+  Exiv2::ExifData data;
+  const auto set = [&](const std::string& tag, const char* text) {
+    const Exiv2::ExifKey key("Exif.GPSInfo." + tag);
+    const auto found = data.findKey(key);
+    if (found != data.end()) data.erase(found);
+    if (*text == 0) return;
+    const auto value = Exiv2::Value::create(key.defaultTypeId());
+    value->read(text);
+    data.add(key, value.get());
+  };
+  set("GPSLatitudeRef", "N");
+  set("GPSLatitude", "47/1 4/1 1200/100");
+  set("GPSLongitudeRef", "E");
+  set("GPSLongitude", "15/1 26/1 24/1");
+  set("GPSAltitudeRef", "0");
+  set("GPSAltitude", "3535/10");
+  set("GPSHPositioningError", "425/100");
+  for (const auto& [tag, text] : changes) set(tag, text);
+  return testing::BlockOf(data);
+}
+
+TEST(Exif, TellsWhereAPhotoWasTaken) {
+  const auto fix = ReadExifGps(GpsBlock({}));
+  ASSERT_TRUE(fix);
+  EXPECT_NEAR(fix->latitude_deg, 47.07, 1e-12);
+  EXPECT_NEAR(fix->longitude_deg, 15.44, 1e-12);
+  EXPECT_EQ(fix->height_m, 353.5);
+  EXPECT_EQ(fix->accuracy_m, 4.25);
+  const auto south_west = ReadExifGps(GpsBlock({{"GPSLatitudeRef", "S"},
+                                                {"GPSLongitudeRef", "W"},
+                                                {"GPSAltitudeRef", "1"},
+                                                {"GPSHPositioningError", ""}}));
+  ASSERT_TRUE(south_west);
+  EXPECT_NEAR(south_west->latitude_deg, -47.07, 1e-12);
+  EXPECT_NEAR(south_west->longitude_deg, -15.44, 1e-12);
+  EXPECT_EQ(south_west->height_m, -353.5);
+  EXPECT_EQ(south_west->accuracy_m, 0);
+  // Decimal minutes, or degrees alone.
+  const auto minutes = ReadExifGps(GpsBlock({{"GPSLatitude", "47/1 42/10 0/0"}}));
+  ASSERT_TRUE(minutes);
+  EXPECT_NEAR(minutes->latitude_deg, 47.07, 1e-12);
+  const auto degrees = ReadExifGps(GpsBlock({{"GPSLatitude", "4707/100"}, {"GPSAltitude", ""}}));
+  ASSERT_TRUE(degrees);
+  EXPECT_NEAR(degrees->latitude_deg, 47.07, 1e-12);
+  EXPECT_EQ(degrees->height_m, std::nullopt);
+}
+
+TEST(Exif, SenselessPlacesAreAbsent) {
+  using Changes = std::vector<std::pair<const char*, const char*>>;
+  for (const Changes& changes :
+       {Changes{{"GPSLatitude", ""}}, Changes{{"GPSLongitude", ""}}, Changes{{"GPSLatitudeRef", ""}},
+        Changes{{"GPSLongitudeRef", "X"}}, Changes{{"GPSLatitude", "91/1 0/1 0/1"}},
+        Changes{{"GPSLongitude", "181/1 0/1 0/1"}}, Changes{{"GPSLatitude", "47/0 4/1 12/1"}},
+        Changes{{"GPSLatitude", "0/1 0/1 0/1"}, {"GPSLongitude", "0/1 0/1 0/1"}},
+        Changes{{"GPSStatus", "V"}}})
+    EXPECT_FALSE(ReadExifGps(GpsBlock(changes)));
+  EXPECT_FALSE(ReadExifGps({}));
+  EXPECT_FALSE(ReadExifGps(ExifOf(kPhone)));
+  // A height that is none does not take the rest along.
+  const auto fix = ReadExifGps(GpsBlock({{"GPSAltitude", "5/0"}}));
+  ASSERT_TRUE(fix);
+  EXPECT_EQ(fix->height_m, std::nullopt);
+}
+
+TEST(Exif, BrokenPlacesAreOnTheEarth) {
+  const FileBytes whole = GpsBlock({});
+  for (size_t i = 0; i < whole.size(); ++i) {
+    FileBytes flipped = whole;
+    flipped[i] ^= 0xFF;
+    for (const auto& fix : {ReadExifGps(flipped), ReadExifGps({whole.data(), i})}) {
+      if (!fix) continue;
+      EXPECT_LE(std::abs(fix->latitude_deg), 90) << i;
+      EXPECT_LE(std::abs(fix->longitude_deg), 180) << i;
+      EXPECT_LE(std::abs(fix->height_m.value_or(0)), 10'000) << i;
+      EXPECT_GE(fix->accuracy_m, 0) << i;
+    }
   }
 }
 

@@ -10,6 +10,12 @@
 
 namespace veduta::testing {
 
+inline FileBytes BlockOf(const Exiv2::ExifData& data) {
+  Exiv2::Blob blob;
+  Exiv2::ExifParser::encode(blob, Exiv2::littleEndian, data);
+  return {blob.begin(), blob.end()};
+}
+
 inline FileBytes ExifOf(const ExifCamera& camera) {
   const auto thousandths = [](double number) {
     return Exiv2::URational(static_cast<uint32_t>(std::lround(number * 1000)), 1000);
@@ -22,9 +28,7 @@ inline FileBytes ExifOf(const ExifCamera& camera) {
   if (camera.focal_mm > 0) data["Exif.Photo.FocalLength"] = thousandths(camera.focal_mm);
   if (camera.digital_zoom > 0)
     data["Exif.Photo.DigitalZoomRatio"] = thousandths(camera.digital_zoom);
-  Exiv2::Blob blob;
-  Exiv2::ExifParser::encode(blob, Exiv2::littleEndian, data);
-  return {blob.begin(), blob.end()};
+  return BlockOf(data);
 }
 
 }  // namespace veduta::testing

@@ -8,6 +8,7 @@
 #include <opencv2/imgcodecs.hpp>
 
 #include "storage/base/thread_pool.h"
+#include "tools/render/street/gps_tags.h"
 #include "tools/render/street/truth_file.h"
 #include "tools/render/street/twin_facades.h"
 
@@ -75,6 +76,12 @@ Status WriteReadme(const DataSetOptions& options, const fs::path& path) {
             "little-endian\n";
   }
   if (options.mesh) file << "scene.ply           the geometry, metres\n";
+  if (options.gps_m > 0) {
+    file << "EXIF's GPS has errors of " << options.gps_m
+         << " m along each axis, of twice that in height; (0, 0, 0) is at latitude "
+         << kStreetOrigin.latitude_deg << ", longitude " << kStreetOrigin.longitude_deg
+         << ", height " << kStreetOrigin.height_m << " m, x is east there and y north\n";
+  }
   WriteTwins(options.scene, file);
   file << "\nScore a reconstruction: score_poses.py truth OUT/<reconstruction>/images.txt\n";
   file.close();
@@ -87,7 +94,12 @@ Status RenderOne(const Scene& scene, const StreetCamera& camera, const DataSetOp
   RenderOptions render = options.render;
   render.seed = MixSeed(options.render.seed, index);
   VEDUTA_ASSIGN_OR_RETURN(const StreetPhoto photo, RenderPhoto(scene, camera, render));
-  VEDUTA_ASSIGN_OR_RETURN(const std::vector<uint8_t> jpeg, EncodeJpeg(photo, options.jpeg_quality));
+  VEDUTA_ASSIGN_OR_RETURN(std::vector<uint8_t> jpeg, EncodeJpeg(photo, options.jpeg_quality));
+  if (options.gps_m > 0) {
+    const Eigen::Vector3d received = ReceivedPosition(
+        camera.cam_from_world.Center(), options.gps_m, options.render.seed, index);
+    VEDUTA_ASSIGN_OR_RETURN(jpeg, WithGpsTags(jpeg, received, options.gps_m));
+  }
   VEDUTA_RETURN_IF_ERROR(WriteBytes(jpeg, folder / "photos" / camera.name));
   VEDUTA_RETURN_IF_ERROR(
       WriteCameraFile(camera, (folder / "truth" / (camera.name + ".camera")).string()));
@@ -105,6 +117,8 @@ Status DataSetOptions::Check() const {
     return Status::InvalidArgument("JPEG quality " + std::to_string(jpeg_quality) +
                                    " is outside [1, 100]");
   }
+  if (!(gps_m >= 0 && gps_m <= 1000))
+    return Status::InvalidArgument("GPS of " + std::to_string(gps_m) + " m is outside [0, 1000]");
   if (threads < 1 || threads > 256) {
     return Status::InvalidArgument("threads " + std::to_string(threads) + " is outside [1, 256]");
   }

@@ -16,6 +16,7 @@ struct DataSetOptions {
   RenderOptions render;   // its seed is mixed with the photo's number
   int jpeg_quality = 92;  // [1, 100]
   bool mesh = false;      // with scene.ply
+  double gps_m = 0;       // [0, 1000]; above 0: EXIF with GPS of this standard deviation
   uint32_t threads = 1;   // [1, 256]; one photo per thread; the bytes do not depend on it
   std::string command;    // for the README: how to make the same again
 

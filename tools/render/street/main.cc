@@ -24,6 +24,7 @@ struct Arguments {
   bool has_u0 = false, has_v0 = false, repeated_windows = false, no_bridge = false, depth = false,
        mesh = false;
   bool quiet = false;
+  double gps_m = 0;
   RenderOptions render;
   int jpeg_quality = 92;
 };
@@ -78,6 +79,7 @@ Result<DataSetOptions> MakeOptions(const Arguments& arguments) {
   options.render.depth = arguments.depth;
   options.jpeg_quality = arguments.jpeg_quality;
   options.mesh = arguments.mesh;
+  options.gps_m = arguments.gps_m;
   options.threads = arguments.threads;
   VEDUTA_RETURN_IF_ERROR(options.Check());
   return options;
@@ -125,6 +127,8 @@ void AddCommandLine(CLI::App& app, Arguments& a) {
   app.add_option("--threads", a.threads, "one photo per thread (1)")->check(CLI::Range(1, 256));
   app.add_flag("--depth", a.depth, "with truth/NAME.depth");
   app.add_flag("--mesh", a.mesh, "with scene.ply");
+  app.add_option("--gps", a.gps_m, "EXIF with GPS of this standard deviation, metres (0: none)")
+      ->check(CLI::Range(0.0, 1000.0));
   app.add_flag("--quiet", a.quiet, "no progress on standard error");
 }
 

@@ -1,0 +1,124 @@
+// SPDX-License-Identifier: Apache-2.0
+// veduta georeference DB [--gcp FILE] [--deviation M] [--forget] [--by WHO] [--json]
+#include <cmath>
+
+#include "cli/command.h"
+#include "cli/wire/earth_json.h"
+
+namespace veduta {
+namespace {
+
+struct GeoreferenceArguments {
+  std::string db;
+  GeoreferenceRequest request;
+  bool json = false;
+};
+
+std::string Agreeing(const FitTally& tally, const char* what) {
+  if (tally.used == 0) return "";
+  char text[128];
+  std::snprintf(text, sizeof(text), "; %u of %u %s agree, to %.3g m", tally.agreeing, tally.used,
+                what, tally.error_m);
+  return text;
+}
+
+void PrintEarth(const EarthAnswer& earth) {
+  if (!earth.is_known) {
+    PrintLine("reconstruction %u, %u images: its place on the earth is not known",
+              earth.reconstruction.value, earth.images);
+    return;
+  }
+  PrintLine(
+      "reconstruction %u, %u images: place %u, about latitude %.7f, longitude %.7f, height %.1f "
+      "m%s%s",
+      earth.reconstruction.value, earth.images, earth.version, earth.origin.latitude_deg,
+      earth.origin.longitude_deg, earth.origin.height_m,
+      Agreeing(earth.fixes, "GPS positions").c_str(),
+      Agreeing(earth.ground_points, "surveyed points").c_str());
+  PrintLine(
+      "  standard deviation of the position %.3g m, of the heading %.3g degrees, of the tilt %.3g "
+      "degrees, of the scale %.3g %%",
+      earth.position_stddev_m, earth.heading_stddev_deg, earth.tilt_stddev_deg,
+      100 * earth.scale_stddev_share);
+}
+
+void PrintGroundPoint(const GroundPointAnswer& ground) {
+  const std::string name = Printable(ground.point.name);
+  const auto& [east, north, up] = ground.error_m;
+  if (ground.reconstruction.valid()) {
+    PrintLine(
+        "point %s: in %zu photos of the city; off by %.3f m to the east, %.3f to the north, %.3f "
+        "above; %.2f px",
+        name.c_str(), ground.point.sightings.size(), east, north, up, ground.error_px);
+  } else {
+    PrintLine(
+        "point %s: in %zu photos of the city; no two with poses in a reconstruction whose place "
+        "is known show it from different sides",
+        name.c_str(), ground.point.sightings.size());
+  }
+}
+
+// Of those that are seen, on the plan and in height.
+void PrintErrors(const std::vector<GroundPointAnswer>& points) {
+  double plan = 0, height = 0;
+  size_t count = 0;
+  for (const GroundPointAnswer& ground : points) {
+    if (!ground.reconstruction.valid()) continue;
+    const auto& [east, north, up] = ground.error_m;
+    plan += east * east + north * north;
+    height += up * up;
+    ++count;
+  }
+  if (count == 0) return;
+  const auto number = static_cast<double>(count);
+  PrintLine("surveyed points, root mean square: %.3f m on the plan, %.3f m in height",
+            std::sqrt(plan / number), std::sqrt(height / number));
+}
+
+int Georeference(const GeoreferenceArguments& arguments) {
+  const GeoreferenceRequest& request = arguments.request;
+  const bool writes = !request.ground_points_path.empty() || request.forget_ground_points;
+  const auto engine = writes ? OpenToWrite(arguments.db) : OpenToRead(arguments.db);
+  if (!engine.ok()) return Fail(engine.status());
+  const auto answer =
+      writes ? (*engine)->Georeference(request) : (*engine)->Ask().Georeference();
+  if (!answer.ok()) return Fail(answer.status());
+  for (const std::string& photo : answer->unknown_photos) {
+    std::fprintf(stderr, "veduta: %s\n",
+                 ("the city has no photo '" + Printable(photo) + "': its lines are left out")
+                     .c_str());
+  }
+  if (arguments.json) {
+    PrintJson(ToJson(*answer));
+    return kDone;
+  }
+  for (const EarthAnswer& earth : answer->reconstructions) PrintEarth(earth);
+  for (const GroundPointAnswer& ground : answer->ground_points) PrintGroundPoint(ground);
+  PrintErrors(answer->ground_points);
+  return kDone;
+}
+
+}  // namespace
+
+void RegisterGeoreference(CLI::App* app, int* exit_code) {
+  auto arguments = std::make_shared<GeoreferenceArguments>();
+  GeoreferenceRequest& request = arguments->request;
+  CLI::App* command = app->add_subcommand(
+      "georeference", "Where the city is on the earth; take surveyed points in");
+  command->add_option("DB", arguments->db, "Database")->required();
+  command->add_option("--gcp", request.ground_points_path,
+                      "File of surveyed points, as ODM reads it (gcp_list.txt)");
+  command
+      ->add_option("--deviation", request.ground_deviation_m,
+                   "Standard deviation of the surveyed points, metres")
+      ->check(CLI::PositiveNumber)
+      ->capture_default_str();
+  command->add_flag("--forget", request.forget_ground_points,
+                    "Forget the surveyed points that are stored, first");
+  command->add_option("--by", request.actor, "Who says so, for the journal")
+      ->capture_default_str();
+  command->add_flag("--json", arguments->json, "JSON");
+  command->callback([=] { *exit_code = Georeference(*arguments); });
+}
+
+}  // namespace veduta

@@ -1,0 +1,324 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "engine/earth/earth_fit.h"
+
+#include <Eigen/Cholesky>
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <map>
+#include <numbers>
+#include <random>
+
+namespace veduta {
+namespace {
+
+using Matrix7 = Eigen::Matrix<double, 7, 7>;
+using Vector7 = Eigen::Matrix<double, 7, 1>;
+using Jacobian = Eigen::Matrix<double, 3, 7>;
+
+// An error of so many standard deviations, over the three axes, has half of its weight, and one
+// beyond the second agrees with nothing. Chosen by hand: 97 and 99.3 of 100 errors are below.
+constexpr double kHalfWeight = 3, kAgreeing = 3.5;
+constexpr size_t kPairsMax = 500, kScoredMax = 1000;  // chosen by hand; not measured
+// Up is known to some degrees, so a first fit may be off by this share of the extent.
+constexpr double kTiltShare = 0.05;
+constexpr int kRoundsMax = 60;
+constexpr double kStepMin = 1e-10;
+// As if so many more errors had been as large as they say, so that three anchors that happen to
+// agree well or badly do not decide how exact the fit is.
+constexpr double kPriorErrors = 4;
+
+Eigen::Matrix3d Cross(const Eigen::Vector3d& v) {
+  Eigen::Matrix3d m;
+  m << 0, -v.z(), v.y(), v.z(), 0, -v.x(), -v.y(), v.x(), 0;
+  return m;
+}
+
+Eigen::Vector3d InformationOf(const EarthAnchor& anchor) {
+  return anchor.deviation_m.cwiseProduct(anchor.deviation_m).cwiseInverse();
+}
+
+double SquaredError(const EarthAnchor& anchor, const Eigen::Vector3d& error) {
+  return InformationOf(anchor).dot(error.cwiseProduct(error));
+}
+
+// How the places of points change with (log scale, omega, d).
+Jacobian JacobianAt(const Eigen::Vector3d& from_pivot) {
+  Jacobian j;
+  j.col(0) = from_pivot;
+  j.middleCols<3>(1) = -Cross(from_pivot);
+  j.rightCols<3>() = Eigen::Matrix3d::Identity();
+  return j;
+}
+
+Sim3 Moved(const Sim3& s, const Eigen::Vector3d& pivot, const Vector7& step) {
+  const double scale = std::exp(step[0]);
+  const Eigen::Vector3d omega = step.segment<3>(1);
+  const double angle = omega.norm();
+  const Eigen::Quaterniond turn =
+      angle > 0 ? Eigen::Quaterniond(Eigen::AngleAxisd(angle, omega / angle))
+                : Eigen::Quaterniond::Identity();
+  const Eigen::Vector3d d = step.tail<3>();
+  return {s.scale * scale, (turn * s.rotation).normalized(),
+          pivot + scale * (turn * (s.translation - pivot)) + d};
+}
+
+// What is fitted, and the common errors of groups.
+class Fitter {
+ public:
+  Fitter(std::span<const EarthAnchor> anchors, const UpDirection& up)
+      : anchors_(anchors), up_(up) {
+    for (const EarthAnchor& anchor : anchors) {
+      if (anchor.group == 0) continue;
+      Group& group = groups_[anchor.group];
+      group.information_sum += InformationOf(anchor);
+      ++group.count;
+    }
+  }
+
+  // A first similarity of two anchors: level, by their distance and direction on the plan.
+  std::optional<Sim3> FromPair(const EarthAnchor& a, const EarthAnchor& b) const {
+    const Eigen::Quaterniond level =
+        Eigen::Quaterniond::FromTwoVectors(up_.up, Eigen::Vector3d::UnitZ());
+    const Eigen::Vector2d here = (level * (b.world - a.world)).head<2>(),
+                          there = (b.enu_m - a.enu_m).head<2>();
+    if (!(here.norm() > 0 && there.norm() > 0)) return std::nullopt;
+    const double yaw = std::atan2(there.y(), there.x()) - std::atan2(here.y(), here.x());
+    Sim3 s;
+    s.scale = there.norm() / here.norm();
+    s.rotation = Eigen::AngleAxisd(yaw, Eigen::Vector3d::UnitZ()) * level;
+    s.translation = (a.enu_m + b.enu_m) / 2 - s.scale * (s.rotation * (a.world + b.world) / 2);
+    return std::isfinite(s.scale) && s.scale > 0 ? std::optional(s) : std::nullopt;
+  }
+
+  // Smaller is better. Heights do not count yet.
+  double ScoreOf(const Sim3& s, double slack_m) const {
+    double sum = 0;
+    const size_t stride = 1 + anchors_.size() / kScoredMax;
+    for (size_t i = 0; i < anchors_.size(); i += stride) {
+      const EarthAnchor& anchor = anchors_[i];
+      const Eigen::Vector2d error = (anchor.enu_m - s * anchor.world).head<2>();
+      const double deviation = std::hypot(anchor.deviation_m.head<2>().maxCoeff(), slack_m);
+      sum += std::log1p(error.squaredNorm() / (deviation * deviation));
+    }
+    return sum;
+  }
+
+  // Moves to the next minimum, from afar: errors are judged by their median first. The cost there,
+  // or nothing where the similarity is left open.
+  std::optional<double> Refine(Sim3* s) {
+    double widening = std::max(1.0, MedianError(*s));
+    for (int round = 0; round < kRoundsMax; ++round) {
+      const auto step = Step(*s, widening);
+      if (!step) return std::nullopt;
+      *s = Moved(*s, pivot_, *step);
+      if (widening == 1 && step->norm() < kStepMin * (1 + pivot_.norm())) break;
+      if (round % 3 == 2) widening = std::max(1.0, widening / 2);
+    }
+    if (!(std::isfinite(s->scale) && s->scale > 0 && s->translation.allFinite()))
+      return std::nullopt;
+    return CostOf(*s);
+  }
+
+  // The covariance is that of the similarity which Refine has left.
+  std::optional<EarthFit> Finish(const Sim3& s) {
+    if (!Step(s, 1)) return std::nullopt;
+    EarthFit fit;
+    fit.enu_from_world = s;
+    fit.pivot = pivot_;
+    const Eigen::LLT<Matrix7> solver(normal_);
+    if (solver.info() != Eigen::Success) return std::nullopt;
+    double weighted = 0, count = 0;
+    for (const EarthAnchor& anchor : anchors_) {
+      const Eigen::Vector3d error = anchor.enu_m - s * anchor.world;
+      const double squared = SquaredError(anchor, error - CommonErrorOf(anchor));
+      fit.error_m.push_back(error);
+      fit.agrees.push_back(squared <= kAgreeing * kAgreeing);
+      if (!fit.agrees.back()) continue;
+      weighted += squared;
+      count += (InformationOf(anchor).array() > 0).count();
+    }
+    const double freedom = std::max(0.0, count - 7);
+    const double excess =
+        std::max(1.0, (weighted + kPriorErrors) / (freedom + kPriorErrors));
+    fit.covariance = excess * solver.solve(Matrix7::Identity());
+    if (!fit.covariance.allFinite()) return std::nullopt;
+    constexpr double kDegrees = 180 / std::numbers::pi;
+    const auto& c = fit.covariance;
+    fit.scale_deviation = std::sqrt(c(0, 0));
+    fit.tilt_deviation_deg = kDegrees * std::sqrt(c(1, 1) + c(2, 2));
+    fit.heading_deviation_deg = kDegrees * std::sqrt(c(3, 3));
+    fit.position_deviation_m = std::sqrt(c(4, 4) + c(5, 5) + c(6, 6));
+    return fit;
+  }
+
+ private:
+  struct Group {
+    Eigen::Vector3d information_sum = Eigen::Vector3d::Zero();
+    size_t count = 0;
+    Eigen::Vector3d error = Eigen::Vector3d::Zero();  // common to its anchors
+    // Of the current step.
+    Eigen::Vector3d information, gradient;
+    Eigen::Matrix<double, 7, 3> mixed;
+  };
+
+  Eigen::Vector3d CommonErrorOf(const EarthAnchor& anchor) const {
+    return anchor.group == 0 ? Eigen::Vector3d(Eigen::Vector3d::Zero())
+                             : groups_.at(anchor.group).error;
+  }
+
+  double MedianError(const Sim3& s) const {
+    std::vector<double> errors;
+    for (const EarthAnchor& anchor : anchors_)
+      errors.push_back(std::sqrt(SquaredError(anchor, anchor.enu_m - s * anchor.world)));
+    const auto middle = errors.begin() + static_cast<ptrdiff_t>(errors.size() / 2);
+    std::nth_element(errors.begin(), middle, errors.end());
+    return *middle;
+  }
+
+  // Of up, in standard deviations, squared.
+  double SquaredTilt(const Sim3& s) const {
+    const Eigen::Vector3d error =
+        s.rotation.conjugate() * (s.rotation * up_.up - Eigen::Vector3d::UnitZ());
+    return error.dot(up_.information * error);
+  }
+
+  double CostOf(const Sim3& s) const {
+    constexpr double kSquare = kHalfWeight * kHalfWeight;
+    double cost = kSquare * std::log1p(SquaredTilt(s) / kSquare);
+    for (const EarthAnchor& anchor : anchors_) {
+      const Eigen::Vector3d error = anchor.enu_m - s * anchor.world - CommonErrorOf(anchor);
+      cost += kSquare * std::log1p(SquaredError(anchor, error) / kSquare);
+    }
+    return cost;
+  }
+
+  // One weighted Gauss-Newton step about the middle of the anchors; leaves its normal equations.
+  std::optional<Vector7> Step(const Sim3& s, double widening) {
+    pivot_.setZero();
+    for (const EarthAnchor& anchor : anchors_) pivot_ += s * anchor.world;
+    pivot_ /= static_cast<double>(anchors_.size());
+    normal_.setZero();
+    gradient_.setZero();
+    for (auto& [id, group] : groups_) {
+      // Half of the mean variance is the common error's.
+      group.information = 2 * group.information_sum / static_cast<double>(group.count);
+      group.gradient = -group.information.cwiseProduct(group.error);
+      group.mixed.setZero();
+    }
+    for (const EarthAnchor& anchor : anchors_) AddAnchor(anchor, s, widening);
+    AddUp(s, widening);
+    for (auto& [id, group] : groups_) {
+      const Eigen::Vector3d inverse = InverseOf(group.information);
+      normal_ -= group.mixed * inverse.asDiagonal() * group.mixed.transpose();
+      gradient_ -= group.mixed * inverse.cwiseProduct(group.gradient);
+    }
+    const Eigen::LLT<Matrix7> solver(normal_);
+    if (solver.info() != Eigen::Success) return std::nullopt;
+    const Vector7 step = solver.solve(gradient_);
+    if (!step.allFinite()) return std::nullopt;
+    for (auto& [id, group] : groups_) {
+      group.error += InverseOf(group.information)
+                         .cwiseProduct(group.gradient - group.mixed.transpose() * step);
+    }
+    return step;
+  }
+
+  static Eigen::Vector3d InverseOf(const Eigen::Vector3d& information) {
+    return information.unaryExpr([](double x) { return x > 0 ? 1 / x : 0; });
+  }
+
+  void AddAnchor(const EarthAnchor& anchor, const Sim3& s, double widening) {
+    const Eigen::Vector3d place = s * anchor.world;
+    const Eigen::Vector3d error = anchor.enu_m - place - CommonErrorOf(anchor);
+    const double half = kHalfWeight * widening;
+    const double weight = 1 / (1 + SquaredError(anchor, error) / (half * half));
+    const double share = anchor.group == 0 ? 1 : 2;  // the rest of the variance is the group's
+    const Eigen::Vector3d information = weight * share * InformationOf(anchor);
+    const Jacobian j = JacobianAt(place - pivot_);
+    const Eigen::Matrix<double, 7, 3> weighted = j.transpose() * information.asDiagonal();
+    normal_ += weighted * j;
+    gradient_ += weighted * error;
+    if (anchor.group == 0) return;
+    Group& group = groups_.at(anchor.group);
+    group.information += information;
+    group.gradient += information.cwiseProduct(error);
+    group.mixed += weighted;
+  }
+
+  void AddUp(const Sim3& s, double widening) {
+    const Eigen::Matrix3d r = s.rotation.toRotationMatrix();
+    const double half = kHalfWeight * widening;
+    const double weight = 1 / (1 + SquaredTilt(s) / (half * half));
+    const Eigen::Matrix3d information = weight * r * up_.information * r.transpose();
+    const Eigen::Vector3d told = r * up_.up, error = Eigen::Vector3d::UnitZ() - told;
+    const Eigen::Matrix3d j = -Cross(told);
+    normal_.block<3, 3>(1, 1) += j.transpose() * information * j;
+    gradient_.segment<3>(1) += j.transpose() * information * error;
+  }
+
+  const std::span<const EarthAnchor> anchors_;
+  const UpDirection up_;
+  std::map<uint32_t, Group> groups_;
+  Eigen::Vector3d pivot_ = Eigen::Vector3d::Zero();
+  Matrix7 normal_;
+  Vector7 gradient_;
+};
+
+std::vector<std::pair<size_t, size_t>> PairsOf(size_t count) {
+  std::vector<std::pair<size_t, size_t>> pairs;
+  if (count * (count - 1) / 2 <= kPairsMax) {
+    for (size_t a = 0; a < count; ++a) {
+      for (size_t b = a + 1; b < count; ++b) pairs.emplace_back(a, b);
+    }
+    return pairs;
+  }
+  std::mt19937_64 random(count);
+  while (pairs.size() < kPairsMax) {
+    const size_t a = random() % count, b = random() % count;
+    if (a != b) pairs.emplace_back(a, b);
+  }
+  return pairs;
+}
+
+// The extent of what is told, on the plan.
+double ExtentOf(std::span<const EarthAnchor> anchors) {
+  Eigen::AlignedBox2d box;
+  for (const EarthAnchor& anchor : anchors) box.extend(Eigen::Vector2d(anchor.enu_m.head<2>()));
+  return box.diagonal().norm();
+}
+
+}  // namespace
+
+std::optional<EarthFit> FitEarth(std::span<const EarthAnchor> anchors,
+                                 std::span<const UpDirection> up) {
+  if (anchors.size() < 3) return std::nullopt;
+  const double slack_m = kTiltShare * ExtentOf(anchors);
+  const auto pairs = PairsOf(anchors.size());
+  std::optional<EarthFit> best;
+  double best_cost = std::numeric_limits<double>::infinity();
+  for (const UpDirection& direction : up) {
+    Fitter fitter(anchors, direction);
+    std::optional<Sim3> first;
+    double first_score = std::numeric_limits<double>::infinity();
+    for (const auto& [a, b] : pairs) {
+      const std::optional<Sim3> guess = fitter.FromPair(anchors[a], anchors[b]);
+      if (!guess) continue;
+      const double score = fitter.ScoreOf(*guess, slack_m);
+      if (!(score < first_score)) continue;
+      first = guess;
+      first_score = score;
+    }
+    if (!first) continue;
+    const std::optional<double> cost = fitter.Refine(&*first);
+    if (!cost || !(*cost < best_cost)) continue;
+    std::optional<EarthFit> fit = fitter.Finish(*first);
+    if (!fit) continue;
+    best = std::move(fit);
+    best_cost = *cost;
+  }
+  return best;
+}
+
+}  // namespace veduta

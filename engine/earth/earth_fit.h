@@ -1,0 +1,48 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+// The similarity from a reconstruction to the earth, by places that are told for some of its points
+// and by what is up in it.
+
+#include <Eigen/Core>
+#include <cstdint>
+#include <optional>
+#include <span>
+#include <vector>
+
+#include "engine/earth/up_direction.h"
+#include "storage/base/transform.h"
+
+namespace veduta {
+
+struct EarthAnchor {
+  Eigen::Vector3d world;  // a camera's centre, or a point
+  Eigen::Vector3d enu_m;  // where that is said to be
+  // Standard deviations to the east, to the north and above, > 0; large above where no height is
+  // told.
+  Eigen::Vector3d deviation_m;
+  // Anchors of one group err together: half of their variance is the same error. The buildings of a
+  // street throw GPS off to one side. 0: errs by itself.
+  uint32_t group = 0;
+};
+
+struct EarthFit {
+  Sim3 enu_from_world;
+  Eigen::Vector3d pivot;                    // as in EarthPlace, like
+  Eigen::Matrix<double, 7, 7> covariance;   // this
+  std::vector<bool> agrees;                 // by anchor
+  std::vector<Eigen::Vector3d> error_m;     // by anchor: told minus fitted
+  double heading_deviation_deg = 0;         // standard deviations: of the rotation about up,
+  double tilt_deviation_deg = 0;            // of the other two together,
+  double scale_deviation = 0;               // of the scale, as a share,
+  double position_deviation_m = 0;          // and of the pivot, all axes together
+};
+
+// Robust least squares (Cauchy) over the seven degrees of freedom and one common error for each
+// group, from the best of many pairs of anchors. Nothing where fewer than three anchors are given,
+// or where these and the directions leave the similarity open. The covariance counts what the
+// anchors' errors turn out to be, where that is more than they say. Deterministic.
+// O(anchors), for some hundred pairs.
+std::optional<EarthFit> FitEarth(std::span<const EarthAnchor> anchors,
+                                 std::span<const UpDirection> up);
+
+}  // namespace veduta

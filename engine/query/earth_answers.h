@@ -1,0 +1,26 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+// What the city knows of its place on the earth, read from one snapshot.
+
+#include <optional>
+
+#include "engine/door/answers.h"
+#include "engine/door/earth.h"
+#include "storage/database.h"
+
+namespace veduta {
+
+// Where a camera of this reconstruction is on the earth; nothing where the reconstruction has no
+// place.
+Result<std::optional<EarthPose>> EarthPoseIn(const Snapshot& snapshot,
+                                             ReconstructionId reconstruction,
+                                             const Rigid3& cam_from_world);
+// The same of a pose that was told.
+Result<std::optional<EarthPose>> EarthPoseIn(const Snapshot& snapshot,
+                                             ReconstructionId reconstruction,
+                                             const PlainPose& cam_from_world);
+
+// All living reconstructions and all surveyed points. O(reconstructions + sightings).
+Result<GeoreferenceAnswer> GeoreferenceOf(const Snapshot& snapshot);
+
+}  // namespace veduta

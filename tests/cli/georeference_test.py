@@ -1,0 +1,179 @@
+#!/usr/bin/env python3
+# SPDX-License-Identifier: Apache-2.0
+# Goal: photos with GPS put the city on the earth without anybody asking; surveyed points put it
+#   there exactly; the commands tell it, and models are exported in metres on the earth.
+# Method: a rendered street with GPS in its photos, errors of 2 m; its truth, whose origin is known.
+# usage: tests/cli/georeference_test.py VEDUTA VEDUTA_STREET [TEST...]
+import json
+import math
+import os
+import shutil
+import struct
+
+from city import Case, PARAMS, SIZE, add, ask, at, main, must, new_database, render, run
+
+ORIGIN = (47.07, 15.44, 350.0)
+GPS_M = 2.0
+CITY = None
+
+
+def metres(place):
+    """East, north and up of the street's origin; the street is far too short for more terms."""
+    latitude = math.radians(ORIGIN[0])
+    north = 111132.954 - 559.822 * math.cos(2 * latitude) + 1.175 * math.cos(4 * latitude)
+    east = (math.pi / 180) * 6378137.0 * math.cos(latitude) / math.sqrt(
+        1 - 0.00669437999 * math.sin(latitude) ** 2)
+    return ((place['longitude'] - ORIGIN[1]) * east, (place['latitude'] - ORIGIN[0]) * north,
+            place['height'] - ORIGIN[2])
+
+
+def truth(name):
+    """K, rotation from camera to world, centre."""
+    with open(at('gps', 'truth', name + '.camera'), encoding='utf-8') as file:
+        rows = [[float(x) for x in line.split()] for line in file]
+    return rows[0:3], rows[4:7], rows[7]
+
+
+def seen(name, point):
+    """Where the true camera sees the point; nothing outside of the photo."""
+    k, world_from_cam, center = truth(name)
+    away = [p - c for p, c in zip(point, center)]
+    x, y, z = (sum(world_from_cam[j][i] * away[j] for j in range(3)) for i in range(3))
+    if z <= 0:
+        return None
+    px = (k[0][0] * x / z + k[0][2], k[1][1] * y / z + k[1][2])
+    return px if 0 <= px[0] <= 511 and 0 <= px[1] <= 383 else None
+
+
+def write_ground_points(path, names):
+    with open(path, 'w', encoding='utf-8') as file:
+        file.write('EPSG:4326\n')
+        for number, point in enumerate([(8, 6, 3), (12, 6.5, 1), (16, 6, 5), (10, -6, 2)]):
+            latitude = ORIGIN[0] + point[1] / metres(
+                {'latitude': ORIGIN[0] + 1, 'longitude': ORIGIN[1], 'height': 0})[1]
+            longitude = ORIGIN[1] + point[0] / metres(
+                {'latitude': ORIGIN[0], 'longitude': ORIGIN[1] + 1, 'height': 0})[0]
+            for name in names:
+                px = seen(name, point)
+                if px:
+                    file.write(f'{longitude:.10f} {latitude:.10f} {ORIGIN[2] + point[2]} '
+                               f'{px[0]:.2f} {px[1]:.2f} {name} point{number}\n')
+
+
+def off(place, name):
+    return math.dist(metres(place), truth(name)[2])
+
+
+def setUpModule():
+    global CITY
+    photos = render('gps', '--photos', '12', '--size', SIZE, '--gps', str(GPS_M), '--seed', '5')
+    CITY = new_database('city')
+    code, lines, err = add(CITY, photos)
+    assert code == 0, err
+    assert all(line['reconstruction'] == 1 for line in lines), lines
+
+
+class Georeference(Case):
+    def names(self):
+        return sorted(os.listdir(at('gps', 'photos')))
+
+    def copy(self, name):
+        shutil.copytree(CITY, at(name))
+        return at(name)
+
+    def test_the_city_is_on_the_earth(self):
+        answer = ask('georeference', CITY)
+        self.assertEqual(answer['ground_points'], [])
+        earth, = answer['reconstructions']
+        self.assertTrue(earth['known'])
+        self.assertGreaterEqual(earth['gps']['agreeing'], 11)
+        for name in self.names():
+            shown = ask('show', CITY, name)
+            self.assertEqual(shown['gps']['accuracy_m'], GPS_M)
+            place = ask('pose', CITY, name)['on_earth']
+            self.assertEqual(place, shown['on_earth'])
+            self.assertLess(off(place, name), 3 * GPS_M)
+            self.assertGreater(place['horizontal_stddev_m'], GPS_M / 2)
+        self.assertIn('latitude 47.07', must('pose', CITY, name))
+        self.assertIn('GPS positions agree', must('georeference', CITY))
+        self.assertEqual(must('verify', CITY), 'sound\n')
+
+    def test_geopose(self):
+        name = self.names()[0]
+        geopose = json.loads(must('pose', CITY, name, '--geopose'))
+        self.assertEqual(set(geopose), {'position', 'quaternion'})
+        self.assertEqual(set(geopose['position']), {'lat', 'lon', 'h'})
+        place = ask('pose', CITY, name)['on_earth']
+        self.assertEqual(geopose['position']['lat'], place['latitude'])
+        x, y, z, w = (geopose['quaternion'][key] for key in 'xyzw')
+        self.assertAlmostEqual(x * x + y * y + z * z + w * w, 1, places=12)
+        # The optical axis, turned by the quaternion, looks along the heading.
+        east, north = 2 * (x * z + w * y), 2 * (y * z - w * x)
+        self.assertAlmostEqual(math.degrees(math.atan2(east, north)) % 360, place['heading_deg'],
+                               places=6)
+        self.refused(1, 'no photo', 'pose', CITY, 'none.jpg', '--geopose')
+
+    def test_surveyed_points(self):
+        db = self.copy('surveyed')
+        write_ground_points(at('gcp.txt'), self.names())
+        before = ask('georeference', db)['reconstructions'][0]['version']
+        answer = ask('georeference', db, '--gcp', at('gcp.txt'), '--deviation', '0.02', '--by',
+                     'surveyor')
+        self.assertEqual(answer['reconstructions'][0]['version'], before + 1)
+        self.assertGreaterEqual(answer['points_read'], 3)
+        for point in answer['ground_points']:
+            self.assertEqual(point['reconstruction'], 1)
+            self.assertLess(max(map(abs, point['error_m'])), 0.1)
+        for name in self.names():
+            self.assertLess(off(ask('pose', db, name)['on_earth'], name), 0.3)
+        self.assertIn('root mean square', must('georeference', db))
+        last = must('journal', db).splitlines()[-1]
+        self.assertEqual(json.loads(last)['action'], 'georeference')
+        self.assertEqual(json.loads(last)['actor'], 'surveyor')
+        self.assertEqual(must('verify', db), 'sound\n')
+        answer = ask('georeference', db, '--forget')
+        self.assertEqual(answer['ground_points'], [])
+        self.assertTrue(answer['reconstructions'][0]['known'])
+
+    def test_wrong_points_are_named(self):
+        db = self.copy('wrong')
+        digest = must('digest', db)
+        for text, words in (('', 'is empty'), ('the moon\n', 'names no coordinates'),
+                            ('EPSG:4326\n1 2\n', 'line 2'),
+                            ('EPSG:4326\n15 47 0 1 2 none.jpg\n', 'none.jpg')):
+            with open(at('wrong.txt'), 'w', encoding='utf-8') as file:
+                file.write(text)
+            self.refused(1, words, 'georeference', db, '--gcp', at('wrong.txt'))
+        self.refused(1, 'no file.txt', 'georeference', db, '--gcp', at('no file.txt'))
+        self.refused(2, 'deviation', 'georeference', db, '--deviation', '-1')
+        self.assertEqual(must('digest', db), digest)
+
+    def test_models_on_the_earth(self):
+        self.refused(2, 'ply and gltf', 'export', CITY, at('no'), '--on-earth')
+        model, = [json.loads(line) for line in must(
+            'export', CITY, at('earth'), '--format', 'ply', '--on-earth', '--json').splitlines()]
+        self.assertTrue(model['on_earth'])
+        with open(at('earth', '0', 'earth.json'), encoding='utf-8') as file:
+            earth = json.load(file)
+        self.assertEqual((earth['scale'], earth['translation']), (1.0, [0.0, 0.0, 0.0]))
+        origin = metres(earth['origin'])
+        with open(at('earth', '0', 'cameras.json'), encoding='utf-8') as file:
+            cameras = json.load(file)
+        self.assertEqual(len(cameras), 12)
+        for camera in cameras:
+            there = [c + o for c, o in zip(camera['center'], origin)]
+            self.assertLess(math.dist(there, truth(camera['name'])[2]), 3 * GPS_M)
+        # In its own frame the model says how it gets there.
+        must('export', CITY, at('own'), '--format', 'ply')
+        with open(at('own', '0', 'earth.json'), encoding='utf-8') as file:
+            own = json.load(file)
+        self.assertNotEqual(own['scale'], 1.0)
+        self.assertEqual(own['origin'], earth['origin'])
+        must('export', CITY, at('gltf'), '--format', 'gltf', '--on-earth')
+        with open(at('gltf', '0', 'model.glb'), 'rb') as file:
+            magic, version, _ = struct.unpack('<4sII', file.read(12))
+        self.assertEqual((magic, version), (b'glTF', 2))
+
+
+if __name__ == '__main__':
+    main()

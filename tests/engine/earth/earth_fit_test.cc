@@ -1,0 +1,180 @@
+// SPDX-License-Identifier: Apache-2.0
+// Goal: the similarity to the earth is found from exact and from noisy places, along straight
+//   streets too; wrong places do not move it; what it says of its errors is so.
+// Method: seeded walks with a known similarity; errors of the stated size, shared by half within a
+//   group; over many walks the error of a point beside what the covariance says of it.
+#include "engine/earth/earth_fit.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "storage/base/content_hash.h"
+#include "tests/engine/earth/level_cameras.h"
+
+namespace veduta {
+namespace {
+
+using testing::HeldCamera;
+using testing::Radians;
+
+const Sim3 kTruth{7.5, Eigen::Quaterniond(0.4, 0.2, -0.6, 0.5).normalized(), {120, -40, 8}};
+
+double Normal(SeededRandom* random) {
+  const double radius = std::sqrt(-2 * std::log(1 - random->Unit()));
+  return radius * std::cos(2 * std::numbers::pi * random->Unit());
+}
+
+struct Walk {
+  std::vector<Rigid3> cams;
+  std::vector<EarthAnchor> anchors;
+};
+
+// `count` photos along a street of 100 m, `bend_m` off the straight line in its middle.
+Walk MakeWalk(uint64_t seed, int count, double bend_m, double deviation_m, uint32_t groups) {
+  SeededRandom random(seed);
+  const Sim3 world_from_enu = kTruth.Inverse();
+  std::vector<Eigen::Vector3d> common;
+  for (uint32_t group = 0; group < groups; ++group)
+    common.emplace_back(Normal(&random), Normal(&random), 2 * Normal(&random));
+  Walk walk;
+  for (int i = 0; i < count; ++i) {
+    const double along = 100.0 * i / (count - 1);
+    const Eigen::Vector3d enu(along, bend_m * std::sin(std::numbers::pi * along / 100), 1.6);
+    const Rigid3 held = HeldCamera(enu, 360 * random.Unit(), 8 * Normal(&random),
+                                   2 * Normal(&random));
+    walk.cams.push_back(TransformCameraWorld(world_from_enu, held));
+    EarthAnchor anchor;
+    anchor.world = world_from_enu * enu;
+    anchor.deviation_m = deviation_m * Eigen::Vector3d(1, 1, 2);
+    Eigen::Vector3d error(Normal(&random), Normal(&random), 2 * Normal(&random));
+    if (groups > 0) {
+      anchor.group = 1 + static_cast<uint32_t>(i) % groups;
+      error = (error + common[anchor.group - 1]) / std::numbers::sqrt2;
+    }
+    anchor.enu_m = enu + deviation_m * error;
+    walk.anchors.push_back(anchor);
+  }
+  return walk;
+}
+
+std::optional<EarthFit> Fit(const Walk& walk) {
+  return FitEarth(walk.anchors, FindUp(walk.cams));
+}
+
+double FarthestOff(const Sim3& fitted, const Walk& walk) {
+  double off = 0;
+  for (const EarthAnchor& anchor : walk.anchors)
+    off = std::max(off, (fitted * anchor.world - kTruth * anchor.world).norm());
+  return off;
+}
+
+TEST(FitEarth, FindsAnExactSimilarity) {
+  Walk walk = MakeWalk(1, 20, 30, 1e-9, 0);
+  for (EarthAnchor& anchor : walk.anchors) anchor.deviation_m.setConstant(0.01);
+  const auto fit = Fit(walk);
+  ASSERT_TRUE(fit);
+  EXPECT_LT(FarthestOff(fit->enu_from_world, walk), 0.01);
+  EXPECT_NEAR(fit->enu_from_world.scale, kTruth.scale, 1e-3);
+  EXPECT_EQ(std::ranges::count(fit->agrees, true), 20);
+  EXPECT_LT(fit->position_deviation_m, 0.02);
+}
+
+// Positions along a line say nothing of the rotation about it: how cameras are held does.
+TEST(FitEarth, AStraightStreetStandsUpright) {
+  const Walk walk = MakeWalk(2, 40, 0, 3, 1);
+  const auto fit = Fit(walk);
+  ASSERT_TRUE(fit);
+  const Eigen::Vector3d up =
+      fit->enu_from_world.rotation * (kTruth.rotation.conjugate() * Eigen::Vector3d::UnitZ());
+  EXPECT_LT(std::acos(std::min(1.0, up.z())) / Radians(1), 4);
+  EXPECT_LT(FarthestOff(fit->enu_from_world, walk), 15);
+}
+
+TEST(FitEarth, WrongPlacesDoNotMoveIt) {
+  Walk walk = MakeWalk(3, 30, 20, 2, 0);
+  const auto before = Fit(walk);
+  ASSERT_TRUE(before);
+  for (size_t i = 0; i < 9; ++i) walk.anchors[3 * i].enu_m += Eigen::Vector3d(400, -300, 0);
+  const auto fit = Fit(walk);
+  ASSERT_TRUE(fit);
+  EXPECT_LT(FarthestOff(fit->enu_from_world, walk),
+            FarthestOff(before->enu_from_world, walk) + 2);
+  for (size_t i = 0; i < 30; ++i) EXPECT_EQ(fit->agrees[i], i % 3 != 0 || i >= 27) << i;
+}
+
+TEST(FitEarth, SurveyedPointsOutweighGps) {
+  Walk walk = MakeWalk(4, 30, 20, 6, 1);
+  SeededRandom random(9);
+  for (const Eigen::Vector3d& enu : {Eigen::Vector3d(0, 10, 0), Eigen::Vector3d(90, 14, 0),
+                                     Eigen::Vector3d(50, -20, 3), Eigen::Vector3d(30, 18, 12)}) {
+    EarthAnchor point;
+    point.world = kTruth.Inverse() * enu;
+    point.deviation_m.setConstant(0.02);
+    point.enu_m =
+        enu + 0.02 * Eigen::Vector3d(Normal(&random), Normal(&random), Normal(&random));
+    walk.anchors.push_back(point);
+  }
+  const auto fit = Fit(walk);
+  ASSERT_TRUE(fit);
+  EXPECT_LT(FarthestOff(fit->enu_from_world, walk), 0.15);
+  EXPECT_LT(fit->position_deviation_m, 0.1);
+  EXPECT_LT(fit->tilt_deviation_deg, 0.5);
+}
+
+// A drone looks straight down: cameras alone do not tell up from down, places do.
+TEST(FitEarth, APlanFlownOverIsNotUpsideDown) {
+  Walk walk = MakeWalk(5, 24, 40, 1, 0);
+  walk.cams.clear();
+  const Sim3 world_from_enu = kTruth.Inverse();
+  for (size_t i = 0; i < walk.anchors.size(); ++i) {
+    const Eigen::Vector3d enu = kTruth * walk.anchors[i].world;
+    walk.cams.push_back(
+        TransformCameraWorld(world_from_enu, HeldCamera(enu, 25.0 * double(i), -90)));
+  }
+  const auto fit = Fit(walk);
+  ASSERT_TRUE(fit);
+  EXPECT_LT(FarthestOff(fit->enu_from_world, walk), 5);
+}
+
+TEST(FitEarth, TooLittleIsNothing) {
+  const Walk walk = MakeWalk(6, 12, 20, 2, 0);
+  const auto up = FindUp(walk.cams);
+  EXPECT_FALSE(FitEarth({}, up));
+  EXPECT_FALSE(FitEarth(std::span(walk.anchors).first(2), up));
+  EXPECT_FALSE(FitEarth(walk.anchors, {}));
+  // All in one place: neither scale nor heading.
+  std::vector<EarthAnchor> one(5, walk.anchors.front());
+  EXPECT_FALSE(FitEarth(one, up));
+}
+
+// The end of the street is off by what the covariance says, over many walks of each kind.
+TEST(FitEarth, SaysHowFarItMayBeOff) {
+  for (const uint32_t groups : {0u, 1u, 3u}) {
+    int inside = 0;
+    double squares = 0;
+    constexpr int kWalks = 200;
+    for (int i = 0; i < kWalks; ++i) {
+      const Walk walk = MakeWalk(100 + static_cast<uint64_t>(i), 30, 25, 4, groups);
+      const auto fit = Fit(walk);
+      ASSERT_TRUE(fit);
+      const Eigen::Vector3d x = fit->enu_from_world * walk.anchors.back().world;
+      const Eigen::Vector3d from_pivot = x - fit->pivot;
+      Eigen::Matrix<double, 3, 7> jacobian;
+      jacobian << from_pivot, Eigen::Matrix3d::Zero(), Eigen::Matrix3d::Identity();
+      for (int axis = 0; axis < 3; ++axis)
+        jacobian.col(1 + axis) = Eigen::Vector3d::Unit(axis).cross(from_pivot);
+      const Eigen::Matrix3d covariance = jacobian * fit->covariance * jacobian.transpose();
+      const Eigen::Vector3d error = x - kTruth * walk.anchors.back().world;
+      const double squared = error.dot(covariance.ldlt().solve(error));
+      inside += squared < 7.815;  // 95 % of chi-squared with three degrees of freedom
+      squares += squared;
+    }
+    EXPECT_GE(inside, kWalks * 0.9) << groups;
+    EXPECT_LE(squares / kWalks, 4) << groups;    // 3 where it is exactly so
+    EXPECT_GE(squares / kWalks, 1.2) << groups;  // not far more careful than it need be
+  }
+}
+
+}  // namespace
+}  // namespace veduta

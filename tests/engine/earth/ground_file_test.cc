@@ -1,0 +1,96 @@
+// SPDX-License-Identifier: Apache-2.0
+// Goal: files of surveyed points are read as ODM writes them, in coordinates of surveyors; a wrong
+//   line is named.
+// Method: positions that are known in two kinds of coordinates; each rule broken once; seeded texts.
+#include "engine/earth/ground_file.h"
+
+#include <gtest/gtest.h>
+
+#include "engine/earth/local_frame.h"
+#include "storage/base/content_hash.h"
+#include "tests/storage/samples.h"
+
+namespace veduta {
+namespace {
+
+TEST(ParseGroundPoints, ReadsLinesOfOdm) {
+  const auto lines = ParseGroundPoints(
+      "WGS84 UTM 33N\n"
+      "# east north height x y photo point\n"
+      "500000 5213000.5 353.2 1024.5 700 IMG_0001.jpg gcp01\r\n"
+      "\n"
+      "500000\t5213000.5\t353.2\t30\t40\tmy photo.jpg\tgcp01\n"
+      "500010 5213000 353 12 13 IMG_0001.jpg");
+  ASSERT_OK(lines);
+  ASSERT_EQ(lines->size(), 3u);
+  EXPECT_EQ((*lines)[0].point, "gcp01");
+  EXPECT_EQ((*lines)[0].photo, "IMG_0001.jpg");
+  EXPECT_EQ((*lines)[0].x_px, 1024.5);
+  EXPECT_EQ((*lines)[0].y_px, 700);
+  EXPECT_EQ((*lines)[0].number, 3);
+  EXPECT_EQ((*lines)[1].photo, "my photo.jpg");
+  EXPECT_EQ((*lines)[2].point, "500010 5213000 353");
+  // On the central meridian of zone 33.
+  EXPECT_NEAR((*lines)[0].position.longitude_deg, 15, 1e-9);
+  EXPECT_NEAR((*lines)[0].position.latitude_deg, 47.0703, 1e-3);
+  EXPECT_EQ((*lines)[0].position.height_m, 353.2);
+  const Eigen::Vector3d between =
+      LocalFrame((*lines)[0].position).FromGeo((*lines)[2].position);
+  // UTM's scale on that meridian is 0.9996.
+  EXPECT_NEAR(between.x(), 10 / 0.9996, 2e-3);
+  EXPECT_NEAR(between.y(), -0.5 / 0.9996, 2e-3);
+}
+
+TEST(ParseGroundPoints, KnowsTheCoordinatesByTheirCode) {
+  for (const char* named : {"EPSG:32633", "+proj=utm +zone=33 +datum=WGS84 +units=m +no_defs"}) {
+    const auto lines =
+        ParseGroundPoints(std::string(named) + "\n500000 5213000.5 353.2 1 2 a.jpg p\n");
+    ASSERT_OK(lines);
+    EXPECT_NEAR(lines->front().position.longitude_deg, 15, 1e-9) << named;
+  }
+  // Degrees: longitude first, whatever the order of the code is.
+  const auto degrees = ParseGroundPoints("EPSG:4326\n15.44 47.07 350 1 2 a.jpg p\n");
+  ASSERT_OK(degrees);
+  EXPECT_NEAR(degrees->front().position.latitude_deg, 47.07, 1e-9);
+  EXPECT_NEAR(degrees->front().position.longitude_deg, 15.44, 1e-9);
+  // South of the equator.
+  const auto south = ParseGroundPoints("WGS84 UTM 56S\n334000 6251000 20 1 2 a.jpg p\n");
+  ASSERT_OK(south);
+  EXPECT_NEAR(south->front().position.latitude_deg, -33.86, 0.02);
+}
+
+void ExpectRefused(const std::string& text, const std::string& why) {
+  const Status refused = ParseGroundPoints(text).status();
+  EXPECT_EQ(refused.code(), StatusCode::kInvalidArgument) << text;
+  EXPECT_NE(refused.message().find(why), std::string::npos) << refused.message();
+}
+
+TEST(ParseGroundPoints, NamesWhatIsWrong) {
+  ExpectRefused("", "is empty");
+  ExpectRefused("# nothing\n\n", "is empty");
+  ExpectRefused("the moon\n1 2 3 4 5 a.jpg\n", "line 1: 'the moon' names no coordinates");
+  ExpectRefused("EPSG:4326\n15 47 350 1 2\n", "line 2: has 5 fields");
+  ExpectRefused("EPSG:4326\n\n15 47 high 1 2 a.jpg\n", "line 3: 'high' is no number");
+  ExpectRefused("EPSG:4326\n15 47 nan 1 2 a.jpg\n", "'nan' is no number");
+  ExpectRefused("EPSG:4326\n15 97 0 1 2 a.jpg\n", "nowhere on the earth");
+  ExpectRefused("EPSG:32633\n1e300 5 0 1 2 a.jpg\n", "nowhere on the earth");
+  ExpectRefused("EPSG:4326\n15 47 0 1 2 a.jpg p\n15 47 1 1 2 b.jpg p\n",
+                "line 3: point 'p' was elsewhere");
+}
+
+TEST(ParseGroundPoints, EndsOnAnyText) {
+  SeededRandom random(3);
+  constexpr std::string_view kBytes = "EPSG:4326 \n\t+-.e015#\0\xff=proj";
+  for (int i = 0; i < 300; ++i) {
+    std::string text = random.Below(2) == 0 ? "EPSG:4326\n" : "";
+    for (uint32_t length = random.Below(80); length > 0; --length)
+      text += kBytes[random.Below(kBytes.size())];
+    const auto lines = ParseGroundPoints(text);
+    if (!lines.ok()) {
+      EXPECT_EQ(lines.status().code(), StatusCode::kInvalidArgument);
+    }
+  }
+}
+
+}  // namespace
+}  // namespace veduta
