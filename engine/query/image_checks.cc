@@ -2,6 +2,7 @@
 // Images, and what is found by their names and by their photos.
 #include <cmath>
 
+#include "engine/camera/exif.h"
 #include "engine/camera/photo_header.h"
 #include "engine/camera/projection.h"
 #include "engine/query/checked_city.h"
@@ -35,7 +36,8 @@ bool Agree(Verdict verdict, Reason reason) {
 std::string Text(const DatabaseCounts& counts) {
   return std::to_string(counts.images) + " images (" + std::to_string(counts.placed) + " placed, " +
          std::to_string(counts.postponed) + " postponed, " + std::to_string(counts.rejected) +
-         " rejected) and " + std::to_string(counts.cameras) + " cameras";
+         " rejected, " + std::to_string(counts.located) + " with GPS) and " +
+         std::to_string(counts.cameras) + " cameras";
 }
 
 DatabaseCounts Count(const CheckedCity& city) {
@@ -46,6 +48,7 @@ DatabaseCounts Count(const CheckedCity& city) {
     ++(IsPlaced(image.verdict)                ? counts.placed
        : image.verdict == Verdict::kPostponed ? counts.postponed
                                               : counts.rejected);
+    if (image.gps) ++counts.located;
   }
   return counts;
 }
@@ -196,6 +199,10 @@ Status CheckPhoto(const CheckedCity& city, const ImageRecord& image, std::string
       header.outcome == HeaderOutcome::kRead &&
           upright == ImageSize{image.width_px, image.height_px},
       [&] { return NameOf(image.id) + ": the stored photo is not of the recorded size"; });
+  // One that was added before positions were read has none.
+  violations->Expect(!image.gps || image.gps == ReadExifGps(header.exif), [&] {
+    return NameOf(image.id) + ": the stored photo does not say that it was taken there";
+  });
   if (city.preparer == nullptr) return Status::Ok();
   return CompareFeatures(city, image, bytes, violations);
 }

@@ -25,8 +25,8 @@ std::vector<Stand> TheWalk() {
 PhotoSubmission WithGps(City* city, const Stand& stand, uint64_t number) {
   PhotoSubmission photo = city->Submit(stand);
   const Eigen::Vector3d center = TakePhoto(stand).cam_from_world.Center();
-  const auto tagged = street::WithGpsTags(
-      *photo.photo.bytes, street::ReceivedPosition(center, kGpsM, 11, number), kGpsM);
+  const Eigen::Vector3d received = street::ReceivedPosition(center, kGpsM, 11, number);
+  const auto tagged = street::WithGpsTags(*photo.photo.bytes, street::FixAt(received, kGpsM));
   EXPECT_OK(tagged);
   photo.photo.bytes = *tagged;
   return photo;
@@ -174,10 +174,10 @@ TEST(Georeferencing, WhatIsTakenOutIsForgotten) {
   const std::vector<Stand> walk = TheWalk();
   std::vector<PhotoSubmission> photos;
   for (size_t i = 0; i < walk.size(); ++i)
-    photos.push_back(i < 4 ? WithGps(&city, walk[i], i) : city.Submit(walk[i]));
+    photos.push_back(i % 4 == 0 ? WithGps(&city, walk[i], i) : city.Submit(walk[i]));
   city.Add(photos);
   const TemporaryFolder folder;
-  const std::string path = Write(folder, GroundLines({walk[0], walk[1], walk[2]}, 0));
+  const std::string path = Write(folder, GroundLines(walk, 0));
   const auto placed = city.engine().Georeference({.ground_points_path = path});
   ASSERT_OK(placed);
   ASSERT_TRUE(placed->reconstructions.front().is_known);
@@ -192,10 +192,12 @@ TEST(Georeferencing, WhatIsTakenOutIsForgotten) {
   EXPECT_EQ(after->ground_points.front().point.sightings.size(), seen - 1);
   EXPECT_TRUE(IsSound(city.Ask().snapshot()));
   // Without the points, and then without the other photos with GPS, nothing is known any more.
-  const auto forgotten = city.engine().Georeference({.forget_ground_points = true});
+  GeoreferenceRequest forget;
+  forget.forget_ground_points = true;
+  const auto forgotten = city.engine().Georeference(forget);
   ASSERT_OK(forgotten);
   EXPECT_TRUE(forgotten->ground_points.empty());
-  request.photos = {TakePhoto(walk[1]).name, TakePhoto(walk[2]).name, TakePhoto(walk[3]).name};
+  request.photos = {TakePhoto(walk[4]).name, TakePhoto(walk[8]).name, TakePhoto(walk[12]).name};
   ASSERT_OK(city.engine().Remove(request));
   ASSERT_OK(city.engine().Settle());
   const auto lost = city.Ask().door().Georeference();
@@ -244,7 +246,9 @@ TEST(Georeferencing, WrongFilesAreNamedAndChangeNothing) {
       city.engine().Georeference({.ground_points_path = folder / "no such file"});
   EXPECT_FALSE(missing.ok());
   EXPECT_NE(missing.status().message().find("no such file"), std::string::npos);
-  const auto unsure = city.engine().Georeference({.ground_deviation_m = 0});
+  GeoreferenceRequest exact;
+  exact.ground_deviation_m = 0;
+  const auto unsure = city.engine().Georeference(exact);
   EXPECT_EQ(unsure.status().code(), StatusCode::kInvalidArgument);
   EXPECT_EQ(city.Digest(), digest);
 }

@@ -26,7 +26,7 @@ Rigid3 Turned(const Rigid3& cam) {
 }
 
 double OffDeg(const UpDirection& found) {
-  return std::acos(std::min(1.0, found.up.dot(kUp))) / Radians(1);
+  return std::acos(std::clamp(found.up.dot(kUp), -1.0, 1.0)) / Radians(1);
 }
 
 std::vector<Rigid3> People(double heading_range_deg, double pitch_deg) {

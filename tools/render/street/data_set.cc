@@ -98,7 +98,7 @@ Status RenderOne(const Scene& scene, const StreetCamera& camera, const DataSetOp
   if (options.gps_m > 0) {
     const Eigen::Vector3d received = ReceivedPosition(
         camera.cam_from_world.Center(), options.gps_m, options.render.seed, index);
-    VEDUTA_ASSIGN_OR_RETURN(jpeg, WithGpsTags(jpeg, received, options.gps_m));
+    VEDUTA_ASSIGN_OR_RETURN(jpeg, WithGpsTags(jpeg, FixAt(received, options.gps_m)));
   }
   VEDUTA_RETURN_IF_ERROR(WriteBytes(jpeg, folder / "photos" / camera.name));
   VEDUTA_RETURN_IF_ERROR(

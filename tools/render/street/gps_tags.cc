@@ -48,21 +48,27 @@ Eigen::Vector3d ReceivedPosition(const Eigen::Vector3d& center_m, double deviati
   return center_m + deviation.cwiseProduct(common + own) / std::numbers::sqrt2;
 }
 
-Result<std::vector<uint8_t>> WithGpsTags(std::span<const uint8_t> jpeg,
-                                         const Eigen::Vector3d& position_m, double accuracy_m) {
+GpsFix FixAt(const Eigen::Vector3d& position_m, double accuracy_m) {
   const GeoPosition position = LocalFrame(kStreetOrigin).ToGeo(position_m);
+  return {position.latitude_deg, position.longitude_deg, position.height_m, accuracy_m};
+}
+
+Result<std::vector<uint8_t>> WithGpsTags(std::span<const uint8_t> jpeg, const GpsFix& fix) {
   try {
     Exiv2::ExifData data;
     data["Exif.GPSInfo.GPSVersionID"] = "2 3 0 0";
-    data["Exif.GPSInfo.GPSLatitudeRef"] = position.latitude_deg < 0 ? "S" : "N";
-    data["Exif.GPSInfo.GPSLongitudeRef"] = position.longitude_deg < 0 ? "W" : "E";
-    const Exiv2::URationalValue latitude = AngleOf(position.latitude_deg),
-                                longitude = AngleOf(position.longitude_deg);
+    data["Exif.GPSInfo.GPSLatitudeRef"] = fix.latitude_deg < 0 ? "S" : "N";
+    data["Exif.GPSInfo.GPSLongitudeRef"] = fix.longitude_deg < 0 ? "W" : "E";
+    const Exiv2::URationalValue latitude = AngleOf(fix.latitude_deg),
+                                longitude = AngleOf(fix.longitude_deg);
     data.add(Exiv2::ExifKey("Exif.GPSInfo.GPSLatitude"), &latitude);
     data.add(Exiv2::ExifKey("Exif.GPSInfo.GPSLongitude"), &longitude);
-    data["Exif.GPSInfo.GPSAltitudeRef"] = position.height_m < 0 ? "1" : "0";
-    data["Exif.GPSInfo.GPSAltitude"] = Thousandths(std::abs(position.height_m));
-    data["Exif.GPSInfo.GPSHPositioningError"] = Thousandths(accuracy_m);
+    if (fix.height_m) {
+      data["Exif.GPSInfo.GPSAltitudeRef"] = *fix.height_m < 0 ? "1" : "0";
+      data["Exif.GPSInfo.GPSAltitude"] = Thousandths(std::abs(*fix.height_m));
+    }
+    if (fix.accuracy_m > 0)
+      data["Exif.GPSInfo.GPSHPositioningError"] = Thousandths(fix.accuracy_m);
     const auto image = Exiv2::ImageFactory::open(jpeg.data(), static_cast<long>(jpeg.size()));
     image->setExifData(data);
     image->writeMetadata();

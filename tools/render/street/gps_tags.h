@@ -21,8 +21,11 @@ inline constexpr GeoPosition kStreetOrigin{47.07, 15.44, 350};
 Eigen::Vector3d ReceivedPosition(const Eigen::Vector3d& center_m, double deviation_m,
                                  uint64_t seed, uint64_t photo);
 
-// The JPEG with EXIF's GPS tags, by exiv2. kIoError where it is no JPEG.
-Result<std::vector<uint8_t>> WithGpsTags(std::span<const uint8_t> jpeg,
-                                         const Eigen::Vector3d& position_m, double accuracy_m);
+// A position of the street as a receiver tells it.
+GpsFix FixAt(const Eigen::Vector3d& position_m, double accuracy_m);
+
+// The JPEG with EXIF's GPS tags, by exiv2: angles to 3 mm, heights to 1 mm. kIoError where it is no
+// JPEG.
+Result<std::vector<uint8_t>> WithGpsTags(std::span<const uint8_t> jpeg, const GpsFix& fix);
 
 }  // namespace veduta::street
