@@ -80,13 +80,12 @@ int Georeference(const GeoreferenceArguments& arguments) {
   const bool writes = !request.ground_points_path.empty() || request.forget_ground_points;
   const auto engine = writes ? OpenToWrite(arguments.db) : OpenToRead(arguments.db);
   if (!engine.ok()) return Fail(engine.status());
-  const auto answer =
-      writes ? (*engine)->Georeference(request) : (*engine)->Ask().Georeference();
+  const auto answer = writes ? (*engine)->Georeference(request) : (*engine)->Ask().Georeference();
   if (!answer.ok()) return Fail(answer.status());
   for (const std::string& photo : answer->unknown_photos) {
-    std::fprintf(stderr, "veduta: %s\n",
-                 ("the city has no photo '" + Printable(photo) + "': its lines are left out")
-                     .c_str());
+    std::fprintf(
+        stderr, "veduta: %s\n",
+        ("the city has no photo '" + Printable(photo) + "': its lines are left out").c_str());
   }
   if (arguments.json) {
     PrintJson(ToJson(*answer));
@@ -115,8 +114,7 @@ void RegisterGeoreference(CLI::App* app, int* exit_code) {
       ->capture_default_str();
   command->add_flag("--forget", request.forget_ground_points,
                     "Forget the surveyed points that are stored, first");
-  command->add_option("--by", request.actor, "Who says so, for the journal")
-      ->capture_default_str();
+  command->add_option("--by", request.actor, "Who says so, for the journal")->capture_default_str();
   command->add_flag("--json", arguments->json, "JSON");
   command->callback([=] { *exit_code = Georeference(*arguments); });
 }

@@ -108,9 +108,9 @@ int PrintPose(const ImageAnswer& image, bool json) {
   return kDone;
 }
 
-CLI::App* RegisterImageCommand(
-    CLI::App* app, const char* name, const char* help,
-    const std::function<int(const ImageAnswer&, bool json)>& print, int* exit_code) {
+CLI::App* RegisterImageCommand(CLI::App* app, const char* name, const char* help,
+                               const std::function<int(const ImageAnswer&, bool json)>& print,
+                               int* exit_code) {
   auto arguments = std::make_shared<ImageArguments>();
   CLI::App* command = app->add_subcommand(name, help);
   command->add_option("DB", arguments->db, "Database")->required();

@@ -209,8 +209,8 @@ class Engine final {
 
   // Takes surveyed points in and looks for the place of each reconstruction on the earth, in one
   // commit; answers what is known then. Otherwise places are looked for by what follows from
-  // photos, by where these say they were taken. The frames of reconstructions stay. kInvalidArgument
-  // names the line of the file; kNotFound where it names no photo of the city.
+  // photos, by where these say they were taken. The frames of reconstructions stay.
+  // kInvalidArgument names the line of the file; kNotFound where it names no photo of the city.
   Result<GeoreferenceAnswer> Georeference(const GeoreferenceRequest& request);
 
   // Trains a vocabulary from the stored photos now, and switches to it. kInvalidArgument for a

@@ -19,8 +19,7 @@ namespace {
 constexpr size_t kFileBytesMax = 64 << 20;  // a line has some 100 bytes
 
 Status AtLine(const Status& status, const std::string& path, int number) {
-  return Status(status.code(),
-                path + ": line " + std::to_string(number) + ": " + status.message());
+  return Status(status.code(), path + ": line " + std::to_string(number) + ": " + status.message());
 }
 
 Result<std::vector<GroundLine>> ReadLines(const std::string& path) {

@@ -89,8 +89,8 @@ class Transaction {
   virtual void PutSubmap(const SubmapRecord& submap) = 0;  // replaces the one of its id
   virtual void DeleteSubmap(SubmapId id) = 0;  // with its border; also where there is none
   virtual void PutSubmapBorder(const SubmapBorder& border) = 0;  // replaces the one of its id
-  virtual void PutGroundPoint(const GroundPoint& point) = 0;  // replaces the one of its name
-  virtual void DeleteGroundPoint(const std::string& name) = 0;  // also where there is none
+  virtual void PutGroundPoint(const GroundPoint& point) = 0;     // replaces the one of its name
+  virtual void DeleteGroundPoint(const std::string& name) = 0;   // also where there is none
   virtual void AddJournal(const JournalRecord& record) = 0;
 
   // Writes of the dense pass, part of the same commit.

@@ -114,11 +114,11 @@ HttpAnswer GetGeoPose(Engine* engine, const HttpRequest&, const PathArguments& a
   const Result<ImageAnswer> image = engine->Ask().Image(arguments[0]);
   if (!image.ok()) return ProblemOf(image.status());
   if (image->on_earth) return JsonAnswer(200, GeoPoseJson(*image->on_earth));
-  return Problem(404, image->name + (image->cam_from_world
-                                         ? " has a pose in reconstruction " +
-                                               std::to_string(image->reconstruction.value) +
-                                               ", whose place on the earth is not known"
-                                         : " has no pose that could be told"));
+  return Problem(
+      404, image->name + (image->cam_from_world ? " has a pose in reconstruction " +
+                                                      std::to_string(image->reconstruction.value) +
+                                                      ", whose place on the earth is not known"
+                                                : " has no pose that could be told"));
 }
 
 HttpAnswer GetGeoreference(Engine* engine, const HttpRequest&, const PathArguments&) {

@@ -90,8 +90,8 @@ struct ExportRequest {
   double error_max = 0;  // >= 0, world units; surfaces: triangles are joined while the
                          // surface moves no further; 0: all stay
   // "ply" and "gltf": in metres to the east, the north and above an origin on the earth, where the
-  // place of a reconstruction is known (EarthAnswer); other ones stay as they are. earth.json in the
-  // folder of each model says where that is, of all formats.
+  // place of a reconstruction is known (EarthAnswer); other ones stay as they are. earth.json in
+  // the folder of each model says where that is, of all formats.
   bool on_earth = false;
 
   Status Check() const;  // the first violated bound, named with its value

@@ -72,8 +72,8 @@ struct GeoreferenceRequest {
 };
 
 struct GeoreferenceAnswer {
-  uint32_t points_read = 0;                 // of the file
-  std::vector<std::string> unknown_photos;  // which the file names, and the city does not hold
+  uint32_t points_read = 0;                      // of the file
+  std::vector<std::string> unknown_photos;       // which the file names, and the city does not hold
   std::vector<EarthAnswer> reconstructions;      // living ones, largest first, then ascending ids
   std::vector<GroundPointAnswer> ground_points;  // all that are stored; ascending names
 };

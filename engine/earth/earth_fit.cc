@@ -56,9 +56,9 @@ Sim3 Moved(const Sim3& s, const Eigen::Vector3d& pivot, const Vector7& step) {
   const double scale = std::exp(step[0]);
   const Eigen::Vector3d omega = step.segment<3>(1);
   const double angle = omega.norm();
-  const Eigen::Quaterniond turn =
-      angle > 0 ? Eigen::Quaterniond(Eigen::AngleAxisd(angle, omega / angle))
-                : Eigen::Quaterniond::Identity();
+  const Eigen::Quaterniond turn = angle > 0
+                                      ? Eigen::Quaterniond(Eigen::AngleAxisd(angle, omega / angle))
+                                      : Eigen::Quaterniond::Identity();
   const Eigen::Vector3d d = step.tail<3>();
   return {s.scale * scale, (turn * s.rotation).normalized(),
           pivot + scale * (turn * (s.translation - pivot)) + d};
@@ -67,8 +67,7 @@ Sim3 Moved(const Sim3& s, const Eigen::Vector3d& pivot, const Vector7& step) {
 // What is fitted, and the common errors of groups.
 class Fitter {
  public:
-  Fitter(std::span<const EarthAnchor> anchors, const UpDirection& up)
-      : anchors_(anchors), up_(up) {
+  Fitter(std::span<const EarthAnchor> anchors, const UpDirection& up) : anchors_(anchors), up_(up) {
     for (const EarthAnchor& anchor : anchors) {
       if (anchor.group == 0) continue;
       Group& group = groups_[anchor.group];
@@ -140,8 +139,7 @@ class Fitter {
       count += (InformationOf(anchor).array() > 0).count();
     }
     const double freedom = std::max(0.0, count - 7);
-    const double excess =
-        std::max(1.0, (weighted + kPriorErrors) / (freedom + kPriorErrors));
+    const double excess = std::max(1.0, (weighted + kPriorErrors) / (freedom + kPriorErrors));
     fit.covariance = excess * solver.solve(Matrix7::Identity());
     if (!fit.covariance.allFinite()) return std::nullopt;
     constexpr double kDegrees = 180 / std::numbers::pi;

@@ -27,14 +27,14 @@ struct EarthAnchor {
 
 struct EarthFit {
   Sim3 enu_from_world;
-  Eigen::Vector3d pivot;                    // as in EarthPlace, like
-  Eigen::Matrix<double, 7, 7> covariance;   // this
-  std::vector<bool> agrees;                 // by anchor
-  std::vector<Eigen::Vector3d> error_m;     // by anchor: told minus fitted
-  double heading_deviation_deg = 0;         // standard deviations: of the rotation about up,
-  double tilt_deviation_deg = 0;            // of the other two together,
-  double scale_deviation = 0;               // of the scale, as a share,
-  double position_deviation_m = 0;          // and of the pivot, all axes together
+  Eigen::Vector3d pivot;                   // as in EarthPlace, like
+  Eigen::Matrix<double, 7, 7> covariance;  // this
+  std::vector<bool> agrees;                // by anchor
+  std::vector<Eigen::Vector3d> error_m;    // by anchor: told minus fitted
+  double heading_deviation_deg = 0;        // standard deviations: of the rotation about up,
+  double tilt_deviation_deg = 0;           // of the other two together,
+  double scale_deviation = 0;              // of the scale, as a share,
+  double position_deviation_m = 0;         // and of the pivot, all axes together
 };
 
 // Robust least squares (Cauchy) over the seven degrees of freedom and one common error for each

@@ -91,7 +91,9 @@ class ToWgs84 final {
   }
 
  private:
-  ToWgs84() : context_(proj_context_create(), &proj_context_destroy), transform_(nullptr, &proj_destroy) {}
+  ToWgs84()
+      : context_(proj_context_create(), &proj_context_destroy),
+        transform_(nullptr, &proj_destroy) {}
   std::unique_ptr<PJ_CONTEXT, decltype(&proj_context_destroy)> context_;
   std::unique_ptr<PJ, decltype(&proj_destroy)> transform_;
 };
@@ -116,10 +118,9 @@ Result<GroundLine> ParseLine(std::string_view text, int number, const ToWgs84& t
   line.x_px = numbers[3];
   line.y_px = numbers[4];
   line.photo = fields[5];
-  line.point = fields.size() > 6
-                   ? std::string(fields[6])
-                   : std::string(fields[0]) + " " + std::string(fields[1]) + " " +
-                         std::string(fields[2]);
+  line.point = fields.size() > 6 ? std::string(fields[6])
+                                 : std::string(fields[0]) + " " + std::string(fields[1]) + " " +
+                                       std::string(fields[2]);
   line.number = number;
   return line;
 }

@@ -28,8 +28,7 @@ Eigen::Matrix3d InformationAt(std::span<const Rigid3> cams, const Eigen::Vector3
   for (const Rigid3& cam : cams) {
     const Eigen::Matrix3d r = cam.rotation.toRotationMatrix();
     const Eigen::Vector3d right = r.row(0), forward = r.row(2);
-    const double roll = right.dot(up) / kRollDeviation,
-                 pitch = forward.dot(up) / kPitchDeviation;
+    const double roll = right.dot(up) / kRollDeviation, pitch = forward.dot(up) / kPitchDeviation;
     sum += WeightOf(roll) / (kRollDeviation * kRollDeviation) * right * right.transpose();
     sum += WeightOf(pitch) / (kPitchDeviation * kPitchDeviation) * forward * forward.transpose();
   }

@@ -17,11 +17,11 @@ namespace veduta {
 // One step that is due.
 struct DueStep {
   FollowUpKind kind = FollowUpKind::kPropagation;
-  ImageId image;                    // kPropagation: the photo to try again
+  ImageId image;  // kPropagation: the photo to try again
   // kAdjustment: the one to adjust; kGeoreference: the one to look for; kJudgment: the first of two
   ReconstructionId reconstruction;
-  ReconstructionId other = {};      // kJudgment: the second
-  SubmapId submap = {};             // kAdjustment: the submap to adjust; none: the whole
+  ReconstructionId other = {};  // kJudgment: the second
+  SubmapId submap = {};         // kAdjustment: the submap to adjust; none: the whole
   // Whether it is computed without a turn of the writer, while others write: a vocabulary, and the
   // whole of a reconstruction that is larger than a group of submaps (large_adjustment.h).
   bool is_long = false;

@@ -61,9 +61,8 @@ Result<Told> WhatIsTold(const Snapshot& snapshot, ReconstructionId reconstructio
   }));
   VEDUTA_RETURN_IF_ERROR(inner);
   VEDUTA_ASSIGN_OR_RETURN(told.seen, SeeGroundPoints(snapshot, points));
-  std::erase_if(told.seen, [&](const SeenGroundPoint& seen) {
-    return seen.reconstruction != reconstruction;
-  });
+  std::erase_if(told.seen,
+                [&](const SeenGroundPoint& seen) { return seen.reconstruction != reconstruction; });
   return told;
 }
 
@@ -117,8 +116,8 @@ std::vector<EarthAnchor> AnchorsOf(const Told& told, const LocalFrame& frame, do
   for (const SeenGroundPoint& seen : told.seen) {
     const GroundPoint& point = told.points[seen.point];
     const double deviation = std::hypot(point.deviation_m, scale * seen.deviation);
-    anchors.push_back({seen.world, frame.FromGeo(point.position),
-                       Eigen::Vector3d::Constant(deviation)});
+    anchors.push_back(
+        {seen.world, frame.FromGeo(point.position), Eigen::Vector3d::Constant(deviation)});
   }
   return anchors;
 }
@@ -236,8 +235,8 @@ Status SetGroundPoints(std::span<const GroundPoint> points, const std::string& a
   VEDUTA_ASSIGN_OR_RETURN(const std::vector<GroundPoint> before, scope.base->ListGroundPoints());
   for (const GroundPoint& point : before) scope.transaction->DeleteGroundPoint(point.name);
   for (const GroundPoint& point : points) scope.transaction->PutGroundPoint(point);
-  AppendJournal({0, 0, actor, "ground", {}, {}, std::to_string(points.size()) + " points"},
-                &state, scope.transaction.get());
+  AppendJournal({0, 0, actor, "ground", {}, {}, std::to_string(points.size()) + " points"}, &state,
+                scope.transaction.get());
   const bool is_told = !points.empty() || (state.counts && state.counts->located > 0);
   VEDUTA_ASSIGN_OR_RETURN(const std::vector<ReconstructionRecord> living, ListLiving(*scope.base));
   for (const ReconstructionRecord& record : living) {

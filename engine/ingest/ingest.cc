@@ -4,8 +4,8 @@
 #include <algorithm>
 
 #include "engine/ingest/follow_up_steps.h"
-#include "engine/ingest/georeferencing.h"
 #include "engine/ingest/forbidding.h"
+#include "engine/ingest/georeferencing.h"
 #include "engine/ingest/judging.h"
 #include "engine/ingest/photo_locator.h"
 #include "engine/ingest/photo_removal.h"

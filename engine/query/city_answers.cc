@@ -209,8 +209,8 @@ Result<ImageAnswer> ImageAnswerOf(const Snapshot& snapshot, const ImageRecord& i
     if (found != all_unsure->end()) answer.may_stand_in = found->second;
     if (answer.may_stand_in.empty()) {
       answer.cam_from_world = ToPlain(pose->cam_from_world);
-      VEDUTA_ASSIGN_OR_RETURN(answer.on_earth, EarthPoseIn(snapshot, pose->reconstruction,
-                                                           pose->cam_from_world));
+      VEDUTA_ASSIGN_OR_RETURN(answer.on_earth,
+                              EarthPoseIn(snapshot, pose->reconstruction, pose->cam_from_world));
     }
     VEDUTA_ASSIGN_OR_RETURN(answer.hypotheses, HypothesesOf(snapshot, pose->reconstruction));
   }

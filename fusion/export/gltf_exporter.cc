@@ -18,8 +18,8 @@ class GltfExporter final : public Exporter {
     std::vector<ViewGeometry> views;
     for (const ExportedCamera& camera : model.cameras) views.push_back(camera.geometry);
     const bool is_on_earth = IsOnEarth(record, request_);
-    const Eigen::Vector3d up = is_on_earth ? Eigen::Vector3d(Eigen::Vector3d::UnitZ())
-                                           : MeanUp(views);
+    const Eigen::Vector3d up =
+        is_on_earth ? Eigen::Vector3d(Eigen::Vector3d::UnitZ()) : MeanUp(views);
     VEDUTA_ASSIGN_OR_RETURN(auto as_given, OpenGlb(folder + "/model.glb", {}, up));
     const auto writer = MoveModel(std::move(as_given), ModelFromWorld(record, request_));
     VEDUTA_RETURN_IF_ERROR(AddTiles(snapshot_, model.tiles, request_.error_max, writer.get()));

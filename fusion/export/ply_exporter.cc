@@ -25,9 +25,9 @@ class PlyExporter final : public Exporter {
     const auto points = MoveModel(std::move(as_given), to_from_world);
     VEDUTA_RETURN_IF_ERROR(points->AddPoints(model.points));
     VEDUTA_RETURN_IF_ERROR(points->Finish().status());
-    VEDUTA_RETURN_IF_ERROR(WriteCameras(folder + "/cameras",
-                                        MoveCameras(model.cameras, to_from_world),
-                                        kCameraDepth * to_from_world.scale * box.diagonal().norm()));
+    VEDUTA_RETURN_IF_ERROR(
+        WriteCameras(folder + "/cameras", MoveCameras(model.cameras, to_from_world),
+                     kCameraDepth * to_from_world.scale * box.diagonal().norm()));
     if (!HasSurface(model.tiles)) return model.Counts(folder, {});
     VEDUTA_ASSIGN_OR_RETURN(as_given, OpenPly(folder + "/mesh.ply", {}));
     const auto mesh = MoveModel(std::move(as_given), to_from_world);

@@ -30,7 +30,7 @@ struct ImageRecord {
   int64_t time_unix_s = 0;  // when it was applied; not part of the digest
   Verdict verdict = Verdict::kRejected;
   Reason reason = Reason::kNone;
-  std::string detail;  // the reason with its numbers, for a person
+  std::string detail;         // the reason with its numbers, for a person
   std::optional<GpsFix> gps;  // what the photo says of where it was taken
 };
 

@@ -100,8 +100,7 @@ Status Read(schema::EarthPlace::Reader from, EarthPlace* place) {
 }  // namespace
 
 Status Check(const GpsFix& fix) {
-  VEDUTA_RETURN_IF_ERROR(
-      CheckPlace(fix.latitude_deg, fix.longitude_deg, fix.height_m.value_or(0)));
+  VEDUTA_RETURN_IF_ERROR(CheckPlace(fix.latitude_deg, fix.longitude_deg, fix.height_m.value_or(0)));
   if (!(std::isfinite(fix.accuracy_m) && fix.accuracy_m >= 0))
     return Broken("accuracy_m", fix.accuracy_m, "finite and not below 0");
   return Status::Ok();

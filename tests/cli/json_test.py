@@ -101,6 +101,30 @@ def make_doubtful(keep):
     assert any(shown['hypotheses'] for shown in PRINTED['veduta show'])
 
 
+def make_on_earth(keep):
+    """Photos with GPS, and a surveyed point that three of them show."""
+    photos = render('gps', '--photos', '24', '--length', '20', '--size', SIZE, '--gps', '2')
+    db = new_database('on earth')
+    PRINTED['veduta add'] += lines_of(*add_command(db, photos))
+    must('export', db, at('for points'), '--format', 'colmap')
+    with open(at('for points', '0', 'images.txt'), encoding='utf-8') as file:
+        rows = [line.split() for line in file if not line.startswith('#')]
+    seen = collections.defaultdict(list)
+    for image, points in zip(rows[0::2], rows[1::2]):
+        for x, y, point in zip(points[0::3], points[1::3], points[2::3]):
+            seen[point].append((image[9], float(x) - 0.5, float(y) - 0.5))
+    seen.pop('-1', None)
+    point = max(seen.values(), key=len)
+    write(at('gcp.txt'), '\n'.join(
+        ['EPSG:4326'] + [f'15.44 47.07 350 {x} {y} {name} corner' for name, x, y in point]
+        + ['15.44 47.07 350 1 2 none.jpg corner']).encode())
+    keep('georeference', 'georeference', db, '--gcp', at('gcp.txt'))
+    keep('show', 'show', db, point[0][0])
+    keep('pose', 'pose', db, point[0][0])
+    write(at('asked.jpg'), read(os.path.join(photos, point[0][0])) + b'\0')
+    keep('localize', 'localize', db, '--camera', 'c', at('asked.jpg'))
+
+
 def make_dense():
     """A database with one reconstruction and its surface."""
     photos, db = render('sixteen', '--photos', '16', '--size', SIZE), new_database('dense')
@@ -127,6 +151,7 @@ def setUpModule():
     for number in sorted({line['reconstruction'] for line in lines} - {None}):
         keep('reconstruction', 'reconstruction', merged, str(number))
     make_doubtful(keep)
+    make_on_earth(keep)
     dense = make_dense()
     keep('densify', 'densify', dense, '--size', '160', '--device', 'cpp')
     keep('export', 'export', dense, at('model'), '--format', 'ply')

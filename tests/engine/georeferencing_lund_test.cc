@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // Goal: a real walk with a phone's GPS comes to lie where it was: along the street, as long as it,
 //   the camera looking ahead; and what is said of the errors is so.
-// Method: the photos of streets/lund with the positions of gps.csv written into their EXIF; of every
-//   second photo alone, and the others are asked. Skipped where the photos are missing.
+// Method: the photos of streets/lund with the positions of gps.csv written into their EXIF; of
+//   every second photo alone, and the others are asked. Skipped where the photos are missing.
 #include <gtest/gtest.h>
 
 #include <filesystem>
@@ -115,12 +115,12 @@ TEST_F(Lund, LiesAlongItsStreet) {
   // People look to the houses a little; the whole set looks along the street.
   EXPECT_LT(std::abs(off_deg), 20);
   EXPECT_LT(earth.heading_stddev_deg, 10);
-  RecordProperty("way", std::to_string(way.head<2>().norm()));
-  std::printf("%zu photos on the earth, %.1f m, GPS says %.1f m; heading %.1f degrees off the course; "
-              "stddev: heading %.2g, tilt %.2g, scale %.2g %%, position %.2g m; fixes agree to %.2g m\n",
-              fitted.size(), way.head<2>().norm(), told_way.head<2>().norm(), off_deg,
-              earth.heading_stddev_deg, earth.tilt_stddev_deg, 100 * earth.scale_stddev_share,
-              earth.position_stddev_m, earth.fixes.error_m);
+  std::printf(
+      "%zu photos on the earth, %.1f m, GPS says %.1f m; heading %.1f degrees off the course; "
+      "stddev: heading %.2g, tilt %.2g, scale %.2g %%, position %.2g m; fixes agree to %.2g m\n",
+      fitted.size(), way.head<2>().norm(), told_way.head<2>().norm(), off_deg,
+      earth.heading_stddev_deg, earth.tilt_stddev_deg, 100 * earth.scale_stddev_share,
+      earth.position_stddev_m, earth.fixes.error_m);
 }
 
 TEST_F(Lund, WhatItSaysOfItsErrorsIsSo) {
@@ -132,11 +132,9 @@ TEST_F(Lund, WhatItSaysOfItsErrorsIsSo) {
     for (size_t i = 1 - odd; i < walk_.size(); i += 2) {
       const std::optional<EarthPose> pose = PoseOf(city, walk_[i]);
       if (!pose) continue;
-      const Eigen::Vector3d error =
-          LocalFrame(pose->position).FromGeo(PositionOf(walk_[i].fix));
+      const Eigen::Vector3d error = LocalFrame(pose->position).FromGeo(PositionOf(walk_[i].fix));
       const double gps = walk_[i].fix.accuracy_m;
-      const double variance =
-          pose->horizontal_stddev_m * pose->horizontal_stddev_m + 2 * gps * gps;
+      const double variance = pose->horizontal_stddev_m * pose->horizontal_stddev_m + 2 * gps * gps;
       squares += error.head<2>().squaredNorm() / variance;
       EXPECT_LT(error.head<2>().squaredNorm() / variance, 9) << walk_[i].name;
       ++count;

@@ -41,6 +41,8 @@ PACKAGES = {
     'png.h': ('PNG::PNG',),
     'tiffio.h': ('TIFF::TIFF',),
     'exiv2/': ('exiv2lib',),
+    'GeographicLib/': ('GeographicLib::GeographicLib',),
+    'proj.h': ('PROJ::proj',),
     'libheif/': ('heif::heif',),
     'libde265/': ('de265::de265',),
     'webp/mux.h': ('webpmux::webpmux',),

@@ -169,7 +169,7 @@ TEST(Answers, ImageWithoutAPose) {
                 R"("bytes":5000,)"
                 R"("sha256":"ab12","contributor":"anna","time":1700000000,"features":900,)"
                 R"("observations":300,"neighbors":[],"depth_map":null,"uncertainty":null,)"
-                R"("hypotheses":[]})");
+                R"("hypotheses":[],"gps":null,"on_earth":null})");
 }
 
 TEST(Answers, ImageWithAll) {
@@ -198,7 +198,8 @@ TEST(Answers, ImageWithAll) {
             R"("sensors":["b.jpg","c.jpg"],"geometry_version":6})");
   EXPECT_EQ(JsonLine(PoseJson(image)),
             R"({"image":"a.jpg","reconstruction":3,"rotation_wxyz":[1.0,0.0,0.0,0.0],)"
-            R"("translation":[4.0,5.0,6.0],"center":[-4.0,-5.0,-6.0],"uncertainty":)" +
+            R"("translation":[4.0,5.0,6.0],"center":[-4.0,-5.0,-6.0],"on_earth":null,)"
+            R"("uncertainty":)" +
                 uncertainty + "}");
 }
 
@@ -313,7 +314,8 @@ TEST(Added, Localized) {
             R"({"image":"a.jpg","verdict":"localized","reason":")" +
                 ReasonSentence(photo.reason, "with 9") +
                 R"(","stored":7,"reconstruction":2,"pose":{"rotation_wxyz":[0.5,0.5,0.5,-0.5],)"
-                R"("translation":[1.0,2.0,3.0],"center":[4.0,5.0,6.0]},"uncertainty":null,)"
+                R"("translation":[1.0,2.0,3.0],"center":[4.0,5.0,6.0]},"on_earth":null,)"
+                R"("uncertainty":null,)"
                 R"("camera":null,"neighbors":5,"inliers":77,"pairs_tried":24,)"
                 R"("support":[{"id":3,"image":"c.jpg","points":80}],)"
                 R"("damaged":[{"id":9,"what":"its features"}],)"
@@ -454,7 +456,7 @@ TEST(Removal, Forbidden) {
 TEST(Dense, Outputs) {
   EXPECT_EQ(JsonLine(ToJson(ExportedModel{ReconstructionId(1), "out/0", 2, 3, 4, 5})),
             R"({"reconstruction":1,"folder":"out/0","images":2,"points":3,"vertices":4,)"
-            R"("triangles":5})");
+            R"("triangles":5,"on_earth":false})");
   EXPECT_EQ(JsonLine(ToJson(RenderReport{0.5, 7, 6})),
             R"({"covered_share":0.5,"error_median":7.0,"error_median_balanced":6.0})");
 }

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Goal: what a camera says of itself and of where it was is read from a block of EXIF; what is broken or senseless is
-//   as good as absent.
+// Goal: what a camera says of itself and of where it was is read from a block of EXIF; what is
+//   broken or senseless is as good as absent.
 // Method: blocks that exiv2 writes, cut short and with flipped bytes.
 #include "engine/camera/exif.h"
 
@@ -95,9 +95,10 @@ TEST(Exif, TellsWhereAPhotoWasTaken) {
 TEST(Exif, SenselessPlacesAreAbsent) {
   using Changes = std::vector<std::pair<const char*, const char*>>;
   for (const Changes& changes :
-       {Changes{{"GPSLatitude", ""}}, Changes{{"GPSLongitude", ""}}, Changes{{"GPSLatitudeRef", ""}},
-        Changes{{"GPSLongitudeRef", "X"}}, Changes{{"GPSLatitude", "91/1 0/1 0/1"}},
-        Changes{{"GPSLongitude", "181/1 0/1 0/1"}}, Changes{{"GPSLatitude", "47/0 4/1 12/1"}},
+       {Changes{{"GPSLatitude", ""}}, Changes{{"GPSLongitude", ""}},
+        Changes{{"GPSLatitudeRef", ""}}, Changes{{"GPSLongitudeRef", "X"}},
+        Changes{{"GPSLatitude", "91/1 0/1 0/1"}}, Changes{{"GPSLongitude", "181/1 0/1 0/1"}},
+        Changes{{"GPSLatitude", "47/0 4/1 12/1"}},
         Changes{{"GPSLatitude", "0/1 0/1 0/1"}, {"GPSLongitude", "0/1 0/1 0/1"}},
         Changes{{"GPSStatus", "V"}}})
     EXPECT_FALSE(ReadExifGps(GpsBlock(changes)));

@@ -41,8 +41,8 @@ Walk MakeWalk(uint64_t seed, int count, double bend_m, double deviation_m, uint3
   for (int i = 0; i < count; ++i) {
     const double along = 100.0 * i / (count - 1);
     const Eigen::Vector3d enu(along, bend_m * std::sin(std::numbers::pi * along / 100), 1.6);
-    const Rigid3 held = HeldCamera(enu, 360 * random.Unit(), 8 * Normal(&random),
-                                   2 * Normal(&random));
+    const Rigid3 held =
+        HeldCamera(enu, 360 * random.Unit(), 8 * Normal(&random), 2 * Normal(&random));
     walk.cams.push_back(TransformCameraWorld(world_from_enu, held));
     EarthAnchor anchor;
     anchor.world = world_from_enu * enu;
@@ -98,8 +98,7 @@ TEST(FitEarth, WrongPlacesDoNotMoveIt) {
   for (size_t i = 0; i < 9; ++i) walk.anchors[3 * i].enu_m += Eigen::Vector3d(400, -300, 0);
   const auto fit = Fit(walk);
   ASSERT_TRUE(fit);
-  EXPECT_LT(FarthestOff(fit->enu_from_world, walk),
-            FarthestOff(before->enu_from_world, walk) + 2);
+  EXPECT_LT(FarthestOff(fit->enu_from_world, walk), FarthestOff(before->enu_from_world, walk) + 2);
   for (size_t i = 0; i < 30; ++i) EXPECT_EQ(fit->agrees[i], i % 3 != 0 || i >= 27) << i;
 }
 
@@ -111,8 +110,7 @@ TEST(FitEarth, SurveyedPointsOutweighGps) {
     EarthAnchor point;
     point.world = kTruth.Inverse() * enu;
     point.deviation_m.setConstant(0.02);
-    point.enu_m =
-        enu + 0.02 * Eigen::Vector3d(Normal(&random), Normal(&random), Normal(&random));
+    point.enu_m = enu + 0.02 * Eigen::Vector3d(Normal(&random), Normal(&random), Normal(&random));
     walk.anchors.push_back(point);
   }
   const auto fit = Fit(walk);

@@ -31,8 +31,7 @@ Rigid3 CameraAt(const EarthPlace& place, const GeoPosition& position, double hea
   const Eigen::Vector3d enu = origin.FromGeo(position);
   origin.ToGeo(enu, &there_from_here);
   const Rigid3 held = HeldCamera(Eigen::Vector3d::Zero(), heading_deg, pitch_deg, roll_deg);
-  const Eigen::Quaterniond cam_from_here =
-      held.rotation * Eigen::Quaterniond(there_from_here);
+  const Eigen::Quaterniond cam_from_here = held.rotation * Eigen::Quaterniond(there_from_here);
   const Rigid3 cam_from_enu{cam_from_here, -(cam_from_here * enu)};
   return TransformCameraWorld(place.enu_from_world.Inverse(), cam_from_enu);
 }
@@ -67,10 +66,10 @@ TEST(EarthPose, ErrsAsItsPlaceDoes) {
   place.pivot = {100, 0, 0};
   // At the pivot rotation and scale do nothing.
   const Eigen::Vector3d at_pivot = place.enu_from_world.Inverse() * place.pivot;
-  EXPECT_LT((PositionCovariance(place, at_pivot) -
-             Eigen::Vector3d(4, 9, 16).asDiagonal().toDenseMatrix())
-                .norm(),
-            1e-9);
+  EXPECT_LT(
+      (PositionCovariance(place, at_pivot) - Eigen::Vector3d(4, 9, 16).asDiagonal().toDenseMatrix())
+          .norm(),
+      1e-9);
   // 200 m to the east of it they do.
   const Eigen::Vector3d far = place.enu_from_world.Inverse() * Eigen::Vector3d(300, 0, 0);
   const Eigen::Matrix3d there = PositionCovariance(place, far);

@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-// Goal: files of surveyed points are read as ODM writes them, in coordinates of surveyors; a wrong
-//   line is named.
-// Method: positions that are known in two kinds of coordinates; each rule broken once; seeded texts.
+// Goal: files of surveyed points are read as ODM writes them, in coordinates of surveyors; a line
+//   that is wrong is named.
+// Method: positions that are known in two kinds of coordinates; each rule broken once; texts of
+//   seeded bytes.
 #include "engine/earth/ground_file.h"
 
 #include <gtest/gtest.h>
@@ -34,8 +35,7 @@ TEST(ParseGroundPoints, ReadsLinesOfOdm) {
   EXPECT_NEAR((*lines)[0].position.longitude_deg, 15, 1e-9);
   EXPECT_NEAR((*lines)[0].position.latitude_deg, 47.0703, 1e-3);
   EXPECT_EQ((*lines)[0].position.height_m, 353.2);
-  const Eigen::Vector3d between =
-      LocalFrame((*lines)[0].position).FromGeo((*lines)[2].position);
+  const Eigen::Vector3d between = LocalFrame((*lines)[0].position).FromGeo((*lines)[2].position);
   // UTM's scale on that meridian is 0.9996.
   EXPECT_NEAR(between.x(), 10 / 0.9996, 2e-3);
   EXPECT_NEAR(between.y(), -0.5 / 0.9996, 2e-3);

@@ -14,8 +14,8 @@ TEST(LocalFrame, GoesThereAndBack) {
                                     GeoPosition{0, 0, 0}, GeoPosition{71, -179.9, -5}}) {
     const LocalFrame frame(origin);
     EXPECT_LT(frame.FromGeo(origin).norm(), 1e-8);
-    for (const Eigen::Vector3d& enu :
-         {Eigen::Vector3d(1, 2, 3), Eigen::Vector3d(-5000, 4000, 100), Eigen::Vector3d(1e5, 0, 0)}) {
+    for (const Eigen::Vector3d& enu : {Eigen::Vector3d(1, 2, 3), Eigen::Vector3d(-5000, 4000, 100),
+                                       Eigen::Vector3d(1e5, 0, 0)}) {
       EXPECT_LT((frame.FromGeo(frame.ToGeo(enu)) - enu).norm(), 1e-6);
     }
   }

@@ -81,6 +81,7 @@ TEST(DueWork, StepsComeInTheirOrderAndFailedOnesAreSetAside) {
   hypothesis.b = ReconstructionId(7);
   hypothesis.is_due = false;
   transaction->PutHypothesis(hypothesis);
+  transaction->PutGroundPoint({"corner", {47, 15, 300}, 0.05, {}});
   ASSERT_OK(transaction->Commit());
 
   const Retrieval retrieval({.compare_all_max = 6});
@@ -96,6 +97,8 @@ TEST(DueWork, StepsComeInTheirOrderAndFailedOnesAreSetAside) {
                               {FollowUpKind::kAdjustment, {}, ReconstructionId(1), {}, SubmapId(4)},
                               {FollowUpKind::kAdjustment, {}, second},
                               {FollowUpKind::kJudgment, {}, ReconstructionId(1), second},
+                              {FollowUpKind::kGeoreference, {}, ReconstructionId(1)},
+                              {FollowUpKind::kGeoreference, {}, second},
                               {FollowUpKind::kVocabulary, {}, {}}};
   for (const DueStep& step : expected) {
     const auto due = next();

@@ -13,6 +13,8 @@
 #            (issue 10)
 #   format3  veduta of ab8b436, the last commit before the family `uploads`, with the veduta-street
 #            of that commit and SIZE 240x180: founding asks for more than in the days of format 2
+#   format4  veduta and veduta-street of febfadc, the last commit before places on the earth, with
+#            SIZE 240x180
 # Needs Linux namespaces (unshare): RocksDB writes the name of the machine into its tables, so the
 # binaries run on a machine that is called `fixture`.
 set -euo pipefail

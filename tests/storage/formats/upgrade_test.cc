@@ -122,15 +122,14 @@ TEST_P(Upgrade, SurvivesEveryFailedWrite) {
   EXPECT_GT(refused, 5u);
 }
 
-INSTANTIATE_TEST_SUITE_P(Formats, Upgrade,
-                         testing::Combine(testing::Values(std::string("format1"),
-                                                          std::string("format2"),
-                                                          std::string("format3")),
-                                          testing::Bool()),
-                         [](const auto& info) {
-                           return std::get<0>(info.param) +
-                                  (std::get<1>(info.param) ? "_power_cut" : "_crash");
-                         });
+INSTANTIATE_TEST_SUITE_P(
+    Formats, Upgrade,
+    testing::Combine(testing::Values(std::string("format1"), std::string("format2"),
+                                     std::string("format3"), std::string("format4")),
+                     testing::Bool()),
+    [](const auto& info) {
+      return std::get<0>(info.param) + (std::get<1>(info.param) ? "_power_cut" : "_crash");
+    });
 
 }  // namespace
 }  // namespace veduta

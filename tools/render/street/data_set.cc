@@ -96,8 +96,8 @@ Status RenderOne(const Scene& scene, const StreetCamera& camera, const DataSetOp
   VEDUTA_ASSIGN_OR_RETURN(const StreetPhoto photo, RenderPhoto(scene, camera, render));
   VEDUTA_ASSIGN_OR_RETURN(std::vector<uint8_t> jpeg, EncodeJpeg(photo, options.jpeg_quality));
   if (options.gps_m > 0) {
-    const Eigen::Vector3d received = ReceivedPosition(
-        camera.cam_from_world.Center(), options.gps_m, options.render.seed, index);
+    const Eigen::Vector3d received =
+        ReceivedPosition(camera.cam_from_world.Center(), options.gps_m, options.render.seed, index);
     VEDUTA_ASSIGN_OR_RETURN(jpeg, WithGpsTags(jpeg, FixAt(received, options.gps_m)));
   }
   VEDUTA_RETURN_IF_ERROR(WriteBytes(jpeg, folder / "photos" / camera.name));

@@ -40,8 +40,8 @@ Exiv2::URationalValue AngleOf(double degrees) {
 
 }  // namespace
 
-Eigen::Vector3d ReceivedPosition(const Eigen::Vector3d& center_m, double deviation_m,
-                                 uint64_t seed, uint64_t photo) {
+Eigen::Vector3d ReceivedPosition(const Eigen::Vector3d& center_m, double deviation_m, uint64_t seed,
+                                 uint64_t photo) {
   const Eigen::Vector3d common = DrawNormal(MixSeed(seed, 0)),
                         own = DrawNormal(MixSeed(seed, photo + 1));
   const Eigen::Vector3d deviation(deviation_m, deviation_m, 2 * deviation_m);
@@ -67,8 +67,7 @@ Result<std::vector<uint8_t>> WithGpsTags(std::span<const uint8_t> jpeg, const Gp
       data["Exif.GPSInfo.GPSAltitudeRef"] = *fix.height_m < 0 ? "1" : "0";
       data["Exif.GPSInfo.GPSAltitude"] = Thousandths(std::abs(*fix.height_m));
     }
-    if (fix.accuracy_m > 0)
-      data["Exif.GPSInfo.GPSHPositioningError"] = Thousandths(fix.accuracy_m);
+    if (fix.accuracy_m > 0) data["Exif.GPSInfo.GPSHPositioningError"] = Thousandths(fix.accuracy_m);
     const auto image = Exiv2::ImageFactory::open(jpeg.data(), static_cast<long>(jpeg.size()));
     image->setExifData(data);
     image->writeMetadata();

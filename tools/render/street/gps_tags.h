@@ -18,8 +18,8 @@ inline constexpr GeoPosition kStreetOrigin{47.07, 15.44, 350};
 // Where a receiver believes to be that is at `center_m`. Its errors are normal: those on the plan
 // have the deviation along each axis, heights twice of it. Half of the variance is the same error
 // in all photos of one seed.
-Eigen::Vector3d ReceivedPosition(const Eigen::Vector3d& center_m, double deviation_m,
-                                 uint64_t seed, uint64_t photo);
+Eigen::Vector3d ReceivedPosition(const Eigen::Vector3d& center_m, double deviation_m, uint64_t seed,
+                                 uint64_t photo);
 
 // A position of the street as a receiver tells it.
 GpsFix FixAt(const Eigen::Vector3d& position_m, double accuracy_m);
