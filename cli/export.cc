@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// veduta export DB OUT --format colmap|colmap-binary|nerfstudio|ply|gltf [--error E]
+// veduta export DB OUT --format FORMAT [--error E]
 //   [--on-earth] [--json]
 #include "cli/command.h"
 #include "cli/wire/dense_json.h"
@@ -53,9 +53,11 @@ void RegisterExport(CLI::App* app, int* exit_code) {
   command->add_option("OUT", arguments->request.folder, "Folder to make")->required();
   command
       ->add_option("--format", arguments->request.format,
-                   "colmap, colmap-binary: a model per folder, as text or binary; nerfstudio: "
-                   "transforms.json with undistorted photos and points; ply: points, mesh, "
-                   "cameras; gltf: all in one model.glb")
+                   "colmap, colmap-binary: a model per folder, as text or binary; "
+                   "colmap-undistorted: with undistorted photos, for trainers of splats; "
+                   "nerfstudio: transforms.json with undistorted photos and points; openmvs: "
+                   "scene.mvs with undistorted photos; ply: points, mesh, cameras; gltf: all in "
+                   "one model.glb")
       ->check(CLI::IsMember(ExportFormats()));
   command->add_flag("--on-earth", arguments->request.on_earth,
                     "ply and gltf: metres to the east, the north and above an origin, which "

@@ -55,6 +55,9 @@ void MergeRecords(const Merge& merge, bool is_into_parted, ReconstructionRecord*
   into->reprojection_error_px_sum += from->reprojection_error_px_sum;
   from->merged_into = into->id;
   from->merged_from_this = merge.into_from;
+  // What tells of its place tells of the whole now.
+  from->georeference = Georeference();
+  if (into->georeference.images_at_look > 0) into->georeference.images_at_look = 1;
   from->image_count = 0;
   from->point_count = from->observation_count = 0;
   from->reprojection_error_px_sum = 0;
@@ -160,6 +163,7 @@ Status WriteWhole(const CityMap& map, Database* database, Transaction* transacti
   const std::vector<ImageId> members = MembersOf(map, record->id);
   record->image_count = record->images_at_adjustment = static_cast<uint32_t>(members.size());
   record->is_dissolved = members.empty();
+  if (record->is_dissolved) record->georeference = Georeference();
   ++record->geometry_version;
   for (const ImageId home : members) {
     const PointBlock block = map.StoredBlock(home);

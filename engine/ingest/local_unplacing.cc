@@ -119,6 +119,7 @@ Status WriteUnplacedLocally(const CityMap& map, const Snapshot& snapshot,
     // The adjustment of the whole is due, or that of the submaps that see something less.
     if (!submaps.IsParted(id)) record.images_at_adjustment = 0;
     record.is_dissolved = record.image_count == 0;
+    if (record.is_dissolved) record.georeference = Georeference();
     transaction->PutReconstruction(record);
   }
   VEDUTA_RETURN_IF_ERROR(submaps.Follow(map, snapshot));

@@ -162,6 +162,8 @@ class StructureChecker final {
            [&] { return name + " was merged into one that does not exist, or into itself"; });
     Expect(!record.is_dissolved || (!record.merged_into.valid() && record.image_count == 0),
            [&] { return name + " is said to be dissolved, and has images or was merged"; });
+    Expect(record.is_living() || !record.georeference.place,
+           [&] { return name + " does not live, and has a place on the earth"; });
     const Sim3& s = record.merged_from_this;
     Expect(std::abs(s.rotation.norm() - 1) < kNormSlack,
            [&] { return name + ": the rotation of its merge is not of unit length"; });

@@ -386,6 +386,7 @@ Status WriteGone(const StoredMap& map, HealingWork* healing) {
     record.image_count = 0;
     record.point_count = record.observation_count = 0;
     record.reprojection_error_px_sum = 0;
+    record.georeference = Georeference();
     healing->reconstructions[id] = record;
     VEDUTA_RETURN_IF_ERROR(healing->writer.Put(
         [&](Transaction& transaction) { transaction.PutReconstruction(record); }));

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 
+#include <filesystem>
 #include <map>
 #include <optional>
 #include <set>
@@ -11,6 +12,8 @@
 #include "fusion/export/colmap_files.h"
 #include "fusion/export/exporter.h"
 #include "fusion/export/model_names.h"
+#include "fusion/export/told_scene.h"
+#include "fusion/export/undistorted_photos.h"
 
 namespace veduta {
 namespace {
@@ -21,15 +24,18 @@ constexpr uint64_t kNoPoint = 0;
 // For features that are computed again: a table or two. Chosen by hand; not measured.
 constexpr uint64_t kTablesBytesMax = 64ull << 20;
 
-bool IsOpenCvModel(const CameraModel& m) {
-  return IsDistorted(m) && m.u0 == m.cx && m.v0 == m.cy;
-}
+// What the photos are called that belong to the model; undistorted ones.
+using PhotoNames = std::map<ImageId, std::string>;
 
 class ColmapModel final {
  public:
   ColmapModel(const Snapshot& snapshot, const ReconstructionRecord& record,
-              const UnsureImages& unsure, ColmapFiles* files)
-      : snapshot_(snapshot), record_(record), unsure_(unsure), files_(files) {}
+              const UnsureImages& unsure, ColmapFiles* files, const PhotoNames* undistorted)
+      : snapshot_(snapshot),
+        record_(record),
+        unsure_(unsure),
+        files_(files),
+        undistorted_(undistorted) {}
 
   Status Write(const std::vector<PoseRecord>& poses) {
     VEDUTA_RETURN_IF_ERROR(FindNames(poses));
@@ -60,7 +66,16 @@ class ColmapModel final {
     if (is_written) files_->AddPoint(point_count_, point);
   }
 
+  // Whether the photos are as they were taken, and their lens is one that COLMAP knows.
+  bool IsOpenCvModel(const CameraModel& m) const {
+    return undistorted_ == nullptr && IsDistorted(m) && m.u0 == m.cx && m.v0 == m.cy;
+  }
+
   Status FindNames(const std::vector<PoseRecord>& poses) {
+    if (undistorted_ != nullptr) {
+      names_ = *undistorted_;
+      return Status::Ok();
+    }
     std::vector<ImageRecord> images(poses.size());
     std::vector<const ImageRecord*> all;
     for (size_t i = 0; i < poses.size(); ++i) {
@@ -132,6 +147,7 @@ class ColmapModel final {
   const ReconstructionRecord& record_;
   const UnsureImages& unsure_;
   ColmapFiles* const files_;
+  const PhotoNames* const undistorted_;  // null: the photos are as they were taken
   uint64_t point_count_ = 0;
   std::map<PointId, uint64_t> numbers_;  // kNoPoint for those that are not written
   std::map<ImageId, std::string> names_;
@@ -143,7 +159,9 @@ using OpenColmap = Result<std::unique_ptr<ColmapFiles>> (*)(const std::string& f
 
 class ColmapExporter final : public Exporter {
  public:
-  ColmapExporter(const Snapshot& snapshot, OpenColmap open) : snapshot_(snapshot), open_(open) {}
+  enum class Photos : uint8_t { kAsTaken, kUndistorted };
+  ColmapExporter(const Snapshot& snapshot, OpenColmap open, Photos photos)
+      : snapshot_(snapshot), open_(open), photos_(photos) {}
 
   Result<ExportedModel> Write(const ReconstructionRecord& record,
                               const std::string& folder) override {
@@ -156,15 +174,37 @@ class ColmapExporter final : public Exporter {
       }));
     }
     const std::vector<PoseRecord>& poses = (*poses_)[record.id];
-    VEDUTA_ASSIGN_OR_RETURN(const std::unique_ptr<ColmapFiles> files, open_(folder));
-    ColmapModel model(snapshot_, record, unsure_, files.get());
+    PhotoNames names;
+    std::string model_folder = folder;
+    if (photos_ == Photos::kUndistorted) {
+      VEDUTA_ASSIGN_OR_RETURN(names, WritePhotos(record.id, folder));
+      model_folder += "/sparse/0";
+      std::error_code error;
+      std::filesystem::create_directories(model_folder, error);
+      if (error)
+        return Status::IoError("cannot make folder " + model_folder + ": " + error.message());
+    }
+    VEDUTA_ASSIGN_OR_RETURN(const std::unique_ptr<ColmapFiles> files, open_(model_folder));
+    ColmapModel model(snapshot_, record, unsure_, files.get(),
+                      photos_ == Photos::kUndistorted ? &names : nullptr);
     VEDUTA_RETURN_IF_ERROR(model.Write(poses));
     return ExportedModel{record.id, folder, poses.size(), model.point_count(), 0, 0};
   }
 
  private:
+  // What they are called in images/.
+  Result<PhotoNames> WritePhotos(ReconstructionId id, const std::string& folder) const {
+    VEDUTA_ASSIGN_OR_RETURN(const Scene scene, LoadToldScene(snapshot_, id));
+    VEDUTA_ASSIGN_OR_RETURN(const auto photos, WriteUndistorted(snapshot_, scene, folder));
+    PhotoNames names;
+    for (const auto& [image, photo] : photos)
+      names[image] = std::filesystem::path(photo.path).filename().string();
+    return names;
+  }
+
   const Snapshot& snapshot_;
   const OpenColmap open_;
+  const Photos photos_;
   std::optional<std::map<ReconstructionId, std::vector<PoseRecord>>> poses_;  // once asked for
   UnsureImages unsure_;                                                       // likewise
 };
@@ -172,11 +212,19 @@ class ColmapExporter final : public Exporter {
 }  // namespace
 
 std::unique_ptr<Exporter> MakeColmapExporter(const Snapshot& snapshot, const ExportRequest&) {
-  return std::make_unique<ColmapExporter>(snapshot, OpenColmapText);
+  return std::make_unique<ColmapExporter>(snapshot, OpenColmapText,
+                                          ColmapExporter::Photos::kAsTaken);
 }
 
 std::unique_ptr<Exporter> MakeColmapBinaryExporter(const Snapshot& snapshot, const ExportRequest&) {
-  return std::make_unique<ColmapExporter>(snapshot, OpenColmapBinary);
+  return std::make_unique<ColmapExporter>(snapshot, OpenColmapBinary,
+                                          ColmapExporter::Photos::kAsTaken);
+}
+
+std::unique_ptr<Exporter> MakeColmapUndistortedExporter(const Snapshot& snapshot,
+                                                        const ExportRequest&) {
+  return std::make_unique<ColmapExporter>(snapshot, OpenColmapBinary,
+                                          ColmapExporter::Photos::kUndistorted);
 }
 
 }  // namespace veduta

@@ -12,7 +12,9 @@ namespace {
 
 constexpr ExportFormat kFormats[] = {{"colmap", false, MakeColmapExporter},
                                      {"colmap-binary", false, MakeColmapBinaryExporter},
+                                     {"colmap-undistorted", false, MakeColmapUndistortedExporter},
                                      {"nerfstudio", false, MakeNerfstudioExporter},
+                                     {"openmvs", false, MakeOpenMvsExporter},
                                      {"ply", true, MakePlyExporter},
                                      {"gltf", true, MakeGltfExporter}};
 

@@ -50,6 +50,13 @@ Result<std::vector<ExportedModel>> ExportReconstructions(const Snapshot& snapsho
 std::unique_ptr<Exporter> MakeColmapExporter(const Snapshot& snapshot, const ExportRequest&);
 // The same in COLMAP's binary format: cameras.bin, images.bin and points3D.bin.
 std::unique_ptr<Exporter> MakeColmapBinaryExporter(const Snapshot& snapshot, const ExportRequest&);
+// images/ with undistorted photos, as PNG files, and sparse/0/ with the binary model of pinhole
+// cameras that took them: the folder that COLMAP's image_undistorter makes, and from which trainers
+// of splats start.
+std::unique_ptr<Exporter> MakeColmapUndistortedExporter(const Snapshot& snapshot,
+                                                        const ExportRequest&);
+// scene.mvs of OpenMVS with images/, undistorted photos as PNG files. Holds all points.
+std::unique_ptr<Exporter> MakeOpenMvsExporter(const Snapshot& snapshot, const ExportRequest&);
 // transforms.json, points.ply and images/, as nerfstudio and trainers of splats read them: photos
 // undistorted, as PNG files, each with its camera; the camera's axes are OpenGL's (x right, y up, z
 // backward), the world is the reconstruction's. Pixels are COLMAP's. Holds one photo at a time.

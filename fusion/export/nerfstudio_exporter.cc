@@ -1,6 +1,4 @@
 // SPDX-License-Identifier: Apache-2.0
-#include <cstdio>
-#include <filesystem>
 #include <nlohmann/json.hpp>
 
 #include "fusion/export/exporter.h"
@@ -8,8 +6,7 @@
 #include "fusion/export/output_file.h"
 #include "fusion/export/surface_model.h"
 #include "fusion/export/told_scene.h"
-#include "fusion/pass/view_loader.h"
-#include "fusion/surface/renderer.h"
+#include "fusion/export/undistorted_photos.h"
 
 namespace veduta {
 namespace {
@@ -63,24 +60,11 @@ class NerfstudioExporter final : public Exporter {
   }
 
  private:
-  // Photos are called by their numbers: any byte may be in a name.
   Status WritePhotos(const Scene& scene, const std::string& folder, Json* frames) {
-    std::error_code error;
-    std::filesystem::create_directory(folder + "/images", error);
-    if (error)
-      return Status::IoError("cannot make folder " + folder + "/images: " + error.message());
-    // The caller's snapshot outlives this: nothing is shared.
-    const std::shared_ptr<const Snapshot> snapshot(std::shared_ptr<const Snapshot>(), &snapshot_);
-    ViewLoader loader(snapshot, 0, 1);
+    VEDUTA_ASSIGN_OR_RETURN(const auto photos, WriteUndistorted(snapshot_, scene, folder));
     const std::map<ImageId, std::string> names = ModelNames(scene);
-    for (const auto& [id, image] : scene.images) {
-      VEDUTA_ASSIGN_OR_RETURN(const std::shared_ptr<const View> view, loader.Load(image));
-      char file_path[32];
-      std::snprintf(file_path, sizeof(file_path), "images/%06u.png", id.value);
-      VEDUTA_RETURN_IF_ERROR(WritePng(folder + "/" + file_path, view->geometry.width_px,
-                                      view->geometry.height_px, view->rgb));
-      frames->push_back(FrameOf(view->geometry, file_path, names.at(id)));
-    }
+    for (const auto& [id, photo] : photos)
+      frames->push_back(FrameOf(photo.geometry, photo.path, names.at(id)));
     return Status::Ok();
   }
 

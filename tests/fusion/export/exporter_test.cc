@@ -48,8 +48,8 @@ class ExporterTest : public testing::Test {
 
 TEST_F(ExporterTest, WritesEveryFormatBeforeThereIsASurfaceAndAfter) {
   const std::vector<std::string> formats = ExportFormats();
-  ASSERT_EQ(formats,
-            (std::vector<std::string>{"colmap", "colmap-binary", "nerfstudio", "ply", "gltf"}));
+  ASSERT_EQ(formats, (std::vector<std::string>{"colmap", "colmap-binary", "colmap-undistorted",
+                                               "nerfstudio", "openmvs", "ply", "gltf"}));
   for (const std::string& format : formats) {
     const auto models = Export("sparse-" + format, format);
     ASSERT_OK(models);
@@ -65,6 +65,11 @@ TEST_F(ExporterTest, WritesEveryFormatBeforeThereIsASurfaceAndAfter) {
   EXPECT_EQ(FilesIn(folder_.path() + "/sparse-colmap-binary/0"),
             (std::set<std::string>{"cameras.bin", "images.bin", "points3D.bin"}));
   EXPECT_TRUE(std::filesystem::exists(folder_.path() + "/sparse-nerfstudio/0/transforms.json"));
+  EXPECT_EQ(FilesIn(folder_.path() + "/sparse-colmap-undistorted/0/sparse/0"),
+            (std::set<std::string>{"cameras.bin", "images.bin", "points3D.bin"}));
+  EXPECT_EQ(FilesIn(folder_.path() + "/sparse-colmap-undistorted/0/images"),
+            (std::set<std::string>{"000001.png", "000002.png", "000003.png", "000004.png"}));
+  EXPECT_TRUE(std::filesystem::exists(folder_.path() + "/sparse-openmvs/0/scene.mvs"));
   EXPECT_EQ(FilesIn(folder_.path() + "/sparse-ply/0"),
             (std::set<std::string>{"cameras.json", "cameras.ply", "points.ply"}));
   EXPECT_EQ(FilesIn(folder_.path() + "/sparse-gltf/0"), (std::set<std::string>{"model.glb"}));
@@ -236,9 +241,12 @@ TEST_F(ExporterTest, ANameOfSeveralIsToldByItsContributor) {
 
 TEST_F(ExporterTest, RefusesByName) {
   EXPECT_EQ(Export("out", "obj").status().code(), StatusCode::kInvalidArgument);
-  EXPECT_NE(
-      Export("out", "obj").status().message().find("colmap, colmap-binary, nerfstudio, ply, gltf"),
-      std::string::npos);
+  EXPECT_NE(Export("out", "obj")
+                .status()
+                .message()
+                .find("colmap, colmap-binary, colmap-undistorted, nerfstudio, openmvs, "
+                      "ply, gltf"),
+            std::string::npos);
   EXPECT_EQ(Export("out", "ply", -1).status().code(), StatusCode::kInvalidArgument);
   EXPECT_EQ(ExportRequest().Check().code(), StatusCode::kInvalidArgument) << "no folder";
   std::filesystem::create_directories(folder_.path() + "/full/x");
