@@ -212,4 +212,24 @@ int StateBeside(DaemonClient* daemon, const ForbidRequest& request, bool allows)
   return stated.ok() ? kDone : Fail(stated.status());
 }
 
+int MakeTokenBeside(DaemonClient* daemon, const TokenRequest& request, bool json) {
+  Json wanted = {
+      {"name", request.name}, {"role", RoleWord(request.role)}, {"actor", request.actor}};
+  if (request.expires_unix_s != 0) wanted["expires"] = request.expires_unix_s;
+  const Result<Json> made = Post(daemon, "/v1/tokens", wanted);
+  if (!made.ok()) return Fail(made.status());
+  if (json) {
+    PrintJson(*made);
+  } else {
+    PrintLine("%s", Printable(made->value("token", "")).c_str());
+  }
+  return kDone;
+}
+
+int RevokeTokenBeside(DaemonClient* daemon, uint32_t number, const std::string& actor) {
+  const Result<Json> revoked =
+      Post(daemon, "/v1/tokens/" + std::to_string(number) + "/revoke", Json{{"actor", actor}});
+  return revoked.ok() ? kDone : Fail(revoked.status());
+}
+
 }  // namespace veduta

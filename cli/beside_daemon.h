@@ -20,6 +20,9 @@ int AddBeside(DaemonClient* daemon, std::span<const PhotoSubmission> photos, boo
 int RemoveBeside(DaemonClient* daemon, const RemoveRequest& request, bool json);
 // As `veduta forbid`, or `veduta allow`. The exit code.
 int StateBeside(DaemonClient* daemon, const ForbidRequest& request, bool allows);
+// As `veduta token create`, and `veduta token revoke`. The exit code.
+int MakeTokenBeside(DaemonClient* daemon, const TokenRequest& request, bool json);
+int RevokeTokenBeside(DaemonClient* daemon, uint32_t number, const std::string& actor);
 // As `veduta camera add`. The exit code.
 int AddCameraBeside(DaemonClient* daemon, const std::string& name, const CameraModel& model);
 

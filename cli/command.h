@@ -66,6 +66,7 @@ void RegisterPose(CLI::App* app, int* exit_code);
 void RegisterLocalize(CLI::App* app, int* exit_code);
 void RegisterForbid(CLI::App* app, int* exit_code);
 void RegisterGeoreference(CLI::App* app, int* exit_code);
+void RegisterToken(CLI::App* app, int* exit_code);
 void RegisterExport(CLI::App* app, int* exit_code);
 void RegisterDensify(CLI::App* app, int* exit_code);
 void RegisterRender(CLI::App* app, int* exit_code);

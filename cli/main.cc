@@ -48,6 +48,7 @@ void RegisterCommands(CLI::App* app, int* exit_code) {
   RegisterCalibrate(app, exit_code);
   RegisterAdd(app, exit_code);
   RegisterServe(app, exit_code);
+  RegisterToken(app, exit_code);
   RegisterSettle(app, exit_code);
   RegisterRemove(app, exit_code);
   RegisterForbid(app, exit_code);

@@ -55,8 +55,6 @@ int Serve(const ServeArguments& arguments) {
   const StopOnSignal stop;
   HttpDoorOptions door = arguments.door;
   door.database = arguments.db;
-  const Status checked = door.Check();
-  if (!checked.ok()) return FailUsage(checked);
   EngineOptions options;
   options.thread_count = arguments.threads;
   ServiceOptions service_options = arguments.service;
@@ -80,6 +78,9 @@ int Serve(const ServeArguments& arguments) {
              std::fprintf(stderr, "veduta: the dense pass failed, and is tried again: %s\n",
                           Printable(failure.message()).c_str());
            }});
+  door.asks_for_tokens = service.asks_for_tokens();
+  const Status checked = door.Check();
+  if (!checked.ok()) return FailUsage(checked);
   const Status resumed = service.Resume();
   if (!resumed.ok()) {
     std::fprintf(stderr, "veduta: photos that wait for their turn cannot be read: %s\n",
@@ -103,8 +104,10 @@ void RegisterServe(CLI::App* app, int* exit_code) {
       "serve", "Answer questions and take photos over HTTP, until it is told to stop");
   command->add_option("DB", arguments->db, "Database")->required();
   command
-      ->add_option("--http", arguments->door.address,
-                   "HOST:PORT to listen at; the host must be this machine, port 0 is any free one")
+      ->add_option(
+          "--http", arguments->door.address,
+          "HOST:PORT to listen at; the host must be this machine until there is a token, port 0 is "
+          "any free one")
       ->capture_default_str();
   command->add_option("--threads", arguments->threads, "Threads (default: one per core)")
       ->check(CLI::Range(1, 1024));

@@ -27,30 +27,14 @@
 #include "engine/door/calibration.h"
 #include "engine/door/dense.h"
 #include "engine/door/earth.h"
+#include "engine/door/engine_options.h"
 #include "engine/door/repair.h"
 #include "engine/door/submission.h"
+#include "engine/door/tokens.h"
 
 namespace veduta {
 
 struct EngineParts;  // what the rooms behind the door work with: engine/parts.h
-
-struct EngineOptions {
-  bool create = false;        // make a new database; kAlreadyExists if one is there
-  bool read_only = false;     // takes no lock, writes nothing; sees the last commit at opening
-  bool sync = true;           // false: a power cut may lose the last photos (a crash does not)
-  bool settle_each = false;   // Submit does as AddPhotos, so that the same order gives one digest
-  uint32_t thread_count = 0;  // [0, 1024]; 0: one per core
-  uint64_t block_cache_bytes = 256ull << 20;      // >= 1; of the database's files
-  uint64_t feature_cache_bytes = 768ull << 20;    // >= 1; of images' features
-  uint64_t undistort_cache_bytes = 256ull << 20;  // >= 1; of cameras' lookup tables
-  // Memory for photos that are decoded and whose features are extracted at the same time, on
-  // however many threads; a photo that needs more (about 40 bytes for each of its pixels up to 33
-  // Mpx, 16 beyond) is prepared alone. 0: half of what the three caches leave of the memory that
-  // the process may use, at least 256 MiB. Changes no photo's verdict.
-  uint64_t prepare_memory_bytes = 0;
-
-  Status Check() const;  // the first violated bound, named with its value
-};
 
 // Questions to one snapshot of the city. Answers own what they hold. Cheap to make; holding one
 // keeps the disk space of what was deleted since.
@@ -106,6 +90,10 @@ class Questions final {
   Result<GeoreferenceAnswer> Georeference() const;
   // Submitted photos that wait on the disk, in line or not; ascending numbers.
   Result<std::vector<UploadAnswer>> Uploads() const;
+  Result<std::vector<TokenAnswer>> Tokens() const;  // all that were ever made; ascending numbers
+  // Whose token this text is; nothing where it is none, or is not good any more. In constant time
+  // for its secret.
+  Result<std::optional<TokenAnswer>> CheckToken(const std::string& text) const;
   // At most `count_max` entries from `first` on.
   Result<std::vector<JournalAnswer>> Journal(uint64_t first, uint32_t count_max) const;
 
@@ -212,6 +200,11 @@ class Engine final {
   // photos, by where these say they were taken. The frames of reconstructions stay.
   // kInvalidArgument names the line of the file; kNotFound where it names no photo of the city.
   Result<GeoreferenceAnswer> Georeference(const GeoreferenceRequest& request);
+
+  // A token lets its owner ask the daemon for what its role may; one that is revoked does not any
+  // more, from the next question on. kNotFound for a number that was never given.
+  Result<NewToken> CreateToken(const TokenRequest& request);
+  Status RevokeToken(uint32_t number, const std::string& actor);
 
   // Trains a vocabulary from the stored photos now, and switches to it. kInvalidArgument for a
   // shape outside its bounds; kBusy where somebody else has switched meanwhile.

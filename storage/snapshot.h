@@ -24,6 +24,7 @@
 #include "storage/model/reconstruction.h"
 #include "storage/model/state.h"
 #include "storage/model/submap.h"
+#include "storage/model/token.h"
 #include "storage/model/upload.h"
 #include "storage/records/families.h"
 #include "storage/stored_bytes.h"
@@ -112,6 +113,8 @@ class Snapshot {
   // reconstructions, wherever they have been merged to since (engine/query/forbidden.h follows).
   virtual Result<bool> IsForbidden(ForbiddenKind kind, uint32_t a, uint32_t b) const = 0;
   virtual Result<std::vector<GroundPoint>> ListGroundPoints() const = 0;  // ascending names
+  virtual Result<std::vector<TokenRecord>> ListTokens() const = 0;        // ascending numbers
+  virtual Result<std::optional<TokenRecord>> FindToken(uint32_t number) const = 0;
   // Merges that are not believed yet; ascending reconstructions. O(its length).
   virtual Result<std::vector<HypothesisRecord>> ListHypotheses() const = 0;
   // The parts of large reconstructions; ascending ids. O(images in them).

@@ -1,5 +1,4 @@
 // SPDX-License-Identifier: Apache-2.0
-#include <charconv>
 #include <optional>
 #include <string>
 #include <utility>
@@ -23,6 +22,7 @@
 #include "storage/records/record_parts.h"
 #include "storage/records/state_record.h"
 #include "storage/records/submap_record.h"
+#include "storage/records/token_record.h"
 #include "storage/records/upload_record.h"
 #include "storage/records/vocabulary_record.h"
 #include "storage/records/write_ahead_mark.h"
@@ -52,18 +52,6 @@ Status IdAfter(size_t prefix_bytes, std::string_view key, uint32_t* id) {
 Status DecodeImageNumber(std::string_view value, ImageId* image) {
   VEDUTA_RETURN_IF_ERROR(DecodeU32(value, &image->value));
   return image->valid() ? Status::Ok() : Status::Corruption("image id 0");
-}
-
-// The bytes that the hexadecimal digits write; what comes before the first that is none.
-std::string WholeBytes(std::string_view digits) {
-  std::string bytes;
-  for (; digits.size() >= 2; digits.remove_prefix(2)) {
-    uint8_t byte = 0;
-    const auto [end, error] = std::from_chars(digits.data(), digits.data() + 2, byte, 16);
-    if (error != std::errc() || end != digits.data() + 2) break;
-    bytes += static_cast<char>(byte);
-  }
-  return bytes;
 }
 
 class SnapshotView final : public Snapshot {
@@ -129,7 +117,7 @@ class SnapshotView final : public Snapshot {
       ContentHash photo;
       return ParseHashKey(key, &photo) && photo.Hex().starts_with(hash_digits);
     };
-    return FindImages(Family::kHashes, WholeBytes(hash_digits), begins_so, count_max);
+    return FindImages(Family::kHashes, HashKeyPrefix(hash_digits), begins_so, count_max);
   }
 
   Status ScanImages(const std::function<bool(const ImageRecord&)>& visit) const override {
@@ -304,6 +292,17 @@ class SnapshotView final : public Snapshot {
 
   Result<std::vector<GroundPoint>> ListGroundPoints() const override {
     return ListFacts<GroundPoint>(kGroundPointPrefix, ParseGroundPointKey);
+  }
+
+  Result<std::vector<TokenRecord>> ListTokens() const override {
+    return ListFacts<TokenRecord>(kTokenPrefix, ParseTokenKey);
+  }
+
+  Result<std::optional<TokenRecord>> FindToken(uint32_t number) const override {
+    TokenRecord token;
+    token.number = number;
+    VEDUTA_ASSIGN_OR_RETURN(const bool found, FindRecord(Family::kMeta, TokenKey(number), &token));
+    return found ? std::optional(std::move(token)) : std::nullopt;
   }
 
   Result<std::vector<HypothesisRecord>> ListHypotheses() const override {

@@ -23,6 +23,7 @@
 #include "storage/model/reconstruction.h"
 #include "storage/model/state.h"
 #include "storage/model/submap.h"
+#include "storage/model/token.h"
 
 namespace veduta {
 
@@ -91,6 +92,7 @@ class Transaction {
   virtual void PutSubmapBorder(const SubmapBorder& border) = 0;  // replaces the one of its id
   virtual void PutGroundPoint(const GroundPoint& point) = 0;     // replaces the one of its name
   virtual void DeleteGroundPoint(const std::string& name) = 0;   // also where there is none
+  virtual void PutToken(const TokenRecord& token) = 0;           // replaces the one of its number
   virtual void AddJournal(const JournalRecord& record) = 0;
 
   // Writes of the dense pass, part of the same commit.

@@ -27,6 +27,7 @@
 #include "storage/records/record_parts.h"
 #include "storage/records/state_record.h"
 #include "storage/records/submap_record.h"
+#include "storage/records/token_record.h"
 #include "storage/records/vocabulary_record.h"
 #include "storage/records/write_ahead_mark.h"
 #include "storage/snapshot_view.h"
@@ -104,6 +105,10 @@ class WriteTransaction final : public Transaction {
 
   void DeleteGroundPoint(const std::string& name) override {
     buffer().Delete(Family::kMeta, GroundPointKey(name));
+  }
+
+  void PutToken(const TokenRecord& token) override {
+    buffer().Put(Family::kMeta, TokenKey(token.number), Encode(token));
   }
 
   void PutForbidden(const ForbiddenRecord& forbidden) override {

@@ -11,6 +11,7 @@
 #include "cli/wire/answers_json.h"
 #include "cli/wire/earth_json.h"
 #include "cli/wire/removal_json.h"
+#include "cli/wire/token_json.h"
 
 namespace veduta {
 namespace {
@@ -166,6 +167,12 @@ Result<std::string> OptionalText(const Json& object, const char* name) {
   return object.contains(name) ? TextMember(object, name) : std::string();
 }
 
+// Who asks, for the journal: whose token it is, or whom the owner names.
+Result<std::string> ActorOf(const Json& object, const HttpRequest& request) {
+  if (!request.who.empty()) return request.who;
+  return TextMember(object, "actor");
+}
+
 Result<RemoveAnswer> RemoveOf(Engine* engine, const HttpRequest& request) {
   const Json json = Json::parse(request.body, nullptr, /*allow_exceptions=*/false);
   if (!json.is_object()) return Status::InvalidArgument("the body is no JSON object");
@@ -177,7 +184,7 @@ Result<RemoveAnswer> RemoveOf(Engine* engine, const HttpRequest& request) {
     wanted.photos.push_back(photo.get<std::string>());
   }
   VEDUTA_ASSIGN_OR_RETURN(wanted.contributor, OptionalText(json, "contributor"));
-  VEDUTA_ASSIGN_OR_RETURN(wanted.actor, TextMember(json, "actor"));
+  VEDUTA_ASSIGN_OR_RETURN(wanted.actor, ActorOf(json, request));
   VEDUTA_ASSIGN_OR_RETURN(wanted.why, OptionalText(json, "why"));
   VEDUTA_ASSIGN_OR_RETURN(RemoveAnswer removed, engine->Remove(wanted));
   engine->Settle().IgnoreBecause("the daemon settles again in a while, and tells of failures then");
@@ -201,7 +208,7 @@ Result<ForbidRequest> StatementOf(const HttpRequest& request) {
   statement.kind = found->second;
   VEDUTA_ASSIGN_OR_RETURN(statement.a, TextMember(json, "a"));
   VEDUTA_ASSIGN_OR_RETURN(statement.b, OptionalText(json, "b"));
-  VEDUTA_ASSIGN_OR_RETURN(statement.actor, TextMember(json, "actor"));
+  VEDUTA_ASSIGN_OR_RETURN(statement.actor, ActorOf(json, request));
   VEDUTA_ASSIGN_OR_RETURN(statement.reason, OptionalText(json, "reason"));
   return statement;
 }
@@ -246,21 +253,59 @@ HttpAnswer GetJournal(Engine* engine, const HttpRequest& request, const PathArgu
   return AnswerOf(engine->Ask().Journal(*from, static_cast<uint32_t>(*count)));
 }
 
+HttpAnswer ListTokens(Engine* engine, const HttpRequest&, const PathArguments&) {
+  return AnswerOf(engine->Ask().Tokens());
+}
+
+Result<NewToken> MakeTokenOf(Engine* engine, const HttpRequest& request) {
+  const Json json = Json::parse(request.body, nullptr, /*allow_exceptions=*/false);
+  if (!json.is_object()) return Status::InvalidArgument("the body is no JSON object");
+  TokenRequest wanted;
+  VEDUTA_ASSIGN_OR_RETURN(wanted.name, TextMember(json, "name"));
+  VEDUTA_ASSIGN_OR_RETURN(const std::string role, TextMember(json, "role"));
+  VEDUTA_ASSIGN_OR_RETURN(wanted.role, ParseRole(role));
+  VEDUTA_ASSIGN_OR_RETURN(wanted.actor, ActorOf(json, request));
+  const Json expires = json.value("expires", Json());
+  if (!expires.is_null() && !expires.is_number_integer())
+    return Status::InvalidArgument("'expires' is no whole number of seconds since 1970");
+  if (!expires.is_null()) wanted.expires_unix_s = expires.get<int64_t>();
+  return engine->CreateToken(wanted);
+}
+
+HttpAnswer MakeToken(Engine* engine, const HttpRequest& request, const PathArguments&) {
+  const Result<NewToken> made = MakeTokenOf(engine, request);
+  return made.ok() ? JsonAnswer(201, ToJson(*made)) : ProblemOf(made.status());
+}
+
+Status RevokeTokenOf(Engine* engine, const HttpRequest& request, const std::string& number) {
+  const Json json = Json::parse(request.body, nullptr, /*allow_exceptions=*/false);
+  VEDUTA_ASSIGN_OR_RETURN(const uint64_t parsed, WholeNumber("a token's number", number, 1,
+                                                             std::numeric_limits<uint32_t>::max()));
+  VEDUTA_ASSIGN_OR_RETURN(const std::string actor, ActorOf(json, request));
+  return engine->RevokeToken(static_cast<uint32_t>(parsed), actor);
+}
+
+HttpAnswer RevokeToken(Engine* engine, const HttpRequest& request, const PathArguments& arguments) {
+  const Status revoked = RevokeTokenOf(engine, request, arguments[0]);
+  return revoked.ok() ? JsonAnswer(200, Json::object()) : ProblemOf(revoked);
+}
+
 const std::vector<CityRoute>& Routes() {
+  constexpr Role kSends = Role::kContributor, kCurates = Role::kCurator, kRules = Role::kAdmin;
   static const std::vector<CityRoute> kRoutes = {
-      {"GET", {"healthz"}, {}, nullptr, false, true},
-      {"GET", {"readyz"}, {}, nullptr, false, true},
+      {"GET", {"healthz"}, {}, nullptr, false, true, Role::kViewer, false, true},
+      {"GET", {"readyz"}, {}, nullptr, false, true, Role::kViewer, false, true},
       {"GET", {"metrics"}, {}, nullptr},
       {"GET", {"v1", "events"}, {"from"}, nullptr},
-      {"POST", {"v1", "photos"}, {"name", "camera", "contributor"}, nullptr},
+      {"POST", {"v1", "photos"}, {"name", "camera", "contributor"}, nullptr, false, false, kSends},
       {"GET", {"v1", "dense"}, {}, nullptr, false, true},
-      {"POST", {"v1", "dense", "pause"}, {}, nullptr},
-      {"POST", {"v1", "dense", "resume"}, {}, nullptr},
-      {"GET", {"v1", "uploads"}, {}, ListUploads, true},
-      {"GET", {"v1", "uploads", "*"}, {}, nullptr, false, true},
+      {"POST", {"v1", "dense", "pause"}, {}, nullptr, false, false, kCurates},
+      {"POST", {"v1", "dense", "resume"}, {}, nullptr, false, false, kCurates},
+      {"GET", {"v1", "uploads"}, {}, ListUploads, true, false, kSends},
+      {"GET", {"v1", "uploads", "*"}, {}, nullptr, false, true, kSends},
       {"GET", {"v1", "status"}, {}, GetStatus},
       {"GET", {"v1", "cameras"}, {}, ListCameras, true},
-      {"POST", {"v1", "cameras"}, {}, AddCamera},
+      {"POST", {"v1", "cameras"}, {}, AddCamera, false, false, kCurates},
       {"GET", {"v1", "cameras", "*"}, {}, GetCamera, true, true},
       {"GET", {"v1", "photos", "*"}, {}, GetPhoto, true, true},
       {"GET", {"v1", "photos", "*", "pose"}, {}, GetPose, true, true},
@@ -274,9 +319,12 @@ const std::vector<CityRoute>& Routes() {
       {"GET", {"v1", "georeference"}, {}, GetGeoreference, true},
       {"GET", {"v1", "hypotheses"}, {}, ListHypotheses, true},
       {"GET", {"v1", "journal"}, {"from", "count"}, GetJournal, true},
-      {"POST", {"v1", "removals"}, {}, RemovePhotos, false, false, true},
-      {"POST", {"v1", "forbidden"}, {}, StateFact<&Engine::Forbid>, false, false, true},
-      {"POST", {"v1", "allowed"}, {}, StateFact<&Engine::Allow>, false, false, true},
+      {"POST", {"v1", "removals"}, {}, RemovePhotos, false, false, kCurates, true},
+      {"POST", {"v1", "forbidden"}, {}, StateFact<&Engine::Forbid>, false, false, kCurates, true},
+      {"POST", {"v1", "allowed"}, {}, StateFact<&Engine::Allow>, false, false, kCurates, true},
+      {"GET", {"v1", "tokens"}, {}, ListTokens, false, false, kRules, true},
+      {"POST", {"v1", "tokens"}, {}, MakeToken, false, false, kRules, true},
+      {"POST", {"v1", "tokens", "*", "revoke"}, {}, RevokeToken, false, false, kRules, true},
   };
   return kRoutes;
 }
@@ -317,9 +365,6 @@ std::variant<RouteMatch, HttpAnswer> FindRoute(const HttpRequest& request) {
       right_methods.insert(route.method);
       continue;
     }
-    if (route.is_for_owner && !request.is_of_owner)
-      return Problem(403,
-                     "this is for the owner of the database alone, by the socket in its folder");
     for (const auto& [name, value] : request.query) {
       if (std::ranges::find(route.parameters, name) == route.parameters.end())
         return Problem(400, "there is no parameter '" + name + "' here");

@@ -24,7 +24,10 @@ struct CityRoute {
   bool is_of_snapshot = false;  // the same snapshot gives the same answer
   // It reads a few records, and so is answered on the thread that the connection is on.
   bool is_quick = false;
-  bool is_for_owner = false;  // it is answered at the socket of the database's owner alone
+  // Who may ask, where there are tokens.
+  Role role = Role::kViewer;
+  bool is_for_owner = false;  // where there are none, it is answered to the owner alone
+  bool is_for_all = false;    // it needs no token
 };
 
 struct RouteMatch {
@@ -36,8 +39,7 @@ struct RouteMatch {
 Result<uint64_t> UploadNumber(const std::string& text);
 
 // The route of a request; otherwise the answer to it: 404 where nothing is there, 405 where another
-// method would be right, 400 for a parameter that is not known, 403 for what is the owner's.
-// Thread-safe.
+// method would be right, 400 for a parameter that is not known. Thread-safe.
 std::variant<RouteMatch, HttpAnswer> FindRoute(const HttpRequest& request);
 
 }  // namespace veduta

@@ -78,10 +78,18 @@ CityService::CityService(std::unique_ptr<Engine> engine, const std::string& path
       dense_(engine_.get(), options.dense, std::move(listeners.dense_failed)),
       settler_([this, followed = std::move(listeners.followed)](std::stop_token stop) {
         SettleNowAndThen(std::move(stop), followed);
-      }) {}
+      }) {
+  gatekeeper_.Look(engine_->Ask());
+}
 
 CityService::~CityService() {
   Close();
+}
+
+std::optional<HttpAnswer> CityService::Refuse(HttpRequest* request) const {
+  auto found = FindRoute(*request);
+  if (auto* const refusal = std::get_if<HttpAnswer>(&found)) return std::move(*refusal);
+  return gatekeeper_.Refuse(*engine_, *std::get<RouteMatch>(found).route, request);
 }
 
 void CityService::Handle(HttpRequest request, Answered answered) {
@@ -92,6 +100,8 @@ void CityService::Handle(HttpRequest request, Answered answered) {
   auto found = FindRoute(request);
   if (auto* const refusal = std::get_if<HttpAnswer>(&found)) return counted(std::move(*refusal));
   const auto match = std::get<RouteMatch>(std::move(found));
+  if (auto refusal = gatekeeper_.Refuse(*engine_, *match.route, &request))
+    return counted(*std::move(refusal));
   if (match.route->is_quick) return counted(Answer(request, match));
   // Shared, since the pool copies its tasks, and bodies are large.
   const auto shared = std::make_shared<HttpRequest>(std::move(request));
@@ -178,7 +188,11 @@ HttpAnswer CityService::AskEngine(const HttpRequest& request, const RouteMatch& 
   const CityRoute& route = *match.route;
   std::optional<DenseKeeper::Rest> rest;
   if (request.path.back() == "removals") rest.emplace(&dense_);  // which cannot go beside a pass
-  if (!route.is_of_snapshot) return route.answer(engine_.get(), request, match.arguments);
+  if (!route.is_of_snapshot) {
+    HttpAnswer answer = route.answer(engine_.get(), request, match.arguments);
+    if (route.role == Role::kAdmin) gatekeeper_.Look(engine_->Ask());
+    return answer;
+  }
   // Read before the answer is: an answer may be of a later commit than its tag, and is asked for
   // once more then.
   const std::string tag = "W/\"" + start_ + "-" + std::to_string(engine_->Ask().snapshot()) + "\"";

@@ -15,6 +15,7 @@
 
 #include "cli/service/city_routes.h"
 #include "cli/service/dense_keeper.h"
+#include "cli/service/gatekeeper.h"
 #include "cli/service/http_message.h"
 #include "cli/service/photo_intake.h"
 #include "engine/engine.h"
@@ -68,6 +69,12 @@ class CityService final {
   // where they cannot be read: the others go on.
   Status Resume() { return intake_.Resume(engine_.get()); }
 
+  // Whether requests need tokens: there is one.
+  bool asks_for_tokens() const { return gatekeeper_.asks_for_tokens(); }
+
+  // The answer to a request that is for nothing, or may not be made: before its body is read.
+  std::optional<HttpAnswer> Refuse(HttpRequest* request) const;
+
   // Returns soon. `answered` is called once: by this thread, or by another one later.
   void Handle(HttpRequest request, Answered answered);
 
@@ -101,6 +108,7 @@ class CityService final {
 
   const std::string path_;
   const ServiceOptions options_;
+  Gatekeeper gatekeeper_;
   const std::string start_;  // names this run of the daemon, for the tags of its answers
   // Destroyed from the bottom up: nobody asks an engine that is closed, and photos are answered
   // while it closes.

@@ -118,8 +118,9 @@ struct Headers {
         none_match(builder->add("If-None-Match")),
         prefer(builder->add("Prefer")),
         last_event(builder->add("Last-Event-ID")),
-        fetch_site(builder->add("Sec-Fetch-Site")) {}
-  const kj::HttpHeaderId origin, none_match, prefer, last_event, fetch_site;
+        fetch_site(builder->add("Sec-Fetch-Site")),
+        authorization(builder->add("Authorization")) {}
+  const kj::HttpHeaderId origin, none_match, prefer, last_event, fetch_site, authorization;
 };
 
 // Completes a promise of the thread that it was made on from any other.
@@ -174,11 +175,13 @@ class HttpDoor final : public kj::HttpService, private kj::TaskSet::ErrorHandler
     auto arriving = std::make_shared<Arriving>(limits_.bodies);
     if (auto refusal = ReadHead(method, url, headers, &arriving->request))
       return Send(*std::move(refusal), response);
-    const HttpRequest& asked = arriving->request;
-    // What has no route is told so before its body is read.
-    if (std::holds_alternative<HttpAnswer>(FindRoute(asked))) return Answer(arriving, response);
-    if (asked.path == std::vector<std::string>{"v1", "events"})
-      return Follow(asked, method == kj::HttpMethod::GET, headers, response);
+    HttpRequest& asked = arriving->request;
+    const bool is_events = asked.path == std::vector<std::string>{"v1", "events"};
+    // Before the body of a stranger is read.
+    if (is_events || asked.method != "GET") {
+      if (auto refusal = service_->Refuse(&asked)) return Send(*std::move(refusal), response);
+    }
+    if (is_events) return Follow(asked, method == kj::HttpMethod::GET, headers, response);
     return timer_.timeoutAfter(kBodyTime, ReadBody(body, arriving))
         .catch_([arriving](kj::Exception&& exception) {
           if (exception.getType() != kj::Exception::Type::OVERLOADED)
@@ -219,7 +222,7 @@ class HttpDoor final : public kj::HttpService, private kj::TaskSet::ErrorHandler
     // own name, or by a name of theirs that leads to this machine.
     const std::string host = Header(headers, kj::HttpHeaderId::HOST);
     const std::string origin = Header(headers, known_.origin);
-    if (!is_of_owner_ && !IsThisMachine(HostOf(host)))
+    if (!is_of_owner_ && !limits_.options.asks_for_tokens && !IsThisMachine(HostOf(host)))
       return Problem(403, "the daemon answers to localhost, 127.0.0.1 and [::1] alone");
     const std::string site = Header(headers, known_.fetch_site);
     const bool is_of_other_page = !site.empty() && site != "same-origin" && site != "none";
@@ -228,6 +231,7 @@ class HttpDoor final : public kj::HttpService, private kj::TaskSet::ErrorHandler
     request->method = method == kj::HttpMethod::HEAD ? "GET" : kj::str(method).cStr();
     request->content_type = MediaType(Header(headers, kj::HttpHeaderId::CONTENT_TYPE));
     request->is_of_owner = is_of_owner_;
+    request->token = BearerOf(Header(headers, known_.authorization));
     request->if_none_match = Header(headers, known_.none_match);
     request->prefers_async = Lower(Header(headers, known_.prefer)).find("respond-async") == 0;
     return ReadAddress(url, request);
@@ -441,11 +445,11 @@ Status ServeOnThread(CityService* service, Limits* limits, int socket, int owner
 }  // namespace
 
 Status HttpDoorOptions::Check() const {
-  if (!IsLoopbackWithPort(address)) {
+  if (!asks_for_tokens && !IsLoopbackWithPort(address)) {
     return Status::InvalidArgument(
         "the address '" + address +
-        "' must be localhost, 127.0.0.1 or [::1] with a port: the daemon knows no users yet, and "
-        "whoever reaches it may do anything");
+        "' must be localhost, 127.0.0.1 or [::1] with a port, since whoever reaches the daemon may "
+        "do anything, until there is a token: 'veduta token create' makes one");
   }
   return OptionBounds()
       .Between("body_bytes_max", static_cast<double>(body_bytes_max), 1, 0x1p40)
@@ -459,7 +463,7 @@ Status HttpDoorOptions::Check() const {
 Status ServeHttp(CityService* service, const HttpDoorOptions& options, std::stop_token stop,
                  const std::function<void(const std::string& address)>& listening) {
   VEDUTA_RETURN_IF_ERROR(options.Check());
-  VEDUTA_ASSIGN_OR_RETURN(const kj::AutoCloseFd socket, ListenOnLoopback(options.address));
+  VEDUTA_ASSIGN_OR_RETURN(const kj::AutoCloseFd socket, ListenAt(options.address));
   kj::AutoCloseFd owners;
   if (!options.database.empty()) {
     VEDUTA_ASSIGN_OR_RETURN(owners, ListenAtSocket(options.database));

@@ -14,9 +14,11 @@
 namespace veduta {
 
 struct HttpDoorOptions {
-  // "HOST:PORT". Anybody who reaches the door may do anything, so the host must be this machine:
-  // localhost, 127.0.0.1 or [::1]. Port 0: any that is free.
+  // "HOST:PORT". Where whoever reaches the door may do anything, the host must be this machine:
+  // localhost, 127.0.0.1 or [::1]; otherwise it may be any address of it. Port 0: any that is free.
   std::string address = "127.0.0.1:8484";
+  // The service lets nobody in without a token (CityService::asks_for_tokens).
+  bool asks_for_tokens = false;
   // The folder of the database: its owner's commands are served at a socket there (own_socket.h).
   // Empty: there is none.
   std::string database;

@@ -1,6 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "cli/service/http_message.h"
 
+#include <cctype>
+#include <string_view>
+
 namespace veduta {
 namespace {
 
@@ -37,6 +40,7 @@ const char* HttpPhrase(uint32_t code) {
       {202, "Accepted"},
       {304, "Not Modified"},
       {400, "Bad Request"},
+      {401, "Unauthorized"},
       {403, "Forbidden"},
       {404, "Not Found"},
       {405, "Method Not Allowed"},
@@ -72,6 +76,15 @@ HttpAnswer ProblemOf(const Status& status) {
   HttpAnswer answer = Problem(CodeOf(status.code()), status.message());
   if (answer.code == 503) answer.headers.emplace_back("Retry-After", kRetryAfterS);
   return answer;
+}
+
+std::string BearerOf(const std::string& header) {
+  static constexpr std::string_view kScheme = "bearer ";
+  if (header.size() <= kScheme.size()) return "";
+  for (size_t i = 0; i < kScheme.size(); ++i) {
+    if (std::tolower(static_cast<unsigned char>(header[i])) != kScheme[i]) return "";
+  }
+  return header.substr(kScheme.size());
 }
 
 std::string Parameter(const HttpRequest& request, const std::string& name,

@@ -23,6 +23,8 @@ struct HttpRequest {
   std::string if_none_match;                 // the header's value; empty: none
   bool prefers_async = false;                // "Prefer: respond-async" (RFC 7240)
   bool is_of_owner = false;                  // it came by the socket of the database's owner
+  std::string token;                         // that it carries (RFC 6750); empty: none
+  std::string who;                           // whose token that is, once it was found good
   std::vector<uint8_t> body;
   std::shared_ptr<const void> body_share;  // what is given back when the body goes
 };
@@ -46,6 +48,8 @@ HttpAnswer Problem(uint32_t code, const std::string& detail, const Json& photo =
 // same request may succeed later, with Retry-After, otherwise 500.
 HttpAnswer ProblemOf(const Status& status);
 
+// The token in the value of a header `Authorization`; empty where it has none (RFC 6750).
+std::string BearerOf(const std::string& header);
 // A parameter of the query; `otherwise` where it is not given.
 std::string Parameter(const HttpRequest& request, const std::string& name,
                       const std::string& otherwise = "");

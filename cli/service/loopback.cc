@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "cli/service/loopback.h"
 
+#include <arpa/inet.h>
 #include <netinet/in.h>
 #include <sys/socket.h>
 
@@ -32,8 +33,9 @@ bool IsLoopbackWithPort(const std::string& address) {
   return IsThisMachine(host) && host.size() < address.size();
 }
 
-Result<kj::AutoCloseFd> ListenOnLoopback(const std::string& address) {
-  const std::string host = HostOf(address), port_text = address.substr(host.size() + 1);
+Result<kj::AutoCloseFd> ListenAt(const std::string& address) {
+  const std::string host = HostOf(address);
+  const std::string port_text = address.size() > host.size() ? address.substr(host.size() + 1) : "";
   const auto failed = [&](const std::string& why) {
     return Status::IoError("cannot serve at " + address + ": " + why);
   };
@@ -44,14 +46,20 @@ Result<kj::AutoCloseFd> ListenOnLoopback(const std::string& address) {
   sockaddr_in6 six{};
   six.sin6_family = AF_INET6;
   six.sin6_port = htons(port);
-  six.sin6_addr = in6addr_loopback;
   sockaddr_in four{};
   four.sin_family = AF_INET;
   four.sin_port = six.sin6_port;
-  four.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
-  const bool is_six = host.starts_with('[');
-  const int family = is_six ? AF_INET6 : AF_INET;
-  const int fd = socket(family, SOCK_STREAM | SOCK_NONBLOCK | SOCK_CLOEXEC, 0);
+  const bool is_six = host.starts_with('[') && host.ends_with(']');
+  const std::string number = is_six                ? host.substr(1, host.size() - 2)
+                             : host == "localhost" ? std::string("127.0.0.1")
+                                                   : host;
+  void* const into =
+      is_six ? static_cast<void*>(&six.sin6_addr) : static_cast<void*>(&four.sin_addr);
+  if (inet_pton(is_six ? AF_INET6 : AF_INET, number.c_str(), into) != 1) {
+    return failed("'" + host +
+                  "' is no address of this machine; 0.0.0.0 and [::] stand for all of them");
+  }
+  const int fd = socket(is_six ? AF_INET6 : AF_INET, SOCK_STREAM | SOCK_NONBLOCK | SOCK_CLOEXEC, 0);
   if (fd < 0) return failed(std::strerror(errno));
   kj::AutoCloseFd closing(fd);
   const int yes = 1;  // an address that a daemon has just left may be taken at once

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
-// Addresses by which this machine alone is reached.
+// Addresses to listen at, and those by which this machine alone is reached.
 
 #include <kj/io.h>
 
@@ -17,7 +17,8 @@ bool IsThisMachine(const std::string& host);
 // Whether the address is one of these hosts with a port.
 bool IsLoopbackWithPort(const std::string& address);
 
-// A socket that listens at such an address; port 0 is any that is free. kIoError.
-Result<kj::AutoCloseFd> ListenOnLoopback(const std::string& address);
+// A socket that listens at HOST:PORT: localhost, an address of IPv4 as it is written with dots, or
+// one of IPv6 in brackets; port 0 is any that is free. kIoError.
+Result<kj::AutoCloseFd> ListenAt(const std::string& address);
 
 }  // namespace veduta

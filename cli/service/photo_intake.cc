@@ -115,9 +115,10 @@ void PhotoIntake::GivePlace(const Upload& upload) {
 
 void PhotoIntake::Take(Engine* engine, HttpRequest request, Answered answered) {
   if (auto refusal = RefuseBody(request)) return answered(*std::move(refusal));
-  const auto upload =
-      std::make_shared<Upload>(Parameter(request, "name"),
-                               Parameter(request, "contributor", "anonymous"), request.body.size());
+  const auto upload = std::make_shared<Upload>(
+      Parameter(request, "name"),
+      Parameter(request, "contributor", request.who.empty() ? "anonymous" : request.who),
+      request.body.size());
   if (upload->name.empty())
     return answered(Problem(400, "the photo has no name: add ?name=IMG_1234.jpg to the address"));
   if (auto refusal = TakePlace(*upload)) return answered(*std::move(refusal));

@@ -10,11 +10,13 @@
 #include "storage/records/hypothesis_record.h"
 #include "storage/records/state_record.h"
 #include "storage/records/submap_record.h"
+#include "storage/records/token_record.h"
 
 namespace veduta {
 namespace {
 
-// What people have forbidden, a hypothesis, a submap, its border, or a surveyed point.
+// What people have forbidden, a hypothesis, a submap, its border, a surveyed
+// point, or a token.
 Status LoadFact(std::string_view key, std::string_view value, CheckedCity* city) {
   if (key.starts_with(kHypothesisPrefix)) {
     HypothesisRecord hypothesis;
@@ -43,6 +45,11 @@ Status LoadFact(std::string_view key, std::string_view value, CheckedCity* city)
     VEDUTA_RETURN_IF_ERROR(Decode(value, &point));
     city->ground_points.push_back(std::move(point));
     return Status::Ok();
+  }
+  if (key.starts_with(kTokenPrefix)) {
+    TokenRecord token;
+    VEDUTA_RETURN_IF_ERROR(ParseTokenKey(key, &token));
+    return Decode(value, &token);
   }
   ForbiddenRecord forbidden;
   VEDUTA_RETURN_IF_ERROR(ParseForbiddenKey(key, &forbidden));

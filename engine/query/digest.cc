@@ -142,6 +142,27 @@ Status AddImage(const Snapshot& snapshot, const ImageRecord& image, uint32_t gen
   return Status::Ok();
 }
 
+// Hypotheses, submaps, what people have forbidden and what they have surveyed.
+Status AddFacts(const Snapshot& snapshot, ContentFeed* feed) {
+  // What is judged anew follows from these. A city without any has the digest that it had before
+  // there were hypotheses.
+  VEDUTA_ASSIGN_OR_RETURN(const std::vector<HypothesisRecord> hypotheses,
+                          snapshot.ListHypotheses());
+  if (!hypotheses.empty()) *feed << static_cast<uint64_t>(hypotheses.size());
+  for (const HypothesisRecord& hypothesis : hypotheses) Add(hypothesis, feed);
+  VEDUTA_ASSIGN_OR_RETURN(const std::vector<SubmapRecord> submaps, snapshot.ListSubmaps());
+  for (const SubmapRecord& submap : submaps) {
+    Add(submap, feed);
+    VEDUTA_ASSIGN_OR_RETURN(const auto border, snapshot.FindSubmapBorder(submap.id));
+    if (border) Add(*border, feed);
+  }
+  VEDUTA_ASSIGN_OR_RETURN(const std::vector<ForbiddenRecord> forbidden, snapshot.ListForbidden());
+  for (const ForbiddenRecord& record : forbidden) Add(record, feed);
+  VEDUTA_ASSIGN_OR_RETURN(const std::vector<GroundPoint> ground, snapshot.ListGroundPoints());
+  for (const GroundPoint& point : ground) Add(point, feed);
+  return Status::Ok();
+}
+
 }  // namespace
 
 Result<ContentHash> DigestOf(const Snapshot& snapshot) {
@@ -173,22 +194,7 @@ Result<ContentHash> DigestOf(const Snapshot& snapshot) {
           return true;
         }));
   }
-  // What is judged anew follows from these. A city without any has the digest that it had before
-  // there were hypotheses.
-  VEDUTA_ASSIGN_OR_RETURN(const std::vector<HypothesisRecord> hypotheses,
-                          snapshot.ListHypotheses());
-  if (!hypotheses.empty()) feed << static_cast<uint64_t>(hypotheses.size());
-  for (const HypothesisRecord& hypothesis : hypotheses) Add(hypothesis, &feed);
-  VEDUTA_ASSIGN_OR_RETURN(const std::vector<SubmapRecord> submaps, snapshot.ListSubmaps());
-  for (const SubmapRecord& submap : submaps) {
-    Add(submap, &feed);
-    VEDUTA_ASSIGN_OR_RETURN(const auto border, snapshot.FindSubmapBorder(submap.id));
-    if (border) Add(*border, &feed);
-  }
-  VEDUTA_ASSIGN_OR_RETURN(const std::vector<ForbiddenRecord> forbidden, snapshot.ListForbidden());
-  for (const ForbiddenRecord& record : forbidden) Add(record, &feed);
-  VEDUTA_ASSIGN_OR_RETURN(const std::vector<GroundPoint> ground, snapshot.ListGroundPoints());
-  for (const GroundPoint& point : ground) Add(point, &feed);
+  VEDUTA_RETURN_IF_ERROR(AddFacts(snapshot, &feed));
   if (state.vocabulary_generation != 0) {
     VEDUTA_ASSIGN_OR_RETURN(const StoredBytes tree,
                             snapshot.GetVocabulary(state.vocabulary_generation));

@@ -212,6 +212,21 @@ Status HealGroundPoints(HealingWork* healing) {
   return Status::Ok();
 }
 
+Status HealTokens(HealingWork* healing) {
+  const Result<std::vector<TokenRecord>> all = healing->from().ListTokens();
+  if (!all.ok()) {
+    if (!IsDamage(all.status())) return all.status();
+    healing->notes.Add("the tokens cannot be read: " + all.status().message(),
+                       "there are none any more: make new ones with 'veduta token create'");
+    return Status::Ok();
+  }
+  for (const TokenRecord& token : *all) {
+    VEDUTA_RETURN_IF_ERROR(
+        healing->writer.Put([&](Transaction& transaction) { transaction.PutToken(token); }));
+  }
+  return Status::Ok();
+}
+
 bool IsMergeForbidden(const HealingWork& healing, std::span<const ForbiddenRecord> forbidden,
                       const HypothesisRecord& hypothesis) {
   return std::ranges::any_of(forbidden, [&](const ForbiddenRecord& record) {
@@ -284,6 +299,7 @@ Status HealAll(HealingWork* healing) {
   VEDUTA_RETURN_IF_ERROR(HealDense(healing));
   VEDUTA_RETURN_IF_ERROR(HealForbidden(healing));
   VEDUTA_RETURN_IF_ERROR(HealGroundPoints(healing));
+  VEDUTA_RETURN_IF_ERROR(HealTokens(healing));
   VEDUTA_RETURN_IF_ERROR(HealHypotheses(healing));
   VEDUTA_RETURN_IF_ERROR(HealUploads(healing->source, healing->writer.target(), &healing->notes));
   VEDUTA_RETURN_IF_ERROR(RestateJournal(healing));

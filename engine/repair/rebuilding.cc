@@ -102,6 +102,14 @@ void TellGroundPoints(const HealingWork& healing, std::vector<RepairNotes::Findi
                      "georeference'"});
 }
 
+Status KeepTokens(const HealingWork& healing, Database* database) {
+  const Result<std::vector<TokenRecord>> all = healing.from().ListTokens();
+  if (!all.ok()) return IsDamage(all.status()) ? Status::Ok() : all.status();  // told already
+  const auto transaction = database->BeginTransaction();
+  for (const TokenRecord& token : *all) transaction->PutToken(token);
+  return transaction->Commit();
+}
+
 std::vector<PhotoToAdd> LoosePhotosOf(const HealingWork& healing) {
   std::vector<PhotoToAdd> photos;
   for (const LoosePhoto& loose : healing.notes.loose) {
@@ -135,9 +143,10 @@ Result<std::vector<RepairNotes::Finding>> RebuildFromPhotos(const HealingWork& h
   TellGroundPoints(healing, &unkept);
   VEDUTA_RETURN_IF_ERROR(AddAll(photos, healing.source, statements, engine, &unkept));
   VEDUTA_RETURN_IF_ERROR(AddLoosePhotos(healing, engine));
+  Database* const database = EngineParts::Of(*engine).database.get();
   RepairNotes told_already;
-  VEDUTA_RETURN_IF_ERROR(
-      HealUploads(healing.source, EngineParts::Of(*engine).database.get(), &told_already));
+  VEDUTA_RETURN_IF_ERROR(HealUploads(healing.source, database, &told_already));
+  VEDUTA_RETURN_IF_ERROR(KeepTokens(healing, database));
   return unkept;
 }
 

@@ -2,6 +2,7 @@
 #include "storage/records/photo_record.h"
 
 #include <algorithm>
+#include <charconv>
 #include <cmath>
 
 #include "storage/records/message.h"
@@ -57,6 +58,17 @@ Status Decode(std::string_view value, Features* features) {
     if (!CopyRows(from.getDescriptors(), &features->descriptors)) return BadRows("descriptors");
     return Damaged(Check(*features));
   });
+}
+
+std::string HashKeyPrefix(std::string_view digits) {
+  std::string bytes;
+  for (; digits.size() >= 2; digits.remove_prefix(2)) {
+    uint8_t byte = 0;
+    const auto [end, error] = std::from_chars(digits.data(), digits.data() + 2, byte, 16);
+    if (error != std::errc() || end != digits.data() + 2) break;
+    bytes += static_cast<char>(byte);
+  }
+  return bytes;
 }
 
 }  // namespace veduta

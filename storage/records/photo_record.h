@@ -19,4 +19,8 @@ Status Check(const Features& features);
 Result<std::string> Encode(const Features& features);
 Status Decode(std::string_view value, Features* features);
 
+// What HashKeys begin with whose hash begins with these hexadecimal digits: their whole bytes, up
+// to the first digit that is none.
+std::string HashKeyPrefix(std::string_view digits);
+
 }  // namespace veduta

@@ -47,6 +47,15 @@ struct Forbidden {
   reason @2 :Text;
 }
 
+struct Token {
+  name @0 :Text;
+  role @1 :UInt8;
+  hash @2 :Data;  # 32 bytes
+  createdUnixS @3 :Int64;
+  expiresUnixS @4 :Int64;
+  revokedUnixS @5 :Int64;
+}
+
 struct Hypothesis {
   kind @0 :UInt8;
   reason @1 :UInt8;

@@ -172,6 +172,10 @@ def setUpModule():
     must('forbid', merged, 'photo0001.jpg', 'photo0024.jpg')
     must('forbid', merged, 'photo0003.jpg', '--pose')
     keep('forbidden', 'forbidden', merged)
+    for name, days in (('anna', ()), ('bela', ('--days', '9'))):
+        keep('token create', 'token', 'create', merged, name, *days)
+    must('token', 'revoke', merged, '1')
+    keep('token list', 'token', 'list', merged)
     keep('remove', 'remove', merged, 'photo0012.jpg')
     write(at('new.jpg'), photo(5) + b'\0')
     with Daemon(WHOLE) as daemon:

@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: Apache-2.0
-# Goal: the door drags in little: it compiles alone, reaches at most 13 headers of the project and
+# Goal: the door drags in little: it compiles alone, reaches at most 16 headers of the project and
 #   none of other libraries, and exactly the headers that it reaches are installed.
 # Method: the compiler reads a file that includes the door alone, with no include path but the root;
 #   its own list of what it read is compared with a walk over the #include lines and with CMake's
@@ -15,7 +15,7 @@ sys.path[:0] = [os.path.join(HERE, '..'), os.path.join(HERE, '..', 'tidy')]
 import includes_test  # noqa: E402 (the line above finds it)
 import tidy_test  # noqa: E402
 
-PROJECT_HEADERS_MAX = 13  # 10 by the issue "A house to live in"; the earth and repairs since
+PROJECT_HEADERS_MAX = 16  # 10 by the issue "A house to live in"; the earth and tokens since
 
 
 def reach(door, tree):

@@ -43,6 +43,7 @@ PACKAGES = {
     'exiv2/': ('exiv2lib',),
     'GeographicLib/': ('GeographicLib::GeographicLib',),
     'proj.h': ('PROJ::proj',),
+    'sodium.h': ('sodium::sodium',),
     'libheif/': ('heif::heif',),
     'libde265/': ('de265::de265',),
     'webp/mux.h': ('webpmux::webpmux',),

@@ -1,9 +1,9 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: Apache-2.0
 # How well photos with GPS, and surveyed points, place a street on the earth, and whether what is
-# said of the errors is so. Each seed is a street of its own, whose GPS errs by --gps metres, half of
-# the variance in common. Printed of each street, over its placed photos: the root mean square error
-# on the plan and in height, the same over the stated standard deviations, the largest such ratio on
+# said of the errors is so. Each seed is a street of its own, whose GPS errs by --gps metres, half
+# of the variance in common. Printed of each street, over its placed photos: the root mean square
+# error on the plan and in height, the same over the stated standard deviations, the largest such ratio on
 # the plan, and the errors of heading, with and without four surveyed points.
 # usage: tools/bench/georeference.py VEDUTA VEDUTA_STREET [--seeds 1 2 ...] [--photos 60]
 #   [--gps 5] [--extra "--trajectory loop"]
@@ -61,8 +61,8 @@ def score(veduta, db, folder, names):
         heading.append((turned + 180) % 360 - 180)
     if not plan:
         return 'no photo on the earth'
-    return (f'{len(plan)} photos on the earth; plan {rms(plan):.3f} m, {rms(plan_ratio):.2f} of the '
-            f'stated (largest {max(plan_ratio):.2f}); height {rms(height):.3f} m, '
+    return (f'{len(plan)} photos on the earth; plan {rms(plan):.3f} m, {rms(plan_ratio):.2f} of '
+            f'the stated (largest {max(plan_ratio):.2f}); height {rms(height):.3f} m, '
             f'{rms(height_ratio):.2f} of the stated; heading {rms(heading):.2f} degrees')
 
 

@@ -37,6 +37,7 @@ endfunction()
 
 veduta_imported_library(turbojpeg turbojpeg.h turbojpeg)
 veduta_imported_library(GeographicLib GeographicLib/LocalCartesian.hpp GeographicLib)
+veduta_imported_library(sodium sodium.h sodium)
 veduta_imported_library(hpdf hpdf.h hpdf)
 veduta_imported_library(heif libheif/heif.h heif)
 veduta_imported_library(de265 libde265/de265.h de265)

@@ -66,5 +66,12 @@ TEST(HttpMessage, AParameterThatIsNotGivenIsTheOtherValue) {
   EXPECT_EQ(Parameter(request, "none", "b"), "b");
 }
 
+TEST(HttpMessage, ATokenComesAfterItsScheme) {
+  EXPECT_EQ(BearerOf("Bearer veduta-1-x"), "veduta-1-x");
+  EXPECT_EQ(BearerOf("bearer veduta-1-x"), "veduta-1-x");
+  for (const char* header : {"", "Bearer", "Bearer ", "Basic YTpi", "veduta-1-x", "Bearerveduta-1"})
+    EXPECT_EQ(BearerOf(header), "") << header;
+}
+
 }  // namespace
 }  // namespace veduta

@@ -29,18 +29,18 @@ TEST(Loopback, OtherMachinesAreTold) {
 }
 
 TEST(Loopback, ListensAtAPortThatIsFree) {
-  const auto socket = ListenOnLoopback("localhost:0");
+  const auto socket = ListenAt("localhost:0");
   ASSERT_TRUE(socket.ok()) << socket.status().message();
   const uint16_t port = PortOf(socket->get());
   EXPECT_GT(port, 0);
-  const auto again = ListenOnLoopback("127.0.0.1:" + std::to_string(port));
+  const auto again = ListenAt("127.0.0.1:" + std::to_string(port));
   EXPECT_EQ(again.status().code(), StatusCode::kIoError) << "it is taken";
 }
 
 TEST(Loopback, APortThatIsNoneIsRefused) {
   for (const char* address : {"localhost:", "localhost:x", "localhost:65536", "localhost:-1",
                               "localhost:80 ", "[::1]:99999"}) {
-    EXPECT_EQ(ListenOnLoopback(address).status().code(), StatusCode::kIoError) << address;
+    EXPECT_EQ(ListenAt(address).status().code(), StatusCode::kIoError) << address;
   }
 }
 

@@ -67,6 +67,31 @@ class Bytes {
   size_t at_ = 0;
 };
 
+// How far from the features, px, the cameras see each vertex in the photos that it names.
+std::vector<double> ErrorsOfVertices(uint64_t count, const std::vector<Eigen::Matrix3d>& k,
+                                     const std::vector<Rigid3>& poses,
+                                     const std::vector<std::pair<ImageId, Eigen::Vector2d>>& seen,
+                                     Bytes* file) {
+  std::vector<double> errors;
+  for (uint64_t i = 0; i < count; ++i) {
+    const float x = file->Take<float>(), y = file->Take<float>(), z = file->Take<float>();
+    const auto views = file->Take<uint64_t>();
+    EXPECT_TRUE(views >= 2 && views <= 4);
+    for (uint64_t v = 0; v < views && v < 4; ++v) {
+      const auto view = file->Take<uint32_t>();
+      EXPECT_EQ(file->Take<float>(), 0);
+      const Eigen::Vector3d px = k.at(view) * (poses.at(view) * Eigen::Vector3d(x, y, z));
+      EXPECT_GT(px.z(), 0);
+      double nearest = 1e9;
+      for (const auto& [image, place] : seen) {
+        if (image.value == view + 1) nearest = std::min(nearest, (px.hnormalized() - place).norm());
+      }
+      errors.push_back(nearest);
+    }
+  }
+  return errors;
+}
+
 class UndistortedModels : public testing::Test {
  protected:
   void SetUp() override {
@@ -140,26 +165,7 @@ TEST_F(UndistortedModels, OpenMvsReadsItsScene) {
   }
   const auto count = file.Take<uint64_t>();
   ASSERT_GT(count, 100u);
-  const auto seen = Seen();
-  std::vector<double> errors;
-  for (uint64_t i = 0; i < count; ++i) {
-    const float x = file.Take<float>(), y = file.Take<float>(), z = file.Take<float>();
-    const auto views = file.Take<uint64_t>();
-    ASSERT_GE(views, 2u);
-    ASSERT_LE(views, 4u);
-    for (uint64_t v = 0; v < views; ++v) {
-      const auto view = file.Take<uint32_t>();
-      ASSERT_LT(view, 4u);
-      EXPECT_EQ(file.Take<float>(), 0);
-      const Eigen::Vector3d px = k[view] * (poses[view] * Eigen::Vector3d(x, y, z));
-      ASSERT_GT(px.z(), 0);
-      double nearest = 1e9;
-      for (const auto& [image, place] : seen) {
-        if (image.value == view + 1) nearest = std::min(nearest, (px.hnormalized() - place).norm());
-      }
-      errors.push_back(nearest);
-    }
-  }
+  std::vector<double> errors = ErrorsOfVertices(count, k, poses, Seen(), &file);
   std::ranges::sort(errors);
   EXPECT_LT(errors[errors.size() / 2], 0.7);
   EXPECT_LT(errors.back(), 6);

@@ -1,0 +1,47 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "cli/service/gatekeeper.h"
+
+namespace veduta {
+namespace {
+
+HttpAnswer AskForToken(const std::string& why) {
+  HttpAnswer answer = Problem(401, why);
+  answer.headers.emplace_back("WWW-Authenticate", "Bearer realm=\"veduta\"");
+  return answer;
+}
+
+}  // namespace
+
+void Gatekeeper::Look(const Questions& ask) {
+  const auto tokens = ask.Tokens();
+  asks_for_tokens_ = !tokens.ok() || !tokens->empty();
+}
+
+std::optional<HttpAnswer> Gatekeeper::Refuse(const Engine& engine, const CityRoute& route,
+                                             HttpRequest* request) const {
+  if (request->is_of_owner || route.is_for_all) return std::nullopt;
+  if (!asks_for_tokens_) {
+    if (!route.is_for_owner) return std::nullopt;
+    return Problem(403,
+                   "this is for the owner of the database alone, by the socket in its folder, "
+                   "until there are tokens");
+  }
+  if (request->token.empty())
+    return AskForToken("send a token, as the header 'Authorization: Bearer TOKEN'");
+  const auto token = engine.Ask().CheckToken(request->token);
+  if (!token.ok()) return ProblemOf(token.status());
+  if (!*token) return AskForToken("the token is none, has expired, or was revoked");
+  if ((*token)->role < route.role) {
+    return Problem(403, "this takes the role of " + RoleWord(route.role) + ", and the token is a " +
+                            RoleWord((*token)->role) + "'s");
+  }
+  request->who = (*token)->name;
+  const auto contributor = request->query.find("contributor");
+  if (contributor != request->query.end() && contributor->second != request->who &&
+      (*token)->role < Role::kCurator)
+    return Problem(403, "photos are sent under the token's name, " + request->who +
+                            ": leave the parameter 'contributor' out");
+  return std::nullopt;
+}
+
+}  // namespace veduta

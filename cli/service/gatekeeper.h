@@ -1,0 +1,33 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+// Who may ask the daemon what: by tokens, once there is one.
+
+#include <atomic>
+#include <optional>
+
+#include "cli/service/city_routes.h"
+#include "cli/service/http_message.h"
+#include "engine/engine.h"
+
+namespace veduta {
+
+// Before the first token was made, whoever reaches the daemon may do anything but what is the
+// owner's; from then on each request needs a token whose role is enough. The owner, by the socket in
+// the database's folder, needs none. Thread-safe.
+class Gatekeeper final {
+ public:
+  // Reads whether there are tokens; where that cannot be read, there are.
+  void Look(const Questions& ask);
+  bool asks_for_tokens() const { return asks_for_tokens_; }
+
+  // The answer to a request that may not be made: 401 without a good token, 403 where its role is
+  // not enough. Otherwise notes in the request who makes it. A contributor sends photos under the
+  // name of the token alone.
+  std::optional<HttpAnswer> Refuse(const Engine& engine, const CityRoute& route,
+                                   HttpRequest* request) const;
+
+ private:
+  std::atomic<bool> asks_for_tokens_ = true;
+};
+
+}  // namespace veduta

@@ -1,0 +1,122 @@
+// SPDX-License-Identifier: Apache-2.0
+// veduta token create DB NAME --role ROLE [--days N] [--by WHO] [--json]
+// veduta token list DB [--json]
+// veduta token revoke DB NUMBER [--by WHO]
+#include <ctime>
+
+#include "cli/beside_daemon.h"
+#include "cli/command.h"
+#include "cli/wire/token_json.h"
+
+namespace veduta {
+namespace {
+
+constexpr int64_t kDayS = 24 * 60 * 60;
+
+struct TokenArguments {
+  std::string db, role = "viewer";
+  TokenRequest request;
+  uint32_t days = 0, number = 0;
+  bool json = false;
+};
+
+int Create(const TokenArguments& arguments) {
+  TokenRequest request = arguments.request;
+  const Result<Role> role = ParseRole(arguments.role);
+  if (!role.ok()) return FailUsage(role.status());
+  request.role = *role;
+  if (arguments.days > 0) request.expires_unix_s = std::time(nullptr) + kDayS * arguments.days;
+  if (const Status usage = request.Check(); !usage.ok()) return FailUsage(usage);
+  if (auto daemon = DaemonClient::Connect(arguments.db))
+    return MakeTokenBeside(&*daemon, request, arguments.json);
+  const auto engine = OpenToWrite(arguments.db);
+  if (!engine.ok()) return Fail(engine.status());
+  const Result<NewToken> made = (*engine)->CreateToken(request);
+  if (!made.ok()) return Fail(made.status());
+  if (arguments.json) {
+    PrintJson(ToJson(*made));
+  } else {
+    PrintLine("%s", made->text.c_str());
+  }
+  return kDone;
+}
+
+// "2026-11-26"; what is 0 never was.
+std::string DayOf(int64_t time_unix_s) {
+  const std::time_t time = time_unix_s;
+  std::tm parts{};
+  char text[32];
+  if (gmtime_r(&time, &parts) == nullptr || std::strftime(text, sizeof(text), "%F", &parts) == 0)
+    return std::to_string(time_unix_s);
+  return text;
+}
+
+void PrintToken(const TokenAnswer& token) {
+  std::string fate;
+  if (token.expires_unix_s != 0) fate += ", until " + DayOf(token.expires_unix_s);
+  if (token.revoked_unix_s != 0) fate += ", revoked on " + DayOf(token.revoked_unix_s);
+  PrintLine("%4u  %-11s  %s, made on %s%s", token.number, RoleWord(token.role).c_str(),
+            Printable(token.name).c_str(), DayOf(token.created_unix_s).c_str(), fate.c_str());
+}
+
+int List(const TokenArguments& arguments) {
+  const auto engine = OpenToRead(arguments.db);
+  if (!engine.ok()) return Fail(engine.status());
+  const auto tokens = (*engine)->Ask().Tokens();
+  if (!tokens.ok()) return Fail(tokens.status());
+  if (arguments.json) {
+    PrintJson(ToJson(*tokens));
+    return kDone;
+  }
+  for (const TokenAnswer& token : *tokens) PrintToken(token);
+  return kDone;
+}
+
+int Revoke(const TokenArguments& arguments) {
+  if (auto daemon = DaemonClient::Connect(arguments.db))
+    return RevokeTokenBeside(&*daemon, arguments.number, arguments.request.actor);
+  const auto engine = OpenToWrite(arguments.db);
+  if (!engine.ok()) return Fail(engine.status());
+  const Status revoked = (*engine)->RevokeToken(arguments.number, arguments.request.actor);
+  return revoked.ok() ? kDone : Fail(revoked);
+}
+
+CLI::App* RegisterOne(CLI::App* group, const char* name, const char* help,
+                      const std::shared_ptr<TokenArguments>& arguments,
+                      int (*run)(const TokenArguments&), int* exit_code) {
+  CLI::App* command = group->add_subcommand(name, help);
+  command->add_option("DB", arguments->db, "Database")->required();
+  command->callback([=] { *exit_code = run(*arguments); });
+  return command;
+}
+
+}  // namespace
+
+void RegisterToken(CLI::App* app, int* exit_code) {
+  CLI::App* group = app->add_subcommand("token", "Tokens, by which the daemon knows who asks");
+  group->require_subcommand(1);
+  auto arguments = std::make_shared<TokenArguments>();
+  CLI::App* create =
+      RegisterOne(group, "create", "Make a token, and print it: it is told this once", arguments,
+                  Create, exit_code);
+  create->add_option("NAME", arguments->request.name, "Whose it is, for the journal")->required();
+  create
+      ->add_option("--role", arguments->role,
+                   "viewer: asks; contributor: sends photos, too; curator: takes out and forbids, "
+                   "too; admin: makes and revokes tokens, too")
+      ->capture_default_str();
+  create->add_option("--days", arguments->days, "Good for so many days (default: for ever)")
+      ->check(CLI::Range(1, 36'500));
+  create->add_flag("--json", arguments->json, "JSON");
+  CLI::App* list = RegisterOne(group, "list", "All tokens that were made; none can be told again",
+                               arguments, List, exit_code);
+  list->add_flag("--json", arguments->json, "JSON");
+  CLI::App* revoke = RegisterOne(group, "revoke", "A token is good for nothing from now on",
+                                 arguments, Revoke, exit_code);
+  revoke->add_option("NUMBER", arguments->number, "Its number, as `list` has it")->required();
+  for (CLI::App* const command : {create, revoke})
+    command->add_option("--by", arguments->request.actor, "Who does it, for the journal")
+        ->capture_default_str();
+}
+
+}  // namespace veduta

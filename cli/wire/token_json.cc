@@ -1,0 +1,27 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "cli/wire/token_json.h"
+
+namespace veduta {
+namespace {
+
+// Null where it never was.
+Json TimeOf(int64_t time_unix_s) {
+  return time_unix_s == 0 ? Json(nullptr) : Json(time_unix_s);
+}
+
+}  // namespace
+
+Json ToJson(const TokenAnswer& token) {
+  return {{"number", token.number},
+          {"name", token.name},
+          {"role", RoleWord(token.role)},
+          {"created", token.created_unix_s},
+          {"expires", TimeOf(token.expires_unix_s)},
+          {"revoked", TimeOf(token.revoked_unix_s)}};
+}
+
+Json ToJson(const NewToken& token) {
+  return {{"number", token.number}, {"token", token.text}};
+}
+
+}  // namespace veduta

@@ -1,0 +1,29 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+// How a database is opened.
+
+#include <cstdint>
+
+#include "storage/base/status.h"
+
+namespace veduta {
+
+struct EngineOptions {
+  bool create = false;        // make a new database; kAlreadyExists if one is there
+  bool read_only = false;     // takes no lock, writes nothing; sees the last commit at opening
+  bool sync = true;           // false: a power cut may lose the last photos (a crash does not)
+  bool settle_each = false;   // Submit does as AddPhotos, so that the same order gives one digest
+  uint32_t thread_count = 0;  // [0, 1024]; 0: one per core
+  uint64_t block_cache_bytes = 256ull << 20;      // >= 1; of the database's files
+  uint64_t feature_cache_bytes = 768ull << 20;    // >= 1; of images' features
+  uint64_t undistort_cache_bytes = 256ull << 20;  // >= 1; of cameras' lookup tables
+  // Memory for photos that are decoded and whose features are extracted at the same time, on
+  // however many threads; a photo that needs more (about 40 bytes for each of its pixels up to 33
+  // Mpx, 16 beyond) is prepared alone. 0: half of what the three caches leave of the memory that
+  // the process may use, at least 256 MiB. Changes no photo's verdict.
+  uint64_t prepare_memory_bytes = 0;
+
+  Status Check() const;  // the first violated bound, named with its value
+};
+
+}  // namespace veduta

@@ -1,0 +1,31 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+// Who may ask the daemon, and what for.
+
+#include <array>
+#include <cstdint>
+#include <string>
+
+namespace veduta {
+
+// What a token is good for; each may also do what those before it may. Values are stored: append
+// only, never renumber.
+enum class Role : uint8_t {
+  kViewer = 1,       // asks
+  kContributor = 2,  // sends photos, too
+  kCurator = 3,      // takes photos out, forbids, adds cameras, rules the dense pass
+  kAdmin = 4,        // makes and revokes tokens
+};
+
+// Of the token itself only a hash is stored.
+struct TokenRecord {
+  uint32_t number = 0;  // from 1; never used again
+  std::string name;     // whose it is, for the journal; not empty
+  Role role = Role::kViewer;
+  std::array<uint8_t, 32> hash{};  // BLAKE2b-256 of its secret
+  int64_t created_unix_s = 0;
+  int64_t expires_unix_s = 0;  // 0: never
+  int64_t revoked_unix_s = 0;  // 0: it was not
+};
+
+}  // namespace veduta

@@ -1,0 +1,167 @@
+// SPDX-License-Identifier: Apache-2.0
+// Goal: every role may do what its table says, and nothing else; without tokens the owner's routes
+//   are the owner's; nobody sends photos under another's name.
+// Method: every role against every route that there is, by requests as the connections hand them
+//   over; the table is written down here once more.
+#include "cli/service/gatekeeper.h"
+
+#include <gtest/gtest.h>
+
+#include <map>
+
+#include "tests/storage/samples.h"
+
+namespace veduta {
+namespace {
+
+struct Asked {
+  const char* method;
+  std::vector<std::string> path;
+  int role;  // the least that may: 0 anybody, 1 viewer, 2 contributor, 3 curator, 4 admin
+  bool is_for_owner = false;
+};
+
+const std::vector<Asked>& AllRoutes() {
+  static const std::vector<Asked> kAll = {{"GET", {"healthz"}, 0},
+                                          {"GET", {"readyz"}, 0},
+                                          {"GET", {"metrics"}, 1},
+                                          {"GET", {"v1", "events"}, 1},
+                                          {"POST", {"v1", "photos"}, 2},
+                                          {"GET", {"v1", "dense"}, 1},
+                                          {"POST", {"v1", "dense", "pause"}, 3},
+                                          {"POST", {"v1", "dense", "resume"}, 3},
+                                          {"GET", {"v1", "uploads"}, 2},
+                                          {"GET", {"v1", "uploads", "1"}, 2},
+                                          {"GET", {"v1", "status"}, 1},
+                                          {"GET", {"v1", "cameras"}, 1},
+                                          {"POST", {"v1", "cameras"}, 3},
+                                          {"GET", {"v1", "cameras", "c"}, 1},
+                                          {"GET", {"v1", "photos", "a"}, 1},
+                                          {"GET", {"v1", "photos", "a", "pose"}, 1},
+                                          {"GET", {"v1", "photos", "a", "geopose"}, 1},
+                                          {"GET", {"v1", "photos", "a", "uncertainty"}, 1},
+                                          {"GET", {"v1", "photos", "a", "neighbors"}, 1},
+                                          {"POST", {"v1", "candidates"}, 1},
+                                          {"POST", {"v1", "localize"}, 1},
+                                          {"GET", {"v1", "reconstructions"}, 1},
+                                          {"GET", {"v1", "reconstructions", "1"}, 1},
+                                          {"GET", {"v1", "georeference"}, 1},
+                                          {"GET", {"v1", "hypotheses"}, 1},
+                                          {"GET", {"v1", "journal"}, 1},
+                                          {"POST", {"v1", "removals"}, 3, true},
+                                          {"POST", {"v1", "forbidden"}, 3, true},
+                                          {"POST", {"v1", "allowed"}, 3, true},
+                                          {"GET", {"v1", "tokens"}, 4, true},
+                                          {"POST", {"v1", "tokens"}, 4, true},
+                                          {"POST", {"v1", "tokens", "1", "revoke"}, 4, true}};
+  return kAll;
+}
+
+class GatekeeperTest : public testing::Test {
+ protected:
+  GatekeeperTest() {
+    EngineOptions options;
+    options.create = true;
+    options.sync = false;
+    options.thread_count = 1;
+    auto opened = Engine::Open(folder_ / "db", options);
+    EXPECT_OK(opened);
+    engine_ = std::move(*opened);
+    gatekeeper_.Look(engine_->Ask());
+  }
+
+  NewToken Make(const std::string& name, Role role) {
+    TokenRequest request;
+    request.name = name;
+    request.role = role;
+    const auto made = engine_->CreateToken(request);
+    EXPECT_OK(made);
+    gatekeeper_.Look(engine_->Ask());
+    return *made;
+  }
+
+  // The code of the refusal; 0 where it is let in.
+  uint32_t Ask(const Asked& asked, const std::string& token, HttpRequest* request) {
+    request->method = asked.method;
+    request->path = asked.path;
+    request->token = token;
+    auto found = FindRoute(*request);
+    EXPECT_TRUE(std::holds_alternative<RouteMatch>(found)) << asked.path.back();
+    const auto refusal = gatekeeper_.Refuse(*engine_, *std::get<RouteMatch>(found).route, request);
+    return refusal ? refusal->code : 0;
+  }
+  uint32_t Ask(const Asked& asked, const std::string& token = "") {
+    HttpRequest request;
+    return Ask(asked, token, &request);
+  }
+
+  TemporaryFolder folder_;
+  std::unique_ptr<Engine> engine_;
+  Gatekeeper gatekeeper_;
+};
+
+TEST_F(GatekeeperTest, NobodyIsAskedBeforeThereIsAToken) {
+  EXPECT_FALSE(gatekeeper_.asks_for_tokens());
+  for (const Asked& asked : AllRoutes()) {
+    EXPECT_EQ(Ask(asked), asked.is_for_owner ? 403u : 0u) << asked.path.back();
+    HttpRequest request;
+    request.is_of_owner = true;
+    EXPECT_EQ(Ask(asked, "", &request), 0u) << asked.path.back();
+  }
+}
+
+TEST_F(GatekeeperTest, EveryRoleAgainstEveryRoute) {
+  const std::string tokens[] = {"", Make("v", Role::kViewer).text,
+                                Make("c", Role::kContributor).text, Make("k", Role::kCurator).text,
+                                Make("a", Role::kAdmin).text};
+  EXPECT_TRUE(gatekeeper_.asks_for_tokens());
+  for (const Asked& asked : AllRoutes()) {
+    for (int role = 0; role <= 4; ++role) {
+      const uint32_t wanted = role >= asked.role ? 0 : role == 0 ? 401 : 403;
+      EXPECT_EQ(Ask(asked, tokens[role]), wanted)
+          << asked.method << " " << asked.path.back() << " by role " << role;
+    }
+    EXPECT_EQ(Ask(asked, "veduta-1-wrong"), asked.role == 0 ? 0u : 401u);
+    HttpRequest request;
+    request.is_of_owner = true;
+    EXPECT_EQ(Ask(asked, "", &request), 0u);
+  }
+}
+
+TEST_F(GatekeeperTest, ARevokedTokenIsNoneAndTheDoorStaysShut) {
+  const NewToken token = Make("v", Role::kViewer);
+  const Asked status = {"GET", {"v1", "status"}, 1};
+  EXPECT_EQ(Ask(status, token.text), 0u);
+  ASSERT_OK(engine_->RevokeToken(token.number, "owner"));
+  gatekeeper_.Look(engine_->Ask());
+  EXPECT_EQ(Ask(status, token.text), 401u);
+  EXPECT_EQ(Ask(status), 401u);
+}
+
+TEST_F(GatekeeperTest, PhotosAreSentUnderTheTokensName) {
+  const NewToken anna = Make("anna", Role::kContributor), kai = Make("kai", Role::kCurator);
+  const Asked photo = {"POST", {"v1", "photos"}, 2};
+  HttpRequest request;
+  EXPECT_EQ(Ask(photo, anna.text, &request), 0u);
+  EXPECT_EQ(request.who, "anna");
+  request.query["contributor"] = "anna";
+  EXPECT_EQ(Ask(photo, anna.text, &request), 0u);
+  request.query["contributor"] = "bela";
+  EXPECT_EQ(Ask(photo, anna.text, &request), 403u);
+  EXPECT_EQ(Ask(photo, kai.text, &request), 0u) << "a curator may send for others";
+}
+
+TEST_F(GatekeeperTest, ARefusalSaysWhatToDo) {
+  Make("v", Role::kViewer);
+  HttpRequest request;
+  request.method = "GET";
+  request.path = {"v1", "status"};
+  const auto found = FindRoute(request);
+  const auto refusal = gatekeeper_.Refuse(*engine_, *std::get<RouteMatch>(found).route, &request);
+  ASSERT_TRUE(refusal);
+  EXPECT_EQ(refusal->headers.at(0).first, "WWW-Authenticate");
+  EXPECT_NE(refusal->body.find("Authorization: Bearer"), std::string::npos);
+}
+
+}  // namespace
+}  // namespace veduta

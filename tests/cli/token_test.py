@@ -1,0 +1,127 @@
+#!/usr/bin/env python3
+# SPDX-License-Identifier: Apache-2.0
+# Goal: once there is a token, the daemon lets nobody in without one, and each role does what it may
+#   and nothing else; tokens are made and revoked beside the daemon and count at once.
+# Method: a real daemon on a few photos, asked by each role as people do; the table of every role
+#   against every route is tests/cli/service/gatekeeper_test.cc.
+# usage: tests/cli/token_test.py VEDUTA VEDUTA_STREET [TEST...]
+import contextlib
+import json
+import socket
+import urllib.parse
+
+from city import Case, ask, at, main, must, new_database, photo, render, run, SIZE
+from daemon import JPEG, Daemon
+
+
+def setUpModule():
+    render('street', '--photos', '12', '--size', SIZE)
+
+
+def bearer(token):
+    return {'Authorization': 'Bearer ' + token}
+
+
+def make(db, name, role, *more):
+    return must('token', 'create', db, name, '--role', role, *more).strip()
+
+
+class Tokens(Case):
+    def code(self, daemon, method, path, token=None, body=None, headers={}):
+        return daemon.ask(method, path, body,
+                          {**headers, **(bearer(token) if token else {})})[0]
+
+    def test_each_role_does_what_it_may(self):
+        db = new_database('roles')
+        viewer, sender, curator, admin = (
+            make(db, name, role) for name, role in (
+                ('vera', 'viewer'), ('anna', 'contributor'), ('kai', 'curator'),
+                ('ada', 'admin')))
+        with Daemon(db) as daemon:
+            self.assertEqual(self.code(daemon, 'GET', '/healthz'), 200)
+            code, headers, body = daemon.ask('GET', '/v1/status')
+            self.assertEqual(code, 401)
+            self.assertTrue(headers['WWW-Authenticate'].startswith('Bearer'))
+            self.assertIn('Authorization', json.loads(body)['detail'])
+            self.assertEqual(self.code(daemon, 'GET', '/v1/status', viewer), 200)
+            self.assertEqual(self.code(daemon, 'GET', '/v1/events?from=1'), 401)
+            self.assertEqual(self.code(daemon, 'GET', '/v1/status', viewer[:-1]), 401)
+            send = '/v1/photos?camera=c&name='
+            self.assertEqual(self.code(daemon, 'POST', send + 'a.jpg', viewer, photo(1), JPEG),
+                             403)
+            self.assertEqual(self.code(daemon, 'POST', send + 'a.jpg', sender, photo(1), JPEG),
+                             201)
+            self.assertEqual(self.code(daemon, 'POST', send + 'b.jpg&contributor=kai', sender,
+                                       photo(2), JPEG), 403)
+            self.assertEqual(self.code(daemon, 'POST', send + 'b.jpg&contributor=bela', curator,
+                                       photo(2), JPEG), 201)
+            code, _, body = daemon.ask('GET', '/v1/photos/a.jpg', None, bearer(viewer))
+            self.assertEqual((code, json.loads(body)['contributor']), (200, 'anna'))
+            removal = json.dumps({'photos': ['a.jpg'], 'why': 'asked'})
+            as_json = {'Content-Type': 'application/json'}
+            for token, wanted in ((None, 401), (sender, 403), (curator, 200)):
+                self.assertEqual(self.code(daemon, 'POST', '/v1/removals', token, removal,
+                                           as_json), wanted)
+            self.assertEqual(self.code(daemon, 'GET', '/v1/tokens', curator), 403)
+            wish = json.dumps({'name': 'zoe', 'role': 'viewer'})
+            code, _, body = daemon.ask('POST', '/v1/tokens', wish, {**as_json, **bearer(admin)})
+            self.assertEqual(code, 201)
+            made = json.loads(body)
+            self.assertEqual(self.code(daemon, 'GET', '/v1/status', made['token']), 200)
+            self.assertEqual(self.code(daemon, 'POST', f'/v1/tokens/{made["number"]}/revoke',
+                                       admin, '{}', as_json), 200)
+            self.assertEqual(self.code(daemon, 'GET', '/v1/status', made['token']), 401)
+        done = [json.loads(line) for line in must('journal', db).splitlines()]
+        self.assertEqual([e['actor'] for e in done if e['action'] == 'remove'], ['kai'])
+        self.assertIn(('ada', 'made viewer token 5 of zoe'),
+                      [(e['actor'], e['detail']) for e in done])
+        self.assertEqual(must('verify', db), 'sound\n')
+
+    def test_tokens_are_made_beside_the_daemon(self):
+        db = new_database('beside')
+        with Daemon(db) as daemon:
+            self.assertEqual(self.code(daemon, 'GET', '/v1/status'), 200)
+            token = make(db, 'anna', 'viewer', '--days', '3')
+            self.assertEqual(self.code(daemon, 'GET', '/v1/status'), 401)
+            self.assertEqual(self.code(daemon, 'GET', '/v1/status', token), 200)
+            must('add', db, '--camera', 'c', at('street', 'photos', 'photo0003.jpg'))  # the owner
+            must('token', 'revoke', db, '1', '--by', 'owner')
+            self.assertEqual(self.code(daemon, 'GET', '/v1/status', token), 401)
+            self.refused(1, 'no token 7', 'token', 'revoke', db, '7')
+        listed, = ask('token', 'list', db)
+        self.assertEqual((listed['name'], listed['role']), ('anna', 'viewer'))
+        self.assertGreater(listed['revoked'], 0)
+        self.assertNotIn(token, must('token', 'list', db))
+        self.refused(2, 'viewer, contributor, curator or admin', 'token', 'create', db, 'x',
+                     '--role', 'king')
+        self.refused(2, 'name', 'token', 'create', db, '')
+
+    def test_other_machines_may_ask_once_there_is_a_token(self):
+        db = new_database('open')
+        self.refused(2, 'token create', 'serve', db, '--http', '0.0.0.0:0')
+        token = make(db, 'vera', 'viewer')
+        self.refused(1, 'no address of this machine', 'serve', db, '--http', 'example.com:80')
+        with Daemon(db, http='0.0.0.0:0') as daemon:
+            self.assertTrue(daemon.host.startswith('0.0.0.0:'))
+            host = {'Host': 'city.example'}
+            self.assertEqual(self.code(daemon, 'GET', '/v1/status', token, None, host), 200)
+            self.assertEqual(self.code(daemon, 'GET', '/v1/status', None, None, host), 401)
+            other = {**host, 'Origin': 'http://evil.example'}
+            self.assertEqual(self.code(daemon, 'GET', '/v1/status', token, None, other), 403)
+
+    def test_a_strangers_body_is_not_read(self):
+        db = new_database('bodies')
+        make(db, 'vera', 'viewer')
+        with Daemon(db) as daemon:
+            host, port = daemon.host.split(':')
+            query = urllib.parse.urlencode({'name': 'x.jpg'})
+            with contextlib.closing(socket.create_connection((host, int(port)),
+                                                             timeout=60)) as client:
+                client.sendall(f'POST /v1/photos?{query} HTTP/1.1\r\nHost: {daemon.host}\r\n'
+                               'Content-Type: image/jpeg\r\nContent-Length: 100000000\r\n\r\n'
+                               .encode())
+                self.assertIn(b'401', client.recv(100))
+
+
+if __name__ == '__main__':
+    main()

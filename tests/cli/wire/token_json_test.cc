@@ -1,0 +1,21 @@
+// SPDX-License-Identifier: Apache-2.0
+// Goal: tokens have the keys that docs/json.md lists, in one order, with null for what never was.
+// Method: answers of the door with known values, as text.
+#include "cli/wire/token_json.h"
+
+#include <gtest/gtest.h>
+
+namespace veduta {
+namespace {
+
+TEST(TokenJson, HasEveryKey) {
+  EXPECT_EQ(JsonLine(ToJson(TokenAnswer{3, "anna", Role::kCurator, 5, 0, 0})),
+            R"({"number":3,"name":"anna","role":"curator","created":5,"expires":null,)"
+            R"("revoked":null})");
+  EXPECT_EQ(JsonLine(ToJson(TokenAnswer{3, "anna", Role::kViewer, 5, 6, 7})),
+            R"({"number":3,"name":"anna","role":"viewer","created":5,"expires":6,"revoked":7})");
+  EXPECT_EQ(JsonLine(ToJson(NewToken{3, "veduta-3-x"})), R"({"number":3,"token":"veduta-3-x"})");
+}
+
+}  // namespace
+}  // namespace veduta
