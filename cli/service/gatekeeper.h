@@ -12,8 +12,8 @@
 namespace veduta {
 
 // Before the first token was made, whoever reaches the daemon may do anything but what is the
-// owner's; from then on each request needs a token whose role is enough. The owner, by the socket in
-// the database's folder, needs none. Thread-safe.
+// owner's; from then on each request needs a token whose role is enough. The owner, by the socket
+// in the database's folder, needs none. Thread-safe.
 class Gatekeeper final {
  public:
   // Reads whether there are tokens; where that cannot be read, there are.

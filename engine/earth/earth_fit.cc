@@ -64,6 +64,18 @@ Sim3 Moved(const Sim3& s, const Eigen::Vector3d& pivot, const Vector7& step) {
           pivot + scale * (turn * (s.translation - pivot)) + d};
 }
 
+// How much anchors of one kind miss the fit by.
+struct Misfit {
+  // Of errors in standard deviations, one along each axis, each as far as it counts.
+  double squares = 0, count = 0;
+
+  // By how much their variance is larger than they say; 1 where it is not.
+  double Excess() const {
+    const double freedom = std::max(0.0, count - 7);
+    return std::max(1.0, (squares + kPriorErrors) / (freedom + kPriorErrors));
+  }
+};
+
 // What is fitted, and the common errors of groups.
 class Fitter {
  public:
@@ -128,18 +140,20 @@ class Fitter {
     fit.pivot = pivot_;
     const Eigen::LLT<Matrix7> solver(normal_);
     if (solver.info() != Eigen::Success) return std::nullopt;
-    double weighted = 0, count = 0;
+    Misfit alone, in_groups;  // of anchors that err by themselves, and of the others
     for (const EarthAnchor& anchor : anchors_) {
       const Eigen::Vector3d error = anchor.enu_m - s * anchor.world;
       const double squared = SquaredError(anchor, error - CommonErrorOf(anchor));
       fit.error_m.push_back(error);
       fit.agrees.push_back(squared <= kAgreeing * kAgreeing);
-      if (!fit.agrees.back()) continue;
-      weighted += squared;
-      count += (InformationOf(anchor).array() > 0).count();
+      Misfit& misfit = anchor.group == 0 ? alone : in_groups;
+      const double weight = 1 / (1 + squared / (kHalfWeight * kHalfWeight));
+      misfit.squares += weight * squared;
+      misfit.count += 3 * weight;
     }
-    const double freedom = std::max(0.0, count - 7);
-    const double excess = std::max(1.0, (weighted + kPriorErrors) / (freedom + kPriorErrors));
+    // Few surveyed points decide a fit beside many positions that are far less exact, so each kind
+    // answers for itself.
+    const double excess = std::max(alone.Excess(), in_groups.Excess());
     fit.covariance = excess * solver.solve(Matrix7::Identity());
     if (!fit.covariance.allFinite()) return std::nullopt;
     constexpr double kDegrees = 180 / std::numbers::pi;

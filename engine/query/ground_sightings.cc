@@ -33,8 +33,10 @@ std::optional<SeenGroundPoint> See(std::span<const Sighting> views) {
   const auto count = static_cast<double>(views.size());
   // Rays that meet at an angle fix the point along them only as well as that is large.
   const double sine = std::sin(std::min(angle_deg, 90.0) * std::numbers::pi / 180);
-  seen.deviation = pixel / count / sine * std::sqrt(2 / count);
   seen.error_px = std::sqrt(squares / count);
+  // Where the photos do not agree upon the point, their poses are off, all together.
+  seen.deviation =
+      pixel / count / sine * (seen.error_px > 1 ? seen.error_px : std::sqrt(2 / count));
   return seen;
 }
 

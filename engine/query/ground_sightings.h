@@ -14,8 +14,10 @@ struct SeenGroundPoint {
   size_t point = 0;  // its index
   ReconstructionId reconstruction;
   Eigen::Vector3d world;
-  double deviation = 0;  // of that along each axis, world units, if photos show it to 1 px
-  double error_px = 0;   // root mean square over the photos
+  // Of that along each axis, world units, if photos show it to 1 px; where they disagree by more,
+  // that is not taken for the mean of independent errors.
+  double deviation = 0;
+  double error_px = 0;  // root mean square over the photos
 };
 
 // Triangulates each point in each reconstruction of which two photos and more show it; in the order

@@ -3,8 +3,8 @@
 # How well photos with GPS, and surveyed points, place a street on the earth, and whether what is
 # said of the errors is so. Each seed is a street of its own, whose GPS errs by --gps metres, half
 # of the variance in common. Printed of each street, over its placed photos: the root mean square
-# error on the plan and in height, the same over the stated standard deviations, the largest such ratio on
-# the plan, and the errors of heading, with and without four surveyed points.
+# error on the plan and in height, the same over the stated standard deviations, the largest such
+# ratio on the plan, and the errors of heading, with and without four surveyed points.
 # usage: tools/bench/georeference.py VEDUTA VEDUTA_STREET [--seeds 1 2 ...] [--photos 60]
 #   [--gps 5] [--extra "--trajectory loop"]
 import argparse

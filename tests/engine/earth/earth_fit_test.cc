@@ -120,6 +120,26 @@ TEST(FitEarth, SurveyedPointsOutweighGps) {
   EXPECT_LT(fit->tilt_deviation_deg, 0.5);
 }
 
+// A reconstruction is bent a little: that shows at the surveyed points, however well the many
+// positions agree.
+TEST(FitEarth, FewSurveyedPointsAnswerForThemselves) {
+  const auto deviation_with = [](double bend_m) {
+    Walk walk = MakeWalk(8, 60, 20, 6, 1);
+    for (int i = 0; i < 6; ++i) {
+      const Eigen::Vector3d enu(20.0 * i, i % 2 == 0 ? 8 : -8, 2 * (i % 3));
+      EarthAnchor point;
+      point.world = kTruth.Inverse() * enu;
+      point.deviation_m.setConstant(0.02);
+      point.enu_m = enu + Eigen::Vector3d(0, 0, bend_m * (i % 3 - 1));
+      walk.anchors.push_back(point);
+    }
+    const auto fit = Fit(walk);
+    EXPECT_TRUE(fit);
+    return fit ? fit->position_deviation_m : 0;
+  };
+  EXPECT_GT(deviation_with(0.06), 1.3 * deviation_with(0));
+}
+
 // A drone looks straight down: cameras alone do not tell up from down, places do.
 TEST(FitEarth, APlanFlownOverIsNotUpsideDown) {
   Walk walk = MakeWalk(5, 24, 40, 1, 0);
