@@ -53,6 +53,12 @@ class Questions final {
   // more digits of its photo's SHA-256 in hexadecimal. kNotFound names it; kInvalidArgument says
   // which images it may mean, if several. The same wherever a photo is asked for by a text.
   Result<ImageAnswer> Image(const std::string& name) const;
+  // At most `count_max` images, ascending ids from `first` on.
+  Result<std::vector<ListedImage>> Images(ImageId first, uint32_t count_max) const;
+  // The photo as it came, and a JPEG of it whose longer side has `side_px` at most, 1 to
+  // kThumbnailSideMax: as long as decoding it takes. kNotFound for a rejected one.
+  Result<PhotoFile> Photo(const std::string& name) const;
+  Result<PhotoFile> Thumbnail(const std::string& name, uint32_t side_px) const;
   // How sure its pose is; nothing where it has none, or too little is seen to tell. Computed anew
   // each time: it reads the features of every image that sees a point of this one.
   Result<std::optional<PoseUncertainty>> Uncertainty(const std::string& name) const;
@@ -75,6 +81,7 @@ class Questions final {
   Result<std::vector<ReconstructionAnswer>> Reconstructions() const;
   // Also one that was merged away: `merged_into` says where it went.
   Result<ReconstructionAnswer> Reconstruction(ReconstructionId id) const;
+  Result<PointCloud> Points(ReconstructionId id) const;  // of a living one
   // Merges that are proposed and not believed yet, ascending ids: those of a reconstruction, or all
   // where `id` is not valid().
   Result<std::vector<HypothesisAnswer>> Hypotheses(ReconstructionId id = {}) const;

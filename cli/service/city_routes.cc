@@ -21,6 +21,9 @@ constexpr uint64_t kJournalCountMax = 1000;
 // Candidates that may be asked for, and that are told by default: as `veduta neighbors` does.
 constexpr uint64_t kCandidatesMax = 100'000, kCandidatesDefault = 20;
 
+// Photos in one answer, at most and by default; sides of small pictures, px. Chosen by hand.
+constexpr uint64_t kPhotosCountMax = 1000, kThumbnailSide = 256, kThumbnailSideMin = 16;
+
 // Of a camera that is sent. Parsed JSON takes many times its text. Chosen by hand.
 constexpr size_t kCameraBytesMax = 64 << 10;
 
@@ -241,6 +244,53 @@ HttpAnswer GetReconstruction(Engine* engine, const HttpRequest&, const PathArgum
   return JsonAnswer(200, ReconstructionJson(*found, *hypotheses));
 }
 
+HttpAnswer ListPhotos(Engine* engine, const HttpRequest& request, const PathArguments&) {
+  const auto from = NumberParameter(request, "from", 1, 1, std::numeric_limits<uint32_t>::max());
+  if (!from.ok()) return ProblemOf(from.status());
+  const auto count = NumberParameter(request, "count", kPhotosCountMax, 1, kPhotosCountMax);
+  if (!count.ok()) return ProblemOf(count.status());
+  return AnswerOf(
+      engine->Ask().Images(ImageId(static_cast<uint32_t>(*from)), static_cast<uint32_t>(*count)));
+}
+
+HttpAnswer FileAnswer(const Result<PhotoFile>& file) {
+  if (!file.ok()) return ProblemOf(file.status());
+  return {200, file->media_type, {file->bytes.begin(), file->bytes.end()}, {}};
+}
+
+HttpAnswer GetFile(Engine* engine, const HttpRequest&, const PathArguments& arguments) {
+  return FileAnswer(engine->Ask().Photo(arguments[0]));
+}
+
+HttpAnswer GetThumbnail(Engine* engine, const HttpRequest& request,
+                        const PathArguments& arguments) {
+  const auto side =
+      NumberParameter(request, "side", kThumbnailSide, kThumbnailSideMin, kThumbnailSideMax);
+  if (!side.ok()) return ProblemOf(side.status());
+  return FileAnswer(engine->Ask().Thumbnail(arguments[0], static_cast<uint32_t>(*side)));
+}
+
+// 16 bytes for each point, little-endian: x, y, z as 32-bit floats, red, green, blue, 0.
+std::string PointBytes(const PointCloud& cloud) {
+  std::string bytes;
+  bytes.reserve(16 * cloud.positions.size());
+  for (size_t i = 0; i < cloud.positions.size(); ++i) {
+    bytes.append(reinterpret_cast<const char*>(cloud.positions[i].data()), 12);
+    bytes.append(reinterpret_cast<const char*>(cloud.rgb[i].data()), 3);
+    bytes += '\0';
+  }
+  return bytes;
+}
+
+HttpAnswer GetPoints(Engine* engine, const HttpRequest&, const PathArguments& arguments) {
+  const auto number = WholeNumber("a reconstruction's number", arguments[0], 1,
+                                  std::numeric_limits<uint32_t>::max());
+  if (!number.ok()) return ProblemOf(number.status());
+  const auto cloud = engine->Ask().Points(ReconstructionId(static_cast<uint32_t>(*number)));
+  if (!cloud.ok()) return ProblemOf(cloud.status());
+  return {200, "application/octet-stream", PointBytes(*cloud), {}};
+}
+
 HttpAnswer ListHypotheses(Engine* engine, const HttpRequest&, const PathArguments&) {
   return AnswerOf(engine->Ask().Hypotheses());
 }
@@ -297,6 +347,7 @@ const std::vector<CityRoute>& Routes() {
       {"GET", {"readyz"}, {}, nullptr, false, true, Role::kViewer, false, true},
       {"GET", {"metrics"}, {}, nullptr},
       {"GET", {"v1", "events"}, {"from"}, nullptr},
+      {"GET", {"v1", "photos"}, {"from", "count"}, ListPhotos, true},
       {"POST", {"v1", "photos"}, {"name", "camera", "contributor"}, nullptr, false, false, kSends},
       {"GET", {"v1", "dense"}, {}, nullptr, false, true},
       {"POST", {"v1", "dense", "pause"}, {}, nullptr, false, false, kCurates},
@@ -311,11 +362,14 @@ const std::vector<CityRoute>& Routes() {
       {"GET", {"v1", "photos", "*", "pose"}, {}, GetPose, true, true},
       {"GET", {"v1", "photos", "*", "geopose"}, {}, GetGeoPose, true, true},
       {"GET", {"v1", "photos", "*", "uncertainty"}, {}, GetUncertainty, true},
+      {"GET", {"v1", "photos", "*", "file"}, {}, GetFile, true, false, kCurates},
+      {"GET", {"v1", "photos", "*", "thumbnail"}, {"side"}, GetThumbnail, true},
       {"GET", {"v1", "photos", "*", "neighbors"}, {}, GetNeighbors, true, true},
       {"POST", {"v1", "candidates"}, {"name", "camera", "count"}, RankPhoto},
       {"POST", {"v1", "localize"}, {"name", "camera"}, LocalizePhoto},
       {"GET", {"v1", "reconstructions"}, {}, ListReconstructions, true},
       {"GET", {"v1", "reconstructions", "*"}, {}, GetReconstruction, true},
+      {"GET", {"v1", "reconstructions", "*", "points"}, {}, GetPoints, true},
       {"GET", {"v1", "georeference"}, {}, GetGeoreference, true},
       {"GET", {"v1", "hypotheses"}, {}, ListHypotheses, true},
       {"GET", {"v1", "journal"}, {"from", "count"}, GetJournal, true},

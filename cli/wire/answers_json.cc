@@ -100,6 +100,22 @@ Json ToJson(const ImageAnswer& image) {
           {"on_earth", ToJson(image.on_earth)}};
 }
 
+Json ToJson(const ListedImage& image) {
+  Json json = {{"id", image.id.value},
+               {"image", image.name},
+               {"contributor", image.contributor},
+               {"verdict", VerdictWord(image.verdict)},
+               {"reconstruction", ToJson(image.reconstruction)},
+               {"unsure", image.is_unsure},
+               {"rotation_wxyz", nullptr},
+               {"center", nullptr}};
+  if (image.cam_from_world) {
+    json["rotation_wxyz"] = image.cam_from_world->rotation_wxyz;
+    json["center"] = image.cam_from_world->center;
+  }
+  return json;
+}
+
 Json ToJson(const HypothesisAnswer& h) {
   return {{"kind", "merge"},
           {"a", h.a.value},

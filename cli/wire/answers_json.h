@@ -12,6 +12,7 @@ Json ToJson(const StatusAnswer& status);
 Json ToJson(const ReconstructionAnswer& reconstruction);
 Json ToJson(const HypothesisAnswer& hypothesis);
 Json ToJson(const ImageAnswer& image);
+Json ToJson(const ListedImage& image);
 Json ToJson(const DepthMapAnswer& depth_map);
 Json ToJson(const PoseUncertainty& uncertainty);
 Json ToJson(const NeighborAnswer& neighbor);  // of a stored image: its matches were verified

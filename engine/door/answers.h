@@ -145,6 +145,30 @@ struct ImageAnswer {
   std::optional<PoseUncertainty> uncertainty;
 };
 
+// One of many images: what is drawn of each.
+struct ListedImage {
+  ImageId id;
+  std::string name, contributor;
+  Verdict verdict = Verdict::kRejected;
+  ReconstructionId reconstruction;  // valid if it has a pose
+  bool is_unsure = false;           // ImageAnswer::may_stand_in; no pose is told then
+  std::optional<PlainPose> cam_from_world;
+};
+
+struct PhotoFile {
+  std::string media_type;  // "image/jpeg"
+  std::vector<uint8_t> bytes;
+};
+
+inline constexpr uint32_t kThumbnailSideMax = 4096;  // px; chosen by hand
+
+// The sparse points of a reconstruction; as many positions as colours.
+struct PointCloud {
+  uint64_t geometry_version = 0;
+  std::vector<std::array<float, 3>> positions;  // world
+  std::vector<std::array<uint8_t, 3>> rgb;      // sRGB
+};
+
 // A photo that is asked about and not added.
 struct LocalizeRequest {
   PhotoSource photo;   // its path, or its bytes, must be given

@@ -141,6 +141,12 @@ Result<PhotoFacts> PhotoPreparer::Look(const PhotoSource& source) const {
   }
 }
 
+DecodedPhoto PhotoPreparer::Decode(std::span<const uint8_t> bytes) const {
+  const uint64_t pixel_count = ReadPhotoHeader(bytes).stored_size.pixel_count();
+  const MemoryBudget::Share share = TakeMemory(PrepareBytes(0, pixel_count));
+  return DecodePhoto(bytes, options_.limits);
+}
+
 void PhotoPreparer::DropIdleScratch() const {
   std::vector<IdleScratch> dropped;
   const std::lock_guard lock(mutex_);

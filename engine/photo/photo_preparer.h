@@ -91,6 +91,8 @@ class PhotoPreparer final {
   // Reads the photo and decodes nothing. Where the file is too large there is no hash. kIoError,
   // kNotFound.
   Result<PhotoFacts> Look(const PhotoSource& source) const;
+  // The photo upright, of any size. As Prepare, it waits for the memory that decoding takes.
+  DecodedPhoto Decode(std::span<const uint8_t> bytes) const;
   // What Prepare does without the database, for queries by a photo that is not added. Without a
   // camera the photo is taken for one without distortion, of any size.
   PreparedPhoto Extract(const PhotoSource& source, const std::optional<CameraModel>& camera) const;

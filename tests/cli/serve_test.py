@@ -8,6 +8,7 @@
 # usage: tests/cli/serve_test.py VEDUTA VEDUTA_STREET
 import concurrent.futures
 import contextlib
+import hashlib
 import http.client
 import json
 import resource
@@ -91,7 +92,8 @@ class Asking(Case):
                 (404, 'POST', '/v1/photos?name=a.jpg&camera=none', 'none'),
                 (404, 'POST', '/v1/localize?camera=none', 'none'),
                 (405, 'DELETE', '/v1/photos/a.jpg', 'GET'),
-                (405, 'GET', '/v1/photos', 'POST'),
+                (405, 'GET', '/v1/localize', 'POST'),
+                (400, 'GET', '/v1/photos?count=0', "'count'"),
                 (405, 'POST', '/v1/status', 'GET')]:
             with self.subTest(f'{method} {path}'):
                 got, headers, body = self.daemon.ask(method, path, b'x', JPEG)
@@ -119,6 +121,33 @@ class Asking(Case):
             self.assertEqual((answer.status, answer.read()[:1]), (413, b'{'))
         # One that is not wanted for another reason is sent to its end before the answer is read.
         self.assertEqual(self.daemon.ask('POST', '/v1/nothing', b'x' * 5_000_000, JPEG)[0], 404)
+
+    def test_lists_and_bytes(self):
+        listed, last = [], 0
+        while page := self.daemon.get(f'/v1/photos?from={last + 1}&count=5'):
+            self.assertLessEqual(len(page), 5)
+            listed += page
+            last = page[-1]['id']
+        self.assertEqual(len(listed), self.daemon.get('/v1/status')['images'])
+        placed = next(image for image in listed if image['center'])
+        pose = self.daemon.get('/v1/photos/%23' + str(placed['id']) + '/pose')
+        self.assertEqual((placed['center'], placed['rotation_wxyz'], placed['reconstruction']),
+                         (pose['center'], pose['rotation_wxyz'], pose['reconstruction']))
+        path = '/v1/photos/' + part(placed['image'])
+        code, headers, data = self.daemon.ask('GET', path + '/thumbnail?side=64')
+        self.assertEqual((code, headers['Content-Type'], data[:2]),
+                         (200, 'image/jpeg', b'\xff\xd8'))
+        code, headers, data = self.daemon.ask('GET', path + '/file')
+        self.assertEqual((code, headers['Content-Type']), (200, 'image/jpeg'))
+        self.assertEqual(hashlib.sha256(data).hexdigest(), self.daemon.get(path)['sha256'])
+        for wrong in ('/thumbnail?side=8', '/thumbnail?side=9999'):
+            self.assertEqual(self.daemon.ask('GET', path + wrong)[0], 400)
+        for reconstruction in self.daemon.get('/v1/reconstructions'):
+            code, headers, data = self.daemon.ask(
+                'GET', f'/v1/reconstructions/{reconstruction["id"]}/points')
+            self.assertEqual((code, len(data)), (200, 16 * reconstruction['points']))
+            self.assertEqual(set(data[15::16]), {0})
+        self.assertEqual(self.daemon.ask('GET', '/v1/reconstructions/99/points')[0], 404)
 
     def test_localizing_changes_nothing(self):
         before = must('digest', WHOLE)

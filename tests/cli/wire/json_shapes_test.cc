@@ -203,6 +203,17 @@ TEST(Answers, ImageWithAll) {
                 uncertainty + "}");
 }
 
+TEST(Answers, Listed) {
+  ListedImage image{ImageId(8), "a.jpg", "anna", Verdict::kPostponed, {}, false, {}};
+  EXPECT_EQ(JsonLine(ToJson(image)),
+            R"({"id":8,"image":"a.jpg","contributor":"anna","verdict":"postponed",)"
+            R"("reconstruction":null,"unsure":false,"rotation_wxyz":null,"center":null})");
+  image.reconstruction = ReconstructionId(3);
+  image.cam_from_world = PlainPose{{1, 0, 0, 0}, {4, 5, 6}, {-4, -5, -6}};
+  EXPECT_EQ(JsonLine(ToJson(image)["rotation_wxyz"]), "[1.0,0.0,0.0,0.0]");
+  EXPECT_EQ(JsonLine(ToJson(image)["center"]), "[-4.0,-5.0,-6.0]");
+}
+
 TEST(Answers, Small) {
   EXPECT_EQ(JsonLine(CandidatesJson({{ImageId(9), "b.jpg", Verdict::kPlaced, 0, 0.25}})),
             R"([{"id":9,"image":"b.jpg","score":0.25,"verdict":"placed"}])");

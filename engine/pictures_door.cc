@@ -1,0 +1,103 @@
+// SPDX-License-Identifier: Apache-2.0
+// The members of Questions that give lists and bytes, for those who draw the city.
+#include "engine/camera/photo_header.h"
+#include "engine/engine.h"
+#include "engine/parts.h"
+#include "engine/photo/thumbnail.h"
+#include "engine/query/city_answers.h"
+#include "engine/query/find_image.h"
+#include "engine/query/living.h"
+#include "storage/base/option_bounds.h"
+
+namespace veduta {
+namespace {
+
+const char* MediaTypeOf(PhotoFormat format) {
+  switch (format) {
+    case PhotoFormat::kJpeg:
+      return "image/jpeg";
+    case PhotoFormat::kPng:
+      return "image/png";
+    case PhotoFormat::kTiff:
+      return "image/tiff";
+    case PhotoFormat::kWebp:
+      return "image/webp";
+    case PhotoFormat::kHeif:
+      return "image/heic";
+    case PhotoFormat::kUnknown:
+      break;
+  }
+  return "application/octet-stream";
+}
+
+// The bytes of a photo that is stored: those of rejected ones are not.
+Result<StoredBytes> BytesOf(const Snapshot& snapshot, const ImageRecord& image) {
+  if (image.verdict == Verdict::kRejected)
+    return Status::NotFound(image.name + " was rejected, and its photo is not stored");
+  return snapshot.GetPhoto(image.photo);
+}
+
+}  // namespace
+
+Result<std::vector<ListedImage>> Questions::Images(ImageId first, uint32_t count_max) const {
+  const Snapshot& snapshot = *view_->snapshot;
+  VEDUTA_ASSIGN_OR_RETURN(const DatabaseState state, snapshot.GetState());
+  VEDUTA_ASSIGN_OR_RETURN(const auto unsure, view_->caches->unsure.Get(snapshot));
+  std::vector<ListedImage> images;
+  for (uint32_t id = std::max(first.value, 1u); id < state.next_image && images.size() < count_max;
+       ++id) {
+    Result<ImageRecord> image = snapshot.GetImage(ImageId(id));
+    if (image.status().code() == StatusCode::kNotFound) continue;  // it was removed
+    VEDUTA_RETURN_IF_ERROR(image.status());
+    ListedImage& listed = images.emplace_back();
+    listed.id = image->id;
+    listed.name = std::move(image->name);
+    listed.contributor = std::move(image->contributor);
+    listed.verdict = image->verdict;
+    VEDUTA_ASSIGN_OR_RETURN(const std::optional<PoseRecord> pose, snapshot.FindPose(image->id));
+    if (!pose) continue;
+    listed.reconstruction = pose->reconstruction;
+    listed.is_unsure = unsure->contains(image->id);
+    if (!listed.is_unsure) listed.cam_from_world = ToPlain(pose->cam_from_world);
+  }
+  return images;
+}
+
+Result<PhotoFile> Questions::Photo(const std::string& name) const {
+  VEDUTA_ASSIGN_OR_RETURN(const ImageRecord image, FindImage(*view_->snapshot, name));
+  VEDUTA_ASSIGN_OR_RETURN(const StoredBytes stored, BytesOf(*view_->snapshot, image));
+  const std::span<const uint8_t> bytes = stored.bytes();
+  return PhotoFile{MediaTypeOf(ReadPhotoHeader(bytes).format), {bytes.begin(), bytes.end()}};
+}
+
+Result<PhotoFile> Questions::Thumbnail(const std::string& name, uint32_t side_px) const {
+  VEDUTA_RETURN_IF_ERROR(OptionBounds().Between("side_px", side_px, 1, kThumbnailSideMax).status());
+  VEDUTA_ASSIGN_OR_RETURN(const ImageRecord image, FindImage(*view_->snapshot, name));
+  VEDUTA_ASSIGN_OR_RETURN(const StoredBytes stored, BytesOf(*view_->snapshot, image));
+  const DecodedPhoto decoded = view_->parts->preparer->Decode(stored.bytes());
+  if (decoded.outcome == DecodeOutcome::kNoMemory) return veduta::Status::NoMemory(decoded.detail);
+  if (decoded.outcome != DecodeOutcome::kDecoded)
+    return veduta::Status::Corruption(image.name + " cannot be decoded: " + decoded.detail);
+  VEDUTA_ASSIGN_OR_RETURN(std::vector<uint8_t> jpeg, MakeThumbnail(decoded.bgr, side_px));
+  return PhotoFile{MediaTypeOf(PhotoFormat::kJpeg), std::move(jpeg)};
+}
+
+Result<PointCloud> Questions::Points(ReconstructionId id) const {
+  VEDUTA_ASSIGN_OR_RETURN(const ReconstructionRecord record, GetLiving(*view_->snapshot, id));
+  PointCloud cloud;
+  cloud.geometry_version = record.geometry_version;
+  cloud.positions.reserve(record.point_count);
+  cloud.rgb.reserve(record.point_count);
+  VEDUTA_RETURN_IF_ERROR(
+      view_->snapshot->ScanPointBlocks(id, record.points_generation, [&](const PointBlock& block) {
+        for (const PointRecord& point : block.points) {
+          const Eigen::Vector3f x = point.position.cast<float>();
+          cloud.positions.push_back({x.x(), x.y(), x.z()});
+          cloud.rgb.push_back(point.rgb);
+        }
+        return true;
+      }));
+  return cloud;
+}
+
+}  // namespace veduta
