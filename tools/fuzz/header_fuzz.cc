@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // ReadPhotoHeader, with the EXIF block inside: sizes and orientation, before anything is decoded;
-// and what the block says of the camera.
+// and what the block says of the camera and of where it was.
+#include <cmath>
+
 #include "engine/camera/exif.h"
 #include "engine/camera/photo_header.h"
 #include "tests/engine/camera/photo_writer.h"
@@ -32,5 +34,9 @@ extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
          "a header that is read has a size");
   const veduta::ExifCamera camera = veduta::ReadExifCamera(header.exif);
   Expect(camera.model.size() <= 64 && camera.focal_mm >= 0, "what is senseless is absent");
+  const auto gps = veduta::ReadExifGps(header.exif);
+  Expect(!gps || (std::abs(gps->latitude_deg) <= 90 && std::abs(gps->longitude_deg) <= 180 &&
+                  gps->accuracy_m >= 0),
+         "a place that is told lies on the earth");
   return 0;
 }

@@ -7,6 +7,7 @@
 #include "storage/records/camera_record.h"
 #include "storage/records/dense_settings.h"
 #include "storage/records/depth_record.h"
+#include "storage/records/earth_record.h"
 #include "storage/records/forbidden_record.h"
 #include "storage/records/hypothesis_record.h"
 #include "storage/records/image_record.h"
@@ -20,6 +21,7 @@
 #include "storage/records/state_record.h"
 #include "storage/records/submap_record.h"
 #include "storage/records/tile_record.h"
+#include "storage/records/token_record.h"
 #include "storage/records/upload_record.h"
 #include "storage/records/vocabulary_record.h"
 #include "storage/records/write_ahead_mark.h"
@@ -113,6 +115,22 @@ UploadRecord SampleUpload() {
   return upload;
 }
 
+GroundPoint SampleGroundPoint() {
+  return {"corner", {47.07, 15.44, 350}, 0.05, {{ImageId(1), 2, 3}, {ImageId(7), 4, 5}}};
+}
+
+TokenRecord SampleToken() {
+  return {1, "anna", Role::kCurator, {1, 2, 3}, 1'700'000'000, 0, 0};
+}
+
+ReconstructionRecord SampleOnEarth() {
+  ReconstructionRecord record = SampleReconstruction(1, 0);
+  record.georeference.version = 2;
+  record.georeference.images_at_look = 12;
+  record.georeference.place.emplace().fixes = {12, 11, 3.5};
+  return record;
+}
+
 HypothesisRecord SampleHypothesis() {
   HypothesisRecord record;
   record.a = ReconstructionId(1);
@@ -139,6 +157,10 @@ void Keys(std::string_view key) {
   (void)DecodeLastUpload(key, &number).ok();
   ForbiddenRecord forbidden;
   (void)ParseForbiddenKey(key, &forbidden).ok();
+  GroundPoint point;
+  (void)ParseGroundPointKey(key, &point).ok();
+  TokenRecord token;
+  (void)ParseTokenKey(key, &token).ok();
   HypothesisRecord hypothesis;
   (void)ParseHypothesisKey(key, &hypothesis).ok();
   SubmapRecord submap;
@@ -155,7 +177,7 @@ void Keys(std::string_view key) {
 }
 
 using Kind = void (*)(std::string_view);
-constexpr std::array<Kind, 23> kKinds = {
+constexpr std::array<Kind, 26> kKinds = {
     [](std::string_view v) { Keyed<CameraRecord>(v, CameraId(1)); },
     [](std::string_view v) { Keyed<ImageRecord>(v, ImageId(1)); },
     [](std::string_view v) { Keyed<JournalRecord>(v, uint64_t{1}); },
@@ -180,7 +202,10 @@ constexpr std::array<Kind, 23> kKinds = {
     [](std::string_view v) { Plain(v, SampleHypothesis()); },
     [](std::string_view v) { Plain(v, SampleSubmap()); },
     [](std::string_view v) { Plain(v, SampleBorder()); },
-    [](std::string_view v) { Keyed<UploadRecord>(v, uint64_t{1}); }};
+    [](std::string_view v) { Keyed<UploadRecord>(v, uint64_t{1}); },
+    [](std::string_view v) { Plain(v, SampleGroundPoint()); },
+    [](std::string_view v) { Plain(v, SampleToken()); },
+    [](std::string_view v) { Keyed<ReconstructionRecord>(v, ReconstructionId(1)); }};
 
 std::string Bytes(const Result<std::string>& encoded) {
   Expect(encoded.status(), "a seed is a record");
@@ -216,7 +241,10 @@ std::vector<std::string> Values() {
           Bytes(Encode(SampleHypothesis())),
           Bytes(Encode(SampleSubmap())),
           Bytes(Encode(SampleBorder())),
-          Bytes(Encode(SampleUpload()))};
+          Bytes(Encode(SampleUpload())),
+          Bytes(Encode(SampleGroundPoint())),
+          Bytes(Encode(SampleToken())),
+          Bytes(Encode(SampleOnEarth()))};
 }
 
 }  // namespace
@@ -234,6 +262,8 @@ std::vector<std::string> Seeds() {
   seeds.push_back(keys + SubmapKey(SubmapId(3)));
   seeds.push_back(keys + BorderKey(SubmapId(3)));
   seeds.push_back(keys + UploadBytesKey(7));
+  seeds.push_back(keys + GroundPointKey("corner"));
+  seeds.push_back(keys + TokenKey(7));
   return seeds;
 }
 
