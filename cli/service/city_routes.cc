@@ -7,6 +7,7 @@
 #include <map>
 #include <set>
 
+#include "cli/service/openapi.h"
 #include "cli/wire/added_json.h"
 #include "cli/wire/answers_json.h"
 #include "cli/wire/earth_json.h"
@@ -303,6 +304,10 @@ HttpAnswer GetJournal(Engine* engine, const HttpRequest& request, const PathArgu
   return AnswerOf(engine->Ask().Journal(*from, static_cast<uint32_t>(*count)));
 }
 
+HttpAnswer GetOpenApi(Engine* /*engine*/, const HttpRequest&, const PathArguments&) {
+  return JsonAnswer(200, OpenApi(ListRoutes()));
+}
+
 HttpAnswer ListTokens(Engine* engine, const HttpRequest&, const PathArguments&) {
   return AnswerOf(engine->Ask().Tokens());
 }
@@ -346,6 +351,7 @@ const std::vector<CityRoute>& Routes() {
       {"GET", {"healthz"}, {}, nullptr, false, true, Role::kViewer, false, true},
       {"GET", {"readyz"}, {}, nullptr, false, true, Role::kViewer, false, true},
       {"GET", {"metrics"}, {}, nullptr},
+      {"GET", {"v1", "openapi.json"}, {}, GetOpenApi, false, true, Role::kViewer, false, true},
       {"GET", {"v1", "events"}, {"from"}, nullptr},
       {"GET", {"v1", "photos"}, {"from", "count"}, ListPhotos, true},
       {"POST", {"v1", "photos"}, {"name", "camera", "contributor"}, nullptr, false, false, kSends},
@@ -405,6 +411,10 @@ HttpAnswer WrongMethod(const std::string& method, const std::set<std::string>& r
 }
 
 }  // namespace
+
+std::span<const CityRoute> ListRoutes() {
+  return Routes();
+}
 
 Result<uint64_t> UploadNumber(const std::string& text) {
   return WholeNumber("an upload's number", text, 1, std::numeric_limits<uint64_t>::max());

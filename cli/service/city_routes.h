@@ -3,6 +3,7 @@
 // What can be asked of the daemon, and how the engine is asked for it. Answers have the shapes of
 // docs/json.md; docs/serving.md lists the routes.
 
+#include <span>
 #include <string>
 #include <variant>
 #include <vector>
@@ -34,6 +35,9 @@ struct RouteMatch {
   const CityRoute* route = nullptr;
   PathArguments arguments;
 };
+
+// All there are.
+std::span<const CityRoute> ListRoutes();
 
 // The number of an upload, from a part of a path.
 Result<uint64_t> UploadNumber(const std::string& text);

@@ -11,6 +11,7 @@ import contextlib
 import hashlib
 import http.client
 import json
+import re
 import resource
 import signal
 import socket
@@ -148,6 +149,14 @@ class Asking(Case):
             self.assertEqual((code, len(data)), (200, 16 * reconstruction['points']))
             self.assertEqual(set(data[15::16]), {0})
         self.assertEqual(self.daemon.ask('GET', '/v1/reconstructions/99/points')[0], 404)
+
+    def test_the_document_of_all_routes(self):
+        document = self.daemon.get('/v1/openapi.json')
+        for path, methods in document['paths'].items():
+            if 'get' in methods and path != '/v1/events':  # which never ends
+                asked = path.replace('{photo}', 'none.jpg').replace('{camera}', 'c')
+                code = self.daemon.ask('GET', re.sub(r'{\w+}', '1', asked))[0]
+                self.assertIn(code, (200, 403, 404), path)
 
     def test_localizing_changes_nothing(self):
         before = must('digest', WHOLE)

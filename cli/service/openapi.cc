@@ -1,0 +1,192 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "cli/service/openapi.h"
+
+#include <algorithm>
+
+namespace veduta {
+namespace {
+
+enum class Body : uint8_t { kNone, kPhoto, kJson };
+
+struct Description {
+  const char *method, *path, *summary;
+  Body body = Body::kNone;
+  uint32_t code = 200;  // of success
+  const char* media_type = "application/json";
+};
+
+constexpr const char *kBinary = "application/octet-stream", *kText = "text/plain";
+
+constexpr Description kDescriptions[] = {
+    {"GET", "/healthz", "Whether the daemon is alive"},
+    {"GET", "/readyz", "Whether the daemon takes photos"},
+    {"GET", "/metrics", "Counts for Prometheus", Body::kNone, 200, kText},
+    {"GET", "/v1/openapi.json", "This document"},
+    {"GET", "/v1/events", "The journal as it grows", Body::kNone, 200, "text/event-stream"},
+    {"GET", "/v1/photos", "Images from a number on, ascending"},
+    {"POST", "/v1/photos", "Add a photo; 202 with Prefer: respond-async", Body::kPhoto, 201},
+    {"GET", "/v1/dense", "The dense pass"},
+    {"POST", "/v1/dense/pause", "Pause the dense pass"},
+    {"POST", "/v1/dense/resume", "Go on with the dense pass"},
+    {"GET", "/v1/uploads", "Photos that wait for their turn"},
+    {"GET", "/v1/uploads/{upload}", "What became of a photo that was sent"},
+    {"GET", "/v1/status", "Counts, reconstructions, backlog"},
+    {"GET", "/v1/cameras", "The cameras"},
+    {"POST", "/v1/cameras", "Add a camera", Body::kJson, 201},
+    {"GET", "/v1/cameras/{camera}", "One camera, by its name"},
+    {"GET", "/v1/photos/{photo}", "One photo: verdict, reason, reconstruction, neighbours"},
+    {"GET", "/v1/photos/{photo}/pose", "Where a photo was taken"},
+    {"GET", "/v1/photos/{photo}/geopose", "Where on the earth, as an OGC GeoPose"},
+    {"GET", "/v1/photos/{photo}/uncertainty", "How sure its pose is"},
+    {"GET", "/v1/photos/{photo}/file", "The photo as it came", Body::kNone, 200, "image/*"},
+    {"GET", "/v1/photos/{photo}/thumbnail", "A small picture of it", Body::kNone, 200,
+     "image/jpeg"},
+    {"GET", "/v1/photos/{photo}/neighbors", "Its verified neighbours"},
+    {"POST", "/v1/candidates", "Stored photos that look like this one", Body::kPhoto},
+    {"POST", "/v1/localize", "Where a photo was taken that is not added", Body::kPhoto},
+    {"GET", "/v1/reconstructions", "Living reconstructions, largest first"},
+    {"GET", "/v1/reconstructions/{reconstruction}", "One reconstruction"},
+    {"GET", "/v1/reconstructions/{reconstruction}/points",
+     "Its sparse points, 16 bytes each: x, y, z as 32-bit floats, red, green, blue, 0", Body::kNone,
+     200, kBinary},
+    {"GET", "/v1/georeference", "Where the city is on the earth"},
+    {"GET", "/v1/hypotheses", "Merges that are proposed and not believed yet"},
+    {"GET", "/v1/journal", "What was done, by whom"},
+    {"POST", "/v1/removals", "Take photos out", Body::kJson},
+    {"POST", "/v1/forbidden", "State that two are not the same place", Body::kJson},
+    {"POST", "/v1/allowed", "Take back what was forbidden", Body::kJson},
+    {"GET", "/v1/tokens", "The tokens that were made"},
+    {"POST", "/v1/tokens", "Make a token", Body::kJson, 201},
+    {"POST", "/v1/tokens/{token}/revoke", "Revoke a token", Body::kJson}};
+
+Description DescriptionOf(const CityRoute& route) {
+  const std::string path = PathTemplate(route);
+  for (const Description& one : kDescriptions) {
+    if (path == one.path && std::string(route.method) == one.method) return one;
+  }
+  return {route.method, "", ""};
+}
+
+Json ParametersOf(const CityRoute& route) {
+  Json parameters = Json::array();
+  for (size_t i = 1; i < route.path.size(); ++i) {
+    if (route.path[i] != "*") continue;
+    std::string name = route.path[i - 1];
+    name.pop_back();
+    parameters.push_back(
+        {{"name", name}, {"in", "path"}, {"required", true}, {"schema", {{"type", "string"}}}});
+  }
+  for (const std::string& name : route.parameters) {
+    const bool is_number = name == "from" || name == "count" || name == "side";
+    parameters.push_back({{"name", name},
+                          {"in", "query"},
+                          {"schema", {{"type", is_number ? "integer" : "string"}}}});
+  }
+  return parameters;
+}
+
+Json BinarySchema() {
+  return {{"schema", {{"type", "string"}, {"format", "binary"}}}};
+}
+
+Json BodyOf(Body body) {
+  Json content;
+  if (body == Body::kPhoto) {
+    content["image/*"] = BinarySchema();
+    content[kBinary] = BinarySchema();
+  } else {
+    content["application/json"] = {{"schema", {{"type", "object"}}}};
+  }
+  return {{"required", true}, {"content", std::move(content)}};
+}
+
+Json AnswersOf(const Description& description) {
+  const std::string media_type = description.media_type;
+  Json content;
+  if (media_type == "application/json") {
+    content[media_type] = {{"schema", Json::object()}};
+  } else if (media_type == kText || media_type == "text/event-stream") {
+    content[media_type] = {{"schema", {{"type", "string"}}}};
+  } else {
+    content[media_type] = BinarySchema();
+  }
+  Json answers;
+  answers[std::to_string(description.code)] = {{"description", "Done"},
+                                               {"content", std::move(content)}};
+  answers["default"] = {{"$ref", "#/components/responses/Problem"}};
+  return answers;
+}
+
+Json OperationOf(const CityRoute& route) {
+  const Description description = DescriptionOf(route);
+  std::string id = route.method;
+  std::ranges::transform(id, id.begin(), [](unsigned char c) { return std::tolower(c); });
+  for (const std::string& part : route.path) {
+    if (part != "v1") id += "_" + (part == "*" ? std::string("one") : part);
+  }
+  std::ranges::replace(id, '.', '_');
+  Json operation = {{"operationId", id}, {"summary", description.summary}};
+  if (!route.is_for_all)
+    operation["description"] = "Takes the role of " + RoleWord(route.role) + " or a higher one.";
+  operation["security"] = Json::array();
+  if (!route.is_for_all) operation["security"].push_back({{"token", Json::array()}});
+  if (Json parameters = ParametersOf(route); !parameters.empty())
+    operation["parameters"] = std::move(parameters);
+  if (description.body != Body::kNone) operation["requestBody"] = BodyOf(description.body);
+  operation["responses"] = AnswersOf(description);
+  return operation;
+}
+
+Json Components() {
+  const Json problem = {
+      {"type", "object"},
+      {"required", {"title", "status", "detail"}},
+      {"properties",
+       {{"title", {{"type", "string"}}},
+        {"status", {{"type", "integer"}}},
+        {"detail", {{"type", "string"}, {"description", "what is wrong and what to do"}}}}}};
+  Json content;
+  content["application/problem+json"] = {{"schema", {{"$ref", "#/components/schemas/Problem"}}}};
+  return {
+      {"schemas", {{"Problem", problem}}},
+      {"responses",
+       {{"Problem", {{"description", "A failure (RFC 9457)"}, {"content", std::move(content)}}}}},
+      {"securitySchemes",
+       {{"token",
+         {{"type", "http"},
+          {"scheme", "bearer"},
+          {"description", "Needed once the first token was made"}}}}}};
+}
+
+}  // namespace
+
+std::string PathTemplate(const CityRoute& route) {
+  std::string path, before;
+  for (const std::string& part : route.path) {
+    const bool is_open = part == "*";
+    path += "/" + (is_open ? "{" + before.substr(0, before.size() - 1) + "}" : part);
+    before = part;
+  }
+  return path;
+}
+
+Json OpenApi(std::span<const CityRoute> routes) {
+  Json paths;
+  for (const CityRoute& route : routes) {
+    std::string method = route.method;
+    std::ranges::transform(method, method.begin(), [](unsigned char c) { return std::tolower(c); });
+    paths[PathTemplate(route)][method] = OperationOf(route);
+  }
+  return {{"openapi", "3.0.3"},
+          {"info",
+           {{"title", "Veduta"},
+            {"description", "A database of a city's photographs."},
+            {"version", "1"},
+            {"license",
+             {{"name", "Apache-2.0"}, {"url", "https://www.apache.org/licenses/LICENSE-2.0"}}}}},
+          {"servers", {{{"url", "/"}}}},
+          {"paths", std::move(paths)},
+          {"components", Components()}};
+}
+
+}  // namespace veduta
