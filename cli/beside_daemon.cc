@@ -232,4 +232,25 @@ int RevokeTokenBeside(DaemonClient* daemon, uint32_t number, const std::string& 
   return revoked.ok() ? kDone : Fail(revoked.status());
 }
 
+Result<GeoreferenceAnswer> GeoreferenceBeside(DaemonClient* daemon,
+                                              const GeoreferenceRequest& request) {
+  std::string text;
+  if (!request.ground_points_path.empty()) {
+    VEDUTA_ASSIGN_OR_RETURN(text, ReadWholeFile(request.ground_points_path, kPhotoBytesMax));
+    if (text.empty()) return Status::InvalidArgument(request.ground_points_path + " is empty");
+  }
+  DaemonClient::Question question{"POST", "/v1/georeference", "text/plain", {}};
+  question.path += "?deviation=" + JsonLine(Json(request.ground_deviation_m)) +
+                   "&actor=" + EncodeForQuery(request.actor) +
+                   (request.forget_ground_points ? "&forget=yes" : "");
+  question.body = {reinterpret_cast<const uint8_t*>(text.data()), text.size()};
+  VEDUTA_ASSIGN_OR_RETURN(const HttpAnswer answer, daemon->Ask(question));
+  if (answer.code >= 300) return Status::InvalidArgument(DetailOf(answer));
+  const Json json = Json::parse(answer.body, nullptr, /*allow_exceptions=*/false);
+  GeoreferenceAnswer brought;
+  brought.points_read = json.value("points_read", 0u);
+  brought.unknown_photos = json.value("unknown_photos", std::vector<std::string>());
+  return brought;
+}
+
 }  // namespace veduta

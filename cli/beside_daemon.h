@@ -23,6 +23,10 @@ int StateBeside(DaemonClient* daemon, const ForbidRequest& request, bool allows)
 // As `veduta token create`, and `veduta token revoke`. The exit code.
 int MakeTokenBeside(DaemonClient* daemon, const TokenRequest& request, bool json);
 int RevokeTokenBeside(DaemonClient* daemon, uint32_t number, const std::string& actor);
+// Takes surveyed points in, as `veduta georeference` does; what is known then is asked of the
+// database. The answer has what the file brought alone.
+Result<GeoreferenceAnswer> GeoreferenceBeside(DaemonClient* daemon,
+                                              const GeoreferenceRequest& request);
 // As `veduta camera add`. The exit code.
 int AddCameraBeside(DaemonClient* daemon, const std::string& name, const CameraModel& model);
 

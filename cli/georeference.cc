@@ -2,6 +2,7 @@
 // veduta georeference DB [--gcp FILE] [--deviation M] [--forget] [--by WHO] [--json]
 #include <cmath>
 
+#include "cli/beside_daemon.h"
 #include "cli/command.h"
 #include "cli/wire/earth_json.h"
 
@@ -75,12 +76,28 @@ void PrintErrors(const std::vector<GroundPointAnswer>& points) {
             std::sqrt(plan / number), std::sqrt(height / number));
 }
 
-int Georeference(const GeoreferenceArguments& arguments) {
+// Takes surveyed points in where the request has some, through the daemon where there is one.
+Result<GeoreferenceAnswer> Answer(const GeoreferenceArguments& arguments) {
   const GeoreferenceRequest& request = arguments.request;
   const bool writes = !request.ground_points_path.empty() || request.forget_ground_points;
-  const auto engine = writes ? OpenToWrite(arguments.db) : OpenToRead(arguments.db);
-  if (!engine.ok()) return Fail(engine.status());
-  const auto answer = writes ? (*engine)->Georeference(request) : (*engine)->Ask().Georeference();
+  GeoreferenceAnswer brought;
+  if (writes) {
+    auto daemon = DaemonClient::Connect(arguments.db);
+    if (!daemon) {
+      VEDUTA_ASSIGN_OR_RETURN(const auto engine, OpenToWrite(arguments.db));
+      return engine->Georeference(request);
+    }
+    VEDUTA_ASSIGN_OR_RETURN(brought, GeoreferenceBeside(&*daemon, request));
+  }
+  VEDUTA_ASSIGN_OR_RETURN(const auto engine, OpenToRead(arguments.db));
+  VEDUTA_ASSIGN_OR_RETURN(GeoreferenceAnswer answer, engine->Ask().Georeference());
+  answer.points_read = brought.points_read;
+  answer.unknown_photos = std::move(brought.unknown_photos);
+  return answer;
+}
+
+int Georeference(const GeoreferenceArguments& arguments) {
+  const auto answer = Answer(arguments);
   if (!answer.ok()) return Fail(answer.status());
   for (const std::string& photo : answer->unknown_photos) {
     std::fprintf(

@@ -22,11 +22,24 @@ Status AtLine(const Status& status, const std::string& path, int number) {
   return Status(status.code(), path + ": line " + std::to_string(number) + ": " + status.message());
 }
 
-Result<std::vector<GroundLine>> ReadLines(const std::string& path) {
-  VEDUTA_ASSIGN_OR_RETURN(const std::string text, ReadWholeFile(path, kFileBytesMax));
+// What messages call the file.
+std::string FileOf(const GeoreferenceRequest& request) {
+  return request.ground_points_path.empty() ? "the surveyed points" : request.ground_points_path;
+}
+
+// None where no file is given.
+Result<std::vector<GroundLine>> ReadLines(const GeoreferenceRequest& request) {
+  std::string text;
+  if (request.ground_points) {
+    text = *request.ground_points;
+  } else if (!request.ground_points_path.empty()) {
+    VEDUTA_ASSIGN_OR_RETURN(text, ReadWholeFile(request.ground_points_path, kFileBytesMax));
+  } else {
+    return std::vector<GroundLine>();
+  }
   Result<std::vector<GroundLine>> lines = ParseGroundPoints(text);
   if (lines.ok()) return lines;
-  return Status(lines.status().code(), path + ": " + lines.status().message());
+  return Status(lines.status().code(), FileOf(request) + ": " + lines.status().message());
 }
 
 // Those of the file that photos of the city show, by their names. What it names besides goes to
@@ -43,7 +56,7 @@ Result<std::map<std::string, GroundPoint>> PointsOf(const GeoreferenceRequest& r
       unknown.insert(line.photo);
       continue;
     }
-    if (!image.ok()) return AtLine(image.status(), request.ground_points_path, line.number);
+    if (!image.ok()) return AtLine(image.status(), FileOf(request), line.number);
     GroundPoint& point = points[line.point];
     point.name = line.point;
     point.position = line.position;
@@ -55,12 +68,12 @@ Result<std::map<std::string, GroundPoint>> PointsOf(const GeoreferenceRequest& r
     std::ranges::sort(point.sightings, {}, &GroundSighting::image);
     const auto twice = std::ranges::adjacent_find(point.sightings, {}, &GroundSighting::image);
     if (twice == point.sightings.end()) continue;
-    return Status::InvalidArgument(request.ground_points_path + ": point '" + name +
+    return Status::InvalidArgument(FileOf(request) + ": point '" + name +
                                    "' is at two places of image " +
                                    std::to_string(twice->image.value));
   }
   if (!points.empty() || lines.empty()) return points;
-  return Status::NotFound(request.ground_points_path +
+  return Status::NotFound(FileOf(request) +
                           ": the city has none of the photos that it names, as '" +
                           unknown_photos->front() + "'");
 }
@@ -73,10 +86,7 @@ Status GeoreferenceRequest::Check() const {
 
 Result<GeoreferenceAnswer> Engine::Georeference(const GeoreferenceRequest& request) {
   VEDUTA_RETURN_IF_ERROR(request.Check());
-  std::vector<GroundLine> lines;
-  if (!request.ground_points_path.empty()) {
-    VEDUTA_ASSIGN_OR_RETURN(lines, ReadLines(request.ground_points_path));
-  }
+  VEDUTA_ASSIGN_OR_RETURN(const std::vector<GroundLine> lines, ReadLines(request));
   std::vector<std::string> unknown_photos;
   size_t read = 0;
   {

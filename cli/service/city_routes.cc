@@ -292,6 +292,29 @@ HttpAnswer GetPoints(Engine* engine, const HttpRequest&, const PathArguments& ar
   return {200, "application/octet-stream", PointBytes(*cloud), {}};
 }
 
+Result<GeoreferenceRequest> GeoreferenceOf(const HttpRequest& request) {
+  GeoreferenceRequest wanted;
+  if (!request.body.empty()) wanted.ground_points.emplace(request.body.begin(), request.body.end());
+  wanted.forget_ground_points = Parameter(request, "forget") == "yes";
+  wanted.actor = request.who.empty() ? Parameter(request, "actor", "anonymous") : request.who;
+  const std::string deviation = Parameter(request, "deviation");
+  if (deviation.empty()) return wanted;
+  const char* const end = deviation.data() + deviation.size();
+  const auto [rest, error] = std::from_chars(deviation.data(), end, wanted.ground_deviation_m);
+  if (error == std::errc() && rest == end) return wanted;
+  return Status::InvalidArgument("the parameter 'deviation' is '" + deviation +
+                                 "', and must be a number of metres");
+}
+
+HttpAnswer SetGeoreference(Engine* engine, const HttpRequest& request, const PathArguments&) {
+  if (!request.body.empty() && request.content_type != "text/plain")
+    return Problem(415, "the content type is '" + request.content_type +
+                            "': surveyed points are sent as text/plain");
+  const Result<GeoreferenceRequest> wanted = GeoreferenceOf(request);
+  if (!wanted.ok()) return ProblemOf(wanted.status());
+  return AnswerOf(engine->Georeference(*wanted));
+}
+
 HttpAnswer ListHypotheses(Engine* engine, const HttpRequest&, const PathArguments&) {
   return AnswerOf(engine->Ask().Hypotheses());
 }
@@ -377,6 +400,14 @@ const std::vector<CityRoute>& Routes() {
       {"GET", {"v1", "reconstructions", "*"}, {}, GetReconstruction, true},
       {"GET", {"v1", "reconstructions", "*", "points"}, {}, GetPoints, true},
       {"GET", {"v1", "georeference"}, {}, GetGeoreference, true},
+      {"POST",
+       {"v1", "georeference"},
+       {"deviation", "forget", "actor"},
+       SetGeoreference,
+       false,
+       false,
+       kCurates,
+       true},
       {"GET", {"v1", "hypotheses"}, {}, ListHypotheses, true},
       {"GET", {"v1", "journal"}, {"from", "count"}, GetJournal, true},
       {"POST", {"v1", "removals"}, {}, RemovePhotos, false, false, kCurates, true},

@@ -6,7 +6,7 @@
 namespace veduta {
 namespace {
 
-enum class Body : uint8_t { kNone, kPhoto, kJson };
+enum class Body : uint8_t { kNone, kPhoto, kJson, kText };
 
 struct Description {
   const char *method, *path, *summary;
@@ -50,6 +50,7 @@ constexpr Description kDescriptions[] = {
      "Its sparse points, 16 bytes each: x, y, z as 32-bit floats, red, green, blue, 0", Body::kNone,
      200, kBinary},
     {"GET", "/v1/georeference", "Where the city is on the earth"},
+    {"POST", "/v1/georeference", "Take surveyed points in, as ODM's gcp_list.txt", Body::kText},
     {"GET", "/v1/hypotheses", "Merges that are proposed and not believed yet"},
     {"GET", "/v1/journal", "What was done, by whom"},
     {"POST", "/v1/removals", "Take photos out", Body::kJson},
@@ -94,10 +95,12 @@ Json BodyOf(Body body) {
   if (body == Body::kPhoto) {
     content["image/*"] = BinarySchema();
     content[kBinary] = BinarySchema();
+  } else if (body == Body::kText) {
+    content[kText] = {{"schema", {{"type", "string"}}}};
   } else {
     content["application/json"] = {{"schema", {{"type", "object"}}}};
   }
-  return {{"required", true}, {"content", std::move(content)}};
+  return {{"required", body != Body::kText}, {"content", std::move(content)}};
 }
 
 Json AnswersOf(const Description& description) {

@@ -63,6 +63,7 @@ struct GeoreferenceRequest {
   // A text file of surveyed points, as ODM reads it (gcp_list.txt); empty: none. Points of a name
   // that is known are replaced.
   std::string ground_points_path;
+  std::optional<std::string> ground_points = {};  // what such a file holds, in place of a path
   // > 0; standard deviation of the surveyed points along each axis, metres.
   double ground_deviation_m = 0.05;
   bool forget_ground_points = false;  // those that are stored, first

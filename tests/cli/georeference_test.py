@@ -11,6 +11,7 @@ import shutil
 import struct
 
 from city import Case, PARAMS, SIZE, add, ask, at, main, must, new_database, render, run
+from daemon import Daemon
 
 ORIGIN = (47.07, 15.44, 350.0)
 GPS_M = 2.0
@@ -136,6 +137,24 @@ class Georeference(Case):
         answer = ask('georeference', db, '--forget')
         self.assertEqual(answer['ground_points'], [])
         self.assertTrue(answer['reconstructions'][0]['known'])
+
+    def test_surveyed_points_beside_a_daemon(self):
+        beside, alone = self.copy('beside'), self.copy('alone')
+        write_ground_points(at('beside.txt'), self.names()[:20])
+        with open(at('beside.txt'), 'a', encoding='utf-8') as file:
+            file.write('15.44 47.07 350 1 2 none.jpg point9\n')
+        with Daemon(beside) as daemon:
+            told = ask('georeference', beside, '--gcp', at('beside.txt'), '--by', 'surveyor')
+            self.assertEqual(told, ask('georeference', alone, '--gcp', at('beside.txt'), '--by',
+                                       'surveyor'))
+            self.assertEqual(told['unknown_photos'], ['none.jpg'])
+            self.refused(1, 'line 1', 'georeference', beside, '--gcp', __file__)
+            self.assertEqual(daemon.ask('POST', '/v1/georeference')[0], 403)
+            self.assertEqual(daemon.get('/v1/georeference')['ground_points'],
+                             told['ground_points'])
+            self.assertEqual(ask('georeference', beside, '--forget')['ground_points'], [])
+        must('georeference', alone, '--forget')
+        self.assertEqual(must('digest', beside), must('digest', alone))
 
     def test_wrong_points_are_named(self):
         db = self.copy('wrong')

@@ -51,6 +51,7 @@ const std::vector<Asked>& AllRoutes() {
                                           {"GET", {"v1", "reconstructions", "1"}, 1},
                                           {"GET", {"v1", "reconstructions", "1", "points"}, 1},
                                           {"GET", {"v1", "georeference"}, 1},
+                                          {"POST", {"v1", "georeference"}, 3, true},
                                           {"GET", {"v1", "hypotheses"}, 1},
                                           {"GET", {"v1", "journal"}, 1},
                                           {"POST", {"v1", "removals"}, 3, true},
