@@ -9,7 +9,9 @@
 #include <memory>
 #include <optional>
 
+#include "storage/records/earth_record.h"
 #include "storage/records/hypothesis_record.h"
+#include "storage/records/token_record.h"
 #include "tests/engine/repair/damaged_city.h"
 #include "tests/storage/fault_file_system.h"
 
@@ -187,6 +189,51 @@ TEST(Healing, TakesAForbiddenPoseAlongAndNoPoseBesideIt) {
       std::ranges::any_of(healed.healing->notes.findings, [&](const RepairNotes::Finding& one) {
         return one.damage.ends_with(told) && one.remedy == "it is left out";
       }));
+}
+
+TEST(Healing, TakesSurveyedPointsAndTokensAlong) {
+  const DamagedCity city;
+  {
+    const auto database = Database::Open(city.path(), {});
+    ASSERT_OK(database);
+    const auto transaction = (*database)->BeginTransaction();
+    transaction->PutGroundPoint(
+        {"corner", {47, 15, 300}, 0.05, {{ImageId(5), 1, 2}, {ImageId(99), 3, 4}}});
+    transaction->PutToken({1, "anna", Role::kCurator, {7}, 5, 0, 0});
+    ASSERT_OK(transaction->Commit());
+  }
+  const Healed healed(city.path());
+  const auto snapshot = healed.target->GetSnapshot();
+  EXPECT_TRUE(IsSound(*snapshot));
+  const std::vector<GroundPoint> wanted = {{"corner", {47, 15, 300}, 0.05, {{ImageId(5), 1, 2}}}};
+  EXPECT_EQ(*snapshot->ListGroundPoints(), wanted);
+  const auto tokens = snapshot->ListTokens();
+  ASSERT_OK(tokens);
+  ASSERT_EQ(tokens->size(), 1u);
+  EXPECT_EQ(tokens->front().name, "anna");
+  EXPECT_EQ(tokens->front().hash[0], 7);
+}
+
+TEST(Healing, LosesSurveyedPointsAndTokensThatCannotBeRead) {
+  const DamagedCity city;
+  WithRocksdb(
+      city.path(),
+      [&](rocksdb::DB& db, rocksdb::ColumnFamilyHandle* handle) {
+        ASSERT_TRUE(db.Put({}, handle, GroundPointKey("corner"), "garbage").ok());
+        ASSERT_TRUE(db.Put({}, handle, TokenKey(1), "garbage").ok());
+      },
+      Family::kMeta);
+  const Healed healed(city.path());
+  const auto snapshot = healed.target->GetSnapshot();
+  EXPECT_TRUE(IsSound(*snapshot));
+  EXPECT_TRUE(snapshot->ListGroundPoints()->empty());
+  EXPECT_TRUE(snapshot->ListTokens()->empty());
+  for (const char* told : {"the surveyed points cannot be read", "the tokens cannot be read"}) {
+    EXPECT_TRUE(std::ranges::any_of(
+        healed.healing->notes.findings,
+        [&](const RepairNotes::Finding& one) { return one.damage.starts_with(told); }))
+        << told;
+  }
 }
 
 }  // namespace

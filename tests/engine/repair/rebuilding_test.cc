@@ -100,5 +100,26 @@ TEST(Rebuilding, KeepsWhatIsForbiddenOfPhotosAndTellsOfMerges) {
             "ben has forbidden that reconstructions 1 and 2 are merged: two rivers");
 }
 
+TEST(Rebuilding, KeepsTokensAndTellsOfSurveyedPoints) {
+  const DamagedCity city;
+  {
+    const auto database = Database::Open(city.path(), {});
+    ASSERT_OK(database);
+    const auto transaction = (*database)->BeginTransaction();
+    transaction->PutGroundPoint({"corner", {47, 15, 300}, 0.05, {{ImageId(5), 1, 2}}});
+    transaction->PutToken({4, "anna", Role::kCurator, {7}, 5, 0, 0});
+    ASSERT_OK(transaction->Commit());
+  }
+  const Rebuilt rebuilt(city);
+  const auto tokens = rebuilt.engine->Ask().Tokens();
+  ASSERT_OK(tokens);
+  ASSERT_EQ(tokens->size(), 1u);
+  EXPECT_EQ(tokens->front().number, 4u);
+  EXPECT_EQ(tokens->front().name, "anna");
+  ASSERT_EQ(rebuilt.unkept.size(), 1u);
+  EXPECT_EQ(rebuilt.unkept[0].damage, "1 surveyed points are stored");
+  EXPECT_NE(rebuilt.unkept[0].remedy.find("veduta georeference"), std::string::npos);
+}
+
 }  // namespace
 }  // namespace veduta
