@@ -5,7 +5,7 @@
 #include <atomic>
 #include <optional>
 
-#include "cli/service/city_routes.h"
+#include "cli/service/city_route.h"
 #include "cli/service/http_message.h"
 #include "engine/engine.h"
 

@@ -5,7 +5,7 @@
 #include <span>
 #include <string>
 
-#include "cli/service/city_routes.h"
+#include "cli/service/city_route.h"
 #include "cli/wire/json.h"
 
 namespace veduta {

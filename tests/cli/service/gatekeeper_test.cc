@@ -9,6 +9,7 @@
 
 #include <map>
 
+#include "cli/service/city_routes.h"
 #include "tests/storage/samples.h"
 
 namespace veduta {

@@ -8,6 +8,8 @@
 
 #include <set>
 
+#include "cli/service/city_routes.h"
+
 namespace veduta {
 namespace {
 
