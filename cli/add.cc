@@ -84,10 +84,7 @@ class AddReport final {
   // "9 placed, 1 postponed; 2 that had waited got a pose too; 3 lost their poses"; empty where no
   // photo was added.
   std::string Summary() const {
-    std::string summary;
-    for (const auto& [word, count] : counts_) {
-      summary += (summary.empty() ? "" : ", ") + std::to_string(count) + " " + word;
-    }
+    std::string summary = TextOfCounts(counts_);
     if (placed_later_ > 0) {
       summary += "; " + std::to_string(placed_later_) + " that had waited got a pose too";
     }

@@ -30,14 +30,21 @@ std::string DetailOf(const HttpAnswer& answer) {
   return "the daemon answers " + std::to_string(answer.code);
 }
 
-// The JSON that the daemon answers to this JSON; its refusal as a failure otherwise.
+// The object that the daemon answers; its refusal as a failure otherwise.
+Result<Json> AskForJson(DaemonClient* daemon, const DaemonClient::Question& question) {
+  VEDUTA_ASSIGN_OR_RETURN(const HttpAnswer answer, daemon->Ask(question));
+  if (answer.code == 503) return Status::Busy(DetailOf(answer));
+  if (answer.code >= 300) return Status::InvalidArgument(DetailOf(answer));
+  Json json = Json::parse(answer.body, nullptr, /*allow_exceptions=*/false);
+  if (!json.is_object()) return Status::IoError("the daemon's answer is no JSON object");
+  return json;
+}
+
 Result<Json> Post(DaemonClient* daemon, const std::string& path, const Json& json) {
   const std::string text = JsonLine(json);
   DaemonClient::Question question{"POST", path, "application/json", {}};
   question.body = {reinterpret_cast<const uint8_t*>(text.data()), text.size()};
-  VEDUTA_ASSIGN_OR_RETURN(const HttpAnswer answer, daemon->Ask(question));
-  if (answer.code >= 300) return Status::InvalidArgument(DetailOf(answer));
-  return Json::parse(answer.body, nullptr, /*allow_exceptions=*/false);
+  return AskForJson(daemon, question);
 }
 
 class Adding final {
@@ -92,12 +99,7 @@ class Adding final {
   }
 
   // "9 placed, 1 postponed"; empty where there is nothing to tell.
-  std::string Summary() const {
-    std::string summary;
-    for (const auto& [word, count] : counts_)
-      summary += (summary.empty() ? "" : ", ") + std::to_string(count) + " " + word;
-    return summary;
-  }
+  std::string Summary() const { return TextOfCounts(counts_); }
   int exit_code() const { return exit_code_; }
 
  private:
@@ -244,9 +246,7 @@ Result<GeoreferenceAnswer> GeoreferenceBeside(DaemonClient* daemon,
                    "&actor=" + EncodeForQuery(request.actor) +
                    (request.forget_ground_points ? "&forget=yes" : "");
   question.body = {reinterpret_cast<const uint8_t*>(text.data()), text.size()};
-  VEDUTA_ASSIGN_OR_RETURN(const HttpAnswer answer, daemon->Ask(question));
-  if (answer.code >= 300) return Status::InvalidArgument(DetailOf(answer));
-  const Json json = Json::parse(answer.body, nullptr, /*allow_exceptions=*/false);
+  VEDUTA_ASSIGN_OR_RETURN(const Json json, AskForJson(daemon, question));
   GeoreferenceAnswer brought;
   brought.points_read = json.value("points_read", 0u);
   brought.unknown_photos = json.value("unknown_photos", std::vector<std::string>());

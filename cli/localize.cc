@@ -79,12 +79,7 @@ class LocalizeReport final {
   }
 
   // "9 localized, 1 refused"; empty where nothing was done.
-  std::string Summary() const {
-    std::string summary;
-    for (const auto& [word, count] : counts_)
-      summary += (summary.empty() ? "" : ", ") + std::to_string(count) + " " + word;
-    return summary;
-  }
+  std::string Summary() const { return TextOfCounts(counts_); }
 
   // kDone, or the worst that was told.
   int exit_code() const { return exit_code_; }

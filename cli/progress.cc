@@ -59,6 +59,13 @@ std::string ProgressBar(const ProgressState& state) {
          LeftText(state) + " left  " + state.last_word;
 }
 
+std::string TextOfCounts(const std::map<std::string, size_t>& counts) {
+  std::string text;
+  for (const auto& [word, count] : counts)
+    text += (text.empty() ? "" : ", ") + std::to_string(count) + " " + word;
+  return text;
+}
+
 Progress::Progress(size_t total, std::string what)
     : state_{0, total, 0, std::move(what), ""},
       is_terminal_(isatty(STDERR_FILENO)),

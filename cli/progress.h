@@ -5,6 +5,7 @@
 
 #include <chrono>
 #include <cstddef>
+#include <map>
 #include <string>
 
 namespace veduta {
@@ -21,6 +22,8 @@ struct ProgressState {
 std::string ProgressLine(const ProgressState& state);
 // "[#######...] 3/12  1.50/s  0:06 left  placed", without control characters.
 std::string ProgressBar(const ProgressState& state);
+// What became of all, from how often each word was told: "9 placed, 1 postponed". Empty for none.
+std::string TextOfCounts(const std::map<std::string, size_t>& counts);
 
 class Progress final {
  public:

@@ -13,7 +13,7 @@ namespace veduta {
 enum class Role : uint8_t {
   kViewer = 1,       // asks
   kContributor = 2,  // sends photos, too
-  kCurator = 3,      // takes photos out, forbids, adds cameras, rules the dense pass
+  kCurator = 3,      // takes out, forbids, adds cameras and surveyed points, rules the dense pass
   kAdmin = 4,        // makes and revokes tokens
 };
 

@@ -37,6 +37,11 @@ TEST(ProgressBar, IsFilledByItsShare) {
   }
 }
 
+TEST(TextOfCounts, HasEachWordOnce) {
+  EXPECT_EQ(TextOfCounts({{"postponed", 1}, {"placed", 9}}), "9 placed, 1 postponed");
+  EXPECT_EQ(TextOfCounts({}), "");
+}
+
 TEST(Progress, SaysNothingTooOftenAndTheEndAlways) {
   testing::internal::CaptureStderr();
   {
