@@ -49,9 +49,10 @@ struct HypothesisAnswer {
   uint64_t matches_for = 0, matches_against = 0;  // of these pairs, each as far as it counts
   // Parts of pictures that were asked for what they must show, and those that lack it.
   uint32_t parts_judged = 0, parts_missing = 0;
-  double scale = 1;  // x_a = scale R x_b + translation; with
-  PlainPose pose;    // R and the translation of `pose` (its center is unset)
-  ImageId image;     // whose placing proposed it first; not valid() where it was removed since
+  bool is_open = false;  // no similarity is known: the next two mean nothing
+  double scale = 1;      // x_a = scale R x_b + translation; with
+  PlainPose pose;        // R and the translation of `pose` (its center is unset)
+  ImageId image;         // whose placing proposed it first; not valid() where it was removed since
   std::vector<ImageId> unsure;  // images that may stand on either side; ascending
   uint32_t judgments = 0;       // how often it was judged
   bool due = false;             // it is to be judged anew

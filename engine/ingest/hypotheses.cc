@@ -8,6 +8,7 @@
 #include <set>
 #include <utility>
 
+#include "engine/ingest/seam_loop.h"
 #include "engine/journal/journal.h"
 #include "engine/query/forbidden.h"
 #include "engine/query/hypothesis_text.h"
@@ -18,6 +19,10 @@ namespace {
 // After so many judgments by photos, a step looks for images on the wrong side of the seam. Chosen
 // by hand; not measured.
 constexpr uint32_t kJudgmentsBetween = 4;
+// Images at a seam that a loop may close: twelve for each side of two places. A judgment reads all
+// of them. Chosen by hand; not measured.
+constexpr size_t kLoopImagesMax = 48;
+constexpr size_t kImagesOfTwoPlaces = 4;  // a pair each
 
 using Two = std::pair<ReconstructionId, ReconstructionId>;  // ascending
 
@@ -62,8 +67,9 @@ class Ledger final {
       if (is_new) {
         JournalNew(hypothesis, state, transaction);
       } else {
-        const HypothesisRecord before = std::exchange(hypothesis, refused);
+        const HypothesisRecord before = TakeVotes(refused, &hypothesis);
         hypothesis.judgment_count = before.judgment_count + 1;
+        hypothesis.loop_images = before.loop_images;
         if (before.image.valid()) hypothesis.image = before.image;
         // The search of a photo weighs the sides for a few images only.
         if (!placement_.placed.empty()) AddUnsure(before.unsure, &hypothesis);
@@ -90,11 +96,34 @@ class Ledger final {
     }
   }
 
+  // Those that a loop may confirm, where many more images have come to speak for it, or a merge has
+  // made it shorter.
+  void TakeLoops() {
+    if (changed_.empty()) return;
+    std::vector<HypothesisRecord> all;
+    for (const auto& [two, hypothesis] : known_) all.push_back(hypothesis);
+    for (auto& [two, hypothesis] : known_) {
+      if (!MayCloseLoop(hypothesis.reason) || hypothesis.is_due) continue;
+      const std::vector<HypothesisRecord> detour = FindDetour(all, hypothesis.a, hypothesis.b);
+      // Two places where the two meet make a loop, too.
+      if (detour.empty() && hypothesis.images.size() < kImagesOfTwoPlaces) continue;
+      const auto images = static_cast<uint32_t>(CountLoopImages(hypothesis, detour));
+      if (placement_.placed.empty() && judged_.contains(two)) {  // with this loop, just now
+        hypothesis.loop_images = images;
+        continue;
+      }
+      if (!placement_.merges.empty()) hypothesis.loop_images = 0;  // the way is another one
+      if (4 * images >= 5 * hypothesis.loop_images + 1) MakeDue(&hypothesis);
+    }
+  }
+
   void TakeTouched() {
     const std::set<ImageId> around(placement_.around.begin(), placement_.around.end());
     for (auto& [two, hypothesis] : known_) {
       // Photos that lost their poses by the split come back at once, and are no new evidence.
-      if (hypothesis.reason == RefusalReason::kSplit) continue;
+      // And one that is open says nothing by itself.
+      if (hypothesis.reason == RefusalReason::kSplit || hypothesis.reason == RefusalReason::kOpen)
+        continue;
       const bool is_touched = IsOf(hypothesis, placement_.reconstruction) &&
                               std::ranges::any_of(hypothesis.images, [&](ImageId image) {
                                 return around.contains(image);
@@ -146,6 +175,22 @@ class Ledger final {
     hypothesis->unsure = std::move(unsure);
   }
 
+  // The votes of a new judgment, but not where they only say that nothing follows from the pairs.
+  // Where a loop may close, images stay at the seam that this judgment has not come across. Returns
+  // the hypothesis as it was.
+  static HypothesisRecord TakeVotes(const HypothesisRecord& refused, HypothesisRecord* hypothesis) {
+    HypothesisRecord before = *hypothesis;
+    const bool says_less =
+        refused.reason == RefusalReason::kOpen && hypothesis->reason != RefusalReason::kOpen;
+    if (!says_less) *hypothesis = refused;
+    if (MayCloseLoop(hypothesis->reason)) {
+      std::vector<ImageId> images;
+      std::ranges::set_union(before.images, refused.images, std::back_inserter(images));
+      if (images.size() <= kLoopImagesMax) hypothesis->images = std::move(images);
+    }
+    return before;
+  }
+
   void MakeDue(HypothesisRecord* hypothesis) {
     if (hypothesis->is_due) return;
     hypothesis->is_due = true;
@@ -167,13 +212,25 @@ class Ledger final {
     for (HypothesisRecord& hypothesis : carried) {
       GoOver(merge, into, &hypothesis);
       const Two two(hypothesis.a, hypothesis.b);
-      HypothesisRecord& kept = known_.try_emplace(two, std::move(hypothesis)).first->second;
+      const auto [it, is_new] = known_.try_emplace(two, hypothesis);
+      HypothesisRecord& kept = it->second;
+      if (!is_new) Join(std::move(hypothesis), &kept);
       kept.is_due = true;
       changed_.insert(two);
     }
     for (auto& [two, hypothesis] : known_) {
       if (IsOf(hypothesis, into)) MakeDue(&hypothesis);
     }
+  }
+
+  // Two seams that have become one: the one that says more is kept, with the images of both.
+  static void Join(HypothesisRecord carried, HypothesisRecord* kept) {
+    if (kept->reason == RefusalReason::kOpen) std::swap(carried, *kept);
+    std::vector<ImageId> images;
+    std::ranges::set_union(kept->images, carried.images, std::back_inserter(images));
+    kept->images = std::move(images);
+    AddUnsure(carried.unsure, kept);
+    kept->loop_images = 0;
   }
 
   Result<bool> IsForbidden(ReconstructionId other) const {
@@ -203,6 +260,7 @@ void GoOver(const Merge& merge, ReconstructionId into, HypothesisRecord* hypothe
     hypothesis->b = into;
     hypothesis->a_from_b = hypothesis->a_from_b * merge.into_from.Inverse();
   }
+  if (hypothesis->reason == RefusalReason::kOpen) hypothesis->a_from_b = {};
   if (hypothesis->a < hypothesis->b) return;
   std::swap(hypothesis->a, hypothesis->b);
   hypothesis->a_from_b = hypothesis->a_from_b.Inverse();
@@ -216,6 +274,7 @@ Status WriteHypotheses(const Snapshot& base, const Placement& placement, Databas
   ledger.TakeRefused(state, transaction);
   ledger.TakeKnown();
   ledger.TakeTouched();
+  ledger.TakeLoops();
   VEDUTA_RETURN_IF_ERROR(ledger.DropForbidden());
   ledger.Write(transaction);
   return Status::Ok();
@@ -233,6 +292,7 @@ Status MakeHypothesesDue(const Snapshot& base, ReconstructionId reconstruction,
   for (HypothesisRecord& hypothesis : all) {
     if (!IsOf(hypothesis, reconstruction) || hypothesis.is_due) continue;
     if (splits == Splits::kPassedOver && hypothesis.reason == RefusalReason::kSplit) continue;
+    if (hypothesis.reason == RefusalReason::kOpen && hypothesis.loop_images == 0) continue;
     const bool is_meant = images.empty() || std::ranges::any_of(hypothesis.images, [&](ImageId id) {
                             return std::ranges::binary_search(images, id);
                           });

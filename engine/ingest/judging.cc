@@ -13,6 +13,7 @@
 #include "engine/ingest/misplaced.h"
 #include "engine/ingest/placement_writer.h"
 #include "engine/ingest/seam.h"
+#include "engine/ingest/seam_loop.h"
 #include "engine/ingest/surroundings.h"
 #include "storage/base/content_hash.h"
 
@@ -27,6 +28,7 @@ struct Side {
   ReconstructionId own, other;
   std::vector<ImageId> near;  // images at the seam that lie in `own`; ascending
   Sim3 own_from_other;
+  bool is_open = false;  // the similarity means nothing
 };
 
 Result<HypothesisRecord> FindHypothesis(const Snapshot& base, ReconstructionId a,
@@ -41,8 +43,9 @@ Result<HypothesisRecord> FindHypothesis(const Snapshot& base, ReconstructionId a
 
 // The first of the two sides that has an image at the seam; `near` is empty where neither has one.
 Result<Side> FindSide(const Snapshot& base, const HypothesisRecord& hypothesis) {
-  Side a{hypothesis.a, hypothesis.b, {}, hypothesis.a_from_b};
-  Side b{hypothesis.b, hypothesis.a, {}, hypothesis.a_from_b.Inverse()};
+  const bool is_open = hypothesis.reason == RefusalReason::kOpen;
+  Side a{hypothesis.a, hypothesis.b, {}, hypothesis.a_from_b, is_open};
+  Side b{hypothesis.b, hypothesis.a, {}, hypothesis.a_from_b.Inverse(), is_open};
   for (const ImageId image : hypothesis.images) {
     VEDUTA_ASSIGN_OR_RETURN(const std::optional<PoseRecord> pose, base.FindPose(image));
     for (Side* const side : {&a, &b}) {
@@ -70,11 +73,12 @@ Result<std::optional<HypothesisRecord>> JudgeAsBefore(const MappingContext& cont
 
 // The judgment in the form of a placement that places nothing. It holds neither a merge nor a
 // refusal where there is nothing left to judge.
-Result<Placement> Judge(const MappingContext& context, const Side& side) {
+Result<Placement> Judge(const MappingContext& context, const Side& side,
+                        std::optional<BelievedSeam> believed = {}) {
   VEDUTA_RETURN_IF_ERROR(context.loader->LoadNeighborhood(side.near));
   VEDUTA_ASSIGN_OR_RETURN(const ImageRecord first,
                           context.loader->snapshot().GetImage(side.near.front()));
-  const MergeRequest request{side.own, false, {}, side.other};
+  const MergeRequest request{side.own, false, {}, side.other, std::move(believed)};
   VEDUTA_ASSIGN_OR_RETURN(
       MergeOutcome outcome,
       MergeAround(context, request, side.near, {}, MixSeed(first.photo.Seed(), kSeedOfJudgments)));
@@ -91,9 +95,21 @@ Result<Placement> Judge(const MappingContext& context, const Side& side) {
     return placement;
   }
   if (!outcome.refused.empty()) return placement;
+  if (side.is_open) return placement;
   VEDUTA_ASSIGN_OR_RETURN(std::optional<HypothesisRecord> as_before, JudgeAsBefore(context, side));
   if (as_before) placement.refused.push_back(std::move(*as_before));
   return placement;
+}
+
+// Where the judgment leaves it open and a loop closes at the seam, the merge is made after all.
+Result<Placement> JudgeByLoop(const MappingContext& context, const Side& side,
+                              std::span<const HypothesisRecord> all, Placement judged) {
+  if (judged.refused.empty() || !MayCloseLoop(judged.refused.front().reason)) return judged;
+  const std::vector<HypothesisRecord> detour = FindDetour(all, side.own, side.other);
+  VEDUTA_ASSIGN_OR_RETURN(const std::optional<ClosedLoop> closed,
+                          CloseLoop(context, {side.own, side.other, side.near}, detour));
+  if (!closed) return judged;
+  return Judge(context, side, BelievedSeam{closed->own_from_other, closed->evidence});
 }
 
 std::vector<ImageId> Union(const std::vector<ImageId>& a, const std::vector<ImageId>& b) {
@@ -178,6 +194,10 @@ Result<Judgment> JudgeAnew(const IngestParts& parts, ReconstructionId a, Reconst
   if (!side.near.empty()) {
     VEDUTA_ASSIGN_OR_RETURN(placement,
                             Judge({&loader, parts.map, parts.pool, parts.options.mapper}, side));
+    VEDUTA_ASSIGN_OR_RETURN(const std::vector<HypothesisRecord> all, scope.base->ListHypotheses());
+    VEDUTA_ASSIGN_OR_RETURN(
+        placement, JudgeByLoop({&loader, parts.map, parts.pool, parts.options.mapper}, side, all,
+                               std::move(placement)));
   }
   Judgment judgment;
   if (!placement.merges.empty()) {

@@ -29,6 +29,7 @@ Status MapperOptions::Check() const {
       .Part("view_alignment", view_alignment.Check())
       .Part("founding", founding.Check())
       .Part("doubt", doubt.Check())
+      .Part("loop", loop.Check())
       .status();
 }
 

@@ -3,6 +3,7 @@
 // Numbers by which photos find their place in the map.
 
 #include "engine/ingest/doubt_options.h"
+#include "engine/ingest/loop_options.h"
 #include "engine/mapping/bundle_adjustment.h"
 #include "engine/mapping/founding.h"
 #include "engine/mapping/growth.h"
@@ -77,6 +78,7 @@ struct MapperOptions {
   FoundingOptions founding;
 
   DoubtOptions doubt;  // what is believed, and for how long (doubt.h, seam.h)
+  LoopOptions loop;    // what a loop of seams confirms (seam_loop.h)
 
   // The first violated bound, named with its value.
   Status Check() const;

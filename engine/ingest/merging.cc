@@ -6,6 +6,7 @@
 
 #include "engine/ingest/hypotheses.h"
 #include "engine/ingest/seam.h"
+#include "engine/ingest/seam_loop.h"
 #include "engine/mapping/view_alignment.h"
 #include "engine/query/forbidden.h"
 #include "storage/base/content_hash.h"
@@ -58,19 +59,76 @@ Result<bool> IsForbidden(const MappingContext& context, const MergeRequest& requ
   return false;
 }
 
+struct Proposal {
+  Sim3 into_from;
+  std::vector<PointPair> agreeing;
+  bool is_exact = true;  // else only a loop can confirm it
+};
+
 // The similarity that the common points propose or, where there are too few, what the cameras of
 // one side see of the other's points; then without common points.
-std::optional<PointAlignment> Propose(const CityMap& map, const SeamArea& seam,
-                                      std::span<const PointPair> common, uint64_t seed,
-                                      const MapperOptions& options) {
+std::optional<Proposal> Propose(const CityMap& map, const SeamArea& seam,
+                                std::span<const PointPair> common, uint64_t seed,
+                                const MapperOptions& options) {
   const CrossSightings seen = ListCrossSightings(map, seam);
   if (auto by_points =
           AlignPoints(map, common, options.merge_error_px_max, options.common_points_min, seed)) {
-    by_points->into_from = RefineSeam(seen, by_points->into_from);
-    return by_points;
+    return Proposal{RefineSeam(seen, by_points->into_from), std::move(by_points->agreeing)};
   }
-  const auto by_views = AlignByViews(seen.in_into, seen.in_other, seed, options.view_alignment);
-  return by_views ? std::optional(PointAlignment{by_views->b_from_a, {}}) : std::nullopt;
+  const ViewAlignmentOptions& exact = options.view_alignment;
+  ViewAlignmentOptions loose = exact;
+  loose.other_sightings_min = std::min(exact.other_sightings_min, options.loop.other_sightings_min);
+  loose.log_scale_deviation_max =
+      std::max(exact.log_scale_deviation_max, options.loop.log_scale_deviation_max);
+  const auto by_views = AlignByViews(seen.in_into, seen.in_other, seed, loose);
+  if (!by_views) return std::nullopt;
+  return Proposal{by_views->b_from_a,
+                  {},
+                  by_views->of_others >= exact.other_sightings_min &&
+                      by_views->log_scale_deviation <= exact.log_scale_deviation_max};
+}
+
+// As a proposal, which needs no judgment.
+Proposal Believe(const CityMap& map, std::span<const PointPair> common,
+                 const BelievedSeam& believed, const MapperOptions& options) {
+  return {believed.own_from_other,
+          ListAgreeing(map, common, believed.own_from_other, options.merge_error_px_max)};
+}
+
+// Whether a pair of the seam is so strong that the seam is remembered though nothing proposes a
+// similarity.
+bool IsWorthRemembering(const SeamArea& seam, const LoopOptions& options) {
+  return std::ranges::any_of(seam.pairs, [&](const SeamPair& pair) {
+    return pair.matches.geometry == PairGeometry::kGeneral &&
+           pair.matches.matches.size() >= options.matches_min;
+  });
+}
+
+// Why the two are not believed to be one by what is proposed; nothing where they are. `text`
+// receives what speaks for and against it.
+std::optional<RefusedMerge> Refuse(const CityMap& map, const SeamArea& seam, ReconstructionId own,
+                                   ReconstructionId other, const std::optional<Proposal>& proposal,
+                                   const MapperOptions& options, std::string* text) {
+  SeamEvidence evidence;
+  RefusalReason reason = RefusalReason::kOpen;
+  if (proposal) {
+    evidence = JudgeSeam(map, seam, proposal->into_from, options);
+    *text = evidence.Text();
+    const std::optional<RefusalReason> refusal = evidence.Refusal(options.doubt);
+    if (!refusal && proposal->is_exact) return std::nullopt;
+    reason = refusal.value_or(RefusalReason::kUndetermined);
+  }
+  Sim3 own_from_other = proposal ? proposal->into_from : Sim3();
+  if (proposal && !proposal->is_exact && !MayCloseLoop(reason)) {
+    // A similarity that is known badly explains badly, which speaks against the similarity alone.
+    evidence = {}, own_from_other = {}, reason = RefusalReason::kOpen;
+  }
+  if (reason == RefusalReason::kOpen)
+    *text = "pairs of photos lead there and do not say how the two lie to each other";
+  HypothesisRecord hypothesis = HypothesisOf(own, other, own_from_other, evidence, reason);
+  if (proposal) hypothesis.common_point_count = static_cast<uint32_t>(proposal->agreeing.size());
+  hypothesis.images = SeamImages(seam.pairs);
+  return RefusedMerge{other, *text, std::move(hypothesis)};
 }
 
 // A seam of so many cells is not judged with each photo, which would make photos near it slow. On a
@@ -115,31 +173,35 @@ Status TryMerge(const MappingContext& context, const MergeRequest& request,
   VEDUTA_ASSIGN_OR_RETURN(const SeamArea seam,
                           FindSeam(context.loader, *context.map, near_seam.photo, near_seam.pairs,
                                    near_seam.images, other));
-  const auto proposal = Propose(*context.map, seam, common, seed, options);
-  if (!proposal) return Status::Ok();
+  const std::optional<Proposal> proposal =
+      request.believed ? Believe(*context.map, common, *request.believed, options)
+                       : Propose(*context.map, seam, common, seed, options);
+  const bool is_worth_remembering = IsWorthRemembering(seam, options.loop);
+  if (!proposal && !is_worth_remembering) return Status::Ok();
   VEDUTA_ASSIGN_OR_RETURN(const bool forbidden, IsForbidden(context, request, *outcome, other));
   if (forbidden) {
     outcome->refused.push_back({other, "somebody has forbidden that they are merged", {}});
     return Status::Ok();
   }
-  const SeamEvidence evidence = JudgeSeam(*context.map, seam, proposal->into_from, options);
-  if (const auto reason = evidence.Refusal(options.doubt)) {
-    HypothesisRecord hypothesis =
-        HypothesisOf(outcome->into, other, proposal->into_from, evidence, *reason);
-    hypothesis.common_point_count = static_cast<uint32_t>(proposal->agreeing.size());
-    hypothesis.images = SeamImages(seam.pairs);
-    if (!request.fresh.empty()) hypothesis.image = request.fresh.front();
-    outcome->refused.push_back({other, evidence.Text(), std::move(hypothesis)});
-    return Status::Ok();
+  std::string evidence = request.believed ? request.believed->evidence : "";
+  if (!request.believed) {
+    if (auto refused =
+            Refuse(*context.map, seam, outcome->into, other, proposal, options, &evidence)) {
+      if (refused->hypothesis->reason == RefusalReason::kOpen && !is_worth_remembering)
+        return Status::Ok();
+      if (!request.fresh.empty()) refused->hypothesis->image = request.fresh.front();
+      outcome->refused.push_back(std::move(*refused));
+      return Status::Ok();
+    }
   }
   Merge merge{other, proposal->into_from, static_cast<uint32_t>(proposal->agreeing.size()),
-              evidence.Text()};
+              std::move(evidence)};
   ReconstructionId into = outcome->into;
   VEDUTA_ASSIGN_OR_RETURN(const ReconstructionRecord other_record,
                           context.loader->GetReconstruction(other));
   VEDUTA_ASSIGN_OR_RETURN(const size_t own_count, CountOwn(context.loader, request));
   if (outcome->merges.empty() && other_record.image_count > own_count) {
-    merge.from = into, merge.into_from = proposal->into_from.Inverse();
+    merge.from = into, merge.into_from = merge.into_from.Inverse();
     into = other;
     for (RefusedMerge& refused : outcome->refused) {
       if (refused.hypothesis) GoOver(merge, into, &*refused.hypothesis);

@@ -13,6 +13,12 @@
 
 namespace veduta {
 
+// A seam that is believed without another judgment.
+struct BelievedSeam {
+  Sim3 own_from_other;
+  std::string evidence;  // for a person
+};
+
 // The reconstruction that a photo has just got a pose in.
 struct MergeRequest {
   ReconstructionId reconstruction;
@@ -20,6 +26,8 @@ struct MergeRequest {
   // Images that have just got a pose, the photo first; none where no photo leads to the merge.
   std::span<const ImageId> fresh;
   ReconstructionId only = {};  // where valid, no other one is merged
+  // Where there is one, `only` is merged by this similarity, which is believed already.
+  std::optional<BelievedSeam> believed = {};
 };
 
 // A merge by points that agree, against which something else speaks.

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <limits>
 
+#include "engine/mapping/similarity_step.h"
 #include "engine/matching/sampling.h"
 
 namespace veduta {
@@ -16,24 +17,6 @@ namespace {
 constexpr uint32_t kSamplesMax = 2000, kSamplesMin = 30;
 constexpr double kConfidence = 1 - 1e-4;  // as the paper's section 3.2 has it for pairs
 constexpr int kRefits = 3;                // to all inliers; chosen by hand, not measured
-constexpr int kRefinementsMax = 15;       // as RefinePose; it stops where it moves no more
-
-using Vector7 = Eigen::Matrix<double, 7, 1>;
-using Matrix37 = Eigen::Matrix<double, 3, 7>;
-
-Eigen::Matrix3d CrossMatrix(const Eigen::Vector3d& v) {
-  Eigen::Matrix3d m;
-  m << 0, -v.z(), v.y(), v.z(), 0, -v.x(), -v.y(), v.x(), 0;
-  return m;
-}
-
-// How a point of frame b moves with the similarity that carries it there: rotation, translation,
-// logarithm of the scale.
-Matrix37 MotionOf(const Eigen::Vector3d& x_b) {
-  Matrix37 motion;
-  motion << -CrossMatrix(x_b), Eigen::Matrix3d::Identity(), x_b;
-  return motion;
-}
 
 // Each camera as three points: its centre, and one unit (a typical spacing) along two of its axes,
 // so that cameras on a line fix the gauge too.
@@ -51,55 +34,6 @@ std::vector<Eigen::Vector3d> Frame(std::span<const Rigid3> cams_from_world) {
     frame.push_back(pose.Center() + std::sqrt(spread) * axes.col(2));
   }
   return frame;
-}
-
-// The normal equations of a step.
-class Step {
- public:
-  explicit Step(double scale_px) : scale_px_(scale_px) {}
-
-  // A point at x_cam before the camera, which moves there by `motion`.
-  void Add(const CrossSighting& seen, const Eigen::Vector3d& x_cam, const Matrix37& motion) {
-    if (!(x_cam.z() > 0)) return;
-    const double z = x_cam.z();
-    Eigen::Matrix<double, 2, 3> projection;
-    projection << 1 / z, 0, -x_cam.x() / (z * z), 0, 1 / z, -x_cam.y() / (z * z);
-    const Eigen::Vector2d error = seen.focal_px * (x_cam.hnormalized() - seen.x);
-    const Eigen::Matrix<double, 2, 7> jacobian = seen.focal_px * projection * motion;
-    const double weight = 1 / (1 + error.squaredNorm() / (scale_px_ * scale_px_));
-    normal_ += weight * jacobian.transpose() * jacobian;
-    gradient_ += weight * jacobian.transpose() * error;
-  }
-
-  Vector7 Solve() {
-    normal_.diagonal() *= 1 + 1e-9;
-    return -normal_.ldlt().solve(gradient_);
-  }
-
-  const Eigen::Matrix<double, 7, 7>& normal() const { return normal_; }
-
- private:
-  const double scale_px_;
-  Eigen::Matrix<double, 7, 7> normal_ = Eigen::Matrix<double, 7, 7>::Zero();
-  Vector7 gradient_ = Vector7::Zero();
-};
-
-Step StepAt(const Sim3& b_from_a, std::span<const CrossSighting> in_b,
-            std::span<const CrossSighting> in_a, double scale_px) {
-  Step step(scale_px);
-  for (const CrossSighting& seen : in_b) {
-    const Eigen::Vector3d x_b = b_from_a * seen.point;
-    step.Add(seen, seen.cam_from_world * x_b,
-             seen.cam_from_world.rotation.toRotationMatrix() * MotionOf(x_b));
-  }
-  const Sim3 a_from_b = b_from_a.Inverse();
-  for (const CrossSighting& seen : in_a) {
-    const Eigen::Matrix3d turn =
-        (seen.cam_from_world.rotation * a_from_b.rotation).toRotationMatrix();
-    step.Add(seen, seen.cam_from_world * (a_from_b * seen.point),
-             -a_from_b.scale * turn * MotionOf(seen.point));
-  }
-  return step;
 }
 
 }  // namespace
@@ -186,31 +120,22 @@ double SimilarityCovariance::LogScaleDeviation() const {
 }
 
 double SimilarityCovariance::PositionDeviation(const Eigen::Vector3d& x_b) const {
-  const Matrix37 motion = MotionOf(x_b);
+  const Eigen::Matrix<double, 3, 7> motion = SimilarityStep::MotionOf(x_b);
   const double variance = (motion * matrix * motion.transpose()).trace();
   return variance > 0 ? std::sqrt(variance) : std::numeric_limits<double>::infinity();
 }
 
 SimilarityCovariance CovarianceOf(const Sim3& b_from_a, std::span<const CrossSighting> in_b,
                                   std::span<const CrossSighting> in_a, double scale_px) {
-  const Step step = StepAt(b_from_a, in_b, in_a, scale_px);
+  SimilarityStep step(b_from_a, scale_px);
+  step.AddSightings(in_b, in_a);
   return {step.normal().ldlt().solve(Eigen::Matrix<double, 7, 7>::Identity())};
 }
 
 Sim3 RefineSimilarity(const Sim3& start, std::span<const CrossSighting> in_b,
                       std::span<const CrossSighting> in_a, double scale_px) {
-  Sim3 b_from_a = start;
-  for (int i = 0; i < kRefinementsMax; ++i) {
-    const Vector7 by = StepAt(b_from_a, in_b, in_a, scale_px).Solve();
-    if (!by.allFinite()) break;
-    const Eigen::Vector3d omega = by.head<3>();
-    Sim3 motion{std::exp(by[6]), Eigen::Quaterniond::Identity(), by.segment<3>(3)};
-    if (omega.norm() > 0)
-      motion.rotation = Eigen::Quaterniond(Eigen::AngleAxisd(omega.norm(), omega.normalized()));
-    b_from_a = motion * b_from_a;
-    if (by.norm() < 1e-12 * (1 + b_from_a.translation.norm())) break;
-  }
-  return b_from_a;
+  return SimilarityStep::Refine(start, scale_px,
+                                [&](SimilarityStep* step) { step->AddSightings(in_b, in_a); });
 }
 
 }  // namespace veduta

@@ -9,7 +9,7 @@
 #include <span>
 #include <vector>
 
-#include "storage/base/ids.h"
+#include "engine/mapping/cross_sighting.h"
 #include "storage/base/transform.h"
 
 namespace veduta {
@@ -38,15 +38,6 @@ std::optional<RobustSimilarity> EstimateSimilarity(
     std::span<const Eigen::Vector3d> points_a, std::span<const Eigen::Vector3d> points_b,
     const std::function<bool(const Sim3&, size_t)>& is_inlier, uint32_t inlier_count_min,
     uint64_t seed);
-
-// A point of one frame, as a camera of another frame sees it.
-struct CrossSighting {
-  ImageId image;           // whose camera it is
-  Rigid3 cam_from_world;   // of the camera, in its own frame
-  Eigen::Vector2d x;       // normalised image coordinates
-  Eigen::Vector3d point;   // in the other frame
-  double focal_px = 1000;  // by which its error weighs
-};
 
 // How far a similarity may be from the truth, for errors of 1 px: in frame b, of rotation (rad),
 // translation, and the scale's logarithm.

@@ -167,7 +167,7 @@ std::optional<ViewAlignment> AlignByViews(std::span<const CrossSighting> in_b,
   if (final.of_others < options.other_sightings_min ||
       !(deviation <= options.log_scale_deviation_max))
     return std::nullopt;
-  return ViewAlignment{refined, final.agreeing};
+  return ViewAlignment{refined, final.agreeing, final.of_others, deviation};
 }
 
 }  // namespace veduta

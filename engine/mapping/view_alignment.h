@@ -33,7 +33,9 @@ struct ViewAlignmentOptions {
 
 struct ViewAlignment {
   Sim3 b_from_a;
-  uint32_t agreeing = 0;  // sightings
+  uint32_t agreeing = 0;   // sightings
+  uint32_t of_others = 0;  // those of other cameras than the one by which it was found
+  double log_scale_deviation = 0;
 };
 
 // Places cameras of either side among the points of the other by P3P, which leaves the scale open;

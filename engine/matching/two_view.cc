@@ -136,10 +136,15 @@ Status TwoViewOptions::Check() const {
 
 double SampsonDistance(const Eigen::Matrix3d& e, const Eigen::Vector2d& x_a,
                        const Eigen::Vector2d& x_b) {
+  return std::abs(SignedSampsonDistance(e, x_a, x_b));
+}
+
+double SignedSampsonDistance(const Eigen::Matrix3d& e, const Eigen::Vector2d& x_a,
+                             const Eigen::Vector2d& x_b) {
   const Eigen::Vector3d a = x_a.homogeneous(), b = x_b.homogeneous();
   const Eigen::Vector3d line_b = e * a, line_a = e.transpose() * b;
   const double scale = line_a.head<2>().squaredNorm() + line_b.head<2>().squaredNorm();
-  return scale > 0 ? std::abs(b.dot(line_b)) / std::sqrt(scale) : std::abs(b.dot(line_b));
+  return scale > 0 ? b.dot(line_b) / std::sqrt(scale) : b.dot(line_b);
 }
 
 Eigen::Matrix3d EssentialFromPose(const Rigid3& b_from_a) {

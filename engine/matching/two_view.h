@@ -64,6 +64,9 @@ PairGeometry Classify(std::span<const Eigen::Vector2d> x_a, std::span<const Eige
 // Zisserman 11.4.3).
 double SampsonDistance(const Eigen::Matrix3d& b_essential_a, const Eigen::Vector2d& x_a,
                        const Eigen::Vector2d& x_b);
+// The same with the sign of its side of the epipolar line.
+double SignedSampsonDistance(const Eigen::Matrix3d& b_essential_a, const Eigen::Vector2d& x_a,
+                             const Eigen::Vector2d& x_b);
 
 // [t]x R of b_from_a.
 Eigen::Matrix3d EssentialFromPose(const Rigid3& b_from_a);

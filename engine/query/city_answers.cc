@@ -80,6 +80,7 @@ HypothesisAnswer ToAnswer(const HypothesisRecord& record) {
   answer.matches_against = record.contradicting_matches;
   answer.parts_judged = record.judged_cells;
   answer.parts_missing = record.missing_cells;
+  answer.is_open = record.reason == RefusalReason::kOpen;
   answer.scale = record.a_from_b.scale;
   answer.pose = ToPlain({record.a_from_b.rotation, record.a_from_b.translation});
   answer.pose.center = {};

@@ -84,6 +84,7 @@ void Add(const HypothesisRecord& record, ContentFeed* feed) {
         << static_cast<uint64_t>(record.images.size());
   for (const ImageId image : record.images) *feed << image;
   for (const ImageId image : record.unsure) *feed << image;
+  if (record.loop_images > 0) *feed << record.loop_images;
 }
 
 void Add(const SubmapRecord& record, ContentFeed* feed) {

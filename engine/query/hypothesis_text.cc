@@ -20,6 +20,8 @@ std::string ReasonClause(RefusalReason reason) {
       return "what is seen across says too little of where the two sides are";
     case RefusalReason::kSplit:
       return "an adjustment has split them there";
+    case RefusalReason::kOpen:
+      return "pairs of photos lead across and do not say how the two lie to each other";
   }
   VEDUTA_CHECK(false, "a reason that no record has: " + std::to_string(static_cast<int>(reason)));
   return "";
@@ -32,6 +34,9 @@ std::string Number(uint64_t number, const char* one, const char* more) {
 }  // namespace
 
 std::string RefusalText(const HypothesisRecord& h) {
+  if (h.reason == RefusalReason::kOpen)
+    return ReasonClause(h.reason) + ": " + Number(h.images.size(), "photo is", "photos are") +
+           " at the seam";
   return ReasonClause(h.reason) + ": " +
          Number(h.common_point_count, "common point", "common points") + "; " +
          Number(h.agreeing_pairs, "pair agrees", "pairs agree") + " (" +

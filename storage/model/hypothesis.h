@@ -23,6 +23,7 @@ enum class RefusalReason : uint8_t {
   kFewPoints = 4,         // too few common points agree with any similarity by now
   kUndetermined = 5,      // what is seen across does not say exactly enough where the sides are
   kSplit = 6,             // they were one, and an adjustment has split them there
+  kOpen = 7,              // verified pairs lead across, and no similarity follows from them
 };
 
 // A merge of two reconstructions that was judged and not made, or that was taken back (kSplit). The
@@ -31,7 +32,7 @@ struct HypothesisRecord {
   ReconstructionId a, b;  // a < b; both live
   HypothesisKind kind = HypothesisKind::kMerge;
   RefusalReason reason = RefusalReason::kFewPairs;
-  Sim3 a_from_b;                    // carries the frame of b into that of a
+  Sim3 a_from_b;  // carries the frame of b into that of a; means nothing where it is open (kOpen)
   uint32_t common_point_count = 0;  // that agree with it; 0 where they are too few
   // Verified pairs across the seam, and matches of theirs as far as a pair counts.
   uint32_t agreeing_pairs = 0, contradicting_pairs = 0;
@@ -45,7 +46,10 @@ struct HypothesisRecord {
   std::vector<ImageId> unsure;
   uint32_t judgment_count = 1;  // >= 1; how often it was judged
   bool is_due = false;          // what it rests on has changed: it is to be judged anew
-  int64_t time_unix_s = 0;      // of the last judgment
+  // Images at the seams of the loop by which it was judged last (seam_loop.h); 0 where there was
+  // none.
+  uint32_t loop_images = 0;
+  int64_t time_unix_s = 0;  // of the last judgment
 };
 
 }  // namespace veduta

@@ -53,8 +53,8 @@ Status Check(const HypothesisRecord& record) {
   VEDUTA_RETURN_IF_ERROR(CheckKey(record));
   if (record.kind != HypothesisKind::kMerge)
     return Broken("kind of a hypothesis", static_cast<int>(record.kind), "1");
-  if (record.reason < RefusalReason::kFewPairs || record.reason > RefusalReason::kSplit)
-    return Broken("reason of a refusal", static_cast<int>(record.reason), "1 to 6");
+  if (record.reason < RefusalReason::kFewPairs || record.reason > RefusalReason::kOpen)
+    return Broken("reason of a refusal", static_cast<int>(record.reason), "1 to 7");
   const Sim3& s = record.a_from_b;
   if (!(std::isfinite(s.scale) && s.scale > 0))
     return Broken("scale of a_from_b", s.scale, "finite and above 0");
@@ -87,6 +87,7 @@ Result<std::string> Encode(const HypothesisRecord& record) {
     to.setUnsure(AsData(record.unsure));
     to.setJudgmentCount(record.judgment_count);
     to.setDue(record.is_due);
+    to.setLoopImages(record.loop_images);
     to.setTimeUnixS(record.time_unix_s);
   });
 }
@@ -110,6 +111,7 @@ Status Decode(std::string_view value, HypothesisRecord* record) {
     if (!CopyRows(from.getUnsure(), &record->unsure)) return BadRows("unsure images");
     record->judgment_count = from.getJudgmentCount();
     record->is_due = from.getDue();
+    record->loop_images = from.getLoopImages();
     record->time_unix_s = from.getTimeUnixS();
     return Damaged(Check(*record));
   });

@@ -74,6 +74,7 @@ struct Hypothesis {
   due @14 :Bool;
   timeUnixS @15 :Int64;
   unsure @16 :Data;  # rows: image u32
+  loopImages @17 :UInt32;
 }
 
 struct Submap {

@@ -154,10 +154,11 @@ TEST_F(Hypotheses, OneIsOpenedOnceAndReplacedWhenJudgedAnew) {
 
 TEST_F(Hypotheses, APhotoAddsToTheUnsureAndAJudgmentNamesThemAnew) {
   HypothesisRecord first = Merged(kFirst, kSecond);
+  first.reason = RefusalReason::kContradicted;
   first.unsure = {ImageId(2)};
   Write(Refused(kFirst, {first}));
   EXPECT_EQ(All()[0].unsure, std::vector{ImageId(2)});
-  HypothesisRecord seen = Merged(kFirst, kSecond);
+  HypothesisRecord seen = first;
   seen.images = {ImageId(2), ImageId(3), ImageId(4)};
   seen.unsure = {ImageId(4)};
   Placement photo = Refused(kFirst, {seen});
@@ -185,7 +186,9 @@ TEST_F(Hypotheses, TheMergeEndsItAndThoseOfOthersGoOver) {
   Open(kFirst, kSecond);
   Open(kSecond, kThird, second_from_third);
   Open(kFirst, kFourth);
-  Open(kThird, kFourth);
+  HypothesisRecord contradicted = Merged(kThird, kFourth);
+  contradicted.reason = RefusalReason::kContradicted;
+  Write(Refused(kThird, {contradicted}));
   const Sim3 first_from_second{3, Eigen::Quaterniond::Identity(), {1, 2, 3}};
   Write(MergedInto(kFirst, kSecond, first_from_second));
   const std::vector<HypothesisRecord> all = All();
@@ -207,6 +210,59 @@ TEST_F(Hypotheses, OneThatGoesOverToAKnownOneMakesThatDue) {
   Write(MergedInto(kFirst, kSecond, {}));
   ASSERT_EQ(All().size(), 1u);
   EXPECT_EQ(All()[0].b, kThird);
+  EXPECT_TRUE(All()[0].is_due);
+}
+
+TEST_F(Hypotheses, WhatIsOpenTakesNoVotesAway) {
+  Open(kFirst, kSecond, AnotherFrame());
+  HypothesisRecord open = Merged(kFirst, kSecond);
+  open.reason = RefusalReason::kOpen;
+  open.common_point_count = 0;
+  open.images = {ImageId(1), ImageId(4)};
+  Write(Refused(kFirst, {open}));
+  EXPECT_EQ(All()[0].reason, RefusalReason::kFewPairs);
+  EXPECT_EQ(All()[0].common_point_count, 25u);
+  EXPECT_EQ(All()[0].a_from_b.scale, AnotherFrame().scale);
+  EXPECT_EQ(All()[0].images, (std::vector{ImageId(1), ImageId(2), ImageId(3), ImageId(4)}))
+      << "a loop may stand on all of them";
+}
+
+TEST_F(Hypotheses, TwoThatBecomeOneKeepTheImagesOfBothAndWhatIsKnown) {
+  HypothesisRecord open = Merged(kFirst, kThird);
+  open.reason = RefusalReason::kOpen;
+  open.images = {ImageId(1), ImageId(9)};
+  Write(Refused(kFirst, {open}));
+  Open(kSecond, kThird, AnotherFrame());
+  Write(MergedInto(kFirst, kSecond, {}));
+  ASSERT_EQ(All().size(), 1u);
+  EXPECT_EQ(All()[0].reason, RefusalReason::kFewPairs);
+  EXPECT_EQ(All()[0].a_from_b.scale, AnotherFrame().scale);
+  EXPECT_EQ(All()[0].images, (std::vector{ImageId(1), ImageId(2), ImageId(3), ImageId(9)}));
+  EXPECT_TRUE(FindViolations(*scene_.Snap(), 9)->empty());
+}
+
+TEST_F(Hypotheses, ALoopThatHasGrownMakesItsSeamsDue) {
+  Open(kFirst, kSecond);
+  Open(kSecond, kThird);
+  EXPECT_FALSE(All()[0].is_due);
+  Placement closing = Refused(kFirst, {Merged(kFirst, kThird)});
+  closing.placed = {ImageId(1)};
+  Write(closing);
+  ASSERT_EQ(All().size(), 3u);
+  for (const HypothesisRecord& hypothesis : All()) EXPECT_TRUE(hypothesis.is_due);
+  // Judged with this loop, it waits until the loop has grown.
+  HypothesisRecord judged = Merged(kFirst, kSecond);
+  Write(Refused(kFirst, {judged}));
+  EXPECT_FALSE(All()[0].is_due);
+  EXPECT_EQ(All()[0].loop_images, 6u) << "two at each of the three seams";
+  HypothesisRecord grown = Merged(kFirst, kThird);
+  Placement photo = Refused(kFirst, {grown});
+  photo.placed = {ImageId(1)};
+  photo.refused[0].images = {ImageId(1), ImageId(2), ImageId(3)};
+  Write(photo);
+  EXPECT_FALSE(All()[0].is_due) << "by one image of six";
+  photo.refused[0].images = {ImageId(2), ImageId(3), ImageId(7)};
+  Write(photo);
   EXPECT_TRUE(All()[0].is_due);
 }
 

@@ -157,6 +157,8 @@ TEST_F(Judging, WithoutEnoughPointsTheKnownSimilarityIsJudged) {
   IngestOptions options = Believing();
   options.mapper.common_points_min = 100'000;
   options.mapper.view_alignment.other_sightings_min = 100'000;
+  options.mapper.loop.other_sightings_min = 100'000;
+  options.mapper.loop.matches_min = 100'000;
   ASSERT_EQ(Settle(options).size(), 1u);
   const auto judged = Stored();
   ASSERT_TRUE(judged.has_value());

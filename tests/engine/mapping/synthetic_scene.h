@@ -27,6 +27,10 @@ struct SceneOptions {
   // and only these few points between the two sides are seen from both.
   double beside = 0;
   uint32_t seam_point_count = 15;
+  // Whether the points stand on the four walls of a room, 24 wide and taking turns. Each wall has
+  // equally many cameras one after the other: in a row before it, and the last two look at the
+  // corner to the next wall.
+  bool room = false;
   // > 1: the points stand in so many columns side by side that are all alike, and each view of a
   // descriptor differs a little from the others.
   uint32_t repeats = 1;
@@ -80,8 +84,30 @@ inline Rigid3 PoseOnArc(const SceneOptions& options, uint32_t index) {
   return pose;
 }
 
+// wall_from_room: a wall as it would be alone, its points about the origin.
+inline Rigid3 WallFromRoom(uint32_t wall) {
+  constexpr double kRightAngle = 1.5707963267948966;
+  Rigid3 wall_from_room;
+  wall_from_room.rotation =
+      Eigen::Quaterniond(Eigen::AngleAxisd(-kRightAngle * wall, Eigen::Vector3d::UnitY()));
+  wall_from_room.translation = Eigen::Vector3d(0, 0, -12);
+  return wall_from_room;
+}
+
+inline Rigid3 PoseInRoom(const SceneOptions& options, uint32_t index) {
+  const uint32_t of_wall = options.camera_count / 4, in_row = of_wall - 2, k = index % of_wall;
+  Eigen::Vector3d center(-6 + 12.0 * k / (in_row - 1), 0.2 * (k % 2), -8);
+  double angle = 0;
+  if (k >= in_row) center.x() = k == in_row ? 6.5 : 5.5, angle = 0.7853981633974483;
+  Rigid3 cam_from_wall;
+  cam_from_wall.rotation = Eigen::Quaterniond(Eigen::AngleAxisd(-angle, Eigen::Vector3d::UnitY()));
+  cam_from_wall.translation = -(cam_from_wall.rotation * center);
+  return cam_from_wall * WallFromRoom(index / of_wall);
+}
+
 // The two sides of a scene each have their cameras on an arc of their own.
 inline Rigid3 PoseInScene(const SceneOptions& options, uint32_t index) {
+  if (options.room) return PoseInRoom(options, index);
   if (options.beside == 0) return PoseOnArc(options, index);
   SceneOptions side = options;
   side.camera_count = options.camera_count / 2;
@@ -100,6 +126,13 @@ inline Eigen::Vector3d BesidePoint(const SceneOptions& options, uint32_t index,
   point.x() *= 0.8;
   if (index % 2 == 1) point.x() += options.beside;
   return point;
+}
+
+inline Eigen::Vector3d RoomPoint(const SceneOptions& options, uint32_t index,
+                                 Eigen::Vector3d point) {
+  if (!options.room) return point;
+  point.x() *= 4;
+  return WallFromRoom(index % 4).Inverse() * point;
 }
 
 // Makes all columns like the first one: their points, and the descriptors of these.
@@ -138,7 +171,7 @@ inline SyntheticScene MakeScene(const SceneOptions& options) {
   for (uint32_t i = 0; i < options.point_count; ++i) {
     Eigen::Vector3d p{6 * random.Unit() - 3, 4 * random.Unit() - 2, 3 * random.Unit() - 1.5};
     if (options.planar) p.z() = 0.3 * p.x();
-    p = BesidePoint(options, i, p);
+    p = RoomPoint(options, i, BesidePoint(options, i, p));
     scene.points.push_back(p);
     std::vector<uint8_t> descriptor(kDescriptorSize);
     for (uint8_t& byte : descriptor) byte = static_cast<uint8_t>(random.Below(90));
@@ -153,7 +186,9 @@ inline SyntheticScene MakeScene(const SceneOptions& options) {
     scene.seen.emplace_back();
     scene.feature_of.emplace_back(options.point_count, -1);
     for (uint32_t i = 0; i < options.point_count; ++i) {
-      const Eigen::Vector2d x = scene.camera.Project(pose * scene.points[i]);
+      const Eigen::Vector3d x_cam = pose * scene.points[i];
+      if (!(x_cam.z() > 0)) continue;
+      const Eigen::Vector2d x = scene.camera.Project(x_cam);
       if (x.x() < 0 || x.y() < 0 || x.x() >= scene.kWidth || x.y() >= scene.kHeight) continue;
       Keypoint keypoint;
       keypoint.x_px = static_cast<float>(x.x() + options.noise_px * Gaussian(random));

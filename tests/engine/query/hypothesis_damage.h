@@ -46,6 +46,7 @@ inline std::vector<FieldDamage> HypothesisDamages() {
        {"hypothesis: images, beyond all", [](R* r) { r->images.push_back(ImageId(999)); }},
        {"hypothesis: judgmentCount", [](R* r) { r->judgment_count += 1; }},
        {"hypothesis: due", [](R* r) { r->is_due ^= true; }},
+       {"hypothesis: loopImages", [](R* r) { r->loop_images += 1; }},
        {"hypothesis: timeUnixS", [](R* r) { r->time_unix_s += 1; }}},
       read, [](const R& record) { return Encode(record); });
 }

@@ -26,14 +26,23 @@ TEST(RefusalText, SaysTheReasonAndTheVotes) {
             "show");
 }
 
+TEST(RefusalText, OneThatIsOpenHasNoVotes) {
+  HypothesisRecord hypothesis;
+  hypothesis.reason = RefusalReason::kOpen;
+  hypothesis.images = {ImageId(1), ImageId(2)};
+  EXPECT_EQ(RefusalText(hypothesis),
+            "pairs of photos lead across and do not say how the two lie to each other: 2 photos "
+            "are at the seam");
+}
+
 TEST(RefusalText, EveryReasonHasItsOwnClause) {
   std::set<std::string> clauses;
-  for (int reason = 1; reason <= 4; ++reason) {
+  for (int reason = 1; reason <= 7; ++reason) {
     HypothesisRecord hypothesis;
     hypothesis.reason = static_cast<RefusalReason>(reason);
     clauses.insert(RefusalText(hypothesis));
   }
-  EXPECT_EQ(clauses.size(), 4u);
+  EXPECT_EQ(clauses.size(), 7u);
 }
 
 }  // namespace

@@ -47,6 +47,7 @@ const std::set<std::string> kFree = {
     "meta.hypothesis: images, one less",
     "meta.hypothesis: judgedCells",
     "meta.hypothesis: judgmentCount",
+    "meta.hypothesis: loopImages",
     "meta.hypothesis: missingCells",
     "meta.hypothesis: reason",
     "meta.hypothesis: unsure",

@@ -15,6 +15,8 @@
 #            of that commit and SIZE 240x180: founding asks for more than in the days of format 2
 #   format4  veduta and veduta-street of febfadc, the last commit before places on the earth, with
 #            SIZE 240x180
+#   format5  veduta and veduta-street of 0861809, the last commit before merges that are open, with
+#            SIZE 240x180, preset dev
 # Needs Linux namespaces (unshare): RocksDB writes the name of the machine into its tables, so the
 # binaries run on a machine that is called `fixture`.
 set -euo pipefail

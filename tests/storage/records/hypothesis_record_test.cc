@@ -32,6 +32,7 @@ HypothesisRecord Sample() {
   record.unsure = {ImageId(2), ImageId(kMax)};
   record.judgment_count = 11;
   record.is_due = true;
+  record.loop_images = 13;
   record.time_unix_s = -5;
   return record;
 }
@@ -60,6 +61,7 @@ TEST(HypothesisRecord, RoundTrips) {
   EXPECT_EQ(decoded.unsure, record.unsure);
   EXPECT_EQ(decoded.judgment_count, record.judgment_count);
   EXPECT_TRUE(decoded.is_due);
+  EXPECT_EQ(decoded.loop_images, record.loop_images);
   EXPECT_EQ(decoded.time_unix_s, record.time_unix_s);
 }
 
@@ -70,7 +72,7 @@ TEST(HypothesisRecord, RefusesWhatBreaksARule) {
       {[](HypothesisRecord* r) { r->b = r->a; }, "second reconstruction"},
       {[](HypothesisRecord* r) { r->kind = static_cast<HypothesisKind>(2); }, "kind"},
       {[](HypothesisRecord* r) { r->reason = static_cast<RefusalReason>(0); }, "reason"},
-      {[](HypothesisRecord* r) { r->reason = static_cast<RefusalReason>(7); }, "reason"},
+      {[](HypothesisRecord* r) { r->reason = static_cast<RefusalReason>(8); }, "reason"},
       {[](HypothesisRecord* r) { r->a_from_b.scale = 0; }, "scale"},
       {[](HypothesisRecord* r) { r->a_from_b.scale = kNan; }, "scale"},
       {[](HypothesisRecord* r) { r->a_from_b.translation.x() = kNan; }, "translation"},

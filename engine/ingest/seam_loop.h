@@ -1,0 +1,50 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+// Believes a seam because a loop of seams closes there. At the corner of a street one photo may see
+// both sides; what stands on one photo is not believed, for a repeated facade looks the same. But
+// where the other seams of a loop say where the two sides are, and this one agrees, all of them are
+// right: a wrong one would be off by how far apart the two lookalike places are.
+
+#include <optional>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "engine/ingest/mapping_context.h"
+#include "storage/model/hypothesis.h"
+
+namespace veduta {
+
+// The seam that is asked for: images of `own` at the seam, ascending, at least one.
+struct OpenSeam {
+  ReconstructionId own, other;
+  std::span<const ImageId> near;
+};
+
+struct ClosedLoop {
+  Sim3 own_from_other;
+  std::string evidence;  // for a person
+};
+
+// Whether a loop may close at a hypothesis that is refused for this: nothing speaks against it, and
+// too little for it.
+bool MayCloseLoop(RefusalReason reason);
+
+// The shortest way from `own` to `other` over other seams whose similarity is known and of which
+// MayCloseLoop is true; of two as long, that over lower ids. Empty where there is none of five
+// seams or fewer. O(hypotheses).
+std::vector<HypothesisRecord> FindDetour(std::span<const HypothesisRecord> all,
+                                         ReconstructionId own, ReconstructionId other);
+
+// How many images speak for a loop: those at the seam, and those at the seams of a detour.
+size_t CountLoopImages(const HypothesisRecord& hypothesis,
+                       std::span<const HypothesisRecord> detour);
+
+// Whether a loop closes at the seam: by a second place where the two meet, or by a detour over
+// other reconstructions. Nothing where what the rest of the loop says is too vague, differs from
+// what is seen at the seam, or stands on what the seam itself stands on. Loads the images of all
+// seams of the loop with their neighbourhoods. Deterministic in what is stored.
+Result<std::optional<ClosedLoop>> CloseLoop(const MappingContext& context, const OpenSeam& open,
+                                            std::span<const HypothesisRecord> detour);
+
+}  // namespace veduta
