@@ -24,6 +24,12 @@ if ! command -v dpkg-query > /dev/null || ! command -v apt-get > /dev/null; then
 fi
 
 mapfile -t wanted < <(sed -e 's/#.*//' -e 's/[[:space:]]//g' -e '/^$/d' "${lists[@]}" | sort -u)
+# Whoever has node and npm from elsewhere keeps them: Debian's npm would not go beside them.
+if command -v npm > /dev/null && { command -v node || command -v nodejs; } > /dev/null; then
+  for i in "${!wanted[@]}"; do
+    [[ "${wanted[$i]}" =~ ^(nodejs|npm)$ ]] && unset "wanted[$i]"
+  done
+fi
 # dpkg-query fails if it knows nothing of a package: then that package is missing, which is what is
 # asked.
 format='${Package} ${db:Status-Status}\n'

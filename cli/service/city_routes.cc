@@ -8,6 +8,7 @@
 #include <set>
 
 #include "cli/service/openapi.h"
+#include "cli/service/page_answer.h"
 #include "cli/wire/added_json.h"
 #include "cli/wire/answers_json.h"
 #include "cli/wire/earth_json.h"
@@ -371,6 +372,9 @@ HttpAnswer RevokeToken(Engine* engine, const HttpRequest& request, const PathArg
 const std::vector<CityRoute>& Routes() {
   constexpr Role kSends = Role::kContributor, kCurates = Role::kCurator, kRules = Role::kAdmin;
   static const std::vector<CityRoute> kRoutes = {
+      {"GET", {}, {}, AnswerWithPage, false, true, Role::kViewer, false, true},
+      {"GET", {"page.js"}, {}, AnswerWithPage, false, true, Role::kViewer, false, true},
+      {"GET", {"page.css"}, {}, AnswerWithPage, false, true, Role::kViewer, false, true},
       {"GET", {"healthz"}, {}, nullptr, false, true, Role::kViewer, false, true},
       {"GET", {"readyz"}, {}, nullptr, false, true, Role::kViewer, false, true},
       {"GET", {"metrics"}, {}, nullptr},

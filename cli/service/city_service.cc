@@ -187,7 +187,8 @@ HttpAnswer CityService::Metrics() const {
 HttpAnswer CityService::AskEngine(const HttpRequest& request, const RouteMatch& match) {
   const CityRoute& route = *match.route;
   std::optional<DenseKeeper::Rest> rest;
-  if (request.path.back() == "removals") rest.emplace(&dense_);  // which cannot go beside a pass
+  const bool is_removal = request.path == std::vector<std::string>{"v1", "removals"};
+  if (is_removal) rest.emplace(&dense_);  // which cannot go beside a pass
   if (!route.is_of_snapshot) {
     HttpAnswer answer = route.answer(engine_.get(), request, match.arguments);
     if (route.role == Role::kAdmin) gatekeeper_.Look(engine_->Ask());

@@ -225,8 +225,12 @@ class HttpDoor final : public kj::HttpService, private kj::TaskSet::ErrorHandler
     if (!is_of_owner_ && !limits_.options.asks_for_tokens && !IsThisMachine(HostOf(host)))
       return Problem(403, "the daemon answers to localhost, 127.0.0.1 and [::1] alone");
     const std::string site = Header(headers, known_.fetch_site);
-    const bool is_of_other_page = !site.empty() && site != "same-origin" && site != "none";
-    if (!is_of_owner_ && (is_of_other_page || (!origin.empty() && origin != "http://" + host)))
+    // A link of theirs may lead to the page itself, which tells nothing.
+    const bool is_of_other_page =
+        !site.empty() && site != "same-origin" && site != "none" && url != "/"_kj;
+    // A proxy with TLS before the daemon hands the page on as of https.
+    const bool is_own = origin.empty() || origin == "http://" + host || origin == "https://" + host;
+    if (!is_of_owner_ && (is_of_other_page || !is_own))
       return Problem(403, "pages of other hosts may not ask the daemon");
     request->method = method == kj::HttpMethod::HEAD ? "GET" : kj::str(method).cStr();
     request->content_type = MediaType(Header(headers, kj::HttpHeaderId::CONTENT_TYPE));

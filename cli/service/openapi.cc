@@ -18,6 +18,9 @@ struct Description {
 constexpr const char *kBinary = "application/octet-stream", *kText = "text/plain";
 
 constexpr Description kDescriptions[] = {
+    {"GET", "/", "The page, for people", Body::kNone, 200, "text/html"},
+    {"GET", "/page.js", "Its script", Body::kNone, 200, "text/javascript"},
+    {"GET", "/page.css", "Its style", Body::kNone, 200, "text/css"},
     {"GET", "/healthz", "Whether the daemon is alive"},
     {"GET", "/readyz", "Whether the daemon takes photos"},
     {"GET", "/metrics", "Counts for Prometheus", Body::kNone, 200, kText},
@@ -108,7 +111,7 @@ Json AnswersOf(const Description& description) {
   Json content;
   if (media_type == "application/json") {
     content[media_type] = {{"schema", Json::object()}};
-  } else if (media_type == kText || media_type == "text/event-stream") {
+  } else if (media_type.starts_with("text/")) {
     content[media_type] = {{"schema", {{"type", "string"}}}};
   } else {
     content[media_type] = BinarySchema();
@@ -127,6 +130,7 @@ Json OperationOf(const CityRoute& route) {
   for (const std::string& part : route.path) {
     if (part != "v1") id += "_" + (part == "*" ? std::string("one") : part);
   }
+  if (route.path.empty()) id += "_page";
   std::ranges::replace(id, '.', '_');
   Json operation = {{"operationId", id}, {"summary", description.summary}};
   if (!route.is_for_all)
@@ -170,7 +174,7 @@ std::string PathTemplate(const CityRoute& route) {
     path += "/" + (is_open ? "{" + before.substr(0, before.size() - 1) + "}" : part);
     before = part;
   }
-  return path;
+  return path.empty() ? "/" : path;
 }
 
 Json OpenApi(std::span<const CityRoute> routes) {

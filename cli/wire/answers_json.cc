@@ -208,7 +208,8 @@ Json CandidatesJson(const std::vector<NeighborAnswer>& candidates) {
 }
 
 Json ToJson(const CameraAnswer& camera) {
-  return {{"name", camera.name},
+  return {{"id", camera.id.value},
+          {"name", camera.name},
           {"size", CameraSizeText(camera.model)},
           {"params", CameraParamsText(camera.model)},
           {"source", camera.source}};

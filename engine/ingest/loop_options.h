@@ -13,9 +13,10 @@ struct LoopOptions {
   // which similarity. Chosen by hand; not measured.
   uint32_t matches_min = 100;
   // >= 1, and > 0. What a similarity by views needs, at least, where only a loop may confirm it:
-  // sightings besides those of the placed camera, and the deviation of the scale's logarithm. Four
-  // seams at the corners of a loop had 9 to 800 and 0.0015 to 0.015. Chosen by hand.
-  uint32_t other_sightings_min = 4;
+  // sightings besides those of the placed camera, and the deviation of the scale's logarithm. Seams
+  // at the corners of three loops had 1 to 800 and 0.0015 to 0.027; their scales were off by 0.1 to
+  // 1.7 %.
+  uint32_t other_sightings_min = 1;
   double log_scale_deviation_max = 0.05;
   // >= 0, degrees, and >= 0. How far each part may be bent between its two seams: standard
   // deviations of rotation and of the scale's logarithm. Streets of 300 photos are bent by 0.04 %

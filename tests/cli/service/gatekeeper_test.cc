@@ -23,7 +23,10 @@ struct Asked {
 };
 
 const std::vector<Asked>& AllRoutes() {
-  static const std::vector<Asked> kAll = {{"GET", {"healthz"}, 0},
+  static const std::vector<Asked> kAll = {{"GET", {}, 0},
+                                          {"GET", {"page.js"}, 0},
+                                          {"GET", {"page.css"}, 0},
+                                          {"GET", {"healthz"}, 0},
                                           {"GET", {"readyz"}, 0},
                                           {"GET", {"v1", "openapi.json"}, 0},
                                           {"GET", {"metrics"}, 1},

@@ -221,7 +221,7 @@ TEST(Answers, Small) {
   EXPECT_EQ(
       JsonLine(ToJson(CameraAnswer{
           CameraId(1), "lens", {640, 480, 500, 510, 319.5, 239.5, 0, 0, 319.5, 239.5}, "me"})),
-      R"({"name":"lens","size":"640x480","params":"500,510,319.5,239.5","source":"me"})");
+      R"({"id":1,"name":"lens","size":"640x480","params":"500,510,319.5,239.5","source":"me"})");
   EXPECT_EQ(JsonLine(ToJson(VocabularyAnswer{1, 2, 10, 3, 1000, 50000, 60, true})),
             R"({"generation":2,"branch":10,"depth":3,"words":1000,"training_descriptors":50000,)"
             R"("images_at_training":60,"imported":true})");

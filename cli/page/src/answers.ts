@@ -1,0 +1,122 @@
+// SPDX-License-Identifier: Apache-2.0
+// The types of the daemon's answers, as docs/json.md describes them; only the keys in use.
+
+export type Vec3 = [number, number, number];
+export type QuaternionWxyz = [number, number, number, number];
+
+export type Verdict =
+  | "placed"
+  | "merged"
+  | "founded"
+  | "postponed"
+  | "rejected"
+  | "duplicate"
+  | "failed";
+
+// One image of GET /v1/photos. x_cam = R (x_world - center); x to the right, y down, z forward.
+export interface Photo {
+  id: number;
+  image: string;
+  contributor: string;
+  verdict: Verdict;
+  reconstruction: number | null;
+  unsure: boolean;
+  rotation_wxyz?: QuaternionWxyz | null;
+  center?: Vec3 | null;
+}
+
+export interface PlacedPhoto extends Photo {
+  reconstruction: number;
+  rotation_wxyz: QuaternionWxyz;
+  center: Vec3;
+}
+
+export function isPlaced(photo: Photo): photo is PlacedPhoto {
+  return photo.reconstruction !== null && !!photo.rotation_wxyz && !!photo.center;
+}
+
+export interface Neighbor {
+  id: number;
+  image: string;
+  matches: number;
+  verdict: Verdict;
+}
+
+export interface Hypothesis {
+  a: number;
+  b: number;
+  reason: string;
+  common_points: number;
+  pairs_for: number;
+  pairs_against: number;
+  image: number | null;
+  unsure: number[];
+}
+
+export interface PhotoDetails {
+  id: number;
+  image: string;
+  verdict: Verdict;
+  reason: string;
+  reconstruction: number | null;
+  may_stand_in: number[];
+  camera: number;
+  width: number;
+  height: number;
+  contributor: string;
+  time: number;
+  features: number;
+  observations: number;
+  neighbors: Neighbor[];
+  hypotheses: Hypothesis[];
+}
+
+export interface Reconstruction {
+  id: number;
+  images: number;
+  points: number;
+  reprojection_error_px_mean: number;
+  geometry_version: number;
+}
+
+export interface Georeference {
+  reconstructions: {
+    reconstruction: number;
+    known: boolean;
+    rotation_wxyz: QuaternionWxyz | null;
+  }[];
+}
+
+export interface CameraModel {
+  id: number;
+  name: string;
+  size: string;
+  params: string;
+}
+
+export interface JournalEntry {
+  sequence: number;
+  time: number;
+  actor: string;
+  action: string;
+  image: number | null;
+  reconstruction: number | null;
+  detail: string;
+}
+
+export interface Outcome {
+  image: string;
+  id: number | null;
+  verdict: Verdict;
+  reason: string;
+  reconstruction: number | null;
+}
+
+export interface Upload {
+  upload: number;
+  image: string;
+  contributor: string;
+  state: "waiting" | "done" | "failed";
+  outcome: Outcome | null;
+  why_not: string | null;
+}

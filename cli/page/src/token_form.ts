@@ -1,0 +1,58 @@
+// SPDX-License-Identifier: Apache-2.0
+// A small form that asks for a token.
+import { el, foreign } from "./dom";
+
+export class TokenForm {
+  readonly element = el("dialog", { attributes: { "aria-labelledby": "token-title" } });
+  private readonly input = el("input", {
+    id: "token",
+    attributes: { type: "password", autocomplete: "off", spellcheck: "false", required: "" },
+  });
+  private readonly detail = el("p", { class: "quiet", attributes: { role: "status" } });
+  private readonly forgetButton = el("button", { words: "token_forget" });
+  private answer: (token: string | null) => void = () => {};
+
+  constructor(onForget: () => void) {
+    const form = el("form");
+    const cancel = el("button", { words: "token_cancel" });
+    const enter = el("button", { class: "main", words: "token_enter" });
+    enter.type = "submit";
+    form.append(
+      el("h2", { id: "token-title", words: "token_title" }),
+      el("p", { words: "token_text" }),
+      this.detail,
+      el("label", { words: "token_label", attributes: { for: "token" } }),
+      this.input,
+      el("div", { class: "buttons" }, enter, cancel, this.forgetButton),
+    );
+    this.element.append(form);
+    form.addEventListener("submit", (event) => {
+      event.preventDefault();
+      // No token has spaces or other characters than these, which a copy may bring along. A header
+      // could not carry all of them.
+      const token = this.input.value.replace(/[^!-~]/g, "");
+      if (token !== "") this.close(token);
+    });
+    cancel.addEventListener("click", () => this.close(null));
+    this.forgetButton.addEventListener("click", onForget);
+    this.element.addEventListener("cancel", (event) => {
+      event.preventDefault();
+      this.close(null);
+    });
+  }
+
+  // Null: the person has none. `detail`: the daemon's words, or "".
+  ask(hasToken: boolean, detail: string): Promise<string | null> {
+    this.detail.replaceChildren(foreign(detail));
+    this.forgetButton.hidden = !hasToken;
+    this.input.value = "";
+    if (!this.element.open) this.element.showModal();
+    return new Promise((resolve) => (this.answer = resolve));
+  }
+
+  private close(token: string | null): void {
+    this.element.close();
+    this.input.value = "";
+    this.answer(token);
+  }
+}

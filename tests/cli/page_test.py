@@ -1,0 +1,45 @@
+#!/usr/bin/env python3
+# SPDX-License-Identifier: Apache-2.0
+# Goal: people see the city in a browser, look at photos, and contribute some; nothing is complained
+#   about, by the browser or by axe-core.
+# Method: a real daemon on a rendered street, and Debian's chromium, driven by
+#   cli/page/test/page_test.mjs, which says what it checks. Pictures are left in PAGE_PICTURES, if
+#   that is set.
+# usage: tests/cli/page_test.py VEDUTA VEDUTA_STREET BUILT_PAGE [TEST...]
+#   BUILT_PAGE: the folder in the build tree in which the page was built
+import os
+import shutil
+import subprocess
+import sys
+
+from city import Case, add, at, main, new_database, render, SIZE
+from daemon import Daemon
+
+if len(sys.argv) < 4:
+    sys.exit(f'usage: {sys.argv[0]} VEDUTA VEDUTA_STREET BUILT_PAGE [TEST...]')
+BUILT_PAGE = sys.argv.pop(3)
+CHROMIUM = shutil.which('chromium')
+NODE = shutil.which('node') or shutil.which('nodejs')
+
+
+class Page(Case):
+    def test_people_see_the_city_and_add_to_it(self):
+        if CHROMIUM is None or NODE is None:
+            self.skipTest('there is no chromium, or no node: tools/install.sh installs them')
+        photos = render('page', '--photos', '30', '--size', SIZE)
+        more = at('more')
+        os.makedirs(more)
+        for name in sorted(os.listdir(photos))[-5:]:
+            os.rename(os.path.join(photos, name), os.path.join(more, name))
+        db = new_database('page.veduta')
+        self.assertEqual(add(db, photos)[0], 0)
+        pictures = os.environ.get('PAGE_PICTURES', at('pictures'))
+        with Daemon(db) as daemon:
+            done = subprocess.run(
+                [NODE, os.path.join(BUILT_PAGE, 'test', 'page_test.mjs'),
+                 'http://' + daemon.host, more, pictures, CHROMIUM], capture_output=True)
+        self.assertEqual(done.returncode, 0, (done.stdout + done.stderr).decode())
+
+
+if __name__ == '__main__':
+    main()
