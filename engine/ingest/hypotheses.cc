@@ -102,9 +102,10 @@ class Ledger final {
     if (changed_.empty()) return;
     std::vector<HypothesisRecord> all;
     for (const auto& [two, hypothesis] : known_) all.push_back(hypothesis);
+    const Detours detours(all);
     for (auto& [two, hypothesis] : known_) {
       if (!MayCloseLoop(hypothesis.reason) || hypothesis.is_due) continue;
-      const std::vector<HypothesisRecord> detour = FindDetour(all, hypothesis.a, hypothesis.b);
+      const std::vector<HypothesisRecord> detour = detours.Find(hypothesis.a, hypothesis.b);
       // Two places where the two meet make a loop, too.
       if (detour.empty() && hypothesis.images.size() < kImagesOfTwoPlaces) continue;
       const auto images = static_cast<uint32_t>(CountLoopImages(hypothesis, detour));

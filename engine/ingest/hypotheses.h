@@ -17,7 +17,10 @@
 //     at the seam was adjusted, unless the two were split there and the reconstruction has not
 //     grown by a share for which it is adjusted since;
 //   - one of the two was merged into a third, to which the hypothesis went over;
+//   - a quarter more images have come to speak for a loop that may close at it (seam_loop.h), or a
+//     merge has changed that loop;
 //   - somebody has forbidden a pair across.
+// One that is open says nothing by itself, and becomes due by a merge or a loop alone.
 // Where nothing of this happens, no photo costs anything. A judgment costs what the search of one
 // photo for a merge costs.
 //

@@ -73,12 +73,11 @@ Result<std::optional<HypothesisRecord>> JudgeAsBefore(const MappingContext& cont
 
 // The judgment in the form of a placement that places nothing. It holds neither a merge nor a
 // refusal where there is nothing left to judge.
-Result<Placement> Judge(const MappingContext& context, const Side& side,
-                        std::optional<BelievedSeam> believed = {}) {
+Result<Placement> Judge(const MappingContext& context, const Side& side) {
   VEDUTA_RETURN_IF_ERROR(context.loader->LoadNeighborhood(side.near));
   VEDUTA_ASSIGN_OR_RETURN(const ImageRecord first,
                           context.loader->snapshot().GetImage(side.near.front()));
-  const MergeRequest request{side.own, false, {}, side.other, std::move(believed)};
+  const MergeRequest request{side.own, false, {}, side.other};
   VEDUTA_ASSIGN_OR_RETURN(
       MergeOutcome outcome,
       MergeAround(context, request, side.near, {}, MixSeed(first.photo.Seed(), kSeedOfJudgments)));
@@ -101,15 +100,23 @@ Result<Placement> Judge(const MappingContext& context, const Side& side,
   return placement;
 }
 
-// Where the judgment leaves it open and a loop closes at the seam, the merge is made after all.
+// Where the judgment leaves it open and a loop closes at the seam, all of the loop is merged.
 Result<Placement> JudgeByLoop(const MappingContext& context, const Side& side,
                               std::span<const HypothesisRecord> all, Placement judged) {
   if (judged.refused.empty() || !MayCloseLoop(judged.refused.front().reason)) return judged;
-  const std::vector<HypothesisRecord> detour = FindDetour(all, side.own, side.other);
+  const std::vector<HypothesisRecord> detour = Detours(all).Find(side.own, side.other);
   VEDUTA_ASSIGN_OR_RETURN(const std::optional<ClosedLoop> closed,
                           CloseLoop(context, {side.own, side.other, side.near}, detour));
   if (!closed) return judged;
-  return Judge(context, side, BelievedSeam{closed->own_from_other, closed->evidence});
+  VEDUTA_ASSIGN_OR_RETURN(MergeOutcome outcome, MergeLoop(context, side.own, *closed));
+  if (outcome.merges.empty()) return judged;
+  Placement placement;
+  placement.verdict = Verdict::kMerged;
+  placement.reconstruction = outcome.into;
+  placement.merges = std::move(outcome.merges);
+  VEDUTA_RETURN_IF_ERROR(
+      AdjustAround(context, side.near.front(), context.options.local_images_max));
+  return placement;
 }
 
 std::vector<ImageId> Union(const std::vector<ImageId>& a, const std::vector<ImageId>& b) {

@@ -16,9 +16,10 @@ struct Judgment {
 };
 
 // Judges the hypothesis that `a` and `b` are one, in one transaction. Seeks the merge around the
-// images at the seam, and merges the two where the evidence allows it by now. Otherwise stores the
-// new votes. Where the pictures lack structure, images on the wrong side of the seam (misplaced.h)
-// also lose their poses and are tried again, each only once between two actions of people
+// images at the seam, and merges the two where the evidence allows it by now. Where it leaves it
+// open and a loop closes there (seam_loop.h), merges all of the loop. Otherwise stores the new
+// votes. Where the pictures lack structure, images on the wrong side of the seam (misplaced.h) also
+// lose their poses and are tried again, each only once between two actions of people
 // (AlreadyDoubted). Where too few points agree with any similarity, the similarity of the
 // hypothesis is judged. Deletes the hypothesis where no image at the seam has a pose in `a` or `b`
 // any more, or no verified pair leads across. Costs as much as the search of a photo for a merge

@@ -99,24 +99,17 @@ std::optional<PointAlignment> AlignPoints(const CityMap& map, std::span<const Po
   const auto fit =
       EstimateSimilarity(from, into, agrees, std::max(kFittedPointsMin, count_min / 2), seed);
   if (!fit) return std::nullopt;
-  PointAlignment alignment{fit->b_from_a, ListAgreeing(map, pairs, fit->b_from_a, error_px_max)};
+  PointAlignment alignment{fit->b_from_a, {}};
   std::set<PointId> distinct_into, distinct_from;
-  for (const PointPair& pair : alignment.agreeing) {
+  for (const PointPair& pair : pairs) {
+    if (!IsOnePlace(map, map.point(pair.into), map.point(pair.from), fit->b_from_a, error_px_max))
+      continue;
+    alignment.agreeing.push_back(pair);
     distinct_into.insert(pair.into);
     distinct_from.insert(pair.from);
   }
   if (std::min(distinct_into.size(), distinct_from.size()) < count_min) return std::nullopt;
   return alignment;
-}
-
-std::vector<PointPair> ListAgreeing(const CityMap& map, std::span<const PointPair> pairs,
-                                    const Sim3& into_from, double error_px_max) {
-  std::vector<PointPair> agreeing;
-  for (const PointPair& pair : pairs) {
-    if (IsOnePlace(map, map.point(pair.into), map.point(pair.from), into_from, error_px_max))
-      agreeing.push_back(pair);
-  }
-  return agreeing;
 }
 
 }  // namespace veduta

@@ -39,8 +39,4 @@ struct PointAlignment {
 std::optional<PointAlignment> AlignPoints(const CityMap& map, std::span<const PointPair> pairs,
                                           double error_px_max, uint32_t count_min, uint64_t seed);
 
-// The pairs that agree with a similarity: one position explains them in all photos of both tracks.
-std::vector<PointPair> ListAgreeing(const CityMap& map, std::span<const PointPair> pairs,
-                                    const Sim3& into_from, double error_px_max);
-
 }  // namespace veduta

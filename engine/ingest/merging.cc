@@ -88,13 +88,6 @@ std::optional<Proposal> Propose(const CityMap& map, const SeamArea& seam,
                       by_views->log_scale_deviation <= exact.log_scale_deviation_max};
 }
 
-// As a proposal, which needs no judgment.
-Proposal Believe(const CityMap& map, std::span<const PointPair> common,
-                 const BelievedSeam& believed, const MapperOptions& options) {
-  return {believed.own_from_other,
-          ListAgreeing(map, common, believed.own_from_other, options.merge_error_px_max)};
-}
-
 // Whether a pair of the seam is so strong that the seam is remembered though nothing proposes a
 // similarity.
 bool IsWorthRemembering(const SeamArea& seam, const LoopOptions& options) {
@@ -173,9 +166,7 @@ Status TryMerge(const MappingContext& context, const MergeRequest& request,
   VEDUTA_ASSIGN_OR_RETURN(const SeamArea seam,
                           FindSeam(context.loader, *context.map, near_seam.photo, near_seam.pairs,
                                    near_seam.images, other));
-  const std::optional<Proposal> proposal =
-      request.believed ? Believe(*context.map, common, *request.believed, options)
-                       : Propose(*context.map, seam, common, seed, options);
+  const std::optional<Proposal> proposal = Propose(*context.map, seam, common, seed, options);
   const bool is_worth_remembering = IsWorthRemembering(seam, options.loop);
   if (!proposal && !is_worth_remembering) return Status::Ok();
   VEDUTA_ASSIGN_OR_RETURN(const bool forbidden, IsForbidden(context, request, *outcome, other));
@@ -183,16 +174,14 @@ Status TryMerge(const MappingContext& context, const MergeRequest& request,
     outcome->refused.push_back({other, "somebody has forbidden that they are merged", {}});
     return Status::Ok();
   }
-  std::string evidence = request.believed ? request.believed->evidence : "";
-  if (!request.believed) {
-    if (auto refused =
-            Refuse(*context.map, seam, outcome->into, other, proposal, options, &evidence)) {
-      if (refused->hypothesis->reason == RefusalReason::kOpen && !is_worth_remembering)
-        return Status::Ok();
-      if (!request.fresh.empty()) refused->hypothesis->image = request.fresh.front();
-      outcome->refused.push_back(std::move(*refused));
+  std::string evidence;
+  if (auto refused =
+          Refuse(*context.map, seam, outcome->into, other, proposal, options, &evidence)) {
+    if (refused->hypothesis->reason == RefusalReason::kOpen && !is_worth_remembering)
       return Status::Ok();
-    }
+    if (!request.fresh.empty()) refused->hypothesis->image = request.fresh.front();
+    outcome->refused.push_back(std::move(*refused));
+    return Status::Ok();
   }
   Merge merge{other, proposal->into_from, static_cast<uint32_t>(proposal->agreeing.size()),
               std::move(evidence)};
@@ -218,7 +207,72 @@ Status TryMerge(const MappingContext& context, const MergeRequest& request,
   return Status::Ok();
 }
 
+// What two parts of a loop have in common, while they are apart.
+struct Common {
+  std::vector<SeamPair> pairs;
+  std::vector<PointPair> points;
+};
+
+Result<Common> FindCommon(const MappingContext& context, const LoopSeam& seam) {
+  Common common;
+  VEDUTA_ASSIGN_OR_RETURN(common.pairs, ListSeamPairs(context.loader, *context.map,
+                                                      seam.near.front(), {}, seam.near, seam.b));
+  VEDUTA_ASSIGN_OR_RETURN(auto points, FindCommonPoints(context.loader, *context.map, seam.near,
+                                                        seam.near.front(), {}));
+  common.points = std::move(points[seam.b]);
+  return common;
+}
+
+// Whether somebody has forbidden to join two parts of the loop.
+Result<bool> IsForbidden(const Snapshot& snapshot, ReconstructionId own, const ClosedLoop& loop) {
+  std::vector<ReconstructionId> ids = {own};
+  for (const LoopPart& part : loop.parts) ids.push_back(part.id);
+  for (size_t i = 0; i < ids.size(); ++i) {
+    for (size_t j = 0; j < i; ++j) {
+      VEDUTA_ASSIGN_OR_RETURN(const bool forbidden, IsMergeForbidden(snapshot, ids[i], ids[j]));
+      if (forbidden) return true;
+    }
+  }
+  return false;
+}
+
 }  // namespace
+
+Result<MergeOutcome> MergeLoop(const MappingContext& context, ReconstructionId own,
+                               const ClosedLoop& loop) {
+  MergeOutcome outcome{own, {}, {}, {}};
+  VEDUTA_ASSIGN_OR_RETURN(const bool forbidden, IsForbidden(context.loader->snapshot(), own, loop));
+  if (forbidden) return outcome;
+  std::vector<Common> commons;
+  for (const LoopSeam& seam : loop.seams) {
+    VEDUTA_ASSIGN_OR_RETURN(Common common, FindCommon(context, seam));
+    commons.push_back(std::move(common));
+  }
+  std::vector<LoopPart> parts = loop.parts;
+  VEDUTA_ASSIGN_OR_RETURN(const ReconstructionRecord first, context.loader->GetReconstruction(own));
+  VEDUTA_ASSIGN_OR_RETURN(const ReconstructionRecord second,
+                          context.loader->GetReconstruction(parts.front().id));
+  Sim3 into_from_own;
+  if (second.image_count > first.image_count) {
+    outcome.into = second.id;
+    into_from_own = parts.front().own_from_part.Inverse();
+    parts.front() = {own, {}};
+  }
+  for (const LoopPart& part : parts) {
+    outcome.merges.push_back({part.id, into_from_own * part.own_from_part, 0, loop.evidence});
+    VEDUTA_RETURN_IF_ERROR(MoveAll(context, {own, false, {}}, outcome.merges.back(), outcome.into));
+  }
+  const MapperOptions& options = context.options;
+  for (const Common& common : commons) {
+    for (const PointPair& pair : common.points) {
+      if (context.map->FindPoint(pair.into) && context.map->FindPoint(pair.from))
+        TryMergePoints(context.map, pair.into, pair.from, options.growth.error_px_max);
+    }
+    for (const SeamPair& pair : common.pairs)
+      GrowFromMatches(context.map, pair.a, {&pair.matches, 1}, options.growth);
+  }
+  return outcome;
+}
 
 Result<MergeOutcome> MergeAround(const MappingContext& context, const MergeRequest& request,
                                  std::span<const ImageId> near, std::span<const PairMatches> pairs,

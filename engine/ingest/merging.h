@@ -10,14 +10,9 @@
 #include "engine/ingest/mapping_context.h"
 #include "engine/ingest/merge_candidates.h"
 #include "engine/ingest/placement.h"
+#include "engine/ingest/seam_loop.h"
 
 namespace veduta {
-
-// A seam that is believed without another judgment.
-struct BelievedSeam {
-  Sim3 own_from_other;
-  std::string evidence;  // for a person
-};
 
 // The reconstruction that a photo has just got a pose in.
 struct MergeRequest {
@@ -26,8 +21,6 @@ struct MergeRequest {
   // Images that have just got a pose, the photo first; none where no photo leads to the merge.
   std::span<const ImageId> fresh;
   ReconstructionId only = {};  // where valid, no other one is merged
-  // Where there is one, `only` is merged by this similarity, which is believed already.
-  std::optional<BelievedSeam> believed = {};
 };
 
 // A merge by points that agree, against which something else speaks.
@@ -55,5 +48,11 @@ struct MergeOutcome {
 Result<MergeOutcome> MergeAround(const MappingContext& context, const MergeRequest& request,
                                  std::span<const ImageId> near, std::span<const PairMatches> pairs,
                                  uint64_t seed);
+
+// Merges all parts of a loop that has closed, without another judgment, unless people forbid that
+// two of them are merged. Of `own` and the first part, the one with more images keeps its frame.
+// Loads all parts. Deterministic in its inputs.
+Result<MergeOutcome> MergeLoop(const MappingContext& context, ReconstructionId own,
+                               const ClosedLoop& loop);
 
 }  // namespace veduta

@@ -128,7 +128,11 @@ class LoopSearch {
       if (!known) continue;
       const std::set<ImageId> rest_own = BridgeOf(rest.pairs).own;
       known = Chain(BendAt(rest_own), *known);
-      if (auto closed = CloseAt(tested, *known, "a second place where they meet")) return closed;
+      if (const auto closed = CloseAt(tested, *known)) {
+        return ClosedLoop{{{open_.other, closed->own_from_other}},
+                          {{open_.own, open_.other, ListOwn(bridges)}},
+                          closed->Text("a second place where they meet")};
+      }
     }
     return std::nullopt;
   }
@@ -137,8 +141,10 @@ class LoopSearch {
   Result<std::optional<ClosedLoop>> CloseByDetour(std::span<const HypothesisRecord> detour) {
     const std::optional<ClosedLoop> none;
     const Bridge tested = BridgeOf(seam_.pairs);
-    UncertainSimilarity known{{}, {SimilarityCovariance{}}};
-    known.covariance.matrix.setZero();
+    std::vector<UncertainSimilarity> links;
+    std::vector<LoopPart> parts;  // on the way
+    std::vector<LoopSeam> seams = {
+        {open_.own, open_.other, {tested.own.begin(), tested.own.end()}}};
     ReconstructionId at = open_.own;
     std::set<ImageId> entered = tested.own;  // images of `at` at the seam before
     std::string through;
@@ -159,14 +165,44 @@ class LoopSearch {
       if (bridge.pairs.empty() || SeeOnePlace(entered, bridge.own)) return none;
       const std::optional<UncertainSimilarity> measured = Measure(seam, at_from_next);
       if (!measured) return none;
-      known = Chain(known, Chain(BendAt(bridge.own), *measured));
+      links.push_back(Chain(BendAt(bridge.own), *measured));
+      seams.push_back({at, next, {bridge.own.begin(), bridge.own.end()}});
       at = next;
       entered = bridge.other;
-      if (at != open_.other) through += (through.empty() ? "" : ", ") + std::to_string(at.value);
+      if (at == open_.other) break;
+      parts.push_back({at, {}});
+      through += (through.empty() ? "" : ", ") + std::to_string(at.value);
     }
     if (SeeOnePlace(entered, tested.other)) return none;
-    known = Chain(known, BendAt(entered));
-    return CloseAt(tested, known, "the way through reconstruction " + through);
+    links.back() = Chain(links.back(), BendAt(entered));
+    UncertainSimilarity known = links.front();
+    for (size_t i = 1; i < links.size(); ++i) known = Chain(known, links[i]);
+    const auto closed = CloseAt(tested, known);
+    if (!closed) return none;
+    const std::vector<Sim3> frames = SpreadOver(links, closed->own_from_other);
+    for (size_t i = 0; i < parts.size(); ++i) parts[i].own_from_part = frames[i];
+    parts.insert(parts.begin(), {open_.other, closed->own_from_other});
+    return std::optional(ClosedLoop{std::move(parts), std::move(seams),
+                                    closed->Text("the way through reconstruction " + through)});
+  }
+
+  // What `tested` and the rest of a loop say together.
+  struct Closing {
+    Sim3 own_from_other;
+    double distance = 0;
+    SeamEvidence evidence;
+
+    std::string Text(const std::string& by) const {
+      char text[100];
+      std::snprintf(text, sizeof(text), " agrees, to %.2g standard deviations", distance);
+      return evidence.Text() + "; " + by + text;
+    }
+  };
+
+  static std::vector<ImageId> ListOwn(const std::vector<Bridge>& bridges) {
+    std::set<ImageId> own;
+    for (const Bridge& bridge : bridges) own.insert(bridge.own.begin(), bridge.own.end());
+    return {own.begin(), own.end()};
   }
 
   UncertainSimilarity BendAt(const std::set<ImageId>& images) const {
@@ -177,8 +213,7 @@ class LoopSearch {
   }
 
   // Whether what is seen at `tested` agrees with what is known of the similarity without it.
-  std::optional<ClosedLoop> CloseAt(const Bridge& tested, const UncertainSimilarity& known,
-                                    const std::string& by) const {
+  std::optional<Closing> CloseAt(const Bridge& tested, const UncertainSimilarity& known) const {
     const double vague = VaguenessAt(tested, known);
     const double vague_deg =
         std::sqrt(known.covariance.matrix.topLeftCorner<3, 3>().trace()) / kRadPerDeg;
@@ -193,13 +228,10 @@ class LoopSearch {
     DoubtOptions doubt = context_.options.doubt;
     doubt.seam_pairs_min = 1;
     doubt.seam_jackknife_share_max = std::numeric_limits<double>::infinity();
-    const SeamEvidence evidence = JudgeSeam(map_, seam_, closed->b_from_a, context_.options);
+    SeamEvidence evidence = JudgeSeam(map_, seam_, closed->b_from_a, context_.options);
     if (evidence.Refusal(doubt) || evidence.agreeing_matches < options_.matches_min)
       return std::nullopt;
-    char text[120];
-    std::snprintf(text, sizeof(text), "; %s agrees, to %.2g standard deviations", by.c_str(),
-                  closed->distance);
-    return ClosedLoop{closed->b_from_a, evidence.Text() + text};
+    return Closing{closed->b_from_a, closed->distance, std::move(evidence)};
   }
 
   // How far the cameras of the other side may be off, over how far they see: the median.
@@ -259,32 +291,40 @@ bool MayCloseLoop(RefusalReason reason) {
          reason == RefusalReason::kOpen;
 }
 
-std::vector<HypothesisRecord> FindDetour(std::span<const HypothesisRecord> all,
-                                         ReconstructionId own, ReconstructionId other) {
-  std::map<ReconstructionId, std::vector<std::pair<ReconstructionId, const HypothesisRecord*>>>
-      seams;
+Detours::Detours(std::span<const HypothesisRecord> all) {
   for (const HypothesisRecord& hypothesis : all) {
     if (!MayCloseLoop(hypothesis.reason) || hypothesis.reason == RefusalReason::kOpen) continue;
-    if (std::minmax(own, other) == std::minmax(hypothesis.a, hypothesis.b)) continue;
-    seams[hypothesis.a].emplace_back(hypothesis.b, &hypothesis);
-    seams[hypothesis.b].emplace_back(hypothesis.a, &hypothesis);
+    steps_[hypothesis.a].push_back({hypothesis.b, &hypothesis});
+    steps_[hypothesis.b].push_back({hypothesis.a, &hypothesis});
   }
-  for (auto& [id, around] : seams) std::ranges::sort(around);
-  std::map<ReconstructionId, std::vector<HypothesisRecord>> ways = {{own, {}}};
+  for (auto& [id, steps] : steps_) std::ranges::sort(steps, {}, &Step::to);
+}
+
+std::vector<HypothesisRecord> Detours::Find(ReconstructionId own, ReconstructionId other) const {
+  struct Reached {
+    size_t seams = 0;
+    Step back{};  // to where it was reached from
+  };
+  std::map<ReconstructionId, Reached> reached = {{own, {}}};
   std::deque<ReconstructionId> next = {own};
-  while (!next.empty()) {
+  while (!next.empty() && !reached.contains(other)) {
     const ReconstructionId at = next.front();
     next.pop_front();
-    if (at == other) return ways[at];
-    if (ways[at].size() == kDetourSeamsMax) continue;
-    for (const auto& [to, hypothesis] : seams[at]) {
-      const auto [it, is_new] = ways.try_emplace(to, ways[at]);
-      if (!is_new) continue;
-      it->second.push_back(*hypothesis);
-      next.push_back(to);
+    const size_t seams = reached[at].seams + 1;
+    const auto steps = steps_.find(at);
+    if (seams > kDetourSeamsMax || steps == steps_.end()) continue;
+    for (const Step& step : steps->second) {
+      const bool is_their_own = at == own && step.to == other;
+      if (!is_their_own && reached.try_emplace(step.to, Reached{seams, {at, step.by}}).second)
+        next.push_back(step.to);
     }
   }
-  return {};
+  std::vector<HypothesisRecord> way;
+  if (!reached.contains(other)) return way;
+  for (ReconstructionId at = other; at != own; at = reached[at].back.to)
+    way.push_back(*reached[at].back.by);
+  std::ranges::reverse(way);
+  return way;
 }
 
 size_t CountLoopImages(const HypothesisRecord& hypothesis,

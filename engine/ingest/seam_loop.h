@@ -5,6 +5,7 @@
 // where the other seams of a loop say where the two sides are, and this one agrees, all of them are
 // right: a wrong one would be off by how far apart the two lookalike places are.
 
+#include <map>
 #include <optional>
 #include <span>
 #include <string>
@@ -21,8 +22,21 @@ struct OpenSeam {
   std::span<const ImageId> near;
 };
 
+// A reconstruction of a loop, in the frame of the one that was asked from.
+struct LoopPart {
+  ReconstructionId id;
+  Sim3 own_from_part;
+};
+
+// Where two parts of a loop meet: images of `a` there, ascending, at least one.
+struct LoopSeam {
+  ReconstructionId a, b;
+  std::vector<ImageId> near;
+};
+
 struct ClosedLoop {
-  Sim3 own_from_other;
+  std::vector<LoopPart> parts;  // `other` first; without `own`
+  std::vector<LoopSeam> seams;
   std::string evidence;  // for a person
 };
 
@@ -30,11 +44,22 @@ struct ClosedLoop {
 // too little for it.
 bool MayCloseLoop(RefusalReason reason);
 
-// The shortest way from `own` to `other` over other seams whose similarity is known and of which
-// MayCloseLoop is true; of two as long, that over lower ids. Empty where there is none of five
-// seams or fewer. O(hypotheses).
-std::vector<HypothesisRecord> FindDetour(std::span<const HypothesisRecord> all,
-                                         ReconstructionId own, ReconstructionId other);
+// The ways between reconstructions over seams whose similarity is known and of which MayCloseLoop
+// is true. O(hypotheses) to make. `all` must outlive it.
+class Detours final {
+ public:
+  explicit Detours(std::span<const HypothesisRecord> all);
+  // The shortest way from `own` to `other` but for their own seam; of two as long, that over lower
+  // ids. Empty where there is none of five seams or fewer. O(seams that five lead to).
+  std::vector<HypothesisRecord> Find(ReconstructionId own, ReconstructionId other) const;
+
+ private:
+  struct Step {
+    ReconstructionId to;
+    const HypothesisRecord* by;
+  };
+  std::map<ReconstructionId, std::vector<Step>> steps_;  // of each, in ascending ids
+};
 
 // How many images speak for a loop: those at the seam, and those at the seams of a detour.
 size_t CountLoopImages(const HypothesisRecord& hypothesis,

@@ -105,4 +105,18 @@ std::optional<ClosedSimilarity> CloseChain(const UncertainSimilarity& known,
   return ClosedSimilarity{b_from_a, std::sqrt(squared)};
 }
 
+std::vector<Sim3> SpreadOver(std::span<const UncertainSimilarity> links,
+                             const Sim3& first_from_last) {
+  std::vector<UncertainSimilarity> known = {links.front()};
+  for (const UncertainSimilarity& link : links.subspan(1))
+    known.push_back(Chain(known.back(), link));
+  const Vector7 by = MotionBetween(known.back().b_from_a, first_from_last);
+  const Vector7 shares = known.back().covariance.matrix.ldlt().solve(by);
+  std::vector<Sim3> frames;
+  for (const UncertainSimilarity& one : known)
+    frames.push_back(SimilarityStep::Moved(one.b_from_a, one.covariance.matrix * shares));
+  frames.back() = first_from_last;
+  return frames;
+}
+
 }  // namespace veduta

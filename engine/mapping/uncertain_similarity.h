@@ -5,6 +5,7 @@
 #include <Eigen/Core>
 #include <optional>
 #include <span>
+#include <vector>
 
 #include "engine/mapping/similarity.h"
 #include "storage/base/transform.h"
@@ -50,5 +51,11 @@ struct ClosedSimilarity {
 // what is known has no finite covariance. O(seen).
 std::optional<ClosedSimilarity> CloseChain(const UncertainSimilarity& known,
                                            const SeenAcross& seen);
+
+// Where the frames 1 to n of a chain 0 <- 1 <- ... <- n are, in frame 0, once it is known where the
+// last one is: each link takes as much of what the chain was off as its covariance has of the whole
+// (the most likely links, for small motions). At least one link.
+std::vector<Sim3> SpreadOver(std::span<const UncertainSimilarity> links,
+                             const Sim3& first_from_last);
 
 }  // namespace veduta

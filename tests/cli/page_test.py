@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: Apache-2.0
 # Goal: people see the city in a browser, look at photos, and contribute some; nothing is complained
-#   about, by the browser or by axe-core.
+#   about, by the browser or by axe-core, and no other host is asked.
 # Method: a real daemon on a rendered street, and Debian's chromium, driven by
 #   cli/page/test/page_test.mjs, which says what it checks. Pictures are left in PAGE_PICTURES, if
 #   that is set.
@@ -23,6 +23,20 @@ NODE = shutil.which('node') or shutil.which('nodejs')
 
 
 class Page(Case):
+    def test_the_page_is_there_and_asks_nobody_else(self):
+        with Daemon(new_database('empty.veduta')) as daemon:
+            for path, kind in (('/', 'text/html'), ('/page.js', 'text/javascript'),
+                               ('/page.css', 'text/css')):
+                code, headers, body = daemon.ask('GET', path)
+                self.assertEqual(code, 200)
+                self.assertTrue(headers['Content-Type'].startswith(kind))
+                self.assertIn("default-src 'none'", headers['Content-Security-Policy'])
+                self.assertGreater(len(body), 300)
+                again = daemon.ask('GET', path, headers={'If-None-Match': headers['ETag']})
+                self.assertEqual((again[0], again[2]), (304, b''))
+            self.assertEqual(daemon.ask('GET', '/page.html')[0], 404)
+            self.assertEqual(daemon.ask('GET', '/?from=1')[0], 400)
+
     def test_people_see_the_city_and_add_to_it(self):
         if CHROMIUM is None or NODE is None:
             self.skipTest('there is no chromium, or no node: tools/install.sh installs them')

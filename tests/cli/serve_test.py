@@ -206,19 +206,6 @@ class Asking(Case):
         self.assertEqual(self.daemon.ask('GET', '/', headers=link)[0], 200)
         self.assertEqual(self.daemon.ask('POST', '/', headers=link)[0], 405)
 
-    def test_the_page_is_there_and_asks_nobody_else(self):
-        for path, kind in (('/', 'text/html'), ('/page.js', 'text/javascript'),
-                           ('/page.css', 'text/css')):
-            code, headers, body = self.daemon.ask('GET', path)
-            self.assertEqual(code, 200)
-            self.assertTrue(headers['Content-Type'].startswith(kind))
-            self.assertIn("default-src 'none'", headers['Content-Security-Policy'])
-            self.assertGreater(len(body), 300)
-            again = self.daemon.ask('GET', path, headers={'If-None-Match': headers['ETag']})
-            self.assertEqual((again[0], again[2]), (304, b''))
-        self.assertEqual(self.daemon.ask('GET', '/page.html')[0], 404)
-        self.assertEqual(self.daemon.ask('GET', '/?from=1')[0], 400)
-
     def test_clients_that_misbehave_end_their_own_connection_alone(self):
         host, port = self.daemon.host.split(':')
         head = b'POST /v1/photos?name=x.jpg HTTP/1.1\r\nHost: localhost\r\n'

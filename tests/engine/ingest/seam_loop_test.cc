@@ -7,7 +7,9 @@
 
 #include <gtest/gtest.h>
 
+#include "engine/ingest/forbidding.h"
 #include "engine/ingest/ingest.h"
+#include "engine/ingest/merging.h"
 #include "engine/mapping/similarity.h"
 #include "tests/engine/ingest/scene_database.h"
 #include "tests/option_bounds.h"
@@ -38,13 +40,13 @@ TEST(Detour, IsTheShortestOverOtherSeams) {
   using Seams = std::vector<std::pair<uint32_t, uint32_t>>;
   std::vector<HypothesisRecord> all = {SeamOf(kFirst, kSecond), SeamOf(kSecond, kThird),
                                        SeamOf(kThird, kFourth), SeamOf(kFirst, kFourth)};
-  EXPECT_EQ(SeamsOf(FindDetour(all, kFirst, kFourth)), (Seams{{1, 2}, {2, 3}, {3, 4}}));
-  EXPECT_EQ(SeamsOf(FindDetour(all, kFourth, kFirst)), (Seams{{3, 4}, {2, 3}, {1, 2}}));
+  EXPECT_EQ(SeamsOf(Detours(all).Find(kFirst, kFourth)), (Seams{{1, 2}, {2, 3}, {3, 4}}));
+  EXPECT_EQ(SeamsOf(Detours(all).Find(kFourth, kFirst)), (Seams{{3, 4}, {2, 3}, {1, 2}}));
   all.push_back(SeamOf(kFirst, kThird));
-  EXPECT_EQ(SeamsOf(FindDetour(all, kFirst, kFourth)), (Seams{{1, 3}, {3, 4}}));
+  EXPECT_EQ(SeamsOf(Detours(all).Find(kFirst, kFourth)), (Seams{{1, 3}, {3, 4}}));
   all.push_back(SeamOf(kSecond, kFourth));
-  EXPECT_EQ(SeamsOf(FindDetour(all, kFirst, kFourth)), (Seams{{1, 2}, {2, 4}})) << "lower ids";
-  EXPECT_TRUE(FindDetour({}, kFirst, kFourth).empty());
+  EXPECT_EQ(SeamsOf(Detours(all).Find(kFirst, kFourth)), (Seams{{1, 2}, {2, 4}})) << "lower ids";
+  EXPECT_TRUE(Detours({}).Find(kFirst, kFourth).empty());
 }
 
 TEST(Detour, LeadsOverNothingThatEvidenceSpeaksAgainst) {
@@ -52,7 +54,7 @@ TEST(Detour, LeadsOverNothingThatEvidenceSpeaksAgainst) {
        {RefusalReason::kContradicted, RefusalReason::kMissingStructure, RefusalReason::kFewPoints,
         RefusalReason::kSplit, RefusalReason::kOpen}) {
     const HypothesisRecord all[] = {SeamOf(kFirst, kSecond), SeamOf(kSecond, kThird, {}, reason)};
-    EXPECT_TRUE(FindDetour(all, kFirst, kThird).empty()) << static_cast<int>(reason);
+    EXPECT_TRUE(Detours(all).Find(kFirst, kThird).empty()) << static_cast<int>(reason);
   }
 }
 
@@ -60,8 +62,8 @@ TEST(Detour, IsNotLongerThanFiveSeams) {
   std::vector<HypothesisRecord> all;
   for (uint32_t i = 1; i <= 6; ++i)
     all.push_back(SeamOf(ReconstructionId(i), ReconstructionId(i + 1)));
-  EXPECT_EQ(FindDetour(all, kFirst, ReconstructionId(6)).size(), 5u);
-  EXPECT_TRUE(FindDetour(all, kFirst, ReconstructionId(7)).empty());
+  EXPECT_EQ(Detours(all).Find(kFirst, ReconstructionId(6)).size(), 5u);
+  EXPECT_TRUE(Detours(all).Find(kFirst, ReconstructionId(7)).empty());
 }
 
 class Loop : public testing::Test {
@@ -144,9 +146,16 @@ TEST_F(Loop, ASeamThatStandsOnOnePhotoIsBelieved) {
   LeaveOneAcross();
   const auto closed = Close(Back());
   ASSERT_TRUE(closed);
-  const Sim3 wanted = AFromB(3, 0);
-  EXPECT_NEAR(closed->own_from_other.scale / wanted.scale, 1, 0.01);
-  EXPECT_LT(closed->own_from_other.rotation.angularDistance(wanted.rotation), 0.005);
+  ASSERT_EQ(closed->parts.size(), 3u);
+  ASSERT_EQ(closed->seams.size(), 4u);
+  EXPECT_EQ(closed->seams[0].near, std::vector{ImageId(4 * kOfSide)});
+  for (const LoopPart& part : closed->parts) {
+    const Sim3 wanted = AFromB(3, part.id.value - 1);
+    EXPECT_NEAR(part.own_from_part.scale / wanted.scale, 1, 0.01) << part.id.value;
+    EXPECT_LT(part.own_from_part.rotation.angularDistance(wanted.rotation), 0.005);
+    EXPECT_LT((part.own_from_part.translation - wanted.translation).norm(), 0.2);
+  }
+  EXPECT_EQ(closed->parts[0].id, kFirst) << "the one that was asked for";
   EXPECT_NE(closed->evidence.find("the way through reconstruction 3, 2 agrees"), std::string::npos)
       << closed->evidence;
 }
@@ -189,12 +198,11 @@ TEST_F(Loop, IsTheSameAgain) {
   LeaveOneAcross();
   const auto closed = Close(Back()), again = Close(Back());
   ASSERT_TRUE(closed && again);
-  EXPECT_EQ(closed->own_from_other.translation, again->own_from_other.translation);
+  EXPECT_EQ(closed->parts[0].own_from_part.translation, again->parts[0].own_from_part.translation);
   EXPECT_EQ(closed->evidence, again->evidence);
 }
 
-// All four are joined, step by step, though no seam is believed by itself: the last two meet at two
-// places.
+// All four are joined, though no seam is believed by itself.
 TEST_F(Loop, BecomesOneReconstruction) {
   LeaveOneAcross();
   {
@@ -210,6 +218,10 @@ TEST_F(Loop, BecomesOneReconstruction) {
   options.mapper.doubt.seam_jackknife_share_max = 1e-12;
   Retrieval retrieval({});
   Ingest ingest(scene_.database(), &retrieval, scene_.features(), scene_.pool(), options);
+  const auto first = ingest.RunNextStep();
+  ASSERT_TRUE(first);
+  EXPECT_EQ(first->merged_into, kFirst) << "all of it in one transaction";
+  EXPECT_EQ(scene_.Snap()->GetReconstruction(kFirst)->image_count, kSides * kOfSide);
   while (auto step = ingest.RunNextStep()) ASSERT_OK(step->status);
   EXPECT_EQ(scene_.Snap()->GetReconstruction(kFirst)->image_count, kSides * kOfSide);
   EXPECT_TRUE(scene_.Snap()->ListHypotheses()->empty());
@@ -226,6 +238,43 @@ TEST_F(Loop, BecomesOneReconstruction) {
     const Eigen::Vector3d center = *truth_from_found * found[k].Center();
     EXPECT_LT((center - wanted[k].Center()).norm(), 0.05) << k;
   }
+}
+
+TEST_F(Loop, IsNotMergedWherePeopleForbidTwoOfItsParts) {
+  LeaveOneAcross();
+  const auto closed = Close(Back());
+  ASSERT_TRUE(closed);
+  ASSERT_OK(Forbid({ForbiddenKind::kMerge, 2, 4, 0, "bea", ""}, BeginWrite(scene_.database())));
+  SceneWork work(&scene_);
+  const auto merged = MergeLoop(work.context, kFourth, *closed);
+  ASSERT_OK(merged);
+  EXPECT_TRUE(merged->merges.empty());
+}
+
+// Two reconstructions that meet at two corners.
+TEST(LoopOfTwo, ClosesByTheSecondPlace) {
+  SceneDatabase scene({.camera_count = kSides * kOfSide, .point_count = 3200, .room = true});
+  scene.AddImages(0, kSides * kOfSide);
+  std::vector<uint32_t> one, other;
+  for (uint32_t k = 0; k < 2 * kOfSide; ++k) one.push_back(k), other.push_back(2 * kOfSide + k);
+  scene.AddReconstruction(one);
+  scene.AddReconstruction(other, AnotherFrame());
+  SceneWork work(&scene);
+  // The last photos of each, which look at the two corners.
+  std::vector<ImageId> near = {ImageId(1), ImageId(2 * kOfSide - 1), ImageId(2 * kOfSide)};
+  ASSERT_OK(work.loader.LoadNeighborhood(near));
+  const auto closed = CloseLoop(work.context, {kFirst, kSecond, near}, {});
+  ASSERT_OK(closed);
+  ASSERT_TRUE(*closed);
+  ASSERT_EQ((*closed)->parts.size(), 1u);
+  const Sim3 found = (*closed)->parts[0].own_from_part, wanted = AnotherFrame().Inverse();
+  EXPECT_NEAR(found.scale / wanted.scale, 1, 0.005);
+  EXPECT_LT((found.translation - wanted.translation).norm(), 0.1);
+  EXPECT_NE((*closed)->evidence.find("a second place where they meet"), std::string::npos);
+  near.erase(near.begin());
+  const auto of_one_corner = CloseLoop(work.context, {kFirst, kSecond, near}, {});
+  ASSERT_OK(of_one_corner);
+  EXPECT_FALSE(*of_one_corner);
 }
 
 TEST(LoopOptions, RefusesWhatIsOutOfBounds) {

@@ -58,6 +58,22 @@ TEST(UncertainSimilarity, ABendIsTheLargerTheFarther) {
   EXPECT_LT(bend.covariance.PositionDeviation(pivot + 0.01 * along), 0.011 * wanted);
 }
 
+TEST(UncertainSimilarity, WhatAChainIsOffIsSpreadByHowUnsureItsLinksAre) {
+  const Sim3 steps[] = {Turned(1.2, 0.3, {5, 0, 1}), Turned(0.8, -0.5, {4, 1, 0}),
+                        Turned(1.5, 0.2, {3, -1, 2})};
+  const std::vector<UncertainSimilarity> links = {Known(steps[0], 1e-9), Known(steps[1], 1e-3),
+                                                  Known(steps[2], 1e-9)};
+  Vector7 by;
+  by << 1e-3, -2e-3, 1e-3, 3e-3, 1e-3, -1e-3, 2e-3;
+  const Sim3 moved = SimilarityStep::Moved(steps[1], by), last = steps[0] * moved * steps[2];
+  const std::vector<Sim3> frames = SpreadOver(links, last);
+  ASSERT_EQ(frames.size(), 3u);
+  const Eigen::Vector3d x(1, 2, 3);
+  EXPECT_LT((frames[0] * x - steps[0] * x).norm(), 1e-6) << "the first link is sure";
+  EXPECT_LT((frames[1] * x - steps[0] * (moved * x)).norm(), 1e-4) << "the second takes it all";
+  EXPECT_EQ((frames[2] * x - last * x).norm(), 0);
+}
+
 // A scene of which frame a knows the cameras from 3 on, and frame b the first three.
 class Closing : public testing::Test {
  protected:
