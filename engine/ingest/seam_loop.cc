@@ -66,23 +66,25 @@ class LoopSearch {
   }
 
  private:
-  // Whether two images of one reconstruction stand for one place.
-  bool SeeOnePlace(const std::set<ImageId>& some, const std::set<ImageId>& others) const {
-    for (const ImageId id : some) {
-      if (others.contains(id)) return true;
-      const std::vector<PointId> of_one = map_.PointsSeenBy({&id, 1});
-      for (const ImageId other : others) {
-        const std::vector<PointId> of_other = map_.PointsSeenBy({&other, 1});
-        std::vector<PointId> shared;
-        std::ranges::set_intersection(of_one, of_other, std::back_inserter(shared));
-        if (shared.size() >= options_.shared_points_min) return true;
-      }
-    }
-    return false;
+  // Whether images of one reconstruction stand for one place: one of `some` and one of `others`.
+  bool SeeOnePlace(const std::set<ImageId>& some, const std::set<ImageId>& others) {
+    return std::ranges::any_of(some, [&](ImageId a) {
+      return std::ranges::any_of(others, [&](ImageId b) { return a == b || SharePoints(a, b); });
+    });
+  }
+
+  bool SharePoints(ImageId a, ImageId b) {
+    const auto [it, is_new] = share_points_.try_emplace(std::minmax(a, b), false);
+    if (!is_new) return it->second;
+    const std::vector<PointId> of_a = map_.PointsSeenBy({&a, 1}), of_b = map_.PointsSeenBy({&b, 1});
+    std::vector<PointId> shared;
+    std::ranges::set_intersection(of_a, of_b, std::back_inserter(shared));
+    it->second = shared.size() >= options_.shared_points_min;
+    return it->second;
   }
 
   // The places where the two meet, those of most matches first.
-  std::vector<Bridge> ListBridges() const {
+  std::vector<Bridge> ListBridges() {
     std::vector<Bridge> bridges;
     for (const SeamPair& pair : seam_.pairs) {
       Bridge joined = BridgeOf({pair});
@@ -268,6 +270,7 @@ class LoopSearch {
   const LoopOptions& options_;
   const OpenSeam& open_;
   SeamArea seam_;
+  std::map<std::pair<ImageId, ImageId>, bool> share_points_;  // of those that were asked
 };
 
 }  // namespace
