@@ -250,8 +250,9 @@ TEST_F(Hypotheses, ALoopThatHasGrownMakesItsSeamsDue) {
   Write(closing);
   ASSERT_EQ(All().size(), 3u);
   for (const HypothesisRecord& hypothesis : All()) EXPECT_TRUE(hypothesis.is_due);
-  // Judged with this loop, it waits until the loop has grown.
+  // Judged with this loop, it waits until the loop has grown, also where nothing followed.
   HypothesisRecord judged = Merged(kFirst, kSecond);
+  judged.reason = RefusalReason::kOpen;
   Write(Refused(kFirst, {judged}));
   EXPECT_FALSE(All()[0].is_due);
   EXPECT_EQ(All()[0].loop_images, 6u) << "two at each of the three seams";
