@@ -72,7 +72,7 @@ class Asking(Case):
 
     def test_what_is_wrong_is_said(self):
         for code, method, path, words in [
-                (404, 'GET', '/', 'there is nothing at '),
+                (404, 'GET', '/none.html', 'there is nothing at '),
                 (404, 'GET', '/v1/nothing', '/v1/nothing'),
                 (404, 'GET', '/v1/photos/none.jpg', 'none.jpg'),
                 (404, 'GET', '/v1/photos/none.jpg/pose', 'none.jpg'),

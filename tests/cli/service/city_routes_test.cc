@@ -33,8 +33,8 @@ TEST(CityRoutes, OpenPartsOfAPathAreArguments) {
 
 TEST(CityRoutes, WhereNothingIsIs404) {
   for (const std::vector<std::string>& path :
-       std::vector<std::vector<std::string>>{{},
-                                             {"v1"},
+       std::vector<std::vector<std::string>>{{"v1"},
+                                             {"page.html"},
                                              {"v2", "status"},
                                              {"v1", "status", "more"},
                                              {"v1", "photos", "a", "b", "pose"}}) {
