@@ -19,8 +19,8 @@ struct LoopOptions {
   uint32_t other_sightings_min = 1;
   double log_scale_deviation_max = 0.05;
   // >= 0, degrees, and >= 0. How far each part may be bent between its two seams: standard
-  // deviations of rotation and of the scale's logarithm. Streets of 300 photos are bent by 0.04 %
-  // in the mean and 0.14 % at most.
+  // deviations of rotation and of the scale's logarithm. Streets of 300 photos, some 250 m long,
+  // were off by 25 to 116 mm in the mean and by 0.18 to 0.43 m at most. Chosen by hand.
   double bend_deg = 0.1;
   double bend_log_scale = 0.002;
   // (0, 1], and (0, 180), degrees. What the rest of the loop may leave open where it closes, of how

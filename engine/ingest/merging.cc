@@ -76,11 +76,7 @@ std::optional<Proposal> Propose(const CityMap& map, const SeamArea& seam,
     return Proposal{RefineSeam(seen, by_points->into_from), std::move(by_points->agreeing)};
   }
   const ViewAlignmentOptions& exact = options.view_alignment;
-  ViewAlignmentOptions loose = exact;
-  loose.other_sightings_min = std::min(exact.other_sightings_min, options.loop.other_sightings_min);
-  loose.log_scale_deviation_max =
-      std::max(exact.log_scale_deviation_max, options.loop.log_scale_deviation_max);
-  const auto by_views = AlignByViews(seen.in_into, seen.in_other, seed, loose);
+  const auto by_views = AlignByViews(seen.in_into, seen.in_other, seed, LooseAlignment(options));
   if (!by_views) return std::nullopt;
   return Proposal{by_views->b_from_a,
                   {},

@@ -30,8 +30,10 @@ void JournalMerges(const Placement& placement, DatabaseState* state, Transaction
     entry.actor = "veduta";
     entry.action = placement.placed.empty() ? "judge" : "merge";
     entry.reconstruction = placement.reconstruction;
-    entry.detail = "reconstruction " + std::to_string(merge.from.value) + " by " +
-                   std::to_string(merge.common_point_count) + " common points";
+    entry.detail =
+        "reconstruction " + std::to_string(merge.from.value) + " by " +
+        (merge.common_point_count > 0 ? std::to_string(merge.common_point_count) + " common points"
+                                      : "what is seen across: " + merge.evidence);
     AppendJournal(std::move(entry), state, transaction);
   }
 }

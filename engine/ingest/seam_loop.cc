@@ -121,10 +121,8 @@ class LoopSearch {
           rest.pairs.insert(rest.pairs.end(), bridge.pairs.begin(), bridge.pairs.end());
       }
       const CrossSightings seen = ListCrossSightings(map_, rest);
-      ViewAlignmentOptions loose = context_.options.view_alignment;
-      loose.other_sightings_min = options_.other_sightings_min;
-      loose.log_scale_deviation_max = options_.log_scale_deviation_max;
-      const auto start = AlignByViews(seen.in_into, seen.in_other, open_.own.value, loose);
+      const auto start = AlignByViews(seen.in_into, seen.in_other, open_.own.value,
+                                      LooseAlignment(context_.options));
       if (!start) continue;
       std::optional<UncertainSimilarity> known = Measure(rest, start->b_from_a);
       if (!known) continue;
@@ -287,6 +285,14 @@ Status LoopOptions::Check() const {
       .Above("distance_max", distance_max, 0)
       .AtLeast("shared_points_min", shared_points_min, 1)
       .status();
+}
+
+ViewAlignmentOptions LooseAlignment(const MapperOptions& options) {
+  ViewAlignmentOptions loose = options.view_alignment;
+  loose.other_sightings_min = std::min(loose.other_sightings_min, options.loop.other_sightings_min);
+  loose.log_scale_deviation_max =
+      std::max(loose.log_scale_deviation_max, options.loop.log_scale_deviation_max);
+  return loose;
 }
 
 bool MayCloseLoop(RefusalReason reason) {

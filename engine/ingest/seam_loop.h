@@ -40,6 +40,9 @@ struct ClosedLoop {
   std::string evidence;  // for a person
 };
 
+// How exactly a similarity by views must be known where a loop may confirm it.
+ViewAlignmentOptions LooseAlignment(const MapperOptions& options);
+
 // Whether a loop may close at a hypothesis that is refused for this: nothing speaks against it, and
 // too little for it.
 bool MayCloseLoop(RefusalReason reason);

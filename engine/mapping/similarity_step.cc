@@ -4,16 +4,12 @@
 #include <Eigen/Dense>
 #include <cmath>
 
+#include "storage/base/cross_matrix.h"
+
 namespace veduta {
 namespace {
 
 constexpr int kRefinementsMax = 15;  // as RefinePose; it stops where it moves no more
-
-Eigen::Matrix3d CrossMatrix(const Eigen::Vector3d& v) {
-  Eigen::Matrix3d m;
-  m << 0, -v.z(), v.y(), v.z(), 0, -v.x(), -v.y(), v.x(), 0;
-  return m;
-}
 
 }  // namespace
 

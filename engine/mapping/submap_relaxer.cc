@@ -11,6 +11,7 @@
 #include <utility>
 
 #include "engine/mapping/bundle_problem.h"
+#include "storage/base/cross_matrix.h"
 
 namespace veduta {
 namespace {
@@ -37,12 +38,6 @@ constexpr double kSpreadShareMin = 1e-3;
 constexpr size_t kRuns = 16;
 // Of a view whose submap does not move.
 constexpr uint32_t kNoSlot = UINT32_MAX;
-
-Eigen::Matrix3d CrossMatrix(const Eigen::Vector3d& v) {
-  Eigen::Matrix3d m;
-  m << 0, -v.z(), v.y(), v.z(), 0, -v.x(), -v.y(), v.x(), 0;
-  return m;
-}
 
 Eigen::Index RowOf(uint32_t submap) {
   return kFreedom * static_cast<Eigen::Index>(submap - 1);

@@ -6,6 +6,7 @@
 
 #include "engine/mapping/similarity_step.h"
 #include "engine/matching/two_view.h"
+#include "storage/base/cross_matrix.h"
 
 namespace veduta {
 namespace {
@@ -23,14 +24,11 @@ constexpr double kDifference = 1e-6;
 // How a motion of frame b moves frame c: c_from_b exp(by) = exp(Adjoint * by) c_from_b.
 Matrix7 Adjoint(const Sim3& c_from_b) {
   const Eigen::Matrix3d turn = c_from_b.rotation.toRotationMatrix();
-  Eigen::Matrix3d cross;
-  const Eigen::Vector3d& t = c_from_b.translation;
-  cross << 0, -t.z(), t.y(), t.z(), 0, -t.x(), -t.y(), t.x(), 0;
   Matrix7 adjoint = Matrix7::Zero();
   adjoint.block<3, 3>(0, 0) = turn;
-  adjoint.block<3, 3>(3, 0) = cross * turn;
+  adjoint.block<3, 3>(3, 0) = CrossMatrix(c_from_b.translation) * turn;
   adjoint.block<3, 3>(3, 3) = c_from_b.scale * turn;
-  adjoint.block<3, 1>(3, 6) = -t;
+  adjoint.block<3, 1>(3, 6) = -c_from_b.translation;
   adjoint(6, 6) = 1;
   return adjoint;
 }

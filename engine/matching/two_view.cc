@@ -11,16 +11,11 @@
 #include "engine/matching/five_point.h"
 #include "engine/matching/homography.h"
 #include "engine/matching/sampling.h"
+#include "storage/base/cross_matrix.h"
 #include "storage/base/option_bounds.h"
 
 namespace veduta {
 namespace {
-
-Eigen::Matrix3d Skew(const Eigen::Vector3d& v) {
-  Eigen::Matrix3d m;
-  m << 0, -v.z(), v.y(), v.z(), 0, -v.x(), -v.y(), v.x(), 0;
-  return m;
-}
 
 // Depths are positive when the least-squares crossing of the two rays lies ahead of both cameras.
 bool IsInFront(const Rigid3& b_from_a, const Eigen::Vector2d& x_a, const Eigen::Vector2d& x_b) {
@@ -148,7 +143,7 @@ double SignedSampsonDistance(const Eigen::Matrix3d& e, const Eigen::Vector2d& x_
 }
 
 Eigen::Matrix3d EssentialFromPose(const Rigid3& b_from_a) {
-  return Skew(b_from_a.translation) * b_from_a.rotation.toRotationMatrix();
+  return CrossMatrix(b_from_a.translation) * b_from_a.rotation.toRotationMatrix();
 }
 
 Rigid3 PoseFromEssential(const Eigen::Matrix3d& essential, std::span<const Eigen::Vector2d> x_a,
@@ -183,12 +178,12 @@ Rigid3 RefineTwoView(const Rigid3& start, std::span<const Eigen::Vector2d> x_a,
     const Eigen::Matrix3d r = pose.rotation.toRotationMatrix();
     const Eigen::Vector3d t = pose.translation;
     const Eigen::Vector3d basis_0 = t.unitOrthogonal(), basis_1 = t.cross(basis_0);
-    const Eigen::Matrix3d e = Skew(t) * r;
+    const Eigen::Matrix3d e = CrossMatrix(t) * r;
     std::array<Eigen::Matrix3d, 5>
         de;  // derivative of E by rotation (3, on the right) and direction (2)
-    for (int k = 0; k < 3; ++k) de[k] = e * Skew(Eigen::Vector3d::Unit(k));
-    de[3] = Skew(basis_0) * r;
-    de[4] = Skew(basis_1) * r;
+    for (int k = 0; k < 3; ++k) de[k] = e * CrossMatrix(Eigen::Vector3d::Unit(k));
+    de[3] = CrossMatrix(basis_0) * r;
+    de[4] = CrossMatrix(basis_1) * r;
     Eigen::Matrix<double, 5, 5> normal = Eigen::Matrix<double, 5, 5>::Zero();
     Vector5 gradient = Vector5::Zero();
     for (size_t i = 0; i < x_a.size(); ++i) {

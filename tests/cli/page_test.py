@@ -3,7 +3,7 @@
 # Goal: people see the city in a browser, look at photos, and contribute some; nothing is complained
 #   about, by the browser or by axe-core, and no other host is asked.
 # Method: a real daemon on a rendered street, and Debian's chromium, driven by
-#   cli/page/test/page_test.mjs, which says what it checks. Pictures are left in PAGE_PICTURES, if
+#   page/page_test.mjs, which says what it checks. Pictures are left in PAGE_PICTURES, if
 #   that is set.
 # usage: tests/cli/page_test.py VEDUTA VEDUTA_STREET BUILT_PAGE [TEST...]
 #   BUILT_PAGE: the folder in the build tree in which the page was built

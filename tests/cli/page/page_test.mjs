@@ -3,7 +3,7 @@
 // Method: it drives Chromium against a daemon that runs already and whose city holds most photos of
 // a street; PHOTOS_FOLDER holds a few more of them. It leaves screenshots in OUT_FOLDER.
 //
-//   node test/page_test.mjs BASE_URL PHOTOS_FOLDER OUT_FOLDER [CHROMIUM] [CAMERA]
+//   node page_test.mjs BASE_URL PHOTOS_FOLDER OUT_FOLDER [CHROMIUM] [CAMERA]
 //
 // CAMERA is the camera of the photos; without it the first one of the city.
 import assert from "node:assert/strict";
