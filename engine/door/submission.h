@@ -110,7 +110,8 @@ struct FollowUp {
   ReconstructionId merged_into;             // kJudgment: valid if the two were merged
   std::vector<ImageId> placed;              // images that got a pose
   std::vector<LostPose> unplaced;           // kAdjustment: in the order in which they lost theirs
-  std::vector<ReconstructionId> split_off;  // kAdjustment: new ones, made of a part of it
+  // kAdjustment, kJudgment: new ones, made of a part of it, or of the one of the two.
+  std::vector<ReconstructionId> split_off;
   double ms = 0;                            // how long it took
   double turn_ms = 0;  // how long of that nobody else could write: of long steps their commit alone
   Status status;  // a failure is the step's own; it is set aside until the database is opened again

@@ -236,6 +236,12 @@ Status DoubtOptions::Check() const {
       .AtLeast("either_side_points_min", either_side_points_min, 1)
       .AboveUpTo("either_side_share_min", either_side_share_min, 0, 1)
       .AtLeast("either_side_matches_min", either_side_matches_min, 1)
+      .AtLeast("mixed_missing_cells_min", mixed_missing_cells_min, 1)
+      .Between("mixed_missing_share_max", mixed_missing_share_max, 0, 1)
+      .AtLeast("mixed_pairs_min", mixed_pairs_min, 1)
+      .Between("mixed_within_share_max", mixed_within_share_max, 0, 1)
+      .AtLeast("seam_mixed_pairs_min", seam_mixed_pairs_min, 1)
+      .Between("seam_mixed_share_max", seam_mixed_share_max, 0, 1)
       .AtLeast("seam_pairs_min", seam_pairs_min, 1)
       .Above("seam_jackknife_share_max", seam_jackknife_share_max, 0)
       .AtLeast("pair_weight_max", pair_weight_max, 1)
@@ -282,6 +288,11 @@ bool IsClearlyBetter(const VisibleStructure& there, const VisibleStructure& here
                      const DoubtOptions& options) {
   return FitsWell(there, options) && here.missing_cells >= options.better_missing_cells_min &&
          here.missing_share() > there.missing_share() + options.better_missing_share_max;
+}
+
+bool IsOfAnotherPlace(const VisibleStructure& of_one, const DoubtOptions& options) {
+  return of_one.missing_cells >= options.mixed_missing_cells_min &&
+         of_one.missing_share() > options.mixed_missing_share_max;
 }
 
 std::string MissingText(const VisibleStructure& visible) {

@@ -44,6 +44,20 @@ struct DoubtOptions {
   // matches (>= 1), and as many each as those of its own side. Of 1,075 images of eleven streets
   // with twin facades this named three at the wrong twin, which nothing else did, and ten others.
   uint32_t either_side_matches_min = 100;
+  // >= 1, and [0, 1]. Of two images of a reconstruction one contradicts the other if it lacks so
+  // many cells, and a larger share, of what the other one sees. It shows two places if so many
+  // pairs (>= 1) contradict each other across, and at most such a share of that within the two. On
+  // two orders of a loop with twin facades at its ends 17 to 48 pairs of photos at the two twins
+  // did, and 0 to 9 of one of them. Chosen by hand.
+  uint32_t mixed_missing_cells_min = 3;
+  double mixed_missing_share_max = 0.04;
+  uint32_t mixed_pairs_min = 6;
+  double mixed_within_share_max = 0.25;
+  // >= 1, and [0, 1]. So many pairs of images across a seam, and a larger share of all, must not
+  // show two places. Of merges that nothing else refused 0 to 1 did on castle-P19 and a loop, and
+  // 16 to 20 (20 to 29 %) where they took one twin facade for the other.
+  uint32_t seam_mixed_pairs_min = 4;
+  double seam_mixed_share_max = 0.05;
   // >= 1. Verified pairs that must agree across a seam: one alone may be a repeated facade. Chosen
   // by hand; not measured.
   uint32_t seam_pairs_min = 2;

@@ -104,10 +104,14 @@ Result<AdjustedWhole> WriteAdjustedWhole(const IngestParts& parts, Reconstructio
   submaps.NoteAdjusted(reconstruction);
   submaps.Write(transaction);
   VEDUTA_RETURN_IF_ERROR(writer.Postpone(healing));
-  const bool is_as_it_was = healing.parts.empty() && !record.is_dissolved;
-  VEDUTA_RETURN_IF_ERROR(
-      is_as_it_was ? MakeHypothesesDue(*scope.base, reconstruction, {}, Splits::kMeant, transaction)
-                   : DropHypotheses(*scope.base, reconstruction, transaction));
+  if (!healing.parts.empty()) {
+    VEDUTA_RETURN_IF_ERROR(writer.ShareSeams(healing));
+  } else {
+    VEDUTA_RETURN_IF_ERROR(
+        record.is_dissolved
+            ? DropHypotheses(*scope.base, reconstruction, transaction)
+            : MakeHypothesesDue(*scope.base, reconstruction, {}, Splits::kMeant, transaction));
+  }
   VEDUTA_RETURN_IF_ERROR(writer.ProposeSeams());
   const std::string detail = std::to_string(record.image_count) + " images";
   AppendJournal({0, 0, "veduta", "adjust", {}, reconstruction, detail}, &state, transaction);

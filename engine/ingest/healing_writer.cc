@@ -2,6 +2,9 @@
 #include "engine/ingest/healing_writer.h"
 
 #include <algorithm>
+#include <iterator>
+#include <map>
+#include <optional>
 #include <set>
 #include <string>
 #include <utility>
@@ -37,6 +40,48 @@ Status HealingWriter::SplitOff(const Healing& healing) {
                        std::to_string(from_.value) + ", whose frame it keeps"},
                   &state_, scope_.transaction.get());
     adjusted_.split_off.push_back(record.id);
+  }
+  return Status::Ok();
+}
+
+Status HealingWriter::ShareSeams(const Healing& healing) {
+  std::map<ImageId, ReconstructionId> parts;  // of those that have left
+  for (size_t i = 0; i < healing.parts.size(); ++i) {
+    for (const ImageId id : healing.parts[i]) parts[id] = split_off_[i].id;
+  }
+  for (const DoubtedImage& unplaced : healing.unplaced) parts[unplaced.image] = {};
+  VEDUTA_ASSIGN_OR_RETURN(const std::vector<HypothesisRecord> all, scope_.base->ListHypotheses());
+  for (const HypothesisRecord& shared : all) {
+    if (shared.a != from_ && shared.b != from_) continue;
+    scope_.transaction->DeleteHypothesis(shared.a, shared.b);
+    std::vector<ImageId> across;
+    std::map<ReconstructionId, std::vector<ImageId>> of_part;
+    for (const ImageId id : shared.images) {
+      VEDUTA_ASSIGN_OR_RETURN(const std::optional<PoseRecord> pose, scope_.base->FindPose(id));
+      if (!pose) continue;
+      const auto part = parts.find(id);
+      if (pose->reconstruction != from_) {
+        across.push_back(id);
+      } else if (part == parts.end() || part->second.valid()) {
+        of_part[part == parts.end() ? from_ : part->second].push_back(id);
+      }
+    }
+    for (const auto& [id, images] : of_part) {
+      HypothesisRecord seam = shared;
+      GoOver({from_, Sim3(), 0, ""}, id, &seam);
+      seam.images.clear();
+      std::ranges::set_union(images, across, std::back_inserter(seam.images));
+      std::erase_if(seam.unsure, [&](ImageId unsure) {
+        return !std::ranges::binary_search(seam.images, unsure);
+      });
+      seam.is_due = true;
+      seam.loop_images = 0;
+      if (id != from_) {
+        PutNewHypothesis(std::move(seam), &state_, scope_.transaction.get());
+      } else {
+        scope_.transaction->PutHypothesis(seam);
+      }
+    }
   }
   return Status::Ok();
 }

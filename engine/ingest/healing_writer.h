@@ -23,6 +23,9 @@ class HealingWriter final {
   // Each part becomes a reconstruction of its own, in the frame that it had, whose points are
   // written ahead. Moves the images and blocks of the map.
   Status SplitOff(const Healing& healing);
+  // A seam of the reconstruction with another one becomes one of each part that has an image there,
+  // in whose frame nothing has changed. All are due. Comes after SplitOff.
+  Status ShareSeams(const Healing& healing);
   // Each seam along which a part was split off becomes a hypothesis that its two sides are one,
   // with the votes of the verified pairs across it. It is not due until one of the reasons of
   // hypotheses.h makes it so. Comes after SplitOff. Loads what is around the seams.

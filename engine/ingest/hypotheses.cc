@@ -104,7 +104,7 @@ class Ledger final {
     for (const auto& [two, hypothesis] : known_) all.push_back(hypothesis);
     const Detours detours(all);
     for (auto& [two, hypothesis] : known_) {
-      if (!MayCloseLoop(hypothesis.reason) || hypothesis.is_due) continue;
+      if (!MayCloseLoop(hypothesis) || hypothesis.is_due) continue;
       const std::vector<HypothesisRecord> detour = detours.Find(hypothesis.a, hypothesis.b);
       // Two places where the two meet make a loop, too.
       if (detour.empty() && hypothesis.images.size() < kImagesOfTwoPlaces) continue;
@@ -184,7 +184,7 @@ class Ledger final {
     const bool says_less =
         refused.reason == RefusalReason::kOpen && hypothesis->reason != RefusalReason::kOpen;
     if (!says_less) *hypothesis = refused;
-    if (MayCloseLoop(hypothesis->reason)) {
+    if (MayCloseLoop(*hypothesis)) {
       std::vector<ImageId> images;
       std::ranges::set_union(before.images, refused.images, std::back_inserter(images));
       if (images.size() <= kLoopImagesMax) hypothesis->images = std::move(images);

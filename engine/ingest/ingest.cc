@@ -300,7 +300,8 @@ FollowUp Ingest::Run(const DueStep& step, WriteScope scope) {
       VEDUTA_ASSIGN_OR_RETURN(Judgment judgment,
                               JudgeAnew(parts_, step.reconstruction, step.other, std::move(scope)));
       done.merged_into = judgment.merged_into;
-      done.unplaced = std::move(judgment.unplaced);
+      done.unplaced = std::move(judgment.taken_out.unplaced);
+      done.split_off = std::move(judgment.taken_out.split_off);
       return Status::Ok();
     }
     if (step.kind == FollowUpKind::kGeoreference)

@@ -11,7 +11,9 @@
 #include "engine/ingest/local_unplacing.h"
 #include "engine/ingest/merging.h"
 #include "engine/ingest/misplaced.h"
+#include "engine/ingest/mixed_places.h"
 #include "engine/ingest/placement_writer.h"
+#include "engine/ingest/region_writer.h"
 #include "engine/ingest/seam.h"
 #include "engine/ingest/seam_loop.h"
 #include "engine/ingest/surroundings.h"
@@ -103,10 +105,15 @@ Result<Placement> Judge(const MappingContext& context, const Side& side) {
 // Where the judgment leaves it open and a loop closes at the seam, all of the loop is merged.
 Result<Placement> JudgeByLoop(const MappingContext& context, const Side& side,
                               std::span<const HypothesisRecord> all, Placement judged) {
-  if (judged.refused.empty() || !MayCloseLoop(judged.refused.front().reason)) return judged;
+  if (judged.refused.empty() || !MayCloseLoop(judged.refused.front())) return judged;
+  const HypothesisRecord& refused = judged.refused.front();
+  OpenSeam open{side.own, side.other, side.near};
+  if (!MayCloseLoop(refused.reason)) {
+    open.refuted_own_from_other =
+        refused.a == side.own ? refused.a_from_b : refused.a_from_b.Inverse();
+  }
   const std::vector<HypothesisRecord> detour = Detours(all).Find(side.own, side.other);
-  VEDUTA_ASSIGN_OR_RETURN(const std::optional<ClosedLoop> closed,
-                          CloseLoop(context, {side.own, side.other, side.near}, detour));
+  VEDUTA_ASSIGN_OR_RETURN(const std::optional<ClosedLoop> closed, CloseLoop(context, open, detour));
   if (!closed) return judged;
   VEDUTA_ASSIGN_OR_RETURN(MergeOutcome outcome, MergeLoop(context, side.own, *closed));
   if (outcome.merges.empty()) return judged;
@@ -187,6 +194,62 @@ Result<std::vector<LostPose>> Unplace(const IngestParts& parts, MapLoader* loade
   return lost;
 }
 
+// Images of a side of a seam that are asked whether they show two places. Chosen by hand; not
+// measured.
+constexpr size_t kMixedImagesMax = 64;
+constexpr size_t kImagesMin = 3;  // of a reconstruction
+
+// A part of a reconstruction that shows another place than the rest of it.
+struct OtherPlace {
+  ReconstructionId in;
+  std::vector<ImageId> images;  // ascending; empty where there is none
+};
+
+// Places that are split off between two actions of people, at most: parting and merging in turn
+// would never end.
+constexpr size_t kSplitsMax = 4;
+
+// Whether one of the two sides of a seam that the pictures refute shows two places, as where photos
+// of the other side took it for theirs.
+Result<OtherPlace> FindMixed(const MappingContext& context, const Side& side,
+                             const HypothesisRecord& refused, uint64_t next_journal) {
+  const OtherPlace none;
+  if (refused.reason != RefusalReason::kMissingStructure) return none;
+  VEDUTA_ASSIGN_OR_RETURN(const size_t splits,
+                          CountSplits(context.loader->snapshot(), next_journal));
+  if (splits >= kSplitsMax) return none;
+  VEDUTA_ASSIGN_OR_RETURN(
+      const SeamArea seam,
+      FindSeam(context.loader, *context.map, side.near.front(), {}, side.near, side.other));
+  for (const bool is_own : {true, false}) {
+    const std::vector<ImageId>& at_seam = is_own ? seam.into : seam.other;
+    if (at_seam.size() > kMixedImagesMax) continue;
+    OtherPlace place{is_own ? side.own : side.other, {}};
+    VEDUTA_ASSIGN_OR_RETURN(place.images, FindOtherPlace(context, at_seam));
+    if (place.images.size() >= kImagesMin) return place;
+  }
+  return none;
+}
+
+// Splits the other place off, and commits. What is left is adjusted anew.
+Result<AdjustedWhole> SplitOff(const IngestParts& parts, const OtherPlace& place, WriteScope scope,
+                               DatabaseState* state) {
+  VEDUTA_ASSIGN_OR_RETURN(ReconstructionRecord record, scope.base->GetReconstruction(place.in));
+  VEDUTA_ASSIGN_OR_RETURN(Submaps submaps, Submaps::Read(*scope.base));
+  record.images_at_adjustment = 0;
+  Healing healing;
+  healing.parts.push_back(place.images);
+  // Lives until the commit has come, for it holds what is written ahead.
+  HealingWriter writer(parts, scope, place.in, state);
+  VEDUTA_RETURN_IF_ERROR(
+      TakeOutOfRegion(parts, scope, std::move(record), healing, &writer, &submaps));
+  submaps.Write(scope.transaction.get());
+  scope.transaction->PutState(*state);
+  VEDUTA_RETURN_IF_ERROR(scope.transaction->Commit());
+  parts.map->ClearChanges();
+  return writer.adjusted();
+}
+
 }  // namespace
 
 Result<Judgment> JudgeAnew(const IngestParts& parts, ReconstructionId a, ReconstructionId b,
@@ -212,6 +275,15 @@ Result<Judgment> JudgeAnew(const IngestParts& parts, ReconstructionId a, Reconst
     judgment.merged_into = placement.reconstruction;
   } else if (!placement.refused.empty()) {
     HypothesisRecord& refused = placement.refused.front();
+    VEDUTA_ASSIGN_OR_RETURN(
+        const OtherPlace place,
+        FindMixed({&loader, parts.map, parts.pool, parts.options.mapper}, side, refused,
+                  state.next_journal));
+    if (!place.images.empty()) {
+      VEDUTA_ASSIGN_OR_RETURN(judgment.taken_out,
+                              SplitOff(parts, place, std::move(scope), &state));
+      return judgment;
+    }
     // A search from one side need not lead to all that was at the seam before.
     VEDUTA_ASSIGN_OR_RETURN(SideDoubts doubts,
                             WeighSeam({&loader, parts.map, parts.pool, parts.options.mapper}, side,
@@ -222,7 +294,7 @@ Result<Judgment> JudgeAnew(const IngestParts& parts, ReconstructionId a, Reconst
     refused.unsure = std::move(doubts.unsure);
     VEDUTA_RETURN_IF_ERROR(WriteHypotheses(*scope.base, placement, &state, transaction));
     if (!doubts.misplaced.empty()) {
-      VEDUTA_ASSIGN_OR_RETURN(judgment.unplaced,
+      VEDUTA_ASSIGN_OR_RETURN(judgment.taken_out.unplaced,
                               Unplace(parts, &loader, doubts.misplaced, scope, &state));
     }
   } else {

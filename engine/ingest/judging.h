@@ -2,24 +2,23 @@
 #pragma once
 // Judges a merge anew that was not believed, without a photo that leads to it.
 
-#include <vector>
-
-#include "engine/door/submission.h"
+#include "engine/ingest/adjusted_whole.h"
 #include "engine/ingest/ingest_parts.h"
 #include "engine/ingest/write_scope.h"
 
 namespace veduta {
 
 struct Judgment {
-  ReconstructionId merged_into;    // not valid() where nothing was merged
-  std::vector<LostPose> unplaced;  // images on the wrong side of the seam, in ascending ids
+  ReconstructionId merged_into;  // not valid() where nothing was merged
+  AdjustedWhole taken_out;       // images on the wrong side of the seam, or a place of its own
 };
 
 // Judges the hypothesis that `a` and `b` are one, in one transaction. Seeks the merge around the
 // images at the seam, and merges the two where the evidence allows it by now. Where it leaves it
 // open and a loop closes there (seam_loop.h), merges all of the loop. Otherwise stores the new
-// votes. Where the pictures lack structure, images on the wrong side of the seam (misplaced.h) also
-// lose their poses and are tried again, each only once between two actions of people
+// votes. Where the pictures lack structure, a side that shows two places is split (mixed_places.h),
+// four times between two actions of people at most; or images on the wrong side of the seam
+// (misplaced.h) lose their poses and are tried again, each only once between two actions of people
 // (AlreadyDoubted). Where too few points agree with any similarity, the similarity of the
 // hypothesis is judged. Deletes the hypothesis where no image at the seam has a pose in `a` or `b`
 // any more, or no verified pair leads across. Costs as much as the search of a photo for a merge

@@ -2,6 +2,7 @@
 #include "engine/ingest/local_unplacing.h"
 
 #include <algorithm>
+#include <functional>
 #include <map>
 #include <set>
 #include <string_view>
@@ -58,6 +59,23 @@ class Unplacer final {
   CityMap& map_;
   std::set<ImageId> shaken_, unplaced_;
 };
+
+// Reads the journal backwards over the steps that followed by themselves, up to what a person did.
+Status ScanWhatFollowed(const Snapshot& base, uint64_t next_journal,
+                        const std::function<void(const JournalRecord&)>& read) {
+  static constexpr std::string_view kFollowing[] = {
+      "adjust", "doubt", "hypothesis", "judge", "merge", "propagate", "split", "vocabulary"};
+  for (uint64_t sequence = next_journal - 1; sequence > 0; --sequence) {
+    JournalRecord entry;
+    VEDUTA_RETURN_IF_ERROR(base.ScanJournal(sequence, [&](const JournalRecord& record) {
+      entry = record;
+      return false;
+    }));
+    if (std::ranges::find(kFollowing, entry.action) == std::end(kFollowing)) break;
+    read(entry);
+  }
+  return Status::Ok();
+}
 
 }  // namespace
 
@@ -137,19 +155,19 @@ Status WriteUnplacedLocally(const CityMap& map, const Snapshot& snapshot,
 }
 
 Result<std::set<ImageId>> AlreadyDoubted(const Snapshot& base, uint64_t next_journal) {
-  static constexpr std::string_view kFollowing[] = {
-      "adjust", "doubt", "hypothesis", "judge", "merge", "propagate", "split", "vocabulary"};
   std::set<ImageId> doubted;
-  for (uint64_t sequence = next_journal - 1; sequence > 0; --sequence) {
-    JournalRecord entry;
-    VEDUTA_RETURN_IF_ERROR(base.ScanJournal(sequence, [&](const JournalRecord& read) {
-      entry = read;
-      return false;
-    }));
-    if (std::ranges::find(kFollowing, entry.action) == std::end(kFollowing)) break;
+  VEDUTA_RETURN_IF_ERROR(ScanWhatFollowed(base, next_journal, [&](const JournalRecord& entry) {
     if (entry.action == "doubt") doubted.insert(entry.image);
-  }
+  }));
   return doubted;
+}
+
+Result<size_t> CountSplits(const Snapshot& base, uint64_t next_journal) {
+  size_t count = 0;
+  VEDUTA_RETURN_IF_ERROR(ScanWhatFollowed(base, next_journal, [&](const JournalRecord& entry) {
+    if (entry.action == "split") ++count;
+  }));
+  return count;
 }
 
 Status PostponeImages(const Snapshot& snapshot, std::span<const ImageId> images,

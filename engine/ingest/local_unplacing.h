@@ -37,6 +37,9 @@ Status WriteUnplacedLocally(const CityMap& map, const Snapshot& snapshot, Transa
 // first other entry. O(the entries read).
 Result<std::set<ImageId>> AlreadyDoubted(const Snapshot& base, uint64_t next_journal);
 
+// How many parts were split off since then. O(the entries read).
+Result<size_t> CountSplits(const Snapshot& base, uint64_t next_journal);
+
 // Postpones images that have just lost their poses, with `detail` as the reason, and has them tried
 // again at once. The images must still be stored.
 Status PostponeImages(const Snapshot& snapshot, std::span<const ImageId> images,

@@ -105,7 +105,7 @@ Status WriteRegion(const IngestParts& parts, const WriteScope& scope, Reconstruc
   submaps->MakeDue(FindUnsupportedAround(parts, region));
   VEDUTA_RETURN_IF_ERROR(writer->Postpone(healing));
   if (!healing.parts.empty()) {
-    VEDUTA_RETURN_IF_ERROR(DropHypotheses(*scope.base, id, transaction));
+    VEDUTA_RETURN_IF_ERROR(writer->ShareSeams(healing));
     return writer->ProposeSeams();
   }
   if (is_dissolved) return DropHypotheses(*scope.base, id, transaction);

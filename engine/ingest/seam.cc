@@ -92,9 +92,10 @@ void MoveToFound(const CityMap& map, const CarriedView& view, std::span<const Po
 }
 
 // What a view that was carried over sees, and lacks, of `points`: where it lacks some, at the pose
-// near by at which it lacks least.
-VisibleStructure SeeAtBest(const CityMap& map, const CarriedView& view,
-                           std::span<const PointId> points, const VisibilityOptions& options) {
+// near by at which it lacks least, where it is moved to.
+VisibleStructure SeeAtBest(const CityMap& map, std::span<const PointId> points,
+                           const VisibilityOptions& options, CarriedView* carried) {
+  const CarriedView& view = *carried;
   VisibleStructure best = FindVisible(map, view.image, view.seen, points, options);
   if (best.missing_cells == 0) return best;
   MapImage moved = view.image;
@@ -102,7 +103,9 @@ VisibleStructure SeeAtBest(const CityMap& map, const CarriedView& view,
     MoveToFound(map, view, points, options, times * options.search_radius_px, &moved);
   const VisibleStructure there = FindVisible(map, moved, view.seen, points, options);
   const bool is_asked_as_much = 2 * there.cells >= best.cells;
-  return is_asked_as_much && there.missing_share() < best.missing_share() ? there : best;
+  if (!is_asked_as_much || there.missing_share() >= best.missing_share()) return best;
+  carried->image.cam_from_world = moved.cam_from_world;
+  return there;
 }
 
 // Both sides' images near the seam, each in the frame of the other side.
@@ -137,9 +140,29 @@ class Sides {
            ExplainsPair(map_, into_.at(a).image, map_.image(b), pair.matches, options);
   }
 
-  void CountVisible(const DoubtOptions& options, SeamEvidence* evidence) const {
-    AddVisible(into_, seam_.other, options, evidence);
-    AddVisible(other_, seam_.into, options, evidence);
+  void CountVisible(const DoubtOptions& options, SeamEvidence* evidence) {
+    AddVisible(seam_.other, options, &into_, evidence);
+    AddVisible(seam_.into, options, &other_, evidence);
+  }
+
+  void CountMixed(const DoubtOptions& options, SeamEvidence* evidence) const {
+    std::set<std::pair<ImageId, ImageId>> pairs;
+    const auto add = [&](const std::map<ImageId, CarriedView>& views,
+                         const std::vector<ImageId>& others, bool is_into) {
+      const std::vector<PointId> points = map_.PointsSeenBy(others);
+      for (const auto& [id, view] : views) {
+        const std::vector<VisibleStructure> visible =
+            FindVisibleOfEach(map_, view.image, view.seen, points, others, options.seam_visibility);
+        for (size_t i = 0; i < others.size(); ++i) {
+          if (!IsOfAnotherPlace(visible[i], options)) continue;
+          pairs.insert(is_into ? std::pair(id, others[i]) : std::pair(others[i], id));
+        }
+      }
+    };
+    add(into_, seam_.other, true);
+    add(other_, seam_.into, false);
+    evidence->mixed_pairs = static_cast<uint32_t>(pairs.size());
+    evidence->compared_pairs = static_cast<uint32_t>(into_.size() * other_.size());
   }
 
  private:
@@ -154,12 +177,12 @@ class Sides {
                   : one.missing_cells > other.missing_cells;
   }
 
-  void AddVisible(const std::map<ImageId, CarriedView>& views, const std::vector<ImageId>& around,
-                  const DoubtOptions& options, SeamEvidence* evidence) const {
+  void AddVisible(const std::vector<ImageId>& around, const DoubtOptions& options,
+                  std::map<ImageId, CarriedView>* views, SeamEvidence* evidence) {
     const std::vector<PointId> points = map_.PointsSeenBy(around);
     VisibleStructure& sum = evidence->visible;
-    for (const auto& [id, view] : views) {
-      const VisibleStructure visible = SeeAtBest(map_, view, points, options.seam_visibility);
+    for (auto& [id, view] : *views) {
+      const VisibleStructure visible = SeeAtBest(map_, points, options.seam_visibility, &view);
       sum.expected += visible.expected;
       sum.found += visible.found;
       sum.cells += visible.cells;
@@ -295,7 +318,9 @@ std::optional<RefusalReason> SeamEvidence::Refusal(const DoubtOptions& options) 
   if ((visible.missing_cells >= options.missing_cells_min &&
        visible.missing_share() > options.seam_missing_share_max) ||
       (worst.missing_cells >= options.seam_view_missing_cells_min &&
-       worst.missing_share() > options.seam_view_missing_share_max))
+       worst.missing_share() > options.seam_view_missing_share_max) ||
+      (mixed_pairs >= options.seam_mixed_pairs_min &&
+       mixed_pairs > options.seam_mixed_share_max * compared_pairs))
     return RefusalReason::kMissingStructure;
   if (jackknife_share && !(*jackknife_share <= options.seam_jackknife_share_max))
     return RefusalReason::kUndetermined;
@@ -306,6 +331,10 @@ std::string SeamEvidence::Text() const {
   return std::to_string(agreeing_pairs) + " pairs agree, " + std::to_string(contradicting_pairs) +
          " contradict; " + MissingText(visible) + ", and " + std::to_string(worst.missing_cells) +
          " of " + std::to_string(worst.cells) + " of the photo that lacks most" +
+         (mixed_pairs > 0 ? "; " + std::to_string(mixed_pairs) + " of " +
+                                std::to_string(compared_pairs) +
+                                " pairs of photos lack what the other one sees"
+                          : "") +
          (jackknife_share ? "; " + PlaceText(*jackknife_share) : "");
 }
 
@@ -380,7 +409,7 @@ Sim3 RefineSeam(const CrossSightings& seen, const Sim3& into_from_other) {
 
 SeamEvidence JudgeSeam(const CityMap& map, const SeamArea& seam, const Sim3& into_from_other,
                        const MapperOptions& options) {
-  const Sides sides(map, seam, into_from_other, options.agreement);
+  Sides sides(map, seam, into_from_other, options.agreement);
   SeamEvidence evidence;
   for (const SeamPair& pair : seam.pairs) {
     if (pair.matches.geometry == PairGeometry::kRotation) continue;
@@ -390,9 +419,20 @@ SeamEvidence JudgeSeam(const CityMap& map, const SeamArea& seam, const Sim3& int
         std::min<size_t>(pair.matches.matches.size(), options.doubt.pair_weight_max);
   }
   sides.CountVisible(options.doubt, &evidence);
+  if (!evidence.Refusal(options.doubt)) sides.CountMixed(options.doubt, &evidence);
   if (!evidence.Refusal(options.doubt))
     evidence.jackknife_share = MeasureJackknife(map, seam, into_from_other);
   return evidence;
+}
+
+std::vector<SeamPair> PairsAgainst(const CityMap& map, const SeamArea& seam,
+                                   const Sim3& into_from_other, const MapperOptions& options) {
+  const Sides sides(map, seam, into_from_other, options.agreement);
+  std::vector<SeamPair> against;
+  std::ranges::copy_if(seam.pairs, std::back_inserter(against), [&](const SeamPair& pair) {
+    return !sides.Explain(pair, options.agreement);
+  });
+  return against;
 }
 
 std::vector<ImageId> SeamImages(std::span<const SeamPair> pairs) {

@@ -37,6 +37,9 @@ struct SeamEvidence {
   uint64_t agreeing_matches = 0, contradicting_matches = 0;
   VisibleStructure visible;  // summed over the images of both sides
   VisibleStructure worst;    // that of the image that lacks most
+  // Pairs of images across, one of which lacks what the other one alone sees (IsOfAnotherPlace),
+  // and all that there are. Counted only where nothing else refuses.
+  uint32_t mixed_pairs = 0, compared_pairs = 0;
   // How sure it is where the other side's cameras stand: how far they move where any one image of
   // the pairs is left out (the jackknife; Efron and Stein 1981), or may be off by errors of 1 px of
   // the rest, over how far they see. The median of the cameras with pairs, and the most of the
@@ -78,6 +81,10 @@ Sim3 RefineSeam(const CrossSightings& seen, const Sim3& into_from_other);
 // the map only.
 SeamEvidence JudgeSeam(const CityMap& map, const SeamArea& seam, const Sim3& into_from_other,
                        const MapperOptions& options);
+
+// The pairs of the seam that a similarity does not explain. As JudgeSeam.
+std::vector<SeamPair> PairsAgainst(const CityMap& map, const SeamArea& seam,
+                                   const Sim3& into_from_other, const MapperOptions& options);
 
 // The images of either side that have most matches across, ascending: where the merge is to be
 // judged anew. O(pairs log pairs).

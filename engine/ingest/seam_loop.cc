@@ -15,6 +15,7 @@
 
 #include "engine/ingest/seam.h"
 #include "engine/mapping/uncertain_similarity.h"
+#include "engine/query/unsure_poses.h"
 #include "storage/base/angle.h"
 #include "storage/base/median.h"
 #include "storage/base/option_bounds.h"
@@ -54,6 +55,13 @@ class LoopSearch {
   Result<std::optional<ClosedLoop>> Find(std::span<const HypothesisRecord> detour) {
     VEDUTA_ASSIGN_OR_RETURN(
         seam_, FindSeam(context_.loader, map_, open_.near.front(), {}, open_.near, open_.other));
+    if (open_.refuted_own_from_other) {
+      seam_.pairs = PairsAgainst(map_, seam_, *open_.refuted_own_from_other, context_.options);
+      // A weak pair may be one more that shows lookalike places.
+      std::erase_if(seam_.pairs, [&](const SeamPair& pair) {
+        return pair.matches.matches.size() < options_.matches_min;
+      });
+    }
     std::erase_if(seam_.pairs, [](const SeamPair& pair) {
       return pair.matches.geometry == PairGeometry::kRotation;
     });
@@ -298,6 +306,11 @@ ViewAlignmentOptions LooseAlignment(const MapperOptions& options) {
 bool MayCloseLoop(RefusalReason reason) {
   return reason == RefusalReason::kFewPairs || reason == RefusalReason::kUndetermined ||
          reason == RefusalReason::kOpen;
+}
+
+bool MayCloseLoop(const HypothesisRecord& hypothesis) {
+  return MayCloseLoop(hypothesis.reason) ||
+         (TellsPlacesApart(hypothesis.reason) && hypothesis.contradicting_pairs > 0);
 }
 
 Detours::Detours(std::span<const HypothesisRecord> all) {

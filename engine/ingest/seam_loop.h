@@ -20,6 +20,9 @@ namespace veduta {
 struct OpenSeam {
   ReconstructionId own, other;
   std::span<const ImageId> near;
+  // A similarity that was refuted. The pairs that it explains show lookalike places or come from
+  // images that stand on the wrong side, and are not asked: the others may say another one.
+  std::optional<Sim3> refuted_own_from_other = {};
 };
 
 // A reconstruction of a loop, in the frame of the one that was asked from.
@@ -43,9 +46,13 @@ struct ClosedLoop {
 // How exactly a similarity by views must be known where a loop may confirm it.
 ViewAlignmentOptions LooseAlignment(const MapperOptions& options);
 
-// Whether a loop may close at a hypothesis that is refused for this: nothing speaks against it, and
+// Whether a loop may confirm a similarity that is refused for this: nothing speaks against it, and
 // too little for it.
 bool MayCloseLoop(RefusalReason reason);
+
+// Whether a loop may close at the seam of a hypothesis: over its similarity or, where that one is
+// refuted, by pairs that contradict it.
+bool MayCloseLoop(const HypothesisRecord& hypothesis);
 
 // The ways between reconstructions over seams whose similarity is known and of which MayCloseLoop
 // is true. O(hypotheses) to make. `all` must outlive it.

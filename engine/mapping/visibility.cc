@@ -38,6 +38,11 @@ std::optional<FeatureIndex> FindSeenBy(const PointRecord& point, ImageId view) {
   return own == point.track.end() ? std::nullopt : std::optional(own->feature);
 }
 
+VisibleStructure JudgeCells(const FoundCells& cells, const VisibilityOptions& options) {
+  const FoundCells::Sums sums = cells.Judge(options.cell_points_min, options.cell_found_share_min);
+  return {sums.expected, sums.found, sums.cells, sums.missing_cells};
+}
+
 }  // namespace
 
 Status VisibilityOptions::Check() const {
@@ -112,8 +117,26 @@ VisibleStructure FindVisible(const CityMap& map, const MapImage& view,
   FoundCells cells({view.width_px, view.height_px, options.cells_each_way});
   for (const ExpectedPoint& point : ListExpected(map, view, seen, points, options))
     cells.Note(point.x_px, point.found.has_value());
-  const FoundCells::Sums sums = cells.Judge(options.cell_points_min, options.cell_found_share_min);
-  return {sums.expected, sums.found, sums.cells, sums.missing_cells};
+  return JudgeCells(cells, options);
+}
+
+std::vector<VisibleStructure> FindVisibleOfEach(const CityMap& map, const MapImage& view,
+                                                std::span<const SeenDepth> seen,
+                                                std::span<const PointId> points,
+                                                std::span<const ImageId> images,
+                                                const VisibilityOptions& options) {
+  const PictureGrid grid{view.width_px, view.height_px, options.cells_each_way};
+  std::vector<FoundCells> cells(images.size(), FoundCells(grid));
+  for (const ExpectedPoint& point : ListExpected(map, view, seen, points, options)) {
+    for (const TrackElement& element : map.point(point.point).track) {
+      const auto at = std::ranges::lower_bound(images, element.image);
+      if (at != images.end() && *at == element.image)
+        cells[static_cast<size_t>(at - images.begin())].Note(point.x_px, point.found.has_value());
+    }
+  }
+  std::vector<VisibleStructure> visible;
+  for (const FoundCells& of_image : cells) visible.push_back(JudgeCells(of_image, options));
+  return visible;
 }
 
 }  // namespace veduta

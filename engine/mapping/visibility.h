@@ -89,4 +89,13 @@ VisibleStructure FindVisible(const CityMap& map, const MapImage& view,
                              std::span<const SeenDepth> seen, std::span<const PointId> points,
                              const VisibilityOptions& options);
 
+// FindVisible of those of `points` that each of `images` (ascending) sees, in the order of the
+// images. What several images see hides that one of them sees a place that the view does not show.
+// O(points * track length + images * cells).
+std::vector<VisibleStructure> FindVisibleOfEach(const CityMap& map, const MapImage& view,
+                                                std::span<const SeenDepth> seen,
+                                                std::span<const PointId> points,
+                                                std::span<const ImageId> images,
+                                                const VisibilityOptions& options);
+
 }  // namespace veduta

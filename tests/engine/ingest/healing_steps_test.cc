@@ -207,25 +207,51 @@ TEST(HealingSteps, TheStepTellsWhatItTookBack) {
 }
 
 // A hypothesis about the whole and another one.
-void PutHypothesis(SceneDatabase* scene) {
+void PutHypothesis(SceneDatabase* scene, std::vector<ImageId> images = {ImageId(1)}) {
   HypothesisRecord hypothesis;
   hypothesis.a = kWhole;
   hypothesis.b = ReconstructionId(9);
-  hypothesis.images = {ImageId(1)};
+  hypothesis.a_from_b = AnotherFrame();
+  hypothesis.images = images;
+  hypothesis.unsure = std::move(images);
   const auto transaction = scene->database()->BeginTransaction();
   transaction->PutHypothesis(hypothesis);
   ASSERT_OK(transaction->Commit());
 }
 
-TEST(HealingSteps, HypothesesGoWithWhatIsSplitOrDissolved) {
+// The hypotheses about the ninth reconstruction after a split.
+std::vector<HypothesisRecord> SharedWith(std::vector<ImageId> images) {
   SceneDatabase torn(kTwoSides);
   Tear(&torn);
-  PutHypothesis(&torn);
+  PutHypothesis(&torn, std::move(images));
   const auto split = Healer(&torn).Adjust();
-  ASSERT_OK(split);
+  EXPECT_OK(split);
   EXPECT_FALSE(split->split_off.empty());
-  ASSERT_EQ(torn.Snap()->ListHypotheses()->size(), 1u);
-  EXPECT_EQ(torn.Snap()->ListHypotheses()->front().b, kSplit) << "that of the split is new";
+  std::vector<HypothesisRecord> all = *torn.Snap()->ListHypotheses();
+  EXPECT_EQ(std::erase_if(all, [](const auto& h) { return h.reason == RefusalReason::kSplit; }), 1u)
+      << "that of the split is new";
+  return all;
+}
+
+TEST(HealingSteps, EachPartKeepsTheHypothesesOfItsImages) {
+  const std::vector<HypothesisRecord> of_one = SharedWith({ImageId(1)});
+  ASSERT_EQ(of_one.size(), 1u);
+  EXPECT_EQ(of_one[0].a, kWhole);
+  EXPECT_TRUE(of_one[0].is_due);
+  const std::vector<HypothesisRecord> of_other = SharedWith({ImageId(5)});
+  ASSERT_EQ(of_other.size(), 1u);
+  EXPECT_EQ(of_other[0].a, kSplit);
+  const std::vector<HypothesisRecord> of_both = SharedWith({ImageId(1), ImageId(5), ImageId(6)});
+  ASSERT_EQ(of_both.size(), 2u);
+  EXPECT_EQ(of_both[0].a, kWhole);
+  EXPECT_EQ(of_both[0].images, std::vector{ImageId(1)});
+  EXPECT_EQ(of_both[1].a, kSplit);
+  EXPECT_EQ(of_both[1].images, (std::vector{ImageId(5), ImageId(6)}));
+  EXPECT_EQ(of_both[1].unsure, of_both[1].images);
+  EXPECT_EQ(of_both[1].a_from_b.translation, AnotherFrame().translation) << "each keeps the frame";
+}
+
+TEST(HealingSteps, HypothesesGoWithWhatIsDissolved) {
   SceneDatabase lost;
   lost.AddImages(0, 4);
   EXPECT_EQ(lost.AddReconstruction({0, 1, 2, 3}), kWhole);

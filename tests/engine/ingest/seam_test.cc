@@ -167,6 +167,15 @@ TEST(SeamEvidence, EachKindOfEvidenceIsHeard) {
   EXPECT_TRUE(of_one.Holds(options));
   of_one.worst = {.expected = 90, .found = 50, .cells = 60, .missing_cells = 11};
   EXPECT_TRUE(of_one.Holds(options));
+  SeamEvidence mixed = evidence;
+  mixed.mixed_pairs = options.seam_mixed_pairs_min;
+  mixed.compared_pairs = 20 * mixed.mixed_pairs;
+  EXPECT_TRUE(mixed.Holds(options));
+  --mixed.compared_pairs;
+  EXPECT_EQ(mixed.Refusal(options), RefusalReason::kMissingStructure);
+  --mixed.mixed_pairs;
+  mixed.compared_pairs = mixed.mixed_pairs;
+  EXPECT_TRUE(mixed.Holds(options));
 }
 
 }  // namespace

@@ -1,0 +1,93 @@
+// SPDX-License-Identifier: Apache-2.0
+// Goal: where a reconstruction has taken one place for another, the images of the second place are
+//   found, with those that nobody asked about; where it shows one place, and where only an image or
+//   two see less than others, nothing is.
+// Method: a synthetic scene of two sides far apart, stored as one reconstruction: with both at
+//   their true places, and with the second side laid over the first.
+#include "engine/ingest/mixed_places.h"
+
+#include <gtest/gtest.h>
+
+#include "engine/ingest/placement_writer.h"
+#include "engine/ingest/write_scope.h"
+#include "tests/engine/ingest/torn_scene.h"
+
+namespace veduta {
+namespace {
+
+constexpr ReconstructionId kFirst(1), kSecond(2);
+
+// Lays the second side over the first one.
+void AddOverlaid(SceneDatabase* scene) {
+  scene->AddImages(0, 8);
+  ASSERT_EQ(scene->AddReconstruction({0, 1, 2, 3}), kFirst);
+  Sim3 over;
+  over.translation.x() = -kTwoSides.beside;
+  ASSERT_EQ(scene->AddReconstruction({4, 5, 6, 7}, over), kSecond);
+  SceneWork work(scene);
+  std::vector<ImageId> images;
+  for (const ReconstructionId id : {kFirst, kSecond})
+    ASSERT_OK(work.loader.LoadReconstruction(id, &images));
+  for (const ImageId id : images) {
+    work.map.MoveImage(id, kFirst, Sim3());
+    work.map.MoveBlock(id, kFirst, Sim3());
+  }
+  Placement placement;
+  placement.verdict = Verdict::kMerged;
+  placement.reconstruction = kFirst;
+  placement.merges = {{kSecond, Sim3(), 0, ""}};
+  const WriteScope scope = BeginWrite(scene->database());
+  DatabaseState state = scene->State();
+  ASSERT_OK(WritePlacement(work.map, *scope.base, placement, &state, scope.transaction.get()));
+  scope.transaction->PutState(state);
+  ASSERT_OK(scope.transaction->Commit());
+}
+
+std::vector<ImageId> Find(SceneDatabase* scene, std::vector<ImageId> asked) {
+  SceneWork work(scene);
+  EXPECT_OK(work.loader.LoadNeighborhood(asked));
+  const auto found = FindOtherPlace(work.context, asked);
+  EXPECT_OK(found);
+  return found.ok() ? *found : std::vector<ImageId>();
+}
+
+std::vector<ImageId> AllImages() {
+  std::vector<ImageId> all = SideImages(0);
+  for (const ImageId id : SideImages(1)) all.push_back(id);
+  return all;
+}
+
+TEST(MixedPlaces, OnePlaceIsOne) {
+  SceneDatabase scene(kTwoSides);
+  AddTwoSides(&scene);
+  EXPECT_TRUE(Find(&scene, AllImages()).empty());
+  EXPECT_TRUE(Find(&scene, {}).empty());
+}
+
+TEST(MixedPlaces, OfTwoAsLargeThatWithoutTheFirstImageIsTheOther) {
+  for (const size_t thread_count : {1, 2}) {
+    SceneDatabase scene(kTwoSides, thread_count);
+    AddOverlaid(&scene);
+    EXPECT_EQ(Find(&scene, AllImages()), SideImages(1));
+  }
+}
+
+TEST(MixedPlaces, WhoWasNotAskedGoesWithHisPairs) {
+  SceneDatabase scene(kTwoSides);
+  AddOverlaid(&scene);
+  std::vector<ImageId> asked = AllImages();
+  std::erase(asked, ImageId(2));
+  std::erase(asked, ImageId(8));
+  EXPECT_EQ(Find(&scene, asked), SideImages(1));
+}
+
+TEST(MixedPlaces, AnImageOrTwoAreNoPlace) {
+  SceneDatabase scene(kTwoSides);
+  AddOverlaid(&scene);
+  std::vector<ImageId> asked = SideImages(0);
+  asked.insert(asked.end(), {ImageId(5), ImageId(6)});
+  EXPECT_TRUE(Find(&scene, asked).empty());
+}
+
+}  // namespace
+}  // namespace veduta
