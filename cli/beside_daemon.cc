@@ -178,6 +178,7 @@ int RemoveBeside(DaemonClient* daemon, const RemoveRequest& request, bool json) 
   Json wanted = {{"actor", request.actor}, {"why", request.why}};
   if (!request.photos.empty()) wanted["photos"] = request.photos;
   if (!request.contributor.empty()) wanted["contributor"] = request.contributor;
+  if (request.contribution != 0) wanted["contribution"] = request.contribution;
   const Result<Json> answer = Post(daemon, "/v1/removals", wanted);
   if (!answer.ok()) return Fail(answer.status());
   const bool is_purged = answer->value("purged", false);
@@ -218,6 +219,10 @@ int MakeTokenBeside(DaemonClient* daemon, const TokenRequest& request, bool json
   Json wanted = {
       {"name", request.name}, {"role", RoleWord(request.role)}, {"actor", request.actor}};
   if (request.expires_unix_s != 0) wanted["expires"] = request.expires_unix_s;
+  if (request.quota.photos_per_day != 0) wanted["photos_per_day"] = request.quota.photos_per_day;
+  if (request.quota.bytes_per_day != 0) wanted["bytes_per_day"] = request.quota.bytes_per_day;
+  if (request.quota.requests_per_s != 0)
+    wanted["requests_per_second"] = request.quota.requests_per_s;
   const Result<Json> made = Post(daemon, "/v1/tokens", wanted);
   if (!made.ok()) return Fail(made.status());
   if (json) {

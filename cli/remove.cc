@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// veduta remove DB [PHOTO...] [--contributor WHO] [--by WHO] [--why TEXT] [--threads N] [--json]
+// veduta remove DB [PHOTO...] [--contributor WHO] [--contribution NUMBER] [--by WHO] [--why TEXT]
+// [--threads N] [--json]
 #include "cli/beside_daemon.h"
 #include "cli/command.h"
 #include "cli/follow_ups.h"
@@ -86,10 +87,16 @@ void RegisterRemove(CLI::App* app, int* exit_code) {
   CLI::Option* photos = command->add_option(
       "PHOTO", arguments->request.photos,
       std::string(kPhotoHelp) + "; none: finish what a killed removal has left");
+  CLI::Option* contributor = command
+                                 ->add_option("--contributor", arguments->request.contributor,
+                                              "All photos of this contributor instead")
+                                 ->excludes(photos);
   command
-      ->add_option("--contributor", arguments->request.contributor,
-                   "All photos of this contributor instead")
-      ->excludes(photos);
+      ->add_option("--contribution", arguments->request.contribution,
+                   "All photos of the contribution of this number instead")
+      ->check(CLI::PositiveNumber)
+      ->excludes(photos)
+      ->excludes(contributor);
   command->add_option("--by", arguments->request.actor, "Who has them removed, for the journal")
       ->capture_default_str();
   command->add_option("--why", arguments->request.why, "Why, for the journal");

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// veduta serve DB [--http HOST:PORT] [--threads N] [--waiting N] [--waiting-bytes N] [--dense]
-// [--dense-size PX] [--device D] [--json]
+// veduta serve DB [--http HOST:PORT] [--threads N] [--waiting N] [--waiting-bytes N]
+// [--parts-kept S] [--dense] [--dense-size PX] [--device D] [--json]
 #include <sys/resource.h>
 #include <unistd.h>
 
@@ -120,6 +120,11 @@ void RegisterServe(CLI::App* app, int* exit_code) {
       ->add_option("--waiting-bytes", arguments->service.intake.bytes_max,
                    "Bytes on the disk that these photos may have in all")
       ->transform(CLI::AsSizeValue(/*kb_is_1000=*/false))
+      ->capture_default_str();
+  command
+      ->add_option("--parts-kept", arguments->service.tus.keep_s,
+                   "Seconds after which a photo that arrives in parts, and comes no further, is "
+                   "given up")
       ->capture_default_str();
   command->add_flag("--dense", arguments->service.dense.is_wanted,
                     "Keep depth maps and surfaces up to date while photos come");

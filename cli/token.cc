@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// veduta token create DB NAME --role ROLE [--days N] [--by WHO] [--json]
+// veduta token create DB NAME --role ROLE [--days N] [--photos-per-day N] [--bytes-per-day N]
+// [--requests-per-second N] [--by WHO] [--json]
 // veduta token list DB [--json]
 // veduta token revoke DB NUMBER [--by WHO]
 #include <ctime>
@@ -54,6 +55,12 @@ std::string DayOf(int64_t time_unix_s) {
 void PrintToken(const TokenAnswer& token) {
   std::string fate;
   if (token.expires_unix_s != 0) fate += ", until " + DayOf(token.expires_unix_s);
+  if (token.quota.photos_per_day != 0)
+    fate += ", " + std::to_string(token.quota.photos_per_day) + " photos a day";
+  if (token.quota.bytes_per_day != 0)
+    fate += ", " + std::to_string(token.quota.bytes_per_day) + " bytes a day";
+  if (token.quota.requests_per_s != 0)
+    fate += ", " + std::to_string(token.quota.requests_per_s) + " requests a second";
   if (token.revoked_unix_s != 0) fate += ", revoked on " + DayOf(token.revoked_unix_s);
   PrintLine("%4u  %-11s  %s, made on %s%s", token.number, RoleWord(token.role).c_str(),
             Printable(token.name).c_str(), DayOf(token.created_unix_s).c_str(), fate.c_str());
@@ -107,6 +114,13 @@ void RegisterToken(CLI::App* app, int* exit_code) {
       ->capture_default_str();
   create->add_option("--days", arguments->days, "Good for so many days (default: for ever)")
       ->check(CLI::Range(1, 36'500));
+  TokenQuota* const quota = &arguments->request.quota;
+  create->add_option("--photos-per-day", quota->photos_per_day,
+                     "Photos that may be sent with it (default: what the daemon gives to each)");
+  create->add_option("--bytes-per-day", quota->bytes_per_day, "Bytes of these photos")
+      ->transform(CLI::AsSizeValue(/*kb_is_1000=*/false));
+  create->add_option("--requests-per-second", quota->requests_per_s,
+                     "Requests that may be made with it");
   create->add_flag("--json", arguments->json, "JSON");
   CLI::App* list = RegisterOne(group, "list", "All tokens that were made; none can be told again",
                                arguments, List, exit_code);

@@ -3,6 +3,7 @@
 // What stands behind the door, for the rooms that carry out its functions, and for tests and tools.
 // A program that embeds Veduta includes engine/engine.h alone.
 
+#include <functional>
 #include <memory>
 #include <mutex>
 #include <optional>
@@ -91,9 +92,21 @@ struct EngineParts {
   // Puts a photo in line that waits on the disk and is not in line, for who holds `lining_mutex`.
   Result<Ticket> Line(const UploadRecord& upload, std::optional<CameraRecord> camera,
                       AnswerCallback answered);
-  // Takes out of the line, and off the disk, what waits of this contributor. One whose turn has
-  // come has had it when this returns. How many were taken out.
-  Result<uint64_t> RemoveUploads(const std::string& contributor);
+  // The same of one whose camera is named by its record, and may have got lost.
+  Result<Ticket> LineStored(const UploadRecord& upload, AnswerCallback answered);
+  // Takes out of the line, and off the disk, what waits or arrives in parts of the contributor or
+  // the contribution that the request names. One whose turn has come has had it when this returns.
+  // How many were taken out.
+  Result<uint64_t> RemoveUploads(const RemoveRequest& request);
+  // Forgets all of these that are wanted, and the bytes of those that are on their way. How many
+  // those were.
+  Result<size_t> DeletePartialUploads(
+      const std::function<bool(const PartialUploadRecord&)>& is_wanted);
+  // Forgets the contribution that the request names, or all of its contributor, whose photos are
+  // gone.
+  Status RemoveContributions(const RemoveRequest& request);
+  // Whether a photo of this contributor may be a part of the contribution; nothing to ask for 0.
+  Status CheckContribution(uint32_t contribution, const std::string& contributor);
 
   std::string path;  // of the database, as it was opened
   EngineOptions options;

@@ -18,6 +18,22 @@ namespace {
 Result<std::vector<ImageId>> ImagesToRemove(const Snapshot& snapshot,
                                             const RemoveRequest& request) {
   std::vector<ImageId> images;
+  if (request.contribution != 0) {
+    VEDUTA_RETURN_IF_ERROR(snapshot.contributing().ScanContributedPhotos(
+        request.contribution, 0, [&](const ContributedPhoto& photo) {
+          if (photo.fate == ContributionFate::kStored) images.push_back(photo.image);
+          return true;
+        }));
+    // Some may have been removed before.
+    Status failure;
+    std::erase_if(images, [&](ImageId id) {
+      const Status found = snapshot.GetImage(id).status();
+      if (!found.ok() && found.code() != StatusCode::kNotFound) failure = found;
+      return !found.ok();
+    });
+    if (!failure.ok()) return failure;
+    return images;
+  }
   if (!request.contributor.empty()) {
     VEDUTA_RETURN_IF_ERROR(snapshot.ScanImages([&](const ImageRecord& image) {
       if (image.contributor == request.contributor) images.push_back(image.id);
@@ -99,8 +115,8 @@ Result<ForbiddenRecord> RecordOf(const Snapshot& snapshot, const ForbidRequest& 
 }  // namespace
 
 Status RemoveRequest::Check() const {
-  if (!photos.empty() && !contributor.empty())
-    return Status::InvalidArgument("photos and a contributor exclude each other");
+  if (!photos.empty() + !contributor.empty() + (contribution != 0) > 1)
+    return Status::InvalidArgument("photos, a contributor and a contribution exclude each other");
   return Status::Ok();
 }
 
@@ -123,8 +139,11 @@ Result<RemoveAnswer> Engine::Remove(const RemoveRequest& request, std::stop_toke
     return Status::Busy("a dense pass or another removal is at work: wait for its end, or stop it");
   }
   RemoveAnswer answer;
-  if (!request.contributor.empty()) {
-    VEDUTA_ASSIGN_OR_RETURN(answer.uploads, parts->RemoveUploads(request.contributor));
+  const bool is_of_many = !request.contributor.empty() || request.contribution != 0;
+  if (request.contribution != 0)
+    VEDUTA_RETURN_IF_ERROR(Ask().Contribution(request.contribution).status());
+  if (is_of_many) {
+    VEDUTA_ASSIGN_OR_RETURN(answer.uploads, parts->RemoveUploads(request));
   }
   VEDUTA_ASSIGN_OR_RETURN(const std::vector<ImageId> images,
                           ImagesToRemove(*parts->database->GetSnapshot(), request));
@@ -132,9 +151,8 @@ Result<RemoveAnswer> Engine::Remove(const RemoveRequest& request, std::stop_toke
     if (stop.stop_requested()) {
       return Status::Cancelled("stopped after " + std::to_string(answer.removed.size()) + " of " +
                                std::to_string(images.size()) + " photos; " +
-                               (request.contributor.empty()
-                                    ? "name those that are left to go on"
-                                    : "run the same command again to go on"));
+                               (is_of_many ? "run the same command again to go on"
+                                           : "name those that are left to go on"));
     }
     {
       Writer::Turn turn = parts->writer->Take();
@@ -143,6 +161,7 @@ Result<RemoveAnswer> Engine::Remove(const RemoveRequest& request, std::stop_toke
     }
     if (report) report(answer.removed.back());
   }
+  if (is_of_many) VEDUTA_RETURN_IF_ERROR(parts->RemoveContributions(request));
   VEDUTA_ASSIGN_OR_RETURN(answer.copies, CopiesOf(*parts->database->GetSnapshot(), parts->path));
   answer.purged = parts->PurgeRemoved();
   return answer;

@@ -51,8 +51,8 @@ std::string NewSecret() {
 }
 
 TokenAnswer ToAnswer(const TokenRecord& token) {
-  return {token.number,         token.name,           token.role,
-          token.created_unix_s, token.expires_unix_s, token.revoked_unix_s};
+  return {token.number,         token.name,           token.role, token.created_unix_s,
+          token.expires_unix_s, token.revoked_unix_s, token.quota};
 }
 
 std::string TextOf(const TokenRecord& token) {
@@ -126,6 +126,7 @@ Result<NewToken> Engine::CreateToken(const TokenRequest& request) {
   token.hash = HashOf(secret);
   token.created_unix_s = std::time(nullptr);
   token.expires_unix_s = request.expires_unix_s;
+  token.quota = request.quota;
   scope.transaction->PutToken(token);
   AppendJournal({0, 0, request.actor, "token", {}, {}, "made " + TextOf(token)}, &state,
                 scope.transaction.get());

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // The members of Engine and of Questions about photos that wait on the disk for their turn.
+#include <algorithm>
 #include <ctime>
 #include <utility>
 
@@ -21,13 +22,47 @@ Result<std::span<const uint8_t>> BytesOf(const PhotoSource& source, uint64_t siz
                                  " bytes, which no photo may have");
 }
 
-// Whether the photo was applied, and has come back by a power cut.
-Result<bool> HasHadItsTurn(const Snapshot& snapshot, const UploadRecord& upload) {
+// The image of a photo that was applied, and has come back by a power cut.
+Result<std::optional<ImageId>> FindImageOf(const Snapshot& snapshot, const UploadRecord& upload) {
   VEDUTA_ASSIGN_OR_RETURN(const std::optional<ImageId> stored,
                           snapshot.FindImageByPhoto(upload.photo));
-  if (!stored) return false;
+  if (!stored) return stored;
   VEDUTA_ASSIGN_OR_RETURN(const ImageRecord image, snapshot.GetImage(*stored));
-  return image.name == upload.name && image.contributor == upload.contributor;
+  const bool is_it = image.name == upload.name && image.contributor == upload.contributor;
+  return is_it ? stored : std::nullopt;
+}
+
+// What its contribution is to say of the photo; nothing where it is a part of none.
+std::optional<ContributedPhoto> FateOf(const UploadRecord& upload, ContributionFate fate,
+                                       ImageId image = {}) {
+  if (upload.contribution == 0) return std::nullopt;
+  ContributedPhoto photo;
+  photo.contribution = upload.contribution;
+  photo.upload = upload.number;
+  photo.fate = fate;
+  photo.image = image;
+  // What an image has goes with it, and leaves no name here.
+  if (!image.valid() && fate != ContributionFate::kRemoved) photo.name = upload.name;
+  return photo;
+}
+
+std::optional<ContributedPhoto> FateOf(const UploadRecord& upload,
+                                       const Result<AddOutcome>& answer) {
+  if (!answer.ok())
+    return FateOf(upload, answer.status().code() == StatusCode::kCancelled
+                              ? ContributionFate::kRemoved
+                              : ContributionFate::kFailed);
+  if (!answer->failure.ok()) return FateOf(upload, ContributionFate::kFailed);
+  if (answer->id.valid()) {
+    return FateOf(upload,
+                  answer->duplicate ? ContributionFate::kDuplicate : ContributionFate::kStored,
+                  answer->id);
+  }
+  std::optional<ContributedPhoto> photo = FateOf(upload, ContributionFate::kNotStored);
+  if (!photo) return photo;
+  photo->verdict = answer->verdict;
+  photo->reason = answer->reason;
+  return photo;
 }
 
 }  // namespace
@@ -45,11 +80,14 @@ Result<Ticket> Engine::Submit(PhotoSubmission photo, AnswerCallback answered) {
   upload.photo = HashContent(bytes);
   upload.size_bytes = bytes.size();
   upload.time_unix_s = std::time(nullptr);
+  upload.contribution = photo.contribution;
   const std::lock_guard lock(parts.lining_mutex);
+  VEDUTA_RETURN_IF_ERROR(parts.CheckContribution(upload.contribution, upload.contributor));
   VEDUTA_ASSIGN_OR_RETURN(upload.number, parts.database->AddUpload(upload, bytes));
   Result<Ticket> ticket = parts.Line(upload, std::move(camera), std::move(answered));
   if (!ticket.ok()) {
-    parts.database->DeleteUpload(upload.number)
+    const std::optional<ContributedPhoto> fate = FateOf(upload, ContributionFate::kFailed);
+    parts.database->DeleteUpload(upload.number, fate ? &*fate : nullptr)
         .IgnoreBecause("the photo is refused for another reason, and would be applied later");
   }
   return ticket;
@@ -62,16 +100,13 @@ Result<Ticket> Engine::Resume(uint64_t upload, AnswerCallback answered) {
     return Status::AlreadyExists("upload " + std::to_string(upload) + " is in line already");
   const std::shared_ptr<const Snapshot> snapshot = parts.database->GetSnapshot();
   VEDUTA_ASSIGN_OR_RETURN(const UploadRecord record, snapshot->GetUpload(upload));
-  VEDUTA_ASSIGN_OR_RETURN(const bool has_had_its_turn, HasHadItsTurn(*snapshot, record));
-  if (has_had_its_turn) {
-    VEDUTA_RETURN_IF_ERROR(parts.database->DeleteUpload(upload));
+  VEDUTA_ASSIGN_OR_RETURN(const std::optional<ImageId> image, FindImageOf(*snapshot, record));
+  if (image) {
+    const std::optional<ContributedPhoto> fate = FateOf(record, ContributionFate::kStored, *image);
+    VEDUTA_RETURN_IF_ERROR(parts.database->DeleteUpload(upload, fate ? &*fate : nullptr));
     return Status::NotFound("upload " + std::to_string(upload) + " has had its turn");
   }
-  Result<std::optional<CameraRecord>> camera = parts.FindNamed(record.camera);
-  // A repair may have lost the camera: then it is found as that of a photo that names none.
-  if (camera.status().code() == StatusCode::kNotFound) camera = std::optional<CameraRecord>();
-  VEDUTA_RETURN_IF_ERROR(camera.status());
-  return parts.Line(record, *std::move(camera), std::move(answered));
+  return parts.LineStored(record, std::move(answered));
 }
 
 Result<std::vector<UploadAnswer>> Questions::Uploads() const {
@@ -80,13 +115,22 @@ Result<std::vector<UploadAnswer>> Questions::Uploads() const {
   uploads.reserve(records.size());
   for (const UploadRecord& record : records)
     uploads.push_back({record.number, record.name, record.contributor, record.camera,
-                       record.photo.Hex(), record.size_bytes, record.time_unix_s});
+                       record.photo.Hex(), record.size_bytes, record.time_unix_s,
+                       record.contribution});
   return uploads;
 }
 
 bool EngineParts::IsInLine(uint64_t upload) {
   const std::lock_guard lock(uploads_mutex);
   return uploads.contains(upload);
+}
+
+Result<Ticket> EngineParts::LineStored(const UploadRecord& upload, AnswerCallback answered) {
+  Result<std::optional<CameraRecord>> camera = FindNamed(upload.camera);
+  // A repair may have lost the camera: then it is found as that of a photo that names none.
+  if (camera.status().code() == StatusCode::kNotFound) camera = std::optional<CameraRecord>();
+  VEDUTA_RETURN_IF_ERROR(camera.status());
+  return Line(upload, *std::move(camera), std::move(answered));
 }
 
 Result<Ticket> EngineParts::Line(const UploadRecord& upload, std::optional<CameraRecord> camera,
@@ -102,10 +146,13 @@ Result<Ticket> EngineParts::Line(const UploadRecord& upload, std::optional<Camer
   photo.camera = std::move(camera);
   photo.contributor = upload.contributor;
   photo.answered = std::move(answered);
-  photo.leave = [this, number](bool has_ended) {
+  photo.leave = [this, upload](bool has_ended, const Result<AddOutcome>& answer) {
+    const uint64_t number = upload.number;
     if (has_ended) {
-      database->DeleteUpload(number).IgnoreBecause(
-          "it is there once more when the database is next opened, and Resume finds it stored");
+      const std::optional<ContributedPhoto> fate = FateOf(upload, answer);
+      database->DeleteUpload(number, fate ? &*fate : nullptr)
+          .IgnoreBecause(
+              "it is there once more when the database is next opened, and Resume finds it stored");
     }
     const std::lock_guard lock(uploads_mutex);
     uploads.erase(number);
@@ -116,10 +163,21 @@ Result<Ticket> EngineParts::Line(const UploadRecord& upload, std::optional<Camer
   return ticket;
 }
 
-Result<uint64_t> EngineParts::RemoveUploads(const std::string& contributor) {
-  VEDUTA_ASSIGN_OR_RETURN(std::vector<UploadRecord> all, database->GetSnapshot()->ListUploads());
-  std::erase_if(all, [&](const UploadRecord& u) { return u.contributor != contributor; });
-  if (all.empty()) return uint64_t{0};
+Result<uint64_t> EngineParts::RemoveUploads(const RemoveRequest& request) {
+  const auto is_wanted = [&](const auto& upload) {
+    return request.contribution != 0 ? upload.contribution == request.contribution
+                                     : upload.contributor == request.contributor;
+  };
+  const std::shared_ptr<const Snapshot> snapshot = database->GetSnapshot();
+  VEDUTA_ASSIGN_OR_RETURN(std::vector<UploadRecord> all, snapshot->ListUploads());
+  std::erase_if(all, [&](const UploadRecord& upload) { return !is_wanted(upload); });
+  VEDUTA_ASSIGN_OR_RETURN(const std::vector<PartialUploadRecord> partial,
+                          snapshot->contributing().ListPartialUploads());
+  VEDUTA_ASSIGN_OR_RETURN(const std::vector<PartialUploadRecord> arrived,
+                          snapshot->contributing().ListPartialUploads(true));
+  if (all.empty() && std::ranges::none_of(partial, is_wanted) &&
+      std::ranges::none_of(arrived, is_wanted))
+    return uint64_t{0};
   {  // Whoever is killed from here on leaves bytes, of which PurgeRemoved rids the files.
     Writer::Turn turn = writer->Take();
     const std::unique_ptr<Transaction> transaction = turn.database().BeginTransaction();
@@ -128,7 +186,7 @@ Result<uint64_t> EngineParts::RemoveUploads(const std::string& contributor) {
     transaction->PutState(state);
     VEDUTA_RETURN_IF_ERROR(transaction->Commit());
   }
-  uint64_t removed = 0;
+  VEDUTA_ASSIGN_OR_RETURN(uint64_t removed, DeletePartialUploads(is_wanted));
   for (const UploadRecord& upload : all) {
     std::optional<Ticket> ticket;
     {
@@ -142,7 +200,8 @@ Result<uint64_t> EngineParts::RemoveUploads(const std::string& contributor) {
       ticket->Wait().status().IgnoreBecause("whether it waits on is asked below");
     const Result<UploadRecord> waits = database->GetSnapshot()->GetUpload(upload.number);
     if (!is_cancelled && waits.status().code() == StatusCode::kNotFound) continue;
-    VEDUTA_RETURN_IF_ERROR(database->DeleteUpload(upload.number));
+    const std::optional<ContributedPhoto> fate = FateOf(upload, ContributionFate::kRemoved);
+    VEDUTA_RETURN_IF_ERROR(database->DeleteUpload(upload.number, fate ? &*fate : nullptr));
     ++removed;
   }
   return removed;

@@ -7,6 +7,7 @@
 
 #include "storage/database_files.h"
 #include "storage/maintenance.h"
+#include "storage/partial_uploads.h"
 #include "storage/purge.h"
 #include "storage/record_counts.h"
 #include "storage/records/state_record.h"
@@ -103,7 +104,25 @@ class DatabaseView final : public Database {
     const std::lock_guard one_at_a_time(uploads_mutex_);
     return veduta::AddUpload(*files(), std::move(upload), bytes, options_.sync_wal);
   }
-  Status DeleteUpload(uint64_t number) override { return veduta::DeleteUpload(*files(), number); }
+  Status DeleteUpload(uint64_t number, const ContributedPhoto* fate) override {
+    return veduta::DeleteUpload(*files(), number, fate);
+  }
+
+  Status PutPartialUpload(const PartialUploadRecord& partial) override {
+    return veduta::PutPartialUpload(*files(), partial, options_.sync_wal);
+  }
+  Status AppendToPartialUpload(std::span<const uint8_t> bytes,
+                               PartialUploadRecord* partial) override {
+    return veduta::AppendToPartialUpload(*files(), bytes, options_.sync_wal, partial);
+  }
+  Status FinishPartialUpload(std::span<const uint8_t> photo, UploadRecord* upload,
+                             PartialUploadRecord* partial) override {
+    const std::lock_guard one_at_a_time(uploads_mutex_);
+    return veduta::FinishPartialUpload(*files(), photo, options_.sync_wal, upload, partial);
+  }
+  Status DeletePartialUpload(const PartialUploadRecord& partial) override {
+    return veduta::DeletePartialUpload(*files(), partial);
+  }
 
   Result<DatabaseSizes> GetSizes() const override { return SizesOf(*files()); }
   Result<DatabaseStatistics> GetStatistics() const override { return StatisticsOf(*files()); }

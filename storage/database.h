@@ -25,6 +25,7 @@
 #include "storage/database_options.h"
 #include "storage/database_sizes.h"
 #include "storage/model/features.h"
+#include "storage/model/partial_upload.h"
 #include "storage/model/points.h"
 #include "storage/model/upload.h"
 #include "storage/snapshot.h"
@@ -82,10 +83,24 @@ class Database {
                                     std::span<const ImageId> images) = 0;
 
   // Keeps a photo that waits for its turn, durably where the database syncs its log; it is no part
-  // of the city, and enters no digest. Its number, which is the next one where `upload` has none.
+  // of the city, and enters no digest. It is entered in its contribution, where that is there, and
+  // counted once. Its number, which is the next one where `upload` has none.
   virtual Result<uint64_t> AddUpload(UploadRecord upload, std::span<const uint8_t> bytes) = 0;
-  // Once it has had its turn. Not durable by itself; does nothing where there is none.
-  virtual Status DeleteUpload(uint64_t number) = 0;
+  // Once it has had its turn, with what became of it where it is a part of a contribution. Not
+  // durable by itself; does nothing where there is none.
+  virtual Status DeleteUpload(uint64_t number, const ContributedPhoto* fate = nullptr) = 0;
+
+  // A photo that arrives in parts. `partial` is the stored record, and is changed to what is stored
+  // then; each write is durable where the database syncs its log, and one call at a time may be
+  // made. The caller has seen to it that the bytes are those that come next, that they are not all
+  // that are missing, and of `photo`, that it is the whole.
+  virtual Status PutPartialUpload(const PartialUploadRecord& partial) = 0;
+  virtual Status AppendToPartialUpload(std::span<const uint8_t> bytes,
+                                       PartialUploadRecord* partial) = 0;
+  // As AddUpload, in the same write in which the parts are given up: the photo gets in line once.
+  virtual Status FinishPartialUpload(std::span<const uint8_t> photo, UploadRecord* upload,
+                                     PartialUploadRecord* partial) = 0;
+  virtual Status DeletePartialUpload(const PartialUploadRecord& partial) = 0;  // not durable
 
   virtual Result<DatabaseSizes> GetSizes() const = 0;
   virtual Result<DatabaseStatistics> GetStatistics() const = 0;

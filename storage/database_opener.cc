@@ -379,8 +379,9 @@ Status DatabaseOpener::CheckFamilies(uint32_t format) {
 
 // Format 1 had no families for the dense pass; until format 2 the keys of `names` did not tell the
 // contributor; until format 3 there was no family for photos that wait, until format 4 nothing that
-// places the city on the earth, and until format 5 no merge that is open. The rest is the same. The
-// version is written last, with the names: whoever is killed on the way upgrades again.
+// places the city on the earth, until format 5 no merge that is open, and until format 6 no
+// contribution. The rest is the same. The version is written last, with the names: whoever is
+// killed on the way upgrades again.
 Status DatabaseOpener::Upgrade(uint32_t version) {
   VEDUTA_RETURN_IF_ERROR(CheckFamilies(version));
   VEDUTA_RETURN_IF_ERROR(CreateMissingFamilies());

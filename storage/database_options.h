@@ -14,7 +14,7 @@ class FileSystem;
 namespace veduta {
 
 // 2: there is a dense pass. 3: contributors name their photos each for themselves.
-inline constexpr uint32_t kFormatVersion = 6;
+inline constexpr uint32_t kFormatVersion = 7;
 
 struct DatabaseOptions {
   // Makes a new database; kAlreadyExists if one is there.

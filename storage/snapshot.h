@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "storage/base/status.h"
+#include "storage/contributing.h"
 #include "storage/dense.h"
 #include "storage/model/camera.h"
 #include "storage/model/features.h"
@@ -124,6 +125,8 @@ class Snapshot {
 
   // What the dense pass made; lives as long as the snapshot.
   virtual const DenseReader& dense() const = 0;
+  // Uploads in parts, and contributions; lives as long as the snapshot.
+  virtual const ContributingReader& contributing() const = 0;
 
   // Every key of a family with its value as it lies, not decoded: for `verify`. Ascending keys,
   // until visit returns false. A value in a blob file that cannot be read comes as the failure of

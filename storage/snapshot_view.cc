@@ -4,6 +4,7 @@
 #include <utility>
 
 #include "storage/blob_keys.h"
+#include "storage/contributing_view.h"
 #include "storage/dense_view.h"
 #include "storage/record_counts.h"
 #include "storage/records/border_record.h"
@@ -60,7 +61,8 @@ class SnapshotView final : public Snapshot {
       : files_(std::move(files)),
         snapshot_(files_),
         reader_(*files_, snapshot_.get()),
-        dense_(MakeDenseReader(reader_)) {}
+        dense_(MakeDenseReader(reader_)),
+        contributing_(MakeContributingReader(reader_)) {}
 
   uint64_t sequence() const override { return snapshot_.sequence(); }
 
@@ -321,6 +323,7 @@ class SnapshotView final : public Snapshot {
   }
 
   const DenseReader& dense() const override { return *dense_; }
+  const ContributingReader& contributing() const override { return *contributing_; }
 
   Status ScanStored(Family family, const VisitStored& visit) const override {
     if (TraitsOf(family).store == ValueStore::kTable) {
@@ -484,6 +487,7 @@ class SnapshotView final : public Snapshot {
   const SnapshotHandle snapshot_;
   const ValueReader reader_;
   const std::unique_ptr<const DenseReader> dense_;
+  const std::unique_ptr<const ContributingReader> contributing_;
 };
 
 }  // namespace

@@ -12,6 +12,7 @@
 #include "storage/base/status.h"
 #include "storage/dense.h"
 #include "storage/model/camera.h"
+#include "storage/model/contribution.h"
 #include "storage/model/features.h"
 #include "storage/model/forbidden.h"
 #include "storage/model/geo.h"
@@ -93,6 +94,12 @@ class Transaction {
   virtual void PutGroundPoint(const GroundPoint& point) = 0;     // replaces the one of its name
   virtual void DeleteGroundPoint(const std::string& name) = 0;   // also where there is none
   virtual void PutToken(const TokenRecord& token) = 0;           // replaces the one of its number
+  // Replaces the one of its number. One call at a time with Database::AddUpload, whose photos it
+  // counts.
+  virtual void PutContribution(const ContributionRecord& contribution) = 0;
+  virtual void PutContributedPhoto(const ContributedPhoto& photo) = 0;
+  // With the entries of its photos; the photos themselves stay. Reads base().
+  virtual void RemoveContribution(uint32_t number) = 0;
   virtual void AddJournal(const JournalRecord& record) = 0;
 
   // Writes of the dense pass, part of the same commit.

@@ -14,6 +14,7 @@
 #include "storage/record_counts.h"
 #include "storage/records/border_record.h"
 #include "storage/records/camera_record.h"
+#include "storage/records/contribution_record.h"
 #include "storage/records/earth_record.h"
 #include "storage/records/forbidden_record.h"
 #include "storage/records/hypothesis_record.h"
@@ -109,6 +110,30 @@ class WriteTransaction final : public Transaction {
 
   void PutToken(const TokenRecord& token) override {
     buffer().Put(Family::kMeta, TokenKey(token.number), Encode(token));
+  }
+
+  void PutContribution(const ContributionRecord& contribution) override {
+    const Result<uint32_t> last = base_->contributing().LastContribution();
+    buffer().Note(last.status());
+    buffer().Put(Family::kContributions, ContributionKey(contribution.number),
+                 Encode(contribution));
+    if (last.ok() && contribution.number > *last)
+      buffer().Put(Family::kContributions, LastContributionKey(),
+                   std::string_view(EncodeU32(contribution.number)));
+  }
+
+  void PutContributedPhoto(const ContributedPhoto& photo) override {
+    buffer().Put(Family::kContributions, ContributedPhotoKey(photo.contribution, photo.upload),
+                 Encode(photo));
+  }
+
+  void RemoveContribution(uint32_t number) override {
+    buffer().Delete(Family::kContributions, ContributionKey(number));
+    buffer().Note(
+        base_->contributing().ScanContributedPhotos(number, 0, [&](const ContributedPhoto& photo) {
+          buffer().Delete(Family::kContributions, ContributedPhotoKey(number, photo.upload));
+          return true;
+        }));
   }
 
   void PutForbidden(const ForbiddenRecord& forbidden) override {

@@ -7,8 +7,10 @@
 #include <map>
 #include <set>
 
+#include "cli/service/contribution_routes.h"
 #include "cli/service/openapi.h"
 #include "cli/service/page_answer.h"
+#include "cli/service/request_parts.h"
 #include "cli/wire/added_json.h"
 #include "cli/wire/answers_json.h"
 #include "cli/wire/earth_json.h"
@@ -29,24 +31,6 @@ constexpr uint64_t kPhotosCountMax = 1000, kThumbnailSide = 256, kThumbnailSideM
 // Of a camera that is sent. Parsed JSON takes many times its text. Chosen by hand.
 constexpr size_t kCameraBytesMax = 64 << 10;
 
-// The whole text as a number in [min, max].
-Result<uint64_t> WholeNumber(const std::string& what, const std::string& text, uint64_t min,
-                             uint64_t max) {
-  uint64_t value = 0;
-  const char* const end = text.data() + text.size();
-  const auto [rest, error] = std::from_chars(text.data(), end, value);
-  if (error == std::errc() && rest == end && min <= value && value <= max) return value;
-  return Status::InvalidArgument(what + " is '" + text + "', and must be a whole number from " +
-                                 std::to_string(min) + " to " + std::to_string(max));
-}
-
-Result<uint64_t> NumberParameter(const HttpRequest& request, const std::string& name,
-                                 uint64_t otherwise, uint64_t min, uint64_t max) {
-  const auto found = request.query.find(name);
-  if (found == request.query.end()) return otherwise;
-  return WholeNumber("the parameter '" + name + "'", found->second, min, max);
-}
-
 template <typename T>
 HttpAnswer AnswerOf(const Result<T>& result) {
   return result.ok() ? JsonAnswer(200, ToJson(*result)) : ProblemOf(result.status());
@@ -62,13 +46,6 @@ HttpAnswer ListCameras(Engine* engine, const HttpRequest&, const PathArguments&)
 
 HttpAnswer GetCamera(Engine* engine, const HttpRequest&, const PathArguments& arguments) {
   return AnswerOf(engine->Ask().Camera(arguments[0]));
-}
-
-// The member of a JSON object that must be a text.
-Result<std::string> TextMember(const Json& object, const char* name) {
-  const auto found = object.find(name);
-  if (found != object.end() && found->is_string()) return found->get<std::string>();
-  return Status::InvalidArgument("'" + std::string(name) + "' is missing, or is no text");
 }
 
 Result<CameraAnswer> AddCameraOf(Engine* engine, const HttpRequest& request) {
@@ -167,17 +144,6 @@ HttpAnswer LocalizePhoto(Engine* engine, const HttpRequest& request, const PathA
   return done.ok() ? answer : ProblemOf(done);
 }
 
-// The member of a JSON object, "" where there is none. kInvalidArgument where it is no text.
-Result<std::string> OptionalText(const Json& object, const char* name) {
-  return object.contains(name) ? TextMember(object, name) : std::string();
-}
-
-// Who asks, for the journal: whose token it is, or whom the owner names.
-Result<std::string> ActorOf(const Json& object, const HttpRequest& request) {
-  if (!request.who.empty()) return request.who;
-  return TextMember(object, "actor");
-}
-
 Result<RemoveAnswer> RemoveOf(Engine* engine, const HttpRequest& request) {
   const Json json = Json::parse(request.body, nullptr, /*allow_exceptions=*/false);
   if (!json.is_object()) return Status::InvalidArgument("the body is no JSON object");
@@ -189,6 +155,10 @@ Result<RemoveAnswer> RemoveOf(Engine* engine, const HttpRequest& request) {
     wanted.photos.push_back(photo.get<std::string>());
   }
   VEDUTA_ASSIGN_OR_RETURN(wanted.contributor, OptionalText(json, "contributor"));
+  VEDUTA_ASSIGN_OR_RETURN(
+      const uint64_t contribution,
+      OptionalNumber(json, "contribution", std::numeric_limits<uint32_t>::max()));
+  wanted.contribution = static_cast<uint32_t>(contribution);
   VEDUTA_ASSIGN_OR_RETURN(wanted.actor, ActorOf(json, request));
   VEDUTA_ASSIGN_OR_RETURN(wanted.why, OptionalText(json, "why"));
   VEDUTA_ASSIGN_OR_RETURN(RemoveAnswer removed, engine->Remove(wanted));
@@ -348,6 +318,14 @@ Result<NewToken> MakeTokenOf(Engine* engine, const HttpRequest& request) {
   if (!expires.is_null() && !expires.is_number_integer())
     return Status::InvalidArgument("'expires' is no whole number of seconds since 1970");
   if (!expires.is_null()) wanted.expires_unix_s = expires.get<int64_t>();
+  constexpr uint64_t kMax = std::numeric_limits<uint32_t>::max();
+  VEDUTA_ASSIGN_OR_RETURN(const uint64_t photos, OptionalNumber(json, "photos_per_day", kMax));
+  VEDUTA_ASSIGN_OR_RETURN(const uint64_t requests,
+                          OptionalNumber(json, "requests_per_second", kMax));
+  VEDUTA_ASSIGN_OR_RETURN(wanted.quota.bytes_per_day,
+                          OptionalNumber(json, "bytes_per_day", UINT64_MAX));
+  wanted.quota.photos_per_day = static_cast<uint32_t>(photos);
+  wanted.quota.requests_per_s = static_cast<uint32_t>(requests);
   return engine->CreateToken(wanted);
 }
 
@@ -369,9 +347,9 @@ HttpAnswer RevokeToken(Engine* engine, const HttpRequest& request, const PathArg
   return revoked.ok() ? JsonAnswer(200, Json::object()) : ProblemOf(revoked);
 }
 
-const std::vector<CityRoute>& Routes() {
+std::vector<CityRoute> RoutesOfCity() {
   constexpr Role kSends = Role::kContributor, kCurates = Role::kCurator, kRules = Role::kAdmin;
-  static const std::vector<CityRoute> kRoutes = {
+  return {
       {"GET", {}, {}, AnswerWithPage, false, true, Role::kViewer, false, true},
       {"GET", {"page.js"}, {}, AnswerWithPage, false, true, Role::kViewer, false, true},
       {"GET", {"page.css"}, {}, AnswerWithPage, false, true, Role::kViewer, false, true},
@@ -381,7 +359,13 @@ const std::vector<CityRoute>& Routes() {
       {"GET", {"v1", "openapi.json"}, {}, GetOpenApi, false, true, Role::kViewer, false, true},
       {"GET", {"v1", "events"}, {"from"}, nullptr},
       {"GET", {"v1", "photos"}, {"from", "count"}, ListPhotos, true},
-      {"POST", {"v1", "photos"}, {"name", "camera", "contributor"}, nullptr, false, false, kSends},
+      {"POST",
+       {"v1", "photos"},
+       {"name", "camera", "contributor", "contribution"},
+       nullptr,
+       false,
+       false,
+       kSends},
       {"GET", {"v1", "dense"}, {}, nullptr, false, true},
       {"POST", {"v1", "dense", "pause"}, {}, nullptr, false, false, kCurates},
       {"POST", {"v1", "dense", "resume"}, {}, nullptr, false, false, kCurates},
@@ -421,6 +405,14 @@ const std::vector<CityRoute>& Routes() {
       {"POST", {"v1", "tokens"}, {}, MakeToken, false, false, kRules, true},
       {"POST", {"v1", "tokens", "*", "revoke"}, {}, RevokeToken, false, false, kRules, true},
   };
+}
+
+const std::vector<CityRoute>& Routes() {
+  static const std::vector<CityRoute> kRoutes = [] {
+    std::vector<CityRoute> all = RoutesOfCity();
+    for (const CityRoute& route : ContributionRoutes()) all.push_back(route);
+    return all;
+  }();
   return kRoutes;
 }
 

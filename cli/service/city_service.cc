@@ -9,6 +9,7 @@
 #include <random>
 #include <utility>
 
+#include "cli/service/tus_message.h"
 #include "cli/wire/answers_json.h"
 #include "storage/base/memory_shortage.h"
 #include "storage/base/option_bounds.h"
@@ -55,6 +56,7 @@ std::string CityMetrics(const StatusAnswer& city) {
 Status ServiceOptions::Check() const {
   return OptionBounds()
       .Part("intake", intake.Check())
+      .Part("tus", tus.Check())
       .Part("dense", dense.Check())
       .Between("query_threads", query_threads, 1, 1024)
       .Between("waiting_questions_max", waiting_questions_max, 1, 100'000)
@@ -73,6 +75,8 @@ CityService::CityService(std::unique_ptr<Engine> engine, const std::string& path
                 if (ended) ended(name, outcome);
                 if (!outcome.ok()) ReopenAfter(outcome.status());
               }),
+      quotas_(options.quota),
+      tus_(options.tus, &intake_, &quotas_),
       engine_(std::move(engine)),
       pool_(options.query_threads),
       dense_(engine_.get(), options.dense, std::move(listeners.dense_failed)),
@@ -88,13 +92,22 @@ CityService::~CityService() {
 
 std::optional<HttpAnswer> CityService::Refuse(HttpRequest* request) const {
   auto found = FindRoute(*request);
-  if (auto* const refusal = std::get_if<HttpAnswer>(&found)) return std::move(*refusal);
-  return gatekeeper_.Refuse(*engine_, *std::get<RouteMatch>(found).route, request);
+  std::optional<HttpAnswer> refusal;
+  if (auto* const none = std::get_if<HttpAnswer>(&found)) {
+    refusal = std::move(*none);
+  } else {
+    refusal = gatekeeper_.Refuse(*engine_, *std::get<RouteMatch>(found).route, request);
+    if (!refusal) refusal = quotas_.TakeRequest(*request);
+  }
+  if (refusal && IsTus(*request)) refusal->headers.emplace_back("Tus-Resumable", kTusVersion);
+  return refusal;
 }
 
 void CityService::Handle(HttpRequest request, Answered answered) {
-  const Answered counted = [this, answered = std::move(answered)](HttpAnswer answer) {
+  const Answered counted = [this, answered = std::move(answered),
+                            is_tus = IsTus(request)](HttpAnswer answer) {
     Count(answer);
+    if (is_tus) answer.headers.emplace_back("Tus-Resumable", kTusVersion);
     answered(std::move(answer));
   };
   auto found = FindRoute(request);
@@ -102,6 +115,9 @@ void CityService::Handle(HttpRequest request, Answered answered) {
   const auto match = std::get<RouteMatch>(std::move(found));
   if (auto refusal = gatekeeper_.Refuse(*engine_, *match.route, &request))
     return counted(*std::move(refusal));
+  if (request.method == "GET") {
+    if (auto refusal = quotas_.TakeRequest(request)) return counted(*std::move(refusal));
+  }
   if (match.route->is_quick) return counted(Answer(request, match));
   // Shared, since the pool copies its tasks, and bodies are large.
   const auto shared = std::make_shared<HttpRequest>(std::move(request));
@@ -109,10 +125,23 @@ void CityService::Handle(HttpRequest request, Answered answered) {
   const bool is_queued = Queue([this, shared, match, counted, is_photo](bool is_closed) {
     if (is_closed)
       return counted(ProblemOf(Status::Busy("the daemon is closing: ask again in a while")));
-    if (is_photo) return intake_.Take(engine_.get(), std::move(*shared), counted);
+    if (is_photo) return TakePhoto(std::move(*shared), counted);
     counted(Answer(*shared, match));
   });
   if (!is_queued) counted(ProblemOf(Status::Busy("too many questions wait: ask again in a while")));
+}
+
+void CityService::TakePhoto(HttpRequest request, const Answered& answered) {
+  const uint64_t bytes = request.body.size();
+  if (auto refusal = quotas_.TakePhoto(request, bytes)) return answered(*std::move(refusal));
+  HttpRequest sender;  // what is left of the request when the photo is judged
+  sender.token_number = request.token_number;
+  sender.quota = request.quota;
+  intake_.Take(engine_.get(), std::move(request),
+               [this, sender, bytes, answered](HttpAnswer answer) {
+                 if (answer.code == 429 || answer.code == 503) quotas_.GivePhoto(sender, bytes);
+                 answered(std::move(answer));
+               });
 }
 
 bool CityService::Queue(std::function<void(bool is_closed)> task) {
@@ -133,6 +162,7 @@ bool CityService::Queue(std::function<void(bool is_closed)> task) {
 
 HttpAnswer CityService::Answer(const HttpRequest& request, const RouteMatch& match) {
   const auto answer = CatchShortage("answer a request", [&]() -> Result<HttpAnswer> {
+    if (IsTus(request)) return AnswerOnTus(request);
     return match.route->answer == nullptr ? AnswerOfItself(request) : AskEngine(request, match);
   });
   return answer.ok() ? *answer : ProblemOf(answer.status());
@@ -150,6 +180,14 @@ HttpAnswer CityService::AnswerOfItself(const HttpRequest& request) {
   if (intake_.is_closing()) return ProblemOf(Status::Busy("the daemon is closing"));
   const auto journal = engine_->Ask().Journal(1, 1);
   return journal.ok() ? JsonAnswer(200, {{"status", "ready"}}) : ProblemOf(journal.status());
+}
+
+HttpAnswer CityService::AnswerOnTus(const HttpRequest& request) {
+  HttpAnswer answer = tus_.Answer(engine_.get(), request);
+  // A write may have failed: see ReopenAfter.
+  if (answer.code == 503 && !intake_.is_closing())
+    ReopenAfter(Status::IoError("a part of a photo was not stored"));
+  return answer;
 }
 
 HttpAnswer CityService::AnswerOnDense(const std::string& asked) {
@@ -187,7 +225,8 @@ HttpAnswer CityService::Metrics() const {
 HttpAnswer CityService::AskEngine(const HttpRequest& request, const RouteMatch& match) {
   const CityRoute& route = *match.route;
   std::optional<DenseKeeper::Rest> rest;
-  const bool is_removal = request.path == std::vector<std::string>{"v1", "removals"};
+  const bool is_removal =
+      request.path == std::vector<std::string>{"v1", "removals"} || request.method == "DELETE";
   if (is_removal) rest.emplace(&dense_);  // which cannot go beside a pass
   if (!route.is_of_snapshot) {
     HttpAnswer answer = route.answer(engine_.get(), request, match.arguments);
@@ -270,6 +309,9 @@ void CityService::SettleNowAndThen(
     if (stop.stop_requested()) return;
     CatchShortage("resume photos", [&] {
       return Resume();
+    }).IgnoreBecause("it is tried again after the next pause");
+    CatchShortage("give up uploads", [&] {
+      return tus_.Expire(engine_.get());
     }).IgnoreBecause("it is tried again after the next pause");
     const auto tell = [&](const FollowUp& step) {
       if (followed) followed(step, engine_->Ask());

@@ -18,6 +18,8 @@
 #include "cli/service/gatekeeper.h"
 #include "cli/service/http_message.h"
 #include "cli/service/photo_intake.h"
+#include "cli/service/quotas.h"
+#include "cli/service/tus_uploads.h"
 #include "engine/engine.h"
 #include "storage/base/thread_pool.h"
 
@@ -26,6 +28,9 @@ namespace veduta {
 // What the daemon takes.
 struct ServiceOptions {
   IntakeLimits intake;
+  TusOptions tus;
+  // Of each token that has no quota of its own. Chosen by hand: more than a person does.
+  TokenQuota quota = {100'000, 1ull << 40, 1'000};
   DenseKeeping dense;
   // Threads that answer questions, 1 to 1024. A localisation takes one for as long as a photo does,
   // so there are some for those who ask less.
@@ -72,7 +77,8 @@ class CityService final {
   // Whether requests need tokens: there is one.
   bool asks_for_tokens() const { return gatekeeper_.asks_for_tokens(); }
 
-  // The answer to a request that is for nothing, or may not be made: before its body is read.
+  // The answer to a request that is for nothing, or may not be made, or is one too many: before its
+  // body is read. To be asked of each request but GET, which Handle counts.
   std::optional<HttpAnswer> Refuse(HttpRequest* request) const;
 
   // Returns soon. `answered` is called once: by this thread, or by another one later.
@@ -87,9 +93,11 @@ class CityService final {
   void Close();
 
  private:
+  void TakePhoto(HttpRequest request, const Answered& answered);
   HttpAnswer Answer(const HttpRequest& request, const RouteMatch& match);
   // What a route does that the engine knows nothing of.
   HttpAnswer AnswerOfItself(const HttpRequest& request);
+  HttpAnswer AnswerOnTus(const HttpRequest& request);
   HttpAnswer AnswerOnDense(const std::string& asked);
   HttpAnswer Metrics() const;
   Result<CityEvents> EventsFrom(uint64_t first) const;
@@ -113,6 +121,8 @@ class CityService final {
   // Destroyed from the bottom up: nobody asks an engine that is closed, and photos are answered
   // while it closes.
   PhotoIntake intake_;
+  mutable Quotas quotas_;
+  TusUploads tus_;
   mutable std::mutex mutex_;
   std::map<uint32_t, uint64_t> answers_;  // how many, by code
   bool is_closed_ = false;

@@ -75,11 +75,4 @@ std::string EncodeForQuery(const std::string& text) {
   return kj::encodeUriComponent(kj::StringPtr(text.c_str(), text.size())).cStr();
 }
 
-std::string HeaderOf(const HttpAnswer& answer, const std::string& name) {
-  for (const auto& [header, value] : answer.headers) {
-    if (header == name) return value;
-  }
-  return "";
-}
-
 }  // namespace veduta

@@ -41,7 +41,5 @@ class DaemonClient final {
 
 // A value of a query, percent-encoded.
 std::string EncodeForQuery(const std::string& text);
-// A header of the answer; empty where it has none.
-std::string HeaderOf(const HttpAnswer& answer, const std::string& name);
 
 }  // namespace veduta

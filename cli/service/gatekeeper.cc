@@ -36,9 +36,12 @@ std::optional<HttpAnswer> Gatekeeper::Refuse(const Engine& engine, const CityRou
                             RoleWord((*token)->role) + "'s");
   }
   request->who = (*token)->name;
+  request->token_number = (*token)->number;
+  request->quota = (*token)->quota;
+  request->may_name_others = (*token)->role >= Role::kCurator;
   const auto contributor = request->query.find("contributor");
   if (contributor != request->query.end() && contributor->second != request->who &&
-      (*token)->role < Role::kCurator)
+      !request->may_name_others)
     return Problem(403, "photos are sent under the token's name, " + request->who +
                             ": leave the parameter 'contributor' out");
   return std::nullopt;

@@ -6,7 +6,6 @@
 #include <kj/compat/url.h>
 
 #include <algorithm>
-#include <atomic>
 #include <cctype>
 #include <charconv>
 #include <memory>
@@ -15,17 +14,18 @@
 #include <utility>
 #include <vector>
 
+#include "cli/service/body_reader.h"
 #include "cli/service/loopback.h"
 #include "cli/service/own_socket.h"
+#include "cli/service/tus_message.h"
 #include "storage/base/option_bounds.h"
 
 namespace veduta {
 namespace {
 
-// How long a client may take: for the head of a request, for the next piece of its body, for all of
-// its body. Chosen by hand: a photo of 10 MB comes over 150 kbit/s.
-constexpr kj::Duration kHeadTime = 15 * kj::SECONDS, kPieceTime = 30 * kj::SECONDS,
-                       kBodyTime = 10 * kj::MINUTES;
+// How long a client may take: for the head of a request, for all of its body. Chosen by hand: a
+// photo of 10 MB comes over 150 kbit/s.
+constexpr kj::Duration kHeadTime = 15 * kj::SECONDS, kBodyTime = 10 * kj::MINUTES;
 // How long the rest of a body is read that was refused.
 constexpr kj::Duration kRefusedTime = 10 * kj::SECONDS;
 // How long a connection may rest between two requests.
@@ -38,8 +38,6 @@ constexpr kj::Duration kDrainTime = 5 * kj::SECONDS;
 constexpr kj::Duration kNewsTime = 300 * kj::MILLISECONDS, kAliveTime = 15 * kj::SECONDS;
 // Before the next connection is taken where there are too many, or where taking one failed.
 constexpr kj::Duration kPauseTime = 20 * kj::MILLISECONDS;
-// Pieces in which a body is read.
-constexpr size_t kPieceBytes = 256 << 10;
 
 std::string Text(kj::ArrayPtr<const char> text) {
   return {text.begin(), text.size()};
@@ -57,46 +55,6 @@ std::string MediaType(std::string header) {
   while (!header.empty() && header.back() == ' ') header.pop_back();
   return header;
 }
-
-// A number of things that all threads together may have: bytes of bodies, connections.
-class Budget final {
- public:
-  explicit Budget(uint64_t max) : max_(max) {}
-  // False, and nothing is taken, where there is not so much left.
-  bool Take(uint64_t count) {
-    uint64_t before = used_;
-    do {
-      if (count > max_ - before) return false;
-    } while (!used_.compare_exchange_weak(before, before + count));
-    return true;
-  }
-  void Give(uint64_t count) { used_ -= count; }
-
- private:
-  const uint64_t max_;
-  std::atomic<uint64_t> used_ = 0;
-};
-
-// The bytes of one body, which count in the budget as long as it is there.
-struct BodyShare {
-  explicit BodyShare(std::shared_ptr<Budget> b) : budget(std::move(b)) {}
-  BodyShare(const BodyShare&) = delete;
-  BodyShare& operator=(const BodyShare&) = delete;
-  ~BodyShare() { budget->Give(taken); }
-
-  const std::shared_ptr<Budget> budget;
-  uint64_t taken = 0;
-};
-
-// A request on its way.
-struct Arriving {
-  explicit Arriving(std::shared_ptr<Budget> budget)
-      : share(std::make_shared<BodyShare>(std::move(budget))) {}
-
-  HttpRequest request;
-  std::shared_ptr<BodyShare> share;
-  std::optional<HttpAnswer> refusal;  // why no more of it was read
-};
 
 // What the threads of the door share.
 struct Limits {
@@ -119,8 +77,14 @@ struct Headers {
         prefer(builder->add("Prefer")),
         last_event(builder->add("Last-Event-ID")),
         fetch_site(builder->add("Sec-Fetch-Site")),
-        authorization(builder->add("Authorization")) {}
-  const kj::HttpHeaderId origin, none_match, prefer, last_event, fetch_site, authorization;
+        authorization(builder->add("Authorization")),
+        method_override(builder->add("X-HTTP-Method-Override")) {
+    for (const char* const name : HeadersOfRoutes())
+      of_routes.emplace_back(name, builder->add(name));
+  }
+  const kj::HttpHeaderId origin, none_match, prefer, last_event, fetch_site, authorization,
+      method_override;
+  std::vector<std::pair<const char*, kj::HttpHeaderId>> of_routes;
 };
 
 // Completes a promise of the thread that it was made on from any other.
@@ -144,6 +108,7 @@ class HttpDoor final : public kj::HttpService, private kj::TaskSet::ErrorHandler
       : service_(service),
         limits_(*limits),
         timer_(*timer),
+        reader_(timer, limits->options.body_bytes_max),
         table_(table),
         known_(known),
         is_of_owner_(is_of_owner),
@@ -182,7 +147,9 @@ class HttpDoor final : public kj::HttpService, private kj::TaskSet::ErrorHandler
       if (auto refusal = service_->Refuse(&asked)) return Send(*std::move(refusal), response);
     }
     if (is_events) return Follow(asked, method == kj::HttpMethod::GET, headers, response);
-    return timer_.timeoutAfter(kBodyTime, ReadBody(body, arriving))
+    if (ComesInParts(asked))
+      return TakeParts(body, arriving, timer_.now() + kBodyTime, std::nullopt, response);
+    return timer_.timeoutAfter(kBodyTime, reader_.ReadAll(body, arriving))
         .catch_([arriving](kj::Exception&& exception) {
           if (exception.getType() != kj::Exception::Type::OVERLOADED)
             kj::throwFatalException(kj::mv(exception));
@@ -238,7 +205,17 @@ class HttpDoor final : public kj::HttpService, private kj::TaskSet::ErrorHandler
     request->token = BearerOf(Header(headers, known_.authorization));
     request->if_none_match = Header(headers, known_.none_match);
     request->prefers_async = Lower(Header(headers, known_.prefer)).find("respond-async") == 0;
-    return ReadAddress(url, request);
+    for (const auto& [name, id] : known_.of_routes) {
+      KJ_IF_MAYBE (value, headers.get(id)) {
+        request->headers.emplace(name, Text(*value));
+      }
+    }
+    auto refusal = ReadAddress(url, request);
+    // For clients that cannot send every method, as the tus protocol has it.
+    const std::string wanted = Header(headers, known_.method_override);
+    if (!wanted.empty() && request->method == "POST" && IsTus(*request))
+      request->method = wanted == "HEAD" ? "GET" : wanted;
+    return refusal;
   }
 
   static std::optional<HttpAnswer> ReadAddress(kj::StringPtr text, HttpRequest* request) {
@@ -253,51 +230,46 @@ class HttpDoor final : public kj::HttpService, private kj::TaskSet::ErrorHandler
     return Problem(400, "the address cannot be read");
   }
 
-  // Reads until the end, or sets arriving->refusal.
-  kj::Promise<void> ReadBody(kj::AsyncInputStream& body, std::shared_ptr<Arriving> arriving) {
-    KJ_IF_MAYBE (length, body.tryGetLength()) {
-      if (*length == 0 || !FitsBody(*length, arriving.get())) return kj::READY_NOW;
-      // Memory is taken when it is filled.
-      arriving->request.body.reserve(*length + kPieceBytes);
-    }
-    return ReadPiece(body, std::move(arriving));
-  }
-
-  kj::Promise<void> ReadPiece(kj::AsyncInputStream& body, std::shared_ptr<Arriving> arriving) {
-    std::vector<uint8_t>& bytes = arriving->request.body;
-    const size_t before = bytes.size();
-    bytes.resize(before + kPieceBytes);
-    return timer_.timeoutAfter(kPieceTime, body.tryRead(&bytes[before], 1, kPieceBytes))
-        .then([this, &body, arriving, before](size_t count) -> kj::Promise<void> {
-          arriving->request.body.resize(before + count);
-          if (count == 0 || !Reserve(arriving.get(), before + count)) return kj::READY_NOW;
-          return ReadPiece(body, arriving);
+  // Hands a body over as it comes, each part as a request of its own whose Upload-Offset is where
+  // the part before it has ended. What has come before the connection breaks, or takes too long,
+  // is handed over as well. `so_far`: the answer to the part before.
+  kj::Promise<void> TakeParts(kj::AsyncInputStream& body, std::shared_ptr<Arriving> arriving,
+                              kj::TimePoint deadline, std::optional<HttpAnswer> so_far,
+                              Response& response) {
+    // What the part after this one begins with.
+    auto next = std::make_shared<Arriving>(limits_.bodies);
+    next->request = arriving->request;
+    using Cut = kj::Maybe<kj::Exception>;
+    return timer_.timeoutAt(deadline, reader_.ReadPart(body, arriving))
+        .then([]() -> Cut { return nullptr; },
+              [](kj::Exception&& exception) -> Cut { return kj::mv(exception); })
+        .then([this, &body, arriving, next, deadline, so_far = std::move(so_far),
+               &response](Cut cut) mutable -> kj::Promise<void> {
+          if (arriving->refusal) return Send(*std::move(arriving->refusal), response);
+          arriving->request.body.resize(arriving->share->taken);
+          const bool is_last = arriving->has_ended || cut != nullptr;
+          if (arriving->request.body.empty() && so_far && is_last)
+            return EndParts(kj::mv(cut), *std::move(so_far), response);
+          return Ask(arriving).then([this, &body, next, deadline, is_last, cut = kj::mv(cut),
+                                     &response](HttpAnswer answer) mutable -> kj::Promise<void> {
+            if (is_last || answer.code != 204)
+              return EndParts(kj::mv(cut), std::move(answer), response);
+            next->request.headers["Upload-Offset"] = HeaderOf(answer, "Upload-Offset");
+            return TakeParts(body, next, deadline, std::move(answer), response);
+          });
         });
   }
 
-  bool FitsBody(uint64_t bytes, Arriving* arriving) const {
-    if (bytes > limits_.options.body_bytes_max) {
-      arriving->refusal =
-          Problem(413, "the body is larger than " + std::to_string(limits_.options.body_bytes_max) +
-                           " bytes, the most that is taken");
+  kj::Promise<void> EndParts(kj::Maybe<kj::Exception> cut, HttpAnswer answer, Response& response) {
+    KJ_IF_MAYBE (exception, cut) {
+      if (exception->getType() != kj::Exception::Type::OVERLOADED) return kj::mv(*exception);
+      if (answer.code == 204) {
+        HttpAnswer late = Problem(408, "the body came too slowly: what has come of it is stored");
+        late.headers = std::move(answer.headers);
+        answer = std::move(late);
+      }
     }
-    return !arriving->refusal;
-  }
-
-  // Counts the bytes that have come, in all.
-  bool Reserve(Arriving* arriving, uint64_t bytes) const {
-    if (!FitsBody(bytes, arriving)) return false;
-    BodyShare& share = *arriving->share;
-    if (share.budget->Take(bytes - share.taken)) {
-      share.taken = bytes;
-    } else {
-      arriving->refusal =
-          Problem(429,
-                  "the bodies that are arriving fill the memory; nothing of this one "
-                  "is stored: send it again later");
-      arriving->refusal->headers.emplace_back("Retry-After", "5");
-    }
-    return !arriving->refusal;
+    return Send(std::move(answer), response);
   }
 
   kj::Promise<void> Answer(std::shared_ptr<Arriving> arriving, Response& response) {
@@ -319,10 +291,10 @@ class HttpDoor final : public kj::HttpService, private kj::TaskSet::ErrorHandler
   kj::Promise<void> Send(HttpAnswer answer, Response& response) {
     auto shared = kj::heap<HttpAnswer>(std::move(answer));
     kj::HttpHeaders headers(table_);
-    if (shared->code != 304) {
+    if (!shared->content_type.empty() && shared->code != 304) {
       headers.set(kj::HttpHeaderId::CONTENT_TYPE, kj::StringPtr(shared->content_type.c_str()));
     }
-    headers.add("Cache-Control"_kj, "no-cache"_kj);
+    if (HeaderOf(*shared, "Cache-Control").empty()) headers.add("Cache-Control"_kj, "no-cache"_kj);
     headers.add("X-Content-Type-Options"_kj, "nosniff"_kj);
     for (const auto& [name, value] : shared->headers)
       headers.add(kj::StringPtr(name.c_str()), kj::StringPtr(value.c_str()));
@@ -401,6 +373,7 @@ class HttpDoor final : public kj::HttpService, private kj::TaskSet::ErrorHandler
   CityService* const service_;
   Limits& limits_;
   kj::Timer& timer_;
+  const BodyReader reader_;
   const kj::HttpHeaderTable& table_;
   const Headers& known_;
   const bool is_of_owner_;  // no browser comes by its socket

@@ -33,11 +33,19 @@ uint32_t CodeOf(StatusCode code) {
 
 }  // namespace
 
+std::span<const char* const> HeadersOfRoutes() {
+  static constexpr const char* kNames[] = {
+      "Tus-Resumable",   "Upload-Length",       "Upload-Offset", "Upload-Metadata",
+      "Upload-Checksum", "Upload-Defer-Length", "Upload-Concat"};
+  return kNames;
+}
+
 const char* HttpPhrase(uint32_t code) {
   static const std::map<uint32_t, const char*> kPhrases = {
       {200, "OK"},
       {201, "Created"},
       {202, "Accepted"},
+      {204, "No Content"},
       {304, "Not Modified"},
       {400, "Bad Request"},
       {401, "Unauthorized"},
@@ -46,10 +54,13 @@ const char* HttpPhrase(uint32_t code) {
       {405, "Method Not Allowed"},
       {408, "Request Timeout"},
       {409, "Conflict"},
+      {410, "Gone"},
+      {412, "Precondition Failed"},
       {413, "Content Too Large"},
       {415, "Unsupported Media Type"},
       {422, "Unprocessable Content"},
       {429, "Too Many Requests"},
+      {460, "Checksum Mismatch"},
       {500, "Internal Server Error"},
       {503, "Service Unavailable"},
   };
@@ -76,6 +87,18 @@ HttpAnswer ProblemOf(const Status& status) {
   HttpAnswer answer = Problem(CodeOf(status.code()), status.message());
   if (answer.code == 503) answer.headers.emplace_back("Retry-After", kRetryAfterS);
   return answer;
+}
+
+std::string HeaderOf(const HttpAnswer& answer, const std::string& name) {
+  for (const auto& [header, value] : answer.headers) {
+    if (header == name) return value;
+  }
+  return "";
+}
+
+std::string HeaderOf(const HttpRequest& request, const std::string& name) {
+  const auto found = request.headers.find(name);
+  return found == request.headers.end() ? "" : found->second;
 }
 
 std::string BearerOf(const std::string& header) {

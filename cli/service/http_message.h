@@ -6,11 +6,13 @@
 #include <map>
 #include <memory>
 #include <optional>
+#include <span>
 #include <string>
 #include <utility>
 #include <vector>
 
 #include "cli/wire/json.h"
+#include "engine/engine.h"
 #include "storage/base/status.h"
 
 namespace veduta {
@@ -25,6 +27,11 @@ struct HttpRequest {
   bool is_of_owner = false;                  // it came by the socket of the database's owner
   std::string token;                         // that it carries (RFC 6750); empty: none
   std::string who;                           // whose token that is, once it was found good
+  uint32_t token_number = 0;                 // then; 0: there is none
+  TokenQuota quota;                          // the token's own
+  bool may_name_others = true;               // photos may be sent under any contributor's name
+  // The headers that one route alone reads, by their names as HeadersOfRoutes has them.
+  std::map<std::string, std::string> headers;
   std::vector<uint8_t> body;
   std::shared_ptr<const void> body_share;  // what is given back when the body goes
 };
@@ -35,6 +42,9 @@ struct HttpAnswer {
   std::string body;
   std::vector<std::pair<std::string, std::string>> headers;
 };
+
+// Headers that one route alone reads.
+std::span<const char* const> HeadersOfRoutes();
 
 // The words that go with a code in the first line of an answer.
 const char* HttpPhrase(uint32_t code);
@@ -48,6 +58,9 @@ HttpAnswer Problem(uint32_t code, const std::string& detail, const Json& photo =
 // same request may succeed later, with Retry-After, otherwise 500.
 HttpAnswer ProblemOf(const Status& status);
 
+// A header of the answer, or one of HeadersOfRoutes; empty where it has none.
+std::string HeaderOf(const HttpAnswer& answer, const std::string& name);
+std::string HeaderOf(const HttpRequest& request, const std::string& name);
 // The token in the value of a header `Authorization`; empty where it has none (RFC 6750).
 std::string BearerOf(const std::string& header);
 // A parameter of the query; `otherwise` where it is not given.

@@ -3,10 +3,12 @@
 
 #include <algorithm>
 
+#include "cli/service/tus_message.h"
+
 namespace veduta {
 namespace {
 
-enum class Body : uint8_t { kNone, kPhoto, kJson, kText };
+enum class Body : uint8_t { kNone, kPhoto, kJson, kText, kPart };
 
 struct Description {
   const char *method, *path, *summary;
@@ -33,6 +35,18 @@ constexpr Description kDescriptions[] = {
     {"POST", "/v1/dense/resume", "Go on with the dense pass"},
     {"GET", "/v1/uploads", "Photos that wait for their turn"},
     {"GET", "/v1/uploads/{upload}", "What became of a photo that was sent"},
+    {"OPTIONS", "/v1/tus", "What of the tus protocol 1.0.0 is there", Body::kNone, 204, ""},
+    {"POST", "/v1/tus", "Begin an upload in parts, by the tus protocol", Body::kPart, 201},
+    {"GET", "/v1/tus/{tus}", "How far an upload in parts has come; HEAD for its offset alone"},
+    {"PATCH", "/v1/tus/{tus}", "The next part of it", Body::kPart, 204, ""},
+    {"DELETE", "/v1/tus/{tus}", "Give it up", Body::kNone, 204, ""},
+    {"GET", "/v1/contributions", "Contributions from a number on, ascending"},
+    {"POST", "/v1/contributions", "Open a contribution: photos that are sent together", Body::kJson,
+     201},
+    {"GET", "/v1/contributions/{contribution}", "One, with the verdicts of its photos in sum"},
+    {"DELETE", "/v1/contributions/{contribution}", "Take it out with its photos"},
+    {"GET", "/v1/contributions/{contribution}/photos", "Its photos, from an upload's number on"},
+    {"POST", "/v1/contributions/{contribution}/close", "It takes no photo any more"},
     {"GET", "/v1/status", "Counts, reconstructions, backlog"},
     {"GET", "/v1/cameras", "The cameras"},
     {"POST", "/v1/cameras", "Add a camera", Body::kJson, 201},
@@ -63,6 +77,11 @@ constexpr Description kDescriptions[] = {
     {"POST", "/v1/tokens", "Make a token", Body::kJson, 201},
     {"POST", "/v1/tokens/{token}/revoke", "Revoke a token", Body::kJson}};
 
+// What stands for anything after this part of a path: "photo" after "photos".
+std::string ParameterName(const std::string& part) {
+  return part == "tus" ? part : part.substr(0, part.size() - 1);
+}
+
 Description DescriptionOf(const CityRoute& route) {
   const std::string path = PathTemplate(route);
   for (const Description& one : kDescriptions) {
@@ -75,10 +94,10 @@ Json ParametersOf(const CityRoute& route) {
   Json parameters = Json::array();
   for (size_t i = 1; i < route.path.size(); ++i) {
     if (route.path[i] != "*") continue;
-    std::string name = route.path[i - 1];
-    name.pop_back();
-    parameters.push_back(
-        {{"name", name}, {"in", "path"}, {"required", true}, {"schema", {{"type", "string"}}}});
+    parameters.push_back({{"name", ParameterName(route.path[i - 1])},
+                          {"in", "path"},
+                          {"required", true},
+                          {"schema", {{"type", "string"}}}});
   }
   for (const std::string& name : route.parameters) {
     const bool is_number = name == "from" || name == "count" || name == "side";
@@ -100,15 +119,23 @@ Json BodyOf(Body body) {
     content[kBinary] = BinarySchema();
   } else if (body == Body::kText) {
     content[kText] = {{"schema", {{"type", "string"}}}};
+  } else if (body == Body::kPart) {
+    content[kTusContentType] = BinarySchema();
   } else {
     content["application/json"] = {{"schema", {{"type", "object"}}}};
   }
-  return {{"required", body != Body::kText}, {"content", std::move(content)}};
+  const bool is_needed = body == Body::kPhoto || body == Body::kJson;
+  return {{"required", is_needed}, {"content", std::move(content)}};
 }
 
 Json AnswersOf(const Description& description) {
   const std::string media_type = description.media_type;
-  Json content;
+  Json answers, content;
+  if (media_type.empty()) {
+    answers[std::to_string(description.code)] = {{"description", "Done"}};
+    answers["default"] = {{"$ref", "#/components/responses/Problem"}};
+    return answers;
+  }
   if (media_type == "application/json") {
     content[media_type] = {{"schema", Json::object()}};
   } else if (media_type.starts_with("text/")) {
@@ -116,7 +143,6 @@ Json AnswersOf(const Description& description) {
   } else {
     content[media_type] = BinarySchema();
   }
-  Json answers;
   answers[std::to_string(description.code)] = {{"description", "Done"},
                                                {"content", std::move(content)}};
   answers["default"] = {{"$ref", "#/components/responses/Problem"}};
@@ -171,7 +197,7 @@ std::string PathTemplate(const CityRoute& route) {
   std::string path, before;
   for (const std::string& part : route.path) {
     const bool is_open = part == "*";
-    path += "/" + (is_open ? "{" + before.substr(0, before.size() - 1) + "}" : part);
+    path += "/" + (is_open ? "{" + ParameterName(before) + "}" : part);
     before = part;
   }
   return path.empty() ? "/" : path;

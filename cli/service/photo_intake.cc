@@ -5,6 +5,7 @@
 #include <exception>
 #include <utility>
 
+#include "cli/service/request_parts.h"
 #include "cli/wire/added_json.h"
 #include "storage/base/option_bounds.h"
 
@@ -77,16 +78,28 @@ struct PhotoIntake::Upload {
 
 std::optional<HttpAnswer> PhotoIntake::TakePlace(const Upload& upload) {
   const std::lock_guard lock(mutex_);
+  std::optional<HttpAnswer> refusal = CheckPlace(upload.contributor, upload.size_bytes);
+  if (!refusal) AddPlace(upload);
+  return refusal;
+}
+
+std::optional<HttpAnswer> PhotoIntake::RefuseFull(const std::string& contributor,
+                                                  uint64_t size_bytes) const {
+  const std::lock_guard lock(mutex_);
+  return CheckPlace(contributor, size_bytes);
+}
+
+std::optional<HttpAnswer> PhotoIntake::CheckPlace(const std::string& contributor,
+                                                  uint64_t size_bytes) const {
   if (is_closing_)
     return ProblemOf(Status::Busy("the daemon is closing: send the photo again in a while"));
   const bool is_half_full =
       2 * counts_.waiting >= limits_.photos_max || 2 * counts_.waiting_bytes >= limits_.bytes_max;
+  // Those that came in parts may be more than there is room for.
   const bool has_room = counts_.waiting < limits_.photos_max &&
-                        upload.size_bytes <= limits_.bytes_max - counts_.waiting_bytes;
-  if (has_room && !(is_half_full && places_.contains(upload.contributor))) {
-    AddPlace(upload);
-    return std::nullopt;
-  }
+                        counts_.waiting_bytes <= limits_.bytes_max &&
+                        size_bytes <= limits_.bytes_max - counts_.waiting_bytes;
+  if (has_room && !(is_half_full && places_.contains(contributor))) return std::nullopt;
   uint64_t ended = 0;
   for (const auto& [word, count] : counts_.ended) ended += count;
   const double each_s = counts_.seconds / static_cast<double>(std::max<uint64_t>(ended, 1));
@@ -115,10 +128,18 @@ void PhotoIntake::GivePlace(const Upload& upload) {
 
 void PhotoIntake::Take(Engine* engine, HttpRequest request, Answered answered) {
   if (auto refusal = RefuseBody(request)) return answered(*std::move(refusal));
+  uint32_t contribution = 0;
+  std::string sender = request.who.empty() ? "anonymous" : request.who;
+  if (const std::string text = Parameter(request, "contribution"); !text.empty()) {
+    const Result<uint32_t> number = ContributionNumber(text);
+    if (!number.ok()) return answered(ProblemOf(number.status()));
+    contribution = *number;
+    const auto of_all = engine->Ask().Contribution(contribution);
+    if (!of_all.ok()) return answered(ProblemOf(of_all.status()));
+    if (request.may_name_others) sender = of_all->contributor;
+  }
   const auto upload = std::make_shared<Upload>(
-      Parameter(request, "name"),
-      Parameter(request, "contributor", request.who.empty() ? "anonymous" : request.who),
-      request.body.size());
+      Parameter(request, "name"), Parameter(request, "contributor", sender), request.body.size());
   if (upload->name.empty())
     return answered(Problem(400, "the photo has no name: add ?name=IMG_1234.jpg to the address"));
   if (auto refusal = TakePlace(*upload)) return answered(*std::move(refusal));
@@ -127,7 +148,8 @@ void PhotoIntake::Take(Engine* engine, HttpRequest request, Answered answered) {
   try {
     ticket = engine->Submit({{upload->name, "", std::move(request.body)},
                              Parameter(request, "camera"),
-                             upload->contributor},
+                             upload->contributor,
+                             contribution},
                             [this, upload](const auto& outcome) { End(upload, outcome); });
   } catch (const std::exception& error) {
     ticket = Status::NoMemory(std::string("the photo cannot be taken: ") + error.what());
@@ -153,6 +175,33 @@ void PhotoIntake::Take(Engine* engine, HttpRequest request, Answered answered) {
   if (ticket.status().code() != StatusCode::kIoError) return answered(ProblemOf(ticket.status()));
   answered(ProblemOf(Status::Busy("the photo cannot be stored now, send it again later: " +
                                   ticket.status().message())));
+}
+
+Result<PartialUploadAnswer> PhotoIntake::Continue(Engine* engine, const std::string& id,
+                                                  uint64_t offset, std::span<const uint8_t> bytes) {
+  VEDUTA_ASSIGN_OR_RETURN(const PartialUploadAnswer before, engine->Ask().PartialUpload(id));
+  if (bytes.empty() || offset + bytes.size() != before.length_bytes)
+    return engine->ContinueUpload(id, offset, bytes);
+  const auto upload =
+      std::make_shared<Upload>(before.name, before.contributor, before.length_bytes);
+  {
+    const std::lock_guard lock(mutex_);
+    if (is_closing_) return Status::Busy("the daemon is closing: go on in a while");
+    AddPlace(*upload);
+  }
+  const Result<PartialUploadAnswer> after = engine->ContinueUpload(
+      id, offset, bytes, [this, upload](const auto& outcome) { End(upload, outcome); });
+  if (after.ok() && after->upload != 0) {
+    if (!after->is_in_line) {
+      const std::lock_guard lock(mutex_);
+      upload->is_in_line = false;
+    }
+    Enter(after->upload, upload);
+  } else {
+    const std::lock_guard lock(mutex_);
+    GivePlace(*upload);
+  }
+  return after;
 }
 
 void PhotoIntake::Enter(uint64_t number, const std::shared_ptr<Upload>& upload) {

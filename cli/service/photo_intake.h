@@ -10,6 +10,7 @@
 #include <mutex>
 #include <optional>
 #include <set>
+#include <span>
 #include <string>
 #include <utility>
 
@@ -47,6 +48,12 @@ class PhotoIntake final {
   // the turn has not come yet and the daemon closes, or the disk fails. 429 where the line is full,
   // and 503 where the disk refuses, with a time after which to come again.
   void Take(Engine* engine, HttpRequest request, Answered answered);
+  // The answer where no photo of so many bytes would get a place now: 429, or 503 while it closes.
+  std::optional<HttpAnswer> RefuseFull(const std::string& contributor, uint64_t size_bytes) const;
+  // Engine::ContinueUpload. The photo had to find a place when it was announced (RefuseFull), so
+  // the last of its bytes are taken however many wait by then.
+  Result<PartialUploadAnswer> Continue(Engine* engine, const std::string& id, uint64_t offset,
+                                       std::span<const uint8_t> bytes);
   // Puts the photos in line that wait on the disk and are not in line: an earlier daemon has left
   // them, or the disk failed when their turn came. The first failure; it keeps none of the others
   // back.
@@ -71,7 +78,8 @@ class PhotoIntake final {
   struct Upload;
   // A place in line, or the answer where there is none.
   std::optional<HttpAnswer> TakePlace(const Upload& upload);
-  // These three with the lock held. The last one forgets the oldest of too many that have ended.
+  // These four with the lock held. The last one forgets the oldest of too many that have ended.
+  std::optional<HttpAnswer> CheckPlace(const std::string& contributor, uint64_t size_bytes) const;
   void AddPlace(const Upload& upload);
   void GivePlace(const Upload& upload);
   void NoteEnded(uint64_t number);

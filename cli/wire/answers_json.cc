@@ -40,9 +40,14 @@ Json TextsOf(const CalibrationAnswer& calibration, bool warnings) {
 }  // namespace
 
 Json ToJson(const UploadAnswer& upload) {
-  return {{"upload", upload.number},   {"image", upload.name},  {"contributor", upload.contributor},
-          {"camera", upload.camera},   {"photo", upload.photo}, {"bytes", upload.size_bytes},
-          {"time", upload.time_unix_s}};
+  return {{"upload", upload.number},
+          {"image", upload.name},
+          {"contributor", upload.contributor},
+          {"camera", upload.camera},
+          {"photo", upload.photo},
+          {"bytes", upload.size_bytes},
+          {"time", upload.time_unix_s},
+          {"contribution", upload.contribution == 0 ? Json(nullptr) : Json(upload.contribution)}};
 }
 
 Json ToJson(const StatusAnswer& status) {

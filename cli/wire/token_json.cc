@@ -9,6 +9,11 @@ Json TimeOf(int64_t time_unix_s) {
   return time_unix_s == 0 ? Json(nullptr) : Json(time_unix_s);
 }
 
+// Null where the daemon's own limit counts.
+Json NumberOf(uint64_t quota) {
+  return quota == 0 ? Json(nullptr) : Json(quota);
+}
+
 }  // namespace
 
 Json ToJson(const TokenAnswer& token) {
@@ -17,7 +22,10 @@ Json ToJson(const TokenAnswer& token) {
           {"role", RoleWord(token.role)},
           {"created", token.created_unix_s},
           {"expires", TimeOf(token.expires_unix_s)},
-          {"revoked", TimeOf(token.revoked_unix_s)}};
+          {"revoked", TimeOf(token.revoked_unix_s)},
+          {"photos_per_day", NumberOf(token.quota.photos_per_day)},
+          {"bytes_per_day", NumberOf(token.quota.bytes_per_day)},
+          {"requests_per_second", NumberOf(token.quota.requests_per_s)}};
 }
 
 Json ToJson(const NewToken& token) {

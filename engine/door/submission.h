@@ -33,6 +33,9 @@ struct PhotoSubmission {
   // themselves (EXIF), or estimated from how the photo fits into the city.
   std::string camera;
   std::string contributor;
+  // Of a photo that waits on the disk (Engine::Submit): the number of an open contribution of the
+  // same contributor that it is a part of; 0: of none.
+  uint32_t contribution = 0;
 };
 
 // A camera that photos were calibrated by together (Engine::CalibrateFirst).
@@ -124,7 +127,8 @@ struct UploadAnswer {
   std::string camera;  // its name; empty: it is to be found
   std::string photo;   // SHA-256 of its bytes, in hexadecimal
   uint64_t size_bytes = 0;
-  int64_t time_unix_s = 0;  // when it came
+  int64_t time_unix_s = 0;    // when it came
+  uint32_t contribution = 0;  // that it is a part of; 0: of none
 };
 
 struct PhotoProgress;  // engine/schedule/submission_line.h
@@ -160,7 +164,8 @@ using AnswerCallback = std::function<void(const Result<AddOutcome>&)>;
 
 struct RemoveRequest {
   std::vector<std::string> photos;  // each by what Questions::Image finds it by; or
-  std::string contributor;  // all photos of this contributor, those that wait for their turn, too
+  std::string contributor;    // all photos of this contributor, those that wait for their turn, too
+  uint32_t contribution = 0;  // all photos of this contribution, and then itself; 0: none
   std::string actor = "anonymous";  // who has them removed; for the journal
   std::string why;                  // for the journal
 
@@ -183,7 +188,7 @@ struct RemoveAnswer {
   // Ok: no file of the database has a byte of theirs any more. Otherwise why some may have, which a
   // later Remove or Settle mends: somebody still reads an earlier state, the disk is full.
   Status purged;
-  uint64_t uploads = 0;  // photos that waited for their turn
+  uint64_t uploads = 0;  // photos that waited for their turn, or had arrived in part
   // Copies that were made of this database and that nothing was removed from: of backups the
   // folders that the journal names, of repairs those that lie beside the database.
   std::vector<std::string> copies;

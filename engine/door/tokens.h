@@ -13,7 +13,8 @@ namespace veduta {
 struct TokenRequest {
   std::string name;  // whose it will be; not empty, at most 100 bytes
   Role role = Role::kViewer;
-  int64_t expires_unix_s = 0;       // 0: never
+  int64_t expires_unix_s = 0;  // 0: never
+  TokenQuota quota;
   std::string actor = "anonymous";  // who asks for it, for the journal
 
   Status Check() const;  // the first violated bound, named with its value
@@ -31,6 +32,7 @@ struct TokenAnswer {
   std::string name;
   Role role = Role::kViewer;
   int64_t created_unix_s = 0, expires_unix_s = 0, revoked_unix_s = 0;  // 0: never
+  TokenQuota quota;
 };
 
 // "viewer", "contributor", "curator", "admin".

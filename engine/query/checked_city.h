@@ -86,7 +86,9 @@ Status CheckPairs(const CheckedCity& city, Violations* violations);
 Status CheckStructure(const CheckedCity& city, Violations* violations);
 // The tree, the words of images and the images of words.
 Status CheckVocabulary(const CheckedCity& city, Violations* violations);
-// Photos that wait for their turn: reads all of them.
+// Photos that wait for their turn, or arrive in parts: reads all of them.
 Status CheckUploads(const CheckedCity& city, Violations* violations);
+// Photos that were sent together.
+Status CheckContributions(const CheckedCity& city, Violations* violations);
 
 }  // namespace veduta

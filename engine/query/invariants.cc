@@ -11,8 +11,8 @@ Result<std::vector<std::string>> FindViolations(const Snapshot& snapshot,
   CheckedCity city(snapshot, options.deep, options.preparer);
   if (options.deep) VEDUTA_RETURN_IF_ERROR(violations.Note(snapshot.VerifyChecksums()));
   VEDUTA_RETURN_IF_ERROR(LoadCity(&city, &violations));
-  for (const auto check :
-       {CheckImages, CheckJournal, CheckPairs, CheckStructure, CheckVocabulary, CheckUploads})
+  for (const auto check : {CheckImages, CheckJournal, CheckPairs, CheckStructure, CheckVocabulary,
+                           CheckUploads, CheckContributions})
     VEDUTA_RETURN_IF_ERROR(check(city, &violations));
   return violations.Take();
 }

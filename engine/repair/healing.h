@@ -101,8 +101,10 @@ Status HealPairs(HealingWork* healing);
 Status HealMap(HealingWork* healing);
 Status HealSubmaps(HealingWork* healing);
 Status HealDense(HealingWork* healing);
-// Takes over the photos that wait for their turn. `target`, unless null, is the new database, with
-// whatever it holds already.
+// What was sent together; to come before the photos that wait.
+Status HealContributions(HealingWork* healing);
+// Takes over the photos that wait for their turn, and those that arrive in parts. `target`, unless
+// null, is the new database, with whatever it holds already.
 Status HealUploads(const Salvage& source, Database* target, RepairNotes* notes);
 // New entries, where records have come to say something else than the journal does.
 Status RestateJournal(HealingWork* healing);

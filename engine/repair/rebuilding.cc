@@ -102,6 +102,19 @@ void TellGroundPoints(const HealingWork& healing, std::vector<RepairNotes::Findi
                      "georeference'"});
 }
 
+void TellContributions(const HealingWork& healing, std::vector<RepairNotes::Finding>* unkept) {
+  size_t count = 0;
+  const Status scanned =
+      healing.from().contributing().ScanContributions(1, [&](const ContributionRecord&) {
+        ++count;
+        return true;
+      });
+  if (!scanned.ok() || count == 0) return;  // what cannot be read the healing has told
+  unkept->push_back({std::to_string(count) + " contributions are stored",
+                     "a rebuild does not keep what was sent together, since photos get other "
+                     "numbers; the photos stay"});
+}
+
 Status KeepTokens(const HealingWork& healing, Database* database) {
   const Result<std::vector<TokenRecord>> all = healing.from().ListTokens();
   if (!all.ok()) return IsDamage(all.status()) ? Status::Ok() : all.status();  // told already
@@ -141,6 +154,7 @@ Result<std::vector<RepairNotes::Finding>> RebuildFromPhotos(const HealingWork& h
   std::vector<RepairNotes::Finding> unkept;
   VEDUTA_ASSIGN_OR_RETURN(const Statements statements, StatementsOf(healing, &unkept));
   TellGroundPoints(healing, &unkept);
+  TellContributions(healing, &unkept);
   VEDUTA_RETURN_IF_ERROR(AddAll(photos, healing.source, statements, engine, &unkept));
   VEDUTA_RETURN_IF_ERROR(AddLoosePhotos(healing, engine));
   Database* const database = EngineParts::Of(*engine).database.get();

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Photos that wait for their turn. Nothing is derived from them yet: each is whole, or lost.
+// Photos that wait for their turn, or arrive in parts. Nothing is derived from them yet: each is
+// whole, or lost.
 #include <vector>
 
 #include "engine/repair/healing.h"
@@ -29,6 +30,39 @@ Result<std::vector<uint64_t>> NumbersOf(const Snapshot& from) {
 
 }  // namespace
 
+namespace {
+
+// Those whose bytes are whole so far; the others have to be sent again. That others have arrived is
+// forgotten: who sent them hears that their photos are there.
+Status HealPartialUploads(const Snapshot& from, Database* target, RepairNotes* notes) {
+  const Result<std::vector<PartialUploadRecord>> all = from.contributing().ListPartialUploads();
+  if (!all.ok()) {
+    if (!IsDamage(all.status())) return all.status();
+    notes->Add("uploads in parts cannot be read: " + all.status().message(),
+               "they are left out: they have to be sent again");
+    return Status::Ok();
+  }
+  for (const PartialUploadRecord& stored : *all) {
+    const Result<std::vector<uint8_t>> bytes = from.contributing().GetPieces(stored);
+    if (!bytes.ok()) {
+      if (!IsDamage(bytes.status())) return bytes.status();
+      notes->Add("what has come of photo '" + stored.name + "' of " + stored.contributor +
+                     " cannot be read",
+                 "it is left out: it has to be sent again");
+      continue;
+    }
+    if (target == nullptr) continue;
+    PartialUploadRecord anew = stored;
+    anew.received_bytes = anew.last_piece_bytes = 0;
+    anew.piece_count = 0;
+    VEDUTA_RETURN_IF_ERROR(bytes->empty() ? target->PutPartialUpload(anew)
+                                          : target->AppendToPartialUpload(*bytes, &anew));
+  }
+  return Status::Ok();
+}
+
+}  // namespace
+
 Status HealUploads(const Salvage& source, Database* target, RepairNotes* notes) {
   const Snapshot& from = source.snapshot();
   VEDUTA_ASSIGN_OR_RETURN(const std::vector<uint64_t> numbers, NumbersOf(from));
@@ -51,7 +85,7 @@ Status HealUploads(const Salvage& source, Database* target, RepairNotes* notes) 
     if (target != nullptr)
       VEDUTA_RETURN_IF_ERROR(target->AddUpload(*std::move(upload), bytes->bytes()).status());
   }
-  return Status::Ok();
+  return HealPartialUploads(from, target, notes);
 }
 
 }  // namespace veduta

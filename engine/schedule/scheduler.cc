@@ -235,7 +235,7 @@ bool Scheduler::TakeUp(PhotoProgress* ticket) {
 }
 
 void Scheduler::Answer(const WaitingPhoto& photo, Result<AddOutcome> answer, bool settles_later) {
-  if (photo.leave) photo.leave(answer.ok() || !WaitsOn(answer.status()));
+  if (photo.leave) photo.leave(answer.ok() || !WaitsOn(answer.status()), answer);
   PhotoProgress& ticket = *photo.ticket;
   {
     const std::lock_guard lock(ticket.mutex);

@@ -44,7 +44,7 @@ bool WaitsOn(const Status& failure) {
 }
 
 void AnswerCancelled(const WaitingPhoto& photo) {
-  if (photo.leave) photo.leave(true);
+  if (photo.leave) photo.leave(true, photo.ticket->answer);
   if (photo.answered) photo.answered(photo.ticket->answer);
 }
 

@@ -58,8 +58,8 @@ struct WaitingPhoto {
   std::string contributor;
   AnswerCallback answered;
   // Of a photo that waits on the disk: called before it is answered, without any lock held. The
-  // argument says whether it has no need to wait any more.
-  std::function<void(bool has_ended)> leave;
+  // first argument says whether it has no need to wait any more.
+  std::function<void(bool has_ended, const Result<AddOutcome>& answer)> leave;
 };
 
 // Tells of a photo whose ticket was cancelled, and which knows the answer.

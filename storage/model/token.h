@@ -17,6 +17,13 @@ enum class Role : uint8_t {
   kAdmin = 4,        // makes and revokes tokens
 };
 
+// How much may be done with a token; 0: as much as the daemon gives to each.
+struct TokenQuota {
+  uint32_t photos_per_day = 0;
+  uint64_t bytes_per_day = 0;  // of the photos
+  uint32_t requests_per_s = 0;
+};
+
 // Of the token itself only a hash is stored.
 struct TokenRecord {
   uint32_t number = 0;  // from 1; never used again
@@ -26,6 +33,7 @@ struct TokenRecord {
   int64_t created_unix_s = 0;
   int64_t expires_unix_s = 0;  // 0: never
   int64_t revoked_unix_s = 0;  // 0: it was not
+  TokenQuota quota;
 };
 
 }  // namespace veduta

@@ -15,7 +15,8 @@ struct UploadRecord {
   std::string camera;  // its name; empty: it is to be found
   ContentHash photo;
   uint64_t size_bytes = 0;
-  int64_t time_unix_s = 0;  // when it came
+  int64_t time_unix_s = 0;    // when it came
+  uint32_t contribution = 0;  // that it is a part of; 0: of none
 };
 
 }  // namespace veduta

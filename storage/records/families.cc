@@ -82,6 +82,7 @@ constexpr std::array<FamilyTraits, kFamilyCount> kFamilies = {{
      .write_buffer_mib = 32,
      .written_once = true,
      .since_format = 4},
+    {.family = Family::kContributions, .name = "contributions", .since_format = 7},
 }};
 
 constexpr bool LiesByNumber() {

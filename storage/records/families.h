@@ -34,8 +34,9 @@ enum class Family : uint8_t {
   kVolume = 19,
   kSurface = 20,
   kUploads = 21,
+  kContributions = 22,
 };
-inline constexpr size_t kFamilyCount = 22;
+inline constexpr size_t kFamilyCount = 23;
 
 // How RocksDB keeps the values of a family.
 enum class ValueStore : uint8_t {

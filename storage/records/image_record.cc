@@ -15,6 +15,8 @@ namespace {
 // In a key of `names` a byte 0 is followed by what it means.
 constexpr char kZero = '\0', kEndOfName = '\1', kZeroOfName = '\xff';
 
+}  // namespace
+
 // No default in these switches: the compiler names an enumerator that was forgotten.
 bool Known(Verdict verdict) {
   switch (verdict) {
@@ -58,8 +60,6 @@ bool Known(Reason reason) {
   }
   return false;
 }
-
-}  // namespace
 
 std::string ImageKey(ImageId id) {
   return Key32(id.value);

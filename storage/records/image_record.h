@@ -22,6 +22,10 @@ std::string NamePrefix(std::string_view name);
 // False where the key is none. Before format 3 it was the name alone.
 bool ParseNameKey(std::string_view key, PhotoName* name);
 
+// Whether the number is that of a verdict, or of a reason.
+bool Known(Verdict verdict);
+bool Known(Reason reason);
+
 Status Check(const ImageRecord& image);
 Result<std::string> Encode(const ImageRecord& image);
 Status Decode(std::string_view value, ImageId id, ImageRecord* image);

@@ -54,6 +54,9 @@ struct Token {
   createdUnixS @3 :Int64;
   expiresUnixS @4 :Int64;
   revokedUnixS @5 :Int64;
+  photosPerDay @6 :UInt32;
+  bytesPerDay @7 :UInt64;
+  requestsPerSecond @8 :UInt32;
 }
 
 struct Hypothesis {
@@ -294,4 +297,37 @@ struct Upload {
   photo @3 :Data;  # 32 bytes
   sizeBytes @4 :UInt64;
   timeUnixS @5 :Int64;
+  contribution @6 :UInt32;
+}
+
+struct PartialUpload {
+  name @0 :Text;
+  contributor @1 :Text;
+  camera @2 :Text;
+  contribution @3 :UInt32;
+  token @4 :UInt32;
+  lengthBytes @5 :UInt64;
+  receivedBytes @6 :UInt64;
+  pieceCount @7 :UInt32;
+  lastPieceBytes @8 :UInt64;
+  begunUnixS @9 :Int64;
+  touchedUnixS @10 :Int64;
+  upload @11 :UInt64;
+}
+
+struct Contribution {
+  contributor @0 :Text;
+  comment @1 :Text;
+  licence @2 :Text;
+  openedUnixS @3 :Int64;
+  closedUnixS @4 :Int64;
+  photoCount @5 :UInt64;
+}
+
+struct ContributedPhoto {
+  fate @0 :UInt8;
+  image @1 :UInt32;
+  verdict @2 :UInt8;
+  reason @3 :UInt8;
+  name @4 :Text;
 }

@@ -39,6 +39,9 @@ Result<std::string> Encode(const TokenRecord& token) {
     to.setCreatedUnixS(token.created_unix_s);
     to.setExpiresUnixS(token.expires_unix_s);
     to.setRevokedUnixS(token.revoked_unix_s);
+    to.setPhotosPerDay(token.quota.photos_per_day);
+    to.setBytesPerDay(token.quota.bytes_per_day);
+    to.setRequestsPerSecond(token.quota.requests_per_s);
   });
 }
 
@@ -52,6 +55,7 @@ Status Decode(std::string_view value, TokenRecord* token) {
     token->created_unix_s = from.getCreatedUnixS();
     token->expires_unix_s = from.getExpiresUnixS();
     token->revoked_unix_s = from.getRevokedUnixS();
+    token->quota = {from.getPhotosPerDay(), from.getBytesPerDay(), from.getRequestsPerSecond()};
     return Damaged(Check(*token));
   });
 }

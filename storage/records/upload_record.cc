@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cstring>
 
+#include "storage/model/partial_upload.h"
 #include "storage/records/key_bytes.h"
 #include "storage/records/message.h"
 #include "storage/records/record_parts.h"
@@ -48,6 +49,10 @@ Status ParseUploadKey(std::string_view key, UploadEntry* entry, uint64_t* number
       return Status::Corruption("a key without an upload's number");
     case UploadEntry::kLastNumber:
       return key.empty() ? Status::Ok() : Status::Corruption("a key of wrong length");
+    case UploadEntry::kPiece:
+      return key.size() == sizeof(PartialUploadId) + sizeof(uint32_t)
+                 ? Status::Ok()
+                 : Status::Corruption("a key of wrong length");
   }
   return Status::Corruption("a key of an unknown kind");
 }
@@ -67,6 +72,7 @@ Result<std::string> Encode(const UploadRecord& upload) {
     to.setPhoto(AsData(upload.photo.bytes.data(), upload.photo.bytes.size()));
     to.setSizeBytes(upload.size_bytes);
     to.setTimeUnixS(upload.time_unix_s);
+    to.setContribution(upload.contribution);
   });
 }
 
@@ -81,6 +87,7 @@ Status Decode(std::string_view value, uint64_t number, UploadRecord* upload) {
     std::copy(photo.begin(), photo.end(), upload->photo.bytes.begin());
     upload->size_bytes = from.getSizeBytes();
     upload->time_unix_s = from.getTimeUnixS();
+    upload->contribution = from.getContribution();
     return Damaged(Check(*upload));
   });
 }

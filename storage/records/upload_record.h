@@ -15,13 +15,16 @@ enum class UploadEntry : uint8_t {
   kRecord = 1,      // number
   kBytes = 2,       // number; the value is the photo as it came
   kLastNumber = 3,  // nothing follows; the value is the number of the last upload, u64
+  // Of a photo that arrives in parts (partial_upload_record.h): its id, then the piece's number,
+  // u32; the value is the bytes as they came.
+  kPiece = 4,
 };
 
 std::string UploadKey(uint64_t number);
 std::string UploadBytesKey(uint64_t number);
 std::string UploadPrefix();  // of all keys of records
 std::string LastUploadKey();
-// kCorruption where the key is none of the family. `number` is 0 for kLastNumber.
+// kCorruption where the key is none of the family. `number` is 0 but for kRecord and kBytes.
 Status ParseUploadKey(std::string_view key, UploadEntry* entry, uint64_t* number);
 
 Status Check(const UploadRecord& upload);

@@ -109,6 +109,43 @@ class Tokens(Case):
             other = {**host, 'Origin': 'http://evil.example'}
             self.assertEqual(self.code(daemon, 'GET', '/v1/status', token, None, other), 403)
 
+    def test_a_token_does_as_much_as_its_quota_says(self):
+        db = new_database('quotas')
+        few = make(db, 'anna', 'contributor', '--photos-per-day', '2')
+        small = make(db, 'bela', 'contributor', '--bytes-per-day', '100')
+        slow = make(db, 'vera', 'viewer', '--requests-per-second', '1')
+        with Daemon(db) as daemon:
+            beside = make(db, 'cara', 'contributor', '--photos-per-day', '3')
+            send = '/v1/photos?camera=c&name='
+
+            def refused(method, path, token, body=None, headers=JPEG):
+                code, answered, told = daemon.ask(method, path, body,
+                                                  {**headers, **bearer(token)})
+                self.assertEqual(code, 429, told)
+                self.assertIn('quota', json.loads(told)['detail'])
+                return int(answered['Retry-After'])
+
+            for number in (1, 2):
+                self.assertEqual(self.code(daemon, 'POST', f'{send}{number}.jpg', few,
+                                           photo(number), JPEG), 201)
+            wait = refused('POST', send + '3.jpg', few, photo(3))
+            self.assertTrue(0.9 * 43_200 < wait <= 43_200, wait)
+            announced = {'Tus-Resumable': '1.0.0', 'Upload-Length': '101',
+                         'Upload-Metadata': 'filename YQ=='}
+            refused('POST', '/v1/tus', few, b'', announced)
+            refused('POST', '/v1/tus', small, b'', announced)
+            refused('POST', send + '3.jpg', small, photo(3))
+            self.assertEqual(self.code(daemon, 'POST', send + '3.jpg', beside, photo(3), JPEG),
+                             201)
+            codes = [self.code(daemon, 'GET', '/v1/status', slow) for _ in range(20)]
+            self.assertEqual(codes[:10], [200] * 10)
+            self.assertIn(429, codes[10:])
+        listed = ask('token', 'list', db)
+        self.assertEqual([(one['photos_per_day'], one['bytes_per_day'],
+                           one['requests_per_second']) for one in listed],
+                         [(2, None, None), (None, 100, None), (None, None, 1), (3, None, None)])
+        self.assertIn('2 photos a day', must('token', 'list', db))
+
     def test_a_strangers_body_is_not_read(self):
         db = new_database('bodies')
         make(db, 'vera', 'viewer')

@@ -15,7 +15,8 @@ sys.path[:0] = [os.path.join(HERE, '..'), os.path.join(HERE, '..', 'tidy')]
 import includes_test  # noqa: E402 (the line above finds it)
 import tidy_test  # noqa: E402
 
-PROJECT_HEADERS_MAX = 16  # 10 by the issue "A house to live in"; the earth and tokens since
+# 10 by the issue "A house to live in"; the earth, tokens, contributions and questions since
+PROJECT_HEADERS_MAX = 18
 
 
 def reach(door, tree):

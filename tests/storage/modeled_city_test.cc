@@ -29,8 +29,8 @@ TEST(ModeledCity, EqualsTheDatabaseOnGoodDays) {
     ASSERT_EQ(DifferenceOf(city.records, stored), "") << "after transaction " << i;
   }
   for (const auto& [key, value] : city.records) used.insert(key.first);
-  EXPECT_EQ(used.size(), kFamilyCount - 2)
-      << "every family but the queue and the uploads has records";
+  EXPECT_EQ(used.size(), kFamilyCount - 3)
+      << "every family but the queue, the uploads and the contributions has records";
   database.reset();
   database = MustOpen(folder / "db", {});
   Records stored;

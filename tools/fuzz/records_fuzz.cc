@@ -5,6 +5,7 @@
 
 #include "storage/records/border_record.h"
 #include "storage/records/camera_record.h"
+#include "storage/records/contribution_record.h"
 #include "storage/records/dense_settings.h"
 #include "storage/records/depth_record.h"
 #include "storage/records/earth_record.h"
@@ -14,6 +15,7 @@
 #include "storage/records/journal_record.h"
 #include "storage/records/key_bytes.h"
 #include "storage/records/pair_record.h"
+#include "storage/records/partial_upload_record.h"
 #include "storage/records/photo_record.h"
 #include "storage/records/point_block.h"
 #include "storage/records/pose_record.h"
@@ -120,7 +122,30 @@ GroundPoint SampleGroundPoint() {
 }
 
 TokenRecord SampleToken() {
-  return {1, "anna", Role::kCurator, {1, 2, 3}, 1'700'000'000, 0, 0};
+  return {1, "anna", Role::kCurator, {1, 2, 3}, 1'700'000'000, 0, 0, {5, 6, 7}};
+}
+
+PartialUploadRecord SamplePartialUpload() {
+  PartialUploadRecord partial;
+  partial.id.fill(7);
+  partial.name = "1.jpg";
+  partial.length_bytes = 100;
+  partial.received_bytes = partial.last_piece_bytes = 50;
+  partial.piece_count = 1;
+  return partial;
+}
+
+ContributionRecord SampleContribution() {
+  return {1, "anna", "a walk", "CC0", 1'700'000'000, 0, 3};
+}
+
+ContributedPhoto SampleContributed() {
+  ContributedPhoto photo;
+  photo.contribution = 1;
+  photo.upload = 2;
+  photo.fate = ContributionFate::kStored;
+  photo.image = ImageId(3);
+  return photo;
 }
 
 ReconstructionRecord SampleOnEarth() {
@@ -161,6 +186,13 @@ void Keys(std::string_view key) {
   (void)ParseGroundPointKey(key, &point).ok();
   TokenRecord token;
   (void)ParseTokenKey(key, &token).ok();
+  PartialUploadId partial{};
+  (void)ParsePartialUploadKey(key, &partial).ok();
+  (void)ParsePieceKey(key, &partial, &id).ok();
+  ContributionRecord contribution;
+  (void)ParseContributionKey(key, &contribution).ok();
+  ContributedPhoto contributed;
+  (void)ParseContributedPhotoKey(key, &contributed).ok();
   HypothesisRecord hypothesis;
   (void)ParseHypothesisKey(key, &hypothesis).ok();
   SubmapRecord submap;
@@ -177,7 +209,7 @@ void Keys(std::string_view key) {
 }
 
 using Kind = void (*)(std::string_view);
-constexpr std::array<Kind, 26> kKinds = {
+constexpr std::array<Kind, 29> kKinds = {
     [](std::string_view v) { Keyed<CameraRecord>(v, CameraId(1)); },
     [](std::string_view v) { Keyed<ImageRecord>(v, ImageId(1)); },
     [](std::string_view v) { Keyed<JournalRecord>(v, uint64_t{1}); },
@@ -205,7 +237,10 @@ constexpr std::array<Kind, 26> kKinds = {
     [](std::string_view v) { Keyed<UploadRecord>(v, uint64_t{1}); },
     [](std::string_view v) { Plain(v, SampleGroundPoint()); },
     [](std::string_view v) { Plain(v, SampleToken()); },
-    [](std::string_view v) { Keyed<ReconstructionRecord>(v, ReconstructionId(1)); }};
+    [](std::string_view v) { Keyed<ReconstructionRecord>(v, ReconstructionId(1)); },
+    [](std::string_view v) { Plain(v, SamplePartialUpload()); },
+    [](std::string_view v) { Plain(v, SampleContribution()); },
+    [](std::string_view v) { Plain(v, SampleContributed()); }};
 
 std::string Bytes(const Result<std::string>& encoded) {
   Expect(encoded.status(), "a seed is a record");
@@ -244,7 +279,10 @@ std::vector<std::string> Values() {
           Bytes(Encode(SampleUpload())),
           Bytes(Encode(SampleGroundPoint())),
           Bytes(Encode(SampleToken())),
-          Bytes(Encode(SampleOnEarth()))};
+          Bytes(Encode(SampleOnEarth())),
+          Bytes(Encode(SamplePartialUpload())),
+          Bytes(Encode(SampleContribution())),
+          Bytes(Encode(SampleContributed()))};
 }
 
 }  // namespace
@@ -264,6 +302,8 @@ std::vector<std::string> Seeds() {
   seeds.push_back(keys + UploadBytesKey(7));
   seeds.push_back(keys + GroundPointKey("corner"));
   seeds.push_back(keys + TokenKey(7));
+  seeds.push_back(keys + PieceKey(SamplePartialUpload().id, 3));
+  seeds.push_back(keys + ContributedPhotoKey(1, 2));
   return seeds;
 }
 

@@ -82,6 +82,17 @@ export class Api {
     return (await whole(() => response.json())) as T;
   }
 
+  // Posts an object as JSON.
+  async send<T>(path: string, value: unknown): Promise<T> {
+    const headers = { "Content-Type": "application/json" };
+    const response = await this.request(path, {
+      method: "POST",
+      headers,
+      body: JSON.stringify(value),
+    });
+    return (await whole(() => response.json())) as T;
+  }
+
   async blob(path: string): Promise<Blob> {
     const response = await this.request(path);
     return whole(() => response.blob());

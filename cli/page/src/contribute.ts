@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // Sends photos to the city, two at a time, and asks what became of each.
 import type { Outcome, PhotoDetails, Upload, Verdict } from "./answers";
-import { ConnectionLost, Problem, whole, type Api } from "./api";
+import { ConnectionLost, Problem, type Api } from "./api";
+import { PartedFile } from "./parted_file";
 
 export type Stage =
   | "line" // waits on this page
@@ -14,8 +15,17 @@ export type Stage =
   | "refused" // `words` tell why
   | "unknown"; // its turn has come, and the daemon has forgotten it
 
+// Photos that are sent together, with a comment on all of them.
+interface Contribution {
+  readonly comment: string;
+  readonly contributor: string;
+  number: Promise<number> | null; // once it was asked for
+  isClosed: boolean;
+}
+
 export interface Job {
   file: File;
+  contribution: Contribution | null; // null: there is no comment
   contributor: string; // "": the daemon chooses
   camera: string; // "": it is found by the photo
   stage: Stage;
@@ -40,6 +50,7 @@ export class Sender {
   readonly jobs: Job[] = [];
   private active = 0;
   private isPolling = false;
+  private contribution: Contribution | null = null; // of the photos that were added last
 
   // `onChange` is told of each step of a job.
   constructor(
@@ -47,10 +58,13 @@ export class Sender {
     private readonly onChange: (job: Job) => void,
   ) {}
 
-  add(files: Iterable<File>, contributor: string, camera: string): void {
+  // `comment` is on all of these photos; "": there is none.
+  add(files: Iterable<File>, contributor: string, camera: string, comment: string): void {
+    const contribution = comment ? this.contributionFor(comment, contributor) : null;
     for (const file of files) {
       const job: Job = {
         file,
+        contribution,
         contributor,
         camera,
         stage: "line",
@@ -63,6 +77,14 @@ export class Sender {
       this.onChange(job);
     }
     this.sendNext();
+  }
+
+  // Goes on with the one that is open, where it says the same.
+  private contributionFor(comment: string, contributor: string): Contribution {
+    const last = this.contribution;
+    const isSame = last?.comment === comment && last.contributor === contributor;
+    if (last && isSame && !last.isClosed) return last;
+    return (this.contribution = { comment, contributor, number: null, isClosed: false });
   }
 
   get doneCount(): number {
@@ -88,32 +110,27 @@ export class Sender {
   }
 
   private async send(job: Job): Promise<void> {
-    const query = new URLSearchParams({ name: job.file.name });
-    if (job.contributor) query.set("contributor", job.contributor);
-    if (job.camera) query.set("camera", job.camera);
-    const isImage = job.file.type.startsWith("image/");
-    const headers = {
-      "Content-Type": isImage ? job.file.type : "application/octet-stream",
-      Prefer: "respond-async",
-    };
-    // The daemon reads + as it stands: a space is %20.
-    const path = `/v1/photos?${query.toString().replaceAll("+", "%20")}`;
+    const file = new PartedFile(this.api, job.file);
     for (let lost = 0, pauseMs = 1_000; ; ) {
       this.set(job, { stage: "sending" });
+      const before = file.arrivedBytes;
       try {
-        const response = await this.api.request(path, { method: "POST", headers, body: job.file });
-        const body = (await whole(() => response.json())) as Upload | Outcome;
-        if ("upload" in body) this.wait(job, body);
-        else this.judge(job, body);
+        const arrived = await file.send(await this.metadataOf(job));
+        this.wait(job, { ...arrived, state: "waiting", outcome: null, why_not: null });
         return;
       } catch (error) {
         if (error instanceof Problem) {
-          if (!LATER.has(error.status)) return this.refuse(job, error);
+          if (!LATER.has(error.status)) {
+            return this.set(job, { stage: "refused", words: error.message });
+          }
           this.set(job, { stage: "later", words: error.message });
           const seconds = error.retryAfterSeconds;
           await sleep(seconds === null ? PAUSE_MS : 1000 * seconds);
         } else if (error instanceof ConnectionLost) {
-          if (await this.isAlive()) ++lost;
+          if (file.arrivedBytes > before) {
+            lost = 0;
+            pauseMs = 1_000;
+          } else if (await this.isAlive()) ++lost;
           if (lost >= LOST_COUNT_MAX) return this.set(job, { stage: "broken", words: "" });
           this.set(job, { stage: "lost", words: "" });
           await sleep(pauseMs);
@@ -125,20 +142,45 @@ export class Sender {
     }
   }
 
+  private async metadataOf(job: Job): Promise<Record<string, string>> {
+    const metadata: Record<string, string> = { filename: job.file.name };
+    if (job.file.type.startsWith("image/")) metadata.filetype = job.file.type;
+    if (job.contributor) metadata.contributor = job.contributor;
+    if (job.camera) metadata.camera = job.camera;
+    if (job.contribution) metadata.contribution = String(await this.numberOf(job.contribution));
+    return metadata;
+  }
+
+  // Opens it where that was not done yet.
+  private numberOf(contribution: Contribution): Promise<number> {
+    const { comment, contributor } = contribution;
+    contribution.number ??= this.api
+      .send<{ contribution: number }>("/v1/contributions", { comment, contributor })
+      .then((opened) => opened.contribution)
+      .catch((error: unknown) => {
+        contribution.number = null; // the next photo tries again
+        throw error;
+      });
+    return contribution.number;
+  }
+
+  // Once the daemon has all of its photos, or never will.
+  private closeIfDone(contribution: Contribution): void {
+    const isLeft = (job: Job) =>
+      job.contribution === contribution && !isOver(job) && job.stage !== "waiting";
+    if (contribution.isClosed || !contribution.number || this.jobs.some(isLeft)) return;
+    contribution.isClosed = true;
+    void contribution.number
+      .then((number) => this.api.send(`/v1/contributions/${number}/close`, {}))
+      .catch(() => undefined); // one that stays open does no harm
+  }
+
   private async isAlive(): Promise<boolean> {
     try {
       await this.api.request("/healthz");
       return true;
     } catch (error) {
       return error instanceof Problem;
-    }
-  }
-
-  private refuse(job: Job, problem: Problem): void {
-    if (problem.status === 409) {
-      this.set(job, { stage: "judged", verdict: "duplicate", words: problem.message });
-    } else {
-      this.set(job, { stage: "refused", words: problem.message });
     }
   }
 
@@ -197,6 +239,7 @@ export class Sender {
   private set(job: Job, change: Partial<Job>): void {
     Object.assign(job, change);
     this.onChange(job);
+    if (job.contribution) this.closeIfDone(job.contribution);
   }
 }
 

@@ -36,6 +36,10 @@ export class ContributePanel {
   });
   private readonly nameLabel: HTMLLabelElement;
   private readonly camera = el("select", { id: "camera" });
+  private readonly comment = el("input", {
+    id: "comment",
+    attributes: { type: "text", autocomplete: "off", maxlength: "500" },
+  });
   private readonly input = el("input", {
     id: "files",
     class: "hidden-input",
@@ -71,6 +75,8 @@ export class ContributePanel {
     this.element.append(
       el("label", { words: "camera", attributes: { for: "camera" } }),
       this.camera,
+      el("label", { words: "comment", attributes: { for: "comment" } }),
+      this.comment,
     );
     this.element.append(zone, this.input, this.summary, this.list);
     this.listenForDrops(zone);
@@ -89,7 +95,8 @@ export class ContributePanel {
 
   private send(files: FileList | null): void {
     if (!files || files.length === 0) return;
-    this.sender.add([...files], this.name.value.trim(), this.camera.value);
+    const comment = this.comment.value.trim();
+    this.sender.add([...files], this.name.value.trim(), this.camera.value, comment);
   }
 
   // Photos may be dropped anywhere on the page: a file that misses the zone must not open.

@@ -272,6 +272,7 @@ async function testUpload() {
   });
   const cameras = await page.$$eval("#camera option", (nodes) => nodes.map((node) => node.value));
   await page.select("#camera", camera ?? cameras[1] ?? "");
+  await page.type("#comment", "a walk <b>by the river</b>");
   await page.evaluate(() => {
     window.stages = [];
     new MutationObserver(() => {
@@ -301,6 +302,14 @@ async function testUpload() {
 
   const photos = await cityPhotos();
   assert.equal(photos.length, known + names.length, "the city has them all");
+  const contributions = () =>
+    page.evaluate(async () => (await fetch("/v1/contributions")).json());
+  for (let i = 0; (await contributions())[0]?.closed === null; ++i) {
+    assert.ok(i < 60, "the contribution is closed");
+    await settle(100);
+  }
+  const [{ comment, photos: sent }] = await contributions();
+  assert.deepEqual([comment, sent], ["a walk <b>by the river</b>", names.length]);
   const shown = () => viewData("reconstruction").then(Number);
   const hasAll = async () => {
     const id = await shown();

@@ -4,8 +4,7 @@
 //   run.
 #include "engine/repair/healing.h"
 #include "storage/records/upload_record.h"
-#include "tests/engine/street_fixture.h"
-#include "tests/storage/damage.h"
+#include "tests/engine/repair/repaired_city.h"
 
 namespace veduta {
 namespace {
@@ -26,26 +25,6 @@ class UploadHealing : public testing::Test {
     city_.Close();
   }
 
-  void Overwrite(Family family, const std::string& key, const std::string& value) {
-    WithRocksdb(
-        city_.path(),
-        [&](rocksdb::DB& db, rocksdb::ColumnFamilyHandle* handle) {
-          ASSERT_TRUE(db.Put({}, handle, key, value).ok());
-        },
-        family);
-  }
-
-  RepairAnswer Repair() {
-    RepairRequest request;
-    request.apply = true;
-    request.thread_count = 2;
-    const auto answer = Engine::Repair(city_.path(), request);
-    EXPECT_OK(answer);
-    city_.Open();
-    EXPECT_TRUE(IsSound(city_.Ask().snapshot()));
-    return answer.ok() ? *answer : RepairAnswer();
-  }
-
   std::vector<uint64_t> Waiting() {
     std::vector<uint64_t> numbers;
     const auto uploads = city_.Ask().door().Uploads();
@@ -58,9 +37,9 @@ class UploadHealing : public testing::Test {
 };
 
 TEST_F(UploadHealing, TheWholeOnesAreKeptAndTheOthersNamed) {
-  Overwrite(Family::kUploads, UploadBytesKey(1), "another");
-  Overwrite(Family::kUploads, UploadKey(3), "no record");
-  const RepairAnswer answer = Repair();
+  Overwrite(city_, Family::kUploads, UploadBytesKey(1), "another");
+  Overwrite(city_, Family::kUploads, UploadKey(3), "no record");
+  const RepairAnswer answer = Repair(&city_);
   EXPECT_TRUE(answer.is_repaired);
   EXPECT_EQ(answer.findings.size(), 2u);
   EXPECT_EQ(answer.lost, std::vector<std::string>{"1.jpg"});

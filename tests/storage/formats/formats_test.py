@@ -217,6 +217,16 @@ class Formats(unittest.TestCase):
     def test_format_5_is_repaired(self):
         self.check_repair(self.fixture('format5'), 5)
 
+    def test_format_6_reader_says_what_to_do(self):
+        self.check_reader_says_what_to_do(self.fixture('format6'), 6)
+
+    def test_format_6_is_upgraded_by_adding(self):
+        fixture = self.fixture('format6')
+        self.check_growing(fixture, fixture.city)
+
+    def test_format_6_is_repaired(self):
+        self.check_repair(self.fixture('format6'), 6)
+
     def test_format_3_is_repaired(self):
         self.check_repair(self.fixture('format3'), 3)
 
@@ -227,7 +237,7 @@ class Formats(unittest.TestCase):
         self.check_repair(self.fixture('format2'), 2)
 
     def check_repair(self, fixture, number):
-        self.assertIn(f'has format {number} of an earlier veduta; the new one has format 6',
+        self.assertIn(f'has format {number} of an earlier veduta; the new one has format 7',
                       must('repair', fixture.city, '--yes'))
         self.assertEqual(must('verify', fixture.city), 'sound\n')
         self.check_counts(fixture, ask('status', fixture.city))

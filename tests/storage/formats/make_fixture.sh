@@ -17,6 +17,8 @@
 #            SIZE 240x180
 #   format5  veduta and veduta-street of 0861809, the last commit before merges that are open, with
 #            SIZE 240x180, preset dev
+#   format6  veduta and veduta-street of 92412d6, the last commit before contributions, with SIZE
+#            240x180, preset dev
 # Needs Linux namespaces (unshare): RocksDB writes the name of the machine into its tables, so the
 # binaries run on a machine that is called `fixture`.
 set -euo pipefail

@@ -126,7 +126,7 @@ INSTANTIATE_TEST_SUITE_P(
     Formats, Upgrade,
     testing::Combine(testing::Values(std::string("format1"), std::string("format2"),
                                      std::string("format3"), std::string("format4"),
-                                     std::string("format5")),
+                                     std::string("format5"), std::string("format6")),
                      testing::Bool()),
     [](const auto& info) {
       return std::get<0>(info.param) + (std::get<1>(info.param) ? "_power_cut" : "_crash");

@@ -13,7 +13,7 @@ namespace veduta {
 namespace {
 
 TokenRecord Sample() {
-  TokenRecord token{70'000, "anna", Role::kCurator, {}, 1'700'000'000, 1'800'000'000, 1};
+  TokenRecord token{70'000, "anna", Role::kCurator, {}, 1'700'000'000, 1'800'000'000, 1, {5, 6, 7}};
   for (size_t i = 0; i < token.hash.size(); ++i) token.hash[i] = static_cast<uint8_t>(3 * i);
   return token;
 }
@@ -30,6 +30,9 @@ TEST(TokenRecord, RoundTrips) {
   EXPECT_EQ(decoded.created_unix_s, token.created_unix_s);
   EXPECT_EQ(decoded.expires_unix_s, token.expires_unix_s);
   EXPECT_EQ(decoded.revoked_unix_s, token.revoked_unix_s);
+  EXPECT_EQ(decoded.quota.photos_per_day, 5u);
+  EXPECT_EQ(decoded.quota.bytes_per_day, 6u);
+  EXPECT_EQ(decoded.quota.requests_per_s, 7u);
 }
 
 TEST(TokenRecord, RefusesWhatBreaksARule) {

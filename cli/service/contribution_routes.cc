@@ -1,0 +1,141 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "cli/service/contribution_routes.h"
+
+#include <limits>
+
+#include "cli/service/request_parts.h"
+#include "cli/wire/contribution_json.h"
+#include "cli/wire/removal_json.h"
+
+namespace veduta {
+namespace {
+
+// Contributions, or photos of one, in an answer, at most and by default. Chosen by hand.
+constexpr uint64_t kCountMax = 1000;
+// Of what is sent about one: a comment of 2000 bytes may be escaped. Chosen by hand.
+constexpr size_t kBodyBytesMax = 64 << 10;
+
+// With the verdicts of its photos in sum.
+HttpAnswer Tell(const Engine& engine, uint32_t number, uint32_t code) {
+  const Questions ask = engine.Ask();
+  const auto contribution = ask.Contribution(number);
+  if (!contribution.ok()) return ProblemOf(contribution.status());
+  const auto sums = ask.ContributionVerdicts(number);
+  if (!sums.ok()) return ProblemOf(sums.status());
+  Json json = ToJson(*contribution);
+  json["verdicts"] = ToJson(*sums);
+  HttpAnswer answer = JsonAnswer(code, json);
+  if (code == 201)
+    answer.headers.emplace_back("Location", "/v1/contributions/" + std::to_string(number));
+  return answer;
+}
+
+Result<uint32_t> OpenOf(Engine* engine, const HttpRequest& request) {
+  const Json json = Json::parse(request.body, nullptr, /*allow_exceptions=*/false);
+  if (!json.is_object()) return Status::InvalidArgument("the body is no JSON object");
+  ContributionRequest wanted;
+  VEDUTA_ASSIGN_OR_RETURN(wanted.comment, OptionalText(json, "comment"));
+  VEDUTA_ASSIGN_OR_RETURN(wanted.licence, OptionalText(json, "licence"));
+  VEDUTA_ASSIGN_OR_RETURN(wanted.contributor, OptionalText(json, "contributor"));
+  const std::string sender = request.who.empty() ? "anonymous" : request.who;
+  if (wanted.contributor.empty()) wanted.contributor = sender;
+  if (wanted.contributor != sender && !request.may_name_others)
+    return Status::InvalidArgument("contributions are opened under the token's name, " + sender +
+                                   ": leave 'contributor' out");
+  wanted.actor = request.who.empty() ? wanted.contributor : request.who;
+  return engine->OpenContribution(wanted);
+}
+
+HttpAnswer ListContributions(Engine* engine, const HttpRequest& request, const PathArguments&) {
+  const auto from = NumberParameter(request, "from", 1, 1, std::numeric_limits<uint32_t>::max());
+  if (!from.ok()) return ProblemOf(from.status());
+  const auto count = NumberParameter(request, "count", kCountMax, 1, kCountMax);
+  if (!count.ok()) return ProblemOf(count.status());
+  const auto listed =
+      engine->Ask().Contributions(static_cast<uint32_t>(*from), static_cast<uint32_t>(*count));
+  return listed.ok() ? JsonAnswer(200, ToJson(*listed)) : ProblemOf(listed.status());
+}
+
+HttpAnswer OpenContribution(Engine* engine, const HttpRequest& request, const PathArguments&) {
+  if (request.content_type != "application/json")
+    return Problem(415, "the content type is '" + request.content_type +
+                            "': a contribution is opened by application/json");
+  if (request.body.size() > kBodyBytesMax)
+    return Problem(
+        413, "a contribution is opened by at most " + std::to_string(kBodyBytesMax) + " bytes");
+  const Result<uint32_t> opened = OpenOf(engine, request);
+  return opened.ok() ? Tell(*engine, *opened, 201) : ProblemOf(opened.status());
+}
+
+HttpAnswer GetContribution(Engine* engine, const HttpRequest&, const PathArguments& arguments) {
+  const Result<uint32_t> number = ContributionNumber(arguments[0]);
+  return number.ok() ? Tell(*engine, *number, 200) : ProblemOf(number.status());
+}
+
+HttpAnswer ListContributedPhotos(Engine* engine, const HttpRequest& request,
+                                 const PathArguments& arguments) {
+  const Result<uint32_t> number = ContributionNumber(arguments[0]);
+  if (!number.ok()) return ProblemOf(number.status());
+  const auto from = NumberParameter(request, "from", 1, 1, std::numeric_limits<uint64_t>::max());
+  if (!from.ok()) return ProblemOf(from.status());
+  const auto count = NumberParameter(request, "count", kCountMax, 1, kCountMax);
+  if (!count.ok()) return ProblemOf(count.status());
+  const auto photos =
+      engine->Ask().ContributedPhotos(*number, *from, static_cast<uint32_t>(*count));
+  return photos.ok() ? JsonAnswer(200, ToJson(*photos)) : ProblemOf(photos.status());
+}
+
+HttpAnswer CloseContribution(Engine* engine, const HttpRequest& request,
+                             const PathArguments& arguments) {
+  const Result<uint32_t> number = ContributionNumber(arguments[0]);
+  if (!number.ok()) return ProblemOf(number.status());
+  const auto contribution = engine->Ask().Contribution(*number);
+  if (!contribution.ok()) return ProblemOf(contribution.status());
+  if (!request.may_name_others && contribution->contributor != request.who)
+    return Problem(403, "contribution " + arguments[0] + " is closed by its contributor, " +
+                            contribution->contributor + ", or by a curator");
+  const Status closed = engine->CloseContribution(
+      *number, request.who.empty() ? contribution->contributor : request.who);
+  return closed.ok() ? Tell(*engine, *number, 200) : ProblemOf(closed);
+}
+
+HttpAnswer RemoveContribution(Engine* engine, const HttpRequest& request,
+                              const PathArguments& arguments) {
+  const Result<uint32_t> number = ContributionNumber(arguments[0]);
+  if (!number.ok()) return ProblemOf(number.status());
+  RemoveRequest wanted;
+  wanted.contribution = *number;
+  if (!request.who.empty()) wanted.actor = request.who;
+  const auto removed = engine->Remove(wanted);
+  if (!removed.ok()) return ProblemOf(removed.status());
+  engine->Settle().IgnoreBecause("the daemon settles again in a while, and tells of failures then");
+  return JsonAnswer(200, ToJson(*removed));
+}
+
+}  // namespace
+
+std::vector<CityRoute> ContributionRoutes() {
+  constexpr Role kSends = Role::kContributor, kCurates = Role::kCurator;
+  return {
+      {"OPTIONS", {"v1", "tus"}, {}, nullptr, false, true, Role::kViewer, false, true},
+      {"POST", {"v1", "tus"}, {}, nullptr, false, false, kSends},
+      {"GET", {"v1", "tus", "*"}, {}, nullptr, false, true, kSends},
+      {"PATCH", {"v1", "tus", "*"}, {}, nullptr, false, false, kSends},
+      {"DELETE", {"v1", "tus", "*"}, {}, nullptr, false, false, kSends},
+      {"GET", {"v1", "contributions"}, {"from", "count"}, ListContributions},
+      {"POST", {"v1", "contributions"}, {}, OpenContribution, false, false, kSends},
+      {"GET", {"v1", "contributions", "*"}, {}, GetContribution},
+      {"DELETE",
+       {"v1", "contributions", "*"},
+       {},
+       RemoveContribution,
+       false,
+       false,
+       kCurates,
+       true},
+      {"GET", {"v1", "contributions", "*", "photos"}, {"from", "count"}, ListContributedPhotos},
+      {"POST", {"v1", "contributions", "*", "close"}, {}, CloseContribution, false, false, kSends},
+  };
+}
+
+}  // namespace veduta

@@ -1,0 +1,54 @@
+// SPDX-License-Identifier: Apache-2.0
+// Goal: numbers and texts in requests are taken whole or refused, by a word that names them.
+// Method: values at the borders, of other types, with something before or behind them.
+#include "cli/service/request_parts.h"
+
+#include <gtest/gtest.h>
+
+#include "tests/storage/samples.h"
+
+namespace veduta {
+namespace {
+
+TEST(RequestParts, WholeNumbers) {
+  EXPECT_EQ(*WholeNumber("it", "0", 0, 5), 0u);
+  EXPECT_EQ(*WholeNumber("it", "18446744073709551615", 1, UINT64_MAX), UINT64_MAX);
+  for (const char* const text :
+       {"", " 1", "1 ", "+1", "-1", "0x1", "1e3", "1.0", "6", "18446744073709551616"}) {
+    const auto number = WholeNumber("it", text, 1, 5);
+    EXPECT_EQ(number.status().code(), StatusCode::kInvalidArgument) << text;
+    EXPECT_EQ(number.status().message().find("it is '"), 0u);
+  }
+  HttpRequest request;
+  request.query["from"] = "7";
+  EXPECT_EQ(*NumberParameter(request, "from", 1, 1, 9), 7u);
+  EXPECT_EQ(*NumberParameter(request, "count", 3, 1, 9), 3u);
+  EXPECT_FALSE(NumberParameter(request, "from", 1, 1, 6).ok());
+}
+
+TEST(RequestParts, TextsOfObjects) {
+  const Json object = {{"a", "x"}, {"b", 7}, {"contribution", 9}};
+  EXPECT_EQ(*TextMember(object, "a"), "x");
+  EXPECT_FALSE(TextMember(object, "b").ok());
+  EXPECT_FALSE(TextMember(object, "c").ok());
+  EXPECT_EQ(*OptionalText(object, "c"), "");
+  EXPECT_FALSE(OptionalText(object, "b").ok());
+  EXPECT_EQ(*OptionalNumber(object, "contribution", 9), 9u);
+  EXPECT_EQ(*OptionalNumber(Json::object(), "contribution", 9), 0u);
+  EXPECT_FALSE(OptionalNumber(object, "contribution", 8).ok());
+  for (const Json& wrong : {Json("9"), Json(-1), Json(0), Json(1.5), Json(uint64_t{1} << 32)})
+    EXPECT_FALSE(OptionalNumber({{"contribution", wrong}}, "contribution", 9).ok()) << wrong;
+  EXPECT_EQ(*ContributionNumber("4294967295"), UINT32_MAX);
+  EXPECT_FALSE(ContributionNumber("4294967296").ok());
+}
+
+TEST(RequestParts, WhoAsks) {
+  HttpRequest request;
+  EXPECT_EQ(*ActorOf({{"actor", "anna"}}, request), "anna");
+  EXPECT_FALSE(ActorOf(Json::object(), request).ok());
+  request.who = "kai";
+  EXPECT_EQ(*ActorOf({{"actor", "anna"}}, request), "kai") << "whose token it is";
+}
+
+}  // namespace
+}  // namespace veduta
