@@ -123,10 +123,12 @@ TEST(Contributions, AreRemovedWithTheirPhotos) {
   for (size_t i = 0; i < 4; ++i)
     EXPECT_OK(SendTo(&city, i == 0 ? first : second, city.Submit(stands[i])));
   ASSERT_OK(city.engine().BeginUpload({"5.jpg", "anna", "", second, 0, 9}, {}));
-  ASSERT_OK(city.engine().Remove({.photos = {"#2"}}));
+  RemoveRequest removal;
+  removal.photos = {"#2"};
+  ASSERT_OK(city.engine().Remove(removal));
   EXPECT_EQ(StatesOf(city, second).front(), "removed");
   EXPECT_EQ(city.Ask().door().ContributedPhotos(second, 1, 1)->front().name, "");
-  RemoveRequest removal;
+  removal.photos.clear();
   removal.contribution = second;
   removal.actor = "kai";
   const auto removed = city.engine().Remove(removal);
@@ -140,7 +142,8 @@ TEST(Contributions, AreRemovedWithTheirPhotos) {
   EXPECT_EQ(city.Ask().door().Contributions(1, 10)->size(), 2u);
   EXPECT_EQ(city.Ask().door().Contributions(2, 10)->front().number, 3u);
   EXPECT_EQ(city.Ask().door().Contributions(1, 1)->size(), 1u);
-  removal = {.contributor = "anna", .actor = "kai"};
+  removal.contribution = 0;
+  removal.contributor = "anna";
   ASSERT_OK(city.engine().Remove(removal));
   EXPECT_TRUE(city.Ask().door().Contributions(1, 10)->empty());
   EXPECT_EQ(DoneIn(city).back(), "kai removed 3");

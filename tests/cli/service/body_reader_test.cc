@@ -14,6 +14,8 @@ namespace {
 
 class BodyReaderTest : public testing::Test {
  protected:
+  ~BodyReaderTest() noexcept override = default;
+
   std::shared_ptr<Arriving> New() { return std::make_shared<Arriving>(budget_); }
   // The bytes 0, 1, 2, ... written into the pipe, then its end; never done where nobody reads.
   void Write(size_t size) {

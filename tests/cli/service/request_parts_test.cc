@@ -27,7 +27,7 @@ TEST(RequestParts, WholeNumbers) {
 }
 
 TEST(RequestParts, TextsOfObjects) {
-  const Json object = {{"a", "x"}, {"b", 7}, {"contribution", 9}};
+  const Json object = Json::parse(R"({"a": "x", "b": 7, "contribution": 9})");
   EXPECT_EQ(*TextMember(object, "a"), "x");
   EXPECT_FALSE(TextMember(object, "b").ok());
   EXPECT_FALSE(TextMember(object, "c").ok());

@@ -15,10 +15,10 @@ namespace {
 TEST(Families, NumbersAndNamesArePinned) {
   // In order of their numbers. A new family is added at the end; nothing else ever changes here.
   const char* const names[] = {
-      "meta",       "cameras", "names",           "hashes", "photos",       "features",
-      "images",     "pairs",   "reconstructions", "poses",  "observations", "points",
-      "vocabulary", "words",   "postings",        "queue",  "journal",      "dense",
-      "depth",      "volume",  "surface",         "uploads"};
+      "meta",       "cameras", "names",           "hashes",  "photos",       "features",
+      "images",     "pairs",   "reconstructions", "poses",   "observations", "points",
+      "vocabulary", "words",   "postings",        "queue",   "journal",      "dense",
+      "depth",      "volume",  "surface",         "uploads", "contributions"};
   ASSERT_EQ(std::size(names), kFamilyCount);
   for (size_t i = 0; i < kFamilyCount; ++i) {
     EXPECT_STREQ(FamilyName(static_cast<Family>(i)), names[i]);
