@@ -51,10 +51,7 @@ TEST(PartialUploadsOfTheDoor, GetInLineOnce) {
   std::atomic<int> answers = 0;
   std::optional<Writer::Turn> turn = city.parts().writer->Take();
   const auto whole = city.engine().ContinueUpload(begun->id, half, bytes.subspan(half),
-                                                  [&](const Result<AddOutcome>& outcome) {
-                                                    EXPECT_OK(outcome);
-                                                    ++answers;
-                                                  });
+                                                  [&](const Result<AddOutcome>&) { ++answers; });
   ASSERT_OK(whole);
   EXPECT_EQ(whole->upload, 1u);
   EXPECT_TRUE(whole->is_in_line);

@@ -171,8 +171,8 @@ TEST(DatabaseOpen, OtherVersionsAreNamed) {
       Family::kMeta);
   const Status newer = Database::Open(folder / "db", {}).status();
   EXPECT_EQ(newer.code(), StatusCode::kCorruption);
-  EXPECT_NE(newer.message().find("format 11"), std::string::npos) << newer.message();
-  EXPECT_NE(newer.message().find("format 6"), std::string::npos) << newer.message();
+  EXPECT_NE(newer.message().find("format 12"), std::string::npos) << newer.message();
+  EXPECT_NE(newer.message().find("format 7"), std::string::npos) << newer.message();
   // A family of a later version: RocksDB would not even open it.
   WithRocksdb(
       folder / "db",
@@ -185,7 +185,7 @@ TEST(DatabaseOpen, OtherVersionsAreNamed) {
   for (const bool read_only : {false, true}) {
     const Status family = Database::Open(folder / "db", {.read_only = read_only}).status();
     EXPECT_EQ(family.code(), StatusCode::kCorruption);
-    EXPECT_NE(family.message().find("format 11"), std::string::npos) << family.message();
+    EXPECT_NE(family.message().find("format 12"), std::string::npos) << family.message();
     EXPECT_NE(family.message().find("murals"), std::string::npos) << family.message();
   }
 }

@@ -100,7 +100,7 @@ TEST(Answers, Upload) {
   const UploadAnswer upload = {7, "a.jpg", "anna", "phone", "00ff", 123, 1'700'000'000};
   EXPECT_EQ(JsonLine(ToJson(upload)),
             R"({"upload":7,"image":"a.jpg","contributor":"anna","camera":"phone",)"
-            R"("photo":"00ff","bytes":123,"time":1700000000})");
+            R"("photo":"00ff","bytes":123,"time":1700000000,"contribution":null})");
 }
 
 TEST(Answers, Status) {

@@ -199,7 +199,7 @@ TEST(Healing, TakesSurveyedPointsAndTokensAlong) {
     const auto transaction = (*database)->BeginTransaction();
     transaction->PutGroundPoint(
         {"corner", {47, 15, 300}, 0.05, {{ImageId(5), 1, 2}, {ImageId(99), 3, 4}}});
-    transaction->PutToken({1, "anna", Role::kCurator, {7}, 5, 0, 0});
+    transaction->PutToken({1, "anna", Role::kCurator, {7}, 5, 0, 0, {}});
     ASSERT_OK(transaction->Commit());
   }
   const Healed healed(city.path());

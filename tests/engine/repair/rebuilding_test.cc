@@ -107,7 +107,7 @@ TEST(Rebuilding, KeepsTokensAndTellsOfSurveyedPoints) {
     ASSERT_OK(database);
     const auto transaction = (*database)->BeginTransaction();
     transaction->PutGroundPoint({"corner", {47, 15, 300}, 0.05, {{ImageId(5), 1, 2}}});
-    transaction->PutToken({4, "anna", Role::kCurator, {7}, 5, 0, 0});
+    transaction->PutToken({4, "anna", Role::kCurator, {7}, 5, 0, 0, {}});
     ASSERT_OK(transaction->Commit());
   }
   const Rebuilt rebuilt(city);
