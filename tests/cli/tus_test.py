@@ -13,6 +13,7 @@ import http.client
 import json
 import os
 import random
+import resource
 import signal
 import socket
 import threading
@@ -305,6 +306,31 @@ class Arriving(Tus):
             self.assertEqual(offset_of(daemon, path), 300_000)
             self.assertEqual(send(daemon, path, 300_000, data[300_000:])[0], 204)
             self.assertEqual(self.finished(daemon, path)['state'], 'done')
+        self.is_there_once(db, '1.jpg', data)
+
+    def test_a_full_disk_passes(self):
+        db, data = new_database('full'), padded(1, 600_000)
+        with Daemon(db) as daemon:
+            def limit_files(size):
+                limits = resource.prlimit(daemon.process.pid, resource.RLIMIT_FSIZE)
+                resource.prlimit(daemon.process.pid, resource.RLIMIT_FSIZE, (size, limits[1]))
+
+            path = must_begin(daemon, len(data), filename='1.jpg', camera='c')
+            self.assertEqual(send(daemon, path, 0, data[:300_000])[0], 204)
+            limit_files(1000)  # stands for a full disk, as in full_disk_test.sh
+            code, headers, body = send(daemon, path, 300_000, data[300_000:400_000])
+            self.assertEqual(code, 503, body)
+            self.assertGreaterEqual(int(headers['Retry-After']), 1)
+            limit_files(resource.RLIM_INFINITY)
+            offset = 300_000
+            while offset < len(data):
+                code, headers, body = send(daemon, path, offset, data[offset:])
+                self.assertIn(code, (204, 503), body)
+                time.sleep(0.2)
+                # A question of the moment when the files are opened again is answered by 500.
+                told = offset_of(daemon, path)
+                offset = told if told >= 0 else offset
+            daemon.wait_for_uploads()
         self.is_there_once(db, '1.jpg', data)
 
     def test_a_client_that_is_too_slow(self):
