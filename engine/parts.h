@@ -18,8 +18,10 @@
 #include "engine/schedule/scheduler.h"
 #include "engine/writer/claimable.h"
 #include "engine/writer/writer.h"
+#include "storage/base/lru_cache.h"
 #include "storage/base/thread_pool.h"
 #include "storage/database.h"
+#include "storage/model/triangle_mesh.h"
 
 namespace veduta {
 
@@ -36,6 +38,15 @@ struct EngineTuning {
 inline constexpr const char* kCopyMade = "backup";
 inline constexpr const char* kCopyDeleted = "backup-deleted";  // it could not be read
 
+// Coarse parts of surfaces (fusion/surface_tiles.h) by what names them, and a lock for whoever
+// makes some.
+struct CoarseSurfaces {
+  static constexpr uint64_t kBytesMax = 256 << 20;  // chosen by hand
+
+  LruCache<std::string, std::shared_ptr<const TriangleMesh>> meshes{kBytesMax};
+  std::mutex making;
+};
+
 // What one generation of open files is read by. Exchanged by Engine::Reopen: what was kept of a
 // commit that failed must not be found again.
 struct EngineCaches {
@@ -46,6 +57,7 @@ struct EngineCaches {
   Retrieval retrieval;
   ImageFeatureCache features;
   UnsureCache unsure;
+  CoarseSurfaces surfaces;
 };
 
 // Destroyed from the bottom up: the scheduler's thread ends first.

@@ -9,6 +9,8 @@
 
 #include "cli/service/openapi.h"
 #include "cli/service/page_answer.h"
+#include "cli/service/path_numbers.h"
+#include "cli/service/surface_answers.h"
 #include "cli/wire/added_json.h"
 #include "cli/wire/answers_json.h"
 #include "cli/wire/earth_json.h"
@@ -28,17 +30,6 @@ constexpr uint64_t kPhotosCountMax = 1000, kThumbnailSide = 256, kThumbnailSideM
 
 // Of a camera that is sent. Parsed JSON takes many times its text. Chosen by hand.
 constexpr size_t kCameraBytesMax = 64 << 10;
-
-// The whole text as a number in [min, max].
-Result<uint64_t> WholeNumber(const std::string& what, const std::string& text, uint64_t min,
-                             uint64_t max) {
-  uint64_t value = 0;
-  const char* const end = text.data() + text.size();
-  const auto [rest, error] = std::from_chars(text.data(), end, value);
-  if (error == std::errc() && rest == end && min <= value && value <= max) return value;
-  return Status::InvalidArgument(what + " is '" + text + "', and must be a whole number from " +
-                                 std::to_string(min) + " to " + std::to_string(max));
-}
 
 Result<uint64_t> NumberParameter(const HttpRequest& request, const std::string& name,
                                  uint64_t otherwise, uint64_t min, uint64_t max) {
@@ -235,11 +226,10 @@ HttpAnswer ListReconstructions(Engine* engine, const HttpRequest&, const PathArg
 }
 
 HttpAnswer GetReconstruction(Engine* engine, const HttpRequest&, const PathArguments& arguments) {
-  const auto number = WholeNumber("a reconstruction's number", arguments[0], 1,
-                                  std::numeric_limits<uint32_t>::max());
-  if (!number.ok()) return ProblemOf(number.status());
+  const auto id = ReconstructionNumber(arguments[0]);
+  if (!id.ok()) return ProblemOf(id.status());
   const Questions ask = engine->Ask();
-  const auto found = ask.Reconstruction(ReconstructionId(static_cast<uint32_t>(*number)));
+  const auto found = ask.Reconstruction(*id);
   if (!found.ok()) return ProblemOf(found.status());
   const auto hypotheses = ask.Hypotheses(found->id);
   if (!hypotheses.ok()) return ProblemOf(hypotheses.status());
@@ -285,10 +275,9 @@ std::string PointBytes(const PointCloud& cloud) {
 }
 
 HttpAnswer GetPoints(Engine* engine, const HttpRequest&, const PathArguments& arguments) {
-  const auto number = WholeNumber("a reconstruction's number", arguments[0], 1,
-                                  std::numeric_limits<uint32_t>::max());
-  if (!number.ok()) return ProblemOf(number.status());
-  const auto cloud = engine->Ask().Points(ReconstructionId(static_cast<uint32_t>(*number)));
+  const auto id = ReconstructionNumber(arguments[0]);
+  if (!id.ok()) return ProblemOf(id.status());
+  const auto cloud = engine->Ask().Points(*id);
   if (!cloud.ok()) return ProblemOf(cloud.status());
   return {200, "application/octet-stream", PointBytes(*cloud), {}};
 }
@@ -403,6 +392,8 @@ const std::vector<CityRoute>& Routes() {
       {"GET", {"v1", "reconstructions"}, {}, ListReconstructions, true},
       {"GET", {"v1", "reconstructions", "*"}, {}, GetReconstruction, true},
       {"GET", {"v1", "reconstructions", "*", "points"}, {}, GetPoints, true},
+      {"GET", {"v1", "reconstructions", "*", "surface", "tileset.json"}, {}, AnswerWithTileset},
+      {"GET", {"v1", "reconstructions", "*", "surface", "tiles", "*"}, {}, AnswerWithSurfaceTile},
       {"GET", {"v1", "georeference"}, {}, GetGeoreference, true},
       {"POST",
        {"v1", "georeference"},
@@ -449,10 +440,6 @@ HttpAnswer WrongMethod(const std::string& method, const std::set<std::string>& r
 
 std::span<const CityRoute> ListRoutes() {
   return Routes();
-}
-
-Result<uint64_t> UploadNumber(const std::string& text) {
-  return WholeNumber("an upload's number", text, 1, std::numeric_limits<uint64_t>::max());
 }
 
 std::variant<RouteMatch, HttpAnswer> FindRoute(const HttpRequest& request) {

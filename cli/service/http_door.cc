@@ -322,7 +322,7 @@ class HttpDoor final : public kj::HttpService, private kj::TaskSet::ErrorHandler
     if (shared->code != 304) {
       headers.set(kj::HttpHeaderId::CONTENT_TYPE, kj::StringPtr(shared->content_type.c_str()));
     }
-    headers.add("Cache-Control"_kj, "no-cache"_kj);
+    if (!HasHeader(*shared, "Cache-Control")) headers.add("Cache-Control"_kj, "no-cache"_kj);
     headers.add("X-Content-Type-Options"_kj, "nosniff"_kj);
     for (const auto& [name, value] : shared->headers)
       headers.add(kj::StringPtr(name.c_str()), kj::StringPtr(value.c_str()));

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "cli/service/http_message.h"
 
+#include <algorithm>
 #include <cctype>
 #include <string_view>
 
@@ -32,6 +33,10 @@ uint32_t CodeOf(StatusCode code) {
 }
 
 }  // namespace
+
+bool HasHeader(const HttpAnswer& answer, const std::string& name) {
+  return std::ranges::any_of(answer.headers, [&](const auto& one) { return one.first == name; });
+}
 
 const char* HttpPhrase(uint32_t code) {
   static const std::map<uint32_t, const char*> kPhrases = {

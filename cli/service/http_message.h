@@ -36,6 +36,8 @@ struct HttpAnswer {
   std::vector<std::pair<std::string, std::string>> headers;
 };
 
+bool HasHeader(const HttpAnswer& answer, const std::string& name);
+
 // The words that go with a code in the first line of an answer.
 const char* HttpPhrase(uint32_t code);
 
