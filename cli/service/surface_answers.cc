@@ -45,8 +45,10 @@ HttpAnswer AnswerWithSurfaceTile(Engine* engine, const HttpRequest& request,
   const std::string name = file.substr(0, file.size() - kEnding.size());
   HttpAnswer answer;
   answer.content_type = "model/gltf-binary";
+  // A browser keeps it for those alone who ask with the same token.
   answer.headers = {{"ETag", Quoted(name)},
-                    {"Cache-Control", "private, max-age=31536000, immutable"}};
+                    {"Cache-Control", "private, max-age=31536000, immutable"},
+                    {"Vary", "Authorization"}};
   // The name stands for the bytes, which whoever has them has right.
   if (request.if_none_match == Quoted(name)) {
     answer.code = 304;

@@ -346,7 +346,7 @@ export class CityView {
     this.surface.object.visible = isSeen;
     if (isSeen) {
       this.camera.updateMatrixWorld();
-      this.surface.update(this.camera, width, height);
+      this.surface.update(this.camera, width, height, this.isMoving);
     }
     const { dataset } = this.element;
     dataset.surface = !isSeen ? "none" : this.surface.isComplete ? "complete" : "loading";

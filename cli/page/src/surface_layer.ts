@@ -16,6 +16,11 @@ import { Problem, whole, type Api } from "./api";
 // A tile is drawn as it is where its error is below so many CSS px. The error is the diagonal of
 // the cells whose vertices were joined, so vertices are some 3 px apart then. Chosen by hand.
 const ERROR_TARGET_PX = 6;
+// While the view moves, coarser tiles are drawn where a frame takes long, and finer ones again where
+// it does not: within so many times the error above.
+const SLOW_MS = 50;
+const FAST_MS = 25;
+const COARSENESS_MAX = 8;
 const ASK_AGAIN_MS = 3_000; // after a tile that did not come
 
 interface Tileset {
@@ -26,11 +31,10 @@ interface Tileset {
 // One tileset as it was when it was asked for.
 class Surface {
   readonly tiles: TilesRenderer;
-  isComplete = false; // everything that the view needs has come once
+  private hasLoaded = false; // everything that the view needs has come once
 
   constructor(api: Api, url: string, tileset: Tileset, layer: { changed(): void; failed(): void }) {
     this.tiles = new TilesRenderer(url);
-    this.tiles.errorTarget = ERROR_TARGET_PX;
     this.tiles.registerPlugin({
       name: "daemon",
       // The first thing that is asked for is the tileset itself.
@@ -44,10 +48,14 @@ class Surface {
       this.tiles.addEventListener(event, () => layer.changed());
     }
     this.tiles.addEventListener("tiles-load-end", () => {
-      this.isComplete = true;
+      this.hasLoaded = true;
       layer.changed();
     });
     this.tiles.addEventListener("load-error", () => layer.failed());
+  }
+
+  get isComplete(): boolean {
+    return this.hasLoaded && this.tiles.loadProgress === 1;
   }
 
   get triangles(): number {
@@ -68,6 +76,8 @@ export class SurfaceLayer {
   private id: number | null = null; // the reconstruction
   private tag = ""; // of the tileset that was asked for last
   private asking: AbortController | null = null;
+  private lastFrame = 0; // of a view that moves, by performance.now(); 0: it was still
+  private coarseness = 1;
 
   constructor(private readonly api: Api) {}
 
@@ -113,15 +123,27 @@ export class SurfaceLayer {
   }
 
   // Before each frame; loads what the camera sees. Sizes are those of the view in CSS px.
-  update(camera: PerspectiveCamera, width: number, height: number): void {
+  update(camera: PerspectiveCamera, width: number, height: number, isMoving: boolean): void {
+    this.pace(isMoving);
     for (const surface of [this.shown, this.next]) {
       if (!surface) continue;
       if (!surface.tiles.hasCamera(camera)) surface.tiles.setCamera(camera);
       surface.tiles.setResolution(camera, width, height);
+      surface.tiles.errorTarget = ERROR_TARGET_PX * (isMoving ? this.coarseness : 1);
       surface.tiles.group.updateMatrixWorld(true);
       surface.tiles.update();
     }
     if (this.next?.isComplete) this.exchange();
+  }
+
+  private pace(isMoving: boolean): void {
+    const now = performance.now();
+    if (isMoving && this.lastFrame > 0) {
+      const took = now - this.lastFrame;
+      if (took > SLOW_MS) this.coarseness = Math.min(COARSENESS_MAX, 1.5 * this.coarseness);
+      else if (took < FAST_MS) this.coarseness = Math.max(1, this.coarseness / 1.1);
+    }
+    this.lastFrame = isMoving ? now : 0;
   }
 
   private take(url: string, tileset: Tileset): void {
