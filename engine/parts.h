@@ -3,9 +3,11 @@
 // What stands behind the door, for the rooms that carry out its functions, and for tests and tools.
 // A program that embeds Veduta includes engine/engine.h alone.
 
+#include <condition_variable>
 #include <memory>
 #include <mutex>
 #include <optional>
+#include <set>
 #include <string>
 
 #include "engine/camera/undistorter.h"
@@ -38,13 +40,15 @@ struct EngineTuning {
 inline constexpr const char* kCopyMade = "backup";
 inline constexpr const char* kCopyDeleted = "backup-deleted";  // it could not be read
 
-// Coarse parts of surfaces (fusion/surface_tiles.h) by what names them, and a lock for whoever
-// makes some.
+// Coarse parts of surfaces (fusion/surface_tiles.h) by what names them, and those that somebody is
+// making now.
 struct CoarseSurfaces {
-  static constexpr uint64_t kBytesMax = 256 << 20;  // chosen by hand
+  static constexpr uint64_t kBytesMax = 256 << 20;  // of meshes; chosen by hand
 
   LruCache<std::string, std::shared_ptr<const TriangleMesh>> meshes{kBytesMax};
-  std::mutex making;
+  std::mutex mutex;  // of `making`
+  std::condition_variable made;
+  std::set<std::string> making;
 };
 
 // What one generation of open files is read by. Exchanged by Engine::Reopen: what was kept of a

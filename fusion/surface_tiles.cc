@@ -102,14 +102,35 @@ uint64_t BytesOf(const TriangleMesh& mesh) {
          mesh.triangles.size() * sizeof mesh.triangles[0];
 }
 
-// A node's surface and those below it that are not kept. Names hash what is below a node, but two
-// reconstructions may have tiles alike: the key has the reconstruction as well.
+// The right to make what a key names. Whoever wants one that is taken waits until it is given back.
+// Parents wait for children alone, so nobody waits for ever.
+class MakingTurn final {
+ public:
+  MakingTurn(CoarseSurfaces* coarse, const std::string& key) : coarse_(*coarse), key_(key) {
+    std::unique_lock lock(coarse_.mutex);
+    coarse_.made.wait(lock, [&] { return coarse_.making.insert(key_).second; });
+  }
+  ~MakingTurn() {
+    const std::lock_guard lock(coarse_.mutex);
+    coarse_.making.erase(key_);
+    coarse_.made.notify_all();
+  }
+  MakingTurn(const MakingTurn&) = delete;
+  MakingTurn& operator=(const MakingTurn&) = delete;
+
+ private:
+  CoarseSurfaces& coarse_;
+  const std::string key_;
+};
+
+// A node's surface and those below it that are not kept.
 class CoarseMaker final {
  public:
   CoarseMaker(const Snapshot& snapshot, const StoredSurface& surface, ReconstructionId id,
               CoarseSurfaces* coarse)
       : snapshot_(snapshot), surface_(surface), id_(id), coarse_(*coarse) {}
 
+  // Names hash what is below a node, but two reconstructions may have tiles alike.
   static std::string Key(ReconstructionId id, const std::string& name) {
     return std::to_string(id.value) + "/" + name;
   }
@@ -120,9 +141,10 @@ class CoarseMaker final {
                               LoadLeaf(snapshot_, surface_.tiles.at(node.place)));
       return SharedMesh(std::make_shared<TriangleMesh>(std::move(leaf)));
     }
+    const std::string key = Key(id_, TileName(node));
+    const MakingTurn turn(&coarse_, key);
     return coarse_.meshes.GetOrMake(
-        Key(id_, TileName(node)), [&] { return Join(node); },
-        [](const SharedMesh& mesh) { return BytesOf(*mesh); });
+        key, [&] { return Join(node); }, [](const SharedMesh& mesh) { return BytesOf(*mesh); });
   }
 
  private:
@@ -165,15 +187,14 @@ Result<TriangleMesh> FindLeaf(const Snapshot& snapshot, ReconstructionId id,
 }
 
 Result<SharedMesh> FindCoarse(const Snapshot& snapshot, ReconstructionId id,
-                              const std::string& name, CoarseSurfaces* coarse) {
-  const std::string key = CoarseMaker::Key(id, name);
-  if (SharedMesh kept = coarse->meshes.Find(key)) return kept;
-  const std::lock_guard lock(coarse->making);
-  if (SharedMesh kept = coarse->meshes.Find(key)) return kept;
+                              const std::string& name, const ParsedTileName& parsed,
+                              CoarseSurfaces* coarse) {
+  if (SharedMesh kept = coarse->meshes.Find(CoarseMaker::Key(id, name))) return kept;
   VEDUTA_ASSIGN_OR_RETURN(const StoredSurface surface, LoadStoredSurface(snapshot, id));
   const auto& nodes = surface.tree.nodes();
-  const auto node =
-      std::ranges::find_if(nodes, [&](const TileNode& one) { return TileName(one) == name; });
+  const auto node = std::ranges::find_if(nodes, [&](const TileNode& one) {
+    return one.version == parsed.version && one.level == parsed.level && one.place == parsed.place;
+  });
   if (node == nodes.end()) return IsSuperseded(name);
   return CoarseMaker(snapshot, surface, id, coarse).Make(*node);
 }
@@ -183,6 +204,11 @@ Eigen::Vector3d CenterOf(const TriangleMesh& mesh) {
   Eigen::AlignedBox3f box;
   for (const Eigen::Vector3f& x : mesh.positions) box.extend(x);
   return mesh.positions.empty() ? Eigen::Vector3d::Zero() : box.center().cast<double>().eval();
+}
+
+Result<std::vector<uint8_t>> GlbOf(const TriangleMesh& mesh) {
+  Result<std::vector<uint8_t>> glb = MakeGlbTile(mesh, CenterOf(mesh));
+  return glb.ok() ? std::move(glb) : AsDamage(glb.status());
 }
 
 }  // namespace
@@ -214,10 +240,10 @@ Result<std::vector<uint8_t>> MakeSurfaceTile(const Snapshot& snapshot, Reconstru
   if (!parsed) return IsSuperseded(name);
   if (parsed->level == 0) {
     VEDUTA_ASSIGN_OR_RETURN(const TriangleMesh leaf, FindLeaf(snapshot, id, name, *parsed));
-    return MakeGlbTile(leaf, CenterOf(leaf));
+    return GlbOf(leaf);
   }
-  VEDUTA_ASSIGN_OR_RETURN(const SharedMesh mesh, FindCoarse(snapshot, id, name, coarse));
-  return MakeGlbTile(*mesh, CenterOf(*mesh));
+  VEDUTA_ASSIGN_OR_RETURN(const SharedMesh mesh, FindCoarse(snapshot, id, name, *parsed, coarse));
+  return GlbOf(*mesh);
 }
 
 }  // namespace veduta

@@ -8,6 +8,7 @@
 #include <functional>
 #include <nlohmann/json.hpp>
 #include <set>
+#include <thread>
 
 #include "engine/earth/local_frame.h"
 #include "tests/engine/street_fixture.h"
@@ -118,6 +119,26 @@ TEST_F(SurfaceTilesTest, TheSameSurfaceIsTheSameTilesetAlsoWhenItIsMadeAnew) {
   city_.Reopen();  // nothing is kept
   EXPECT_EQ(city_.engine().Ask().Tileset(kFirst)->tag, tag);
   EXPECT_EQ(*Content(tileset["root"]), *before);
+}
+
+TEST_F(SurfaceTilesTest, ManyThreadsMayAskAtOnce) {
+  Densify();
+  std::vector<Json> nodes;
+  std::vector<std::vector<uint8_t>> expected;
+  Visit(Tileset()["root"], [&](const Json& node) {
+    nodes.push_back(node);
+    expected.push_back(*Content(node));
+  });
+  city_.Reopen();  // nothing is kept
+  std::vector<std::jthread> threads;
+  for (size_t first = 0; first < 6; ++first) {
+    threads.emplace_back([&, first] {
+      for (size_t i = 0; i < nodes.size(); ++i) {
+        const size_t at = (first / 2 * 5 + i) % nodes.size();  // two of each begin at the same one
+        EXPECT_EQ(*Content(nodes[at]), expected[at]);
+      }
+    });
+  }
 }
 
 TEST_F(SurfaceTilesTest, AnotherSurfaceHasOtherNames) {
