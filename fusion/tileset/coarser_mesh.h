@@ -20,8 +20,9 @@ namespace veduta {
 //
 // Cells are counted from the origin, so those of a level lie within those of the next one: a point
 // of the children's leaves moves by at most the diagonal of a cell (TileNode::geometric_error),
-// however many levels lie between; what is smaller than a cell may lose all its area. A vertex on the border of the node is joined with others of the
-// same border alone, so that the surfaces of two neighbouring nodes of one level meet there.
+// however many levels lie between; what is smaller than a cell may lose all its area. A vertex on
+// the border of the node is joined with others of the same border alone, so that the surfaces of
+// two neighbouring nodes of one level meet there.
 //
 // children  in the order of the node's; each with a colour per vertex, and without normals
 // Returns a mesh without normals; it may be empty. Deterministic, O(n log n), thread-safe.
