@@ -31,7 +31,7 @@ DENSE = ('--dense', '--dense-size', '128', '--device', 'cpp')
 def setUpModule():
     """SPARSE, a city of a few photos of a street; LEFT, the path of one photo more."""
     global SPARSE, LEFT
-    render('street', '--photos', '16', '--size', SIZE)
+    render('street', '--photos', '16', '--size', SIZE, '--gps', '0.05')
     for i in range(9, 14):  # they make one reconstruction, which the next one belongs to
         write(at('first', f'{i:02}.jpg'), photo(i))
     LEFT = at('left.jpg')
@@ -104,6 +104,25 @@ class Surface(Case):
         uris = [node['content']['uri'] for node in nodes_below(root)]
         self.assertEqual(len(uris), len(set(uris)))
 
+    def check_place(self, root, georeference):
+        """The transform puts the origin of the world where the reconstruction says that it is."""
+        place = georeference['reconstructions'][0]
+        self.assertTrue(place['known'])
+        transform = root['transform']
+        self.assertEqual((len(transform), transform[15]), (16, 1))
+        scale = math.hypot(*transform[0:3])
+        self.assertAlmostEqual(scale / place['scale'], 1, 9)
+        # The origin of its metres is within its translation of it.
+        latitude, longitude = (math.radians(place['origin'][key])
+                               for key in ('latitude', 'longitude'))
+        bulge = 6378137 / math.sqrt(1 - 0.00669437999014 * math.sin(latitude) ** 2)
+        height = place['origin']['height']
+        origin = ((bulge + height) * math.cos(latitude) * math.cos(longitude),
+                  (bulge + height) * math.cos(latitude) * math.sin(longitude),
+                  (bulge * (1 - 0.00669437999014) + height) * math.sin(latitude))
+        self.assertAlmostEqual(math.dist(origin, transform[12:15]),
+                               math.hypot(*place['translation']), 3)
+
     def check_content(self, node, glb):
         """How many triangles it has."""
         found = content_box(glb)
@@ -128,6 +147,7 @@ class Surface(Case):
             self.assertEqual((code, headers['Content-Type']), (200, 'application/json'))
             tileset, tag = json.loads(body), headers['ETag']
             self.check_tileset(tileset)
+            self.check_place(tileset['root'], daemon.get('/v1/georeference'))
             self.assertEqual(daemon.ask('GET', SURFACE + 'tileset.json',
                                         headers={'If-None-Match': tag})[0::2], (304, b''))
             for node in nodes_below(tileset['root']):
