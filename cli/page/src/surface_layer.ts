@@ -16,12 +16,14 @@ import { Problem, whole, type Api } from "./api";
 // A tile is drawn as it is where its error is below so many CSS px. The error is the diagonal of
 // the cells whose vertices were joined, so vertices are some 3 px apart then. Chosen by hand.
 const ERROR_TARGET_PX = 6;
-// While the view moves, coarser tiles are drawn where a frame takes long, and finer ones again where
-// it does not: within so many times the error above.
+// While the view moves, coarser tiles are drawn where a frame takes long, and finer ones again
+// where it does not: within so many times the error above.
 const SLOW_MS = 50;
 const FAST_MS = 25;
 const COARSENESS_MAX = 8;
-const ASK_AGAIN_MS = 3_000; // after a tile that did not come
+// After a tile that did not come; longer each time.
+const ASK_AGAIN_MS_MIN = 3_000;
+const ASK_AGAIN_MS_MAX = 60_000;
 
 interface Tileset {
   asset: { version: string };
@@ -76,6 +78,9 @@ export class SurfaceLayer {
   private id: number | null = null; // the reconstruction
   private tag = ""; // of the tileset that was asked for last
   private asking: AbortController | null = null;
+  private isStale = false; // it is to be asked for once more
+  private askAgainTimer: number | null = null;
+  private askAgainMs = ASK_AGAIN_MS_MIN;
   private lastFrame = 0; // of a view that moves, by performance.now(); 0: it was still
   private coarseness = 1;
 
@@ -103,23 +108,31 @@ export class SurfaceLayer {
   async show(id: number | null): Promise<void> {
     if (this.id !== id) this.clear();
     this.id = id;
-    this.asking?.abort();
-    if (id === null) return;
+    this.isStale = true;
+    if (id === null || this.asking) return;
     const asking = (this.asking = new AbortController());
-    const url = `/v1/reconstructions/${id}/surface/tileset.json`;
     try {
-      const headers: HeadersInit = this.tag === "" ? {} : { "If-None-Match": this.tag };
-      const response = await this.api.request(url, { headers, signal: asking.signal });
-      const text = await whole(() => response.text());
-      if (asking.signal.aborted || response.status === 304) return;
-      this.tag = response.headers.get("ETag") ?? "";
-      this.take(url, JSON.parse(text) as Tileset);
+      while (this.isStale && !asking.signal.aborted) {
+        this.isStale = false;
+        await this.ask(`/v1/reconstructions/${id}/surface/tileset.json`, asking.signal);
+      }
     } catch (error) {
       if (asking.signal.aborted) return;
       // It is gone since the city was read.
       if (error instanceof Problem && error.status === 404) return this.clear();
       throw error;
+    } finally {
+      if (this.asking === asking) this.asking = null;
     }
+  }
+
+  private async ask(url: string, signal: AbortSignal): Promise<void> {
+    const headers: HeadersInit = this.tag === "" ? {} : { "If-None-Match": this.tag };
+    const response = await this.api.request(url, { headers, signal });
+    const text = await whole(() => response.text());
+    if (signal.aborted || response.status === 304) return;
+    this.tag = response.headers.get("ETag") ?? "";
+    this.take(url, JSON.parse(text) as Tileset);
   }
 
   // Before each frame; loads what the camera sees. Sizes are those of the view in CSS px.
@@ -151,6 +164,7 @@ export class SurfaceLayer {
     delete tileset.root.transform;
     // The renderer warns of what 1.1 may have; the daemon's tilesets have nothing of it but glTF.
     tileset.asset.version = "1.0";
+    this.askAgainMs = ASK_AGAIN_MS_MIN;
     const surface = new Surface(this.api, url, tileset, {
       changed: () => this.onChange(),
       failed: () => this.askAgain(),
@@ -177,18 +191,22 @@ export class SurfaceLayer {
 
   // A tile did not come: where the surface has changed meanwhile, there is another tileset.
   private askAgain(): void {
-    window.setTimeout(() => {
+    this.askAgainTimer ??= window.setTimeout(() => {
+      this.askAgainTimer = null;
+      this.askAgainMs = Math.min(2 * this.askAgainMs, ASK_AGAIN_MS_MAX);
       this.shown?.tiles.resetFailedTiles();
       this.next?.tiles.resetFailedTiles();
       this.show(this.id).catch(() => {});
       this.onChange();
-    }, ASK_AGAIN_MS);
+    }, this.askAgainMs);
   }
 
   private clear(): void {
     this.shown?.tiles.dispose();
     this.next?.tiles.dispose();
     this.shown = this.next = null;
+    this.asking?.abort();
+    this.asking = null;
     this.tag = "";
     this.onChange();
   }
