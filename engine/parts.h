@@ -3,10 +3,12 @@
 // What stands behind the door, for the rooms that carry out its functions, and for tests and tools.
 // A program that embeds Veduta includes engine/engine.h alone.
 
+#include <condition_variable>
 #include <functional>
 #include <memory>
 #include <mutex>
 #include <optional>
+#include <set>
 #include <string>
 
 #include "engine/camera/undistorter.h"
@@ -19,8 +21,10 @@
 #include "engine/schedule/scheduler.h"
 #include "engine/writer/claimable.h"
 #include "engine/writer/writer.h"
+#include "storage/base/lru_cache.h"
 #include "storage/base/thread_pool.h"
 #include "storage/database.h"
+#include "storage/model/triangle_mesh.h"
 
 namespace veduta {
 
@@ -37,6 +41,17 @@ struct EngineTuning {
 inline constexpr const char* kCopyMade = "backup";
 inline constexpr const char* kCopyDeleted = "backup-deleted";  // it could not be read
 
+// Coarse parts of surfaces (fusion/surface_tiles.h) by what names them, and those that somebody is
+// making now.
+struct CoarseSurfaces {
+  static constexpr uint64_t kBytesMax = 256 << 20;  // of meshes; chosen by hand
+
+  LruCache<std::string, std::shared_ptr<const TriangleMesh>> meshes{kBytesMax};
+  std::mutex mutex;  // of `making`
+  std::condition_variable made;
+  std::set<std::string> making;
+};
+
 // What one generation of open files is read by. Exchanged by Engine::Reopen: what was kept of a
 // commit that failed must not be found again.
 struct EngineCaches {
@@ -47,6 +62,7 @@ struct EngineCaches {
   Retrieval retrieval;
   ImageFeatureCache features;
   UnsureCache unsure;
+  CoarseSurfaces surfaces;
 };
 
 // Destroyed from the bottom up: the scheduler's thread ends first.

@@ -6,6 +6,7 @@
 #include "fusion/dense_door.h"
 #include "fusion/export/exporter.h"
 #include "fusion/pass/dense_invariants.h"
+#include "fusion/surface_tiles.h"
 #include "storage/base/option_bounds.h"
 
 namespace veduta {
@@ -21,6 +22,15 @@ Result<std::vector<ExportedModel>> Questions::Export(const ExportRequest& reques
 
 Result<RenderReport> Questions::Render(const RenderRequest& request) const {
   return RenderToFile(view_->snapshot, *view_->parts->pool, request);
+}
+
+Result<TilesetAnswer> Questions::Tileset(ReconstructionId id) const {
+  return MakeTileset(*view_->snapshot, id);
+}
+
+Result<std::vector<uint8_t>> Questions::SurfaceTile(ReconstructionId id,
+                                                    const std::string& name) const {
+  return MakeSurfaceTile(*view_->snapshot, id, name, &view_->caches->surfaces);
 }
 
 Status VerifyRequest::Check() const {

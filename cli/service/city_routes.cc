@@ -10,7 +10,9 @@
 #include "cli/service/contribution_routes.h"
 #include "cli/service/openapi.h"
 #include "cli/service/page_answer.h"
+#include "cli/service/path_numbers.h"
 #include "cli/service/request_parts.h"
+#include "cli/service/surface_answers.h"
 #include "cli/wire/added_json.h"
 #include "cli/wire/answers_json.h"
 #include "cli/wire/earth_json.h"
@@ -205,11 +207,10 @@ HttpAnswer ListReconstructions(Engine* engine, const HttpRequest&, const PathArg
 }
 
 HttpAnswer GetReconstruction(Engine* engine, const HttpRequest&, const PathArguments& arguments) {
-  const auto number = WholeNumber("a reconstruction's number", arguments[0], 1,
-                                  std::numeric_limits<uint32_t>::max());
-  if (!number.ok()) return ProblemOf(number.status());
+  const auto id = ReconstructionNumber(arguments[0]);
+  if (!id.ok()) return ProblemOf(id.status());
   const Questions ask = engine->Ask();
-  const auto found = ask.Reconstruction(ReconstructionId(static_cast<uint32_t>(*number)));
+  const auto found = ask.Reconstruction(*id);
   if (!found.ok()) return ProblemOf(found.status());
   const auto hypotheses = ask.Hypotheses(found->id);
   if (!hypotheses.ok()) return ProblemOf(hypotheses.status());
@@ -255,10 +256,9 @@ std::string PointBytes(const PointCloud& cloud) {
 }
 
 HttpAnswer GetPoints(Engine* engine, const HttpRequest&, const PathArguments& arguments) {
-  const auto number = WholeNumber("a reconstruction's number", arguments[0], 1,
-                                  std::numeric_limits<uint32_t>::max());
-  if (!number.ok()) return ProblemOf(number.status());
-  const auto cloud = engine->Ask().Points(ReconstructionId(static_cast<uint32_t>(*number)));
+  const auto id = ReconstructionNumber(arguments[0]);
+  if (!id.ok()) return ProblemOf(id.status());
+  const auto cloud = engine->Ask().Points(*id);
   if (!cloud.ok()) return ProblemOf(cloud.status());
   return {200, "application/octet-stream", PointBytes(*cloud), {}};
 }
@@ -387,6 +387,8 @@ std::vector<CityRoute> RoutesOfCity() {
       {"GET", {"v1", "reconstructions"}, {}, ListReconstructions, true},
       {"GET", {"v1", "reconstructions", "*"}, {}, GetReconstruction, true},
       {"GET", {"v1", "reconstructions", "*", "points"}, {}, GetPoints, true},
+      {"GET", {"v1", "reconstructions", "*", "surface", "tileset.json"}, {}, AnswerWithTileset},
+      {"GET", {"v1", "reconstructions", "*", "surface", "tiles", "*"}, {}, AnswerWithSurfaceTile},
       {"GET", {"v1", "georeference"}, {}, GetGeoreference, true},
       {"POST",
        {"v1", "georeference"},
@@ -441,10 +443,6 @@ HttpAnswer WrongMethod(const std::string& method, const std::set<std::string>& r
 
 std::span<const CityRoute> ListRoutes() {
   return Routes();
-}
-
-Result<uint64_t> UploadNumber(const std::string& text) {
-  return WholeNumber("an upload's number", text, 1, std::numeric_limits<uint64_t>::max());
 }
 
 std::variant<RouteMatch, HttpAnswer> FindRoute(const HttpRequest& request) {

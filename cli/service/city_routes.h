@@ -3,7 +3,6 @@
 // What can be asked of the daemon, and how the engine is asked for it. Answers have the shapes of
 // docs/json.md; docs/serving.md lists the routes.
 
-#include <cstdint>
 #include <span>
 #include <string>
 #include <variant>
@@ -20,9 +19,6 @@ struct RouteMatch {
 
 // All there are.
 std::span<const CityRoute> ListRoutes();
-
-// The number of an upload, from a part of a path.
-Result<uint64_t> UploadNumber(const std::string& text);
 
 // The route of a request; otherwise the answer to it: 404 where nothing is there, 405 where another
 // method would be right, 400 for a parameter that is not known. Thread-safe.

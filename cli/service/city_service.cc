@@ -9,6 +9,7 @@
 #include <random>
 #include <utility>
 
+#include "cli/service/path_numbers.h"
 #include "cli/service/tus_message.h"
 #include "cli/wire/answers_json.h"
 #include "storage/base/memory_shortage.h"

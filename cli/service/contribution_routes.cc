@@ -3,6 +3,7 @@
 
 #include <limits>
 
+#include "cli/service/path_numbers.h"
 #include "cli/service/request_parts.h"
 #include "cli/wire/contribution_json.h"
 #include "cli/wire/removal_json.h"

@@ -5,7 +5,7 @@
 #include <exception>
 #include <utility>
 
-#include "cli/service/request_parts.h"
+#include "cli/service/path_numbers.h"
 #include "cli/wire/added_json.h"
 #include "storage/base/option_bounds.h"
 

@@ -10,9 +10,6 @@
 
 namespace veduta {
 
-// The whole text as a number in [min, max]. `what` names it.
-Result<uint64_t> WholeNumber(const std::string& what, const std::string& text, uint64_t min,
-                             uint64_t max);
 // A parameter of the query; `otherwise` where it is not given.
 Result<uint64_t> NumberParameter(const HttpRequest& request, const std::string& name,
                                  uint64_t otherwise, uint64_t min, uint64_t max);
@@ -23,8 +20,6 @@ Result<std::string> TextMember(const Json& object, const char* name);
 Result<std::string> OptionalText(const Json& object, const char* name);
 // The member of a JSON object that must be a whole number from 1 to `max`; 0 where there is none.
 Result<uint64_t> OptionalNumber(const Json& object, const char* name, uint64_t max);
-// The number of a contribution, from a part of a path or a parameter.
-Result<uint32_t> ContributionNumber(const std::string& text);
 
 // Who asks, for the journal: whose token it is, or whom the owner names.
 Result<std::string> ActorOf(const Json& object, const HttpRequest& request);

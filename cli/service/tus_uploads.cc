@@ -5,7 +5,7 @@
 #include <ctime>
 #include <utility>
 
-#include "cli/service/request_parts.h"
+#include "cli/service/path_numbers.h"
 #include "cli/service/tus_message.h"
 #include "cli/wire/contribution_json.h"
 #include "storage/base/option_bounds.h"

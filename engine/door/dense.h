@@ -125,6 +125,16 @@ struct RenderReport {
   double error_median_balanced = 0;  // with the photo's exposure balanced
 };
 
+// A surface as OGC 3D Tiles 1.1, for viewers that load of it what they draw: in metres about the
+// earth's centre where the place of the reconstruction is known, otherwise in its own frame. Takes
+// a record of each tile. A content is a binary glTF; its name stands for the same bytes for ever.
+// Fine ones take some milliseconds; a coarse one is made of all that it covers, and is kept then,
+// within bounds (fusion/surface_tiles.h).
+struct TilesetAnswer {
+  std::string tag;   // stands for these bytes: another surface, or place on the earth, has another
+  std::string json;  // the tileset.json; contents are "tiles/NAME.glb"
+};
+
 // What the dense pass has made of one photo.
 struct DepthMapAnswer {
   uint32_t width_px = 0, height_px = 0;

@@ -115,6 +115,10 @@ class Questions final {
   Result<std::vector<ExportedModel>> Export(const ExportRequest& request) const;
   // A picture of a surface, or of points where there is none. The report is of `compare`.
   Result<RenderReport> Render(const RenderRequest& request) const;
+  // The surface of a living reconstruction as OGC 3D Tiles 1.1 (TilesetAnswer), and one of its
+  // contents. kNotFound, saying what to do, where there is none yet or it has changed since.
+  Result<TilesetAnswer> Tileset(ReconstructionId id) const;
+  Result<std::vector<uint8_t>> SurfaceTile(ReconstructionId id, const std::string& name) const;
 
  private:
   friend class Engine;

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "engine/earth/local_frame.h"
 
+#include <GeographicLib/Geocentric.hpp>
 #include <GeographicLib/LocalCartesian.hpp>
 #include <vector>
 
@@ -33,6 +34,18 @@ GeoPosition LocalFrame::ToGeo(const Eigen::Vector3d& enu_m,
         Eigen::Map<const Eigen::Matrix<double, 3, 3, Eigen::RowMajor>>(turn.data()).transpose();
   }
   return position;
+}
+
+Eigen::Matrix4d LocalFrame::EcefFromEnu() const {
+  const auto& frame = frame_->projection;
+  Eigen::Matrix4d ecef_from_enu = Eigen::Matrix4d::Identity();
+  std::vector<double> turn(9);  // row by row
+  GeographicLib::Geocentric::WGS84().Forward(frame.LatitudeOrigin(), frame.LongitudeOrigin(),
+                                             frame.HeightOrigin(), ecef_from_enu(0, 3),
+                                             ecef_from_enu(1, 3), ecef_from_enu(2, 3), turn);
+  ecef_from_enu.topLeftCorner<3, 3>() =
+      Eigen::Map<const Eigen::Matrix<double, 3, 3, Eigen::RowMajor>>(turn.data());
+  return ecef_from_enu;
 }
 
 }  // namespace veduta

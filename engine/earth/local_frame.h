@@ -22,6 +22,9 @@ class LocalFrame final {
   // origin is the position.
   GeoPosition ToGeo(const Eigen::Vector3d& enu_m,
                     Eigen::Matrix3d* enu_there_from_here = nullptr) const;
+  // From this frame to metres about the earth's centre (EPSG:4978): x through latitude and
+  // longitude 0, z through the north pole. A rigid transform, as a matrix.
+  Eigen::Matrix4d EcefFromEnu() const;
 
  private:
   struct Frame;

@@ -7,7 +7,7 @@
 #include <limits>
 #include <nlohmann/json.hpp>
 
-#include "fusion/surface/color_view.h"
+#include "fusion/surface/glb_parts.h"
 #include "fusion/surface/model_spool.h"
 
 namespace veduta {
@@ -15,97 +15,11 @@ namespace {
 
 using nlohmann::json;
 
-constexpr uint32_t kMagic = 0x46546C67, kVersion = 2, kJsonChunk = 0x4E4F534A,
-                   kBinaryChunk = 0x004E4942;
-constexpr int kFloat = 5126, kUnsignedInt = 5125, kUnsignedShort = 5123;  // componentType
-constexpr int kArrayBuffer = 34962, kElementArrayBuffer = 34963;          // target
-constexpr int kPoints = 0, kTriangles = 4;                                // mode
 constexpr double kNear = 0.01;
-
-struct Layout {
-  bool normals, colors;
-  uint64_t stride() const { return 12u + (normals ? 12u : 0) + (colors ? 8u : 0); }
-};
-
-// Colours of vertices are light in glTF; 8 bits would not do for dark ones.
-void AppendColor(const std::array<uint8_t, 3>& rgb, std::vector<uint8_t>* bytes) {
-  for (const uint8_t value : rgb) {
-    AppendBytes(static_cast<uint16_t>(std::lround(LightFromSrgb(value) * 65535)), bytes);
-  }
-  AppendBytes(uint16_t{65535}, bytes);
-}
-
-AppendVertex VertexBytes(const Layout& layout) {
-  return [layout](const SpooledVertex& vertex, std::vector<uint8_t>* bytes) {
-    for (int c = 0; c < 3; ++c) AppendBytes(vertex.position[c], bytes);
-    for (int c = 0; layout.normals && c < 3; ++c) AppendBytes(vertex.normal[c], bytes);
-    if (layout.colors) AppendColor(vertex.rgb, bytes);
-  };
-}
 
 void TriangleBytes(const std::array<uint32_t, 3>& triangle, std::vector<uint8_t>* bytes) {
   for (const uint32_t v : triangle) AppendBytes(v, bytes);
 }
-
-json Triple(const Eigen::Vector3f& v) {
-  return {double{v.x()}, double{v.y()}, double{v.z()}};
-}
-
-// Views and accessors of a buffer, in the order of its bytes.
-class Buffer final {
- public:
-  // Interleaved vertices; returns the primitive's attributes.
-  json AddVertices(uint64_t count, const Layout& layout, const ModelSpool::Bounds& bounds) {
-    const size_t view = AddView(count * layout.stride(), kArrayBuffer);
-    views_.back()["byteStride"] = layout.stride();
-    json attributes;
-    json position = {{"componentType", kFloat}, {"type", "VEC3"}};
-    position["min"] = Triple(bounds.low);
-    position["max"] = Triple(bounds.high);
-    attributes["POSITION"] = AddAccessor(view, 0, count, std::move(position));
-    if (layout.normals) {
-      attributes["NORMAL"] =
-          AddAccessor(view, 12, count, {{"componentType", kFloat}, {"type", "VEC3"}});
-    }
-    if (layout.colors) {
-      attributes["COLOR_0"] =
-          AddAccessor(view, layout.normals ? 24 : 12, count,
-                      {{"componentType", kUnsignedShort}, {"type", "VEC4"}, {"normalized", true}});
-    }
-    return attributes;
-  }
-
-  size_t AddIndices(uint64_t count) {
-    const size_t view = AddView(count * 4, kElementArrayBuffer);
-    return AddAccessor(view, 0, count, {{"componentType", kUnsignedInt}, {"type", "SCALAR"}});
-  }
-
-  void MoveTo(json* document) {
-    if (size_ == 0) return;
-    (*document)["buffers"] = {{{"byteLength", size_}}};
-    (*document)["bufferViews"] = std::move(views_);
-    (*document)["accessors"] = std::move(accessors_);
-  }
-
- private:
-  size_t AddView(uint64_t size, int target) {
-    views_.push_back(
-        {{"buffer", 0}, {"byteOffset", size_}, {"byteLength", size}, {"target", target}});
-    size_ += size;
-    return views_.size() - 1;
-  }
-
-  size_t AddAccessor(size_t view, uint64_t offset, uint64_t count, json accessor) {
-    accessor["bufferView"] = view;
-    accessor["byteOffset"] = offset;
-    accessor["count"] = count;
-    accessors_.push_back(std::move(accessor));
-    return accessors_.size() - 1;
-  }
-
-  json views_ = json::array(), accessors_ = json::array();
-  uint64_t size_ = 0;
-};
 
 json Quaternion(const Eigen::Quaterniond& q) {
   return {q.x(), q.y(), q.z(), q.w()};
@@ -158,7 +72,7 @@ class GlbWriter final : public ModelWriter {
   GlbWriter(const std::string& path, const ModelContents& contents, const Eigen::Vector3d& up)
       : layout_{contents.normals, contents.colors},
         root_from_world_(Eigen::Quaterniond::FromTwoVectors(up, Eigen::Vector3d::UnitY())),
-        spool_(path, VertexBytes(layout_), TriangleBytes, VertexBytes(kPointLayout)) {}
+        spool_(path, GlbVertexBytes(layout_), TriangleBytes, GlbVertexBytes(kPointLayout)) {}
 
   Status AddMesh(const TriangleMesh& mesh, std::span<const uint64_t> keys) override {
     return spool_.AddMesh(mesh, keys);
@@ -172,25 +86,15 @@ class GlbWriter final : public ModelWriter {
   }
 
   Result<ModelCounts> Finish() override {
-    std::string text = Document().dump(-1, ' ', false, json::error_handler_t::replace);
-    text.resize((text.size() + 3) / 4 * 4, ' ');
     const uint64_t binary = spool_.size_bytes();  // a multiple of 4: all records are
-    const uint64_t total = 12 + 8 + text.size() + (binary > 0 ? 8 + binary : 0);
-    if (total > std::numeric_limits<uint32_t>::max()) {
+    const std::string head = GlbHead(Document(), binary);
+    if (head.size() + binary > std::numeric_limits<uint32_t>::max()) {
       return Status::InvalidArgument(
-          spool_.path() + ": " + std::to_string(total >> 20) +
+          spool_.path() + ": " + std::to_string((head.size() + binary) >> 20) +
           " MB are more than a binary glTF can hold (4096); write a PLY, or simplify");
     }
     VEDUTA_RETURN_IF_ERROR(WriteAndRename(spool_.path(), [&](std::ofstream& out) {
-      const auto write = [&](std::initializer_list<uint64_t> words) {
-        for (const uint64_t word : words) {
-          const uint32_t value = static_cast<uint32_t>(word);
-          out.write(reinterpret_cast<const char*>(&value), sizeof value);
-        }
-      };
-      write({kMagic, kVersion, total, text.size(), kJsonChunk});
-      out << text;
-      if (binary > 0) write({binary, kBinaryChunk});
+      out << head;
       return spool_.CopyTo(out);
     }));
     spool_.RemoveFiles();
@@ -200,17 +104,15 @@ class GlbWriter final : public ModelWriter {
   }
 
  private:
-  static constexpr Layout kPointLayout = {false, true};
+  static constexpr GlbLayout kPointLayout = {false, true};
 
   json Document() const {
     const ModelCounts& counts = spool_.counts();
-    json document;
-    document["asset"] = {{"version", "2.0"}, {"generator", "Veduta"}};
-    document["scene"] = 0;
+    json document = GlbDocument();
     document["scenes"] = {{{"nodes", {0}}}};
     json nodes = {{{"name", "world"}, {"rotation", Quaternion(root_from_world_)}}},
          meshes = json::array();
-    Buffer buffer;
+    GlbBuffer buffer;
     const auto add_mesh = [&](const char* name, json primitive) {
       primitive["material"] = 0;
       nodes.push_back({{"name", name}, {"mesh", meshes.size()}});
@@ -221,13 +123,13 @@ class GlbWriter final : public ModelWriter {
           {"attributes", buffer.AddVertices(counts.vertices, layout_, spool_.mesh_bounds())}};
       if (counts.triangles > 0) primitive["indices"] = buffer.AddIndices(counts.triangles * 3);
       primitive["mode"] = counts.triangles > 0
-                              ? kTriangles
-                              : kPoints;  // none: welding left no triangle with an area
+                              ? kGlbTriangles
+                              : kGlbPoints;  // none: welding left no triangle with an area
       add_mesh("surface", std::move(primitive));
     }
     if (counts.points > 0) {
       json attributes = buffer.AddVertices(counts.points, kPointLayout, spool_.point_bounds());
-      add_mesh("points", {{"attributes", std::move(attributes)}, {"mode", kPoints}});
+      add_mesh("points", {{"attributes", std::move(attributes)}, {"mode", kGlbPoints}});
     }
     buffer.MoveTo(&document);
     for (size_t i = 0; i < cameras_.size(); ++i) {
@@ -238,17 +140,12 @@ class GlbWriter final : public ModelWriter {
     document["nodes"] = std::move(nodes);
     if (!meshes.empty()) {
       document["meshes"] = std::move(meshes);
-      document["extensionsUsed"] = {"KHR_materials_unlit"};
-      document["materials"] = {
-          {{"name", "vertex colours"},
-           {"doubleSided", true},
-           {"pbrMetallicRoughness", {{"metallicFactor", 0}, {"roughnessFactor", 1}}},
-           {"extensions", {{"KHR_materials_unlit", json::object()}}}}};
+      AddGlbMaterial(&document);
     }
     return document;
   }
 
-  const Layout layout_;
+  const GlbLayout layout_;
   const Eigen::Quaterniond root_from_world_;
   ModelSpool spool_;
   std::vector<ExportedCamera> cameras_;

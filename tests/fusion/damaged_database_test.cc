@@ -56,6 +56,18 @@ class DamagedDatabaseTest : public testing::Test {
     if (!status.ok()) std::printf("  %s: %s\n", what, status.message().c_str());
   }
 
+  static void TellSurface(const Questions& ask) {
+    const auto tileset = ask.Tileset(ReconstructionId(1));
+    Tell(tileset.status(), "tileset");
+    if (!tileset.ok()) return;
+    const std::string before = "tiles/", after = ".glb";
+    for (size_t at = 0; (at = tileset->json.find(before, at)) != std::string::npos;) {
+      at += before.size();
+      const std::string name = tileset->json.substr(at, tileset->json.find(after, at) - at);
+      Tell(ask.SurfaceTile(ReconstructionId(1), name).status(), "surface tile");
+    }
+  }
+
   // All that reads a whole database, and what writes to it.
   static void Use(const std::string& path, const std::string& scratch) {
     EngineOptions options;
@@ -77,6 +89,7 @@ class DamagedDatabaseTest : public testing::Test {
       render.path = scratch + "/picture.png";
       render.side_px = 32;
       Tell(ask.Render(render).status(), "render");
+      TellSurface(ask);
     }
     const TakenPhoto& photo = TakePhoto({24.2, 90});
     const PhotoSubmission submissions[] = {

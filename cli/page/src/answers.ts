@@ -77,6 +77,7 @@ export interface Reconstruction {
   points: number;
   reprojection_error_px_mean: number;
   geometry_version: number;
+  triangles: number; // of its dense surface; 0: there is none yet
 }
 
 export interface Georeference {

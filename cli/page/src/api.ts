@@ -50,7 +50,7 @@ export class Api {
       if (token !== null) headers.set("Authorization", `Bearer ${token}`);
       let response: Response;
       try {
-        response = await fetch(path, { ...init, headers, cache: "no-store" });
+        response = await fetch(path, { cache: "no-store", ...init, headers });
       } catch (error) {
         if (error instanceof DOMException && error.name === "AbortError") throw error;
         throw new ConnectionLost(String(error));

@@ -8,6 +8,9 @@
 //   data-marker-x, -y           where the selected photo's pyramid is drawn, in CSS px of the
 //                               element; "" where it is not in sight
 //   data-mode                   "model", or "photo" while the view stands in a photo's pose
+//   data-triangles, data-tiles  how many of the surface the last frame drew
+//   data-surface                "none", "loading", or "complete" where the surface is drawn as fine
+//                               as the view needs it
 import {
   Color,
   ColorManagement,
@@ -24,8 +27,10 @@ import { OrbitControls } from "three/addons/controls/OrbitControls.js";
 import type { PlacedPhoto } from "./answers";
 import { CameraMarks, type MarkColors } from "./camera_marks";
 import { fly, type Pose } from "./flight";
+import type { Layers } from "./layer_switch";
 import { depthBefore, PhotoPlane, type Pinhole } from "./photo_plane";
 import type { PointCloud } from "./point_cloud";
+import type { SurfaceLayer } from "./surface_layer";
 import { VIEW_RADIUS, worldFromCam, type Placing } from "./upright";
 
 const FIELD_DEG = 50;
@@ -50,6 +55,7 @@ export class CityView {
   private points: PointCloud | null = null;
   private marks: CameraMarks | null = null;
   private plane: PhotoPlane | null = null;
+  private drawnLayers: Layers = "both";
   private placing: Placing | null = null; // how the world stands in the view now
   private latest: Placing | null = null; // how it would, by the latest points and cameras
   private selected: number | null = null;
@@ -66,11 +72,15 @@ export class CityView {
   private stopFlight: () => void = () => {};
 
   // Throws where there is no WebGL.
-  constructor(private readonly element: HTMLElement) {
+  constructor(
+    private readonly element: HTMLElement,
+    private readonly surface: SurfaceLayer,
+  ) {
     ColorManagement.enabled = false; // colours of photos go to the screen as they are
     this.renderer = new WebGLRenderer({ antialias: true, powerPreference: "high-performance" });
     this.renderer.outputColorSpace = LinearSRGBColorSpace;
     this.scene.add(this.world);
+    this.world.add(surface.object);
     const canvas = this.renderer.domElement;
     element.prepend(canvas);
     this.controls = new OrbitControls(this.camera, canvas);
@@ -114,6 +124,12 @@ export class CityView {
     this.neighbors = neighbors;
     this.element.dataset.selected = id === null ? "" : String(id);
     this.marks?.paint(this.colors, id, neighbors);
+    this.requestRender();
+  }
+
+  // What is drawn where there is a surface; otherwise the points are.
+  set layers(layers: Layers) {
+    this.drawnLayers = layers;
     this.requestRender();
   }
 
@@ -296,18 +312,19 @@ export class CityView {
     this.requestRender();
   }
 
-  private requestRender(): void {
+  requestRender(): void {
     this.frame ||= requestAnimationFrame(() => this.render());
   }
 
   private render(): void {
     cancelAnimationFrame(this.frame);
     this.frame = 0;
-    const drawn = this.points?.choose(this.isMoving) ?? 0;
+    const { width, height } = this.size();
+    const drawn = this.choosePoints();
+    this.chooseSurface(width, height);
     // The pyramid that the view stands in would frame the photo, and others hide it.
     if (this.marks) this.marks.object.visible = !this.isInPhoto;
     this.renderer.render(this.scene, this.camera);
-    const { width, height } = this.size();
     const at =
       this.selected === null || !this.marks
         ? null
@@ -315,6 +332,26 @@ export class CityView {
     this.element.dataset.drawn = String(drawn);
     this.element.dataset.markerX = at ? at[0].toFixed(1) : "";
     this.element.dataset.markerY = at ? at[1].toFixed(1) : "";
+  }
+
+  private choosePoints(): number {
+    if (!this.points) return 0;
+    const isSeen = !this.surface.exists || this.drawnLayers !== "surface";
+    this.points.object.visible = isSeen;
+    return isSeen ? this.points.choose(this.isMoving) : 0;
+  }
+
+  private chooseSurface(width: number, height: number): void {
+    const isSeen = this.surface.exists && this.drawnLayers !== "points";
+    this.surface.object.visible = isSeen;
+    if (isSeen) {
+      this.camera.updateMatrixWorld();
+      this.surface.update(this.camera, width, height, this.isMoving);
+    }
+    const { dataset } = this.element;
+    dataset.surface = !isSeen ? "none" : this.surface.isComplete ? "complete" : "loading";
+    dataset.triangles = String(isSeen ? this.surface.triangles : 0);
+    dataset.tiles = String(isSeen ? this.surface.tileCount : 0);
   }
 
   // A click is a press that moves by less than 5 px.

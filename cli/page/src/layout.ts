@@ -9,6 +9,7 @@ interface Parts {
   photo: HTMLElement;
   status: HTMLElement;
   note: HTMLElement;
+  layers: HTMLElement;
   dialog: HTMLElement;
   onLanguage(): void;
   onToken(): void;
@@ -48,7 +49,7 @@ export function buildLayout(parts: Parts): Layout {
   const sliderLabel = el("label", { words: "opacity", attributes: { for: "opacity" } });
   const photoBar = el("div", { class: "bar photo-bar" }, sliderLabel, slider, leave);
   photoBar.hidden = true;
-  const bar = el("div", { class: "bar" }, overview);
+  const bar = el("div", { class: "bar" }, overview, parts.layers);
   const overlay = el("div", { class: "overlay" }, parts.note, photoBar, bar, parts.status);
   const main = el("main", {}, view, overlay);
 

@@ -6,6 +6,7 @@ import { City } from "./city";
 import { CityView } from "./city_view";
 import { el, sayAgain } from "./dom";
 import { followJournal } from "./events";
+import { LayerSwitch } from "./layer_switch";
 import { buildLayout } from "./layout";
 import { ContributePanel } from "./panel_contribute";
 import { HistoryPanel } from "./panel_history";
@@ -16,12 +17,13 @@ import { SeamsPanel } from "./panel_seams";
 import { pinholeOf } from "./photo_plane";
 import { ShownModel } from "./shown_model";
 import { StatusLine } from "./status_line";
+import { SurfaceLayer } from "./surface_layer";
 import { Tabs } from "./tabs";
 import { TokenForm } from "./token_form";
 import { currentLanguage, setLanguage, t } from "./words";
 
 // What these do changes nothing that the page shows besides the journal.
-const QUIET_ACTIONS = new Set(["vocabulary", "token", "densify"]);
+const QUIET_ACTIONS = new Set(["vocabulary", "token"]);
 const PHOTO_SIDE_PX = 2048; // of a photo that is laid over the model
 
 const tokenForm = new TokenForm(() => {
@@ -57,11 +59,15 @@ const tabs = new Tabs([
 ]);
 const empty = el("p", { class: "view-note", words: "empty" });
 empty.hidden = true;
+const layers = new LayerSwitch((chosen) => {
+  if (view) view.layers = chosen;
+});
 const layout = buildLayout({
   tabs,
   photo: photo.element,
   status: status.element,
   note: empty,
+  layers: layers.element,
   dialog: tokenForm.element,
   onLanguage: switchLanguage,
   onToken: () => void changeToken(),
@@ -71,8 +77,13 @@ const layout = buildLayout({
     if (view) view.photoOpacity = share;
   },
 });
+const surface = new SurfaceLayer(api);
 const view = makeView();
-const shown = new ShownModel(api, city, view, onShown, tell);
+const shown = new ShownModel(api, city, view, surface, onShown, tell);
+surface.onChange = () => {
+  layers.element.hidden = !surface.exists;
+  view?.requestRender();
+};
 layout.onInsets = (right, bottom) => view?.setInsets(right, bottom);
 layout.fit();
 
@@ -81,7 +92,8 @@ let cameFrom: Element | null = null; // what had the focus when a photo was sele
 
 function makeView(): CityView | null {
   try {
-    const made = new CityView(layout.view);
+    const made = new CityView(layout.view, surface);
+    made.layers = layers.layers;
     made.onPick = select;
     made.onMode = (isInPhoto) => layout.setInPhoto(isInPhoto);
     return made;

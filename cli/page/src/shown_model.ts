@@ -1,10 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-// Keeps the view up to date with the city: which reconstruction is shown, and its points.
+// Keeps the view up to date with the city: which reconstruction is shown, its points and surface.
 import { isPlaced, type Reconstruction } from "./answers";
 import { whole, type Api } from "./api";
 import type { City } from "./city";
 import type { CityView } from "./city_view";
 import { PointCloud } from "./point_cloud";
+import type { SurfaceLayer } from "./surface_layer";
 import { placingOf } from "./upright";
 
 export class ShownModel {
@@ -20,6 +21,7 @@ export class ShownModel {
     private readonly api: Api,
     private readonly city: City,
     private readonly view: CityView | null,
+    private readonly surface: SurfaceLayer,
     private readonly onShown: (id: number | null) => void,
     private readonly onError: (error: unknown) => void,
   ) {
@@ -87,6 +89,8 @@ export class ShownModel {
     const placing = placingOf(wanted.id, photos, this.points.positions, this.city.georeference);
     view.show(this.points, photos, placing, this.drawn === wanted.id);
     this.drawn = wanted.id;
+    // Nobody waits for it: it comes piece by piece.
+    this.surface.show(wanted.triangles > 0 ? wanted.id : null).catch(this.onError);
   }
 
   // Nothing has a pose, or nothing has any more: photos that were removed must not stay in sight.
@@ -99,5 +103,6 @@ export class ShownModel {
     this.pointsOf = "";
     const placing = placingOf(0, [], this.points.positions, this.city.georeference);
     this.view?.show(this.points, [], placing, false);
+    void this.surface.show(null);
   }
 }

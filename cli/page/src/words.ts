@@ -13,6 +13,10 @@ const ENGLISH = {
   language: "Deutsch",
   token_button: "Token",
   overview: "Show all",
+  layers: "What is drawn",
+  layer_points: "Points",
+  layer_surface: "Surface",
+  layer_both: "Both",
   no_webgl:
     "This browser cannot draw the model, since it has no WebGL. The lists work nevertheless.",
   empty: "The city has no model yet. Contribute photos that show the same place.",
@@ -124,6 +128,10 @@ const GERMAN: Record<WordKey, string> = {
   language: "English",
   token_button: "Token",
   overview: "Alles zeigen",
+  layers: "Was gezeichnet wird",
+  layer_points: "Punkte",
+  layer_surface: "Oberfläche",
+  layer_both: "Beides",
   no_webgl:
     "Dieser Browser kann das Modell nicht zeichnen, denn ihm fehlt WebGL. Die Listen gehen " +
     "trotzdem.",

@@ -7,10 +7,10 @@
 //
 // CAMERA is the camera of the photos; without it the first one of the city.
 import assert from "node:assert/strict";
-import { mkdirSync, readdirSync, readFileSync } from "node:fs";
-import { createRequire } from "node:module";
+import { mkdirSync, readdirSync } from "node:fs";
 import { join, resolve } from "node:path";
-import puppeteer from "puppeteer-core";
+import * as browsing from "./browser.mjs";
+import { DESKTOP, settle } from "./browser.mjs";
 
 const [base, photosFolder, outFolder, chromium = "/usr/bin/chromium", camera] =
   process.argv.slice(2);
@@ -19,50 +19,10 @@ if (!outFolder) {
   process.exit(2);
 }
 mkdirSync(outFolder, { recursive: true });
-const axe = readFileSync(createRequire(import.meta.url).resolve("axe-core/axe.min.js"), "utf8");
 
-const WAIT_MS = 60_000;
-const DESKTOP = { width: 1280, height: 800 };
 const PHONE = { width: 375, height: 812, isMobile: true, hasTouch: true, deviceScaleFactor: 2 };
 
-const browser = await puppeteer.launch({
-  executablePath: chromium,
-  args: [
-    "--no-sandbox",
-    "--use-angle=swiftshader",
-    "--enable-unsafe-swiftshader",
-    "--lang=en-US",
-    "--disable-dev-shm-usage",
-  ],
-  defaultViewport: DESKTOP,
-});
-
-const complaints = [];
-const page = await browser.newPage();
-page.setDefaultTimeout(WAIT_MS);
-page.on("console", (message) => {
-  const isComplaint = message.type() === "error" || message.type() === "warn";
-  // SwiftShader says that reading pixels for a screenshot stalls: that is no fault of the page.
-  if (isComplaint && !message.text().includes("GPU stall")) complaints.push(message.text());
-});
-page.on("pageerror", (error) => complaints.push(`error: ${error.message}`));
-page.on("requestfailed", (request) => {
-  complaints.push(`request failed: ${request.url()} ${request.failure()?.errorText}`);
-});
-page.on("response", (response) => {
-  if (response.status() >= 400) complaints.push(`${response.status()} ${response.url()}`);
-});
-page.on("request", (request) => {
-  const url = new URL(request.url());
-  const isOwn = url.origin === new URL(base).origin || ["data:", "blob:"].includes(url.protocol);
-  if (!isOwn) complaints.push(`a request to another host: ${request.url()}`);
-});
-await page.evaluateOnNewDocument(() => {
-  window.violations = [];
-  document.addEventListener("securitypolicyviolation", (event) => {
-    window.violations.push(`${event.violatedDirective} ${event.blockedURI}`);
-  });
-});
+const { browser, page, complaints } = await browsing.openBrowser(base, chromium);
 
 let step = "";
 function begin(name) {
@@ -70,29 +30,17 @@ function begin(name) {
   console.log(`- ${name}`);
 }
 
-const viewData = (name) => page.$eval("#view", (node, key) => node.dataset[key] ?? "", name);
-const waitForView = (name, value) =>
-  page.waitForFunction(
-    (key, wanted) => document.querySelector("#view").dataset[key] === wanted,
-    {},
-    name,
-    value,
-  );
+const viewData = (name) => browsing.viewData(page, name);
+const waitForView = (name, value) => browsing.waitForView(page, name, value);
+const colorsInView = () => browsing.colorsInView(page);
 const openTab = (name) => page.click(`#tab-${name}`);
-const settle = (ms = 400) => new Promise((done) => setTimeout(done, ms));
 
 async function cityPhotos() {
   return page.evaluate(async () => (await fetch("/v1/photos?from=1&count=1000")).json());
 }
 
 async function audit(where) {
-  await page.evaluate(axe);
-  const results = await page.evaluate(() =>
-    window.axe.run(document, { resultTypes: ["violations"] }),
-  );
-  const grave = results.violations.filter((one) => ["serious", "critical"].includes(one.impact));
-  const told = grave.map((one) => `${one.id}: ${one.nodes.map((n) => n.html).join(" | ")}`);
-  assert.deepEqual(told, [], `axe in ${where}`);
+  assert.deepEqual(await browsing.graveFindings(page), [], `axe in ${where}`);
 }
 
 async function overflowPx() {
@@ -105,26 +53,6 @@ async function overflowPx() {
     }
     return most;
   });
-}
-
-// How many colours the middle of the view shows: one where nothing is drawn.
-async function colorsInView() {
-  const shot = await page.screenshot({ encoding: "base64" });
-  return page.evaluate(async (png) => {
-    // The policy of the page forbids fetch of data:, so the bytes are decoded here.
-    const bytes = Uint8Array.from(atob(png), (c) => c.charCodeAt(0));
-    const bitmap = await createImageBitmap(new Blob([bytes], { type: "image/png" }));
-    const canvas = new OffscreenCanvas(bitmap.width, bitmap.height);
-    const context = canvas.getContext("2d");
-    context.drawImage(bitmap, 0, 0);
-    const width = Math.floor(bitmap.width / 2);
-    const { data } = context.getImageData(0, 0, width, bitmap.height - 120);
-    const colors = new Set();
-    for (let i = 0; i < data.length; i += 4) {
-      colors.add((data[i] << 16) | (data[i + 1] << 8) | data[i + 2]);
-    }
-    return colors.size;
-  }, shot);
 }
 
 async function testLoading() {

@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // Goal: metres about an origin and degrees of the earth go into each other exactly.
 // Method: there and back at places all over the earth; lengths of degrees that are known (WGS 84);
-//   the rotation between two frames against three steps of a metre.
+//   the rotation between two frames against three steps of a metre; places about the earth's centre
+//   by the ellipsoid's axes.
 #include "engine/earth/local_frame.h"
 
 #include <gtest/gtest.h>
@@ -41,6 +42,22 @@ TEST(LocalFrame, TurnsIntoTheFrameOfAnotherPlace) {
     const Eigen::Vector3d step = Eigen::Vector3d::Unit(axis);
     EXPECT_LT((there.FromGeo(here.ToGeo(place + step)) - there_from_here * step).norm(), 1e-6);
   }
+}
+
+TEST(LocalFrame, StandsOnTheEarth) {
+  const Eigen::Matrix4d at_equator = LocalFrame({0, 90, 10}).EcefFromEnu();
+  // There y goes through the equator at 90 degrees east: up is y, east is -x, north is z.
+  EXPECT_LT((at_equator * Eigen::Vector4d(1, 2, 3, 1) - Eigen::Vector4d(-1, 6378137 + 10 + 3, 2, 1))
+                .norm(),
+            1e-6);
+  const Eigen::Matrix4d at_pole = LocalFrame({90, 0, 0}).EcefFromEnu();
+  EXPECT_NEAR(at_pole(2, 3), 6356752.314245, 1e-5);
+  // The distance between two places is the same in every frame.
+  const LocalFrame here({47.07, 15.44, 350});
+  Eigen::Vector4d there(3000, -2000, 50, 1);
+  const GeoPosition place = here.ToGeo(there.head<3>());
+  const Eigen::Vector4d by_itself = LocalFrame(place).EcefFromEnu().col(3);
+  EXPECT_LT((here.EcefFromEnu() * there - by_itself).norm(), 1e-6);
 }
 
 }  // namespace
