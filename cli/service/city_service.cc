@@ -106,13 +106,19 @@ void CityService::Handle(HttpRequest request, Answered answered) {
   // Shared, since the pool copies its tasks, and bodies are large.
   const auto shared = std::make_shared<HttpRequest>(std::move(request));
   const bool is_photo = shared->method == "POST" && shared->path.back() == "photos";
-  const bool is_queued = Queue([this, shared, match, counted, is_photo](bool is_closed) {
-    if (is_closed)
-      return counted(ProblemOf(Status::Busy("the daemon is closing: ask again in a while")));
-    if (is_photo) return intake_.Take(engine_.get(), std::move(*shared), counted);
+  Run([this, shared, match, counted, is_photo](Engine* engine, const Status& refusal) {
+    if (!refusal.ok()) return counted(ProblemOf(refusal));
+    if (is_photo) return intake_.Take(engine, std::move(*shared), counted);
     counted(Answer(*shared, match));
   });
-  if (!is_queued) counted(ProblemOf(Status::Busy("too many questions wait: ask again in a while")));
+}
+
+void CityService::Run(std::function<void(Engine* engine, const Status& refusal)> task) {
+  const bool is_queued = Queue([this, task](bool is_closed) {
+    task(engine_.get(), is_closed ? Status::Busy("the daemon is closing: ask again in a while")
+                                  : Status::Ok());
+  });
+  if (!is_queued) task(engine_.get(), Status::Busy("too many questions wait: ask again in a while"));
 }
 
 bool CityService::Queue(std::function<void(bool is_closed)> task) {

@@ -82,6 +82,14 @@ class CityService final {
   // an empty text where the journal has no entry from `first` on yet.
   void TellEvents(uint64_t first, std::function<void(Result<CityEvents>)> told);
 
+  // What other doors than HTTP's ask by. A snapshot of the city, for what a few records tell.
+  Questions Ask() const { return engine_->Ask(); }
+  // Runs the task with the engine on one of the threads that answer questions; where too many wait
+  // or the service is closed, the task is told kBusy instead, then perhaps on this thread. The task
+  // must not throw.
+  void Run(std::function<void(Engine* engine, const Status& refusal)> task);
+  PhotoIntake* intake() { return &intake_; }
+
   // Takes no photo from now on, has answered those who wait for one's turn when it returns, and is
   // not ready any more. Quick questions are answered as before, others by 503.
   void Close();

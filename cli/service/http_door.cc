@@ -6,7 +6,6 @@
 #include <kj/compat/url.h>
 
 #include <algorithm>
-#include <atomic>
 #include <cctype>
 #include <charconv>
 #include <memory>
@@ -15,8 +14,10 @@
 #include <utility>
 #include <vector>
 
+#include "cli/service/budget.h"
 #include "cli/service/loopback.h"
 #include "cli/service/own_socket.h"
+#include "cli/service/sender.h"
 #include "storage/base/option_bounds.h"
 
 namespace veduta {
@@ -58,43 +59,13 @@ std::string MediaType(std::string header) {
   return header;
 }
 
-// A number of things that all threads together may have: bytes of bodies, connections.
-class Budget final {
- public:
-  explicit Budget(uint64_t max) : max_(max) {}
-  // False, and nothing is taken, where there is not so much left.
-  bool Take(uint64_t count) {
-    uint64_t before = used_;
-    do {
-      if (count > max_ - before) return false;
-    } while (!used_.compare_exchange_weak(before, before + count));
-    return true;
-  }
-  void Give(uint64_t count) { used_ -= count; }
-
- private:
-  const uint64_t max_;
-  std::atomic<uint64_t> used_ = 0;
-};
-
-// The bytes of one body, which count in the budget as long as it is there.
-struct BodyShare {
-  explicit BodyShare(std::shared_ptr<Budget> b) : budget(std::move(b)) {}
-  BodyShare(const BodyShare&) = delete;
-  BodyShare& operator=(const BodyShare&) = delete;
-  ~BodyShare() { budget->Give(taken); }
-
-  const std::shared_ptr<Budget> budget;
-  uint64_t taken = 0;
-};
-
 // A request on its way.
 struct Arriving {
   explicit Arriving(std::shared_ptr<Budget> budget)
-      : share(std::make_shared<BodyShare>(std::move(budget))) {}
+      : share(std::make_shared<BudgetShare>(std::move(budget))) {}
 
   HttpRequest request;
-  std::shared_ptr<BodyShare> share;
+  std::shared_ptr<BudgetShare> share;
   std::optional<HttpAnswer> refusal;  // why no more of it was read
 };
 
@@ -121,19 +92,6 @@ struct Headers {
         fetch_site(builder->add("Sec-Fetch-Site")),
         authorization(builder->add("Authorization")) {}
   const kj::HttpHeaderId origin, none_match, prefer, last_event, fetch_site, authorization;
-};
-
-// Completes a promise of the thread that it was made on from any other.
-template <typename T>
-class Sender final {
- public:
-  explicit Sender(kj::Own<kj::CrossThreadPromiseFulfiller<T>> fulfiller)
-      : fulfiller_(
-            std::make_shared<kj::Own<kj::CrossThreadPromiseFulfiller<T>>>(kj::mv(fulfiller))) {}
-  void operator()(T value) const { (*fulfiller_)->fulfill(std::move(value)); }
-
- private:
-  std::shared_ptr<kj::Own<kj::CrossThreadPromiseFulfiller<T>>> fulfiller_;
 };
 
 // What one thread does.
@@ -287,10 +245,7 @@ class HttpDoor final : public kj::HttpService, private kj::TaskSet::ErrorHandler
   // Counts the bytes that have come, in all.
   bool Reserve(Arriving* arriving, uint64_t bytes) const {
     if (!FitsBody(bytes, arriving)) return false;
-    BodyShare& share = *arriving->share;
-    if (share.budget->Take(bytes - share.taken)) {
-      share.taken = bytes;
-    } else {
+    if (!arriving->share->Grow(bytes)) {
       arriving->refusal =
           Problem(429,
                   "the bodies that are arriving fill the memory; nothing of this one "

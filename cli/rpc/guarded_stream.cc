@@ -1,0 +1,103 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "cli/rpc/guarded_stream.h"
+
+#include <capnp/rpc.capnp.h>
+#include <capnp/serialize.h>
+
+#include <bit>
+#include <cstring>
+#include <string>
+#include <utility>
+
+#include "cli/rpc/rpc_failure.h"
+
+namespace veduta {
+namespace {
+
+// Between two looks at whether the client has read enough to be listened to again.
+constexpr kj::Duration kPause = 5 * kj::MILLISECONDS;
+
+static_assert(std::endian::native == std::endian::little, "lengths of segments are little-endian");
+
+uint32_t NumberAt(const kj::Array<capnp::word>& table, size_t i) {
+  uint32_t number = 0;
+  std::memcpy(&number, table.asBytes().begin() + sizeof number * i, sizeof number);
+  return number;
+}
+
+}  // namespace
+
+kj::Promise<kj::Maybe<capnp::MessageReaderAndFds>> GuardedStream::tryReadMessage(
+    kj::ArrayPtr<kj::AutoCloseFd> fds, capnp::ReaderOptions options,
+    kj::ArrayPtr<capnp::word> scratch) {
+  using Read = kj::Maybe<capnp::MessageReaderAndFds>;
+  if (queue_bytes_ && queue_bytes_() > limits_.queue_bytes_max) {
+    return timer_.afterDelay(kPause).then(
+        [this, fds, options, scratch] { return tryReadMessage(fds, options, scratch); });
+  }
+  return stream_.tryRead(head_, 1, sizeof head_)
+      .then([this, options](size_t read) -> kj::Promise<Read> {
+        if (read == 0) return Read(nullptr);
+        return timer_.timeoutAfter(limits_.message_time, ReadRest(read, options))
+            .then([this](Message message) -> Read {
+              last_read_ = timer_.now();
+              Count(message.get());
+              return capnp::MessageReaderAndFds{kj::mv(message), nullptr};
+            });
+      });
+}
+
+kj::Promise<GuardedStream::Message> GuardedStream::ReadRest(size_t read,
+                                                            capnp::ReaderOptions options) {
+  auto* const bytes = reinterpret_cast<uint8_t*>(head_);
+  return stream_.read(bytes + read, sizeof head_ - read)
+      .then([this, options]() -> kj::Promise<Message> {
+        const uint64_t segments = uint64_t{head_[0]} + 1;
+        if (segments > limits_.segments_max || head_[1] > limits_.words_max)
+          kj::throwFatalException(Failure(413, "a message has too many segments or words"));
+        auto table = kj::heapArray<capnp::word>(segments / 2 + 1);
+        std::memcpy(table.begin(), head_, sizeof head_);
+        if (table.size() == 1) return ReadBody(kj::mv(table), options);
+        auto reading = stream_.read(table.asBytes().begin() + sizeof head_,
+                                    table.asBytes().size() - sizeof head_);
+        return reading.then([this, options, table = kj::mv(table)]() mutable {
+          return ReadBody(kj::mv(table), options);
+        });
+      });
+}
+
+kj::Promise<GuardedStream::Message> GuardedStream::ReadBody(kj::Array<capnp::word> table,
+                                                            capnp::ReaderOptions options) {
+  uint64_t words = table.size();
+  for (size_t i = 0; i <= NumberAt(table, 0); ++i) words += NumberAt(table, i + 1);
+  if (words > limits_.words_max) {
+    kj::throwFatalException(
+        Failure(413, "a message has " + std::to_string(words) + " words of 8 bytes, and may have " +
+                         std::to_string(limits_.words_max)));
+  }
+  auto all = kj::heapArray<capnp::word>(words);
+  std::memcpy(all.begin(), table.begin(), table.asBytes().size());
+  auto body = all.slice(table.size(), all.size());
+  return stream_.read(body.begin(), body.asBytes().size())
+      .then([options, all = kj::mv(all)]() mutable -> Message {
+        const auto view = all.asPtr();
+        return kj::heap<capnp::FlatArrayMessageReader>(view, options).attach(kj::mv(all));
+      });
+}
+
+void GuardedStream::Count(capnp::MessageReader* message) {
+  const auto root = message->getRoot<capnp::rpc::Message>();
+  if (root.isCall()) {
+    questions_.insert(root.getCall().getQuestionId());
+  } else if (root.isBootstrap()) {
+    questions_.insert(root.getBootstrap().getQuestionId());
+  } else if (root.isFinish()) {
+    questions_.erase(root.getFinish().getQuestionId());
+  }
+  if (questions_.size() > limits_.questions_max) {
+    kj::throwFatalException(Failure(
+        429, "more than " + std::to_string(limits_.questions_max) + " questions are unfinished"));
+  }
+}
+
+}  // namespace veduta
