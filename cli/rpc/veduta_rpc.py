@@ -382,7 +382,11 @@ class Connection:
     def __init__(self, address):
         if address.startswith('unix:'):
             self.socket = socket.socket(socket.AF_UNIX)
-            self.socket.connect(address[len('unix:'):])
+            try:
+                self.socket.connect(address[len('unix:'):])
+            except OSError:
+                self.socket.close()
+                raise
         else:
             host, port = address.rsplit(':', 1)
             self.socket = socket.create_connection((host.strip('[]'), int(port)))
@@ -588,8 +592,12 @@ class City:
 
     def open(self):
         self.connection = Connection(self.address)
-        gate = self.connection.bootstrap().wait()
-        told = gate.call('Gate.login', token=self.token).wait()
+        try:
+            gate = self.connection.bootstrap().wait()
+            told = gate.call('Gate.login', token=self.token).wait()
+        except Exception:
+            self.close()
+            raise
         self.city, self.version = told.city, told.version
 
     def close(self):
