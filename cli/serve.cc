@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// veduta serve DB [--http HOST:PORT] [--listen unix:PATH|HOST:PORT] [--threads N] [--waiting N] [--waiting-bytes N] [--dense]
-// [--dense-size PX] [--device D] [--json]
+// veduta serve DB [--http HOST:PORT] [--listen unix:PATH|HOST:PORT] [--threads N] [--waiting N]
+// [--waiting-bytes N] [--dense] [--dense-size PX] [--device D] [--json]
 #include <sys/resource.h>
 #include <unistd.h>
 
@@ -90,9 +90,8 @@ int ServeBoth(CityService* service, const HttpDoorOptions& http, const ServeArgu
     if (rpc) rpc->Stop();
   });
   const Status served =
-      ServeHttp(service, http, ending.get_token(), [&](const std::string& address) {
-        TellAddresses(arguments, address, rpc.get());
-      });
+      ServeHttp(service, http, ending.get_token(),
+                [&](const std::string& address) { TellAddresses(arguments, address, rpc.get()); });
   rpc.reset();
   if (!served.ok()) return Fail(served);
   return rpc_failure.ok() ? kDone : Fail(rpc_failure);

@@ -107,8 +107,7 @@ void Write(const LocalizedPhoto& photo, rpc::Localized::Builder message) {
   message.setVerdict(VerdictOf(photo.verdict));
   message.setReason(Reading(LocalizedReason(photo)));
   message.setStored(photo.stored.value);
-  if (photo.cam_from_world)
-    Write(*photo.cam_from_world, photo.reconstruction, message.initPose());
+  if (photo.cam_from_world) Write(*photo.cam_from_world, photo.reconstruction, message.initPose());
   if (photo.on_earth) Write(*photo.on_earth, message.initOnEarth());
   if (photo.uncertainty) {
     message.setCenterStddev(photo.uncertainty->center_stddev);

@@ -21,8 +21,8 @@
 
 namespace veduta {
 
-// The largest photo; of all connections together, bytes of photos and of points that are being read.
-// Chosen by hand, as those of HTTP.
+// The largest photo; of all connections together, bytes of photos that arrive and of points that
+// are being read. Chosen by hand, as those of HTTP.
 inline constexpr uint64_t kRpcPhotoBytesMax = 128ull << 20, kRpcBytesMax = 512ull << 20;
 
 // What all connections share.
@@ -47,7 +47,7 @@ struct RpcSession {
   const RpcShared shared;
   kj::Timer& timer;
   const bool& is_stopping;  // the daemon is
-  const bool is_of_owner;  // it came by a socket that the owner of the database alone can reach
+  const bool is_of_owner;   // it came by a socket that the owner of the database alone can reach
   bool has_logged_in = false;
   const std::shared_ptr<Budget> calls = std::make_shared<Budget>(kCallsMax);
   const std::shared_ptr<Budget> things = std::make_shared<Budget>(kThingsMax);

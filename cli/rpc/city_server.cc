@@ -124,8 +124,8 @@ kj::Promise<void> CityServer::reconstructions(ReconstructionsContext context) {
         return Answer{std::move(list), ask.snapshot()};
       })
       .then([context](const Answer& answer) mutable {
-        Write(answer.first, context.getResults().initReconstructions(
-                                static_cast<unsigned>(answer.first.size())));
+        Write(answer.first,
+              context.getResults().initReconstructions(static_cast<unsigned>(answer.first.size())));
         context.getResults().setSnapshot(answer.second);
       });
 }

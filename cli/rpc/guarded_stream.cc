@@ -71,9 +71,9 @@ kj::Promise<GuardedStream::Message> GuardedStream::ReadBody(kj::Array<capnp::wor
   uint64_t words = table.size();
   for (size_t i = 0; i <= NumberAt(table, 0); ++i) words += NumberAt(table, i + 1);
   if (words > limits_.words_max) {
-    kj::throwFatalException(
-        Failure(413, "a message has " + std::to_string(words) + " words of 8 bytes, and may have " +
-                         std::to_string(limits_.words_max)));
+    kj::throwFatalException(Failure(413, "a message has " + std::to_string(words) +
+                                             " words of 8 bytes, and may have " +
+                                             std::to_string(limits_.words_max)));
   }
   auto all = kj::heapArray<capnp::word>(words);
   std::memcpy(all.begin(), table.begin(), table.asBytes().size());

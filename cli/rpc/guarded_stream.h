@@ -14,7 +14,7 @@
 namespace veduta {
 
 struct MessageLimits {
-  // Of one message with its table of segments, in words of 8 bytes; `messageBytesMax` of the schema.
+  // Of one message with its table of segments, in words of 8 bytes: `messageBytesMax`.
   uint64_t words_max = 128 << 10;
   uint32_t segments_max = 64;
   // From the first byte of a message to its last one.
@@ -25,8 +25,8 @@ struct MessageLimits {
   size_t queue_bytes_max = 4 << 20;
 };
 
-// Reads messages by itself, and has Cap'n Proto write them. What breaks a limit rejects the reading,
-// by which the connection ends. Memory for a message is taken once its length is known to be
+// Reads messages by itself, and has Cap'n Proto write them. What breaks a limit rejects the
+// reading, by which the connection ends. Memory for a message is taken once its length is known and
 // allowed, and is filled as it comes. `stream` and `timer` must outlive it.
 class GuardedStream final : public capnp::MessageStream {
  public:

@@ -25,7 +25,8 @@ JournalFollower::JournalFollower(Caller caller, rpc::Watcher::Client watcher)
 kj::Promise<void> JournalFollower::Tell(uint64_t first) {
   caller_.Check("GET", {"v1", "events"});
   return caller_
-      .Ask<JournalPage>([first](Engine* engine) { return ReadJournal(*engine, first, kEntriesMax); })
+      .Ask<JournalPage>(
+          [first](Engine* engine) { return ReadJournal(*engine, first, kEntriesMax); })
       .then(
           [this, first](const JournalPage& page) {
             return page.entries.empty() ? TellLater(first) : TellPage(page);

@@ -44,24 +44,25 @@ void ArrivingPhoto::Append(kj::ArrayPtr<const uint8_t> chunk) {
   CheckOpen();
   const uint64_t total = whole_.bytes.size() + chunk.size();
   if (chunk.size() > rpc::CHUNK_BYTES_MAX) {
-    kj::throwFatalException(Failure(
-        413, "a chunk has at most " + std::to_string(rpc::CHUNK_BYTES_MAX) + " bytes"));
+    kj::throwFatalException(
+        Failure(413, "a chunk has at most " + std::to_string(rpc::CHUNK_BYTES_MAX) + " bytes"));
   }
   if (total > kRpcPhotoBytesMax) {
-    kj::throwFatalException(Failure(
-        413, "the photo is larger than " + std::to_string(kRpcPhotoBytesMax) + " bytes"));
+    kj::throwFatalException(
+        Failure(413, "the photo is larger than " + std::to_string(kRpcPhotoBytesMax) + " bytes"));
   }
   if (!whole_.share->Grow(total)) {
     whole_.bytes = {};
-    kj::throwFatalException(
-        Failure(429, "the photos that are arriving fill the memory, and nothing of this is stored"));
+    kj::throwFatalException(Failure(
+        429, "the photos that are arriving fill the memory, and nothing of this is stored"));
   }
   whole_.bytes.insert(whole_.bytes.end(), chunk.begin(), chunk.end());
 }
 
 ArrivingPhoto::Whole ArrivingPhoto::Take() {
   CheckOpen();
-  if (whole_.bytes.empty()) kj::throwFatalException(Failure(400, "there is no photo: it has no bytes"));
+  if (whole_.bytes.empty())
+    kj::throwFatalException(Failure(400, "there is no photo: it has no bytes"));
   is_taken_ = true;
   deadline_ = kj::READY_NOW;
   return std::move(whole_);
@@ -93,10 +94,10 @@ kj::Promise<void> UploadServer::Store(DoneContext context,
                                       const std::shared_ptr<BudgetShare>& share) {
   using Accepted = std::variant<uint64_t, HttpAnswer>;
   return caller_
-      .Ask<Accepted>([photo, share,
-                      intake = caller_.service().intake()](Engine* engine) -> Result<Accepted> {
-        return intake->Accept(engine, std::move(*photo));
-      })
+      .Ask<Accepted>(
+          [photo, share, intake = caller_.service().intake()](Engine* engine) -> Result<Accepted> {
+            return intake->Accept(engine, std::move(*photo));
+          })
       .then([this, context](Accepted accepted) mutable {
         if (const auto* const refusal = std::get_if<HttpAnswer>(&accepted))
           kj::throwFatalException(FailureOf(*refusal));

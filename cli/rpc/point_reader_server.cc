@@ -23,8 +23,8 @@ kj::Promise<void> PointReaderServer::next(NextContext context) {
   caller_.Check("GET", {"v1", "reconstructions", "1", "points"});
   const PointCloud& cloud = points_->cloud;
   const size_t wanted = context.getParams().getCount();
-  const size_t count = std::min({wanted == 0 ? kPointsMax : wanted, kPointsMax,
-                                 cloud.positions.size() - told_});
+  const size_t count =
+      std::min({wanted == 0 ? kPointsMax : wanted, kPointsMax, cloud.positions.size() - told_});
   auto bytes = context.getResults().initPoints(static_cast<unsigned>(kPointBytes * count));
   for (size_t i = 0; i < count; ++i) {
     uint8_t* const row = bytes.begin() + kPointBytes * i;

@@ -177,9 +177,9 @@ Result<std::unique_ptr<RpcDoor>> RpcDoor::Open(CityService* service, const RpcDo
   VEDUTA_RETURN_IF_ERROR(options.Check());
   auto parts = std::make_unique<Parts>(service, options, std::move(failed));
   VEDUTA_ASSIGN_OR_RETURN(parts->socket, Listen(options.address));
-  parts->address = IsUnix(options.address)
-                       ? options.address
-                       : HostOf(options.address) + ":" + std::to_string(PortOf(parts->socket.get()));
+  parts->address = IsUnix(options.address) ? options.address
+                                           : HostOf(options.address) + ":" +
+                                                 std::to_string(PortOf(parts->socket.get()));
   std::unique_ptr<RpcDoor> door(new RpcDoor(std::move(parts)));
   for (uint32_t i = 0; i < options.threads; ++i)
     door->parts_->threads.emplace_back([all = door->parts_.get()] { all->Serve(); });

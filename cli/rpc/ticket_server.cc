@@ -28,10 +28,10 @@ kj::Promise<void> TicketServer::verdict(VerdictContext context) {
   return paf.promise.then([this, context, call, told](bool) mutable {
     const UploadNews& news = *told;
     if (!news.ended) {
-      kj::throwFatalException(
-          Failure(503, "the photo is on the disk as upload " + std::to_string(number_) +
-                           " and waits for its turn, which cannot come now" +
-                           (news.why_not.empty() ? "" : ": " + news.why_not)));
+      kj::throwFatalException(Failure(503, "the photo is on the disk as upload " +
+                                               std::to_string(number_) +
+                                               " and waits for its turn, which cannot come now" +
+                                               (news.why_not.empty() ? "" : ": " + news.why_not)));
     }
     Write(ValueOrThrow(*news.ended), context.getResults().initOutcome());
     context.getResults().setSnapshot(caller_.service().Ask().snapshot());

@@ -16,6 +16,7 @@ Answers are objects with the fields of the schema's structs; a struct that is no
 A failure of a call is a Failure. One thread at a time may use a connection.
 """
 import collections
+import contextlib
 import os
 import select
 import socket
@@ -440,9 +441,10 @@ class Connection:
         self.write(frame(message))
 
     def write(self, data):
-        """Reads meanwhile, so that neither side waits for the other to read."""
+        """Reads meanwhile, so that neither side waits for the other to read. Whether the daemon has
+        gone is found by reading: what it has told before comes first."""
         data = memoryview(data)
-        try:
+        with contextlib.suppress(OSError):
             while data:
                 try:
                     data = data[self.socket.send(data):]
@@ -450,9 +452,6 @@ class Connection:
                     readable, _, _ = select.select([self.socket], [self.socket], [])
                     if readable:
                         self.read_some()
-        except OSError as error:
-            self.fail(Disconnected(f'the daemon has gone: {error}'))
-            raise self.lost from error
 
     def read_some(self):
         data = self.socket.recv(1 << 18)

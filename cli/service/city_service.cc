@@ -115,10 +115,11 @@ void CityService::Handle(HttpRequest request, Answered answered) {
 
 void CityService::Run(std::function<void(Engine* engine, const Status& refusal)> task) {
   const bool is_queued = Queue([this, task](bool is_closed) {
-    task(engine_.get(), is_closed ? Status::Busy("the daemon is closing: ask again in a while")
-                                  : Status::Ok());
+    task(engine_.get(),
+         is_closed ? Status::Busy("the daemon is closing: ask again in a while") : Status::Ok());
   });
-  if (!is_queued) task(engine_.get(), Status::Busy("too many questions wait: ask again in a while"));
+  if (!is_queued)
+    task(engine_.get(), Status::Busy("too many questions wait: ask again in a while"));
 }
 
 bool CityService::Queue(std::function<void(bool is_closed)> task) {

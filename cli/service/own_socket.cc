@@ -49,7 +49,8 @@ Result<kj::AutoCloseFd> ListenIn(int folder, const std::string& name, const std:
   const int fd = socket(AF_UNIX, SOCK_STREAM | SOCK_NONBLOCK | SOCK_CLOEXEC, 0);
   if (fd < 0) return failed(std::strerror(errno));
   kj::AutoCloseFd closing(fd);
-  if (unlinkat(folder, name.c_str(), 0) != 0 && errno != ENOENT) return failed(std::strerror(errno));
+  if (unlinkat(folder, name.c_str(), 0) != 0 && errno != ENOENT)
+    return failed(std::strerror(errno));
   // Nobody is let in before the owner alone may come: connecting needs leave to write.
   if (bind(fd, reinterpret_cast<const sockaddr*>(&*address), sizeof *address) != 0 ||
       fchmodat(folder, name.c_str(), S_IRUSR | S_IWUSR, 0) != 0 || listen(fd, SOMAXCONN) != 0)

@@ -65,7 +65,9 @@ Json UploadNews::ToJson() const {
   return {{"upload", number},
           {"image", name},
           {"contributor", contributor},
-          {"state", !ended ? "waiting" : is_done ? "done" : "failed"},
+          {"state", !ended    ? "waiting"
+                    : is_done ? "done"
+                              : "failed"},
           {"outcome", is_done ? veduta::ToJson(**ended) : Json()},
           {"why_not", why_not.empty() ? Json() : Json(why_not)}};
 }
@@ -80,7 +82,7 @@ struct PhotoIntake::Upload {
   uint64_t number = 0;     // once it is known
   bool is_in_line = true;  // false: it waits on the disk until Resume
   std::optional<Result<AddOutcome>> ended;
-  std::string why_not;  // why its turn has failed, or has not come
+  std::string why_not;             // why its turn has failed, or has not come
   std::vector<UploadHeard> heard;  // by those who wait
 
   UploadNews news() const { return {number, name, contributor, ended, why_not}; }

@@ -66,8 +66,8 @@ class PhotoIntake final {
   // Puts a photo on the disk and in line: its number, or the answer where nothing is stored.
   std::variant<uint64_t, HttpAnswer> Accept(Engine* engine, PhotoSubmission photo);
   // Tells what becomes of an upload, once: when it has had its turn, or where the turn cannot come
-  // now, since the daemon closes or the disk fails. 404 where nothing is known of it, and `heard` is
-  // never called.
+  // now, since the daemon closes or the disk fails. 404 where nothing is known of it: `heard` is
+  // not called then.
   std::optional<HttpAnswer> Await(uint64_t upload, UploadHeard heard);
   // Puts the photos in line that wait on the disk and are not in line: an earlier daemon has left
   // them, or the disk failed when their turn came. The first failure; it keeps none of the others

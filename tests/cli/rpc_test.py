@@ -248,6 +248,38 @@ class Adding(Rpc):
             time.sleep(0.1)
         self.assertEqual(city.verdict(numbers[-1]).outcome.name, name_of(len(numbers)))
 
+    def test_closing_answers_who_waits(self):
+        daemon = self.serve(new_database('closing'))
+        city, follower = self.connect(daemon), self.connect(daemon)
+        sent = [city.add(name_of(n), photo(n), 'c') for n in NUMBERS]
+        numbers = [one.number() for one in sent]
+        following = follower.city.call('City.follow', exports=[0], **{'from': 999, 'watcher': 0})
+        start = time.monotonic()
+        code, err = daemon.stop()
+        self.assertEqual(code, 0, err)
+        self.assertLess(time.monotonic() - start, 10)
+        left = []
+        for number, one in zip(numbers, sent):
+            try:
+                self.assertNotEqual(one.verdict().outcome.id, 0)
+            except veduta_rpc.Failure as failure:
+                self.assertEqual(failure.code, 503, failure)
+                self.assertIn(f'upload {number} ', str(failure))
+                left.append(number)
+        self.assertGreater(len(left), 0)
+        with self.assertRaises(veduta_rpc.Failure):
+            following.wait()
+        # The next daemon goes on with them, but for one that the first was at work on.
+        city, unknown = self.connect(self.serve(at('closing'))), 0
+        for number in left:
+            try:
+                self.assertNotEqual(city.verdict(number).outcome.id, 0)
+            except veduta_rpc.Failure as failure:
+                self.assertEqual(failure.code, 404, failure)
+                unknown += 1
+        self.assertLessEqual(unknown, 1)
+        self.assertEqual(city.status().images, PHOTO_COUNT)
+
     @unittest.skipUnless(glob.glob(DATA + '/strecha/fountain-P11/*.jpg'),
                          'the real photos are not there: VEDUTA_TEST_DATA')
     def test_real_photos(self):
