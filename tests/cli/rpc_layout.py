@@ -6,7 +6,7 @@ import subprocess
 
 SCALARS = {'bool': 'bool', 'uint8': 'u8', 'uint16': 'u16', 'uint32': 'u32', 'uint64': 'u64',
            'int64': 'i64', 'float64': 'f64', 'text': 'text', 'data': 'data', 'void': 'void'}
-# What a client needs of Cap'n Proto's own messages (rpc.capnp).
+# What a client needs of Cap'n Proto's own messages.
 OWN_MESSAGES = ('Message', 'Bootstrap', 'Call', 'Return', 'Finish', 'Resolve', 'Release',
                 'MessageTarget', 'Payload', 'CapDescriptor', 'PromisedAnswer', 'PromisedAnswer.Op',
                 'Exception')
