@@ -38,8 +38,8 @@ THIRD_PARTY = {
     'opengv': ('engine/mapping', 'tests/engine/matching', 'tools/bench/matching'),
     'ceres': ('engine/mapping', 'engine/camera/calibration', 'engine/camera/markers'),
     'embree3': ('fusion', 'tools/render/street'),
-    'capnp': ('storage', 'cli', 'tools/fuzz'),
-    'kj': ('storage', 'cli', 'tools/fuzz'),
+    'capnp': ('storage', 'cli', 'tools/bench/rpc', 'tools/fuzz'),
+    'kj': ('storage', 'cli', 'tools/bench/rpc', 'tools/fuzz'),
     'CL': ('kernels',),
     'CLI': ('cli', 'tools'),
 }
