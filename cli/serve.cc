@@ -86,12 +86,15 @@ int ServeBoth(CityService* service, const HttpDoorOptions& http, const ServeArgu
     rpc = *std::move(opened);
   }
   const std::stop_callback on_stop(stop, [&] { ending.request_stop(); });
-  const std::stop_callback on_end(ending.get_token(), [&] {
-    if (rpc) rpc->Stop();
-  });
-  const Status served =
-      ServeHttp(service, http, ending.get_token(),
-                [&](const std::string& address) { TellAddresses(arguments, address, rpc.get()); });
+  Status served;
+  {
+    const std::stop_callback on_end(ending.get_token(), [&] {
+      if (rpc) rpc->Stop();
+    });
+    served = ServeHttp(service, http, ending.get_token(), [&](const std::string& address) {
+      TellAddresses(arguments, address, rpc.get());
+    });
+  }
   rpc.reset();
   if (!served.ok()) return Fail(served);
   return rpc_failure.ok() ? kDone : Fail(rpc_failure);

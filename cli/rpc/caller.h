@@ -37,9 +37,11 @@ struct RpcShared {
 
 // One connection. On its thread alone.
 struct RpcSession {
-  // At the same time: calls that wait for an answer; things that the daemon holds for the client
-  // (uploads, tickets, ...); watchers. Chosen by hand.
-  static constexpr uint64_t kCallsMax = 256, kThingsMax = 1024, kWatchersMax = 8;
+  // At the same time: questions that the service works on, of the 256 that may wait there in all;
+  // verdicts that are waited for; things that the daemon holds for the client (uploads, tickets,
+  // ...); watchers. Chosen by hand.
+  static constexpr uint64_t kCallsMax = 64, kVerdictsMax = 1024, kThingsMax = 1024,
+                            kWatchersMax = 8;
 
   RpcSession(const RpcShared& all, kj::Timer* t, const bool* stopping, bool of_owner)
       : shared(all), timer(*t), is_stopping(*stopping), is_of_owner(of_owner) {}
@@ -50,6 +52,7 @@ struct RpcSession {
   const bool is_of_owner;   // it came by a socket that the owner of the database alone can reach
   bool has_logged_in = false;
   const std::shared_ptr<Budget> calls = std::make_shared<Budget>(kCallsMax);
+  const std::shared_ptr<Budget> verdicts = std::make_shared<Budget>(kVerdictsMax);
   const std::shared_ptr<Budget> things = std::make_shared<Budget>(kThingsMax);
   const std::shared_ptr<Budget> watchers = std::make_shared<Budget>(kWatchersMax);
   // Ends when all photos that are complete by now are on the disk, or refused: each is put there

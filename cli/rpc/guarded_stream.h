@@ -20,7 +20,7 @@ struct MessageLimits {
   // From the first byte of a message to its last one.
   kj::Duration message_time = 30 * kj::SECONDS;
   // Questions whose answers the client has not finished with: the daemon holds each until then.
-  size_t questions_max = 1024;
+  size_t questions_max = 4096;
   // While so many bytes of answers wait for the client to read them, nothing more is read of it.
   size_t queue_bytes_max = 4 << 20;
 };

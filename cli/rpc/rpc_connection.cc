@@ -51,8 +51,9 @@ bool RpcConnection::IsTooSlow() const {
   const kj::TimePoint now = session_->timer.now();
   if (!session_->has_logged_in && now - start_ > limits_.login_time) return true;
   if (network_.getOutgoingMessageWaitTime() > limits_.read_time) return true;
-  const bool rests = session_->calls->used() == 0 && session_->watchers->used() == 0;
-  return rests && now - stream_.last_read() > limits_.rest_time;
+  const uint64_t waiting =
+      session_->calls->used() + session_->verdicts->used() + session_->watchers->used();
+  return waiting == 0 && now - stream_.last_read() > limits_.rest_time;
 }
 
 }  // namespace veduta

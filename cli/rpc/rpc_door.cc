@@ -79,15 +79,15 @@ class ConnectionTaker final : private kj::TaskSet::ErrorHandler {
     const auto session = std::make_shared<RpcSession>(shared_, &timer_, &is_stopping_, is_unix_);
     auto connection = kj::heap<RpcConnection>(kj::mv(stream), session);
     auto running = connection->Run();
-    calls_.push_back(session->calls);
+    sessions_.push_back(session);
     connections_.add(running.attach(kj::mv(connection), place));
-    std::erase_if(calls_, [](const auto& calls) { return calls.expired(); });
+    std::erase_if(sessions_, [](const auto& one) { return one.expired(); });
   }
 
   kj::Promise<void> Rest() {
-    for (const auto& session : calls_) {
-      const auto calls = session.lock();
-      if (calls && calls->used() > 0)
+    for (const auto& one : sessions_) {
+      const auto session = one.lock();
+      if (session && session->calls->used() + session->verdicts->used() > 0)
         return timer_.afterDelay(kDrainLook).then([this] { return Rest(); });
     }
     return kj::READY_NOW;
@@ -105,7 +105,7 @@ class ConnectionTaker final : private kj::TaskSet::ErrorHandler {
   kj::ConnectionReceiver& port_;
   const bool is_unix_;
   bool is_stopping_ = false;
-  std::vector<std::weak_ptr<Budget>> calls_;  // of each connection
+  std::vector<std::weak_ptr<RpcSession>> sessions_;  // of each connection
   kj::TaskSet connections_;
 };
 

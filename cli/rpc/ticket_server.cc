@@ -15,7 +15,7 @@ TicketServer::TicketServer(Caller caller, uint64_t number)
 kj::Promise<void> TicketServer::verdict(VerdictContext context) {
   context.allowCancellation();
   caller_.Check("GET", {"v1", "uploads", std::to_string(number_)});
-  auto call = TakeOne(caller_.session().calls, "calls wait for their answers");
+  auto call = TakeOne(caller_.session().verdicts, "verdicts are waited for");
   const auto told = std::make_shared<UploadNews>();
   auto paf = kj::newPromiseAndCrossThreadFulfiller<bool>();
   const Sender<bool> sender(kj::mv(paf.fulfiller));

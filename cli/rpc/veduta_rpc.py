@@ -332,8 +332,9 @@ class Answer:
 
     def __init__(self, connection, number, results):
         self.connection, self.number, self.results = connection, number, results
-        self.value = self.failure = self.kept = None
+        self.value = self.failure = None
         self.is_done = False
+        self.keeps = True  # the capabilities that come with it
 
     def wait(self, timeout_s=600):
         """The results. Raises Failure, and TimeoutError."""
@@ -370,7 +371,7 @@ class Capability:
                                    'transform': [{'getPointerField': field.place}]}}
 
     def call(self, method, exports=(), **values):
-        return self.connection.call(self.target(), method, exports, values)
+        return self.connection.call(self, method, exports, values)
 
     def __del__(self):
         if self.number is not None:
@@ -413,12 +414,12 @@ class Connection:
     def bootstrap(self):
         return self.ask({'bootstrap': {'questionId': self.next_number}}, 'Payload')
 
-    def call(self, target, method, exports, values):
+    def call(self, callee, method, exports, values):
         interface, number = METHODS[method]
         payload = {'content': (method + '()', values),
                    'capTable': [{'senderHosted': export} for export in exports]}
         self.pump(lambda: len(self.questions) < CALLS_MAX)
-        return self.ask({'call': {'questionId': self.next_number, 'target': target,
+        return self.ask({'call': {'questionId': self.next_number, 'target': callee.target(),
                                   'interfaceId': interface, 'methodId': number,
                                   'params': payload}}, method + '=')
 
@@ -506,7 +507,6 @@ class Connection:
                                else cap.senderPromise)
                     if cap.which in ('senderHosted', 'senderPromise') else None
                     for cap in told.results.capTable]
-            answer.kept = held
             if answer.results == 'Payload':  # of the bootstrap: the capability itself
                 answer.value = held[0]
             else:
@@ -514,7 +514,8 @@ class Connection:
                 for field in STRUCTS[answer.results].fields:
                     if field.type == 'cap':
                         index = getattr(answer.value, field.name)
-                        setattr(answer.value, field.name, None if index is None else held[index])
+                        setattr(answer.value, field.name,
+                                held[index] if answer.keeps and index is not None else None)
         else:
             answer.failure = Failure(told.exception.reason.removeprefix('remote exception: ')
                                      if told.which == 'exception' else 'the call was cancelled')
@@ -561,6 +562,7 @@ class Photo:
 
     def __init__(self, done, ticket):
         self.done, self.answer = done, ticket.call('Ticket.verdict')
+        done.keeps = False
 
     def number(self, timeout_s=600):
         """Waits until the photo is on the disk; the number of the upload."""

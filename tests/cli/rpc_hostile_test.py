@@ -15,7 +15,7 @@ import struct
 import sys
 import time
 
-from city import FOLDER, PHOTO_COUNT, WHOLE, Case, main, make_whole, must, new_database, photo
+from city import PHOTO_COUNT, WHOLE, Case, main, make_whole, must, new_database, photo
 from daemon import Daemon
 
 ROOT = os.path.join(os.path.dirname(os.path.abspath(__file__)), '..', '..')
@@ -44,11 +44,19 @@ def login(question=1):
 class Hostile(Case):
     def setUp(self):
         self.daemon = Daemon(WHOLE, '--listen', '127.0.0.1:0')
-        self.addCleanup(self.daemon.__exit__, None, None, None)
+        self.addCleanup(self.end)
         self.address = self.daemon.started['rpc']
         with self.connect() as city:
             city.status()
-        self.files = self.open_files()
+        self.files = self.open_sockets()
+
+    def end(self):
+        """Nothing of what strangers sent was worth a line."""
+        if self.daemon.process.poll() is None:
+            code, err = self.daemon.stop()
+            self.assertEqual(code, 0)
+            self.assertEqual([line for line in err.splitlines() if line
+                              and 'finishing the photo' not in line], [])
 
     def connect(self):
         return veduta_rpc.connect(self.address)
@@ -57,12 +65,12 @@ class Hostile(Case):
         host, port = self.address.split(':')
         return socket.create_connection((host, int(port)), timeout=60)
 
-    def open_files(self):
-        """How many the daemon has, but for those of the database, which come and go."""
+    def open_sockets(self):
+        """How many sockets the daemon has; files of the database come and go."""
         folder, count = f'/proc/{self.daemon.process.pid}/fd', 0
         for name in os.listdir(folder):
             with contextlib.suppress(FileNotFoundError):
-                count += not os.readlink(os.path.join(folder, name)).startswith(FOLDER)
+                count += os.readlink(os.path.join(folder, name)).startswith('socket:')
         return count
 
     def check_alive(self):
@@ -70,8 +78,8 @@ class Hostile(Case):
         with self.connect() as city:
             self.assertEqual(city.status().images, PHOTO_COUNT)
         deadline = time.monotonic() + 20
-        while self.open_files() > self.files:
-            self.assertLess(time.monotonic(), deadline, 'files stay open')
+        while self.open_sockets() > self.files:
+            self.assertLess(time.monotonic(), deadline, 'sockets stay open')
             time.sleep(0.05)
 
     def is_closed(self, data):
@@ -192,7 +200,7 @@ class Hostile(Case):
         self.daemon = Daemon(db, '--listen', '127.0.0.1:0')
         self.addCleanup(self.daemon.__exit__, None, None, None)
         self.address = self.daemon.started['rpc']
-        files = self.open_files()
+        files = self.open_sockets()
         for n in range(40):
             city = self.connect()
             number = n % PHOTO_COUNT + 1
@@ -214,7 +222,7 @@ class Hostile(Case):
             with self.assertRaises(veduta_rpc.Failure):
                 city.pose('half.jpg')
         deadline = time.monotonic() + 30
-        while self.open_files() > files:
+        while self.open_sockets() > files:
             self.assertLess(time.monotonic(), deadline)
             time.sleep(0.1)
         self.assertEqual(self.daemon.stop()[0], 0)
@@ -246,6 +254,15 @@ class Hostile(Case):
             self.assertEqual(raised.exception.code, 429)
             self.assertGreater(len(held), 1000)
             held.clear()  # and they are released
+            many = [city.city.call('City.status') for _ in range(190)]
+            codes = set()
+            for one in many:
+                try:
+                    one.wait()
+                except veduta_rpc.Failure as refused:
+                    codes.add(refused.code)
+                    self.assertEqual(refused.retry_s, 5)
+            self.assertLessEqual(codes, {429})
             self.assertEqual(city.status().images, PHOTO_COUNT)
             self.assertTrue(city.call('examine', name='x').wait())
         message = veduta_rpc.frame(login(1))
@@ -254,7 +271,7 @@ class Hostile(Case):
         self.assertTrue(self.is_closed(bytes(veduta_rpc.frame(BOOTSTRAP) + message + long)))
         # Whoever finishes with no question is cut off before the answers fill the memory.
         questions = b''.join(bytes(veduta_rpc.frame({'bootstrap': {'questionId': i}}))
-                             for i in range(2000))
+                             for i in range(5000))
         self.assertTrue(self.is_closed(questions))
         self.check_alive()
 

@@ -12,6 +12,7 @@ import os
 import re
 import signal
 import struct
+import subprocess
 import sys
 import threading
 import time
@@ -230,6 +231,16 @@ class Adding(Rpc):
                 self.assertGreaterEqual(failure.retry_s, 1)
         self.assertGreater(accepted, 0)
         self.assertLess(accepted, 8)
+
+    def test_more_photos_than_a_connection_may_hold(self):
+        daemon = self.serve(new_database('many'))
+        drain = subprocess.Popen(['cat'], stdin=daemon.process.stdout, stdout=subprocess.DEVNULL)
+        city = self.connect(daemon)
+        sent = [city.add(f'{n}.txt', b'no photo %d' % n, 'c') for n in range(1100)]
+        self.assertEqual(sent[-1].number(), 1100)
+        self.assertEqual({one.verdict().outcome.verdict for one in sent}, {'rejected'})
+        self.assertEqual(daemon.stop()[0], 0)
+        drain.wait()
 
     def test_what_was_accepted_outlives_the_daemon(self):
         address = 'unix:' + at('kept.sock')
