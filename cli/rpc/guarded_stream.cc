@@ -4,6 +4,7 @@
 #include <capnp/rpc.capnp.h>
 #include <capnp/serialize.h>
 
+#include <algorithm>
 #include <bit>
 #include <cstring>
 #include <string>
@@ -30,40 +31,51 @@ uint32_t NumberAt(const kj::Array<capnp::word>& table, size_t i) {
 kj::Promise<kj::Maybe<capnp::MessageReaderAndFds>> GuardedStream::tryReadMessage(
     kj::ArrayPtr<kj::AutoCloseFd> fds, capnp::ReaderOptions options,
     kj::ArrayPtr<capnp::word> scratch) {
-  using Read = kj::Maybe<capnp::MessageReaderAndFds>;
+  using Came = kj::Maybe<capnp::MessageReaderAndFds>;
   if (queue_bytes_ && queue_bytes_() > limits_.queue_bytes_max) {
     return timer_.afterDelay(kPause).then(
         [this, fds, options, scratch] { return tryReadMessage(fds, options, scratch); });
   }
-  return stream_.tryRead(head_, 1, sizeof head_)
-      .then([this, options](size_t read) -> kj::Promise<Read> {
-        if (read == 0) return Read(nullptr);
-        return timer_.timeoutAfter(limits_.message_time, ReadRest(read, options))
-            .then([this](Message message) -> Read {
-              last_read_ = timer_.now();
-              Count(message.get());
-              return capnp::MessageReaderAndFds{kj::mv(message), nullptr};
-            });
-      });
+  return Fill().then([this, options](bool is_there) -> kj::Promise<Came> {
+    if (!is_there) return Came(nullptr);
+    return timer_.timeoutAfter(limits_.message_time, ReadMessage(options))
+        .then([this](Message message) -> Came {
+          last_read_ = timer_.now();
+          Count(message.get());
+          return capnp::MessageReaderAndFds{kj::mv(message), nullptr};
+        });
+  });
 }
 
-kj::Promise<GuardedStream::Message> GuardedStream::ReadRest(size_t read,
-                                                            capnp::ReaderOptions options) {
-  auto* const bytes = reinterpret_cast<uint8_t*>(head_);
-  return stream_.read(bytes + read, sizeof head_ - read)
-      .then([this, options]() -> kj::Promise<Message> {
-        const uint64_t segments = uint64_t{head_[0]} + 1;
-        if (segments > limits_.segments_max || head_[1] > limits_.words_max)
-          kj::throwFatalException(Failure(413, "a message has too many segments or words"));
-        auto table = kj::heapArray<capnp::word>(segments / 2 + 1);
-        std::memcpy(table.begin(), head_, sizeof head_);
-        if (table.size() == 1) return ReadBody(kj::mv(table), options);
-        auto reading = stream_.read(table.asBytes().begin() + sizeof head_,
-                                    table.asBytes().size() - sizeof head_);
-        return reading.then([this, options, table = kj::mv(table)]() mutable {
-          return ReadBody(kj::mv(table), options);
-        });
-      });
+kj::Promise<bool> GuardedStream::Fill() {
+  if (unread_.size() > 0) return true;
+  return stream_.tryRead(buffer_.begin(), 1, buffer_.size()).then([this](size_t read) {
+    unread_ = buffer_.slice(0, read);
+    return read > 0;
+  });
+}
+
+kj::Promise<void> GuardedStream::Read(kj::ArrayPtr<kj::byte> bytes) {
+  const size_t there = std::min(bytes.size(), unread_.size());
+  std::copy_n(unread_.begin(), there, bytes.begin());
+  unread_ = unread_.slice(there, unread_.size());
+  if (there == bytes.size()) return kj::READY_NOW;
+  return stream_.read(bytes.begin() + there, bytes.size() - there);
+}
+
+kj::Promise<GuardedStream::Message> GuardedStream::ReadMessage(capnp::ReaderOptions options) {
+  const kj::ArrayPtr<kj::byte> head(reinterpret_cast<kj::byte*>(head_), sizeof head_);
+  return Read(head).then([this, options]() -> kj::Promise<Message> {
+    const uint64_t segments = uint64_t{head_[0]} + 1;
+    if (segments > limits_.segments_max || head_[1] > limits_.words_max)
+      kj::throwFatalException(Failure(413, "a message has too many segments or words"));
+    auto table = kj::heapArray<capnp::word>(segments / 2 + 1);
+    std::memcpy(table.begin(), head_, sizeof head_);
+    auto reading = Read(table.asBytes().slice(sizeof head_, table.asBytes().size()));
+    return reading.then([this, options, table = kj::mv(table)]() mutable {
+      return ReadBody(kj::mv(table), options);
+    });
+  });
 }
 
 kj::Promise<GuardedStream::Message> GuardedStream::ReadBody(kj::Array<capnp::word> table,
@@ -78,11 +90,10 @@ kj::Promise<GuardedStream::Message> GuardedStream::ReadBody(kj::Array<capnp::wor
   auto all = kj::heapArray<capnp::word>(words);
   std::memcpy(all.begin(), table.begin(), table.asBytes().size());
   auto body = all.slice(table.size(), all.size());
-  return stream_.read(body.begin(), body.asBytes().size())
-      .then([options, all = kj::mv(all)]() mutable -> Message {
-        const auto view = all.asPtr();
-        return kj::heap<capnp::FlatArrayMessageReader>(view, options).attach(kj::mv(all));
-      });
+  return Read(body.asBytes()).then([options, all = kj::mv(all)]() mutable -> Message {
+    const auto view = all.asPtr();
+    return kj::heap<capnp::FlatArrayMessageReader>(view, options).attach(kj::mv(all));
+  });
 }
 
 void GuardedStream::Count(capnp::MessageReader* message) {

@@ -60,8 +60,11 @@ class GuardedStream final : public capnp::MessageStream {
 
  private:
   using Message = kj::Own<capnp::MessageReader>;
-  // The rest of the message of which `head_` has `read` bytes.
-  kj::Promise<Message> ReadRest(size_t read, capnp::ReaderOptions options);
+  // Waits until at least one byte is in the buffer; false at the end.
+  kj::Promise<bool> Fill();
+  // Takes all these bytes: from the buffer, and what is not there yet from the stream.
+  kj::Promise<void> Read(kj::ArrayPtr<kj::byte> bytes);
+  kj::Promise<Message> ReadMessage(capnp::ReaderOptions options);
   kj::Promise<Message> ReadBody(kj::Array<capnp::word> table, capnp::ReaderOptions options);
   // Counts the questions that are open.
   void Count(capnp::MessageReader* message);
@@ -71,7 +74,11 @@ class GuardedStream final : public capnp::MessageStream {
   const MessageLimits limits_;
   capnp::AsyncIoMessageStream written_;
   std::function<size_t()> queue_bytes_;
-  uint32_t head_[2] = {0, 0};  // segments less one; words of the first
+  // What has come and was not taken: small messages, which come together, are read at once. Chosen
+  // by hand.
+  kj::Array<kj::byte> buffer_ = kj::heapArray<kj::byte>(4096);
+  kj::ArrayPtr<kj::byte> unread_;  // of the buffer
+  uint32_t head_[2] = {0, 0};      // segments less one; words of the first
   std::unordered_set<uint32_t> questions_;
   kj::TimePoint last_read_;
 };

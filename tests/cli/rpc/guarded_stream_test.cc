@@ -79,6 +79,18 @@ TEST_F(GuardedStreamTest, AMessageMayComeByteByByte) {
   EXPECT_EQ(Read(), "the end");
 }
 
+TEST_F(GuardedStreamTest, ManyMessagesMayComeAtOnce) {
+  std::string bytes;
+  for (uint32_t i = 0; i < 500; ++i) {  // more than are read at once, the last one by half
+    const auto message = Finish(i);
+    bytes.append(reinterpret_cast<const char*>(message.begin()), message.asBytes().size());
+  }
+  bytes.resize(bytes.size() - 5);
+  Send(kj::arrayPtr(reinterpret_cast<const kj::byte*>(bytes.data()), bytes.size()));
+  for (uint32_t i = 0; i < 499; ++i) EXPECT_EQ(Read(), "");
+  EXPECT_EQ(Read(), "operation timed out");
+}
+
 TEST_F(GuardedStreamTest, ManySegmentsAreOneMessage) {
   // Each word of the root is in a segment of its own.
   capnp::MallocMessageBuilder message(1, capnp::AllocationStrategy::FIXED_SIZE);
