@@ -33,7 +33,9 @@ kj::Promise<void> TicketServer::verdict(VerdictContext context) {
                                                " and waits for its turn, which cannot come now" +
                                                (news.why_not.empty() ? "" : ": " + news.why_not)));
     }
-    Write(ValueOrThrow(*news.ended), context.getResults().initOutcome());
+    const AddOutcome outcome = ValueOrThrow(*news.ended);
+    if (!outcome.failure.ok()) kj::throwFatalException(FailureOf(outcome.failure));
+    Write(outcome, context.getResults().initOutcome());
     context.getResults().setSnapshot(caller_.service().Ask().snapshot());
   });
 }
