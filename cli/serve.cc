@@ -1,13 +1,16 @@
 // SPDX-License-Identifier: Apache-2.0
-// veduta serve DB [--http HOST:PORT] [--threads N] [--waiting N] [--waiting-bytes N]
-// [--parts-kept S] [--dense] [--dense-size PX] [--device D] [--json]
+// veduta serve DB [--http HOST:PORT] [--listen unix:PATH|HOST:PORT] [--threads N] [--waiting N]
+// [--waiting-bytes N] [--parts-kept S] [--dense] [--dense-size PX] [--device D] [--json]
 #include <sys/resource.h>
 #include <unistd.h>
 
+#include <memory>
+#include <mutex>
 #include <thread>
 
 #include "cli/command.h"
 #include "cli/follow_ups.h"
+#include "cli/rpc/rpc_door.h"
 #include "cli/service/http_door.h"
 #include "cli/stop_on_signal.h"
 #include "cli/wire/added_json.h"
@@ -19,6 +22,7 @@ namespace {
 struct ServeArguments {
   std::string db;
   HttpDoorOptions door;
+  RpcDoorOptions rpc;  // without an address there is no RPC
   ServiceOptions service;
   uint32_t threads = 0;
   bool json = false;
@@ -49,6 +53,51 @@ Result<std::unique_ptr<Engine>> OpenNicely(const std::string& db, const EngineOp
     engine = CatchShortage("open the database", [&] { return OpenToWrite(db, options); });
   }).join();
   return engine;
+}
+
+// Says where the daemon listens; `rpc` is null where there is none.
+void TellAddresses(const ServeArguments& arguments, const std::string& http, const RpcDoor* rpc) {
+  if (arguments.json) {
+    Json told = {{"database", arguments.db}, {"http", "http://" + http}};
+    if (rpc != nullptr) told["rpc"] = rpc->address();
+    return PrintJson(told);
+  }
+  PrintLine("serving %s at http://%s", Printable(arguments.db).c_str(), http.c_str());
+  if (rpc != nullptr) PrintLine("and by Cap'n Proto RPC at %s", Printable(rpc->address()).c_str());
+}
+
+// Serves over HTTP and RPC; either ends with the other.
+int ServeBoth(CityService* service, const HttpDoorOptions& http, const ServeArguments& arguments,
+              const std::stop_token& stop) {
+  std::stop_source ending;
+  Status rpc_failure;  // written once, before the stop that it requests
+  std::unique_ptr<RpcDoor> rpc;
+  if (!arguments.rpc.address.empty()) {
+    RpcDoorOptions options = arguments.rpc;
+    options.asks_for_tokens = service->asks_for_tokens();
+    const Status checked = options.Check();
+    if (!checked.ok()) return FailUsage(checked);
+    std::once_flag failed;
+    auto opened = RpcDoor::Open(service, options, [&](const Status& failure) {
+      std::call_once(failed, [&] { rpc_failure = failure; });
+      ending.request_stop();
+    });
+    if (!opened.ok()) return Fail(opened.status());
+    rpc = *std::move(opened);
+  }
+  const std::stop_callback on_stop(stop, [&] { ending.request_stop(); });
+  Status served;
+  {
+    const std::stop_callback on_end(ending.get_token(), [&] {
+      if (rpc) rpc->Stop();
+    });
+    served = ServeHttp(service, http, ending.get_token(), [&](const std::string& address) {
+      TellAddresses(arguments, address, rpc.get());
+    });
+  }
+  rpc.reset();
+  if (!served.ok()) return Fail(served);
+  return rpc_failure.ok() ? kDone : Fail(rpc_failure);
 }
 
 int Serve(const ServeArguments& arguments) {
@@ -86,14 +135,7 @@ int Serve(const ServeArguments& arguments) {
     std::fprintf(stderr, "veduta: photos that wait for their turn cannot be read: %s\n",
                  Printable(resumed.message()).c_str());
   }
-  const Status served = ServeHttp(&service, door, stop.token(), [&](const std::string& address) {
-    if (arguments.json) {
-      PrintJson({{"database", arguments.db}, {"http", "http://" + address}});
-    } else {
-      PrintLine("serving %s at http://%s", Printable(arguments.db).c_str(), address.c_str());
-    }
-  });
-  return served.ok() ? kDone : Fail(served);
+  return ServeBoth(&service, door, arguments, stop.token());
 }
 
 }  // namespace
@@ -101,7 +143,7 @@ int Serve(const ServeArguments& arguments) {
 void RegisterServe(CLI::App* app, int* exit_code) {
   auto arguments = std::make_shared<ServeArguments>();
   CLI::App* command = app->add_subcommand(
-      "serve", "Answer questions and take photos over HTTP, until it is told to stop");
+      "serve", "Answer questions and take photos over HTTP and RPC, until it is told to stop");
   command->add_option("DB", arguments->db, "Database")->required();
   command
       ->add_option(
@@ -109,6 +151,10 @@ void RegisterServe(CLI::App* app, int* exit_code) {
           "HOST:PORT to listen at; the host must be this machine until there is a token, port 0 is "
           "any free one")
       ->capture_default_str();
+  command->add_option(
+      "--listen", arguments->rpc.address,
+      "unix:PATH or HOST:PORT to listen at for Cap'n Proto RPC as well; the host must be this "
+      "machine until there is a token");
   command->add_option("--threads", arguments->threads, "Threads (default: one per core)")
       ->check(CLI::Range(1, 1024));
   command

@@ -26,7 +26,8 @@ ROOMS = {'storage/base': 0, 'storage/model': 5, 'storage/records': 8, 'storage':
          'engine': 39, 'fusion/depth': 40, 'fusion/volume': 41, 'fusion/surface': 42,
          'fusion/tileset': 43, 'fusion/pass': 43, 'fusion/export': 44, 'fusion': 45,
          'engine/repair': 46,
-         'cli/page': 49, 'cli/wire': 49, 'cli/photos': 50, 'cli/service': 50, 'cli': 51}
+         'cli/page': 49, 'cli/wire': 49, 'cli/photos': 50, 'cli/service': 50,
+         'cli/rpc': 51, 'cli': 52}
 LEAVES = ('tests', 'tools')  # they include what they like, and nothing includes them
 TOP_FOLDERS = {'.ci', 'docs', *LEAVES, *(room.split('/')[0] for room in ROOMS)}
 
@@ -38,13 +39,15 @@ THIRD_PARTY = {
     'opengv': ('engine/mapping', 'tests/engine/matching', 'tools/bench/matching'),
     'ceres': ('engine/mapping', 'engine/camera/calibration', 'engine/camera/markers'),
     'embree3': ('fusion', 'tools/render/street'),
-    'capnp': ('storage', 'cli'),
-    'kj': ('storage', 'cli'),
+    'capnp': ('storage', 'cli', 'tools/bench/rpc', 'tools/fuzz'),
+    'kj': ('storage', 'cli', 'tools/bench/rpc', 'tools/fuzz'),
     'CL': ('kernels',),
     'CLI': ('cli', 'tools'),
 }
 
 SOURCE_LINES_MAX, HEADER_LINES_MAX, COLUMNS_MAX = 500, 250, 100
+# What people take away as one file, and may so be longer: lines at most.
+TAKEN_AWAY = {'cli/rpc/veduta_rpc.py': 750}
 # In pieces, for this file is read too.
 MACHINE_FOLDERS = ('wo' + 'rk/', 'fa' + 'rm/', 'ho' + 'me/', 'tmp/bu' + 'ild')
 MACHINE_PATH = re.compile('(?<![A-Za-z0-9_.~$}*])/(' + '|'.join(MACHINE_FOLDERS) + ')')
@@ -129,7 +132,7 @@ def check_size(path, lines):
         return
     # code included several times counts as source
     is_header = path.endswith('.h') and not path.endswith('.inc.h')
-    limit = HEADER_LINES_MAX if is_header else SOURCE_LINES_MAX
+    limit = TAKEN_AWAY.get(path, HEADER_LINES_MAX if is_header else SOURCE_LINES_MAX)
     if len(lines) > limit:
         kind = 'header' if is_header else 'source'
         yield f'{path}: size: {len(lines)} lines; a {kind} has {limit} at most'

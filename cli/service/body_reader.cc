@@ -58,10 +58,7 @@ bool BodyReader::Fits(uint64_t bytes, Arriving* arriving) const {
 
 bool BodyReader::Reserve(Arriving* arriving, uint64_t bytes) const {
   if (!Fits(bytes, arriving)) return false;
-  BodyShare& share = *arriving->share;
-  if (share.budget->Take(bytes - share.taken)) {
-    share.taken = bytes;
-  } else {
+  if (!arriving->share->Grow(bytes)) {
     arriving->refusal =
         Problem(429, "the bodies that are arriving fill the memory: send this one again later");
     arriving->refusal->headers.emplace_back("Retry-After", "5");

@@ -5,53 +5,23 @@
 #include <kj/async-io.h>
 #include <kj/timer.h>
 
-#include <atomic>
 #include <cstdint>
 #include <memory>
 #include <optional>
 #include <utility>
 
+#include "cli/service/budget.h"
 #include "cli/service/http_message.h"
 
 namespace veduta {
 
-// A number of things that all threads together may have: bytes of bodies, connections.
-class Budget final {
- public:
-  explicit Budget(uint64_t max) : max_(max) {}
-  // False, and nothing is taken, where there is not so much left.
-  bool Take(uint64_t count) {
-    uint64_t before = used_;
-    do {
-      if (count > max_ - before) return false;
-    } while (!used_.compare_exchange_weak(before, before + count));
-    return true;
-  }
-  void Give(uint64_t count) { used_ -= count; }
-
- private:
-  const uint64_t max_;
-  std::atomic<uint64_t> used_ = 0;
-};
-
-// The bytes of one body, which count in the budget as long as it is there.
-struct BodyShare {
-  explicit BodyShare(std::shared_ptr<Budget> b) : budget(std::move(b)) {}
-  BodyShare(const BodyShare&) = delete;
-  BodyShare& operator=(const BodyShare&) = delete;
-  ~BodyShare() { budget->Give(taken); }
-
-  const std::shared_ptr<Budget> budget;
-  uint64_t taken = 0;
-};
-
 // A request on its way.
 struct Arriving {
   explicit Arriving(std::shared_ptr<Budget> budget)
-      : share(std::make_shared<BodyShare>(std::move(budget))) {}
+      : share(std::make_shared<BudgetShare>(std::move(budget))) {}
 
   HttpRequest request;
-  std::shared_ptr<BodyShare> share;
+  std::shared_ptr<BudgetShare> share;
   std::optional<HttpAnswer> refusal;  // why no more of it was read
   bool has_ended = false;             // all of the body has come
 };

@@ -123,13 +123,20 @@ void CityService::Handle(HttpRequest request, Answered answered) {
   // Shared, since the pool copies its tasks, and bodies are large.
   const auto shared = std::make_shared<HttpRequest>(std::move(request));
   const bool is_photo = shared->method == "POST" && shared->path.back() == "photos";
-  const bool is_queued = Queue([this, shared, match, counted, is_photo](bool is_closed) {
-    if (is_closed)
-      return counted(ProblemOf(Status::Busy("the daemon is closing: ask again in a while")));
+  Run([this, shared, match, counted, is_photo](Engine*, const Status& refusal) {
+    if (!refusal.ok()) return counted(ProblemOf(refusal));
     if (is_photo) return TakePhoto(std::move(*shared), counted);
     counted(Answer(*shared, match));
   });
-  if (!is_queued) counted(ProblemOf(Status::Busy("too many questions wait: ask again in a while")));
+}
+
+void CityService::Run(std::function<void(Engine* engine, const Status& refusal)> task) {
+  const bool is_queued = Queue([this, task](bool is_closed) {
+    task(engine_.get(),
+         is_closed ? Status::Busy("the daemon is closing: ask again in a while") : Status::Ok());
+  });
+  if (!is_queued)
+    task(engine_.get(), Status::Busy("too many questions wait: ask again in a while"));
 }
 
 void CityService::TakePhoto(HttpRequest request, const Answered& answered) {
@@ -143,6 +150,17 @@ void CityService::TakePhoto(HttpRequest request, const Answered& answered) {
                  if (answer.code == 429 || answer.code == 503) quotas_.GivePhoto(sender, bytes);
                  answered(std::move(answer));
                });
+}
+
+std::variant<uint64_t, HttpAnswer> CityService::AcceptPhoto(const HttpRequest& sender,
+                                                            PhotoSubmission photo) {
+  const uint64_t bytes = photo.photo.bytes ? photo.photo.bytes->size() : 0;
+  if (auto refusal = quotas_.TakePhoto(sender, bytes)) return *std::move(refusal);
+  auto accepted = intake_.Accept(engine_.get(), std::move(photo));
+  const auto* const refusal = std::get_if<HttpAnswer>(&accepted);
+  if (refusal != nullptr && (refusal->code == 429 || refusal->code == 503))
+    quotas_.GivePhoto(sender, bytes);
+  return accepted;
 }
 
 bool CityService::Queue(std::function<void(bool is_closed)> task) {

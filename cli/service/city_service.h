@@ -12,6 +12,7 @@
 #include <stop_token>
 #include <string>
 #include <thread>
+#include <variant>
 
 #include "cli/service/city_routes.h"
 #include "cli/service/dense_keeper.h"
@@ -78,7 +79,7 @@ class CityService final {
   bool asks_for_tokens() const { return gatekeeper_.asks_for_tokens(); }
 
   // The answer to a request that is for nothing, or may not be made, or is one too many: before its
-  // body is read. To be asked of each request but GET, which Handle counts.
+  // body is read. To be asked of each request but a GET that Handle is given, which counts it.
   std::optional<HttpAnswer> Refuse(HttpRequest* request) const;
 
   // Returns soon. `answered` is called once: by this thread, or by another one later.
@@ -87,6 +88,16 @@ class CityService final {
   // What has happened, for one who follows the city. Returns at once; `told` is called once, with
   // an empty text where the journal has no entry from `first` on yet.
   void TellEvents(uint64_t first, std::function<void(Result<CityEvents>)> told);
+
+  // What other doors than HTTP's ask by. A snapshot of the city, for what a few records tell.
+  Questions Ask() const { return engine_->Ask(); }
+  // Runs the task with the engine on one of the threads that answer questions; where too many wait
+  // or the service is closed, the task is told kBusy instead, then perhaps on this thread. The task
+  // must not throw.
+  void Run(std::function<void(Engine* engine, const Status& refusal)> task);
+  // PhotoIntake::Accept, within the quotas of the one whom Refuse has found to send it.
+  std::variant<uint64_t, HttpAnswer> AcceptPhoto(const HttpRequest& sender, PhotoSubmission photo);
+  PhotoIntake* intake() { return &intake_; }
 
   // Takes no photo from now on, has answered those who wait for one's turn when it returns, and is
   // not ready any more. Quick questions are answered as before, others by 503.

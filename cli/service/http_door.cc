@@ -15,8 +15,10 @@
 #include <vector>
 
 #include "cli/service/body_reader.h"
+#include "cli/service/budget.h"
 #include "cli/service/loopback.h"
 #include "cli/service/own_socket.h"
+#include "cli/service/sender.h"
 #include "cli/service/tus_message.h"
 #include "storage/base/option_bounds.h"
 
@@ -85,19 +87,6 @@ struct Headers {
   const kj::HttpHeaderId origin, none_match, prefer, last_event, fetch_site, authorization,
       method_override;
   std::vector<std::pair<const char*, kj::HttpHeaderId>> of_routes;
-};
-
-// Completes a promise of the thread that it was made on from any other.
-template <typename T>
-class Sender final {
- public:
-  explicit Sender(kj::Own<kj::CrossThreadPromiseFulfiller<T>> fulfiller)
-      : fulfiller_(
-            std::make_shared<kj::Own<kj::CrossThreadPromiseFulfiller<T>>>(kj::mv(fulfiller))) {}
-  void operator()(T value) const { (*fulfiller_)->fulfill(std::move(value)); }
-
- private:
-  std::shared_ptr<kj::Own<kj::CrossThreadPromiseFulfiller<T>>> fulfiller_;
 };
 
 // What one thread does.

@@ -19,6 +19,9 @@ inline constexpr const char* kSocketName = "daemon.sock";
 // kIoError.
 Result<kj::AutoCloseFd> ListenAtSocket(const std::string& database);
 void RemoveSocket(const std::string& database);
+// Listens at a socket that its owner alone may reach, anywhere. One that nobody listens at any more
+// is replaced; kIoError where somebody does, or where something else has the name.
+Result<kj::AutoCloseFd> ListenAtPath(const std::string& path);
 // A connection to the daemon of the database; nothing where none runs.
 std::optional<kj::AutoCloseFd> ConnectToSocket(const std::string& database);
 

@@ -34,6 +34,18 @@ HttpAnswer AnswerOf(const AddOutcome& outcome) {
   return answer;
 }
 
+// 202: it is on the disk and waits for its turn.
+HttpAnswer AcceptedAnswer(const UploadNews& news) {
+  HttpAnswer answer = JsonAnswer(202, news.ToJson());
+  answer.headers.emplace_back("Location", "/v1/uploads/" + std::to_string(news.number));
+  return answer;
+}
+
+HttpAnswer AnswerOf(const UploadNews& news) {
+  if (!news.ended) return AcceptedAnswer(news);
+  return news.ended->ok() ? AnswerOf(**news.ended) : ProblemOf(news.ended->status());
+}
+
 // Whether the photo is on the disk all the same, and has its turn later: see Ticket::Wait.
 bool IsPutOff(const Status& failure) {
   return failure.code() == StatusCode::kIoError || failure.code() == StatusCode::kBusy ||
@@ -49,6 +61,18 @@ Status IntakeLimits::Check() const {
       .status();
 }
 
+Json UploadNews::ToJson() const {
+  const bool is_done = ended && ended->ok();
+  return {{"upload", number},
+          {"image", name},
+          {"contributor", contributor},
+          {"state", !ended    ? "waiting"
+                    : is_done ? "done"
+                              : "failed"},
+          {"outcome", is_done ? veduta::ToJson(**ended) : Json()},
+          {"why_not", why_not.empty() ? Json() : Json(why_not)}};
+}
+
 struct PhotoIntake::Upload {
   Upload(std::string name_of_it, std::string sender, uint64_t size)
       : name(std::move(name_of_it)), contributor(std::move(sender)), size_bytes(size) {}
@@ -58,22 +82,11 @@ struct PhotoIntake::Upload {
   // The rest is guarded by the intake's mutex.
   uint64_t number = 0;     // once it is known
   bool is_in_line = true;  // false: it waits on the disk until Resume
-  bool has_ended = false;
-  Json outcome;         // then; null where it failed
-  std::string why_not;  // why its turn has failed, or has not come
-  Answered answered;    // null where nobody waits
+  std::optional<Result<AddOutcome>> ended;
+  std::string why_not;             // why its turn has failed, or has not come
+  std::vector<UploadHeard> heard;  // by those who wait
 
-  Json ToJson() const {
-    const char* const state = !has_ended ? "waiting" : outcome.is_null() ? "failed" : "done";
-    return {{"upload", number},           {"image", name},
-            {"contributor", contributor}, {"state", state},
-            {"outcome", outcome},         {"why_not", why_not.empty() ? Json() : Json(why_not)}};
-  }
-  HttpAnswer Accepted() const {
-    HttpAnswer answer = JsonAnswer(202, ToJson());
-    answer.headers.emplace_back("Location", "/v1/uploads/" + std::to_string(number));
-    return answer;
-  }
+  UploadNews news() const { return {number, name, contributor, ended, why_not}; }
 };
 
 std::optional<HttpAnswer> PhotoIntake::TakePlace(const Upload& upload) {
@@ -138,32 +151,43 @@ void PhotoIntake::Take(Engine* engine, HttpRequest request, Answered answered) {
     if (!of_all.ok()) return answered(ProblemOf(of_all.status()));
     if (request.may_name_others) sender = of_all->contributor;
   }
-  const auto upload = std::make_shared<Upload>(
-      Parameter(request, "name"), Parameter(request, "contributor", sender), request.body.size());
+  PhotoSubmission photo{{Parameter(request, "name"), "", std::move(request.body)},
+                        Parameter(request, "camera"),
+                        Parameter(request, "contributor", sender),
+                        contribution};
+  UploadNews news;
+  news.name = photo.photo.name;
+  news.contributor = photo.contributor;
+  auto accepted = Accept(engine, std::move(photo));
+  if (auto* const refusal = std::get_if<HttpAnswer>(&accepted))
+    return answered(std::move(*refusal));
+  news.number = std::get<uint64_t>(accepted);
+  if (request.prefers_async) {
+    HttpAnswer answer = AcceptedAnswer(news);
+    answer.headers.emplace_back("Preference-Applied", "respond-async");
+    return answered(std::move(answer));
+  }
+  if (auto unknown =
+          Await(news.number, [answered](const UploadNews& heard) { answered(AnswerOf(heard)); }))
+    answered(*std::move(unknown));
+}
+
+std::variant<uint64_t, HttpAnswer> PhotoIntake::Accept(Engine* engine, PhotoSubmission photo) {
+  const auto upload = std::make_shared<Upload>(photo.photo.name, photo.contributor,
+                                               photo.photo.bytes ? photo.photo.bytes->size() : 0);
   if (upload->name.empty())
-    return answered(Problem(400, "the photo has no name: add ?name=IMG_1234.jpg to the address"));
-  if (auto refusal = TakePlace(*upload)) return answered(*std::move(refusal));
-  if (!request.prefers_async) upload->answered = answered;
+    return Problem(400, "the photo has no name: add ?name=IMG_1234.jpg to the address");
+  if (auto refusal = TakePlace(*upload)) return *std::move(refusal);
   Result<Ticket> ticket = Status::Cancelled("not submitted");
   try {
-    ticket = engine->Submit({{upload->name, "", std::move(request.body)},
-                             Parameter(request, "camera"),
-                             upload->contributor,
-                             contribution},
+    ticket = engine->Submit(std::move(photo),
                             [this, upload](const auto& outcome) { End(upload, outcome); });
   } catch (const std::exception& error) {
     ticket = Status::NoMemory(std::string("the photo cannot be taken: ") + error.what());
   }
   if (ticket.ok()) {
     Enter(ticket->number(), upload);
-    if (!request.prefers_async) return;
-    HttpAnswer accepted;
-    {
-      const std::lock_guard lock(mutex_);
-      accepted = upload->Accepted();
-    }
-    accepted.headers.emplace_back("Preference-Applied", "respond-async");
-    return answered(std::move(accepted));
+    return ticket->number();
   }
   {
     const std::lock_guard lock(mutex_);
@@ -172,9 +196,26 @@ void PhotoIntake::Take(Engine* engine, HttpRequest request, Answered answered) {
   }
   ended_(upload->name, ticket.status());
   // Nothing is stored of a photo that the disk refuses, and another time it may take it.
-  if (ticket.status().code() != StatusCode::kIoError) return answered(ProblemOf(ticket.status()));
-  answered(ProblemOf(Status::Busy("the photo cannot be stored now, send it again later: " +
-                                  ticket.status().message())));
+  if (ticket.status().code() != StatusCode::kIoError) return ProblemOf(ticket.status());
+  return ProblemOf(Status::Busy("the photo cannot be stored now, send it again later: " +
+                                ticket.status().message()));
+}
+
+std::optional<HttpAnswer> PhotoIntake::Await(uint64_t upload, UploadHeard heard) {
+  UploadNews news;
+  {
+    const std::lock_guard lock(mutex_);
+    const auto found = uploads_.find(upload);
+    if (found == uploads_.end()) return UnknownUpload(upload);
+    Upload& known = *found->second;
+    if (!known.ended && known.is_in_line && !is_closing_) {
+      known.heard.push_back(std::move(heard));
+      return std::nullopt;
+    }
+    news = known.news();
+  }
+  heard(news);
+  return std::nullopt;
 }
 
 Result<PartialUploadAnswer> PhotoIntake::Continue(Engine* engine, const std::string& id,
@@ -205,21 +246,10 @@ Result<PartialUploadAnswer> PhotoIntake::Continue(Engine* engine, const std::str
 }
 
 void PhotoIntake::Enter(uint64_t number, const std::shared_ptr<Upload>& upload) {
-  HttpAnswer accepted;
-  Answered answered;
-  {
-    const std::lock_guard lock(mutex_);
-    upload->number = number;
-    uploads_[number] = upload;
-    if (upload->has_ended) {
-      NoteEnded(number);
-    } else if (is_closing_ || !upload->is_in_line) {
-      // It came too late for Close to answer, or its turn came, and failed, before it had a number.
-      answered = std::exchange(upload->answered, nullptr);
-      accepted = upload->Accepted();
-    }
-  }
-  if (answered) answered(std::move(accepted));
+  const std::lock_guard lock(mutex_);
+  upload->number = number;
+  uploads_[number] = upload;
+  if (upload->ended) NoteEnded(number);
 }
 
 Status PhotoIntake::Resume(Engine* engine) {
@@ -231,7 +261,7 @@ Status PhotoIntake::Resume(Engine* engine) {
       const std::lock_guard lock(mutex_);
       if (is_closing_) return Status::Ok();
       std::shared_ptr<Upload>& known = uploads_[one.number];
-      if (known && (known->is_in_line || known->has_ended)) continue;
+      if (known && (known->is_in_line || known->ended)) continue;
       if (!known) {
         known = std::make_shared<Upload>(one.name, one.contributor, one.size_bytes);
         known->number = one.number;
@@ -263,15 +293,19 @@ Status PhotoIntake::Resume(Engine* engine) {
 HttpAnswer PhotoIntake::Find(uint64_t upload) const {
   const std::lock_guard lock(mutex_);
   const auto found = uploads_.find(upload);
-  if (found != uploads_.end()) return JsonAnswer(200, found->second->ToJson());
+  return found == uploads_.end() ? UnknownUpload(upload)
+                                 : JsonAnswer(200, found->second->news().ToJson());
+}
+
+HttpAnswer PhotoIntake::UnknownUpload(uint64_t upload) {
   return Problem(404, "nothing is known of upload " + std::to_string(upload) +
                           ": where it was stored, the SHA-256 of its photo finds it, as "
                           "/v1/photos/SHA256");
 }
 
 void PhotoIntake::End(const std::shared_ptr<Upload>& upload, const Result<AddOutcome>& outcome) {
-  Answered answered;
-  HttpAnswer answer;
+  std::vector<UploadHeard> heard;
+  UploadNews news;
   // Short memory must not end the thread that applies photos. The connection tells of a failure
   // where the answer is never made.
   try {
@@ -279,26 +313,21 @@ void PhotoIntake::End(const std::shared_ptr<Upload>& upload, const Result<AddOut
     // Those that a closing engine has not come to wait on, and Close has answered them.
     if (is_closing_ && outcome.status().code() == StatusCode::kCancelled) return;
     upload->is_in_line = false;
-    upload->has_ended = outcome.ok() || !IsPutOff(outcome.status());
     if (!outcome.ok()) upload->why_not = outcome.status().message();
-    if (upload->has_ended) {
+    if (outcome.ok() || !IsPutOff(outcome.status())) {
+      upload->ended = outcome;
       GivePlace(*upload);
       ++counts_.ended[outcome.ok() ? OutcomeWord(*outcome) : "failed"];
       if (outcome.ok()) counts_.seconds += outcome->times.total_ms / 1000;
-      if (outcome.ok()) upload->outcome = veduta::ToJson(*outcome);
       if (upload->number != 0) NoteEnded(upload->number);
     }
-    if (upload->has_ended || upload->number != 0) {  // otherwise Enter answers
-      answered = std::exchange(upload->answered, nullptr);
-      answer = outcome.ok()        ? AnswerOf(*outcome)
-               : upload->has_ended ? ProblemOf(outcome.status())
-                                   : upload->Accepted();
-    }
+    heard = std::exchange(upload->heard, {});
+    news = upload->news();
   } catch (const std::exception&) {
   }
   try {
     ended_(upload->name, outcome);
-    if (answered) answered(std::move(answer));
+    for (const UploadHeard& one : heard) one(news);
   } catch (const std::exception&) {
   }
 }
@@ -312,16 +341,16 @@ void PhotoIntake::NoteEnded(uint64_t number) {
 }
 
 void PhotoIntake::Close() {
-  std::vector<std::pair<Answered, HttpAnswer>> answers;
+  std::vector<std::pair<UploadHeard, UploadNews>> told;
   {
     const std::lock_guard lock(mutex_);
     is_closing_ = true;
     for (const auto& [number, upload] : uploads_) {
-      if (upload->answered)
-        answers.emplace_back(std::exchange(upload->answered, nullptr), upload->Accepted());
+      for (UploadHeard& heard : std::exchange(upload->heard, {}))
+        told.emplace_back(std::move(heard), upload->news());
     }
   }
-  for (auto& [answered, answer] : answers) answered(std::move(answer));
+  for (const auto& [heard, news] : told) heard(news);
 }
 
 bool PhotoIntake::is_closing() const {

@@ -13,6 +13,8 @@
 #include <span>
 #include <string>
 #include <utility>
+#include <variant>
+#include <vector>
 
 #include "cli/service/http_message.h"
 #include "engine/engine.h"
@@ -24,6 +26,20 @@ using Answered = std::function<void(HttpAnswer)>;
 
 // Hears what became of each photo, before its sender does; to be as AnswerCallback.
 using PhotoEnded = std::function<void(const std::string& name, const Result<AddOutcome>& outcome)>;
+
+// What is known of an upload.
+struct UploadNews {
+  uint64_t number = 0;
+  std::string name, contributor;
+  // Its turn has come, and this is what became of it; a failure where it could not be judged.
+  std::optional<Result<AddOutcome>> ended;
+  std::string why_not;  // why its turn has failed, or has not come
+
+  Json ToJson() const;
+};
+
+// Called once, from any thread. It must not throw, and should be quick.
+using UploadHeard = std::function<void(const UploadNews&)>;
 
 // What may wait for its turn, in all. Chosen by hand: an hour or so of work.
 struct IntakeLimits {
@@ -54,6 +70,12 @@ class PhotoIntake final {
   // the last of its bytes are taken however many wait by then.
   Result<PartialUploadAnswer> Continue(Engine* engine, const std::string& id, uint64_t offset,
                                        std::span<const uint8_t> bytes);
+  // Puts a photo on the disk and in line: its number, or the answer where nothing is stored.
+  std::variant<uint64_t, HttpAnswer> Accept(Engine* engine, PhotoSubmission photo);
+  // Tells what becomes of an upload, once: when it has had its turn, or where the turn cannot come
+  // now, since the daemon closes or the disk fails. 404 where nothing is known of it: `heard` is
+  // not called then.
+  std::optional<HttpAnswer> Await(uint64_t upload, UploadHeard heard);
   // Puts the photos in line that wait on the disk and are not in line: an earlier daemon has left
   // them, or the disk failed when their turn came. The first failure; it keeps none of the others
   // back.
@@ -85,6 +107,7 @@ class PhotoIntake final {
   void NoteEnded(uint64_t number);
   // Enters the photo under its number, once that is known.
   void Enter(uint64_t number, const std::shared_ptr<Upload>& upload);
+  static HttpAnswer UnknownUpload(uint64_t upload);
   // What the engine answers.
   void End(const std::shared_ptr<Upload>& upload, const Result<AddOutcome>& outcome);
 

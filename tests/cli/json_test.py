@@ -178,7 +178,7 @@ def setUpModule():
     keep('token list', 'token', 'list', merged)
     keep('remove', 'remove', merged, 'photo0012.jpg')
     write(at('new.jpg'), photo(5) + b'\0')
-    with Daemon(WHOLE) as daemon:
+    with Daemon(WHOLE, '--listen', '127.0.0.1:0') as daemon:
         PRINTED['veduta serve'].append(daemon.started)
     keep('localize', 'localize', WHOLE, '--camera', 'c', at('new.jpg'))
     keep('localize', 'localize', WHOLE, at('new.jpg'))

@@ -56,8 +56,8 @@ PACKAGES = {
 }
 # What the compiler and the C library bring: the standard library's headers have no dot and no
 # slash, and these.
-SYSTEM = re.compile(r'[a-z_0-9]+|sys/[a-z]+\.h|(arpa/inet|netinet/in|unistd|fcntl|malloc)\.h|'
-                    r'([a-z]?mmintrin|immintrin)\.h')
+SYSTEM = re.compile(r'[a-z_0-9]+|sys/[a-z]+\.h|(arpa/inet|netinet/(in|tcp)|unistd|fcntl|malloc)\.h'
+                    r'|([a-z]?mmintrin|immintrin)\.h')
 LINK_ONLY = re.compile(r'\$<LINK_ONLY:(.*)>')
 
 

@@ -3,7 +3,9 @@
 # Measures the daemon on photos: how many questions it answers in a second when nothing else is
 # done, how long answers take while photos come in, and how much longer the photos take for it.
 # Questions are asked by wrk (Debian's package of that name).
+# With the program veduta-bench-rpc the same is asked by RPC.
 # usage: tools/bench/serving.py VEDUTA PHOTOS CAMERA [--clients N] [--rate N] [--seconds N]
+#          [--rpc VEDUTA_BENCH_RPC]
 #   CAMERA: WIDTHxHEIGHT,fx,fy,cx,cy
 import argparse
 import concurrent.futures
@@ -38,12 +40,20 @@ end
 class Served:
     def __init__(self, veduta, db):
         self.process = subprocess.Popen(
-            [veduta, 'serve', db, '--http', '127.0.0.1:0', '--json'], stdout=subprocess.PIPE,
-            stderr=subprocess.DEVNULL)
-        self.address = json.loads(self.process.stdout.readline())['http']
+            [veduta, 'serve', db, '--http', '127.0.0.1:0', '--listen', '127.0.0.1:0', '--json'],
+            stdout=subprocess.PIPE, stderr=subprocess.DEVNULL)
+        started = json.loads(self.process.stdout.readline())
+        self.address, self.rpc = started['http'], started['rpc']
         # What it prints of photos is read by nobody, and the pipe must not fill.
         self.drain = subprocess.Popen(['cat'], stdin=self.process.stdout,
                                       stdout=subprocess.DEVNULL)
+
+    def processor_s(self):
+        """Processor time that the daemon has used, which tells more than the clock on a machine
+        where others work."""
+        with open(f'/proc/{self.process.pid}/stat', encoding='utf-8') as file:
+            fields = file.read().rsplit(')', 1)[1].split()
+        return sum(map(int, fields[11:13])) / os.sysconf('SC_CLK_TCK')
 
     def stop(self):
         self.process.terminate()
@@ -81,6 +91,14 @@ def read_wrk(process):
     return re.search(r'figures (\S+) (\S+) (\S+) (\S+)', out).groups()
 
 
+def by_rpc(program, address, names, seconds, clients, pipelined):
+    """As read_wrk."""
+    out = subprocess.run([program, address, *names, '--seconds', str(seconds), '--clients',
+                          str(clients), '--pipelined', str(pipelined)], check=True,
+                         stdout=subprocess.PIPE, text=True).stdout
+    return tuple(out.split()[1:])
+
+
 def main():
     parser = argparse.ArgumentParser()
     parser.add_argument('veduta')
@@ -89,6 +107,7 @@ def main():
     parser.add_argument('--clients', type=int, default=200)
     parser.add_argument('--rate', type=int, default=2000, help='questions a second, of all clients')
     parser.add_argument('--seconds', type=int, default=5)
+    parser.add_argument('--rpc', help='the program veduta-bench-rpc')
     args = parser.parse_args()
     photos = sorted(os.path.join(args.photos, name) for name in os.listdir(args.photos)
                     if name.lower().endswith(('.jpg', '.png')))
@@ -116,10 +135,21 @@ def main():
         print(f'{len(photos)} photos by `veduta add`: {time.monotonic() - start:.2f} s')
         served = Served(args.veduta, new_database('alone'))
         print(f'by the daemon, nobody asks: {send_all(served):.2f} s')
+        def tell_idle(what, ask):
+            start = served.processor_s()
+            figures = ask()
+            each_us = 1e6 * (served.processor_s() - start) / (float(figures[3]) * args.seconds)
+            print(f'idle, {what}: median %s ms, 99th percentile %s, largest %s; %s answers a second'
+                  % figures + f'; {each_us:.0f} us of the daemon\'s processor time each')
+
         for what, clients in (('one client', 1), (f'{args.clients} clients', args.clients)):
-            figures = read_wrk(wrk(folder, served.address, names, clients, args.seconds, 0))
-            print(f'idle, {what} without pause: median %s ms, 99th percentile %s, largest %s; '
-                  '%s answers a second' % figures)
+            tell_idle(f'{what} without pause', lambda clients=clients: read_wrk(
+                wrk(folder, served.address, names, clients, args.seconds, 0)))
+        if args.rpc:
+            for clients, pipelined in ((1, 1), (args.clients, 1), (8, 32)):
+                tell_idle(f'by RPC, {clients} clients with {pipelined} questions each',
+                          lambda clients=clients, pipelined=pipelined: by_rpc(
+                              args.rpc, served.rpc, names, args.seconds, clients, pipelined))
         served.stop()
         served = Served(args.veduta, new_database('beside'))
         # Longer than the photos take at any rate; it is ended when they are in.

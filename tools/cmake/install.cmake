@@ -77,6 +77,9 @@ set_target_properties(veduta_shared PROPERTIES
   SOVERSION ${PROJECT_VERSION_MAJOR})
 
 install(TARGETS veduta)
+# For clients of the daemon: docs/rpc.md.
+install(FILES ${CMAKE_SOURCE_DIR}/cli/rpc/veduta.capnp ${CMAKE_SOURCE_DIR}/cli/rpc/veduta_rpc.py
+  DESTINATION ${CMAKE_INSTALL_DATADIR}/veduta)
 install(TARGETS veduta_shared EXPORT veduta-targets)
 veduta_reached_headers(${VEDUTA_DOOR} door_headers)
 foreach(header IN LISTS door_headers)

@@ -1,0 +1,28 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "cli/rpc/caller.h"
+
+namespace veduta {
+
+std::shared_ptr<BudgetShare> TakeOne(const std::shared_ptr<Budget>& budget, const char* what) {
+  auto share = std::make_shared<BudgetShare>(budget);
+  if (!share->Grow(1)) kj::throwFatalException(Failure(429, std::string("too many ") + what));
+  return share;
+}
+
+HttpRequest Caller::Check(const char* method, std::vector<std::string> path,
+                          const std::string& contributor) const {
+  HttpRequest request;
+  request.method = method;
+  request.path = std::move(path);
+  request.token = token_;
+  request.is_of_owner = session_->is_of_owner;
+  if (!contributor.empty()) request.query["contributor"] = contributor;
+  if (const auto refusal = service().Refuse(&request)) {
+    if (refusal->code == 401 && token_.empty())
+      kj::throwFatalException(Failure(401, "log in with a token"));
+    kj::throwFatalException(FailureOf(*refusal));
+  }
+  return request;
+}
+
+}  // namespace veduta
