@@ -423,6 +423,21 @@ class Rights(Rpc):
             self.fails(401, 'revoked', ask)
         self.assertIn('"contributor"', must('show', db, '#1', '--json'))
 
+    def test_a_token_does_as_much_as_its_quota_says(self):
+        db = new_database('quotas')
+        few = must('token', 'create', db, 'anna', '--role', 'contributor', '--photos-per-day', '1')
+        slow = must('token', 'create', db, 'vera', '--role', 'viewer',
+                    '--requests-per-second', '1')
+        daemon = self.serve(db)
+        city = self.connect(daemon, few.strip())
+        self.assertEqual(city.add('a.jpg', photo(1), 'c').verdict().outcome.id, 1)
+        failure = self.fails(429, 'quota of photos', city.add('b.jpg', photo(2), 'c').number)
+        self.assertGreater(failure.retry_s, 80_000)
+        city = self.connect(daemon, slow.strip())
+        codes = [self.code(lambda asked: asked.status(), city) for _ in range(20)]
+        self.assertEqual(codes[:9], [200] * 9)  # and one to log in
+        self.assertIn(429, codes[9:])
+
     def test_the_owner_needs_no_token(self):
         db = new_database('owned')
         must('token', 'create', db, 'vera', '--role', 'viewer')
