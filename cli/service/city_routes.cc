@@ -349,6 +349,7 @@ HttpAnswer RevokeToken(Engine* engine, const HttpRequest& request, const PathArg
 
 std::vector<CityRoute> RoutesOfCity() {
   constexpr Role kSends = Role::kContributor, kCurates = Role::kCurator, kRules = Role::kAdmin;
+  const std::vector<std::string> of_photo = {"name", "camera", "contributor", "contribution"};
   return {
       {"GET", {}, {}, AnswerWithPage, false, true, Role::kViewer, false, true},
       {"GET", {"page.js"}, {}, AnswerWithPage, false, true, Role::kViewer, false, true},
@@ -359,13 +360,7 @@ std::vector<CityRoute> RoutesOfCity() {
       {"GET", {"v1", "openapi.json"}, {}, GetOpenApi, false, true, Role::kViewer, false, true},
       {"GET", {"v1", "events"}, {"from"}, nullptr},
       {"GET", {"v1", "photos"}, {"from", "count"}, ListPhotos, true},
-      {"POST",
-       {"v1", "photos"},
-       {"name", "camera", "contributor", "contribution"},
-       nullptr,
-       false,
-       false,
-       kSends},
+      {"POST", {"v1", "photos"}, of_photo, nullptr, false, false, kSends},
       {"GET", {"v1", "dense"}, {}, nullptr, false, true},
       {"POST", {"v1", "dense", "pause"}, {}, nullptr, false, false, kCurates},
       {"POST", {"v1", "dense", "resume"}, {}, nullptr, false, false, kCurates},

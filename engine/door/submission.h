@@ -109,13 +109,13 @@ struct FollowUp {
   // kAdjustment: the one that was adjusted. kGeoreference: the one that was looked for. kJudgment:
   // the first of the two that were judged.
   ReconstructionId reconstruction;
-  ReconstructionId other;                   // kJudgment: the second
-  ReconstructionId merged_into;             // kJudgment: valid if the two were merged
-  std::vector<ImageId> placed;              // images that got a pose
-  std::vector<LostPose> unplaced;           // kAdjustment: in the order in which they lost theirs
+  ReconstructionId other;          // kJudgment: the second
+  ReconstructionId merged_into;    // kJudgment: valid if the two were merged
+  std::vector<ImageId> placed;     // images that got a pose
+  std::vector<LostPose> unplaced;  // kAdjustment: in the order in which they lost theirs
   // kAdjustment, kJudgment: new ones, made of a part of it, or of the one of the two.
   std::vector<ReconstructionId> split_off;
-  double ms = 0;                            // how long it took
+  double ms = 0;       // how long it took
   double turn_ms = 0;  // how long of that nobody else could write: of long steps their commit alone
   Status status;  // a failure is the step's own; it is set aside until the database is opened again
 };

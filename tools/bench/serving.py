@@ -99,7 +99,7 @@ def by_rpc(program, address, names, seconds, clients, pipelined):
     return tuple(out.split()[1:])
 
 
-def main():
+def arguments():
     parser = argparse.ArgumentParser()
     parser.add_argument('veduta')
     parser.add_argument('photos')
@@ -108,7 +108,11 @@ def main():
     parser.add_argument('--rate', type=int, default=2000, help='questions a second, of all clients')
     parser.add_argument('--seconds', type=int, default=5)
     parser.add_argument('--rpc', help='the program veduta-bench-rpc')
-    args = parser.parse_args()
+    return parser.parse_args()
+
+
+def main():
+    args = arguments()
     photos = sorted(os.path.join(args.photos, name) for name in os.listdir(args.photos)
                     if name.lower().endswith(('.jpg', '.png')))
     names = [os.path.basename(path) for path in photos]
@@ -135,6 +139,7 @@ def main():
         print(f'{len(photos)} photos by `veduta add`: {time.monotonic() - start:.2f} s')
         served = Served(args.veduta, new_database('alone'))
         print(f'by the daemon, nobody asks: {send_all(served):.2f} s')
+
         def tell_idle(what, ask):
             start = served.processor_s()
             figures = ask()
