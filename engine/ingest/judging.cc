@@ -275,13 +275,11 @@ Result<Judgment> JudgeAnew(const IngestParts& parts, ReconstructionId a, Reconst
     judgment.merged_into = placement.reconstruction;
   } else if (!placement.refused.empty()) {
     HypothesisRecord& refused = placement.refused.front();
-    VEDUTA_ASSIGN_OR_RETURN(
-        const OtherPlace place,
-        FindMixed({&loader, parts.map, parts.pool, parts.options.mapper}, side, refused,
-                  state.next_journal));
+    VEDUTA_ASSIGN_OR_RETURN(const OtherPlace place,
+                            FindMixed({&loader, parts.map, parts.pool, parts.options.mapper}, side,
+                                      refused, state.next_journal));
     if (!place.images.empty()) {
-      VEDUTA_ASSIGN_OR_RETURN(judgment.taken_out,
-                              SplitOff(parts, place, std::move(scope), &state));
+      VEDUTA_ASSIGN_OR_RETURN(judgment.taken_out, SplitOff(parts, place, std::move(scope), &state));
       return judgment;
     }
     // A search from one side need not lead to all that was at the seam before.

@@ -21,8 +21,8 @@ std::vector<WeightedTie> ListContradictions(const MappingContext& context,
   std::vector<std::vector<VisibleStructure>> visible(images.size());
   context.pool->ParallelFor(images.size(), [&](size_t i) {
     const MapImage& view = map.image(images[i]);
-    visible[i] = FindVisibleOfEach(map, view, ListSeenDepths(map, view), points, images,
-                                   options.visibility);
+    visible[i] =
+        FindVisibleOfEach(map, view, ListSeenDepths(map, view), points, images, options.visibility);
   });
   const auto lacking = [&](uint32_t a, uint32_t b) {
     return IsOfAnotherPlace(visible[a][b], options) ? visible[a][b].missing_cells : 0;
@@ -99,9 +99,8 @@ Result<std::vector<ImageId>> FindOtherPlace(const MappingContext& context,
   const std::vector<bool> parted = PartInTwo(images.size(), contradictions, {});
   if (!AreTwo(contradictions, parted, context.options.doubt)) return none;
   const Snapshot& snapshot = context.loader->snapshot();
-  VEDUTA_ASSIGN_OR_RETURN(
-      const std::vector<ImageId> members,
-      ListMembers(snapshot, context.map->image(images.front()).reconstruction));
+  VEDUTA_ASSIGN_OR_RETURN(const std::vector<ImageId> members,
+                          ListMembers(snapshot, context.map->image(images.front()).reconstruction));
   const auto index_of = [&](uint32_t i) {
     return static_cast<uint32_t>(std::ranges::lower_bound(members, images[i]) - members.begin());
   };

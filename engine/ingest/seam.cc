@@ -331,10 +331,10 @@ std::string SeamEvidence::Text() const {
   return std::to_string(agreeing_pairs) + " pairs agree, " + std::to_string(contradicting_pairs) +
          " contradict; " + MissingText(visible) + ", and " + std::to_string(worst.missing_cells) +
          " of " + std::to_string(worst.cells) + " of the photo that lacks most" +
-         (mixed_pairs > 0 ? "; " + std::to_string(mixed_pairs) + " of " +
-                                std::to_string(compared_pairs) +
-                                " pairs of photos lack what the other one sees"
-                          : "") +
+         (mixed_pairs > 0
+              ? "; " + std::to_string(mixed_pairs) + " of " + std::to_string(compared_pairs) +
+                    " pairs of photos lack what the other one sees"
+              : "") +
          (jackknife_share ? "; " + PlaceText(*jackknife_share) : "");
 }
 

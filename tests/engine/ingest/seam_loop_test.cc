@@ -126,12 +126,13 @@ class Loop : public testing::Test {
   }
 
   std::optional<ClosedLoop> Close(std::span<const HypothesisRecord> detour,
-                                  const LoopOptions& options = {}) {
+                                  const LoopOptions& options = {},
+                                  const std::optional<Sim3>& refuted = {}) {
     SceneWork work(&scene_);
     work.options.loop = options;
     const std::vector<ImageId> near = {ImageId(4 * kOfSide)};
     EXPECT_OK(work.loader.LoadNeighborhood(near));
-    auto closed = CloseLoop(work.context, {kFourth, kFirst, near}, detour);
+    auto closed = CloseLoop(work.context, {kFourth, kFirst, near, refuted}, detour);
     EXPECT_OK(closed);
     return closed.ok() ? *closed : std::nullopt;
   }
@@ -158,6 +159,26 @@ TEST_F(Loop, ASeamThatStandsOnOnePhotoIsBelieved) {
   EXPECT_EQ(closed->parts[0].id, kFirst) << "the one that was asked for";
   EXPECT_NE(closed->evidence.find("the way through reconstruction 3, 2 agrees"), std::string::npos)
       << closed->evidence;
+}
+
+TEST_F(Loop, OverARefutedSimilarityItIsThePairsAgainstItThatClose) {
+  LeaveOneAcross();
+  const Sim3 shift{1, Eigen::Quaterniond::Identity(), {5, 0, 0}};
+  EXPECT_TRUE(Close(Back(), {}, AFromB(3, 0) * shift)) << "no pair speaks for that one";
+  EXPECT_FALSE(Close(Back(), {}, AFromB(3, 0))) << "no pair is left that speaks for another one";
+}
+
+TEST(LoopSeams, ARefutedSeamMayCloseOneWhereSomethingContradictsIt) {
+  for (const RefusalReason reason :
+       {RefusalReason::kContradicted, RefusalReason::kMissingStructure}) {
+    HypothesisRecord seam = SeamOf(kFirst, kSecond, {}, reason);
+    EXPECT_FALSE(MayCloseLoop(seam));
+    seam.contradicting_pairs = 1;
+    EXPECT_TRUE(MayCloseLoop(seam));
+    EXPECT_FALSE(MayCloseLoop(reason)) << "not over the similarity itself";
+  }
+  EXPECT_TRUE(MayCloseLoop(SeamOf(kFirst, kSecond)));
+  EXPECT_FALSE(MayCloseLoop(SeamOf(kFirst, kSecond, {}, RefusalReason::kSplit)));
 }
 
 TEST_F(Loop, WithoutADetourItIsNot) {

@@ -101,6 +101,15 @@ TEST_F(Seam, OneThatIsShiftedByAWindowDoesNot) {
   EXPECT_NE(evidence.Text().find("0 pairs agree, 16 contradict"), std::string::npos);
 }
 
+TEST_F(Seam, PairsAreAgainstWhatDoesNotExplainThem) {
+  const auto against = [&](const Sim3& into_from_other) {
+    return PairsAgainst(work_->map, seam_, into_from_other, work_->options).size();
+  };
+  EXPECT_EQ(against(AnotherFrame()), 0u);
+  const Sim3 shift{1, Eigen::Quaterniond::Identity(), {1, 0, 0}};
+  EXPECT_EQ(against(AnotherFrame() * shift), seam_.pairs.size());
+}
+
 TEST_F(Seam, IsKnownTheBetterTheMoreIsSeenAcross) {
   const auto of_all = Judge(AnotherFrame()).jackknife_share;
   ASSERT_TRUE(of_all);
