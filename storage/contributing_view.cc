@@ -3,6 +3,7 @@
 
 #include <string>
 
+#include "storage/record_finder.h"
 #include "storage/records/contribution_record.h"
 #include "storage/records/partial_upload_record.h"
 #include "storage/records/record_parts.h"
@@ -30,11 +31,12 @@ class ContributingView final : public ContributingReader {
       const PartialUploadId& id) const override {
     PartialUploadRecord partial;
     partial.id = id;
-    VEDUTA_ASSIGN_OR_RETURN(
-        std::optional<PartialUploadRecord> found,
-        Find(Family::kContributions, PartialUploadKey(id), PartialUploadRecord(partial)));
+    VEDUTA_ASSIGN_OR_RETURN(std::optional<PartialUploadRecord> found,
+                            FindRecord(reader_, Family::kContributions, PartialUploadKey(id),
+                                       PartialUploadRecord(partial)));
     if (found) return found;
-    return Find(Family::kContributions, PartialUploadKey(id, true), std::move(partial));
+    return FindRecord(reader_, Family::kContributions, PartialUploadKey(id, true),
+                      std::move(partial));
   }
 
   Result<std::vector<uint8_t>> GetPieces(const PartialUploadRecord& partial) const override {
@@ -56,7 +58,8 @@ class ContributingView final : public ContributingReader {
   Result<std::optional<ContributionRecord>> FindContribution(uint32_t number) const override {
     ContributionRecord contribution;
     contribution.number = number;
-    return Find(Family::kContributions, ContributionKey(number), std::move(contribution));
+    return FindRecord(reader_, Family::kContributions, ContributionKey(number),
+                      std::move(contribution));
   }
 
   Status ScanContributions(
@@ -94,14 +97,6 @@ class ContributingView final : public ContributingReader {
   }
 
  private:
-  template <typename Record>
-  Result<std::optional<Record>> Find(Family family, const std::string& key, Record record) const {
-    VEDUTA_ASSIGN_OR_RETURN(
-        const bool found,
-        reader_.Read(family, key, [&](std::string_view value) { return Decode(value, &record); }));
-    return found ? std::optional(std::move(record)) : std::nullopt;
-  }
-
   const ValueReader& reader_;
 };
 

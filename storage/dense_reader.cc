@@ -2,6 +2,7 @@
 #include <utility>
 
 #include "storage/dense_view.h"
+#include "storage/record_finder.h"
 #include "storage/records/dense_settings.h"
 #include "storage/records/depth_record.h"
 #include "storage/records/tile_record.h"
@@ -25,7 +26,8 @@ class View final : public DenseReader {
   Result<std::optional<DenseSettings>> FindSettings(
       ReconstructionId reconstruction) const override {
     DenseSettings settings{.reconstruction = reconstruction};
-    return Find(Family::kDense, DenseSettingsKey(reconstruction), std::move(settings));
+    return FindRecord(reader_, Family::kDense, DenseSettingsKey(reconstruction),
+                      std::move(settings));
   }
 
   Result<std::vector<DenseSettings>> ListSettings() const override {
@@ -46,7 +48,7 @@ class View final : public DenseReader {
   Result<std::optional<DepthRecord>> FindDepth(ImageId image) const override {
     DepthRecord depth;
     depth.image = image;
-    return Find(Family::kDense, DepthKey(image), std::move(depth));
+    return FindRecord(reader_, Family::kDense, DepthKey(image), std::move(depth));
   }
 
   Status ScanDepths(const std::function<bool(const DepthRecord&)>& visit) const override {
@@ -70,7 +72,8 @@ class View final : public DenseReader {
     depth.image = image;
     depth.version = version;
     VEDUTA_ASSIGN_OR_RETURN(
-        auto found, Find(Family::kDense, CheckedDepthKey(image, version), std::move(depth)));
+        auto found,
+        FindRecord(reader_, Family::kDense, CheckedDepthKey(image, version), std::move(depth)));
     if (!found)
       return Status::NotFound("there is no such checked depth map of image " +
                               std::to_string(image.value));
@@ -100,7 +103,7 @@ class View final : public DenseReader {
     TileRecord tile;
     tile.reconstruction = reconstruction;
     tile.place = place;
-    return Find(Family::kDense, TileKey(reconstruction, place), std::move(tile));
+    return FindRecord(reader_, Family::kDense, TileKey(reconstruction, place), std::move(tile));
   }
 
   Status ScanTiles(ReconstructionId reconstruction,
@@ -146,16 +149,8 @@ class View final : public DenseReader {
   }
 
  private:
-  template <typename Record>
-  Result<std::optional<Record>> Find(Family family, const std::string& key, Record record) const {
-    VEDUTA_ASSIGN_OR_RETURN(
-        const bool found,
-        reader_.Read(family, key, [&](std::string_view value) { return Decode(value, &record); }));
-    return found ? std::optional<Record>(std::move(record)) : std::nullopt;
-  }
-
   Result<DepthPixels> GetPixels(const std::string& key, const std::string& what) const {
-    VEDUTA_ASSIGN_OR_RETURN(auto found, Find(Family::kDepth, key, DepthPixels()));
+    VEDUTA_ASSIGN_OR_RETURN(auto found, FindRecord(reader_, Family::kDepth, key, DepthPixels()));
     if (!found) return Status::NotFound("there is no " + what);
     return std::move(*found);
   }

@@ -194,8 +194,8 @@ Result<std::vector<LostPose>> Unplace(const IngestParts& parts, MapLoader* loade
   return lost;
 }
 
-// Images of a side of a seam that are asked whether they show two places. Chosen by hand; not
-// measured.
+// Images of a side of a seam that are asked whether they show two places; a side of more is not
+// asked, for each is compared with each. Chosen by hand; not measured.
 constexpr size_t kMixedImagesMax = 64;
 constexpr size_t kImagesMin = 3;  // of a reconstruction
 
