@@ -96,6 +96,16 @@ class Ledger final {
     }
   }
 
+  // A photo that is tied most strongly to an image that is not sure of its side is not sure either.
+  void TakeStrongest() {
+    if (!placement_.strongest.valid()) return;
+    for (auto& [two, hypothesis] : known_) {
+      if (IsOf(hypothesis, placement_.reconstruction) &&
+          std::ranges::binary_search(hypothesis.unsure, placement_.strongest))
+        TakeUnsure({placement_.placed.front()}, &hypothesis);
+    }
+  }
+
   // Those that a loop may confirm, where many more images have come to speak for it, or a merge has
   // made it shorter.
   void TakeLoops() {
@@ -274,6 +284,7 @@ Status WriteHypotheses(const Snapshot& base, const Placement& placement, Databas
   ledger.TakeMerges();
   ledger.TakeRefused(state, transaction);
   ledger.TakeKnown();
+  ledger.TakeStrongest();
   ledger.TakeTouched();
   ledger.TakeLoops();
   VEDUTA_RETURN_IF_ERROR(ledger.DropForbidden());

@@ -205,19 +205,21 @@ struct OtherPlace {
   std::vector<ImageId> images;  // ascending; empty where there is none
 };
 
-// Places that are split off between two actions of people, at most: parting and merging in turn
+// Parts that are split off between two actions of people, at most: parting and merging in turn
 // would never end.
 constexpr size_t kSplitsMax = 4;
+
+Result<bool> MaySplit(const Snapshot& base, uint64_t next_journal) {
+  VEDUTA_ASSIGN_OR_RETURN(const size_t splits, CountSplits(base, next_journal));
+  return splits < kSplitsMax;
+}
 
 // Whether one of the two sides of a seam that the pictures refute shows two places, as where photos
 // of the other side took it for theirs.
 Result<OtherPlace> FindMixed(const MappingContext& context, const Side& side,
-                             const HypothesisRecord& refused, uint64_t next_journal) {
+                             const HypothesisRecord& refused) {
   const OtherPlace none;
   if (refused.reason != RefusalReason::kMissingStructure) return none;
-  VEDUTA_ASSIGN_OR_RETURN(const size_t splits,
-                          CountSplits(context.loader->snapshot(), next_journal));
-  if (splits >= kSplitsMax) return none;
   VEDUTA_ASSIGN_OR_RETURN(
       const SeamArea seam,
       FindSeam(context.loader, *context.map, side.near.front(), {}, side.near, side.other));
@@ -275,10 +277,11 @@ Result<Judgment> JudgeAnew(const IngestParts& parts, ReconstructionId a, Reconst
     judgment.merged_into = placement.reconstruction;
   } else if (!placement.refused.empty()) {
     HypothesisRecord& refused = placement.refused.front();
-    VEDUTA_ASSIGN_OR_RETURN(const OtherPlace place,
-                            FindMixed({&loader, parts.map, parts.pool, parts.options.mapper}, side,
-                                      refused, state.next_journal));
-    if (!place.images.empty()) {
+    VEDUTA_ASSIGN_OR_RETURN(
+        const OtherPlace place,
+        FindMixed({&loader, parts.map, parts.pool, parts.options.mapper}, side, refused));
+    VEDUTA_ASSIGN_OR_RETURN(const bool may_split, MaySplit(*scope.base, state.next_journal));
+    if (!place.images.empty() && may_split) {
       VEDUTA_ASSIGN_OR_RETURN(judgment.taken_out, SplitOff(parts, place, std::move(scope), &state));
       return judgment;
     }
@@ -288,6 +291,8 @@ Result<Judgment> JudgeAnew(const IngestParts& parts, ReconstructionId a, Reconst
                                       refused, Union(refused.images, hypothesis.unsure)));
     VEDUTA_RETURN_IF_ERROR(KeepDoubted(*scope.base, state.next_journal, &doubts));
     std::ranges::sort(doubts.unsure);
+    // A place that may not be split off now is not told where it stands.
+    doubts.unsure = Union(doubts.unsure, place.images);
     refused.images = Union(refused.images, doubts.unsure);
     refused.unsure = std::move(doubts.unsure);
     VEDUTA_RETURN_IF_ERROR(WriteHypotheses(*scope.base, placement, &state, transaction));

@@ -151,20 +151,26 @@ Result<bool> RaisesDoubt(const MappingContext& context, ImageId photo,
   return std::ranges::any_of(is_doubtful, [](const Result<bool>& found) { return *found; });
 }
 
-// By which image `reconstruction` is to be judged again, where a pose in it was found for the photo
-// and refused (PoseSearch::doubtful): perhaps two places were taken for one there. It is the
-// neighbour in it that shares most matches with the photo; not valid() where the judgment can wait.
-Result<ImageId> FindDoubtful(const MappingContext& context, std::span<const PairMatches> pairs,
-                             ReconstructionId reconstruction) {
+// The image of the reconstruction that shares most matches with the photo; not valid() where none
+// does.
+ImageId StrongestNeighbor(const CityMap& map, std::span<const PairMatches> pairs,
+                          ReconstructionId reconstruction) {
   const PairMatches* strongest = nullptr;
   for (const PairMatches& pair : pairs) {
-    if (!context.map->HasImage(pair.other) ||
-        context.map->image(pair.other).reconstruction != reconstruction)
+    if (!map.HasImage(pair.other) || map.image(pair.other).reconstruction != reconstruction)
       continue;
     if (strongest == nullptr || pair.matches.size() > strongest->matches.size()) strongest = &pair;
   }
-  if (strongest == nullptr) return ImageId();
-  const ImageId near = strongest->other;
+  return strongest == nullptr ? ImageId() : strongest->other;
+}
+
+// By which image `reconstruction` is to be judged again, where a pose in it was found for the photo
+// and refused (PoseSearch::doubtful): perhaps two places were taken for one there. Not valid()
+// where the judgment can wait.
+Result<ImageId> FindDoubtful(const MappingContext& context, std::span<const PairMatches> pairs,
+                             ReconstructionId reconstruction) {
+  const ImageId near = StrongestNeighbor(*context.map, pairs, reconstruction);
+  if (!near.valid()) return ImageId();
   VEDUTA_ASSIGN_OR_RETURN(const bool is_fresh, IsFreshlyJudged(context, near, {&near, 1}, 0));
   return is_fresh ? ImageId() : near;
 }
@@ -225,6 +231,7 @@ Result<std::optional<Placement>> PlaceAt(const MappingContext& context, const Ph
                           EnterPose(context, at_hand.photo, pose, at_hand.putative));
   if (postponed) return postponed;
   *placement = PlacedAt(at_hand.photo, pose);
+  placement->strongest = StrongestNeighbor(*context.map, at_hand.pairs, placement->reconstruction);
   const std::vector<ImageId> near = CovisibleImages(*context.map, id, options.local_images_max);
   VEDUTA_RETURN_IF_ERROR(MergeWhatItJoins(context, at_hand, near, placement));
   if (!placement->merges.empty())

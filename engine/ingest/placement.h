@@ -43,6 +43,9 @@ struct Placement {
   // Merges that were judged and not made, with the reconstruction that the photo is in now.
   std::vector<HypothesisRecord> refused;
   std::vector<KnownSeam> known;  // that the photo's search has led to and not judged
+  // Of the images of its reconstruction that which shares most matches with a photo that got a pose
+  // by itself: the photo is as sure of its side of a seam.
+  ImageId strongest;
   // Where a merge was sought: those that got a pose, and images that share points or verified pairs
   // with them.
   std::vector<ImageId> around;

@@ -152,6 +152,27 @@ TEST_F(Hypotheses, OneIsOpenedOnceAndReplacedWhenJudgedAnew) {
   EXPECT_TRUE(FindViolations(*scene_.Snap(), 9)->empty());
 }
 
+TEST_F(Hypotheses, WhoIsTiedToAnUnsureImageIsUnsure) {
+  HypothesisRecord first = Merged(kFirst, kSecond);
+  first.reason = RefusalReason::kMissingStructure;
+  first.unsure = {ImageId(2)};
+  Write(Refused(kFirst, {first}));
+  Placement photo = Refused(kFirst, {});
+  photo.placed = {ImageId(1)};
+  photo.strongest = ImageId(3);
+  Write(photo);
+  EXPECT_EQ(All()[0].unsure, std::vector{ImageId(2)});
+  photo.strongest = ImageId(2);
+  Placement elsewhere = photo;
+  elsewhere.reconstruction = kThird;
+  Write(elsewhere);
+  EXPECT_EQ(All()[0].unsure, std::vector{ImageId(2)});
+  Write(photo);
+  EXPECT_EQ(All()[0].unsure, (std::vector{ImageId(1), ImageId(2)}));
+  EXPECT_EQ(All()[0].images, (std::vector{ImageId(1), ImageId(2), ImageId(3)}));
+  EXPECT_TRUE(FindViolations(*scene_.Snap(), 9)->empty());
+}
+
 TEST_F(Hypotheses, APhotoAddsToTheUnsureAndAJudgmentNamesThemAnew) {
   HypothesisRecord first = Merged(kFirst, kSecond);
   first.reason = RefusalReason::kContradicted;

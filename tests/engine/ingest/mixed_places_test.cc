@@ -8,39 +8,18 @@
 
 #include <gtest/gtest.h>
 
-#include "engine/ingest/placement_writer.h"
-#include "engine/ingest/write_scope.h"
+#include "tests/engine/ingest/overlaid_scene.h"
 #include "tests/engine/ingest/torn_scene.h"
 
 namespace veduta {
 namespace {
 
-constexpr ReconstructionId kFirst(1), kSecond(2);
-
 // Lays the second side over the first one.
 void AddOverlaid(SceneDatabase* scene) {
   scene->AddImages(0, 8);
-  ASSERT_EQ(scene->AddReconstruction({0, 1, 2, 3}), kFirst);
   Sim3 over;
   over.translation.x() = -kTwoSides.beside;
-  ASSERT_EQ(scene->AddReconstruction({4, 5, 6, 7}, over), kSecond);
-  SceneWork work(scene);
-  std::vector<ImageId> images;
-  for (const ReconstructionId id : {kFirst, kSecond})
-    ASSERT_OK(work.loader.LoadReconstruction(id, &images));
-  for (const ImageId id : images) {
-    work.map.MoveImage(id, kFirst, Sim3());
-    work.map.MoveBlock(id, kFirst, Sim3());
-  }
-  Placement placement;
-  placement.verdict = Verdict::kMerged;
-  placement.reconstruction = kFirst;
-  placement.merges = {{kSecond, Sim3(), 0, ""}};
-  const WriteScope scope = BeginWrite(scene->database());
-  DatabaseState state = scene->State();
-  ASSERT_OK(WritePlacement(work.map, *scope.base, placement, &state, scope.transaction.get()));
-  scope.transaction->PutState(state);
-  ASSERT_OK(scope.transaction->Commit());
+  AddOverlaid(scene, {0, 1, 2, 3}, {4, 5, 6, 7}, over);
 }
 
 std::vector<ImageId> Find(SceneDatabase* scene, std::vector<ImageId> asked) {
