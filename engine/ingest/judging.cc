@@ -194,9 +194,6 @@ Result<std::vector<LostPose>> Unplace(const IngestParts& parts, MapLoader* loade
   return lost;
 }
 
-// Images of a side of a seam that are asked whether they show two places; a side of more is not
-// asked, for each is compared with each. Chosen by hand; not measured.
-constexpr size_t kMixedImagesMax = 64;
 constexpr size_t kImagesMin = 3;  // of a reconstruction
 
 // A part of a reconstruction that shows another place than the rest of it.
@@ -224,10 +221,8 @@ Result<OtherPlace> FindMixed(const MappingContext& context, const Side& side,
       const SeamArea seam,
       FindSeam(context.loader, *context.map, side.near.front(), {}, side.near, side.other));
   for (const bool is_own : {true, false}) {
-    const std::vector<ImageId>& at_seam = is_own ? seam.into : seam.other;
-    if (at_seam.size() > kMixedImagesMax) continue;
     OtherPlace place{is_own ? side.own : side.other, {}};
-    VEDUTA_ASSIGN_OR_RETURN(place.images, FindOtherPlace(context, at_seam));
+    VEDUTA_ASSIGN_OR_RETURN(place.images, FindOtherPlace(context, is_own ? seam.into : seam.other));
     if (place.images.size() >= kImagesMin) return place;
   }
   return none;

@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "engine/ingest/doubt.h"
+#include "engine/mapping/covisible_images.h"
 #include "engine/mapping/two_sides.h"
 #include "engine/mapping/visibility.h"
 
@@ -35,6 +36,35 @@ std::vector<WeightedTie> ListContradictions(const MappingContext& context,
     }
   }
   return contradictions;
+}
+
+// Images that are compared each with each, at most. Chosen by hand; not measured.
+constexpr size_t kComparedMax = 64;
+
+// Groups of as many images, of which each shares points with others of its group where it can: two
+// places that were taken for one lie in one group. A group takes over half of the one before it, so
+// that what lies at the border of two is whole in one of them. Ascending.
+std::vector<std::vector<ImageId>> GroupNear(const CityMap& map, std::span<const ImageId> images) {
+  if (images.size() <= kComparedMax) return {std::vector<ImageId>(images.begin(), images.end())};
+  std::vector<ImageId> order;
+  std::set<ImageId> met;
+  const auto meet = [&](ImageId id) {
+    if (met.insert(id).second) order.push_back(id);
+  };
+  size_t at = 0;
+  for (const ImageId start : images) {
+    for (meet(start); at < order.size(); ++at)
+      std::ranges::for_each(CovisibleImages(map, order[at], images.size(), images), meet);
+  }
+  std::vector<std::vector<ImageId>> groups;
+  constexpr size_t kStep = kComparedMax / 2;
+  for (size_t first = 0; first + kStep < order.size(); first += kStep) {
+    const size_t end = std::min(first + kComparedMax, order.size());
+    std::vector<ImageId>& group = groups.emplace_back(order.begin() + static_cast<ptrdiff_t>(first),
+                                                      order.begin() + static_cast<ptrdiff_t>(end));
+    std::ranges::sort(group);
+  }
+  return groups;
 }
 
 // Images of each of two places that contradict some of the other one, at least: a photo or two that
@@ -89,15 +119,12 @@ Result<std::vector<WeightedTie>> ListAgreements(const Snapshot& snapshot,
   return agreements;
 }
 
-}  // namespace
-
-Result<std::vector<ImageId>> FindOtherPlace(const MappingContext& context,
-                                            std::span<const ImageId> images) {
-  const std::vector<ImageId> none;
-  if (images.empty()) return none;
+// FindOtherPlace by images that are compared each with each.
+Result<std::vector<ImageId>> FindOtherPlaceBy(const MappingContext& context,
+                                              std::span<const ImageId> images) {
   std::vector<WeightedTie> contradictions = ListContradictions(context, images);
   const std::vector<bool> parted = PartInTwo(images.size(), contradictions, {});
-  if (!AreTwo(contradictions, parted, context.options.doubt)) return none;
+  if (!AreTwo(contradictions, parted, context.options.doubt)) return std::vector<ImageId>();
   const Snapshot& snapshot = context.loader->snapshot();
   VEDUTA_ASSIGN_OR_RETURN(const std::vector<ImageId> members,
                           ListMembers(snapshot, context.map->image(images.front()).reconstruction));
@@ -115,6 +142,17 @@ Result<std::vector<ImageId>> FindOtherPlace(const MappingContext& context,
     if ((sides[i] == sides.front()) == part_is_of_first) part.push_back(members[i]);
   }
   return part;
+}
+
+}  // namespace
+
+Result<std::vector<ImageId>> FindOtherPlace(const MappingContext& context,
+                                            std::span<const ImageId> images) {
+  for (const std::vector<ImageId>& group : GroupNear(*context.map, images)) {
+    VEDUTA_ASSIGN_OR_RETURN(std::vector<ImageId> part, FindOtherPlaceBy(context, group));
+    if (!part.empty()) return part;
+  }
+  return std::vector<ImageId>();
 }
 
 }  // namespace veduta

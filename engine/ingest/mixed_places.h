@@ -15,8 +15,9 @@ namespace veduta {
 // two parts, and of two as large that without the first image; ascending. Empty where what speaks
 // for two places is too little (DoubtOptions::mixed_pairs_min). `images` are those in doubt: of one
 // reconstruction, ascending, loaded with their neighbourhoods. Which of the two sides the others of
-// the reconstruction belong to, is said by their verified pairs. Reads the map only. Deterministic.
-// O(images * points that they see), and where there are two places O(the reconstruction).
+// the reconstruction belong to, is said by their verified pairs. More than 64 are asked in groups
+// that overlap, each of images that see one stretch. Reads the map only. Deterministic. O(images *
+// points that 64 of them see), and where there are two places O(the reconstruction).
 Result<std::vector<ImageId>> FindOtherPlace(const MappingContext& context,
                                             std::span<const ImageId> images);
 

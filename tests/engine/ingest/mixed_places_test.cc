@@ -68,5 +68,24 @@ TEST(MixedPlaces, AnImageOrTwoAreNoPlace) {
   EXPECT_TRUE(Find(&scene, asked).empty());
 }
 
+TEST(MixedPlaces, MoreThanAreComparedAtOnceAreAskedInGroups) {
+  SceneOptions many = kTwoSides;
+  many.camera_count = 72;
+  SceneDatabase scene(many);
+  scene.AddImages(0, 72);
+  std::vector<uint32_t> first, second;
+  std::vector<ImageId> all, others;
+  for (uint32_t k = 0; k < 72; ++k) {
+    (k < 36 ? first : second).push_back(k);
+    all.push_back(ImageId(k + 1));
+    if (k >= 36) others.push_back(ImageId(k + 1));
+  }
+  Sim3 over;
+  over.translation.x() = -many.beside;
+  AddOverlaid(&scene, first, second, over);
+  EXPECT_EQ(Find(&scene, all), others);
+  EXPECT_TRUE(Find(&scene, others).empty());
+}
+
 }  // namespace
 }  // namespace veduta
