@@ -212,6 +212,45 @@ std::vector<std::vector<ImageId>> FindParts(std::span<const ImageId> images,
   return parts;
 }
 
+// Whether the pictures on both sides of the border of a part show all that they must see of the
+// other side, so that more of the pairs across may contradict: lookalike facades do that, too.
+bool IsConfirmedWhereItIs(const MappingContext& context, std::span<const ImageId> part,
+                          std::span<const PairEvidence> evidence) {
+  const CityMap& map = *context.map;
+  const DoubtOptions& options = context.options.doubt;
+  std::set<ImageId> sides[2];
+  uint64_t agreeing = 0, contradicting = 0;
+  for (const PairEvidence& pair : evidence) {
+    const bool a_is_in = std::ranges::binary_search(part, pair.a);
+    if (a_is_in == std::ranges::binary_search(part, pair.b)) continue;
+    agreeing += pair.agreeing_matches;
+    contradicting += pair.contradicting_matches;
+    if (pair.shared_points < options.parts.shared_points_min && pair.agreeing_matches == 0)
+      continue;
+    sides[a_is_in].insert(pair.a), sides[!a_is_in].insert(pair.b);
+  }
+  if (static_cast<double>(contradicting) >
+      options.seam_confirmed_contradiction_share_max * static_cast<double>(agreeing))
+    return false;
+  VisibleStructure sum;
+  for (const bool is_part : {false, true}) {
+    const std::vector<ImageId> views(sides[is_part].begin(), sides[is_part].end());
+    const std::vector<ImageId> others(sides[!is_part].begin(), sides[!is_part].end());
+    const std::vector<PointId> points = map.PointsSeenBy(others);
+    std::vector<VisibleStructure> visible(views.size());
+    context.pool->ParallelFor(views.size(), [&](size_t i) {
+      const MapImage& view = map.image(views[i]);
+      visible[i] =
+          FindVisible(map, view, ListSeenDepths(map, view), points, options.seam_visibility);
+    });
+    for (const VisibleStructure& one : visible) {
+      sum.cells += one.cells;
+      sum.missing_cells += one.missing_cells;
+    }
+  }
+  return IsConfirmed(sum, options);
+}
+
 void Unplace(CityMap* map, const std::set<ImageId>& images, const std::string& why,
              Healing* healing) {
   for (const ImageId id : images) {
@@ -279,6 +318,11 @@ bool IsContradicted(const VisibleStructure& visible, const DoubtOptions& options
          visible.missing_share() > options.missing_share_max;
 }
 
+bool IsConfirmed(const VisibleStructure& across, const DoubtOptions& options) {
+  return across.cells >= options.seam_confirmed_cells_min &&
+         across.missing_share() <= options.seam_confirmed_missing_share_max;
+}
+
 bool FitsWell(const VisibleStructure& there, const DoubtOptions& options) {
   return there.cells >= options.better_cells_min &&
          there.missing_share() <= options.better_missing_share_max;
@@ -316,6 +360,8 @@ Result<Healing> HealRegion(const MappingContext& context, std::span<const ImageI
         found[i], [&](ImageId id) { return std::ranges::binary_search(images, id); });
     const bool is_first = i == 0 && found[i].size() >= kImagesMin;
     if (is_first || !is_inside) continue;
+    if (found[i].size() >= kImagesMin && IsConfirmedWhereItIs(context, found[i], healing.evidence))
+      continue;
     for (const ImageId id : found[i]) staying.erase(id);
     const std::set<ImageId> part(found[i].begin(), found[i].end());
     if (part.size() >= kImagesMin) {

@@ -28,6 +28,9 @@ VisibleStructure JudgeAround(const CityMap& map, const MapImage& view,
 
 // Whether so much is missing that the pose cannot be right.
 bool IsContradicted(const VisibleStructure& visible, const DoubtOptions& options);
+// Whether what two sides see of each other is so much, and all there, that more pairs across may
+// contradict (DoubtOptions::seam_confirmed_cells_min).
+bool IsConfirmed(const VisibleStructure& across, const DoubtOptions& options);
 // Whether a view would stand well there: what would show that it does not is asked and found.
 bool FitsWell(const VisibleStructure& there, const DoubtOptions& options);
 
@@ -61,7 +64,8 @@ struct Healing {
 };
 
 // Cuts off parts that do not agree with the largest one (agreeing_parts.h), by verified pairs and
-// by what cameras side by side lack of each other. Then takes the poses of images that are
+// by what cameras side by side lack of each other, unless the pictures confirm where they stand, by
+// which a merge would be believed, too (IsConfirmed). Then takes the poses of images that are
 // contradicted, the most contradicted first. Images of parts of less than three lose theirs, too.
 // `known` are `images` and all that share points with them, of one reconstruction, loaded with
 // their neighbourhoods, with nothing else unwritten; both ascending. Nothing but `images` is cut

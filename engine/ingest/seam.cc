@@ -307,9 +307,7 @@ std::string PlaceText(double jackknife_share) {
 
 std::optional<RefusalReason> SeamEvidence::Refusal(const DoubtOptions& options) const {
   if (agreeing_pairs < options.seam_pairs_min) return RefusalReason::kFewPairs;
-  const bool is_confirmed = visible.cells >= options.seam_confirmed_cells_min &&
-                            visible.missing_share() <= options.seam_confirmed_missing_share_max;
-  const double contradiction_share_max = is_confirmed
+  const double contradiction_share_max = IsConfirmed(visible, options)
                                              ? options.seam_confirmed_contradiction_share_max
                                              : options.seam_contradiction_share_max;
   if (static_cast<double>(contradicting_matches) >

@@ -143,6 +143,39 @@ TEST(Doubt, APartThatPairsContradictIsCutOff) {
   }
 }
 
+// Half of the pairs across two halves show something else.
+void ContradictHalves(SceneDatabase* scene) {
+  const auto transaction = scene->database()->BeginTransaction();
+  for (const uint32_t a : {2, 3}) {
+    for (uint32_t b = 4; b < 8; ++b) {
+      PairRecord pair = scene->scene().Pair(a, b);
+      for (size_t i = 0; i + 1 < pair.matches.size(); ++i)
+        std::swap(pair.matches[i].b, pair.matches[i + 1].b);
+      transaction->PutPair(pair);
+    }
+  }
+  ASSERT_OK(transaction->Commit());
+}
+
+TEST(Doubt, APartThatThePicturesConfirmStays) {
+  SceneDatabase scene({.camera_count = 8, .point_count = 2000});
+  scene.AddImages(0, 8);
+  const ReconstructionId id = scene.AddReconstruction({0, 1, 2, 3, 4, 5, 6, 7});
+  ContradictHalves(&scene);
+  {
+    SceneWork work(&scene);
+    EXPECT_TRUE(Heal(&work, LoadWhole(&work, id)).empty());
+  }
+  SceneWork work(&scene);
+  work.options.doubt.seam_confirmed_cells_min = 1'000'000;  // more than there are
+  const Healing healing = Heal(&work, LoadWhole(&work, id));
+  ASSERT_EQ(healing.parts.size(), 1u);
+  EXPECT_EQ(healing.parts[0], SideImages(1));
+  SceneWork strict(&scene);
+  strict.options.doubt.seam_confirmed_contradiction_share_max = 0.7;
+  EXPECT_EQ(Heal(&strict, LoadWhole(&strict, id)).parts.size(), 1u);
+}
+
 TEST(Doubt, LessThanThreeImagesAreNoReconstruction) {
   SceneDatabase scene({.point_count = 2000});
   scene.AddImages(0, 3);
