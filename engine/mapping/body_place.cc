@@ -30,10 +30,49 @@ bool IsClearlyMore(size_t found, size_t explained) {
          gain >= 0.05 * static_cast<double>(explained);
 }
 
+// A body that stands turned about a facade far away explains hardly less than where it is right: a
+// row of eleven photos was 1.3 m and 1.2 degrees off, and of 5,069 sightings the right place
+// explained 66 more. But it fitted all of them better, by 461 (of 14,466) in the sum of their
+// negative log likelihoods, which is 3.8 times its root. Bodies of castle-P19 and of a street,
+// which were right, gained 0.9 times at most.
+bool FitsClearlyBetter(double misfit, double before) {
+  const double gain = before - misfit;
+  return gain >= 3 * std::sqrt(before) && gain >= 0.02 * before;
+}
+
+// A place is near by if the points move there by so small a share of their distance.
+constexpr double kNearShareMax = 0.1;
+
+Eigen::Vector3d SeenAt(const CrossSighting& s, const Sim3& carried) {
+  return s.cam_from_world * (carried * s.point);
+}
+
+// The sum of the negative log likelihoods (Cauchy) under a similarity into the cameras' frame.
+double SumMisfit(std::span<const CrossSighting> seen, const Sim3& carried) {
+  double sum = 0;
+  for (const CrossSighting& s : seen) {
+    const Eigen::Vector3d x = SeenAt(s, carried);
+    const double error =
+        x.z() > 0 ? s.focal_px * (x.hnormalized() - s.x).norm() / kErrorPxMax : 1e6;
+    sum += std::log1p(error * error);
+  }
+  return sum;
+}
+
+bool IsNear(std::span<const CrossSighting> seen, const Sim3& carried) {
+  double moved = 0, distance = 0;
+  for (const CrossSighting& s : seen) {
+    const Eigen::Vector3d here = SeenAt(s, Sim3());
+    moved += (SeenAt(s, carried) - here).norm();
+    distance += here.norm();
+  }
+  return moved <= kNearShareMax * distance;
+}
+
 // How many of them a similarity into the frame of the cameras explains.
 size_t CountExplained(std::span<const CrossSighting> seen, const Sim3& carried) {
   return static_cast<size_t>(std::ranges::count_if(seen, [&](const CrossSighting& s) {
-    const Eigen::Vector3d x = s.cam_from_world * (carried * s.point);
+    const Eigen::Vector3d x = SeenAt(s, carried);
     return x.z() > 0 && s.focal_px * (x.hnormalized() - s.x).norm() <= kErrorPxMax;
   }));
 }
@@ -54,20 +93,27 @@ std::optional<BodyPlace> FindBodyPlace(std::span<const CrossSighting> in_rest,
     return CountExplained(in_rest, rest_from_body) +
            CountExplained(in_body, rest_from_body.Inverse());
   };
+  const auto misfit = [&](const Sim3& rest_from_body) {
+    return SumMisfit(in_rest, rest_from_body) + SumMisfit(in_body, rest_from_body.Inverse());
+  };
   const size_t all = in_body.size() + in_rest.size(), explained = count(Sim3());
   if (!IsClearlyMore(all, explained)) return std::nullopt;
   Sim3 best = RefineSimilarity(Sim3(), in_rest, in_body, kErrorPxMax);
   size_t found = count(best);
+  const bool fits_better = found >= explained && IsNear(in_rest, best) &&
+                           IsNear(in_body, best.Inverse()) &&
+                           FitsClearlyBetter(misfit(best), misfit(Sim3()));
   // A row of 100 images of a street stood 21 m off, and what is nearest to there is 13 m off. Where
   // more than half of the sightings are explained, hardly any place that is not near by explains
   // clearly more.
-  const auto sought =
-      2 * found > all ? std::nullopt : AlignByViews(Spread(in_rest), Spread(in_body), seed, {});
+  const auto sought = fits_better || 2 * found > all
+                          ? std::nullopt
+                          : AlignByViews(Spread(in_rest), Spread(in_body), seed, {});
   if (sought) {
     const Sim3 there = RefineSimilarity(sought->b_from_a, in_rest, in_body, kErrorPxMax);
     if (const size_t explains = count(there); explains > found) best = there, found = explains;
   }
-  if (!IsClearlyMore(found, explained)) return std::nullopt;
+  if (!fits_better && !IsClearlyMore(found, explained)) return std::nullopt;
   return BodyPlace{best, static_cast<double>(found) / static_cast<double>(all)};
 }
 

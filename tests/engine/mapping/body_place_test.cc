@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Goal: a body is placed where what is seen across agrees, near by and far away; where as much
-//   agrees with where it stands, or too little with anything, it stays.
+// Goal: a body is placed where what is seen across agrees, near by and far away, or near by where
+//   it fits clearly better; where as much agrees with where it stands, or too little with anything,
+//   it stays.
 // Method: a synthetic scene; half of its cameras and points are the body, which is carried away.
 #include "engine/mapping/body_place.h"
 
@@ -55,6 +56,19 @@ TEST(BodyPlace, IsFoundNearByAndFarAway) {
     EXPECT_EQ(FindBodyPlace(across.in_rest, across.in_body, 1)->new_from_old.translation,
               found->new_from_old.translation);
   }
+}
+
+TEST(BodyPlace, IsFoundWhereAllFitsClearlyBetterThoughNoMoreAgrees) {
+  const Sim3 away{1, Eigen::Quaterniond::Identity(), {0.004, 0, 0}};  // half a pixel
+  const SyntheticScene many = MakeScene({.camera_count = 6, .point_count = 2000});
+  const Across across = See(many, away, 6);
+  const auto found = FindBodyPlace(across.in_rest, across.in_body, 1);
+  ASSERT_TRUE(found.has_value());
+  EXPECT_NEAR(found->share, 2.0 / 3, 0.05);
+  EXPECT_LT((found->new_from_old * away).translation.norm(), 1e-3);
+  const SyntheticScene few = MakeScene({.camera_count = 6});
+  const Across less = See(few, away, 6);
+  EXPECT_FALSE(FindBodyPlace(less.in_rest, less.in_body, 1).has_value());
 }
 
 TEST(BodyPlace, StaysWhereItStandsRightAndWhereNothingAgrees) {
