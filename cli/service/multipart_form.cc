@@ -89,11 +89,9 @@ bool IsBoundaryLetter(unsigned char c) {
 
 Result<std::string> BoundaryOf(const std::string& content_type) {
   const auto header = ParseHeaderValue(content_type);
-  const auto found =
-      header ? header->parameters.find("boundary") : decltype(header->parameters.find("")){};
-  if (!header || found == header->parameters.end())
+  if (!header || !header->parameters.contains("boundary"))
     return Wrong("its content type names no boundary");
-  const std::string& boundary = found->second;
+  const std::string& boundary = header->parameters.at("boundary");
   const bool is_right = !boundary.empty() && boundary.size() <= kBoundaryMax &&
                         boundary.back() != ' ' && std::ranges::all_of(boundary, IsBoundaryLetter);
   if (!is_right) return Wrong("its boundary is not one of RFC 2046");
