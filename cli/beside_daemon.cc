@@ -215,7 +215,7 @@ int StateBeside(DaemonClient* daemon, const ForbidRequest& request, bool allows)
   return stated.ok() ? kDone : Fail(stated.status());
 }
 
-int MakeTokenBeside(DaemonClient* daemon, const TokenRequest& request, bool json) {
+Result<NewToken> MakeTokenBeside(DaemonClient* daemon, const TokenRequest& request) {
   Json wanted = {
       {"name", request.name}, {"role", RoleWord(request.role)}, {"actor", request.actor}};
   if (request.expires_unix_s != 0) wanted["expires"] = request.expires_unix_s;
@@ -223,14 +223,9 @@ int MakeTokenBeside(DaemonClient* daemon, const TokenRequest& request, bool json
   if (request.quota.bytes_per_day != 0) wanted["bytes_per_day"] = request.quota.bytes_per_day;
   if (request.quota.requests_per_s != 0)
     wanted["requests_per_second"] = request.quota.requests_per_s;
-  const Result<Json> made = Post(daemon, "/v1/tokens", wanted);
-  if (!made.ok()) return Fail(made.status());
-  if (json) {
-    PrintJson(*made);
-  } else {
-    PrintLine("%s", Printable(made->value("token", "")).c_str());
-  }
-  return kDone;
+  if (request.is_link) wanted["link"] = true;
+  VEDUTA_ASSIGN_OR_RETURN(const Json made, Post(daemon, "/v1/tokens", wanted));
+  return NewToken{made.value("number", 0u), made.value("token", "")};
 }
 
 int RevokeTokenBeside(DaemonClient* daemon, uint32_t number, const std::string& actor) {

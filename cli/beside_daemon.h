@@ -20,8 +20,9 @@ int AddBeside(DaemonClient* daemon, std::span<const PhotoSubmission> photos, boo
 int RemoveBeside(DaemonClient* daemon, const RemoveRequest& request, bool json);
 // As `veduta forbid`, or `veduta allow`. The exit code.
 int StateBeside(DaemonClient* daemon, const ForbidRequest& request, bool allows);
-// As `veduta token create`, and `veduta token revoke`. The exit code.
-int MakeTokenBeside(DaemonClient* daemon, const TokenRequest& request, bool json);
+// As `veduta token create` and `veduta token link`, without what they print.
+Result<NewToken> MakeTokenBeside(DaemonClient* daemon, const TokenRequest& request);
+// As `veduta token revoke`. The exit code.
 int RevokeTokenBeside(DaemonClient* daemon, uint32_t number, const std::string& actor);
 // Takes surveyed points in, as `veduta georeference` does; what is known then is asked of the
 // database. The answer has what the file brought alone.

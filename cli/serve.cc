@@ -126,6 +126,11 @@ int Serve(const ServeArguments& arguments) {
            [](const Status& failure) {
              std::fprintf(stderr, "veduta: the dense pass failed, and is tried again: %s\n",
                           Printable(failure.message()).c_str());
+           },
+       .damage_met =
+           [](const std::string& damage) {
+             std::fprintf(stderr, "veduta: the database is damaged, see 'veduta verify': %s\n",
+                          Printable(damage).c_str());
            }});
   door.asks_for_tokens = service.asks_for_tokens();
   const Status checked = door.Check();

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // veduta token create DB NAME --role ROLE [--days N] [--photos-per-day N] [--bytes-per-day N]
 // [--requests-per-second N] [--by WHO] [--json]
+// veduta token link DB NAME [--days N] [--at URL] [--by WHO] [--json]
 // veduta token list DB [--json]
 // veduta token revoke DB NUMBER [--by WHO]
 #include <ctime>
@@ -17,9 +18,17 @@ constexpr int64_t kDayS = 24 * 60 * 60;
 struct TokenArguments {
   std::string db, role = "viewer";
   TokenRequest request;
-  uint32_t days = 0, number = 0;
+  std::string at = "http://127.0.0.1:8484";
+  uint32_t days = 0, link_days = 7, number = 0;
   bool json = false;
 };
+
+// The token, by the daemon where there is one.
+Result<NewToken> Make(const TokenArguments& arguments, const TokenRequest& request) {
+  if (auto daemon = DaemonClient::Connect(arguments.db)) return MakeTokenBeside(&*daemon, request);
+  VEDUTA_ASSIGN_OR_RETURN(const auto engine, OpenToWrite(arguments.db));
+  return engine->CreateToken(request);
+}
 
 int Create(const TokenArguments& arguments) {
   TokenRequest request = arguments.request;
@@ -28,16 +37,27 @@ int Create(const TokenArguments& arguments) {
   request.role = *role;
   if (arguments.days > 0) request.expires_unix_s = std::time(nullptr) + kDayS * arguments.days;
   if (const Status usage = request.Check(); !usage.ok()) return FailUsage(usage);
-  if (auto daemon = DaemonClient::Connect(arguments.db))
-    return MakeTokenBeside(&*daemon, request, arguments.json);
-  const auto engine = OpenToWrite(arguments.db);
-  if (!engine.ok()) return Fail(engine.status());
-  const Result<NewToken> made = (*engine)->CreateToken(request);
+  const Result<NewToken> made = Make(arguments, request);
   if (!made.ok()) return Fail(made.status());
   if (arguments.json) {
     PrintJson(ToJson(*made));
   } else {
-    PrintLine("%s", made->text.c_str());
+    PrintLine("%s", Printable(made->text).c_str());
+  }
+  return kDone;
+}
+
+int Link(const TokenArguments& arguments) {
+  TokenRequest request = arguments.request;
+  request.is_link = true;
+  request.expires_unix_s = std::time(nullptr) + kDayS * arguments.link_days;
+  if (const Status usage = request.Check(); !usage.ok()) return FailUsage(usage);
+  const Result<NewToken> made = Make(arguments, request);
+  if (!made.ok()) return Fail(made.status());
+  if (arguments.json) {
+    PrintJson(LinkJson(*made));
+  } else {
+    PrintLine("%s", Printable(arguments.at + LinkPath(made->text)).c_str());
   }
   return kDone;
 }
@@ -62,8 +82,9 @@ void PrintToken(const TokenAnswer& token) {
   if (token.quota.requests_per_s != 0)
     fate += ", " + std::to_string(token.quota.requests_per_s) + " requests a second";
   if (token.revoked_unix_s != 0) fate += ", revoked on " + DayOf(token.revoked_unix_s);
-  PrintLine("%4u  %-11s  %s, made on %s%s", token.number, RoleWord(token.role).c_str(),
-            Printable(token.name).c_str(), DayOf(token.created_unix_s).c_str(), fate.c_str());
+  PrintLine("%4u  %-11s  %s, made on %s%s", token.number,
+            token.is_link ? "link" : RoleWord(token.role).c_str(), Printable(token.name).c_str(),
+            DayOf(token.created_unix_s).c_str(), fate.c_str());
 }
 
 int List(const TokenArguments& arguments) {
@@ -122,13 +143,25 @@ void RegisterToken(CLI::App* app, int* exit_code) {
   create->add_option("--requests-per-second", quota->requests_per_s,
                      "Requests that may be made with it");
   create->add_flag("--json", arguments->json, "JSON");
+  CLI::App* link =
+      RegisterOne(group, "link",
+                  "Make a link that lets whoever has it read, and print it: it is told this once",
+                  arguments, Link, exit_code);
+  link->add_option("NAME", arguments->request.name, "Whom or what it is for, for the journal")
+      ->required();
+  link->add_option("--days", arguments->link_days, "Good for so many days")
+      ->capture_default_str()
+      ->check(CLI::Range(1, 366));
+  link->add_option("--at", arguments->at, "The daemon's address, as those who get the link see it")
+      ->capture_default_str();
+  link->add_flag("--json", arguments->json, "JSON");
   CLI::App* list = RegisterOne(group, "list", "All tokens that were made; none can be told again",
                                arguments, List, exit_code);
   list->add_flag("--json", arguments->json, "JSON");
   CLI::App* revoke = RegisterOne(group, "revoke", "A token is good for nothing from now on",
                                  arguments, Revoke, exit_code);
   revoke->add_option("NUMBER", arguments->number, "Its number, as `list` has it")->required();
-  for (CLI::App* const command : {create, revoke})
+  for (CLI::App* const command : {create, link, revoke})
     command->add_option("--by", arguments->request.actor, "Who does it, for the journal")
         ->capture_default_str();
 }

@@ -10,6 +10,7 @@
 #include <optional>
 #include <set>
 #include <string>
+#include <vector>
 
 #include "engine/camera/undistorter.h"
 #include "engine/engine.h"
@@ -41,12 +42,18 @@ struct EngineTuning {
 inline constexpr const char* kCopyMade = "backup";
 inline constexpr const char* kCopyDeleted = "backup-deleted";  // it could not be read
 
+// A coarse part of a surface, and what is damaged below it and left out (SurfaceTileAnswer).
+struct CoarseSurface {
+  TriangleMesh mesh;
+  std::vector<std::string> left_out;
+};
+
 // Coarse parts of surfaces (fusion/surface_tiles.h) by what names them, and those that somebody is
 // making now.
 struct CoarseSurfaces {
   static constexpr uint64_t kBytesMax = 256 << 20;  // of meshes; chosen by hand
 
-  LruCache<std::string, std::shared_ptr<const TriangleMesh>> meshes{kBytesMax};
+  LruCache<std::string, std::shared_ptr<const CoarseSurface>> meshes{kBytesMax};
   std::mutex mutex;  // of `making`
   std::condition_variable made;
   std::set<std::string> making;

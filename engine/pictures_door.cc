@@ -7,28 +7,11 @@
 #include "engine/query/city_answers.h"
 #include "engine/query/find_image.h"
 #include "engine/query/living.h"
+#include "engine/query/photo_search.h"
 #include "storage/base/option_bounds.h"
 
 namespace veduta {
 namespace {
-
-const char* MediaTypeOf(PhotoFormat format) {
-  switch (format) {
-    case PhotoFormat::kJpeg:
-      return "image/jpeg";
-    case PhotoFormat::kPng:
-      return "image/png";
-    case PhotoFormat::kTiff:
-      return "image/tiff";
-    case PhotoFormat::kWebp:
-      return "image/webp";
-    case PhotoFormat::kHeif:
-      return "image/heic";
-    case PhotoFormat::kUnknown:
-      break;
-  }
-  return "application/octet-stream";
-}
 
 // The bytes of a photo that is stored: those of rejected ones are not.
 Result<StoredBytes> BytesOf(const Snapshot& snapshot, const ImageRecord& image) {
@@ -61,6 +44,17 @@ Result<std::vector<ListedImage>> Questions::Images(ImageId first, uint32_t count
     if (!listed.is_unsure) listed.cam_from_world = ToPlain(pose->cam_from_world);
   }
   return images;
+}
+
+Result<FoundPhotos> Questions::SearchPhotos(const PhotoSearch& search) const {
+  VEDUTA_ASSIGN_OR_RETURN(FoundPhotos found,
+                          veduta::SearchPhotos(*view_->snapshot, search, &view_->caches->unsure));
+  found.snapshot = snapshot();
+  return found;
+}
+
+Result<PhotoExtent> Questions::Extent() const {
+  return ExtentOf(*view_->snapshot, &view_->caches->unsure);
 }
 
 Result<PhotoFile> Questions::Photo(const std::string& name) const {

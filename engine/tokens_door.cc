@@ -51,12 +51,13 @@ std::string NewSecret() {
 }
 
 TokenAnswer ToAnswer(const TokenRecord& token) {
-  return {token.number,         token.name,           token.role, token.created_unix_s,
-          token.expires_unix_s, token.revoked_unix_s, token.quota};
+  return {token.number,         token.name,           token.role,  token.created_unix_s,
+          token.expires_unix_s, token.revoked_unix_s, token.quota, token.is_link};
 }
 
 std::string TextOf(const TokenRecord& token) {
-  return RoleWord(token.role) + " token " + std::to_string(token.number) + " of " + token.name;
+  return (token.is_link ? "link" : RoleWord(token.role) + " token") + " " +
+         std::to_string(token.number) + " of " + token.name;
 }
 
 }  // namespace
@@ -78,6 +79,8 @@ Status TokenRequest::Check() const {
   if (name.empty() || name.size() > kNameBytesMax)
     return Status::InvalidArgument("name has " + std::to_string(name.size()) +
                                    " bytes, but must have 1 to " + std::to_string(kNameBytesMax));
+  if (is_link && (role != Role::kViewer || expires_unix_s <= 0))
+    return Status::InvalidArgument("a link is for viewers, and must expire");
   return OptionBounds()
       .Between("role", static_cast<double>(role), 1, 4)
       .AtLeast("expires_unix_s", static_cast<double>(expires_unix_s), 0)
@@ -127,6 +130,7 @@ Result<NewToken> Engine::CreateToken(const TokenRequest& request) {
   token.created_unix_s = std::time(nullptr);
   token.expires_unix_s = request.expires_unix_s;
   token.quota = request.quota;
+  token.is_link = request.is_link;
   scope.transaction->PutToken(token);
   AppendJournal({0, 0, request.actor, "token", {}, {}, "made " + TextOf(token)}, &state,
                 scope.transaction.get());

@@ -145,6 +145,7 @@ Result<Ticket> EngineParts::Line(const UploadRecord& upload, std::optional<Camer
   };
   photo.camera = std::move(camera);
   photo.contributor = upload.contributor;
+  photo.contribution = upload.contribution;
   photo.answered = std::move(answered);
   photo.leave = [this, upload](bool has_ended, const Result<AddOutcome>& answer) {
     const uint64_t number = upload.number;

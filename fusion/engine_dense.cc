@@ -28,8 +28,8 @@ Result<TilesetAnswer> Questions::Tileset(ReconstructionId id) const {
   return MakeTileset(*view_->snapshot, id);
 }
 
-Result<std::vector<uint8_t>> Questions::SurfaceTile(ReconstructionId id,
-                                                    const std::string& name) const {
+Result<SurfaceTileAnswer> Questions::SurfaceTile(ReconstructionId id,
+                                                 const std::string& name) const {
   return MakeSurfaceTile(*view_->snapshot, id, name, &view_->caches->surfaces);
 }
 

@@ -22,7 +22,10 @@
 namespace veduta {
 namespace {
 
-using SharedMesh = std::shared_ptr<const TriangleMesh>;
+using SharedSurface = std::shared_ptr<const CoarseSurface>;
+
+// Damages that are told of one content. Chosen by hand.
+constexpr size_t kLeftOutMax = 20;
 
 std::string NameOf(ReconstructionId id) {
   return "reconstruction " + std::to_string(id.value);
@@ -135,29 +138,48 @@ class CoarseMaker final {
     return std::to_string(id.value) + "/" + name;
   }
 
-  Result<SharedMesh> Make(const TileNode& node) {
-    if (node.level == 0) {
-      VEDUTA_ASSIGN_OR_RETURN(TriangleMesh leaf,
-                              LoadLeaf(snapshot_, surface_.tiles.at(node.place)));
-      return SharedMesh(std::make_shared<TriangleMesh>(std::move(leaf)));
-    }
+  Result<SharedSurface> Make(const TileNode& node) {
+    if (node.level == 0) return LeafOrDamage(node.place);
     const std::string key = Key(id_, TileName(node));
     const MakingTurn turn(&coarse_, key);
     return coarse_.meshes.GetOrMake(
-        key, [&] { return Join(node); }, [](const SharedMesh& mesh) { return BytesOf(*mesh); });
+        key, [&] { return Join(node); },
+        [](const SharedSurface& surface) { return BytesOf(surface->mesh); });
   }
 
  private:
-  Result<SharedMesh> Join(const TileNode& node) {
-    std::vector<SharedMesh> kept;
+  // A damaged leaf costs nothing but itself: otherwise nobody would see the city from afar.
+  Result<SharedSurface> LeafOrDamage(GridPlace place) {
+    const auto surface = std::make_shared<CoarseSurface>();
+    Result<TriangleMesh> leaf = LoadLeaf(snapshot_, surface_.tiles.at(place));
+    if (leaf.ok()) {
+      surface->mesh = *std::move(leaf);
+      return SharedSurface(surface);
+    }
+    const StatusCode code = leaf.status().code();
+    if (code != StatusCode::kCorruption && code != StatusCode::kNotFound) return leaf.status();
+    surface->left_out.push_back("the surface of " + NameOf(id_) + " at tile " +
+                                std::to_string(place.x) + ", " + std::to_string(place.y) + ", " +
+                                std::to_string(place.z) +
+                                " is left out: " + leaf.status().message());
+    return SharedSurface(surface);
+  }
+
+  Result<SharedSurface> Join(const TileNode& node) {
+    const auto joined = std::make_shared<CoarseSurface>();
+    std::vector<SharedSurface> kept;
     std::vector<const TriangleMesh*> children;
     for (const uint32_t child : node.children) {
       VEDUTA_ASSIGN_OR_RETURN(kept.emplace_back(), Make(surface_.tree.nodes()[child]));
-      children.push_back(kept.back().get());
+      children.push_back(&kept.back()->mesh);
+      for (const std::string& damage : kept.back()->left_out) {
+        if (joined->left_out.size() < kLeftOutMax) joined->left_out.push_back(damage);
+      }
     }
     Result<TriangleMesh> mesh = JoinCells(node, surface_.tree.voxel_size(), children);
     if (!mesh.ok()) return AsDamage(mesh.status());
-    return SharedMesh(std::make_shared<TriangleMesh>(*std::move(mesh)));
+    joined->mesh = *std::move(mesh);
+    return SharedSurface(joined);
   }
 
   const Snapshot& snapshot_;
@@ -186,10 +208,10 @@ Result<TriangleMesh> FindLeaf(const Snapshot& snapshot, ReconstructionId id,
   return LoadLeaf(snapshot, *tile);
 }
 
-Result<SharedMesh> FindCoarse(const Snapshot& snapshot, ReconstructionId id,
-                              const std::string& name, const ParsedTileName& parsed,
-                              CoarseSurfaces* coarse) {
-  if (SharedMesh kept = coarse->meshes.Find(CoarseMaker::Key(id, name))) return kept;
+Result<SharedSurface> FindCoarse(const Snapshot& snapshot, ReconstructionId id,
+                                 const std::string& name, const ParsedTileName& parsed,
+                                 CoarseSurfaces* coarse) {
+  if (SharedSurface kept = coarse->meshes.Find(CoarseMaker::Key(id, name))) return kept;
   VEDUTA_ASSIGN_OR_RETURN(const StoredSurface surface, LoadStoredSurface(snapshot, id));
   const auto& nodes = surface.tree.nodes();
   const auto node = std::ranges::find_if(nodes, [&](const TileNode& one) {
@@ -233,17 +255,22 @@ Result<TilesetAnswer> MakeTileset(const Snapshot& snapshot, ReconstructionId id)
   return answer;
 }
 
-Result<std::vector<uint8_t>> MakeSurfaceTile(const Snapshot& snapshot, ReconstructionId id,
-                                             const std::string& name, CoarseSurfaces* coarse) {
+Result<SurfaceTileAnswer> MakeSurfaceTile(const Snapshot& snapshot, ReconstructionId id,
+                                          const std::string& name, CoarseSurfaces* coarse) {
   VEDUTA_RETURN_IF_ERROR(GetLiving(snapshot, id).status());
   const std::optional<ParsedTileName> parsed = ParseTileName(name);
   if (!parsed) return IsSuperseded(name);
+  SurfaceTileAnswer answer;
   if (parsed->level == 0) {
     VEDUTA_ASSIGN_OR_RETURN(const TriangleMesh leaf, FindLeaf(snapshot, id, name, *parsed));
-    return GlbOf(leaf);
+    VEDUTA_ASSIGN_OR_RETURN(answer.glb, GlbOf(leaf));
+    return answer;
   }
-  VEDUTA_ASSIGN_OR_RETURN(const SharedMesh mesh, FindCoarse(snapshot, id, name, *parsed, coarse));
-  return GlbOf(*mesh);
+  VEDUTA_ASSIGN_OR_RETURN(const SharedSurface surface,
+                          FindCoarse(snapshot, id, name, *parsed, coarse));
+  answer.left_out = surface->left_out;
+  VEDUTA_ASSIGN_OR_RETURN(answer.glb, GlbOf(surface->mesh));
+  return answer;
 }
 
 }  // namespace veduta

@@ -25,7 +25,7 @@ Result<TilesetAnswer> MakeTileset(const Snapshot& snapshot, ReconstructionId id)
 // Coarse surfaces are kept in `coarse`. Callers that need the same one wait for whoever makes it;
 // otherwise each makes its own. Memory for each caller, besides what is kept: some meshes of each
 // level of the tree. Errors: as Questions::SurfaceTile.
-Result<std::vector<uint8_t>> MakeSurfaceTile(const Snapshot& snapshot, ReconstructionId id,
-                                             const std::string& name, CoarseSurfaces* coarse);
+Result<SurfaceTileAnswer> MakeSurfaceTile(const Snapshot& snapshot, ReconstructionId id,
+                                          const std::string& name, CoarseSurfaces* coarse);
 
 }  // namespace veduta

@@ -8,10 +8,12 @@
 #include <set>
 
 #include "cli/service/contribution_routes.h"
+#include "cli/service/link_routes.h"
 #include "cli/service/openapi.h"
 #include "cli/service/page_answer.h"
 #include "cli/service/path_numbers.h"
 #include "cli/service/request_parts.h"
+#include "cli/service/stac_routes.h"
 #include "cli/service/surface_answers.h"
 #include "cli/wire/added_json.h"
 #include "cli/wire/answers_json.h"
@@ -95,10 +97,15 @@ HttpAnswer GetPose(Engine* engine, const HttpRequest&, const PathArguments& argu
                                       : ReasonSentence(image->reason, image->detail)));
 }
 
-HttpAnswer GetGeoPose(Engine* engine, const HttpRequest&, const PathArguments& arguments) {
+HttpAnswer GetGeoPose(Engine* engine, const HttpRequest& request, const PathArguments& arguments) {
+  const std::string form = Parameter(request, "form", "quaternion");
+  if (form != "quaternion" && form != "ypr")
+    return Problem(400, "the parameter 'form' is '" + form + "', and must be quaternion or ypr");
   const Result<ImageAnswer> image = engine->Ask().Image(arguments[0]);
   if (!image.ok()) return ProblemOf(image.status());
-  if (image->on_earth) return JsonAnswer(200, GeoPoseJson(*image->on_earth));
+  if (image->on_earth)
+    return JsonAnswer(
+        200, form == "ypr" ? GeoPoseYprJson(*image->on_earth) : GeoPoseJson(*image->on_earth));
   return Problem(
       404, image->name + (image->cam_from_world ? " has a pose in reconstruction " +
                                                       std::to_string(image->reconstruction.value) +
@@ -326,6 +333,7 @@ Result<NewToken> MakeTokenOf(Engine* engine, const HttpRequest& request) {
                           OptionalNumber(json, "bytes_per_day", UINT64_MAX));
   wanted.quota.photos_per_day = static_cast<uint32_t>(photos);
   wanted.quota.requests_per_s = static_cast<uint32_t>(requests);
+  wanted.is_link = json.value("link", Json()) == true;
   return engine->CreateToken(wanted);
 }
 
@@ -372,7 +380,7 @@ std::vector<CityRoute> RoutesOfCity() {
       {"GET", {"v1", "cameras", "*"}, {}, GetCamera, true, true},
       {"GET", {"v1", "photos", "*"}, {}, GetPhoto, true, true},
       {"GET", {"v1", "photos", "*", "pose"}, {}, GetPose, true, true},
-      {"GET", {"v1", "photos", "*", "geopose"}, {}, GetGeoPose, true, true},
+      {"GET", {"v1", "photos", "*", "geopose"}, {"form"}, GetGeoPose, true, true},
       {"GET", {"v1", "photos", "*", "uncertainty"}, {}, GetUncertainty, true},
       {"GET", {"v1", "photos", "*", "file"}, {}, GetFile, true, false, kCurates},
       {"GET", {"v1", "photos", "*", "thumbnail"}, {"side"}, GetThumbnail, true},
@@ -408,6 +416,8 @@ const std::vector<CityRoute>& Routes() {
   static const std::vector<CityRoute> kRoutes = [] {
     std::vector<CityRoute> all = RoutesOfCity();
     for (const CityRoute& route : ContributionRoutes()) all.push_back(route);
+    for (const CityRoute& route : LinkRoutes()) all.push_back(route);
+    for (const CityRoute& route : StacRoutes()) all.push_back(route);
     return all;
   }();
   return kRoutes;

@@ -9,7 +9,9 @@
 #include <random>
 #include <utility>
 
+#include "cli/service/byte_range.h"
 #include "cli/service/path_numbers.h"
+#include "cli/service/photo_form.h"
 #include "cli/service/tus_message.h"
 #include "cli/wire/answers_json.h"
 #include "storage/base/memory_shortage.h"
@@ -20,6 +22,9 @@ namespace {
 
 // Entries of the journal that are read at once for one who follows it. Chosen by hand.
 constexpr uint32_t kEventsMax = 256;
+
+// Damages that are told while the daemon runs. Chosen by hand.
+constexpr size_t kDamagesMax = 1000;
 
 // Between two attempts to open the files again. Chosen by hand: opening takes some tenths of that.
 constexpr std::chrono::seconds kReopenPause(2);
@@ -69,6 +74,7 @@ CityService::CityService(std::unique_ptr<Engine> engine, const std::string& path
                          const ServiceOptions& options, Listeners listeners)
     : path_(path),
       options_(options),
+      damage_met_(std::move(listeners.damage_met)),
       start_(RandomName()),
       intake_(options.intake,
               [this, ended = std::move(listeners.ended)](const std::string& name,
@@ -105,9 +111,13 @@ std::optional<HttpAnswer> CityService::Refuse(HttpRequest* request) const {
 }
 
 void CityService::Handle(HttpRequest request, Answered answered) {
-  const Answered counted = [this, answered = std::move(answered),
-                            is_tus = IsTus(request)](HttpAnswer answer) {
+  const bool is_get = request.method == "GET";
+  const Answered counted = [this, is_get, answered = std::move(answered), is_tus = IsTus(request),
+                            range = HeaderOf(request, "Range"),
+                            if_range = HeaderOf(request, "If-Range")](HttpAnswer answer) {
+    if (is_get) CutToRange(range, if_range, &answer);
     Count(answer);
+    if (!answer.damages.empty()) TellDamages(answer);
     if (is_tus) answer.headers.emplace_back("Tus-Resumable", kTusVersion);
     answered(std::move(answer));
   };
@@ -116,7 +126,7 @@ void CityService::Handle(HttpRequest request, Answered answered) {
   const auto match = std::get<RouteMatch>(std::move(found));
   if (auto refusal = gatekeeper_.Refuse(*engine_, *match.route, &request))
     return counted(*std::move(refusal));
-  if (request.method == "GET") {
+  if (is_get) {
     if (auto refusal = quotas_.TakeRequest(request)) return counted(*std::move(refusal));
   }
   if (match.route->is_quick) return counted(Answer(request, match));
@@ -125,6 +135,8 @@ void CityService::Handle(HttpRequest request, Answered answered) {
   const bool is_photo = shared->method == "POST" && shared->path.back() == "photos";
   Run([this, shared, match, counted, is_photo](Engine*, const Status& refusal) {
     if (!refusal.ok()) return counted(ProblemOf(refusal));
+    if (is_photo && shared->content_type == "multipart/form-data")
+      return TakeForm(std::move(*shared), counted);
     if (is_photo) return TakePhoto(std::move(*shared), counted);
     counted(Answer(*shared, match));
   });
@@ -150,6 +162,25 @@ void CityService::TakePhoto(HttpRequest request, const Answered& answered) {
                  if (answer.code == 429 || answer.code == 503) quotas_.GivePhoto(sender, bytes);
                  answered(std::move(answer));
                });
+}
+
+void CityService::TakeForm(HttpRequest request, const Answered& answered) {
+  const Result<std::vector<FormPhoto>> photos = ReadPhotoForm(&request);
+  if (!photos.ok()) return answered(ProblemOf(photos.status()));
+  if (auto refusal = Gatekeeper::RefuseNaming(request)) return answered(*std::move(refusal));
+  if (photos->size() == 1)
+    return TakePhoto(RequestOf(photos->front(), std::move(request)), answered);
+  request.prefers_async = true;  // then each is answered before the next one is looked at
+  std::vector<std::pair<std::string, HttpAnswer>> answers;
+  const Status taken = CatchShortage("take a form", [&] {
+    for (const FormPhoto& photo : *photos) {
+      TakePhoto(RequestOf(photo, request),
+                [&](HttpAnswer answer) { answers.emplace_back(photo.name, std::move(answer)); });
+    }
+    return Status::Ok();
+  });
+  // Those that were taken before the memory ran out are told.
+  answered(answers.empty() ? ProblemOf(taken) : AnswerToForm(answers));
 }
 
 std::variant<uint64_t, HttpAnswer> CityService::AcceptPhoto(const HttpRequest& sender,
@@ -249,7 +280,7 @@ HttpAnswer CityService::AskEngine(const HttpRequest& request, const RouteMatch& 
   if (is_removal) rest.emplace(&dense_);  // which cannot go beside a pass
   if (!route.is_of_snapshot) {
     HttpAnswer answer = route.answer(engine_.get(), request, match.arguments);
-    if (route.role == Role::kAdmin) gatekeeper_.Look(engine_->Ask());
+    if (route.role >= Role::kCurator) gatekeeper_.Look(engine_->Ask());  // it may make a token
     return answer;
   }
   // Read before the answer is: an answer may be of a later commit than its tag, and is asked for
@@ -338,6 +369,16 @@ void CityService::SettleNowAndThen(
     CatchShortage("settle", [&] {
       return engine_->Settle(stop, tell);
     }).IgnoreBecause("each step that failed was told, and is tried again after the next pause");
+  }
+}
+
+void CityService::TellDamages(const HttpAnswer& answer) {
+  for (const std::string& damage : answer.damages) {
+    {
+      const std::lock_guard lock(mutex_);
+      if (damages_.size() >= kDamagesMax || !damages_.insert(damage).second) continue;
+    }
+    if (damage_met_) damage_met_(damage);
   }
 }
 

@@ -9,6 +9,7 @@
 #include <memory>
 #include <mutex>
 #include <optional>
+#include <set>
 #include <stop_token>
 #include <string>
 #include <thread>
@@ -61,6 +62,8 @@ class CityService final {
     // Of steps that failed and were tried again.
     std::function<void(const FollowUp& step, const Questions& ask)> followed;
     std::function<void(const Status&)> dense_failed;
+    // Of damage that an answer was given without: once for each, while there are not too many.
+    std::function<void(const std::string&)> damage_met;
   };
   // `path` is the database's.
   CityService(std::unique_ptr<Engine> engine, const std::string& path,
@@ -105,6 +108,7 @@ class CityService final {
 
  private:
   void TakePhoto(HttpRequest request, const Answered& answered);
+  void TakeForm(HttpRequest request, const Answered& answered);
   HttpAnswer Answer(const HttpRequest& request, const RouteMatch& match);
   // What a route does that the engine knows nothing of.
   HttpAnswer AnswerOfItself(const HttpRequest& request);
@@ -114,6 +118,7 @@ class CityService final {
   Result<CityEvents> EventsFrom(uint64_t first) const;
   HttpAnswer AskEngine(const HttpRequest& request, const RouteMatch& match);
   void Count(const HttpAnswer& answer);
+  void TellDamages(const HttpAnswer& answer);
   // After a failed write the engine refuses all others until its files are opened again. That is
   // tried after each photo that fails, where the disk has room: where opening fails, nothing can be
   // asked any more.
@@ -128,6 +133,7 @@ class CityService final {
   const std::string path_;
   const ServiceOptions options_;
   Gatekeeper gatekeeper_;
+  const std::function<void(const std::string&)> damage_met_;
   const std::string start_;  // names this run of the daemon, for the tags of its answers
   // Destroyed from the bottom up: nobody asks an engine that is closed, and photos are answered
   // while it closes.
@@ -136,6 +142,7 @@ class CityService final {
   TusUploads tus_;
   mutable std::mutex mutex_;
   std::map<uint32_t, uint64_t> answers_;  // how many, by code
+  std::set<std::string> damages_;         // that were told
   bool is_closed_ = false;
   size_t waiting_questions_ = 0;
   std::optional<std::chrono::steady_clock::time_point> reopened_;  // the last time

@@ -39,10 +39,14 @@ std::optional<HttpAnswer> Gatekeeper::Refuse(const Engine& engine, const CityRou
   request->token_number = (*token)->number;
   request->quota = (*token)->quota;
   request->may_name_others = (*token)->role >= Role::kCurator;
-  const auto contributor = request->query.find("contributor");
-  if (contributor != request->query.end() && contributor->second != request->who &&
-      !request->may_name_others)
-    return Problem(403, "photos are sent under the token's name, " + request->who +
+  return RefuseNaming(*request);
+}
+
+std::optional<HttpAnswer> Gatekeeper::RefuseNaming(const HttpRequest& request) {
+  const auto contributor = request.query.find("contributor");
+  if (contributor != request.query.end() && contributor->second != request.who &&
+      !request.may_name_others)
+    return Problem(403, "photos are sent under the token's name, " + request.who +
                             ": leave the parameter 'contributor' out");
   return std::nullopt;
 }

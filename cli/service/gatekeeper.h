@@ -25,6 +25,8 @@ class Gatekeeper final {
   // name of the token alone.
   std::optional<HttpAnswer> Refuse(const Engine& engine, const CityRoute& route,
                                    HttpRequest* request) const;
+  // The answer where the request, which may be made, names another contributor than it may.
+  static std::optional<HttpAnswer> RefuseNaming(const HttpRequest& request);
 
  private:
   std::atomic<bool> asks_for_tokens_ = true;

@@ -36,7 +36,8 @@ uint32_t CodeOf(StatusCode code) {
 std::span<const char* const> HeadersOfRoutes() {
   static constexpr const char* kNames[] = {
       "Tus-Resumable",   "Upload-Length",       "Upload-Offset", "Upload-Metadata",
-      "Upload-Checksum", "Upload-Defer-Length", "Upload-Concat"};
+      "Upload-Checksum", "Upload-Defer-Length", "Upload-Concat", "Host",
+      "Content-Type",    "X-Forwarded-Proto",   "Range",         "If-Range"};
   return kNames;
 }
 
@@ -46,6 +47,7 @@ const char* HttpPhrase(uint32_t code) {
       {201, "Created"},
       {202, "Accepted"},
       {204, "No Content"},
+      {206, "Partial Content"},
       {304, "Not Modified"},
       {400, "Bad Request"},
       {401, "Unauthorized"},
@@ -58,6 +60,7 @@ const char* HttpPhrase(uint32_t code) {
       {412, "Precondition Failed"},
       {413, "Content Too Large"},
       {415, "Unsupported Media Type"},
+      {416, "Range Not Satisfiable"},
       {422, "Unprocessable Content"},
       {429, "Too Many Requests"},
       {460, "Checksum Mismatch"},

@@ -41,6 +41,7 @@ struct HttpAnswer {
   std::string content_type = "application/json";
   std::string body;
   std::vector<std::pair<std::string, std::string>> headers;
+  std::vector<std::string> damages = {};  // met, and not shown in the answer; for the log
 };
 
 // Headers that one route alone reads.

@@ -4,6 +4,7 @@
 #include <algorithm>
 
 #include "cli/service/tus_message.h"
+#include "cli/wire/stac_json.h"
 
 namespace veduta {
 namespace {
@@ -71,6 +72,16 @@ constexpr Description kDescriptions[] = {
     {"GET", "/v1/reconstructions/{reconstruction}/surface/tiles/{tile}",
      "A content of that tileset, NAME.glb, which never changes", Body::kNone, 200,
      "model/gltf-binary"},
+    {"GET", "/v1/stac", "The photos as a STAC API: its landing page"},
+    {"GET", "/v1/stac/conformance", "What of STAC and OGC API Features is there"},
+    {"GET", "/v1/stac/collections", "Its collections, which is one"},
+    {"GET", "/v1/stac/collections/{collection}", "The collection of photos"},
+    {"GET", "/v1/stac/collections/{collection}/items", "Photos by when and where", Body::kNone, 200,
+     kGeoJson},
+    {"GET", "/v1/stac/collections/{collection}/items/{item}", "A photo as an item", Body::kNone,
+     200, kGeoJson},
+    {"GET", "/v1/stac/search", "Photos by when and where", Body::kNone, 200, kGeoJson},
+    {"POST", "/v1/stac/search", "The same, by a JSON object", Body::kJson, 200, kGeoJson},
     {"GET", "/v1/georeference", "Where the city is on the earth"},
     {"POST", "/v1/georeference", "Take surveyed points in, as ODM's gcp_list.txt", Body::kText},
     {"GET", "/v1/hypotheses", "Merges that are proposed and not believed yet"},
@@ -80,7 +91,10 @@ constexpr Description kDescriptions[] = {
     {"POST", "/v1/allowed", "Take back what was forbidden", Body::kJson},
     {"GET", "/v1/tokens", "The tokens that were made"},
     {"POST", "/v1/tokens", "Make a token", Body::kJson, 201},
-    {"POST", "/v1/tokens/{token}/revoke", "Revoke a token", Body::kJson}};
+    {"POST", "/v1/tokens/{token}/revoke", "Revoke a token", Body::kJson},
+    {"GET", "/v1/links", "The links for reading that were made"},
+    {"POST", "/v1/links", "Make a link that lets whoever has it read", Body::kJson, 201},
+    {"POST", "/v1/links/{link}/revoke", "Revoke a link", Body::kJson}};
 
 // What stands for anything after this part of a path: "photo" after "photos".
 std::string ParameterName(const std::string& part) {
@@ -105,7 +119,7 @@ Json ParametersOf(const CityRoute& route) {
                           {"schema", {{"type", "string"}}}});
   }
   for (const std::string& name : route.parameters) {
-    const bool is_number = name == "from" || name == "count" || name == "side";
+    const bool is_number = name == "from" || name == "count" || name == "side" || name == "limit";
     parameters.push_back({{"name", name},
                           {"in", "query"},
                           {"schema", {{"type", is_number ? "integer" : "string"}}}});
@@ -117,11 +131,21 @@ Json BinarySchema() {
   return {{"schema", {{"type", "string"}, {"format", "binary"}}}};
 }
 
-Json BodyOf(Body body) {
+// Photos by any names of fields, and the parameters of the query as fields.
+Json FormSchema() {
+  const Json text = {{"type", "string"}};
+  return {{"type", "object"},
+          {"properties",
+           {{"name", text}, {"camera", text}, {"contributor", text}, {"contribution", text}}},
+          {"additionalProperties", BinarySchema()["schema"]}};
+}
+
+Json BodyOf(Body body, bool is_form) {
   Json content;
   if (body == Body::kPhoto) {
     content["image/*"] = BinarySchema();
     content[kBinary] = BinarySchema();
+    if (is_form) content["multipart/form-data"] = {{"schema", FormSchema()}};
   } else if (body == Body::kText) {
     content[kText] = {{"schema", {{"type", "string"}}}};
   } else if (body == Body::kPart) {
@@ -141,7 +165,7 @@ Json AnswersOf(const Description& description) {
     answers["default"] = {{"$ref", "#/components/responses/Problem"}};
     return answers;
   }
-  if (media_type == "application/json") {
+  if (media_type.ends_with("json")) {
     content[media_type] = {{"schema", Json::object()}};
   } else if (media_type.starts_with("text/")) {
     content[media_type] = {{"schema", {{"type", "string"}}}};
@@ -170,7 +194,9 @@ Json OperationOf(const CityRoute& route) {
   if (!route.is_for_all) operation["security"].push_back({{"token", Json::array()}});
   if (Json parameters = ParametersOf(route); !parameters.empty())
     operation["parameters"] = std::move(parameters);
-  if (description.body != Body::kNone) operation["requestBody"] = BodyOf(description.body);
+  if (description.body != Body::kNone)
+    operation["requestBody"] =
+        BodyOf(description.body, description.path == std::string("/v1/photos"));
   operation["responses"] = AnswersOf(description);
   return operation;
 }

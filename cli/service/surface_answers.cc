@@ -54,9 +54,12 @@ HttpAnswer AnswerWithSurfaceTile(Engine* engine, const HttpRequest& request,
     answer.code = 304;
     return answer;
   }
-  const Result<std::vector<uint8_t>> tile = engine->Ask().SurfaceTile(*id, name);
+  Result<SurfaceTileAnswer> tile = engine->Ask().SurfaceTile(*id, name);
   if (!tile.ok()) return ProblemOf(tile.status());
-  answer.body.assign(tile->begin(), tile->end());
+  answer.body.assign(tile->glb.begin(), tile->glb.end());
+  // These are not the bytes that the name stands for, and nobody may keep them.
+  if (!tile->left_out.empty()) answer.headers = {{"Cache-Control", "no-store"}};
+  answer.damages = std::move(tile->left_out);
   return answer;
 }
 

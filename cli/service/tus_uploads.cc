@@ -6,16 +6,14 @@
 #include <utility>
 
 #include "cli/service/path_numbers.h"
+#include "cli/service/photo_name.h"
 #include "cli/service/tus_message.h"
 #include "cli/wire/contribution_json.h"
 #include "storage/base/option_bounds.h"
-#include "storage/base/plain_text.h"
 
 namespace veduta {
 namespace {
 
-// Of names of photos, cameras and contributors. Chosen by hand: paths that people make are shorter.
-constexpr size_t kNameBytesMax = 1024;
 // When to come again where too much is on its way, in seconds. Chosen by hand.
 constexpr const char* kRetryAfterS = "60";
 
@@ -32,28 +30,12 @@ HttpAnswer NoContent() {
   return answer;
 }
 
-Status CheckName(const std::string& what, const std::string& name) {
-  if (name.size() > kNameBytesMax || !IsPlainText(name, false))
-    return Status::InvalidArgument(what + " must be UTF-8 without control characters, of at most " +
-                                   std::to_string(kNameBytesMax) + " bytes");
-  return Status::Ok();
-}
-
-// The name of a photo is that of a file, or of its path below a folder.
-Status CheckPhotoName(const std::string& name) {
+// As CheckPhotoName, with what to do where there is none.
+Status CheckFileName(const std::string& name) {
   if (name.empty())
     return Status::InvalidArgument(
         "the photo has no name: send 'filename' in Upload-Metadata, in Base64");
-  VEDUTA_RETURN_IF_ERROR(CheckName("the name of a photo", name));
-  for (size_t begin = 0; begin <= name.size();) {
-    const size_t end = std::min(name.find('/', begin), name.size());
-    const std::string part = name.substr(begin, end - begin);
-    if (part.empty() || part == "." || part == "..")
-      return Status::InvalidArgument("the name of a photo is a path below a folder, and '" + name +
-                                     "' leads out of it");
-    begin = end + 1;
-  }
-  return Status::Ok();
+  return CheckPhotoName(name);
 }
 
 bool IsPhotoType(const std::string& type) {
@@ -117,7 +99,7 @@ Result<PartialUploadRequest> TusUploads::RequestOf(const Engine& engine,
       WholeNumber("the header Upload-Length", HeaderOf(request, "Upload-Length"), 1, UINT64_MAX));
   VEDUTA_ASSIGN_OR_RETURN(auto metadata, ParseTusMetadata(HeaderOf(request, "Upload-Metadata")));
   wanted.name = metadata["filename"].empty() ? metadata["name"] : metadata["filename"];
-  VEDUTA_RETURN_IF_ERROR(CheckPhotoName(wanted.name));
+  VEDUTA_RETURN_IF_ERROR(CheckFileName(wanted.name));
   wanted.camera = metadata["camera"];
   VEDUTA_RETURN_IF_ERROR(CheckName("the name of a camera", wanted.camera));
   wanted.token = request.token_number;

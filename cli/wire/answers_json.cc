@@ -102,6 +102,8 @@ Json ToJson(const ImageAnswer& image) {
           {"uncertainty", ToJson(image.uncertainty)},
           {"hypotheses", ToJson(image.hypotheses)},
           {"gps", ToJson(image.gps)},
+          {"taken", ToJson(image.taken)},
+          {"contribution", image.contribution == 0 ? Json() : Json(image.contribution)},
           {"on_earth", ToJson(image.on_earth)}};
 }
 

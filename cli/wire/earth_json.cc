@@ -1,6 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "cli/wire/earth_json.h"
 
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include "cli/wire/iso_time.h"
+
 namespace veduta {
 namespace {
 
@@ -14,6 +20,12 @@ Json ToJson(const FitTally& tally) {
   return {{"used", tally.used}, {"agreeing", tally.agreeing}, {"error_m", tally.error_m}};
 }
 
+Json PositionOfGeoPose(const EarthPose& pose) {
+  return {{"lat", pose.position.latitude_deg},
+          {"lon", pose.position.longitude_deg},
+          {"h", pose.position.height_m}};
+}
+
 Json ToJson(const GroundSighting& sighting) {
   return {{"id", sighting.image.value}, {"x", sighting.x_px}, {"y", sighting.y_px}};
 }
@@ -25,6 +37,12 @@ Json ToJson(const GpsFix& fix) {
           {"longitude", fix.longitude_deg},
           {"height", fix.height_m ? Json(*fix.height_m) : Json(nullptr)},
           {"accuracy_m", fix.accuracy_m > 0 ? Json(fix.accuracy_m) : Json(nullptr)}};
+}
+
+Json ToJson(const TakenTime& taken) {
+  std::string clock = IsoTime(taken.local_unix_s);
+  clock.pop_back();  // the Z: it is that of the camera's zone
+  return {{"clock", clock}, {"offset_s", taken.offset_s ? Json(*taken.offset_s) : Json(nullptr)}};
 }
 
 Json ToJson(const EarthPose& pose) {
@@ -85,11 +103,24 @@ Json ToJson(const GeoreferenceAnswer& answer) {
 
 Json GeoPoseJson(const EarthPose& pose) {
   const auto& [x, y, z, w] = pose.enu_from_cam_xyzw;
-  return {{"position",
-           {{"lat", pose.position.latitude_deg},
-            {"lon", pose.position.longitude_deg},
-            {"h", pose.position.height_m}}},
+  return {{"position", PositionOfGeoPose(pose)},
           {"quaternion", {{"x", x}, {"y", y}, {"z", z}, {"w", w}}}};
+}
+
+Json GeoPoseYprJson(const EarthPose& pose) {
+  const auto& [x, y, z, w] = pose.enu_from_cam_xyzw;
+  constexpr double kDegrees = 180 / std::numbers::pi;
+  const double sine = std::clamp(2 * (w * y - z * x), -1., 1.);
+  // Where the x axis is upright, yaw and roll are one turn: all of it is yaw.
+  const bool is_upright = std::abs(sine) > 1 - 1e-12;
+  const double yaw = is_upright ? -2 * std::copysign(1., sine) * std::atan2(x, w)
+                                : std::atan2(2 * (w * z + x * y), 1 - 2 * (y * y + z * z));
+  const double roll = is_upright ? 0 : std::atan2(2 * (w * x + y * z), 1 - 2 * (x * x + y * y));
+  return {{"position", PositionOfGeoPose(pose)},
+          {"angles",
+           {{"yaw", kDegrees * yaw},
+            {"pitch", kDegrees * std::asin(sine)},
+            {"roll", kDegrees * roll}}}};
 }
 
 }  // namespace veduta

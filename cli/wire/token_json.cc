@@ -25,11 +25,20 @@ Json ToJson(const TokenAnswer& token) {
           {"revoked", TimeOf(token.revoked_unix_s)},
           {"photos_per_day", NumberOf(token.quota.photos_per_day)},
           {"bytes_per_day", NumberOf(token.quota.bytes_per_day)},
-          {"requests_per_second", NumberOf(token.quota.requests_per_s)}};
+          {"requests_per_second", NumberOf(token.quota.requests_per_s)},
+          {"link", token.is_link}};
 }
 
 Json ToJson(const NewToken& token) {
   return {{"number", token.number}, {"token", token.text}};
+}
+
+std::string LinkPath(const std::string& token) {
+  return "/#link=" + token;
+}
+
+Json LinkJson(const NewToken& token) {
+  return {{"number", token.number}, {"path", LinkPath(token.text)}};
 }
 
 }  // namespace veduta

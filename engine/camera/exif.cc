@@ -2,10 +2,12 @@
 #include "engine/camera/exif.h"
 
 #include <algorithm>
+#include <chrono>
 #include <exception>
 #include <exiv2/exiv2.hpp>
 #include <mutex>
 #include <string_view>
+#include <vector>
 
 namespace veduta {
 namespace {
@@ -102,6 +104,45 @@ std::optional<GpsFix> GpsOf(const Exiv2::ExifData& data) {
   return fix;
 }
 
+// The numbers of a text of this shape, where # is a digit; nothing for any other text.
+std::optional<std::vector<int>> NumbersOf(std::string_view text, std::string_view shape) {
+  if (text.size() != shape.size()) return std::nullopt;
+  std::vector<int> numbers;
+  for (size_t i = 0; i < shape.size(); ++i) {
+    const bool is_digit = text[i] >= '0' && text[i] <= '9';
+    if (shape[i] == '#' ? !is_digit : text[i] != shape[i]) return std::nullopt;
+    if (!is_digit) continue;
+    if (i == 0 || shape[i - 1] != '#') numbers.push_back(0);
+    numbers.back() = 10 * numbers.back() + (text[i] - '0');
+  }
+  return numbers;
+}
+
+std::optional<int32_t> OffsetOf(const std::string& text) {
+  if (text.empty() || (text[0] != '+' && text[0] != '-')) return std::nullopt;
+  const auto read = NumbersOf(std::string_view(text).substr(1), "##:##");
+  if (!read || (*read)[1] > 59) return std::nullopt;
+  const int32_t offset_s = (text[0] == '-' ? -60 : 60) * (60 * (*read)[0] + (*read)[1]);
+  if (offset_s < kTakenOffsetSMin || offset_s > kTakenOffsetSMax) return std::nullopt;
+  return offset_s;
+}
+
+std::optional<TakenTime> TakenOf(const Exiv2::ExifData& data) {
+  const auto read = NumbersOf(TextOf(data, "Exif.Photo.DateTimeOriginal"), "####:##:## ##:##:##");
+  if (!read) return std::nullopt;
+  const std::chrono::year_month_day day(std::chrono::year((*read)[0]),
+                                        std::chrono::month(static_cast<unsigned>((*read)[1])),
+                                        std::chrono::day(static_cast<unsigned>((*read)[2])));
+  const int hours = (*read)[3], minutes = (*read)[4], seconds = (*read)[5];
+  if (!day.ok() || hours > 23 || minutes > 59 || seconds > 59) return std::nullopt;
+  TakenTime taken;
+  taken.local_unix_s = std::chrono::seconds(std::chrono::sys_days(day).time_since_epoch()).count() +
+                       3600 * hours + 60 * minutes + seconds;
+  if (taken.local_unix_s < kTakenUnixSMin) return std::nullopt;
+  taken.offset_s = OffsetOf(TextOf(data, "Exif.Photo.OffsetTimeOriginal"));
+  return taken;
+}
+
 }  // namespace
 
 ExifCamera ReadExifCamera(std::span<const uint8_t> exif) {
@@ -110,6 +151,10 @@ ExifCamera ReadExifCamera(std::span<const uint8_t> exif) {
 
 std::optional<GpsFix> ReadExifGps(std::span<const uint8_t> exif) {
   return ReadExif(exif, std::optional<GpsFix>(), GpsOf);
+}
+
+std::optional<TakenTime> ReadExifTaken(std::span<const uint8_t> exif) {
+  return ReadExif(exif, std::optional<TakenTime>(), TakenOf);
 }
 
 }  // namespace veduta

@@ -8,6 +8,7 @@
 #include <string>
 
 #include "storage/model/geo.h"
+#include "storage/model/taken_time.h"
 
 namespace veduta {
 
@@ -28,5 +29,9 @@ ExifCamera ReadExifCamera(std::span<const uint8_t> exif);
 // that the receiver had lost its satellites. Latitude and longitude of 0, both, are what receivers
 // write that know nothing. Heights are as the camera has them, mostly above the sea. As above.
 std::optional<GpsFix> ReadExifGps(std::span<const uint8_t> exif);
+
+// When the photo says that it was taken (DateTimeOriginal, and OffsetTimeOriginal where it is told
+// and makes sense); nothing where it does not say, or names a day that there is not. As above.
+std::optional<TakenTime> ReadExifTaken(std::span<const uint8_t> exif);
 
 }  // namespace veduta

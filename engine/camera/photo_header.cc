@@ -250,6 +250,24 @@ PhotoHeader ReadHeifHeader(Bytes bytes) {
 
 }  // namespace
 
+const char* MediaTypeOf(PhotoFormat format) {
+  switch (format) {
+    case PhotoFormat::kJpeg:
+      return "image/jpeg";
+    case PhotoFormat::kPng:
+      return "image/png";
+    case PhotoFormat::kTiff:
+      return "image/tiff";
+    case PhotoFormat::kWebp:
+      return "image/webp";
+    case PhotoFormat::kHeif:
+      return "image/heic";
+    case PhotoFormat::kUnknown:
+      break;
+  }
+  return "application/octet-stream";
+}
+
 PhotoHeader ReadPhotoHeader(Bytes bytes) {
   if (StartsWith(bytes, "\xFF\xD8\xFF")) return ReadJpegHeader(bytes);
   if (StartsWith(bytes, kPngSignature)) return ReadPngHeader(bytes);

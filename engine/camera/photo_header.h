@@ -17,6 +17,9 @@ enum class PhotoFormat : uint8_t { kUnknown, kJpeg, kPng, kTiff, kWebp, kHeif };
 // What a file of another kind is told.
 inline constexpr const char* kNoPhotoText = "the file is not a JPEG, PNG, TIFF, WebP or HEIC";
 
+// "image/jpeg" and so on.
+const char* MediaTypeOf(PhotoFormat format);
+
 enum class HeaderOutcome : uint8_t { kRead, kUnsupportedFormat, kUnreadable, kNoMemory };
 
 struct PhotoHeader {

@@ -15,6 +15,7 @@
 #include "engine/door/submission.h"
 #include "storage/base/ids.h"
 #include "storage/model/camera.h"
+#include "storage/model/taken_time.h"
 #include "storage/model/verdict.h"
 
 namespace veduta {
@@ -132,6 +133,8 @@ struct ImageAnswer {
   std::optional<PlainPose> cam_from_world;
   std::optional<EarthPose> on_earth;  // where it has a pose, and its reconstruction a place
   std::optional<GpsFix> gps;          // what the photo says of where it was taken
+  std::optional<TakenTime> taken;     // and of when
+  uint32_t contribution = 0;          // that it came with; 0: with none, or not noted
   CameraId camera;
   uint32_t width_px = 0, height_px = 0;
   uint64_t size_bytes = 0;
@@ -155,13 +158,6 @@ struct ListedImage {
   bool is_unsure = false;           // ImageAnswer::may_stand_in; no pose is told then
   std::optional<PlainPose> cam_from_world;
 };
-
-struct PhotoFile {
-  std::string media_type;  // "image/jpeg"
-  std::vector<uint8_t> bytes;
-};
-
-inline constexpr uint32_t kThumbnailSideMax = 4096;  // px; chosen by hand
 
 // The sparse points of a reconstruction; as many positions as colours.
 struct PointCloud {

@@ -135,6 +135,14 @@ struct TilesetAnswer {
   std::string json;  // the tileset.json; contents are "tiles/NAME.glb"
 };
 
+// A content of a tileset.
+struct SurfaceTileAnswer {
+  std::vector<uint8_t> glb;
+  // Damage: a sentence for each part of a coarse one that could not be read, and is left out. The
+  // bytes are not those that the name stands for then.
+  std::vector<std::string> left_out;
+};
+
 // What the dense pass has made of one photo.
 struct DepthMapAnswer {
   uint32_t width_px = 0, height_px = 0;

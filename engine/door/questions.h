@@ -15,6 +15,7 @@
 #include "engine/door/contributing.h"
 #include "engine/door/dense.h"
 #include "engine/door/earth.h"
+#include "engine/door/photo_search.h"
 #include "engine/door/repair.h"
 #include "engine/door/submission.h"
 #include "engine/door/tokens.h"
@@ -42,6 +43,10 @@ class Questions final {
   Result<ImageAnswer> Image(const std::string& name) const;
   // At most `count_max` images, ascending ids from `first` on.
   Result<std::vector<ListedImage>> Images(ImageId first, uint32_t count_max) const;
+  // Stored photos by when and where they were taken.
+  Result<FoundPhotos> SearchPhotos(const PhotoSearch& search) const;
+  // Of a city of at most kSearchedPhotosMax photos; of a larger one nothing is told.
+  Result<PhotoExtent> Extent() const;
   // The photo as it came, and a JPEG of it whose longer side has `side_px` at most, 1 to
   // kThumbnailSideMax: as long as decoding it takes. kNotFound for a rejected one.
   Result<PhotoFile> Photo(const std::string& name) const;
@@ -116,9 +121,10 @@ class Questions final {
   // A picture of a surface, or of points where there is none. The report is of `compare`.
   Result<RenderReport> Render(const RenderRequest& request) const;
   // The surface of a living reconstruction as OGC 3D Tiles 1.1 (TilesetAnswer), and one of its
-  // contents. kNotFound, saying what to do, where there is none yet or it has changed since.
+  // contents. kNotFound, saying what to do, where there is none yet or it has changed since. A
+  // coarse content leaves out what is damaged; a fine one is kCorruption then.
   Result<TilesetAnswer> Tileset(ReconstructionId id) const;
-  Result<std::vector<uint8_t>> SurfaceTile(ReconstructionId id, const std::string& name) const;
+  Result<SurfaceTileAnswer> SurfaceTile(ReconstructionId id, const std::string& name) const;
 
  private:
   friend class Engine;

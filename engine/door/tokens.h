@@ -15,6 +15,8 @@ struct TokenRequest {
   Role role = Role::kViewer;
   int64_t expires_unix_s = 0;  // 0: never
   TokenQuota quota;
+  // It is for a link that lets whoever has it read: a viewer's, and it must expire.
+  bool is_link = false;
   std::string actor = "anonymous";  // who asks for it, for the journal
 
   Status Check() const;  // the first violated bound, named with its value
@@ -33,6 +35,7 @@ struct TokenAnswer {
   Role role = Role::kViewer;
   int64_t created_unix_s = 0, expires_unix_s = 0, revoked_unix_s = 0;  // 0: never
   TokenQuota quota;
+  bool is_link = false;
 };
 
 // "viewer", "contributor", "curator", "admin".

@@ -18,6 +18,9 @@ ImageRecord NewRecord(const PreparedPhoto& photo, CameraId camera, const std::st
   record.contributor = contributor;
   record.time_unix_s = std::time(nullptr);
   record.gps = photo.gps;
+  record.taken = photo.taken;
+  record.media_type = photo.media_type;
+  record.contribution = photo.contribution;
   return record;
 }
 

@@ -268,7 +268,10 @@ Result<PreparedPhoto> PhotoPreparer::PrepareWithin(const PhotoSource& source,
   photo.known = stored.has_value();
   photo.decode_ms = watch.LapMs();
   if (photo.known) return photo;
-  photo.gps = ReadExifGps(ReadPhotoHeader(*bytes).exif);
+  const PhotoHeader header = ReadPhotoHeader(*bytes);
+  photo.gps = ReadExifGps(header.exif);
+  photo.taken = ReadExifTaken(header.exif);
+  photo.media_type = MediaTypeOf(header.format);
   ExtractBytes(*bytes, camera, &photo);
   if (photo.reason == Reason::kNone && photo.failure.ok()) {
     VEDUTA_RETURN_IF_ERROR(

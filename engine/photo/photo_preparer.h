@@ -49,6 +49,9 @@ struct PreparedPhoto {
   uint64_t size_bytes = 0;
   uint32_t width_px = 0, height_px = 0;
   std::optional<GpsFix> gps;
+  std::optional<TakenTime> taken;
+  std::string media_type;
+  uint32_t contribution = 0;      // that it comes with; 0: with none
   Reason reason = Reason::kNone;  // not kNone: rejected, and why
   std::string detail;
   // Why the photo could not be prepared, where this says nothing about the photo: its file cannot

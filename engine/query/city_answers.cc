@@ -202,6 +202,8 @@ Result<ImageAnswer> ImageAnswerOf(const Snapshot& snapshot, const ImageRecord& i
   answer.time_unix_s = image.time_unix_s;
   answer.features = image.feature_count;
   answer.gps = image.gps;
+  answer.taken = image.taken;
+  answer.contribution = image.contribution;
   VEDUTA_ASSIGN_OR_RETURN(const std::optional<PoseRecord> pose, snapshot.FindPose(image.id));
   if (pose) {
     answer.reconstruction = pose->reconstruction;

@@ -203,6 +203,9 @@ Status CheckPhoto(const CheckedCity& city, const ImageRecord& image, std::string
   violations->Expect(!image.gps || image.gps == ReadExifGps(header.exif), [&] {
     return NameOf(image.id) + ": the stored photo does not say that it was taken there";
   });
+  violations->Expect(!image.taken || image.taken == ReadExifTaken(header.exif), [&] {
+    return NameOf(image.id) + ": the stored photo does not say that it was taken then";
+  });
   if (city.preparer == nullptr) return Status::Ok();
   return CompareFeatures(city, image, bytes, violations);
 }

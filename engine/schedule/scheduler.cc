@@ -316,6 +316,7 @@ bool Scheduler::Apply(Entries::iterator entry, std::unique_lock<std::mutex>* loc
 }
 
 Result<AddOutcome> Scheduler::ApplyPrepared(Entry* entry) {
+  (*entry->prepared)->contribution = entry->photo.contribution;
   Writer::Turn turn = writer_->Take();
   return (*ingest_)->Apply(std::move(**entry->prepared), *entry->photo.camera,
                            entry->photo.contributor);

@@ -56,6 +56,7 @@ struct WaitingPhoto {
   PhotoSource photo;
   std::optional<CameraRecord> camera;  // nothing where none was named and it is not known yet
   std::string contributor;
+  uint32_t contribution = 0;  // that it comes with; 0: with none
   AnswerCallback answered;
   // Of a photo that waits on the disk: called before it is answered, without any lock held. The
   // first argument says whether it has no need to wait any more.

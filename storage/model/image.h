@@ -9,6 +9,7 @@
 #include "storage/base/content_hash.h"
 #include "storage/base/ids.h"
 #include "storage/model/geo.h"
+#include "storage/model/taken_time.h"
 #include "storage/model/verdict.h"
 
 namespace veduta {
@@ -32,6 +33,10 @@ struct ImageRecord {
   Reason reason = Reason::kNone;
   std::string detail;         // the reason with its numbers, for a person
   std::optional<GpsFix> gps;  // what the photo says of where it was taken
+  // The next three are not part of the digest: an earlier program left them unset.
+  std::optional<TakenTime> taken;  // what the photo says of when it was taken
+  std::string media_type;          // of its bytes, "image/jpeg"; empty: not noted
+  uint32_t contribution = 0;       // that it came with; 0: with none, or not noted
 };
 
 }  // namespace veduta

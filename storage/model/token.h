@@ -34,6 +34,7 @@ struct TokenRecord {
   int64_t expires_unix_s = 0;  // 0: never
   int64_t revoked_unix_s = 0;  // 0: it was not
   TokenQuota quota;
+  bool is_link = false;  // a link for reading is made of it: a viewer's, and it expires
 };
 
 }  // namespace veduta

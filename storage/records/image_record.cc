@@ -15,6 +15,28 @@ namespace {
 // In a key of `names` a byte 0 is followed by what it means.
 constexpr char kZero = '\0', kEndOfName = '\1', kZeroOfName = '\xff';
 
+Status Check(const TakenTime& taken) {
+  if (taken.local_unix_s < kTakenUnixSMin || taken.local_unix_s > kTakenUnixSMax)
+    return Broken("time when it was taken", taken.local_unix_s, "in the years 1826 to 9999");
+  const int32_t offset_s = taken.offset_s.value_or(0);
+  if (offset_s < kTakenOffsetSMin || offset_s > kTakenOffsetSMax)
+    return Broken("offset of the camera's clock", offset_s, "-12 to 14 hours");
+  return Status::Ok();
+}
+
+void Fill(schema::Taken::Builder to, const TakenTime& taken) {
+  to.setLocalUnixS(taken.local_unix_s);
+  to.setHasOffset(taken.offset_s.has_value());
+  to.setOffsetS(taken.offset_s.value_or(0));
+}
+
+TakenTime Read(schema::Taken::Reader from) {
+  TakenTime taken;
+  taken.local_unix_s = from.getLocalUnixS();
+  if (from.getHasOffset()) taken.offset_s = from.getOffsetS();
+  return taken;
+}
+
 }  // namespace
 
 // No default in these switches: the compiler names an enumerator that was forgotten.
@@ -105,12 +127,14 @@ Status Check(const ImageRecord& image) {
     return Broken("verdict", static_cast<uint64_t>(image.verdict), "a known one");
   if (!Known(image.reason))
     return Broken("reason", static_cast<uint64_t>(image.reason), "a known one");
+  if (image.taken) VEDUTA_RETURN_IF_ERROR(Check(*image.taken));
   return image.gps ? Check(*image.gps) : Status::Ok();
 }
 
 Result<std::string> Encode(const ImageRecord& image) {
   VEDUTA_RETURN_IF_ERROR(Check(image));
-  const size_t payload = image.name.size() + image.contributor.size() + image.detail.size() + 32;
+  const size_t payload = image.name.size() + image.contributor.size() + image.detail.size() +
+                         image.media_type.size() + 32;
   return WriteMessage<schema::Image>(payload, [&](auto to) {
     to.setName(AsText(image.name));
     to.setPhoto(AsData(image.photo.bytes.data(), image.photo.bytes.size()));
@@ -125,6 +149,9 @@ Result<std::string> Encode(const ImageRecord& image) {
     to.setReason(static_cast<uint8_t>(image.reason));
     to.setDetail(AsText(image.detail));
     if (image.gps) Fill(to.initGps(), *image.gps);
+    if (image.taken) Fill(to.initTaken(), *image.taken);
+    if (!image.media_type.empty()) to.setMediaType(AsText(image.media_type));
+    to.setContribution(image.contribution);
   });
 }
 
@@ -147,6 +174,10 @@ Status Decode(std::string_view value, ImageId id, ImageRecord* image) {
     image->detail = FromText(from.getDetail());
     image->gps.reset();
     if (from.hasGps()) image->gps = Read(from.getGps());
+    image->taken.reset();
+    if (from.hasTaken()) image->taken = Read(from.getTaken());
+    image->media_type = FromText(from.getMediaType());
+    image->contribution = from.getContribution();
     return Damaged(Check(*image));
   });
 }

@@ -57,6 +57,7 @@ struct Token {
   photosPerDay @6 :UInt32;
   bytesPerDay @7 :UInt64;
   requestsPerSecond @8 :UInt32;
+  isLink @9 :Bool;
 }
 
 struct Hypothesis {
@@ -125,6 +126,15 @@ struct Image {
   reason @10 :UInt8;
   detail @11 :Text;
   gps @12 :Gps;
+  taken @13 :Taken;
+  mediaType @14 :Text;
+  contribution @15 :UInt32;
+}
+
+struct Taken {
+  localUnixS @0 :Int64;
+  hasOffset @1 :Bool;
+  offsetS @2 :Int32;
 }
 
 struct Gps {

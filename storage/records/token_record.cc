@@ -27,6 +27,9 @@ Status Check(const TokenRecord& token) {
   if (token.name.empty()) return Broken("name of a token", "empty", "given");
   if (token.role < Role::kViewer || token.role > Role::kAdmin)
     return Broken("role", static_cast<int>(token.role), "1 to 4");
+  if (token.is_link && token.role != Role::kViewer)
+    return Broken("role of a link", static_cast<int>(token.role), "1");
+  if (token.is_link && token.expires_unix_s == 0) return Broken("end of a link", 0, "given");
   return Status::Ok();
 }
 
@@ -42,6 +45,7 @@ Result<std::string> Encode(const TokenRecord& token) {
     to.setPhotosPerDay(token.quota.photos_per_day);
     to.setBytesPerDay(token.quota.bytes_per_day);
     to.setRequestsPerSecond(token.quota.requests_per_s);
+    to.setIsLink(token.is_link);
   });
 }
 
@@ -56,6 +60,7 @@ Status Decode(std::string_view value, TokenRecord* token) {
     token->expires_unix_s = from.getExpiresUnixS();
     token->revoked_unix_s = from.getRevokedUnixS();
     token->quota = {from.getPhotosPerDay(), from.getBytesPerDay(), from.getRequestsPerSecond()};
+    token->is_link = from.getIsLink();
     return Damaged(Check(*token));
   });
 }

@@ -14,6 +14,7 @@ import re
 from city import (PHOTOS, SIZE, WHOLE, Case, add_command, at, main, make_whole, must, new_database,
                   photo, read, render, run, write)
 from daemon import Daemon
+from exif_time import with_time
 
 PAGE = os.path.join(os.path.dirname(__file__), '..', '..', 'docs', 'json.md')
 # Sections that list no keys: they point to another page.
@@ -121,6 +122,10 @@ def make_on_earth(keep):
     keep('georeference', 'georeference', db, '--gcp', at('gcp.txt'))
     keep('show', 'show', db, point[0][0])
     keep('pose', 'pose', db, point[0][0])
+    write(at('timed.jpg'), with_time(read(os.path.join(photos, point[1][0])), '2023:11:14 22:13:20',
+                                     '+01:00'))
+    PRINTED['veduta add'] += lines_of(*add_command(db, at('timed.jpg')))
+    keep('show', 'show', db, 'timed.jpg')
     write(at('asked.jpg'), read(os.path.join(photos, point[0][0])) + b'\0')
     keep('localize', 'localize', db, '--camera', 'c', at('asked.jpg'))
 
@@ -174,6 +179,7 @@ def setUpModule():
     keep('forbidden', 'forbidden', merged)
     for name, days in (('anna', ()), ('bela', ('--days', '9'))):
         keep('token create', 'token', 'create', merged, name, *days)
+    keep('token link', 'token', 'link', merged, 'cara')
     must('token', 'revoke', merged, '1')
     keep('token list', 'token', 'list', merged)
     keep('remove', 'remove', merged, 'photo0012.jpg')

@@ -7,12 +7,13 @@
 #   that is set.
 # usage: tests/cli/page_test.py VEDUTA VEDUTA_STREET BUILT_PAGE [TEST...]
 #   BUILT_PAGE: the folder in the build tree in which the page was built
+import json
 import os
 import shutil
 import subprocess
 import sys
 
-from city import Case, add, at, main, new_database, render, SIZE
+from city import Case, add, at, main, must, new_database, render, SIZE
 from daemon import Daemon
 
 if len(sys.argv) < 4:
@@ -52,6 +53,20 @@ class Page(Case):
             done = subprocess.run(
                 [NODE, os.path.join(BUILT_PAGE, 'test', 'page_test.mjs'),
                  'http://' + daemon.host, more, pictures, CHROMIUM], capture_output=True)
+        self.assertEqual(done.returncode, 0, (done.stdout + done.stderr).decode())
+
+    def test_a_link_for_reading_opens_the_city(self):
+        if CHROMIUM is None or NODE is None:
+            self.skipTest('there is no chromium, or no node: tools/install.sh installs them')
+        photos = render('linked', '--photos', '3', '--size', SIZE)
+        db = new_database('linked.veduta')
+        self.assertEqual(add(db, photos)[0], 0)
+        link = json.loads(must('token', 'link', db, 'a friend', '--json'))
+        with Daemon(db) as daemon:
+            self.assertEqual(daemon.ask('GET', '/v1/status')[0], 401)
+            done = subprocess.run(
+                [NODE, os.path.join(BUILT_PAGE, 'test', 'link_test.mjs'),
+                 'http://' + daemon.host, link['path'], CHROMIUM], capture_output=True)
         self.assertEqual(done.returncode, 0, (done.stdout + done.stderr).decode())
 
 

@@ -96,6 +96,52 @@ class Tokens(Case):
                      '--role', 'king')
         self.refused(2, 'name', 'token', 'create', db, '')
 
+    def test_a_link_lets_whoever_has_it_read_until_it_ends(self):
+        db = new_database('links')
+        curator, sender = make(db, 'kai', 'curator'), make(db, 'anna', 'contributor')
+        as_json = {'Content-Type': 'application/json'}
+        with Daemon(db) as daemon:
+            def post(path, token, **members):
+                code, _, body = daemon.ask('POST', path, json.dumps(members),
+                                           {**as_json, **bearer(token)})
+                return code, json.loads(body)
+            self.assertEqual(post('/v1/links', sender, name='x', days=1)[0], 403)
+            for members in ({'name': 'x'}, {'name': 'x', 'days': 0}, {'name': 'x', 'days': 400},
+                            {'days': 1}):
+                self.assertEqual(post('/v1/links', curator, **members)[0], 400, members)
+            code, made = post('/v1/links', curator, name='the council', days=3)
+            self.assertEqual(code, 201)
+            path, token = made['path'].split('=')
+            self.assertEqual(path, '/#link')
+            self.assertEqual(self.code(daemon, 'GET', '/v1/photos', token), 200)
+            self.assertEqual(self.code(daemon, 'POST', '/v1/photos?name=a.jpg', token, photo(1),
+                                       JPEG), 403)
+            self.assertEqual(self.code(daemon, 'GET', '/v1/links', token), 403)
+            # A token is taken from the header alone.
+            self.assertEqual(self.code(daemon, 'GET', '/v1/status?link=' + token), 400)
+            code, _, body = daemon.ask('GET', '/v1/links', None, bearer(curator))
+            listed, = json.loads(body)
+            self.assertEqual((listed['number'], listed['name'], listed['role'], listed['link']),
+                             (made['number'], 'the council', 'viewer', True))
+            self.assertEqual(listed['expires'] - listed['created'], 3 * 86_400)
+            self.assertNotIn(token.encode(), body)
+            # Tokens of people are not theirs to revoke.
+            self.assertEqual(post('/v1/links/2/revoke', curator)[0], 404)
+            self.assertEqual(post(f'/v1/links/{made["number"]}/revoke', curator)[0], 200)
+            self.assertEqual(self.code(daemon, 'GET', '/v1/photos', token), 401)
+            printed = must('token', 'link', db, 'a friend', '--at', 'https://city.example').strip()
+            self.assertTrue(printed.startswith('https://city.example/#link=veduta-4-'), printed)
+            self.assertEqual(self.code(daemon, 'GET', '/v1/photos', printed.split('=')[1]), 200)
+            code, headers, _ = daemon.ask('GET', '/')
+            self.assertEqual((code, headers['Referrer-Policy']), (200, 'no-referrer'))
+        self.assertRegex(must('token', 'list', db), r'\n +4  link +a friend, .*, until ')
+        done = [json.loads(line) for line in must('journal', db).splitlines()]
+        self.assertIn(('kai', 'made link 3 of the council'),
+                      [(e['actor'], e['detail']) for e in done])
+        for secret in (token, printed.split('=')[1]):
+            self.assertNotIn(secret.split('-', 2)[2], json.dumps(done))
+        self.refused(2, 'Value 0 not in range', 'token', 'link', db, 'x', '--days', '0')
+
     def test_other_machines_may_ask_once_there_is_a_token(self):
         db = new_database('open')
         self.refused(2, 'token create', 'serve', db, '--http', '0.0.0.0:0')

@@ -139,5 +139,21 @@ TEST(Tokens, SecretsDiffer) {
   EXPECT_EQ(texts.size(), 20u);
 }
 
+TEST(Tokens, ALinkIsAViewersAndExpires) {
+  City city;
+  TokenRequest request = Request("council", Role::kViewer, std::time(nullptr) + 1000);
+  request.is_link = true;
+  const auto made = city.engine().CreateToken(request);
+  ASSERT_OK(made);
+  const auto found = Check(city, made->text);
+  ASSERT_TRUE(found);
+  EXPECT_TRUE(found->is_link);
+  request.role = Role::kContributor;
+  EXPECT_EQ(city.engine().CreateToken(request).status().code(), StatusCode::kInvalidArgument);
+  request.role = Role::kViewer;
+  request.expires_unix_s = 0;
+  EXPECT_EQ(city.engine().CreateToken(request).status().code(), StatusCode::kInvalidArgument);
+}
+
 }  // namespace
 }  // namespace veduta

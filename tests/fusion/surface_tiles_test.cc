@@ -13,6 +13,7 @@
 #include "engine/earth/local_frame.h"
 #include "tests/engine/street_fixture.h"
 #include "tests/fusion/surface/glb_reader.h"
+#include "tests/storage/stored_families.h"
 
 namespace veduta {
 namespace {
@@ -47,7 +48,9 @@ class SurfaceTilesTest : public testing::Test {
     const std::string uri = node["content"]["uri"];
     const std::string name = uri.substr(6, uri.size() - 6 - 4);
     EXPECT_EQ(uri, "tiles/" + name + ".glb");
-    return city_.engine().Ask().SurfaceTile(kFirst, name);
+    VEDUTA_ASSIGN_OR_RETURN(SurfaceTileAnswer tile, city_.engine().Ask().SurfaceTile(kFirst, name));
+    left_out_ = tile.left_out;
+    return std::move(tile.glb);
   }
 
   static void Visit(const Json& node, const std::function<void(const Json&)>& visit) {
@@ -58,6 +61,7 @@ class SurfaceTilesTest : public testing::Test {
 
   City city_;
   double voxel_ = 0;
+  std::vector<std::string> left_out_;  // of the last content
 };
 
 void ExpectInBox(const GlbFile& file, const Json& node) {
@@ -215,6 +219,53 @@ TEST_F(SurfaceTilesTest, StandsWhereTheCityIsOnTheEarth) {
   const Eigen::Vector3d expected = LocalFrame(told).EcefFromEnu().topRightCorner<3, 1>();
   EXPECT_LT((earth - expected).norm(), 1e-6);
   EXPECT_OK(Content(tileset["root"]));
+}
+
+TEST_F(SurfaceTilesTest, ADamagedLeafCostsItselfAlone) {
+  Densify();
+  const Json tileset = Tileset();
+  const auto whole = Content(tileset["root"]);
+  ASSERT_OK(whole);
+  EXPECT_TRUE(left_out_.empty());
+  city_.Close();
+  {
+    StoredFamilies stored(city_.path());
+    std::string key;
+    for (const std::string& one : stored.Keys(Family::kSurface)) {
+      if (one[0] == static_cast<char>(SurfacePart::kMesh)) key = one;
+    }
+    std::string value = *stored.Get(Family::kSurface, key);
+    ASSERT_GT(value.size(), 100u);
+    value[0] = static_cast<char>(value[0] ^ 0x40);
+    stored.Put(Family::kSurface, key, value);
+  }
+  city_.Reopen();
+  size_t damaged_leaves = 0, damaged_nodes = 0;
+  Visit(tileset["root"], [&](const Json& node) {
+    left_out_.clear();
+    const auto content = Content(node);
+    if (node.contains("children")) {
+      ASSERT_OK(content);
+      EXPECT_LE(left_out_.size(), 1u);
+      damaged_nodes += left_out_.size();
+    } else if (!content.ok()) {
+      EXPECT_EQ(content.status().code(), StatusCode::kCorruption);
+      ++damaged_leaves;
+    }
+  });
+  EXPECT_EQ(damaged_leaves, 1u);
+  EXPECT_GE(damaged_nodes, 1u);
+  const auto root = Content(tileset["root"]);
+  ASSERT_OK(root);
+  ASSERT_EQ(left_out_.size(), 1u);
+  EXPECT_NE(left_out_[0].find("reconstruction 1 at tile "), std::string::npos) << left_out_[0];
+  const size_t triangles = TrianglesOf(GlbFile(*root));
+  EXPECT_LT(triangles, TrianglesOf(GlbFile(*whole)));
+  EXPECT_GT(triangles, 0u);
+  const auto violations = city_.engine().Ask().Verify({});
+  ASSERT_OK(violations);
+  EXPECT_FALSE(violations->empty());
+  for (const std::string& violation : *violations) std::printf("  %s\n", violation.c_str());
 }
 
 }  // namespace

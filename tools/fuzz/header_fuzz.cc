@@ -38,5 +38,9 @@ extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
   Expect(!gps || (std::abs(gps->latitude_deg) <= 90 && std::abs(gps->longitude_deg) <= 180 &&
                   gps->accuracy_m >= 0),
          "a place that is told lies on the earth");
+  const auto taken = veduta::ReadExifTaken(header.exif);
+  Expect(!taken || (taken->local_unix_s >= veduta::kTakenUnixSMin &&
+                    taken->local_unix_s <= veduta::kTakenUnixSMax),
+         "a time that is told can be kept");
   return 0;
 }

@@ -65,10 +65,17 @@ export interface PhotoDetails {
   height: number;
   contributor: string;
   time: number;
+  contribution: number | null;
   features: number;
   observations: number;
   neighbors: Neighbor[];
   hypotheses: Hypothesis[];
+}
+
+export interface Contribution {
+  contribution: number;
+  comment: string;
+  licence: string;
 }
 
 export interface Reconstruction {

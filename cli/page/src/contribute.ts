@@ -15,9 +15,14 @@ export type Stage =
   | "refused" // `words` tell why
   | "unknown"; // its turn has come, and the daemon has forgotten it
 
-// Photos that are sent together, with a comment on all of them.
-interface Contribution {
+// What a person says of all photos that are sent together; "": nothing.
+export interface Remarks {
   readonly comment: string;
+  readonly licence: string;
+}
+
+// Photos that are sent together.
+interface Contribution extends Remarks {
   readonly contributor: string;
   number: Promise<number> | null; // once it was asked for
   isClosed: boolean;
@@ -25,7 +30,7 @@ interface Contribution {
 
 export interface Job {
   file: File;
-  contribution: Contribution | null; // null: there is no comment
+  contribution: Contribution | null; // null: nothing is said of it
   contributor: string; // "": the daemon chooses
   camera: string; // "": it is found by the photo
   stage: Stage;
@@ -58,9 +63,9 @@ export class Sender {
     private readonly onChange: (job: Job) => void,
   ) {}
 
-  // `comment` is on all of these photos; "": there is none.
-  add(files: Iterable<File>, contributor: string, camera: string, comment: string): void {
-    const contribution = comment ? this.contributionFor(comment, contributor) : null;
+  add(files: Iterable<File>, contributor: string, camera: string, remarks: Remarks): void {
+    const isRemarked = remarks.comment !== "" || remarks.licence !== "";
+    const contribution = isRemarked ? this.contributionFor(remarks, contributor) : null;
     for (const file of files) {
       const job: Job = {
         file,
@@ -80,11 +85,14 @@ export class Sender {
   }
 
   // Goes on with the one that is open, where it says the same.
-  private contributionFor(comment: string, contributor: string): Contribution {
+  private contributionFor(remarks: Remarks, contributor: string): Contribution {
     const last = this.contribution;
-    const isSame = last?.comment === comment && last.contributor === contributor;
+    const isSame =
+      last?.comment === remarks.comment &&
+      last.licence === remarks.licence &&
+      last.contributor === contributor;
     if (last && isSame && !last.isClosed) return last;
-    return (this.contribution = { comment, contributor, number: null, isClosed: false });
+    return (this.contribution = { ...remarks, contributor, number: null, isClosed: false });
   }
 
   get doneCount(): number {
@@ -153,9 +161,9 @@ export class Sender {
 
   // Opens it where that was not done yet.
   private numberOf(contribution: Contribution): Promise<number> {
-    const { comment, contributor } = contribution;
+    const { comment, licence, contributor } = contribution;
     contribution.number ??= this.api
-      .send<{ contribution: number }>("/v1/contributions", { comment, contributor })
+      .send<{ contribution: number }>("/v1/contributions", { comment, licence, contributor })
       .then((opened) => opened.contribution)
       .catch((error: unknown) => {
         contribution.number = null; // the next photo tries again

@@ -8,6 +8,7 @@ import { el, sayAgain } from "./dom";
 import { followJournal } from "./events";
 import { LayerSwitch } from "./layer_switch";
 import { buildLayout } from "./layout";
+import { takeLink } from "./link";
 import { ContributePanel } from "./panel_contribute";
 import { HistoryPanel } from "./panel_history";
 import { PhotoPanel } from "./panel_photo";
@@ -31,6 +32,15 @@ const tokenForm = new TokenForm(() => {
   location.reload();
 });
 const api: Api = new Api((detail) => tokenForm.ask(api.token !== null, detail));
+const link = takeLink();
+if (link !== null) api.token = link;
+// A link that is opened where the page is shown already loads nothing by itself.
+window.addEventListener("hashchange", () => {
+  const next = takeLink();
+  if (next === null) return;
+  api.token = next;
+  location.reload();
+});
 const status = new StatusLine();
 const tell = (error: unknown) => status.tellError(error);
 const city = new City(api, tell, () => status.regain());

@@ -10,6 +10,9 @@ import { t, type WordKey } from "./words";
 
 const CONTRIBUTOR_KEY = "veduta.contributor";
 
+// That are proposed, by their identifiers (SPDX); any other text may be written.
+const LICENCES = ["CC0-1.0", "CC-BY-4.0", "CC-BY-SA-4.0"];
+
 const STAGE_WORDS: Record<Exclude<Job["stage"], "judged">, WordKey> = {
   line: "stage_line",
   sending: "stage_sending",
@@ -39,6 +42,10 @@ export class ContributePanel {
   private readonly comment = el("input", {
     id: "comment",
     attributes: { type: "text", autocomplete: "off", maxlength: "500" },
+  });
+  private readonly licence = el("input", {
+    id: "licence",
+    attributes: { type: "text", autocomplete: "off", maxlength: "100", list: "licences" },
   });
   private readonly input = el("input", {
     id: "files",
@@ -77,6 +84,13 @@ export class ContributePanel {
       this.camera,
       el("label", { words: "comment", attributes: { for: "comment" } }),
       this.comment,
+      el("label", { words: "licence_label", attributes: { for: "licence" } }),
+      this.licence,
+      el(
+        "datalist",
+        { id: "licences" },
+        ...LICENCES.map((one) => el("option", { attributes: { value: one } })),
+      ),
     );
     this.element.append(zone, this.input, this.summary, this.list);
     this.listenForDrops(zone);
@@ -95,8 +109,8 @@ export class ContributePanel {
 
   private send(files: FileList | null): void {
     if (!files || files.length === 0) return;
-    const comment = this.comment.value.trim();
-    this.sender.add([...files], this.name.value.trim(), this.camera.value, comment);
+    const remarks = { comment: this.comment.value.trim(), licence: this.licence.value.trim() };
+    this.sender.add([...files], this.name.value.trim(), this.camera.value, remarks);
   }
 
   // Photos may be dropped anywhere on the page: a file that misses the zone must not open.

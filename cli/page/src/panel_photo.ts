@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // What is known of the selected photo: its thumbnail, its verdict and why, and its neighbours.
-import { isPlaced, type PhotoDetails } from "./answers";
+import { isPlaced, type Contribution, type PhotoDetails } from "./answers";
 import { Problem, type Api } from "./api";
 import type { City } from "./city";
 import { el, foreign, moreButton } from "./dom";
@@ -20,6 +20,7 @@ export interface PhotoActions {
 export class PhotoPanel {
   readonly element = el("section", { class: "photo" });
   details: PhotoDetails | null = null;
+  private readonly contributions = new Map<number, Contribution>(); // that were read
   private picture: HTMLImageElement | null = null;
   private id: number | null = null;
   private neighborRows = NEIGHBORS;
@@ -45,6 +46,7 @@ export class PhotoPanel {
     if (id === null) return null;
     if (!isSame) this.renderHead();
     const details = await this.api.jsonIfChanged<PhotoDetails>(`/v1/photos/%23${id}`);
+    await this.readContribution(details.contribution);
     if (this.id !== id) return null;
     if (details !== this.details) {
       this.details = details;
@@ -63,6 +65,17 @@ export class PhotoPanel {
     if (!held) return;
     const heir = this.element.querySelector<HTMLElement>(`[data-key="${held}"]`);
     heir?.focus({ preventScroll: true });
+  }
+
+  // What is said of it never changes. One that cannot be read says nothing.
+  private async readContribution(number: number | null): Promise<void> {
+    if (number === null || this.contributions.has(number)) return;
+    try {
+      const path = `/v1/contributions/${number}`;
+      this.contributions.set(number, await this.api.json<Contribution>(path));
+    } catch (error) {
+      if (!(error instanceof Problem)) throw error;
+    }
   }
 
   private heldKey(): string | undefined {
@@ -133,6 +146,9 @@ export class PhotoPanel {
     const isUnsure = details.may_stand_in.length > 0;
     fact(el("dt", { words: "verdict" }), verdictBadge(isUnsure ? "unsure" : details.verdict));
     fact(el("dt", { words: "reason" }), foreign(details.reason));
+    const said = this.contributions.get(details.contribution ?? 0);
+    if (said?.comment) fact(el("dt", { words: "remark" }), foreign(said.comment));
+    if (said?.licence) fact(el("dt", { words: "licence" }), foreign(said.licence));
     const line = t("features_line", {
       observations: details.observations,
       features: details.features,

@@ -201,6 +201,7 @@ async function testUpload() {
   const cameras = await page.$$eval("#camera option", (nodes) => nodes.map((node) => node.value));
   await page.select("#camera", camera ?? cameras[1] ?? "");
   await page.type("#comment", "a walk <b>by the river</b>");
+  await page.type("#licence", "CC-BY-4.0");
   await page.evaluate(() => {
     window.stages = [];
     new MutationObserver(() => {
@@ -236,8 +237,9 @@ async function testUpload() {
     assert.ok(i < 60, "the contribution is closed");
     await settle(100);
   }
-  const [{ comment, photos: sent }] = await contributions();
-  assert.deepEqual([comment, sent], ["a walk <b>by the river</b>", names.length]);
+  const [{ comment, licence, photos: sent }] = await contributions();
+  const remarks = ["a walk <b>by the river</b>", "CC-BY-4.0"];
+  assert.deepEqual([comment, licence, sent], [...remarks, names.length]);
   const shown = () => viewData("reconstruction").then(Number);
   const hasAll = async () => {
     const id = await shown();
@@ -262,6 +264,8 @@ async function testUpload() {
     const image = document.querySelector(".photo .thumbnail img");
     return document.querySelector("#view").dataset.selected !== "" && image?.naturalWidth > 0;
   });
+  const facts = await page.$eval(".photo dl", (node) => node.textContent);
+  for (const one of remarks) assert.ok(facts.includes(one), `${one} is told of the photo`);
   await page.click(".photo .back");
   await waitForView("selected", "");
 

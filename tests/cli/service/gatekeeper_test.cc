@@ -68,6 +68,14 @@ const std::vector<Asked>& AllRoutes() {
       {"GET", {"v1", "reconstructions", "1", "points"}, 1},
       {"GET", {"v1", "reconstructions", "1", "surface", "tileset.json"}, 1},
       {"GET", {"v1", "reconstructions", "1", "surface", "tiles", "a.glb"}, 1},
+      {"GET", {"v1", "stac"}, 1},
+      {"GET", {"v1", "stac", "conformance"}, 1},
+      {"GET", {"v1", "stac", "collections"}, 1},
+      {"GET", {"v1", "stac", "collections", "photos"}, 1},
+      {"GET", {"v1", "stac", "collections", "photos", "items"}, 1},
+      {"GET", {"v1", "stac", "collections", "photos", "items", "1"}, 1},
+      {"GET", {"v1", "stac", "search"}, 1},
+      {"POST", {"v1", "stac", "search"}, 1},
       {"GET", {"v1", "georeference"}, 1},
       {"POST", {"v1", "georeference"}, 3, true},
       {"GET", {"v1", "hypotheses"}, 1},
@@ -77,7 +85,10 @@ const std::vector<Asked>& AllRoutes() {
       {"POST", {"v1", "allowed"}, 3, true},
       {"GET", {"v1", "tokens"}, 4, true},
       {"POST", {"v1", "tokens"}, 4, true},
-      {"POST", {"v1", "tokens", "1", "revoke"}, 4, true}};
+      {"POST", {"v1", "tokens", "1", "revoke"}, 4, true},
+      {"GET", {"v1", "links"}, 3, true},
+      {"POST", {"v1", "links"}, 3, true},
+      {"POST", {"v1", "links", "1", "revoke"}, 3, true}};
   return kAll;
 }
 

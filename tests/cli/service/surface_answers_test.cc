@@ -48,5 +48,39 @@ TEST(SurfaceAnswers, AreTaggedAndSayWhatIsMissing) {
     EXPECT_EQ(AnswerWithSurfaceTile(engine, {}, {"1", wrong}).code, 404u) << wrong;
 }
 
+TEST(SurfaceAnswers, ACoarseTileWithoutADamagedPartIsKeptByNobody) {
+  City city;
+  city.Add({{20.0, 90}, {20.7, 90}, {21.4, 90}, {22.1, 90}});
+  DensifyRequest densify;
+  densify.device = "cpp";
+  densify.options.depth_side_px = 96;
+  densify.options.voxel_px = 0.7;  // of some more tiles
+  ASSERT_OK(city.engine().Densify(densify));
+  {
+    Writer::Turn turn = city.parts().writer->Take();
+    const auto transaction = turn.database().BeginTransaction();
+    GridPlace place;
+    ASSERT_OK(turn.database().GetSnapshot()->dense().ScanTiles(ReconstructionId(1),
+                                                               [&](const TileRecord& tile) {
+                                                                 if (tile.triangle_count > 0)
+                                                                   place = tile.place;
+                                                                 return true;
+                                                               }));
+    const std::vector<uint8_t> damaged(100, 0xFF);
+    transaction->dense().PutSurface(SurfacePart::kMesh, ReconstructionId(1), place, damaged);
+    ASSERT_OK(transaction->Commit());
+  }
+  const HttpAnswer tileset = AnswerWithTileset(&city.engine(), {}, {"1"});
+  const std::string uri = Json::parse(tileset.body)["root"]["content"]["uri"];
+  const HttpAnswer root =
+      AnswerWithSurfaceTile(&city.engine(), {}, {"1", uri.substr(uri.find('/') + 1)});
+  ASSERT_EQ(root.code, 200u) << root.body;
+  EXPECT_EQ(root.body.substr(0, 4), "glTF");
+  EXPECT_EQ(HeaderOf(root, "Cache-Control"), "no-store");
+  EXPECT_EQ(HeaderOf(root, "ETag"), "");
+  ASSERT_EQ(root.damages.size(), 1u);
+  EXPECT_NE(root.damages[0].find("is left out"), std::string::npos) << root.damages[0];
+}
+
 }  // namespace
 }  // namespace veduta

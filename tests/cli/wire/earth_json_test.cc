@@ -6,6 +6,9 @@
 
 #include <gtest/gtest.h>
 
+#include <Eigen/Geometry>
+#include <numbers>
+
 #include "cli/wire/added_json.h"
 #include "cli/wire/answers_json.h"
 
@@ -38,6 +41,40 @@ TEST(EarthJson, Pose) {
   LocalizedPhoto photo;
   photo.on_earth = SomeEarthPose();
   EXPECT_EQ(JsonLine(ToJson(photo)["on_earth"]), kEarthPose);
+}
+
+TEST(EarthJson, BothGeoPosesAreTheSameRotation) {
+  std::vector<Eigen::Quaterniond> rotations = {Eigen::Quaterniond(0.5, 0.5, -0.5, 0.5),
+                                               Eigen::Quaterniond::Identity()};
+  const double r = std::sqrt(0.5);
+  for (const double sign : {1., -1.}) {  // the x axis is upright
+    rotations.push_back(Eigen::Quaterniond(r, 0, sign * r, 0));
+    rotations.push_back(Eigen::AngleAxisd(1, Eigen::Vector3d::UnitZ()) * rotations.back());
+  }
+  for (int i = 1; i < 20; ++i)
+    rotations.push_back(
+        Eigen::Quaterniond(i % 5 - 2.5, i % 3 - 1, i % 7 - 3, 0.1 * i).normalized());
+  for (const Eigen::Quaterniond& rotation : rotations) {
+    EarthPose pose = SomeEarthPose();
+    pose.enu_from_cam_xyzw = {rotation.x(), rotation.y(), rotation.z(), rotation.w()};
+    const Json json = GeoPoseYprJson(pose);
+    EXPECT_EQ(json["position"], GeoPoseJson(pose)["position"]);
+    EXPECT_EQ(json.size(), 2u);
+    const auto angle = [&](const char* name) {
+      return json["angles"][name].get<double>() * std::numbers::pi / 180;
+    };
+    const Eigen::Quaterniond again(Eigen::AngleAxisd(angle("yaw"), Eigen::Vector3d::UnitZ()) *
+                                   Eigen::AngleAxisd(angle("pitch"), Eigen::Vector3d::UnitY()) *
+                                   Eigen::AngleAxisd(angle("roll"), Eigen::Vector3d::UnitX()));
+    EXPECT_LT(again.angularDistance(rotation), 1e-6) << json;
+  }
+}
+
+TEST(EarthJson, WhenAPhotoWasTaken) {
+  EXPECT_EQ(JsonLine(ToJson(TakenTime{1'700'000'000, 3600})),
+            R"({"clock":"2023-11-14T22:13:20","offset_s":3600})");
+  EXPECT_EQ(JsonLine(ToJson(TakenTime{0, std::nullopt})),
+            R"({"clock":"1970-01-01T00:00:00","offset_s":null})");
 }
 
 TEST(EarthJson, Georeference) {

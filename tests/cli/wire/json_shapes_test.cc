@@ -169,7 +169,8 @@ TEST(Answers, ImageWithoutAPose) {
                 R"("bytes":5000,)"
                 R"("sha256":"ab12","contributor":"anna","time":1700000000,"features":900,)"
                 R"("observations":300,"neighbors":[],"depth_map":null,"uncertainty":null,)"
-                R"("hypotheses":[],"gps":null,"on_earth":null})");
+                R"("hypotheses":[],"gps":null,"taken":null,)"
+                R"("contribution":null,"on_earth":null})");
 }
 
 TEST(Answers, ImageWithAll) {

@@ -125,5 +125,44 @@ TEST(Exif, BrokenPlacesAreOnTheEarth) {
   }
 }
 
+FileBytes TimeBlock(const char* time, const char* offset) {
+  Exiv2::ExifData data;
+  if (*time != 0) data["Exif.Photo.DateTimeOriginal"] = time;
+  if (*offset != 0) data["Exif.Photo.OffsetTimeOriginal"] = offset;
+  data["Exif.Image.DateTime"] = "2001:02:03 04:05:06";  // when it was changed
+  return testing::BlockOf(data);
+}
+
+TEST(Exif, TellsWhenAPhotoWasTaken) {
+  const auto told = ReadExifTaken(TimeBlock("2023:11:14 22:13:20", "+05:30"));
+  ASSERT_TRUE(told);
+  EXPECT_EQ(told->local_unix_s, 1'700'000'000);
+  EXPECT_EQ(told->offset_s, 19'800);
+  EXPECT_EQ(ReadExifTaken(TimeBlock("2024:02:29 00:00:00", "-09:00"))->offset_s, -32'400);
+  for (const char* offset : {"", "Z", "+5:30", "+15:00", "-12:30", "+01:60", "01:00", "+01:00x"})
+    EXPECT_EQ(ReadExifTaken(TimeBlock("2023:11:14 22:13:20", offset)),
+              (TakenTime{1'700'000'000, std::nullopt}))
+        << offset;
+}
+
+TEST(Exif, ATimeThatThereIsNotIsAbsent) {
+  for (const char* time : {"", "0000:00:00 00:00:00", "    :  :     :  :  ", "2023:02:29 00:00:00",
+                           "2023:13:01 00:00:00", "2023:11:14 24:00:00", "2023:11:14 22:60:00",
+                           "2023:11:14 22:13:60", "2023-11-14 22:13:20", "2023:11:14T22:13:20",
+                           "2023:11:14 22:13", "2023:11:14 22:13:20.5", "1825:12:31 23:59:59"})
+    EXPECT_FALSE(ReadExifTaken(TimeBlock(time, "+01:00"))) << time;
+  EXPECT_FALSE(ReadExifTaken({}));
+  const FileBytes whole = TimeBlock("2023:11:14 22:13:20", "+05:30");
+  for (size_t i = 0; i < whole.size(); ++i) {
+    FileBytes flipped = whole;
+    flipped[i] ^= 0xFF;
+    for (const auto& told : {ReadExifTaken(flipped), ReadExifTaken({whole.data(), i})}) {
+      if (!told) continue;
+      EXPECT_GE(told->local_unix_s, kTakenUnixSMin) << i;
+      EXPECT_LE(told->local_unix_s, kTakenUnixSMax) << i;
+    }
+  }
+}
+
 }  // namespace
 }  // namespace veduta

@@ -47,6 +47,21 @@ TEST(TokenRecord, RefusesWhatBreaksARule) {
   ExpectRefused(token, "role");
   token.role = static_cast<Role>(0);
   ExpectRefused(token, "role");
+  token = Sample();
+  token.is_link = true;  // of a curator
+  ExpectRefused(token, "role of a link");
+  token.role = Role::kViewer;
+  token.expires_unix_s = 0;
+  ExpectRefused(token, "end of a link");
+}
+
+TEST(TokenRecord, KeepsThatItIsALink) {
+  TokenRecord token = Sample(), decoded;
+  token.role = Role::kViewer;
+  token.is_link = true;
+  decoded.number = token.number;
+  RoundTrip(token, &decoded);
+  EXPECT_TRUE(decoded.is_link);
 }
 
 TEST(TokenRecord, DamageIsCorruption) {
