@@ -26,6 +26,7 @@ struct CityRoute {
   Role role = Role::kViewer;
   bool is_for_owner = false;  // where there are none, it is answered to the owner alone
   bool is_for_all = false;    // it needs no token
+  bool is_for_owner_alone = false;  // no token is enough
 };
 
 }  // namespace veduta

@@ -9,6 +9,7 @@
 
 #include "cli/service/contribution_routes.h"
 #include "cli/service/openapi.h"
+#include "cli/service/owner_commands.h"
 #include "cli/service/page_answer.h"
 #include "cli/service/path_numbers.h"
 #include "cli/service/request_parts.h"
@@ -408,6 +409,7 @@ const std::vector<CityRoute>& Routes() {
   static const std::vector<CityRoute> kRoutes = [] {
     std::vector<CityRoute> all = RoutesOfCity();
     for (const CityRoute& route : ContributionRoutes()) all.push_back(route);
+    for (const CityRoute& route : OwnerRoutes()) all.push_back(route);
     return all;
   }();
   return kRoutes;

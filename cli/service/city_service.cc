@@ -81,6 +81,7 @@ CityService::CityService(std::unique_ptr<Engine> engine, const std::string& path
       engine_(std::move(engine)),
       pool_(options.query_threads),
       dense_(engine_.get(), options.dense, std::move(listeners.dense_failed)),
+      owner_commands_(engine_.get(), &dense_, options.dense.request.cache_folder),
       settler_([this, followed = std::move(listeners.followed)](std::stop_token stop) {
         SettleNowAndThen(std::move(stop), followed);
       }) {
@@ -182,6 +183,7 @@ bool CityService::Queue(std::function<void(bool is_closed)> task) {
 HttpAnswer CityService::Answer(const HttpRequest& request, const RouteMatch& match) {
   const auto answer = CatchShortage("answer a request", [&]() -> Result<HttpAnswer> {
     if (IsTus(request)) return AnswerOnTus(request);
+    if (match.route->is_for_owner_alone) return owner_commands_.Answer(request);
     return match.route->answer == nullptr ? AnswerOfItself(request) : AskEngine(request, match);
   });
   return answer.ok() ? *answer : ProblemOf(answer.status());
@@ -287,6 +289,7 @@ Result<CityEvents> CityService::EventsFrom(uint64_t first) const {
 
 void CityService::Close() {
   intake_.Close();
+  owner_commands_.Stop();
   const std::lock_guard lock(mutex_);
   is_closed_ = true;
 }

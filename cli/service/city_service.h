@@ -18,6 +18,7 @@
 #include "cli/service/dense_keeper.h"
 #include "cli/service/gatekeeper.h"
 #include "cli/service/http_message.h"
+#include "cli/service/owner_commands.h"
 #include "cli/service/photo_intake.h"
 #include "cli/service/quotas.h"
 #include "cli/service/tus_uploads.h"
@@ -142,6 +143,7 @@ class CityService final {
   std::unique_ptr<Engine> engine_;
   ThreadPool pool_;
   DenseKeeper dense_;
+  OwnerCommands owner_commands_;
   std::condition_variable_any pause_;
   std::jthread settler_;
 };

@@ -55,7 +55,8 @@ HttpAnswer JsonAnswer(uint32_t code, const Json& value);
 // name.
 HttpAnswer Problem(uint32_t code, const std::string& detail, const Json& photo = {});
 // The failure of an operation: 400 for an argument, 404, 409 for what exists already, 503 where the
-// same request may succeed later, with Retry-After, otherwise 500.
+// same request may succeed later, with Retry-After, otherwise 500, with `damaged` as a member where
+// the database is.
 HttpAnswer ProblemOf(const Status& status);
 
 // A header of the answer, or one of HeadersOfRoutes; empty where it has none.

@@ -18,7 +18,7 @@ namespace {
 struct Asked {
   const char* method;
   std::vector<std::string> path;
-  int role;  // the least that may: 0 anybody, 1 viewer, 2 contributor, 3 curator, 4 admin
+  int role;  // the least that may: 0 anybody, 1 viewer, 2 contributor, 3 curator, 4 admin, 5 nobody
   bool is_for_owner = false;
 };
 
@@ -77,7 +77,13 @@ const std::vector<Asked>& AllRoutes() {
       {"POST", {"v1", "allowed"}, 3, true},
       {"GET", {"v1", "tokens"}, 4, true},
       {"POST", {"v1", "tokens"}, 4, true},
-      {"POST", {"v1", "tokens", "1", "revoke"}, 4, true}};
+      {"POST", {"v1", "tokens", "1", "revoke"}, 4, true},
+      {"POST", {"v1", "settle"}, 5, true},
+      {"POST", {"v1", "densify"}, 5, true},
+      {"POST", {"v1", "vocabulary", "train"}, 5, true},
+      {"POST", {"v1", "vocabulary", "import"}, 5, true},
+      {"POST", {"v1", "backups"}, 5, true},
+      {"POST", {"v1", "copies"}, 5, true}};
   return kAll;
 }
 
