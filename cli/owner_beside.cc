@@ -99,9 +99,9 @@ DensifyReport ReportOf(const Json& json) {
 
 Result<Json> WaitForUpload(DaemonClient* daemon, uint64_t number) {
   for (;;) {
-    VEDUTA_ASSIGN_OR_RETURN(const Json json,
-                            AskForJson(daemon, {"GET", "/v1/uploads/" + std::to_string(number),
-                                                "", {}}));
+    VEDUTA_ASSIGN_OR_RETURN(
+        const Json json,
+        AskForJson(daemon, {"GET", "/v1/uploads/" + std::to_string(number), "", {}}));
     const std::string state = json.value("state", "");
     if (state == "failed") return Status::IoError(json.value("why_not", ""));
     if (state == "done" && json.contains("outcome")) return json["outcome"];

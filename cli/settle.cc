@@ -73,8 +73,7 @@ int SettleByDaemon(DaemonClient* daemon, const SettleArguments& arguments) {
               Printable(outcome.value("reason", "")).c_str());
   });
   std::vector<FollowUp> steps;
-  const Status settled =
-      SettleBeside(daemon, [&](const FollowUp& step) { steps.push_back(step); });
+  const Status settled = SettleBeside(daemon, [&](const FollowUp& step) { steps.push_back(step); });
   // The names of photos are asked of the database, as it is now.
   const auto engine = OpenToRead(arguments.db);
   if (!engine.ok()) return Fail(engine.status());
@@ -84,8 +83,7 @@ int SettleByDaemon(DaemonClient* daemon, const SettleArguments& arguments) {
 }
 
 int Settle(const SettleArguments& arguments) {
-  if (auto daemon = DaemonClient::Connect(arguments.db))
-    return SettleByDaemon(&*daemon, arguments);
+  if (auto daemon = DaemonClient::Connect(arguments.db)) return SettleByDaemon(&*daemon, arguments);
   const StopOnSignal stop;
   EngineOptions options;
   options.thread_count = arguments.threads;
@@ -93,9 +91,8 @@ int Settle(const SettleArguments& arguments) {
   const auto engine = OpenToWrite(arguments.db, options);
   if (!engine.ok()) return Fail(engine.status());
   const Status placed = PlaceUploads(engine->get(), arguments.json, stop.token());
-  const Status settled = (*engine)->Settle(stop.token(), [&](const FollowUp& step) {
-    Tell(step, (*engine)->Ask(), arguments);
-  });
+  const Status settled = (*engine)->Settle(
+      stop.token(), [&](const FollowUp& step) { Tell(step, (*engine)->Ask(), arguments); });
   return EndWith(placed, settled);
 }
 

@@ -57,9 +57,12 @@ Result<DensifyRequest> DensifyOf(const Json& wanted) {
 
 std::vector<CityRoute> OwnerRoutes() {
   std::vector<CityRoute> routes;
-  for (const PathArguments& path :
-       {PathArguments{"v1", "settle"}, {"v1", "densify"}, {"v1", "vocabulary", "train"},
-        {"v1", "vocabulary", "import"}, {"v1", "backups"}, {"v1", "copies"}}) {
+  for (const PathArguments& path : {PathArguments{"v1", "settle"},
+                                    {"v1", "densify"},
+                                    {"v1", "vocabulary", "train"},
+                                    {"v1", "vocabulary", "import"},
+                                    {"v1", "backups"},
+                                    {"v1", "copies"}}) {
     CityRoute route = {"POST", path, {}, nullptr, false, false, Role::kAdmin, true};
     route.is_for_owner_alone = true;
     routes.push_back(route);
@@ -72,8 +75,7 @@ OwnerCommands::OwnerCommands(Engine* engine, DenseKeeper* keeper, std::string ca
 
 HttpAnswer OwnerCommands::Answer(const HttpRequest& request) {
   const Json wanted = Json::parse(request.body, nullptr, /*allow_exceptions=*/false);
-  if (!wanted.is_object())
-    return ProblemOf(Status::InvalidArgument("the body is no JSON object"));
+  if (!wanted.is_object()) return ProblemOf(Status::InvalidArgument("the body is no JSON object"));
   const auto done = kj::defer([this] { --at_work_; });
   if (++at_work_ > kAtWorkMax)
     return ProblemOf(Status::Busy("two commands of the owner are at work: try again later"));
@@ -129,8 +131,7 @@ HttpAnswer OwnerCommands::Train(const Json& wanted) {
                                     {"sample", &request.sample}}) {
     if (!wanted.contains(name)) continue;
     if (!wanted[name].is_number_unsigned() || wanted[name].get<uint64_t>() > kNumberMax)
-      return ProblemOf(
-          Status::InvalidArgument("'" + std::string(name) + "' is no whole number"));
+      return ProblemOf(Status::InvalidArgument("'" + std::string(name) + "' is no whole number"));
     *value = wanted[name].get<uint32_t>();
   }
   return AnswerOf(engine_->TrainVocabulary(request));
