@@ -69,11 +69,12 @@ CityService::CityService(std::unique_ptr<Engine> engine, const std::string& path
                          const ServiceOptions& options, Listeners listeners)
     : path_(path),
       options_(options),
+      asked_(std::move(listeners.asked)),
       start_(RandomName()),
       intake_(options.intake,
-              [this, ended = std::move(listeners.ended)](const std::string& name,
+              [this, ended = std::move(listeners.ended)](uint64_t upload, const std::string& name,
                                                          const Result<AddOutcome>& outcome) {
-                if (ended) ended(name, outcome);
+                if (ended) ended(upload, name, outcome);
                 if (!outcome.ok()) ReopenAfter(outcome.status());
               }),
       quotas_(options.quota),
@@ -106,9 +107,11 @@ std::optional<HttpAnswer> CityService::Refuse(HttpRequest* request) const {
 }
 
 void CityService::Handle(HttpRequest request, Answered answered) {
-  const Answered counted = [this, answered = std::move(answered),
-                            is_tus = IsTus(request)](HttpAnswer answer) {
+  const auto who = std::make_shared<std::string>();  // once it is known
+  const Answered counted = [this, answered = std::move(answered), is_tus = IsTus(request),
+                            who](HttpAnswer answer) {
     Count(answer);
+    answer.who = *who;
     if (is_tus) answer.headers.emplace_back("Tus-Resumable", kTusVersion);
     answered(std::move(answer));
   };
@@ -117,6 +120,7 @@ void CityService::Handle(HttpRequest request, Answered answered) {
   const auto match = std::get<RouteMatch>(std::move(found));
   if (auto refusal = gatekeeper_.Refuse(*engine_, *match.route, &request))
     return counted(*std::move(refusal));
+  *who = request.who;
   if (request.method == "GET") {
     if (auto refusal = quotas_.TakeRequest(request)) return counted(*std::move(refusal));
   }
@@ -234,6 +238,13 @@ HttpAnswer CityService::Metrics() const {
     const std::lock_guard lock(mutex_);
     for (const auto& [code, count] : answers_)
       text += Sample(requests, "{code=\"" + std::to_string(code) + "\"}", count);
+    const std::string calls = "veduta_rpc_calls_total";
+    text += Head(calls, "counter",
+                 "Calls by RPC, by the request that asks for the same, and whether it was let in.");
+    for (const auto& [call, count] : calls_)
+      text += Sample(
+          calls, "{request=\"" + call.first + "\",code=\"" + std::to_string(call.second) + "\"}",
+          count);
   }
   const Result<StatusAnswer> city = engine_->Ask().Status();
   if (!city.ok()) return ProblemOf(city.status());
@@ -342,6 +353,21 @@ void CityService::SettleNowAndThen(
       return engine_->Settle(stop, tell);
     }).IgnoreBecause("each step that failed was told, and is tried again after the next pause");
   }
+}
+
+void CityService::NoteCall(const HttpRequest& request, uint32_t code) {
+  RequestEntry entry;
+  entry.id = RequestId("");
+  entry.door = "rpc";
+  entry.method = request.method;
+  entry.route = RouteOf(request);
+  entry.who = request.is_of_owner ? "owner" : request.who;
+  entry.status = code;
+  {
+    const std::lock_guard lock(mutex_);
+    ++calls_[{entry.method + " " + entry.route, code}];
+  }
+  if (asked_) asked_(entry);
 }
 
 void CityService::Count(const HttpAnswer& answer) {

@@ -41,6 +41,9 @@ struct HttpAnswer {
   std::string content_type = "application/json";
   std::string body;
   std::vector<std::pair<std::string, std::string>> headers;
+  // For the log alone: whose token it was, and the number in line of the photo that was sent.
+  std::string who = {};
+  uint64_t upload = 0;
 };
 
 // Headers that one route alone reads.
