@@ -29,6 +29,7 @@ struct ServeArguments {
   ServiceOptions service;
   uint32_t threads = 0;
   bool json = false;
+  std::string log_name = "none";
   LogFormat log = LogFormat::kNone;
 };
 
@@ -190,13 +191,16 @@ void RegisterServe(CLI::App* app, int* exit_code) {
   command->add_option("--device", arguments->service.dense.request.device,
                       "The device of the dense pass, as of `veduta densify`");
   command
-      ->add_option("--log", arguments->log,
-                   "none, or a line on standard error for each request and each photo: text, json")
-      ->transform(CLI::CheckedTransformer(LogFormats(), CLI::ignore_case))
-      ->default_str("none");
+      ->add_option("--log", arguments->log_name,
+                   "Lines on standard error for each request and each photo, or none")
+      ->check(CLI::IsMember({"none", "text", "json"}))
+      ->capture_default_str();
   command->add_flag("--json", arguments->json,
                     "JSON: one object that says where it listens, then one for each photo");
-  command->callback([=] { *exit_code = Serve(*arguments); });
+  command->callback([=] {
+    arguments->log = LogFormats().at(arguments->log_name);
+    *exit_code = Serve(*arguments);
+  });
 }
 
 }  // namespace veduta

