@@ -8,6 +8,7 @@
 #include <thread>
 
 #include "cli/command.h"
+#include "cli/daemon_json.h"
 #include "cli/progress.h"
 #include "storage/base/whole_file.h"
 
@@ -21,31 +22,6 @@ constexpr size_t kAheadMax = 16;
 constexpr std::chrono::milliseconds kLook(20);
 // The largest photo that is read; the daemon says itself what it takes.
 constexpr size_t kPhotoBytesMax = size_t{1} << 30;
-
-// Why the daemon refuses, as a person reads it.
-std::string DetailOf(const HttpAnswer& answer) {
-  const Json json = Json::parse(answer.body, nullptr, /*allow_exceptions=*/false);
-  const auto detail = json.is_object() ? json.find("detail") : json.end();
-  if (detail != json.end() && detail->is_string()) return detail->get<std::string>();
-  return "the daemon answers " + std::to_string(answer.code);
-}
-
-// The object that the daemon answers; its refusal as a failure otherwise.
-Result<Json> AskForJson(DaemonClient* daemon, const DaemonClient::Question& question) {
-  VEDUTA_ASSIGN_OR_RETURN(const HttpAnswer answer, daemon->Ask(question));
-  if (answer.code == 503) return Status::Busy(DetailOf(answer));
-  if (answer.code >= 300) return Status::InvalidArgument(DetailOf(answer));
-  Json json = Json::parse(answer.body, nullptr, /*allow_exceptions=*/false);
-  if (!json.is_object()) return Status::IoError("the daemon's answer is no JSON object");
-  return json;
-}
-
-Result<Json> Post(DaemonClient* daemon, const std::string& path, const Json& json) {
-  const std::string text = JsonLine(json);
-  DaemonClient::Question question{"POST", path, "application/json", {}};
-  question.body = {reinterpret_cast<const uint8_t*>(text.data()), text.size()};
-  return AskForJson(daemon, question);
-}
 
 class Adding final {
  public:

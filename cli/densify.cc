@@ -2,6 +2,7 @@
 // veduta densify DB [--reconstruction ID] [--threads N] [--device D] [--size PX] [--sensors N]
 // [--voxel V] [--json]
 #include "cli/command.h"
+#include "cli/owner_beside.h"
 #include "cli/progress.h"
 #include "cli/stop_on_signal.h"
 #include "cli/wire/dense_json.h"
@@ -61,11 +62,6 @@ void PrintReport(const DensifyReport& report) {
 }
 
 int Densify(const DensifyArguments& arguments) {
-  const StopOnSignal stop;
-  EngineOptions options;
-  options.thread_count = arguments.threads;
-  const auto engine = OpenToWrite(arguments.db, options);
-  if (!engine.ok()) return Fail(engine.status());
   DensifyRequest request = arguments.request;
   request.reconstruction = ReconstructionId(arguments.reconstruction);
   request.cache_folder = ProgramCacheFolder();
@@ -84,6 +80,16 @@ int Densify(const DensifyArguments& arguments) {
       PrintReport(report);
     }
   };
+  if (auto daemon = DaemonClient::Connect(arguments.db)) {
+    WarnOfThreads(arguments.threads);
+    const Status done = DensifyBeside(&*daemon, request);
+    return done.ok() ? kDone : Fail(done);
+  }
+  const StopOnSignal stop;
+  EngineOptions options;
+  options.thread_count = arguments.threads;
+  const auto engine = OpenToWrite(arguments.db, options);
+  if (!engine.ok()) return Fail(engine.status());
   const auto reports = (*engine)->Densify(request, stop.token());
   progress.End();
   return reports.ok() ? kDone : Fail(reports.status());

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// veduta journal DB [--from N] [--json]; veduta backup DB OUT
+// veduta journal DB [--from N] [--json]
 #include "cli/command.h"
 #include "cli/wire/answers_json.h"
 
@@ -22,13 +22,6 @@ int PrintJournal(const std::string& db, uint64_t first) {
   }
 }
 
-int Backup(const std::string& db, const std::string& out) {
-  const auto engine = OpenToWrite(db);
-  if (!engine.ok()) return Fail(engine.status());
-  const Status copied = (*engine)->Backup(out);
-  return copied.ok() ? kDone : Fail(copied);
-}
-
 }  // namespace
 
 void RegisterJournal(CLI::App* app, int* exit_code) {
@@ -40,16 +33,6 @@ void RegisterJournal(CLI::App* app, int* exit_code) {
   command->add_option("--from", *first, "First sequence number");
   command->add_flag("--json")->description("JSON, which it is in any case");
   command->callback([=] { *exit_code = PrintJournal(*db, *first); });
-}
-
-void RegisterBackup(CLI::App* app, int* exit_code) {
-  auto db = std::make_shared<std::string>();
-  auto out = std::make_shared<std::string>();
-  CLI::App* command =
-      app->add_subcommand("backup", "A consistent copy that can be opened on its own");
-  command->add_option("DB", *db, "Database")->required();
-  command->add_option("OUT", *out, "Folder to make")->required();
-  command->callback([=] { *exit_code = Backup(*db, *out); });
 }
 
 }  // namespace veduta

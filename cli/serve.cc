@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // veduta serve DB [--http HOST:PORT] [--listen unix:PATH|HOST:PORT] [--threads N] [--waiting N]
-// [--waiting-bytes N] [--parts-kept S] [--dense] [--dense-size PX] [--device D] [--json]
+// [--waiting-bytes N] [--parts-kept S] [--dense] [--dense-size PX] [--device D]
+// [--log none|text|json] [--json]
 #include <sys/resource.h>
 #include <unistd.h>
 
@@ -12,7 +13,9 @@
 #include "cli/follow_ups.h"
 #include "cli/rpc/rpc_door.h"
 #include "cli/service/http_door.h"
+#include "cli/service_log.h"
 #include "cli/stop_on_signal.h"
+#include "cli/supervisor.h"
 #include "cli/wire/added_json.h"
 #include "storage/base/memory_shortage.h"
 
@@ -26,11 +29,17 @@ struct ServeArguments {
   ServiceOptions service;
   uint32_t threads = 0;
   bool json = false;
+  std::string log_name = "none";
+  LogFormat log = LogFormat::kNone;
 };
 
-// One line for each photo, as `veduta add` prints it.
-void Tell(const std::string& name, const Result<AddOutcome>& outcome, bool json) {
-  if (!outcome.ok()) {
+// What became of a photo: a line of the log, or what `veduta add` prints.
+void Tell(uint64_t upload, const std::string& name, const Result<AddOutcome>& outcome,
+          const ServeArguments& arguments) {
+  const bool json = arguments.json;
+  if (arguments.log != LogFormat::kNone) {
+    WriteLog(PhotoLogJson(upload, name, outcome), arguments.log);
+  } else if (!outcome.ok()) {
     std::fprintf(stderr, "veduta: %s: %s\n", Printable(name).c_str(),
                  Printable(outcome.status().message()).c_str());
   } else if (json) {
@@ -89,10 +98,12 @@ int ServeBoth(CityService* service, const HttpDoorOptions& http, const ServeArgu
   Status served;
   {
     const std::stop_callback on_end(ending.get_token(), [&] {
+      NotifySupervisor("STOPPING=1");
       if (rpc) rpc->Stop();
     });
     served = ServeHttp(service, http, ending.get_token(), [&](const std::string& address) {
       TellAddresses(arguments, address, rpc.get());
+      NotifySupervisor("READY=1");
     });
   }
   rpc.reset();
@@ -115,8 +126,8 @@ int Serve(const ServeArguments& arguments) {
   if (!engine.ok()) return Fail(engine.status());
   CityService service(
       *std::move(engine), arguments.db, service_options,
-      {.ended = [&](const std::string& name,
-                    const Result<AddOutcome>& outcome) { Tell(name, outcome, arguments.json); },
+      {.ended = [&](uint64_t upload, const std::string& name,
+                    const Result<AddOutcome>& outcome) { Tell(upload, name, outcome, arguments); },
        .followed =
            [&](const FollowUp& step, const Questions& ask) {
              if (step.status.ok()) return;
@@ -131,7 +142,8 @@ int Serve(const ServeArguments& arguments) {
            [](const std::string& damage) {
              std::fprintf(stderr, "veduta: the database is damaged, see 'veduta verify': %s\n",
                           Printable(damage).c_str());
-           }});
+           },
+       .asked = RequestLog(arguments.log)});
   door.asks_for_tokens = service.asks_for_tokens();
   const Status checked = door.Check();
   if (!checked.ok()) return FailUsage(checked);
@@ -183,9 +195,17 @@ void RegisterServe(CLI::App* app, int* exit_code) {
                       "Longer side of depth maps in px, as of `veduta densify --size`");
   command->add_option("--device", arguments->service.dense.request.device,
                       "The device of the dense pass, as of `veduta densify`");
+  command
+      ->add_option("--log", arguments->log_name,
+                   "Lines on standard error for each request and each photo, or none")
+      ->check(CLI::IsMember({"none", "text", "json"}))
+      ->capture_default_str();
   command->add_flag("--json", arguments->json,
                     "JSON: one object that says where it listens, then one for each photo");
-  command->callback([=] { *exit_code = Serve(*arguments); });
+  command->callback([=] {
+    arguments->log = LogFormats().at(arguments->log_name);
+    *exit_code = Serve(*arguments);
+  });
 }
 
 }  // namespace veduta

@@ -4,6 +4,7 @@
 
 #include "cli/command.h"
 #include "cli/follow_ups.h"
+#include "cli/owner_beside.h"
 #include "cli/stop_on_signal.h"
 #include "cli/wire/added_json.h"
 
@@ -44,31 +45,55 @@ Status PlaceUploads(Engine* engine, bool json, const std::stop_token& stop) {
   return failure;
 }
 
+// What a step has done, or why it failed.
+void Tell(const FollowUp& step, const Questions& ask, const SettleArguments& arguments) {
+  if (arguments.json) {
+    PrintJson(ToJson(step));
+  } else if (step.status.ok()) {
+    PrintLine("done: %s", FollowUpText(step, ask).c_str());
+    if (step.merged_into.valid()) PrintLine("%-10s %s", "  then", JoinedText(step).c_str());
+    PrintHealed(step.unplaced, step.split_off, ask);
+    PrintPlacedLater(step.placed, ask);
+  }
+  if (!step.status.ok())
+    std::fprintf(stderr, "%s\n", FollowUpFailure(step, ask, arguments.db).c_str());
+}
+
+int EndWith(const Status& placed, const Status& settled) {
+  if (!placed.ok()) return Fail(placed);
+  return settled.ok() ? kDone : Fail(settled);
+}
+
+int SettleByDaemon(DaemonClient* daemon, const SettleArguments& arguments) {
+  WarnOfThreads(arguments.threads);
+  const Status placed = WaitForUploads(daemon, [&](const Json& outcome) {
+    if (arguments.json) return PrintJson(outcome);
+    PrintLine("%-10s %s: %s", Printable(outcome.value("verdict", "")).c_str(),
+              Printable(outcome.value("image", "")).c_str(),
+              Printable(outcome.value("reason", "")).c_str());
+  });
+  std::vector<FollowUp> steps;
+  const Status settled = SettleBeside(daemon, [&](const FollowUp& step) { steps.push_back(step); });
+  // The names of photos are asked of the database, as it is now.
+  const auto engine = OpenToRead(arguments.db);
+  if (!engine.ok()) return Fail(engine.status());
+  const Questions ask = (*engine)->Ask();
+  for (const FollowUp& step : steps) Tell(step, ask, arguments);
+  return EndWith(placed, settled);
+}
+
 int Settle(const SettleArguments& arguments) {
+  if (auto daemon = DaemonClient::Connect(arguments.db)) return SettleByDaemon(&*daemon, arguments);
   const StopOnSignal stop;
   EngineOptions options;
   options.thread_count = arguments.threads;
   options.settle_each = true;  // photos that wait are placed as `veduta serve` places them
   const auto engine = OpenToWrite(arguments.db, options);
   if (!engine.ok()) return Fail(engine.status());
-  const auto followed = [&](const FollowUp& step) {
-    const Questions ask = (*engine)->Ask();
-    if (arguments.json) {
-      PrintJson(ToJson(step));
-    } else if (step.status.ok()) {
-      PrintLine("done: %s", FollowUpText(step, ask).c_str());
-      if (step.merged_into.valid()) PrintLine("%-10s %s", "  then", JoinedText(step).c_str());
-      PrintHealed(step.unplaced, step.split_off, ask);
-      PrintPlacedLater(step.placed, ask);
-    }
-    if (!step.status.ok()) {
-      std::fprintf(stderr, "%s\n", FollowUpFailure(step, ask, arguments.db).c_str());
-    }
-  };
   const Status placed = PlaceUploads(engine->get(), arguments.json, stop.token());
-  const Status settled = (*engine)->Settle(stop.token(), followed);
-  if (!placed.ok()) return Fail(placed);
-  return settled.ok() ? kDone : Fail(settled);
+  const Status settled = (*engine)->Settle(
+      stop.token(), [&](const FollowUp& step) { Tell(step, (*engine)->Ask(), arguments); });
+  return EndWith(placed, settled);
 }
 
 }  // namespace

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // veduta vocabulary train|info DB; veduta vocabulary import|export DB FILE
 #include "cli/command.h"
+#include "cli/owner_beside.h"
 #include "cli/wire/answers_json.h"
 
 namespace veduta {
@@ -13,6 +14,10 @@ struct VocabularyArguments {
 };
 
 int Train(const VocabularyArguments& arguments) {
+  if (auto daemon = DaemonClient::Connect(arguments.db)) {
+    const Status done = TrainBeside(&*daemon, arguments.request);
+    return done.ok() ? kDone : Fail(done);
+  }
   const auto engine = OpenToWrite(arguments.db);
   if (!engine.ok()) return Fail(engine.status());
   const Status trained = (*engine)->TrainVocabulary(arguments.request);
@@ -20,6 +25,10 @@ int Train(const VocabularyArguments& arguments) {
 }
 
 int Import(const VocabularyArguments& arguments) {
+  if (auto daemon = DaemonClient::Connect(arguments.db)) {
+    const Status done = ImportBeside(&*daemon, arguments.file);
+    return done.ok() ? kDone : Fail(done);
+  }
   const auto engine = OpenToWrite(arguments.db);
   if (!engine.ok()) return Fail(engine.status());
   const Status imported = (*engine)->ImportVocabulary(arguments.file);

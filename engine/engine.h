@@ -24,6 +24,7 @@
 #include <vector>
 
 #include "engine/door/answers.h"
+#include "engine/door/backup.h"
 #include "engine/door/calibration.h"
 #include "engine/door/contributing.h"
 #include "engine/door/dense.h"
@@ -155,9 +156,15 @@ class Engine final {
   Result<std::vector<DensifyReport>> Densify(const DensifyRequest& request,
                                              std::stop_token stop = {});
 
+  // Adds a consistent backup to a folder of them, while others write. Files that the last backup
+  // has are not read again; all others are checked by RocksDB's checksums and copied, so that the
+  // backups share nothing with the database. Where that fails, is stopped or killed, the older ones
+  // are as they were. kCorruption names what is damaged; kBusy while another one is made;
+  // kInvalidArgument for a folder of something else; kIoError; kCancelled.
+  Result<BackupReport> Backup(const BackupRequest& request, std::stop_token stop = {});
   // A consistent copy that opens on its own: linked where possible, and read once by checksums.
   // Others write while it is read. Deleted where it cannot be read: the error says what is damaged.
-  Status Backup(const std::string& folder);
+  Status Copy(const std::string& folder);
   // Closes and opens the files again, after a failed write: what the disk holds is then known. Does
   // not wait for readers; Questions asked before answer kIoError from then on.
   Status Reopen();
@@ -168,6 +175,17 @@ class Engine final {
   std::shared_ptr<EngineParts> parts_;
 };
 
+// What is in a folder of backups: as the backups themselves tell, or by reading all files of all of
+// them. What is damaged is named, and is no failure. kNotFound, kBusy, kIoError, kCancelled.
+Result<BackupList> ListBackups(const std::string& folder);
+Result<BackupList> CheckBackups(const std::string& folder, std::stop_token stop = {});
+// Deletes all but the newest `keep`, at least 1, and the files that none of these has; how many.
+Result<uint32_t> ThinBackups(const std::string& folder, uint32_t keep);
+// Makes a database of a backup, 0 for the newest, where nothing is yet. Each file is compared with
+// its hash, and the database is opened once, before it gets its name: whatever fails leaves
+// nothing there. kNotFound; kAlreadyExists; kCorruption names what is damaged.
+Result<BackupAnswer> RestoreBackup(const std::string& folder, uint32_t number,
+                                   const std::string& path, std::stop_token stop = {});
 // The OpenCL devices, and which one `wanted` ("" or "auto": the default) means.
 Result<DeviceList> ListDevices(const std::string& wanted);
 // The formats that Export takes.

@@ -142,7 +142,7 @@ Status Engine::ImportVocabulary(const std::string& path) {
 }
 
 // The copy is in the journal before others may remove a photo that it has.
-Status Engine::Backup(const std::string& folder) {
+Status Engine::Copy(const std::string& folder) {
   const std::shared_ptr<EngineParts> parts = parts_;
   {
     Writer::Turn turn = parts->writer->Take();

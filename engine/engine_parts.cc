@@ -70,6 +70,7 @@ Result<std::unique_ptr<Engine>> EngineParts::Open(const std::string& path,
   }
   parts->tuning = tuning;
   VEDUTA_ASSIGN_OR_RETURN(parts->database, Database::Open(path, tuning.database));
+  if (!options.read_only) VEDUTA_RETURN_IF_ERROR(parts->DropBackupLinks());
   parts->tables = std::make_unique<UndistortCache>(options.undistort_cache_bytes);
   parts->preparer =
       std::make_unique<PhotoPreparer>(parts->database.get(), parts->tables.get(), tuning.prepare);

@@ -47,6 +47,8 @@ struct CoarseSurface {
   TriangleMesh mesh;
   std::vector<std::string> left_out;
 };
+// Files of the database as a backup found them, in the database's folder while one is made.
+inline constexpr const char* kBackupLinks = "backup-links";
 
 // Coarse parts of surfaces (fusion/surface_tiles.h) by what names them, and those that somebody is
 // making now.
@@ -111,6 +113,9 @@ struct EngineParts {
   // Writes an entry of this action on a copy of the database into the journal.
   Status NoteCopy(const std::string& action, const std::string& folder, Writer::Turn* turn);
 
+  // Deletes kBackupLinks: a backup that was killed leaves them.
+  Status DropBackupLinks() const;
+
   bool IsInLine(uint64_t upload);
   // Puts a photo in line that waits on the disk and is not in line, for who holds `lining_mutex`.
   Result<Ticket> Line(const UploadRecord& upload, std::optional<CameraRecord> camera,
@@ -147,6 +152,7 @@ struct EngineParts {
   std::mutex lining_mutex;             // held while a photo gets onto the disk and in line
   std::mutex uploads_mutex;            // of `uploads`; never held while anything is written
   std::map<uint64_t, Ticket> uploads;  // that are in line
+  Claimable backing_up;                // claimed while a backup is made
   Claimable dense_pass;  // claimed while a dense pass or a removal runs: one at a time
   std::unique_ptr<Scheduler> scheduler;
 };

@@ -17,7 +17,9 @@ HttpRequest Caller::Check(const char* method, std::vector<std::string> path,
   request.token = token_;
   request.is_of_owner = session_->is_of_owner;
   if (!contributor.empty()) request.query["contributor"] = contributor;
-  if (const auto refusal = service().Refuse(&request)) {
+  const auto refusal = service().Refuse(&request);
+  service().NoteCall(request, refusal ? refusal->code : 200);
+  if (refusal) {
     if (refusal->code == 401 && token_.empty())
       kj::throwFatalException(Failure(401, "log in with a token"));
     kj::throwFatalException(FailureOf(*refusal));

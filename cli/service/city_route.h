@@ -24,8 +24,9 @@ struct CityRoute {
   bool is_quick = false;
   // Who may ask, where there are tokens.
   Role role = Role::kViewer;
-  bool is_for_owner = false;  // where there are none, it is answered to the owner alone
-  bool is_for_all = false;    // it needs no token
+  bool is_for_owner = false;        // where there are none, it is answered to the owner alone
+  bool is_for_all = false;          // it needs no token
+  bool is_for_owner_alone = false;  // no token is enough
 };
 
 }  // namespace veduta

@@ -10,6 +10,7 @@
 #include "cli/service/contribution_routes.h"
 #include "cli/service/link_routes.h"
 #include "cli/service/openapi.h"
+#include "cli/service/owner_commands.h"
 #include "cli/service/page_answer.h"
 #include "cli/service/path_numbers.h"
 #include "cli/service/request_parts.h"
@@ -418,6 +419,7 @@ const std::vector<CityRoute>& Routes() {
     for (const CityRoute& route : ContributionRoutes()) all.push_back(route);
     for (const CityRoute& route : LinkRoutes()) all.push_back(route);
     for (const CityRoute& route : StacRoutes()) all.push_back(route);
+    for (const CityRoute& route : OwnerRoutes()) all.push_back(route);
     return all;
   }();
   return kRoutes;

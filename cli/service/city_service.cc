@@ -75,11 +75,12 @@ CityService::CityService(std::unique_ptr<Engine> engine, const std::string& path
     : path_(path),
       options_(options),
       damage_met_(std::move(listeners.damage_met)),
+      asked_(std::move(listeners.asked)),
       start_(RandomName()),
       intake_(options.intake,
-              [this, ended = std::move(listeners.ended)](const std::string& name,
+              [this, ended = std::move(listeners.ended)](uint64_t upload, const std::string& name,
                                                          const Result<AddOutcome>& outcome) {
-                if (ended) ended(name, outcome);
+                if (ended) ended(upload, name, outcome);
                 if (!outcome.ok()) ReopenAfter(outcome.status());
               }),
       quotas_(options.quota),
@@ -87,6 +88,7 @@ CityService::CityService(std::unique_ptr<Engine> engine, const std::string& path
       engine_(std::move(engine)),
       pool_(options.query_threads),
       dense_(engine_.get(), options.dense, std::move(listeners.dense_failed)),
+      owner_commands_(engine_.get(), &dense_, options.dense.request.cache_folder),
       settler_([this, followed = std::move(listeners.followed)](std::stop_token stop) {
         SettleNowAndThen(std::move(stop), followed);
       }) {
@@ -112,12 +114,14 @@ std::optional<HttpAnswer> CityService::Refuse(HttpRequest* request) const {
 
 void CityService::Handle(HttpRequest request, Answered answered) {
   const bool is_get = request.method == "GET";
+  const auto who = std::make_shared<std::string>();  // once it is known
   const Answered counted = [this, is_get, answered = std::move(answered), is_tus = IsTus(request),
                             range = HeaderOf(request, "Range"),
-                            if_range = HeaderOf(request, "If-Range")](HttpAnswer answer) {
+                            if_range = HeaderOf(request, "If-Range"), who](HttpAnswer answer) {
     if (is_get) CutToRange(range, if_range, &answer);
     Count(answer);
     if (!answer.damages.empty()) TellDamages(answer);
+    answer.who = *who;
     if (is_tus) answer.headers.emplace_back("Tus-Resumable", kTusVersion);
     answered(std::move(answer));
   };
@@ -126,6 +130,7 @@ void CityService::Handle(HttpRequest request, Answered answered) {
   const auto match = std::get<RouteMatch>(std::move(found));
   if (auto refusal = gatekeeper_.Refuse(*engine_, *match.route, &request))
     return counted(*std::move(refusal));
+  *who = request.who;
   if (is_get) {
     if (auto refusal = quotas_.TakeRequest(request)) return counted(*std::move(refusal));
   }
@@ -213,6 +218,7 @@ bool CityService::Queue(std::function<void(bool is_closed)> task) {
 HttpAnswer CityService::Answer(const HttpRequest& request, const RouteMatch& match) {
   const auto answer = CatchShortage("answer a request", [&]() -> Result<HttpAnswer> {
     if (IsTus(request)) return AnswerOnTus(request);
+    if (match.route->is_for_owner_alone) return owner_commands_.Answer(request);
     return match.route->answer == nullptr ? AnswerOfItself(request) : AskEngine(request, match);
   });
   return answer.ok() ? *answer : ProblemOf(answer.status());
@@ -263,6 +269,13 @@ HttpAnswer CityService::Metrics() const {
     const std::lock_guard lock(mutex_);
     for (const auto& [code, count] : answers_)
       text += Sample(requests, "{code=\"" + std::to_string(code) + "\"}", count);
+    const std::string calls = "veduta_rpc_calls_total";
+    text += Head(calls, "counter",
+                 "Calls by RPC, by the request that asks for the same, and whether it was let in.");
+    for (const auto& [call, count] : calls_)
+      text += Sample(
+          calls, "{request=\"" + call.first + "\",code=\"" + std::to_string(call.second) + "\"}",
+          count);
   }
   const Result<StatusAnswer> city = engine_->Ask().Status();
   if (!city.ok()) return ProblemOf(city.status());
@@ -318,6 +331,7 @@ Result<CityEvents> CityService::EventsFrom(uint64_t first) const {
 
 void CityService::Close() {
   intake_.Close();
+  owner_commands_.Stop();
   const std::lock_guard lock(mutex_);
   is_closed_ = true;
 }
@@ -380,6 +394,21 @@ void CityService::TellDamages(const HttpAnswer& answer) {
     }
     if (damage_met_) damage_met_(damage);
   }
+}
+
+void CityService::NoteCall(const HttpRequest& request, uint32_t code) {
+  RequestEntry entry;
+  entry.id = RequestId("");
+  entry.door = "rpc";
+  entry.method = request.method;
+  entry.route = RouteOf(request);
+  entry.who = request.is_of_owner ? "owner" : request.who;
+  entry.status = code;
+  {
+    const std::lock_guard lock(mutex_);
+    ++calls_[{entry.method + " " + entry.route, code}];
+  }
+  if (asked_) asked_(entry);
 }
 
 void CityService::Count(const HttpAnswer& answer) {

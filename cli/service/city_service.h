@@ -19,8 +19,10 @@
 #include "cli/service/dense_keeper.h"
 #include "cli/service/gatekeeper.h"
 #include "cli/service/http_message.h"
+#include "cli/service/owner_commands.h"
 #include "cli/service/photo_intake.h"
 #include "cli/service/quotas.h"
+#include "cli/service/request_log.h"
 #include "cli/service/tus_uploads.h"
 #include "engine/engine.h"
 #include "storage/base/thread_pool.h"
@@ -64,6 +66,8 @@ class CityService final {
     std::function<void(const Status&)> dense_failed;
     // Of damage that an answer was given without: once for each, while there are not too many.
     std::function<void(const std::string&)> damage_met;
+    // Of each request that was answered, and each call of RPC that was let in or refused.
+    std::function<void(const RequestEntry&)> asked;
   };
   // `path` is the database's.
   CityService(std::unique_ptr<Engine> engine, const std::string& path,
@@ -92,6 +96,11 @@ class CityService final {
   // an empty text where the journal has no entry from `first` on yet.
   void TellEvents(uint64_t first, std::function<void(Result<CityEvents>)> told);
 
+  // Who hears of requests; may be empty.
+  const std::function<void(const RequestEntry&)>& told_of_requests() const { return asked_; }
+  // Counts, and tells of, a call by RPC that asks for what this request does. `code`: 200, or that
+  // of the refusal.
+  void NoteCall(const HttpRequest& request, uint32_t code);
   // What other doors than HTTP's ask by. A snapshot of the city, for what a few records tell.
   Questions Ask() const { return engine_->Ask(); }
   // Runs the task with the engine on one of the threads that answer questions; where too many wait
@@ -134,6 +143,7 @@ class CityService final {
   const ServiceOptions options_;
   Gatekeeper gatekeeper_;
   const std::function<void(const std::string&)> damage_met_;
+  const std::function<void(const RequestEntry&)> asked_;
   const std::string start_;  // names this run of the daemon, for the tags of its answers
   // Destroyed from the bottom up: nobody asks an engine that is closed, and photos are answered
   // while it closes.
@@ -143,12 +153,15 @@ class CityService final {
   mutable std::mutex mutex_;
   std::map<uint32_t, uint64_t> answers_;  // how many, by code
   std::set<std::string> damages_;         // that were told
+  std::map<uint32_t, uint64_t> answers_;                        // how many, by code
+  std::map<std::pair<std::string, uint32_t>, uint64_t> calls_;  // by RPC, by what and code
   bool is_closed_ = false;
   size_t waiting_questions_ = 0;
   std::optional<std::chrono::steady_clock::time_point> reopened_;  // the last time
   std::unique_ptr<Engine> engine_;
   ThreadPool pool_;
   DenseKeeper dense_;
+  OwnerCommands owner_commands_;
   std::condition_variable_any pause_;
   std::jthread settler_;
 };

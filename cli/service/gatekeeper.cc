@@ -31,6 +31,8 @@ std::optional<HttpAnswer> Gatekeeper::Refuse(const Engine& engine, const CityRou
   const auto token = engine.Ask().CheckToken(request->token);
   if (!token.ok()) return ProblemOf(token.status());
   if (!*token) return AskForToken("the token is none, has expired, or was revoked");
+  if (route.is_for_owner_alone)
+    return Problem(403, "this is for the owner of the database alone, by the socket in its folder");
   if ((*token)->role < route.role) {
     return Problem(403, "this takes the role of " + RoleWord(route.role) + ", and the token is a " +
                             RoleWord((*token)->role) + "'s");

@@ -16,6 +16,7 @@
 
 #include "cli/service/body_reader.h"
 #include "cli/service/budget.h"
+#include "cli/service/logged_response.h"
 #include "cli/service/loopback.h"
 #include "cli/service/own_socket.h"
 #include "cli/service/sender.h"
@@ -80,12 +81,13 @@ struct Headers {
         last_event(builder->add("Last-Event-ID")),
         fetch_site(builder->add("Sec-Fetch-Site")),
         authorization(builder->add("Authorization")),
-        method_override(builder->add("X-HTTP-Method-Override")) {
+        method_override(builder->add("X-HTTP-Method-Override")),
+        request_id(builder->add("X-Request-Id")) {
     for (const char* const name : HeadersOfRoutes())
       of_routes.emplace_back(name, builder->add(name));
   }
   const kj::HttpHeaderId origin, none_match, prefer, last_event, fetch_site, authorization,
-      method_override;
+      method_override, request_id;
   std::vector<std::pair<const char*, kj::HttpHeaderId>> of_routes;
 };
 
@@ -126,14 +128,27 @@ class HttpDoor final : public kj::HttpService, private kj::TaskSet::ErrorHandler
   kj::Promise<void> request(kj::HttpMethod method, kj::StringPtr url,
                             const kj::HttpHeaders& headers, kj::AsyncInputStream& body,
                             Response& response) override {
+    auto logged = kj::heap<LoggedResponse>(&response, RequestId(Header(headers, known_.request_id)),
+                                           service_->told_of_requests());
+    if (logged->is_told()) logged->entry().method = kj::str(method).cStr();
+    if (is_of_owner_) logged->entry().who = "owner";
+    auto served = Serve(method, url, headers, body, *logged);
+    return served.attach(kj::mv(logged));
+  }
+
+ private:
+  kj::Promise<void> Serve(kj::HttpMethod method, kj::StringPtr url, const kj::HttpHeaders& headers,
+                          kj::AsyncInputStream& body, LoggedResponse& response) {
     auto arriving = std::make_shared<Arriving>(limits_.bodies);
     if (auto refusal = ReadHead(method, url, headers, &arriving->request))
       return Send(*std::move(refusal), response);
     HttpRequest& asked = arriving->request;
+    if (response.is_told()) response.entry().route = RouteOf(asked);
     const bool is_events = asked.path == std::vector<std::string>{"v1", "events"};
     // Before the body of a stranger is read.
     if (is_events || asked.method != "GET") {
       if (auto refusal = service_->Refuse(&asked)) return Send(*std::move(refusal), response);
+      if (!asked.who.empty()) response.entry().who = asked.who;
     }
     if (is_events) return Follow(asked, method == kj::HttpMethod::GET, headers, response);
     if (ComesInParts(asked))
@@ -153,7 +168,6 @@ class HttpDoor final : public kj::HttpService, private kj::TaskSet::ErrorHandler
         });
   }
 
- private:
   static kj::HttpServerSettings Settings(const HttpDoorOptions& options) {
     kj::HttpServerSettings settings;
     settings.headerTimeout = kHeadTime;
@@ -224,7 +238,7 @@ class HttpDoor final : public kj::HttpService, private kj::TaskSet::ErrorHandler
   // is handed over as well. `so_far`: the answer to the part before.
   kj::Promise<void> TakeParts(kj::AsyncInputStream& body, std::shared_ptr<Arriving> arriving,
                               kj::TimePoint deadline, std::optional<HttpAnswer> so_far,
-                              Response& response) {
+                              LoggedResponse& response) {
     // What the part after this one begins with.
     auto next = std::make_shared<Arriving>(limits_.bodies);
     next->request = arriving->request;
@@ -249,7 +263,8 @@ class HttpDoor final : public kj::HttpService, private kj::TaskSet::ErrorHandler
         });
   }
 
-  kj::Promise<void> EndParts(kj::Maybe<kj::Exception> cut, HttpAnswer answer, Response& response) {
+  kj::Promise<void> EndParts(kj::Maybe<kj::Exception> cut, HttpAnswer answer,
+                             LoggedResponse& response) {
     KJ_IF_MAYBE (exception, cut) {
       if (exception->getType() != kj::Exception::Type::OVERLOADED) return kj::mv(*exception);
       if (answer.code == 204) {
@@ -261,7 +276,7 @@ class HttpDoor final : public kj::HttpService, private kj::TaskSet::ErrorHandler
     return Send(std::move(answer), response);
   }
 
-  kj::Promise<void> Answer(std::shared_ptr<Arriving> arriving, Response& response) {
+  kj::Promise<void> Answer(std::shared_ptr<Arriving> arriving, LoggedResponse& response) {
     return Ask(std::move(arriving)).then([this, &response](HttpAnswer answer) {
       return Send(std::move(answer), response);
     });
@@ -277,7 +292,9 @@ class HttpDoor final : public kj::HttpService, private kj::TaskSet::ErrorHandler
     return kj::mv(paf.promise);
   }
 
-  kj::Promise<void> Send(HttpAnswer answer, Response& response) {
+  kj::Promise<void> Send(HttpAnswer answer, LoggedResponse& response) {
+    if (!answer.who.empty()) response.entry().who = answer.who;
+    response.entry().upload = answer.upload;
     auto shared = kj::heap<HttpAnswer>(std::move(answer));
     kj::HttpHeaders headers(table_);
     if (!shared->content_type.empty() && shared->code != 304) {
@@ -299,7 +316,7 @@ class HttpDoor final : public kj::HttpService, private kj::TaskSet::ErrorHandler
 
   // Server-sent events, from the entry after the last one that the client has.
   kj::Promise<void> Follow(const HttpRequest& request, bool wants_body,
-                           const kj::HttpHeaders& headers, Response& response) {
+                           const kj::HttpHeaders& headers, LoggedResponse& response) {
     uint64_t first = 0;
     const std::string last = Header(headers, known_.last_event);
     const std::string text = !last.empty() ? last : Parameter(request, "from", "1");

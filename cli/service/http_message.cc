@@ -88,6 +88,11 @@ HttpAnswer Problem(uint32_t code, const std::string& detail, const Json& photo) 
 
 HttpAnswer ProblemOf(const Status& status) {
   HttpAnswer answer = Problem(CodeOf(status.code()), status.message());
+  if (status.code() == StatusCode::kCorruption) {
+    Json json = Json::parse(answer.body);
+    json["damaged"] = true;
+    answer.body = JsonLine(json) + "\n";
+  }
   if (answer.code == 503) answer.headers.emplace_back("Retry-After", kRetryAfterS);
   return answer;
 }

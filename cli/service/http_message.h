@@ -42,6 +42,9 @@ struct HttpAnswer {
   std::string body;
   std::vector<std::pair<std::string, std::string>> headers;
   std::vector<std::string> damages = {};  // met, and not shown in the answer; for the log
+  // For the log alone: whose token it was, and the number in line of the photo that was sent.
+  std::string who = {};
+  uint64_t upload = 0;
 };
 
 // Headers that one route alone reads.
@@ -56,7 +59,8 @@ HttpAnswer JsonAnswer(uint32_t code, const Json& value);
 // name.
 HttpAnswer Problem(uint32_t code, const std::string& detail, const Json& photo = {});
 // The failure of an operation: 400 for an argument, 404, 409 for what exists already, 503 where the
-// same request may succeed later, with Retry-After, otherwise 500.
+// same request may succeed later, with Retry-After, otherwise 500, with `damaged` as a member where
+// the database is.
 HttpAnswer ProblemOf(const Status& status);
 
 // A header of the answer, or one of HeadersOfRoutes; empty where it has none.

@@ -94,7 +94,13 @@ constexpr Description kDescriptions[] = {
     {"POST", "/v1/tokens/{token}/revoke", "Revoke a token", Body::kJson},
     {"GET", "/v1/links", "The links for reading that were made"},
     {"POST", "/v1/links", "Make a link that lets whoever has it read", Body::kJson, 201},
-    {"POST", "/v1/links/{link}/revoke", "Revoke a link", Body::kJson}};
+    {"POST", "/v1/links/{link}/revoke", "Revoke a link", Body::kJson},
+    {"POST", "/v1/settle", "Do what follows from the photos there are", Body::kJson},
+    {"POST", "/v1/densify", "The dense pass, now", Body::kJson},
+    {"POST", "/v1/vocabulary/train", "Train a vocabulary", Body::kJson},
+    {"POST", "/v1/vocabulary/import", "Use a given vocabulary", Body::kJson},
+    {"POST", "/v1/backups", "Add a backup to a folder of them", Body::kJson},
+    {"POST", "/v1/copies", "Make a copy that opens on its own", Body::kJson}};
 
 // What stands for anything after this part of a path: "photo" after "photos".
 std::string ParameterName(const std::string& part) {
@@ -188,7 +194,9 @@ Json OperationOf(const CityRoute& route) {
   if (route.path.empty()) id += "_page";
   std::ranges::replace(id, '.', '_');
   Json operation = {{"operationId", id}, {"summary", description.summary}};
-  if (!route.is_for_all)
+  if (route.is_for_owner_alone) {
+    operation["description"] = "By the socket in the folder of the database alone.";
+  } else if (!route.is_for_all)
     operation["description"] = "Takes the role of " + RoleWord(route.role) + " or a higher one.";
   operation["security"] = Json::array();
   if (!route.is_for_all) operation["security"].push_back({{"token", Json::array()}});

@@ -38,12 +38,15 @@ HttpAnswer AnswerOf(const AddOutcome& outcome) {
 HttpAnswer AcceptedAnswer(const UploadNews& news) {
   HttpAnswer answer = JsonAnswer(202, news.ToJson());
   answer.headers.emplace_back("Location", "/v1/uploads/" + std::to_string(news.number));
+  answer.upload = news.number;
   return answer;
 }
 
 HttpAnswer AnswerOf(const UploadNews& news) {
   if (!news.ended) return AcceptedAnswer(news);
-  return news.ended->ok() ? AnswerOf(**news.ended) : ProblemOf(news.ended->status());
+  HttpAnswer answer = news.ended->ok() ? AnswerOf(**news.ended) : ProblemOf(news.ended->status());
+  answer.upload = news.number;
+  return answer;
 }
 
 // Whether the photo is on the disk all the same, and has its turn later: see Ticket::Wait.
@@ -194,7 +197,7 @@ std::variant<uint64_t, HttpAnswer> PhotoIntake::Accept(Engine* engine, PhotoSubm
     GivePlace(*upload);
     ++counts_.ended["failed"];
   }
-  ended_(upload->name, ticket.status());
+  ended_(0, upload->name, ticket.status());
   // Nothing is stored of a photo that the disk refuses, and another time it may take it.
   if (ticket.status().code() != StatusCode::kIoError) return ProblemOf(ticket.status());
   return ProblemOf(Status::Busy("the photo cannot be stored now, send it again later: " +
@@ -326,7 +329,7 @@ void PhotoIntake::End(const std::shared_ptr<Upload>& upload, const Result<AddOut
   } catch (const std::exception&) {
   }
   try {
-    ended_(upload->name, outcome);
+    ended_(news.number, upload->name, outcome);
     for (const UploadHeard& one : heard) one(news);
   } catch (const std::exception&) {
   }

@@ -25,7 +25,8 @@ namespace veduta {
 using Answered = std::function<void(HttpAnswer)>;
 
 // Hears what became of each photo, before its sender does; to be as AnswerCallback.
-using PhotoEnded = std::function<void(const std::string& name, const Result<AddOutcome>& outcome)>;
+using PhotoEnded = std::function<void(uint64_t upload, const std::string& name,
+                                      const Result<AddOutcome>& outcome)>;
 
 // What is known of an upload.
 struct UploadNews {

@@ -60,17 +60,17 @@ class Usage(Case):
     def test_help_names_every_command(self):
         listed = must('--help')
         without_database = {'camera': 'SUBCOMMAND', 'vocabulary': 'SUBCOMMAND',
-                            'token': 'SUBCOMMAND',
+                            'token': 'SUBCOMMAND', 'backups': 'SUBCOMMAND',
                             'devices': '--device', 'calibrate': '--points', 'markers': '--out'}
         for command in ('init', 'camera', 'markers', 'calibrate', 'add', 'settle', 'status',
                         'reconstruction', 'show', 'neighbors', 'pose', 'export', 'densify',
                         'render', 'verify', 'digest', 'vocabulary', 'journal', 'backup', 'repair',
                         'remove', 'forbid', 'allow', 'forbidden', 'devices', 'localize', 'serve',
-                        'georeference', 'token'):
+                        'georeference', 'token', 'backups', 'restore', 'copy'):
             self.assertRegex(listed, rf'(?m)^  {command} ')
             self.assertIn(without_database.get(command, 'DB'), must(command, '--help'))
         count = len(re.findall(r'(?m)^  [a-z]+ ', listed.split('Subcommands:')[1]))
-        self.assertEqual(count, 29, 'a command is not in this list')
+        self.assertEqual(count, 32, 'a command is not in this list')
         self.assertRegex(must('--version'), r'^\d+\.\d+\.\d+\n$')
 
     def test_init_again_changes_nothing(self):

@@ -183,6 +183,12 @@ def setUpModule():
     must('token', 'revoke', merged, '1')
     keep('token list', 'token', 'list', merged)
     keep('remove', 'remove', merged, 'photo0012.jpg')
+    for _ in range(2):
+        keep('backup', 'backup', merged, at('backups'))
+    keep('backups thin', 'backups', 'thin', at('backups'), '--keep', '1')
+    keep('restore', 'restore', at('backups'), at('restored'))
+    write(at('backups', 'backups', '1'), b'')  # a manifest that is damaged
+    PRINTED['veduta backups list'] += lines_of('backups', 'list', at('backups'), '--json', code=3)
     write(at('new.jpg'), photo(5) + b'\0')
     with Daemon(WHOLE, '--listen', '127.0.0.1:0') as daemon:
         PRINTED['veduta serve'].append(daemon.started)

@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: Apache-2.0
 # Goal: what a database is asked for agrees with itself: status, show, pose, neighbors, the COLMAP
-#   export, journal, backup and vocabulary tell the same city.
+#   export, journal, copy and vocabulary tell the same city.
 # Method: photos of a rendered street; every answer is compared with another command's.
 # usage: tests/cli/queries_test.py VEDUTA VEDUTA_STREET
 import json
@@ -231,19 +231,19 @@ class Ask(Case):
         self.assertEqual([json.loads(line) for line in must('journal', WHOLE, '--from',
                                                             '5').splitlines()], lines[4:])
 
-    def test_backup_is_a_database(self):
-        must('backup', WHOLE, at('backed up'))
-        self.assertEqual(must('digest', at('backed up')), WHOLE_DIGEST)
-        self.assertEqual(must('verify', at('backed up')), 'sound\n')
-        self.refused(1, 'exists', 'backup', WHOLE, at('backed up'))
-        code, lines, _ = add(at('backed up'), PHOTOS)
+    def test_copy_is_a_database(self):
+        must('copy', WHOLE, at('copied'))
+        self.assertEqual(must('digest', at('copied')), WHOLE_DIGEST)
+        self.assertEqual(must('verify', at('copied')), 'sound\n')
+        self.refused(1, 'exists', 'copy', WHOLE, at('copied'))
+        code, lines, _ = add(at('copied'), PHOTOS)
         self.assertEqual((code, {line['verdict'] for line in lines}), (0, {'duplicate'}))
 
     def test_vocabulary(self):
         self.refused(1, 'no vocabulary yet', 'vocabulary', 'info', WHOLE)
         self.refused(1, 'no vocabulary yet', 'vocabulary', 'export', WHOLE, at('none.tree'))
         trained = at('trained')
-        must('backup', WHOLE, trained)
+        must('copy', WHOLE, trained)
         must('vocabulary', 'train', trained)
         info = json.loads(must('vocabulary', 'info', trained))
         self.assertEqual((info['generation'], info['images_at_training'], info['imported']),

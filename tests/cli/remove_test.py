@@ -139,7 +139,7 @@ class Remove(Case):
 
     def test_copies_are_named(self):
         db = copy_of_whole('copied')
-        must('backup', db, at('copy of it'))
+        must('copy', db, at('copy of it'))
         answer = json.loads(must('remove', db, NAMES[0], '--json'))
         self.assertEqual(answer['copies'], [at('copy of it')])
         self.assertEqual(ask('show', at('copy of it'), NAMES[0])['image'], NAMES[0])

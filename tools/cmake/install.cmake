@@ -76,10 +76,10 @@ set_target_properties(veduta_shared PROPERTIES
   VERSION ${PROJECT_VERSION}
   SOVERSION ${PROJECT_VERSION_MAJOR})
 
-install(TARGETS veduta)
+install(TARGETS veduta COMPONENT program)
 # For clients of the daemon: docs/rpc.md.
 install(FILES ${CMAKE_SOURCE_DIR}/cli/rpc/veduta.capnp ${CMAKE_SOURCE_DIR}/cli/rpc/veduta_rpc.py
-  DESTINATION ${CMAKE_INSTALL_DATADIR}/veduta)
+  DESTINATION ${CMAKE_INSTALL_DATADIR}/veduta COMPONENT program)
 install(TARGETS veduta_shared EXPORT veduta-targets)
 veduta_reached_headers(${VEDUTA_DOOR} door_headers)
 foreach(header IN LISTS door_headers)

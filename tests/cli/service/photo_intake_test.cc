@@ -44,7 +44,7 @@ class Answers {
   std::vector<HttpAnswer> answers_;
 };
 
-void Ignore(const std::string&, const Result<AddOutcome>&) {}
+void Ignore(uint64_t, const std::string&, const Result<AddOutcome>&) {}
 
 HttpRequest Photo(const std::string& name, std::vector<uint8_t> bytes) {
   HttpRequest request;
@@ -207,7 +207,7 @@ TEST(PhotoIntake, AnotherDaemonGoesOnWithWhatWaits) {
   const auto waiting = (*engine)->Ask().Uploads();
   ASSERT_OK(waiting);
   EXPECT_GE(waiting->size(), 3u) << "one may have had its turn";
-  PhotoIntake intake({}, [&](const std::string&, const Result<AddOutcome>& outcome) {
+  PhotoIntake intake({}, [&](uint64_t, const std::string&, const Result<AddOutcome>& outcome) {
     EXPECT_OK(outcome);
     ++ended;
   });

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-// Goal: others write while a backup is read; a removal meanwhile names the copy; of a database that
+// Goal: others write while a copy is read; a removal meanwhile names the copy; of a database that
 //   cannot be read there is no copy, and the journal says so.
-// Method: a file system that stops a backup where it opens the first table of the copy, until
-//   another thread has written; a backup of damaged photos.
+// Method: a file system that stops a copy where it opens the first table of the copy, until
+//   another thread has written; a copy of damaged photos.
 #include <gtest/gtest.h>
 
 #include <filesystem>
@@ -36,7 +36,7 @@ std::vector<std::string> BackupEntries(const Snapshot& snapshot) {
 }
 
 // With the turn held while the copy is read, each would wait for the other.
-TEST(Backup, IsReadWhileOthersWrite) {
+TEST(Copy, IsReadWhileOthersWrite) {
   const TemporaryFolder folder;
   const std::string copy = folder / "copy";
   City* writes = nullptr;
@@ -56,7 +56,7 @@ TEST(Backup, IsReadWhileOthersWrite) {
   writes = &city;
   city.Add({{6.0, 90}});
   ASSERT_OK(city.parts().database->Compact());
-  ASSERT_OK(city.engine().Backup(copy));
+  ASSERT_OK(city.engine().Copy(copy));
   EXPECT_EQ(copies, std::vector<std::string>{copy});
   EXPECT_EQ(BackupEntries(city.Ask().snapshot()), std::vector<std::string>{"backup " + copy});
   EXPECT_OK(city.engine().Ask().Camera("late"));
@@ -68,7 +68,7 @@ TEST(Backup, IsReadWhileOthersWrite) {
   EXPECT_OK((*opened)->Ask().Image("#1"));
 }
 
-TEST(Backup, OfADamagedDatabaseThereIsNone) {
+TEST(Copy, OfADamagedDatabaseThereIsNone) {
   const TemporaryFolder folder;
   const std::string copy = folder / "copy";
   City city;
@@ -79,7 +79,7 @@ TEST(Backup, OfADamagedDatabaseThereIsNone) {
     if (entry.path().extension() == ".blob") FlipByte(entry.path());
   }
   city.Open();
-  EXPECT_EQ(city.engine().Backup(copy).code(), StatusCode::kCorruption);
+  EXPECT_EQ(city.engine().Copy(copy).code(), StatusCode::kCorruption);
   EXPECT_FALSE(std::filesystem::exists(copy));
   EXPECT_EQ(BackupEntries(city.Ask().snapshot()),
             (std::vector<std::string>{"backup " + copy, "backup-deleted " + copy}));

@@ -1,0 +1,62 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+// The answer to one request on its way to the client: gets the request's id as a header. The log is
+// told when the answer has gone, or the client has.
+
+#include <kj/compat/http.h>
+
+#include <chrono>
+#include <functional>
+#include <utility>
+
+#include "cli/service/request_log.h"
+
+namespace veduta {
+
+class LoggedResponse final : public kj::HttpService::Response {
+ public:
+  // The status of an answer that the client did not wait for, as nginx has it.
+  static constexpr uint32_t kGone = 499;
+
+  LoggedResponse(Response* response, std::string id, std::function<void(const RequestEntry&)> told)
+      : response_(*response), told_(std::move(told)) {
+    entry_.id = std::move(id);
+    entry_.door = "http";
+    entry_.status = kGone;
+  }
+  ~LoggedResponse() {
+    if (!told_) return;
+    const std::chrono::duration<double, std::milli> took = Clock::now() - begun_;
+    entry_.ms = took.count();
+    told_(entry_);
+  }
+  LoggedResponse(const LoggedResponse&) = delete;
+  LoggedResponse& operator=(const LoggedResponse&) = delete;
+
+  bool is_told() const { return static_cast<bool>(told_); }
+  RequestEntry& entry() { return entry_; }
+
+  kj::Own<kj::AsyncOutputStream> send(kj::uint code, kj::StringPtr phrase,
+                                      const kj::HttpHeaders& headers,
+                                      kj::Maybe<uint64_t> size = nullptr) override {
+    entry_.status = code;
+    KJ_IF_MAYBE (bytes, size) {
+      entry_.bytes = *bytes;
+    }
+    kj::HttpHeaders with_id = headers.cloneShallow();
+    with_id.add("X-Request-Id"_kj, kj::StringPtr(entry_.id.c_str()));
+    return response_.send(code, phrase, with_id, size);
+  }
+  kj::Own<kj::WebSocket> acceptWebSocket(const kj::HttpHeaders& headers) override {
+    return response_.acceptWebSocket(headers);
+  }
+
+ private:
+  using Clock = std::chrono::steady_clock;
+  Response& response_;
+  const std::function<void(const RequestEntry&)> told_;
+  const Clock::time_point begun_ = Clock::now();
+  RequestEntry entry_;
+};
+
+}  // namespace veduta

@@ -1,0 +1,140 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "cli/service/owner_commands.h"
+
+#include <kj/common.h>
+
+#include <limits>
+#include <string>
+
+#include "cli/service/request_parts.h"
+#include "cli/wire/added_json.h"
+#include "cli/wire/backup_json.h"
+#include "cli/wire/dense_json.h"
+
+namespace veduta {
+namespace {
+
+// At the same time; two threads are left for those who ask. Chosen by hand.
+constexpr uint32_t kAtWorkMax = 2;
+constexpr uint64_t kNumberMax = std::numeric_limits<uint32_t>::max();
+
+HttpAnswer AnswerOf(const Status& status) {
+  return status.ok() ? JsonAnswer(200, Json::object()) : ProblemOf(status);
+}
+
+// What a piece of work that goes on after failures has done, and the failure, or null.
+HttpAnswer AnswerWith(Json done, const Status& status) {
+  done["failure"] = status.ok() ? Json(nullptr) : Json::parse(ProblemOf(status).body);
+  return JsonAnswer(200, done);
+}
+
+Result<uint32_t> Small(const Json& object, const char* name) {
+  VEDUTA_ASSIGN_OR_RETURN(const uint64_t number, OptionalNumber(object, name, kNumberMax));
+  return static_cast<uint32_t>(number);
+}
+
+Result<DensifyRequest> DensifyOf(const Json& wanted) {
+  DensifyRequest request;
+  VEDUTA_ASSIGN_OR_RETURN(const uint32_t reconstruction, Small(wanted, "reconstruction"));
+  request.reconstruction = ReconstructionId(reconstruction);
+  VEDUTA_ASSIGN_OR_RETURN(request.device, OptionalText(wanted, "device"));
+  if (wanted.contains("size")) {
+    if (!wanted["size"].is_number_unsigned() || wanted["size"].get<uint64_t>() > kNumberMax)
+      return Status::InvalidArgument("'size' is no number of px");
+    request.options.depth_side_px = wanted["size"].get<uint32_t>();
+  }
+  if (wanted.contains("sensors")) {
+    VEDUTA_ASSIGN_OR_RETURN(request.options.sensor_count, Small(wanted, "sensors"));
+  }
+  if (wanted.contains("voxel")) {
+    if (!wanted["voxel"].is_number()) return Status::InvalidArgument("'voxel' is no number");
+    request.options.voxel_size = wanted["voxel"].get<double>();
+  }
+  return request;
+}
+
+}  // namespace
+
+std::vector<CityRoute> OwnerRoutes() {
+  std::vector<CityRoute> routes;
+  for (const PathArguments& path : {PathArguments{"v1", "settle"},
+                                    {"v1", "densify"},
+                                    {"v1", "vocabulary", "train"},
+                                    {"v1", "vocabulary", "import"},
+                                    {"v1", "backups"},
+                                    {"v1", "copies"}}) {
+    CityRoute route = {"POST", path, {}, nullptr, false, false, Role::kAdmin, true};
+    route.is_for_owner_alone = true;
+    routes.push_back(route);
+  }
+  return routes;
+}
+
+OwnerCommands::OwnerCommands(Engine* engine, DenseKeeper* keeper, std::string cache_folder)
+    : engine_(engine), keeper_(keeper), cache_folder_(std::move(cache_folder)) {}
+
+HttpAnswer OwnerCommands::Answer(const HttpRequest& request) {
+  const Json wanted = Json::parse(request.body, nullptr, /*allow_exceptions=*/false);
+  if (!wanted.is_object()) return ProblemOf(Status::InvalidArgument("the body is no JSON object"));
+  const auto done = kj::defer([this] { --at_work_; });
+  if (++at_work_ > kAtWorkMax)
+    return ProblemOf(Status::Busy("two commands of the owner are at work: try again later"));
+  return Do(request, wanted);
+}
+
+HttpAnswer OwnerCommands::Do(const HttpRequest& request, const Json& wanted) {
+  const std::string& what = request.path.back();
+  if (what == "settle") return Settle();
+  if (what == "densify") return Densify(wanted);
+  if (what == "train") return Train(wanted);
+  if (what == "backups") return Backup(wanted);
+  const bool is_copy = what == "copies";
+  const Result<std::string> path = TextMember(wanted, is_copy ? "folder" : "file");
+  if (!path.ok()) return ProblemOf(path.status());
+  return AnswerOf(is_copy ? engine_->Copy(*path) : engine_->ImportVocabulary(*path));
+}
+
+HttpAnswer OwnerCommands::Backup(const Json& wanted) {
+  const Result<std::string> folder = TextMember(wanted, "folder");
+  if (!folder.ok()) return ProblemOf(folder.status());
+  const Result<uint32_t> keep = Small(wanted, "keep");
+  if (!keep.ok()) return ProblemOf(keep.status());
+  const auto report = engine_->Backup({*folder, *keep}, stop_.get_token());
+  return report.ok() ? JsonAnswer(200, ToJson(*report)) : ProblemOf(report.status());
+}
+
+HttpAnswer OwnerCommands::Densify(const Json& wanted) {
+  Result<DensifyRequest> request = DensifyOf(wanted);
+  if (!request.ok()) return ProblemOf(request.status());
+  request->cache_folder = cache_folder_;
+  Json reports = Json::array();
+  request->report = [&](const DensifyReport& report) {
+    reports.push_back(ToJson(report));
+    reports.back()["why_cpp"] = report.why_cpp;
+  };
+  const DenseKeeper::Rest rest(keeper_);  // one pass runs at a time
+  const auto done = engine_->Densify(*request, stop_.get_token());
+  return AnswerWith({{"reports", std::move(reports)}}, done.status());
+}
+
+HttpAnswer OwnerCommands::Settle() {
+  Json steps = Json::array();
+  const Status settled = engine_->Settle(
+      stop_.get_token(), [&](const FollowUp& step) { steps.push_back(ToJson(step)); });
+  return AnswerWith({{"steps", std::move(steps)}}, settled);
+}
+
+HttpAnswer OwnerCommands::Train(const Json& wanted) {
+  VocabularyRequest request;
+  for (const auto& [name, value] : {std::pair("branch", &request.branch),
+                                    {"levels", &request.levels},
+                                    {"sample", &request.sample}}) {
+    if (!wanted.contains(name)) continue;
+    if (!wanted[name].is_number_unsigned() || wanted[name].get<uint64_t>() > kNumberMax)
+      return ProblemOf(Status::InvalidArgument("'" + std::string(name) + "' is no whole number"));
+    *value = wanted[name].get<uint32_t>();
+  }
+  return AnswerOf(engine_->TrainVocabulary(request));
+}
+
+}  // namespace veduta

@@ -1,0 +1,48 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+// What the owner of the database has the daemon do, by the socket in its folder: the commands that
+// would otherwise open the database for writing, and take long.
+
+#include <atomic>
+#include <cstdint>
+#include <stop_token>
+#include <string>
+#include <vector>
+
+#include "cli/service/city_route.h"
+#include "cli/service/dense_keeper.h"
+#include "cli/service/http_message.h"
+#include "engine/engine.h"
+
+namespace veduta {
+
+// Their routes, all of them `is_for_owner_alone`.
+std::vector<CityRoute> OwnerRoutes();
+
+// Thread-safe. Engine and keeper must outlive it.
+class OwnerCommands final {
+ public:
+  // Built OpenCL programs are kept in the cache folder.
+  OwnerCommands(Engine* engine, DenseKeeper* keeper, std::string cache_folder);
+
+  // Does what the route stands for, and takes as long. 503 where two are at work already: the
+  // threads that do it are those that answer questions.
+  HttpAnswer Answer(const HttpRequest& request);
+  // Those that are at work end after the piece at hand.
+  void Stop() { stop_.request_stop(); }
+
+ private:
+  HttpAnswer Do(const HttpRequest& request, const Json& wanted);
+  HttpAnswer Backup(const Json& wanted);
+  HttpAnswer Densify(const Json& wanted);
+  HttpAnswer Settle();
+  HttpAnswer Train(const Json& wanted);
+
+  Engine* const engine_;
+  DenseKeeper* const keeper_;
+  const std::string cache_folder_;
+  std::stop_source stop_;
+  std::atomic<uint32_t> at_work_ = 0;
+};
+
+}  // namespace veduta
