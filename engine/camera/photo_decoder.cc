@@ -66,9 +66,10 @@ DecodeOutcome OutcomeOf(PixelOutcome outcome) {
   return DecodeOutcome::kNoMemory;
 }
 
-DecodedPhoto NoMemory(DecodedPhoto photo) {
+// `why` may be empty: then there was not enough of it.
+DecodedPhoto NoMemory(DecodedPhoto photo, const std::string& why) {
   return Failed(std::move(photo), DecodeOutcome::kNoMemory,
-                "there is not enough memory to decode the photo");
+                why.empty() ? "there is not enough memory to decode the photo" : why);
 }
 
 // Why a file of these bytes is not even looked at; nothing where it is.
@@ -92,7 +93,7 @@ DecodedPhoto DecodeSeen(const PhotoDecoder& decoder, std::span<const uint8_t> by
                         const PhotoHeader& header, const DecodeLimits& limits, ImageSize wanted) {
   DecodedPhoto photo;
   photo.format = header.format;
-  if (header.outcome == HeaderOutcome::kNoMemory) return NoMemory(std::move(photo));
+  if (header.outcome == HeaderOutcome::kNoMemory) return NoMemory(std::move(photo), header.detail);
   if (header.outcome != HeaderOutcome::kRead) {
     const bool is_unsupported = header.outcome == HeaderOutcome::kUnsupportedFormat;
     return Failed(std::move(photo),
@@ -110,7 +111,7 @@ DecodedPhoto DecodeSeen(const PhotoDecoder& decoder, std::span<const uint8_t> by
     return Failed(std::move(photo), DecodeOutcome::kWrongSize, std::move(text));
   }
   Pixels pixels = decoder.DecodePixels(bytes, header);
-  if (pixels.outcome == PixelOutcome::kNoMemory) return NoMemory(std::move(photo));
+  if (pixels.outcome == PixelOutcome::kNoMemory) return NoMemory(std::move(photo), pixels.detail);
   if (pixels.outcome != PixelOutcome::kDecoded) {
     return Failed(std::move(photo), OutcomeOf(pixels.outcome), std::move(pixels.detail));
   }
@@ -138,7 +139,7 @@ DecodedPhoto DecodePhoto(std::span<const uint8_t> bytes, const DecodeLimits& lim
     return DecodeSeen(DecoderInProcess(), bytes, ReadPhotoHeader(bytes), limits, wanted);
   } catch (const std::exception&) {
     // Other failures of the libraries are handled where the libraries are called.
-    return NoMemory({});
+    return NoMemory({}, {});
   }
 }
 
@@ -148,7 +149,7 @@ DecodedPhoto DecodePhoto(const PhotoDecoder& decoder, std::span<const uint8_t> b
     if (auto refused = RefuseUnseen(bytes, limits)) return *std::move(refused);
     return DecodeSeen(decoder, bytes, header, limits, wanted);
   } catch (const std::exception&) {
-    return NoMemory({});
+    return NoMemory({}, {});
   }
 }
 

@@ -4,7 +4,7 @@
 #include <fcntl.h>
 #include <turbojpeg.h>
 
-#include <csignal>
+#include <cstdint>
 #include <cstring>
 #include <new>
 #include <string_view>
@@ -22,7 +22,8 @@ extern "C" int __wrap_tjDecompress2(tjhandle handle, const unsigned char* jpeg, 
   const auto wants = [&](std::string_view fault) {
     return bytes.substr(0, 256).find(fault) != std::string_view::npos;
   };
-  if (wants("fault:crash")) std::raise(SIGSEGV);
+  volatile uintptr_t nowhere = 16;  // the compiler is not to see that nothing lies there
+  if (wants("fault:crash")) *reinterpret_cast<volatile char*>(nowhere) = 1;
   if (wants("fault:open")) open("/etc/passwd", O_RDONLY);
   while (wants("fault:loop")) std::memset(pixels, 1, static_cast<size_t>(width));
   if (wants("fault:hoard")) {

@@ -66,7 +66,8 @@ DecoderEnd WaitFor(pid_t child, int ends, int control, uint32_t wall_s) {
   for (;;) {
     Forget(ends);  // before it is asked: an end that comes afterwards is told again
     const pid_t waited = waitpid(child, &end.wait_status, WNOHANG);
-    if (waited == child || (waited < 0 && errno != EINTR)) return end;
+    if (waited == child) return end;
+    if (waited < 0 && errno != EINTR) return {};  // how it ended cannot be told
     const auto left = std::chrono::ceil<std::chrono::milliseconds>(deadline - Clock::now()).count();
     std::array<pollfd, 2> awaited = {pollfd{ends, POLLIN, 0}, pollfd{control, 0, 0}};
     const bool is_overdue = left <= 0;

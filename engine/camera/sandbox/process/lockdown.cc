@@ -94,7 +94,8 @@ Result<Lockdown> Lockdown::Make() {
   std::shared_ptr<void> filter(seccomp_init(SCMP_ACT_KILL_PROCESS), [](void* made) {
     if (made != nullptr) seccomp_release(made);
   });
-  if (!filter) return Status::IoError("the filter of system calls cannot be made");
+  if (!filter)
+    return Status::IoError("the system does not let a process give up its system calls (seccomp)");
   // Calls of another architecture, as a 64-bit process can make 32-bit ones.
   int failed = seccomp_attr_set(filter.get(), SCMP_FLTATR_ACT_BADARCH, SCMP_ACT_KILL_PROCESS);
   if (failed == 0) failed = AddRules(filter.get());
