@@ -62,6 +62,21 @@ def open_count(process):
     return len(os.listdir(f'/proc/{process}/fd'))
 
 
+def kill_at_random(daemon, stop, killed):
+    """Kills children of decoder processes, and decoder processes that wait."""
+    chance = random.Random(7)
+    while not stop.wait(chance.uniform(0, 0.03)):
+        processes = children_of(daemon)
+        below = [child for process, _ in processes for child in children_of(process)]
+        idle = processes[:1] if chance.random() < 0.4 else []
+        for victim, _ in below or idle:
+            try:
+                os.kill(victim, signal.SIGKILL)
+                killed.append(victim)
+            except ProcessLookupError:
+                pass
+
+
 class Fragile(Case):
     """Daemons whose decoder has faults: copies of the programs, as they are installed."""
 
@@ -114,19 +129,6 @@ class Fragile(Case):
         db, clients, killed = new_database('killed'), 3, []
         stop = threading.Event()
 
-        def kill_at_random(daemon):
-            chance = random.Random(7)
-            while not stop.wait(chance.uniform(0, 0.03)):
-                processes = children_of(daemon)
-                below = [child for process, _ in processes for child in children_of(process)]
-                idle = processes[:1] if chance.random() < 0.4 else []
-                for victim, _ in below or idle:
-                    try:
-                        os.kill(victim, signal.SIGKILL)
-                        killed.append(victim)
-                    except ProcessLookupError:
-                        pass
-
         def sent(name, data):
             write(at('sent', name), data)
             return name, data
@@ -141,7 +143,8 @@ class Fragile(Case):
             return answers
 
         with self.serve(db, '--threads', '2') as daemon:
-            killer = threading.Thread(target=kill_at_random, args=(daemon.process.pid,))
+            killer = threading.Thread(target=kill_at_random,
+                                      args=(daemon.process.pid, stop, killed))
             killer.start()
             try:
                 with concurrent.futures.ThreadPoolExecutor(4) as pool:
