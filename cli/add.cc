@@ -1,12 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 // veduta add DB [--camera NAME] PHOTO|FOLDER... [--list FILE] [--threads N] [--contributor WHO]
-// [--json] [--no-sync]
+// [--json] [--no-sync] [--decoders sandboxed|in-process]
 #include <algorithm>
 #include <map>
 #include <set>
 
 #include "cli/beside_daemon.h"
 #include "cli/command.h"
+#include "cli/decoders.h"
 #include "cli/follow_ups.h"
 #include "cli/progress.h"
 #include "cli/stop_on_signal.h"
@@ -22,6 +23,7 @@ struct AddArguments {
   std::string contributor = "anonymous";
   std::vector<std::string> paths;
   uint32_t threads = 0;
+  std::string decoders = kDecodersInProcess;
   bool json = false, no_sync = false;
 };
 
@@ -141,6 +143,7 @@ int Add(const AddArguments& arguments) {
   EngineOptions options;
   options.thread_count = arguments.threads;
   options.sync = !arguments.no_sync;
+  options.decoder_program = DecoderProgram(arguments.decoders);
   const auto engine = OpenToWrite(arguments.db, options);
   if (!engine.ok()) return Fail(engine.status());
   auto submissions = Submissions(arguments);
@@ -185,6 +188,7 @@ void RegisterAdd(CLI::App* app, int* exit_code) {
   command->add_option("--contributor", arguments->contributor,
                       "Who sends them (default: anonymous)");
   command->add_flag("--json", arguments->json, "One JSON object per photo");
+  AddDecodersOption(command, &arguments->decoders);
   command->add_flag("--no-sync", arguments->no_sync,
                     "Do not wait for the disk at each photo: a power cut may lose the last ones (a "
                     "crash does not)");

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // veduta serve DB [--http HOST:PORT] [--listen unix:PATH|HOST:PORT] [--threads N] [--waiting N]
 // [--waiting-bytes N] [--parts-kept S] [--dense] [--dense-size PX] [--device D]
-// [--log none|text|json] [--json]
+// [--decoders sandboxed|in-process] [--log none|text|json] [--json]
 #include <sys/resource.h>
 #include <unistd.h>
 
@@ -10,6 +10,7 @@
 #include <thread>
 
 #include "cli/command.h"
+#include "cli/decoders.h"
 #include "cli/follow_ups.h"
 #include "cli/rpc/rpc_door.h"
 #include "cli/service/http_door.h"
@@ -28,6 +29,7 @@ struct ServeArguments {
   RpcDoorOptions rpc;  // without an address there is no RPC
   ServiceOptions service;
   uint32_t threads = 0;
+  std::string decoders = kDecodersSandboxed;
   bool json = false;
   std::string log_name = "none";
   LogFormat log = LogFormat::kNone;
@@ -122,6 +124,7 @@ int Serve(const ServeArguments& arguments) {
   const Status usable = service_options.Check();
   if (!usable.ok()) return FailUsage(usable);
   options.settle_each = true;  // the order of the photos alone decides what becomes of them
+  options.decoder_program = DecoderProgram(arguments.decoders);
   auto engine = OpenNicely(arguments.db, options);
   if (!engine.ok()) return Fail(engine.status());
   CityService service(
@@ -195,6 +198,7 @@ void RegisterServe(CLI::App* app, int* exit_code) {
                       "Longer side of depth maps in px, as of `veduta densify --size`");
   command->add_option("--device", arguments->service.dense.request.device,
                       "The device of the dense pass, as of `veduta densify`");
+  AddDecodersOption(command, &arguments->decoders);
   command
       ->add_option("--log", arguments->log_name,
                    "Lines on standard error for each request and each photo, or none")

@@ -4,6 +4,7 @@
 #include <thread>
 #include <utility>
 
+#include "engine/camera/sandbox/sandboxed_decoder.h"
 #include "engine/journal/camera_entry.h"
 #include "engine/parts.h"
 #include "engine/query/city_answers.h"
@@ -61,6 +62,9 @@ Result<std::unique_ptr<Engine>> EngineParts::Open(const std::string& path,
         options.block_cache_bytes + options.feature_cache_bytes + options.undistort_cache_bytes);
   }
   VEDUTA_RETURN_IF_ERROR(OptionBounds().Part("options", tuning.Check()).status());
+  if (!options.decoder_program.empty() && !tuning.decoder) {
+    VEDUTA_ASSIGN_OR_RETURN(tuning.decoder, SandboxedDecoder::Start(options.decoder_program));
+  }
 
   auto parts = std::make_shared<EngineParts>();
   parts->path = path;
@@ -73,7 +77,8 @@ Result<std::unique_ptr<Engine>> EngineParts::Open(const std::string& path,
   if (!options.read_only) VEDUTA_RETURN_IF_ERROR(parts->DropBackupLinks());
   parts->tables = std::make_unique<UndistortCache>(options.undistort_cache_bytes);
   parts->preparer =
-      std::make_unique<PhotoPreparer>(parts->database.get(), parts->tables.get(), tuning.prepare);
+      std::make_unique<PhotoPreparer>(parts->database.get(), parts->tables.get(), tuning.prepare,
+                                      tuning.decoder ? *tuning.decoder : DecoderInProcess());
   parts->pool = std::make_unique<ThreadPool>(parts->options.thread_count - 1);
   parts->writer = std::make_unique<Writer>(parts->database.get());
   parts->RenewCaches();
@@ -149,7 +154,8 @@ std::shared_ptr<EngineCaches> EngineParts::GetCaches() {
 }
 
 void EngineParts::RenewCaches() {
-  auto renewed = std::make_shared<EngineCaches>(tuning.ingest, preparing_vocabulary);
+  auto renewed =
+      std::make_shared<EngineCaches>(tuning.ingest, preparing_vocabulary, preparer->decoder());
   ingest = std::make_unique<Ingest>(database.get(), &renewed->retrieval, &renewed->features,
                                     pool.get(), tuning.ingest);
   const std::lock_guard lock(caches_mutex);

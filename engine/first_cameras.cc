@@ -80,8 +80,10 @@ Result<FirstCamera> CalibrateGroup(EngineParts* parts, const Group& group,
   const size_t used = std::min<size_t>(group.photos.size(), SceneCalibrationOptions().photos_max);
   std::vector<PhotoSource> sources;
   for (size_t i = 0; i < used; ++i) sources.push_back(photos[group.photos[i]].photo);
-  const Result<Calibration> made =
-      CalibrateByScene(sources, static_cast<uint32_t>(parts->pool->thread_count() + 1), stop);
+  SceneCalibrationOptions options;
+  options.decoder = parts->tuning.decoder;
+  const Result<Calibration> made = CalibrateByScene(
+      sources, static_cast<uint32_t>(parts->pool->thread_count() + 1), stop, options);
   if (made.status().code() == StatusCode::kCancelled) return made.status();
   if (!made.ok()) {
     first.why_not = made.status().message();

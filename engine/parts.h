@@ -12,6 +12,7 @@
 #include <string>
 #include <vector>
 
+#include "engine/camera/decoder.h"
 #include "engine/camera/undistorter.h"
 #include "engine/engine.h"
 #include "engine/ingest/ingest.h"
@@ -34,6 +35,8 @@ struct EngineTuning {
   DatabaseOptions database;
   PrepareOptions prepare;
   IngestOptions ingest;
+  // Null: that of EngineOptions::decoder_program, or the engine's own threads.
+  std::shared_ptr<const PhotoDecoder> decoder;
 
   Status Check() const;  // the first violated bound, named by its path and with its value
 };
@@ -64,9 +67,10 @@ struct CoarseSurfaces {
 // What one generation of open files is read by. Exchanged by Engine::Reopen: what was kept of a
 // commit that failed must not be found again.
 struct EngineCaches {
-  EngineCaches(const IngestOptions& options, std::shared_ptr<std::mutex> preparing_vocabulary)
-      : retrieval(options.retrieval, std::move(preparing_vocabulary)),
-        features(options.feature_cache_bytes, options.matched_count_max) {}
+  EngineCaches(const IngestOptions& options, std::shared_ptr<std::mutex> preparing_vocabulary,
+               const PhotoDecoder& decoder)
+      : retrieval(options.retrieval, std::move(preparing_vocabulary), decoder),
+        features(options.feature_cache_bytes, options.matched_count_max, decoder) {}
 
   Retrieval retrieval;
   ImageFeatureCache features;

@@ -61,7 +61,8 @@ Result<PhotoFile> Questions::Photo(const std::string& name) const {
   VEDUTA_ASSIGN_OR_RETURN(const ImageRecord image, FindImage(*view_->snapshot, name));
   VEDUTA_ASSIGN_OR_RETURN(const StoredBytes stored, BytesOf(*view_->snapshot, image));
   const std::span<const uint8_t> bytes = stored.bytes();
-  return PhotoFile{MediaTypeOf(ReadPhotoHeader(bytes).format), {bytes.begin(), bytes.end()}};
+  const PhotoFormat format = view_->parts->preparer->decoder().Examine(bytes).header.format;
+  return PhotoFile{MediaTypeOf(format), {bytes.begin(), bytes.end()}};
 }
 
 Result<PhotoFile> Questions::Thumbnail(const std::string& name, uint32_t side_px) const {

@@ -69,9 +69,10 @@ struct Scanned {
   std::vector<CalibrationWarning> notes;  // on photos that cannot be used
 };
 
-Result<Scanned> ReadToScan(std::span<const PhotoSource> sources, ThreadPool* pool) {
+Result<Scanned> ReadToScan(std::span<const PhotoSource> sources, const PhotoDecoder& decoder,
+                           ThreadPool* pool) {
   UndistortCache tables(kTableBytes);
-  const PhotoPreparer preparer(nullptr, &tables, PrepareOptions());
+  const PhotoPreparer preparer(nullptr, &tables, PrepareOptions(), decoder);
   std::vector<PreparedPhoto> photos(sources.size());
   pool->ParallelFor(sources.size(),
                     [&](size_t i) { photos[i] = preparer.Extract(sources[i], std::nullopt); });
@@ -155,8 +156,10 @@ Result<TrialScene> BuildScene(const Trials& trials, const CameraModel& camera) {
   options.create = true;
   options.sync = false;
   options.thread_count = trials.thread_count;
+  EngineTuning tuning;
+  tuning.decoder = trials.options.decoder;
   VEDUTA_ASSIGN_OR_RETURN(const std::unique_ptr<Engine> engine,
-                          Engine::Open(folder.path() + "/city", options));
+                          EngineParts::Open(folder.path() + "/city", options, tuning));
   VEDUTA_RETURN_IF_ERROR(engine->AddCamera(kCameraName, camera, "sought").status());
   std::vector<PhotoSubmission> photos;
   for (size_t i = 0; i < trials.photos.size(); ++i) {
@@ -285,7 +288,9 @@ Result<Calibration> CalibrateByScene(std::span<const PhotoSource> photos, uint32
   photos = photos.first(std::min<size_t>(photos.size(), options.photos_max));
   const Trials trials{photos, thread_count, std::move(stop), options};
   const auto to_scan = photos.first(std::min<size_t>(photos.size(), options.scanned_photos_max));
-  VEDUTA_ASSIGN_OR_RETURN(const Scanned scanned, ReadToScan(to_scan, &pool));
+  VEDUTA_ASSIGN_OR_RETURN(
+      const Scanned scanned,
+      ReadToScan(to_scan, options.decoder ? *options.decoder : DecoderInProcess(), &pool));
   VEDUTA_ASSIGN_OR_RETURN(std::optional<TrialScene> trial, Begin(trials, scanned, &pool));
   if (!trial) return TooLittle(scanned.notes);
   const double scanned_focal_px = trial->lens.scene.camera.fx;

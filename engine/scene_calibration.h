@@ -4,10 +4,12 @@
 // calibrated.
 
 #include <cstdint>
+#include <memory>
 #include <span>
 #include <stop_token>
 
 #include "engine/camera/calibration/calibration_result.h"
+#include "engine/camera/decoder.h"
 #include "engine/door/submission.h"
 #include "engine/matching/focal_scan.h"
 
@@ -31,6 +33,7 @@ struct SceneCalibrationOptions {
   // >= 100. Points that are adjusted, those that most photos see. Chosen by hand.
   uint32_t points_max = 3000;
   FocalScanOptions scan;
+  std::shared_ptr<const PhotoDecoder> decoder;  // null: the calling threads decode
 
   Status Check() const;  // the first violated bound, named with its value
 };

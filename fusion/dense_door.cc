@@ -181,7 +181,8 @@ Status DensifyRequest::Check() const {
 }
 
 Result<std::vector<DensifyReport>> DensifyAll(Writer& writer, ThreadPool& pool, Claimable& one_pass,
-                                              const DensifyRequest& request, std::stop_token stop) {
+                                              const DensifyRequest& request, std::stop_token stop,
+                                              const PhotoDecoder& decoder) {
   VEDUTA_RETURN_IF_ERROR(OptionBounds().Part("DensifyRequest", request.Check()).status());
   const std::optional<Claimable::Claim> alone = one_pass.TryClaim();
   if (!alone) {
@@ -193,7 +194,7 @@ Result<std::vector<DensifyReport>> DensifyAll(Writer& writer, ThreadPool& pool, 
   VEDUTA_RETURN_IF_ERROR(SweepMerged(writer).status());
   VEDUTA_ASSIGN_OR_RETURN(const std::vector<ReconstructionId> wanted,
                           WantedReconstructions(*writer.GetSnapshot(), request.reconstruction));
-  const DensePassTools tools{writer, pool, device.get(), request.progress, stop};
+  const DensePassTools tools{writer, pool, device.get(), request.progress, stop, decoder};
   std::vector<DensifyReport> reports;
   bool some_gone = false;
   for (const ReconstructionId id : wanted) {

@@ -8,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include "engine/camera/decoder.h"
 #include "engine/door/dense.h"
 #include "engine/writer/claimable.h"
 #include "engine/writer/writer.h"
@@ -25,7 +26,8 @@ namespace veduta {
 // is no such reconstruction, none at all, or no such device; kCancelled after a stop request. With
 // the device "auto" and none that works, C++ does the work.
 Result<std::vector<DensifyReport>> DensifyAll(Writer& writer, ThreadPool& pool, Claimable& one_pass,
-                                              const DensifyRequest& request, std::stop_token stop);
+                                              const DensifyRequest& request, std::stop_token stop,
+                                              const PhotoDecoder& decoder = DecoderInProcess());
 
 // Questions::Export is ExportReconstructions of fusion/export/exporter.h, and ExportFormats is
 // defined there too.

@@ -13,7 +13,8 @@ namespace veduta {
 
 Result<std::vector<DensifyReport>> Engine::Densify(const DensifyRequest& request,
                                                    std::stop_token stop) {
-  return DensifyAll(*parts_->writer, *parts_->pool, parts_->dense_pass, request, std::move(stop));
+  return DensifyAll(*parts_->writer, *parts_->pool, parts_->dense_pass, request, std::move(stop),
+                    parts_->preparer->decoder());
 }
 
 Result<std::vector<ExportedModel>> Questions::Export(const ExportRequest& request) const {

@@ -20,6 +20,7 @@ ROOMS = {'storage/base': 0, 'storage/model': 5, 'storage/records': 8, 'storage':
          'index': 20, 'kernels': 20,
          'engine/door': 29, 'engine/earth': 33, 'engine/camera': 30, 'engine/features': 30,
          'engine/camera/calibration': 31, 'engine/camera/files': 32, 'engine/camera/markers': 32,
+         'engine/camera/sandbox': 31, 'engine/camera/sandbox/process': 32,
          'engine/matching': 31, 'engine/mapping': 32, 'engine/journal': 33, 'engine/photo': 33,
          'engine/writer': 34, 'engine/retrieval': 34, 'engine/query': 35, 'engine/ingest': 36,
          'engine/localization': 37, 'engine/schedule': 37,

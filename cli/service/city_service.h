@@ -151,8 +151,8 @@ class CityService final {
   mutable Quotas quotas_;
   TusUploads tus_;
   mutable std::mutex mutex_;
-  std::map<uint32_t, uint64_t> answers_;  // how many, by code
-  std::set<std::string> damages_;         // that were told
+  std::map<uint32_t, uint64_t> answers_;                        // how many, by code
+  std::set<std::string> damages_;                               // that were told
   std::map<uint32_t, uint64_t> answers_;                        // how many, by code
   std::map<std::pair<std::string, uint32_t>, uint64_t> calls_;  // by RPC, by what and code
   bool is_closed_ = false;

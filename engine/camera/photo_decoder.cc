@@ -3,8 +3,10 @@
 
 #include <algorithm>
 #include <exception>
+#include <optional>
 #include <utility>
 
+#include "engine/camera/decoder.h"
 #include "engine/camera/gray_image.h"
 #include "engine/camera/orientation.h"
 #include "engine/camera/pixel_decoders.h"
@@ -50,24 +52,6 @@ std::string WrongSizeText(const DecodedPhoto& photo, ImageSize wanted) {
   return text + ", the camera " + wanted.Text();
 }
 
-Pixels DecodePixels(std::span<const uint8_t> bytes, const PhotoHeader& header) {
-  switch (header.format) {
-    case PhotoFormat::kJpeg:
-      return DecodeJpegPixels(bytes, header);
-    case PhotoFormat::kPng:
-      return DecodePngPixels(bytes, header);
-    case PhotoFormat::kTiff:
-      return DecodeTiffPixels(bytes, header);
-    case PhotoFormat::kWebp:
-      return DecodeWebpPixels(bytes, header);
-    case PhotoFormat::kHeif:
-      return DecodeHeifPixels(bytes, header);
-    case PhotoFormat::kUnknown:
-      break;
-  }
-  return {PixelOutcome::kUnsupportedFormat, kNoPhotoText, {}};
-}
-
 DecodeOutcome OutcomeOf(PixelOutcome outcome) {
   switch (outcome) {
     case PixelOutcome::kDecoded:
@@ -82,13 +66,15 @@ DecodeOutcome OutcomeOf(PixelOutcome outcome) {
   return DecodeOutcome::kNoMemory;
 }
 
-DecodedPhoto NoMemory(DecodedPhoto photo) {
+// `why` may be empty: then there was not enough of it.
+DecodedPhoto NoMemory(DecodedPhoto photo, const std::string& why) {
   return Failed(std::move(photo), DecodeOutcome::kNoMemory,
-                "there is not enough memory to decode the photo");
+                why.empty() ? "there is not enough memory to decode the photo" : why);
 }
 
-DecodedPhoto DecodeWithin(std::span<const uint8_t> bytes, const DecodeLimits& limits,
-                          ImageSize wanted) {
+// Why a file of these bytes is not even looked at; nothing where it is.
+std::optional<DecodedPhoto> RefuseUnseen(std::span<const uint8_t> bytes,
+                                         const DecodeLimits& limits) {
   DecodedPhoto photo;
   const Status status = OptionBounds().Part("limits", limits.Check()).status();
   if (!status.ok()) {
@@ -100,14 +86,19 @@ DecodedPhoto DecodeWithin(std::span<const uint8_t> bytes, const DecodeLimits& li
                   "the file has " + std::to_string(bytes.size()) + " bytes; at most " +
                       std::to_string(limits.size_bytes_max) + " are taken");
   }
-  PhotoHeader header = ReadPhotoHeader(bytes);
+  return std::nullopt;
+}
+
+DecodedPhoto DecodeSeen(const PhotoDecoder& decoder, std::span<const uint8_t> bytes,
+                        const PhotoHeader& header, const DecodeLimits& limits, ImageSize wanted) {
+  DecodedPhoto photo;
   photo.format = header.format;
-  if (header.outcome == HeaderOutcome::kNoMemory) return NoMemory(std::move(photo));
+  if (header.outcome == HeaderOutcome::kNoMemory) return NoMemory(std::move(photo), header.detail);
   if (header.outcome != HeaderOutcome::kRead) {
     const bool is_unsupported = header.outcome == HeaderOutcome::kUnsupportedFormat;
     return Failed(std::move(photo),
                   is_unsupported ? DecodeOutcome::kUnsupportedFormat : DecodeOutcome::kUnreadable,
-                  std::move(header.detail));
+                  header.detail);
   }
   photo.orientation = header.orientation;
   photo.stored_size = header.stored_size;
@@ -119,8 +110,8 @@ DecodedPhoto DecodeWithin(std::span<const uint8_t> bytes, const DecodeLimits& li
     std::string text = WrongSizeText(photo, wanted);
     return Failed(std::move(photo), DecodeOutcome::kWrongSize, std::move(text));
   }
-  Pixels pixels = DecodePixels(bytes, header);
-  if (pixels.outcome == PixelOutcome::kNoMemory) return NoMemory(std::move(photo));
+  Pixels pixels = decoder.DecodePixels(bytes, header);
+  if (pixels.outcome == PixelOutcome::kNoMemory) return NoMemory(std::move(photo), pixels.detail);
   if (pixels.outcome != PixelOutcome::kDecoded) {
     return Failed(std::move(photo), OutcomeOf(pixels.outcome), std::move(pixels.detail));
   }
@@ -144,10 +135,21 @@ Status DecodeLimits::Check() const {
 DecodedPhoto DecodePhoto(std::span<const uint8_t> bytes, const DecodeLimits& limits,
                          ImageSize wanted) {
   try {
-    return DecodeWithin(bytes, limits, wanted);
+    if (auto refused = RefuseUnseen(bytes, limits)) return *std::move(refused);
+    return DecodeSeen(DecoderInProcess(), bytes, ReadPhotoHeader(bytes), limits, wanted);
   } catch (const std::exception&) {
     // Other failures of the libraries are handled where the libraries are called.
-    return NoMemory({});
+    return NoMemory({}, {});
+  }
+}
+
+DecodedPhoto DecodePhoto(const PhotoDecoder& decoder, std::span<const uint8_t> bytes,
+                         const PhotoHeader& header, const DecodeLimits& limits, ImageSize wanted) {
+  try {
+    if (auto refused = RefuseUnseen(bytes, limits)) return *std::move(refused);
+    return DecodeSeen(decoder, bytes, header, limits, wanted);
+  } catch (const std::exception&) {
+    return NoMemory({}, {});
   }
 }
 

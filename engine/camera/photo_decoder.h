@@ -13,6 +13,8 @@
 
 namespace veduta {
 
+class PhotoDecoder;
+
 // What a photo may be at most. The defaults are chosen by hand: larger than the photos of any
 // camera that we know of, small enough that hostile files cannot exhaust the memory.
 struct DecodeLimits {
@@ -65,6 +67,11 @@ struct DecodedPhoto {
 // Deterministic; one thread; thread-safe. Never throws, never prints. Limits that Check refuses
 // are reported as kTooLarge.
 DecodedPhoto DecodePhoto(std::span<const uint8_t> bytes, const DecodeLimits& limits,
+                         ImageSize wanted = {});
+// The same by a decoder that may be another process, of a photo that it has examined. Whatever it
+// answers, the result is of the size that the header has.
+DecodedPhoto DecodePhoto(const PhotoDecoder& decoder, std::span<const uint8_t> bytes,
+                         const PhotoHeader& header, const DecodeLimits& limits,
                          ImageSize wanted = {});
 
 }  // namespace veduta

@@ -22,6 +22,9 @@ struct Pixels {
   cv::Mat bgr;         // CV_8UC3 of header.stored_size, as stored (orientation not applied)
 };
 
+// By the decoder of the header's format.
+Pixels DecodePixels(std::span<const uint8_t> bytes, const PhotoHeader& header);
+
 Pixels DecodeJpegPixels(std::span<const uint8_t> bytes, const PhotoHeader& header);
 Pixels DecodePngPixels(std::span<const uint8_t> bytes, const PhotoHeader& header);
 Pixels DecodeTiffPixels(std::span<const uint8_t> bytes, const PhotoHeader& header);

@@ -3,6 +3,7 @@
 // How a database is opened.
 
 #include <cstdint>
+#include <string>
 
 #include "storage/base/status.h"
 
@@ -22,6 +23,11 @@ struct EngineOptions {
   // Mpx, 16 beyond) is prepared alone. 0: half of what the three caches leave of the memory that
   // the process may use, at least 256 MiB. Changes no photo's verdict.
   uint64_t prepare_memory_bytes = 0;
+  // The path of `veduta-decoder`, which has each photo decoded in a process of its own that can do
+  // nothing else: for photos of strangers. Empty: the engine's threads decode them. Changes no
+  // photo's verdict, but where decoding would end the program. Opening fails (kIoError) where the
+  // system cannot shut processes in.
+  std::string decoder_program;
 
   Status Check() const;  // the first violated bound, named with its value
 };

@@ -12,10 +12,10 @@ namespace {
 // The features from the photo; `stored`, a failure, where it does not give them.
 Result<Features> Derive(const Snapshot& snapshot, const ImageRecord& image,
                         const CameraModel& camera, UndistortCache* tables,
-                        Result<Features> stored) {
+                        const PhotoDecoder& decoder, Result<Features> stored) {
   const Result<StoredBytes> bytes = snapshot.GetPhoto(image.photo);
   if (!bytes.ok()) return stored;
-  const PhotoPreparer preparer(nullptr, tables, PrepareOptions());
+  const PhotoPreparer preparer(nullptr, tables, PrepareOptions(), decoder);
   PreparedPhoto photo = preparer.Extract(
       {image.name, "", std::vector<uint8_t>(bytes->bytes().begin(), bytes->bytes().end())}, camera);
   VEDUTA_RETURN_IF_ERROR(photo.failure);
@@ -27,19 +27,21 @@ Result<Features> Derive(const Snapshot& snapshot, const ImageRecord& image,
 }  // namespace
 
 Result<Features> ReadOrDeriveFeatures(const Snapshot& snapshot, const ImageRecord& image,
-                                      const CameraModel& camera, UndistortCache* tables) {
+                                      const CameraModel& camera, UndistortCache* tables,
+                                      const PhotoDecoder& decoder) {
   Result<Features> stored = snapshot.GetFeatures(image.photo);
   if (stored.status().code() != StatusCode::kCorruption) return stored;
-  return Derive(snapshot, image, camera, tables, std::move(stored));
+  return Derive(snapshot, image, camera, tables, decoder, std::move(stored));
 }
 
-Result<Features> ReadOrDeriveFeatures(const Snapshot& snapshot, const ImageRecord& image) {
+Result<Features> ReadOrDeriveFeatures(const Snapshot& snapshot, const ImageRecord& image,
+                                      const PhotoDecoder& decoder) {
   Result<Features> stored = snapshot.GetFeatures(image.photo);
   if (stored.status().code() != StatusCode::kCorruption) return stored;
   const Result<CameraRecord> camera = snapshot.GetCamera(image.camera);
   if (!camera.ok() || !CheckCamera(camera->model).ok()) return stored;
   UndistortCache tables(0);
-  return Derive(snapshot, image, camera->model, &tables, std::move(stored));
+  return Derive(snapshot, image, camera->model, &tables, decoder, std::move(stored));
 }
 
 }  // namespace veduta

@@ -49,7 +49,7 @@ Result<std::shared_ptr<const ImageFeatures>> ImageFeatureCache::Get(const Snapsh
       return Status::Corruption("family cameras: camera " + std::to_string(camera.id.value) + ": " +
                                 usable.message());
     }
-    VEDUTA_ASSIGN_OR_RETURN(Features features, ReadOrDeriveFeatures(snapshot, image));
+    VEDUTA_ASSIGN_OR_RETURN(Features features, ReadOrDeriveFeatures(snapshot, image, decoder_));
     if (features.size() != image.feature_count) {
       return Status::Corruption("family features: photo " + image.photo.Hex() + " has " +
                                 std::to_string(features.size()) + " features, and image " +

@@ -7,6 +7,7 @@
 #include <memory>
 #include <vector>
 
+#include "engine/camera/decoder.h"
 #include "engine/matching/feature_grid.h"
 #include "engine/matching/packed_descriptors.h"
 #include "storage/base/lru_cache.h"
@@ -46,11 +47,13 @@ struct PutativeMatches {
 // one result is kept.
 class ImageFeatureCache final {
  public:
-  // Matches take up to a sixth of the bytes.
-  ImageFeatureCache(size_t size_bytes_max, uint32_t matched_count_max)
+  // Matches take up to a sixth of the bytes. The decoder must outlive the cache.
+  ImageFeatureCache(size_t size_bytes_max, uint32_t matched_count_max,
+                    const PhotoDecoder& decoder = DecoderInProcess())
       : cache_(size_bytes_max - size_bytes_max / 6),
         matches_(size_bytes_max / 6),
-        matched_count_max_(matched_count_max) {}
+        matched_count_max_(matched_count_max),
+        decoder_(decoder) {}
 
   // kNotFound where the image has no stored features. Damaged ones are derived from the photo,
   // which takes about a second; kCorruption where that fails.
@@ -81,6 +84,7 @@ class ImageFeatureCache final {
   LruCache<ImageId, std::shared_ptr<const ImageFeatures>> cache_;  // costs are bytes
   LruCache<MatchKey, std::shared_ptr<const PutativeMatches>, HashOfKey> matches_;
   const uint32_t matched_count_max_;
+  const PhotoDecoder& decoder_;
 };
 
 }  // namespace veduta

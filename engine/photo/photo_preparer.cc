@@ -132,8 +132,10 @@ Result<PhotoFacts> PhotoPreparer::Look(const PhotoSource& source) const {
     const auto bytes = ReadBytes(source, &own, &photo);
     VEDUTA_RETURN_IF_ERROR(photo.failure);
     if (!bytes) return PhotoFacts();
-    const PhotoHeader header = ReadPhotoHeader(*bytes);
-    PhotoFacts facts{photo.hash, CameraGroupOf(ReadExifCamera(header.exif), header), {}};
+    const PhotoExamination examined = decoder_.Examine(*bytes);
+    const PhotoHeader& header = examined.header;
+    if (header.outcome == HeaderOutcome::kNoMemory) return NotEnoughMemory();
+    PhotoFacts facts{photo.hash, CameraGroupOf(examined.camera, header), {}};
     if (header.outcome == HeaderOutcome::kRead) facts.shape = ShapeOf(header);
     return facts;
   } catch (const std::exception&) {
@@ -142,15 +144,19 @@ Result<PhotoFacts> PhotoPreparer::Look(const PhotoSource& source) const {
 }
 
 DecodedPhoto PhotoPreparer::Decode(std::span<const uint8_t> bytes) const {
-  const uint64_t pixel_count = ReadPhotoHeader(bytes).stored_size.pixel_count();
-  const MemoryBudget::Share share = TakeMemory(PrepareBytes(0, pixel_count));
-  return DecodePhoto(bytes, options_.limits);
+  const PhotoHeader header = decoder_.Examine(bytes).header;
+  const MemoryBudget::Share share = TakeMemory(NeededBytes(0, header.stored_size.pixel_count()));
+  return DecodePhoto(decoder_, bytes, header, options_.limits);
 }
 
 void PhotoPreparer::DropIdleScratch() const {
   std::vector<IdleScratch> dropped;
   const std::lock_guard lock(mutex_);
   dropped.swap(idle_scratch_);
+}
+
+uint64_t PhotoPreparer::NeededBytes(uint64_t size_bytes, uint64_t pixel_count) const {
+  return PrepareBytes(size_bytes, pixel_count) + decoder_.HandoverBytes(size_bytes, pixel_count);
 }
 
 MemoryBudget::Share PhotoPreparer::TakeMemory(uint64_t bytes) const {
@@ -183,12 +189,12 @@ Result<Features> PhotoPreparer::ExtractFeaturesOf(const cv::Mat& gray) const {
   return features;
 }
 
-void PhotoPreparer::ExtractBytes(std::span<const uint8_t> bytes,
+void PhotoPreparer::ExtractBytes(std::span<const uint8_t> bytes, const PhotoHeader& header,
                                  const std::optional<CameraModel>& camera,
                                  PreparedPhoto* photo) const {
   Stopwatch watch;
   const ImageSize wanted = camera ? ImageSize{camera->width_px, camera->height_px} : ImageSize{};
-  DecodedPhoto decoded = DecodePhoto(bytes, options_.limits, wanted);
+  DecodedPhoto decoded = DecodePhoto(decoder_, bytes, header, options_.limits, wanted);
   photo->decode_ms += watch.LapMs();
   if (decoded.outcome == DecodeOutcome::kNoMemory) {
     photo->failure = Status::NoMemory(decoded.detail);
@@ -246,9 +252,10 @@ PreparedPhoto PhotoPreparer::Extract(const PhotoSource& source,
     std::vector<uint8_t> own;
     const auto bytes = ReadBytes(source, &own, &photo);
     if (!bytes) return photo;
-    const uint64_t pixel_count = ReadPhotoHeader(*bytes).stored_size.pixel_count();
-    const MemoryBudget::Share share = TakeMemory(PrepareBytes(bytes->size(), pixel_count));
-    ExtractBytes(*bytes, camera, &photo);
+    const PhotoHeader header = decoder_.Examine(*bytes).header;
+    const MemoryBudget::Share share =
+        TakeMemory(NeededBytes(bytes->size(), header.stored_size.pixel_count()));
+    ExtractBytes(*bytes, header, camera, &photo);
   } catch (const std::exception&) {
     photo.failure = NotEnoughMemory();
   }
@@ -268,11 +275,11 @@ Result<PreparedPhoto> PhotoPreparer::PrepareWithin(const PhotoSource& source,
   photo.known = stored.has_value();
   photo.decode_ms = watch.LapMs();
   if (photo.known) return photo;
-  const PhotoHeader header = ReadPhotoHeader(*bytes);
-  photo.gps = ReadExifGps(header.exif);
-  photo.taken = ReadExifTaken(header.exif);
-  photo.media_type = MediaTypeOf(header.format);
-  ExtractBytes(*bytes, camera, &photo);
+  const PhotoExamination examined = decoder_.Examine(*bytes);
+  photo.gps = examined.gps;
+  photo.taken = examined.taken;
+  photo.media_type = MediaTypeOf(examined.header.format);
+  ExtractBytes(*bytes, examined.header, camera, &photo);
   if (photo.reason == Reason::kNone && photo.failure.ok()) {
     VEDUTA_RETURN_IF_ERROR(
         database_->WritePhotoAhead(photo.hash, *bytes, photo.features, {source.name, contributor}));
@@ -289,7 +296,7 @@ Result<PreparedPhoto> PhotoPreparer::Prepare(const PhotoSource& source, const Ca
     const uint64_t pixel_count = ImageSize{camera.width_px, camera.height_px}.pixel_count();
     const uint64_t size_bytes = source.bytes ? source.bytes->size() : PhotoFileSize(source.path);
     const uint64_t needed =
-        PrepareBytes(std::min(size_bytes, options_.limits.size_bytes_max), pixel_count);
+        NeededBytes(std::min(size_bytes, options_.limits.size_bytes_max), pixel_count);
     const MemoryBudget::Share share =
         TakeMemory(company == Company::kAlone ? std::max(needed, budget_.bytes_max()) : needed);
     return PrepareWithin(source, camera, contributor);

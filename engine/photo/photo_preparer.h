@@ -10,6 +10,7 @@
 #include <string>
 #include <vector>
 
+#include "engine/camera/decoder.h"
 #include "engine/camera/photo_decoder.h"
 #include "engine/camera/undistorter.h"
 #include "engine/door/submission.h"
@@ -71,13 +72,15 @@ struct PhotoFacts {
                              // turned; empty where the file is not a photo
 };
 
-// The database and the tables must outlive it. Thread-safe; a call waits while photos of others
-// take the memory that its photo needs.
+// The database, the tables and the decoder must outlive it. Thread-safe; a call waits while photos
+// of others take the memory that its photo needs.
 class PhotoPreparer final {
  public:
-  PhotoPreparer(Database* database, UndistortCache* tables, PrepareOptions options)
+  PhotoPreparer(Database* database, UndistortCache* tables, PrepareOptions options,
+                const PhotoDecoder& decoder = DecoderInProcess())
       : database_(database),
         tables_(tables),
+        decoder_(decoder),
         options_(std::move(options)),
         budget_(options_.memory_bytes) {}
 
@@ -92,13 +95,14 @@ class PhotoPreparer final {
                                 const std::string& contributor,
                                 Company company = Company::kOthers) const;
   // Reads the photo and decodes nothing. Where the file is too large there is no hash. kIoError,
-  // kNotFound.
+  // kNotFound, kNoMemory.
   Result<PhotoFacts> Look(const PhotoSource& source) const;
   // The photo upright, of any size. As Prepare, it waits for the memory that decoding takes.
   DecodedPhoto Decode(std::span<const uint8_t> bytes) const;
   // What Prepare does without the database, for queries by a photo that is not added. Without a
   // camera the photo is taken for one without distortion, of any size.
   PreparedPhoto Extract(const PhotoSource& source, const std::optional<CameraModel>& camera) const;
+  const PhotoDecoder& decoder() const { return decoder_; }
 
  private:
   // The photo's bytes: those of its source, or read into `own`, with the hash and the size noted in
@@ -106,9 +110,11 @@ class PhotoPreparer final {
   std::optional<std::span<const uint8_t>> ReadBytes(const PhotoSource& source,
                                                     std::vector<uint8_t>* own,
                                                     PreparedPhoto* photo) const;
+  // PrepareBytes, and what handing the photo to the decoder takes.
+  uint64_t NeededBytes(uint64_t size_bytes, uint64_t pixel_count) const;
   MemoryBudget::Share TakeMemory(uint64_t bytes) const;
-  void ExtractBytes(std::span<const uint8_t> bytes, const std::optional<CameraModel>& camera,
-                    PreparedPhoto* photo) const;
+  void ExtractBytes(std::span<const uint8_t> bytes, const PhotoHeader& header,
+                    const std::optional<CameraModel>& camera, PreparedPhoto* photo) const;
 
   Result<PreparedPhoto> PrepareWithin(const PhotoSource& source, const CameraModel& camera,
                                       const std::string& contributor) const;
@@ -118,6 +124,7 @@ class PhotoPreparer final {
 
   Database* database_;
   UndistortCache* tables_;
+  const PhotoDecoder& decoder_;
   const PrepareOptions options_;
   mutable MemoryBudget budget_;
   mutable std::mutex mutex_;  // of idle_scratch_

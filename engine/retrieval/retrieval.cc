@@ -61,8 +61,9 @@ Result<std::vector<ImageRecord>> ListRetrievable(const Snapshot& snapshot) {
 }
 
 // Derived from the photo where they are damaged. A failure names the image.
-Result<Features> FeaturesOf(const Snapshot& snapshot, const ImageRecord& image) {
-  Result<Features> features = ReadOrDeriveFeatures(snapshot, image);
+Result<Features> FeaturesOf(const Snapshot& snapshot, const ImageRecord& image,
+                            const PhotoDecoder& decoder) {
+  Result<Features> features = ReadOrDeriveFeatures(snapshot, image, decoder);
   if (features.status().code() != StatusCode::kCorruption) return features;
   return Status::Corruption(
       "the features of image " + std::to_string(image.id.value) +
@@ -71,8 +72,8 @@ Result<Features> FeaturesOf(const Snapshot& snapshot, const ImageRecord& image) 
 
 // The distinct words of a stored image.
 Result<std::vector<WordId>> WordsOf(const Snapshot& snapshot, const ImageRecord& image,
-                                    const VocabularyTree& tree) {
-  VEDUTA_ASSIGN_OR_RETURN(const Features features, FeaturesOf(snapshot, image));
+                                    const VocabularyTree& tree, const PhotoDecoder& decoder) {
+  VEDUTA_ASSIGN_OR_RETURN(const Features features, FeaturesOf(snapshot, image, decoder));
   return DistinctWords(tree.QuantizeAll(features.descriptors));
 }
 
@@ -213,7 +214,7 @@ Result<Retrieval::Prepared> Retrieval::TrainAlone(Database* database, ThreadPool
   }
   DescriptorSample sample(request.sample == 0 ? options_.training_count_max : request.sample);
   for (const ImageRecord& image : images) {
-    VEDUTA_ASSIGN_OR_RETURN(const Features features, FeaturesOf(*snapshot, image));
+    VEDUTA_ASSIGN_OR_RETURN(const Features features, FeaturesOf(*snapshot, image, decoder_));
     sample.Add(image.photo.Seed(), features.descriptors);
   }
   std::vector<uint8_t> descriptors = sample.Take();
@@ -255,8 +256,9 @@ Result<Retrieval::Prepared> Retrieval::WriteAhead(Database* database, const Snap
   for (size_t begin = 0; begin < images.size(); begin += kBatchImages) {
     const size_t count = std::min(kBatchImages, images.size() - begin);
     std::vector<Result<std::vector<WordId>>> words(count, std::vector<WordId>());
-    pool->ParallelFor(
-        count, [&](size_t i) { words[i] = WordsOf(snapshot, images[begin + i], *prepared.tree); });
+    pool->ParallelFor(count, [&](size_t i) {
+      words[i] = WordsOf(snapshot, images[begin + i], *prepared.tree, decoder_);
+    });
     for (size_t i = 0; i < count; ++i) {
       if (!words[i].ok()) return words[i].status();
       const ImageId id = images[begin + i].id;
@@ -280,7 +282,7 @@ Status Retrieval::Activate(Database* database, Prepared prepared) {
   for (const ImageRecord& image : images) {
     if (std::binary_search(known.begin(), known.end(), image.id)) continue;
     VEDUTA_ASSIGN_OR_RETURN(const std::vector<WordId> words,
-                            WordsOf(*snapshot, image, *prepared.tree));
+                            WordsOf(*snapshot, image, *prepared.tree, decoder_));
     transaction->PutWords(prepared.generation, image.id, words);
     transaction->AddPostings(prepared.generation, words, image.id);
     prepared.images.push_back(image.id);

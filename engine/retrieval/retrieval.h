@@ -9,6 +9,7 @@
 #include <optional>
 #include <vector>
 
+#include "engine/camera/decoder.h"
 #include "engine/door/submission.h"
 #include "index/scoring.h"
 #include "index/vocabulary_trainer.h"
@@ -38,9 +39,11 @@ struct RetrievalOptions {
 
 class Retrieval final {
  public:
+  // The decoder, for photos whose features are damaged, must outlive it.
   explicit Retrieval(RetrievalOptions options,
-                     std::shared_ptr<std::mutex> preparing = std::make_shared<std::mutex>())
-      : options_(std::move(options)), preparing_(std::move(preparing)) {}
+                     std::shared_ptr<std::mutex> preparing = std::make_shared<std::mutex>(),
+                     const PhotoDecoder& decoder = DecoderInProcess())
+      : options_(std::move(options)), preparing_(std::move(preparing)), decoder_(decoder) {}
 
   // Best first; without a vocabulary all images that have features, newest first, with a score of
   // 0. Thread-safe.
@@ -95,6 +98,7 @@ class Retrieval final {
   // Held from the first thing written ahead to the switch. Shared by all that stand for one
   // database, one after another.
   const std::shared_ptr<std::mutex> preparing_;
+  const PhotoDecoder& decoder_;
   std::mutex mutex_;
   uint32_t generation_ = 0;  // of tree_
   std::shared_ptr<const VocabularyTree> tree_;

@@ -77,7 +77,7 @@ class ColorStage final {
         coloring_(options.coloring),
         pass_(*pass),
         snapshot_(pass->GetSnapshot()),
-        loader_(snapshot_, options.side_px, /*view_count_max=*/1) {}
+        loader_(snapshot_, options.side_px, /*view_count_max=*/1, pass->decoder()) {}
 
   Result<StageCount> Run() {
     VEDUTA_ASSIGN_OR_RETURN(const auto depths, LoadDepths(pass_));

@@ -6,6 +6,7 @@
 #include <stop_token>
 #include <string_view>
 
+#include "engine/camera/decoder.h"
 #include "engine/writer/writer.h"
 #include "storage/base/thread_pool.h"
 
@@ -22,6 +23,7 @@ struct DensePassTools {
   Device* device = nullptr;  // null: C++ on the pool. The result is the same, bit for bit.
   DenseProgress progress;    // may be empty
   std::stop_token stop;
+  const PhotoDecoder& decoder = DecoderInProcess();  // of stored photos
 };
 
 }  // namespace veduta

@@ -28,7 +28,7 @@ class DepthStage final {
         tolerance_(tolerance),
         pass_(*pass),
         without_depth_(without_depth),
-        loader_(pass->GetSnapshot(), options.side_px, kViewsKept) {
+        loader_(pass->GetSnapshot(), options.side_px, kViewsKept, pass->decoder()) {
     for (const auto& [id, image] : pass->scene().images)
       centers_[id] = image.cam_from_world.Center();
   }
@@ -89,9 +89,9 @@ class DepthStage final {
   }
 
   Result<std::vector<SensorView>> Rank(const SceneImage& image) {
-    VEDUTA_ASSIGN_OR_RETURN(
-        const Features features,
-        ReadOrDeriveFeatures(loader_.snapshot(), image.record, image.camera, &tables_));
+    VEDUTA_ASSIGN_OR_RETURN(const Features features,
+                            ReadOrDeriveFeatures(loader_.snapshot(), image.record, image.camera,
+                                                 &tables_, pass_.decoder()));
     KeyView key{
         image.record.width_px, image.record.height_px, image.cam_from_world.Center(), {}, {}};
     key.features.reserve(features.size());

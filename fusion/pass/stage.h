@@ -34,6 +34,7 @@ class DensePass final {
   ReconstructionId surface() const { return surface_; }
   void set_surface(ReconstructionId surface) { surface_ = surface; }
   ThreadPool& pool() const { return tools_.pool; }
+  const PhotoDecoder& decoder() const { return tools_.decoder; }
   Device* device() const { return tools_.device; }  // null: C++
   std::shared_ptr<const Snapshot> GetSnapshot() const { return tools_.writer.GetSnapshot(); }
 

@@ -6,6 +6,7 @@
 #include <memory>
 #include <utility>
 
+#include "engine/camera/decoder.h"
 #include "engine/camera/undistorter.h"
 #include "fusion/pass/scene.h"
 #include "storage/base/lru_cache.h"
@@ -26,12 +27,15 @@ ViewGeometry ViewGeometryOf(const SceneImage& image, uint32_t side_px);
 // Not thread-safe. Keeps the views that were asked for last.
 class ViewLoader final {
  public:
-  // side_px as above; view_count_max >= 1 views are kept, 4 bytes for each of their pixels.
-  ViewLoader(std::shared_ptr<const Snapshot> snapshot, uint32_t side_px, size_t view_count_max)
+  // side_px as above; view_count_max >= 1 views are kept, 4 bytes for each of their pixels. The
+  // decoder must outlive the loader.
+  ViewLoader(std::shared_ptr<const Snapshot> snapshot, uint32_t side_px, size_t view_count_max,
+             const PhotoDecoder& decoder = DecoderInProcess())
       : snapshot_(std::move(snapshot)),
         side_px_(side_px),
         tables_(256ull << 20),
-        views_(view_count_max) {}
+        views_(view_count_max),
+        decoder_(decoder) {}
 
   // With gray and rgb. kCorruption, naming the photo, when it cannot be decoded any more.
   Result<std::shared_ptr<const View>> Load(const SceneImage& image);
@@ -45,6 +49,7 @@ class ViewLoader final {
   const uint32_t side_px_;
   UndistortCache tables_;
   LruCache<uint32_t, std::shared_ptr<const View>> views_;  // by image
+  const PhotoDecoder& decoder_;
 };
 
 }  // namespace veduta

@@ -17,8 +17,8 @@ class Daemon:
     """`veduta serve` at a port of its own. Leaving it as a context ends it as an administrator
     does, and it must end well."""
 
-    def __init__(self, db, *more, http='127.0.0.1:0'):
-        self.process = subprocess.Popen([VEDUTA, 'serve', db, '--http', http, '--json', *more],
+    def __init__(self, db, *more, http='127.0.0.1:0', program=VEDUTA):
+        self.process = subprocess.Popen([program, 'serve', db, '--http', http, '--json', *more],
                                         stdout=subprocess.PIPE, stderr=subprocess.PIPE)
         line = self.process.stdout.readline()
         assert line, self.process.stderr.read().decode()

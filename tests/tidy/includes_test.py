@@ -44,6 +44,7 @@ PACKAGES = {
     'GeographicLib/': ('GeographicLib::GeographicLib',),
     'proj.h': ('PROJ::proj',),
     'sodium.h': ('sodium::sodium',),
+    'seccomp.h': ('seccomp::seccomp',),
     'libheif/': ('heif::heif',),
     'libde265/': ('de265::de265',),
     'webp/mux.h': ('webpmux::webpmux',),
@@ -56,7 +57,8 @@ PACKAGES = {
 }
 # What the compiler and the C library bring: the standard library's headers have no dot and no
 # slash, and these.
-SYSTEM = re.compile(r'[a-z_0-9]+|sys/[a-z]+\.h|(arpa/inet|netinet/(in|tcp)|unistd|fcntl|malloc)\.h'
+SYSTEM = re.compile(r'[a-z_0-9]+|sys/[a-z]+\.h'
+                    r'|(arpa/inet|netinet/(in|tcp)|unistd|fcntl|malloc|spawn)\.h'
                     r'|([a-z]?mmintrin|immintrin)\.h')
 LINK_ONLY = re.compile(r'\$<LINK_ONLY:(.*)>')
 

@@ -1,7 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
-# What `cmake --install` puts in place: the program `veduta`, and for programs that embed the
-# database the shared library libveduta, the headers of its door and the package that
-# find_package(veduta) finds. docs/embedding.md shows their use; tests/embedding/ tests it.
+# What `cmake --install` puts in place: the program `veduta` with its `veduta-decoder`, and for
+# programs that embed the database the shared library libveduta, the headers of its door and the
+# package that find_package(veduta) finds. docs/embedding.md shows their use; tests/embedding/ tests
+# it.
 include(GNUInstallDirs)
 include(CMakePackageConfigHelpers)
 
@@ -77,6 +78,8 @@ set_target_properties(veduta_shared PROPERTIES
   SOVERSION ${PROJECT_VERSION_MAJOR})
 
 install(TARGETS veduta COMPONENT program)
+# Not for people: the daemon starts it (cli/decoders.cc).
+install(TARGETS veduta-decoder DESTINATION ${CMAKE_INSTALL_LIBEXECDIR}/veduta COMPONENT program)
 # For clients of the daemon: docs/rpc.md.
 install(FILES ${CMAKE_SOURCE_DIR}/cli/rpc/veduta.capnp ${CMAKE_SOURCE_DIR}/cli/rpc/veduta_rpc.py
   DESTINATION ${CMAKE_INSTALL_DATADIR}/veduta COMPONENT program)
