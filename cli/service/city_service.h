@@ -153,7 +153,6 @@ class CityService final {
   mutable std::mutex mutex_;
   std::map<uint32_t, uint64_t> answers_;                        // how many, by code
   std::set<std::string> damages_;                               // that were told
-  std::map<uint32_t, uint64_t> answers_;                        // how many, by code
   std::map<std::pair<std::string, uint32_t>, uint64_t> calls_;  // by RPC, by what and code
   bool is_closed_ = false;
   size_t waiting_questions_ = 0;

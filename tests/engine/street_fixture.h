@@ -87,8 +87,8 @@ class City {
     engine.block_cache_bytes = options_.database.block_cache_bytes;
     engine.feature_cache_bytes = options_.ingest.feature_cache_bytes;
     engine.undistort_cache_bytes = options_.undistort_cache_bytes;
-    auto opened =
-        EngineParts::Open(path(), engine, {options_.database, options_.prepare, options_.ingest});
+    auto opened = EngineParts::Open(
+        path(), engine, {options_.database, options_.prepare, options_.ingest, nullptr});
     EXPECT_OK(opened);
     if (opened.ok()) engine_ = std::move(*opened);
   }

@@ -31,7 +31,11 @@ class Daemon final {
     std::string folder = std::filesystem::temp_directory_path() / "veduta_fuzz_rpc_XXXXXX";
     Expect(mkdtemp(folder.data()) != nullptr, "a folder can be made");
     folder_ = folder;
-    auto engine = Engine::Open(folder_ / "db", {.create = true, .sync = false, .thread_count = 1});
+    EngineOptions opening;
+    opening.create = true;
+    opening.sync = false;
+    opening.thread_count = 1;
+    auto engine = Engine::Open(folder_ / "db", opening);
     Expect(engine.status(), "a database can be made");
     ServiceOptions options;
     options.intake.photos_max = kPhotosMax;
