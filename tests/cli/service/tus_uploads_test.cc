@@ -53,7 +53,8 @@ class TusUploadsTest : public testing::Test {
     return where.substr(where.rfind('/') + 1);
   }
 
-  PhotoIntake intake_{{.photos_max = 2}, [](const std::string&, const Result<AddOutcome>&) {}};
+  PhotoIntake intake_{{.photos_max = 2},
+                      [](uint64_t, const std::string&, const Result<AddOutcome>&) {}};
   Quotas quotas_{TokenQuota{1'000, 1'000'000'000, 1'000}};
   TusUploads tus_{Small(), &intake_, &quotas_};
   City city_;
