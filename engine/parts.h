@@ -36,7 +36,7 @@ struct EngineTuning {
   PrepareOptions prepare;
   IngestOptions ingest;
   // Null: that of EngineOptions::decoder_program, or the engine's own threads.
-  std::shared_ptr<const PhotoDecoder> decoder;
+  std::shared_ptr<const PhotoDecoder> decoder = {};
 
   Status Check() const;  // the first violated bound, named by its path and with its value
 };

@@ -27,7 +27,7 @@ struct EngineOptions {
   // nothing else: for photos of strangers. Empty: the engine's threads decode them. Changes no
   // photo's verdict, but where decoding would end the program. Opening fails (kIoError) where the
   // system cannot shut processes in.
-  std::string decoder_program;
+  std::string decoder_program = {};
 
   Status Check() const;  // the first violated bound, named with its value
 };

@@ -230,7 +230,7 @@ class Asking(Case):
         self.assertEqual(self.daemon.ask('GET', '/v1/photos/x.jpg')[0], 404)
 
     def test_a_second_writer_is_sent_away(self):
-        self.refused(3, 'another veduta process', 'settle', WHOLE)
+        self.refused(3, 'another veduta process', 'repair', WHOLE, '--yes')
         self.refused(3, 'another veduta process', 'serve', WHOLE)
 
 

@@ -68,14 +68,6 @@ const std::vector<Asked>& RoutesOfRoles() {
       {"GET", {"v1", "reconstructions", "1", "points"}, 1},
       {"GET", {"v1", "reconstructions", "1", "surface", "tileset.json"}, 1},
       {"GET", {"v1", "reconstructions", "1", "surface", "tiles", "a.glb"}, 1},
-      {"GET", {"v1", "stac"}, 1},
-      {"GET", {"v1", "stac", "conformance"}, 1},
-      {"GET", {"v1", "stac", "collections"}, 1},
-      {"GET", {"v1", "stac", "collections", "photos"}, 1},
-      {"GET", {"v1", "stac", "collections", "photos", "items"}, 1},
-      {"GET", {"v1", "stac", "collections", "photos", "items", "1"}, 1},
-      {"GET", {"v1", "stac", "search"}, 1},
-      {"POST", {"v1", "stac", "search"}, 1},
       {"GET", {"v1", "georeference"}, 1},
       {"POST", {"v1", "georeference"}, 3, true},
       {"GET", {"v1", "hypotheses"}, 1},
@@ -85,7 +77,20 @@ const std::vector<Asked>& RoutesOfRoles() {
       {"POST", {"v1", "allowed"}, 3, true},
       {"GET", {"v1", "tokens"}, 4, true},
       {"POST", {"v1", "tokens"}, 4, true},
-      {"POST", {"v1", "tokens", "1", "revoke"}, 4, true},
+      {"POST", {"v1", "tokens", "1", "revoke"}, 4, true}};
+  return kAll;
+}
+
+const std::vector<Asked>& RoutesOfStacAndLinks() {
+  static const std::vector<Asked> kAll = {
+      {"GET", {"v1", "stac"}, 1},
+      {"GET", {"v1", "stac", "conformance"}, 1},
+      {"GET", {"v1", "stac", "collections"}, 1},
+      {"GET", {"v1", "stac", "collections", "photos"}, 1},
+      {"GET", {"v1", "stac", "collections", "photos", "items"}, 1},
+      {"GET", {"v1", "stac", "collections", "photos", "items", "1"}, 1},
+      {"GET", {"v1", "stac", "search"}, 1},
+      {"POST", {"v1", "stac", "search"}, 1},
       {"GET", {"v1", "links"}, 3, true},
       {"POST", {"v1", "links"}, 3, true},
       {"POST", {"v1", "links", "1", "revoke"}, 3, true}};
@@ -94,6 +99,7 @@ const std::vector<Asked>& RoutesOfRoles() {
 
 std::vector<Asked> AllRoutes() {
   std::vector<Asked> all = RoutesOfRoles();
+  for (const Asked& asked : RoutesOfStacAndLinks()) all.push_back(asked);
   for (const Asked& asked : {Asked{"POST", {"v1", "settle"}, 5, true},
                              {"POST", {"v1", "densify"}, 5, true},
                              {"POST", {"v1", "vocabulary", "train"}, 5, true},

@@ -7,10 +7,9 @@
 
 #include <gtest/gtest.h>
 
-#include <time.h>
-
 #include <algorithm>
 #include <cstdio>
+#include <ctime>
 
 #include "tests/storage/samples.h"
 
