@@ -61,7 +61,7 @@ Result<std::vector<ImageId>> RetryPhoto(const IngestParts& parts, ImageId image,
     record.detail = placement.detail;
     scope.transaction->PutImage(record);
     VEDUTA_RETURN_IF_ERROR(
-        WritePlacement(*parts.map, *scope.base, placement, &state, scope.transaction.get()));
+        WritePlacement(*parts.map, *scope.base, placement, {}, &state, scope.transaction.get()));
     if (!placement.placed.empty()) {
       AppendJournal(
           {0, 0, "veduta", "propagate", image, placement.reconstruction, placement.detail}, &state,

@@ -113,8 +113,7 @@ Status WritePhoto(const IngestParts& parts, const ImageRecord& record, const Loc
     transaction->AddPostings(state->vocabulary_generation, words, record.id);
   }
   VEDUTA_RETURN_IF_ERROR(
-      WritePlacement(*parts.map, *scope.base, located.placement, state, transaction));
-  if (!located.placement.placed.empty()) AppendRetries(*parts.map, others, state);
+      WritePlacement(*parts.map, *scope.base, located.placement, others, state, transaction));
   JournalAdded(record, located.placement.reconstruction, located.placement.detail, state,
                transaction);
   transaction->PutState(*state);

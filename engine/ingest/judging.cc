@@ -268,7 +268,8 @@ Result<Judgment> JudgeAnew(const IngestParts& parts, ReconstructionId a, Reconst
   }
   Judgment judgment;
   if (!placement.merges.empty()) {
-    VEDUTA_RETURN_IF_ERROR(WritePlacement(*parts.map, *scope.base, placement, &state, transaction));
+    VEDUTA_RETURN_IF_ERROR(
+        WritePlacement(*parts.map, *scope.base, placement, {}, &state, transaction));
     judgment.merged_into = placement.reconstruction;
   } else if (!placement.refused.empty()) {
     HypothesisRecord& refused = placement.refused.front();

@@ -174,10 +174,21 @@ Status MapLoader::LoadStructure(std::span<const ImageId> images) {
   return LoadBlocks(std::vector(homes.begin(), homes.end()));
 }
 
-Status MapLoader::LoadNeighborhood(std::span<const ImageId> images) {
-  VEDUTA_RETURN_IF_ERROR(LoadStructure(images));
-  std::unordered_set<ImageId> seen;
+std::vector<ImageId> MapLoader::WithoutNeighborhood(std::span<const ImageId> images) {
+  if (edit_count_ != map_->edit_count()) neighborhoods_.clear();
+  edit_count_ = map_->edit_count();
+  std::vector<ImageId> without;
   for (const ImageId id : images) {
+    if (!neighborhoods_.contains(id)) without.push_back(id);
+  }
+  return without;
+}
+
+Status MapLoader::LoadNeighborhood(std::span<const ImageId> images) {
+  const std::vector<ImageId> wanted = WithoutNeighborhood(images);
+  VEDUTA_RETURN_IF_ERROR(LoadStructure(wanted));
+  std::unordered_set<ImageId> seen;
+  for (const ImageId id : wanted) {
     if (!map_->HasImage(id)) continue;
     for (const PointId point : map_->image(id).points) {
       const PointRecord* record = point.valid() ? map_->FindPoint(point) : nullptr;
@@ -189,9 +200,12 @@ Status MapLoader::LoadNeighborhood(std::span<const ImageId> images) {
   std::vector<ImageId> ascending(seen.begin(), seen.end());
   std::ranges::sort(ascending);
   VEDUTA_RETURN_IF_ERROR(LoadImages(ascending));
-  if (!has_loaded_) return Status::Ok();
-  has_loaded_ = false;
-  return CheckSeen(images);
+  if (has_loaded_) {
+    has_loaded_ = false;
+    VEDUTA_RETURN_IF_ERROR(CheckSeen(images));
+  }
+  neighborhoods_.insert(wanted.begin(), wanted.end());
+  return Status::Ok();
 }
 
 Status MapLoader::LoadToUnplace(ImageId image) {

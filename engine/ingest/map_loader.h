@@ -8,6 +8,7 @@
 #include <optional>
 #include <span>
 #include <unordered_set>
+#include <vector>
 
 #include "engine/mapping/city_map.h"
 #include "engine/photo/image_features.h"
@@ -55,6 +56,8 @@ class MapLoader final {
   bool IsToLoad(ImageId id) const;
   // Nothing where the image has no pose. Thread-safe.
   Result<std::optional<MapImage>> ReadImage(ImageId id) const;
+  // Those of the images whose neighbourhood is not known to be in the map.
+  std::vector<ImageId> WithoutNeighborhood(std::span<const ImageId> images);
   // LoadImages with the reading spread over the threads. Of several errors, that of the first.
   Status LoadImages(std::span<const ImageId> images, ThreadPool* pool);
   Result<uint32_t> CountFeatures(ImageId id) const;
@@ -68,6 +71,8 @@ class MapLoader final {
   CityMap* map_;
   bool has_loaded_ = false;              // something since the last CheckSeen
   std::unordered_set<ImageId> checked_;  // of these CheckSeen was content
+  std::unordered_set<ImageId> neighborhoods_;  // that are in the map, while edit_count_ is its own
+  uint64_t edit_count_ = 0;
   std::map<ReconstructionId, ReconstructionRecord> reconstructions_;
 };
 

@@ -1,10 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "engine/ingest/placement_writer.h"
 
-#include <algorithm>
-
 #include "engine/ingest/change_writer.h"
 #include "engine/ingest/hypotheses.h"
+#include "engine/ingest/retries.h"
 #include "engine/ingest/submaps.h"
 #include "engine/journal/journal.h"
 
@@ -38,21 +37,6 @@ void JournalMerges(const Placement& placement, DatabaseState* state, Transaction
   }
 }
 
-// The neighbours of newly placed images that have no pose, in the map or stored.
-Status AppendNeighbors(const CityMap& map, const Snapshot& snapshot,
-                       std::span<const ImageId> placed, DatabaseState* state) {
-  for (const ImageId id : placed) {
-    VEDUTA_ASSIGN_OR_RETURN(const std::vector<PairNeighbor> neighbors, snapshot.ListNeighbors(id));
-    for (const PairNeighbor& neighbor : neighbors) {
-      if (map.HasImage(neighbor.image)) continue;
-      VEDUTA_ASSIGN_OR_RETURN(const std::optional<PoseRecord> pose,
-                              snapshot.FindPose(neighbor.image));
-      if (!pose) AppendRetries(map, {&neighbor.image, 1}, state);
-    }
-  }
-  return Status::Ok();
-}
-
 // Makes due the adjustment of the submap or reconstruction that the image is in, which judges it.
 // Does nothing where the image is not valid().
 Status WriteDoubt(const Snapshot& snapshot, ImageId doubtful, Transaction* transaction) {
@@ -74,16 +58,9 @@ Status WriteDoubt(const Snapshot& snapshot, ImageId doubtful, Transaction* trans
 
 }  // namespace
 
-void AppendRetries(const CityMap& map, std::span<const ImageId> images, DatabaseState* state) {
-  std::vector<ImageId>& retries = state->pending_propagation;
-  for (const ImageId id : images) {
-    if (!map.HasImage(id) && std::find(retries.begin(), retries.end(), id) == retries.end())
-      retries.push_back(id);
-  }
-}
-
 Status WritePlacement(const CityMap& map, const Snapshot& snapshot, const Placement& placement,
-                      DatabaseState* state, Transaction* transaction) {
+                      std::span<const ImageId> unstored, DatabaseState* state,
+                      Transaction* transaction) {
   if (placement.verdict == Verdict::kPostponed)
     return WriteDoubt(snapshot, placement.doubtful, transaction);
   VEDUTA_ASSIGN_OR_RETURN(Submaps submaps, Submaps::Read(snapshot));
@@ -96,7 +73,7 @@ Status WritePlacement(const CityMap& map, const Snapshot& snapshot, const Placem
   }
   JournalMerges(placement, state, transaction);
   VEDUTA_RETURN_IF_ERROR(WriteHypotheses(snapshot, placement, state, transaction));
-  return AppendNeighbors(map, snapshot, placement.placed, state);
+  return AppendRetries(map, snapshot, placement, unstored, state);
 }
 
 }  // namespace veduta

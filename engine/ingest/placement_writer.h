@@ -4,7 +4,6 @@
 // the journal of merges, hypotheses, and the photos that are to be tried again because of it (R16).
 
 #include <span>
-#include <vector>
 
 #include "engine/ingest/placement.h"
 #include "engine/mapping/city_map.h"
@@ -14,12 +13,10 @@ namespace veduta {
 
 // Writes the placement. Of a postponed photo it writes only the doubt that the photo raises. The
 // photo's own image record is the caller's to write. `snapshot` is the state that the map was
-// loaded from. Changes `state`, which the caller puts into the transaction last.
+// loaded from; `unstored` are the neighbours of a photo whose pairs it does not hold yet (retries.h).
+// Changes `state`, which the caller puts into the transaction last.
 Status WritePlacement(const CityMap& map, const Snapshot& snapshot, const Placement& placement,
-                      DatabaseState* state, Transaction* transaction);
-
-// Appends those of `images` that have no pose in the map and do not wait already to the photos that
-// are to be tried again.
-void AppendRetries(const CityMap& map, std::span<const ImageId> images, DatabaseState* state);
+                      std::span<const ImageId> unstored, DatabaseState* state,
+                      Transaction* transaction);
 
 }  // namespace veduta

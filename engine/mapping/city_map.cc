@@ -152,6 +152,7 @@ PointId CityMap::MoveHome(PointId id, ImageId home) {
 }
 
 void CityMap::UnplaceImage(ImageId id) {
+  ++edit_count_;
   const ReconstructionId reconstruction = image(id).reconstruction;
   for (const PointId point : std::vector<PointId>(image(id).points)) {
     if (point.valid()) RemoveObservation(point, id);
@@ -187,6 +188,7 @@ void CityMap::CutOff(const std::set<ImageId>& part) {
 }
 
 void CityMap::CountPoint(const PointRecord& point, int sign) {
+  ++edit_count_;
   CountChange& change = changes_.counts[image(point.track.front().image).reconstruction];
   change.points += sign;
   change.observations += sign * static_cast<int64_t>(point.track.size());
@@ -325,6 +327,7 @@ void CityMap::Clear() {
   images_.clear();
   blocks_.clear();
   ClearChanges();
+  ++edit_count_;
 }
 
 }  // namespace veduta

@@ -108,6 +108,10 @@ class CityMap {
   // (the given ones, where both have as many), and has its home there.
   void CutOff(const std::set<ImageId>& part);
 
+  // Another number once any track has changed or an image is forgotten. Loading is no such change:
+  // what is loaded stays as it is.
+  uint64_t edit_count() const { return edit_count_; }
+
   const CityMapChanges& changes() const { return changes_; }
   void ClearChanges() { changes_ = {}; }
   void Clear();
@@ -129,6 +133,7 @@ class CityMap {
   ImageTable<MapImage> image_table_;  // of images_
   ImageTable<Block> block_table_;     // of blocks_
   CityMapChanges changes_;
+  uint64_t edit_count_ = 0;
 };
 
 }  // namespace veduta

@@ -113,7 +113,7 @@ void ForceMerge(const City& city, ReconstructionId into, ReconstructionId from,
   placement.merges = {{from, into_from, 0, "forced by a test"}};
   auto state = scope.base->GetState();
   ASSERT_OK(state);
-  ASSERT_OK(WritePlacement(map, *scope.base, placement, &*state, scope.transaction.get()));
+  ASSERT_OK(WritePlacement(map, *scope.base, placement, {}, &*state, scope.transaction.get()));
   scope.transaction->PutState(*state);
   ASSERT_OK(scope.transaction->Commit());
   parts.RenewCaches();

@@ -6,6 +6,8 @@
 
 #include <gtest/gtest.h>
 
+#include <tuple>
+
 #include "engine/ingest/forbidding.h"
 #include "tests/engine/ingest/scene_database.h"
 
@@ -54,19 +56,30 @@ TEST(Merging, TheLargerKeepsItsFrame) {
   EXPECT_GE(joined, 20u);
 }
 
-// The two are a hypothesis already, for which so many pairs across spoke.
-void PutHypothesis(SceneDatabase* scene, ReconstructionId a, ReconstructionId b, uint32_t pairs,
-                   uint32_t judged_cells = 300, RefusalReason reason = RefusalReason::kFewPairs) {
+// That the two are one, by a seam that is judged with each photo.
+HypothesisRecord SmallHypothesis(ReconstructionId a, ReconstructionId b) {
   HypothesisRecord hypothesis;
   hypothesis.a = a;
   hypothesis.b = b;
-  hypothesis.agreeing_pairs = pairs;
-  hypothesis.judged_cells = judged_cells;
-  hypothesis.reason = reason;
+  hypothesis.judged_cells = 20;
   hypothesis.images = {ImageId(1), ImageId(5)};
+  return hypothesis;
+}
+
+void Put(const HypothesisRecord& hypothesis, SceneDatabase* scene) {
   const auto transaction = scene->database()->BeginTransaction();
   transaction->PutHypothesis(hypothesis);
   ASSERT_OK(transaction->Commit());
+}
+
+// The two are a hypothesis already, for which so many pairs across spoke.
+void PutHypothesis(SceneDatabase* scene, ReconstructionId a, ReconstructionId b, uint32_t pairs,
+                   uint32_t judged_cells = 300, RefusalReason reason = RefusalReason::kFewPairs) {
+  HypothesisRecord hypothesis = SmallHypothesis(a, b);
+  hypothesis.agreeing_pairs = pairs;
+  hypothesis.judged_cells = judged_cells;
+  hypothesis.reason = reason;
+  Put(hypothesis, scene);
 }
 
 TEST(Merging, AKnownHypothesisIsNotJudgedButToldToHaveGrown) {
@@ -105,6 +118,25 @@ TEST(Merging, WhatWasSplitIsNotMergedAgainByTheNextPhoto) {
     EXPECT_EQ(outcome.merges.size(), is_split ? 0u : 1u);
     ASSERT_EQ(outcome.known.size(), is_split ? 1u : 0u);
     EXPECT_FALSE(is_split && outcome.known[0].has_grown);
+  }
+}
+
+TEST(Merging, WhatManyPairsRefuteIsNotJudgedWithEachPhoto) {
+  SceneDatabase scene({.camera_count = 7});
+  scene.AddImages(0, 7);
+  const ReconstructionId large = scene.AddReconstruction({0, 1, 2, 3});
+  const ReconstructionId small = scene.AddReconstruction({4, 5}, AnotherFrame());
+  for (const auto& [agreeing, contradicting, is_refuted] :
+       {std::tuple(1u, 40u, true), {20u, 40u, false}, {1u, 5u, false}}) {
+    HypothesisRecord hypothesis = SmallHypothesis(large, small);
+    hypothesis.agreeing_pairs = agreeing;
+    hypothesis.contradicting_pairs = contradicting;
+    hypothesis.reason = RefusalReason::kContradicted;
+    Put(hypothesis, &scene);
+    SceneWork work(&scene);
+    const MergeOutcome outcome = Merge(&scene, &work, small, {ImageId(5), ImageId(6)});
+    EXPECT_EQ(outcome.known.size(), is_refuted ? 1u : 0u) << contradicting;
+    EXPECT_EQ(outcome.merges.size(), is_refuted ? 0u : 1u) << contradicting;
   }
 }
 

@@ -30,7 +30,7 @@ inline ReconstructionId AddOverlaid(SceneDatabase* scene, const std::vector<uint
   placement.merges = {{from, Sim3(), 0, ""}};
   const WriteScope scope = BeginWrite(scene->database());
   DatabaseState state = scene->State();
-  EXPECT_OK(WritePlacement(work.map, *scope.base, placement, &state, scope.transaction.get()));
+  EXPECT_OK(WritePlacement(work.map, *scope.base, placement, {}, &state, scope.transaction.get()));
   scope.transaction->PutState(state);
   EXPECT_OK(scope.transaction->Commit());
   return into;

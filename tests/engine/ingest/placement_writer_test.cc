@@ -22,7 +22,7 @@ TEST(PlacementWriter, WritesAFounding) {
   ASSERT_EQ(placed->verdict, Verdict::kFounded) << placed->detail;
   DatabaseState state = scene.State();
   const auto transaction = scene.database()->BeginTransaction();
-  ASSERT_OK(WritePlacement(work.map, *scene.Snap(), *placed, &state, transaction.get()));
+  ASSERT_OK(WritePlacement(work.map, *scene.Snap(), *placed, {}, &state, transaction.get()));
   transaction->PutState(state);
   ASSERT_OK(transaction->Commit());
   EXPECT_EQ(scene.State().next_reconstruction, 2u);
@@ -48,9 +48,9 @@ TEST(PlacementWriter, JournalsMergesAndWritesNothingForAPostponedPhoto) {
   DatabaseState state = scene.State();
   const uint64_t first_entry = state.next_journal;
   const auto transaction = scene.database()->BeginTransaction();
-  ASSERT_OK(WritePlacement(work.map, *scene.Snap(), Placement(), &state, transaction.get()));
+  ASSERT_OK(WritePlacement(work.map, *scene.Snap(), Placement(), {}, &state, transaction.get()));
   EXPECT_EQ(state, scene.State());
-  ASSERT_OK(WritePlacement(work.map, *scene.Snap(), *placed, &state, transaction.get()));
+  ASSERT_OK(WritePlacement(work.map, *scene.Snap(), *placed, {}, &state, transaction.get()));
   transaction->PutState(state);
   ASSERT_OK(transaction->Commit());
   std::vector<JournalRecord> entries;
@@ -63,16 +63,6 @@ TEST(PlacementWriter, JournalsMergesAndWritesNothingForAPostponedPhoto) {
   EXPECT_EQ(entries[0].reconstruction, ReconstructionId(1));
   EXPECT_EQ(entries[0].detail.rfind("reconstruction 2 by ", 0), 0u) << entries[0].detail;
   EXPECT_EQ(scene.State().pending_propagation, std::vector{ImageId(8)});
-}
-
-TEST(PlacementWriter, AWaitingPhotoWaitsOnce) {
-  SceneDatabase scene;
-  const CityMap map = scene.MapOf({0, 1}, ReconstructionId(1));
-  DatabaseState state;
-  state.pending_propagation = {ImageId(5)};
-  const ImageId images[] = {ImageId(1), ImageId(5), ImageId(4), ImageId(4)};
-  AppendRetries(map, images, &state);
-  EXPECT_EQ(state.pending_propagation, (std::vector{ImageId(5), ImageId(4)}));
 }
 
 }  // namespace
