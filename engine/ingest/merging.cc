@@ -137,8 +137,8 @@ bool IsRefuted(const HypothesisRecord& known) {
 
 // Whether the merge is a hypothesis that is not judged with each photo, but by a step of its own:
 // its seam is large, or pairs refute it, or a split has left it, and merging and splitting might
-// never end. Then it is noted whether its seam has grown so much that the step is due: by one pair at least, and by a
-// quarter. The quarter was chosen by hand; not measured.
+// never end. Then it is noted whether its seam has grown so much that the step is due: by one pair
+// at least, and by a quarter. The quarter was chosen by hand; not measured.
 Result<bool> NoteKnown(const MappingContext& context, const NearSeam& near_seam,
                        ReconstructionId other, MergeOutcome* outcome) {
   const auto [a, b] = std::minmax(outcome->into, other);
