@@ -13,7 +13,7 @@ namespace veduta {
 
 // Writes the placement. Of a postponed photo it writes only the doubt that the photo raises. The
 // photo's own image record is the caller's to write. `snapshot` is the state that the map was
-// loaded from; `unstored` are the photo's neighbours by pairs that it does not hold yet (retries.h).
+// loaded from; `unstored` are the photo's neighbours by pairs that are not in it yet (retries.h).
 // Changes `state`, which the caller puts into the transaction last.
 Status WritePlacement(const CityMap& map, const Snapshot& snapshot, const Placement& placement,
                       std::span<const ImageId> unstored, DatabaseState* state,
