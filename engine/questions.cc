@@ -59,7 +59,7 @@ Result<ImageAnswer> Questions::Image(const std::string& name) const {
 
 Result<std::optional<PoseUncertainty>> Questions::Uncertainty(const std::string& name) const {
   VEDUTA_ASSIGN_OR_RETURN(const ImageRecord image, FindImage(*view_->snapshot, name));
-  return UncertaintyOf(*view_->snapshot, image.id);
+  return UncertaintyOf(*view_->snapshot, image.id, &view_->caches->unsure);
 }
 
 Result<std::vector<NeighborAnswer>> Questions::Neighbors(const std::string& name) const {

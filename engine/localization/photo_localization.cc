@@ -51,6 +51,25 @@ Result<std::optional<Placement>> PlaceAmongHeld(const MappingContext& context,
   return refused ? refused : AskHowMuchItSees(context, photo.id);
 }
 
+// The photo postponed, where most of its neighbours stand in other reconstructions than its pose.
+Result<std::optional<Placement>> AskWhereNeighborsStand(const MappingContext& context,
+                                                        ImageId photo,
+                                                        std::span<const PairMatches> pairs) {
+  const ReconstructionId own = context.map->image(photo).reconstruction;
+  size_t beside = 0, elsewhere = 0;
+  for (const PairMatches& pair : pairs) {
+    VEDUTA_ASSIGN_OR_RETURN(const std::optional<PoseRecord> pose,
+                            context.loader->snapshot().FindPose(pair.other));
+    if (pose) pose->reconstruction == own ? ++beside : ++elsewhere;
+  }
+  if (!IsMostlyElsewhere(beside, elsewhere)) return std::optional<Placement>();
+  return std::optional(
+      Postponed(Reason::kAmbiguous, "it shows what looks alike at many places: of its neighbours " +
+                                        std::to_string(beside) + " stand in reconstruction " +
+                                        std::to_string(own.value) + " and " +
+                                        std::to_string(elsewhere) + " in others"));
+}
+
 // The photo postponed, where it may stand as well at a place that looks like that of its pose: on
 // the other side of the seam of a merge that is refused because the two show different places.
 Result<std::optional<Placement>> AskWhichSide(const MappingContext& context, ImageId photo,
@@ -93,6 +112,9 @@ Result<Placement> GivePose(const MappingContext& context, const ImageFeatures& p
   if (pose != nullptr) {
     VEDUTA_ASSIGN_OR_RETURN(std::optional<Placement> refused,
                             PlaceAmongHeld(context, photo, *pose, sought.putative));
+    if (!refused) {
+      VEDUTA_ASSIGN_OR_RETURN(refused, AskWhereNeighborsStand(context, photo.id, allowed));
+    }
     if (!refused) {
       VEDUTA_ASSIGN_OR_RETURN(refused, AskWhichSide(context, photo.id, allowed));
     }

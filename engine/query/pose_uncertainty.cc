@@ -118,11 +118,12 @@ PoseUncertainty ToPlain(const PoseCovariance& found, size_t points, size_t image
   return plain;
 }
 
-Result<std::optional<PoseUncertainty>> UncertaintyOf(const Snapshot& snapshot, ImageId image) {
+Result<std::optional<PoseUncertainty>> UncertaintyOf(const Snapshot& snapshot, ImageId image,
+                                                     UnsureCache* unsure) {
   VEDUTA_ASSIGN_OR_RETURN(const std::optional<PoseRecord> pose, snapshot.FindPose(image));
   if (!pose) return std::optional<PoseUncertainty>();
-  VEDUTA_ASSIGN_OR_RETURN(const auto unsure, ListUnsure(snapshot));
-  if (unsure.contains(image)) return std::optional<PoseUncertainty>();
+  VEDUTA_ASSIGN_OR_RETURN(const auto all_unsure, unsure->Get(snapshot));
+  if (all_unsure->contains(image)) return std::optional<PoseUncertainty>();
   VEDUTA_ASSIGN_OR_RETURN(const BundleProblem problem, Gatherer(snapshot, *pose).Gather());
   const std::optional<PoseCovariance> found =
       CovarianceOfPose(problem, BundleOptions().loss_scale_px);

@@ -6,6 +6,7 @@
 
 #include "engine/door/answers.h"
 #include "engine/mapping/pose_covariance.h"
+#include "engine/query/unsure_poses.h"
 #include "storage/database.h"
 
 namespace veduta {
@@ -19,6 +20,7 @@ PoseUncertainty ToPlain(const PoseCovariance& found, size_t points, size_t image
 // not determine it. kCorruption where records that it needs are damaged or contradict each other.
 // Thread-safe. O(observations of the points), and it reads the features of every image that sees
 // one of them.
-Result<std::optional<PoseUncertainty>> UncertaintyOf(const Snapshot& snapshot, ImageId image);
+Result<std::optional<PoseUncertainty>> UncertaintyOf(const Snapshot& snapshot, ImageId image,
+                                                     UnsureCache* unsure);
 
 }  // namespace veduta

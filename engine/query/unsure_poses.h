@@ -18,6 +18,10 @@ using UnsureImages = std::map<ImageId, std::vector<ReconstructionId>>;
 // which too little is known.
 bool TellsPlacesApart(RefusalReason reason);
 
+// Whether so few of a photo's neighbours with a pose stand beside it in its own reconstruction, and
+// so many in others, that its pose is not told: it shows what is alike at many places.
+bool IsMostlyElsewhere(size_t beside, size_t elsewhere);
+
 // The images that stand at a seam of two places that look alike, on a side that is not sure
 // (HypothesisRecord::unsure), each with the reconstructions on whose side it may stand as well,
 // ascending. What they see holds their reconstruction together all the same, for it looks alike on
@@ -26,7 +30,9 @@ bool TellsPlacesApart(RefusalReason reason);
 // In a reconstruction with such a seam also the images that only unsure ones tie to the rest, and
 // those that a strong verified pair ties to a place in the same reconstruction where they do not
 // stand: whole rows of photos were at the wrong one of two twin facades, held there by a photo or
-// two that nobody is told. O(hypotheses), and where there is such a seam O(images of its
+// two that nobody is told. There and in small reconstructions also the images most of whose
+// neighbours stand in other reconstructions (IsMostlyElsewhere). O(hypotheses + poses +
+// pairs of the images of small reconstructions), and where there is such a seam O(images of its
 // reconstructions).
 Result<UnsureImages> ListUnsure(const Snapshot& snapshot);
 

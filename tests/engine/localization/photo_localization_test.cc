@@ -272,6 +272,21 @@ TEST(PhotoLocalization, ANewPhotoThatMayStandElsewhereIsToldNowhere) {
   }
 }
 
+TEST(PhotoLocalization, AmongManyPlacesThatLookAlikeAPhotoIsToldNowhere) {
+  for (const uint32_t places : {2u, 4u}) {
+    SceneDatabase scene({.camera_count = 13});
+    scene.AddImages(0, 3 * places);
+    for (uint32_t i = 0; i < places; ++i) scene.AddReconstruction({3 * i, 3 * i + 1, 3 * i + 2});
+    const LocalizedPhoto photo = Localize(&scene, 12);
+    EXPECT_EQ(photo.verdict, places == 2 ? Verdict::kPlaced : Verdict::kPostponed) << photo.detail;
+    if (places == 2) continue;
+    EXPECT_EQ(photo.reason, Reason::kAmbiguous);
+    EXPECT_NE(photo.detail.find("3 stand in reconstruction"), std::string::npos) << photo.detail;
+    EXPECT_NE(photo.detail.find("and 9 in others"), std::string::npos) << photo.detail;
+    EXPECT_FALSE(photo.cam_from_world);
+  }
+}
+
 TEST(PhotoLocalization, ObeysWhoForbidsAPose) {
   SceneDatabase scene;
   scene.AddImages(0, 5);

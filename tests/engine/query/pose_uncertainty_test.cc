@@ -128,7 +128,8 @@ TEST_F(PoseUncertaintyTest, ContradictionsAreErrors) {
     EXPECT_OK(transaction->Commit());
   };
   const auto expect_damage = [&](const std::string& words) {
-    const auto answer = UncertaintyOf(*Snap(), *first);
+    UnsureCache unsure;
+    const auto answer = UncertaintyOf(*Snap(), *first, &unsure);
     EXPECT_EQ(answer.status().code(), StatusCode::kCorruption);
     EXPECT_NE(answer.status().message().find(words), std::string::npos)
         << answer.status().message();
@@ -138,7 +139,8 @@ TEST_F(PoseUncertaintyTest, ContradictionsAreErrors) {
   write([&](Transaction* t) { t->PutObservations(*first, strange); });
   expect_damage("a point that is not there");
   write([&](Transaction* t) { t->PutObservations(*first, observations); });
-  EXPECT_OK(UncertaintyOf(*Snap(), *first));
+  UnsureCache unsure;
+  EXPECT_OK(UncertaintyOf(*Snap(), *first, &unsure));
 
   const PoseRecord pose = **snapshot->FindPose(*first);
   const auto record = snapshot->GetReconstruction(pose.reconstruction);

@@ -62,10 +62,10 @@ TEST_F(UnsurePosesTest, ItsPoseIsNotTold) {
   EXPECT_EQ(unsure.may_stand_in, std::vector{kSecond});
   EXPECT_EQ(unsure.reconstruction, kOwn);
   EXPECT_FALSE(unsure.cam_from_world);
-  EXPECT_FALSE(UncertaintyOf(*Snap(), ImageId(2))->has_value());
+  EXPECT_FALSE(UncertaintyOf(*Snap(), ImageId(2), &cache_)->has_value());
   EXPECT_TRUE(sure.may_stand_in.empty());
   EXPECT_TRUE(sure.cam_from_world);
-  EXPECT_TRUE(UncertaintyOf(*Snap(), ImageId(3))->has_value());
+  EXPECT_TRUE(UncertaintyOf(*Snap(), ImageId(3), &cache_)->has_value());
 }
 
 TEST_F(UnsurePosesTest, WhoHasLostItsPoseIsNotMeant) {
@@ -161,6 +161,53 @@ TEST_F(CutOffTest, AWeakerPairSaysNothing) {
   Pair(1, 8, 110, 5);
   Pair(2, 7, 90, 0);
   EXPECT_EQ(Untold(), std::vector<uint32_t>());
+}
+
+// Whose neighbours stand elsewhere: a photo of a front like many others.
+class ElsewhereTest : public testing::Test {
+ protected:
+  // Puts images first to last as a reconstruction.
+  void Place(uint32_t id, uint32_t first, uint32_t last, Transaction* transaction) {
+    ReconstructionRecord record = SampleReconstruction(id, 1);
+    record.image_count = last - first + 1;
+    transaction->PutReconstruction(record);
+    for (uint32_t image = first; image <= last; ++image) {
+      PoseRecord pose;
+      pose.image = ImageId(image);
+      pose.reconstruction = ReconstructionId(id);
+      transaction->PutPose(pose);
+    }
+  }
+
+  // Those that are not told where image 1 has pairs with so many images of its own reconstruction
+  // and of the two others.
+  UnsureImages Unsure(uint32_t beside, uint32_t elsewhere, uint32_t own_images = 5) {
+    TemporaryFolder folder;
+    const auto database = MustCreate(folder / "db");
+    const auto transaction = database->BeginTransaction();
+    Place(1, 1, own_images, transaction.get());
+    Place(2, 101, 104, transaction.get());
+    Place(3, 105, 108, transaction.get());
+    for (uint32_t i = 0; i < beside; ++i) transaction->PutPair(SamplePair(1, 2 + i, 20));
+    for (uint32_t i = 0; i < elsewhere; ++i) transaction->PutPair(SamplePair(1, 101 + i, 20));
+    transaction->PutPair(SamplePair(1, 200, 20));  // which has no pose
+    EXPECT_OK(transaction->Commit());
+    const auto unsure = ListUnsure(*database->GetSnapshot());
+    EXPECT_OK(unsure);
+    return unsure.ok() ? *unsure : UnsureImages();
+  }
+};
+
+TEST_F(ElsewhereTest, MostOfWhoseNeighborsStandElsewhereIsNotTold) {
+  const UnsureImages expected = {{ImageId(1), {kSecond, kThird}}};
+  EXPECT_EQ(Unsure(2, 5), expected);
+  EXPECT_EQ(Unsure(0, 6), expected);
+}
+
+TEST_F(ElsewhereTest, WhoHasAThirdOfThemBesideIsTold) {
+  EXPECT_TRUE(Unsure(3, 6).empty());
+  EXPECT_TRUE(Unsure(0, 5).empty()) << "too few say nothing";
+  EXPECT_TRUE(Unsure(2, 5, 65).empty()) << "a large reconstruction is not asked";
 }
 
 TEST_F(CutOffTest, TheCacheKnowsWhatHasChanged) {
