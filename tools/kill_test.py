@@ -144,6 +144,12 @@ def phase_of(lines, done):
     return 'adding a photo' if lines < photo_count else 'after the last photo'
 
 
+def was_doubted(path, image):
+    code, out, _ = run('journal', path)
+    entries = [json.loads(line) for line in out.splitlines()] if code == 0 else []
+    return any(entry['action'] == 'doubt' and entry['image'] == image for entry in entries)
+
+
 def check_photo(path, name, acknowledged):
     code, out, err = run('show', path, name, '--json')
     if code != 0:
@@ -151,8 +157,10 @@ def check_photo(path, name, acknowledged):
                     f'{err.strip()}')
     shown = json.loads(out)
     said, is_now = acknowledged['verdict'], shown['verdict']
-    # A postponed photo may have been placed since, by what followed from it or from a later one.
-    held = said in (None, is_now) or (said == 'postponed' and is_now in PLACED)
+    # By what followed from it or from a later one a postponed photo may have been placed since, and
+    # a placed one may have lost its pose, where evidence has turned against it.
+    held = said in (None, is_now) or (said == 'postponed' and is_now in PLACED) or (
+        said in PLACED and is_now == 'postponed' and was_doubted(path, shown['id']))
     if not held or shown['id'] != acknowledged['id']:
         fail(f'{name} was acknowledged as {said}, id {acknowledged["id"]}, and is {is_now}, id '
              f'{shown["id"]}')

@@ -19,7 +19,7 @@ struct Judgment {
 // votes. Where the pictures lack structure, a side that shows two places is split (mixed_places.h),
 // or, after four splits between two actions of people, the images of its other place are unsure; or
 // images on the wrong side of the seam (misplaced.h) lose their poses and are tried again, each
-// only once between two actions of people (AlreadyDoubted). Where too few points agree with any
+// only once while a fifth of the photos come (AlreadyDoubted). Where too few points agree with any
 // similarity, the similarity of the hypothesis is judged. Deletes the hypothesis where no image at
 // the seam has a pose in `a` or `b` any more, or no verified pair leads across. Costs as much as
 // the search of a photo for a merge and a resection of each image at the seam; a merge moves the

@@ -60,8 +60,9 @@ class Unplacer final {
   std::set<ImageId> shaken_, unplaced_;
 };
 
-// Reads the journal backwards over the steps that followed by themselves, up to what a person did.
-Status ScanWhatFollowed(const Snapshot& base, uint64_t next_journal,
+// Reads the journal backwards over the steps that followed by themselves, up to what a person did;
+// so many photos that were added are passed over.
+Status ScanWhatFollowed(const Snapshot& base, uint64_t next_journal, uint32_t photos,
                         const std::function<void(const JournalRecord&)>& read) {
   static constexpr std::string_view kFollowing[] = {
       "adjust", "doubt", "hypothesis", "judge", "merge", "propagate", "split", "vocabulary"};
@@ -71,7 +72,10 @@ Status ScanWhatFollowed(const Snapshot& base, uint64_t next_journal,
       entry = record;
       return false;
     }));
-    if (std::ranges::find(kFollowing, entry.action) == std::end(kFollowing)) break;
+    if (std::ranges::find(kFollowing, entry.action) == std::end(kFollowing)) {
+      if (entry.action != "add" || photos == 0) break;
+      --photos;
+    }
     read(entry);
   }
   return Status::Ok();
@@ -154,19 +158,20 @@ Status WriteUnplacedLocally(const CityMap& map, const Snapshot& snapshot,
   return Status::Ok();
 }
 
-Result<std::set<ImageId>> AlreadyDoubted(const Snapshot& base, uint64_t next_journal) {
+Result<std::set<ImageId>> AlreadyDoubted(const Snapshot& base, uint64_t next_journal,
+                                         uint32_t photos) {
   std::set<ImageId> doubted;
-  VEDUTA_RETURN_IF_ERROR(ScanWhatFollowed(base, next_journal, [&](const JournalRecord& entry) {
+  const auto note = [&](const JournalRecord& entry) {
     if (entry.action == "doubt") doubted.insert(entry.image);
-  }));
+  };
+  VEDUTA_RETURN_IF_ERROR(ScanWhatFollowed(base, next_journal, photos, note));
   return doubted;
 }
 
 Result<size_t> CountSplits(const Snapshot& base, uint64_t next_journal) {
   size_t count = 0;
-  VEDUTA_RETURN_IF_ERROR(ScanWhatFollowed(base, next_journal, [&](const JournalRecord& entry) {
-    if (entry.action == "split") ++count;
-  }));
+  const auto note = [&](const JournalRecord& entry) { count += entry.action == "split" ? 1 : 0; };
+  VEDUTA_RETURN_IF_ERROR(ScanWhatFollowed(base, next_journal, 0, note));
   return count;
 }
 

@@ -34,8 +34,9 @@ Status WriteUnplacedLocally(const CityMap& map, const Snapshot& snapshot, Transa
 
 // The images that were doubted and lost their poses since a person last did something, such as
 // adding a photo: reads the journal backwards over the steps that followed by themselves, up to the
-// first other entry. O(the entries read).
-Result<std::set<ImageId>> AlreadyDoubted(const Snapshot& base, uint64_t next_journal);
+// first other entry; over so many `photos` that were added, too. O(the entries read).
+Result<std::set<ImageId>> AlreadyDoubted(const Snapshot& base, uint64_t next_journal,
+                                         uint32_t photos = 0);
 
 // How many parts were split off since then. O(the entries read).
 Result<size_t> CountSplits(const Snapshot& base, uint64_t next_journal);

@@ -53,13 +53,14 @@ Status GrowFromPairs(const MappingContext& context, const Region& region) {
   return Status::Ok();
 }
 
-// Completes the tracks of the images by what is seen in `known`, adjusts them and their points, and
-// filters.
+// Completes the tracks of the images by what is seen in `known`, takes points away that stray,
+// adjusts the images and their points, and filters.
 Status GrowAndAdjust(const MappingContext& context, std::span<const ImageId> images,
                      std::span<const ImageId> known) {
   CityMap* const map = context.map;
   const MapperOptions& options = context.options;
   GrowAllByProjection(map, images, known, options.local_images_max, options.growth, context.pool);
+  RemoveStrayPoints(map, images, options.strays, context.pool);
   const std::vector<PointId> points = map->PointsSeenBy(images);
   VEDUTA_RETURN_IF_ERROR(
       AdjustBundle(map, images, points, options.global_bundle, context.pool).status());
