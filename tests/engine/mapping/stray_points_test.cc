@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Goal: points of two views beyond the surface around them, or before it, are removed, and no
 //   others.
-// Method: a synthetic map of a plane at the truth, some of whose points are seen by two images alone
+// Method: a synthetic map of a plane at the truth. Some of its points are seen by two images alone
 //   and are moved towards one of them or away from it.
 #include "engine/mapping/stray_points.h"
 
