@@ -158,9 +158,9 @@ def check_photo(path, name, acknowledged):
     shown = json.loads(out)
     said, is_now = acknowledged['verdict'], shown['verdict']
     # By what followed from it or from a later one a postponed photo may have been placed since, and
-    # a placed one may have lost its pose, where evidence has turned against it.
-    held = said in (None, is_now) or (said == 'postponed' and is_now in PLACED) or (
-        said in PLACED and is_now == 'postponed' and was_doubted(path, shown['id']))
+    # a placed one may have lost its pose, where evidence has turned against it, and got another.
+    held = said in (None, is_now) or (said == 'postponed' and is_now in PLACED) or was_doubted(
+        path, shown['id'])
     if not held or shown['id'] != acknowledged['id']:
         fail(f'{name} was acknowledged as {said}, id {acknowledged["id"]}, and is {is_now}, id '
              f'{shown["id"]}')
