@@ -16,6 +16,9 @@ namespace {
 // Points that two images share, at least, for one to hold the other in its place. From 30 to 100
 // the same images were told.
 constexpr size_t kHoldingPointsMin = 50;
+// And their share of those that either of the two shares with its closest image: a photo at the
+// wrong twin shared 700 with unsure ones, and 71 with others, all at the far end of the street.
+constexpr double kHoldingShareMin = 0.15;
 // Matches of a verified pair that speaks against a place, at least, and how strong it must be over
 // the strongest pair with a sure image that agrees: of castle-P19's pairs some show lookalike
 // facades, and the others are far stronger.
@@ -107,6 +110,13 @@ class PartJudge {
     return images;
   }
 
+  // Points that it shares with its closest image.
+  size_t MostShared(ImageId image) const {
+    const auto pairs = pairs_.find(image);
+    if (pairs == pairs_.end()) return 0;
+    return std::ranges::max_element(pairs->second, {}, &Pair::shared)->shared;
+  }
+
   // Images that only unsure ones tie to the rest.
   std::vector<ImageId> CutOff(const UnsureImages& unsure) const {
     Bodies bodies;
@@ -115,8 +125,10 @@ class PartJudge {
     }
     for (const auto& [image, pairs] : pairs_) {
       for (const Pair& pair : pairs) {
-        if (pair.shared >= kHoldingPointsMin && !unsure.contains(image) &&
-            !unsure.contains(pair.other))
+        const size_t closest = std::min(MostShared(image), MostShared(pair.other));
+        if (pair.shared >= kHoldingPointsMin &&
+            static_cast<double>(pair.shared) >= kHoldingShareMin * static_cast<double>(closest) &&
+            !unsure.contains(image) && !unsure.contains(pair.other))
           bodies.Join(image, pair.other);
       }
     }

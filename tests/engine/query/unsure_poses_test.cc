@@ -147,6 +147,16 @@ TEST_F(CutOffTest, WhoIsHeldOtherwiseIsTold) {
   EXPECT_EQ(Untold(), std::vector<uint32_t>());
 }
 
+// 8 shares far more with 5 than with 4, which has closer images, too.
+TEST_F(CutOffTest, WhomAWeakTieAloneHoldsIsNotTold) {
+  for (uint32_t id = 1; id < 5; ++id) Pair(id, id + 1, 900, 800);
+  Pair(4, 6, 900, 800);
+  Pair(4, 7, 100, 60);
+  Pair(5, 8, 800, 700);
+  Pair(4, 8, 100, 60);
+  EXPECT_EQ(Untold(), std::vector<uint32_t>{8}) << "7 has no closer one";
+}
+
 // 1 stands where 2 does, but its strongest pair says that it stands beside 8.
 TEST_F(CutOffTest, WhomAStrongPairPutsElsewhereIsNotTold) {
   for (uint32_t id = 1; id < 8; ++id) Pair(id, id + 1, 200, 100);
