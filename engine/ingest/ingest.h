@@ -4,6 +4,7 @@
 // follows from them (due_work.h), each step as a transaction of its own.
 
 #include <optional>
+#include <span>
 #include <string>
 
 #include "engine/door/submission.h"
@@ -11,6 +12,7 @@
 #include "engine/ingest/ingest_options.h"
 #include "engine/ingest/ingest_parts.h"
 #include "engine/ingest/large_adjustment.h"
+#include "engine/ingest/model_founding.h"
 #include "engine/ingest/photo_admission.h"
 #include "engine/ingest/write_scope.h"
 #include "engine/photo/photo_preparer.h"
@@ -54,6 +56,10 @@ class Ingest final {
   // Takes a photo's pose and commits that it gets none: ForbidPose. An error means that nothing has
   // changed.
   Status ForbidPose(ImageId image, const std::string& actor, const std::string& reason);
+
+  // Gives stored photos the poses that came with a model, and commits: FoundByModel. An error means
+  // that nothing has changed.
+  Result<ModelFounding> Found(std::span<const ModelPose> poses, const std::string& actor);
 
   // Runs and commits the next step that is due; none when nothing is, or nothing but a vocabulary,
   // which is never trained here. Other long steps are run here where no `long_steps` are given. A
