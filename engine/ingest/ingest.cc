@@ -2,8 +2,10 @@
 #include "engine/ingest/ingest.h"
 
 #include <algorithm>
+#include <cstdio>
 
 #include "engine/ingest/believed_pose.h"
+#include "engine/ingest/double_finder.h"
 #include "engine/ingest/follow_up_steps.h"
 #include "engine/ingest/forbidding.h"
 #include "engine/ingest/georeferencing.h"
@@ -78,6 +80,15 @@ AddOutcome DuplicateOf(const ImageRecord& stored, const PreparedPhoto& photo) {
   outcome.verdict = stored.verdict;
   outcome.reason = stored.reason;
   outcome.detail = "the same bytes are stored as " + stored.name;
+  return outcome;
+}
+
+AddOutcome DoubleOf(const StoredDouble& stored, const PreparedPhoto& photo) {
+  AddOutcome outcome = DuplicateOf(stored.image, photo);
+  char size[32];
+  std::snprintf(size, sizeof(size), "%.3g", stored.scale);
+  outcome.detail = "the same picture as " + stored.image.name + " (#" +
+                   std::to_string(stored.image.id.value) + "), at " + size + " times its width";
   return outcome;
 }
 
@@ -167,6 +178,14 @@ Result<AdjustedWhole> Adjust(const IngestParts& parts, const DueStep& step, Writ
 
 }  // namespace
 
+Ingest::Ingest(Database* database, Retrieval* retrieval, ImageFeatureCache* features,
+               ThreadPool* pool, IngestOptions options, Doubles doubles,
+               const PhotoDecoder& decoder)
+    : options_(std::move(options)),
+      parts_{database, retrieval, features, pool, options_, &map_},
+      doubles_(doubles),
+      decoder_(decoder) {}
+
 Result<AddOutcome> Ingest::StoreRejection(const PreparedPhoto& photo, const CameraRecord& camera,
                                           ImageRecord record, WriteScope scope) {
   AddOutcome outcome;
@@ -205,15 +224,22 @@ Result<AddOutcome> Ingest::Place(PreparedPhoto photo, const CameraRecord& camera
   const double retrieve_ms = watch.LapMs();
   MapLoader loader(scope.base, parts_.features, &map_);
   const MappingContext context{&loader, &map_, parts_.pool, options_.mapper};
+  std::optional<StoredDouble> stored_double;
   const PoseGiver give_pose = [&](const ImageFeatures& wide,
                                   std::span<const PairMatches> pairs) -> Result<Placement> {
     if (photo.awaited) return Postponed(Reason::kUndetermined, kAwaitsPoseDetail);
+    if (doubles_ == Doubles::kRefuse && !stored_double) {
+      VEDUTA_ASSIGN_OR_RETURN(stored_double, FindDouble(*scope.base, decoder_, parts_.features,
+                                                        {record, camera.model, wide}, pairs));
+    }
+    if (stored_double) return Postponed(Reason::kNone, "");
     return PlacePhoto(context, wide, pairs, ReconstructionId(state.next_reconstruction),
                       photo.hash.Seed());
   };
   VEDUTA_ASSIGN_OR_RETURN(const LocatedPhoto located,
                           LocatePhoto(context, options_, *image, camera.model, candidates,
                                       give_pose, photo.hash.Seed()));
+  if (stored_double) return DoubleOf(*stored_double, photo);
   watch.LapMs();
   record.verdict = located.placement.verdict;
   record.reason = located.placement.reason;

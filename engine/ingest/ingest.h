@@ -7,6 +7,8 @@
 #include <span>
 #include <string>
 
+#include "engine/camera/decoder.h"
+#include "engine/door/engine_options.h"
 #include "engine/door/submission.h"
 #include "engine/ingest/due_work.h"
 #include "engine/ingest/ingest_options.h"
@@ -33,11 +35,11 @@ struct LongSteps {
 // it.
 class Ingest final {
  public:
-  // The options must have passed their Check.
+  // The options must have passed their Check. The decoder, which must outlive it, too, is asked
+  // where doubles are refused.
   Ingest(Database* database, Retrieval* retrieval, ImageFeatureCache* features, ThreadPool* pool,
-         IngestOptions options)
-      : options_(std::move(options)),
-        parts_{database, retrieval, features, pool, options_, &map_} {}
+         IngestOptions options, Doubles doubles = Doubles::kKeep,
+         const PhotoDecoder& decoder = DecoderInProcess());
   Ingest(const Ingest&) = delete;
   Ingest& operator=(const Ingest&) = delete;
 
@@ -89,6 +91,8 @@ class Ingest final {
   const IngestOptions options_;
   CityMap map_;
   const IngestParts parts_;
+  const Doubles doubles_;
+  const PhotoDecoder& decoder_;
   StepsSetAside set_aside_;
   bool is_state_unreadable_ = false;
 };
