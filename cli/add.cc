@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // veduta add DB [--camera NAME] PHOTO|FOLDER... [--list FILE] [--threads N] [--contributor WHO]
-// [--json] [--no-sync] [--decoders sandboxed|in-process]
+// [--json] [--no-sync] [--decoders sandboxed|in-process] [--doubles keep|refuse]
 #include <algorithm>
 #include <map>
 #include <set>
@@ -8,6 +8,7 @@
 #include "cli/beside_daemon.h"
 #include "cli/command.h"
 #include "cli/decoders.h"
+#include "cli/doubles.h"
 #include "cli/follow_ups.h"
 #include "cli/progress.h"
 #include "cli/stop_on_signal.h"
@@ -24,6 +25,7 @@ struct AddArguments {
   std::vector<std::string> paths;
   uint32_t threads = 0;
   std::string decoders = kDecodersInProcess;
+  Doubles doubles = Doubles::kKeep;
   bool json = false, no_sync = false;
 };
 
@@ -144,6 +146,7 @@ int Add(const AddArguments& arguments) {
   options.thread_count = arguments.threads;
   options.sync = !arguments.no_sync;
   options.decoder_program = DecoderProgram(arguments.decoders);
+  options.doubles = arguments.doubles;
   const auto engine = OpenToWrite(arguments.db, options);
   if (!engine.ok()) return Fail(engine.status());
   auto submissions = Submissions(arguments);
@@ -189,6 +192,7 @@ void RegisterAdd(CLI::App* app, int* exit_code) {
                       "Who sends them (default: anonymous)");
   command->add_flag("--json", arguments->json, "One JSON object per photo");
   AddDecodersOption(command, &arguments->decoders);
+  AddDoublesOption(command, &arguments->doubles);
   command->add_flag("--no-sync", arguments->no_sync,
                     "Do not wait for the disk at each photo: a power cut may lose the last ones (a "
                     "crash does not)");

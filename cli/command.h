@@ -55,6 +55,7 @@ void RegisterCamera(CLI::App* app, int* exit_code);
 void RegisterMarkers(CLI::App* app, int* exit_code);
 void RegisterCalibrate(CLI::App* app, int* exit_code);
 void RegisterAdd(CLI::App* app, int* exit_code);
+void RegisterImport(CLI::App* app, int* exit_code);
 void RegisterRemove(CLI::App* app, int* exit_code);
 void RegisterServe(CLI::App* app, int* exit_code);
 void RegisterSettle(CLI::App* app, int* exit_code);

@@ -47,6 +47,7 @@ void RegisterCommands(CLI::App* app, int* exit_code) {
   RegisterMarkers(app, exit_code);
   RegisterCalibrate(app, exit_code);
   RegisterAdd(app, exit_code);
+  RegisterImport(app, exit_code);
   RegisterServe(app, exit_code);
   RegisterToken(app, exit_code);
   RegisterSettle(app, exit_code);

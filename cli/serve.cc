@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // veduta serve DB [--http HOST:PORT] [--listen unix:PATH|HOST:PORT] [--threads N] [--waiting N]
 // [--waiting-bytes N] [--parts-kept S] [--dense] [--dense-size PX] [--device D]
-// [--decoders sandboxed|in-process] [--log none|text|json] [--json]
+// [--decoders sandboxed|in-process] [--doubles keep|refuse] [--log none|text|json] [--json]
 #include <sys/resource.h>
 #include <unistd.h>
 
@@ -11,6 +11,7 @@
 
 #include "cli/command.h"
 #include "cli/decoders.h"
+#include "cli/doubles.h"
 #include "cli/follow_ups.h"
 #include "cli/rpc/rpc_door.h"
 #include "cli/service/http_door.h"
@@ -30,6 +31,7 @@ struct ServeArguments {
   ServiceOptions service;
   uint32_t threads = 0;
   std::string decoders = kDecodersSandboxed;
+  Doubles doubles = Doubles::kKeep;
   bool json = false;
   std::string log_name = "none";
   LogFormat log = LogFormat::kNone;
@@ -125,6 +127,7 @@ int Serve(const ServeArguments& arguments) {
   if (!usable.ok()) return FailUsage(usable);
   options.settle_each = true;  // the order of the photos alone decides what becomes of them
   options.decoder_program = DecoderProgram(arguments.decoders);
+  options.doubles = arguments.doubles;
   auto engine = OpenNicely(arguments.db, options);
   if (!engine.ok()) return Fail(engine.status());
   CityService service(
@@ -199,6 +202,7 @@ void RegisterServe(CLI::App* app, int* exit_code) {
   command->add_option("--device", arguments->service.dense.request.device,
                       "The device of the dense pass, as of `veduta densify`");
   AddDecodersOption(command, &arguments->decoders);
+  AddDoublesOption(command, &arguments->doubles);
   command
       ->add_option("--log", arguments->log_name,
                    "Lines on standard error for each request and each photo, or none")

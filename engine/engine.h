@@ -30,6 +30,7 @@
 #include "engine/door/dense.h"
 #include "engine/door/earth.h"
 #include "engine/door/engine_options.h"
+#include "engine/door/model_import.h"
 #include "engine/door/questions.h"
 #include "engine/door/repair.h"
 #include "engine/door/submission.h"
@@ -106,6 +107,19 @@ class Engine final {
   Status AddPhotos(std::span<const PhotoSubmission> photos,
                    const std::function<void(const AddOutcome&)>& report, std::stop_token stop = {},
                    const std::function<void(const FollowUp&)>& followed = {});
+
+  // Makes a reconstruction of a model of COLMAP, in the model's own frame: its photos are added in
+  // the model's order and compared as others are, get the model's poses in one commit, as far as
+  // our evidence agrees with them, and then what follows is done as by Settle: the reconstruction
+  // is adjusted and doubted like any other. Photos that the evidence contradicts are placed like
+  // others, or wait. One that is stored already, by whomever, is not stored again; it gets the
+  // model's pose where it has none. `report` is told of each photo that was added. Run again after
+  // a kill or a stop it goes on. The commit computes in a turn of the writer, some 0.1 s for each
+  // photo. kInvalidArgument for a damaged model, or one with a lens that ours cannot express;
+  // kNotFound; kCancelled after a stop request.
+  Result<ImportAnswer> Import(const ImportRequest& request, std::stop_token stop = {},
+                              const std::function<void(const AddOutcome&)>& report = {},
+                              const std::function<void(const FollowUp&)>& followed = {});
 
   // Does everything that follows from the photos there are, and tries steps that have failed once
   // more. Returns the first failure of a step, after all that can be done is done. `followed` is

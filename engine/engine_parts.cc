@@ -156,8 +156,9 @@ std::shared_ptr<EngineCaches> EngineParts::GetCaches() {
 void EngineParts::RenewCaches() {
   auto renewed =
       std::make_shared<EngineCaches>(tuning.ingest, preparing_vocabulary, preparer->decoder());
-  ingest = std::make_unique<Ingest>(database.get(), &renewed->retrieval, &renewed->features,
-                                    pool.get(), tuning.ingest);
+  ingest =
+      std::make_unique<Ingest>(database.get(), &renewed->retrieval, &renewed->features, pool.get(),
+                               tuning.ingest, options.doubles, preparer->decoder());
   const std::lock_guard lock(caches_mutex);
   caches = std::move(renewed);
   cameras.clear();

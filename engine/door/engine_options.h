@@ -9,6 +9,12 @@
 
 namespace veduta {
 
+// What becomes of a photo that is a stored one once more, resized or encoded anew.
+enum class Doubles : uint8_t {
+  kKeep,    // nobody looks for that: it is stored as any other
+  kRefuse,  // it is answered as a duplicate of the stored one, and not stored
+};
+
 struct EngineOptions {
   bool create = false;        // make a new database; kAlreadyExists if one is there
   bool read_only = false;     // takes no lock, writes nothing; sees the last commit at opening
@@ -28,6 +34,8 @@ struct EngineOptions {
   // photo's verdict, but where decoding would end the program. Opening fails (kIoError) where the
   // system cannot shut processes in.
   std::string decoder_program = {};
+
+  Doubles doubles = Doubles::kKeep;
 
   Status Check() const;  // the first violated bound, named with its value
 };

@@ -2,12 +2,16 @@
 #include "engine/ingest/ingest.h"
 
 #include <algorithm>
+#include <cstdio>
 
+#include "engine/ingest/believed_pose.h"
+#include "engine/ingest/double_finder.h"
 #include "engine/ingest/follow_up_steps.h"
 #include "engine/ingest/forbidding.h"
 #include "engine/ingest/georeferencing.h"
 #include "engine/ingest/judging.h"
 #include "engine/ingest/photo_locator.h"
+#include "engine/ingest/photo_placement.h"
 #include "engine/ingest/photo_removal.h"
 #include "engine/ingest/placement_writer.h"
 #include "engine/ingest/relaxation_steps.h"
@@ -49,6 +53,25 @@ Result<std::string> PutCameraIfNew(const CameraRecord& camera, const WriteScope&
   return added.name;
 }
 
+// Of a photo that waits for the pose that comes with a model.
+constexpr const char* kAwaitsPoseDetail =
+    "its pose is to come with a model: if the import was broken off, run it again";
+
+// Adds those of the named photos that are stored and not among the candidates yet.
+Status AddPartners(const Snapshot& snapshot, const AwaitedPose& awaited,
+                   const std::string& contributor, std::vector<RankedImage>* candidates) {
+  for (const std::string& name : awaited.seen_with) {
+    VEDUTA_ASSIGN_OR_RETURN(const std::optional<ImageId> partner,
+                            snapshot.FindImageByName(name, contributor));
+    if (!partner ||
+        std::ranges::find(*candidates, *partner, &RankedImage::image) != candidates->end())
+      continue;
+    VEDUTA_ASSIGN_OR_RETURN(const ImageRecord image, snapshot.GetImage(*partner));
+    if (image.verdict != Verdict::kRejected) candidates->push_back({*partner, 0});
+  }
+  return Status::Ok();
+}
+
 AddOutcome DuplicateOf(const ImageRecord& stored, const PreparedPhoto& photo) {
   AddOutcome outcome;
   outcome.name = photo.name;
@@ -57,6 +80,15 @@ AddOutcome DuplicateOf(const ImageRecord& stored, const PreparedPhoto& photo) {
   outcome.verdict = stored.verdict;
   outcome.reason = stored.reason;
   outcome.detail = "the same bytes are stored as " + stored.name;
+  return outcome;
+}
+
+AddOutcome DoubleOf(const StoredDouble& stored, const PreparedPhoto& photo) {
+  AddOutcome outcome = DuplicateOf(stored.image, photo);
+  char size[32];
+  std::snprintf(size, sizeof(size), "%.3g", stored.scale);
+  outcome.detail = "the same picture as " + stored.image.name + " (#" +
+                   std::to_string(stored.image.id.value) + "), at " + size + " times its width";
   return outcome;
 }
 
@@ -145,6 +177,14 @@ Result<AdjustedWhole> Adjust(const IngestParts& parts, const DueStep& step, Writ
 
 }  // namespace
 
+Ingest::Ingest(Database* database, Retrieval* retrieval, ImageFeatureCache* features,
+               ThreadPool* pool, IngestOptions options, Doubles doubles,
+               const PhotoDecoder& decoder)
+    : options_(std::move(options)),
+      parts_{database, retrieval, features, pool, options_, &map_},
+      doubles_(doubles),
+      decoder_(decoder) {}
+
 Result<AddOutcome> Ingest::StoreRejection(const PreparedPhoto& photo, const CameraRecord& camera,
                                           ImageRecord record, WriteScope scope) {
   AddOutcome outcome;
@@ -174,14 +214,31 @@ Result<AddOutcome> Ingest::Place(PreparedPhoto photo, const CameraRecord& camera
                                                                 options_.matched_count_max));
   VEDUTA_ASSIGN_OR_RETURN(const std::vector<WordId> words,
                           parts_.retrieval->Words(*scope.base, *features));
-  VEDUTA_ASSIGN_OR_RETURN(const std::vector<RankedImage> candidates,
+  VEDUTA_ASSIGN_OR_RETURN(std::vector<RankedImage> candidates,
                           parts_.retrieval->Candidates(*scope.base, *features));
+  if (photo.awaited) {
+    VEDUTA_RETURN_IF_ERROR(
+        AddPartners(*scope.base, *photo.awaited, record.contributor, &candidates));
+  }
   const double retrieve_ms = watch.LapMs();
   MapLoader loader(scope.base, parts_.features, &map_);
-  VEDUTA_ASSIGN_OR_RETURN(
-      const LocatedPhoto located,
-      LocatePhoto({&loader, &map_, parts_.pool, options_.mapper}, options_, *image, camera.model,
-                  candidates, ReconstructionId(state.next_reconstruction), photo.hash.Seed()));
+  const MappingContext context{&loader, &map_, parts_.pool, options_.mapper};
+  std::optional<StoredDouble> stored_double;
+  const PoseGiver give_pose = [&](const ImageFeatures& wide,
+                                  std::span<const PairMatches> pairs) -> Result<Placement> {
+    if (photo.awaited) return Postponed(Reason::kUndetermined, kAwaitsPoseDetail);
+    if (doubles_ == Doubles::kRefuse && !stored_double) {
+      VEDUTA_ASSIGN_OR_RETURN(stored_double, FindDouble(*scope.base, decoder_, parts_.features,
+                                                        {record, camera.model, wide}, pairs));
+    }
+    if (stored_double) return Postponed(Reason::kNone, "");
+    return PlacePhoto(context, wide, pairs, ReconstructionId(state.next_reconstruction),
+                      photo.hash.Seed());
+  };
+  VEDUTA_ASSIGN_OR_RETURN(const LocatedPhoto located,
+                          LocatePhoto(context, options_, *image, camera.model, candidates,
+                                      give_pose, photo.hash.Seed()));
+  if (stored_double) return DoubleOf(*stored_double, photo);
   watch.LapMs();
   record.verdict = located.placement.verdict;
   record.reason = located.placement.reason;
@@ -251,6 +308,14 @@ Status Ingest::ForbidPose(ImageId image, const std::string& actor, const std::st
   });
   if (!forbidden.ok()) map_.Clear();
   return forbidden;
+}
+
+Result<ModelFounding> Ingest::Found(std::span<const ModelPose> poses, const std::string& actor) {
+  Result<ModelFounding> founded = CatchShortage("place the photos of the model", [&] {
+    return FoundByModel(parts_, poses, actor, BeginWrite(parts_.database));
+  });
+  if (!founded.ok()) map_.Clear();
+  return founded;
 }
 
 Result<std::optional<DueStep>> Ingest::FindStep(const Snapshot& snapshot,

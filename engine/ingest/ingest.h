@@ -4,13 +4,17 @@
 // follows from them (due_work.h), each step as a transaction of its own.
 
 #include <optional>
+#include <span>
 #include <string>
 
+#include "engine/camera/decoder.h"
+#include "engine/door/engine_options.h"
 #include "engine/door/submission.h"
 #include "engine/ingest/due_work.h"
 #include "engine/ingest/ingest_options.h"
 #include "engine/ingest/ingest_parts.h"
 #include "engine/ingest/large_adjustment.h"
+#include "engine/ingest/model_founding.h"
 #include "engine/ingest/photo_admission.h"
 #include "engine/ingest/write_scope.h"
 #include "engine/photo/photo_preparer.h"
@@ -31,11 +35,11 @@ struct LongSteps {
 // it.
 class Ingest final {
  public:
-  // The options must have passed their Check.
+  // The options must have passed their Check. The decoder, which must outlive it, too, is asked
+  // where doubles are refused.
   Ingest(Database* database, Retrieval* retrieval, ImageFeatureCache* features, ThreadPool* pool,
-         IngestOptions options)
-      : options_(std::move(options)),
-        parts_{database, retrieval, features, pool, options_, &map_} {}
+         IngestOptions options, Doubles doubles = Doubles::kKeep,
+         const PhotoDecoder& decoder = DecoderInProcess());
   Ingest(const Ingest&) = delete;
   Ingest& operator=(const Ingest&) = delete;
 
@@ -54,6 +58,10 @@ class Ingest final {
   // Takes a photo's pose and commits that it gets none: ForbidPose. An error means that nothing has
   // changed.
   Status ForbidPose(ImageId image, const std::string& actor, const std::string& reason);
+
+  // Gives stored photos the poses that came with a model, and commits: FoundByModel. An error means
+  // that nothing has changed.
+  Result<ModelFounding> Found(std::span<const ModelPose> poses, const std::string& actor);
 
   // Runs and commits the next step that is due; none when nothing is, or nothing but a vocabulary,
   // which is never trained here. Other long steps are run here where no `long_steps` are given. A
@@ -83,6 +91,8 @@ class Ingest final {
   const IngestOptions options_;
   CityMap map_;
   const IngestParts parts_;
+  const Doubles doubles_;
+  const PhotoDecoder& decoder_;
   StepsSetAside set_aside_;
   bool is_state_unreadable_ = false;
 };

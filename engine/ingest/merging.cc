@@ -303,4 +303,25 @@ Result<MergeOutcome> MergeAround(const MappingContext& context, const MergeReque
   return outcome;
 }
 
+void NoteMerges(MergeOutcome outcome, Placement* placement) {
+  for (const Merge& merge : outcome.merges) {
+    placement->verdict = Verdict::kMerged;
+    placement->reason = Reason::kJoinedReconstructions;
+    placement->detail += "; reconstructions " + std::to_string(merge.from.value) + " and " +
+                         std::to_string(outcome.into.value) + " merged by " +
+                         (merge.common_point_count > 0
+                              ? std::to_string(merge.common_point_count) + " common points ("
+                              : "what the photos of one see of the other (") +
+                         merge.evidence + ")";
+  }
+  for (RefusedMerge& refused : outcome.refused) {
+    placement->detail += "; not merged with reconstruction " + std::to_string(refused.other.value) +
+                         ": " + refused.evidence;
+    if (refused.hypothesis) placement->refused.push_back(std::move(*refused.hypothesis));
+  }
+  placement->known = std::move(outcome.known);
+  placement->reconstruction = outcome.into;
+  placement->merges = std::move(outcome.merges);
+}
+
 }  // namespace veduta

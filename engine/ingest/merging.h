@@ -49,6 +49,9 @@ Result<MergeOutcome> MergeAround(const MappingContext& context, const MergeReque
                                  std::span<const ImageId> near, std::span<const PairMatches> pairs,
                                  uint64_t seed);
 
+// Says in the placement what was merged, refused and left as it is.
+void NoteMerges(MergeOutcome outcome, Placement* placement);
+
 // Merges all parts of a loop that has closed, without another judgment, unless people forbid that
 // two of them are merged. Of `own` and the first part, the one with more images keeps its frame.
 // Loads all parts. Deterministic in its inputs.

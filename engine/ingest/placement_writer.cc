@@ -69,7 +69,9 @@ Status WritePlacement(const CityMap& map, const Snapshot& snapshot, const Placem
   submaps.Write(transaction);
   if (placement.founded.valid()) {
     ++state->next_reconstruction;
-    VEDUTA_RETURN_IF_ERROR(WriteTriple(snapshot, placement, transaction));
+    // By poses that came with a model; then the caller writes what its images are.
+    const bool is_of_model = placement.verdict == Verdict::kPlaced;
+    if (!is_of_model) VEDUTA_RETURN_IF_ERROR(WriteTriple(snapshot, placement, transaction));
   }
   JournalMerges(placement, state, transaction);
   VEDUTA_RETURN_IF_ERROR(WriteHypotheses(snapshot, placement, state, transaction));

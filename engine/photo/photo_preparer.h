@@ -44,6 +44,13 @@ struct PrepareOptions {
 // pixel as it was decoded, grey and straightened. Counted from the buffers; not measured.
 uint64_t PrepareBytes(uint64_t size_bytes, uint64_t pixel_count);
 
+// Of a photo whose pose is to come with others (Engine::Import): it is stored and compared with
+// others, and not placed. Besides those that look like it, it is compared with these photos of the
+// same contributor, as far as they are stored.
+struct AwaitedPose {
+  std::vector<std::string> seen_with;  // their names
+};
+
 struct PreparedPhoto {
   std::string name;
   ContentHash hash;
@@ -52,7 +59,8 @@ struct PreparedPhoto {
   std::optional<GpsFix> gps;
   std::optional<TakenTime> taken;
   std::string media_type;
-  uint32_t contribution = 0;      // that it comes with; 0: with none
+  uint32_t contribution = 0;  // that it comes with; 0: with none
+  std::optional<AwaitedPose> awaited = {};
   Reason reason = Reason::kNone;  // not kNone: rejected, and why
   std::string detail;
   // Why the photo could not be prepared, where this says nothing about the photo: its file cannot

@@ -48,6 +48,10 @@ void ToldByJournal::Take(const JournalRecord& entry) {
     images[entry.image].detail = entry.detail;
     images[entry.image].propagated = true;
   }
+  if (entry.action == "import" && entry.image.valid()) {
+    images[entry.image].detail = entry.detail;
+    images[entry.image].propagated = false;
+  }
   if (entry.action == "doubt") images[entry.image].detail = entry.detail;
   if (entry.action == "split") {
     // "5 images of reconstruction 1, whose frame it keeps"

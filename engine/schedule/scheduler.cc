@@ -87,10 +87,12 @@ Result<Ticket> Scheduler::Submit(uint64_t number, WaitingPhoto photo) {
 }
 
 Ticket Scheduler::SubmitToList(const std::shared_ptr<Lane>& lane, PhotoSource photo,
-                               std::optional<CameraRecord> camera, std::string contributor) {
+                               std::optional<CameraRecord> camera, std::string contributor,
+                               std::optional<AwaitedPose> awaited) {
   const std::lock_guard lock(mutex_);
   may_follow_ = true;
-  Ticket ticket = line_.Join(lane, std::move(photo), std::move(camera), std::move(contributor));
+  Ticket ticket = line_.Join(lane, std::move(photo), std::move(camera), std::move(contributor),
+                             std::move(awaited));
   if (stopping_) ticket.Cancel();  // nobody takes it out of the line any more
   NotifyChanged();
   return ticket;
@@ -163,8 +165,7 @@ bool Scheduler::DoPiece(std::unique_lock<std::mutex>* lock) {
   if (may_step && (steps_owed_ms_ > 0 || (was_photo_last_ && DoesSomebodySettle())))
     return DoStep(lock);
   if (const auto entry = FindApplicable(); entry != entries_.end()) return Apply(entry, lock);
-  // A step runs now if it delays no answer: no photo waits, or only photos of lists, which wait for
-  // it.
+  // A step runs now if it delays no answer: no photo waits, or only those that wait for it.
   const bool all_settle = std::all_of(entries_.begin(), entries_.end(),
                                       [](const Entry& e) { return e.photo.lane->settles; });
   if (may_step && all_settle) return DoStep(lock);
@@ -317,6 +318,7 @@ bool Scheduler::Apply(Entries::iterator entry, std::unique_lock<std::mutex>* loc
 
 Result<AddOutcome> Scheduler::ApplyPrepared(Entry* entry) {
   (*entry->prepared)->contribution = entry->photo.contribution;
+  (*entry->prepared)->awaited = entry->photo.awaited;
   Writer::Turn turn = writer_->Take();
   return (*ingest_)->Apply(std::move(**entry->prepared), *entry->photo.camera,
                            entry->photo.contributor);

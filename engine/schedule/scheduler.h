@@ -74,7 +74,8 @@ class Scheduler final {
   Result<Ticket> Submit(uint64_t number, WaitingPhoto photo);
   // Submits a photo of a list into the lane of that list (OpenList).
   Ticket SubmitToList(const std::shared_ptr<Lane>& lane, PhotoSource photo,
-                      std::optional<CameraRecord> camera, std::string contributor);
+                      std::optional<CameraRecord> camera, std::string contributor,
+                      std::optional<AwaitedPose> awaited = {});
   std::shared_ptr<Lane> OpenList(std::stop_token stop) { return line_.OpenList(std::move(stop)); }
   // Waits until the photo is answered and what follows from it is done. The list's next photo is
   // not applied before Release: the caller may still stop the list after hearing of this photo.

@@ -56,7 +56,8 @@ std::shared_ptr<Lane> SubmissionLine::OpenList(std::stop_token stop) {
 }
 
 Ticket SubmissionLine::Join(std::shared_ptr<Lane> lane, PhotoSource photo,
-                            std::optional<CameraRecord> camera, std::string contributor) {
+                            std::optional<CameraRecord> camera, std::string contributor,
+                            std::optional<AwaitedPose> awaited) {
   const std::lock_guard lock(mutex_);
   auto queue = std::ranges::find(queues_, lane, &Queue::lane);
   if (queue == queues_.end()) queue = queues_.insert(queues_.end(), Queue{std::move(lane), {}});
@@ -64,6 +65,7 @@ Ticket SubmissionLine::Join(std::shared_ptr<Lane> lane, PhotoSource photo,
   waiting.photo = std::move(photo);
   waiting.camera = std::move(camera);
   waiting.contributor = std::move(contributor);
+  waiting.awaited = std::move(awaited);
   return Join(queue, next_number_++, std::move(waiting));
 }
 

@@ -15,6 +15,7 @@
 #include <vector>
 
 #include "engine/door/submission.h"
+#include "engine/photo/photo_preparer.h"
 #include "storage/model/camera.h"
 
 namespace veduta {
@@ -57,6 +58,7 @@ struct WaitingPhoto {
   std::optional<CameraRecord> camera;  // nothing where none was named and it is not known yet
   std::string contributor;
   uint32_t contribution = 0;  // that it comes with; 0: with none
+  std::optional<AwaitedPose> awaited = {};
   AnswerCallback answered;
   // Of a photo that waits on the disk: called before it is answered, without any lock held. The
   // first argument says whether it has no need to wait any more.
@@ -76,7 +78,7 @@ class SubmissionLine final {
   std::shared_ptr<Lane> OpenList(std::stop_token stop);
   // Of a list's photo.
   Ticket Join(std::shared_ptr<Lane> lane, PhotoSource photo, std::optional<CameraRecord> camera,
-              std::string contributor);
+              std::string contributor, std::optional<AwaitedPose> awaited = {});
   // Of one that waits on the disk, under this number: joins the lane of its contributor.
   Ticket Join(uint64_t number, WaitingPhoto photo);
   // The next photo by turns; false when nobody waits. Passes over the photos of lists, or those of

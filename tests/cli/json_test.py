@@ -130,6 +130,19 @@ def make_on_earth(keep):
     keep('localize', 'localize', db, '--camera', 'c', at('asked.jpg'))
 
 
+def make_imported():
+    """A model of which a photo is missing, imported twice: the second time nothing is made."""
+    db = at('imported')
+    must('init', db)
+    must('export', WHOLE, at('for import'), '--format', 'colmap')
+    for name in sorted(os.listdir(PHOTOS))[1:]:
+        write(at('without one', name), read(os.path.join(PHOTOS, name)))
+    for _ in range(2):
+        PRINTED['veduta import'] += lines_of('import', db, at('for import', '0'), '--images',
+                                             at('without one'), '--json', code=1)
+    assert PRINTED['veduta import'][1]['reconstruction'] is None
+
+
 def make_dense():
     """A database with one reconstruction and its surface."""
     photos, db = render('sixteen', '--photos', '16', '--size', SIZE), new_database('dense')
@@ -157,6 +170,7 @@ def setUpModule():
         keep('reconstruction', 'reconstruction', merged, str(number))
     make_doubtful(keep)
     make_on_earth(keep)
+    make_imported()
     dense = make_dense()
     keep('densify', 'densify', dense, '--size', '160', '--device', 'cpp')
     keep('export', 'export', dense, at('model'), '--format', 'ply')

@@ -3,6 +3,7 @@
 // Cameras that another program calibrated, in OpenCV's model, converted to ours.
 
 #include <cstdint>
+#include <span>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -36,16 +37,21 @@ struct ConvertedCamera {
 Result<ConvertedCamera> ConvertCamera(const KnownCamera& known);
 
 // A camera of COLMAP's cameras.txt.
-struct ColmapCamera {
+struct KnownColmapCamera {
   uint32_t id = 0;
   std::string model;
   KnownCamera camera;
 };
 
-// All cameras of the text of a cameras.txt, in its order: SIMPLE_PINHOLE, PINHOLE, SIMPLE_RADIAL,
-// RADIAL and OPENCV. COLMAP's centre of the top-left pixel, (0.5, 0.5), becomes ours.
-// kInvalidArgument names line and fault.
-Result<std::vector<ColmapCamera>> ParseColmapCameras(std::string_view text);
+// From what COLMAP's files say of it: SIMPLE_PINHOLE, PINHOLE, SIMPLE_RADIAL, RADIAL or OPENCV, and
+// its parameters in COLMAP's order. COLMAP's centre of the top-left pixel, (0.5, 0.5), becomes
+// ours. kInvalidArgument says what is wrong.
+Result<KnownColmapCamera> MakeColmapCamera(uint32_t id, std::string_view model, double width_px,
+                                           double height_px, std::span<const double> parameters);
+
+// All cameras of the text of a cameras.txt, in its order. kInvalidArgument names line and
+// fault.
+Result<std::vector<KnownColmapCamera>> ParseColmapCameras(std::string_view text);
 
 // The camera in the text of a file that OpenCV's FileStorage wrote (YAML, XML or JSON):
 // image_width, image_height, camera_matrix, distortion_coefficients. kInvalidArgument names what is

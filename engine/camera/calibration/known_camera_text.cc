@@ -40,7 +40,7 @@ bool IsSide(double side) {
 }
 
 // Puts the parameters of one of COLMAP's models to their places.
-void SetParameters(const std::string& model, const std::vector<double>& p, KnownCamera* camera) {
+void SetParameters(const std::string& model, std::span<const double> p, KnownCamera* camera) {
   const bool is_pinhole = model == "PINHOLE" || model == "OPENCV";
   const size_t first = is_pinhole ? 4 : 3;  // of the distortion
   camera->fx = p[0];
@@ -139,27 +139,45 @@ Result<KnownCamera> ReadXml(const std::string& text) {
 
 }  // namespace
 
-Result<std::vector<ColmapCamera>> ParseColmapCameras(std::string_view text) {
+Result<KnownColmapCamera> MakeColmapCamera(uint32_t id, std::string_view model, double width_px,
+                                           double height_px, std::span<const double> parameters) {
   static const std::map<std::string, size_t, std::less<>> kParameterCounts = {
       {"SIMPLE_PINHOLE", 3}, {"PINHOLE", 4}, {"SIMPLE_RADIAL", 4}, {"RADIAL", 5}, {"OPENCV", 8}};
-  std::vector<ColmapCamera> cameras;
+  const auto known = kParameterCounts.find(model);
+  if (known == kParameterCounts.end()) {
+    return Status::InvalidArgument(
+        "the model " + Quoted(model) +
+        " is not one of SIMPLE_PINHOLE, PINHOLE, SIMPLE_RADIAL, RADIAL, OPENCV");
+  }
+  if (!IsSide(width_px) || !IsSide(height_px))
+    return Status::InvalidArgument("its width or height is not in 1..65535");
+  if (!std::ranges::all_of(parameters, [](double p) { return std::isfinite(p); }))
+    return Status::InvalidArgument("a parameter is not a finite number");
+  if (parameters.size() != known->second) {
+    return Status::InvalidArgument(known->first + " has " + std::to_string(known->second) +
+                                   " parameters, not " + std::to_string(parameters.size()));
+  }
+  KnownColmapCamera made;
+  made.id = id;
+  made.model = known->first;
+  made.camera.size = {static_cast<uint32_t>(width_px), static_cast<uint32_t>(height_px)};
+  SetParameters(made.model, parameters, &made.camera);
+  return made;
+}
+
+Result<std::vector<KnownColmapCamera>> ParseColmapCameras(std::string_view text) {
+  std::vector<KnownColmapCamera> cameras;
   for (size_t number = 1; !text.empty(); ++number) {
     const size_t end = std::min(text.find('\n'), text.size());
     const std::vector<std::string_view> words = Words(text.substr(0, end));
     text.remove_prefix(std::min(end + 1, text.size()));
     if (words.empty() || words[0].front() == '#') continue;
     const std::string where = "cameras.txt, line " + std::to_string(number) + ": ";
-    ColmapCamera read;
+    uint32_t id = 0;
     double width = 0, height = 0;
-    if (words.size() < 4 || !Parse(words[0], &read.id) || !Parse(words[2], &width) ||
+    if (words.size() < 4 || !Parse(words[0], &id) || !Parse(words[2], &width) ||
         !Parse(words[3], &height) || !IsSide(width) || !IsSide(height)) {
       return Status::InvalidArgument(where + "not CAMERA_ID MODEL WIDTH HEIGHT PARAMS...");
-    }
-    const auto model = kParameterCounts.find(words[1]);
-    if (model == kParameterCounts.end()) {
-      return Status::InvalidArgument(
-          where + "the model " + Quoted(words[1]) +
-          " is not one of SIMPLE_PINHOLE, PINHOLE, SIMPLE_RADIAL, RADIAL, OPENCV");
     }
     std::vector<double> parameters(words.size() - 4);
     for (size_t i = 0; i < parameters.size(); ++i) {
@@ -167,17 +185,11 @@ Result<std::vector<ColmapCamera>> ParseColmapCameras(std::string_view text) {
         return Status::InvalidArgument(where + Quoted(words[4 + i]) + " is not a number");
       }
     }
-    if (parameters.size() != model->second) {
-      return Status::InvalidArgument(where + model->first + " has " +
-                                     std::to_string(model->second) + " parameters, not " +
-                                     std::to_string(parameters.size()));
-    }
     if (cameras.size() == kCamerasMax)
       return Status::InvalidArgument("cameras.txt: more than 100000 cameras");
-    read.model = model->first;
-    read.camera.size = {static_cast<uint32_t>(width), static_cast<uint32_t>(height)};
-    SetParameters(read.model, parameters, &read.camera);
-    cameras.push_back(std::move(read));
+    Result<KnownColmapCamera> made = MakeColmapCamera(id, words[1], width, height, parameters);
+    if (!made.ok()) return Status::InvalidArgument(where + made.status().message());
+    cameras.push_back(std::move(*made));
   }
   if (cameras.empty()) return Status::InvalidArgument("cameras.txt: no camera in it");
   return cameras;

@@ -77,7 +77,7 @@ Result<CameraFromFile> FromKnown(const KnownCamera& known, const std::string& fr
 }
 
 Result<CameraFromFile> FromColmap(const std::string& text, std::optional<uint32_t> id) {
-  VEDUTA_ASSIGN_OR_RETURN(const std::vector<ColmapCamera> cameras, ParseColmapCameras(text));
+  VEDUTA_ASSIGN_OR_RETURN(const std::vector<KnownColmapCamera> cameras, ParseColmapCameras(text));
   if (!id && cameras.size() > 1) {
     std::string ids;
     for (size_t i = 0; i < std::min(cameras.size(), kIdsListedMax); ++i) {
@@ -86,9 +86,9 @@ Result<CameraFromFile> FromColmap(const std::string& text, std::optional<uint32_
     return Wrong("it has " + std::to_string(cameras.size()) + " cameras; choose one by --id: " +
                  ids + (cameras.size() > kIdsListedMax ? ", ..." : ""));
   }
-  const auto chosen = std::find_if(cameras.begin(), cameras.end(), [&](const ColmapCamera& camera) {
-    return !id || camera.id == *id;
-  });
+  const auto chosen =
+      std::find_if(cameras.begin(), cameras.end(),
+                   [&](const KnownColmapCamera& camera) { return !id || camera.id == *id; });
   if (chosen == cameras.end()) return Wrong("there is no camera " + std::to_string(*id) + " in it");
   return FromKnown(chosen->camera, "COLMAP's " + chosen->model);
 }

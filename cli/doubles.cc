@@ -1,0 +1,19 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "cli/doubles.h"
+
+#include <map>
+#include <string>
+
+namespace veduta {
+
+void AddDoublesOption(CLI::App* command, Doubles* doubles) {
+  static const std::map<std::string, Doubles> kWords = {{"keep", Doubles::kKeep},
+                                                        {"refuse", Doubles::kRefuse}};
+  command
+      ->add_option("--doubles", *doubles,
+                   "Photos that are stored once already, resized or encoded anew: keep, as any "
+                   "other, or refuse, as duplicates (default: keep)")
+      ->transform(CLI::CheckedTransformer(kWords));
+}
+
+}  // namespace veduta

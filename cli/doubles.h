@@ -1,0 +1,14 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+// What a command does with photos that are stored once already, resized or encoded anew.
+
+#include <CLI/CLI.hpp>
+
+#include "engine/door/engine_options.h"
+
+namespace veduta {
+
+// The option --doubles: keep or refuse.
+void AddDoublesOption(CLI::App* command, Doubles* doubles);
+
+}  // namespace veduta
