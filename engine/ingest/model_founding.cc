@@ -228,7 +228,7 @@ class Founder final {
       AppendJournal({0, 0, actor_, "import", id, made_.reconstruction, record.detail}, &state_,
                     scope_.transaction.get());
     }
-    return WritePlacement(map_, *scope_.base, placement_, &state_, scope_.transaction.get());
+    return WritePlacement(map_, *scope_.base, placement_, {}, &state_, scope_.transaction.get());
   }
 
   // Whoever has no pose of the model is tried again as others are.
