@@ -200,6 +200,8 @@ Result<NewToken> MakeTokenBeside(DaemonClient* daemon, const TokenRequest& reque
   if (request.quota.requests_per_s != 0)
     wanted["requests_per_second"] = request.quota.requests_per_s;
   if (request.is_link) wanted["link"] = true;
+  if (request.contribution != 0) wanted["contribution"] = request.contribution;
+  if (request.reconstruction != 0) wanted["reconstruction"] = request.reconstruction;
   VEDUTA_ASSIGN_OR_RETURN(const Json made, Post(daemon, "/v1/tokens", wanted));
   return NewToken{made.value("number", 0u), made.value("token", "")};
 }

@@ -66,6 +66,8 @@ void RegisterNeighbors(CLI::App* app, int* exit_code);
 void RegisterPose(CLI::App* app, int* exit_code);
 void RegisterLocalize(CLI::App* app, int* exit_code);
 void RegisterForbid(CLI::App* app, int* exit_code);
+void RegisterHide(CLI::App* app, int* exit_code);
+void RegisterReports(CLI::App* app, int* exit_code);
 void RegisterGeoreference(CLI::App* app, int* exit_code);
 void RegisterToken(CLI::App* app, int* exit_code);
 void RegisterExport(CLI::App* app, int* exit_code);

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // veduta export DB OUT --format FORMAT [--error E]
-//   [--on-earth] [--json]
+//   [--on-earth] [--with-hidden] [--json]
 #include "cli/command.h"
 #include "cli/wire/dense_json.h"
 
@@ -67,6 +67,8 @@ void RegisterExport(CLI::App* app, int* exit_code) {
           "--error", arguments->request.error_max,
           "Fewer triangles: the surface may move by so much, in the reconstruction's units")
       ->check(CLI::PositiveNumber);
+  command->add_flag("--with-hidden", arguments->request.with_hidden,
+                    "With photos that a curator has hidden: their names, poses and pictures");
   command->add_flag("--json", arguments->json, "One JSON object per reconstruction");
   command->callback([=] { *exit_code = Export(*arguments); });
 }

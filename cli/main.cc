@@ -53,6 +53,8 @@ void RegisterCommands(CLI::App* app, int* exit_code) {
   RegisterSettle(app, exit_code);
   RegisterRemove(app, exit_code);
   RegisterForbid(app, exit_code);
+  RegisterHide(app, exit_code);
+  RegisterReports(app, exit_code);
   RegisterStatus(app, exit_code);
   RegisterReconstruction(app, exit_code);
   RegisterShow(app, exit_code);

@@ -44,6 +44,7 @@ void PrintImage(const ImageAnswer& image) {
   }
   PrintLine("%ux%u px, %u features, %u of them see points%s", image.width_px, image.height_px,
             image.features, image.observations, of_reconstruction.c_str());
+  if (image.is_hidden) PrintLine("hidden: the daemon shows it to curators alone");
   if (!image.may_stand_in.empty()) PrintLine("%s", MayStandIn(image).c_str());
   if (image.on_earth) PrintEarthPose(*image.on_earth, "");
   if (image.uncertainty) PrintDeviations(*image.uncertainty);

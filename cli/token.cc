@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // veduta token create DB NAME --role ROLE [--days N] [--photos-per-day N] [--bytes-per-day N]
 // [--requests-per-second N] [--by WHO] [--json]
-// veduta token link DB NAME [--days N] [--at URL] [--by WHO] [--json]
+// veduta token link DB NAME [--contribution NUMBER | --reconstruction NUMBER] [--days N] [--at URL]
+// [--by WHO] [--json]
 // veduta token list DB [--json]
 // veduta token revoke DB NUMBER [--by WHO]
 #include <ctime>
@@ -81,6 +82,9 @@ void PrintToken(const TokenAnswer& token) {
     fate += ", " + std::to_string(token.quota.bytes_per_day) + " bytes a day";
   if (token.quota.requests_per_s != 0)
     fate += ", " + std::to_string(token.quota.requests_per_s) + " requests a second";
+  if (token.contribution != 0) fate += ", for contribution " + std::to_string(token.contribution);
+  if (token.reconstruction != 0)
+    fate += ", for reconstruction " + std::to_string(token.reconstruction);
   if (token.revoked_unix_s != 0) fate += ", revoked on " + DayOf(token.revoked_unix_s);
   PrintLine("%4u  %-11s  %s, made on %s%s", token.number,
             token.is_link ? "link" : RoleWord(token.role).c_str(), Printable(token.name).c_str(),
@@ -152,6 +156,12 @@ void RegisterToken(CLI::App* app, int* exit_code) {
   link->add_option("--days", arguments->link_days, "Good for so many days")
       ->capture_default_str()
       ->check(CLI::Range(1, 366));
+  CLI::Option* const contribution =
+      link->add_option("--contribution", arguments->request.contribution,
+                       "It shows the photos of this contribution alone");
+  link->add_option("--reconstruction", arguments->request.reconstruction,
+                   "It shows this reconstruction alone")
+      ->excludes(contribution);
   link->add_option("--at", arguments->at, "The daemon's address, as those who get the link see it")
       ->capture_default_str();
   link->add_flag("--json", arguments->json, "JSON");

@@ -28,9 +28,13 @@ Status CheckText(const char* what, const std::string& text, size_t bytes_max, bo
   return Status::Ok();
 }
 
-ContributionAnswer ToAnswer(const ContributionRecord& record) {
-  return {record.number,        record.contributor,   record.comment,    record.licence,
-          record.opened_unix_s, record.closed_unix_s, record.photo_count};
+Result<ContributionAnswer> ToAnswer(const Snapshot& snapshot, const ContributionRecord& record) {
+  ContributionAnswer answer{record.number,     record.contributor,   record.comment,
+                            record.licence,    record.opened_unix_s, record.closed_unix_s,
+                            record.photo_count};
+  VEDUTA_ASSIGN_OR_RETURN(answer.is_hidden,
+                          snapshot.moderation().IsHidden(HiddenKind::kContribution, record.number));
+  return answer;
 }
 
 Status NoSuch(uint32_t number) {
@@ -44,8 +48,17 @@ Result<ContributionRecord> Find(const Snapshot& snapshot, uint32_t number) {
   return *std::move(found);
 }
 
+// One that is out of sight is none.
+Result<ContributionRecord> FindSeen(const Snapshot& snapshot, const Visibility& visibility,
+                                    uint32_t number) {
+  VEDUTA_ASSIGN_OR_RETURN(const bool sees, visibility.SeesContribution(number));
+  if (!sees) return NoSuch(number);
+  return Find(snapshot, number);
+}
+
 // What is known of a photo, by the verdict that its image has now.
-Result<ContributedPhotoAnswer> AnswerOf(const Snapshot& snapshot, const ContributedPhoto& photo) {
+Result<ContributedPhotoAnswer> AnswerOf(const Snapshot& snapshot, const Visibility& visibility,
+                                        const ContributedPhoto& photo) {
   ContributedPhotoAnswer answer{photo.upload, photo.name, "removed", {}, photo.reason};
   switch (photo.fate) {
     case ContributionFate::kWaiting:
@@ -66,11 +79,15 @@ Result<ContributedPhotoAnswer> AnswerOf(const Snapshot& snapshot, const Contribu
   const Result<ImageRecord> image = snapshot.GetImage(photo.image);
   if (image.status().code() == StatusCode::kNotFound) return answer;
   VEDUTA_RETURN_IF_ERROR(image.status());
-  answer.name = image->name;
-  answer.image = image->id;
+  VEDUTA_ASSIGN_OR_RETURN(const bool sees, visibility.Sees(*image));
+  if (sees) {
+    answer.name = image->name;
+    answer.image = image->id;
+  }
   const bool is_stored = photo.fate == ContributionFate::kStored;
   answer.state = is_stored ? VerdictWord(image->verdict) : "duplicate";
   if (is_stored) answer.reason = image->reason;
+  if (is_stored && !sees) answer.state = "hidden";
   return answer;
 }
 
@@ -92,12 +109,12 @@ void Count(const ContributedPhotoAnswer& photo, bool is_stored, ContributionSums
 
 // Calls visit on the answer of each photo from `first` on, until it returns false.
 Status VisitPhotos(
-    const Snapshot& snapshot, uint32_t number, uint64_t first,
+    const Snapshot& snapshot, const Visibility& visibility, uint32_t number, uint64_t first,
     const std::function<bool(const ContributedPhoto&, ContributedPhotoAnswer)>& visit) {
   Status failure;
   VEDUTA_RETURN_IF_ERROR(snapshot.contributing().ScanContributedPhotos(
       number, first, [&](const ContributedPhoto& photo) {
-        Result<ContributedPhotoAnswer> answer = AnswerOf(snapshot, photo);
+        Result<ContributedPhotoAnswer> answer = AnswerOf(snapshot, visibility, photo);
         failure = answer.status();
         return answer.ok() && visit(photo, *std::move(answer));
       }));
@@ -113,31 +130,41 @@ Status ContributionRequest::Check() const {
 }
 
 Result<ContributionAnswer> Questions::Contribution(uint32_t number) const {
-  VEDUTA_ASSIGN_OR_RETURN(const ContributionRecord found, Find(*view_->snapshot, number));
-  return ToAnswer(found);
+  VEDUTA_ASSIGN_OR_RETURN(const ContributionRecord found,
+                          FindSeen(*view_->snapshot, view_->visibility(), number));
+  return ToAnswer(*view_->snapshot, found);
 }
 
 Result<std::vector<ContributionAnswer>> Questions::Contributions(uint32_t first,
                                                                  uint32_t count_max) const {
   std::vector<ContributionAnswer> answers;
   if (count_max == 0) return answers;
+  veduta::Status failure;
   VEDUTA_RETURN_IF_ERROR(view_->snapshot->contributing().ScanContributions(
       first, [&](const ContributionRecord& contribution) {
-        answers.push_back(ToAnswer(contribution));
-        return answers.size() < count_max;
+        const Result<bool> sees = view_->visibility().SeesContribution(contribution.number);
+        failure = sees.status();
+        if (!sees.ok() || !*sees) return sees.ok();
+        Result<ContributionAnswer> answer = ToAnswer(*view_->snapshot, contribution);
+        failure = answer.status();
+        if (answer.ok()) answers.push_back(*std::move(answer));
+        return failure.ok() && answers.size() < count_max;
       }));
+  VEDUTA_RETURN_IF_ERROR(failure);
   return answers;
 }
 
 Result<ContributionSums> Questions::ContributionVerdicts(uint32_t number) const {
   const Snapshot& snapshot = *view_->snapshot;
-  VEDUTA_RETURN_IF_ERROR(Find(snapshot, number).status());
+  VEDUTA_RETURN_IF_ERROR(FindSeen(snapshot, view_->visibility(), number).status());
   ContributionSums sums;
-  VEDUTA_RETURN_IF_ERROR(VisitPhotos(
-      snapshot, number, 0, [&](const ContributedPhoto& photo, const ContributedPhotoAnswer& told) {
-        Count(told, photo.fate == ContributionFate::kStored, &sums);
-        return true;
-      }));
+  // Counts tell of no photo which one it is.
+  VEDUTA_RETURN_IF_ERROR(
+      VisitPhotos(snapshot, {snapshot, Sight()}, number, 0,
+                  [&](const ContributedPhoto& photo, const ContributedPhotoAnswer& told) {
+                    Count(told, photo.fate == ContributionFate::kStored, &sums);
+                    return true;
+                  }));
   VEDUTA_ASSIGN_OR_RETURN(const std::vector<PartialUploadRecord> partial,
                           snapshot.contributing().ListPartialUploads());
   sums.arriving = static_cast<uint64_t>(
@@ -148,10 +175,11 @@ Result<ContributionSums> Questions::ContributionVerdicts(uint32_t number) const 
 Result<std::vector<ContributedPhotoAnswer>> Questions::ContributedPhotos(uint32_t number,
                                                                          uint64_t first,
                                                                          uint32_t count_max) const {
-  VEDUTA_RETURN_IF_ERROR(Find(*view_->snapshot, number).status());
+  const Visibility visibility = view_->visibility();
+  VEDUTA_RETURN_IF_ERROR(FindSeen(*view_->snapshot, visibility, number).status());
   std::vector<ContributedPhotoAnswer> answers;
   if (count_max == 0) return answers;
-  VEDUTA_RETURN_IF_ERROR(VisitPhotos(*view_->snapshot, number, first,
+  VEDUTA_RETURN_IF_ERROR(VisitPhotos(*view_->snapshot, visibility, number, first,
                                      [&](const ContributedPhoto&, ContributedPhotoAnswer photo) {
                                        answers.push_back(std::move(photo));
                                        return answers.size() < count_max;

@@ -21,6 +21,7 @@
 #include <stop_token>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 #include "engine/door/answers.h"
@@ -31,6 +32,7 @@
 #include "engine/door/earth.h"
 #include "engine/door/engine_options.h"
 #include "engine/door/model_import.h"
+#include "engine/door/moderation.h"
 #include "engine/door/questions.h"
 #include "engine/door/repair.h"
 #include "engine/door/submission.h"
@@ -55,7 +57,8 @@ class Engine final {
   // engine may be running.
   ~Engine();
 
-  Questions Ask() const;
+  // What whoever has this sight is told; by default all.
+  Questions Ask(const Sight& sight = {}) const;
 
   // kAlreadyExists when the name is in use with other intrinsics; the same again is a no-op.
   Result<CameraId> AddCamera(const std::string& name, const CameraModel& model,
@@ -148,6 +151,18 @@ class Engine final {
   // again by what follows from photos (Settle).
   Status Allow(const ForbidRequest& request);
 
+  // Withholds photos, or a contribution with all of its photos, from those whose Sight is without
+  // what is hidden; the map, and its digest, stay as they are. One commit. Once more changes
+  // nothing. Reports of what is hidden count as resolved. kNotFound, and nothing is hidden.
+  Status Hide(const HideRequest& request);
+  // Takes it back. kNotFound for a photo or a contribution that is not hidden by itself.
+  Status Unhide(const HideRequest& request);
+  // Somebody complains of a photo: the report's number. One who has an open report of the photo
+  // gets that one's. kNotFound; kBusy where kOpenReportsMax wait.
+  Result<uint32_t> Report(const ReportRequest& request, const Sight& sight = {});
+  // The photo stays as it is. kNotFound; kAlreadyExists where the report was resolved before.
+  Status DismissReport(uint32_t number, const std::string& actor);
+
   // Takes surveyed points in and looks for the place of each reconstruction on the earth, in one
   // commit; answers what is known then. Otherwise places are looked for by what follows from
   // photos, by where these say they were taken. The frames of reconstructions stay.
@@ -158,6 +173,9 @@ class Engine final {
   // more, from the next question on. kNotFound for a number that was never given.
   Result<NewToken> CreateToken(const TokenRequest& request);
   Status RevokeToken(uint32_t number, const std::string& actor);
+  // Remembers what tokens have used of their quotas. Not durable by itself: a killed process loses
+  // none of it, a power cut may. Waits for nobody.
+  Status NoteTokenUse(std::span<const TokenUse> uses);
 
   // Trains a vocabulary from the stored photos now, and switches to it. kInvalidArgument for a
   // shape outside its bounds; kBusy where somebody else has switched meanwhile.
@@ -179,6 +197,9 @@ class Engine final {
   // A consistent copy that opens on its own: linked where possible, and read once by checksums.
   // Others write while it is read. Deleted where it cannot be read: the error says what is damaged.
   Status Copy(const std::string& folder);
+  // Processes that have ended on photos they had to decode, since the engine was opened: by the
+  // photo, and killed from outside. Both 0 where photos are decoded in this process.
+  std::pair<uint64_t, uint64_t> DecoderDeaths() const;
   // Closes and opens the files again, after a failed write: what the disk holds is then known. Does
   // not wait for readers; Questions asked before answer kIoError from then on.
   Status Reopen();

@@ -36,11 +36,16 @@ Result<std::unique_ptr<Engine>> Engine::Open(const std::string& path,
   return EngineParts::Open(path, options, {});
 }
 
-Questions Engine::Ask() const {
+Questions Engine::Ask(const Sight& sight) const {
   // The caches first: they may know less than the snapshot, never more.
   std::shared_ptr<EngineCaches> caches = parts_->GetCaches();
   return Questions(std::make_unique<Questions::View>(
-      Questions::View{parts_, std::move(caches), parts_->database->GetSnapshot()}));
+      Questions::View{parts_, std::move(caches), parts_->database->GetSnapshot(), sight}));
+}
+
+std::pair<uint64_t, uint64_t> Engine::DecoderDeaths() const {
+  const auto deaths = parts_->preparer->decoder().deaths();
+  return {deaths.by_photos, deaths.by_others};
 }
 
 Result<CameraId> Engine::AddCamera(const std::string& name, const CameraModel& model,

@@ -36,6 +36,18 @@ LocalizedPhoto LocalizeOne(const LocalizationParts& parts, const PhotoPreparer& 
   return localized.ok() ? std::move(*localized) : Failed(photo, localized.status());
 }
 
+// Takes out what must not be told: photos that the pose rests on, and which one has the same bytes.
+Status MaskPhoto(const Visibility& visibility, LocalizedPhoto* photo) {
+  VEDUTA_RETURN_IF_ERROR(visibility.Keep(&SupportAnswer::image, &photo->support));
+  VEDUTA_RETURN_IF_ERROR(visibility.Keep(&DamagedImage::image, &photo->damaged));
+  if (!photo->stored.valid()) return Status::Ok();
+  VEDUTA_ASSIGN_OR_RETURN(const bool sees, visibility.Sees(photo->stored));
+  if (sees) return Status::Ok();
+  photo->stored = {};
+  if (photo->detail.starts_with("the same bytes are stored")) photo->detail = "";
+  return Status::Ok();
+}
+
 void PutOnEarth(const Snapshot& snapshot, LocalizedPhoto* photo) {
   if (!photo->cam_from_world) return;
   auto on_earth = EarthPoseIn(snapshot, photo->reconstruction, *photo->cam_from_world);
@@ -83,6 +95,8 @@ Status Questions::Localize(std::span<const LocalizeRequest> photos,
     LocalizedPhoto photo =
         LocalizeOne(localization, *parts.preparer, request.photo, cameras.at(request.camera));
     PutOnEarth(*view_->snapshot, &photo);
+    if (const veduta::Status masked = MaskPhoto(view_->visibility(), &photo); !masked.ok())
+      photo = Failed(request.photo, masked);
     ordered.Done(i, std::move(photo));
   });
   return is_stopped ? veduta::Status::Cancelled("stopped before the next photo") : veduta::Status();

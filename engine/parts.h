@@ -19,6 +19,7 @@
 #include "engine/photo/image_features.h"
 #include "engine/photo/photo_preparer.h"
 #include "engine/query/unsure_poses.h"
+#include "engine/query/visibility.h"
 #include "engine/retrieval/retrieval.h"
 #include "engine/schedule/scheduler.h"
 #include "engine/writer/claimable.h"
@@ -166,6 +167,11 @@ struct Questions::View {
   std::shared_ptr<EngineParts> parts;
   std::shared_ptr<EngineCaches> caches;
   std::shared_ptr<const Snapshot> snapshot;
+  Sight sight;
+
+  Visibility visibility() const { return {*snapshot, sight}; }
+  // kNotFound where nothing of the reconstruction may be told.
+  veduta::Status RefuseUnseen(ReconstructionId id) const;
 };
 
 }  // namespace veduta

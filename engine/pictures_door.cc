@@ -24,6 +24,7 @@ Result<StoredBytes> BytesOf(const Snapshot& snapshot, const ImageRecord& image) 
 
 Result<std::vector<ListedImage>> Questions::Images(ImageId first, uint32_t count_max) const {
   const Snapshot& snapshot = *view_->snapshot;
+  const Visibility visibility = view_->visibility();
   VEDUTA_ASSIGN_OR_RETURN(const DatabaseState state, snapshot.GetState());
   VEDUTA_ASSIGN_OR_RETURN(const auto unsure, view_->caches->unsure.Get(snapshot));
   std::vector<ListedImage> images;
@@ -32,7 +33,10 @@ Result<std::vector<ListedImage>> Questions::Images(ImageId first, uint32_t count
     Result<ImageRecord> image = snapshot.GetImage(ImageId(id));
     if (image.status().code() == StatusCode::kNotFound) continue;  // it was removed
     VEDUTA_RETURN_IF_ERROR(image.status());
+    VEDUTA_ASSIGN_OR_RETURN(const bool sees, visibility.Sees(*image));
+    if (!sees) continue;
     ListedImage& listed = images.emplace_back();
+    VEDUTA_ASSIGN_OR_RETURN(listed.is_hidden, IsHidden(snapshot, *image));
     listed.id = image->id;
     listed.name = std::move(image->name);
     listed.contributor = std::move(image->contributor);
@@ -47,18 +51,19 @@ Result<std::vector<ListedImage>> Questions::Images(ImageId first, uint32_t count
 }
 
 Result<FoundPhotos> Questions::SearchPhotos(const PhotoSearch& search) const {
-  VEDUTA_ASSIGN_OR_RETURN(FoundPhotos found,
-                          veduta::SearchPhotos(*view_->snapshot, search, &view_->caches->unsure));
+  VEDUTA_ASSIGN_OR_RETURN(
+      FoundPhotos found,
+      veduta::SearchPhotos(*view_->snapshot, search, &view_->caches->unsure, view_->sight));
   found.snapshot = snapshot();
   return found;
 }
 
 Result<PhotoExtent> Questions::Extent() const {
-  return ExtentOf(*view_->snapshot, &view_->caches->unsure);
+  return ExtentOf(*view_->snapshot, &view_->caches->unsure, view_->sight);
 }
 
 Result<PhotoFile> Questions::Photo(const std::string& name) const {
-  VEDUTA_ASSIGN_OR_RETURN(const ImageRecord image, FindImage(*view_->snapshot, name));
+  VEDUTA_ASSIGN_OR_RETURN(const ImageRecord image, FindImage(*view_->snapshot, name, view_->sight));
   VEDUTA_ASSIGN_OR_RETURN(const StoredBytes stored, BytesOf(*view_->snapshot, image));
   const std::span<const uint8_t> bytes = stored.bytes();
   const PhotoFormat format = view_->parts->preparer->decoder().Examine(bytes).header.format;
@@ -67,7 +72,7 @@ Result<PhotoFile> Questions::Photo(const std::string& name) const {
 
 Result<PhotoFile> Questions::Thumbnail(const std::string& name, uint32_t side_px) const {
   VEDUTA_RETURN_IF_ERROR(OptionBounds().Between("side_px", side_px, 1, kThumbnailSideMax).status());
-  VEDUTA_ASSIGN_OR_RETURN(const ImageRecord image, FindImage(*view_->snapshot, name));
+  VEDUTA_ASSIGN_OR_RETURN(const ImageRecord image, FindImage(*view_->snapshot, name, view_->sight));
   VEDUTA_ASSIGN_OR_RETURN(const StoredBytes stored, BytesOf(*view_->snapshot, image));
   const DecodedPhoto decoded = view_->parts->preparer->Decode(stored.bytes());
   if (decoded.outcome == DecodeOutcome::kNoMemory) return veduta::Status::NoMemory(decoded.detail);
@@ -78,6 +83,7 @@ Result<PhotoFile> Questions::Thumbnail(const std::string& name, uint32_t side_px
 }
 
 Result<PointCloud> Questions::Points(ReconstructionId id) const {
+  VEDUTA_RETURN_IF_ERROR(view_->RefuseUnseen(id));
   VEDUTA_ASSIGN_OR_RETURN(const ReconstructionRecord record, GetLiving(*view_->snapshot, id));
   PointCloud cloud;
   cloud.geometry_version = record.geometry_version;

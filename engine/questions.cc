@@ -2,6 +2,7 @@
 #include <cerrno>
 #include <cstring>
 #include <fstream>
+#include <set>
 #include <utility>
 
 #include "engine/parts.h"
@@ -36,13 +37,28 @@ StorageAnswer ToAnswer(const DatabaseStatistics& statistics) {
           .cache_misses = statistics.cache_misses};
 }
 
+// Takes out the reconstructions that must not be told, and what is told of others.
+Status KeepSeen(const Visibility& visibility, StatusAnswer* answer) {
+  if (visibility.SeesWhole()) return Status::Ok();
+  answer->doubtful_seams.clear();
+  answer->open_hypotheses = 0;
+  return visibility.Keep(&ReconstructionAnswer::id, &answer->reconstructions);
+}
+
 }  // namespace
+
+Status Questions::View::RefuseUnseen(ReconstructionId id) const {
+  VEDUTA_ASSIGN_OR_RETURN(const bool sees, visibility().Sees(id));
+  if (sees) return veduta::Status::Ok();
+  return veduta::Status::NotFound("there is no reconstruction " + std::to_string(id.value));
+}
 
 Result<StatusAnswer> Questions::Status() const {
   VEDUTA_ASSIGN_OR_RETURN(const DatabaseSizes sizes, view_->parts->database->GetSizes());
   VEDUTA_ASSIGN_OR_RETURN(StatusAnswer answer,
                           StatusOf(*view_->snapshot, sizes, &view_->caches->unsure));
   answer.snapshot = snapshot();
+  VEDUTA_RETURN_IF_ERROR(KeepSeen(view_->visibility(), &answer));
   VEDUTA_ASSIGN_OR_RETURN(const DatabaseStatistics statistics,
                           view_->parts->database->GetStatistics());
   answer.storage = ToAnswer(statistics);
@@ -50,21 +66,21 @@ Result<StatusAnswer> Questions::Status() const {
 }
 
 Result<ImageAnswer> Questions::Image(const std::string& name) const {
-  VEDUTA_ASSIGN_OR_RETURN(const ImageRecord image, FindImage(*view_->snapshot, name));
-  VEDUTA_ASSIGN_OR_RETURN(ImageAnswer answer,
-                          ImageAnswerOf(*view_->snapshot, image, &view_->caches->unsure));
+  VEDUTA_ASSIGN_OR_RETURN(const ImageRecord image, FindImage(*view_->snapshot, name, view_->sight));
+  VEDUTA_ASSIGN_OR_RETURN(ImageAnswer answer, ImageAnswerOf(*view_->snapshot, image,
+                                                            &view_->caches->unsure, view_->sight));
   answer.snapshot = snapshot();
   return answer;
 }
 
 Result<std::optional<PoseUncertainty>> Questions::Uncertainty(const std::string& name) const {
-  VEDUTA_ASSIGN_OR_RETURN(const ImageRecord image, FindImage(*view_->snapshot, name));
+  VEDUTA_ASSIGN_OR_RETURN(const ImageRecord image, FindImage(*view_->snapshot, name, view_->sight));
   return UncertaintyOf(*view_->snapshot, image.id, &view_->caches->unsure);
 }
 
 Result<std::vector<NeighborAnswer>> Questions::Neighbors(const std::string& name) const {
-  VEDUTA_ASSIGN_OR_RETURN(const ImageRecord image, FindImage(*view_->snapshot, name));
-  return NeighborsOf(*view_->snapshot, image.id);
+  VEDUTA_ASSIGN_OR_RETURN(const ImageRecord image, FindImage(*view_->snapshot, name, view_->sight));
+  return NeighborsOf(*view_->snapshot, image.id, view_->sight);
 }
 
 Result<std::vector<NeighborAnswer>> Questions::Rank(const PhotoSource& photo,
@@ -90,30 +106,54 @@ Result<std::vector<NeighborAnswer>> Questions::Rank(const PhotoSource& photo,
     VEDUTA_ASSIGN_OR_RETURN(ImageRecord image, view_->snapshot->GetImage(candidate.image));
     answers.push_back({image.id, std::move(image.name), image.verdict, 0, candidate.score});
   }
+  VEDUTA_RETURN_IF_ERROR(view_->visibility().Keep(&NeighborAnswer::image, &answers));
   return answers;
 }
 
 Result<std::vector<ReconstructionAnswer>> Questions::Reconstructions() const {
   VEDUTA_ASSIGN_OR_RETURN(StatusAnswer status,
                           StatusOf(*view_->snapshot, {}, &view_->caches->unsure));
+  VEDUTA_RETURN_IF_ERROR(KeepSeen(view_->visibility(), &status));
   return std::move(status.reconstructions);
 }
 
 Result<ReconstructionAnswer> Questions::Reconstruction(ReconstructionId id) const {
+  VEDUTA_RETURN_IF_ERROR(view_->RefuseUnseen(id));
   VEDUTA_ASSIGN_OR_RETURN(const ReconstructionRecord record,
                           view_->snapshot->GetReconstruction(id));
   return ReconstructionAnswerOf(*view_->snapshot, record);
 }
 
 Result<std::vector<HypothesisAnswer>> Questions::Hypotheses(ReconstructionId id) const {
+  if (!view_->visibility().SeesWhole()) return std::vector<HypothesisAnswer>();
   return HypothesesOf(*view_->snapshot, id);
 }
 
 Result<std::vector<CameraAnswer>> Questions::Cameras() const {
-  return CamerasOf(*view_->snapshot);
+  VEDUTA_ASSIGN_OR_RETURN(std::vector<CameraAnswer> cameras, CamerasOf(*view_->snapshot));
+  const Visibility visibility = view_->visibility();
+  if (visibility.SeesWhole()) return cameras;
+  std::set<CameraId> seen;
+  veduta::Status failure;
+  VEDUTA_RETURN_IF_ERROR(view_->snapshot->ScanImages([&](const ImageRecord& image) {
+    const Result<bool> sees = visibility.Sees(image);
+    failure = sees.status();
+    if (sees.ok() && *sees) seen.insert(image.camera);
+    return sees.ok();
+  }));
+  VEDUTA_RETURN_IF_ERROR(failure);
+  std::erase_if(cameras, [&](const CameraAnswer& camera) { return !seen.contains(camera.id); });
+  return cameras;
 }
 
 Result<CameraAnswer> Questions::Camera(const std::string& name) const {
+  if (!view_->visibility().SeesWhole()) {
+    VEDUTA_ASSIGN_OR_RETURN(std::vector<CameraAnswer> seen, Cameras());
+    for (CameraAnswer& camera : seen) {
+      if (camera.name == name) return std::move(camera);
+    }
+    return veduta::Status::NotFound("there is no camera '" + name + "'");
+  }
   VEDUTA_ASSIGN_OR_RETURN(CameraRecord record, FindCamera(*view_->snapshot, name));
   return CameraAnswer{record.id, std::move(record.name), record.model, std::move(record.source)};
 }
@@ -156,11 +196,16 @@ Result<std::vector<ForbiddenAnswer>> Questions::Forbidden() const {
 }
 
 Result<GeoreferenceAnswer> Questions::Georeference() const {
-  return GeoreferenceOf(*view_->snapshot);
+  VEDUTA_ASSIGN_OR_RETURN(GeoreferenceAnswer answer, GeoreferenceOf(*view_->snapshot));
+  const Visibility visibility = view_->visibility();
+  if (visibility.SeesWhole()) return answer;
+  answer.ground_points.clear();
+  VEDUTA_RETURN_IF_ERROR(visibility.Keep(&EarthAnswer::reconstruction, &answer.reconstructions));
+  return answer;
 }
 
 Result<std::vector<JournalAnswer>> Questions::Journal(uint64_t first, uint32_t count_max) const {
-  return JournalOf(*view_->snapshot, first, count_max);
+  return JournalOf(*view_->snapshot, first, count_max, view_->sight);
 }
 
 Result<std::string> Questions::Digest() const {

@@ -52,7 +52,8 @@ std::string NewSecret() {
 
 TokenAnswer ToAnswer(const TokenRecord& token) {
   return {token.number,         token.name,           token.role,  token.created_unix_s,
-          token.expires_unix_s, token.revoked_unix_s, token.quota, token.is_link};
+          token.expires_unix_s, token.revoked_unix_s, token.quota, token.is_link,
+          token.contribution,   token.reconstruction};
 }
 
 std::string TextOf(const TokenRecord& token) {
@@ -79,6 +80,10 @@ Status TokenRequest::Check() const {
   if (name.empty() || name.size() > kNameBytesMax)
     return Status::InvalidArgument("name has " + std::to_string(name.size()) +
                                    " bytes, but must have 1 to " + std::to_string(kNameBytesMax));
+  if ((contribution != 0 || reconstruction != 0) && !is_link)
+    return Status::InvalidArgument("a link alone shows one contribution or one reconstruction");
+  if (contribution != 0 && reconstruction != 0)
+    return Status::InvalidArgument("a contribution and a reconstruction exclude each other");
   if (is_link && (role != Role::kViewer || expires_unix_s <= 0))
     return Status::InvalidArgument("a link is for viewers, and must expire");
   return OptionBounds()
@@ -116,6 +121,10 @@ Result<std::optional<TokenAnswer>> Questions::CheckToken(const std::string& text
 
 Result<NewToken> Engine::CreateToken(const TokenRequest& request) {
   VEDUTA_RETURN_IF_ERROR(request.Check());
+  if (request.contribution != 0)
+    VEDUTA_RETURN_IF_ERROR(Ask().Contribution(request.contribution).status());
+  if (request.reconstruction != 0)
+    VEDUTA_RETURN_IF_ERROR(Ask().Reconstruction(ReconstructionId(request.reconstruction)).status());
   VEDUTA_RETURN_IF_ERROR(StartSodium());
   Writer::Turn turn = parts_->writer->Take();
   const WriteScope scope = BeginWrite(&turn.database());
@@ -131,6 +140,8 @@ Result<NewToken> Engine::CreateToken(const TokenRequest& request) {
   token.expires_unix_s = request.expires_unix_s;
   token.quota = request.quota;
   token.is_link = request.is_link;
+  token.contribution = request.contribution;
+  token.reconstruction = request.reconstruction;
   scope.transaction->PutToken(token);
   AppendJournal({0, 0, request.actor, "token", {}, {}, "made " + TextOf(token)}, &state,
                 scope.transaction.get());

@@ -113,10 +113,16 @@ Result<std::vector<UploadAnswer>> Questions::Uploads() const {
   VEDUTA_ASSIGN_OR_RETURN(const std::vector<UploadRecord> records, view_->snapshot->ListUploads());
   std::vector<UploadAnswer> uploads;
   uploads.reserve(records.size());
-  for (const UploadRecord& record : records)
+  for (const UploadRecord& record : records) {
+    if (record.contribution != 0) {
+      VEDUTA_ASSIGN_OR_RETURN(const bool sees,
+                              view_->visibility().SeesContribution(record.contribution));
+      if (!sees) continue;
+    }
     uploads.push_back({record.number, record.name, record.contributor, record.camera,
                        record.photo.Hex(), record.size_bytes, record.time_unix_s,
                        record.contribution});
+  }
   return uploads;
 }
 

@@ -26,11 +26,13 @@ Result<RenderReport> Questions::Render(const RenderRequest& request) const {
 }
 
 Result<TilesetAnswer> Questions::Tileset(ReconstructionId id) const {
+  VEDUTA_RETURN_IF_ERROR(view_->RefuseUnseen(id));
   return MakeTileset(*view_->snapshot, id);
 }
 
 Result<SurfaceTileAnswer> Questions::SurfaceTile(ReconstructionId id,
                                                  const std::string& name) const {
+  VEDUTA_RETURN_IF_ERROR(view_->RefuseUnseen(id));
   return MakeSurfaceTile(*view_->snapshot, id, name, &view_->caches->surfaces);
 }
 

@@ -7,6 +7,7 @@
 
 #include "storage/database_files.h"
 #include "storage/maintenance.h"
+#include "storage/moderation_view.h"
 #include "storage/partial_uploads.h"
 #include "storage/purge.h"
 #include "storage/record_counts.h"
@@ -122,6 +123,10 @@ class DatabaseView final : public Database {
   }
   Status DeletePartialUpload(const PartialUploadRecord& partial) override {
     return veduta::DeletePartialUpload(*files(), partial);
+  }
+
+  Status PutTokenUse(std::span<const TokenUse> uses) override {
+    return veduta::PutTokenUse(*files(), uses);
   }
 
   Result<DatabaseSizes> GetSizes() const override { return SizesOf(*files()); }

@@ -102,6 +102,10 @@ class Database {
                                      PartialUploadRecord* partial) = 0;
   virtual Status DeletePartialUpload(const PartialUploadRecord& partial) = 0;  // not durable
 
+  // Replaces what is known of these tokens' use. Not durable by itself: a killed process loses none
+  // of it, a power cut may.
+  virtual Status PutTokenUse(std::span<const TokenUse> uses) = 0;
+
   virtual Result<DatabaseSizes> GetSizes() const = 0;
   virtual Result<DatabaseStatistics> GetStatistics() const = 0;
   // A consistent copy that opens on its own: linked where possible. Nothing of it is read.

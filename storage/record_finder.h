@@ -22,4 +22,18 @@ Result<std::optional<Record>> FindRecord(const ValueReader& reader, Family famil
   return found ? std::optional<Record>(std::move(record)) : std::nullopt;
 }
 
+// All entries of family `meta` with this prefix, in the order of their keys.
+template <typename Record>
+Result<std::vector<Record>> ListFacts(const ValueReader& reader, std::string_view prefix,
+                                      Status (*parse_key)(std::string_view, Record*)) {
+  std::vector<Record> all;
+  VEDUTA_RETURN_IF_ERROR(reader.Scan(
+      Family::kMeta, prefix, "", [&](std::string_view key, std::string_view value, bool* /*more*/) {
+        Record& record = all.emplace_back();
+        VEDUTA_RETURN_IF_ERROR(parse_key(key, &record));
+        return Decode(value, &record);
+      }));
+  return all;
+}
+
 }  // namespace veduta

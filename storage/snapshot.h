@@ -27,6 +27,7 @@
 #include "storage/model/submap.h"
 #include "storage/model/token.h"
 #include "storage/model/upload.h"
+#include "storage/moderation.h"
 #include "storage/records/families.h"
 #include "storage/stored_bytes.h"
 
@@ -127,6 +128,8 @@ class Snapshot {
   virtual const DenseReader& dense() const = 0;
   // Uploads in parts, and contributions; lives as long as the snapshot.
   virtual const ContributingReader& contributing() const = 0;
+  // What is hidden, reported and used up; lives as long as the snapshot.
+  virtual const ModerationReader& moderation() const = 0;
 
   // Every key of a family with its value as it lies, not decoded: for `verify`. Ascending keys,
   // until visit returns false. A value in a blob file that cannot be read comes as the failure of

@@ -6,7 +6,9 @@
 #include "storage/blob_keys.h"
 #include "storage/contributing_view.h"
 #include "storage/dense_view.h"
+#include "storage/moderation_view.h"
 #include "storage/record_counts.h"
+#include "storage/record_finder.h"
 #include "storage/records/border_record.h"
 #include "storage/records/camera_record.h"
 #include "storage/records/earth_record.h"
@@ -62,7 +64,8 @@ class SnapshotView final : public Snapshot {
         snapshot_(files_),
         reader_(*files_, snapshot_.get()),
         dense_(MakeDenseReader(reader_)),
-        contributing_(MakeContributingReader(reader_)) {}
+        contributing_(MakeContributingReader(reader_)),
+        moderation_(MakeModerationReader(reader_)) {}
 
   uint64_t sequence() const override { return snapshot_.sequence(); }
 
@@ -285,7 +288,7 @@ class SnapshotView final : public Snapshot {
   }
 
   Result<std::vector<ForbiddenRecord>> ListForbidden() const override {
-    return ListFacts<ForbiddenRecord>(kForbiddenPrefix, ParseForbiddenKey);
+    return ListFacts<ForbiddenRecord>(reader_, kForbiddenPrefix, ParseForbiddenKey);
   }
 
   Result<bool> IsForbidden(ForbiddenKind kind, uint32_t a, uint32_t b) const override {
@@ -293,11 +296,11 @@ class SnapshotView final : public Snapshot {
   }
 
   Result<std::vector<GroundPoint>> ListGroundPoints() const override {
-    return ListFacts<GroundPoint>(kGroundPointPrefix, ParseGroundPointKey);
+    return ListFacts<GroundPoint>(reader_, kGroundPointPrefix, ParseGroundPointKey);
   }
 
   Result<std::vector<TokenRecord>> ListTokens() const override {
-    return ListFacts<TokenRecord>(kTokenPrefix, ParseTokenKey);
+    return ListFacts<TokenRecord>(reader_, kTokenPrefix, ParseTokenKey);
   }
 
   Result<std::optional<TokenRecord>> FindToken(uint32_t number) const override {
@@ -308,11 +311,11 @@ class SnapshotView final : public Snapshot {
   }
 
   Result<std::vector<HypothesisRecord>> ListHypotheses() const override {
-    return ListFacts<HypothesisRecord>(kHypothesisPrefix, ParseHypothesisKey);
+    return ListFacts<HypothesisRecord>(reader_, kHypothesisPrefix, ParseHypothesisKey);
   }
 
   Result<std::vector<SubmapRecord>> ListSubmaps() const override {
-    return ListFacts<SubmapRecord>(kSubmapPrefix, ParseSubmapKey);
+    return ListFacts<SubmapRecord>(reader_, kSubmapPrefix, ParseSubmapKey);
   }
 
   Result<std::optional<SubmapBorder>> FindSubmapBorder(SubmapId id) const override {
@@ -324,6 +327,7 @@ class SnapshotView final : public Snapshot {
 
   const DenseReader& dense() const override { return *dense_; }
   const ContributingReader& contributing() const override { return *contributing_; }
+  const ModerationReader& moderation() const override { return *moderation_; }
 
   Status ScanStored(Family family, const VisitStored& visit) const override {
     if (TraitsOf(family).store == ValueStore::kTable) {
@@ -401,21 +405,6 @@ class SnapshotView final : public Snapshot {
     return found ? Status::Ok() : Status::NotFound("there is no " + std::string(what()));
   }
 
-  // All entries of family `meta` with this prefix, in the order of their keys.
-  template <typename Record>
-  Result<std::vector<Record>> ListFacts(std::string_view prefix,
-                                        Status (*parse_key)(std::string_view, Record*)) const {
-    std::vector<Record> all;
-    VEDUTA_RETURN_IF_ERROR(
-        reader_.Scan(Family::kMeta, std::string(prefix), "",
-                     [&](std::string_view key, std::string_view value, bool* /*more*/) {
-                       Record& record = all.emplace_back();
-                       VEDUTA_RETURN_IF_ERROR(parse_key(key, &record));
-                       return Decode(value, &record);
-                     }));
-    return all;
-  }
-
   template <typename What>
   Result<StoredBytes> GetBytes(Family family, std::string_view key, What&& what) const {
     std::string value;
@@ -488,6 +477,7 @@ class SnapshotView final : public Snapshot {
   const ValueReader reader_;
   const std::unique_ptr<const DenseReader> dense_;
   const std::unique_ptr<const ContributingReader> contributing_;
+  const std::unique_ptr<const ModerationReader> moderation_;
 };
 
 }  // namespace

@@ -19,6 +19,7 @@
 #include "storage/model/hypothesis.h"
 #include "storage/model/image.h"
 #include "storage/model/journal.h"
+#include "storage/model/moderation.h"
 #include "storage/model/pair.h"
 #include "storage/model/points.h"
 #include "storage/model/reconstruction.h"
@@ -94,6 +95,9 @@ class Transaction {
   virtual void PutGroundPoint(const GroundPoint& point) = 0;     // replaces the one of its name
   virtual void DeleteGroundPoint(const std::string& name) = 0;   // also where there is none
   virtual void PutToken(const TokenRecord& token) = 0;           // replaces the one of its number
+  virtual void PutHidden(const HiddenRecord& hidden) = 0;        // replaces the one of its number
+  virtual void DeleteHidden(HiddenKind kind, uint32_t number) = 0;  // also where there is none
+  virtual void PutReport(const ReportRecord& report) = 0;  // replaces the one of its number
   // Replaces the one of its number. One call at a time with Database::AddUpload, whose photos it
   // counts.
   virtual void PutContribution(const ContributionRecord& contribution) = 0;

@@ -17,6 +17,7 @@
 #include "storage/records/contribution_record.h"
 #include "storage/records/earth_record.h"
 #include "storage/records/forbidden_record.h"
+#include "storage/records/hidden_record.h"
 #include "storage/records/hypothesis_record.h"
 #include "storage/records/image_record.h"
 #include "storage/records/journal_record.h"
@@ -26,6 +27,7 @@
 #include "storage/records/pose_record.h"
 #include "storage/records/reconstruction_record.h"
 #include "storage/records/record_parts.h"
+#include "storage/records/report_record.h"
 #include "storage/records/state_record.h"
 #include "storage/records/submap_record.h"
 #include "storage/records/token_record.h"
@@ -110,6 +112,18 @@ class WriteTransaction final : public Transaction {
 
   void PutToken(const TokenRecord& token) override {
     buffer().Put(Family::kMeta, TokenKey(token.number), Encode(token));
+  }
+
+  void PutHidden(const HiddenRecord& hidden) override {
+    buffer().Put(Family::kMeta, HiddenKey(hidden.kind, hidden.number), Encode(hidden));
+  }
+
+  void DeleteHidden(HiddenKind kind, uint32_t number) override {
+    buffer().Delete(Family::kMeta, HiddenKey(kind, number));
+  }
+
+  void PutReport(const ReportRecord& report) override {
+    buffer().Put(Family::kMeta, ReportKey(report.number), Encode(report));
   }
 
   void PutContribution(const ContributionRecord& contribution) override {

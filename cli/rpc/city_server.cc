@@ -74,8 +74,8 @@ kj::Promise<void> CityServer::addPhoto(AddPhotoContext context) {
 
 kj::Promise<void> CityServer::findUpload(FindUploadContext context) {
   const uint64_t number = context.getParams().getNumber();
-  caller_.Check("GET", {"v1", "uploads", std::to_string(number)});
-  const HttpAnswer found = caller_.service().intake()->Find(number);
+  const HttpRequest request = caller_.Check("GET", {"v1", "uploads", std::to_string(number)});
+  const HttpAnswer found = caller_.service().AnswerOnUpload(number, request.sight);
   if (found.code != 200) kj::throwFatalException(FailureOf(found));
   context.getResults().setTicket(kj::heap<TicketServer>(caller_, number));
   return kj::READY_NOW;
@@ -83,8 +83,8 @@ kj::Promise<void> CityServer::findUpload(FindUploadContext context) {
 
 kj::Promise<void> CityServer::pose(PoseContext context) {
   const std::string photo = ShortText(context.getParams().getPhoto(), "photo");
-  caller_.Check("GET", {"v1", "photos", photo, "pose"});
-  const ImageAnswer image = ValueOrThrow(caller_.service().Ask().Image(photo));
+  const Sight sight = caller_.Check("GET", {"v1", "photos", photo, "pose"}).sight;
+  const ImageAnswer image = ValueOrThrow(caller_.service().Ask(sight).Image(photo));
   if (!image.may_stand_in.empty() || !image.cam_from_world)
     kj::throwFatalException(Failure(404, WhyNoPose(image)));
   auto results = context.getResults();
@@ -96,8 +96,8 @@ kj::Promise<void> CityServer::pose(PoseContext context) {
 
 kj::Promise<void> CityServer::neighbors(NeighborsContext context) {
   const std::string photo = ShortText(context.getParams().getPhoto(), "photo");
-  caller_.Check("GET", {"v1", "photos", photo, "neighbors"});
-  const Questions ask = caller_.service().Ask();
+  const Sight sight = caller_.Check("GET", {"v1", "photos", photo, "neighbors"}).sight;
+  const Questions ask = caller_.service().Ask(sight);
   const auto neighbors = ValueOrThrow(ask.Neighbors(photo));
   auto results = context.getResults();
   Write(neighbors, results.initNeighbors(static_cast<unsigned>(neighbors.size())));
@@ -159,14 +159,14 @@ kj::Promise<void> CityServer::points(PointsContext context) {
 
 kj::Promise<void> CityServer::journal(JournalContext context) {
   context.allowCancellation();
-  caller_.Check("GET", {"v1", "journal"});
+  const Sight sight = caller_.Check("GET", {"v1", "journal"}).sight;
   const uint64_t first = context.getParams().getFrom();
   const uint32_t count = context.getParams().getCount();
   if (count > kEntriesMax)
     kj::throwFatalException(Failure(400, "at most 256 entries are told at once"));
   return caller_
-      .Ask<JournalPage>([first, count](Engine* engine) {
-        return ReadJournal(*engine, first, count == 0 ? kEntriesMax : count);
+      .Ask<JournalPage>([first, count, sight](Engine* engine) {
+        return ReadJournal(*engine, sight, first, count == 0 ? kEntriesMax : count);
       })
       .then([context](const JournalPage& read) mutable {
         auto results = context.getResults();

@@ -11,8 +11,9 @@ constexpr kj::Duration kNewsTime = 300 * kj::MILLISECONDS, kHearTime = 60 * kj::
 
 }  // namespace
 
-Result<JournalPage> ReadJournal(const Engine& engine, uint64_t first, uint32_t count) {
-  const Questions ask = engine.Ask();
+Result<JournalPage> ReadJournal(const Engine& engine, const Sight& sight, uint64_t first,
+                                uint32_t count) {
+  const Questions ask = engine.Ask(sight);
   VEDUTA_ASSIGN_OR_RETURN(auto entries, ask.Journal(first, count));
   return JournalPage{std::move(entries), ask.snapshot()};
 }
@@ -23,10 +24,11 @@ JournalFollower::JournalFollower(Caller caller, rpc::Watcher::Client watcher)
       watcher_(kj::mv(watcher)) {}
 
 kj::Promise<void> JournalFollower::Tell(uint64_t first) {
-  caller_.Check("GET", {"v1", "events"});
+  const Sight sight = caller_.Check("GET", {"v1", "events"}).sight;
   return caller_
-      .Ask<JournalPage>(
-          [first](Engine* engine) { return ReadJournal(*engine, first, kEntriesMax); })
+      .Ask<JournalPage>([first, sight](Engine* engine) {
+        return ReadJournal(*engine, sight, first, kEntriesMax);
+      })
       .then(
           [this, first](const JournalPage& page) {
             return page.entries.empty() ? TellLater(first) : TellPage(page);

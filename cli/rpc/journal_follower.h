@@ -19,7 +19,8 @@ struct JournalPage {
   std::vector<JournalAnswer> entries;
   uint64_t snapshot = 0;
 };
-Result<JournalPage> ReadJournal(const Engine& engine, uint64_t first, uint32_t count);
+Result<JournalPage> ReadJournal(const Engine& engine, const Sight& sight, uint64_t first,
+                                uint32_t count);
 
 class JournalFollower final {
  public:

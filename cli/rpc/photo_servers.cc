@@ -120,12 +120,12 @@ std::function<PhotoSource()> ExaminationServer::Photo() {
 
 kj::Promise<void> ExaminationServer::localize(LocalizeContext context) {
   context.allowCancellation();
-  caller_.Check("POST", {"v1", "localize"});
+  const Sight sight = caller_.Check("POST", {"v1", "localize"}).sight;
   using Answer = OfSnapshot<LocalizedPhoto>;
   return caller_
-      .Ask<Answer>([photo = Photo(), camera = TextOf(context.getParams().getCamera())](
-                       Engine* engine) -> Result<Answer> {
-        const Questions ask = engine->Ask();
+      .Ask<Answer>([photo = Photo(), camera = TextOf(context.getParams().getCamera()),
+                    sight](Engine* engine) -> Result<Answer> {
+        const Questions ask = engine->Ask(sight);
         const LocalizeRequest request{photo(), camera};
         Answer answer{{}, ask.snapshot()};
         VEDUTA_RETURN_IF_ERROR(ask.Localize(
@@ -141,16 +141,16 @@ kj::Promise<void> ExaminationServer::localize(LocalizeContext context) {
 
 kj::Promise<void> ExaminationServer::candidates(CandidatesContext context) {
   context.allowCancellation();
-  caller_.Check("POST", {"v1", "candidates"});
+  const Sight sight = caller_.Check("POST", {"v1", "candidates"}).sight;
   const auto params = context.getParams();
   const uint32_t count = params.getCount() == 0 ? kCandidatesDefault : params.getCount();
   if (count > kCandidatesMax)
     kj::throwFatalException(Failure(400, "at most 100000 candidates are told"));
   using Answer = OfSnapshot<std::vector<NeighborAnswer>>;
   return caller_
-      .Ask<Answer>([photo = Photo(), camera = TextOf(params.getCamera()),
-                    count](Engine* engine) -> Result<Answer> {
-        const Questions ask = engine->Ask();
+      .Ask<Answer>([photo = Photo(), camera = TextOf(params.getCamera()), count,
+                    sight](Engine* engine) -> Result<Answer> {
+        const Questions ask = engine->Ask(sight);
         VEDUTA_ASSIGN_OR_RETURN(auto ranked, ask.Rank(photo(), camera, count));
         return Answer{std::move(ranked), ask.snapshot()};
       })

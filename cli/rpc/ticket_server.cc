@@ -4,6 +4,7 @@
 #include <utility>
 
 #include "cli/rpc/answer_messages.h"
+#include "cli/service/told_upload.h"
 
 namespace veduta {
 
@@ -14,7 +15,7 @@ TicketServer::TicketServer(Caller caller, uint64_t number)
 
 kj::Promise<void> TicketServer::verdict(VerdictContext context) {
   context.allowCancellation();
-  caller_.Check("GET", {"v1", "uploads", std::to_string(number_)});
+  const Sight sight = caller_.Check("GET", {"v1", "uploads", std::to_string(number_)}).sight;
   auto call = TakeOne(caller_.session().verdicts, "verdicts are waited for");
   const auto told = std::make_shared<UploadNews>();
   auto paf = kj::newPromiseAndCrossThreadFulfiller<bool>();
@@ -25,8 +26,9 @@ kj::Promise<void> TicketServer::verdict(VerdictContext context) {
         sender(true);
       });
   if (unknown) kj::throwFatalException(FailureOf(*unknown));
-  return paf.promise.then([this, context, call, told](bool) mutable {
-    const UploadNews& news = *told;
+  return paf.promise.then([this, context, call, told, sight](bool) mutable {
+    const Questions ask = caller_.service().Ask(sight);
+    const UploadNews news = ValueOrThrow(ToldOf(ask, *told));
     if (!news.ended) {
       kj::throwFatalException(Failure(503, "the photo is on the disk as upload " +
                                                std::to_string(number_) +
@@ -36,7 +38,7 @@ kj::Promise<void> TicketServer::verdict(VerdictContext context) {
     const AddOutcome outcome = ValueOrThrow(*news.ended);
     if (!outcome.failure.ok()) kj::throwFatalException(FailureOf(outcome.failure));
     Write(outcome, context.getResults().initOutcome());
-    context.getResults().setSnapshot(caller_.service().Ask().snapshot());
+    context.getResults().setSnapshot(ask.snapshot());
   });
 }
 

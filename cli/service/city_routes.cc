@@ -7,8 +7,10 @@
 #include <map>
 #include <set>
 
+#include "cli/service/accepted_type.h"
 #include "cli/service/contribution_routes.h"
 #include "cli/service/link_routes.h"
+#include "cli/service/moderation_routes.h"
 #include "cli/service/openapi.h"
 #include "cli/service/owner_commands.h"
 #include "cli/service/page_answer.h"
@@ -16,11 +18,11 @@
 #include "cli/service/request_parts.h"
 #include "cli/service/stac_routes.h"
 #include "cli/service/surface_answers.h"
+#include "cli/service/token_routes.h"
 #include "cli/wire/added_json.h"
 #include "cli/wire/answers_json.h"
 #include "cli/wire/earth_json.h"
 #include "cli/wire/removal_json.h"
-#include "cli/wire/token_json.h"
 
 namespace veduta {
 namespace {
@@ -82,16 +84,38 @@ HttpAnswer WithoutUncertainty(Json json) {
   return JsonAnswer(200, json);
 }
 
-HttpAnswer GetPhoto(Engine* engine, const HttpRequest&, const PathArguments& arguments) {
-  const Result<ImageAnswer> image = engine->Ask().Image(arguments[0]);
+HttpAnswer GetPhoto(Engine* engine, const HttpRequest& request, const PathArguments& arguments) {
+  const Result<ImageAnswer> image = engine->Ask(request.sight).Image(arguments[0]);
   return image.ok() ? WithoutUncertainty(ToJson(*image)) : ProblemOf(image.status());
 }
 
-HttpAnswer GetPose(Engine* engine, const HttpRequest&, const PathArguments& arguments) {
-  const Result<ImageAnswer> image = engine->Ask().Image(arguments[0]);
+// As OGC has it; in the rotation's other form where `form` is "ypr".
+HttpAnswer GeoPoseAnswer(const HttpRequest& request, const ImageAnswer& image,
+                         const std::string& form) {
+  if (!image.on_earth) {
+    return Problem(
+        404, image.name + (image.cam_from_world ? " has a pose in reconstruction " +
+                                                      std::to_string(image.reconstruction.value) +
+                                                      ", whose place on the earth is not known"
+                                                : " has no pose that could be told"));
+  }
+  HttpAnswer answer = JsonAnswer(
+      200, form == "ypr" ? GeoPoseYprJson(*image.on_earth) : GeoPoseJson(*image.on_earth));
+  if (PrefersGeoPose(HeaderOf(request, "Accept"))) answer.content_type = kGeoPoseType;
+  answer.headers.emplace_back("Vary", "Accept");
+  return answer;
+}
+
+HttpAnswer GetPose(Engine* engine, const HttpRequest& request, const PathArguments& arguments) {
+  const Result<ImageAnswer> image = engine->Ask(request.sight).Image(arguments[0]);
   if (!image.ok()) return ProblemOf(image.status());
-  if (image->may_stand_in.empty() && image->cam_from_world)
-    return WithoutUncertainty(PoseJson(*image));
+  if (PrefersGeoPose(HeaderOf(request, "Accept")))
+    return GeoPoseAnswer(request, *image, "quaternion");
+  if (image->may_stand_in.empty() && image->cam_from_world) {
+    HttpAnswer answer = WithoutUncertainty(PoseJson(*image));
+    answer.headers.emplace_back("Vary", "Accept");
+    return answer;
+  }
   return Problem(
       404, image->name + " has no pose that could be told: " +
                (image->cam_from_world ? "it may stand at another place as well that looks alike"
@@ -102,31 +126,25 @@ HttpAnswer GetGeoPose(Engine* engine, const HttpRequest& request, const PathArgu
   const std::string form = Parameter(request, "form", "quaternion");
   if (form != "quaternion" && form != "ypr")
     return Problem(400, "the parameter 'form' is '" + form + "', and must be quaternion or ypr");
-  const Result<ImageAnswer> image = engine->Ask().Image(arguments[0]);
-  if (!image.ok()) return ProblemOf(image.status());
-  if (image->on_earth)
-    return JsonAnswer(
-        200, form == "ypr" ? GeoPoseYprJson(*image->on_earth) : GeoPoseJson(*image->on_earth));
-  return Problem(
-      404, image->name + (image->cam_from_world ? " has a pose in reconstruction " +
-                                                      std::to_string(image->reconstruction.value) +
-                                                      ", whose place on the earth is not known"
-                                                : " has no pose that could be told"));
+  const Result<ImageAnswer> image = engine->Ask(request.sight).Image(arguments[0]);
+  return image.ok() ? GeoPoseAnswer(request, *image, form) : ProblemOf(image.status());
 }
 
 HttpAnswer GetGeoreference(Engine* engine, const HttpRequest&, const PathArguments&) {
   return AnswerOf(engine->Ask().Georeference());
 }
 
-HttpAnswer GetUncertainty(Engine* engine, const HttpRequest&, const PathArguments& arguments) {
-  const auto uncertainty = engine->Ask().Uncertainty(arguments[0]);
+HttpAnswer GetUncertainty(Engine* engine, const HttpRequest& request,
+                          const PathArguments& arguments) {
+  const auto uncertainty = engine->Ask(request.sight).Uncertainty(arguments[0]);
   if (!uncertainty.ok()) return ProblemOf(uncertainty.status());
   if (*uncertainty) return JsonAnswer(200, ToJson(**uncertainty));
   return Problem(404, arguments[0] + " has no pose, or too little is seen to tell how sure it is");
 }
 
-HttpAnswer GetNeighbors(Engine* engine, const HttpRequest&, const PathArguments& arguments) {
-  return AnswerOf(engine->Ask().Neighbors(arguments[0]));
+HttpAnswer GetNeighbors(Engine* engine, const HttpRequest& request,
+                        const PathArguments& arguments) {
+  return AnswerOf(engine->Ask(request.sight).Neighbors(arguments[0]));
 }
 
 // The photo that the request carries.
@@ -138,8 +156,9 @@ HttpAnswer RankPhoto(Engine* engine, const HttpRequest& request, const PathArgum
   if (auto refusal = RefuseBody(request)) return *std::move(refusal);
   const auto count = NumberParameter(request, "count", kCandidatesDefault, 1, kCandidatesMax);
   if (!count.ok()) return ProblemOf(count.status());
-  const auto ranked = engine->Ask().Rank(PhotoOf(request), Parameter(request, "camera"),
-                                         static_cast<uint32_t>(*count));
+  const auto ranked =
+      engine->Ask(request.sight)
+          .Rank(PhotoOf(request), Parameter(request, "camera"), static_cast<uint32_t>(*count));
   return ranked.ok() ? JsonAnswer(200, CandidatesJson(*ranked)) : ProblemOf(ranked.status());
 }
 
@@ -147,10 +166,11 @@ HttpAnswer LocalizePhoto(Engine* engine, const HttpRequest& request, const PathA
   if (auto refusal = RefuseBody(request)) return *std::move(refusal);
   const LocalizeRequest photo{PhotoOf(request), Parameter(request, "camera")};
   HttpAnswer answer;
-  const Status done = engine->Ask().Localize({&photo, 1}, [&](const LocalizedPhoto& localized) {
-    answer =
-        localized.failure.ok() ? JsonAnswer(200, ToJson(localized)) : ProblemOf(localized.failure);
-  });
+  const Status done =
+      engine->Ask(request.sight).Localize({&photo, 1}, [&](const LocalizedPhoto& localized) {
+        answer = localized.failure.ok() ? JsonAnswer(200, ToJson(localized))
+                                        : ProblemOf(localized.failure);
+      });
   return done.ok() ? answer : ProblemOf(done);
 }
 
@@ -206,8 +226,8 @@ HttpAnswer StateFact(Engine* engine, const HttpRequest& request, const PathArgum
   return stated.ok() ? JsonAnswer(200, Json::object()) : ProblemOf(stated);
 }
 
-HttpAnswer ListUploads(Engine* engine, const HttpRequest&, const PathArguments&) {
-  return AnswerOf(engine->Ask().Uploads());
+HttpAnswer ListUploads(Engine* engine, const HttpRequest& request, const PathArguments&) {
+  return AnswerOf(engine->Ask(request.sight).Uploads());
 }
 
 HttpAnswer ListReconstructions(Engine* engine, const HttpRequest&, const PathArguments&) {
@@ -231,7 +251,8 @@ HttpAnswer ListPhotos(Engine* engine, const HttpRequest& request, const PathArgu
   const auto count = NumberParameter(request, "count", kPhotosCountMax, 1, kPhotosCountMax);
   if (!count.ok()) return ProblemOf(count.status());
   return AnswerOf(
-      engine->Ask().Images(ImageId(static_cast<uint32_t>(*from)), static_cast<uint32_t>(*count)));
+      engine->Ask(request.sight)
+          .Images(ImageId(static_cast<uint32_t>(*from)), static_cast<uint32_t>(*count)));
 }
 
 HttpAnswer FileAnswer(const Result<PhotoFile>& file) {
@@ -239,8 +260,8 @@ HttpAnswer FileAnswer(const Result<PhotoFile>& file) {
   return {200, file->media_type, {file->bytes.begin(), file->bytes.end()}, {}};
 }
 
-HttpAnswer GetFile(Engine* engine, const HttpRequest&, const PathArguments& arguments) {
-  return FileAnswer(engine->Ask().Photo(arguments[0]));
+HttpAnswer GetFile(Engine* engine, const HttpRequest& request, const PathArguments& arguments) {
+  return FileAnswer(engine->Ask(request.sight).Photo(arguments[0]));
 }
 
 HttpAnswer GetThumbnail(Engine* engine, const HttpRequest& request,
@@ -248,7 +269,8 @@ HttpAnswer GetThumbnail(Engine* engine, const HttpRequest& request,
   const auto side =
       NumberParameter(request, "side", kThumbnailSide, kThumbnailSideMin, kThumbnailSideMax);
   if (!side.ok()) return ProblemOf(side.status());
-  return FileAnswer(engine->Ask().Thumbnail(arguments[0], static_cast<uint32_t>(*side)));
+  return FileAnswer(
+      engine->Ask(request.sight).Thumbnail(arguments[0], static_cast<uint32_t>(*side)));
 }
 
 // 16 bytes for each point, little-endian: x, y, z as 32-bit floats, red, green, blue, 0.
@@ -303,61 +325,15 @@ HttpAnswer GetJournal(Engine* engine, const HttpRequest& request, const PathArgu
   if (!from.ok()) return ProblemOf(from.status());
   const auto count = NumberParameter(request, "count", kJournalCountMax, 1, kJournalCountMax);
   if (!count.ok()) return ProblemOf(count.status());
-  return AnswerOf(engine->Ask().Journal(*from, static_cast<uint32_t>(*count)));
+  return AnswerOf(engine->Ask(request.sight).Journal(*from, static_cast<uint32_t>(*count)));
 }
 
 HttpAnswer GetOpenApi(Engine* /*engine*/, const HttpRequest&, const PathArguments&) {
   return JsonAnswer(200, OpenApi(ListRoutes()));
 }
 
-HttpAnswer ListTokens(Engine* engine, const HttpRequest&, const PathArguments&) {
-  return AnswerOf(engine->Ask().Tokens());
-}
-
-Result<NewToken> MakeTokenOf(Engine* engine, const HttpRequest& request) {
-  const Json json = Json::parse(request.body, nullptr, /*allow_exceptions=*/false);
-  if (!json.is_object()) return Status::InvalidArgument("the body is no JSON object");
-  TokenRequest wanted;
-  VEDUTA_ASSIGN_OR_RETURN(wanted.name, TextMember(json, "name"));
-  VEDUTA_ASSIGN_OR_RETURN(const std::string role, TextMember(json, "role"));
-  VEDUTA_ASSIGN_OR_RETURN(wanted.role, ParseRole(role));
-  VEDUTA_ASSIGN_OR_RETURN(wanted.actor, ActorOf(json, request));
-  const Json expires = json.value("expires", Json());
-  if (!expires.is_null() && !expires.is_number_integer())
-    return Status::InvalidArgument("'expires' is no whole number of seconds since 1970");
-  if (!expires.is_null()) wanted.expires_unix_s = expires.get<int64_t>();
-  constexpr uint64_t kMax = std::numeric_limits<uint32_t>::max();
-  VEDUTA_ASSIGN_OR_RETURN(const uint64_t photos, OptionalNumber(json, "photos_per_day", kMax));
-  VEDUTA_ASSIGN_OR_RETURN(const uint64_t requests,
-                          OptionalNumber(json, "requests_per_second", kMax));
-  VEDUTA_ASSIGN_OR_RETURN(wanted.quota.bytes_per_day,
-                          OptionalNumber(json, "bytes_per_day", UINT64_MAX));
-  wanted.quota.photos_per_day = static_cast<uint32_t>(photos);
-  wanted.quota.requests_per_s = static_cast<uint32_t>(requests);
-  wanted.is_link = json.value("link", Json()) == true;
-  return engine->CreateToken(wanted);
-}
-
-HttpAnswer MakeToken(Engine* engine, const HttpRequest& request, const PathArguments&) {
-  const Result<NewToken> made = MakeTokenOf(engine, request);
-  return made.ok() ? JsonAnswer(201, ToJson(*made)) : ProblemOf(made.status());
-}
-
-Status RevokeTokenOf(Engine* engine, const HttpRequest& request, const std::string& number) {
-  const Json json = Json::parse(request.body, nullptr, /*allow_exceptions=*/false);
-  VEDUTA_ASSIGN_OR_RETURN(const uint64_t parsed, WholeNumber("a token's number", number, 1,
-                                                             std::numeric_limits<uint32_t>::max()));
-  VEDUTA_ASSIGN_OR_RETURN(const std::string actor, ActorOf(json, request));
-  return engine->RevokeToken(static_cast<uint32_t>(parsed), actor);
-}
-
-HttpAnswer RevokeToken(Engine* engine, const HttpRequest& request, const PathArguments& arguments) {
-  const Status revoked = RevokeTokenOf(engine, request, arguments[0]);
-  return revoked.ok() ? JsonAnswer(200, Json::object()) : ProblemOf(revoked);
-}
-
 std::vector<CityRoute> RoutesOfCity() {
-  constexpr Role kSends = Role::kContributor, kCurates = Role::kCurator, kRules = Role::kAdmin;
+  constexpr Role kSends = Role::kContributor, kCurates = Role::kCurator;
   const std::vector<std::string> of_photo = {"name", "camera", "contributor", "contribution"};
   return {
       {"GET", {}, {}, AnswerWithPage, false, true, Role::kViewer, false, true},
@@ -407,9 +383,6 @@ std::vector<CityRoute> RoutesOfCity() {
       {"POST", {"v1", "removals"}, {}, RemovePhotos, false, false, kCurates, true},
       {"POST", {"v1", "forbidden"}, {}, StateFact<&Engine::Forbid>, false, false, kCurates, true},
       {"POST", {"v1", "allowed"}, {}, StateFact<&Engine::Allow>, false, false, kCurates, true},
-      {"GET", {"v1", "tokens"}, {}, ListTokens, false, false, kRules, true},
-      {"POST", {"v1", "tokens"}, {}, MakeToken, false, false, kRules, true},
-      {"POST", {"v1", "tokens", "*", "revoke"}, {}, RevokeToken, false, false, kRules, true},
   };
 }
 
@@ -418,6 +391,8 @@ const std::vector<CityRoute>& Routes() {
     std::vector<CityRoute> all = RoutesOfCity();
     for (const CityRoute& route : ContributionRoutes()) all.push_back(route);
     for (const CityRoute& route : LinkRoutes()) all.push_back(route);
+    for (const CityRoute& route : ModerationRoutes()) all.push_back(route);
+    for (const CityRoute& route : TokenRoutes()) all.push_back(route);
     for (const CityRoute& route : StacRoutes()) all.push_back(route);
     for (const CityRoute& route : OwnerRoutes()) all.push_back(route);
     return all;

@@ -9,9 +9,12 @@
 #include <random>
 #include <utility>
 
+#include "cli/service/accepted_type.h"
 #include "cli/service/byte_range.h"
+#include "cli/service/moderation_routes.h"
 #include "cli/service/path_numbers.h"
 #include "cli/service/photo_form.h"
+#include "cli/service/told_upload.h"
 #include "cli/service/tus_message.h"
 #include "cli/wire/answers_json.h"
 #include "storage/base/memory_shortage.h"
@@ -34,6 +37,15 @@ constexpr off_t kReopenBytes = 16 << 20;
 std::string RandomName() {
   std::random_device random;
   return std::to_string((uint64_t{random()} << 32) | random());
+}
+
+// Whoever sees other photos, or wants another form, is told other things of one snapshot.
+std::string TagOf(const HttpRequest& request) {
+  const Sight& sight = request.sight;
+  std::string tag = PrefersGeoPose(HeaderOf(request, "Accept")) ? "-geopose" : "";
+  if (sight.contribution != 0) tag += "-c" + std::to_string(sight.contribution);
+  if (sight.reconstruction.valid()) tag += "-r" + std::to_string(sight.reconstruction.value);
+  return sight.sees_hidden ? tag + "-all" : tag;
 }
 
 // One sample, in the text format of Prometheus.
@@ -83,7 +95,11 @@ CityService::CityService(std::unique_ptr<Engine> engine, const std::string& path
                 if (ended) ended(upload, name, outcome);
                 if (!outcome.ok()) ReopenAfter(outcome.status());
               }),
-      quotas_(options.quota),
+      quotas_(options.quota, {.keep =
+                                  [this](const TokenUse& use) {
+                                    engine_->NoteTokenUse({&use, 1}).IgnoreBecause(
+                                        "a token that has used less than it has is no harm");
+                                  }}),
       tus_(options.tus, &intake_, &quotas_),
       engine_(std::move(engine)),
       pool_(options.query_threads),
@@ -93,6 +109,8 @@ CityService::CityService(std::unique_ptr<Engine> engine, const std::string& path
         SettleNowAndThen(std::move(stop), followed);
       }) {
   gatekeeper_.Look(engine_->Ask());
+  // What cannot be read is as little harm.
+  if (const auto uses = engine_->Ask().TokenUses(); uses.ok()) quotas_.Restore(*uses);
 }
 
 CityService::~CityService() {
@@ -229,13 +247,20 @@ HttpAnswer CityService::AnswerOfItself(const HttpRequest& request) {
   if (request.path.front() == "v1") {
     if (request.path[1] == "dense") return AnswerOnDense(asked);
     const Result<uint64_t> upload = UploadNumber(asked);
-    return upload.ok() ? intake_.Find(*upload) : ProblemOf(upload.status());
+    return upload.ok() ? AnswerOnUpload(*upload, request.sight) : ProblemOf(upload.status());
   }
   if (asked == "metrics") return Metrics();
   if (asked == "healthz") return JsonAnswer(200, {{"status", "alive"}});
   if (intake_.is_closing()) return ProblemOf(Status::Busy("the daemon is closing"));
   const auto journal = engine_->Ask().Journal(1, 1);
   return journal.ok() ? JsonAnswer(200, {{"status", "ready"}}) : ProblemOf(journal.status());
+}
+
+HttpAnswer CityService::AnswerOnUpload(uint64_t upload, const Sight& sight) const {
+  std::optional<UploadNews> news = intake_.News(upload);
+  if (!news) return intake_.Find(upload);
+  const Result<UploadNews> told = ToldOf(engine_->Ask(sight), *std::move(news));
+  return told.ok() ? JsonAnswer(200, told->ToJson()) : ProblemOf(told.status());
 }
 
 HttpAnswer CityService::AnswerOnTus(const HttpRequest& request) {
@@ -277,6 +302,11 @@ HttpAnswer CityService::Metrics() const {
           calls, "{request=\"" + call.first + "\",code=\"" + std::to_string(call.second) + "\"}",
           count);
   }
+  const auto [by_photos, by_others] = engine_->DecoderDeaths();
+  const std::string deaths = "veduta_decoder_deaths_total";
+  text += Head(deaths, "counter", "Processes that ended on a photo, by the photo or killed.") +
+          Sample(deaths, "{cause=\"photo\"}", by_photos) +
+          Sample(deaths, "{cause=\"kill\"}", by_others);
   const Result<StatusAnswer> city = engine_->Ask().Status();
   if (!city.ok()) return ProblemOf(city.status());
   HttpAnswer answer;
@@ -291,6 +321,9 @@ HttpAnswer CityService::AskEngine(const HttpRequest& request, const RouteMatch& 
   const bool is_removal =
       request.path == std::vector<std::string>{"v1", "removals"} || request.method == "DELETE";
   if (is_removal) rest.emplace(&dense_);  // which cannot go beside a pass
+  if (IsReport(request)) {
+    if (auto refusal = quotas_.TakeReport(request)) return *std::move(refusal);
+  }
   if (!route.is_of_snapshot) {
     HttpAnswer answer = route.answer(engine_.get(), request, match.arguments);
     if (route.role >= Role::kCurator) gatekeeper_.Look(engine_->Ask());  // it may make a token
@@ -298,7 +331,8 @@ HttpAnswer CityService::AskEngine(const HttpRequest& request, const RouteMatch& 
   }
   // Read before the answer is: an answer may be of a later commit than its tag, and is asked for
   // once more then.
-  const std::string tag = "W/\"" + start_ + "-" + std::to_string(engine_->Ask().snapshot()) + "\"";
+  const std::string tag =
+      "W/\"" + start_ + "-" + std::to_string(engine_->Ask().snapshot()) + TagOf(request) + "\"";
   HttpAnswer answer;
   if (request.if_none_match == tag) {
     answer.code = 304;
@@ -309,17 +343,18 @@ HttpAnswer CityService::AskEngine(const HttpRequest& request, const RouteMatch& 
   return answer;
 }
 
-void CityService::TellEvents(uint64_t first, std::function<void(Result<CityEvents>)> told) {
-  const bool is_queued = Queue([this, first, told](bool is_closed) {
+void CityService::TellEvents(uint64_t first, const Sight& sight,
+                             std::function<void(Result<CityEvents>)> told) {
+  const bool is_queued = Queue([this, first, sight, told](bool is_closed) {
     if (is_closed) return told(Status::Cancelled("the daemon is closing"));
-    told(CatchShortage("read the journal", [&] { return EventsFrom(first); }));
+    told(CatchShortage("read the journal", [&] { return EventsFrom(first, sight); }));
   });
   if (!is_queued) told(CityEvents{"", first});
 }
 
-Result<CityEvents> CityService::EventsFrom(uint64_t first) const {
+Result<CityEvents> CityService::EventsFrom(uint64_t first, const Sight& sight) const {
   VEDUTA_ASSIGN_OR_RETURN(const std::vector<JournalAnswer> entries,
-                          engine_->Ask().Journal(first, kEventsMax));
+                          engine_->Ask(sight).Journal(first, kEventsMax));
   CityEvents events{"", first};
   for (const JournalAnswer& entry : entries) {
     events.text += "id: " + std::to_string(entry.sequence) +

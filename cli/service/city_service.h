@@ -94,7 +94,7 @@ class CityService final {
 
   // What has happened, for one who follows the city. Returns at once; `told` is called once, with
   // an empty text where the journal has no entry from `first` on yet.
-  void TellEvents(uint64_t first, std::function<void(Result<CityEvents>)> told);
+  void TellEvents(uint64_t first, const Sight& sight, std::function<void(Result<CityEvents>)> told);
 
   // Who hears of requests; may be empty.
   const std::function<void(const RequestEntry&)>& told_of_requests() const { return asked_; }
@@ -102,7 +102,7 @@ class CityService final {
   // of the refusal.
   void NoteCall(const HttpRequest& request, uint32_t code);
   // What other doors than HTTP's ask by. A snapshot of the city, for what a few records tell.
-  Questions Ask() const { return engine_->Ask(); }
+  Questions Ask(const Sight& sight) const { return engine_->Ask(sight); }
   // Runs the task with the engine on one of the threads that answer questions; where too many wait
   // or the service is closed, the task is told kBusy instead, then perhaps on this thread. The task
   // must not throw.
@@ -110,6 +110,8 @@ class CityService final {
   // PhotoIntake::Accept, within the quotas of the one whom Refuse has found to send it.
   std::variant<uint64_t, HttpAnswer> AcceptPhoto(const HttpRequest& sender, PhotoSubmission photo);
   PhotoIntake* intake() { return &intake_; }
+  // PhotoIntake::Find, for one who may see so much.
+  HttpAnswer AnswerOnUpload(uint64_t upload, const Sight& sight) const;
 
   // Takes no photo from now on, has answered those who wait for one's turn when it returns, and is
   // not ready any more. Quick questions are answered as before, others by 503.
@@ -124,7 +126,7 @@ class CityService final {
   HttpAnswer AnswerOnTus(const HttpRequest& request);
   HttpAnswer AnswerOnDense(const std::string& asked);
   HttpAnswer Metrics() const;
-  Result<CityEvents> EventsFrom(uint64_t first) const;
+  Result<CityEvents> EventsFrom(uint64_t first, const Sight& sight) const;
   HttpAnswer AskEngine(const HttpRequest& request, const RouteMatch& match);
   void Count(const HttpAnswer& answer);
   void TellDamages(const HttpAnswer& answer);

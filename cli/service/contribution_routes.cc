@@ -17,8 +17,8 @@ constexpr uint64_t kCountMax = 1000;
 constexpr size_t kBodyBytesMax = 64 << 10;
 
 // With the verdicts of its photos in sum.
-HttpAnswer Tell(const Engine& engine, uint32_t number, uint32_t code) {
-  const Questions ask = engine.Ask();
+HttpAnswer Tell(const Engine& engine, uint32_t number, uint32_t code, const Sight& sight = {}) {
+  const Questions ask = engine.Ask(sight);
   const auto contribution = ask.Contribution(number);
   if (!contribution.ok()) return ProblemOf(contribution.status());
   const auto sums = ask.ContributionVerdicts(number);
@@ -53,7 +53,8 @@ HttpAnswer ListContributions(Engine* engine, const HttpRequest& request, const P
   const auto count = NumberParameter(request, "count", kCountMax, 1, kCountMax);
   if (!count.ok()) return ProblemOf(count.status());
   const auto listed =
-      engine->Ask().Contributions(static_cast<uint32_t>(*from), static_cast<uint32_t>(*count));
+      engine->Ask(request.sight)
+          .Contributions(static_cast<uint32_t>(*from), static_cast<uint32_t>(*count));
   return listed.ok() ? JsonAnswer(200, ToJson(*listed)) : ProblemOf(listed.status());
 }
 
@@ -68,9 +69,10 @@ HttpAnswer OpenContribution(Engine* engine, const HttpRequest& request, const Pa
   return opened.ok() ? Tell(*engine, *opened, 201) : ProblemOf(opened.status());
 }
 
-HttpAnswer GetContribution(Engine* engine, const HttpRequest&, const PathArguments& arguments) {
+HttpAnswer GetContribution(Engine* engine, const HttpRequest& request,
+                           const PathArguments& arguments) {
   const Result<uint32_t> number = ContributionNumber(arguments[0]);
-  return number.ok() ? Tell(*engine, *number, 200) : ProblemOf(number.status());
+  return number.ok() ? Tell(*engine, *number, 200, request.sight) : ProblemOf(number.status());
 }
 
 HttpAnswer ListContributedPhotos(Engine* engine, const HttpRequest& request,
@@ -82,7 +84,7 @@ HttpAnswer ListContributedPhotos(Engine* engine, const HttpRequest& request,
   const auto count = NumberParameter(request, "count", kCountMax, 1, kCountMax);
   if (!count.ok()) return ProblemOf(count.status());
   const auto photos =
-      engine->Ask().ContributedPhotos(*number, *from, static_cast<uint32_t>(*count));
+      engine->Ask(request.sight).ContributedPhotos(*number, *from, static_cast<uint32_t>(*count));
   return photos.ok() ? JsonAnswer(200, ToJson(*photos)) : ProblemOf(photos.status());
 }
 

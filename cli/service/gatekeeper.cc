@@ -1,6 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "cli/service/gatekeeper.h"
 
+#include <algorithm>
+#include <iterator>
+
 namespace veduta {
 namespace {
 
@@ -8,6 +11,16 @@ HttpAnswer AskForToken(const std::string& why) {
   HttpAnswer answer = Problem(401, why);
   answer.headers.emplace_back("WWW-Authenticate", "Bearer realm=\"veduta\"");
   return answer;
+}
+
+// What a link for a part of the city may ask for: what the engine tells photo by photo, or of one
+// reconstruction after the other, and so leaves out what is no part of it.
+constexpr const char* kOfParts[] = {"me",      "status",        "photos",      "reconstructions",
+                                    "stac",    "contributions", "journal",     "events",
+                                    "cameras", "hypotheses",    "georeference"};
+
+bool IsOfParts(const CityRoute& route) {
+  return route.path.size() > 1 && std::ranges::find(kOfParts, route.path[1]) != std::end(kOfParts);
 }
 
 }  // namespace
@@ -19,6 +32,7 @@ void Gatekeeper::Look(const Questions& ask) {
 
 std::optional<HttpAnswer> Gatekeeper::Refuse(const Engine& engine, const CityRoute& route,
                                              HttpRequest* request) const {
+  request->sight = {.sees_hidden = request->is_of_owner};
   if (request->is_of_owner || route.is_for_all) return std::nullopt;
   if (!asks_for_tokens_) {
     if (!route.is_for_owner) return std::nullopt;
@@ -38,9 +52,16 @@ std::optional<HttpAnswer> Gatekeeper::Refuse(const Engine& engine, const CityRou
                             RoleWord((*token)->role) + "'s");
   }
   request->who = (*token)->name;
+  request->role = (*token)->role;
   request->token_number = (*token)->number;
   request->quota = (*token)->quota;
   request->may_name_others = (*token)->role >= Role::kCurator;
+  request->sight.sees_hidden = (*token)->role >= Role::kCurator;
+  request->sight.contribution = (*token)->contribution;
+  request->sight.reconstruction = ReconstructionId((*token)->reconstruction);
+  const bool is_part = (*token)->contribution != 0 || (*token)->reconstruction != 0;
+  if (is_part && !IsOfParts(route))
+    return Problem(403, "the link shows a part of the city alone, and this is about all of it");
   return RefuseNaming(*request);
 }
 

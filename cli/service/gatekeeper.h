@@ -21,8 +21,9 @@ class Gatekeeper final {
   bool asks_for_tokens() const { return asks_for_tokens_; }
 
   // The answer to a request that may not be made: 401 without a good token, 403 where its role is
-  // not enough. Otherwise notes in the request who makes it. A contributor sends photos under the
-  // name of the token alone.
+  // not enough. Otherwise notes in the request who makes it, and what may be told: what is hidden
+  // to the owner and to curators alone. A contributor sends photos under the name of the token
+  // alone.
   std::optional<HttpAnswer> Refuse(const Engine& engine, const CityRoute& route,
                                    HttpRequest* request) const;
   // The answer where the request, which may be made, names another contributor than it may.

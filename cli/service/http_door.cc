@@ -338,34 +338,38 @@ class HttpDoor final : public kj::HttpService, private kj::TaskSet::ErrorHandler
     if (!wants_body) return kj::READY_NOW;
     kj::AsyncOutputStream& out = *stream;
     return out.write(": veduta\n\n", 10)
-        .then([this, &out, first] { return TellNews(out, first, kAliveTime); })
+        .then([this, &out, first, sight = request.sight] {
+          return TellNews(out, first, sight, kAliveTime);
+        })
         .attach(kj::mv(stream), kj::mv(place));
   }
 
   // `silence`: what is left of it until the client hears that the line is alive.
-  kj::Promise<void> TellNews(kj::AsyncOutputStream& out, uint64_t first, kj::Duration silence) {
+  kj::Promise<void> TellNews(kj::AsyncOutputStream& out, uint64_t first, const Sight& sight,
+                             kj::Duration silence) {
     auto paf = kj::newPromiseAndCrossThreadFulfiller<Result<CityEvents>>();
     const Sender<Result<CityEvents>> sender(kj::mv(paf.fulfiller));
-    service_->TellEvents(first, sender);
+    service_->TellEvents(first, sight, sender);
     return paf.promise.then(
-        [this, &out, first, silence](Result<CityEvents> events) -> kj::Promise<void> {
+        [this, &out, first, sight, silence](Result<CityEvents> events) -> kj::Promise<void> {
           // A client that is cut off asks again from where it was.
           if (!events.ok() || is_stopping_) return kj::READY_NOW;
           if (!events->text.empty()) {
             auto text = kj::heap<std::string>(std::move(events->text));
             auto written = timer_.timeoutAfter(kSendTime, out.write(text->data(), text->size()));
-            return written.attach(kj::mv(text)).then([this, &out, next = events->next] {
-              return TellNews(out, next, kAliveTime);
+            return written.attach(kj::mv(text)).then([this, &out, sight, next = events->next] {
+              return TellNews(out, next, sight, kAliveTime);
             });
           }
           kj::Promise<void> wait = timer_.afterDelay(kNewsTime);
+          kj::Duration left = silence - kNewsTime;
           if (silence <= kNewsTime) {
             wait = wait.then(
                 [this, &out] { return timer_.timeoutAfter(kSendTime, out.write(":\n\n", 3)); });
-            return wait.then([this, &out, first] { return TellNews(out, first, kAliveTime); });
+            left = kAliveTime;
           }
           return wait.then(
-              [this, &out, first, silence] { return TellNews(out, first, silence - kNewsTime); });
+              [this, &out, first, sight, left] { return TellNews(out, first, sight, left); });
         });
   }
 

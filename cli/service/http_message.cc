@@ -37,7 +37,8 @@ std::span<const char* const> HeadersOfRoutes() {
   static constexpr const char* kNames[] = {
       "Tus-Resumable",   "Upload-Length",       "Upload-Offset", "Upload-Metadata",
       "Upload-Checksum", "Upload-Defer-Length", "Upload-Concat", "Host",
-      "Content-Type",    "X-Forwarded-Proto",   "Range",         "If-Range"};
+      "Content-Type",    "X-Forwarded-Proto",   "Range",         "If-Range",
+      "Accept"};
   return kNames;
 }
 

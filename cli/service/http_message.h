@@ -27,9 +27,11 @@ struct HttpRequest {
   bool is_of_owner = false;                  // it came by the socket of the database's owner
   std::string token;                         // that it carries (RFC 6750); empty: none
   std::string who;                           // whose token that is, once it was found good
+  std::optional<Role> role;                  // of that token
   uint32_t token_number = 0;                 // then; 0: there is none
   TokenQuota quota;                          // the token's own
   bool may_name_others = true;               // photos may be sent under any contributor's name
+  Sight sight = {.sees_hidden = false};      // what is told to whoever asks
   // The headers that one route alone reads, by their names as HeadersOfRoutes has them.
   std::map<std::string, std::string> headers;
   std::vector<uint8_t> body;

@@ -37,6 +37,13 @@ Result<NewToken> MakeLinkOf(Engine* engine, const HttpRequest& request) {
   if (days == 0)
     return Status::InvalidArgument("a link must expire: say after how many 'days', 1 to " +
                                    std::to_string(kLinkDaysMax));
+  constexpr uint64_t kNumberMax = std::numeric_limits<uint32_t>::max();
+  VEDUTA_ASSIGN_OR_RETURN(const uint64_t contribution,
+                          OptionalNumber(json, "contribution", kNumberMax));
+  VEDUTA_ASSIGN_OR_RETURN(const uint64_t reconstruction,
+                          OptionalNumber(json, "reconstruction", kNumberMax));
+  wanted.contribution = static_cast<uint32_t>(contribution);
+  wanted.reconstruction = static_cast<uint32_t>(reconstruction);
   wanted.expires_unix_s = std::time(nullptr) + kDayS * static_cast<int64_t>(days);
   return engine->CreateToken(wanted);
 }

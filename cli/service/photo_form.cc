@@ -67,6 +67,7 @@ HttpRequest RequestOf(const FormPhoto& photo, const HttpRequest& request) {
   one.token_number = request.token_number;
   one.quota = request.quota;
   one.may_name_others = request.may_name_others;
+  one.sight = request.sight;
   one.body.assign(request.body.begin() + static_cast<ptrdiff_t>(photo.begin),
                   request.body.begin() + static_cast<ptrdiff_t>(photo.end));
   return one;

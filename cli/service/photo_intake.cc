@@ -170,9 +170,11 @@ void PhotoIntake::Take(Engine* engine, HttpRequest request, Answered answered) {
     answer.headers.emplace_back("Preference-Applied", "respond-async");
     return answered(std::move(answer));
   }
-  if (auto unknown =
-          Await(news.number, [answered](const UploadNews& heard) { answered(AnswerOf(heard)); }))
-    answered(*std::move(unknown));
+  const auto heard = [answered, engine, sight = request.sight](UploadNews told) {
+    if (told.ended && told.ended->ok()) told.ended = engine->Ask(sight).Told(**told.ended);
+    answered(AnswerOf(told));
+  };
+  if (auto unknown = Await(news.number, heard)) answered(*std::move(unknown));
 }
 
 std::variant<uint64_t, HttpAnswer> PhotoIntake::Accept(Engine* engine, PhotoSubmission photo) {
@@ -293,11 +295,16 @@ Status PhotoIntake::Resume(Engine* engine) {
   return first_failure;
 }
 
-HttpAnswer PhotoIntake::Find(uint64_t upload) const {
+std::optional<UploadNews> PhotoIntake::News(uint64_t upload) const {
   const std::lock_guard lock(mutex_);
   const auto found = uploads_.find(upload);
-  return found == uploads_.end() ? UnknownUpload(upload)
-                                 : JsonAnswer(200, found->second->news().ToJson());
+  if (found == uploads_.end()) return std::nullopt;
+  return found->second->news();
+}
+
+HttpAnswer PhotoIntake::Find(uint64_t upload) const {
+  const std::optional<UploadNews> news = News(upload);
+  return news ? JsonAnswer(200, news->ToJson()) : UnknownUpload(upload);
 }
 
 HttpAnswer PhotoIntake::UnknownUpload(uint64_t upload) {

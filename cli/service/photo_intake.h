@@ -84,6 +84,7 @@ class PhotoIntake final {
   // What is known of an upload: one that waits, or of the last ones that have had their turn. 404
   // for any other.
   HttpAnswer Find(uint64_t upload) const;
+  std::optional<UploadNews> News(uint64_t upload) const;  // nothing where it is 404
 
   // Takes no photo from now on, and has answered those who wait, 202, when it returns.
   void Close();

@@ -11,6 +11,8 @@ namespace {
 constexpr double kDayS = 24 * 60 * 60;
 // So many seconds' requests may come at once: a page asks for hundreds of pictures. Chosen by hand.
 constexpr double kBurstS = 10;
+// Reports of photos a day, of each token. Chosen by hand: more than a person finds.
+constexpr double kReportsPerDay = 100;
 
 HttpAnswer TooMany(const std::string& what, double missing, double per_s) {
   const auto wait_s = static_cast<uint64_t>(std::clamp(std::ceil(missing / per_s), 1.0, kDayS));
@@ -26,8 +28,13 @@ void Quotas::Measure::Fill(double seconds) {
   left = std::min(full, left + per_s * seconds);
 }
 
+void Quotas::Restore(std::span<const TokenUse> uses) {
+  const std::lock_guard lock(mutex_);
+  for (const TokenUse& use : uses) restored_[use.token] = use;
+}
+
 Quotas::Measures& Quotas::FilledMeasures(const HttpRequest& request) {
-  const Clock::time_point now = now_();
+  const Clock::time_point now = world_.now();
   const auto [found, is_new] = measures_.try_emplace(request.token_number);
   Measures& measures = found->second;
   if (is_new) {
@@ -39,10 +46,22 @@ Quotas::Measures& Quotas::FilledMeasures(const HttpRequest& request) {
     measures.photos = {photos, photos, photos / kDayS};
     measures.bytes = {bytes, bytes, bytes / kDayS};
     measures.requests = {kBurstS * requests, kBurstS * requests, requests};
+    measures.reports = {kReportsPerDay, kReportsPerDay, kReportsPerDay / kDayS};
     measures.filled = now;
+    if (const auto used = restored_.find(request.token_number); used != restored_.end()) {
+      measures.photos.left -= used->second.photos;
+      measures.bytes.left -= used->second.bytes;
+      measures.reports.left -= used->second.reports;
+      // What was filled since; nothing where the clock was put back.
+      const auto passed_ms = static_cast<double>(world_.unix_ms() - used->second.time_unix_ms);
+      for (Measure* const measure : {&measures.photos, &measures.bytes, &measures.reports})
+        measure->Fill(std::max(passed_ms, 0.0) / 1000);
+      restored_.erase(used);
+    }
   }
   const double seconds = std::chrono::duration<double>(now - measures.filled).count();
-  for (Measure* const measure : {&measures.photos, &measures.bytes, &measures.requests})
+  for (Measure* const measure :
+       {&measures.photos, &measures.bytes, &measures.requests, &measures.reports})
     measure->Fill(seconds);
   measures.filled = now;
   return measures;
@@ -60,9 +79,42 @@ std::optional<HttpAnswer> Quotas::TakeRequest(const HttpRequest& request) {
 
 std::optional<HttpAnswer> Quotas::TakePhoto(const HttpRequest& request, uint64_t size_bytes) {
   if (request.token_number == 0) return std::nullopt;
+  auto refusal = TryPhoto(request, static_cast<double>(size_bytes));
+  if (!refusal) Keep(request);
+  return refusal;
+}
+
+std::optional<HttpAnswer> Quotas::TakeReport(const HttpRequest& request) {
+  if (request.is_of_owner) return std::nullopt;
+  {
+    const std::lock_guard lock(mutex_);
+    Measure& reports = FilledMeasures(request).reports;
+    if (reports.left < 1) return TooMany("the quota of reports", 1 - reports.left, reports.per_s);
+    reports.left -= 1;
+  }
+  Keep(request);
+  return std::nullopt;
+}
+
+void Quotas::Keep(const HttpRequest& request) {
+  if (!world_.keep) return;
+  const std::lock_guard one_at_a_time(keep_mutex_);
+  TokenUse use;
+  use.token = request.token_number;
+  use.time_unix_ms = world_.unix_ms();
+  {
+    const std::lock_guard lock(mutex_);
+    const Measures& measures = FilledMeasures(request);
+    use.photos = measures.photos.full - measures.photos.left;
+    use.bytes = measures.bytes.full - measures.bytes.left;
+    use.reports = measures.reports.full - measures.reports.left;
+  }
+  world_.keep(use);
+}
+
+std::optional<HttpAnswer> Quotas::TryPhoto(const HttpRequest& request, double size) {
   const std::lock_guard lock(mutex_);
   Measures& measures = FilledMeasures(request);
-  const auto size = static_cast<double>(size_bytes);
   if (measures.photos.left < 1)
     return TooMany("the token's quota of photos", 1 - measures.photos.left, measures.photos.per_s);
   if (measures.bytes.left < size)
@@ -74,11 +126,14 @@ std::optional<HttpAnswer> Quotas::TakePhoto(const HttpRequest& request, uint64_t
 
 void Quotas::GivePhoto(const HttpRequest& request, uint64_t size_bytes) {
   if (request.token_number == 0) return;
-  const std::lock_guard lock(mutex_);
-  Measures& measures = FilledMeasures(request);
-  measures.photos.left = std::min(measures.photos.full, measures.photos.left + 1);
-  measures.bytes.left =
-      std::min(measures.bytes.full, measures.bytes.left + static_cast<double>(size_bytes));
+  {
+    const std::lock_guard lock(mutex_);
+    Measures& measures = FilledMeasures(request);
+    measures.photos.left = std::min(measures.photos.full, measures.photos.left + 1);
+    measures.bytes.left =
+        std::min(measures.bytes.full, measures.bytes.left + static_cast<double>(size_bytes));
+  }
+  Keep(request);
 }
 
 }  // namespace veduta

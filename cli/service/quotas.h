@@ -8,6 +8,7 @@
 #include <map>
 #include <mutex>
 #include <optional>
+#include <span>
 
 #include "cli/service/http_message.h"
 #include "engine/engine.h"
@@ -15,21 +16,35 @@
 namespace veduta {
 
 // What there is of a measure fills again all the time, as fast as the quota says, up to what a day
-// gives of photos and bytes, and ten seconds of requests. It is kept in memory: a daemon that
-// begins anew begins with full measures. Requests without a token, which are the owner's or come
-// where there are none, are not counted. Thread-safe.
+// gives of photos, bytes and reports, and ten seconds of requests. Photos and requests without a
+// token, which are the owner's or come where there are none, are not counted; reports are counted
+// of all who come without one together, but the owner. Thread-safe.
 class Quotas final {
  public:
   using Clock = std::chrono::steady_clock;
-  // `usual` counts where a token has no quota of its own; none of its numbers is 0. `now` is for
-  // tests.
-  explicit Quotas(const TokenQuota& usual, std::function<Clock::time_point()> now = Clock::now)
-      : usual_(usual), now_(std::move(now)) {}
+  // The clocks, and who remembers what was used; for tests these are their own.
+  struct World {
+    std::function<Clock::time_point()> now = Clock::now;
+    std::function<int64_t()> unix_ms = [] {
+      return std::chrono::duration_cast<std::chrono::milliseconds>(
+                 std::chrono::system_clock::now().time_since_epoch())
+          .count();
+    };
+    // Told of each change of photos, bytes and reports, one call at a time; requests fill again in
+    // ten seconds, and are not remembered. May be empty.
+    std::function<void(const TokenUse&)> keep = {};
+  };
+  // `usual` counts where a token has no quota of its own; none of its numbers is 0.
+  Quotas(const TokenQuota& usual, World world) : usual_(usual), world_(std::move(world)) {}
+
+  // What `keep` was told before the daemon ended; before anything is taken.
+  void Restore(std::span<const TokenUse> uses);
 
   // Takes from the token's measures. The answer where there is not enough, 429 with the time after
   // which there will be: then nothing is taken.
   std::optional<HttpAnswer> TakeRequest(const HttpRequest& request);
   std::optional<HttpAnswer> TakePhoto(const HttpRequest& request, uint64_t size_bytes);
+  std::optional<HttpAnswer> TakeReport(const HttpRequest& request);
   // Gives back what was taken for a photo that was not stored for no fault of its own.
   void GivePhoto(const HttpRequest& request, uint64_t size_bytes);
 
@@ -40,15 +55,20 @@ class Quotas final {
     void Fill(double seconds);
   };
   struct Measures {
-    Measure photos, bytes, requests;
+    Measure photos, bytes, requests, reports;
     Clock::time_point filled;
   };
   Measures& FilledMeasures(const HttpRequest& request);  // with the lock held
+  std::optional<HttpAnswer> TryPhoto(const HttpRequest& request, double size_bytes);
+  // Has what is used of the token's measures by now remembered.
+  void Keep(const HttpRequest& request);
 
   const TokenQuota usual_;
-  const std::function<Clock::time_point()> now_;
+  const World world_;
+  std::mutex keep_mutex_;  // held while somebody remembers; taken before the next one
   std::mutex mutex_;
   std::map<uint32_t, Measures> measures_;  // by the tokens' numbers
+  std::map<uint32_t, TokenUse> restored_;  // of tokens that have no measures yet
 };
 
 }  // namespace veduta

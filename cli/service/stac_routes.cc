@@ -42,7 +42,7 @@ HttpAnswer GetConformance(Engine*, const HttpRequest&, const PathArguments&) {
 }
 
 Result<Json> CollectionOf(const Engine& engine, const HttpRequest& request) {
-  VEDUTA_ASSIGN_OR_RETURN(const PhotoExtent extent, engine.Ask().Extent());
+  VEDUTA_ASSIGN_OR_RETURN(const PhotoExtent extent, engine.Ask(request.sight).Extent());
   return StacCollection(extent, BaseOf(request));
 }
 
@@ -66,7 +66,7 @@ HttpAnswer GetCollection(Engine* engine, const HttpRequest& request,
 Result<Json> FeaturesOf(const Engine& engine, const HttpRequest& request, const std::string& path) {
   VEDUTA_ASSIGN_OR_RETURN(const Json members, StacMembers(request));
   VEDUTA_ASSIGN_OR_RETURN(const PhotoSearch search, ParseStacQuery(members));
-  VEDUTA_ASSIGN_OR_RETURN(const FoundPhotos found, engine.Ask().SearchPhotos(search));
+  VEDUTA_ASSIGN_OR_RETURN(const FoundPhotos found, engine.Ask(request.sight).SearchPhotos(search));
   const std::string base = BaseOf(request), href = base + path;
   Json features = Json::array();
   for (const FoundPhoto& photo : found.photos) features.push_back(StacItem(photo, base));
@@ -100,7 +100,7 @@ HttpAnswer GetItem(Engine* engine, const HttpRequest& request, const PathArgumen
   if (auto refusal = RefuseCollection(arguments[0])) return *std::move(refusal);
   const auto search = ParseStacQuery({{"ids", Json::array({arguments[1]})}});
   if (!search.ok()) return ProblemOf(search.status());
-  const auto found = engine->Ask().SearchPhotos(*search);
+  const auto found = engine->Ask(request.sight).SearchPhotos(*search);
   if (!found.ok()) return ProblemOf(found.status());
   if (found->photos.empty())
     return Problem(404, "there is no item '" + arguments[1] +

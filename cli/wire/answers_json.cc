@@ -104,7 +104,8 @@ Json ToJson(const ImageAnswer& image) {
           {"gps", ToJson(image.gps)},
           {"taken", ToJson(image.taken)},
           {"contribution", image.contribution == 0 ? Json() : Json(image.contribution)},
-          {"on_earth", ToJson(image.on_earth)}};
+          {"on_earth", ToJson(image.on_earth)},
+          {"hidden", image.is_hidden}};
 }
 
 Json ToJson(const ListedImage& image) {
@@ -114,6 +115,7 @@ Json ToJson(const ListedImage& image) {
                {"verdict", VerdictWord(image.verdict)},
                {"reconstruction", ToJson(image.reconstruction)},
                {"unsure", image.is_unsure},
+               {"hidden", image.is_hidden},
                {"rotation_wxyz", nullptr},
                {"center", nullptr}};
   if (image.cam_from_world) {

@@ -23,7 +23,7 @@ Json ToJson(const ContributionAnswer& contribution) {
   return {{"contribution", contribution.number},  {"contributor", contribution.contributor},
           {"comment", contribution.comment},      {"licence", contribution.licence},
           {"opened", contribution.opened_unix_s}, {"closed", OrNull(contribution.closed_unix_s)},
-          {"photos", contribution.photos}};
+          {"photos", contribution.photos},        {"hidden", contribution.is_hidden}};
 }
 
 Json ToJson(const ContributionSums& sums) {

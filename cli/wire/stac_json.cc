@@ -135,6 +135,7 @@ Json StacItem(const FoundPhoto& photo, const std::string& base) {
   if (!photo.licence.empty()) properties["veduta:licence"] = photo.licence;
   properties["veduta:contributor"] = photo.contributor;
   properties["veduta:verdict"] = VerdictWord(photo.verdict);
+  if (photo.is_hidden) properties["veduta:hidden"] = true;
   if (photo.reconstruction.valid())
     properties["veduta:reconstruction"] = photo.reconstruction.value;
   properties["proj:code"] = nullptr;  // a photo is in no plane of the earth

@@ -26,7 +26,9 @@ Json ToJson(const TokenAnswer& token) {
           {"photos_per_day", NumberOf(token.quota.photos_per_day)},
           {"bytes_per_day", NumberOf(token.quota.bytes_per_day)},
           {"requests_per_second", NumberOf(token.quota.requests_per_s)},
-          {"link", token.is_link}};
+          {"link", token.is_link},
+          {"contribution", NumberOf(token.contribution)},
+          {"reconstruction", NumberOf(token.reconstruction)}};
 }
 
 Json ToJson(const NewToken& token) {

@@ -22,6 +22,12 @@ struct PhotoExamination {
   std::optional<TakenTime> taken;
 };
 
+// Ends of processes that had a photo to read.
+struct DecoderDeaths {
+  uint64_t by_photos = 0;  // that the photo has brought about, or that took too long or too much
+  uint64_t by_others = 0;  // that were killed from outside, as by the system where memory is short
+};
+
 // Whatever a photo does to the decoder is told by an outcome. Thread-safe; never throws, except
 // std::bad_alloc and cv::Exception for want of memory.
 class PhotoDecoder {
@@ -34,6 +40,8 @@ class PhotoDecoder {
   virtual Pixels DecodePixels(std::span<const uint8_t> bytes, const PhotoHeader& header) const = 0;
   // What handing over a photo takes, besides what decoding takes itself (DecodeLimits).
   virtual uint64_t HandoverBytes(uint64_t size_bytes, uint64_t pixel_count) const = 0;
+  // Since it was made; none where photos are read in this process.
+  virtual DecoderDeaths deaths() const { return {}; }
 };
 
 // Decodes on the thread that calls.

@@ -135,6 +135,7 @@ struct ImageAnswer {
   std::optional<GpsFix> gps;          // what the photo says of where it was taken
   std::optional<TakenTime> taken;     // and of when
   uint32_t contribution = 0;          // that it came with; 0: with none, or not noted
+  bool is_hidden = false;             // a curator has hidden it; told to those alone who see it
   CameraId camera;
   uint32_t width_px = 0, height_px = 0;
   uint64_t size_bytes = 0;
@@ -156,6 +157,7 @@ struct ListedImage {
   Verdict verdict = Verdict::kRejected;
   ReconstructionId reconstruction;  // valid if it has a pose
   bool is_unsure = false;           // ImageAnswer::may_stand_in; no pose is told then
+  bool is_hidden = false;           // ImageAnswer::is_hidden
   std::optional<PlainPose> cam_from_world;
 };
 

@@ -61,6 +61,7 @@ struct ContributionAnswer {
   std::string contributor, comment, licence;
   int64_t opened_unix_s = 0, closed_unix_s = 0;  // 0: it takes photos
   uint64_t photos = 0;                           // that were ever taken for it
+  bool is_hidden = false;  // a curator has hidden it; told to those alone who see it
 };
 
 // Its photos in sum, as their verdicts are now.
@@ -79,7 +80,8 @@ struct ContributionSums {
 struct ContributedPhotoAnswer {
   uint64_t upload = 0;
   std::string name;  // that of the image, where there is one; empty where it was removed
-  // waiting, placed, merged, founded, postponed, rejected, duplicate, failed or removed.
+  // waiting, placed, merged, founded, postponed, rejected, duplicate, failed, removed, or hidden:
+  // then neither name nor image is told.
   std::string state;
   ImageId image;  // valid where it is stored, or where an image has its bytes
   Reason reason = Reason::kNone;

@@ -93,6 +93,9 @@ struct ExportRequest {
   // place of a reconstruction is known (EarthAnswer); other ones stay as they are. earth.json in
   // the folder of each model says where that is, of all formats.
   bool on_earth = false;
+  // With photos that a curator has hidden: their names, poses and pictures. What the map holds by
+  // them is there anyway.
+  bool with_hidden = false;
 
   Status Check() const;  // the first violated bound, named with its value
 };

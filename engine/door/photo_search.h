@@ -54,6 +54,7 @@ struct FoundPhoto {
   std::optional<TakenTime> taken;   // what it says itself
   uint32_t contribution = 0;        // that it came with; 0: with none, or not noted
   std::string licence;              // of that; may be empty
+  bool is_hidden = false;           // ImageAnswer::is_hidden
   ReconstructionId reconstruction;  // valid where it has a pose
   // By its pose, where that is sure and its reconstruction has a place on the earth.
   std::optional<EarthPose> on_earth;

@@ -15,6 +15,7 @@
 #include "engine/door/contributing.h"
 #include "engine/door/dense.h"
 #include "engine/door/earth.h"
+#include "engine/door/moderation.h"
 #include "engine/door/photo_search.h"
 #include "engine/door/repair.h"
 #include "engine/door/submission.h"
@@ -24,7 +25,9 @@ namespace veduta {
 
 struct EngineParts;  // what the rooms behind the door work with: engine/parts.h
 
-// Questions to one snapshot of the city. Answers own what they hold. Cheap to make; holding one
+// Questions to one snapshot of the city, by somebody of a certain Sight: what is not for them is in
+// no answer but those of Digest, Verify, Export, Render, Tokens, Forbidden, Hidden and Reports,
+// which are for owners and curators. Answers own what they hold. Cheap to make; holding one
 // keeps the disk space of what was deleted since.
 class Questions final {
  public:
@@ -104,7 +107,19 @@ class Questions final {
   // Whose token this text is; nothing where it is none, or is not good any more. In constant time
   // for its secret.
   Result<std::optional<TokenAnswer>> CheckToken(const std::string& text) const;
-  // At most `count_max` entries from `first` on.
+  Result<std::vector<TokenUse>> TokenUses() const;  // ascending numbers
+  // What curators have hidden: images, then contributions; ascending numbers.
+  Result<std::vector<HiddenAnswer>> Hidden() const;
+  // What people have reported; ascending numbers. With `open_only` those that wait.
+  Result<std::vector<ReportAnswer>> Reports(bool open_only) const;
+  // Whether the image, or the photo that waits under that number, may be told; one that is not
+  // there may, unless it was hidden before.
+  Result<bool> Sees(ImageId image) const;
+  Result<bool> SeesUpload(uint64_t number) const;
+  // The outcome without what may not be told: of which photo the bytes are stored.
+  Result<AddOutcome> Told(AddOutcome outcome) const;
+  // At most `count_max` entries from `first` on. Of one about what may not be told, no more than
+  // its number, time and action.
   Result<std::vector<JournalAnswer>> Journal(uint64_t first, uint32_t count_max) const;
 
   // A sentence for each violated invariant; empty when the database is sound. Parses every value:

@@ -17,6 +17,8 @@ struct TokenRequest {
   TokenQuota quota;
   // It is for a link that lets whoever has it read: a viewer's, and it must expire.
   bool is_link = false;
+  // A link may show photos of one contribution alone, or one reconstruction; 0: all of the city.
+  uint32_t contribution = 0, reconstruction = 0;
   std::string actor = "anonymous";  // who asks for it, for the journal
 
   Status Check() const;  // the first violated bound, named with its value
@@ -36,6 +38,7 @@ struct TokenAnswer {
   int64_t created_unix_s = 0, expires_unix_s = 0, revoked_unix_s = 0;  // 0: never
   TokenQuota quota;
   bool is_link = false;
+  uint32_t contribution = 0, reconstruction = 0;  // that a link shows; 0: all of the city
 };
 
 // "viewer", "contributor", "curator", "admin".

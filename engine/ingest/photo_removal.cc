@@ -1,10 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "engine/ingest/photo_removal.h"
 
+#include <ctime>
+
 #include "engine/ingest/dense_removal.h"
 #include "engine/ingest/hypotheses.h"
 #include "engine/ingest/pose_removal.h"
 #include "engine/journal/journal.h"
+#include "engine/query/visibility.h"
 
 namespace veduta {
 namespace {
@@ -16,6 +19,30 @@ Status DeleteForbidden(const Snapshot& snapshot, ImageId image, Transaction* tra
     const bool names_it = forbidden.a == image.value || forbidden.b == image.value;
     if (forbidden.kind != ForbiddenKind::kMerge && names_it)
       transaction->DeleteForbidden(forbidden.kind, forbidden.a, forbidden.b);
+  }
+  return Status::Ok();
+}
+
+// That the photo was hidden stays known, so that the journal does not tell then who had sent it;
+// its reports are resolved, and lose what was written about it.
+Status CloseReports(const Snapshot& snapshot, const ImageRecord& image, const std::string& actor,
+                    Transaction* transaction) {
+  const ModerationReader& moderation = snapshot.moderation();
+  VEDUTA_ASSIGN_OR_RETURN(const bool was_hidden, IsHidden(snapshot, image));
+  if (was_hidden) {
+    transaction->PutHidden(
+        {HiddenKind::kImage, image.id.value, std::time(nullptr), actor, "it was hidden before"});
+  }
+  VEDUTA_ASSIGN_OR_RETURN(std::vector<ReportRecord> reports, moderation.ListReports());
+  for (ReportRecord& report : reports) {
+    if (report.image != image.id) continue;
+    report.text.clear();
+    if (report.state == ReportState::kOpen) {
+      report.state = ReportState::kErased;
+      report.resolver = actor;
+      report.resolved_unix_s = std::time(nullptr);
+    }
+    transaction->PutReport(report);
   }
   return Status::Ok();
 }
@@ -58,6 +85,7 @@ Result<RemovedPhoto> RemovePhoto(const IngestParts& parts, ImageId image, const 
   VEDUTA_ASSIGN_OR_RETURN(removed.was_dense, RemoveFromDense(*scope.base, shaken, transaction));
   VEDUTA_RETURN_IF_ERROR(DeleteForbidden(*scope.base, image, transaction));
   VEDUTA_RETURN_IF_ERROR(DeleteSightings(*scope.base, image, transaction));
+  VEDUTA_RETURN_IF_ERROR(CloseReports(*scope.base, record, actor, transaction));
   transaction->RemoveImage(image);
   std::erase(state.pending_propagation, image);
   if (record.verdict != Verdict::kRejected) --state.retrievable_image_count;

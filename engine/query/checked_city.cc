@@ -7,16 +7,19 @@
 #include "storage/records/border_record.h"
 #include "storage/records/earth_record.h"
 #include "storage/records/forbidden_record.h"
+#include "storage/records/hidden_record.h"
 #include "storage/records/hypothesis_record.h"
+#include "storage/records/report_record.h"
 #include "storage/records/state_record.h"
 #include "storage/records/submap_record.h"
 #include "storage/records/token_record.h"
+#include "storage/records/token_use_record.h"
 
 namespace veduta {
 namespace {
 
-// What people have forbidden, a hypothesis, a submap, its border, a surveyed
-// point, or a token.
+// What people have forbidden, hidden or reported, a hypothesis, a submap, its border, a surveyed
+// point, a token, or what was used of one.
 Status LoadFact(std::string_view key, std::string_view value, CheckedCity* city) {
   if (key.starts_with(kHypothesisPrefix)) {
     HypothesisRecord hypothesis;
@@ -45,6 +48,21 @@ Status LoadFact(std::string_view key, std::string_view value, CheckedCity* city)
     VEDUTA_RETURN_IF_ERROR(Decode(value, &point));
     city->ground_points.push_back(std::move(point));
     return Status::Ok();
+  }
+  if (key.starts_with(kHiddenPrefix)) {
+    HiddenRecord hidden;
+    VEDUTA_RETURN_IF_ERROR(ParseHiddenKey(key, &hidden));
+    return Decode(value, &hidden);
+  }
+  if (key.starts_with(kReportPrefix)) {
+    ReportRecord report;
+    VEDUTA_RETURN_IF_ERROR(ParseReportKey(key, &report));
+    return Decode(value, &report);
+  }
+  if (key.starts_with(kTokenUsePrefix)) {
+    TokenUse use;
+    VEDUTA_RETURN_IF_ERROR(ParseTokenUseKey(key, &use));
+    return Decode(value, &use);
   }
   if (key.starts_with(kTokenPrefix)) {
     TokenRecord token;

@@ -8,8 +8,10 @@
 
 #include "engine/query/earth_answers.h"
 #include "engine/query/hypothesis_text.h"
+#include "engine/query/journal_sight.h"
 #include "engine/query/living.h"
 #include "engine/query/unsure_poses.h"
+#include "engine/query/visibility.h"
 
 namespace veduta {
 namespace {
@@ -92,7 +94,8 @@ HypothesisAnswer ToAnswer(const HypothesisRecord& record) {
   return answer;
 }
 
-Result<std::optional<DepthMapAnswer>> DepthMapOf(const Snapshot& snapshot, ImageId image) {
+Result<std::optional<DepthMapAnswer>> DepthMapOf(const Snapshot& snapshot, ImageId image,
+                                                 const Visibility& visibility) {
   VEDUTA_ASSIGN_OR_RETURN(const std::optional<DepthRecord> depth,
                           snapshot.dense().FindDepth(image));
   if (!depth) return std::optional<DepthMapAnswer>();
@@ -106,6 +109,8 @@ Result<std::optional<DepthMapAnswer>> DepthMapOf(const Snapshot& snapshot, Image
   answer.geometry_version = depth->geometry_version;
   for (const SensorPose& sensor : depth->sensors) {
     VEDUTA_ASSIGN_OR_RETURN(ImageRecord record, snapshot.GetImage(sensor.image));
+    VEDUTA_ASSIGN_OR_RETURN(const bool sees, visibility.Sees(record));
+    if (!sees) continue;
     answer.sensors.push_back(std::move(record.name));
   }
   return std::optional(std::move(answer));
@@ -172,7 +177,9 @@ Result<ReconstructionAnswer> ReconstructionAnswerOf(const Snapshot& snapshot,
   return ToAnswer(record, dense[record.id]);
 }
 
-Result<std::vector<NeighborAnswer>> NeighborsOf(const Snapshot& snapshot, ImageId image) {
+Result<std::vector<NeighborAnswer>> NeighborsOf(const Snapshot& snapshot, ImageId image,
+                                                const Sight& sight) {
+  const Visibility visibility(snapshot, sight);
   VEDUTA_ASSIGN_OR_RETURN(std::vector<PairNeighbor> pairs, snapshot.ListNeighbors(image));
   std::stable_sort(pairs.begin(), pairs.end(), [](const PairNeighbor& a, const PairNeighbor& b) {
     return a.match_count > b.match_count;
@@ -180,13 +187,15 @@ Result<std::vector<NeighborAnswer>> NeighborsOf(const Snapshot& snapshot, ImageI
   std::vector<NeighborAnswer> neighbors;
   for (const PairNeighbor& pair : pairs) {
     VEDUTA_ASSIGN_OR_RETURN(ImageRecord other, snapshot.GetImage(pair.image));
+    VEDUTA_ASSIGN_OR_RETURN(const bool sees, visibility.Sees(other));
+    if (!sees) continue;
     neighbors.push_back({pair.image, std::move(other.name), other.verdict, pair.match_count, 0});
   }
   return neighbors;
 }
 
 Result<ImageAnswer> ImageAnswerOf(const Snapshot& snapshot, const ImageRecord& image,
-                                  UnsureCache* unsure) {
+                                  UnsureCache* unsure, const Sight& sight) {
   ImageAnswer answer;
   answer.id = image.id;
   answer.name = image.name;
@@ -204,6 +213,7 @@ Result<ImageAnswer> ImageAnswerOf(const Snapshot& snapshot, const ImageRecord& i
   answer.gps = image.gps;
   answer.taken = image.taken;
   answer.contribution = image.contribution;
+  VEDUTA_ASSIGN_OR_RETURN(answer.is_hidden, IsHidden(snapshot, image));
   VEDUTA_ASSIGN_OR_RETURN(const std::optional<PoseRecord> pose, snapshot.FindPose(image.id));
   if (pose) {
     answer.reconstruction = pose->reconstruction;
@@ -220,8 +230,8 @@ Result<ImageAnswer> ImageAnswerOf(const Snapshot& snapshot, const ImageRecord& i
   VEDUTA_ASSIGN_OR_RETURN(const std::vector<Observation> observations,
                           snapshot.GetObservations(image.id));
   answer.observations = static_cast<uint32_t>(observations.size());
-  VEDUTA_ASSIGN_OR_RETURN(answer.neighbors, NeighborsOf(snapshot, image.id));
-  VEDUTA_ASSIGN_OR_RETURN(answer.depth_map, DepthMapOf(snapshot, image.id));
+  VEDUTA_ASSIGN_OR_RETURN(answer.neighbors, NeighborsOf(snapshot, image.id, sight));
+  VEDUTA_ASSIGN_OR_RETURN(answer.depth_map, DepthMapOf(snapshot, image.id, {snapshot, sight}));
   return answer;
 }
 
@@ -275,7 +285,7 @@ Result<std::vector<ForbiddenAnswer>> ForbiddenOf(const Snapshot& snapshot) {
 }
 
 Result<std::vector<JournalAnswer>> JournalOf(const Snapshot& snapshot, uint64_t first,
-                                             uint32_t count_max) {
+                                             uint32_t count_max, const Sight& sight) {
   std::vector<JournalAnswer> entries;
   if (count_max == 0) return entries;
   VEDUTA_RETURN_IF_ERROR(snapshot.ScanJournal(first, [&](const JournalRecord& r) {
@@ -283,6 +293,7 @@ Result<std::vector<JournalAnswer>> JournalOf(const Snapshot& snapshot, uint64_t 
         {r.sequence, r.time_unix_s, r.actor, r.action, r.image, r.reconstruction, r.detail});
     return entries.size() < count_max;
   }));
+  VEDUTA_RETURN_IF_ERROR(MaskEntries({snapshot, sight}, &entries));
   return entries;
 }
 

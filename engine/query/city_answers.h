@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "engine/door/answers.h"
+#include "engine/door/moderation.h"
 #include "engine/door/submission.h"
 #include "engine/query/unsure_poses.h"
 #include "storage/database.h"
@@ -15,13 +16,15 @@ namespace veduta {
 // The camera of that name. kNotFound lists those there are.
 Result<CameraRecord> FindCamera(const Snapshot& snapshot, const std::string& name);
 
-// `unsure` is shared by all who ask; so is that of the next.
+// `unsure` is shared by all who ask; so is that of the next. Images that are out of sight are left
+// out of the answers that name others.
 Result<StatusAnswer> StatusOf(const Snapshot& snapshot, const DatabaseSizes& sizes,
                               UnsureCache* unsure);
 Result<ImageAnswer> ImageAnswerOf(const Snapshot& snapshot, const ImageRecord& image,
-                                  UnsureCache* unsure);
+                                  UnsureCache* unsure, const Sight& sight = {});
 // Verified neighbours, most matches first, then ascending images.
-Result<std::vector<NeighborAnswer>> NeighborsOf(const Snapshot& snapshot, ImageId image);
+Result<std::vector<NeighborAnswer>> NeighborsOf(const Snapshot& snapshot, ImageId image,
+                                                const Sight& sight = {});
 // What the dense pass has made of it is counted too: O(its depth maps and tiles).
 Result<ReconstructionAnswer> ReconstructionAnswerOf(const Snapshot& snapshot,
                                                     const ReconstructionRecord& record);
@@ -31,7 +34,7 @@ Result<std::vector<HypothesisAnswer>> HypothesesOf(const Snapshot& snapshot,
 Result<std::vector<CameraAnswer>> CamerasOf(const Snapshot& snapshot);
 Result<std::vector<ForbiddenAnswer>> ForbiddenOf(const Snapshot& snapshot);
 Result<std::vector<JournalAnswer>> JournalOf(const Snapshot& snapshot, uint64_t first,
-                                             uint32_t count_max);
+                                             uint32_t count_max, const Sight& sight = {});
 
 PlainPose ToPlain(const Rigid3& cam_from_world);
 

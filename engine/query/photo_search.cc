@@ -5,6 +5,7 @@
 #include <map>
 
 #include "engine/earth/earth_pose.h"
+#include "engine/query/visibility.h"
 
 namespace veduta {
 namespace {
@@ -132,7 +133,8 @@ void Widen(const GeoPosition& position, PhotoExtent* extent) {
 }  // namespace
 
 Result<FoundPhotos> SearchPhotos(const Snapshot& snapshot, const PhotoSearch& search,
-                                 UnsureCache* unsure) {
+                                 UnsureCache* unsure, const Sight& sight) {
+  const Visibility visibility(snapshot, sight);
   VEDUTA_ASSIGN_OR_RETURN(const DatabaseState state, snapshot.GetState());
   VEDUTA_ASSIGN_OR_RETURN(auto all_unsure, unsure->Get(snapshot));
   PhotoTeller teller(snapshot, std::move(all_unsure));
@@ -150,6 +152,9 @@ Result<FoundPhotos> SearchPhotos(const Snapshot& snapshot, const PhotoSearch& se
     if (image->verdict == Verdict::kRejected || !IsThen(search, photo)) continue;
     VEDUTA_RETURN_IF_ERROR(teller.TellPlace(*image, &photo));
     if (!IsThere(search, photo)) continue;
+    VEDUTA_ASSIGN_OR_RETURN(const bool sees, visibility.Sees(*image));
+    if (!sees) continue;
+    VEDUTA_ASSIGN_OR_RETURN(photo.is_hidden, IsHidden(snapshot, *image));
     VEDUTA_RETURN_IF_ERROR(teller.TellMore(*std::move(image), &photo));
     found.photos.push_back(std::move(photo));
   }
@@ -157,13 +162,13 @@ Result<FoundPhotos> SearchPhotos(const Snapshot& snapshot, const PhotoSearch& se
   return found;
 }
 
-Result<PhotoExtent> ExtentOf(const Snapshot& snapshot, UnsureCache* unsure) {
+Result<PhotoExtent> ExtentOf(const Snapshot& snapshot, UnsureCache* unsure, const Sight& sight) {
   PhotoExtent extent;
   VEDUTA_ASSIGN_OR_RETURN(const DatabaseState state, snapshot.GetState());
   if (state.next_image > kSearchedPhotosMax) return extent;
   PhotoSearch all;
   all.count_max = kSearchedPhotosMax;
-  VEDUTA_ASSIGN_OR_RETURN(const FoundPhotos found, SearchPhotos(snapshot, all, unsure));
+  VEDUTA_ASSIGN_OR_RETURN(const FoundPhotos found, SearchPhotos(snapshot, all, unsure, sight));
   for (const FoundPhoto& photo : found.photos) {
     if (const auto position = PositionOf(photo)) Widen(*position, &extent);
     const int64_t from = photo.taken_from_unix_s, to = photo.taken_to_unix_s;

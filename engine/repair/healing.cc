@@ -302,6 +302,7 @@ Status HealAll(HealingWork* healing) {
   VEDUTA_RETURN_IF_ERROR(HealTokens(healing));
   VEDUTA_RETURN_IF_ERROR(HealHypotheses(healing));
   VEDUTA_RETURN_IF_ERROR(HealContributions(healing));
+  VEDUTA_RETURN_IF_ERROR(HealModeration(healing));
   VEDUTA_RETURN_IF_ERROR(HealUploads(healing->source, healing->writer.target(), &healing->notes));
   VEDUTA_RETURN_IF_ERROR(RestateJournal(healing));
   VEDUTA_RETURN_IF_ERROR(WriteState(healing));

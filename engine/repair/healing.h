@@ -103,6 +103,8 @@ Status HealSubmaps(HealingWork* healing);
 Status HealDense(HealingWork* healing);
 // What was sent together; to come before the photos that wait.
 Status HealContributions(HealingWork* healing);
+// What curators have hidden and people reported; what tokens have used is forgotten.
+Status HealModeration(HealingWork* healing);
 // Takes over the photos that wait for their turn, and those that arrive in parts. `target`, unless
 // null, is the new database, with whatever it holds already.
 Status HealUploads(const Salvage& source, Database* target, RepairNotes* notes);

@@ -123,6 +123,32 @@ Status KeepTokens(const HealingWork& healing, Database* database) {
   return transaction->Commit();
 }
 
+// Hides photos anew, each by itself, since contributions are not kept; reports are lost.
+Status HideAgain(const HealingWork& healing, Engine* engine,
+                 std::vector<RepairNotes::Finding>* unkept) {
+  const auto hidden = healing.from().moderation().ListHidden();
+  if (!hidden.ok()) return IsDamage(hidden.status()) ? Status::Ok() : hidden.status();  // told
+  for (const HiddenRecord& record : *hidden) {
+    HideRequest request;
+    request.actor = record.actor;
+    request.reason = record.reason;
+    for (const auto& [id, image] : healing.images) {
+      const bool is_named = record.kind == HiddenKind::kImage ? id.value == record.number
+                                                              : image.contribution == record.number;
+      if (!is_named || healing.FindPhoto(id) == nullptr) continue;
+      request.photos = {image.photo.Hex()};
+      const Status done = engine->Hide(request);
+      // The photo was not stored again.
+      if (!done.ok() && done.code() != StatusCode::kNotFound) return done;
+    }
+  }
+  const auto reports = healing.from().moderation().ListReports();
+  if (reports.ok() && !reports->empty())
+    unkept->push_back({std::to_string(reports->size()) + " reports of photos are stored",
+                       "a rebuild does not keep them, since photos get other numbers"});
+  return Status::Ok();
+}
+
 std::vector<PhotoToAdd> LoosePhotosOf(const HealingWork& healing) {
   std::vector<PhotoToAdd> photos;
   for (const LoosePhoto& loose : healing.notes.loose) {
@@ -156,6 +182,7 @@ Result<std::vector<RepairNotes::Finding>> RebuildFromPhotos(const HealingWork& h
   TellGroundPoints(healing, &unkept);
   TellContributions(healing, &unkept);
   VEDUTA_RETURN_IF_ERROR(AddAll(photos, healing.source, statements, engine, &unkept));
+  VEDUTA_RETURN_IF_ERROR(HideAgain(healing, engine, &unkept));
   VEDUTA_RETURN_IF_ERROR(AddLoosePhotos(healing, engine));
   Database* const database = EngineParts::Of(*engine).database.get();
   RepairNotes told_already;

@@ -8,7 +8,6 @@
 #include "engine/camera/projection.h"
 #include "engine/camera/undistorter.h"
 #include "engine/photo/derived_features.h"
-#include "engine/query/unsure_poses.h"
 #include "fusion/export/colmap_files.h"
 #include "fusion/export/exporter.h"
 #include "fusion/export/model_names.h"
@@ -30,10 +29,10 @@ using PhotoNames = std::map<ImageId, std::string>;
 class ColmapModel final {
  public:
   ColmapModel(const Snapshot& snapshot, const ReconstructionRecord& record,
-              const UnsureImages& unsure, ColmapFiles* files, const PhotoNames* undistorted)
+              const std::set<ImageId>& untold, ColmapFiles* files, const PhotoNames* undistorted)
       : snapshot_(snapshot),
         record_(record),
-        unsure_(unsure),
+        untold_(untold),
         files_(files),
         undistorted_(undistorted) {}
 
@@ -60,7 +59,7 @@ class ColmapModel final {
 
   // Without images that are left out; a point that only one other sees is none.
   void WritePoint(PointRecord point) {
-    std::erase_if(point.track, [&](const TrackElement& e) { return unsure_.contains(e.image); });
+    std::erase_if(point.track, [&](const TrackElement& e) { return untold_.contains(e.image); });
     const bool is_written = point.track.size() >= 2;
     numbers_[point.id] = is_written ? ++point_count_ : kNoPoint;
     if (is_written) files_->AddPoint(point_count_, point);
@@ -145,7 +144,7 @@ class ColmapModel final {
 
   const Snapshot& snapshot_;
   const ReconstructionRecord& record_;
-  const UnsureImages& unsure_;
+  const std::set<ImageId>& untold_;
   ColmapFiles* const files_;
   const PhotoNames* const undistorted_;  // null: the photos are as they were taken
   uint64_t point_count_ = 0;
@@ -160,16 +159,17 @@ using OpenColmap = Result<std::unique_ptr<ColmapFiles>> (*)(const std::string& f
 class ColmapExporter final : public Exporter {
  public:
   enum class Photos : uint8_t { kAsTaken, kUndistorted };
-  ColmapExporter(const Snapshot& snapshot, OpenColmap open, Photos photos)
-      : snapshot_(snapshot), open_(open), photos_(photos) {}
+  ColmapExporter(const Snapshot& snapshot, const ExportRequest& request, OpenColmap open,
+                 Photos photos)
+      : snapshot_(snapshot), with_hidden_(request.with_hidden), open_(open), photos_(photos) {}
 
   Result<ExportedModel> Write(const ReconstructionRecord& record,
                               const std::string& folder) override {
     if (!poses_) {
       poses_.emplace();
-      VEDUTA_ASSIGN_OR_RETURN(unsure_, ListUnsure(snapshot_));
+      VEDUTA_ASSIGN_OR_RETURN(untold_, ListUntold(snapshot_, with_hidden_));
       VEDUTA_RETURN_IF_ERROR(snapshot_.ScanPoses([&](const PoseRecord& pose) {
-        if (!unsure_.contains(pose.image)) (*poses_)[pose.reconstruction].push_back(pose);
+        if (!untold_.contains(pose.image)) (*poses_)[pose.reconstruction].push_back(pose);
         return true;
       }));
     }
@@ -185,7 +185,7 @@ class ColmapExporter final : public Exporter {
         return Status::IoError("cannot make folder " + model_folder + ": " + error.message());
     }
     VEDUTA_ASSIGN_OR_RETURN(const std::unique_ptr<ColmapFiles> files, open_(model_folder));
-    ColmapModel model(snapshot_, record, unsure_, files.get(),
+    ColmapModel model(snapshot_, record, untold_, files.get(),
                       photos_ == Photos::kUndistorted ? &names : nullptr);
     VEDUTA_RETURN_IF_ERROR(model.Write(poses));
     return ExportedModel{record.id, folder, poses.size(), model.point_count(), 0, 0};
@@ -194,7 +194,7 @@ class ColmapExporter final : public Exporter {
  private:
   // What they are called in images/.
   Result<PhotoNames> WritePhotos(ReconstructionId id, const std::string& folder) const {
-    VEDUTA_ASSIGN_OR_RETURN(const Scene scene, LoadToldScene(snapshot_, id));
+    VEDUTA_ASSIGN_OR_RETURN(const Scene scene, LoadToldScene(snapshot_, id, with_hidden_));
     VEDUTA_ASSIGN_OR_RETURN(const auto photos, WriteUndistorted(snapshot_, scene, folder));
     PhotoNames names;
     for (const auto& [image, photo] : photos)
@@ -203,27 +203,30 @@ class ColmapExporter final : public Exporter {
   }
 
   const Snapshot& snapshot_;
+  const bool with_hidden_;
   const OpenColmap open_;
   const Photos photos_;
   std::optional<std::map<ReconstructionId, std::vector<PoseRecord>>> poses_;  // once asked for
-  UnsureImages unsure_;                                                       // likewise
+  std::set<ImageId> untold_;                                                  // likewise
 };
 
 }  // namespace
 
-std::unique_ptr<Exporter> MakeColmapExporter(const Snapshot& snapshot, const ExportRequest&) {
-  return std::make_unique<ColmapExporter>(snapshot, OpenColmapText,
+std::unique_ptr<Exporter> MakeColmapExporter(const Snapshot& snapshot,
+                                             const ExportRequest& request) {
+  return std::make_unique<ColmapExporter>(snapshot, request, OpenColmapText,
                                           ColmapExporter::Photos::kAsTaken);
 }
 
-std::unique_ptr<Exporter> MakeColmapBinaryExporter(const Snapshot& snapshot, const ExportRequest&) {
-  return std::make_unique<ColmapExporter>(snapshot, OpenColmapBinary,
+std::unique_ptr<Exporter> MakeColmapBinaryExporter(const Snapshot& snapshot,
+                                                   const ExportRequest& request) {
+  return std::make_unique<ColmapExporter>(snapshot, request, OpenColmapBinary,
                                           ColmapExporter::Photos::kAsTaken);
 }
 
 std::unique_ptr<Exporter> MakeColmapUndistortedExporter(const Snapshot& snapshot,
-                                                        const ExportRequest&) {
-  return std::make_unique<ColmapExporter>(snapshot, OpenColmapBinary,
+                                                        const ExportRequest& request) {
+  return std::make_unique<ColmapExporter>(snapshot, request, OpenColmapBinary,
                                           ColmapExporter::Photos::kUndistorted);
 }
 

@@ -14,7 +14,8 @@ class GltfExporter final : public Exporter {
 
   Result<ExportedModel> Write(const ReconstructionRecord& record,
                               const std::string& folder) override {
-    VEDUTA_ASSIGN_OR_RETURN(const SurfaceModel model, LoadSurfaceModel(snapshot_, record));
+    VEDUTA_ASSIGN_OR_RETURN(const SurfaceModel model,
+                            LoadSurfaceModel(snapshot_, record, request_.with_hidden));
     std::vector<ViewGeometry> views;
     for (const ExportedCamera& camera : model.cameras) views.push_back(camera.geometry);
     const bool is_on_earth = IsOnEarth(record, request_);

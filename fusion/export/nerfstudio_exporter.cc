@@ -44,11 +44,12 @@ Json FrameOf(const ViewGeometry& view, const std::string& file_path, const std::
 
 class NerfstudioExporter final : public Exporter {
  public:
-  explicit NerfstudioExporter(const Snapshot& snapshot) : snapshot_(snapshot) {}
+  NerfstudioExporter(const Snapshot& snapshot, bool with_hidden)
+      : snapshot_(snapshot), with_hidden_(with_hidden) {}
 
   Result<ExportedModel> Write(const ReconstructionRecord& record,
                               const std::string& folder) override {
-    VEDUTA_ASSIGN_OR_RETURN(const Scene scene, LoadToldScene(snapshot_, record.id));
+    VEDUTA_ASSIGN_OR_RETURN(const Scene scene, LoadToldScene(snapshot_, record.id, with_hidden_));
     VEDUTA_ASSIGN_OR_RETURN(const std::vector<CloudPoint> points, LoadPoints(snapshot_, record));
     VEDUTA_ASSIGN_OR_RETURN(const auto cloud, OpenPly(folder + "/points.ply", {.normals = false}));
     VEDUTA_RETURN_IF_ERROR(cloud->AddPoints(points));
@@ -85,12 +86,14 @@ class NerfstudioExporter final : public Exporter {
   }
 
   const Snapshot& snapshot_;
+  const bool with_hidden_;
 };
 
 }  // namespace
 
-std::unique_ptr<Exporter> MakeNerfstudioExporter(const Snapshot& snapshot, const ExportRequest&) {
-  return std::make_unique<NerfstudioExporter>(snapshot);
+std::unique_ptr<Exporter> MakeNerfstudioExporter(const Snapshot& snapshot,
+                                                 const ExportRequest& request) {
+  return std::make_unique<NerfstudioExporter>(snapshot, request.with_hidden);
 }
 
 }  // namespace veduta

@@ -53,11 +53,12 @@ struct MvsVertex {
 
 class OpenMvsExporter final : public Exporter {
  public:
-  explicit OpenMvsExporter(const Snapshot& snapshot) : snapshot_(snapshot) {}
+  OpenMvsExporter(const Snapshot& snapshot, bool with_hidden)
+      : snapshot_(snapshot), with_hidden_(with_hidden) {}
 
   Result<ExportedModel> Write(const ReconstructionRecord& record,
                               const std::string& folder) override {
-    VEDUTA_ASSIGN_OR_RETURN(const Scene scene, LoadToldScene(snapshot_, record.id));
+    VEDUTA_ASSIGN_OR_RETURN(const Scene scene, LoadToldScene(snapshot_, record.id, with_hidden_));
     VEDUTA_ASSIGN_OR_RETURN(const auto photos, WriteUndistorted(snapshot_, scene, folder));
     std::map<ImageId, uint32_t> places;
     for (const auto& [id, photo] : photos) places.emplace(id, places.size());
@@ -125,12 +126,14 @@ class OpenMvsExporter final : public Exporter {
   }
 
   const Snapshot& snapshot_;
+  const bool with_hidden_;
 };
 
 }  // namespace
 
-std::unique_ptr<Exporter> MakeOpenMvsExporter(const Snapshot& snapshot, const ExportRequest&) {
-  return std::make_unique<OpenMvsExporter>(snapshot);
+std::unique_ptr<Exporter> MakeOpenMvsExporter(const Snapshot& snapshot,
+                                              const ExportRequest& request) {
+  return std::make_unique<OpenMvsExporter>(snapshot, request.with_hidden);
 }
 
 }  // namespace veduta

@@ -18,7 +18,8 @@ class PlyExporter final : public Exporter {
 
   Result<ExportedModel> Write(const ReconstructionRecord& record,
                               const std::string& folder) override {
-    VEDUTA_ASSIGN_OR_RETURN(const SurfaceModel model, LoadSurfaceModel(snapshot_, record));
+    VEDUTA_ASSIGN_OR_RETURN(const SurfaceModel model,
+                            LoadSurfaceModel(snapshot_, record, request_.with_hidden));
     VEDUTA_ASSIGN_OR_RETURN(const Eigen::AlignedBox3d box, BoxOf(snapshot_, record.id));
     const Sim3 to_from_world = ModelFromWorld(record, request_);
     VEDUTA_ASSIGN_OR_RETURN(auto as_given, OpenPly(folder + "/points.ply", {.normals = false}));

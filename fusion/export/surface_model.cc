@@ -46,9 +46,9 @@ bool HasSurface(const TileRecords& tiles) {
                              [](const auto& tile) { return tile.second.triangle_count > 0; });
 }
 
-Result<SurfaceModel> LoadSurfaceModel(const Snapshot& snapshot,
-                                      const ReconstructionRecord& record) {
-  VEDUTA_ASSIGN_OR_RETURN(const Scene scene, LoadToldScene(snapshot, record.id));
+Result<SurfaceModel> LoadSurfaceModel(const Snapshot& snapshot, const ReconstructionRecord& record,
+                                      bool with_hidden) {
+  VEDUTA_ASSIGN_OR_RETURN(const Scene scene, LoadToldScene(snapshot, record.id, with_hidden));
   SurfaceModel model;
   model.record = record;
   VEDUTA_ASSIGN_OR_RETURN(model.points, LoadPoints(snapshot, record));

@@ -29,7 +29,9 @@ struct SurfaceModel {
 bool HasSurface(const TileRecords& tiles);
 
 // Errors: as LoadScene.
-Result<SurfaceModel> LoadSurfaceModel(const Snapshot& snapshot, const ReconstructionRecord& record);
+// `with_hidden` as of ListUntold.
+Result<SurfaceModel> LoadSurfaceModel(const Snapshot& snapshot, const ReconstructionRecord& record,
+                                      bool with_hidden);
 Result<std::vector<CloudPoint>> LoadPoints(const Snapshot& snapshot,
                                            const ReconstructionRecord& record);
 

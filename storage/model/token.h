@@ -35,6 +35,16 @@ struct TokenRecord {
   int64_t revoked_unix_s = 0;  // 0: it was not
   TokenQuota quota;
   bool is_link = false;  // a link for reading is made of it: a viewer's, and it expires
+  // A link that shows no more than this contribution, or this reconstruction: one of them at most;
+  // 0: all of the city.
+  uint32_t contribution = 0, reconstruction = 0;
+};
+
+// What a token has used up of its quotas at that time; it fills again as time goes.
+struct TokenUse {
+  uint32_t token = 0;  // its number; 0: all who ask without one
+  int64_t time_unix_ms = 0;
+  double photos = 0, bytes = 0, reports = 0;  // finite, 0 or more
 };
 
 }  // namespace veduta

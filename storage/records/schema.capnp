@@ -58,6 +58,32 @@ struct Token {
   bytesPerDay @7 :UInt64;
   requestsPerSecond @8 :UInt32;
   isLink @9 :Bool;
+  contribution @10 :UInt32;
+  reconstruction @11 :UInt32;
+}
+
+struct TokenUse {
+  timeUnixMs @0 :Int64;
+  photos @1 :Float64;
+  bytes @2 :Float64;
+  reports @3 :Float64;
+}
+
+struct Hidden {
+  timeUnixS @0 :Int64;
+  actor @1 :Text;
+  reason @2 :Text;
+}
+
+struct Report {
+  image @0 :UInt32;
+  reason @1 :UInt8;
+  text @2 :Text;
+  reporter @3 :Text;
+  timeUnixS @4 :Int64;
+  state @5 :UInt8;
+  resolver @6 :Text;
+  resolvedUnixS @7 :Int64;
 }
 
 struct Hypothesis {

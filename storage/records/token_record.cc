@@ -30,6 +30,10 @@ Status Check(const TokenRecord& token) {
   if (token.is_link && token.role != Role::kViewer)
     return Broken("role of a link", static_cast<int>(token.role), "1");
   if (token.is_link && token.expires_unix_s == 0) return Broken("end of a link", 0, "given");
+  const bool is_part = token.contribution != 0 || token.reconstruction != 0;
+  if (is_part && !token.is_link) return Broken("part that a token shows", "given", "a link's");
+  if (token.contribution != 0 && token.reconstruction != 0)
+    return Broken("parts that a link shows", 2, "1 at most");
   return Status::Ok();
 }
 
@@ -46,6 +50,8 @@ Result<std::string> Encode(const TokenRecord& token) {
     to.setBytesPerDay(token.quota.bytes_per_day);
     to.setRequestsPerSecond(token.quota.requests_per_s);
     to.setIsLink(token.is_link);
+    to.setContribution(token.contribution);
+    to.setReconstruction(token.reconstruction);
   });
 }
 
@@ -61,6 +67,8 @@ Status Decode(std::string_view value, TokenRecord* token) {
     token->revoked_unix_s = from.getRevokedUnixS();
     token->quota = {from.getPhotosPerDay(), from.getBytesPerDay(), from.getRequestsPerSecond()};
     token->is_link = from.getIsLink();
+    token->contribution = from.getContribution();
+    token->reconstruction = from.getReconstruction();
     return Damaged(Check(*token));
   });
 }

@@ -11,6 +11,7 @@ import concurrent.futures
 import ctypes
 import os
 import random
+import re
 import shutil
 import signal
 import subprocess
@@ -114,6 +115,11 @@ class Fragile(Case):
             self.assertIn(b'the decoder died on the photo (SIGSEGV)', body)
             code, _, body = daemon.ask('POST', '/v1/candidates?camera=c', with_fault('open'), JPEG)
             self.assertIn(b'the decoder died', body)
+            metrics = daemon.ask('GET', '/metrics')[2].decode()
+            deaths, = re.findall(r'^veduta_decoder_deaths_total{cause="photo"} (\d+)$', metrics,
+                                 re.MULTILINE)
+            self.assertGreaterEqual(int(deaths), 5)
+            self.assertIn('veduta_decoder_deaths_total{cause="kill"} 0\n', metrics)
             # It may come once more, mended.
             self.assertEqual(daemon.send('crash.jpg', photo(7))[0], 201)
             self.assertLessEqual(open_count(daemon.process.pid), before + 8)

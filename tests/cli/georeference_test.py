@@ -116,6 +116,34 @@ class Georeference(Case):
                                places=6)
         self.refused(1, 'no image', 'pose', CITY, 'none.jpg', '--geopose')
 
+    def test_who_prefers_a_geopose_gets_one(self):
+        name = self.names()[5]
+        told = ask('pose', CITY, name)
+        geopose = json.loads(must('pose', CITY, name, '--geopose'))
+        with Daemon(CITY) as daemon:
+            tags = set()
+            for path, accept, kind, wanted in (
+                    ('pose', None, 'application/json', told),
+                    ('pose', 'application/json, application/geopose+json', 'application/json',
+                     told),
+                    ('pose', 'application/geopose+json, */*;q=0.5', 'application/geopose+json',
+                     geopose),
+                    ('geopose', None, 'application/json', geopose),
+                    ('geopose', 'application/geopose+json;version=1.0', 'application/geopose+json',
+                     geopose)):
+                headers = {'Accept': accept} if accept else {}
+                code, answered, body = daemon.ask('GET', f'/v1/photos/{name}/{path}', None,
+                                                  headers)
+                self.assertEqual((code, answered['Content-Type'], answered['Vary']),
+                                 (200, kind, 'Accept'), (path, accept))
+                answer = json.loads(body)
+                self.assertEqual(answer, {key: wanted[key] for key in answer})
+                tags.add((kind, answered['ETag']))
+                again = daemon.ask('GET', f'/v1/photos/{name}/{path}', None,
+                                   {**headers, 'If-None-Match': answered['ETag']})
+                self.assertEqual(again[0], 304)
+            self.assertEqual(len({tag for _, tag in tags}), 2, 'each form has a tag of its own')
+
     def test_surveyed_points(self):
         db = self.copy('surveyed')
         write_ground_points(at('gcp.txt'), self.names())

@@ -153,6 +153,21 @@ def make_dense():
     return db
 
 
+def moderate(keep, db):
+    """Photos that are reported, and one that is hidden."""
+    must('report', db, '#2', 'privacy', '--text', 'my window')
+    must('report', db, '#5', 'wrong')
+    must('remove', db, '#5')
+    keep('reports', 'reports', db, '--all')
+    must('hide', db, '#2', '--reason', 'asked')
+    keep('hidden', 'hidden', db)
+    keep('show', 'show', db, '#2')
+    keep('reports', 'reports', db, '--all')
+    must('unhide', db, '#2')
+    must('report', db, '#4', 'other')
+    must('dismiss', db, '3')
+
+
 def setUpModule():
     """Every command once: section of the page -> what was printed."""
     global PRINTED
@@ -191,6 +206,7 @@ def setUpModule():
     must('forbid', merged, 'photo0001.jpg', 'photo0024.jpg')
     must('forbid', merged, 'photo0003.jpg', '--pose')
     keep('forbidden', 'forbidden', merged)
+    moderate(keep, merged)
     for name, days in (('anna', ()), ('bela', ('--days', '9'))):
         keep('token create', 'token', 'create', merged, name, *days)
     keep('token link', 'token', 'link', merged, 'cara')

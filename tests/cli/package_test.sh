@@ -97,6 +97,25 @@ for command in $(in_root veduta --help | sed '1,/^Subcommands:/d' | grep -oE '^ 
     COMP_WORDS=(veduta "$1"); COMP_CWORD=1; _veduta
     [[ " ${COMPREPLY[*]} " == *" $1 "* ]]' bash "$command" || fail "$command is not completed"
 done
+# The same by zsh, whose own completion is played by three functions that print what they are given.
+cat > "$root/tmp/complete.zsh" <<'COMPLETE'
+compdef() { : }
+_describe() { print -rl -- "${(@P)@[-1]}" }
+_files() { print files }
+. /usr/share/zsh/vendor-completions/_veduta
+words=("$@") CURRENT=$# PREFIX=${@[-1]}
+_veduta
+COMPLETE
+if command -v zsh > /dev/null; then
+  by_zsh() { in_root zsh -f /tmp/complete.zsh veduta "$@"; }
+  [[ "$(by_zsh '' | cut -d: -f1)" = "$(in_root veduta --help | sed '1,/^Subcommands:/d' |
+    grep -oE '^  [a-z]+' | tr -d ' ')" ]] || fail "zsh completes other commands"
+  grep -q '^create:Make a token' <<< "$(by_zsh token '')" || fail "zsh: no 'token create'"
+  grep -q '^--role:' <<< "$(by_zsh token create --)" || fail "zsh: no 'token create --role'"
+  [[ "$(by_zsh show '')" = files ]] || fail "zsh: no files"
+else
+  echo "there is no zsh: its completions were not tried"
+fi
 if command -v groff > /dev/null; then
   warnings=$(groff -man -ww -z <<< "$manual" 2>&1)
   [[ -z "$warnings" ]] || fail "groff says of the manual page: $warnings"

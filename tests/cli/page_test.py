@@ -13,7 +13,7 @@ import shutil
 import subprocess
 import sys
 
-from city import Case, add, at, main, must, new_database, render, SIZE
+from city import Case, add, ask, at, main, must, new_database, render, SIZE
 from daemon import Daemon
 
 if len(sys.argv) < 4:
@@ -55,19 +55,42 @@ class Page(Case):
                  'http://' + daemon.host, more, pictures, CHROMIUM], capture_output=True)
         self.assertEqual(done.returncode, 0, (done.stdout + done.stderr).decode())
 
+    def test_photos_are_reported_and_hidden(self):
+        if CHROMIUM is None or NODE is None:
+            self.skipTest('there is no chromium, or no node: tools/install.sh installs them')
+        photos = render('moderated', '--photos', '6', '--size', SIZE)
+        db = new_database('moderated.veduta')
+        self.assertEqual(add(db, photos)[0], 0)
+        viewer, curator = (must('token', 'create', db, role, '--role', role).strip()
+                           for role in ('viewer', 'curator'))
+        pictures = os.environ.get('PAGE_PICTURES', at('pictures'))
+        with Daemon(db) as daemon:
+            done = subprocess.run(
+                [NODE, os.path.join(BUILT_PAGE, 'test', 'moderation_test.mjs'),
+                 'http://' + daemon.host, viewer, curator, pictures, CHROMIUM],
+                capture_output=True)
+        self.assertEqual(done.returncode, 0, (done.stdout + done.stderr).decode())
+        reports = ask('reports', db, '--all')
+        self.assertEqual([(one['reason'], one['text'], one['reporter'], one['state'])
+                          for one in reports],
+                         [('privacy', 'my <b>window</b>', 'viewer', 'hidden'),
+                          ('wrong', '', 'viewer', 'dismissed')])
+        self.assertEqual(must('hidden', db), '')
+
     def test_a_link_for_reading_opens_the_city(self):
         if CHROMIUM is None or NODE is None:
             self.skipTest('there is no chromium, or no node: tools/install.sh installs them')
         photos = render('linked', '--photos', '3', '--size', SIZE)
         db = new_database('linked.veduta')
         self.assertEqual(add(db, photos)[0], 0)
-        link = json.loads(must('token', 'link', db, 'a friend', '--json'))
-        with Daemon(db) as daemon:
-            self.assertEqual(daemon.ask('GET', '/v1/status')[0], 401)
-            done = subprocess.run(
-                [NODE, os.path.join(BUILT_PAGE, 'test', 'link_test.mjs'),
-                 'http://' + daemon.host, link['path'], CHROMIUM], capture_output=True)
-        self.assertEqual(done.returncode, 0, (done.stdout + done.stderr).decode())
+        for part in ((), ('--reconstruction', '1')):
+            link = json.loads(must('token', 'link', db, 'a friend', '--json', *part))
+            with Daemon(db) as daemon:
+                self.assertEqual(daemon.ask('GET', '/v1/status')[0], 401)
+                done = subprocess.run(
+                    [NODE, os.path.join(BUILT_PAGE, 'test', 'link_test.mjs'),
+                     'http://' + daemon.host, link['path'], CHROMIUM], capture_output=True)
+            self.assertEqual(done.returncode, 0, (done.stdout + done.stderr).decode())
 
 
 if __name__ == '__main__':

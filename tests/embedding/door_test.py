@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: Apache-2.0
-# Goal: the door drags in little: it compiles alone, reaches at most 22 headers of the project and
+# Goal: the door drags in little: it compiles alone, reaches at most 24 headers of the project and
 #   none of other libraries, and exactly the headers that it reaches are installed.
 # Method: the compiler reads a file that includes the door alone, with no include path but the root;
 #   its own list of what it read is compared with a walk over the #include lines and with CMake's
@@ -16,7 +16,7 @@ import includes_test  # noqa: E402 (the line above finds it)
 import tidy_test  # noqa: E402
 
 # 10 by the issue "A house to live in"; the earth, tokens, contributions and questions since
-PROJECT_HEADERS_MAX = 22
+PROJECT_HEADERS_MAX = 24
 
 
 def reach(door, tree):

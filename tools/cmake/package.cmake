@@ -10,6 +10,8 @@ install(CODE "execute_process(
 install(FILES ${VEDUTA_PAGES}/veduta.1 DESTINATION ${CMAKE_INSTALL_MANDIR}/man1 COMPONENT program)
 install(FILES ${VEDUTA_PAGES}/veduta.bash RENAME veduta
   DESTINATION ${CMAKE_INSTALL_DATADIR}/bash-completion/completions COMPONENT program)
+install(FILES ${VEDUTA_PAGES}/_veduta
+  DESTINATION ${CMAKE_INSTALL_DATADIR}/zsh/vendor-completions COMPONENT program)
 install(FILES tools/package/veduta@.service DESTINATION lib/systemd/system COMPONENT program)
 install(FILES README.md CHANGELOG.md LICENSE DESTINATION ${CMAKE_INSTALL_DOCDIR}
   COMPONENT program)

@@ -10,6 +10,7 @@
 #include "storage/records/depth_record.h"
 #include "storage/records/earth_record.h"
 #include "storage/records/forbidden_record.h"
+#include "storage/records/hidden_record.h"
 #include "storage/records/hypothesis_record.h"
 #include "storage/records/image_record.h"
 #include "storage/records/journal_record.h"
@@ -20,10 +21,12 @@
 #include "storage/records/point_block.h"
 #include "storage/records/pose_record.h"
 #include "storage/records/reconstruction_record.h"
+#include "storage/records/report_record.h"
 #include "storage/records/state_record.h"
 #include "storage/records/submap_record.h"
 #include "storage/records/tile_record.h"
 #include "storage/records/token_record.h"
+#include "storage/records/token_use_record.h"
 #include "storage/records/upload_record.h"
 #include "storage/records/vocabulary_record.h"
 #include "storage/records/write_ahead_mark.h"
@@ -125,6 +128,14 @@ TokenRecord SampleToken() {
   return {1, "anna", Role::kCurator, {1, 2, 3}, 1'700'000'000, 0, 0, {5, 6, 7}};
 }
 
+HiddenRecord SampleHidden() {
+  return {HiddenKind::kImage, 4, 1'700'000'000, "kai", "asked"};
+}
+
+ReportRecord SampleReport() {
+  return {1, ImageId(4), ReportReason::kPrivacy, "my window", "vera", 1'700'000'000};
+}
+
 PartialUploadRecord SamplePartialUpload() {
   PartialUploadRecord partial;
   partial.id.fill(7);
@@ -186,6 +197,12 @@ void Keys(std::string_view key) {
   (void)ParseGroundPointKey(key, &point).ok();
   TokenRecord token;
   (void)ParseTokenKey(key, &token).ok();
+  TokenUse use;
+  (void)ParseTokenUseKey(key, &use).ok();
+  HiddenRecord hidden;
+  (void)ParseHiddenKey(key, &hidden).ok();
+  ReportRecord report;
+  (void)ParseReportKey(key, &report).ok();
   PartialUploadId partial{};
   (void)ParsePartialUploadKey(key, &partial).ok();
   (void)ParsePieceKey(key, &partial, &id).ok();
@@ -209,7 +226,7 @@ void Keys(std::string_view key) {
 }
 
 using Kind = void (*)(std::string_view);
-constexpr std::array<Kind, 29> kKinds = {
+constexpr std::array<Kind, 32> kKinds = {
     [](std::string_view v) { Keyed<CameraRecord>(v, CameraId(1)); },
     [](std::string_view v) { Keyed<ImageRecord>(v, ImageId(1)); },
     [](std::string_view v) { Keyed<JournalRecord>(v, uint64_t{1}); },
@@ -240,7 +257,10 @@ constexpr std::array<Kind, 29> kKinds = {
     [](std::string_view v) { Keyed<ReconstructionRecord>(v, ReconstructionId(1)); },
     [](std::string_view v) { Plain(v, SamplePartialUpload()); },
     [](std::string_view v) { Plain(v, SampleContribution()); },
-    [](std::string_view v) { Plain(v, SampleContributed()); }};
+    [](std::string_view v) { Plain(v, SampleContributed()); },
+    [](std::string_view v) { Plain(v, TokenUse()); },
+    [](std::string_view v) { Plain(v, SampleHidden()); },
+    [](std::string_view v) { Plain(v, SampleReport()); }};
 
 std::string Bytes(const Result<std::string>& encoded) {
   Expect(encoded.status(), "a seed is a record");
@@ -282,7 +302,10 @@ std::vector<std::string> Values() {
           Bytes(Encode(SampleOnEarth())),
           Bytes(Encode(SamplePartialUpload())),
           Bytes(Encode(SampleContribution())),
-          Bytes(Encode(SampleContributed()))};
+          Bytes(Encode(SampleContributed())),
+          Bytes(Encode(TokenUse{1, 2, 3, 4, 5})),
+          Bytes(Encode(SampleHidden())),
+          Bytes(Encode(SampleReport()))};
 }
 
 }  // namespace

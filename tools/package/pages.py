@@ -3,7 +3,7 @@
 # Writes the manual page and the shell's completions from what the program's own --help says, so
 # that they tell nothing else.
 # usage: tools/package/pages.py VEDUTA FOLDER
-#   FOLDER/veduta.1, FOLDER/veduta.bash
+#   FOLDER/veduta.1, FOLDER/veduta.bash, FOLDER/_veduta (for zsh)
 import os
 import re
 import subprocess
@@ -112,13 +112,63 @@ complete -o default -F _veduta veduta
 '''
 
 
+def quoted(text):
+    """As one word of zsh."""
+    return "'" + text.replace("'", "'\\''") + "'"
+
+
+def entry(name, text):
+    """"NAME:TEXT", as _describe takes it: without the colons that part them."""
+    return quoted(name.replace(':', '\\:') + ':' + text.replace(':', '\\:'))
+
+
+def zsh_completions(root):
+    cases = []
+    for command in root.all():
+        inner = ' '.join(entry(name, text) for name, text in command.rows['Subcommands:'])
+        options = ' '.join(entry(one, text) for name, text in command.rows['Options:']
+                           for one in name.split(' ')[0].split(',') if one.startswith('--'))
+        cases.append(f"    {quoted(' '.join(command.path))}) inner=({inner}) "
+                     f"options=({options}) ;;\n")
+    known = '|'.join(quoted(' '.join(command.path)) for command in root.all() if command.path)
+    return f'''#compdef veduta
+# Completions of veduta for zsh.
+_veduta() {{
+  local command='' next index
+  local -a inner options
+  for ((index = 2; index < CURRENT && index <= 3; ++index)); do
+    next="${{command:+$command }}${{words[index]}}"
+    case "$next" in
+      {known}) command="$next" ;;
+      *) break ;;
+    esac
+  done
+  case "$command" in
+{''.join(cases)}  esac
+  if (( $#inner )); then
+    _describe -t commands 'command' inner
+  elif [[ "$PREFIX" == -* ]]; then
+    _describe -o -t options 'option' options
+  else
+    _files
+  fi
+}}
+if [[ "${{funcstack[1]}}" == _veduta ]]; then
+  _veduta "$@"
+else
+  compdef _veduta veduta
+fi
+'''
+
+
 def main():
     program, folder = sys.argv[1:]
     root = Command(program, ())
     version = subprocess.run([program, '--version'], capture_output=True, text=True,
                              check=True).stdout.strip()
     os.makedirs(folder, exist_ok=True)
-    for name, text in (('veduta.1', manual(root, version)), ('veduta.bash', completions(root))):
+    for name, text in (('veduta.1', manual(root, version)), ('veduta.bash', completions(root)),
+                       ('_veduta', zsh_completions(root))):
         with open(os.path.join(folder, name), 'w', encoding='utf-8') as file:
             file.write(text)
 

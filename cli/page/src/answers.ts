@@ -21,6 +21,7 @@ export interface Photo {
   verdict: Verdict;
   reconstruction: number | null;
   unsure: boolean;
+  hidden: boolean;
   rotation_wxyz?: QuaternionWxyz | null;
   center?: Vec3 | null;
 }
@@ -66,6 +67,7 @@ export interface PhotoDetails {
   contributor: string;
   time: number;
   contribution: number | null;
+  hidden: boolean;
   features: number;
   observations: number;
   neighbors: Neighbor[];
@@ -127,4 +129,23 @@ export interface Upload {
   state: "waiting" | "done" | "failed";
   outcome: Outcome | null;
   why_not: string | null;
+}
+
+// Who looks at the page; no role where the city has no tokens.
+export interface Me {
+  name: string | null;
+  role: "viewer" | "contributor" | "curator" | "admin" | null;
+}
+
+export const REPORT_REASONS = ["privacy", "copyright", "offensive", "wrong", "other"] as const;
+export type ReportReason = (typeof REPORT_REASONS)[number];
+
+export interface Report {
+  report: number;
+  id: number;
+  image: string | null; // null: it was removed
+  reason: ReportReason;
+  text: string;
+  reporter: string;
+  time: number;
 }

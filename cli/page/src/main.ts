@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Wires the page together.
-import { isPlaced, type JournalEntry, type PhotoDetails } from "./answers";
+import { isPlaced, type JournalEntry, type Me, type PhotoDetails } from "./answers";
 import { Api, ConnectionLost, Problem } from "./api";
 import { City } from "./city";
 import { CityView } from "./city_view";
@@ -14,8 +14,10 @@ import { HistoryPanel } from "./panel_history";
 import { PhotoPanel } from "./panel_photo";
 import { PhotosPanel } from "./panel_photos";
 import { ReconstructionsPanel } from "./panel_reconstructions";
+import { ReportsPanel } from "./panel_reports";
 import { SeamsPanel } from "./panel_seams";
 import { pinholeOf } from "./photo_plane";
+import { ReportForm } from "./report_form";
 import { ShownModel } from "./shown_model";
 import { StatusLine } from "./status_line";
 import { SurfaceLayer } from "./surface_layer";
@@ -24,7 +26,9 @@ import { TokenForm } from "./token_form";
 import { currentLanguage, setLanguage, t } from "./words";
 
 // What these do changes nothing that the page shows besides the journal.
-const QUIET_ACTIONS = new Set(["vocabulary", "token"]);
+const QUIET_ACTIONS = new Set(["vocabulary", "token", "report", "dismiss"]);
+// What these do changes which reports wait.
+const REPORT_ACTIONS = new Set(["report", "dismiss", "hide", "remove"]);
 const PHOTO_SIDE_PX = 2048; // of a photo that is laid over the model
 
 const tokenForm = new TokenForm(() => {
@@ -54,10 +58,14 @@ const contribute = new ContributePanel(api, city, {
   onDropped: showContribute,
   onJudged: () => city.readSoon(),
 });
+const reportForm = new ReportForm((id, reason, text) => void report(id, reason, text));
+const reports = new ReportsPanel(api, { select, setHidden, onError: tell });
 const photo = new PhotoPanel(api, city, {
   select,
   showReconstruction,
   fly: (details) => void fly(details),
+  report: (id) => reportForm.ask(id),
+  setHidden: (id, isHidden) => setHidden(id, isHidden).catch(tell),
   close: () => deselect(),
 });
 const tabs = new Tabs([
@@ -66,7 +74,10 @@ const tabs = new Tabs([
   { name: "seams", words: "tab_seams", content: seams.element },
   { name: "history", words: "tab_history", content: history.element },
   { name: "contribute", words: "tab_contribute", content: contribute.element },
+  { name: "reports", words: "tab_reports", content: reports.element },
 ]);
+tabs.setShown("reports", false);
+document.body.append(reportForm.element);
 const empty = el("p", { class: "view-note", words: "empty" });
 empty.hidden = true;
 const layers = new LayerSwitch((chosen) => {
@@ -183,11 +194,35 @@ async function fly(details: PhotoDetails): Promise<void> {
   }
 }
 
+async function report(id: number, reason: string, text: string): Promise<void> {
+  try {
+    await api.send(`/v1/photos/%23${id}/report`, { reason, text });
+    status.tell(t("report_sent"));
+  } catch (error) {
+    tell(error);
+  }
+}
+
+async function setHidden(id: number, isHidden: boolean): Promise<void> {
+  await api.send(isHidden ? "/v1/hidden" : "/v1/shown", { photos: [`#${id}`] });
+  city.readSoon();
+}
+
+// Curators have one list more, and more buttons.
+async function findRole(): Promise<void> {
+  const { role } = await api.json<Me>("/v1/me");
+  photo.isCurated = role === "curator" || role === "admin";
+  tabs.setShown("reports", photo.isCurated);
+  if (photo.isCurated) await reports.read();
+  photo.render();
+}
+
 function switchLanguage(): void {
   setLanguage(currentLanguage() === "de" ? "en" : "de");
   document.documentElement.lang = currentLanguage();
   sayAgain();
-  for (const panel of [photos, reconstructions, seams, history, contribute, photo]) panel.render();
+  const panels = [photos, reconstructions, seams, history, contribute, reports, photo];
+  for (const panel of panels) panel.render();
 }
 
 function showContribute(): void {
@@ -201,7 +236,7 @@ async function changeToken(): Promise<void> {
 }
 
 document.addEventListener("keydown", (event) => {
-  if (event.key !== "Escape" || tokenForm.element.open) return;
+  if (event.key !== "Escape" || tokenForm.element.open || reportForm.element.open) return;
   if (view?.isInPhoto) view.leavePhoto();
   else if (selected !== null) deselect();
 });
@@ -212,6 +247,7 @@ city.onChange(() => {
 
 function onEntry(entry: JournalEntry): void {
   history.add(entry);
+  if (photo.isCurated && REPORT_ACTIONS.has(entry.action)) void reports.read();
   if (!QUIET_ACTIONS.has(entry.action)) city.readSoon();
 }
 
@@ -219,6 +255,7 @@ function onEntry(entry: JournalEntry): void {
 async function follow(): Promise<never> {
   for (;;) {
     try {
+      await findRole();
       const last = await history.findLast();
       await history.start(last);
       city.readSoon();

@@ -14,6 +14,8 @@ export interface PhotoActions {
   select(id: number): void;
   showReconstruction(id: number): void;
   fly(details: PhotoDetails): void;
+  report(id: number): void;
+  setHidden(id: number, isHidden: boolean): Promise<void>;
   close(): void;
 }
 
@@ -23,6 +25,7 @@ export class PhotoPanel {
   private readonly contributions = new Map<number, Contribution>(); // that were read
   private picture: HTMLImageElement | null = null;
   private id: number | null = null;
+  isCurated = false; // whoever looks at it may hide it
   private neighborRows = NEIGHBORS;
 
   constructor(
@@ -118,7 +121,7 @@ export class PhotoPanel {
       fly.addEventListener("click", () => this.actions.fly(details));
       parts.push(fly);
     }
-    parts.push(this.facts(details));
+    parts.push(this.facts(details), this.moderation(details));
     parts.push(el("h3", { words: "neighbors" }), this.neighbors(details));
     if (details.hypotheses.length > 0) {
       const seams = el("ul", { class: "rows" });
@@ -128,6 +131,25 @@ export class PhotoPanel {
       parts.push(el("h3", { words: "hypotheses" }), seams);
     }
     return parts;
+  }
+
+  // Anybody may report a photo; curators hide it, and show it again.
+  private moderation(details: PhotoDetails): HTMLElement {
+    const report = el("button", { words: "report" });
+    report.dataset.key = "report";
+    report.addEventListener("click", () => this.actions.report(details.id));
+    const buttons = el("div", { class: "buttons" }, report);
+    if (!this.isCurated) return buttons;
+    const hide = el("button", { words: details.hidden ? "unhide_photo" : "hide_photo" });
+    hide.dataset.key = "hide";
+    hide.addEventListener("click", () => {
+      hide.disabled = true;
+      void this.actions.setHidden(details.id, !details.hidden).finally(() => {
+        hide.disabled = false;
+      });
+    });
+    buttons.append(hide);
+    return buttons;
   }
 
   // As large as the thumbnail will be, so that nothing jumps when it comes.
@@ -146,6 +168,10 @@ export class PhotoPanel {
     const isUnsure = details.may_stand_in.length > 0;
     fact(el("dt", { words: "verdict" }), verdictBadge(isUnsure ? "unsure" : details.verdict));
     fact(el("dt", { words: "reason" }), foreign(details.reason));
+    if (details.hidden) {
+      const badge = el("span", { class: "badge badge-rejected", words: "hidden" });
+      fact(el("dt", { words: "seen_by" }), badge);
+    }
     const said = this.contributions.get(details.contribution ?? 0);
     if (said?.comment) fact(el("dt", { words: "remark" }), foreign(said.comment));
     if (said?.licence) fact(el("dt", { words: "licence" }), foreign(said.licence));

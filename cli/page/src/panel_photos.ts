@@ -57,6 +57,7 @@ export class PhotosPanel {
   private row(photo: Photo): HTMLElement {
     const button = photoButton(photo.id, photo.image, this.onSelect);
     button.append(verdictBadge(photo.unsure ? "unsure" : photo.verdict));
+    if (photo.hidden) button.append(el("span", { class: "badge badge-rejected" }, t("hidden")));
     button.append(foreign(photo.contributor, "quiet"));
     mark(button, photo.id === this.selected);
     return el("li", {}, button);

@@ -37,6 +37,12 @@ export class Tabs {
     this.choose(this.tabs.findIndex((tab) => tab.name === name));
   }
 
+  // A tab that is not shown cannot be reached; it must not be the open one then.
+  setShown(name: string, isShown: boolean): void {
+    const button = this.buttons[this.tabs.findIndex((tab) => tab.name === name)];
+    if (button) button.hidden = !isShown;
+  }
+
   private choose(chosen: number): void {
     this.buttons.forEach((button, index) => {
       button.setAttribute("aria-selected", String(index === chosen));
@@ -47,8 +53,9 @@ export class Tabs {
   }
 
   private onKey(event: KeyboardEvent): void {
-    const count = this.buttons.length;
-    const now = this.buttons.indexOf(document.activeElement as HTMLButtonElement);
+    const shown = this.buttons.filter((button) => !button.hidden);
+    const count = shown.length;
+    const now = shown.indexOf(document.activeElement as HTMLButtonElement);
     const goal = new Map([
       ["ArrowRight", (now + 1) % count],
       ["ArrowLeft", (now + count - 1) % count],
@@ -57,7 +64,9 @@ export class Tabs {
     ]).get(event.key);
     if (goal === undefined || now < 0) return;
     event.preventDefault();
-    this.choose(goal);
-    this.buttons[goal]?.focus();
+    const button = shown[goal];
+    if (!button) return;
+    this.choose(this.buttons.indexOf(button));
+    button.focus();
   }
 }

@@ -140,6 +140,7 @@ Result<DecoderEnd> SandboxedDecoder::Run(const DecoderRequest& request, int phot
       return *end;
     }
     if (!end) connection.reset();
+    if (!end || end->is_started == 1) ++killed_;
     why = Status::NoMemory(
         end && end->is_started == 0
             ? "no process can be started to decode the photo"
@@ -162,8 +163,10 @@ SandboxedDecoder::Asked SandboxedDecoder::Ask(DecoderRequest request,
   request.photo_bytes = photo.size();
   const Result<DecoderEnd> end = Run(request, bytes->number(), room->number());
   if (!end.ok()) return not_done(end.status());
-  if (!WIFEXITED(end->wait_status) || WEXITSTATUS(end->wait_status) != 0)
+  if (!WIFEXITED(end->wait_status) || WEXITSTATUS(end->wait_status) != 0) {
+    ++died_;
     return {Fate::kDied, DeathText(*end, request), {}, {}};
+  }
   Result<MappedMemory> memory =
       MappedMemory::Map(room->number(), request.answer_bytes, MappedMemory::Access::kRead);
   if (!memory.ok()) return not_done(memory.status());

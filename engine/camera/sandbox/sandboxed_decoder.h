@@ -3,6 +3,7 @@
 // Photos are decoded in other processes, which can do nothing but compute (process/lockdown.h), one
 // for each photo. Whatever a photo does to the libraries that read it, it ends its process at most.
 
+#include <atomic>
 #include <memory>
 #include <mutex>
 #include <optional>
@@ -34,6 +35,7 @@ class SandboxedDecoder final : public PhotoDecoder {
   PhotoExamination Examine(std::span<const uint8_t> bytes) const override;
   Pixels DecodePixels(std::span<const uint8_t> bytes, const PhotoHeader& header) const override;
   uint64_t HandoverBytes(uint64_t size_bytes, uint64_t pixel_count) const override;
+  DecoderDeaths deaths() const override { return {died_, killed_}; }
 
  private:
   explicit SandboxedDecoder(Descriptor program) : program_(std::move(program)) {}
@@ -54,6 +56,7 @@ class SandboxedDecoder final : public PhotoDecoder {
   void GiveBack(std::unique_ptr<DecoderConnection> connection) const;
 
   const Descriptor program_;
+  mutable std::atomic<uint64_t> died_ = 0, killed_ = 0;
   mutable std::mutex mutex_;
   mutable std::vector<std::unique_ptr<DecoderConnection>> waiting_;
 };

@@ -39,7 +39,7 @@ class CityServiceTest : public testing::Test {
 
   CityEvents EventsFrom(uint64_t first) {
     std::promise<Result<CityEvents>> told;
-    service_->TellEvents(first, [&](Result<CityEvents> e) { told.set_value(std::move(e)); });
+    service_->TellEvents(first, {}, [&](Result<CityEvents> e) { told.set_value(std::move(e)); });
     const Result<CityEvents> events = told.get_future().get();
     EXPECT_OK(events);
     return events.ok() ? *events : CityEvents();

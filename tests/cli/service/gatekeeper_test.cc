@@ -8,6 +8,7 @@
 #include <gtest/gtest.h>
 
 #include <map>
+#include <set>
 
 #include "cli/service/city_routes.h"
 #include "tests/storage/samples.h"
@@ -81,6 +82,17 @@ const std::vector<Asked>& RoutesOfRoles() {
   return kAll;
 }
 
+const std::vector<Asked>& RoutesOfModeration() {
+  static const std::vector<Asked> kAll = {{"GET", {"v1", "me"}, 1},
+                                          {"POST", {"v1", "photos", "a", "report"}, 1},
+                                          {"GET", {"v1", "reports"}, 3, true},
+                                          {"POST", {"v1", "reports", "1", "dismiss"}, 3, true},
+                                          {"GET", {"v1", "hidden"}, 3, true},
+                                          {"POST", {"v1", "hidden"}, 3, true},
+                                          {"POST", {"v1", "shown"}, 3, true}};
+  return kAll;
+}
+
 const std::vector<Asked>& RoutesOfStacAndLinks() {
   static const std::vector<Asked> kAll = {
       {"GET", {"v1", "stac"}, 1},
@@ -99,6 +111,7 @@ const std::vector<Asked>& RoutesOfStacAndLinks() {
 
 std::vector<Asked> AllRoutes() {
   std::vector<Asked> all = RoutesOfRoles();
+  for (const Asked& asked : RoutesOfModeration()) all.push_back(asked);
   for (const Asked& asked : RoutesOfStacAndLinks()) all.push_back(asked);
   for (const Asked& asked : {Asked{"POST", {"v1", "settle"}, 5, true},
                              {"POST", {"v1", "densify"}, 5, true},
@@ -190,6 +203,59 @@ TEST_F(GatekeeperTest, ARevokedTokenIsNoneAndTheDoorStaysShut) {
   gatekeeper_.Look(engine_->Ask());
   EXPECT_EQ(Ask(status, token.text), 401u);
   EXPECT_EQ(Ask(status), 401u);
+}
+
+TEST_F(GatekeeperTest, WhatIsHiddenIsForTheOwnerAndCurators) {
+  const Asked photo = {"GET", {"v1", "photos", "a"}, 1};
+  HttpRequest request;
+  EXPECT_EQ(Ask(photo, "", &request), 0u) << "before there is a token";
+  EXPECT_FALSE(request.sight.sees_hidden);
+  for (const auto& [role, sees] : {std::pair(Role::kViewer, false),
+                                   {Role::kContributor, false},
+                                   {Role::kCurator, true},
+                                   {Role::kAdmin, true}}) {
+    EXPECT_EQ(Ask(photo, Make("x", role).text, &request), 0u);
+    EXPECT_EQ(request.sight.sees_hidden, sees) << RoleWord(role);
+  }
+  request.is_of_owner = true;
+  EXPECT_EQ(Ask(photo, "", &request), 0u);
+  EXPECT_TRUE(request.sight.sees_hidden);
+}
+
+TEST_F(GatekeeperTest, ALinkForAPartIsAskedForPartsAlone) {
+  const auto opened = engine_->OpenContribution({"anna", "", "", "anna"});
+  ASSERT_OK(opened);
+  TokenRequest wanted;
+  wanted.name = "a friend";
+  wanted.is_link = true;
+  wanted.expires_unix_s = 4'000'000'000;
+  wanted.contribution = 9;
+  EXPECT_EQ(engine_->CreateToken(wanted).status().code(), StatusCode::kNotFound);
+  wanted.contribution = *opened;
+  wanted.reconstruction = 1;
+  EXPECT_EQ(engine_->CreateToken(wanted).status().code(), StatusCode::kInvalidArgument);
+  wanted.reconstruction = 0;
+  const auto link = engine_->CreateToken(wanted);
+  ASSERT_OK(link);
+  gatekeeper_.Look(engine_->Ask());
+  const std::set<std::string> kOfParts = {
+      "me",      "status",  "photos",     "reconstructions", "stac", "events", "contributions",
+      "journal", "cameras", "hypotheses", "georeference"};
+  size_t open = 0;
+  for (const Asked& asked : AllRoutes()) {
+    HttpRequest request;
+    const uint32_t code = Ask(asked, link->text, &request);
+    const std::string& what = asked.path.size() > 1 ? asked.path[1] : "";
+    const bool is_of_parts = asked.role == 1 && kOfParts.contains(what);
+    EXPECT_EQ(code, asked.role == 0 || is_of_parts ? 0u : 403u) << asked.path.back();
+    if (!is_of_parts) continue;
+    ++open;
+    EXPECT_EQ(request.sight.contribution, *opened);
+    EXPECT_FALSE(request.sight.sees_hidden);
+  }
+  EXPECT_GT(open, 20u);
+  wanted.is_link = false;
+  EXPECT_EQ(engine_->CreateToken(wanted).status().code(), StatusCode::kInvalidArgument);
 }
 
 TEST_F(GatekeeperTest, PhotosAreSentUnderTheTokensName) {

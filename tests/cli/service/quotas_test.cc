@@ -29,8 +29,21 @@ class QuotasTest : public testing::Test {
     return std::stoi(HeaderOf(*refusal, "Retry-After"));
   }
 
+  Quotas::World World() {
+    return {.now = [this] { return now_; },
+            .unix_ms = [this] { return unix_ms_; },
+            .keep = [this](const TokenUse& use) { kept_[use.token] = use; }};
+  }
+  std::vector<TokenUse> Kept() const {
+    std::vector<TokenUse> uses;
+    for (const auto& [token, use] : kept_) uses.push_back(use);
+    return uses;
+  }
+
   Quotas::Clock::time_point now_{};
-  Quotas quotas_{TokenQuota{24, 24'000, 2}, [this] { return now_; }};
+  int64_t unix_ms_ = 1'000'000;
+  std::map<uint32_t, TokenUse> kept_;
+  Quotas quotas_{TokenQuota{24, 24'000, 2}, World()};
 };
 
 TEST_F(QuotasTest, RequestsFillAgain) {
@@ -72,6 +85,39 @@ TEST_F(QuotasTest, TheOwnerHasNone) {
     EXPECT_EQ(Wait(quotas_.TakeRequest(Of(0))), 0);
     EXPECT_EQ(Wait(quotas_.TakePhoto(Of(0), 1'000'000'000)), 0);
   }
+}
+
+TEST_F(QuotasTest, ReportsAreCountedOfAllWhoComeWithoutATokenTogether) {
+  for (const uint32_t token : {0, 7}) {
+    for (int i = 0; i < 100; ++i) EXPECT_EQ(Wait(quotas_.TakeReport(Of(token))), 0);
+    EXPECT_EQ(Wait(quotas_.TakeReport(Of(token))), 864);
+  }
+  HttpRequest owner = Of(0);
+  owner.is_of_owner = true;
+  EXPECT_EQ(Wait(quotas_.TakeReport(owner)), 0);
+}
+
+// A daemon that begins anew goes on with what was used, and with the time that has passed.
+TEST_F(QuotasTest, OutliveTheDaemon) {
+  for (int i = 0; i < 24; ++i) EXPECT_EQ(Wait(quotas_.TakePhoto(Of(1), 10)), 0);
+  EXPECT_EQ(Wait(quotas_.TakePhoto(Of(2), 20'000)), 0);
+  for (int i = 0; i < 100; ++i) EXPECT_EQ(Wait(quotas_.TakeReport(Of(0))), 0);
+  ASSERT_EQ(kept_.size(), 3u);
+  EXPECT_EQ(kept_.at(1).photos, 24);
+  EXPECT_EQ(kept_.at(1).bytes, 240);
+  unix_ms_ += 1'800'000;  // half an hour: half a photo, 500 bytes, two reports
+  Quotas anew(TokenQuota{24, 24'000, 2}, World());
+  anew.Restore(Kept());
+  EXPECT_EQ(Wait(anew.TakePhoto(Of(1), 10)), 1'800);
+  EXPECT_EQ(Wait(anew.TakePhoto(Of(2), 5'000)), 1'800);
+  EXPECT_EQ(Wait(anew.TakePhoto(Of(2), 4'500)), 0);
+  for (int i = 0; i < 2; ++i) EXPECT_EQ(Wait(anew.TakeReport(Of(0))), 0);
+  EXPECT_NE(Wait(anew.TakeReport(Of(0))), 0);
+  EXPECT_EQ(Wait(anew.TakePhoto(Of(3), 10)), 0) << "one that nothing is known of";
+  unix_ms_ -= 7'200'000;  // a clock that was put back fills nothing
+  Quotas again(TokenQuota{24, 24'000, 2}, World());
+  again.Restore(Kept());
+  EXPECT_NE(Wait(again.TakePhoto(Of(1), 10)), 0);
 }
 
 }  // namespace

@@ -55,7 +55,7 @@ class TusUploadsTest : public testing::Test {
 
   PhotoIntake intake_{{.photos_max = 2},
                       [](uint64_t, const std::string&, const Result<AddOutcome>&) {}};
-  Quotas quotas_{TokenQuota{1'000, 1'000'000'000, 1'000}};
+  Quotas quotas_{TokenQuota{1'000, 1'000'000'000, 1'000}, Quotas::World{}};
   TusUploads tus_{Small(), &intake_, &quotas_};
   City city_;
 };

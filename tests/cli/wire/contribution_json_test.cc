@@ -11,7 +11,7 @@ namespace {
 TEST(ContributionJson, HasEveryKey) {
   EXPECT_EQ(JsonLine(ToJson(ContributionAnswer{3, "anna", "a walk", "CC0", 5, 0, 7})),
             R"({"contribution":3,"contributor":"anna","comment":"a walk","licence":"CC0",)"
-            R"("opened":5,"closed":null,"photos":7})");
+            R"("opened":5,"closed":null,"photos":7,"hidden":false})");
   const ContributionSums sums{1, 2, 3, 4, 5, 6, 7, 8, {{Reason::kNoTexture, 9}}};
   EXPECT_EQ(JsonLine(ToJson(sums)),
             R"({"arriving":1,"waiting":2,"placed":3,"postponed":4,"refused":5,"duplicates":6,)"

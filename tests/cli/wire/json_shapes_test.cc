@@ -170,7 +170,7 @@ TEST(Answers, ImageWithoutAPose) {
                 R"("sha256":"ab12","contributor":"anna","time":1700000000,"features":900,)"
                 R"("observations":300,"neighbors":[],"depth_map":null,"uncertainty":null,)"
                 R"("hypotheses":[],"gps":null,"taken":null,)"
-                R"("contribution":null,"on_earth":null})");
+                R"("contribution":null,"on_earth":null,"hidden":false})");
 }
 
 TEST(Answers, ImageWithAll) {
@@ -208,7 +208,8 @@ TEST(Answers, Listed) {
   ListedImage image{ImageId(8), "a.jpg", "anna", Verdict::kPostponed, {}, false, {}};
   EXPECT_EQ(JsonLine(ToJson(image)),
             R"({"id":8,"image":"a.jpg","contributor":"anna","verdict":"postponed",)"
-            R"("reconstruction":null,"unsure":false,"rotation_wxyz":null,"center":null})");
+            R"("reconstruction":null,"unsure":false,"hidden":false,"rotation_wxyz":null,)"
+            R"("center":null})");
   image.reconstruction = ReconstructionId(3);
   image.cam_from_world = PlainPose{{1, 0, 0, 0}, {4, 5, 6}, {-4, -5, -6}};
   EXPECT_EQ(JsonLine(ToJson(image)["rotation_wxyz"]), "[1.0,0.0,0.0,0.0]");

@@ -100,6 +100,31 @@ TEST(Rebuilding, KeepsWhatIsForbiddenOfPhotosAndTellsOfMerges) {
             "ben has forbidden that reconstructions 1 and 2 are merged: two rivers");
 }
 
+TEST(Rebuilding, KeepsHiddenWhatWasHidden) {
+  const DamagedCity city;
+  {
+    const auto database = Database::Open(city.path(), {});
+    ASSERT_OK(database);
+    const auto transaction = (*database)->BeginTransaction();
+    transaction->PutHidden({HiddenKind::kImage, 5, 9, "kai", "it shows a home"});
+    transaction->PutHidden({HiddenKind::kImage, 99, 9, "kai", "of no photo"});
+    ReportRecord report;
+    report.number = 1;
+    report.image = ImageId(2);
+    transaction->PutReport(report);
+    ASSERT_OK(transaction->Commit());
+  }
+  const Rebuilt rebuilt(city);
+  const auto hidden = rebuilt.engine->Ask().Hidden();
+  ASSERT_OK(hidden);
+  ASSERT_EQ(hidden->size(), 1u);
+  EXPECT_EQ(hidden->front().name, NameOf(4));
+  EXPECT_EQ(hidden->front().actor, "kai");
+  EXPECT_EQ(hidden->front().reason, "it shows a home");
+  ASSERT_EQ(rebuilt.unkept.size(), 1u);
+  EXPECT_EQ(rebuilt.unkept[0].damage, "1 reports of photos are stored");
+}
+
 TEST(Rebuilding, KeepsTokensAndTellsOfSurveyedPoints) {
   const DamagedCity city;
   {

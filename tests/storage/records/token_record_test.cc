@@ -55,6 +55,22 @@ TEST(TokenRecord, RefusesWhatBreaksARule) {
   ExpectRefused(token, "end of a link");
 }
 
+TEST(TokenRecord, ALinkMayShowAPart) {
+  TokenRecord token = Sample(), decoded;
+  token.contribution = 70'000;
+  ExpectRefused(token, "a link's");
+  token.role = Role::kViewer;
+  token.is_link = true;
+  decoded.number = token.number;
+  RoundTrip(token, &decoded);
+  EXPECT_EQ(decoded.contribution, token.contribution);
+  token.reconstruction = 7;
+  ExpectRefused(token, "1 at most");
+  token.contribution = 0;
+  RoundTrip(token, &decoded);
+  EXPECT_EQ(decoded.reconstruction, 7u);
+}
+
 TEST(TokenRecord, KeepsThatItIsALink) {
   TokenRecord token = Sample(), decoded;
   token.role = Role::kViewer;
