@@ -133,7 +133,9 @@ HiddenRecord SampleHidden() {
 }
 
 ReportRecord SampleReport() {
-  return {1, ImageId(4), ReportReason::kPrivacy, "my window", "vera", 1'700'000'000};
+  return {1,      ImageId(4),    ReportReason::kPrivacy, "my window",
+          "vera", 1'700'000'000, ReportState::kOpen,     "",
+          0};
 }
 
 PartialUploadRecord SamplePartialUpload() {
