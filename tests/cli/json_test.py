@@ -135,8 +135,11 @@ def make_imported():
     db = at('imported')
     must('init', db)
     must('export', WHOLE, at('for import'), '--format', 'colmap')
-    for name in sorted(os.listdir(PHOTOS))[1:]:
-        write(at('without one', name), read(os.path.join(PHOTOS, name)))
+    model = read(at('for import', '0', 'images.txt')).decode()
+    missing = next(name for name in sorted(os.listdir(PHOTOS)) if name in model)
+    for name in os.listdir(PHOTOS):
+        if name != missing:
+            write(at('without one', name), read(os.path.join(PHOTOS, name)))
     for _ in range(2):
         PRINTED['veduta import'] += lines_of('import', db, at('for import', '0'), '--images',
                                              at('without one'), '--json', code=1)

@@ -205,7 +205,7 @@ TEST(Answers, ImageWithAll) {
 }
 
 TEST(Answers, Listed) {
-  ListedImage image{ImageId(8), "a.jpg", "anna", Verdict::kPostponed, {}, false, {}};
+  ListedImage image{ImageId(8), "a.jpg", "anna", Verdict::kPostponed, {}, false, false, {}};
   EXPECT_EQ(JsonLine(ToJson(image)),
             R"({"id":8,"image":"a.jpg","contributor":"anna","verdict":"postponed",)"
             R"("reconstruction":null,"unsure":false,"hidden":false,"rotation_wxyz":null,)"
