@@ -66,11 +66,12 @@ class Usage(Case):
                         'reconstruction', 'show', 'neighbors', 'pose', 'export', 'densify',
                         'render', 'verify', 'digest', 'vocabulary', 'journal', 'backup', 'repair',
                         'remove', 'forbid', 'allow', 'forbidden', 'devices', 'localize', 'serve',
-                        'georeference', 'token', 'backups', 'restore', 'copy'):
+                        'georeference', 'token', 'backups', 'restore', 'copy', 'import', 'hide',
+                        'unhide', 'hidden', 'report', 'reports', 'dismiss'):
             self.assertRegex(listed, rf'(?m)^  {command} ')
             self.assertIn(without_database.get(command, 'DB'), must(command, '--help'))
         count = len(re.findall(r'(?m)^  [a-z]+ ', listed.split('Subcommands:')[1]))
-        self.assertEqual(count, 32, 'a command is not in this list')
+        self.assertEqual(count, 39, 'a command is not in this list')
         self.assertRegex(must('--version'), r'^\d+\.\d+\.\d+\n$')
 
     def test_init_again_changes_nothing(self):
