@@ -80,9 +80,11 @@ class Page(Case):
     def test_a_link_for_reading_opens_the_city(self):
         if CHROMIUM is None or NODE is None:
             self.skipTest('there is no chromium, or no node: tools/install.sh installs them')
-        photos = render('linked', '--photos', '3', '--size', SIZE)
+        photos = render('linked', '--photos', '20', '--length', '10', '--size', SIZE)
         db = new_database('linked.veduta')
-        self.assertEqual(add(db, photos)[0], 0)
+        near = [os.path.join(photos, name) for name in sorted(os.listdir(photos))[:4]]
+        self.assertEqual(add(db, *near)[0], 0)
+        self.assertGreaterEqual(ask('status', db)['placed'], 3)
         for part in ((), ('--reconstruction', '1')):
             link = json.loads(must('token', 'link', db, 'a friend', '--json', *part))
             with Daemon(db) as daemon:
