@@ -69,8 +69,8 @@ class MapLoader final {
   std::shared_ptr<const Snapshot> snapshot_;
   ImageFeatureCache* features_;
   CityMap* map_;
-  bool has_loaded_ = false;              // something since the last CheckSeen
-  std::unordered_set<ImageId> checked_;  // of these CheckSeen was content
+  bool has_loaded_ = false;                    // something since the last CheckSeen
+  std::unordered_set<ImageId> checked_;        // of these CheckSeen was content
   std::unordered_set<ImageId> neighborhoods_;  // that are in the map, while edit_count_ is its own
   uint64_t edit_count_ = 0;
   std::map<ReconstructionId, ReconstructionRecord> reconstructions_;
