@@ -53,19 +53,22 @@ Status GrowFromPairs(const MappingContext& context, const Region& region) {
   return Status::Ok();
 }
 
-// Completes the tracks of the images by what is seen in `known`, takes points away that stray,
-// adjusts the images and their points, and filters.
+// Adjusts the images and their points, and filters.
+Status Adjust(const MappingContext& context, std::span<const ImageId> images) {
+  const std::vector<PointId> points = context.map->PointsSeenBy(images);
+  VEDUTA_RETURN_IF_ERROR(
+      AdjustBundle(context.map, images, points, context.options.global_bundle, context.pool)
+          .status());
+  FilterPoints(context.map, points, context.options.filter);
+  return Status::Ok();
+}
+
+// Completes the tracks of the images by what is seen in `known`, and adjusts.
 Status GrowAndAdjust(const MappingContext& context, std::span<const ImageId> images,
                      std::span<const ImageId> known) {
-  CityMap* const map = context.map;
-  const MapperOptions& options = context.options;
-  GrowAllByProjection(map, images, known, options.local_images_max, options.growth, context.pool);
-  RemoveStrayPoints(map, images, options.strays, context.pool);
-  const std::vector<PointId> points = map->PointsSeenBy(images);
-  VEDUTA_RETURN_IF_ERROR(
-      AdjustBundle(map, images, points, options.global_bundle, context.pool).status());
-  FilterPoints(map, points, options.filter);
-  return Status::Ok();
+  GrowAllByProjection(context.map, images, known, context.options.local_images_max,
+                      context.options.growth, context.pool);
+  return Adjust(context, images);
 }
 
 // A reconstruction is of three images at least.
@@ -165,6 +168,11 @@ Result<Healing> AdjustRegion(const MappingContext& context, const Region& region
   }
   if (!healing.empty() && !images.empty())
     VEDUTA_RETURN_IF_ERROR(GrowAndAdjust(context, images, region.known));
+  // Only what stays together: where two places were taken for one, points of two views are what
+  // speaks against it.
+  if (healing.empty() &&
+      RemoveStrayPoints(context.map, images, context.options.strays, context.pool) > 0)
+    VEDUTA_RETURN_IF_ERROR(Adjust(context, images));
   HealUnsupported(context, region.images.size() == region.known.size(), &images, &healing);
   return healing;
 }

@@ -4,7 +4,7 @@
 //
 // A photo that has failed beside many placed neighbours fails beside one more in nearly all cases,
 // and among fronts that are all alike nearly every photo is a neighbour of every other. So a photo
-// is tried again with each of the first few neighbours that get a pose, and later only as often as
+// is tried again with each of the first 16 neighbours that get a pose, and later only as often as
 // their number has grown by a quarter: as often as its logarithm.
 
 #include <cstdint>

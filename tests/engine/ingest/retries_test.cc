@@ -13,7 +13,7 @@
 namespace veduta {
 namespace {
 
-constexpr uint32_t kImages = 14;
+constexpr uint32_t kImages = 22;
 
 // A scene whose first images have a pose, as many as are asked for.
 class PartlyPlaced {
@@ -59,9 +59,10 @@ TEST(Retries, TheFirstFewNeighborsEachCountThenAQuarterMore) {
   for (uint32_t count = 1; count <= 30; ++count) {
     if (IsWorthAnother(count - 1, count)) tried_at.push_back(count);
   }
-  EXPECT_EQ(tried_at, (std::vector<uint32_t>{1, 2, 3, 4, 5, 6, 7, 8, 10, 12, 15, 18, 22, 27}));
-  EXPECT_TRUE(IsWorthAnother(8, 11)) << "10 lies between";
-  EXPECT_FALSE(IsWorthAnother(12, 14));
+  EXPECT_EQ(tried_at,
+            (std::vector<uint32_t>{1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15, 16, 20, 25}));
+  EXPECT_TRUE(IsWorthAnother(18, 22)) << "20 lies between";
+  EXPECT_FALSE(IsWorthAnother(20, 24));
   EXPECT_FALSE(IsWorthAnother(5, 5));
 }
 
@@ -73,16 +74,16 @@ TEST(Retries, BesideFewPlacedNeighborsAllAreTriedOnce) {
 }
 
 TEST(Retries, BesideManyOnlyAsTheyGrow) {
-  const PartlyPlaced scene(8);
+  const PartlyPlaced scene(18);
   EXPECT_TRUE(scene.RetriesAfter(1).empty());
-  EXPECT_EQ(scene.RetriesAfter(2), scene.Others(10));
+  EXPECT_EQ(scene.RetriesAfter(2), scene.Others(20));
 }
 
 TEST(Retries, AMergeHasAllTriedAgain) {
-  const PartlyPlaced scene(8);
+  const PartlyPlaced scene(18);
   Merge merge;
   merge.from = ReconstructionId(2);
-  EXPECT_EQ(scene.RetriesAfter(1, {merge}), scene.Others(9));
+  EXPECT_EQ(scene.RetriesAfter(1, {merge}), scene.Others(19));
 }
 
 TEST(Retries, PairsThatAreNotStoredYetCount) {
