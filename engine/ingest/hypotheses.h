@@ -5,9 +5,8 @@
 //
 // A photo whose own search for a merge leads to one judges it, unless its seam is large, which
 // takes long, or many pairs refute it and few agree, or the two were split there and not judged
-// since, which might never end. It becomes
-// due, and is judged by a step of its own (engine/ingest/judging.h), when what it rests on has
-// changed:
+// since, which might never end. It becomes due, and is judged by a step of its own
+// (engine/ingest/judging.h), when what it rests on has changed:
 //   - such a search finds a quarter more verified pairs across such a seam than when it was judged
 //     last;
 //   - the pictures lack something, and it is new or photos have judged it a few times: an image may

@@ -12,6 +12,8 @@
 namespace veduta {
 namespace {
 
+constexpr size_t kCellsMax = 256;  // in a row or column: a tiny radius must not fill the memory
+
 struct SeenPoint {
   PointId id;
   double x_px, y_px, depth;
@@ -22,8 +24,9 @@ class Look {
  public:
   Look(const CityMap& map, const MapImage& image, const StrayOptions& options)
       : options_(options), radius_px_(std::max(1.0, options.radius_share * image.width_px)) {
-    columns_ = CellOf(image.width_px) + 1;
-    cells_.resize(columns_ * (CellOf(image.height_px) + 1));
+    columns_ = CellOf(image.width_px, kCellsMax) + 1;
+    rows_ = CellOf(image.height_px, kCellsMax) + 1;
+    cells_.resize(columns_ * rows_);
     for (FeatureIndex f = 0; f < image.points.size(); ++f) {
       const PointRecord* const point =
           image.points[f].valid() ? map.FindPoint(image.points[f]) : nullptr;
@@ -32,7 +35,7 @@ class Look {
       const SeenPoint seen{point->id, k.x_px, k.y_px, (image.cam_from_world * point->position).z()};
       if (point->track.size() == 2) of_two_.push_back(seen);
       if (point->track.size() > 2 && seen.depth > 0)
-        cells_[CellOf(k.y_px) * columns_ + CellOf(k.x_px)].push_back(seen);
+        cells_[CellOf(k.y_px, rows_) * columns_ + CellOf(k.x_px, columns_)].push_back(seen);
     }
   }
 
@@ -46,16 +49,17 @@ class Look {
   }
 
  private:
-  size_t CellOf(double px) const {
-    return static_cast<size_t>(std::max(0.0, std::floor(px / radius_px_)));
+  // The nearest of 0 .. count - 1: what is stored may lie beside the picture. NaN is in the first.
+  size_t CellOf(double px, size_t count) const {
+    const double cell = std::floor(px / radius_px_);
+    return cell > 0 ? static_cast<size_t>(std::min(cell, static_cast<double>(count - 1))) : 0;
   }
 
   bool Strays(const SeenPoint& point) const {
     uint32_t count = 0;
     double nearest = std::numeric_limits<double>::infinity(), farthest = 0;
-    const size_t row = CellOf(point.y_px), column = CellOf(point.x_px);
-    const size_t rows = cells_.size() / columns_;
-    for (size_t r = row - std::min<size_t>(row, 1); r < std::min(row + 2, rows); ++r) {
+    const size_t row = CellOf(point.y_px, rows_), column = CellOf(point.x_px, columns_);
+    for (size_t r = row - std::min<size_t>(row, 1); r < std::min(row + 2, rows_); ++r) {
       for (size_t c = column - std::min<size_t>(column, 1); c < std::min(column + 2, columns_);
            ++c) {
         for (const SeenPoint& other : cells_[r * columns_ + c]) {
@@ -73,7 +77,7 @@ class Look {
 
   const StrayOptions& options_;
   const double radius_px_;
-  size_t columns_ = 1;
+  size_t columns_ = 1, rows_ = 1;
   std::vector<std::vector<SeenPoint>> cells_;  // of points of three and more views, by rows
   std::vector<SeenPoint> of_two_;
 };

@@ -16,8 +16,9 @@ namespace {
 // Points that two images share, at least, for one to hold the other in its place. From 30 to 100
 // the same images were told.
 constexpr size_t kHoldingPointsMin = 50;
-// And their share of those that either of the two shares with its closest image: a photo at the
-// wrong twin shared 700 with unsure ones, and 71 with others, all at the far end of the street.
+// And their share of those that each of the two shares with its own closest image, of which the
+// fewer count. Chosen on one photo at the wrong twin (--seed 962): it shared 700 with unsure ones,
+// and 71 with others, all at the far end of the street. With 0.25 the same images were told.
 constexpr double kHoldingShareMin = 0.15;
 // Matches of a verified pair that speaks against a place, at least, and how strong it must be over
 // the strongest pair with a sure image that agrees: of castle-P19's pairs some show lookalike

@@ -7,6 +7,8 @@
 
 #include <gtest/gtest.h>
 
+#include <limits>
+
 #include "synthetic_scene.h"
 
 namespace veduta {
@@ -75,6 +77,20 @@ TEST_F(StrayPoints, BothImagesMustBeAsked) {
   Move(seen_[50], 1.6);
   ThreadPool pool(1);
   EXPECT_EQ(RemoveStrayPoints(&map_, {images_.data(), 1}, {}, &pool), 0u);
+}
+
+TEST_F(StrayPoints, WhatIsStoredBesideThePictureIsHarmless) {
+  auto moved = std::make_shared<Features>(*map_.image(images_[0]).features);
+  moved->keypoints[0].x_px = -1e9F;
+  moved->keypoints[1].x_px = moved->keypoints[1].y_px = 1e9F;
+  moved->keypoints[2].y_px = std::numeric_limits<float>::quiet_NaN();
+  MapImage image = map_.image(images_[0]);
+  image.features = moved;
+  map_.LoadImage(image);
+  LeaveTwoViews(seen_[50]);
+  Move(seen_[50], 1.6);
+  EXPECT_EQ(Remove(), 1u);
+  EXPECT_EQ(Remove({.radius_share = 1e-9}), 0u);
 }
 
 TEST_F(StrayPoints, OptionsOutOfBoundsAreNamed) {
