@@ -18,6 +18,11 @@ struct PointFilterOptions {
   // [0, 90), degrees. A point whose rays meet at smaller angles is removed; the paper's section
   // 3.3.
   double angle_deg_min = 2.0;
+  // > 0, octaves. A point of two views whose feature is so much larger in the world by one view's
+  // depth than by the other's is removed: where the line between two cameras meets their pictures,
+  // any two features agree upon some depth, and two such points have turned half of a street of 24
+  // photos by 0.2 m. On that street 99 of 100 points of two views differ by less than 0.8 octaves.
+  double size_octaves_max = 1.5;
 
   Status Check() const;
 };

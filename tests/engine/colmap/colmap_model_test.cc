@@ -7,6 +7,7 @@
 #include "engine/colmap/colmap_model.h"
 
 #include <gtest/gtest.h>
+#include <unistd.h>
 
 #include <cmath>
 #include <cstring>
@@ -99,7 +100,10 @@ Files TextModel() {
 
 class ColmapModelTest : public testing::Test {
  protected:
-  ColmapModelTest() : folder_(testing::TempDir() + "/colmap_model") { Clear(); }
+  ColmapModelTest()
+      : folder_(testing::TempDir() + "veduta_colmap_model_" + std::to_string(getpid())) {
+    Clear();
+  }
   ~ColmapModelTest() override { std::filesystem::remove_all(folder_); }
 
   void Clear() {
