@@ -275,6 +275,7 @@ Status DoubtOptions::Check() const {
       .AtLeast("either_side_points_min", either_side_points_min, 1)
       .AboveUpTo("either_side_share_min", either_side_share_min, 0, 1)
       .AtLeast("either_side_matches_min", either_side_matches_min, 1)
+      .AtLeast("outweighing_factor", outweighing_factor, 1)
       .AtLeast("mixed_missing_cells_min", mixed_missing_cells_min, 1)
       .Between("mixed_missing_share_max", mixed_missing_share_max, 0, 1)
       .AtLeast("mixed_pairs_min", mixed_pairs_min, 1)

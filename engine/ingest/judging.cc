@@ -132,10 +132,10 @@ std::vector<ImageId> Union(const std::vector<ImageId>& a, const std::vector<Imag
   return both;
 }
 
-// What is to be said against the sides on which these images stand. None is called unsure where
+// What the pictures say against the sides on which these images stand. None is called unsure where
 // evidence is merely missing: what lies at the border of two parts of one place fits both.
-Result<SideDoubts> WeighSeam(const MappingContext& context, const Side& side,
-                             const HypothesisRecord& refused, std::span<const ImageId> images) {
+Result<SideDoubts> WeighPictures(const MappingContext& context, const Side& side,
+                                 const HypothesisRecord& refused, std::span<const ImageId> images) {
   const bool is_contradicted = TellsPlacesApart(refused.reason);
   const bool lacks = refused.missing_cells >= context.options.doubt.better_missing_cells_min;
   if (!is_contradicted && !lacks) return SideDoubts();
@@ -147,6 +147,17 @@ Result<SideDoubts> WeighSeam(const MappingContext& context, const Side& side,
   for (const DoubtedImage& image : others.misplaced) doubts.unsure.push_back(image.image);
   if (!lacks) doubts.misplaced.clear();
   if (!is_contradicted) doubts.unsure.clear();
+  return doubts;
+}
+
+// What is to be said against the sides on which these images stand.
+Result<SideDoubts> WeighSeam(const MappingContext& context, const Side& side,
+                             const HypothesisRecord& refused, std::span<const ImageId> images) {
+  VEDUTA_ASSIGN_OR_RETURN(SideDoubts doubts, WeighPictures(context, side, refused, images));
+  for (const auto& [own, other] : {std::pair(side.own, side.other), {side.other, side.own}}) {
+    if (!doubts.misplaced.empty()) break;
+    VEDUTA_ASSIGN_OR_RETURN(doubts.misplaced, FindOutweighed(context, images, own, other));
+  }
   return doubts;
 }
 

@@ -3,6 +3,7 @@
 
 #include <optional>
 
+#include "engine/ingest/believed_pose.h"
 #include "engine/mapping/covisible_images.h"
 #include "engine/mapping/resection.h"
 #include "engine/mapping/structure_matches.h"
@@ -98,6 +99,29 @@ bool MayStand(const Standing& there, std::span<const PairMatches> across,
          matches * beside.size() >= CountMatches(beside) * across.size();
 }
 
+// The image, where the other side outweighs the one on which it stands.
+Result<std::optional<DoubtedImage>> Outweigh(const MappingContext& context, ImageId image,
+                                             ReconstructionId other) {
+  const DoubtOptions& options = context.options.doubt;
+  const std::optional<DoubtedImage> none;
+  const MapImage& here = context.map->image(image);
+  VEDUTA_ASSIGN_OR_RETURN(std::vector<PairMatches> pairs, StoredPairs(context, image));
+  VEDUTA_ASSIGN_OR_RETURN(pairs, WithoutForbidden(context.loader->snapshot(), pairs));
+  VEDUTA_ASSIGN_OR_RETURN(const std::vector<PairMatches> across, PairsInto(context, pairs, other));
+  VEDUTA_ASSIGN_OR_RETURN(const std::vector<PairMatches> beside,
+                          PairsInto(context, pairs, here.reconstruction));
+  const size_t matches = CountMatches(across), own_matches = CountMatches(beside);
+  if (static_cast<double>(matches) < options.outweighing_factor * static_cast<double>(own_matches))
+    return none;
+  VEDUTA_ASSIGN_OR_RETURN(const Standing there, StandIn(context, image, across, other));
+  if (!there.is_sure || 2 * there.inlier_count < there.point_count ||
+      IsContradicted(there.visible, options))
+    return none;
+  return std::optional<DoubtedImage>(
+      {image, std::to_string(own_matches) + " matches hold it, and " + std::to_string(matches) +
+                  " lead to reconstruction " + std::to_string(other.value)});
+}
+
 }  // namespace
 
 Result<VisibleStructure> JudgeView(const MappingContext& context, const MapImage& view) {
@@ -138,6 +162,20 @@ Result<SideDoubts> WeighSides(const MappingContext& context, std::span<const Ima
     VEDUTA_RETURN_IF_ERROR(WeighSide(context, image, pairs, other, &doubts));
   }
   return doubts;
+}
+
+Result<std::vector<DoubtedImage>> FindOutweighed(const MappingContext& context,
+                                                 std::span<const ImageId> images,
+                                                 ReconstructionId own, ReconstructionId other) {
+  std::vector<DoubtedImage> outweighed;
+  for (const ImageId image : images) {
+    VEDUTA_RETURN_IF_ERROR(context.loader->LoadNeighborhood({&image, 1}));
+    if (!context.map->HasImage(image) || context.map->image(image).reconstruction != own) continue;
+    VEDUTA_ASSIGN_OR_RETURN(const std::optional<DoubtedImage> found,
+                            Outweigh(context, image, other));
+    if (found) outweighed.push_back(*found);
+  }
+  return outweighed;
 }
 
 }  // namespace veduta

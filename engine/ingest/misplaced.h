@@ -46,4 +46,13 @@ Status WeighSide(const MappingContext& context, ImageId image, std::span<const P
 Result<SideDoubts> WeighSides(const MappingContext& context, std::span<const ImageId> images,
                               ReconstructionId own, ReconstructionId other);
 
+// Those of `images` in `own` that the other side holds much more strongly: their verified pairs
+// there have outweighing_factor times as many matches as those beside them, and half of the points
+// that they see there agree with a pose to which nothing is missing. Where two parts of one place
+// meet, a photo that came early stands where few points gave it a pose, perhaps a wrong one.
+// Forbidden pairs do not count. As WeighSides.
+Result<std::vector<DoubtedImage>> FindOutweighed(const MappingContext& context,
+                                                 std::span<const ImageId> images,
+                                                 ReconstructionId own, ReconstructionId other);
+
 }  // namespace veduta
