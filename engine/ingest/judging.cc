@@ -132,14 +132,22 @@ std::vector<ImageId> Union(const std::vector<ImageId>& a, const std::vector<Imag
   return both;
 }
 
-// What the pictures say against the sides on which these images stand. None is called unsure where
-// evidence is merely missing: what lies at the border of two parts of one place fits both.
-Result<SideDoubts> WeighPictures(const MappingContext& context, const Side& side,
-                                 const HypothesisRecord& refused, std::span<const ImageId> images) {
+// What is to be said against the sides on which these images stand. None is called unsure where
+// evidence is merely missing: what lies at the border of two parts of one place fits both. There,
+// and only there, an image goes where most of its matches lead: twins match each other, too.
+Result<SideDoubts> WeighSeam(const MappingContext& context, const Side& side,
+                             const HypothesisRecord& refused, std::span<const ImageId> images) {
   const bool is_contradicted = TellsPlacesApart(refused.reason);
   const bool lacks = refused.missing_cells >= context.options.doubt.better_missing_cells_min;
-  if (!is_contradicted && !lacks) return SideDoubts();
-  VEDUTA_ASSIGN_OR_RETURN(SideDoubts doubts, WeighSides(context, images, side.own, side.other));
+  SideDoubts doubts;
+  if (!is_contradicted && !lacks) {
+    for (const auto& [own, other] : {std::pair(side.own, side.other), {side.other, side.own}}) {
+      if (!doubts.misplaced.empty()) break;
+      VEDUTA_ASSIGN_OR_RETURN(doubts.misplaced, FindOutweighed(context, images, own, other));
+    }
+    return doubts;
+  }
+  VEDUTA_ASSIGN_OR_RETURN(doubts, WeighSides(context, images, side.own, side.other));
   VEDUTA_ASSIGN_OR_RETURN(SideDoubts others, WeighSides(context, images, side.other, side.own));
   // Those of one side at a time lose their poses; those of the other one are unsure meanwhile.
   if (doubts.misplaced.empty()) std::swap(doubts.misplaced, others.misplaced);
@@ -147,17 +155,6 @@ Result<SideDoubts> WeighPictures(const MappingContext& context, const Side& side
   for (const DoubtedImage& image : others.misplaced) doubts.unsure.push_back(image.image);
   if (!lacks) doubts.misplaced.clear();
   if (!is_contradicted) doubts.unsure.clear();
-  return doubts;
-}
-
-// What is to be said against the sides on which these images stand.
-Result<SideDoubts> WeighSeam(const MappingContext& context, const Side& side,
-                             const HypothesisRecord& refused, std::span<const ImageId> images) {
-  VEDUTA_ASSIGN_OR_RETURN(SideDoubts doubts, WeighPictures(context, side, refused, images));
-  for (const auto& [own, other] : {std::pair(side.own, side.other), {side.other, side.own}}) {
-    if (!doubts.misplaced.empty()) break;
-    VEDUTA_ASSIGN_OR_RETURN(doubts.misplaced, FindOutweighed(context, images, own, other));
-  }
   return doubts;
 }
 

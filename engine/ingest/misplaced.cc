@@ -168,13 +168,16 @@ Result<std::vector<DoubtedImage>> FindOutweighed(const MappingContext& context,
                                                  std::span<const ImageId> images,
                                                  ReconstructionId own, ReconstructionId other) {
   std::vector<DoubtedImage> outweighed;
+  size_t own_count = 0;
   for (const ImageId image : images) {
     VEDUTA_RETURN_IF_ERROR(context.loader->LoadNeighborhood({&image, 1}));
     if (!context.map->HasImage(image) || context.map->image(image).reconstruction != own) continue;
+    ++own_count;
     VEDUTA_ASSIGN_OR_RETURN(const std::optional<DoubtedImage> found,
                             Outweigh(context, image, other));
     if (found) outweighed.push_back(*found);
   }
+  if (3 * outweighed.size() > own_count) outweighed.clear();
   return outweighed;
 }
 

@@ -49,8 +49,9 @@ Result<SideDoubts> WeighSides(const MappingContext& context, std::span<const Ima
 // Those of `images` in `own` that the other side holds much more strongly: their verified pairs
 // there have outweighing_factor times as many matches as those beside them, and half of the points
 // that they see there agree with a pose to which nothing is missing. Where two parts of one place
-// meet, a photo that came early stands where few points gave it a pose, perhaps a wrong one.
-// Forbidden pairs do not count. As WeighSides.
+// meet, a photo that came early stands where few points gave it a pose, perhaps a wrong one. None
+// where that is so of more than a third of the images in `own`: then the two sides are to be
+// merged, or not, as a whole. Forbidden pairs do not count. As WeighSides.
 Result<std::vector<DoubtedImage>> FindOutweighed(const MappingContext& context,
                                                  std::span<const ImageId> images,
                                                  ReconstructionId own, ReconstructionId other);

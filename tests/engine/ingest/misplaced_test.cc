@@ -63,6 +63,23 @@ class Misplaced : public testing::Test {
     for (const DoubtedImage& image : Weigh(own, other).misplaced) found.push_back(image.image);
     return found;
   }
+  std::vector<ImageId> FindStronger(ReconstructionId own, ReconstructionId other,
+                                    const std::vector<ImageId>& images) {
+    SceneWork work(&scene_);
+    const auto outweighed = FindOutweighed(work.context, images, own, other);
+    EXPECT_OK(outweighed);
+    EXPECT_TRUE(work.map.changes().poses.empty());
+    std::vector<ImageId> found;
+    for (const DoubtedImage& image : *outweighed) found.push_back(image.image);
+    return found;
+  }
+  void ForbidPairs(ImageId image, std::initializer_list<uint32_t> others) {
+    for (const uint32_t other : others) {
+      ASSERT_OK(Forbid({ForbiddenKind::kPair, std::min(other, image.value),
+                        std::max(other, image.value), 0, "bea", ""},
+                       BeginWrite(scene_.database())));
+    }
+  }
   void PutHypothesis() {
     HypothesisRecord hypothesis;
     hypothesis.a = kFirst;
@@ -140,13 +157,27 @@ TEST_F(Misplaced, WhoIsMatchedAcrossAsStronglyMayStandThere) {
 
 TEST_F(Misplaced, WhatLacksMuchWhereItIsAndHasNoOtherPlaceIsUnsure) {
   Misplace();
-  for (uint32_t other = 1; other <= 3; ++other) {
-    ASSERT_OK(Forbid({ForbiddenKind::kPair, other, kWrong.value, 0, "bea", ""},
-                     BeginWrite(scene_.database())));
-  }
+  ForbidPairs(kWrong, {1, 2, 3});
   const SideDoubts doubts = Weigh(kSecond, kFirst);
   EXPECT_TRUE(doubts.misplaced.empty());
   EXPECT_TRUE(std::ranges::binary_search(doubts.unsure, kWrong));
+}
+
+TEST_F(Misplaced, WhoIsHeldMoreStronglyAcrossIsFound) {
+  const std::vector<ImageId> second{ImageId(4), ImageId(5), ImageId(6), ImageId(7), ImageId(8)};
+  EXPECT_TRUE(FindStronger(kSecond, kFirst, second).empty()) << "3 neighbours against 4";
+  // Leaves it one neighbour beside it.
+  ForbidPairs(kWrong, {5, 6, 7});
+  EXPECT_EQ(FindStronger(kSecond, kFirst, second), std::vector{kWrong});
+  EXPECT_TRUE(FindStronger(kFirst, kSecond, second).empty()) << "none of them stands there";
+  EXPECT_TRUE(FindStronger(kSecond, kFirst, {ImageId(4), ImageId(5)}).empty()) << "half of them";
+  ForbidPairs(kWrong, {1, 2});
+  EXPECT_TRUE(FindStronger(kSecond, kFirst, second).empty()) << "one against one";
+}
+
+TEST_F(Misplaced, WhereAllAreHeldMoreStronglyAcrossNobodyIs) {
+  const std::vector<ImageId> first{ImageId(1), ImageId(2), ImageId(3)};
+  EXPECT_TRUE(FindStronger(kFirst, kSecond, first).empty()) << "2 neighbours against 5, each";
 }
 
 TEST_F(Misplaced, WhatLacksLittleStaysWhereItIs) {

@@ -54,5 +54,36 @@ TEST(PointFilter, RemovesWrongObservationsAndFlatPoints) {
   EXPECT_TRUE(map.PointsSeenBy(AllImages(map)).empty());
 }
 
+// Where the line between two cameras meets their pictures, any two features agree upon a depth.
+TEST(PointFilter, TwoViewsOfWhatDiffersInSizeAreNoPoint) {
+  const SyntheticScene scene = MakeScene({});
+  CityMap map = MakeMap(scene);
+  const auto points = map.PointsSeenBy(AllImages(map));
+  std::vector<PointId> chosen;  // alike, larger in one view, smaller there, and seen by a third
+  for (const PointId id : points) {
+    if (map.point(id).track.size() >= 3 && chosen.size() < 4) chosen.push_back(id);
+  }
+  ASSERT_EQ(chosen.size(), 4u);
+  const float times[] = {2, 3, 0.3F, 8};
+  for (size_t i = 0; i < chosen.size(); ++i) {
+    while (i < 3 && map.point(chosen[i]).track.size() > 2)
+      map.RemoveObservation(chosen[i], map.point(chosen[i]).track.back().image);
+    const TrackElement first = map.point(chosen[i]).track.front();
+    MapImage image = map.image(first.image);
+    auto resized = std::make_shared<Features>(*image.features);
+    resized->keypoints[first.feature].scale_px *= times[i];
+    image.features = resized;
+    map.LoadImage(image);
+  }
+  FilterPoints(&map, points, {});
+  EXPECT_NE(map.FindPoint(chosen[0]), nullptr);
+  EXPECT_EQ(map.FindPoint(chosen[1]), nullptr);
+  EXPECT_EQ(map.FindPoint(chosen[2]), nullptr);
+  EXPECT_NE(map.FindPoint(chosen[3]), nullptr);
+  PointFilterOptions none;
+  none.size_octaves_max = 0;
+  EXPECT_FALSE(none.Check().ok());
+}
+
 }  // namespace
 }  // namespace veduta
