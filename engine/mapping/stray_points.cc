@@ -71,8 +71,8 @@ class Look {
       }
     }
     return count >= options_.surrounding_min &&
-           (point.depth > farthest * (1 + options_.farther_share_max) ||
-            point.depth < nearest * (1 - options_.nearer_share_max));
+           (point.depth > farthest * (1 + options_.depth_share_max) ||
+            point.depth < nearest * (1 - options_.depth_share_max));
   }
 
   const StrayOptions& options_;
@@ -88,8 +88,7 @@ Status StrayOptions::Check() const {
   return OptionBounds()
       .AboveUpTo("radius_share", radius_share, 0, 1)
       .AtLeast("surrounding_min", surrounding_min, 1)
-      .Above("farther_share_max", farther_share_max, 0)
-      .Above("nearer_share_max", nearer_share_max, 0)
+      .Above("depth_share_max", depth_share_max, 0)
       .status();
 }
 

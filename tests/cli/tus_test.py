@@ -325,9 +325,9 @@ class Arriving(Tus):
             offset = 300_000
             while offset < len(data):
                 code, headers, body = send(daemon, path, offset, data[offset:])
-                self.assertIn(code, (204, 503), body)
+                # What comes at the moment when the files are opened again is answered by 500.
+                self.assertTrue(code in (204, 503) or b'opened again' in body, (code, body))
                 time.sleep(0.2)
-                # A question of the moment when the files are opened again is answered by 500.
                 told = offset_of(daemon, path)
                 offset = told if told >= 0 else offset
             daemon.wait_for_uploads()

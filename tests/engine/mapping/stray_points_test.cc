@@ -68,7 +68,7 @@ TEST_F(StrayPoints, WhereTooLittleIsAroundNobodyKnows) {
   Move(seen_[50], 1.6);
   EXPECT_EQ(Remove({.radius_share = 1e-3}), 0u);
   EXPECT_EQ(Remove({.surrounding_min = 5000}), 0u);
-  EXPECT_EQ(Remove({.farther_share_max = 0.8}), 0u);
+  EXPECT_EQ(Remove({.depth_share_max = 0.8}), 0u);
   EXPECT_EQ(Remove(), 1u);
 }
 
