@@ -44,9 +44,9 @@ struct DoubtOptions {
   // matches (>= 1), and as many each as those of its own side. Of 1,075 images of eleven streets
   // with twin facades this named three at the wrong twin, which nothing else did, and ten others.
   uint32_t either_side_matches_min = 100;
-  // >= 1. An image at a seam goes to the other side if its pairs across have so many times as many
-  // matches as those of its own side (FindOutweighed). In 2 of 24 orders of a rendered street of 24
-  // photos one image stood 0.6 and 1.6 m off; it had 1.9 and 2.2 times as many matches across, and
+  // >= 1. An image at a seam that nothing contradicts goes to the other side if its pairs across
+  // have so many times as many matches as those beside it (FindOutweighed). In 2 of 24 orders of a
+  // rendered street of 24 photos one image stood 0.6 and 1.6 m off, with 1.9 and 2.2 times as many;
   // 70 of 95 and 73 of 96 points agreed with its pose there. Chosen by hand.
   double outweighing_factor = 1.5;
   // >= 1, and [0, 1]. Of two images of a reconstruction one contradicts the other if it lacks so
