@@ -3,7 +3,6 @@
 
 #include <optional>
 
-#include "engine/ingest/believed_pose.h"
 #include "engine/mapping/covisible_images.h"
 #include "engine/mapping/resection.h"
 #include "engine/mapping/structure_matches.h"
@@ -105,8 +104,7 @@ Result<std::optional<DoubtedImage>> Outweigh(const MappingContext& context, Imag
   const DoubtOptions& options = context.options.doubt;
   const std::optional<DoubtedImage> none;
   const MapImage& here = context.map->image(image);
-  VEDUTA_ASSIGN_OR_RETURN(std::vector<PairMatches> pairs, StoredPairs(context, image));
-  VEDUTA_ASSIGN_OR_RETURN(pairs, WithoutForbidden(context.loader->snapshot(), pairs));
+  VEDUTA_ASSIGN_OR_RETURN(const std::vector<PairMatches> pairs, StoredPairs(context, image));
   VEDUTA_ASSIGN_OR_RETURN(const std::vector<PairMatches> across, PairsInto(context, pairs, other));
   VEDUTA_ASSIGN_OR_RETURN(const std::vector<PairMatches> beside,
                           PairsInto(context, pairs, here.reconstruction));

@@ -51,7 +51,7 @@ Result<SideDoubts> WeighSides(const MappingContext& context, std::span<const Ima
 // that they see there agree with a pose to which nothing is missing. Where two parts of one place
 // meet, a photo that came early stands where few points gave it a pose, perhaps a wrong one. None
 // where that is so of more than a third of the images in `own`: then the two sides are to be
-// merged, or not, as a whole. Forbidden pairs do not count. As WeighSides.
+// merged, or not, as a whole. As WeighSides.
 Result<std::vector<DoubtedImage>> FindOutweighed(const MappingContext& context,
                                                  std::span<const ImageId> images,
                                                  ReconstructionId own, ReconstructionId other);
