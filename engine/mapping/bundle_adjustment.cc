@@ -84,6 +84,15 @@ Result<Excerpt> MakeExcerpt(const CityMap& map, std::span<const ImageId> free_im
   return excerpt;
 }
 
+double SumOfWeights(const BundleProblem& problem, const BundleOptions& options) {
+  double sum = 0;
+  for (size_t i = 0; i < problem.points.size(); ++i) {
+    sum += PointWeight(problem, i, options) *
+           (problem.first_observation[i + 1] - problem.first_observation[i]);
+  }
+  return sum;
+}
+
 Sim3 OldFromNew(const CityMap& map, const Excerpt& excerpt) {
   std::vector<Rigid3> poses_old;
   for (const ImageId id : excerpt.images) poses_old.push_back(map.image(id).cam_from_world);
@@ -119,9 +128,8 @@ Result<BundleSummary> AdjustBundle(CityMap* map, std::span<const ImageId> free_i
   Apply(map, points, excerpt);
   summary.iterations = solution.iterations;
   summary.observations = excerpt.problem.observations.size();
-  const auto rms = [&](double cost) {
-    return std::sqrt(2 * cost / static_cast<double>(summary.observations));
-  };
+  const double weight = SumOfWeights(excerpt.problem, options);
+  const auto rms = [&](double cost) { return std::sqrt(2 * cost / weight); };
   summary.initial_rms_px = rms(solution.initial_cost);
   summary.final_rms_px = rms(solution.final_cost);
   return summary;

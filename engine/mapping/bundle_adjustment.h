@@ -15,7 +15,7 @@ namespace veduta {
 struct BundleSummary {
   uint32_t iterations = 0;  // steps tried
   uint64_t observations = 0;
-  double initial_rms_px = 0, final_rms_px = 0;  // of the robustified errors
+  double initial_rms_px = 0, final_rms_px = 0;  // of the robustified, weighted errors
 };
 
 // Refines the poses of `free_images` and the positions of `points`. Every image in the points'

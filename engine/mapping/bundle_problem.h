@@ -9,6 +9,7 @@
 #include <cstdint>
 #include <vector>
 
+#include "engine/mapping/bundle_options.h"
 #include "storage/base/transform.h"
 #include "storage/model/pinhole.h"
 
@@ -28,10 +29,17 @@ struct BundleProblem {
   std::vector<BundleObservation> observations;  // of point 0, then of point 1, and so on
 };
 
+// What the observations of a point count (BundleOptions::two_view_weight).
+inline double PointWeight(const BundleProblem& problem, size_t point,
+                          const BundleOptions& options) {
+  const uint32_t views = problem.first_observation[point + 1] - problem.first_observation[point];
+  return views > 2 ? 1.0 : options.two_view_weight;
+}
+
 struct BundleSolution {
   bool is_usable = false;
   uint32_t iterations = 0;                  // steps tried
-  double initial_cost = 0, final_cost = 0;  // half the sum of rho(squared error in px)
+  double initial_cost = 0, final_cost = 0;  // half the sum of weight rho(squared px)
 };
 
 using Vector6d = Eigen::Matrix<double, 6, 1>;

@@ -36,7 +36,7 @@ struct Term {
   Eigen::Vector3d rotated;  // R X
   Matrix23d by_cam;         // derivative of the error by the point in the camera frame
   Eigen::Vector2d error;    // px
-  double weight;            // rho'
+  double weight;            // the point's, times rho'
 };
 
 // One point's normal equations: the inverse with damping, and without damping the gradient and the
@@ -140,15 +140,17 @@ class Solver {
     ForPieces([&](size_t piece, size_t begin, size_t end) {
       double sum = 0;
       for (size_t i = begin; i < end; ++i) {
+        double of_point = 0;
         for (uint32_t o = problem_.first_observation[i]; o < problem_.first_observation[i + 1];
              ++o) {
           const BundleObservation& seen = problem_.observations[o];
           const Projector& p = projectors[seen.image];
-          sum += std::log1p(ReprojectionError(p.camera, p.rotation * points[i] + p.translation,
-                                              seen.x_px, nullptr)
-                                .squaredNorm() /
-                            square);
+          of_point += std::log1p(ReprojectionError(p.camera, p.rotation * points[i] + p.translation,
+                                                   seen.x_px, nullptr)
+                                     .squaredNorm() /
+                                 square);
         }
+        sum += PointWeight(problem_, i, options_) * of_point;
       }
       costs_[piece] = sum;
     });
@@ -157,13 +159,14 @@ class Solver {
     return 0.5 * square * sum;
   }
 
-  Term Linearize(const BundleObservation& seen, const Eigen::Vector3d& point) const {
+  Term Linearize(const BundleObservation& seen, size_t point) const {
     const Projector& p = projectors_[seen.image];
     Term term;
-    term.rotated = p.rotation * point;
+    term.rotated = p.rotation * problem_.points[point];
     term.error = ReprojectionError(p.camera, term.rotated + p.translation, seen.x_px, &term.by_cam);
     const double scale = options_.loss_scale_px;
-    term.weight = 1 / (1 + term.error.squaredNorm() / (scale * scale));
+    term.weight =
+        PointWeight(problem_, point, options_) / (1 + term.error.squaredNorm() / (scale * scale));
     return term;
   }
 
@@ -177,7 +180,7 @@ class Solver {
     for (uint32_t o = problem_.first_observation[point]; o < problem_.first_observation[point + 1];
          ++o) {
       const BundleObservation& seen = problem_.observations[o];
-      const Term term = Linearize(seen, problem_.points[point]);
+      const Term term = Linearize(seen, point);
       const Eigen::Matrix3d& rotation = projectors_[seen.image].rotation;
       const Eigen::Matrix3d by_cam = term.weight * term.by_cam.transpose() * term.by_cam;
       const Eigen::Vector3d pull = term.weight * (term.by_cam.transpose() * term.error);
@@ -251,7 +254,7 @@ class Solver {
          ++o) {
       const BundleObservation& seen = problem_.observations[o];
       if (seen.image >= problem_.free_count) continue;
-      const Term term = Linearize(seen, problem_.points[point]);
+      const Term term = Linearize(seen, point);
       const auto move = tangent.segment<6>(6 * static_cast<Eigen::Index>(seen.image));
       const Eigen::Vector3d move_cam =
           Eigen::Vector3d(move.head<3>()).cross(term.rotated) + move.tail<3>();

@@ -24,14 +24,16 @@ Eigen::Matrix3d Cross(const Eigen::Vector3d& x) {
 
 // The sums over all points.
 struct Sums {
-  Matrix6d information = Matrix6d::Zero();     // of the pose, the points eliminated
+  // J'J of the pose, the points eliminated: with the points' weights, and with their squares.
+  Matrix6d weighted = Matrix6d::Zero(), weighted_twice = Matrix6d::Zero();
   double squares = 0;                          // of |psi|^2
   double curvature = 0, curvature_square = 0;  // of w^2, and of w^4
   size_t observations = 0, points = 0;
 };
 
 // Adds point `index`, unless what is seen of it does not determine it.
-void AddPoint(const BundleProblem& problem, uint32_t index, double loss_scale_px, Sums* sums) {
+void AddPoint(const BundleProblem& problem, uint32_t index, const BundleOptions& options,
+              Sums* sums) {
   Eigen::Matrix3d own = Eigen::Matrix3d::Zero();
   Matrix6d pose = Matrix6d::Zero();
   Eigen::Matrix<double, 6, 3> coupling = Eigen::Matrix<double, 6, 3>::Zero();
@@ -47,7 +49,7 @@ void AddPoint(const BundleProblem& problem, uint32_t index, double loss_scale_px
         ReprojectionError(problem.cameras[seen.image], x_cam, seen.x_px, &by_cam);
     if (by_cam.isZero(0)) continue;  // behind the camera
     const double square = error.squaredNorm();
-    const double weight = 1 / (1 + square / (loss_scale_px * loss_scale_px));
+    const double weight = 1 / (1 + square / (options.loss_scale_px * options.loss_scale_px));
     const Eigen::Matrix3d rotation = cam_from_world.rotation.toRotationMatrix();
     const Eigen::Matrix<double, 2, 3> by_point = by_cam * rotation;
     ++observations;
@@ -65,7 +67,10 @@ void AddPoint(const BundleProblem& problem, uint32_t index, double loss_scale_px
   bool is_invertible = false;
   own.computeInverseWithCheck(inverse, is_invertible, 0);
   if (!is_invertible || !inverse.allFinite()) return;
-  sums->information += pose - coupling * inverse * coupling.transpose();
+  const double of_point = PointWeight(problem, index, options);
+  const Matrix6d of_pose = pose - coupling * inverse * coupling.transpose();
+  sums->weighted += of_point * of_pose;
+  sums->weighted_twice += of_point * of_point * of_pose;
   sums->squares += squares;
   sums->curvature += curvature;
   sums->curvature_square += curvature_square;
@@ -75,28 +80,31 @@ void AddPoint(const BundleProblem& problem, uint32_t index, double loss_scale_px
 
 }  // namespace
 
-std::optional<PoseCovariance> CovarianceOfPose(const BundleProblem& problem, double loss_scale_px) {
+std::optional<PoseCovariance> CovarianceOfPose(const BundleProblem& problem,
+                                               const BundleOptions& options) {
   Sums sums;
-  for (uint32_t i = 0; i < problem.points.size(); ++i) AddPoint(problem, i, loss_scale_px, &sums);
+  for (uint32_t i = 0; i < problem.points.size(); ++i) AddPoint(problem, i, options, &sums);
   const double observed = 2 * static_cast<double>(sums.observations);
   const double estimated = 6 + 3 * static_cast<double>(sums.points);
   const double redundancy = observed - estimated;
   if (!(redundancy > 0) || !(sums.curvature > 0)) return std::nullopt;
   // Radians and world units differ by orders of magnitude: invert with a diagonal of ones.
-  const Vector6d diagonal = sums.information.diagonal();
+  const Vector6d diagonal = sums.weighted.diagonal();
   if (!diagonal.allFinite() || !(diagonal.minCoeff() > 0)) return std::nullopt;
   const Vector6d scale = diagonal.cwiseSqrt().cwiseInverse();
-  const Matrix6d scaled = scale.asDiagonal() * sums.information * scale.asDiagonal();
+  const Matrix6d scaled = scale.asDiagonal() * sums.weighted * scale.asDiagonal();
   const Eigen::SelfAdjointEigenSolver<Matrix6d> solver(scaled, Eigen::EigenvaluesOnly);
   if (!(solver.eigenvalues()[0] > kEigenvalueMin)) return std::nullopt;
   const Matrix6d inverse =
       scale.asDiagonal() * scaled.llt().solve(Matrix6d::Identity()) * scale.asDiagonal();
+  const Matrix6d spread_of_pose = inverse * sums.weighted_twice * inverse.transpose();
   const double curvature = 2 * sums.curvature / observed;
   const double spread = 2 * sums.curvature_square / observed - curvature * curvature;
   const double correction = 1 + estimated / observed * spread / (curvature * curvature);
   const double variance = sums.squares / redundancy;
   PoseCovariance result;
-  result.covariance = correction * variance / curvature * 0.5 * (inverse + inverse.transpose());
+  result.covariance =
+      correction * variance / curvature * 0.5 * (spread_of_pose + spread_of_pose.transpose());
   result.error_px = std::sqrt(variance) / curvature;
   return result;
 }

@@ -125,8 +125,7 @@ Result<std::optional<PoseUncertainty>> UncertaintyOf(const Snapshot& snapshot, I
   VEDUTA_ASSIGN_OR_RETURN(const auto all_unsure, unsure->Get(snapshot));
   if (all_unsure->contains(image)) return std::optional<PoseUncertainty>();
   VEDUTA_ASSIGN_OR_RETURN(const BundleProblem problem, Gatherer(snapshot, *pose).Gather());
-  const std::optional<PoseCovariance> found =
-      CovarianceOfPose(problem, BundleOptions().loss_scale_px);
+  const std::optional<PoseCovariance> found = CovarianceOfPose(problem, BundleOptions());
   if (!found) return std::optional<PoseUncertainty>();
   return std::optional(ToPlain(*found, problem.points.size(), problem.cams_from_world.size() - 1));
 }

@@ -151,9 +151,16 @@ inline BundleSolution SolveByCeres(const BundleOptions& options, BundleProblem* 
   PoseManifold manifold;
   ceres::Problem costs(problem_options);
   auto ordering = std::make_shared<ceres::ParameterBlockOrdering>();
-  auto* loss =
-      new ceres::CauchyLoss(options.loss_scale_px);  // the problem owns it, as it does the costs
+  // The problem owns the costs and these losses, but not the loss that both scale.
+  ceres::CauchyLoss cauchy(options.loss_scale_px);
+  const auto scaled = [&](double weight) {
+    return new ceres::ScaledLoss(&cauchy, weight, ceres::DO_NOT_TAKE_OWNERSHIP);
+  };
+  ceres::LossFunction* const of_many = scaled(1);
+  ceres::LossFunction* const of_two = scaled(options.two_view_weight);
   for (size_t i = 0; i < points.size(); ++i) {
+    const bool is_of_two = problem->first_observation[i + 1] - problem->first_observation[i] == 2;
+    ceres::LossFunction* const loss = is_of_two ? of_two : of_many;
     for (uint32_t o = problem->first_observation[i]; o < problem->first_observation[i + 1]; ++o) {
       const auto& [image, x_px] = problem->observations[o];
       const Pinhole& camera = problem->cameras[image];

@@ -15,7 +15,8 @@
 namespace veduta {
 namespace {
 
-// Pose 0 is free; the points that it sees, as all cameras see them.
+// Pose 0 is free; the points that it sees, as all cameras see them, but of each third point only
+// pose 0 and the last one that sees it.
 BundleProblem ProblemOf(const SyntheticScene& scene) {
   BundleProblem problem;
   problem.free_count = 1;
@@ -31,6 +32,8 @@ BundleProblem ProblemOf(const SyntheticScene& scene) {
       if (scene.feature_of[k][i] < 0) continue;
       const Keypoint& seen =
           scene.images[k].features->keypoints[static_cast<size_t>(scene.feature_of[k][i])];
+      if (i % 3 == 0 && problem.observations.size() > problem.first_observation.back() + 1)
+        problem.observations.pop_back();
       problem.observations.push_back({k, {seen.x_px, seen.y_px}});
     }
   }
@@ -70,8 +73,10 @@ TEST(PoseCovariance, IsTheInverseOfTheNormalEquations) {
   options.point_count = 25;
   options.noise_px = 0.8;
   const BundleProblem problem = ProblemOf(MakeScene(options));
-  const double scale_px = 1.5;
-  const auto covariance = CovarianceOfPose(problem, scale_px);
+  BundleOptions bundle;
+  bundle.loss_scale_px = 1.5;
+  bundle.two_view_weight = 0.3;
+  const auto covariance = CovarianceOfPose(problem, bundle);
   ASSERT_TRUE(covariance);
 
   const Eigen::Index columns = 6 + 3 * static_cast<Eigen::Index>(problem.points.size());
@@ -85,18 +90,27 @@ TEST(PoseCovariance, IsTheInverseOfTheNormalEquations) {
   double squares = 0;
   for (Eigen::Index o = 0; o < errors.size(); o += 2) {
     const double square = errors.segment<2>(o).squaredNorm();
-    const double weight = 1 / (1 + square / (scale_px * scale_px));
+    const double weight = 1 / (1 + square / (bundle.loss_scale_px * bundle.loss_scale_px));
     squared_weights[o] = squared_weights[o + 1] = weight * weight;
     squares += weight * weight * square;
   }
-  const Eigen::MatrixXd normal = jacobian.transpose() * squared_weights.asDiagonal() * jacobian;
+  Eigen::VectorXd of_points(errors.size());
+  for (uint32_t i = 0; i < problem.points.size(); ++i) {
+    const uint32_t first = problem.first_observation[i], end = problem.first_observation[i + 1];
+    of_points.segment(2 * first, 2 * (end - first)).setConstant(end - first == 2 ? 0.3 : 1);
+  }
+  const auto normal = [&](const Eigen::VectorXd& weights) -> Eigen::MatrixXd {
+    return jacobian.transpose() * weights.cwiseProduct(squared_weights).asDiagonal() * jacobian;
+  };
+  const Eigen::MatrixXd inverse = normal(of_points).inverse();
+  const Eigen::MatrixXd unscaled = inverse * normal(of_points.cwiseAbs2()) * inverse;
   const double variance = squares / static_cast<double>(errors.size() - columns);
   const double mean = squared_weights.mean();
   const double spread = (squared_weights.array() - mean).square().mean() / (mean * mean);
   const double correction =
       1 + static_cast<double>(columns) / static_cast<double>(errors.size()) * spread;
   const Matrix6d expected =
-      correction * variance / squared_weights.mean() * normal.inverse().topLeftCorner<6, 6>();
+      correction * variance / squared_weights.mean() * unscaled.topLeftCorner<6, 6>();
   const Vector6d scale = expected.diagonal().cwiseSqrt().cwiseInverse();
   const Matrix6d difference =
       scale.asDiagonal() * (covariance->covariance - expected) * scale.asDiagonal();
@@ -126,7 +140,7 @@ TEST(PoseCovariance, SaysHowFarPosesAreFromTheTruth) {
       bundle.function_tolerance = 1e-10;
       bundle.iterations_max = 100;
       ASSERT_TRUE(SolveBundle(bundle, nullptr, &problem).is_usable);
-      const auto covariance = CovarianceOfPose(problem, bundle.loss_scale_px);
+      const auto covariance = CovarianceOfPose(problem, bundle);
       ASSERT_TRUE(covariance);
       const Rigid3 &pose = problem.cams_from_world[0], &truth = scene.poses[0];
       const Eigen::AngleAxisd turn(truth.rotation * pose.rotation.conjugate());
@@ -144,9 +158,9 @@ TEST(PoseCovariance, SaysHowFarPosesAreFromTheTruth) {
 TEST(PoseCovariance, FewerPointsAreLessSure) {
   SceneOptions options;
   options.point_count = 400;
-  const auto many = CovarianceOfPose(ProblemOf(MakeScene(options)), 1);
+  const auto many = CovarianceOfPose(ProblemOf(MakeScene(options)), BundleOptions());
   options.point_count = 40;
-  const auto few = CovarianceOfPose(ProblemOf(MakeScene(options)), 1);
+  const auto few = CovarianceOfPose(ProblemOf(MakeScene(options)), BundleOptions());
   ASSERT_TRUE(many && few);
   const double ratio = few->covariance.trace() / many->covariance.trace();
   EXPECT_GT(ratio, 5);
@@ -154,11 +168,11 @@ TEST(PoseCovariance, FewerPointsAreLessSure) {
 }
 
 TEST(PoseCovariance, AnUndeterminedPoseHasNone) {
-  EXPECT_FALSE(CovarianceOfPose({}, 1));
+  EXPECT_FALSE(CovarianceOfPose({}, BundleOptions()));
   SceneOptions options;
   options.point_count = 3;
   options.camera_count = 2;
-  EXPECT_FALSE(CovarianceOfPose(ProblemOf(MakeScene(options)), 1));  // no redundancy
+  EXPECT_FALSE(CovarianceOfPose(ProblemOf(MakeScene(options)), BundleOptions()));  // no redundancy
   // Points in one line before the camera leave its rotation around them free.
   options.point_count = 30;
   options.noise_px = 0;
@@ -173,7 +187,7 @@ TEST(PoseCovariance, AnUndeterminedPoseHasNone) {
       seen.x_px.x() += 0.1 * (o % 2);
     }
   }
-  EXPECT_FALSE(CovarianceOfPose(problem, 1));
+  EXPECT_FALSE(CovarianceOfPose(problem, BundleOptions()));
 }
 
 }  // namespace

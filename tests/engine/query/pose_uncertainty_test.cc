@@ -88,7 +88,7 @@ TEST_F(PoseUncertaintyTest, IsTheCovarianceOfWhatIsStored) {
     if (!has_pose) continue;
     ++placed;
     const BundleProblem problem = ProblemOf(*snapshot, ids_[i]);
-    const auto expected = CovarianceOfPose(problem, BundleOptions().loss_scale_px);
+    const auto expected = CovarianceOfPose(problem, BundleOptions());
     ASSERT_TRUE(expected);
     double angle_square = 0, distance_square = 0;
     for (size_t row = 0; row < 6; ++row) {
