@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // veduta add DB [--camera NAME] PHOTO|FOLDER... [--list FILE] [--threads N] [--contributor WHO]
-// [--json] [--no-sync] [--decoders sandboxed|in-process] [--doubles keep|refuse]
+// [--json] [--no-sync] [--decoders sandboxed|in-process] [--doubles keep|refuse|better]
 #include <algorithm>
 #include <map>
 #include <set>

@@ -7,12 +7,13 @@
 namespace veduta {
 
 void AddDoublesOption(CLI::App* command, Doubles* doubles) {
-  static const std::map<std::string, Doubles> kWords = {{"keep", Doubles::kKeep},
-                                                        {"refuse", Doubles::kRefuse}};
+  static const std::map<std::string, Doubles> kWords = {
+      {"keep", Doubles::kKeep}, {"refuse", Doubles::kRefuse}, {"better", Doubles::kBetter}};
   command
       ->add_option("--doubles", *doubles,
                    "Photos that are stored once already, resized or encoded anew: keep, as any "
-                   "other, or refuse, as duplicates (default: keep)")
+                   "other, refuse, as duplicates, or better: the larger one is kept as the photo "
+                   "(default: keep)")
       ->transform(CLI::CheckedTransformer(kWords));
 }
 

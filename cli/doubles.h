@@ -8,7 +8,7 @@
 
 namespace veduta {
 
-// The option --doubles: keep or refuse.
+// The option --doubles: keep, refuse or better.
 void AddDoublesOption(CLI::App* command, Doubles* doubles);
 
 }  // namespace veduta

@@ -6,6 +6,7 @@
 #include "cli/command.h"
 #include "cli/decoders.h"
 #include "cli/follow_ups.h"
+#include "cli/owner_beside.h"
 #include "cli/progress.h"
 #include "cli/stop_on_signal.h"
 #include "cli/wire/added_json.h"
@@ -52,7 +53,44 @@ size_t PrintAnswer(const ImportAnswer& answer) {
   return placed;
 }
 
+int PrintAll(const Result<ImportAnswer>& answer, bool json, int exit_code) {
+  if (!answer.ok()) return Fail(answer.status());
+  size_t placed = 0;
+  if (json) {
+    PrintJson(ToJson(*answer));
+    placed = static_cast<size_t>(std::ranges::count_if(
+        answer->photos, [](const ImportedPhoto& p) { return p.reconstruction.valid(); }));
+  } else {
+    placed = PrintAnswer(*answer);
+  }
+  return placed == answer->photos.size() ? exit_code : std::max<int>(exit_code, kNotDone);
+}
+
+std::string FailureOf(const AddOutcome& outcome) {
+  return "veduta: " + Printable(outcome.name) + ": " + Printable(outcome.failure.message());
+}
+
+int ImportByDaemon(DaemonClient* daemon, const ImportArguments& arguments) {
+  WarnOfThreads(arguments.threads);
+  std::vector<FollowUp> failed;
+  const Result<ImportAnswer> answer = ImportModelBeside(
+      daemon, arguments.request,
+      [](const AddOutcome& photo) { std::fprintf(stderr, "%s\n", FailureOf(photo).c_str()); },
+      [&](const FollowUp& step) { failed.push_back(step); });
+  if (failed.empty()) return PrintAll(answer, arguments.json, kDone);
+  // The names of photos are asked of the database, as it is now.
+  const auto engine = OpenToRead(arguments.db);
+  if (!engine.ok()) return Fail(engine.status());
+  int exit_code = kDone;
+  for (const FollowUp& step : failed) {
+    std::fprintf(stderr, "%s\n", FollowUpFailure(step, (*engine)->Ask(), arguments.db).c_str());
+    exit_code = std::max(exit_code, ExitCodeOf(step.status));
+  }
+  return PrintAll(answer, arguments.json, exit_code);
+}
+
 int Import(const ImportArguments& arguments) {
+  if (auto daemon = DaemonClient::Connect(arguments.db)) return ImportByDaemon(&*daemon, arguments);
   const StopOnSignal stop;
   EngineOptions options;
   options.thread_count = arguments.threads;
@@ -66,9 +104,7 @@ int Import(const ImportArguments& arguments) {
     answer = (*engine)->Import(
         arguments.request, stop.token(),
         [&](const AddOutcome& outcome) {
-          if (outcome.failure.ok()) return;
-          progress.Say("veduta: " + Printable(outcome.name) + ": " +
-                       Printable(outcome.failure.message()));
+          if (!outcome.failure.ok()) progress.Say(FailureOf(outcome));
         },
         [&](const FollowUp& step) {
           if (step.status.ok()) return;
@@ -76,16 +112,7 @@ int Import(const ImportArguments& arguments) {
           exit_code = std::max(exit_code, ExitCodeOf(step.status));
         });
   }
-  if (!answer.ok()) return Fail(answer.status());
-  size_t placed = 0;
-  if (arguments.json) {
-    PrintJson(ToJson(*answer));
-    placed = static_cast<size_t>(std::ranges::count_if(
-        answer->photos, [](const ImportedPhoto& p) { return p.reconstruction.valid(); }));
-  } else {
-    placed = PrintAnswer(*answer);
-  }
-  return placed == answer->photos.size() ? exit_code : std::max<int>(exit_code, kNotDone);
+  return PrintAll(answer, arguments.json, exit_code);
 }
 
 }  // namespace

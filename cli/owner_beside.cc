@@ -97,6 +97,20 @@ DensifyReport ReportOf(const Json& json) {
   return report;
 }
 
+ImportAnswer ImportOf(const Json& json) {
+  ImportAnswer answer;
+  answer.reconstruction = IdOf<ReconstructionId>(json.at("reconstruction"));
+  answer.points = json.value("points", uint64_t{0});
+  for (const Json& photo : json.at("photos")) {
+    const Json& why_not = photo.at("why_not");
+    answer.photos.push_back({photo.value("image", ""), IdOf<ImageId>(photo.at("id")),
+                             photo.value("was_given_pose", false),
+                             IdOf<ReconstructionId>(photo.at("reconstruction")),
+                             why_not.is_string() ? why_not.get<std::string>() : ""});
+  }
+  return answer;
+}
+
 Result<Json> WaitForUpload(DaemonClient* daemon, uint64_t number) {
   for (;;) {
     VEDUTA_ASSIGN_OR_RETURN(
@@ -143,6 +157,24 @@ Status TrainBeside(DaemonClient* daemon, const VocabularyRequest& request) {
 
 Status ImportBeside(DaemonClient* daemon, const std::string& file) {
   return Post(daemon, "/v1/vocabulary/import", {{"file", Absolute(file)}}).status();
+}
+
+Result<ImportAnswer> ImportModelBeside(DaemonClient* daemon, const ImportRequest& request,
+                                       const std::function<void(const AddOutcome&)>& failed,
+                                       const std::function<void(const FollowUp&)>& followed) {
+  VEDUTA_ASSIGN_OR_RETURN(const Json answer, Post(daemon, "/v1/models",
+                                                  {{"model", Absolute(request.model)},
+                                                   {"photos", Absolute(request.photos)},
+                                                   {"contributor", request.contributor}}));
+  for (const Json& photo : answer.value("failed", Json::array())) {
+    AddOutcome outcome;
+    outcome.name = photo.value("image", "");
+    outcome.failure = Status::IoError(photo.value("reason", ""));
+    failed(outcome);
+  }
+  for (const Json& step : answer.value("failed_steps", Json::array())) followed(FollowUpOf(step));
+  VEDUTA_RETURN_IF_ERROR(FailureIn(answer));
+  return ImportOf(answer.at("import"));
 }
 
 Status CopyBeside(DaemonClient* daemon, const std::string& out) {

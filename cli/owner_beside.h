@@ -21,6 +21,10 @@ Status SettleBeside(DaemonClient* daemon, const std::function<void(const FollowU
 // As Engine::TrainVocabulary and Engine::ImportVocabulary; the daemon reads the file.
 Status TrainBeside(DaemonClient* daemon, const VocabularyRequest& request);
 Status ImportBeside(DaemonClient* daemon, const std::string& file);
+// As Engine::Import; the daemon reads the model and the photos.
+Result<ImportAnswer> ImportModelBeside(DaemonClient* daemon, const ImportRequest& request,
+                                       const std::function<void(const AddOutcome&)>& failed,
+                                       const std::function<void(const FollowUp&)>& followed);
 // As Engine::Copy and Engine::Backup; the daemon writes the folder.
 Status CopyBeside(DaemonClient* daemon, const std::string& out);
 Result<BackupReport> BackupBeside(DaemonClient* daemon, const BackupRequest& request);

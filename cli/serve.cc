@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // veduta serve DB [--http HOST:PORT] [--listen unix:PATH|HOST:PORT] [--threads N] [--waiting N]
 // [--waiting-bytes N] [--parts-kept S] [--dense] [--dense-size PX] [--device D]
-// [--decoders sandboxed|in-process] [--doubles keep|refuse] [--log none|text|json] [--json]
+// [--decoders sandboxed|in-process] [--doubles keep|refuse|better] [--log none|text|json] [--json]
 #include <sys/resource.h>
 #include <unistd.h>
 

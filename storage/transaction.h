@@ -82,6 +82,8 @@ class Transaction {
   // features, its pairs, its words and its place in the posting lists. What the map holds of it
   // (pose, observations, points) and what the dense pass made of it is the caller's. Reads base().
   virtual void RemoveImage(ImageId image) = 0;
+  // Deletes a photo with its hash and its features: the image that had it has another one now.
+  virtual void DeletePhoto(const ContentHash& photo) = 0;
   virtual void DeletePair(ImageId a, ImageId b) = 0;  // in either order; also where there is none
   virtual void PutForbidden(const ForbiddenRecord& forbidden) = 0;
   virtual void DeleteForbidden(ForbiddenKind kind, uint32_t a, uint32_t b) = 0;  // either order

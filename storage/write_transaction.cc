@@ -100,6 +100,11 @@ class WriteTransaction final : public Transaction {
     buffer().Delete(Family::kPairs, NeighborKey(b, a));
   }
 
+  void DeletePhoto(const ContentHash& photo) override {
+    for (const Family family : {Family::kHashes, Family::kPhotos, Family::kFeatures})
+      buffer().Delete(family, HashKey(photo));
+  }
+
   void RemoveImage(ImageId image) override { buffer().Note(RemoveStored(image)); }
 
   void PutGroundPoint(const GroundPoint& point) override {
@@ -272,8 +277,7 @@ class WriteTransaction final : public Transaction {
     if (image.reason != Reason::kNameTaken)
       buffer().Delete(Family::kNames, NameKey(image.name, image.contributor));
     if (image.verdict == Verdict::kRejected) return Status::Ok();  // nothing else is kept of it
-    for (const Family family : {Family::kHashes, Family::kPhotos, Family::kFeatures})
-      buffer().Delete(family, HashKey(image.photo));
+    DeletePhoto(image.photo);
     VEDUTA_ASSIGN_OR_RETURN(const std::vector<PairNeighbor> neighbors, base_->ListNeighbors(id));
     for (const PairNeighbor& neighbor : neighbors) DeletePair(id, neighbor.image);
     VEDUTA_ASSIGN_OR_RETURN(const DatabaseState state, base_->GetState());

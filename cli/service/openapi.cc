@@ -107,6 +107,7 @@ constexpr Description kDescriptions[] = {
     {"POST", "/v1/densify", "The dense pass, now", Body::kJson},
     {"POST", "/v1/vocabulary/train", "Train a vocabulary", Body::kJson},
     {"POST", "/v1/vocabulary/import", "Use a given vocabulary", Body::kJson},
+    {"POST", "/v1/models", "Make a reconstruction of a model of COLMAP", Body::kJson},
     {"POST", "/v1/backups", "Add a backup to a folder of them", Body::kJson},
     {"POST", "/v1/copies", "Make a copy that opens on its own", Body::kJson}};
 

@@ -10,6 +10,7 @@
 #include "cli/wire/added_json.h"
 #include "cli/wire/backup_json.h"
 #include "cli/wire/dense_json.h"
+#include "cli/wire/import_json.h"
 
 namespace veduta {
 namespace {
@@ -61,6 +62,7 @@ std::vector<CityRoute> OwnerRoutes() {
                                     {"v1", "densify"},
                                     {"v1", "vocabulary", "train"},
                                     {"v1", "vocabulary", "import"},
+                                    {"v1", "models"},
                                     {"v1", "backups"},
                                     {"v1", "copies"}}) {
     CityRoute route = {"POST", path, {}, nullptr, false, false, Role::kAdmin, true};
@@ -88,6 +90,7 @@ HttpAnswer OwnerCommands::Do(const HttpRequest& request, const Json& wanted) {
   if (what == "densify") return Densify(wanted);
   if (what == "train") return Train(wanted);
   if (what == "backups") return Backup(wanted);
+  if (what == "models") return ImportModel(wanted);
   const bool is_copy = what == "copies";
   const Result<std::string> path = TextMember(wanted, is_copy ? "folder" : "file");
   if (!path.ok()) return ProblemOf(path.status());
@@ -115,6 +118,30 @@ HttpAnswer OwnerCommands::Densify(const Json& wanted) {
   const DenseKeeper::Rest rest(keeper_);  // one pass runs at a time
   const auto done = engine_->Densify(*request, stop_.get_token());
   return AnswerWith({{"reports", std::move(reports)}}, done.status());
+}
+
+// Photos that cannot be judged and steps that fail keep nothing else from being imported.
+HttpAnswer OwnerCommands::ImportModel(const Json& wanted) {
+  ImportRequest request;
+  for (const auto& [name, value] : {std::pair("model", &request.model),
+                                    {"photos", &request.photos},
+                                    {"contributor", &request.contributor}}) {
+    Result<std::string> text = TextMember(wanted, name);
+    if (!text.ok()) return ProblemOf(text.status());
+    *value = *std::move(text);
+  }
+  Json failed = Json::array(), steps = Json::array();
+  const auto imported = engine_->Import(
+      request, stop_.get_token(),
+      [&](const AddOutcome& outcome) {
+        if (!outcome.failure.ok()) failed.push_back(ToJson(outcome));
+      },
+      [&](const FollowUp& step) {
+        if (!step.status.ok()) steps.push_back(ToJson(step));
+      });
+  Json done = {{"failed", std::move(failed)}, {"failed_steps", std::move(steps)}};
+  if (imported.ok()) done["import"] = ToJson(*imported);
+  return AnswerWith(std::move(done), imported.status());
 }
 
 HttpAnswer OwnerCommands::Settle() {

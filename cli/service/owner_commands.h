@@ -35,6 +35,7 @@ class OwnerCommands final {
   HttpAnswer Do(const HttpRequest& request, const Json& wanted);
   HttpAnswer Backup(const Json& wanted);
   HttpAnswer Densify(const Json& wanted);
+  HttpAnswer ImportModel(const Json& wanted);
   HttpAnswer Settle();
   HttpAnswer Train(const Json& wanted);
 

@@ -18,11 +18,13 @@ constexpr double kRetryMinS = 1, kRetryMaxS = 600;
 // Uploads that have had their turn and can still be asked after. Chosen by hand: each is a KB.
 constexpr size_t kEndedMax = 10'000;
 
-// What is stored and has a place, or may get one, is 201; the rest is a problem that holds the
-// outcome.
+// What is stored and has a place, or may get one, is 201; what takes the place of a stored photo's
+// bytes is 200; the rest is a problem that holds the outcome.
 HttpAnswer AnswerOf(const AddOutcome& outcome) {
   HttpAnswer answer;
-  if (outcome.duplicate || outcome.verdict == Verdict::kRejected) {
+  if (outcome.replaced) {
+    answer = JsonAnswer(200, ToJson(outcome));
+  } else if (outcome.duplicate || outcome.verdict == Verdict::kRejected) {
     answer = Problem(outcome.duplicate ? 409 : 422, OutcomeReason(outcome), ToJson(outcome));
   } else {
     answer = JsonAnswer(201, ToJson(outcome));

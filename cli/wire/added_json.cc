@@ -51,6 +51,7 @@ Json ToJson(const AddOutcome& outcome) {
           {"id", ToJson(outcome.id)},
           {"verdict", OutcomeWord(outcome)},
           {"reason", OutcomeReason(outcome)},
+          {"replaced", outcome.replaced},
           {"reconstruction", ToJson(outcome.reconstruction)},
           {"camera", outcome.camera.empty() ? Json() : Json(outcome.camera)},
           {"neighbors", outcome.neighbor_count},

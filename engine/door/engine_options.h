@@ -13,6 +13,7 @@ namespace veduta {
 enum class Doubles : uint8_t {
   kKeep,    // nobody looks for that: it is stored as any other
   kRefuse,  // it is answered as a duplicate of the stored one, and not stored
+  kBetter,  // the same, but one of more pixels takes the place of the stored one's bytes
 };
 
 struct EngineOptions {

@@ -72,6 +72,7 @@ struct AddOutcome {
   std::string name;
   ImageId id;              // not valid() when nothing was stored
   bool duplicate = false;  // the bytes were there already; `detail` names the image
+  bool replaced = false;   // a duplicate of more pixels: the image has its bytes from now on
   Verdict verdict = Verdict::kRejected;
   Reason reason = Reason::kNone;
   std::string detail;               // the reason's numbers, for a person

@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "engine/camera/photo_decoder.h"
-#include "engine/camera/projection.h"
+#include "engine/ingest/counterparts.h"
 #include "engine/ingest/neighbor_finder.h"
 
 namespace veduta {
@@ -18,17 +18,10 @@ namespace {
 constexpr size_t kMatchesMin = 40;
 constexpr double kErrorPxMax = 1.5;  // in the smaller picture
 constexpr double kAgreeingShareMin = 0.9;
-constexpr size_t kPairsMax = 3;            // that are looked at
+constexpr size_t kDecodedMax = 3;          // stored photos that a new one is compared with
 constexpr int kSidePx = 128, kCellPx = 8;  // the size that pictures are compared at
 constexpr double kMeanDifferenceMax = 4, kCellDifferenceMax = 12;  // of 255
 constexpr double kGainMax = 1.25;                                  // and its inverse
-
-// Where a feature lies in the photo as it is stored, over the photo's size; px begin at 0, 0.
-Eigen::Vector2d PlaceOf(const CameraModel& camera, const Keypoint& keypoint) {
-  Eigen::Vector2d px(keypoint.x_px, keypoint.y_px);
-  if (IsDistorted(camera)) px = DistortPixel(camera, px);
-  return {(px.x() + 0.5) / camera.width_px, (px.y() + 0.5) / camera.height_px};
-}
 
 // The picture in grey, as its features were extracted; empty where it cannot be decoded.
 Result<cv::Mat> GrayOf(const Snapshot& snapshot, const PhotoDecoder& decoder,
@@ -59,8 +52,8 @@ bool MatchAsOnePicture(const CameraModel& first, const Features& first_features,
   // Both sides were rounded to whole pixels.
   if (std::abs(across / down - 1) > 1.5 / std::min(width_px, height_px)) return false;
   const auto agreeing = std::ranges::count_if(matches, [&](const FeatureMatch& match) {
-    const Eigen::Vector2d off = PlaceOf(first, first_features.keypoints[match.a]) -
-                                PlaceOf(second, second_features.keypoints[match.b]);
+    const Eigen::Vector2d off = PlaceInPicture(first, first_features.keypoints[match.a]) -
+                                PlaceInPicture(second, second_features.keypoints[match.b]);
     return std::hypot(off.x() * width_px, off.y() * height_px) <= kErrorPxMax;
   });
   return static_cast<double>(agreeing) >= kAgreeingShareMin * static_cast<double>(matches.size());
@@ -101,8 +94,9 @@ Result<std::optional<StoredDouble>> FindDouble(const Snapshot& snapshot,
   for (const PairMatches& pair : pairs) strongest.push_back(&pair);
   std::ranges::stable_sort(strongest, std::ranges::greater(),
                            [](const PairMatches* pair) { return pair->matches.size(); });
-  if (strongest.size() > kPairsMax) strongest.resize(kPairsMax);
+  size_t decoded = 0;
   for (const PairMatches* const pair : strongest) {
+    if (decoded == kDecodedMax) break;
     VEDUTA_ASSIGN_OR_RETURN(ImageRecord image, snapshot.GetImage(pair->other));
     if (AreOfDifferentTimes(photo.record, image)) continue;
     VEDUTA_ASSIGN_OR_RETURN(const CameraRecord camera, snapshot.GetCamera(image.camera));
@@ -110,6 +104,7 @@ Result<std::optional<StoredDouble>> FindDouble(const Snapshot& snapshot,
     if (!MatchAsOnePicture(photo.camera, *photo.features.features, camera.model, *other->features,
                            pair->matches))
       continue;
+    ++decoded;
     const Result<cv::Mat> ours = GrayOf(snapshot, decoder, photo.record.photo, photo.camera),
                           theirs = GrayOf(snapshot, decoder, image.photo, camera.model);
     if (!theirs.ok() && IsCandidateDamaged(theirs.status())) continue;

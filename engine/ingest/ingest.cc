@@ -5,6 +5,7 @@
 #include <cstdio>
 
 #include "engine/ingest/believed_pose.h"
+#include "engine/ingest/better_version.h"
 #include "engine/ingest/double_finder.h"
 #include "engine/ingest/follow_up_steps.h"
 #include "engine/ingest/forbidding.h"
@@ -203,8 +204,32 @@ Result<AddOutcome> Ingest::StoreRejection(const PreparedPhoto& photo, const Came
   return outcome;
 }
 
+struct ComparedPhoto {
+  const ImageFeatures& features;
+  std::span<const PairRecord> pairs;
+  std::span<const WordId> words;
+};
+
+Result<AddOutcome> Ingest::AnswerDouble(const StoredDouble& stored, const PreparedPhoto& photo,
+                                        const CameraRecord& camera, ImageRecord record,
+                                        const ComparedPhoto& compared, WriteScope scope) {
+  AddOutcome outcome = DoubleOf(stored, photo);
+  if (doubles_ != Doubles::kBetter || !IsLarger(record, stored.image)) return outcome;
+  VEDUTA_ASSIGN_OR_RETURN(DatabaseState state, scope.base->GetState());
+  VEDUTA_ASSIGN_OR_RETURN(outcome.camera, PutCameraIfNew(camera, scope, &state, &record));
+  const BetterVersion better{record, camera.model, compared.features, compared.pairs,
+                             compared.words};
+  VEDUTA_ASSIGN_OR_RETURN(outcome.replaced,
+                          TakeBetterVersion(parts_, stored.image, better, record.contributor,
+                                            std::move(state), std::move(scope)));
+  if (!outcome.replaced) outcome.camera.clear();
+  outcome.detail +=
+      outcome.replaced ? ", and takes its place" : ", and too few of its points are found in it";
+  return outcome;
+}
+
 Result<AddOutcome> Ingest::Place(PreparedPhoto photo, const CameraRecord& camera,
-                                 ImageRecord record, WriteScope scope) {
+                                 ImageRecord record, bool is_name_taken, WriteScope scope) {
   Stopwatch watch;
   VEDUTA_ASSIGN_OR_RETURN(DatabaseState state, scope.base->GetState());
   if (!record.id.valid()) record.id = ImageId(state.next_image++);
@@ -227,18 +252,22 @@ Result<AddOutcome> Ingest::Place(PreparedPhoto photo, const CameraRecord& camera
   const PoseGiver give_pose = [&](const ImageFeatures& wide,
                                   std::span<const PairMatches> pairs) -> Result<Placement> {
     if (photo.awaited) return Postponed(Reason::kUndetermined, kAwaitsPoseDetail);
-    if (doubles_ == Doubles::kRefuse && !stored_double) {
+    if (doubles_ != Doubles::kKeep && !stored_double) {
       VEDUTA_ASSIGN_OR_RETURN(stored_double, FindDouble(*scope.base, decoder_, parts_.features,
                                                         {record, camera.model, wide}, pairs));
     }
-    if (stored_double) return Postponed(Reason::kNone, "");
+    if (stored_double || is_name_taken) return Postponed(Reason::kNone, "");
     return PlacePhoto(context, wide, pairs, ReconstructionId(state.next_reconstruction),
                       photo.hash.Seed());
   };
   VEDUTA_ASSIGN_OR_RETURN(const LocatedPhoto located,
                           LocatePhoto(context, options_, *image, camera.model, candidates,
                                       give_pose, photo.hash.Seed()));
-  if (stored_double) return DoubleOf(*stored_double, photo);
+  if (stored_double) {
+    return AnswerDouble(*stored_double, photo, camera, std::move(record),
+                        {*image, located.search.pairs, words}, std::move(scope));
+  }
+  if (is_name_taken) return NameTakenBy(photo);
   watch.LapMs();
   record.verdict = located.placement.verdict;
   record.reason = located.placement.reason;
@@ -249,7 +278,7 @@ Result<AddOutcome> Ingest::Place(PreparedPhoto photo, const CameraRecord& camera
   scope.transaction->KeepFeatures(record.photo, features);
   VEDUTA_RETURN_IF_ERROR(scope.transaction->Commit());
   map_.ClearChanges();
-  parts_.features->Put(image);
+  parts_.features->Put(record.photo, image);
   AddOutcome outcome = OutcomeOf(record, located);
   outcome.camera = new_camera;
   outcome.times.retrieve_ms = retrieve_ms;
@@ -262,11 +291,14 @@ Result<AddOutcome> Ingest::AdmitAndPlace(PreparedPhoto photo, const CameraRecord
   Stopwatch total;
   WriteScope scope = BeginWrite(parts_.database);
   VEDUTA_ASSIGN_OR_RETURN(Admission admission, Admit(*scope.base, photo, camera.id, contributor));
+  bool is_name_taken = false;
   switch (admission.outcome) {
     case AdmissionOutcome::kDuplicate:
       return DuplicateOf(admission.stored, photo);
     case AdmissionOutcome::kNameTaken:
-      return NameTakenBy(photo);
+      if (doubles_ != Doubles::kBetter || !admission.is_prepared) return NameTakenBy(photo);
+      is_name_taken = true;
+      break;
     case AdmissionOutcome::kRejected:
       return StoreRejection(photo, camera, std::move(admission.record), std::move(scope));
     case AdmissionOutcome::kOutdated:
@@ -276,8 +308,9 @@ Result<AddOutcome> Ingest::AdmitAndPlace(PreparedPhoto photo, const CameraRecord
   }
   const double decode_ms = photo.decode_ms, undistort_ms = photo.undistort_ms,
                features_ms = photo.features_ms;
-  VEDUTA_ASSIGN_OR_RETURN(AddOutcome outcome, Place(std::move(photo), camera,
-                                                    std::move(admission.record), std::move(scope)));
+  VEDUTA_ASSIGN_OR_RETURN(AddOutcome outcome,
+                          Place(std::move(photo), camera, std::move(admission.record),
+                                is_name_taken, std::move(scope)));
   outcome.times.decode_ms = decode_ms;
   outcome.times.undistort_ms = undistort_ms;
   outcome.times.features_ms = features_ms;

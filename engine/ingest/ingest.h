@@ -31,6 +31,10 @@ struct LongSteps {
   std::optional<DueStep> next;
 };
 
+// What a photo was compared with others by.
+struct ComparedPhoto;
+struct StoredDouble;  // engine/ingest/double_finder.h
+
 // One thread at a time, guarded by its owner (the engine's writer). The four pointers must outlive
 // it.
 class Ingest final {
@@ -81,8 +85,13 @@ class Ingest final {
                                    const std::string& contributor);
   Result<AddOutcome> StoreRejection(const PreparedPhoto& photo, const CameraRecord& camera,
                                     ImageRecord record, WriteScope scope);
+  // Where the name is taken, the photo is stored only in the place of a smaller copy of it.
   Result<AddOutcome> Place(PreparedPhoto photo, const CameraRecord& camera, ImageRecord record,
-                           WriteScope scope);
+                           bool is_name_taken, WriteScope scope);
+  // A double of more pixels takes the place of the stored photo, where that is asked for.
+  Result<AddOutcome> AnswerDouble(const StoredDouble& stored, const PreparedPhoto& photo,
+                                  const CameraRecord& camera, ImageRecord record,
+                                  const ComparedPhoto& compared, WriteScope scope);
   Result<std::optional<DueStep>> FindStep(const Snapshot& snapshot,
                                           const std::optional<DueStep>& at_work) const;
   std::optional<DueStep> FindLong(const Snapshot& snapshot) const;

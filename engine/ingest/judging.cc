@@ -187,7 +187,7 @@ Result<std::vector<LostPose>> Unplace(const IngestParts& parts, MapLoader* loade
       UnplaceWithDependents(images, parts.options.mapper.observations_min, loader, parts.map));
   Transaction* const transaction = scope.transaction.get();
   VEDUTA_ASSIGN_OR_RETURN(const ReconstructionRecord whole, loader->GetReconstruction(from));
-  VEDUTA_RETURN_IF_ERROR(WriteUnplacedLocally(*parts.map, *scope.base, transaction));
+  VEDUTA_RETURN_IF_ERROR(WriteChangedLocally(*parts.map, *scope.base, transaction));
   if (parts.map->changes().unplaced.size() == whole.image_count)
     VEDUTA_RETURN_IF_ERROR(DropHypotheses(*scope.base, from, transaction));
   std::vector<LostPose> lost;

@@ -116,14 +116,16 @@ Result<std::vector<ImageId>> UnplaceWithDependents(std::span<const ImageId> imag
   return std::vector<ImageId>(others.begin(), others.end());
 }
 
-Status WriteUnplacedLocally(const CityMap& map, const Snapshot& snapshot,
-                            Transaction* transaction) {
+Status WriteChangedLocally(const CityMap& map, const Snapshot& snapshot, Transaction* transaction) {
+  std::set<ReconstructionId> changed;
+  for (const auto& [image, reconstruction] : map.changes().unplaced) changed.insert(reconstruction);
+  for (const auto& [reconstruction, change] : map.changes().counts) changed.insert(reconstruction);
   std::map<ReconstructionId, ReconstructionRecord> records;
+  for (const ReconstructionId id : changed) {
+    VEDUTA_ASSIGN_OR_RETURN(records[id], snapshot.GetReconstruction(id));
+    ++records[id].geometry_version;
+  }
   for (const auto& [image, reconstruction] : map.changes().unplaced) {
-    if (!records.contains(reconstruction)) {
-      VEDUTA_ASSIGN_OR_RETURN(records[reconstruction], snapshot.GetReconstruction(reconstruction));
-      ++records[reconstruction].geometry_version;
-    }
     ReconstructionRecord& record = records[reconstruction];
     --record.image_count;
     transaction->DeletePose(image);

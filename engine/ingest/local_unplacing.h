@@ -27,10 +27,10 @@ Result<std::vector<ImageId>> UnplaceWithDependents(std::span<const ImageId> imag
                                                    uint32_t observations_min, MapLoader* loader,
                                                    CityMap* map);
 
-// Writes what UnplaceWithDependents has changed in the map: poses, observations, point blocks, and
-// the record of the reconstruction, whose adjustment is due; it is dissolved where no image is
-// left. The map's record of changes stays as it is.
-Status WriteUnplacedLocally(const CityMap& map, const Snapshot& snapshot, Transaction* transaction);
+// Writes what has changed in the map by UnplaceWithDependents or by an exchange of pictures: poses,
+// observations, point blocks, and the record of the reconstruction, whose adjustment is due; it is
+// dissolved where no image is left. The map's record of changes stays as it is.
+Status WriteChangedLocally(const CityMap& map, const Snapshot& snapshot, Transaction* transaction);
 
 // The images that were doubted and lost their poses since a person last did something, such as
 // adding a photo: reads the journal backwards over the steps that followed by themselves, up to the

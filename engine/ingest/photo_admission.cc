@@ -36,6 +36,10 @@ Result<Admission> Admit(const Snapshot& snapshot, const PreparedPhoto& photo, Ca
     return admission;
   }
   admission.record = NewRecord(photo, camera, contributor);
+  // A photo that was known was not prepared; what was written ahead of another copy is gone with
+  // it.
+  VEDUTA_ASSIGN_OR_RETURN(const bool is_there, snapshot.IsWrittenAhead(photo.hash));
+  admission.is_prepared = photo.reason == Reason::kNone && !photo.known && is_there;
   VEDUTA_ASSIGN_OR_RETURN(const std::optional<ImageId> namesake,
                           snapshot.FindImageByName(photo.name, contributor));
   if (namesake) {
@@ -50,10 +54,7 @@ Result<Admission> Admit(const Snapshot& snapshot, const PreparedPhoto& photo, Ca
     admission.outcome = AdmissionOutcome::kRejected;
     return admission;
   }
-  // A photo that was known was not prepared; what was written ahead of another copy is gone with
-  // it.
-  VEDUTA_ASSIGN_OR_RETURN(const bool is_there, snapshot.IsWrittenAhead(photo.hash));
-  if (photo.known || !is_there) admission.outcome = AdmissionOutcome::kOutdated;
+  if (!admission.is_prepared) admission.outcome = AdmissionOutcome::kOutdated;
   return admission;
 }
 

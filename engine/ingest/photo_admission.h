@@ -21,9 +21,10 @@ enum class AdmissionOutcome : uint8_t {
 struct Admission {
   AdmissionOutcome outcome = AdmissionOutcome::kNew;
   ImageRecord stored;  // kDuplicate: the image with these bytes
-  // kNew and kRejected: the record to store, without a verdict. Its id is valid() where it replaces
-  // a rejected photo of the same name, which may be sent again once it is mended.
+  // Of all others but kDuplicate: the record to store, without a verdict. Its id is valid() where
+  // it replaces a rejected photo of the same name, which may be sent again once it is mended.
   ImageRecord record;
+  bool is_prepared = false;  // it has features, and what was written ahead of it is there
 };
 
 // Reads the snapshot only.

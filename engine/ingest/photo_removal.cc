@@ -94,7 +94,7 @@ Result<RemovedPhoto> RemovePhoto(const IngestParts& parts, ImageId image, const 
   transaction->PutState(state);
   VEDUTA_RETURN_IF_ERROR(transaction->Commit());
   parts.map->ClearChanges();
-  parts.features->Forget(image);
+  parts.features->Forget(image, record.photo);
   return removed;
 }
 

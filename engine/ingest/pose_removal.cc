@@ -18,7 +18,7 @@ Result<std::vector<ImageId>> RemovePose(const IngestParts& parts, const WriteSco
       std::vector<ImageId> unplaced,
       UnplaceWithDependents({&pose.image, 1}, parts.options.mapper.observations_min, &loader,
                             parts.map));
-  VEDUTA_RETURN_IF_ERROR(WriteUnplacedLocally(*parts.map, *scope.base, transaction));
+  VEDUTA_RETURN_IF_ERROR(WriteChangedLocally(*parts.map, *scope.base, transaction));
   if (parts.map->changes().unplaced.size() == whole.image_count)
     VEDUTA_RETURN_IF_ERROR(DropHypotheses(*scope.base, whole.id, transaction));
   VEDUTA_RETURN_IF_ERROR(

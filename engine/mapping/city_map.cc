@@ -169,6 +169,35 @@ void CityMap::UnplaceImage(ImageId id) {
   changes_.unplaced[id] = reconstruction;
 }
 
+void CityMap::ExchangePicture(MapImage with, std::span<const FeatureMatch> counterparts) {
+  ++edit_count_;
+  const ImageId id = with.id;
+  std::vector<std::pair<PointId, FeatureIndex>> kept;
+  std::vector<PointId> lost = image(id).points;
+  for (const FeatureMatch& match : counterparts) {
+    if (!lost[match.a].valid()) continue;
+    kept.emplace_back(lost[match.a], match.b);
+    lost[match.a] = {};
+  }
+  for (const PointId point : lost) {
+    if (point.valid()) RemoveObservation(point, id);
+  }
+  for (const auto& [point_id, feature] : kept) CountPoint(point(point_id), -1);
+  MapImage& held = MutableImage(id);
+  with.reconstruction = held.reconstruction;
+  with.cam_from_world = held.cam_from_world;
+  with.points.assign(with.features->size(), {});
+  held = std::move(with);
+  changes_.observations.insert(id);
+  for (const auto& [point_id, feature] : kept) {
+    PointRecord& point = MutablePoint(point_id);
+    FindElement(point.track, id)->feature = feature;
+    held.points[feature] = point_id;
+    Measure(&point);
+    CountPoint(point, 1);
+  }
+}
+
 void CityMap::CutOff(const std::set<ImageId>& part) {
   std::vector<ImageId> all;
   for (const auto& [id, image] : images_) all.push_back(id);

@@ -87,6 +87,11 @@ class CityMap {
   // get another of their images as their home, the first, and so another name. Loaded must be all
   // that MapLoader::LoadToUnplace loads.
   void UnplaceImage(ImageId id);
+  // The image, which must be loaded with all that MapLoader::LoadToUnplace loads, has another
+  // picture of the same content from now on, with that one's camera and features; its pose stays.
+  // What its feature a saw is seen by b, for each of the `counterparts` (a and b at most once);
+  // other points lose its view.
+  void ExchangePicture(MapImage with, std::span<const FeatureMatch> counterparts);
   // `track` in any order, two or more images of one reconstruction, whose features have no point
   // yet. The home must be one of the reconstruction's images.
   PointId AddPoint(ImageId home, const Eigen::Vector3d& position, std::vector<TrackElement> track);

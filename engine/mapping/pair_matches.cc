@@ -16,11 +16,12 @@ PairMatches MatchesFrom(const PairRecord& pair, ImageId image) {
 }
 
 PairRecord RecordOf(const PairMatches& pair, ImageId photo) {
-  if (photo < pair.other)
-    return {photo, pair.other, pair.geometry, pair.other_from_photo, pair.matches};
-  PairRecord record{pair.other, photo, pair.geometry, pair.other_from_photo.Inverse(),
-                    pair.matches};
-  for (FeatureMatch& match : record.matches) std::swap(match.a, match.b);
+  PairRecord record{photo, pair.other, pair.geometry, pair.other_from_photo, pair.matches};
+  if (pair.other < photo) {
+    std::swap(record.a, record.b);
+    record.b_from_a = record.b_from_a.Inverse();
+    for (FeatureMatch& match : record.matches) std::swap(match.a, match.b);
+  }
   std::sort(record.matches.begin(), record.matches.end(),
             [](const FeatureMatch& x, const FeatureMatch& y) { return x.a < y.a; });
   return record;

@@ -42,8 +42,8 @@ Result<std::shared_ptr<const ImageFeatures>> ImageFeatures::Make(
 
 Result<std::shared_ptr<const ImageFeatures>> ImageFeatureCache::Get(const Snapshot& snapshot,
                                                                     ImageId id) {
+  VEDUTA_ASSIGN_OR_RETURN(const ImageRecord image, snapshot.GetImage(id));
   const auto load = [&]() -> Result<std::shared_ptr<const ImageFeatures>> {
-    VEDUTA_ASSIGN_OR_RETURN(const ImageRecord image, snapshot.GetImage(id));
     VEDUTA_ASSIGN_OR_RETURN(const CameraRecord camera, snapshot.GetCamera(image.camera));
     if (const Status usable = CheckCamera(camera.model); !usable.ok()) {
       return Status::Corruption("family cameras: camera " + std::to_string(camera.id.value) + ": " +
@@ -60,13 +60,17 @@ Result<std::shared_ptr<const ImageFeatures>> ImageFeatureCache::Get(const Snapsh
                                std::make_shared<const Features>(std::move(features)),
                                matched_count_max_);
   };
-  return cache_.GetOrMake(id, load, [](const auto& made) { return made->size_bytes(); });
+  return cache_.GetOrMake({id, image.photo}, load,
+                          [](const auto& made) { return made->size_bytes(); });
 }
 
 Result<std::shared_ptr<const PutativeMatches>> ImageFeatureCache::Match(const Snapshot& snapshot,
                                                                         ImageId first,
                                                                         ImageId second,
                                                                         double ratio_max) {
+  VEDUTA_ASSIGN_OR_RETURN(const ImageRecord image_a, snapshot.GetImage(first));
+  VEDUTA_ASSIGN_OR_RETURN(const ImageRecord image_b, snapshot.GetImage(second));
+  const MatchKey key{{first, image_a.photo}, {second, image_b.photo}, ratio_max};
   const auto match = [&]() -> Result<std::shared_ptr<const PutativeMatches>> {
     VEDUTA_ASSIGN_OR_RETURN(const auto a, Get(snapshot, first));
     VEDUTA_ASSIGN_OR_RETURN(const auto b, Get(snapshot, second));
@@ -76,16 +80,17 @@ Result<std::shared_ptr<const PutativeMatches>> ImageFeatureCache::Match(const Sn
     return std::make_shared<const PutativeMatches>(
         PutativeMatches{FeaturesOf(found.from_a), FeaturesOf(found.from_b)});
   };
-  return matches_.GetOrMake({first, second, ratio_max}, match, [](const auto& made) {
+  return matches_.GetOrMake(key, match, [](const auto& made) {
     return sizeof(*made) +
            (made->from_first.size() + made->from_second.size()) * sizeof(FeatureMatch);
   });
 }
 
-void ImageFeatureCache::Put(std::shared_ptr<const ImageFeatures> features) {
+void ImageFeatureCache::Put(const ContentHash& photo,
+                            std::shared_ptr<const ImageFeatures> features) {
   const ImageId id = features->id;
   const size_t size_bytes = features->size_bytes();
-  cache_.Put(id, std::move(features), size_bytes);
+  cache_.Put({id, photo}, std::move(features), size_bytes);
 }
 
 }  // namespace veduta

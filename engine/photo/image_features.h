@@ -63,25 +63,34 @@ class ImageFeatureCache final {
   // of Get.
   Result<std::shared_ptr<const PutativeMatches>> Match(const Snapshot& snapshot, ImageId first,
                                                        ImageId second, double ratio_max);
-  // Keeps the features of an image that was just stored, unless some are kept already.
-  void Put(std::shared_ptr<const ImageFeatures> features);
-  // Keeps those of an image that was removed no longer.
-  void Forget(ImageId id) { cache_.Erase(id); }
+  // Keeps the features of an image that was just stored with this photo, unless they are kept
+  // already.
+  void Put(const ContentHash& photo, std::shared_ptr<const ImageFeatures> features);
+  // Keeps those no longer that an image had with this photo, which is gone.
+  void Forget(ImageId id, const ContentHash& photo) { cache_.Erase({id, photo}); }
   uint32_t matched_count_max() const { return matched_count_max_; }
 
  private:
+  // An image may have another photo in a later snapshot.
+  struct Key {
+    ImageId id;
+    ContentHash photo;
+    bool operator==(const Key&) const = default;
+  };
   struct MatchKey {
-    ImageId first, second;
+    Key first, second;
     double ratio_max = 0;
     bool operator==(const MatchKey&) const = default;
   };
   struct HashOfKey {
+    size_t operator()(const Key& key) const { return std::hash<ImageId>()(key.id); }
     size_t operator()(const MatchKey& key) const {
-      return std::hash<uint64_t>()(static_cast<uint64_t>(key.first.value) << 32 | key.second.value);
+      return std::hash<uint64_t>()(static_cast<uint64_t>(key.first.id.value) << 32 |
+                                   key.second.id.value);
     }
   };
 
-  LruCache<ImageId, std::shared_ptr<const ImageFeatures>> cache_;  // costs are bytes
+  LruCache<Key, std::shared_ptr<const ImageFeatures>, HashOfKey> cache_;  // costs are bytes
   LruCache<MatchKey, std::shared_ptr<const PutativeMatches>, HashOfKey> matches_;
   const uint32_t matched_count_max_;
   const PhotoDecoder& decoder_;

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // The vocabulary's tree, the words of images, and the images of words.
 #include "engine/query/checked_city.h"
+#include "engine/query/replaced_images.h"
 #include "engine/query/stored_records.h"
 #include "index/vocabulary_tree.h"
 #include "storage/records/key_bytes.h"
@@ -14,6 +15,9 @@ class VocabularyChecker final {
       : city_(city), violations_(*violations), active_(city.state.vocabulary_generation) {}
 
   Status Run() {
+    // A damaged entry of the journal is told by CheckJournal.
+    if (Result<std::set<ImageId>> replaced = ReplacedImages(city_.snapshot); replaced.ok())
+      replaced_ = std::move(*replaced);
     VEDUTA_RETURN_IF_ERROR(CheckTrees());
     violations_.Expect(active_ == 0 || tree_.has_value(),
                        "there is no vocabulary that can be read");
@@ -80,7 +84,8 @@ class VocabularyChecker final {
     if (!tree_ || entry.words.empty()) return;
     violations_.Expect(entry.words.back() < tree_->info().leaf_count,
                        [&] { return name + " has a word that the vocabulary does not have"; });
-    if (city_.deep && city_.HasFeatures(entry.image)) CompareWords(entry);
+    if (city_.deep && city_.HasFeatures(entry.image) && !replaced_.contains(entry.image))
+      CompareWords(entry);
   }
 
   // The words again, from the features.
@@ -110,6 +115,7 @@ class VocabularyChecker final {
   std::optional<VocabularyTree> tree_;
   std::map<WordId, std::vector<ImageId>> images_of_;  // ascending, as keys are
   std::set<ImageId> with_words_;
+  std::set<ImageId> replaced_;  // they may have words of an earlier photo
   uint64_t lists_ = 0;
 };
 

@@ -6,6 +6,7 @@
 #include <map>
 #include <set>
 
+#include "engine/query/replaced_images.h"
 #include "engine/query/stored_records.h"
 #include "fusion/depth/depth_codes.h"
 #include "fusion/pass/tile_parts.h"
@@ -39,6 +40,9 @@ class Checker final {
       : snapshot_(snapshot), dense_(snapshot.dense()), violations_(*violations) {}
 
   Status Run() {
+    // A damaged entry of the journal is told elsewhere.
+    if (Result<std::set<ImageId>> replaced = ReplacedImages(snapshot_); replaced.ok())
+      replaced_ = std::move(*replaced);
     VEDUTA_RETURN_IF_ERROR(WalkStored(
         snapshot_, Family::kDense, &violations_, [&](std::string_view key, std::string_view value) {
           const Status read = ReadRecord(key, value);
@@ -111,7 +115,8 @@ class Checker final {
                                            std::to_string(depth.known_count));
   }
 
-  // A depth map's pinhole follows from its photo's camera and its own size.
+  // A depth map's pinhole follows from its photo's camera and its own size, unless it may be that
+  // of an earlier photo of the image.
   template <typename Record>
   void CheckView(const Record& depth, const std::string& name) {
     Expect(snapshot_.GetReconstruction(depth.reconstruction).status(), name);
@@ -120,7 +125,7 @@ class Checker final {
     if (!image.ok()) return;
     const Result<CameraRecord> camera = snapshot_.GetCamera(image->camera);
     Expect(camera.status(), name);
-    if (!camera.ok()) return;
+    if (!camera.ok() || replaced_.contains(depth.image)) return;
     const ViewGeometry view = ViewGeometryOf({*image, camera->model, depth.cam_from_world, {}},
                                              std::max(depth.width_px, depth.height_px));
     Expect(view.width_px == depth.width_px && view.height_px == depth.height_px &&
@@ -226,6 +231,7 @@ class Checker final {
   const Snapshot& snapshot_;
   const DenseReader& dense_;
   Violations& violations_;
+  std::set<ImageId> replaced_;  // they may have depth maps of an earlier photo
   std::map<ReconstructionId, DenseSettings> settings_;
   std::map<ImageId, DepthRecord> depths_;
   std::map<DepthVersion, CheckedDepthRecord> checked_;

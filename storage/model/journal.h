@@ -14,7 +14,8 @@ struct JournalRecord {
   int64_t time_unix_s = 0;
   std::string actor;  // the contributor, or "veduta"
   // add propagate adjust split doubt merge judge hypothesis vocabulary camera densify backup
-  // remove forbid allow repair georeference ground token contribution hide unhide report dismiss
+  // remove replace import forbid allow repair georeference ground token contribution hide unhide
+  // report dismiss
   std::string action;
   ImageId image;
   ReconstructionId reconstruction;

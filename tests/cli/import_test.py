@@ -16,6 +16,7 @@ import urllib.parse
 
 from city import (VEDUTA, WHOLE, Case, add, ask, at, main, must, new_database, photo,
                   read, render, run, write, SIZE)
+from daemon import Daemon
 
 COUNT = 16
 KILLS = int(os.environ.get('KILLS', '6'))
@@ -121,6 +122,32 @@ class Import(Case):
                      *import_command(db, at('text', '0'), at('text')))
         self.refused(1, 'there is no database', *import_command(at('no'), at('text', '0'), NAMED))
         self.assertEqual(run('import', db, at('text', '0'))[0], 2)
+
+    def test_a_daemon_does_it(self):
+        alone, db = at('alone'), at('beside')
+        command = import_command(alone, at('binary', '0'), without('of a daemon', (MODEL[4],)))
+        for folder in (alone, db):
+            must('init', folder)
+        expected = run(*command)
+        self.assertEqual(expected[0], 1, 'one is left out')
+        with Daemon(db) as daemon:
+            # The daemon's folder is another one than the command's.
+            done = subprocess.run([VEDUTA, 'import', db, os.path.relpath(at('binary', '0')),
+                                   '--images', os.path.relpath(at('of a daemon'))],
+                                  capture_output=True)
+            self.assertEqual((done.returncode, done.stdout.decode()), expected[:2])
+            self.refused(1, 'has neither cameras.bin nor cameras.txt',
+                         *import_command(db, at('none'), NAMED)[:5])
+            self.assertEqual(run('import', db, at('binary', '0'), '--images', NAMED, '--json')[0],
+                             0, 'the one that was left out is there now')
+            answer = ask('import', db, at('binary', '0'), '--images', NAMED)
+            self.assertEqual({photo['image'] for photo in answer['photos']}, set(MODEL))
+            code, _, told = daemon.ask('POST', '/v1/models', json.dumps(
+                {'model': at('binary', '0'), 'photos': NAMED, 'contributor': 'eve'}))
+            self.assertEqual(code, 403, told)
+        must(*import_command(alone, at('binary', '0'), NAMED))
+        self.assertEqual(must('verify', db), 'sound\n')
+        self.assertEqual(must('digest', db), must('digest', alone))
 
     def test_a_cut_file_stores_nothing(self):
         db, model = at('cut'), at('cut model')

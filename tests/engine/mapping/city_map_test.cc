@@ -189,6 +189,57 @@ TEST(CityMap, AnImageIsUnplaced) {
   EXPECT_EQ(static_cast<size_t>(now.points), seen_by_two);
 }
 
+TEST(CityMap, AnImageHasAnotherPictureOfTheSame) {
+  const SyntheticScene scene = MakeScene({});
+  CityMap map = MakeMap(scene);
+  map.ClearChanges();
+  const CountChange total = Totals(map);
+  const MapImage before = map.image(ImageId(1));
+  // The same features in the opposite order, in a picture of twice the size; one has no
+  // counterpart.
+  const FeatureIndex count = static_cast<FeatureIndex>(before.features->size());
+  auto features = std::make_shared<Features>(*before.features);
+  std::ranges::reverse(features->keypoints);
+  for (Keypoint& keypoint : features->keypoints) {
+    keypoint.x_px = 2 * keypoint.x_px + 0.5f;
+    keypoint.y_px = 2 * keypoint.y_px + 0.5f;
+  }
+  MapImage with = before;
+  with.features = features;
+  with.camera.fx *= 2;
+  with.camera.fy *= 2;
+  with.camera.cx = 2 * with.camera.cx + 0.5;
+  with.camera.cy = 2 * with.camera.cy + 0.5;
+  with.points.clear();
+  FeatureIndex lost = 0;
+  while (!before.points[lost].valid() || map.point(before.points[lost]).track.size() < 3) ++lost;
+  std::vector<FeatureMatch> counterparts;
+  for (FeatureIndex f = 0; f < count; ++f) {
+    if (f != lost) counterparts.push_back({f, count - 1 - f});
+  }
+  map.ExchangePicture(with, counterparts);
+  const MapImage& after = map.image(ImageId(1));
+  EXPECT_EQ(after.cam_from_world.translation, before.cam_from_world.translation);
+  for (FeatureIndex f = 0; f < count; ++f) {
+    const PointId point = after.points[count - 1 - f];
+    EXPECT_EQ(point, f == lost ? PointId() : before.points[f]);
+    if (!point.valid()) continue;
+    const auto& track = map.point(point).track;
+    EXPECT_NE(std::ranges::find(track, TrackElement{ImageId(1), count - 1 - f}), track.end());
+    EXPECT_LT(ReprojectionErrorPx(after.ViewOf(count - 1 - f), map.point(point).position), 10);
+  }
+  for (const TrackElement& element : map.point(before.points[lost]).track)
+    EXPECT_NE(element.image, ImageId(1));
+  const CountChange change = map.changes().counts.at(ReconstructionId(1)), now = Totals(map);
+  EXPECT_EQ(change.points, 0);
+  EXPECT_EQ(change.observations, -1);
+  EXPECT_EQ(total.observations + change.observations, now.observations);
+  EXPECT_NEAR(total.reprojection_error_px_sum + change.reprojection_error_px_sum,
+              now.reprojection_error_px_sum, 1e-6);
+  EXPECT_TRUE(map.changes().observations.contains(ImageId(1)));
+  EXPECT_TRUE(map.changes().unplaced.empty());
+}
+
 TEST(CityMap, AnImageThatIsHomeToNothingIsUnplaced) {
   const SyntheticScene scene = MakeScene({});
   CityMap map = MakeMap(scene);

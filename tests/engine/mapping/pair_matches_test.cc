@@ -5,6 +5,8 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
+
 #include "synthetic_scene.h"
 
 namespace veduta {
@@ -29,6 +31,10 @@ TEST(PairMatches, AreTheRecordFromEitherSide) {
     EXPECT_EQ(back.b, record.b);
     EXPECT_EQ(back.matches, record.matches);
     EXPECT_LT((back.b_from_a.translation - record.b_from_a.translation).norm(), 1e-12);
+    // In whatever order the matches are.
+    PairMatches reversed = MatchesFrom(record, photo);
+    std::ranges::reverse(reversed.matches);
+    EXPECT_EQ(RecordOf(reversed, photo).matches, record.matches);
   }
 }
 

@@ -117,10 +117,36 @@ TEST_F(ImageFeaturesTest, TheCacheKeepsTheNewest) {
   EXPECT_EQ(*tight.Get(*snapshot, ImageId(1)), kept) << "the newest stays, however large";
   EXPECT_OK(tight.Get(*snapshot, ImageId(2)).status());
   EXPECT_NE(*tight.Get(*snapshot, ImageId(1)), kept) << "it was given up for image 2";
-  const auto made = *ImageFeatures::Make(ImageId(7), Model(),
+  const auto made = *ImageFeatures::Make(ImageId(2), Model(),
                                          std::make_shared<const Features>(MadeFeatures(7, 5)), 20);
-  roomy.Put(made);
-  EXPECT_EQ(*roomy.Get(*snapshot, ImageId(7)), made) << "it needs not be stored";
+  ImageFeatureCache empty(1 << 20, 20);
+  empty.Put(HashContent(SampleBytes(2, 10)), made);
+  EXPECT_EQ(*empty.Get(*snapshot, ImageId(2)), made) << "its features need not be stored";
+}
+
+TEST_F(ImageFeaturesTest, AnImageWithAnotherPhotoHasOtherFeatures) {
+  const auto before = database_->GetSnapshot();
+  ImageFeatureCache cache(1 << 20, 20);
+  const auto first = *cache.Get(*before, ImageId(2));
+  const auto matches = *cache.Match(*before, ImageId(1), ImageId(2), 0.99);
+  const std::vector<uint8_t> bytes = SampleBytes(5, 10);
+  const auto transaction = database_->BeginTransaction();
+  ImageRecord image = *before->GetImage(ImageId(2));
+  transaction->DeletePhoto(image.photo);
+  image.photo = HashContent(bytes);
+  image.feature_count = 40;
+  ASSERT_OK(database_->WritePhotoAhead(image.photo, bytes, MadeFeatures(5, 40)));
+  transaction->PutImage(image);
+  ASSERT_OK(transaction->Commit());
+  const auto after = database_->GetSnapshot();
+  EXPECT_EQ((*cache.Get(*after, ImageId(2)))->features->keypoints, MadeFeatures(5, 40).keypoints);
+  EXPECT_EQ(*cache.Get(*before, ImageId(2)), first) << "as it was in this snapshot";
+  EXPECT_NE(*cache.Match(*after, ImageId(1), ImageId(2), 0.99), matches);
+  EXPECT_EQ(*cache.Match(*before, ImageId(1), ImageId(2), 0.99), matches);
+  EXPECT_EQ(after->GetPhoto(HashContent(SampleBytes(2, 10))).status().code(),
+            StatusCode::kNotFound);
+  EXPECT_EQ(*after->FindImageByPhoto(image.photo), ImageId(2));
+  EXPECT_EQ(*after->FindImageByPhoto(HashContent(SampleBytes(2, 10))), std::nullopt);
 }
 
 TEST_F(ImageFeaturesTest, MoreThanCanBePackedIsRefused) {
