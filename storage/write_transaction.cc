@@ -28,6 +28,7 @@
 #include "storage/records/reconstruction_record.h"
 #include "storage/records/record_parts.h"
 #include "storage/records/report_record.h"
+#include "storage/records/sealed_record.h"
 #include "storage/records/state_record.h"
 #include "storage/records/submap_record.h"
 #include "storage/records/token_record.h"
@@ -98,6 +99,13 @@ class WriteTransaction final : public Transaction {
     buffer().Delete(Family::kPairs, PairKey(std::min(a, b), std::max(a, b)));
     buffer().Delete(Family::kPairs, NeighborKey(a, b));
     buffer().Delete(Family::kPairs, NeighborKey(b, a));
+  }
+
+  void SealOriginal(ImageId image, std::span<const uint8_t> bytes) override {
+    buffer().Put(Family::kMeta, SealedKey(HashContent(bytes)),
+                 std::string_view(EncodeU32(image.value)));
+    buffer().Put(Family::kUploads, OriginalKey(image),
+                 std::string_view(reinterpret_cast<const char*>(bytes.data()), bytes.size()));
   }
 
   void RemoveImage(ImageId image) override { buffer().Note(RemoveStored(image)); }
@@ -274,6 +282,13 @@ class WriteTransaction final : public Transaction {
     if (image.verdict == Verdict::kRejected) return Status::Ok();  // nothing else is kept of it
     for (const Family family : {Family::kHashes, Family::kPhotos, Family::kFeatures})
       buffer().Delete(family, HashKey(image.photo));
+    const Result<StoredBytes> original = base_->GetOriginal(id);
+    if (original.ok()) {
+      buffer().Delete(Family::kMeta, SealedKey(HashContent(original->bytes())));
+      buffer().Delete(Family::kUploads, OriginalKey(id));
+    } else if (original.status().code() != StatusCode::kNotFound) {
+      return original.status();
+    }
     VEDUTA_ASSIGN_OR_RETURN(const std::vector<PairNeighbor> neighbors, base_->ListNeighbors(id));
     for (const PairNeighbor& neighbor : neighbors) DeletePair(id, neighbor.image);
     VEDUTA_ASSIGN_OR_RETURN(const DatabaseState state, base_->GetState());

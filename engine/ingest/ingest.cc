@@ -247,6 +247,7 @@ Result<AddOutcome> Ingest::Place(PreparedPhoto photo, const CameraRecord& camera
                           PutCameraIfNew(camera, scope, &state, &record));
   VEDUTA_RETURN_IF_ERROR(WritePhoto(parts_, record, located, words, &state, scope));
   scope.transaction->KeepFeatures(record.photo, features);
+  if (photo.original) scope.transaction->SealOriginal(record.id, *photo.original);
   VEDUTA_RETURN_IF_ERROR(scope.transaction->Commit());
   map_.ClearChanges();
   parts_.features->Put(image);
