@@ -90,6 +90,7 @@ class RunningProgram final {
 Result<std::unique_ptr<RunningProgram>> Start(const std::string& program,
                                               std::span<const uint8_t> jpeg) {
   VEDUTA_ASSIGN_OR_RETURN(const Descriptor picture, ShareForReading(jpeg));
+  lseek(picture.number(), 0, SEEK_SET);  // it was left where its writer ended
   std::array<int, 2> ends{};
   if (pipe2(ends.data(), O_CLOEXEC) != 0)
     return Status::Busy(std::string("no pipe for its answer: ") + std::strerror(errno));

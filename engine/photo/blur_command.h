@@ -8,8 +8,8 @@
 //   {"width": W, "height": H, "areas": [[x, y, width, height], ...]}
 // W and H are the size of the picture in which the areas are measured, which has to be that of the
 // picture it was given: so areas that were found in a smaller one are not taken for its own.
-// Pixels count from 0 at the top left; fractions are rounded outwards. Where nothing is private, `areas` is
-// empty: silence is a failure.
+// Pixels count from 0 at the top left; fractions are rounded outwards. Where nothing is private,
+// `areas` is empty: silence is a failure.
 
 #include <atomic>
 #include <chrono>

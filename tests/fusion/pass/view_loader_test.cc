@@ -136,9 +136,10 @@ TEST_F(ViewLoaderTest, SaysWhatIsFilled) {
       EXPECT_LT(filled, (*view)->gray.size() / 15) << k1 << " " << side;
     }
   }
-  EXPECT_TRUE((*ViewLoader(database_->GetSnapshot(), 0, 1)
-                    .Load(Store(std::vector<Eigen::Vector2d>(), Camera(0))))
-                  ->filled.empty());
+  const SceneImage plain = Store(std::vector<Eigen::Vector2d>(), Camera(0));
+  const auto view = ViewLoader(database_->GetSnapshot(), 0, 1).Load(plain);
+  ASSERT_OK(view);
+  EXPECT_TRUE((*view)->filled.empty());
 }
 
 TEST_F(ViewLoaderTest, NamesAPhotoThatCannotBeDecoded) {

@@ -14,7 +14,8 @@ namespace {
 View White() {
   View view;
   view.geometry.width_px = 64, view.geometry.height_px = 48;
-  view.geometry.camera = {50, 50, 31.5, 23.5};
+  view.geometry.camera.fx = view.geometry.camera.fy = 50;
+  view.geometry.camera.cx = 31.5, view.geometry.camera.cy = 23.5;
   view.rgb.assign(3 * 64 * 48, 200);
   return view;
 }
