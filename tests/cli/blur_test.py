@@ -18,9 +18,9 @@ from city import Case, ask, at, main, must, new_database, photo, read, render, S
 from daemon import Daemon
 
 WIDTH, HEIGHT = map(int, SIZE.split('x'))
-AREA = [100, 60, 150, 140]
+AREA = [100, 60, 90, 80]
 ANSWER = json.dumps({'width': WIDTH, 'height': HEIGHT, 'areas': [AREA]})
-NUMBERS = range(1, 9)
+NUMBERS = range(1, 13)
 MARK = b'Veduta private areas 1\0'
 
 
