@@ -10,7 +10,6 @@
 
 #include "engine/camera/orientation.h"
 #include "engine/camera/photo_decoder.h"
-#include "tests/storage/samples.h"
 
 namespace veduta {
 namespace {
@@ -39,7 +38,7 @@ TEST(FilledPhoto, ShowsTheRestAlone) {
   const cv::Mat before = Noise();
   for (int orientation = 1; orientation <= 8; ++orientation) {
     const auto photo = FillPhoto(before.clone(), Examined(orientation), {&kArea, 1});
-    ASSERT_OK(photo);
+    ASSERT_TRUE(photo.ok()) << photo.status().message();
     const DecodedPhoto decoded = DecodePhoto(*photo, {}, {kWidth, kHeight});
     ASSERT_EQ(decoded.outcome, DecodeOutcome::kDecoded) << decoded.detail;
     EXPECT_EQ(decoded.private_areas, std::vector<PixelArea>{kArea});
@@ -57,7 +56,7 @@ TEST(FilledPhoto, ShowsTheRestAlone) {
 
 TEST(FilledPhoto, SaysOfItselfWhatThePhotoSaid) {
   const auto photo = FillPhoto(Noise(), Examined(6), {&kArea, 1});
-  ASSERT_OK(photo);
+  ASSERT_TRUE(photo.ok()) << photo.status().message();
   const PhotoExamination told = DecoderInProcess().Examine(*photo), said = Examined(6);
   EXPECT_EQ(told.header.orientation, 6);
   EXPECT_EQ(told.header.stored_size, (ImageSize{kHeight, kWidth}));

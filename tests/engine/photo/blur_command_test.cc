@@ -5,8 +5,8 @@
 #include "engine/photo/blur_command.h"
 
 #include <gtest/gtest.h>
-#include <signal.h>
 
+#include <csignal>
 #include <filesystem>
 #include <fstream>
 

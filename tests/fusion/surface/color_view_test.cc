@@ -6,8 +6,6 @@
 
 #include <gtest/gtest.h>
 
-#include "tests/storage/samples.h"
-
 namespace veduta {
 namespace {
 
@@ -25,7 +23,7 @@ TEST(ColorView, SaysWhereItIsFilled) {
   view.filled.assign(64 * 48, 0);
   view.filled[20 * 64 + 30] = 255;
   const auto made = ColorView::Make(view, Eigen::Vector3f::Ones());
-  ASSERT_OK(made);
+  ASSERT_TRUE(made.ok()) << made.status().message();
   for (const double size : {1.0, 2.0, 4.0, 8.0}) {
     EXPECT_TRUE(made->At({30, 20}, size).is_filled) << size;
     EXPECT_FALSE(made->At({30 + 3 * size, 20}, size).is_filled) << size;
@@ -36,7 +34,7 @@ TEST(ColorView, SaysWhereItIsFilled) {
 
 TEST(ColorView, IsNotFilledOtherwise) {
   const auto made = ColorView::Make(White(), Eigen::Vector3f::Ones());
-  ASSERT_OK(made);
+  ASSERT_TRUE(made.ok()) << made.status().message();
   EXPECT_FALSE(made->At({30, 20}, 1).is_filled);
   View wrong = White();
   wrong.filled.assign(5, 0);
