@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // veduta serve DB [--http HOST:PORT] [--listen unix:PATH|HOST:PORT] [--threads N] [--waiting N]
 // [--waiting-bytes N] [--parts-kept S] [--dense] [--dense-size PX] [--device D]
-// [--decoders sandboxed|in-process] [--doubles keep|refuse|better] [--log none|text|json] [--json]
+// [--decoders sandboxed|in-process] [--doubles keep|refuse|better] [--blur PROGRAM]
+// [--log none|text|json] [--json]
 #include <sys/resource.h>
 #include <unistd.h>
 
@@ -32,6 +33,7 @@ struct ServeArguments {
   uint32_t threads = 0;
   std::string decoders = kDecodersSandboxed;
   Doubles doubles = Doubles::kKeep;
+  std::string blur_command;
   bool json = false;
   std::string log_name = "none";
   LogFormat log = LogFormat::kNone;
@@ -128,6 +130,7 @@ int Serve(const ServeArguments& arguments) {
   options.settle_each = true;  // the order of the photos alone decides what becomes of them
   options.decoder_program = DecoderProgram(arguments.decoders);
   options.doubles = arguments.doubles;
+  options.blur_command = arguments.blur_command;
   auto engine = OpenNicely(arguments.db, options);
   if (!engine.ok()) return Fail(engine.status());
   CityService service(
@@ -203,6 +206,11 @@ void RegisterServe(CLI::App* app, int* exit_code) {
                       "The device of the dense pass, as of `veduta densify`");
   AddDecodersOption(command, &arguments->decoders);
   AddDoublesOption(command, &arguments->doubles);
+  command
+      ->add_option("--blur", arguments->blur_command,
+                   "A program that tells which areas of a photo are private, such as faces: they "
+                   "are filled before the photo is stored")
+      ->check(CLI::ExistingFile);
   command
       ->add_option("--log", arguments->log_name,
                    "Lines on standard error for each request and each photo, or none")

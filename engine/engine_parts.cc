@@ -92,9 +92,15 @@ Result<std::unique_ptr<Engine>> EngineParts::Open(const std::string& path,
                                  return EstimateUnnamedCamera(raw, photo);
                                });
                              }};
+  std::unique_ptr<PhotoBlurrer> blurrer;
+  if (!options.blur_command.empty()) {
+    blurrer = std::make_unique<PhotoBlurrer>(options.blur_command, parts->preparer.get(),
+                                             parts->database.get());
+  }
   parts->scheduler = std::make_unique<Scheduler>(
       parts->writer.get(), parts->preparer.get(), &parts->ingest, parts->pool.get(), cameras,
-      [raw](const DueStep& step) { return raw->DoLongStep(step); }, options.settle_each);
+      [raw](const DueStep& step) { return raw->DoLongStep(step); }, options.settle_each,
+      std::move(blurrer));
   std::unique_ptr<Engine> engine(new Engine);
   engine->parts_ = std::move(parts);
   return engine;

@@ -70,6 +70,17 @@ Result<PhotoFile> Questions::Photo(const std::string& name) const {
   return PhotoFile{MediaTypeOf(format), {bytes.begin(), bytes.end()}};
 }
 
+Result<PhotoFile> Questions::Original(const std::string& name) const {
+  VEDUTA_ASSIGN_OR_RETURN(const ImageRecord image, FindImage(*view_->snapshot, name, view_->sight));
+  Result<StoredBytes> stored = view_->snapshot->GetOriginal(image.id);
+  if (stored.status().code() == StatusCode::kNotFound)
+    return veduta::Status::NotFound("nothing of " + image.name + " was filled: it is as it came");
+  VEDUTA_RETURN_IF_ERROR(stored.status());
+  const std::span<const uint8_t> bytes = stored->bytes();
+  const PhotoFormat format = view_->parts->preparer->decoder().Examine(bytes).header.format;
+  return PhotoFile{MediaTypeOf(format), {bytes.begin(), bytes.end()}};
+}
+
 Result<PhotoFile> Questions::Thumbnail(const std::string& name, uint32_t side_px) const {
   VEDUTA_RETURN_IF_ERROR(OptionBounds().Between("side_px", side_px, 1, kThumbnailSideMax).status());
   VEDUTA_ASSIGN_OR_RETURN(const ImageRecord image, FindImage(*view_->snapshot, name, view_->sight));

@@ -57,6 +57,7 @@ class Snapshot {
   // Those of all contributors, in the order of these; at most `count_max`.
   virtual Result<std::vector<ImageId>> FindImagesByName(std::string_view name,
                                                         size_t count_max) const = 0;
+  // Also the image whose sealed original this is.
   virtual Result<std::optional<ImageId>> FindImageByPhoto(const ContentHash& photo) const = 0;
   // Those whose photo's hash begins with these lower-case hexadecimal digits, in the order of the
   // hashes; at most `count_max`.
@@ -147,6 +148,9 @@ class Snapshot {
   virtual Result<bool> IsWrittenAhead(const ContentHash& photo) const = 0;
   // What such a photo is called; nothing where its mark does not tell.
   virtual Result<std::optional<PhotoName>> FindNameAhead(const ContentHash& photo) const = 0;
+
+  // What the image's photo was made of by filling private areas; kNotFound where it was not.
+  virtual Result<StoredBytes> GetOriginal(ImageId image) const = 0;
 };
 
 }  // namespace veduta

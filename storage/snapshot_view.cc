@@ -23,6 +23,7 @@
 #include "storage/records/pose_record.h"
 #include "storage/records/reconstruction_record.h"
 #include "storage/records/record_parts.h"
+#include "storage/records/sealed_record.h"
 #include "storage/records/state_record.h"
 #include "storage/records/submap_record.h"
 #include "storage/records/token_record.h"
@@ -113,7 +114,9 @@ class SnapshotView final : public Snapshot {
   }
 
   Result<std::optional<ImageId>> FindImageByPhoto(const ContentHash& photo) const override {
-    return FindImage(Family::kHashes, HashKey(photo));
+    VEDUTA_ASSIGN_OR_RETURN(const std::optional<ImageId> image,
+                            FindImage(Family::kHashes, HashKey(photo)));
+    return image ? image : FindImage(Family::kMeta, SealedKey(photo));
   }
 
   Result<std::vector<ImageId>> FindImagesByPhoto(std::string_view hash_digits,
@@ -131,6 +134,11 @@ class SnapshotView final : public Snapshot {
 
   Result<StoredBytes> GetPhoto(const ContentHash& photo) const override {
     return GetBytes(Family::kPhotos, HashKey(photo), [&] { return "photo " + photo.Hex(); });
+  }
+
+  Result<StoredBytes> GetOriginal(ImageId image) const override {
+    return GetBytes(Family::kUploads, OriginalKey(image),
+                    [&] { return "original of image " + Number(image.value); });
   }
 
   Result<Features> GetFeatures(const ContentHash& photo) const override {

@@ -119,6 +119,13 @@ class Transaction {
   // change of the counts, since this one began: nothing was applied. The transaction is spent
   // either way: a second Commit is kInvalidArgument, a Put after it aborts.
   virtual Status Commit() = 0;
+
+  // Keeps the bytes that an image's photo was made of, where private areas of it were filled
+  // before it was stored: no photo of any image, found by their hash all the same. RemoveImage
+  // deletes them.
+  virtual void SealOriginal(ImageId image, std::span<const uint8_t> bytes) = 0;
+  // Where the stored image has such bytes.
+  virtual void DeleteOriginal(ImageId image) = 0;
 };
 
 }  // namespace veduta

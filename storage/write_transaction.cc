@@ -28,6 +28,7 @@
 #include "storage/records/reconstruction_record.h"
 #include "storage/records/record_parts.h"
 #include "storage/records/report_record.h"
+#include "storage/records/sealed_record.h"
 #include "storage/records/state_record.h"
 #include "storage/records/submap_record.h"
 #include "storage/records/token_record.h"
@@ -103,6 +104,23 @@ class WriteTransaction final : public Transaction {
   void DeletePhoto(const ContentHash& photo) override {
     for (const Family family : {Family::kHashes, Family::kPhotos, Family::kFeatures})
       buffer().Delete(family, HashKey(photo));
+  }
+
+  void SealOriginal(ImageId image, std::span<const uint8_t> bytes) override {
+    buffer().Put(Family::kMeta, SealedKey(HashContent(bytes)),
+                 std::string_view(EncodeU32(image.value)));
+    buffer().Put(Family::kUploads, OriginalKey(image),
+                 std::string_view(reinterpret_cast<const char*>(bytes.data()), bytes.size()));
+  }
+
+  void DeleteOriginal(ImageId image) override {
+    const Result<StoredBytes> original = base_->GetOriginal(image);
+    if (original.ok()) {
+      buffer().Delete(Family::kMeta, SealedKey(HashContent(original->bytes())));
+      buffer().Delete(Family::kUploads, OriginalKey(image));
+    } else if (original.status().code() != StatusCode::kNotFound) {
+      buffer().Note(original.status());
+    }
   }
 
   void RemoveImage(ImageId image) override { buffer().Note(RemoveStored(image)); }
@@ -278,6 +296,7 @@ class WriteTransaction final : public Transaction {
       buffer().Delete(Family::kNames, NameKey(image.name, image.contributor));
     if (image.verdict == Verdict::kRejected) return Status::Ok();  // nothing else is kept of it
     DeletePhoto(image.photo);
+    DeleteOriginal(id);
     VEDUTA_ASSIGN_OR_RETURN(const std::vector<PairNeighbor> neighbors, base_->ListNeighbors(id));
     for (const PairNeighbor& neighbor : neighbors) DeletePair(id, neighbor.image);
     VEDUTA_ASSIGN_OR_RETURN(const DatabaseState state, base_->GetState());

@@ -264,6 +264,10 @@ HttpAnswer GetFile(Engine* engine, const HttpRequest& request, const PathArgumen
   return FileAnswer(engine->Ask(request.sight).Photo(arguments[0]));
 }
 
+HttpAnswer GetOriginal(Engine* engine, const HttpRequest& request, const PathArguments& arguments) {
+  return FileAnswer(engine->Ask(request.sight).Original(arguments[0]));
+}
+
 HttpAnswer GetThumbnail(Engine* engine, const HttpRequest& request,
                         const PathArguments& arguments) {
   const auto side =
@@ -333,7 +337,7 @@ HttpAnswer GetOpenApi(Engine* /*engine*/, const HttpRequest&, const PathArgument
 }
 
 std::vector<CityRoute> RoutesOfCity() {
-  constexpr Role kSends = Role::kContributor, kCurates = Role::kCurator;
+  constexpr Role kSends = Role::kContributor, kCurates = Role::kCurator, kRules = Role::kAdmin;
   const std::vector<std::string> of_photo = {"name", "camera", "contributor", "contribution"};
   return {
       {"GET", {}, {}, AnswerWithPage, false, true, Role::kViewer, false, true},
@@ -360,6 +364,7 @@ std::vector<CityRoute> RoutesOfCity() {
       {"GET", {"v1", "photos", "*", "geopose"}, {"form"}, GetGeoPose, true, true},
       {"GET", {"v1", "photos", "*", "uncertainty"}, {}, GetUncertainty, true},
       {"GET", {"v1", "photos", "*", "file"}, {}, GetFile, true, false, kCurates},
+      {"GET", {"v1", "photos", "*", "original"}, {}, GetOriginal, true, false, kRules, true},
       {"GET", {"v1", "photos", "*", "thumbnail"}, {"side"}, GetThumbnail, true},
       {"GET", {"v1", "photos", "*", "neighbors"}, {}, GetNeighbors, true, true},
       {"POST", {"v1", "candidates"}, {"name", "camera", "count"}, RankPhoto},

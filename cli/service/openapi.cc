@@ -57,6 +57,8 @@ constexpr Description kDescriptions[] = {
     {"GET", "/v1/photos/{photo}/geopose", "Where on the earth, as an OGC GeoPose"},
     {"GET", "/v1/photos/{photo}/uncertainty", "How sure its pose is"},
     {"GET", "/v1/photos/{photo}/file", "The photo as it came", Body::kNone, 200, "image/*"},
+    {"GET", "/v1/photos/{photo}/original", "What came, of a photo in which areas are filled",
+     Body::kNone, 200, "image/*"},
     {"GET", "/v1/photos/{photo}/thumbnail", "A small picture of it", Body::kNone, 200,
      "image/jpeg"},
     {"GET", "/v1/photos/{photo}/neighbors", "Its verified neighbours"},

@@ -3,6 +3,9 @@
 
 #include <algorithm>
 #include <chrono>
+#include <cmath>
+#include <cstdio>
+#include <cstdlib>
 #include <exception>
 #include <exiv2/exiv2.hpp>
 #include <mutex>
@@ -53,11 +56,16 @@ std::optional<double> DegreesOf(const Exiv2::ExifData& data, const char* key) {
   return degrees;
 }
 
+// Of exiv2, which keeps tables of its own.
+std::mutex& ExivMutex() {
+  static std::mutex mutex;
+  return mutex;
+}
+
 // What read(data) makes of a block; `none` where it is broken.
 template <typename Value, typename Read>
 Value ReadExif(std::span<const uint8_t> exif, Value none, const Read& read) {
-  static std::mutex mutex;  // exiv2 keeps tables of its own
-  const std::lock_guard lock(mutex);
+  const std::lock_guard lock(ExivMutex());
   try {
     Exiv2::LogMsg::setLevel(Exiv2::LogMsg::mute);
     Exiv2::ExifData data;
@@ -143,7 +151,81 @@ std::optional<TakenTime> TakenOf(const Exiv2::ExifData& data) {
   return taken;
 }
 
+Exiv2::URational RationalOf(double number, uint32_t parts) {
+  return {static_cast<uint32_t>(std::llround(number * parts)), parts};
+}
+
+void PutText(Exiv2::ExifData* data, const char* key, const std::string& text) {
+  if (!text.empty()) (*data)[key] = text;
+}
+
+void PutNumber(Exiv2::ExifData* data, const char* key, double number) {
+  // Four thousand millionths are the most that a rational has room for.
+  if (number > 0) (*data)[key] = RationalOf(number, number < 4000 ? 1'000'000 : 100'000);
+}
+
+void PutDegrees(Exiv2::ExifData* data, const char* key, double degrees) {
+  const double whole = std::floor(degrees), minutes = (degrees - whole) * 60;
+  Exiv2::URationalValue value;
+  value.value_.emplace_back(static_cast<uint32_t>(whole), 1);
+  value.value_.emplace_back(static_cast<uint32_t>(minutes), 1);
+  value.value_.push_back(RationalOf((minutes - std::floor(minutes)) * 60, 10'000'000));
+  data->add(Exiv2::ExifKey(key), &value);
+}
+
+void PutGps(Exiv2::ExifData* data, const GpsFix& fix) {
+  (*data)["Exif.GPSInfo.GPSLatitudeRef"] = fix.latitude_deg < 0 ? "S" : "N";
+  (*data)["Exif.GPSInfo.GPSLongitudeRef"] = fix.longitude_deg < 0 ? "W" : "E";
+  PutDegrees(data, "Exif.GPSInfo.GPSLatitude", std::abs(fix.latitude_deg));
+  PutDegrees(data, "Exif.GPSInfo.GPSLongitude", std::abs(fix.longitude_deg));
+  PutNumber(data, "Exif.GPSInfo.GPSHPositioningError", fix.accuracy_m);
+  if (!fix.height_m) return;
+  const Exiv2::byte side = *fix.height_m < 0 ? 1 : 0;
+  const Exiv2::DataValue below(&side, 1, Exiv2::littleEndian, Exiv2::unsignedByte);
+  data->add(Exiv2::ExifKey("Exif.GPSInfo.GPSAltitudeRef"), &below);
+  (*data)["Exif.GPSInfo.GPSAltitude"] = RationalOf(std::abs(*fix.height_m), 100'000);
+}
+
+void PutTaken(Exiv2::ExifData* data, const TakenTime& taken) {
+  const std::chrono::sys_seconds time{std::chrono::seconds(taken.local_unix_s)};
+  const std::chrono::year_month_day day(std::chrono::floor<std::chrono::days>(time));
+  const std::chrono::hh_mm_ss clock(time - std::chrono::floor<std::chrono::days>(time));
+  char text[64];
+  std::snprintf(text, sizeof(text), "%04d:%02u:%02u %02d:%02d:%02d", static_cast<int>(day.year()),
+                static_cast<unsigned>(day.month()), static_cast<unsigned>(day.day()),
+                static_cast<int>(clock.hours().count()), static_cast<int>(clock.minutes().count()),
+                static_cast<int>(clock.seconds().count()));
+  (*data)["Exif.Photo.DateTimeOriginal"] = text;
+  if (!taken.offset_s) return;
+  const int minutes = std::abs(*taken.offset_s) / 60;
+  std::snprintf(text, sizeof(text), "%c%02d:%02d", *taken.offset_s < 0 ? '-' : '+', minutes / 60,
+                minutes % 60);
+  (*data)["Exif.Photo.OffsetTimeOriginal"] = text;
+}
+
 }  // namespace
+
+std::vector<uint8_t> WriteExif(const ExifCamera& camera, const std::optional<GpsFix>& gps,
+                               const std::optional<TakenTime>& taken, int orientation) {
+  const std::lock_guard lock(ExivMutex());
+  try {
+    Exiv2::LogMsg::setLevel(Exiv2::LogMsg::mute);
+    Exiv2::ExifData data;
+    data["Exif.Image.Orientation"] = static_cast<uint16_t>(orientation);
+    PutText(&data, "Exif.Image.Make", camera.make);
+    PutText(&data, "Exif.Image.Model", camera.model);
+    PutText(&data, "Exif.Photo.LensModel", camera.lens);
+    PutNumber(&data, "Exif.Photo.FocalLength", camera.focal_mm);
+    PutNumber(&data, "Exif.Photo.DigitalZoomRatio", camera.digital_zoom);
+    if (gps) PutGps(&data, *gps);
+    if (taken) PutTaken(&data, *taken);
+    Exiv2::Blob block;
+    Exiv2::ExifParser::encode(block, Exiv2::littleEndian, data);
+    return {block.begin(), block.end()};
+  } catch (const std::exception&) {
+    return {};
+  }
+}
 
 ExifCamera ReadExifCamera(std::span<const uint8_t> exif) {
   return ReadExif(exif, ExifCamera(), CameraOf);

@@ -6,6 +6,7 @@
 #include <optional>
 #include <span>
 #include <string>
+#include <vector>
 
 #include "storage/model/geo.h"
 #include "storage/model/taken_time.h"
@@ -33,5 +34,11 @@ std::optional<GpsFix> ReadExifGps(std::span<const uint8_t> exif);
 // When the photo says that it was taken (DateTimeOriginal, and OffsetTimeOriginal where it is told
 // and makes sense); nothing where it does not say, or names a day that there is not. As above.
 std::optional<TakenTime> ReadExifTaken(std::span<const uint8_t> exif);
+
+// A block that says this and nothing else: what the functions above read of it are the same values,
+// but that numbers are rounded to a millionth and angles to a ten-millionth of a second.
+// `orientation` in [1, 8]. Empty where exiv2 cannot write it. Thread-safe; one block at a time.
+std::vector<uint8_t> WriteExif(const ExifCamera& camera, const std::optional<GpsFix>& gps,
+                               const std::optional<TakenTime>& taken, int orientation);
 
 }  // namespace veduta

@@ -119,6 +119,13 @@ DecodedPhoto DecodeSeen(const PhotoDecoder& decoder, std::span<const uint8_t> by
   photo.bgr =
       photo.layout == PhotoLayout::kUpright ? Upright(pixels.bgr, header.orientation) : pixels.bgr;
   photo.gray = GrayFromBgr(photo.bgr);
+  for (const PixelArea& named : ReadPrivateAreas(bytes)) {
+    const std::optional<PixelArea> area = ClipArea(named, photo.upright_size);
+    if (!area) continue;
+    photo.private_areas.push_back(photo.layout == PhotoLayout::kUpright
+                                      ? *area
+                                      : AreaAsStored(*area, photo.stored_size, header.orientation));
+  }
   return photo;
 }
 

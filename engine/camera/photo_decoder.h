@@ -6,8 +6,10 @@
 #include <opencv2/core.hpp>
 #include <span>
 #include <string>
+#include <vector>
 
 #include "engine/camera/photo_header.h"
+#include "engine/camera/private_areas.h"
 #include "storage/base/status.h"
 #include "storage/model/image_size.h"
 
@@ -52,6 +54,7 @@ struct DecodedPhoto {
   PhotoLayout layout = PhotoLayout::kUpright;  // of the images below
   cv::Mat bgr;                                 // CV_8UC3, blue first; empty unless kDecoded
   cv::Mat gray;  // CV_8UC1 by GrayFromBgr's formula; empty unless kDecoded
+  std::vector<PixelArea> private_areas = {};  // of these images, which are filled there
 };
 
 // Decodes a JPEG, PNG, TIFF (its first page), WebP or HEIF (its primary picture), recognised by its

@@ -37,6 +37,10 @@ struct EngineOptions {
   std::string decoder_program = {};
 
   Doubles doubles = Doubles::kKeep;
+  // The path of a program that tells which areas of a photo are private, such as faces
+  // (engine/photo/blur_command.h). They are filled before the photo is stored, and what came is
+  // sealed. A photo that the program says nothing of is not stored. Empty: nobody is asked.
+  std::string blur_command = {};
 
   Status Check() const;  // the first violated bound, named with its value
 };

@@ -54,6 +54,9 @@ class Questions final {
   // kThumbnailSideMax: as long as decoding it takes. kNotFound for a rejected one.
   Result<PhotoFile> Photo(const std::string& name) const;
   Result<PhotoFile> Thumbnail(const std::string& name, uint32_t side_px) const;
+  // What came, where private areas of it were filled before it was stored (EngineOptions);
+  // kNotFound where none were.
+  Result<PhotoFile> Original(const std::string& name) const;
   // How sure its pose is; nothing where it has none, or too little is seen to tell. Computed anew
   // each time: it reads the features of every image that sees a point of this one.
   Result<std::optional<PoseUncertainty>> Uncertainty(const std::string& name) const;

@@ -136,6 +136,8 @@ Result<bool> TakeBetterVersion(const IngestParts& parts, const ImageRecord& stor
   }
   const ImageRecord record = ExchangedRecord(stored, better.record);
   transaction->DeletePhoto(stored.photo);
+  transaction->DeleteOriginal(stored.id);
+  if (better.original) transaction->SealOriginal(stored.id, *better.original);
   transaction->PutImage(record);
   transaction->KeepFeatures(record.photo, better.features.features);
   VEDUTA_ASSIGN_OR_RETURN(const std::vector<ImageId> others,

@@ -19,6 +19,7 @@ struct BetterVersion {
   const ImageFeatures& features;
   std::span<const PairRecord> pairs;  // verified; of record.id
   std::span<const WordId> words;
+  const std::vector<uint8_t>* original = nullptr;  // what its private areas were filled in
 };
 
 // Whether it has more pixels.

@@ -217,8 +217,8 @@ Result<AddOutcome> Ingest::AnswerDouble(const StoredDouble& stored, const Prepar
   if (doubles_ != Doubles::kBetter || !IsLarger(record, stored.image)) return outcome;
   VEDUTA_ASSIGN_OR_RETURN(DatabaseState state, scope.base->GetState());
   VEDUTA_ASSIGN_OR_RETURN(outcome.camera, PutCameraIfNew(camera, scope, &state, &record));
-  const BetterVersion better{record, camera.model, compared.features, compared.pairs,
-                             compared.words};
+  const BetterVersion better{record,         camera.model,   compared.features,
+                             compared.pairs, compared.words, photo.original.get()};
   VEDUTA_ASSIGN_OR_RETURN(outcome.replaced,
                           TakeBetterVersion(parts_, stored.image, better, record.contributor,
                                             std::move(state), std::move(scope)));
@@ -276,6 +276,7 @@ Result<AddOutcome> Ingest::Place(PreparedPhoto photo, const CameraRecord& camera
                           PutCameraIfNew(camera, scope, &state, &record));
   VEDUTA_RETURN_IF_ERROR(WritePhoto(parts_, record, located, words, &state, scope));
   scope.transaction->KeepFeatures(record.photo, features);
+  if (photo.original) scope.transaction->SealOriginal(record.id, *photo.original);
   VEDUTA_RETURN_IF_ERROR(scope.transaction->Commit());
   map_.ClearChanges();
   parts_.features->Put(record.photo, image);

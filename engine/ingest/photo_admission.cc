@@ -29,7 +29,10 @@ ImageRecord NewRecord(const PreparedPhoto& photo, CameraId camera, const std::st
 Result<Admission> Admit(const Snapshot& snapshot, const PreparedPhoto& photo, CameraId camera,
                         const std::string& contributor) {
   Admission admission;
-  VEDUTA_ASSIGN_OR_RETURN(const std::optional<ImageId> same, snapshot.FindImageByPhoto(photo.hash));
+  VEDUTA_ASSIGN_OR_RETURN(std::optional<ImageId> same, snapshot.FindImageByPhoto(photo.hash));
+  if (!same && photo.original) {
+    VEDUTA_ASSIGN_OR_RETURN(same, snapshot.FindImageByPhoto(HashContent(*photo.original)));
+  }
   if (same) {
     VEDUTA_ASSIGN_OR_RETURN(admission.stored, snapshot.GetImage(*same));
     admission.outcome = AdmissionOutcome::kDuplicate;

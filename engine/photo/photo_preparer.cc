@@ -9,6 +9,7 @@
 #include "engine/photo/camera_group.h"
 #include "engine/photo/photo_features.h"
 #include "engine/photo/photo_file.h"
+#include "engine/photo/private_features.h"
 #include "storage/base/option_bounds.h"
 #include "storage/base/stopwatch.h"
 
@@ -235,6 +236,7 @@ void PhotoPreparer::ExtractBytes(std::span<const uint8_t> bytes, const PhotoHead
   }
   photo->features = std::move(*features);
   if (distorted) DropBorder(*camera, options_.border_px, &photo->features);
+  DropPrivate(decoded.private_areas, distorted ? &*camera : nullptr, &photo->features);
   ColorFeatures(decoded.bgr, distorted ? &*camera : nullptr, &photo->features);
   photo->features_ms = watch.LapMs();
   if (photo->features.size() < options_.feature_count_min) {

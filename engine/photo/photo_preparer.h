@@ -61,6 +61,8 @@ struct PreparedPhoto {
   std::string media_type;
   uint32_t contribution = 0;  // that it comes with; 0: with none
   std::optional<AwaitedPose> awaited = {};
+  // What came, where these are not its bytes: it is sealed.
+  std::shared_ptr<const std::vector<uint8_t>> original = {};
   Reason reason = Reason::kNone;  // not kNone: rejected, and why
   std::string detail;
   // Why the photo could not be prepared, where this says nothing about the photo: its file cannot

@@ -9,7 +9,9 @@
 #include "storage/records/forbidden_record.h"
 #include "storage/records/hidden_record.h"
 #include "storage/records/hypothesis_record.h"
+#include "storage/records/record_parts.h"
 #include "storage/records/report_record.h"
+#include "storage/records/sealed_record.h"
 #include "storage/records/state_record.h"
 #include "storage/records/submap_record.h"
 #include "storage/records/token_record.h"
@@ -19,7 +21,7 @@ namespace veduta {
 namespace {
 
 // What people have forbidden, hidden or reported, a hypothesis, a submap, its border, a surveyed
-// point, a token, or what was used of one.
+// point, a token, what was used of one, or who has an original that was sealed.
 Status LoadFact(std::string_view key, std::string_view value, CheckedCity* city) {
   if (key.starts_with(kHypothesisPrefix)) {
     HypothesisRecord hypothesis;
@@ -48,6 +50,11 @@ Status LoadFact(std::string_view key, std::string_view value, CheckedCity* city)
     VEDUTA_RETURN_IF_ERROR(Decode(value, &point));
     city->ground_points.push_back(std::move(point));
     return Status::Ok();
+  }
+  if (key.starts_with(kSealedPrefix)) {
+    ContentHash original;
+    if (!ParseSealedKey(key, &original)) return Status::Corruption("a key of wrong length");
+    return DecodeU32(value, &city->sealed[original].value);
   }
   if (key.starts_with(kHiddenPrefix)) {
     HiddenRecord hidden;

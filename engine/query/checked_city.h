@@ -44,6 +44,7 @@ struct CheckedCity {
   std::set<ContentHash> photos_ahead;
   std::set<std::pair<ReconstructionId, uint32_t>> points_ahead;
   std::set<uint32_t> vocabularies_ahead;
+  std::map<ContentHash, ImageId> sealed;  // images by the hashes of what was sealed of them
 
   // Whether the image exists and has features.
   bool HasFeatures(ImageId id) const;

@@ -6,6 +6,7 @@
 #include "engine/query/checked_city.h"
 #include "engine/query/stored_records.h"
 #include "storage/records/partial_upload_record.h"
+#include "storage/records/sealed_record.h"
 #include "storage/records/upload_record.h"
 
 namespace veduta {
@@ -14,6 +15,7 @@ namespace {
 struct StoredUploads {
   std::map<uint64_t, UploadRecord> records;
   std::map<uint64_t, ContentHash> photos;  // as they lie there
+  std::map<ImageId, ContentHash> originals;
   uint64_t last_number = 0;
   struct Pieces {
     uint32_t count = 0;
@@ -44,6 +46,13 @@ Status ReadEntry(std::string_view key, std::string_view value, StoredUploads* st
       pieces.count = piece == pieces.count ? piece + 1 : UINT32_MAX;
       return Status::Ok();
     }
+    case UploadEntry::kOriginal: {
+      ImageId image;
+      if (!ParseOriginalKey(key, &image)) return Status::Corruption("a key with image id 0");
+      stored->originals[image] =
+          HashContent({reinterpret_cast<const uint8_t*>(value.data()), value.size()});
+      return Status::Ok();
+    }
     case UploadEntry::kLastNumber:
       break;
   }
@@ -66,6 +75,27 @@ bool IsPartial(std::string_view key) {
 
 std::string NameOf(uint64_t number) {
   return "upload " + std::to_string(number);
+}
+
+// What was sealed belongs to an image that has a photo, and is found by its hash.
+void CheckOriginals(const CheckedCity& city, const std::map<ImageId, ContentHash>& originals,
+                    Violations* violations) {
+  for (const auto& [image, original] : originals) {
+    violations->Expect(city.HasFeatures(image), [&, image = image] {
+      return "an original is sealed of image " + std::to_string(image.value) +
+             ", which is rejected or does not exist";
+    });
+    const auto found = city.sealed.find(original);
+    violations->Expect(found != city.sealed.end() && found->second == image, [&, image = image] {
+      return "the original of image " + std::to_string(image.value) + " is not found by its hash";
+    });
+  }
+  for (const auto& [original, image] : city.sealed) {
+    violations->Expect(originals.contains(image), [&, image = image] {
+      return "no original is sealed of image " + std::to_string(image.value) +
+             ", which is found by the hash of one";
+    });
+  }
 }
 
 }  // namespace
@@ -105,6 +135,7 @@ Status CheckUploads(const CheckedCity& city, Violations* violations) {
       return PlaceOf(Family::kUploads, PieceKey(id, 0)) + ": a piece of no upload";
     });
   }
+  CheckOriginals(city, stored.originals, violations);
   for (const auto& [number, photo] : stored.photos) {
     violations->Expect(stored.records.contains(number), [&, number = number] {
       return NameOf(number) + " has a photo, and nothing else is known of it";

@@ -76,8 +76,15 @@ Status WritePhoto(const ImageRecord& image, const std::vector<uint8_t>& bytes,
   Database* const target = healing->writer.target();
   if (target == nullptr) return Status::Ok();
   VEDUTA_RETURN_IF_ERROR(target->WritePhotoAhead(image.photo, bytes, features));
+  const Result<StoredBytes> original = healing->from().GetOriginal(image.id);
+  if (!original.ok() && original.status().code() != StatusCode::kNotFound) {
+    if (!IsDamage(original.status())) return original.status();
+    healing->notes.Add("what was sealed of " + PhotoText(image) + " cannot be read",
+                       "it is left out: the photo stays, with its areas filled");
+  }
   return healing->writer.Put([&](Transaction& transaction) {
     transaction.PutImage(image);
+    if (original.ok()) transaction.SealOriginal(image.id, original->bytes());
     const uint32_t generation = healing->state.vocabulary_generation;
     if (!healing->vocabulary) return;
     transaction.PutWords(generation, image.id, words);

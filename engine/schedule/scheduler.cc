@@ -10,23 +10,6 @@
 namespace veduta {
 namespace {
 
-AddOutcome NotJudged(const WaitingPhoto& photo, Status failure) {
-  AddOutcome outcome;
-  outcome.name = photo.photo.name;
-  outcome.failure = std::move(failure);
-  return outcome;
-}
-
-// Why the photo was not prepared; OK where it was.
-Status FailureOf(const Result<PreparedPhoto>& prepared) {
-  return prepared.ok() ? prepared->failure : prepared.status();
-}
-
-// A failure that need not befall the next photo. After a failed write all others fail, too.
-bool IsOfOnePhoto(const Status& status) {
-  return status.code() != StatusCode::kIoError && status.code() != StatusCode::kBusy;
-}
-
 // Whether the photos keep their order. A contributor's lane is made anew whenever the line has run
 // out of photos, so its name counts.
 bool IsSameLane(const Lane& a, const Lane& b) {
@@ -37,13 +20,14 @@ bool IsSameLane(const Lane& a, const Lane& b) {
 
 Scheduler::Scheduler(Writer* writer, const PhotoPreparer* preparer, std::unique_ptr<Ingest>* ingest,
                      ThreadPool* pool, CameraFinder cameras, DoLongStep do_long_step,
-                     bool settle_each)
+                     bool settle_each, std::unique_ptr<PhotoBlurrer> blurrer)
     : writer_(writer),
       preparer_(preparer),
       ingest_(ingest),
       pool_(pool),
       cameras_(std::move(cameras)),
       do_long_step_(std::move(do_long_step)),
+      blurrer_(std::move(blurrer)),
       window_(2 * pool->thread_count() + 1),
       line_(settle_each),
       thread_([this] { Run(); }) {}
@@ -55,6 +39,7 @@ Scheduler::~Scheduler() {
 void Scheduler::Close() {
   std::unique_lock lock(mutex_);
   stopping_ = true;
+  if (blurrer_ != nullptr) blurrer_->Stop();
   NotifyChanged();
   lock.unlock();
   if (thread_.joinable()) thread_.join();
@@ -314,86 +299,6 @@ bool Scheduler::Apply(Entries::iterator entry, std::unique_lock<std::mutex>* loc
   Answer(taken.photo, std::move(outcome), settles_later);
   lock->lock();
   return true;
-}
-
-Result<AddOutcome> Scheduler::ApplyPrepared(Entry* entry) {
-  (*entry->prepared)->contribution = entry->photo.contribution;
-  (*entry->prepared)->awaited = entry->photo.awaited;
-  Writer::Turn turn = writer_->Take();
-  return (*ingest_)->Apply(std::move(**entry->prepared), *entry->photo.camera,
-                           entry->photo.contributor);
-}
-
-Result<PreparedPhoto> Scheduler::Prepare(WaitingPhoto* photo,
-                                         PhotoPreparer::Company company) const {
-  PreparedPhoto failed;
-  failed.failure = Status::NotFound("the photo's camera is not known yet");
-  if (!photo->camera) {
-    Result<std::optional<CameraRecord>> found = cameras_.find(photo->photo);
-    if (found.ok()) photo->camera = std::move(*found);
-    if (!found.ok()) failed.failure = found.status();
-  }
-  if (photo->camera)
-    return preparer_->Prepare(photo->photo, photo->camera->model, photo->contributor, company);
-  failed.name = photo->photo.name;
-  return failed;
-}
-
-Result<std::optional<AddOutcome>> Scheduler::SeekCamera(Entry* entry, StepTimes* times) {
-  Result<std::optional<CameraRecord>> found = cameras_.find(entry->photo.photo);
-  if (!found.ok()) return std::optional(NotJudged(entry->photo, found.status()));
-  entry->photo.camera = std::move(*found);
-  if (entry->photo.camera) return std::optional<AddOutcome>();
-  Result<EstimatedUnnamed> estimated = cameras_.estimate(entry->photo.photo);
-  if (!estimated.ok()) {
-    if (!IsOfOnePhoto(estimated.status())) return estimated.status();
-    return std::optional(NotJudged(entry->photo, estimated.status()));
-  }
-  if (!estimated->camera) return std::optional(std::move(estimated->outcome));
-  entry->photo.camera = std::move(estimated->camera);
-  *times = estimated->outcome.times;
-  return std::optional<AddOutcome>();
-}
-
-Result<AddOutcome> Scheduler::ApplyInTurn(Entry* entry) {
-  StepTimes seeking;
-  if (!entry->photo.camera) {
-    VEDUTA_ASSIGN_OR_RETURN(std::optional<AddOutcome> refused, SeekCamera(entry, &seeking));
-    if (refused) return std::move(*refused);
-  }
-  Result<AddOutcome> outcome = PrepareAndApply(entry);
-  if (outcome.ok() && entry->had_no_camera && !outcome->duplicate) {
-    if (outcome->camera.empty()) outcome->camera = entry->photo.camera->name;
-    outcome->times.map_ms += seeking.map_ms;
-    outcome->times.total_ms += seeking.total_ms;
-  }
-  return outcome;
-}
-
-Result<AddOutcome> Scheduler::PrepareAndApply(Entry* entry) {
-  // The preparation is tried once more: it may have failed because the database was being opened
-  // again, or because others took the memory. Only where memory was short is the photo prepared
-  // alone: a folder of missing files must not hold up the others.
-  if (const Status failure = FailureOf(*entry->prepared); !failure.ok()) {
-    const auto company = failure.code() == StatusCode::kNoMemory ? PhotoPreparer::Company::kAlone
-                                                                 : PhotoPreparer::Company::kOthers;
-    entry->prepared = Prepare(&entry->photo, company);
-  }
-  if (!entry->prepared->ok()) return entry->prepared->status();
-  if (!(*entry->prepared)->failure.ok())
-    return NotJudged(entry->photo, (*entry->prepared)->failure);
-  Result<AddOutcome> outcome = ApplyPrepared(entry);
-  // Once more where a copy of the photo was removed since it was prepared.
-  if (outcome.ok() && outcome->failure.code() == StatusCode::kBusy) {
-    entry->prepared = Prepare(&entry->photo, PhotoPreparer::Company::kOthers);
-    if (!entry->prepared->ok()) return entry->prepared->status();
-    if (!(*entry->prepared)->failure.ok())
-      return NotJudged(entry->photo, (*entry->prepared)->failure);
-    outcome = ApplyPrepared(entry);
-  }
-  if (!outcome.ok() && IsOfOnePhoto(outcome.status()))
-    return NotJudged(entry->photo, outcome.status());
-  return outcome;
 }
 
 bool Scheduler::DoStep(std::unique_lock<std::mutex>* lock) {

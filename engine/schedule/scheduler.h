@@ -30,6 +30,7 @@
 #include <vector>
 
 #include "engine/ingest/ingest.h"
+#include "engine/photo/photo_blurrer.h"
 #include "engine/photo/photo_preparer.h"
 #include "engine/schedule/submission_line.h"
 #include "engine/writer/writer.h"
@@ -59,10 +60,11 @@ class Scheduler final {
   using DoLongStep = std::function<Result<std::optional<FollowUp>>(const DueStep&)>;
 
   // `ingest` may be exchanged by its owner during a turn of the writer, so it is given by its
-  // place. All that is given must outlive the scheduler. `settle_each`: EngineOptions.
+  // place. All that is given must outlive the scheduler. `settle_each`: EngineOptions. Without a
+  // blurrer photos are stored as they come.
   Scheduler(Writer* writer, const PhotoPreparer* preparer, std::unique_ptr<Ingest>* ingest,
             ThreadPool* pool, CameraFinder cameras, DoLongStep do_long_step,
-            bool settle_each = false);
+            bool settle_each = false, std::unique_ptr<PhotoBlurrer> blurrer = nullptr);
   ~Scheduler();
 
   // Finishes the piece at hand and answers the photos that are not applied by then: kCancelled.
@@ -120,8 +122,8 @@ class Scheduler final {
   Entries::iterator FindApplicable();
   // Applies the photo in its turn. Like DoStep, it always returns true: a piece was done.
   bool Apply(Entries::iterator entry, std::unique_lock<std::mutex>* lock);
-  // Prepares the photo with its camera. Ahead of its turn, one without a camera that is known fails
-  // with kNotFound.
+  // Has the photo blurred, unless it is, and prepares it with its camera. Ahead of its turn, one
+  // without a camera that is known fails with kNotFound.
   Result<PreparedPhoto> Prepare(WaitingPhoto* photo, PhotoPreparer::Company company) const;
   // A photo that cannot be judged is an outcome with a failure.
   Result<AddOutcome> ApplyInTurn(Entry* entry);
@@ -153,6 +155,7 @@ class Scheduler final {
   ThreadPool* const pool_;
   const CameraFinder cameras_;
   const DoLongStep do_long_step_;
+  const std::unique_ptr<PhotoBlurrer> blurrer_;  // may be null
   const size_t window_;
 
   std::mutex mutex_;

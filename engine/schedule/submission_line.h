@@ -59,6 +59,11 @@ struct WaitingPhoto {
   std::string contributor;
   uint32_t contribution = 0;  // that it comes with; 0: with none
   std::optional<AwaitedPose> awaited = {};
+  // Where photos are blurred: whether `photo` is what is to be stored; why it is not; and what
+  // came, where areas of it were filled.
+  bool is_blurred = false;
+  Status blur_failure = {};
+  std::shared_ptr<const std::vector<uint8_t>> original = {};
   AnswerCallback answered;
   // Of a photo that waits on the disk: called before it is answered, without any lock held. The
   // first argument says whether it has no need to wait any more.

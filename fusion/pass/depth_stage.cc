@@ -20,6 +20,13 @@ constexpr uint64_t kTablesBytesMax = 64ull << 20;
 
 constexpr size_t kViewsKept = 16;  // chosen by hand; not measured: a key view and its neighbours
 
+// What is filled in the photo has no depth.
+void ForgetFilled(const View& view, DepthPixels* pixels) {
+  for (size_t i = 0; i < view.filled.size(); ++i) {
+    if (view.filled[i] != 0) pixels->codes[i] = pixels->confidence[i] = 0;
+  }
+}
+
 class DepthStage final {
  public:
   DepthStage(const DepthStageOptions& options, const MovementTolerance& tolerance, DensePass* pass,
@@ -201,7 +208,8 @@ class DepthStage final {
     if (map.status().code() == StatusCode::kInvalidArgument)
       return PassOver(image, map.status().message(), is_stored);
     VEDUTA_RETURN_IF_ERROR(map.status());
-    const DepthPixels pixels = EncodeDepth(*map, range);
+    DepthPixels pixels = EncodeDepth(*map, range);
+    ForgetFilled(**key, &pixels);
     plan.known_count = static_cast<uint32_t>(
         std::ranges::count_if(pixels.codes, [](uint16_t code) { return code != 0; }));
     VEDUTA_RETURN_IF_ERROR(pass_.Commit([&](const Snapshot&, Transaction* transaction) {

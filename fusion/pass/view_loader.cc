@@ -67,6 +67,14 @@ ViewGeometry GeometryOf(const SceneImage& image, const Crop& crop, uint32_t side
   return geometry;
 }
 
+// Not 0 where a pixel of the photo as it was taken is not to be seen.
+cv::Mat FilledOf(const DecodedPhoto& photo) {
+  cv::Mat filled = cv::Mat::zeros(photo.bgr.size(), CV_8UC1);
+  for (const PixelArea& area : photo.private_areas)
+    filled(cv::Rect(area.x, area.y, area.width, area.height)).setTo(255);
+  return filled;
+}
+
 }  // namespace
 
 ViewGeometry ViewGeometryOf(const SceneImage& image, uint32_t side_px) {
@@ -93,22 +101,33 @@ Result<View> ViewLoader::Make(const SceneImage& image) {
     return Status::Corruption("the stored photo " + image.record.name +
                               " cannot be decoded: " + photo.detail);
   }
-  cv::Mat bgr = photo.bgr;
-  if (IsDistorted(image.camera)) {
-    VEDUTA_ASSIGN_OR_RETURN(bgr, tables_.Undistort(image.camera, bgr));
-  }
   const Crop crop = CropOf(image.camera);
   View view{image.record.id, GeometryOf(image, crop, side_px_), {}, {}};
-  bgr = bgr(cv::Rect(crop.left, crop.top, crop.right - crop.left + 1, crop.bottom - crop.top + 1));
-  const cv::Size size(static_cast<int>(view.geometry.width_px),
-                      static_cast<int>(view.geometry.height_px));
-  cv::Mat scaled = bgr.clone();
-  if (size != bgr.size()) cv::resize(bgr, scaled, size, 0, 0, cv::INTER_AREA);
+  // The photo, or another picture of its size, without lens and border and of the view's size.
+  const auto as_view = [&](cv::Mat picture) -> Result<cv::Mat> {
+    if (IsDistorted(image.camera)) {
+      VEDUTA_ASSIGN_OR_RETURN(picture, tables_.Undistort(image.camera, picture));
+    }
+    picture = picture(
+        cv::Rect(crop.left, crop.top, crop.right - crop.left + 1, crop.bottom - crop.top + 1));
+    const cv::Size size(static_cast<int>(view.geometry.width_px),
+                        static_cast<int>(view.geometry.height_px));
+    cv::Mat scaled = picture.clone();
+    if (size != picture.size()) cv::resize(picture, scaled, size, 0, 0, cv::INTER_AREA);
+    return scaled;
+  };
+  VEDUTA_ASSIGN_OR_RETURN(const cv::Mat scaled, as_view(photo.bgr));
   const cv::Mat gray = GrayFromBgr(scaled);
   cv::Mat rgb;
   cv::cvtColor(scaled, rgb, cv::COLOR_BGR2RGB);
   view.gray.assign(gray.datastart, gray.dataend);
   view.rgb.assign(rgb.datastart, rgb.dataend);
+  if (photo.private_areas.empty()) return view;
+  VEDUTA_ASSIGN_OR_RETURN(const cv::Mat filled, as_view(FilledOf(photo)));
+  // A pixel that a filled one has a share of shows less than the place it stands for.
+  cv::Mat grown;
+  cv::dilate(filled, grown, cv::Mat::ones(3, 3, CV_8UC1));
+  view.filled.assign(grown.datastart, grown.dataend);
   return view;
 }
 

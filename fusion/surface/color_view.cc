@@ -54,6 +54,8 @@ Result<ColorView> ColorView::Make(const View& view, const Eigen::Vector3f& gain)
                  std::to_string(g.width_px) + "x" + std::to_string(g.height_px) + " pixels");
   }
   if (!gain.allFinite() || gain.minCoeff() <= 0) return wrong("a gain is not finite and positive");
+  if (!view.filled.empty() && view.filled.size() != size_t{g.width_px} * g.height_px)
+    return wrong(std::to_string(view.filled.size()) + " bytes say where it is filled");
   const Pinhole& c = g.camera;
   if (!(c.fx > 0 && c.fy > 0) || !std::isfinite(c.fx + c.fy + c.cx + c.cy))
     return wrong("impossible intrinsics");
@@ -70,13 +72,13 @@ Result<ColorView> ColorView::Make(const View& view, const Eigen::Vector3f& gain)
   for (int i = 0; i < 256; ++i) {
     table[i] = static_cast<uint16_t>(std::lround(LightFromSrgb(static_cast<uint8_t>(i)) * kScale));
   }
-  Level first = {g.width_px, g.height_px, std::vector<uint16_t>(view.rgb.size())};
+  Level first = {g.width_px, g.height_px, std::vector<uint16_t>(view.rgb.size()), view.filled};
   std::transform(view.rgb.begin(), view.rgb.end(), first.light.begin(),
                  [&](uint8_t value) { return table[value]; });
   made.levels_.push_back(std::move(first));
   while (std::min(made.levels_.back().width_px, made.levels_.back().height_px) >= 4) {
     const Level& fine = made.levels_.back();
-    Level coarse = {fine.width_px / 2, fine.height_px / 2, {}};
+    Level coarse = {fine.width_px / 2, fine.height_px / 2, {}, CoarserFilled(fine)};
     coarse.light.resize(size_t{coarse.width_px} * coarse.height_px * 3);
     const size_t stride = size_t{fine.width_px} * 3;
     for (uint32_t y = 0; y < coarse.height_px; ++y) {
@@ -91,6 +93,19 @@ Result<ColorView> ColorView::Make(const View& view, const Eigen::Vector3f& gain)
     made.levels_.push_back(std::move(coarse));
   }
   return made;
+}
+
+std::vector<uint8_t> ColorView::CoarserFilled(const Level& fine) {
+  std::vector<uint8_t> coarse;
+  if (fine.filled.empty()) return coarse;
+  const size_t width = fine.width_px;
+  for (size_t y = 0; y + 1 < fine.height_px; y += 2) {
+    for (size_t x = 0; x + 1 < width; x += 2) {
+      const uint8_t* const at = fine.filled.data() + y * width + x;
+      coarse.push_back(at[0] | at[1] | at[width] | at[width + 1]);
+    }
+  }
+  return coarse;
 }
 
 ColorView::Sample ColorView::At(const Eigen::Vector2d& x_px, double size_px) const {
@@ -118,6 +133,10 @@ ColorView::Sample ColorView::At(const Eigen::Vector2d& x_px, double size_px) con
     const float mean = (1 - b) * ((1 - a) * p + a * q) + b * ((1 - a) * r + a * s);
     sample.is_clipped |= mean >= clipped;
     sample.light[c] = mean * gain_[c] / kScale;
+  }
+  if (!level.filled.empty()) {
+    const uint8_t* const here = level.filled.data() + size_t{v} * level.width_px + u;
+    sample.is_filled = (here[0] | here[right / 3] | here[down / 3] | here[(down + right) / 3]) != 0;
   }
   return sample;
 }

@@ -33,6 +33,7 @@ class ColorView final {
     Eigen::Vector3f light;  // with the gain applied; may exceed 1
     bool is_clipped =
         false;  // a channel of the photo itself is at its end: the light is a bound only
+    bool is_filled = false;  // the photo is filled there, and the light says nothing
   };
   // The light around x_px (inside the photo), averaged over about `size_px` pixels across (>= 1:
   // bilinear between the pixels of the level of the pyramid next below).
@@ -42,9 +43,13 @@ class ColorView final {
   struct Level {
     uint32_t width_px, height_px;
     std::vector<uint16_t> light;  // [height x width x 3], 65535: 1
+    std::vector<uint8_t> filled;  // [height x width], as in View
   };
 
   ColorView() = default;
+  // Where any of the four pixels that a coarser one is the mean of is filled.
+  static std::vector<uint8_t> CoarserFilled(const Level& fine);
+
   ImageId image_;
   ViewGeometry geometry_;
   Eigen::Vector3d center_;

@@ -176,6 +176,7 @@ void Colorer::Gather(const ColorView& view, size_t first, size_t last, Heard* he
   if (options_.silhouette_margin_px > 0) WeighByClearSight(view, &sights);
   for (const Sight& sight : sights) {
     const ColorView::Sample sample = view.At(sight.px, sight.voxel_px);
+    if (sample.is_filled) continue;
     const double weight = sight.weight * (sample.is_clipped ? kClippedWeight : 1);
     if (!(static_cast<float>(weight) > 0)) continue;
     heard->samples[sight.vertex - first].push_back(

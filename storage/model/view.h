@@ -25,6 +25,9 @@ struct View {
   std::vector<uint8_t> gray;  // [height x width], row-major; empty where nobody asked for it
   std::vector<uint8_t>
       rgb;  // [height x width x 3], row-major, sRGB; empty where nobody asked for it
+  // [height x width], not 0 where the photo is filled and shows nothing; empty where it shows
+  // something everywhere.
+  std::vector<uint8_t> filled = {};
 };
 
 }  // namespace veduta

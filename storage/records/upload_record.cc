@@ -53,6 +53,9 @@ Status ParseUploadKey(std::string_view key, UploadEntry* entry, uint64_t* number
       return key.size() == sizeof(PartialUploadId) + sizeof(uint32_t)
                  ? Status::Ok()
                  : Status::Corruption("a key of wrong length");
+    case UploadEntry::kOriginal:
+      return key.size() == sizeof(uint32_t) ? Status::Ok()
+                                            : Status::Corruption("a key of wrong length");
   }
   return Status::Corruption("a key of an unknown kind");
 }

@@ -18,6 +18,7 @@ enum class UploadEntry : uint8_t {
   // Of a photo that arrives in parts (partial_upload_record.h): its id, then the piece's number,
   // u32; the value is the bytes as they came.
   kPiece = 4,
+  kOriginal = 5,  // of a photo that was stored with filled areas (sealed_record.h)
 };
 
 std::string UploadKey(uint64_t number);

@@ -62,6 +62,7 @@ const std::vector<Asked>& RoutesOfRoles() {
       {"GET", {"v1", "photos", "a", "neighbors"}, 1},
       {"GET", {"v1", "photos", "a", "thumbnail"}, 1},
       {"GET", {"v1", "photos", "a", "file"}, 3},
+      {"GET", {"v1", "photos", "a", "original"}, 4, true},
       {"POST", {"v1", "candidates"}, 1},
       {"POST", {"v1", "localize"}, 1},
       {"GET", {"v1", "reconstructions"}, 1},

@@ -11,6 +11,7 @@
 #include <fstream>
 #include <iterator>
 
+#include "engine/camera/filled_photo.h"
 #include "engine/camera/projection.h"
 #include "fusion/surface/renderer.h"
 #include "tests/storage/samples.h"
@@ -112,6 +113,33 @@ TEST_F(ViewLoaderTest, ABorderThatLooksPastThePhotoIsCutOff) {
   const auto view = loader.Load(curved);
   ASSERT_OK(view);
   for (const uint8_t gray : (*view)->gray) EXPECT_GT(gray, 10) << "black came in from outside";
+}
+
+TEST_F(ViewLoaderTest, SaysWhatIsFilled) {
+  const PixelArea area{60, 40, 30, 20};
+  const cv::Mat picture(kHeight, kWidth, CV_8UC3, cv::Scalar(20, 20, 20));
+  const auto photo = FillPhoto(picture.clone(), PhotoExamination(), {&area, 1});
+  ASSERT_OK(photo);
+  for (const double k1 : {0.0, -0.15, 0.15}) {
+    const SceneImage image = Store(*photo, Camera(k1));
+    for (const uint32_t side : {0u, 80u}) {
+      ViewLoader loader(database_->GetSnapshot(), side, 2);
+      const auto view = loader.Load(image);
+      ASSERT_OK(view);
+      ASSERT_EQ((*view)->filled.size(), (*view)->gray.size());
+      size_t filled = 0;
+      for (size_t i = 0; i < (*view)->gray.size(); ++i) {
+        const bool is_grey = (*view)->gray[i] > 60;  // it shows the filling, not the dark photo
+        EXPECT_TRUE(!is_grey || (*view)->filled[i] != 0) << i;
+        filled += (*view)->filled[i] != 0;
+      }
+      EXPECT_LT(filled, (*view)->gray.size() / 15) << k1 << " " << side;
+    }
+  }
+  const SceneImage plain = Store(std::vector<Eigen::Vector2d>(), Camera(0));
+  const auto view = ViewLoader(database_->GetSnapshot(), 0, 1).Load(plain);
+  ASSERT_OK(view);
+  EXPECT_TRUE((*view)->filled.empty());
 }
 
 TEST_F(ViewLoaderTest, NamesAPhotoThatCannotBeDecoded) {
