@@ -75,8 +75,9 @@ class Engine final {
   // order in which photos were applied. The answer comes with the photo's own commit; what follows
   // from it is done when nobody waits. kNotFound for an unknown camera or file.
   Result<Ticket> Submit(PhotoSubmission photo, AnswerCallback answered = {});
-  // Puts a photo in line that waits on the disk. kNotFound where it does not wait any more,
-  // kAlreadyExists where it is in line already.
+  // Puts a photo in line that waits on the disk. One that an earlier engine has applied, and that
+  // still waits since the process was killed then, is answered at once by what became of it.
+  // kNotFound where it does not wait any more, kAlreadyExists where it is in line already.
   Result<Ticket> Resume(uint64_t upload, AnswerCallback answered = {});
 
   // A photo that comes in parts: what has come is on the disk when ContinueUpload returns, over
@@ -201,7 +202,7 @@ class Engine final {
   // photo, and killed from outside. Both 0 where photos are decoded in this process.
   std::pair<uint64_t, uint64_t> DecoderDeaths() const;
   // Closes and opens the files again, after a failed write: what the disk holds is then known. Does
-  // not wait for readers; Questions asked before answer kIoError from then on.
+  // not wait for readers; Questions asked before answer kBusy from then on.
   Status Reopen();
 
  private:

@@ -22,14 +22,34 @@ Result<std::span<const uint8_t>> BytesOf(const PhotoSource& source, uint64_t siz
                                  " bytes, which no photo may have");
 }
 
-// The image of a photo that was applied, and has come back by a power cut.
-Result<std::optional<ImageId>> FindImageOf(const Snapshot& snapshot, const UploadRecord& upload) {
+// The image of a photo that was applied, and whose upload a kill or a power cut has left.
+Result<std::optional<ImageRecord>> FindImageOf(const Snapshot& snapshot,
+                                               const UploadRecord& upload) {
   VEDUTA_ASSIGN_OR_RETURN(const std::optional<ImageId> stored,
                           snapshot.FindImageByPhoto(upload.photo));
-  if (!stored) return stored;
-  VEDUTA_ASSIGN_OR_RETURN(const ImageRecord image, snapshot.GetImage(*stored));
-  const bool is_it = image.name == upload.name && image.contributor == upload.contributor;
-  return is_it ? stored : std::nullopt;
+  if (!stored) return std::optional<ImageRecord>();
+  VEDUTA_ASSIGN_OR_RETURN(ImageRecord image, snapshot.GetImage(*stored));
+  if (image.name != upload.name || image.contributor != upload.contributor)
+    return std::optional<ImageRecord>();
+  return std::optional<ImageRecord>(std::move(image));
+}
+
+// What became of such a photo, as far as the database tells.
+Result<AddOutcome> OutcomeOf(const Snapshot& snapshot, const ImageRecord& image,
+                             const UploadRecord& upload) {
+  AddOutcome outcome;
+  outcome.name = image.name;
+  outcome.id = image.id;
+  outcome.verdict = image.verdict;
+  outcome.reason = image.reason;
+  outcome.detail = image.detail;
+  VEDUTA_ASSIGN_OR_RETURN(const std::optional<PoseRecord> pose, snapshot.FindPose(image.id));
+  if (pose) outcome.reconstruction = pose->reconstruction;
+  if (upload.camera.empty() && image.camera.valid()) {
+    VEDUTA_ASSIGN_OR_RETURN(const CameraRecord camera, snapshot.GetCamera(image.camera));
+    outcome.camera = camera.name;
+  }
+  return outcome;
 }
 
 // What its contribution is to say of the photo; nothing where it is a part of none.
@@ -95,16 +115,22 @@ Result<Ticket> Engine::Submit(PhotoSubmission photo, AnswerCallback answered) {
 
 Result<Ticket> Engine::Resume(uint64_t upload, AnswerCallback answered) {
   EngineParts& parts = *parts_;
-  const std::lock_guard lock(parts.lining_mutex);
+  std::unique_lock lock(parts.lining_mutex);
   if (parts.IsInLine(upload))
     return Status::AlreadyExists("upload " + std::to_string(upload) + " is in line already");
   const std::shared_ptr<const Snapshot> snapshot = parts.database->GetSnapshot();
   VEDUTA_ASSIGN_OR_RETURN(const UploadRecord record, snapshot->GetUpload(upload));
-  VEDUTA_ASSIGN_OR_RETURN(const std::optional<ImageId> image, FindImageOf(*snapshot, record));
+  VEDUTA_ASSIGN_OR_RETURN(const std::optional<ImageRecord> image,
+                          FindImageOf(*snapshot, record));
   if (image) {
-    const std::optional<ContributedPhoto> fate = FateOf(record, ContributionFate::kStored, *image);
+    VEDUTA_ASSIGN_OR_RETURN(AddOutcome outcome, OutcomeOf(*snapshot, *image, record));
+    const std::optional<ContributedPhoto> fate =
+        FateOf(record, ContributionFate::kStored, image->id);
     VEDUTA_RETURN_IF_ERROR(parts.database->DeleteUpload(upload, fate ? &*fate : nullptr));
-    return Status::NotFound("upload " + std::to_string(upload) + " has had its turn");
+    lock.unlock();
+    Ticket ticket = SubmissionLine::Answered(upload, std::move(outcome));
+    if (answered) answered(ticket.Wait());
+    return ticket;
   }
   return parts.LineStored(record, std::move(answered));
 }

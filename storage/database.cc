@@ -60,7 +60,7 @@ class DatabaseView final : public Database {
     const std::lock_guard one_at_a_time(reopen_mutex_);
     const std::shared_ptr<DatabaseFiles> closed = files();
     const std::string path = closed->path();
-    closed->Close(Status::IoError("the database at " + path + " was opened again: ask again"));
+    closed->Close(Status::Busy("the database at " + path + " was opened again: ask again"));
     Result<std::shared_ptr<DatabaseFiles>> opened = OpenFiles(path, options_, *claims_);
     if (!opened.ok()) {
       closed->Explain(Status::IoError("the database at " + path +

@@ -10,7 +10,7 @@
 //
 // Snapshots, and transactions that are not committed, keep the files open and locked after their
 // Database is gone: closing is complete when the last of them goes. They do not hold up
-// Database::Reopen: it closes the files under them, and from then on each use of them is kIoError.
+// Database::Reopen: it closes the files under them, and from then on each use of them is kBusy.
 //
 // Every function is thread-safe unless it says otherwise. Errors: kIoError with the operating
 // system's word (a full disk is named as such), kCorruption naming family and key, kNotFound naming
@@ -50,7 +50,7 @@ class Database {
   // acknowledged is there then. Waits for reads and writes that are running, each of which is short
   // (a checkpoint's links, or one family's compaction), not for whoever holds a snapshot or a
   // transaction. Those made before are of no use afterwards: a scan ends at its next record, and
-  // every function fails with kIoError, "the database was opened again: ask again". Photos written
+  // every function fails with kBusy, "the database was opened again: ask again". Photos written
   // ahead stay; what else was written ahead and not committed is deleted. Where opening fails, the
   // database stays closed, every use says why, and Reopen may be called again.
   virtual Status Reopen() = 0;

@@ -10,15 +10,19 @@
 #include <charconv>
 #include <memory>
 #include <optional>
+#include <set>
 #include <thread>
 #include <utility>
 #include <vector>
 
 #include "cli/service/body_reader.h"
 #include "cli/service/budget.h"
+#include "cli/service/http_settings.h"
+#include "cli/service/known_headers.h"
 #include "cli/service/logged_response.h"
 #include "cli/service/loopback.h"
 #include "cli/service/own_socket.h"
+#include "cli/service/remote_address.h"
 #include "cli/service/sender.h"
 #include "cli/service/tus_message.h"
 #include "storage/base/option_bounds.h"
@@ -26,20 +30,16 @@
 namespace veduta {
 namespace {
 
-// How long a client may take: for the head of a request, for all of its body. Chosen by hand: a
-// photo of 10 MB comes over 150 kbit/s.
-constexpr kj::Duration kHeadTime = 15 * kj::SECONDS, kBodyTime = 10 * kj::MINUTES;
-// How long the rest of a body is read that was refused.
-constexpr kj::Duration kRefusedTime = 10 * kj::SECONDS;
-// How long a connection may rest between two requests.
-constexpr kj::Duration kRestTime = 60 * kj::SECONDS;
+// How long a client may take for all of a body. Chosen by hand: a photo of 10 MB comes over 150
+// kbit/s.
+constexpr kj::Duration kBodyTime = 10 * kj::MINUTES;
 // How long a client may take to receive an answer, or some events. Chosen by hand.
 constexpr kj::Duration kSendTime = 60 * kj::SECONDS;
 // How long the requests at work have when the daemon stops.
 constexpr kj::Duration kDrainTime = 5 * kj::SECONDS;
 // How often one who follows the city is told of news, and hears that the line is alive.
 constexpr kj::Duration kNewsTime = 300 * kj::MILLISECONDS, kAliveTime = 15 * kj::SECONDS;
-// Before the next connection is taken where there are too many, or where taking one failed.
+// Before the next connection is taken where there are too many, or taking one failed.
 constexpr kj::Duration kPauseTime = 20 * kj::MILLISECONDS;
 
 std::string Text(kj::ArrayPtr<const char> text) {
@@ -65,37 +65,23 @@ struct Limits {
       : options(o),
         bodies(std::make_shared<Budget>(o.bodies_bytes_max)),
         connections(o.connections_max),
-        followers(std::max(1u, o.connections_max / 2)) {}
+        followers(std::max(1u, o.connections_max / 2)) {
+    for (const std::string& proxy : o.proxies) {
+      if (const auto plain = PlainAddress(proxy)) proxies.insert(*plain);
+    }
+  }
   const HttpDoorOptions& options;
   const std::shared_ptr<Budget> bodies;  // shared with requests that outlive the door
   Budget connections;
   Budget followers;  // of them: those who follow events, who leave room for others
-};
-
-// The headers that are read and that kj does not know by itself.
-struct Headers {
-  explicit Headers(kj::HttpHeaderTable::Builder* builder)
-      : origin(builder->add("Origin")),
-        none_match(builder->add("If-None-Match")),
-        prefer(builder->add("Prefer")),
-        last_event(builder->add("Last-Event-ID")),
-        fetch_site(builder->add("Sec-Fetch-Site")),
-        authorization(builder->add("Authorization")),
-        method_override(builder->add("X-HTTP-Method-Override")),
-        request_id(builder->add("X-Request-Id")) {
-    for (const char* const name : HeadersOfRoutes())
-      of_routes.emplace_back(name, builder->add(name));
-  }
-  const kj::HttpHeaderId origin, none_match, prefer, last_event, fetch_site, authorization,
-      method_override, request_id;
-  std::vector<std::pair<const char*, kj::HttpHeaderId>> of_routes;
+  std::set<std::string> proxies;  // that are believed
 };
 
 // What one thread does.
-class HttpDoor final : public kj::HttpService, private kj::TaskSet::ErrorHandler {
+class HttpDoor final : private kj::TaskSet::ErrorHandler {
  public:
   HttpDoor(CityService* service, Limits* limits, kj::Timer* timer, const kj::HttpHeaderTable& table,
-           const Headers& known, bool is_of_owner)
+           const KnownHeaders& known, bool is_of_owner)
       : service_(service),
         limits_(*limits),
         timer_(*timer),
@@ -103,7 +89,12 @@ class HttpDoor final : public kj::HttpService, private kj::TaskSet::ErrorHandler
         table_(table),
         known_(known),
         is_of_owner_(is_of_owner),
-        server_(timer_, table, *this, Settings(limits->options)),
+        server_(
+            timer_, table,
+            [this](kj::AsyncIoStream& connection) -> kj::Own<kj::HttpService> {
+              return kj::heap<Client>(this, PeerOf(connection));
+            },
+            HttpSettings(limits->options.body_bytes_max)),
         connections_(*this) {}
 
   // Takes connections for ever.
@@ -125,21 +116,41 @@ class HttpDoor final : public kj::HttpService, private kj::TaskSet::ErrorHandler
     return server_.drain().exclusiveJoin(timer_.afterDelay(kDrainTime));
   }
 
-  kj::Promise<void> request(kj::HttpMethod method, kj::StringPtr url,
-                            const kj::HttpHeaders& headers, kj::AsyncInputStream& body,
-                            Response& response) override {
+ private:
+  using Response = kj::HttpService::Response;
+
+  // Of one connection.
+  class Client final : public kj::HttpService {
+   public:
+    Client(HttpDoor* door, std::string peer) : door_(*door), peer_(std::move(peer)) {}
+    kj::Promise<void> request(kj::HttpMethod method, kj::StringPtr url,
+                              const kj::HttpHeaders& headers, kj::AsyncInputStream& body,
+                              Response& response) override {
+      return door_.Take(peer_, method, url, headers, body, response);
+    }
+
+   private:
+    HttpDoor& door_;
+    const std::string peer_;
+  };
+
+  kj::Promise<void> Take(const std::string& peer, kj::HttpMethod method, kj::StringPtr url,
+                         const kj::HttpHeaders& headers, kj::AsyncInputStream& body,
+                         Response& response) {
     auto logged = kj::heap<LoggedResponse>(&response, RequestId(Header(headers, known_.request_id)),
                                            service_->told_of_requests());
     if (logged->is_told()) logged->entry().method = kj::str(method).cStr();
     if (is_of_owner_) logged->entry().who = "owner";
-    auto served = Serve(method, url, headers, body, *logged);
+    auto served = Serve(peer, method, url, headers, body, *logged);
     return served.attach(kj::mv(logged));
   }
 
- private:
-  kj::Promise<void> Serve(kj::HttpMethod method, kj::StringPtr url, const kj::HttpHeaders& headers,
-                          kj::AsyncInputStream& body, LoggedResponse& response) {
+  kj::Promise<void> Serve(const std::string& peer, kj::HttpMethod method, kj::StringPtr url,
+                          const kj::HttpHeaders& headers, kj::AsyncInputStream& body,
+                          LoggedResponse& response) {
     auto arriving = std::make_shared<Arriving>(limits_.bodies);
+    arriving->request.address =
+        SenderAddress(peer, Header(headers, known_.forwarded_for), limits_.proxies);
     if (auto refusal = ReadHead(method, url, headers, &arriving->request))
       return Send(*std::move(refusal), response);
     HttpRequest& asked = arriving->request;
@@ -155,6 +166,10 @@ class HttpDoor final : public kj::HttpService, private kj::TaskSet::ErrorHandler
       return TakeParts(body, arriving, timer_.now() + kBodyTime, std::nullopt, response);
     return timer_.timeoutAfter(kBodyTime, reader_.ReadAll(body, arriving))
         .catch_([arriving](kj::Exception&& exception) {
+          if (exception.getType() == kj::Exception::Type::FAILED) {
+            arriving->refusal = Problem(400, "the body is no HTTP: its chunks cannot be read");
+            return;
+          }
           if (exception.getType() != kj::Exception::Type::OVERLOADED)
             kj::throwFatalException(kj::mv(exception));
           // kj tells short memory by the same type.
@@ -166,16 +181,6 @@ class HttpDoor final : public kj::HttpService, private kj::TaskSet::ErrorHandler
           if (arriving->refusal) return Send(*std::move(arriving->refusal), response);
           return Answer(arriving, response);
         });
-  }
-
-  static kj::HttpServerSettings Settings(const HttpDoorOptions& options) {
-    kj::HttpServerSettings settings;
-    settings.headerTimeout = kHeadTime;
-    settings.pipelineTimeout = kRestTime;
-    // Clients read why a body was refused when they have sent all of it.
-    settings.canceledUploadGraceBytes = options.body_bytes_max;
-    settings.canceledUploadGracePeriod = kRefusedTime;
-    return settings;
   }
 
   std::string Header(const kj::HttpHeaders& headers, kj::HttpHeaderId id) const {
@@ -307,10 +312,9 @@ class HttpDoor final : public kj::HttpService, private kj::TaskSet::ErrorHandler
     auto stream =
         response.send(shared->code, HttpPhrase(shared->code), headers, shared->body.size());
     kj::Promise<void> sent = kj::READY_NOW;
-    if (!shared->body.empty()) {
+    if (!shared->body.empty())
       sent =
           timer_.timeoutAfter(kSendTime, stream->write(shared->body.data(), shared->body.size()));
-    }
     return sent.attach(kj::mv(stream), kj::mv(shared));
   }
 
@@ -385,7 +389,7 @@ class HttpDoor final : public kj::HttpService, private kj::TaskSet::ErrorHandler
   kj::Timer& timer_;
   const BodyReader reader_;
   const kj::HttpHeaderTable& table_;
-  const Headers& known_;
+  const KnownHeaders& known_;
   const bool is_of_owner_;  // no browser comes by its socket
   bool is_stopping_ = false;
   kj::HttpServer server_;
@@ -399,7 +403,7 @@ Status ServeOnThread(CityService* service, Limits* limits, int socket, int owner
   try {
     auto io = kj::setupAsyncIo();
     kj::HttpHeaderTable::Builder builder;
-    const Headers known(&builder);
+    const KnownHeaders known(&builder);
     const kj::Own<kj::HttpHeaderTable> table = builder.build();
     auto port = io.lowLevelProvider->wrapListenSocketFd(socket);
     HttpDoor door(service, limits, &io.provider->getTimer(), *table, known, false);
@@ -437,6 +441,11 @@ Status HttpDoorOptions::Check() const {
         "the address '" + address +
         "' must be localhost, 127.0.0.1 or [::1] with a port, since whoever reaches the daemon may "
         "do anything, until there is a token: 'veduta token create' makes one");
+  }
+  for (const std::string& proxy : proxies) {
+    if (!PlainAddress(proxy))
+      return Status::InvalidArgument("the proxy '" + proxy +
+                                     "' must be an address such as 192.0.2.1 or 2001:db8::1");
   }
   return OptionBounds()
       .Between("body_bytes_max", static_cast<double>(body_bytes_max), 1, 0x1p40)

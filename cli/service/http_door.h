@@ -7,6 +7,7 @@
 #include <functional>
 #include <stop_token>
 #include <string>
+#include <vector>
 
 #include "cli/service/city_service.h"
 #include "storage/base/status.h"
@@ -22,6 +23,9 @@ struct HttpDoorOptions {
   // The folder of the database: its owner's commands are served at a socket there (own_socket.h).
   // Empty: there is none.
   std::string database;
+  // Addresses of proxies whose word it is where a request comes from (X-Forwarded-For); others are
+  // not believed. By these the reports of one sender are counted.
+  std::vector<std::string> proxies = {};
   // The largest body of a request, 1 to 2^40: photos of 100 Mpx fit. Chosen by hand.
   uint64_t body_bytes_max = 128ull << 20;
   // Of all bodies together that are in memory: of photos until they are on the disk, of questions

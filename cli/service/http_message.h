@@ -25,6 +25,7 @@ struct HttpRequest {
   std::string if_none_match;                 // the header's value; empty: none
   bool prefers_async = false;                // "Prefer: respond-async" (RFC 7240)
   bool is_of_owner = false;                  // it came by the socket of the database's owner
+  std::string address = {};                  // of IP that it comes from; empty: none, or not known
   std::string token;                         // that it carries (RFC 6750); empty: none
   std::string who;                           // whose token that is, once it was found good
   std::optional<Role> role;                  // of that token

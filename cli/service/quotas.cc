@@ -5,6 +5,8 @@
 #include <cmath>
 #include <string>
 
+#include "cli/service/remote_address.h"
+
 namespace veduta {
 namespace {
 
@@ -13,6 +15,10 @@ constexpr double kDayS = 24 * 60 * 60;
 constexpr double kBurstS = 10;
 // Reports of photos a day, of each token. Chosen by hand: more than a person finds.
 constexpr double kReportsPerDay = 100;
+// The same of each address, with whatever tokens. Chosen by hand: people may share an address.
+constexpr double kReportsPerAddressPerDay = 200;
+// Addresses that are counted at the same time. Chosen by hand: each takes some 100 bytes.
+constexpr size_t kAddressesMax = 10'000;
 
 HttpAnswer TooMany(const std::string& what, double missing, double per_s) {
   const auto wait_s = static_cast<uint64_t>(std::clamp(std::ceil(missing / per_s), 1.0, kDayS));
@@ -67,6 +73,26 @@ Quotas::Measures& Quotas::FilledMeasures(const HttpRequest& request) {
   return measures;
 }
 
+Quotas::Measure& Quotas::FilledReports(const std::string& address) {
+  const Clock::time_point now = world_.now();
+  const auto fill = [&](AddressMeasure* one) {
+    one->reports.Fill(std::chrono::duration<double>(now - one->filled).count());
+    one->filled = now;
+  };
+  auto found = addresses_.find(address);
+  if (found == addresses_.end()) {
+    if (addresses_.size() >= kAddressesMax) {
+      for (auto& [other, measure] : addresses_) fill(&measure);
+      addresses_.erase(std::ranges::max_element(
+          addresses_, {}, [](const auto& one) { return one.second.reports.left; }));
+    }
+    constexpr double kFull = kReportsPerAddressPerDay;
+    found = addresses_.emplace(address, AddressMeasure{{kFull, kFull, kFull / kDayS}, now}).first;
+  }
+  fill(&found->second);
+  return found->second.reports;
+}
+
 std::optional<HttpAnswer> Quotas::TakeRequest(const HttpRequest& request) {
   if (request.token_number == 0) return std::nullopt;
   const std::lock_guard lock(mutex_);
@@ -90,7 +116,12 @@ std::optional<HttpAnswer> Quotas::TakeReport(const HttpRequest& request) {
     const std::lock_guard lock(mutex_);
     Measure& reports = FilledMeasures(request).reports;
     if (reports.left < 1) return TooMany("the quota of reports", 1 - reports.left, reports.per_s);
+    Measure& of_address = FilledReports(SenderOf(request.address));
+    if (of_address.left < 1)
+      return TooMany("the quota of reports from your address", 1 - of_address.left,
+                     of_address.per_s);
     reports.left -= 1;
+    of_address.left -= 1;
   }
   Keep(request);
   return std::nullopt;

@@ -9,6 +9,7 @@
 #include <mutex>
 #include <optional>
 #include <span>
+#include <string>
 
 #include "cli/service/http_message.h"
 #include "engine/engine.h"
@@ -18,7 +19,8 @@ namespace veduta {
 // What there is of a measure fills again all the time, as fast as the quota says, up to what a day
 // gives of photos, bytes and reports, and ten seconds of requests. Photos and requests without a
 // token, which are the owner's or come where there are none, are not counted; reports are counted
-// of all who come without one together, but the owner. Thread-safe.
+// of all who come without one together, but the owner, and also by the address that they come from.
+// Addresses are held in memory alone. Thread-safe.
 class Quotas final {
  public:
   using Clock = std::chrono::steady_clock;
@@ -58,7 +60,15 @@ class Quotas final {
     Measure photos, bytes, requests, reports;
     Clock::time_point filled;
   };
-  Measures& FilledMeasures(const HttpRequest& request);  // with the lock held
+  // What an address has left of reports.
+  struct AddressMeasure {
+    Measure reports;
+    Clock::time_point filled;
+  };
+  // Both with the lock held. Where there are too many addresses, the one that has used least of its
+  // reports is forgotten for a new one.
+  Measures& FilledMeasures(const HttpRequest& request);
+  Measure& FilledReports(const std::string& address);
   std::optional<HttpAnswer> TryPhoto(const HttpRequest& request, double size_bytes);
   // Has what is used of the token's measures by now remembered.
   void Keep(const HttpRequest& request);
@@ -69,6 +79,7 @@ class Quotas final {
   std::mutex mutex_;
   std::map<uint32_t, Measures> measures_;  // by the tokens' numbers
   std::map<uint32_t, TokenUse> restored_;  // of tokens that have no measures yet
+  std::map<std::string, AddressMeasure> addresses_;  // by SenderOf
 };
 
 }  // namespace veduta

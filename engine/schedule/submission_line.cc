@@ -90,6 +90,14 @@ Ticket SubmissionLine::Join(std::list<Queue>::iterator queue, uint64_t number, W
   return ticket;
 }
 
+Ticket SubmissionLine::Answered(uint64_t number, AddOutcome outcome) {
+  auto progress = std::make_shared<PhotoProgress>(number);
+  progress->phase = PhotoProgress::Phase::kAnswered;
+  progress->answer = std::move(outcome);
+  progress->is_settled = true;
+  return Ticket(std::move(progress));
+}
+
 bool SubmissionLine::Take(WaitingPhoto* photo, bool of_lists, bool of_contributors) {
   const std::lock_guard lock(mutex_);
   const auto first = std::find_if(queues_.begin(), queues_.end(), [&](const Queue& queue) {

@@ -91,6 +91,8 @@ class SubmissionLine final {
   bool Take(WaitingPhoto* photo, bool of_lists = true, bool of_contributors = true);
   bool is_empty() const;
 
+  // The ticket of a photo that has had its turn.
+  static Ticket Answered(uint64_t number, AddOutcome outcome);
   // A handle of the photo's state, for the scheduler.
   static const std::shared_ptr<PhotoProgress>& ProgressOf(const Ticket& ticket);
 

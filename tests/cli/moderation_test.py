@@ -323,6 +323,31 @@ class Moderation(Case):
         self.assertEqual(must('reports', db), '')
         self.assertEqual(must('verify', db), 'sound\n')
 
+    def test_reports_are_counted_by_address(self):
+        db = new_database('addresses')
+        viewers = [make(db, f'v{n}', 'viewer') for n in range(3)]
+        curator = make(db, 'cleo', 'curator')
+        with Daemon(db, '--trust-proxy', '127.0.0.1') as daemon:
+            self.assertEqual(self.ask(daemon, curator, 'POST', '/v1/photos?camera=c&name=1.jpg',
+                                      photo(1), JPEG)[0], 201)
+
+            def report(viewer, address):
+                return self.ask(daemon, viewer, 'POST', '/v1/photos/%231/report',
+                                {'reason': 'other'}, {'X-Forwarded-For': address})
+
+            # One who has many tokens, and says that its requests come from elsewhere.
+            for viewer in viewers[:2]:
+                codes = {report(viewer, f'198.51.100.{n}, 192.0.2.1')[0] for n in range(100)}
+                self.assertEqual(codes, {201})
+            code, headers, body = report(viewers[2], '192.0.2.1')
+            self.assertEqual((code, 'your address' in json.loads(body)['detail']), (429, True))
+            self.assertGreaterEqual(int(headers['Retry-After']), 1)
+            self.assertEqual(report(viewers[2], '192.0.2.2')[0], 201)
+        with Daemon(db) as daemon:  # that trusts nobody
+            for viewer in viewers:
+                self.assertIn(report(viewer, '192.0.2.9')[0], (201, 429))
+        self.refused(2, 'an address', 'serve', db, '--trust-proxy', 'localhost')
+
     def test_what_a_token_has_used_outlives_the_daemon(self):
         db = new_database('quotas')
         few = make(db, 'anna', 'contributor', '--photos-per-day', '2')

@@ -18,7 +18,7 @@ import socket
 import time
 
 from city import (PARAMS, PHOTO_COUNT, SIZE, WHOLE, Case, ask, at, main, make_whole, must,
-                  new_database, photo, write)
+                  new_database, photo)
 from daemon import JPEG, Daemon, part
 
 
@@ -229,6 +229,18 @@ class Asking(Case):
         self.assertEqual(self.daemon.get('/healthz'), {'status': 'alive'})
         self.assertEqual(self.daemon.ask('GET', '/v1/photos/x.jpg')[0], 404)
 
+    def test_broken_messages_are_told_and_fill_no_log(self):
+        with Daemon(new_database('broken_messages')) as daemon:
+            host, port = daemon.host.split(':')
+            for path in ('/v1/photos?name=x.jpg', '/v1/none'):
+                with socket.create_connection((host, int(port)), timeout=60) as client:
+                    client.sendall(f'POST {path} HTTP/1.1\r\nHost: localhost\r\n'
+                                   'Content-Type: image/jpeg\r\n'
+                                   'Transfer-Encoding: chunked\r\n\r\nzz\r\n'.encode())
+                    self.assertIn(client.recv(12), (b'HTTP/1.1 400', b'HTTP/1.1 404'))
+            code, err = daemon.stop()
+            self.assertEqual((code, 'kj/' in err), (0, False), err)
+
     def test_a_second_writer_is_sent_away(self):
         self.refused(3, 'another veduta process', 'repair', WHOLE, '--yes')
         self.refused(3, 'another veduta process', 'serve', WHOLE)
@@ -424,57 +436,6 @@ class Stopping(Case):
 
     def test_a_kill(self):
         self.check_stop(signal.SIGKILL, 'killed')
-
-    def accept_many(self, daemon):
-        """Far more photos than are placed meanwhile, twice each in other bytes: their names with
-        the bytes, and where each is asked after."""
-        photos = {name_of(n): photo(n) for n in NUMBERS}
-        photos.update({'copy ' + name_of(n): photo(n) + b'\0' for n in NUMBERS})
-        uploads = {}
-        for i, name in enumerate(photos):
-            code, headers, answer = daemon.send(name, photos[name], f'who{i % 3}', waits=False)
-            self.assertEqual((code, answer['image']), (202, name), answer)
-            uploads[name] = headers['Location']
-        return photos, uploads
-
-    def test_accepted_photos_outlive_kills(self):
-        db = new_database('accepted')
-        daemon = Daemon(db, '--threads', '2')
-        photos, uploads = self.accept_many(daemon)
-        daemon.stop(signal.SIGKILL)
-        self.assertGreater(ask('status', db)['uploads'], 0, 'the kill came too late')
-        with Daemon(db, '--threads', '2') as daemon:
-            photos['late.jpg'] = photo(1) + b'\0\0'
-            self.assertEqual(daemon.send('late.jpg', photos['late.jpg'], 'who1')[0], 201)
-            daemon.wait_for_uploads()
-            name, where = list(uploads.items())[-1]
-            last = json.loads(daemon.ask('GET', where)[2])
-            self.assertEqual((last['state'], last['outcome']['image']), ('done', name))
-        self.assertEqual(ask('status', db)['images'], len(photos))
-        self.assertEqual(must('verify', db), 'sound\n')
-        # The journal's order gives the same city, whatever became of the daemon meanwhile.
-        must('settle', db)
-        by_hand = new_database('replayed')
-        for number in range(1, len(photos) + 1):  # in the order in which they were applied
-            image = ask('show', db, f'#{number}')
-            write(at(image['image']), photos[image['image']])
-            must('add', by_hand, '--camera', 'c', '--contributor', image['contributor'],
-                 at(image['image']))
-        self.assertEqual(must('digest', by_hand), must('digest', db))
-
-    def test_settle_places_what_waits(self):
-        db = new_database('settled')
-        daemon = Daemon(db)
-        photos, _ = self.accept_many(daemon)
-        daemon.stop(signal.SIGKILL)
-        left = ask('status', db)['uploads']
-        self.assertGreater(left, 0, 'the kill came too late')
-        self.assertIn(f'{left} photos wait for their turn', must('status', db))
-        placed = [line for line in must('settle', db).splitlines()
-                  if line.split(maxsplit=1)[1].split(':')[0] in photos]
-        self.assertEqual(len(placed), left)
-        status = ask('status', db)
-        self.assertEqual((status['images'], status['uploads']), (len(photos), 0))
 
     def test_one_who_follows_does_not_hold_it_up(self):
         daemon = Daemon(WHOLE)

@@ -87,12 +87,27 @@ TEST(Uploads, AreInLineOnce) {
   EXPECT_EQ(city.engine().Resume(ticket->number()).status().code(), StatusCode::kNotFound);
 }
 
-// Their deletion is not synced, so a power cut may bring them back.
-TEST(Uploads, ThatHaveHadTheirTurnHaveNoSecondOne) {
+// A kill may come between a photo's commit and the deletion of its upload, which is not synced, so
+// that a power cut may bring it back as well.
+TEST(Uploads, ThatHaveHadTheirTurnHaveNoSecondOneAndTellOfIt) {
   City city;
-  city.Add({Stands()[0]});
+  const AddOutcome first = city.Add({Stands()[0]})[0];
   PutOnDisk(&city, Stands()[0], "anna");
   PutOnDisk(&city, Stands()[0], "bela");
+  Result<AddOutcome> heard = Status::Cancelled("not told");
+  const auto ticket = city.engine().Resume(1, [&](const auto& outcome) { heard = outcome; });
+  ASSERT_OK(ticket);
+  EXPECT_TRUE(ticket->IsDone());
+  for (const Result<AddOutcome>& told : {heard, ticket->Wait()}) {
+    ASSERT_OK(told);
+    EXPECT_FALSE(told->duplicate) << "it is the photo itself";
+    EXPECT_EQ(told->id, first.id);
+    EXPECT_EQ(told->name, first.name);
+    EXPECT_EQ(told->verdict, first.verdict);
+    EXPECT_EQ(told->reason, first.reason);
+    EXPECT_EQ(told->reconstruction, first.reconstruction);
+  }
+  EXPECT_EQ(city.Counts().images, 1u);
   EXPECT_EQ(city.engine().Resume(1).status().code(), StatusCode::kNotFound);
   const auto copy = city.engine().Resume(2);
   ASSERT_OK(copy);

@@ -38,7 +38,7 @@ std::unique_ptr<Database> MakeCity(const std::string& path, DatabaseOptions opti
 }
 
 void ExpectAskAgain(const Status& status) {
-  EXPECT_EQ(status.code(), StatusCode::kIoError) << status.message();
+  EXPECT_EQ(status.code(), StatusCode::kBusy) << status.message();
   EXPECT_NE(status.message().find("was opened again: ask again"), std::string::npos)
       << status.message();
 }

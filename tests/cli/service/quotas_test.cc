@@ -97,6 +97,25 @@ TEST_F(QuotasTest, ReportsAreCountedOfAllWhoComeWithoutATokenTogether) {
   EXPECT_EQ(Wait(quotas_.TakeReport(owner)), 0);
 }
 
+TEST_F(QuotasTest, ReportsAreCountedByTheirAddress) {
+  const auto from = [&](uint32_t token, const std::string& address) {
+    HttpRequest request = Of(token);
+    request.address = address;
+    return Wait(quotas_.TakeReport(request));
+  };
+  for (uint32_t i = 0; i < 200; ++i)
+    EXPECT_EQ(from(1 + i, "2001:db8::" + std::to_string(i)), 0) << i;
+  EXPECT_EQ(from(1'000, "2001:db8::beef"), 432) << "a new token and the same network";
+  EXPECT_EQ(from(1'000, "2001:db8:0:1::"), 0) << "another network";
+  now_ += std::chrono::seconds(432);
+  EXPECT_EQ(from(1'001, "2001:db8::1"), 0);
+  EXPECT_EQ(from(1'001, "2001:db8::1"), 432);
+  // However many addresses come, the one that has used up its reports is not forgotten.
+  for (uint32_t i = 0; i < 11'000; ++i)
+    EXPECT_EQ(from(2'000 + i, "10.0.0." + std::to_string(i)), 0);
+  EXPECT_EQ(from(1'001, "2001:db8::1"), 432);
+}
+
 // A daemon that begins anew goes on with what was used, and with the time that has passed.
 TEST_F(QuotasTest, OutliveTheDaemon) {
   for (int i = 0; i < 24; ++i) EXPECT_EQ(Wait(quotas_.TakePhoto(Of(1), 10)), 0);
