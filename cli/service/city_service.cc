@@ -108,7 +108,7 @@ CityService::CityService(std::unique_ptr<Engine> engine, const std::string& path
       settler_([this, followed = std::move(listeners.followed)](std::stop_token stop) {
         SettleNowAndThen(std::move(stop), followed);
       }) {
-  gatekeeper_.Look(engine_->Ask());
+  gatekeeper_.Look(engine_->Ask()).IgnoreBecause("the next request reads it");
   // What cannot be read is as little harm.
   if (const auto uses = engine_->Ask().TokenUses(); uses.ok()) quotas_.Restore(*uses);
 }
@@ -326,7 +326,8 @@ HttpAnswer CityService::AskEngine(const HttpRequest& request, const RouteMatch& 
   }
   if (!route.is_of_snapshot) {
     HttpAnswer answer = route.answer(engine_.get(), request, match.arguments);
-    if (route.role >= Role::kCurator) gatekeeper_.Look(engine_->Ask());  // it may make a token
+    if (route.role >= Role::kCurator)  // it may make a token
+      gatekeeper_.Look(engine_->Ask()).IgnoreBecause("the next request reads it");
     return answer;
   }
   // Read before the answer is: an answer may be of a later commit than its tag, and is asked for

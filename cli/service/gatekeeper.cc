@@ -25,16 +25,20 @@ bool IsOfParts(const CityRoute& route) {
 
 }  // namespace
 
-void Gatekeeper::Look(const Questions& ask) {
+Status Gatekeeper::Look(const Questions& ask) const {
   const auto tokens = ask.Tokens();
-  asks_for_tokens_ = !tokens.ok() || !tokens->empty();
+  door_ = !tokens.ok() ? Door::kUnread : tokens->empty() ? Door::kOpen : Door::kByToken;
+  return tokens.status();
 }
 
 std::optional<HttpAnswer> Gatekeeper::Refuse(const Engine& engine, const CityRoute& route,
                                              HttpRequest* request) const {
   request->sight = {.sees_hidden = request->is_of_owner};
   if (request->is_of_owner || route.is_for_all) return std::nullopt;
-  if (!asks_for_tokens_) {
+  if (door_ == Door::kUnread) {
+    if (const Status read = Look(engine.Ask()); !read.ok()) return ProblemOf(read);
+  }
+  if (!asks_for_tokens()) {
     if (!route.is_for_owner) return std::nullopt;
     return Problem(403,
                    "this is for the owner of the database alone, by the socket in its folder, "

@@ -16,9 +16,10 @@ namespace veduta {
 // in the database's folder, needs none. Thread-safe.
 class Gatekeeper final {
  public:
-  // Reads whether there are tokens; where that cannot be read, there are.
-  void Look(const Questions& ask);
-  bool asks_for_tokens() const { return asks_for_tokens_; }
+  // Reads whether there are tokens. Where that cannot be read, as while the files are closed, the
+  // next request reads it first.
+  Status Look(const Questions& ask) const;
+  bool asks_for_tokens() const { return door_ != Door::kOpen; }
 
   // The answer to a request that may not be made: 401 without a good token, 403 where its role is
   // not enough. Otherwise notes in the request who makes it, and what may be told: what is hidden
@@ -30,7 +31,9 @@ class Gatekeeper final {
   static std::optional<HttpAnswer> RefuseNaming(const HttpRequest& request);
 
  private:
-  std::atomic<bool> asks_for_tokens_ = true;
+  enum class Door : uint8_t { kUnread, kOpen, kByToken };
+
+  mutable std::atomic<Door> door_ = Door::kUnread;
 };
 
 }  // namespace veduta

@@ -134,7 +134,7 @@ class GatekeeperTest : public testing::Test {
     auto opened = Engine::Open(folder_ / "db", options);
     EXPECT_OK(opened);
     engine_ = std::move(*opened);
-    gatekeeper_.Look(engine_->Ask());
+    EXPECT_OK(gatekeeper_.Look(engine_->Ask()));
   }
 
   NewToken Make(const std::string& name, Role role) {
@@ -143,7 +143,7 @@ class GatekeeperTest : public testing::Test {
     request.role = role;
     const auto made = engine_->CreateToken(request);
     EXPECT_OK(made);
-    gatekeeper_.Look(engine_->Ask());
+    EXPECT_OK(gatekeeper_.Look(engine_->Ask()));
     return *made;
   }
 
@@ -177,6 +177,24 @@ TEST_F(GatekeeperTest, NobodyIsAskedBeforeThereIsAToken) {
   }
 }
 
+TEST_F(GatekeeperTest, WhatWasNotReadIsReadByTheNextRequest) {
+  const Asked status = {"GET", {"v1", "status"}, 1};
+  Gatekeeper unread;
+  EXPECT_TRUE(unread.asks_for_tokens());
+  HttpRequest request;
+  request.method = status.method;
+  request.path = status.path;
+  const auto found = FindRoute(request);
+  const CityRoute& route = *std::get<RouteMatch>(found).route;
+  EXPECT_FALSE(unread.Refuse(*engine_, route, &request));
+  EXPECT_FALSE(unread.asks_for_tokens());
+  Make("v", Role::kViewer);
+  Gatekeeper unread_with_tokens;
+  const auto refusal = unread_with_tokens.Refuse(*engine_, route, &request);
+  ASSERT_TRUE(refusal);
+  EXPECT_EQ(refusal->code, 401u);
+}
+
 TEST_F(GatekeeperTest, EveryRoleAgainstEveryRoute) {
   ASSERT_EQ(AllRoutes().size(), ListRoutes().size()) << "a route is not in this table";
   const std::string tokens[] = {"", Make("v", Role::kViewer).text,
@@ -201,7 +219,7 @@ TEST_F(GatekeeperTest, ARevokedTokenIsNoneAndTheDoorStaysShut) {
   const Asked status = {"GET", {"v1", "status"}, 1};
   EXPECT_EQ(Ask(status, token.text), 0u);
   ASSERT_OK(engine_->RevokeToken(token.number, "owner"));
-  gatekeeper_.Look(engine_->Ask());
+  EXPECT_OK(gatekeeper_.Look(engine_->Ask()));
   EXPECT_EQ(Ask(status, token.text), 401u);
   EXPECT_EQ(Ask(status), 401u);
 }
@@ -238,7 +256,7 @@ TEST_F(GatekeeperTest, ALinkForAPartIsAskedForPartsAlone) {
   wanted.reconstruction = 0;
   const auto link = engine_->CreateToken(wanted);
   ASSERT_OK(link);
-  gatekeeper_.Look(engine_->Ask());
+  EXPECT_OK(gatekeeper_.Look(engine_->Ask()));
   const std::set<std::string> kOfParts = {
       "me",      "status",  "photos",     "reconstructions", "stac", "events", "contributions",
       "journal", "cameras", "hypotheses", "georeference"};
