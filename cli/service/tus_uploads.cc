@@ -42,6 +42,13 @@ bool IsPhotoType(const std::string& type) {
   return type.empty() || type.starts_with("image/") || type == "application/octet-stream";
 }
 
+// Nothing is stored of what the disk refuses, and another time it may take it.
+HttpAnswer NotStored(const Status& status) {
+  if (status.code() != StatusCode::kIoError) return ProblemOf(status);
+  return ProblemOf(
+      Status::Busy("this cannot be stored now, send it again later: " + status.message()));
+}
+
 }  // namespace
 
 Status TusOptions::Check() const {
@@ -144,7 +151,7 @@ HttpAnswer TusUploads::Begin(Engine* engine, const HttpRequest& request) {
     full.headers.emplace_back("Retry-After", kRetryAfterS);
     return full;
   }
-  if (!upload.ok()) return ProblemOf(upload.status());
+  if (!upload.ok()) return NotStored(upload.status());
   HttpAnswer answer = JsonAnswer(201, ToJson(*upload));
   if (!request.body.empty()) {
     Result<bool> is_right = true;
@@ -184,12 +191,7 @@ HttpAnswer TusUploads::Continue(Engine* engine, const HttpRequest& request) {
                      "is stored, send them again");
   }
   const auto after = intake_.Continue(engine, upload->id, *offset, request.body);
-  if (!after.ok()) {
-    // Nothing is stored of a part that the disk refuses, and another time it may take it.
-    if (after.status().code() != StatusCode::kIoError) return ProblemOf(after.status());
-    return ProblemOf(Status::Busy("the part cannot be stored now, send it again later: " +
-                                  after.status().message()));
-  }
+  if (!after.ok()) return NotStored(after.status());
   HttpAnswer answer = NoContent();
   AddHeaders(*after, &answer);
   return answer;
