@@ -73,7 +73,7 @@ struct Limits {
   const HttpDoorOptions& options;
   const std::shared_ptr<Budget> bodies;  // shared with requests that outlive the door
   Budget connections;
-  Budget followers;  // of them: those who follow events, who leave room for others
+  Budget followers;               // of them: those who follow events, who leave room for others
   std::set<std::string> proxies;  // that are believed
 };
 

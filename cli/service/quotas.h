@@ -77,8 +77,8 @@ class Quotas final {
   const World world_;
   std::mutex keep_mutex_;  // held while somebody remembers; taken before the next one
   std::mutex mutex_;
-  std::map<uint32_t, Measures> measures_;  // by the tokens' numbers
-  std::map<uint32_t, TokenUse> restored_;  // of tokens that have no measures yet
+  std::map<uint32_t, Measures> measures_;            // by the tokens' numbers
+  std::map<uint32_t, TokenUse> restored_;            // of tokens that have no measures yet
   std::map<std::string, AddressMeasure> addresses_;  // by SenderOf
 };
 

@@ -23,6 +23,7 @@ Status MapperOptions::Check() const {
       .Part("local_bundle", local_bundle.Check())
       .Part("global_bundle", global_bundle.Check())
       .Part("filter", filter.Check())
+      .Part("strays", strays.Check())
       .AtLeast("common_points_min", common_points_min, 3)
       .Above("merge_error_px_max", merge_error_px_max, 0)
       .AtLeast("founding_views_max", founding_views_max, 3)

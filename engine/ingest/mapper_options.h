@@ -10,6 +10,7 @@
 #include "engine/mapping/neighbor_agreement.h"
 #include "engine/mapping/point_filter.h"
 #include "engine/mapping/resection.h"
+#include "engine/mapping/stray_points.h"
 #include "engine/mapping/view_alignment.h"
 #include "storage/base/status.h"
 
@@ -64,6 +65,7 @@ struct MapperOptions {
   BundleOptions local_bundle = {.iterations_max = 4, .function_tolerance = 1e-4};
   BundleOptions global_bundle = {.iterations_max = 15, .function_tolerance = 1e-4};
   PointFilterOptions filter;
+  StrayOptions strays;
 
   // How reconstructions are merged (merging.h) and founded (reconstruction_start.h).
 

@@ -168,6 +168,11 @@ Result<Healing> AdjustRegion(const MappingContext& context, const Region& region
   }
   if (!healing.empty() && !images.empty())
     VEDUTA_RETURN_IF_ERROR(GrowAndAdjust(context, images, region.known));
+  // Only what stays together: where two places were taken for one, points of two views are what
+  // speaks against it.
+  if (healing.empty() &&
+      RemoveStrayPoints(context.map, images, context.options.strays, context.pool) > 0)
+    VEDUTA_RETURN_IF_ERROR(Adjust(context, images));
   HealUnsupported(context, region.images.size() == region.known.size(), &images, &healing);
   return healing;
 }

@@ -27,12 +27,13 @@ struct PoseCovariance {
 // and J the Jacobian by pose and points. The covariance is
 //   K s^2 / m (sum of w^2 J' J)^-1,       s^2 = sum of |psi|^2 / (n - p),   m = mean of w^2,
 //   K = 1 + p / n var(w^2) / m^2,         n numbers observed, p numbers estimated
-// where all points weigh the same (Huber, Robust Statistics, 1981, equation 6.6 of chapter 7): w^2 is the second derivative of the
-// loss, averaged over the directions of the error. Of the inverse it takes the pose's part, by the
-// Schur complement S of each point. With points that weigh u, A^-1 B A^-1 takes the place of the
-// inverse, with A = sum of u S and B = sum of u^2 S: a point counts for less, but no less exact. On synthetic scenes with noise of 0.3 to 0.7 px along each axis
-// the true deviations are 0.94 to 1.16 times those told; of 1 px, 1.13 to 1.39 times
-// (tests/engine/mapping/pose_covariance_test.cc, with 3, 5 and 10 cameras).
+// where all points weigh the same (Huber, Robust Statistics, 1981, equation 6.6 of chapter 7):
+// w^2 is the second derivative of the loss, averaged over the directions of the error. Of the
+// inverse it takes the pose's part, by the Schur complement S of each point. With points that
+// weigh u, A^-1 B A^-1 takes the place of the inverse, with A = sum of u S and B = sum of u^2 S:
+// a point counts for less, but no less exact. On synthetic scenes with noise of 0.3 to 0.7 px
+// along each axis the true deviations are 0.94 to 1.16 times those told; of 1 px, 1.13 to 1.39
+// times (tests/engine/mapping/pose_covariance_test.cc, with 3, 5 and 10 cameras).
 //
 // Nothing where the observations do not determine the pose, or leave no redundancy to estimate s
 // from. O(observations). Deterministic.

@@ -77,9 +77,9 @@ BundleProblem ProblemOf(const CityMap& map, ImageId view, std::span<const PointI
 double DeviationShare(const CityMap& map, ImageId view) {
   const std::vector<PointId> points = map.PointsSeenBy({&view, 1});
   if (points.empty()) return kUndetermined;
-  // What the view sees is asked here, not what adjustment makes of it: each point counts alike. With
-  // its weights more poses were refused, and of 72 orders of a street 49 ended in one reconstruction
-  // where it is 56.
+  // What the view sees is asked here, not what adjustment makes of it: each point counts alike.
+  // With its weights more poses were refused, and of 72 orders of a street 49 ended in one
+  // reconstruction where it is 56.
   const BundleOptions alike{.two_view_weight = 1};
   const auto found = CovarianceOfPose(ProblemOf(map, view, points), alike);
   if (!found || !(found->error_px > 0)) return kUndetermined;
