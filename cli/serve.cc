@@ -201,6 +201,15 @@ int Serve(const ServeArguments& arguments) {
   return ServeBoth(&service, door, arguments, &teller, stop.token());
 }
 
+void AddDenseOptions(CLI::App* command, DenseKeeping* dense) {
+  command->add_flag("--dense", dense->is_wanted,
+                    "Keep depth maps and surfaces up to date while photos come");
+  command->add_option("--dense-size", dense->request.options.depth_side_px,
+                      "Longer side of depth maps in px, as of `veduta densify --size`");
+  command->add_option("--device", dense->request.device,
+                      "The device of the dense pass, as of `veduta densify`");
+}
+
 }  // namespace
 
 void RegisterServe(CLI::App* app, int* exit_code) {
@@ -239,12 +248,7 @@ void RegisterServe(CLI::App* app, int* exit_code) {
                    "Seconds after which a photo that arrives in parts, and comes no further, is "
                    "given up")
       ->capture_default_str();
-  command->add_flag("--dense", arguments->service.dense.is_wanted,
-                    "Keep depth maps and surfaces up to date while photos come");
-  command->add_option("--dense-size", arguments->service.dense.request.options.depth_side_px,
-                      "Longer side of depth maps in px, as of `veduta densify --size`");
-  command->add_option("--device", arguments->service.dense.request.device,
-                      "The device of the dense pass, as of `veduta densify`");
+  AddDenseOptions(command, &arguments->service.dense);
   AddDecodersOption(command, &arguments->decoders);
   AddDoublesOption(command, &arguments->doubles);
   command

@@ -120,8 +120,7 @@ Result<Ticket> Engine::Resume(uint64_t upload, AnswerCallback answered) {
     return Status::AlreadyExists("upload " + std::to_string(upload) + " is in line already");
   const std::shared_ptr<const Snapshot> snapshot = parts.database->GetSnapshot();
   VEDUTA_ASSIGN_OR_RETURN(const UploadRecord record, snapshot->GetUpload(upload));
-  VEDUTA_ASSIGN_OR_RETURN(const std::optional<ImageRecord> image,
-                          FindImageOf(*snapshot, record));
+  VEDUTA_ASSIGN_OR_RETURN(const std::optional<ImageRecord> image, FindImageOf(*snapshot, record));
   if (image) {
     VEDUTA_ASSIGN_OR_RETURN(AddOutcome outcome, OutcomeOf(*snapshot, *image, record));
     const std::optional<ContributedPhoto> fate =

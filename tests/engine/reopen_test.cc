@@ -39,8 +39,7 @@ TEST(Reopen, GoesOnAfterAFailedWriteWithoutWaitingForReaders) {
   EXPECT_OK(city.engine().Ask().Status()) << "reading goes on";
 
   ASSERT_OK(city.engine().Reopen());
-  EXPECT_EQ(before.Status().status().code(), StatusCode::kBusy)
-      << "the files under it were closed";
+  EXPECT_EQ(before.Status().status().code(), StatusCode::kBusy) << "the files under it were closed";
   const auto status = city.engine().Ask().Status();
   ASSERT_OK(status);
   EXPECT_GE(status->images, first.size());
