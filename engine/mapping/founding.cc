@@ -155,7 +155,11 @@ bool AdjustTriple(CityMap* map, const FoundingOptions& options) {
   for (int round = 0; round < 2; ++round) {
     const std::vector<PointId> points = map->PointsSeenBy(ids);
     if (points.size() < options.common_points_min) return false;
-    const auto summary = AdjustBundle(map, ids, points, options.bundle, nullptr);
+    // Most of what three views see, two of them see: each point counts alike here, as it does where
+    // these poses are asked how sure they are.
+    BundleOptions alike = options.bundle;
+    alike.two_view_weight = 1;
+    const auto summary = AdjustBundle(map, ids, points, alike, nullptr);
     if (!summary.ok() || (round == 1 && summary->final_rms_px > options.rms_px_max)) return false;
     FilterPoints(map, points, options.filter);
   }
