@@ -14,7 +14,9 @@ void AddDoublesOption(CLI::App* command, Doubles* doubles) {
                    "Photos that are stored once already, resized or encoded anew: keep, as any "
                    "other, refuse, as duplicates, or better: the larger one is kept as the photo "
                    "(default: keep)")
-      ->transform(CLI::CheckedTransformer(kWords));
+      // Its own description would show the numbers of the words, as characters.
+      ->transform(CLI::CheckedTransformer(kWords).description("{keep,refuse,better}"))
+      ->type_name("TEXT");
 }
 
 }  // namespace veduta
