@@ -10,13 +10,11 @@ void AddDoublesOption(CLI::App* command, Doubles* doubles) {
   static const std::map<std::string, Doubles> kWords = {
       {"keep", Doubles::kKeep}, {"refuse", Doubles::kRefuse}, {"better", Doubles::kBetter}};
   command
-      ->add_option("--doubles", *doubles,
-                   "Photos that are stored once already, resized or encoded anew: keep, as any "
-                   "other, refuse, as duplicates, or better: the larger one is kept as the photo "
-                   "(default: keep)")
-      // Its own description would show the numbers of the words, as characters.
-      ->transform(CLI::CheckedTransformer(kWords).description("{keep,refuse,better}"))
-      ->type_name("TEXT");
+      ->add_option_function<std::string>(
+          "--doubles", [doubles](const std::string& word) { *doubles = kWords.at(word); },
+          "Photos that are stored once already, resized or encoded anew: keep, as any other, "
+          "refuse, as duplicates, or better: the larger one is kept as the photo (default: keep)")
+      ->check(CLI::IsMember({"keep", "refuse", "better"}));
 }
 
 }  // namespace veduta

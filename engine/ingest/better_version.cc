@@ -3,6 +3,7 @@
 
 #include <algorithm>
 
+#include "engine/camera/private_areas.h"
 #include "engine/ingest/counterparts.h"
 #include "engine/ingest/local_unplacing.h"
 #include "engine/ingest/retries.h"
@@ -119,6 +120,14 @@ Status AppendTries(const IngestParts& parts, const Snapshot& snapshot, ImageId i
 bool IsLarger(const ImageRecord& record, const ImageRecord& stored) {
   return uint64_t{record.width_px} * record.height_px >
          uint64_t{stored.width_px} * stored.height_px;
+}
+
+Result<bool> ShowsWhatIsFilled(const Snapshot& snapshot, const ImageRecord& record,
+                               const ImageRecord& stored) {
+  VEDUTA_ASSIGN_OR_RETURN(const StoredBytes before, snapshot.GetPhoto(stored.photo));
+  if (ReadPrivateAreas(before.bytes()).empty()) return false;
+  VEDUTA_ASSIGN_OR_RETURN(const StoredBytes after, snapshot.GetPhoto(record.photo));
+  return ReadPrivateAreas(after.bytes()).empty();
 }
 
 Result<bool> TakeBetterVersion(const IngestParts& parts, const ImageRecord& stored,

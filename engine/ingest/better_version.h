@@ -25,6 +25,11 @@ struct BetterVersion {
 // Whether it has more pixels.
 bool IsLarger(const ImageRecord& record, const ImageRecord& stored);
 
+// Whether private areas are filled in the stored photo, and none are in the larger copy, which would
+// show them. Reads both photos.
+Result<bool> ShowsWhatIsFilled(const Snapshot& snapshot, const ImageRecord& record,
+                               const ImageRecord& stored);
+
 // The image keeps its number, its names, its contributor, its pose and what is known about it; its
 // bytes, its size, its camera, its features and its pairs are those of `better` from now on. Each
 // of its points is seen by the feature that lies at the same place of the picture; a point that has

@@ -215,6 +215,12 @@ Result<AddOutcome> Ingest::AnswerDouble(const StoredDouble& stored, const Prepar
                                         const ComparedPhoto& compared, WriteScope scope) {
   AddOutcome outcome = DoubleOf(stored, photo);
   if (doubles_ != Doubles::kBetter || !IsLarger(record, stored.image)) return outcome;
+  VEDUTA_ASSIGN_OR_RETURN(const bool shows_private,
+                          ShowsWhatIsFilled(*scope.base, record, stored.image));
+  if (shows_private) {
+    outcome.detail += ", which stays, for private areas are filled in it and not in this one";
+    return outcome;
+  }
   VEDUTA_ASSIGN_OR_RETURN(DatabaseState state, scope.base->GetState());
   VEDUTA_ASSIGN_OR_RETURN(outcome.camera, PutCameraIfNew(camera, scope, &state, &record));
   const BetterVersion better{record,         camera.model,   compared.features,

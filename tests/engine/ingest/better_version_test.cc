@@ -12,6 +12,7 @@
 #include <opencv2/imgproc.hpp>
 
 #include "engine/camera/photo_decoder.h"
+#include "engine/camera/private_areas.h"
 #include "tests/engine/street_fixture.h"
 
 namespace veduta {
@@ -214,6 +215,28 @@ TEST(BetterVersion, ItMayHaveTheNameOfTheSmallerOneAndNoOther) {
   const AddOutcome taken = city.Add(photo.name, photo.jpeg, "street", "anna");
   EXPECT_TRUE(taken.replaced) << taken.detail;
   EXPECT_EQ(taken.id, ImageId(3));
+  city.ExpectSound();
+}
+
+TEST(BetterVersion, WhatIsFilledIsNotShownByALargerCopy) {
+  BetterCity city(2, 0);
+  const TakenPhoto& photo = TakePhoto(Walk(2, 0.8, kPhotos)[0]);
+  const std::vector<PixelArea> areas = {{1, 1, 6, 4}};
+  std::vector<uint8_t> filled = Halved(photo.jpeg);
+  const std::vector<uint8_t> segment = PrivateAreasSegment(areas);
+  filled.insert(filled.begin() + 2, segment.begin(), segment.end());
+  ASSERT_EQ(ReadPrivateAreas(filled), areas);
+  EXPECT_FALSE(city.Add(photo.name, filled, "half", "anna").duplicate);
+  const std::string digest = city.Digest();
+  const AddOutcome shown = city.AddWhole(0);
+  EXPECT_TRUE(shown.duplicate);
+  EXPECT_FALSE(shown.replaced);
+  EXPECT_NE(shown.detail.find("private areas"), std::string::npos) << shown.detail;
+  EXPECT_EQ(city.Digest(), digest);
+  // A larger copy in which they are filled, too, may take its place.
+  std::vector<uint8_t> whole = photo.jpeg;
+  whole.insert(whole.begin() + 2, segment.begin(), segment.end());
+  EXPECT_TRUE(city.Add("whole", whole, "street", "bea").replaced);
   city.ExpectSound();
 }
 
