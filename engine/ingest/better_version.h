@@ -25,8 +25,8 @@ struct BetterVersion {
 // Whether it has more pixels.
 bool IsLarger(const ImageRecord& record, const ImageRecord& stored);
 
-// Whether private areas are filled in the stored photo, and none are in the larger copy, which would
-// show them. Reads both photos.
+// Whether private areas are filled in the stored photo, and none are in the larger copy, which
+// would show them. Reads both photos.
 Result<bool> ShowsWhatIsFilled(const Snapshot& snapshot, const ImageRecord& record,
                                const ImageRecord& stored);
 

@@ -23,10 +23,11 @@ struct StrayOptions {
   uint32_t surrounding_min = 4;
   // > 0. A point strays if it is so much farther than the farthest of them, or nearer than the
   // nearest, as a share of that depth. All three chosen by hand, this one on orders of castle-P19
-  // while points of two views counted in adjustment as any other (BundleOptions): their means were 31 mm in the median without, 26 with 0.35, 25 where a tenth beyond was enough.
-  // But of 29 photos of a walk in Lund 21 stand in one reconstruction with 0.35, and 11 with that
-  // tenth: along a street, what two views see through gaps is far behind all around it. And with
-  // 0.2 and less before and beyond, a wrong merge of castle-P19 that a test forces was not split.
+  // while points of two views counted in adjustment as any other (BundleOptions): their means
+  // were 31 mm in the median without, 26 with 0.35, 25 where a tenth beyond was enough. But of 29
+  // photos of a walk in Lund 21 stand in one reconstruction with 0.35, and 11 with that tenth:
+  // along a street, what two views see through gaps is far behind all around it. And with 0.2 and
+  // less before and beyond, a wrong merge of castle-P19 that a test forces was not split.
   double depth_share_max = 0.35;
 
   Status Check() const;
