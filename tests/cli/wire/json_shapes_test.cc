@@ -296,7 +296,8 @@ TEST(Added, Outcome) {
       JsonLine(ToJson(outcome)),
       R"({"image":"a.jpg","id":8,"verdict":"merged","reason":")" +
           ReasonSentence(outcome.reason, "1 and 2") +
-          R"(","reconstruction":1,"camera":null,"neighbors":5,"inliers":77,"pairs_tried":24,)"
+          R"(","replaced":false,"reconstruction":1,"camera":null,)"
+          R"("neighbors":5,"inliers":77,"pairs_tried":24,)"
           R"("propagated":[2,4],"unplaced":[{"id":3,"why":"it contradicts"}],"split_off":[6],)"
           R"("damaged":[],"ms":{"decode":1.0,"undistort":2.0,"features":3.0,)"
           R"("retrieve":4.0,"match":5.0,"verify":6.0,"map":7.0,"adjust":8.0,"commit":9.0,)"
