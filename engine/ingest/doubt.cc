@@ -280,6 +280,7 @@ Status DoubtOptions::Check() const {
       .Between("mixed_missing_share_max", mixed_missing_share_max, 0, 1)
       .AtLeast("mixed_pairs_min", mixed_pairs_min, 1)
       .Between("mixed_within_share_max", mixed_within_share_max, 0, 1)
+      .Above("mixed_agreeing_share_max", mixed_agreeing_share_max, 0)
       .AtLeast("seam_mixed_pairs_min", seam_mixed_pairs_min, 1)
       .Between("seam_mixed_share_max", seam_mixed_share_max, 0, 1)
       .AtLeast("seam_pairs_min", seam_pairs_min, 1)

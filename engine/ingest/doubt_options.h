@@ -58,6 +58,12 @@ struct DoubtOptions {
   double mixed_missing_share_max = 0.04;
   uint32_t mixed_pairs_min = 6;
   double mixed_within_share_max = 0.25;
+  // > 0. And so many pairs contradict each other, over the verified pairs that agree across. In
+  // three orders of a street without twins 3 to 10 % did where the pictures would have parted it
+  // (15 % at most where the part was of four images and more), so that 36 of its 78 images were
+  // parted and joined again with each photo. Of four orders of two loops with twin facades at their
+  // ends it was 17 % and more.
+  double mixed_agreeing_share_max = 0.16;
   // >= 1, and [0, 1]. So many pairs of images across a seam, and a larger share of all, must not
   // show two places. Of merges that nothing else refused 0 to 1 did on castle-P19 and a loop, and
   // 16 to 20 (20 to 29 %) where they took one twin facade for the other.

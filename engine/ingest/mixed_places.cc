@@ -88,6 +88,16 @@ bool AreTwo(std::span<const WeightedTie> contradictions, const std::vector<bool>
          static_cast<double>(within) <= within_max;
 }
 
+// Whether so many verified pairs agree across that the contradictions are what any large place has.
+bool IsHeldTogether(std::span<const WeightedTie> contradictions,
+                    std::span<const WeightedTie> agreements, const std::vector<bool>& sides,
+                    const DoubtOptions& options) {
+  const auto across = [&](const WeightedTie& tie) { return sides[tie.a] != sides[tie.b]; };
+  return static_cast<double>(std::ranges::count_if(contradictions, across)) <=
+         options.mixed_agreeing_share_max *
+             static_cast<double>(std::ranges::count_if(agreements, across));
+}
+
 Result<std::vector<ImageId>> ListMembers(const Snapshot& snapshot, ReconstructionId id) {
   std::vector<ImageId> members;
   VEDUTA_RETURN_IF_ERROR(snapshot.ScanPoses([&](const PoseRecord& pose) {
@@ -135,6 +145,8 @@ Result<std::vector<ImageId>> FindOtherPlaceBy(const MappingContext& context,
   VEDUTA_ASSIGN_OR_RETURN(const std::vector<WeightedTie> agreements,
                           ListAgreements(snapshot, members, contradictions));
   const std::vector<bool> sides = PartInTwo(members.size(), contradictions, agreements);
+  if (IsHeldTogether(contradictions, agreements, sides, context.options.doubt))
+    return std::vector<ImageId>();
   const auto of_first = static_cast<size_t>(std::ranges::count(sides, sides.front()));
   const bool part_is_of_first = 2 * of_first < members.size();
   std::vector<ImageId> part;
