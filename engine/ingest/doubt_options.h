@@ -58,8 +58,9 @@ struct DoubtOptions {
   double mixed_missing_share_max = 0.04;
   uint32_t mixed_pairs_min = 6;
   double mixed_within_share_max = 0.25;
-  // > 0. And so many pairs contradict each other, over the verified pairs that agree across. In
-  // three orders of a street without twins 3 to 10 % did where the pictures would have parted it
+  // > 0. The pairs that contradict each other across must be a larger share than this of the
+  // verified pairs that agree across: a few contradict each other in any large place. In three
+  // orders of a street without twins 3 to 10 % did where the pictures would have parted it
   // (15 % at most where the part was of four images and more), so that 36 of its 78 images were
   // parted and joined again with each photo. Of four orders of two loops with twin facades at their
   // ends it was 17 % and more.
