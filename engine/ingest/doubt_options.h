@@ -59,11 +59,10 @@ struct DoubtOptions {
   uint32_t mixed_pairs_min = 6;
   double mixed_within_share_max = 0.25;
   // > 0. The pairs that contradict each other across must be a larger share than this of the
-  // verified pairs that agree across: a few contradict each other in any large place. In three
-  // orders of a street without twins 3 to 10 % did where the pictures would have parted it
-  // (15 % at most where the part was of four images and more), so that 36 of its 78 images were
-  // parted and joined again with each photo. Of four orders of two loops with twin facades at their
-  // ends it was 17 % and more.
+  // verified pairs that agree across: a few contradict each other in any large place. In two orders
+  // of a street without twins it was 2 to 15 % where the pictures would have parted it (once 39 %,
+  // for a part of three images), so that 36 of its 78 images were parted and joined again with each
+  // photo. Of four orders of two loops with twin facades at their ends it was 17 % and more.
   double mixed_agreeing_share_max = 0.16;
   // >= 1, and [0, 1]. So many pairs of images across a seam, and a larger share of all, must not
   // show two places. Of merges that nothing else refused 0 to 1 did on castle-P19 and a loop, and

@@ -70,56 +70,45 @@ TEST(MixedPlaces, AnImageOrTwoAreNoPlace) {
   EXPECT_TRUE(Find(&scene, asked).empty());
 }
 
-// 12 cameras of each of two places, of which five each are asked.
-struct AskedFew {
-  SceneOptions options = kTwoSides;
-  std::vector<uint32_t> first, second;
-  std::vector<ImageId> asked, others;
+// The images of cameras [begin, end).
+std::vector<ImageId> ImagesOf(uint32_t begin, uint32_t end) {
+  std::vector<ImageId> images;
+  for (uint32_t k = begin; k < end; ++k) images.push_back(ImageId(k + 1));
+  return images;
+}
 
-  AskedFew() {
-    options.camera_count = 24;
-    for (uint32_t k = 0; k < 24; ++k) {
-      (k < 12 ? first : second).push_back(k);
-      if (k >= 12) others.push_back(ImageId(k + 1));
-      if (k % 12 < 5) asked.push_back(ImageId(k + 1));
-    }
-  }
-  void AddTo(SceneDatabase* scene) const {
-    scene->AddImages(0, 24);
-    Sim3 over;
-    over.translation.x() = -options.beside;
-    AddOverlaid(scene, first, second, over);
-  }
-};
+// So many cameras, the second half of which is laid over the first one.
+SceneOptions HalvesOf(uint32_t count) {
+  SceneOptions options = kTwoSides;
+  options.camera_count = count;
+  return options;
+}
+void AddHalves(SceneDatabase* scene, uint32_t count) {
+  scene->AddImages(0, count);
+  std::vector<uint32_t> halves[2];
+  for (uint32_t k = 0; k < count; ++k) halves[2 * k < count ? 0 : 1].push_back(k);
+  Sim3 over;
+  over.translation.x() = -kTwoSides.beside;
+  AddOverlaid(scene, halves[0], halves[1], over);
+}
 
 TEST(MixedPlaces, PairsThatAgreeHoldAPlaceTogether) {
-  const AskedFew few;
-  SceneDatabase scene(few.options);
-  few.AddTo(&scene);
-  EXPECT_EQ(Find(&scene, few.asked), few.others);
+  SceneDatabase scene(HalvesOf(24));
+  AddHalves(&scene, 24);
+  std::vector<ImageId> asked = ImagesOf(0, 5);
+  for (const ImageId id : ImagesOf(12, 17)) asked.push_back(id);
+  EXPECT_EQ(Find(&scene, asked), ImagesOf(12, 24));
   // Between images of which one was not asked, pairs agree across.
   DoubtOptions wide;
   wide.mixed_agreeing_share_max = 0.5;
-  EXPECT_TRUE(Find(&scene, few.asked, wide).empty());
+  EXPECT_TRUE(Find(&scene, asked, wide).empty());
 }
 
 TEST(MixedPlaces, MoreThanAreComparedAtOnceAreAskedInGroups) {
-  SceneOptions many = kTwoSides;
-  many.camera_count = 72;
-  SceneDatabase scene(many);
-  scene.AddImages(0, 72);
-  std::vector<uint32_t> first, second;
-  std::vector<ImageId> all, others;
-  for (uint32_t k = 0; k < 72; ++k) {
-    (k < 36 ? first : second).push_back(k);
-    all.push_back(ImageId(k + 1));
-    if (k >= 36) others.push_back(ImageId(k + 1));
-  }
-  Sim3 over;
-  over.translation.x() = -many.beside;
-  AddOverlaid(&scene, first, second, over);
-  EXPECT_EQ(Find(&scene, all), others);
-  EXPECT_TRUE(Find(&scene, others).empty());
+  SceneDatabase scene(HalvesOf(72));
+  AddHalves(&scene, 72);
+  EXPECT_EQ(Find(&scene, ImagesOf(0, 72)), ImagesOf(36, 72));
+  EXPECT_TRUE(Find(&scene, ImagesOf(36, 72)).empty());
 }
 
 }  // namespace
