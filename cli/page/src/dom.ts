@@ -53,12 +53,29 @@ export function sayAgain(): void {
   }
 }
 
-// Replaces the children of a list and gives the focus back to the node with the same data-key.
-export function refill(parent: HTMLElement, children: Node[]): void {
+const keyOf = (node: Element) =>
+  node.querySelector<HTMLElement>("[data-key]")?.dataset.key ?? "";
+
+// Makes `children` the children of a list. One that is as before stays the node that it was, so that
+// a click that has begun on it is not lost: what a button does must follow from what is seen of it
+// and from its data-key. The focus goes to the node with the same data-key.
+export function refill(parent: HTMLElement, children: Element[]): void {
   const active = document.activeElement;
   const held = active instanceof HTMLElement && parent.contains(active) ? active.dataset.key : null;
-  parent.replaceChildren(...children);
-  if (!held) return;
+  const before = new Map([...parent.children].map((node) => [keyOf(node), node]));
+  const wanted = children.map((node) => {
+    const key = keyOf(node);
+    const old = key === "" ? null : before.get(key);
+    return old?.isEqualNode(node) ? old : node;
+  });
+  const stays = new Set(wanted);
+  for (const node of [...parent.children]) if (!stays.has(node)) node.remove();
+  let at = parent.firstElementChild;
+  for (const node of wanted) {
+    if (node === at) at = at.nextElementSibling;
+    else parent.insertBefore(node, at);
+  }
+  if (!held || document.activeElement === active) return;
   const heir = parent.querySelector<HTMLElement>(`[data-key="${CSS.escape(held)}"]`);
   heir?.focus({ preventScroll: true });
 }

@@ -185,6 +185,27 @@ async function testSearch() {
     input.value = "";
     input.dispatchEvent(new Event("input"));
   });
+
+  begin("a row that did not change stays under the pointer while the list is filled anew");
+  const rows = await page.evaluate((name) => {
+    const list = () => [...document.querySelectorAll("#panel-photos .rows > li")];
+    const before = list();
+    const fill = (words) => {
+      document.querySelector("#search").value = words;
+      document.querySelector("#search").dispatchEvent(new Event("input"));
+      return list();
+    };
+    const again = fill("");
+    const found = fill(name);
+    const all = fill("");
+    return {
+      isSame: again.every((node, i) => node === before[i]),
+      isFound: found.length === 1 && before.includes(found[0]),
+      names: [before, again, all].map((nodes) => nodes.map((node) => node.textContent).join()),
+    };
+  }, image);
+  assert.ok(rows.isSame && rows.isFound, "rows were built anew");
+  assert.equal(new Set(rows.names).size, 1, "the order of the rows changed");
 }
 
 async function testUpload() {
