@@ -149,6 +149,32 @@ Status HideAgain(const HealingWork& healing, Engine* engine,
   return Status::Ok();
 }
 
+// Seals the originals of photos with filled areas anew. Where one is lost, its photo stays.
+Status SealAgain(const HealingWork& healing, Database* database,
+                 std::vector<RepairNotes::Finding>* unkept) {
+  for (const auto& [id, image] : healing.images) {
+    const Result<StoredBytes> original = healing.from().GetOriginal(id);
+    if (original.status().code() == StatusCode::kNotFound) continue;
+    if (!original.ok() && !IsDamage(original.status())) return original.status();
+    if (!original.ok()) {
+      unkept->push_back({"what was sealed of " + PhotoText(image) + " cannot be read",
+                         "it is left out: the photo stays, with its areas filled"});
+      continue;
+    }
+    VEDUTA_ASSIGN_OR_RETURN(const std::optional<ImageId> stored,
+                            database->GetSnapshot()->FindImageByPhoto(image.photo));
+    if (!stored) {
+      unkept->push_back({"what was sealed of " + PhotoText(image) + " belongs to no photo any more",
+                         "it is left out, as the photo is"});
+      continue;
+    }
+    const auto transaction = database->BeginTransaction();
+    transaction->SealOriginal(*stored, original->bytes());
+    VEDUTA_RETURN_IF_ERROR(transaction->Commit());
+  }
+  return Status::Ok();
+}
+
 std::vector<PhotoToAdd> LoosePhotosOf(const HealingWork& healing) {
   std::vector<PhotoToAdd> photos;
   for (const LoosePhoto& loose : healing.notes.loose) {
@@ -185,6 +211,7 @@ Result<std::vector<RepairNotes::Finding>> RebuildFromPhotos(const HealingWork& h
   VEDUTA_RETURN_IF_ERROR(HideAgain(healing, engine, &unkept));
   VEDUTA_RETURN_IF_ERROR(AddLoosePhotos(healing, engine));
   Database* const database = EngineParts::Of(*engine).database.get();
+  VEDUTA_RETURN_IF_ERROR(SealAgain(healing, database, &unkept));
   RepairNotes told_already;
   VEDUTA_RETURN_IF_ERROR(HealUploads(healing.source, database, &told_already));
   VEDUTA_RETURN_IF_ERROR(KeepTokens(healing, database));

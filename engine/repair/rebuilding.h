@@ -17,8 +17,9 @@ Status AddLoosePhotos(const HealingWork& healing, Engine* engine);
 // images get new ids; the dense pass is left to the user. `healing` was run without a target. What
 // people have forbidden of photos is stated anew, under the same names, as soon as the photos are
 // there, so that all later ones are placed with it; what is about a photo that is lost goes with
-// the photo. Returns what else of it is not kept: merges, for the reconstructions that they name
-// are no more, and what is about a photo that is rejected now.
+// the photo. The originals of photos with filled areas are sealed anew. Returns what else is not
+// kept: merges that are forbidden, for the reconstructions that they name are no more, and what is
+// about a photo that is rejected now.
 Result<std::vector<RepairNotes::Finding>> RebuildFromPhotos(const HealingWork& healing,
                                                             Engine* engine);
 

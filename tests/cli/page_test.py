@@ -71,10 +71,14 @@ class Page(Case):
                 capture_output=True)
         self.assertEqual(done.returncode, 0, (done.stdout + done.stderr).decode())
         reports = ask('reports', db, '--all')
-        self.assertEqual([(one['reason'], one['text'], one['reporter'], one['state'])
+        # What was said of the photo is erased with it.
+        self.assertEqual([(one['reason'], one['text'], one['reporter'], one['state'], one['image'])
                           for one in reports],
-                         [('privacy', 'my <b>window</b>', 'viewer', 'hidden'),
-                          ('wrong', '', 'viewer', 'dismissed')])
+                         [('privacy', '', 'viewer', 'hidden', None),
+                          ('wrong', '', 'viewer', 'dismissed', reports[1]['image'])])
+        journal = [json.loads(line) for line in must('journal', db).splitlines()]
+        self.assertEqual([(one['actor'], "somebody's home" in one['detail']) for one in journal
+                          if one['action'] == 'remove'], [('curator', True)])
         self.assertEqual(must('hidden', db), '')
 
     def test_a_link_for_reading_opens_the_city(self):

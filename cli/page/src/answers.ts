@@ -137,6 +137,12 @@ export interface Me {
   role: "viewer" | "contributor" | "curator" | "admin" | null;
 }
 
+export interface Removal {
+  purged: boolean; // false: some file of the database may still have bytes of it
+  why_not: string | null;
+  copies: string[]; // backups and the like that may still hold it
+}
+
 export const REPORT_REASONS = ["privacy", "copyright", "offensive", "wrong", "other"] as const;
 export type ReportReason = (typeof REPORT_REASONS)[number];
 

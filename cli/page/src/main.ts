@@ -1,10 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 // Wires the page together.
-import { isPlaced, type JournalEntry, type Me, type PhotoDetails } from "./answers";
+import { isPlaced, type JournalEntry, type Me, type PhotoDetails, type Removal } from "./answers";
 import { Api, ConnectionLost, Problem } from "./api";
 import { City } from "./city";
 import { CityView } from "./city_view";
 import { el, sayAgain } from "./dom";
+import { EraseForm } from "./erase_form";
 import { followJournal } from "./events";
 import { LayerSwitch } from "./layer_switch";
 import { buildLayout } from "./layout";
@@ -59,6 +60,7 @@ const contribute = new ContributePanel(api, city, {
   onJudged: () => city.readSoon(),
 });
 const reportForm = new ReportForm((id, reason, text) => void report(id, reason, text));
+const eraseForm = new EraseForm((id, why) => void erase(id, why));
 const reports = new ReportsPanel(api, { select, setHidden, onError: tell });
 const photo = new PhotoPanel(api, city, {
   select,
@@ -66,6 +68,7 @@ const photo = new PhotoPanel(api, city, {
   fly: (details) => void fly(details),
   report: (id) => reportForm.ask(id),
   setHidden: (id, isHidden) => setHidden(id, isHidden).catch(tell),
+  erase: (id, name) => eraseForm.ask(id, name),
   close: () => deselect(),
 });
 const tabs = new Tabs([
@@ -77,7 +80,7 @@ const tabs = new Tabs([
   { name: "reports", words: "tab_reports", content: reports.element },
 ]);
 tabs.setShown("reports", false);
-document.body.append(reportForm.element);
+document.body.append(reportForm.element, eraseForm.element);
 const empty = el("p", { class: "view-note", words: "empty" });
 empty.hidden = true;
 const layers = new LayerSwitch((chosen) => {
@@ -206,6 +209,20 @@ async function report(id: number, reason: string, text: string): Promise<void> {
 async function setHidden(id: number, isHidden: boolean): Promise<void> {
   await api.send(isHidden ? "/v1/hidden" : "/v1/shown", { photos: [`#${id}`] });
   city.readSoon();
+}
+
+async function erase(id: number, why: string): Promise<void> {
+  status.tell(t("erasing"));
+  try {
+    const answer = await api.send<Removal>("/v1/removals", { photos: [`#${id}`], why });
+    if (selected === id) deselect();
+    const done = answer.purged ? t("erased") : t("erased_later", { why: answer.why_not ?? "" });
+    const copies = answer.copies.join(", ");
+    status.tell(copies === "" ? done : `${done} ${t("erased_copies", { copies })}`);
+    city.readSoon();
+  } catch (error) {
+    tell(error);
+  }
 }
 
 // Curators have one list more, and more buttons.

@@ -16,6 +16,7 @@ export interface PhotoActions {
   fly(details: PhotoDetails): void;
   report(id: number): void;
   setHidden(id: number, isHidden: boolean): Promise<void>;
+  erase(id: number, name: string): void;
   close(): void;
 }
 
@@ -25,7 +26,7 @@ export class PhotoPanel {
   private readonly contributions = new Map<number, Contribution>(); // that were read
   private picture: HTMLImageElement | null = null;
   private id: number | null = null;
-  isCurated = false; // whoever looks at it may hide it
+  isCurated = false; // whoever looks at it may hide and erase it
   private neighborRows = NEIGHBORS;
 
   constructor(
@@ -133,7 +134,7 @@ export class PhotoPanel {
     return parts;
   }
 
-  // Anybody may report a photo; curators hide it, and show it again.
+  // Anybody may report a photo; curators hide it, show it again, and erase it.
   private moderation(details: PhotoDetails): HTMLElement {
     const report = el("button", { words: "report" });
     report.dataset.key = "report";
@@ -148,7 +149,10 @@ export class PhotoPanel {
         hide.disabled = false;
       });
     });
-    buttons.append(hide);
+    const erase = el("button", { words: "erase_photo" });
+    erase.dataset.key = "erase";
+    erase.addEventListener("click", () => this.actions.erase(details.id, details.image));
+    buttons.append(hide, erase);
     return buttons;
   }
 

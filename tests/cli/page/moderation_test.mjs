@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Goal: whoever may read reports a photo by the keyboard; a curator sees the report, hides the photo
-//   and shows it again, and leaves another one as it is; others do not see what is hidden; axe-core
-//   finds nothing serious, in either language.
+// Goal: whoever may read reports a photo by the keyboard; a curator sees the report, hides the photo,
+//   shows it again and erases it, and leaves another one as it is; others do not see what is hidden;
+//   axe-core finds nothing serious, in either language.
 // Method: it drives Chromium, twice, to a daemon that asks for tokens.
 //
 //   node moderation_test.mjs BASE_URL VIEWER_TOKEN CURATOR_TOKEN OUT_FOLDER [CHROMIUM]
@@ -124,6 +124,21 @@ try {
   await desk.focus('.photo button[data-key="hide"]');
   await desk.keyboard.press("Enter");
   await waitForPhoto(page, first, true);
+
+  await tabTo(desk, '.photo button[data-key="erase"]');
+  await desk.keyboard.press("Enter");
+  await desk.waitForSelector("#erase-why", { visible: true });
+  await audit(desk, "the dialog of erasing");
+  await desk.screenshot({ path: join(outFolder, "erase.png") });
+  await tabTo(desk, "#erase-why");
+  await desk.keyboard.type("somebody's home");
+  await tabTo(desk, "dialog[open] button[type=submit]");
+  await desk.keyboard.press("Enter");
+  await desk.waitForFunction(() =>
+    document.querySelector("#status").textContent.includes("is erased"),
+  );
+  await browsing.waitForView(desk, "selected", "");
+  for (const one of [desk, page]) await waitForPhoto(one, first, false);
   for (const { complaints } of [readers, curators])
     assert.deepEqual(complaints, [], "the browser complained");
   console.log("passed");

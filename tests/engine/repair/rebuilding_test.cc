@@ -4,6 +4,9 @@
 // Method: the photos of a whole street database are added to a new one.
 #include "engine/repair/rebuilding.h"
 
+#include <algorithm>
+
+#include "engine/parts.h"
 #include "tests/engine/repair/damaged_city.h"
 
 namespace veduta {
@@ -123,6 +126,27 @@ TEST(Rebuilding, KeepsHiddenWhatWasHidden) {
   EXPECT_EQ(hidden->front().reason, "it shows a home");
   ASSERT_EQ(rebuilt.unkept.size(), 1u);
   EXPECT_EQ(rebuilt.unkept[0].damage, "1 reports of photos are stored");
+}
+
+TEST(Rebuilding, KeepsWhatIsSealed) {
+  const DamagedCity city;
+  const std::vector<uint8_t> original = SampleBytes(1, 500);
+  {
+    const auto database = Database::Open(city.path(), {});
+    ASSERT_OK(database);
+    const auto transaction = (*database)->BeginTransaction();
+    transaction->SealOriginal(ImageId(5), original);
+    ASSERT_OK(transaction->Commit());
+  }
+  const Rebuilt rebuilt(city);
+  EXPECT_TRUE(rebuilt.unkept.empty());
+  const auto image = rebuilt.engine->Ask().Image(NameOf(4));
+  ASSERT_OK(image);
+  const auto snapshot = EngineParts::Of(*rebuilt.engine).database->GetSnapshot();
+  const auto sealed = snapshot->GetOriginal(image->id);
+  ASSERT_OK(sealed);
+  EXPECT_TRUE(std::ranges::equal(sealed->bytes(), original));
+  EXPECT_EQ(*snapshot->FindImageByPhoto(HashContent(original)), image->id);
 }
 
 TEST(Rebuilding, KeepsTokensAndTellsOfSurveyedPoints) {
