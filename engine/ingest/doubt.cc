@@ -283,6 +283,7 @@ Status DoubtOptions::Check() const {
       .Above("mixed_agreeing_share_max", mixed_agreeing_share_max, 0)
       .AtLeast("seam_mixed_pairs_min", seam_mixed_pairs_min, 1)
       .Between("seam_mixed_share_max", seam_mixed_share_max, 0, 1)
+      .Between("body_mixed_share_max", body_mixed_share_max, 0, 1)
       .AtLeast("seam_pairs_min", seam_pairs_min, 1)
       .Above("seam_jackknife_share_max", seam_jackknife_share_max, 0)
       .AtLeast("pair_weight_max", pair_weight_max, 1)

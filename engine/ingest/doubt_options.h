@@ -69,6 +69,10 @@ struct DoubtOptions {
   // 16 to 20 (20 to 29 %) where they took one twin facade for the other.
   uint32_t seam_mixed_pairs_min = 4;
   double seam_mixed_share_max = 0.05;
+  // [0, 1]. That share for images that leave their place in a reconstruction as one body. Where
+  // bodies would have gone to a twin facade at the other end of a loop it was 37 to 80 %; where
+  // they went right on a street, and would have stood 1.5 m off otherwise, 0 to 7 %.
+  double body_mixed_share_max = 0.2;
   // >= 1. Verified pairs that must agree across a seam: one alone may be a repeated facade. Chosen
   // by hand; not measured.
   uint32_t seam_pairs_min = 2;

@@ -213,13 +213,18 @@ struct OtherPlace {
   std::vector<ImageId> images;  // ascending; empty where there is none
 };
 
-// Parts that are split off between two actions of people, at most: parting and merging in turn
-// would never end.
-constexpr size_t kSplitsMax = 4;
+// Parts that are split off between two actions of people, at most, and parts that have come back to
+// the reconstruction while the last fifth of the photos came: parting and merging in turn would
+// never end. Chosen by hand; not measured.
+constexpr size_t kSplitsMax = 4, kUndoneSplitsMax = 2;
 
-Result<bool> MaySplit(const Snapshot& base, uint64_t next_journal) {
-  VEDUTA_ASSIGN_OR_RETURN(const size_t splits, CountSplits(base, next_journal));
-  return splits < kSplitsMax;
+Result<bool> MaySplit(const Snapshot& base, const DatabaseState& state, ReconstructionId from) {
+  VEDUTA_ASSIGN_OR_RETURN(const size_t splits, CountSplits(base, state.next_journal));
+  if (splits >= kSplitsMax) return false;
+  VEDUTA_ASSIGN_OR_RETURN(
+      const size_t undone,
+      CountUndoneSplits(base, state.next_journal, state.retrievable_image_count / 5, from));
+  return undone < kUndoneSplitsMax;
 }
 
 // Whether one of the two sides of a seam that the pictures refute shows two places, as where photos
@@ -287,8 +292,10 @@ Result<Judgment> JudgeAnew(const IngestParts& parts, ReconstructionId a, Reconst
     VEDUTA_ASSIGN_OR_RETURN(
         const OtherPlace place,
         FindMixed({&loader, parts.map, parts.pool, parts.options.mapper}, side, refused));
-    VEDUTA_ASSIGN_OR_RETURN(const bool may_split, MaySplit(*scope.base, state.next_journal));
-    if (!place.images.empty() && may_split) {
+    VEDUTA_ASSIGN_OR_RETURN(const bool may_split, place.images.empty()
+                                                      ? Result<bool>(false)
+                                                      : MaySplit(*scope.base, state, place.in));
+    if (may_split) {
       VEDUTA_ASSIGN_OR_RETURN(judgment.taken_out, SplitOff(parts, place, std::move(scope), &state));
       return judgment;
     }

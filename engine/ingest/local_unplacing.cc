@@ -177,6 +177,24 @@ Result<size_t> CountSplits(const Snapshot& base, uint64_t next_journal) {
   return count;
 }
 
+Result<size_t> CountUndoneSplits(const Snapshot& base, uint64_t next_journal, uint32_t photos,
+                                 ReconstructionId into) {
+  std::vector<ReconstructionId> parts;
+  const auto note = [&](const JournalRecord& entry) {
+    if (entry.action == "split") parts.push_back(entry.reconstruction);
+  };
+  VEDUTA_RETURN_IF_ERROR(ScanWhatFollowed(base, next_journal, photos, note));
+  size_t count = 0;
+  for (ReconstructionId part : parts) {
+    do {
+      VEDUTA_ASSIGN_OR_RETURN(const ReconstructionRecord record, base.GetReconstruction(part));
+      part = record.merged_into;
+    } while (part.valid() && part != into);
+    if (part.valid()) ++count;
+  }
+  return count;
+}
+
 Status PostponeImages(const Snapshot& snapshot, std::span<const ImageId> images,
                       ReconstructionId from, const std::string& detail, DatabaseState* state,
                       Transaction* transaction) {

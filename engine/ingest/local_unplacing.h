@@ -41,6 +41,11 @@ Result<std::set<ImageId>> AlreadyDoubted(const Snapshot& base, uint64_t next_jou
 // How many parts were split off since then. O(the entries read).
 Result<size_t> CountSplits(const Snapshot& base, uint64_t next_journal);
 
+// How many parts that were split off have been merged into this reconstruction, over so many photos
+// that were added. O(the entries read).
+Result<size_t> CountUndoneSplits(const Snapshot& base, uint64_t next_journal, uint32_t photos,
+                                 ReconstructionId into);
+
 // Postpones images that have just lost their poses, with `detail` as the reason, and has them tried
 // again at once. The images must still be stored.
 Status PostponeImages(const Snapshot& snapshot, std::span<const ImageId> images,

@@ -6,6 +6,7 @@
 #include <set>
 #include <utility>
 
+#include "engine/ingest/seam.h"
 #include "engine/mapping/agreeing_growth.h"
 #include "engine/mapping/better_body.h"
 #include "engine/mapping/better_pose.h"
@@ -38,6 +39,46 @@ Result<std::vector<BodyPair>> ReadPairsAcross(const MappingContext& context, con
     }
   }
   return pairs;
+}
+
+// Where the body would meet the rest: the pairs that want it there, and their images.
+SeamArea FindSeamThere(const MappingContext& context, std::span<const BodyPair> pairs,
+                       const Sim3& here_from_there) {
+  SeamArea all;
+  std::set<ImageId> body, rest;
+  for (const BodyPair& pair : pairs) {
+    all.pairs.push_back({pair.image, pair.matches});
+    body.insert(pair.image);
+    rest.insert(pair.matches.other);
+  }
+  all.into.assign(body.begin(), body.end());
+  all.other.assign(rest.begin(), rest.end());
+  SeamArea seam;
+  seam.pairs = PairsFor(*context.map, all, here_from_there, context.options);
+  for (const ImageId id : SeamImages(seam.pairs))
+    (body.contains(id) ? seam.into : seam.other).push_back(id);
+  return seam;
+}
+
+// Whether the body would take a facade for its twin: the pictures of the body lack there what the
+// rest sees, or the other way round.
+bool IsAtTwin(const MappingContext& context, std::span<const BodyPair> pairs,
+              const Sim3& there_from_here) {
+  const Sim3 here_from_there = there_from_here.Inverse();
+  const SeamArea seam = FindSeamThere(context, pairs, here_from_there);
+  const DoubtOptions& doubt = context.options.doubt;
+  return AskPictures(*context.map, seam, here_from_there, context.options)
+      .LacksStructure(doubt, doubt.body_mixed_share_max);
+}
+
+// A body's place by the pairs with the rest that the pictures do not speak against.
+Result<std::optional<Sim3>> FindPlace(const MappingContext& context, const Region& region,
+                                      std::span<const ImageId> body) {
+  VEDUTA_ASSIGN_OR_RETURN(const std::vector<BodyPair> pairs,
+                          ReadPairsAcross(context, region, body));
+  std::optional<Sim3> better = FindBetterPlace(*context.map, body, pairs);
+  if (better && IsAtTwin(context, pairs, *better)) better.reset();
+  return better;
 }
 
 // The body's images and points leave the points that the rest sees, too. Tracks grow across anew by
@@ -130,9 +171,9 @@ Status ReconsiderBodies(const MappingContext& context, const Region& region) {
   std::vector<std::optional<Sim3>> better(bodies.size());
   std::vector<Status> read(bodies.size());
   context.pool->ParallelFor(bodies.size(), [&](size_t i) {
-    const Result<std::vector<BodyPair>> pairs = ReadPairsAcross(context, region, bodies[i]);
-    read[i] = pairs.status();
-    if (pairs.ok()) better[i] = FindBetterPlace(*map, bodies[i], *pairs);
+    const Result<std::optional<Sim3>> place = FindPlace(context, region, bodies[i]);
+    read[i] = place.status();
+    if (place.ok()) better[i] = *place;
   });
   for (const Status& status : read) VEDUTA_RETURN_IF_ERROR(status);
   std::set<ImageId> moved;
@@ -141,9 +182,7 @@ Status ReconsiderBodies(const MappingContext& context, const Region& region) {
     if (!better[i] || std::ranges::any_of(body, [&](ImageId id) { return moved.contains(id); }))
       continue;
     if (!moved.empty()) {  // its place was found before others moved: seek it again
-      VEDUTA_ASSIGN_OR_RETURN(const std::vector<BodyPair> pairs,
-                              ReadPairsAcross(context, region, body));
-      better[i] = FindBetterPlace(*map, body, pairs);
+      VEDUTA_ASSIGN_OR_RETURN(better[i], FindPlace(context, region, body));
       if (!better[i]) continue;
     }
     moved.insert(body.begin(), body.end());

@@ -294,6 +294,17 @@ Status AppendStored(MapLoader* loader, const CityMap& map, ImageId image, Recons
   return Status::Ok();
 }
 
+// The pairs that the similarity explains, or the others.
+std::vector<SeamPair> PairsThat(bool agree, const CityMap& map, const SeamArea& seam,
+                                const Sim3& into_from_other, const MapperOptions& options) {
+  const Sides sides(map, seam, into_from_other, options.agreement);
+  std::vector<SeamPair> pairs;
+  std::ranges::copy_if(seam.pairs, std::back_inserter(pairs), [&](const SeamPair& pair) {
+    return sides.Explain(pair, options.agreement) == agree;
+  });
+  return pairs;
+}
+
 std::string PlaceText(double jackknife_share) {
   if (!std::isfinite(jackknife_share)) return "without one photo nothing says where they meet";
   char text[100];
@@ -313,16 +324,20 @@ std::optional<RefusalReason> SeamEvidence::Refusal(const DoubtOptions& options) 
   if (static_cast<double>(contradicting_matches) >
       contradiction_share_max * static_cast<double>(agreeing_matches))
     return RefusalReason::kContradicted;
-  if ((visible.missing_cells >= options.missing_cells_min &&
-       visible.missing_share() > options.seam_missing_share_max) ||
-      (worst.missing_cells >= options.seam_view_missing_cells_min &&
-       worst.missing_share() > options.seam_view_missing_share_max) ||
-      (mixed_pairs >= options.seam_mixed_pairs_min &&
-       mixed_pairs > options.seam_mixed_share_max * compared_pairs))
+  if (LacksStructure(options, options.seam_mixed_share_max))
     return RefusalReason::kMissingStructure;
   if (jackknife_share && !(*jackknife_share <= options.seam_jackknife_share_max))
     return RefusalReason::kUndetermined;
   return std::nullopt;
+}
+
+bool SeamEvidence::LacksStructure(const DoubtOptions& options, double mixed_share_max) const {
+  return (visible.missing_cells >= options.missing_cells_min &&
+          visible.missing_share() > options.seam_missing_share_max) ||
+         (worst.missing_cells >= options.seam_view_missing_cells_min &&
+          worst.missing_share() > options.seam_view_missing_share_max) ||
+         (mixed_pairs >= options.seam_mixed_pairs_min &&
+          mixed_pairs > mixed_share_max * compared_pairs);
 }
 
 std::string SeamEvidence::Text() const {
@@ -423,14 +438,23 @@ SeamEvidence JudgeSeam(const CityMap& map, const SeamArea& seam, const Sim3& int
   return evidence;
 }
 
+SeamEvidence AskPictures(const CityMap& map, const SeamArea& seam, const Sim3& into_from_other,
+                         const MapperOptions& options) {
+  Sides sides(map, seam, into_from_other, options.agreement);
+  SeamEvidence evidence;
+  sides.CountVisible(options.doubt, &evidence);
+  sides.CountMixed(options.doubt, &evidence);
+  return evidence;
+}
+
+std::vector<SeamPair> PairsFor(const CityMap& map, const SeamArea& seam,
+                               const Sim3& into_from_other, const MapperOptions& options) {
+  return PairsThat(true, map, seam, into_from_other, options);
+}
+
 std::vector<SeamPair> PairsAgainst(const CityMap& map, const SeamArea& seam,
                                    const Sim3& into_from_other, const MapperOptions& options) {
-  const Sides sides(map, seam, into_from_other, options.agreement);
-  std::vector<SeamPair> against;
-  std::ranges::copy_if(seam.pairs, std::back_inserter(against), [&](const SeamPair& pair) {
-    return !sides.Explain(pair, options.agreement);
-  });
-  return against;
+  return PairsThat(false, map, seam, into_from_other, options);
 }
 
 std::vector<ImageId> SeamImages(std::span<const SeamPair> pairs) {

@@ -50,6 +50,9 @@ struct SeamEvidence {
   // Why the two are not believed to be one; nothing where they are.
   std::optional<RefusalReason> Refusal(const DoubtOptions& options) const;
   bool Holds(const DoubtOptions& options) const { return !Refusal(options); }
+  // Whether the pictures of one side lack what the other side sees, all in all, one of them, or a
+  // larger share than this of the pairs across.
+  bool LacksStructure(const DoubtOptions& options, double mixed_share_max) const;
   // "12 pairs agree, 3 contradict; 4 of 120 parts of the pictures lack ...".
   std::string Text() const;
 };
@@ -82,7 +85,13 @@ Sim3 RefineSeam(const CrossSightings& seen, const Sim3& into_from_other);
 SeamEvidence JudgeSeam(const CityMap& map, const SeamArea& seam, const Sim3& into_from_other,
                        const MapperOptions& options);
 
-// The pairs of the seam that a similarity does not explain. As JudgeSeam.
+// What the pictures alone say of the similarity. As JudgeSeam, which asks the pairs as well.
+SeamEvidence AskPictures(const CityMap& map, const SeamArea& seam, const Sim3& into_from_other,
+                         const MapperOptions& options);
+
+// The pairs of the seam that a similarity explains, and those that it does not. As JudgeSeam.
+std::vector<SeamPair> PairsFor(const CityMap& map, const SeamArea& seam,
+                               const Sim3& into_from_other, const MapperOptions& options);
 std::vector<SeamPair> PairsAgainst(const CityMap& map, const SeamArea& seam,
                                    const Sim3& into_from_other, const MapperOptions& options);
 

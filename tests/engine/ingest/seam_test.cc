@@ -101,13 +101,39 @@ TEST_F(Seam, OneThatIsShiftedByAWindowDoesNot) {
   EXPECT_NE(evidence.Text().find("0 pairs agree, 16 contradict"), std::string::npos);
 }
 
-TEST_F(Seam, PairsAreAgainstWhatDoesNotExplainThem) {
-  const auto against = [&](const Sim3& into_from_other) {
-    return PairsAgainst(work_->map, seam_, into_from_other, work_->options).size();
+TEST_F(Seam, PairsAreForWhatExplainsThemAndAgainstTheRest) {
+  const auto count = [&](auto pairs_that, const Sim3& into_from_other) {
+    return pairs_that(work_->map, seam_, into_from_other, work_->options).size();
   };
-  EXPECT_EQ(against(AnotherFrame()), 0u);
+  EXPECT_EQ(count(PairsAgainst, AnotherFrame()), 0u);
+  EXPECT_EQ(count(PairsFor, AnotherFrame()), seam_.pairs.size());
   const Sim3 shift{1, Eigen::Quaterniond::Identity(), {1, 0, 0}};
-  EXPECT_EQ(against(AnotherFrame() * shift), seam_.pairs.size());
+  EXPECT_EQ(count(PairsAgainst, AnotherFrame() * shift), seam_.pairs.size());
+  EXPECT_EQ(count(PairsFor, AnotherFrame() * shift), 0u);
+}
+
+TEST_F(Seam, PicturesSpeakAgainstWhatIsShiftedWhateverThePairsSay) {
+  const auto lacks = [&](double x) {
+    const Sim3 shift{1, Eigen::Quaterniond::Identity(), {x, 0, 0}};
+    return AskPictures(work_->map, seam_, AnotherFrame() * shift, work_->options)
+        .LacksStructure(work_->options.doubt, 0.5);
+  };
+  EXPECT_FALSE(lacks(0));
+  EXPECT_TRUE(lacks(1));
+  seam_.pairs.clear();
+  EXPECT_FALSE(lacks(0));
+  EXPECT_TRUE(lacks(1));
+  // Where nobody is asked, nobody speaks.
+  seam_.into.clear();
+  EXPECT_FALSE(lacks(1));
+}
+
+TEST(SeamEvidence, PairsThatAreMixedAreJudgedByTheirShare) {
+  SeamEvidence evidence;
+  evidence.compared_pairs = 100;
+  evidence.mixed_pairs = 10;
+  EXPECT_TRUE(evidence.LacksStructure({}, 0.05));
+  EXPECT_FALSE(evidence.LacksStructure({}, 0.2));
 }
 
 TEST_F(Seam, IsKnownTheBetterTheMoreIsSeenAcross) {
