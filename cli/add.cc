@@ -1,11 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 // veduta add DB [--camera NAME] PHOTO|FOLDER... [--list FILE] [--threads N] [--contributor WHO]
 // [--json] [--no-sync] [--decoders sandboxed|in-process] [--doubles keep|refuse|better]
+// [--blur PROGRAM]
 #include <algorithm>
 #include <map>
 #include <set>
 
 #include "cli/beside_daemon.h"
+#include "cli/blur.h"
 #include "cli/command.h"
 #include "cli/decoders.h"
 #include "cli/doubles.h"
@@ -26,6 +28,7 @@ struct AddArguments {
   uint32_t threads = 0;
   std::string decoders = kDecodersInProcess;
   Doubles doubles = Doubles::kKeep;
+  std::string blur_command;
   bool json = false, no_sync = false;
 };
 
@@ -138,6 +141,11 @@ Status CalibrateFirst(Engine* engine, std::span<PhotoSubmission> photos, std::st
 int Add(const AddArguments& arguments) {
   const StopOnSignal stop;
   if (auto daemon = DaemonClient::Connect(arguments.db)) {
+    if (!arguments.blur_command.empty())
+      return Fail(Status::InvalidArgument(
+          "a daemon serves " + arguments.db +
+          ", and what is private is filled as it was started: leave --blur out, or start it with "
+          "--blur"));
     const auto photos = Submissions(arguments);
     if (!photos.ok()) return Fail(photos.status());
     return AddBeside(&*daemon, *photos, arguments.json, stop.token());
@@ -147,6 +155,7 @@ int Add(const AddArguments& arguments) {
   options.sync = !arguments.no_sync;
   options.decoder_program = DecoderProgram(arguments.decoders);
   options.doubles = arguments.doubles;
+  options.blur_command = arguments.blur_command;
   const auto engine = OpenToWrite(arguments.db, options);
   if (!engine.ok()) return Fail(engine.status());
   auto submissions = Submissions(arguments);
@@ -193,6 +202,7 @@ void RegisterAdd(CLI::App* app, int* exit_code) {
   command->add_flag("--json", arguments->json, "One JSON object per photo");
   AddDecodersOption(command, &arguments->decoders);
   AddDoublesOption(command, &arguments->doubles);
+  AddBlurOption(command, &arguments->blur_command);
   command->add_flag("--no-sync", arguments->no_sync,
                     "Do not wait for the disk at each photo: a power cut may lose the last ones (a "
                     "crash does not)");

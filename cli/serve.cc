@@ -12,6 +12,7 @@
 #include <utility>
 #include <vector>
 
+#include "cli/blur.h"
 #include "cli/command.h"
 #include "cli/decoders.h"
 #include "cli/doubles.h"
@@ -251,11 +252,7 @@ void RegisterServe(CLI::App* app, int* exit_code) {
   AddDenseOptions(command, &arguments->service.dense);
   AddDecodersOption(command, &arguments->decoders);
   AddDoublesOption(command, &arguments->doubles);
-  command
-      ->add_option("--blur", arguments->blur_command,
-                   "A program that tells which areas of a photo are private, such as faces: they "
-                   "are filled before the photo is stored")
-      ->check(CLI::ExistingFile);
+  AddBlurOption(command, &arguments->blur_command);
   command
       ->add_option("--log", arguments->log_name,
                    "Lines on standard error for each request and each photo, or none")

@@ -78,6 +78,7 @@ void Write(const AddOutcome& outcome, rpc::Outcome::Builder message) {
   message.setNeighbors(outcome.neighbor_count);
   message.setInliers(outcome.inlier_count);
   message.setPairsTried(outcome.pairs_tried);
+  message.setReplaced(outcome.replaced);
 }
 
 void Write(const PlainPose& pose, ReconstructionId reconstruction, rpc::Pose::Builder message) {

@@ -165,6 +165,7 @@ struct Outcome {
   neighbors @6 :UInt32;       # photos whose matches with it were verified
   inliers @7 :UInt32;         # matches that agree with the pose, or with the best pair
   pairsTried @8 :UInt32;
+  replaced @9 :Bool;  # a duplicate of more pixels, whose bytes took the place of the stored ones
 }
 
 # x_camera = R(rotation) x_world + translation.

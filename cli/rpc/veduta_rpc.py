@@ -100,7 +100,7 @@ Message 1 1 ?0 unimplemented:Message@0?0 abort:Exception@0?1 call:Call@0?2 retur
 MessageTarget 1 1 ?2 importedCap:u32@0?0 promisedAnswer:PromisedAnswer@0?1
 Neighbor 3 1 id:u32@0 name:text@0 verdict:u16@2 matches:u32@2 score:f64@2
 Outcome 3 3 name:text@0 id:u32@0 verdict:u16@2 reason:text@1 reconstruction:u32@2 camera:text@2
-    neighbors:u32@3 inliers:u32@4 pairsTried:u32@5
+    neighbors:u32@3 inliers:u32@4 pairsTried:u32@5 replaced:bool@48
 Payload 0 2 content:any@0 capTable:[CapDescriptor]@1
 PhotoSink.write 11815648651148591353 0
 PhotoSink.write() 0 1 chunk:data@0

@@ -14,7 +14,7 @@ import os
 import shutil
 import time
 
-from city import Case, ask, at, main, must, new_database, photo, read, render, SIZE, write
+from city import Case, add, ask, at, main, must, new_database, photo, read, render, SIZE, write
 from daemon import Daemon
 
 WIDTH, HEIGHT = map(int, SIZE.split('x'))
@@ -124,6 +124,31 @@ class Blur(Case):
         answer = json.loads(must('remove', db, '02.jpg', '--json'))
         self.assertTrue(answer['purged'])
         self.assertFalse(is_there())
+        self.assertEqual(must('verify', db), 'sound\n')
+
+    def test_add_fills_what_is_private_as_well(self):
+        db, command, folder = new_database('by_add'), fixed('of_add'), at('to_add')
+        for number in NUMBERS:
+            write(os.path.join(folder, name_of(number)), photo(number))
+        code, lines, err = add(db, folder, '--blur', command)
+        self.assertEqual((code, len(lines)), (0, len(NUMBERS)), err)
+        self.assertEqual(len(read(command + '.seen').split()), len(NUMBERS))
+        self.assertNotEqual(ask('show', db, '01.jpg')['sha256'],
+                            hashlib.sha256(photo(1)).hexdigest())
+        self.assertEqual([line['verdict'] for line in add(db, folder)[1]],
+                         ['duplicate'] * len(NUMBERS))
+        # Without an answer nothing is stored.
+        silent = program('silent_of_add', 'exit 1')
+        write(at('one', 'new.jpg'), photo(1) + b'\0')
+        code, lines, _ = add(db, at('one'), '--blur', silent)
+        self.assertEqual((code, lines[0]['id']), (1, None), lines)
+        self.assertIn('exit code 1', lines[0]['reason'])
+        # The daemon alone says what is filled by it.
+        with Daemon(db):
+            code, _, err = add(db, at('one'), '--blur', command)
+            self.assertEqual(code, 1, err)
+            self.assertIn('leave --blur out', err)
+        self.assertEqual(ask('status', db)['images'], len(NUMBERS))
         self.assertEqual(must('verify', db), 'sound\n')
 
     def test_nothing_private_leaves_a_photo_as_it_came(self):

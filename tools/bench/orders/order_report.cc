@@ -30,8 +30,8 @@ OrdersSummary::Spread SpreadOf(std::vector<double> values) {
   return spread;
 }
 
-double PlacedShare(const OrderRun& run) {
-  return run.photos == 0 ? 0 : static_cast<double>(run.placed) / run.photos;
+double ShareOf(size_t count, const OrderRun& run) {
+  return run.photos == 0 ? 0 : static_cast<double>(count) / run.photos;
 }
 
 std::string GroupText(const GroupScore& group) {
@@ -77,7 +77,7 @@ double Badness(const ScoredRun& scored, const Limits& limits) {
 
 OrdersSummary Summarize(std::span<const ScoredRun> runs, const Limits& limits) {
   OrdersSummary summary;
-  std::vector<double> placed, count, mean, most, rotation, seconds;
+  std::vector<double> placed, told, count, mean, most, rotation, seconds;
   double worst = -1;
   for (const ScoredRun& scored : runs) {
     const bool has_failed = !scored.run.failure.empty();
@@ -88,7 +88,8 @@ OrdersSummary Summarize(std::span<const ScoredRun> runs, const Limits& limits) {
     summary.complete += scored.run.photos > 0 && scored.run.placed == scored.run.photos ? 1 : 0;
     if (Badness(scored, limits) > worst)
       worst = Badness(scored, limits), summary.worst = scored.run.label;
-    placed.push_back(PlacedShare(scored.run));
+    placed.push_back(ShareOf(scored.run.placed, scored.run));
+    told.push_back(ShareOf(scored.run.poses.size(), scored.run));
     if (!scored.score.all.is_fitted) continue;
     count.push_back(static_cast<double>(scored.score.reconstructions.size()));
     mean.push_back(scored.score.all.center_mean_m);
@@ -97,6 +98,7 @@ OrdersSummary Summarize(std::span<const ScoredRun> runs, const Limits& limits) {
     seconds.push_back(scored.run.seconds);
   }
   summary.placed_share = SpreadOf(std::move(placed));
+  summary.told_share = SpreadOf(std::move(told));
   summary.reconstructions = SpreadOf(std::move(count));
   summary.center_mean_m = SpreadOf(std::move(mean));
   summary.center_max_m = SpreadOf(std::move(most));
@@ -110,10 +112,11 @@ std::string RunReport(const ScoredRun& scored) {
   const OrderScore& score = scored.score;
   std::string text =
       run.label + Format(
-                      ": %s; %u photos: %u placed, %u postponed, %u rejected, %u failed; %zu "
-                      "reconstructions; %.1f s\n",
-                      score.is_wrong ? "WRONG" : "right", run.photos, run.placed, run.postponed,
-                      run.rejected, run.failed, score.reconstructions.size(), run.seconds);
+                      ": %s; %u photos: %u placed (%zu told where), %u postponed, %u "
+                      "rejected, %u failed; %zu reconstructions; %.1f s\n",
+                      score.is_wrong ? "WRONG" : "right", run.photos, run.placed, run.poses.size(),
+                      run.postponed, run.rejected, run.failed, score.reconstructions.size(),
+                      run.seconds);
   if (run.answer_most_s > 0)
     text += Format("  answers within %.2f s (half), %.2f s (99 %%), %.2f s (all)\n",
                    run.answer_median_s, run.answer_p99_s, run.answer_most_s);
@@ -141,6 +144,7 @@ std::string SummaryReport(const OrdersSummary& summary, const Limits& limits) {
                  "99 %", "most");
   const std::pair<const char*, const OrdersSummary::Spread*> rows[] = {
       {"share placed", &summary.placed_share},
+      {"share told where", &summary.told_share},
       {"reconstructions", &summary.reconstructions},
       {"centre error, mean, m", &summary.center_mean_m},
       {"centre error, largest, m", &summary.center_max_m},
@@ -155,15 +159,11 @@ std::string SummaryReport(const OrdersSummary& summary, const Limits& limits) {
 
 nlohmann::json RunJson(const ScoredRun& scored) {
   const OrderRun& run = scored.run;
-  nlohmann::json json = {{"order", run.label},
-                         {"wrong", scored.score.is_wrong},
-                         {"photos", run.photos},
-                         {"placed", run.placed},
-                         {"postponed", run.postponed},
-                         {"rejected", run.rejected},
-                         {"failed", run.failed},
-                         {"seconds", run.seconds},
-                         {"all", GroupJson(scored.score.all)}};
+  nlohmann::json json = {{"order", run.label},       {"wrong", scored.score.is_wrong},
+                         {"photos", run.photos},     {"placed", run.placed},
+                         {"told", run.poses.size()}, {"postponed", run.postponed},
+                         {"rejected", run.rejected}, {"failed", run.failed},
+                         {"seconds", run.seconds},   {"all", GroupJson(scored.score.all)}};
   if (run.answer_most_s > 0) {
     json["answer_s"] = {
         {"median", run.answer_median_s}, {"p99", run.answer_p99_s}, {"most", run.answer_most_s}};
@@ -189,6 +189,7 @@ nlohmann::json SummaryJson(const OrdersSummary& summary, const Limits& limits) {
           {"error_m_max", limits.center_m},
           {"error_deg_max", limits.rotation_deg},
           {"placed_share", SpreadJson(summary.placed_share)},
+          {"told_share", SpreadJson(summary.told_share)},
           {"reconstructions", SpreadJson(summary.reconstructions)},
           {"center_mean_m", SpreadJson(summary.center_mean_m)},
           {"center_max_m", SpreadJson(summary.center_max_m)},

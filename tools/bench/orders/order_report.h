@@ -25,8 +25,10 @@ struct OrdersSummary {
   struct Spread {
     double least = 0, median = 0, p90 = 0, p99 = 0, most = 0;
   };
-  // Of the orders that have a score: one number for each.
-  Spread placed_share, reconstructions, center_mean_m, center_max_m, rotation_max_deg, seconds;
+  // Of the orders that have a score: one number for each. A photo that is not sure where it stands
+  // is placed, and not told where.
+  Spread placed_share, told_share, reconstructions, center_mean_m, center_max_m, rotation_max_deg,
+      seconds;
 };
 
 OrdersSummary Summarize(std::span<const ScoredRun> runs, const Limits& limits);
