@@ -73,18 +73,11 @@ Result<std::string> Add(EngineParts* parts, const Group& group, const Calibratio
   }
 }
 
-Result<FirstCamera> CalibrateGroup(EngineParts* parts, const Group& group,
-                                   std::span<PhotoSubmission> photos, std::stop_token stop) {
+// The camera of the group, which is stored and named to its photos, or why there is none.
+Result<FirstCamera> Found(EngineParts* parts, const Group& group, const Result<Calibration>& made,
+                          std::span<PhotoSubmission> photos) {
   FirstCamera first;
   first.photos = static_cast<uint32_t>(group.photos.size());
-  const size_t used = std::min<size_t>(group.photos.size(), SceneCalibrationOptions().photos_max);
-  std::vector<PhotoSource> sources;
-  for (size_t i = 0; i < used; ++i) sources.push_back(photos[group.photos[i]].photo);
-  SceneCalibrationOptions options;
-  options.decoder = parts->tuning.decoder;
-  const Result<Calibration> made = CalibrateByScene(
-      sources, static_cast<uint32_t>(parts->pool->thread_count() + 1), stop, options);
-  if (made.status().code() == StatusCode::kCancelled) return made.status();
   if (!made.ok()) {
     first.why_not = made.status().message();
   } else if (made->Sigma(0) > kFocalShareMax * made->model.fx) {
@@ -100,6 +93,67 @@ Result<FirstCamera> CalibrateGroup(EngineParts* parts, const Group& group,
   return first;
 }
 
+// What all groups have in common.
+struct Calibrating {
+  EngineParts* parts;
+  std::span<PhotoSubmission> photos;
+  std::stop_token stop;
+
+  uint32_t thread_count() const { return static_cast<uint32_t>(parts->pool->thread_count() + 1); }
+  SceneCalibrationOptions options() const {
+    SceneCalibrationOptions options;
+    options.decoder = parts->tuning.decoder;
+    return options;
+  }
+};
+
+Result<FirstCamera> CalibrateGroup(const Calibrating& all, const Group& group) {
+  const SceneCalibrationOptions options = all.options();
+  const size_t used = std::min<size_t>(group.photos.size(), options.photos_max);
+  std::vector<PhotoSource> sources;
+  for (size_t i = 0; i < used; ++i) sources.push_back(all.photos[group.photos[i]].photo);
+  const Result<Calibration> made = CalibrateByScene(sources, all.thread_count(), all.stop, options);
+  if (made.status().code() == StatusCode::kCancelled) return made.status();
+  return Found(all.parts, group, made, all.photos);
+}
+
+// The cameras of photos of which no group tells its own alone: what they see of one place together
+// says what each of them is. The first photos, in their order.
+Result<std::vector<FirstCamera>> CalibrateTogether(const Calibrating& all,
+                                                   std::span<const Group> groups) {
+  const SceneCalibrationOptions options = all.options();
+  std::vector<std::pair<size_t, size_t>> order;  // the photo and its group
+  for (size_t g = 0; g < groups.size(); ++g) {
+    for (const size_t photo : groups[g].photos) order.emplace_back(photo, g);
+  }
+  std::ranges::sort(order);
+  if (order.size() > options.photos_max) order.resize(options.photos_max);
+  std::vector<PhotoSource> sources;
+  std::vector<uint32_t> cameras;
+  std::map<size_t, uint32_t> numbers;  // of groups that have one of the photos
+  for (const auto& [photo, group] : order) {
+    sources.push_back(all.photos[photo].photo);
+    const auto number = static_cast<uint32_t>(numbers.size());
+    cameras.push_back(numbers.try_emplace(group, number).first->second);
+  }
+  const auto made =
+      CalibrateCamerasByScene(sources, cameras, all.thread_count(), all.stop, options);
+  if (made.status().code() == StatusCode::kCancelled) return made.status();
+  std::vector<FirstCamera> found;
+  for (size_t g = 0; g < groups.size(); ++g) {
+    const auto number = numbers.find(g);
+    if (!made.ok()) {
+      found.emplace_back().photos = static_cast<uint32_t>(groups[g].photos.size());
+      found.back().why_not = made.status().message();
+    } else if (number != numbers.end()) {
+      VEDUTA_ASSIGN_OR_RETURN(FirstCamera one,
+                              Found(all.parts, groups[g], (*made)[number->second], all.photos));
+      found.push_back(std::move(one));
+    }
+  }
+  return found;
+}
+
 }  // namespace
 
 Result<std::vector<FirstCamera>> CalibrateFirst(EngineParts* parts,
@@ -110,13 +164,20 @@ Result<std::vector<FirstCamera>> CalibrateFirst(EngineParts* parts,
   if (std::ranges::any_of(reconstructions, &ReconstructionRecord::is_living))
     return std::vector<FirstCamera>();
   VEDUTA_ASSIGN_OR_RETURN(const std::vector<Group> groups, GroupPhotos(parts, photos));
+  const Calibrating all{parts, photos, std::move(stop)};
+  const size_t images_min = all.options().images_min;
   std::vector<FirstCamera> cameras;
+  size_t photo_count = 0;
   for (const Group& group : groups) {
-    if (group.photos.size() < SceneCalibrationOptions().images_min) continue;
-    VEDUTA_ASSIGN_OR_RETURN(FirstCamera first, CalibrateGroup(parts, group, photos, stop));
+    photo_count += group.photos.size();
+    if (group.photos.size() < images_min) continue;
+    VEDUTA_ASSIGN_OR_RETURN(FirstCamera first, CalibrateGroup(all, group));
     cameras.push_back(std::move(first));
   }
-  return cameras;
+  const bool is_any_known =
+      std::ranges::any_of(cameras, [](const FirstCamera& one) { return !one.name.empty(); });
+  if (is_any_known || groups.size() < 2 || photo_count < images_min) return cameras;
+  return CalibrateTogether(all, groups);
 }
 
 }  // namespace veduta

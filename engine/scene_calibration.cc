@@ -9,6 +9,7 @@
 #include <filesystem>
 #include <map>
 #include <optional>
+#include <set>
 #include <utility>
 
 #include "engine/camera/calibration/calibration_advice.h"
@@ -16,12 +17,12 @@
 #include "engine/ingest/pair_verifier.h"
 #include "engine/lens_scene.h"
 #include "engine/parts.h"
+#include "storage/base/median.h"
 #include "storage/base/option_bounds.h"
 
 namespace veduta {
 namespace {
 
-constexpr const char* kCameraName = "sought";
 // Standard deviation of the focal length over itself, up to which it counts as known, and beyond
 // which it counts as open. Chosen by hand.
 constexpr double kGoodShareMax = 0.003, kKnownShareMax = 0.03;
@@ -62,34 +63,66 @@ CameraModel FirstGuess(uint32_t width_px, uint32_t height_px, double focal_px) {
   return camera;
 }
 
+struct PhotoSize {
+  uint32_t width_px = 64, height_px = 64;  // of a camera of which no photo can be read
+  bool is_known = false;
+  uint32_t side_px() const { return std::max(width_px, height_px); }
+};
+
+// What every trial begins with.
+struct Trials {
+  std::span<const PhotoSource> photos;
+  std::span<const uint32_t> cameras;  // of the photos
+  uint32_t camera_count = 1;
+  uint32_t thread_count = 1;
+  std::stop_token stop;
+  const SceneCalibrationOptions& options;
+};
+
 // What the search for a first focal length works on: photos as they were taken.
 struct Scanned {
-  uint32_t width_px = 0, height_px = 0;
+  std::vector<PhotoSize> sizes;  // of the cameras
   std::vector<std::shared_ptr<const ImageFeatures>> images;
   std::vector<CalibrationWarning> notes;  // on photos that cannot be used
 };
 
-Result<Scanned> ReadToScan(std::span<const PhotoSource> sources, const PhotoDecoder& decoder,
-                           ThreadPool* pool) {
+// The first photo of each camera, and of the others the first ones up to so many; ascending.
+std::vector<size_t> ListToScan(std::span<const uint32_t> cameras, size_t count_max) {
+  std::vector<size_t> chosen, others;
+  std::set<uint32_t> met;
+  for (size_t i = 0; i < cameras.size(); ++i)
+    (met.insert(cameras[i]).second ? chosen : others).push_back(i);
+  for (size_t i = 0; i < others.size() && chosen.size() < count_max; ++i)
+    chosen.push_back(others[i]);
+  std::ranges::sort(chosen);
+  return chosen;
+}
+
+Result<Scanned> ReadToScan(const Trials& trials, const PhotoDecoder& decoder, ThreadPool* pool) {
+  const std::vector<size_t> chosen = ListToScan(trials.cameras, trials.options.scanned_photos_max);
   UndistortCache tables(kTableBytes);
   const PhotoPreparer preparer(nullptr, &tables, PrepareOptions(), decoder);
-  std::vector<PreparedPhoto> photos(sources.size());
-  pool->ParallelFor(sources.size(),
-                    [&](size_t i) { photos[i] = preparer.Extract(sources[i], std::nullopt); });
+  std::vector<PreparedPhoto> photos(chosen.size());
+  pool->ParallelFor(chosen.size(), [&](size_t i) {
+    photos[i] = preparer.Extract(trials.photos[chosen[i]], std::nullopt);
+  });
   Scanned scanned;
-  for (PreparedPhoto& photo : photos) {
+  scanned.sizes.resize(trials.camera_count);
+  for (size_t i = 0; i < chosen.size(); ++i) {
+    PreparedPhoto& photo = photos[i];
     if (!photo.failure.ok() || photo.reason != Reason::kNone) {
       const std::string why = photo.failure.ok() ? photo.detail : photo.failure.message();
       scanned.notes.push_back({CalibrationAdvice::kPhotoLeftOut, photo.name + ": " + why});
       continue;
     }
-    if (scanned.images.empty()) {
-      scanned.width_px = photo.width_px, scanned.height_px = photo.height_px;
-    } else if (photo.width_px != scanned.width_px || photo.height_px != scanned.height_px) {
+    PhotoSize& size = scanned.sizes[trials.cameras[chosen[i]]];
+    if (!size.is_known) {
+      size = {photo.width_px, photo.height_px, true};
+    } else if (photo.width_px != size.width_px || photo.height_px != size.height_px) {
       return Status::InvalidArgument(
           photo.name + " is " + std::to_string(photo.width_px) + "x" +
           std::to_string(photo.height_px) + ", the photos before it are " +
-          std::to_string(scanned.width_px) + "x" + std::to_string(scanned.height_px) +
+          std::to_string(size.width_px) + "x" + std::to_string(size.height_px) +
           ": calibrate the photos of each camera, each zoom and each size by themselves");
     }
     const ImageId id(static_cast<uint32_t>(scanned.images.size() + 1));
@@ -119,9 +152,10 @@ CenteredMatches MatchCentered(const ImageFeatures& a, const ImageFeatures& b) {
   return centered;
 }
 
-// Focal lengths to begin with, the best first.
+// Focal lengths of one camera to begin with, over the longer side, the best first.
 std::vector<double> ScanFocals(const Scanned& scanned, const SceneCalibrationOptions& options,
                                ThreadPool* pool) {
+  const double side_px = scanned.sizes.front().side_px();
   std::vector<std::pair<size_t, size_t>> two;
   for (size_t j = 1; j < scanned.images.size(); ++j) {
     for (size_t i = 0; i < j; ++i) two.emplace_back(i, j);
@@ -133,24 +167,19 @@ std::vector<double> ScanFocals(const Scanned& scanned, const SceneCalibrationOpt
   std::ranges::stable_sort(pairs, std::greater<>(),
                            [](const CenteredMatches& pair) { return pair.a.size(); });
   if (pairs.size() > options.scanned_pairs_max) pairs.resize(options.scanned_pairs_max);
-  return RankFocalLengths(pairs, std::max(scanned.width_px, scanned.height_px), options.scan, pool);
+  std::vector<double> focals = RankFocalLengths(pairs, side_px, options.scan, pool);
+  if (focals.size() > options.starts_max) focals.resize(options.starts_max);
+  for (double& focal : focals) focal /= side_px;
+  return focals;
 }
 
-// A reconstruction that was made of the photos with some camera.
+// A reconstruction that was made of the photos with some cameras.
 struct TrialScene {
   LensScene lens;
   std::map<uint32_t, std::string> refused;  // photos that are none, or cannot be read, and why
 };
 
-// What every trial begins with.
-struct Trials {
-  std::span<const PhotoSource> photos;
-  uint32_t thread_count = 1;
-  std::stop_token stop;
-  const SceneCalibrationOptions& options;
-};
-
-Result<TrialScene> BuildScene(const Trials& trials, const CameraModel& camera) {
+Result<TrialScene> BuildScene(const Trials& trials, const std::vector<CameraModel>& cameras) {
   VEDUTA_ASSIGN_OR_RETURN(const TemporaryFolder folder, TemporaryFolder::Make());
   EngineOptions options;
   options.create = true;
@@ -160,10 +189,11 @@ Result<TrialScene> BuildScene(const Trials& trials, const CameraModel& camera) {
   tuning.decoder = trials.options.decoder;
   VEDUTA_ASSIGN_OR_RETURN(const std::unique_ptr<Engine> engine,
                           EngineParts::Open(folder.path() + "/city", options, tuning));
-  VEDUTA_RETURN_IF_ERROR(engine->AddCamera(kCameraName, camera, "sought").status());
+  for (size_t i = 0; i < cameras.size(); ++i)
+    VEDUTA_RETURN_IF_ERROR(engine->AddCamera(std::to_string(i), cameras[i], "sought").status());
   std::vector<PhotoSubmission> photos;
   for (size_t i = 0; i < trials.photos.size(); ++i) {
-    photos.push_back({trials.photos[i], kCameraName, "calibrate"});
+    photos.push_back({trials.photos[i], std::to_string(trials.cameras[i]), "calibrate"});
     photos.back().photo.name = std::to_string(i);
   }
   std::map<uint32_t, std::string> refused;
@@ -175,7 +205,7 @@ Result<TrialScene> BuildScene(const Trials& trials, const CameraModel& camera) {
   };
   VEDUTA_RETURN_IF_ERROR(engine->AddPhotos(photos, report, trials.stop));
   VEDUTA_ASSIGN_OR_RETURN(LensScene scene,
-                          ReadLensScene(*engine, camera, trials.options.points_max));
+                          ReadLensScene(*engine, cameras, trials.options.points_max));
   return TrialScene{std::move(scene), std::move(refused)};
 }
 
@@ -187,20 +217,54 @@ Status TooLittle(const std::vector<CalibrationWarning>& notes) {
   return Status::InvalidArgument(std::move(message));
 }
 
-// The first of the focal lengths with which enough photos are placed, with its reconstruction.
+// Focal lengths over the longer side that are tried for several cameras, whose own differ: from
+// wide telephones to what sees 36 degrees. Two views of different cameras do not tell them. Chosen
+// by hand.
+constexpr double kFocalsOfSeveral[] = {0.65, 0.75, 0.85, 0.97, 1.1, 1.25, 1.45};
+
+// A reconstruction in which enough photos are placed: for one camera by the first focal length of
+// the scan that gives one, and for several the one with most photos.
 Result<std::optional<TrialScene>> Begin(const Trials& trials, const Scanned& scanned,
                                         ThreadPool* pool) {
   const SceneCalibrationOptions& options = trials.options;
-  std::vector<double> focals = ScanFocals(scanned, options, pool);
-  if (focals.size() > options.starts_max) focals.resize(options.starts_max);
-  for (const double focal_px : focals) {
-    const CameraModel guess = FirstGuess(scanned.width_px, scanned.height_px, focal_px);
-    VEDUTA_ASSIGN_OR_RETURN(TrialScene trial, BuildScene(trials, guess));
-    if (trial.lens.photos.size() >= options.images_min &&
-        trial.lens.scene.points.size() >= kPointsMin)
-      return std::optional(std::move(trial));
+  std::vector<double> focals(std::begin(kFocalsOfSeveral), std::end(kFocalsOfSeveral));
+  if (trials.camera_count == 1) focals = ScanFocals(scanned, options, pool);
+  std::optional<TrialScene> best;
+  for (const double focal : focals) {
+    std::vector<CameraModel> guesses;
+    for (const PhotoSize& size : scanned.sizes)
+      guesses.push_back(FirstGuess(size.width_px, size.height_px, focal * size.side_px()));
+    VEDUTA_ASSIGN_OR_RETURN(TrialScene trial, BuildScene(trials, guesses));
+    const size_t count = trial.lens.photos.size();
+    if (count < options.images_min || trial.lens.scene.points.size() < kPointsMin) continue;
+    if (!best || count > best->lens.photos.size()) best = std::move(trial);
+    if (trials.camera_count == 1 || count == trials.photos.size()) break;
   }
-  return std::optional<TrialScene>();
+  return best;
+}
+
+// Takes over what the adjustment has found of the cameras, where that is known to some percent, and
+// for the others the median of their focal lengths over the longer side. Of each camera whether it
+// is known.
+std::vector<bool> TakeOver(const AdjustedLens& adjusted, std::vector<CameraModel>* cameras) {
+  std::vector<bool> is_known(cameras->size());
+  std::vector<double> focals;
+  const auto side_px = [](const CameraModel& c) { return std::max(c.width_px, c.height_px); };
+  for (size_t i = 0; i < adjusted.scene.cameras.size(); ++i) {
+    const CameraModel& camera = adjusted.scene.scene.cameras[i];
+    if (!(adjusted.FocalShare(i) <= kKnownShareMax) || !CheckCamera(camera).ok()) continue;
+    is_known[adjusted.scene.cameras[i]] = true;
+    (*cameras)[adjusted.scene.cameras[i]] = camera;
+    focals.push_back(camera.fx / side_px(camera));
+  }
+  if (focals.empty()) return is_known;
+  const double focal = MedianOf(focals);
+  for (size_t i = 0; i < cameras->size(); ++i) {
+    CameraModel& camera = (*cameras)[i];
+    if (!is_known[i])
+      camera = FirstGuess(camera.width_px, camera.height_px, focal * side_px(camera));
+  }
+  return is_known;
 }
 
 std::string PercentText(double share) {
@@ -209,44 +273,47 @@ std::string PercentText(double share) {
   return text;
 }
 
-// What is told of each photo, and of all.
-void TellErrors(const AdjustedLens& adjusted, const std::map<uint32_t, std::string>& why_refused,
-                std::span<const PhotoSource> photos, Calibration* made) {
+// What is told of each photo of a camera, and of all of them.
+void TellErrors(const AdjustedLens& adjusted, size_t camera, const TrialScene& trial,
+                const Trials& trials, Calibration* made) {
   const LensScene& scene = adjusted.scene;
-  for (const PhotoSource& photo : photos) {
-    const auto refused = why_refused.find(static_cast<uint32_t>(made->photos.size()));
-    made->photos.push_back({.name = photo.name,
-                            .why_left_out = refused == why_refused.end()
+  std::map<uint32_t, uint32_t> places;  // of the camera's photos
+  for (uint32_t i = 0; i < trials.photos.size(); ++i) {
+    if (trials.cameras[i] != scene.cameras[camera]) continue;
+    places[i] = static_cast<uint32_t>(made->photos.size());
+    const auto refused = trial.refused.find(i);
+    made->photos.push_back({.name = trials.photos[i].name,
+                            .why_left_out = refused == trial.refused.end()
                                                 ? "it does not fit to the others"
                                                 : refused->second});
   }
   double sum = 0, square_sum = 0;
+  size_t count = 0;
   for (size_t i = 0; i < scene.observations.size(); ++i) {
     const PlaneObservation& seen = scene.observations[i];
+    if (scene.scene.CameraOf(seen.view) != camera) continue;
     const Eigen::Vector2d& residual = adjusted.made.residuals_px[i];
-    const uint32_t at = scene.photos[seen.view];
+    const uint32_t at = places.at(scene.photos[seen.view]);
     CalibrationPhoto& photo = made->photos[at];
     photo.why_left_out.clear();
-    ++photo.used_count;
+    ++photo.used_count, ++count;
     photo.error_px_rms += residual.squaredNorm();
     sum += residual.norm(), square_sum += residual.squaredNorm();
     made->residuals.push_back({at, seen.point, seen.px, residual, true});
   }
   for (CalibrationPhoto& photo : made->photos)
     photo.error_px_rms = std::sqrt(photo.error_px_rms / std::max(1u, photo.used_count));
-  const auto count = static_cast<double>(std::max<size_t>(1, scene.observations.size()));
-  made->error_px_mean = sum / count;
-  made->error_px_rms = std::sqrt(square_sum / count);
+  made->error_px_mean = sum / static_cast<double>(std::max<size_t>(1, count));
+  made->error_px_rms = std::sqrt(square_sum / static_cast<double>(std::max<size_t>(1, count)));
 }
 
-Calibration CalibrationOf(const AdjustedLens& adjusted,
-                          const std::map<uint32_t, std::string>& why_refused,
-                          std::span<const PhotoSource> photos, double scanned_focal_px) {
+Calibration CalibrationOf(const AdjustedLens& adjusted, size_t camera, const TrialScene& trial,
+                          const Trials& trials, double scanned_focal_px) {
   Calibration made;
-  made.model = adjusted.scene.scene.camera;
-  made.covariance = adjusted.made.covariance;
+  made.model = adjusted.scene.scene.cameras[camera];
+  made.covariance = adjusted.made.covariances[camera];
   made.focal_search_px = scanned_focal_px;
-  TellErrors(adjusted, why_refused, photos, &made);
+  TellErrors(adjusted, camera, trial, trials, &made);
   made.distortion_sigma_px = LargestDistortionSigma(made.model, made.covariance);
   for (const CalibrationPhoto& photo : made.photos) {
     if (!photo.why_left_out.empty())
@@ -254,15 +321,37 @@ Calibration CalibrationOf(const AdjustedLens& adjusted,
           {CalibrationAdvice::kPhotoLeftOut, photo.name + ": left out: " + photo.why_left_out});
   }
   made.status = CalibrationStatus::kGood;
-  if (adjusted.FocalShare() > kGoodShareMax) {
+  if (adjusted.FocalShare(camera) > kGoodShareMax) {
     made.status = CalibrationStatus::kUncertain;
     made.warnings.push_back(
         {CalibrationAdvice::kFocalLength,
-         "The focal length is known to " + PercentText(adjusted.FocalShare()) +
+         "The focal length is known to " + PercentText(adjusted.FocalShare(camera)) +
              " only. Add photos from more places, nearer and farther, or calibrate with printed "
              "markers."});
   }
   return made;
+}
+
+std::vector<Result<Calibration>> CalibrationsOf(const AdjustedLens& adjusted,
+                                                const std::vector<bool>& is_known,
+                                                const TrialScene& trial, const Trials& trials,
+                                                const std::vector<CameraModel>& scanned) {
+  std::vector<Result<Calibration>> made(trials.camera_count, TooLittle({}));
+  for (size_t i = 0; i < adjusted.scene.cameras.size(); ++i) {
+    const uint32_t camera = adjusted.scene.cameras[i];
+    if (is_known[camera])
+      made[camera] = CalibrationOf(adjusted, i, trial, trials, scanned[camera].fx);
+  }
+  return made;
+}
+
+// Whether no focal length that is known has moved much.
+bool IsAtRest(const std::vector<CameraModel>& before, const std::vector<CameraModel>& after,
+              const std::vector<bool>& is_known, double rest_share) {
+  for (size_t i = 0; i < after.size(); ++i) {
+    if (is_known[i] && std::abs(std::log(after[i].fx / before[i].fx)) > rest_share) return false;
+  }
+  return true;
 }
 
 }  // namespace
@@ -281,32 +370,45 @@ Status SceneCalibrationOptions::Check() const {
       .status();
 }
 
-Result<Calibration> CalibrateByScene(std::span<const PhotoSource> photos, uint32_t thread_count,
-                                     std::stop_token stop, const SceneCalibrationOptions& options) {
+Result<std::vector<Result<Calibration>>> CalibrateCamerasByScene(
+    std::span<const PhotoSource> photos, std::span<const uint32_t> cameras, uint32_t thread_count,
+    std::stop_token stop, const SceneCalibrationOptions& options) {
   VEDUTA_RETURN_IF_ERROR(options.Check());
+  if (cameras.size() != photos.size() || photos.empty())
+    return Status::InvalidArgument("calibrate: no photos, or not a camera for each");
   ThreadPool pool(thread_count - 1);
-  photos = photos.first(std::min<size_t>(photos.size(), options.photos_max));
-  const Trials trials{photos, thread_count, std::move(stop), options};
-  const auto to_scan = photos.first(std::min<size_t>(photos.size(), options.scanned_photos_max));
+  const size_t used = std::min<size_t>(photos.size(), options.photos_max);
+  photos = photos.first(used), cameras = cameras.first(used);
+  const uint32_t camera_count = *std::ranges::max_element(cameras) + 1;
+  const Trials trials{photos, cameras, camera_count, thread_count, std::move(stop), options};
   VEDUTA_ASSIGN_OR_RETURN(
       const Scanned scanned,
-      ReadToScan(to_scan, options.decoder ? *options.decoder : DecoderInProcess(), &pool));
+      ReadToScan(trials, options.decoder ? *options.decoder : DecoderInProcess(), &pool));
   VEDUTA_ASSIGN_OR_RETURN(std::optional<TrialScene> trial, Begin(trials, scanned, &pool));
   if (!trial) return TooLittle(scanned.notes);
-  const double scanned_focal_px = trial->lens.scene.camera.fx;
+  const std::vector<CameraModel> first = trial->lens.scene.cameras;
+  std::vector<CameraModel> found = first;
   for (uint32_t round = 1;; ++round) {
-    const double before_px = trial->lens.scene.camera.fx;
+    const std::vector<CameraModel> before = found;
     VEDUTA_ASSIGN_OR_RETURN(const std::optional<AdjustedLens> adjusted,
                             AdjustLens(std::move(trial->lens), options.images_min));
-    if (!adjusted || !adjusted->made.is_determined || !(adjusted->FocalShare() <= kKnownShareMax))
-      return TooLittle(scanned.notes);
-    const CameraModel& camera = adjusted->scene.scene.camera;
-    if (!CheckCamera(camera).ok()) return TooLittle(scanned.notes);
-    if (std::abs(std::log(camera.fx / before_px)) <= options.rest_share ||
-        round >= options.rounds_max)
-      return CalibrationOf(*adjusted, trial->refused, photos, scanned_focal_px);
-    VEDUTA_ASSIGN_OR_RETURN(*trial, BuildScene(trials, camera));
+    if (!adjusted || !adjusted->made.is_determined) return TooLittle(scanned.notes);
+    const std::vector<bool> is_known = TakeOver(*adjusted, &found);
+    if (std::ranges::find(is_known, true) == is_known.end()) return TooLittle(scanned.notes);
+    if (IsAtRest(before, found, is_known, options.rest_share) || round >= options.rounds_max)
+      return CalibrationsOf(*adjusted, is_known, *trial, trials, first);
+    VEDUTA_ASSIGN_OR_RETURN(*trial, BuildScene(trials, found));
   }
+}
+
+Result<Calibration> CalibrateByScene(std::span<const PhotoSource> photos, uint32_t thread_count,
+                                     std::stop_token stop, const SceneCalibrationOptions& options) {
+  if (photos.empty()) return TooLittle({});
+  const std::vector<uint32_t> one(photos.size(), 0);
+  VEDUTA_ASSIGN_OR_RETURN(
+      std::vector<Result<Calibration>> made,
+      CalibrateCamerasByScene(photos, one, thread_count, std::move(stop), options));
+  return std::move(made.front());
 }
 
 }  // namespace veduta

@@ -1,12 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
-// A camera from its photos of any place: what a city begins with whose cameras nobody has
+// Cameras from their photos of any place: what a city begins with whose cameras nobody has
 // calibrated.
 
 #include <cstdint>
 #include <memory>
 #include <span>
 #include <stop_token>
+#include <vector>
 
 #include "engine/camera/calibration/calibration_result.h"
 #include "engine/camera/decoder.h"
@@ -50,5 +51,14 @@ struct SceneCalibrationOptions {
 Result<Calibration> CalibrateByScene(std::span<const PhotoSource> photos, uint32_t thread_count,
                                      std::stop_token stop = {},
                                      const SceneCalibrationOptions& options = {});
+
+// The same where several cameras took the photos: `cameras` says of each photo the number of the
+// one that took it; numbers begin at 0, and each comes up first after all that are smaller. All
+// photos of one camera must have one size. Gives for each camera of the first photos_max photos its
+// calibration, or why there is none. Nothing is scanned: reconstructions are tried with a few focal
+// lengths that are the same for all cameras, over their photos' longer sides.
+Result<std::vector<Result<Calibration>>> CalibrateCamerasByScene(
+    std::span<const PhotoSource> photos, std::span<const uint32_t> cameras, uint32_t thread_count,
+    std::stop_token stop = {}, const SceneCalibrationOptions& options = {});
 
 }  // namespace veduta

@@ -23,9 +23,10 @@ CameraModel Truth() {
 }
 
 // Points in a box before cameras on an arc, near and far.
-LensScene MakeScene(uint32_t views = 8, uint32_t points = 200) {
+LensScene MakeScene(uint32_t views = 8, uint32_t points = 200,
+                    const CameraModel& camera = Truth()) {
   LensScene made;
-  made.scene.camera = Truth();
+  made.scene.camera() = camera;
   SeededRandom random(3);
   for (uint32_t p = 0; p < points; ++p)
     made.scene.points.push_back({4 * random.Unit() - 2, 3 * random.Unit() - 1.5, random.Unit()});
@@ -38,9 +39,9 @@ LensScene MakeScene(uint32_t views = 8, uint32_t points = 200) {
   for (uint32_t p = 0; p < points; ++p) {
     for (uint32_t v = 0; v < views; ++v) {
       const Eigen::Vector2d noise{random.Unit() - 0.5, random.Unit() - 0.5};
-      const auto px =
-          PixelFromBearing(made.scene.camera, made.scene.cams_from_world[v] * made.scene.points[p]);
-      made.observations.push_back({v, p, DistortPixel(made.scene.camera, *px) + 0.4 * noise, 1});
+      const auto px = PixelFromBearing(made.scene.camera(),
+                                       made.scene.cams_from_world[v] * made.scene.points[p]);
+      made.observations.push_back({v, p, DistortPixel(made.scene.camera(), *px) + 0.4 * noise, 1});
     }
   }
   return made;
@@ -81,22 +82,51 @@ TEST(LensScene, WhatIsLooseIsDroppedRoundByRound) {
   EXPECT_TRUE(little.scene.points.empty());
 }
 
+TEST(LensScene, ACameraWithoutAViewThatIsLeftGoes) {
+  LensScene scene = MakeScene();
+  scene.scene.cameras.resize(3, Truth());
+  scene.scene.cameras[2].fx = 700;
+  scene.cameras = {0, 1, 2};
+  scene.scene.camera_of_view = {0, 2, 0, 2, 1, 2, 0, 2};
+  std::erase_if(scene.observations, [](const PlaneObservation& one) { return one.view == 4; });
+  DropLoose(&scene);
+  EXPECT_EQ(scene.cameras, (std::vector<uint32_t>{0, 2}));
+  ASSERT_EQ(scene.scene.cameras.size(), 2u);
+  EXPECT_EQ(scene.scene.cameras[1].fx, 700);
+  EXPECT_EQ(scene.scene.camera_of_view, (std::vector<uint32_t>{0, 1, 0, 1, 1, 0, 1}));
+}
+
+TEST(LensScene, CroppedPhotosMayHaveTheirPrincipalPointAnywhere) {
+  CameraModel cropped = Truth();
+  cropped.cx = cropped.u0 = cropped.cx + 0.06 * cropped.width_px;
+  cropped.cy = cropped.v0 = cropped.cy - 0.05 * cropped.width_px;
+  LensScene scene = MakeScene(8, 200, cropped);
+  scene.scene.camera() = Truth();
+  const auto adjusted = AdjustLens(scene, 4);
+  ASSERT_OK(adjusted);
+  ASSERT_TRUE(adjusted->has_value());
+  const CameraModel& found = (*adjusted)->scene.scene.camera();
+  EXPECT_NEAR(found.cx, cropped.cx, 0.003 * cropped.width_px);
+  EXPECT_NEAR(found.cy, cropped.cy, 0.003 * cropped.width_px);
+  EXPECT_NEAR(found.fx / cropped.fx, 1, 0.003);
+}
+
 TEST(LensScene, WhatDoesNotFitSpoilsNoLens) {
   LensScene scene = MakeScene();
   for (size_t i = 0; i < scene.observations.size(); i += 17)
     scene.observations[i].px += Eigen::Vector2d(30, -20);
   const size_t wrong = (scene.observations.size() + 16) / 17;
-  scene.scene.camera.fx = scene.scene.camera.fy = 1.1 * Truth().fx;
-  scene.scene.camera.k1 = 0;
+  scene.scene.camera().fx = scene.scene.camera().fy = 1.1 * Truth().fx;
+  scene.scene.camera().k1 = 0;
   const size_t all = scene.observations.size();
   const auto adjusted = AdjustLens(scene, 4);
   ASSERT_OK(adjusted);
   ASSERT_TRUE(adjusted->has_value());
   const AdjustedLens& lens = **adjusted;
   ASSERT_TRUE(lens.made.is_determined);
-  EXPECT_NEAR(lens.scene.scene.camera.fx, Truth().fx, 4 * lens.FocalShare() * Truth().fx);
+  EXPECT_NEAR(lens.scene.scene.camera().fx, Truth().fx, 4 * lens.FocalShare() * Truth().fx);
   EXPECT_LT(lens.FocalShare(), 0.005);
-  EXPECT_NEAR(lens.scene.scene.camera.k1, Truth().k1, 0.01);
+  EXPECT_NEAR(lens.scene.scene.camera().k1, Truth().k1, 0.01);
   EXPECT_LE(lens.scene.observations.size(), all - wrong);
   EXPECT_GT(lens.scene.observations.size(), all - 2 * wrong);
   for (const Eigen::Vector2d& residual : lens.made.residuals_px) EXPECT_LT(residual.norm(), 2);

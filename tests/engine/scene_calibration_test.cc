@@ -1,11 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
 // Goal: photos of any place say what their camera is, to a fraction of a percent, the same on any
-//   number of threads; a city begins with photos whose camera nobody names; what cannot be told is
-//   refused with what to do.
-// Method: photos of a rendered street, whose camera is known, with EXIF and without.
+//   number of threads, and those of several cameras what each of them is; a city begins with photos
+//   whose camera nobody names; what cannot be told is refused with what to do.
+// Method: photos of a rendered street, whose camera is known, with EXIF and without, and resized.
 #include "engine/scene_calibration.h"
 
 #include <gtest/gtest.h>
+
+#include <opencv2/imgcodecs.hpp>
+#include <opencv2/imgproc.hpp>
 
 #include "engine/first_cameras.h"
 #include "tests/engine/camera/exif_writer.h"
@@ -143,6 +146,44 @@ TEST(FirstCameras, PhotosThatSayTheSameAreOneGroup) {
   ASSERT_EQ(cameras->size(), 1u) << "three photos are too few";
   EXPECT_EQ(cameras->front().name, "Maker Phone, 5.5 mm, 512x384") << cameras->front().why_not;
   EXPECT_TRUE(photos.back().camera.empty());
+}
+
+std::vector<uint8_t> Resized(const std::vector<uint8_t>& jpeg, double scale) {
+  cv::Mat small;
+  cv::resize(cv::imdecode(jpeg, cv::IMREAD_COLOR), small, {}, scale, scale, cv::INTER_AREA);
+  std::vector<uint8_t> bytes;
+  EXPECT_TRUE(cv::imencode(".jpg", small, bytes, {cv::IMWRITE_JPEG_QUALITY, 95}));
+  return bytes;
+}
+
+TEST(FirstCameras, TooFewPhotosOfEachCameraTellThemTogether) {
+  constexpr double kScales[] = {1, 0.875, 0.75};
+  std::vector<PhotoSubmission> photos = WithoutCamera(Around(9));
+  for (size_t i = 0; i < photos.size(); ++i)
+    photos[i].photo.bytes = Resized(*photos[i].photo.bytes, kScales[i % 3]);
+  City city;
+  const auto cameras = city.engine().CalibrateFirst(photos);
+  ASSERT_OK(cameras);
+  ASSERT_EQ(cameras->size(), 3u);
+  for (size_t i = 0; i < 3; ++i) {
+    const FirstCamera& first = cameras->at(i);
+    EXPECT_FALSE(first.name.empty()) << first.why_not;
+    EXPECT_EQ(first.photos, 3u);
+    EXPECT_EQ(first.model.width_px, 512 * kScales[i]);
+    EXPECT_NEAR(first.model.fx / (kScales[i] * StreetCameraModel().fx), 1, 0.02);
+  }
+  for (size_t i = 0; i < photos.size(); ++i)
+    EXPECT_EQ(photos[i].camera, cameras->at(i % 3).name) << i;
+  city.Add(photos);
+  EXPECT_GE(city.Counts().placed, 8u) << "of 9";
+  EXPECT_TRUE(IsSound(city.Ask().snapshot()));
+}
+
+TEST(SceneCalibration, EachPhotoNeedsACamera) {
+  const std::vector<PhotoSource> photos = Sources(Around(4));
+  const std::vector<uint32_t> cameras = {0, 1, 0};
+  EXPECT_EQ(CalibrateCamerasByScene(photos, cameras, 1).status().code(),
+            StatusCode::kInvalidArgument);
 }
 
 TEST(FirstCameras, WhatCannotBeToldIsSaid) {

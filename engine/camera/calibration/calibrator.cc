@@ -100,7 +100,7 @@ class Calibrator final {
     VEDUTA_ASSIGN_OR_RETURN(const InitialScene initial,
                             InitializeScene(planar_, input_.views.front().size));
     made_.focal_search_px = initial.focal_px;
-    whole_.camera = initial.camera;
+    whole_.camera() = initial.camera;
     other_camera_.resize(input_.views.size());
     for (const std::optional<Rigid3>& pose : initial.metric.cams_from_world) {
       whole_.cams_from_world.push_back(pose.value_or(Unknown()));
@@ -125,7 +125,7 @@ class Calibrator final {
   // The projected pixel minus the observed one, with the scene as it is. Not finite for a point
   // that is behind the camera, and for a point or a photo without a place.
   Eigen::Vector2d ResidualPx(const PlaneObservation& o) const {
-    const CameraModel& c = whole_.camera;
+    const CameraModel& c = whole_.camera();
     const std::array<double, kLensSize> lens = {c.fx, c.fy / c.fx, c.cx, c.cy,
                                                 c.k1, c.k2,        c.u0, c.v0};
     const Rigid3& pose = whole_.cams_from_world[o.view];
@@ -209,8 +209,8 @@ class Calibrator final {
   std::optional<ViewFocal> OtherFocal(const std::vector<PlaneObservation>& observations,
                                       const PlaneScene& scene, uint32_t view) const {
     const ViewFocal own = EstimateViewFocal(observations, scene, view);
-    const double difference = std::abs(own.focal_px - scene.camera.fx);
-    if (difference < kFocalDifferenceMin * scene.camera.fx ||
+    const double difference = std::abs(own.focal_px - scene.camera().fx);
+    if (difference < kFocalDifferenceMin * scene.camera().fx ||
         difference < kFocalSigmas * own.sigma_px)
       return {};
     if (own.error_sigmas > kOtherCameraErrorMax) return {};  // that one does not explain it either
@@ -220,7 +220,7 @@ class Calibrator final {
   void SetOtherCamera(uint32_t view, const ViewFocal& own) {
     other_camera_[view] = "taken with another focal length, about " +
                           std::to_string(std::lround(own.focal_px)) + " px instead of " +
-                          std::to_string(std::lround(whole_.camera.fx)) +
+                          std::to_string(std::lround(whole_.camera().fx)) +
                           " px: another camera or zoom";
   }
 
@@ -235,7 +235,7 @@ class Calibrator final {
       for (uint32_t v = 0; v < compact.views.size(); ++v) {
         const auto own = OtherFocal(compact.observations, compact.scene, v);
         const auto sigmas = [&](const ViewFocal& f) {
-          return std::abs(f.focal_px - whole_.camera.fx) / f.sigma_px;
+          return std::abs(f.focal_px - whole_.camera().fx) / f.sigma_px;
         };
         if (own && (!worst || sigmas(*own) > sigmas(*worst)))
           worst = own, worst_view = compact.views[v];
@@ -285,10 +285,10 @@ class Calibrator final {
     VEDUTA_ASSIGN_OR_RETURN(PlaneAdjustment adjusted,
                             AdjustPlane(compact.observations, free, &compact.scene));
     if (!adjusted.is_determined) return Status::Ok();
-    const CameraModel& c = compact.scene.camera;
+    const CameraModel& c = compact.scene.camera();
     const double aspect = c.fy / c.fx;
     const Eigen::Vector2d slope(-aspect / c.fx, 1 / c.fx);  // of the aspect by fx, fy
-    const double sigma = std::sqrt(slope.dot(adjusted.covariance.topLeftCorner<2, 2>() * slope));
+    const double sigma = std::sqrt(slope.dot(adjusted.covariance().topLeftCorner<2, 2>() * slope));
     made_.aspect_sigmas = std::abs(aspect - 1) / std::max(sigma, 1e-12);
     made_.is_aspect_free =
         made_.aspect_sigmas > kAspectSigmas && std::abs(aspect - 1) > kAspectDifferenceMin;
@@ -299,12 +299,12 @@ class Calibrator final {
   }
 
   Status CheckDetermined() const {
-    const double sigma = std::sqrt(adjustment_.covariance(0, 0)) / whole_.camera.fx;
-    CameraModel pinhole = whole_.camera;
+    const double sigma = std::sqrt(adjustment_.covariance()(0, 0)) / whole_.camera().fx;
+    CameraModel pinhole = whole_.camera();
     pinhole.k1 = pinhole.k2 = 0;
     const bool is_told =
         adjustment_.is_determined && sigma <= kFocalSigmaMax && CheckCamera(pinhole).ok();
-    const Status usable = CheckCamera(whole_.camera);
+    const Status usable = CheckCamera(whole_.camera());
     if (is_told && usable.ok()) return Status::Ok();
     if (is_told) {
       return Status::InvalidArgument(
@@ -325,8 +325,8 @@ class Calibrator final {
   }
 
   void Describe() {
-    made_.model = whole_.camera;
-    made_.covariance = adjustment_.covariance;
+    made_.model = whole_.camera();
+    made_.covariance = adjustment_.covariance();
     for (const ViewObservations& view : input_.views) made_.photos.emplace_back().name = view.name;
     double sum = 0, sum2 = 0, count = 0;
     for (size_t i = 0; i < observations_.size(); ++i) {

@@ -69,7 +69,7 @@ CompactScene Compact(const std::vector<PlaneObservation>& observations,
   }
   compact.views.assign(views.begin(), views.end());
   compact.points.assign(points.begin(), points.end());
-  compact.scene.camera = whole.camera;
+  compact.scene.camera() = whole.camera();
   for (const uint32_t v : compact.views)
     compact.scene.cams_from_world.push_back(whole.cams_from_world[v]);
   for (const uint32_t p : compact.points) compact.scene.points.push_back(whole.points[p]);
@@ -83,7 +83,7 @@ CompactScene Compact(const std::vector<PlaneObservation>& observations,
 }
 
 void Expand(const CompactScene& compact, PlaneScene* whole) {
-  whole->camera = compact.scene.camera;
+  whole->camera() = compact.scene.camera();
   for (size_t v = 0; v < compact.views.size(); ++v) {
     whole->cams_from_world[compact.views[v]] = compact.scene.cams_from_world[v];
   }

@@ -98,18 +98,21 @@ class Adjuster final {
       const Eigen::Quaterniond rotation(Rotation(v));
       scene_->cams_from_world[v] = {rotation.normalized(), Eigen::Vector3d(Rotation(v) + 4)};
     }
-    const double* const l = Lens();
-    scene_->camera =
-        WithIntrinsics(scene_->camera, {l[0], l[0] * l[1], l[2], l[3], l[4], l[5], l[6], l[7]});
+    for (size_t i = 0; i < scene_->cameras.size(); ++i) {
+      const double* const l = Lens(i);
+      scene_->cameras[i] = WithIntrinsics(scene_->cameras[i],
+                                          {l[0], l[0] * l[1], l[2], l[3], l[4], l[5], l[6], l[7]});
+    }
     PlaneAdjustment made;
+    made.covariances.assign(scene_->cameras.size(), Eigen::Matrix<double, 8, 8>::Zero());
     made.cost = summary.final_cost;
     Finish(&made);
     return made;
   }
 
  private:
-  double* Lens() { return cameras_.data(); }
-  double* Rotation(size_t view) { return cameras_.data() + kLensSize + 7 * view; }
+  double* Lens(size_t camera) { return cameras_.data() + kLensSize * camera; }
+  double* Rotation(size_t view) { return Lens(scene_->cameras.size()) + 7 * view; }
 
   static ceres::Problem::Options ProblemOptions() {
     ceres::Problem::Options options;
@@ -118,8 +121,8 @@ class Adjuster final {
   }
 
   void Build() {
-    const CameraModel& c = scene_->camera;
-    cameras_ = {c.fx, c.fy / c.fx, c.cx, c.cy, c.k1, c.k2, c.u0, c.v0};
+    for (const CameraModel& c : scene_->cameras)
+      cameras_.insert(cameras_.end(), {c.fx, c.fy / c.fx, c.cx, c.cy, c.k1, c.k2, c.u0, c.v0});
     for (const Rigid3& pose : scene_->cams_from_world) {
       cameras_.insert(cameras_.end(), pose.rotation.coeffs().begin(), pose.rotation.coeffs().end());
       cameras_.insert(cameras_.end(), pose.translation.begin(), pose.translation.end());
@@ -129,13 +132,16 @@ class Adjuster final {
       problem_.AddResidualBlock(
           new ceres::AutoDiffCostFunction<PlaneReprojectionCost, 2, kLensSize, 4, 3, 3>(
               new PlaneReprojectionCost{o.px, o.sigma_px}),
-          loss, Lens(), Rotation(o.view), Rotation(o.view) + 4, scene_->points[o.point].data());
+          loss, Lens(scene_->CameraOf(o.view)), Rotation(o.view), Rotation(o.view) + 4,
+          scene_->points[o.point].data());
     }
-    AddLensPriors();
+    for (size_t i = 0; i < scene_->cameras.size(); ++i) {
+      AddLensPriors(i);
+      if (!options_.is_aspect_free) problem_.SetManifold(Lens(i), &held_aspect_);
+    }
     for (size_t v = 0; v < scene_->cams_from_world.size(); ++v) {
       if (problem_.HasParameterBlock(Rotation(v))) problem_.SetManifold(Rotation(v), &quaternion_);
     }
-    if (!options_.is_aspect_free) problem_.SetManifold(Lens(), &held_aspect_);
     if (options_.is_planar) {
       AddPlane();
     } else {
@@ -143,19 +149,19 @@ class Adjuster final {
     }
   }
 
-  void AddLensPriors() {
-    const CameraModel& c = scene_->camera;
+  void AddLensPriors(size_t camera) {
+    const CameraModel& c = scene_->cameras[camera];
     const double side_px = std::max(c.width_px, c.height_px);
     problem_.AddResidualBlock(
         new ceres::AutoDiffCostFunction<DistortionCenterPrior, 2, kLensSize>(
             new DistortionCenterPrior{options_.distortion_center_sigma * side_px}),
-        nullptr, Lens());
+        nullptr, Lens(camera));
     if (options_.principal_point_sigma == 0) return;
     const Eigen::Vector2d middle_px(0.5 * (c.width_px - 1), 0.5 * (c.height_px - 1));
     problem_.AddResidualBlock(
         new ceres::AutoDiffCostFunction<PrincipalPointPrior, 2, kLensSize>(
             new PrincipalPointPrior{middle_px, options_.principal_point_sigma * side_px}),
-        nullptr, Lens());
+        nullptr, Lens(camera));
   }
 
   void AddPlane() {
@@ -197,9 +203,10 @@ class Adjuster final {
     return ordering;
   }
 
-  // The lens first; not what is held.
+  // The lenses first; not what is held.
   std::vector<double*> CameraBlocks() {
-    std::vector<double*> blocks = {Lens()};
+    std::vector<double*> blocks;
+    for (size_t i = 0; i < scene_->cameras.size(); ++i) blocks.push_back(Lens(i));
     for (size_t v = options_.is_planar ? 0 : 1; v < scene_->cams_from_world.size(); ++v) {
       if (problem_.HasParameterBlock(Rotation(v)))
         blocks.insert(blocks.end(), {Rotation(v), Rotation(v) + 4});
@@ -230,7 +237,7 @@ class Adjuster final {
     const Eigen::Map<const Eigen::SparseMatrix<double, Eigen::RowMajor>> jacobian(
         crs.num_rows, crs.num_cols, static_cast<Eigen::Index>(crs.values.size()), crs.rows.data(),
         crs.cols.data(), crs.values.data());
-    SetCovariance(CameraInformation(jacobian.transpose() * jacobian), made);
+    SetCovariances(CameraInformation(jacobian.transpose() * jacobian), made);
   }
 
   // The normal matrix of lens and poses with the points eliminated, which is Schur's complement.
@@ -255,9 +262,9 @@ class Adjuster final {
     return information;
   }
 
-  // The covariance of the lens's free parameters is a part of the inverse of the information; their
+  // The covariance of each lens's free parameters is a part of the inverse of the information; their
   // derivatives then give the covariance of the intrinsics.
-  void SetCovariance(Eigen::MatrixXd information, PlaneAdjustment* made) const {
+  void SetCovariances(Eigen::MatrixXd information, PlaneAdjustment* made) {
     if (information.size() == 0) return;
     const Eigen::VectorXd scale = information.diagonal().cwiseMax(0).cwiseSqrt();
     constexpr double kPivotMin = 1e-13;  // of a matrix with a unit diagonal; less is rounding
@@ -269,27 +276,34 @@ class Adjuster final {
     std::vector<int> free = {0, 1, 2, 3, 4, 5, 6, 7};
     if (!options_.is_aspect_free) free.erase(free.begin() + 1);
     const auto n = static_cast<Eigen::Index>(free.size());
+    const auto lenses = static_cast<Eigen::Index>(scene_->cameras.size());
     const Eigen::MatrixXd inverse =
-        ldlt.solve(Eigen::MatrixXd::Identity(information.rows(), n)).topRows(n);
-    // fx = f, fy = f * aspect.
-    Eigen::MatrixXd intrinsics_by_free = Eigen::MatrixXd::Zero(8, n);
-    for (Eigen::Index column = 0; column < n; ++column) {
-      const int lens = free[static_cast<size_t>(column)];
-      if (lens == 0) intrinsics_by_free(0, column) = 1, intrinsics_by_free(1, column) = cameras_[1];
-      if (lens == 1) intrinsics_by_free(1, column) = cameras_[0];
-      if (lens >= 2) intrinsics_by_free(lens, column) = 1;
-      intrinsics_by_free.col(column) /= scale[column];
+        ldlt.solve(Eigen::MatrixXd::Identity(information.rows(), n * lenses)).topRows(n * lenses);
+    made->is_determined = true;
+    for (Eigen::Index i = 0; i < lenses; ++i) {
+      const double* const lens = Lens(static_cast<size_t>(i));
+      // fx = f, fy = f * aspect.
+      Eigen::MatrixXd intrinsics_by_free = Eigen::MatrixXd::Zero(8, n);
+      for (Eigen::Index column = 0; column < n; ++column) {
+        const int of_lens = free[static_cast<size_t>(column)];
+        if (of_lens == 0)
+          intrinsics_by_free(0, column) = 1, intrinsics_by_free(1, column) = lens[1];
+        if (of_lens == 1) intrinsics_by_free(1, column) = lens[0];
+        if (of_lens >= 2) intrinsics_by_free(of_lens, column) = 1;
+        intrinsics_by_free.col(column) /= scale[i * n + column];
+      }
+      Eigen::Matrix<double, 8, 8>& covariance = made->covariances[static_cast<size_t>(i)];
+      covariance = made->sigma_scale * made->sigma_scale * intrinsics_by_free *
+                   inverse.block(i * n, i * n, n, n) * intrinsics_by_free.transpose();
+      made->is_determined =
+          made->is_determined && covariance.allFinite() && covariance.diagonal().minCoeff() >= 0;
     }
-    made->covariance = made->sigma_scale * made->sigma_scale * intrinsics_by_free * inverse *
-                       intrinsics_by_free.transpose();
-    made->is_determined =
-        made->covariance.allFinite() && made->covariance.diagonal().minCoeff() >= 0;
   }
 
   const std::vector<PlaneObservation>& observations_;
   const PlaneAdjustmentOptions options_;
   PlaneScene* const scene_;
-  // The lens, then each view's rotation (x y z w) and translation: in one array, because Ceres
+  // The lenses, then each view's rotation (x y z w) and translation: in one array, because Ceres
   // orders parameter blocks by their addresses.
   std::vector<double> cameras_;
   ceres::EigenQuaternionManifold quaternion_;

@@ -28,9 +28,15 @@ struct PlaneObservation {
 
 // Everything that is adjusted. World: the plane is z = 0, where there is one.
 struct PlaneScene {
-  CameraModel camera;
+  std::vector<CameraModel> cameras{CameraModel()};  // one or more
+  std::vector<uint32_t> camera_of_view;             // empty: all were taken by the first one
   std::vector<Rigid3> cams_from_world;
   std::vector<Eigen::Vector3d> points;
+
+  // The first one, where it is the only one.
+  CameraModel& camera() { return cameras.front(); }
+  const CameraModel& camera() const { return cameras.front(); }
+  uint32_t CameraOf(size_t view) const { return camera_of_view.empty() ? 0 : camera_of_view[view]; }
 };
 
 struct PlaneAdjustmentOptions {
@@ -59,21 +65,23 @@ struct PlaneAdjustmentOptions {
 };
 
 struct PlaneAdjustment {
-  // Of the intrinsics, in the order of kIntrinsicNames.
-  Eigen::Matrix<double, 8, 8> covariance = Eigen::Matrix<double, 8, 8>::Zero();
-  // If false, the observations leave an intrinsic open, and the covariance means nothing.
+  // Of each camera's intrinsics, in the order of kIntrinsicNames.
+  std::vector<Eigen::Matrix<double, 8, 8>> covariances;
+  // If false, the observations leave an intrinsic open, and the covariances mean nothing.
   bool is_determined = false;
   std::vector<Eigen::Vector2d> residuals_px;  // of each observation: projected minus observed
   // What the observations' sigmas must be multiplied by to explain the residuals.
   double sigma_scale = 1;
   double cost = 0;  // half the sum of the squared residuals, in sigma, after the loss
+
+  const Eigen::Matrix<double, 8, 8>& covariance() const { return covariances.front(); }
 };
 
 // Minimises the reprojection errors over sigma, with Cauchy's loss, and weak priors as in the
 // options. The gauge is held by the plane's prior and by two points far apart whose x and y stay,
 // while their heights are free; without a plane by the first view, and how far the farthest one is.
 //
-// Every view and point needs an observation; views and points without one make it undetermined. The
+// Every camera, view and point needs an observation; those without one make it undetermined. The
 // covariance is that of the least squares without the loss, times sigma_scale^2. One thread:
 // repeatable. O(iterations * (observations + points * (views that see one)^2 + views^3)).
 // kInvalidArgument if there are fewer than 2 points, no view (fewer than 2 without a plane), or the

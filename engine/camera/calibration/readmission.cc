@@ -35,7 +35,7 @@ void PlaceWhatWasLeftOut(const std::vector<PlaneObservation>& observations,
     if (choice.is_used[i])
       view_is_used[observations[i].view] = point_is_used[observations[i].point] = true;
   }
-  const CameraModel& camera = scene->camera;
+  const CameraModel& camera = scene->camera();
   const double error_max = kErrorMax * std::max(camera.width_px, camera.height_px) / camera.fx;
   for (uint32_t v = 0; v < view_is_used.size(); ++v) {
     if (view_is_used[v] || !never[v].empty()) continue;

@@ -21,7 +21,7 @@ constexpr int kResidualsMin = 10;  // 3 more than the parameters, so that the re
 
 ViewFocal EstimateViewFocal(const std::vector<PlaneObservation>& observations,
                             const PlaneScene& scene, uint32_t view) {
-  const CameraModel& c = scene.camera;
+  const CameraModel& c = scene.camera();
   std::array<double, kLensSize> lens = {c.fx, c.fy / c.fx, c.cx, c.cy, c.k1, c.k2, c.u0, c.v0};
   Eigen::Vector4d rotation = scene.cams_from_world[view].rotation.coeffs();
   Eigen::Vector3d translation = scene.cams_from_world[view].translation;

@@ -20,7 +20,7 @@ namespace veduta {
 namespace {
 
 PlaneScene SceneOf(const SyntheticSession& session) {
-  return {session.truth, session.cams_from_world, session.points};
+  return {{session.truth}, {}, session.cams_from_world, session.points};
 }
 
 std::vector<PlaneObservation> ObservationsOf(const SyntheticSession& session) {
@@ -58,11 +58,11 @@ TEST(PlaneReprojectionCost, ProjectsAsTheCameraModelDoes) {
 // Points in a box before cameras on an arc, near and far.
 PlaneScene SolidScene() {
   PlaneScene scene;
-  scene.camera.width_px = 1000, scene.camera.height_px = 750;
-  scene.camera.fx = scene.camera.fy = 820;
-  scene.camera.cx = 503, scene.camera.cy = 371;
-  scene.camera.u0 = 503, scene.camera.v0 = 371;
-  scene.camera.k1 = -0.05, scene.camera.k2 = 0.02;
+  scene.camera().width_px = 1000, scene.camera().height_px = 750;
+  scene.camera().fx = scene.camera().fy = 820;
+  scene.camera().cx = 503, scene.camera().cy = 371;
+  scene.camera().u0 = 503, scene.camera().v0 = 371;
+  scene.camera().k1 = -0.05, scene.camera().k2 = 0.02;
   SeededRandom random(5);
   for (int i = 0; i < 250; ++i) {
     scene.points.push_back({4 * random.Unit() - 2, 3 * random.Unit() - 1.5, 4 * random.Unit() - 2});
@@ -75,23 +75,29 @@ PlaneScene SolidScene() {
   return scene;
 }
 
-TEST(PlaneAdjustment, WithoutAPlaneFromAPoorStart) {
-  const PlaneScene truth = SolidScene();
+std::vector<PlaneObservation> WithNoise(const PlaneScene& truth) {
   SeededRandom random(6);
   std::vector<PlaneObservation> observations;
   for (uint32_t v = 0; v < truth.cams_from_world.size(); ++v) {
+    const CameraModel& camera = truth.cameras[truth.CameraOf(v)];
     for (uint32_t p = 0; p < truth.points.size(); ++p) {
-      const auto px = PixelFromBearing(truth.camera, truth.cams_from_world[v] * truth.points[p]);
-      ASSERT_TRUE(px.has_value());
+      const auto px = PixelFromBearing(camera, truth.cams_from_world[v] * truth.points[p]);
+      EXPECT_TRUE(px.has_value());
       const Eigen::Vector2d noise{random.Unit() - 0.5, random.Unit() - 0.5};
-      observations.push_back({v, p, DistortPixel(truth.camera, *px) + 0.5 * noise, 1});
+      if (px) observations.push_back({v, p, DistortPixel(camera, *px) + 0.5 * noise, 1});
     }
   }
+  return observations;
+}
+
+TEST(PlaneAdjustment, WithoutAPlaneFromAPoorStart) {
+  const PlaneScene truth = SolidScene();
+  const std::vector<PlaneObservation> observations = WithNoise(truth);
   PlaneScene scene = truth;
-  scene.camera.fx = scene.camera.fy = 1.08 * truth.camera.fx;
-  scene.camera.cx = scene.camera.u0 = 499.5;
-  scene.camera.cy = scene.camera.v0 = 374.5;
-  scene.camera.k1 = scene.camera.k2 = 0;
+  scene.camera().fx = scene.camera().fy = 1.08 * truth.camera().fx;
+  scene.camera().cx = scene.camera().u0 = 499.5;
+  scene.camera().cy = scene.camera().v0 = 374.5;
+  scene.camera().k1 = scene.camera().k2 = 0;
   PlaneAdjustmentOptions options;
   options.is_planar = false;
   options.principal_point_sigma = 0.007;
@@ -99,38 +105,73 @@ TEST(PlaneAdjustment, WithoutAPlaneFromAPoorStart) {
   const auto made = AdjustPlane(observations, options, &scene);
   ASSERT_TRUE(made.ok()) << made.status().message();
   ASSERT_TRUE(made->is_determined);
-  const std::array<double, 8> found = IntrinsicsOf(scene.camera),
-                              right = IntrinsicsOf(truth.camera);
+  const std::array<double, 8> found = IntrinsicsOf(scene.camera()),
+                              right = IntrinsicsOf(truth.camera());
   for (size_t i = 0; i < found.size(); ++i) {
     const double sigma =
-        std::sqrt(made->covariance(static_cast<Eigen::Index>(i), static_cast<Eigen::Index>(i)));
+        std::sqrt(made->covariance()(static_cast<Eigen::Index>(i), static_cast<Eigen::Index>(i)));
     EXPECT_GT(sigma, 0) << kIntrinsicNames[i];
     EXPECT_LT(std::abs(found[i] - right[i]), 4 * sigma) << kIntrinsicNames[i];
   }
-  EXPECT_NEAR(scene.camera.fx, truth.camera.fx, 1);
+  EXPECT_NEAR(scene.camera().fx, truth.camera().fx, 1);
   // The gauge: the first view stays, and so does the scale.
   EXPECT_EQ(scene.cams_from_world[0].translation, truth.cams_from_world[0].translation);
   for (size_t p = 0; p < truth.points.size(); ++p)
     EXPECT_LT((scene.points[p] - truth.points[p]).norm(), 0.05);
 }
 
+TEST(PlaneAdjustment, EachOfTwoCamerasHasItsOwnLens) {
+  PlaneScene truth = SolidScene();
+  truth.cameras.push_back(truth.camera());
+  CameraModel& second = truth.cameras.back();
+  second.width_px = 640, second.height_px = 480;
+  second.fx = second.fy = 610;
+  second.cx = second.u0 = 322, second.cy = second.v0 = 238;
+  second.k1 = 0.04, second.k2 = -0.01;
+  truth.camera_of_view = {0, 1, 1, 0, 1, 0, 0, 1, 0};
+  PlaneScene scene = truth;
+  for (CameraModel& camera : scene.cameras) {
+    camera.fx = camera.fy = 1.05 * camera.fx;
+    camera.k1 = camera.k2 = 0;
+  }
+  PlaneAdjustmentOptions options;
+  options.is_planar = false;
+  options.principal_point_sigma = 0.007;
+  options.distortion_center_sigma = 0.007;
+  const auto made = AdjustPlane(WithNoise(truth), options, &scene);
+  ASSERT_TRUE(made.ok()) << made.status().message();
+  ASSERT_TRUE(made->is_determined);
+  ASSERT_EQ(made->covariances.size(), 2u);
+  for (size_t camera = 0; camera < 2; ++camera) {
+    const auto found = IntrinsicsOf(scene.cameras[camera]),
+               right = IntrinsicsOf(truth.cameras[camera]);
+    for (Eigen::Index i = 0; i < 8; ++i) {
+      const double sigma = std::sqrt(made->covariances[camera](i, i));
+      EXPECT_GT(sigma, 0) << kIntrinsicNames[static_cast<size_t>(i)];
+      EXPECT_LT(std::abs(found[static_cast<size_t>(i)] - right[static_cast<size_t>(i)]), 4 * sigma)
+          << camera << kIntrinsicNames[static_cast<size_t>(i)];
+    }
+    EXPECT_NEAR(scene.cameras[camera].fx / truth.cameras[camera].fx, 1, 0.002);
+  }
+}
+
 TEST(PlaneAdjustment, FromAPoorStart) {
   const SyntheticSession session = MakeSession({.noise_px = 0.1, .seed = 2});
   PlaneScene scene = SceneOf(session);
-  scene.camera.fx = scene.camera.fy = 1.04 * session.truth.fx;
-  scene.camera.cx += 40;
-  scene.camera.k1 *= 0.5;
-  scene.camera.k2 = 0;
-  scene.camera.u0 = scene.camera.cx;
-  scene.camera.v0 = scene.camera.cy;
+  scene.camera().fx = scene.camera().fy = 1.04 * session.truth.fx;
+  scene.camera().cx += 40;
+  scene.camera().k1 *= 0.5;
+  scene.camera().k2 = 0;
+  scene.camera().u0 = scene.camera().cx;
+  scene.camera().v0 = scene.camera().cy;
   for (Eigen::Vector3d& p : scene.points) p.z() = 0;
   const auto observations = ObservationsOf(session);
   const auto made = AdjustPlane(observations, {}, &scene);
   ASSERT_TRUE(made.ok()) << made.status().message();
   EXPECT_TRUE(made->is_determined);
-  EXPECT_NEAR(scene.camera.fx / session.truth.fx, 1, 0.001);
-  EXPECT_EQ(scene.camera.fx, scene.camera.fy);
-  EXPECT_LT(LargestDistortionError(scene.camera, session.truth), 1.5);
+  EXPECT_NEAR(scene.camera().fx / session.truth.fx, 1, 0.001);
+  EXPECT_EQ(scene.camera().fx, scene.camera().fy);
+  EXPECT_LT(LargestDistortionError(scene.camera(), session.truth), 1.5);
   EXPECT_NEAR(made->sigma_scale, 1, 0.1);  // the sigmas given were right
   ASSERT_EQ(made->residuals_px.size(), observations.size());
   double sum = 0;
@@ -159,10 +200,10 @@ TEST(PlaneAdjustment, StandardDeviationsAreThoseOfRepeatedExperiments) {
         Compact(observations, {std::vector<bool>(observations.size(), true), {}}, SceneOf(exact));
     const auto made = AdjustPlane(seen.observations, {}, &seen.scene);
     ASSERT_TRUE(made.ok() && made->is_determined);
-    const auto ours = IntrinsicsOf(seen.scene.camera), truth = IntrinsicsOf(exact.truth);
+    const auto ours = IntrinsicsOf(seen.scene.camera()), truth = IntrinsicsOf(exact.truth);
     for (int k = 0; k < 8; ++k) {
       const auto at = static_cast<size_t>(k);
-      in_sigma2[k] += std::pow(ours[at] - truth[at], 2) / made->covariance(k, k) / kTimes;
+      in_sigma2[k] += std::pow(ours[at] - truth[at], 2) / made->covariance()(k, k) / kTimes;
     }
   }
   for (int k = 0; k < 8; ++k) {  // chi-squared of 40 over 40 lies in 0.5..1.7 in 99.8 of 100 cases;
@@ -206,10 +247,10 @@ TEST(ViewFocal, AnotherZoomStandsOut) {
   EXPECT_LT(same.sigma_px, 0.01 * session.truth.fx);
   EXPECT_NEAR(same.error_sigmas, 1, 0.3);
   PlaneScene wrong = SceneOf(session);
-  wrong.camera.fx = wrong.camera.fy = 0.9 * session.truth.fx;
+  wrong.camera().fx = wrong.camera().fy = 0.9 * session.truth.fx;
   const ViewFocal other = EstimateViewFocal(observations, wrong, 2);
   EXPECT_NEAR(other.focal_px / session.truth.fx, 1, 0.02);
-  EXPECT_GT(std::abs(other.focal_px - wrong.camera.fx), 6 * other.sigma_px);
+  EXPECT_GT(std::abs(other.focal_px - wrong.camera().fx), 6 * other.sigma_px);
   EXPECT_TRUE(std::isinf(EstimateViewFocal({}, wrong, 2).sigma_px));
 }
 

@@ -86,7 +86,7 @@ TEST(StandardOutput, AdjustmentsOfTooLittlePrintNothing) {
     if (few.size() < 3) few.push_back({0, static_cast<uint32_t>(few.size()), p.px, p.sigma_px});
   EXPECT_EQ(
       StandardOutputOf([&] {
-        PlaneScene scene{session.truth, {session.cams_from_world[0]}, {}};
+        PlaneScene scene{{session.truth}, {}, {session.cams_from_world[0]}, {}};
         for (int i = 0; i < 3; ++i) scene.points.emplace_back(0.1 * i, 0, 0);
         AdjustPlane(few, {}, &scene).status().IgnoreBecause("only what it prints is looked at");
         EstimateViewFocal(few, scene, 0);
