@@ -65,9 +65,8 @@ class Engine final {
                              const std::string& source);
 
   // While nothing is placed: calibrates, adds and names the cameras of photos that name none, each
-  // by its photos together (four at least, of one EXIF or, where they tell nothing, of one size);
-  // where none is found so, all of the first photos tell their cameras together. Takes as long as
-  // adding some 40 photos four times, and twelve times where several cameras are sought together. kCancelled: cameras that were added stay.
+  // by its own (four at least, of one EXIF or size), or else all together. Takes as long as adding
+  // some 40 photos four to twelve times. kCancelled: cameras that were added stay.
   Result<std::vector<FirstCamera>> CalibrateFirst(std::span<PhotoSubmission> photos,
                                                   std::stop_token stop = {});
 

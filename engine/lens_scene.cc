@@ -21,8 +21,8 @@ namespace {
 // LensDeviations (engine/mapping/unknown_camera.h).
 constexpr double kPrincipalPointSigma = 0.007;
 // That of photos that were cropped off their middle, and so many times of which it must lie off
-// before that is believed: of photos of castle-P19 and fountain-P11 cut off by up to 10 % it was 2 to
-// 10 times, and focal lengths came out to 0.5 % instead of 0.1 %. Chosen by hand.
+// before that is believed. Of photos of castle-P19 and fountain-P11 that were cut off by up to 10 %
+// it was 2 to 10 times, and focal lengths came out to 0.5 % instead of 0.1 %. Chosen by hand.
 constexpr double kCroppedSigma = 0.05, kCroppedTimes = 2;
 // Images that must see a point: two see no contradiction. Chosen by hand.
 constexpr size_t kViewsMin = 3;

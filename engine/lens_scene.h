@@ -47,8 +47,8 @@ struct AdjustedLens {
 
 // Adjusts poses, points and lenses together (without a plane), leaves out what does not fit, and
 // adjusts the rest. The principal point lies near the photo's middle, unless the photos want it
-// clearly elsewhere, as where they were cropped. Nothing where less than `views_min` views are left.
-// Errors as of AdjustPlane.
+// clearly elsewhere, as where they were cropped. Nothing where less than `views_min` views are
+// left. Errors as of AdjustPlane.
 Result<std::optional<AdjustedLens>> AdjustLens(LensScene scene, uint32_t views_min);
 
 }  // namespace veduta

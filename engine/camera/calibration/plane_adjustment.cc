@@ -262,8 +262,8 @@ class Adjuster final {
     return information;
   }
 
-  // The covariance of each lens's free parameters is a part of the inverse of the information; their
-  // derivatives then give the covariance of the intrinsics.
+  // The covariance of each lens's free parameters is a part of the inverse of the information;
+  // their derivatives then give the covariance of the intrinsics.
   void SetCovariances(Eigen::MatrixXd information, PlaneAdjustment* made) {
     if (information.size() == 0) return;
     const Eigen::VectorXd scale = information.diagonal().cwiseMax(0).cwiseSqrt();
