@@ -27,11 +27,14 @@ struct Arguments {
 };
 
 void AddCommandLine(CLI::App& app, Arguments& a) {
-  app.add_option("PHOTOS", a.photos, "a folder of photos that one camera took")->required();
+  app.add_option("PHOTOS", a.photos, "a folder of photos")->required();
   app.add_option("TRUTH", a.truth, "a folder of files NAME.camera in Strecha's layout")->required();
-  app.add_option("--size", a.size, "WIDTHxHEIGHT of the camera in px")->required();
+  CLI::Option* const size =
+      app.add_option("--size", a.size,
+                     "WIDTHxHEIGHT in px of the camera that took all of them; without it the "
+                     "photos tell their cameras");
   app.add_option("--params", a.params, "fx,fy,cx,cy[,k1,k2[,u0,v0]], as veduta-street prints them")
-      ->required();
+      ->needs(size);
   app.add_option("--first", a.first, "the first seed (1); 0 is the order of names");
   app.add_option("--last", a.last,
                  "the last seed (20, or none with --list); the order of a seed is "
@@ -72,7 +75,8 @@ Result<std::vector<PhotoOrder>> ReadOrders(const Arguments& arguments) {
 }
 
 // The exit code.
-Result<int> Measure(const Arguments& arguments, const CameraModel& camera, const Truth& truth) {
+Result<int> Measure(const Arguments& arguments, const std::optional<CameraModel>& camera,
+                    const Truth& truth) {
   VEDUTA_ASSIGN_OR_RETURN(const std::vector<PhotoOrder> orders, ReadOrders(arguments));
   std::vector<ScoredRun> runs(orders.size());
   const auto run = [&](const PhotoOrder& order, const std::string& folder) {
@@ -114,8 +118,12 @@ int Run(int argc, char** argv) {
   }
   if (app.count("--last") == 0 && arguments.lists.empty())
     arguments.last = std::max<uint64_t>(arguments.first, 20);
-  const Result<CameraModel> camera = ParseCamera(arguments.size, arguments.params);
-  if (!camera.ok()) return Fail(camera.status(), 2);
+  std::optional<CameraModel> camera;
+  if (!arguments.size.empty()) {
+    const Result<CameraModel> parsed = ParseCamera(arguments.size, arguments.params);
+    if (!parsed.ok()) return Fail(parsed.status(), 2);
+    camera = *parsed;
+  }
   const Result<Truth> truth = ReadTruth(arguments.truth);
   if (!truth.ok()) return Fail(truth.status(), 1);
   const auto given = [&](const char* name, double value) {

@@ -15,11 +15,12 @@ namespace {
 
 constexpr const char* kCamera = "camera";
 
-Status AddAll(Engine& engine, const PhotoOrder& order, OrderRun* run) {
+Status AddAll(Engine& engine, const PhotoOrder& order, const std::string& camera, OrderRun* run) {
   std::vector<PhotoSubmission> submissions;
   for (const OrderedPhoto& photo : order.photos)
-    submissions.push_back({{photo.name, photo.path, {}}, kCamera, "orders"});
+    submissions.push_back({{photo.name, photo.path, {}}, camera, "orders"});
   const auto begin = std::chrono::steady_clock::now();
+  if (camera.empty()) VEDUTA_RETURN_IF_ERROR(engine.CalibrateFirst(submissions).status());
   Status followed;
   const Status added = engine.AddPhotos(
       submissions,
@@ -44,13 +45,13 @@ struct Answers {
   Status failure;
 };
 
-void SubmitShare(Engine& engine, const PhotoOrder& order, uint32_t contributor, uint32_t count,
-                 Answers* answers) {
+void SubmitShare(Engine& engine, const PhotoOrder& order, const std::string& camera,
+                 uint32_t contributor, uint32_t count, Answers* answers) {
   for (size_t i = contributor; i < order.photos.size(); i += count) {
     const OrderedPhoto& photo = order.photos[i];
     const auto begin = std::chrono::steady_clock::now();
     const Result<Ticket> ticket = engine.Submit(
-        {{photo.name, photo.path, {}}, kCamera, "contributor " + std::to_string(contributor)});
+        {{photo.name, photo.path, {}}, camera, "contributor " + std::to_string(contributor)});
     const Status status = ticket.ok() ? ticket->Wait().status() : ticket.status();
     const std::chrono::duration<double> took = std::chrono::steady_clock::now() - begin;
     const std::lock_guard lock(answers->mutex);
@@ -59,12 +60,13 @@ void SubmitShare(Engine& engine, const PhotoOrder& order, uint32_t contributor, 
   }
 }
 
-Status SubmitAll(Engine& engine, const PhotoOrder& order, uint32_t contributors, OrderRun* run) {
+Status SubmitAll(Engine& engine, const PhotoOrder& order, const std::string& camera,
+                 uint32_t contributors, OrderRun* run) {
   const auto begin = std::chrono::steady_clock::now();
   Answers answers;
   std::vector<std::thread> threads;
   for (uint32_t c = 0; c < contributors; ++c)
-    threads.emplace_back([&, c] { SubmitShare(engine, order, c, contributors, &answers); });
+    threads.emplace_back([&, c] { SubmitShare(engine, order, camera, c, contributors, &answers); });
   for (std::thread& thread : threads) thread.join();
   const Status settled = engine.Settle();
   run->seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
@@ -96,7 +98,7 @@ Status ReadPoses(const Questions& questions, const PhotoOrder& order, OrderRun* 
   return {};
 }
 
-Status Run(const PhotoOrder& order, const CameraModel& camera, uint32_t threads,
+Status Run(const PhotoOrder& order, const std::optional<CameraModel>& camera, uint32_t threads,
            uint32_t contributors, const std::string& folder, OrderRun* run) {
   EngineOptions options;
   options.create = true;
@@ -104,17 +106,19 @@ Status Run(const PhotoOrder& order, const CameraModel& camera, uint32_t threads,
   options.thread_count = threads;
   VEDUTA_ASSIGN_OR_RETURN(const std::unique_ptr<Engine> engine,
                           Engine::Open(folder + "/database", options));
-  VEDUTA_RETURN_IF_ERROR(engine->AddCamera(kCamera, camera, "veduta-bench-orders").status());
-  const Status added = contributors == 0 ? AddAll(*engine, order, run)
-                                         : SubmitAll(*engine, order, contributors, run);
+  if (camera)
+    VEDUTA_RETURN_IF_ERROR(engine->AddCamera(kCamera, *camera, "veduta-bench-orders").status());
+  const std::string name = camera ? kCamera : "";
+  const Status added = contributors == 0 ? AddAll(*engine, order, name, run)
+                                         : SubmitAll(*engine, order, name, contributors, run);
   VEDUTA_RETURN_IF_ERROR(ReadPoses(engine->Ask(), order, run));
   return added;
 }
 
 }  // namespace
 
-OrderRun RunOrder(const PhotoOrder& order, const CameraModel& camera, uint32_t threads,
-                  uint32_t contributors, const std::string& folder) {
+OrderRun RunOrder(const PhotoOrder& order, const std::optional<CameraModel>& camera,
+                  uint32_t threads, uint32_t contributors, const std::string& folder) {
   OrderRun run;
   run.label = order.label;
   run.photos = static_cast<uint32_t>(order.photos.size());

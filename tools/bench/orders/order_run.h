@@ -3,6 +3,7 @@
 // Adds photos in one order to a new database and asks where they were put.
 
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -32,11 +33,11 @@ struct OrderRun {
 };
 
 // Adds the photos one after another, as `veduta add` does, to a new database in `folder`. All were
-// taken by one camera. Where there are `contributors`, each of them submits its share of the photos
+// taken by one camera, or tell by themselves what took them. Where there are `contributors`, each of them submits its share of the photos
 // instead, the next one when the last one is answered, and the engine chooses whose turn it is:
 // then two runs of an order differ. Errors stand in the run's `failure`.
-OrderRun RunOrder(const PhotoOrder& order, const CameraModel& camera, uint32_t threads,
-                  uint32_t contributors, const std::string& folder);
+OrderRun RunOrder(const PhotoOrder& order, const std::optional<CameraModel>& camera,
+                  uint32_t threads, uint32_t contributors, const std::string& folder);
 
 // A run as lines of text and back, exactly: from the process that ran it to the one that scores it.
 // kCorruption.
