@@ -76,7 +76,7 @@ Status Take(const orders::OrderedPhoto& photo, const CameraModel& source, const 
       picture.rows != static_cast<int>(source.height_px))
     return Status::InvalidArgument(photo.path + " is no picture of the size of the camera");
   const double scale = camera.fx / source.fx;
-  // What is smaller shows less detail, and no moiré.
+  // What is smaller shows less detail, and no false patterns.
   cv::GaussianBlur(picture, picture, {}, 0.45 / scale);
   cv::Mat taken;
   cv::remap(picture, taken, x, y, cv::INTER_CUBIC, cv::BORDER_REPLICATE);

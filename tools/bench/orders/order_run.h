@@ -33,9 +33,10 @@ struct OrderRun {
 };
 
 // Adds the photos one after another, as `veduta add` does, to a new database in `folder`. All were
-// taken by one camera, or tell by themselves what took them. Where there are `contributors`, each of them submits its share of the photos
-// instead, the next one when the last one is answered, and the engine chooses whose turn it is:
-// then two runs of an order differ. Errors stand in the run's `failure`.
+// taken by one camera, or they tell by themselves what took them. Where there are `contributors`,
+// each of them submits its share of the photos instead, the next one when the last one is answered,
+// and the engine chooses whose turn it is: then two runs of an order differ. Errors stand in the
+// run's `failure`.
 OrderRun RunOrder(const PhotoOrder& order, const std::optional<CameraModel>& camera,
                   uint32_t threads, uint32_t contributors, const std::string& folder);
 
