@@ -162,6 +162,14 @@ TEST(OrdersProgram, JudgesAStreet) {
     EXPECT_LT(one["all"]["center_max_m"], 0.2);
   }
 
+  // Where no camera is named, the photos tell it.
+  const auto [untold_code, untold] =
+      RunProgram(folder + "/photos " + folder + "/truth --first 0 --last 0 --json");
+  EXPECT_EQ(untold_code, 0);
+  ASSERT_EQ(untold.size(), 2u);
+  EXPECT_GE(nlohmann::json::parse(untold[0])["told"], 6);
+  EXPECT_EQ(RunProgram(folder + "/photos " + folder + "/truth --params 1,1,1,1 2>&1").first, 2);
+
   // A truth that says another place for one photo makes every order wrong.
   auto damaged = (*cameras)[3];
   damaged.cam_from_world.translation += Eigen::Vector3d(0, 3, 0);

@@ -132,7 +132,7 @@ int Run(int argc, char** argv) {
   arguments.limits.center_m =
       CenterLimit(given("--error-m", arguments.error_m),
                   given("--error-share", arguments.error_share), ExtentOf(*truth));
-  const Result<int> exit_code = Measure(arguments, *camera, *truth);
+  const Result<int> exit_code = Measure(arguments, camera, *truth);
   return exit_code.ok() ? *exit_code : Fail(exit_code.status(), ExitCodeOf(exit_code.status()));
 }
 
