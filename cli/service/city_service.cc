@@ -354,10 +354,12 @@ void CityService::TellEvents(uint64_t first, const Sight& sight,
 }
 
 Result<CityEvents> CityService::EventsFrom(uint64_t first, const Sight& sight) const {
-  VEDUTA_ASSIGN_OR_RETURN(const std::vector<JournalAnswer> entries,
-                          engine_->Ask(sight).Journal(first, kEventsMax));
+  const Result<std::vector<JournalAnswer>> entries = engine_->Ask(sight).Journal(first, kEventsMax);
   CityEvents events{"", first};
-  for (const JournalAnswer& entry : entries) {
+  // While the files are opened again, as by a removal, nothing can be read. It is asked again soon.
+  if (entries.status().code() == StatusCode::kBusy) return events;
+  VEDUTA_RETURN_IF_ERROR(entries.status());
+  for (const JournalAnswer& entry : *entries) {
     events.text += "id: " + std::to_string(entry.sequence) +
                    "\nevent: journal\ndata: " + JsonLine(ToJson(entry)) + "\n\n";
     events.next = entry.sequence + 1;

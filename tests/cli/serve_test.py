@@ -437,6 +437,27 @@ class Stopping(Case):
     def test_a_kill(self):
         self.check_stop(signal.SIGKILL, 'killed')
 
+    def test_those_who_follow_are_not_cut_off_where_the_files_are_opened_again(self):
+        db = at('followed.veduta')
+        must('copy', WHOLE, db)
+        with Daemon(db) as daemon:
+            first = len(must('journal', db).splitlines()) + 1
+            connections = [daemon.connect() for _ in range(8)]
+            for connection in connections:
+                connection.request('GET', f'/v1/events?from={first}')
+            answers = [connection.getresponse() for connection in connections]
+            names = [image['image'] for image in daemon.get('/v1/photos')][:3]
+            for name in names:  # each of them opens the files again
+                must('remove', db, name)
+            for answer in answers:
+                told = 0
+                while told < len(names):
+                    line = answer.readline()
+                    self.assertNotEqual(line, b'', 'the events have ended')
+                    told += line.startswith(b'data: ') and json.loads(line[6:])['action'] == 'remove'
+            for connection in connections:
+                connection.close()
+
     def test_one_who_follows_does_not_hold_it_up(self):
         daemon = Daemon(WHOLE)
         connection = daemon.connect()

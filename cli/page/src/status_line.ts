@@ -13,11 +13,15 @@ export class StatusLine {
     attributes: { role: "status", "aria-live": "polite" },
   });
   private isLost = false;
+  private waiting = ""; // what was told meanwhile
   private timer = 0;
 
-  // A text that goes by itself; a lost connection is more important.
+  // A text that goes by itself. Where the connection is lost it waits until that is back.
   tell(text: string): void {
-    if (this.isLost) return;
+    if (this.isLost) {
+      this.waiting = text;
+      return;
+    }
     this.set(text);
     this.timer = window.setTimeout(() => this.set(""), SHOWN_MS);
   }
@@ -38,7 +42,8 @@ export class StatusLine {
   regain(): void {
     if (!this.isLost) return;
     this.isLost = false;
-    this.tell(t("status_back"));
+    this.tell(this.waiting || t("status_back"));
+    this.waiting = "";
   }
 
   private set(text: string): void {
