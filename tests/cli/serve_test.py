@@ -450,11 +450,12 @@ class Stopping(Case):
             for name in names:  # each of them opens the files again
                 must('remove', db, name)
             for answer in answers:
-                told = 0
-                while told < len(names):
+                removed = 0
+                while removed < len(names):
                     line = answer.readline()
                     self.assertNotEqual(line, b'', 'the events have ended')
-                    told += line.startswith(b'data: ') and json.loads(line[6:])['action'] == 'remove'
+                    if line.startswith(b'data: '):
+                        removed += json.loads(line[6:])['action'] == 'remove'
             for connection in connections:
                 connection.close()
 
