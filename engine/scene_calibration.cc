@@ -179,6 +179,16 @@ struct TrialScene {
   std::map<uint32_t, std::string> refused;  // photos that are none, or cannot be read, and why
 };
 
+// How much less sure a trial of several cameras may be of where its views stand than a city: with
+// lenses that are only guessed, nothing is sure. Chosen by hand.
+constexpr double kUnsureTimes = 4;
+
+void AllowUnsure(MapperOptions* mapper) {
+  mapper->deviation_share_max *= kUnsureTimes;
+  mapper->founding.deviation_share_max *= kUnsureTimes;
+  mapper->founding.network_deviation_share_max *= kUnsureTimes;
+}
+
 Result<TrialScene> BuildScene(const Trials& trials, const std::vector<CameraModel>& cameras) {
   VEDUTA_ASSIGN_OR_RETURN(const TemporaryFolder folder, TemporaryFolder::Make());
   EngineOptions options;
@@ -187,6 +197,7 @@ Result<TrialScene> BuildScene(const Trials& trials, const std::vector<CameraMode
   options.thread_count = trials.thread_count;
   EngineTuning tuning;
   tuning.decoder = trials.options.decoder;
+  if (cameras.size() > 1) AllowUnsure(&tuning.ingest.mapper);
   VEDUTA_ASSIGN_OR_RETURN(const std::unique_ptr<Engine> engine,
                           EngineParts::Open(folder.path() + "/city", options, tuning));
   for (size_t i = 0; i < cameras.size(); ++i)
