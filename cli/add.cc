@@ -69,7 +69,9 @@ class AddReport final {
     const std::string word = OutcomeWord(outcome);
     ++counts_[word];
     if (!outcome.failure.ok()) {
-      exit_code_ = std::max(exit_code_, ExitCodeOf(outcome.failure));
+      // What is busy is not the database: the program of --blur has not told what is private.
+      const bool is_untold = outcome.failure.code() == StatusCode::kBusy;
+      exit_code_ = std::max<int>(exit_code_, is_untold ? kNotDone : ExitCodeOf(outcome.failure));
     } else if (!outcome.duplicate && outcome.verdict == Verdict::kRejected) {
       exit_code_ = std::max<int>(exit_code_, kNotDone);
     }

@@ -117,36 +117,64 @@ std::pair<int, std::vector<std::string>> RunProgram(const std::string& arguments
   return {WIFEXITED(state) ? WEXITSTATUS(state) : -1, lines};
 }
 
-TEST(OrdersProgram, JudgesAStreet) {
-  auto scratch = ScratchFolder::Make();
-  ASSERT_TRUE(scratch.ok());
-  const std::string folder = scratch->path() / "street";
-  street::DataSetOptions options;
-  CameraModel& model = options.rig.model;
-  model.width_px = 640, model.height_px = 480;
-  model.fx = model.fy = 563.2;
-  model.cx = model.u0 = 319.5, model.cy = model.v0 = 239.5;
-  options.rig.trajectory = street::Trajectory::kLoop;
-  options.rig.photos = 150;
-  // The first eight stations of a loop of 150.
-  options.scene = street::SceneForTrajectory(street::Trajectory::kLoop, 150, 0);
-  const auto cameras = street::MakeCameras(options.scene, options.rig);
-  ASSERT_TRUE(cameras.ok());
-  const auto scene = street::BuildScene(options.scene);
-  ASSERT_TRUE(scene.ok());
-  for (const char* part : {"photos", "truth"}) fs::create_directories(folder + "/" + part);
-  for (size_t i = 0; i < 8; ++i) {
-    const street::StreetCamera& camera = (*cameras)[i];
-    const auto photo = street::RenderPhoto(**scene, camera, {});
-    ASSERT_TRUE(photo.ok());
-    const auto jpeg = street::EncodeJpeg(*photo, 92).value();
-    std::ofstream(folder + "/photos/" + camera.name, std::ios::binary)
-        .write(reinterpret_cast<const char*>(jpeg.data()),
-               static_cast<std::streamsize>(jpeg.size()));
-    ASSERT_TRUE(street::WriteCameraFile(camera, folder + "/truth/" + camera.name + ".camera").ok());
+// The first eight stations of a loop of 150.
+class OrdersProgram : public testing::Test {
+ protected:
+  OrdersProgram() {
+    CameraModel& model = options_.rig.model;
+    model.width_px = 640, model.height_px = 480;
+    model.fx = model.fy = 563.2;
+    model.cx = model.u0 = 319.5, model.cy = model.v0 = 239.5;
+    options_.rig.trajectory = street::Trajectory::kLoop;
+    options_.rig.photos = 150;
+    options_.scene = street::SceneForTrajectory(street::Trajectory::kLoop, 150, 0);
   }
-  const std::string set = folder + "/photos " + folder + "/truth --size 640x480 --params " +
-                          street::CameraParams(model);
+
+  void SetUp() override {
+    auto scratch = ScratchFolder::Make();
+    ASSERT_TRUE(scratch.ok());
+    scratch_.emplace(*std::move(scratch));
+    folder_ = scratch_->path() / "street";
+    const auto cameras = street::MakeCameras(options_.scene, options_.rig);
+    ASSERT_TRUE(cameras.ok());
+    cameras_ = *cameras;
+    const auto scene = street::BuildScene(options_.scene);
+    ASSERT_TRUE(scene.ok());
+    for (const char* part : {"photos", "truth"}) fs::create_directories(folder_ + "/" + part);
+    for (size_t i = 0; i < 8; ++i) {
+      const street::StreetCamera& camera = cameras_[i];
+      const auto photo = street::RenderPhoto(**scene, camera, {});
+      ASSERT_TRUE(photo.ok());
+      const auto jpeg = street::EncodeJpeg(*photo, 92).value();
+      std::ofstream(folder_ + "/photos/" + camera.name, std::ios::binary)
+          .write(reinterpret_cast<const char*>(jpeg.data()),
+                 static_cast<std::streamsize>(jpeg.size()));
+      ASSERT_TRUE(street::WriteCameraFile(camera, TruthOf(camera)).ok());
+    }
+  }
+
+  std::string TruthOf(const street::StreetCamera& camera) const {
+    return folder_ + "/truth/" + camera.name + ".camera";
+  }
+  std::string Set() const { return folder_ + "/photos " + folder_ + "/truth"; }
+
+  street::DataSetOptions options_;
+  std::optional<ScratchFolder> scratch_;
+  std::string folder_;
+  std::vector<street::StreetCamera> cameras_;
+};
+
+TEST_F(OrdersProgram, WithoutACameraThePhotosTellIt) {
+  const auto [code, lines] = RunProgram(Set() + " --first 0 --last 0 --json");
+  EXPECT_EQ(code, 0);
+  ASSERT_EQ(lines.size(), 2u);
+  EXPECT_GE(nlohmann::json::parse(lines[0])["told"], 6);
+  EXPECT_EQ(RunProgram(Set() + " --params 1,1,1,1 2>&1").first, 2);
+}
+
+TEST_F(OrdersProgram, JudgesAStreet) {
+  const std::string set =
+      Set() + " --size 640x480 --params " + street::CameraParams(options_.rig.model);
   const auto [code, lines] = RunProgram(set + " --first 0 --last 1 --jobs 2 --json");
   EXPECT_EQ(code, 0);
   ASSERT_EQ(lines.size(), 3u);
@@ -162,18 +190,10 @@ TEST(OrdersProgram, JudgesAStreet) {
     EXPECT_LT(one["all"]["center_max_m"], 0.2);
   }
 
-  // Where no camera is named, the photos tell it.
-  const auto [untold_code, untold] =
-      RunProgram(folder + "/photos " + folder + "/truth --first 0 --last 0 --json");
-  EXPECT_EQ(untold_code, 0);
-  ASSERT_EQ(untold.size(), 2u);
-  EXPECT_GE(nlohmann::json::parse(untold[0])["told"], 6);
-  EXPECT_EQ(RunProgram(folder + "/photos " + folder + "/truth --params 1,1,1,1 2>&1").first, 2);
-
   // A truth that says another place for one photo makes every order wrong.
-  auto damaged = (*cameras)[3];
+  auto damaged = cameras_[3];
   damaged.cam_from_world.translation += Eigen::Vector3d(0, 3, 0);
-  ASSERT_TRUE(street::WriteCameraFile(damaged, folder + "/truth/" + damaged.name + ".camera").ok());
+  ASSERT_TRUE(street::WriteCameraFile(damaged, TruthOf(damaged)).ok());
   const auto [wrong_code, wrong_lines] = RunProgram(set + " --last 1");
   EXPECT_EQ(wrong_code, 1);
   ASSERT_GT(wrong_lines.size(), 2u);
