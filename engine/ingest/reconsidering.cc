@@ -71,7 +71,7 @@ bool IsAtTwin(const MappingContext& context, std::span<const BodyPair> pairs,
       .LacksStructure(doubt, doubt.body_mixed_share_max);
 }
 
-// A body's place by the pairs with the rest that the pictures do not speak against.
+// A body's better place, if there is one that the pictures do not speak against.
 Result<std::optional<Sim3>> FindPlace(const MappingContext& context, const Region& region,
                                       std::span<const ImageId> body) {
   VEDUTA_ASSIGN_OR_RETURN(const std::vector<BodyPair> pairs,

@@ -17,7 +17,8 @@ struct Region {
 };
 
 // Looks for groups of the region's images that belong elsewhere as one body (better_body.h), and
-// carries them there: the largest ones first, and none that overlaps with one that was carried.
+// carries them there, unless their pictures or those there speak against it: the largest ones
+// first, and none that overlaps with one that was carried.
 Status ReconsiderBodies(const MappingContext& context, const Region& region);
 
 // Looks for better poses of the region's images, one by one (better_pose.h), and moves those that

@@ -56,9 +56,9 @@ export function sayAgain(): void {
 const keyOf = (node: Element) =>
   node.querySelector<HTMLElement>("[data-key]")?.dataset.key ?? "";
 
-// Makes `children` the children of a list. One that is as before stays the node that it was, so that
-// a click that has begun on it is not lost: what a button does must follow from what is seen of it
-// and from its data-key. The focus goes to the node with the same data-key.
+// Makes `children` the children of a list. One that is as before stays the node that it was, so
+// that a click that has begun on it is not lost: what a button does must follow from what is seen
+// of it and from its data-key. The focus goes to the node with the same data-key.
 export function refill(parent: HTMLElement, children: Element[]): void {
   const active = document.activeElement;
   const held = active instanceof HTMLElement && parent.contains(active) ? active.dataset.key : null;

@@ -1,11 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 // The dialog in which a curator confirms that a photo is erased for good, and says why.
+import { buildDialog } from "./dialog";
 import { el } from "./dom";
 
 const WHY_LENGTH_MAX = 500; // 2000 bytes of UTF-8 at most
 
 export class EraseForm {
-  readonly element = el("dialog", { attributes: { "aria-labelledby": "erase-title" } });
+  readonly element: HTMLDialogElement;
   private readonly name = el("p", { class: "name", attributes: { lang: "en", dir: "auto" } });
   private readonly why = el("input", {
     id: "erase-why",
@@ -13,26 +14,24 @@ export class EraseForm {
   });
   private photo = 0;
 
-  constructor(private readonly onErase: (photo: number, why: string) => void) {
-    const form = el("form");
-    const cancel = el("button", { words: "report_cancel" });
-    const erase = el("button", { class: "main", words: "erase_now" });
-    erase.type = "submit";
-    form.append(
-      el("h2", { id: "erase-title", words: "erase_title" }),
-      this.name,
-      el("p", { words: "erase_text" }),
-      el("label", { words: "erase_why", attributes: { for: "erase-why" } }),
-      this.why,
-      el("div", { class: "buttons" }, cancel, erase),
-    );
-    this.element.append(form);
-    form.addEventListener("submit", (event) => {
-      event.preventDefault();
-      this.element.close();
-      this.onErase(this.photo, this.why.value);
+  constructor(onErase: (photo: number, why: string) => void) {
+    this.element = buildDialog({
+      name: "erase",
+      title: "erase_title",
+      send: "erase_now",
+      cancel: "report_cancel",
+      parts: [
+        this.name,
+        el("p", { words: "erase_text" }),
+        el("label", { words: "erase_why", attributes: { for: "erase-why" } }),
+        this.why,
+      ],
+      onSend: () => {
+        this.element.close();
+        onErase(this.photo, this.why.value);
+      },
+      onCancel: () => this.element.close(),
     });
-    cancel.addEventListener("click", () => this.element.close());
   }
 
   ask(photo: number, name: string): void {

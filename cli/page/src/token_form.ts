@@ -1,9 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 // A small form that asks for a token.
+import { buildDialog } from "./dialog";
 import { el, foreign } from "./dom";
 
 export class TokenForm {
-  readonly element = el("dialog", { attributes: { "aria-labelledby": "token-title" } });
+  readonly element: HTMLDialogElement;
   private readonly input = el("input", {
     id: "token",
     attributes: { type: "password", autocomplete: "off", spellcheck: "false", required: "" },
@@ -13,32 +14,27 @@ export class TokenForm {
   private answer: (token: string | null) => void = () => {};
 
   constructor(onForget: () => void) {
-    const form = el("form");
-    const cancel = el("button", { words: "token_cancel" });
-    const enter = el("button", { class: "main", words: "token_enter" });
-    enter.type = "submit";
-    form.append(
-      el("h2", { id: "token-title", words: "token_title" }),
-      el("p", { words: "token_text" }),
-      this.detail,
-      el("label", { words: "token_label", attributes: { for: "token" } }),
-      this.input,
-      el("div", { class: "buttons" }, enter, cancel, this.forgetButton),
-    );
-    this.element.append(form);
-    form.addEventListener("submit", (event) => {
-      event.preventDefault();
-      // No token has spaces or other characters than these, which a copy may bring along. A header
-      // could not carry all of them.
-      const token = this.input.value.replace(/[^!-~]/g, "");
-      if (token !== "") this.close(token);
+    this.element = buildDialog({
+      name: "token",
+      title: "token_title",
+      send: "token_enter",
+      cancel: "token_cancel",
+      parts: [
+        el("p", { words: "token_text" }),
+        this.detail,
+        el("label", { words: "token_label", attributes: { for: "token" } }),
+        this.input,
+      ],
+      buttons: [this.forgetButton],
+      onSend: () => {
+        // No token has spaces or other characters than these, which a copy may bring along. A
+        // header could not carry all of them.
+        const token = this.input.value.replace(/[^!-~]/g, "");
+        if (token !== "") this.close(token);
+      },
+      onCancel: () => this.close(null),
     });
-    cancel.addEventListener("click", () => this.close(null));
     this.forgetButton.addEventListener("click", onForget);
-    this.element.addEventListener("cancel", (event) => {
-      event.preventDefault();
-      this.close(null);
-    });
   }
 
   // Null: the person has none. `detail`: the daemon's words, or "".
