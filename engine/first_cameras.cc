@@ -59,14 +59,15 @@ std::string SourceOf(const Calibration& made) {
          " photos together, its focal length to " + share + " %";
 }
 
-// Adds it under the group's name, or under one that says its size and is free.
+// Adds it under the group's name, or under one that says its size; where that is taken, with a
+// number.
 Result<std::string> Add(EngineParts* parts, const Group& group, const Calibration& made) {
-  std::string name = group.name;
-  if (name.empty()) {
-    name = "photos of " + std::to_string(made.model.width_px) + "x" +
-           std::to_string(made.model.height_px);
-  }
-  for (;; name += "'") {
+  const std::string wanted = !group.name.empty()
+                                 ? group.name
+                                 : "photos of " + std::to_string(made.model.width_px) + "x" +
+                                       std::to_string(made.model.height_px);
+  std::string name = wanted;
+  for (uint32_t number = 2;; ++number, name = wanted + " (" + std::to_string(number) + ")") {
     const Result<CameraId> id = parts->AddCamera(name, made.model, SourceOf(made));
     if (id.ok()) return name;
     if (id.status().code() != StatusCode::kAlreadyExists) return id.status();
@@ -154,6 +155,25 @@ Result<std::vector<FirstCamera>> CalibrateTogether(const Calibrating& all,
   return found;
 }
 
+// Photos that tell nothing were perhaps taken by many cameras though they have one size: each by
+// itself.
+std::vector<Group> SplitNameless(std::span<const Group> groups) {
+  std::vector<Group> split;
+  for (const Group& group : groups) {
+    if (!group.name.empty()) {
+      split.push_back(group);
+      continue;
+    }
+    for (const size_t photo : group.photos) split.push_back({{}, {photo}});
+  }
+  std::ranges::sort(split, {}, [](const Group& group) { return group.photos.front(); });
+  return split;
+}
+
+bool IsAnyKnown(std::span<const FirstCamera> cameras) {
+  return std::ranges::any_of(cameras, [](const FirstCamera& one) { return !one.name.empty(); });
+}
+
 }  // namespace
 
 Result<std::vector<FirstCamera>> CalibrateFirst(EngineParts* parts,
@@ -174,10 +194,15 @@ Result<std::vector<FirstCamera>> CalibrateFirst(EngineParts* parts,
     VEDUTA_ASSIGN_OR_RETURN(FirstCamera first, CalibrateGroup(all, group));
     cameras.push_back(std::move(first));
   }
-  const bool is_any_known =
-      std::ranges::any_of(cameras, [](const FirstCamera& one) { return !one.name.empty(); });
-  if (is_any_known || groups.size() < 2 || photo_count < images_min) return cameras;
-  return CalibrateTogether(all, groups);
+  if (IsAnyKnown(cameras) || photo_count < images_min) return cameras;
+  if (groups.size() > 1) {
+    VEDUTA_ASSIGN_OR_RETURN(cameras, CalibrateTogether(all, groups));
+    if (IsAnyKnown(cameras)) return cameras;
+  }
+  const std::vector<Group> split = SplitNameless(groups);
+  if (split.size() == groups.size()) return cameras;
+  VEDUTA_ASSIGN_OR_RETURN(const std::vector<FirstCamera> alone, CalibrateTogether(all, split));
+  return IsAnyKnown(alone) ? alone : cameras;
 }
 
 }  // namespace veduta

@@ -122,7 +122,7 @@ TEST(FirstCameras, ACityBeginsWithPhotosWhoseCameraNobodyNames) {
   const auto again = city.engine().CalibrateFirst(others);
   ASSERT_OK(again);
   ASSERT_EQ(again->size(), 1u);
-  EXPECT_EQ(again->front().name, "photos of 512x384'") << again->front().why_not;
+  EXPECT_EQ(again->front().name, "photos of 512x384 (2)") << again->front().why_not;
 
   city.Add(photos);
   EXPECT_GE(city.Counts().placed, 13u) << "of 15";
